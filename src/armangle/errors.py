@@ -1,0 +1,92 @@
+"""Every error that armangle raises, all below :class:`ArmangleError`.
+
+Messages say what is wrong, where, which value, and what was wanted.
+"""
+
+from __future__ import annotations
+
+
+class ArmangleError(Exception):
+    """Base of every error raised by armangle."""
+
+
+class InputError(ArmangleError, ValueError):
+    """An argument is not usable as given."""
+
+
+class ShapeError(InputError):
+    """An array has the wrong shape, or two shapes do not broadcast."""
+
+
+class NotFiniteError(InputError):
+    """A number is NaN or infinite where a finite one is needed."""
+
+
+class NotRotationError(InputError):
+    """A 3x3 block is not a rotation matrix."""
+
+
+class LimitError(InputError):
+    """Joint limits are malformed, or a joint value lies outside them."""
+
+
+class UnreachableError(ArmangleError):
+    """A pose lies outside the reach of the arm."""
+
+
+class ConfigurationError(InputError):
+    """A global configuration index is not an integer from 0 to 7."""
+
+
+class UnknownRobotError(InputError):
+    """The catalogue has no robot of this name."""
+
+
+class NotSRSError(InputError):
+    """An arm is not spherical-rotational-spherical; ``reasons`` lists why, most telling first."""
+
+    reasons: tuple[str, ...]
+    near: bool
+
+    def __init__(self, message: str, reasons: tuple[str, ...] = (), near: bool = False) -> None:
+        super().__init__(message)
+        self.reasons = reasons
+        self.near = near
+
+
+class FileFormatError(InputError):
+    """A file does not say what it should; the message begins with file, line and column."""
+
+    source: str | None
+    line: int | None
+    column: int | None
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        source: str | None = None,
+        line: int | None = None,
+        column: int | None = None,
+    ) -> None:
+        where = [str(part) for part in (source, line, column) if part is not None]
+        super().__init__(f"{':'.join(where)}: {message}" if where else message)
+        self.source = source
+        self.line = line
+        self.column = column
+
+
+class UrdfError(FileFormatError):
+    """A robot description cannot be read as a chain of seven joints."""
+
+
+class PolicyError(InputError):
+    """A redundancy policy has parameters outside their range."""
+
+
+class MissingExtraError(ArmangleError, ImportError):
+    """An optional package is needed; the message names the extra to install."""
+
+
+class OutputError(ArmangleError, OSError):
+    """A result cannot be written where it was asked to go."""
