@@ -1,0 +1,185 @@
+"""A serial chain of rotating joints as a robot file states it, and its forward kinematics."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .description import ArmDescription
+
+FloatArray = NDArray[np.float64]
+
+_QUARTER_TURN_X = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
+_QUARTER_TURN_BACK_X = _QUARTER_TURN_X.T
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """One rotating joint of a chain.
+
+    Parameters
+    ----------
+    name : str
+        Its name in the source.
+    origin : ndarray of shape (4, 4)
+        Frame of the joint at q = 0 in the frame of the joint before it (in the base link, for the
+        first).
+    axis : ndarray of shape (3,)
+        Unit vector in the joint's own frame about which a positive q turns.
+    lower, upper : float
+        Limits, rad; infinite where there is none.
+    velocity : float
+        Greatest speed, rad/s; infinite where unknown.
+    """
+
+    name: str
+    origin: FloatArray
+    axis: FloatArray
+    lower: float = float("-inf")
+    upper: float = float("inf")
+    velocity: float = float("inf")
+
+
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """The joints from a base link to a tip link, fixed joints folded into the frames.
+
+    Parameters
+    ----------
+    name : str
+        Name of the robot.
+    base, tip : str
+        Names of the two links.
+    joints : tuple of Joint
+        In order from base to tip.
+    tip_origin : ndarray of shape (4, 4)
+        Frame of the tip link in the frame of the last joint.
+    source : str
+        Where the chain was read from, in words.
+    notes : tuple of str
+        What the reader met on the way.
+    """
+
+    name: str
+    base: str
+    tip: str
+    joints: tuple[Joint, ...]
+    tip_origin: FloatArray
+    source: str = "text"
+    notes: tuple[str, ...] = ()
+
+    def forward(self, q: ArrayLike) -> FloatArray:
+        """Return the pose of the tip link in the base link.
+
+        Parameters
+        ----------
+        q : array_like of shape (..., n)
+            Joint coordinates, rad, one for each joint.
+
+        Returns
+        -------
+        ndarray of shape (..., 4, 4)
+        """
+        angles = np.asarray(q, dtype=np.float64)
+        pose = np.broadcast_to(np.eye(4), (*angles.shape[:-1], 4, 4))
+        for index, joint in enumerate(self.joints):
+            pose = pose @ joint.origin @ rotation_about(joint.axis, angles[..., index])
+        return np.asarray(pose @ self.tip_origin, dtype=np.float64)
+
+    def lines(self) -> tuple[FloatArray, FloatArray]:
+        """Return the joint axes at q = 0 as lines in the base link.
+
+        Returns
+        -------
+        points : ndarray of shape (n, 3)
+            A point on each axis, m.
+        directions : ndarray of shape (n, 3)
+            Unit vectors.
+        """
+        points, directions = [], []
+        pose = np.eye(4)
+        for joint in self.joints:
+            pose = pose @ joint.origin
+            points.append(pose[:3, 3])
+            directions.append(pose[:3, :3] @ joint.axis)
+        return np.array(points), np.array(directions)
+
+
+def chain_of(arm: ArmDescription) -> Chain:
+    """Return the chain of an arm: joint i turns about the z axis of DH frame i-1.
+
+    Source: Faria et al. (2018), Table 1 and Eq. (1), with a_3 and a_4 added.
+    """
+    origins = [arm.base, *(_link(arm, row) for row in range(7))]
+    joints = tuple(
+        Joint(
+            name=arm.joint_names[i],
+            origin=origins[i],
+            axis=np.array([0.0, 0.0, float(arm.signs[i])]),
+            lower=arm.lower[i],
+            upper=arm.upper[i],
+            velocity=arm.velocity[i],
+        )
+        for i in range(7)
+    )
+    return Chain(arm.name, "base", "tip", joints, origins[7] @ arm.tool)
+
+
+def _link(arm: ArmDescription, row: int) -> FloatArray:
+    """Return the (4, 4) step over link ``row`` with the joint at q = 0."""
+    step = translation([0.0, 0.0, (arm.d_bs, 0.0, arm.d_se, 0.0, arm.d_ew, 0.0, arm.d_wf)[row]])
+    step[0, 3] = (0.0, 0.0, arm.a_3, arm.a_4, 0.0, 0.0, 0.0)[row]
+    back, on = _QUARTER_TURN_BACK_X, _QUARTER_TURN_X
+    twist = (back, on, on, back, back, on, np.eye(4))[row]
+    return rotation_about(np.array([0.0, 0.0, 1.0]), np.float64(arm.offsets[row])) @ step @ twist
+
+
+def rotation_about(axis: FloatArray, angle: FloatArray | np.float64) -> FloatArray:
+    """Return the homogeneous turn (..., 4, 4) about a unit axis (3,) by angles (...), rad."""
+    x, y, z = axis
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    sine = np.sin(angle)[..., None, None]
+    versine = (2.0 * np.sin(np.asarray(angle) / 2.0) ** 2)[..., None, None]
+    turn = np.zeros((*np.shape(angle), 4, 4))
+    turn[..., :3, :3] = np.eye(3) + sine * cross + versine * (cross @ cross)
+    turn[..., 3, 3] = 1.0
+    return turn
+
+
+def translation(xyz: ArrayLike) -> FloatArray:
+    """Return the homogeneous shift (4, 4) by ``xyz`` (3,), m."""
+    shift = np.eye(4)
+    shift[:3, 3] = xyz
+    return shift
+
+
+def rigid_inverse(pose: FloatArray) -> FloatArray:
+    """Return the inverse (4, 4) of a homogeneous matrix whose 3x3 block is a rotation."""
+    inverse = np.eye(4)
+    inverse[:3, :3] = pose[:3, :3].T
+    inverse[:3, 3] = -pose[:3, :3].T @ pose[:3, 3]
+    return inverse
+
+
+def from_rpy(xyz: ArrayLike, rpy: ArrayLike) -> FloatArray:
+    """Return the frame (4, 4) of a shift (3,), m, and turns about the fixed x, y, z axes, rad."""
+    roll, pitch, yaw = np.asarray(rpy, dtype=np.float64)
+    ex, ey, ez = np.eye(3)
+    turn = rotation_about(ez, yaw) @ rotation_about(ey, pitch) @ rotation_about(ex, roll)
+    return np.asarray(translation(xyz) @ turn, dtype=np.float64)
+
+
+def to_rpy(pose: FloatArray) -> tuple[float, float, float]:
+    """Return roll, pitch, yaw (rad) of a frame (4, 4); exact to rounding also at pitch 90 deg.
+
+    Yaw is chosen first and roll is what remains after it, so that an ill-conditioned yaw does not
+    spoil the product.
+    """
+    r = pose[:3, :3]
+    pitch = np.arctan2(-r[2, 0], np.hypot(r[0, 0], r[1, 0]))
+    yaw = np.arctan2(r[1, 0], r[0, 0])
+    sine, cosine = np.sin(yaw), np.cos(yaw)
+    roll = np.arctan2(sine * r[0, 2] - cosine * r[1, 2], cosine * r[1, 1] - sine * r[0, 1])
+    return float(roll), float(pitch), float(yaw)
