@@ -1,6 +1,6 @@
 """Plain chains for the import tests: own forward kinematics, own URDF texts.
 
-Nothing here comes from the package: two ways to the same pose that do not share a line.
+No kinematics here comes from the package: two ways to one pose that do not share a line.
 """
 
 from __future__ import annotations
@@ -14,6 +14,8 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+
+from armangle._chain import Chain, Joint
 
 Array = NDArray[np.float64]
 
@@ -199,3 +201,43 @@ def urdf_of(arm: Any, rng: np.random.Generator, clutter: bool = True) -> str:
         parent, parent_frame = "root", np.eye(4)
         add("other", "revolute", random_frame(rng))
     return "\n".join([*text, "</robot>"])
+
+
+def simple_urdf(joints: str = "", count: int = 7, links: str = "", **change: str) -> str:
+    """Return a straight chain l0 .. l<count>, with text of some joints changed by name."""
+    text = ['<robot name="simple">']
+    text += [f'<link name="l{i}"/>' for i in range(count + 1)]
+    for i in range(1, count + 1):
+        name = f"j{i}"
+        plain = (
+            f'<joint name="{name}" type="revolute"><parent link="l{i - 1}"/><child link="l{i}"/>'
+            '<origin xyz="0 0 0.1"/><axis xyz="0 0 1"/><limit lower="-1" upper="2"/></joint>'
+        )
+        text.append(change.get(name, plain))
+    return "\n".join([*text, links, joints, "</robot>"])
+
+
+def joint_xml(name: str, parent: str, child: str, kind: str = "revolute", inside: str = "") -> str:
+    return (
+        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
+        f"{inside}</joint>"
+    )
+
+
+LIMIT = '<limit lower="-1" upper="2"/>'
+
+
+def broken_chain(joint: int, frame, seed: int = 0) -> Chain:
+    """Return the chain of a plain arm with everything from one joint on moved by a frame."""
+    made = RandomArm(np.random.default_rng(seed), right_angles=True)
+    made.base, made.tool, made.offsets = np.eye(4), np.eye(4), np.zeros(7)
+    made.d_bs, made.d_se, made.d_ew, made.d_wf = 0.3, 0.4, 0.4, 0.1
+    made.signs = np.ones(7)
+    points, directions = made.axes()
+    joints, last = [], np.eye(4)
+    for i in range(7):
+        here = shift(*points[i])
+        origin = np.linalg.inv(last) @ here
+        joints.append(Joint(f"j{i}", frame @ origin if i == joint else origin, directions[i]))
+        last = here
+    return Chain("broken", "a", "b", tuple(joints), shift(0, 0, 0.1))

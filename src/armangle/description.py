@@ -104,10 +104,10 @@ class ImportReport:
     angle_miss : float
         How far the worst two neighbouring axes are from a right angle, rad.
     residual_position, residual_rotation : float
-        Greatest difference between the arm and the file's own forward kinematics over
-        ``postures`` random joint vectors, m and rad.
+        Greatest difference found between the arm and the file's own forward kinematics, m and
+        rad: over ``postures`` random joint vectors, and uphill from the worst of them.
     postures : int
-        Their number.
+        Number of random joint vectors.
     notes : tuple of str
         What a user should not trust.
     """

@@ -7,7 +7,8 @@ frames does not. The same arm can be written in several ways. The one chosen her
 - ``d_bs`` is the height of the shoulder over the base origin, ``d_wf`` the reach of the tip origin
   over the wrist, both along their axes; what is left beside the axes goes into ``base``, ``tool``;
 - zeros of joints 1 and 7 are nil: a turn about those axes goes into ``base`` and ``tool`` too;
-- of the senses still free, those with the fewest and smallest zeros, then fewest minus signs.
+- of the senses still free, those with the fewest and smallest zeros, then the least turn in
+  ``base``, then the fewest minus signs.
 
 Elbow offsets (lateral, across axis 4) are ``a_3`` and ``a_4``. Shoulder or wrist axes in another
 order (roll, pitch, yaw) are zeros of joints 2 and 6.
@@ -24,6 +25,7 @@ import numpy as np
 
 from ._axes import Axes, millimetres, reasons_against
 from ._chain import Chain, FloatArray, chain_of, rigid_inverse
+from ._residual import POSTURES, ROUNDING, rotation_angle, worst_difference
 from .description import JOINTS, ArmDescription, ImportReport
 from .errors import InputError, NotSRSError
 
@@ -33,12 +35,10 @@ MAX_ANGLE = 0.1
 MAX_LENGTH = 0.1
 NEAR_LENGTH = 20e-3
 SUSPICIOUS_VELOCITY = 10.0
-POSTURES = 300
 
-_ROUNDING = 1e-12
-_EXACT = 1e-9
+_NOISE = 1e-12
+_LENGTH_DIGITS = 12
 _COST_DIGITS = 6
-_POSTURE_SEED = 7
 
 
 def describe_chain(
@@ -188,13 +188,13 @@ def _angle_about(axis: FloatArray, start: FloatArray, end: FloatArray) -> float:
     """Return the angle (rad, in (-pi, pi]) about ``axis`` that turns ``start`` to ``end``."""
     angle = math.atan2(float(axis @ np.cross(start, end)), float(start @ end))
     quarter = round(angle / (math.pi / 2.0))
-    if abs(angle - quarter * math.pi / 2.0) <= _ROUNDING:
+    if abs(angle - quarter * math.pi / 2.0) <= _NOISE:
         return abs(quarter) * math.pi / 2.0 if abs(quarter) == 2 else quarter * math.pi / 2.0
     return angle
 
 
 def _rounded(value: float) -> float:
-    return round(value, -round(math.log10(_ROUNDING)))
+    return round(value, _LENGTH_DIGITS)
 
 
 def _tidy(frame: FloatArray, axes: Axes) -> FloatArray:
@@ -203,8 +203,8 @@ def _tidy(frame: FloatArray, axes: Axes) -> FloatArray:
     For axes that are S-R-S within a tolerance only, what differs within the default tolerances
     counts as rounding too.
     """
-    exact = max(*axes.worst_miss(), axes.worst_squareness()) <= _EXACT
-    turn, shift = (_ROUNDING, _ROUNDING) if exact else (ANGLE_TOLERANCE, LENGTH_TOLERANCE)
+    exact = max(*axes.worst_miss(), axes.worst_squareness()) <= ROUNDING
+    turn, shift = (_NOISE, _NOISE) if exact else (ANGLE_TOLERANCE, LENGTH_TOLERANCE)
     tidy = frame + 0.0
     tidy[:3, 3] = np.where(np.abs(frame[:3, 3]) <= shift, 0.0, frame[:3, 3])
     whole = np.round(frame[:3, :3])
@@ -213,12 +213,13 @@ def _tidy(frame: FloatArray, axes: Axes) -> FloatArray:
     return tidy
 
 
-def _cost(arm: ArmDescription) -> tuple[int, float, int, tuple[int, ...]]:
+def _cost(arm: ArmDescription) -> tuple[int, float, float, int, tuple[int, ...]]:
     """Return what makes one writing of the arm worse than another."""
     zeros = [abs(offset) for offset in arm.offsets]
     some = sum(zero > ANGLE_TOLERANCE for zero in zeros)
+    turned = float(rotation_angle(arm.base - np.eye(4)))
     minus = tuple(int(sign < 0) for sign in arm.signs)
-    return some, round(sum(zeros), _COST_DIGITS), sum(minus), minus
+    return some, round(sum(zeros), _COST_DIGITS), round(turned, _COST_DIGITS), sum(minus), minus
 
 
 def _velocity_notes(chain: Chain) -> tuple[str, ...]:
@@ -233,9 +234,7 @@ def _velocity_notes(chain: Chain) -> tuple[str, ...]:
 
 def _report(chain: Chain, axes: Axes, arm: ArmDescription) -> ImportReport:
     """Return how far the chain is from the arm."""
-    q = np.random.default_rng(_POSTURE_SEED).uniform(-np.pi, np.pi, (POSTURES, JOINTS))
-    difference = chain_of(arm).forward(q) - chain.forward(q)
-    chord = np.linalg.norm(difference[:, :3, :3], axis=(1, 2)).max() / math.sqrt(8.0)
+    position, rotation = worst_difference(chain_of(arm), chain)
     shoulder, elbow, wrist = axes.worst_miss()
     return ImportReport(
         source=chain.source,
@@ -246,8 +245,8 @@ def _report(chain: Chain, axes: Axes, arm: ArmDescription) -> ImportReport:
         elbow_miss=elbow,
         wrist_miss=wrist,
         angle_miss=axes.worst_squareness(),
-        residual_position=float(np.linalg.norm(difference[:, :3, 3], axis=1).max()),
-        residual_rotation=2.0 * math.asin(min(1.0, float(chord))),
+        residual_position=position,
+        residual_rotation=rotation,
         postures=POSTURES,
         notes=arm.notes,
     )
