@@ -84,6 +84,10 @@ class PolicyError(InputError):
     """A redundancy policy has parameters outside their range."""
 
 
+class PathError(ArmangleError):
+    """A path is not solved at every pose; the message says where and why it fails."""
+
+
 class MissingExtraError(ArmangleError, ImportError):
     """An optional package is needed; the message names the extra to install."""
 

@@ -1,0 +1,40 @@
+// Arc sets that travel as flat arrays: count per set, and the two angles of every arc.
+#pragma once
+
+#include <vector>
+
+#include "buffers.hpp"
+
+namespace binding {
+
+class ArcArrays {
+public:
+    ArcArrays(nb::handle count, nb::handle psi) : count_(count), psi_(psi) {
+        if (!count_.is('l') || !psi_.is('d')) throw std::invalid_argument("arc arrays of int64 and float64 were expected");
+        first_.reserve(static_cast<std::size_t>(count_.shape(0)));
+        for (Py_ssize_t i = 0; i < count_.shape(0); ++i) first_.push_back(arcs_), arcs_ += static_cast<std::size_t>(count_.data<long long>()[i]);
+    }
+
+    std::size_t sets() const noexcept { return first_.size(); }
+    std::size_t arcs() const noexcept { return arcs_; }
+    std::size_t first(long long set) const noexcept { return first_[static_cast<std::size_t>(set)]; }
+
+    /// The set, its ends tagged tag, tag + 1, ...
+    armangle::ArcSet load(long long set, int tag) const noexcept {
+        armangle::ArcSet out;
+        const long long n = count_.data<long long>()[set];
+        const double* x = psi_.data<double>() + 2 * first(set);
+        if (n == 1 && x[1] - x[0] >= armangle::two_pi - armangle::tolerance::angle) return armangle::make_full(out), out;
+        for (out.count = 0; out.count < n; ++out.count)
+            out.arc[out.count] = {x[2 * out.count], x[2 * out.count + 1], static_cast<armangle::Tag>(tag + 2 * out.count),
+                                  static_cast<armangle::Tag>(tag + 2 * out.count + 1)};
+        return out;
+    }
+
+private:
+    Buffer count_, psi_;
+    std::vector<std::size_t> first_;
+    std::size_t arcs_ = 0;
+};
+
+}  // namespace binding

@@ -1,0 +1,248 @@
+// Feasible arcs, joint functions, and the algebra of arcs over batches.
+//
+// A batch of arc sets travels as flat arrays: `count` per set; for each arc its two ends as angle, joint (0: none),
+// side and value in q.
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/vector.h>
+
+#include <vector>
+
+#include "arc_arrays.hpp"
+#include "buffers.hpp"
+
+namespace binding {
+
+using namespace armangle;
+
+namespace {
+
+template <class T>
+nb::object owned(std::vector<T>&& values, std::size_t columns) {
+    auto* kept = new std::vector<T>(std::move(values));
+    nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
+    const std::size_t rows = kept->size() / columns;
+    if (columns == 1) return nb::cast(nb::ndarray<nb::numpy, T>(kept->data(), {rows}, owner));
+    return nb::cast(nb::ndarray<nb::numpy, T>(kept->data(), {rows, columns}, owner));
+}
+
+/// Arc sets under construction.
+struct Collected {
+    std::vector<std::int64_t> count;
+    std::vector<double> psi, value;
+    std::vector<std::int8_t> joint, side, status;
+
+    void add(const Arm& arm, double margin, const Configuration<double>& gc, const ArcSet& set, Status outcome) {
+        count.push_back(set.count), status.push_back(static_cast<std::int8_t>(outcome));
+        for (int i = 0; i < set.count; ++i) {
+            const Arc& arc = set.arc[i];
+            psi.insert(psi.end(), {arc.lower, arc.upper});
+            for (const Tag tag : {arc.lower_tag, arc.upper_tag}) {
+                joint.push_back(static_cast<std::int8_t>(tag_joint(tag)));
+                side.push_back(static_cast<std::int8_t>(tag_side(tag)));
+                value.push_back(end_value(arm, margin, gc, tag));
+            }
+        }
+    }
+
+    void append(const Collected& o) {
+        const auto join = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+        join(count, o.count), join(psi, o.psi), join(value, o.value);
+        join(joint, o.joint), join(side, o.side), join(status, o.status);
+    }
+
+    nb::tuple release() {
+        return nb::make_tuple(owned(std::move(count), 1), owned(std::move(psi), 2), owned(std::move(joint), 2),
+                              owned(std::move(side), 2), owned(std::move(value), 2), owned(std::move(status), 1));
+    }
+};
+
+struct Request {
+    const ArmHandle& self;
+    const LimitTable& limits;
+    bool per_joint;
+};
+
+Problem collect_pose(const Request& r, const double* m, long long gc, Collected& to, double& value) {
+    const Problem problem = check_pose(m, value);
+    if (problem != Problem::none) return problem;
+    if (gc < 0 || gc >= configurations) return value = static_cast<double>(gc), Problem::gc_range;
+    const Arm& arm = r.self.arm;
+    const Circle<double> c = circle(arm, flange_pose(arm, load_pose(m)));
+    const Configuration<double> g = configuration(static_cast<int>(gc));
+    const Fold<double> bend = fold(arm, c.triangle, g.elbow);
+    const JointFunctions<double> f = joint_functions(c, bend, g);
+    ArcSet set;
+    if (!r.per_joint) {
+        const Status status = feasible(arm, r.limits, c, bend, f, set);
+        to.add(arm, r.limits.margin, g, set, status);
+        return Problem::none;
+    }
+    for (int joint = 0; joint < joints; ++joint) {
+        const Status status = joint_arcs(arm, r.limits, c, bend, f, joint, set);
+        to.add(arm, r.limits.margin, g, set, status);
+    }
+    return Problem::none;
+}
+
+/// Arrays of the sets of all elements, or a report of the first problem.
+nb::object feasible_many(const ArmHandle& self, nb::handle pose, nb::handle gc, double margin, double psi_margin,
+                         double discriminant, bool per_joint, int threads) {
+    const Buffer p(pose), g(gc);
+    const Grid<2> grid({&p, &g}, {2, 0});
+    const bool plain = margin == 0 && psi_margin == 0;
+    const LimitTable own = plain ? LimitTable{} : limit_table(self.arm, margin, psi_margin, discriminant);
+    const Request request{self, plain ? self.limits : own, per_joint};
+    std::vector<Collected> parts(most_threads);
+    Outcome outcomes[most_threads];
+    {
+        nb::gil_scoped_release release;
+        parallel(grid.size(), threads, [&](std::size_t begin, std::size_t end, std::size_t thread) {
+            grid.for_runs(begin, end, [&](std::size_t flat, const Py_ssize_t* at, const Py_ssize_t* step, std::size_t count) {
+                for (std::size_t i = 0; i < count; ++i) {
+                    const auto k = static_cast<Py_ssize_t>(i);
+                    double value = 0;
+                    const Problem problem = collect_pose(request, p.data<double>() + at[0] + k * step[0],
+                                                         g.data<long long>()[at[1] + k * step[1]], parts[thread], value);
+                    if (problem != Problem::none) return outcomes[thread].report(problem, flat + i, value);
+                }
+            });
+        });
+    }
+    const Outcome outcome = first_problem(outcomes, most_threads);
+    if (outcome.problem != Problem::none) return report(outcome);
+    for (std::size_t t = 1; t < most_threads; ++t) parts[0].append(parts[t]), parts[t] = {};
+    return parts[0].release();
+}
+
+/// One joint's function of psi on one circle and branch.
+struct JointFunctionHandle {
+    Arm arm;
+    Circle<double> c;
+    Fold<double> bend;
+    Configuration<double> gc;
+    JointFunctions<double> f;
+    int joint;
+
+    double value(double psi) const noexcept {
+        return joints_within_limits(arm, directions(c, bend, gc, sin_cos(psi)), nullptr).q[joint];
+    }
+    double slope(double psi) const noexcept { return self_motion(arm, f, sin_cos(psi)).q[joint]; }
+    Profile special() const noexcept {
+        for (int h = 0; h < hinges; ++h)
+            if (hinge_joint[h] == joint) return profile(f.hinge[h]);
+        for (int p = 0; p < pivots; ++p)
+            if (pivot_joint[p] == joint) return profile(f.pivot[p]);
+        return {Case::constant, {0, {}}, {0, {}}};
+    }
+};
+
+nb::object joint_function(const ArmHandle& self, nb::handle pose, long long gc, int joint) {
+    const Buffer m(pose);
+    double value = 0;
+    Outcome outcome;
+    const Problem problem = check_pose(m.data<double>(), value);
+    if (problem != Problem::none) return outcome.report(problem, 0, value), report(outcome);
+    JointFunctionHandle h;
+    h.arm = self.arm, h.joint = joint, h.gc = configuration(static_cast<int>(gc));
+    h.c = circle(self.arm, flange_pose(self.arm, load_pose(m.data<double>())));
+    if (is_folded(self.arm, h.c)) return outcome.report(Problem::folded, 0, 0), report(outcome);
+    if (is_unreachable(self.arm, h.c)) return outcome.report(Problem::unreachable, 0, h.c.triangle.excess), report(outcome);
+    h.bend = fold(self.arm, h.c.triangle, h.gc.elbow);
+    h.f = joint_functions(h.c, h.bend, h.gc);
+    return nb::cast(h);
+}
+
+template <class Function>
+void map_psi(nb::handle psi, nb::handle out, const Function& function) {
+    const Buffer in(psi), to(out, true);
+    const Grid<2> grid({&in, &to}, {0, 0});
+    grid.for_runs(0, grid.size(), [&](std::size_t, const Py_ssize_t* at, const Py_ssize_t* step, std::size_t count) {
+        for (std::size_t i = 0; i < count; ++i) {
+            const auto k = static_cast<Py_ssize_t>(i);
+            to.data<double>()[at[1] + k * step[1]] = function(in.data<double>()[at[0] + k * step[0]]);
+        }
+    });
+}
+
+std::vector<double> listed(const Roots& r) { return {r.psi, r.psi + r.count}; }
+
+/// Sets made from arrays of [lower, upper] of any lift; overlapping arcs are joined.
+nb::tuple arcs_from(nb::handle count, nb::handle psi) {
+    const Buffer n(count), x(psi);
+    std::vector<std::int64_t> counts;
+    std::vector<double> arcs;
+    std::size_t at = 0;
+    for (Py_ssize_t i = 0; i < n.shape(0); ++i) {
+        ArcSet sum, one, before;
+        make_empty(sum);
+        for (long long k = 0; k < n.data<long long>()[i]; ++k, ++at) {
+            make_arc(one, x.data<double>()[2 * at], x.data<double>()[2 * at + 1], 0, 0);
+            before = sum;
+            unite(before, one, sum);
+        }
+        counts.push_back(sum.count);
+        for (int k = 0; k < sum.count; ++k) arcs.insert(arcs.end(), {sum.arc[k].lower, sum.arc[k].upper});
+    }
+    return nb::make_tuple(owned(std::move(counts), 1), owned(std::move(arcs), 2));
+}
+
+/// operation 0: a and b, 1: a or b, 2: not a. `source` says from which end (of a, then of b) each end came, or -1.
+nb::tuple combine(int operation, nb::handle count_a, nb::handle psi_a, nb::handle index_a, nb::handle count_b, nb::handle psi_b,
+                  nb::handle index_b) {
+    const ArcArrays a(count_a, psi_a), b(count_b, psi_b);
+    const Buffer ia(index_a), ib(index_b);
+    const auto ends_of_a = static_cast<std::int64_t>(2 * a.arcs());
+    std::vector<std::int64_t> counts, source;
+    std::vector<double> arcs;
+    ArcSet out;
+    for (Py_ssize_t i = 0; i < ia.shape(0); ++i) {
+        const auto at_a = ia.data<long long>()[i], at_b = ib.data<long long>()[i];
+        const ArcSet left = a.load(at_a, 1), right = operation == 2 ? ArcSet{} : b.load(at_b, 1 + 2 * ArcSet::capacity);
+        if (operation == 0) intersect(left, right, out);
+        else if (operation == 1) unite(left, right, out);
+        else complement(left, out);
+        counts.push_back(out.count);
+        for (int k = 0; k < out.count; ++k) {
+            arcs.insert(arcs.end(), {out.arc[k].lower, out.arc[k].upper});
+            for (const Tag tag : {out.arc[k].lower_tag, out.arc[k].upper_tag}) {
+                const bool from_a = tag <= 2 * ArcSet::capacity;
+                source.push_back(out.full || tag == 0 ? -1
+                                 : from_a ? static_cast<std::int64_t>(2 * a.first(at_a)) + tag - 1
+                                          : ends_of_a + static_cast<std::int64_t>(2 * b.first(at_b)) + tag - 1 - 2 * ArcSet::capacity);
+            }
+        }
+    }
+    return nb::make_tuple(owned(std::move(counts), 1), owned(std::move(arcs), 2), owned(std::move(source), 2));
+}
+
+/// For each (set index, psi): whether the set contains it (as 0 or 1), or the nearest psi in it.
+void query(nb::handle count, nb::handle psi_arcs, nb::handle index, nb::handle psi, nb::handle out, bool nearest_wanted) {
+    const ArcArrays a(count, psi_arcs);
+    const Buffer i(index), x(psi), to(out, true);
+    for (Py_ssize_t k = 0; k < i.shape(0); ++k) {
+        const ArcSet set = a.load(i.data<long long>()[k], 1);
+        const double at = x.data<double>()[k];
+        to.data<double>()[k] = nearest_wanted ? nearest(set, at) : contains(set, at);
+    }
+}
+
+}  // namespace
+
+void bind_arcs(nb::module_& m, nb::class_<ArmHandle>& arm) {
+    using namespace nb::literals;
+    arm.def("feasible_many", &feasible_many, "pose"_a, "gc"_a, "margin"_a, "psi_margin"_a, "discriminant"_a, "per_joint"_a, "threads"_a);
+    arm.def("joint_function", &joint_function, "pose"_a, "gc"_a, "joint"_a);
+    nb::class_<JointFunctionHandle>(m, "JointFunction")
+        .def("value", [](const JointFunctionHandle& h, nb::handle psi, nb::handle out) { map_psi(psi, out, [&](double x) { return h.value(x); }); },
+             "psi"_a, "out"_a)
+        .def("derivative", [](const JointFunctionHandle& h, nb::handle psi, nb::handle out) { map_psi(psi, out, [&](double x) { return h.slope(x); }); },
+             "psi"_a, "out"_a)
+        .def_prop_ro("stationary", [](const JointFunctionHandle& h) { return listed(h.special().stationary); })
+        .def_prop_ro("singular", [](const JointFunctionHandle& h) { return listed(h.special().singular); })
+        .def_prop_ro("kind", [](const JointFunctionHandle& h) { return static_cast<int>(h.special().kind); });
+    m.def("arcs_from", &arcs_from, "count"_a, "psi"_a);
+    m.def("combine", &combine, "operation"_a, "count_a"_a, "psi_a"_a, "index_a"_a, "count_b"_a, "psi_b"_a, "index_b"_a);
+    m.def("query", &query, "count"_a, "psi_arcs"_a, "index"_a, "psi"_a, "out"_a, "nearest"_a);
+}
+
+}  // namespace binding

@@ -1,0 +1,183 @@
+// Python arrays as strided memory: views without copies, broadcasting by strides, new NumPy arrays.
+#pragma once
+
+#include <nanobind/nanobind.h>
+
+#include <cstring>
+#include <stdexcept>
+
+#include "armangle/armangle.hpp"
+
+namespace binding {
+
+namespace nb = nanobind;
+
+/// A view on an object's memory, released with it. Elements are doubles or 64-bit integers.
+class Buffer {
+public:
+    Buffer() = default;
+    Buffer(nb::handle object, bool writable = false) { get(object, writable); }
+    Buffer(const Buffer&) = delete;
+    Buffer& operator=(const Buffer&) = delete;
+    ~Buffer() { release(); }
+
+    /// False, without an error set, where the object offers no such memory.
+    bool try_get(nb::handle object, bool writable = false) noexcept {
+        const int flags = PyBUF_STRIDES | PyBUF_FORMAT | (writable ? PyBUF_WRITABLE : 0);
+        if (PyObject_GetBuffer(object.ptr(), &view_, flags) == 0) return held_ = true;
+        PyErr_Clear();
+        return false;
+    }
+    void get(nb::handle object, bool writable = false) {
+        if (!try_get(object, writable)) throw std::invalid_argument("an array was expected");
+    }
+    void release() noexcept {
+        if (held_) PyBuffer_Release(&view_);
+        held_ = false;
+    }
+
+    bool held() const noexcept { return held_; }
+    int ndim() const noexcept { return view_.ndim; }
+    Py_ssize_t shape(int i) const noexcept { return view_.shape[i]; }
+    Py_ssize_t stride(int i) const noexcept { return view_.strides[i]; }
+    bool is(char kind) const noexcept {  // 'd' or an integer of 8 bytes as 'l'
+        const char* f = view_.format;
+        if (!f || f[1]) return false;
+        return kind == 'd' ? *f == 'd' : ((*f == 'l' || *f == 'q') && view_.itemsize == 8);
+    }
+    template <class T>
+    T* data() const noexcept { return static_cast<T*>(view_.buf); }
+
+    /// A C-contiguous array of exactly these extents.
+    bool is_array(char kind, std::initializer_list<Py_ssize_t> extents) const noexcept {
+        if (!is(kind) || ndim() != static_cast<int>(extents.size())) return false;
+        Py_ssize_t step = view_.itemsize;
+        for (int i = ndim() - 1; i >= 0; --i) {
+            if (shape(i) != extents.begin()[i] || stride(i) != step) return false;
+            step *= shape(i);
+        }
+        return true;
+    }
+
+private:
+    Py_buffer view_{};
+    bool held_ = false;
+};
+
+/// numpy.empty, kept for the life of the process.
+inline PyObject* numpy_empty() {
+    static PyObject* function = nb::object(nb::module_::import_("numpy").attr("empty")).release().ptr();
+    return function;
+}
+
+/// A new float64 array of a shape given as Python int or tuple.
+inline nb::object new_array(nb::handle shape) {
+    PyObject* arguments[] = {shape.ptr()};
+    PyObject* array = PyObject_Vectorcall(numpy_empty(), arguments, 1, nullptr);
+    if (!array) throw nb::python_error();
+    return nb::steal(array);
+}
+
+inline nb::object new_array7() {
+    static PyObject* seven = PyLong_FromLong(armangle::joints);
+    return new_array(seven);
+}
+
+/// Batch axes shared by several arrays that were broadcast to one shape; axes that are contiguous in all are one.
+template <int N>
+class Grid {
+public:
+    /// `inner[k]` trailing axes of buffer k belong to the element and are contiguous. A null buffer has stride 0.
+    Grid(const Buffer* const (&buffers)[N], const int (&inner)[N]) {
+        const Buffer& lead = *buffers[0];
+        ndim_ = lead.ndim() - inner[0];
+        for (int d = 0; d < ndim_; ++d) {
+            shape_[d] = lead.shape(d);
+            for (int k = 0; k < N; ++k) stride_[d][k] = buffers[k] ? buffers[k]->stride(d) / 8 : 0;
+        }
+        collapse();
+        size_ = 1;
+        for (int d = 0; d < ndim_; ++d) size_ *= static_cast<std::size_t>(shape_[d]);
+    }
+
+    std::size_t size() const noexcept { return size_; }
+
+    /// For each run of the last axis within [begin, end): run(flat index, offsets in elements of 8 bytes, strides, count).
+    template <class Run>
+    void for_runs(std::size_t begin, std::size_t end, const Run& run) const {
+        const std::size_t row = ndim_ ? static_cast<std::size_t>(shape_[ndim_ - 1]) : 1;
+        static constexpr Py_ssize_t none[N] = {};
+        const Py_ssize_t* strides = ndim_ ? stride_[ndim_ - 1] : none;
+        for (std::size_t i = begin; i < end;) {
+            const std::size_t in_row = i % row, count = end - i < row - in_row ? end - i : row - in_row;
+            Py_ssize_t offset[N] = {};
+            std::size_t rest = i;
+            for (int d = ndim_ - 1; d >= 0; --d) {
+                const auto extent = static_cast<std::size_t>(shape_[d]);
+                for (int k = 0; k < N; ++k) offset[k] += static_cast<Py_ssize_t>(rest % extent) * stride_[d][k];
+                rest /= extent;
+            }
+            run(i, offset, strides, count);
+            i += count;
+        }
+    }
+
+private:
+    void collapse() noexcept {
+        for (int d = ndim_ - 1; d > 0; --d) {
+            bool one = true;
+            for (int k = 0; k < N; ++k) one &= stride_[d - 1][k] == stride_[d][k] * shape_[d];
+            if (!one) continue;
+            shape_[d - 1] *= shape_[d];
+            for (int k = 0; k < N; ++k) stride_[d - 1][k] = stride_[d][k];
+            for (int e = d; e + 1 < ndim_; ++e) {
+                shape_[e] = shape_[e + 1];
+                std::memcpy(stride_[e], stride_[e + 1], sizeof(stride_[e]));
+            }
+            --ndim_;
+        }
+    }
+
+    static constexpr int most_axes = 64;
+    int ndim_ = 0;
+    std::size_t size_ = 0;
+    Py_ssize_t shape_[most_axes] = {};
+    Py_ssize_t stride_[most_axes][N] = {};
+};
+
+/// (problem, flat index, value) of a batch, or None.
+inline nb::object report(const armangle::Outcome& o) {
+    if (o.problem == armangle::Problem::none) return nb::none();
+    return nb::make_tuple(static_cast<int>(o.problem), o.index, o.value);
+}
+
+/// A number that Python code writes as float or int; false for anything else.
+inline bool as_double(nb::handle h, double& out) noexcept {
+    if (PyFloat_Check(h.ptr())) return out = PyFloat_AS_DOUBLE(h.ptr()), true;
+    if (PyLong_CheckExact(h.ptr())) {
+        out = PyLong_AsDouble(h.ptr());
+        if (out == -1.0 && PyErr_Occurred()) return PyErr_Clear(), false;
+        return true;
+    }
+    return false;
+}
+
+/// An index that Python code writes as int or NumPy integer; false for anything else (bool and float too).
+inline bool as_index(nb::handle h, long long& out) noexcept {
+    if (PyBool_Check(h.ptr()) || !PyIndex_Check(h.ptr())) return false;
+    out = PyNumber_AsSsize_t(h.ptr(), nullptr);
+    if (out == -1 && PyErr_Occurred()) return PyErr_Clear(), false;
+    return true;
+}
+
+/// The bound arm: the arm, and its limits without margin.
+struct ArmHandle {
+    armangle::Arm arm;
+    armangle::LimitTable limits;
+};
+
+void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm);
+void bind_arcs(nb::module_& m, nb::class_<ArmHandle>& arm);
+void bind_stepping(nb::module_& m, nb::class_<ArmHandle>& arm);
+
+}  // namespace binding

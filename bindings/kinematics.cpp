@@ -1,0 +1,165 @@
+// Forward, inverse, Jacobian, self-motion.
+#include <memory>
+
+#include "buffers.hpp"
+
+namespace binding {
+
+using namespace armangle;
+
+namespace {
+
+/// One plain inverse: float64 C-contiguous (4,4), float psi, integer gc. None where anything is not plain: the general
+/// call then says what.
+nb::object inverse_one(const ArmHandle& self, nb::handle pose, nb::handle psi_object, nb::handle gc_object) {
+    double psi, value;
+    long long gc;
+    if (!as_double(psi_object, psi) || !as_index(gc_object, gc) || !std::isfinite(psi)) return nb::none();
+    if (gc < 0 || gc >= configurations) return nb::none();
+    Buffer m;
+    if (!m.try_get(pose) || !m.is_array('d', {4, 4}) || check_pose(m.data<double>(), value) != Problem::none) return nb::none();
+    const Arm& arm = self.arm;
+    const Circle<double> c = circle(arm, flange_pose(arm, load_pose(m.data<double>())));
+    if (is_folded(arm, c) || is_unreachable(arm, c)) return nb::none();
+    const Configuration<double> g = configuration(static_cast<int>(gc));
+    const Joints q = joints_within_limits(arm, directions(c, fold(arm, c.triangle, g.elbow), g, sin_cos(psi)), nullptr);
+    nb::object out = new_array7();
+    const Buffer to(out, true);
+    std::memcpy(to.data<double>(), q.q, joints * sizeof(double));
+    return out;
+}
+
+nb::object inverse_many(const ArmHandle& self, nb::handle pose, nb::handle psi, nb::handle gc, nb::handle seed, nb::handle out,
+                        int limits, int unreachable, int threads) {
+    const Buffer p(pose), a(psi), g(gc), q(out, true);
+    Buffer s;
+    if (!seed.is_none()) s.get(seed);
+    const Grid<5> grid({&p, &a, &g, s.held() ? &s : nullptr, &q}, {2, 0, 0, 1, 1});
+    Outcome outcomes[most_threads];
+    {
+        nb::gil_scoped_release release;
+        parallel(grid.size(), threads, [&](std::size_t begin, std::size_t end, std::size_t thread) {
+            grid.for_runs(begin, end, [&](std::size_t flat, const Py_ssize_t* at, const Py_ssize_t* step, std::size_t count) {
+                InverseBatch b;
+                b.pose = {p.data<double>() + at[0], step[0]};
+                b.psi = {a.data<double>() + at[1], step[1]};
+                b.gc = {g.data<long long>() + at[2], step[2]};
+                b.seed = {s.held() ? s.data<double>() + at[3] : nullptr, step[3]};
+                b.out = {q.data<double>() + at[4], step[4]};
+                b.limits = static_cast<Enforce>(limits), b.unreachable = static_cast<Enforce>(unreachable);
+                Outcome here;
+                inverse_range(self.arm, b, 0, count, here);
+                if (here.problem != Problem::none) outcomes[thread].report(here.problem, flat + here.index, here.value);
+            });
+        });
+    }
+    return report(first_problem(outcomes, most_threads));
+}
+
+/// Applies one(inputs..., outputs...) to each element; a problem is reported, not thrown.
+template <int N, class One>
+nb::object for_each(const Buffer* const (&buffers)[N], const int (&inner)[N], int threads, const One& one) {
+    const Grid<N> grid(buffers, inner);
+    Outcome outcomes[most_threads];
+    {
+        nb::gil_scoped_release release;
+        parallel(grid.size(), threads, [&](std::size_t begin, std::size_t end, std::size_t thread) {
+            grid.for_runs(begin, end, [&](std::size_t flat, const Py_ssize_t* at, const Py_ssize_t* step, std::size_t count) {
+                for (std::size_t i = 0; i < count; ++i) {
+                    Py_ssize_t here[N];
+                    for (int k = 0; k < N; ++k) here[k] = at[k] + static_cast<Py_ssize_t>(i) * step[k];
+                    double value = 0;
+                    const Problem problem = one(here, value);
+                    if (problem != Problem::none) outcomes[thread].report(problem, flat + i, value);
+                }
+            });
+        });
+    }
+    return report(first_problem(outcomes, most_threads));
+}
+
+Problem check_joints(const double* q, double& value) noexcept {
+    for (int j = 0; j < joints; ++j)
+        if (!std::isfinite(q[j])) return value = q[j], Problem::joints_not_finite;
+    return Problem::none;
+}
+
+nb::object forward_many(const ArmHandle& self, nb::handle q, nb::handle pose, nb::handle psi, nb::handle gc, bool nan, int threads) {
+    const Buffer in(q), p(pose, true), a(psi, true), g(gc, true);
+    return for_each<4>({&in, &p, &a, &g}, {1, 2, 0, 0}, threads, [&](const Py_ssize_t* at, double& value) {
+        const double* joint = in.data<double>() + at[0];
+        const Problem problem = check_joints(joint, value);
+        if (problem != Problem::none) return problem;
+        const Posture posture = forward(self.arm, joint);
+        store_pose(posture.pose, p.data<double>() + at[1]);
+        a.data<double>()[at[2]] = posture.psi;
+        g.data<long long>()[at[3]] = posture.gc;
+        return std::isnan(posture.psi) && !nan ? Problem::folded : Problem::none;
+    });
+}
+
+nb::object jacobian_many(const ArmHandle& self, nb::handle q, nb::handle out, int threads) {
+    const Buffer in(q), to(out, true);
+    return for_each<2>({&in, &to}, {1, 2}, threads, [&](const Py_ssize_t* at, double& value) {
+        const Problem problem = check_joints(in.data<double>() + at[0], value);
+        if (problem != Problem::none) return problem;
+        const Jacobian j = jacobian(self.arm, in.data<double>() + at[0]);
+        std::memcpy(to.data<double>() + at[1], j.entry, sizeof(j.entry));
+        return Problem::none;
+    });
+}
+
+nb::object self_motion_many(const ArmHandle& self, nb::handle pose, nb::handle psi, nb::handle gc, nb::handle out, int threads) {
+    const Buffer p(pose), a(psi), g(gc), to(out, true);
+    return for_each<4>({&p, &a, &g, &to}, {2, 0, 0, 1}, threads, [&](const Py_ssize_t* at, double& value) {
+        InverseBatch b;
+        b.pose = {p.data<double>() + at[0], 0}, b.psi = {a.data<double>() + at[1], 0}, b.seed = {nullptr, 0};
+        b.gc = {g.data<long long>() + at[2], 0};
+        const Problem problem = detail::check_element(self.arm, b, 0, value);
+        if (problem != Problem::none) return problem;
+        const Circle<double> c = circle(self.arm, flange_pose(self.arm, load_pose(b.pose.data)));
+        const Configuration<double> sign = configuration(static_cast<int>(*b.gc.data));
+        const Fold<double> bend = fold(self.arm, c.triangle, sign.elbow);
+        const Joints rate = self_motion(self.arm, joint_functions(c, bend, sign), sin_cos(*b.psi.data));
+        std::memcpy(to.data<double>() + at[3], rate.q, joints * sizeof(double));
+        return Problem::none;
+    });
+}
+
+nb::object limit_margin_many(const ArmHandle& self, nb::handle q, nb::handle out) {
+    const Buffer in(q), to(out, true);
+    return for_each<2>({&in, &to}, {1, 0}, 1, [&](const Py_ssize_t* at, double& value) {
+        const Problem problem = check_joints(in.data<double>() + at[0], value);
+        to.data<double>()[at[1]] = limit_margin(self.arm, in.data<double>() + at[0]);
+        return problem;
+    });
+}
+
+/// (problem, value) of one 4x4 matrix, for transforms that are not part of a batch.
+nb::tuple check_transform(nb::handle pose) {
+    const Buffer m(pose);
+    if (!m.is_array('d', {4, 4})) throw std::invalid_argument("a float64 (4, 4) array was expected");
+    double value = 0;
+    const Problem problem = check_pose(m.data<double>(), value);
+    return nb::make_tuple(static_cast<int>(problem), value);
+}
+
+}  // namespace
+
+void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm) {
+    using namespace nb::literals;
+    arm.def("inverse_one", &inverse_one, "pose"_a, "psi"_a, "gc"_a);
+    arm.def("inverse_many", &inverse_many, "pose"_a, "psi"_a, "gc"_a, "seed"_a.none(), "out"_a, "limits"_a, "unreachable"_a, "threads"_a);
+    arm.def("forward_many", &forward_many, "q"_a, "pose"_a, "psi"_a, "gc"_a, "nan"_a, "threads"_a);
+    arm.def("jacobian_many", &jacobian_many, "q"_a, "out"_a, "threads"_a);
+    arm.def("self_motion_many", &self_motion_many, "pose"_a, "psi"_a, "gc"_a, "out"_a, "threads"_a);
+    arm.def("limit_margin_many", &limit_margin_many, "q"_a, "out"_a);
+    m.def("check_transform", &check_transform, "pose"_a);
+    nb::list problems;
+    for (const char* name : {"none", "pose_not_finite", "pose_last_row", "pose_not_rotation", "pose_reflection", "psi_not_finite",
+                             "gc_range", "joints_not_finite", "unreachable", "folded", "joint_limit"})
+        problems.append(name);
+    m.attr("PROBLEMS") = problems;
+}
+
+}  // namespace binding

@@ -1,0 +1,65 @@
+// The redundancy circle of a pose: its axis, its zero, and the tool seen from it. Eq. (3), (12)-(15), (20).
+//
+// In the orthonormal triad (w, e, z) -- w along shoulder-wrist, z the normal of the reference half-plane,
+// e = w x z -- the matrices of the paper need no product: the columns of 0R3(psi) = A_s sin + B_s cos + C_s are
+//   x_3 = w sin(beta) + f cos(beta),  y_3 = w cos(beta) - f sin(beta),  z_3 = z cos(psi) + e sin(psi),
+// with f = e cos(psi) - z sin(psi), and the entries of 4R7(psi) follow with gamma = beta + theta_4 and the tool's
+// axes in triad coordinates.
+#pragma once
+
+#include "elbow.hpp"
+#include "reference_plane.hpp"
+
+namespace armangle {
+
+template <class T>
+struct Circle {
+    Vec3<T> w, e, z;                      // the triad, in the frame of the base
+    Vec3<T> tool_w, tool_e, tool_z;       // w.x_7, w.y_7, w.z_7; the same for e and z
+    T distance;                           // |S-W| in m
+    Triangle<T> triangle;
+};
+
+/// Circle of a pose 0T7 (already freed of base and tool).
+template <class T>
+Circle<T> circle(const Arm& arm, const Pose<T>& flange) noexcept {
+    const auto& [x7, y7, z7] = flange.rotation;
+    const Vec3<T> p = flange.position - Vec3<T>{T(0.0), T(0.0), T(arm.d_bs)} - z7 * T(arm.d_wf);  // eq. (3)
+    Circle<T> c;
+    c.distance = norm(p);
+    c.w = p * (T(1.0) / select(c.distance == T(0.0), T(1.0), c.distance));
+    c.z = reference_normal(arm, p, c.w);
+    c.e = cross(c.w, c.z);
+    c.tool_w = {dot(c.w, x7), dot(c.w, y7), dot(c.w, z7)};
+    c.tool_e = {dot(c.e, x7), dot(c.e, y7), dot(c.e, z7)};
+    c.tool_z = {dot(c.z, x7), dot(c.z, y7), dot(c.z, z7)};
+    c.triangle = triangle(arm, c.distance);
+    return c;
+}
+
+template <class T>
+auto is_folded(const Arm& arm, const Circle<T>& c) noexcept { return c.distance <= T(tolerance::folded * arm.reach); }
+
+template <class T>
+auto is_unreachable(const Arm& arm, const Circle<T>& c) noexcept {
+    return c.triangle.excess > T(tolerance::reach * arm.reach);
+}
+
+/// Whether theta_1 (theta_2 = 0 or pi) vanishes as a direction for *every* psi: arm straight along the base axis.
+template <class T>
+auto shoulder_singular(const Circle<T>& c, const Fold<T>& f) noexcept {
+    const T along = c.w.x * c.w.x + c.w.y * c.w.y;
+    const T size = f.beta.cos * f.beta.cos * along + f.beta.sin * f.beta.sin * (T(1.0) + c.w.z * c.w.z);
+    return size <= T(tolerance::singular * tolerance::singular);
+}
+
+/// The same for theta_5: arm straight, tool axis along it.
+template <class T>
+auto wrist_singular(const Circle<T>& c, const Fold<T>& f) noexcept {
+    const T across = c.tool_e.z * c.tool_e.z + c.tool_z.z * c.tool_z.z;
+    const T along = c.tool_w.z * c.tool_w.z;
+    const T size = f.gamma.sin * f.gamma.sin * along + across * (T(1.0) + f.gamma.cos * f.gamma.cos);
+    return size <= T(tolerance::singular * tolerance::singular);
+}
+
+}  // namespace armangle

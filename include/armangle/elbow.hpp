@@ -1,0 +1,54 @@
+// The elbow: theta_4 and the triangle shoulder-elbow-wrist from the distance of the wrist. Eq. (4), (6).
+#pragma once
+
+#include "arm.hpp"
+
+namespace armangle {
+
+/// The triangle S-E-W. Without GC: eta and kappa are in [0, pi].
+template <class T>
+struct Triangle {
+    T excess;            // m beyond the reach (or inside the inner reach); <= 0 where the wrist can be reached
+    SinCos<T> eta;       // bend of the elbow: theta_4 - delta = GC_4 eta
+    SinCos<T> kappa;     // angle at the shoulder between S-E and S-W
+};
+
+/// Bend and shoulder angle by half-angle forms: exact also when stretched or folded (unlike acos of eq. (4)).
+template <class T>
+Triangle<T> triangle(const Arm& arm, T n) noexcept {
+    const double L = arm.reach, D = arm.inner_reach, La = arm.upper_arm, Lb = arm.forearm;
+    const T zero(0.0), rounding(tolerance::stretched * L);
+    const T s2 = select(L - n <= rounding, zero, (L - n) * (L + n));  // 4 La Lb sin^2(eta/2)
+    const T c2 = select(n - D <= rounding, zero, (n - D) * (n + D));  // 4 La Lb cos^2(eta/2)
+    const T scale = T(1.0) / (s2 + c2);
+    Triangle<T> t;
+    t.excess = max(n - L, D - n);
+    t.eta = {2.0 * sqrt(s2 * c2) * scale, (c2 - s2) * scale};
+    const T x = (La - Lb) + 2.0 * Lb * (c2 * scale), y = Lb * t.eta.sin;
+    const T side = hypot(x, y);
+    const auto shut = side == T(0.0);
+    const T inverse_side = T(1.0) / select(shut, T(1.0), side);
+    t.kappa = {y * inverse_side, select(shut, T(1.0), x * inverse_side)};
+    return t;
+}
+
+/// The elbow bent to the side that GC_4 says.
+template <class T>
+struct Fold {
+    SinCos<T> theta_4;
+    SinCos<T> beta;   // direction of S-W in the x-y plane of frame 3, from its y axis
+    SinCos<T> gamma;  // the same in frame 4: beta + theta_4
+};
+
+template <class T>
+Fold<T> fold(const Arm& arm, const Triangle<T>& t, T gc_4) noexcept {
+    const auto sum = [](const SinCos<double>& fixed, const T& s, const T& c) {
+        return SinCos<T>{fixed.sin * c + fixed.cos * s, fixed.cos * c - fixed.sin * s};
+    };
+    const T sin_lower = t.eta.sin * t.kappa.cos - t.eta.cos * t.kappa.sin;  // of eta - kappa, the angle at the wrist
+    const T cos_lower = t.eta.cos * t.kappa.cos + t.eta.sin * t.kappa.sin;
+    return {sum(arm.delta, gc_4 * t.eta.sin, t.eta.cos), sum(arm.shoulder_slant, -(gc_4 * t.kappa.sin), t.kappa.cos),
+            sum(arm.wrist_slant, gc_4 * sin_lower, cos_lower)};
+}
+
+}  // namespace armangle

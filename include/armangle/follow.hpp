@@ -1,0 +1,67 @@
+// A sequence of poses followed by steps: a loop around step(), nothing more.
+#pragma once
+
+#include <cstddef>
+
+#include "batch.hpp"
+#include "step.hpp"
+
+namespace armangle {
+
+/// What to do with a pose that cannot be stepped to: end there; stay and go on; or leave its row open and go on.
+enum class OnFail : std::uint8_t { stop, hold, skip };
+
+/// Rows of the result, one a pose; arrays of n (q: 7 n).
+struct FollowRows {
+    double *q, *psi, *margin, *residual;
+    long long* gc;
+    std::int8_t* status;
+};
+
+namespace detail {
+
+inline void open_row(const FollowRows& rows, std::size_t i, Status status) noexcept {
+    for (int j = 0; j < joints; ++j) rows.q[joints * i + static_cast<std::size_t>(j)] = not_a_number;
+    rows.psi[i] = rows.margin[i] = rows.residual[i] = not_a_number;
+    rows.gc[i] = -1;
+    rows.status[i] = static_cast<std::int8_t>(status);
+}
+
+inline void fill_row(const Arm& arm, const FollowRows& rows, std::size_t i, const Step& now, double psi, const Pose<double>& pose) noexcept {
+    for (int j = 0; j < joints; ++j) rows.q[joints * i + static_cast<std::size_t>(j)] = now.q[j];
+    rows.psi[i] = psi, rows.margin[i] = now.margin, rows.gc[i] = now.gc;
+    rows.residual[i] = position_error(arm, now.q, pose);
+    rows.status[i] = static_cast<std::int8_t>(now.status);
+}
+
+}  // namespace detail
+
+/// Follows n poses (16 doubles each, row-major) from `start`. `allowed` is null, one set, or one a pose. psi is lifted.
+inline void follow(const Arm& arm, const LimitTable& limits, const double* start, const double* poses, std::size_t n, StepOptions options,
+                   OnFail on_fail, Strided<const ArcSet> allowed, const FollowRows& rows) noexcept {
+    double q[joint_slots] = {};
+    for (int j = 0; j < joints; ++j) q[j] = start[j];
+    double psi = 0;
+    bool stopped = false, begun = false;
+    for (std::size_t i = 0; i < n; ++i) {
+        if (stopped) {
+            detail::open_row(rows, i, Status::NOT_REACHED);
+            continue;
+        }
+        const Pose<double> pose = load_pose(poses + 16 * i);
+        options.allowed = allowed.data ? allowed.at(i) : nullptr;
+        const Step next = step(arm, limits, q, pose, options);
+        const bool ok = next.status == Status::OK;
+        stopped = !ok && on_fail == OnFail::stop;
+        if (!ok && on_fail != OnFail::hold) {
+            detail::open_row(rows, i, next.status);
+            continue;
+        }
+        psi = begun ? lift(next.psi, psi) : next.psi;
+        begun = true;
+        detail::fill_row(arm, rows, i, next, psi, pose);
+        for (int j = 0; j < joints; ++j) q[j] = next.q[j];
+    }
+}
+
+}  // namespace armangle

@@ -1,0 +1,27 @@
+// Geometric Jacobian of the tool, in the frame that poses are given in.
+#pragma once
+
+#include "forward.hpp"
+
+namespace armangle {
+
+/// Six rows, seven columns: rows 0-2 linear velocity of the tool's origin, rows 3-5 angular velocity, per rad/s of q.
+struct Jacobian {
+    double entry[6][joints];
+};
+
+inline Jacobian jacobian(const Arm& arm, const double* q) noexcept {
+    const Chain c = chain(arm, q);
+    const Vec3<double> tip = (c.flange * arm.tool).position;
+    Jacobian out;
+    for (int i = 0; i < joints; ++i) {
+        const Vec3<double> axis = arm.base.rotation * (c.axis[i] * arm.sign[i]);
+        const Vec3<double> lever = arm.base.rotation * (tip - c.origin[i]);
+        const Vec3<double> linear = cross(axis, lever);
+        const double column[6] = {linear.x, linear.y, linear.z, axis.x, axis.y, axis.z};
+        for (int k = 0; k < 6; ++k) out.entry[k][i] = column[k];
+    }
+    return out;
+}
+
+}  // namespace armangle

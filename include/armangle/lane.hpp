@@ -1,0 +1,201 @@
+// Lane<N>: N doubles that take every operation together, in the compiler's own vector types.
+//
+// Each operation is per lane the same IEEE operation as on a double, so a lane's result does not depend on its
+// neighbours, and equals the result of the scalar formula bit for bit (compiled without contraction).
+#pragma once
+
+#include <cstdint>
+
+#include "scalar.hpp"
+
+#if defined(__x86_64__)
+#include <immintrin.h>
+#elif defined(__aarch64__)
+#include <arm_neon.h>
+#endif
+
+namespace armangle {
+
+#if defined(__AVX512F__)
+inline constexpr int register_width = 8;
+#elif defined(__AVX__)
+inline constexpr int register_width = 4;
+#else
+inline constexpr int register_width = 2;
+#endif
+
+namespace detail {
+
+typedef double Register __attribute__((vector_size(8 * register_width)));
+typedef std::int64_t RegisterMask __attribute__((vector_size(8 * register_width)));
+
+inline Register register_sqrt(Register x) noexcept {
+#if defined(__AVX512F__)
+    return _mm512_mask_sqrt_pd(x, 0xff, x);  // the plain form trips -Wmaybe-uninitialized in g++ 12
+#elif defined(__AVX__)
+    return _mm256_sqrt_pd(x);
+#elif defined(__x86_64__)
+    return _mm_sqrt_pd(x);
+#elif defined(__aarch64__)
+    return (Register)vsqrtq_f64((float64x2_t)x);
+#else
+    return Register{std::sqrt(x[0]), std::sqrt(x[1])};
+#endif
+}
+
+inline Register register_mul_add(Register a, Register b, Register c) noexcept {
+#if defined(__AVX512F__)
+    return _mm512_fmadd_pd(a, b, c);
+#elif defined(__AVX__) && defined(__FMA__)
+    return _mm256_fmadd_pd(a, b, c);
+#elif defined(__FMA__)
+    return _mm_fmadd_pd(a, b, c);
+#elif defined(__aarch64__)
+    return (Register)vfmaq_f64((float64x2_t)c, (float64x2_t)a, (float64x2_t)b);
+#else
+    return a * b + c;
+#endif
+}
+
+inline Register broadcast(double x) noexcept { return x - Register{}; }
+
+}  // namespace detail
+
+template <int N>
+struct Lane;
+
+template <int N>
+struct LaneMask {
+    static constexpr int registers = N / register_width;
+    detail::RegisterMask part[registers];
+
+    bool operator[](int i) const noexcept { return part[i / register_width][i % register_width] != 0; }
+};
+
+template <int N>
+struct Lane {
+    static_assert(N % register_width == 0, "a Lane is a whole number of registers");
+    static constexpr int registers = N / register_width;
+    detail::Register part[registers];
+
+    Lane() noexcept = default;
+    Lane(double x) noexcept {
+        for (auto& r : part) r = detail::broadcast(x);
+    }
+
+    double operator[](int i) const noexcept { return part[i / register_width][i % register_width]; }
+    void set(int i, double x) noexcept { part[i / register_width][i % register_width] = x; }
+
+    static Lane load(const double* from) noexcept {
+        Lane out;
+        __builtin_memcpy(out.part, from, sizeof(out.part));
+        return out;
+    }
+    void store(double* to) const noexcept { __builtin_memcpy(to, part, sizeof(part)); }
+
+    // `#define` and not twenty hand-written bodies: every operator is "for each register, the same operator".
+#define ARMANGLE_LANE_ARITHMETIC(op)                                             \
+    friend Lane operator op(const Lane& a, const Lane& b) noexcept {             \
+        Lane out;                                                                \
+        for (int i = 0; i < registers; ++i) out.part[i] = a.part[i] op b.part[i]; \
+        return out;                                                              \
+    }
+    ARMANGLE_LANE_ARITHMETIC(+)
+    ARMANGLE_LANE_ARITHMETIC(-)
+    ARMANGLE_LANE_ARITHMETIC(*)
+    ARMANGLE_LANE_ARITHMETIC(/)
+#undef ARMANGLE_LANE_ARITHMETIC
+
+#define ARMANGLE_LANE_COMPARISON(op)                                             \
+    friend LaneMask<N> operator op(const Lane& a, const Lane& b) noexcept {      \
+        LaneMask<N> out;                                                         \
+        for (int i = 0; i < registers; ++i) out.part[i] = a.part[i] op b.part[i]; \
+        return out;                                                              \
+    }
+    ARMANGLE_LANE_COMPARISON(<)
+    ARMANGLE_LANE_COMPARISON(>)
+    ARMANGLE_LANE_COMPARISON(<=)
+    ARMANGLE_LANE_COMPARISON(>=)
+    ARMANGLE_LANE_COMPARISON(==)
+#undef ARMANGLE_LANE_COMPARISON
+
+    friend Lane operator-(const Lane& a) noexcept {
+        Lane out;
+        for (int i = 0; i < registers; ++i) out.part[i] = -a.part[i];
+        return out;
+    }
+};
+
+template <int N>
+LaneMask<N> operator&(const LaneMask<N>& a, const LaneMask<N>& b) noexcept {
+    LaneMask<N> out;
+    for (int i = 0; i < out.registers; ++i) out.part[i] = a.part[i] & b.part[i];
+    return out;
+}
+
+template <int N>
+LaneMask<N> operator|(const LaneMask<N>& a, const LaneMask<N>& b) noexcept {
+    LaneMask<N> out;
+    for (int i = 0; i < out.registers; ++i) out.part[i] = a.part[i] | b.part[i];
+    return out;
+}
+
+template <int N>
+LaneMask<N> operator!(const LaneMask<N>& a) noexcept {
+    LaneMask<N> out;
+    for (int i = 0; i < out.registers; ++i) out.part[i] = ~a.part[i];
+    return out;
+}
+
+template <int N>
+bool any(const LaneMask<N>& mask) noexcept {
+    detail::RegisterMask seen = mask.part[0];
+    for (int i = 1; i < mask.registers; ++i) seen |= mask.part[i];
+    std::int64_t bits = 0;
+    for (int i = 0; i < register_width; ++i) bits |= seen[i];
+    return bits != 0;
+}
+
+template <int N>
+bool all(const LaneMask<N>& mask) noexcept { return !any(!mask); }
+
+template <int N>
+Lane<N> select(const LaneMask<N>& mask, const Lane<N>& yes, const Lane<N>& no) noexcept {
+    Lane<N> out;
+    for (int i = 0; i < out.registers; ++i) out.part[i] = mask.part[i] ? yes.part[i] : no.part[i];
+    return out;
+}
+
+template <int N>
+Lane<N> sqrt(const Lane<N>& x) noexcept {
+    Lane<N> out;
+    for (int i = 0; i < out.registers; ++i) out.part[i] = detail::register_sqrt(x.part[i]);
+    return out;
+}
+
+template <int N>
+Lane<N> mul_add(const Lane<N>& a, const Lane<N>& b, const Lane<N>& c) noexcept {
+    Lane<N> out;
+    for (int i = 0; i < out.registers; ++i) out.part[i] = detail::register_mul_add(a.part[i], b.part[i], c.part[i]);
+    return out;
+}
+
+template <int N>
+Lane<N> abs(const Lane<N>& x) noexcept {
+    Lane<N> out;
+    const detail::RegisterMask sign = detail::RegisterMask{} + INT64_MIN;
+    for (int i = 0; i < out.registers; ++i) out.part[i] = (detail::Register)((detail::RegisterMask)x.part[i] & ~sign);
+    return out;
+}
+
+template <int N>
+Lane<N> copysign(const Lane<N>& magnitude, const Lane<N>& sign_of) noexcept {
+    Lane<N> out;
+    const detail::RegisterMask sign = detail::RegisterMask{} + INT64_MIN;
+    for (int i = 0; i < out.registers; ++i)
+        out.part[i] = (detail::Register)(((detail::RegisterMask)magnitude.part[i] & ~sign) |
+                                         ((detail::RegisterMask)sign_of.part[i] & sign));
+    return out;
+}
+
+}  // namespace armangle

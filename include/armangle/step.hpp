@@ -1,0 +1,93 @@
+// One pass of fig. 10, from the present joints to the next: arcs, eq. (36), inverse, and the checks of continuity.
+#pragma once
+
+#include "arm_angle.hpp"
+#include "feasible.hpp"
+#include "resolution.hpp"
+
+namespace armangle {
+
+/// What is carried from one pose to the next: the number psi (the paper), or the elbow axis itself.
+enum class Carry : std::uint8_t { psi, elbow };
+
+struct StepOptions {
+    Policy policy;
+    Carry carry = Carry::psi;
+    double max_joint_step = 0.2;      // rad; a larger move of any joint is JOINT_JUMP
+    int gc = -1;                      // 0..7, or -1: that of the present joints
+    const ArcSet* allowed = nullptr;  // arcs of the user's own, intersected
+};
+
+/// On any status but OK, q is the present posture and residual its distance from the pose.
+struct Step {
+    double q[joint_slots];
+    double psi;       // in (-pi, pi]
+    int gc;
+    Status status;
+    double margin;    // rad: least distance of a joint of q to one of its limits, negative outside
+};
+
+/// Least distance to a limit over all joints; infinite without limits.
+inline double limit_margin(const Arm& arm, const double* q) noexcept {
+    double least = infinity;
+    for (int i = 0; i < joints; ++i) least = min(least, min(q[i] - arm.lower[i], arm.upper[i] - q[i]));
+    return least;
+}
+
+inline bool within_limits(const Arm& arm, const double* q, double slack) noexcept { return limit_margin(arm, q) >= -slack; }
+
+namespace detail {
+
+inline double largest_move(const double* a, const double* b) noexcept {
+    double most = 0;
+    for (int i = 0; i < joints; ++i) most = max(most, abs(a[i] - b[i]));
+    return most;
+}
+
+/// psi of the present posture, as it is to be carried to the circle of the next pose.
+inline double carried_psi(const Arm& arm, const Chain& now, const Circle<double>& next, Carry carry) noexcept {
+    if (carry == Carry::elbow) return arm_angle(next, now.z3);
+    const Circle<double> here = circle(arm, flange_pose(arm, user_pose(arm, now.flange)));
+    return is_folded(arm, here) ? arm_angle(next, now.z3) : arm_angle(here, now.z3);
+}
+
+}  // namespace detail
+
+/// The step from q_now to `pose` (as the user sees it).
+inline Step step(const Arm& arm, const LimitTable& limits, const double* q_now, const Pose<double>& pose,
+                 const StepOptions& options) noexcept {
+    const Chain now = chain(arm, q_now);
+    const Circle<double> c = circle(arm, flange_pose(arm, pose));
+    const Configuration<double> gc = options.gc < 0 ? configuration(arm, now.theta) : configuration(options.gc);
+    Step out{};
+    for (int i = 0; i < joints; ++i) out.q[i] = q_now[i];
+    out.gc = index(gc);
+    out.psi = detail::carried_psi(arm, now, c, options.carry);
+    out.margin = limit_margin(arm, q_now);
+    const Fold<double> bend = fold(arm, c.triangle, gc.elbow);
+    ArcSet arcs;
+    out.status = feasible(arm, limits, c, bend, joint_functions(c, bend, gc), arcs);
+    if (out.status != Status::OK) return out;
+    if (options.allowed) {
+        const ArcSet own = arcs;
+        intersect(own, *options.allowed, arcs);
+    }
+    const Resolution next = resolve(options.policy, arcs, out.psi);
+    out.status = next.status;
+    if (out.status != Status::OK) return out;
+    const Joints q = joints_near(arm, directions(c, bend, gc, sin_cos(next.psi)), q_now);
+    if (!within_limits(arm, q.q, tolerance::angle)) out.status = Status::WINDING_EXHAUSTED;
+    else if (!(detail::largest_move(q.q, q_now) <= options.max_joint_step)) out.status = Status::JOINT_JUMP;
+    if (out.status != Status::OK) return out;
+    for (int i = 0; i < joints; ++i) out.q[i] = q.q[i];
+    out.psi = next.psi;
+    out.margin = limit_margin(arm, out.q);
+    return out;
+}
+
+/// Distance (m) between the tool of a posture and a pose.
+inline double position_error(const Arm& arm, const double* q, const Pose<double>& pose) noexcept {
+    return norm(user_pose(arm, chain(arm, q).flange).position - pose.position);
+}
+
+}  // namespace armangle

@@ -1,0 +1,28 @@
+// Every tolerance of the library, one reason each. No formula holds a literal of its own.
+#pragma once
+
+namespace armangle::tolerance {
+
+/// Angles closer than this are one angle: membership in arcs and limits, merging of pieces (rad).
+inline constexpr double angle = 1e-9;
+/// Wrist closer to the base axis than this share of the reach: the reference plane is the convention's (ratio).
+inline constexpr double reference = 1e-7;
+/// Coefficients of a direction below this vanish on the whole circle: the posture is singular for every psi.
+inline constexpr double singular = 1e-13;
+/// A quantity this far from zero, relative to its terms, is zero: discriminants, cosines at +-1 (ratio).
+inline constexpr double vanishing = 1e-12;
+/// Discriminant below which a pivot's direction may come within `angle` of zero somewhere (ratio).
+inline constexpr double near_vanishing = 1e-6;
+/// Reach exceeded by less than this share of it is rounding, not distance (ratio).
+inline constexpr double reach = 1e-13;
+/// Within this share of the reach from its end, inside too, the arm is stretched (folded): a few ulp of a rounded pose
+/// would otherwise bend the elbow by 1e-8 rad and turn theta_1 and theta_5 by anything (ratio).
+inline constexpr double stretched = 4e-15;
+/// Shoulder and wrist closer than this share of the reach coincide: no axis, no arm angle (ratio).
+inline constexpr double folded = 1e-12;
+/// Largest entry of |R^T R - I| that a rotation given by the user may have.
+inline constexpr double rotation = 1e-6;
+/// A length above this is not in metres (m).
+inline constexpr double length = 1e3;
+
+}  // namespace armangle::tolerance

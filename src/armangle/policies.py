@@ -1,0 +1,142 @@
+"""Redundancy policies: how the arm angle moves on its feasible arc. Eq. (36)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from . import _core
+from .errors import PolicyError
+
+Outside = Literal["nearest", "stop"]
+_OUTSIDE = ("nearest", "stop")
+_REPULSION, _HOLD, _CENTRE = 0, 1, 2
+
+Rule = tuple[int, float, float, int]
+
+
+def _check_outside(outside: str) -> None:
+    if outside not in _OUTSIDE:
+        raise PolicyError(f"outside is {outside!r}, wanted 'nearest' or 'stop'")
+
+
+def _check_number(name: str, value: float, low: float, high: float, low_open: bool) -> None:
+    real = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if not real or not low <= value <= high or (low_open and value == low):
+        bracket = "(" if low_open else "["
+        raise PolicyError(f"{name} is {value!r}, wanted a number in {bracket}{low:g}, {high:g}]")
+
+
+def _gain(K: float, rate: float | None, dt: float | None) -> float:
+    """Return K per step; from a rate (1/s) it needs the step dt (s)."""
+    if rate is None:
+        return float(K)
+    if dt is None:
+        raise PolicyError("dt is missing: a policy with rate= needs the time of a step in s")
+    _check_number("dt", dt, 0.0, float("inf"), True)
+    return float(_core.gain(rate, dt))
+
+
+@dataclass(frozen=True)
+class Repulsion:
+    """Repels the arm angle from both ends of its arc; Eq. (36).
+
+    Not to be confused with `Centre`, which pulls to the middle from everywhere: with a large `alpha`
+    this one leaves the arm angle alone until an end is near.
+
+    Parameters
+    ----------
+    K : float
+        Strength per step, in [0, 1]. The arm angle never leaves its arc.
+    alpha : float
+        Range of the repulsion, > 0: the larger, the nearer to an end it begins.
+    rate : float, optional
+        Strength per second (1/s), instead of K: K = 1 - exp(-rate·dt), the same for every step time.
+    outside : "nearest" or "stop"
+        Where the arm angle lies in no arc: go to the nearer end, or stop with a status.
+
+    Raises
+    ------
+    PolicyError
+        If a parameter is out of range.
+
+    Source: Faria et al. (2018), Eq. (36).
+    """
+
+    K: float = 0.1
+    alpha: float = 20.0
+    rate: float | None = None
+    outside: Outside = "nearest"
+
+    def __post_init__(self) -> None:
+        _check_number("K", self.K, 0.0, 1.0, False)
+        _check_number("alpha", self.alpha, 0.0, 1e6, True)
+        if self.rate is not None:
+            _check_number("rate", self.rate, 0.0, 1e9, False)
+        _check_outside(self.outside)
+
+    def rule(self, dt: float | None) -> Rule:
+        """Return the numbers that the core takes, for a step of `dt` s."""
+        return _REPULSION, _gain(self.K, self.rate, dt), float(self.alpha), _OUTSIDE.index(self.outside)
+
+
+@dataclass(frozen=True)
+class Hold:
+    """Keeps the arm angle while it is feasible.
+
+    Parameters
+    ----------
+    outside : "nearest" or "stop"
+        Where the arm angle lies in no arc: go to the nearer end, or stop with a status.
+
+    Raises
+    ------
+    PolicyError
+        If `outside` is neither.
+    """
+
+    outside: Outside = "nearest"
+
+    def __post_init__(self) -> None:
+        _check_outside(self.outside)
+
+    def rule(self, dt: float | None) -> Rule:
+        """Return the numbers that the core takes; `dt` has no influence."""
+        return _HOLD, 0.0, 1.0, _OUTSIDE.index(self.outside)
+
+
+@dataclass(frozen=True)
+class Centre:
+    """Pulls the arm angle to the middle of its arc by the share K of the distance.
+
+    Parameters
+    ----------
+    K : float
+        Share per step, in [0, 1].
+    rate : float, optional
+        Strength per second (1/s), instead of K: K = 1 - exp(-rate·dt).
+    outside : "nearest" or "stop"
+        Where the arm angle lies in no arc: go to the nearer end, or stop with a status.
+
+    Raises
+    ------
+    PolicyError
+        If a parameter is out of range.
+    """
+
+    K: float = 0.1
+    rate: float | None = None
+    outside: Outside = "nearest"
+
+    def __post_init__(self) -> None:
+        _check_number("K", self.K, 0.0, 1.0, False)
+        if self.rate is not None:
+            _check_number("rate", self.rate, 0.0, 1e9, False)
+        _check_outside(self.outside)
+
+    def rule(self, dt: float | None) -> Rule:
+        """Return the numbers that the core takes, for a step of `dt` s."""
+        return _CENTRE, _gain(self.K, self.rate, dt), 1.0, _OUTSIDE.index(self.outside)
+
+
+Policy = Repulsion | Hold | Centre

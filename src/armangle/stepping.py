@@ -1,0 +1,333 @@
+"""Redundancy resolution, one step of a control loop, and a sequence of steps along poses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _core
+from ._arrays import Floats, as_floats, as_gc, as_number, broadcast, raise_problem
+from .arcs import ArcSet
+from .arm import MOST_MARGIN, Arm
+from .configuration import COUNT as CONFIGURATIONS
+from .description import JOINTS
+from .errors import ConfigurationError, InputError, NotFiniteError, ShapeError
+from .joint_path import JointPath
+from .policies import Policy, Repulsion
+from .status import STATUSES, Status
+
+Carry = Literal["psi", "elbow"]
+OnFail = Literal["stop", "hold", "skip"]
+Allowed = ArcSet | Callable[[Floats], ArcSet]
+
+MAX_JOINT_STEP = 0.2
+_CARRY = ("psi", "elbow")
+_ON_FAIL = ("stop", "hold", "skip")
+_DEFAULT_POLICY = Repulsion()
+_GC_OF_Q = -1
+
+
+class Resolution(NamedTuple):
+    """The next arm angle: ``psi`` in (-π, π], rad, shape (...), and its status (codes for a batch)."""
+
+    psi: Floats | np.float64
+    status: NDArray[np.int8] | Status
+
+
+class Step(NamedTuple):
+    """What a step leads to. On any status but OK the posture is the present one: nothing moves.
+
+    ``q (7,)`` rad, continuous with the present joints; ``psi`` rad in (-π, π]; ``gc`` 0..7; ``status``;
+    ``margin`` least distance of a joint of q to one of its limits, rad.
+    """
+
+    q: Floats
+    psi: float
+    gc: int
+    status: Status
+    margin: float
+
+
+def resolve(
+    arm: Arm,
+    pose: ArrayLike,
+    psi: ArrayLike,
+    gc: ArrayLike,
+    *,
+    policy: Policy = _DEFAULT_POLICY,
+    dt: float | None = None,
+    allowed: Allowed | None = None,
+    singularity_margin: float = 0.0,
+) -> Resolution:
+    """Return the next arm angle at a pose, from the present one and the feasible arcs.
+
+    Not to be confused with `step`, which starts from joints, checks continuity and returns joints.
+
+    Parameters
+    ----------
+    arm : Arm
+    pose : array_like, shape (..., 4, 4)
+        Tool frame, position in m.
+    psi : array_like, shape (...)
+        Present arm angle, rad, any real.
+    gc : array_like of int, shape (...)
+        Global configuration 0..7.
+    policy : Repulsion, Hold or Centre
+        How the arm angle moves on its arc.
+    dt : float, optional
+        Time of the step, s; needed by a policy with ``rate=``.
+    allowed : ArcSet or function (4, 4) -> ArcSet, optional
+        Arcs of the user's own, intersected: task-space obstacles (the paper's section 6).
+    singularity_margin : float
+        As in `Arm.feasible`, rad.
+
+    Returns
+    -------
+    Resolution
+        ``psi`` float64 (...) in (-π, π] and ``status``; where no arc is feasible psi is the given one and the
+        status says why.
+
+    Raises
+    ------
+    ArmangleError
+        As `Arm.feasible`; `PolicyError` where dt is missing.
+
+    Source: Faria et al. (2018), Eq. (36).
+
+    Examples
+    --------
+    >>> arm = Arm.from_catalogue("kuka_iiwa7_r800")
+    >>> pose, psi, gc = arm.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+    >>> resolve(arm, pose, psi, gc).status.name
+    'OK'
+    """
+    angles = as_floats("psi", psi)
+    if not np.isfinite(angles).all():
+        raise NotFiniteError("psi holds NaN or infinity, wanted finite angles in rad")
+    arcs = arm.feasible(pose, gc, singularity_margin=singularity_margin)
+    if allowed is not None:
+        poses = np.broadcast_to(as_floats("pose", pose, (4, 4)), (*arcs.shape, 4, 4))
+        arcs = arcs & _allowed_arcs(allowed, poses)
+    index = np.arange(len(arcs._count)).reshape(arcs.shape)
+    shape, pair = broadcast([("arcs", index, 0), ("psi", angles, 0)])
+    out, code = np.empty(shape), np.empty(shape, dtype=np.int8)
+    flat = out.reshape(-1), code.reshape(-1)
+    _core.resolve_many(
+        *policy.rule(dt), arcs._count, arcs._psi, np.ascontiguousarray(pair[0]).reshape(-1),
+        np.ascontiguousarray(pair[1]).reshape(-1), *flat,
+    )  # fmt: skip
+    reasons = arcs._status[pair[0]]
+    code[...] = np.where(reasons != Status.OK, reasons, code)
+    return Resolution(out[()], code if shape else STATUSES[code[()]])
+
+
+def step(
+    arm: Arm,
+    q_now: ArrayLike,
+    pose: ArrayLike,
+    *,
+    gc: int | None = None,
+    policy: Policy = _DEFAULT_POLICY,
+    dt: float | None = None,
+    carry: Carry = "psi",
+    max_joint_step: float | None = None,
+    allowed: Allowed | None = None,
+    singularity_margin: float = 0.0,
+) -> Step:
+    """Return the joints for the next pose of a control loop: one pass of the paper's figure 10.
+
+    Feasible arcs at the new pose, next arm angle by the policy, closed-form inverse, and the checks that make
+    the motion continuous: q is lifted next to `q_now`; a joint whose turns are used up, or a joint that would
+    move more than `max_joint_step`, is a status, and the posture stays.
+
+    Parameters
+    ----------
+    arm : Arm
+    q_now : array_like, shape (7,)
+        Present joints, rad.
+    pose : array_like, shape (4, 4)
+        Tool frame to go to, position in m.
+    gc : int, optional
+        Global configuration 0..7 of the new posture; that of `q_now` by default.
+    policy : Repulsion, Hold or Centre
+    dt : float, optional
+        Time of the step, s; needed by a policy with ``rate=``.
+    carry : "psi" or "elbow"
+        What is kept from posture to posture before the policy acts: the number psi (the paper), or the elbow
+        axis itself, which stays still where the wrist passes near the base axis.
+    max_joint_step : float, optional
+        Largest move of a joint, rad; 0.2 by default.
+    allowed : ArcSet or function (4, 4) -> ArcSet, optional
+        Arcs of the user's own, intersected.
+    singularity_margin : float
+        As in `Arm.feasible`, rad.
+
+    Returns
+    -------
+    Step
+        Never raises on geometry: see ``status``.
+
+    Raises
+    ------
+    ShapeError, NotFiniteError, NotRotationError, ConfigurationError, PolicyError, InputError
+
+    Source: Faria et al. (2018), Fig. 10, Eq. (36).
+
+    Examples
+    --------
+    >>> arm = Arm.from_catalogue("kuka_iiwa7_r800")
+    >>> q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+    >>> pose = arm.forward(q)[0].copy()
+    >>> pose[2, 3] += 0.001
+    >>> step(arm, q, pose).status.name
+    'OK'
+    """
+    settings = _settings(gc, policy, dt, carry, max_joint_step, singularity_margin)
+    count = psi = None
+    if allowed is not None:
+        count, psi = _one_allowed(allowed, as_floats("pose", pose, (4, 4)))
+    result = arm._core.step_one(q_now, pose, settings, count, psi)
+    if result is None:
+        joints, frame = as_floats("q_now", q_now, (JOINTS,)), as_floats("pose", pose, (4, 4))
+        if joints.ndim != 1 or frame.ndim != 2:
+            raise ShapeError(
+                f"q_now has shape {joints.shape} and pose {frame.shape}, wanted (7,) and (4, 4); "
+                "follow takes sequences"
+            )
+        result = arm._core.step_one(
+            np.ascontiguousarray(joints), np.ascontiguousarray(frame), settings, count, psi
+        )
+    if len(result) == 3:
+        raise_problem(result, (), joints="q_now")
+    q, angle, index, code, margin = result
+    return Step(q, angle, index, STATUSES[code], margin)
+
+
+def follow(
+    arm: Arm,
+    poses: ArrayLike,
+    *,
+    start: ArrayLike,
+    gc: int | None = None,
+    policy: Policy = _DEFAULT_POLICY,
+    dt: float | None = None,
+    carry: Carry = "psi",
+    max_joint_step: float | None = None,
+    allowed: Allowed | None = None,
+    singularity_margin: float = 0.0,
+    on_fail: OnFail = "stop",
+) -> JointPath:
+    """Return the motion along a sequence of poses: `step` in a loop, bit for bit, in C++.
+
+    Parameters
+    ----------
+    arm : Arm
+    poses : array_like, shape (N, 4, 4)
+        Tool frames, position in m. The first is stepped to from `start`.
+    start : array_like, shape (7,)
+        Joints before the first pose, rad.
+    gc, policy, dt, carry, max_joint_step, singularity_margin
+        As in `step`; `dt` is the time from pose to pose.
+    allowed : ArcSet of shape () or (N,), or function (4, 4) -> ArcSet, optional
+        Arcs of the user's own, intersected.
+    on_fail : "stop", "hold" or "skip"
+        What to do with a pose that cannot be stepped to: end there (rows behind are NaN, NOT_REACHED); stay
+        in the posture and go on (its row repeats the posture); or leave its row NaN and go on.
+
+    Returns
+    -------
+    JointPath
+        One row a pose, each with a status. Never raises on geometry.
+
+    Raises
+    ------
+    ShapeError, NotFiniteError, NotRotationError, ConfigurationError, PolicyError, InputError
+
+    Source: Faria et al. (2018), Fig. 10, Eq. (36).
+    """
+    frames = np.ascontiguousarray(as_floats("poses", poses, (4, 4)))
+    if frames.ndim != 3:
+        raise ShapeError(f"poses has shape {frames.shape}, wanted (N, 4, 4)")
+    joints = np.ascontiguousarray(as_floats("start", start, (JOINTS,)))
+    if joints.ndim != 1:
+        raise ShapeError(f"start has shape {joints.shape}, wanted (7,)")
+    if not np.isfinite(joints).all():
+        raise NotFiniteError(f"start is {joints.tolist()}, wanted finite joint values in rad")
+    if on_fail not in _ON_FAIL:
+        raise InputError(f"on_fail is {on_fail!r}, wanted one of 'stop', 'hold', 'skip'")
+    settings = _settings(gc, policy, dt, carry, max_joint_step, singularity_margin)
+    n = len(frames)
+    count = psi = None
+    if allowed is not None and n:
+        arcs = _allowed_arcs(allowed, frames)
+        if arcs.shape not in ((), (n,)):
+            raise ShapeError(f"allowed has shape {arcs.shape}, wanted () or ({n},)")
+        count, psi = arcs._count, arcs._psi
+    rows = _empty_rows(n)
+    problem = arm._core.follow_all(
+        joints, frames, settings, _ON_FAIL.index(on_fail), count, psi, rows["q"], rows["psi"],
+        rows["gc"], rows["status"], rows["margin"], rows["residual"],
+    )  # fmt: skip
+    if problem:
+        raise_problem(problem, (n,))
+    s = np.linspace(0.0, 1.0, n) if n != 1 else np.zeros(1)
+    return JointPath(arm=arm, s=s, poses=frames.copy(), **rows)
+
+
+def _empty_rows(n: int) -> dict[str, NDArray[Any]]:
+    return {
+        "q": np.empty((n, JOINTS)), "psi": np.empty(n), "gc": np.empty(n, dtype=np.int64),
+        "status": np.empty(n, dtype=np.int8), "margin": np.empty(n), "residual": np.empty(n),
+    }  # fmt: skip
+
+
+def _settings(
+    gc: int | None,
+    policy: Policy,
+    dt: float | None,
+    carry: Carry,
+    max_joint_step: float | None,
+    singularity_margin: float,
+) -> Any:
+    if carry not in _CARRY:
+        raise InputError(f"carry is {carry!r}, wanted 'psi' or 'elbow'")
+    index = _GC_OF_Q if gc is None else int(as_gc(gc))
+    if gc is not None and not 0 <= index < CONFIGURATIONS:
+        raise ConfigurationError(f"gc is {gc!r}, wanted an integer from 0 to 7")
+    largest = MAX_JOINT_STEP
+    if max_joint_step is not None:
+        largest = as_number("max_joint_step", max_joint_step, 0.0, np.inf, low_open=True)
+    margin = singularity_margin
+    if margin:
+        margin = as_number("singularity_margin", margin, 0.0, MOST_MARGIN)
+    return _core.StepSettings(*policy.rule(dt), _CARRY.index(carry), largest, index, margin)
+
+
+def _one_allowed(allowed: Allowed, pose: Floats) -> tuple[Any, Any]:
+    arcs = allowed if isinstance(allowed, ArcSet) else allowed(pose)
+    if not isinstance(arcs, ArcSet) or arcs.shape:
+        raise InputError(f"allowed gives {arcs!r}, wanted an ArcSet of shape ()")
+    return arcs._count, arcs._psi
+
+
+def _allowed_arcs(allowed: Allowed, poses: Floats) -> ArcSet:
+    """Return the user's arcs for poses (..., 4, 4): one set, or one a pose."""
+    if isinstance(allowed, ArcSet):
+        return allowed
+    if not callable(allowed):
+        raise InputError(f"allowed is {allowed!r}, wanted an ArcSet or a function of a pose")
+    sets = [_checked(allowed(pose)) for pose in poses.reshape(-1, 4, 4)]
+    arrays = [
+        np.concatenate([getattr(arcs, name) for arcs in sets])
+        for name in ("_count", "_psi", "_joint", "_side", "_value", "_status")
+    ]
+    return ArcSet._from_core(poses.shape[:-2], tuple(arrays))
+
+
+def _checked(arcs: object) -> ArcSet:
+    if not isinstance(arcs, ArcSet) or arcs.shape:
+        raise InputError(f"allowed gives {arcs!r}, wanted an ArcSet of shape ()")
+    return arcs
