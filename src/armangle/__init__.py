@@ -1,8 +1,8 @@
 """Exact inverse kinematics for 7-axis arms with spherical shoulder, elbow and spherical wrist (S-R-S).
 
-A pose, a global configuration ``gc`` (0..7) and an arm angle ``psi`` give exactly one joint vector ``q``; joint
-limits and singularities are arcs of ``psi``. After Faria et al. (2018), "Position-based kinematics for 7-DoF serial
-manipulators with global configuration control, joint limit and singularity avoidance".
+A pose, a global configuration ``gc`` (0..7) and an arm angle ``psi`` give exactly one joint vector ``q``;
+joint limits and singularities are arcs of ``psi``. After Faria et al. (2018), "Position-based kinematics for
+7-DoF serial manipulators with global configuration control, joint limit and singularity avoidance".
 
 Radians and metres throughout; leading batch axes everywhere.
 """

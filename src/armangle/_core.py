@@ -26,9 +26,7 @@ def _load() -> tuple[str, ModuleType]:
             return level, importlib.import_module(f"._core_{level}", __package__)
         except ModuleNotFoundError:
             continue
-    raise ImportError(
-        f"armangle was not built for {forced or 'this processor'}, or the processor lacks it"
-    )
+    raise ImportError(f"armangle was not built for {forced or 'this processor'}, or the processor lacks it")
 
 
 ISA, _module = _load()

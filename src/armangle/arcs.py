@@ -116,7 +116,7 @@ class ArcSet:
             status = np.where(count > 0, Status.OK, Status.LIMITS).astype(np.int8)
         start = np.zeros(len(count) + 1, dtype=np.int64)
         np.cumsum(count, out=start[1:])
-        fields = {
+        fields: dict[str, NDArray[Any]] = {
             "_count": count, "_psi": psi, "_joint": joint, "_side": side,
             "_value": value, "_status": status, "_start": start,
         }  # fmt: skip
@@ -159,12 +159,14 @@ class ArcSet:
     @property
     def is_empty(self) -> NDArray[np.bool_] | np.bool_:
         """Whether there is no arc, bool of the set's shape."""
-        return (self._count == 0).reshape(self.shape)[()]
+        empty: NDArray[np.bool_] = (self._count == 0).reshape(self.shape)
+        return empty[()]
 
     @property
     def is_full(self) -> NDArray[np.bool_] | np.bool_:
         """Whether the set is the whole circle, bool of the set's shape."""
-        return (self._measure() >= 2 * np.pi - _core.ANGLE_TOLERANCE).reshape(self.shape)[()]
+        full: NDArray[np.bool_] = self._measure() >= 2 * np.pi - _core.ANGLE_TOLERANCE
+        return full.reshape(self.shape)[()]
 
     @property
     def measure(self) -> Floats | np.float64:
@@ -174,7 +176,7 @@ class ArcSet:
     def _measure(self) -> Floats:
         rows = np.repeat(np.arange(len(self._count)), self._count)
         widths = self._psi[:, 1] - self._psi[:, 0]
-        return np.bincount(rows, weights=widths, minlength=len(self._count))
+        return np.bincount(rows, weights=widths, minlength=len(self._count)).astype(np.float64)
 
     @property
     def intervals(self) -> Floats:
@@ -225,7 +227,8 @@ class ArcSet:
         NotFiniteError, ShapeError
             If an angle is not finite, or the shapes do not broadcast.
         """
-        return (self._query(psi, False) != 0)[()]
+        inside: NDArray[np.bool_] = self._query(psi, False) != 0
+        return inside[()]
 
     def nearest(self, psi: ArrayLike) -> Floats | np.float64:
         """Return the nearest arm angle in the sets.
@@ -287,7 +290,9 @@ class ArcSet:
     def __getitem__(self, key: Any) -> ArcSet:
         picked = np.arange(len(self._count)).reshape(self.shape)[key]
         index = np.atleast_1d(picked).ravel()
-        rows = np.concatenate([np.arange(self._start[i], self._start[i + 1]) for i in index] or [np.empty(0, int)])
+        rows = np.concatenate(
+            [np.arange(self._start[i], self._start[i + 1]) for i in index] or [np.empty(0, int)]
+        )
         rows = rows.astype(np.int64)
         return ArcSet._from_core(
             np.shape(picked),

@@ -26,8 +26,8 @@ from .description import JOINTS, ArmDescription, ImportReport
 from .detect import describe_chain
 from .errors import ConfigurationError, InputError, LimitError, NotFiniteError, ShapeError
 from .joint_function import JointFunction
-from .urdf import Source, read_urdf
-from ._urdf_write import write_urdf
+from .mjcf import read_mjcf
+from .urdf import Source, read_urdf, write_urdf
 
 Enforce = Literal["ignore", "raise", "nan"]
 Unreachable = Literal["raise", "nan"]
@@ -76,7 +76,9 @@ def _seven(name: str, value: ArrayLike | None, default: float, *, infinite: bool
     bad = np.isnan(array) if infinite else ~np.isfinite(array)
     if bad.any():
         at = int(np.argmax(bad))
-        raise NotFiniteError(f"{name}[{at}] is {array[at]}, wanted a {'real' if infinite else 'finite'} number")
+        raise NotFiniteError(
+            f"{name}[{at}] is {array[at]}, wanted a {'real' if infinite else 'finite'} number"
+        )
     array.setflags(write=False)
     return array
 
@@ -280,6 +282,42 @@ class Arm:
             If the arm is not S-R-S; the message says which axes miss which point, and by how much.
         """
         chain = read_urdf(source, base=base, tip=tip)
+        description, report = describe_chain(chain, angle=angle_tolerance, length=length_tolerance)
+        return cls._from_description(description, report)
+
+    @classmethod
+    def from_mjcf(
+        cls,
+        source: Source,
+        base: str | None = None,
+        tip: str | None = None,
+        *,
+        angle_tolerance: float = 1e-5,
+        length_tolerance: float = 2e-5,
+    ) -> Arm:
+        """Return the arm between two bodies of a MuJoCo model; needs the extra ``mujoco``.
+
+        Parameters
+        ----------
+        source : path or str or bytes
+            An MJCF file, or its XML text.
+        base, tip : str, optional
+            Names of two bodies, or of a site as the tip; guessed where the file leaves one choice.
+        angle_tolerance, length_tolerance : float
+            As in `from_urdf`, rad and m.
+
+        Returns
+        -------
+        Arm
+
+        Raises
+        ------
+        MissingExtraError
+            If the package ``mujoco`` is not installed.
+        FileFormatError, NotSRSError
+            As `from_urdf`.
+        """
+        chain = read_mjcf(source, base=base, tip=tip)
         description, report = describe_chain(chain, angle=angle_tolerance, length=length_tolerance)
         return cls._from_description(description, report)
 
@@ -762,7 +800,12 @@ def _arm_defaults() -> dict[str, NDArray[Any]]:
 
 def _list_text(value: NDArray[Any]) -> str:
     """Return an array as Python source; infinities as float('inf')."""
-    return repr(value.tolist()).replace("-inf", "-float('inf')").replace(" inf", " float('inf')").replace("[inf", "[float('inf')")
+    return (
+        repr(value.tolist())
+        .replace("-inf", "-float('inf')")
+        .replace(" inf", " float('inf')")
+        .replace("[inf", "[float('inf')")
+    )
 
 
 def _check_joints(values: dict[str, Any], sign: Floats) -> None:
@@ -774,7 +817,9 @@ def _check_joints(values: dict[str, Any], sign: Floats) -> None:
     crossed = ~(lower <= upper) | (lower == np.inf) | (upper == -np.inf)
     if crossed.any():
         at = int(np.argmax(crossed))
-        raise LimitError(f"lower[{at}] is {lower[at]:g} and upper[{at}] is {upper[at]:g}, wanted lower <= upper")
+        raise LimitError(
+            f"lower[{at}] is {lower[at]:g} and upper[{at}] is {upper[at]:g}, wanted lower <= upper"
+        )
     for name in ("velocity", "acceleration"):
         if not (values[name] > 0).all():
             at = int(np.argmax(~(values[name] > 0)))

@@ -89,7 +89,7 @@ class JointFunction:
     @property
     def kind(self) -> Kind:
         """Which of the paper's cases holds: "stationary", "monotonic", "singular"; or "constant"."""
-        return _KINDS[self._core.kind]
+        return _KINDS[int(self._core.kind)]
 
     def __repr__(self) -> str:
         return f"<JointFunction of joint {self.joint}, {self.kind}>"

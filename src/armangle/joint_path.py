@@ -83,7 +83,8 @@ class JointPath:
             return f"All {len(self)} poses are solved within all limits."
         done = int((self.status == Status.OK).sum())
         sentence = STATUSES[self.status[at]].sentence
-        return f"{done} of {len(self)} poses are solved; pose {at} (s = {self.s[at]:.4g}) is the first that is not. {sentence}"
+        where = f"pose {at} (s = {self.s[at]:.4g}) is the first that is not"
+        return f"{done} of {len(self)} poses are solved; {where}. {sentence}"
 
     def raise_for_status(self) -> None:
         """Raise `PathError` with the explanation, unless the path is ok."""

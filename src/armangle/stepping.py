@@ -277,7 +277,7 @@ def follow(
     return JointPath(arm=arm, s=s, poses=frames.copy(), **rows)
 
 
-def _empty_rows(n: int) -> dict[str, NDArray[Any]]:
+def _empty_rows(n: int) -> dict[str, Any]:
     return {
         "q": np.empty((n, JOINTS)), "psi": np.empty(n), "gc": np.empty(n, dtype=np.int64),
         "status": np.empty(n, dtype=np.int8), "margin": np.empty(n), "residual": np.empty(n),
