@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import Any, Literal
 
 import numpy as np
@@ -288,7 +289,7 @@ class Arm:
     @classmethod
     def from_mjcf(
         cls,
-        source: Source,
+        source: str | os.PathLike[str],
         base: str | None = None,
         tip: str | None = None,
         *,
@@ -299,7 +300,7 @@ class Arm:
 
         Parameters
         ----------
-        source : path or str or bytes
+        source : path or str
             An MJCF file, or its XML text.
         base, tip : str, optional
             Names of two bodies, or of a site as the tip; guessed where the file leaves one choice.
