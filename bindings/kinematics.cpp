@@ -98,6 +98,18 @@ nb::object forward_many(const ArmHandle& self, nb::handle q, nb::handle pose, nb
     });
 }
 
+nb::object frames_many(const ArmHandle& self, nb::handle q, nb::handle out, int threads) {
+    const Buffer in(q), to(out, true);
+    return for_each<2>({&in, &to}, {1, 3}, threads, [&](const Py_ssize_t* at, double& value) {
+        const Problem problem = check_joints(in.data<double>() + at[0], value);
+        if (problem != Problem::none) return problem;
+        Pose<double> frame[joints + 1];
+        frames(self.arm, in.data<double>() + at[0], frame);
+        for (int i = 0; i <= joints; ++i) store_pose(frame[i], to.data<double>() + at[1] + 16 * i);
+        return Problem::none;
+    });
+}
+
 nb::object jacobian_many(const ArmHandle& self, nb::handle q, nb::handle out, int threads) {
     const Buffer in(q), to(out, true);
     return for_each<2>({&in, &to}, {1, 2}, threads, [&](const Py_ssize_t* at, double& value) {
@@ -151,6 +163,7 @@ void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm) {
     arm.def("inverse_one", &inverse_one, "pose"_a, "psi"_a, "gc"_a);
     arm.def("inverse_many", &inverse_many, "pose"_a, "psi"_a, "gc"_a, "seed"_a.none(), "out"_a, "limits"_a, "unreachable"_a, "threads"_a);
     arm.def("forward_many", &forward_many, "q"_a, "pose"_a, "psi"_a, "gc"_a, "nan"_a, "threads"_a);
+    arm.def("frames_many", &frames_many, "q"_a, "out"_a, "threads"_a);
     arm.def("jacobian_many", &jacobian_many, "q"_a, "out"_a, "threads"_a);
     arm.def("self_motion_many", &self_motion_many, "pose"_a, "psi"_a, "gc"_a, "out"_a, "threads"_a);
     arm.def("limit_margin_many", &limit_margin_many, "q"_a, "out"_a);

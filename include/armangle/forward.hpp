@@ -34,8 +34,11 @@ inline Pose<double> dh_step(const Pose<double>& from, const SinCos<double>& thet
 
 }  // namespace detail
 
-/// The chain at joint values q (rad, robot coordinates). Table 1 with a_3 and a_4.
-inline Chain chain(const Arm& arm, const double* q) noexcept {
+namespace detail {
+
+/// Walks the DH rows at joint values q: visit(i, 0Ti) for i = 0..7; theta is stored on the way. Table 1 with a_3 and a_4.
+template <class Visit>
+void walk(const Arm& arm, const double* q, double* theta_out, const Visit& visit) noexcept {
     constexpr int twist[joints] = {-1, 1, 1, -1, -1, 1, 0};
     const double d[joints] = {arm.d_bs, 0, arm.d_se, 0, arm.d_ew, 0, arm.d_wf};
     const double a[joints] = {0, 0, arm.a_3, arm.a_4, 0, 0, 0};
@@ -46,17 +49,36 @@ inline Chain chain(const Arm& arm, const double* q) noexcept {
     const SinCos<Slots> sc = sin_cos(theta);
     sc.sin.store(sine);
     sc.cos.store(cosine);
-    Chain out;
-    theta.store(out.theta);
+    theta.store(theta_out);
     Pose<double> frame = identity_pose();
     for (int i = 0; i < joints; ++i) {
+        visit(i, frame);
+        frame = dh_step(frame, {sine[i], cosine[i]}, twist[i], d[i], a[i]);
+    }
+    visit(joints, frame);
+}
+
+}  // namespace detail
+
+/// The chain at joint values q (rad, robot coordinates).
+inline Chain chain(const Arm& arm, const double* q) noexcept {
+    Chain out;
+    detail::walk(arm, q, out.theta, [&out](int i, const Pose<double>& frame) {
+        if (i == 3) out.z3 = frame.rotation.z;
+        if (i == joints) {
+            out.flange = frame;
+            return;
+        }
         out.axis[i] = frame.rotation.z;
         out.origin[i] = frame.position;
-        frame = detail::dh_step(frame, {sine[i], cosine[i]}, twist[i], d[i], a[i]);
-        if (i == 2) out.z3 = frame.rotation.z;
-    }
-    out.flange = frame;
+    });
     return out;
+}
+
+/// The DH frames 0..7 at joint values q, in the frame that poses are given in: base 0Ti; the last is the flange, without the tool.
+inline void frames(const Arm& arm, const double* q, Pose<double> (&out)[joints + 1]) noexcept {
+    double theta[joint_slots];
+    detail::walk(arm, q, theta, [&](int i, const Pose<double>& frame) { out[i] = arm.has_base ? arm.base * frame : frame; });
 }
 
 /// GC of model angles, eq. (2); the elbow's relative to the stretched arm.

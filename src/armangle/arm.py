@@ -531,6 +531,44 @@ class Arm:
         near = None if seed is None else as_floats("seed", seed, (JOINTS,))[..., None, :]
         return self._inverse(poses, angles, _GC_ORDER, near, limits, unreachable, None, threads)
 
+    def frames(self, q: ArrayLike, *, threads: int = 1) -> Floats:
+        """Return the poses of the arm's DH frames: where its joints are in space, for pictures and collision models.
+
+        Not to be confused with `forward`, whose pose includes the tool and is that of the user's tip alone.
+
+        Parameters
+        ----------
+        q : array_like, shape (..., 7)
+            Joint values, rad.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        ndarray, shape (..., 8, 4, 4)
+            Frames 0..7 in the frame that poses are given in, positions in m: joint i turns about the z axis of
+            frame i - 1; frames 1 and 2 are at the shoulder, 3 at the elbow's axis, 5 and 6 at the wrist, 7 is
+            the flange: ``frames[7] @ tool`` is the pose.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError
+
+        Source: Faria et al. (2018), Table 1, Eqs. (1), (40)-(46).
+
+        Examples
+        --------
+        >>> arm = Arm(d_bs=0.34, d_se=0.4, d_ew=0.4, d_wf=0.126)
+        >>> arm.frames([0, 0, 0, 0, 0, 0, 0])[:, 2, 3].round(3).tolist()
+        [0.0, 0.34, 0.34, 0.74, 0.74, 1.14, 1.14, 1.266]
+        """
+        joints = as_floats("q", q, (JOINTS,))
+        out = np.empty((*joints.shape[:-1], JOINTS + 1, 4, 4))
+        problem = self._core.frames_many(joints, out, as_threads(threads))
+        if problem:
+            raise_problem(problem, joints.shape[:-1])
+        return out
+
     # -- differential ------------------------------------------------------------------------------
 
     def jacobian(self, q: ArrayLike, *, threads: int = 1) -> Floats:

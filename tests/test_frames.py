@@ -1,0 +1,67 @@
+"""Arm.frames: the DH frames in space, against the plain NumPy chain of Eq. (1)."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import armangle as aa
+
+_TWIST = (-np.pi / 2, np.pi / 2, np.pi / 2, -np.pi / 2, -np.pi / 2, np.pi / 2, 0.0)
+_OFFSET_ELBOW = "barrett_wam7"
+
+
+def _dh(theta: float, alpha: float, d: float, a: float) -> np.ndarray:
+    """Return Eq. (1)."""
+    c, s, ca, sa = np.cos(theta), np.sin(theta), np.cos(alpha), np.sin(alpha)
+    return np.array(
+        [[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0, sa, ca, d], [0, 0, 0, 1]]
+    )
+
+
+def _by_hand(arm: aa.Arm, q: np.ndarray) -> np.ndarray:
+    d = (arm.d_bs, 0, arm.d_se, 0, arm.d_ew, 0, arm.d_wf)
+    a = (0, 0, arm.a_3, arm.a_4, 0, 0, 0)
+    out = [arm.base]
+    for theta, row in zip(arm.signs * q + arm.offsets, zip(_TWIST, d, a, strict=True), strict=True):
+        out.append(out[-1] @ _dh(theta, *row))
+    return np.array(out)
+
+
+@pytest.mark.parametrize("name", aa.catalogue())
+def test_frames_are_those_of_the_dh_rows(name: str) -> None:
+    arm = aa.Arm.from_catalogue(name)
+    q = np.random.default_rng(3).uniform(-2, 2, (6, 7))
+    frames = arm.frames(q)
+    assert frames.shape == (6, 8, 4, 4)
+    for one, joints in zip(frames, q, strict=True):
+        np.testing.assert_allclose(one, _by_hand(arm, joints), atol=1e-14)
+    np.testing.assert_allclose(frames[:, 7] @ arm.tool, arm.forward(q)[0], atol=1e-14)
+
+
+def test_a_batch_is_its_elements_bit_for_bit() -> None:
+    arm = aa.Arm.from_catalogue(_OFFSET_ELBOW)
+    q = np.random.default_rng(4).uniform(-2, 2, (3, 4, 7))
+    frames = arm.frames(q, threads=2)
+    for index in np.ndindex(3, 4):
+        np.testing.assert_array_equal(frames[index], arm.frames(q[index]))
+
+
+def test_each_joint_turns_about_the_z_axis_of_the_frame_before_it() -> None:
+    arm = aa.Arm.from_catalogue(_OFFSET_ELBOW)
+    q = np.random.default_rng(5).uniform(-1, 1, 7)
+    frames, jacobian = arm.frames(q), arm.jacobian(q)
+    axes = frames[:7, :3, 2] * arm.signs[:, None]
+    np.testing.assert_allclose(jacobian[3:].T, axes, atol=1e-14)
+    tip = arm.forward(q)[0][:3, 3]
+    np.testing.assert_allclose(jacobian[:3].T, np.cross(axes, tip - frames[:7, :3, 3]), atol=1e-13)
+
+
+def test_a_joint_that_is_not_finite_is_named() -> None:
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    q = np.zeros((2, 7))
+    q[1, 3] = np.nan
+    with pytest.raises(aa.NotFiniteError, match=r"q\[1\] holds nan"):
+        arm.frames(q)
+    with pytest.raises(aa.ShapeError, match=r"q has shape \(6,\)"):
+        arm.frames(np.zeros(6))
