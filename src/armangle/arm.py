@@ -532,7 +532,7 @@ class Arm:
         return self._inverse(poses, angles, _GC_ORDER, near, limits, unreachable, None, threads)
 
     def frames(self, q: ArrayLike, *, threads: int = 1) -> Floats:
-        """Return the poses of the arm's DH frames: where its joints are in space, for pictures and collision models.
+        """Return the poses of the arm's DH frames: where its joints are in space.
 
         Not to be confused with `forward`, whose pose includes the tool and is that of the user's tip alone.
 
@@ -546,9 +546,9 @@ class Arm:
         Returns
         -------
         ndarray, shape (..., 8, 4, 4)
-            Frames 0..7 in the frame that poses are given in, positions in m: joint i turns about the z axis of
-            frame i - 1; frames 1 and 2 are at the shoulder, 3 at the elbow's axis, 5 and 6 at the wrist, 7 is
-            the flange: ``frames[7] @ tool`` is the pose.
+            Frames 0..7 in the frame that poses are given in, positions in m: joint i turns about the
+            z axis of frame i - 1; frames 1 and 2 are at the shoulder, 3 at the elbow's axis, 5 and 6 at
+            the wrist, 7 is the flange: ``frames[7] @ tool`` is the pose.
 
         Raises
         ------
