@@ -1,41 +1,66 @@
 """Exact inverse kinematics for 7-axis arms with spherical shoulder, elbow and spherical wrist (S-R-S).
 
-A pose, a global configuration ``gc`` (0..7) and an arm angle ``psi`` give exactly one joint vector ``q``;
-joint limits and singularities are arcs of ``psi``. After Faria et al. (2018), "Position-based kinematics for
-7-DoF serial manipulators with global configuration control, joint limit and singularity avoidance".
+A pose, a global configuration ``gc`` (0..7) and an arm angle ``psi`` give exactly one joint vector
+``q``; joint limits and singularities are arcs of ``psi``. After Faria et al. (2018), "Position-based
+kinematics for 7-DoF serial manipulators with global configuration control, joint limit and
+singularity avoidance".
 
-Radians and metres throughout; leading batch axes everywhere.
+Radians and metres throughout; leading batch axes everywhere. Names are imported when first used, so that
+``armangle --help`` needs neither NumPy nor the compiled core.
 """
 
-from ._catalogue import catalogue
-from ._core import ISA, __version__
-from .arcs import ArcEnd, ArcSet
-from .arm import Arm, nearest_rotation
-from .configuration import gc_index, gc_signs
-from .description import ImportReport
-from .errors import (
-    ArmangleError,
-    ConfigurationError,
-    FileFormatError,
-    InputError,
-    LimitError,
-    MissingExtraError,
-    NotFiniteError,
-    NotRotationError,
-    NotSRSError,
-    OutputError,
-    PathError,
-    PolicyError,
-    ShapeError,
-    UnknownRobotError,
-    UnreachableError,
-    UrdfError,
-)
-from .joint_function import JointFunction
-from .joint_path import JointPath
-from .policies import Centre, Hold, Repulsion
-from .status import Status
-from .stepping import Resolution, Step, follow, resolve, step
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from ._catalogue import catalogue
+    from ._core import ISA, __version__
+    from .arcs import ArcEnd, ArcSet
+    from .arm import Arm, nearest_rotation
+    from .configuration import gc_index, gc_signs
+    from .description import ImportReport
+    from .errors import (
+        ArmangleError,
+        ConfigurationError,
+        FileFormatError,
+        InputError,
+        LimitError,
+        MissingExtraError,
+        NotFiniteError,
+        NotRotationError,
+        NotSRSError,
+        OutputError,
+        PathError,
+        PolicyError,
+        ShapeError,
+        UnknownRobotError,
+        UnreachableError,
+        UrdfError,
+    )
+    from .joint_function import JointFunction
+    from .joint_path import JointPath
+    from .policies import Centre, Hold, Repulsion
+    from .status import Status
+    from .stepping import Resolution, Step, follow, resolve, step
+
+# Which module a name comes from: the imports above once more, for the interpreter.
+_HOMES = {
+    "_catalogue": "catalogue",
+    "_core": "ISA __version__",
+    "arcs": "ArcEnd ArcSet",
+    "arm": "Arm nearest_rotation",
+    "configuration": "gc_index gc_signs",
+    "description": "ImportReport",
+    "errors": "ArmangleError ConfigurationError FileFormatError InputError LimitError MissingExtraError "
+    "NotFiniteError NotRotationError NotSRSError OutputError PathError PolicyError ShapeError "
+    "UnknownRobotError UnreachableError UrdfError",
+    "joint_function": "JointFunction",
+    "joint_path": "JointPath",
+    "policies": "Centre Hold Repulsion",
+    "status": "Status",
+    "stepping": "Resolution Step follow resolve step",
+}
+_HOME = {name: module for module, names in _HOMES.items() for name in names.split()}
 
 __all__ = [
     "ISA",
@@ -76,3 +101,18 @@ __all__ = [
     "resolve",
     "step",
 ]
+
+if not TYPE_CHECKING:  # a type checker should see the names above and no others
+
+    def __getattr__(name: str) -> Any:
+        """Return a public name, imported from its home."""
+        if name not in _HOME:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        value = getattr(import_module(f".{_HOME[name]}", __name__), name)
+        globals()[name] = value
+        return value
+
+
+def __dir__() -> list[str]:
+    """Return the public names, imported or not."""
+    return sorted({*globals(), *__all__})
