@@ -1,0 +1,118 @@
+// Counts allocations around each function that a control loop calls. Prints "name count" lines; the first line proves
+// that the counter counts.
+#include <cstdio>
+#include <cstdlib>
+#include <new>
+
+#include <armangle/armangle.hpp>
+
+namespace {
+std::size_t allocations = 0;
+}
+
+void* operator new(std::size_t size) {
+    ++allocations;
+    if (void* p = std::malloc(size)) return p;
+    throw std::bad_alloc();
+}
+void* operator new[](std::size_t size) { return operator new(size); }
+void operator delete(void* p) noexcept { std::free(p); }
+void operator delete[](void* p) noexcept { std::free(p); }
+void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+void operator delete[](void* p, std::size_t) noexcept { std::free(p); }
+
+#if defined(__GLIBC__)
+// glibc's own names for what these replace, so that C allocations are seen too
+extern "C" {
+void* __libc_malloc(std::size_t size);
+void* __libc_calloc(std::size_t count, std::size_t size);
+void* __libc_realloc(void* p, std::size_t size);
+void* malloc(std::size_t size) { return ++allocations, __libc_malloc(size); }
+void* calloc(std::size_t count, std::size_t size) { return ++allocations, __libc_calloc(count, size); }
+void* realloc(void* p, std::size_t size) { return ++allocations, __libc_realloc(p, size); }
+}
+#endif
+
+namespace {
+
+using namespace armangle;
+
+constexpr std::size_t count = 21;
+
+/// Poses around a bent posture, one of them out of reach so that failures are covered too.
+struct Input {
+    double q[7] = {0.1, 0.5, -0.2, -1.3, 0.4, 0.9, 0.3}, matrix[16 * count], psi[count];
+    long long gc[count];
+
+    explicit Input(const Arm& arm) {
+        for (std::size_t i = 0; i < count; ++i) {
+            q[0] += 0.001;
+            const Posture at = forward(arm, q);
+            store_pose(at.pose, matrix + 16 * i);
+            psi[i] = at.psi, gc[i] = at.gc;
+        }
+        matrix[16 * (count - 1) + 3] = 9.0;
+    }
+};
+
+struct Output {
+    double q[7 * count], psi[count], margin[count], residual[count];
+    long long gc[count];
+    std::int8_t status[count];
+};
+
+template <class Work>
+void report(const char* name, const Work& work) {
+    const std::size_t before = allocations;
+    work();
+    const std::size_t made = allocations - before;
+    std::printf("%s %zu\n", name, made);
+}
+
+}  // namespace
+
+int main() {
+    ArmParameters p;
+    p.d_bs = 0.34, p.d_se = 0.4, p.d_ew = 0.4, p.d_wf = 0.126;
+    for (int i = 0; i < joints; ++i) p.upper[i] = 2.0, p.lower[i] = -2.0;
+    std::printf("start\n");  // stdout's own buffer
+    report("counter", [] {
+        void* volatile kept = operator new(1);  // twice where malloc is counted too
+        operator delete(kept);
+    });
+    static Arm arm;
+    report("make_arm", [&] { arm = make_arm(p); });
+    static LimitTable limits;
+    report("limit_table", [] { limits = limit_table(arm, 0.05); });
+    static const Input in(arm);
+    static Output out;
+    report("forward", [] { out.psi[0] = forward(arm, in.q).psi; });
+    report("jacobian", [] { out.psi[0] = jacobian(arm, in.q).entry[0][0]; });
+    report("inverse", [] {
+        const InverseBatch batch{{in.matrix, 16}, {in.psi, 1}, {nullptr, 0}, {in.gc, 1}, {out.q, 7}};
+        Outcome outcome;
+        inverse_range(arm, batch, 0, 1, outcome);
+        inverse_range(arm, batch, 0, count, outcome);
+    });
+    report("feasible", [] {
+        for (std::size_t i = 0; i < count; ++i) {
+            const Circle<double> c = circle(arm, flange_pose(arm, load_pose(in.matrix + 16 * i)));
+            for (int k = 0; k < configurations; ++k) {
+                const Configuration<double> gc = configuration(k);
+                const Fold<double> bend = fold(arm, c.triangle, gc.elbow);
+                ArcSet set, rest;
+                out.status[i] = static_cast<std::int8_t>(feasible(arm, limits, c, bend, joint_functions(c, bend, gc), set));
+                complement(set, rest);
+                out.psi[i] = measure(rest);
+            }
+        }
+    });
+    report("step", [] {
+        for (std::size_t i = 0; i < count; ++i) out.psi[i] = step(arm, limits, in.q, load_pose(in.matrix + 16 * i), StepOptions{}).psi;
+    });
+    report("follow", [] {
+        const FollowRows rows{out.q, out.psi, out.margin, out.residual, out.gc, out.status};
+        follow(arm, limits, in.q, in.matrix, count, StepOptions{}, OnFail::stop, {nullptr, 0}, rows);
+    });
+    return 0;
+}
