@@ -57,14 +57,6 @@ inline void store_pose(const Pose<double>& p, double* m) noexcept {
     for (int i = 0; i < 16; ++i) m[i] = rows[i];
 }
 
-/// Largest entry of |R^T R - I|; NaN or infinite entries give NaN or infinity.
-template <class T>
-T orthonormality_error(const Mat3<T>& r) noexcept {
-    const T one(1.0);
-    const T lengths = max(max(abs(dot(r.x, r.x) - one), abs(dot(r.y, r.y) - one)), abs(dot(r.z, r.z) - one));
-    return max(lengths, max(max(abs(dot(r.x, r.y)), abs(dot(r.y, r.z))), abs(dot(r.z, r.x))));
-}
-
 /// What is wrong with a 4x4 pose, and the value that shows it.
 inline Problem check_pose(const double* m, double& value) noexcept {
     for (int i = 0; i < 16; ++i)

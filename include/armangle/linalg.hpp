@@ -2,6 +2,7 @@
 #pragma once
 
 #include "scalar.hpp"
+#include "tolerances.hpp"
 
 namespace armangle {
 
@@ -80,6 +81,21 @@ inline Pose<double> identity_pose() noexcept { return {{{1, 0, 0}, {0, 1, 0}, {0
 inline Pose<double> inverse(const Pose<double>& p) noexcept {
     const auto& [x, y, z] = p.rotation;
     return {{{x.x, y.x, z.x}, {x.y, y.y, z.y}, {x.z, y.z, z.z}}, {-dot(x, p.position), -dot(y, p.position), -dot(z, p.position)}};
+}
+
+/// Largest entry of |R^T R - I|; an entry that is NaN may pass: is_rigid finds it.
+template <class T>
+T orthonormality_error(const Mat3<T>& r) noexcept {
+    const T one(1.0);
+    const T lengths = max(max(abs(dot(r.x, r.x) - one), abs(dot(r.y, r.y) - one)), abs(dot(r.z, r.z) - one));
+    return max(lengths, max(max(abs(dot(r.x, r.y)), abs(dot(r.y, r.z))), abs(dot(r.z, r.x))));
+}
+
+/// Whether a pose is finite and its rotation proper and orthonormal within the tolerance.
+inline bool is_rigid(const Pose<double>& p) noexcept {
+    const auto& [x, y, z] = p.rotation;
+    const bool finite = abs(p.position.x) + abs(p.position.y) + abs(p.position.z) < infinity;
+    return finite && orthonormality_error(p.rotation) <= tolerance::rotation && dot(cross(x, y), z) > 0;  // false of NaN
 }
 
 }  // namespace armangle

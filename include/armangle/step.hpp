@@ -27,6 +27,13 @@ struct Step {
     double margin;    // rad: least distance of a joint of q to one of its limits, negative outside
 };
 
+/// Whether all seven joint values are finite.
+inline bool is_finite(const double* q) noexcept {
+    for (int i = 0; i < joints; ++i)
+        if (!(abs(q[i]) < infinity)) return false;
+    return true;
+}
+
 /// Least distance to a limit over all joints; infinite without limits.
 inline double limit_margin(const Arm& arm, const double* q) noexcept {
     double least = infinity;
@@ -51,11 +58,20 @@ inline double carried_psi(const Arm& arm, const Chain& now, const Circle<double>
     return is_folded(arm, here) ? arm_angle(next, now.z3) : arm_angle(here, now.z3);
 }
 
+/// No step: q_now as it came, psi NaN.
+inline Step refused(const Arm& arm, const double* q_now) noexcept {
+    Step out{};
+    for (int i = 0; i < joints; ++i) out.q[i] = q_now[i];
+    out.psi = not_a_number, out.gc = -1, out.status = Status::BAD_INPUT, out.margin = limit_margin(arm, q_now);
+    return out;
+}
+
 }  // namespace detail
 
 /// The step from q_now to `pose` (as the user sees it).
 inline Step step(const Arm& arm, const LimitTable& limits, const double* q_now, const Pose<double>& pose,
                  const StepOptions& options) noexcept {
+    if (!is_rigid(pose) || !is_finite(q_now)) return detail::refused(arm, q_now);
     const Chain now = chain(arm, q_now);
     const Circle<double> c = circle(arm, flange_pose(arm, pose));
     const Configuration<double> gc = options.gc < 0 ? configuration(arm, now.theta) : configuration(options.gc);

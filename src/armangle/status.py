@@ -22,6 +22,7 @@ class Status(IntEnum):
     VELOCITY_LIMIT = 9
     ACCELERATION_LIMIT = 10
     NOT_REACHED = 11
+    BAD_INPUT = 12
 
     @property
     def sentence(self) -> str:

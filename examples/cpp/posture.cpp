@@ -1,0 +1,32 @@
+// A posture of the paper's example, eq. (37): its pose (38), arm angle, branch, the way back, and the feasible arcs.
+#include <cstdio>
+
+#include "iiwa7.hpp"
+
+int main() {
+    const armangle::Arm arm = example::iiwa7();
+    const double q_deg[] = {-5.4101, -26.4986, -48.1542, -61.6500, 152.6198, 114.4466, 8.1812};
+    double q[armangle::joints];
+    for (int i = 0; i < armangle::joints; ++i) q[i] = q_deg[i] * example::degree;
+
+    const armangle::Posture posture = armangle::forward(arm, q);
+    const armangle::Vec3<double>& p = posture.pose.position;
+    std::printf("position_m %.15g %.15g %.15g\n", p.x, p.y, p.z);
+    std::printf("psi_deg %.15g\ngc %d\n", posture.psi / example::degree, posture.gc);
+
+    const armangle::Configuration<double> gc = armangle::configuration(posture.gc);
+    const armangle::Circle<double> circle = armangle::circle(arm, armangle::flange_pose(arm, posture.pose));
+    const armangle::Fold<double> bend = armangle::fold(arm, circle.triangle, gc.elbow);
+    const armangle::Joints back =
+        armangle::joints_within_limits(arm, armangle::directions(circle, bend, gc, armangle::sin_cos(posture.psi)), nullptr);
+    std::printf("q_deg");
+    for (int i = 0; i < armangle::joints; ++i) std::printf(" %.15g", back.q[i] / example::degree);
+
+    armangle::ArcSet arcs;
+    const armangle::LimitTable limits = armangle::limit_table(arm);
+    const armangle::Status status =
+        armangle::feasible(arm, limits, circle, bend, armangle::joint_functions(circle, bend, gc), arcs);
+    std::printf("\nstatus %s\n", armangle::sentence(status));
+    for (int i = 0; i < arcs.count; ++i)
+        std::printf("arc_deg %.15g %.15g\n", arcs.arc[i].lower / example::degree, arcs.arc[i].upper / example::degree);
+}
