@@ -1,0 +1,170 @@
+"""What the laws are tried on: arms, postures by regime, arm angles, transforms; and the tools a test needs."""
+
+from __future__ import annotations
+
+import functools
+import importlib
+import os
+import shutil
+from types import ModuleType
+
+import armangle as aa
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+TURN = 2 * np.pi
+NO_SKIP = "ARMANGLE_NO_SKIP"
+REGIMES = ("uniform", "near_singular", "singular", "on_limit", "at_reach", "folded")
+CATALOGUE = aa.catalogue()
+
+
+def missing(reason: str) -> None:
+    """Skip the test for want of a tool; fail it where ARMANGLE_NO_SKIP says that all are there."""
+    if os.environ.get(NO_SKIP):
+        pytest.fail(f"{reason}, and {NO_SKIP} is set")
+    pytest.skip(reason)
+
+
+def need(name: str) -> ModuleType:
+    """Return a module that the package itself does not need, or skip."""
+    try:
+        return importlib.import_module(name)
+    except ImportError as error:
+        missing(f"{name} cannot be imported: {error}")
+        raise AssertionError from error
+
+
+def need_tool(name: str) -> str:
+    """Return the path of a program, or skip."""
+    path = shutil.which(name)
+    if path is None:
+        missing(f"{name} is not installed")
+        raise AssertionError
+    return path
+
+
+def frame(rng: np.random.Generator) -> Array:
+    """A random rigid transform within a metre, shape (4, 4)."""
+    rotation, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    out = np.eye(4)
+    out[:3, :3] = rotation * np.linalg.det(rotation)
+    out[:3, 3] = rng.uniform(-1, 1, 3)
+    return out
+
+
+def generated_arm(seed: int) -> aa.Arm:
+    """An arm with any lengths, elbow offsets, signs, zero offsets, limits, base and tool."""
+    rng = np.random.default_rng(seed)
+    middle, half = rng.uniform(-2, 2, 7) * rng.integers(0, 2, 7), rng.uniform(0.3, 4, 7)
+    d_se, d_ew = rng.uniform(0.1, 0.5, 2)
+    a_3, a_4 = rng.uniform(-0.1, 0.1, 2) * rng.integers(0, 2)
+    signs = rng.choice([-1, 1], 7)
+    offsets = rng.choice([0.0, np.pi / 2, -np.pi / 2, 0.3], 7)
+    delta = np.arctan2(d_se * a_4 - a_3 * d_ew, a_3 * a_4 + d_se * d_ew)
+    middle[3], half[3] = signs[3] * (delta - offsets[3]), rng.uniform(1.5, 3.5)  # so that it can stretch
+    return aa.Arm(
+        d_bs=rng.uniform(-0.2, 0.5), d_se=d_se, d_ew=d_ew, d_wf=rng.uniform(-0.1, 0.3), a_3=a_3, a_4=a_4,
+        signs=signs, offsets=offsets, lower=middle - half, upper=middle + half,
+        base=frame(rng), tool=frame(rng), name=f"generated_{seed}",
+    )  # fmt: skip
+
+
+@functools.cache
+def arms() -> tuple[aa.Arm, ...]:
+    """The whole catalogue, and twelve generated arms."""
+    catalogue = [aa.Arm.from_catalogue(name) for name in CATALOGUE]
+    return (*catalogue, *(generated_arm(seed) for seed in range(12)))
+
+
+def unlimited(arm: aa.Arm) -> aa.Arm:
+    """The same arm without limits: every winding is as good as another."""
+    return arm.with_(lower=None, upper=None)
+
+
+def model_angles(arm: aa.Arm, q: Array) -> Array:
+    """Model angles theta of joint values, rad, shape (..., 7)."""
+    return np.asarray(arm.signs * q + arm.offsets)
+
+
+def joint_values(arm: aa.Arm, theta: Array) -> Array:
+    """Joint values q of model angles, rad, shape (..., 7)."""
+    return np.asarray(arm.signs * (theta - arm.offsets))
+
+
+def bends(arm: aa.Arm, q: Array) -> Array:
+    """theta_2, theta_4 - delta and theta_6: the angles that vanish where the arm is singular, shape (..., 3)."""
+    return model_angles(arm, q)[..., [1, 3, 5]] - np.array([0.0, arm.delta, 0.0])
+
+
+def finite_limits(arm: aa.Arm) -> tuple[Array, Array]:
+    """Limits, half a turn where there is none, two arrays (7,)."""
+    return np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi)
+
+
+def uniform(arm: aa.Arm, n: int, rng: np.random.Generator) -> Array:
+    """Joint values anywhere within the limits, shape (n, 7)."""
+    lower = np.where(np.isfinite(arm.lower), arm.lower, -np.pi)
+    upper = np.where(np.isfinite(arm.upper), arm.upper, np.pi)
+    return rng.uniform(lower, np.maximum(lower, upper), (n, 7))
+
+
+def _bent(arm: aa.Arm, n: int, rng: np.random.Generator, bend: Array, chosen: NDArray[np.bool_]) -> Array:
+    """Uniform postures whose angles (theta_2, theta_4 - delta, theta_6) are `bend` (n, 3) where `chosen`."""
+    theta = model_angles(arm, uniform(arm, n, rng))
+    straight = np.array([0.0, arm.delta, 0.0])
+    theta[:, [1, 3, 5]] = np.where(chosen, bend + straight, theta[:, [1, 3, 5]])
+    return joint_values(arm, theta)
+
+
+def _some(n: int, rng: np.random.Generator) -> NDArray[np.bool_]:
+    """Which of three are chosen: each non-empty choice alike, shape (n, 3)."""
+    return (rng.integers(1, 8, n)[:, None] & np.array([1, 2, 4])) > 0
+
+
+def near_singular(arm: aa.Arm, n: int, rng: np.random.Generator) -> Array:
+    """One, two or three of the bends within 1e-3..1e-15 rad of 0 or pi, shape (n, 7)."""
+    off = rng.choice([-1, 1], (n, 3)) * 10 ** rng.uniform(-15, -3, (n, 3))
+    return _bent(arm, n, rng, rng.choice([0, np.pi], (n, 3)) + off, _some(n, rng))
+
+
+def singular(arm: aa.Arm, n: int, rng: np.random.Generator) -> Array:
+    """One, two or three of the bends exactly 0 or pi; other joints sometimes at multiples of pi/2, (n, 7)."""
+    q = _bent(arm, n, rng, rng.choice([0, np.pi], (n, 3)), _some(n, rng))
+    theta = model_angles(arm, q)
+    plain = rng.random((n, 4)) < 0.3
+    right = rng.integers(-2, 3, (n, 4)) * (np.pi / 2)
+    theta[:, ::2] = np.where(plain, right, theta[:, ::2])
+    return joint_values(arm, theta)
+
+
+def on_limit(arm: aa.Arm, n: int, rng: np.random.Generator) -> Array:
+    """Some joints exactly on a limit, shape (n, 7)."""
+    q, side, chosen = uniform(arm, n, rng), rng.random((n, 7)) < 0.5, rng.random((n, 7)) < 0.4
+    limit = np.where(side, arm.lower, arm.upper)
+    return np.where(chosen & np.isfinite(limit), limit, q)
+
+
+def at_reach(arm: aa.Arm, n: int, rng: np.random.Generator) -> Array:
+    """Stretched, exactly or nearly, shape (n, 7)."""
+    off = rng.choice([-1, 0, 1], (n, 3)) * 10 ** rng.uniform(-17, -6, (n, 3))
+    return _bent(arm, n, rng, off, np.array([False, True, False]) & np.ones((n, 1), bool))
+
+
+def folded(arm: aa.Arm, n: int, rng: np.random.Generator) -> Array:
+    """Folded, exactly or nearly; with links of one length only nearly: psi does not exist there, (n, 7)."""
+    least = -10 if arm.inner_reach < 1e-6 * arm.reach else -17
+    off = rng.choice([-1, 1], (n, 3)) * 10 ** rng.uniform(least, -3, (n, 3))
+    return _bent(arm, n, rng, np.pi + off, np.array([False, True, False]) & np.ones((n, 1), bool))
+
+
+_MAKERS = dict(zip(REGIMES, (uniform, near_singular, singular, on_limit, at_reach, folded), strict=True))
+
+
+def postures(arm: aa.Arm, regime: str, n: int, seed: int = 0) -> Array:
+    """Joint values of a regime, shape (m, 7) with m <= n: those where the arm angle exists."""
+    rng = np.random.default_rng([seed, REGIMES.index(regime)])
+    q = _MAKERS[regime](arm, n, rng)
+    return q[~np.isnan(arm.forward(q, undefined="nan")[1])]
