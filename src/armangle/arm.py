@@ -35,6 +35,7 @@ Unreachable = Literal["raise", "nan"]
 _ENFORCE = ("ignore", "raise", "nan")
 _GC_ORDER = np.arange(CONFIGURATIONS, dtype=np.int64)
 MOST_MARGIN = 1.5
+ROUNDING = 4e-15  # of a rotation that is as exact as double precision makes it
 
 
 def nearest_rotation(pose: ArrayLike) -> Floats:
@@ -70,6 +71,11 @@ def nearest_rotation(pose: ArrayLike) -> Floats:
     return out
 
 
+def _orthonormality_error(frame: Floats) -> float:
+    rotation = frame[:3, :3]
+    return float(np.abs(rotation.T @ rotation - np.eye(3)).max())
+
+
 def _seven(name: str, value: ArrayLike | None, default: float, *, infinite: bool = False) -> Floats:
     array = np.full(JOINTS, default) if value is None else as_floats(name, value, (JOINTS,)).copy()
     if array.shape != (JOINTS,):
@@ -99,7 +105,7 @@ def _transform(name: str, value: ArrayLike | None) -> Floats:
             raise_problem((problem, 0, number), ())
         except InputError as error:
             raise type(error)(str(error).replace("pose", name)) from None
-    if not np.array_equal(frame, np.eye(4)):
+    if _orthonormality_error(frame) > ROUNDING:  # else kept to the bit, so that a copy is the same arm
         frame = nearest_rotation(frame)
     frame.setflags(write=False)
     return frame
