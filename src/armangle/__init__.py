@@ -37,6 +37,7 @@ if TYPE_CHECKING:
         UnreachableError,
         UrdfError,
     )
+    from .io import JointTable, load_joints, load_poses, save
     from .joint_function import JointFunction
     from .joint_path import JointPath
     from .policies import Centre, Hold, Repulsion
@@ -54,6 +55,7 @@ _HOMES = {
     "errors": "ArmangleError ConfigurationError FileFormatError InputError LimitError MissingExtraError "
     "NotFiniteError NotRotationError NotSRSError OutputError PathError PolicyError ShapeError "
     "UnknownRobotError UnreachableError UrdfError",
+    "io": "JointTable load_joints load_poses save",
     "joint_function": "JointFunction",
     "joint_path": "JointPath",
     "policies": "Centre Hold Repulsion",
@@ -76,6 +78,7 @@ __all__ = [
     "InputError",
     "JointFunction",
     "JointPath",
+    "JointTable",
     "LimitError",
     "MissingExtraError",
     "NotFiniteError",
@@ -97,8 +100,11 @@ __all__ = [
     "follow",
     "gc_index",
     "gc_signs",
+    "load_joints",
+    "load_poses",
     "nearest_rotation",
     "resolve",
+    "save",
     "step",
 ]
 

@@ -1,0 +1,164 @@
+"""Sheets: named columns of equal length, and how they look as CSV, NPZ and JSON.
+
+A value is saved as the sheet it stands for; each ending writes any sheet. NaN is ``nan`` in CSV and
+``null`` in JSON, infinities are ``inf`` and ``"inf"``.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, BinaryIO, NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .errors import FileFormatError, InputError
+
+PathLike = str | os.PathLike[str]
+
+_ROWS_AT_ONCE = 4096
+
+
+@dataclass(frozen=True, eq=False)
+class Sheet:
+    """Columns to be saved.
+
+    Parameters
+    ----------
+    kind : str
+        What it is, such as "joints"; a word in NPZ and JSON files.
+    blocks : mapping of str to ndarray, shape (N,) or (N, k)
+        Numbers or words, in the order of the file.
+    headings : mapping of str to tuple of k str
+        CSV headings of the blocks with more than one column.
+    """
+
+    kind: str
+    blocks: Mapping[str, NDArray[Any]]
+    headings: Mapping[str, tuple[str, ...]]
+
+
+def ending(path: PathLike) -> str:
+    """Return the ending of a file to be written: .csv, .npz or .json.
+
+    Raises
+    ------
+    InputError
+        For any other.
+    """
+    found = Path(path).suffix.lower()
+    if found not in WRITERS:
+        raise InputError(f"{path}: ending {found!r} is not known, wanted one of {', '.join(WRITERS)}")
+    return found
+
+
+def plain(array: NDArray[Any]) -> Any:
+    """Return an array as lists for JSON: null for NaN, "inf" and "-inf" for infinities.
+
+    >>> plain(np.array([1.0, np.nan, -np.inf]))
+    [1.0, None, '-inf']
+    """
+    values = np.asarray(array)
+    if values.dtype.kind != "f" or np.isfinite(values).all():
+        return values.tolist()
+    mixed = values.astype(object)
+    mixed[np.isnan(values)] = None
+    mixed[values == np.inf] = "inf"
+    mixed[values == -np.inf] = "-inf"
+    return mixed.tolist()
+
+
+def _write_csv(sheet: Sheet, file: BinaryIO) -> None:
+    names = [name for block in sheet.blocks for name in sheet.headings.get(block, (block,))]
+    file.write((",".join(names) + "\n").encode())
+    columns = [column for array in sheet.blocks.values() for column in np.atleast_2d(array.T)]
+    for first in range(0, len(columns[0]), _ROWS_AT_ONCE):
+        cells = [column[first : first + _ROWS_AT_ONCE].tolist() for column in columns]
+        texts = (cell if isinstance(cell[0], str) else map(repr, cell) for cell in cells)
+        file.write("".join(",".join(row) + "\n" for row in zip(*texts, strict=True)).encode())
+
+
+def _write_npz(sheet: Sheet, file: BinaryIO) -> None:
+    arrays: dict[str, Any] = {"kind": np.array(sheet.kind), **sheet.blocks}
+    np.savez_compressed(file, **arrays)
+
+
+def _write_json(sheet: Sheet, file: BinaryIO) -> None:
+    table = {"kind": sheet.kind} | {name: plain(array) for name, array in sheet.blocks.items()}
+    file.write(json.dumps(table, allow_nan=False).encode() + b"\n")
+
+
+WRITERS = {".csv": _write_csv, ".npz": _write_npz, ".json": _write_json}
+
+
+def read_blocks(path: PathLike) -> dict[str, NDArray[Any]]:
+    """Return the blocks of an NPZ or JSON file, as they are.
+
+    Raises
+    ------
+    FileFormatError
+        If there is no such file, or it is not of its kind.
+    """
+    read = _read_npz if Path(path).suffix.lower() == ".npz" else _read_json
+    try:
+        return read(path)
+    except FileNotFoundError:
+        raise FileFormatError("no such file", source=str(path)) from None
+    except OSError as error:
+        raise FileFormatError(f"cannot be read: {error.strerror or error}", source=str(path)) from error
+
+
+def number_block(blocks: Mapping[str, NDArray[Any]], path: PathLike, name: str, width: int) -> NDArray[Any]:
+    """Return a block as float64 (N, width), or (N,) for width 0.
+
+    Raises
+    ------
+    FileFormatError
+        If it is missing, holds anything but numbers, or has another shape.
+    """
+    if name not in blocks:
+        _fail(path, f"missing {name!r}; the file has {', '.join(map(repr, blocks)) or 'nothing'}")
+    wanted = f"wanted numbers of shape {f'(N, {width})' if width else '(N,)'}"
+    try:
+        array = np.asarray(blocks[name]).astype(np.float64)
+    except (TypeError, ValueError):
+        _fail(path, f"{name} is not an array of numbers, {wanted}")
+    if width and array.size == 0:
+        array = array.reshape(0, width)
+    if array.ndim != (2 if width else 1) or (width and array.shape[1] != width):
+        _fail(path, f"{name} has shape {array.shape}, {wanted}")
+    return array
+
+
+def _read_npz(path: PathLike) -> dict[str, NDArray[Any]]:
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            return {name: archive[name] for name in archive.files}
+    except (ValueError, EOFError, AttributeError, zipfile.BadZipFile) as error:
+        _fail(path, f"not NPZ: {error}")
+
+
+def _read_json(path: PathLike) -> dict[str, NDArray[Any]]:
+    try:
+        table = json.loads(Path(path).read_text(encoding="utf-8-sig"))
+    except json.JSONDecodeError as error:
+        raise FileFormatError(
+            f"not JSON: {error.msg}", source=str(path), line=error.lineno, column=error.colno
+        ) from None
+    except UnicodeDecodeError as error:
+        _fail(path, f"not UTF-8 text: {error.reason}")
+    if not isinstance(table, dict):
+        _fail(path, f"holds a {type(table).__name__}, wanted an object of named columns")
+    try:
+        return {str(name): np.array(value) for name, value in table.items()}
+    except ValueError:
+        _fail(path, "holds a column whose rows are not of one length")
+
+
+def _fail(path: PathLike, message: str) -> NoReturn:
+    raise FileFormatError(message, source=str(path))
