@@ -10,6 +10,7 @@
 #include "jacobian.hpp"
 #include "joint_function.hpp"
 #include "arcs.hpp"
+#include "limit_table.hpp"
 #include "feasible.hpp"
 #include "resolution.hpp"
 #include "step.hpp"

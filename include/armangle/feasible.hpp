@@ -3,128 +3,35 @@
 // Each limit is one boundary function B(psi) = a sin + b cos + c that must not be negative:
 //   pivot  g (U cos L - V sin L) >= 0 at the lower limit, <= 0 at the upper: the cone from one to the other;
 //   hinge  cos(near) - H >= 0 and H - cos(far) >= 0, near and far being the limits of |theta|.
-// {B >= 0} is one arc, [phi - alpha, phi + alpha] with phi = atan2(a, b), alpha = acos(-c / hypot(a, b)), so a joint's
-// set is an intersection of arcs (or the complement of one, for a pivot of more than half a turn). No tangent, no
-// derivative sign, no sampling; limits of any sign, beyond +-pi or infinite are the same rule.
+// {B >= 0} is one arc, [phi - alpha, phi + alpha] with phi = atan2(a, b), alpha = acos(-c / hypot(a, b)), so what a
+// limit blocks is one arc, or the common part of two; Psi is what no limit blocks. No tangent, no derivative sign, no
+// sampling; limits of any sign, beyond +-pi or infinite are the same rule.
 #pragma once
 
-#include "arcs.hpp"
 #include "joint_function.hpp"
+#include "limit_table.hpp"
 #include "status.hpp"
 
 namespace armangle {
 
-/// What made an end of an arc.
-enum class Side : std::uint8_t { none, lower, upper, user, near_margin, far_margin, near_singular, far_singular };
-
-constexpr Tag make_tag(int joint, Side side) noexcept { return static_cast<Tag>(joint * 8 + static_cast<int>(side)); }
-constexpr int tag_joint(Tag tag) noexcept { return tag >> 3; }  // 1..7, or 0 for none
-constexpr Side tag_side(Tag tag) noexcept { return static_cast<Side>(tag & 7); }
-
-inline constexpr int pivots = 4, hinges = 2, pieces = 2;
-inline constexpr int pivot_joint[pivots] = {0, 2, 4, 6};
-inline constexpr int hinge_joint[hinges] = {1, 5};
-
-/// A range [near, far] of |theta| within [0, pi]; an end at 0 or pi that is no limit has the tag 0.
-struct HingePiece {
-    double cos_near, cos_far, near, far;
-    Tag near_tag, far_tag;
-};
-
-/// The limits of an arm in the form that the boundary functions take; made once for an arm and a margin.
-struct LimitTable {
-    double margin, sin_margin;
-    // B = u U + v V for the lower limits of the four pivots, then the upper ones; negated for wide pivots.
-    double u[2 * pivots], v[2 * pivots];
-    bool free[pivots], wide[pivots];  // range of a full turn or more; of more than half a turn
-    Tag tag[2 * pivots];
-    int piece_count[hinges][2];  // [hinge][theta < 0]
-    HingePiece piece[hinges][2][pieces];
-    double psi_margin, discriminant;  // the paper's psi_sing +- epsilon, eq. (31), and when it holds; 0: not used
-};
-
-namespace detail {
-
-inline Side limit_side(const Arm& arm, int joint, bool lower_theta) noexcept {
-    return (arm.sign[joint] > 0) == lower_theta ? Side::lower : Side::upper;
-}
-
-inline void add_piece(LimitTable& t, int hinge, int negative, HingePiece piece) noexcept {
-    const int joint = hinge_joint[hinge] + 1;
-    if (piece.near < t.margin) piece.near = t.margin, piece.near_tag = make_tag(joint, Side::near_margin);
-    if (piece.far > pi - t.margin) piece.far = pi - t.margin, piece.far_tag = make_tag(joint, Side::far_margin);
-    int& count = t.piece_count[hinge][negative];
-    if (piece.near > piece.far || count == pieces) return;
-    piece.cos_near = std::cos(piece.near), piece.cos_far = std::cos(piece.far);
-    t.piece[hinge][negative][count++] = piece;
-}
-
-/// The windings of [lower, upper] that meet the half circle of |theta|.
-inline void fill_hinge(LimitTable& t, const Arm& arm, int hinge, int negative) noexcept {
-    const int j = hinge_joint[hinge];
-    const double l = negative ? -arm.theta_upper[j] : arm.theta_lower[j];
-    const double u = negative ? -arm.theta_lower[j] : arm.theta_upper[j];
-    const Tag lower_tag = make_tag(j + 1, limit_side(arm, j, !negative));
-    const Tag upper_tag = make_tag(j + 1, limit_side(arm, j, negative));
-    if (!(u - l < two_pi)) return add_piece(t, hinge, negative, {0, 0, 0.0, pi, 0, 0});
-    const double first = two_pi * std::ceil((-tolerance::angle - u) / two_pi);  // smallest turn that lifts u above 0
-    for (double turn = first; l + turn <= pi + tolerance::angle; turn += two_pi) {
-        HingePiece piece{0, 0, l + turn, u + turn, lower_tag, upper_tag};
-        if (piece.near <= 0) piece.near = 0, piece.near_tag = 0;
-        if (piece.far >= pi) piece.far = pi, piece.far_tag = 0;
-        if (piece.far < 0) piece.far = 0;
-        if (piece.near > pi) piece.near = pi;
-        add_piece(t, hinge, negative, piece);
-    }
-}
-
-inline void fill_pivot(LimitTable& t, const Arm& arm, int pivot) noexcept {
-    const int j = pivot_joint[pivot];
-    const double l = arm.theta_lower[j], u = arm.theta_upper[j];
-    t.free[pivot] = !(u - l < two_pi);
-    t.wide[pivot] = !t.free[pivot] && u - l > pi;
-    t.tag[pivot] = make_tag(j + 1, limit_side(arm, j, true));
-    t.tag[pivots + pivot] = make_tag(j + 1, limit_side(arm, j, false));
-    const double sign = t.wide[pivot] ? -1.0 : 1.0;
-    t.u[pivot] = t.free[pivot] ? 0.0 : sign * std::cos(l);
-    t.v[pivot] = t.free[pivot] ? 0.0 : -sign * std::sin(l);
-    t.u[pivots + pivot] = t.free[pivot] ? 0.0 : -sign * std::cos(u);
-    t.v[pivots + pivot] = t.free[pivot] ? 0.0 : sign * std::sin(u);
-}
-
-}  // namespace detail
-
-/// Limits of an arm, with a margin (rad, >= 0) that keeps |sin theta_2|, |sin theta_6|, |sin(theta_4 - delta)| >= sin(margin).
-inline LimitTable limit_table(const Arm& arm, double margin = 0.0, double psi_margin = 0.0, double discriminant = 0.0) noexcept {
-    LimitTable t{};
-    t.margin = margin, t.sin_margin = std::sin(margin);
-    t.psi_margin = psi_margin, t.discriminant = discriminant;
-    for (int p = 0; p < pivots; ++p) detail::fill_pivot(t, arm, p);
-    for (int h = 0; h < hinges; ++h)
-        for (int negative = 0; negative < 2; ++negative) detail::fill_hinge(t, arm, h, negative);
-    return t;
-}
-
-/// The arcs {B >= 0} of eight boundary functions at once.
+/// The arcs {B >= 0} of eight boundary functions at once; none is an arc of no width, all one of 2 pi.
 struct BoundaryArcs {
-    double a[8], b[8], c[8];         // in: B = a sin + b cos + c
-    double lower[8], upper[8], size[8];  // out: phi -+ alpha, and hypot(a, b)
+    double a[8], b[8], c[8];     // in: B = a sin + b cos + c
+    double lower[8], upper[8];   // out: phi -+ alpha, lower in [-pi, pi)
+    double square[8];            // out: a^2 + b^2
 
     void solve() noexcept {
         using Slots = Lane<8>;
-        const Slots A = Slots::load(a), B = Slots::load(b), C = Slots::load(c), h = hypot(A, B);
+        const Slots A = Slots::load(a), B = Slots::load(b), C = Slots::load(c);
+        const Slots h2 = mul_add(A, A, B * B);
         const Slots middle = atan2(A, B);
-        const Slots half = atan2(sqrt(max((h - C) * (h + C), Slots(0.0))), -C);
-        (middle - half).store(lower), (middle + half).store(upper), h.store(size);
+        const Slots half = atan2(sqrt(max(h2 - C * C, Slots(0.0))), -C);  // acos(-c / h), 0 or pi beyond +-1
+        const Slots below = middle - half;
+        const Slots turn = select(below < Slots(-pi), Slots(two_pi), Slots(0.0));
+        (below + turn).store(lower), (middle + half + turn).store(upper), h2.store(square);
     }
 
-    /// The i-th arc as a set; `constant` decides where B does not depend on psi.
-    void put(int i, bool constant, Tag lower_tag, Tag upper_tag, ArcSet& out) const noexcept {
-        if (size[i] <= tolerance::singular) return constant ? make_full(out) : make_empty(out);
-        if (c[i] >= size[i]) return make_full(out);
-        if (c[i] <= -size[i]) return make_empty(out);
-        make_arc(out, lower[i], upper[i], lower_tag, upper_tag);
-    }
+    bool constant(int i) const noexcept { return square[i] <= tolerance::singular * tolerance::singular; }
 };
 
 /// Boundary functions of one circle and branch, solved: lanes 0-3 and 4-7 of `pivot` are lower and upper limits, of
@@ -162,20 +69,159 @@ inline void boundaries(const LimitTable& t, const JointFunctions<double>& f, Bou
     out.hinge.solve();
 }
 
+/// Arcs that limits block; Psi is the rest. A list, not a set: they may overlap or touch.
+struct Blocked {
+    static constexpr int capacity = 24;
+    int count = 0;
+    bool all = false;
+    Arc arc[capacity + 1];
+
+    /// An arc with lower in [-pi, pi), kept unless it is shorter than the tolerance: a touching point. No branch.
+    void add(double lower, double upper, Tag lower_tag, Tag upper_tag) noexcept {
+        arc[count] = {lower, upper, lower_tag, upper_tag};
+        count += (upper - lower >= tolerance::angle) & (count < capacity);
+        all |= upper - lower >= two_pi - tolerance::angle;
+    }
+};
+
 namespace detail {
 
-/// Ends at which the direction (V, U) itself vanishes: the joint jumps there, it does not reach its limit.
-inline void mark_jumps(const JointFunctions<double>& f, int pivot, ArcSet& set) noexcept {
-    const Pivot<double>& p = f.pivot[pivot];
-    const int hinge = pivot / 2;
-    const auto mark = [&](double psi, Tag& tag) {
-        if (!tag) return;
-        const SinCos<double> at = sin_cos(psi);
-        if (hypot(p.U.at(at), p.V.at(at)) > tolerance::angle) return;
-        tag = make_tag(hinge_joint[hinge] + 1, f.hinge[hinge].H.at(at) > 0 ? Side::near_singular : Side::far_singular);
-    };
-    for (int i = 0; i < set.count; ++i) mark(set.arc[i].lower, set.arc[i].lower_tag), mark(set.arc[i].upper, set.arc[i].upper_tag);
+/// The arc where boundary function i is negative.
+inline Arc negative_arc(const BoundaryArcs& b, int i, Tag tag) noexcept {
+    const double turn = b.upper[i] >= pi ? two_pi : 0.0;
+    return {b.upper[i] - turn, b.lower[i] + (two_pi - turn), tag, tag};
 }
+
+inline void block(const Arc& a, Blocked& out) noexcept { out.add(a.lower, a.upper, a.lower_tag, a.upper_tag); }
+
+/// Blocks the common part of two arcs: one piece where the later begins, one where the earlier begins again.
+inline void block_both(const Arc& a, const Arc& b, Blocked& out) noexcept {
+    const bool ordered = a.lower <= b.lower;
+    const Arc& x = ordered ? a : b;
+    const Arc& y = ordered ? b : a;
+    const bool x_ends = x.upper < y.upper, x_ends_first = x.upper < y.upper - two_pi;
+    out.add(y.lower, x_ends ? x.upper : y.upper, y.lower_tag, x_ends ? x.upper_tag : y.upper_tag);
+    out.add(x.lower, x_ends_first ? x.upper : y.upper - two_pi, x.lower_tag, x_ends_first ? x.upper_tag : y.upper_tag);
+}
+
+/// Removes psi_sing -+ epsilon of eq. (31) where the discriminant of eq. (30) is small: the paper's own avoidance.
+inline void avoid_paper_singularity(const LimitTable& t, const JointFunctions<double>& f, int pivot, Blocked& out) noexcept {
+    const Linear<double> n = slope_numerator(f.pivot[pivot]);
+    const double disc = n.s * n.s + n.c * n.c - n.k * n.k;
+    if (abs(disc) > t.discriminant || hypot(n.s, n.c) <= tolerance::singular) return;
+    const double psi = wrap(atan2(n.s, n.c) + (n.k > 0 ? pi : 0.0));
+    const bool near = f.hinge[pivot / 2].H.at(sin_cos(psi)) > 0;
+    const Tag tag = make_tag(hinge_joint[pivot / 2] + 1, near ? Side::near_singular : Side::far_singular);
+    const double lower = psi - t.psi_margin, turn = lower < -pi ? two_pi : 0.0;
+    out.add(lower + turn, psi + t.psi_margin + turn, tag, tag);
+}
+
+/// |theta| of a hinge that does not move with psi.
+inline double constant_hinge(const Hinge<double>& h, const Pivot<double>& p) noexcept {
+    const SinCos<double> zero{0.0, 1.0};
+    const bool singular = p.U.s == 0 && p.U.c == 0 && p.U.k == 0;  // sin(theta) is 0 on the whole circle
+    return atan2(singular ? 0.0 : hypot(p.U.at(zero), p.V.at(zero)), h.H.at(zero));
+}
+
+}  // namespace detail
+
+/// Blocks what the limits of a pivot (0..3 for joints 1, 3, 5, 7) forbid.
+inline void block_pivot(const LimitTable& t, const JointFunctions<double>& f, const Boundaries& b, int pivot, Blocked& out) noexcept {
+    const Pivot<double>& p = f.pivot[pivot];
+    const int l = pivot, u = pivots + pivot;
+    if (t.psi_margin > 0) detail::avoid_paper_singularity(t, f, pivot, out);
+    if (t.free[pivot]) return;
+    if (b.pivot.constant(l) && b.pivot.constant(u)) {
+        const double k = p.g / hypot(p.U.k, p.V.k);
+        out.all |= !t.cone[pivot].contains({p.U.k * k, p.V.k * k});
+    } else if (t.wide[pivot]) {
+        detail::block_both({b.pivot.lower[l], b.pivot.upper[l], t.tag[l], t.tag[l]},
+                           {b.pivot.lower[u], b.pivot.upper[u], t.tag[u], t.tag[u]}, out);
+    } else {
+        detail::block(detail::negative_arc(b.pivot, l, t.tag[l]), out);
+        detail::block(detail::negative_arc(b.pivot, u, t.tag[u]), out);
+    }
+}
+
+/// Blocks what the limits of a hinge (0, 1 for joints 2, 6) forbid.
+inline void block_hinge(const LimitTable& t, const JointFunctions<double>& f, const Boundaries& b, int hinge, Blocked& out) noexcept {
+    const int negative = f.hinge[hinge].g < 0, count = t.piece_count[hinge][negative], first = 4 * hinge;
+    const HingePiece* piece = t.piece[hinge][negative];
+    if (count == 0) {
+        out.all = true;
+    } else if (b.hinge.constant(first)) {
+        const double angle = detail::constant_hinge(f.hinge[hinge], f.pivot[2 * hinge]);
+        bool inside = false;
+        for (int k = 0; k < count; ++k)
+            inside |= angle >= piece[k].near - tolerance::angle && angle <= piece[k].far + tolerance::angle;
+        out.all |= !inside;
+    } else {
+        const auto outside = [&b, first](int end, Tag tag) { return detail::negative_arc(b.hinge, first + end, tag); };
+        const int last = count - 1;
+        if (piece[0].near_tag) detail::block(outside(0, piece[0].near_tag), out);
+        if (count == 2) detail::block_both(outside(1, piece[0].far_tag), outside(2, piece[1].near_tag), out);
+        if (piece[last].far_tag) detail::block(outside(2 * last + 1, piece[last].far_tag), out);
+    }
+}
+
+namespace detail {
+
+/// order[k] is the arc with the k-th lowest lower end. By counting, not swapping: no branch depends on the data.
+inline void sort_arcs(const Blocked& blocked, int* order) noexcept {
+    for (int i = 0; i < blocked.count; ++i) {
+        int rank = 0;
+        const double lower = blocked.arc[i].lower;
+        for (int j = 0; j < i; ++j) rank += blocked.arc[j].lower <= lower;
+        for (int j = i + 1; j < blocked.count; ++j) rank += blocked.arc[j].lower < lower;
+        order[rank] = i;
+    }
+}
+
+/// Puts an arc of the right length behind the others; no branch.
+inline void append(ArcSet& out, const Arc& arc) noexcept {
+    out.arc[out.count] = arc;
+    out.count += arc.upper - arc.lower >= tolerance::angle;
+}
+
+/// A last arc that begins beyond pi belongs to the front.
+inline void rotate_last(ArcSet& out) noexcept {
+    if (out.count == 0 || out.arc[out.count - 1].lower < pi) return;
+    Arc last = out.arc[out.count - 1];
+    last.lower -= two_pi, last.upper -= two_pi;
+    for (int i = out.count - 1; i > 0; --i) out.arc[i] = out.arc[i - 1];
+    out.arc[0] = last;
+}
+
+}  // namespace detail
+
+/// The arcs that are left between the blocked ones: one sweep over the circle.
+inline void free_arcs(const Blocked& blocked, ArcSet& out) noexcept {
+    make_empty(out);
+    if (blocked.all) return;
+    if (blocked.count == 0) return make_full(out);
+    int order[Blocked::capacity];
+    detail::sort_arcs(blocked, order);
+    double reach = -infinity;  // how far the arcs so far block; at first those over the seam
+    Tag tag = 0;
+    for (int i = 0; i < blocked.count; ++i) {
+        const Arc& arc = blocked.arc[i];
+        const bool further = arc.upper - two_pi > reach;
+        reach = further ? arc.upper - two_pi : reach, tag = further ? arc.upper_tag : tag;
+    }
+    const Arc& first = blocked.arc[order[0]];
+    const bool over = reach > first.upper;
+    reach = over ? reach : first.upper, tag = over ? tag : first.upper_tag;
+    for (int k = 1; k < blocked.count; ++k) {
+        const Arc& next = blocked.arc[order[k]];
+        detail::append(out, {reach, next.lower, tag, next.lower_tag});
+        const bool further = next.upper > reach;
+        reach = further ? next.upper : reach, tag = further ? next.upper_tag : tag;
+    }
+    detail::append(out, {reach, first.lower + two_pi, tag, first.lower_tag});
+    detail::rotate_last(out);
+}
+
+namespace detail {
 
 /// Whether (V, U) comes near zero anywhere: only then can an end be a jump.
 inline bool may_vanish(const Pivot<double>& p) noexcept {
@@ -184,85 +230,36 @@ inline bool may_vanish(const Pivot<double>& p) noexcept {
     return abs(disc) <= tolerance::near_vanishing * (n.s * n.s + n.c * n.c + n.k * n.k) + tolerance::singular;
 }
 
-/// Removes psi_sing -+ epsilon of eq. (31) where the discriminant of eq. (30) is small: the paper's own avoidance.
-inline void avoid_paper_singularity(const LimitTable& t, const JointFunctions<double>& f, int pivot, ArcSet& set) noexcept {
-    const Pivot<double>& p = f.pivot[pivot];
-    const Linear<double> n = slope_numerator(p);
-    const double disc = n.s * n.s + n.c * n.c - n.k * n.k;
-    if (abs(disc) > t.discriminant || hypot(n.s, n.c) <= tolerance::singular) return;
-    const double psi = atan2(n.s, n.c) + (n.k > 0 ? pi : 0.0);
-    const bool near = f.hinge[pivot / 2].H.at(sin_cos(psi)) > 0;
-    const Tag tag = make_tag(hinge_joint[pivot / 2] + 1, near ? Side::near_singular : Side::far_singular);
-    ArcSet away, before = set;
-    make_arc(away, psi + t.psi_margin, psi - t.psi_margin + two_pi, tag, tag);
-    intersect(before, away, set);
+/// Ends at which a pivot's direction (V, U) itself vanishes: the joint jumps there, it does not reach its limit.
+inline void mark_jumps(const JointFunctions<double>& f, ArcSet& set) noexcept {
+    const auto mark = [&f](double psi, Tag& tag) {
+        const int joint = tag_joint(tag) - 1;
+        if (joint < 0 || joint % 2 == 1) return;
+        const Pivot<double>& p = f.pivot[joint / 2];
+        const SinCos<double> at = sin_cos(psi);
+        if (hypot(p.U.at(at), p.V.at(at)) > tolerance::angle) return;
+        const int hinge = joint / 4;
+        tag = make_tag(hinge_joint[hinge] + 1, f.hinge[hinge].H.at(at) > 0 ? Side::near_singular : Side::far_singular);
+    };
+    bool possible = false;
+    for (const Pivot<double>& p : f.pivot) possible |= may_vanish(p);
+    for (int i = 0; possible && i < set.count; ++i) mark(set.arc[i].lower, set.arc[i].lower_tag), mark(set.arc[i].upper, set.arc[i].upper_tag);
+}
+
+inline Status finish(const JointFunctions<double>& f, Blocked& blocked, ArcSet& out) noexcept {
+    free_arcs(blocked, out);
+    if (!out.full) mark_jumps(f, out);
+    return out.empty() ? Status::LIMITS : Status::OK;
 }
 
 }  // namespace detail
-
-/// Psi_i of a pivot (0..3 for joints 1, 3, 5, 7).
-inline void pivot_arcs(const LimitTable& t, const JointFunctions<double>& f, const Boundaries& b, int pivot, ArcSet& out) noexcept {
-    const Pivot<double>& p = f.pivot[pivot];
-    if (t.free[pivot]) {
-        make_full(out);
-    } else {
-        ArcSet above, below;
-        const int l = pivot, u = pivots + pivot;
-        const double slack = (t.wide[pivot] ? -1.0 : 1.0) * tolerance::angle * hypot(p.U.k, p.V.k);
-        b.pivot.put(l, b.pivot.c[l] >= -slack, t.tag[l], t.tag[l], above);
-        b.pivot.put(u, b.pivot.c[u] >= -slack, t.tag[u], t.tag[u], below);
-        if (t.wide[pivot]) {
-            ArcSet blocked;
-            intersect(above, below, blocked);
-            complement(blocked, out);
-        } else {
-            intersect(above, below, out);
-        }
-        if (detail::may_vanish(p)) detail::mark_jumps(f, pivot, out);
-    }
-    if (t.psi_margin > 0) detail::avoid_paper_singularity(t, f, pivot, out);
-}
-
-/// Psi_i of a hinge (0, 1 for joints 2, 6).
-inline void hinge_arcs(const LimitTable& t, const JointFunctions<double>& f, const Boundaries& b, int hinge, ArcSet& out) noexcept {
-    const Hinge<double>& h = f.hinge[hinge];
-    const int negative = h.g < 0;
-    // |theta| where it does not depend on psi
-    const SinCos<double> zero{0.0, 1.0};
-    const Pivot<double>& p = f.pivot[2 * hinge];
-    make_empty(out);
-    for (int k = 0; k < t.piece_count[hinge][negative]; ++k) {
-        const HingePiece& piece = t.piece[hinge][negative][k];
-        const int near = 4 * hinge + 2 * k, far = near + 1;
-        bool in_near = true, in_far = true;
-        if (b.hinge.size[near] <= tolerance::singular) {
-            const bool singular = p.U.k == 0 && p.V.k == 1 && p.U.s == 0;  // whole circle: sin(theta) is 0
-            const double sine = singular ? 0.0 : hypot(p.U.at(zero), p.V.at(zero));
-            const double angle = atan2(sine, h.H.at(zero));
-            in_near = angle >= piece.near - tolerance::angle, in_far = angle <= piece.far + tolerance::angle;
-        }
-        ArcSet from_near, to_far, both;
-        if (piece.near_tag) b.hinge.put(near, in_near, piece.near_tag, piece.near_tag, from_near); else make_full(from_near);
-        if (piece.far_tag) b.hinge.put(far, in_far, piece.far_tag, piece.far_tag, to_far); else make_full(to_far);
-        intersect(from_near, to_far, both);
-        if (k == 0) {
-            out = both;
-        } else {
-            const ArcSet first = out;
-            unite(first, both, out);
-        }
-    }
-}
 
 /// Elbow: OK, or why no psi is feasible, theta_4 being the same for all.
 inline Status elbow_status(const Arm& arm, const LimitTable& t, const Circle<double>& c, const Fold<double>& fold) noexcept {
     if (is_folded(arm, c)) return Status::FOLDED;
     if (is_unreachable(arm, c)) return Status::UNREACHABLE;
-    const double q = joint_value(atan2(fold.theta_4.sin, fold.theta_4.cos), arm.joint_sign[3], arm.joint_offset[3],
-                                 arm.joint_lower[3], arm.joint_upper[3], arm.joint_middle[3]);
-    if (q < arm.lower[3] - tolerance::angle || q > arm.upper[3] + tolerance::angle) return Status::ELBOW_LIMIT;
-    if (c.triangle.eta.sin < t.sin_margin) return Status::ELBOW_MARGIN;
-    return Status::OK;
+    if (!t.elbow.contains(fold.theta_4)) return Status::ELBOW_LIMIT;
+    return c.triangle.eta.sin < t.sin_margin ? Status::ELBOW_MARGIN : Status::OK;
 }
 
 /// Psi_all of one circle and branch; empty with the reason in the status.
@@ -273,16 +270,10 @@ inline Status feasible(const Arm& arm, const LimitTable& t, const Circle<double>
     if (elbow != Status::OK) return elbow;
     Boundaries b;
     boundaries(t, f, b);
-    make_full(out);
-    ArcSet joint, before;
-    const auto keep = [&] {
-        if (joint.full) return;
-        before = out;
-        intersect(before, joint, out);
-    };
-    for (int p = 0; p < pivots && !out.empty(); ++p) pivot_arcs(t, f, b, p, joint), keep();
-    for (int h = 0; h < hinges && !out.empty(); ++h) hinge_arcs(t, f, b, h, joint), keep();
-    return out.empty() ? Status::LIMITS : Status::OK;
+    Blocked blocked;
+    for (int h = 0; h < hinges; ++h) block_hinge(t, f, b, h, blocked);
+    for (int p = 0; p < pivots; ++p) block_pivot(t, f, b, p, blocked);
+    return detail::finish(f, blocked, out);
 }
 
 /// Psi_i of one joint (0..6), with the status of that joint alone.
@@ -297,11 +288,12 @@ inline Status joint_arcs(const Arm& arm, const LimitTable& t, const Circle<doubl
     }
     Boundaries b;
     boundaries(t, f, b);
+    Blocked blocked;
     for (int p = 0; p < pivots; ++p)
-        if (pivot_joint[p] == joint) pivot_arcs(t, f, b, p, out);
+        if (pivot_joint[p] == joint) block_pivot(t, f, b, p, blocked);
     for (int h = 0; h < hinges; ++h)
-        if (hinge_joint[h] == joint) hinge_arcs(t, f, b, h, out);
-    return out.empty() ? Status::LIMITS : Status::OK;
+        if (hinge_joint[h] == joint) block_hinge(t, f, b, h, blocked);
+    return detail::finish(f, blocked, out);
 }
 
 /// Value in q of the end that a tag marks; NaN for a user's end.

@@ -7,6 +7,10 @@
 #include <cmath>
 #include <limits>
 
+#if defined(__FAST_MATH__)
+#error "armangle needs IEEE arithmetic: compile without -ffast-math"
+#endif
+
 namespace armangle {
 
 inline constexpr double pi = 3.14159265358979323846;

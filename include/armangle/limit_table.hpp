@@ -1,0 +1,123 @@
+// The limits of an arm, turned once into what the boundary functions take.
+#pragma once
+
+#include "arcs.hpp"
+#include "arm.hpp"
+
+namespace armangle {
+
+/// What made an end of an arc.
+enum class Side : std::uint8_t { none, lower, upper, user, near_margin, far_margin, near_singular, far_singular };
+
+constexpr Tag make_tag(int joint, Side side) noexcept { return static_cast<Tag>(joint * 8 + static_cast<int>(side)); }
+constexpr int tag_joint(Tag tag) noexcept { return tag >> 3; }  // 1..7, or 0 for none
+constexpr Side tag_side(Tag tag) noexcept { return static_cast<Side>(tag & 7); }
+
+inline constexpr int pivots = 4, hinges = 2, pieces = 2;
+inline constexpr int pivot_joint[pivots] = {0, 2, 4, 6};
+inline constexpr int hinge_joint[hinges] = {1, 5};
+
+/// A range [near, far] of |theta| within [0, pi]; an end at 0 or pi that is no limit has the tag 0.
+struct HingePiece {
+    double cos_near, cos_far, near, far;
+    Tag near_tag, far_tag;
+};
+
+/// The directions from angle `lower` to `upper`: where a joint that does not move with psi may be.
+struct Cone {
+    bool free, wide;  // a full turn or more; more than half a turn
+    SinCos<double> lower, upper, middle;
+
+    /// Whether a unit direction lies in the cone, or within the angular tolerance of it.
+    bool contains(const SinCos<double>& at) const noexcept {
+        const double above = at.sin * lower.cos - at.cos * lower.sin, below = upper.sin * at.cos - upper.cos * at.sin;
+        if (wide) return free || above >= -tolerance::angle || below >= -tolerance::angle;
+        const double ahead = at.cos * middle.cos + at.sin * middle.sin;
+        return free || (above >= -tolerance::angle && below >= -tolerance::angle && ahead >= -tolerance::angle);
+    }
+};
+
+inline Cone cone(double lower, double upper) noexcept {
+    Cone out{};
+    out.free = !(upper - lower < two_pi);
+    out.wide = !out.free && upper - lower > pi;
+    if (out.free) return out;
+    out.lower = sin_cos(lower), out.upper = sin_cos(upper), out.middle = sin_cos(0.5 * (lower + upper));
+    return out;
+}
+
+/// The limits of an arm in the form that the boundary functions take; made once for an arm and a margin.
+struct LimitTable {
+    double margin, sin_margin;
+    // B = u U + v V for the lower limits of the four pivots, then the upper ones; negated for wide pivots.
+    double u[2 * pivots], v[2 * pivots];
+    bool free[pivots], wide[pivots];  // range of a full turn or more; of more than half a turn
+    Tag tag[2 * pivots];
+    int piece_count[hinges][2];  // [hinge][theta < 0]
+    HingePiece piece[hinges][2][pieces];
+    Cone elbow, cone[pivots];
+    double psi_margin, discriminant;  // the paper's psi_sing +- epsilon, eq. (31), and when it holds; 0: not used
+};
+
+namespace detail {
+
+inline Side limit_side(const Arm& arm, int joint, bool lower_theta) noexcept {
+    return (arm.sign[joint] > 0) == lower_theta ? Side::lower : Side::upper;
+}
+
+inline void add_piece(LimitTable& t, int hinge, int negative, HingePiece piece) noexcept {
+    const int joint = hinge_joint[hinge] + 1;
+    if (piece.near < t.margin) piece.near = t.margin, piece.near_tag = make_tag(joint, Side::near_margin);
+    if (piece.far > pi - t.margin) piece.far = pi - t.margin, piece.far_tag = make_tag(joint, Side::far_margin);
+    int& count = t.piece_count[hinge][negative];
+    if (piece.near > piece.far || count == pieces) return;
+    piece.cos_near = std::cos(piece.near), piece.cos_far = std::cos(piece.far);
+    t.piece[hinge][negative][count++] = piece;
+}
+
+/// The windings of [lower, upper] that meet the half circle of |theta|.
+inline void fill_hinge(LimitTable& t, const Arm& arm, int hinge, int negative) noexcept {
+    const int j = hinge_joint[hinge];
+    const double l = negative ? -arm.theta_upper[j] : arm.theta_lower[j];
+    const double u = negative ? -arm.theta_lower[j] : arm.theta_upper[j];
+    const Tag lower_tag = make_tag(j + 1, limit_side(arm, j, !negative));
+    const Tag upper_tag = make_tag(j + 1, limit_side(arm, j, negative));
+    if (!(u - l < two_pi)) return add_piece(t, hinge, negative, {0, 0, 0.0, pi, 0, 0});
+    const double first = two_pi * std::ceil((-tolerance::angle - u) / two_pi);  // smallest turn that lifts u above 0
+    for (double turn = first; l + turn <= pi + tolerance::angle; turn += two_pi) {
+        HingePiece piece{0, 0, l + turn, u + turn, lower_tag, upper_tag};
+        if (piece.near <= 0) piece.near = 0, piece.near_tag = 0;
+        if (piece.far >= pi) piece.far = pi, piece.far_tag = 0;
+        if (piece.far < 0) piece.far = 0;
+        if (piece.near > pi) piece.near = pi;
+        add_piece(t, hinge, negative, piece);
+    }
+}
+
+inline void fill_pivot(LimitTable& t, const Arm& arm, int pivot) noexcept {
+    const int j = pivot_joint[pivot];
+    const Cone& c = t.cone[pivot] = cone(arm.theta_lower[j], arm.theta_upper[j]);
+    t.free[pivot] = c.free;
+    t.wide[pivot] = c.wide;
+    t.tag[pivot] = make_tag(j + 1, limit_side(arm, j, true));
+    t.tag[pivots + pivot] = make_tag(j + 1, limit_side(arm, j, false));
+    const double sign = c.wide ? -1.0 : 1.0;
+    t.u[pivot] = sign * c.lower.cos, t.v[pivot] = -sign * c.lower.sin;
+    t.u[pivots + pivot] = -sign * c.upper.cos, t.v[pivots + pivot] = sign * c.upper.sin;
+}
+
+}  // namespace detail
+
+/// Limits of an arm, with a margin (rad, >= 0) that keeps |sin theta_2|, |sin theta_6|, |sin(theta_4 - delta)| >= sin(margin).
+inline LimitTable limit_table(const Arm& arm, double margin = 0.0, double psi_margin = 0.0, double discriminant = 0.0) noexcept {
+    LimitTable t{};
+    t.margin = margin, t.sin_margin = std::sin(margin);
+    t.psi_margin = psi_margin, t.discriminant = discriminant;
+    t.elbow = cone(arm.theta_lower[3], arm.theta_upper[3]);
+    for (int p = 0; p < pivots; ++p) detail::fill_pivot(t, arm, p);
+    for (int h = 0; h < hinges; ++h)
+        for (int negative = 0; negative < 2; ++negative) detail::fill_hinge(t, arm, h, negative);
+    return t;
+}
+
+}  // namespace armangle
