@@ -1,4 +1,5 @@
-// The paper's motion: from eq. (38) by 0.25 m along the tool's own z axis to eq. (39), in 101 poses, a step each.
+// The paper's motion: from eq. (38) by 0.25 m along the tool's own z axis to eq. (39), in 101 poses, a step each:
+// lines of pose number, arm angle and least distance to a limit (deg), then the joints reached.
 #include <cstdio>
 
 #include "iiwa7.hpp"
@@ -18,11 +19,11 @@ int main() {
         pose.position = armangle::mul_add(start.rotation.z, 0.25 * k / 100.0, start.position);
         const armangle::Step next = armangle::step(arm, limits, q, pose, options);
         if (next.status != armangle::Status::OK) {
-            std::printf("pose %d: %s\n", k, armangle::sentence(next.status));
+            std::printf("pose %d fails: %s\n", k, armangle::sentence(next.status));
             return 1;
         }
         for (int i = 0; i < armangle::joints; ++i) q[i] = next.q[i];
-        if (k % 20 == 0) std::printf("%d psi_deg %.12f margin_deg %.12f\n", k, next.psi / example::degree, next.margin / example::degree);
+        std::printf("pose %d %.12f %.12f\n", k, next.psi / example::degree, next.margin / example::degree);
     }
     std::printf("q_deg");
     for (const double value : q) std::printf(" %.12f", value / example::degree);

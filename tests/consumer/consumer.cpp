@@ -1,0 +1,76 @@
+// Laws that a user of the headers relies on. Prints what fails; exit code 1 then.
+#include <armangle/armangle.hpp>
+
+#include <cmath>
+#include <cstdio>
+#include <random>
+
+double reach_of(const armangle::Arm& arm);
+
+namespace {
+
+int failures = 0;
+
+void check(bool holds, const char* law) {
+    if (!holds) ++failures, std::printf("fails: %s\n", law);
+}
+
+armangle::Arm iiwa7() {
+    armangle::ArmParameters p;
+    p.d_bs = 0.34, p.d_se = 0.4, p.d_ew = 0.4, p.d_wf = 0.126;
+    constexpr double limit[armangle::joints] = {2.9, 2.0, 2.9, 2.0, 2.9, 2.0, 3.0};
+    for (int i = 0; i < armangle::joints; ++i) p.lower[i] = -limit[i], p.upper[i] = limit[i];
+    return armangle::make_arm(p);
+}
+
+void round_trips(const armangle::Arm& arm) {
+    std::mt19937_64 random(1);
+    std::uniform_real_distribution<double> joint(-1.9, 1.9);
+    double worst = 0;
+    for (int k = 0; k < 1000; ++k) {
+        double q[armangle::joints];
+        for (double& value : q) value = joint(random);
+        const armangle::Posture posture = armangle::forward(arm, q);
+        const armangle::Configuration<double> gc = armangle::configuration(posture.gc);
+        const armangle::Circle<double> c = armangle::circle(arm, armangle::flange_pose(arm, posture.pose));
+        const armangle::Fold<double> bend = armangle::fold(arm, c.triangle, gc.elbow);
+        const armangle::Joints back =
+            armangle::joints_within_limits(arm, armangle::directions(c, bend, gc, armangle::sin_cos(posture.psi)), q);
+        const armangle::Posture again = armangle::forward(arm, back.q);
+        worst = std::fmax(worst, armangle::norm(again.pose.position - posture.pose.position));
+    }
+    check(worst < 1e-14, "the pose of inverse(forward(q)) is that of q");
+}
+
+void bad_input_is_a_status(const armangle::Arm& arm) {
+    const armangle::LimitTable limits = armangle::limit_table(arm);
+    const double q[armangle::joints] = {0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5};
+    const armangle::Pose<double> pose = armangle::forward(arm, q).pose;
+    const auto status = [&](const armangle::Pose<double>& p, const double* at) {
+        return armangle::step(arm, limits, at, p, {}).status;
+    };
+    check(status(pose, q) == armangle::Status::OK, "a step to the present pose is OK");
+    for (const double bad : {armangle::not_a_number, armangle::infinity, 2.0, 1e300}) {
+        armangle::Pose<double> p = pose;
+        p.rotation.y.x = bad;
+        check(status(p, q) == armangle::Status::BAD_INPUT, "a matrix that is no rotation is refused");
+        if (std::isfinite(bad)) continue;
+        p = pose, p.position.z = bad;
+        check(status(p, q) == armangle::Status::BAD_INPUT, "a position that is not finite is refused");
+        double from[armangle::joints] = {0.1, 0.4, 0.2, -1.2, 0.3, 0.8, bad};
+        check(status(pose, from) == armangle::Status::BAD_INPUT, "joints that are not finite are refused");
+    }
+    armangle::Pose<double> mirrored = pose;
+    mirrored.rotation.x = -mirrored.rotation.x;
+    check(status(mirrored, q) == armangle::Status::BAD_INPUT, "a reflection is refused");
+}
+
+}  // namespace
+
+int main() {
+    const armangle::Arm arm = iiwa7();
+    check(reach_of(arm) == 0.8, "the reach is the sum of the links, in every translation unit");
+    round_trips(arm);
+    bad_input_is_a_status(arm);
+    return failures != 0;
+}
