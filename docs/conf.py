@@ -1,0 +1,67 @@
+"""Sphinx configuration. Pictures are made from the library's own data while the pages are built."""
+
+import sys
+from pathlib import Path
+
+import armangle
+
+HERE = Path(__file__).parent
+sys.path[:0] = [str(HERE), str(HERE / "_ext")]
+
+project = "armangle"
+author = "The armangle authors"
+copyright = "the armangle authors"
+release = version = armangle.__version__
+
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx_gallery.gen_gallery",
+    "sphinxcontrib.bibtex",
+    "mathml",
+    "made_here",
+]
+
+source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
+exclude_patterns = ["_build", "_made", "pictures", "_ext", "gallery/*.ipynb"]
+suppress_warnings = ["config.cache"]  # the gallery's settings hold a class, which has no stable text
+
+myst_enable_extensions = ["dollarmath", "colon_fence", "deflist", "attrs_block"]
+myst_heading_anchors = 3
+myst_links_external_new_tab = False
+
+default_role = "py:obj"
+autodoc_typehints = "none"
+autodoc_member_order = "bysource"
+autodoc_preserve_defaults = True
+napoleon_google_docstring = False
+napoleon_use_rtype = False
+napoleon_use_ivar = True
+
+bibtex_bibfiles = ["references.bib"]
+bibtex_default_style = "unsrt"
+
+sphinx_gallery_conf = {
+    "examples_dirs": str(HERE.parent / "examples"),
+    "gallery_dirs": "gallery",
+    "filename_pattern": r"/\d\d_",
+    "within_subsection_order": "FileNameSortKey",
+    "download_all_examples": False,
+    "show_memory": False,
+    "min_reported_time": 10**6,
+    "show_signature": False,
+    "write_computation_times": False,
+    "abort_on_example_error": True,
+    "backreferences_dir": None,
+    "image_srcset": ["2x"],
+}
+
+html_theme = "furo"
+html_title = "armangle"
+html_static_path = ["_static"]
+html_css_files = ["armangle.css"]
+html_math_renderer = "mathml"
+html_copy_source = False
+html_show_sphinx = False
+html_theme_options = {"navigation_with_keys": True}

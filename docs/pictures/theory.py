@@ -1,0 +1,3 @@
+"""Pictures of the theory pages."""
+
+PICTURES = {}
