@@ -52,6 +52,7 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     m.attr("__version__") = ARMANGLE_VERSION;
     m.attr("ANGLE_TOLERANCE") = armangle::tolerance::angle;
     m.attr("ROTATION_TOLERANCE") = armangle::tolerance::rotation;
+    m.attr("LARGEST_ANGLE") = armangle::tolerance::largest_angle;
     m.attr("LENGTH_LIMIT") = armangle::tolerance::length;
     m.attr("ARC_CAPACITY") = armangle::ArcSet::capacity;
     m.attr("SENTENCES") = binding::sentences();

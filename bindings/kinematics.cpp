@@ -14,7 +14,7 @@ namespace {
 nb::object inverse_one(const ArmHandle& self, nb::handle pose, nb::handle psi_object, nb::handle gc_object) {
     double psi, value;
     long long gc;
-    if (!as_double(psi_object, psi) || !as_index(gc_object, gc) || !std::isfinite(psi)) return nb::none();
+    if (!as_double(psi_object, psi) || !as_index(gc_object, gc) || !(std::fabs(psi) <= tolerance::largest_angle)) return nb::none();
     if (gc < 0 || gc >= configurations) return nb::none();
     Buffer m;
     if (!m.try_get(pose) || !m.is_array('d', {4, 4}) || check_pose(m.data<double>(), value) != Problem::none) return nb::none();
@@ -80,7 +80,7 @@ nb::object for_each(const Buffer* const (&buffers)[N], const int (&inner)[N], in
 
 Problem check_joints(const double* q, double& value) noexcept {
     for (int j = 0; j < joints; ++j)
-        if (!std::isfinite(q[j])) return value = q[j], Problem::joints_not_finite;
+        if (!(std::fabs(q[j]) <= tolerance::largest_angle)) return value = q[j], Problem::joints_not_finite;
     return Problem::none;
 }
 

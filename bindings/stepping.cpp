@@ -40,7 +40,7 @@ nb::object step_one(const ArmHandle& self, nb::handle q_now, nb::handle pose, co
     const Problem problem = check_pose(m.data<double>(), value);
     if (problem != Problem::none) return outcome.report(problem, 0, value), report(outcome);
     for (int j = 0; j < joints; ++j)
-        if (!std::isfinite(q.data<double>()[j]))
+        if (!(std::fabs(q.data<double>()[j]) <= tolerance::largest_angle))
             return outcome.report(Problem::joints_not_finite, 0, q.data<double>()[j]), report(outcome);
     StepOptions options = settings.options;
     ArcSet allowed;

@@ -22,6 +22,8 @@ inline constexpr double stretched = 4e-15;
 inline constexpr double folded = 1e-12;
 /// Largest entry of |R^T R - I| that a rotation given by the user may have.
 inline constexpr double rotation = 1e-6;
+/// Angles beyond this, 160 000 turns, are refused: taken to one turn they would lose the digits promised (rad).
+inline constexpr double largest_angle = 1e6;
 /// A length above this is not in metres (m).
 inline constexpr double length = 1e3;
 

@@ -67,6 +67,21 @@ def as_number(name: str, value: float, low: float, high: float, *, low_open: boo
     return number
 
 
+def check_angles(name: str, angles: Floats) -> None:
+    """Raise where an angle is not finite, or so large that one turn of it has no digits left."""
+    bad = ~(np.abs(angles) <= _core.LARGEST_ANGLE)
+    if bad.any():
+        index = tuple(int(i) for i in np.argwhere(bad)[0])
+        value = float(angles[index])
+        raise _bad_angle(f"{name}{list(index) if index else ''} is {value}", value)
+
+
+def _bad_angle(what: str, value: float) -> ArmangleError:
+    if np.isfinite(value):
+        return InputError(f"{what}, wanted an angle in rad within ±{_core.LARGEST_ANGLE:g}")
+    return NotFiniteError(f"{what}, wanted finite angles in rad")
+
+
 def shape_text(tail: Shape) -> str:
     """Return a shape with leading batch axes as text: (..., 4, 4)."""
     return f"({', '.join(['...', *map(str, tail)])})" if tail else "(...)"
@@ -126,11 +141,11 @@ def _error(problem: str, where: str, value: float, joints: str) -> ArmangleError
         case "pose_reflection":
             return NotRotationError(f"the rotation of pose{where} is a reflection: its determinant is -1")
         case "psi_not_finite":
-            return NotFiniteError(f"psi{where} is {value}, wanted a finite angle in rad")
+            return _bad_angle(f"psi{where} is {value}", value)
         case "gc_range":
             return ConfigurationError(f"gc{where} is {int(value)}, wanted an integer from 0 to 7")
         case "joints_not_finite":
-            return NotFiniteError(f"{joints}{where} holds {value}, wanted finite joint values in rad")
+            return _bad_angle(f"{joints}{where} holds {value}", value)
         case "joint_limit":
             return LimitError(f"joint {int(value)} of the solution of pose{where} is outside its limits")
         case "folded":

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._arrays import Floats, Ints, Shape, as_floats
-from .errors import InputError, NotFiniteError, ShapeError
+from ._arrays import Floats, Ints, Shape, as_floats, check_angles
+from .errors import InputError, ShapeError
 from .status import STATUSES, Status
 
 EndSide = Literal["lower", "upper", "singular", "user"]
@@ -39,6 +39,10 @@ class ArcEnd:
     joint: int | None
     side: EndSide
     value: float
+
+
+def _is_nothing(value: object) -> bool:
+    return isinstance(value, (tuple, list)) and not value
 
 
 class ArcSet:
@@ -83,14 +87,10 @@ class ArcSet:
     _start: Ints
 
     def __init__(self, intervals: ArrayLike = ()) -> None:
-        array = np.asarray(intervals, dtype=np.float64)
-        if array.size == 0:
-            array = np.empty((0, 2))
-        psi = as_floats("intervals", array, (2,))
+        psi = as_floats("intervals", np.empty((0, 2)) if _is_nothing(intervals) else intervals, (2,))
         if psi.ndim != 2:
             raise ShapeError(f"intervals has shape {psi.shape}, wanted (k, 2)")
-        if not np.isfinite(psi).all():
-            raise NotFiniteError("intervals holds NaN or infinity, wanted finite angles in rad")
+        check_angles("intervals", psi)
         if (psi[:, 1] < psi[:, 0]).any():
             at = int(np.argmax(psi[:, 1] < psi[:, 0]))
             raise InputError(f"intervals[{at}] is {psi[at].tolist()}, wanted upper >= lower")
@@ -253,8 +253,7 @@ class ArcSet:
 
     def _query(self, psi: ArrayLike, nearest: bool) -> Floats:
         angles = as_floats("psi", psi)
-        if not np.isfinite(angles).all():
-            raise NotFiniteError("psi holds NaN or infinity, wanted finite angles in rad")
+        check_angles("psi", angles)
         shape, index, angles = self._pair_with(angles)
         out = np.empty(len(index))
         _core.query(self._count, self._psi, index, angles, out, nearest)

@@ -17,6 +17,7 @@ from ._arrays import (
     as_number,
     as_threads,
     broadcast,
+    check_angles,
     output,
     raise_problem,
 )
@@ -858,6 +859,8 @@ def _check_joints(values: dict[str, Any], sign: Floats) -> None:
     if not np.all(np.abs(sign) == 1):
         at = int(np.argmax(np.abs(sign) != 1))
         raise InputError(f"signs[{at}] is {sign[at]:g}, wanted +1 or -1")
+    for name in ("lower", "upper", "offsets"):
+        check_angles(name, np.where(np.isinf(values[name]), 0.0, values[name]))
     lower, upper = values["lower"], values["upper"]
     crossed = ~(lower <= upper) | (lower == np.inf) | (upper == -np.inf)
     if crossed.any():

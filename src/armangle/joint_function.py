@@ -7,8 +7,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._arrays import Floats, as_floats
-from .errors import NotFiniteError
+from ._arrays import Floats, as_floats, check_angles
 
 Kind = Literal["stationary", "monotonic", "singular", "constant"]
 _KINDS: tuple[Kind, ...] = ("stationary", "monotonic", "singular", "constant")
@@ -70,8 +69,7 @@ class JointFunction:
 
     def _map(self, psi: ArrayLike, function: Any) -> Floats | np.float64:
         angles = as_floats("psi", psi)
-        if not np.isfinite(angles).all():
-            raise NotFiniteError("psi holds NaN or infinity, wanted finite angles in rad")
+        check_angles("psi", angles)
         out = np.empty(angles.shape)
         function(angles, out)
         return out[()]

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._arrays import Floats, as_floats, as_gc, as_number, broadcast, raise_problem
+from ._arrays import Floats, as_floats, as_gc, as_number, broadcast, check_angles, raise_problem
 from .arcs import ArcSet
 from .arm import MOST_MARGIN, Arm
 from .configuration import COUNT as CONFIGURATIONS
 from .description import JOINTS
-from .errors import ConfigurationError, InputError, NotFiniteError, ShapeError
+from .errors import ConfigurationError, InputError, ShapeError
 from .joint_path import JointPath
 from .policies import Policy, Repulsion
 from .status import STATUSES, Status
@@ -105,8 +105,7 @@ def resolve(
     'OK'
     """
     angles = as_floats("psi", psi)
-    if not np.isfinite(angles).all():
-        raise NotFiniteError("psi holds NaN or infinity, wanted finite angles in rad")
+    check_angles("psi", angles)
     arcs = arm.feasible(pose, gc, singularity_margin=singularity_margin)
     if allowed is not None:
         poses = np.broadcast_to(as_floats("pose", pose, (4, 4)), (*arcs.shape, 4, 4))
@@ -254,8 +253,7 @@ def follow(
     joints = np.ascontiguousarray(as_floats("start", start, (JOINTS,)))
     if joints.ndim != 1:
         raise ShapeError(f"start has shape {joints.shape}, wanted (7,)")
-    if not np.isfinite(joints).all():
-        raise NotFiniteError(f"start is {joints.tolist()}, wanted finite joint values in rad")
+    check_angles("start", joints)
     if on_fail not in _ON_FAIL:
         raise InputError(f"on_fail is {on_fail!r}, wanted one of 'stop', 'hold', 'skip'")
     settings = _settings(gc, policy, dt, carry, max_joint_step, singularity_margin)
