@@ -1,0 +1,300 @@
+"""The plots: each is drawn, and its artists hold the numbers that the library gives."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+
+import matplotlib
+import numpy as np
+import pytest
+
+import armangle as aa
+
+matplotlib.use("Agg")
+plt = pytest.importorskip("matplotlib.pyplot")
+from armangle import plots  # noqa: E402
+
+IIWA = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+WAM = aa.Arm.from_catalogue("barrett_wam7")
+# Faria et al. (2018), Eq. (37).
+PAPER_Q = np.radians([-5.4101, -26.4986, -48.1542, -61.6500, 152.6198, 114.4466, 8.1812])
+POSE, PSI, GC = IIWA.forward(PAPER_Q)
+
+
+@pytest.fixture(autouse=True)
+def _closed_figures() -> Iterator[None]:
+    yield
+    for number in plt.get_fignums():
+        plt.figure(number).canvas.draw()
+    plt.close("all")
+
+
+def _poses(count: int) -> np.ndarray:
+    """Return the paper's straight line of 0.25 m along the tool's z axis."""
+    poses = np.repeat(POSE[None], count, axis=0)
+    poses[:, :3, 3] += np.linspace(0, 0.25, count)[:, None] * POSE[:3, 2]
+    return poses
+
+
+def _path(alpha: float = 20.0, count: int = 60) -> aa.JointPath:
+    return aa.follow(IIWA, _poses(count), start=PAPER_Q, policy=aa.Repulsion(alpha=alpha))
+
+
+def _labels(ax: object) -> set[str]:
+    return set(ax.get_legend_handles_labels()[1])
+
+
+def _figure_labels(ax: object) -> set[str]:
+    return {text.get_text() for legend in ax.figure.legends for text in legend.get_texts()}
+
+
+@pytest.mark.parametrize("arm", [IIWA, WAM], ids=lambda arm: arm.name)
+def test_arm_frames_draws_the_frames_where_they_are(arm: aa.Arm) -> None:
+    q = np.array([0.3, 0.5, 0.2, 1.2, 0.1, 0.5, 0.0])
+    ax = plots.arm_frames(arm, q)
+    names = [text.get_text() for text in ax.texts]
+    assert [n for n in names if n != "tool"] == [f"{{{i}}}" for i in range(8)]
+    drawn = np.array(ax.lines[0].get_data_3d()).T
+    np.testing.assert_allclose(drawn[-1], arm.forward(q)[0][:3, 3], atol=1e-12)
+    np.testing.assert_allclose(drawn[[1, 3, 5]], arm.frames(q)[[1, 3, 5], :3, 3], atol=1e-12)
+    assert ax.get_xlabel() == "x (m)"
+
+
+def test_the_skeleton_has_the_lengths_of_the_arm() -> None:
+    points = np.array(plots.arm_frames(WAM, [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7]).lines[0].get_data_3d()).T
+    lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    wanted = [WAM.d_bs, WAM.d_se, abs(WAM.a_3), abs(WAM.a_4), WAM.d_ew, WAM.d_wf]
+    np.testing.assert_allclose(lengths[:6], wanted, atol=1e-12)
+
+
+def test_stick_figure_colours_the_circle_as_the_arcs_say() -> None:
+    ax = plots.stick_figure(IIWA, PAPER_Q)
+    assert {"feasible", "blocked by joint 1", "blocked by joint 5", "elbow"} == _labels(ax)
+    parts = {line.get_color(): line for line in ax.lines if line.get_label().startswith("blocked")}
+    piece = np.array(parts[plots.JOINT_COLOURS[4]].get_data_3d()).T
+    blocked = (~IIWA.joint_feasible(POSE, GC)[4]).intervals[0]
+    ends = IIWA.frames(IIWA.inverse(POSE, blocked, GC))[:, 3, :3, 3]
+    np.testing.assert_allclose(piece[[0, -1]], ends, atol=2e-3)
+    assert len(plots.stick_figure(IIWA, PAPER_Q, elbow_circle=False).lines) == 3
+
+
+def test_virtual_arm_shows_both_elbows_and_psi() -> None:
+    ax = plots.virtual_arm(IIWA, PAPER_Q)
+    assert {"real arm", "virtual arm (θ3 = 0)", "ψ = 58.6°", "half-plane ψ = 0"} <= _labels(ax)
+    lines = {line.get_label(): np.array(line.get_data_3d()).T for line in ax.lines}
+    virtual = IIWA.frames(IIWA.inverse(POSE, 0.0, GC))
+    np.testing.assert_allclose(lines["virtual arm (θ3 = 0)"][3], virtual[3, :3, 3], atol=1e-12)
+    assert {text.get_text() for text in ax.texts} == {"S", "W", "E", "Eᵛ"}
+
+
+@pytest.mark.parametrize("arm", [IIWA, WAM], ids=lambda arm: arm.name)
+def test_virtual_plane_has_true_lengths_and_angles(arm: aa.Arm) -> None:
+    q = np.array([0.3, -0.5, 0.2, 1.2, 0.1, 0.5, 0.0])
+    pose, _, gc = arm.forward(q)
+    virtual = arm.inverse(pose, 0.0, gc)
+    points = plots.virtual_plane(arm, q).lines[0].get_xydata()
+    assert np.linalg.norm(points[1]) == pytest.approx(arm.d_se, abs=1e-12)
+    theta_2 = arm.signs[1] * virtual[1] + arm.offsets[1]
+    assert abs(np.arctan2(*points[1])) == pytest.approx(abs(theta_2), abs=1e-9)
+    wrist = arm.frames(q)[5, :3, 3] - arm.frames(q)[1, :3, 3]
+    assert np.linalg.norm(points[-1]) == pytest.approx(np.linalg.norm(wrist), abs=1e-12)
+
+
+def _wedges(ax: object, colour: str) -> float:
+    """Return the total angle of bars of a colour in the outer ring, each weighed by its share of it."""
+    wanted = matplotlib.colors.to_rgba(colour)
+    bars = [bar for bar in ax.patches if bar.get_facecolor() == wanted and bar.get_y() > 9]
+    return sum(bar.get_width() for bar in bars)
+
+
+def test_circle_draws_the_complement_of_each_joint() -> None:
+    ax = plots.circle(IIWA, POSE, GC, psi=PSI)
+    for joint in range(1, 8):
+        wanted = (~IIWA.joint_feasible(POSE, GC)[joint - 1]).measure
+        assert _wedges(ax, plots.JOINT_COLOURS[joint - 1]) == pytest.approx(float(wanted), abs=1e-9)
+    texts = [text.get_text() for text in ax.texts]
+    assert texts == [f"GC 3\n{np.degrees(IIWA.feasible(POSE, GC).measure):.1f}° free"]
+    assert "joint 5 blocks (ring 5)" in _figure_labels(ax)
+    np.testing.assert_allclose(ax.lines[-1].get_xdata(), [PSI])
+
+
+def test_circle_shows_what_the_user_forbids_and_what_is_singular() -> None:
+    ax = plots.circle(IIWA, POSE, 0, allowed=aa.ArcSet([[-1.0, 2.5]]))
+    assert "not allowed by the user" in _figure_labels(ax)
+    assert _wedges(ax, "#7F7F7F") == pytest.approx(2 * np.pi - 3.5, abs=1e-9)
+    q = np.array([0.4, 0.0, 0.5, 1.0, 0.3, 0.8, 0.2])
+    pose, psi, gc = IIWA.forward(q)
+    crosses = [line for line in plots.circle(IIWA, pose, gc).lines if line.get_marker() == "x"]
+    assert crosses
+    assert any(abs(np.angle(np.exp(1j * (line.get_xdata()[0] - psi)))) < 1e-6 for line in crosses)
+
+
+def test_circle_says_why_there_is_none() -> None:
+    far = POSE.copy()
+    far[:3, 3] *= 3
+    ax = plots.circle(IIWA, far, GC)
+    assert aa.Status.UNREACHABLE.sentence in ax.get_title()
+    assert "none" in ax.texts[0].get_text()
+
+
+def test_joint_profiles_are_the_inverse() -> None:
+    panels = plots.joint_profiles(IIWA, POSE, GC, psi=PSI)
+    assert len(panels) == 6
+    for panel, joint in zip(panels, (1, 2, 3, 5, 6, 7), strict=True):
+        psi, q = panel.lines[0].get_data()
+        known = np.isfinite(psi)
+        wanted = IIWA.inverse(POSE, np.radians(psi[known]), GC)[:, joint - 1]
+        np.testing.assert_allclose(np.radians(q[known]), wanted, atol=1e-9)
+        limits = [line.get_ydata()[0] for line in panel.lines if line.get_linestyle() == "--"]
+        bounds = np.degrees([IIWA.lower[joint - 1], IIWA.upper[joint - 1]])
+        np.testing.assert_allclose(limits, bounds)
+        assert panel.get_ylabel() == f"q{joint} (deg)"
+    assert {"limit", "stationary", "singular", "blocked by this joint", "ψ"} == _figure_labels(panels[0])
+
+
+def test_joint_profiles_draw_on_axes_that_are_given() -> None:
+    _, ax = plt.subplots()
+    assert plots.joint_profiles(IIWA, POSE, GC, joints=[5], ax=ax)[0] is ax
+    assert not ax.figure.legends
+    with pytest.raises(aa.InputError, match="ax holds 1 axes, wanted 2"):
+        plots.joint_profiles(IIWA, POSE, GC, joints=[5, 6], ax=ax)
+    with pytest.raises(aa.InputError, match="joints is empty"):
+        plots.joint_profiles(IIWA, POSE, GC, joints=[])
+
+
+def test_repulsion_is_equation_36() -> None:
+    lower, upper, gain, alpha = -0.4, 1.1, 0.3, 7.0
+    ax = plots.repulsion(aa.Repulsion(K=gain, alpha=alpha), arc=(lower, upper))
+    psi, change = np.radians(ax.lines[0].get_data())
+    share = (psi - lower) / (upper - lower)
+    wanted = gain * (upper - lower) / 2 * (np.exp(-alpha * share) - np.exp(-alpha * (1 - share)))
+    np.testing.assert_allclose(change, wanted, atol=1e-12)
+    assert _labels(ax) == {"α = 7, K = 0.3", "ends of the arc"}
+
+
+def test_repulsion_names_every_policy() -> None:
+    policies = [aa.Repulsion(rate=2.0), aa.Hold(), aa.Centre(K=0.2), aa.Centre(rate=3.0)]
+    names = _labels(plots.repulsion(policies, dt=0.01))
+    assert {"α = 20, rate 2 1/s", "hold", "centre, K = 0.2", "centre, rate 3 1/s"} < names
+    assert len(_labels(plots.repulsion())) == 5
+    for arc in ((1.0, 1.0), (0.0, 7.0)):
+        with pytest.raises(aa.InputError, match="less than a turn apart"):
+            plots.repulsion(arc=arc)
+
+
+def test_path_draws_psi_and_joints_with_limits() -> None:
+    motions = {f"α = {alpha:g}": _path(alpha) for alpha in (5.0, 20.0)}
+    panels = plots.path(motions)
+    assert len(panels) == 8
+    for k, motion in enumerate(motions.values()):
+        np.testing.assert_allclose(panels[0].lines[k].get_ydata(), np.degrees(motion.psi))
+        for joint in range(7):
+            np.testing.assert_allclose(panels[1 + joint].lines[k].get_ydata(), np.degrees(motion.q[:, joint]))
+    assert {"α = 5", "α = 20", "limit"} == _figure_labels(panels[0])
+    assert panels[7].get_xlabel() == "path parameter s"
+
+
+def test_path_marks_where_it_fails() -> None:
+    poses = _poses(60)
+    poses[30:, :3, 3] *= 3
+    motion = aa.follow(IIWA, poses, start=PAPER_Q)
+    panels = plots.path([motion])
+    marks = [line for line in panels[0].lines if line.get_linestyle() == ":"]
+    assert marks[0].get_xdata()[0] == pytest.approx(motion.s[motion.first_failure])
+    assert "path 1 fails" in _figure_labels(panels[0])
+
+
+def test_path_refuses_nothing_and_two_arms() -> None:
+    with pytest.raises(aa.InputError, match="paths is empty"):
+        plots.path({})
+    other = aa.follow(IIWA.with_(d_bs=0.5), _poses(2), start=PAPER_Q)
+    with pytest.raises(aa.InputError, match="paths are of different arms"):
+        plots.path([_path(), other])
+
+
+def _inside(ax: object, s: float, psi_degrees: float) -> str | None:
+    """Return the colour of the uppermost cell at a point, None where none is."""
+    found = None
+    for collection in ax.collections:
+        if any(path.contains_point((s, psi_degrees)) for path in collection.get_paths()):
+            found = matplotlib.colors.to_hex(collection.get_facecolor()[0]).upper()
+    return found
+
+
+@pytest.mark.parametrize("gc", [0, 3, 4])
+def test_feasible_map_is_what_the_arcs_say(gc: int) -> None:
+    motion = _path(count=12)
+    ax = plots.feasible_map(motion, gc=gc)
+    rng = np.random.default_rng(gc)
+    for row in rng.integers(0, 12, 60):
+        psi = rng.uniform(-np.pi, np.pi)
+        each = IIWA.joint_feasible(motion.poses[row], gc)
+        blocking = [j for j in range(7) if psi not in each[j]]
+        inward = 1e-6 * (0.5 - motion.s[row])
+        wanted = plots.JOINT_COLOURS[blocking[0]].upper() if blocking else None
+        assert _inside(ax, motion.s[row] + inward, np.degrees(psi)) == wanted
+    assert ("chosen ψ(s)" in _labels(ax)) == (gc == 3)
+
+
+def test_feasible_map_of_all_configurations() -> None:
+    panels = plots.feasible_map(_path(count=10))
+    assert [panel.get_title() for panel in panels][:2] == ["GC 0 (+++)", "GC 1 (−++)"]
+    assert len(panels) == 8
+    assert {"feasible", "out of reach", "joint 7 blocks", "chosen ψ(s)"} < _figure_labels(panels[0])
+    psi = panels[3].lines[-2].get_ydata()
+    np.testing.assert_allclose(psi, np.degrees(_path(count=10).psi))
+
+
+def test_feasible_map_of_poses_alone_greys_what_is_out_of_reach() -> None:
+    poses = _poses(5)
+    poses[3:, :3, 3] *= 3
+    ax = plots.feasible_map((IIWA, poses), gc=3)
+    assert _inside(ax, 0.999, 100.0) == "#7F7F7F"
+    assert _inside(ax, 0.001, 100.0) is None
+    assert plots.feasible_map((IIWA, poses[:1]), gc=3).get_xlim() == (-0.5, 0.5)
+
+
+def test_feasible_map_refuses_what_is_no_path() -> None:
+    with pytest.raises(aa.ShapeError, match="poses has shape"):
+        plots.feasible_map((IIWA, POSE))
+    with pytest.raises(aa.ConfigurationError, match="gc is 8"):
+        plots.feasible_map(_path(count=3), gc=8)
+
+
+@pytest.mark.parametrize(
+    ("draw", "message"),
+    [
+        (lambda ax: plots.circle(IIWA, POSE, GC, ax=ax), "wanted a polar one"),
+        (lambda ax: plots.arm_frames(IIWA, ax=ax), "wanted a 3-D one"),
+    ],
+)
+def test_axes_of_the_wrong_kind_are_refused(draw: object, message: str) -> None:
+    _, ax = plt.subplots()
+    with pytest.raises(aa.InputError, match=message):
+        draw(ax)
+
+
+def test_shapes_are_checked() -> None:
+    with pytest.raises(aa.ShapeError, match=r"pose has shape \(2, 4, 4\)"):
+        plots.circle(IIWA, np.stack([POSE, POSE]), GC)
+    with pytest.raises(aa.ShapeError, match=r"q has shape \(2, 7\)"):
+        plots.stick_figure(IIWA, np.zeros((2, 7)))
+
+
+def test_given_axes_are_drawn_on_and_returned() -> None:
+    figure = plt.figure()
+    flat = figure.add_subplot(221)
+    polar = figure.add_subplot(222, projection="polar")
+    space = figure.add_subplot(223, projection="3d")
+    assert plots.repulsion(ax=flat) is flat
+    assert plots.circle(IIWA, POSE, GC, ax=polar) is polar
+    assert plots.stick_figure(IIWA, PAPER_Q, ax=space) is space
+    assert plots.feasible_map(_path(count=4), gc=1, ax=flat) is flat
+    assert not figure.legends
+
+
+def test_without_matplotlib_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib.pyplot", None)
+    with pytest.raises(aa.MissingExtraError, match=r"pip install 'armangle\[plot\]'"):
+        plots.repulsion()
