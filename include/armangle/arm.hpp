@@ -30,6 +30,7 @@ struct ArmParameters {
 struct Arm : ArmParameters {
     double upper_arm, forearm;      // La = |S-E|, Lb = |E-W|
     double reach, inner_reach;      // L = La + Lb, D = |La - Lb|
+    double bend_scale;              // 1 / (4 La Lb)
     SinCos<double> shoulder_slant;  // of atan2(a_3, d_se)
     SinCos<double> wrist_slant;     // of atan2(a_4, d_ew)
     SinCos<double> delta;           // theta_4 of the stretched arm: wrist_slant - shoulder_slant
@@ -81,6 +82,7 @@ inline Arm make_arm(const ArmParameters& parameters) noexcept {
     if (arm.a_4 == 0) arm.forearm = arm.d_ew;
     arm.reach = arm.upper_arm + arm.forearm;
     arm.inner_reach = abs(arm.upper_arm - arm.forearm);
+    arm.bend_scale = 1.0 / (4.0 * arm.upper_arm * arm.forearm);
     arm.shoulder_slant = {arm.a_3 / arm.upper_arm, arm.d_se / arm.upper_arm};
     arm.wrist_slant = {arm.a_4 / arm.forearm, arm.d_ew / arm.forearm};
     const auto &s = arm.shoulder_slant, &w = arm.wrist_slant;
@@ -96,7 +98,7 @@ inline Arm make_arm(const ArmParameters& parameters) noexcept {
 
 /// 0T7 of a pose given by the user: base^-1 pose tool^-1.
 template <class T>
-Pose<T> flange_pose(const Arm& arm, Pose<T> pose) noexcept {
+ARMANGLE_INLINE Pose<T> flange_pose(const Arm& arm, Pose<T> pose) noexcept {
     if (arm.has_base) pose = spread<T>(arm.base_inverse) * pose;
     if (arm.has_tool) pose = pose * spread<T>(arm.tool_inverse);
     return pose;
@@ -104,7 +106,7 @@ Pose<T> flange_pose(const Arm& arm, Pose<T> pose) noexcept {
 
 /// The pose that the user sees for a 0T7: base 0T7 tool.
 template <class T>
-Pose<T> user_pose(const Arm& arm, Pose<T> flange) noexcept {
+ARMANGLE_INLINE Pose<T> user_pose(const Arm& arm, Pose<T> flange) noexcept {
     if (arm.has_base) flange = spread<T>(arm.base) * flange;
     if (arm.has_tool) flange = flange * spread<T>(arm.tool);
     return flange;
@@ -112,16 +114,18 @@ Pose<T> user_pose(const Arm& arm, Pose<T> flange) noexcept {
 
 /// theta of a joint value q.
 template <class T>
-T model_angle(T q, T sign, T offset) noexcept { return sign * q + offset; }
+ARMANGLE_INLINE T model_angle(T q, T sign, T offset) noexcept { return sign * q + offset; }
 
 /// The q of a theta that lies within [lower, upper]; of several the nearest to `near`, of none the nearest to the range.
 template <class T>
-T joint_value(T theta, T sign, T offset, T lower, T upper, T near) noexcept {
+ARMANGLE_INLINE T joint_value(T theta, T sign, T offset, T lower, T upper, T near) noexcept {
     const T q = sign * (theta - offset);
     const T turn = 1.0 / two_pi;
+    const T wanted = round((near - q) * turn);
+    const T nearest = q + two_pi * wanted;
+    if (all((lower - tolerance::angle <= nearest) & (nearest <= upper + tolerance::angle))) return nearest;
     const T fewest = ceil((lower - tolerance::angle - q) * turn);
     const T most = floor((upper + tolerance::angle - q) * turn);
-    const T wanted = round((near - q) * turn);
     const T below = q + two_pi * most, above = q + two_pi * fewest;  // used when the range holds no winding
     const T inside = q + two_pi * min(max(wanted, fewest), most);
     const T outside = select(lower - below < above - upper, below, above);

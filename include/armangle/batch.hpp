@@ -26,7 +26,7 @@ enum class Problem : int {
     pose_last_row,      // a 4x4 pose ends with 0 0 0 1
     pose_not_rotation,  // value: largest entry of |R^T R - I|
     pose_reflection,
-    psi_not_finite,
+    psi_not_finite,     // or beyond tolerance::largest_angle; of joints too
     gc_range,           // value: the gc
     joints_not_finite,
     unreachable,        // value: m beyond the reach, or inside the inner reach
@@ -89,12 +89,12 @@ using Batch = Lane<register_width>;
 inline Problem check_element(const Arm& arm, const InverseBatch& b, std::size_t i, double& value) noexcept {
     const Problem pose = check_pose(b.pose.at(i), value);
     if (pose != Problem::none) return pose;
-    if (!std::isfinite(*b.psi.at(i))) return value = *b.psi.at(i), Problem::psi_not_finite;
+    if (!(abs(*b.psi.at(i)) <= tolerance::largest_angle)) return value = *b.psi.at(i), Problem::psi_not_finite;
     const long long gc = *b.gc.at(i);
     if (gc < 0 || gc >= configurations) return value = static_cast<double>(gc), Problem::gc_range;
     if (b.seed.data)
         for (int j = 0; j < joints; ++j)
-            if (!std::isfinite(b.seed.at(i)[j])) return value = b.seed.at(i)[j], Problem::joints_not_finite;
+            if (!(abs(b.seed.at(i)[j]) <= tolerance::largest_angle)) return value = b.seed.at(i)[j], Problem::joints_not_finite;
     const Circle<double> c = circle(arm, flange_pose(arm, load_pose(b.pose.at(i))));
     if (is_folded(arm, c)) return Problem::folded;
     if (is_unreachable(arm, c)) return value = c.triangle.excess, Problem::unreachable;
@@ -114,7 +114,7 @@ inline void load_seed(const Arm& arm, const InverseBatch& b, const std::size_t* 
         in.near[j] = Batch(arm.joint_middle[j]);
         if (!b.seed.data) continue;
         for (int k = 0; k < register_width; ++k) in.near[j].set(k, b.seed.at(at[k])[j]);
-        in.bad = select(abs(in.near[j]) < Batch(infinity), in.bad, Batch(1.0));
+        in.bad = select(abs(in.near[j]) <= Batch(tolerance::largest_angle), in.bad, Batch(1.0));
     }
 }
 
@@ -138,7 +138,7 @@ inline LaneInput load_block(const Arm& arm, const InverseBatch& b, const std::si
     const auto& r = in.pose.rotation;
     const Vec3<Batch>& p = in.pose.position;
     // NaN and infinity make these comparisons false
-    const auto finite = (abs(p.x) + abs(p.y) + abs(p.z) + abs(in.psi) < Batch(infinity));
+    const auto finite = (abs(p.x) + abs(p.y) + abs(p.z) < Batch(infinity)) & (abs(in.psi) <= Batch(tolerance::largest_angle));
     const auto rigid = (orthonormality_error(r) <= Batch(tolerance::rotation)) & (dot(cross(r.x, r.y), r.z) > Batch(0.0));
     const auto row_ok = (abs(row(12)) + abs(row(13)) + abs(row(14)) + abs(row(15) - Batch(1.0)) == Batch(0.0));
     in.bad = select(finite & rigid & row_ok, Batch::load(bad), Batch(1.0));
@@ -207,8 +207,9 @@ inline void inverse_range(const Arm& arm, const InverseBatch& b, std::size_t beg
 /// Splits [0, n) into one range a thread; work(begin, end, thread).
 template <class Work>
 void parallel(std::size_t n, int threads, const Work& work) {
-    const std::size_t hardware = std::thread::hardware_concurrency() ? std::thread::hardware_concurrency() : 1;
-    std::size_t count = threads > 0 ? static_cast<std::size_t>(threads) : hardware;
+    // the system is asked how many cores it has only where it matters: the answer takes longer than many poses
+    std::size_t count = threads > 0 ? static_cast<std::size_t>(threads) : std::thread::hardware_concurrency();
+    if (count == 0) count = 1;
     if (count > n) count = n ? n : 1;
     constexpr std::size_t most = 64;
     if (count > most) count = most;

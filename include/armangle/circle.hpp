@@ -12,42 +12,57 @@
 
 namespace armangle {
 
+/// The axis S->W and the zero of psi on the circle around it, in the frame of the base.
 template <class T>
-struct Circle {
-    Vec3<T> w, e, z;                      // the triad, in the frame of the base
-    Vec3<T> tool_w, tool_e, tool_z;       // w.x_7, w.y_7, w.z_7; the same for e and z
-    T distance;                           // |S-W| in m
+struct Triad {
+    Vec3<T> w, e, z;
+    T distance, inverse_distance;  // |S-W| in m, and 1 / m
+};
+
+/// Triad of a pose 0T7 (already freed of base and tool).
+template <class T>
+ARMANGLE_INLINE Triad<T> triad(const Arm& arm, const Pose<T>& flange) noexcept {
+    const Vec3<T> p = flange.position - Vec3<T>{T(0.0), T(0.0), T(arm.d_bs)} - flange.rotation.z * T(arm.d_wf);  // eq. (3)
+    Triad<T> t;
+    t.distance = norm(p);
+    t.inverse_distance = T(1.0) / select(t.distance == T(0.0), T(1.0), t.distance);
+    t.w = p * t.inverse_distance;
+    t.z = reference_normal(arm, p, t.w);
+    t.e = cross(t.w, t.z);
+    return t;
+}
+
+/// The circle: its triad, the tool's axes in it (w.x_7, w.y_7, w.z_7; the same for e and z), and the arm's triangle.
+template <class T>
+struct Circle : Triad<T> {
+    Vec3<T> tool_w, tool_e, tool_z;
     Triangle<T> triangle;
 };
 
-/// Circle of a pose 0T7 (already freed of base and tool).
+/// Circle of a pose 0T7.
 template <class T>
-Circle<T> circle(const Arm& arm, const Pose<T>& flange) noexcept {
+ARMANGLE_INLINE Circle<T> circle(const Arm& arm, const Pose<T>& flange) noexcept {
     const auto& [x7, y7, z7] = flange.rotation;
-    const Vec3<T> p = flange.position - Vec3<T>{T(0.0), T(0.0), T(arm.d_bs)} - z7 * T(arm.d_wf);  // eq. (3)
     Circle<T> c;
-    c.distance = norm(p);
-    c.w = p * (T(1.0) / select(c.distance == T(0.0), T(1.0), c.distance));
-    c.z = reference_normal(arm, p, c.w);
-    c.e = cross(c.w, c.z);
+    static_cast<Triad<T>&>(c) = triad(arm, flange);
     c.tool_w = {dot(c.w, x7), dot(c.w, y7), dot(c.w, z7)};
     c.tool_e = {dot(c.e, x7), dot(c.e, y7), dot(c.e, z7)};
     c.tool_z = {dot(c.z, x7), dot(c.z, y7), dot(c.z, z7)};
-    c.triangle = triangle(arm, c.distance);
+    c.triangle = triangle(arm, c.distance, c.inverse_distance);
     return c;
 }
 
 template <class T>
-auto is_folded(const Arm& arm, const Circle<T>& c) noexcept { return c.distance <= T(tolerance::folded * arm.reach); }
+ARMANGLE_INLINE auto is_folded(const Arm& arm, const Triad<T>& c) noexcept { return c.distance <= T(tolerance::folded * arm.reach); }
 
 template <class T>
-auto is_unreachable(const Arm& arm, const Circle<T>& c) noexcept {
+ARMANGLE_INLINE auto is_unreachable(const Arm& arm, const Circle<T>& c) noexcept {
     return c.triangle.excess > T(tolerance::reach * arm.reach);
 }
 
 /// Whether theta_1 (theta_2 = 0 or pi) vanishes as a direction for *every* psi: arm straight along the base axis.
 template <class T>
-auto shoulder_singular(const Circle<T>& c, const Fold<T>& f) noexcept {
+ARMANGLE_INLINE auto shoulder_singular(const Circle<T>& c, const Fold<T>& f) noexcept {
     const T along = c.w.x * c.w.x + c.w.y * c.w.y;
     const T size = f.beta.cos * f.beta.cos * along + f.beta.sin * f.beta.sin * (T(1.0) + c.w.z * c.w.z);
     return size <= T(tolerance::singular * tolerance::singular);
@@ -55,7 +70,7 @@ auto shoulder_singular(const Circle<T>& c, const Fold<T>& f) noexcept {
 
 /// The same for theta_5: arm straight, tool axis along it.
 template <class T>
-auto wrist_singular(const Circle<T>& c, const Fold<T>& f) noexcept {
+ARMANGLE_INLINE auto wrist_singular(const Circle<T>& c, const Fold<T>& f) noexcept {
     const T across = c.tool_e.z * c.tool_e.z + c.tool_z.z * c.tool_z.z;
     const T along = c.tool_w.z * c.tool_w.z;
     const T size = f.gamma.sin * f.gamma.sin * along + across * (T(1.0) + f.gamma.cos * f.gamma.cos);

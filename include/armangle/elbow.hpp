@@ -14,21 +14,19 @@ struct Triangle {
 };
 
 /// Bend and shoulder angle by half-angle forms: exact also when stretched or folded (unlike acos of eq. (4)).
+/// n = |S-W| in m, and its inverse.
 template <class T>
-Triangle<T> triangle(const Arm& arm, T n) noexcept {
+ARMANGLE_INLINE Triangle<T> triangle(const Arm& arm, T n, T inverse_n) noexcept {
     const double L = arm.reach, D = arm.inner_reach, La = arm.upper_arm, Lb = arm.forearm;
     const T zero(0.0), rounding(tolerance::stretched * L);
     const T s2 = select(L - n <= rounding, zero, (L - n) * (L + n));  // 4 La Lb sin^2(eta/2)
     const T c2 = select(n - D <= rounding, zero, (n - D) * (n + D));  // 4 La Lb cos^2(eta/2)
-    const T scale = T(1.0) / (s2 + c2);
+    const T scale(arm.bend_scale);
     Triangle<T> t;
     t.excess = max(n - L, D - n);
     t.eta = {2.0 * sqrt(s2 * c2) * scale, (c2 - s2) * scale};
     const T x = (La - Lb) + 2.0 * Lb * (c2 * scale), y = Lb * t.eta.sin;
-    const T side = hypot(x, y);
-    const auto shut = side == T(0.0);
-    const T inverse_side = T(1.0) / select(shut, T(1.0), side);
-    t.kappa = {y * inverse_side, select(shut, T(1.0), x * inverse_side)};
+    t.kappa = {y * inverse_n, x * inverse_n};  // x^2 + y^2 = n^2
     return t;
 }
 
@@ -41,12 +39,13 @@ struct Fold {
 };
 
 template <class T>
-Fold<T> fold(const Arm& arm, const Triangle<T>& t, T gc_4) noexcept {
+ARMANGLE_INLINE Fold<T> fold(const Arm& arm, const Triangle<T>& t, T gc_4) noexcept {
+    // mul_add and not a * b + c * d: g++ 12 fuses such pairs of sum and difference in spite of -ffp-contract=off
     const auto sum = [](const SinCos<double>& fixed, const T& s, const T& c) {
-        return SinCos<T>{fixed.sin * c + fixed.cos * s, fixed.cos * c - fixed.sin * s};
+        return SinCos<T>{mul_add(T(fixed.sin), c, fixed.cos * s), mul_add(T(fixed.cos), c, -(fixed.sin * s))};
     };
-    const T sin_lower = t.eta.sin * t.kappa.cos - t.eta.cos * t.kappa.sin;  // of eta - kappa, the angle at the wrist
-    const T cos_lower = t.eta.cos * t.kappa.cos + t.eta.sin * t.kappa.sin;
+    const T sin_lower = mul_add(t.eta.sin, t.kappa.cos, -(t.eta.cos * t.kappa.sin));  // of eta - kappa, at the wrist
+    const T cos_lower = mul_add(t.eta.cos, t.kappa.cos, t.eta.sin * t.kappa.sin);
     return {sum(arm.delta, gc_4 * t.eta.sin, t.eta.cos), sum(arm.shoulder_slant, -(gc_4 * t.kappa.sin), t.kappa.cos),
             sum(arm.wrist_slant, gc_4 * sin_lower, cos_lower)};
 }

@@ -20,9 +20,9 @@ struct BoundaryArcs {
     double lower[8], upper[8];   // out: phi -+ alpha, lower in [-pi, pi)
     double square[8];            // out: a^2 + b^2
 
-    void solve() noexcept {
+    ARMANGLE_INLINE void solve() noexcept {
         using Slots = Lane<8>;
-        const Slots A = Slots::load(a), B = Slots::load(b), C = Slots::load(c);
+        const Slots A = Slots::of(a), B = Slots::of(b), C = Slots::of(c);
         const Slots h2 = mul_add(A, A, B * B);
         const Slots middle = atan2(A, B);
         const Slots half = atan2(sqrt(max(h2 - C * C, Slots(0.0))), -C);  // acos(-c / h), 0 or pi beyond +-1
@@ -42,7 +42,7 @@ struct Boundaries {
 
 namespace detail {
 
-inline void fill_boundaries(const LimitTable& t, const JointFunctions<double>& f, Boundaries& out) noexcept {
+ARMANGLE_INLINE void fill_boundaries(const LimitTable& t, const JointFunctions<double>& f, Boundaries& out) noexcept {
     for (int i = 0; i < 2 * pivots; ++i) {
         const Pivot<double>& p = f.pivot[i % pivots];
         const double u = p.g * t.u[i], v = p.g * t.v[i];
@@ -63,7 +63,7 @@ inline void fill_boundaries(const LimitTable& t, const JointFunctions<double>& f
 
 }  // namespace detail
 
-inline void boundaries(const LimitTable& t, const JointFunctions<double>& f, Boundaries& out) noexcept {
+ARMANGLE_INLINE void boundaries(const LimitTable& t, const JointFunctions<double>& f, Boundaries& out) noexcept {
     detail::fill_boundaries(t, f, out);
     out.pivot.solve();
     out.hinge.solve();

@@ -19,43 +19,39 @@ struct Chain {
 namespace detail {
 
 /// frame * i-1_T_i of eq. (1), where alpha = twist * pi/2.
-inline Pose<double> dh_step(const Pose<double>& from, const SinCos<double>& theta, int twist, double d, double a) noexcept {
+template <int twist>
+ARMANGLE_INLINE Pose<double> dh_step(const Pose<double>& from, double sine, double cosine, double d, double a) noexcept {
     const auto& [x, y, z] = from.rotation;
-    const Vec3<double> x_new = x * theta.cos + y * theta.sin;
-    const Vec3<double> across = y * theta.cos - x * theta.sin;
+    const Vec3<double> across = y * cosine - x * sine;
     Pose<double> to;
-    to.rotation.x = x_new;
+    to.rotation.x = x * cosine + y * sine;
     to.rotation.y = twist == 0 ? across : (twist > 0 ? z : -z);
     to.rotation.z = twist == 0 ? z : (twist > 0 ? -across : across);
-    to.position = mul_add(z, d, from.position);
-    if (a != 0) to.position = mul_add(x_new, a, to.position);
+    to.position = d != 0 ? mul_add(z, d, from.position) : from.position;
+    if (a != 0) to.position = mul_add(to.rotation.x, a, to.position);
     return to;
 }
 
-}  // namespace detail
-
-namespace detail {
-
 /// Walks the DH rows at joint values q: visit(i, 0Ti) for i = 0..7; theta is stored on the way. Table 1 with a_3 and a_4.
 template <class Visit>
-void walk(const Arm& arm, const double* q, double* theta_out, const Visit& visit) noexcept {
-    constexpr int twist[joints] = {-1, 1, 1, -1, -1, 1, 0};
-    const double d[joints] = {arm.d_bs, 0, arm.d_se, 0, arm.d_ew, 0, arm.d_wf};
-    const double a[joints] = {0, 0, arm.a_3, arm.a_4, 0, 0, 0};
+ARMANGLE_INLINE void walk(const Arm& arm, const double* q, double* theta_out, const Visit& visit) noexcept {
     using Slots = Lane<joint_slots>;
-    double padded[joint_slots] = {}, sine[joint_slots], cosine[joint_slots];
+    double padded[joint_slots] = {}, s[joint_slots], c[joint_slots];
     for (int i = 0; i < joints; ++i) padded[i] = q[i];
-    const Slots theta = model_angle(Slots::load(padded), Slots::load(arm.joint_sign), Slots::load(arm.joint_offset));
-    const SinCos<Slots> sc = sin_cos(theta);
-    sc.sin.store(sine);
-    sc.cos.store(cosine);
+    const Slots theta = model_angle(Slots::of(padded), Slots::load(arm.joint_sign), Slots::load(arm.joint_offset));
+    const SinCos<Slots> both = sin_cos(theta);
+    both.sin.store(s);
+    both.cos.store(c);
     theta.store(theta_out);
     Pose<double> frame = identity_pose();
-    for (int i = 0; i < joints; ++i) {
-        visit(i, frame);
-        frame = dh_step(frame, {sine[i], cosine[i]}, twist[i], d[i], a[i]);
-    }
-    visit(joints, frame);
+    visit(0, frame);
+    visit(1, frame = dh_step<-1>(frame, s[0], c[0], arm.d_bs, 0.0));
+    visit(2, frame = dh_step<1>(frame, s[1], c[1], 0.0, 0.0));
+    visit(3, frame = dh_step<1>(frame, s[2], c[2], arm.d_se, arm.a_3));
+    visit(4, frame = dh_step<-1>(frame, s[3], c[3], 0.0, arm.a_4));
+    visit(5, frame = dh_step<-1>(frame, s[4], c[4], arm.d_ew, 0.0));
+    visit(6, frame = dh_step<1>(frame, s[5], c[5], 0.0, 0.0));
+    visit(7, frame = dh_step<0>(frame, s[6], c[6], arm.d_wf, 0.0));
 }
 
 }  // namespace detail
@@ -63,7 +59,7 @@ void walk(const Arm& arm, const double* q, double* theta_out, const Visit& visit
 /// The chain at joint values q (rad, robot coordinates).
 inline Chain chain(const Arm& arm, const double* q) noexcept {
     Chain out;
-    detail::walk(arm, q, out.theta, [&out](int i, const Pose<double>& frame) {
+    detail::walk(arm, q, out.theta, [&out](int i, const Pose<double>& frame) noexcept {
         if (i == 3) out.z3 = frame.rotation.z;
         if (i == joints) {
             out.flange = frame;

@@ -16,7 +16,7 @@ struct Directions {
 /// The seven angles as directions. theta_3 and theta_7 from theta_1 and theta_5 and not from eq. (19), (24), which
 /// lose theta_1 + theta_3 (theta_5 + theta_7) where theta_2 (theta_6) vanishes.
 template <class T>
-Directions<T> directions(const Circle<T>& c, const Fold<T>& fold, const Configuration<T>& gc, const SinCos<T>& psi) noexcept {
+ARMANGLE_INLINE Directions<T> directions(const Circle<T>& c, const Fold<T>& fold, const Configuration<T>& gc, const SinCos<T>& psi) noexcept {
     const T zero(0.0), one(1.0);
     Directions<T> d;
     // shoulder: columns of 0R3, eq. (15)
@@ -52,7 +52,7 @@ struct Joints {
 /// theta of the directions, all joints in one vector.
 inline Lane<joint_slots> angles(const Directions<double>& d) noexcept {
     using Slots = Lane<joint_slots>;
-    return atan2(Slots::load(d.y), Slots::load(d.x));
+    return atan2(Slots::of(d.y), Slots::of(d.x));
 }
 
 /// q of the directions: within the limits, nearest to `seed`, or to the middle of the range without one.

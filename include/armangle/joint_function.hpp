@@ -38,7 +38,7 @@ struct JointFunctions {
 namespace detail {
 
 template <class M, class T>
-Linear<T> select(const M& mask, const Linear<T>& yes, const Linear<T>& no) noexcept {
+ARMANGLE_INLINE Linear<T> select(const M& mask, const Linear<T>& yes, const Linear<T>& no) noexcept {
     return {armangle::select(mask, yes.s, no.s), armangle::select(mask, yes.c, no.c), armangle::select(mask, yes.k, no.k)};
 }
 
@@ -47,7 +47,7 @@ Linear<T> select(const M& mask, const Linear<T>& yes, const Linear<T>& no) noexc
 /// The coefficients, from eq. (16), (21) in triad coordinates. On a circle that is singular everywhere theta_1 (theta_5)
 /// is 0 and theta_3 (theta_7) takes the form that the inverse takes there.
 template <class T>
-JointFunctions<T> joint_functions(const Circle<T>& c, const Fold<T>& fold, const Configuration<T>& gc) noexcept {
+ARMANGLE_INLINE JointFunctions<T> joint_functions(const Circle<T>& c, const Fold<T>& fold, const Configuration<T>& gc) noexcept {
     const T sb = fold.beta.sin, cb = fold.beta.cos, sg = fold.gamma.sin, cg = fold.gamma.cos;
     const T zero(0.0), one(1.0);
     const Linear<T> nought{zero, zero, zero}, unity{zero, zero, one};
@@ -80,7 +80,7 @@ JointFunctions<T> joint_functions(const Circle<T>& c, const Fold<T>& fold, const
 
 /// Numerator of dtheta/dpsi of a pivot, eq. (29), without the GC that the paper carries (GC^2 = 1).
 template <class T>
-Linear<T> slope_numerator(const Pivot<T>& p) noexcept {
+ARMANGLE_INLINE Linear<T> slope_numerator(const Pivot<T>& p) noexcept {
     const auto &u = p.U, &v = p.V;
     return {v.k * -u.c + u.k * v.c, v.k * u.s - u.k * v.s, v.c * u.s - u.c * v.s};
 }

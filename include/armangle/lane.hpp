@@ -29,7 +29,7 @@ namespace detail {
 typedef double Register __attribute__((vector_size(8 * register_width)));
 typedef std::int64_t RegisterMask __attribute__((vector_size(8 * register_width)));
 
-inline Register register_sqrt(Register x) noexcept {
+ARMANGLE_INLINE Register register_sqrt(Register x) noexcept {
 #if defined(__AVX512F__)
     return _mm512_mask_sqrt_pd(x, 0xff, x);  // the plain form trips -Wmaybe-uninitialized in g++ 12
 #elif defined(__AVX__)
@@ -43,7 +43,7 @@ inline Register register_sqrt(Register x) noexcept {
 #endif
 }
 
-inline Register register_mul_add(Register a, Register b, Register c) noexcept {
+ARMANGLE_INLINE Register register_mul_add(Register a, Register b, Register c) noexcept {
 #if defined(__AVX512F__)
     return _mm512_fmadd_pd(a, b, c);
 #elif defined(__AVX__) && defined(__FMA__)
@@ -57,7 +57,18 @@ inline Register register_mul_add(Register a, Register b, Register c) noexcept {
 #endif
 }
 
-inline Register broadcast(double x) noexcept { return x - Register{}; }
+ARMANGLE_INLINE Register broadcast(double x) noexcept { return x - Register{}; }
+
+/// Values put together in registers: a load right behind the stores of single values would wait for all of them.
+ARMANGLE_INLINE Register assemble(const double* v) noexcept {
+#if defined(__AVX512F__)
+    return Register{v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7]};
+#elif defined(__AVX__)
+    return Register{v[0], v[1], v[2], v[3]};
+#else
+    return Register{v[0], v[1]};
+#endif
+}
 
 }  // namespace detail
 
@@ -91,11 +102,17 @@ struct Lane {
         __builtin_memcpy(out.part, from, sizeof(out.part));
         return out;
     }
+    /// Of values that were just computed one by one.
+    ARMANGLE_INLINE static Lane of(const double (&values)[N]) noexcept {
+        Lane out;
+        for (int i = 0; i < registers; ++i) out.part[i] = detail::assemble(values + i * register_width);
+        return out;
+    }
     void store(double* to) const noexcept { __builtin_memcpy(to, part, sizeof(part)); }
 
     // `#define` and not twenty hand-written bodies: every operator is "for each register, the same operator".
 #define ARMANGLE_LANE_ARITHMETIC(op)                                             \
-    friend Lane operator op(const Lane& a, const Lane& b) noexcept {             \
+    ARMANGLE_INLINE friend Lane operator op(const Lane& a, const Lane& b) noexcept {             \
         Lane out;                                                                \
         for (int i = 0; i < registers; ++i) out.part[i] = a.part[i] op b.part[i]; \
         return out;                                                              \
@@ -107,7 +124,7 @@ struct Lane {
 #undef ARMANGLE_LANE_ARITHMETIC
 
 #define ARMANGLE_LANE_COMPARISON(op)                                             \
-    friend LaneMask<N> operator op(const Lane& a, const Lane& b) noexcept {      \
+    ARMANGLE_INLINE friend LaneMask<N> operator op(const Lane& a, const Lane& b) noexcept {      \
         LaneMask<N> out;                                                         \
         for (int i = 0; i < registers; ++i) out.part[i] = a.part[i] op b.part[i]; \
         return out;                                                              \
@@ -119,7 +136,7 @@ struct Lane {
     ARMANGLE_LANE_COMPARISON(==)
 #undef ARMANGLE_LANE_COMPARISON
 
-    friend Lane operator-(const Lane& a) noexcept {
+    ARMANGLE_INLINE friend Lane operator-(const Lane& a) noexcept {
         Lane out;
         for (int i = 0; i < registers; ++i) out.part[i] = -a.part[i];
         return out;
@@ -127,28 +144,28 @@ struct Lane {
 };
 
 template <int N>
-LaneMask<N> operator&(const LaneMask<N>& a, const LaneMask<N>& b) noexcept {
+ARMANGLE_INLINE LaneMask<N> operator&(const LaneMask<N>& a, const LaneMask<N>& b) noexcept {
     LaneMask<N> out;
     for (int i = 0; i < out.registers; ++i) out.part[i] = a.part[i] & b.part[i];
     return out;
 }
 
 template <int N>
-LaneMask<N> operator|(const LaneMask<N>& a, const LaneMask<N>& b) noexcept {
+ARMANGLE_INLINE LaneMask<N> operator|(const LaneMask<N>& a, const LaneMask<N>& b) noexcept {
     LaneMask<N> out;
     for (int i = 0; i < out.registers; ++i) out.part[i] = a.part[i] | b.part[i];
     return out;
 }
 
 template <int N>
-LaneMask<N> operator!(const LaneMask<N>& a) noexcept {
+ARMANGLE_INLINE LaneMask<N> operator!(const LaneMask<N>& a) noexcept {
     LaneMask<N> out;
     for (int i = 0; i < out.registers; ++i) out.part[i] = ~a.part[i];
     return out;
 }
 
 template <int N>
-bool any(const LaneMask<N>& mask) noexcept {
+ARMANGLE_INLINE bool any(const LaneMask<N>& mask) noexcept {
     detail::RegisterMask seen = mask.part[0];
     for (int i = 1; i < mask.registers; ++i) seen |= mask.part[i];
     std::int64_t bits = 0;
@@ -157,31 +174,31 @@ bool any(const LaneMask<N>& mask) noexcept {
 }
 
 template <int N>
-bool all(const LaneMask<N>& mask) noexcept { return !any(!mask); }
+ARMANGLE_INLINE bool all(const LaneMask<N>& mask) noexcept { return !any(!mask); }
 
 template <int N>
-Lane<N> select(const LaneMask<N>& mask, const Lane<N>& yes, const Lane<N>& no) noexcept {
+ARMANGLE_INLINE Lane<N> select(const LaneMask<N>& mask, const Lane<N>& yes, const Lane<N>& no) noexcept {
     Lane<N> out;
     for (int i = 0; i < out.registers; ++i) out.part[i] = mask.part[i] ? yes.part[i] : no.part[i];
     return out;
 }
 
 template <int N>
-Lane<N> sqrt(const Lane<N>& x) noexcept {
+ARMANGLE_INLINE Lane<N> sqrt(const Lane<N>& x) noexcept {
     Lane<N> out;
     for (int i = 0; i < out.registers; ++i) out.part[i] = detail::register_sqrt(x.part[i]);
     return out;
 }
 
 template <int N>
-Lane<N> mul_add(const Lane<N>& a, const Lane<N>& b, const Lane<N>& c) noexcept {
+ARMANGLE_INLINE Lane<N> mul_add(const Lane<N>& a, const Lane<N>& b, const Lane<N>& c) noexcept {
     Lane<N> out;
     for (int i = 0; i < out.registers; ++i) out.part[i] = detail::register_mul_add(a.part[i], b.part[i], c.part[i]);
     return out;
 }
 
 template <int N>
-Lane<N> abs(const Lane<N>& x) noexcept {
+ARMANGLE_INLINE Lane<N> abs(const Lane<N>& x) noexcept {
     Lane<N> out;
     const detail::RegisterMask sign = detail::RegisterMask{} + INT64_MIN;
     for (int i = 0; i < out.registers; ++i) out.part[i] = (detail::Register)((detail::RegisterMask)x.part[i] & ~sign);
@@ -189,7 +206,7 @@ Lane<N> abs(const Lane<N>& x) noexcept {
 }
 
 template <int N>
-Lane<N> copysign(const Lane<N>& magnitude, const Lane<N>& sign_of) noexcept {
+ARMANGLE_INLINE Lane<N> copysign(const Lane<N>& magnitude, const Lane<N>& sign_of) noexcept {
     Lane<N> out;
     const detail::RegisterMask sign = detail::RegisterMask{} + INT64_MIN;
     for (int i = 0; i < out.registers; ++i)

@@ -84,7 +84,9 @@ inline void fill_hinge(LimitTable& t, const Arm& arm, int hinge, int negative) n
     const Tag upper_tag = make_tag(j + 1, limit_side(arm, j, negative));
     if (!(u - l < two_pi)) return add_piece(t, hinge, negative, {0, 0, 0.0, pi, 0, 0});
     const double first = two_pi * std::ceil((-tolerance::angle - u) / two_pi);  // smallest turn that lifts u above 0
-    for (double turn = first; l + turn <= pi + tolerance::angle; turn += two_pi) {
+    for (int k = 0; k <= pieces; ++k) {
+        const double turn = first + two_pi * k;
+        if (l + turn > pi + tolerance::angle) break;
         HingePiece piece{0, 0, l + turn, u + turn, lower_tag, upper_tag};
         if (piece.near <= 0) piece.near = 0, piece.near_tag = 0;
         if (piece.far >= pi) piece.far = pi, piece.far_tag = 0;

@@ -10,33 +10,33 @@ template <class T>
 struct Vec3 {
     T x, y, z;
 
-    friend Vec3 operator+(const Vec3& a, const Vec3& b) noexcept { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-    friend Vec3 operator-(const Vec3& a, const Vec3& b) noexcept { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-    friend Vec3 operator*(const Vec3& a, const T& k) noexcept { return {a.x * k, a.y * k, a.z * k}; }
-    friend Vec3 operator-(const Vec3& a) noexcept { return {-a.x, -a.y, -a.z}; }
+    ARMANGLE_INLINE friend Vec3 operator+(const Vec3& a, const Vec3& b) noexcept { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+    ARMANGLE_INLINE friend Vec3 operator-(const Vec3& a, const Vec3& b) noexcept { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+    ARMANGLE_INLINE friend Vec3 operator*(const Vec3& a, const T& k) noexcept { return {a.x * k, a.y * k, a.z * k}; }
+    ARMANGLE_INLINE friend Vec3 operator-(const Vec3& a) noexcept { return {-a.x, -a.y, -a.z}; }
 };
 
 template <class T>
-T dot(const Vec3<T>& a, const Vec3<T>& b) noexcept {
+ARMANGLE_INLINE T dot(const Vec3<T>& a, const Vec3<T>& b) noexcept {
     return mul_add(a.x, b.x, mul_add(a.y, b.y, a.z * b.z));
 }
 
 template <class T>
-Vec3<T> cross(const Vec3<T>& a, const Vec3<T>& b) noexcept {
+ARMANGLE_INLINE Vec3<T> cross(const Vec3<T>& a, const Vec3<T>& b) noexcept {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
 template <class T>
-T norm(const Vec3<T>& a) noexcept { return sqrt(dot(a, a)); }
+ARMANGLE_INLINE T norm(const Vec3<T>& a) noexcept { return sqrt(dot(a, a)); }
 
 /// a k + b
 template <class T>
-Vec3<T> mul_add(const Vec3<T>& a, const T& k, const Vec3<T>& b) noexcept {
+ARMANGLE_INLINE Vec3<T> mul_add(const Vec3<T>& a, const T& k, const Vec3<T>& b) noexcept {
     return {mul_add(a.x, k, b.x), mul_add(a.y, k, b.y), mul_add(a.z, k, b.z)};
 }
 
 template <class M, class T>
-Vec3<T> select(const M& mask, const Vec3<T>& yes, const Vec3<T>& no) noexcept {
+ARMANGLE_INLINE Vec3<T> select(const M& mask, const Vec3<T>& yes, const Vec3<T>& no) noexcept {
     return {select(mask, yes.x, no.x), select(mask, yes.y, no.y), select(mask, yes.z, no.z)};
 }
 
@@ -47,12 +47,12 @@ struct Mat3 {
 };
 
 template <class T>
-Vec3<T> operator*(const Mat3<T>& r, const Vec3<T>& v) noexcept {
+ARMANGLE_INLINE Vec3<T> operator*(const Mat3<T>& r, const Vec3<T>& v) noexcept {
     return mul_add(r.x, v.x, mul_add(r.y, v.y, r.z * v.z));
 }
 
 template <class T>
-Mat3<T> operator*(const Mat3<T>& a, const Mat3<T>& b) noexcept { return {a * b.x, a * b.y, a * b.z}; }
+ARMANGLE_INLINE Mat3<T> operator*(const Mat3<T>& a, const Mat3<T>& b) noexcept { return {a * b.x, a * b.y, a * b.z}; }
 
 /// A rigid transform: rotation and position (m).
 template <class T>
@@ -62,37 +62,37 @@ struct Pose {
 };
 
 template <class T>
-Pose<T> operator*(const Pose<T>& a, const Pose<T>& b) noexcept {
+ARMANGLE_INLINE Pose<T> operator*(const Pose<T>& a, const Pose<T>& b) noexcept {
     return {a.rotation * b.rotation, a.rotation * b.position + a.position};
 }
 
 /// The same constant in every lane.
 template <class T>
-Vec3<T> spread(const Vec3<double>& v) noexcept { return {T(v.x), T(v.y), T(v.z)}; }
+ARMANGLE_INLINE Vec3<T> spread(const Vec3<double>& v) noexcept { return {T(v.x), T(v.y), T(v.z)}; }
 
 template <class T>
-Pose<T> spread(const Pose<double>& p) noexcept {
+ARMANGLE_INLINE Pose<T> spread(const Pose<double>& p) noexcept {
     return {{spread<T>(p.rotation.x), spread<T>(p.rotation.y), spread<T>(p.rotation.z)}, spread<T>(p.position)};
 }
 
-inline Pose<double> identity_pose() noexcept { return {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}}; }
+ARMANGLE_INLINE Pose<double> identity_pose() noexcept { return {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}}; }
 
 /// Inverse of a transform whose rotation is orthonormal.
-inline Pose<double> inverse(const Pose<double>& p) noexcept {
+ARMANGLE_INLINE Pose<double> inverse(const Pose<double>& p) noexcept {
     const auto& [x, y, z] = p.rotation;
     return {{{x.x, y.x, z.x}, {x.y, y.y, z.y}, {x.z, y.z, z.z}}, {-dot(x, p.position), -dot(y, p.position), -dot(z, p.position)}};
 }
 
 /// Largest entry of |R^T R - I|; an entry that is NaN may pass: is_rigid finds it.
 template <class T>
-T orthonormality_error(const Mat3<T>& r) noexcept {
+ARMANGLE_INLINE T orthonormality_error(const Mat3<T>& r) noexcept {
     const T one(1.0);
     const T lengths = max(max(abs(dot(r.x, r.x) - one), abs(dot(r.y, r.y) - one)), abs(dot(r.z, r.z) - one));
     return max(lengths, max(max(abs(dot(r.x, r.y)), abs(dot(r.y, r.z))), abs(dot(r.z, r.x))));
 }
 
 /// Whether a pose is finite and its rotation proper and orthonormal within the tolerance.
-inline bool is_rigid(const Pose<double>& p) noexcept {
+ARMANGLE_INLINE bool is_rigid(const Pose<double>& p) noexcept {
     const auto& [x, y, z] = p.rotation;
     const bool finite = abs(p.position.x) + abs(p.position.y) + abs(p.position.z) < infinity;
     return finite && orthonormality_error(p.rotation) <= tolerance::rotation && dot(cross(x, y), z) > 0;  // false of NaN

@@ -11,6 +11,13 @@
 #error "armangle needs IEEE arithmetic: compile without -ffast-math"
 #endif
 
+// The small functions are called millions of times a second: a call each would cost more than what they do.
+#if defined(__GNUC__)
+#define ARMANGLE_INLINE [[gnu::always_inline]] inline
+#else
+#define ARMANGLE_INLINE inline
+#endif
+
 namespace armangle {
 
 inline constexpr double pi = 3.14159265358979323846;
@@ -19,15 +26,15 @@ inline constexpr double half_pi = 0.5 * pi;
 inline constexpr double infinity = std::numeric_limits<double>::infinity();
 inline constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
-inline double sqrt(double x) noexcept { return std::sqrt(x); }
-inline double abs(double x) noexcept { return std::fabs(x); }
-inline double copysign(double magnitude, double sign) noexcept { return std::copysign(magnitude, sign); }
-inline double select(bool mask, double yes, double no) noexcept { return mask ? yes : no; }
-inline bool any(bool mask) noexcept { return mask; }
-inline bool all(bool mask) noexcept { return mask; }
+ARMANGLE_INLINE double sqrt(double x) noexcept { return std::sqrt(x); }
+ARMANGLE_INLINE double abs(double x) noexcept { return std::fabs(x); }
+ARMANGLE_INLINE double copysign(double magnitude, double sign) noexcept { return std::copysign(magnitude, sign); }
+ARMANGLE_INLINE double select(bool mask, double yes, double no) noexcept { return mask ? yes : no; }
+ARMANGLE_INLINE bool any(bool mask) noexcept { return mask; }
+ARMANGLE_INLINE bool all(bool mask) noexcept { return mask; }
 
 /// a b + c: one rounding where the machine has it in hardware, two elsewhere; the same for every scalar type.
-inline double mul_add(double a, double b, double c) noexcept {
+ARMANGLE_INLINE double mul_add(double a, double b, double c) noexcept {
 #if defined(__FMA__) || defined(__ARM_FEATURE_FMA)
     return __builtin_fma(a, b, c);
 #else
@@ -36,29 +43,29 @@ inline double mul_add(double a, double b, double c) noexcept {
 }
 
 template <class T>
-T min(T a, T b) noexcept { return select(b < a, b, a); }
+ARMANGLE_INLINE T min(T a, T b) noexcept { return select(b < a, b, a); }
 
 template <class T>
-T max(T a, T b) noexcept { return select(a < b, b, a); }
+ARMANGLE_INLINE T max(T a, T b) noexcept { return select(a < b, b, a); }
 
 template <class T>
-T hypot(T a, T b) noexcept { return sqrt(mul_add(a, a, b * b)); }
+ARMANGLE_INLINE T hypot(T a, T b) noexcept { return sqrt(mul_add(a, a, b * b)); }
 
 /// Nearest integer, for |x| < 2^51; ties to even.
 template <class T>
-T round(T x) noexcept {
+ARMANGLE_INLINE T round(T x) noexcept {
     constexpr double shift = 6755399441055744.0;  // 1.5 * 2^52: adding it leaves no room for a fraction
     return (x + shift) - shift;
 }
 
 template <class T>
-T floor(T x) noexcept {
+ARMANGLE_INLINE T floor(T x) noexcept {
     const T nearest = round(x);
     return nearest - select(x < nearest, T(1.0), T(0.0));
 }
 
 template <class T>
-T ceil(T x) noexcept {
+ARMANGLE_INLINE T ceil(T x) noexcept {
     const T nearest = round(x);
     return nearest + select(nearest < x, T(1.0), T(0.0));
 }

@@ -27,10 +27,10 @@ struct Step {
     double margin;    // rad: least distance of a joint of q to one of its limits, negative outside
 };
 
-/// Whether all seven joint values are finite.
+/// Whether all seven joint values are finite, and not beyond any sense.
 inline bool is_finite(const double* q) noexcept {
     for (int i = 0; i < joints; ++i)
-        if (!(abs(q[i]) < infinity)) return false;
+        if (!(abs(q[i]) <= tolerance::largest_angle)) return false;
     return true;
 }
 
@@ -54,7 +54,7 @@ inline double largest_move(const double* a, const double* b) noexcept {
 /// psi of the present posture, as it is to be carried to the circle of the next pose.
 inline double carried_psi(const Arm& arm, const Chain& now, const Circle<double>& next, Carry carry) noexcept {
     if (carry == Carry::elbow) return arm_angle(next, now.z3);
-    const Circle<double> here = circle(arm, flange_pose(arm, user_pose(arm, now.flange)));
+    const Triad<double> here = triad(arm, flange_pose(arm, user_pose(arm, now.flange)));
     return is_folded(arm, here) ? arm_angle(next, now.z3) : arm_angle(here, now.z3);
 }
 

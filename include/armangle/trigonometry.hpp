@@ -9,12 +9,26 @@ namespace armangle {
 
 namespace detail {
 
-/// c[0] + c[1] x + ... by Horner's rule.
+/// Terms c[first], c[first + 1], ... of a polynomial, `count` of them, where powers[k] = x^(2^k): by halves, so that
+/// the longest chain of dependent operations is the logarithm of the degree.
+template <int first, int count, class T, int K, int P>
+ARMANGLE_INLINE T halved(const double (&c)[K], const T (&powers)[P]) noexcept {
+    if constexpr (count == 1) {
+        return T(c[first]);
+    } else if constexpr (count == 2) {
+        return mul_add(powers[0], T(c[first + 1]), T(c[first]));
+    } else {
+        constexpr int low = count > 8 ? 8 : (count > 4 ? 4 : 2), power = count > 8 ? 3 : (count > 4 ? 2 : 1);
+        return mul_add(halved<first + low, count - low>(c, powers), powers[power], halved<first, low>(c, powers));
+    }
+}
+
+/// c[0] + c[1] x + ..., at most 16 terms.
 template <class T, int K>
-T polynomial(const double (&c)[K], T x) noexcept {
-    T sum = T(c[K - 1]);
-    for (int i = K - 2; i >= 0; --i) sum = mul_add(sum, x, T(c[i]));
-    return sum;
+ARMANGLE_INLINE T polynomial(const double (&c)[K], T x) noexcept {
+    const T x2 = x * x, x4 = x2 * x2;
+    const T powers[] = {x, x2, x4, x4 * x4};
+    return halved<0, K>(c, powers);
 }
 
 // atan(t) = t + t z P(z), z = t^2, |t| <= tan(pi/8); truncation below 6e-18.
@@ -39,7 +53,7 @@ inline constexpr double half_pi_3 = 2.0222662487959506e-21;
 
 /// Angle of the direction (x, y), in [-pi, pi]; 0 for (0, 0).
 template <class T>
-T atan2(T y, T x) noexcept {
+ARMANGLE_INLINE T atan2(T y, T x) noexcept {
     const T ax = abs(x), ay = abs(y);
     const auto steep = ax < ay;
     const T near = select(steep, ay, ax), far = select(steep, ax, ay);
@@ -62,7 +76,7 @@ struct SinCos {
 
 /// Sine and cosine of any finite x; absolute error below 1e-15 for |x| <= 1e6.
 template <class T>
-SinCos<T> sin_cos(T x) noexcept {
+ARMANGLE_INLINE SinCos<T> sin_cos(T x) noexcept {
     const T k = round(x * (2.0 / pi));
     const T r = mul_add(k, T(-detail::half_pi_3), mul_add(k, T(-detail::half_pi_2), mul_add(k, T(-detail::half_pi_1), x)));
     const T z = r * r;
