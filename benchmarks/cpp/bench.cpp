@@ -1,0 +1,220 @@
+// Times the C++ core: the rows of the paper's Table 2, what a control loop needs, and batches. One line a result:
+//   throughput <name> <ns per unit, median of rounds> <yd, median of the rounds' ratios>
+//   calls <name> <mean> <standard deviation> <maximum of 10 000> <median> <p99> <worst of 1e6>    (ns, one by one)
+// Usage: bench [rounds] [calls]
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <armangle/armangle.hpp>
+
+#include "yard.hpp"
+
+namespace {
+
+using namespace armangle;
+using Clock = std::chrono::steady_clock;
+
+constexpr std::size_t poses = 10000;
+
+double since(Clock::time_point start) { return std::chrono::duration<double, std::nano>(Clock::now() - start).count(); }
+
+/// Makes the compiler believe that a result is read.
+template <class T>
+void keep(const T& value) { asm volatile("" : : "r"(&value) : "memory"); }
+
+double quantile(std::vector<double> v, double share) {
+    const auto at = v.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(v.size() - 1));
+    std::nth_element(v.begin(), at, v.end());
+    return *at;
+}
+
+/// KUKA LBR iiwa 7 R800.
+Arm iiwa() {
+    ArmParameters p;
+    p.d_bs = 0.34, p.d_se = 0.4, p.d_ew = 0.4, p.d_wf = 0.126;
+    const double most[joints] = {170, 120, 170, 120, 170, 120, 175};
+    for (int i = 0; i < joints; ++i) p.upper[i] = most[i] * pi / 180, p.lower[i] = -p.upper[i];
+    return make_arm(p);
+}
+
+/// Random feasible poses: joints uniform within the limits, and what forward kinematics makes of them.
+struct Data {
+    std::vector<double> q, matrix, psi, y, x;
+    std::vector<long long> gc;
+    std::vector<Pose<double>> pose;
+
+    Data(const Arm& arm, std::size_t n) : q(7 * n), matrix(16 * n), psi(n), y(7 * n), x(7 * n), gc(n), pose(n) {
+        std::mt19937_64 random(2018);
+        for (std::size_t i = 0; i < n; ++i) {
+            double* joint = &q[7 * i];
+            for (int j = 0; j < joints; ++j)
+                joint[j] = std::uniform_real_distribution<double>(arm.lower[j], arm.upper[j])(random);
+            const Posture at = forward(arm, joint);
+            store_pose(at.pose, &matrix[16 * i]);
+            pose[i] = load_pose(&matrix[16 * i]);
+            psi[i] = at.psi, gc[i] = at.gc;
+            for (std::size_t j = 7 * i; j < 7 * i + 7; ++j) y[j] = std::sin(q[j]), x[j] = std::cos(q[j]);
+        }
+    }
+};
+
+// -- what is timed ---------------------------------------------------------------------------------------------------
+
+/// Steps as large as the policy makes them: near a singularity a joint may well move more than a loop would allow.
+StepOptions unlimited_step() {
+    StepOptions options{};
+    options.max_joint_step = infinity;
+    return options;
+}
+
+struct Bench {
+    Arm arm = iiwa();
+    LimitTable limits = limit_table(arm);
+    StepOptions options = unlimited_step();
+    Data data{arm, poses};
+    std::vector<double> out = std::vector<double>(7 * poses);
+
+    void inverse_one(std::size_t i) const {
+        const Circle<double> c = circle(arm, flange_pose(arm, data.pose[i]));
+        const Configuration<double> gc = configuration(static_cast<int>(data.gc[i]));
+        keep(joints_within_limits(arm, directions(c, fold(arm, c.triangle, gc.elbow), gc, sin_cos(data.psi[i])), nullptr));
+    }
+
+    void arcs_of(const Circle<double>& c, int index) const {
+        const Configuration<double> gc = configuration(index);
+        const Fold<double> bend = fold(arm, c.triangle, gc.elbow);
+        ArcSet set;
+        keep(feasible(arm, limits, c, bend, joint_functions(c, bend, gc), set));
+        keep(set);
+    }
+
+    void arcs_one(std::size_t i) const { arcs_of(circle(arm, flange_pose(arm, data.pose[i])), static_cast<int>(data.gc[i])); }
+
+    void arcs_all(std::size_t i) const {
+        const Circle<double> c = circle(arm, flange_pose(arm, data.pose[i]));
+        for (int index = 0; index < configurations; ++index) arcs_of(c, index);
+    }
+
+    /// From the posture of the pose: forward kinematics, arcs, eq. (36), inverse, checks of continuity.
+    void step_one(std::size_t i) const { keep(step(arm, limits, &data.q[7 * i], data.pose[i], options)); }
+
+    void forward_one(std::size_t i) const { keep(forward(arm, &data.q[7 * i])); }
+
+    void inverse_batch() {
+        const InverseBatch batch{{data.matrix.data(), 16}, {data.psi.data(), 1}, {nullptr, 0}, {data.gc.data(), 1}, {out.data(), 7}};
+        Outcome outcome;
+        inverse_range(arm, batch, 0, poses, outcome);
+        keep(outcome), keep(out[0]);
+    }
+
+    double yard() const {
+        const auto start = Clock::now();
+        keep(walk_yards(data.y.data(), data.x.data(), data.psi.data(), poses));
+        return since(start) / poses;
+    }
+};
+
+// -- how it is timed -------------------------------------------------------------------------------------------------
+
+/// One kind of work: all poses once.
+template <class Work>
+double pass(const Work& work) {
+    const auto start = Clock::now();
+    work();
+    return since(start) / poses;
+}
+
+struct Row {
+    std::string name;
+    std::vector<double> ns, yd;
+};
+
+/// Rows in turn, round by round, each beside a yard of its own: a busy neighbour hits both.
+template <class Work>
+void measure(Row& row, const Bench& bench, const Work& work) {
+    const double before = bench.yard(), ns = pass(work), after = bench.yard();
+    row.ns.push_back(ns), row.yd.push_back(2 * ns / (before + after));
+}
+
+/// Every call by itself, less the median time that reading the clock takes.
+template <class Call>
+std::vector<double> one_by_one(std::size_t calls, const Call& call) {
+    std::vector<double> times(calls), empty(poses);
+    for (double& t : empty) {
+        const auto start = Clock::now();
+        t = since(start);
+    }
+    const double clock = quantile(empty, 0.5);
+    for (std::size_t i = 0; i < calls; ++i) {
+        const auto start = Clock::now();
+        call(i % poses);
+        times[i] = std::max(0.0, since(start) - clock);
+    }
+    return times;
+}
+
+/// Statistics of the calls. Table 2 states mean, deviation and maximum of 10 000; the rest is of all calls.
+template <class Call>
+void print_calls(const char* name, std::size_t calls, const Call& call) {
+    const std::vector<double> all = one_by_one(calls, call);
+    const std::size_t n = std::min(poses, all.size());
+    double sum = 0, square = 0;
+    for (std::size_t i = 0; i < n; ++i) sum += all[i];
+    const double mean = sum / static_cast<double>(n);
+    for (std::size_t i = 0; i < n; ++i) square += (all[i] - mean) * (all[i] - mean);
+    const double most = *std::max_element(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(n));
+    std::printf("calls %s %.1f %.1f %.0f %.1f %.1f %.0f\n", name, mean, std::sqrt(square / static_cast<double>(n)), most,
+                quantile(all, 0.5), quantile(all, 0.99), *std::max_element(all.begin(), all.end()));
+}
+
+void print_throughput(Bench& bench, int rounds) {
+    Row rows[] = {{"inverse", {}, {}}, {"arcs_one_gc", {}, {}}, {"full_step", {}, {}},
+                  {"forward", {}, {}}, {"arcs_all_gc", {}, {}}, {"inverse_batch", {}, {}}};
+    std::vector<double> yards;
+    const auto each = [&](auto member) {
+        return [&bench, member] {
+            for (std::size_t i = 0; i < poses; ++i) (bench.*member)(i);
+        };
+    };
+    for (int round = -1; round < rounds; ++round) {
+        if (round == 0)  // the first round only warmed up
+            for (Row& row : rows) row.ns.clear(), row.yd.clear();
+        measure(rows[0], bench, each(&Bench::inverse_one));
+        measure(rows[1], bench, each(&Bench::arcs_one));
+        measure(rows[2], bench, each(&Bench::step_one));
+        measure(rows[3], bench, each(&Bench::forward_one));
+        measure(rows[4], bench, each(&Bench::arcs_all));
+        measure(rows[5], bench, [&bench] { bench.inverse_batch(); });
+        yards.push_back(bench.yard());
+    }
+    std::printf("yard %.2f\n", quantile(yards, 0.5));
+    for (const Row& row : rows)
+        std::printf("throughput %s %.2f %.4f\n", row.name.c_str(), quantile(row.ns, 0.5), quantile(row.yd, 0.5));
+}
+
+/// How many of the steps end with OK: a step that stops early would be timed as fast.
+double share_ok(const Bench& b) {
+    std::size_t ok = 0;
+    for (std::size_t i = 0; i < poses; ++i) ok += step(b.arm, b.limits, &b.data.q[7 * i], b.data.pose[i], b.options).status == Status::OK;
+    return static_cast<double>(ok) / poses;
+}
+
+}  // namespace
+
+int main(int count, char** argument) {
+    const int rounds = count > 1 ? std::atoi(argument[1]) : 21;
+    const auto calls = static_cast<std::size_t>(count > 2 ? std::atoll(argument[2]) : 1000000);
+    static Bench bench;
+    std::printf("register_width %d\nsteps_ok %.4f\n", register_width, share_ok(bench));
+    print_throughput(bench, rounds);
+    print_calls("inverse", calls, [](std::size_t i) { bench.inverse_one(i); });
+    print_calls("arcs_one_gc", calls, [](std::size_t i) { bench.arcs_one(i); });
+    print_calls("full_step", calls, [](std::size_t i) { bench.step_one(i); });
+    return 0;
+}
