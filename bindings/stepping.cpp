@@ -1,4 +1,5 @@
 // Redundancy resolution, step and follow.
+#include <optional>
 #include <vector>
 
 #include "arc_arrays.hpp"
@@ -10,29 +11,29 @@ using namespace armangle;
 
 namespace {
 
-Policy policy(int rule, double K, double alpha, int outside) {
-    return {static_cast<Rule>(rule), K, alpha, static_cast<Outside>(outside)};
+void make_policy(Policy* self, int rule, double K, double alpha, int outside) {
+    new (self) Policy{static_cast<Rule>(rule), K, alpha, static_cast<Outside>(outside)};
 }
 
-/// Options of a step, made once for a loop of them.
-struct StepSettings {
-    StepOptions options;
-    double margin;
+StepOptions step_options(const Policy& policy, int carry, double max_joint_step, int gc) {
+    StepOptions o;
+    o.policy = policy, o.carry = static_cast<Carry>(carry), o.max_joint_step = max_joint_step, o.gc = gc;
+    return o;
+}
+
+/// The arm's own limits, or those with a margin.
+struct Limits {
+    std::optional<LimitTable> with_margin;
+    const LimitTable& table;
+
+    Limits(const ArmHandle& arm, double margin)
+        : with_margin(margin == 0 ? std::nullopt : std::optional(limit_table(arm.arm, margin))),
+          table(with_margin ? *with_margin : arm.limits) {}
 };
 
-void make_settings(StepSettings* self, int rule, double K, double alpha, int outside, int carry, double max_joint_step, int gc,
-                   double margin) {
-    StepOptions o;
-    o.policy = policy(rule, K, alpha, outside);
-    o.carry = static_cast<Carry>(carry);
-    o.max_joint_step = max_joint_step;
-    o.gc = gc;
-    new (self) StepSettings{o, margin};
-}
-
 /// (q, psi, gc, status, margin), or (problem, index, value), or None where q or pose is no plain float64 array.
-nb::object step_one(const ArmHandle& self, nb::handle q_now, nb::handle pose, const StepSettings& settings, nb::handle allowed_count,
-                    nb::handle allowed_psi) {
+nb::object step_one(const ArmHandle& self, nb::handle q_now, nb::handle pose, const Policy& policy, int carry, double max_joint_step,
+                    int gc, double margin, nb::handle allowed_count, nb::handle allowed_psi) {
     Buffer q, m;
     if (!q.try_get(q_now) || !q.is_array('d', {joints}) || !m.try_get(pose) || !m.is_array('d', {4, 4})) return nb::none();
     Outcome outcome;
@@ -42,21 +43,19 @@ nb::object step_one(const ArmHandle& self, nb::handle q_now, nb::handle pose, co
     for (int j = 0; j < joints; ++j)
         if (!(std::fabs(q.data<double>()[j]) <= tolerance::largest_angle))
             return outcome.report(Problem::joints_not_finite, 0, q.data<double>()[j]), report(outcome);
-    StepOptions options = settings.options;
+    StepOptions options = step_options(policy, carry, max_joint_step, gc);
     ArcSet allowed;
     if (!allowed_count.is_none()) allowed = ArcArrays(allowed_count, allowed_psi).load(0, 0), options.allowed = &allowed;
-    for (int k = 0; k < allowed.count; ++k) allowed.arc[k].lower_tag = allowed.arc[k].upper_tag = make_tag(0, Side::user);
-    const bool plain = settings.margin == 0;
-    const LimitTable own = plain ? LimitTable{} : limit_table(self.arm, settings.margin);
-    const Step next = step(self.arm, plain ? self.limits : own, q.data<double>(), load_pose(m.data<double>()), options);
+    const Limits limits(self, margin);
+    const Step next = step(self.arm, limits.table, q.data<double>(), load_pose(m.data<double>()), options);
     nb::object joint_values = new_array7();
     const Buffer to(joint_values, true);
     std::memcpy(to.data<double>(), next.q, joints * sizeof(double));
     return nb::make_tuple(joint_values, next.psi, next.gc, static_cast<int>(next.status), next.margin);
 }
 
-nb::object follow_all(const ArmHandle& self, nb::handle start, nb::handle poses, const StepSettings& settings, int on_fail,
-                      nb::handle allowed_count, nb::handle allowed_psi, nb::handle q, nb::handle psi, nb::handle gc, nb::handle status,
+nb::object follow_all(const ArmHandle& self, nb::handle start, nb::handle poses, const Policy& policy, int carry, double max_joint_step, int gc_wanted,
+                      double singularity_margin, int on_fail, nb::handle allowed_count, nb::handle allowed_psi, nb::handle q, nb::handle psi, nb::handle gc, nb::handle status,
                       nb::handle margin, nb::handle residual) {
     const Buffer s(start), p(poses), q_out(q, true), psi_out(psi, true), gc_out(gc, true), status_out(status, true);
     const Buffer margin_out(margin, true), residual_out(residual, true);
@@ -76,22 +75,22 @@ nb::object follow_all(const ArmHandle& self, nb::handle start, nb::handle poses,
     const FollowRows rows{q_out.data<double>(), psi_out.data<double>(), margin_out.data<double>(), residual_out.data<double>(),
                           gc_out.data<long long>(), status_out.data<std::int8_t>()};
     const Strided<const ArcSet> allowed{sets.empty() ? nullptr : sets.data(), sets.size() > 1 ? 1 : 0};
-    const LimitTable limits = settings.margin == 0 ? self.limits : limit_table(self.arm, settings.margin);
+    const Limits limits(self, singularity_margin);
+    const StepOptions options = step_options(policy, carry, max_joint_step, gc_wanted);
     {
         nb::gil_scoped_release release;
-        follow(self.arm, limits, s.data<double>(), p.data<double>(), n, settings.options, static_cast<OnFail>(on_fail), allowed, rows);
+        follow(self.arm, limits.table, s.data<double>(), p.data<double>(), n, options, static_cast<OnFail>(on_fail), allowed, rows);
     }
     return nb::none();
 }
 
 /// Next psi of each (set, psi): eq. (36) or another rule.
-void resolve_many(int rule, double K, double alpha, int outside, nb::handle count, nb::handle psi_arcs, nb::handle index, nb::handle psi,
+void resolve_many(const Policy& policy, nb::handle count, nb::handle psi_arcs, nb::handle index, nb::handle psi,
                   nb::handle out, nb::handle status) {
     const ArcArrays arcs(count, psi_arcs);
     const Buffer i(index), x(psi), to(out, true), code(status, true);
-    const Policy p = policy(rule, K, alpha, outside);
     for (Py_ssize_t k = 0; k < i.shape(0); ++k) {
-        const Resolution r = resolve(p, arcs.load(i.data<long long>()[k], 0), x.data<double>()[k]);
+        const Resolution r = resolve(policy, arcs.load(i.data<long long>()[k], 0), x.data<double>()[k]);
         to.data<double>()[k] = r.psi, code.data<std::int8_t>()[k] = static_cast<std::int8_t>(r.status);
     }
 }
@@ -100,13 +99,13 @@ void resolve_many(int rule, double K, double alpha, int outside, nb::handle coun
 
 void bind_stepping(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
-    nb::class_<StepSettings>(m, "StepSettings")
-        .def("__init__", &make_settings, "rule"_a, "K"_a, "alpha"_a, "outside"_a, "carry"_a, "max_joint_step"_a, "gc"_a, "margin"_a);
-    arm.def("step_one", &step_one, "q_now"_a, "pose"_a, "settings"_a, "allowed_count"_a.none(), "allowed_psi"_a.none());
-    arm.def("follow_all", &follow_all, "start"_a, "poses"_a, "settings"_a, "on_fail"_a, "allowed_count"_a.none(), "allowed_psi"_a.none(),
-            "q"_a, "psi"_a, "gc"_a, "status"_a, "margin"_a, "residual"_a);
-    m.def("resolve_many", &resolve_many, "rule"_a, "K"_a, "alpha"_a, "outside"_a, "count"_a, "psi_arcs"_a, "index"_a, "psi"_a, "out"_a,
-          "status"_a);
+    nb::class_<Policy>(m, "Policy").def("__init__", &make_policy, "rule"_a, "K"_a, "alpha"_a, "outside"_a);
+    arm.def("step_one", &step_one, "q_now"_a, "pose"_a, "policy"_a, "carry"_a, "max_joint_step"_a, "gc"_a, "margin"_a,
+            "allowed_count"_a.none(), "allowed_psi"_a.none());
+    arm.def("follow_all", &follow_all, "start"_a, "poses"_a, "policy"_a, "carry"_a, "max_joint_step"_a, "gc_wanted"_a,
+            "singularity_margin"_a, "on_fail"_a, "allowed_count"_a.none(), "allowed_psi"_a.none(), "q"_a, "psi"_a, "gc"_a, "status"_a,
+            "margin"_a, "residual"_a);
+    m.def("resolve_many", &resolve_many, "policy"_a, "count"_a, "psi_arcs"_a, "index"_a, "psi"_a, "out"_a, "status"_a);
     m.def("gain", &gain, "rate"_a, "dt"_a);
 }
 

@@ -89,7 +89,8 @@ def _change(policy: Policy, arcs: ArcSet, psi: Floats, dt: float | None) -> Floa
     """Return the step of the core's own policy at each psi, rad."""
     out, code = np.empty(len(psi)), np.empty(len(psi), dtype=np.int8)
     index = np.zeros(len(psi), dtype=np.int64)
-    _core.resolve_many(*policy.rule(dt), arcs._count, arcs._psi, index, np.ascontiguousarray(psi), out, code)
+    policy_now, angles = policy.core_policy(dt), np.ascontiguousarray(psi)
+    _core.resolve_many(policy_now, arcs._count, arcs._psi, index, angles, out, code)
     return (out - psi + np.pi) % (2 * np.pi) - np.pi
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, field, fields
+from typing import Any, Literal
 
 from . import _core
 from .errors import PolicyError
@@ -11,8 +11,6 @@ from .errors import PolicyError
 Outside = Literal["nearest", "stop"]
 _OUTSIDE = ("nearest", "stop")
 _REPULSION, _HOLD, _CENTRE = 0, 1, 2
-
-Rule = tuple[int, float, float, int]
 
 
 def _check_outside(outside: str) -> None:
@@ -27,18 +25,23 @@ def _check_number(name: str, value: float, low: float, high: float, low_open: bo
         raise PolicyError(f"{name} is {value!r}, wanted a number in {bracket}{low:g}, {high:g}]")
 
 
-def _gain(K: float, rate: float | None, dt: float | None) -> float:
-    """Return K per step; from a rate (1/s) it needs the step dt (s)."""
-    if rate is None:
-        return float(K)
+def _gain(rate: float, dt: float | None) -> float:
+    """Return K per step of a rate (1/s), over a step of dt (s)."""
     if dt is None:
         raise PolicyError("dt is missing: a policy with rate= needs the time of a step in s")
     _check_number("dt", dt, 0.0, float("inf"), True)
     return float(_core.gain(rate, dt))
 
 
+class _Rule:
+    """A policy's value is its arguments: copies and pickles are made from them, as is what the core takes."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), tuple(getattr(self, f.name) for f in fields(self) if f.init)  # type: ignore[arg-type]
+
+
 @dataclass(frozen=True)
-class Repulsion:
+class Repulsion(_Rule):
     """Repels the arm angle from both ends of its arc; Eq. (36).
 
     Not to be confused with `Centre`, which pulls to the middle from everywhere: with a large `alpha`
@@ -67,6 +70,7 @@ class Repulsion:
     alpha: float = 20.0
     rate: float | None = None
     outside: Outside = "nearest"
+    _fixed: Any = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         _check_number("K", self.K, 0.0, 1.0, False)
@@ -74,14 +78,18 @@ class Repulsion:
         if self.rate is not None:
             _check_number("rate", self.rate, 0.0, 1e9, False)
         _check_outside(self.outside)
+        object.__setattr__(self, "_fixed", self._core_policy(self.K))
 
-    def rule(self, dt: float | None) -> Rule:
-        """Return the numbers that the core takes, for a step of `dt` s."""
-        return _REPULSION, _gain(self.K, self.rate, dt), float(self.alpha), _OUTSIDE.index(self.outside)
+    def _core_policy(self, K: float) -> Any:
+        return _core.Policy(_REPULSION, K, self.alpha, _OUTSIDE.index(self.outside))
+
+    def core_policy(self, dt: float | None) -> Any:
+        """Return what the core takes, for a step of `dt` s."""
+        return self._fixed if self.rate is None else self._core_policy(_gain(self.rate, dt))
 
 
 @dataclass(frozen=True)
-class Hold:
+class Hold(_Rule):
     """Keeps the arm angle while it is feasible.
 
     Parameters
@@ -96,17 +104,19 @@ class Hold:
     """
 
     outside: Outside = "nearest"
+    _fixed: Any = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         _check_outside(self.outside)
+        object.__setattr__(self, "_fixed", _core.Policy(_HOLD, 0.0, 1.0, _OUTSIDE.index(self.outside)))
 
-    def rule(self, dt: float | None) -> Rule:
-        """Return the numbers that the core takes; `dt` has no influence."""
-        return _HOLD, 0.0, 1.0, _OUTSIDE.index(self.outside)
+    def core_policy(self, dt: float | None) -> Any:
+        """Return what the core takes; `dt` has no influence."""
+        return self._fixed
 
 
 @dataclass(frozen=True)
-class Centre:
+class Centre(_Rule):
     """Pulls the arm angle to the middle of its arc by the share K of the distance.
 
     Parameters
@@ -127,16 +137,21 @@ class Centre:
     K: float = 0.1
     rate: float | None = None
     outside: Outside = "nearest"
+    _fixed: Any = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         _check_number("K", self.K, 0.0, 1.0, False)
         if self.rate is not None:
             _check_number("rate", self.rate, 0.0, 1e9, False)
         _check_outside(self.outside)
+        object.__setattr__(self, "_fixed", self._core_policy(self.K))
 
-    def rule(self, dt: float | None) -> Rule:
-        """Return the numbers that the core takes, for a step of `dt` s."""
-        return _CENTRE, _gain(self.K, self.rate, dt), 1.0, _OUTSIDE.index(self.outside)
+    def _core_policy(self, K: float) -> Any:
+        return _core.Policy(_CENTRE, K, 1.0, _OUTSIDE.index(self.outside))
+
+    def core_policy(self, dt: float | None) -> Any:
+        """Return what the core takes, for a step of `dt` s."""
+        return self._fixed if self.rate is None else self._core_policy(_gain(self.rate, dt))
 
 
 Policy = Repulsion | Hold | Centre

@@ -24,10 +24,11 @@ OnFail = Literal["stop", "hold", "skip"]
 Allowed = ArcSet | Callable[[Floats], ArcSet]
 
 MAX_JOINT_STEP = 0.2
-_CARRY = ("psi", "elbow")
+_CARRY = {"psi": 0, "elbow": 1}
 _ON_FAIL = ("stop", "hold", "skip")
 _DEFAULT_POLICY = Repulsion()
 _GC_OF_Q = -1
+_new_step = tuple.__new__
 
 
 class Resolution(NamedTuple):
@@ -115,7 +116,7 @@ def resolve(
     out, code = np.empty(shape), np.empty(shape, dtype=np.int8)
     flat = out.reshape(-1), code.reshape(-1)
     _core.resolve_many(
-        *policy.rule(dt), arcs._count, arcs._psi, np.ascontiguousarray(pair[0]).reshape(-1),
+        policy.core_policy(dt), arcs._count, arcs._psi, np.ascontiguousarray(pair[0]).reshape(-1),
         np.ascontiguousarray(pair[1]).reshape(-1), *flat,
     )  # fmt: skip
     reasons = arcs._status[pair[0]]
@@ -184,11 +185,11 @@ def step(
     >>> step(arm, q, pose).status.name
     'OK'
     """
-    settings = _settings(gc, policy, dt, carry, max_joint_step, singularity_margin)
+    options = _options(gc, policy, dt, carry, max_joint_step, singularity_margin)
     count = psi = None
     if allowed is not None:
         count, psi = _one_allowed(allowed, as_floats("pose", pose, (4, 4)))
-    result = arm._core.step_one(q_now, pose, settings, count, psi)
+    result = arm._core.step_one(q_now, pose, *options, count, psi)
     if result is None:
         joints, frame = as_floats("q_now", q_now, (JOINTS,)), as_floats("pose", pose, (4, 4))
         if joints.ndim != 1 or frame.ndim != 2:
@@ -197,12 +198,12 @@ def step(
                 "follow takes sequences"
             )
         result = arm._core.step_one(
-            np.ascontiguousarray(joints), np.ascontiguousarray(frame), settings, count, psi
+            np.ascontiguousarray(joints), np.ascontiguousarray(frame), *options, count, psi
         )
     if len(result) == 3:
         raise_problem(result, (), joints="q_now")
     q, angle, index, code, margin = result
-    return Step(q, angle, index, STATUSES[code], margin)
+    return _new_step(Step, (q, angle, index, STATUSES[code], margin))
 
 
 def follow(
@@ -256,7 +257,7 @@ def follow(
     check_angles("start", joints)
     if on_fail not in _ON_FAIL:
         raise InputError(f"on_fail is {on_fail!r}, wanted one of 'stop', 'hold', 'skip'")
-    settings = _settings(gc, policy, dt, carry, max_joint_step, singularity_margin)
+    options = _options(gc, policy, dt, carry, max_joint_step, singularity_margin)
     n = len(frames)
     count = psi = None
     if allowed is not None and n:
@@ -266,7 +267,7 @@ def follow(
         count, psi = arcs._count, arcs._psi
     rows = _empty_rows(n)
     problem = arm._core.follow_all(
-        joints, frames, settings, _ON_FAIL.index(on_fail), count, psi, rows["q"], rows["psi"],
+        joints, frames, *options, _ON_FAIL.index(on_fail), count, psi, rows["q"], rows["psi"],
         rows["gc"], rows["status"], rows["margin"], rows["residual"],
     )  # fmt: skip
     if problem:
@@ -282,26 +283,32 @@ def _empty_rows(n: int) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _settings(
+def _options(
     gc: int | None,
     policy: Policy,
     dt: float | None,
     carry: Carry,
     max_joint_step: float | None,
     singularity_margin: float,
-) -> Any:
-    if carry not in _CARRY:
+) -> tuple[Any, int, float, int, float]:
+    """Return what the core takes: policy, carry, largest step, gc (-1: that of q), margin."""
+    code = _CARRY.get(carry)
+    if code is None:
         raise InputError(f"carry is {carry!r}, wanted 'psi' or 'elbow'")
-    index = _GC_OF_Q if gc is None else int(as_gc(gc))
-    if gc is not None and not 0 <= index < CONFIGURATIONS:
-        raise ConfigurationError(f"gc is {gc!r}, wanted an integer from 0 to 7")
+    index = _GC_OF_Q
+    if gc is not None:
+        index = int(as_gc(gc))
+        if not 0 <= index < CONFIGURATIONS:
+            raise ConfigurationError(f"gc is {gc!r}, wanted an integer from 0 to 7")
     largest = MAX_JOINT_STEP
     if max_joint_step is not None:
         largest = as_number("max_joint_step", max_joint_step, 0.0, np.inf, low_open=True)
     margin = singularity_margin
-    if margin:
+    if margin != 0.0:
         margin = as_number("singularity_margin", margin, 0.0, MOST_MARGIN)
-    return _core.StepSettings(*policy.rule(dt), _CARRY.index(carry), largest, index, margin)
+    if not isinstance(policy, Policy):
+        raise InputError(f"policy is {policy!r}, wanted Repulsion, Hold or Centre")
+    return policy.core_policy(dt), code, largest, index, margin
 
 
 def _one_allowed(allowed: Allowed, pose: Floats) -> tuple[Any, Any]:
