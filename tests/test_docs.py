@@ -9,7 +9,6 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 
@@ -64,20 +63,26 @@ def test_examples_of_a_page_print_what_they_show(name: str) -> None:
     assert not result.failed, "".join(report)
 
 
-def public_modules() -> list[ModuleType]:
-    """Every module of the package that imports without an extra."""
-    names = [module.name for module in pkgutil.iter_modules(armangle.__path__)]
-    return [
-        importlib.import_module(f"armangle.{name}")
-        for name in names
-        if not name.startswith(("_core", "_cpu"))
-    ]
+MODULES = sorted(
+    module.name
+    for module in pkgutil.iter_modules(armangle.__path__)
+    if not module.name.startswith(("__main__", "_core", "_cpu"))
+)
 
 
-@pytest.mark.parametrize("module", public_modules(), ids=lambda module: module.__name__)
-def test_examples_of_docstrings_print_what_they_show(module: ModuleType) -> None:
-    result = doctest.testmod(module, optionflags=doctest.ELLIPSIS)
+@pytest.mark.parametrize("name", MODULES)
+def test_examples_of_docstrings_print_what_they_show(name: str) -> None:
+    result = doctest.testmod(importlib.import_module(f"armangle.{name}"), optionflags=doctest.ELLIPSIS)
     assert not result.failed
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_functions_named_beside_formulas_are_in_their_headers(name: str) -> None:
+    text = (ROOT / name).read_text(encoding="utf-8")
+    for header, functions in re.findall(r"`(\w+\.hpp): ([\w, ]+)`", text):
+        source = (ROOT / "include/armangle" / header).read_text(encoding="utf-8")
+        missing = [word for word in functions.split(", ") if not re.search(rf"\b{word}\b", source)]
+        assert not missing, f"{header} has no {missing}"
 
 
 @pytest.fixture(scope="module")

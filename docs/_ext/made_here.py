@@ -34,7 +34,7 @@ def take_benchmarks(app: Sphinx) -> None:
 def name_the_source(
     _app: Sphinx, _what: str, _name: str, _obj: object, _options: object, lines: list[str]
 ) -> None:
-    """Turn a docstring's ``Source: ...`` line into a section, or it would be read as one more error raised."""
+    """Turn a docstring's ``Source: ...`` line into a section, lest it be read as one more error raised."""
     for at in reversed(range(len(lines))):
         if lines[at].startswith("Source: "):
             lines[at : at + 1] = ["References", "----------", lines[at].removeprefix("Source: ")]
