@@ -35,14 +35,10 @@ struct JointFunctions {
     Hinge<T> hinge[2];
 };
 
-namespace detail {
-
 template <class M, class T>
 ARMANGLE_INLINE Linear<T> select(const M& mask, const Linear<T>& yes, const Linear<T>& no) noexcept {
-    return {armangle::select(mask, yes.s, no.s), armangle::select(mask, yes.c, no.c), armangle::select(mask, yes.k, no.k)};
+    return {select(mask, yes.s, no.s), select(mask, yes.c, no.c), select(mask, yes.k, no.k)};
 }
-
-}  // namespace detail
 
 /// The coefficients, from eq. (16), (21) in triad coordinates. On a circle that is singular everywhere theta_1 (theta_5)
 /// is 0 and theta_3 (theta_7) takes the form that the inverse takes there.
@@ -62,8 +58,6 @@ ARMANGLE_INLINE JointFunctions<T> joint_functions(const Circle<T>& c, const Fold
     const auto &w = c.w, &e = c.e, &z = c.z, &tw = c.tool_w, &te = c.tool_e, &tz = c.tool_z;
     const auto lost_1 = shoulder_singular(c, fold);
     const auto lost_5 = wrist_singular(c, fold);
-    using detail::select;
-    using armangle::select;
     JointFunctions<T> j;
     j.pivot[0] = {select(lost_1, nought, y3(w.y, e.y, z.y)), select(lost_1, unity, y3(w.x, e.x, z.x)),
                   select(lost_1, one, gc.shoulder)};
