@@ -18,26 +18,31 @@ namespace armangle {
 struct BoundaryArcs {
     double a[8], b[8], c[8];     // in: B = a sin + b cos + c
     double lower[8], upper[8];   // out: phi -+ alpha, lower in [-pi, pi)
-    double square[8];            // out: a^2 + b^2
 
+    /// With a^2 + b^2 - c^2 from a, b and c.
     ARMANGLE_INLINE void solve() noexcept {
         using Slots = Lane<8>;
         const Slots A = Slots::of(a), B = Slots::of(b), C = Slots::of(c);
-        const Slots h2 = mul_add(A, A, B * B);
-        const Slots middle = atan2(A, B);
-        const Slots half = atan2(sqrt(max(h2 - C * C, Slots(0.0))), -C);  // acos(-c / h), 0 or pi beyond +-1
-        const Slots below = middle - half;
-        const Slots turn = select(below < Slots(-pi), Slots(two_pi), Slots(0.0));
-        (below + turn).store(lower), (middle + half + turn).store(upper), h2.store(square);
+        solve(mul_add(A, A, B * B) - C * C);
     }
 
-    bool constant(int i) const noexcept { return square[i] <= tolerance::singular * tolerance::singular; }
+    /// With a^2 + b^2 - c^2 given, where that is known better.
+    ARMANGLE_INLINE void solve(const Lane<8>& excess) noexcept {
+        using Slots = Lane<8>;
+        const Slots A = Slots::of(a), B = Slots::of(b), C = Slots::of(c);
+        const Slots middle = atan2(A, B);
+        const Slots half = atan2(sqrt(max(excess, Slots(0.0))), -C);  // acos(-c / h), 0 or pi beyond +-1
+        const Slots below = middle - half;
+        const Slots turn = select(below < Slots(-pi), Slots(two_pi), Slots(0.0));
+        (below + turn).store(lower), (middle + half + turn).store(upper);
+    }
 };
 
 /// Boundary functions of one circle and branch, solved: lanes 0-3 and 4-7 of `pivot` are lower and upper limits, of
 /// `hinge` near and far ends of hinge 2 (pieces 0, 1), then of hinge 6.
 struct Boundaries {
     BoundaryArcs pivot, hinge;
+    double hinge_excess[8];  // a^2 + b^2 - c^2 = (max H - cos(limit)) (cos(limit) - min H)
 };
 
 namespace detail {
@@ -51,12 +56,15 @@ ARMANGLE_INLINE void fill_boundaries(const LimitTable& t, const JointFunctions<d
         out.pivot.c[i] = u * p.U.k + v * p.V.k;
     }
     for (int h = 0; h < hinges; ++h) {
-        const Linear<double>& H = f.hinge[h].H;
-        const HingePiece* piece = t.piece[h][f.hinge[h].g < 0];
-        for (int k = 0; k < pieces; ++k) {
-            const int near = 4 * h + 2 * k, far = near + 1;
-            out.hinge.a[near] = -H.s, out.hinge.b[near] = -H.c, out.hinge.c[near] = piece[k].cos_near - H.k;
-            out.hinge.a[far] = H.s, out.hinge.b[far] = H.c, out.hinge.c[far] = H.k - piece[k].cos_far;
+        const Hinge<double>& hinge = f.hinge[h];
+        const HingePiece* piece = t.piece[h][hinge.g < 0];
+        for (int end = 0; end < 2 * pieces; ++end) {
+            const int i = 4 * h + end;
+            const HingeEnd& limit = end % 2 ? piece[end / 2].far : piece[end / 2].near;
+            const double side = end % 2 ? 1.0 : -1.0;
+            const double above = limit.below_one - hinge.top, below = limit.above_minus_one - hinge.bottom;
+            out.hinge.a[i] = side * hinge.H.s, out.hinge.b[i] = side * hinge.H.c;
+            out.hinge.c[i] = side * 0.5 * (above - below), out.hinge_excess[i] = above * below;
         }
     }
 }
@@ -66,7 +74,7 @@ ARMANGLE_INLINE void fill_boundaries(const LimitTable& t, const JointFunctions<d
 ARMANGLE_INLINE void boundaries(const LimitTable& t, const JointFunctions<double>& f, Boundaries& out) noexcept {
     detail::fill_boundaries(t, f, out);
     out.pivot.solve();
-    out.hinge.solve();
+    out.hinge.solve(Lane<8>::of(out.hinge_excess));
 }
 
 /// Arcs that limits block; Psi is the rest. A list, not a set: they may overlap or touch.
@@ -119,8 +127,10 @@ inline void avoid_paper_singularity(const LimitTable& t, const JointFunctions<do
 /// |theta| of a hinge that does not move with psi.
 inline double constant_hinge(const Hinge<double>& h, const Pivot<double>& p) noexcept {
     const SinCos<double> zero{0.0, 1.0};
-    const bool singular = p.U.s == 0 && p.U.c == 0 && p.U.k == 0;  // sin(theta) is 0 on the whole circle
-    return atan2(singular ? 0.0 : hypot(p.U.at(zero), p.V.at(zero)), h.H.at(zero));
+    const double sine = hypot(p.U.at(zero), p.V.at(zero)), cosine = h.H.at(zero);
+    // where sin(theta) is 0 on the whole circle, (V, U) is the convention's (1, 0) and no sine
+    const bool singular = sine * sine + cosine * cosine > 1.5;
+    return atan2(singular ? 0.0 : sine, cosine);
 }
 
 }  // namespace detail
@@ -131,7 +141,7 @@ inline void block_pivot(const LimitTable& t, const JointFunctions<double>& f, co
     const int l = pivot, u = pivots + pivot;
     if (t.psi_margin > 0) detail::avoid_paper_singularity(t, f, pivot, out);
     if (t.free[pivot]) return;
-    if (b.pivot.constant(l) && b.pivot.constant(u)) {
+    if (is_constant(p)) {
         const double k = p.g / hypot(p.U.k, p.V.k);
         out.all |= !t.cone[pivot].contains({p.U.k * k, p.V.k * k});
     } else if (t.wide[pivot]) {
@@ -149,18 +159,18 @@ inline void block_hinge(const LimitTable& t, const JointFunctions<double>& f, co
     const HingePiece* piece = t.piece[hinge][negative];
     if (count == 0) {
         out.all = true;
-    } else if (b.hinge.constant(first)) {
+    } else if (is_constant(f.hinge[hinge])) {
         const double angle = detail::constant_hinge(f.hinge[hinge], f.pivot[2 * hinge]);
         bool inside = false;
         for (int k = 0; k < count; ++k)
-            inside |= angle >= piece[k].near - tolerance::angle && angle <= piece[k].far + tolerance::angle;
+            inside |= angle >= piece[k].near.angle - tolerance::angle && angle <= piece[k].far.angle + tolerance::angle;
         out.all |= !inside;
     } else {
         const auto outside = [&b, first](int end, Tag tag) { return detail::negative_arc(b.hinge, first + end, tag); };
         const int last = count - 1;
-        if (piece[0].near_tag) detail::block(outside(0, piece[0].near_tag), out);
-        if (count == 2) detail::block_both(outside(1, piece[0].far_tag), outside(2, piece[1].near_tag), out);
-        if (piece[last].far_tag) detail::block(outside(2 * last + 1, piece[last].far_tag), out);
+        if (piece[0].near.tag) detail::block(outside(0, piece[0].near.tag), out);
+        if (count == 2) detail::block_both(outside(1, piece[0].far.tag), outside(2, piece[1].near.tag), out);
+        if (piece[last].far.tag) detail::block(outside(2 * last + 1, piece[last].far.tag), out);
     }
 }
 

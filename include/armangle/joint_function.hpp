@@ -26,7 +26,17 @@ template <class T>
 struct Hinge {
     Linear<T> H;
     T g;
+    T top, bottom;  // 1 - max H and 1 + min H, to their last digit also where theta comes near 0 or pi
+    T swing;        // |theta| moves by about twice this, or less
 };
+
+/// Whether theta does not depend on psi.
+inline bool is_constant(const Hinge<double>& h) noexcept { return h.swing <= tolerance::singular; }
+inline bool is_constant(const Pivot<double>& p) noexcept {
+    const auto &u = p.U, &v = p.V;
+    const double moving = u.s * u.s + u.c * u.c + v.s * v.s + v.c * v.c, still = u.k * u.k + v.k * v.k;
+    return moving <= tolerance::singular * tolerance::singular * still;
+}
 
 /// All six joints that move with psi: pivots 1, 3, 5, 7 and hinges 2, 6. Theta_4 does not depend on psi.
 template <class T>
@@ -39,6 +49,22 @@ template <class M, class T>
 ARMANGLE_INLINE Linear<T> select(const M& mask, const Linear<T>& yes, const Linear<T>& no) noexcept {
     return {select(mask, yes.s, no.s), select(mask, yes.c, no.c), select(mask, yes.k, no.k)};
 }
+
+namespace detail {
+
+/// Hinge whose axis turns about another at the angle `tilt`; `along` and `across` are the cosine and sine (>= 0) of the
+/// angle between that other axis and the one theta is measured from. |theta| is between difference and sum of the two.
+template <class T>
+ARMANGLE_INLINE Hinge<T> hinge(const Linear<T>& H, const T& g, const SinCos<T>& tilt, const T& along, const T& across) noexcept {
+    const T one(1.0), sine = abs(tilt.sin);
+    const T high = mul_add(along, tilt.cos, across * sine), low = mul_add(along, tilt.cos, -(across * sine));
+    const T sine_high = mul_add(across, tilt.cos, -(along * sine)), sine_low = mul_add(across, tilt.cos, along * sine);
+    const auto acute = T(0.0) < high, obtuse = low < T(0.0);
+    return {H, g, select(acute, sine_high * sine_high, one - high) / select(acute, one + high, one),
+            select(obtuse, sine_low * sine_low, one + low) / select(obtuse, one - low, one), min(sine, across)};
+}
+
+}  // namespace detail
 
 /// The coefficients, from eq. (16), (21) in triad coordinates. On a circle that is singular everywhere theta_1 (theta_5)
 /// is 0 and theta_3 (theta_7) takes the form that the inverse takes there.
@@ -61,12 +87,12 @@ ARMANGLE_INLINE JointFunctions<T> joint_functions(const Circle<T>& c, const Fold
     JointFunctions<T> j;
     j.pivot[0] = {select(lost_1, nought, y3(w.y, e.y, z.y)), select(lost_1, unity, y3(w.x, e.x, z.x)),
                   select(lost_1, one, gc.shoulder)};
-    j.hinge[0] = {y3(w.z, e.z, z.z), gc.shoulder};
+    j.hinge[0] = detail::hinge(y3(w.z, e.z, z.z), gc.shoulder, fold.beta, w.z, hypot(w.x, w.y));
     j.pivot[1] = {select(lost_1, x3(w.y, e.y, z.y), negative(z3(e.z, z.z))),
                   select(lost_1, negative(z3(e.y, z.y)), negative(x3(w.z, e.z, z.z))), select(lost_1, one, gc.shoulder)};
     j.pivot[2] = {select(lost_5, nought, negative(z3(te.z, tz.z))), select(lost_5, unity, x4(tw.z, te.z, tz.z)),
                   select(lost_5, one, gc.wrist)};
-    j.hinge[1] = {z4(tw.z, te.z, tz.z), gc.wrist};
+    j.hinge[1] = detail::hinge(z4(tw.z, te.z, tz.z), gc.wrist, fold.gamma, tw.z, hypot(te.z, tz.z));
     j.pivot[3] = {select(lost_5, negative(z3(te.x, tz.x)), z4(tw.y, te.y, tz.y)),
                   select(lost_5, negative(z3(te.y, tz.y)), negative(z4(tw.x, te.x, tz.x))), select(lost_5, one, gc.wrist)};
     return j;
@@ -90,7 +116,7 @@ inline double derivative(const Pivot<double>& p, const SinCos<double>& psi) noex
 /// dtheta/dpsi, eq. (33); infinite where theta is 0 or pi, unless theta is constant.
 inline double derivative(const Hinge<double>& h, const Pivot<double>& pivot, const SinCos<double>& psi) noexcept {
     const double slope = h.H.slope(psi);
-    if (hypot(h.H.s, h.H.c) <= tolerance::singular) return 0.0;
+    if (is_constant(h)) return 0.0;
     const double sine = hypot(pivot.U.at(psi), pivot.V.at(psi));
     if (sine <= tolerance::singular) return infinity;
     return -slope / (h.g * sine);
@@ -135,7 +161,7 @@ struct Profile {
 inline Profile profile(const Pivot<double>& p) noexcept {
     const Linear<double> n = slope_numerator(p);
     const double size = n.s * n.s + n.c * n.c + n.k * n.k, discriminant = n.s * n.s + n.c * n.c - n.k * n.k;
-    if (size <= tolerance::singular * tolerance::singular) return {Case::constant, {0, {}}, {0, {}}};
+    if (is_constant(p)) return {Case::constant, {0, {}}, {0, {}}};
     if (discriminant > tolerance::vanishing * size) return {Case::stationary, roots(n), {0, {}}};
     if (discriminant < -tolerance::vanishing * size) return {Case::monotonic, {0, {}}, {0, {}}};
     return {Case::singular, {0, {}}, {1, {wrap(atan2(n.s, n.c) + (n.k > 0 ? pi : 0.0)), 0}}};  // eq. (31)
@@ -143,15 +169,15 @@ inline Profile profile(const Pivot<double>& p) noexcept {
 
 /// Hinge: eq. (34) in the form of two roots; H is largest at atan2(s, c), least opposite.
 inline Profile profile(const Hinge<double>& h) noexcept {
-    const double size = hypot(h.H.s, h.H.c), top = atan2(h.H.s, h.H.c);
-    if (size <= tolerance::singular) return {Case::constant, {0, {}}, {0, {}}};
+    const double top = atan2(h.H.s, h.H.c);
+    if (is_constant(h)) return {Case::constant, {0, {}}, {0, {}}};
     Profile out{Case::stationary, {0, {}}, {0, {}}};
-    const auto put = [&](double psi, double extreme) {
-        Roots& to = extreme >= 1.0 - tolerance::vanishing ? out.singular : out.stationary;
+    const auto put = [&](double psi, double gap) {
+        Roots& to = gap <= tolerance::vanishing ? out.singular : out.stationary;
         to.psi[to.count++] = wrap(psi);
     };
-    put(top, h.H.k + size);
-    put(top + pi, size - h.H.k);
+    put(top, h.top);
+    put(top + pi, h.bottom);
     if (out.singular.count) out.kind = Case::singular;
     return out;
 }

@@ -17,10 +17,16 @@ inline constexpr int pivots = 4, hinges = 2, pieces = 2;
 inline constexpr int pivot_joint[pivots] = {0, 2, 4, 6};
 inline constexpr int hinge_joint[hinges] = {1, 5};
 
-/// A range [near, far] of |theta| within [0, pi]; an end at 0 or pi that is no limit has the tag 0.
+/// An end of a range of |theta|: the angle, who made it (0 where 0 or pi is no limit), and its cosine, told from +-1.
+struct HingeEnd {
+    double angle;
+    Tag tag;
+    double below_one, above_minus_one;  // 1 - cos, 1 + cos
+};
+
+/// A range [near, far] of |theta| within [0, pi].
 struct HingePiece {
-    double cos_near, cos_far, near, far;
-    Tag near_tag, far_tag;
+    HingeEnd near, far;
 };
 
 /// The directions from angle `lower` to `upper`: where a joint that does not move with psi may be.
@@ -65,33 +71,37 @@ inline Side limit_side(const Arm& arm, int joint, bool lower_theta) noexcept {
     return (arm.sign[joint] > 0) == lower_theta ? Side::lower : Side::upper;
 }
 
+inline HingeEnd hinge_end(double angle, Tag tag) noexcept {
+    const SinCos<double> half = sin_cos(0.5 * angle);
+    return {angle, tag, 2.0 * half.sin * half.sin, 2.0 * half.cos * half.cos};
+}
+
 inline void add_piece(LimitTable& t, int hinge, int negative, HingePiece piece) noexcept {
     const int joint = hinge_joint[hinge] + 1;
-    if (piece.near < t.margin) piece.near = t.margin, piece.near_tag = make_tag(joint, Side::near_margin);
-    if (piece.far > pi - t.margin) piece.far = pi - t.margin, piece.far_tag = make_tag(joint, Side::far_margin);
+    if (piece.near.angle < t.margin) piece.near = hinge_end(t.margin, make_tag(joint, Side::near_margin));
+    if (piece.far.angle > pi - t.margin) piece.far = hinge_end(pi - t.margin, make_tag(joint, Side::far_margin));
     int& count = t.piece_count[hinge][negative];
-    if (piece.near > piece.far || count == pieces) return;
-    piece.cos_near = std::cos(piece.near), piece.cos_far = std::cos(piece.far);
+    if (piece.near.angle > piece.far.angle || count == pieces) return;
     t.piece[hinge][negative][count++] = piece;
 }
 
-/// The windings of [lower, upper] that meet the half circle of |theta|.
+/// The windings of [lower, upper] that meet the half circle of |theta|. A limit within the angular tolerance of 0 or pi
+/// forbids nothing of it, or all but a point.
 inline void fill_hinge(LimitTable& t, const Arm& arm, int hinge, int negative) noexcept {
     const int j = hinge_joint[hinge];
     const double l = negative ? -arm.theta_upper[j] : arm.theta_lower[j];
     const double u = negative ? -arm.theta_lower[j] : arm.theta_upper[j];
     const Tag lower_tag = make_tag(j + 1, limit_side(arm, j, !negative));
     const Tag upper_tag = make_tag(j + 1, limit_side(arm, j, negative));
-    if (!(u - l < two_pi)) return add_piece(t, hinge, negative, {0, 0, 0.0, pi, 0, 0});
+    if (!(u - l < two_pi)) return add_piece(t, hinge, negative, {hinge_end(0.0, 0), hinge_end(pi, 0)});
     const double first = two_pi * std::ceil((-tolerance::angle - u) / two_pi);  // smallest turn that lifts u above 0
     for (int k = 0; k <= pieces; ++k) {
         const double turn = first + two_pi * k;
         if (l + turn > pi + tolerance::angle) break;
-        HingePiece piece{0, 0, l + turn, u + turn, lower_tag, upper_tag};
-        if (piece.near <= 0) piece.near = 0, piece.near_tag = 0;
-        if (piece.far >= pi) piece.far = pi, piece.far_tag = 0;
-        if (piece.far < 0) piece.far = 0;
-        if (piece.near > pi) piece.near = pi;
+        const double near = l + turn, far = u + turn;
+        HingePiece piece{hinge_end(min(near, pi), lower_tag), hinge_end(max(far, 0.0), upper_tag)};
+        if (near <= tolerance::angle) piece.near = hinge_end(0.0, 0);
+        if (far >= pi - tolerance::angle) piece.far = hinge_end(pi, 0);
         add_piece(t, hinge, negative, piece);
     }
 }
