@@ -121,7 +121,7 @@ def test_joints_alone_are_a_joint_file(tmp_path: Path) -> None:
 
 
 def test_columns_in_any_order_with_others_between(tmp_path: Path) -> None:
-    text = "\ufefft, qz,qy,note,qx,qw,z,y,x\r\n\r\n0,0,0,\"a, b\",0,1,3,2,1\r\n"
+    text = '\ufefft, qz,qy,note,qx,qw,z,y,x\r\n\r\n0,0,0,"a, b",0,1,3,2,1\r\n'
     (tmp_path / "p.csv").write_text(text, encoding="utf-8", newline="")
     pose = aa.load_poses(tmp_path / "p.csv")
     assert pose[0, :3, 3].tolist() == [1, 2, 3] and np.array_equal(pose[0, :3, :3], np.eye(3))

@@ -151,6 +151,6 @@ def _hint(names: list[str], missing: list[str]) -> str:
     for separator, word in _SEPARATORS.items():
         if separator in names[0]:
             return f"the file seems to be separated by {word}, wanted commas"
-    near = [close for name in missing for close in get_close_matches(name, names, n=1, cutoff=0.5)]
+    near = [close for name in missing for close in get_close_matches(name, names, n=1, cutoff=0.6)]
     listed = f"the header has {', '.join(repr(name) for name in names)}"
     return f"{listed}; did you mean {near[0]!r}?" if near else listed

@@ -1,0 +1,198 @@
+"""The command line: what is printed and written, and the exit status."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import armangle as aa
+from armangle._tables import WIDTH
+from armangle.cli import main
+
+ROBOT = ("--robot", "kuka_iiwa7_r800")
+START_DEG = [-5.4101, -26.4986, -48.1542, -61.65, 152.6198, 114.4466, 8.1812]
+Q = ",".join(map(str, START_DEG))
+POSE = "-0.117424,-0.146412,1.020287,0.425538,-0.432663,0.352360,0.712434"
+FAR = "2,0,0,1,0,0,0"
+Capture = pytest.CaptureFixture[str]
+
+
+@pytest.fixture
+def line(tmp_path: Path) -> Path:
+    """A file of 21 poses, 0.05 m along the tool's z axis from the paper's start."""
+    arm = aa.Arm.from_catalogue(ROBOT[1])
+    pose = arm.forward(np.radians(START_DEG))[0]
+    poses = np.repeat(pose[None], 21, axis=0)
+    poses[:, :3, 3] += np.linspace(0, 0.05, 21)[:, None] * pose[:3, 2]
+    aa.save(poses, tmp_path / "line.csv")
+    return tmp_path / "line.csv"
+
+
+def out(capsys: Capture, *words: str, status: int = 0) -> str:
+    """Run a command, check its status and the width of its lines, and return what it printed."""
+    assert main(words) == status
+    text = capsys.readouterr().out
+    if "--json" not in words:
+        assert max(map(len, text.splitlines()), default=0) <= WIDTH
+    return text
+
+
+def test_robots(capsys: Capture) -> None:
+    text = out(capsys, "robots")
+    assert all(name in text for name in aa.catalogue())
+    listed = json.loads(out(capsys, "robots", "--json"))
+    assert [entry["name"] for entry in listed] == list(aa.catalogue())
+    for name in aa.catalogue():
+        assert name in out(capsys, "robots", name)
+        facts = json.loads(out(capsys, "robots", name, "--json"))
+        arm = aa.Arm.from_catalogue(name)
+        assert facts["reach"] == arm.reach and facts["lower"] == arm.lower.tolist()
+
+
+def test_fk_and_ik_are_inverse(capsys: Capture) -> None:
+    text = out(capsys, "fk", *ROBOT, *map(str, START_DEG))
+    assert "58.5882 deg" in text and "3 (shoulder -, elbow -, wrist +)" in text
+    assert out(capsys, "fk", *ROBOT, Q) == text
+    row = text.splitlines()[text.splitlines().index("x,y,z,qw,qx,qy,qz") + 1]
+    text = out(capsys, "ik", *ROBOT, "--pose", row, "--psi", "58.58816", "--gc", "3")
+    shown = [float(line.split()[2]) for line in text.splitlines()[-7:]]
+    assert shown == pytest.approx(START_DEG, abs=2e-3)
+
+
+def test_json_is_in_radians(capsys: Capture) -> None:
+    fk = json.loads(out(capsys, "fk", *ROBOT, Q, "--json"))
+    assert np.degrees(fk["psi"]) == pytest.approx(58.58816372916817) and fk["gc"] == 3
+    pose = ",".join(map(repr, fk["pose"]))
+    words = ("--pose", pose, "--psi", repr(float(np.degrees(fk["psi"]))))
+    ik = json.loads(out(capsys, "ik", *ROBOT, *words, "--gc", "3", "--json"))
+    assert np.degrees(ik["q"]) == pytest.approx(START_DEG) and ik["status"] == "OK"
+    every = json.loads(out(capsys, "ik", *ROBOT, *words, "--all", "--json"))
+    assert every["q"][3] == pytest.approx(ik["q"]) and every["within_limits"].count(True) == 6
+
+
+def test_ik_all_marks_what_is_outside(capsys: Capture) -> None:
+    lines = out(capsys, "ik", *ROBOT, "--pose", POSE, "--psi", "58.5882", "--all").splitlines()[-8:]
+    assert [line.split()[0] for line in lines] == list("01234567")
+    assert ["*" in line for line in lines] == [False, False, True, False, False, False, True, False]
+
+
+def test_ik_says_why_not(capsys: Capture) -> None:
+    assert main(["ik", *ROBOT, "--pose", POSE, "--psi", "30", "--gc", "3"]) == 1
+    said = " ".join(capsys.readouterr().err.split())
+    assert "psi 30.00 deg is not feasible: joint 5 is 5.7" in said
+    assert "beyond its lower limit. Feasible with gc 3: [-22.82, 24.88], [42.70, 322.07] deg." in said
+    assert main(["ik", *ROBOT, "--pose", FAR, "--psi", "0", "--gc", "0"]) == 1
+    assert "out of reach by 1253.57 mm" in " ".join(capsys.readouterr().err.split())
+    assert main(["ik", *ROBOT, "--pose", FAR, "--psi", "0", "--all"]) == 1
+    assert "out of reach by 1253.57 mm" in " ".join(capsys.readouterr().err.split())
+
+
+def test_ik_of_a_file(capsys: Capture, line: Path, tmp_path: Path) -> None:
+    to = tmp_path / "q.csv"
+    text = out(capsys, "ik", *ROBOT, "--pose", str(line), "--psi", "90", "--gc", "3", "-o", str(to))
+    assert len(text.splitlines()) == 22
+    back = aa.load_joints(to)
+    assert len(back) == 21 and (back.status == aa.Status.OK).all() and np.allclose(back.psi, np.pi / 2)
+    fk = out(capsys, "fk", *ROBOT, str(to), "-o", str(tmp_path / "again.npz"))
+    assert "90.0000" in fk
+    assert np.abs(aa.load_poses(tmp_path / "again.npz") - aa.load_poses(line)).max() < 1e-12
+    words = ("ik", *ROBOT, "--pose", str(line), "--psi", "35", "--gc", "3", "-o", str(to))
+    assert main(words) == 1
+    assert "21 of 21 poses fail; pose 0: psi 35.00 deg is not feasible" in " ".join(
+        capsys.readouterr().err.split()
+    )
+    assert (aa.load_joints(to).status == aa.Status.OUTSIDE).all()
+
+
+def test_fk_outside_the_limits(capsys: Capture) -> None:
+    out(capsys, "fk", *ROBOT, "0", "150", "0", "0", "0", "-130", "0", status=1)
+    assert main(["fk", *ROBOT, "0,150,0,0,0,-130,0"]) == 1
+    said = " ".join(capsys.readouterr().err.split())
+    assert (
+        "joint 2 is 30.0000 deg beyond its upper limit, joint 6 is 10.0000 deg beyond its lower limit" in said
+    )
+
+
+def test_arcs(capsys: Capture) -> None:
+    text = out(capsys, "arcs", *ROBOT, "--q", Q)
+    assert "joint 1 lower -170.0" in text and "322.0673" in text and "gc 3: shoulder -" in text
+    facts = json.loads(out(capsys, "arcs", *ROBOT, "--q", Q, "--json"))
+    assert np.degrees(facts[0]["intervals"]) == pytest.approx(
+        np.array([[-22.82, 24.88], [42.70, 322.07]]), abs=5e-3
+    )
+    assert facts[0]["ends"][0][0] == {"joint": 1, "side": "lower", "value": pytest.approx(np.radians(-170))}
+    assert [f["gc"] for f in json.loads(out(capsys, "arcs", *ROBOT, "--pose", POSE, "--json"))] == list(
+        range(8)
+    )
+    each = out(capsys, "arcs", *ROBOT, "--q", Q, "--joint")
+    assert each.count("full circle") == 5 and "3 q7" in each
+    assert "joint 5 upper" in out(capsys, "arcs", *ROBOT, "--q", Q, "--gc", "0", "--joint", "5")
+    assert "none: UNREACHABLE" in out(capsys, "arcs", *ROBOT, "--pose", FAR, status=1)
+    assert main(["arcs", *ROBOT, "--pose", FAR, "--gc", "2"]) == 1
+    assert "no feasible arm angle. pose is out of reach by 1253.57 mm" in " ".join(
+        capsys.readouterr().err.split()
+    )
+
+
+def test_arcs_keep_a_singularity_margin(capsys: Capture) -> None:
+    words = ("arcs", *ROBOT, "--q", "0,10,0,-60,0,50,0", "--json")
+    free = json.loads(out(capsys, *words))[0]["intervals"]
+    kept = json.loads(out(capsys, *words, "--singularity-margin", "30"))[0]["intervals"]
+    assert np.diff(kept).sum() < np.diff(free).sum()
+
+
+@pytest.mark.parametrize("ending", [".csv", ".npz", ".json"])
+def test_follow(capsys: Capture, line: Path, tmp_path: Path, ending: str) -> None:
+    to = tmp_path / f"q{ending}"
+    text = out(
+        capsys, "follow", str(line), *ROBOT, "--start", Q, "-o", str(to), "--alpha", "50", "--K", "0.05"
+    )
+    assert "All 21 poses are solved within all limits." in text
+    arm = aa.Arm.from_catalogue(ROBOT[1])
+    policy = aa.Repulsion(K=0.05, alpha=50)
+    path = aa.follow(arm, aa.load_poses(line), start=np.radians(START_DEG), policy=policy)
+    assert np.array_equal(aa.load_joints(to).q, path.q)
+
+
+def test_follow_reports_where_it_fails(capsys: Capture, line: Path, tmp_path: Path) -> None:
+    to = tmp_path / "q.csv"
+    words = ["follow", str(line), *ROBOT, "--start", Q, "-o", str(to), "--max-joint-step", "1", "--json"]
+    assert main(words) == 1
+    said = capsys.readouterr()
+    assert json.loads(said.out)["status"] == {"JOINT_JUMP": 1, "NOT_REACHED": 20}
+    assert "pose 0 (s = 0) is the first that is not." in " ".join(said.err.split())
+    assert aa.load_joints(to).status[0] == aa.Status.JOINT_JUMP
+
+
+@pytest.mark.parametrize(
+    ("options", "policy"),
+    [
+        (("--policy", "hold"), "Hold(outside='nearest')"),
+        (("--policy", "centre", "--K", "0.01"), "Centre(K=0.01, rate=None, outside='nearest')"),
+        (("--rate", "1", "--dt", "0.01"), "Repulsion(K=0.1, alpha=20.0, rate=1.0, outside='nearest')"),
+        (("--outside", "stop"), "Repulsion(K=0.1, alpha=20.0, rate=None, outside='stop')"),
+    ],
+)
+def test_follow_with_policies(capsys: Capture, line: Path, options: tuple[str, ...], policy: str) -> None:
+    facts = json.loads(out(capsys, "follow", str(line), *ROBOT, "--start", Q, "--json", *options))
+    assert facts["policy"] == policy and facts["status"] == {"OK": 21}
+
+
+def test_inspect_and_what_it_saves(capsys: Capture, tmp_path: Path) -> None:
+    arm = aa.Arm.from_catalogue("openarm_v10")
+    (tmp_path / "arm.urdf").write_text(arm.to_urdf())
+    assert main(["inspect", str(tmp_path / "arm.urdf")]) == 0
+    text = capsys.readouterr().out
+    assert "S-R-S" in text and "\nd_se = 0.22\n" in text
+    report = json.loads(out(capsys, "inspect", str(tmp_path / "arm.urdf"), "--json"))
+    assert report["srs"] is True and report["residual_position"] < 1e-9
+    to = tmp_path / "own.toml"
+    assert main(["inspect", str(tmp_path / "arm.urdf"), "-o", str(to)]) == 0
+    assert "wrote" in capsys.readouterr().err
+    words = ("0.1,0.2,0.3,20,0.5,0.6,0.7", "--json")
+    wanted = json.loads(out(capsys, "fk", "--robot", "openarm_v10", *words))["pose"]
+    for source in (("--robot", str(to)), ("--urdf", str(tmp_path / "arm.urdf"))):
+        assert json.loads(out(capsys, "fk", *source, *words))["pose"] == pytest.approx(wanted)

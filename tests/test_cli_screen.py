@@ -1,0 +1,136 @@
+"""What the command line imports, its help, its tables and colours."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import armangle as aa
+from armangle._tables import WIDTH, paint, plain_text, table
+from armangle.cli import main
+from armangle.cli._main import COMMANDS
+
+Capture = pytest.CaptureFixture[str]
+
+
+def imported_by(code: str) -> set[str]:
+    """Return the modules that a fresh interpreter has after some code."""
+    script = f"import sys\ntry:\n    {code}\nexcept SystemExit:\n    pass\nprint('\\n'.join(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    return set(done.stdout.split("\n"))
+
+
+# -- what is imported ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("words", [["--help"], ["-h"], [], ["nonsense"]])
+def test_help_imports_neither_numpy_nor_matplotlib(words: list[str]) -> None:
+    modules = imported_by(f"from armangle.cli import main; main({words!r})")
+    assert "armangle.cli._main" in modules
+    assert not {"numpy", "matplotlib"} & modules
+    assert not any(name.startswith("armangle._core") for name in modules)
+
+
+def test_only_pictures_import_matplotlib() -> None:
+    assert "matplotlib" not in imported_by("from armangle.cli import main; main(['demo'])")
+
+
+def test_the_package_is_lazy_and_whole() -> None:
+    modules = imported_by("import armangle; armangle.UnreachableError; dir(armangle)")
+    assert "armangle.errors" in modules and "numpy" not in modules
+    assert set(aa._HOME) == set(aa.__all__) and set(aa.__all__) <= set(dir(aa))
+    assert len(aa.__all__) == len(set(aa.__all__))
+    for name in aa.__all__:
+        assert getattr(aa, name) is not None
+    with pytest.raises(AttributeError, match="module 'armangle' has no attribute 'nothing'"):
+        aa.nothing  # noqa: B018
+
+
+def test_type_checkers_see_what_the_interpreter_sees() -> None:
+    source = Path(aa.__file__).read_text()
+    typed = source.split("if TYPE_CHECKING:")[1].split("\n# ")[0]
+    for module, names in aa._HOMES.items():
+        block = typed.split(f"from .{module} import")[1].split("from .")[0]
+        assert set(block.replace("(", "").replace(")", "").replace(",", " ").split()) == set(names.split())
+
+
+def test_python_m_runs_it() -> None:
+    done = subprocess.run([sys.executable, "-m", "armangle", "--version"], capture_output=True, text=True)
+    assert done.returncode == 0 and done.stdout == f"armangle {aa.__version__} ({aa.ISA})\n"
+
+
+# -- help ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_each_help_has_an_example_and_fits(command: str, capsys: Capture) -> None:
+    assert main([command, "--help"]) == 0
+    text = capsys.readouterr().out
+    assert f"example:\n  armangle {command}" in text
+    assert "--json" in text
+    assert max(map(len, text.splitlines())) <= WIDTH
+
+
+def test_the_help_lists_every_command(capsys: Capture) -> None:
+    assert main(["--help"]) == 0
+    listed = capsys.readouterr().out
+    assert all(f"\n  {name} " in listed for name in COMMANDS)
+    assert main([]) == 2
+
+
+# -- tables ----------------------------------------------------------------------------------------------
+
+
+def test_a_long_last_column_is_wrapped() -> None:
+    text = plain_text(table(["a", "b"], [["1", "word " * 40]], left=(1,)))
+    assert max(map(len, text.splitlines())) <= WIDTH and len(text.splitlines()) > 3
+
+
+def test_colour_does_not_count() -> None:
+    rows = [["1", paint("22", "red")], ["333", "4"]]
+    assert plain_text(table(["a", "b"], rows)).splitlines() == ["  a   b", "  1  22", "333   4"]
+
+
+class Screen:
+    """A stdout that says whether it is a terminal, and of which encoding."""
+
+    def __init__(self, terminal: bool, encoding: str = "utf-8") -> None:
+        self.text, self.terminal, self.encoding = "", terminal, encoding
+
+    def write(self, text: str) -> int:
+        text.encode(self.encoding)
+        self.text += text
+        return len(text)
+
+    def isatty(self) -> bool:
+        return self.terminal
+
+    def flush(self) -> None:
+        pass
+
+
+@pytest.mark.parametrize(
+    ("terminal", "environment", "coloured"),
+    [(True, {}, True), (False, {}, False), (True, {"NO_COLOR": "1"}, False), (True, {"TERM": "dumb"}, False)],
+)
+def test_colour_is_for_terminals(
+    monkeypatch: pytest.MonkeyPatch, terminal: bool, environment: dict[str, str], coloured: bool
+) -> None:
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    monkeypatch.setenv("TERM", "xterm")
+    for name, value in environment.items():
+        monkeypatch.setenv(name, value)
+    screen = Screen(terminal)
+    monkeypatch.setattr(sys, "stdout", screen)
+    assert main(["robots"]) == 0
+    assert ("\x1b[" in screen.text) == coloured
+
+
+def test_a_terminal_without_unicode_is_served(monkeypatch: pytest.MonkeyPatch) -> None:
+    screen = Screen(False, "ascii")
+    monkeypatch.setattr(sys, "stdout", screen)
+    assert main(["arcs", "--robot", "kuka_iiwa7_r800", "--q", "0,20,0,-60,0,60,0"]) == 0
+    assert "########" in screen.text and "#.." in screen.text
