@@ -27,10 +27,10 @@ inline void open_row(const FollowRows& rows, std::size_t i, Status status) noexc
     rows.status[i] = static_cast<std::int8_t>(status);
 }
 
-inline void fill_row(const Arm& arm, const FollowRows& rows, std::size_t i, const Step& now, double psi, const Pose<double>& pose) noexcept {
+inline void fill_row(const FollowRows& rows, std::size_t i, const Step& now, double psi, double residual) noexcept {
     for (int j = 0; j < joints; ++j) rows.q[joints * i + static_cast<std::size_t>(j)] = now.q[j];
     rows.psi[i] = psi, rows.margin[i] = now.margin, rows.gc[i] = now.gc;
-    rows.residual[i] = position_error(arm, now.q, pose);
+    rows.residual[i] = residual;
     rows.status[i] = static_cast<std::int8_t>(now.status);
 }
 
@@ -41,6 +41,7 @@ inline void follow(const Arm& arm, const LimitTable& limits, const double* start
                    OnFail on_fail, Strided<const ArcSet> allowed, const FollowRows& rows) noexcept {
     double q[joint_slots] = {};
     for (int j = 0; j < joints; ++j) q[j] = start[j];
+    Chain now = chain(arm, q);
     double psi = 0;
     bool stopped = false, begun = false;
     for (std::size_t i = 0; i < n; ++i) {
@@ -50,7 +51,7 @@ inline void follow(const Arm& arm, const LimitTable& limits, const double* start
         }
         const Pose<double> pose = load_pose(poses + 16 * i);
         options.allowed = allowed.data ? allowed.at(i) : nullptr;
-        const Step next = step(arm, limits, q, pose, options);
+        const Step next = step_from(arm, limits, q, now, pose, options);
         const bool ok = next.status == Status::OK;
         stopped = !ok && on_fail == OnFail::stop;
         if (!ok && on_fail != OnFail::hold) {
@@ -59,8 +60,9 @@ inline void follow(const Arm& arm, const LimitTable& limits, const double* start
         }
         psi = begun ? lift(next.psi, psi) : next.psi;
         begun = true;
-        detail::fill_row(arm, rows, i, next, psi, pose);
         for (int j = 0; j < joints; ++j) q[j] = next.q[j];
+        if (ok) now = chain(arm, q);
+        detail::fill_row(rows, i, next, psi, position_error(arm, now, pose));
     }
 }
 

@@ -59,6 +59,19 @@ ARMANGLE_INLINE Register register_mul_add(Register a, Register b, Register c) no
 
 ARMANGLE_INLINE Register broadcast(double x) noexcept { return x - Register{}; }
 
+/// One bit a lane.
+ARMANGLE_INLINE unsigned register_bits(RegisterMask mask) noexcept {
+#if defined(__AVX512F__)
+    return _cvtmask8_u32(_mm512_movepi64_mask((__m512i)mask));
+#elif defined(__AVX__)
+    return static_cast<unsigned>(_mm256_movemask_pd((__m256d)mask));
+#elif defined(__x86_64__)
+    return static_cast<unsigned>(_mm_movemask_pd((__m128d)mask));
+#else
+    return (mask[0] ? 1u : 0u) | (mask[1] ? 2u : 0u);
+#endif
+}
+
 /// Values put together in registers: a load right behind the stores of single values would wait for all of them.
 ARMANGLE_INLINE Register assemble(const double* v) noexcept {
 #if defined(__AVX512F__)
@@ -164,14 +177,16 @@ ARMANGLE_INLINE LaneMask<N> operator!(const LaneMask<N>& a) noexcept {
     return out;
 }
 
+/// Bit i is lane i.
 template <int N>
-ARMANGLE_INLINE bool any(const LaneMask<N>& mask) noexcept {
-    detail::RegisterMask seen = mask.part[0];
-    for (int i = 1; i < mask.registers; ++i) seen |= mask.part[i];
-    std::int64_t bits = 0;
-    for (int i = 0; i < register_width; ++i) bits |= seen[i];
-    return bits != 0;
+ARMANGLE_INLINE unsigned bits(const LaneMask<N>& mask) noexcept {
+    unsigned out = 0;
+    for (int i = 0; i < mask.registers; ++i) out |= detail::register_bits(mask.part[i]) << (i * register_width);
+    return out;
 }
+
+template <int N>
+ARMANGLE_INLINE bool any(const LaneMask<N>& mask) noexcept { return bits(mask) != 0; }
 
 template <int N>
 ARMANGLE_INLINE bool all(const LaneMask<N>& mask) noexcept { return !any(!mask); }

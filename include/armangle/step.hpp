@@ -68,11 +68,10 @@ inline Step refused(const Arm& arm, const double* q_now) noexcept {
 
 }  // namespace detail
 
-/// The step from q_now to `pose` (as the user sees it).
-inline Step step(const Arm& arm, const LimitTable& limits, const double* q_now, const Pose<double>& pose,
-                 const StepOptions& options) noexcept {
+/// The step from q_now, whose chain is `now`, to `pose` (as the user sees it).
+inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_now, const Chain& now, const Pose<double>& pose,
+                      const StepOptions& options) noexcept {
     if (!is_rigid(pose) || !is_finite(q_now)) return detail::refused(arm, q_now);
-    const Chain now = chain(arm, q_now);
     const Circle<double> c = circle(arm, flange_pose(arm, pose));
     const Configuration<double> gc = options.gc < 0 ? configuration(arm, now.theta) : configuration(options.gc);
     Step out{};
@@ -101,9 +100,15 @@ inline Step step(const Arm& arm, const LimitTable& limits, const double* q_now, 
     return out;
 }
 
-/// Distance (m) between the tool of a posture and a pose.
-inline double position_error(const Arm& arm, const double* q, const Pose<double>& pose) noexcept {
-    return norm(user_pose(arm, chain(arm, q).flange).position - pose.position);
+/// The step from q_now to `pose`: one pass of fig. 10.
+inline Step step(const Arm& arm, const LimitTable& limits, const double* q_now, const Pose<double>& pose,
+                 const StepOptions& options) noexcept {
+    return step_from(arm, limits, q_now, chain(arm, q_now), pose, options);
+}
+
+/// Distance (m) between the tool of a posture's chain and a pose.
+inline double position_error(const Arm& arm, const Chain& now, const Pose<double>& pose) noexcept {
+    return norm(user_pose(arm, now.flange).position - pose.position);
 }
 
 }  // namespace armangle
