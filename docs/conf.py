@@ -55,6 +55,7 @@ sphinx_gallery_conf = {
     "abort_on_example_error": True,
     "backreferences_dir": None,
     "image_srcset": ["2x"],
+    "capture_repr": (),
 }
 
 html_theme = "furo"

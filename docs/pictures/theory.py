@@ -2,10 +2,11 @@
 
 from typing import Any
 
-import armangle as aa
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Wedge
+
+import armangle as aa
 
 from .conventions import BENT
 from .space import (
@@ -52,7 +53,7 @@ def _triangle(ax: Any, arm: aa.Arm, theta_4: float) -> None:
     shoulder = np.zeros(2)
     elbow = np.array([arm.a_3, arm.d_se])
     cosine, sine = np.cos(theta_4), np.sin(theta_4)
-    wrist = elbow + [arm.a_4 * cosine - arm.d_ew * sine, arm.a_4 * sine + arm.d_ew * cosine]
+    wrist = elbow + np.array([arm.a_4 * cosine - arm.d_ew * sine, arm.a_4 * sine + arm.d_ew * cosine])
     forearm = wrist - elbow
     links = np.array([shoulder, [0, arm.d_se], elbow, elbow + arm.a_4 * np.array([cosine, sine]), wrist])
     ax.plot(*links.T, color=GREY, lw=4, solid_joinstyle="round", zorder=2)
@@ -207,7 +208,7 @@ def boundary() -> Figure:
 
 
 def near_the_axis() -> Figure:
-    """Joints along a straight line that passes 0.1 mm beside the base axis, by both ways to carry the elbow."""
+    """Joints along a straight line that passes 0.1 mm beside the base axis, carried in both ways."""
     figure = Figure(figsize=(8.2, 3.3))
     poses, start = passing_the_axis()
     offset = 1e3 * poses[:, 0, 3]
