@@ -1,4 +1,4 @@
-"""What the laws are tried on: arms, postures by regime, arm angles, transforms; and the tools a test needs."""
+"""What the laws are tried on: arms, postures by regime, transforms; and the tools a test needs."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ import os
 import shutil
 from types import ModuleType
 
-import armangle as aa
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+
+import armangle as aa
 
 Array = NDArray[np.float64]
 
@@ -95,7 +96,7 @@ def joint_values(arm: aa.Arm, theta: Array) -> Array:
 
 
 def bends(arm: aa.Arm, q: Array) -> Array:
-    """theta_2, theta_4 - delta and theta_6: the angles that vanish where the arm is singular, shape (..., 3)."""
+    """theta_2, theta_4 - delta and theta_6: what vanishes where the arm is singular, shape (..., 3)."""
     return model_angles(arm, q)[..., [1, 3, 5]] - np.array([0.0, arm.delta, 0.0])
 
 
