@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
@@ -36,25 +35,6 @@ def test_help_imports_neither_numpy_nor_matplotlib(words: list[str]) -> None:
 
 def test_only_pictures_import_matplotlib() -> None:
     assert "matplotlib" not in imported_by("from armangle.cli import main; main(['demo'])")
-
-
-def test_the_package_is_lazy_and_whole() -> None:
-    modules = imported_by("import armangle; armangle.UnreachableError; dir(armangle)")
-    assert "armangle.errors" in modules and "numpy" not in modules
-    assert set(aa._HOME) == set(aa.__all__) and set(aa.__all__) <= set(dir(aa))
-    assert len(aa.__all__) == len(set(aa.__all__))
-    for name in aa.__all__:
-        assert getattr(aa, name) is not None
-    with pytest.raises(AttributeError, match="module 'armangle' has no attribute 'nothing'"):
-        aa.nothing  # noqa: B018
-
-
-def test_type_checkers_see_what_the_interpreter_sees() -> None:
-    source = Path(aa.__file__).read_text()
-    typed = source.split("if TYPE_CHECKING:")[1].split("\n# ")[0]
-    for module, names in aa._HOMES.items():
-        block = typed.split(f"from .{module} import")[1].split("from .")[0]
-        assert set(block.replace("(", "").replace(")", "").replace(",", " ").split()) == set(names.split())
 
 
 def test_python_m_runs_it() -> None:
