@@ -196,3 +196,41 @@ def test_inspect_and_what_it_saves(capsys: Capture, tmp_path: Path) -> None:
     wanted = json.loads(out(capsys, "fk", "--robot", "openarm_v10", *words))["pose"]
     for source in (("--robot", str(to)), ("--urdf", str(tmp_path / "arm.urdf"))):
         assert json.loads(out(capsys, "fk", *source, *words))["pose"] == pytest.approx(wanted)
+
+
+def test_nothing_in_nothing_out(capsys: Capture, tmp_path: Path) -> None:
+    (tmp_path / "p.csv").write_text("x,y,z,qw,qx,qy,qz\n")
+    (tmp_path / "q.csv").write_text("q1,q2,q3,q4,q5,q6,q7\n")
+    poses, to = str(tmp_path / "p.csv"), str(tmp_path / "out.csv")
+    out(capsys, "follow", poses, *ROBOT, "--start", "0,20,0,-60,0,60,0", "-o", to)
+    assert aa.load_joints(to).q.shape == (0, 7)
+    out(capsys, "ik", *ROBOT, "--pose", poses, "--psi", "0", "--gc", "0", "-o", to)
+    assert aa.load_joints(to).q.shape == (0, 7)
+    out(capsys, "fk", *ROBOT, str(tmp_path / "q.csv"), "-o", to)
+    assert aa.load_poses(to).shape == (0, 4, 4)
+
+
+def test_an_arm_without_limits(capsys: Capture, tmp_path: Path) -> None:
+    (tmp_path / "arm.urdf").write_text(aa.Arm(d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1).to_urdf())
+    words = ("--urdf", str(tmp_path / "arm.urdf"), "--pose", "0.3,0,0.6,1,0,0,0", "--gc", "0")
+    assert out(capsys, "ik", *words, "--psi", "20").count("none") == 21
+    assert json.loads(out(capsys, "ik", *words, "--psi", "20", "--json"))["margin"] == "inf"
+    assert "full circle" in out(capsys, "arcs", *words)
+
+
+@pytest.mark.parametrize(
+    ("q", "words"),
+    [
+        ("0,0,0,180,0,0,0", "The wrist lies on the shoulder: the arm angle is not defined there."),
+        ("0,30,0,0,0,30,0", "The elbow is stretched or folded to within the singularity margin."),
+    ],
+)
+def test_arcs_say_why_there_are_none(capsys: Capture, q: str, words: str) -> None:
+    assert main(["arcs", *ROBOT, "--q", q, "--singularity-margin", "5"]) == 1
+    assert words in " ".join(capsys.readouterr().err.split())
+
+
+def test_a_folded_arm_has_no_arm_angle(capsys: Capture) -> None:
+    text = out(capsys, "fk", *ROBOT, "0", "0", "0", "180", "0", "0", "0", status=1)
+    assert "not defined: the wrist lies on the shoulder" in text and "-0.000000" not in text
+    assert json.loads(out(capsys, "fk", *ROBOT, "0,0,0,180,0,0,0", "--json", status=1))["psi"] is None

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import time
 
 import pytest
 
 import armangle as aa
 from armangle._tables import WIDTH, paint, plain_text, table
-from armangle.cli import main
+from armangle.cli import _screen, main
 from armangle.cli._main import COMMANDS
 
 Capture = pytest.CaptureFixture[str]
@@ -114,3 +115,17 @@ def test_a_terminal_without_unicode_is_served(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr(sys, "stdout", screen)
     assert main(["arcs", "--robot", "kuka_iiwa7_r800", "--q", "0,20,0,-60,0,60,0"]) == 0
     assert "########" in screen.text and "#.." in screen.text
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+def test_long_work_shows_life_on_a_terminal_and_wipes_it(
+    monkeypatch: pytest.MonkeyPatch, terminal: bool
+) -> None:
+    monkeypatch.setattr(_screen, "_PATIENCE", 0.01)
+    monkeypatch.setattr(_screen, "_BLINK", 0.01)
+    screen = Screen(terminal)
+    monkeypatch.setattr(sys, "stderr", screen)
+    with _screen.progress("counting"):
+        time.sleep(0.2)
+    assert ("\rcounting ... 0." in screen.text) == terminal
+    assert screen.text == "" or screen.text.endswith(" \r")

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import os
+import subprocess
+import sys
 import tracemalloc
 from pathlib import Path
 
@@ -167,6 +169,20 @@ def test_a_failure_while_writing_leaves_the_old_file(tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
         interrupted()
     assert target.read_text() == "old" and names(tmp_path) == ["p.csv"]
+
+
+def test_a_killed_run_leaves_the_old_file(tmp_path: Path) -> None:
+    target = tmp_path / "p.csv"
+    target.write_text("old")
+    code = (
+        "import os, signal, sys\n"
+        "from armangle._replace import replacing\n"
+        "with replacing(sys.argv[1]) as file:\n"
+        "    file.write(b'new' * 100000)\n"
+        "    os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    assert subprocess.run([sys.executable, "-c", code, str(target)]).returncode == -9
+    assert target.read_text() == "old"
 
 
 def test_a_full_disk_is_an_output_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,7 +13,7 @@ from ..arm import Arm
 from ..errors import InputError
 from ..io import load_joints, save
 from ._arguments import add_arm, add_json, add_output, is_file, joints, the_arm
-from ._screen import degrees, head_and_tail, note, progress, show, show_json, signs_text, violations
+from ._screen import degrees, fixed, head_and_tail, note, progress, show, show_json, signs_text, violations
 
 HELP = "Joints to pose, arm angle psi and global configuration gc."
 EXAMPLE = """\
@@ -24,7 +24,7 @@ EXAMPLE = """\
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
     parser.add_argument(
-        "q", nargs="+", metavar="Q", help="seven joints in degrees, or a joint FILE in radians"
+        "q", nargs="+", metavar="Q", help="seven joints in degrees, fixed, or a joint FILE in radians"
     )
     add_arm(parser)
     add_output(parser, "poses")
@@ -61,9 +61,9 @@ def run(args: argparse.Namespace) -> int:
 def _show_one(arm: Arm, q: Floats, pose: Floats, psi: float, gc: int) -> None:
     show(paint("pose (m)", "bold"))
     for line in pose:
-        show(" ".join(f"{value:10.6f}" for value in line + 0.0))
+        show(" ".join(f"{fixed(value, 6):>10}" for value in line))
     show(f"\n{paint(','.join(COLUMNS), 'bold')}")
-    show(",".join(f"{value:.7f}" for value in rows_from_poses(pose[None])[0]))
+    show(",".join(fixed(value, 7) for value in rows_from_poses(pose[None])[0]))
     angle = "not defined: the wrist lies on the shoulder" if np.isnan(psi) else f"{degrees(psi)} deg"
     show(f"\n{paint('psi', 'bold')}     {angle}")
     show(f"{paint('gc', 'bold')}      {gc} ({signs_text(gc)})")
@@ -72,7 +72,7 @@ def _show_one(arm: Arm, q: Floats, pose: Floats, psi: float, gc: int) -> None:
 
 def _show_many(pose: Floats, psi: Floats, gc: Floats, margin: Floats) -> None:
     rows = [
-        [str(i), *(f"{v:.4f}" for v in pose[i, :3, 3]), degrees(psi[i]), str(gc[i]), degrees(margin[i])]
+        [str(i), *(fixed(v, 4) for v in pose[i, :3, 3]), degrees(psi[i]), str(gc[i]), degrees(margin[i])]
         for i in range(len(psi))
     ]
     show(table(["row", "x m", "y m", "z m", "psi deg", "gc", "margin deg"], head_and_tail(rows)))

@@ -58,6 +58,16 @@ def _jsonable(value: Any) -> Any:
     return value
 
 
+def fixed(value: float, digits: int) -> str:
+    """Return a number with fixed digits, without a sign where all of them are zero.
+
+    >>> fixed(-1e-9, 3), fixed(-0.25, 3)
+    ('0.000', '-0.250')
+    """
+    text = f"{value:.{digits}f}"
+    return text if float(text) else text.removeprefix("-")
+
+
 def degrees(value: float, digits: int = 4) -> str:
     """Return an angle (rad) in degrees as text; "none" for an infinite one.
 
@@ -66,7 +76,7 @@ def degrees(value: float, digits: int = 4) -> str:
     """
     if np.isnan(value):
         return "-"
-    return f"{np.degrees(value):.{digits}f}" if np.isfinite(value) else "none"
+    return fixed(np.degrees(value), digits) if np.isfinite(value) else "none"
 
 
 def signs_text(gc: int) -> str:
