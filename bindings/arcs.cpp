@@ -44,6 +44,12 @@ struct Collected {
         }
     }
 
+    /// Room for so many sets, of two arcs each.
+    void reserve(std::size_t sets) {
+        count.reserve(sets), status.reserve(sets);
+        psi.reserve(4 * sets), value.reserve(4 * sets), joint.reserve(4 * sets), side.reserve(4 * sets);
+    }
+
     void append(const Collected& o) {
         const auto join = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
         join(count, o.count), join(psi, o.psi), join(value, o.value);
@@ -56,11 +62,24 @@ struct Collected {
     }
 };
 
+/// What is asked of a pose: Psi_all of one branch, Psi_i of its seven joints, or Psi_all of all eight branches.
+enum class Wanted : int { branch, joints, branches };
+
+constexpr int sets_of(Wanted wanted) noexcept {
+    return wanted == Wanted::branch ? 1 : (wanted == Wanted::joints ? joints : configurations);
+}
+
 struct Request {
     const ArmHandle& self;
     const LimitTable& limits;
-    bool per_joint;
+    Wanted wanted;
 };
+
+void collect_branches(const Request& r, const Circle<double>& c, Collected& to) {
+    AllArcs all;
+    feasible_all(r.self.arm, r.limits, c, all);
+    for (int k = 0; k < configurations; ++k) to.add(r.self.arm, r.limits.margin, configuration(k), all.arcs[k], all.status[k]);
+}
 
 Problem collect_pose(const Request& r, const double* m, long long gc, Collected& to, double& value) {
     const Problem problem = check_pose(m, value);
@@ -68,11 +87,12 @@ Problem collect_pose(const Request& r, const double* m, long long gc, Collected&
     if (gc < 0 || gc >= configurations) return value = static_cast<double>(gc), Problem::gc_range;
     const Arm& arm = r.self.arm;
     const Circle<double> c = circle(arm, flange_pose(arm, load_pose(m)));
+    if (r.wanted == Wanted::branches) return collect_branches(r, c, to), Problem::none;
     const Configuration<double> g = configuration(static_cast<int>(gc));
     const Fold<double> bend = fold(arm, c.triangle, g.elbow);
     const JointFunctions<double> f = joint_functions(c, bend, g);
     ArcSet set;
-    if (!r.per_joint) {
+    if (r.wanted == Wanted::branch) {
         const Status status = feasible(arm, r.limits, c, bend, f, set);
         to.add(arm, r.limits.margin, g, set, status);
         return Problem::none;
@@ -86,17 +106,18 @@ Problem collect_pose(const Request& r, const double* m, long long gc, Collected&
 
 /// Arrays of the sets of all elements, or a report of the first problem.
 nb::object feasible_many(const ArmHandle& self, nb::handle pose, nb::handle gc, double margin, double psi_margin,
-                         double discriminant, bool per_joint, int threads) {
+                         double discriminant, int wanted, int threads) {
     const Buffer p(pose), g(gc);
     const Grid<2> grid({&p, &g}, {2, 0});
     const bool plain = margin == 0 && psi_margin == 0;
     const LimitTable own = plain ? LimitTable{} : limit_table(self.arm, margin, psi_margin, discriminant);
-    const Request request{self, plain ? self.limits : own, per_joint};
+    const Request request{self, plain ? self.limits : own, static_cast<Wanted>(wanted)};
     std::vector<Collected> parts(most_threads);
     Outcome outcomes[most_threads];
     {
         nb::gil_scoped_release release;
         parallel(grid.size(), threads, [&](std::size_t begin, std::size_t end, std::size_t thread) {
+            parts[thread].reserve((end - begin) * static_cast<std::size_t>(sets_of(request.wanted)));
             grid.for_runs(begin, end, [&](std::size_t flat, const Py_ssize_t* at, const Py_ssize_t* step, std::size_t count) {
                 for (std::size_t i = 0; i < count; ++i) {
                     const auto k = static_cast<Py_ssize_t>(i);
@@ -230,7 +251,7 @@ void query(nb::handle count, nb::handle psi_arcs, nb::handle index, nb::handle p
 
 void bind_arcs(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
-    arm.def("feasible_many", &feasible_many, "pose"_a, "gc"_a, "margin"_a, "psi_margin"_a, "discriminant"_a, "per_joint"_a, "threads"_a);
+    arm.def("feasible_many", &feasible_many, "pose"_a, "gc"_a, "margin"_a, "psi_margin"_a, "discriminant"_a, "wanted"_a, "threads"_a);
     arm.def("joint_function", &joint_function, "pose"_a, "gc"_a, "joint"_a);
     nb::class_<JointFunctionHandle>(m, "JointFunction")
         .def("value", [](const JointFunctionHandle& h, nb::handle psi, nb::handle out) { map_psi(psi, out, [&](double x) { return h.value(x); }); },

@@ -12,6 +12,7 @@
 #include "arcs.hpp"
 #include "limit_table.hpp"
 #include "feasible.hpp"
+#include "feasible_all.hpp"
 #include "resolution.hpp"
 #include "step.hpp"
 #include "batch.hpp"

@@ -62,7 +62,9 @@ ARMANGLE_INLINE void fill_boundaries(const LimitTable& t, const JointFunctions<d
             const int i = 4 * h + end;
             const HingeEnd& limit = end % 2 ? piece[end / 2].far : piece[end / 2].near;
             const double side = end % 2 ? 1.0 : -1.0;
-            const double above = limit.below_one - hinge.top, below = limit.above_minus_one - hinge.bottom;
+            const bool acute = limit.below_one < 1.0;
+            const double above = acute ? limit.below_one - hinge.high.below_one : hinge.high.above_minus_one - limit.above_minus_one;
+            const double below = acute ? hinge.low.below_one - limit.below_one : limit.above_minus_one - hinge.low.above_minus_one;
             out.hinge.a[i] = side * hinge.H.s, out.hinge.b[i] = side * hinge.H.c;
             out.hinge.c[i] = side * 0.5 * (above - below), out.hinge_excess[i] = above * below;
         }

@@ -26,7 +26,10 @@ template <class T>
 struct Hinge {
     Linear<T> H;
     T g;
-    T top, bottom;  // 1 - max H and 1 + min H, to their last digit also where theta comes near 0 or pi
+    struct Gap {
+        T below_one, above_minus_one;  // 1 - x, 1 + x
+    };
+    Gap high, low;  // of max H and min H, to their last digit also where theta comes near 0 or pi
     T swing;        // |theta| moves by about twice this, or less
 };
 
@@ -59,9 +62,12 @@ ARMANGLE_INLINE Hinge<T> hinge(const Linear<T>& H, const T& g, const SinCos<T>& 
     const T one(1.0), sine = abs(tilt.sin);
     const T high = mul_add(along, tilt.cos, across * sine), low = mul_add(along, tilt.cos, -(across * sine));
     const T sine_high = mul_add(across, tilt.cos, -(along * sine)), sine_low = mul_add(across, tilt.cos, along * sine);
-    const auto acute = T(0.0) < high, obtuse = low < T(0.0);
-    return {H, g, select(acute, sine_high * sine_high, one - high) / select(acute, one + high, one),
-            select(obtuse, sine_low * sine_low, one + low) / select(obtuse, one - low, one), min(sine, across)};
+    const auto gap = [&one](const T& cosine, const T& s) {
+        const T far = one + abs(cosine), near = s * s / far;
+        const auto acute = T(0.0) < cosine;
+        return typename Hinge<T>::Gap{select(acute, near, far), select(acute, far, near)};
+    };
+    return {H, g, gap(high, sine_high), gap(low, sine_low), min(sine, across)};
 }
 
 }  // namespace detail
@@ -176,8 +182,8 @@ inline Profile profile(const Hinge<double>& h) noexcept {
         Roots& to = gap <= tolerance::vanishing ? out.singular : out.stationary;
         to.psi[to.count++] = wrap(psi);
     };
-    put(top, h.top);
-    put(top + pi, h.bottom);
+    put(top, h.high.below_one);
+    put(top + pi, h.low.above_minus_one);
     if (out.singular.count) out.kind = Case::singular;
     return out;
 }

@@ -72,7 +72,7 @@ inline Side limit_side(const Arm& arm, int joint, bool lower_theta) noexcept {
 }
 
 inline HingeEnd hinge_end(double angle, Tag tag) noexcept {
-    const SinCos<double> half = sin_cos(0.5 * angle);
+    const SinCos<double> half = sin_cos(0.5 * min(max(angle, 0.0), pi));
     return {angle, tag, 2.0 * half.sin * half.sin, 2.0 * half.cos * half.cos};
 }
 
@@ -81,7 +81,7 @@ inline void add_piece(LimitTable& t, int hinge, int negative, HingePiece piece) 
     if (piece.near.angle < t.margin) piece.near = hinge_end(t.margin, make_tag(joint, Side::near_margin));
     if (piece.far.angle > pi - t.margin) piece.far = hinge_end(pi - t.margin, make_tag(joint, Side::far_margin));
     int& count = t.piece_count[hinge][negative];
-    if (piece.near.angle > piece.far.angle || count == pieces) return;
+    if (min(piece.near.angle, pi) > max(piece.far.angle, 0.0) || count == pieces) return;
     t.piece[hinge][negative][count++] = piece;
 }
 
@@ -99,7 +99,7 @@ inline void fill_hinge(LimitTable& t, const Arm& arm, int hinge, int negative) n
         const double turn = first + two_pi * k;
         if (l + turn > pi + tolerance::angle) break;
         const double near = l + turn, far = u + turn;
-        HingePiece piece{hinge_end(min(near, pi), lower_tag), hinge_end(max(far, 0.0), upper_tag)};
+        HingePiece piece{hinge_end(near, lower_tag), hinge_end(far, upper_tag)};
         if (near <= tolerance::angle) piece.near = hinge_end(0.0, 0);
         if (far >= pi - tolerance::angle) piece.far = hinge_end(pi, 0);
         add_piece(t, hinge, negative, piece);

@@ -34,6 +34,8 @@ from .urdf import Source, read_urdf, write_urdf
 Enforce = Literal["ignore", "raise", "nan"]
 Unreachable = Literal["raise", "nan"]
 _ENFORCE = ("ignore", "raise", "nan")
+_BRANCH, _JOINTS, _BRANCHES = 0, 1, 2  # what feasible_many is asked for
+_SETS_OF: tuple[tuple[int, ...], ...] = ((), (JOINTS,), (CONFIGURATIONS,))
 _GC_ORDER = np.arange(CONFIGURATIONS, dtype=np.int64)
 MOST_MARGIN = 1.5
 ROUNDING = 4e-15  # of a rotation that is as exact as double precision makes it
@@ -731,7 +733,33 @@ class Arm:
         margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
         paper = as_number("paper_margin", paper_margin, 0.0, MOST_MARGIN)
         threshold = as_number("paper_discriminant", paper_discriminant, 0.0, np.inf)
-        return self._arcs(pose, gc, margin, paper, threshold, False, threads)
+        return self._arcs(pose, gc, margin, paper, threshold, _BRANCH, threads)
+
+    def feasible_all(self, pose: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1) -> ArcSet:
+        """Return the feasible arm angles of all eight global configurations; entry k is GC k, always.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        singularity_margin : float
+            As in `feasible`, rad.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        ArcSet, shape (..., 8)
+            The sets of `feasible`, in about half the time of eight calls.
+
+        Raises
+        ------
+        As `feasible`.
+
+        Source: Faria et al. (2018), Eqs. (2), (25).
+        """
+        margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
+        return self._arcs(pose, 0, margin, 0.0, 0.0, _BRANCHES, threads)
 
     def joint_feasible(
         self, pose: ArrayLike, gc: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1
@@ -759,17 +787,17 @@ class Arm:
         Source: Faria et al. (2018), Eq. (25).
         """
         margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
-        return self._arcs(pose, gc, margin, 0.0, 0.0, True, threads)
+        return self._arcs(pose, gc, margin, 0.0, 0.0, _JOINTS, threads)
 
     def _arcs(
         self, pose: ArrayLike, gc: ArrayLike, margin: float, paper: float, threshold: float,
-        per_joint: bool, threads: int,
+        wanted: int, threads: int,
     ) -> ArcSet:  # fmt: skip
         batch, arrays = broadcast([("pose", as_floats("pose", pose, (4, 4)), 2), ("gc", as_gc(gc), 0)])
-        result = self._core.feasible_many(*arrays, margin, paper, threshold, per_joint, as_threads(threads))
+        result = self._core.feasible_many(*arrays, margin, paper, threshold, wanted, as_threads(threads))
         if len(result) == 3:
             raise_problem(result, batch)
-        return ArcSet._from_core((*batch, JOINTS) if per_joint else batch, result)
+        return ArcSet._from_core((*batch, *_SETS_OF[wanted]), result)
 
     def joint_function(self, pose: ArrayLike, gc: int, joint: int) -> JointFunction:
         """Return one joint as a function of the arm angle, at a fixed pose and global configuration.
