@@ -5,6 +5,7 @@
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/vector.h>
 
+#include <memory>
 #include <vector>
 
 #include "arc_arrays.hpp"
@@ -25,42 +26,89 @@ nb::object owned(std::vector<T>&& values, std::size_t columns) {
     return nb::cast(nb::ndarray<nb::numpy, T>(kept->data(), {rows, columns}, owner));
 }
 
+/// Memory that grows without being filled first.
+template <class T>
+struct Grown {
+    std::unique_ptr<T[]> data;
+    std::size_t size = 0, capacity = 0;
+
+    void reserve(std::size_t wanted) {
+        if (wanted <= capacity) return;
+        std::unique_ptr<T[]> larger(new T[wanted]);
+        if (size) std::memcpy(larger.get(), data.get(), size * sizeof(T));
+        data = std::move(larger), capacity = wanted;
+    }
+    void room_for(std::size_t more) {
+        if (size + more > capacity) reserve(size + more + capacity / 2);
+    }
+
+    nb::object release(std::size_t columns) {
+        T* kept = data.release();
+        nb::capsule owner(kept, [](void* p) noexcept { delete[] static_cast<T*>(p); });
+        const std::size_t rows = size / columns;
+        if (columns == 1) return nb::cast(nb::ndarray<nb::numpy, T>(kept, {rows}, owner));
+        return nb::cast(nb::ndarray<nb::numpy, T>(kept, {rows, columns}, owner));
+    }
+};
+
 /// Arc sets under construction.
 struct Collected {
-    std::vector<std::int64_t> count;
-    std::vector<double> psi, value;
-    std::vector<std::int8_t> joint, side, status;
+    Grown<std::int64_t> count;
+    Grown<double> psi, value;
+    Grown<std::int8_t> joint, side, status;
+
+    /// Room for so many sets, of two arcs and a half each.
+    void reserve(std::size_t sets) {
+        count.reserve(sets), status.reserve(sets);
+        const std::size_t ends = 5 * sets + 2 * ArcSet::capacity;
+        psi.reserve(ends), value.reserve(ends), joint.reserve(ends), side.reserve(ends);
+    }
 
     void add(const Arm& arm, double margin, const Configuration<double>& gc, const ArcSet& set, Status outcome) {
-        count.push_back(set.count), status.push_back(static_cast<std::int8_t>(outcome));
+        count.room_for(1), status.room_for(1);
+        count.data[count.size++] = set.count, status.data[status.size++] = static_cast<std::int8_t>(outcome);
+        const auto ends = static_cast<std::size_t>(2 * set.count);
+        psi.room_for(ends), value.room_for(ends), joint.room_for(ends), side.room_for(ends);
         for (int i = 0; i < set.count; ++i) {
             const Arc& arc = set.arc[i];
-            psi.insert(psi.end(), {arc.lower, arc.upper});
+            psi.data[psi.size++] = arc.lower, psi.data[psi.size++] = arc.upper;
             for (const Tag tag : {arc.lower_tag, arc.upper_tag}) {
-                joint.push_back(static_cast<std::int8_t>(tag_joint(tag)));
-                side.push_back(static_cast<std::int8_t>(tag_side(tag)));
-                value.push_back(end_value(arm, margin, gc, tag));
+                joint.data[joint.size++] = static_cast<std::int8_t>(tag_joint(tag));
+                side.data[side.size++] = static_cast<std::int8_t>(tag_side(tag));
+                value.data[value.size++] = end_value(arm, margin, gc, tag);
             }
         }
     }
 
-    /// Room for so many sets, of two arcs each.
-    void reserve(std::size_t sets) {
-        count.reserve(sets), status.reserve(sets);
-        psi.reserve(4 * sets), value.reserve(4 * sets), joint.reserve(4 * sets), side.reserve(4 * sets);
-    }
-
-    void append(const Collected& o) {
-        const auto join = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
-        join(count, o.count), join(psi, o.psi), join(value, o.value);
-        join(joint, o.joint), join(side, o.side), join(status, o.status);
-    }
-
     nb::tuple release() {
-        return nb::make_tuple(owned(std::move(count), 1), owned(std::move(psi), 2), owned(std::move(joint), 2),
-                              owned(std::move(side), 2), owned(std::move(value), 2), owned(std::move(status), 1));
+        return nb::make_tuple(count.release(1), psi.release(2), joint.release(2), side.release(2), value.release(2), status.release(1));
     }
 };
+
+/// The sets of all threads, one after the other. Each thread copies its own.
+void join(std::vector<Collected>& parts, int threads) {
+    std::size_t used = 0;
+    for (const Collected& part : parts) used += part.count.size > 0;
+    if (used <= 1) return;
+    Collected all;
+    const auto merge = [&](auto member) {
+        auto& to = all.*member;
+        std::size_t total = 0;
+        std::vector<std::size_t> first;
+        for (Collected& part : parts) first.push_back(total), total += (part.*member).size;
+        to.reserve(total);
+        to.size = total;
+        parallel(parts.size(), threads, [&](std::size_t begin, std::size_t end, std::size_t) {
+            for (std::size_t t = begin; t < end; ++t) {
+                auto& from = parts[t].*member;
+                if (from.size) std::memcpy(to.data.get() + first[t], from.data.get(), from.size * sizeof(from.data[0]));
+            }
+        });
+    };
+    merge(&Collected::count), merge(&Collected::psi), merge(&Collected::value);
+    merge(&Collected::joint), merge(&Collected::side), merge(&Collected::status);
+    parts[0] = std::move(all);
+}
 
 /// What is asked of a pose: Psi_all of one branch, Psi_i of its seven joints, or Psi_all of all eight branches.
 enum class Wanted : int { branch, joints, branches };
@@ -131,7 +179,7 @@ nb::object feasible_many(const ArmHandle& self, nb::handle pose, nb::handle gc, 
     }
     const Outcome outcome = first_problem(outcomes, most_threads);
     if (outcome.problem != Problem::none) return report(outcome);
-    for (std::size_t t = 1; t < most_threads; ++t) parts[0].append(parts[t]), parts[t] = {};
+    join(parts, threads);
     return parts[0].release();
 }
 

@@ -40,10 +40,10 @@ public:
     int ndim() const noexcept { return view_.ndim; }
     Py_ssize_t shape(int i) const noexcept { return view_.shape[i]; }
     Py_ssize_t stride(int i) const noexcept { return view_.strides[i]; }
-    bool is(char kind) const noexcept {  // 'd' or an integer of 8 bytes as 'l'
+    bool is(char kind) const noexcept {  // 'd', 'f', or an integer of 8 bytes as 'l'
         const char* f = view_.format;
         if (!f || f[1]) return false;
-        return kind == 'd' ? *f == 'd' : ((*f == 'l' || *f == 'q') && view_.itemsize == 8);
+        return kind == 'd' || kind == 'f' ? *f == kind : ((*f == 'l' || *f == 'q') && view_.itemsize == 8);
     }
     template <class T>
     T* data() const noexcept { return static_cast<T*>(view_.buf); }
@@ -62,6 +62,61 @@ public:
 private:
     Py_buffer view_{};
     bool held_ = false;
+};
+
+/// A number that Python code writes as float or int; false for anything else.
+inline bool as_double(nb::handle h, double& out) noexcept {
+    if (PyFloat_Check(h.ptr())) return out = PyFloat_AS_DOUBLE(h.ptr()), true;
+    if (PyLong_CheckExact(h.ptr())) {
+        out = PyLong_AsDouble(h.ptr());
+        if (out == -1.0 && PyErr_Occurred()) return PyErr_Clear(), false;
+        return true;
+    }
+    return false;
+}
+
+/// A small matrix (rows x columns; one row: a vector) read from what Python code offers: an array of float64 or float32 in
+/// any order, or nested lists or tuples of numbers. False for anything else: the general way then says what is wrong.
+class SmallMatrix {
+public:
+    bool read(nb::handle object, int rows, int columns, double* to) noexcept {
+        if (PyList_CheckExact(object.ptr()) || PyTuple_CheckExact(object.ptr())) return read_rows(object, rows, columns, to);
+        Buffer b;
+        return b.try_get(object) && (b.is('d') ? read_array<double>(b, rows, columns, to) : b.is('f') && read_array<float>(b, rows, columns, to));
+    }
+
+private:
+    template <class T>
+    static bool read_array(const Buffer& b, int rows, int columns, double* to) noexcept {
+        const bool vector = rows == 1;
+        if (b.ndim() != (vector ? 1 : 2) || b.shape(b.ndim() - 1) != columns || (!vector && b.shape(0) != rows)) return false;
+        const Py_ssize_t down = vector ? 0 : b.stride(0), across = b.stride(b.ndim() - 1);
+        for (int i = 0; i < rows; ++i)
+            for (int j = 0; j < columns; ++j) {
+                T value;
+                std::memcpy(&value, b.data<char>() + i * down + j * across, sizeof(T));
+                to[i * columns + j] = static_cast<double>(value);
+            }
+        return true;
+    }
+
+    static bool read_numbers(nb::handle sequence, int count, double* to) noexcept {
+        if (!PyList_CheckExact(sequence.ptr()) && !PyTuple_CheckExact(sequence.ptr())) return false;
+        if (PySequence_Fast_GET_SIZE(sequence.ptr()) != count) return false;
+        PyObject** items = PySequence_Fast_ITEMS(sequence.ptr());
+        for (int i = 0; i < count; ++i)
+            if (!as_double(items[i], to[i])) return false;
+        return true;
+    }
+
+    static bool read_rows(nb::handle sequence, int rows, int columns, double* to) noexcept {
+        if (rows == 1) return read_numbers(sequence, columns, to);
+        if (PySequence_Fast_GET_SIZE(sequence.ptr()) != rows) return false;
+        PyObject** items = PySequence_Fast_ITEMS(sequence.ptr());
+        for (int i = 0; i < rows; ++i)
+            if (!read_numbers(items[i], columns, to + i * columns)) return false;
+        return true;
+    }
 };
 
 /// numpy.empty, kept for the life of the process.
@@ -149,17 +204,6 @@ private:
 inline nb::object report(const armangle::Outcome& o) {
     if (o.problem == armangle::Problem::none) return nb::none();
     return nb::make_tuple(static_cast<int>(o.problem), o.index, o.value);
-}
-
-/// A number that Python code writes as float or int; false for anything else.
-inline bool as_double(nb::handle h, double& out) noexcept {
-    if (PyFloat_Check(h.ptr())) return out = PyFloat_AS_DOUBLE(h.ptr()), true;
-    if (PyLong_CheckExact(h.ptr())) {
-        out = PyLong_AsDouble(h.ptr());
-        if (out == -1.0 && PyErr_Occurred()) return PyErr_Clear(), false;
-        return true;
-    }
-    return false;
 }
 
 /// An index that Python code writes as int or NumPy integer; false for anything else (bool and float too).

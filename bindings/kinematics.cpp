@@ -9,17 +9,17 @@ using namespace armangle;
 
 namespace {
 
-/// One plain inverse: float64 C-contiguous (4,4), float psi, integer gc. None where anything is not plain: the general
-/// call then says what.
+/// One plain inverse: a small (4,4) matrix, float psi, integer gc. None where anything is not plain: the general call
+/// then says what.
 nb::object inverse_one(const ArmHandle& self, nb::handle pose, nb::handle psi_object, nb::handle gc_object) {
     double psi, value;
     long long gc;
     if (!as_double(psi_object, psi) || !as_index(gc_object, gc) || !(std::fabs(psi) <= tolerance::largest_angle)) return nb::none();
     if (gc < 0 || gc >= configurations) return nb::none();
-    Buffer m;
-    if (!m.try_get(pose) || !m.is_array('d', {4, 4}) || check_pose(m.data<double>(), value) != Problem::none) return nb::none();
+    double m[16];
+    if (!SmallMatrix().read(pose, 4, 4, m) || check_pose(m, value) != Problem::none) return nb::none();
     const Arm& arm = self.arm;
-    const Circle<double> c = circle(arm, flange_pose(arm, load_pose(m.data<double>())));
+    const Circle<double> c = circle(arm, flange_pose(arm, load_pose(m)));
     if (is_folded(arm, c) || is_unreachable(arm, c)) return nb::none();
     const Configuration<double> g = configuration(static_cast<int>(gc));
     const Joints q = joints_within_limits(arm, directions(c, fold(arm, c.triangle, g.elbow), g, sin_cos(psi)), nullptr);

@@ -31,23 +31,21 @@ struct Limits {
           table(with_margin ? *with_margin : arm.limits) {}
 };
 
-/// (q, psi, gc, status, margin), or (problem, index, value), or None where q or pose is no plain float64 array.
+/// (q, psi, gc, status, margin), or (problem, index, value), or None where q or pose is no small matrix.
 nb::object step_one(const ArmHandle& self, nb::handle q_now, nb::handle pose, const Policy& policy, int carry, double max_joint_step,
                     int gc, double margin, nb::handle allowed_count, nb::handle allowed_psi) {
-    Buffer q, m;
-    if (!q.try_get(q_now) || !q.is_array('d', {joints}) || !m.try_get(pose) || !m.is_array('d', {4, 4})) return nb::none();
+    double q[joints], m[16], value = 0;
+    if (!SmallMatrix().read(q_now, 1, joints, q) || !SmallMatrix().read(pose, 4, 4, m)) return nb::none();
     Outcome outcome;
-    double value = 0;
-    const Problem problem = check_pose(m.data<double>(), value);
+    const Problem problem = check_pose(m, value);
     if (problem != Problem::none) return outcome.report(problem, 0, value), report(outcome);
     for (int j = 0; j < joints; ++j)
-        if (!(std::fabs(q.data<double>()[j]) <= tolerance::largest_angle))
-            return outcome.report(Problem::joints_not_finite, 0, q.data<double>()[j]), report(outcome);
+        if (!(std::fabs(q[j]) <= tolerance::largest_angle)) return outcome.report(Problem::joints_not_finite, 0, q[j]), report(outcome);
     StepOptions options = step_options(policy, carry, max_joint_step, gc);
     ArcSet allowed;
     if (!allowed_count.is_none()) allowed = ArcArrays(allowed_count, allowed_psi).load(0, 0), options.allowed = &allowed;
     const Limits limits(self, margin);
-    const Step next = step(self.arm, limits.table, q.data<double>(), load_pose(m.data<double>()), options);
+    const Step next = step(self.arm, limits.table, q, load_pose(m), options);
     nb::object joint_values = new_array7();
     const Buffer to(joint_values, true);
     std::memcpy(to.data<double>(), next.q, joints * sizeof(double));

@@ -155,3 +155,4 @@ class Centre(_Rule):
 
 
 Policy = Repulsion | Hold | Centre
+POLICIES = (Repulsion, Hold, Centre)

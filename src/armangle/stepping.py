@@ -16,7 +16,7 @@ from .configuration import COUNT as CONFIGURATIONS
 from .description import JOINTS
 from .errors import ConfigurationError, InputError, ShapeError
 from .joint_path import JointPath
-from .policies import Policy, Repulsion
+from .policies import POLICIES, Policy, Repulsion
 from .status import STATUSES, Status
 
 Carry = Literal["psi", "elbow"]
@@ -306,7 +306,7 @@ def _options(
     margin = singularity_margin
     if margin != 0.0:
         margin = as_number("singularity_margin", margin, 0.0, MOST_MARGIN)
-    if not isinstance(policy, Policy):
+    if not isinstance(policy, POLICIES):
         raise InputError(f"policy is {policy!r}, wanted Repulsion, Hold or Centre")
     return policy.core_policy(dt), code, largest, index, margin
 
