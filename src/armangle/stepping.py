@@ -185,11 +185,14 @@ def step(
     >>> step(arm, q, pose).status.name
     'OK'
     """
-    options = _options(gc, policy, dt, carry, max_joint_step, singularity_margin)
+    native, code, largest, index, margin = _options(
+        gc, policy, dt, carry, max_joint_step, singularity_margin
+    )
     count = psi = None
     if allowed is not None:
         count, psi = _one_allowed(allowed, as_floats("pose", pose, (4, 4)))
-    result = arm._core.step_one(q_now, pose, *options, count, psi)
+    core_step = arm._core.step_one
+    result = core_step(q_now, pose, native, code, largest, index, margin, count, psi)
     if result is None:
         joints, frame = as_floats("q_now", q_now, (JOINTS,)), as_floats("pose", pose, (4, 4))
         if joints.ndim != 1 or frame.ndim != 2:
@@ -197,9 +200,8 @@ def step(
                 f"q_now has shape {joints.shape} and pose {frame.shape}, wanted (7,) and (4, 4); "
                 "follow takes sequences"
             )
-        result = arm._core.step_one(
-            np.ascontiguousarray(joints), np.ascontiguousarray(frame), *options, count, psi
-        )
+        joints, frame = np.ascontiguousarray(joints), np.ascontiguousarray(frame)
+        result = core_step(joints, frame, native, code, largest, index, margin, count, psi)
     if len(result) == 3:
         raise_problem(result, (), joints="q_now")
     q, angle, index, code, margin = result
