@@ -258,9 +258,26 @@ inline void mark_jumps(const JointFunctions<double>& f, ArcSet& set) noexcept {
     for (int i = 0; possible && i < set.count; ++i) mark(set.arc[i].lower, set.arc[i].lower_tag), mark(set.arc[i].upper, set.arc[i].upper_tag);
 }
 
-inline Status finish(const JointFunctions<double>& f, Blocked& blocked, ArcSet& out) noexcept {
+/// Limits half a turn apart have the same boundary: the side on which the joint stands tells which one it reaches.
+inline void tell_opposite_limits(const LimitTable& t, const JointFunctions<double>& shoulder, const JointFunctions<double>& wrist,
+                                 ArcSet& set) noexcept {
+    const auto tell = [&](double psi, Tag& tag) {
+        const int joint = tag_joint(tag) - 1, pivot = joint / 2;
+        if (joint < 0 || joint % 2 == 1 || !t.cone[pivot].straight) return;
+        const Pivot<double>& p = (pivot < pivots / 2 ? shoulder : wrist).pivot[pivot];
+        const SinCos<double> at = sin_cos(psi), &lower = t.cone[pivot].lower;
+        tag = t.tag[p.g * (p.V.at(at) * lower.cos + p.U.at(at) * lower.sin) > 0 ? pivot : pivots + pivot];
+    };
+    bool possible = false;
+    for (const Cone& cone : t.cone) possible |= cone.straight;
+    for (int i = 0; possible && i < set.count; ++i) tell(set.arc[i].lower, set.arc[i].lower_tag), tell(set.arc[i].upper, set.arc[i].upper_tag);
+}
+
+/// The set that is left; the joint functions are those of the shoulder's sign and of the wrist's.
+inline Status finish(const LimitTable& t, const JointFunctions<double>& shoulder, const JointFunctions<double>& wrist, Blocked& blocked,
+                     ArcSet& out) noexcept {
     free_arcs(blocked, out);
-    if (!out.full) mark_jumps(f, out);
+    if (!out.full) tell_opposite_limits(t, shoulder, wrist, out), mark_jumps(shoulder, out);
     return out.empty() ? Status::LIMITS : Status::OK;
 }
 
@@ -285,7 +302,7 @@ inline Status feasible(const Arm& arm, const LimitTable& t, const Circle<double>
     Blocked blocked;
     for (int h = 0; h < hinges; ++h) block_hinge(t, f, b, h, blocked);
     for (int p = 0; p < pivots; ++p) block_pivot(t, f, b, p, blocked);
-    return detail::finish(f, blocked, out);
+    return detail::finish(t, f, f, blocked, out);
 }
 
 /// Psi_i of one joint (0..6), with the status of that joint alone.
@@ -305,7 +322,7 @@ inline Status joint_arcs(const Arm& arm, const LimitTable& t, const Circle<doubl
         if (pivot_joint[p] == joint) block_pivot(t, f, b, p, blocked);
     for (int h = 0; h < hinges; ++h)
         if (hinge_joint[h] == joint) block_hinge(t, f, b, h, blocked);
-    return detail::finish(f, blocked, out);
+    return detail::finish(t, f, f, blocked, out);
 }
 
 /// Value in q of the end that a tag marks; NaN for a user's end.

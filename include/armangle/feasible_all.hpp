@@ -55,7 +55,7 @@ inline void feasible_all(const Arm& arm, const LimitTable& t, const Circle<doubl
             if (status != Status::OK) continue;
             Blocked both = sides[shoulder].shoulder;
             detail::append(sides[wrist].wrist, both);
-            out.status[gc] = detail::finish(sides[shoulder].f, both, out.arcs[gc]);
+            out.status[gc] = detail::finish(t, sides[shoulder].f, sides[wrist].f, both, out.arcs[gc]);
         }
     }
 }

@@ -32,6 +32,7 @@ struct HingePiece {
 /// The directions from angle `lower` to `upper`: where a joint that does not move with psi may be.
 struct Cone {
     bool free, wide;  // a full turn or more; more than half a turn
+    bool straight;    // half a turn: both limits have one boundary function
     SinCos<double> lower, upper, middle;
 
     /// Whether a unit direction lies in the cone, or within the angular tolerance of it.
@@ -47,6 +48,7 @@ inline Cone cone(double lower, double upper) noexcept {
     Cone out{};
     out.free = !(upper - lower < two_pi);
     out.wide = !out.free && upper - lower > pi;
+    out.straight = !out.free && abs(upper - lower - pi) <= tolerance::angle;
     if (out.free) return out;
     out.lower = sin_cos(lower), out.upper = sin_cos(upper), out.middle = sin_cos(0.5 * (lower + upper));
     return out;
