@@ -17,6 +17,7 @@ JOINT = 1e-9
 """Largest difference of a joint that comes back, rad; and the clearance at which limits are decided."""
 
 EPS = float(np.finfo(float).eps)
+WINDOW = np.array([-1e-9, 0.0, 1e-9])
 JOINT_COUNT = 7
 PIVOTS = np.array([1, 0, 1, 0, 1, 0, 1], dtype=bool)
 BEND_OF = np.array([0, 0, 0, 1, 2, 2, 2])
@@ -92,7 +93,7 @@ def _sensitivity(arm: aa.Arm, q: Array) -> Array:
 
 @dataclass(frozen=True)
 class Verdict:
-    """Samples decided, and those decided wrongly: by one joint's arcs, and by all joints' together."""
+    """Samples, those with all joints clear of their limits, and those of them that the arcs get wrong."""
 
     samples: int
     clear: int
@@ -100,21 +101,24 @@ class Verdict:
 
 
 def classify(arm: aa.Arm, pose: Array, gc: Array, psi: Array) -> Verdict:
-    """feasible <=> within limits, for each joint and for all, where the joints are clear of their limits."""
+    """feasible <=> within limits, for each joint and for all, where the joints are clear of their limits.
+
+    Clear is further from a limit than 1e-9 rad and than rounding of psi and pose moves the joint. A sample whose
+    joint is on the other side of its limit 1e-9 rad of psi away lies in a piece that is dropped by definition.
+    """
     real = truth(arm, pose, gc, psi)
     clear = real.distance > JOINT + 1e-15 + real.blur
     each = arm.joint_feasible(pose, gc)
     said = np.stack([members(each[:, j], psi) for j in range(JOINT_COUNT)], axis=-1)
-    wrong = [
-        f"{arm!r} gc={gc[p]} psi={psi[p, k]!r} joint {j + 1} = {real.q[p, k, j]!r}: said {said[p, k, j]}, "
-        f"{real.distance[p, k, j]:.3g} rad from its limits, blur {real.blur[p, k, j]:.1g}, "
-        f"pose={pose[p].tolist()}"
-        for p, k, j in zip(*np.nonzero((said != real.inside) & clear), strict=True)
-    ]
-    together = members(arm.feasible(pose, gc), psi)
-    decided = clear.all(-1)
-    wrong += [
-        f"{arm!r} gc={gc[p]} psi={psi[p, k]!r} all joints: said {together[p, k]}, pose={pose[p].tolist()}"
-        for p, k in zip(*np.nonzero((together != real.inside.all(-1)) & decided), strict=True)
-    ]
-    return Verdict(psi.size, int(decided.sum()), wrong)
+    together = members(arm.feasible(pose, gc), psi)[..., None]
+    doubts = np.concatenate([(said != real.inside) & clear,
+                             (together != real.inside.all(-1, keepdims=True)) & clear.all(-1, keepdims=True)], axis=-1)  # fmt: skip
+    wrong = []
+    for p, k, j in zip(*np.nonzero(doubts), strict=True):
+        near = truth(arm, pose[p : p + 1], gc[p : p + 1], psi[p : p + 1, k : k + 1] + WINDOW).inside[0]
+        verdicts = near.all(-1) if j == JOINT_COUNT else near[:, j]
+        if verdicts.all() or not verdicts.any():
+            what = "all joints" if j == JOINT_COUNT else f"joint {j + 1}"
+            wrong.append(f"{what}: not {verdicts[0]} at psi={psi[p, k]!r} gc={gc[p]} of {arm!r}, "
+                         f"pose={pose[p].tolist()}, q={real.q[p, k].tolist()}")  # fmt: skip
+    return Verdict(psi.size, int(clear.all(-1).sum()), wrong)

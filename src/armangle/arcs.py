@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -39,6 +40,16 @@ class ArcEnd:
     joint: int | None
     side: EndSide
     value: float
+
+
+def _nested(items: list[Any], shape: Shape) -> Any:
+    """Return a flat list as nested lists of a shape; its only item for ()."""
+    if not shape:
+        return items[0]
+    if len(shape) == 1:
+        return items
+    size = math.prod(shape[1:])
+    return [_nested(items[i * size : (i + 1) * size], shape[1:]) for i in range(shape[0])]
 
 
 def _is_nothing(value: object) -> bool:
@@ -192,10 +203,7 @@ class ArcSet:
     @property
     def ends(self) -> Any:
         """Per interval the two `ArcEnd`, () for the full circle; nested lists over a batch's axes."""
-        lists = [self._ends_of(i) for i in range(len(self._count))]
-        for extent in reversed(self.shape[1:]):
-            lists = [lists[i : i + extent] for i in range(0, len(lists), extent)]  # type: ignore[misc]
-        return lists if self.shape else lists[0]
+        return _nested([self._ends_of(i) for i in range(len(self._count))], self.shape)
 
     def _ends_of(self, index: int) -> list[tuple[ArcEnd, ...]]:
         out: list[tuple[ArcEnd, ...]] = []
