@@ -41,11 +41,7 @@ for cycle in range(4000):
     q = now.q
     visited.append(q)
 
-print(
-    f"after {(cycle + 1) * dt:.3f} s: q =",
-    np.degrees(q).round(2),
-    f"least margin {np.degrees(arm.limit_margin(visited).min()):.1f} deg",
-)
+print("least distance to a limit:", np.degrees(arm.limit_margin(visited).min()).round(1), "deg")
 assert now.status == aa.Status.OK
 
 # %%
@@ -60,5 +56,5 @@ print(aa.step(arm, q, away).status.sentence)
 
 plt.plot(dt * np.arange(len(visited)), np.degrees(visited), label=[f"q{i}" for i in range(1, 8)])
 plt.gca().set(xlabel="time (s)", ylabel="joint (deg)")
-plt.legend(ncols=7, fontsize="small")
+plt.legend()
 plt.show()

@@ -1,5 +1,10 @@
 """What a build makes: pictures from the library's data, the table of measured times, docstring fields."""
 
+import os
+import re
+import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 from sphinx.application import Sphinx
@@ -8,6 +13,7 @@ NO_TABLE = (
     "The table of measured times is written by `python benchmarks/peers.py` into `benchmarks/README.md`, "
     "from which this page takes it. This build found none."
 )
+PICTURE = re.compile(r"!\[([^\]]*)\]\(([^)]+)\)")
 
 
 def make_pictures(app: Sphinx) -> None:
@@ -18,24 +24,77 @@ def make_pictures(app: Sphinx) -> None:
 
 
 def take_benchmarks(app: Sphinx) -> None:
-    """Take the tables of benchmarks/README.md, below its title, one heading level deeper."""
-    source = Path(app.srcdir).parent / "benchmarks" / "README.md"
-    text = NO_TABLE
-    if source.exists():
-        lines = source.read_text(encoding="utf-8").splitlines()
-        text = "\n".join(
-            f"#{line}" if line.startswith("#") else line for line in lines if not line.startswith("# ")
-        )
+    """Take text, tables and pictures of benchmarks/README.md, one heading level deeper, without its title."""
+    folder = Path(app.srcdir).parent / "benchmarks"
     made = Path(app.srcdir) / "_made"
-    made.mkdir(exist_ok=True)
+    text = NO_TABLE
+    if (folder / "README.md").exists():
+        lines = (folder / "README.md").read_text(encoding="utf-8").splitlines()
+        kept = [f"#{line}" if line.startswith("#") else line for line in lines if not line.startswith("# ")]
+        text = PICTURE.sub(lambda found: _copied_picture(found, folder, made), "\n".join(kept))
     (made / "benchmarks.md").write_text(text + "\n", encoding="utf-8")
 
 
-def name_the_source(
+def _copied_picture(found: re.Match[str], folder: Path, made: Path) -> str:
+    """Return the link to a copy of a picture; nothing where the picture has not been drawn."""
+    source = folder / found[2]
+    if not source.exists():
+        return ""
+    shutil.copy(source, made / source.name)
+    return f"![{found[1]}](_made/{source.name})"
+
+
+def _help(*words: str) -> str:
+    command = [sys.executable, "-m", "armangle", *words, "--help"]
+    plain = {**os.environ, "COLUMNS": "80", "NO_COLOR": "1"}
+    return subprocess.run(command, capture_output=True, text=True, check=False, env=plain).stdout
+
+
+def take_help(app: Sphinx) -> None:
+    """Take the help of every command of the command line."""
+    listed = _help().partition("commands:")[2].split("\n\n")[0]
+    commands = re.findall(r"^  (\w+) ", listed, re.MULTILINE)
+    helps = {name: _help(name) for name in commands}  # empty where a command's extra is not installed
+    sections = [f"## armangle {name}\n\n```text\n{text}```\n" for name, text in helps.items() if text]
+    (Path(app.srcdir) / "_made" / "cli.md").write_text("\n".join(sections), encoding="utf-8")
+
+
+def take_statuses(app: Sphinx) -> None:
+    """Take the sentence of every status."""
+    import armangle
+
+    rows = [f"| {status.name} | {status.sentence} |" for status in armangle.Status]
+    table = "\n".join(["| status | sentence |", "|---|---|", *rows])
+    (Path(app.srcdir) / "_made" / "statuses.md").write_text(table + "\n", encoding="utf-8")
+
+
+def list_the_rest(app: Sphinx) -> None:
+    """List the public names that the page of the API does not name itself, and armangle.plots."""
+    import armangle
+    from armangle import plots
+
+    page = (Path(app.srcdir) / "api.md").read_text(encoding="utf-8")
+    errors = vars(armangle.errors).values()
+    names = [f"armangle.{name}" for name in armangle.__all__ if f"armangle.{name}\n" not in page]
+    objects = {name: getattr(armangle, name.removeprefix("armangle.")) for name in names}
+    objects |= {f"armangle.plots.{name}": getattr(plots, name) for name in plots.__all__}
+    lines = ["```{eval-rst}"]
+    for name, value in objects.items():
+        if callable(value) and value not in errors:
+            kind = "autoclass" if isinstance(value, type) else "autofunction"
+            lines += [f".. {kind}:: {name}", "   :members:" if kind == "autoclass" else "", ""]
+    (Path(app.srcdir) / "_made" / "more_api.md").write_text(
+        "\n".join([*lines, "```"]) + "\n", encoding="utf-8"
+    )
+
+
+def tidy_docstring(
     _app: Sphinx, _what: str, _name: str, _obj: object, _options: object, lines: list[str]
 ) -> None:
-    """Turn a docstring's ``Source: ...`` line into a section, lest it be read as one more error raised."""
+    """Make a docstring plain reStructuredText: its source a section, its bars and stars literal."""
     for at in reversed(range(len(lines))):
+        if "``" not in lines[at]:
+            lines[at] = lines[at].replace("|", "\\|").replace("(*", "(\\*")
         if lines[at].startswith("Source: "):
             lines[at : at + 1] = ["References", "----------", lines[at].removeprefix("Source: ")]
 
@@ -44,5 +103,8 @@ def setup(app: Sphinx) -> dict[str, bool]:
     """Hook the functions above into the build."""
     app.connect("builder-inited", make_pictures)
     app.connect("builder-inited", take_benchmarks)
-    app.connect("autodoc-process-docstring", name_the_source, priority=100)
+    app.connect("builder-inited", take_help)
+    app.connect("builder-inited", list_the_rest)
+    app.connect("builder-inited", take_statuses)
+    app.connect("autodoc-process-docstring", tidy_docstring, priority=100)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
