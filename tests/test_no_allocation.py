@@ -32,7 +32,17 @@ def test_the_counter_counts(counts: dict[str, int]) -> None:
 
 @pytest.mark.parametrize(
     "name",
-    ["make_arm", "limit_table", "forward", "jacobian", "inverse", "feasible", "step", "follow"],
+    [
+        "make_arm",
+        "limit_table",
+        "forward",
+        "jacobian",
+        "inverse",
+        "feasible",
+        "feasible_all",
+        "step",
+        "follow",
+    ],
 )
 def test_allocates_nothing(counts: dict[str, int], name: str) -> None:
     assert counts[name] == 0

@@ -10,8 +10,6 @@ import armangle as aa
 
 from .contract import Arcs, Batch, Floats, Problem, Solver
 
-BRANCHES = np.arange(8)
-
 
 def make(problem: Problem) -> dict[str, Any]:
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
@@ -31,7 +29,7 @@ def make(problem: Problem) -> dict[str, Any]:
         if now is not None:
             return now
         _, angle, branch = arm.forward(seed)
-        every = arm.feasible(pose, BRANCHES)
+        every = arm.feasible_all(pose)
         found = np.flatnonzero(~every.is_empty)
         if len(found) == 0:
             return None
@@ -43,5 +41,5 @@ def make(problem: Problem) -> dict[str, Any]:
         "inverse at given arm angles and GCs, batch": Batch(lambda poses: arm.inverse(poses, psi, gc)),
         "step from the seed": Solver(step, seeds=("near",)),
         "step from the seed, else any branch": Solver(anywhere),
-        "arcs of all 8 GC": Arcs(lambda pose: arm.feasible(pose, BRANCHES).intervals),
+        "arcs of all 8 GC": Arcs(lambda pose: arm.feasible_all(pose).intervals),
     }
