@@ -58,6 +58,18 @@ inline double carried_psi(const Arm& arm, const Chain& now, const Circle<double>
     return is_folded(arm, here) ? arm_angle(next, now.z3) : arm_angle(here, now.z3);
 }
 
+/// The joints next to q_now. A joint that would leave its range has no turn left if the range is a full turn or more;
+/// a narrower one has its only turn within the limits, however far that is.
+inline Status choose_windings(const Arm& arm, const Directions<double>& d, const double* q_now, Joints& q) noexcept {
+    q = joints_near(arm, d, q_now);
+    if (within_limits(arm, q.q, tolerance::angle)) return Status::OK;
+    const Joints inside = joints_within_limits(arm, d, q_now);
+    for (int i = 0; i < joints; ++i)
+        if (abs(inside.q[i] - q.q[i]) > pi && !(arm.upper[i] - arm.lower[i] < two_pi)) return Status::WINDING_EXHAUSTED;
+    q = inside;
+    return within_limits(arm, q.q, tolerance::angle) ? Status::OK : Status::LIMITS;
+}
+
 /// No step: q_now as it came, psi NaN.
 inline Step refused(const Arm& arm, const double* q_now) noexcept {
     Step out{};
@@ -76,26 +88,27 @@ inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_
     const Configuration<double> gc = options.gc < 0 ? configuration(arm, now.theta) : configuration(options.gc);
     Step out{};
     for (int i = 0; i < joints; ++i) out.q[i] = q_now[i];
-    out.gc = index(gc);
-    out.psi = detail::carried_psi(arm, now, c, options.carry);
-    out.margin = limit_margin(arm, q_now);
+    const auto stay = [&](Status why) {
+        out.status = why, out.gc = index(configuration(arm, now.theta)), out.margin = limit_margin(arm, q_now);
+        out.psi = detail::carried_psi(arm, now, c, Carry::psi);
+        return out;
+    };
     const Fold<double> bend = fold(arm, c.triangle, gc.elbow);
     ArcSet arcs;
-    out.status = feasible(arm, limits, c, bend, joint_functions(c, bend, gc), arcs);
-    if (out.status != Status::OK) return out;
+    const Status reason = feasible(arm, limits, c, bend, joint_functions(c, bend, gc), arcs);
+    if (reason != Status::OK) return stay(reason);
     if (options.allowed) {
         const ArcSet own = arcs;
         intersect(own, *options.allowed, arcs);
     }
-    const Resolution next = resolve(options.policy, arcs, out.psi);
-    out.status = next.status;
-    if (out.status != Status::OK) return out;
-    const Joints q = joints_near(arm, directions(c, bend, gc, sin_cos(next.psi)), q_now);
-    if (!within_limits(arm, q.q, tolerance::angle)) out.status = Status::WINDING_EXHAUSTED;
-    else if (!(detail::largest_move(q.q, q_now) <= options.max_joint_step)) out.status = Status::JOINT_JUMP;
-    if (out.status != Status::OK) return out;
+    const Resolution next = resolve(options.policy, arcs, detail::carried_psi(arm, now, c, options.carry));
+    if (next.status != Status::OK) return stay(next.status);
+    Joints q;
+    const Status winding = detail::choose_windings(arm, directions(c, bend, gc, sin_cos(next.psi)), q_now, q);
+    if (winding != Status::OK) return stay(winding);
+    if (!(detail::largest_move(q.q, q_now) <= options.max_joint_step)) return stay(Status::JOINT_JUMP);
     for (int i = 0; i < joints; ++i) out.q[i] = q.q[i];
-    out.psi = next.psi;
+    out.psi = next.psi, out.gc = index(gc), out.status = Status::OK;
     out.margin = limit_margin(arm, out.q);
     return out;
 }
