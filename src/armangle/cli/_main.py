@@ -9,6 +9,7 @@ import re
 import sys
 from collections.abc import Sequence
 from difflib import get_close_matches
+from pathlib import Path
 from typing import Protocol, cast
 
 from .._tables import paragraph
@@ -22,6 +23,8 @@ COMMANDS = {
     "ik": "pose, arm angle and global configuration to joints",
     "arcs": "the arm angles that keep all joints within their limits",
     "follow": "step along a file of poses",
+    "plot": "draw the circle, the joints, a motion or a feasible map into a file",
+    "view": "show the arm in the browser and move it by hand",
 }
 """Every command with one line of help; its module is ``_NAME.py`` beside this one."""
 
@@ -119,13 +122,16 @@ def _top_parser() -> argparse.ArgumentParser:
     listed = "\n".join(f"  {name:{width}}  {line}" for name, line in COMMANDS.items())
     parser = argparse.ArgumentParser(
         prog="armangle",
-        usage="armangle [-h] [--version] COMMAND ...",
+        usage="armangle [-h] [--version] [--cmake-dir] COMMAND ...",
         description="Exact inverse kinematics for 7-axis S-R-S arms.",
         epilog=f"commands:\n{listed}\n\n{_EPILOG}",
         formatter_class=_formatter,
         allow_abbrev=False,
     )
     parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
+    parser.add_argument(
+        "--cmake-dir", action=_CMakeDir, nargs=0, help="show where CMake finds the C++ headers and exit"
+    )
     return parser
 
 
@@ -136,4 +142,15 @@ class _Version(argparse.Action):
         from .._core import ISA, __version__
 
         print(f"armangle {__version__} ({ISA})")
+        parser.exit()
+
+
+class _CMakeDir(argparse.Action):
+    """Prints the folder of armangleConfig.cmake, which an installed package holds."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        folder = Path(__file__).resolve().parents[1] / "cmake"
+        if not folder.is_dir():
+            raise OutputError(f"there is no {folder}: the CMake files come with 'pip install armangle'")
+        print(folder)
         parser.exit()
