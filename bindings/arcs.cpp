@@ -243,12 +243,17 @@ nb::tuple arcs_from(nb::handle count, nb::handle psi) {
     std::size_t at = 0;
     for (Py_ssize_t i = 0; i < n.shape(0); ++i) {
         ArcSet sum, one, before;
-        make_empty(sum);
-        for (long long k = 0; k < n.data<long long>()[i]; ++k, ++at) {
-            make_arc(one, x.data<double>()[2 * at], x.data<double>()[2 * at + 1], 0, 0);
-            before = sum;
-            unite(before, one, sum);
+        const long long wanted = n.data<long long>()[i];
+        const double* ends = x.data<double>() + 2 * at;
+        if (!make_ordered(sum, ends, static_cast<int>(wanted))) {
+            make_empty(sum);
+            for (long long k = 0; k < wanted; ++k) {
+                make_arc(one, ends[2 * k], ends[2 * k + 1], 0, 0);
+                before = sum;
+                unite(before, one, sum);
+            }
         }
+        at += static_cast<std::size_t>(wanted);
         counts.push_back(sum.count);
         for (int k = 0; k < sum.count; ++k) arcs.insert(arcs.end(), {sum.arc[k].lower, sum.arc[k].upper});
     }

@@ -73,6 +73,21 @@ inline void make_arc(ArcSet& set, double lower, double upper, Tag lower_tag, Tag
     detail::push(set, {start, start + (upper - lower), lower_tag, upper_tag});
 }
 
+/// The set of n arcs (lower, upper, lower, ...) that are already as a set has them, to the bit; false where they are not.
+inline bool make_ordered(ArcSet& set, const double* ends, int n) noexcept {
+    make_empty(set);
+    if (n < 1 || n > ArcSet::capacity) return false;
+    double reach = ends[2 * n - 1] - two_pi;
+    if (!(ends[0] >= -pi && ends[2 * n - 2] < pi)) return false;
+    for (int i = 0; i < n; ++i) {
+        const double lower = ends[2 * i], upper = ends[2 * i + 1];
+        if (lower - reach < tolerance::angle || upper - lower < tolerance::angle) return false;
+        set.arc[i] = {lower, reach = upper, 0, 0};
+    }
+    set.count = n;
+    return true;
+}
+
 /// a and b
 inline void intersect(const ArcSet& a, const ArcSet& b, ArcSet& out) noexcept {
     if (a.full) { out = b; return; }
