@@ -37,6 +37,7 @@ autodoc_member_order = "bysource"
 autodoc_preserve_defaults = True
 napoleon_google_docstring = False
 napoleon_use_rtype = False
+napoleon_custom_sections = ["Source"]
 napoleon_use_ivar = True
 
 bibtex_bibfiles = ["references.bib"]

@@ -63,6 +63,16 @@ def test_examples_of_a_page_print_what_they_show(name: str) -> None:
     assert not result.failed, "".join(report)
 
 
+def test_python_of_the_readme_runs() -> None:
+    fence = re.search(
+        r"^```python\n(.*?)^```$", (ROOT / "README.md").read_text(encoding="utf-8"), re.M | re.S
+    )
+    assert fence
+    names: dict[str, object] = {}
+    exec(fence[1], names)
+    assert names["now"].status == armangle.Status.OK
+
+
 MODULES = sorted(
     module.name
     for module in pkgutil.iter_modules(armangle.__path__)

@@ -88,6 +88,16 @@ def list_the_rest(app: Sphinx) -> None:
     )
 
 
+def take_optional_pages(app: Sphinx, page: str, source: list[str]) -> None:
+    """Turn a line ``?name`` in a list of pages into ``name`` where that page exists, else into nothing."""
+    folder = (Path(app.srcdir) / page).parent
+
+    def kept(found: re.Match[str]) -> str:
+        return f"{found[1]}\n" if (folder / f"{found[1]}.md").exists() else ""
+
+    source[0] = re.sub(r"^\?(\w+)\n", kept, source[0], flags=re.MULTILINE)
+
+
 def tidy_docstring(
     _app: Sphinx, _what: str, _name: str, _obj: object, _options: object, lines: list[str]
 ) -> None:
@@ -96,7 +106,7 @@ def tidy_docstring(
         if "``" not in lines[at]:
             lines[at] = lines[at].replace("|", "\\|").replace("(*", "(\\*")
         if lines[at].startswith("Source: "):
-            lines[at : at + 1] = ["References", "----------", lines[at].removeprefix("Source: ")]
+            lines[at : at + 1] = ["Source", "------", lines[at].removeprefix("Source: ")]
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
@@ -106,5 +116,6 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.connect("builder-inited", take_help)
     app.connect("builder-inited", list_the_rest)
     app.connect("builder-inited", take_statuses)
+    app.connect("source-read", take_optional_pages)
     app.connect("autodoc-process-docstring", tidy_docstring, priority=100)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
