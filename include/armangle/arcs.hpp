@@ -124,6 +124,8 @@ inline void complement(const ArcSet& a, ArcSet& out) noexcept {
 
 /// a or b
 inline void unite(const ArcSet& a, const ArcSet& b, ArcSet& out) noexcept {
+    if (a.empty()) { out = b; return; }
+    if (b.empty()) { out = a; return; }
     ArcSet not_a, not_b, neither;
     complement(a, not_a), complement(b, not_b);
     intersect(not_a, not_b, neither);
