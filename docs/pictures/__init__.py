@@ -26,4 +26,7 @@ def draw_all(folder: Path) -> None:
     folder.mkdir(exist_ok=True)
     with matplotlib.rc_context(STYLE):
         for name, draw in PICTURES.items():
-            draw().savefig(folder / f"{name}.svg", metadata={"Date": None}, bbox_inches="tight")
+            figure = draw()
+            flat = all(ax.name != "3d" for ax in figure.axes)  # a 3-D box is larger than what is drawn in it
+            box = "tight" if flat else None
+            figure.savefig(folder / f"{name}.svg", metadata={"Date": None}, bbox_inches=box)

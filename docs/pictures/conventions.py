@@ -29,7 +29,8 @@ BENT = np.radians([20.0, 35.0, 30.0, -80.0, 20.0, 50.0, 10.0])
 
 def frames() -> Figure:
     """The zero posture with the four lengths, and a bent posture with the frames of the DH rows."""
-    figure = Figure(figsize=(8.2, 4.6))
+    figure = Figure(figsize=(8.2, 3.9))
+    figure.subplots_adjust(left=0.02, right=1.0, top=0.96, bottom=0.0, wspace=0.0)
     _zero_posture(figure.add_subplot(1, 2, 1))
     ax = box_axes(figure, 122, np.array([-0.2, -0.25, 0.0]), np.array([0.75, 0.45, 1.1]), (18, -60))
     draw_arm(ax, BENT, colour=GREY, width=5)
@@ -90,8 +91,8 @@ def _zero_posture(ax: Any) -> None:
 
 def arm_angle() -> Figure:
     """The elbow on its circle, with the reference half-plane, for both signs of the elbow."""
-    figure = Figure(figsize=(8.2, 4.6))
-    figure.subplots_adjust(left=0, right=1, top=1, bottom=0, wspace=0.0)
+    figure = Figure(figsize=(8.2, 3.9))
+    figure.subplots_adjust(left=-0.04, right=0.96, top=1.1, bottom=-0.12, wspace=0.0)
     pose, _, _ = ARM.forward(BENT)
     for place, gc in ((121, 0), (122, 2)):
         ax = box_axes(figure, place, np.array([-0.2, -0.25, 0.0]), np.array([0.68, 0.45, 1.0]), (24, -42))
@@ -114,13 +115,13 @@ def _elbow_circle(ax: Any, pose: Array, gc: int, psi: float) -> None:
     ax.plot(*np.stack([shoulder, elbow_0, wrist]).T, color=BLUE, lw=1.6, ls="--", zorder=3)
     arc = centre + 0.55 * turned(elbow_0 - centre, w, np.linspace(0.0, psi, 40))
     ax.plot(*arc.T, color=VERMILION, lw=2.0, zorder=5)
-    ax.quiver(*arc[-12], *(arc[-1] - arc[-12]), color=VERMILION, lw=2.0, arrow_length_ratio=0.9, zorder=5)
+    ax.plot(*arc[-1:].T, "o", color=VERMILION, ms=6, zorder=7)
     ax.text(
         *(centre + 0.8 * turned(elbow_0 - centre, w, psi / 2)), "ψ", color=VERMILION, fontsize=12, zorder=7
     )
     ax.plot(*np.stack([shoulder, wrist + 0.06 * w]).T, color=GREEN, lw=1.0, zorder=2)
     ax.quiver(*(wrist + 0.05 * w), *(0.09 * w), color=GREEN, lw=1.4, arrow_length_ratio=0.4, zorder=5)
-    ax.text(*(wrist + 0.17 * w), "w", color=GREEN, fontsize=11)
+    ax.text(*(wrist + 0.09 * w + np.array([0.0, 0.0, 0.04])), "w", color=GREEN, fontsize=11)
     ax.plot(*np.array([[0, 0, 0.0], [0, 0, 0.85]]).T, color=GREY, lw=0.8, ls=":", zorder=1)
     ax.text(0, 0, 0.88, "base axis", color=GREY, ha="center", fontsize=8)
     for name, point in (("S", shoulder), ("W", wrist), ("E", points[2])):
@@ -131,7 +132,7 @@ def _elbow_circle(ax: Any, pose: Array, gc: int, psi: float) -> None:
 def configurations() -> Figure:
     """The eight postures of one pose and one arm angle."""
     figure = Figure(figsize=(8.2, 5.0))
-    figure.subplots_adjust(left=0, right=1, top=0.95, bottom=0.02, wspace=0.0, hspace=0.12)
+    figure.subplots_adjust(left=0, right=1, top=0.95, bottom=0.04, wspace=0.0, hspace=0.12)
     pose, psi, _ = ARM.forward(BENT)
     for gc, q in enumerate(ARM.inverse_all(pose, psi)):
         ax = box_axes(figure, 241 + gc, np.array([-0.1, -0.25, 0.0]), np.array([0.6, 0.35, 1.0]), (18, -70))
@@ -146,7 +147,7 @@ def configurations() -> Figure:
             values,
             transform=ax.transAxes,
             ha="center",
-            fontsize=7,
+            fontsize=6.2,
             color=BLACK if ARM.within_limits(q) else VERMILION,
         )
     return figure

@@ -90,7 +90,7 @@ def _triangle(ax: Any, arm: aa.Arm, theta_4: float) -> None:
 def triad() -> Figure:
     """The triad (w, e, z) at the shoulder, and the elbow axis turned by psi."""
     figure = Figure(figsize=(5.0, 4.4))
-    figure.subplots_adjust(left=0, right=1, top=1, bottom=0)
+    figure.subplots_adjust(left=-0.15, right=1.1, top=1.3, bottom=0.06)
     ax = box_axes(figure, 111, np.array([-0.3, -0.35, 0.15]), np.array([0.65, 0.45, 0.95]), (22, -112))
     pose, _, _ = ARM.forward(BENT)
     psi = np.radians(50.0)
