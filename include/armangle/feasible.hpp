@@ -81,15 +81,15 @@ ARMANGLE_INLINE void boundaries(const LimitTable& t, const JointFunctions<double
 
 /// Arcs that limits block; Psi is the rest. A list, not a set: they may overlap or touch.
 struct Blocked {
-    static constexpr int capacity = 24;
+    static constexpr int capacity = 2 * pivots + 4 * hinges + pivots + 1;  // of pivots, of hinges, the paper's, one to write
     int count = 0;
     bool all = false;
-    Arc arc[capacity + 1];
+    Arc arc[capacity];
 
     /// An arc with lower in [-pi, pi), kept unless it is shorter than the tolerance: a touching point. No branch.
-    void add(double lower, double upper, Tag lower_tag, Tag upper_tag) noexcept {
+    ARMANGLE_INLINE void add(double lower, double upper, Tag lower_tag, Tag upper_tag) noexcept {
         arc[count] = {lower, upper, lower_tag, upper_tag};
-        count += (upper - lower >= tolerance::angle) & (count < capacity);
+        count += upper - lower >= tolerance::angle;
         all |= upper - lower >= two_pi - tolerance::angle;
     }
 };
@@ -104,14 +104,13 @@ inline Arc negative_arc(const BoundaryArcs& b, int i, Tag tag) noexcept {
 
 inline void block(const Arc& a, Blocked& out) noexcept { out.add(a.lower, a.upper, a.lower_tag, a.upper_tag); }
 
-/// Blocks the common part of two arcs: one piece where the later begins, one where the earlier begins again.
-inline void block_both(const Arc& a, const Arc& b, Blocked& out) noexcept {
-    const bool ordered = a.lower <= b.lower;
-    const Arc& x = ordered ? a : b;
-    const Arc& y = ordered ? b : a;
-    const bool x_ends = x.upper < y.upper, x_ends_first = x.upper < y.upper - two_pi;
-    out.add(y.lower, x_ends ? x.upper : y.upper, y.lower_tag, x_ends ? x.upper_tag : y.upper_tag);
-    out.add(x.lower, x_ends_first ? x.upper : y.upper - two_pi, x.lower_tag, x_ends_first ? x.upper_tag : y.upper_tag);
+/// Blocks the common part of two arcs: what of each lies in the other from its own lower end on, at most two pieces.
+ARMANGLE_INLINE void block_both(const Arc& a, const Arc& b, Blocked& out) noexcept {
+    const double ahead = a.lower - b.lower, width_a = a.upper - a.lower, width_b = b.upper - b.lower;
+    const double room_a = width_b - (ahead < 0 ? ahead + two_pi : ahead);  // from a's lower end to b's upper one
+    const double room_b = width_a - (ahead > 0 ? two_pi - ahead : -ahead);
+    out.add(a.lower, room_a < width_a ? a.lower + room_a : a.upper, a.lower_tag, room_a < width_a ? b.upper_tag : a.upper_tag);
+    out.add(b.lower, room_b < width_b ? b.lower + room_b : b.upper, b.lower_tag, room_b < width_b ? a.upper_tag : b.upper_tag);
 }
 
 /// Removes psi_sing -+ epsilon of eq. (31) where the discriminant of eq. (30) is small: the paper's own avoidance.
@@ -235,12 +234,8 @@ inline void free_arcs(const Blocked& blocked, ArcSet& out) noexcept {
 
 namespace detail {
 
-/// Whether (V, U) comes near zero anywhere: only then can an end be a jump.
-inline bool may_vanish(const Pivot<double>& p) noexcept {
-    const Linear<double> n = slope_numerator(p);
-    const double disc = n.s * n.s + n.c * n.c - n.k * n.k;
-    return abs(disc) <= tolerance::near_vanishing * (n.s * n.s + n.c * n.c + n.k * n.k) + tolerance::singular;
-}
+/// Whether a hinge comes to 0 or pi, where the directions (V, U) of its pivots vanish: only then can an end be a jump.
+inline bool may_jump(const Hinge<double>& h) noexcept { return min(h.high.below_one, h.low.above_minus_one) <= tolerance::touching; }
 
 /// Ends at which a pivot's direction (V, U) itself vanishes: the joint jumps there, it does not reach its limit.
 inline void mark_jumps(const JointFunctions<double>& f, ArcSet& set) noexcept {
@@ -253,9 +248,8 @@ inline void mark_jumps(const JointFunctions<double>& f, ArcSet& set) noexcept {
         const int hinge = joint / 4;
         tag = make_tag(hinge_joint[hinge] + 1, f.hinge[hinge].H.at(at) > 0 ? Side::near_singular : Side::far_singular);
     };
-    bool possible = false;
-    for (const Pivot<double>& p : f.pivot) possible |= may_vanish(p);
-    for (int i = 0; possible && i < set.count; ++i) mark(set.arc[i].lower, set.arc[i].lower_tag), mark(set.arc[i].upper, set.arc[i].upper_tag);
+    if (!may_jump(f.hinge[0]) && !may_jump(f.hinge[1])) return;
+    for (int i = 0; i < set.count; ++i) mark(set.arc[i].lower, set.arc[i].lower_tag), mark(set.arc[i].upper, set.arc[i].upper_tag);
 }
 
 /// Limits half a turn apart have the same boundary: the side on which the joint stands tells which one it reaches.

@@ -17,7 +17,7 @@ namespace detail {
 
 inline void append(const Blocked& from, Blocked& to) noexcept {
     to.all |= from.all;
-    for (int i = 0; i < from.count && to.count < Blocked::capacity; ++i) to.arc[to.count++] = from.arc[i];
+    for (int i = 0; i < from.count; ++i) to.arc[to.count++] = from.arc[i];
 }
 
 /// What the joints on either side of the elbow block, for one sign of theta_2 and theta_6.

@@ -11,8 +11,8 @@ inline constexpr double reference = 1e-7;
 inline constexpr double singular = 1e-13;
 /// A quantity this far from zero, relative to its terms, is zero: discriminants, cosines at +-1 (ratio).
 inline constexpr double vanishing = 1e-12;
-/// Discriminant below which a pivot's direction may come within `angle` of zero somewhere (ratio).
-inline constexpr double near_vanishing = 1e-6;
+/// 1 - |cos| below which a hinge may come within `angle` of 0 or pi; that is 5e-19, the rest is rounding.
+inline constexpr double touching = 1e-15;
 /// Reach exceeded by less than this share of it is rounding, not distance (ratio).
 inline constexpr double reach = 1e-13;
 /// Within this share of the reach from its end, inside too, the arm is stretched (folded): a few ulp of a rounded pose
