@@ -26,6 +26,7 @@ import armangle as aa
 
 THREAD_GOAL = 1.8
 THREADS = 2
+LONG_WALK = 8  # about as long as a batch
 
 
 def nanoseconds(work: Workload, clock: Callable[[], int]) -> float:
@@ -48,14 +49,19 @@ def measure(rows: list[Workload], yard: Yardstick, rounds: int) -> list[tuple[fl
     return list(zip(np.median(ns, axis=0), np.median(ratio, axis=0), strict=True))
 
 
-def two_yards(yard: Yardstick, threads: int) -> float:
-    """Return the time of two walks, ns: one after another, or at once."""
-    others = [threading.Thread(target=yard.walk) for _ in range(threads - 1)]
+def two_walks(yard: Yardstick, threads: int) -> float:
+    """Return the time of two long walks, ns: one after another, or at once."""
+
+    def walk() -> None:
+        for _ in range(LONG_WALK):
+            yard.walk()
+
+    others = [threading.Thread(target=walk) for _ in range(threads - 1)]
     start = time.perf_counter_ns()
     for other in others:
         other.start()
     for _ in range(THREADS - len(others)):
-        yard.walk()
+        walk()
     for other in others:
         other.join()
     return time.perf_counter_ns() - start
@@ -72,7 +78,7 @@ def measure_threads(yard: Yardstick, rounds: int) -> list[tuple[str, float]]:
         row.work()
     least = np.full((1 + len(one), 2), np.inf)
     for _ in range(rounds):
-        now = [[two_yards(yard, 1), two_yards(yard, THREADS)]]
+        now = [[two_walks(yard, 1), two_walks(yard, THREADS)]]
         now += [
             [nanoseconds(row, time.perf_counter_ns) for row in pair] for pair in zip(one, two, strict=True)
         ]
