@@ -60,8 +60,8 @@ def as_number(name: str, value: float, low: float, high: float, *, low_open: boo
     wanted = f"a number in {'(' if low_open else '['}{low:g}, {high:g}]"
     try:
         number = float(value)
-    except (TypeError, ValueError):
-        raise InputError(f"{name} is {value!r}, wanted {wanted}") from None
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(f"{name} is {value!r:.50}, wanted {wanted}") from None
     if not low <= number <= high or (low_open and number == low):
         raise InputError(f"{name} is {number:g}, wanted {wanted}")
     return number

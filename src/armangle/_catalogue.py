@@ -31,6 +31,7 @@ _WORDS = ("title", "source", "tip")
 _DOUBTS = ("lengths", "limits", "velocity")
 _TOML_PLACE = re.compile(r"\s*\(at line (\d+), column (\d+)\)")
 _DEGREE_DIGITS = 10
+_LARGEST = 1e9  # no length in m and no angle in degrees is beyond
 
 
 @dataclass(frozen=True, eq=False)
@@ -224,8 +225,9 @@ class _Reader:
 
     def finite(self, key: str, value: Any, allow_infinite: bool = False) -> float:
         number = isinstance(value, (int, float)) and not isinstance(value, bool)
-        if not number or math.isnan(value) or (math.isinf(value) and not allow_infinite):
-            self.fail(key, f"has {value!r}, wanted a finite number")
+        infinite = allow_infinite and number and abs(value) == math.inf
+        if not (number and (infinite or abs(value) <= _LARGEST)):
+            self.fail(key, f"has {value!r:.40}, wanted a finite number")
         return float(value)
 
     def seven(self, key: str) -> list[Any]:

@@ -152,4 +152,8 @@ def parse_robot(text: str | bytes, source: str) -> RobotElement:
         raise UrdfError(
             message, source=source, line=error.lineno, column=error.offset + 1
         ) from None
+    except UrdfError:
+        raise
+    except (LookupError, ValueError) as error:  # an encoding that does not exist, text that has none
+        raise UrdfError(f"not XML: {error}", source=source) from None
     return reader.robot

@@ -86,6 +86,10 @@ def _load(source: Source) -> RobotElement:
         return _parse(path.read_bytes(), str(path))
     except FileNotFoundError:
         raise UrdfError("no such file", source=str(path)) from None
+    except UrdfError:
+        raise
+    except ValueError as error:  # a name that no file can have
+        raise UrdfError(f"cannot be read: {error}", source=repr(str(path))) from None
     except OSError as error:
         raise UrdfError(f"cannot be read: {error.strerror}", source=str(path)) from error
 
