@@ -25,7 +25,6 @@ extensions = [
 
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
 exclude_patterns = ["_build", "_made", "pictures", "_ext", "gallery/*.ipynb"]
-suppress_warnings = ["config.cache"]  # the gallery's settings hold a class, which has no stable text
 
 myst_enable_extensions = ["dollarmath", "colon_fence", "deflist", "attrs_block"]
 myst_heading_anchors = 3

@@ -40,7 +40,9 @@ free = aa.follow(arm, poses, start=start, policy=policy)
 kept = aa.follow(arm, poses, start=start, policy=policy, allowed=beside_the_wall)
 for name, path in (("free", free), ("kept", kept)):
     elbow = arm.frames(path.q)[:, 3, 1, 3]
-    print(f"{name}: {path.explain()} Elbow beyond the wall by {1e3 * (elbow - wall).max():.1f} mm at most.")
+    print(
+        f"{name}: the elbow comes {1e3 * (wall - elbow).min():.1f} mm near to the wall (negative: through it)"
+    )
 assert kept.ok
 assert (arm.frames(kept.q)[:, 3, 1, 3] <= wall + 1e-9).all()
 

@@ -99,9 +99,13 @@ def take_optional_pages(app: Sphinx, page: str, source: list[str]) -> None:
 
 
 def tidy_docstring(
-    _app: Sphinx, _what: str, _name: str, _obj: object, _options: object, lines: list[str]
+    _app: Sphinx, what: str, _name: str, _obj: object, _options: object, lines: list[str]
 ) -> None:
     """Make a docstring plain reStructuredText: its source a section, its bars and stars literal."""
+    if what == "property" and lines:
+        lines[0] = lines[0].replace(
+            ": ", " \N{EN DASH} "
+        )  # else what stands before the colon is read as a type
     for at in reversed(range(len(lines))):
         if "``" not in lines[at]:
             lines[at] = lines[at].replace("|", "\\|").replace("(*", "(\\*")
