@@ -103,8 +103,8 @@ class Verdict:
 def classify(arm: aa.Arm, pose: Array, gc: Array, psi: Array) -> Verdict:
     """feasible <=> within limits, for each joint and for all, where the joints are clear of their limits.
 
-    Clear is further from a limit than 1e-9 rad and than rounding of psi and pose moves the joint. A sample whose
-    joint is on the other side of its limit 1e-9 rad of psi away lies in a piece that is dropped by definition.
+    Clear is further from a limit than 1e-9 rad and than rounding of psi and pose moves the joint. A sample
+    whose joint is beyond its limit at a psi 1e-9 rad away lies in a piece that is dropped by definition.
     """
     real = truth(arm, pose, gc, psi)
     clear = real.distance > JOINT + 1e-15 + real.blur
@@ -112,7 +112,8 @@ def classify(arm: aa.Arm, pose: Array, gc: Array, psi: Array) -> Verdict:
     said = np.stack([members(each[:, j], psi) for j in range(JOINT_COUNT)], axis=-1)
     together = members(arm.feasible(pose, gc), psi)[..., None]
     doubts = np.concatenate([(said != real.inside) & clear,
-                             (together != real.inside.all(-1, keepdims=True)) & clear.all(-1, keepdims=True)], axis=-1)  # fmt: skip
+                             (together != real.inside.all(-1, keepdims=True))
+                             & clear.all(-1, keepdims=True)], axis=-1)  # fmt: skip
     wrong = []
     for p, k, j in zip(*np.nonzero(doubts), strict=True):
         near = truth(arm, pose[p : p + 1], gc[p : p + 1], psi[p : p + 1, k : k + 1] + WINDOW).inside[0]

@@ -32,7 +32,7 @@ def box(rng: np.random.Generator) -> tuple[Array, Array]:
 
 
 def tangent(arm: aa.Arm, pose: Array, gc: int, rng: np.random.Generator) -> tuple[Array, Array]:
-    """One limit of each joint at a value that the joint takes at this pose where it turns or jumps, (7,) each.
+    """One limit of each joint at a value that it takes at this pose where it turns or jumps, (7,) each.
 
     Or next to it, or at a multiple of a right angle; the other limit between 1e-7 and 10 rad away.
     """

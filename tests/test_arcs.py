@@ -1,4 +1,4 @@
-"""ArcSet: the algebra of closed arcs on the circle, ends carried through, containment and nearest against brute force."""
+"""ArcSet: the algebra of closed arcs on the circle, its ends, containment and nearest against brute force."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def distance(arcs: aa.ArcSet, psi: float) -> float:
 
 
 def is_well_formed(arcs: aa.ArcSet) -> bool:
-    """Rising, disjoint, lower in [-pi, pi), upper in [lower, lower + 2 pi], full as one [-pi, pi] without ends."""
+    """Rising, disjoint, lower in [-pi, pi), upper within 2 pi of it, full as [-pi, pi] without ends."""
     intervals = arcs.intervals
     if arcs.is_full:
         return intervals.tolist() == [[-np.pi, np.pi]] and arcs.ends == [()]

@@ -16,7 +16,7 @@ END = 1e-11
 """A joint at the end of an arc is this near to the limit that made the end, rad."""
 
 WHOLE_CIRCLE = [[0, 0, 0], [0, 0, 1], [0, 1, 0], [1, 0, 0], [0, np.pi, 1]]
-"""theta_2, theta_4 - delta, theta_6 in units that the test scales: straight up, candle, stretched, and folded."""
+"""theta_2, theta_4 - delta, theta_6 (rad) of arms straight up, candles, bent and stretched ones."""
 
 
 def tally(seed: int, count: int) -> Verdict:
@@ -49,7 +49,7 @@ def test_poses_that_are_singular_for_every_psi(bend: list[float]) -> None:
         generated_arm(2),
     ):
         theta = rng.choice([0, np.pi / 2, -np.pi / 2, np.pi, 0.3, -2.0], (POSES, 7))
-        theta[:, [1, 3, 5]] = np.array(bend) + [0, arm.delta, 0]
+        theta[:, [1, 3, 5]] = np.array(bend) + np.array([0, arm.delta, 0])
         q = joint_values(arm, theta)
         free = unlimited(arm)
         pose, psi, gc = free.forward(q, undefined="nan")

@@ -1,7 +1,8 @@
 """The paper's own example, section 6.2, and the numbers that belong to it.
 
-Joints (37), pose (38) and goal (39) are printed in Faria et al. (2018). GC = 3 is the paper's; psi and the feasible
-arcs were computed once by the second implementation in tests/reference and by sampling, to the digits given.
+Joints (37), pose (38) and goal (39) are printed in Faria et al. (2018). GC = 3 is the paper's; psi and the
+feasible arcs were computed once by the second implementation in tests/reference and by sampling, to the
+digits given.
 """
 
 from __future__ import annotations

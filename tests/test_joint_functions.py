@@ -1,4 +1,4 @@
-"""Joint functions: value, derivative, stationary and singular values, and which of the paper's cases holds."""
+"""Joint functions: value, derivative, stationary and singular values, and the paper's case."""
 
 from __future__ import annotations
 

@@ -148,7 +148,7 @@ def test_a_rate_does_not_depend_on_the_step_time() -> None:
 
 
 def beside_the_axis(offset: float) -> tuple[Array, Array]:
-    """A start, and poses that carry the wrist along x past the base axis at a distance (m) in 0.5 mm steps."""
+    """A start, and poses that carry the wrist past the base axis at a distance (m) in 0.5 mm steps."""
     q = np.array([0.0, -0.5, 0.0, 1.6, 0.0, 0.6, 0.0])
     pose = IIWA.forward(q)[0].copy()
     wrist = pose[:3, 3] - 0.126 * pose[:3, 2]

@@ -219,7 +219,7 @@ class Arm:
             "acceleration": _seven("acceleration", acceleration, np.inf, infinite=True),
             "base": _transform("base", base),
             "tool": _transform("tool", tool),
-            "joint_names": tuple(joint_names or (f"joint_{i}" for i in range(1, JOINTS + 1))),
+            "joint_names": tuple(joint_names or _joint_names()),
             "notes": tuple(notes),
             "import_report": import_report,
         }
@@ -857,11 +857,18 @@ class Arm:
             value = getattr(self, key)
             if not np.array_equal(value, default):
                 shown.append(f"{key}={_list_text(value)}")
-        return f"Arm({', '.join(shown)}, name={self.name!r})"
+        shown.append(f"name={self.name!r}")
+        if self.joint_names != _joint_names():
+            shown.append(f"joint_names={self.joint_names!r}")
+        return f"Arm({', '.join(shown)})"
 
 
 def _rebuild(arguments: dict[str, Any]) -> Arm:
     return Arm(**arguments)
+
+
+def _joint_names() -> tuple[str, ...]:
+    return tuple(f"joint_{i}" for i in range(1, JOINTS + 1))
 
 
 def _arm_defaults() -> dict[str, NDArray[Any]]:

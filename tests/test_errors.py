@@ -1,0 +1,167 @@
+"""What bad input gets: every message of the core names argument, index, value and what was wanted."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import armangle as aa
+
+ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+Q = np.array([0.3, 0.6, -0.2, 1.3, 0.4, 0.9, 0.1])
+POSE, PSI, GC = ARM.forward(Q)
+BATCH = np.repeat(POSE[None], 3, axis=0)
+LENGTHS = {"d_bs": 0.3, "d_se": 0.4, "d_ew": 0.4, "d_wf": 0.1}
+
+
+def changed(array: Any, index: Any, value: float) -> np.ndarray:
+    """A copy with one entry changed."""
+    out = np.array(array, dtype=float)
+    out[index] = value
+    return out
+
+
+def made(**arguments: Any) -> Callable[[], Any]:
+    """A constructor call with some arguments changed."""
+    return lambda: aa.Arm(**{**LENGTHS, **arguments})
+
+
+MIRRORED = POSE @ np.diag([1.0, 1.0, -1.0, 1.0])
+SKEW = changed(POSE, (0, 0), POSE[0, 0] + 1e-3)
+FAR = changed(POSE, (0, 3), 2.0)
+NEAR = changed(POSE, (slice(0, 3), 3), 0) + changed(np.zeros((4, 4)), (2, 3), 0.34)
+
+CASES: list[tuple[type[Exception], str, Callable[[], Any]]] = [
+    (aa.ShapeError, r"q has shape \(6,\), wanted \(..., 7\)", lambda: ARM.forward(np.zeros(6))),
+    (aa.ShapeError, r"pose has shape \(3, 3\), wanted \(..., 4, 4\)", lambda: ARM.inverse(np.eye(3), 0.0, 0)),
+    (aa.ShapeError, r"do not broadcast: pose \(3,\), psi \(2,\), gc \(\)",
+     lambda: ARM.inverse(BATCH, [1.0, 2.0], 0)),
+    (aa.ShapeError, r"out is no writable C-contiguous float64 array of shape \(3, 7\)",
+     lambda: ARM.inverse(BATCH, 0.0, 0, out=np.empty((3, 6)))),
+    (aa.NotFiniteError, r"pose\[1\] holds nan",
+     lambda: ARM.inverse(changed(BATCH, (1, 0, 3), np.nan), 0.0, 0)),
+    (aa.NotFiniteError, r"pose\[2\] holds inf", lambda: ARM.feasible(changed(BATCH, (2, 0, 0), np.inf), 0)),
+    (aa.NotFiniteError, r"psi\[1\] is nan", lambda: ARM.inverse(BATCH, [0.0, np.nan, 1.0], 0)),
+    (aa.NotFiniteError, r"q\[1\] holds nan", lambda: ARM.forward([Q, changed(Q, 3, np.nan)])),
+    (aa.NotFiniteError, r"seed holds inf", lambda: ARM.inverse(POSE, 0.0, 0, seed=changed(Q, 2, np.inf))),
+    (aa.NotRotationError,
+     r"rotation of pose\[1\] is not orthonormal: .*wanted at most 1e-06; armangle.nearest_rotation",
+     lambda: ARM.inverse([POSE, SKEW], 0.0, 0)),
+    (aa.NotRotationError, r"the rotation of pose is a reflection: its determinant is -1",
+     lambda: ARM.inverse(MIRRORED, 0.0, 0)),
+    (aa.NotRotationError, r"pose has 2 in its last row, wanted 0 0 0 1",
+     lambda: ARM.inverse(changed(POSE, (3, 3), 2), 0, 0)),
+    (aa.ConfigurationError, r"gc is 8, wanted an integer from 0 to 7", lambda: ARM.inverse(POSE, 0.0, 8)),
+    (aa.ConfigurationError, r"gc\[1\] is -1, wanted an integer from 0 to 7",
+     lambda: ARM.feasible(POSE, [0, -1])),
+    (aa.ConfigurationError, r"gc has type float64, wanted integers", lambda: ARM.inverse(POSE, 0.0, 1.0)),
+    (aa.ConfigurationError, r"gc is 9, wanted integers from 0 to 7", lambda: aa.gc_signs(9)),
+    (aa.ConfigurationError, r"wanted \+1 or -1 in every entry", lambda: aa.gc_index([1, 0, 1])),
+    (aa.ShapeError, r"signs has shape \(2,\), wanted \(..., 3\)", lambda: aa.gc_index([1, 1])),
+    (aa.UnreachableError, r"pose is out of reach by [0-9.]+ mm", lambda: ARM.inverse(FAR, 0.0, 0)),
+    (aa.UnreachableError, r"pose\[0\] is out of reach by", lambda: ARM.inverse([FAR], 0.0, 0)),
+    (aa.LimitError, r"joint 7 of the solution of pose is outside its limits",
+     lambda: ARM.with_(upper=[*ARM.upper[:6], 0.05]).inverse(POSE, PSI, GC, limits="raise")),
+    (aa.InputError, r"limits is 'no', wanted one of 'ignore', 'raise', 'nan'",
+     lambda: ARM.inverse(POSE, 0.0, 0, limits="no")),
+    (aa.InputError, r"threads is -1, wanted an integer", lambda: ARM.inverse(BATCH, 0.0, 0, threads=-1)),
+    (aa.InputError, r"singularity_margin is 2, wanted a number in \[0, 1.5\]",
+     lambda: ARM.feasible(POSE, 0, singularity_margin=2)),
+    (aa.InputError, r"joint is 8, wanted an integer from 1 to 7", lambda: ARM.joint_function(POSE, 0, 8)),
+    (aa.ShapeError, r"pose has shape \(3, 4, 4\), wanted \(4, 4\)", lambda: ARM.joint_function(BATCH, 0, 1)),
+    (aa.UnreachableError, r"out of reach", lambda: ARM.joint_function(FAR, 0, 1)),
+    (aa.InputError, r"d_se .* is 0, wanted a number in \(0, 1000\]", made(d_se=0)),
+    (aa.InputError, r"d_ew .* is -0.1, wanted a number in \(0", made(d_ew=-0.1)),
+    (aa.InputError, r"d_bs .* is nan, wanted a number in", made(d_bs=np.nan)),
+    (aa.LimitError, r"lower\[2\] is 1 and upper\[2\] is -1, wanted lower <= upper",
+     made(lower=changed(-np.ones(7), 2, 1), upper=changed(np.ones(7), 2, -1))),
+    (aa.NotFiniteError, r"lower\[0\] is nan", made(lower=changed(-np.ones(7), 0, np.nan))),
+    (aa.ShapeError, r"upper has shape \(6,\)", made(upper=np.ones(6))),
+    (aa.InputError, r"signs\[3\] is 2, wanted \+1 or -1", made(signs=changed(np.ones(7), 3, 2))),
+    (aa.LimitError,
+     r"velocity\[1\] is 0, wanted a positive number", made(velocity=changed(np.ones(7), 1, 0))),
+    (aa.NotRotationError, r"the rotation of tool is not orthonormal", made(tool=SKEW)),
+    (aa.NotRotationError, r"the rotation of base is a reflection", made(base=MIRRORED)),
+    (aa.UnknownRobotError, r"kuka_iiwa7_r800", lambda: aa.Arm.from_catalogue("kuka_iiwa7_r80")),
+    (aa.PolicyError, r"K is 1.5, wanted a number in \[0, 1\]", lambda: aa.Repulsion(K=1.5)),
+    (aa.PolicyError, r"K is -0.1, wanted a number in", lambda: aa.Centre(K=-0.1)),
+    (aa.PolicyError, r"alpha is 0, wanted a number in \(0", lambda: aa.Repulsion(alpha=0)),
+    (aa.PolicyError, r"rate is -1, wanted a number in", lambda: aa.Centre(rate=-1)),
+    (aa.PolicyError, r"outside is 'far', wanted 'nearest' or 'stop'", lambda: aa.Hold(outside="far")),
+    (aa.PolicyError, r"dt is missing", lambda: aa.resolve(ARM, POSE, PSI, GC, policy=aa.Repulsion(rate=1.0))),
+    (aa.PolicyError, r"dt is 0, wanted a number in \(0",
+     lambda: aa.step(ARM, Q, POSE, policy=aa.Centre(rate=1.0), dt=0)),
+    (aa.InputError, r"carry is 'hand', wanted 'psi' or 'elbow'", lambda: aa.step(ARM, Q, POSE, carry="hand")),
+    (aa.InputError, r"max_joint_step is 0, wanted a number in \(0",
+     lambda: aa.step(ARM, Q, POSE, max_joint_step=0)),
+    (aa.ConfigurationError, r"gc is 8, wanted an integer from 0 to 7", lambda: aa.step(ARM, Q, POSE, gc=8)),
+    (aa.NotFiniteError, r"q_now holds nan", lambda: aa.step(ARM, changed(Q, 0, np.nan), POSE)),
+    (aa.ShapeError, r"follow takes sequences", lambda: aa.step(ARM, Q, BATCH)),
+    (aa.InputError, r"allowed", lambda: aa.step(ARM, Q, POSE, allowed=lambda pose: 3)),
+    (aa.InputError, r"allowed", lambda: aa.follow(ARM, BATCH, start=Q, allowed=3)),
+    (aa.ShapeError, r"allowed has shape \(2,\), wanted \(\) or \(3,\)",
+     lambda: aa.follow(ARM, BATCH, start=Q, allowed=ARM.feasible(BATCH[:2], GC))),
+    (aa.ShapeError, r"poses has shape \(4, 4\), wanted \(N, 4, 4\)", lambda: aa.follow(ARM, POSE, start=Q)),
+    (aa.ShapeError, r"start has shape \(2, 7\), wanted \(7,\)", lambda: aa.follow(ARM, BATCH, start=[Q, Q])),
+    (aa.InputError, r"on_fail is 'go', wanted one of 'stop', 'hold', 'skip'",
+     lambda: aa.follow(ARM, BATCH, start=Q, on_fail="go")),
+    (aa.NotRotationError, r"pose\[1\] is not orthonormal", lambda: aa.follow(ARM, [POSE, SKEW], start=Q)),
+    (aa.ShapeError, r"intervals has shape \(3,\)", lambda: aa.ArcSet([1.0, 2.0, 3.0])),
+    (aa.NotFiniteError, r"intervals\[0, 1\] is nan", lambda: aa.ArcSet([[0.0, np.nan]])),
+    (aa.InputError, r"intervals\[1\] is \[2.0, 1.0\], wanted upper >= lower",
+     lambda: aa.ArcSet([[0, 1], [2, 1.0]])),
+    (aa.InputError, r"holds 17 arcs, wanted at most 16",
+     lambda: aa.ArcSet(np.arange(17)[:, None] * 0.2 + [[0, 0.1]])),
+    (aa.NotFiniteError, r"psi is nan", lambda: aa.ArcSet([[0, 1]]).contains(np.nan)),
+    (aa.ShapeError, r"psi of shape \(2,\) does not broadcast",
+     lambda: ARM.feasible(BATCH, GC).contains([1.0, 2.0])),
+    (aa.ShapeError, r"do not broadcast", lambda: ARM.feasible(BATCH, GC) & ARM.feasible(BATCH[:2], GC)),
+    (aa.ShapeError, r"index them", lambda: list(ARM.feasible(BATCH, GC))),
+    (aa.NotFiniteError, r"pose holds NaN", lambda: aa.nearest_rotation(changed(POSE, (0, 0), np.nan))),
+    (aa.InputError, r"q is not an array of real numbers", lambda: ARM.forward(["a"] * 7)),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("error", "message", "call"), CASES, ids=[message for _, message, _ in CASES])
+def test_bad_input_is_named(error: type[Exception], message: str, call: Callable[[], Any]) -> None:
+    with pytest.raises(error) as raised:
+        call()
+    assert re.search(message, str(raised.value)), str(raised.value)
+    assert isinstance(raised.value, aa.ArmangleError)
+
+
+def test_input_errors_are_value_errors() -> None:
+    assert issubclass(aa.InputError, ValueError)
+    assert issubclass(aa.MissingExtraError, ImportError)
+    assert issubclass(aa.OutputError, OSError)
+
+
+def test_a_pose_off_by_less_than_a_millionth_is_solved_as_given() -> None:
+    almost = POSE.copy()
+    almost[0, 0] += 4e-7
+    assert np.isfinite(ARM.inverse(almost, PSI, GC)).all()
+    exact = aa.nearest_rotation(SKEW)
+    assert np.abs(exact[:3, :3].T @ exact[:3, :3] - np.eye(3)).max() <= 1e-14
+    assert np.isfinite(ARM.inverse(exact, PSI, GC)).all()
+
+
+def test_unreachable_and_limits_may_be_nan_instead() -> None:
+    out = ARM.inverse([POSE, FAR], PSI, GC, unreachable="nan")
+    assert np.isfinite(out[0]).all()
+    assert np.isnan(out[1]).all()
+    tight = ARM.with_(upper=[*ARM.upper[:6], 0.05])
+    rows = tight.inverse_all(POSE, PSI, limits="nan")
+    assert np.array_equal(
+        np.isnan(rows).all(-1), ~tight.within_limits(np.nan_to_num(ARM.inverse_all(POSE, PSI)), tol=1e-9)
+    )
+
+
+def test_an_arm_is_frozen() -> None:
+    with pytest.raises(AttributeError, match="Arm is frozen: d_se cannot be set"):
+        ARM.d_se = 1.0
+    with pytest.raises(ValueError, match="read-only"):
+        ARM.lower[0] = 1.0
