@@ -32,6 +32,7 @@ if TYPE_CHECKING:
         OutputError,
         PathError,
         PolicyError,
+        PortError,
         ShapeError,
         UnknownRobotError,
         UnreachableError,
@@ -53,7 +54,7 @@ _HOMES = {
     "configuration": "gc_index gc_signs",
     "description": "ImportReport",
     "errors": "ArmangleError ConfigurationError FileFormatError InputError LimitError MissingExtraError "
-    "NotFiniteError NotRotationError NotSRSError OutputError PathError PolicyError ShapeError "
+    "NotFiniteError NotRotationError NotSRSError OutputError PathError PolicyError PortError ShapeError "
     "UnknownRobotError UnreachableError UrdfError",
     "io": "JointTable load_joints load_poses save",
     "joint_function": "JointFunction",
@@ -87,6 +88,7 @@ __all__ = [
     "OutputError",
     "PathError",
     "PolicyError",
+    "PortError",
     "Repulsion",
     "Resolution",
     "ShapeError",

@@ -94,3 +94,7 @@ class MissingExtraError(ArmangleError, ImportError):
 
 class OutputError(ArmangleError, OSError):
     """A result cannot be written where it was asked to go."""
+
+
+class PortError(ArmangleError, OSError):
+    """The viewer cannot serve at the port it was given."""

@@ -22,10 +22,10 @@ _FILES = (".csv", ".npz", ".json")
 POSE_HELP = "x,y,z,qw,qx,qy,qz: metres and a unit quaternion"
 
 
-def add_arm(parser: argparse.ArgumentParser) -> None:
+def add_arm(parser: argparse.ArgumentParser, *, required: bool = True) -> None:
     """Add --robot, --urdf, --base and --tip."""
     group = parser.add_argument_group("the arm")
-    one = group.add_mutually_exclusive_group(required=True)
+    one = group.add_mutually_exclusive_group(required=required)
     one.add_argument("--robot", metavar="NAME", help="of the catalogue (armangle robots), or a FILE.toml")
     one.add_argument("--urdf", metavar="FILE", help="a robot description")
     group.add_argument("--base", metavar="LINK", help="with --urdf: first link; guessed if left out")

@@ -1,0 +1,80 @@
+"""Motions of an arm for pictures and the viewer: of a joint file, or along poses from any configuration."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ._arrays import as_floats
+from .arm import Arm
+from .configuration import COUNT as CONFIGURATIONS
+from .errors import PathError
+from .io import JointTable
+from .joint_path import JointPath
+from .stepping import follow
+
+
+def motion_of(arm: Arm, table: JointTable) -> JointPath:
+    """Return the rows of a joint file as a motion of an arm; rows without joints are left out.
+
+    Parameters
+    ----------
+    arm : Arm
+    table : JointTable
+
+    Returns
+    -------
+    JointPath
+        Poses, arm angle and configuration are computed from the joints.
+
+    Raises
+    ------
+    PathError
+        If no row has joints.
+    """
+    known = np.isfinite(table.q).all(axis=1)
+    if not known.any():
+        raise PathError("no row of the joint file has joint values, wanted at least one")
+    q = table.q[known]
+    poses, psi, gc = arm.forward(q, undefined="nan")
+    return JointPath(
+        arm=arm, s=table.s[known], poses=poses, q=q, psi=np.unwrap(np.atleast_1d(psi)),
+        gc=np.atleast_1d(gc), status=table.status[known], margin=np.atleast_1d(arm.limit_margin(q)),
+        residual=np.zeros(len(q)),
+    )  # fmt: skip
+
+
+def motions_along(arm: Arm, poses: ArrayLike, start: ArrayLike | None = None) -> dict[str, JointPath]:
+    """Return motions along poses by name: from `start`, or from the middle of the widest arc of each GC.
+
+    Parameters
+    ----------
+    arm : Arm
+    poses : array_like, shape (N, 4, 4)
+        Tool frames, position in m.
+    start : array_like, shape (7,), optional
+        Joints before the first pose, rad.
+
+    Returns
+    -------
+    dict of str to JointPath
+        Those that reach every pose first; a motion that does not says why.
+
+    Raises
+    ------
+    PathError
+        If no global configuration has a solution at the first pose, or there is no pose.
+    """
+    frames = as_floats("poses", poses, (4, 4)).reshape(-1, 4, 4)
+    if start is not None:
+        return {"from the start": follow(arm, frames, start=start)}
+    found = {}
+    for gc in range(CONFIGURATIONS) if len(frames) else ():
+        arcs = arm.feasible(frames[0], gc)
+        if not arcs.is_empty:
+            lower, upper = arcs.intervals[np.diff(arcs.intervals, axis=1)[:, 0].argmax()]
+            q = arm.inverse(frames[0], 0.5 * (lower + upper), gc)
+            found[f"GC {gc}"] = follow(arm, frames, start=q)
+    if not found:
+        raise PathError("no global configuration has a solution at the first pose")
+    return dict(sorted(found.items(), key=lambda entry: not entry[1].ok))

@@ -1,0 +1,94 @@
+"""``armangle view``: the arm in the browser."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from .. import demo
+from .._arrays import Floats
+from .._motion import motion_of, motions_along
+from ..arm import Arm
+from ..errors import FileFormatError, InputError
+from ..io import load_joints, load_poses
+from ..joint_path import JointPath
+from ..stepping import follow
+from ._arguments import add_arm, joints, the_arm
+from ._screen import note, progress, show
+
+HELP = """\
+Show the arm in the browser: drag the tool, turn the elbow, see which joint
+blocks which arm angle, play a motion. Serves this machine alone, unless --host
+says otherwise, until Ctrl+C."""
+EXAMPLE = "  armangle view --demo"
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments."""
+    parser.add_argument("--path", metavar="FILE", help="a motion to play: joints, or poses to step along")
+    parser.add_argument("--demo", action="store_true", help="play the paper's example (figure 13)")
+    parser.add_argument("--start", metavar="Q", help="first joints q1,..,q7 in degrees")
+    parser.add_argument("--port", type=int, help="default: the first free one from 8080 on; 0: any")
+    parser.add_argument("--host", default="127.0.0.1", help="address to serve at (default 127.0.0.1)")
+    add_arm(parser, required=False)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Serve until interrupted."""
+    _check(args)
+    from .. import viewer
+
+    arm, runs = _arm_and_runs(args)
+    start = _start(args)
+    shown = viewer.Viewer(
+        viewer.ViewerState(arm, start), runs, port=args.port, host=args.host,
+        urdf=None if args.urdf is None else Path(args.urdf), base=args.base, tip=args.tip,
+    )  # fmt: skip
+    if shown.note:
+        note(f"armangle: {shown.note}")
+    show(f"{arm.name}: {shown.url} (Ctrl+C ends)")
+    try:
+        shown.wait()
+    except KeyboardInterrupt:
+        pass
+    finally:
+        shown.stop()
+    return 0
+
+
+def _start(args: argparse.Namespace) -> Floats | None:
+    return None if args.start is None else joints("--start", args.start)
+
+
+def _check(args: argparse.Namespace) -> None:
+    named = args.robot is not None or args.urdf is not None
+    if args.demo and (named or args.path is not None or args.start is not None):
+        raise InputError(
+            "--demo brings its own arm, start and path: leave out --robot, --urdf, --path, --start"
+        )
+    if not args.demo and not named:
+        raise InputError("view needs --robot NAME, --urdf FILE or --demo")
+
+
+def _arm_and_runs(args: argparse.Namespace) -> tuple[Arm, dict[str, JointPath]]:
+    """Return the arm and the motions to play, by name."""
+    if args.demo:
+        arm, start, poses = demo.example()
+        return arm, {
+            f"α = {policy.alpha:g}, K = {policy.K:g}": follow(
+                arm, poses, start=start, policy=policy, max_joint_step=float("inf")
+            )
+            for policy in demo.POLICIES
+        }
+    arm = the_arm(args)
+    if args.path is None:
+        return arm, {}
+    with progress(f"reading {args.path}"):
+        try:
+            return arm, {Path(args.path).name: motion_of(arm, load_joints(args.path))}
+        except FileFormatError as no_joints:
+            try:
+                return arm, motions_along(arm, load_poses(args.path), _start(args))
+            except FileFormatError as no_poses:
+                message = f"neither joints ({no_joints}) nor poses ({no_poses})"
+                raise FileFormatError(message, source=args.path) from None
