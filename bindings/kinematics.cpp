@@ -160,7 +160,7 @@ nb::tuple check_transform(nb::handle pose) {
 
 void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
-    arm.def("inverse_one", &inverse_one, "pose"_a, "psi"_a, "gc"_a);
+    arm.def("inverse_one", &inverse_one, "pose"_a.none(), "psi"_a.none(), "gc"_a.none());
     arm.def("inverse_many", &inverse_many, "pose"_a, "psi"_a, "gc"_a, "seed"_a.none(), "out"_a, "limits"_a, "unreachable"_a, "threads"_a);
     arm.def("forward_many", &forward_many, "q"_a, "pose"_a, "psi"_a, "gc"_a, "nan"_a, "threads"_a);
     arm.def("frames_many", &frames_many, "q"_a, "out"_a, "threads"_a);

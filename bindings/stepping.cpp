@@ -98,7 +98,7 @@ void resolve_many(const Policy& policy, nb::handle count, nb::handle psi_arcs, n
 void bind_stepping(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
     nb::class_<Policy>(m, "Policy").def("__init__", &make_policy, "rule"_a, "K"_a, "alpha"_a, "outside"_a);
-    arm.def("step_one", &step_one, "q_now"_a, "pose"_a, "policy"_a, "carry"_a, "max_joint_step"_a, "gc"_a, "margin"_a,
+    arm.def("step_one", &step_one, "q_now"_a.none(), "pose"_a.none(), "policy"_a, "carry"_a, "max_joint_step"_a, "gc"_a, "margin"_a,
             "allowed_count"_a.none(), "allowed_psi"_a.none());
     arm.def("follow_all", &follow_all, "start"_a, "poses"_a, "policy"_a, "carry"_a, "max_joint_step"_a, "gc_wanted"_a,
             "singularity_margin"_a, "on_fail"_a, "allowed_count"_a.none(), "allowed_psi"_a.none(), "q"_a, "psi"_a, "gc"_a, "status"_a,

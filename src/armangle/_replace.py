@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import secrets
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -35,7 +36,7 @@ def replacing(path: PathLike) -> Iterator[BinaryIO]:
     'whole'
     """
     target = Path(os.path.realpath(path))
-    beside = target.with_name(f".{target.name}.{os.getpid()}.part")
+    beside = target.with_name(f".{target.name}.{secrets.token_hex(8)}.part")
     try:
         if target.is_dir():
             raise IsADirectoryError(0, "it is a folder")

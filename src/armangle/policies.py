@@ -9,6 +9,7 @@ from . import _core
 from .errors import PolicyError
 
 Outside = Literal["nearest", "stop"]
+_LONGEST = 1e9  # s, of a step
 _OUTSIDE = ("nearest", "stop")
 _REPULSION, _HOLD, _CENTRE = 0, 1, 2
 
@@ -29,7 +30,7 @@ def _gain(rate: float, dt: float | None) -> float:
     """Return K per step of a rate (1/s), over a step of dt (s)."""
     if dt is None:
         raise PolicyError("dt is missing: a policy with rate= needs the time of a step in s")
-    _check_number("dt", dt, 0.0, float("inf"), True)
+    _check_number("dt", dt, 0.0, _LONGEST, True)
     return float(_core.gain(rate, dt))
 
 

@@ -116,7 +116,7 @@ def resolve(
     out, code = np.empty(shape), np.empty(shape, dtype=np.int8)
     flat = out.reshape(-1), code.reshape(-1)
     _core.resolve_many(
-        policy.core_policy(dt), arcs._count, arcs._psi, np.ascontiguousarray(pair[0]).reshape(-1),
+        _core_policy(policy, dt), arcs._count, arcs._psi, np.ascontiguousarray(pair[0]).reshape(-1),
         np.ascontiguousarray(pair[1]).reshape(-1), *flat,
     )  # fmt: skip
     reasons = arcs._status[pair[0]]
@@ -308,15 +308,17 @@ def _options(
     margin = singularity_margin
     if margin != 0.0:
         margin = as_number("singularity_margin", margin, 0.0, MOST_MARGIN)
+    return _core_policy(policy, dt), code, largest, index, margin
+
+
+def _core_policy(policy: Policy, dt: float | None) -> Any:
     if not isinstance(policy, POLICIES):
         raise InputError(f"policy is {policy!r}, wanted Repulsion, Hold or Centre")
-    return policy.core_policy(dt), code, largest, index, margin
+    return policy.core_policy(dt)
 
 
 def _one_allowed(allowed: Allowed, pose: Floats) -> tuple[Any, Any]:
-    arcs = allowed if isinstance(allowed, ArcSet) else allowed(pose)
-    if not isinstance(arcs, ArcSet) or arcs.shape:
-        raise InputError(f"allowed gives {arcs!r}, wanted an ArcSet of shape ()")
+    arcs = _checked(_allowed_arcs(allowed, pose))
     return arcs._count, arcs._psi
 
 
