@@ -468,7 +468,7 @@ class Arm:
 
         Source: Faria et al. (2018), Eqs. (12)-(24), in a form that holds the pose in every case.
         """
-        if seed is None and out is None and limits == "ignore":
+        if seed is None and out is None and limits == "ignore" and unreachable == "raise" and threads == 1:
             plain = self._core.inverse_one(pose, psi, gc)
             if plain is not None:
                 return plain  # type: ignore[no-any-return]
@@ -689,7 +689,7 @@ class Arm:
         ------
         ShapeError, NotFiniteError
         """
-        return self.limit_margin(q) >= -float(tol)
+        return self.limit_margin(q) >= -as_number("tol", tol, -_core.LARGEST_ANGLE, _core.LARGEST_ANGLE)
 
     def feasible(
         self,
