@@ -11,6 +11,8 @@
 #include "joint_function.hpp"
 #include "arcs.hpp"
 #include "limit_table.hpp"
+#include "boundaries.hpp"
+#include "blocked.hpp"
 #include "feasible.hpp"
 #include "feasible_all.hpp"
 #include "resolution.hpp"

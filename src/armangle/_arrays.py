@@ -36,7 +36,7 @@ def as_floats(name: str, value: ArrayLike, tail: Shape = ()) -> Floats:
             raise TypeError
         array = array.astype(np.float64, copy=False)
     except (TypeError, ValueError):
-        raise InputError(f"{name} is not an array of real numbers, wanted shape (..., {tail})") from None
+        raise InputError(f"{name} is not an array of real numbers, wanted shape {shape_text(tail)}") from None
     if array.ndim < len(tail) or array.shape[array.ndim - len(tail) :] != tail:
         raise ShapeError(f"{name} has shape {array.shape}, wanted {shape_text(tail)}")
     step = array.itemsize
