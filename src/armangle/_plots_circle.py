@@ -246,7 +246,7 @@ def _profile(panel: Any, arm: Arm, function: Any, angles: Any, blocked: ArcSet) 
     for limit in limits[np.isfinite(limits)]:
         panel.axhline(limit, color=VERMILION, lw=1.2, ls="--")
     for psi in function.singular:
-        panel.axvline(np.degrees(psi), color=MID, lw=1.2, ls=":")
+        panel.axvline(np.degrees(psi), color=MID, lw=2.0, ls=":", zorder=3)
     if len(function.stationary):
         panel.plot(np.degrees(function.stationary), np.degrees(function.value(function.stationary)), "o",
                    color=BLACK, mfc="white", ms=6)  # fmt: skip

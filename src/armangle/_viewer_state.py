@@ -262,13 +262,17 @@ class ViewerState:
         InputError
             If it is another arm's, or no row of it is solved.
         """
+        self.check_motion(motion)
+        self.motion = motion
+        answer = self.seek(0)
+        return answer if motion.ok else self._say(False, motion.explain())
+
+    def check_motion(self, motion: JointPath) -> None:
+        """Raise `InputError` if a motion is another arm's, or no row of it is solved."""
         if motion.arm != self.arm:
             raise InputError(f"the motion is of {motion.arm.name!r}, wanted one of {self.arm.name!r}")
         if not np.isfinite(motion.q).all(axis=1).any():
             raise InputError("the motion has no solved row, wanted at least one")
-        self.motion = motion
-        answer = self.seek(0)
-        return answer if motion.ok else self._say(False, motion.explain())
 
     def seek(self, row: int) -> Answer:
         """Go to a row of the motion; a row that was not solved leaves the arm where it is."""

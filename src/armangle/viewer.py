@@ -66,7 +66,7 @@ class Viewer:
     PortError
         If the port is taken or not allowed.
     InputError
-        If a motion is of another arm.
+        If a motion is of another arm, or has no solved row.
     """
 
     def __init__(
@@ -81,11 +81,14 @@ class Viewer:
         tip: str | None = None,
     ) -> None:
         viser = _viser()
+        for motion in (runs or {}).values():
+            state.check_motion(motion)
         solids, self.note = solids_of(state.arm, urdf, base, tip)
         chosen = _free_port(host) if port is None else _checked_port(host, port)
         self.state = state
         self._lock = threading.RLock()
         self._stopped = threading.Event()
+        self._held = False
         with _quiet():
             self._server = viser.ViserServer(host=host, port=chosen, verbose=False)
         bound = self._server.get_port()
@@ -120,12 +123,13 @@ class Viewer:
     def _drag(self, event: Any) -> None:
         """Follow the gizmo while it is held; put it on the tool when it is let go."""
         handle = self.scene.gizmo
-        held = event.phase != "end"
+        if event.phase != "update":  # events may overtake each other: the last word is start or end
+            self._held = event.phase == "start"
 
         def follow_hand() -> None:
             self.state.set_pose(_pose(np.array(handle.position), np.array(handle.wxyz)))
 
-        self.act(follow_hand, gizmo=not held)
+        self.act(follow_hand, gizmo=not self._held)
 
     def _play(self) -> None:
         while not self._stopped.wait(_FRAME_TIME):
