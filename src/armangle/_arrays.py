@@ -90,6 +90,8 @@ def shape_text(tail: Shape) -> str:
 def broadcast(named: Sequence[tuple[str, NDArray[Any], int]]) -> tuple[Shape, list[NDArray[Any]]]:
     """Return the common batch shape of (name, array, inner axes) and the arrays broadcast to it."""
     shapes = [array.shape[: array.ndim - inner] for _, array, inner in named]
+    if shapes.count(shapes[0]) == len(shapes):
+        return shapes[0], [array for _, array, _ in named]
     try:
         batch = np.broadcast_shapes(*shapes)
     except ValueError:
