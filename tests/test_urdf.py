@@ -13,6 +13,7 @@ from chain import (
     RandomArm,
     joint_xml,
     model,
+    no_models,
     pose_error,
     simple_urdf,
     skip_or_fail,
@@ -247,5 +248,5 @@ def test_a_description_has_its_shapes(change, message):
 
 def test_every_real_file_is_covered():
     if not MODELS.is_dir():
-        skip_or_fail(f"no robot files in {MODELS} (set ARMANGLE_MODELS)")
+        no_models(f"no robot files in {MODELS}")
     assert {path.stem for path in MODELS.glob("*.urdf")} == set(REAL)
