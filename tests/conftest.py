@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 import pytest
 from hypothesis import HealthCheck, settings
 
@@ -11,7 +13,8 @@ settings.register_profile(
     derandomize=True,
     suppress_health_check=[HealthCheck.too_slow],
 )
-settings.load_profile("suite")
+settings.register_profile("long", settings.get_profile("suite"), derandomize=False, max_examples=5000)
+settings.load_profile(os.environ.get("ARMANGLE_LAWS", "suite"))
 
 
 def pytest_configure(config: pytest.Config) -> None:

