@@ -1,8 +1,8 @@
 """Measure the numerical error and write docs/accuracy.md: tools/accuracy.py [--count N] [--write].
 
-Random postures within the limits, and families of postures at and beside every singularity. The bulk is judged by the
-library against itself (pose of the joints found, against the pose asked for); a sample of each family is judged by
-50-digit arithmetic (mpmath) that shares nothing with the library but the definition of the angles.
+Random postures within the limits, and families of postures at and beside every singularity. The bulk is
+judged by the library against itself (pose of the joints found, against the pose asked for); a sample of each
+family is judged by 50-digit arithmetic (mpmath) that shares nothing with the library but the definitions.
 """
 
 from __future__ import annotations
@@ -150,16 +150,17 @@ def report(count: int, sample: int) -> str:
 
 PAGE_TEXT = """# Accuracy
 
-Written by `{command}` on {date}, armangle {version}, {machine}. The arm is a KUKA LBR iiwa 7 R800; all numbers are
-absolute, p99.9 is rounded up by at most 2.3 %.
+Written by `{command}` on {date}, armangle {version}, {machine}. The arm is a KUKA LBR iiwa 7 R800; all
+numbers are absolute, p99.9 is rounded up by at most 2.3 %.
 
 ## There and back
 
-Postures to (pose, ψ, gc), back to joints, and to the pose again. Families "near" a value hold postures exactly at it
-and 1e-12, 1e-9, 1e-6 and 1e-3 rad beside. The *pose* holds everywhere. *q* cannot at a singular posture: there a whole
-family of joints has this pose (θ1 + θ3 or θ5 + θ7 alone count), or an angle is the root of a small number (θ4 of the
-stretched arm: about 1e-8). ψ is compared where the branch is the same. *Arc end*: how far the joint is from the limit
-that the end of a feasible arc names; at an end where dq/dψ is large it is the rounding of ψ times that slope.
+Postures to (pose, ψ, gc), back to joints, and to the pose again. Families "near" a value hold postures
+exactly at it and 1e-12, 1e-9, 1e-6 and 1e-3 rad beside. The *pose* holds everywhere. *q* cannot at a
+singular posture: there a whole family of joints has this pose (θ1 + θ3 or θ5 + θ7 alone count), or an
+angle is the root of a small number (θ4 of the stretched arm: about 1e-8). ψ is compared where the branch
+is the same. *Arc end*: how far the joint is from the limit that the end of a feasible arc names; at an
+end where dq/dψ is large it is the rounding of ψ times that slope.
 
 | postures | number | {heads} |
 | :-- | --: | {rule} |
@@ -167,9 +168,10 @@ that the end of a feasible arc names; at an end where dq/dψ is large it is the 
 
 ## Against 50 digits
 
-The same families, judged by mpmath: forward kinematics as a product of the DH matrices of Table 1 (largest error of
-an entry of the pose, m or 1), and ψ by the elbow axis from the *rounded* pose that the library returned. Where the
-wrist is close to the base axis, or the arm is stretched, the rounding of that pose alone moves ψ.
+The same families, judged by mpmath: forward kinematics as a product of the DH matrices of Table 1
+(largest error of an entry of the pose, m or 1), and ψ by the elbow axis from the *rounded* pose that the
+library returned. Where the wrist is close to the base axis, or the arm is stretched, the rounding of
+that pose alone moves ψ.
 
 | postures | number | pose: max | p99.9 | ψ (rad): max | p99.9 |
 | :-- | --: | --: | --: | --: | --: |
@@ -179,7 +181,7 @@ wrist is close to the base axis, or the arm is stretched, the rounding of that p
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=10_000_000, help="random postures; families: a hundredth")
+    parser.add_argument("--count", type=int, default=10_000_000, help="random postures (families: 1/100)")
     parser.add_argument("--sample", type=int, default=300, help="postures a family judged by mpmath")
     parser.add_argument("--write", action="store_true", help=f"write {PAGE.name}")
     args = parser.parse_args()
