@@ -1,7 +1,7 @@
 """Fuzz the readers of text: URDF, robot TOML, CSV of poses and of joints. Usage: texts.py [SECONDS] [SEED].
 
 Valid files are cut, doubled, swapped and sprinkled with bytes and hostile tokens. A reader may return or
-raise an `ArmangleError`, within two seconds; anything else is printed with the text that does it, exit code 1.
+raise an `ArmangleError`, within two seconds; anything else is printed with its text, exit code 1.
 """
 
 from __future__ import annotations

@@ -96,7 +96,7 @@ inline void intersect(const ArcSet& a, const ArcSet& b, ArcSet& out) noexcept {
     for (int i = 0; i < a.count; ++i) {
         for (int j = 0; j < b.count; ++j) {
             const Arc &p = a.arc[i], &q = b.arc[j];
-            for (double turn = -two_pi; turn <= two_pi; turn += two_pi) {
+            for (const double turn : {-two_pi, 0.0, two_pi}) {
                 const double lower = q.lower + turn, upper = q.upper + turn;
                 if (lower >= p.upper || upper <= p.lower) continue;
                 const bool later = lower > p.lower, earlier = upper < p.upper;
