@@ -149,3 +149,24 @@ def test_numbers_beyond_any_float_are_refused_in_a_robot_file(tmp_path: Path) ->
     path.write_text(source.read_text().replace("d_bs = 0.34", "d_bs = 1" + "0" * 400))
     with pytest.raises(aa.FileFormatError, match="d_bs has 1000"):
         read_robot(path)
+
+
+def comb(teeth: int, phase: float) -> aa.ArcSet:
+    lower = np.linspace(-np.pi, np.pi, teeth, endpoint=False) + phase
+    return aa.ArcSet(np.stack([lower, lower + 0.05], axis=-1))
+
+
+def test_sets_of_more_arcs_than_fit_are_refused_and_none_is_lost() -> None:
+    both = comb(16, 0.0) | comb(16, 0.12)
+    assert both.count == 32
+    assert (~both).count == 32
+    for operation in (lambda a, b: a | b, lambda a, b: a & b):
+        with pytest.raises(aa.InputError, match="the two sets hold 48 arcs, wanted at most 32"):
+            operation(both, comb(16, 0.24))
+    for call in (
+        lambda allowed: aa.step(ARM, Q, POSE, allowed=allowed),
+        lambda allowed: aa.follow(ARM, POSE[None], start=Q, allowed=allowed),
+        lambda allowed: aa.resolve(ARM, POSE, PSI, GC, allowed=lambda pose: allowed),
+    ):
+        with pytest.raises(aa.InputError, match="allowed holds 32 arcs, wanted at most 16"):
+            call(both)

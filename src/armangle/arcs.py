@@ -327,6 +327,9 @@ class ArcSet:
         except ValueError:
             raise ShapeError(f"arcs of shapes {self.shape} and {other.shape} do not broadcast") from None
         index_a, index_b = a.ravel(), b.ravel()
+        together = int((self._count[index_a] + other._count[index_b]).max(initial=0))
+        if operation != _NOT and together > _core.ARC_CAPACITY:
+            raise InputError(f"the two sets hold {together} arcs, wanted at most {_core.ARC_CAPACITY}")
         count, psi, source = _core.combine(
             operation, self._count, self._psi, index_a, other._count, other._psi, index_b
         )

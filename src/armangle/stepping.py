@@ -185,9 +185,7 @@ def step(
     >>> step(arm, q, pose).status.name
     'OK'
     """
-    native, code, largest, index, margin = _options(
-        gc, policy, dt, carry, max_joint_step, singularity_margin
-    )
+    native, code, largest, index, margin = _options(gc, policy, dt, carry, max_joint_step, singularity_margin)
     count = psi = None
     if allowed is not None:
         count, psi = _one_allowed(allowed, as_floats("pose", pose, (4, 4)))
@@ -325,7 +323,7 @@ def _one_allowed(allowed: Allowed, pose: Floats) -> tuple[Any, Any]:
 def _allowed_arcs(allowed: Allowed, poses: Floats) -> ArcSet:
     """Return the user's arcs for poses (..., 4, 4): one set, or one a pose."""
     if isinstance(allowed, ArcSet):
-        return allowed
+        return _few(allowed)
     if not callable(allowed):
         raise InputError(f"allowed is {allowed!r}, wanted an ArcSet or a function of a pose")
     sets = [_checked(allowed(pose)) for pose in poses.reshape(-1, 4, 4)]
@@ -339,4 +337,12 @@ def _allowed_arcs(allowed: Allowed, poses: Floats) -> ArcSet:
 def _checked(arcs: object) -> ArcSet:
     if not isinstance(arcs, ArcSet) or arcs.shape:
         raise InputError(f"allowed gives {arcs!r}, wanted an ArcSet of shape ()")
+    return _few(arcs)
+
+
+def _few(arcs: ArcSet) -> ArcSet:
+    """Return the arcs, as few as can be intersected with any feasible ones (up to 16) without loss."""
+    most = _core.ARC_CAPACITY // 2
+    if (arcs._count > most).any():
+        raise InputError(f"allowed holds {int(arcs._count.max())} arcs, wanted at most {most}")
     return arcs
