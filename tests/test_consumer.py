@@ -6,6 +6,7 @@ import os
 import platform
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -156,6 +157,16 @@ def build(project: Path, root: Path, compiler: str, folder: Path, *options: str)
     run(tool("cmake"), "-S", project, "-B", folder, *found, *options)
     run(tool("cmake"), "--build", folder)
     return folder
+
+
+def test_the_command_line_tells_where_the_cmake_files_are() -> None:
+    command = [sys.executable, "-m", "armangle", "--cmake-dir"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    if (PACKAGE / "cmake").is_dir():
+        assert (done.returncode, done.stdout) == (0, f"{PACKAGE.resolve() / 'cmake'}\n")
+    else:
+        assert done.returncode == 2
+        assert "the CMake files come with" in done.stderr
 
 
 def test_an_outside_project_finds_and_uses_the_package(root: Path, compiler: str, tmp_path: Path) -> None:
