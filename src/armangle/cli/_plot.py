@@ -14,8 +14,8 @@ from ..configuration import COUNT
 from ..errors import FileFormatError, InputError
 from ..io import load_joints, load_poses
 from ..joint_path import JointPath
-from ._arguments import POSE_HELP, add_arm, add_singularity_margin, angle, joints, pose, the_arm
-from ._screen import note, progress
+from ._arguments import POSE_HELP, add_arm, add_json, add_singularity_margin, angle, joints, pose, the_arm
+from ._screen import note, progress, show_json
 
 HELP = """\
 Draw a picture into a file:
@@ -45,6 +45,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--psi", type=angle, metavar="DEG", help="arm angle to mark; that of --q by default")
     add_arm(parser)
     add_singularity_margin(parser)
+    add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -67,7 +68,10 @@ def run(args: argparse.Namespace) -> int:
             )
         _write(axes, args.output)
     drawing.close("all")
-    note(f"wrote {args.output}")
+    if args.json:
+        show_json({"picture": args.picture, "robot": arm.name, "output": args.output})
+    else:
+        note(f"wrote {args.output}")
     return 0
 
 

@@ -13,8 +13,8 @@ from ..errors import FileFormatError, InputError
 from ..io import load_joints, load_poses
 from ..joint_path import JointPath
 from ..stepping import follow
-from ._arguments import add_arm, joints, the_arm
-from ._screen import note, progress, show
+from ._arguments import add_arm, add_json, joints, the_arm
+from ._screen import note, progress, show, show_json
 
 HELP = """\
 Show the arm in the browser: drag the tool, turn the elbow, see which joint
@@ -31,6 +31,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--port", type=int, help="default: the first free one from 8080 on; 0: any")
     parser.add_argument("--host", default="127.0.0.1", help="address to serve at (default 127.0.0.1)")
     add_arm(parser, required=False)
+    add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -46,7 +47,10 @@ def run(args: argparse.Namespace) -> int:
     )  # fmt: skip
     if shown.note:
         note(f"armangle: {shown.note}")
-    show(f"{arm.name}: {shown.url} (Ctrl+C ends)")
+    if args.json:
+        show_json({"robot": arm.name, "url": shown.url})
+    else:
+        show(f"{arm.name}: {shown.url} (Ctrl+C ends)")
     try:
         shown.wait()
     except KeyboardInterrupt:
