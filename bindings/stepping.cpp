@@ -21,6 +21,22 @@ StepOptions step_options(const Policy& policy, int carry, double max_joint_step,
     return o;
 }
 
+/// Bounds that Python states as 22 numbers: dt, velocities, accelerations, velocities now.
+struct GivenBounds {
+    Bounds value{};
+
+    GivenBounds(nb::handle given, StepOptions& options) {
+        if (given.is_none()) return;
+        const Buffer numbers(given);
+        if (!numbers.is_array('d', {1 + 3 * joints})) throw std::invalid_argument("22 numbers were expected");
+        const double* x = numbers.data<double>();
+        value.dt = x[0];
+        for (int j = 0; j < joints; ++j)
+            value.velocity[j] = x[1 + j], value.acceleration[j] = x[1 + joints + j], value.velocity_now[j] = x[1 + 2 * joints + j];
+        options.bounds = &value;
+    }
+};
+
 /// The arm's own limits, or those with a margin.
 struct Limits {
     std::optional<LimitTable> with_margin;
@@ -33,7 +49,7 @@ struct Limits {
 
 /// (q, psi, gc, status, margin), or (problem, index, value), or None where q or pose is no small matrix.
 nb::object step_one(const ArmHandle& self, nb::handle q_now, nb::handle pose, const Policy& policy, int carry, double max_joint_step,
-                    int gc, double margin, nb::handle allowed_count, nb::handle allowed_psi) {
+                    int gc, double margin, nb::handle allowed_count, nb::handle allowed_psi, nb::handle bounds) {
     double q[joints], m[16], value = 0;
     if (!SmallMatrix().read(q_now, 1, joints, q) || !SmallMatrix().read(pose, 4, 4, m)) return nb::none();
     Outcome outcome;
@@ -44,6 +60,7 @@ nb::object step_one(const ArmHandle& self, nb::handle q_now, nb::handle pose, co
     StepOptions options = step_options(policy, carry, max_joint_step, gc);
     ArcSet allowed;
     if (!allowed_count.is_none()) allowed = ArcArrays(allowed_count, allowed_psi).load(0, 0), options.allowed = &allowed;
+    const GivenBounds given(bounds, options);
     const Limits limits(self, margin);
     const Step next = step(self.arm, limits.table, q, load_pose(m), options);
     nb::object joint_values = new_array7();
@@ -53,7 +70,7 @@ nb::object step_one(const ArmHandle& self, nb::handle q_now, nb::handle pose, co
 }
 
 nb::object follow_all(const ArmHandle& self, nb::handle start, nb::handle poses, const Policy& policy, int carry, double max_joint_step, int gc_wanted,
-                      double singularity_margin, int on_fail, nb::handle allowed_count, nb::handle allowed_psi, nb::handle q, nb::handle psi, nb::handle gc, nb::handle status,
+                      double singularity_margin, int on_fail, nb::handle allowed_count, nb::handle allowed_psi, nb::handle bounds, int lookahead, nb::handle q, nb::handle psi, nb::handle gc, nb::handle status,
                       nb::handle margin, nb::handle residual) {
     const Buffer s(start), p(poses), q_out(q, true), psi_out(psi, true), gc_out(gc, true), status_out(status, true);
     const Buffer margin_out(margin, true), residual_out(residual, true);
@@ -74,10 +91,15 @@ nb::object follow_all(const ArmHandle& self, nb::handle start, nb::handle poses,
                           gc_out.data<long long>(), status_out.data<std::int8_t>()};
     const Strided<const ArcSet> allowed{sets.empty() ? nullptr : sets.data(), sets.size() > 1 ? 1 : 0};
     const Limits limits(self, singularity_margin);
-    const StepOptions options = step_options(policy, carry, max_joint_step, gc_wanted);
+    StepOptions options = step_options(policy, carry, max_joint_step, gc_wanted);
+    const GivenBounds given(bounds, options);
+    const auto window = static_cast<std::size_t>(lookahead);
+    std::vector<AheadLayer> layers(window ? Lookahead::layers_for(window) : 0);
+    Lookahead ahead(self.arm, limits.table, p.data<double>(), n, allowed, options.bounds, max_joint_step, layers.data(), window);
     {
         nb::gil_scoped_release release;
-        follow(self.arm, limits.table, s.data<double>(), p.data<double>(), n, options, static_cast<OnFail>(on_fail), allowed, rows);
+        follow(self.arm, limits.table, s.data<double>(), p.data<double>(), n, options, static_cast<OnFail>(on_fail), allowed, rows,
+               window ? &ahead : nullptr);
     }
     return nb::none();
 }
@@ -99,10 +121,10 @@ void bind_stepping(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
     nb::class_<Policy>(m, "Policy").def("__init__", &make_policy, "rule"_a, "K"_a, "alpha"_a, "outside"_a);
     arm.def("step_one", &step_one, "q_now"_a.none(), "pose"_a.none(), "policy"_a, "carry"_a, "max_joint_step"_a, "gc"_a, "margin"_a,
-            "allowed_count"_a.none(), "allowed_psi"_a.none());
+            "allowed_count"_a.none(), "allowed_psi"_a.none(), "bounds"_a.none());
     arm.def("follow_all", &follow_all, "start"_a, "poses"_a, "policy"_a, "carry"_a, "max_joint_step"_a, "gc_wanted"_a,
-            "singularity_margin"_a, "on_fail"_a, "allowed_count"_a.none(), "allowed_psi"_a.none(), "q"_a, "psi"_a, "gc"_a, "status"_a,
-            "margin"_a, "residual"_a);
+            "singularity_margin"_a, "on_fail"_a, "allowed_count"_a.none(), "allowed_psi"_a.none(), "bounds"_a.none(), "lookahead"_a, "q"_a, "psi"_a,
+            "gc"_a, "status"_a, "margin"_a, "residual"_a);
     m.def("resolve_many", &resolve_many, "policy"_a, "count"_a, "psi_arcs"_a, "index"_a, "psi"_a, "out"_a, "status"_a);
     m.def("gain", &gain, "rate"_a, "dt"_a);
 }

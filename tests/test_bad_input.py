@@ -86,6 +86,7 @@ BAD: dict[str, list[Any]] = {
                   [[0, 1e9]], [[0.0, 0.1]] * 17, [[1j, 2]], [[0.0, 1.0], [2.0]]],
     "K": [*NUMBER, -0.1, 1.1, None, True], "alpha": [*POSITIVE, None, True, INF],
     "rate": [*NUMBER, -1.0, True], "dt": [*POSITIVE, True],
+    "velocity_now": SEVEN, "lookahead": ["nonsense", object(), NAN, -1, 1.5, True, None],
 }  # fmt: skip
 BAD_HERE: dict[tuple[str, str], list[Any]] = {
     ("gc_index", "signs"): ["nonsense", object(), None, [1, 1], [1, 1, 0], [1, NAN, 1], 1],
@@ -93,7 +94,8 @@ BAD_HERE: dict[tuple[str, str], list[Any]] = {
     **{(f"Arm.{name}", "gc"): [*INDEX, None] for name in METHODS},
     **{(name, "gc"): [*INDEX, None] for name in ("gc_signs", "resolve")},
 }
-NEEDS = {"dt": {"policy": aa.Repulsion(rate=1.0)}, "paper_discriminant": {"paper_margin": 0.1}}
+NEEDS = {"dt": {"policy": aa.Repulsion(rate=1.0)}, "paper_discriminant": {"paper_margin": 0.1},
+         "velocity_now": {"velocity": np.ones(7), "dt": 0.1}}  # fmt: skip
 FREE = {"arm", "name", "joint_names", "notes", "import_report"}
 """Values of other kinds, with tests of their own."""
 OTHERS = {"catalogue", "save", "load_poses", "load_joints"}

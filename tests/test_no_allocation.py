@@ -42,6 +42,8 @@ def test_the_counter_counts(counts: dict[str, int]) -> None:
         "feasible_all",
         "step",
         "follow",
+        "bounded_step",
+        "lookahead",
     ],
 )
 def test_allocates_nothing(counts: dict[str, int], name: str) -> None:

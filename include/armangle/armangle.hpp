@@ -16,6 +16,8 @@
 #include "feasible.hpp"
 #include "feasible_all.hpp"
 #include "resolution.hpp"
+#include "bounds.hpp"
 #include "step.hpp"
 #include "batch.hpp"
+#include "lookahead.hpp"
 #include "follow.hpp"

@@ -4,6 +4,7 @@
 #include <cstddef>
 
 #include "batch.hpp"
+#include "lookahead.hpp"
 #include "step.hpp"
 
 namespace armangle {
@@ -34,11 +35,20 @@ inline void fill_row(const FollowRows& rows, std::size_t i, const Step& now, dou
     rows.status[i] = static_cast<std::int8_t>(now.status);
 }
 
+/// The velocity of a step becomes that before the next; none where the posture stayed.
+inline void carry_velocity(const double* to, const double* from, Bounds& bounds) noexcept {
+    for (int j = 0; j < joints; ++j) bounds.velocity_now[j] = (to[j] - from[j]) / bounds.dt;
+}
+
 }  // namespace detail
 
 /// Follows n poses (16 doubles each, row-major) from `start`. `allowed` is null, one set, or one a pose. psi is lifted.
+/// options.bounds holds the velocity before the first step; `ahead`, if not null, keeps the motion in the tube of the poses
+/// ahead and needs bounds.
 inline void follow(const Arm& arm, const LimitTable& limits, const double* start, const double* poses, std::size_t n, StepOptions options,
-                   OnFail on_fail, Strided<const ArcSet> allowed, const FollowRows& rows) noexcept {
+                   OnFail on_fail, Strided<const ArcSet> allowed, const FollowRows& rows, Lookahead* ahead = nullptr) noexcept {
+    Bounds bounds{};
+    if (options.bounds) bounds = *options.bounds, options.bounds = &bounds;
     double q[joint_slots] = {};
     for (int j = 0; j < joints; ++j) q[j] = start[j];
     Chain now = chain(arm, q);
@@ -51,8 +61,11 @@ inline void follow(const Arm& arm, const LimitTable& limits, const double* start
         }
         const Pose<double> pose = load_pose(poses + 16 * i);
         options.allowed = allowed.data ? allowed.at(i) : nullptr;
+        if (ahead) options.ahead = ahead->at(i, q, options.gc < 0 ? configuration(arm, now.theta) : configuration(options.gc));
         const Step next = step_from(arm, limits, q, now, pose, options);
         const bool ok = next.status == Status::OK;
+        if (ahead && !ok) ahead->forget();
+        if (options.bounds) detail::carry_velocity(next.q, q, bounds);
         stopped = !ok && on_fail == OnFail::stop;
         if (!ok && on_fail != OnFail::hold) {
             detail::open_row(rows, i, next.status);

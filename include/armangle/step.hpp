@@ -2,6 +2,7 @@
 #pragma once
 
 #include "arm_angle.hpp"
+#include "bounds.hpp"
 #include "feasible.hpp"
 #include "resolution.hpp"
 
@@ -16,6 +17,8 @@ struct StepOptions {
     double max_joint_step = 0.2;      // rad; a larger move of any joint is JOINT_JUMP
     int gc = -1;                      // 0..7, or -1: that of the present joints
     const ArcSet* allowed = nullptr;  // arcs of the user's own, intersected
+    const Bounds* bounds = nullptr;   // on speeds and accelerations
+    const ArcSet* ahead = nullptr;    // with bounds: the part of the arcs from which the poses ahead can be reached
 };
 
 /// On any status but OK, q is the present posture and residual its distance from the pose.
@@ -78,6 +81,39 @@ inline Step refused(const Arm& arm, const double* q_now) noexcept {
     return out;
 }
 
+/// The psi that the policy wants of what is `ahead`, in the arc that holds psi if there is some; NaN if nothing is.
+inline double wish_ahead(const StepOptions& options, const ArcSet& arcs, double psi) noexcept {
+    if (!options.ahead || options.ahead->empty()) return not_a_number;
+    Policy policy = options.policy;
+    policy.outside = Outside::nearest;
+    const Place place = find(arcs, psi);
+    if (place.index < 0 || contains(*options.ahead, psi)) return resolve(policy, *options.ahead, psi).psi;
+    ArcSet here, near;
+    make_empty(here);
+    here.arc[here.count++] = arcs.arc[place.index], here.full = arcs.full;
+    intersect(here, *options.ahead, near);
+    return resolve(policy, near.empty() ? *options.ahead : near, psi).psi;
+}
+
+/// The psi that the policy wants, or the nearest to it that keeps the bounds: of what is `ahead`, else of the arcs.
+[[gnu::noinline]] inline Resolution resolve_bounded(const BoundedStep& step, const StepOptions& options, const ArcSet& arcs, double psi,
+                                                    double wish) noexcept {
+    ArcSet within, further;
+    const double there = wish_ahead(options, arcs, psi);
+    if (there == there) {
+        if (step.keeps(there)) return {there, Status::OK};
+        step.within(*options.ahead, {}, further);
+        const double found = step.nearest(further, there);
+        if (found == found) return {found, Status::OK};
+        wish = there;
+    }
+    if (step.keeps(wish)) return {wish, Status::OK};
+    step.within(arcs, {}, within);
+    const double found = step.nearest(within, wish);
+    if (found == found) return {found, Status::OK};
+    return {psi, step.refusal(arcs)};
+}
+
 }  // namespace detail
 
 /// The step from q_now, whose chain is `now`, to `pose` (as the user sees it).
@@ -101,7 +137,12 @@ inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_
         const ArcSet own = arcs;
         intersect(own, *options.allowed, arcs);
     }
-    const Resolution next = resolve(options.policy, arcs, detail::carried_psi(arm, now, c, options.carry));
+    const double psi = detail::carried_psi(arm, now, c, options.carry);
+    Resolution next = resolve(options.policy, arcs, psi);
+    if (options.bounds && next.status == Status::OK) {
+        const BoundedStep bounded{arm, c, bend, gc, joint_functions(c, bend, gc), q_now, *options.bounds, options.max_joint_step};
+        next = detail::resolve_bounded(bounded, options, arcs, psi, next.psi);
+    }
     if (next.status != Status::OK) return stay(next.status);
     Joints q;
     const Status winding = detail::choose_windings(arm, directions(c, bend, gc, sin_cos(next.psi)), q_now, q);

@@ -24,6 +24,8 @@ inline constexpr double folded = 1e-12;
 inline constexpr double rotation = 1e-6;
 /// Angles beyond this, 160 000 turns, are refused: taken to one turn they would lose the digits promised (rad).
 inline constexpr double largest_angle = 1e6;
+/// What a bound on a step allows is drawn in by this, so that the inverse's rounding does not break the bound (rad).
+inline constexpr double bound = 1e-12;
 /// A length above this is not in metres (m).
 inline constexpr double length = 1e3;
 

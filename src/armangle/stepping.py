@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from ._arrays import Floats, as_floats, as_gc, as_number, broadcast, check_angles, raise_problem
+from ._bounds import Bound, no_bounds, step_bounds
 from .arcs import ArcSet
 from .arm import MOST_MARGIN, Arm
 from .configuration import COUNT as CONFIGURATIONS
@@ -136,12 +137,20 @@ def step(
     max_joint_step: float | None = None,
     allowed: Allowed | None = None,
     singularity_margin: float = 0.0,
+    velocity: Bound = None,
+    acceleration: Bound = None,
+    velocity_now: ArrayLike | None = None,
 ) -> Step:
     """Return the joints for the next pose of a control loop: one pass of the paper's figure 10.
 
     Feasible arcs at the new pose, next arm angle by the policy, closed-form inverse, and the checks that make
     the motion continuous: q is lifted next to `q_now`; a joint whose turns are used up, or a joint that would
     move more than `max_joint_step`, is a status, and the posture stays.
+
+    With bounds the arm angle is the nearest to the policy's wish whose joints keep them. **What is returned
+    with OK keeps them**, judged by the joints themselves: ``v = (q - q_now) / dt`` has
+    ``|v| <= velocity`` and ``|v - velocity_now| <= acceleration * dt``; and every joint can still brake
+    before its limit. Where no arm angle does, the status is VELOCITY_LIMIT, ACCELERATION_LIMIT or JOINT_JUMP.
 
     Parameters
     ----------
@@ -164,6 +173,12 @@ def step(
         Arcs of the user's own, intersected.
     singularity_margin : float
         As in `Arm.feasible`, rad.
+    velocity : array_like, shape (7,), or True, optional
+        Greatest joint speeds, rad/s, > 0; True: the arm's own, ``arm.velocity``. Needs `dt`.
+    acceleration : array_like, shape (7,), or True, optional
+        Greatest joint accelerations, rad/s², > 0; True: ``arm.acceleration``. Needs `dt` and `velocity_now`.
+    velocity_now : array_like, shape (7,), optional
+        Joint velocities of the step before, rad/s.
 
     Returns
     -------
@@ -189,8 +204,11 @@ def step(
     count = psi = None
     if allowed is not None:
         count, psi = _one_allowed(allowed, as_floats("pose", pose, (4, 4)))
+    bounds = None
+    if velocity is not None or acceleration is not None:
+        bounds = step_bounds(arm, velocity, acceleration, velocity_now, dt)
     core_step = arm._core.step_one
-    result = core_step(q_now, pose, native, code, largest, index, margin, count, psi)
+    result = core_step(q_now, pose, native, code, largest, index, margin, count, psi, bounds)
     if result is None:
         joints, frame = as_floats("q_now", q_now, (JOINTS,)), as_floats("pose", pose, (4, 4))
         if joints.ndim != 1 or frame.ndim != 2:
@@ -199,7 +217,7 @@ def step(
                 "follow takes sequences"
             )
         joints, frame = np.ascontiguousarray(joints), np.ascontiguousarray(frame)
-        result = core_step(joints, frame, native, code, largest, index, margin, count, psi)
+        result = core_step(joints, frame, native, code, largest, index, margin, count, psi, bounds)
     if len(result) == 3:
         raise_problem(result, (), joints="q_now")
     q, angle, index, code, margin = result
@@ -219,8 +237,22 @@ def follow(
     allowed: Allowed | None = None,
     singularity_margin: float = 0.0,
     on_fail: OnFail = "stop",
+    velocity: Bound = None,
+    acceleration: Bound = None,
+    velocity_now: ArrayLike | None = None,
+    lookahead: int = 0,
 ) -> JointPath:
     """Return the motion along a sequence of poses: `step` in a loop, bit for bit, in C++.
+
+    A local rule runs into dead ends: an arc that closes while another remains. With ``lookahead=n`` every
+    step sees at least n poses beyond its own (2n at most) and keeps psi where all of them can still be
+    reached, moving no joint further from pose to pose than `max_joint_step` and `velocity` allow; the
+    policy is repelled from the ends of that part, not of the arc. **A dead end inside the window is
+    avoided if there is a way around it from the posture at which it comes into sight**, with one per cent
+    of the speed to spare. Where there is none, the motion goes as far as it can. Bounds on acceleration
+    are kept as without lookahead, but met ahead only by keeping half of the speed back: a way around may
+    then be missed. The turns left to a joint with more than one are not foreseen. `plan` sees the whole
+    path.
 
     Parameters
     ----------
@@ -236,6 +268,13 @@ def follow(
     on_fail : "stop", "hold" or "skip"
         What to do with a pose that cannot be stepped to: end there (rows behind are NaN, NOT_REACHED); stay
         in the posture and go on (its row repeats the posture); or leave its row NaN and go on.
+    velocity, acceleration
+        As in `step`; every OK row keeps them.
+    velocity_now : array_like, shape (7,), optional
+        Joint velocities before the first step, rad/s; at rest by default. They are carried from row to row,
+        and are 0 where the posture stays.
+    lookahead : int
+        Poses beyond the present one that every step sees, 0 or more.
 
     Returns
     -------
@@ -258,6 +297,11 @@ def follow(
     if on_fail not in _ON_FAIL:
         raise InputError(f"on_fail is {on_fail!r}, wanted one of 'stop', 'hold', 'skip'")
     options = _options(gc, policy, dt, carry, max_joint_step, singularity_margin)
+    window = _window(lookahead, len(frames))
+    bounds = no_bounds() if window else None
+    if velocity is not None or acceleration is not None:
+        before = np.zeros(JOINTS) if velocity_now is None else velocity_now
+        bounds = step_bounds(arm, velocity, acceleration, before, dt)
     n = len(frames)
     count = psi = None
     if allowed is not None and n:
@@ -267,13 +311,20 @@ def follow(
         count, psi = arcs._count, arcs._psi
     rows = _empty_rows(n)
     problem = arm._core.follow_all(
-        joints, frames, *options, _ON_FAIL.index(on_fail), count, psi, rows["q"], rows["psi"],
-        rows["gc"], rows["status"], rows["margin"], rows["residual"],
+        joints, frames, *options, _ON_FAIL.index(on_fail), count, psi, bounds, window, rows["q"],
+        rows["psi"], rows["gc"], rows["status"], rows["margin"], rows["residual"],
     )  # fmt: skip
     if problem:
         raise_problem(problem, (n,))
     s = np.linspace(0.0, 1.0, n) if n != 1 else np.zeros(1)
     return JointPath(arm=arm, s=s, poses=frames.copy(), **rows)
+
+
+def _window(lookahead: int, n: int) -> int:
+    """Return how many poses to look ahead, no more than there are."""
+    if isinstance(lookahead, bool) or not isinstance(lookahead, int) or lookahead < 0:
+        raise InputError(f"lookahead is {lookahead!r}, wanted a number of poses, 0 or more")
+    return min(lookahead, n)
 
 
 def _empty_rows(n: int) -> dict[str, Any]:

@@ -121,5 +121,19 @@ int main() {
         const FollowRows rows{out.q, out.psi, out.margin, out.residual, out.gc, out.status};
         follow(arm, limits, in.q, in.matrix, count, StepOptions{}, OnFail::stop, {nullptr, 0}, rows);
     });
+    static Bounds bounds;
+    bounds.dt = 0.01;
+    for (int j = 0; j < joints; ++j) bounds.velocity[j] = 2.0, bounds.acceleration[j] = 50.0, bounds.velocity_now[j] = 0.0;
+    StepOptions bounded;
+    bounded.bounds = &bounds;
+    report("bounded_step", [&] {
+        for (std::size_t i = 0; i < count; ++i) out.psi[i] = step(arm, limits, in.q, load_pose(in.matrix + 16 * i), bounded).psi;
+    });
+    static AheadLayer layers[Lookahead::layers_for(4)];
+    report("lookahead", [&] {
+        const FollowRows rows{out.q, out.psi, out.margin, out.residual, out.gc, out.status};
+        Lookahead ahead(arm, limits, in.matrix, count, {nullptr, 0}, &bounds, bounded.max_joint_step, layers, 4);
+        follow(arm, limits, in.q, in.matrix, count, bounded, OnFail::hold, {nullptr, 0}, rows, &ahead);
+    });
     return 0;
 }
