@@ -19,10 +19,10 @@ from ._screen import note, progress, show_json
 
 HELP = """\
 Draw a picture into a file:
-  circle    the redundancy circle at one pose: which joint blocks which arm angle
-  profiles  the joints over the arm angle at one pose, with their limits
+  circle    the redundancy circle at a pose: which joint blocks which arm angle
+  profiles  the joints over the arm angle at a pose, with their limits
   path      arm angle and joints along a motion: a joint FILE, as follow writes it
-  map       the feasible arm angles along a motion or along poses: a FILE of either"""
+  map       feasible arm angles along a motion or along poses: a FILE of either"""
 EXAMPLE = """\
   armangle plot circle --robot kuka_iiwa7_r800 -o circle.png \\
       --q -5.4101,-26.4986,-48.1542,-61.65,152.6198,114.4466,8.1812"""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 
 from .. import demo
@@ -51,6 +52,7 @@ def run(args: argparse.Namespace) -> int:
         show_json({"robot": arm.name, "url": shown.url})
     else:
         show(f"{arm.name}: {shown.url} (Ctrl+C ends)")
+    sys.stdout.flush()  # a script waits for the address
     try:
         shown.wait()
     except KeyboardInterrupt:
