@@ -49,7 +49,7 @@ POLICY: list[Any] = ["nonsense", 0.5, object(), aa.Repulsion]
 ALLOWED: list[Any] = ["nonsense", 0.5, lambda pose: 1]
 
 METHODS = ("forward", "inverse", "inverse_all", "jacobian", "self_motion", "limit_margin", "within_limits",
-           "feasible", "joint_feasible", "joint_function")  # fmt: skip
+           "feasible", "joint_feasible", "joint_function", "explain")  # fmt: skip
 FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "Arm": (aa.Arm, {"d_bs": 0.34, "d_se": 0.4, "d_ew": 0.4, "d_wf": 0.126}),
     "ArcSet": (aa.ArcSet, {"intervals": [[0.0, 1.0]]}),
@@ -62,12 +62,24 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "resolve": (aa.resolve, {"arm": ARM, "pose": POSE, "psi": PSI, "gc": GC}),
     "step": (aa.step, {"arm": ARM, "q_now": Q, "pose": POSE}),
     "follow": (aa.follow, {"arm": ARM, "poses": POSE[None], "start": Q}),
+    "plan": (aa.plan, {"arm": ARM, "path": POSE[None]}),
+    "Objective": (aa.Objective, {}),
+    "Line": (aa.Line, {"start": POSE, "end": POSE}),
+    "CircularArc": (aa.CircularArc, {"start": POSE, "via": [1.0, 2.0, 3.0], "end": POSE}),
+    "Screw": (aa.Screw, {"start": POSE, "point": [0.0] * 3, "direction": [0.0, 0.0, 1.0], "angle": 1.0}),
+    "Waypoints": (aa.Waypoints, {"poses": POSE[None]}),
+    "Path.pose": (aa.Line(POSE, POSE).pose, {"s": 0.5}),
+    "Path.derivative": (aa.Line(POSE, POSE).derivative, {"s": 0.5}),
+    "JointPath.at": (aa.plan(ARM, POSE[None]).at, {"s": 0.5}),
+    "JointPath.derivatives": (aa.plan(ARM, POSE[None]).derivatives, {"s": 0.5}),
     "ArcSet.contains": (aa.ArcSet([[0.0, 1.0]]).contains, {"psi": 0.1}),
     "ArcSet.nearest": (aa.ArcSet([[0.0, 1.0]]).nearest, {"psi": 0.1}),
     "JointFunction.value": (ARM.joint_function(POSE, GC, 1).value, {"psi": 0.1}),
     "JointFunction.derivative": (ARM.joint_function(POSE, GC, 1).derivative, {"psi": 0.1}),
     **{f"Arm.{name}": (getattr(ARM, name), {}) for name in METHODS},
 }
+POINTS: list[Any] = [*WORDS, 0.1, [1.0, 2.0], [NAN, 0.0, 0.0], [0.0, INF, 0.0], [[0.0, 0.0, 1.0]], [1j] * 3]
+WEIGHT: list[Any] = [*NUMBER, None, -1.0, INF]
 GOOD = {"q": Q, "pose": POSE, "psi": PSI, "gc": GC, "joint": 1}
 BAD: dict[str, list[Any]] = {
     "q": JOINTS, "q_now": JOINTS, "start": JOINTS, "seed": [v for v in JOINTS if v is not None],
@@ -85,17 +97,30 @@ BAD: dict[str, list[Any]] = {
     "intervals": ["nonsense", object(), [1.0, 2.0, 3.0], [[1.0]], [[2.0, 1.0]], [[NAN, 1.0]], [[0, INF]],
                   [[0, 1e9]], [[0.0, 0.1]] * 17, [[1j, 2]], [[0.0, 1.0], [2.0]]],
     "K": [*NUMBER, -0.1, 1.1, None, True], "alpha": [*POSITIVE, None, True, INF],
-    "rate": [*NUMBER, -1.0, True], "dt": [*POSITIVE, True],
     "velocity_now": SEVEN, "lookahead": ["nonsense", object(), NAN, -1, 1.5, True, None],
+    "rate": [*NUMBER, -1.0, True], "dt": [*POSITIVE, True], "path": [*POSES, POSE],
+    "goal": [v for v in JOINTS if v is not None], "objective": ["nonsense", None, 1.0, aa.Objective],
+    "samples": ["nonsense", None, 0, 1, 2.5, True], "limit_margin": [*NUMBER, None, -0.1, 2.2, INF],
+    "singularities": WEIGHT, "travel": WEIGHT, "enough": WEIGHT, "end": POSES,
+    "orientation": [*CHOICE, None, []], "via": POINTS, "point": POINTS,
+    "direction": [*POINTS, [0.0, 0.0, 0.0]], "angle": [*NUMBER, None, INF, 1e4],
+    "advance": [*NUMBER, None, INF, 1e4], "s": [*ANGLES, -0.1, 1.1],
+    "order": ["nonsense", None, 0, 4, 1.5, NAN],
 }  # fmt: skip
 BAD_HERE: dict[tuple[str, str], list[Any]] = {
     ("gc_index", "signs"): ["nonsense", object(), None, [1, 1], [1, 1, 0], [1, NAN, 1], 1],
     ("nearest_rotation", "pose"): [*WORDS, 0.1, POSE[:3], changed(POSE, NAN), changed(POSE, INF)],
+    ("Objective", "limits"): WEIGHT,
+    ("plan", "start"): [v for v in JOINTS if v is not None],
+    ("plan", "gc"): [*INDEX, [], [8], ["x"]],
+    **{(name, "start"): POSES for name in ("Line", "CircularArc", "Screw")},
     **{(f"Arm.{name}", "gc"): [*INDEX, None] for name in METHODS},
     **{(name, "gc"): [*INDEX, None] for name in ("gc_signs", "resolve")},
 }
-NEEDS = {"dt": {"policy": aa.Repulsion(rate=1.0)}, "paper_discriminant": {"paper_margin": 0.1},
-         "velocity_now": {"velocity": np.ones(7), "dt": 0.1}}  # fmt: skip
+NEEDS: dict[str, dict[str, Any]] = {
+    "samples": {"path": aa.Line(POSE, POSE)}, "dt": {"policy": aa.Repulsion(rate=1.0)},
+    "paper_discriminant": {"paper_margin": 0.1}, "velocity_now": {"velocity": np.ones(7), "dt": 0.1},
+}  # fmt: skip
 FREE = {"arm", "name", "joint_names", "notes", "import_report"}
 """Values of other kinds, with tests of their own."""
 OTHERS = {"catalogue", "save", "load_poses", "load_joints"}
@@ -113,10 +138,11 @@ def rows() -> Iterator[tuple[str, str, Any]]:
 
 def test_every_public_function_and_argument_is_in_the_matrix() -> None:
     named = {name.split(".")[0] for name in FUNCTIONS} | OTHERS
-    results = {"ArcEnd", "ImportReport", "JointFunction", "JointPath", "JointTable", "Resolution", "Step"}
+    results = {"ArcEnd", "Branch", "Diagnosis", "ImportReport", "JointFunction", "JointPath", "JointTable"}
+    results |= {"Opening", "Path", "PathPoint", "Resolution", "Step"}
     public = {name: getattr(aa, name) for name in aa.__all__}
     faults = {n for n, v in public.items() if isinstance(v, type) and issubclass(v, Exception)}
-    constants = {n for n, v in public.items() if not callable(v)} | {"Status"}
+    constants = {n for n, v in public.items() if not callable(v)} | {"Status", "Verdict"}
     assert set(public) - named - results - faults - constants == set()
     for name, (function, _) in FUNCTIONS.items():
         for parameter in inspect.signature(function).parameters:

@@ -19,17 +19,23 @@ struct Triad {
     T distance, inverse_distance;  // |S-W| in m, and 1 / m
 };
 
-/// Triad of a pose 0T7 (already freed of base and tool).
-template <class T>
-ARMANGLE_INLINE Triad<T> triad(const Arm& arm, const Pose<T>& flange) noexcept {
+/// Triad of a pose 0T7 (already freed of base and tool); normal(p, w) is its zero, p = S->W (m), w = p / |p|.
+template <class T, class Normal>
+ARMANGLE_INLINE Triad<T> triad(const Arm& arm, const Pose<T>& flange, const Normal& normal) noexcept {
     const Vec3<T> p = flange.position - Vec3<T>{T(0.0), T(0.0), T(arm.d_bs)} - flange.rotation.z * T(arm.d_wf);  // eq. (3)
     Triad<T> t;
     t.distance = norm(p);
     t.inverse_distance = T(1.0) / select(t.distance == T(0.0), T(1.0), t.distance);
     t.w = p * t.inverse_distance;
-    t.z = reference_normal(arm, p, t.w);
+    t.z = normal(p, t.w);
     t.e = cross(t.w, t.z);
     return t;
+}
+
+/// The triad of the paper's psi.
+template <class T>
+ARMANGLE_INLINE Triad<T> triad(const Arm& arm, const Pose<T>& flange) noexcept {
+    return triad(arm, flange, [&arm](const Vec3<T>& p, const Vec3<T>& w) noexcept { return reference_normal(arm, p, w); });
 }
 
 /// The circle: its triad, the tool's axes in it (w.x_7, w.y_7, w.z_7; the same for e and z), and the arm's triangle.
@@ -39,18 +45,22 @@ struct Circle : Triad<T> {
     Triangle<T> triangle;
 };
 
-/// Circle of a pose 0T7.
+/// Circle of a pose 0T7 on its triad.
 template <class T>
-ARMANGLE_INLINE Circle<T> circle(const Arm& arm, const Pose<T>& flange) noexcept {
+ARMANGLE_INLINE Circle<T> circle_on(const Arm& arm, const Triad<T>& triad, const Pose<T>& flange) noexcept {
     const auto& [x7, y7, z7] = flange.rotation;
     Circle<T> c;
-    static_cast<Triad<T>&>(c) = triad(arm, flange);
+    static_cast<Triad<T>&>(c) = triad;
     c.tool_w = {dot(c.w, x7), dot(c.w, y7), dot(c.w, z7)};
     c.tool_e = {dot(c.e, x7), dot(c.e, y7), dot(c.e, z7)};
     c.tool_z = {dot(c.z, x7), dot(c.z, y7), dot(c.z, z7)};
     c.triangle = triangle(arm, c.distance, c.inverse_distance);
     return c;
 }
+
+/// Circle of a pose 0T7 in the paper's psi.
+template <class T>
+ARMANGLE_INLINE Circle<T> circle(const Arm& arm, const Pose<T>& flange) noexcept { return circle_on(arm, triad(arm, flange), flange); }
 
 template <class T>
 ARMANGLE_INLINE auto is_folded(const Arm& arm, const Triad<T>& c) noexcept { return c.distance <= T(tolerance::folded * arm.reach); }

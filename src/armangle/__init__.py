@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from .arm import Arm, nearest_rotation
     from .configuration import gc_index, gc_signs
     from .description import ImportReport
+    from .diagnosis import Branch, Diagnosis, Opening, Verdict
     from .errors import (
         ArmangleError,
         ConfigurationError,
@@ -40,7 +41,9 @@ if TYPE_CHECKING:
     )
     from .io import JointTable, load_joints, load_poses, save
     from .joint_function import JointFunction
-    from .joint_path import JointPath
+    from .joint_path import JointPath, PathPoint
+    from .paths import CircularArc, Line, Path, Screw, Waypoints
+    from .planning import Objective, plan
     from .policies import Centre, Hold, Repulsion
     from .status import Status
     from .stepping import Resolution, Step, follow, resolve, step
@@ -53,12 +56,15 @@ _HOMES = {
     "arm": "Arm nearest_rotation",
     "configuration": "gc_index gc_signs",
     "description": "ImportReport",
+    "diagnosis": "Branch Diagnosis Opening Verdict",
     "errors": "ArmangleError ConfigurationError FileFormatError InputError LimitError MissingExtraError "
     "NotFiniteError NotRotationError NotSRSError OutputError PathError PolicyError PortError ShapeError "
     "UnknownRobotError UnreachableError UrdfError",
     "io": "JointTable load_joints load_poses save",
     "joint_function": "JointFunction",
-    "joint_path": "JointPath",
+    "joint_path": "JointPath PathPoint",
+    "paths": "CircularArc Line Path Screw Waypoints",
+    "planning": "Objective plan",
     "policies": "Centre Hold Repulsion",
     "status": "Status",
     "stepping": "Resolution Step follow resolve step",
@@ -71,8 +77,11 @@ __all__ = [
     "ArcSet",
     "Arm",
     "ArmangleError",
+    "Branch",
     "Centre",
+    "CircularArc",
     "ConfigurationError",
+    "Diagnosis",
     "FileFormatError",
     "Hold",
     "ImportReport",
@@ -81,22 +90,30 @@ __all__ = [
     "JointPath",
     "JointTable",
     "LimitError",
+    "Line",
     "MissingExtraError",
     "NotFiniteError",
     "NotRotationError",
     "NotSRSError",
+    "Objective",
+    "Opening",
     "OutputError",
+    "Path",
     "PathError",
+    "PathPoint",
     "PolicyError",
     "PortError",
     "Repulsion",
     "Resolution",
+    "Screw",
     "ShapeError",
     "Status",
     "Step",
     "UnknownRobotError",
     "UnreachableError",
     "UrdfError",
+    "Verdict",
+    "Waypoints",
     "__version__",
     "catalogue",
     "follow",
@@ -105,6 +122,7 @@ __all__ = [
     "load_joints",
     "load_poses",
     "nearest_rotation",
+    "plan",
     "resolve",
     "save",
     "step",

@@ -11,6 +11,7 @@ from ._arrays import Floats, as_floats, as_gc, as_number, as_threads, broadcast,
 from .arcs import ArcSet
 from .configuration import COUNT as CONFIGURATIONS
 from .description import JOINTS
+from .diagnosis import Diagnosis, branch_of
 from .errors import ConfigurationError, InputError, ShapeError
 from .joint_function import JointFunction
 
@@ -175,6 +176,44 @@ class ArmLimits(ArmKinematics):
         if len(result) == 3:
             raise_problem(result, batch)
         return ArcSet._from_core((*batch, *_SETS_OF[wanted]), result)
+
+    def explain(self, pose: ArrayLike, *, singularity_margin: float = 0.0) -> Diagnosis:
+        """Return for each global configuration whether a pose can be held within all limits, and if not, why.
+
+        Parameters
+        ----------
+        pose : array_like, shape (4, 4)
+            Tool frame, position in m.
+        singularity_margin : float
+            As in `feasible`, rad.
+
+        Returns
+        -------
+        Diagnosis
+            ``branches[k]`` is that of GC k; ``explain()`` says it in words.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, NotRotationError, InputError
+
+        Examples
+        --------
+        >>> import armangle as aa
+        >>> far = np.eye(4)
+        >>> far[0, 3] = 2.0
+        >>> round(aa.Arm.from_catalogue("kuka_iiwa7_r800").explain(far)[0].excess, 4)
+        1.2536
+        """
+        frame = np.ascontiguousarray(as_floats("pose", pose, (4, 4)))
+        if frame.ndim != 2:
+            raise ShapeError(f"pose has shape {frame.shape}, wanted (4, 4)")
+        problem = _core.check_transforms(frame[None])
+        if problem:
+            raise_problem(problem, ())
+        margin = as_number("singularity_margin (rad)", singularity_margin, 0.0, MOST_MARGIN)
+        segment = np.empty((1, _core.SEGMENT_WIDTH))
+        _core.path_waypoints(frame[None], segment)
+        return Diagnosis(tuple(map(branch_of, self._core.explain_pose(segment, margin))), path=False)
 
     def joint_function(self, pose: ArrayLike, gc: int, joint: int) -> JointFunction:
         """Return one joint as a function of the arm angle, at a fixed pose and global configuration.

@@ -2,16 +2,32 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from . import _core
 from ._arrays import Floats, Ints
+from ._curve import Curve
 from .arm import Arm
+from .diagnosis import Diagnosis
 from .errors import PathError
+from .paths import Path, checked_parameters
 from .status import STATUSES, Status
+
+
+class PathPoint(NamedTuple):
+    """Where a path is at s: ``q (..., 7)`` rad, ``psi (...)`` rad, ``gc (...)``, ``pose (..., 4, 4)`` m.
+
+    Beyond the s that was reached q and psi are NaN, and gc is -1.
+    """
+
+    q: Floats
+    psi: Floats | np.float64
+    gc: Ints | np.int64
+    pose: Floats
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -39,9 +55,15 @@ class JointPath:
     residual : ndarray, shape (N,)
         Distance of the tool's origin from its pose, m.
     certified : bool
-        Whether limits are proven between the rows too; never by `follow`.
-    diagnosis : object or None
-        Why there is no path, from `plan`.
+        Whether limits and margins are proven between the rows too, on all of [0, 1]; never by `follow`.
+    uncertified : ndarray, shape (k, 2)
+        The ranges of s that are not proven.
+    diagnosis : Diagnosis or None
+        What `plan` found for every global configuration, best first: the ranking, or why there is no path.
+    path : Path or None
+        Where the tool goes between the rows; straight and by shortest rotations where None.
+    curve : Curve or None
+        The arm angle between the rows; linear where None.
     """
 
     arm: Arm
@@ -54,10 +76,13 @@ class JointPath:
     margin: Floats
     residual: Floats
     certified: bool = False
-    diagnosis: Any = None
+    uncertified: Floats = field(default_factory=lambda: np.array([[0.0, 1.0]]))
+    diagnosis: Diagnosis | None = None
+    path: Path | None = None
+    curve: Curve | None = None
 
     def __post_init__(self) -> None:
-        for name in ("s", "poses", "q", "psi", "gc", "status", "margin", "residual"):
+        for name in ("s", "poses", "q", "psi", "gc", "status", "margin", "residual", "uncertified"):
             array = getattr(self, name).view()
             array.setflags(write=False)
             object.__setattr__(self, name, array)
@@ -76,11 +101,97 @@ class JointPath:
         bad = np.flatnonzero(self.status != Status.OK)
         return int(bad[0]) if len(bad) else None
 
+    def at(self, s: ArrayLike) -> PathPoint:
+        """Return the motion at any s: the closed-form inverse at the pose and the arm angle there.
+
+        Always on the path, to 1e-12; never an interpolation of joints. Where the path has neither `path` nor
+        `curve` (from `follow`) the tool goes straight and by the shortest rotation from pose to pose, and the
+        elbow turns evenly.
+
+        Parameters
+        ----------
+        s : array_like, shape (...)
+            Path parameter in [0, 1].
+
+        Returns
+        -------
+        PathPoint
+            Fields ``q, psi, gc, pose``.
+
+        Raises
+        ------
+        InputError
+            If an s is not in [0, 1].
+        PathError
+            If no row is solved, or a path of `follow` is not whole.
+        """
+        at = checked_parameters(s)
+        curve = self._curve()
+        flat = at.reshape(-1)
+        inside = flat <= curve.end
+        q, psi = np.full((at.size, 7), np.nan), np.full(at.size, np.nan)
+        placed = curve.at(self.arm._core, np.ascontiguousarray(flat[inside]))
+        q[inside], psi[inside] = placed.q, placed.psi
+        pose = np.empty((at.size, 4, 4))
+        _core.path_poses(curve.segments, np.ascontiguousarray(flat), pose)
+        gc = np.where(inside, curve.gc, -1)
+        shape = at.shape
+        return PathPoint(
+            q.reshape(*shape, 7), psi.reshape(shape)[()], gc.reshape(shape)[()], pose.reshape(*shape, 4, 4)
+        )
+
+    def derivatives(self, s: ArrayLike) -> Floats:
+        """Return dq/ds, d²q/ds², d³q/ds³ at s in closed form, by Taylor arithmetic through the inverse.
+
+        Parameters
+        ----------
+        s : array_like, shape (...)
+            Path parameter in [0, 1]; at one of ``path.breaks`` the later piece counts.
+
+        Returns
+        -------
+        ndarray, shape (..., 3, 7)
+            rad per unit of s, and of its square and cube; NaN beyond the s that was reached.
+
+        Raises
+        ------
+        InputError, PathError
+            As `at`.
+        """
+        at = checked_parameters(s)
+        curve = self._curve()
+        flat = at.reshape(-1)
+        inside = flat <= curve.end
+        out = np.full((at.size, 3, 7), np.nan)
+        out[inside] = curve.derivatives(self.arm._core, np.ascontiguousarray(flat[inside]))
+        return out.reshape(*at.shape, 3, 7)
+
+    def _curve(self) -> Curve:
+        if self.curve is not None:
+            return self.curve
+        one_branch = len(self) > 0 and bool((self.gc == self.gc[0]).all())
+        if self.diagnosis is not None or not self.ok or not one_branch:
+            raise PathError(f"the path has no values between its rows: {self.explain()}")
+        segments = np.empty((max(len(self) - 1, 1), _core.SEGMENT_WIDTH))
+        _core.path_waypoints(np.ascontiguousarray(self.poses), segments)
+        rows = self.s, self.q, self.psi
+        if len(self) == 1:
+            rows = np.array([0.0, 1.0]), np.repeat(self.q, 2, axis=0), np.repeat(self.psi, 2)
+        plane, stretches = self.arm._core.curve_through(
+            segments, *map(np.ascontiguousarray, rows), int(self.gc[0])
+        )
+        curve = Curve(segments, stretches, plane, int(self.gc[0]))
+        object.__setattr__(self, "curve", curve)
+        return curve
+
     def explain(self) -> str:
         """Return in words whether the path holds, and if not, where and why it fails."""
+        if self.diagnosis is not None and not self.ok:
+            return self.diagnosis.explain()
         at = self.first_failure
         if at is None:
-            return f"All {len(self)} poses are solved within all limits."
+            proven = ", and proven between them" if self.certified else ""
+            return f"All {len(self)} poses are solved within all limits{proven}."
         done = int((self.status == Status.OK).sum())
         sentence = STATUSES[self.status[at]].sentence
         where = f"pose {at} (s = {self.s[at]:.4g}) is the first that is not"
@@ -93,4 +204,6 @@ class JointPath:
 
     def __repr__(self) -> str:
         state = "ok" if self.ok else f"fails at row {self.first_failure}"
+        if self.certified:
+            state = "certified"
         return f"<JointPath of {len(self)} poses, {state}>"

@@ -1,0 +1,230 @@
+// Paths, plans, the curves they give, and what explains that there is none.
+#include "armangle/plan.hpp"
+
+#include "buffers.hpp"
+
+namespace binding {
+
+using namespace armangle;
+
+namespace {
+
+const Segment* as_segments(const Buffer& b) noexcept { return reinterpret_cast<const Segment*>(b.data<double>()); }
+Vec3<double> as_vector(const double* v) noexcept { return {v[0], v[1], v[2]}; }
+
+/// The first problem of an array of poses, or None.
+nb::object check_transforms(nb::handle poses) {
+    const Buffer p(poses);
+    Outcome outcome;
+    for (Py_ssize_t i = 0; i < p.shape(0) && outcome.problem == Problem::none; ++i) {
+        double value = 0;
+        const Problem problem = check_pose(p.data<double>() + 16 * i, value);
+        if (problem != Problem::none) outcome.report(problem, static_cast<std::size_t>(i), value);
+    }
+    return report(outcome);
+}
+
+/// Segments through n poses, at s evenly; one pose is a path that stays there.
+void path_waypoints(nb::handle poses, nb::handle out) {
+    const Buffer p(poses), to(out, true);
+    const auto n = static_cast<std::size_t>(p.shape(0));
+    auto* segments = reinterpret_cast<Segment*>(to.data<double>());
+    const std::size_t count = n > 1 ? n - 1 : 1;
+    const auto pose = [&](std::size_t i) { return load_pose(p.data<double>() + 16 * (i < n ? i : n - 1)); };
+    for (std::size_t i = 0; i < count; ++i)
+        segments[i] = line(static_cast<double>(i) / static_cast<double>(count), static_cast<double>(i + 1) / static_cast<double>(count), pose(i), pose(i + 1), false);
+}
+
+void path_line(nb::handle start, nb::handle end, bool fixed, nb::handle out) {
+    const Buffer a(start), b(end), to(out, true);
+    *reinterpret_cast<Segment*>(to.data<double>()) = line(0, 1, load_pose(a.data<double>()), load_pose(b.data<double>()), fixed);
+}
+
+void path_screw(nb::handle start, nb::handle point, nb::handle direction, double angle, double advance, bool carried, nb::handle end, nb::handle out) {
+    const Buffer a(start), p(point), d(direction), to(out, true);
+    Segment g = screw(0, 1, load_pose(a.data<double>()), as_vector(p.data<double>()), as_vector(d.data<double>()), angle, advance, carried);
+    if (!end.is_none()) g = arc_to(g, load_pose(Buffer(end).data<double>()));
+    *reinterpret_cast<Segment*>(to.data<double>()) = g;
+}
+
+/// Centre, axis and angle of the arc through three points; angle 0 where they lie on a line.
+nb::tuple arc_through_points(nb::handle from, nb::handle via, nb::handle to) {
+    const Buffer a(from), b(via), c(to);
+    const ArcThrough arc = arc_through(as_vector(a.data<double>()), as_vector(b.data<double>()), as_vector(c.data<double>()));
+    return nb::make_tuple(nb::make_tuple(arc.centre.x, arc.centre.y, arc.centre.z), nb::make_tuple(arc.axis.x, arc.axis.y, arc.axis.z), arc.angle);
+}
+
+/// Poses (4x4) at s.
+void path_poses(nb::handle segments, nb::handle s, nb::handle out) {
+    const Buffer g(segments), x(s), to(out, true);
+    const auto n = static_cast<std::size_t>(g.shape(0));
+    for (Py_ssize_t i = 0; i < x.shape(0); ++i) {
+        const double at = x.data<double>()[i];
+        store_pose(pose_at(as_segments(g)[segment_index(as_segments(g), n, at)], at), to.data<double>() + 16 * i);
+    }
+}
+
+/// Derivatives 1, 2, 3 with respect to s of the point, and 0, 1, 2 of the angular velocity: (3, 6) each.
+void path_derivatives(nb::handle segments, nb::handle s, nb::handle out) {
+    const Buffer g(segments), x(s), to(out, true);
+    const auto n = static_cast<std::size_t>(g.shape(0));
+    for (Py_ssize_t i = 0; i < x.shape(0); ++i) {
+        const double at = x.data<double>()[i];
+        const Segment& segment = as_segments(g)[segment_index(as_segments(g), n, at)];
+        const Vec3<Jet<double, 3>> p = pose_at(segment, Jet<double, 3>::variable(at)).position;
+        const Vec3<double> w = angular_velocity(segment);
+        double* row = to.data<double>() + 18 * i;
+        for (int k = 1; k <= 3; ++k, row += 6) {
+            const double factorial = k == 3 ? 6.0 : k, spin = k == 1 ? 1.0 : 0.0;
+            const double values[6] = {p.x.coefficient[k] * factorial, p.y.coefficient[k] * factorial, p.z.coefficient[k] * factorial,
+                                      w.x * spin, w.y * spin, w.z * spin};
+            std::memcpy(row, values, sizeof(values));
+        }
+    }
+}
+
+nb::tuple as_tuple(const BranchReport& r) {
+    nb::list openings;
+    for (const Opening& o : r.openings) openings.append(nb::make_tuple(o.joint, o.upper, o.extra));
+    return nb::make_tuple(r.gc, static_cast<int>(r.verdict), static_cast<int>(r.status), r.from, r.to, r.excess, r.reached, r.margin,
+                          r.elbow_margin, r.travel, r.nearest_psi, r.blocking, openings);
+}
+
+nb::object as_array(const std::vector<double>& values, std::size_t width) {
+    nb::object out = new_array(nb::make_tuple(values.size() / width, width));
+    if (!values.empty()) std::memcpy(Buffer(out, true).data<double>(), values.data(), values.size() * sizeof(double));
+    return out;
+}
+
+/// (ok, gc, plane, stretches, open, start gap, goal gap, branches); weights: limits, singularities, travel, enough.
+nb::object plan_path(const ArmHandle& self, nb::handle segments, nb::handle rows, nb::handle start, nb::handle goal, unsigned branches,
+                     nb::handle weights, double singularity_margin, double limit_margin) {
+    const Buffer g(segments), r(rows), w(weights);
+    Buffer from, to;
+    PlanOptions options;
+    if (!start.is_none()) from.get(start), options.start = from.data<double>();
+    if (!goal.is_none()) to.get(goal), options.goal = to.data<double>();
+    const double* weight = w.data<double>();
+    options.objective = {weight[0], weight[1], weight[2], weight[3]};
+    options.branches = branches, options.singularity_margin = singularity_margin, options.limit_margin = limit_margin;
+    Plan out;
+    {
+        nb::gil_scoped_release release;
+        out = plan(self.arm, as_segments(g), static_cast<std::size_t>(g.shape(0)), r.data<double>(), static_cast<std::size_t>(r.shape(0)), options);
+    }
+    nb::object stretches = new_array(nb::make_tuple(out.stretches.size(), stretch_width));
+    if (!out.stretches.empty()) std::memcpy(Buffer(stretches, true).data<double>(), out.stretches.data(), out.stretches.size() * sizeof(Stretch));
+    nb::list reports;
+    for (const BranchReport& b : out.branches) reports.append(as_tuple(b));
+    const auto &p = out.plane.pole, &s = out.plane.side;
+    return nb::make_tuple(out.ok, out.gc, as_array({p.x, p.y, p.z, s.x, s.y, s.z}, 6), stretches, as_array(out.proof.open, 2), out.start_gap,
+                          out.goal_gap, reports);
+}
+
+Curve as_curve(const ArmHandle& self, const Buffer& segments, const Buffer& stretches, const Buffer& plane, int gc) noexcept {
+    const double* v = plane.data<double>();
+    return {self.arm, {as_vector(v), as_vector(v + 3)}, gc, {as_segments(segments), static_cast<std::size_t>(segments.shape(0))},
+            {reinterpret_cast<const Stretch*>(stretches.data<double>()), static_cast<std::size_t>(stretches.shape(0))}};
+}
+
+/// q, psi, pose, least limit margin and residual at s.
+void curve_at(const ArmHandle& self, nb::handle segments, nb::handle stretches, nb::handle plane, int gc, nb::handle s, nb::handle q,
+              nb::handle psi, nb::handle pose, nb::handle margin, nb::handle residual) {
+    const Buffer g(segments), x(stretches), v(plane), at(s), q_out(q, true), psi_out(psi, true), pose_out(pose, true);
+    const Buffer margin_out(margin, true), residual_out(residual, true);
+    const Curve curve = as_curve(self, g, x, v, gc);
+    for (Py_ssize_t i = 0; i < at.shape(0); ++i) {
+        const PlacedPosture here = curve.at(at.data<double>()[i]);
+        std::memcpy(q_out.data<double>() + joints * i, here.q, joints * sizeof(double));
+        psi_out.data<double>()[i] = here.psi;
+        store_pose(here.pose, pose_out.data<double>() + 16 * i);
+        margin_out.data<double>()[i] = limit_margin(self.arm, here.q);
+        residual_out.data<double>()[i] = position_error(self.arm, chain(self.arm, here.q), here.pose);
+    }
+}
+
+/// q', q'', q''' at s: (3, 7) each.
+void curve_derivatives(const ArmHandle& self, nb::handle segments, nb::handle stretches, nb::handle plane, int gc, nb::handle s, nb::handle out) {
+    const Buffer g(segments), x(stretches), v(plane), at(s), to(out, true);
+    const Curve curve = as_curve(self, g, x, v, gc);
+    for (Py_ssize_t i = 0; i < at.shape(0); ++i) curve.derivatives(at.data<double>()[i], to.data<double>() + 3 * joints * i);
+}
+
+/// The curve (plane, stretches) of rows that were found otherwise: straight in the smooth angle between them.
+nb::object curve_through(const ArmHandle& self, nb::handle segments, nb::handle s, nb::handle q, nb::handle psi, int gc) {
+    const Buffer g(segments), at(s), joint_values(q), angles(psi);
+    const auto n = static_cast<std::size_t>(at.shape(0));
+    const auto count = static_cast<std::size_t>(g.shape(0));
+    std::vector<Pose<double>> flanges;
+    std::vector<Vec3<double>> wrists;
+    std::vector<double> where(at.data<double>(), at.data<double>() + n), phi;
+    for (const double x : where) {
+        flanges.push_back(flange_pose(self.arm, pose_at(as_segments(g)[segment_index(as_segments(g), count, x)], x)));
+        wrists.push_back(triad(self.arm, flanges.back()).w);
+    }
+    const SmoothPlane plane = smooth_plane(wrists);
+    for (std::size_t i = 0; i < n; ++i) {
+        const Chain now = chain(self.arm, joint_values.data<double>() + joints * i);
+        const double angle = arm_angle(triad(self.arm, flanges[i], plane), now.z3);
+        phi.push_back(i ? lift(angle, phi.back()) : angle);
+    }
+    std::vector<Stretch> stretches = straight_stretches(where, phi);
+    const Curve curve{self.arm, plane, gc, {as_segments(g), count}, stretches};
+    lift_stretches(curve, stretches, joint_values.data<double>(), angles.data<double>()[0]);
+    nb::object out = new_array(nb::make_tuple(stretches.size(), stretch_width));
+    std::memcpy(Buffer(out, true).data<double>(), stretches.data(), stretches.size() * sizeof(Stretch));
+    const auto &p = plane.pole, &e = plane.side;
+    return nb::make_tuple(as_array({p.x, p.y, p.z, e.x, e.y, e.z}, 6), out);
+}
+
+/// Eight branch reports of one pose.
+nb::object explain_pose(const ArmHandle& self, nb::handle segment, double singularity_margin) {
+    const Buffer g(segment);
+    Task task{self.arm, limit_table(self.arm, singularity_margin), as_segments(g), 1, {}};
+    task.plane = smooth_plane({triad(self.arm, flange_pose(self.arm, task.pose(0))).w});
+    nb::list out;
+    for (int gc = 0; gc < configurations; ++gc) out.append(as_tuple(diagnose(task, 0, gc)));
+    return out;
+}
+
+/// (lower, upper) of a sine or cosine over intervals, and of their arithmetic: what the tests of the enclosures ask.
+void interval_many(int operation, nb::handle a, nb::handle b, nb::handle out) {
+    const Buffer x(a), y(b), to(out, true);
+    for (Py_ssize_t i = 0; i < x.shape(0); ++i) {
+        const Interval p(x.data<double>()[2 * i], x.data<double>()[2 * i + 1]), q(y.data<double>()[2 * i], y.data<double>()[2 * i + 1]);
+        const Interval results[] = {p + q, p - q, p * q, p / q, sqrt(p), sin_cos(p).sin, sin_cos(p).cos, hypot(p, q), square(p), abs(p), min(p, q), max(p, q)};
+        to.data<double>()[2 * i] = results[operation].lo, to.data<double>()[2 * i + 1] = results[operation].hi;
+    }
+}
+
+/// Unproven stretches of a curve, and the places seen to break a limit.
+nb::tuple certify_curve(const ArmHandle& self, nb::handle segments, nb::handle stretches, nb::handle plane, int gc, double singularity_margin) {
+    const Buffer g(segments), x(stretches), v(plane);
+    const Proof proof = certify(as_curve(self, g, x, v, gc), self.arm, singularity_margin);
+    return nb::make_tuple(as_array(proof.open, 2), as_array(proof.violated, 1));
+}
+
+}  // namespace
+
+void bind_planning(nb::module_& m, nb::class_<ArmHandle>& arm) {
+    using namespace nb::literals;
+    m.attr("SEGMENT_WIDTH") = segment_width;
+    m.attr("STRETCH_WIDTH") = stretch_width;
+    m.def("check_transforms", &check_transforms, "poses"_a);
+    m.def("path_waypoints", &path_waypoints, "poses"_a, "out"_a);
+    m.def("path_line", &path_line, "start"_a, "end"_a, "fixed"_a, "out"_a);
+    m.def("path_screw", &path_screw, "start"_a, "point"_a, "direction"_a, "angle"_a, "advance"_a, "carried"_a, "end"_a.none(), "out"_a);
+    m.def("arc_through", &arc_through_points, "start"_a, "via"_a, "end"_a);
+    m.def("path_poses", &path_poses, "segments"_a, "s"_a, "out"_a);
+    m.def("path_derivatives", &path_derivatives, "segments"_a, "s"_a, "out"_a);
+    m.def("interval_many", &interval_many, "operation"_a, "a"_a, "b"_a, "out"_a);
+    arm.def("plan_path", &plan_path, "segments"_a, "rows"_a, "start"_a.none(), "goal"_a.none(), "branches"_a, "weights"_a,
+            "singularity_margin"_a, "limit_margin"_a);
+    arm.def("curve_at", &curve_at, "segments"_a, "stretches"_a, "plane"_a, "gc"_a, "s"_a, "q"_a, "psi"_a, "pose"_a, "margin"_a, "residual"_a);
+    arm.def("curve_derivatives", &curve_derivatives, "segments"_a, "stretches"_a, "plane"_a, "gc"_a, "s"_a, "out"_a);
+    arm.def("curve_through", &curve_through, "segments"_a, "s"_a, "q"_a, "psi"_a, "gc"_a);
+    arm.def("certify_curve", &certify_curve, "segments"_a, "stretches"_a, "plane"_a, "gc"_a, "singularity_margin"_a);
+    arm.def("explain_pose", &explain_pose, "segment"_a, "singularity_margin"_a);
+}
+
+}  // namespace binding

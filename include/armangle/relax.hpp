@@ -1,0 +1,177 @@
+// Smoothing of a way inside its tube: least joint travel and margin over continuous phi, by Gauss-Newton on a tridiagonal system.
+#pragma once
+
+#include "search.hpp"
+
+namespace armangle {
+
+namespace relax_rule {
+inline constexpr int rounds = 30;
+inline constexpr double step = 0.15;       // of phi in one round (rad)
+inline constexpr double done = 1e-5;       // a round that moves less is the last (rad)
+inline constexpr double inset = 0.02;      // kept from the ends of an arc (rad), or this share of narrow ones:
+inline constexpr double narrow = 0.1;
+inline constexpr double steepest = 1e3;    // dq/dphi beyond this counts as this
+}  // namespace relax_rule
+
+namespace detail {
+
+class Relaxation {
+public:
+    Relaxation(const Task& task, const Tube& tube, const Objective& objective, Way& way, bool first_fixed, bool last_fixed, double floor)
+        : task_(task), tube_(tube), objective_(objective), way_(way), rating_(task, objective), floor_(floor) {
+        n_ = way.rows.size();
+        free_.assign(n_, true);
+        if (first_fixed) free_[0] = false;
+        if (last_fixed) free_[n_ - 1] = false;
+        slope_.resize(n_ * joints), gradient_.resize(n_), diagonal_.resize(n_), off_.resize(n_), move_.resize(n_);
+        best_.resize(n_);
+    }
+
+    void run() {
+        if (n_ < 2) return;
+        double damping = 1e-3, energy = assemble();
+        for (int round = 0; round < relax_rule::rounds; ++round) {
+            solve(damping);
+            for (std::size_t k = 0; k < n_; ++k) best_[k] = way_.rows[k];
+            const double most = apply();
+            const double now = assemble();
+            if (now < energy) {
+                energy = now, damping = max(damping * 0.3, 1e-6);
+                if (most < relax_rule::done) return;
+            } else {
+                for (std::size_t k = 0; k < n_; ++k) way_.rows[k] = best_[k];
+                if (damping > 1e6) return;
+                damping *= 10;
+                assemble();
+            }
+        }
+    }
+
+private:
+    double span(std::size_t k) const noexcept { return tube_.layers[k + 1].s - tube_.layers[k].s; }
+    double share(std::size_t k) const noexcept {
+        return 0.5 * ((k ? span(k - 1) : 0.0) + (k + 1 < n_ ? span(k) : 0.0));
+    }
+    double* slope(std::size_t k) noexcept { return slope_.data() + k * joints; }
+
+    /// Energy, gradient and Gauss-Newton matrix at the present way.
+    double assemble() {
+        double energy = 0;
+        for (std::size_t k = 0; k < n_; ++k) {
+            gradient_[k] = diagonal_[k] = off_[k] = 0;
+            const Joints rate = self_motion(task_.arm, tube_.layers[k].functions, sin_cos(way_.rows[k].phi));
+            for (int j = 0; j < joints; ++j) {
+                const double r = rate.q[j];
+                slope(k)[j] = r > relax_rule::steepest ? relax_rule::steepest : (r > -relax_rule::steepest ? r : -relax_rule::steepest);
+            }
+            energy += barrier(k);
+        }
+        for (std::size_t k = 0; k + 1 < n_; ++k) energy += travel(k);
+        return energy;
+    }
+
+    double travel(std::size_t k) {
+        const double w = objective_.travel / span(k);
+        const Candidate &a = way_.rows[k], &b = way_.rows[k + 1];
+        double sum = 0;
+        for (int j = 0; j < joints; ++j) {
+            const double d = b.q[j] - a.q[j], sa = slope(k)[j], sb = slope(k + 1)[j];
+            sum += d * d;
+            gradient_[k] -= 2 * w * d * sa, gradient_[k + 1] += 2 * w * d * sb;
+            diagonal_[k] += 2 * w * sa * sa, diagonal_[k + 1] += 2 * w * sb * sb, off_[k] -= 2 * w * sa * sb;
+        }
+        return w * sum;
+    }
+
+    double barrier(std::size_t k) {
+        const Candidate& x = way_.rows[k];
+        double sum = 0;
+        const auto take = [&](double distance, double rate, double weight) {
+            if (!(weight > 0)) return;
+            const double d = max(distance, candidate_rule::cost_floor), r = candidate_rule::reference * weight / d, size = share(k) * r * r;
+            sum += size;
+            gradient_[k] -= 2 * size * rate / d, diagonal_[k] += 6 * size * rate * rate / (d * d);
+        };
+        for (int j = 0; j < joints; ++j) {
+            if (j == 3) continue;
+            const double rate = slope(k)[j];
+            if (task_.arm.lower[j] > -infinity) take(x.q[j] - task_.arm.lower[j], rate, objective_.limits);
+            if (task_.arm.upper[j] < infinity) take(task_.arm.upper[j] - x.q[j], -rate, objective_.limits);
+        }
+        for (int j : {1, 5}) {
+            const double theta = wrap(task_.arm.sign[j] * x.q[j] + task_.arm.offset[j]), out = theta < 0 ? -1.0 : 1.0;
+            const double rate = task_.arm.sign[j] * out * slope(k)[j], m = task_.limits.margin;
+            take(abs(theta) - m, rate, objective_.singularities), take(pi - abs(theta) - m, -rate, objective_.singularities);
+        }
+        return sum;
+    }
+
+    /// move = -(H + damping diag H)^-1 gradient by the Thomas algorithm; fixed ends do not move.
+    void solve(double damping) {
+        double carried = 0, before = 0;
+        for (std::size_t k = 0; k < n_; ++k) {
+            const bool linked = k > 0 && free_[k] && free_[k - 1];
+            const double below = linked ? off_[k - 1] : 0.0;
+            const double pivot = (free_[k] ? diagonal_[k] * (1 + damping) + 1e-12 : 1.0) - below * carried;
+            const double right = (free_[k] ? -gradient_[k] : 0.0) - below * before;
+            carried = (k + 1 < n_ && free_[k] && free_[k + 1] ? off_[k] : 0.0) / pivot;
+            before = right / pivot;
+            off_[k] = carried, move_[k] = before;
+        }
+        for (std::size_t k = n_ - 1; k-- > 0;) move_[k] -= off_[k] * move_[k + 1];
+    }
+
+    /// Moves every posture as far as its arc and the floor allow; the largest move.
+    double apply() {
+        double most = 0;
+        for (std::size_t k = 0; k < n_; ++k) {
+            if (!free_[k]) continue;
+            const Layer& l = tube_.layers[k];
+            const Candidate old = way_.rows[k];
+            double step = min(max(move_[k], -relax_rule::step), relax_rule::step);
+            for (int half = 0; half < 4; ++half, step *= 0.5) {
+                Candidate x = old;
+                x.phi = held(l, old, old.phi + step);
+                const double phi[8] = {x.phi};
+                const EightThetas solved(l, phi);
+                for (int j = 0; j < joints; ++j) x.q[j] = lift(task_.arm.sign[j] * (solved.theta[j][0] - task_.arm.offset[j]), old.q[j]);
+                rating_.rate(x);
+                if (!within_limits(task_.arm, x.q, tolerance::angle) || x.margin < min(floor_, old.margin)) continue;
+                most = max(most, abs(x.phi - old.phi));
+                way_.rows[k] = x;
+                break;
+            }
+        }
+        return most;
+    }
+
+    /// phi kept inside its arc, or not farther out than it was.
+    double held(const Layer& l, const Candidate& old, double phi) const noexcept {
+        if (l.full) return phi;
+        const Arc& a = tube_.arc(l)[old.arc];
+        const double middle = 0.5 * (a.lower + a.upper), turn = lift(middle, old.phi) - middle;
+        const double inset = min(relax_rule::inset, relax_rule::narrow * (a.upper - a.lower));
+        return min(max(phi, min(a.lower + turn + inset, old.phi)), max(a.upper + turn - inset, old.phi));
+    }
+
+    const Task& task_;
+    const Tube& tube_;
+    const Objective& objective_;
+    Way& way_;
+    Candidates rating_;
+    double floor_;
+    std::size_t n_;
+    std::vector<bool> free_;
+    std::vector<double> slope_, gradient_, diagonal_, off_, move_;
+    std::vector<Candidate> best_;
+};
+
+}  // namespace detail
+
+/// Relaxes the inner postures of a way (and its ends, unless fixed) in place; none sinks below `floor` that was above.
+inline void relax(const Task& task, const Tube& tube, const Objective& objective, Way& way, bool first_fixed, bool last_fixed, double floor) {
+    detail::Relaxation(task, tube, objective, way, first_fixed, last_fixed, floor).run();
+}
+
+}  // namespace armangle

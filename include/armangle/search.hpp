@@ -1,0 +1,181 @@
+// Search of a branch's tube: which sections the start reaches, and the best way through, by dynamic programming.
+//
+// A link joins postures of neighbouring sections whose arcs have a common part between them and whose joints, with their
+// windings, differ little: |dq|, not |dpsi|. Two labels: least margin so far, then cost; the final way is of least cost
+// among those that keep the best margin.
+#pragma once
+
+#include <algorithm>
+
+#include "candidates.hpp"
+
+namespace armangle {
+
+namespace link_rule {
+inline constexpr double turn = 0.7;   // of phi from section to section (rad)
+inline constexpr double move = 1.0;   // of a joint (rad)
+inline constexpr double keep = 0.95;  // share of the best margin that the way of least cost keeps
+inline constexpr double tie = 1e-6;   // margins closer than this are equal (rad)
+}  // namespace link_rule
+
+/// A posture that a plan must begin or end with.
+struct Anchor {
+    bool given = false;
+    double phi = 0;
+    std::uint32_t arc = 0;
+    double q[joints] = {};
+};
+
+/// A way through the sections, as far as it leads.
+struct Way {
+    std::size_t reached = 0;    // sections 0 .. reached - 1 are joined to the start
+    bool whole = false;
+    double margin = -infinity;  // least over the way, without joint 4
+    double cost = infinity;
+    std::vector<Candidate> rows;
+};
+
+namespace detail {
+
+class Search {
+public:
+    Search(const Task& task, const Tube& tube, const Objective& objective, const Anchor& start, const Anchor& goal)
+        : task_(task), tube_(tube), objective_(objective), start_(start), goal_(goal), here_(task, objective), before_(task, objective) {}
+
+    /// The way of the best labels; postures below `floor` are left out, and with a floor the cost alone decides.
+    Way run(double floor) {
+        floor_ = floor;
+        way_ = Way{};
+        first_.clear(), back_.clear(), phi_.clear();
+        const std::size_t n = tube_.layers.size();
+        for (std::size_t k = 0; k < n; ++k) {
+            if (!advance(k)) break;
+            way_.reached = k + 1;
+        }
+        way_.whole = way_.reached == n;
+        if (way_.reached) finish();
+        return static_cast<Way&&>(way_);
+    }
+
+private:
+    struct Label {
+        double margin = -infinity, cost = infinity;
+    };
+
+    bool better(const Label& a, const Label& b) const noexcept {
+        if (floor_ > -infinity) return a.cost < b.cost;
+        if (a.margin > b.margin + link_rule::tie) return true;
+        return a.margin >= b.margin - link_rule::tie && a.cost < b.cost;
+    }
+
+    bool advance(std::size_t k) {
+        std::swap(here_.all, before_.all);
+        std::swap(label_, label_before_);
+        const Layer& l = tube_.layers[k];
+        if (k == 0 && start_.given) here_.fix(start_.phi, start_.arc, start_.q);
+        else if (k + 1 == tube_.layers.size() && goal_.given) here_.fix(goal_.phi, goal_.arc, goal_.q);
+        else here_.fill(tube_, l);
+        const std::size_t n = here_.all.size();
+        label_.assign(n, Label{});
+        first_.push_back(back_.size());
+        bool alive = false;
+        for (std::size_t i = 0; i < n; ++i) {
+            const Candidate& x = here_.all[i];
+            std::uint32_t from = 0;
+            if (x.margin >= floor_) label_[i] = k == 0 ? Label{x.margin, 0} : join(k, x, from);
+            alive = alive || label_[i].cost < infinity;
+            back_.push_back(from), phi_.push_back(x.phi);
+        }
+        if (!alive) {  // what the last section holds is what finish() reads
+            back_.resize(first_.back()), phi_.resize(first_.back()), first_.pop_back();
+            std::swap(here_.all, before_.all), std::swap(label_, label_before_);
+        }
+        return alive;
+    }
+
+    Label join(std::size_t k, const Candidate& x, std::uint32_t& from) const noexcept {
+        const Layer &l = tube_.layers[k], &b = tube_.layers[k - 1];
+        const double ds = l.s - b.s, here = ds * x.cost;
+        Label best;
+        for (std::size_t i = 0; i < before_.all.size(); ++i) {
+            const Candidate& y = before_.all[i];
+            double turn = abs(x.phi - y.phi);
+            turn = turn > pi ? abs(turn - two_pi * round(turn * (1.0 / two_pi))) : turn;
+            if (turn > link_rule::turn || !(label_before_[i].cost < infinity)) continue;
+            const double travel = moved(x, y);
+            if (!(travel < infinity) || !joined(b, y, l, x)) continue;
+            const Label now{min(label_before_[i].margin, x.margin), label_before_[i].cost + here + objective_.travel * travel};
+            if (better(now, best)) best = now, from = static_cast<std::uint32_t>(i);
+        }
+        return best;
+    }
+
+    /// Length of the joints' move, or infinity if one of them moves too far.
+    double moved(const Candidate& a, const Candidate& b) const noexcept {
+        double sum = 0;
+        for (int j = 0; j < joints; ++j) {
+            double d = a.q[j] - b.q[j];
+            if (abs(d) > link_rule::move) {
+                if (task_.arm.lower[j] > -infinity || task_.arm.upper[j] < infinity) return infinity;
+                d = wrap(d);
+                if (abs(d) > link_rule::move) return infinity;
+            }
+            sum += d * d;
+        }
+        return sqrt(sum);
+    }
+
+    /// Whether the two arcs have a common part between the two postures.
+    bool joined(const Layer& la, const Candidate& a, const Layer& lb, const Candidate& b) const noexcept {
+        const double turn = two_pi * round((a.phi - b.phi) / two_pi), end = b.phi + turn;
+        double lower = min(a.phi, end), upper = max(a.phi, end);
+        if (!la.full) lower = max(lower, tube_.arc(la)[a.arc].lower), upper = min(upper, tube_.arc(la)[a.arc].upper);
+        if (!lb.full) lower = max(lower, tube_.arc(lb)[b.arc].lower + turn), upper = min(upper, tube_.arc(lb)[b.arc].upper + turn);
+        return lower <= upper + tolerance::angle;
+    }
+
+    void finish() {
+        std::size_t best = 0;
+        for (std::size_t i = 1; i < label_.size(); ++i)
+            if (better(label_[i], label_[best])) best = i;
+        way_.margin = label_[best].margin, way_.cost = label_[best].cost;
+        trace(best);
+    }
+
+    /// Back along the links; joints from phi again, lifted next to those after.
+    void trace(std::size_t at) {
+        way_.rows.resize(way_.reached);
+        way_.rows.back() = here_.all[at];
+        for (std::size_t k = way_.reached; k-- > 1;) {
+            at = back_[first_[k] + at];
+            const Candidate& next = way_.rows[k];
+            Candidate& x = way_.rows[k - 1];
+            x.phi = lift(phi_[first_[k - 1] + at], next.phi);
+            const Layer& l = tube_.layers[k - 1];
+            double phi[8] = {x.phi};
+            const EightThetas solved(l, phi);
+            for (int j = 0; j < joints; ++j) x.q[j] = lift(task_.arm.sign[j] * (solved.theta[j][0] - task_.arm.offset[j]), next.q[j]);
+            x.arc = nearest_arc(tube_, l, x.phi);
+        }
+        if (start_.given) std::copy(start_.q, start_.q + joints, way_.rows[0].q);
+        // an infinite joint is lifted from the start on
+        for (std::size_t k = 1; k < way_.reached; ++k)
+            for (int j = 0; j < joints; ++j) way_.rows[k].q[j] = lift(way_.rows[k].q[j], way_.rows[k - 1].q[j]);
+    }
+
+    const Task& task_;
+    const Tube& tube_;
+    const Objective& objective_;
+    const Anchor &start_, &goal_;
+    Candidates here_, before_;
+    std::vector<Label> label_, label_before_;
+    std::vector<std::size_t> first_;
+    std::vector<std::uint32_t> back_;
+    std::vector<double> phi_;
+    double floor_ = -infinity;
+    Way way_;
+};
+
+}  // namespace detail
+
+}  // namespace armangle

@@ -1,0 +1,184 @@
+"""Laws of refusals: what is said to be the reason is the reason, and what is said to help helps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from test_plan import IIWA, TURNING, random_arm
+
+import armangle as aa
+
+
+def refused_poses(count: int) -> list[tuple[aa.Arm, np.ndarray, aa.Branch]]:
+    """Poses within reach that some branch cannot hold."""
+    out: list[tuple[aa.Arm, np.ndarray, aa.Branch]] = []
+    seed = 0
+    while len(out) < count:
+        rng = np.random.default_rng(seed)
+        seed += 1
+        arm = random_arm(rng)
+        free = arm.with_(lower=None, upper=None)
+        pose = free.forward(rng.uniform(-2.5, 2.5, 7))[0]
+        out.extend((arm, pose, b) for b in arm.explain(pose).branches if b.verdict == aa.Verdict.IMPOSSIBLE)
+    return out[:count]
+
+
+CASES = refused_poses(60)
+
+
+def test_verdicts_are_those_of_the_feasible_arcs() -> None:
+    rng = np.random.default_rng(1)
+    for _ in range(40):
+        arm = random_arm(rng)
+        pose = arm.with_(lower=None, upper=None).forward(rng.uniform(-2.5, 2.5, 7))[0]
+        arcs = arm.feasible(pose, np.arange(8))
+        diagnosis = arm.explain(pose)
+        assert [b.ok for b in diagnosis.branches] == (~np.asarray(arcs.is_empty)).tolist()
+        assert [b.status for b in diagnosis.branches] == np.asarray(arcs.status).tolist()
+        assert diagnosis.ok == (not np.all(arcs.is_empty))
+
+
+def common(sets: aa.ArcSet, joints: Sequence[int]) -> aa.ArcSet:
+    """What the arcs of these joints (1..7) have in common."""
+    out = aa.ArcSet([[-np.pi, np.pi]])
+    for joint in joints:
+        out = out & sets[joint - 1]
+    return out
+
+
+def test_the_blocking_joints_block_and_no_fewer_do() -> None:
+    for arm, pose, branch in CASES:
+        sets = arm.joint_feasible(pose, branch.gc)
+        assert branch.blocking
+        assert common(sets, branch.blocking).is_empty
+        for joint in branch.blocking:
+            assert not common(sets, [j for j in branch.blocking if j != joint]).is_empty
+
+
+def test_an_opening_opens_and_a_little_less_does_not() -> None:
+    seen = 0
+    for arm, pose, branch in CASES:
+        assert [o.extra for o in branch.openings] == sorted(o.extra for o in branch.openings)
+        for opening in branch.openings:
+            seen += 1
+            for share, wanted in ((1e-6, False), (-1e-6, True)):
+                limits = {"lower": arm.lower.copy(), "upper": arm.upper.copy()}
+                sign = 1 if opening.side == "upper" else -1
+                limits[opening.side][opening.joint - 1] += sign * (opening.extra - share)
+                assert bool(arm.with_(**limits).explain(pose)[branch.gc].ok) == wanted
+    assert seen > 50
+
+
+def test_a_limit_that_is_no_opening_does_not_help_alone() -> None:
+    for arm, pose, branch in CASES[:20]:
+        named = {(o.joint, o.side) for o in branch.openings}
+        for joint in range(1, 8):
+            for side in ("lower", "upper"):
+                if (joint, side) in named:
+                    continue
+                limits = {"lower": arm.lower.copy(), "upper": arm.upper.copy()}
+                limits[side][joint - 1] += (1 if side == "upper" else -1) * 2 * np.pi
+                assert not arm.with_(**limits).explain(pose)[branch.gc].ok
+
+
+def test_out_of_reach_says_by_how_much_and_from_where() -> None:
+    pose = IIWA.forward([0.3, 0.6, 0.2, -1.4, 0.4, 0.9, 0.5])[0]
+    far = pose.copy()
+    far[:3, 3] += [1.0, 0.0, 0.0]
+    path = aa.Line(pose, far, "fixed")
+    result = aa.plan(IIWA, path)
+    branch = result.diagnosis[2]
+    assert branch.verdict == aa.Verdict.UNREACHABLE
+    wrist = path.pose([branch.s_from, 1.0])[:, :3] @ [0, 0, -0.126, 1.0] - [0, 0, 0.34]
+    distance = np.linalg.norm(wrist, axis=1)
+    assert abs(distance[0] - 0.8) < 1e-4
+    assert abs(distance[1] - 0.8 - branch.excess) < 1e-9
+    assert branch.s_to == 1.0
+    assert "mm" in result.explain() and "out of reach" in result.explain()
+    done = result.status == aa.Status.OK
+    assert np.isfinite(result.q[done]).all() and np.isnan(result.q[~done]).all()
+    assert result.s[done].max() <= result.diagnosis.reached
+    with pytest.raises(aa.PathError, match="out of reach"):
+        result.raise_for_status()
+    beyond = result.at([0.0, 1.0])
+    assert np.isfinite(beyond.q[0]).all() and np.isnan(beyond.q[1]).all() and beyond.gc[1] == -1
+
+
+def test_an_impossible_place_of_a_path_has_no_feasible_arc() -> None:
+    found = 0
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        arm = random_arm(rng)
+        q = rng.uniform(arm.lower, arm.upper)
+        path = aa.Line(arm.forward(q)[0], arm.forward(rng.uniform(arm.lower, arm.upper))[0])
+        result = aa.plan(arm, path, start=q)
+        branch = result.diagnosis[int(arm.forward(q)[2])]
+        if branch.verdict != aa.Verdict.IMPOSSIBLE:
+            continue
+        found += 1
+        middle = 0.5 * (branch.s_from + branch.s_to)
+        assert all(arm.feasible(path.pose(s), branch.gc).is_empty for s in (branch.s_from, branch.s_to))
+        assert branch.blocking and not result.certified and np.isfinite(middle)
+    assert found > 3
+
+
+def test_a_dead_end_is_named_with_where_it_closes() -> None:
+    pose = TURNING.forward([0.2, 0.6, 0.1, -1.3, 0.2, 0.9, 0.0])[0]
+    path = aa.Screw(pose, pose[:3, 3], pose[:3, 2], 2.2 * 2 * np.pi)
+    result = aa.plan(TURNING, path, gc=2)
+    branch = result.diagnosis[2]
+    assert branch.verdict == aa.Verdict.DEAD_END
+    assert 0 < branch.s_from <= branch.s_to < 1
+    assert branch.nearest_psi in TURNING.feasible(path.pose(branch.s_to), 2)
+    assert result.diagnosis.reached == branch.reached == branch.s_from
+    assert not any(TURNING.feasible(path.pose(s), 2).is_empty for s in np.linspace(0, 1, 200))
+
+
+def test_start_or_goal_in_another_branch_or_outside_is_said() -> None:
+    q = np.array([0.3, 0.6, 0.2, -1.4, 0.4, 0.9, 0.5])
+    pose = IIWA.forward(q)[0]
+    result = aa.plan(IIWA, pose[None], start=q, gc=0)
+    assert result.diagnosis[0].verdict == aa.Verdict.START
+    assert "the start lies outside" in result.explain()
+    goal = aa.plan(IIWA, pose[None], goal=q, gc=0)
+    assert goal.diagnosis[0].verdict == aa.Verdict.GOAL
+    assert "the goal lies outside" in goal.explain()
+    outside = IIWA.upper * [0, 0, 0, 0, 0, 0, 1] + [0.3, 0.6, 0.2, -1.4, 0.4, 0.9, 0.01]
+    late = aa.plan(IIWA, IIWA.forward(outside)[0][None], start=outside)
+    assert not late.ok
+
+
+def test_sentences() -> None:
+    impossible = aa.Branch(
+        gc=1, verdict=aa.Verdict.IMPOSSIBLE, status=aa.Status.LIMITS, s_from=0.25, s_to=0.5, blocking=(2, 6),
+        openings=(aa.Opening(6, "upper", np.radians(4.5)),),
+    )  # fmt: skip
+    assert impossible.explain() == (
+        "GC 1: no arm angle keeps all limits from s = 0.25 to 0.5: joints 2 and 6 exclude each other; "
+        "4.5° more of the upper limit of joint 6 would do."
+    )
+    single = aa.Branch(gc=1, verdict=aa.Verdict.IMPOSSIBLE, status=aa.Status.ELBOW_LIMIT, blocking=(4,))
+    assert single.explain(path=False) == "GC 1: no arm angle keeps all limits: joint 4 is the reason."
+    folded = aa.Branch(gc=0, verdict=aa.Verdict.UNREACHABLE, status=aa.Status.FOLDED)
+    assert "no arm angle is defined there" in folded.explain(path=False)
+    margin = aa.Branch(gc=0, verdict=aa.Verdict.IMPOSSIBLE, status=aa.Status.ELBOW_MARGIN)
+    assert aa.Status.ELBOW_MARGIN.sentence in margin.explain()
+    unresolved = aa.Branch(gc=0, verdict=aa.Verdict.UNRESOLVED, s_from=0.1, s_to=0.2)
+    assert "breaks a limit between the samples from s = 0.1 to 0.2" in unresolved.explain()
+    dead = aa.Branch(gc=0, verdict=aa.Verdict.DEAD_END, s_from=0.1, s_to=0.2, reached=0.1)
+    assert aa.Diagnosis((dead, single)).explain().splitlines() == [
+        "The path can be followed up to s = 0.1.",
+        "GC 0: a dead end at s = 0.1: no arm angle that the start leads to leads on.",
+        "GC 1: no arm angle keeps all limits from s = 0 to 0: joint 4 is the reason.",
+    ]
+    with pytest.raises(KeyError):
+        aa.Diagnosis((dead,))[5]
+
+
+def test_explain_refuses_bad_input() -> None:
+    with pytest.raises(aa.ShapeError, match=r"pose has shape \(1, 4, 4\), wanted \(4, 4\)"):
+        IIWA.explain(np.eye(4)[None])
+    with pytest.raises(aa.NotRotationError, match="the rotation of pose is not orthonormal"):
+        IIWA.explain(np.diag([2.0, 1.0, 1.0, 1.0]))
