@@ -21,7 +21,7 @@ HELP = """\
 Draw a picture into a file:
   circle    the redundancy circle at a pose: which joint blocks which arm angle
   profiles  the joints over the arm angle at a pose, with their limits
-  path      arm angle and joints along a motion: a joint FILE, as follow writes it
+  path      arm angle and joints along a motion: a joint FILE (see follow)
   map       feasible arm angles along a motion or along poses: a FILE of either"""
 EXAMPLE = """\
   armangle plot circle --robot kuka_iiwa7_r800 -o circle.png \\
