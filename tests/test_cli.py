@@ -234,3 +234,33 @@ def test_a_folded_arm_has_no_arm_angle(capsys: Capture) -> None:
     text = out(capsys, "fk", *ROBOT, "0", "0", "0", "180", "0", "0", "0", status=1)
     assert "not defined: the wrist lies on the shoulder" in text and "-0.000000" not in text
     assert json.loads(out(capsys, "fk", *ROBOT, "0,0,0,180,0,0,0", "--json", status=1))["psi"] is None
+
+
+def test_plan(capsys: Capture, line: Path, tmp_path: Path) -> None:
+    to = tmp_path / "planned.csv"
+    facts = json.loads(out(capsys, "plan", str(line), *ROBOT, "--start", Q, "-o", str(to), "--json"))
+    path = aa.plan(aa.Arm.from_catalogue(ROBOT[1]), aa.load_poses(line), start=np.radians(START_DEG))
+    assert facts["certified"] is path.certified is True
+    assert facts["gc"] == path.gc[0]
+    np.testing.assert_array_equal(aa.load_joints(to).q, path.q)
+    assert "proven between" in out(capsys, "plan", str(line), *ROBOT)
+
+
+def test_plan_says_why_there_is_no_way(capsys: Capture, line: Path, tmp_path: Path) -> None:
+    poses = aa.load_poses(line).copy()
+    poses[-1, 0, 3] += 3.0
+    far = tmp_path / "far.csv"
+    aa.save(poses, far)
+    assert main(["plan", str(far), *ROBOT, "--limit-margin", "1"]) == 1
+    assert "out of reach" in capsys.readouterr().err.replace("\n", " ")
+
+
+def test_ik_explain(capsys: Capture) -> None:
+    far = "2,0,0,1,0,0,0"
+    assert main(["ik", *ROBOT, "--pose", far, "--explain"]) == 1
+    assert "out of reach, by up to 1254 mm" in capsys.readouterr().out
+    assert main(["ik", *ROBOT, "--pose", far, "--explain", "--json"]) == 1
+    assert json.loads(capsys.readouterr().out)["branches"][7]["gc"] == 7
+    assert main(["ik", *ROBOT, "--pose", far, "--explain", "--psi", "3"]) == 2
+    assert main(["ik", *ROBOT, "--pose", far, "--gc", "3"]) == 2
+    assert "--psi is missing" in capsys.readouterr().err

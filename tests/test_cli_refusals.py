@@ -55,7 +55,7 @@ BAD_WORDS = {
     (*IK, *POSE, "--psi", "nan"): "argument --psi: 'nan' is not finite",
     (*IK, *POSE, "--gc", "8"): "argument --gc: invalid choice: 8",
     (*IK, *POSE, "--seed", "1"): "--seed has 1 numbers, wanted 7",
-    ("ik", *ROBOT, *POSE, "--psi", "0"): "one of the arguments --gc --all is required",
+    ("ik", *ROBOT, *POSE, "--psi", "0"): "one of the arguments --explain --gc --all is required",
     ("ik", *ROBOT, *POSE, "--psi", "0", "--all", "-o", "a.csv"): "--all takes one pose and prints it",
     ("arcs", *ROBOT): "one of the arguments --pose --q is required",
     ("arcs", *ROBOT, *POSE, "--joint", "8"): "argument --joint: invalid choice: 8",

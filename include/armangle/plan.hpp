@@ -7,6 +7,7 @@
 
 #include "certify.hpp"
 #include "diagnose.hpp"
+#include "parameters.hpp"
 #include "relax.hpp"
 
 namespace armangle {
@@ -31,48 +32,11 @@ struct Plan {
 };
 
 namespace plan_rule {
-inline constexpr int least_steps = 32;    // of s, between sections that are there in any case
-inline constexpr double turn = 0.5;       // of a segment between two of them (rad)
-inline constexpr double knot_share = 0.24; // of the step of `base`
-inline constexpr int rounds = 4;          // of new layers where a proof saw a violation
-inline constexpr double same = 1e-12;     // parameters closer than this are one
-inline constexpr int samples = 5;         // of an empty range, to explain it
+inline constexpr int rounds = 4;   // of new layers where a proof saw a violation
+inline constexpr int samples = 5;  // of an empty range, to explain it
 }  // namespace plan_rule
 
 namespace detail {
-
-/// Rising parameters: the rows asked, the joints of segments, and even steps between them: enough, and enough a turn.
-inline std::vector<double> base_parameters(const Segment* segments, std::size_t n, const double* rows, std::size_t row_count) {
-    std::vector<double> all(rows, rows + row_count), given, out;
-    for (std::size_t i = 0; i < n; ++i) all.push_back(segments[i].start), all.push_back(segments[i].end);
-    std::sort(all.begin(), all.end());
-    for (const double s : all)
-        if (given.empty() || s - given.back() > plan_rule::same) given.push_back(s);
-    given.back() = 1.0;
-    for (std::size_t i = 0; i + 1 < given.size(); ++i) {
-        const double gap = given[i + 1] - given[i];
-        const Segment& g = segments[segment_index(segments, n, given[i] + 0.5 * gap)];
-        const double turn = max(abs(g.alpha), abs(g.beta)) * gap / (g.end - g.start);
-        const int steps = std::max(1, static_cast<int>(std::ceil(max(gap * plan_rule::least_steps, turn / plan_rule::turn) - plan_rule::same)));
-        for (int k = 0; k < steps; ++k) out.push_back(given[i] + gap * k / steps);
-    }
-    out.push_back(1.0);
-    return out;
-}
-
-/// The sections that become knots of the curve: all of `base`, and of those between only such as lie no closer than a share
-/// of their step. Knots much closer than that would carry the noise of a search into the curvature.
-inline std::vector<std::size_t> knots(const Tube& t, const std::vector<double>& base, std::size_t count) {
-    std::vector<std::size_t> out{0};
-    for (std::size_t k = 1, b = 1; k + 1 < count; ++k) {
-        const double s = t.layers[k].s;
-        while (b + 1 < base.size() && base[b] < s) ++b;
-        const double room = plan_rule::knot_share * (base[b] - base[b - 1]);
-        if (s == base[b] || (s - t.layers[out.back()].s >= room && base[b] - s >= room)) out.push_back(k);
-    }
-    if (count > 1) out.push_back(count - 1);
-    return out;
-}
 
 class Planner {
 public:
@@ -118,7 +82,7 @@ private:
         return a.travel < b.travel;
     }
 
-    /// The posture of given joints on a section; false where it is of another branch or outside what is allowed.
+    /// The posture of given joints on a section; false where it is of another branch, outside what is allowed, or singular.
     bool anchor(const Tube& tube, const Layer& l, const double* q, Anchor& out, double& gap) const noexcept {
         const Chain now = chain(task_.arm, q);
         out.given = true;
@@ -128,6 +92,8 @@ private:
         double most = 0;
         for (int j = 0; j < joints; ++j) out.q[j] = solved.q[j], most = max(most, abs(solved.q[j] - q[j]));
         if (index(configuration(task_.arm, now.theta)) != tube.gc) return false;
+        for (int j : {1, 5})  // there the arm angle does not say how joints 1 and 3 (5 and 7) share their turn
+            if (most > tolerance::angle && hinge_clearance(wrap(model_angle(out.q[j], task_.arm.sign[j], task_.arm.offset[j]))) < proof::least_margin) return false;
         gap = most;
         if (l.status != Status::OK || !within_limits(task_.arm, out.q, tolerance::angle)) return false;
         for (int j : {1, 5})
@@ -294,7 +260,7 @@ private:
                 if (at > 0 && at < 1) base.push_back(at);
         }
         std::sort(base.begin(), base.end());
-        base.erase(std::unique(base.begin(), base.end(), [](double a, double b) { return b - a <= plan_rule::same; }), base.end());
+        base.erase(std::unique(base.begin(), base.end(), [](double a, double b) { return b - a <= parameter_rule::same; }), base.end());
         base.front() = 0, base.back() = 1;
     }
 

@@ -10,6 +10,7 @@ from typing import Any, Literal
 from .status import STATUSES, Status
 
 MILLIMETRES = 1e3
+_ANCHOR = "lies outside the limits, in another global configuration, or where no arm angle gives it."
 
 
 class Verdict(IntEnum):
@@ -54,7 +55,8 @@ class Branch:
     verdict : Verdict
         OK: there is a way. UNREACHABLE: the wrist is out of reach. IMPOSSIBLE: at some s no arm angle keeps
         all limits; this is exact. DEAD_END: every section has arm angles, but none of those that the start
-        leads to leads on. START, GOAL: that posture lies outside the limits, or in another branch.
+        leads to leads on. START, GOAL: that posture lies outside the limits or in another branch, or is
+        singular, so that no arm angle gives it.
         UNRESOLVED: the sections join up, but every curve through them that was tried breaks a limit between.
     status : Status
         The outcome of the poses in question.
@@ -121,9 +123,9 @@ class Branch:
             case Verdict.DEAD_END:
                 return f"a dead end at s = {self.s_from:.4g}: no arm angle that the start leads to leads on."
             case Verdict.START:
-                return "the start lies outside the limits, or in another global configuration."
+                return f"the start {_ANCHOR}"
             case Verdict.GOAL:
-                return "the goal lies outside the limits, or in another global configuration."
+                return f"the goal {_ANCHOR}"
             case Verdict.UNRESOLVED:
                 return f"every curve that was tried breaks a limit between the samples{where}."
 

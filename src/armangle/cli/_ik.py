@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import asdict
 
 import numpy as np
 
@@ -39,8 +40,9 @@ EXAMPLE = """\
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
     parser.add_argument("--pose", required=True, metavar="POSE", help=f"{POSE_HELP}; or a FILE of poses")
-    parser.add_argument("--psi", required=True, type=angle, metavar="DEG", help="arm angle")
+    parser.add_argument("--psi", type=angle, metavar="DEG", help="arm angle")
     which = parser.add_mutually_exclusive_group(required=True)
+    which.add_argument("--explain", action="store_true", help="which branches hold the pose, and if not, why")
     which.add_argument("--gc", type=int, choices=range(COUNT), help="global configuration")
     which.add_argument("--all", action="store_true", help="all eight")
     add_arm(parser)
@@ -54,6 +56,10 @@ def run(args: argparse.Namespace) -> int:
     arm = the_arm(args)
     pose = poses("--pose", args.pose)
     seed = None if args.seed is None else joints("--seed", args.seed)
+    if args.explain:
+        return _explain(arm, pose, args)
+    if args.psi is None:
+        raise InputError("--psi is missing: the arm angle in degrees")
     if args.all and (pose.ndim == 3 or args.output is not None):
         raise InputError("--all takes one pose and prints it; name a --gc for a file of poses or for -o")
     if args.all:
@@ -71,6 +77,18 @@ def run(args: argparse.Namespace) -> int:
     if not path.ok:
         note(f"armangle: {_reason(arm, path, args.psi, args.gc, seed, pose.ndim == 2)}")
     return 0 if path.ok else 1
+
+
+def _explain(arm: Arm, pose: Floats, args: argparse.Namespace) -> int:
+    """Print for every global configuration whether it holds the pose; status 1 where none does."""
+    if pose.ndim == 3 or args.output is not None or args.psi is not None:
+        raise InputError("--explain takes one pose, without --psi and -o")
+    diagnosis = arm.explain(pose)
+    if args.json:
+        show_json({"ok": diagnosis.ok, "branches": [asdict(branch) for branch in diagnosis.branches]})
+    else:
+        show(diagnosis.explain())
+    return 0 if diagnosis.ok else 1
 
 
 def _solve(arm: Arm, frames: Floats, psi: float, gc: int, seed: Floats | None) -> JointPath:

@@ -23,6 +23,7 @@ COMMANDS = {
     "ik": "pose, arm angle and global configuration to joints",
     "arcs": "the arm angles that keep all joints within their limits",
     "follow": "step along a file of poses",
+    "plan": "plan a whole file of poses, proven between them, or say why not",
     "plot": "draw the circle, the joints, a motion or a feasible map into a file",
     "view": "show the arm in the browser and move it by hand",
 }
