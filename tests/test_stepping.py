@@ -160,6 +160,32 @@ def beside_the_axis(offset: float) -> tuple[Array, Array]:
     return starts[clearest], poses
 
 
+@any_policy
+def test_a_policy_that_asks_for_too_much_is_shortened(policy: aa.Repulsion) -> None:
+    """At rest no policy can make a jump: every posture within its limits steps to its own pose."""
+    rng = np.random.default_rng(11)
+    q = rng.uniform(IIWA.lower, IIWA.upper, (500, 7))
+    poses, _, _ = IIWA.forward(q)
+    for k in range(len(q)):
+        now = aa.step(IIWA, q[k], poses[k], policy=policy)
+        assert now.status is Status.OK
+        assert np.abs(now.q - q[k]).max() <= 0.2
+        assert np.abs(IIWA.forward(now.q)[0] - poses[k]).max() <= 1e-12
+
+
+def test_a_shortened_step_goes_as_far_as_it_may() -> None:
+    pose, _, gc = IIWA.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+    near_the_end = IIWA.feasible(pose, gc).intervals[0, 0] + 0.05
+    q = IIWA.inverse(pose, near_the_end, gc)
+    wish = aa.resolve(IIWA, pose, near_the_end, gc).psi
+    now = aa.step(IIWA, q, pose)
+    assert now.status is Status.OK
+    assert near_the_end < now.psi < wish
+    assert 0.2 - 1e-9 <= np.abs(now.q - q).max() <= 0.2
+    whole = aa.step(IIWA, q, pose, max_joint_step=np.inf)
+    assert whole.psi == wish
+
+
 @pytest.mark.parametrize("offset", [1e-4, 0.0])
 def test_holding_psi_beside_the_base_axis_is_a_jump_and_carrying_the_elbow_is_none(offset: float) -> None:
     start, poses = beside_the_axis(offset)

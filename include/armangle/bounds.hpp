@@ -18,6 +18,12 @@ struct Bounds {
     double velocity_now[joints];  // rad/s, of the step before
 };
 
+/// Bounds that bind nothing: only the largest step counts.
+inline constexpr Bounds no_bounds{1.0,
+                                  {infinity, infinity, infinity, infinity, infinity, infinity, infinity},
+                                  {infinity, infinity, infinity, infinity, infinity, infinity, infinity},
+                                  {}};
+
 /// Moves of the joints (rad), from lower to upper.
 struct MoveBox {
     double lower[joints], upper[joints];

@@ -114,6 +114,17 @@ inline double wish_ahead(const StepOptions& options, const ArcSet& arcs, double 
     return {psi, step.refusal(arcs)};
 }
 
+/// Where the policy asks for more than the largest step: the psi nearest to its wish that fits, if the held psi does.
+/// What the pose alone forces stays a jump.
+[[gnu::noinline]] inline Resolution shortened(const BoundedStep& step, const ArcSet& arcs, double psi, double wish) noexcept {
+    const Place held = find(arcs, psi);
+    if (held.index < 0 || !step.keeps(held.psi)) return {psi, Status::JOINT_JUMP};
+    ArcSet within;
+    step.within(arcs, {}, within);
+    const double found = step.nearest(within, wish);
+    return {found == found ? found : wrap(held.psi), Status::OK};
+}
+
 }  // namespace detail
 
 /// The step from q_now, whose chain is `now`, to `pose` (as the user sees it).
@@ -145,9 +156,14 @@ inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_
     }
     if (next.status != Status::OK) return stay(next.status);
     Joints q;
-    const Status winding = detail::choose_windings(arm, directions(c, bend, gc, sin_cos(next.psi)), q_now, q);
-    if (winding != Status::OK) return stay(winding);
-    if (!(detail::largest_move(q.q, q_now) <= options.max_joint_step)) return stay(Status::JOINT_JUMP);
+    const auto joints_at_next = [&] { return detail::choose_windings(arm, directions(c, bend, gc, sin_cos(next.psi)), q_now, q); };
+    Status move = joints_at_next();
+    if (move == Status::OK && !(detail::largest_move(q.q, q_now) <= options.max_joint_step)) {
+        const BoundedStep unbounded{arm, c, bend, gc, joint_functions(c, bend, gc), q_now, no_bounds, options.max_joint_step};
+        next = detail::shortened(unbounded, arcs, psi, next.psi);
+        move = next.status == Status::OK ? joints_at_next() : next.status;
+    }
+    if (move != Status::OK) return stay(move);
     for (int i = 0; i < joints; ++i) out.q[i] = q.q[i];
     out.psi = next.psi, out.gc = index(gc), out.status = Status::OK;
     out.margin = limit_margin(arm, out.q);

@@ -168,7 +168,8 @@ def step(
         What is kept from posture to posture before the policy acts: the number psi (the paper), or the elbow
         axis itself, which stays still where the wrist passes near the base axis.
     max_joint_step : float, optional
-        Largest move of a joint, rad; 0.2 by default.
+        Largest move of a joint, rad; 0.2 by default. A policy that asks for more gets the arm angle nearest
+        to its wish that fits; what the pose alone forces beyond it is JOINT_JUMP.
     allowed : ArcSet or function (4, 4) -> ArcSet, optional
         Arcs of the user's own, intersected.
     singularity_margin : float

@@ -25,7 +25,7 @@ EXAMPLE = "  armangle demo -o demo"
 _REMARK = """\
 The paper's text fixes K = 0.1 where alpha varies and alpha = 20 where K varies; alpha = 5 and 100, \
 K = 0.02 and 0.5 and the 251 poses are this program's choice. The paper sets no largest joint step, \
-so the demo sets none; step and follow call {limit} deg a jump."""
+so the demo sets none; step and follow shorten what the policy asks for to {limit} deg."""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
