@@ -60,6 +60,7 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "gc_signs": (aa.gc_signs, {"gc": 3}),
     "nearest_rotation": (aa.nearest_rotation, {"pose": POSE}),
     "resolve": (aa.resolve, {"arm": ARM, "pose": POSE, "psi": PSI, "gc": GC}),
+    "retime": (aa.retime, {"path": aa.follow(ARM, POSE[None], start=Q), "acceleration": np.ones(7)}),
     "step": (aa.step, {"arm": ARM, "q_now": Q, "pose": POSE}),
     "follow": (aa.follow, {"arm": ARM, "poses": POSE[None], "start": Q}),
     "plan": (aa.plan, {"arm": ARM, "path": POSE[None]}),
@@ -97,6 +98,7 @@ BAD: dict[str, list[Any]] = {
     "intervals": ["nonsense", object(), [1.0, 2.0, 3.0], [[1.0]], [[2.0, 1.0]], [[NAN, 1.0]], [[0, INF]],
                   [[0, 1e9]], [[0.0, 0.1]] * 17, [[1j, 2]], [[0.0, 1.0], [2.0]]],
     "K": [*NUMBER, -0.1, 1.1, None, True], "alpha": [*POSITIVE, None, True, INF],
+    "tool_speed": POSITIVE, "cycle": [*NUMBER, -1.0, 2.0], "sample": POSITIVE, "jerk": [*SEVEN, -Q],
     "velocity_now": SEVEN, "lookahead": ["nonsense", object(), NAN, -1, 1.5, True, None],
     "rate": [*NUMBER, -1.0, True], "dt": [*POSITIVE, True], "path": [*POSES, POSE],
     "goal": [v for v in JOINTS if v is not None], "objective": ["nonsense", None, 1.0, aa.Objective],
@@ -108,6 +110,7 @@ BAD: dict[str, list[Any]] = {
     "order": ["nonsense", None, 0, 4, 1.5, NAN],
 }  # fmt: skip
 BAD_HERE: dict[tuple[str, str], list[Any]] = {
+    ("retime", "path"): ["nonsense", None, 0.5, POSE],
     ("gc_index", "signs"): ["nonsense", object(), None, [1, 1], [1, 1, 0], [1, NAN, 1], 1],
     ("nearest_rotation", "pose"): [*WORDS, 0.1, POSE[:3], changed(POSE, NAN), changed(POSE, INF)],
     ("Objective", "limits"): WEIGHT,
@@ -139,7 +142,8 @@ def rows() -> Iterator[tuple[str, str, Any]]:
 def test_every_public_function_and_argument_is_in_the_matrix() -> None:
     named = {name.split(".")[0] for name in FUNCTIONS} | OTHERS
     results = {"ArcEnd", "Branch", "Diagnosis", "ImportReport", "JointFunction", "JointPath", "JointTable"}
-    results |= {"Opening", "Path", "PathPoint", "Resolution", "Step"}
+    results |= {"Opening", "Path", "PathPoint", "Resolution", "SpeedLoss", "Step", "Trajectory"}
+    results |= {"TrajectoryPoint"}
     public = {name: getattr(aa, name) for name in aa.__all__}
     faults = {n for n, v in public.items() if isinstance(v, type) and issubclass(v, Exception)}
     constants = {n for n, v in public.items() if not callable(v)} | {"Status", "Verdict"}

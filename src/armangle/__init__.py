@@ -45,8 +45,10 @@ if TYPE_CHECKING:
     from .paths import CircularArc, Line, Path, Screw, Waypoints
     from .planning import Objective, plan
     from .policies import Centre, Hold, Repulsion
+    from .retiming import retime
     from .status import Status
     from .stepping import Resolution, Step, follow, resolve, step
+    from .trajectory import SpeedLoss, Trajectory, TrajectoryPoint
 
 # Which module a name comes from: the imports above once more, for the interpreter.
 _HOMES = {
@@ -66,8 +68,10 @@ _HOMES = {
     "paths": "CircularArc Line Path Screw Waypoints",
     "planning": "Objective plan",
     "policies": "Centre Hold Repulsion",
+    "retiming": "retime",
     "status": "Status",
     "stepping": "Resolution Step follow resolve step",
+    "trajectory": "SpeedLoss Trajectory TrajectoryPoint",
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names.split()}
 
@@ -107,8 +111,11 @@ __all__ = [
     "Resolution",
     "Screw",
     "ShapeError",
+    "SpeedLoss",
     "Status",
     "Step",
+    "Trajectory",
+    "TrajectoryPoint",
     "UnknownRobotError",
     "UnreachableError",
     "UrdfError",
@@ -124,6 +131,7 @@ __all__ = [
     "nearest_rotation",
     "plan",
     "resolve",
+    "retime",
     "save",
     "step",
 ]

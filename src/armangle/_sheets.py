@@ -17,6 +17,7 @@ from typing import Any, BinaryIO, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
+from ._ros import write_joint_trajectory
 from .errors import FileFormatError, InputError
 
 PathLike = str | os.PathLike[str]
@@ -36,15 +37,18 @@ class Sheet:
         Numbers or words, in the order of the file.
     headings : mapping of str to tuple of k str
         CSV headings of the blocks with more than one column.
+    joint_names : tuple of str
+        Of a trajectory, for YAML.
     """
 
     kind: str
     blocks: Mapping[str, NDArray[Any]]
     headings: Mapping[str, tuple[str, ...]]
+    joint_names: tuple[str, ...] = ()
 
 
 def ending(path: PathLike) -> str:
-    """Return the ending of a file to be written: .csv, .npz or .json.
+    """Return the ending of a file to be written: .csv, .npz, .json or .yaml.
 
     Raises
     ------
@@ -93,7 +97,13 @@ def _write_json(sheet: Sheet, file: BinaryIO) -> None:
     file.write(json.dumps(table, allow_nan=False).encode() + b"\n")
 
 
-WRITERS = {".csv": _write_csv, ".npz": _write_npz, ".json": _write_json}
+def _write_yaml(sheet: Sheet, file: BinaryIO) -> None:
+    if not sheet.joint_names:
+        raise InputError(f"{sheet.kind} cannot be saved as .yaml, which is for trajectories")
+    write_joint_trajectory(sheet.joint_names, sheet.blocks, file)
+
+
+WRITERS = {".csv": _write_csv, ".npz": _write_npz, ".json": _write_json, ".yaml": _write_yaml}
 
 
 def read_blocks(path: PathLike) -> dict[str, NDArray[Any]]:

@@ -1,4 +1,7 @@
-"""Files: poses and joints as CSV, NPZ and JSON. Radians, metres and unit quaternions throughout."""
+"""Files: poses, joints and trajectories as CSV, NPZ and JSON, trajectories for ROS as YAML.
+
+Radians, metres and unit quaternions throughout.
+"""
 
 from __future__ import annotations
 
@@ -21,11 +24,13 @@ from .description import JOINTS
 from .errors import FileFormatError, InputError, ShapeError
 from .joint_path import JointPath
 from .status import STATUSES, Status
+from .trajectory import Trajectory
 
 PathLike = str | os.PathLike[str]
 
 JOINT_COLUMNS = tuple(f"q{i}" for i in range(1, JOINTS + 1))
 _HEADINGS = {"q": JOINT_COLUMNS, "pose": COLUMNS}
+_RATES = {name: tuple(f"{name}{i}" for i in range(1, JOINTS + 1)) for name in ("qd", "qdd")}
 _OPTIONAL = ("s", "psi", "gc", "margin")
 _NAMES = {status.name: status for status in Status}
 _NO_GC = -1
@@ -77,14 +82,16 @@ class JointTable:
 
 
 def save(value: Any, path: PathLike) -> None:
-    """Write a value to a file; the ending .csv, .npz or .json chooses the format.
+    """Write a value to a file; the ending .csv, .npz, .json or .yaml chooses the format.
 
     The file is written beside and then renamed: a run that fails leaves the old file, or none.
 
     Parameters
     ----------
-    value : JointPath, JointTable, or array_like of shape (4, 4) or (N, 4, 4)
-        A motion has the columns s, q1..q7 (rad), psi (rad), gc, status, margin (rad); poses have x, y, z
+    value : JointPath, JointTable, Trajectory, or array_like of shape (4, 4) or (N, 4, 4)
+        A trajectory has the columns t (s), s, q1..q7 (rad), qd1..qd7 (rad/s), qdd1..qdd7 (rad/s²), and alone
+        can be YAML: a ROS ``trajectory_msgs/JointTrajectory``. Any other motion has the columns s, q1..q7
+        (rad), psi (rad), gc, status, margin (rad); poses have x, y, z
         (m), qw, qx, qy, qz. In NPZ and JSON q1..q7 are one array ``q`` (N, 7), and a pose's seven numbers
         one array ``pose`` (N, 7).
     path : path
@@ -134,6 +141,12 @@ def _(value: JointPath | JointTable) -> Sheet:
     names = np.array([status.name for status in STATUSES])[value.status]
     blocks = {name: getattr(value, name) for name in ("s", "q", "psi", "gc")}
     return Sheet("joints", blocks | {"status": names, "margin": value.margin}, _HEADINGS)
+
+
+@sheet_of.register
+def _(value: Trajectory) -> Sheet:
+    blocks = {name: getattr(value, name) for name in ("t", "s", "q", "qd", "qdd")}
+    return Sheet("trajectory", blocks, _HEADINGS | _RATES, value.path.arm.joint_names)
 
 
 # -- reading -----------------------------------------------------------------------------------------
