@@ -55,6 +55,34 @@ def test_pictures_are_written(
     assert capsys.readouterr().err == f"wrote picture{ending}\n"
 
 
+@pytest.mark.parametrize("on_fail", ["skip", "stop"])
+def test_rows_that_are_not_solved_are_gaps_in_the_picture(
+    on_fail: str, files: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from armangle import plots
+
+    arm, start, poses = demo.example()
+    poses = poses[::13].copy()
+    poses[8:11, 2, 3] += 9.0
+    aa.save(aa.follow(arm, poses, start=start, max_joint_step=np.inf, on_fail=on_fail), files / "gap.csv")
+    drawn = {}
+    for name, function in (("path", "path"), ("map", "feasible_map")):
+        plot = getattr(plots, function)
+        monkeypatch.setattr(
+            plots, function, lambda *a, _plot=plot, _name=name, **k: drawn.setdefault(_name, _plot(*a, **k))
+        )
+        assert main(["plot", name, str(files / "gap.csv"), *ROBOT, "-o", str(files / "a.png")]) == 0
+        said = " ".join(capsys.readouterr().err.split())
+        assert "pose 8 (s = 0.4211) is the first that is not" in said and "out of reach" in said
+    last = 11 if on_fail == "skip" else len(poses)
+    for panel in drawn["path"]:
+        assert np.isnan(panel.lines[0].get_ydata()[8:last]).all()
+        assert np.isfinite(panel.lines[0].get_ydata()[last:]).all()
+    assert drawn["path"][0].get_xlim() == (0, 1)
+    assert "fails" in [line.get_label() for line in drawn["path"][0].lines]
+    assert all(len(panel.patches) == last - 8 for panel in drawn["map"])
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import struct
 import zlib
+from pathlib import Path
 
 import numpy as np
 
 import armangle as aa
 from armangle import demo
+from armangle._motion import motion_of
 from armangle._viewer_controls import gc_name
 from armangle._viewer_panels import (
     arcs_panel,
@@ -66,6 +68,15 @@ def test_the_map_is_a_png_of_who_blocks() -> None:
     assert "s = 0.500, pose 126 of 251" in panel
     assert panel.count("<polyline") == 2
     assert map_panel(motion, image, 0).count("<circle") == 1
+
+
+def test_the_map_of_a_file_with_rows_that_are_not_solved(tmp_path: Path) -> None:
+    poses = PAPER_POSES.copy()
+    poses[100:110, 2, 3] += 9.0
+    motion = aa.follow(PAPER_ARM, poses, start=PAPER_Q, on_fail="skip")
+    aa.save(motion, tmp_path / "gap.csv")
+    again = motion_of(PAPER_ARM, aa.load_joints(tmp_path / "gap.csv"))
+    assert map_image(again) == map_image(motion)  # both have the colour of what is out of reach there
 
 
 def test_png_can_be_read_back() -> None:

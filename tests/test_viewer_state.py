@@ -271,9 +271,28 @@ def test_a_joint_file_becomes_a_motion(tmp_path: Path) -> None:
     np.testing.assert_allclose(again.q, motion.q)
     np.testing.assert_allclose(again.psi, motion.psi, atol=1e-9)
     np.testing.assert_allclose(again.margin, motion.margin, atol=1e-12)
+    assert (again.status == motion.status).all() and again.ok
     (tmp_path / "none.csv").write_text("q1,q2,q3,q4,q5,q6,q7\n" + ",".join(["nan"] * 7) + "\n")
     with pytest.raises(aa.PathError, match="no row of the joint file"):
         motion_of(PAPER_ARM, load_joints(tmp_path / "none.csv"))
+
+
+def test_rows_of_a_joint_file_that_are_not_solved_stay_in_its_motion(tmp_path: Path) -> None:
+    poses = PAPER_POSES.copy()
+    poses[100:110, 2, 3] += 9.0
+    for on_fail, first in (("skip", 110), ("stop", len(poses))):
+        motion = aa.follow(PAPER_ARM, poses, start=PAPER_Q, on_fail=on_fail)
+        save(motion, tmp_path / "joints.csv")
+        again = motion_of(PAPER_ARM, load_joints(tmp_path / "joints.csv"))
+        np.testing.assert_array_equal(again.status, motion.status)
+        np.testing.assert_array_equal(again.gc, motion.gc)
+        np.testing.assert_allclose(again.q, motion.q)
+        np.testing.assert_allclose(again.psi, motion.psi, atol=1e-9)
+        assert np.isnan(again.q[100:first]).all() and np.isnan(again.poses[100:first]).all()
+        assert again.explain() == motion.explain()
+    (tmp_path / "ok.csv").write_text(f"q1,q2,q3,q4,q5,q6,q7,status\n{'0,' * 7}OK\n{'nan,' * 7}OK\n")
+    said = motion_of(PAPER_ARM, load_joints(tmp_path / "ok.csv")).status
+    assert said.tolist() == [aa.Status.OK, aa.Status.NOT_REACHED]
 
 
 def test_poses_become_motions_of_every_configuration() -> None:

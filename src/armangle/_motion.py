@@ -8,14 +8,16 @@ from numpy.typing import ArrayLike
 from ._arrays import as_floats
 from .arm import Arm
 from .configuration import COUNT as CONFIGURATIONS
+from .description import JOINTS
 from .errors import PathError
 from .io import JointTable
 from .joint_path import JointPath
+from .status import Status
 from .stepping import follow
 
 
 def motion_of(arm: Arm, table: JointTable) -> JointPath:
-    """Return the rows of a joint file as a motion of an arm; rows without joints are left out.
+    """Return the rows of a joint file as a motion of an arm, those without joints included.
 
     Parameters
     ----------
@@ -25,7 +27,8 @@ def motion_of(arm: Arm, table: JointTable) -> JointPath:
     Returns
     -------
     JointPath
-        Poses, arm angle and configuration are computed from the joints.
+        Poses, arm angle and configuration are computed from the joints. A row without joints keeps its
+        status and is NaN, its pose too: a joint file does not say which pose it failed at.
 
     Raises
     ------
@@ -35,12 +38,19 @@ def motion_of(arm: Arm, table: JointTable) -> JointPath:
     known = np.isfinite(table.q).all(axis=1)
     if not known.any():
         raise PathError("no row of the joint file has joint values, wanted at least one")
-    q = table.q[known]
-    poses, psi, gc = arm.forward(q, undefined="nan")
+    n = len(table)
+    q, poses = np.full((n, JOINTS), np.nan), np.full((n, 4, 4), np.nan)
+    psi, margin, residual = (np.full(n, np.nan) for _ in range(3))
+    gc = np.full(n, -1, dtype=np.int64)
+    q[known] = table.q[known]
+    poses[known], angle, gc[known] = arm.forward(q[known], undefined="nan")
+    psi[known], margin[known], residual[known] = angle, arm.limit_margin(q[known]), 0.0
+    defined = np.isfinite(psi)
+    psi[defined] = np.unwrap(psi[defined])
+    failed = np.where(table.status == Status.OK, np.int8(Status.NOT_REACHED), table.status)
     return JointPath(
-        arm=arm, s=table.s[known], poses=poses, q=q, psi=np.unwrap(np.atleast_1d(psi)),
-        gc=np.atleast_1d(gc), status=table.status[known], margin=np.atleast_1d(arm.limit_margin(q)),
-        residual=np.zeros(len(q)),
+        arm=arm, s=table.s, poses=poses, q=q, psi=psi, gc=gc,
+        status=np.where(known, table.status, failed), margin=margin, residual=residual,
     )  # fmt: skip
 
 

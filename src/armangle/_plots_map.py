@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ._arrays import Floats, as_floats
 from ._plots_style import (
@@ -28,6 +28,8 @@ from .errors import ConfigurationError, ShapeError
 from .joint_path import JointPath
 from .status import Status
 
+_FULL = np.array([[[-np.pi, np.pi]]])
+_NOT_KNOWN: dict[str, Any] = {"facecolor": "white", "edgecolor": MID, "hatch": "///", "lw": 0}
 
 def feasible_map(
     motion: JointPath | tuple[Arm, ArrayLike],
@@ -39,7 +41,7 @@ def feasible_map(
     """Draw which arm angles are feasible along a path, and which joint forbids the others.
 
     White is feasible; the rest has the colour of the lowest joint that blocks. Each column is exact for the
-    pose it stands on.
+    pose it stands on; a row of a path whose pose is NaN, not known, is hatched.
 
     Parameters
     ----------
@@ -69,6 +71,7 @@ def feasible_map(
     if frames.ndim != 3 or not len(frames):
         raise ShapeError(f"poses has shape {frames.shape}, wanted (N, 4, 4) with N > 0")
     s = curve.s if curve is not None else np.linspace(0.0, 1.0, len(frames))
+    posed = np.isfinite(frames).all(axis=(1, 2)) if curve is not None else np.ones(len(frames), dtype=bool)
     wanted = range(CONFIGURATIONS) if gc is None else np.atleast_1d(gc).tolist()
     if any(not isinstance(index, int) or not 0 <= index < CONFIGURATIONS for index in wanted):
         raise ConfigurationError(f"gc is {gc!r}, wanted integers from 0 to 7")
@@ -76,7 +79,7 @@ def feasible_map(
     panels = grid_axes(ax, len(wanted), min(4, len(wanted)), (6.4, 4.2) if one else (3.0, 2.6),
                        sharex=True, sharey=True)  # fmt: skip
     for panel, index in zip(panels, wanted, strict=True):
-        _map_panel(panel, arm, s, frames, index, singularity_margin)
+        _map_panel(panel, arm, s, frames, posed, index, singularity_margin)
         if curve is not None:
             _draw_curve(panel, curve, index)
     for k, panel in enumerate(panels):
@@ -85,21 +88,25 @@ def feasible_map(
         if k + 4 >= len(panels):
             panel.set_xlabel("path parameter s")
     if ax is None:
-        _map_legend(panels[0].figure, curve is not None, 4 if one else 5)
+        _map_legend(panels[0].figure, curve is not None, bool(posed.all()), 4 if one else 5)
     return panels[0] if one else panels
 
 
-def _map_panel(panel: Any, arm: Arm, s: Floats, poses: Floats, gc: int, margin: float) -> None:
-    """Draw one region: each joint's blocked arcs as cells, the lowest joint on top."""
+def _map_panel(
+    panel: Any, arm: Arm, s: Floats, poses: Floats, posed: NDArray[np.bool_], gc: int, margin: float
+) -> None:
+    """Draw one region: each joint's blocked arcs as cells, the lowest joint on top; hatched where no pose."""
     edges = np.concatenate([s[:1], 0.5 * (s[1:] + s[:-1]), s[-1:]])
     if len(s) == 1:
         edges = s[0] + np.array([-0.5, 0.5])
-    each = arm.joint_feasible(poses, gc, singularity_margin=margin)
+    sides = np.stack([edges[:-1], edges[1:]], axis=1)
+    each = arm.joint_feasible(poses[posed], gc, singularity_margin=margin)
     for joint in range(JOINTS, 0, -1):
-        _cells(panel, (~each[:, joint - 1]).intervals, edges, JOINT_COLOURS[joint - 1])
+        _cells(panel, (~each[:, joint - 1]).intervals, sides[posed], JOINT_COLOURS[joint - 1])
     lost = np.isin(each[:, 0].status, (Status.UNREACHABLE, Status.FOLDED))
-    whole = np.where(lost[:, None, None], np.array([[-np.pi, np.pi]]), np.nan)
-    _cells(panel, whole, edges, MID)
+    _cells(panel, _FULL, sides[posed][lost], MID)
+    for left, right in sides[~posed]:
+        panel.axvspan(left, right, **_NOT_KNOWN)
     signs = "".join("+" if sign > 0 else "−" for sign in gc_signs(gc))
     panel.set_title(f"GC {gc} ({signs})", fontsize=9)
     panel.set_xlim(edges[0], edges[-1])
@@ -107,16 +114,16 @@ def _map_panel(panel: Any, arm: Arm, s: Floats, poses: Floats, gc: int, margin: 
     angle_ticks(panel.yaxis)
 
 
-def _cells(panel: Any, intervals: Floats, edges: Floats, colour: str) -> None:
-    """Draw the arcs (N, k, 2) in rad of N columns as rectangles, cut at ±180 degrees."""
+def _cells(panel: Any, intervals: Floats, sides: Floats, colour: str) -> None:
+    """Draw the arcs (N or 1, k, 2) in rad of N columns (N, 2) as rectangles, cut at ±180 degrees."""
     from matplotlib.collections import PolyCollection
 
-    arcs = np.degrees(intervals)
+    arcs = np.degrees(np.broadcast_to(intervals, (len(sides), *intervals.shape[1:])))
     over = arcs - FULL_TURN
     both = np.concatenate([arcs, np.where(over[..., 1:] > -FULL_TURN / 2, over, np.nan)], axis=1)
     row, k = np.nonzero(~np.isnan(both[..., 0]))
     low, high = np.clip(both[row, k].T, -FULL_TURN / 2, FULL_TURN / 2)
-    left, right = edges[row], edges[row + 1]
+    left, right = sides[row].T
     corners = np.stack([left, low, right, low, right, high, left, high], axis=-1).reshape(-1, 4, 2)
     panel.add_collection(
         PolyCollection(list(corners), facecolors=colour, edgecolors="none", antialiaseds=False)
@@ -134,13 +141,15 @@ def _draw_curve(panel: Any, curve: JointPath, gc: int) -> None:
     panel.plot(s[first], degrees[first], "o", color=BLACK, ms=6, zorder=5)
 
 
-def _map_legend(figure: Any, curve: bool, columns: int) -> None:
+def _map_legend(figure: Any, curve: bool, whole: bool, columns: int) -> None:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
     handles: list[Any] = [Patch(fc="white", ec=BLACK, lw=0.6, label="feasible")]
     handles += [Patch(fc=colour, label=f"joint {k + 1} blocks") for k, colour in enumerate(JOINT_COLOURS)]
     handles.append(Patch(fc=MID, label="out of reach"))
+    if not whole:
+        handles.append(Patch(label="not solved, pose not known", **_NOT_KNOWN))
     if curve:
         handles.append(Line2D([], [], color=BLACK, lw=2, marker="o", label="chosen ψ(s)"))
     figure.legend(handles=handles, loc="outside lower center", ncols=columns, frameon=False, fontsize=9)

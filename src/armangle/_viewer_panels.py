@@ -115,10 +115,12 @@ def map_image(motion: JointPath) -> str:
     known = motion.gc[rows] >= 0
     gc = np.where(known, motion.gc[rows], motion.gc[rows][known][:1] if known.any() else 0)
     psi = np.radians(180 - (np.arange(_MAP_HEIGHT) + 0.5) * 360 / _MAP_HEIGHT)
-    poses = motion.poses[rows]
-    cells = first_blocker(blockers(motion.arm, poses[:, None], gc[:, None], psi[None, :]))
+    cells = np.full((len(rows), _MAP_HEIGHT), _LOST)
+    posed = np.isfinite(motion.poses[rows]).all(axis=(1, 2))  # a joint file is silent on where it failed
+    poses, gc = motion.poses[rows[posed]], gc[posed]
+    blocked = first_blocker(blockers(motion.arm, poses[:, None], gc[:, None], psi[None, :]))
     lost = np.isin(motion.arm.feasible(poses, gc).status, (Status.UNREACHABLE, Status.FOLDED))
-    cells[lost] = _LOST
+    cells[posed] = np.where(lost[:, None], _LOST, blocked)
     return "data:image/png;base64," + base64.b64encode(png(cells.T.astype(np.uint8), _PALETTE)).decode()
 
 

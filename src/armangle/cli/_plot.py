@@ -57,21 +57,24 @@ def run(args: argparse.Namespace) -> int:
 
     drawing = pyplot()
     drawing.switch_backend("Agg")  # into a file: no display is needed
+    shown: JointPath | tuple[Arm, Floats] | None = None
     with progress(f"drawing {args.output}"):
         if args.picture in _OF_A_POSE:
             axes = _pose_picture(plots, arm, args)
         elif args.picture == "path":
-            axes = plots.path(_motion(arm, args.file))
+            shown = _motion(arm, args.file)
+            axes = plots.path(shown)
         else:
-            axes = plots.feasible_map(
-                _motion_or_poses(arm, args.file), gc=args.gc, singularity_margin=args.singularity_margin
-            )
+            shown = _motion_or_poses(arm, args.file)
+            axes = plots.feasible_map(shown, gc=args.gc, singularity_margin=args.singularity_margin)
         _write(axes, args.output)
     drawing.close("all")
     if args.json:
         show_json({"picture": args.picture, "robot": arm.name, "output": args.output})
     else:
         note(f"wrote {args.output}")
+    if isinstance(shown, JointPath) and not shown.ok:
+        note(f"armangle: {args.file}: {shown.explain()}")
     return 0
 
 
