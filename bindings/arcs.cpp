@@ -214,8 +214,8 @@ nb::object joint_function(const ArmHandle& self, nb::handle pose, long long gc, 
     JointFunctionHandle h;
     h.arm = self.arm, h.joint = joint, h.gc = configuration(static_cast<int>(gc));
     h.c = circle(self.arm, flange_pose(self.arm, load_pose(m.data<double>())));
-    if (is_folded(self.arm, h.c)) return outcome.report(Problem::folded, 0, 0), report(outcome);
     if (is_unreachable(self.arm, h.c)) return outcome.report(Problem::unreachable, 0, h.c.triangle.excess), report(outcome);
+    if (is_folded(self.arm, h.c)) return outcome.report(Problem::folded, 0, 0), report(outcome);
     h.bend = fold(self.arm, h.c.triangle, h.gc.elbow);
     h.f = joint_functions(h.c, h.bend, h.gc);
     return nb::cast(h);

@@ -30,7 +30,7 @@ struct ArmParameters {
 struct Arm : ArmParameters {
     double upper_arm, forearm;      // La = |S-E|, Lb = |E-W|
     double reach, inner_reach;      // L = La + Lb, D = |La - Lb|
-    double bend_scale;              // 1 / (4 La Lb)
+    double size;                    // m: all lengths that a pose is made of, and so the measure of its rounding
     SinCos<double> shoulder_slant;  // of atan2(a_3, d_se)
     SinCos<double> wrist_slant;     // of atan2(a_4, d_ew)
     SinCos<double> delta;           // theta_4 of the stretched arm: wrist_slant - shoulder_slant
@@ -82,7 +82,7 @@ inline Arm make_arm(const ArmParameters& parameters) noexcept {
     if (arm.a_4 == 0) arm.forearm = arm.d_ew;
     arm.reach = arm.upper_arm + arm.forearm;
     arm.inner_reach = abs(arm.upper_arm - arm.forearm);
-    arm.bend_scale = 1.0 / (4.0 * arm.upper_arm * arm.forearm);
+    arm.size = arm.reach + abs(arm.d_bs) + abs(arm.d_wf) + norm(arm.base.position) + norm(arm.tool.position);
     arm.shoulder_slant = {arm.a_3 / arm.upper_arm, arm.d_se / arm.upper_arm};
     arm.wrist_slant = {arm.a_4 / arm.forearm, arm.d_ew / arm.forearm};
     const auto &s = arm.shoulder_slant, &w = arm.wrist_slant;

@@ -96,8 +96,8 @@ inline Problem check_element(const Arm& arm, const InverseBatch& b, std::size_t 
         for (int j = 0; j < joints; ++j)
             if (!(abs(b.seed.at(i)[j]) <= tolerance::largest_angle)) return value = b.seed.at(i)[j], Problem::joints_not_finite;
     const Circle<double> c = circle(arm, flange_pose(arm, load_pose(b.pose.at(i))));
-    if (is_folded(arm, c)) return Problem::folded;
     if (is_unreachable(arm, c)) return value = c.triangle.excess, Problem::unreachable;
+    if (is_folded(arm, c)) return Problem::folded;
     return Problem::none;
 }
 

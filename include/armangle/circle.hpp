@@ -16,7 +16,7 @@ namespace armangle {
 template <class T>
 struct Triad {
     Vec3<T> w, e, z;
-    T distance, inverse_distance;  // |S-W| in m, and 1 / m
+    T distance;  // |S-W| in m
 };
 
 /// Triad of a pose 0T7 (already freed of base and tool); normal(p, w) is its zero, p = S->W (m), w = p / |p|.
@@ -25,8 +25,7 @@ ARMANGLE_INLINE Triad<T> triad(const Arm& arm, const Pose<T>& flange, const Norm
     const Vec3<T> p = flange.position - Vec3<T>{T(0.0), T(0.0), T(arm.d_bs)} - flange.rotation.z * T(arm.d_wf);  // eq. (3)
     Triad<T> t;
     t.distance = norm(p);
-    t.inverse_distance = T(1.0) / select(t.distance == T(0.0), T(1.0), t.distance);
-    t.w = p * t.inverse_distance;
+    t.w = p * (T(1.0) / select(t.distance == T(0.0), T(1.0), t.distance));
     t.z = normal(p, t.w);
     t.e = cross(t.w, t.z);
     return t;
@@ -54,7 +53,7 @@ ARMANGLE_INLINE Circle<T> circle_on(const Arm& arm, const Triad<T>& triad, const
     c.tool_w = {dot(c.w, x7), dot(c.w, y7), dot(c.w, z7)};
     c.tool_e = {dot(c.e, x7), dot(c.e, y7), dot(c.e, z7)};
     c.tool_z = {dot(c.z, x7), dot(c.z, y7), dot(c.z, z7)};
-    c.triangle = triangle(arm, c.distance, c.inverse_distance);
+    c.triangle = triangle(arm, c.distance);
     return c;
 }
 
@@ -67,7 +66,7 @@ ARMANGLE_INLINE auto is_folded(const Arm& arm, const Triad<T>& c) noexcept { ret
 
 template <class T>
 ARMANGLE_INLINE auto is_unreachable(const Arm& arm, const Circle<T>& c) noexcept {
-    return c.triangle.excess > T(tolerance::reach * arm.reach);
+    return !(c.triangle.excess <= T(tolerance::reach * arm.size));
 }
 
 /// Whether theta_1 (theta_2 = 0 or pi) vanishes as a direction for *every* psi: arm straight along the base axis.

@@ -13,20 +13,23 @@ struct Triangle {
     SinCos<T> kappa;     // angle at the shoulder between S-E and S-W
 };
 
-/// Bend and shoulder angle by half-angle forms: exact also when stretched or folded (unlike acos of eq. (4)).
-/// n = |S-W| in m, and its inverse.
+/// Bend and shoulder angle by half-angle forms: exact also when stretched or folded (unlike acos of eq. (4)); n = |S-W| in m.
+/// Each is made a unit direction by its own length: whatever n was rounded to, the frames stay rotations.
 template <class T>
-ARMANGLE_INLINE Triangle<T> triangle(const Arm& arm, T n, T inverse_n) noexcept {
+ARMANGLE_INLINE Triangle<T> triangle(const Arm& arm, T n) noexcept {
     const double L = arm.reach, D = arm.inner_reach, La = arm.upper_arm, Lb = arm.forearm;
-    const T zero(0.0), rounding(tolerance::stretched * L);
+    const T zero(0.0), one(1.0), rounding(tolerance::stretched * L);
     const T s2 = select(L - n <= rounding, zero, (L - n) * (L + n));  // 4 La Lb sin^2(eta/2)
     const T c2 = select(n - D <= rounding, zero, (n - D) * (n + D));  // 4 La Lb cos^2(eta/2)
-    const T scale(arm.bend_scale);
+    const T scale = one / (s2 + c2);
     Triangle<T> t;
     t.excess = max(n - L, D - n);
     t.eta = {2.0 * sqrt(s2 * c2) * scale, (c2 - s2) * scale};
     const T x = (La - Lb) + 2.0 * Lb * (c2 * scale), y = Lb * t.eta.sin;
-    t.kappa = {y * inverse_n, x * inverse_n};  // x^2 + y^2 = n^2
+    const T side = hypot(x, y);
+    const auto shut = side == zero;
+    const T inverse_side = one / select(shut, one, side);
+    t.kappa = {y * inverse_side, select(shut, one, x * inverse_side)};
     return t;
 }
 

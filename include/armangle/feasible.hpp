@@ -53,8 +53,8 @@ inline Status finish(const LimitTable& t, const JointFunctions<double>& shoulder
 
 /// Elbow: OK, or why no psi is feasible, theta_4 being the same for all.
 inline Status elbow_status(const Arm& arm, const LimitTable& t, const Circle<double>& c, const Fold<double>& fold) noexcept {
-    if (is_folded(arm, c)) return Status::FOLDED;
     if (is_unreachable(arm, c)) return Status::UNREACHABLE;
+    if (is_folded(arm, c)) return Status::FOLDED;
     if (!t.elbow.contains(fold.theta_4)) return Status::ELBOW_LIMIT;
     return c.triangle.eta.sin < t.sin_margin ? Status::ELBOW_MARGIN : Status::OK;
 }

@@ -147,7 +147,7 @@ struct Roots {
 
 inline Roots roots(const Linear<double>& f) noexcept {
     const double h = hypot(f.s, f.c);
-    if (h <= tolerance::singular || abs(f.k) > h) return {0, {}};
+    if (h <= tolerance::singular * abs(f.k) || h == 0 || abs(f.k) > h) return {0, {}};
     const double middle = atan2(f.s, f.c), half = atan2(sqrt((h - f.k) * (h + f.k)), -f.k);
     if (half == 0 || half == pi) return {1, {wrap(middle + half), 0}};
     return {2, {wrap(middle - half), wrap(middle + half)}};

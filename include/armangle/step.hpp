@@ -37,11 +37,11 @@ inline bool is_finite(const double* q) noexcept {
     return true;
 }
 
-/// Least distance to a limit over all joints; infinite without limits.
+/// Least distance to a limit over all joints; infinite without limits, NaN where a joint is.
 inline double limit_margin(const Arm& arm, const double* q) noexcept {
-    double least = infinity;
-    for (int i = 0; i < joints; ++i) least = min(least, min(q[i] - arm.lower[i], arm.upper[i] - q[i]));
-    return least;
+    double least = infinity, sum = 0;
+    for (int i = 0; i < joints; ++i) least = min(least, min(q[i] - arm.lower[i], arm.upper[i] - q[i])), sum += q[i];
+    return sum == sum ? least : not_a_number;
 }
 
 inline bool within_limits(const Arm& arm, const double* q, double slack) noexcept { return limit_margin(arm, q) >= -slack; }
@@ -49,9 +49,9 @@ inline bool within_limits(const Arm& arm, const double* q, double slack) noexcep
 namespace detail {
 
 inline double largest_move(const double* a, const double* b) noexcept {
-    double most = 0;
-    for (int i = 0; i < joints; ++i) most = max(most, abs(a[i] - b[i]));
-    return most;
+    double most = 0, sum = 0;
+    for (int i = 0; i < joints; ++i) most = max(most, abs(a[i] - b[i])), sum += a[i] - b[i];
+    return sum == sum ? most : not_a_number;  // min and max would pass over a NaN
 }
 
 /// psi of the present posture, as it is to be carried to the circle of the next pose.

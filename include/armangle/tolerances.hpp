@@ -13,7 +13,7 @@ inline constexpr double singular = 1e-13;
 inline constexpr double vanishing = 1e-12;
 /// 1 - |cos| below which a hinge may come within `angle` of 0 or pi; that is 5e-19, the rest is rounding.
 inline constexpr double touching = 1e-15;
-/// Reach exceeded by less than this share of it is rounding, not distance (ratio).
+/// Reach exceeded by less than this share of the arm's size, base and tool included, is rounding, not distance (ratio).
 inline constexpr double reach = 1e-13;
 /// Within this share of the reach from its end, inside too, the arm is stretched (folded): a few ulp of a rounded pose
 /// would otherwise bend the elbow by 1e-8 rad and turn theta_1 and theta_5 by anything (ratio).

@@ -123,7 +123,8 @@ class ArmKinematics(ArmValue):
 
         Source: Faria et al. (2018), Eqs. (12)-(24), in a form that holds the pose in every case.
         """
-        if seed is None and out is None and limits == "ignore" and unreachable == "raise" and threads == 1:
+        plainly = isinstance(limits, str) and limits == "ignore" and isinstance(unreachable, str)
+        if plainly and unreachable == "raise" and seed is None and out is None and threads == 1:
             plain = self._core.inverse_one(pose, psi, gc)
             if plain is not None:
                 return plain  # type: ignore[no-any-return]
@@ -150,11 +151,16 @@ class ArmKinematics(ArmValue):
         codes = _choice("limits", limits, _ENFORCE), 2 * _choice("unreachable", unreachable, ("raise", "nan"))
         batch, arrays = broadcast(named)
         result = output(out, (*batch, JOINTS))
+        # written while the arguments are read: memory they share is written aside
+        shared = out is not None and any(np.may_share_memory(result, array) for array in arrays)
+        target = np.empty_like(result) if shared else result
         problem = self._core.inverse_many(
-            *arrays[:3], arrays[3] if seed is not None else None, result, *codes, as_threads(threads)
+            *arrays[:3], arrays[3] if seed is not None else None, target, *codes, as_threads(threads)
         )
         if problem:
             raise_problem(problem, batch, joints="seed")
+        if shared:
+            result[...] = target
         return result
 
     def inverse_all(
@@ -303,6 +309,6 @@ class ArmKinematics(ArmValue):
 
 
 def _choice(name: str, value: str, options: tuple[str, ...]) -> int:
-    if value not in options:
+    if not isinstance(value, str) or value not in options:
         raise InputError(f"{name} is {value!r}, wanted one of {', '.join(map(repr, options))}")
     return options.index(value)

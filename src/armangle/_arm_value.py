@@ -13,6 +13,8 @@ from ._rotations import as_transform
 from .description import JOINTS, ImportReport
 from .errors import InputError, LimitError, NotFiniteError, ShapeError
 
+LEAST_LINK = 1e-6  # m: of upper arm and forearm; a shorter one is a mistake of units
+
 
 def _seven(name: str, value: ArrayLike | None, default: float, *, infinite: bool = False) -> Floats:
     array = np.full(JOINTS, default) if value is None else as_floats(name, value, (JOINTS,)).copy()
@@ -28,9 +30,9 @@ def _seven(name: str, value: ArrayLike | None, default: float, *, infinite: bool
     return array
 
 
-def _length(name: str, value: float, *, positive: bool = False) -> float:
-    low = 0.0 if positive else -_core.LENGTH_LIMIT
-    return as_number(f"{name} (m)", value, low, _core.LENGTH_LIMIT, low_open=positive)
+def _length(name: str, value: float, *, link: bool = False) -> float:
+    low = LEAST_LINK if link else -_core.LENGTH_LIMIT
+    return as_number(f"{name} (m)", value, low, _core.LENGTH_LIMIT)
 
 
 class ArmValue:
@@ -86,8 +88,8 @@ class ArmValue:
         values: dict[str, Any] = {
             "name": name,
             "d_bs": _length("d_bs", d_bs),
-            "d_se": _length("d_se", d_se, positive=True),
-            "d_ew": _length("d_ew", d_ew, positive=True),
+            "d_se": _length("d_se", d_se, link=True),
+            "d_ew": _length("d_ew", d_ew, link=True),
             "d_wf": _length("d_wf", d_wf),
             "a_3": _length("a_3", a_3),
             "a_4": _length("a_4", a_4),
@@ -98,8 +100,8 @@ class ArmValue:
             "acceleration": _seven("acceleration", acceleration, np.inf, infinite=True),
             "base": as_transform("base", base),
             "tool": as_transform("tool", tool),
-            "joint_names": tuple(joint_names or _joint_names()),
-            "notes": tuple(notes),
+            "joint_names": _checked_names(name, joint_names),
+            "notes": (notes,) if isinstance(notes, str) else tuple(notes),
             "import_report": import_report,
         }
         sign = _seven("signs", signs, 1.0)
@@ -145,7 +147,7 @@ class ArmValue:
         return all(np.array_equal(mine[k], theirs[k]) for k in mine if k not in skip)
 
     def __hash__(self) -> int:
-        return hash((self.name, self.d_bs, self.d_se, self.d_ew, self.d_wf, self.lower.tobytes()))
+        return hash((self.name, self.d_bs, self.d_se, self.d_ew, self.d_wf, (self.lower + 0.0).tobytes()))
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _rebuild, (type(self), self._arguments())
@@ -166,6 +168,16 @@ class ArmValue:
 
 def _rebuild(kind: type[ArmValue], arguments: dict[str, Any]) -> ArmValue:
     return kind(**arguments)
+
+
+def _checked_names(name: str, joint_names: tuple[str, ...] | None) -> tuple[str, ...]:
+    """Return the names of the joints; seven different ones, or the default."""
+    if not isinstance(name, str):
+        raise InputError(f"name is {name!r}, wanted a string")
+    names = _joint_names() if joint_names is None else tuple(joint_names)
+    if len(names) != JOINTS or len({*names}) != JOINTS or not all(isinstance(n, str) for n in names):
+        raise InputError(f"joint_names is {joint_names!r}, wanted {JOINTS} different strings")
+    return names
 
 
 def _joint_names() -> tuple[str, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from numbers import Integral
 from typing import Any, NoReturn
 
 import numpy as np
@@ -26,6 +27,7 @@ Shape = tuple[int, ...]
 Report = tuple[int, int, float]
 
 MILLIMETRES = 1e3
+MOST_THREADS = 1024
 
 
 def as_floats(name: str, value: ArrayLike, tail: Shape = ()) -> Floats:
@@ -52,7 +54,8 @@ def as_gc(value: ArrayLike) -> Ints:
     array = np.asarray(value)
     if array.dtype.kind not in "iu":
         raise ConfigurationError(f"gc has type {array.dtype}, wanted integers from 0 to 7")
-    return array.astype(np.int64, copy=False)
+    index: Ints = array.astype(np.int64, copy=False)
+    return index if all(stride % 8 == 0 for stride in index.strides) else index.copy()
 
 
 def as_number(name: str, value: float, low: float, high: float, *, low_open: bool = False) -> float:
@@ -116,9 +119,11 @@ def output(out: Floats | None, shape: Shape) -> Floats:
 
 def as_threads(threads: int) -> int:
     """Return a thread count: 1 or more, or 0 for all cores."""
-    if isinstance(threads, bool) or not isinstance(threads, int) or threads < 0:
-        raise InputError(f"threads is {threads!r}, wanted an integer: 0 for all cores, or 1 and more")
-    return threads
+    whole = isinstance(threads, Integral) and not isinstance(threads, bool)
+    if not whole or not 0 <= threads <= MOST_THREADS:
+        wanted = f"an integer: 0 for all cores, or 1 to {MOST_THREADS}"
+        raise InputError(f"threads is {threads!r}, wanted {wanted}")
+    return int(threads)
 
 
 def raise_problem(report: Report, batch: Shape, *, joints: str = "q") -> NoReturn:

@@ -153,6 +153,10 @@ class ArcSet:
 
     def __setstate__(self, state: tuple[Any, ...]) -> None:
         shape, *arrays = state
+        count, psi = arrays[0], arrays[1]
+        known = (count >= 0).all() and (count <= _core.ARC_CAPACITY).all() and count.sum() == len(psi)
+        if not known or any(len(array) != len(psi) for array in arrays[2:5]) or len(arrays[5]) != len(count):
+            raise InputError("this state is not that of an ArcSet: its arrays do not belong together")
         self._fill(shape, *(array.copy() for array in arrays))
 
     # -- what a set is ---------------------------------------------------------------------------
@@ -359,7 +363,7 @@ class ArcSet:
         )
 
     def __hash__(self) -> int:
-        return hash((self.shape, self._count.tobytes(), self._psi.tobytes()))
+        return hash((self.shape, self._count.tobytes(), (self._psi + 0.0).tobytes()))
 
     def __repr__(self) -> str:
         if self.shape:

@@ -69,6 +69,8 @@ def gc_index(signs: ArrayLike) -> Ints | np.int64:
     3
     """
     array = np.asarray(signs)
+    if array.dtype.kind not in "fiu":
+        raise ConfigurationError(f"signs is {signs!r}, wanted +1 or -1 in every entry")
     if array.ndim == 0 or array.shape[-1] != 3:
         raise ShapeError(f"signs has shape {array.shape}, wanted (..., 3)")
     if not np.all(np.abs(array) == 1):

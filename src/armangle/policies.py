@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
+from numbers import Real
 from typing import Any, Literal
 
 from . import _core
@@ -15,12 +16,12 @@ _REPULSION, _HOLD, _CENTRE = 0, 1, 2
 
 
 def _check_outside(outside: str) -> None:
-    if outside not in _OUTSIDE:
+    if not isinstance(outside, str) or outside not in _OUTSIDE:
         raise PolicyError(f"outside is {outside!r}, wanted 'nearest' or 'stop'")
 
 
 def _check_number(name: str, value: float, low: float, high: float, low_open: bool) -> None:
-    real = isinstance(value, (int, float)) and not isinstance(value, bool)
+    real = isinstance(value, Real) and not isinstance(value, bool)
     if not real or not low <= value <= high or (low_open and value == low):
         bracket = "(" if low_open else "["
         raise PolicyError(f"{name} is {value!r}, wanted a number in {bracket}{low:g}, {high:g}]")

@@ -295,7 +295,7 @@ def follow(
     if joints.ndim != 1:
         raise ShapeError(f"start has shape {joints.shape}, wanted (7,)")
     check_angles("start", joints)
-    if on_fail not in _ON_FAIL:
+    if not isinstance(on_fail, str) or on_fail not in _ON_FAIL:
         raise InputError(f"on_fail is {on_fail!r}, wanted one of 'stop', 'hold', 'skip'")
     options = _options(gc, policy, dt, carry, max_joint_step, singularity_margin)
     window = _window(lookahead, len(frames))
@@ -344,19 +344,20 @@ def _options(
     singularity_margin: float,
 ) -> tuple[Any, int, float, int, float]:
     """Return what the core takes: policy, carry, largest step, gc (-1: that of q), margin."""
-    code = _CARRY.get(carry)
+    code = _CARRY.get(carry) if isinstance(carry, str) else None
     if code is None:
         raise InputError(f"carry is {carry!r}, wanted 'psi' or 'elbow'")
     index = _GC_OF_Q
     if gc is not None:
-        index = int(as_gc(gc))
-        if not 0 <= index < CONFIGURATIONS:
+        wanted = as_gc(gc)
+        if wanted.ndim or not 0 <= wanted < CONFIGURATIONS:
             raise ConfigurationError(f"gc is {gc!r}, wanted an integer from 0 to 7")
+        index = int(wanted)
     largest = MAX_JOINT_STEP
     if max_joint_step is not None:
         largest = as_number("max_joint_step", max_joint_step, 0.0, np.inf, low_open=True)
     margin = singularity_margin
-    if margin != 0.0:
+    if type(margin) is not float or margin != 0.0:
         margin = as_number("singularity_margin", margin, 0.0, MOST_MARGIN)
     return _core_policy(policy, dt), code, largest, index, margin
 
