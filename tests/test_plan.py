@@ -225,7 +225,7 @@ def test_the_least_margin_comes_first_and_weights_are_open() -> None:
     last[:3, 3] += [0.05, -0.35, 0.1]
     path = aa.Line(first, last)
     ranked = [min(b.margin, b.elbow_margin) for b in aa.plan(IIWA, path).diagnosis.branches]
-    assert ranked == sorted(ranked, reverse=True)
+    assert (np.diff(ranked) <= 1e-12).all()  # margins alike to rounding are ranked by travel
     safe = aa.plan(IIWA, path, gc=2)
     weights = aa.Objective(limits=0.01, singularities=0.01, enough=0.01, travel=10)
     lazy = aa.plan(IIWA, path, gc=2, objective=weights)
