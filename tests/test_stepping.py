@@ -319,6 +319,22 @@ def test_a_failed_path_says_where_and_why() -> None:
     assert Status(path.status[at]).sentence in path.explain()
 
 
+def test_a_failed_path_says_by_how_much() -> None:
+    pose = IIWA.forward(START)[0]
+    far = pose.copy()
+    far[0, 3] += 3.0
+    said = aa.follow(IIWA, [pose, far], start=START, policy=aa.Hold()).explain()
+    assert "Pose is out of reach by" in said and "mm." in said
+    aside = pose.copy()
+    aside[:3, 3] += 0.3
+    said = aa.follow(IIWA, [pose, aside], start=START, policy=aa.Hold()).explain()
+    assert "With the arm angle held, joint " in said and " deg." in said
+    beyond = START.copy()
+    beyond[0] = IIWA.upper[0] + 0.3
+    said = aa.follow(IIWA, [pose], start=beyond).explain()
+    assert "Joint 1 starts 17.19 deg outside its limits." in said
+
+
 @pytest.mark.parametrize("status", Status, ids=lambda s: s.name)
 def test_every_status_is_one_sentence(status: Status) -> None:
     assert status.sentence.endswith(".")

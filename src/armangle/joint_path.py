@@ -13,7 +13,7 @@ from ._arrays import Floats, Ints
 from ._curve import Curve
 from .arm import Arm
 from .diagnosis import Diagnosis
-from .errors import PathError
+from .errors import PathError, UnreachableError
 from .paths import Path, checked_parameters
 from .status import STATUSES, Status
 
@@ -64,6 +64,8 @@ class JointPath:
         Where the tool goes between the rows; straight and by shortest rotations where None.
     curve : Curve or None
         The arm angle between the rows; linear where None.
+    start : ndarray, shape (7,), or None
+        The joints before the first pose, rad, of `follow`.
     """
 
     arm: Arm
@@ -80,6 +82,7 @@ class JointPath:
     diagnosis: Diagnosis | None = None
     path: Path | None = None
     curve: Curve | None = None
+    start: Floats | None = None
 
     def __post_init__(self) -> None:
         for name in ("s", "poses", "q", "psi", "gc", "status", "margin", "residual", "uncertified"):
@@ -193,13 +196,45 @@ class JointPath:
         if self.diagnosis is not None and not self.ok:
             return self.diagnosis.explain()
         at = self.first_failure
+        one = len(self) == 1
         if at is None:
             proven = ", and proven between them" if self.certified else ""
-            return f"All {len(self)} poses are solved within all limits{proven}."
+            count = "The one pose is" if one else f"All {len(self)} poses are"
+            return f"{count} solved within all limits{proven}."
         done = int((self.status == Status.OK).sum())
         sentence = STATUSES[self.status[at]].sentence
+        if one:
+            return f"The one pose is not solved. {sentence}"
         where = f"pose {at} (s = {self.s[at]:.4g}) is the first that is not"
-        return f"{done} of {len(self)} poses are solved; {where}. {sentence}"
+        return f"{done} of {len(self)} poses are solved; {where}. {sentence}{self._detail(at)}"
+
+    def _detail(self, at: int) -> str:
+        """Return by how much pose `at` fails, as a sentence with a space before it, or nothing."""
+        if not np.isfinite(self.poses[at]).all():
+            return ""
+        if self.status[at] == Status.UNREACHABLE:
+            try:
+                self.arm.inverse(self.poses[at], 0.0, 0)
+            except UnreachableError as error:
+                return f" {str(error).capitalize()}."
+        solved = np.flatnonzero(self.status[:at] == Status.OK)
+        before = self.q[solved[-1]] if len(solved) else self.start
+        if self.status[at] != Status.JOINT_JUMP or before is None:
+            return ""
+        outside = np.maximum(self.arm.lower - before, before - self.arm.upper)
+        if outside.max() > 0:
+            joint = int(np.argmax(outside))
+            degrees = np.degrees(outside[joint])
+            return f" Joint {joint + 1} starts {degrees:.4g} deg outside its limits."
+        _, psi, gc = self.arm.forward(before, undefined="nan")
+        if not np.isfinite(psi):
+            return ""
+        held = self.arm.inverse(self.poses[at], psi, gc, seed=before, unreachable="nan")
+        move = np.abs(held - before)
+        if not np.isfinite(move).all():
+            return ""
+        joint = int(np.argmax(move))
+        return f" With the arm angle held, joint {joint + 1} would move {np.degrees(move[joint]):.4g} deg."
 
     def raise_for_status(self) -> None:
         """Raise `PathError` with the explanation, unless the path is ok."""
@@ -210,4 +245,4 @@ class JointPath:
         state = "ok" if self.ok else f"fails at row {self.first_failure}"
         if self.certified:
             state = "certified"
-        return f"<JointPath of {len(self)} poses, {state}>"
+        return f"<JointPath of {len(self)} pose{'s' * (len(self) != 1)}, {state}>"

@@ -318,7 +318,7 @@ def follow(
     if problem:
         raise_problem(problem, (n,))
     s = np.linspace(0.0, 1.0, n) if n != 1 else np.zeros(1)
-    return JointPath(arm=arm, s=s, poses=frames.copy(), **rows)
+    return JointPath(arm=arm, s=s, poses=frames.copy(), start=joints.copy(), **rows)
 
 
 def _window(lookahead: int, n: int) -> int:
