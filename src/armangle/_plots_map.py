@@ -71,7 +71,7 @@ def feasible_map(
     if frames.ndim != 3 or not len(frames):
         raise ShapeError(f"poses has shape {frames.shape}, wanted (N, 4, 4) with N > 0")
     s = curve.s if curve is not None else np.linspace(0.0, 1.0, len(frames))
-    posed = np.isfinite(frames).all(axis=(1, 2)) if curve is not None else np.ones(len(frames), dtype=bool)
+    posed = np.asarray(np.isfinite(frames).all(axis=(1, 2)) | (curve is None))  # poses alone must be whole
     wanted = range(CONFIGURATIONS) if gc is None else np.atleast_1d(gc).tolist()
     if any(not isinstance(index, int) or not 0 <= index < CONFIGURATIONS for index in wanted):
         raise ConfigurationError(f"gc is {gc!r}, wanted integers from 0 to 7")

@@ -145,7 +145,7 @@ def path(paths: Paths, *, ax: Any = None) -> Any:
     for joint, panel in enumerate(panels[1:], start=1):
         panel.set_ylabel(f"q{joint} (deg)")
         _limits(panel, np.degrees(arm.lower[joint - 1]), np.degrees(arm.upper[joint - 1]))
-    ends = np.concatenate([motion.s[[0, -1]] for motion in named.values() if len(motion)] or [[0.0, 1.0]])
+    ends = np.concatenate([motion.s[[0, -1]] for motion in named.values() if len(motion)] or [np.arange(2.0)])
     for panel in panels:
         panel.margins(x=0)
         if ends.min() < ends.max():  # all that was asked for, so that a path that stops is seen to
