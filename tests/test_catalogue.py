@@ -238,6 +238,10 @@ def test_unreadable_file_is_refused(tmp_path):
     ("name", "message"),
     [
         ("kuka_iiwa7", "no robot 'kuka_iiwa7'; did you mean 'kuka_iiwa7_r800'"),
+        ("iiwa7", "no robot 'iiwa7'; did you mean 'kuka_iiwa7_r800'?"),
+        ("KUKA LBR iiwa 7", "did you mean 'kuka_iiwa7_r800'?"),
+        ("kuka", "did you mean 'kuka_iiwa14_r820' or 'kuka_iiwa7_r800' or 'kuka_lwr4_plus' or 'kuka_med"),
+        ("kuka_iiva7_r800", "did you mean 'kuka_iiwa7_r800'"),
         ("zzz", "the catalogue has no robot 'zzz'; barrett_wam7, human_arm_right, kuka_iiwa14"),
         ("../robots/openarm_v10", "no robot '../robots/openarm_v10'; did you mean"),
     ],

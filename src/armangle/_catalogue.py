@@ -10,6 +10,7 @@ import math
 import os
 import re
 import tomllib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
@@ -31,6 +32,7 @@ _WORDS = ("title", "source", "tip")
 _DOUBTS = ("lengths", "limits", "velocity")
 _TOML_PLACE = re.compile(r"\s*\(at line (\d+), column (\d+)\)")
 _DEGREE_DIGITS = 10
+_MOST_BYTES = 16384  # the longest of the catalogue has not 1024
 _LARGEST = 1e9  # no length in m and no angle in degrees is beyond
 
 
@@ -86,10 +88,21 @@ def load_robot(name: str) -> CatalogueEntry:
     """
     known = catalogue()
     if name not in known:
-        near = get_close_matches(str(name), known, n=3)
+        near = _near(str(name), known)
         hint = f"did you mean {' or '.join(map(repr, near))}?" if near else ", ".join(known)
         raise UnknownRobotError(f"the catalogue has no robot {name!r}; {hint}")
     return read_robot(ROBOTS / f"{name}.toml")
+
+
+def _near(name: str, known: Sequence[str]) -> list[str]:
+    """Return the names that hold all words of `name`; else those spelt alike; else those with most words."""
+    words = [word for word in re.split(r"[^a-z0-9]+", name.lower()) if len(word) > 1 or word.isdigit()]
+    held = {robot: sum(word in robot for word in words) for robot in known}
+    most = max(held.values())
+    fullest = [robot for robot in known if most and held[robot] == most]
+    alike = get_close_matches(name, known, n=3)
+    chosen = fullest if most == len(words) else alike or fullest
+    return [robot for robot in alike if robot in chosen] + [robot for robot in chosen if robot not in alike]
 
 
 def read_robot(path: str | os.PathLike[str]) -> CatalogueEntry:
@@ -101,17 +114,35 @@ def read_robot(path: str | os.PathLike[str]) -> CatalogueEntry:
         With file and line: no such file, not TOML, a key missing, unknown or of the wrong kind.
     """
     path = Path(path)
+    text = _toml_of(path)
     try:
-        text = path.read_text(encoding="utf-8")
+        return _Reader(str(path), text, tomllib.loads(text)).entry(path.stem)
+    except tomllib.TOMLDecodeError as error:
+        raise _toml_error(str(error), str(path)) from None
+    except FileFormatError:
+        raise
+    except RecursionError:
+        raise FileFormatError("nested too deeply, wanted plain keys", source=str(path)) from None
+    except ValueError:  # more digits than Python reads, or writes into a message
+        raise FileFormatError("holds a whole number that is too long", source=str(path)) from None
+
+
+def _toml_of(path: Path) -> str:
+    """Return the text of a file, not of a long one: reading a dotted key takes the square of its parts."""
+    try:
+        with path.open("rb") as file:
+            data = file.read(_MOST_BYTES + 1)
+        if len(data) > _MOST_BYTES:
+            raise FileFormatError(f"longer than {_MOST_BYTES} bytes, no robot is", source=str(path))
+        return data.decode("utf-8").replace("\r\n", "\n")
+    except FileFormatError:
+        raise
     except FileNotFoundError:
         raise FileFormatError("no such file", source=str(path)) from None
     except (OSError, UnicodeDecodeError) as error:
         raise FileFormatError(f"cannot be read: {error}", source=str(path)) from error
-    try:
-        table = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise _toml_error(str(error), str(path)) from None
-    return _Reader(str(path), text, table).entry(path.stem)
+    except ValueError as error:  # a name that no file can have
+        raise FileFormatError(f"cannot be read: {error}", source=repr(str(path))) from None
 
 
 def robot_toml(arm: ArmDescription, *, title: str, source: str, tip: str) -> str:
