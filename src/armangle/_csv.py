@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import csv
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TextIO
 
 import numpy as np
 
@@ -72,7 +72,7 @@ class CsvFile:
     def blocks(self) -> Iterator[CsvBlock]:
         """Yield the rows, at most `BLOCK` at a time."""
         try:
-            with Path(self.path).open(encoding="utf-8-sig", newline="") as file:
+            with self._open() as file:
                 yield from self._blocks(csv.reader(file, strict=True))
         except FileNotFoundError:
             self.fail("no such file")
@@ -80,6 +80,12 @@ class CsvFile:
             self.fail(f"not UTF-8 text: {error.reason}")
         except OSError as error:
             self.fail(f"cannot be read: {error.strerror}")
+
+    def _open(self) -> TextIO:
+        try:
+            return Path(self.path).open(encoding="utf-8-sig", newline="")
+        except ValueError as error:  # a name that no file can have
+            raise FileFormatError(f"cannot be read: {error}", source=repr(str(self.path))) from None
 
     def _blocks(self, reader: Any) -> Iterator[CsvBlock]:
         width = 0
@@ -114,7 +120,7 @@ class CsvFile:
         self.at = {name: names.index(name) for name in names if name in (*self.numbers, *self.words)}
         missing = [name for name in self.required if name not in self.at]
         if missing:
-            self.fail(f"missing column {', '.join(missing)}; {_hint(names, missing)}", line)
+            self.fail(f"missing column {', '.join(missing)}; {_hint(names, missing, self.at)}", line)
         return len(row)
 
     def _block(self, rows: list[list[str]], lines: list[int]) -> CsvBlock:
@@ -146,11 +152,14 @@ def _number(cell: str) -> float:
     return float(cell)
 
 
-def _hint(names: list[str], missing: list[str]) -> str:
+def _hint(names: list[str], missing: list[str], known: Collection[str]) -> str:
     """Return what the header is, and what may have been meant."""
     for separator, word in _SEPARATORS.items():
         if separator in names[0]:
             return f"the file seems to be separated by {word}, wanted commas"
-    near = [close for name in missing for close in get_close_matches(name, names, n=1, cutoff=0.6)]
+    free = [name for name in names if name not in known]
     listed = f"the header has {', '.join(repr(name) for name in names)}"
-    return f"{listed}; did you mean {near[0]!r}?" if near else listed
+    for name in missing:
+        for close in get_close_matches(name, free, n=1):
+            return f"{listed}; column {close!r} may be meant for {name!r}: rename {close!r} to {name!r}"
+    return listed
