@@ -96,8 +96,9 @@ def test_ik_of_a_file(capsys: Capture, line: Path, tmp_path: Path) -> None:
     assert len(text.splitlines()) == 22
     back = aa.load_joints(to)
     assert len(back) == 21 and (back.status == aa.Status.OK).all() and np.allclose(back.psi, np.pi / 2)
-    fk = out(capsys, "fk", *ROBOT, str(to), "-o", str(tmp_path / "again.npz"))
-    assert "90.0000" in fk
+    assert main(["fk", *ROBOT, str(to), "-o", str(tmp_path / "again.npz")]) == 0
+    said = capsys.readouterr()
+    assert "90.0000" in said.out and said.err.replace("\n", "") == f"wrote {tmp_path / 'again.npz'}"
     assert np.abs(aa.load_poses(tmp_path / "again.npz") - aa.load_poses(line)).max() < 1e-12
     words = ("ik", *ROBOT, "--pose", str(line), "--psi", "35", "--gc", "3", "-o", str(to))
     assert main(words) == 1
@@ -130,7 +131,10 @@ def test_arcs(capsys: Capture) -> None:
     each = out(capsys, "arcs", *ROBOT, "--q", Q, "--joint")
     assert each.count("full circle") == 5 and "3 q7" in each
     assert "joint 5 upper" in out(capsys, "arcs", *ROBOT, "--q", Q, "--gc", "0", "--joint", "5")
-    assert "none: UNREACHABLE" in out(capsys, "arcs", *ROBOT, "--pose", FAR, status=1)
+    for more in ((), ("--gc", "2"), ("--joint",)):  # the reason alone, once
+        assert out(capsys, "arcs", *ROBOT, "--pose", FAR, *more, status=1) == ""
+    facts = json.loads(out(capsys, "arcs", *ROBOT, "--pose", FAR, "--json", status=1))
+    assert [fact["status"] for fact in facts] == ["UNREACHABLE"] * 8
     assert main(["arcs", *ROBOT, "--pose", FAR, "--gc", "2"]) == 1
     assert "no feasible arm angle. pose is out of reach by 1253.57 mm" in " ".join(
         capsys.readouterr().err.split()
@@ -142,6 +146,37 @@ def test_arcs_keep_a_singularity_margin(capsys: Capture) -> None:
     free = json.loads(out(capsys, *words))[0]["intervals"]
     kept = json.loads(out(capsys, *words, "--singularity-margin", "30"))[0]["intervals"]
     assert np.diff(kept).sum() < np.diff(free).sum()
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("ik", "--pose", "line.csv", "--psi", "90", "--gc", "3"),
+        ("follow", "line.csv", "--start", Q),
+        ("plan", "line.csv"),
+    ],
+    ids=lambda words: words[0],
+)
+def test_what_is_written_is_said(
+    words: tuple[str, ...], capsys: Capture, line: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(line.parent)
+    for more in ((), ("--json",)):
+        assert main([*words, *ROBOT, "-o", "joints.csv", *more]) == 0
+        assert capsys.readouterr().err == "wrote joints.csv\n"
+
+
+def test_one_pose_is_not_several(capsys: Capture, line: Path, tmp_path: Path) -> None:
+    aa.save(aa.load_poses(line)[:1], tmp_path / "one.csv")
+    text = out(capsys, "follow", str(tmp_path / "one.csv"), *ROBOT, "--start", Q)
+    assert "1  pose\n" in text and "The one pose is solved within all limits." in text
+    far = aa.load_poses(line)[:1] + 9 * np.eye(4, k=3)
+    aa.save(far, tmp_path / "far.csv")
+    assert main(["follow", str(tmp_path / "far.csv"), *ROBOT, "--start", Q]) == 1
+    said = " ".join(capsys.readouterr().err.split())
+    assert said.startswith("armangle: The one pose is not solved.") and "out of reach" in said
+    assert main(["ik", "--pose", str(tmp_path / "far.csv"), "--psi", "0", "--gc", "0", *ROBOT]) == 1
+    assert capsys.readouterr().err.startswith("armangle: pose is out of reach")
 
 
 @pytest.mark.parametrize("ending", [".csv", ".npz", ".json"])

@@ -169,7 +169,7 @@ def test_view_draws_an_unreadable_mesh_as_capsule_and_says_so_once(
         ((), "view needs --robot NAME, --urdf FILE or --demo"),
         (("--demo", *ROBOT), "--demo brings its own arm, start and path"),
         ((*ROBOT, "--path", "words.csv"), "neither joints (words.csv"),
-        ((*ROBOT, "--start", "0,130,0,0,0,0,0"), "joint 2 is 2.26893 rad, outside its limits"),
+        ((*ROBOT, "--start", "0,130,0,0,0,0,0"), "joint 2 is 10.0000 deg beyond its upper limit"),
     ],
     ids=lambda value: value if isinstance(value, str) else None,
 )

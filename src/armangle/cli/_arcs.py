@@ -65,11 +65,12 @@ def run(args: argparse.Namespace) -> int:
         each = arm.joint_feasible(frame, gc, singularity_margin=args.singularity_margin)
         chosen = range(1, JOINTS + 1) if args.joint == _EVERY else [args.joint]
         found += [(gc, i, each[i - 1]) for i in chosen]
+    none = all(bool(arcs.is_empty) for _, _, arcs in found)
     if args.json:
         show_json([_facts(*entry) for entry in found])
-    else:
+    elif not none:
         _show(found)
-    if all(bool(arcs.is_empty) for _, _, arcs in found):
+    if none:
         note(f"armangle: no feasible arm angle. {_why(arm, frame, found)}")
         return 1
     return 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from .._arrays import Floats
 from .._catalogue import read_robot
 from .._quaternions import COLUMNS, UNIT_TOLERANCE, poses_from_rows
 from .._sheets import ending
-from ..arm import Arm
+from ..arm import MOST_MARGIN, Arm
 from ..description import JOINTS
 from ..errors import InputError, ShapeError
 from ..io import load_poses
@@ -40,7 +41,7 @@ def add_json(parser: argparse.ArgumentParser) -> None:
 def add_singularity_margin(parser: argparse.ArgumentParser) -> None:
     """Add --singularity-margin."""
     parser.add_argument(
-        "--singularity-margin", type=angle, default=0.0, metavar="DEG",
+        "--singularity-margin", type=angle_up_to(MOST_MARGIN), default=0.0, metavar="DEG",
         help="keep joints 2, 6 and the elbow this far from singular (default 0)",
     )  # fmt: skip
 
@@ -87,6 +88,20 @@ def number(text: str) -> float:
 def angle(text: str) -> float:
     """Return degrees as rad, for argparse."""
     return number(text) * DEGREE
+
+
+def angle_up_to(highest: float, *, positive: bool = False) -> Callable[[str], float]:
+    """Return what reads degrees as rad, for argparse, from 0 (left out where `positive`) to `highest` rad."""
+    least = "more than 0" if positive else "0"
+    most = f" to {highest / DEGREE:.4g}" if math.isfinite(highest) else ""
+
+    def read(text: str) -> float:
+        value = angle(text)
+        if not 0 <= value <= highest or (positive and value == 0):
+            raise argparse.ArgumentTypeError(f"{text.strip()} deg, wanted {least}{most} deg")
+        return value
+
+    return read
 
 
 def numbers(name: str, text: str, wanted: str, count: int) -> Floats:

@@ -11,9 +11,20 @@ from .._quaternions import COLUMNS, rows_from_poses
 from .._tables import paint, table
 from ..arm import Arm
 from ..errors import InputError
-from ..io import load_joints, save
+from ..io import load_joints
 from ._arguments import add_arm, add_json, add_output, is_file, joints, the_arm
-from ._screen import degrees, fixed, head_and_tail, note, progress, show, show_json, signs_text, violations
+from ._screen import (
+    degrees,
+    fixed,
+    head_and_tail,
+    note,
+    progress,
+    show,
+    show_json,
+    signs_text,
+    violations,
+    write,
+)
 
 HELP = "Joints to pose, arm angle psi and global configuration gc."
 EXAMPLE = """\
@@ -39,11 +50,11 @@ def run(args: argparse.Namespace) -> int:
     if file and not np.isfinite(q).all():
         row = int(np.argmax(~np.isfinite(q).all(axis=1)))
         raise InputError(f"{args.q[0]}: row {row} has no joint values, wanted a motion without gaps")
-    with progress(f"placing {len(q)} rows"):
+    with progress("placing the tool"):
         pose, psi, gc = arm.forward(q, undefined="nan")
     within = arm.within_limits(q)
     if args.output is not None:
-        save(pose, args.output)
+        write(pose, args.output)
     if args.json:
         seven = rows_from_poses(pose.reshape(-1, 4, 4)).reshape(*np.shape(psi), len(COLUMNS))
         show_json({"pose": seven, "matrix": pose, "psi": psi, "gc": gc, "within_limits": within})

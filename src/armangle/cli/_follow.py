@@ -11,13 +11,22 @@ from .._arrays import Floats
 from .._tables import paint, table
 from ..configuration import COUNT
 from ..errors import InputError
-from ..io import load_poses, save
+from ..io import load_poses
 from ..joint_path import JointPath
 from ..policies import Centre, Hold, Policy, Repulsion
 from ..status import STATUSES, Status
 from ..stepping import MAX_JOINT_STEP, follow
-from ._arguments import add_arm, add_json, add_output, add_singularity_margin, angle, joints, number, the_arm
-from ._screen import degrees, note, progress, show, show_json, violations
+from ._arguments import (
+    add_arm,
+    add_json,
+    add_output,
+    add_singularity_margin,
+    angle_up_to,
+    joints,
+    number,
+    the_arm,
+)
+from ._screen import counted, degrees, note, plural, progress, show, show_json, violations, write
 
 HELP = """\
 Step along a file of poses from given joints: eq. (36) moves the arm angle, the
@@ -37,7 +46,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     _add_policy(parser.add_argument_group("the arm angle"))
     parser.add_argument("--carry", choices=("psi", "elbow"), default="psi", help="what stays between poses")
     parser.add_argument(
-        "--max-joint-step", type=angle, default=MAX_JOINT_STEP, metavar="DEG",
+        "--max-joint-step", type=angle_up_to(np.inf, positive=True), default=MAX_JOINT_STEP, metavar="DEG",
         help=f"a joint that moves further has jumped (default {np.degrees(MAX_JOINT_STEP):.2f})",
     )  # fmt: skip
     parser.add_argument("--on-fail", choices=("stop", "hold", "skip"), default="stop", help="at a failure")
@@ -75,15 +84,14 @@ def run(args: argparse.Namespace) -> int:
     policy = _policy(args)
     with progress(f"reading {args.path}"):
         frames = load_poses(args.path)
-    with progress(f"stepping along {len(frames)} poses"):
+    with progress(f"stepping along {counted(len(frames), 'pose')}"):
         path = follow(
             arm, frames, start=start, gc=args.gc, policy=policy, dt=args.dt, carry=args.carry,
             max_joint_step=args.max_joint_step, singularity_margin=args.singularity_margin,
             on_fail=args.on_fail,
         )  # fmt: skip
     if args.output is not None:
-        with progress(f"writing {args.output}"):
-            save(path, args.output)
+        write(path, args.output)
     facts = _summary(path, start)
     if args.json:
         show_json(facts | {"policy": repr(policy), "output": args.output})
@@ -119,7 +127,7 @@ def _show(path: JointPath, facts: dict[str, Any]) -> None:
         ["least margin to a limit", degrees(facts["margin"]), "deg"],
         ["largest joint step", degrees(facts["largest_step"]), "deg"],
     ]
-    rows += [[name, str(count), "poses"] for name, count in facts["status"].items()]
+    rows += [[name, str(count), plural(count, "pose")] for name, count in facts["status"].items()]
     show(table(["", "", ""], rows, left=(0, 2)).split("\n", 1)[1])
     if path.ok:
         show(paint(path.explain(), "green"))

@@ -12,7 +12,6 @@ from .._tables import paint, table
 from ..arm import Arm
 from ..configuration import COUNT
 from ..errors import InputError
-from ..io import save
 from ..joint_path import JointPath
 from ..status import STATUSES, Status
 from ._arguments import POSE_HELP, add_arm, add_json, add_output, angle, joints, poses, the_arm
@@ -27,6 +26,7 @@ from ._screen import (
     signs_text,
     unsolved_text,
     violations,
+    write,
 )
 
 HELP = """\
@@ -67,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
     with progress("solving"):
         path = _solve(arm, pose.reshape(-1, 4, 4), args.psi, args.gc, seed)
     if args.output is not None:
-        save(path, args.output)
+        write(path, args.output)
     if args.json:
         _show_json(path, pose.ndim == 2)
     elif pose.ndim == 3:
@@ -117,7 +117,7 @@ def _reason(arm: Arm, path: JointPath, psi: float, gc: int, seed: Floats | None,
     """Return in words why the first pose without a solution has none."""
     at = path.first_failure or 0
     failed = int((path.status != Status.OK).sum())
-    where = "" if single else f"{failed} of {len(path)} poses fail; pose {at}: "
+    where = "" if single or len(path) == 1 else f"{failed} of {len(path)} poses fail; pose {at}: "
     if path.status[at] != Status.OUTSIDE:
         return where + unsolved_text(arm, path.poses[at], gc, STATUSES[path.status[at]])
     q = arm.inverse(path.poses[at], psi, gc, seed=seed)

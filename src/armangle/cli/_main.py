@@ -111,7 +111,8 @@ def _run(words: list[str]) -> int:
     )
     command.configure(parser)
     # A leading blank tells argparse that -0.1,0.2 is a value and no option; numbers may begin with one.
-    return command.run(parser.parse_args([f" {word}" if _NEGATIVE.match(word) else word for word in rest]))
+    values = [f" {word}" if _NEGATIVE.match(word) else word for word in rest]
+    return command.run(parser.parse_intermixed_args(values))  # files and options in any order
 
 
 def _formatter(prog: str) -> argparse.HelpFormatter:

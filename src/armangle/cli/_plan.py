@@ -9,13 +9,15 @@ from typing import Any
 import numpy as np
 
 from .._tables import paint, table
+from ..arm import Arm
 from ..configuration import COUNT
-from ..io import load_poses, save
+from ..errors import InputError
+from ..io import load_poses
 from ..joint_path import JointPath
 from ..planning import plan
 from ..status import Status
-from ._arguments import add_arm, add_json, add_output, add_singularity_margin, angle, joints, the_arm
-from ._screen import degrees, note, progress, show, show_json
+from ._arguments import add_arm, add_json, add_output, add_singularity_margin, angle_up_to, joints, the_arm
+from ._screen import counted, degrees, note, plural, progress, show, show_json, write
 
 HELP = """\
 Plan a whole file of poses at once: the best global configuration and arm
@@ -34,8 +36,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_arm(parser)
     add_singularity_margin(parser)
     parser.add_argument(
-        "--limit-margin", type=angle, default=0.0, metavar="DEG", help="kept from every limit (default 0)"
-    )
+        "--limit-margin", type=angle_up_to(np.pi), default=0.0, metavar="DEG",
+        help="kept from every limit (default 0)",
+    )  # fmt: skip
     add_json(parser)
 
 
@@ -44,16 +47,16 @@ def run(args: argparse.Namespace) -> int:
     arm = the_arm(args)
     start = None if args.start is None else joints("--start", args.start)
     goal = None if args.goal is None else joints("--goal", args.goal)
+    _check_limit_margin(arm, args.limit_margin)
     with progress(f"reading {args.path}"):
         frames = load_poses(args.path)
-    with progress(f"planning {len(frames)} poses"):
+    with progress(f"planning {counted(len(frames), 'pose')}"):
         path = plan(
             arm, frames, start=start, goal=goal, gc=args.gc,
             singularity_margin=args.singularity_margin, limit_margin=args.limit_margin,
         )  # fmt: skip
     if args.output is not None:
-        with progress(f"writing {args.output}"):
-            save(path, args.output)
+        write(path, args.output)
     facts = _summary(path)
     if args.json:
         show_json(facts | {"output": args.output})
@@ -62,6 +65,14 @@ def run(args: argparse.Namespace) -> int:
     if not path.ok:
         note(f"armangle: {path.explain()}")
     return 0 if path.ok else 1
+
+
+def _check_limit_margin(arm: Arm, margin: float) -> None:
+    """Refuse in degrees what `plan` would refuse in radians."""
+    narrowest = float((arm.upper - arm.lower).min())
+    if 2 * margin > narrowest:
+        most = f"{degrees(narrowest / 2, 2)}: half of the narrowest range"
+        raise InputError(f"--limit-margin is {degrees(margin, 2)} deg, wanted at most {most}")
 
 
 def _summary(path: JointPath) -> dict[str, Any]:
@@ -82,7 +93,7 @@ def _summary(path: JointPath) -> dict[str, Any]:
 def _show(path: JointPath, facts: dict[str, Any]) -> None:
     rows = [
         ["poses", str(len(path)), ""],
-        ["reached", str(facts["reached"]), "poses"],
+        ["reached", str(facts["reached"]), plural(facts["reached"], "pose")],
         ["global configuration", str(facts["gc"]), ""],
         ["least margin to a limit", degrees(facts["margin"]), "deg"],
         ["proven between the poses", "yes" if path.certified else "no", ""],

@@ -18,6 +18,8 @@ from .._tables import WIDTH, colourful, paragraph, plain_text
 from ..arm import Arm
 from ..configuration import gc_signs
 from ..errors import UnreachableError
+from ..io import save
+from ..joint_path import JointPath
 from ..status import Status
 
 _PATIENCE = 0.5
@@ -79,6 +81,20 @@ def degrees(value: float, digits: int = 4) -> str:
     return fixed(np.degrees(value), digits) if np.isfinite(value) else "none"
 
 
+def counted(count: int, thing: str) -> str:
+    """Return a count of things in words.
+
+    >>> counted(1, "pose"), counted(0, "pose")
+    ('1 pose', '0 poses')
+    """
+    return f"{count} {plural(count, thing)}"
+
+
+def plural(count: int, thing: str) -> str:
+    """Return a thing, or things."""
+    return thing if count == 1 else f"{thing}s"
+
+
 def signs_text(gc: int) -> str:
     """Return a global configuration in words.
 
@@ -119,6 +135,13 @@ def head_and_tail(rows: Sequence[Sequence[str]]) -> list[Sequence[str]]:
     if len(rows) <= _MOST_ROWS:
         return list(rows)
     return [*rows[:_SHOWN], ["..."] * len(rows[0]), *rows[-_SHOWN:]]
+
+
+def write(value: JointPath | Floats, file: str) -> None:
+    """Save a motion or poses and say so on stderr."""
+    with progress(f"writing {file}"):
+        save(value, file)
+    note(f"wrote {file}")
 
 
 @contextmanager

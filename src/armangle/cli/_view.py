@@ -15,7 +15,7 @@ from ..io import load_joints, load_poses
 from ..joint_path import JointPath
 from ..stepping import follow
 from ._arguments import add_arm, add_json, joints, the_arm
-from ._screen import note, progress, show, show_json
+from ._screen import note, progress, show, show_json, violations
 
 HELP = """\
 Show the arm in the browser: drag the tool, turn the elbow, see which joint
@@ -40,8 +40,9 @@ def run(args: argparse.Namespace) -> int:
     _check(args)
     from .. import viewer
 
-    arm, runs = _arm_and_runs(args)
-    start = _start(args)
+    arm, runs = _demo() if args.demo else (the_arm(args), {})
+    start = _start(arm, args.start)
+    runs = runs or _runs(arm, args.path, start)
     shown = viewer.Viewer(
         viewer.ViewerState(arm, start), runs, port=args.port, host=args.host,
         urdf=None if args.urdf is None else Path(args.urdf), base=args.base, tip=args.tip,
@@ -62,8 +63,14 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _start(args: argparse.Namespace) -> Floats | None:
-    return None if args.start is None else joints("--start", args.start)
+def _start(arm: Arm, text: str | None) -> Floats | None:
+    """Return the first joints, which must be within the limits."""
+    if text is None:
+        return None
+    start = joints("--start", text)
+    if not arm.within_limits(start):
+        raise InputError(f"--start is outside the limits: {violations(arm, start)}")
+    return start
 
 
 def _check(args: argparse.Namespace) -> None:
@@ -76,25 +83,27 @@ def _check(args: argparse.Namespace) -> None:
         raise InputError("view needs --robot NAME, --urdf FILE or --demo")
 
 
-def _arm_and_runs(args: argparse.Namespace) -> tuple[Arm, dict[str, JointPath]]:
-    """Return the arm and the motions to play, by name."""
-    if args.demo:
-        arm, start, poses = demo.example()
-        return arm, {
-            f"α = {policy.alpha:g}, K = {policy.K:g}": follow(
-                arm, poses, start=start, policy=policy, max_joint_step=float("inf")
-            )
-            for policy in demo.POLICIES
-        }
-    arm = the_arm(args)
-    if args.path is None:
-        return arm, {}
-    with progress(f"reading {args.path}"):
+def _demo() -> tuple[Arm, dict[str, JointPath]]:
+    """Return the paper's arm and its motions, by name."""
+    arm, start, poses = demo.example()
+    return arm, {
+        f"α = {policy.alpha:g}, K = {policy.K:g}": follow(
+            arm, poses, start=start, policy=policy, max_joint_step=float("inf")
+        )
+        for policy in demo.POLICIES
+    }
+
+
+def _runs(arm: Arm, file: str | None, start: Floats | None) -> dict[str, JointPath]:
+    """Return the motions of a file of joints or poses, by name."""
+    if file is None:
+        return {}
+    with progress(f"reading {file}"):
         try:
-            return arm, {Path(args.path).name: motion_of(arm, load_joints(args.path))}
+            return {Path(file).name: motion_of(arm, load_joints(file))}
         except FileFormatError as no_joints:
             try:
-                return arm, motions_along(arm, load_poses(args.path), _start(args))
+                return motions_along(arm, load_poses(file), start)
             except FileFormatError as no_poses:
                 message = f"neither joints ({no_joints}) nor poses ({no_poses})"
-                raise FileFormatError(message, source=args.path) from None
+                raise FileFormatError(message, source=file) from None
