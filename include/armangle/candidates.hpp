@@ -63,6 +63,12 @@ inline double hinge_clearance(double theta) noexcept {
 
 }  // namespace detail
 
+/// Joint values that a section can be reached at.
+struct Window {
+    bool set = false;
+    double lower[joints], upper[joints];
+};
+
 /// The postures of a section from which a plan is made.
 class Candidates {
 public:
@@ -82,6 +88,12 @@ public:
             for (const Point& p : points_) put(p, k);
         }
     }
+
+    /// Joints that the windings of a first section are chosen near, where they cannot change on the way; or null.
+    void set_reference(const double* q) noexcept { reference_ = q; }
+
+    /// Only windings between these joint values from now on.
+    void set_window(const Window& window) noexcept { window_ = window; }
 
     /// The one posture q.
     void fix(double phi, std::uint32_t arc, const double* q) {
@@ -188,14 +200,22 @@ private:
         return true;
     }
 
-    /// The windings of joint j within its limits: first and last turn to add to q; none if last < first.
+    /// The windings of joint j within its limits: first and last turn to add to q; none if last < first. Those that the
+    /// section before leads to; at the first section some about the middle, one of a joint whose winding cannot change.
     void turns(int j, double q, int& first, int& last) const noexcept {
-        const double l = task_.arm.lower[j], u = task_.arm.upper[j];
-        const int middle = static_cast<int>(round((task_.arm.joint_middle[j] - q) / two_pi));
-        first = middle - candidate_rule::windings, last = middle + candidate_rule::windings;
-        if (l == -infinity && u == infinity) first = last = middle;
-        if (l > -infinity) first = std::max(first, static_cast<int>(ceil((l - tolerance::angle - q) / two_pi)));
-        if (u < infinity) last = std::min(last, static_cast<int>(floor((u + tolerance::angle - q) / two_pi)));
+        const double l = task_.arm.lower[j], u = task_.arm.upper[j], far = tolerance::largest_angle;
+        const double fewest = ceil((max(l, -far) - tolerance::angle - q) / two_pi), most = floor((min(u, far) + tolerance::angle - q) / two_pi);
+        double from = fewest, to = most;
+        const bool unlimited = l == -infinity && u == infinity;  // its winding means nothing: any one will do
+        if (window_.set && !unlimited) {
+            from = max(from, ceil((window_.lower[j] - q) / two_pi)), to = min(to, floor((window_.upper[j] - q) / two_pi));
+        } else {
+            const bool fixed = j % 2 == 1 || unlimited;
+            const double near = fixed && reference_ ? reference_[j] : task_.arm.joint_middle[j];
+            const double middle = min(max(round((near - q) / two_pi), fewest), most), spread = fixed ? 0 : candidate_rule::windings;
+            from = max(from, middle - spread), to = min(to, middle + spread);
+        }
+        first = static_cast<int>(from), last = static_cast<int>(to);
     }
 
     void put(const Point& p, std::uint32_t arc) {
@@ -219,6 +239,8 @@ private:
 
     const Task& task_;
     const Objective& objective_;
+    const double* reference_ = nullptr;
+    Window window_;
     std::vector<Point> points_, finer_;
 };
 

@@ -40,7 +40,9 @@ namespace detail {
 class Search {
 public:
     Search(const Task& task, const Tube& tube, const Objective& objective, const Anchor& start, const Anchor& goal)
-        : task_(task), tube_(tube), objective_(objective), start_(start), goal_(goal), here_(task, objective), before_(task, objective) {}
+        : task_(task), tube_(tube), objective_(objective), start_(start), goal_(goal), here_(task, objective), before_(task, objective) {
+        if (goal.given) here_.set_reference(goal.q), before_.set_reference(goal.q);
+    }
 
     /// The way of the best labels; postures below `floor` are left out, and with a floor the cost alone decides.
     Way run(double floor) {
@@ -74,7 +76,7 @@ private:
         const Layer& l = tube_.layers[k];
         if (k == 0 && start_.given) here_.fix(start_.phi, start_.arc, start_.q);
         else if (k + 1 == tube_.layers.size() && goal_.given) here_.fix(goal_.phi, goal_.arc, goal_.q);
-        else here_.fill(tube_, l);
+        else here_.set_window(window(k)), here_.fill(tube_, l);
         const std::size_t n = here_.all.size();
         label_.assign(n, Label{});
         first_.push_back(back_.size());
@@ -91,6 +93,21 @@ private:
             std::swap(here_.all, before_.all), std::swap(label_, label_before_);
         }
         return alive;
+    }
+
+    /// Joint values within a move of what the section before was reached at.
+    Window window(std::size_t k) const noexcept {
+        Window out;
+        out.set = k > 0;
+        for (int j = 0; j < joints; ++j) out.lower[j] = infinity, out.upper[j] = -infinity;
+        for (std::size_t i = 0; i < before_.all.size(); ++i) {
+            if (!(label_before_[i].cost < infinity)) continue;
+            for (int j = 0; j < joints; ++j) {
+                out.lower[j] = min(out.lower[j], before_.all[i].q[j] - link_rule::move);
+                out.upper[j] = max(out.upper[j], before_.all[i].q[j] + link_rule::move);
+            }
+        }
+        return out;
     }
 
     Label join(std::size_t k, const Candidate& x, std::uint32_t& from) const noexcept {
@@ -115,11 +132,8 @@ private:
         double sum = 0;
         for (int j = 0; j < joints; ++j) {
             double d = a.q[j] - b.q[j];
-            if (abs(d) > link_rule::move) {
-                if (task_.arm.lower[j] > -infinity || task_.arm.upper[j] < infinity) return infinity;
-                d = wrap(d);
-                if (abs(d) > link_rule::move) return infinity;
-            }
+            if (abs(d) > link_rule::move && task_.arm.lower[j] == -infinity && task_.arm.upper[j] == infinity) d = wrap(d);
+            if (abs(d) > link_rule::move) return infinity;
             sum += d * d;
         }
         return sqrt(sum);
