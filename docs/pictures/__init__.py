@@ -6,9 +6,9 @@ from pathlib import Path
 import matplotlib
 from matplotlib.figure import Figure
 
-from . import conventions, theory
+from . import conventions, howto, theory
 
-PICTURES: dict[str, Callable[[], Figure]] = conventions.PICTURES | theory.PICTURES
+PICTURES: dict[str, Callable[[], Figure]] = conventions.PICTURES | theory.PICTURES | howto.PICTURES
 
 STYLE = {
     "font.size": 9.0,
