@@ -19,6 +19,7 @@ from armangle import errors
 ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800")
 Q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
 POSE, PSI, GC = ARM.forward(Q)
+TWO = ARM.forward(np.stack([Q, Q + 0.01]))[0]
 NAN, INF = float("nan"), float("inf")
 
 
@@ -60,7 +61,7 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "gc_signs": (aa.gc_signs, {"gc": 3}),
     "nearest_rotation": (aa.nearest_rotation, {"pose": POSE}),
     "resolve": (aa.resolve, {"arm": ARM, "pose": POSE, "psi": PSI, "gc": GC}),
-    "retime": (aa.retime, {"path": aa.follow(ARM, POSE[None], start=Q), "acceleration": np.ones(7)}),
+    "retime": (aa.retime, {"path": aa.follow(ARM, TWO, start=Q), "acceleration": np.ones(7)}),
     "step": (aa.step, {"arm": ARM, "q_now": Q, "pose": POSE}),
     "follow": (aa.follow, {"arm": ARM, "poses": POSE[None], "start": Q}),
     "plan": (aa.plan, {"arm": ARM, "path": POSE[None]}),

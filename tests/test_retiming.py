@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from strategies import Array, need
+from strategies import CATALOGUE, Array, need
 
 import armangle as aa
 
@@ -220,6 +220,37 @@ def test_ramps_may_leave_no_room_for_the_tool_speed() -> None:
     assert "ramps to and from what is near leave no room" in lost.sentence
 
 
+def test_a_tool_at_rest_has_no_speed() -> None:
+    spin, angle = np.repeat(shifted(0, 0, 0)[None], 5, axis=0), np.linspace(0, 0.4, 5)
+    c, s, o = np.cos(angle), np.sin(angle), np.zeros(5)
+    turn = np.stack([[c, -s, o], [s, c, o], [o, o, o + 1]]).transpose(2, 0, 1)
+    spin[:, :3, :3] = spin[:, :3, :3] @ turn
+    lost = aa.retime(aa.follow(ARM, spin, start=Q), tool_speed=0.1).speed_lost
+    assert lost is not None
+    assert lost.s == 0
+    assert "the tool rests while joint" in lost.sentence
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_any_arm_and_line_within_two_thousandths(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    arm = aa.Arm.from_catalogue(CATALOGUE[seed % len(CATALOGUE)])
+    arm = arm.with_(acceleration=rng.uniform(1, 20, 7), velocity=rng.uniform(1, 3, 7))
+    q = rng.uniform(np.maximum(arm.lower, -3), np.minimum(arm.upper, 3)) * 0.8
+    start, goal = arm.forward(q)[0], arm.forward(q + rng.uniform(-0.3, 0.3, 7))[0]
+    path = aa.plan(arm, aa.Line(start, goal), start=q)
+    if not path.ok:
+        with pytest.raises(aa.PathError):
+            aa.retime(path)
+        return
+    for options in ({}, {"tool_speed": 0.1}, {"jerk": np.full(7, 100.0)}):
+        found = aa.retime(path, **options)  # type: ignore[arg-type]
+        at = found.at(np.linspace(0, found.duration, 10_000))
+        assert np.max(np.abs(at.qd) / arm.velocity) <= 1.002
+        assert np.max(np.abs(at.qdd) / arm.acceleration) <= 1.002
+        assert at.s[-1] == pytest.approx(1, abs=1e-9)
+
+
 # -- values and files --------------------------------------------------------------------------------
 
 
@@ -277,6 +308,8 @@ def test_yaml_is_a_joint_trajectory_message(tmp_path: Path) -> None:
 def test_what_cannot_be_timed_is_refused() -> None:
     with pytest.raises(aa.PathError, match="solved"):
         aa.retime(aa.follow(ARM, shifted(5, 0, 0)[None], start=Q))
+    with pytest.raises(aa.InputError, match="no joint moves along the path: there is nothing to time"):
+        aa.retime(aa.follow(ARM, shifted(0, 0, 0)[None], start=Q))
     with pytest.raises(aa.InputError, match="path is 3, wanted a JointPath"):
         aa.retime(3)  # type: ignore[arg-type]
     bare = aa.follow(ARM.with_(acceleration=None), curve_of_poses(9)[:2], start=Q)

@@ -10,6 +10,10 @@ from numpy.typing import ArrayLike
 from ._arrays import Floats
 from .arm import Arm
 
+RESTS = 1e-9
+"""The tool rests where it moves by less per unit of s, m."""
+CLOSE = 1e-9
+"""Breaks nearer to the next one than this are that one."""
 SMOOTH = 1e-9
 """Share of |q'| by which it may jump at a break that is no corner: rounding."""
 
@@ -43,17 +47,23 @@ class Grid(NamedTuple):
 
 
 def breaks(motion: Motion) -> Floats:
-    """Return the s where the tool's path may have a corner, 0 and 1 among them."""
-    where = motion.path.breaks if motion.path is not None else motion.s  # type: ignore[attr-defined]
-    return np.unique(np.concatenate([[0.0, 1.0], where]))
+    """Return the s where derivatives of q may jump, 0 and 1 among them."""
+    rows: Any = motion
+    path = motion.path.breaks if motion.path is not None else rows.s
+    curve = getattr(motion, "curve", None)
+    knots = curve.knots if curve is not None else np.empty(0)
+    ends = np.unique(np.concatenate([[0.0, 1.0], path, knots]))
+    apart = np.append(np.diff(ends) > CLOSE, True)
+    apart[0] = True
+    return np.asarray(ends[apart])
 
 
-def grid(motion: Motion, count: int, least: int) -> Grid:
-    """Return at least `count` intervals over [0, 1], `least` or more between neighbouring breaks."""
+def grid(motion: Motion, count: int, least: int, more: Floats) -> Grid:
+    """Return at least `count` intervals over [0, 1], `least` or more between breaks, and ends at `more`."""
     ends = breaks(motion)
     parts = np.maximum(least, np.ceil(np.diff(ends) * count)).astype(int)
     pieces = [np.linspace(a, b, k + 1)[:-1] for a, b, k in zip(ends[:-1], ends[1:], parts, strict=True)]
-    s = np.append(np.concatenate(pieces), 1.0)
+    s = np.union1d(np.append(np.concatenate(pieces), 1.0), more)
     after = motion.derivatives(s)
     before = after.copy()
     inner = np.isin(s, ends[1:-1])
@@ -74,6 +84,8 @@ def tool_derivatives(motion: Motion, s: Floats) -> tuple[Floats, Floats]:
         first, second = (np.asarray(motion.path.derivative(s, order))[:, :3] for order in (1, 2))
         return first, second
     rows: Any = motion
-    piece = np.clip(np.searchsorted(rows.s, s, side="right") - 1, 0, max(len(rows.s) - 2, 0))
+    if len(rows.s) == 1:
+        return np.zeros((len(s), 3)), np.zeros((len(s), 3))
+    piece = np.clip(np.searchsorted(rows.s, s, side="right") - 1, 0, len(rows.s) - 2)
     step = np.diff(rows.poses[:, :3, 3], axis=0) / np.diff(rows.s)[:, None]
     return step[piece], np.zeros((len(s), 3))

@@ -7,25 +7,24 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._along import Grid, Motion, breaks, corners, grid, tool_derivatives
+from ._along import RESTS, Grid, Motion, corners, grid, tool_derivatives
 from ._arrays import Floats, as_number
 from ._bounds import Bound, joint_bound
 from ._ruckig import smooth
 from ._timing import Timing, joined
+from ._tool_speed import not_held, speed_lost
 from ._toppra import fastest
 from .errors import InputError
 from .joint_path import JointPath
-from .trajectory import SpeedLoss, Trajectory, sampled
+from .trajectory import Trajectory, sampled
 
 GRID = 400
 CYCLE = 1e-3
-LEAST_BETWEEN_CORNERS = 4
-FINER, MOST_FINER = 2, 4
-OVER = 1.01
-"""Where bounds are exceeded between grid points by more than this, the grid is made finer."""
+LEAST_BETWEEN_BREAKS = 4
+FINER, MOST_FINER = 4, 6
+OVER = 1.001
+"""Where bounds are exceeded between grid points by more than this, the grid is made finer there."""
 CHECKED = 4000
-HELD, HELD_ROWS = 1e-3, 4001
-"""A tool speed is held within this share of it; rows at which that is looked at."""
 _MOST_SPEED = 1e6
 _SLOWEST = 1e-12
 
@@ -54,8 +53,9 @@ def retime(
     from dq/ds and d²q/ds² in closed form; never a spline through samples). With `jerk` ruckig times s alone,
     under bounds on s that follow from the derivatives of q: safe, not optimal.
 
-    Bounds hold at 400 points of the path or more, by toppra or by the bounds on s; they are looked at between
-    as well, at 4000 times or more, and the whole motion is slowed down by what they are exceeded there.
+    Bounds hold at 400 points of the path or more, by toppra or by the bounds on s. Between them they are
+    looked at ten times as closely; where they are exceeded by 0.1 % there are more points, and by what is
+    left the whole motion is slowed down. Anywhere, 0.1 % is the most that has been seen.
 
     At a corner of the path, as between given poses, the joints' velocities would have to jump; the motion
     stops there, or slows down until the jump is one that the joints can make within a `cycle`.
@@ -95,18 +95,29 @@ def retime(
     """
     bounds = _checked(path, velocity, acceleration, jerk, tool_speed, cycle)
     step = as_number("sample", sample, 0.0, _MOST_SPEED, low_open=True)
-    count = GRID
+    more = np.empty(0)
     for _ in range(MOST_FINER):
-        g = grid(path, count, LEAST_BETWEEN_CORNERS)
-        timing, over = _timed(path, g, bounds)
-        if over <= OVER:
+        g = grid(path, GRID, LEAST_BETWEEN_BREAKS, more)
+        timing = _timed(path, g, bounds)
+        s, factor = _excess(path, g, timing, bounds)
+        if factor.max() <= OVER:
             break
-        count *= FINER
+        more = np.union1d(more, _finer(g.s, s[factor > OVER]))
+    over = float(factor.max())
     timing = timing.slower(over if bounds.jerk is not None else max(over, 1.0))
     lost = None
     if bounds.tool_speed is not None:
-        lost = _speed_lost(path, g, bounds, bounds.tool_speed) or _not_held(path, timing, bounds.tool_speed)
+        jump = bounds.acceleration * (bounds.cycle if bounds.jerk is None else 0.0)
+        given = bounds.tool_speed, bounds.velocity, bounds.acceleration, jump
+        lost = speed_lost(path, g, *given) or not_held(path, timing, bounds.tool_speed)
     return sampled(path, timing, step, bounds.tool_speed, lost)
+
+
+def _finer(s: Floats, bad: Floats) -> Floats:
+    """Return places that divide the intervals of s that hold bad places, and their neighbours."""
+    k = np.clip(np.searchsorted(s, bad, side="right") - 1, 0, len(s) - 2)
+    k = np.unique(np.clip(k[:, None] + np.arange(-1, 2), 0, len(s) - 2))
+    return np.asarray((s[k, None] + (s[k + 1] - s[k])[:, None] * np.arange(1, FINER) / FINER).reshape(-1))
 
 
 def _checked(
@@ -123,6 +134,8 @@ def _checked(
         raise InputError(
             "a timing needs a bound on the acceleration of every joint: acceleration=(7,) in rad/s²"
         )
+    if not np.abs(path.derivatives(np.linspace(0.0, 1.0, GRID))[:, 0]).max() > RESTS:
+        raise InputError("no joint moves along the path: there is nothing to time")
     j = None if jerk is None else joint_bound(path.arm, "jerk", jerk, np.full(7, np.inf))
     speed = None
     if tool_speed is not None:
@@ -130,8 +143,8 @@ def _checked(
     return _Bounds(v, a, j, speed, as_number("cycle", cycle, 0.0, 1.0))
 
 
-def _timed(path: Motion, g: Grid, b: _Bounds) -> tuple[Timing, float]:
-    """Return a timing, and by what factor in time it breaks the bounds between the grid points."""
+def _timed(path: Motion, g: Grid, b: _Bounds) -> Timing:
+    """Return a timing that keeps the bounds at the grid points."""
     jump = corners(g)
     with np.errstate(divide="ignore", invalid="ignore"):
         within = np.where(jump > 0, b.acceleration * b.cycle / jump, np.inf).min(axis=1)
@@ -147,8 +160,7 @@ def _timed(path: Motion, g: Grid, b: _Bounds) -> tuple[Timing, float]:
             pieces.append(fastest(part, b.acceleration, most))
         else:
             pieces.append(smooth(part, b.velocity, b.acceleration, b.jerk, float(most.min())))
-    timing = joined(pieces)
-    return timing, _excess(path, timing, b)
+    return joined(pieces)
 
 
 def _speed_caps(path: Motion, g: Grid, b: _Bounds) -> Floats:
@@ -162,64 +174,30 @@ def _speed_caps(path: Motion, g: Grid, b: _Bounds) -> Floats:
     return np.asarray(caps)
 
 
-def _excess(path: Motion, timing: Timing, b: _Bounds) -> float:
-    """Return the factor by which time has to be stretched for the bounds to hold inside the pieces too."""
-    inside = np.array([0.02, 0.25, 0.5, 0.75, 0.98])
-    t = (timing.t[:-1, None] + np.diff(timing.t)[:, None] * inside).reshape(-1)
-    t = np.union1d(t, (np.arange(CHECKED) + 0.5) * (timing.duration / CHECKED))
+def _excess(path: Motion, g: Grid, timing: Timing, b: _Bounds) -> tuple[Floats, Floats]:
+    """Return places between grid points, and by what factors time has to be stretched for them."""
+    t = _times_between(g, timing)
     s, speed, acceleration = timing.at(t)
     d = path.derivatives(s)
     speed, acceleration = speed[:, None], acceleration[:, None]
     qd, qdd = d[:, 0] * speed, d[:, 1] * speed**2 + d[:, 0] * acceleration
-    factor = max(np.max(np.abs(qd) / b.velocity), np.sqrt(np.max(np.abs(qdd) / b.acceleration)))
+    factor = np.maximum(
+        np.max(np.abs(qd) / b.velocity, axis=1), np.sqrt(np.max(np.abs(qdd) / b.acceleration, axis=1))
+    )
     if b.jerk is not None:
         jolt = timing.jerk_at(t)[:, None]
         qddd = d[:, 2] * speed**3 + 3 * d[:, 1] * speed * acceleration + d[:, 0] * jolt
-        factor = max(factor, np.cbrt(np.max(np.abs(qddd) / b.jerk)))
+        factor = np.maximum(factor, np.cbrt(np.max(np.abs(qddd) / b.jerk, axis=1)))
     if b.tool_speed is not None:
         way = np.linalg.norm(tool_derivatives(path, s)[0], axis=1)
-        factor = max(factor, np.max(way * speed[:, 0]) / b.tool_speed)
-    return float(factor)
+        factor = np.maximum(factor, way * speed[:, 0] / b.tool_speed)
+    return s, factor
 
 
-def _speed_lost(path: Motion, g: Grid, b: _Bounds, tool_speed: float) -> SpeedLoss | None:
-    """Return the first place where joints cannot follow the tool at its constant speed, ramps apart."""
-    s = np.setdiff1d(np.union1d(g.s, 0.5 * (g.s[1:] + g.s[:-1])), breaks(path)[1:-1])
-    first, second = tool_derivatives(path, s)
-    way = np.maximum(np.linalg.norm(first, axis=1), _SLOWEST)
-    speed = (tool_speed / way)[:, None]
-    change = (-(tool_speed**2) * np.sum(first * second, axis=1) / way**4)[:, None]
-    d = path.derivatives(s)
-    ratios = {
-        "velocity": np.abs(d[:, 0] * speed) / b.velocity,
-        "acceleration": np.abs(d[:, 1] * speed**2 + d[:, 0] * change) / b.acceleration,
-    }
-    found = [_first(s, ratio, name) for name, ratio in ratios.items()]
-    jump = corners(g)[1:-1]
-    at = np.linalg.norm(tool_derivatives(path, g.s[1:-1])[0], axis=1, keepdims=True)
-    needs = jump * tool_speed / np.maximum(at, _SLOWEST)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        found.append(_first(g.s[1:-1], np.where(jump > 0, needs / (b.acceleration * b.cycle), 0.0), "corner"))
-    places = [place for place in found if place is not None]
-    return min(places, key=lambda place: place.s, default=None)
-
-
-def _not_held(path: Motion, timing: Timing, tool_speed: float) -> SpeedLoss | None:
-    """Return where a timing leaves the tool's speed between its ramps, though each place would allow it."""
-    s, speed, _ = timing.at(np.linspace(0.0, timing.duration, HELD_ROWS))
-    held = np.linalg.norm(tool_derivatives(path, s)[0], axis=1) * speed >= (1 - HELD) * tool_speed
-    if not held.any():
-        return SpeedLoss(float(s[np.argmax(speed)]), None, "ramps", np.inf)
-    first, last = np.argmax(held), len(held) - 1 - np.argmax(held[::-1])
-    gaps = np.flatnonzero(~held[first:last])
-    return SpeedLoss(float(s[first + gaps[0]]), None, "ramps", np.inf) if len(gaps) else None
-
-
-def _first(s: Floats, ratio: Floats, bound: str) -> SpeedLoss | None:
-    """Return where one of the ratios (N, 7) first exceeds 1, and the joint of the greatest there."""
-    over = ratio.max(axis=1, initial=0.0) > 1 + 1e-9
-    if not over.any():
-        return None
-    k = int(np.argmax(over))
-    joint = int(np.argmax(ratio[k]))
-    return SpeedLoss(float(s[k]), joint + 1, bound, float(ratio[k, joint]))
+def _times_between(g: Grid, timing: Timing) -> Floats:
+    """Return times inside the pieces of a timing, and such at which s is inside the intervals of the grid."""
+    inside = np.array([0.02, 0.08, 0.16, 0.3, 0.5, 0.7, 0.84, 0.92, 0.98])
+    t = (timing.t[:-1, None] + np.diff(timing.t)[:, None] * inside).reshape(-1)
+    dense = np.union1d(t, np.linspace(0.0, timing.duration, CHECKED))
+    places = (g.s[:-1, None] + np.diff(g.s)[:, None] * inside).reshape(-1)
+    return np.union1d(t, np.interp(places, timing.at(dense)[0], dense))

@@ -56,9 +56,9 @@ class SpeedLoss:
             )
         if self.bound == "ramps":
             return f"At s = {self.s:.6g} the tool is slower: ramps to and from what is near leave no room."
-        share = (
-            f"{self.ratio:.3g} times its bound" if np.isfinite(self.ratio) else "without end: the tool rests"
-        )
+        if np.isinf(self.ratio):
+            return f"At s = {self.s:.6g} the tool rests while joint {self.joint} moves."
+        share = f"{self.ratio:.3g} times its bound"
         return f"At s = {self.s:.6g} joint {self.joint} would need a {self.bound} of {share}."
 
 
