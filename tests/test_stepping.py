@@ -326,8 +326,8 @@ def test_a_failed_path_says_by_how_much() -> None:
     said = aa.follow(IIWA, [pose, far], start=START, policy=aa.Hold()).explain()
     assert "Pose is out of reach by" in said and "mm." in said
     aside = pose.copy()
-    aside[2, 3] -= 0.25
-    said = aa.follow(IIWA, [pose, aside], start=START, policy=aa.Hold()).explain()
+    aside[2, 3] -= 0.02
+    said = aa.follow(IIWA, [pose, aside], start=START, policy=aa.Hold(), max_joint_step=1e-3).explain()
     assert "With the arm angle held, joint " in said and " deg." in said
     beyond = START.copy()
     beyond[0] = IIWA.upper[0] + 0.3
