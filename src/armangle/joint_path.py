@@ -204,7 +204,7 @@ class JointPath:
         done = int((self.status == Status.OK).sum())
         sentence = STATUSES[self.status[at]].sentence
         if one:
-            return f"The one pose is not solved. {sentence}"
+            return f"The one pose is not solved. {sentence}{self._detail(at)}"
         where = f"pose {at} (s = {self.s[at]:.4g}) is the first that is not"
         return f"{done} of {len(self)} poses are solved; {where}. {sentence}{self._detail(at)}"
 
