@@ -1,4 +1,6 @@
-"""Fuzz the readers of text: URDF, robot TOML, CSV of poses and of joints. Usage: texts.py [SECONDS] [SEED].
+"""Fuzz the readers: URDF, robot TOML, poses as CSV, joints as CSV, NPZ, JSON.
+
+Usage: texts.py [SECONDS] [SEED].
 
 Valid files are cut, doubled, swapped and sprinkled with bytes and hostile tokens. A reader may return or
 raise an `ArmangleError`, within two seconds; anything else is printed with its text, exit code 1.
@@ -55,8 +57,10 @@ def readers(folder: Path) -> list[tuple[str, bytes, Callable[[bytes], object]]]:
     toml = Path(aa.__file__).parent / "robots" / "kuka_iiwa7_r800.toml"
     q = np.linspace(0.1, 0.7, 7) * np.linspace(0.9, 1.1, 12)[:, None]
     poses, joints = folder / "poses.csv", folder / "joints.csv"
+    blocks = [folder / f"joints{ending}" for ending in (".npz", ".json")]
     aa.save(arm.forward(q)[0], poses)
-    aa.save(aa.follow(arm, arm.forward(q)[0], start=q[0]), joints)
+    for path in (joints, *blocks):
+        aa.save(aa.follow(arm, arm.forward(q)[0], start=q[0]), path)
 
     def from_file(name: str, read: Callable[[Path], object]) -> Callable[[bytes], object]:
         def run(text: bytes) -> object:
@@ -70,6 +74,7 @@ def readers(folder: Path) -> list[tuple[str, bytes, Callable[[bytes], object]]]:
         ("urdf", arm.to_urdf().encode(), lambda text: aa.Arm.from_urdf(text)),
         ("poses.csv", poses.read_bytes(), from_file("in.csv", aa.load_poses)),
         ("joints.csv", joints.read_bytes(), from_file("in.csv", aa.load_joints)),
+        *((path.name, path.read_bytes(), from_file(f"in{path.suffix}", aa.load_joints)) for path in blocks),
         ("toml", toml.read_bytes(), from_file("in.toml", _catalogue.read_robot)),
     ]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import secrets
 import shutil
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -13,6 +14,8 @@ from typing import BinaryIO
 from .errors import OutputError
 
 PathLike = str | os.PathLike[str]
+
+_WRITABLE = stat.S_IWUSR | stat.S_IWGRP | stat.S_IWOTH
 
 
 @contextmanager
@@ -24,7 +27,8 @@ def replacing(path: PathLike) -> Iterator[BinaryIO]:
     Raises
     ------
     OutputError
-        Naming `path`, where it cannot be written: no such folder, no permission, no space.
+        Naming `path`, where it cannot be written: no such folder, no permission, no space; or where it is
+        a file that may not be written, or no regular file: a folder, a pipe, a device.
 
     Examples
     --------
@@ -35,11 +39,10 @@ def replacing(path: PathLike) -> Iterator[BinaryIO]:
     ...     Path(folder, "a.txt").read_text()
     'whole'
     """
-    target = Path(os.path.realpath(path))
+    target = _target(path)
     beside = target.with_name(f".{target.name}.{secrets.token_hex(8)}.part")
     try:
-        if target.is_dir():
-            raise IsADirectoryError(0, "it is a folder")
+        _check_replaceable(path)
         with beside.open("xb") as file:
             yield file
             file.flush()
@@ -53,3 +56,25 @@ def replacing(path: PathLike) -> Iterator[BinaryIO]:
         if isinstance(error, OSError) and not isinstance(error, OutputError):
             raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from error
         raise
+
+
+def _target(path: PathLike) -> Path:
+    """Return the file that a name stands for, behind all links."""
+    try:
+        return Path(os.path.realpath(path))
+    except ValueError as error:  # a name that no file can have
+        raise OutputError(f"{str(path)!r}: cannot be written: {error}") from None
+
+
+def _check_replaceable(path: PathLike) -> None:
+    """Refuse what a rename would destroy though nobody could have meant it; root may rename over anything."""
+    try:
+        mode = os.stat(path).st_mode  # noqa: PTH116 - follows links, /proc's too
+    except FileNotFoundError:
+        return
+    if stat.S_ISDIR(mode):
+        raise OutputError(f"{path}: cannot be written: it is a folder")
+    if not stat.S_ISREG(mode):
+        raise OutputError(f"{path}: cannot be written: it is a pipe or a device, wanted a regular file")
+    if not (mode & _WRITABLE and os.access(path, os.W_OK)):
+        raise OutputError(f"{path}: cannot be written: it is read-only")

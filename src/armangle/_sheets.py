@@ -1,24 +1,23 @@
 """Sheets: named columns of equal length, and how they look as CSV, NPZ and JSON.
 
 A value is saved as the sheet it stands for; each ending writes any sheet. NaN is ``nan`` in CSV and
-``null`` in JSON, infinities are ``inf`` and ``"inf"``.
+``null`` in JSON, infinities are ``inf`` and ``"inf"``. What reads them is :mod:`armangle._blocks`.
 """
 
 from __future__ import annotations
 
 import json
 import os
-import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO, NoReturn
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ._ros import write_joint_trajectory
-from .errors import FileFormatError, InputError
+from .errors import InputError
 
 PathLike = str | os.PathLike[str]
 
@@ -104,71 +103,3 @@ def _write_yaml(sheet: Sheet, file: BinaryIO) -> None:
 
 
 WRITERS = {".csv": _write_csv, ".npz": _write_npz, ".json": _write_json, ".yaml": _write_yaml}
-
-
-def read_blocks(path: PathLike) -> dict[str, NDArray[Any]]:
-    """Return the blocks of an NPZ or JSON file, as they are.
-
-    Raises
-    ------
-    FileFormatError
-        If there is no such file, or it is not of its kind.
-    """
-    read = _read_npz if Path(path).suffix.lower() == ".npz" else _read_json
-    try:
-        return read(path)
-    except FileNotFoundError:
-        raise FileFormatError("no such file", source=str(path)) from None
-    except OSError as error:
-        raise FileFormatError(f"cannot be read: {error.strerror or error}", source=str(path)) from error
-
-
-def number_block(blocks: Mapping[str, NDArray[Any]], path: PathLike, name: str, width: int) -> NDArray[Any]:
-    """Return a block as float64 (N, width), or (N,) for width 0.
-
-    Raises
-    ------
-    FileFormatError
-        If it is missing, holds anything but numbers, or has another shape.
-    """
-    if name not in blocks:
-        _fail(path, f"missing {name!r}; the file has {', '.join(map(repr, blocks)) or 'nothing'}")
-    wanted = f"wanted numbers of shape {f'(N, {width})' if width else '(N,)'}"
-    try:
-        array = np.asarray(blocks[name]).astype(np.float64)
-    except (TypeError, ValueError):
-        _fail(path, f"{name} is not an array of numbers, {wanted}")
-    if width and array.size == 0:
-        array = array.reshape(0, width)
-    if array.ndim != (2 if width else 1) or (width and array.shape[1] != width):
-        _fail(path, f"{name} has shape {array.shape}, {wanted}")
-    return array
-
-
-def _read_npz(path: PathLike) -> dict[str, NDArray[Any]]:
-    try:
-        with np.load(path, allow_pickle=False) as archive:
-            return {name: archive[name] for name in archive.files}
-    except (ValueError, EOFError, AttributeError, zipfile.BadZipFile) as error:
-        _fail(path, f"not NPZ: {error}")
-
-
-def _read_json(path: PathLike) -> dict[str, NDArray[Any]]:
-    try:
-        table = json.loads(Path(path).read_text(encoding="utf-8-sig"))
-    except json.JSONDecodeError as error:
-        raise FileFormatError(
-            f"not JSON: {error.msg}", source=str(path), line=error.lineno, column=error.colno
-        ) from None
-    except UnicodeDecodeError as error:
-        _fail(path, f"not UTF-8 text: {error.reason}")
-    if not isinstance(table, dict):
-        _fail(path, f"holds a {type(table).__name__}, wanted an object of named columns")
-    try:
-        return {str(name): np.array(value) for name, value in table.items()}
-    except ValueError:
-        _fail(path, "holds a column whose rows are not of one length")
-
-
-def _fail(path: PathLike, message: str) -> NoReturn:
-    raise FileFormatError(message, source=str(path))

@@ -16,24 +16,22 @@ from numpy.typing import NDArray
 
 from . import _core
 from ._arrays import Floats, Ints, as_floats, raise_problem
+from ._blocks import number_block, read_blocks, word_block
 from ._csv import CsvBlock, CsvFile
+from ._joint_rows import JOINT_COLUMNS, NO_GC, OPTIONAL, codes, row_fault, unsaid_fault
 from ._quaternions import COLUMNS, UNIT_TOLERANCE, poses_from_rows, rows_from_poses
 from ._replace import replacing
-from ._sheets import WRITERS, Sheet, ending, number_block, read_blocks
+from ._sheets import WRITERS, Sheet, ending
 from .description import JOINTS
 from .errors import FileFormatError, InputError, ShapeError
 from .joint_path import JointPath
-from .status import STATUSES, Status
+from .status import STATUSES
 from .trajectory import Trajectory
 
 PathLike = str | os.PathLike[str]
 
-JOINT_COLUMNS = tuple(f"q{i}" for i in range(1, JOINTS + 1))
 _HEADINGS = {"q": JOINT_COLUMNS, "pose": COLUMNS}
 _RATES = {name: tuple(f"{name}{i}" for i in range(1, JOINTS + 1)) for name in ("qd", "qdd")}
-_OPTIONAL = ("s", "psi", "gc", "margin")
-_NAMES = {status.name: status for status in Status}
-_NO_GC = -1
 
 
 @dataclass(frozen=True, eq=False)
@@ -237,8 +235,9 @@ def load_joints(path: PathLike) -> JointTable:
     Raises
     ------
     FileFormatError
-        With file, line and column: a missing column, a word for a number, an unknown status, a gc that is
-        not a whole number from 0 to 7 (or -1).
+        With file, line and column: a missing column, a word for a number, an unknown status, an s that is
+        not finite, a gc that is not a whole number from 0 to 7 (or -1), a row with status OK that lacks a
+        joint, or lacks the psi or gc that other such rows have.
 
     Examples
     --------
@@ -250,60 +249,46 @@ def load_joints(path: PathLike) -> JointTable:
     """
     if Path(path).suffix.lower() in (".npz", ".json"):
         return _joints_from_blocks(path)
-    file = CsvFile(path, JOINT_COLUMNS, _OPTIONAL, ("status",))
-    numbers, status = [np.empty((0, JOINTS + len(_OPTIONAL)))], [np.empty(0, dtype=np.int8)]
+    file = CsvFile(path, JOINT_COLUMNS, OPTIONAL, ("status",))
+    numbers, status = [np.empty((0, JOINTS + len(OPTIONAL)))], [np.empty(0, dtype=np.int8)]
+    lines = [np.empty(0, dtype=np.int64)]
     for block in file.blocks():
-        fault = _row_fault(block.numbers, block.words.get("status"))
+        words = block.words.get("status")
+        fault = row_fault(block.numbers, words, file.at)
         if fault is not None:
             file.fail(fault[2], block.lines[fault[0]], fault[1])
         numbers.append(block.numbers)
-        status.append(_codes(block.numbers, block.words.get("status")))
-    return _joint_table(np.concatenate(numbers), np.concatenate(status))
+        status.append(codes(block.numbers, words))
+        lines.append(np.array(block.lines, dtype=np.int64))
+    rows, outcome = np.concatenate(numbers), np.concatenate(status)
+    fault = unsaid_fault(rows, outcome) if "status" in file.at else None
+    if fault is not None:
+        file.fail(fault[2], int(np.concatenate(lines)[fault[0]]), fault[1])
+    return _joint_table(rows, outcome)
 
 
 def _joints_from_blocks(path: PathLike) -> JointTable:
     blocks = read_blocks(path)
     q = number_block(blocks, path, "q", JOINTS)
     unknown = np.full(len(q), np.nan)
-    columns = [number_block(blocks, path, name, 0) if name in blocks else unknown for name in _OPTIONAL]
-    words = np.ravel(blocks["status"]).astype(str).tolist() if "status" in blocks else None
-    for name, column in zip((*_OPTIONAL, "status"), (*columns, words), strict=True):
+    columns = [number_block(blocks, path, name, 0) if name in blocks else unknown for name in OPTIONAL]
+    words = word_block(blocks, path, "status") if "status" in blocks else None
+    for name, column in zip((*OPTIONAL, "status"), (*columns, words), strict=True):
         if column is not None and len(column) != len(q):
             raise FileFormatError(f"{name} has {len(column)} rows and q has {len(q)}", source=str(path))
     numbers = np.column_stack([q, *columns])
-    fault = _row_fault(numbers, words)
+    fault = row_fault(numbers, words, blocks)
+    if fault is None:
+        status = codes(numbers, words)
+        fault = unsaid_fault(numbers, status) if words is not None else None
     if fault is not None:
         raise FileFormatError(f"row {fault[0]}: {fault[2]}", source=str(path))
-    return _joint_table(numbers, _codes(numbers, words))
-
-
-def _row_fault(numbers: Floats, words: list[str] | None) -> tuple[int, str, str] | None:
-    """Return row, column and what is wrong, of the first joint row that cannot be."""
-    infinite = np.isinf(numbers[:, :JOINTS])
-    if infinite.any():
-        row, k = (int(i) for i in np.argwhere(infinite)[0])
-        return row, JOINT_COLUMNS[k], f"{JOINT_COLUMNS[k]} is {numbers[row, k]}, wanted a joint value in rad"
-    gc = numbers[:, JOINTS + _OPTIONAL.index("gc")]
-    bad = ~(np.isnan(gc) | np.isin(gc, np.arange(_NO_GC, 8)))
-    if bad.any():
-        row = int(np.argmax(bad))
-        return row, "gc", f"gc is {gc[row]:g}, wanted a whole number from 0 to 7, or -1 for none"
-    for row, word in enumerate(words or ()):
-        if word not in _NAMES:
-            return row, "status", f"status is {word!r}, wanted one of {', '.join(_NAMES)}"
-    return None
-
-
-def _codes(numbers: Floats, words: list[str] | None) -> NDArray[np.int8]:
-    if words is not None:
-        return np.array([_NAMES[word] for word in words], dtype=np.int8)
-    solved = np.isfinite(numbers[:, :JOINTS]).all(axis=1)
-    return np.where(solved, Status.OK, Status.NOT_REACHED).astype(np.int8)
+    return _joint_table(numbers, status)
 
 
 def _joint_table(numbers: Floats, status: NDArray[np.int8]) -> JointTable:
     s, psi, gc, margin = numbers[:, JOINTS:].T
     if len(s) and np.isnan(s).all():
         s = np.linspace(0.0, 1.0, len(s))
-    index = np.where(np.isnan(gc), _NO_GC, gc).astype(np.int64)
+    index = np.where(np.isnan(gc), NO_GC, gc).astype(np.int64)
     return JointTable(s, numbers[:, :JOINTS], psi, index, status, margin)
