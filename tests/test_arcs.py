@@ -236,3 +236,21 @@ def test_a_set_is_frozen() -> None:
         arcs.intervals[0, 0] = 3.0
     assert not EMPTY
     assert JOINT == 1e-9
+
+
+def test_what_is_picked_is_what_lies_there() -> None:
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    q = np.random.default_rng(5).uniform(-1.6, 1.6, (24, 7))
+    sets = arm.feasible(arm.forward(q)[0].reshape(4, 6, 4, 4), 0)
+    keys = (1, -1, (2, 3), slice(None, None, 2), (slice(None), slice(5, None, -2)), [3, 0, 3], np.s_[:0],
+            (np.array([[0, 1]]), np.array([[5, 5]])), np.asarray(sets.count) == 2)  # fmt: skip
+    assert len(set(np.ravel(sets.count).tolist())) > 2
+    whole = sets.intervals
+    for key in keys:
+        picked = sets[key]
+        wanted = np.asarray(sets.count)[key]
+        assert picked.shape == wanted.shape and np.array_equal(picked.count, wanted)
+        most = picked.intervals.shape[-2]
+        assert np.array_equal(picked.intervals, whole[key][..., :most, :], equal_nan=True)
+        assert np.array_equal(picked.status, np.asarray(sets.status)[key])
+    assert sets[2, 3].ends == sets.ends[2][3] and sets[1:3].ends == sets.ends[1:3]

@@ -301,13 +301,13 @@ class ArcSet:
     def __getitem__(self, key: Any) -> ArcSet:
         picked = np.arange(len(self._count)).reshape(self.shape)[key]
         index = np.atleast_1d(picked).ravel()
-        rows = np.concatenate(
-            [np.arange(self._start[i], self._start[i + 1]) for i in index] or [np.empty(0, int)]
-        )
-        rows = rows.astype(np.int64)
+        count = self._count[index]
+        behind = np.cumsum(count)
+        first = self._start[index] - (behind - count)  # of a set's rows, less those of the sets before it
+        rows = np.repeat(first, count) + np.arange(behind[-1] if len(count) else 0)
         return ArcSet._from_core(
             np.shape(picked),
-            (self._count[index], self._psi[rows], self._joint[rows], self._side[rows], self._value[rows],
+            (count, self._psi[rows], self._joint[rows], self._side[rows], self._value[rows],
              self._status[index]),
         )  # fmt: skip
 
