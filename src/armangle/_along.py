@@ -22,8 +22,13 @@ SMOOTH = 1e-9
 class Motion(Protocol):
     """What is timed: a `JointPath`, or anything that gives q and its derivatives over s in [0, 1]."""
 
-    arm: Arm
-    path: Any
+    @property
+    def arm(self) -> Arm:
+        """The arm that moves."""
+
+    @property
+    def path(self) -> Any:
+        """Where the tool goes, a `Path`; None where it goes straight from pose to pose."""
 
     def at(self, s: ArrayLike, /) -> Any:
         """Return a value with the field q, (..., 7) rad."""
