@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import json
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -249,57 +246,6 @@ def test_any_arm_and_line_within_two_thousandths(seed: int) -> None:
         assert np.max(np.abs(at.qd) / arm.velocity) <= 1.002
         assert np.max(np.abs(at.qdd) / arm.acceleration) <= 1.002
         assert at.s[-1] == pytest.approx(1, abs=1e-9)
-
-
-# -- values and files --------------------------------------------------------------------------------
-
-
-def test_a_trajectory_is_frozen_and_says_what_it_is() -> None:
-    found = aa.retime(LINE, sample=0.1)
-    with pytest.raises(ValueError, match="read-only"):
-        found.q[0, 0] = 1.0
-    with pytest.raises(AttributeError):
-        found.t = None  # type: ignore[misc, assignment]
-    assert repr(found) == f"<Trajectory of {found.duration:.6g} s, {len(found)} rows>"
-    assert found.explain() == f"{found.duration:.6g} s along the path."
-    one = found.at(0.3)
-    assert (one.s.shape, one.q.shape, one.qd.shape, one.qdd.shape) == ((), (7,), (7,), (7,))
-    assert np.allclose(np.diff(found.t[:-1]), 0.1)
-    for t in (-0.1, found.duration + 0.1, np.nan):
-        with pytest.raises(aa.InputError, match=r"t holds .*, wanted times from 0 to"):
-            found.at(t)
-
-
-def test_files(tmp_path: Path) -> None:
-    found = aa.retime(LINE, sample=0.05)
-    for ending in ("csv", "npz", "json", "yaml"):
-        aa.save(found, tmp_path / f"a.{ending}")
-    rows = list(csv.DictReader((tmp_path / "a.csv").open()))
-    assert list(rows[0]) == ["t", "s", *(f"{n}{i}" for n in ("q", "qd", "qdd") for i in range(1, 8))]
-    assert float(rows[3]["qd4"]) == found.qd[3, 3]
-    with np.load(tmp_path / "a.npz") as blocks:
-        assert np.array_equal(blocks["qdd"], found.qdd)
-    assert json.loads((tmp_path / "a.json").read_text())["t"] == found.t.tolist()
-    assert np.array_equal(aa.load_joints(tmp_path / "a.csv").q, found.q)
-
-
-def test_yaml_is_a_joint_trajectory_message(tmp_path: Path) -> None:
-    yaml = need("yaml")
-    found = aa.retime(LINE, sample=0.05)
-    aa.save(found, tmp_path / "a.yaml")
-    message = yaml.safe_load((tmp_path / "a.yaml").read_text())
-    assert set(message) == {"header", "joint_names", "points"}
-    assert message["joint_names"] == list(ARM.joint_names)
-    assert len(message["points"]) == len(found)
-    for point, t, q, qd, qdd in zip(message["points"], found.t, found.q, found.qd, found.qdd, strict=True):
-        assert set(point) == {"positions", "velocities", "accelerations", "effort", "time_from_start"}
-        assert point["positions"] == q.tolist()
-        assert point["velocities"] == qd.tolist()
-        assert point["accelerations"] == qdd.tolist()
-        when = point["time_from_start"]
-        assert when["sec"] + 1e-9 * when["nanosec"] == pytest.approx(t, abs=1e-9)
-    with pytest.raises(aa.InputError, match=r"joints cannot be saved as \.yaml, which is for trajectories"):
-        aa.save(LINE, tmp_path / "b.yaml")
 
 
 # -- refusals ----------------------------------------------------------------------------------------
