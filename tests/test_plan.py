@@ -338,3 +338,25 @@ def test_refusals() -> None:
         aa.plan(IIWA, path, limit_margin=2.5)
     with pytest.raises(aa.InputError, match="travel is -1, wanted a number"):
         aa.Objective(travel=-1)
+
+
+@pytest.mark.parametrize("shift", [(0.1, 0, 0), (0, 0.1, 0), (0, 0, -0.1), (-0.1, 0.05, -0.1)])
+@pytest.mark.parametrize(
+    "q",
+    [
+        (0.3, 0, 0.2, -1.2, 0.3, 0.8, 0.1),
+        (0, 0, 0, -1.2, 0, 0.8, 0),
+        (0.3, 0.4, 0.2, -1.2, 0.3, 0, 0.1),
+        (0, 0, 0, 0, 0, 0, 0),
+        (0.2, 0.5, 0.3, 0, 0.4, 0.6, 0),
+    ],
+)
+def test_a_singular_start_is_held_or_refused(q: tuple[float, ...], shift: tuple[float, ...]) -> None:
+    first = IIWA.forward(q)[0]
+    last = first.copy()
+    last[:3, 3] += shift
+    result = aa.plan(IIWA, aa.Line(first, last), start=q)
+    if result.ok:
+        assert np.abs(result.at([0.0, 1e-6]).q - q).max() <= 0.01
+    else:
+        assert result.explain()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,8 @@ from .status import Status
 
 SAMPLES = 200
 START_GAP = 0.05
+END_STEP = 1e-6  # of s: how far from a fixed end the joints are looked at again
+END_GAP = 0.01  # rad: what the joints may differ there
 _MOST_WEIGHT = 1e6
 
 
@@ -138,7 +140,27 @@ def plan(
             )
     diagnosis = Diagnosis(tuple(map(branch_of, reports)))
     curve = Curve(path._segments, stretches, plane, branch) if len(stretches) else None
-    return _result(arm, path, rows, curve, diagnosis, ok, open_)
+    result = _result(arm, path, rows, curve, diagnosis, ok, open_)
+    broken = _broken_end(result, ends)
+    if broken is None:
+        return result
+    branches = tuple(replace(b, verdict=broken) if b.verdict == Verdict.OK else b for b in diagnosis.branches)
+    return _result(arm, path, rows, None, Diagnosis(branches), False, open_)
+
+
+def _broken_end(result: JointPath, ends: list[Floats | None]) -> Verdict | None:
+    """Return the verdict on a fixed end that the curve does not hold, or leaves in a jump; None if both hold.
+
+    At a posture with θ2 or θ6 at 0 or π the joints are no continuous function of the arm angle: a curve of
+    psi may begin there and be elsewhere in q at once.
+    """
+    for joints, s, verdict in ((ends[0], 0.0, Verdict.START), (ends[1], 1.0, Verdict.GOAL)):
+        if joints is None or not result.ok:
+            continue
+        inside = abs(s - END_STEP)
+        if not np.abs(result.at([s, inside]).q - joints).max() <= END_GAP:
+            return verdict
+    return None
 
 
 def _result(
