@@ -6,9 +6,15 @@ from enum import IntEnum
 
 from . import _core
 
+_OF_NUMBERS = tuple("bcdoxXneEfFgG%")
+
 
 class Status(IntEnum):
-    """What became of a pose; ``sentence`` says it in words."""
+    """What became of a pose: an int that prints as its name; ``sentence`` says it in words.
+
+    >>> f"{Status.LIMITS}: {Status.LIMITS:d}"
+    'LIMITS: 5'
+    """
 
     OK = 0
     UNREACHABLE = 1
@@ -23,6 +29,12 @@ class Status(IntEnum):
     ACCELERATION_LIMIT = 10
     NOT_REACHED = 11
     BAD_INPUT = 12
+
+    def __str__(self) -> str:
+        return self.name
+
+    def __format__(self, spec: str) -> str:
+        return format(int(self) if spec[-1:] in _OF_NUMBERS else self.name, spec)
 
     @property
     def sentence(self) -> str:

@@ -8,6 +8,7 @@ import threading
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from enum import Enum
 from typing import Any
 
 import numpy as np
@@ -46,7 +47,7 @@ def note(text: str) -> None:
 
 
 def show_json(value: Any) -> None:
-    """Print JSON: arrays as lists, NaN as null, infinities as "inf"."""
+    """Print JSON: arrays as lists, NaN as null, infinities as "inf", outcomes as their names."""
     print(json.dumps(_jsonable(value), indent=1, allow_nan=False))
 
 
@@ -55,6 +56,8 @@ def _jsonable(value: Any) -> Any:
         return {key: _jsonable(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
         return [_jsonable(item) for item in value]
+    if isinstance(value, Enum):
+        return value.name
     if isinstance(value, (float, np.ndarray, np.generic)):
         return plain(np.asarray(value))
     return value
