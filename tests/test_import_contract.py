@@ -11,6 +11,7 @@ SOURCES = Path(__file__).parent.parent / "src" / "armangle"
 LAYERS = [
     ["_core", "_cpu"],
     ["errors"],
+    ["_extras"],
     ["status", "_arrays", "description"],
     ["urdf", "mjcf", "_catalogue", "detect", "arcs", "configuration", "joint_function", "diagnosis",
      "paths", "_curve", "_chain", "_axes", "_residual", "_urdf_joint", "_urdf_write", "_urdf_xml"],

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import importlib
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ._arrays import Floats
-from .errors import InputError, MissingExtraError
+from ._extras import needed
+from .errors import InputError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,11 +30,7 @@ FULL_TURN = 360.0
 
 def pyplot() -> Any:
     """Return matplotlib.pyplot, or say how to install it."""
-    try:
-        return importlib.import_module("matplotlib.pyplot")
-    except ImportError as error:
-        message = "plots need the package matplotlib: pip install 'armangle[plot]'"
-        raise MissingExtraError(message) from error
+    return needed("matplotlib.pyplot", "plots need", "plot")
 
 
 def flat_axes(ax: Axes | None, size: tuple[float, float] = (6.4, 4.0)) -> Axes:

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import importlib
 import logging
 from functools import cache
 from typing import Any
 
 import numpy as np
 
+from . import _extras
 from ._along import Grid
 from ._arrays import Floats
 from ._timing import Timing, from_speeds
-from .errors import MissingExtraError, PathError
+from .errors import PathError
 
 HIGHEST = 1e4
 """Greatest square of a scaled path speed; where no joint moves there is none of its own."""
@@ -27,10 +27,7 @@ def needed(name: str) -> Any:
     ------
     MissingExtraError
     """
-    try:
-        return importlib.import_module(name)
-    except ImportError as error:
-        raise MissingExtraError(f"timing needs {name}: pip install 'armangle[time]'") from error
+    return _extras.needed(name, "timing needs", "time")
 
 
 @cache

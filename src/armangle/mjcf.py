@@ -6,19 +6,21 @@ axes mean is the business of :mod:`armangle.detect`.
 
 from __future__ import annotations
 
-import importlib
 import os
 from pathlib import Path
 from typing import Any, NoReturn
+from xml.parsers import expat
 
 import numpy as np
 
 from ._chain import Chain, FloatArray, Joint, rotation_about, translation
+from ._extras import needed
 from .description import JOINTS
-from .errors import FileFormatError, MissingExtraError
+from .errors import FileFormatError
 
 _KINDS = ("free", "ball", "slide", "hinge")
 _HINGE = 3
+_PIECE = 4096
 
 
 def read_mjcf(
@@ -60,15 +62,25 @@ def mjcf_candidates(
     return tuple((start, tip) for tip in model.tips(start))
 
 
+def is_mjcf(path: str | os.PathLike[str]) -> bool:
+    """Return whether a file is a MuJoCo model: its outer element is ``<mujoco>``."""
+    tags: list[str] = []
+    parser = expat.ParserCreate()
+    parser.StartElementHandler = lambda tag, _: tags.append(tag)
+    try:
+        with Path(path).open("rb") as file:
+            while not tags and (piece := file.read(_PIECE)):
+                parser.Parse(piece)
+    except (OSError, ValueError, LookupError, expat.ExpatError):
+        return False  # who reads it as URDF says what is wrong
+    return tags[:1] == ["mujoco"]
+
+
 class _Model:
     """A compiled MuJoCo model, asked for its tree alone."""
 
     def __init__(self, source: str | os.PathLike[str]) -> None:
-        try:
-            self.mujoco: Any = importlib.import_module("mujoco")
-        except ImportError as error:
-            message = "reading MJCF needs the package mujoco: pip install 'armangle[mujoco]'"
-            raise MissingExtraError(message) from error
+        self.mujoco: Any = needed("mujoco", "reading MJCF needs", "mujoco")
         text = isinstance(source, str) and source.lstrip().startswith("<")
         self.source = "XML text" if text else str(source)
         if not text and not Path(source).is_file():

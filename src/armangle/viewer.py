@@ -6,7 +6,6 @@ Needs viser: ``pip install 'armangle[view]'``. `ViewerState` is the part without
 from __future__ import annotations
 
 import errno
-import importlib
 import io
 import socket
 import threading
@@ -18,12 +17,13 @@ from typing import Any
 import numpy as np
 
 from ._arrays import Floats
+from ._extras import needed
 from ._quaternions import poses_from_rows
 from ._viewer_controls import Controls
 from ._viewer_meshes import solids_of
 from ._viewer_scene import Scene
 from ._viewer_state import Answer, ElbowCircle, ViewerState
-from .errors import MissingExtraError, PortError
+from .errors import PortError
 from .joint_path import JointPath
 
 __all__ = ["LOOPBACK", "Answer", "ElbowCircle", "Viewer", "ViewerState"]
@@ -165,11 +165,7 @@ def _quiet() -> redirect_stdout[io.StringIO]:
 
 
 def _viser() -> Any:
-    try:
-        return importlib.import_module("viser")
-    except ImportError as error:
-        message = "the viewer needs the package viser: pip install 'armangle[view]'"
-        raise MissingExtraError(message) from error
+    return needed("viser", "the viewer needs", "view")
 
 
 def _checked_port(host: str, port: int) -> int:
