@@ -35,7 +35,21 @@ def _length(name: str, value: float, *, link: bool = False) -> float:
     return as_number(f"{name} (m)", value, low, _core.LENGTH_LIMIT)
 
 
-class ArmValue:
+class _KeywordsAlone:
+    """Says so where values come without names; a base, so that the signature stays that of ``__init__``."""
+
+    __slots__ = ()
+
+    def __new__(cls, *unnamed: object, **_: object) -> Self:
+        if unnamed:
+            raise TypeError(
+                f"Arm takes keywords alone, but {len(unnamed)} values came without: "
+                "wanted Arm(d_bs=..., d_se=..., d_ew=..., d_wf=..., ...)"
+            )
+        return super().__new__(cls)
+
+
+class ArmValue(_KeywordsAlone):
     """The numbers of an arm, frozen; `Arm` adds what can be asked of them."""
 
     __slots__ = (
@@ -164,6 +178,9 @@ class ArmValue:
         if self.joint_names != _joint_names():
             shown.append(f"joint_names={self.joint_names!r}")
         return f"Arm({', '.join(shown)})"
+
+
+ArmValue.__init__.__qualname__ = "Arm"  # the name that Python's own messages on arguments begin with
 
 
 def _rebuild(kind: type[ArmValue], arguments: dict[str, Any]) -> ArmValue:
