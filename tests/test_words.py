@@ -1,0 +1,74 @@
+"""What values look like in words: outcomes, import reports, missing extras, wrong arguments."""
+
+from __future__ import annotations
+
+import json
+import pickle
+import sys
+
+import numpy as np
+import pytest
+
+import armangle as aa
+
+LENGTHS = {"d_bs": 0.3, "d_se": 0.4, "d_ew": 0.4, "d_wf": 0.1}
+
+
+def test_a_status_prints_as_its_name_and_counts_as_its_number() -> None:
+    for status in aa.Status:
+        assert str(status) == f"{status}" == f"{status!s}" == status.name
+        assert f"{status:d}" == str(int(status)) and f"{status:>20}" == status.name.rjust(20)
+        assert json.dumps(status) == str(int(status)) and pickle.loads(pickle.dumps(status)) is status
+        assert np.array([status]).dtype.kind == "i" and status == int(status)
+        assert repr(status) == f"<Status.{status.name}: {int(status)}>"
+
+
+def test_an_import_report_reads_in_mm_and_degrees() -> None:
+    report = aa.ImportReport(
+        source="arm.urdf", base="link_0", tip="link_7", joint_names=tuple("abcdefg"),
+        shoulder_miss=1.5e-6, elbow_miss=0.0, wrist_miss=0.0, angle_miss=np.radians(0.25),
+        residual_position=2e-3, residual_rotation=0.0, postures=10, notes=("mind the gap",),
+    )  # fmt: skip
+    lines = str(report).splitlines()
+    assert lines[:2] == ["arm.urdf: link_0 to link_7", "joints: a, b, c, d, e, f, g"]
+    assert " ".join(lines[2].split()) == "three shoulder axes miss a point by 0.001500 mm"
+    assert lines[5].endswith(" 0.250000 deg") and lines[6].endswith(" 2.000000 mm")
+    assert lines[-1] == "note: mind the gap" and repr(report).startswith("ImportReport(source=")
+    arm = aa.Arm.from_urdf(aa.Arm(**LENGTHS).to_urdf())
+    assert "position agrees with the file within" in str(arm.import_report)
+
+
+@pytest.mark.parametrize(
+    ("package", "use", "words"),
+    [
+        ("matplotlib.pyplot", "plot", "plots need the package matplotlib"),
+        ("viser", "view", "the viewer needs the package viser"),
+        ("mujoco", "mujoco", "reading MJCF needs the package mujoco"),
+    ],
+)
+def test_a_missing_extra_says_how_to_get_it(
+    package: str, use: str, words: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from armangle import plots, viewer
+
+    monkeypatch.setitem(sys.modules, package, None)
+    arm = aa.Arm(**LENGTHS)
+    uses = {
+        "plot": lambda: plots.stick_figure(arm, np.zeros(7)),
+        "view": lambda: viewer.Viewer(viewer.ViewerState(arm), port=0),
+        "mujoco": lambda: aa.Arm.from_mjcf("<mujoco/>"),
+    }
+    with pytest.raises(aa.MissingExtraError) as raised:
+        uses[use]()
+    assert str(raised.value) == (
+        f"{words}: pip install 'armangle[{use}]' (from a clone: pip install '.[{use}]')"
+    )
+
+
+def test_arguments_of_an_arm_are_named() -> None:
+    with pytest.raises(TypeError, match=r"Arm takes keywords alone, but 4 values .* wanted Arm\(d_bs="):
+        aa.Arm(0.3, 0.4, 0.4, 0.1)  # type: ignore[call-arg]
+    with pytest.raises(TypeError, match=r"^Arm\(\) got an unexpected keyword argument 'd_sw'"):
+        aa.Arm(**LENGTHS, d_sw=1)  # type: ignore[call-arg]
+    with pytest.raises(TypeError, match=r"^Arm\(\) missing 1 required keyword-only argument: 'd_wf'"):
+        aa.Arm(d_bs=0.3, d_se=0.4, d_ew=0.4)  # type: ignore[call-arg]
