@@ -171,6 +171,26 @@ def toml_trip(arm: ArmDescription, path) -> ArmDescription:
     return entry.description
 
 
+def test_short_decimals_are_written_as_such(tmp_path):
+    frame = np.eye(4)
+    frame[:3, 3] = 3.0e-23, 0.1 + 2e-13, -4e-14
+    arm = ArmDescription(
+        "arm", 0.24 + 5e-13, 0.4, 1 / 3, 0.1 + 2e-12, tool=frame, lower=(-3.0,) * 7,
+        upper=(math.radians(170) + 3e-13,) * 7, offsets=(1e-13,) * 7, velocity=(math.inf,) * 7,
+    )  # fmt: skip
+    again = toml_trip(arm, tmp_path / "short.toml")
+    text = (tmp_path / "short.toml").read_text("utf-8")
+    for line in ("d_bs = 0.24", f"d_ew = {1 / 3!r}", f"d_wf = {0.1 + 2e-12!r}", "    [0.0, 0.0, 1.0, 0.0],"):
+        assert line in text.splitlines()
+    assert "[1.0, 0.0, 0.0, 0.0],\n    [0.0, 1.0, 0.0, 0.1]" in text
+    assert "upper_deg = [170.0, 170.0" in text and "offsets_deg = [0.0, 0.0" in text
+    assert f"lower_deg = [{math.degrees(-3.0)!r}, " in text
+    for field in dataclasses.fields(ArmDescription):
+        if field.name not in ("name", "joint_names", "notes"):
+            ours, theirs = getattr(arm, field.name), getattr(again, field.name)
+            np.testing.assert_allclose(theirs, ours, rtol=0, atol=1e-12)
+
+
 PLAIN = """\
 title = "An arm"
 source = "a test"

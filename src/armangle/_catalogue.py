@@ -31,7 +31,8 @@ _FRAMES = ("base", "tool")
 _WORDS = ("title", "source", "tip")
 _DOUBTS = ("lengths", "limits", "velocity")
 _TOML_PLACE = re.compile(r"\s*\(at line (\d+), column (\d+)\)")
-_DEGREE_DIGITS = 10
+_SHORT, _LONG = 6, 10  # decimals
+_SAME = 1e-12  # m or rad: numbers of an import differ by as much from those that were meant
 _MOST_BYTES = 16384  # the longest of the catalogue has not 1024
 _LARGEST = 1e9  # no length in m and no angle in degrees is beyond
 
@@ -148,7 +149,7 @@ def _toml_of(path: Path) -> str:
 def robot_toml(arm: ArmDescription, *, title: str, source: str, tip: str) -> str:
     """Return the text of a TOML file that :func:`read_robot` reads back as the same arm.
 
-    Notes of the arm become comments.
+    Numbers within 1e-12 (m, rad) of a short decimal are written as that. Notes of the arm become comments.
 
     Parameters
     ----------
@@ -162,10 +163,8 @@ def robot_toml(arm: ArmDescription, *, title: str, source: str, tip: str) -> str
         f"{key} = {_toml_text(value)}"
         for key, value in zip(_WORDS, (title, source, tip), strict=True)
     ]
-    lines += [f"{key} = {float(getattr(arm, key))!r}" for key in _LENGTHS]
-    lines += [
-        f"{key} = {float(getattr(arm, key))!r}" for key in _ELBOW_OFFSETS if getattr(arm, key)
-    ]
+    lines += [f"{key} = {_short(getattr(arm, key))!r}" for key in _LENGTHS]
+    lines += [f"{key} = {_short(getattr(arm, key))!r}" for key in _ELBOW_OFFSETS if getattr(arm, key)]
     lines.append(f"signs = {[int(sign) for sign in arm.signs]}")
     angles = _OPTIONAL_ANGLES | _ANGLES
     for key, name in angles.items():
@@ -174,7 +173,7 @@ def robot_toml(arm: ArmDescription, *, title: str, source: str, tip: str) -> str
     for key in _FRAMES:
         frame = getattr(arm, key)
         if not np.array_equal(frame, np.eye(4)):
-            rows = ",\n".join(f"    {row}" for row in (frame + 0.0).tolist())
+            rows = ",\n".join(f"    {[_short(value) for value in row]}" for row in frame)
             lines.append(f"{key} = [\n{rows},\n]")
     return "\n".join(lines) + "\n"
 
@@ -196,9 +195,15 @@ def _toml_text(value: str) -> str:
 
 def _degrees_text(angle: float) -> str:
     """Return an angle (rad) in degrees: rounded where that gives the same angle back."""
-    degrees = math.degrees(angle)
-    rounded = round(degrees, _DEGREE_DIGITS) if math.isfinite(degrees) else degrees
+    degrees = _short(math.degrees(angle), math.degrees(_SAME))
+    rounded = round(degrees, _LONG) if math.isfinite(degrees) else degrees
     return repr(rounded if math.radians(rounded) == angle else degrees)
+
+
+def _short(value: float, same: float = _SAME) -> float:
+    """Return the short decimal that is the same number to within `same`, else the number."""
+    rounded = round(float(value), _SHORT) + 0.0 if math.isfinite(value) else value
+    return float(rounded if abs(rounded - value) <= same else value)
 
 
 class _Reader:
