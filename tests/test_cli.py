@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -43,6 +44,7 @@ def out(capsys: Capture, *words: str, status: int = 0) -> str:
 def test_robots(capsys: Capture) -> None:
     text = out(capsys, "robots")
     assert all(name in text for name in aa.catalogue())
+    assert "reach: greatest distance of the wrist from the shoulder" in text
     listed = json.loads(out(capsys, "robots", "--json"))
     assert [entry["name"] for entry in listed] == list(aa.catalogue())
     for name in aa.catalogue():
@@ -231,6 +233,62 @@ def test_inspect_and_what_it_saves(capsys: Capture, tmp_path: Path) -> None:
     wanted = json.loads(out(capsys, "fk", "--robot", "openarm_v10", *words))["pose"]
     for source in (("--robot", str(to)), ("--urdf", str(tmp_path / "arm.urdf"))):
         assert json.loads(out(capsys, "fk", *source, *words))["pose"] == pytest.approx(wanted)
+
+
+def test_inspect_shows_signs_zeros_and_frames(capsys: Capture, tmp_path: Path) -> None:
+    made = aa.Arm(d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1, lower=[-3.0] * 7, upper=[2.5] * 7)
+    tool = np.eye(4)
+    tool[:3, 3] = 0.01, 0.0, 0.2
+    made = made.with_(signs=[1, 1, -1, 1, 1, 1, 1], offsets=[0, 0, 0, 0, np.pi / 4, 0, 0], tool=tool)
+    (tmp_path / "arm.urdf").write_text(made.to_urdf())
+    assert main(["inspect", str(tmp_path / "arm.urdf")]) == 0
+    text = capsys.readouterr().out
+    arm = aa.Arm.from_urdf(tmp_path / "arm.urdf")
+    assert "reach mm, shoulder to wrist: 800" in text and str(arm.import_report).splitlines()[2] in text
+    assert "base x,y,z,qw,qx,qy,qz: identity" in text and "tool x,y,z,qw,qx,qy,qz: 0.01,0,0,1,0,0,0" in text
+    heads, *rows = text.split("joint  name")[1].splitlines()[:8]
+    assert " ".join(heads.split()) == "lower deg upper deg sign zero deg"
+    assert [row.split()[-2:] for row in rows] == [
+        [f"{sign:+d}", f"{np.degrees(zero):.2f}"] for sign, zero in zip(arm.signs, arm.offsets, strict=True)
+    ]
+    assert "45.00" in text and "-1 " in text
+
+
+def test_an_mjcf_is_read_as_a_urdf_is(
+    capsys: Capture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    z, y, back = "0 0 1", "0 1 0", "0 -1 0"
+    bodies = "".join(
+        f'<body name="l{i}" pos="0 0 {up}"><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
+        f'<joint name="q{i}" axis="{axis}" range="-2 2" limited="true"/>'
+        for i, (up, axis) in enumerate([(0.3, z), (0, y), (0, z), (0.4, back), (0.4, z), (0, y), (0, z)])
+    )
+    (tmp_path / "arm.xml").write_text(
+        f'<!-- made --><mujoco model="made"><compiler angle="radian"/><worldbody>{bodies}{"</body>" * 7}'
+        "</worldbody></mujoco>"
+    )
+    file = str(tmp_path / "arm.xml")
+    with monkeypatch.context() as without:
+        without.setitem(sys.modules, "mujoco", None)
+        for words in (("inspect", file), ("fk", "--urdf", file, "0,0,0,0,0,0,0")):
+            assert main(words) == 2
+            said = " ".join(capsys.readouterr().err.split())
+            assert "pip install 'armangle[mujoco]' (from a clone: pip install '.[mujoco]')" in said
+    pytest.importorskip("mujoco", reason="mujoco reads the file: pip install 'armangle[mujoco]'")
+    assert main(["inspect", file]) == 0
+    text = capsys.readouterr().out
+    assert "made: S-R-S" in text and " world to l6" in " ".join(text.split())
+    assert "d_bs 300, d_se 400, d_ew 400" in text
+    assert "l6" in json.loads(out(capsys, "inspect", file, "--tip", "l6", "--json"))["tip"]
+    found = json.loads(out(capsys, "fk", "--urdf", file, "--tip", "l6", "10,20,30,40,50,60,70", "--json"))
+    arm = aa.Arm.from_mjcf(file)
+    assert found["matrix"] == arm.forward(np.radians([10, 20, 30, 40, 50, 60, 70]))[0].tolist()
+
+
+def test_outcomes_are_names_in_json(capsys: Capture) -> None:
+    facts = json.loads(out(capsys, "ik", *ROBOT, "--pose", FAR, "--explain", "--json", status=1))
+    assert {branch["status"] for branch in facts["branches"]} == {"UNREACHABLE"}
+    assert all(branch["verdict"] == "UNREACHABLE" for branch in facts["branches"])
 
 
 def test_nothing_in_nothing_out(capsys: Capture, tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ GOOD = "0.1,0.2,0.3,1,0,0,0\n"
 
 BAD_POSES = {
     "": r":1: empty, wanted a header with x,y,z,qw,qx,qy,qz",
-    "x,y,z,qw,qx,qy,q_z\n": r":1: missing column qz; .*; column 'q_z' may be meant for 'qz': rename 'q_z' to 'qz'",
+    "x,y,z,qw,qx,qy,q_z\n": r":1: missing column qz.*; column 'q_z' may be .* 'qz': rename 'q_z' to 'qz'",
     "x,y,z,w,qx,qy,qz\n": r":1: missing column qw; .*; column 'w' may be meant for 'qw': rename 'w' to 'qw'",
     "a,b\n": r":1: missing column x, y, z, qw, qx, qy, qz; the header has 'a', 'b'$",
     "x;y;z;qw;qx;qy;qz\n": r":1: missing .*; the file seems to be separated by semicolons, wanted commas",

@@ -17,6 +17,7 @@ from ..arm import MOST_MARGIN, Arm
 from ..description import JOINTS
 from ..errors import InputError, ShapeError
 from ..io import load_poses
+from ..mjcf import is_mjcf
 
 DEGREE = math.pi / 180
 _FILES = (".csv", ".npz", ".json")
@@ -28,7 +29,7 @@ def add_arm(parser: argparse.ArgumentParser, *, required: bool = True) -> None:
     group = parser.add_argument_group("the arm")
     one = group.add_mutually_exclusive_group(required=required)
     one.add_argument("--robot", metavar="NAME", help="of the catalogue (armangle robots), or a FILE.toml")
-    one.add_argument("--urdf", metavar="FILE", help="a robot description")
+    one.add_argument("--urdf", metavar="FILE", help="a robot description: URDF or MJCF (.xml)")
     group.add_argument("--base", metavar="LINK", help="with --urdf: first link; guessed if left out")
     group.add_argument("--tip", metavar="LINK", help="with --urdf: last link; guessed if left out")
 
@@ -65,13 +66,19 @@ def _output(text: str) -> str:
 def the_arm(args: argparse.Namespace) -> Arm:
     """Return the arm that --robot or --urdf names."""
     if args.urdf is not None:
-        return Arm.from_urdf(args.urdf, base=args.base, tip=args.tip)
+        return arm_of_file(args.urdf, args.base, args.tip)
     for option in ("base", "tip"):
         if getattr(args, option) is not None:
             raise InputError(f"--{option} goes with --urdf, not with --robot")
     if Path(args.robot).suffix == ".toml":
         return Arm._from_description(read_robot(args.robot).description)
     return Arm.from_catalogue(args.robot)
+
+
+def arm_of_file(file: str, base: str | None, tip: str | None) -> Arm:
+    """Return the arm between two links of a URDF, or two bodies of an MJCF."""
+    read = Arm.from_mjcf if is_mjcf(file) else Arm.from_urdf
+    return read(file, base=base, tip=tip)
 
 
 def number(text: str) -> float:

@@ -41,6 +41,7 @@ def run(args: argparse.Namespace) -> int:
         return 0
     rows = [[e.name, e.title, f"{_arm(e).reach * 1e3:.0f}", _offset(e), _doubtful(e)] for e in entries]
     show(table(["name", "arm", "reach mm", "elbow", "not trusted"], rows, left=(0, 1, 3, 4)))
+    show("\nreach: greatest distance of the wrist from the shoulder")
     return 0
 
 
@@ -64,7 +65,8 @@ def _show_one(entry: CatalogueEntry) -> None:
     for line in d.notes:
         show(paragraph(f"Note: {line}"))
     lengths = [f"{name} {getattr(d, name) * 1e3:g}" for name in _LENGTHS]
-    show(paragraph(f"Lengths (mm): {', '.join(lengths)}; reach {_arm(entry).reach * 1e3:.1f}") + "\n")
+    reach = f"reach, shoulder to wrist, {_arm(entry).reach * 1e3:.1f}"
+    show(paragraph(f"Lengths (mm): {', '.join(lengths)}; {reach}") + "\n")
     rows = [
         [str(i + 1), d.joint_names[i], degrees(d.lower[i], 1), degrees(d.upper[i], 1),
          degrees(d.velocity[i], 0), f"{d.signs[i]:+d}", f"{np.degrees(d.offsets[i]):g}"]

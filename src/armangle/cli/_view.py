@@ -13,6 +13,7 @@ from ..arm import Arm
 from ..errors import FileFormatError, InputError
 from ..io import load_joints, load_poses
 from ..joint_path import JointPath
+from ..mjcf import is_mjcf
 from ..stepping import follow
 from ._arguments import add_arm, add_json, joints, the_arm
 from ._screen import note, progress, show, show_json, violations
@@ -43,9 +44,10 @@ def run(args: argparse.Namespace) -> int:
     arm, runs = _demo() if args.demo else (the_arm(args), {})
     start = _start(arm, args.start)
     runs = runs or _runs(arm, args.path, start)
+    meshes = None if args.urdf is None or is_mjcf(args.urdf) else Path(args.urdf)
     shown = viewer.Viewer(
         viewer.ViewerState(arm, start), runs, port=args.port, host=args.host,
-        urdf=None if args.urdf is None else Path(args.urdf), base=args.base, tip=args.tip,
+        urdf=meshes, base=args.base, tip=args.tip,
     )  # fmt: skip
     if shown.note:
         note(f"armangle: {shown.note}")
