@@ -360,3 +360,14 @@ def test_a_singular_start_is_held_or_refused(q: tuple[float, ...], shift: tuple[
         assert np.abs(result.at([0.0, 1e-6]).q - q).max() <= 0.01
     else:
         assert result.explain()
+
+
+def test_what_is_not_proven_is_said() -> None:
+    """From the stretched arm joints move infinitely fast at first: followed, but not proven there."""
+    start = np.array([0.2, 0.5, 0.3, 0.0, 0.4, 0.6, 0.0])
+    first = IIWA.forward(start)[0]
+    last = first.copy()
+    last[2, 3] -= 0.1
+    result = aa.plan(IIWA, aa.Line(first, last), start=start)
+    assert result.ok and not result.certified
+    assert "Between them it is not proven for s from 0 to " in result.explain()

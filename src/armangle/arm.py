@@ -25,7 +25,7 @@ class Arm(ArmLimits):
     Parameters
     ----------
     d_bs, d_se, d_ew, d_wf : float
-        Base to shoulder, shoulder to elbow, elbow to wrist, wrist to flange, m; the two links are 1e-6 or longer.
+        Base to shoulder, shoulder to elbow, elbow to wrist, wrist to flange, m; the two links at least 1e-6.
     lower, upper : array_like, shape (7,), optional
         Joint limits in q, rad, lower <= upper. Any: beyond ±π, of one sign, wider than a turn, infinite
         (the default).

@@ -200,13 +200,21 @@ class JointPath:
         if at is None:
             proven = ", and proven between them" if self.certified else ""
             count = "The one pose is" if one else f"All {len(self)} poses are"
-            return f"{count} solved within all limits{proven}."
+            return f"{count} solved within all limits{proven}.{self._unproven()}"
         done = int((self.status == Status.OK).sum())
         sentence = STATUSES[self.status[at]].sentence
         if one:
             return f"The one pose is not solved. {sentence}{self._detail(at)}"
         where = f"pose {at} (s = {self.s[at]:.4g}) is the first that is not"
         return f"{done} of {len(self)} poses are solved; {where}. {sentence}{self._detail(at)}"
+
+    def _unproven(self) -> str:
+        """Return where a planned path is not proven, as a sentence with a space before it, or nothing."""
+        if self.certified or self.diagnosis is None:
+            return ""
+        ranges = ", ".join(f"{lower:.4g} to {upper:.4g}" for lower, upper in self.uncertified[:5])
+        more = ", and more" if len(self.uncertified) > 5 else ""
+        return f" Between them it is not proven for s from {ranges}{more}."
 
     def _detail(self, at: int) -> str:
         """Return by how much pose `at` fails, as a sentence with a space before it, or nothing."""
