@@ -55,18 +55,31 @@ def narrow_arm(rng: np.random.Generator) -> aa.Arm:
     return IIWA.with_(lower=-half, upper=half)
 
 
+def turned(start: Array, axis: Array, angle: float, way: Array, n: int) -> Array:
+    """n poses from a first one, shifted along `way` (m) and turned about `axis` evenly."""
+    share = np.linspace(0, 1, n)
+    x, y, z = axis / np.linalg.norm(axis)
+    cross, a = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]), angle * share[:, None, None]
+    poses = np.repeat(start[None], n, axis=0)
+    poses[:, :3, 3] += share[:, None] * way
+    poses[:, :3, :3] = (np.eye(3) + np.sin(a) * cross + (1 - np.cos(a)) * cross @ cross) @ start[:3, :3]
+    return poses
+
+
 def bent_line(arm: aa.Arm, rng: np.random.Generator, n: int) -> tuple[Array, Array]:
     """A posture, and n poses from its own on a line along which the tool turns."""
     q = rng.uniform(0.8 * arm.lower, 0.8 * arm.upper)
     start, goal = arm.forward(q)[0], frame(rng)
-    poses = np.repeat(start[None], n, axis=0)
-    poses[:, :3, 3] += np.linspace(0, 0.5, n)[:, None] * (goal[:3, 3] - start[:3, 3])
-    axis, angle = rng.normal(size=3), np.linspace(0, rng.uniform(0, 3), n)[:, None, None]
-    x, y, z = axis / np.linalg.norm(axis)
-    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    turn = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
-    poses[:, :3, :3] = turn @ start[:3, :3]
-    return q, poses
+    way = 0.5 * (goal[:3, 3] - start[:3, 3])
+    return q, turned(start, rng.normal(size=3), rng.uniform(0, 3), way, n)
+
+
+def turning_line(arm: aa.Arm, rng: np.random.Generator, n: int) -> tuple[Array, Array]:
+    """A posture, and n poses from its own on a line of up to 0.6 m with a turn of up to 3 rad."""
+    q = rng.uniform(arm.lower, arm.upper) * 0.8
+    axis, way = rng.normal(size=3), rng.normal(size=3)
+    way *= rng.uniform(0.1, 0.6) / np.linalg.norm(way)
+    return q, turned(arm.forward(q)[0], axis, rng.uniform(0, 3), way, n)
 
 
 # -- a dead end that a window sees, and one that none does -------------------------------------------
@@ -124,6 +137,17 @@ def test_it_goes_as_far_as_brute_force_finds_a_way(seed: int) -> None:
     limit = float(rng.choice([0.06, 0.12, 0.25]))
     path = aa.follow(arm, poses, start=q, max_joint_step=limit, lookahead=60)
     assert reached(path) >= way(arm, poses, q, np.full(7, 0.98 * limit), 500)
+
+
+def test_a_gap_of_the_tube_that_closes_between_probes_is_seen() -> None:
+    """The ways to two arcs part where both were one; the gap is narrower than probes are apart."""
+    rng = np.random.default_rng(2060)
+    half = np.radians(rng.uniform(40, 170, 7))
+    half[[1, 3, 5]] = np.minimum(half[[1, 3, 5]], 2.09)
+    arm = IIWA.with_(lower=-half, upper=half)
+    q, poses = turning_line(arm, rng, 120)
+    path = aa.follow(arm, poses, start=q, max_joint_step=0.03, lookahead=120)
+    assert reached(path) >= way(arm, poses, q, np.full(7, 0.98 * 0.03), 1000)
 
 
 def test_it_saves_many_and_harms_none() -> None:

@@ -86,14 +86,18 @@ public:
 
     void operator()(ArcSet& out) const noexcept {
         make_empty(out);
-        ArcSet known;
+        ArcSet known, gaps;
+        Probes doubtful;
         make_empty(known);
+        complement(set_, gaps);
         if (!set_.full)
             for (int i = 0; i < set_.count; ++i) seed(set_.arc[i], known);
+        if (!set_.empty())
+            for (int i = 0; i < gaps.count; ++i) doubt(gaps.arc[i], doubtful);
         for (int i = 0; i < to_.arcs.count; ++i) {
             const Arc& arc = to_.arcs.arc[i];
             Probes probes;
-            spread(arc, known, probes);
+            spread(arc, known, doubtful, probes);
             for (int k = 0; k < probes.count; ++k) probes.linked[k] = probes.linked[k] || linked(probes.psi[k]);
             collect(probes, out);
         }
@@ -112,14 +116,29 @@ private:
         }
     }
 
-    static void spread(const Arc& arc, const ArcSet& known, Probes& out) noexcept {
+    /// Where a gap of the set may leave one in the image: probes beside it would pass over that.
+    void doubt(const Arc& gap, Probes& out) const noexcept {
+        for (double share : {0.25, 0.5, 0.75}) {
+            const double psi = gap.lower + share * (gap.upper - gap.lower);
+            ArcSet reached;
+            links_.reach(from_, psi, to_, to_.arcs, reached);
+            out.add(wrap(psi), false);
+            for (int i = 0; i < reached.count; ++i) out.add(wrap(0.5 * (reached.arc[i].lower + reached.arc[i].upper)), false);
+        }
+    }
+
+    static void put(const Arc& arc, double psi, bool linked, Probes& out) noexcept {
+        for (double turn : {0.0, two_pi})
+            if (psi + turn >= arc.lower && psi + turn <= arc.upper) out.add(psi + turn, linked);
+    }
+
+    static void spread(const Arc& arc, const ArcSet& known, const Probes& doubtful, Probes& out) noexcept {
         const double width = arc.upper - arc.lower;
         const int parts = 1 + static_cast<int>(max(double(ahead_rule::least), ceil(width / ahead_rule::spacing)));
         for (int k = 0; k <= parts; ++k) out.add(k == parts ? arc.upper : arc.lower + width * k / parts, false);
         for (int i = 0; i < known.count; ++i)
-            for (double end : {known.arc[i].lower, known.arc[i].upper})
-                for (double turn : {0.0, two_pi})
-                    if (end + turn >= arc.lower && end + turn <= arc.upper) out.add(end + turn, true);
+            for (double end : {known.arc[i].lower, known.arc[i].upper}) put(arc, end, true, out);
+        for (int i = 0; i < doubtful.count; ++i) put(arc, doubtful.psi[i], false, out);
     }
 
     /// The last linked psi on the way from one that is to one that is not.
