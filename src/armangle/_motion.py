@@ -28,7 +28,8 @@ def motion_of(arm: Arm, table: JointTable) -> JointPath:
     -------
     JointPath
         Poses, arm angle and configuration are computed from the joints. A row without joints keeps its
-        status and is NaN, its pose too: a joint file does not say which pose it failed at.
+        status and is NaN. The pose of any row that failed is NaN, also where joints were held there: a
+        joint file does not say which pose it failed at.
 
     Raises
     ------
@@ -45,12 +46,13 @@ def motion_of(arm: Arm, table: JointTable) -> JointPath:
     q[known] = table.q[known]
     poses[known], angle, gc[known] = arm.forward(q[known], undefined="nan")
     psi[known], margin[known], residual[known] = angle, arm.limit_margin(q[known]), 0.0
+    failed = table.status != Status.OK
+    poses[failed] = residual[failed] = np.nan
     defined = np.isfinite(psi)
     psi[defined] = np.unwrap(psi[defined])
-    failed = np.where(table.status == Status.OK, np.int8(Status.NOT_REACHED), table.status)
     return JointPath(
-        arm=arm, s=table.s, poses=poses, q=q, psi=psi, gc=gc,
-        status=np.where(known, table.status, failed), margin=margin, residual=residual,
+        arm=arm, s=table.s, poses=poses, q=q, psi=psi, gc=gc, status=table.status, margin=margin,
+        residual=residual,
     )  # fmt: skip
 
 
