@@ -147,6 +147,27 @@ def test_view_serves_until_interrupted(
     assert capsys.readouterr().out.startswith("kuka_iiwa7_r800: http://127.0.0.1:")
 
 
+def test_view_shows_an_mjcf_as_capsules(
+    files: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("viser")
+    pytest.importorskip("mujoco")
+    from armangle.viewer import Viewer
+
+    monkeypatch.setattr(Viewer, "wait", lambda _: None)
+    z, y = "0 0 1", "0 1 0"
+    axes = [(0.3, z), (0, y), (0, z), (0.4, y), (0.4, z), (0, y), (0, z)]
+    bodies = "".join(
+        f'<body pos="0 0 {up}"><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/><joint axis="{axis}"/>'
+        for up, axis in axes
+    )
+    text = f'<mujoco model="made"><worldbody>{bodies}{"</body>" * 7}</worldbody></mujoco>'
+    (files / "arm.xml").write_text(text)
+    assert main(["view", "--urdf", str(files / "arm.xml"), "--port", "0"]) == 0
+    said = capsys.readouterr()
+    assert said.out.startswith("made: http://127.0.0.1:") and said.err == ""
+
+
 def test_view_draws_an_unreadable_mesh_as_capsule_and_says_so_once(
     files: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
