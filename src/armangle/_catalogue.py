@@ -103,7 +103,7 @@ def _near(name: str, known: Sequence[str]) -> list[str]:
     fullest = [robot for robot in known if most and held[robot] == most]
     alike = get_close_matches(name, known, n=3)
     chosen = fullest if most == len(words) else alike or fullest
-    return [robot for robot in alike if robot in chosen] + [robot for robot in chosen if robot not in alike]
+    return sorted(chosen, key=lambda robot: alike.index(robot) if robot in alike else len(alike))
 
 
 def read_robot(path: str | os.PathLike[str]) -> CatalogueEntry:
@@ -159,22 +159,19 @@ def robot_toml(arm: ArmDescription, *, title: str, source: str, tip: str) -> str
         Maker and type, where the numbers come from, which frame the tip is.
     """
     lines = [f"# {line}" for note in arm.notes for line in note.splitlines()]
-    lines += [
-        f"{key} = {_toml_text(value)}"
-        for key, value in zip(_WORDS, (title, source, tip), strict=True)
-    ]
-    lines += [f"{key} = {_short(getattr(arm, key))!r}" for key in _LENGTHS]
-    lines += [f"{key} = {_short(getattr(arm, key))!r}" for key in _ELBOW_OFFSETS if getattr(arm, key)]
+    words = dict(zip(_WORDS, (title, source, tip), strict=True))
+    lines += [f"{key} = {_toml_text(value)}" for key, value in words.items()]
+    lengths = (*_LENGTHS, *(key for key in _ELBOW_OFFSETS if getattr(arm, key)))
+    lines += [f"{key} = {_short(getattr(arm, key))!r}" for key in lengths]
     lines.append(f"signs = {[int(sign) for sign in arm.signs]}")
-    angles = _OPTIONAL_ANGLES | _ANGLES
-    for key, name in angles.items():
+    for key, name in (_OPTIONAL_ANGLES | _ANGLES).items():
         lines.append(f"{key} = [{', '.join(_degrees_text(v) for v in getattr(arm, name))}]")
     lines.append(f"joint_names = [{', '.join(_toml_text(name) for name in arm.joint_names)}]")
     for key in _FRAMES:
         frame = getattr(arm, key)
         if not np.array_equal(frame, np.eye(4)):
-            rows = ",\n".join(f"    {[_short(value) for value in row]}" for row in frame)
-            lines.append(f"{key} = [\n{rows},\n]")
+            rows = "".join(f"    {[_short(value) for value in row]},\n" for row in frame)
+            lines.append(f"{key} = [\n{rows}]")
     return "\n".join(lines) + "\n"
 
 
@@ -182,15 +179,14 @@ def _toml_error(message: str, source: str) -> FileFormatError:
     """Return the error of a file that is not TOML, its place taken out of the message."""
     place = _TOML_PLACE.search(message)
     line, column = (int(place[1]), int(place[2])) if place else (None, None)
-    what = _TOML_PLACE.sub("", message)
-    return FileFormatError(f"not TOML: {what}", source=source, line=line, column=column)
+    message = f"not TOML: {_TOML_PLACE.sub('', message)}"
+    return FileFormatError(message, source=source, line=line, column=column)
 
 
 def _toml_text(value: str) -> str:
     """Return a TOML basic string."""
     escaped = value.replace("\\", "\\\\").replace('"', '\\"')
-    plain = "".join(c if c.isprintable() else f"\\u{ord(c):04x}" for c in escaped)
-    return f'"{plain}"'
+    return '"' + "".join(c if c.isprintable() else f"\\u{ord(c):04x}" for c in escaped) + '"'
 
 
 def _degrees_text(angle: float) -> str:
@@ -228,8 +224,8 @@ class _Reader:
             values["joint_names"] = self.joint_names()
         values["notes"] = tuple(f"{key} not trusted: {why}" for key, why in doubts.items() if why)
         self.check_limits(values["lower"], values["upper"])
-        trusted = [not doubts[key] for key in _DOUBTS]
-        return CatalogueEntry(name, title, source, tip, ArmDescription(name, **values), *trusted)
+        arm, trusted = ArmDescription(name, **values), [not doubts[key] for key in _DOUBTS]
+        return CatalogueEntry(name, title, source, tip, arm, *trusted)
 
     def fail(self, key: str, message: str) -> NoReturn:
         """Raise at the line of a key."""
@@ -261,8 +257,7 @@ class _Reader:
 
     def finite(self, key: str, value: Any, allow_infinite: bool = False) -> float:
         number = isinstance(value, (int, float)) and not isinstance(value, bool)
-        infinite = allow_infinite and number and abs(value) == math.inf
-        if not (number and (infinite or abs(value) <= _LARGEST)):
+        if not number or not (abs(value) <= _LARGEST or (allow_infinite and abs(value) == math.inf)):
             self.fail(key, f"has {value!r:.40}, wanted a finite number")
         return float(value)
 
@@ -273,8 +268,7 @@ class _Reader:
         return values
 
     def radians(self, key: str) -> tuple[float, ...]:
-        infinite = key != "offsets_deg"
-        return tuple(math.radians(self.finite(key, v, infinite)) for v in self.seven(key))
+        return tuple(math.radians(self.finite(key, v, key != "offsets_deg")) for v in self.seven(key))
 
     def signs(self) -> tuple[int, ...]:
         values = self.seven("signs")
