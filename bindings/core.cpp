@@ -49,6 +49,7 @@ nb::list sentences() {
 ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     namespace nb = nanobind;
     using binding::ArmHandle;
+    nb::set_leak_warnings(false);  // values kept by module globals and tests are alive at exit: that is no leak
     m.attr("__version__") = ARMANGLE_VERSION;
     m.attr("ANGLE_TOLERANCE") = armangle::tolerance::angle;
     m.attr("ROTATION_TOLERANCE") = armangle::tolerance::rotation;

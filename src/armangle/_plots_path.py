@@ -31,6 +31,8 @@ _SAMPLES = 801
 
 Paths = JointPath | Mapping[str, JointPath] | Sequence[JointPath]
 
+LEAST_SPAN = 1.0  # deg
+
 
 def repulsion(
     policies: Policy | Sequence[Policy] = (),
@@ -175,7 +177,8 @@ def _named(paths: Paths) -> dict[str, JointPath]:
 def _limits(panel: Any, lower: float, upper: float) -> None:
     """Draw the limits that are near the curve, and shade what lies behind them."""
     low, high = panel.get_ylim()
-    room = max(high - low, 1.0)
+    room = max(high - low, LEAST_SPAN)  # rounding of a joint that rests is no curve
+    low, high = min(low, 0.5 * (low + high - room)), max(high, 0.5 * (low + high + room))
     for limit, sign in ((lower, -1), (upper, 1)):
         if not low - 1.5 * room <= limit <= high + 1.5 * room:
             continue
