@@ -30,6 +30,7 @@ _ON_FAIL = ("stop", "hold", "skip")
 _DEFAULT_POLICY = Repulsion()
 _GC_OF_Q = -1
 _new_step = tuple.__new__
+_POLICIES = frozenset(POLICIES)
 
 
 class Resolution(NamedTuple):
@@ -117,7 +118,7 @@ def resolve(
     out, code = np.empty(shape), np.empty(shape, dtype=np.int8)
     flat = out.reshape(-1), code.reshape(-1)
     _core.resolve_many(
-        _core_policy(policy, dt), arcs._count, arcs._psi, np.ascontiguousarray(pair[0]).reshape(-1),
+        _checked_policy(policy).core_policy(dt), arcs._count, arcs._psi, np.ascontiguousarray(pair[0]).reshape(-1),
         np.ascontiguousarray(pair[1]).reshape(-1), *flat,
     )  # fmt: skip
     reasons = arcs._status[pair[0]]
@@ -344,9 +345,10 @@ def _options(
     singularity_margin: float,
 ) -> tuple[Any, int, float, int, float]:
     """Return what the core takes: policy, carry, largest step, gc (-1: that of q), margin."""
-    code = _CARRY.get(carry) if isinstance(carry, str) else None
-    if code is None:
-        raise InputError(f"carry is {carry!r}, wanted 'psi' or 'elbow'")
+    try:
+        code = _CARRY[carry]
+    except (KeyError, TypeError):
+        raise InputError(f"carry is {carry!r}, wanted 'psi' or 'elbow'") from None
     index = _GC_OF_Q
     if gc is not None:
         wanted = as_gc(gc)
@@ -359,13 +361,15 @@ def _options(
     margin = singularity_margin
     if type(margin) is not float or margin != 0.0:
         margin = as_number("singularity_margin", margin, 0.0, MOST_MARGIN)
-    return _core_policy(policy, dt), code, largest, index, margin
+    if policy.__class__ not in _POLICIES:
+        policy = _checked_policy(policy)
+    return policy.core_policy(dt), code, largest, index, margin
 
 
-def _core_policy(policy: Policy, dt: float | None) -> Any:
+def _checked_policy(policy: Policy) -> Policy:
     if not isinstance(policy, POLICIES):
         raise InputError(f"policy is {policy!r}, wanted Repulsion, Hold or Centre")
-    return policy.core_policy(dt)
+    return policy
 
 
 def _one_allowed(allowed: Allowed, pose: Floats) -> tuple[Any, Any]:
