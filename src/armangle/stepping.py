@@ -118,8 +118,8 @@ def resolve(
     out, code = np.empty(shape), np.empty(shape, dtype=np.int8)
     flat = out.reshape(-1), code.reshape(-1)
     _core.resolve_many(
-        _checked_policy(policy).core_policy(dt), arcs._count, arcs._psi, np.ascontiguousarray(pair[0]).reshape(-1),
-        np.ascontiguousarray(pair[1]).reshape(-1), *flat,
+        _checked_policy(policy).core_policy(dt), arcs._count, arcs._psi,
+        np.ascontiguousarray(pair[0]).reshape(-1), np.ascontiguousarray(pair[1]).reshape(-1), *flat,
     )  # fmt: skip
     reasons = arcs._status[pair[0]]
     code[...] = np.where(reasons != Status.OK, reasons, code)
