@@ -125,9 +125,9 @@ class ArmKinematics(ArmValue):
         """
         plainly = isinstance(limits, str) and limits == "ignore" and isinstance(unreachable, str)
         if plainly and unreachable == "raise" and seed is None and out is None and threads == 1:
-            plain = self._core.inverse_one(pose, psi, gc)
+            plain: Floats | None = self._core.inverse_one(pose, psi, gc)
             if plain is not None:
-                return plain  # type: ignore[no-any-return]
+                return plain
         return self._inverse(pose, psi, gc, seed, limits, unreachable, out, threads)
 
     def _inverse(

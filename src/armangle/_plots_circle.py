@@ -100,7 +100,7 @@ def circle(
         polar.plot([psi, psi], [_INNER, outer + _ALL_WIDTH], color=BLACK, lw=1.6, label="ψ")
         polar.plot([psi], [outer + _ALL_WIDTH], "o", color=BLACK, ms=6, clip_on=False)
     _circle_legend(polar, allowed is not None, made=ax is None)
-    return polar  # type: ignore[no-any-return]
+    return polar  # type: ignore[no-any-return]  # matplotlib types it loosely
 
 
 def _arcs(polar: Any, arcs: ArcSet, base: float, width: float, face: str, edge: str) -> None:
@@ -155,7 +155,7 @@ def _dress_circle(polar: Any, radius: float, gc: int, every: ArcSet, feasible: A
     polar.text(0, 0, text, ha="center", va="center", fontsize=9)
     title = "redundancy circle, ψ in degrees"
     if not every.count:
-        title += f"\n{every.status.sentence}"  # type: ignore[union-attr]
+        title += f"\n{every.status.sentence}"  # type: ignore[union-attr]  # of one pose: a Status
     polar.set_title(title, fontsize=10)
 
 

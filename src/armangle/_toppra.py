@@ -36,7 +36,7 @@ def _classes() -> tuple[Any, Any]:
     base = needed("toppra.interpolator").AbstractGeometricPath
     linear = needed("toppra.constraint").LinearConstraint
 
-    class Along(base):  # type: ignore[misc,valid-type]
+    class Along(base):  # type: ignore[misc,valid-type]  # imported only when used
         """q(s) by its derivatives in closed form, never a spline through samples; s in units of `scale`."""
 
         def __init__(self, g: Grid, scale: float) -> None:
@@ -51,7 +51,7 @@ def _classes() -> tuple[Any, Any]:
             at = np.searchsorted(self.points, path_positions)
             return np.asarray(self._orders[order][at])
 
-    class Bounds(linear):  # type: ignore[misc,valid-type]
+    class Bounds(linear):  # type: ignore[misc,valid-type]  # the same
         """Accelerations at both ends of every interval, each from its own side, and squares of speeds."""
 
         def __init__(self, g: Grid, scale: float, acceleration: Floats, most: Floats) -> None:

@@ -162,7 +162,7 @@ class ViewerState:
         if not np.isfinite(angle):
             raise NotFiniteError(f"psi is {angle}, wanted a finite angle in rad")
         if self.arcs.is_empty:
-            return self._say(False, self.arcs.status.sentence)  # type: ignore[union-attr]
+            return self._say(False, self.arcs.status.sentence)  # type: ignore[union-attr]  # of one pose: a Status
         if angle in self.arcs:
             self._turn_to(angle)
             return self._say(True, "")
