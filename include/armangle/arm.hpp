@@ -6,6 +6,7 @@
 #include "angle.hpp"
 #include "linalg.hpp"
 #include "tolerances.hpp"
+#include "lane.hpp"
 #include "trigonometry.hpp"
 
 namespace armangle {
@@ -110,6 +111,12 @@ ARMANGLE_INLINE Pose<T> user_pose(const Arm& arm, Pose<T> flange) noexcept {
     if (arm.has_base) flange = spread<T>(arm.base) * flange;
     if (arm.has_tool) flange = flange * spread<T>(arm.tool);
     return flange;
+}
+
+/// Seven values as lanes; the eighth is 0.
+ARMANGLE_INLINE Lane<joint_slots> joint_lanes(const double* q) noexcept {
+    const double padded[joint_slots] = {q[0], q[1], q[2], q[3], q[4], q[5], q[6], 0.0};
+    return Lane<joint_slots>::of(padded);
 }
 
 /// theta of a joint value q.

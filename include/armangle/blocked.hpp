@@ -16,21 +16,19 @@ struct Blocked {
     bool all = false;
     Arc arc[capacity];
 
+    ARMANGLE_INLINE void put(double lower, double upper, Tag lower_tag, Tag upper_tag, bool kept) noexcept {
+        arc[count] = {lower, upper, lower_tag, upper_tag};
+        count += kept;
+    }
+
     /// An arc with lower in [-pi, pi), kept unless it is shorter than the tolerance: a touching point. No branch.
     ARMANGLE_INLINE void add(double lower, double upper, Tag lower_tag, Tag upper_tag) noexcept {
-        arc[count] = {lower, upper, lower_tag, upper_tag};
-        count += upper - lower >= tolerance::angle;
+        put(lower, upper, lower_tag, upper_tag, upper - lower >= tolerance::angle);
         all |= upper - lower >= two_pi - tolerance::angle;
     }
 };
 
 namespace detail {
-
-/// The arc where boundary function i is negative.
-inline Arc negative_arc(const BoundaryArcs& b, int i, Tag tag) noexcept {
-    const double turn = b.upper[i] >= pi ? two_pi : 0.0;
-    return {b.upper[i] - turn, b.lower[i] + (two_pi - turn), tag, tag};
-}
 
 inline void block(const Arc& a, Blocked& out) noexcept { out.add(a.lower, a.upper, a.lower_tag, a.upper_tag); }
 
@@ -68,25 +66,23 @@ inline double constant_hinge(const Hinge<double>& h, const Pivot<double>& p) noe
 
 /// Blocks what the limits of a pivot (0..3 for joints 1, 3, 5, 7) forbid.
 inline void block_pivot(const LimitTable& t, const JointFunctions<double>& f, const Boundaries& b, int pivot, Blocked& out) noexcept {
-    const Pivot<double>& p = f.pivot[pivot];
-    const int l = pivot, u = pivots + pivot;
     if (t.psi_margin > 0) detail::avoid_paper_singularity(t, f, pivot, out);
-    if (t.free[pivot]) return;
-    if (is_constant(p)) {
+    if (b.pivot.constant >> pivot & 1) {
+        const Pivot<double>& p = f.pivot[pivot];
         const double k = p.g / hypot(p.U.k, p.V.k);
         out.all |= !t.cone[pivot].contains({p.U.k * k, p.V.k * k});
-    } else if (t.wide[pivot]) {
-        detail::block_both({b.pivot.lower[l], b.pivot.upper[l], t.tag[l], t.tag[l]},
-                           {b.pivot.lower[u], b.pivot.upper[u], t.tag[u], t.tag[u]}, out);
-    } else {
-        detail::block(detail::negative_arc(b.pivot, l, t.tag[l]), out);
-        detail::block(detail::negative_arc(b.pivot, u, t.tag[u]), out);
+        return;
+    }
+    for (const int i : {pivot, pivots + pivot}) {
+        const Tag tag = t.tag[i], other = t.tag[(i + pivots) % (2 * pivots)];
+        out.put(b.pivot.lower[i], b.pivot.upper[i], tag, b.pivot.cut >> i & 1 ? other : tag, b.pivot.kept >> i & 1);
+        out.all |= b.pivot.whole >> i & 1;
     }
 }
 
 /// Blocks what the limits of a hinge (0, 1 for joints 2, 6) forbid.
 inline void block_hinge(const LimitTable& t, const JointFunctions<double>& f, const Boundaries& b, int hinge, Blocked& out) noexcept {
-    const int negative = f.hinge[hinge].g < 0, count = t.piece_count[hinge][negative], first = 4 * hinge;
+    const int negative = f.hinge[hinge].g < 0, count = t.piece_count[hinge][negative];
     const HingePiece* piece = t.piece[hinge][negative];
     if (count == 0) {
         out.all = true;
@@ -97,7 +93,9 @@ inline void block_hinge(const LimitTable& t, const JointFunctions<double>& f, co
             inside |= angle >= piece[k].near.angle - tolerance::angle && angle <= piece[k].far.angle + tolerance::angle;
         out.all |= !inside;
     } else {
-        const auto outside = [&b, first](int end, Tag tag) { return detail::negative_arc(b.hinge, first + end, tag); };
+        const auto outside = [&b, hinge](int end, Tag tag) {
+            return Arc{b.hinge.lower[end / 2][2 * hinge + end % 2], b.hinge.upper[end / 2][2 * hinge + end % 2], tag, tag};
+        };
         const int last = count - 1;
         if (piece[0].near.tag) detail::block(outside(0, piece[0].near.tag), out);
         if (count == 2) detail::block_both(outside(1, piece[0].far.tag), outside(2, piece[1].near.tag), out);

@@ -143,7 +143,7 @@ private:
     void add_ends(const Layer& l, const Arc& arc) {
         const std::size_t before = points_.size();
         for (int p = 0; p < pivots; ++p) {
-            if (!task_.limits.free[p]) continue;
+            if (task_.limits.limited >> p & 1) continue;
             for (const double limit : {task_.arm.theta_lower[pivot_joint[p]], task_.arm.theta_upper[pivot_joint[p]]}) {
                 if (!(abs(limit) < infinity)) continue;
                 const SinCos<double> at = sin_cos(limit);

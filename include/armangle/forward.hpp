@@ -3,17 +3,14 @@
 
 #include "arm.hpp"
 #include "configuration.hpp"
-#include "lane.hpp"
 
 namespace armangle {
 
-/// Axes and origins of the joints in the base frame of the DH rows, and the flange.
+/// A posture in the base frame of the DH rows.
 struct Chain {
     double theta[joint_slots];
-    Vec3<double> axis[joints];    // z_{i-1}: what joint i turns about
-    Vec3<double> origin[joints];  // a point of that axis
-    Vec3<double> z3;              // third column of 0R3: the elbow axis
-    Pose<double> flange;          // 0T7
+    Vec3<double> z3;      // third column of 0R3: the elbow axis
+    Pose<double> flange;  // 0T7
 };
 
 namespace detail {
@@ -36,9 +33,8 @@ ARMANGLE_INLINE Pose<double> dh_step(const Pose<double>& from, double sine, doub
 template <class Visit>
 ARMANGLE_INLINE void walk(const Arm& arm, const double* q, double* theta_out, const Visit& visit) noexcept {
     using Slots = Lane<joint_slots>;
-    double padded[joint_slots] = {}, s[joint_slots], c[joint_slots];
-    for (int i = 0; i < joints; ++i) padded[i] = q[i];
-    const Slots theta = model_angle(Slots::of(padded), Slots::load(arm.joint_sign), Slots::load(arm.joint_offset));
+    double s[joint_slots], c[joint_slots];
+    const Slots theta = model_angle(joint_lanes(q), Slots::load(arm.joint_sign), Slots::load(arm.joint_offset));
     const SinCos<Slots> both = sin_cos(theta);
     both.sin.store(s);
     both.cos.store(c);
@@ -61,12 +57,7 @@ inline Chain chain(const Arm& arm, const double* q) noexcept {
     Chain out;
     detail::walk(arm, q, out.theta, [&out](int i, const Pose<double>& frame) noexcept {
         if (i == 3) out.z3 = frame.rotation.z;
-        if (i == joints) {
-            out.flange = frame;
-            return;
-        }
-        out.axis[i] = frame.rotation.z;
-        out.origin[i] = frame.position;
+        if (i == joints) out.flange = frame;
     });
     return out;
 }

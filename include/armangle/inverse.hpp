@@ -3,7 +3,6 @@
 
 #include "circle.hpp"
 #include "configuration.hpp"
-#include "lane.hpp"
 
 namespace armangle {
 
@@ -58,11 +57,10 @@ inline Lane<joint_slots> angles(const Directions<double>& d) noexcept {
 /// q of the directions: within the limits, nearest to `seed`, or to the middle of the range without one.
 inline Joints joints_within_limits(const Arm& arm, const Directions<double>& d, const double* seed) noexcept {
     using Slots = Lane<joint_slots>;
-    double near[joint_slots] = {};
-    for (int i = 0; i < joints; ++i) near[i] = seed ? seed[i] : arm.joint_middle[i];
+    const Slots near = seed ? joint_lanes(seed) : Slots::load(arm.joint_middle);
     Joints out;
     joint_value(angles(d), Slots::load(arm.joint_sign), Slots::load(arm.joint_offset), Slots::load(arm.joint_lower),
-                Slots::load(arm.joint_upper), Slots::load(near))
+                Slots::load(arm.joint_upper), near)
         .store(out.q);
     return out;
 }
@@ -70,10 +68,8 @@ inline Joints joints_within_limits(const Arm& arm, const Directions<double>& d, 
 /// q of the directions lifted next to `near`, whatever the limits: for continuity along a motion.
 inline Joints joints_near(const Arm& arm, const Directions<double>& d, const double* near) noexcept {
     using Slots = Lane<joint_slots>;
-    double from[joint_slots] = {};
-    for (int i = 0; i < joints; ++i) from[i] = near[i];
     Joints out;
-    lift(Slots::load(arm.joint_sign) * (angles(d) - Slots::load(arm.joint_offset)), Slots::load(from)).store(out.q);
+    lift(Slots::load(arm.joint_sign) * (angles(d) - Slots::load(arm.joint_offset)), joint_lanes(near)).store(out.q);
     return out;
 }
 

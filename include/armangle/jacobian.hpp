@@ -11,12 +11,14 @@ struct Jacobian {
 };
 
 inline Jacobian jacobian(const Arm& arm, const double* q) noexcept {
-    const Chain c = chain(arm, q);
-    const Vec3<double> tip = (c.flange * arm.tool).position;
+    double theta[joint_slots];
+    Pose<double> frame[joints + 1];
+    detail::walk(arm, q, theta, [&frame](int i, const Pose<double>& at) noexcept { frame[i] = at; });
+    const Vec3<double> tip = (frame[joints] * arm.tool).position;
     Jacobian out;
     for (int i = 0; i < joints; ++i) {
-        const Vec3<double> axis = arm.base.rotation * (c.axis[i] * arm.sign[i]);
-        const Vec3<double> lever = arm.base.rotation * (tip - c.origin[i]);
+        const Vec3<double> axis = arm.base.rotation * (frame[i].rotation.z * arm.sign[i]);
+        const Vec3<double> lever = arm.base.rotation * (tip - frame[i].position);
         const Vec3<double> linear = cross(axis, lever);
         const double column[6] = {linear.x, linear.y, linear.z, axis.x, axis.y, axis.z};
         for (int k = 0; k < 6; ++k) out.entry[k][i] = column[k];

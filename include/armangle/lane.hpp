@@ -177,6 +177,42 @@ ARMANGLE_INLINE LaneMask<N> operator!(const LaneMask<N>& a) noexcept {
     return out;
 }
 
+/// {x0, x1, x2, x3, x0, x1, x2, x3}
+ARMANGLE_INLINE Lane<8> twice(const double (&x)[4]) noexcept {
+    Lane<8> out;
+#if defined(__AVX512F__)
+    out.part[0] = _mm512_broadcast_f64x4(_mm256_set_pd(x[3], x[2], x[1], x[0]));
+#else
+    constexpr int half = Lane<8>::registers / 2;
+    for (int i = 0; i < half; ++i) out.part[i] = out.part[half + i] = detail::assemble(x + i * register_width);
+#endif
+    return out;
+}
+
+/// {x4, x5, x6, x7, x0, x1, x2, x3}
+ARMANGLE_INLINE Lane<8> swap_halves(const Lane<8>& x) noexcept {
+    Lane<8> out;
+#if defined(__AVX512F__)
+    out.part[0] = _mm512_shuffle_f64x2(x.part[0], x.part[0], 0x4e);
+#else
+    constexpr int half = Lane<8>::registers / 2;
+    for (int i = 0; i < half; ++i) out.part[i] = x.part[half + i], out.part[half + i] = x.part[i];
+#endif
+    return out;
+}
+
+/// {x0, x1, x2, x3, y0, y1, y2, y3}
+ARMANGLE_INLINE Lane<8> first_halves(const Lane<8>& x, const Lane<8>& y) noexcept {
+    Lane<8> out;
+#if defined(__AVX512F__)
+    out.part[0] = _mm512_insertf64x4(x.part[0], _mm512_castpd512_pd256(y.part[0]), 1);
+#else
+    constexpr int half = Lane<8>::registers / 2;
+    for (int i = 0; i < half; ++i) out.part[i] = x.part[i], out.part[half + i] = y.part[i];
+#endif
+    return out;
+}
+
 /// Bit i is lane i.
 template <int N>
 ARMANGLE_INLINE unsigned bits(const LaneMask<N>& mask) noexcept {
@@ -196,6 +232,13 @@ ARMANGLE_INLINE Lane<N> select(const LaneMask<N>& mask, const Lane<N>& yes, cons
     Lane<N> out;
     for (int i = 0; i < out.registers; ++i) out.part[i] = mask.part[i] ? yes.part[i] : no.part[i];
     return out;
+}
+
+/// The least of eight.
+ARMANGLE_INLINE double least(const Lane<8>& x) noexcept {
+    const Lane<8> four = min(x, swap_halves(x));
+    const double a = four[0], b = four[1], c = four[2], d = four[3];
+    return min(min(a, b), min(c, d));
 }
 
 template <int N>

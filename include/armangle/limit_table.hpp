@@ -57,9 +57,10 @@ inline Cone cone(double lower, double upper) noexcept {
 /// The limits of an arm in the form that the boundary functions take; made once for an arm and a margin.
 struct LimitTable {
     double margin, sin_margin;
-    // B = u U + v V for the lower limits of the four pivots, then the upper ones; negated for wide pivots.
+    // B = u U + v V for the lower limits of the four pivots, then the upper ones.
     double u[2 * pivots], v[2 * pivots];
-    bool free[pivots], wide[pivots];  // range of a full turn or more; of more than half a turn
+    double room[2 * pivots];  // 0 where the two limits forbid together, infinite where each does by itself
+    unsigned limited;         // a bit each: not a full turn or more
     Tag tag[2 * pivots];
     int piece_count[hinges][2];  // [hinge][theta < 0]
     HingePiece piece[hinges][2][pieces];
@@ -111,13 +112,12 @@ inline void fill_hinge(LimitTable& t, const Arm& arm, int hinge, int negative) n
 inline void fill_pivot(LimitTable& t, const Arm& arm, int pivot) noexcept {
     const int j = pivot_joint[pivot];
     const Cone& c = t.cone[pivot] = cone(arm.theta_lower[j], arm.theta_upper[j]);
-    t.free[pivot] = c.free;
-    t.wide[pivot] = c.wide;
+    t.room[pivot] = t.room[pivots + pivot] = c.wide ? 0.0 : infinity;
+    if (!c.free) t.limited |= 1u << pivot | 1u << (pivots + pivot);
     t.tag[pivot] = make_tag(j + 1, limit_side(arm, j, true));
     t.tag[pivots + pivot] = make_tag(j + 1, limit_side(arm, j, false));
-    const double sign = c.wide ? -1.0 : 1.0;
-    t.u[pivot] = sign * c.lower.cos, t.v[pivot] = -sign * c.lower.sin;
-    t.u[pivots + pivot] = -sign * c.upper.cos, t.v[pivots + pivot] = sign * c.upper.sin;
+    t.u[pivot] = c.lower.cos, t.v[pivot] = -c.lower.sin;
+    t.u[pivots + pivot] = -c.upper.cos, t.v[pivots + pivot] = c.upper.sin;
 }
 
 }  // namespace detail

@@ -32,16 +32,16 @@ struct Step {
 
 /// Whether all seven joint values are finite, and not beyond any sense.
 inline bool is_finite(const double* q) noexcept {
-    for (int i = 0; i < joints; ++i)
-        if (!(abs(q[i]) <= tolerance::largest_angle)) return false;
-    return true;
+    using Slots = Lane<joint_slots>;
+    return all(abs(joint_lanes(q)) <= Slots(tolerance::largest_angle));
 }
 
 /// Least distance to a limit over all joints; infinite without limits, NaN where a joint is.
 inline double limit_margin(const Arm& arm, const double* q) noexcept {
-    double least = infinity, sum = 0;
-    for (int i = 0; i < joints; ++i) least = min(least, min(q[i] - arm.lower[i], arm.upper[i] - q[i])), sum += q[i];
-    return sum == sum ? least : not_a_number;
+    using Slots = Lane<joint_slots>;
+    const Slots at = joint_lanes(q);
+    if (any(!(at == at))) return not_a_number;
+    return least(min(at - Slots::load(arm.joint_lower), Slots::load(arm.joint_upper) - at));
 }
 
 inline bool within_limits(const Arm& arm, const double* q, double slack) noexcept { return limit_margin(arm, q) >= -slack; }
@@ -49,9 +49,8 @@ inline bool within_limits(const Arm& arm, const double* q, double slack) noexcep
 namespace detail {
 
 inline double largest_move(const double* a, const double* b) noexcept {
-    double most = 0, sum = 0;
-    for (int i = 0; i < joints; ++i) most = max(most, abs(a[i] - b[i])), sum += a[i] - b[i];
-    return sum == sum ? most : not_a_number;  // min and max would pass over a NaN
+    const Lane<joint_slots> move = joint_lanes(a) - joint_lanes(b);
+    return any(!(move == move)) ? not_a_number : -least(-abs(move));  // min would pass over a NaN
 }
 
 /// psi of the present posture, as it is to be carried to the circle of the next pose.
@@ -61,16 +60,24 @@ inline double carried_psi(const Arm& arm, const Chain& now, const Circle<double>
     return is_folded(arm, here) ? arm_angle(next, now.z3) : arm_angle(here, now.z3);
 }
 
+/// Joints, and the least distance of one to its limits.
+struct Wound {
+    Joints q;
+    double margin;
+};
+
 /// The joints next to q_now. A joint that would leave its range has no turn left if the range is a full turn or more;
 /// a narrower one has its only turn within the limits, however far that is.
-inline Status choose_windings(const Arm& arm, const Directions<double>& d, const double* q_now, Joints& q) noexcept {
-    q = joints_near(arm, d, q_now);
-    if (within_limits(arm, q.q, tolerance::angle)) return Status::OK;
+inline Status choose_windings(const Arm& arm, const Directions<double>& d, const double* q_now, Wound& out) noexcept {
+    out.q = joints_near(arm, d, q_now);
+    out.margin = limit_margin(arm, out.q.q);
+    if (out.margin >= -tolerance::angle) return Status::OK;
     const Joints inside = joints_within_limits(arm, d, q_now);
     for (int i = 0; i < joints; ++i)
-        if (abs(inside.q[i] - q.q[i]) > pi && !(arm.upper[i] - arm.lower[i] < two_pi)) return Status::WINDING_EXHAUSTED;
-    q = inside;
-    return within_limits(arm, q.q, tolerance::angle) ? Status::OK : Status::LIMITS;
+        if (abs(inside.q[i] - out.q.q[i]) > pi && !(arm.upper[i] - arm.lower[i] < two_pi)) return Status::WINDING_EXHAUSTED;
+    out.q = inside;
+    out.margin = limit_margin(arm, out.q.q);
+    return out.margin >= -tolerance::angle ? Status::OK : Status::LIMITS;
 }
 
 /// No step: q_now as it came, psi NaN.
@@ -140,6 +147,7 @@ inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_
         out.psi = detail::carried_psi(arm, now, c, Carry::psi);
         return out;
     };
+    const double psi = detail::carried_psi(arm, now, c, options.carry);
     const Fold<double> bend = fold(arm, c.triangle, gc.elbow);
     ArcSet arcs;
     const Status reason = feasible(arm, limits, c, bend, joint_functions(c, bend, gc), arcs);
@@ -148,25 +156,24 @@ inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_
         const ArcSet own = arcs;
         intersect(own, *options.allowed, arcs);
     }
-    const double psi = detail::carried_psi(arm, now, c, options.carry);
     Resolution next = resolve(options.policy, arcs, psi);
     if (options.bounds && next.status == Status::OK) {
         const BoundedStep bounded{arm, c, bend, gc, joint_functions(c, bend, gc), q_now, *options.bounds, options.max_joint_step};
         next = detail::resolve_bounded(bounded, options, arcs, psi, next.psi);
     }
     if (next.status != Status::OK) return stay(next.status);
-    Joints q;
-    const auto joints_at_next = [&] { return detail::choose_windings(arm, directions(c, bend, gc, sin_cos(next.psi)), q_now, q); };
+    detail::Wound to;
+    const auto joints_at_next = [&] { return detail::choose_windings(arm, directions(c, bend, gc, sin_cos(next.psi)), q_now, to); };
     Status move = joints_at_next();
-    if (move == Status::OK && !(detail::largest_move(q.q, q_now) <= options.max_joint_step)) {
+    if (move == Status::OK && !(detail::largest_move(to.q.q, q_now) <= options.max_joint_step)) {
         const BoundedStep unbounded{arm, c, bend, gc, joint_functions(c, bend, gc), q_now, no_bounds, options.max_joint_step};
         next = detail::shortened(unbounded, arcs, psi, next.psi);
         move = next.status == Status::OK ? joints_at_next() : next.status;
     }
     if (move != Status::OK) return stay(move);
-    for (int i = 0; i < joints; ++i) out.q[i] = q.q[i];
+    for (int i = 0; i < joints; ++i) out.q[i] = to.q.q[i];
     out.psi = next.psi, out.gc = index(gc), out.status = Status::OK;
-    out.margin = limit_margin(arm, out.q);
+    out.margin = to.margin;
     return out;
 }
 
