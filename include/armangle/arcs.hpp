@@ -147,14 +147,18 @@ struct Place {
 
 inline Place find(const ArcSet& set, double psi, double slack = tolerance::angle) noexcept {
     psi = wrap(psi);
-    for (int i = 0; i < set.count; ++i) {
+    if (set.full) return {0, psi};
+    int index = -1;
+    double at = psi;
+    for (int i = set.count - 1; i >= 0; --i) {  // the first that holds psi; no branch
         const Arc& arc = set.arc[i];
-        for (double x : {psi, psi + two_pi, psi - two_pi}) {
-            if (x >= arc.lower - slack && x <= arc.upper + slack) return {i, x < arc.lower ? arc.lower : (x > arc.upper ? arc.upper : x)};
-        }
-        if (set.full) return {0, psi};
+        const double from = arc.lower - slack, to = arc.upper + slack;
+        const double x = psi - two_pi >= from ? psi - two_pi : (psi < from ? psi + two_pi : psi);
+        const bool inside = (x >= from) & (x <= to);
+        index = inside ? i : index;
+        at = inside ? min(max(x, arc.lower), arc.upper) : at;
     }
-    return {-1, psi};
+    return {index, at};
 }
 
 inline bool contains(const ArcSet& set, double psi) noexcept { return find(set, psi).index >= 0; }

@@ -5,6 +5,8 @@
 // same rule.
 #pragma once
 
+#include <bit>
+
 #include "boundaries.hpp"
 
 namespace armangle {
@@ -14,31 +16,30 @@ struct Blocked {
     static constexpr int capacity = 2 * pivots + 4 * hinges + pivots + 1;  // of pivots, of hinges, the paper's, one to write
     int count = 0;
     bool all = false;
+    Tag furthest_tag = 0;
+    double furthest = -infinity;  // the end that lies furthest, and who made it
     Arc arc[capacity];
 
-    ARMANGLE_INLINE void put(double lower, double upper, Tag lower_tag, Tag upper_tag, bool kept) noexcept {
-        arc[count] = {lower, upper, lower_tag, upper_tag};
-        count += kept;
-    }
-
     /// An arc with lower in [-pi, pi), kept unless it is shorter than the tolerance: a touching point. No branch.
-    ARMANGLE_INLINE void add(double lower, double upper, Tag lower_tag, Tag upper_tag) noexcept {
-        put(lower, upper, lower_tag, upper_tag, upper - lower >= tolerance::angle);
-        all |= upper - lower >= two_pi - tolerance::angle;
+    ARMANGLE_INLINE void add(const Arc& a) noexcept {
+        const bool kept = a.upper - a.lower >= tolerance::angle, further = kept & (a.upper > furthest);
+        arc[count] = a;
+        count += kept;
+        furthest_tag = further ? a.upper_tag : furthest_tag;
+        furthest = further ? a.upper : furthest;
+        all |= a.upper - a.lower >= two_pi - tolerance::angle;
     }
 };
 
 namespace detail {
-
-inline void block(const Arc& a, Blocked& out) noexcept { out.add(a.lower, a.upper, a.lower_tag, a.upper_tag); }
 
 /// Blocks the common part of two arcs: what of each lies in the other from its own lower end on, at most two pieces.
 ARMANGLE_INLINE void block_both(const Arc& a, const Arc& b, Blocked& out) noexcept {
     const double ahead = a.lower - b.lower, width_a = a.upper - a.lower, width_b = b.upper - b.lower;
     const double room_a = width_b - (ahead < 0 ? ahead + two_pi : ahead);  // from a's lower end to b's upper one
     const double room_b = width_a - (ahead > 0 ? two_pi - ahead : -ahead);
-    out.add(a.lower, room_a < width_a ? a.lower + room_a : a.upper, a.lower_tag, room_a < width_a ? b.upper_tag : a.upper_tag);
-    out.add(b.lower, room_b < width_b ? b.lower + room_b : b.upper, b.lower_tag, room_b < width_b ? a.upper_tag : b.upper_tag);
+    out.add({a.lower, room_a < width_a ? a.lower + room_a : a.upper, a.lower_tag, room_a < width_a ? b.upper_tag : a.upper_tag});
+    out.add({b.lower, room_b < width_b ? b.lower + room_b : b.upper, b.lower_tag, room_b < width_b ? a.upper_tag : b.upper_tag});
 }
 
 /// Removes psi_sing -+ epsilon of eq. (31) where the discriminant of eq. (30) is small: the paper's own avoidance.
@@ -50,7 +51,7 @@ inline void avoid_paper_singularity(const LimitTable& t, const JointFunctions<do
     const bool near = f.hinge[pivot / 2].H.at(sin_cos(psi)) > 0;
     const Tag tag = make_tag(hinge_joint[pivot / 2] + 1, near ? Side::near_singular : Side::far_singular);
     const double lower = psi - t.psi_margin, turn = lower < -pi ? two_pi : 0.0;
-    out.add(lower + turn, psi + t.psi_margin + turn, tag, tag);
+    out.add({lower + turn, psi + t.psi_margin + turn, tag, tag});
 }
 
 /// |theta| of a hinge that does not move with psi.
@@ -64,19 +65,25 @@ inline double constant_hinge(const Hinge<double>& h, const Pivot<double>& p) noe
 
 }  // namespace detail
 
-/// Blocks what the limits of a pivot (0..3 for joints 1, 3, 5, 7) forbid.
-inline void block_pivot(const LimitTable& t, const JointFunctions<double>& f, const Boundaries& b, int pivot, Blocked& out) noexcept {
-    if (t.psi_margin > 0) detail::avoid_paper_singularity(t, f, pivot, out);
-    if (b.pivot.constant >> pivot & 1) {
-        const Pivot<double>& p = f.pivot[pivot];
-        const double k = p.g / hypot(p.U.k, p.V.k);
-        out.all |= !t.cone[pivot].contains({p.U.k * k, p.V.k * k});
-        return;
+/// Pivots as bits of PivotArcs' lanes: joints 1 and 3; 5 and 7; all.
+inline constexpr unsigned shoulder_pivots = 0x33, wrist_pivots = 0xcc, all_pivots = 0xff;
+constexpr unsigned pivot_bits(int pivot) noexcept { return 0x11u << pivot; }
+
+/// Blocks what the limits of some pivots forbid.
+inline void block_pivots(const LimitTable& t, const JointFunctions<double>& f, const Boundaries& b, unsigned which, Blocked& out) noexcept {
+    if (t.psi_margin > 0)
+        for (int p = 0; p < pivots; ++p)
+            if (which >> p & 1) detail::avoid_paper_singularity(t, f, p, out);
+    for (unsigned left = b.pivot.constant & which & all_pivots >> pivots; left; left &= left - 1) {
+        const int p = std::countr_zero(left);
+        const Pivot<double>& pivot = f.pivot[p];
+        const double k = pivot.g / hypot(pivot.U.k, pivot.V.k);
+        out.all |= !t.cone[p].contains({pivot.U.k * k, pivot.V.k * k});
     }
-    for (const int i : {pivot, pivots + pivot}) {
+    for (unsigned left = b.pivot.kept & which; left; left &= left - 1) {
+        const int i = std::countr_zero(left);
         const Tag tag = t.tag[i], other = t.tag[(i + pivots) % (2 * pivots)];
-        out.put(b.pivot.lower[i], b.pivot.upper[i], tag, b.pivot.cut >> i & 1 ? other : tag, b.pivot.kept >> i & 1);
-        out.all |= b.pivot.whole >> i & 1;
+        out.add({b.pivot.lower[i], b.pivot.upper[i], tag, b.pivot.cut >> i & 1 ? other : tag});
     }
 }
 
@@ -97,9 +104,9 @@ inline void block_hinge(const LimitTable& t, const JointFunctions<double>& f, co
             return Arc{b.hinge.lower[end / 2][2 * hinge + end % 2], b.hinge.upper[end / 2][2 * hinge + end % 2], tag, tag};
         };
         const int last = count - 1;
-        if (piece[0].near.tag) detail::block(outside(0, piece[0].near.tag), out);
+        if (piece[0].near.tag) out.add(outside(0, piece[0].near.tag));
         if (count == 2) detail::block_both(outside(1, piece[0].far.tag), outside(2, piece[1].near.tag), out);
-        if (piece[last].far.tag) detail::block(outside(2 * last + 1, piece[last].far.tag), out);
+        if (piece[last].far.tag) out.add(outside(2 * last + 1, piece[last].far.tag));
     }
 }
 
@@ -116,21 +123,6 @@ inline void sort_arcs(const Blocked& blocked, int* order) noexcept {
     }
 }
 
-/// Puts an arc of the right length behind the others; no branch.
-inline void append(ArcSet& out, const Arc& arc) noexcept {
-    out.arc[out.count] = arc;
-    out.count += arc.upper - arc.lower >= tolerance::angle;
-}
-
-/// A last arc that begins beyond pi belongs to the front.
-inline void rotate_last(ArcSet& out) noexcept {
-    if (out.count == 0 || out.arc[out.count - 1].lower < pi) return;
-    Arc last = out.arc[out.count - 1];
-    last.lower -= two_pi, last.upper -= two_pi;
-    for (int i = out.count - 1; i > 0; --i) out.arc[i] = out.arc[i - 1];
-    out.arc[0] = last;
-}
-
 }  // namespace detail
 
 /// The arcs that are left between the blocked ones: one sweep over the circle.
@@ -138,26 +130,27 @@ inline void free_arcs(const Blocked& blocked, ArcSet& out) noexcept {
     make_empty(out);
     if (blocked.all) return;
     if (blocked.count == 0) return make_full(out);
-    int order[Blocked::capacity];
+    int order[Blocked::capacity], count = 0;
     detail::sort_arcs(blocked, order);
-    double reach = -infinity;  // how far the arcs so far block; at first those over the seam
-    Tag tag = 0;
-    for (int i = 0; i < blocked.count; ++i) {
-        const Arc& arc = blocked.arc[i];
-        const bool further = arc.upper - two_pi > reach;
-        reach = further ? arc.upper - two_pi : reach, tag = further ? arc.upper_tag : tag;
-    }
+    const auto append = [&](const Arc& arc, bool real) {  // no branch
+        out.arc[count] = arc;
+        count += real & (arc.upper - arc.lower >= tolerance::angle);
+    };
     const Arc& first = blocked.arc[order[0]];
-    const bool over = reach > first.upper;
-    reach = over ? reach : first.upper, tag = over ? tag : first.upper_tag;
-    for (int k = 1; k < blocked.count; ++k) {
+    double reach = blocked.furthest - two_pi;  // how far the arcs so far block; at first the one over the seam
+    Tag tag = blocked.furthest_tag;
+    const bool in_front = reach >= -pi;  // else the free arc over the seam is the last
+    append({reach, first.lower, tag, first.lower_tag}, in_front);
+    for (int k = 0;;) {
+        const Arc& here = blocked.arc[order[k]];
+        tag = here.upper > reach ? here.upper_tag : tag;
+        reach = max(reach, here.upper);
+        if (++k == blocked.count) break;
         const Arc& next = blocked.arc[order[k]];
-        detail::append(out, {reach, next.lower, tag, next.lower_tag});
-        const bool further = next.upper > reach;
-        reach = further ? next.upper : reach, tag = further ? next.upper_tag : tag;
+        append({reach, next.lower, tag, next.lower_tag}, true);
     }
-    detail::append(out, {reach, first.lower + two_pi, tag, first.lower_tag});
-    detail::rotate_last(out);
+    append({reach, first.lower + two_pi, tag, first.lower_tag}, !in_front);
+    out.count = count;
 }
 
 }  // namespace armangle

@@ -33,8 +33,8 @@ ARMANGLE_INLINE Slots across(const Slots& excess) noexcept { return sqrt(max(exc
 /// What the limits of the pivots block: lanes 0-3 from their lower limits on, 4-7 from their upper ones.
 struct PivotArcs {
     double lower[2 * pivots], upper[2 * pivots];
-    // a bit a lane: longer than the tolerance; ends at the other limit's end; a whole turn; the joint does not move
-    unsigned kept, cut, whole, constant;
+    // a bit a lane: longer than the tolerance; ends at the other limit's end; the joint does not move
+    unsigned kept, cut, constant;
 };
 
 /// Where the boundary function of a hinge's limit is negative, by piece, hinge and end (near, far).
@@ -76,7 +76,6 @@ ARMANGLE_INLINE void solve_pivots(const LimitTable& t, const JointFunctions<doub
     arc.lower.store(out.lower), upper.store(out.upper);
     out.constant = bits(moving <= Slots(tolerance::singular * tolerance::singular) * still);
     out.kept = bits(length >= Slots(tolerance::angle)) & t.limited & ~out.constant;
-    out.whole = bits(length >= Slots(two_pi - tolerance::angle)) & out.kept;
     out.cut = bits(cut);
 }
 

@@ -69,7 +69,7 @@ inline Status feasible(const Arm& arm, const LimitTable& t, const Circle<double>
     boundaries(t, f, b);
     Blocked blocked;
     for (int h = 0; h < hinges; ++h) block_hinge(t, f, b, h, blocked);
-    for (int p = 0; p < pivots; ++p) block_pivot(t, f, b, p, blocked);
+    block_pivots(t, f, b, all_pivots, blocked);
     return detail::finish(t, f, f, blocked, out);
 }
 
@@ -87,7 +87,7 @@ inline Status joint_arcs(const Arm& arm, const LimitTable& t, const Circle<doubl
     boundaries(t, f, b);
     Blocked blocked;
     for (int p = 0; p < pivots; ++p)
-        if (pivot_joint[p] == joint) block_pivot(t, f, b, p, blocked);
+        if (pivot_joint[p] == joint) block_pivots(t, f, b, pivot_bits(p), blocked);
     for (int h = 0; h < hinges; ++h)
         if (hinge_joint[h] == joint) block_hinge(t, f, b, h, blocked);
     return detail::finish(t, f, f, blocked, out);

@@ -17,7 +17,7 @@ namespace detail {
 
 inline void append(const Blocked& from, Blocked& to) noexcept {
     to.all |= from.all;
-    for (int i = 0; i < from.count; ++i) to.arc[to.count++] = from.arc[i];
+    for (int i = 0; i < from.count; ++i) to.add(from.arc[i]);
 }
 
 /// What the joints on either side of the elbow block, for one sign of theta_2 and theta_6.
@@ -33,8 +33,7 @@ inline void block_sides(const LimitTable& t, const Circle<double>& c, const Fold
     for (int half = 0; half < hinges; ++half) {
         Blocked& side = half == 0 ? out.shoulder : out.wrist;
         block_hinge(t, out.f, b, half, side);
-        block_pivot(t, out.f, b, 2 * half, side);
-        block_pivot(t, out.f, b, 2 * half + 1, side);
+        block_pivots(t, out.f, b, half == 0 ? shoulder_pivots : wrist_pivots, side);
     }
 }
 

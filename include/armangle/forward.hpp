@@ -19,9 +19,9 @@ namespace detail {
 template <int twist>
 ARMANGLE_INLINE Pose<double> dh_step(const Pose<double>& from, double sine, double cosine, double d, double a) noexcept {
     const auto& [x, y, z] = from.rotation;
-    const Vec3<double> across = y * cosine - x * sine;
+    const Vec3<double> across = combine(y, cosine, x, -sine);
     Pose<double> to;
-    to.rotation.x = x * cosine + y * sine;
+    to.rotation.x = combine(x, cosine, y, sine);
     to.rotation.y = twist == 0 ? across : (twist > 0 ? z : -z);
     to.rotation.z = twist == 0 ? z : (twist > 0 ? -across : across);
     to.position = d != 0 ? mul_add(z, d, from.position) : from.position;

@@ -72,6 +72,8 @@ struct Interval {
     }
 };
 
+inline bool any(Decision mask) noexcept { return mask.may_hold; }
+
 inline Interval select(Decision mask, const Interval& yes, const Interval& no) noexcept {
     if (!mask.may_fail) return yes;
     return mask.may_hold ? Interval::whole() : no;

@@ -19,8 +19,8 @@ ARMANGLE_INLINE Directions<T> directions(const Circle<T>& c, const Fold<T>& fold
     const T zero(0.0), one(1.0);
     Directions<T> d;
     // shoulder: columns of 0R3, eq. (15)
-    const Vec3<T> f = c.e * psi.cos - c.z * psi.sin, z3 = c.z * psi.cos + c.e * psi.sin;
-    const Vec3<T> x3 = c.w * fold.beta.sin + f * fold.beta.cos, y3 = c.w * fold.beta.cos - f * fold.beta.sin;
+    const Vec3<T> f = combine(c.e, psi.cos, c.z, -psi.sin), z3 = combine(c.z, psi.cos, c.e, psi.sin);
+    const Vec3<T> x3 = combine(c.w, fold.beta.sin, f, fold.beta.cos), y3 = combine(c.w, fold.beta.cos, f, -fold.beta.sin);
     const T h2 = hypot(y3.x, y3.y);
     const auto lost_1 = shoulder_singular(c, fold) | (h2 == zero);
     const T c1 = select(lost_1, one, gc.shoulder * y3.x), s1 = select(lost_1, zero, gc.shoulder * y3.y);
@@ -29,9 +29,9 @@ ARMANGLE_INLINE Directions<T> directions(const Circle<T>& c, const Fold<T>& fold
     d.y[2] = c1 * x3.y - s1 * x3.x, d.x[2] = s1 * z3.x - c1 * z3.y;            // for (19)
     d.y[3] = fold.theta_4.sin, d.x[3] = fold.theta_4.cos;                      // (4)
     // wrist: entries of 4R7, eq. (20)
-    const Vec3<T> g = c.tool_e * psi.cos - c.tool_z * psi.sin;                 // f . tool axes
-    const Vec3<T> n1 = c.tool_w * fold.gamma.sin + g * fold.gamma.cos;         // first row
-    const Vec3<T> n2 = -(c.tool_z * psi.cos + c.tool_e * psi.sin);             // second row
+    const Vec3<T> g = combine(c.tool_e, psi.cos, c.tool_z, -psi.sin);          // f . tool axes
+    const Vec3<T> n1 = combine(c.tool_w, fold.gamma.sin, g, fold.gamma.cos);   // first row
+    const Vec3<T> n2 = combine(c.tool_z, -psi.cos, c.tool_e, -psi.sin);        // second row
     const T n33 = c.tool_w.z * fold.gamma.cos - g.z * fold.gamma.sin;
     const T h6 = hypot(n1.z, n2.z);
     const auto lost_5 = wrist_singular(c, fold) | (h6 == zero);

@@ -88,19 +88,20 @@ ARMANGLE_INLINE JointFunctions<T> joint_functions(const Circle<T>& c, const Fold
     const auto x4 = [&](const T& w, const T& e, const T& z) { return Linear<T>{-(z * cg), e * cg, w * sg}; };
     const auto z4 = [&](const T& w, const T& e, const T& z) { return Linear<T>{z * sg, -(e * sg), w * cg}; };
     const auto &w = c.w, &e = c.e, &z = c.z, &tw = c.tool_w, &te = c.tool_e, &tz = c.tool_z;
-    const auto lost_1 = shoulder_singular(c, fold);
-    const auto lost_5 = wrist_singular(c, fold);
     JointFunctions<T> j;
-    j.pivot[0] = {select(lost_1, nought, y3(w.y, e.y, z.y)), select(lost_1, unity, y3(w.x, e.x, z.x)),
-                  select(lost_1, one, gc.shoulder)};
+    j.pivot[0] = {y3(w.y, e.y, z.y), y3(w.x, e.x, z.x), gc.shoulder};
     j.hinge[0] = detail::hinge(y3(w.z, e.z, z.z), gc.shoulder, fold.beta, w.z, hypot(w.x, w.y));
-    j.pivot[1] = {select(lost_1, x3(w.y, e.y, z.y), negative(z3(e.z, z.z))),
-                  select(lost_1, negative(z3(e.y, z.y)), negative(x3(w.z, e.z, z.z))), select(lost_1, one, gc.shoulder)};
-    j.pivot[2] = {select(lost_5, nought, negative(z3(te.z, tz.z))), select(lost_5, unity, x4(tw.z, te.z, tz.z)),
-                  select(lost_5, one, gc.wrist)};
+    j.pivot[1] = {negative(z3(e.z, z.z)), negative(x3(w.z, e.z, z.z)), gc.shoulder};
+    j.pivot[2] = {negative(z3(te.z, tz.z)), x4(tw.z, te.z, tz.z), gc.wrist};
     j.hinge[1] = detail::hinge(z4(tw.z, te.z, tz.z), gc.wrist, fold.gamma, tw.z, hypot(te.z, tz.z));
-    j.pivot[3] = {select(lost_5, negative(z3(te.x, tz.x)), z4(tw.y, te.y, tz.y)),
-                  select(lost_5, negative(z3(te.y, tz.y)), negative(z4(tw.x, te.x, tz.x))), select(lost_5, one, gc.wrist)};
+    j.pivot[3] = {z4(tw.y, te.y, tz.y), negative(z4(tw.x, te.x, tz.x)), gc.wrist};
+    const auto lost = [&one](const auto& mask, Pivot<T>& p, const Linear<T>& U, const Linear<T>& V) {
+        p = {select(mask, U, p.U), select(mask, V, p.V), select(mask, one, p.g)};
+    };
+    const auto lost_1 = shoulder_singular(c, fold);
+    if (any(lost_1)) lost(lost_1, j.pivot[0], nought, unity), lost(lost_1, j.pivot[1], x3(w.y, e.y, z.y), negative(z3(e.y, z.y)));
+    const auto lost_5 = wrist_singular(c, fold);
+    if (any(lost_5)) lost(lost_5, j.pivot[2], nought, unity), lost(lost_5, j.pivot[3], negative(z3(te.x, tz.x)), negative(z3(te.y, tz.y)));
     return j;
 }
 

@@ -38,9 +38,10 @@ struct Cone {
     /// Whether a unit direction lies in the cone, or within the angular tolerance of it.
     bool contains(const SinCos<double>& at) const noexcept {
         const double above = at.sin * lower.cos - at.cos * lower.sin, below = upper.sin * at.cos - upper.cos * at.sin;
-        if (wide) return free || above >= -tolerance::angle || below >= -tolerance::angle;
+        const bool behind_lower = above >= -tolerance::angle, before_upper = below >= -tolerance::angle;
+        if (wide) return free | behind_lower | before_upper;
         const double ahead = at.cos * middle.cos + at.sin * middle.sin;
-        return free || (above >= -tolerance::angle && below >= -tolerance::angle && ahead >= -tolerance::angle);
+        return free | (behind_lower & before_upper & (ahead >= -tolerance::angle));
     }
 };
 

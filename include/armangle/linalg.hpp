@@ -35,6 +35,10 @@ ARMANGLE_INLINE Vec3<T> mul_add(const Vec3<T>& a, const T& k, const Vec3<T>& b) 
     return {mul_add(a.x, k, b.x), mul_add(a.y, k, b.y), mul_add(a.z, k, b.z)};
 }
 
+/// a x + b y
+template <class T>
+ARMANGLE_INLINE Vec3<T> combine(const Vec3<T>& a, const T& x, const Vec3<T>& b, const T& y) noexcept { return mul_add(a, x, b * y); }
+
 template <class M, class T>
 ARMANGLE_INLINE Vec3<T> select(const M& mask, const Vec3<T>& yes, const Vec3<T>& no) noexcept {
     return {select(mask, yes.x, no.x), select(mask, yes.y, no.y), select(mask, yes.z, no.z)};
