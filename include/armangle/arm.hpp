@@ -114,9 +114,11 @@ ARMANGLE_INLINE Pose<T> user_pose(const Arm& arm, Pose<T> flange) noexcept {
 }
 
 /// Seven values as lanes; the eighth is 0.
-ARMANGLE_INLINE Lane<joint_slots> joint_lanes(const double* q) noexcept {
+using JointLanes = Lane<joint_slots>;
+
+ARMANGLE_INLINE JointLanes joint_lanes(const double* q) noexcept {
     const double padded[joint_slots] = {q[0], q[1], q[2], q[3], q[4], q[5], q[6], 0.0};
-    return Lane<joint_slots>::of(padded);
+    return JointLanes::of(padded);
 }
 
 /// theta of a joint value q.

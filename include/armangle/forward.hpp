@@ -31,11 +31,10 @@ ARMANGLE_INLINE Pose<double> dh_step(const Pose<double>& from, double sine, doub
 
 /// Walks the DH rows at joint values q: visit(i, 0Ti) for i = 0..7; theta is stored on the way. Table 1 with a_3 and a_4.
 template <class Visit>
-ARMANGLE_INLINE void walk(const Arm& arm, const double* q, double* theta_out, const Visit& visit) noexcept {
-    using Slots = Lane<joint_slots>;
+ARMANGLE_INLINE void walk(const Arm& arm, const JointLanes& q, double* theta_out, const Visit& visit) noexcept {
     double s[joint_slots], c[joint_slots];
-    const Slots theta = model_angle(joint_lanes(q), Slots::load(arm.joint_sign), Slots::load(arm.joint_offset));
-    const SinCos<Slots> both = sin_cos(theta);
+    const JointLanes theta = model_angle(q, JointLanes::load(arm.joint_sign), JointLanes::load(arm.joint_offset));
+    const SinCos<JointLanes> both = sin_cos(theta);
     both.sin.store(s);
     both.cos.store(c);
     theta.store(theta_out);
@@ -53,7 +52,7 @@ ARMANGLE_INLINE void walk(const Arm& arm, const double* q, double* theta_out, co
 }  // namespace detail
 
 /// The chain at joint values q (rad, robot coordinates).
-inline Chain chain(const Arm& arm, const double* q) noexcept {
+ARMANGLE_INLINE Chain chain(const Arm& arm, const JointLanes& q) noexcept {
     Chain out;
     detail::walk(arm, q, out.theta, [&out](int i, const Pose<double>& frame) noexcept {
         if (i == 3) out.z3 = frame.rotation.z;
@@ -62,10 +61,12 @@ inline Chain chain(const Arm& arm, const double* q) noexcept {
     return out;
 }
 
+inline Chain chain(const Arm& arm, const double* q) noexcept { return chain(arm, joint_lanes(q)); }
+
 /// The DH frames 0..7 at joint values q, in the frame that poses are given in: base 0Ti; the last is the flange, without the tool.
 inline void frames(const Arm& arm, const double* q, Pose<double> (&out)[joints + 1]) noexcept {
     double theta[joint_slots];
-    detail::walk(arm, q, theta, [&](int i, const Pose<double>& frame) { out[i] = arm.has_base ? arm.base * frame : frame; });
+    detail::walk(arm, joint_lanes(q), theta, [&](int i, const Pose<double>& frame) { out[i] = arm.has_base ? arm.base * frame : frame; });
 }
 
 /// GC of model angles, eq. (2); the elbow's relative to the stretched arm.

@@ -49,27 +49,26 @@ struct Joints {
 };
 
 /// theta of the directions, all joints in one vector.
-inline Lane<joint_slots> angles(const Directions<double>& d) noexcept {
-    using Slots = Lane<joint_slots>;
-    return atan2(Slots::of(d.y), Slots::of(d.x));
-}
+ARMANGLE_INLINE JointLanes angles(const Directions<double>& d) noexcept { return atan2(JointLanes::of(d.y), JointLanes::of(d.x)); }
 
 /// q of the directions: within the limits, nearest to `seed`, or to the middle of the range without one.
 inline Joints joints_within_limits(const Arm& arm, const Directions<double>& d, const double* seed) noexcept {
-    using Slots = Lane<joint_slots>;
-    const Slots near = seed ? joint_lanes(seed) : Slots::load(arm.joint_middle);
+    const JointLanes near = seed ? joint_lanes(seed) : JointLanes::load(arm.joint_middle);
     Joints out;
-    joint_value(angles(d), Slots::load(arm.joint_sign), Slots::load(arm.joint_offset), Slots::load(arm.joint_lower),
-                Slots::load(arm.joint_upper), near)
+    joint_value(angles(d), JointLanes::load(arm.joint_sign), JointLanes::load(arm.joint_offset), JointLanes::load(arm.joint_lower),
+                JointLanes::load(arm.joint_upper), near)
         .store(out.q);
     return out;
 }
 
 /// q of the directions lifted next to `near`, whatever the limits: for continuity along a motion.
+ARMANGLE_INLINE JointLanes joints_near(const Arm& arm, const Directions<double>& d, const JointLanes& near) noexcept {
+    return lift(JointLanes::load(arm.joint_sign) * (angles(d) - JointLanes::load(arm.joint_offset)), near);
+}
+
 inline Joints joints_near(const Arm& arm, const Directions<double>& d, const double* near) noexcept {
-    using Slots = Lane<joint_slots>;
     Joints out;
-    lift(Slots::load(arm.joint_sign) * (angles(d) - Slots::load(arm.joint_offset)), joint_lanes(near)).store(out.q);
+    joints_near(arm, d, joint_lanes(near)).store(out.q);
     return out;
 }
 

@@ -13,7 +13,7 @@ struct Jacobian {
 inline Jacobian jacobian(const Arm& arm, const double* q) noexcept {
     double theta[joint_slots];
     Pose<double> frame[joints + 1];
-    detail::walk(arm, q, theta, [&frame](int i, const Pose<double>& at) noexcept { frame[i] = at; });
+    detail::walk(arm, joint_lanes(q), theta, [&frame](int i, const Pose<double>& at) noexcept { frame[i] = at; });
     const Vec3<double> tip = (frame[joints] * arm.tool).position;
     Jacobian out;
     for (int i = 0; i < joints; ++i) {

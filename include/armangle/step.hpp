@@ -31,57 +31,64 @@ struct Step {
 };
 
 /// Whether all seven joint values are finite, and not beyond any sense.
-inline bool is_finite(const double* q) noexcept {
-    using Slots = Lane<joint_slots>;
-    return all(abs(joint_lanes(q)) <= Slots(tolerance::largest_angle));
-}
+ARMANGLE_INLINE bool is_finite(const JointLanes& q) noexcept { return all(abs(q) <= JointLanes(tolerance::largest_angle)); }
+inline bool is_finite(const double* q) noexcept { return is_finite(joint_lanes(q)); }
 
 /// Least distance to a limit over all joints; infinite without limits, NaN where a joint is.
-inline double limit_margin(const Arm& arm, const double* q) noexcept {
-    using Slots = Lane<joint_slots>;
-    const Slots at = joint_lanes(q);
-    if (any(!(at == at))) return not_a_number;
-    return least(min(at - Slots::load(arm.joint_lower), Slots::load(arm.joint_upper) - at));
+ARMANGLE_INLINE double limit_margin(const Arm& arm, const JointLanes& q) noexcept {
+    if (any(!(q == q))) return not_a_number;  // min would pass over it
+    return least(min(q - JointLanes::load(arm.joint_lower), JointLanes::load(arm.joint_upper) - q));
 }
+inline double limit_margin(const Arm& arm, const double* q) noexcept { return limit_margin(arm, joint_lanes(q)); }
 
 inline bool within_limits(const Arm& arm, const double* q, double slack) noexcept { return limit_margin(arm, q) >= -slack; }
 
 namespace detail {
 
-inline double largest_move(const double* a, const double* b) noexcept {
-    const Lane<joint_slots> move = joint_lanes(a) - joint_lanes(b);
-    return any(!(move == move)) ? not_a_number : -least(-abs(move));  // min would pass over a NaN
-}
+/// Of numbers.
+ARMANGLE_INLINE double largest_move(const JointLanes& a, const JointLanes& b) noexcept { return -least(-abs(a - b)); }
+inline double largest_move(const double* a, const double* b) noexcept { return largest_move(joint_lanes(a), joint_lanes(b)); }
 
 /// psi of the present posture, as it is to be carried to the circle of the next pose.
 inline double carried_psi(const Arm& arm, const Chain& now, const Circle<double>& next, Carry carry) noexcept {
-    if (carry == Carry::elbow) return arm_angle(next, now.z3);
-    const Triad<double> here = triad(arm, flange_pose(arm, user_pose(arm, now.flange)));
-    return is_folded(arm, here) ? arm_angle(next, now.z3) : arm_angle(here, now.z3);
+    Triad<double> on = triad(arm, flange_pose(arm, user_pose(arm, now.flange)));
+    if (carry == Carry::elbow || is_folded(arm, on)) on = next;
+    return arm_angle(on, now.z3);
 }
 
 /// Joints, and the least distance of one to its limits.
 struct Wound {
-    Joints q;
+    JointLanes q;
     double margin;
 };
 
 /// The joints next to q_now. A joint that would leave its range has no turn left if the range is a full turn or more;
 /// a narrower one has its only turn within the limits, however far that is.
-inline Status choose_windings(const Arm& arm, const Directions<double>& d, const double* q_now, Wound& out) noexcept {
+ARMANGLE_INLINE Status choose_windings(const Arm& arm, const Directions<double>& d, const JointLanes& q_now, Wound& out) noexcept {
     out.q = joints_near(arm, d, q_now);
-    out.margin = limit_margin(arm, out.q.q);
+    out.margin = limit_margin(arm, out.q);
     if (out.margin >= -tolerance::angle) return Status::OK;
-    const Joints inside = joints_within_limits(arm, d, q_now);
+    double seed[joint_slots];
+    q_now.store(seed);
+    const JointLanes inside = JointLanes::load(joints_within_limits(arm, d, seed).q);
     for (int i = 0; i < joints; ++i)
-        if (abs(inside.q[i] - out.q.q[i]) > pi && !(arm.upper[i] - arm.lower[i] < two_pi)) return Status::WINDING_EXHAUSTED;
+        if (abs(inside[i] - out.q[i]) > pi && !(arm.upper[i] - arm.lower[i] < two_pi)) return Status::WINDING_EXHAUSTED;
     out.q = inside;
-    out.margin = limit_margin(arm, out.q.q);
+    out.margin = limit_margin(arm, out.q);
     return out.margin >= -tolerance::angle ? Status::OK : Status::LIMITS;
 }
 
+/// No step: the present posture, and why.
+[[gnu::noinline]] inline Step stayed(const Arm& arm, const double* q_now, const Chain& now, const Circle<double>& c, Status why) noexcept {
+    Step out{};
+    for (int i = 0; i < joints; ++i) out.q[i] = q_now[i];
+    out.psi = carried_psi(arm, now, c, Carry::psi), out.gc = index(configuration(arm, now.theta));
+    out.status = why, out.margin = limit_margin(arm, q_now);
+    return out;
+}
+
 /// No step: q_now as it came, psi NaN.
-inline Step refused(const Arm& arm, const double* q_now) noexcept {
+[[gnu::noinline]] inline Step refused(const Arm& arm, const double* q_now) noexcept {
     Step out{};
     for (int i = 0; i < joints; ++i) out.q[i] = q_now[i];
     out.psi = not_a_number, out.gc = -1, out.status = Status::BAD_INPUT, out.margin = limit_margin(arm, q_now);
@@ -123,13 +130,13 @@ inline double wish_ahead(const StepOptions& options, const ArcSet& arcs, double 
 
 /// Where the policy asks for more than the largest step: the psi nearest to its wish that fits, if the held psi does.
 /// What the pose alone forces stays a jump.
-[[gnu::noinline]] inline Resolution shortened(const BoundedStep& step, const ArcSet& arcs, double psi, double wish) noexcept {
+[[gnu::noinline]] inline Resolution shortened(const BoundedStep& step, const ArcSet& arcs, double psi, double wish, Wound& to) noexcept {
     const Place held = find(arcs, psi);
     if (held.index < 0 || !step.keeps(held.psi)) return {psi, Status::JOINT_JUMP};
     ArcSet within;
     step.within(arcs, {}, within);
-    const double found = step.nearest(within, wish);
-    return {found == found ? found : wrap(held.psi), Status::OK};
+    const double found = step.nearest(within, wish), next = found == found ? found : wrap(held.psi);
+    return {next, choose_windings(step.arm, directions(step.circle, step.bend, step.gc, sin_cos(next)), joint_lanes(step.q_now), to)};
 }
 
 }  // namespace detail
@@ -137,16 +144,11 @@ inline double wish_ahead(const StepOptions& options, const ArcSet& arcs, double 
 /// The step from q_now, whose chain is `now`, to `pose` (as the user sees it).
 inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_now, const Chain& now, const Pose<double>& pose,
                       const StepOptions& options) noexcept {
-    if (!is_rigid(pose) || !is_finite(q_now)) return detail::refused(arm, q_now);
+    const JointLanes here = joint_lanes(q_now);
+    if (!is_rigid(pose) || !is_finite(here)) return detail::refused(arm, q_now);
     const Circle<double> c = circle(arm, flange_pose(arm, pose));
     const Configuration<double> gc = options.gc < 0 ? configuration(arm, now.theta) : configuration(options.gc);
-    Step out{};
-    for (int i = 0; i < joints; ++i) out.q[i] = q_now[i];
-    const auto stay = [&](Status why) {
-        out.status = why, out.gc = index(configuration(arm, now.theta)), out.margin = limit_margin(arm, q_now);
-        out.psi = detail::carried_psi(arm, now, c, Carry::psi);
-        return out;
-    };
+    const auto stay = [&](Status why) { return detail::stayed(arm, q_now, now, c, why); };
     const double psi = detail::carried_psi(arm, now, c, options.carry);
     const Fold<double> bend = fold(arm, c.triangle, gc.elbow);
     ArcSet arcs;
@@ -163,15 +165,14 @@ inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_
     }
     if (next.status != Status::OK) return stay(next.status);
     detail::Wound to;
-    const auto joints_at_next = [&] { return detail::choose_windings(arm, directions(c, bend, gc, sin_cos(next.psi)), q_now, to); };
-    Status move = joints_at_next();
-    if (move == Status::OK && !(detail::largest_move(to.q.q, q_now) <= options.max_joint_step)) {
+    next.status = detail::choose_windings(arm, directions(c, bend, gc, sin_cos(next.psi)), here, to);
+    if (next.status == Status::OK && !(detail::largest_move(to.q, here) <= options.max_joint_step)) {
         const BoundedStep unbounded{arm, c, bend, gc, joint_functions(c, bend, gc), q_now, no_bounds, options.max_joint_step};
-        next = detail::shortened(unbounded, arcs, psi, next.psi);
-        move = next.status == Status::OK ? joints_at_next() : next.status;
+        next = detail::shortened(unbounded, arcs, psi, next.psi, to);
     }
-    if (move != Status::OK) return stay(move);
-    for (int i = 0; i < joints; ++i) out.q[i] = to.q.q[i];
+    if (next.status != Status::OK) return stay(next.status);
+    Step out;
+    to.q.store(out.q);
     out.psi = next.psi, out.gc = index(gc), out.status = Status::OK;
     out.margin = to.margin;
     return out;
