@@ -26,61 +26,72 @@ inline constexpr int register_width = 2;
 
 namespace detail {
 
-typedef double Register __attribute__((vector_size(8 * register_width)));
-typedef std::int64_t RegisterMask __attribute__((vector_size(8 * register_width)));
+template <int W>
+struct Vector {
+    typedef double Values __attribute__((vector_size(8 * W)));
+    typedef std::int64_t Mask __attribute__((vector_size(8 * W)));
+};
+using Values2 = Vector<2>::Values;
+using Mask2 = Vector<2>::Mask;
 
-ARMANGLE_INLINE Register register_sqrt(Register x) noexcept {
-#if defined(__AVX512F__)
-    return _mm512_mask_sqrt_pd(x, 0xff, x);  // the plain form trips -Wmaybe-uninitialized in g++ 12
-#elif defined(__AVX__)
-    return _mm256_sqrt_pd(x);
-#elif defined(__x86_64__)
-    return _mm_sqrt_pd(x);
+#if defined(__x86_64__)
+ARMANGLE_INLINE Values2 register_sqrt(Values2 x) noexcept { return _mm_sqrt_pd(x); }
+ARMANGLE_INLINE unsigned register_bits(Mask2 mask) noexcept { return static_cast<unsigned>(_mm_movemask_pd((__m128d)mask)); }
 #elif defined(__aarch64__)
-    return (Register)vsqrtq_f64((float64x2_t)x);
+ARMANGLE_INLINE Values2 register_sqrt(Values2 x) noexcept { return (Values2)vsqrtq_f64((float64x2_t)x); }
 #else
-    return Register{std::sqrt(x[0]), std::sqrt(x[1])};
+ARMANGLE_INLINE Values2 register_sqrt(Values2 x) noexcept { return Values2{std::sqrt(x[0]), std::sqrt(x[1])}; }
 #endif
-}
+#if !defined(__x86_64__)
+ARMANGLE_INLINE unsigned register_bits(Mask2 mask) noexcept { return (mask[0] ? 1u : 0u) | (mask[1] ? 2u : 0u); }
+#endif
 
-ARMANGLE_INLINE Register register_mul_add(Register a, Register b, Register c) noexcept {
-#if defined(__AVX512F__)
-    return _mm512_fmadd_pd(a, b, c);
-#elif defined(__AVX__) && defined(__FMA__)
-    return _mm256_fmadd_pd(a, b, c);
-#elif defined(__FMA__)
+ARMANGLE_INLINE Values2 register_mul_add(Values2 a, Values2 b, Values2 c) noexcept {
+#if defined(__x86_64__) && defined(__FMA__)
     return _mm_fmadd_pd(a, b, c);
 #elif defined(__aarch64__)
-    return (Register)vfmaq_f64((float64x2_t)c, (float64x2_t)a, (float64x2_t)b);
+    return (Values2)vfmaq_f64((float64x2_t)c, (float64x2_t)a, (float64x2_t)b);
 #else
     return a * b + c;
 #endif
 }
 
-ARMANGLE_INLINE Register broadcast(double x) noexcept { return x - Register{}; }
+#if defined(__AVX__)
+using Values4 = Vector<4>::Values;
+using Mask4 = Vector<4>::Mask;
 
-/// One bit a lane.
-ARMANGLE_INLINE unsigned register_bits(RegisterMask mask) noexcept {
-#if defined(__AVX512F__)
-    return _cvtmask8_u32(_mm512_movepi64_mask((__m512i)mask));
-#elif defined(__AVX__)
-    return static_cast<unsigned>(_mm256_movemask_pd((__m256d)mask));
-#elif defined(__x86_64__)
-    return static_cast<unsigned>(_mm_movemask_pd((__m128d)mask));
+ARMANGLE_INLINE Values4 register_sqrt(Values4 x) noexcept { return _mm256_sqrt_pd(x); }
+ARMANGLE_INLINE unsigned register_bits(Mask4 mask) noexcept { return static_cast<unsigned>(_mm256_movemask_pd((__m256d)mask)); }
+ARMANGLE_INLINE Values4 register_mul_add(Values4 a, Values4 b, Values4 c) noexcept {
+#if defined(__FMA__)
+    return _mm256_fmadd_pd(a, b, c);
 #else
-    return (mask[0] ? 1u : 0u) | (mask[1] ? 2u : 0u);
+    return a * b + c;
 #endif
 }
+#endif
+
+#if defined(__AVX512F__)
+using Values8 = Vector<8>::Values;
+using Mask8 = Vector<8>::Mask;
+
+// the plain form of the root trips -Wmaybe-uninitialized in g++ 12
+ARMANGLE_INLINE Values8 register_sqrt(Values8 x) noexcept { return _mm512_mask_sqrt_pd(x, 0xff, x); }
+ARMANGLE_INLINE unsigned register_bits(Mask8 mask) noexcept { return _cvtmask8_u32(_mm512_movepi64_mask((__m512i)mask)); }
+ARMANGLE_INLINE Values8 register_mul_add(Values8 a, Values8 b, Values8 c) noexcept { return _mm512_fmadd_pd(a, b, c); }
+#endif
 
 /// Values put together in registers: a load right behind the stores of single values would wait for all of them.
-ARMANGLE_INLINE Register assemble(const double* v) noexcept {
-#if defined(__AVX512F__)
-    return Register{v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7]};
-#elif defined(__AVX__)
-    return Register{v[0], v[1], v[2], v[3]};
-#else
-    return Register{v[0], v[1]};
-#endif
+template <int W>
+ARMANGLE_INLINE typename Vector<W>::Values assemble(const double* v) noexcept {
+    using Values = typename Vector<W>::Values;
+    if constexpr (W == 8) {
+        return Values{v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7]};
+    } else if constexpr (W == 4) {
+        return Values{v[0], v[1], v[2], v[3]};
+    } else {
+        return Values{v[0], v[1]};
+    }
 }
 
 }  // namespace detail
@@ -90,25 +101,27 @@ struct Lane;
 
 template <int N>
 struct LaneMask {
-    static constexpr int registers = N / register_width;
-    detail::RegisterMask part[registers];
+    static constexpr int width = N < register_width ? N : register_width, registers = N / width;
+    typename detail::Vector<width>::Mask part[registers];
 
-    bool operator[](int i) const noexcept { return part[i / register_width][i % register_width] != 0; }
+    bool operator[](int i) const noexcept { return part[i / width][i % width] != 0; }
 };
 
 template <int N>
 struct Lane {
-    static_assert(N % register_width == 0, "a Lane is a whole number of registers");
-    static constexpr int registers = N / register_width;
-    detail::Register part[registers];
+    static constexpr int width = LaneMask<N>::width, registers = LaneMask<N>::registers;
+    static_assert(N % width == 0 && N >= 2, "a Lane is a whole number of registers");
+    using Values = typename detail::Vector<width>::Values;
+    using Mask = typename detail::Vector<width>::Mask;
+    Values part[registers];
 
     Lane() noexcept = default;
-    Lane(double x) noexcept {
-        for (auto& r : part) r = detail::broadcast(x);
+    ARMANGLE_INLINE Lane(double x) noexcept {
+        for (auto& r : part) r = x - Values{};
     }
 
-    double operator[](int i) const noexcept { return part[i / register_width][i % register_width]; }
-    void set(int i, double x) noexcept { part[i / register_width][i % register_width] = x; }
+    double operator[](int i) const noexcept { return part[i / width][i % width]; }
+    void set(int i, double x) noexcept { part[i / width][i % width] = x; }
 
     static Lane load(const double* from) noexcept {
         Lane out;
@@ -118,7 +131,7 @@ struct Lane {
     /// Of values that were just computed one by one.
     ARMANGLE_INLINE static Lane of(const double (&values)[N]) noexcept {
         Lane out;
-        for (int i = 0; i < registers; ++i) out.part[i] = detail::assemble(values + i * register_width);
+        for (int i = 0; i < registers; ++i) out.part[i] = detail::assemble<width>(values + i * width);
         return out;
     }
     void store(double* to) const noexcept { __builtin_memcpy(to, part, sizeof(part)); }
@@ -184,7 +197,7 @@ ARMANGLE_INLINE Lane<8> twice(const double (&x)[4]) noexcept {
     out.part[0] = _mm512_broadcast_f64x4(_mm256_set_pd(x[3], x[2], x[1], x[0]));
 #else
     constexpr int half = Lane<8>::registers / 2;
-    for (int i = 0; i < half; ++i) out.part[i] = out.part[half + i] = detail::assemble(x + i * register_width);
+    for (int i = 0; i < half; ++i) out.part[i] = out.part[half + i] = detail::assemble<Lane<8>::width>(x + i * Lane<8>::width);
 #endif
     return out;
 }
@@ -217,7 +230,7 @@ ARMANGLE_INLINE Lane<8> first_halves(const Lane<8>& x, const Lane<8>& y) noexcep
 template <int N>
 ARMANGLE_INLINE unsigned bits(const LaneMask<N>& mask) noexcept {
     unsigned out = 0;
-    for (int i = 0; i < mask.registers; ++i) out |= detail::register_bits(mask.part[i]) << (i * register_width);
+    for (int i = 0; i < mask.registers; ++i) out |= detail::register_bits(mask.part[i]) << (i * mask.width);
     return out;
 }
 
@@ -257,19 +270,20 @@ ARMANGLE_INLINE Lane<N> mul_add(const Lane<N>& a, const Lane<N>& b, const Lane<N
 
 template <int N>
 ARMANGLE_INLINE Lane<N> abs(const Lane<N>& x) noexcept {
+    using Values = typename Lane<N>::Values;
+    using Mask = typename Lane<N>::Mask;
     Lane<N> out;
-    const detail::RegisterMask sign = detail::RegisterMask{} + INT64_MIN;
-    for (int i = 0; i < out.registers; ++i) out.part[i] = (detail::Register)((detail::RegisterMask)x.part[i] & ~sign);
+    for (int i = 0; i < out.registers; ++i) out.part[i] = (Values)((Mask)x.part[i] & INT64_MAX);
     return out;
 }
 
 template <int N>
 ARMANGLE_INLINE Lane<N> copysign(const Lane<N>& magnitude, const Lane<N>& sign_of) noexcept {
+    using Values = typename Lane<N>::Values;
+    using Mask = typename Lane<N>::Mask;
     Lane<N> out;
-    const detail::RegisterMask sign = detail::RegisterMask{} + INT64_MIN;
     for (int i = 0; i < out.registers; ++i)
-        out.part[i] = (detail::Register)(((detail::RegisterMask)magnitude.part[i] & ~sign) |
-                                         ((detail::RegisterMask)sign_of.part[i] & sign));
+        out.part[i] = (Values)(((Mask)magnitude.part[i] & INT64_MAX) | ((Mask)sign_of.part[i] & INT64_MIN));
     return out;
 }
 

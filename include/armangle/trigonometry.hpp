@@ -3,7 +3,7 @@
 // The coefficients are Chebyshev fits in 60-digit arithmetic; the truncation errors stated are those of the fits.
 #pragma once
 
-#include "scalar.hpp"
+#include "lane.hpp"
 
 namespace armangle {
 
@@ -69,6 +69,9 @@ ARMANGLE_INLINE T atan2(T y, T x) noexcept {
     return copysign(angle, y);
 }
 
+/// As one lane: a `select` of doubles is a branch, and the octant is as good as random.
+ARMANGLE_INLINE double atan2(double y, double x) noexcept { return atan2(Lane<2>(y), Lane<2>(x))[0]; }
+
 template <class T>
 struct SinCos {
     T sin, cos;
@@ -88,6 +91,12 @@ ARMANGLE_INLINE SinCos<T> sin_cos(T x) noexcept {
     const auto behind = side == T(2.0);
     const T sine = select(swapped, c, s), cosine = select(swapped, s, c);
     return {select((quadrant < T(0.0)) | behind, -sine, sine), select((quadrant == T(1.0)) | behind, -cosine, cosine)};
+}
+
+/// As one lane, like atan2.
+ARMANGLE_INLINE SinCos<double> sin_cos(double x) noexcept {
+    const SinCos<Lane<2>> both = sin_cos(Lane<2>(x));
+    return {both.sin[0], both.cos[0]};
 }
 
 }  // namespace armangle
