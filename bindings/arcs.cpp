@@ -85,29 +85,39 @@ struct Collected {
     }
 };
 
-/// The sets of all threads, one after the other. Each thread copies its own.
+/// One array of all threads' sets, behind that of the first.
+template <auto member>
+void take(std::vector<Collected>& parts) {
+    auto& to = parts[0].*member;
+    for (std::size_t t = 1; t < parts.size(); ++t) {
+        const auto& from = parts[t].*member;
+        if (from.size) std::memcpy(to.data.get() + to.size, from.data.get(), from.size * sizeof(from.data[0]));
+        to.size += from.size;
+    }
+}
+
+template <auto member>
+void make_room(std::vector<Collected>& parts) {
+    std::size_t total = 0;
+    for (const Collected& part : parts) total += (part.*member).size;
+    (parts[0].*member).reserve(total);
+}
+
+template <auto... members>
+void join_arrays(std::vector<Collected>& parts, int threads) {
+    (make_room<members>(parts), ...);
+    static constexpr void (*takes[])(std::vector<Collected>&) = {&take<members>...};
+    parallel(sizeof...(members), threads, [&](std::size_t begin, std::size_t end, std::size_t) {
+        for (std::size_t i = begin; i < end; ++i) takes[i](parts);
+    });
+}
+
+/// The sets of all threads, one after the other, in the arrays of the first.
 void join(std::vector<Collected>& parts, int threads) {
     std::size_t used = 0;
     for (const Collected& part : parts) used += part.count.size > 0;
-    if (used <= 1) return;
-    Collected all;
-    const auto merge = [&](auto member) {
-        auto& to = all.*member;
-        std::size_t total = 0;
-        std::vector<std::size_t> first;
-        for (Collected& part : parts) first.push_back(total), total += (part.*member).size;
-        to.reserve(total);
-        to.size = total;
-        parallel(parts.size(), threads, [&](std::size_t begin, std::size_t end, std::size_t) {
-            for (std::size_t t = begin; t < end; ++t) {
-                auto& from = parts[t].*member;
-                if (from.size) std::memcpy(to.data.get() + first[t], from.data.get(), from.size * sizeof(from.data[0]));
-            }
-        });
-    };
-    merge(&Collected::count), merge(&Collected::psi), merge(&Collected::value);
-    merge(&Collected::joint), merge(&Collected::side), merge(&Collected::status);
-    parts[0] = std::move(all);
+    if (used > 1)  // halves of equal size for two threads
+        join_arrays<&Collected::psi, &Collected::joint, &Collected::status, &Collected::value, &Collected::side, &Collected::count>(parts, threads);
 }
 
 /// What is asked of a pose: Psi_all of one branch, Psi_i of its seven joints, or Psi_all of all eight branches.
@@ -165,7 +175,8 @@ nb::object feasible_many(const ArmHandle& self, nb::handle pose, nb::handle gc, 
     {
         nb::gil_scoped_release release;
         parallel(grid.size(), threads, [&](std::size_t begin, std::size_t end, std::size_t thread) {
-            parts[thread].reserve((end - begin) * static_cast<std::size_t>(sets_of(request.wanted)));
+            const std::size_t here = thread ? end - begin : grid.size();  // the first takes those of the others in the end
+            parts[thread].reserve(here * static_cast<std::size_t>(sets_of(request.wanted)));
             grid.for_runs(begin, end, [&](std::size_t flat, const Py_ssize_t* at, const Py_ssize_t* step, std::size_t count) {
                 for (std::size_t i = 0; i < count; ++i) {
                     const auto k = static_cast<Py_ssize_t>(i);

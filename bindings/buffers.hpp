@@ -138,6 +138,17 @@ inline nb::object new_array7() {
     return new_array(seven);
 }
 
+/// A named tuple of a Python class, without the class's own __new__.
+template <class... Items>
+nb::object new_named(nb::handle kind, Items&&... items) {
+    PyObject* owned[] = {nb::cast(std::forward<Items>(items)).release().ptr()...};
+    auto* type = reinterpret_cast<PyTypeObject*>(kind.ptr());
+    PyObject* made = type->tp_alloc(type, sizeof...(items));
+    if (!made) throw nb::python_error();
+    for (std::size_t i = 0; i < sizeof...(items); ++i) PyTuple_SET_ITEM(made, static_cast<Py_ssize_t>(i), owned[i]);
+    return nb::steal(made);
+}
+
 /// Batch axes shared by several arrays that were broadcast to one shape; axes that are contiguous in all are one.
 template <int N>
 class Grid {

@@ -56,6 +56,8 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     m.attr("LARGEST_ANGLE") = armangle::tolerance::largest_angle;
     m.attr("LENGTH_LIMIT") = armangle::tolerance::length;
     m.attr("ARC_CAPACITY") = armangle::ArcSet::capacity;
+    m.attr("MOST_MARGIN") = armangle::most_margin;
+    m.attr("MAX_JOINT_STEP") = armangle::StepOptions{}.max_joint_step;
     m.attr("SENTENCES") = binding::sentences();
     nb::class_<ArmHandle> arm(m, "Arm");
     arm.def("__init__", &binding::construct, nb::arg("lengths"), nb::arg("joint_map"), nb::arg("base"), nb::arg("tool"));

@@ -15,10 +15,29 @@ void make_policy(Policy* self, int rule, double K, double alpha, int outside) {
     new (self) Policy{static_cast<Rule>(rule), K, alpha, static_cast<Outside>(outside)};
 }
 
-StepOptions step_options(const Policy& policy, int carry, double max_joint_step, int gc) {
-    StepOptions o;
-    o.policy = policy, o.carry = static_cast<Carry>(carry), o.max_joint_step = max_joint_step, o.gc = gc;
-    return o;
+/// The options of a step as Python code usually writes them: gc None or 0..7, carry "psi" or "elbow", max_joint_step None or a
+/// float > 0, the margin a float. False for anything else: the general way then converts it, or says what is wrong.
+bool read_options(nb::handle gc, nb::handle carry, nb::handle max_joint_step, nb::handle singularity_margin, StepOptions& o,
+                  double& margin) noexcept {
+    if (!gc.is_none()) {
+        if (!PyLong_CheckExact(gc.ptr())) return false;
+        int overflow = 0;
+        const long index = PyLong_AsLongAndOverflow(gc.ptr(), &overflow);
+        if (overflow || index < 0 || index >= configurations) return false;
+        o.gc = static_cast<int>(index);
+    }
+    if (!PyUnicode_CheckExact(carry.ptr())) return false;
+    const bool elbow = PyUnicode_CompareWithASCIIString(carry.ptr(), "elbow") == 0;
+    if (!elbow && PyUnicode_CompareWithASCIIString(carry.ptr(), "psi") != 0) return false;
+    o.carry = elbow ? Carry::elbow : Carry::psi;
+    if (!max_joint_step.is_none()) {
+        if (!PyFloat_CheckExact(max_joint_step.ptr())) return false;
+        o.max_joint_step = PyFloat_AS_DOUBLE(max_joint_step.ptr());
+        if (!(o.max_joint_step > 0)) return false;
+    }
+    if (!PyFloat_CheckExact(singularity_margin.ptr())) return false;
+    margin = PyFloat_AS_DOUBLE(singularity_margin.ptr());
+    return margin >= 0 && margin <= most_margin;
 }
 
 /// Bounds that Python states as 22 numbers: dt, velocities, accelerations, velocities now.
@@ -47,17 +66,21 @@ struct Limits {
           table(with_margin ? *with_margin : arm.limits) {}
 };
 
-/// (q, psi, gc, status, margin), or (problem, index, value), or None where q or pose is no small matrix.
-nb::object step_one(const ArmHandle& self, nb::handle q_now, nb::handle pose, const Policy& policy, int carry, double max_joint_step,
-                    int gc, double margin, nb::handle allowed_count, nb::handle allowed_psi, nb::handle bounds) {
-    double q[joints], m[16], value = 0;
+/// A named tuple `kind` of (q, psi, gc, status of `statuses`, margin), or (problem, index, value), or None where q or pose is
+/// no small matrix, or an option not as usual.
+nb::object step_one(const ArmHandle& self, nb::handle q_now, nb::handle pose, const Policy& policy, nb::handle gc, nb::handle carry,
+                    nb::handle max_joint_step, nb::handle singularity_margin, nb::handle allowed_count, nb::handle allowed_psi,
+                    nb::handle bounds, nb::handle kind, nb::handle statuses) {
+    double q[joints], m[16], value = 0, margin = 0;
+    StepOptions options;
+    options.policy = policy;
     if (!SmallMatrix().read(q_now, 1, joints, q) || !SmallMatrix().read(pose, 4, 4, m)) return nb::none();
+    if (!read_options(gc, carry, max_joint_step, singularity_margin, options, margin)) return nb::none();
     Outcome outcome;
     const Problem problem = check_pose(m, value);
     if (problem != Problem::none) return outcome.report(problem, 0, value), report(outcome);
     for (int j = 0; j < joints; ++j)
         if (!(std::fabs(q[j]) <= tolerance::largest_angle)) return outcome.report(Problem::joints_not_finite, 0, q[j]), report(outcome);
-    StepOptions options = step_options(policy, carry, max_joint_step, gc);
     ArcSet allowed;
     if (!allowed_count.is_none()) allowed = ArcArrays(allowed_count, allowed_psi).load(0, 0), options.allowed = &allowed;
     const GivenBounds given(bounds, options);
@@ -66,11 +89,13 @@ nb::object step_one(const ArmHandle& self, nb::handle q_now, nb::handle pose, co
     nb::object joint_values = new_array7();
     const Buffer to(joint_values, true);
     std::memcpy(to.data<double>(), next.q, joints * sizeof(double));
-    return nb::make_tuple(joint_values, next.psi, next.gc, static_cast<int>(next.status), next.margin);
+    PyObject* status = PyTuple_GetItem(statuses.ptr(), static_cast<Py_ssize_t>(next.status));
+    if (!status) throw nb::python_error();
+    return new_named(kind, joint_values, next.psi, next.gc, nb::handle(status), next.margin);
 }
 
-nb::object follow_all(const ArmHandle& self, nb::handle start, nb::handle poses, const Policy& policy, int carry, double max_joint_step, int gc_wanted,
-                      double singularity_margin, int on_fail, nb::handle allowed_count, nb::handle allowed_psi, nb::handle bounds, int lookahead, nb::handle q, nb::handle psi, nb::handle gc, nb::handle status,
+nb::object follow_all(const ArmHandle& self, nb::handle start, nb::handle poses, const Policy& policy, nb::handle gc_wanted,
+                      nb::handle carry, nb::handle max_joint_step, nb::handle singularity_margin, int on_fail, nb::handle allowed_count, nb::handle allowed_psi, nb::handle bounds, int lookahead, nb::handle q, nb::handle psi, nb::handle gc, nb::handle status,
                       nb::handle margin, nb::handle residual) {
     const Buffer s(start), p(poses), q_out(q, true), psi_out(psi, true), gc_out(gc, true), status_out(status, true);
     const Buffer margin_out(margin, true), residual_out(residual, true);
@@ -90,12 +115,15 @@ nb::object follow_all(const ArmHandle& self, nb::handle start, nb::handle poses,
     const FollowRows rows{q_out.data<double>(), psi_out.data<double>(), margin_out.data<double>(), residual_out.data<double>(),
                           gc_out.data<long long>(), status_out.data<std::int8_t>()};
     const Strided<const ArcSet> allowed{sets.empty() ? nullptr : sets.data(), sets.size() > 1 ? 1 : 0};
-    const Limits limits(self, singularity_margin);
-    StepOptions options = step_options(policy, carry, max_joint_step, gc_wanted);
+    StepOptions options;
+    double singular = 0;
+    options.policy = policy;
+    if (!read_options(gc_wanted, carry, max_joint_step, singularity_margin, options, singular)) throw std::invalid_argument("options were expected");
+    const Limits limits(self, singular);
     const GivenBounds given(bounds, options);
     const auto window = static_cast<std::size_t>(lookahead);
     std::vector<AheadLayer> layers(window ? Lookahead::layers_for(window) : 0);
-    Lookahead ahead(self.arm, limits.table, p.data<double>(), n, allowed, options.bounds, max_joint_step, layers.data(), window);
+    Lookahead ahead(self.arm, limits.table, p.data<double>(), n, allowed, options.bounds, options.max_joint_step, layers.data(), window);
     {
         nb::gil_scoped_release release;
         follow(self.arm, limits.table, s.data<double>(), p.data<double>(), n, options, static_cast<OnFail>(on_fail), allowed, rows,
@@ -120,10 +148,10 @@ void resolve_many(const Policy& policy, nb::handle count, nb::handle psi_arcs, n
 void bind_stepping(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
     nb::class_<Policy>(m, "Policy").def("__init__", &make_policy, "rule"_a, "K"_a, "alpha"_a, "outside"_a);
-    arm.def("step_one", &step_one, "q_now"_a.none(), "pose"_a.none(), "policy"_a, "carry"_a, "max_joint_step"_a, "gc"_a, "margin"_a,
-            "allowed_count"_a.none(), "allowed_psi"_a.none(), "bounds"_a.none());
-    arm.def("follow_all", &follow_all, "start"_a, "poses"_a, "policy"_a, "carry"_a, "max_joint_step"_a, "gc_wanted"_a,
-            "singularity_margin"_a, "on_fail"_a, "allowed_count"_a.none(), "allowed_psi"_a.none(), "bounds"_a.none(), "lookahead"_a, "q"_a, "psi"_a,
+    arm.def("step_one", &step_one, "q_now"_a.none(), "pose"_a.none(), "policy"_a, "gc"_a.none(), "carry"_a.none(),
+            "max_joint_step"_a.none(), "singularity_margin"_a.none(), "allowed_count"_a.none(), "allowed_psi"_a.none(), "bounds"_a.none(), "kind"_a, "statuses"_a);
+    arm.def("follow_all", &follow_all, "start"_a, "poses"_a, "policy"_a, "gc_wanted"_a.none(), "carry"_a,
+            "max_joint_step"_a.none(), "singularity_margin"_a, "on_fail"_a, "allowed_count"_a.none(), "allowed_psi"_a.none(), "bounds"_a.none(), "lookahead"_a, "q"_a, "psi"_a,
             "gc"_a, "status"_a, "margin"_a, "residual"_a);
     m.def("resolve_many", &resolve_many, "policy"_a, "count"_a, "psi_arcs"_a, "index"_a, "psi"_a, "out"_a, "status"_a);
     m.def("gain", &gain, "rate"_a, "dt"_a);

@@ -24,6 +24,9 @@ struct HingeEnd {
     double below_one, above_minus_one;  // 1 - cos, 1 + cos
 };
 
+/// Largest margin around a singularity (rad): at half pi nothing would be left.
+inline constexpr double most_margin = 1.5;
+
 /// A range [near, far] of |theta| within [0, pi].
 struct HingePiece {
     HingeEnd near, far;

@@ -39,6 +39,7 @@ if TYPE_CHECKING:
         UnreachableError,
         UrdfError,
     )
+    from .following import follow
     from .io import JointTable, load_joints, load_poses, save
     from .joint_function import JointFunction
     from .joint_path import JointPath, PathPoint
@@ -47,7 +48,7 @@ if TYPE_CHECKING:
     from .policies import Centre, Hold, Repulsion
     from .retiming import retime
     from .status import Status
-    from .stepping import Resolution, Step, follow, resolve, step
+    from .stepping import Resolution, Step, resolve, step
     from .trajectory import SpeedLoss, Trajectory, TrajectoryPoint
 
 # Which module a name comes from: the imports above once more, for the interpreter.
@@ -70,7 +71,8 @@ _HOMES = {
     "policies": "Centre Hold Repulsion",
     "retiming": "retime",
     "status": "Status",
-    "stepping": "Resolution Step follow resolve step",
+    "following": "follow",
+    "stepping": "Resolution Step resolve step",
     "trajectory": "SpeedLoss Trajectory TrajectoryPoint",
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names.split()}

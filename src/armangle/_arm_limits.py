@@ -15,7 +15,7 @@ from .diagnosis import Diagnosis, branch_of
 from .errors import ConfigurationError, InputError, ShapeError
 from .joint_function import JointFunction
 
-MOST_MARGIN = 1.5
+MOST_MARGIN: float = _core.MOST_MARGIN
 _BRANCH, _JOINTS, _BRANCHES = 0, 1, 2  # what feasible_many is asked for
 _SETS_OF: tuple[tuple[int, ...], ...] = ((), (JOINTS,), (CONFIGURATIONS,))
 

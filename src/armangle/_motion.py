@@ -10,10 +10,10 @@ from .arm import Arm
 from .configuration import COUNT as CONFIGURATIONS
 from .description import JOINTS
 from .errors import PathError
+from .following import follow
 from .io import JointTable
 from .joint_path import JointPath
 from .status import Status
-from .stepping import follow
 
 
 def motion_of(arm: Arm, table: JointTable) -> JointPath:

@@ -18,10 +18,10 @@ from .configuration import COUNT as CONFIGURATIONS
 from .configuration import gc_signs
 from .description import JOINTS
 from .errors import ConfigurationError, InputError, LimitError, NotFiniteError, ShapeError
+from .following import follow
 from .joint_path import JointPath
 from .policies import Policy, Repulsion
 from .status import STATUSES, Status
-from .stepping import follow
 
 _CIRCLE_SAMPLES = 181
 _LARGEST_MOVE = 1.0  # rad: eq. (36) may act at full strength, but no joint flips over

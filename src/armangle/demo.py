@@ -17,9 +17,9 @@ from . import plots
 from ._arrays import Floats
 from ._plots_style import BLACK, VERMILION, pyplot
 from .arm import Arm
+from .following import follow
 from .joint_path import JointPath
 from .policies import Repulsion
-from .stepping import follow
 
 ROBOT = "kuka_iiwa7_r800"
 START_DEG = (-5.4101, -26.4986, -48.1542, -61.65, 152.6198, 114.4466, 8.1812)

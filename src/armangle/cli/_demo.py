@@ -10,10 +10,10 @@ import numpy as np
 
 from .. import demo
 from .._replace import replacing
+from .._step_options import MAX_JOINT_STEP
 from .._tables import paint, paragraph, table
 from ..errors import MissingExtraError, OutputError
 from ..io import save
-from ..stepping import MAX_JOINT_STEP
 from ._arguments import add_json
 from ._screen import degrees, note, progress, show, show_json, signs_text
 

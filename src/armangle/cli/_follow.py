@@ -8,14 +8,15 @@ from typing import Any
 import numpy as np
 
 from .._arrays import Floats
+from .._step_options import MAX_JOINT_STEP
 from .._tables import paint, table
 from ..configuration import COUNT
 from ..errors import InputError
+from ..following import follow
 from ..io import load_poses
 from ..joint_path import JointPath
 from ..policies import Centre, Hold, Policy, Repulsion
 from ..status import STATUSES, Status
-from ..stepping import MAX_JOINT_STEP, follow
 from ._arguments import (
     add_arm,
     add_json,

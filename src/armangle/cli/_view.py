@@ -11,10 +11,10 @@ from .._arrays import Floats
 from .._motion import motion_of, motions_along
 from ..arm import Arm
 from ..errors import FileFormatError, InputError
+from ..following import follow
 from ..io import load_joints, load_poses
 from ..joint_path import JointPath
 from ..mjcf import is_mjcf
-from ..stepping import follow
 from ._arguments import add_arm, add_json, joints, the_arm
 from ._screen import note, progress, show, show_json, violations
 
