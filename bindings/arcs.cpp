@@ -26,24 +26,26 @@ nb::object owned(std::vector<T>&& values, std::size_t columns) {
     return nb::cast(nb::ndarray<nb::numpy, T>(kept->data(), {rows, columns}, owner));
 }
 
-/// Memory that grows without being filled first.
+/// Memory that grows without being filled first; its own, or a part of another's until that is too small.
 template <class T>
 struct Grown {
-    std::unique_ptr<T[]> data;
+    std::unique_ptr<T[]> own;
+    T* data = nullptr;
     std::size_t size = 0, capacity = 0;
 
     void reserve(std::size_t wanted) {
         if (wanted <= capacity) return;
         std::unique_ptr<T[]> larger(new T[wanted]);
-        if (size) std::memcpy(larger.get(), data.get(), size * sizeof(T));
-        data = std::move(larger), capacity = wanted;
+        if (size) std::memcpy(larger.get(), data, size * sizeof(T));
+        own = std::move(larger), data = own.get(), capacity = wanted;
     }
     void room_for(std::size_t more) {
         if (size + more > capacity) reserve(size + more + capacity / 2);
     }
+    void borrow(const Grown& whole, std::size_t first, std::size_t count) { data = whole.data + first, capacity = count; }
 
     nb::object release(std::size_t columns) {
-        T* kept = data.release();
+        T* kept = own.release();
         nb::capsule owner(kept, [](void* p) noexcept { delete[] static_cast<T*>(p); });
         const std::size_t rows = size / columns;
         if (columns == 1) return nb::cast(nb::ndarray<nb::numpy, T>(kept, {rows}, owner));
@@ -53,15 +55,21 @@ struct Grown {
 
 /// Arc sets under construction.
 struct Collected {
+    static constexpr std::size_t ends = 5;  // a set, as a rule: two arcs and a half
     Grown<std::int64_t> count;
     Grown<double> psi, value;
     Grown<std::int8_t> joint, side, status;
 
-    /// Room for so many sets, of two arcs and a half each.
+    /// Room for so many sets.
     void reserve(std::size_t sets) {
         count.reserve(sets), status.reserve(sets);
-        const std::size_t ends = 5 * sets + 2 * ArcSet::capacity;
-        psi.reserve(ends), value.reserve(ends), joint.reserve(ends), side.reserve(ends);
+        psi.reserve(ends * sets), value.reserve(ends * sets), joint.reserve(ends * sets), side.reserve(ends * sets);
+    }
+    /// The room that another has for the sets from `first` on.
+    void borrow(const Collected& whole, std::size_t first, std::size_t sets) {
+        count.borrow(whole.count, first, sets), status.borrow(whole.status, first, sets);
+        psi.borrow(whole.psi, ends * first, ends * sets), value.borrow(whole.value, ends * first, ends * sets);
+        joint.borrow(whole.joint, ends * first, ends * sets), side.borrow(whole.side, ends * first, ends * sets);
     }
 
     void add(const Arm& arm, double margin, const Configuration<double>& gc, const ArcSet& set, Status outcome) {
@@ -85,39 +93,30 @@ struct Collected {
     }
 };
 
-/// One array of all threads' sets, behind that of the first.
+/// One array of all threads' sets: drawn together where it was written, or copied where a thread outgrew its part.
 template <auto member>
-void take(std::vector<Collected>& parts) {
-    auto& to = parts[0].*member;
-    for (std::size_t t = 1; t < parts.size(); ++t) {
-        const auto& from = parts[t].*member;
-        if (from.size) std::memcpy(to.data.get() + to.size, from.data.get(), from.size * sizeof(from.data[0]));
-        to.size += from.size;
-    }
-}
-
-template <auto member>
-void make_room(std::vector<Collected>& parts) {
+void join(const std::vector<Collected>& parts, Collected& whole) {
+    auto& to = whole.*member;
+    std::remove_reference_t<decltype(to)> all;
     std::size_t total = 0;
-    for (const Collected& part : parts) total += (part.*member).size;
-    (parts[0].*member).reserve(total);
+    bool outgrown = false;
+    for (const Collected& part : parts) total += (part.*member).size, outgrown |= (part.*member).own != nullptr;
+    if (outgrown) {
+        all.reserve(total);
+    } else {
+        all = std::move(to);
+    }
+    for (const Collected& part : parts) {
+        const auto& from = part.*member;
+        if (from.size) std::memmove(all.data + all.size, from.data, from.size * sizeof(from.data[0]));
+        all.size += from.size;
+    }
+    to = std::move(all);
 }
 
-template <auto... members>
-void join_arrays(std::vector<Collected>& parts, int threads) {
-    (make_room<members>(parts), ...);
-    static constexpr void (*takes[])(std::vector<Collected>&) = {&take<members>...};
-    parallel(sizeof...(members), threads, [&](std::size_t begin, std::size_t end, std::size_t) {
-        for (std::size_t i = begin; i < end; ++i) takes[i](parts);
-    });
-}
-
-/// The sets of all threads, one after the other, in the arrays of the first.
-void join(std::vector<Collected>& parts, int threads) {
-    std::size_t used = 0;
-    for (const Collected& part : parts) used += part.count.size > 0;
-    if (used > 1)  // halves of equal size for two threads
-        join_arrays<&Collected::psi, &Collected::joint, &Collected::status, &Collected::value, &Collected::side, &Collected::count>(parts, threads);
+void join(const std::vector<Collected>& parts, Collected& whole) {
+    join<&Collected::count>(parts, whole), join<&Collected::psi>(parts, whole), join<&Collected::value>(parts, whole);
+    join<&Collected::joint>(parts, whole), join<&Collected::side>(parts, whole), join<&Collected::status>(parts, whole);
 }
 
 /// What is asked of a pose: Psi_all of one branch, Psi_i of its seven joints, or Psi_all of all eight branches.
@@ -162,6 +161,20 @@ Problem collect_pose(const Request& r, const double* m, long long gc, Collected&
     return Problem::none;
 }
 
+/// The sets of elements [begin, end), up to the first problem. Its arguments are copies: what one thread writes to must not
+/// lie on a cache line that another reads.
+[[gnu::noinline]] void collect_range(Request request, Grid<2> grid, const double* poses, const long long* gc, std::size_t begin,
+                                     std::size_t end, Collected& to, Outcome& outcome) {
+    grid.for_runs(begin, end, [&](std::size_t flat, const Py_ssize_t* at, const Py_ssize_t* step, std::size_t count) {
+        for (std::size_t i = 0; i < count; ++i) {
+            const auto k = static_cast<Py_ssize_t>(i);
+            double value = 0;
+            const Problem problem = collect_pose(request, poses + at[0] + k * step[0], gc[at[1] + k * step[1]], to, value);
+            if (problem != Problem::none) return outcome.report(problem, flat + i, value);
+        }
+    });
+}
+
 /// Arrays of the sets of all elements, or a report of the first problem.
 nb::object feasible_many(const ArmHandle& self, nb::handle pose, nb::handle gc, double margin, double psi_margin,
                          double discriminant, int wanted, int threads) {
@@ -170,28 +183,24 @@ nb::object feasible_many(const ArmHandle& self, nb::handle pose, nb::handle gc, 
     const bool plain = margin == 0 && psi_margin == 0;
     const LimitTable own = plain ? LimitTable{} : limit_table(self.arm, margin, psi_margin, discriminant);
     const Request request{self, plain ? self.limits : own, static_cast<Wanted>(wanted)};
+    const auto sets = static_cast<std::size_t>(sets_of(request.wanted));
+    Collected whole;
+    whole.reserve(grid.size() * sets);
     std::vector<Collected> parts(most_threads);
     Outcome outcomes[most_threads];
     {
         nb::gil_scoped_release release;
         parallel(grid.size(), threads, [&](std::size_t begin, std::size_t end, std::size_t thread) {
-            const std::size_t here = thread ? end - begin : grid.size();  // the first takes those of the others in the end
-            parts[thread].reserve(here * static_cast<std::size_t>(sets_of(request.wanted)));
-            grid.for_runs(begin, end, [&](std::size_t flat, const Py_ssize_t* at, const Py_ssize_t* step, std::size_t count) {
-                for (std::size_t i = 0; i < count; ++i) {
-                    const auto k = static_cast<Py_ssize_t>(i);
-                    double value = 0;
-                    const Problem problem = collect_pose(request, p.data<double>() + at[0] + k * step[0],
-                                                         g.data<long long>()[at[1] + k * step[1]], parts[thread], value);
-                    if (problem != Problem::none) return outcomes[thread].report(problem, flat + i, value);
-                }
-            });
+            Collected mine;
+            mine.borrow(whole, begin * sets, (end - begin) * sets);
+            collect_range(request, grid, p.data<double>(), g.data<long long>(), begin, end, mine, outcomes[thread]);
+            parts[thread] = std::move(mine);
         });
     }
     const Outcome outcome = first_problem(outcomes, most_threads);
     if (outcome.problem != Problem::none) return report(outcome);
-    join(parts, threads);
-    return parts[0].release();
+    join(parts, whole);
+    return whole.release();
 }
 
 /// One joint's function of psi on one circle and branch.
