@@ -12,7 +12,8 @@ public:
     ArcArrays(nb::handle count, nb::handle psi) : count_(count), psi_(psi) {
         if (!count_.is('l') || !psi_.is('d')) throw std::invalid_argument("arc arrays of int64 and float64 were expected");
         first_.reserve(static_cast<std::size_t>(count_.shape(0)));
-        for (Py_ssize_t i = 0; i < count_.shape(0); ++i) first_.push_back(arcs_), arcs_ += static_cast<std::size_t>(count_.data<long long>()[i]);
+        for (Py_ssize_t i = 0; i < count_.shape(0); ++i)
+            first_.push_back(arcs_), arcs_ += static_cast<std::size_t>(count_.data<long long>()[i]);
     }
 
     std::size_t sets() const noexcept { return first_.size(); }

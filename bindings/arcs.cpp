@@ -176,8 +176,8 @@ Problem collect_pose(const Request& r, const double* m, long long gc, Collected&
 }
 
 /// Arrays of the sets of all elements, or a report of the first problem.
-nb::object feasible_many(const ArmHandle& self, nb::handle pose, nb::handle gc, double margin, double psi_margin,
-                         double discriminant, int wanted, int threads) {
+nb::object feasible_many(const ArmHandle& self, nb::handle pose, nb::handle gc, double margin, double psi_margin, double discriminant,
+                         int wanted, int threads) {
     const Buffer p(pose), g(gc);
     const Grid<2> grid({&p, &g}, {2, 0});
     const bool plain = margin == 0 && psi_margin == 0;
@@ -212,9 +212,7 @@ struct JointFunctionHandle {
     JointFunctions<double> f;
     int joint;
 
-    double value(double psi) const noexcept {
-        return joints_within_limits(arm, directions(c, bend, gc, sin_cos(psi)), nullptr).q[joint];
-    }
+    double value(double psi) const noexcept { return joints_within_limits(arm, directions(c, bend, gc, sin_cos(psi)), nullptr).q[joint]; }
     double slope(double psi) const noexcept { return self_motion(arm, f, sin_cos(psi)).q[joint]; }
     Profile special() const noexcept {
         for (int h = 0; h < hinges; ++h)
@@ -292,9 +290,12 @@ nb::tuple combine(int operation, nb::handle count_a, nb::handle psi_a, nb::handl
     for (Py_ssize_t i = 0; i < ia.shape(0); ++i) {
         const auto at_a = ia.data<long long>()[i], at_b = ib.data<long long>()[i];
         const ArcSet left = a.load(at_a, 1), right = operation == 2 ? ArcSet{} : b.load(at_b, 1 + 2 * ArcSet::capacity);
-        if (operation == 0) intersect(left, right, out);
-        else if (operation == 1) unite(left, right, out);
-        else complement(left, out);
+        if (operation == 0)
+            intersect(left, right, out);
+        else if (operation == 1)
+            unite(left, right, out);
+        else
+            complement(left, out);
         counts.push_back(out.count);
         for (int k = 0; k < out.count; ++k) {
             arcs.insert(arcs.end(), {out.arc[k].lower, out.arc[k].upper});
@@ -327,10 +328,14 @@ void bind_arcs(nb::module_& m, nb::class_<ArmHandle>& arm) {
     arm.def("feasible_many", &feasible_many, "pose"_a, "gc"_a, "margin"_a, "psi_margin"_a, "discriminant"_a, "wanted"_a, "threads"_a);
     arm.def("joint_function", &joint_function, "pose"_a, "gc"_a, "joint"_a);
     nb::class_<JointFunctionHandle>(m, "JointFunction")
-        .def("value", [](const JointFunctionHandle& h, nb::handle psi, nb::handle out) { map_psi(psi, out, [&](double x) { return h.value(x); }); },
-             "psi"_a, "out"_a)
-        .def("derivative", [](const JointFunctionHandle& h, nb::handle psi, nb::handle out) { map_psi(psi, out, [&](double x) { return h.slope(x); }); },
-             "psi"_a, "out"_a)
+        .def(
+            "value",
+            [](const JointFunctionHandle& h, nb::handle psi, nb::handle out) { map_psi(psi, out, [&](double x) { return h.value(x); }); },
+            "psi"_a, "out"_a)
+        .def(
+            "derivative",
+            [](const JointFunctionHandle& h, nb::handle psi, nb::handle out) { map_psi(psi, out, [&](double x) { return h.slope(x); }); },
+            "psi"_a, "out"_a)
         .def_prop_ro("stationary", [](const JointFunctionHandle& h) { return listed(h.special().stationary); })
         .def_prop_ro("singular", [](const JointFunctionHandle& h) { return listed(h.special().singular); })
         .def_prop_ro("kind", [](const JointFunctionHandle& h) { return static_cast<int>(h.special().kind); });

@@ -46,7 +46,9 @@ public:
         return kind == 'd' || kind == 'f' ? *f == kind : ((*f == 'l' || *f == 'q') && view_.itemsize == 8);
     }
     template <class T>
-    T* data() const noexcept { return static_cast<T*>(view_.buf); }
+    T* data() const noexcept {
+        return static_cast<T*>(view_.buf);
+    }
 
     /// A C-contiguous array of exactly these extents.
     bool is_array(char kind, std::initializer_list<Py_ssize_t> extents) const noexcept {
@@ -82,7 +84,8 @@ public:
     bool read(nb::handle object, int rows, int columns, double* to) noexcept {
         if (PyList_CheckExact(object.ptr()) || PyTuple_CheckExact(object.ptr())) return read_rows(object, rows, columns, to);
         Buffer b;
-        return b.try_get(object) && (b.is('d') ? read_array<double>(b, rows, columns, to) : b.is('f') && read_array<float>(b, rows, columns, to));
+        return b.try_get(object) &&
+               (b.is('d') ? read_array<double>(b, rows, columns, to) : b.is('f') && read_array<float>(b, rows, columns, to));
     }
 
 private:

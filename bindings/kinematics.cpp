@@ -29,8 +29,8 @@ nb::object inverse_one(const ArmHandle& self, nb::handle pose, nb::handle psi_ob
     return out;
 }
 
-nb::object inverse_many(const ArmHandle& self, nb::handle pose, nb::handle psi, nb::handle gc, nb::handle seed, nb::handle out,
-                        int limits, int unreachable, int threads) {
+nb::object inverse_many(const ArmHandle& self, nb::handle pose, nb::handle psi, nb::handle gc, nb::handle seed, nb::handle out, int limits,
+                        int unreachable, int threads) {
     const Buffer p(pose), a(psi), g(gc), q(out, true);
     Buffer s;
     if (!seed.is_none()) s.get(seed);

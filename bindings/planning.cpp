@@ -32,7 +32,8 @@ void path_waypoints(nb::handle poses, nb::handle out) {
     const std::size_t count = n > 1 ? n - 1 : 1;
     const auto pose = [&](std::size_t i) { return load_pose(p.data<double>() + 16 * (i < n ? i : n - 1)); };
     for (std::size_t i = 0; i < count; ++i)
-        segments[i] = line(static_cast<double>(i) / static_cast<double>(count), static_cast<double>(i + 1) / static_cast<double>(count), pose(i), pose(i + 1), false);
+        segments[i] = line(static_cast<double>(i) / static_cast<double>(count), static_cast<double>(i + 1) / static_cast<double>(count),
+                           pose(i), pose(i + 1), false);
 }
 
 void path_line(nb::handle start, nb::handle end, bool fixed, nb::handle out) {
@@ -40,7 +41,8 @@ void path_line(nb::handle start, nb::handle end, bool fixed, nb::handle out) {
     *reinterpret_cast<Segment*>(to.data<double>()) = line(0, 1, load_pose(a.data<double>()), load_pose(b.data<double>()), fixed);
 }
 
-void path_screw(nb::handle start, nb::handle point, nb::handle direction, double angle, double advance, bool carried, nb::handle end, nb::handle out) {
+void path_screw(nb::handle start, nb::handle point, nb::handle direction, double angle, double advance, bool carried, nb::handle end,
+                nb::handle out) {
     const Buffer a(start), p(point), d(direction), to(out, true);
     Segment g = screw(0, 1, load_pose(a.data<double>()), as_vector(p.data<double>()), as_vector(d.data<double>()), angle, advance, carried);
     if (!end.is_none()) g = arc_to(g, load_pose(Buffer(end).data<double>()));
@@ -51,7 +53,8 @@ void path_screw(nb::handle start, nb::handle point, nb::handle direction, double
 nb::tuple arc_through_points(nb::handle from, nb::handle via, nb::handle to) {
     const Buffer a(from), b(via), c(to);
     const ArcThrough arc = arc_through(as_vector(a.data<double>()), as_vector(b.data<double>()), as_vector(c.data<double>()));
-    return nb::make_tuple(nb::make_tuple(arc.centre.x, arc.centre.y, arc.centre.z), nb::make_tuple(arc.axis.x, arc.axis.y, arc.axis.z), arc.angle);
+    return nb::make_tuple(nb::make_tuple(arc.centre.x, arc.centre.y, arc.centre.z), nb::make_tuple(arc.axis.x, arc.axis.y, arc.axis.z),
+                          arc.angle);
 }
 
 /// Poses (4x4) at s.
@@ -76,8 +79,12 @@ void path_derivatives(nb::handle segments, nb::handle s, nb::handle out) {
         double* row = to.data<double>() + 18 * i;
         for (int k = 1; k <= 3; ++k, row += 6) {
             const double factorial = k == 3 ? 6.0 : k, spin = k == 1 ? 1.0 : 0.0;
-            const double values[6] = {p.x.coefficient[k] * factorial, p.y.coefficient[k] * factorial, p.z.coefficient[k] * factorial,
-                                      w.x * spin, w.y * spin, w.z * spin};
+            const double values[6] = {p.x.coefficient[k] * factorial,
+                                      p.y.coefficient[k] * factorial,
+                                      p.z.coefficient[k] * factorial,
+                                      w.x * spin,
+                                      w.y * spin,
+                                      w.z * spin};
             std::memcpy(row, values, sizeof(values));
         }
     }
@@ -110,20 +117,25 @@ nb::object plan_path(const ArmHandle& self, nb::handle segments, nb::handle rows
     Plan out;
     {
         nb::gil_scoped_release release;
-        out = plan(self.arm, as_segments(g), static_cast<std::size_t>(g.shape(0)), r.data<double>(), static_cast<std::size_t>(r.shape(0)), options);
+        out = plan(self.arm, as_segments(g), static_cast<std::size_t>(g.shape(0)), r.data<double>(), static_cast<std::size_t>(r.shape(0)),
+                   options);
     }
     nb::object stretches = new_array(nb::make_tuple(out.stretches.size(), stretch_width));
-    if (!out.stretches.empty()) std::memcpy(Buffer(stretches, true).data<double>(), out.stretches.data(), out.stretches.size() * sizeof(Stretch));
+    if (!out.stretches.empty())
+        std::memcpy(Buffer(stretches, true).data<double>(), out.stretches.data(), out.stretches.size() * sizeof(Stretch));
     nb::list reports;
     for (const BranchReport& b : out.branches) reports.append(as_tuple(b));
     const auto &p = out.plane.pole, &s = out.plane.side;
-    return nb::make_tuple(out.ok, out.gc, as_array({p.x, p.y, p.z, s.x, s.y, s.z}, 6), stretches, as_array(out.proof.open, 2), out.start_gap,
-                          out.goal_gap, reports);
+    return nb::make_tuple(out.ok, out.gc, as_array({p.x, p.y, p.z, s.x, s.y, s.z}, 6), stretches, as_array(out.proof.open, 2),
+                          out.start_gap, out.goal_gap, reports);
 }
 
 Curve as_curve(const ArmHandle& self, const Buffer& segments, const Buffer& stretches, const Buffer& plane, int gc) noexcept {
     const double* v = plane.data<double>();
-    return {self.arm, {as_vector(v), as_vector(v + 3)}, gc, {as_segments(segments), static_cast<std::size_t>(segments.shape(0))},
+    return {self.arm,
+            {as_vector(v), as_vector(v + 3)},
+            gc,
+            {as_segments(segments), static_cast<std::size_t>(segments.shape(0))},
             {reinterpret_cast<const Stretch*>(stretches.data<double>()), static_cast<std::size_t>(stretches.shape(0))}};
 }
 
@@ -144,7 +156,8 @@ void curve_at(const ArmHandle& self, nb::handle segments, nb::handle stretches, 
 }
 
 /// q', q'', q''' at s: (3, 7) each.
-void curve_derivatives(const ArmHandle& self, nb::handle segments, nb::handle stretches, nb::handle plane, int gc, nb::handle s, nb::handle out) {
+void curve_derivatives(const ArmHandle& self, nb::handle segments, nb::handle stretches, nb::handle plane, int gc, nb::handle s,
+                       nb::handle out) {
     const Buffer g(segments), x(stretches), v(plane), at(s), to(out, true);
     const Curve curve = as_curve(self, g, x, v, gc);
     for (Py_ssize_t i = 0; i < at.shape(0); ++i) curve.derivatives(at.data<double>()[i], to.data<double>() + 3 * joints * i);
@@ -192,13 +205,15 @@ void interval_many(int operation, nb::handle a, nb::handle b, nb::handle out) {
     const Buffer x(a), y(b), to(out, true);
     for (Py_ssize_t i = 0; i < x.shape(0); ++i) {
         const Interval p(x.data<double>()[2 * i], x.data<double>()[2 * i + 1]), q(y.data<double>()[2 * i], y.data<double>()[2 * i + 1]);
-        const Interval results[] = {p + q, p - q, p * q, p / q, sqrt(p), sin_cos(p).sin, sin_cos(p).cos, hypot(p, q), square(p), abs(p), min(p, q), max(p, q)};
+        const Interval results[] = {p + q,          p - q,       p * q,     p / q,  sqrt(p),   sin_cos(p).sin,
+                                    sin_cos(p).cos, hypot(p, q), square(p), abs(p), min(p, q), max(p, q)};
         to.data<double>()[2 * i] = results[operation].lo, to.data<double>()[2 * i + 1] = results[operation].hi;
     }
 }
 
 /// Unproven stretches of a curve, and the places seen to break a limit.
-nb::tuple certify_curve(const ArmHandle& self, nb::handle segments, nb::handle stretches, nb::handle plane, int gc, double singularity_margin) {
+nb::tuple certify_curve(const ArmHandle& self, nb::handle segments, nb::handle stretches, nb::handle plane, int gc,
+                        double singularity_margin) {
     const Buffer g(segments), x(stretches), v(plane);
     const Proof proof = certify(as_curve(self, g, x, v, gc), self.arm, singularity_margin);
     return nb::make_tuple(as_array(proof.open, 2), as_array(proof.violated, 1));
@@ -220,7 +235,8 @@ void bind_planning(nb::module_& m, nb::class_<ArmHandle>& arm) {
     m.def("interval_many", &interval_many, "operation"_a, "a"_a, "b"_a, "out"_a);
     arm.def("plan_path", &plan_path, "segments"_a, "rows"_a, "start"_a.none(), "goal"_a.none(), "branches"_a, "weights"_a,
             "singularity_margin"_a, "limit_margin"_a);
-    arm.def("curve_at", &curve_at, "segments"_a, "stretches"_a, "plane"_a, "gc"_a, "s"_a, "q"_a, "psi"_a, "pose"_a, "margin"_a, "residual"_a);
+    arm.def("curve_at", &curve_at, "segments"_a, "stretches"_a, "plane"_a, "gc"_a, "s"_a, "q"_a, "psi"_a, "pose"_a, "margin"_a,
+            "residual"_a);
     arm.def("curve_derivatives", &curve_derivatives, "segments"_a, "stretches"_a, "plane"_a, "gc"_a, "s"_a, "out"_a);
     arm.def("curve_through", &curve_through, "segments"_a, "s"_a, "q"_a, "psi"_a, "gc"_a);
     arm.def("certify_curve", &certify_curve, "segments"_a, "stretches"_a, "plane"_a, "gc"_a, "singularity_margin"_a);

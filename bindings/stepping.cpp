@@ -95,8 +95,9 @@ nb::object step_one(const ArmHandle& self, nb::handle q_now, nb::handle pose, co
 }
 
 nb::object follow_all(const ArmHandle& self, nb::handle start, nb::handle poses, const Policy& policy, nb::handle gc_wanted,
-                      nb::handle carry, nb::handle max_joint_step, nb::handle singularity_margin, int on_fail, nb::handle allowed_count, nb::handle allowed_psi, nb::handle bounds, int lookahead, nb::handle q, nb::handle psi, nb::handle gc, nb::handle status,
-                      nb::handle margin, nb::handle residual) {
+                      nb::handle carry, nb::handle max_joint_step, nb::handle singularity_margin, int on_fail, nb::handle allowed_count,
+                      nb::handle allowed_psi, nb::handle bounds, int lookahead, nb::handle q, nb::handle psi, nb::handle gc,
+                      nb::handle status, nb::handle margin, nb::handle residual) {
     const Buffer s(start), p(poses), q_out(q, true), psi_out(psi, true), gc_out(gc, true), status_out(status, true);
     const Buffer margin_out(margin, true), residual_out(residual, true);
     const auto n = static_cast<std::size_t>(p.shape(0));
@@ -112,13 +113,14 @@ nb::object follow_all(const ArmHandle& self, nb::handle start, nb::handle poses,
         const ArcArrays arrays(allowed_count, allowed_psi);
         for (std::size_t i = 0; i < arrays.sets(); ++i) sets.push_back(arrays.load(static_cast<long long>(i), 0));
     }
-    const FollowRows rows{q_out.data<double>(), psi_out.data<double>(), margin_out.data<double>(), residual_out.data<double>(),
-                          gc_out.data<long long>(), status_out.data<std::int8_t>()};
+    const FollowRows rows{q_out.data<double>(),        psi_out.data<double>(),   margin_out.data<double>(),
+                          residual_out.data<double>(), gc_out.data<long long>(), status_out.data<std::int8_t>()};
     const Strided<const ArcSet> allowed{sets.empty() ? nullptr : sets.data(), sets.size() > 1 ? 1 : 0};
     StepOptions options;
     double singular = 0;
     options.policy = policy;
-    if (!read_options(gc_wanted, carry, max_joint_step, singularity_margin, options, singular)) throw std::invalid_argument("options were expected");
+    if (!read_options(gc_wanted, carry, max_joint_step, singularity_margin, options, singular))
+        throw std::invalid_argument("options were expected");
     const Limits limits(self, singular);
     const GivenBounds given(bounds, options);
     const auto window = static_cast<std::size_t>(lookahead);
@@ -133,8 +135,8 @@ nb::object follow_all(const ArmHandle& self, nb::handle start, nb::handle poses,
 }
 
 /// Next psi of each (set, psi): eq. (36) or another rule.
-void resolve_many(const Policy& policy, nb::handle count, nb::handle psi_arcs, nb::handle index, nb::handle psi,
-                  nb::handle out, nb::handle status) {
+void resolve_many(const Policy& policy, nb::handle count, nb::handle psi_arcs, nb::handle index, nb::handle psi, nb::handle out,
+                  nb::handle status) {
     const ArcArrays arcs(count, psi_arcs);
     const Buffer i(index), x(psi), to(out, true), code(status, true);
     for (Py_ssize_t k = 0; k < i.shape(0); ++k) {
@@ -149,10 +151,11 @@ void bind_stepping(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
     nb::class_<Policy>(m, "Policy").def("__init__", &make_policy, "rule"_a, "K"_a, "alpha"_a, "outside"_a);
     arm.def("step_one", &step_one, "q_now"_a.none(), "pose"_a.none(), "policy"_a, "gc"_a.none(), "carry"_a.none(),
-            "max_joint_step"_a.none(), "singularity_margin"_a.none(), "allowed_count"_a.none(), "allowed_psi"_a.none(), "bounds"_a.none(), "kind"_a, "statuses"_a);
-    arm.def("follow_all", &follow_all, "start"_a, "poses"_a, "policy"_a, "gc_wanted"_a.none(), "carry"_a,
-            "max_joint_step"_a.none(), "singularity_margin"_a, "on_fail"_a, "allowed_count"_a.none(), "allowed_psi"_a.none(), "bounds"_a.none(), "lookahead"_a, "q"_a, "psi"_a,
-            "gc"_a, "status"_a, "margin"_a, "residual"_a);
+            "max_joint_step"_a.none(), "singularity_margin"_a.none(), "allowed_count"_a.none(), "allowed_psi"_a.none(), "bounds"_a.none(),
+            "kind"_a, "statuses"_a);
+    arm.def("follow_all", &follow_all, "start"_a, "poses"_a, "policy"_a, "gc_wanted"_a.none(), "carry"_a, "max_joint_step"_a.none(),
+            "singularity_margin"_a, "on_fail"_a, "allowed_count"_a.none(), "allowed_psi"_a.none(), "bounds"_a.none(), "lookahead"_a, "q"_a,
+            "psi"_a, "gc"_a, "status"_a, "margin"_a, "residual"_a);
     m.def("resolve_many", &resolve_many, "policy"_a, "count"_a, "psi_arcs"_a, "index"_a, "psi"_a, "out"_a, "status"_a);
     m.def("gain", &gain, "rate"_a, "dt"_a);
 }

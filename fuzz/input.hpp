@@ -34,8 +34,8 @@ public:
 
     /// A number: any bits, one of the special ones, or an even one in [-1, 1] times `scale`.
     double number(double scale) noexcept {
-        static constexpr double special[] = {0.0, -0.0, pi, -pi, half_pi, -half_pi, two_pi, 1e-9, -1e-9, 1e-13, 1e-7,
-                                             1.0, -1.0, 1e6, -1e6, 1e-300, 5e-324, infinity, -infinity, not_a_number};
+        static constexpr double special[] = {0.0,  -0.0, pi,   -pi, half_pi, -half_pi, two_pi, 1e-9,     -1e-9,     1e-13,
+                                             1e-7, 1.0,  -1.0, 1e6, -1e6,    1e-300,   5e-324, infinity, -infinity, not_a_number};
         const unsigned kind = byte();
         if (kind < 16) return raw();
         if (kind < 64) return special[byte() % (sizeof(special) / sizeof(special[0]))];
@@ -102,7 +102,8 @@ inline double rounding(const Arm& arm, const Pose<double>& pose) noexcept {
     const auto size = [](const Pose<double>& p) { return norm(p.position); };
     double turned = 0;
     for (int i = 0; i < joints; ++i) turned = max(turned, std::fabs(arm.offset[i]));
-    return 1e-12 * (1.0 + arm.reach + std::fabs(arm.d_bs) + std::fabs(arm.d_wf) + size(arm.base) + size(arm.tool) + size(pose)) * (1.0 + turned);
+    return 1e-12 * (1.0 + arm.reach + std::fabs(arm.d_bs) + std::fabs(arm.d_wf) + size(arm.base) + size(arm.tool) + size(pose)) *
+           (1.0 + turned);
 }
 
 inline double pose_error(const Pose<double>& a, const Pose<double>& b) noexcept {

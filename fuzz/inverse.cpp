@@ -30,9 +30,9 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
         if (problem == Problem::none) {
             demand(finite, "an element without a problem has finite joints");
             const Pose<double> wanted = load_pose(pose + 16 * i);
-            const double slack = 5e-6 * (1 + norm(wanted.position) + norm(arm.tool.position) + std::fabs(arm.d_wf));  // a rotation may be off by 1e-6
-            demand(pose_error(forward(arm, q + 7 * i).pose, wanted) < slack + 1e3 * rounding(arm, wanted),
-                   "the joints hold the pose");
+            const double slack =
+                5e-6 * (1 + norm(wanted.position) + norm(arm.tool.position) + std::fabs(arm.d_wf));  // a rotation may be off by 1e-6
+            demand(pose_error(forward(arm, q + 7 * i).pose, wanted) < slack + 1e3 * rounding(arm, wanted), "the joints hold the pose");
         } else {
             const bool geometry = problem == Problem::unreachable || problem == Problem::folded;
             demand(!finite, "an element with a problem is NaN");

@@ -124,7 +124,16 @@ def test_the_examples_in_the_docstrings_hold(name: str) -> None:
     assert doctest.testmod(module, optionflags=doctest.NORMALIZE_WHITESPACE).failed == 0
 
 
-@pytest.mark.parametrize("command", [["ruff", "check", "."], ["mypy", "--strict", "src"]], ids=" ".join)
+CPP = ("include/armangle", "bindings", "examples/cpp", "fuzz", "tests/*", "benchmarks/cpp")
+SOURCES = sorted(str(path) for folder in CPP for path in ROOT.glob(f"{folder}/*.[ch]pp"))
+LINT = {
+    "ruff": ["ruff", "check", "."],
+    "mypy": ["mypy", "--strict", "src"],
+    "clang-format": ["clang-format", "--dry-run", "--Werror", *SOURCES],
+}
+
+
+@pytest.mark.parametrize("command", LINT.values(), ids=LINT)
 def test_the_sources_pass(command: list[str]) -> None:
     tool = Path(sys.executable).with_name(command[0])
     path = str(tool) if tool.exists() else need_tool(command[0])

@@ -35,7 +35,9 @@ double cpu_time() {
 
 /// Makes the compiler believe that a result is read.
 template <class T>
-void keep(const T& value) { asm volatile("" : : "r"(&value) : "memory"); }
+void keep(const T& value) {
+    asm volatile("" : : "r"(&value) : "memory");
+}
 
 double quantile(std::vector<double> v, double share) {
     const auto at = v.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(v.size() - 1));
@@ -62,8 +64,7 @@ struct Data {
         std::mt19937_64 random(2018);
         for (std::size_t i = 0; i < n; ++i) {
             double* joint = &q[7 * i];
-            for (int j = 0; j < joints; ++j)
-                joint[j] = std::uniform_real_distribution<double>(arm.lower[j], arm.upper[j])(random);
+            for (int j = 0; j < joints; ++j) joint[j] = std::uniform_real_distribution<double>(arm.lower[j], arm.upper[j])(random);
             const Posture at = forward(arm, joint);
             store_pose(at.pose, &matrix[16 * i]);
             pose[i] = load_pose(&matrix[16 * i]);
@@ -214,8 +215,7 @@ void print_throughput(Bench& bench, int rounds) {
         yards.push_back(bench.yard());
     }
     std::printf("yard %.2f\n", quantile(yards, 0.5));
-    for (const Row& row : rows)
-        std::printf("throughput %s %.2f %.4f\n", row.name.c_str(), quantile(row.ns, 0.5), quantile(row.yd, 0.5));
+    for (const Row& row : rows) std::printf("throughput %s %.2f %.4f\n", row.name.c_str(), quantile(row.ns, 0.5), quantile(row.yd, 0.5));
 }
 
 /// How many of the steps end with OK: a step that stops early would be timed as fast.

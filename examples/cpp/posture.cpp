@@ -24,8 +24,7 @@ int main() {
 
     armangle::ArcSet arcs;
     const armangle::LimitTable limits = armangle::limit_table(arm);
-    const armangle::Status status =
-        armangle::feasible(arm, limits, circle, bend, armangle::joint_functions(circle, bend, gc), arcs);
+    const armangle::Status status = armangle::feasible(arm, limits, circle, bend, armangle::joint_functions(circle, bend, gc), arcs);
     std::printf("\nstatus %s\n", armangle::sentence(status));
     for (int i = 0; i < arcs.count; ++i)
         std::printf("arc_deg %.15g %.15g\n", arcs.arc[i].lower / example::degree, arcs.arc[i].upper / example::degree);

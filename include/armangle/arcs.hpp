@@ -90,8 +90,14 @@ inline bool make_ordered(ArcSet& set, const double* ends, int n) noexcept {
 
 /// a and b
 inline void intersect(const ArcSet& a, const ArcSet& b, ArcSet& out) noexcept {
-    if (a.full) { out = b; return; }
-    if (b.full) { out = a; return; }
+    if (a.full) {
+        out = b;
+        return;
+    }
+    if (b.full) {
+        out = a;
+        return;
+    }
     make_empty(out);
     for (int i = 0; i < a.count; ++i) {
         for (int j = 0; j < b.count; ++j) {
@@ -124,8 +130,14 @@ inline void complement(const ArcSet& a, ArcSet& out) noexcept {
 
 /// a or b
 inline void unite(const ArcSet& a, const ArcSet& b, ArcSet& out) noexcept {
-    if (a.empty()) { out = b; return; }
-    if (b.empty()) { out = a; return; }
+    if (a.empty()) {
+        out = b;
+        return;
+    }
+    if (b.empty()) {
+        out = a;
+        return;
+    }
     ArcSet not_a, not_b, neither;
     complement(a, not_a), complement(b, not_b);
     intersect(not_a, not_b, neither);

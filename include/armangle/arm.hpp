@@ -48,13 +48,10 @@ namespace detail {
 
 inline bool is_identity(const Pose<double>& p) noexcept {
     const auto same = [](const Vec3<double>& a, double x, double y, double z) { return a.x == x && a.y == y && a.z == z; };
-    return same(p.rotation.x, 1, 0, 0) && same(p.rotation.y, 0, 1, 0) && same(p.rotation.z, 0, 0, 1) &&
-           same(p.position, 0, 0, 0);
+    return same(p.rotation.x, 1, 0, 0) && same(p.rotation.y, 0, 1, 0) && same(p.rotation.z, 0, 0, 1) && same(p.position, 0, 0, 0);
 }
 
-inline double middle(double lower, double upper) noexcept {
-    return lower > -infinity && upper < infinity ? 0.5 * (lower + upper) : 0.0;
-}
+inline double middle(double lower, double upper) noexcept { return lower > -infinity && upper < infinity ? 0.5 * (lower + upper) : 0.0; }
 
 inline void fill_joint_arrays(Arm& arm) noexcept {
     for (int i = 0; i < joint_slots; ++i) {
@@ -123,7 +120,9 @@ ARMANGLE_INLINE JointLanes joint_lanes(const double* q) noexcept {
 
 /// theta of a joint value q.
 template <class T>
-ARMANGLE_INLINE T model_angle(T q, T sign, T offset) noexcept { return sign * q + offset; }
+ARMANGLE_INLINE T model_angle(T q, T sign, T offset) noexcept {
+    return sign * q + offset;
+}
 
 /// The q of a theta that lies within [lower, upper]; of several the nearest to `near`, of none the nearest to the range.
 template <class T>

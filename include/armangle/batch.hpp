@@ -26,12 +26,12 @@ enum class Problem : int {
     pose_last_row,      // a 4x4 pose ends with 0 0 0 1
     pose_not_rotation,  // value: largest entry of |R^T R - I|
     pose_reflection,
-    psi_not_finite,     // or beyond tolerance::largest_angle; of joints too
-    gc_range,           // value: the gc
+    psi_not_finite,  // or beyond tolerance::largest_angle; of joints too
+    gc_range,        // value: the gc
     joints_not_finite,
-    unreachable,        // value: m beyond the reach, or inside the inner reach
+    unreachable,  // value: m beyond the reach, or inside the inner reach
     folded,
-    joint_limit,        // value: joint 1..7
+    joint_limit,  // value: joint 1..7
 };
 
 /// The first problem of a batch: which, where, and the value that shows it.
@@ -52,8 +52,7 @@ inline Pose<double> load_pose(const double* m) noexcept {
 
 inline void store_pose(const Pose<double>& p, double* m) noexcept {
     const auto& [x, y, z] = p.rotation;
-    const double rows[16] = {x.x, y.x, z.x, p.position.x, x.y, y.y, z.y, p.position.y,
-                             x.z, y.z, z.z, p.position.z, 0,   0,   0,   1};
+    const double rows[16] = {x.x, y.x, z.x, p.position.x, x.y, y.y, z.y, p.position.y, x.z, y.z, z.z, p.position.z, 0, 0, 0, 1};
     for (int i = 0; i < 16; ++i) m[i] = rows[i];
 }
 
@@ -150,8 +149,8 @@ inline LaneInput load_block(const Arm& arm, const InverseBatch& b, const std::si
 inline void solve_block(const Arm& arm, const LaneInput& in, const Circle<Batch>& c, Batch* q) noexcept {
     const Directions<Batch> d = directions(c, fold(arm, c.triangle, in.gc.elbow), in.gc, sin_cos(in.psi));
     for (int j = 0; j < joints; ++j) {
-        q[j] = joint_value(atan2(d.y[j], d.x[j]), Batch(arm.joint_sign[j]), Batch(arm.joint_offset[j]),
-                           Batch(arm.joint_lower[j]), Batch(arm.joint_upper[j]), in.near[j]);
+        q[j] = joint_value(atan2(d.y[j], d.x[j]), Batch(arm.joint_sign[j]), Batch(arm.joint_offset[j]), Batch(arm.joint_lower[j]),
+                           Batch(arm.joint_upper[j]), in.near[j]);
     }
 }
 

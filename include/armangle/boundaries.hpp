@@ -92,15 +92,17 @@ ARMANGLE_INLINE Slots of_hinges(double first, double second) noexcept {
 
 /// a^2 + b^2 - c^2 = (max H - cos(limit)) (cos(limit) - min H), each factor by what is small: 1 - cos or 1 + cos.
 ARMANGLE_INLINE void solve_hinges(const LimitTable& t, const JointFunctions<double>& f, HingeArcs& out) noexcept {
-    const Hinge<double> &p = f.hinge[0], &q = f.hinge[1];
+    const Hinge<double>&p = f.hinge[0], &q = f.hinge[1];
     const int p_negative = p.g < 0, q_negative = q.g < 0;
-    const int most = max(t.piece_count[0][p_negative], t.piece_count[1][q_negative]);
+    const int p_count = t.piece_count[0][p_negative], q_count = t.piece_count[1][q_negative];
     const double sides[2 * hinges] = {-1.0, 1.0, -1.0, 1.0};
     const Slots side = twice(sides), one(1.0);
     const Slots a = side * of_hinges(p.H.s, q.H.s), b = side * of_hinges(p.H.c, q.H.c);
-    const Slots high_below = of_hinges(p.high.below_one, q.high.below_one), high_above = of_hinges(p.high.above_minus_one, q.high.above_minus_one);
-    const Slots low_below = of_hinges(p.low.below_one, q.low.below_one), low_above = of_hinges(p.low.above_minus_one, q.low.above_minus_one);
-    for (int k = 0; k < most; ++k) {
+    const Slots high_below = of_hinges(p.high.below_one, q.high.below_one),
+                high_above = of_hinges(p.high.above_minus_one, q.high.above_minus_one);
+    const Slots low_below = of_hinges(p.low.below_one, q.low.below_one),
+                low_above = of_hinges(p.low.above_minus_one, q.low.above_minus_one);
+    for (int k = 0; k < p_count || k < q_count; ++k) {
         const HingePiece &first = t.piece[0][p_negative][k], &second = t.piece[1][q_negative][k];
         const Slots limit_below = of_ends(first, second, [](const HingeEnd& e) { return e.below_one; });
         const Slots limit_above = of_ends(first, second, [](const HingeEnd& e) { return e.above_minus_one; });

@@ -22,14 +22,14 @@ struct Candidate {
 };
 
 namespace candidate_rule {
-inline constexpr double spacing = 0.2;       // of neighbouring postures in phi (rad)
-inline constexpr double beside = 5e-3;       // of the phi where a joint's windings end (rad)
-inline constexpr int least = 5;              // postures on an arc, however narrow
-inline constexpr double move = 0.5;          // a joint moves at most this from one to the next (rad) ...
-inline constexpr int passes = 4;             // ... after at most so many insertions between
-inline constexpr int windings = 2;           // of a joint, either way from the middle of its range
-inline constexpr double reference = 0.1;     // margin of cost 1 (rad)
-inline constexpr double cost_floor = 1e-3;   // margins below cost no more (rad)
+inline constexpr double spacing = 0.2;      // of neighbouring postures in phi (rad)
+inline constexpr double beside = 5e-3;      // of the phi where a joint's windings end (rad)
+inline constexpr int least = 5;             // postures on an arc, however narrow
+inline constexpr double move = 0.5;         // a joint moves at most this from one to the next (rad) ...
+inline constexpr int passes = 4;            // ... after at most so many insertions between
+inline constexpr int windings = 2;          // of a joint, either way from the middle of its range
+inline constexpr double reference = 0.1;    // margin of cost 1 (rad)
+inline constexpr double cost_floor = 1e-3;  // margins below cost no more (rad)
 }  // namespace candidate_rule
 
 namespace detail {
@@ -148,7 +148,8 @@ private:
                 if (!(abs(limit) < infinity)) continue;
                 const SinCos<double> at = sin_cos(limit);
                 const Pivot<double>& f = l.functions.pivot[p];
-                const Roots ends = roots({f.U.s * at.cos - f.V.s * at.sin, f.U.c * at.cos - f.V.c * at.sin, f.U.k * at.cos - f.V.k * at.sin});
+                const Roots ends =
+                    roots({f.U.s * at.cos - f.V.s * at.sin, f.U.c * at.cos - f.V.c * at.sin, f.U.k * at.cos - f.V.k * at.sin});
                 for (int i = 0; i < ends.count; ++i)
                     for (const double side : {-candidate_rule::beside, candidate_rule::beside}) {
                         const double phi = lift(ends.psi[i] + side, 0.5 * (arc.lower + arc.upper));
@@ -193,8 +194,10 @@ private:
         int last = 0;
         for (const Point& p : points_) last = std::max(last, p.pass);
         for (std::size_t i = 0, old = 0; i < finer_.size(); ++i) {
-            if (old < points_.size() && finer_[i].phi == points_[old].phi) ++old;
-            else finer_[i].pass = last + 1;
+            if (old < points_.size() && finer_[i].phi == points_[old].phi)
+                ++old;
+            else
+                finer_[i].pass = last + 1;
         }
         points_.swap(finer_);
         return true;
@@ -204,7 +207,8 @@ private:
     /// section before leads to; at the first section some about the middle, one of a joint whose winding cannot change.
     void turns(int j, double q, int& first, int& last) const noexcept {
         const double l = task_.arm.lower[j], u = task_.arm.upper[j], far = tolerance::largest_angle;
-        const double fewest = ceil((max(l, -far) - tolerance::angle - q) / two_pi), most = floor((min(u, far) + tolerance::angle - q) / two_pi);
+        const double fewest = ceil((max(l, -far) - tolerance::angle - q) / two_pi),
+                     most = floor((min(u, far) + tolerance::angle - q) / two_pi);
         double from = fewest, to = most;
         const bool unlimited = l == -infinity && u == infinity;  // its winding means nothing: any one will do
         if (window_.set && !unlimited) {

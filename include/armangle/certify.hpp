@@ -23,13 +23,13 @@ inline constexpr double slack = 1e-9;
 inline constexpr double broken = 4e-9;
 /// Singularities are proven farther away than this (rad), whatever the margin asked: there values round well, and lift.
 inline constexpr double least_margin = 1e-5;
-inline constexpr double join = 1e-12;          // by which a stretch may overlap the next segment (of s)
-inline constexpr double sector = pi / 3;       // half width (rad)
-inline constexpr double sector_step = 2.2;     // of its middle from one to the next (rad); 2 sector + this < 2 pi
-inline constexpr double end_step = 2.0;        // of its middle from the ends of a stretch (rad); sector + this < pi
-inline constexpr int looks = 32;               // for violations in a stretch that is not proven
-inline constexpr int depth = 14;               // halvings of a stretch
-inline constexpr int evaluations = 256;        // spent on average on a stretch before the rest is left unproven
+inline constexpr double join = 1e-12;       // by which a stretch may overlap the next segment (of s)
+inline constexpr double sector = pi / 3;    // half width (rad)
+inline constexpr double sector_step = 2.2;  // of its middle from one to the next (rad); 2 sector + this < 2 pi
+inline constexpr double end_step = 2.0;     // of its middle from the ends of a stretch (rad); sector + this < pi
+inline constexpr int looks = 32;            // for violations in a stretch that is not proven
+inline constexpr int depth = 14;            // halvings of a stretch
+inline constexpr int evaluations = 256;     // spent on average on a stretch before the rest is left unproven
 }  // namespace proof
 
 /// Stretches of s, and the places where a limit is seen to be broken.
@@ -74,7 +74,7 @@ enum class PivotKind { turning, narrow, wide };
 /// What is to be proven of a curve, made once.
 struct Claim {
     const Curve& curve;
-    const Arm& bounds;  // the curve's arm with the limits to prove
+    const Arm& bounds;   // the curve's arm with the limits to prove
     double sine_square;  // of the singularity margin
     HalfTurn shoulder, wrist, elbow;
     PivotKind kind[pivots];
@@ -115,7 +115,9 @@ struct Claim {
 
     /// sin(theta - angle) times the length of the direction.
     template <class T>
-    static T beyond(const T& u, const T& v, const SinCos<Interval>& angle) noexcept { return u * T(angle.cos) - v * T(angle.sin); }
+    static T beyond(const T& u, const T& v, const SinCos<Interval>& angle) noexcept {
+        return u * T(angle.cos) - v * T(angle.sin);
+    }
 
     /// Whether theta can be in the sector about `middle` and within the limits; conditions that make it so.
     template <class T>
@@ -147,8 +149,10 @@ struct Claim {
             if (kind[p] == PivotKind::turning && !turning(p, u, v, middle[p], out)) return false;
             if (kind[p] != PivotKind::narrow && kind[p] != PivotKind::wide) continue;
             const T above = beyond(u, v, at_lower[p]), below = -beyond(u, v, at_upper[p]);
-            if (kind[p] == PivotKind::narrow) out.add(above), out.add(below);
-            else out.either[out.pairs][0] = above, out.either[out.pairs++][1] = below;
+            if (kind[p] == PivotKind::narrow)
+                out.add(above), out.add(below);
+            else
+                out.either[out.pairs][0] = above, out.either[out.pairs++][1] = below;
         }
         return true;
     }
@@ -184,8 +188,10 @@ public:
 
 private:
     void leave(double from, double to) {
-        if (!proof_.open.empty() && proof_.open.back() == from) proof_.open.back() = to;
-        else proof_.open.push_back(from), proof_.open.push_back(to);
+        if (!proof_.open.empty() && proof_.open.back() == from)
+            proof_.open.back() = to;
+        else
+            proof_.open.push_back(from), proof_.open.push_back(to);
     }
 
     /// Looks for places of an unproven stretch where a limit is passed.
@@ -258,8 +264,8 @@ private:
         Conditions<Interval> at;
         bool bad = false;
         for (int p = 0; p < pivots; ++p)
-            bad = bad || (claim_.kind[p] == PivotKind::turning &&
-                          max(claim_.lower[p] - middle[p], middle[p] - claim_.upper[p]) > proof::broken);
+            bad = bad ||
+                  (claim_.kind[p] == PivotKind::turning && max(claim_.lower[p] - middle[p], middle[p] - claim_.upper[p]) > proof::broken);
         const auto fails = [](const Interval& f) { return f.hi < -proof::broken; };
         if (claim_.evaluate(x, Interval(s), middle, at)) {
             for (int i = 0; i < at.count; ++i) bad = bad || fails(at.must[i]);

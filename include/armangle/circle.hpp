@@ -59,10 +59,14 @@ ARMANGLE_INLINE Circle<T> circle_on(const Arm& arm, const Triad<T>& triad, const
 
 /// Circle of a pose 0T7 in the paper's psi.
 template <class T>
-ARMANGLE_INLINE Circle<T> circle(const Arm& arm, const Pose<T>& flange) noexcept { return circle_on(arm, triad(arm, flange), flange); }
+ARMANGLE_INLINE Circle<T> circle(const Arm& arm, const Pose<T>& flange) noexcept {
+    return circle_on(arm, triad(arm, flange), flange);
+}
 
 template <class T>
-ARMANGLE_INLINE auto is_folded(const Arm& arm, const Triad<T>& c) noexcept { return c.distance <= T(tolerance::folded * arm.reach); }
+ARMANGLE_INLINE auto is_folded(const Arm& arm, const Triad<T>& c) noexcept {
+    return c.distance <= T(tolerance::folded * arm.reach);
+}
 
 template <class T>
 ARMANGLE_INLINE auto is_unreachable(const Arm& arm, const Circle<T>& c) noexcept {

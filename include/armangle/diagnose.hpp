@@ -30,14 +30,14 @@ struct BranchReport {
     int gc = 0;
     Verdict verdict = Verdict::ok;
     Status status = Status::OK;
-    double from = 0, to = 0;         // s of the trouble
-    double excess = 0;               // m beyond the reach, the most of the range
-    double reached = 0;              // s up to which the start leads
-    double margin = not_a_number;    // rad, least along the way (asked margins deducted); joint 4 apart:
+    double from = 0, to = 0;       // s of the trouble
+    double excess = 0;             // m beyond the reach, the most of the range
+    double reached = 0;            // s up to which the start leads
+    double margin = not_a_number;  // rad, least along the way (asked margins deducted); joint 4 apart:
     double elbow_margin = not_a_number;
-    double travel = not_a_number;    // cost of the way
+    double travel = not_a_number;  // cost of the way
     double nearest_psi = not_a_number;
-    unsigned blocking = 0;           // bit j: joint j + 1 is one of those that leave no arm angle
+    unsigned blocking = 0;  // bit j: joint j + 1 is one of those that leave no arm angle
     std::vector<Opening> openings;
 };
 

@@ -8,9 +8,9 @@ namespace armangle {
 /// The triangle S-E-W. Without GC: eta and kappa are in [0, pi].
 template <class T>
 struct Triangle {
-    T excess;            // m beyond the reach (or inside the inner reach); <= 0 where the wrist can be reached
-    SinCos<T> eta;       // bend of the elbow: theta_4 - delta = GC_4 eta
-    SinCos<T> kappa;     // angle at the shoulder between S-E and S-W
+    T excess;         // m beyond the reach (or inside the inner reach); <= 0 where the wrist can be reached
+    SinCos<T> eta;    // bend of the elbow: theta_4 - delta = GC_4 eta
+    SinCos<T> kappa;  // angle at the shoulder between S-E and S-W
 };
 
 /// Bend and shoulder angle by half-angle forms: exact also when stretched or folded (unlike acos of eq. (4)); n = |S-W| in m.

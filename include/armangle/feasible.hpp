@@ -38,7 +38,8 @@ inline void tell_opposite_limits(const LimitTable& t, const JointFunctions<doubl
     };
     bool possible = false;
     for (const Cone& cone : t.cone) possible |= cone.straight;
-    for (int i = 0; possible && i < set.count; ++i) tell(set.arc[i].lower, set.arc[i].lower_tag), tell(set.arc[i].upper, set.arc[i].upper_tag);
+    for (int i = 0; possible && i < set.count; ++i)
+        tell(set.arc[i].lower, set.arc[i].lower_tag), tell(set.arc[i].upper, set.arc[i].upper_tag);
 }
 
 /// The set that is left; the joint functions are those of the shoulder's sign and of the wrist's.

@@ -17,7 +17,11 @@ struct Jet {
 
     Jet() noexcept = default;
     Jet(double constant) noexcept { fill(T(constant)); }
-    Jet(const T& constant) noexcept requires(!std::is_same_v<T, double>) { fill(constant); }
+    Jet(const T& constant) noexcept
+        requires(!std::is_same_v<T, double>)
+    {
+        fill(constant);
+    }
 
     /// The variable itself, at x.
     static Jet variable(const T& x) noexcept {
@@ -81,10 +85,14 @@ Jet<T, K> select(const M& mask, const Jet<T, K>& yes, const Jet<T, K>& no) noexc
 }
 
 template <class T, int K>
-Jet<T, K> mul_add(const Jet<T, K>& a, const Jet<T, K>& b, const Jet<T, K>& c) noexcept { return a * b + c; }
+Jet<T, K> mul_add(const Jet<T, K>& a, const Jet<T, K>& b, const Jet<T, K>& c) noexcept {
+    return a * b + c;
+}
 
 template <class T, int K>
-Jet<T, K> abs(const Jet<T, K>& a) noexcept { return select(a < Jet<T, K>(0.0), -a, a); }
+Jet<T, K> abs(const Jet<T, K>& a) noexcept {
+    return select(a < Jet<T, K>(0.0), -a, a);
+}
 
 template <class T, int K>
 Jet<T, K> sqrt(const Jet<T, K>& a) noexcept {
@@ -126,8 +134,8 @@ Jet<T, K> atan2(const Jet<T, K>& y, const Jet<T, K>& x) noexcept {
     for (int k = 0; k < K; ++k) {
         turn[k] = T(0.0);
         for (int i = 0; i <= k; ++i)
-            turn[k] = turn[k] + T(static_cast<double>(k - i + 1)) * (x.coefficient[i] * y.coefficient[k - i + 1] -
-                                                                    y.coefficient[i] * x.coefficient[k - i + 1]);
+            turn[k] = turn[k] + T(static_cast<double>(k - i + 1)) *
+                                    (x.coefficient[i] * y.coefficient[k - i + 1] - y.coefficient[i] * x.coefficient[k - i + 1]);
         for (int i = 1; i <= k; ++i) turn[k] = turn[k] - size.coefficient[i] * turn[k - i];
         turn[k] = turn[k] / size.coefficient[0];
         out.coefficient[k + 1] = turn[k] / T(static_cast<double>(k + 1));

@@ -131,10 +131,8 @@ inline double derivative(const Hinge<double>& h, const Pivot<double>& pivot, con
 
 /// Self-motion dq/dpsi (rad/rad), of one circle and branch; joint 4 does not move.
 inline Joints self_motion(const Arm& arm, const JointFunctions<double>& f, const SinCos<double>& psi) noexcept {
-    const double rate[joints] = {derivative(f.pivot[0], psi), derivative(f.hinge[0], f.pivot[0], psi),
-                                 derivative(f.pivot[1], psi), 0.0,
-                                 derivative(f.pivot[2], psi), derivative(f.hinge[1], f.pivot[2], psi),
-                                 derivative(f.pivot[3], psi)};
+    const double rate[joints] = {derivative(f.pivot[0], psi), derivative(f.hinge[0], f.pivot[0], psi), derivative(f.pivot[1], psi), 0.0,
+                                 derivative(f.pivot[2], psi), derivative(f.hinge[1], f.pivot[2], psi), derivative(f.pivot[3], psi)};
     Joints out{};
     for (int i = 0; i < joints; ++i) out.q[i] = arm.sign[i] * rate[i];
     return out;

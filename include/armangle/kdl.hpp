@@ -27,8 +27,7 @@ class ChainIkSolverPos : public KDL::ChainIkSolverPos {
 public:
     static constexpr int first_error = -100;  // error = first_error - Status
 
-    explicit ChainIkSolverPos(const Arm& arm, double singularity_margin = 0.0)
-        : arm_(arm), limits_(limit_table(arm, singularity_margin)) {}
+    explicit ChainIkSolverPos(const Arm& arm, double singularity_margin = 0.0) : arm_(arm), limits_(limit_table(arm, singularity_margin)) {}
 
     int CartToJnt(const KDL::JntArray& q_init, const KDL::Frame& p_in, KDL::JntArray& q_out) override {
         if (q_init.rows() != joints || q_out.rows() != joints) return error = E_SIZE_MISMATCH;

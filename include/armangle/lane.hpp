@@ -137,11 +137,11 @@ struct Lane {
     void store(double* to) const noexcept { __builtin_memcpy(to, part, sizeof(part)); }
 
     // `#define` and not twenty hand-written bodies: every operator is "for each register, the same operator".
-#define ARMANGLE_LANE_ARITHMETIC(op)                                             \
-    ARMANGLE_INLINE friend Lane operator op(const Lane& a, const Lane& b) noexcept {             \
-        Lane out;                                                                \
-        for (int i = 0; i < registers; ++i) out.part[i] = a.part[i] op b.part[i]; \
-        return out;                                                              \
+#define ARMANGLE_LANE_ARITHMETIC(op)                                                 \
+    ARMANGLE_INLINE friend Lane operator op(const Lane& a, const Lane& b) noexcept { \
+        Lane out;                                                                    \
+        for (int i = 0; i < registers; ++i) out.part[i] = a.part[i] op b.part[i];    \
+        return out;                                                                  \
     }
     ARMANGLE_LANE_ARITHMETIC(+)
     ARMANGLE_LANE_ARITHMETIC(-)
@@ -149,11 +149,11 @@ struct Lane {
     ARMANGLE_LANE_ARITHMETIC(/)
 #undef ARMANGLE_LANE_ARITHMETIC
 
-#define ARMANGLE_LANE_COMPARISON(op)                                             \
-    ARMANGLE_INLINE friend LaneMask<N> operator op(const Lane& a, const Lane& b) noexcept {      \
-        LaneMask<N> out;                                                         \
-        for (int i = 0; i < registers; ++i) out.part[i] = a.part[i] op b.part[i]; \
-        return out;                                                              \
+#define ARMANGLE_LANE_COMPARISON(op)                                                        \
+    ARMANGLE_INLINE friend LaneMask<N> operator op(const Lane& a, const Lane& b) noexcept { \
+        LaneMask<N> out;                                                                    \
+        for (int i = 0; i < registers; ++i) out.part[i] = a.part[i] op b.part[i];           \
+        return out;                                                                         \
     }
     ARMANGLE_LANE_COMPARISON(<)
     ARMANGLE_LANE_COMPARISON(>)
@@ -194,7 +194,8 @@ ARMANGLE_INLINE LaneMask<N> operator!(const LaneMask<N>& a) noexcept {
 ARMANGLE_INLINE Lane<8> twice(const double (&x)[4]) noexcept {
     Lane<8> out;
 #if defined(__AVX512F__)
-    out.part[0] = _mm512_broadcast_f64x4(_mm256_set_pd(x[3], x[2], x[1], x[0]));
+    const detail::Values4 four = detail::assemble<4>(x);
+    out.part[0] = __builtin_shufflevector(four, four, 0, 1, 2, 3, 0, 1, 2, 3);
 #else
     constexpr int half = Lane<8>::registers / 2;
     for (int i = 0; i < half; ++i) out.part[i] = out.part[half + i] = detail::assemble<Lane<8>::width>(x + i * Lane<8>::width);
@@ -206,7 +207,7 @@ ARMANGLE_INLINE Lane<8> twice(const double (&x)[4]) noexcept {
 ARMANGLE_INLINE Lane<8> swap_halves(const Lane<8>& x) noexcept {
     Lane<8> out;
 #if defined(__AVX512F__)
-    out.part[0] = _mm512_shuffle_f64x2(x.part[0], x.part[0], 0x4e);
+    out.part[0] = __builtin_shufflevector(x.part[0], x.part[0], 4, 5, 6, 7, 0, 1, 2, 3);
 #else
     constexpr int half = Lane<8>::registers / 2;
     for (int i = 0; i < half; ++i) out.part[i] = x.part[half + i], out.part[half + i] = x.part[i];
@@ -218,7 +219,7 @@ ARMANGLE_INLINE Lane<8> swap_halves(const Lane<8>& x) noexcept {
 ARMANGLE_INLINE Lane<8> first_halves(const Lane<8>& x, const Lane<8>& y) noexcept {
     Lane<8> out;
 #if defined(__AVX512F__)
-    out.part[0] = _mm512_insertf64x4(x.part[0], _mm512_castpd512_pd256(y.part[0]), 1);
+    out.part[0] = __builtin_shufflevector(x.part[0], y.part[0], 0, 1, 2, 3, 8, 9, 10, 11);
 #else
     constexpr int half = Lane<8>::registers / 2;
     for (int i = 0; i < half; ++i) out.part[i] = x.part[i], out.part[half + i] = y.part[i];
@@ -235,10 +236,14 @@ ARMANGLE_INLINE unsigned bits(const LaneMask<N>& mask) noexcept {
 }
 
 template <int N>
-ARMANGLE_INLINE bool any(const LaneMask<N>& mask) noexcept { return bits(mask) != 0; }
+ARMANGLE_INLINE bool any(const LaneMask<N>& mask) noexcept {
+    return bits(mask) != 0;
+}
 
 template <int N>
-ARMANGLE_INLINE bool all(const LaneMask<N>& mask) noexcept { return !any(!mask); }
+ARMANGLE_INLINE bool all(const LaneMask<N>& mask) noexcept {
+    return !any(!mask);
+}
 
 template <int N>
 ARMANGLE_INLINE Lane<N> select(const LaneMask<N>& mask, const Lane<N>& yes, const Lane<N>& no) noexcept {

@@ -27,7 +27,9 @@ ARMANGLE_INLINE Vec3<T> cross(const Vec3<T>& a, const Vec3<T>& b) noexcept {
 }
 
 template <class T>
-ARMANGLE_INLINE T norm(const Vec3<T>& a) noexcept { return sqrt(dot(a, a)); }
+ARMANGLE_INLINE T norm(const Vec3<T>& a) noexcept {
+    return sqrt(dot(a, a));
+}
 
 /// a k + b
 template <class T>
@@ -37,7 +39,9 @@ ARMANGLE_INLINE Vec3<T> mul_add(const Vec3<T>& a, const T& k, const Vec3<T>& b) 
 
 /// a x + b y
 template <class T>
-ARMANGLE_INLINE Vec3<T> combine(const Vec3<T>& a, const T& x, const Vec3<T>& b, const T& y) noexcept { return mul_add(a, x, b * y); }
+ARMANGLE_INLINE Vec3<T> combine(const Vec3<T>& a, const T& x, const Vec3<T>& b, const T& y) noexcept {
+    return mul_add(a, x, b * y);
+}
 
 template <class M, class T>
 ARMANGLE_INLINE Vec3<T> select(const M& mask, const Vec3<T>& yes, const Vec3<T>& no) noexcept {
@@ -56,7 +60,9 @@ ARMANGLE_INLINE Vec3<T> operator*(const Mat3<T>& r, const Vec3<T>& v) noexcept {
 }
 
 template <class T>
-ARMANGLE_INLINE Mat3<T> operator*(const Mat3<T>& a, const Mat3<T>& b) noexcept { return {a * b.x, a * b.y, a * b.z}; }
+ARMANGLE_INLINE Mat3<T> operator*(const Mat3<T>& a, const Mat3<T>& b) noexcept {
+    return {a * b.x, a * b.y, a * b.z};
+}
 
 /// A rigid transform: rotation and position (m).
 template <class T>
@@ -72,7 +78,9 @@ ARMANGLE_INLINE Pose<T> operator*(const Pose<T>& a, const Pose<T>& b) noexcept {
 
 /// The same constant in every lane.
 template <class T>
-ARMANGLE_INLINE Vec3<T> spread(const Vec3<double>& v) noexcept { return {T(v.x), T(v.y), T(v.z)}; }
+ARMANGLE_INLINE Vec3<T> spread(const Vec3<double>& v) noexcept {
+    return {T(v.x), T(v.y), T(v.z)};
+}
 
 template <class T>
 ARMANGLE_INLINE Pose<T> spread(const Pose<double>& p) noexcept {

@@ -22,11 +22,11 @@ struct AheadLayer {
 };
 
 namespace ahead_rule {
-inline constexpr double spacing = 0.35;   // rad: neighbouring psi both linked are linked between
-inline constexpr int least = 3;           // psi asked inside an arc, however narrow
-inline constexpr int halvings = 12;       // of the gap between a linked psi and one that is not
-inline constexpr double reserve = 0.01;   // share of a step kept back, so that from the end of a tube more than a point is left
-inline constexpr double run_up = 0.5;     // the same where accelerations are bound: what is left to catch up after a late start
+inline constexpr double spacing = 0.35;  // rad: neighbouring psi both linked are linked between
+inline constexpr int least = 3;          // psi asked inside an arc, however narrow
+inline constexpr int halvings = 12;      // of the gap between a linked psi and one that is not
+inline constexpr double reserve = 0.01;  // share of a step kept back, so that from the end of a tube more than a point is left
+inline constexpr double run_up = 0.5;    // the same where accelerations are bound: what is left to catch up after a late start
 }  // namespace ahead_rule
 
 namespace detail {
@@ -82,7 +82,8 @@ struct Probes {
 /// The set of layer `to` that is linked with a set of layer `from`.
 class Image {
 public:
-    Image(const Links& links, const AheadLayer& from, const ArcSet& set, const AheadLayer& to) : links_(links), from_(from), set_(set), to_(to) {}
+    Image(const Links& links, const AheadLayer& from, const ArcSet& set, const AheadLayer& to)
+        : links_(links), from_(from), set_(set), to_(to) {}
 
     void operator()(ArcSet& out) const noexcept {
         make_empty(out);
@@ -179,9 +180,16 @@ public:
 
     /// `bounds` may be null. Accelerations are not part of the links; where there are bounds on them, links use half of the
     /// speed, and a motion that comes late is led back to the tube.
-    Lookahead(const Arm& arm, const LimitTable& limits, const double* poses, std::size_t n, Strided<const ArcSet> allowed, const Bounds* bounds,
-              double largest_step, AheadLayer* workspace, std::size_t ahead) noexcept
-        : arm_(arm), limits_(limits), poses_(poses), n_(n), allowed_(allowed), links_{arm, {}, 1.0 - ahead_rule::reserve}, layer_(workspace), ahead_(ahead) {
+    Lookahead(const Arm& arm, const LimitTable& limits, const double* poses, std::size_t n, Strided<const ArcSet> allowed,
+              const Bounds* bounds, double largest_step, AheadLayer* workspace, std::size_t ahead) noexcept
+        : arm_(arm),
+          limits_(limits),
+          poses_(poses),
+          n_(n),
+          allowed_(allowed),
+          links_{arm, {}, 1.0 - ahead_rule::reserve},
+          layer_(workspace),
+          ahead_(ahead) {
         for (int i = 0; i < joints; ++i)
             links_.most[i] = min(bounds ? bounds->velocity[i] * bounds->dt : infinity, largest_step) - tolerance::bound;
         for (int i = 0; bounds && i < joints; ++i)
@@ -191,7 +199,8 @@ public:
     /// The psi of pose i from which the poses ahead can be reached, as many of them as can be from the posture q; null where
     /// q cannot step to pose i at all.
     const ArcSet* at(std::size_t i, const double* q, const Configuration<double>& gc) noexcept {
-        const bool drawn = count_ && index(gc) == gc_ && i >= first_ && i < first_ + reached_ && (i <= first_ + ahead_ || first_ + count_ == n_);
+        const bool drawn =
+            count_ && index(gc) == gc_ && i >= first_ && i < first_ + reached_ && (i <= first_ + ahead_ || first_ + count_ == n_);
         if (!drawn) draw(i, gc);
         AheadLayer& here = layer_[i - first_];
         ArcSet start;

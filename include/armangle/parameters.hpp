@@ -27,7 +27,8 @@ inline std::vector<double> base_parameters(const Segment* segments, std::size_t 
         const double gap = given[i + 1] - given[i];
         const Segment& g = segments[segment_index(segments, n, given[i] + 0.5 * gap)];
         const double turn = max(abs(g.alpha), abs(g.beta)) * gap / (g.end - g.start);
-        const int steps = std::max(1, static_cast<int>(std::ceil(max(gap * parameter_rule::least_steps, turn / parameter_rule::turn) - parameter_rule::same)));
+        const int steps = std::max(
+            1, static_cast<int>(std::ceil(max(gap * parameter_rule::least_steps, turn / parameter_rule::turn) - parameter_rule::same)));
         for (int k = 0; k < steps; ++k) out.push_back(given[i] + gap * k / steps);
     }
     out.push_back(1.0);

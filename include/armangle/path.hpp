@@ -69,7 +69,8 @@ inline Mat3<double> orthonormal(Mat3<double> r) noexcept {
     for (int pass = 0; pass < 2; ++pass) {
         const double xx = dot(r.x, r.x), yy = dot(r.y, r.y), zz = dot(r.z, r.z);
         const double xy = dot(r.x, r.y), yz = dot(r.y, r.z), zx = dot(r.z, r.x);
-        const Mat3<double> step{{0.5 * (3 - xx), -0.5 * xy, -0.5 * zx}, {-0.5 * xy, 0.5 * (3 - yy), -0.5 * yz}, {-0.5 * zx, -0.5 * yz, 0.5 * (3 - zz)}};
+        const Mat3<double> step{
+            {0.5 * (3 - xx), -0.5 * xy, -0.5 * zx}, {-0.5 * xy, 0.5 * (3 - yy), -0.5 * yz}, {-0.5 * zx, -0.5 * yz, 0.5 * (3 - zz)}};
         r = r * step;
     }
     return r;
@@ -93,9 +94,11 @@ inline AxisAngle shortest_rotation(const Mat3<double>& from, const Mat3<double>&
     if (sine == 0 && trace > 0) return {ez, 0.0};
     if (trace > -0.5) return {skew * (1.0 / sine), angle};
     // near half a turn: the symmetric part holds the axis, its largest column best
-    const double xy = 0.5 * (entry(ex, ey) + entry(ey, ex)), yz = 0.5 * (entry(ey, ez) + entry(ez, ey)), zx = 0.5 * (entry(ez, ex) + entry(ex, ez));
+    const double xy = 0.5 * (entry(ex, ey) + entry(ey, ex)), yz = 0.5 * (entry(ey, ez) + entry(ez, ey)),
+                 zx = 0.5 * (entry(ez, ex) + entry(ex, ez));
     const double c = 0.5 * (trace - 1.0);
-    Vec3<double> axis = xx >= yy && xx >= zz ? Vec3<double>{xx - c, xy, zx} : (yy >= zz ? Vec3<double>{xy, yy - c, yz} : Vec3<double>{zx, yz, zz - c});
+    Vec3<double> axis =
+        xx >= yy && xx >= zz ? Vec3<double>{xx - c, xy, zx} : (yy >= zz ? Vec3<double>{xy, yy - c, yz} : Vec3<double>{zx, yz, zz - c});
     axis = axis * (1.0 / norm(axis));
     return {dot(axis, skew) < 0 ? -axis : axis, angle};
 }
@@ -123,8 +126,8 @@ inline Segment line(double start, double end, const Pose<double>& from, const Po
 }
 
 /// Turn about a line of points (unit direction) by an angle, with an advance (m) along it; `carried`: the frame turns too.
-inline Segment screw(double start, double end, const Pose<double>& from, const Vec3<double>& point, const Vec3<double>& direction, double angle,
-                     double advance, bool carried) noexcept {
+inline Segment screw(double start, double end, const Pose<double>& from, const Vec3<double>& point, const Vec3<double>& direction,
+                     double angle, double advance, bool carried) noexcept {
     Segment g = detail::still(start, end, from);
     const Vec3<double> arm = from.position - point, axial = direction * dot(direction, arm);
     g.origin = point + axial, g.along = direction * advance;

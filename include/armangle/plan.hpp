@@ -15,7 +15,7 @@ namespace armangle {
 struct PlanOptions {
     const double* start = nullptr;  // joints that the plan begins with; fixes branch, arm angle and windings
     const double* goal = nullptr;
-    unsigned branches = 0xff;       // bit k: GC k is asked
+    unsigned branches = 0xff;  // bit k: GC k is asked
     Objective objective;
     double singularity_margin = 0;  // rad
     double limit_margin = 0;        // rad: limits are drawn in by this
@@ -27,8 +27,8 @@ struct Plan {
     SmoothPlane plane;
     std::vector<Stretch> stretches;  // of the curve, to the last s reached
     Proof proof;
-    double start_gap = 0, goal_gap = 0;   // rad: how far start and goal lie from their poses' postures
-    std::vector<BranchReport> branches;   // of the branches asked, best first
+    double start_gap = 0, goal_gap = 0;  // rad: how far start and goal lie from their poses' postures
+    std::vector<BranchReport> branches;  // of the branches asked, best first
 };
 
 namespace plan_rule {
@@ -58,7 +58,8 @@ public:
     Plan run() {
         for (int gc = 0; gc < configurations; ++gc)
             if (options_.branches >> gc & 1u) plan_.branches.push_back(survey(gc));
-        std::stable_sort(plan_.branches.begin(), plan_.branches.end(), [](const BranchReport& a, const BranchReport& b) { return before(a, b); });
+        std::stable_sort(plan_.branches.begin(), plan_.branches.end(),
+                         [](const BranchReport& a, const BranchReport& b) { return before(a, b); });
         plan_.plane = task_.plane;
         choose();
         std::stable_sort(plan_.branches.begin(), plan_.branches.end(), [this](const BranchReport& a, const BranchReport& b) {
@@ -68,9 +69,7 @@ public:
     }
 
 private:
-    Vec3<double> wrist(double s) const noexcept {
-        return triad(task_.arm, flange_pose(task_.arm, task_.pose(s))).w;
-    }
+    Vec3<double> wrist(double s) const noexcept { return triad(task_.arm, flange_pose(task_.arm, task_.pose(s))).w; }
 
     /// Order of branches: those with a way first, by least margin, then by the margin that the arm angle decides, then by cost.
     static bool before(const BranchReport& a, const BranchReport& b) noexcept {
@@ -93,11 +92,15 @@ private:
         for (int j = 0; j < joints; ++j) out.q[j] = solved.q[j], most = max(most, abs(solved.q[j] - q[j]));
         if (index(configuration(task_.arm, now.theta)) != tube.gc) return false;
         for (int j : {1, 5})  // there the arm angle does not say how joints 1 and 3 (5 and 7) share their turn
-            if (most > tolerance::angle && hinge_clearance(wrap(model_angle(out.q[j], task_.arm.sign[j], task_.arm.offset[j]))) < proof::least_margin) return false;
+            if (most > tolerance::angle &&
+                hinge_clearance(wrap(model_angle(out.q[j], task_.arm.sign[j], task_.arm.offset[j]))) < proof::least_margin)
+                return false;
         gap = most;
         if (l.status != Status::OK || !within_limits(task_.arm, out.q, tolerance::angle)) return false;
         for (int j : {1, 5})
-            if (hinge_clearance(wrap(model_angle(out.q[j], task_.arm.sign[j], task_.arm.offset[j]))) < task_.limits.margin - tolerance::angle) return false;
+            if (hinge_clearance(wrap(model_angle(out.q[j], task_.arm.sign[j], task_.arm.offset[j]))) <
+                task_.limits.margin - tolerance::angle)
+                return false;
         out.arc = nearest_arc(tube, l, out.phi);
         const Arc& a = tube.arc(l)[out.arc];
         out.phi = lift(out.phi, 0.5 * (a.lower + a.upper));
@@ -150,7 +153,8 @@ private:
         std::size_t end = at;
         const auto out_of_reach = [](Status s) { return s == Status::UNREACHABLE || s == Status::FOLDED; };
         for (; end < t.layers.size() && t.layers[end].status != Status::OK; ++end) {
-            if (out_of_reach(t.layers[end].status) && !out_of_reach(out.status)) out.from = t.layers[end].s, out.status = t.layers[end].status;
+            if (out_of_reach(t.layers[end].status) && !out_of_reach(out.status))
+                out.from = t.layers[end].s, out.status = t.layers[end].status;
             out.excess = max(out.excess, t.layers[end].circle.triangle.excess);
         }
         out.to = t.layers[end - 1].s;
@@ -203,9 +207,10 @@ private:
             plan_.ok = true, plan_.gc = first.gc, plan_.stretches.swap(first.stretches), plan_.proof = first.proof;
             return;
         }
-        const auto farthest = std::max_element(plan_.branches.begin(), plan_.branches.end(), [](const BranchReport& a, const BranchReport& b) {
-            return (a.verdict == Verdict::unresolved ? -1.0 : a.reached) < (b.verdict == Verdict::unresolved ? -1.0 : b.reached);
-        });
+        const auto farthest =
+            std::max_element(plan_.branches.begin(), plan_.branches.end(), [](const BranchReport& a, const BranchReport& b) {
+                return (a.verdict == Verdict::unresolved ? -1.0 : a.reached) < (b.verdict == Verdict::unresolved ? -1.0 : b.reached);
+            });
         if (farthest != plan_.branches.end()) partial(farthest->gc);
     }
 
@@ -285,7 +290,8 @@ private:
 }  // namespace detail
 
 /// Plans the path of n segments, from s = 0 to 1. rows: parameters that shall be sections.
-inline Plan plan(const Arm& arm, const Segment* segments, std::size_t n, const double* rows, std::size_t row_count, const PlanOptions& options) {
+inline Plan plan(const Arm& arm, const Segment* segments, std::size_t n, const double* rows, std::size_t row_count,
+                 const PlanOptions& options) {
     return detail::Planner(arm, segments, n, rows, row_count, options).run();
 }
 

@@ -7,11 +7,11 @@ namespace armangle {
 
 namespace relax_rule {
 inline constexpr int rounds = 30;
-inline constexpr double step = 0.15;       // of phi in one round (rad)
-inline constexpr double done = 1e-5;       // a round that moves less is the last (rad)
-inline constexpr double inset = 0.02;      // kept from the ends of an arc (rad), or this share of narrow ones:
+inline constexpr double step = 0.15;   // of phi in one round (rad)
+inline constexpr double done = 1e-5;   // a round that moves less is the last (rad)
+inline constexpr double inset = 0.02;  // kept from the ends of an arc (rad), or this share of narrow ones:
 inline constexpr double narrow = 0.1;
-inline constexpr double steepest = 1e3;    // dq/dphi beyond this counts as this
+inline constexpr double steepest = 1e3;  // dq/dphi beyond this counts as this
 }  // namespace relax_rule
 
 namespace detail {
@@ -50,9 +50,7 @@ public:
 
 private:
     double span(std::size_t k) const noexcept { return tube_.layers[k + 1].s - tube_.layers[k].s; }
-    double share(std::size_t k) const noexcept {
-        return 0.5 * ((k ? span(k - 1) : 0.0) + (k + 1 < n_ ? span(k) : 0.0));
-    }
+    double share(std::size_t k) const noexcept { return 0.5 * ((k ? span(k - 1) : 0.0) + (k + 1 < n_ ? span(k) : 0.0)); }
     double* slope(std::size_t k) noexcept { return slope_.data() + k * joints; }
 
     /// Energy, gradient and Gauss-Newton matrix at the present way.
@@ -170,7 +168,8 @@ private:
 }  // namespace detail
 
 /// Relaxes the inner postures of a way (and its ends, unless fixed) in place; none sinks below `floor` that was above.
-inline void relax(const Task& task, const Tube& tube, const Objective& objective, Way& way, bool first_fixed, bool last_fixed, double floor) {
+inline void relax(const Task& task, const Tube& tube, const Objective& objective, Way& way, bool first_fixed, bool last_fixed,
+                  double floor) {
     detail::Relaxation(task, tube, objective, way, first_fixed, last_fixed, floor).run();
 }
 

@@ -43,13 +43,19 @@ ARMANGLE_INLINE double mul_add(double a, double b, double c) noexcept {
 }
 
 template <class T>
-ARMANGLE_INLINE T min(T a, T b) noexcept { return select(b < a, b, a); }
+ARMANGLE_INLINE T min(T a, T b) noexcept {
+    return select(b < a, b, a);
+}
 
 template <class T>
-ARMANGLE_INLINE T max(T a, T b) noexcept { return select(a < b, b, a); }
+ARMANGLE_INLINE T max(T a, T b) noexcept {
+    return select(a < b, b, a);
+}
 
 template <class T>
-ARMANGLE_INLINE T hypot(T a, T b) noexcept { return sqrt(mul_add(a, a, b * b)); }
+ARMANGLE_INLINE T hypot(T a, T b) noexcept {
+    return sqrt(mul_add(a, a, b * b));
+}
 
 /// Nearest integer, for |x| < 2^51; ties to even.
 template <class T>

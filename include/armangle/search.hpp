@@ -28,7 +28,7 @@ struct Anchor {
 
 /// A way through the sections, as far as it leads.
 struct Way {
-    std::size_t reached = 0;    // sections 0 .. reached - 1 are joined to the start
+    std::size_t reached = 0;  // sections 0 .. reached - 1 are joined to the start
     bool whole = false;
     double margin = -infinity;  // least over the way, without joint 4
     double cost = infinity;
@@ -74,9 +74,12 @@ private:
         std::swap(here_.all, before_.all);
         std::swap(label_, label_before_);
         const Layer& l = tube_.layers[k];
-        if (k == 0 && start_.given) here_.fix(start_.phi, start_.arc, start_.q);
-        else if (k + 1 == tube_.layers.size() && goal_.given) here_.fix(goal_.phi, goal_.arc, goal_.q);
-        else here_.set_window(window(k)), here_.fill(tube_, l);
+        if (k == 0 && start_.given)
+            here_.fix(start_.phi, start_.arc, start_.q);
+        else if (k + 1 == tube_.layers.size() && goal_.given)
+            here_.fix(goal_.phi, goal_.arc, goal_.q);
+        else
+            here_.set_window(window(k)), here_.fill(tube_, l);
         const std::size_t n = here_.all.size();
         label_.assign(n, Label{});
         first_.push_back(back_.size());

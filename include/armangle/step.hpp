@@ -24,10 +24,10 @@ struct StepOptions {
 /// On any status but OK, q is the present posture and residual its distance from the pose.
 struct Step {
     double q[joint_slots];
-    double psi;       // in (-pi, pi]
+    double psi;  // in (-pi, pi]
     int gc;
     Status status;
-    double margin;    // rad: least distance of a joint of q to one of its limits, negative outside
+    double margin;  // rad: least distance of a joint of q to one of its limits, negative outside
 };
 
 /// Whether all seven joint values are finite, and not beyond any sense.

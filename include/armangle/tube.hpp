@@ -56,9 +56,9 @@ inline std::uint32_t nearest_arc(const Tube& tube, const Layer& l, double phi) n
 }
 
 namespace tube_rule {
-inline constexpr double turn = 0.15;      // wrist, tool and elbow turn at most this from layer to layer (rad)
-inline constexpr double shift = 0.3;      // an end moves at most this share of its arc ...
-inline constexpr double still = 0.02;     // ... unless by less than this (rad)
+inline constexpr double turn = 0.15;   // wrist, tool and elbow turn at most this from layer to layer (rad)
+inline constexpr double shift = 0.3;   // an end moves at most this share of its arc ...
+inline constexpr double still = 0.02;  // ... unless by less than this (rad)
 inline constexpr int turn_depth = 16, shift_depth = 5, event_depth = 12;  // halvings spent on each
 }  // namespace tube_rule
 
@@ -89,8 +89,11 @@ inline double gap(const Vec3<double>& a, const Vec3<double>& b) noexcept { retur
 inline double turned(const Layer& a, const Layer& b) noexcept {
     const auto &p = a.circle, &q = b.circle;
     const double wrist = gap(p.w, q.w), elbow = hypot(p.triangle.eta.sin - q.triangle.eta.sin, p.triangle.eta.cos - q.triangle.eta.cos);
-    const auto column = [](const Circle<double>& c, double Vec3<double>::* i) { return Vec3<double>{c.tool_w.*i, c.tool_e.*i, c.tool_z.*i}; };
-    const double x = gap(column(p, &Vec3<double>::x), column(q, &Vec3<double>::x)), z = gap(column(p, &Vec3<double>::z), column(q, &Vec3<double>::z));
+    const auto column = [](const Circle<double>& c, double Vec3<double>::* i) {
+        return Vec3<double>{c.tool_w.*i, c.tool_e.*i, c.tool_z.*i};
+    };
+    const double x = gap(column(p, &Vec3<double>::x), column(q, &Vec3<double>::x)),
+                 z = gap(column(p, &Vec3<double>::z), column(q, &Vec3<double>::z));
     return max(max(wrist, elbow), max(x, z));
 }
 

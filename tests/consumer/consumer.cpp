@@ -46,9 +46,7 @@ void bad_input_is_a_status(const armangle::Arm& arm) {
     const armangle::LimitTable limits = armangle::limit_table(arm);
     const double q[armangle::joints] = {0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5};
     const armangle::Pose<double> pose = armangle::forward(arm, q).pose;
-    const auto status = [&](const armangle::Pose<double>& p, const double* at) {
-        return armangle::step(arm, limits, at, p, {}).status;
-    };
+    const auto status = [&](const armangle::Pose<double>& p, const double* at) { return armangle::step(arm, limits, at, p, {}).status; };
     check(status(pose, q) == armangle::Status::OK, "a step to the present pose is OK");
     for (const double bad : {armangle::not_a_number, armangle::infinity, 2.0, 1e300}) {
         armangle::Pose<double> p = pose;
