@@ -165,6 +165,7 @@ private:
         out.verdict = Verdict::impossible, out.from = t.layers[at].s, out.excess = 0, out.status = t.layers[(at + end - 1) / 2].status;
         std::vector<Circle<double>> circles;
         const std::size_t count = end - at, shown = std::min<std::size_t>(count, plan_rule::samples);
+        circles.reserve(shown);
         for (std::size_t i = 0; i < shown; ++i) circles.push_back(t.layers[at + (2 * i + 1) * count / (2 * shown)].circle);
         explain_limits(task_, circles, out);
     }
