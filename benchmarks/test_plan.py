@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -21,13 +23,13 @@ def line(count: int) -> np.ndarray:
     return poses
 
 
-def test_250_poses_all_branches(benchmark: object) -> None:
+def test_250_poses_all_branches(benchmark: Any) -> None:
     """Goal: 50 ms, planned and certified."""
-    path = benchmark(aa.plan, ARM, line(250))  # type: ignore[operator]
+    path = benchmark(aa.plan, ARM, line(250))
     assert path.certified
 
 
-def test_100_000_poses(benchmark: object) -> None:
+def test_100_000_poses(benchmark: Any) -> None:
     """Goal: 20 s."""
-    path = benchmark.pedantic(aa.plan, (ARM, line(100_000)), rounds=1)  # type: ignore[attr-defined]
+    path = benchmark.pedantic(aa.plan, (ARM, line(100_000)), rounds=1)
     assert path.ok

@@ -66,7 +66,7 @@ def feasible_map(
         If the poses are not (N, 4, 4), or gc is not in 0..7.
     """
     curve = motion if isinstance(motion, JointPath) else None
-    arm, poses = (curve.arm, curve.poses) if curve is not None else motion  # type: ignore[misc]
+    arm, poses = (motion.arm, motion.poses) if isinstance(motion, JointPath) else motion
     frames = as_floats("poses", poses, (4, 4))
     if frames.ndim != 3 or not len(frames):
         raise ShapeError(f"poses has shape {frames.shape}, wanted (N, 4, 4) with N > 0")

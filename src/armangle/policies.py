@@ -39,7 +39,8 @@ class _Rule:
     """A policy's value is its arguments: copies and pickles are made from them, as is what the core takes."""
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), tuple(getattr(self, f.name) for f in fields(self) if f.init)  # type: ignore[arg-type]
+        named = fields(self)  # type: ignore[arg-type]  # of the dataclasses below
+        return type(self), tuple(getattr(self, f.name) for f in named if f.init)
 
 
 @dataclass(frozen=True)
