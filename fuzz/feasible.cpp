@@ -37,10 +37,10 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
         const double psi = set.arc[i].lower + 0.382 * (set.arc[i].upper - set.arc[i].lower);
         const Joints q = joints_within_limits(arm, directions(c, bend, gc, sin_cos(psi)), nullptr);
         const Joints rate = self_motion(arm, f, sin_cos(psi));
-        double slack = 1e-7;  // what the rounding of psi, of theta and of the offsets may do
+        double slack = 1e-7;  // what the rounding of theta and of the offsets may do, and gaps of psi that are closed
         for (int j = 0; j < joints; ++j) {
             const double turned = std::fabs(arm.offset[j]) + std::fabs(arm.joint_middle[j]);
-            slack = max(slack, 1e-7 * turned + 4e-15 * std::fabs(rate.q[j]));
+            slack = max(slack, 1e-7 * turned + tolerance::angle * std::fabs(rate.q[j]));
         }
         for (const Pivot<double>& p : f.pivot) {  // near a singularity a short direction, and so an angle known less well
             const SinCos<double> at = sin_cos(psi);
