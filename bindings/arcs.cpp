@@ -95,12 +95,18 @@ struct Collected {
 
 /// One array of all threads' sets: drawn together where it was written, or copied where a thread outgrew its part.
 template <auto member>
-void join(const std::vector<Collected>& parts, Collected& whole) {
+void join(std::vector<Collected>& parts, Collected& whole) {
     auto& to = whole.*member;
     std::remove_reference_t<decltype(to)> all;
     std::size_t total = 0;
     bool outgrown = false;
     for (const Collected& part : parts) total += (part.*member).size, outgrown |= (part.*member).own != nullptr;
+    for (Collected& part : parts) {
+        auto& from = part.*member;
+        if (!from.own || from.size < total) continue;
+        to = std::move(from);  // one holds all there is
+        return;
+    }
     if (outgrown) {
         all.reserve(total);
     } else {
@@ -114,7 +120,7 @@ void join(const std::vector<Collected>& parts, Collected& whole) {
     to = std::move(all);
 }
 
-void join(const std::vector<Collected>& parts, Collected& whole) {
+void join(std::vector<Collected>& parts, Collected& whole) {
     join<&Collected::count>(parts, whole), join<&Collected::psi>(parts, whole), join<&Collected::value>(parts, whole);
     join<&Collected::joint>(parts, whole), join<&Collected::side>(parts, whole), join<&Collected::status>(parts, whole);
 }

@@ -144,11 +144,14 @@ inline nb::object new_array7() {
 /// A named tuple of a Python class, without the class's own __new__.
 template <class... Items>
 nb::object new_named(nb::handle kind, Items&&... items) {
-    PyObject* owned[] = {nb::cast(std::forward<Items>(items)).release().ptr()...};
+    nb::object owned[] = {nb::cast(std::forward<Items>(items))...};
     auto* type = reinterpret_cast<PyTypeObject*>(kind.ptr());
     PyObject* made = type->tp_alloc(type, sizeof...(items));
     if (!made) throw nb::python_error();
-    for (std::size_t i = 0; i < sizeof...(items); ++i) PyTuple_SET_ITEM(made, static_cast<Py_ssize_t>(i), owned[i]);
+#if PY_VERSION_HEX >= 0x030E0000
+    reinterpret_cast<PyTupleObject*>(made)->ob_hash = -1;  // not known yet; 0 would be a hash
+#endif
+    for (std::size_t i = 0; i < sizeof...(items); ++i) PyTuple_SET_ITEM(made, static_cast<Py_ssize_t>(i), owned[i].release().ptr());
     return nb::steal(made);
 }
 

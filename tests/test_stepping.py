@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+
 import numpy as np
 import pytest
 from laws import circle_gap, gap
@@ -68,6 +70,15 @@ def test_follow_is_step_in_a_loop_bit_for_bit(policy: aa.Repulsion, carry: str, 
     assert np.isnan(path.q[len(steps) :]).all()
     assert path.first_failure == 20
     assert path.status[20] == Status.UNREACHABLE
+
+
+def test_a_step_is_a_named_tuple_like_any_other() -> None:
+    now = aa.step(IIWA, START, IIWA.forward(START)[0])
+    again = pickle.loads(pickle.dumps(now))
+    assert type(again) is aa.Step and again[1:] == now[1:] and (again.q == now.q).all()
+    assert now._replace(gc=7).gc == 7 and now._fields == ("q", "psi", "gc", "status", "margin")
+    with pytest.raises(TypeError, match="unhashable"):
+        hash(now)
 
 
 @any_policy

@@ -165,7 +165,7 @@ inline Place find(const ArcSet& set, double psi, double slack = tolerance::angle
     for (int i = set.count - 1; i >= 0; --i) {  // the first that holds psi; no branch
         const Arc& arc = set.arc[i];
         const double from = arc.lower - slack, to = arc.upper + slack;
-        const double x = psi - two_pi >= from ? psi - two_pi : (psi < from ? psi + two_pi : psi);
+        const double x = psi < from ? psi + two_pi : (psi > to ? psi - two_pi : psi);
         const bool inside = (x >= from) & (x <= to);
         index = inside ? i : index;
         at = inside ? min(max(x, arc.lower), arc.upper) : at;

@@ -9,7 +9,7 @@ namespace armangle {
 /// psi of an elbow axis z_3 on a circle, in (-pi, pi].
 inline double arm_angle(const Triad<double>& c, const Vec3<double>& z3) noexcept {
     const double psi = atan2(dot(c.e, z3), dot(c.z, z3));  // w . (z x z3) = z3 . (w x z)
-    return psi > -pi ? psi : pi;
+    return psi <= -pi ? pi : psi;
 }
 
 /// What forward kinematics says of a posture.

@@ -33,7 +33,7 @@ ARMANGLE_INLINE Slots across(const Slots& excess) noexcept { return sqrt(max(exc
 /// What the limits of the pivots block: lanes 0-3 from their lower limits on, 4-7 from their upper ones.
 struct PivotArcs {
     double lower[2 * pivots], upper[2 * pivots];
-    // a bit a lane: longer than the tolerance; ends at the other limit's end; the joint does not move
+    // a bit a lane: blocks something (limited, moving, longer than the tolerance); ends at the other limit's end; the joint does not move
     unsigned kept, cut, constant;
 };
 
@@ -79,12 +79,14 @@ ARMANGLE_INLINE void solve_pivots(const LimitTable& t, const JointFunctions<doub
     out.cut = bits(cut);
 }
 
-/// One number of the limits of both hinges, near and far; likewise one a hinge.
+/// One number of the limits of both hinges, near and far.
 template <class Get>
 ARMANGLE_INLINE Slots of_ends(const HingePiece& first, const HingePiece& second, const Get& get) noexcept {
     const double four[2 * hinges] = {get(first.near), get(first.far), get(second.near), get(second.far)};
     return twice(four);
 }
+
+/// One number of each hinge, for both its limits.
 ARMANGLE_INLINE Slots of_hinges(double first, double second) noexcept {
     const double four[2 * hinges] = {first, first, second, second};
     return twice(four);

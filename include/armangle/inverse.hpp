@@ -23,7 +23,8 @@ ARMANGLE_INLINE Directions<T> directions(const Circle<T>& c, const Fold<T>& fold
     const Vec3<T> f = combine(c.e, psi.cos, c.z, -psi.sin), z3 = combine(c.z, psi.cos, c.e, psi.sin);
     const Vec3<T> x3 = combine(c.w, fold.beta.sin, f, fold.beta.cos), y3 = combine(c.w, fold.beta.cos, f, -fold.beta.sin);
     const T h2 = hypot(y3.x, y3.y);
-    const auto lost_1 = shoulder_singular(c, fold) | (h2 == zero);
+    const auto singular_1 = shoulder_singular(c, fold), flat_2 = h2 == zero;
+    const auto lost_1 = singular_1 | flat_2;
     const T c1 = select(lost_1, one, gc.shoulder * y3.x), s1 = select(lost_1, zero, gc.shoulder * y3.y);
     d.y[0] = s1, d.x[0] = c1;                                        // (17)
     d.y[1] = gc.shoulder * h2, d.x[1] = y3.z;                        // (18)
@@ -35,7 +36,8 @@ ARMANGLE_INLINE Directions<T> directions(const Circle<T>& c, const Fold<T>& fold
     const Vec3<T> n2 = combine(c.tool_z, -psi.cos, c.tool_e, -psi.sin);       // second row
     const T n33 = c.tool_w.z * fold.gamma.cos - g.z * fold.gamma.sin;
     const T h6 = hypot(n1.z, n2.z);
-    const auto lost_5 = wrist_singular(c, fold) | (h6 == zero);
+    const auto singular_5 = wrist_singular(c, fold), flat_6 = h6 == zero;
+    const auto lost_5 = singular_5 | flat_6;
     const T c5 = select(lost_5, one, gc.wrist * n1.z), s5 = select(lost_5, zero, gc.wrist * n2.z);
     d.y[4] = s5, d.x[4] = c5;                                        // (22)
     d.y[5] = gc.wrist * h6, d.x[5] = n33;                            // (23)

@@ -21,7 +21,7 @@ struct StepOptions {
     const ArcSet* ahead = nullptr;    // with bounds: the part of the arcs from which the poses ahead can be reached
 };
 
-/// On any status but OK, q is the present posture and residual its distance from the pose.
+/// On any status but OK, q is the present posture.
 struct Step {
     double q[joint_slots];
     double psi;  // in (-pi, pi]
@@ -34,7 +34,7 @@ struct Step {
 ARMANGLE_INLINE bool is_finite(const JointLanes& q) noexcept { return all(abs(q) <= JointLanes(tolerance::largest_angle)); }
 inline bool is_finite(const double* q) noexcept { return is_finite(joint_lanes(q)); }
 
-/// Least distance to a limit over all joints; infinite without limits, NaN where a joint is.
+/// Least distance to a limit over all joints; infinite without limits, NaN where a joint is not finite.
 ARMANGLE_INLINE double limit_margin(const Arm& arm, const JointLanes& q) noexcept {
     if (any(!(q == q))) return not_a_number;  // min would pass over it
     return least(min(q - JointLanes::load(arm.joint_lower), JointLanes::load(arm.joint_upper) - q));
@@ -45,7 +45,7 @@ inline bool within_limits(const Arm& arm, const double* q, double slack) noexcep
 
 namespace detail {
 
-/// Of numbers.
+/// Largest move of a joint; no operand may be NaN.
 ARMANGLE_INLINE double largest_move(const JointLanes& a, const JointLanes& b) noexcept { return -least(-abs(a - b)); }
 inline double largest_move(const double* a, const double* b) noexcept { return largest_move(joint_lanes(a), joint_lanes(b)); }
 
