@@ -94,10 +94,10 @@ def test_out_may_share_memory_with_the_arguments() -> None:
         (lambda p: IIWA.with_(name=5), "name is 5"),
     ],
 )
-def test_arguments_of_a_wrong_kind_are_named(call: object, message: str) -> None:
+def test_arguments_of_a_wrong_kind_are_named(call: Callable[[Array], object], message: str) -> None:
     pose = IIWA.forward(Q)[0]
     with pytest.raises(aa.ArmangleError, match=message):
-        call(pose)  # type: ignore[operator]
+        call(pose)
 
 
 def test_numbers_of_numpy_are_numbers() -> None:

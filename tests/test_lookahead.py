@@ -203,7 +203,10 @@ def test_a_narrow_arc_is_never_missed() -> None:
     gap = aa.ArcSet([(1.0, 1.0001)])
     full = aa.ArcSet([(-4.0, 4.0)])
     gate = {poses[k].tobytes(): gap for k in range(30, 60)}
-    allowed = lambda pose: gate.get(np.asarray(pose).tobytes(), full)  # noqa: E731
+
+    def allowed(pose: Any) -> aa.ArcSet:
+        return gate.get(np.asarray(pose).tobytes(), full)
+
     options: dict[str, Any] = {"start": q, "allowed": allowed, "policy": aa.Hold(), "max_joint_step": 0.05}
     assert reached(aa.follow(IIWA, poses, **options)) == 30
     path = aa.follow(IIWA, poses, lookahead=60, **options)

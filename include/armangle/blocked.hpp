@@ -35,9 +35,8 @@ namespace detail {
 
 /// Blocks the common part of two arcs: what of each lies in the other from its own lower end on, at most two pieces.
 ARMANGLE_INLINE void block_both(const Arc& a, const Arc& b, Blocked& out) noexcept {
-    const double ahead = a.lower - b.lower, width_a = a.upper - a.lower, width_b = b.upper - b.lower;
-    const double room_a = width_b - (ahead < 0 ? ahead + two_pi : ahead);  // from a's lower end to b's upper one
-    const double room_b = width_a - (ahead > 0 ? two_pi - ahead : -ahead);
+    const double width_a = a.upper - a.lower, width_b = b.upper - b.lower;
+    const double room_a = room_in(a.lower, b.lower, width_b), room_b = room_in(b.lower, a.lower, width_a);
     out.add({a.lower, room_a < width_a ? a.lower + room_a : a.upper, a.lower_tag, room_a < width_a ? b.upper_tag : a.upper_tag});
     out.add({b.lower, room_b < width_b ? b.lower + room_b : b.upper, b.lower_tag, room_b < width_b ? a.upper_tag : b.upper_tag});
 }

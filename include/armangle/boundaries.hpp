@@ -19,6 +19,13 @@ struct ArcLanes {
     Slots lower, upper;
 };
 
+/// How far an arc's beginning lies before the end of another; less than the arc's width where that one cuts it.
+template <class T>
+ARMANGLE_INLINE T room_in(const T& lower, const T& other_lower, const T& other_width) noexcept {
+    const T ahead = lower - other_lower;
+    return other_width - select(ahead < T(0.0), ahead + T(two_pi), ahead);
+}
+
 /// {B < 0} of phi and alpha.
 ARMANGLE_INLINE ArcLanes negative_arcs(const Slots& middle, const Slots& half) noexcept {
     const Slots start = middle + half, turn = select(start >= Slots(pi), Slots(two_pi), Slots(0.0));
@@ -61,20 +68,19 @@ ARMANGLE_INLINE Slots of_pivots(const JointFunctions<double>& f, const Get& get)
 /// Of a common part, what of each arc lies in the other from its own lower end on.
 ARMANGLE_INLINE void solve_pivots(const LimitTable& t, const JointFunctions<double>& f, PivotArcs& out) noexcept {
     using P = const Pivot<double>&;
-    const Slots us = of_pivots(f, [](P p) { return p.U.s; }), uc = of_pivots(f, [](P p) { return p.U.c; }),
-                uk = of_pivots(f, [](P p) { return p.U.k; }), vs = of_pivots(f, [](P p) { return p.V.s; }),
-                vc = of_pivots(f, [](P p) { return p.V.c; }), vk = of_pivots(f, [](P p) { return p.V.k; }),
-                g = of_pivots(f, [](P p) { return p.g; });
-    const Slots u = g * Slots::load(t.u), v = g * Slots::load(t.v);
-    const Slots a = u * us + v * vs, b = u * uc + v * vc, c = u * uk + v * vk;
+    const Linear<Slots> U{of_pivots(f, [](P p) { return p.U.s; }), of_pivots(f, [](P p) { return p.U.c; }),
+                          of_pivots(f, [](P p) { return p.U.k; })};
+    const Linear<Slots> V{of_pivots(f, [](P p) { return p.V.s; }), of_pivots(f, [](P p) { return p.V.c; }),
+                          of_pivots(f, [](P p) { return p.V.k; })};
+    const Slots g = of_pivots(f, [](P p) { return p.g; }), u = g * Slots::load(t.u), v = g * Slots::load(t.v);
+    const Slots a = u * U.s + v * V.s, b = u * U.c + v * V.c, c = u * U.k + v * V.k;
     const ArcLanes arc = negative_arcs(atan2(a, b), atan2(across(mul_add(a, a, b * b) - c * c), -c));
-    const Slots width = arc.upper - arc.lower, ahead = arc.lower - swap_halves(arc.lower);
-    const Slots room = swap_halves(width) - select(ahead < Slots(0.0), ahead + Slots(two_pi), ahead) + Slots::load(t.room);
+    const Slots width = arc.upper - arc.lower;
+    const Slots room = room_in(arc.lower, swap_halves(arc.lower), swap_halves(width)) + Slots::load(t.room);
     const auto cut = room < width;
     const Slots upper = select(cut, arc.lower + room, arc.upper), length = upper - arc.lower;
-    const Slots moving = us * us + uc * uc + vs * vs + vc * vc, still = uk * uk + vk * vk;
     arc.lower.store(out.lower), upper.store(out.upper);
-    out.constant = bits(moving <= Slots(tolerance::singular * tolerance::singular) * still);
+    out.constant = bits(is_constant(Pivot<Slots>{U, V, g}));
     out.kept = bits(length >= Slots(tolerance::angle)) & t.limited & ~out.constant;
     out.cut = bits(cut);
 }

@@ -35,10 +35,11 @@ struct Hinge {
 
 /// Whether theta does not depend on psi.
 inline bool is_constant(const Hinge<double>& h) noexcept { return h.swing <= tolerance::singular; }
-inline bool is_constant(const Pivot<double>& p) noexcept {
+template <class T>
+ARMANGLE_INLINE auto is_constant(const Pivot<T>& p) noexcept {
     const auto &u = p.U, &v = p.V;
-    const double moving = u.s * u.s + u.c * u.c + v.s * v.s + v.c * v.c, still = u.k * u.k + v.k * v.k;
-    return moving <= tolerance::singular * tolerance::singular * still;
+    const T moving = u.s * u.s + u.c * u.c + v.s * v.s + v.c * v.c, still = u.k * u.k + v.k * v.k;
+    return moving <= T(tolerance::singular * tolerance::singular) * still;
 }
 
 /// All six joints that move with psi: pivots 1, 3, 5, 7 and hinges 2, 6. Theta_4 does not depend on psi.

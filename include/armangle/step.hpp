@@ -57,14 +57,14 @@ inline double carried_psi(const Arm& arm, const Chain& now, const Circle<double>
 }
 
 /// Joints, and the least distance of one to its limits.
-struct Wound {
+struct Lifted {
     JointLanes q;
     double margin;
 };
 
 /// The joints next to q_now. A joint that would leave its range has no turn left if the range is a full turn or more;
 /// a narrower one has its only turn within the limits, however far that is.
-ARMANGLE_INLINE Status choose_windings(const Arm& arm, const Directions<double>& d, const JointLanes& q_now, Wound& out) noexcept {
+ARMANGLE_INLINE Status choose_windings(const Arm& arm, const Directions<double>& d, const JointLanes& q_now, Lifted& out) noexcept {
     out.q = joints_near(arm, d, q_now);
     out.margin = limit_margin(arm, out.q);
     if (out.margin >= -tolerance::angle) return Status::OK;
@@ -130,7 +130,7 @@ inline double wish_ahead(const StepOptions& options, const ArcSet& arcs, double 
 
 /// Where the policy asks for more than the largest step: the psi nearest to its wish that fits, if the held psi does.
 /// What the pose alone forces stays a jump.
-[[gnu::noinline]] inline Resolution shortened(const BoundedStep& step, const ArcSet& arcs, double psi, double wish, Wound& to) noexcept {
+[[gnu::noinline]] inline Resolution shortened(const BoundedStep& step, const ArcSet& arcs, double psi, double wish, Lifted& to) noexcept {
     const Place held = find(arcs, psi);
     if (held.index < 0 || !step.keeps(held.psi)) return {psi, Status::JOINT_JUMP};
     ArcSet within;
@@ -164,7 +164,7 @@ inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_
         next = detail::resolve_bounded(bounded, options, arcs, psi, next.psi);
     }
     if (next.status != Status::OK) return stay(next.status);
-    detail::Wound to;
+    detail::Lifted to;
     next.status = detail::choose_windings(arm, directions(c, bend, gc, sin_cos(next.psi)), here, to);
     if (next.status == Status::OK && !(detail::largest_move(to.q, here) <= options.max_joint_step)) {
         const BoundedStep unbounded{arm, c, bend, gc, joint_functions(c, bend, gc), q_now, no_bounds, options.max_joint_step};

@@ -21,7 +21,6 @@ Options = tuple[int | None, Carry, float | None, float]
 
 MAX_JOINT_STEP: float = _core.MAX_JOINT_STEP
 _CARRIES: tuple[Carry, ...] = ("psi", "elbow")
-_POLICIES = frozenset(POLICIES)
 
 
 def checked_options(
@@ -38,18 +37,15 @@ def checked_options(
     if max_joint_step is not None:
         max_joint_step = as_number("max_joint_step", max_joint_step, 0.0, np.inf, low_open=True)
     margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
-    return gc, _CARRIES[_CARRIES.index(carry)], max_joint_step, margin
+    plain = _CARRIES[_CARRIES.index(carry)]  # no subclass of str
+    return gc, plain, max_joint_step, margin
 
 
 def core_policy(policy: Policy, dt: float | None) -> Any:
     """Return a policy as the core takes it, for a step of `dt` s."""
-    return (policy if policy.__class__ in _POLICIES else checked_policy(policy)).core_policy(dt)
-
-
-def checked_policy(policy: Policy) -> Policy:
     if not isinstance(policy, POLICIES):
         raise InputError(f"policy is {policy!r}, wanted Repulsion, Hold or Centre")
-    return policy
+    return policy.core_policy(dt)
 
 
 def one_allowed(allowed: Allowed, pose: Floats) -> tuple[Any, Any]:

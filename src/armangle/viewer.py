@@ -136,8 +136,7 @@ class Viewer:
             motion = self.state.motion
             if not self.controls.playing or motion is None:
                 continue
-            last = self.state.row >= len(motion) - 1
-            self.act(lambda last=last: self.state.seek(0 if last else self.state.row + 1))  # type: ignore[misc]
+            self.act(partial(self.state.seek, (self.state.row + 1) % len(motion)))
             if self.state.row >= len(motion) - 1:
                 self.controls.set_playing(False)
 
