@@ -14,20 +14,20 @@ ci:  ## what the continuous integration runs: a fresh clone, README's commands
 	.ci/run
 
 lint:  ## style and types
-	$(PYTHON) -m pytest -q tests/test_public_api.py -k sources_pass
+	$(PYTHON) -m pytest -q tests/package/test_public_api.py -k sources_pass
 
 tidy:  ## clang-tidy over the headers (pip install clang-tidy)
 	clang-tidy --quiet examples/cpp/posture.cpp examples/cpp/follow.cpp fuzz/plan.cpp -- -std=c++20 -Iinclude
 
 format:  ## clang-format over C++, in the version that the test extra names
-	PATH=$(dir $(abspath $(PYTHON))):$$PATH clang-format -i include/armangle/*.hpp bindings/*.[ch]pp examples/cpp/*.[ch]pp fuzz/*.[ch]pp \
-	    tests/consumer/*.cpp tests/cpp/*.cpp benchmarks/cpp/*.[ch]pp
+	PATH=$(dir $(abspath $(PYTHON))):$$PATH clang-format -i include/armangle/*.hpp include/armangle/*/*.hpp bindings/*.[ch]pp examples/cpp/*.[ch]pp fuzz/*.[ch]pp \
+	    tests/package/consumer/*.cpp tests/package/cpp/*.cpp benchmarks/cpp/*.[ch]pp
 
 test:  ## the tests, against the installed package
 	$(PYTHON) -m pytest
 
 laws:  ## the laws with 5000 random examples each and a seed of the day
-	ARMANGLE_LAWS=long $(PYTHON) -m pytest tests/test_kinematics.py tests/test_feasible.py tests/test_near_shoulder.py
+	ARMANGLE_LAWS=long $(PYTHON) -m pytest tests/laws/test_kinematics.py tests/laws/test_feasible.py tests/laws/test_near_shoulder.py
 
 docs:  ## the pages, warnings as errors
 	$(PYTHON) -m sphinx -W --keep-going -b html docs docs/_build/html
@@ -41,7 +41,7 @@ realtime:  ## 60 s of a 1 kHz loop, and its worst step
 	$(CXX) -std=c++20 -O2 -march=native -Iinclude examples/cpp/realtime.cpp -o build/realtime
 	build/realtime 60
 
-build/fuzz-%: fuzz/%.cpp fuzz/input.hpp $(wildcard include/armangle/*.hpp)
+build/fuzz-%: fuzz/%.cpp fuzz/input.hpp $(wildcard include/armangle/*.hpp include/armangle/*/*.hpp)
 	mkdir -p build
 	clang++ -std=c++20 -O2 -g -march=x86-64-v3 -ffp-contract=off -fsanitize=fuzzer,address,undefined \
 	    -fno-sanitize-recover=all -Iinclude $< -o $@
@@ -68,5 +68,5 @@ accuracy:  ## docs/accuracy.md over COUNT random postures
 test-lowest:  ## the tests with the lowest versions that pyproject.toml allows
 	python3 -m venv build/lowest
 	build/lowest/bin/pip install -q $(LOWEST) .
-	build/lowest/bin/python -m pytest -q tests/test_kinematics.py tests/test_feasible.py tests/test_bad_input.py \
-	    tests/test_threads.py tests/test_io.py tests/test_catalogue.py tests/test_detect.py tests/test_plots.py
+	build/lowest/bin/python -m pytest -q tests/laws/test_kinematics.py tests/laws/test_feasible.py tests/refusals/test_bad_input.py \
+	    tests/laws/test_threads.py tests/files/test_io.py tests/models/test_catalogue.py tests/models/test_detect.py tests/plots/test_plots.py

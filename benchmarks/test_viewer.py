@@ -19,21 +19,21 @@ pytest.importorskip("viser")
 
 from pytest_benchmark.fixture import BenchmarkFixture
 
-from armangle import demo
+from armangle.cli import paper_example
 from armangle.viewer import Viewer, ViewerState
 
 _NUDGE = 0.02  # m, what a quick hand moves the tool between two events
 _READY = """
-from armangle import demo
+from armangle.cli import paper_example
 from armangle.viewer import Viewer, ViewerState
-arm, start, _ = demo.example()
+arm, start, _ = paper_example.example()
 Viewer(ViewerState(arm, start), port=0).stop()
 """
 
 
 @pytest.fixture
 def viewer() -> Iterator[Viewer]:
-    arm, start, _ = demo.example()
+    arm, start, _ = paper_example.example()
     running = Viewer(ViewerState(arm, start), port=0)
     running.scene.show_ghosts = True
     yield running

@@ -19,7 +19,7 @@ export LD_PRELOAD="$(g++ -print-file-name=libasan.so) $(g++ -print-file-name=lib
 export ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1 PYTHONMALLOC=malloc
 export PYTHONPATH=$build/site
 if [ $# -eq 0 ]; then
-    set -- tests/test_bad_input.py tests/test_threads.py tests/test_kinematics.py tests/test_feasible.py \
-        tests/test_near_shoulder.py
+    set -- tests/refusals/test_bad_input.py tests/laws/test_threads.py tests/laws/test_kinematics.py tests/laws/test_feasible.py \
+        tests/laws/test_near_shoulder.py
 fi
 exec "$python" -m pytest -q -p no:cacheprovider "$@"

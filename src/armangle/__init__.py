@@ -13,13 +13,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from ._catalogue import catalogue
     from ._core import ISA, __version__
-    from .arcs import ArcEnd, ArcSet
-    from .arm import Arm, nearest_rotation
-    from .configuration import gc_index, gc_signs
-    from .description import ImportReport
-    from .diagnosis import Branch, Diagnosis, Opening, Verdict
+    from .arm.arcs import ArcEnd, ArcSet
+    from .arm.arm import Arm, nearest_rotation
+    from .arm.configuration import gc_index, gc_signs
+    from .arm.diagnosis import Branch, Diagnosis, Opening, Verdict
+    from .arm.joint_function import JointFunction
     from .errors import (
         ArmangleError,
         ConfigurationError,
@@ -39,17 +38,18 @@ if TYPE_CHECKING:
         UnreachableError,
         UrdfError,
     )
-    from .following import follow
-    from .io import JointTable, load_joints, load_poses, save
-    from .joint_function import JointFunction
-    from .joint_path import JointPath, PathPoint
-    from .paths import CircularArc, Line, Path, Screw, Waypoints
-    from .planning import Objective, plan
-    from .policies import Centre, Hold, Repulsion
-    from .retiming import retime
+    from .files.tables import JointTable, load_joints, load_poses, save
+    from .models.catalogue import catalogue
+    from .models.description import ImportReport
+    from .motion.following import follow
+    from .motion.joint_path import JointPath, PathPoint
+    from .motion.paths import CircularArc, Line, Path, Screw, Waypoints
+    from .motion.planning import Objective, plan
+    from .motion.policies import Centre, Hold, Repulsion
+    from .motion.stepping import Resolution, Step, resolve, step
     from .status import Status
-    from .stepping import Resolution, Step, resolve, step
-    from .trajectory import SpeedLoss, Trajectory, TrajectoryPoint
+    from .timing.retiming import retime
+    from .timing.trajectory import SpeedLoss, Trajectory, TrajectoryPoint
 
 # Which module a name comes from: the imports above once more, for the interpreter.
 _HOMES = {

@@ -1,0 +1,143 @@
+// The arm: lengths, elbow offsets, joint map, limits, base and tool, and what follows from them once.
+#pragma once
+
+#include <cstdint>
+
+#include "../numbers/angle.hpp"
+#include "../numbers/linalg.hpp"
+#include "../numbers/tolerances.hpp"
+#include "../numbers/lane.hpp"
+#include "../numbers/angles.hpp"
+
+namespace armangle {
+
+inline constexpr int joints = 7;
+/// Arrays over joints hold one more entry, so that they fill whole registers.
+inline constexpr int joint_slots = 8;
+
+/// What a user states. Lengths in m, angles in rad, limits in the robot's own joint coordinates q.
+/// theta_i = sign_i q_i + offset_i are the angles of the DH rows (Table 1, with a_3 and a_4 for an offset elbow).
+struct ArmParameters {
+    double d_bs = 0, d_se = 0, d_ew = 0, d_wf = 0, a_3 = 0, a_4 = 0;
+    double sign[joints] = {1, 1, 1, 1, 1, 1, 1};
+    double offset[joints] = {};
+    double lower[joints] = {-infinity, -infinity, -infinity, -infinity, -infinity, -infinity, -infinity};
+    double upper[joints] = {infinity, infinity, infinity, infinity, infinity, infinity, infinity};
+    Pose<double> base = identity_pose();
+    Pose<double> tool = identity_pose();
+};
+
+/// The parameters with everything that depends on them alone. Made by make_arm; read, never changed.
+struct Arm : ArmParameters {
+    double upper_arm, forearm;      // La = |S-E|, Lb = |E-W|
+    double reach, inner_reach;      // L = La + Lb, D = |La - Lb|
+    double size;                    // m: all lengths that a pose is made of, and so the measure of its rounding
+    SinCos<double> shoulder_slant;  // of atan2(a_3, d_se)
+    SinCos<double> wrist_slant;     // of atan2(a_4, d_ew)
+    SinCos<double> delta;           // theta_4 of the stretched arm: wrist_slant - shoulder_slant
+    double delta_angle;
+    bool has_base, has_tool;
+    Pose<double> base_inverse, tool_inverse;
+    // Joint map and limits as arrays of whole registers; the last slot is a joint that is always 0.
+    double joint_sign[joint_slots], joint_offset[joint_slots];
+    double joint_lower[joint_slots], joint_upper[joint_slots], joint_middle[joint_slots];
+    double theta_lower[joint_slots], theta_upper[joint_slots];
+};
+
+namespace detail {
+
+inline bool is_identity(const Pose<double>& p) noexcept {
+    const auto same = [](const Vec3<double>& a, double x, double y, double z) { return a.x == x && a.y == y && a.z == z; };
+    return same(p.rotation.x, 1, 0, 0) && same(p.rotation.y, 0, 1, 0) && same(p.rotation.z, 0, 0, 1) && same(p.position, 0, 0, 0);
+}
+
+inline double middle(double lower, double upper) noexcept { return lower > -infinity && upper < infinity ? 0.5 * (lower + upper) : 0.0; }
+
+inline void fill_joint_arrays(Arm& arm) noexcept {
+    for (int i = 0; i < joint_slots; ++i) {
+        const bool real = i < joints;
+        arm.joint_sign[i] = real ? arm.sign[i] : 1.0;
+        arm.joint_offset[i] = real ? arm.offset[i] : 0.0;
+        arm.joint_lower[i] = real ? arm.lower[i] : -infinity;
+        arm.joint_upper[i] = real ? arm.upper[i] : infinity;
+        arm.joint_middle[i] = middle(arm.joint_lower[i], arm.joint_upper[i]);
+        const double at_lower = arm.joint_sign[i] * arm.joint_lower[i] + arm.joint_offset[i];
+        const double at_upper = arm.joint_sign[i] * arm.joint_upper[i] + arm.joint_offset[i];
+        arm.theta_lower[i] = min(at_lower, at_upper);
+        arm.theta_upper[i] = max(at_lower, at_upper);
+    }
+}
+
+}  // namespace detail
+
+/// The arm of these parameters, which must be finite (limits may be infinite), d_se, d_ew > 0, lower <= upper.
+inline Arm make_arm(const ArmParameters& parameters) noexcept {
+    Arm arm{};
+    static_cast<ArmParameters&>(arm) = parameters;
+    arm.upper_arm = hypot(arm.a_3, arm.d_se);
+    arm.forearm = hypot(arm.a_4, arm.d_ew);
+    if (arm.a_3 == 0) arm.upper_arm = arm.d_se;  // exact, not the root of a square
+    if (arm.a_4 == 0) arm.forearm = arm.d_ew;
+    arm.reach = arm.upper_arm + arm.forearm;
+    arm.inner_reach = abs(arm.upper_arm - arm.forearm);
+    arm.size = arm.reach + abs(arm.d_bs) + abs(arm.d_wf) + norm(arm.base.position) + norm(arm.tool.position);
+    arm.shoulder_slant = {arm.a_3 / arm.upper_arm, arm.d_se / arm.upper_arm};
+    arm.wrist_slant = {arm.a_4 / arm.forearm, arm.d_ew / arm.forearm};
+    const auto &s = arm.shoulder_slant, &w = arm.wrist_slant;
+    arm.delta = {w.sin * s.cos - w.cos * s.sin, w.cos * s.cos + w.sin * s.sin};
+    arm.delta_angle = atan2(arm.delta.sin, arm.delta.cos);
+    arm.has_base = !detail::is_identity(arm.base);
+    arm.has_tool = !detail::is_identity(arm.tool);
+    arm.base_inverse = inverse(arm.base);
+    arm.tool_inverse = inverse(arm.tool);
+    detail::fill_joint_arrays(arm);
+    return arm;
+}
+
+/// 0T7 of a pose given by the user: base^-1 pose tool^-1.
+template <class T>
+ARMANGLE_INLINE Pose<T> flange_pose(const Arm& arm, Pose<T> pose) noexcept {
+    if (arm.has_base) pose = spread<T>(arm.base_inverse) * pose;
+    if (arm.has_tool) pose = pose * spread<T>(arm.tool_inverse);
+    return pose;
+}
+
+/// The pose that the user sees for a 0T7: base 0T7 tool.
+template <class T>
+ARMANGLE_INLINE Pose<T> user_pose(const Arm& arm, Pose<T> flange) noexcept {
+    if (arm.has_base) flange = spread<T>(arm.base) * flange;
+    if (arm.has_tool) flange = flange * spread<T>(arm.tool);
+    return flange;
+}
+
+/// Seven values as lanes; the eighth is 0.
+using JointLanes = Lane<joint_slots>;
+
+ARMANGLE_INLINE JointLanes joint_lanes(const double* q) noexcept {
+    const double padded[joint_slots] = {q[0], q[1], q[2], q[3], q[4], q[5], q[6], 0.0};
+    return JointLanes::of(padded);
+}
+
+/// theta of a joint value q.
+template <class T>
+ARMANGLE_INLINE T model_angle(T q, T sign, T offset) noexcept {
+    return sign * q + offset;
+}
+
+/// The q of a theta that lies within [lower, upper]; of several the nearest to `near`, of none the nearest to the range.
+template <class T>
+ARMANGLE_INLINE T joint_value(T theta, T sign, T offset, T lower, T upper, T near) noexcept {
+    const T q = sign * (theta - offset);
+    const T turn = 1.0 / two_pi;
+    const T wanted = round((near - q) * turn);
+    const T nearest = q + two_pi * wanted;
+    if (all((lower - tolerance::angle <= nearest) & (nearest <= upper + tolerance::angle))) return nearest;
+    const T fewest = ceil((lower - tolerance::angle - q) * turn);
+    const T most = floor((upper + tolerance::angle - q) * turn);
+    const T below = q + two_pi * most, above = q + two_pi * fewest;  // used when the range holds no winding
+    const T inside = q + two_pi * min(max(wanted, fewest), most);
+    const T outside = select(lower - below < above - upper, below, above);
+    return select(most < fewest, outside, inside);
+}
+
+}  // namespace armangle

@@ -1,0 +1,23 @@
+// Global configuration GC: the branch of the inverse, eq. (2), as three signs or as an index 0..7.
+#pragma once
+
+#include "../numbers/scalar.hpp"
+
+namespace armangle {
+
+inline constexpr int configurations = 8;
+
+/// Signs of theta_2, theta_4 - delta and theta_6; +1 at zero. Eq. (2).
+template <class T>
+struct Configuration {
+    T shoulder, elbow, wrist;
+};
+
+/// Index = (theta_2 < 0) + 2 (theta_4 < delta) + 4 (theta_6 < 0).
+inline Configuration<double> configuration(int index) noexcept {
+    return {index & 1 ? -1.0 : 1.0, index & 2 ? -1.0 : 1.0, index & 4 ? -1.0 : 1.0};
+}
+
+inline int index(const Configuration<double>& gc) noexcept { return (gc.shoulder < 0) + 2 * (gc.elbow < 0) + 4 * (gc.wrist < 0); }
+
+}  // namespace armangle

@@ -1,0 +1,56 @@
+// The elbow: theta_4 and the triangle shoulder-elbow-wrist from the distance of the wrist. Eq. (4), (6).
+#pragma once
+
+#include "../arm/arm.hpp"
+
+namespace armangle {
+
+/// The triangle S-E-W. Without GC: eta and kappa are in [0, pi].
+template <class T>
+struct Triangle {
+    T excess;         // m beyond the reach (or inside the inner reach); <= 0 where the wrist can be reached
+    SinCos<T> eta;    // bend of the elbow: theta_4 - delta = GC_4 eta
+    SinCos<T> kappa;  // angle at the shoulder between S-E and S-W
+};
+
+/// Bend and shoulder angle by half-angle forms: exact also when stretched or folded (unlike acos of eq. (4)); n = |S-W| in m.
+/// Each is made a unit direction by its own length: whatever n was rounded to, the frames stay rotations.
+template <class T>
+ARMANGLE_INLINE Triangle<T> triangle(const Arm& arm, T n) noexcept {
+    const double L = arm.reach, D = arm.inner_reach, La = arm.upper_arm, Lb = arm.forearm;
+    const T zero(0.0), one(1.0), rounding(tolerance::stretched * L);
+    const T s2 = select(L - n <= rounding, zero, (L - n) * (L + n));  // 4 La Lb sin^2(eta/2)
+    const T c2 = select(n - D <= rounding, zero, (n - D) * (n + D));  // 4 La Lb cos^2(eta/2)
+    const T scale = one / (s2 + c2);
+    Triangle<T> t;
+    t.excess = max(n - L, D - n);
+    t.eta = {2.0 * sqrt(s2 * c2) * scale, (c2 - s2) * scale};
+    const T x = (La - Lb) + 2.0 * Lb * (c2 * scale), y = Lb * t.eta.sin;
+    const T side = hypot(x, y);
+    const auto shut = side == zero;
+    const T inverse_side = one / select(shut, one, side);
+    t.kappa = {y * inverse_side, select(shut, one, x * inverse_side)};
+    return t;
+}
+
+/// The elbow bent to the side that GC_4 says.
+template <class T>
+struct Fold {
+    SinCos<T> theta_4;
+    SinCos<T> beta;   // direction of S-W in the x-y plane of frame 3, from its y axis
+    SinCos<T> gamma;  // the same in frame 4: beta + theta_4
+};
+
+template <class T>
+ARMANGLE_INLINE Fold<T> fold(const Arm& arm, const Triangle<T>& t, T gc_4) noexcept {
+    // mul_add and not a * b + c * d: g++ 12 fuses such pairs of sum and difference in spite of -ffp-contract=off
+    const auto sum = [](const SinCos<double>& fixed, const T& s, const T& c) {
+        return SinCos<T>{mul_add(T(fixed.sin), c, fixed.cos * s), mul_add(T(fixed.cos), c, -(fixed.sin * s))};
+    };
+    const T sin_lower = mul_add(t.eta.sin, t.kappa.cos, -(t.eta.cos * t.kappa.sin));  // of eta - kappa, at the wrist
+    const T cos_lower = mul_add(t.eta.cos, t.kappa.cos, t.eta.sin * t.kappa.sin);
+    return {sum(arm.delta, gc_4 * t.eta.sin, t.eta.cos), sum(arm.shoulder_slant, -(gc_4 * t.kappa.sin), t.kappa.cos),
+            sum(arm.wrist_slant, gc_4 * sin_lower, cos_lower)};
+}
+
+}  // namespace armangle

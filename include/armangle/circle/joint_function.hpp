@@ -1,0 +1,191 @@
+// Joint functions theta_i(psi) on one circle and branch: coefficients, value, derivative, special values. Eq. (26)-(31), (33), (34).
+#pragma once
+
+#include "posture.hpp"
+
+namespace armangle {
+
+/// s sin(psi) + c cos(psi) + k
+template <class T>
+struct Linear {
+    T s, c, k;
+
+    T at(const SinCos<T>& psi) const noexcept { return mul_add(s, psi.sin, mul_add(c, psi.cos, k)); }
+    T slope(const SinCos<T>& psi) const noexcept { return s * psi.cos - c * psi.sin; }
+};
+
+/// Joint 1, 3, 5 or 7: theta = atan2(g U, g V), eq. (26).
+template <class T>
+struct Pivot {
+    Linear<T> U, V;
+    T g;
+};
+
+/// Joint 2 or 6: cos(theta) = H, theta of the sign g, eq. (27).
+template <class T>
+struct Hinge {
+    Linear<T> H;
+    T g;
+    struct Gap {
+        T below_one, above_minus_one;  // 1 - x, 1 + x
+    };
+    Gap high, low;  // of max H and min H, to their last digit also where theta comes near 0 or pi
+    T swing;        // |theta| moves by about twice this, or less
+};
+
+/// Whether theta does not depend on psi.
+inline bool is_constant(const Hinge<double>& h) noexcept { return h.swing <= tolerance::singular; }
+template <class T>
+ARMANGLE_INLINE auto is_constant(const Pivot<T>& p) noexcept {
+    const auto &u = p.U, &v = p.V;
+    const T moving = u.s * u.s + u.c * u.c + v.s * v.s + v.c * v.c, still = u.k * u.k + v.k * v.k;
+    return moving <= T(tolerance::singular * tolerance::singular) * still;
+}
+
+/// All six joints that move with psi: pivots 1, 3, 5, 7 and hinges 2, 6. Theta_4 does not depend on psi.
+template <class T>
+struct JointFunctions {
+    Pivot<T> pivot[4];
+    Hinge<T> hinge[2];
+};
+
+template <class M, class T>
+ARMANGLE_INLINE Linear<T> select(const M& mask, const Linear<T>& yes, const Linear<T>& no) noexcept {
+    return {select(mask, yes.s, no.s), select(mask, yes.c, no.c), select(mask, yes.k, no.k)};
+}
+
+namespace detail {
+
+/// Hinge whose axis turns about another at the angle `tilt`; `along` and `across` are the cosine and sine (>= 0) of the
+/// angle between that other axis and the one theta is measured from. |theta| is between difference and sum of the two.
+template <class T>
+ARMANGLE_INLINE Hinge<T> hinge(const Linear<T>& H, const T& g, const SinCos<T>& tilt, const T& along, const T& across) noexcept {
+    const T one(1.0), sine = abs(tilt.sin);
+    const T high = mul_add(along, tilt.cos, across * sine), low = mul_add(along, tilt.cos, -(across * sine));
+    const T sine_high = mul_add(across, tilt.cos, -(along * sine)), sine_low = mul_add(across, tilt.cos, along * sine);
+    const auto gap = [&one](const T& cosine, const T& s) {
+        const T far = one + abs(cosine), near = s * s / far;
+        const auto acute = T(0.0) < cosine;
+        return typename Hinge<T>::Gap{select(acute, near, far), select(acute, far, near)};
+    };
+    return {H, g, gap(high, sine_high), gap(low, sine_low), min(sine, across)};
+}
+
+}  // namespace detail
+
+/// The coefficients, from eq. (16), (21) in triad coordinates. On a circle that is singular everywhere theta_1 (theta_5)
+/// is 0 and theta_3 (theta_7) takes the form that the inverse takes there.
+template <class T>
+ARMANGLE_INLINE JointFunctions<T> joint_functions(const Circle<T>& c, const Fold<T>& fold, const Configuration<T>& gc) noexcept {
+    const T sb = fold.beta.sin, cb = fold.beta.cos, sg = fold.gamma.sin, cg = fold.gamma.cos;
+    const T zero(0.0), one(1.0);
+    const Linear<T> nought{zero, zero, zero}, unity{zero, zero, one};
+    // columns of 0R3: y_3 = w cb - f sb, x_3 = w sb + f cb, with f = e cos - z sin; z_3 = z cos + e sin
+    const auto y3 = [&](const T& w, const T& e, const T& z) { return Linear<T>{z * sb, -(e * sb), w * cb}; };
+    const auto x3 = [&](const T& w, const T& e, const T& z) { return Linear<T>{-(z * cb), e * cb, w * sb}; };
+    const auto z3 = [&](const T& e, const T& z) { return Linear<T>{e, z, zero}; };
+    const auto negative = [](const Linear<T>& a) { return Linear<T>{-a.s, -a.c, -a.k}; };
+    // rows of 4R7: x_4 = w sg + f cg, y_4 = -z_3, z_4 = w cg - f sg, each times a tool axis
+    const auto x4 = [&](const T& w, const T& e, const T& z) { return Linear<T>{-(z * cg), e * cg, w * sg}; };
+    const auto z4 = [&](const T& w, const T& e, const T& z) { return Linear<T>{z * sg, -(e * sg), w * cg}; };
+    const auto &w = c.w, &e = c.e, &z = c.z, &tw = c.tool_w, &te = c.tool_e, &tz = c.tool_z;
+    JointFunctions<T> j;
+    j.pivot[0] = {y3(w.y, e.y, z.y), y3(w.x, e.x, z.x), gc.shoulder};
+    j.hinge[0] = detail::hinge(y3(w.z, e.z, z.z), gc.shoulder, fold.beta, w.z, hypot(w.x, w.y));
+    j.pivot[1] = {negative(z3(e.z, z.z)), negative(x3(w.z, e.z, z.z)), gc.shoulder};
+    j.pivot[2] = {negative(z3(te.z, tz.z)), x4(tw.z, te.z, tz.z), gc.wrist};
+    j.hinge[1] = detail::hinge(z4(tw.z, te.z, tz.z), gc.wrist, fold.gamma, tw.z, hypot(te.z, tz.z));
+    j.pivot[3] = {z4(tw.y, te.y, tz.y), negative(z4(tw.x, te.x, tz.x)), gc.wrist};
+    const auto lost = [&one](const auto& mask, Pivot<T>& p, const Linear<T>& U, const Linear<T>& V) {
+        p = {select(mask, U, p.U), select(mask, V, p.V), select(mask, one, p.g)};
+    };
+    const auto lost_1 = shoulder_singular(c, fold);
+    if (any(lost_1)) lost(lost_1, j.pivot[0], nought, unity), lost(lost_1, j.pivot[1], x3(w.y, e.y, z.y), negative(z3(e.y, z.y)));
+    const auto lost_5 = wrist_singular(c, fold);
+    if (any(lost_5)) lost(lost_5, j.pivot[2], nought, unity), lost(lost_5, j.pivot[3], negative(z3(te.x, tz.x)), negative(z3(te.y, tz.y)));
+    return j;
+}
+
+/// Numerator of dtheta/dpsi of a pivot, eq. (29), without the GC that the paper carries (GC^2 = 1).
+template <class T>
+ARMANGLE_INLINE Linear<T> slope_numerator(const Pivot<T>& p) noexcept {
+    const auto &u = p.U, &v = p.V;
+    return {v.k * -u.c + u.k * v.c, v.k * u.s - u.k * v.s, v.c * u.s - u.c * v.s};
+}
+
+/// dtheta/dpsi, eq. (28); infinite where the direction (V, U) vanishes.
+inline double derivative(const Pivot<double>& p, const SinCos<double>& psi) noexcept {
+    const double u = p.U.at(psi), v = p.V.at(psi), size = u * u + v * v;
+    if (size <= tolerance::singular * tolerance::singular) return infinity;
+    return (v * p.U.slope(psi) - u * p.V.slope(psi)) / size;
+}
+
+/// |sin(theta)| of a hinge is the length of its pivot's direction: h = hypot(U, V) of joint 1 (5).
+/// dtheta/dpsi, eq. (33); infinite where theta is 0 or pi, unless theta is constant.
+inline double derivative(const Hinge<double>& h, const Pivot<double>& pivot, const SinCos<double>& psi) noexcept {
+    const double slope = h.H.slope(psi);
+    if (is_constant(h)) return 0.0;
+    const double sine = hypot(pivot.U.at(psi), pivot.V.at(psi));
+    if (sine <= tolerance::singular) return infinity;
+    return -slope / (h.g * sine);
+}
+
+/// Self-motion dq/dpsi (rad/rad), of one circle and branch; joint 4 does not move.
+inline Joints self_motion(const Arm& arm, const JointFunctions<double>& f, const SinCos<double>& psi) noexcept {
+    const double rate[joints] = {derivative(f.pivot[0], psi), derivative(f.hinge[0], f.pivot[0], psi), derivative(f.pivot[1], psi), 0.0,
+                                 derivative(f.pivot[2], psi), derivative(f.hinge[1], f.pivot[2], psi), derivative(f.pivot[3], psi)};
+    Joints out{};
+    for (int i = 0; i < joints; ++i) out.q[i] = arm.sign[i] * rate[i];
+    return out;
+}
+
+/// Roots of s sin + c cos + k = 0 on the circle: the two-root form, good at psi = pi and for any zero coefficient.
+struct Roots {
+    int count;
+    double psi[2];
+};
+
+inline Roots roots(const Linear<double>& f) noexcept {
+    const double h = hypot(f.s, f.c);
+    if (h <= tolerance::singular * abs(f.k) || h == 0 || abs(f.k) > h) return {0, {}};
+    const double middle = atan2(f.s, f.c), half = atan2(sqrt((h - f.k) * (h + f.k)), -f.k);
+    if (half == 0 || half == pi) return {1, {wrap(middle + half), 0}};
+    return {2, {wrap(middle - half), wrap(middle + half)}};
+}
+
+/// Which of the paper's cases a joint function is: sections 5.1.1-5.1.3 and 5.2, and the constant one it leaves out.
+enum class Case : int { stationary, monotonic, singular, constant };
+
+/// Special values of one joint function.
+struct Profile {
+    Case kind;
+    Roots stationary;  // dtheta/dpsi = 0
+    Roots singular;    // theta jumps by pi (pivot), or touches 0 or pi with a corner (hinge)
+};
+
+/// Pivot: eq. (30) without its zero denominators; a_t^2 + b_t^2 - c_t^2 > 0, < 0 or = 0.
+inline Profile profile(const Pivot<double>& p) noexcept {
+    const Linear<double> n = slope_numerator(p);
+    const double size = n.s * n.s + n.c * n.c + n.k * n.k, discriminant = n.s * n.s + n.c * n.c - n.k * n.k;
+    if (is_constant(p)) return {Case::constant, {0, {}}, {0, {}}};
+    if (discriminant > tolerance::vanishing * size) return {Case::stationary, roots(n), {0, {}}};
+    if (discriminant < -tolerance::vanishing * size) return {Case::monotonic, {0, {}}, {0, {}}};
+    return {Case::singular, {0, {}}, {1, {wrap(atan2(n.s, n.c) + (n.k > 0 ? pi : 0.0)), 0}}};  // eq. (31)
+}
+
+/// Hinge: eq. (34) in the form of two roots; H is largest at atan2(s, c), least opposite.
+inline Profile profile(const Hinge<double>& h) noexcept {
+    const double top = atan2(h.H.s, h.H.c);
+    if (is_constant(h)) return {Case::constant, {0, {}}, {0, {}}};
+    Profile out{Case::stationary, {0, {}}, {0, {}}};
+    const auto put = [&](double psi, double gap) {
+        Roots& to = gap <= tolerance::vanishing ? out.singular : out.stationary;
+        to.psi[to.count++] = wrap(psi);
+    };
+    put(top, h.high.below_one);
+    put(top + pi, h.low.above_minus_one);
+    if (out.singular.count) out.kind = Case::singular;
+    return out;
+}
+
+}  // namespace armangle

@@ -1,0 +1,78 @@
+// Inverse kinematics: (pose, psi, GC) -> q. Eq. (12)-(24) in a form that holds the pose in every case.
+#pragma once
+
+#include "circle.hpp"
+#include "../arm/configuration.hpp"
+
+namespace armangle {
+
+/// Joint i's angle is atan2(y[i], x[i]); the eighth slot is 0.
+template <class T>
+struct Directions {
+    T y[joint_slots], x[joint_slots];
+};
+
+/// The seven angles as directions. theta_3 and theta_7 from theta_1 and theta_5 and not from eq. (19), (24), which
+/// lose theta_1 + theta_3 (theta_5 + theta_7) where theta_2 (theta_6) vanishes.
+template <class T>
+ARMANGLE_INLINE Directions<T> directions(const Circle<T>& c, const Fold<T>& fold, const Configuration<T>& gc,
+                                         const SinCos<T>& psi) noexcept {
+    const T zero(0.0), one(1.0);
+    Directions<T> d;
+    // shoulder: columns of 0R3, eq. (15)
+    const Vec3<T> f = combine(c.e, psi.cos, c.z, -psi.sin), z3 = combine(c.z, psi.cos, c.e, psi.sin);
+    const Vec3<T> x3 = combine(c.w, fold.beta.sin, f, fold.beta.cos), y3 = combine(c.w, fold.beta.cos, f, -fold.beta.sin);
+    const T h2 = hypot(y3.x, y3.y);
+    const auto singular_1 = shoulder_singular(c, fold), flat_2 = h2 == zero;
+    const auto lost_1 = singular_1 | flat_2;
+    const T c1 = select(lost_1, one, gc.shoulder * y3.x), s1 = select(lost_1, zero, gc.shoulder * y3.y);
+    d.y[0] = s1, d.x[0] = c1;                                        // (17)
+    d.y[1] = gc.shoulder * h2, d.x[1] = y3.z;                        // (18)
+    d.y[2] = c1 * x3.y - s1 * x3.x, d.x[2] = s1 * z3.x - c1 * z3.y;  // for (19)
+    d.y[3] = fold.theta_4.sin, d.x[3] = fold.theta_4.cos;            // (4)
+    // wrist: entries of 4R7, eq. (20)
+    const Vec3<T> g = combine(c.tool_e, psi.cos, c.tool_z, -psi.sin);         // f . tool axes
+    const Vec3<T> n1 = combine(c.tool_w, fold.gamma.sin, g, fold.gamma.cos);  // first row
+    const Vec3<T> n2 = combine(c.tool_z, -psi.cos, c.tool_e, -psi.sin);       // second row
+    const T n33 = c.tool_w.z * fold.gamma.cos - g.z * fold.gamma.sin;
+    const T h6 = hypot(n1.z, n2.z);
+    const auto singular_5 = wrist_singular(c, fold), flat_6 = h6 == zero;
+    const auto lost_5 = singular_5 | flat_6;
+    const T c5 = select(lost_5, one, gc.wrist * n1.z), s5 = select(lost_5, zero, gc.wrist * n2.z);
+    d.y[4] = s5, d.x[4] = c5;                                        // (22)
+    d.y[5] = gc.wrist * h6, d.x[5] = n33;                            // (23)
+    d.y[6] = c5 * n2.x - s5 * n1.x, d.x[6] = c5 * n2.y - s5 * n1.y;  // for (24)
+    d.y[7] = zero, d.x[7] = one;
+    return d;
+}
+
+/// Seven joint values (rad, robot coordinates), and an eighth that is 0.
+struct Joints {
+    double q[joint_slots];
+};
+
+/// theta of the directions, all joints in one vector.
+ARMANGLE_INLINE JointLanes angles(const Directions<double>& d) noexcept { return atan2(JointLanes::of(d.y), JointLanes::of(d.x)); }
+
+/// q of the directions: within the limits, nearest to `seed`, or to the middle of the range without one.
+inline Joints joints_within_limits(const Arm& arm, const Directions<double>& d, const double* seed) noexcept {
+    const JointLanes near = seed ? joint_lanes(seed) : JointLanes::load(arm.joint_middle);
+    Joints out;
+    joint_value(angles(d), JointLanes::load(arm.joint_sign), JointLanes::load(arm.joint_offset), JointLanes::load(arm.joint_lower),
+                JointLanes::load(arm.joint_upper), near)
+        .store(out.q);
+    return out;
+}
+
+/// q of the directions lifted next to `near`, whatever the limits: for continuity along a motion.
+ARMANGLE_INLINE JointLanes joints_near(const Arm& arm, const Directions<double>& d, const JointLanes& near) noexcept {
+    return lift(JointLanes::load(arm.joint_sign) * (angles(d) - JointLanes::load(arm.joint_offset)), near);
+}
+
+inline Joints joints_near(const Arm& arm, const Directions<double>& d, const double* near) noexcept {
+    Joints out;
+    joints_near(arm, d, joint_lanes(near)).store(out.q);
+    return out;
+}
+
+}  // namespace armangle

@@ -1,0 +1,192 @@
+// ArcSet: closed arcs on the circle, their algebra, and the tags of their ends. Knows no robot.
+#pragma once
+
+#include <cstdint>
+#include <initializer_list>
+
+#include "../numbers/angle.hpp"
+#include "../numbers/tolerances.hpp"
+
+namespace armangle {
+
+/// An opaque mark of an end: who made it.
+using Tag = std::uint8_t;
+
+struct Arc {
+    double lower, upper;  // lower in [-pi, pi), upper in (lower, lower + 2 pi]
+    Tag lower_tag, upper_tag;
+};
+
+/// Disjoint arcs in rising order. The full circle is one arc [-pi, pi] without ends.
+struct ArcSet {
+    static constexpr int capacity = 32;
+    int count = 0;
+    bool full = false;
+    Arc arc[capacity];
+
+    bool empty() const noexcept { return count == 0; }
+};
+
+inline void make_empty(ArcSet& set) noexcept { set.count = 0, set.full = false; }
+inline void make_full(ArcSet& set) noexcept { set.count = 1, set.full = true, set.arc[0] = {-pi, pi, 0, 0}; }
+
+namespace detail {
+
+/// Puts an arc of any lift in; one shorter than the tolerance is a touching point and is dropped.
+inline void push(ArcSet& set, Arc arc) noexcept {
+    if (arc.upper - arc.lower < tolerance::angle || set.count == ArcSet::capacity) return;
+    const double turn = arc.lower >= pi ? -two_pi : (arc.lower < -pi ? two_pi : 0.0);
+    arc.lower += turn, arc.upper += turn;
+    int at = set.count++;
+    for (; at > 0 && set.arc[at - 1].lower > arc.lower; --at) set.arc[at] = set.arc[at - 1];
+    set.arc[at] = arc;
+}
+
+/// Joins arcs whose gap is shorter than the tolerance, over the seam too.
+inline void merge(ArcSet& set) noexcept {
+    int kept = 0;
+    for (int i = 1; i < set.count; ++i) {
+        Arc& last = set.arc[kept];
+        if (set.arc[i].lower - last.upper < tolerance::angle) {
+            if (set.arc[i].upper > last.upper) last.upper = set.arc[i].upper, last.upper_tag = set.arc[i].upper_tag;
+        } else {
+            set.arc[++kept] = set.arc[i];
+        }
+    }
+    set.count = set.count ? kept + 1 : 0;
+    if (set.count == 0) return;
+    Arc &first = set.arc[0], &last = set.arc[set.count - 1];
+    if (first.lower + two_pi - last.upper >= tolerance::angle) return;
+    if (set.count == 1) return make_full(set);
+    last.upper = first.upper + two_pi, last.upper_tag = first.upper_tag;
+    for (int i = 1; i < set.count; ++i) set.arc[i - 1] = set.arc[i];
+    --set.count;
+}
+
+}  // namespace detail
+
+/// The set of one arc from `lower` over `upper - lower` rad, of any lift.
+inline void make_arc(ArcSet& set, double lower, double upper, Tag lower_tag, Tag upper_tag) noexcept {
+    make_empty(set);
+    if (upper - lower >= two_pi - tolerance::angle) return make_full(set);
+    const double start = wrap(lower) >= pi ? -pi : wrap(lower);
+    detail::push(set, {start, start + (upper - lower), lower_tag, upper_tag});
+}
+
+/// The set of n arcs (lower, upper, lower, ...) that are already as a set has them, to the bit; false where they are not.
+inline bool make_ordered(ArcSet& set, const double* ends, int n) noexcept {
+    make_empty(set);
+    if (n < 1 || n > ArcSet::capacity) return false;
+    double reach = ends[2 * n - 1] - two_pi;
+    if (!(ends[0] >= -pi && ends[2 * n - 2] < pi)) return false;
+    for (int i = 0; i < n; ++i) {
+        const double lower = ends[2 * i], upper = ends[2 * i + 1];
+        if (lower - reach < tolerance::angle || upper - lower < tolerance::angle) return false;
+        set.arc[i] = {lower, reach = upper, 0, 0};
+    }
+    set.count = n;
+    return true;
+}
+
+/// a and b
+inline void intersect(const ArcSet& a, const ArcSet& b, ArcSet& out) noexcept {
+    if (a.full) {
+        out = b;
+        return;
+    }
+    if (b.full) {
+        out = a;
+        return;
+    }
+    make_empty(out);
+    for (int i = 0; i < a.count; ++i) {
+        for (int j = 0; j < b.count; ++j) {
+            const Arc &p = a.arc[i], &q = b.arc[j];
+            for (const double turn : {-two_pi, 0.0, two_pi}) {
+                const double lower = q.lower + turn, upper = q.upper + turn;
+                if (lower >= p.upper || upper <= p.lower) continue;
+                const bool later = lower > p.lower, earlier = upper < p.upper;
+                detail::push(out, {later ? lower : p.lower, earlier ? upper : p.upper, later ? q.lower_tag : p.lower_tag,
+                                   earlier ? q.upper_tag : p.upper_tag});
+            }
+        }
+    }
+    detail::merge(out);
+}
+
+/// Closure of the complement.
+inline void complement(const ArcSet& a, ArcSet& out) noexcept {
+    if (a.empty()) return make_full(out);
+    if (a.full) return make_empty(out);
+    make_empty(out);
+    for (int i = 0; i < a.count; ++i) {
+        const Arc& here = a.arc[i];
+        const Arc& next = a.arc[i + 1 < a.count ? i + 1 : 0];
+        const double end = i + 1 < a.count ? next.lower : next.lower + two_pi;
+        detail::push(out, {here.upper, end, here.upper_tag, next.lower_tag});
+    }
+    detail::merge(out);
+}
+
+/// a or b
+inline void unite(const ArcSet& a, const ArcSet& b, ArcSet& out) noexcept {
+    if (a.empty()) {
+        out = b;
+        return;
+    }
+    if (b.empty()) {
+        out = a;
+        return;
+    }
+    ArcSet not_a, not_b, neither;
+    complement(a, not_a), complement(b, not_b);
+    intersect(not_a, not_b, neither);
+    complement(neither, out);
+}
+
+/// Total length in rad.
+inline double measure(const ArcSet& set) noexcept {
+    double sum = 0;
+    for (int i = 0; i < set.count; ++i) sum += set.arc[i].upper - set.arc[i].lower;
+    return sum;
+}
+
+/// The arc that holds psi within `slack`, and psi lifted into it; index -1 where none does.
+struct Place {
+    int index;
+    double psi;
+};
+
+inline Place find(const ArcSet& set, double psi, double slack = tolerance::angle) noexcept {
+    psi = wrap(psi);
+    if (set.full) return {0, psi};
+    int index = -1;
+    double at = psi;
+    for (int i = set.count - 1; i >= 0; --i) {  // the first that holds psi; no branch
+        const Arc& arc = set.arc[i];
+        const double from = arc.lower - slack, to = arc.upper + slack;
+        const double x = psi < from ? psi + two_pi : (psi > to ? psi - two_pi : psi);
+        const bool inside = (x >= from) & (x <= to);
+        index = inside ? i : index;
+        at = inside ? min(max(x, arc.lower), arc.upper) : at;
+    }
+    return {index, at};
+}
+
+inline bool contains(const ArcSet& set, double psi) noexcept { return find(set, psi).index >= 0; }
+
+/// psi if it is in the set, else the nearer end on the circle, the lower one on a tie; NaN of an empty set.
+inline double nearest(const ArcSet& set, double psi) noexcept {
+    if (set.empty()) return not_a_number;
+    const Place place = find(set, psi);
+    if (place.index >= 0) return wrap(place.psi);
+    double best = infinity, at = not_a_number;
+    for (int i = 0; i < set.count; ++i) {
+        const double to_lower = abs(wrap(set.arc[i].lower - psi)), to_upper = abs(wrap(set.arc[i].upper - psi));
+        if (to_lower < best) best = to_lower, at = set.arc[i].lower;
+        if (to_upper < best) best = to_upper, at = set.arc[i].upper;
+    }
+    return wrap(at);
+}
+
+}  // namespace armangle

@@ -1,0 +1,137 @@
+// Each limit as a boundary function B(psi) = a sin + b cos + c, and the arc on which it is negative: forbidden. Eq. (32), (35).
+//
+//   pivot  g (U cos L - V sin L) >= 0 at the lower limit, <= 0 at the upper: the cone from one to the other;
+//   hinge  cos(near) - H >= 0 and H - cos(far) >= 0, near and far being the limits of |theta|.
+// {B < 0} is one arc, (phi + alpha, phi - alpha + 2 pi) with phi = atan2(a, b), alpha = acos(-c / hypot(a, b)).
+#pragma once
+
+#include "../circle/joint_function.hpp"
+#include "limit_table.hpp"
+
+namespace armangle {
+
+namespace detail {
+
+using Slots = Lane<8>;
+
+/// Arcs from lower in [-pi, pi) over at most a turn; one of no width is none.
+struct ArcLanes {
+    Slots lower, upper;
+};
+
+/// How far an arc's beginning lies before the end of another; less than the arc's width where that one cuts it.
+template <class T>
+ARMANGLE_INLINE T room_in(const T& lower, const T& other_lower, const T& other_width) noexcept {
+    const T ahead = lower - other_lower;
+    return other_width - select(ahead < T(0.0), ahead + T(two_pi), ahead);
+}
+
+/// {B < 0} of phi and alpha.
+ARMANGLE_INLINE ArcLanes negative_arcs(const Slots& middle, const Slots& half) noexcept {
+    const Slots start = middle + half, turn = select(start >= Slots(pi), Slots(two_pi), Slots(0.0));
+    return {start - turn, (middle - half) + (Slots(two_pi) - turn)};
+}
+
+/// acos(-c / h) as the angle of (-c, this): 0 or pi where c is beyond +-h. excess = a^2 + b^2 - c^2.
+ARMANGLE_INLINE Slots across(const Slots& excess) noexcept { return sqrt(max(excess, Slots(0.0))); }
+
+}  // namespace detail
+
+/// What the limits of the pivots block: lanes 0-3 from their lower limits on, 4-7 from their upper ones.
+struct PivotArcs {
+    double lower[2 * pivots], upper[2 * pivots];
+    // a bit a lane: blocks something (limited, moving, longer than the tolerance); ends at the other limit's end; the joint does not move
+    unsigned kept, cut, constant;
+};
+
+/// Where the boundary function of a hinge's limit is negative, by piece, hinge and end (near, far).
+struct HingeArcs {
+    double lower[pieces][2 * hinges], upper[pieces][2 * hinges];
+};
+
+/// Boundary functions of one circle and branch, solved.
+struct Boundaries {
+    PivotArcs pivot;
+    HingeArcs hinge;
+};
+
+namespace detail {
+
+/// One coefficient of the four pivots, for both limits.
+template <class Get>
+ARMANGLE_INLINE Slots of_pivots(const JointFunctions<double>& f, const Get& get) noexcept {
+    const double four[pivots] = {get(f.pivot[0]), get(f.pivot[1]), get(f.pivot[2]), get(f.pivot[3])};
+    return twice(four);
+}
+
+/// What both limits forbid: the common part of their two arcs where a pivot has more than half a turn, else each of them.
+/// Of a common part, what of each arc lies in the other from its own lower end on.
+ARMANGLE_INLINE void solve_pivots(const LimitTable& t, const JointFunctions<double>& f, PivotArcs& out) noexcept {
+    using P = const Pivot<double>&;
+    const Linear<Slots> U{of_pivots(f, [](P p) { return p.U.s; }), of_pivots(f, [](P p) { return p.U.c; }),
+                          of_pivots(f, [](P p) { return p.U.k; })};
+    const Linear<Slots> V{of_pivots(f, [](P p) { return p.V.s; }), of_pivots(f, [](P p) { return p.V.c; }),
+                          of_pivots(f, [](P p) { return p.V.k; })};
+    const Slots g = of_pivots(f, [](P p) { return p.g; }), u = g * Slots::load(t.u), v = g * Slots::load(t.v);
+    const Slots a = u * U.s + v * V.s, b = u * U.c + v * V.c, c = u * U.k + v * V.k;
+    const ArcLanes arc = negative_arcs(atan2(a, b), atan2(across(mul_add(a, a, b * b) - c * c), -c));
+    const Slots width = arc.upper - arc.lower;
+    const Slots room = room_in(arc.lower, swap_halves(arc.lower), swap_halves(width)) + Slots::load(t.room);
+    const auto cut = room < width;
+    const Slots upper = select(cut, arc.lower + room, arc.upper), length = upper - arc.lower;
+    arc.lower.store(out.lower), upper.store(out.upper);
+    out.constant = bits(is_constant(Pivot<Slots>{U, V, g}));
+    out.kept = bits(length >= Slots(tolerance::angle)) & t.limited & ~out.constant;
+    out.cut = bits(cut);
+}
+
+/// One number of the limits of both hinges, near and far.
+template <class Get>
+ARMANGLE_INLINE Slots of_ends(const HingePiece& first, const HingePiece& second, const Get& get) noexcept {
+    const double four[2 * hinges] = {get(first.near), get(first.far), get(second.near), get(second.far)};
+    return twice(four);
+}
+
+/// One number of each hinge, for both its limits.
+ARMANGLE_INLINE Slots of_hinges(double first, double second) noexcept {
+    const double four[2 * hinges] = {first, first, second, second};
+    return twice(four);
+}
+
+/// a^2 + b^2 - c^2 = (max H - cos(limit)) (cos(limit) - min H), each factor by what is small: 1 - cos or 1 + cos.
+ARMANGLE_INLINE void solve_hinges(const LimitTable& t, const JointFunctions<double>& f, HingeArcs& out) noexcept {
+    const Hinge<double>&p = f.hinge[0], &q = f.hinge[1];
+    const int p_negative = p.g < 0, q_negative = q.g < 0;
+    const int p_count = t.piece_count[0][p_negative], q_count = t.piece_count[1][q_negative];
+    const double sides[2 * hinges] = {-1.0, 1.0, -1.0, 1.0};
+    const Slots side = twice(sides), one(1.0);
+    const Slots a = side * of_hinges(p.H.s, q.H.s), b = side * of_hinges(p.H.c, q.H.c);
+    const Slots high_below = of_hinges(p.high.below_one, q.high.below_one),
+                high_above = of_hinges(p.high.above_minus_one, q.high.above_minus_one);
+    const Slots low_below = of_hinges(p.low.below_one, q.low.below_one),
+                low_above = of_hinges(p.low.above_minus_one, q.low.above_minus_one);
+    for (int k = 0; k < p_count || k < q_count; ++k) {
+        const HingePiece &first = t.piece[0][p_negative][k], &second = t.piece[1][q_negative][k];
+        const Slots limit_below = of_ends(first, second, [](const HingeEnd& e) { return e.below_one; });
+        const Slots limit_above = of_ends(first, second, [](const HingeEnd& e) { return e.above_minus_one; });
+        const auto acute = limit_below < one;
+        const Slots above = select(acute, limit_below - high_below, high_above - limit_above);
+        const Slots below = select(acute, low_below - limit_below, limit_above - low_above);
+        const Slots c = side * (Slots(0.5) * (above - below));
+        // phi and alpha are four angles each: one vector of eight
+        const Slots angle = atan2(first_halves(a, across(above * below)), first_halves(b, -c));
+        const ArcLanes arc = negative_arcs(angle, swap_halves(angle));
+        double lower[8], upper[8];
+        arc.lower.store(lower), arc.upper.store(upper);
+        for (int i = 0; i < 2 * hinges; ++i) out.lower[k][i] = lower[i], out.upper[k][i] = upper[i];
+    }
+}
+
+}  // namespace detail
+
+ARMANGLE_INLINE void boundaries(const LimitTable& t, const JointFunctions<double>& f, Boundaries& out) noexcept {
+    detail::solve_pivots(t, f, out.pivot);
+    detail::solve_hinges(t, f, out.hinge);
+}
+
+}  // namespace armangle

@@ -1,0 +1,115 @@
+// Feasible arcs: all psi of a pose and branch that keep every joint within its limits, and what ends them. Eq. (25).
+#pragma once
+
+#include "blocked.hpp"
+#include "../status.hpp"
+
+namespace armangle {
+
+namespace detail {
+
+/// Whether a hinge comes to 0 or pi, where the directions (V, U) of its pivots vanish: only then can an end be a jump.
+inline bool may_jump(const Hinge<double>& h) noexcept { return min(h.high.below_one, h.low.above_minus_one) <= tolerance::touching; }
+
+/// Ends at which a pivot's direction (V, U) itself vanishes: the joint jumps there, it does not reach its limit.
+inline void mark_jumps(const JointFunctions<double>& f, ArcSet& set) noexcept {
+    const auto mark = [&f](double psi, Tag& tag) {
+        const int joint = tag_joint(tag) - 1;
+        if (joint < 0 || joint % 2 == 1) return;
+        const Pivot<double>& p = f.pivot[joint / 2];
+        const SinCos<double> at = sin_cos(psi);
+        if (hypot(p.U.at(at), p.V.at(at)) > tolerance::angle) return;
+        const int hinge = joint / 4;
+        tag = make_tag(hinge_joint[hinge] + 1, f.hinge[hinge].H.at(at) > 0 ? Side::near_singular : Side::far_singular);
+    };
+    if (!may_jump(f.hinge[0]) && !may_jump(f.hinge[1])) return;
+    for (int i = 0; i < set.count; ++i) mark(set.arc[i].lower, set.arc[i].lower_tag), mark(set.arc[i].upper, set.arc[i].upper_tag);
+}
+
+/// Limits half a turn apart have the same boundary: the side on which the joint stands tells which one it reaches.
+inline void tell_opposite_limits(const LimitTable& t, const JointFunctions<double>& shoulder, const JointFunctions<double>& wrist,
+                                 ArcSet& set) noexcept {
+    const auto tell = [&](double psi, Tag& tag) {
+        const int joint = tag_joint(tag) - 1, pivot = joint / 2;
+        if (joint < 0 || joint % 2 == 1 || !t.cone[pivot].straight) return;
+        const Pivot<double>& p = (pivot < pivots / 2 ? shoulder : wrist).pivot[pivot];
+        const SinCos<double> at = sin_cos(psi), &lower = t.cone[pivot].lower;
+        tag = t.tag[p.g * (p.V.at(at) * lower.cos + p.U.at(at) * lower.sin) > 0 ? pivot : pivots + pivot];
+    };
+    bool possible = false;
+    for (const Cone& cone : t.cone) possible |= cone.straight;
+    for (int i = 0; possible && i < set.count; ++i)
+        tell(set.arc[i].lower, set.arc[i].lower_tag), tell(set.arc[i].upper, set.arc[i].upper_tag);
+}
+
+/// The set that is left; the joint functions are those of the shoulder's sign and of the wrist's.
+inline Status finish(const LimitTable& t, const JointFunctions<double>& shoulder, const JointFunctions<double>& wrist, Blocked& blocked,
+                     ArcSet& out) noexcept {
+    free_arcs(blocked, out);
+    if (!out.full) tell_opposite_limits(t, shoulder, wrist, out), mark_jumps(shoulder, out);
+    return out.empty() ? Status::LIMITS : Status::OK;
+}
+
+}  // namespace detail
+
+/// Elbow: OK, or why no psi is feasible, theta_4 being the same for all.
+inline Status elbow_status(const Arm& arm, const LimitTable& t, const Circle<double>& c, const Fold<double>& fold) noexcept {
+    if (is_unreachable(arm, c)) return Status::UNREACHABLE;
+    if (is_folded(arm, c)) return Status::FOLDED;
+    if (!t.elbow.contains(fold.theta_4)) return Status::ELBOW_LIMIT;
+    return c.triangle.eta.sin < t.sin_margin ? Status::ELBOW_MARGIN : Status::OK;
+}
+
+/// Psi_all of one circle and branch; empty with the reason in the status.
+inline Status feasible(const Arm& arm, const LimitTable& t, const Circle<double>& c, const Fold<double>& fold,
+                       const JointFunctions<double>& f, ArcSet& out) noexcept {
+    make_empty(out);
+    const Status elbow = elbow_status(arm, t, c, fold);
+    if (elbow != Status::OK) return elbow;
+    Boundaries b;
+    boundaries(t, f, b);
+    Blocked blocked;
+    for (int h = 0; h < hinges; ++h) block_hinge(t, f, b, h, blocked);
+    block_pivots(t, f, b, all_pivots, blocked);
+    return detail::finish(t, f, f, blocked, out);
+}
+
+/// Psi_i of one joint (0..6), with the status of that joint alone.
+inline Status joint_arcs(const Arm& arm, const LimitTable& t, const Circle<double>& c, const Fold<double>& fold,
+                         const JointFunctions<double>& f, int joint, ArcSet& out) noexcept {
+    make_empty(out);
+    const Status elbow = elbow_status(arm, t, c, fold);
+    if (elbow == Status::FOLDED || elbow == Status::UNREACHABLE) return elbow;
+    if (joint == 3) {
+        if (elbow == Status::OK) make_full(out);
+        return elbow;
+    }
+    Boundaries b;
+    boundaries(t, f, b);
+    Blocked blocked;
+    for (int p = 0; p < pivots; ++p)
+        if (pivot_joint[p] == joint) block_pivots(t, f, b, pivot_bits(p), blocked);
+    for (int h = 0; h < hinges; ++h)
+        if (hinge_joint[h] == joint) block_hinge(t, f, b, h, blocked);
+    return detail::finish(t, f, f, blocked, out);
+}
+
+/// Value in q of the end that a tag marks; NaN for a user's end.
+inline double end_value(const Arm& arm, double margin, const Configuration<double>& gc, Tag tag) noexcept {
+    const int joint = tag_joint(tag) - 1;
+    if (joint < 0) return not_a_number;
+    const double g = joint == 1 ? gc.shoulder : gc.wrist;
+    double theta = 0;
+    switch (tag_side(tag)) {
+        case Side::lower: return arm.lower[joint];
+        case Side::upper: return arm.upper[joint];
+        case Side::near_margin: theta = g * margin; break;
+        case Side::far_margin: theta = g * (pi - margin); break;
+        case Side::near_singular: theta = 0; break;
+        case Side::far_singular: theta = g * pi; break;
+        default: return not_a_number;
+    }
+    return joint_value(theta, arm.sign[joint], arm.offset[joint], arm.lower[joint], arm.upper[joint], arm.joint_middle[joint]);
+}
+
+}  // namespace armangle

@@ -1,0 +1,141 @@
+// The limits of an arm, turned once into what the boundary functions take.
+#pragma once
+
+#include "arcs.hpp"
+#include "../arm/arm.hpp"
+
+namespace armangle {
+
+/// What made an end of an arc.
+enum class Side : std::uint8_t { none, lower, upper, user, near_margin, far_margin, near_singular, far_singular };
+
+constexpr Tag make_tag(int joint, Side side) noexcept { return static_cast<Tag>(joint * 8 + static_cast<int>(side)); }
+constexpr int tag_joint(Tag tag) noexcept { return tag >> 3; }  // 1..7, or 0 for none
+constexpr Side tag_side(Tag tag) noexcept { return static_cast<Side>(tag & 7); }
+
+inline constexpr int pivots = 4, hinges = 2, pieces = 2;
+inline constexpr int pivot_joint[pivots] = {0, 2, 4, 6};
+inline constexpr int hinge_joint[hinges] = {1, 5};
+
+/// An end of a range of |theta|: the angle, who made it (0 where 0 or pi is no limit), and its cosine, told from +-1.
+struct HingeEnd {
+    double angle;
+    Tag tag;
+    double below_one, above_minus_one;  // 1 - cos, 1 + cos
+};
+
+/// Largest margin around a singularity (rad): at half pi nothing would be left.
+inline constexpr double most_margin = 1.5;
+
+/// A range [near, far] of |theta| within [0, pi].
+struct HingePiece {
+    HingeEnd near, far;
+};
+
+/// The directions from angle `lower` to `upper`: where a joint that does not move with psi may be.
+struct Cone {
+    bool free, wide;  // a full turn or more; more than half a turn
+    bool straight;    // half a turn: both limits have one boundary function
+    SinCos<double> lower, upper, middle;
+
+    /// Whether a unit direction lies in the cone, or within the angular tolerance of it.
+    bool contains(const SinCos<double>& at) const noexcept {
+        const double above = at.sin * lower.cos - at.cos * lower.sin, below = upper.sin * at.cos - upper.cos * at.sin;
+        const bool behind_lower = above >= -tolerance::angle, before_upper = below >= -tolerance::angle;
+        if (wide) return free | behind_lower | before_upper;
+        const double ahead = at.cos * middle.cos + at.sin * middle.sin;
+        return free | (behind_lower & before_upper & (ahead >= -tolerance::angle));
+    }
+};
+
+inline Cone cone(double lower, double upper) noexcept {
+    Cone out{};
+    out.free = !(upper - lower < two_pi);
+    out.wide = !out.free && upper - lower > pi;
+    out.straight = !out.free && abs(upper - lower - pi) <= tolerance::angle;
+    if (out.free) return out;
+    out.lower = sin_cos(lower), out.upper = sin_cos(upper), out.middle = sin_cos(0.5 * (lower + upper));
+    return out;
+}
+
+/// The limits of an arm in the form that the boundary functions take; made once for an arm and a margin.
+struct LimitTable {
+    double margin, sin_margin;
+    // B = u U + v V for the lower limits of the four pivots, then the upper ones.
+    double u[2 * pivots], v[2 * pivots];
+    double room[2 * pivots];  // 0 where the two limits forbid together, infinite where each does by itself
+    unsigned limited;         // a bit each: not a full turn or more
+    Tag tag[2 * pivots];
+    int piece_count[hinges][2];  // [hinge][theta < 0]
+    HingePiece piece[hinges][2][pieces];
+    Cone elbow, cone[pivots];
+    double psi_margin, discriminant;  // the paper's psi_sing +- epsilon, eq. (31), and when it holds; 0: not used
+};
+
+namespace detail {
+
+inline Side limit_side(const Arm& arm, int joint, bool lower_theta) noexcept {
+    return (arm.sign[joint] > 0) == lower_theta ? Side::lower : Side::upper;
+}
+
+inline HingeEnd hinge_end(double angle, Tag tag) noexcept {
+    const SinCos<double> half = sin_cos(0.5 * min(max(angle, 0.0), pi));
+    return {angle, tag, 2.0 * half.sin * half.sin, 2.0 * half.cos * half.cos};
+}
+
+inline void add_piece(LimitTable& t, int hinge, int negative, HingePiece piece) noexcept {
+    const int joint = hinge_joint[hinge] + 1;
+    if (piece.near.angle < t.margin) piece.near = hinge_end(t.margin, make_tag(joint, Side::near_margin));
+    if (piece.far.angle > pi - t.margin) piece.far = hinge_end(pi - t.margin, make_tag(joint, Side::far_margin));
+    int& count = t.piece_count[hinge][negative];
+    if (min(piece.near.angle, pi) > max(piece.far.angle, 0.0) || count == pieces) return;
+    t.piece[hinge][negative][count++] = piece;
+}
+
+/// The windings of [lower, upper] that meet the half circle of |theta|. A limit within the angular tolerance of 0 or pi
+/// forbids nothing of it, or all but a point.
+inline void fill_hinge(LimitTable& t, const Arm& arm, int hinge, int negative) noexcept {
+    const int j = hinge_joint[hinge];
+    const double l = negative ? -arm.theta_upper[j] : arm.theta_lower[j];
+    const double u = negative ? -arm.theta_lower[j] : arm.theta_upper[j];
+    const Tag lower_tag = make_tag(j + 1, limit_side(arm, j, !negative));
+    const Tag upper_tag = make_tag(j + 1, limit_side(arm, j, negative));
+    if (!(u - l < two_pi)) return add_piece(t, hinge, negative, {hinge_end(0.0, 0), hinge_end(pi, 0)});
+    const double first = two_pi * std::ceil((-tolerance::angle - u) / two_pi);  // smallest turn that lifts u above 0
+    for (int k = 0; k <= pieces; ++k) {
+        const double turn = first + two_pi * k;
+        if (l + turn > pi + tolerance::angle) break;
+        const double near = l + turn, far = u + turn;
+        HingePiece piece{hinge_end(near, lower_tag), hinge_end(far, upper_tag)};
+        if (near <= tolerance::angle) piece.near = hinge_end(0.0, 0);
+        if (far >= pi - tolerance::angle) piece.far = hinge_end(pi, 0);
+        add_piece(t, hinge, negative, piece);
+    }
+}
+
+inline void fill_pivot(LimitTable& t, const Arm& arm, int pivot) noexcept {
+    const int j = pivot_joint[pivot];
+    const Cone& c = t.cone[pivot] = cone(arm.theta_lower[j], arm.theta_upper[j]);
+    t.room[pivot] = t.room[pivots + pivot] = c.wide ? 0.0 : infinity;
+    if (!c.free) t.limited |= 1u << pivot | 1u << (pivots + pivot);
+    t.tag[pivot] = make_tag(j + 1, limit_side(arm, j, true));
+    t.tag[pivots + pivot] = make_tag(j + 1, limit_side(arm, j, false));
+    t.u[pivot] = c.lower.cos, t.v[pivot] = -c.lower.sin;
+    t.u[pivots + pivot] = -c.upper.cos, t.v[pivots + pivot] = c.upper.sin;
+}
+
+}  // namespace detail
+
+/// Limits of an arm, with a margin (rad, >= 0) that keeps |sin theta_2|, |sin theta_6|, |sin(theta_4 - delta)| >= sin(margin).
+inline LimitTable limit_table(const Arm& arm, double margin = 0.0, double psi_margin = 0.0, double discriminant = 0.0) noexcept {
+    LimitTable t{};
+    t.margin = margin, t.sin_margin = std::sin(margin);
+    t.psi_margin = psi_margin, t.discriminant = discriminant;
+    t.elbow = cone(arm.theta_lower[3], arm.theta_upper[3]);
+    for (int p = 0; p < pivots; ++p) detail::fill_pivot(t, arm, p);
+    for (int h = 0; h < hinges; ++h)
+        for (int negative = 0; negative < 2; ++negative) detail::fill_hinge(t, arm, h, negative);
+    return t;
+}
+
+}  // namespace armangle

@@ -1,0 +1,82 @@
+// A sequence of poses followed by steps: a loop around step(), nothing more.
+#pragma once
+
+#include <cstddef>
+
+#include "../batch/inverse_batch.hpp"
+#include "lookahead.hpp"
+#include "step.hpp"
+
+namespace armangle {
+
+/// What to do with a pose that cannot be stepped to: end there; stay and go on; or leave its row open and go on.
+enum class OnFail : std::uint8_t { stop, hold, skip };
+
+/// Rows of the result, one a pose; arrays of n (q: 7 n).
+struct FollowRows {
+    double *q, *psi, *margin, *residual;
+    long long* gc;
+    std::int8_t* status;
+};
+
+namespace detail {
+
+inline void open_row(const FollowRows& rows, std::size_t i, Status status) noexcept {
+    for (int j = 0; j < joints; ++j) rows.q[joints * i + static_cast<std::size_t>(j)] = not_a_number;
+    rows.psi[i] = rows.margin[i] = rows.residual[i] = not_a_number;
+    rows.gc[i] = -1;
+    rows.status[i] = static_cast<std::int8_t>(status);
+}
+
+inline void fill_row(const FollowRows& rows, std::size_t i, const Step& now, double psi, double residual) noexcept {
+    for (int j = 0; j < joints; ++j) rows.q[joints * i + static_cast<std::size_t>(j)] = now.q[j];
+    rows.psi[i] = psi, rows.margin[i] = now.margin, rows.gc[i] = now.gc;
+    rows.residual[i] = residual;
+    rows.status[i] = static_cast<std::int8_t>(now.status);
+}
+
+/// The velocity of a step becomes that before the next; none where the posture stayed.
+inline void carry_velocity(const double* to, const double* from, Bounds& bounds) noexcept {
+    for (int j = 0; j < joints; ++j) bounds.velocity_now[j] = (to[j] - from[j]) / bounds.dt;
+}
+
+}  // namespace detail
+
+/// Follows n poses (16 doubles each, row-major) from `start`. `allowed` is null, one set, or one a pose. psi is lifted.
+/// options.bounds holds the velocity before the first step; `ahead`, if not null, keeps the motion in the tube of the poses
+/// ahead and needs bounds.
+inline void follow(const Arm& arm, const LimitTable& limits, const double* start, const double* poses, std::size_t n, StepOptions options,
+                   OnFail on_fail, Strided<const ArcSet> allowed, const FollowRows& rows, Lookahead* ahead = nullptr) noexcept {
+    Bounds bounds{};
+    if (options.bounds) bounds = *options.bounds, options.bounds = &bounds;
+    double q[joint_slots] = {};
+    for (int j = 0; j < joints; ++j) q[j] = start[j];
+    Chain now = chain(arm, q);
+    double psi = 0;
+    bool stopped = false, begun = false;
+    for (std::size_t i = 0; i < n; ++i) {
+        if (stopped) {
+            detail::open_row(rows, i, Status::NOT_REACHED);
+            continue;
+        }
+        const Pose<double> pose = load_pose(poses + 16 * i);
+        options.allowed = allowed.data ? allowed.at(i) : nullptr;
+        if (ahead) options.ahead = ahead->at(i, q, options.gc < 0 ? configuration(arm, now.theta) : configuration(options.gc));
+        const Step next = step_from(arm, limits, q, now, pose, options);
+        const bool ok = next.status == Status::OK;
+        if (ahead && !ok) ahead->forget();
+        if (options.bounds) detail::carry_velocity(next.q, q, bounds);
+        stopped = !ok && on_fail == OnFail::stop;
+        if (!ok && on_fail != OnFail::hold) {
+            detail::open_row(rows, i, next.status);
+            continue;
+        }
+        psi = begun ? lift(next.psi, psi) : next.psi;
+        begun = true;
+        for (int j = 0; j < joints; ++j) q[j] = next.q[j];
+        if (ok) now = chain(arm, q);
+        detail::fill_row(rows, i, next, psi, position_error(arm, now, pose));
+    }
+}
+
+}  // namespace armangle

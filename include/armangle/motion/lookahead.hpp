@@ -1,0 +1,270 @@
+// Looking ahead along known poses: from which part of each feasible set the poses behind it can be reached.
+//
+// Nodes are the exact arcs of the poses, never a grid of psi: a narrow one is there like a wide one. Two postures of
+// neighbouring poses are linked if every joint moves at most as far as a step may; for one posture the linked psi of the
+// next pose are closed form (bounds.hpp). Sets are carried from pose to pose by that, their ends found by halving.
+#pragma once
+
+#include <cstddef>
+
+#include "../batch/inverse_batch.hpp"
+#include "bounds.hpp"
+
+namespace armangle {
+
+/// One of the poses ahead: what psi means there, its arcs, and those of them from which the rest can be reached.
+struct AheadLayer {
+    Circle<double> circle;
+    Fold<double> bend;
+    Configuration<double> gc;
+    JointFunctions<double> functions;
+    ArcSet arcs, tube;
+};
+
+namespace ahead_rule {
+inline constexpr double spacing = 0.35;  // rad: neighbouring psi both linked are linked between
+inline constexpr int least = 3;          // psi asked inside an arc, however narrow
+inline constexpr int halvings = 12;      // of the gap between a linked psi and one that is not
+inline constexpr double reserve = 0.01;  // share of a step kept back, so that from the end of a tube more than a point is left
+inline constexpr double run_up = 0.5;    // the same where accelerations are bound: what is left to catch up after a late start
+}  // namespace ahead_rule
+
+namespace detail {
+
+/// Links between neighbouring layers.
+struct Links {
+    const Arm& arm;
+    double most[joints];  // rad: what a step may move
+    double share;         // of it, that links use
+
+    /// The part of `within` on layer `to` whose joints are at most `share` of a step from q. A joint does not go round behind
+    /// its limits; one that has more than a turn may, unless its turns are known.
+    void reach(const double* q, bool turns_known, double share, const AheadLayer& to, const ArcSet& within, ArcSet& out) const noexcept {
+        MoveBox box;
+        for (int i = 0; i < joints; ++i) {
+            const bool clip = turns_known || arm.upper[i] - arm.lower[i] < two_pi;
+            box.lower[i] = max(-share * most[i], clip ? arm.lower[i] - q[i] : -infinity);
+            box.upper[i] = min(share * most[i], clip ? arm.upper[i] - q[i] : infinity);
+        }
+        ArcSet all;
+        window(arm, to.circle, to.bend, to.functions, q, box, all);
+        intersect(all, within, out);
+    }
+
+    /// The same from psi at layer `from`.
+    void reach(const AheadLayer& from, double psi, const AheadLayer& to, const ArcSet& within, ArcSet& out) const noexcept {
+        const Joints q = joints_within_limits(arm, directions(from.circle, from.bend, from.gc, sin_cos(psi)), nullptr);
+        reach(q.q, false, share, to, within, out);
+    }
+
+    bool linked(const AheadLayer& from, double psi, const AheadLayer& to, const ArcSet& within) const noexcept {
+        ArcSet reached;
+        reach(from, psi, to, within, reached);
+        return !reached.empty();
+    }
+};
+
+/// The psi of one arc at which links are asked for, in rising order; some are known to be linked.
+struct Probes {
+    static constexpr int capacity = 96;
+    int count = 0;
+    double psi[capacity];
+    bool linked[capacity];
+
+    void add(double at, bool known) noexcept {
+        if (count == capacity) return;
+        int i = count++;
+        for (; i > 0 && psi[i - 1] > at; --i) psi[i] = psi[i - 1], linked[i] = linked[i - 1];
+        psi[i] = at, linked[i] = known;
+    }
+};
+
+/// The set of layer `to` that is linked with a set of layer `from`.
+class Image {
+public:
+    Image(const Links& links, const AheadLayer& from, const ArcSet& set, const AheadLayer& to)
+        : links_(links), from_(from), set_(set), to_(to) {}
+
+    void operator()(ArcSet& out) const noexcept {
+        make_empty(out);
+        ArcSet known, gaps;
+        Probes doubtful;
+        make_empty(known);
+        complement(set_, gaps);
+        if (!set_.full)
+            for (int i = 0; i < set_.count; ++i) seed(set_.arc[i], known);
+        if (!set_.empty())
+            for (int i = 0; i < gaps.count; ++i) doubt(gaps.arc[i], doubtful);
+        for (int i = 0; i < to_.arcs.count; ++i) {
+            const Arc& arc = to_.arcs.arc[i];
+            Probes probes;
+            spread(arc, known, doubtful, probes);
+            for (int k = 0; k < probes.count; ++k) probes.linked[k] = probes.linked[k] || linked(probes.psi[k]);
+            collect(probes, out);
+        }
+        merge(out);
+    }
+
+private:
+    bool linked(double psi) const noexcept { return links_.linked(to_, psi, from_, set_); }
+
+    /// What is reached from the ends and the middle of an arc: links that probes of a wide target could pass over.
+    void seed(const Arc& arc, ArcSet& known) const noexcept {
+        for (double psi : {arc.lower, 0.5 * (arc.lower + arc.upper), arc.upper}) {
+            ArcSet reached;
+            links_.reach(from_, psi, to_, to_.arcs, reached);
+            for (int i = 0; i < reached.count; ++i) push(known, reached.arc[i]);
+        }
+    }
+
+    /// Where a gap of the set may leave one in the image: probes beside it would pass over that.
+    void doubt(const Arc& gap, Probes& out) const noexcept {
+        for (double share : {0.25, 0.5, 0.75}) {
+            const double psi = gap.lower + share * (gap.upper - gap.lower);
+            ArcSet reached;
+            links_.reach(from_, psi, to_, to_.arcs, reached);
+            out.add(wrap(psi), false);
+            for (int i = 0; i < reached.count; ++i) out.add(wrap(0.5 * (reached.arc[i].lower + reached.arc[i].upper)), false);
+        }
+    }
+
+    static void put(const Arc& arc, double psi, bool linked, Probes& out) noexcept {
+        for (double turn : {0.0, two_pi})
+            if (psi + turn >= arc.lower && psi + turn <= arc.upper) out.add(psi + turn, linked);
+    }
+
+    static void spread(const Arc& arc, const ArcSet& known, const Probes& doubtful, Probes& out) noexcept {
+        const double width = arc.upper - arc.lower;
+        const int parts = 1 + static_cast<int>(max(double(ahead_rule::least), ceil(width / ahead_rule::spacing)));
+        for (int k = 0; k <= parts; ++k) out.add(k == parts ? arc.upper : arc.lower + width * k / parts, false);
+        for (int i = 0; i < known.count; ++i)
+            for (double end : {known.arc[i].lower, known.arc[i].upper}) put(arc, end, true, out);
+        for (int i = 0; i < doubtful.count; ++i) put(arc, doubtful.psi[i], false, out);
+    }
+
+    /// The last linked psi on the way from one that is to one that is not.
+    double last_linked(double inside, double outside) const noexcept {
+        const double first = inside + (outside - inside) * 0x1p-12;
+        if (!linked(first)) return inside;
+        for (int k = 0; k < ahead_rule::halvings; ++k) {
+            const double middle = 0.5 * (inside + outside);
+            (linked(middle) ? inside : outside) = middle;
+        }
+        return inside;
+    }
+
+    void collect(const Probes& p, ArcSet& out) const noexcept {
+        for (int k = 0; k < p.count; ++k) {
+            if (!p.linked[k]) continue;
+            const double lower = k > 0 ? last_linked(p.psi[k], p.psi[k - 1]) : p.psi[k];
+            while (k + 1 < p.count && p.linked[k + 1]) ++k;
+            const double upper = k + 1 < p.count ? last_linked(p.psi[k], p.psi[k + 1]) : p.psi[k];
+            push(out, {lower, upper, 0, 0});
+        }
+    }
+
+    const Links& links_;
+    const AheadLayer& from_;
+    const ArcSet& set_;
+    const AheadLayer& to_;
+};
+
+}  // namespace detail
+
+/// The window of poses ahead, moved along as the motion goes. It is drawn up for twice as many poses as asked and again
+/// when half of them are passed, so that every step sees at least `ahead` poses beyond its own at the cost of two.
+class Lookahead {
+public:
+    /// How many layers the caller's workspace must hold.
+    static constexpr std::size_t layers_for(std::size_t ahead) noexcept { return 2 * ahead + 1; }
+
+    /// `bounds` may be null. Accelerations are not part of the links; where there are bounds on them, links use half of the
+    /// speed, and a motion that comes late is led back to the tube.
+    Lookahead(const Arm& arm, const LimitTable& limits, const double* poses, std::size_t n, Strided<const ArcSet> allowed,
+              const Bounds* bounds, double largest_step, AheadLayer* workspace, std::size_t ahead) noexcept
+        : arm_(arm),
+          limits_(limits),
+          poses_(poses),
+          n_(n),
+          allowed_(allowed),
+          links_{arm, {}, 1.0 - ahead_rule::reserve},
+          layer_(workspace),
+          ahead_(ahead) {
+        for (int i = 0; i < joints; ++i)
+            links_.most[i] = min(bounds ? bounds->velocity[i] * bounds->dt : infinity, largest_step) - tolerance::bound;
+        for (int i = 0; bounds && i < joints; ++i)
+            if (bounds->acceleration[i] < infinity) links_.share = 1.0 - ahead_rule::run_up;
+    }
+
+    /// The psi of pose i from which the poses ahead can be reached, as many of them as can be from the posture q; null where
+    /// q cannot step to pose i at all.
+    const ArcSet* at(std::size_t i, const double* q, const Configuration<double>& gc) noexcept {
+        const bool drawn =
+            count_ && index(gc) == gc_ && i >= first_ && i < first_ + reached_ && (i <= first_ + ahead_ || first_ + count_ == n_);
+        if (!drawn) draw(i, gc);
+        AheadLayer& here = layer_[i - first_];
+        ArcSet start;
+        links_.reach(q, true, 1.0, here, here.tube, start);
+        const bool led_back = links_.share == 1.0 - ahead_rule::run_up && !here.tube.empty();
+        if (!start.empty() || led_back) return &here.tube;
+        if (drawn) draw(i, gc);
+        links_.reach(q, true, 1.0, layer_[0], layer_[0].arcs, start);
+        if (start.empty()) return count_ = 0, nullptr;
+        turn_to(start);
+        return &layer_[0].tube;
+    }
+
+    /// The motion left the tube, or stopped: what comes next is drawn up anew.
+    void forget() noexcept { count_ = 0; }
+
+private:
+    /// Layers of pose i and those behind it, and the tube of their end.
+    void draw(std::size_t i, const Configuration<double>& gc) noexcept {
+        first_ = i, gc_ = index(gc);
+        const std::size_t most = layers_for(ahead_);
+        count_ = reached_ = n_ - i < most ? n_ - i : most;
+        for (std::size_t k = 0; k < count_; ++k) fill(layer_[k], i + k, gc);
+        layer_[count_ - 1].tube = layer_[count_ - 1].arcs;
+        back(count_ - 1);
+    }
+
+    void fill(AheadLayer& to, std::size_t i, const Configuration<double>& gc) const noexcept {
+        to.circle = circle(arm_, flange_pose(arm_, load_pose(poses_ + 16 * i)));
+        to.bend = fold(arm_, to.circle.triangle, gc.elbow);
+        to.gc = gc;
+        to.functions = joint_functions(to.circle, to.bend, gc);
+        feasible(arm_, limits_, to.circle, to.bend, to.functions, to.arcs);
+        if (!allowed_.data) return;
+        const ArcSet own = to.arcs;
+        intersect(own, *allowed_.at(i), to.arcs);
+    }
+
+    /// Tubes of the layers before one whose tube is known.
+    void back(std::size_t last) noexcept {
+        for (std::size_t k = last; k-- > 0;) detail::Image(links_, layer_[k + 1], layer_[k + 1].tube, layer_[k])(layer_[k].tube);
+    }
+
+    /// The end of the window cannot be reached: the farthest layer that can be from `start` in the first takes its place.
+    void turn_to(const ArcSet& start) noexcept {
+        layer_[0].tube = start;
+        std::size_t last = 0;
+        for (; last + 1 < count_; ++last) {
+            detail::Image(links_, layer_[last], layer_[last].tube, layer_[last + 1])(layer_[last + 1].tube);
+            if (layer_[last + 1].tube.empty()) break;
+        }
+        reached_ = last + 1;
+        back(last);
+    }
+
+    const Arm& arm_;
+    const LimitTable& limits_;
+    const double* poses_;
+    std::size_t n_;
+    Strided<const ArcSet> allowed_;
+    detail::Links links_;
+    AheadLayer* layer_;
+    std::size_t ahead_, first_ = 0, count_ = 0, reached_ = 0;
+    int gc_ = -1;
+};
+
+}  // namespace armangle

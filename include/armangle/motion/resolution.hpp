@@ -1,0 +1,62 @@
+// Redundancy resolution: the next arm angle, from the present one and the feasible arcs. Eq. (36).
+//
+// A policy is a rule on one arc: it moves psi within [lower, upper]. What to do outside every arc is the same for all.
+#pragma once
+
+#include "../limits/arcs.hpp"
+#include "../status.hpp"
+
+namespace armangle {
+
+enum class Rule : std::uint8_t { repulsion, hold, centre };
+enum class Outside : std::uint8_t { nearest, stop };
+
+/// K in [0, 1] per step; alpha > 0, of eq. (36).
+struct Policy {
+    Rule rule = Rule::repulsion;
+    double K = 0.1;
+    double alpha = 20.0;
+    Outside outside = Outside::nearest;
+};
+
+/// K per step of a rate (1/s) over dt (s): K = 1 - exp(-rate dt), so that the motion does not depend on the step.
+inline double gain(double rate, double dt) noexcept { return -std::expm1(-rate * dt); }
+
+namespace detail {
+
+/// Eq. (36): repelled from both ends, still in the middle.
+inline double repelled(const Policy& p, const Arc& arc, double psi) noexcept {
+    const double width = arc.upper - arc.lower, share = (psi - arc.lower) / width;
+    return psi + p.K * 0.5 * width * (std::exp(-p.alpha * share) - std::exp(-p.alpha * (1.0 - share)));
+}
+
+inline double moved(const Policy& p, const Arc& arc, double psi) noexcept {
+    switch (p.rule) {
+        case Rule::repulsion: return repelled(p, arc, psi);
+        case Rule::centre: return psi + p.K * (0.5 * (arc.lower + arc.upper) - psi);
+        case Rule::hold: return psi;
+    }
+    return psi;
+}
+
+}  // namespace detail
+
+struct Resolution {
+    double psi;  // in (-pi, pi]
+    Status status;
+};
+
+/// The next psi. On the full circle psi stays; outside every arc it goes to the nearer end, or stops.
+inline Resolution resolve(const Policy& policy, const ArcSet& arcs, double psi) noexcept {
+    if (arcs.empty()) return {wrap(psi), Status::LIMITS};
+    if (arcs.full) return {wrap(psi), Status::OK};
+    const Place place = find(arcs, psi);
+    if (place.index < 0) {
+        if (policy.outside == Outside::stop) return {wrap(psi), Status::OUTSIDE};
+        return {nearest(arcs, psi), Status::OK};
+    }
+    const Arc& arc = arcs.arc[place.index];
+    return {wrap(min(max(detail::moved(policy, arc, place.psi), arc.lower), arc.upper)), Status::OK};
+}
+
+}  // namespace armangle

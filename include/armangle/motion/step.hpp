@@ -1,0 +1,192 @@
+// One pass of fig. 10, from the present joints to the next: arcs, eq. (36), inverse, and the checks of continuity.
+#pragma once
+
+#include "../circle/arm_angle.hpp"
+#include "bounds.hpp"
+#include "../limits/feasible.hpp"
+#include "resolution.hpp"
+
+namespace armangle {
+
+/// What is carried from one pose to the next: the number psi (the paper), or the elbow axis itself.
+enum class Carry : std::uint8_t { psi, elbow };
+
+struct StepOptions {
+    Policy policy;
+    Carry carry = Carry::psi;
+    double max_joint_step = 0.2;      // rad; a larger move of any joint is JOINT_JUMP
+    int gc = -1;                      // 0..7, or -1: that of the present joints
+    const ArcSet* allowed = nullptr;  // arcs of the user's own, intersected
+    const Bounds* bounds = nullptr;   // on speeds and accelerations
+    const ArcSet* ahead = nullptr;    // with bounds: the part of the arcs from which the poses ahead can be reached
+};
+
+/// On any status but OK, q is the present posture.
+struct Step {
+    double q[joint_slots];
+    double psi;  // in (-pi, pi]
+    int gc;
+    Status status;
+    double margin;  // rad: least distance of a joint of q to one of its limits, negative outside
+};
+
+/// Whether all seven joint values are finite, and not beyond any sense.
+ARMANGLE_INLINE bool is_finite(const JointLanes& q) noexcept { return all(abs(q) <= JointLanes(tolerance::largest_angle)); }
+inline bool is_finite(const double* q) noexcept { return is_finite(joint_lanes(q)); }
+
+/// Least distance to a limit over all joints; infinite without limits, NaN where a joint is not finite.
+ARMANGLE_INLINE double limit_margin(const Arm& arm, const JointLanes& q) noexcept {
+    if (any(!(q == q))) return not_a_number;  // min would pass over it
+    return least(min(q - JointLanes::load(arm.joint_lower), JointLanes::load(arm.joint_upper) - q));
+}
+inline double limit_margin(const Arm& arm, const double* q) noexcept { return limit_margin(arm, joint_lanes(q)); }
+
+inline bool within_limits(const Arm& arm, const double* q, double slack) noexcept { return limit_margin(arm, q) >= -slack; }
+
+namespace detail {
+
+/// Largest move of a joint; no operand may be NaN.
+ARMANGLE_INLINE double largest_move(const JointLanes& a, const JointLanes& b) noexcept { return -least(-abs(a - b)); }
+inline double largest_move(const double* a, const double* b) noexcept { return largest_move(joint_lanes(a), joint_lanes(b)); }
+
+/// psi of the present posture, as it is to be carried to the circle of the next pose.
+inline double carried_psi(const Arm& arm, const Chain& now, const Circle<double>& next, Carry carry) noexcept {
+    Triad<double> on = triad(arm, flange_pose(arm, user_pose(arm, now.flange)));
+    if (carry == Carry::elbow || is_folded(arm, on)) on = next;
+    return arm_angle(on, now.z3);
+}
+
+/// Joints, and the least distance of one to its limits.
+struct Lifted {
+    JointLanes q;
+    double margin;
+};
+
+/// The joints next to q_now. A joint that would leave its range has no turn left if the range is a full turn or more;
+/// a narrower one has its only turn within the limits, however far that is.
+ARMANGLE_INLINE Status choose_windings(const Arm& arm, const Directions<double>& d, const JointLanes& q_now, Lifted& out) noexcept {
+    out.q = joints_near(arm, d, q_now);
+    out.margin = limit_margin(arm, out.q);
+    if (out.margin >= -tolerance::angle) return Status::OK;
+    double seed[joint_slots];
+    q_now.store(seed);
+    const JointLanes inside = JointLanes::load(joints_within_limits(arm, d, seed).q);
+    for (int i = 0; i < joints; ++i)
+        if (abs(inside[i] - out.q[i]) > pi && !(arm.upper[i] - arm.lower[i] < two_pi)) return Status::WINDING_EXHAUSTED;
+    out.q = inside;
+    out.margin = limit_margin(arm, out.q);
+    return out.margin >= -tolerance::angle ? Status::OK : Status::LIMITS;
+}
+
+/// No step: the present posture, and why.
+[[gnu::noinline]] inline Step stayed(const Arm& arm, const double* q_now, const Chain& now, const Circle<double>& c, Status why) noexcept {
+    Step out{};
+    for (int i = 0; i < joints; ++i) out.q[i] = q_now[i];
+    out.psi = carried_psi(arm, now, c, Carry::psi), out.gc = index(configuration(arm, now.theta));
+    out.status = why, out.margin = limit_margin(arm, q_now);
+    return out;
+}
+
+/// No step: q_now as it came, psi NaN.
+[[gnu::noinline]] inline Step refused(const Arm& arm, const double* q_now) noexcept {
+    Step out{};
+    for (int i = 0; i < joints; ++i) out.q[i] = q_now[i];
+    out.psi = not_a_number, out.gc = -1, out.status = Status::BAD_INPUT, out.margin = limit_margin(arm, q_now);
+    return out;
+}
+
+/// The psi that the policy wants of what is `ahead`, in the arc that holds psi if there is some; NaN if nothing is.
+inline double wish_ahead(const StepOptions& options, const ArcSet& arcs, double psi) noexcept {
+    if (!options.ahead || options.ahead->empty()) return not_a_number;
+    Policy policy = options.policy;
+    policy.outside = Outside::nearest;
+    const Place place = find(arcs, psi);
+    if (place.index < 0 || contains(*options.ahead, psi)) return resolve(policy, *options.ahead, psi).psi;
+    ArcSet here, near;
+    make_empty(here);
+    here.arc[here.count++] = arcs.arc[place.index], here.full = arcs.full;
+    intersect(here, *options.ahead, near);
+    return resolve(policy, near.empty() ? *options.ahead : near, psi).psi;
+}
+
+/// The psi that the policy wants, or the nearest to it that keeps the bounds: of what is `ahead`, else of the arcs.
+[[gnu::noinline]] inline Resolution resolve_bounded(const BoundedStep& step, const StepOptions& options, const ArcSet& arcs, double psi,
+                                                    double wish) noexcept {
+    ArcSet within, further;
+    const double there = wish_ahead(options, arcs, psi);
+    if (there == there) {
+        if (step.keeps(there)) return {there, Status::OK};
+        step.within(*options.ahead, {}, further);
+        const double found = step.nearest(further, there);
+        if (found == found) return {found, Status::OK};
+        wish = there;
+    }
+    if (step.keeps(wish)) return {wish, Status::OK};
+    step.within(arcs, {}, within);
+    const double found = step.nearest(within, wish);
+    if (found == found) return {found, Status::OK};
+    return {psi, step.refusal(arcs)};
+}
+
+/// Where the policy asks for more than the largest step: the psi nearest to its wish that fits, if the held psi does.
+/// What the pose alone forces stays a jump.
+[[gnu::noinline]] inline Resolution shortened(const BoundedStep& step, const ArcSet& arcs, double psi, double wish, Lifted& to) noexcept {
+    const Place held = find(arcs, psi);
+    if (held.index < 0 || !step.keeps(held.psi)) return {psi, Status::JOINT_JUMP};
+    ArcSet within;
+    step.within(arcs, {}, within);
+    const double found = step.nearest(within, wish), next = found == found ? found : wrap(held.psi);
+    return {next, choose_windings(step.arm, directions(step.circle, step.bend, step.gc, sin_cos(next)), joint_lanes(step.q_now), to)};
+}
+
+}  // namespace detail
+
+/// The step from q_now, whose chain is `now`, to `pose` (as the user sees it).
+inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_now, const Chain& now, const Pose<double>& pose,
+                      const StepOptions& options) noexcept {
+    const JointLanes here = joint_lanes(q_now);
+    if (!is_rigid(pose) || !is_finite(here)) return detail::refused(arm, q_now);
+    const Circle<double> c = circle(arm, flange_pose(arm, pose));
+    const Configuration<double> gc = options.gc < 0 ? configuration(arm, now.theta) : configuration(options.gc);
+    const auto stay = [&](Status why) { return detail::stayed(arm, q_now, now, c, why); };
+    const double psi = detail::carried_psi(arm, now, c, options.carry);
+    const Fold<double> bend = fold(arm, c.triangle, gc.elbow);
+    ArcSet arcs;
+    const Status reason = feasible(arm, limits, c, bend, joint_functions(c, bend, gc), arcs);
+    if (reason != Status::OK) return stay(reason);
+    if (options.allowed) {
+        const ArcSet own = arcs;
+        intersect(own, *options.allowed, arcs);
+    }
+    Resolution next = resolve(options.policy, arcs, psi);
+    if (options.bounds && next.status == Status::OK) {
+        const BoundedStep bounded{arm, c, bend, gc, joint_functions(c, bend, gc), q_now, *options.bounds, options.max_joint_step};
+        next = detail::resolve_bounded(bounded, options, arcs, psi, next.psi);
+    }
+    if (next.status != Status::OK) return stay(next.status);
+    detail::Lifted to;
+    next.status = detail::choose_windings(arm, directions(c, bend, gc, sin_cos(next.psi)), here, to);
+    if (next.status == Status::OK && !(detail::largest_move(to.q, here) <= options.max_joint_step)) {
+        const BoundedStep unbounded{arm, c, bend, gc, joint_functions(c, bend, gc), q_now, no_bounds, options.max_joint_step};
+        next = detail::shortened(unbounded, arcs, psi, next.psi, to);
+    }
+    if (next.status != Status::OK) return stay(next.status);
+    Step out;
+    to.q.store(out.q);
+    out.psi = next.psi, out.gc = index(gc), out.status = Status::OK;
+    out.margin = to.margin;
+    return out;
+}
+
+/// The step from q_now to `pose`: one pass of fig. 10.
+inline Step step(const Arm& arm, const LimitTable& limits, const double* q_now, const Pose<double>& pose,
+                 const StepOptions& options) noexcept {
+    return step_from(arm, limits, q_now, chain(arm, q_now), pose, options);
+}
+
+/// Distance (m) between the tool of a posture's chain and a pose.
+inline double position_error(const Arm& arm, const Chain& now, const Pose<double>& pose) noexcept {
+    return norm(user_pose(arm, now.flange).position - pose.position);
+}
+
+}  // namespace armangle

@@ -1,0 +1,146 @@
+// Jet<T, K>: a function of one variable by its Taylor coefficients up to order K, as a scalar.
+//
+// The formulas of the library run on it as they are: Jet<double, 3> gives q, q', q'', q''' along a path in closed form,
+// Jet<Interval, 1> encloses values and slopes over a stretch of the path.
+#pragma once
+
+#include <type_traits>
+
+#include "angles.hpp"
+
+namespace armangle {
+
+/// coefficient[k] = f^(k) / k!
+template <class T, int K>
+struct Jet {
+    T coefficient[K + 1];
+
+    Jet() noexcept = default;
+    Jet(double constant) noexcept { fill(T(constant)); }
+    Jet(const T& constant) noexcept
+        requires(!std::is_same_v<T, double>)
+    {
+        fill(constant);
+    }
+
+    /// The variable itself, at x.
+    static Jet variable(const T& x) noexcept {
+        Jet out(x);
+        out.coefficient[1] = T(1.0);
+        return out;
+    }
+    const T& value() const noexcept { return coefficient[0]; }
+
+    friend Jet operator+(const Jet& a, const Jet& b) noexcept {
+        Jet out;
+        for (int k = 0; k <= K; ++k) out.coefficient[k] = a.coefficient[k] + b.coefficient[k];
+        return out;
+    }
+    friend Jet operator-(const Jet& a, const Jet& b) noexcept {
+        Jet out;
+        for (int k = 0; k <= K; ++k) out.coefficient[k] = a.coefficient[k] - b.coefficient[k];
+        return out;
+    }
+    friend Jet operator-(const Jet& a) noexcept {
+        Jet out;
+        for (int k = 0; k <= K; ++k) out.coefficient[k] = -a.coefficient[k];
+        return out;
+    }
+    friend Jet operator*(const Jet& a, const Jet& b) noexcept {
+        Jet out;
+        for (int k = 0; k <= K; ++k) {
+            out.coefficient[k] = a.coefficient[0] * b.coefficient[k];
+            for (int i = 1; i <= k; ++i) out.coefficient[k] = out.coefficient[k] + a.coefficient[i] * b.coefficient[k - i];
+        }
+        return out;
+    }
+    friend Jet operator/(const Jet& a, const Jet& b) noexcept {
+        Jet out;
+        for (int k = 0; k <= K; ++k) {
+            T rest = a.coefficient[k];
+            for (int i = 1; i <= k; ++i) rest = rest - b.coefficient[i] * out.coefficient[k - i];
+            out.coefficient[k] = rest / b.coefficient[0];
+        }
+        return out;
+    }
+
+    friend auto operator<(const Jet& a, const Jet& b) noexcept { return a.value() < b.value(); }
+    friend auto operator>(const Jet& a, const Jet& b) noexcept { return a.value() > b.value(); }
+    friend auto operator<=(const Jet& a, const Jet& b) noexcept { return a.value() <= b.value(); }
+    friend auto operator>=(const Jet& a, const Jet& b) noexcept { return a.value() >= b.value(); }
+    friend auto operator==(const Jet& a, const Jet& b) noexcept { return a.value() == b.value(); }
+
+private:
+    void fill(const T& constant) noexcept {
+        coefficient[0] = constant;
+        for (int k = 1; k <= K; ++k) coefficient[k] = T(0.0);
+    }
+};
+
+template <class M, class T, int K>
+Jet<T, K> select(const M& mask, const Jet<T, K>& yes, const Jet<T, K>& no) noexcept {
+    Jet<T, K> out;
+    for (int k = 0; k <= K; ++k) out.coefficient[k] = select(mask, yes.coefficient[k], no.coefficient[k]);
+    return out;
+}
+
+template <class T, int K>
+Jet<T, K> mul_add(const Jet<T, K>& a, const Jet<T, K>& b, const Jet<T, K>& c) noexcept {
+    return a * b + c;
+}
+
+template <class T, int K>
+Jet<T, K> abs(const Jet<T, K>& a) noexcept {
+    return select(a < Jet<T, K>(0.0), -a, a);
+}
+
+template <class T, int K>
+Jet<T, K> sqrt(const Jet<T, K>& a) noexcept {
+    Jet<T, K> out;
+    out.coefficient[0] = sqrt(a.coefficient[0]);
+    const T twice = out.coefficient[0] + out.coefficient[0];
+    for (int k = 1; k <= K; ++k) {
+        T rest = a.coefficient[k];
+        for (int i = 1; i < k; ++i) rest = rest - out.coefficient[i] * out.coefficient[k - i];
+        out.coefficient[k] = rest / twice;
+    }
+    return out;
+}
+
+template <class T, int K>
+SinCos<Jet<T, K>> sin_cos(const Jet<T, K>& a) noexcept {
+    SinCos<Jet<T, K>> out;
+    const SinCos<T> now = sin_cos(a.coefficient[0]);
+    out.sin.coefficient[0] = now.sin, out.cos.coefficient[0] = now.cos;
+    for (int k = 1; k <= K; ++k) {  // s' = c a', c' = -s a'
+        T s(0.0), c(0.0);
+        for (int i = 1; i <= k; ++i) {
+            const T slope = T(static_cast<double>(i)) * a.coefficient[i];
+            s = s + slope * out.cos.coefficient[k - i];
+            c = c - slope * out.sin.coefficient[k - i];
+        }
+        out.sin.coefficient[k] = s / T(static_cast<double>(k)), out.cos.coefficient[k] = c / T(static_cast<double>(k));
+    }
+    return out;
+}
+
+/// Angle of the direction (x, y) from its slope (x y' - y x') / (x^2 + y^2).
+template <class T, int K>
+Jet<T, K> atan2(const Jet<T, K>& y, const Jet<T, K>& x) noexcept {
+    Jet<T, K> out;
+    out.coefficient[0] = atan2(y.coefficient[0], x.coefficient[0]);
+    const Jet<T, K> size = x * x + y * y;
+    T turn[K + 1];
+    for (int k = 0; k < K; ++k) {
+        turn[k] = T(0.0);
+        for (int i = 0; i <= k; ++i)
+            turn[k] = turn[k] + T(static_cast<double>(k - i + 1)) *
+                                    (x.coefficient[i] * y.coefficient[k - i + 1] - y.coefficient[i] * x.coefficient[k - i + 1]);
+        for (int i = 1; i <= k; ++i) turn[k] = turn[k] - size.coefficient[i] * turn[k - i];
+        turn[k] = turn[k] / size.coefficient[0];
+        out.coefficient[k + 1] = turn[k] / T(static_cast<double>(k + 1));
+    }
+    return out;
+}
+
+}  // namespace armangle

@@ -1,0 +1,251 @@
+// Candidates on one section of a tube: joint values with their windings, distances to limits and singularities, and cost.
+#pragma once
+
+#include <algorithm>
+
+#include "../motion/step.hpp"
+#include "tube.hpp"
+
+namespace armangle {
+
+/// What a plan strives for: first the largest least margin, up to `enough`; then margin along the way and little travel.
+struct Objective {
+    double limits = 1, singularities = 1, travel = 1;  // weights, >= 0
+    double enough = 0.35;                              // rad: margins beyond it count no more
+};
+
+/// One posture: q lies within the limits, in one of the windings that they leave.
+struct Candidate {
+    double phi, margin, cost;
+    double q[joint_slots];
+    std::uint32_t arc;
+};
+
+namespace candidate_rule {
+inline constexpr double spacing = 0.2;      // of neighbouring postures in phi (rad)
+inline constexpr double beside = 5e-3;      // of the phi where a joint's windings end (rad)
+inline constexpr int least = 5;             // postures on an arc, however narrow
+inline constexpr double move = 0.5;         // a joint moves at most this from one to the next (rad) ...
+inline constexpr int passes = 4;            // ... after at most so many insertions between
+inline constexpr int windings = 2;          // of a joint, either way from the middle of its range
+inline constexpr double reference = 0.1;    // margin of cost 1 (rad)
+inline constexpr double cost_floor = 1e-3;  // margins below cost no more (rad)
+}  // namespace candidate_rule
+
+namespace detail {
+
+/// theta of all joints at eight phi at once.
+struct EightThetas {
+    double theta[joints][8];
+
+    EightThetas(const Layer& l, const double* phi) noexcept {
+        using Slots = Lane<8>;
+        const SinCos<Slots> sc = sin_cos(Slots::load(phi));
+        const auto at = [&](const Linear<double>& f) { return mul_add(Slots(f.s), sc.sin, mul_add(Slots(f.c), sc.cos, Slots(f.k))); };
+        for (int p = 0; p < pivots; ++p) {
+            const Pivot<double>& f = l.functions.pivot[p];
+            const Slots u = at(f.U) * Slots(f.g), v = at(f.V) * Slots(f.g);
+            atan2(u, v).store(theta[pivot_joint[p]]);
+            if (p % 2) continue;
+            const Hinge<double>& h = l.functions.hinge[p / 2];
+            const bool lost = f.U.s == 0 && f.U.c == 0 && f.U.k == 0;  // sin(theta) is 0 on the whole circle
+            atan2(lost ? Slots(0.0) : hypot(u, v) * Slots(h.g), at(h.H)).store(theta[hinge_joint[p / 2]]);
+        }
+        for (double& t : theta[3]) t = atan2(l.fold.theta_4.sin, l.fold.theta_4.cos);
+    }
+};
+
+/// Distance of a hinge's theta from 0 and +-pi.
+inline double hinge_clearance(double theta) noexcept {
+    const double size = abs(theta);
+    return min(size, pi - size);
+}
+
+}  // namespace detail
+
+/// Joint values that a section can be reached at.
+struct Window {
+    bool set = false;
+    double lower[joints], upper[joints];
+};
+
+/// The postures of a section from which a plan is made.
+class Candidates {
+public:
+    std::vector<Candidate> all;
+
+    Candidates(const Task& task, const Objective& objective) : task_(task), objective_(objective) {}
+
+    /// On every arc evenly, closer where joints move fast; every winding that the limits leave is a posture of its own.
+    void fill(const Tube& tube, const Layer& l) {
+        all.clear();
+        if (l.status != Status::OK) return;
+        for (std::uint32_t k = 0; k < l.count; ++k) {
+            spread_over(tube.arc(l)[k], l.full);
+            add_ends(l, tube.arc(l)[k]);
+            solve(l, 0);
+            for (int pass = 0; pass < candidate_rule::passes && refine(); ++pass) solve(l, pass + 1);
+            for (const Point& p : points_) put(p, k);
+        }
+    }
+
+    /// Joints that the windings of a first section are chosen near, where they cannot change on the way; or null.
+    void set_reference(const double* q) noexcept { reference_ = q; }
+
+    /// Only windings between these joint values from now on.
+    void set_window(const Window& window) noexcept { window_ = window; }
+
+    /// The one posture q.
+    void fix(double phi, std::uint32_t arc, const double* q) {
+        all.clear();
+        Candidate x{};
+        x.phi = phi, x.arc = arc;
+        for (int j = 0; j < joints; ++j) x.q[j] = q[j];
+        rate(x);
+        x.margin = infinity;
+        all.push_back(x);
+    }
+
+    /// Margin and cost of a posture.
+    void rate(Candidate& x) const noexcept {
+        double least = infinity, cost = 0;
+        const auto take = [&](double distance, double weight) {
+            if (!(weight > 0)) return;
+            least = min(least, distance / weight);
+            const double shown = candidate_rule::reference * weight / max(distance, candidate_rule::cost_floor);
+            cost += shown * shown;
+        };
+        for (int j = 0; j < joints; ++j) {
+            if (j == 3) continue;  // the same for every phi
+            if (task_.arm.lower[j] > -infinity) take(x.q[j] - task_.arm.lower[j], objective_.limits);
+            if (task_.arm.upper[j] < infinity) take(task_.arm.upper[j] - x.q[j], objective_.limits);
+        }
+        for (int j : {1, 5})
+            take(detail::hinge_clearance(wrap(task_.arm.sign[j] * x.q[j] + task_.arm.offset[j])) - task_.limits.margin,
+                 objective_.singularities);
+        x.margin = least, x.cost = cost;
+    }
+
+private:
+    struct Point {
+        double phi, theta[joints];
+        int pass;
+    };
+
+    void spread_over(const Arc& arc, bool full) {
+        points_.clear();
+        const double width = arc.upper - arc.lower;
+        const int n = std::max(candidate_rule::least, static_cast<int>(width / candidate_rule::spacing) + 1);
+        for (int i = 0; i < n; ++i) points_.push_back({arc.lower + width * (i + (full ? 0.0 : 0.5)) / n, {}, 0});
+    }
+
+    /// Points beside those phi where a joint of more than a turn comes to a limit: the ends of its windings.
+    void add_ends(const Layer& l, const Arc& arc) {
+        const std::size_t before = points_.size();
+        for (int p = 0; p < pivots; ++p) {
+            if (task_.limits.limited >> p & 1) continue;
+            for (const double limit : {task_.arm.theta_lower[pivot_joint[p]], task_.arm.theta_upper[pivot_joint[p]]}) {
+                if (!(abs(limit) < infinity)) continue;
+                const SinCos<double> at = sin_cos(limit);
+                const Pivot<double>& f = l.functions.pivot[p];
+                const Roots ends =
+                    roots({f.U.s * at.cos - f.V.s * at.sin, f.U.c * at.cos - f.V.c * at.sin, f.U.k * at.cos - f.V.k * at.sin});
+                for (int i = 0; i < ends.count; ++i)
+                    for (const double side : {-candidate_rule::beside, candidate_rule::beside}) {
+                        const double phi = lift(ends.psi[i] + side, 0.5 * (arc.lower + arc.upper));
+                        if (phi > arc.lower && phi < arc.upper) points_.push_back({phi, {}, 0});
+                    }
+            }
+        }
+        if (points_.size() == before) return;
+        std::sort(points_.begin(), points_.end(), [](const Point& a, const Point& b) { return a.phi < b.phi; });
+    }
+
+    void solve(const Layer& l, int pass) noexcept {
+        std::size_t i = 0;
+        while (i < points_.size()) {
+            double phi[8] = {};
+            std::size_t of[8];
+            int n = 0;
+            for (; i < points_.size() && n < 8; ++i)
+                if (points_[i].pass == pass) phi[n] = points_[i].phi, of[n++] = i;
+            if (!n) return;
+            const detail::EightThetas solved(l, phi);
+            for (int k = 0; k < n; ++k)
+                for (int j = 0; j < joints; ++j) points_[of[k]].theta[j] = solved.theta[j][k];
+        }
+    }
+
+    /// Puts a point between neighbours that differ much; whether there were any.
+    bool refine() {
+        finer_.clear();
+        bool more = false;
+        for (std::size_t i = 0; i < points_.size(); ++i) {
+            finer_.push_back(points_[i]);
+            if (i + 1 == points_.size()) break;
+            double most = 0;
+            for (int j = 0; j < joints; ++j) most = std::max(most, abs(wrap(points_[i + 1].theta[j] - points_[i].theta[j])));
+            if (most <= candidate_rule::move) continue;
+            more = true;
+            const int pass = std::max(points_[i].pass, points_[i + 1].pass);
+            finer_.push_back({0.5 * (points_[i].phi + points_[i + 1].phi), {}, pass});
+        }
+        if (!more) return false;
+        int last = 0;
+        for (const Point& p : points_) last = std::max(last, p.pass);
+        for (std::size_t i = 0, old = 0; i < finer_.size(); ++i) {
+            if (old < points_.size() && finer_[i].phi == points_[old].phi)
+                ++old;
+            else
+                finer_[i].pass = last + 1;
+        }
+        points_.swap(finer_);
+        return true;
+    }
+
+    /// The windings of joint j within its limits: first and last turn to add to q; none if last < first. Those that the
+    /// section before leads to; at the first section some about the middle, one of a joint whose winding cannot change.
+    void turns(int j, double q, int& first, int& last) const noexcept {
+        const double l = task_.arm.lower[j], u = task_.arm.upper[j], far = tolerance::largest_angle;
+        const double fewest = ceil((max(l, -far) - tolerance::angle - q) / two_pi),
+                     most = floor((min(u, far) + tolerance::angle - q) / two_pi);
+        double from = fewest, to = most;
+        const bool unlimited = l == -infinity && u == infinity;  // its winding means nothing: any one will do
+        if (window_.set && !unlimited) {
+            from = max(from, ceil((window_.lower[j] - q) / two_pi)), to = min(to, floor((window_.upper[j] - q) / two_pi));
+        } else {
+            const bool fixed = j % 2 == 1 || unlimited;
+            const double near = fixed && reference_ ? reference_[j] : task_.arm.joint_middle[j];
+            const double middle = min(max(round((near - q) / two_pi), fewest), most), spread = fixed ? 0 : candidate_rule::windings;
+            from = max(from, middle - spread), to = min(to, middle + spread);
+        }
+        first = static_cast<int>(from), last = static_cast<int>(to);
+    }
+
+    void put(const Point& p, std::uint32_t arc) {
+        int first[joints], last[joints], at[joints];
+        Candidate x{};
+        x.phi = p.phi, x.arc = arc;
+        double q[joints];
+        for (int j = 0; j < joints; ++j) {
+            q[j] = task_.arm.sign[j] * (p.theta[j] - task_.arm.offset[j]);
+            turns(j, q[j], first[j], last[j]);
+            if (last[j] < first[j]) return;
+            at[j] = first[j];
+        }
+        for (int j = 0; j < joints;) {
+            for (int i = 0; i < joints; ++i) x.q[i] = q[i] + two_pi * at[i];
+            rate(x);
+            all.push_back(x);
+            for (j = 0; j < joints && ++at[j] > last[j]; ++j) at[j] = first[j];
+        }
+    }
+
+    const Task& task_;
+    const Objective& objective_;
+    const double* reference_ = nullptr;
+    Window window_;
+    std::vector<Point> points_, finer_;
+};
+
+}  // namespace armangle

@@ -1,0 +1,291 @@
+// Proof that a curve keeps its limits between all samples: interval arithmetic on the boundary functions along it.
+//
+// For every joint a condition that is positive where the joint, with its winding, is within its limits:
+//   pivot of less than a turn   the direction (V, U) stays in the open cone of its limits, so the lifted angle, which is
+//                               continuous, cannot change its winding;
+//   pivot of a turn or more     the direction stays in a sector of +-60 degrees about an angle that is lifted from stretch to
+//                               stretch, and within its limits by the same boundary functions;
+//   hinge, elbow                sin > 0 keeps the half turn, and so the winding; cos is between those of its limits.
+// A stretch is proven by its range, or by the mean value form f(m) + f'(S)(S - m); else it is halved.
+#pragma once
+
+#include "curve.hpp"
+#include "../limits/feasible.hpp"
+#include "../numbers/interval.hpp"
+#include "../motion/step.hpp"
+
+namespace armangle {
+
+namespace proof {
+/// Limits are proven with this to spare (rad): more than the rounding of joint values computed from the curve.
+inline constexpr double slack = 1e-9;
+/// A condition below minus this is broken, not touched.
+inline constexpr double broken = 4e-9;
+/// Singularities are proven farther away than this (rad), whatever the margin asked: there values round well, and lift.
+inline constexpr double least_margin = 1e-5;
+inline constexpr double join = 1e-12;       // by which a stretch may overlap the next segment (of s)
+inline constexpr double sector = pi / 3;    // half width (rad)
+inline constexpr double sector_step = 2.2;  // of its middle from one to the next (rad); 2 sector + this < 2 pi
+inline constexpr double end_step = 2.0;     // of its middle from the ends of a stretch (rad); sector + this < pi
+inline constexpr int looks = 32;            // for violations in a stretch that is not proven
+inline constexpr int depth = 14;            // halvings of a stretch
+inline constexpr int evaluations = 256;     // spent on average on a stretch before the rest is left unproven
+}  // namespace proof
+
+/// Stretches of s, and the places where a limit is seen to be broken.
+struct Proof {
+    std::vector<double> open;      // ends of unproven stretches, two each, joined where they meet
+    std::vector<double> violated;  // s
+    bool certified() const noexcept { return open.empty(); }
+};
+
+namespace detail {
+
+/// Conditions that must be positive, and pairs of which one must be.
+template <class T>
+struct Conditions {
+    int count = 0, pairs = 0;
+    T must[24], either[pivots][2];
+
+    void add(const T& x) noexcept { must[count++] = x; }
+};
+
+/// A range (near, far) of |theta| with its cosines; near <= 0 and far >= pi bind nothing.
+struct HalfTurn {
+    bool has_near = false, has_far = false, empty = false;
+    Interval cos_near{0.0}, cos_far{0.0};
+};
+
+/// Of theta = centre + g |a| + 2 pi k within (lower, upper), for the winding k of `theta`.
+inline HalfTurn half_turn(double lower, double upper, double centre, double g, double theta, double a) noexcept {
+    const double base = theta - g * a;  // centre + 2 pi k
+    const double turn = centre + two_pi * round((base - centre) / two_pi);
+    const double near = (g > 0 ? lower - turn : turn - upper) + proof::slack, far = (g > 0 ? upper - turn : turn - lower) - proof::slack;
+    HalfTurn out;
+    out.has_near = near > 0, out.has_far = far < pi;
+    out.empty = !(near < far) || near > pi || far < 0;
+    if (out.has_near && !out.empty) out.cos_near = sin_cos(Interval(near)).cos;
+    if (out.has_far && !out.empty) out.cos_far = sin_cos(Interval(far)).cos;
+    return out;
+}
+
+enum class PivotKind { turning, narrow, wide };
+
+/// What is to be proven of a curve, made once.
+struct Claim {
+    const Curve& curve;
+    const Arm& bounds;   // the curve's arm with the limits to prove
+    double sine_square;  // of the singularity margin
+    HalfTurn shoulder, wrist, elbow;
+    PivotKind kind[pivots];
+    double lower[pivots], upper[pivots];  // theta, drawn in by the slack
+    SinCos<Interval> at_lower[pivots], at_upper[pivots];
+
+    Claim(const Curve& c, const Arm& arm, double margin) noexcept : curve(c), bounds(arm) {
+        const Interval sine = sin_cos(Interval(max(margin, proof::least_margin))).sin;
+        sine_square = square(sine).hi;
+        const Configuration<double> sign = configuration(c.gc);
+        const auto theta = [&](int j) { return arm.sign[j] * c.stretches.front().q[j] + arm.offset[j]; };
+        const auto part = [&](int j, double centre, double g) {
+            return half_turn(arm.theta_lower[j], arm.theta_upper[j], centre, g, theta(j), abs(wrap(theta(j) - centre)));
+        };
+        shoulder = part(1, 0.0, sign.shoulder), wrist = part(5, 0.0, sign.wrist), elbow = part(3, arm.delta_angle, sign.elbow);
+        for (int p = 0; p < pivots; ++p) {
+            const int j = pivot_joint[p];
+            lower[p] = arm.theta_lower[j] + proof::slack, upper[p] = arm.theta_upper[j] - proof::slack;
+            const double width = upper[p] - lower[p];
+            kind[p] = PivotKind::turning;
+            if (width < two_pi - 4 * proof::slack) kind[p] = width > pi ? PivotKind::wide : PivotKind::narrow;
+            if (lower[p] > -infinity) at_lower[p] = sin_cos(Interval(lower[p]));
+            if (upper[p] < infinity) at_upper[p] = sin_cos(Interval(upper[p]));
+        }
+    }
+
+    bool possible() const noexcept {
+        bool ok = !shoulder.empty && !wrist.empty && !elbow.empty;
+        for (int p = 0; p < pivots; ++p) ok = ok && lower[p] < upper[p];
+        return ok;
+    }
+
+    template <class T>
+    static void limit_half_turn(const HalfTurn& h, const T& cosine, Conditions<T>& out) noexcept {
+        if (h.has_near) out.add(T(h.cos_near) - cosine);
+        if (h.has_far) out.add(cosine - T(h.cos_far));
+    }
+
+    /// sin(theta - angle) times the length of the direction.
+    template <class T>
+    static T beyond(const T& u, const T& v, const SinCos<Interval>& angle) noexcept {
+        return u * T(angle.cos) - v * T(angle.sin);
+    }
+
+    /// Whether theta can be in the sector about `middle` and within the limits; conditions that make it so.
+    template <class T>
+    bool turning(int p, const T& u, const T& v, double middle, Conditions<T>& out) const noexcept {
+        if (!(middle > lower[p] && middle < upper[p])) return false;
+        const double l = middle - proof::sector, r = middle + proof::sector;
+        out.add(beyond(u, v, sin_cos(Interval(l)))), out.add(-beyond(u, v, sin_cos(Interval(r))));
+        if (l <= lower[p]) out.add(beyond(u, v, at_lower[p]));
+        if (r >= upper[p]) out.add(-beyond(u, v, at_upper[p]));
+        return true;
+    }
+
+    /// All conditions over a range of s; false where they cannot hold.
+    template <class T>
+    bool evaluate(const Stretch& x, const T& s, const double* middle, Conditions<T>& out) const noexcept {
+        const Arm& arm = bounds;
+        const Configuration<double> sign = configuration(curve.gc);
+        const Circle<T> c = circle(arm, flange_pose(arm, pose_at(curve.segment(x), s)), curve.plane);
+        const Fold<T> bend = fold(arm, c.triangle, T(sign.elbow));
+        const JointFunctions<T> f = joint_functions(c, bend, {T(sign.shoulder), T(sign.elbow), T(sign.wrist)});
+        const SinCos<T> phi = sin_cos(phi_at(x, s));
+        out.add(c.triangle.eta.sin * c.triangle.eta.sin - T(sine_square));
+        limit_half_turn(elbow, c.triangle.eta.cos, out);
+        limit_half_turn(shoulder, f.hinge[0].H.at(phi), out);
+        limit_half_turn(wrist, f.hinge[1].H.at(phi), out);
+        for (int p = 0; p < pivots; ++p) {
+            const T u = f.pivot[p].g * f.pivot[p].U.at(phi), v = f.pivot[p].g * f.pivot[p].V.at(phi);
+            if (p % 2 == 0) out.add(u * u + v * v - T(sine_square));
+            if (kind[p] == PivotKind::turning && !turning(p, u, v, middle[p], out)) return false;
+            if (kind[p] != PivotKind::narrow && kind[p] != PivotKind::wide) continue;
+            const T above = beyond(u, v, at_lower[p]), below = -beyond(u, v, at_upper[p]);
+            if (kind[p] == PivotKind::narrow)
+                out.add(above), out.add(below);
+            else
+                out.either[out.pairs][0] = above, out.either[out.pairs++][1] = below;
+        }
+        return true;
+    }
+};
+
+/// Positive over the whole range, as enclosed by `range(i)` for conditions and `pair(i, k)` for pairs.
+template <class T, class Range>
+bool all_positive(const Conditions<T>& c, const Range& range) noexcept {
+    for (int i = 0; i < c.count; ++i)
+        if (!(range(c.must, i) > 0)) return false;
+    for (int i = 0; i < c.pairs; ++i)
+        if (!(range(c.either[i], 0) > 0) && !(range(c.either[i], 1) > 0)) return false;
+    return true;
+}
+
+class Prover {
+public:
+    Prover(const Curve& curve, const Arm& bounds, double margin) : curve_(curve), claim_(curve, bounds, margin) {
+        budget_ = static_cast<long long>(curve.stretches.size() + 8) * proof::evaluations;
+    }
+
+    Proof run() {
+        if (!claim_.possible()) return leave(curve_.stretches.front().start, curve_.stretches.back().end), proof_;
+        for (const Stretch& x : curve_.stretches) {
+            const Segment& g = curve_.segment(x);
+            const bool within = x.start >= g.start - proof::join && x.end <= g.end + proof::join;
+            if (within && prove(x, x.start, x.end, 0)) continue;
+            leave(x.start, x.end), lifted_ = false;
+            look(x);
+        }
+        return proof_;
+    }
+
+private:
+    void leave(double from, double to) {
+        if (!proof_.open.empty() && proof_.open.back() == from)
+            proof_.open.back() = to;
+        else
+            proof_.open.push_back(from), proof_.open.push_back(to);
+    }
+
+    /// Looks for places of an unproven stretch where a limit is passed.
+    void look(const Stretch& x) {
+        for (int i = 0; i <= proof::looks; ++i) {
+            const double s = x.start + (x.end - x.start) * i / proof::looks;
+            const PlacedPosture here = curve_.solve(x, s, phi_at(x, s), x.q, x.psi);
+            const Pose<double> flange = flange_pose(claim_.bounds, here.pose);
+            const double excess = circle(claim_.bounds, flange, curve_.plane).triangle.excess;
+            if (limit_margin(claim_.bounds, here.q) >= -proof::broken && excess <= tolerance::reach * claim_.bounds.reach) continue;
+            proof_.violated.push_back(s);
+            return;
+        }
+    }
+
+    bool prove(const Stretch& x, double from, double to, int depth) {
+        if (budget_ <= 0) return false;
+        double middle[pivots];
+        if (!place(x, 0.5 * (from + to), middle)) return false;
+        if (stands(x, from, to, middle)) {
+            for (int p = 0; p < pivots; ++p) last_[p] = middle[p];
+            return lifted_ = true;
+        }
+        if (depth == proof::depth || broken(x, 0.5 * (from + to), middle)) return false;
+        const double half = 0.5 * (from + to);
+        return prove(x, from, half, depth + 1) && prove(x, half, to, depth + 1);
+    }
+
+    /// Lifted angles of the turning pivots at s. False unless the stretch's ends lie so near that what the curve returns
+    /// between them, lifted to their interpolation, is the angle of the sector.
+    bool place(const Stretch& x, double s, double* middle) const noexcept {
+        bool any = false;
+        for (int p = 0; p < pivots; ++p) any = any || claim_.kind[p] == PivotKind::turning;
+        if (!any) return true;
+        const PlacedPosture now = curve_.at(s);
+        for (int p = 0; p < pivots; ++p) {
+            const int j = pivot_joint[p];
+            middle[p] = curve_.arm.sign[j] * now.q[j] + curve_.arm.offset[j];
+            if (claim_.kind[p] != PivotKind::turning) continue;
+            if (!(max(abs(x.q[j] - now.q[j]), abs(x.q_end[j] - now.q[j])) < proof::end_step)) return false;
+        }
+        return true;
+    }
+
+    bool stands(const Stretch& x, double from, double to, const double* middle) noexcept {
+        for (int p = 0; p < pivots; ++p)
+            if (lifted_ && claim_.kind[p] == PivotKind::turning && !(abs(middle[p] - last_[p]) < proof::sector_step)) return false;
+        const Interval range(from, to);
+        Conditions<Interval> plain;
+        --budget_;
+        if (!claim_.evaluate(x, range, middle, plain)) return false;
+        if (all_positive(plain, [](const Interval* f, int i) { return f[i].lo; })) return true;
+        budget_ -= 4;
+        using J = Jet<Interval, 1>;
+        const double m = 0.5 * (from + to);
+        Conditions<J> slopes;
+        Conditions<Interval> centre;
+        if (!claim_.evaluate(x, J::variable(range), middle, slopes) || !claim_.evaluate(x, Interval(m), middle, centre)) return false;
+        const Interval off = range - Interval(m);
+        const Interval* values = centre.must;
+        const auto lower = [&](const J* f, int i) {
+            const Interval* at = f == slopes.must ? values : centre.either[(f - slopes.either[0]) / 2];
+            return greater(f[i].coefficient[0].lo, (at[i] + f[i].coefficient[1] * off).lo);
+        };
+        return all_positive(slopes, lower);
+    }
+
+    /// Whether a limit is certainly passed at s, by more than what is drawn in.
+    bool broken(const Stretch& x, double s, const double* middle) {
+        Conditions<Interval> at;
+        bool bad = false;
+        for (int p = 0; p < pivots; ++p)
+            bad = bad ||
+                  (claim_.kind[p] == PivotKind::turning && max(claim_.lower[p] - middle[p], middle[p] - claim_.upper[p]) > proof::broken);
+        const auto fails = [](const Interval& f) { return f.hi < -proof::broken; };
+        if (claim_.evaluate(x, Interval(s), middle, at)) {
+            for (int i = 0; i < at.count; ++i) bad = bad || fails(at.must[i]);
+            for (int i = 0; i < at.pairs; ++i) bad = bad || (fails(at.either[i][0]) && fails(at.either[i][1]));
+        }
+        if (bad) proof_.violated.push_back(s);
+        return bad;
+    }
+
+    const Curve& curve_;
+    const Claim claim_;
+    Proof proof_;
+    long long budget_;
+    bool lifted_ = false;
+    double last_[pivots] = {};
+};
+
+}  // namespace detail
+
+/// Proves the limits of `bounds` (the curve's arm, limits drawn in by the margin asked) and a singularity margin (rad).
+inline Proof certify(const Curve& curve, const Arm& bounds, double margin) { return detail::Prover(curve, bounds, margin).run(); }
+
+}  // namespace armangle

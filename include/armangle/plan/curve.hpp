@@ -1,0 +1,178 @@
+// The result of a plan: phi as a cubic spline over s, and from it every posture of the path by the closed-form inverse.
+//
+// Twice continuously differentiable: a cubic B-spline whose control values are the way's polyline at the Greville abscissae
+// (Schoenberg's spline). It reproduces lines and never leaves the hull of the neighbouring values, so it does not overshoot.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "../circle/arm_angle.hpp"
+#include "../circle/posture.hpp"
+#include "../numbers/jet.hpp"
+#include "path.hpp"
+#include "../circle/smooth_plane.hpp"
+
+namespace armangle {
+
+/// phi on one stretch [start, end] of s: c0 + c1 t + c2 t^2 + c3 t^3, t in [0, 1]; a stretch lies within one segment.
+/// Doubles alone, so that a curve travels as an array.
+struct Stretch {
+    double start, end, coefficient[4];
+    double q[joints], psi;          // at its start, lifted: what values inside are lifted by
+    double q_end[joints], psi_end;  // at its end
+};
+
+inline constexpr std::size_t stretch_width = sizeof(Stretch) / sizeof(double);
+
+template <class T>
+T phi_at(const Stretch& x, const T& s) noexcept {
+    const T t = (s - T(x.start)) / (T(x.end) - T(x.start));
+    const auto& c = x.coefficient;
+    return T(c[0]) + t * (T(c[1]) + t * (T(c[2]) + t * T(c[3])));
+}
+
+/// One place of a curve.
+struct PlacedPosture {
+    double q[joint_slots], psi;
+    Pose<double> pose;
+};
+
+/// A view: the arm, the path and the stretches belong to others.
+struct Curve {
+    const Arm& arm;
+    SmoothPlane plane;
+    int gc;
+    std::span<const Segment> segments;
+    std::span<const Stretch> stretches;
+
+    const Segment& segment(const Stretch& x) const noexcept {
+        return segments[segment_index(segments.data(), segments.size(), 0.5 * (x.start + x.end))];
+    }
+
+    const Stretch& stretch(double s) const noexcept {
+        std::size_t low = 0, high = stretches.size();
+        while (high - low > 1) {
+            const std::size_t middle = (low + high) / 2;
+            (s >= stretches[middle].start ? low : high) = middle;
+        }
+        return stretches[low];
+    }
+
+    /// Directions of the seven angles at s, on any scalar.
+    template <class T>
+    Directions<T> directions_at(const Stretch& x, const T& s, const T& phi) const noexcept {
+        const Circle<T> c = circle(arm, flange_pose(arm, pose_at(segment(x), s)), plane);
+        const Configuration<double> sign = configuration(gc);
+        return directions(c, fold(arm, c.triangle, T(sign.elbow)), {T(sign.shoulder), T(sign.elbow), T(sign.wrist)}, sin_cos(phi));
+    }
+
+    /// Posture at s with joints in the winding next to `near` that lies within the limits (psi next to near_psi).
+    PlacedPosture solve(const Stretch& x, double s, double phi, const double* near, double near_psi) const noexcept {
+        PlacedPosture out;
+        out.pose = pose_at(segment(x), s);
+        const Joints q = joints_within_limits(arm, directions_at(x, s, phi), near);
+        for (int j = 0; j < joint_slots; ++j) out.q[j] = q.q[j];
+        const Pose<double> flange = flange_pose(arm, out.pose);
+        const Circle<double> c = circle(arm, flange, plane);
+        const SinCos<double> sc = sin_cos(phi);
+        out.psi = lift(arm_angle(circle(arm, flange), c.z * sc.cos + c.e * sc.sin), near_psi);
+        return out;
+    }
+
+    PlacedPosture at(double s) const noexcept {
+        const Stretch& x = stretch(s);
+        const double t = (s - x.start) / (x.end - x.start);
+        double near[joints];
+        for (int j = 0; j < joints; ++j) near[j] = x.q[j] + t * (x.q_end[j] - x.q[j]);
+        return solve(x, s, phi_at(x, s), near, t < 0.5 ? x.psi : x.psi_end);
+    }
+
+    /// q', q'', q''' with respect to s: three rows of seven. At a joint of two segments those of the later one.
+    void derivatives(double s, double* out) const noexcept {
+        using J = Jet<double, 3>;
+        const Stretch& x = stretch(s);
+        const J at = J::variable(s);
+        const Directions<J> d = directions_at(x, at, phi_at(x, at));
+        for (int j = 0; j < joints; ++j) {
+            const J theta = atan2(d.y[j], d.x[j]);
+            for (int k = 1; k <= 3; ++k) out[(k - 1) * joints + j] = arm.sign[j] * theta.coefficient[k] * (k == 3 ? 6.0 : k);
+        }
+    }
+};
+
+namespace detail {
+
+/// The polar form of a cubic spline on the knots t[3] .. t[4] (t: six knots around), from its four control values.
+inline double blossom(const double* c, const double* t, const double (&u)[3]) noexcept {
+    double d[4] = {c[0], c[1], c[2], c[3]};
+    for (int r = 1; r <= 3; ++r)
+        for (int j = 3; j >= r; --j) {
+            const double from = t[j - 1], to = t[j + 3 - r];
+            const double share = (u[r - 1] - from) / (to - from);
+            d[j] = (1 - share) * d[j - 1] + share * d[j];
+        }
+    return d[3];
+}
+
+/// Control values of Schoenberg's spline of a polyline (s, phi).
+inline std::vector<double> control_values(const std::vector<double>& s, const std::vector<double>& phi) {
+    const std::size_t n = s.size();
+    const auto knot = [&](std::size_t i) { return i < 3 ? s[0] : (i - 3 < n ? s[i - 3] : s[n - 1]); };
+    std::vector<double> out(n + 2);
+    std::size_t at = 0;
+    for (std::size_t j = 0; j < n + 2; ++j) {
+        const double x = (knot(j + 1) + knot(j + 2) + knot(j + 3)) / 3;
+        while (at + 2 < n && s[at + 1] < x) ++at;
+        const double share = min(max((x - s[at]) / (s[at + 1] - s[at]), 0.0), 1.0);
+        out[j] = (1 - share) * phi[at] + share * phi[at + 1];
+    }
+    out.front() = phi.front(), out.back() = phi.back();
+    return out;
+}
+
+}  // namespace detail
+
+/// phi over the stretches of s as a C2 spline near the values phi (equal at both ends). s: two or more, rising.
+inline std::vector<Stretch> smooth_stretches(const std::vector<double>& s, const std::vector<double>& phi) {
+    const std::size_t n = s.size();
+    const std::vector<double> c = detail::control_values(s, phi);
+    std::vector<Stretch> out(n - 1);
+    for (std::size_t i = 0; i + 1 < n; ++i) {
+        double t[6];
+        for (int k = 0; k < 6; ++k) {
+            const std::size_t at = i + static_cast<std::size_t>(k);  // knots i-2 .. i+3, ends repeated
+            t[k] = at < 2 ? s[0] : (at - 2 < n ? s[at - 2] : s[n - 1]);
+        }
+        const double l = s[i], r = s[i + 1];
+        const double b0 = detail::blossom(&c[i], t, {l, l, l}), b1 = detail::blossom(&c[i], t, {l, l, r});
+        const double b2 = detail::blossom(&c[i], t, {l, r, r}), b3 = detail::blossom(&c[i], t, {r, r, r});
+        out[i].start = l, out[i].end = r;
+        const double power[4] = {b0, 3 * (b1 - b0), 3 * (b2 - 2 * b1 + b0), b3 - 3 * b2 + 3 * b1 - b0};
+        for (int k = 0; k < 4; ++k) out[i].coefficient[k] = power[k];
+    }
+    return out;
+}
+
+/// phi as straight pieces through the values.
+inline std::vector<Stretch> straight_stretches(const std::vector<double>& s, const std::vector<double>& phi) {
+    std::vector<Stretch> out(s.size() - 1);
+    for (std::size_t i = 0; i + 1 < s.size(); ++i)
+        out[i].start = s[i], out[i].end = s[i + 1], out[i].coefficient[0] = phi[i], out[i].coefficient[1] = phi[i + 1] - phi[i];
+    return out;
+}
+
+/// Gives every stretch the postures at its ends, lifted from q0 and psi0 on. `stretches` are those of the curve.
+inline void lift_stretches(const Curve& curve, std::span<Stretch> stretches, const double* q0, double psi0) noexcept {
+    double q[joints], psi = psi0;
+    for (int j = 0; j < joints; ++j) q[j] = q0[j];
+    for (Stretch& x : stretches) {
+        const PlacedPosture from = curve.solve(x, x.start, phi_at(x, x.start), q, psi);
+        for (int j = 0; j < joints; ++j) x.q[j] = q[j] = from.q[j];
+        const PlacedPosture to = curve.solve(x, x.end, phi_at(x, x.end), q, from.psi);
+        for (int j = 0; j < joints; ++j) x.q_end[j] = q[j] = to.q[j];
+        x.psi = from.psi, x.psi_end = psi = to.psi;
+    }
+}
+
+}  // namespace armangle

@@ -1,0 +1,182 @@
+// The tube of one branch: exact feasible arcs at parameters of a path chosen so that neighbours look alike.
+//
+// Arcs are the nodes, never a grid of psi: a narrow one is there like a wide one. All in phi (smooth_plane.hpp).
+#pragma once
+
+#include <vector>
+
+#include "../limits/feasible.hpp"
+#include "path.hpp"
+#include "../circle/smooth_plane.hpp"
+
+namespace armangle {
+
+/// What stays the same over a plan: the arm (its limits already drawn in by the margin asked), the path, the plane.
+struct Task {
+    Arm arm;
+    LimitTable limits;
+    const Segment* segments;
+    std::size_t segment_count;
+    SmoothPlane plane;
+
+    Pose<double> pose(double s) const noexcept { return pose_at(segments[segment_index(segments, segment_count, s)], s); }
+    Circle<double> circle_at(double s) const noexcept { return circle(arm, flange_pose(arm, pose(s)), plane); }
+};
+
+/// The section of a branch's tube at one s.
+struct Layer {
+    double s;
+    Circle<double> circle;
+    Fold<double> fold;
+    JointFunctions<double> functions;
+    Status status;
+    bool full;
+    std::uint32_t first, count;  // its arcs
+};
+
+/// All sections of one branch, in rising s.
+struct Tube {
+    int gc = 0;
+    std::vector<Layer> layers;
+    std::vector<Arc> arcs;
+
+    const Arc* arc(const Layer& layer) const noexcept { return arcs.data() + layer.first; }
+};
+
+/// Index of the arc of a section that holds phi, or is nearest to it.
+inline std::uint32_t nearest_arc(const Tube& tube, const Layer& l, double phi) noexcept {
+    double least = infinity;
+    std::uint32_t nearest = 0;
+    for (std::uint32_t k = 0; k < l.count; ++k) {
+        const Arc& a = tube.arc(l)[k];
+        const double middle = 0.5 * (a.lower + a.upper), off = abs(lift(phi, middle) - middle) - 0.5 * (a.upper - a.lower);
+        if (off < least) least = off, nearest = k;
+    }
+    return nearest;
+}
+
+namespace tube_rule {
+inline constexpr double turn = 0.15;   // wrist, tool and elbow turn at most this from layer to layer (rad)
+inline constexpr double shift = 0.3;   // an end moves at most this share of its arc ...
+inline constexpr double still = 0.02;  // ... unless by less than this (rad)
+inline constexpr int turn_depth = 16, shift_depth = 5, event_depth = 12;  // halvings spent on each
+}  // namespace tube_rule
+
+namespace detail {
+
+/// A section with its arcs apart, before it joins the tube.
+struct Section {
+    Layer layer;
+    ArcSet arcs;
+};
+
+inline Section section(const Task& task, int gc, double s) noexcept {
+    Section out;
+    Layer& l = out.layer;
+    l.s = s;
+    l.circle = task.circle_at(s);
+    const Configuration<double> sign = configuration(gc);
+    l.fold = fold(task.arm, l.circle.triangle, sign.elbow);
+    l.functions = joint_functions(l.circle, l.fold, sign);
+    l.status = feasible(task.arm, task.limits, l.circle, l.fold, l.functions, out.arcs);
+    l.full = out.arcs.full;
+    return out;
+}
+
+inline double gap(const Vec3<double>& a, const Vec3<double>& b) noexcept { return norm(a - b); }
+
+/// Largest turn (rad, as a chord) of the wrist's direction, the tool and the elbow between two sections.
+inline double turned(const Layer& a, const Layer& b) noexcept {
+    const auto &p = a.circle, &q = b.circle;
+    const double wrist = gap(p.w, q.w), elbow = hypot(p.triangle.eta.sin - q.triangle.eta.sin, p.triangle.eta.cos - q.triangle.eta.cos);
+    const auto column = [](const Circle<double>& c, double Vec3<double>::* i) {
+        return Vec3<double>{c.tool_w.*i, c.tool_e.*i, c.tool_z.*i};
+    };
+    const double x = gap(column(p, &Vec3<double>::x), column(q, &Vec3<double>::x)),
+                 z = gap(column(p, &Vec3<double>::z), column(q, &Vec3<double>::z));
+    return max(max(wrist, elbow), max(x, z));
+}
+
+/// How unlike two neighbours are: nothing to do, an arc moved far, or one that came, went, split or jumped.
+enum class Change { small, shifted, event };
+
+inline Change against(const ArcSet& a, const ArcSet& b) noexcept {
+    Change worst = Change::small;
+    for (int i = 0; i < a.count; ++i) {
+        const Arc& x = a.arc[i];
+        const double width = x.upper - x.lower;
+        double least = infinity;
+        int partners = 0;
+        for (int j = 0; j < b.count; ++j) {
+            const Arc& y = b.arc[j];
+            const double t = two_pi * round((0.5 * (x.lower + x.upper) - 0.5 * (y.lower + y.upper)) / two_pi);
+            if (min(x.upper, y.upper + t) <= max(x.lower, y.lower + t)) continue;
+            ++partners;
+            const double moved = max(abs(x.lower - y.lower - t), abs(x.upper - y.upper - t));
+            least = min(least, moved <= tube_rule::still ? 0.0 : moved / min(width, y.upper - y.lower));
+        }
+        if (partners != 1) return Change::event;
+        if (least > tube_rule::shift) worst = Change::shifted;
+    }
+    return worst;
+}
+
+inline Change change(const Section& a, const Section& b) noexcept {
+    if ((a.layer.status == Status::OK) != (b.layer.status == Status::OK)) return Change::event;
+    if (a.layer.status != Status::OK || (a.arcs.full && b.arcs.full)) return Change::small;
+    if (a.arcs.full != b.arcs.full || a.arcs.count != b.arcs.count) return Change::event;
+    const Change one = against(a.arcs, b.arcs), other = against(b.arcs, a.arcs);
+    return one == Change::event || other == Change::event ? Change::event : (one == Change::small ? other : one);
+}
+
+class TubeBuilder {
+public:
+    TubeBuilder(const Task& task, int gc) : task_(task) { tube_.gc = gc; }
+
+    Tube build(const std::vector<double>& base) {
+        tube_.layers.reserve(base.size() + base.size() / 2);
+        Section left = section(task_, tube_.gc, base[0]);
+        add(left);
+        for (std::size_t i = 1; i < base.size(); ++i) {
+            Section right = section(task_, tube_.gc, base[i]);
+            between(left, right, 0);
+            add(right);
+            left = right;
+        }
+        return static_cast<Tube&&>(tube_);
+    }
+
+private:
+    void add(Section& x) {
+        x.layer.first = static_cast<std::uint32_t>(tube_.arcs.size());
+        x.layer.count = static_cast<std::uint32_t>(x.arcs.count);
+        tube_.arcs.insert(tube_.arcs.end(), x.arcs.arc, x.arcs.arc + x.arcs.count);
+        tube_.layers.push_back(x.layer);
+    }
+
+    bool alike(const Section& left, const Section& right, int depth) const noexcept {
+        if (depth < tube_rule::turn_depth && turned(left.layer, right.layer) > tube_rule::turn) return false;
+        const Change now = depth < tube_rule::event_depth ? change(left, right) : Change::small;
+        return now == Change::small || (now == Change::shifted && depth >= tube_rule::shift_depth);
+    }
+
+    /// Layers between two, by halving, until neighbours are alike.
+    void between(const Section& left, const Section& right, int depth) {
+        const double s = 0.5 * (left.layer.s + right.layer.s);
+        if (alike(left, right, depth) || s <= left.layer.s || s >= right.layer.s) return;
+        Section middle = section(task_, tube_.gc, s);
+        between(left, middle, depth + 1);
+        add(middle);
+        between(middle, right, depth + 1);
+    }
+
+    const Task& task_;
+    Tube tube_;
+};
+
+}  // namespace detail
+
+/// The tube of a branch with layers at all of `base` (rising, from 0 to 1) and as many between as it takes.
+inline Tube tube(const Task& task, int gc, const std::vector<double>& base) { return detail::TubeBuilder(task, gc).build(base); }
+
+}  // namespace armangle

@@ -1,0 +1,371 @@
+"""ArcSet: closed arcs on the circle of the arm angle, for one pose or a batch of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .. import _core
+from .._arrays import Floats, Ints, Shape, as_floats, check_angles
+from ..errors import InputError, ShapeError
+from ..status import STATUSES, Status
+
+EndSide = Literal["lower", "upper", "singular", "user"]
+_SIDES: tuple[EndSide | None, ...] = (
+    None, "lower", "upper", "user", "singular", "singular", "singular", "singular",
+)  # fmt: skip
+_USER = 3
+_AND, _OR, _NOT = 0, 1, 2
+
+
+@dataclass(frozen=True)
+class ArcEnd:
+    """What made one end of an arc.
+
+    Parameters
+    ----------
+    joint : int or None
+        Joint 1..7, or None for an end that the user set.
+    side : "lower", "upper", "singular" or "user"
+        The limit that is reached there, a singularity or its margin, or an arc of the user's own.
+    value : float
+        The value of that joint there, rad in robot coordinates; NaN for a user's end.
+    """
+
+    joint: int | None
+    side: EndSide
+    value: float
+
+
+def _nested(items: list[Any], shape: Shape) -> Any:
+    """Return a flat list as nested lists of a shape; its only item for ()."""
+    if not shape:
+        return items[0]
+    if len(shape) == 1:
+        return items
+    size = math.prod(shape[1:])
+    return [_nested(items[i * size : (i + 1) * size], shape[1:]) for i in range(shape[0])]
+
+
+def _is_nothing(value: object) -> bool:
+    return isinstance(value, (tuple, list)) and not value
+
+
+class ArcSet:
+    """Closed arcs on the circle, of shape () for one pose or of the shape of a batch.
+
+    The arcs of one set are disjoint and in rising order; `lower` is in [-π, π), `upper` in
+    [lower, lower + 2π]. The full circle is the one arc [-π, π] without ends. Values are frozen.
+
+    Made by `Arm.feasible`, `Arm.joint_feasible`, by `ArcSet(intervals)` or by the operators
+    ``&`` (both), ``|`` (either), ``~`` (closure of the complement).
+
+    Parameters
+    ----------
+    intervals : array_like, shape (k, 2)
+        Arcs [lower, upper] in rad, of any lift, upper >= lower; overlapping ones are joined, those
+        of 2π or more are the full circle, points are dropped. At most 16.
+
+    Raises
+    ------
+    ShapeError, NotFiniteError, InputError
+        If the shape is not (k, 2), a number is not finite, an upper end lies below its lower one,
+        or there are more than 16 arcs.
+
+    Examples
+    --------
+    >>> arcs = ArcSet([[-0.5, 1.0], [2.0, 4.0]])
+    >>> 0.0 in arcs, 1.5 in arcs, 3.5 in arcs
+    (True, False, True)
+    >>> round(float((~arcs).measure + arcs.measure), 12) == round(2 * np.pi, 12)
+    True
+    """
+
+    __slots__ = ("_count", "_joint", "_psi", "_side", "_start", "_status", "_value", "shape")
+
+    shape: Shape
+    _count: Ints
+    _psi: Floats
+    _joint: NDArray[np.int8]
+    _side: NDArray[np.int8]
+    _value: Floats
+    _status: NDArray[np.int8]
+    _start: Ints
+
+    def __init__(self, intervals: ArrayLike = ()) -> None:
+        psi = as_floats("intervals", np.empty((0, 2)) if _is_nothing(intervals) else intervals, (2,))
+        if psi.ndim != 2:
+            raise ShapeError(f"intervals has shape {psi.shape}, wanted (k, 2)")
+        check_angles("intervals", psi)
+        if (psi[:, 1] < psi[:, 0]).any():
+            at = int(np.argmax(psi[:, 1] < psi[:, 0]))
+            raise InputError(f"intervals[{at}] is {psi[at].tolist()}, wanted upper >= lower")
+        most = _core.ARC_CAPACITY // 2
+        if len(psi) > most:
+            raise InputError(f"intervals holds {len(psi)} arcs, wanted at most {most}")
+        count, arcs = _core.arcs_from(np.array([len(psi)], dtype=np.int64), np.ascontiguousarray(psi))
+        full = arcs[:, 1] - arcs[:, 0] >= 2 * np.pi - _core.ANGLE_TOLERANCE
+        side = np.where(full[:, None], 0, _USER).astype(np.int8).repeat(2, axis=1)
+        self._fill((), count, arcs, np.zeros_like(side), side, np.full(arcs.shape, np.nan), None)
+
+    def _fill(
+        self,
+        shape: Shape,
+        count: Ints,
+        psi: Floats,
+        joint: NDArray[np.int8],
+        side: NDArray[np.int8],
+        value: Floats,
+        status: NDArray[np.int8] | None,
+    ) -> None:
+        if status is None:
+            status = np.where(count > 0, Status.OK, Status.LIMITS).astype(np.int8)
+        start = np.zeros(len(count) + 1, dtype=np.int64)
+        np.cumsum(count, out=start[1:])
+        fields: dict[str, NDArray[Any]] = {
+            "_count": count, "_psi": psi, "_joint": joint, "_side": side,
+            "_value": value, "_status": status, "_start": start,
+        }  # fmt: skip
+        for name, array in fields.items():
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+        object.__setattr__(self, "shape", shape)
+
+    @classmethod
+    def _from_core(cls, shape: Shape, arrays: tuple[Any, ...]) -> ArcSet:
+        """Return the batch that the core's arrays (count, psi, joint, side, value, status) hold."""
+        new = cls.__new__(cls)
+        new._fill(shape, *arrays)
+        return new
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError(f"ArcSet is frozen: {name} cannot be set")
+
+    def __getstate__(self) -> tuple[Any, ...]:
+        return (
+            self.shape, self._count, self._psi, self._joint, self._side, self._value, self._status,
+        )  # fmt: skip
+
+    def __setstate__(self, state: tuple[Any, ...]) -> None:
+        shape, *arrays = state
+        count, psi = arrays[0], arrays[1]
+        known = (count >= 0).all() and (count <= _core.ARC_CAPACITY).all() and count.sum() == len(psi)
+        if not known or any(len(array) != len(psi) for array in arrays[2:5]) or len(arrays[5]) != len(count):
+            raise InputError("this state is not that of an ArcSet: its arrays do not belong together")
+        self._fill(shape, *(array.copy() for array in arrays))
+
+    # -- what a set is ---------------------------------------------------------------------------
+
+    @property
+    def count(self) -> Ints | np.int64:
+        """Number of arcs, int64 of the set's shape."""
+        return self._count.reshape(self.shape)[()]
+
+    @property
+    def status(self) -> NDArray[np.int8] | Status:
+        """Why a set is empty: a `Status` for shape (), int8 codes of the set's shape for a batch."""
+        return self._status.reshape(self.shape) if self.shape else STATUSES[self._status[0]]
+
+    @property
+    def is_empty(self) -> NDArray[np.bool_] | np.bool_:
+        """Whether there is no arc, bool of the set's shape."""
+        empty: NDArray[np.bool_] = (self._count == 0).reshape(self.shape)
+        return empty[()]
+
+    @property
+    def is_full(self) -> NDArray[np.bool_] | np.bool_:
+        """Whether the set is the whole circle, bool of the set's shape."""
+        full: NDArray[np.bool_] = self._measure() >= 2 * np.pi - _core.ANGLE_TOLERANCE
+        return full.reshape(self.shape)[()]
+
+    @property
+    def measure(self) -> Floats | np.float64:
+        """Total length of the arcs in rad, float64 of the set's shape."""
+        return self._measure().reshape(self.shape)[()]
+
+    def _measure(self) -> Floats:
+        rows = np.repeat(np.arange(len(self._count)), self._count)
+        widths = self._psi[:, 1] - self._psi[:, 0]
+        return np.bincount(rows, weights=widths, minlength=len(self._count)).astype(np.float64)
+
+    @property
+    def intervals(self) -> Floats:
+        """The arcs [lower, upper] in rad: (count, 2) for shape (), else (*shape, k, 2) with NaN behind."""
+        if not self.shape:
+            return self._psi
+        most = int(self._count.max(initial=0))
+        out = np.full((len(self._count), most, 2), np.nan)
+        rows = np.repeat(np.arange(len(self._count)), self._count)
+        out[rows, np.arange(len(rows)) - self._start[rows]] = self._psi
+        return out.reshape(*self.shape, most, 2)
+
+    @property
+    def ends(self) -> Any:
+        """Per interval the two `ArcEnd`, () for the full circle; nested lists over a batch's axes."""
+        return _nested([self._ends_of(i) for i in range(len(self._count))], self.shape)
+
+    def _ends_of(self, index: int) -> list[tuple[ArcEnd, ...]]:
+        out: list[tuple[ArcEnd, ...]] = []
+        for arc in range(self._start[index], self._start[index + 1]):
+            pair = []
+            for joint, code, value in zip(self._joint[arc], self._side[arc], self._value[arc], strict=True):
+                side = _SIDES[code]
+                if side is not None:
+                    pair.append(ArcEnd(int(joint) or None, side, float(value)))
+            out.append(tuple(pair))
+        return out
+
+    # -- asking --------------------------------------------------------------------------------------
+
+    def contains(self, psi: ArrayLike) -> NDArray[np.bool_] | np.bool_:
+        """Return whether arm angles are in the sets, within 1e-9 rad.
+
+        Parameters
+        ----------
+        psi : array_like, shape broadcasting with the set's
+            Arm angles in rad, any real.
+
+        Returns
+        -------
+        bool, of the broadcast shape
+
+        Raises
+        ------
+        NotFiniteError, ShapeError
+            If an angle is not finite, or the shapes do not broadcast.
+        """
+        inside: NDArray[np.bool_] = self._query(psi, False) != 0
+        return inside[()]
+
+    def nearest(self, psi: ArrayLike) -> Floats | np.float64:
+        """Return the nearest arm angle in the sets.
+
+        Parameters
+        ----------
+        psi : array_like, shape broadcasting with the set's
+            Arm angles in rad, any real.
+
+        Returns
+        -------
+        float64, of the broadcast shape
+            psi itself, wrapped to (-π, π], where it is in the set; else the nearer end on the circle,
+            the lower one on a tie; NaN where the set is empty.
+
+        Raises
+        ------
+        NotFiniteError, ShapeError
+            If an angle is not finite, or the shapes do not broadcast.
+        """
+        return self._query(psi, True)[()]
+
+    def _query(self, psi: ArrayLike, nearest: bool) -> Floats:
+        angles = as_floats("psi", psi)
+        check_angles("psi", angles)
+        shape, index, angles = self._pair_with(angles)
+        out = np.empty(len(index))
+        _core.query(self._count, self._psi, index, angles, out, nearest)
+        return out.reshape(shape)
+
+    def _pair_with(self, angles: Floats) -> tuple[Shape, Ints, Floats]:
+        index = np.arange(len(self._count)).reshape(self.shape)
+        try:
+            index, angles = np.broadcast_arrays(index, angles)
+        except ValueError:
+            raise ShapeError(
+                f"psi of shape {angles.shape} does not broadcast with arcs of shape {self.shape}"
+            ) from None
+        return index.shape, index.ravel(), np.ascontiguousarray(angles).ravel()
+
+    def __contains__(self, psi: float) -> bool:
+        self._need_one("in")
+        return bool(self.contains(psi))
+
+    def __iter__(self) -> Iterator[tuple[float, float]]:
+        self._need_one("iteration")
+        return iter([(float(lower), float(upper)) for lower, upper in self._psi])
+
+    def __len__(self) -> int:
+        if not self.shape:
+            return int(self._count[0])
+        return self.shape[0]
+
+    def _need_one(self, what: str) -> None:
+        if self.shape:
+            raise ShapeError(f"{what} needs arcs of one pose; these have shape {self.shape}: index them")
+
+    def __getitem__(self, key: Any) -> ArcSet:
+        picked = np.arange(len(self._count)).reshape(self.shape)[key]
+        index = np.atleast_1d(picked).ravel()
+        count = self._count[index]
+        behind = np.cumsum(count)
+        first = self._start[index] - (behind - count)  # of a set's rows, less those of the sets before it
+        rows = np.repeat(first, count) + np.arange(behind[-1] if len(count) else 0)
+        return ArcSet._from_core(
+            np.shape(picked),
+            (count, self._psi[rows], self._joint[rows], self._side[rows], self._value[rows],
+             self._status[index]),
+        )  # fmt: skip
+
+    # -- algebra -------------------------------------------------------------------------------------
+
+    def __and__(self, other: ArcSet) -> ArcSet:
+        return self._combine(_AND, other)
+
+    def __or__(self, other: ArcSet) -> ArcSet:
+        return self._combine(_OR, other)
+
+    def __invert__(self) -> ArcSet:
+        return self._combine(_NOT, self)
+
+    def _combine(self, operation: int, other: ArcSet) -> ArcSet:
+        if not isinstance(other, ArcSet):
+            return NotImplemented
+        a, b = (np.arange(len(s._count)).reshape(s.shape) for s in (self, other))
+        try:
+            a, b = np.broadcast_arrays(a, b)
+        except ValueError:
+            raise ShapeError(f"arcs of shapes {self.shape} and {other.shape} do not broadcast") from None
+        index_a, index_b = a.ravel(), b.ravel()
+        together = int((self._count[index_a] + other._count[index_b]).max(initial=0))
+        if operation != _NOT and together > _core.ARC_CAPACITY:
+            raise InputError(f"the two sets hold {together} arcs, wanted at most {_core.ARC_CAPACITY}")
+        count, psi, source = _core.combine(
+            operation, self._count, self._psi, index_a, other._count, other._psi, index_b
+        )
+        none = source < 0
+
+        def carried(mine: NDArray[Any], theirs: NDArray[Any], empty: float) -> NDArray[Any]:
+            pool = np.concatenate([mine.ravel(), theirs.ravel(), [empty]]).astype(mine.dtype)
+            return pool[np.where(none, -1, source)]
+
+        joint = carried(self._joint, other._joint, 0)
+        side = carried(self._side, other._side, 0)
+        value = carried(self._value, other._value, np.nan)
+        status = None
+        if operation == _AND:
+            reason = np.where(self._count[index_a] == 0, self._status[index_a], other._status[index_b])
+            reason = np.where(reason == Status.OK, Status.LIMITS, reason)
+            status = np.where(count > 0, Status.OK, reason).astype(np.int8)
+        return ArcSet._from_core(a.shape, (count, psi, joint, side, value, status))
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, ArcSet):
+            return NotImplemented
+        return (
+            self.shape == other.shape
+            and np.array_equal(self._count, other._count)
+            and np.array_equal(self._psi, other._psi)
+        )
+
+    def __hash__(self) -> int:
+        return hash((self.shape, self._count.tobytes(), (self._psi + 0.0).tobytes()))
+
+    def __repr__(self) -> str:
+        if self.shape:
+            return f"<ArcSet of shape {self.shape}, {len(self._psi)} arcs>"
+        return f"ArcSet({self._psi.tolist()!r})"

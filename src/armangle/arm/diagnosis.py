@@ -1,0 +1,196 @@
+"""Why a pose or a path is refused: structured findings for each branch, and the sentences made of them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any, Literal
+
+from ..status import STATUSES, Status
+
+MILLIMETRES = 1e3
+_ANCHOR = "lies outside the limits, in another global configuration, or where no arm angle gives it."
+
+
+class Verdict(IntEnum):
+    """What became of one branch (global configuration)."""
+
+    OK = 0
+    UNREACHABLE = 1
+    IMPOSSIBLE = 2
+    DEAD_END = 3
+    START = 4
+    GOAL = 5
+    UNRESOLVED = 6
+
+
+@dataclass(frozen=True)
+class Opening:
+    """A joint limit that, moved out alone, would leave an arm angle.
+
+    Parameters
+    ----------
+    joint : int
+        Joint 1..7.
+    side : "lower" or "upper"
+        Which of its limits.
+    extra : float
+        How much farther out it must be, rad.
+    """
+
+    joint: int
+    side: Literal["lower", "upper"]
+    extra: float
+
+
+@dataclass(frozen=True)
+class Branch:
+    """What was found out about one branch.
+
+    Parameters
+    ----------
+    gc : int
+        Global configuration 0..7.
+    verdict : Verdict
+        OK: there is a way. UNREACHABLE: the wrist is out of reach. IMPOSSIBLE: at some s no arm angle keeps
+        all limits; this is exact. DEAD_END: every section has arm angles, but none of those that the start
+        leads to leads on. START, GOAL: that posture lies outside the limits or in another branch, or is
+        singular, so that no arm angle gives it.
+        UNRESOLVED: the sections join up, but every curve through them that was tried breaks a limit between.
+    status : Status
+        The outcome of the poses in question.
+    s_from, s_to : float
+        Range of the path parameter in question; both 0 for a single pose.
+    excess : float
+        Distance beyond the reach, m, the largest in the range.
+    reached : float
+        The s up to which the start leads.
+    margin : float
+        Least distance to limits and singularities along the way that the arm angle decides, rad;
+        NaN without a way.
+    elbow_margin : float
+        The same of joint 4, which no arm angle changes.
+    cost : float
+        Joint travel and nearness to limits along the way.
+    nearest_psi : float
+        Where a dead end closes: the feasible arm angle nearest to the last one, rad; else NaN.
+    blocking : tuple of int
+        Joints 1..7 whose limits together leave no arm angle; none of them can be left out.
+    openings : tuple of Opening
+        Single limits that would leave one, least first.
+    """
+
+    gc: int
+    verdict: Verdict
+    status: Status = Status.OK
+    s_from: float = 0.0
+    s_to: float = 0.0
+    excess: float = 0.0
+    reached: float = 0.0
+    margin: float = math.nan
+    elbow_margin: float = math.nan
+    cost: float = math.nan
+    nearest_psi: float = math.nan
+    blocking: tuple[int, ...] = ()
+    openings: tuple[Opening, ...] = ()
+
+    @property
+    def ok(self) -> bool:
+        """Whether there is a way in this branch."""
+        return self.verdict == Verdict.OK
+
+    def explain(self, *, path: bool = True) -> str:
+        """Return the finding as a sentence; `path` says where on the path it holds."""
+        where = ""
+        if path and self.verdict not in (Verdict.OK, Verdict.START, Verdict.GOAL):
+            where = f" from s = {self.s_from:.4g} to {self.s_to:.4g}"
+        return f"GC {self.gc}: {self._sentence(where, path)}"
+
+    def _sentence(self, where: str, path: bool) -> str:
+        match self.verdict:
+            case Verdict.OK:
+                if not path:
+                    return "solved within all limits."
+                least = math.degrees(min(self.margin, self.elbow_margin))
+                return f"the whole path is possible, {least:.3g}° from the nearest limit or singularity."
+            case Verdict.UNREACHABLE:
+                if self.status == Status.FOLDED:
+                    return f"the wrist lies on the shoulder{where}; no arm angle is defined there."
+                return f"the wrist is out of reach{where}, by up to {self.excess * MILLIMETRES:.4g} mm."
+            case Verdict.IMPOSSIBLE:
+                return f"no arm angle keeps all limits{where}: {self._why()}"
+            case Verdict.DEAD_END:
+                return f"a dead end at s = {self.s_from:.4g}: no arm angle that the start leads to leads on."
+            case Verdict.START:
+                return f"the start {_ANCHOR}"
+            case Verdict.GOAL:
+                return f"the goal {_ANCHOR}"
+            case Verdict.UNRESOLVED:
+                return f"every curve that was tried breaks a limit between the samples{where}."
+
+    def _why(self) -> str:
+        if self.status == Status.ELBOW_MARGIN:
+            return STATUSES[self.status].sentence
+        names = " and ".join(map(str, self.blocking))
+        alone = len(self.blocking) == 1
+        parts = [f"joint {names} is the reason" if alone else f"joints {names} exclude each other"]
+        for opening in self.openings[:2]:
+            limit = f"the {opening.side} limit of joint {opening.joint}"
+            parts.append(f"{math.degrees(opening.extra):.3g}° more of {limit} would do")
+        return "; ".join(parts) + "."
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """Findings for each branch asked, best first.
+
+    Parameters
+    ----------
+    branches : tuple of Branch
+        One a global configuration.
+    path : bool
+        Whether it is about a path, or about one pose.
+    """
+
+    branches: tuple[Branch, ...]
+    path: bool = True
+
+    @property
+    def ok(self) -> bool:
+        """Whether any branch has a way."""
+        return any(branch.ok for branch in self.branches)
+
+    @property
+    def reached(self) -> float:
+        """The s up to which the path can be followed from the start: its longest feasible part."""
+        return max((1.0 if branch.ok else branch.reached for branch in self.branches), default=0.0)
+
+    def __getitem__(self, gc: int) -> Branch:
+        for branch in self.branches:
+            if branch.gc == gc:
+                return branch
+        raise KeyError(gc)
+
+    def explain(self) -> str:
+        """Return the findings in words, one line a branch; branches of the same finding share one."""
+        lines: dict[str, list[int]] = {}
+        for branch in self.branches:
+            text = branch.explain(path=self.path).split(": ", 1)[1]
+            lines.setdefault(text, []).append(branch.gc)
+        head = []
+        if self.path and not self.ok:
+            head = [f"The path can be followed up to s = {self.reached:.4g}."]
+        return "\n".join(head + [f"GC {', '.join(map(str, gcs))}: {text}" for text, gcs in lines.items()])
+
+
+def branch_of(report: tuple[Any, ...]) -> Branch:
+    """Return the branch that a report of the core stands for."""
+    gc, verdict, status, s_from, s_to, excess, reached, margin, elbow, cost, psi, blocking, openings = report
+    found = [Opening(joint, "upper" if upper else "lower", extra) for joint, upper, extra in openings]
+    return Branch(
+        gc=gc, verdict=Verdict(verdict), status=STATUSES[status], s_from=s_from, s_to=s_to, excess=excess,
+        reached=reached, margin=margin, elbow_margin=elbow, cost=cost, nearest_psi=psi,
+        blocking=tuple(joint for joint in range(1, 8) if blocking >> (joint - 1) & 1),
+        openings=tuple(sorted(found, key=lambda o: o.extra)),
+    )  # fmt: skip

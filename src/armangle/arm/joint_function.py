@@ -1,0 +1,93 @@
+"""One joint as a function of the arm angle. Eqs. (26)-(31), (33), (34)."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._arrays import Floats, as_floats, check_angles
+
+Kind = Literal["stationary", "monotonic", "singular", "constant"]
+_KINDS: tuple[Kind, ...] = ("stationary", "monotonic", "singular", "constant")
+
+
+class JointFunction:
+    """q_i(ψ) at a fixed pose and global configuration; made by `Arm.joint_function`."""
+
+    __slots__ = ("_core", "joint")
+
+    joint: int
+    _core: Any
+
+    def __init__(self, core: Any, joint: int) -> None:
+        self._core = core
+        self.joint = joint
+
+    def value(self, psi: ArrayLike) -> Floats | np.float64:
+        """Return the joint value, as `Arm.inverse` gives it without a seed.
+
+        Parameters
+        ----------
+        psi : array_like, shape (...)
+            Arm angles, rad.
+
+        Returns
+        -------
+        float64, shape (...)
+            rad, in robot coordinates, in the turn that lies within the limits.
+
+        Raises
+        ------
+        NotFiniteError
+
+        Source: Faria et al. (2018), Eqs. (26), (27).
+        """
+        return self._map(psi, self._core.value)
+
+    def derivative(self, psi: ArrayLike) -> Floats | np.float64:
+        """Return dq/dψ.
+
+        Parameters
+        ----------
+        psi : array_like, shape (...)
+            Arm angles, rad.
+
+        Returns
+        -------
+        float64, shape (...)
+            rad/rad; ±inf where θ2 (θ6) is 0 or π at this arm angle alone.
+
+        Raises
+        ------
+        NotFiniteError
+
+        Source: Faria et al. (2018), Eqs. (28), (29), (33).
+        """
+        return self._map(psi, self._core.derivative)
+
+    def _map(self, psi: ArrayLike, function: Any) -> Floats | np.float64:
+        angles = as_floats("psi", psi)
+        check_angles("psi", angles)
+        out = np.empty(angles.shape)
+        function(angles, out)
+        return out[()]
+
+    @property
+    def stationary(self) -> Floats:
+        """Arm angles where dq/dψ = 0, rad in (-π, π], shape (0..2,). Eqs. (30), (34)."""
+        return np.array(self._core.stationary, dtype=np.float64)
+
+    @property
+    def singular(self) -> Floats:
+        """Arm angles where the joint jumps by π (1, 3, 5, 7) or has a corner at 0 or π (2, 6). Eq. (31)."""
+        return np.array(self._core.singular, dtype=np.float64)
+
+    @property
+    def kind(self) -> Kind:
+        """Which of the paper's cases holds: "stationary", "monotonic", "singular"; or "constant"."""
+        return _KINDS[int(self._core.kind)]
+
+    def __repr__(self) -> str:
+        return f"<JointFunction of joint {self.joint}, {self.kind}>"

@@ -1,0 +1,97 @@
+"""The arm as points in space, and what blocks its elbow: shared by pictures and the viewer."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .._arrays import Floats, as_floats
+from .arm import Arm
+
+ELBOW_FRAME = 3
+SHOULDER, ELBOW, WRIST = 1, 3, 5
+
+
+def skeleton(arm: Arm, q: ArrayLike) -> Floats:
+    """Return the corners of the stick figure, base to tool.
+
+    Parameters
+    ----------
+    arm : Arm
+    q : array_like, shape (..., 7)
+        Joint values, rad.
+
+    Returns
+    -------
+    ndarray, shape (..., 8, 3)
+        Base, shoulder, the end of d_se, elbow, the start of d_ew, wrist, flange, tool; m, in the frame that
+        poses are given in. Points 2, 3 and 4 are one where the elbow has no lateral offset.
+
+    Raises
+    ------
+    ShapeError, NotFiniteError
+    """
+    frames = arm.frames(q)
+    points = frames[..., [0, 1, 3, 3, 4, 5, 7, 7], :3, 3]
+    points[..., 2, :] -= arm.a_3 * frames[..., 3, :3, 0]
+    points[..., 7, :] = (frames[..., 7, :, :] @ arm.tool)[..., :3, 3]
+    return points
+
+
+def elbow_points(arm: Arm, pose: ArrayLike, gc: int, psi: ArrayLike) -> Floats:
+    """Return where the elbow is on its circle.
+
+    Parameters
+    ----------
+    arm : Arm
+    pose : array_like, shape (4, 4)
+    gc : int
+        Global configuration 0..7.
+    psi : array_like, shape (...)
+        Arm angles, rad.
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+        m, in the frame that poses are given in.
+
+    Raises
+    ------
+    UnreachableError
+        If the pose is out of reach.
+    """
+    return arm.frames(arm.inverse(pose, psi, gc))[..., ELBOW_FRAME, :3, 3]
+
+
+def blockers(
+    arm: Arm, poses: ArrayLike, gc: ArrayLike, psi: ArrayLike, *, singularity_margin: float = 0.0
+) -> NDArray[np.bool_]:
+    """Return which joints forbid arm angles.
+
+    Parameters
+    ----------
+    arm : Arm
+    poses : array_like, shape (..., 4, 4)
+    gc : array_like of int, shape (...)
+    psi : array_like, shape (...)
+        Arm angles, rad, broadcasting with poses and gc.
+    singularity_margin : float
+        As in `Arm.feasible`, rad.
+
+    Returns
+    -------
+    ndarray of bool, shape (..., 7)
+        True where joint i + 1 is outside its limits (or margins) there; all True out of reach.
+
+    Raises
+    ------
+    ArmangleError
+        As `Arm.feasible`.
+    """
+    each = arm.joint_feasible(poses, gc, singularity_margin=singularity_margin)
+    return np.logical_not(each.contains(as_floats("psi", psi)[..., None]))
+
+
+def first_blocker(blocked: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Return the lowest joint 1..7 that is True along the last axis, 0 where none is."""
+    return np.where(blocked.any(axis=-1), blocked.argmax(axis=-1) + 1, 0)

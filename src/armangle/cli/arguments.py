@@ -1,0 +1,152 @@
+"""Arguments that commands share, and what they stand for."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from .._arrays import Floats
+from ..arm.arm import MOST_MARGIN, Arm
+from ..errors import InputError, ShapeError
+from ..files.sheets import ending
+from ..files.tables import load_poses
+from ..models.catalogue import read_robot
+from ..models.description import JOINTS
+from ..models.mjcf import is_mjcf
+from ..quaternions import COLUMNS, UNIT_TOLERANCE, poses_from_rows
+
+DEGREE = math.pi / 180
+_FILES = (".csv", ".npz", ".json")
+POSE_HELP = "x,y,z,qw,qx,qy,qz: metres and a unit quaternion"
+
+
+def add_arm(parser: argparse.ArgumentParser, *, required: bool = True) -> None:
+    """Add --robot, --urdf, --base and --tip."""
+    group = parser.add_argument_group("the arm")
+    one = group.add_mutually_exclusive_group(required=required)
+    one.add_argument("--robot", metavar="NAME", help="of the catalogue (armangle robots), or a FILE.toml")
+    one.add_argument("--urdf", metavar="FILE", help="a robot description: URDF or MJCF (.xml)")
+    group.add_argument("--base", metavar="LINK", help="with --urdf: first link; guessed if left out")
+    group.add_argument("--tip", metavar="LINK", help="with --urdf: last link; guessed if left out")
+
+
+def add_json(parser: argparse.ArgumentParser) -> None:
+    """Add --json."""
+    parser.add_argument("--json", action="store_true", help="print JSON, in radians, for scripts")
+
+
+def add_singularity_margin(parser: argparse.ArgumentParser) -> None:
+    """Add --singularity-margin."""
+    parser.add_argument(
+        "--singularity-margin", type=angle_up_to(MOST_MARGIN), default=0.0, metavar="DEG",
+        help="keep joints 2, 6 and the elbow this far from singular (default 0)",
+    )  # fmt: skip
+
+
+def add_output(parser: argparse.ArgumentParser, what: str) -> None:
+    """Add -o for what is saved by its ending."""
+    parser.add_argument(
+        "-o", "--output", type=_output, metavar="FILE", help=f"write the {what}: .csv, .npz or .json"
+    )
+
+
+def _output(text: str) -> str:
+    """Return the name of a file that can be saved, for argparse: better said before long work than after."""
+    try:
+        ending(text)
+    except InputError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+    return text
+
+
+def the_arm(args: argparse.Namespace) -> Arm:
+    """Return the arm that --robot or --urdf names."""
+    if args.urdf is not None:
+        return arm_of_file(args.urdf, args.base, args.tip)
+    for option in ("base", "tip"):
+        if getattr(args, option) is not None:
+            raise InputError(f"--{option} goes with --urdf, not with --robot")
+    if Path(args.robot).suffix == ".toml":
+        return Arm._from_description(read_robot(args.robot).description)
+    return Arm.from_catalogue(args.robot)
+
+
+def arm_of_file(file: str, base: str | None, tip: str | None) -> Arm:
+    """Return the arm between two links of a URDF, or two bodies of an MJCF."""
+    read = Arm.from_mjcf if is_mjcf(file) else Arm.from_urdf
+    return read(file, base=base, tip=tip)
+
+
+def number(text: str) -> float:
+    """Return a finite number, for argparse."""
+    try:
+        value = float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text.strip()!r} is not a number") from None
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"{text.strip()!r} is not finite")
+    return value
+
+
+def angle(text: str) -> float:
+    """Return degrees as rad, for argparse."""
+    return number(text) * DEGREE
+
+
+def angle_up_to(highest: float, *, positive: bool = False) -> Callable[[str], float]:
+    """Return what reads degrees as rad, for argparse, from 0 (left out where `positive`) to `highest` rad."""
+    least = "more than 0" if positive else "0"
+    most = f" to {highest / DEGREE:.4g}" if math.isfinite(highest) else ""
+
+    def read(text: str) -> float:
+        value = angle(text)
+        if not 0 <= value <= highest or (positive and value == 0):
+            raise argparse.ArgumentTypeError(f"{text.strip()} deg, wanted {least}{most} deg")
+        return value
+
+    return read
+
+
+def numbers(name: str, text: str, wanted: str, count: int) -> Floats:
+    """Return `count` numbers that are separated by commas or blanks."""
+    values = []
+    for word in text.replace(",", " ").split():
+        try:
+            values.append(number(word))
+        except argparse.ArgumentTypeError as error:
+            raise InputError(f"{name}: {error}, wanted {wanted}") from None
+    if len(values) != count:
+        raise ShapeError(f"{name} has {len(values)} numbers, wanted {count}: {wanted}")
+    return np.array(values)
+
+
+def joints(name: str, text: str) -> Floats:
+    """Return seven joint values given in degrees, rad."""
+    return numbers(name, text, "q1,..,q7 in degrees", JOINTS) * DEGREE
+
+
+def pose(name: str, text: str) -> Floats:
+    """Return the pose (4, 4) of seven numbers."""
+    row = numbers(name, text, ",".join(COLUMNS), len(COLUMNS))
+    length = float(np.linalg.norm(row[3:]))
+    if abs(length - 1) > UNIT_TOLERANCE:
+        hint = f"; made unit it is {','.join(f'{v:.8g}' for v in row[3:] / length)}" if length else ""
+        raise InputError(
+            f"{name}: the quaternion has length {length:.7g}, wanted 1 within {UNIT_TOLERANCE:g}{hint}"
+        )
+    frame: Floats = poses_from_rows(row[None])[0]
+    return frame
+
+
+def poses(name: str, text: str) -> Floats:
+    """Return one pose (4, 4) of seven numbers, or the poses (N, 4, 4) of a file."""
+    return load_poses(text) if is_file(text) else pose(name, text)
+
+
+def is_file(text: str) -> bool:
+    """Return whether a word names a file rather than numbers."""
+    return Path(text).suffix.lower() in _FILES or Path(text).is_file()

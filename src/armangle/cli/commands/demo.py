@@ -1,0 +1,106 @@
+"""``armangle demo``: the paper's example, its numbers and its figure 13."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...errors import MissingExtraError, OutputError
+from ...files.replacing import replacing
+from ...files.tables import save
+from ...motion.options import MAX_JOINT_STEP
+from .. import paper_example
+from ..arguments import add_json
+from ..screen import degrees, note, progress, show, show_json, signs_text
+from ..tables import paint, paragraph, table
+
+HELP = """\
+Run the paper's example (section 6.2): from joints (37), 0.25 m along the tool's
+z axis to (39), in 251 poses, with different alpha and K of eq. (36)."""
+EXAMPLE = "  armangle demo -o demo"
+
+_REMARK = """\
+The paper's text fixes K = 0.1 where alpha varies and alpha = 20 where K varies; alpha = 5 and 100, \
+K = 0.02 and 0.5 and the 251 poses are this program's choice. The paper sets no largest joint step, \
+so the demo sets none; step and follow shorten what the policy asks for to {limit} deg."""
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments."""
+    parser.add_argument(
+        "-o", "--output", metavar="DIR", help="write a joint CSV and a picture a run there, and poses.csv"
+    )
+    add_json(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print a table of all runs; write their files where asked to."""
+    with progress("running the example"):
+        runs = [paper_example.run(policy) for policy in paper_example.POLICIES]
+    written, missing = ([], None) if args.output is None else _write(runs, Path(args.output))
+    if args.json:
+        show_json({"runs": [_facts(made) for made in runs], "files": written})
+    else:
+        _show(runs)
+        if written:
+            show(f"\nwrote {len(written)} files to {args.output}: {Path(written[0]).name}, ...")
+    if missing is not None:
+        note(f"armangle: no pictures drawn: {missing}")
+    for made in runs:
+        if not made.path.ok:
+            note(f"armangle: {made.name}: {made.path.explain()}")
+    return 0 if all(made.path.ok for made in runs) else 1
+
+
+def _write(runs: list[paper_example.Run], folder: Path) -> tuple[list[str], MissingExtraError | None]:
+    """Write all files and return their names, and why there are no pictures."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot be made: {error.strerror}") from error
+    written = [folder / "poses.csv", *(folder / f"{made.name}.csv" for made in runs)]
+    for value, file in zip((runs[0].path.poses, *(made.path for made in runs)), written, strict=True):
+        save(value, file)
+    missing = None
+    try:
+        with progress("drawing"):
+            for made in runs:
+                with replacing(folder / f"{made.name}.png") as picture:
+                    paper_example.draw(made, picture)
+                written.append(folder / f"{made.name}.png")
+    except MissingExtraError as error:
+        missing = error
+    return [str(file) for file in written], missing
+
+
+def _show(runs: list[paper_example.Run]) -> None:
+    first = runs[0]
+    show(paint("Section 6.2 of the paper on kuka_iiwa7_r800", "bold"))
+    show(f"start  psi {degrees(first.psi_start)} deg, GC {first.gc_start} ({signs_text(first.gc_start)})")
+    places = [", ".join(f"{v:.4f}" for v in pose[:3, 3]) for pose in first.path.poses[[0, -1]]]
+    show(f"tool   from ({places[0]}) to ({places[1]}) m, {paper_example.POSES} poses\n")
+    rows = []
+    for made in runs:
+        path = made.path
+        rows.append(
+            [f"{made.policy.alpha:g}", f"{made.policy.K:g}", degrees(made.psi_start), degrees(path.psi[-1]),
+             str(path.gc[-1]), degrees(path.margin.min()), degrees(made.largest_step),
+             f"{made.seconds_per_pose * 1e6:.2f}"]
+        )  # fmt: skip
+    headings = ["alpha", "K", "psi start", "psi end", "GC", "least margin", "largest step", "us/pose"]
+    show(table(headings, rows))
+    show(f"\n{paragraph('Angles in deg; least margin to a joint limit, largest step of a joint.')}")
+    show(paragraph(_REMARK.format(limit=f"{np.degrees(MAX_JOINT_STEP):.2f}")))
+
+
+def _facts(made: paper_example.Run) -> dict[str, Any]:
+    path = made.path
+    return {
+        "name": made.name, "alpha": made.policy.alpha, "K": made.policy.K, "psi_start": made.psi_start,
+        "gc_start": made.gc_start, "psi_end": path.psi[-1], "gc_end": path.gc[-1], "ok": path.ok,
+        "margin": path.margin.min(), "largest_step": made.largest_step,
+        "seconds_per_pose": made.seconds_per_pose,
+    }  # fmt: skip

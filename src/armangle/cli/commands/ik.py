@@ -1,0 +1,172 @@
+"""``armangle ik``: pose, arm angle and global configuration to joints."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import asdict
+
+import numpy as np
+
+from ..._arrays import Floats
+from ...arm.arm import Arm
+from ...arm.configuration import COUNT
+from ...errors import InputError
+from ...motion.joint_path import JointPath
+from ...status import STATUSES, Status
+from ..arguments import POSE_HELP, add_arm, add_json, add_output, angle, joints, poses, the_arm
+from ..screen import (
+    degrees,
+    head_and_tail,
+    joint_margins,
+    note,
+    progress,
+    show,
+    show_json,
+    signs_text,
+    unsolved_text,
+    violations,
+    write,
+)
+from ..tables import paint, table
+
+HELP = """\
+Pose, arm angle psi and global configuration gc to the one posture they define.
+Joint limits are enforced: outside them there is no solution."""
+EXAMPLE = """\
+  armangle ik --robot kuka_iiwa7_r800 --psi 58.5882 --gc 3 \\
+      --pose -0.117424,-0.146412,1.020287,0.425538,-0.432663,0.352360,0.712434"""
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments."""
+    parser.add_argument("--pose", required=True, metavar="POSE", help=f"{POSE_HELP}; or a FILE of poses")
+    parser.add_argument("--psi", type=angle, metavar="DEG", help="arm angle")
+    which = parser.add_mutually_exclusive_group(required=True)
+    which.add_argument("--explain", action="store_true", help="which branches hold the pose, and if not, why")
+    which.add_argument("--gc", type=int, choices=range(COUNT), help="global configuration")
+    which.add_argument("--all", action="store_true", help="all eight")
+    add_arm(parser)
+    parser.add_argument("--seed", metavar="Q", help="q1,..,q7 in degrees: of several turns take the nearest")
+    add_output(parser, "joints")
+    add_json(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print the posture or postures; status 1 where there is none within the limits."""
+    arm = the_arm(args)
+    pose = poses("--pose", args.pose)
+    seed = None if args.seed is None else joints("--seed", args.seed)
+    if args.explain:
+        return _explain(arm, pose, args)
+    if args.psi is None:
+        raise InputError("--psi is missing: the arm angle in degrees")
+    if args.all and (pose.ndim == 3 or args.output is not None):
+        raise InputError("--all takes one pose and prints it; name a --gc for a file of poses or for -o")
+    if args.all:
+        return _all(arm, pose, args.psi, seed, args.json)
+    with progress("solving"):
+        path = _solve(arm, pose.reshape(-1, 4, 4), args.psi, args.gc, seed)
+    if args.output is not None:
+        write(path, args.output)
+    if args.json:
+        _show_json(path, pose.ndim == 2)
+    elif pose.ndim == 3:
+        _show_many(path)
+    elif path.ok:
+        _show_one(arm, path.q[0], args.psi, args.gc)
+    if not path.ok:
+        note(f"armangle: {_reason(arm, path, args.psi, args.gc, seed, pose.ndim == 2)}")
+    return 0 if path.ok else 1
+
+
+def _explain(arm: Arm, pose: Floats, args: argparse.Namespace) -> int:
+    """Print for every global configuration whether it holds the pose; status 1 where none does."""
+    if pose.ndim == 3 or args.output is not None or args.psi is not None:
+        raise InputError("--explain takes one pose, without --psi and -o")
+    diagnosis = arm.explain(pose)
+    if args.json:
+        show_json({"ok": diagnosis.ok, "branches": [asdict(branch) for branch in diagnosis.branches]})
+    else:
+        show(diagnosis.explain())
+    return 0 if diagnosis.ok else 1
+
+
+def _solve(arm: Arm, frames: Floats, psi: float, gc: int, seed: Floats | None) -> JointPath:
+    """Return one row a pose, each with its status."""
+    n = len(frames)
+    q = arm.inverse(frames, psi, gc, seed=seed, limits="nan", unreachable="nan")
+    solved = np.isfinite(q).all(axis=1)
+    # A pose that is solved at no arm angle says so itself; at another one, this arm angle is outside.
+    status = np.zeros(n, dtype=np.int8)
+    why = np.asarray(arm.feasible(frames[~solved], gc).status)
+    status[~solved] = np.where(why == Status.OK, Status.OUTSIDE, why)
+    margin, residual = np.full(n, np.nan), np.full(n, np.nan)
+    if solved.any():
+        margin[solved] = arm.limit_margin(q[solved])
+        reached = arm.forward(q[solved], undefined="nan")[0]
+        residual[solved] = np.linalg.norm(reached[:, :3, 3] - frames[solved, :3, 3], axis=1)
+    s = np.linspace(0.0, 1.0, n) if n > 1 else np.zeros(n)
+    index = np.where(solved, gc, -1).astype(np.int64)
+    return JointPath(
+        arm=arm, s=s, poses=frames, q=q, psi=np.where(solved, psi, np.nan), gc=index,
+        status=status, margin=margin, residual=residual,
+    )  # fmt: skip
+
+
+def _reason(arm: Arm, path: JointPath, psi: float, gc: int, seed: Floats | None, single: bool) -> str:
+    """Return in words why the first pose without a solution has none."""
+    at = path.first_failure or 0
+    failed = int((path.status != Status.OK).sum())
+    where = "" if single or len(path) == 1 else f"{failed} of {len(path)} poses fail; pose {at}: "
+    if path.status[at] != Status.OUTSIDE:
+        return where + unsolved_text(arm, path.poses[at], gc, STATUSES[path.status[at]])
+    q = arm.inverse(path.poses[at], psi, gc, seed=seed)
+    arcs = ", ".join(
+        f"[{degrees(low, 2)}, {degrees(high, 2)}]" for low, high in arm.feasible(path.poses[at], gc)
+    )
+    outside = f"psi {degrees(psi, 2)} deg is not feasible: {violations(arm, q)}"
+    return f"{where}{outside}. Feasible with gc {gc}: {arcs} deg."
+
+
+def _show_one(arm: Arm, q: Floats, psi: float, gc: int) -> None:
+    show(f"{paint('psi', 'bold')} {degrees(psi)} deg, {paint('gc', 'bold')} {gc} ({signs_text(gc)})\n")
+    margins = joint_margins(arm, q)
+    rows = [
+        [str(i + 1), arm.joint_names[i], degrees(q[i]), degrees(arm.lower[i], 2), degrees(arm.upper[i], 2),
+         degrees(margins[i], 2)]
+        for i in range(len(q))
+    ]  # fmt: skip
+    show(table(["joint", "name", "q deg", "lower", "upper", "margin"], rows, left=(1,)))
+
+
+def _show_many(path: JointPath) -> None:
+    names = [STATUSES[code].name for code in path.status]
+    rows = [[str(i), *(degrees(v, 2) for v in q), names[i]] for i, q in enumerate(path.q)]
+    show(table(["row", *(f"q{i}" for i in range(1, 8)), "deg"], head_and_tail(rows), left=(8,)))
+
+
+def _show_json(path: JointPath, single: bool) -> None:
+    pick = 0 if single else slice(None)
+    names = np.array([status.name for status in STATUSES])[path.status]
+    values = {key: getattr(path, key)[pick] for key in ("q", "psi", "gc", "margin")}
+    show_json(values | {"status": names[pick]})
+
+
+def _all(arm: Arm, pose: Floats, psi: float, seed: Floats | None, as_json: bool) -> int:
+    """Print all eight postures, those outside their limits with what they violate."""
+    q8 = arm.inverse_all(pose, psi, seed=seed)
+    within = arm.within_limits(q8)
+    if as_json:
+        show_json({"q": q8, "psi": psi, "gc": np.arange(COUNT), "within_limits": within})
+    else:
+        show(f"{paint('psi', 'bold')} {degrees(psi)} deg; * outside its limits, all in degrees\n")
+        rows = []
+        for gc, q in enumerate(q8):
+            outside = joint_margins(arm, q) < 0
+            cells = [degrees(v, 2) + ("*" if bad else " ") for v, bad in zip(q, outside, strict=True)]
+            cells = [paint(cell, "red") if bad else cell for cell, bad in zip(cells, outside, strict=True)]
+            rows.append([str(gc), *cells])
+        show(table(["gc", *(f"q{i} " for i in range(1, 8))], rows))
+    if not np.any(within):
+        note("armangle: no global configuration is within the limits at this arm angle")
+    return 0 if np.any(within) else 1

@@ -1,0 +1,102 @@
+"""``armangle inspect``: what a robot description holds, as an S-R-S arm."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import asdict
+
+import numpy as np
+
+from ...arm.arm import Arm
+from ...errors import FileFormatError, NotSRSError
+from ...files.replacing import replacing
+from ...models.catalogue import robot_toml
+from ...models.description import ImportReport
+from ...models.mjcf import is_mjcf, mjcf_candidates
+from ...models.urdf import urdf_candidates
+from ...quaternions import COLUMNS, rows_from_poses
+from ..arguments import add_json, arm_of_file
+from ..screen import degrees, note, show, show_json
+from ..tables import paint, paragraph, table
+
+HELP = """\
+Read a URDF, or an MJCF (needs the package mujoco), between two links: is the
+arm S-R-S, how exactly, and which numbers describe it. Base and tip are guessed,
+or their choices listed, where left out."""
+EXAMPLE = "  armangle inspect robot.urdf --base link_0 --tip link_ee -o robot.toml"
+
+_SAME = 1e-12  # m, and of a rotation's entries
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments."""
+    parser.add_argument("file", metavar="FILE", help="a URDF or MJCF")
+    parser.add_argument("--base", metavar="LINK", help="first link")
+    parser.add_argument("--tip", metavar="LINK", help="last link")
+    parser.add_argument("-o", "--output", metavar="FILE.toml", help="write the numbers, for --robot")
+    add_json(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print the import report and the numbers; status 1 where the arm is not S-R-S."""
+    base, tip = _links(args)
+    try:
+        arm = arm_of_file(args.file, base, tip)
+    except NotSRSError as error:
+        if args.json:
+            show_json({"srs": False, "base": base, "tip": tip, "near": error.near, "reasons": error.reasons})
+        note(f"armangle: {error}")
+        return 1
+    report = arm.import_report
+    assert report is not None  # every import reports
+    source = f"{report.source}, {report.base} to {report.tip}"
+    text = robot_toml(arm._description(), title=arm.name, source=source, tip=report.tip)
+    if args.json:
+        show_json({"srs": True, **asdict(report), "reach": arm.reach, "toml": text})
+    else:
+        _show(arm, report)
+        if args.output is None:
+            show(f"\n{paint('As a file for --robot FILE.toml:', 'bold')}\n\n{text.rstrip()}")
+    if args.output is not None:
+        with replacing(args.output) as file:
+            file.write(text.encode())
+        note(f"wrote {args.output}")
+    return 0
+
+
+def _links(args: argparse.Namespace) -> tuple[str, str]:
+    """Return base and tip, the missing ones guessed; all choices are listed where there are several."""
+    if args.base is not None and args.tip is not None:
+        return args.base, args.tip
+    mjcf = is_mjcf(args.file)
+    pairs = [
+        (base, tip)
+        for base, tip in (mjcf_candidates(args.file, args.base) if mjcf else urdf_candidates(args.file))
+        if args.base in (None, base) and args.tip in (None, tip)
+    ]
+    if len(pairs) > 1:
+        listed = "\n".join(f"  --base {base} --tip {tip}" for base, tip in pairs)
+        message = f"several chains have seven rotating joints; name one of\n{listed}"
+        raise FileFormatError(message, source=args.file)
+    return pairs[0] if pairs else (args.base, args.tip)
+
+
+def _show(arm: Arm, report: ImportReport) -> None:
+    show(paint(f"{arm.name}: S-R-S", "bold"))
+    for line in str(report).splitlines():
+        show(paragraph(line))
+    show()
+    lengths = ("d_bs", "d_se", "d_ew", "d_wf", "a_3", "a_4")
+    show(f"lengths mm: {', '.join(f'{name} {getattr(arm, name) * 1e3:.6g}' for name in lengths)}")
+    show(f"reach mm, shoulder to wrist: {arm.reach * 1e3:.6g}")
+    for name, frame in (("base", arm.base), ("tool", arm.tool)):
+        row = ",".join(f"{value:.6g}" for value in rows_from_poses(frame[None])[0].round(9) + 0.0)
+        same = np.allclose(frame, np.eye(4), rtol=0, atol=_SAME)
+        show(f"{name} {','.join(COLUMNS)}: {'identity' if same else row}")
+    show()
+    joints = [
+        [str(i + 1), name, degrees(arm.lower[i], 2), degrees(arm.upper[i], 2), f"{arm.signs[i]:+d}",
+         degrees(arm.offsets[i], 2)]
+        for i, name in enumerate(report.joint_names)
+    ]  # fmt: skip
+    show(table(["joint", "name", "lower deg", "upper deg", "sign", "zero deg"], joints, left=(1,)))

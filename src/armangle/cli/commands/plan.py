@@ -1,0 +1,105 @@
+"""``armangle plan``: a whole file of poses at once."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from ...arm.arm import Arm
+from ...arm.configuration import COUNT
+from ...errors import InputError
+from ...files.tables import load_poses
+from ...motion.joint_path import JointPath
+from ...motion.planning import plan
+from ...status import Status
+from ..arguments import add_arm, add_json, add_output, add_singularity_margin, angle_up_to, joints, the_arm
+from ..screen import counted, degrees, note, plural, progress, show, show_json, write
+from ..tables import paint, table
+
+HELP = """\
+Plan a whole file of poses at once: the best global configuration and arm
+angle, proven to keep the limits between the poses too; or the reason why not."""
+EXAMPLE = """\
+  armangle plan path.csv --robot kuka_iiwa7_r800 -o joints.csv"""
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments."""
+    parser.add_argument("path", metavar="PATH", help="poses with the columns x,y,z,qw,qx,qy,qz")
+    parser.add_argument("--start", metavar="Q", help="q1,..,q7 in degrees at the first pose")
+    parser.add_argument("--goal", metavar="Q", help="the same at the last pose")
+    add_output(parser, "joints")
+    parser.add_argument("--gc", type=int, choices=range(COUNT), help="default: the best of all eight")
+    add_arm(parser)
+    add_singularity_margin(parser)
+    parser.add_argument(
+        "--limit-margin", type=angle_up_to(np.pi), default=0.0, metavar="DEG",
+        help="kept from every limit (default 0)",
+    )  # fmt: skip
+    add_json(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write the joints and print a summary; status 1 and the explanation where there is no way."""
+    arm = the_arm(args)
+    start = None if args.start is None else joints("--start", args.start)
+    goal = None if args.goal is None else joints("--goal", args.goal)
+    _check_limit_margin(arm, args.limit_margin)
+    with progress(f"reading {args.path}"):
+        frames = load_poses(args.path)
+    with progress(f"planning {counted(len(frames), 'pose')}"):
+        path = plan(
+            arm, frames, start=start, goal=goal, gc=args.gc,
+            singularity_margin=args.singularity_margin, limit_margin=args.limit_margin,
+        )  # fmt: skip
+    if args.output is not None:
+        write(path, args.output)
+    facts = _summary(path)
+    if args.json:
+        show_json(facts | {"output": args.output})
+    else:
+        _show(path, facts)
+    if not path.ok:
+        note(f"armangle: {path.explain()}")
+    return 0 if path.ok else 1
+
+
+def _check_limit_margin(arm: Arm, margin: float) -> None:
+    """Refuse in degrees what `plan` would refuse in radians."""
+    narrowest = float((arm.upper - arm.lower).min())
+    if 2 * margin > narrowest:
+        most = f"{degrees(narrowest / 2, 2)}: half of the narrowest range"
+        raise InputError(f"--limit-margin is {degrees(margin, 2)} deg, wanted at most {most}")
+
+
+def _summary(path: JointPath) -> dict[str, Any]:
+    solved = path.status == Status.OK
+    ranking = path.diagnosis.branches if path.diagnosis is not None else ()
+    return {
+        "poses": len(path),
+        "reached": int(solved.sum()),
+        "gc": int(path.gc[0]) if len(path) else -1,
+        "certified": path.certified,
+        "uncertified": path.uncertified,
+        "margin": float(path.margin[solved].min()) if solved.any() else float("nan"),
+        "branches": [asdict(branch) for branch in ranking],
+        "explanation": path.explain(),
+    }
+
+
+def _show(path: JointPath, facts: dict[str, Any]) -> None:
+    rows = [
+        ["poses", str(len(path)), ""],
+        ["reached", str(facts["reached"]), plural(facts["reached"], "pose")],
+        ["global configuration", str(facts["gc"]), ""],
+        ["least margin to a limit", degrees(facts["margin"]), "deg"],
+        ["proven between the poses", "yes" if path.certified else "no", ""],
+    ]
+    show(table(["", "", ""], rows, left=(0, 2)).split("\n", 1)[1])
+    if path.ok:
+        show(paint(path.explain(), "green"))
+        for low, high in np.asarray(facts["uncertified"]):
+            show(f"not proven from s = {low:.6g} to {high:.6g}")

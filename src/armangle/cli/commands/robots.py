@@ -1,0 +1,85 @@
+"""``armangle robots``: what the catalogue holds."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+import numpy as np
+
+from ...arm.arm import Arm
+from ...models.catalogue import CatalogueEntry, catalogue, load_robot
+from ..arguments import add_json
+from ..screen import degrees, show, show_json
+from ..tables import paint, paragraph, table
+
+HELP = "List the arms of the catalogue, or what is known of one."
+EXAMPLE = "  armangle robots kuka_iiwa7_r800"
+
+_LENGTHS = ("d_bs", "d_se", "d_ew", "d_wf", "a_3", "a_4")
+_DOUBTS = ("lengths", "limits", "velocity")
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments."""
+    parser.add_argument("name", nargs="?", metavar="NAME", help="show one arm")
+    add_json(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print a table of all arms, or one arm."""
+    if args.name is not None:
+        entry = load_robot(args.name)
+        if args.json:
+            show_json(_facts(entry))
+        else:
+            _show_one(entry)
+        return 0
+    entries = [load_robot(name) for name in catalogue()]
+    if args.json:
+        show_json([_facts(entry) for entry in entries])
+        return 0
+    rows = [[e.name, e.title, f"{_arm(e).reach * 1e3:.0f}", _offset(e), _doubtful(e)] for e in entries]
+    show(table(["name", "arm", "reach mm", "elbow", "not trusted"], rows, left=(0, 1, 3, 4)))
+    show("\nreach: greatest distance of the wrist from the shoulder")
+    return 0
+
+
+def _arm(entry: CatalogueEntry) -> Arm:
+    return Arm._from_description(entry.description)
+
+
+def _offset(entry: CatalogueEntry) -> str:
+    return "offset" if entry.description.a_3 or entry.description.a_4 else "in line"
+
+
+def _doubtful(entry: CatalogueEntry) -> str:
+    return ", ".join(what for what in _DOUBTS if not getattr(entry, f"{what}_trusted"))
+
+
+def _show_one(entry: CatalogueEntry) -> None:
+    d = entry.description
+    show(paint(entry.name, "bold"))
+    show(paragraph(f"{entry.title}. Source: {entry.source}."))
+    show(paragraph(f"Tip: {entry.tip}."))
+    for line in d.notes:
+        show(paragraph(f"Note: {line}"))
+    lengths = [f"{name} {getattr(d, name) * 1e3:g}" for name in _LENGTHS]
+    reach = f"reach, shoulder to wrist, {_arm(entry).reach * 1e3:.1f}"
+    show(paragraph(f"Lengths (mm): {', '.join(lengths)}; {reach}") + "\n")
+    rows = [
+        [str(i + 1), d.joint_names[i], degrees(d.lower[i], 1), degrees(d.upper[i], 1),
+         degrees(d.velocity[i], 0), f"{d.signs[i]:+d}", f"{np.degrees(d.offsets[i]):g}"]
+        for i in range(len(d.lower))
+    ]  # fmt: skip
+    headings = ["joint", "name", "lower deg", "upper deg", "deg/s", "sign", "zero deg"]
+    show(table(headings, rows, left=(1,)))
+
+
+def _facts(entry: CatalogueEntry) -> dict[str, Any]:
+    d = entry.description
+    joints = ("signs", "offsets", "lower", "upper", "velocity", "joint_names")
+    keys = (*_LENGTHS, *joints, "notes", "base", "tool")
+    facts = {"name": entry.name, "title": entry.title, "source": entry.source, "tip": entry.tip}
+    trust = {f"{what}_trusted": getattr(entry, f"{what}_trusted") for what in _DOUBTS}
+    return facts | {key: getattr(d, key) for key in keys} | trust | {"reach": _arm(entry).reach}

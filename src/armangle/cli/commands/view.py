@@ -1,0 +1,111 @@
+"""``armangle view``: the arm in the browser."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from ..._arrays import Floats
+from ...arm.arm import Arm
+from ...errors import FileFormatError, InputError
+from ...files.tables import load_joints, load_poses
+from ...models.mjcf import is_mjcf
+from ...motion.following import follow
+from ...motion.joint_path import JointPath
+from .. import paper_example
+from ..arguments import add_arm, add_json, joints, the_arm
+from ..motions import motion_of, motions_along
+from ..screen import note, progress, show, show_json, violations
+
+HELP = """\
+Show the arm in the browser: drag the tool, turn the elbow, see which joint
+blocks which arm angle, play a motion. Serves this machine alone, unless --host
+says otherwise, until Ctrl+C."""
+EXAMPLE = "  armangle view --demo"
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments."""
+    parser.add_argument("--path", metavar="FILE", help="a motion to play: joints, or poses to step along")
+    parser.add_argument("--demo", action="store_true", help="play the paper's example (figure 13)")
+    parser.add_argument("--start", metavar="Q", help="first joints q1,..,q7 in degrees")
+    parser.add_argument("--port", type=int, help="default: the first free one from 8080 on; 0: any")
+    parser.add_argument("--host", default="127.0.0.1", help="address to serve at (default 127.0.0.1)")
+    add_arm(parser, required=False)
+    add_json(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Serve until interrupted."""
+    _check(args)
+    from ...viewer import server as viewer
+
+    arm, runs = _demo() if args.demo else (the_arm(args), {})
+    start = _start(arm, args.start)
+    runs = runs or _runs(arm, args.path, start)
+    meshes = None if args.urdf is None or is_mjcf(args.urdf) else Path(args.urdf)
+    shown = viewer.Viewer(
+        viewer.ViewerState(arm, start), runs, port=args.port, host=args.host,
+        urdf=meshes, base=args.base, tip=args.tip,
+    )  # fmt: skip
+    if shown.note:
+        note(f"armangle: {shown.note}")
+    if args.json:
+        show_json({"robot": arm.name, "url": shown.url})
+    else:
+        show(f"{arm.name}: {shown.url} (Ctrl+C ends)")
+    sys.stdout.flush()  # a script waits for the address
+    try:
+        shown.wait()
+    except KeyboardInterrupt:
+        pass
+    finally:
+        shown.stop()
+    return 0
+
+
+def _start(arm: Arm, text: str | None) -> Floats | None:
+    """Return the first joints, which must be within the limits."""
+    if text is None:
+        return None
+    start = joints("--start", text)
+    if not arm.within_limits(start):
+        raise InputError(f"--start is outside the limits: {violations(arm, start)}")
+    return start
+
+
+def _check(args: argparse.Namespace) -> None:
+    named = args.robot is not None or args.urdf is not None
+    if args.demo and (named or args.path is not None or args.start is not None):
+        raise InputError(
+            "--demo brings its own arm, start and path: leave out --robot, --urdf, --path, --start"
+        )
+    if not args.demo and not named:
+        raise InputError("view needs --robot NAME, --urdf FILE or --demo")
+
+
+def _demo() -> tuple[Arm, dict[str, JointPath]]:
+    """Return the paper's arm and its motions, by name."""
+    arm, start, poses = paper_example.example()
+    return arm, {
+        f"α = {policy.alpha:g}, K = {policy.K:g}": follow(
+            arm, poses, start=start, policy=policy, max_joint_step=float("inf")
+        )
+        for policy in paper_example.POLICIES
+    }
+
+
+def _runs(arm: Arm, file: str | None, start: Floats | None) -> dict[str, JointPath]:
+    """Return the motions of a file of joints or poses, by name."""
+    if file is None:
+        return {}
+    with progress(f"reading {file}"):
+        try:
+            return {Path(file).name: motion_of(arm, load_joints(file))}
+        except FileFormatError as no_joints:
+            try:
+                return motions_along(arm, load_poses(file), start)
+            except FileFormatError as no_poses:
+                message = f"neither joints ({no_joints}) nor poses ({no_poses})"
+                raise FileFormatError(message, source=file) from None

@@ -1,0 +1,92 @@
+"""Motions of an arm for pictures and the viewer: of a joint file, or along poses from any configuration."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._arrays import as_floats
+from ..arm.arm import Arm
+from ..arm.configuration import COUNT as CONFIGURATIONS
+from ..errors import PathError
+from ..files.tables import JointTable
+from ..models.description import JOINTS
+from ..motion.following import follow
+from ..motion.joint_path import JointPath
+from ..status import Status
+
+
+def motion_of(arm: Arm, table: JointTable) -> JointPath:
+    """Return the rows of a joint file as a motion of an arm, those without joints included.
+
+    Parameters
+    ----------
+    arm : Arm
+    table : JointTable
+
+    Returns
+    -------
+    JointPath
+        Poses, arm angle and configuration are computed from the joints. A row without joints keeps its
+        status and is NaN. The pose of any row that failed is NaN, also where joints were held there: a
+        joint file does not say which pose it failed at.
+
+    Raises
+    ------
+    PathError
+        If no row has joints.
+    """
+    known = np.isfinite(table.q).all(axis=1)
+    if not known.any():
+        raise PathError("no row of the joint file has joint values, wanted at least one")
+    n = len(table)
+    q, poses = np.full((n, JOINTS), np.nan), np.full((n, 4, 4), np.nan)
+    psi, margin, residual = (np.full(n, np.nan) for _ in range(3))
+    gc = np.full(n, -1, dtype=np.int64)
+    q[known] = table.q[known]
+    poses[known], angle, gc[known] = arm.forward(q[known], undefined="nan")
+    psi[known], margin[known], residual[known] = angle, arm.limit_margin(q[known]), 0.0
+    failed = table.status != Status.OK
+    poses[failed] = residual[failed] = np.nan
+    defined = np.isfinite(psi)
+    psi[defined] = np.unwrap(psi[defined])
+    return JointPath(
+        arm=arm, s=table.s, poses=poses, q=q, psi=psi, gc=gc, status=table.status, margin=margin,
+        residual=residual,
+    )  # fmt: skip
+
+
+def motions_along(arm: Arm, poses: ArrayLike, start: ArrayLike | None = None) -> dict[str, JointPath]:
+    """Return motions along poses by name: from `start`, or from the middle of the widest arc of each GC.
+
+    Parameters
+    ----------
+    arm : Arm
+    poses : array_like, shape (N, 4, 4)
+        Tool frames, position in m.
+    start : array_like, shape (7,), optional
+        Joints before the first pose, rad.
+
+    Returns
+    -------
+    dict of str to JointPath
+        Those that reach every pose first; a motion that does not says why.
+
+    Raises
+    ------
+    PathError
+        If no global configuration has a solution at the first pose, or there is no pose.
+    """
+    frames = as_floats("poses", poses, (4, 4)).reshape(-1, 4, 4)
+    if start is not None:
+        return {"from the start": follow(arm, frames, start=start)}
+    found = {}
+    for gc in range(CONFIGURATIONS) if len(frames) else ():
+        arcs = arm.feasible(frames[0], gc)
+        if not arcs.is_empty:
+            lower, upper = arcs.intervals[np.diff(arcs.intervals, axis=1)[:, 0].argmax()]
+            q = arm.inverse(frames[0], 0.5 * (lower + upper), gc)
+            found[f"GC {gc}"] = follow(arm, frames, start=q)
+    if not found:
+        raise PathError("no global configuration has a solution at the first pose")
+    return dict(sorted(found.items(), key=lambda entry: not entry[1].ok))

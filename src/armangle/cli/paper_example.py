@@ -1,0 +1,177 @@
+"""The paper's example (section 6.2): a straight line that begins near the limits, stepped along by eq. (36).
+
+The paper's text fixes the robot, the joints (37), the distance, K = 0.1 where α varies and α = 20 where K
+varies. The values that vary, and the number of poses, are not in the text: they are chosen here.
+"""
+
+from __future__ import annotations
+
+import statistics
+import time
+from dataclasses import dataclass, replace
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from .. import plots
+from .._arrays import Floats
+from ..arm.arm import Arm
+from ..motion.following import follow
+from ..motion.joint_path import JointPath
+from ..motion.policies import Repulsion
+from ..plots.style import BLACK, VERMILION, pyplot
+
+ROBOT = "kuka_iiwa7_r800"
+START_DEG = (-5.4101, -26.4986, -48.1542, -61.65, 152.6198, 114.4466, 8.1812)
+DISTANCE = 0.25
+POSES = 251
+ALPHAS = (5.0, 20.0, 100.0)
+STRENGTHS = (0.02, 0.1, 0.5)
+_K, _ALPHA = 0.1, 20.0
+POLICIES = (
+    *(Repulsion(K=_K, alpha=alpha) for alpha in ALPHAS),
+    *(Repulsion(K=K, alpha=_ALPHA) for K in STRENGTHS if K != _K),
+)
+
+_REPEATS = 25
+_SIZE = (9.0, 9.0)
+_DPI = 120
+_GRID = 721
+_ROOM_DEG = 25.0
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One run of the example.
+
+    Parameters
+    ----------
+    policy : Repulsion
+        With its K and α.
+    path : JointPath
+        What came of it.
+    start : ndarray, shape (7,)
+        Joints (37) before the first pose, rad.
+    psi_start : float
+        Arm angle there, rad.
+    gc_start : int
+        Global configuration there.
+    seconds_per_pose : float
+        Median of repeated runs, measured here and now.
+    """
+
+    policy: Repulsion
+    path: JointPath
+    start: Floats
+    psi_start: float
+    gc_start: int
+    seconds_per_pose: float
+
+    @property
+    def name(self) -> str:
+        """Name of its files."""
+        return f"alpha{self.policy.alpha:g}_K{self.policy.K:g}"
+
+    @property
+    def largest_step(self) -> float:
+        """Greatest change of a joint from one pose to the next, from the start on, rad."""
+        return float(np.abs(np.diff(np.vstack([self.start, self.path.q]), axis=0)).max())
+
+
+def example() -> tuple[Arm, Floats, Floats]:
+    """Return the arm, the joints (37) (7,), rad, and the poses (251, 4, 4) from (38) to (39).
+
+    Examples
+    --------
+    >>> arm, start, poses = example()
+    >>> poses[-1, :3, 3].round(4).tolist()
+    [-0.1966, 0.0712, 1.1146]
+    """
+    arm = Arm.from_catalogue(ROBOT)
+    start = np.radians(START_DEG)
+    pose = arm.forward(start)[0]
+    poses = np.repeat(pose[None], POSES, axis=0)
+    poses[:, :3, 3] += np.linspace(0.0, DISTANCE, POSES)[:, None] * pose[:3, 2]
+    return arm, start, poses
+
+
+def run(policy: Repulsion) -> Run:
+    """Return the example stepped along with a policy.
+
+    The paper knows no largest joint step, so none is set: with K = 0.5 the first one would exceed ours.
+
+    Examples
+    --------
+    >>> made = run(Repulsion(K=0.1, alpha=20))
+    >>> round(float(np.degrees(made.psi_start)), 4), made.gc_start, made.path.ok
+    (58.5882, 3, True)
+    """
+    arm, start, poses = example()
+    _, psi, gc = arm.forward(start)
+    took = []
+    for _ in range(_REPEATS):
+        began = time.perf_counter()
+        path = follow(arm, poses, start=start, policy=policy, max_joint_step=np.inf)
+        took.append(time.perf_counter() - began)
+    return Run(policy, path, start, float(psi), int(gc), statistics.median(took) / POSES)
+
+
+def draw(made: Run, file: BinaryIO) -> None:
+    """Write a PNG of arm angle and joints along the path, with limits, as in Fig. 13.
+
+    Raises
+    ------
+    MissingExtraError
+        Without matplotlib.
+    """
+    pyplot()  # says how to install it, where it is missing
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=_SIZE, layout="constrained")
+    panels = plots.path(_from_start(made), ax=figure.subplots(4, 2, sharex=True))
+    _shade_infeasible(panels[0], made)
+    for panel, value in zip(panels, (made.psi_start, *made.start), strict=True):
+        panel.plot(
+            0.0, np.degrees(value), "o", ms=5, color=BLACK, clip_on=False, zorder=5, label="start (37)"
+        )
+        panel.grid(lw=0.4, alpha=0.5)
+    labelled = {label: handle for panel in panels for handle, label in _legend_entries(panel)}
+    figure.legend(labelled.values(), labelled.keys(), loc="outside lower center", ncols=3, frameon=False)
+    figure.suptitle(
+        f"α = {made.policy.alpha:g}, K = {made.policy.K:g}: from ψ = {np.degrees(made.psi_start):.4f}°, "
+        f"GC = {made.gc_start}, {DISTANCE:g} m along the tool's z axis"
+    )
+    figure.savefig(file, format="png", dpi=_DPI)
+
+
+def _legend_entries(panel: Any) -> list[tuple[Any, str]]:
+    return list(zip(*panel.get_legend_handles_labels(), strict=True))
+
+
+def _from_start(made: Run) -> JointPath:
+    """Return the path with the start before it, so that the first step is seen too."""
+    path = made.path
+    before: dict[str, Any] = {"q": made.start, "psi": made.psi_start, "gc": made.gc_start}
+    rows: dict[str, Any] = {
+        name: np.concatenate(
+            [np.asarray(before.get(name, getattr(path, name)[0]))[None], getattr(path, name)]
+        )
+        for name in ("s", "poses", "q", "psi", "gc", "status", "margin", "residual")
+    }
+    return replace(path, **rows)
+
+
+def _shade_infeasible(panel: Any, made: Run) -> None:
+    """Shade the arm angles that are not feasible, pose by pose."""
+    path = made.path
+    shown = np.degrees([made.psi_start, *path.psi])
+    low, high = shown.min() - _ROOM_DEG, shown.max() + _ROOM_DEG
+    grid = np.linspace(low, high, _GRID)
+    inside = path.arm.feasible(path.poses, path.gc).contains(np.radians(grid)[:, None])
+    blocked = ~np.asarray(inside)
+    if blocked.any():
+        panel.contourf(path.s, grid, blocked, levels=[0.5, 1.5], colors=[VERMILION], alpha=0.12)
+        panel.contour(
+            path.s, grid, blocked, levels=[0.5], colors=[VERMILION], linestyles="--", linewidths=1.2
+        )
+    panel.set_ylim(low, high)

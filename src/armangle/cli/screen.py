@@ -1,0 +1,173 @@
+"""What commands print: results, JSON, notes on the side, and signs of life."""
+
+from __future__ import annotations
+
+import json
+import sys
+import threading
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from enum import Enum
+from typing import Any
+
+import numpy as np
+
+from .._arrays import Floats
+from ..arm.arm import Arm
+from ..arm.configuration import gc_signs
+from ..errors import UnreachableError
+from ..files.sheets import plain
+from ..files.tables import save
+from ..motion.joint_path import JointPath
+from ..status import Status
+from .tables import WIDTH, colourful, paragraph, plain_text
+
+_PATIENCE = 0.5
+_IN_ASCII = str.maketrans("█·", "#.")
+_BLINK = 0.2
+_MOST_ROWS = 20
+_SHOWN = 10
+
+
+def show(text: str = "") -> None:
+    """Print text, in colour on a terminal alone; what the stream's encoding lacks becomes '?'."""
+    text = text if colourful(sys.stdout) else plain_text(text)
+    encoding = getattr(sys.stdout, "encoding", None) or "utf-8"
+    try:
+        text.encode(encoding)
+    except UnicodeEncodeError:
+        text = text.translate(_IN_ASCII).encode(encoding, "replace").decode(encoding)
+    print(text)
+
+
+def note(text: str) -> None:
+    """Print a remark to stderr."""
+    print(paragraph(text), file=sys.stderr)
+
+
+def show_json(value: Any) -> None:
+    """Print JSON: arrays as lists, NaN as null, infinities as "inf", outcomes as their names."""
+    print(json.dumps(_jsonable(value), indent=1, allow_nan=False))
+
+
+def _jsonable(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _jsonable(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_jsonable(item) for item in value]
+    if isinstance(value, Enum):
+        return value.name
+    if isinstance(value, (float, np.ndarray, np.generic)):
+        return plain(np.asarray(value))
+    return value
+
+
+def fixed(value: float, digits: int) -> str:
+    """Return a number with fixed digits, without a sign where all of them are zero.
+
+    >>> fixed(-1e-9, 3), fixed(-0.25, 3)
+    ('0.000', '-0.250')
+    """
+    text = f"{value:.{digits}f}"
+    return text if float(text) else text.removeprefix("-")
+
+
+def degrees(value: float, digits: int = 4) -> str:
+    """Return an angle (rad) in degrees as text; "none" for an infinite one.
+
+    >>> degrees(1.0225696851)
+    '58.5889'
+    """
+    if np.isnan(value):
+        return "-"
+    return fixed(np.degrees(value), digits) if np.isfinite(value) else "none"
+
+
+def counted(count: int, thing: str) -> str:
+    """Return a count of things in words.
+
+    >>> counted(1, "pose"), counted(0, "pose")
+    ('1 pose', '0 poses')
+    """
+    return f"{count} {plural(count, thing)}"
+
+
+def plural(count: int, thing: str) -> str:
+    """Return a thing, or things."""
+    return thing if count == 1 else f"{thing}s"
+
+
+def signs_text(gc: int) -> str:
+    """Return a global configuration in words.
+
+    >>> signs_text(3)
+    'shoulder -, elbow -, wrist +'
+    """
+    signs = zip(("shoulder", "elbow", "wrist"), gc_signs(gc), strict=True)
+    return ", ".join(f"{name} {'+' if sign > 0 else '-'}" for name, sign in signs)
+
+
+def joint_margins(arm: Arm, q: Floats) -> Floats:
+    """Return the distance of each joint to the nearer of its limits, rad, negative outside; shape of q."""
+    return np.minimum(q - arm.lower, arm.upper - q)
+
+
+def violations(arm: Arm, q: Floats) -> str:
+    """Return in words which joints of q (7,) are outside, and by how much; empty within."""
+    found = []
+    for i, margin in enumerate(joint_margins(arm, q)):
+        if margin < 0:
+            side = "upper" if q[i] > arm.upper[i] else "lower"
+            found.append(f"joint {i + 1} is {degrees(-margin)} deg beyond its {side} limit")
+    return ", ".join(found)
+
+
+def unsolved_text(arm: Arm, pose: Floats, gc: int, status: Status) -> str:
+    """Return in words why a pose (4, 4) has no solution: the millimetres where it is out of reach."""
+    if status == Status.UNREACHABLE:
+        try:
+            arm.inverse(pose, 0.0, gc)
+        except UnreachableError as error:
+            return f"{error}. {status.sentence}"
+    return status.sentence
+
+
+def head_and_tail(rows: Sequence[Sequence[str]]) -> list[Sequence[str]]:
+    """Return rows for the screen: all, or the first and the last with a gap between."""
+    if len(rows) <= _MOST_ROWS:
+        return list(rows)
+    return [*rows[:_SHOWN], ["..."] * len(rows[0]), *rows[-_SHOWN:]]
+
+
+def write(value: JointPath | Floats, file: str) -> None:
+    """Save a motion or poses and say so on stderr."""
+    with progress(f"writing {file}"):
+        save(value, file)
+    note(f"wrote {file}")
+
+
+@contextmanager
+def progress(what: str) -> Iterator[None]:
+    """Show on a terminal what is going on and for how long, once it takes more than half a second."""
+    if not sys.stderr.isatty():
+        yield
+        return
+    done = threading.Event()
+    ticker = threading.Thread(target=_tick, args=(what, done), daemon=True)
+    ticker.start()
+    try:
+        yield
+    finally:
+        done.set()
+        ticker.join()
+
+
+def _tick(what: str, done: threading.Event) -> None:
+    start = time.monotonic()
+    if done.wait(_PATIENCE):
+        return
+    while not done.wait(_BLINK):
+        line = f"{what} ... {time.monotonic() - start:.1f} s"
+        print(f"\r{line[: WIDTH - 1]}", end="", file=sys.stderr, flush=True)
+    print(f"\r{' ' * (WIDTH - 1)}\r", end="", file=sys.stderr, flush=True)

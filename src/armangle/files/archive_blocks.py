@@ -1,0 +1,173 @@
+"""Blocks of NPZ and JSON files: named arrays, taken from files that may hold anything.
+
+Whatever the bytes are, the answer is arrays or a FileFormatError, and the memory that is asked for stays
+within what a file of that length can hold.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, BinaryIO, NoReturn
+
+import numpy as np
+from numpy.lib import format as npy
+from numpy.typing import NDArray
+
+from .._arrays import Floats
+from ..errors import FileFormatError
+
+PathLike = str | os.PathLike[str]
+
+_NUMBERS = "fiu"
+_WORDS = "U"
+_MEMBER = ".npy"
+_METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+_MOST_PER_BYTE = 1032  # deflate: 258 bytes for 2 bits
+_SPECIAL = {None: np.nan, "inf": np.inf, "-inf": -np.inf}
+
+
+def read_blocks(path: PathLike) -> dict[str, NDArray[Any]]:
+    """Return the blocks of an NPZ or JSON file, as they are.
+
+    Raises
+    ------
+    FileFormatError
+        If there is no such file, or it is not of its kind.
+    """
+    try:
+        return _read_npz(path) if Path(path).suffix.lower() == ".npz" else _read_json(path)
+    except FileFormatError:
+        raise
+    except FileNotFoundError:
+        raise FileFormatError("no such file", source=str(path)) from None
+    except OSError as error:
+        raise FileFormatError(f"cannot be read: {error.strerror or error}", source=str(path)) from error
+    except ValueError as error:  # a name that no file can have
+        raise FileFormatError(f"cannot be read: {error}", source=repr(str(path))) from None
+
+
+def number_block(blocks: Mapping[str, NDArray[Any]], path: PathLike, name: str, width: int) -> Floats:
+    """Return a block as float64 (N, width), or (N,) for width 0.
+
+    Raises
+    ------
+    FileFormatError
+        If it is missing, holds anything but real numbers, or has another shape.
+    """
+    if name not in blocks:
+        _fail(path, f"missing {name!r}; the file has {', '.join(map(repr, blocks)) or 'nothing'}")
+    wanted = f"wanted numbers of shape {f'(N, {width})' if width else '(N,)'}"
+    block = blocks[name]
+    if block.dtype.kind not in _NUMBERS:  # complex numbers, times and words would be cast without a word
+        _fail(path, f"{name} is not an array of numbers but of {block.dtype}, {wanted}")
+    array = block.astype(np.float64)
+    if width and array.size == 0:
+        array = array.reshape(0, width)
+    if array.ndim != (2 if width else 1) or (width and array.shape[1] != width):
+        _fail(path, f"{name} has shape {array.shape}, {wanted}")
+    return array
+
+
+def word_block(blocks: Mapping[str, NDArray[Any]], path: PathLike, name: str) -> list[str]:
+    """Return a block of words.
+
+    Raises
+    ------
+    FileFormatError
+        If it holds anything but words.
+    """
+    block = blocks[name]
+    if block.ndim != 1 or (block.size and block.dtype.kind != _WORDS):
+        _fail(path, f"{name} is not a row of words but of {block.dtype}, shape {block.shape}")
+    try:
+        return [str(word) for word in block]
+    except (ValueError, SystemError) as error:  # numbers that are no characters: numpy leaves them to Python
+        _fail(path, f"{name} is not a row of words: {error}")
+
+
+def _read_npz(path: PathLike) -> dict[str, NDArray[Any]]:
+    with Path(path).open("rb") as file:
+        try:
+            return _members(file)
+        except OSError:
+            raise
+        except Exception as error:  # junk makes zipfile, zlib and numpy raise almost anything
+            _fail(path, f"not NPZ: {error or type(error).__name__}")
+
+
+def _members(file: BinaryIO) -> dict[str, NDArray[Any]]:
+    """Return the arrays of an archive; nothing is unpacked that its bytes cannot hold."""
+    blocks = {}
+    with zipfile.ZipFile(file) as archive:
+        members = [member for member in archive.infolist() if member.filename.endswith(_MEMBER)]
+        if sum(member.compress_size for member in members) > os.fstat(file.fileno()).st_size:
+            raise ValueError("its members are longer than the file")
+        for member in members:
+            most = _MOST_PER_BYTE * member.compress_size
+            if member.compress_type not in _METHODS or member.file_size > most:
+                raise ValueError(f"{member.filename} is not packed as NPZ is")
+            blocks[member.filename.removesuffix(_MEMBER)] = _array(archive.read(member), member.filename)
+    return blocks
+
+
+def _array(data: bytes, name: str) -> NDArray[Any]:
+    """Return the array of the bytes of an .npy file; it lies within those bytes."""
+    head = io.BytesIO(data)
+    version = npy.read_magic(head)
+    if version not in ((1, 0), (2, 0)):
+        raise ValueError(f"{name} has version {version}, wanted (1, 0) or (2, 0)")
+    read_header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+    shape, fortran_order, dtype = read_header(head)
+    if dtype.hasobject:
+        raise ValueError(f"{name} holds Python objects, wanted numbers or words")
+    return np.ndarray(shape, dtype, buffer=data, offset=head.tell(), order="F" if fortran_order else "C")
+
+
+def _read_json(path: PathLike) -> dict[str, NDArray[Any]]:
+    data = Path(path).read_bytes()
+    try:
+        table = json.loads(data.decode("utf-8-sig"))
+    except json.JSONDecodeError as error:
+        raise FileFormatError(
+            f"not JSON: {error.msg}", source=str(path), line=error.lineno, column=error.colno
+        ) from None
+    except UnicodeDecodeError as error:
+        _fail(path, f"not UTF-8 text: {error.reason}")
+    except RecursionError:
+        _fail(path, "nested too deeply, wanted an object of named columns")
+    except ValueError:  # more digits than Python reads
+        _fail(path, "holds a whole number that is too long")
+    if not isinstance(table, dict):
+        _fail(path, f"holds a {type(table).__name__}, wanted an object of named columns")
+    return {str(name): _column(value, path, str(name)) for name, value in table.items()}
+
+
+def _column(value: Any, path: PathLike, name: str) -> NDArray[Any]:
+    """Return a JSON value as numbers, words, or, where it is neither, objects."""
+    try:
+        array = np.array(value, dtype=object)
+    except (ValueError, RecursionError):
+        _fail(path, f"{name} is nested too deeply")
+    cells = array.ravel().tolist()
+    kinds = set(map(type, cells))
+    if list in kinds:
+        _fail(path, f"holds a column whose rows are not of one length: {name}")
+    if kinds == {str} and not _SPECIAL.keys() >= set(cells):
+        return array.astype(str)
+    if kinds & {str, type(None)}:
+        cells = [_SPECIAL.get(c, c) if c is None or isinstance(c, str) else c for c in cells]
+    if not set(map(type, cells)) <= {float, int}:
+        return array
+    try:
+        return np.array(cells, dtype=np.float64).reshape(array.shape)
+    except OverflowError:
+        _fail(path, f"{name} holds a whole number that is too large")
+
+
+def _fail(path: PathLike, message: str) -> NoReturn:
+    raise FileFormatError(message, source=str(path))

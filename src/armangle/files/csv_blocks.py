@@ -1,0 +1,165 @@
+"""CSV files read block by block: columns found by header, every complaint with line and column."""
+
+from __future__ import annotations
+
+import csv
+import os
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any, NoReturn, TextIO
+
+import numpy as np
+
+from .._arrays import Floats
+from ..errors import FileFormatError
+
+PathLike = str | os.PathLike[str]
+
+BLOCK = 8192
+"""Rows held as text at one time."""
+
+_SEPARATORS = {";": "semicolons", "\t": "tabs"}
+
+
+@dataclass(frozen=True, eq=False)
+class CsvBlock:
+    """Some rows of a file: numbers (n, columns), words by column name, and the line of each row."""
+
+    numbers: Floats
+    words: dict[str, list[str]]
+    lines: list[int]
+
+
+class CsvFile:
+    """A CSV file with a header, read in blocks.
+
+    Parameters
+    ----------
+    path : path
+    required : sequence of str
+        Columns of numbers that must be there; their order is that of `CsvBlock.numbers`.
+    optional : sequence of str
+        Columns of numbers that follow them; NaN where the file has none.
+    words : sequence of str
+        Columns of text that may be there. All other columns are ignored.
+
+    Raises
+    ------
+    FileFormatError
+        With file, line and column (the number of the field, from 1).
+    """
+
+    def __init__(
+        self,
+        path: PathLike,
+        required: Sequence[str],
+        optional: Sequence[str] = (),
+        words: Sequence[str] = (),
+    ) -> None:
+        self.path = path
+        self.required = tuple(required)
+        self.numbers = (*required, *optional)
+        self.words = tuple(words)
+        self.at: dict[str, int] = {}
+
+    def fail(self, message: str, line: int | None = None, name: str | None = None) -> NoReturn:
+        """Raise for a line and the column of a name."""
+        column = None if name is None else self.at[name] + 1
+        raise FileFormatError(message, source=str(self.path), line=line, column=column)
+
+    def blocks(self) -> Iterator[CsvBlock]:
+        """Yield the rows, at most `BLOCK` at a time."""
+        try:
+            with self._open() as file:
+                yield from self._blocks(csv.reader(file, strict=True))
+        except FileNotFoundError:
+            self.fail("no such file")
+        except UnicodeDecodeError as error:
+            self.fail(f"not UTF-8 text: {error.reason}")
+        except OSError as error:
+            self.fail(f"cannot be read: {error.strerror}")
+
+    def _open(self) -> TextIO:
+        try:
+            return Path(self.path).open(encoding="utf-8-sig", newline="")
+        except ValueError as error:  # a name that no file can have
+            raise FileFormatError(f"cannot be read: {error}", source=repr(str(self.path))) from None
+
+    def _blocks(self, reader: Any) -> Iterator[CsvBlock]:
+        width = 0
+        rows: list[list[str]] = []
+        lines: list[int] = []
+        try:
+            for row in reader:
+                if not row or not "".join(row).strip():
+                    continue
+                if not width:
+                    width = self._header(row, reader.line_num)
+                    continue
+                if len(row) != width:
+                    self.fail(f"{len(row)} fields, wanted {width} as in the header", reader.line_num)
+                rows.append(row)
+                lines.append(reader.line_num)
+                if len(rows) == BLOCK:
+                    yield self._block(rows, lines)
+                    rows, lines = [], []
+        except csv.Error as error:
+            self.fail(f"not CSV: {error}", reader.line_num)
+        if not width:
+            self.fail(f"empty, wanted a header with {','.join(self.required)}", 1)
+        if rows:
+            yield self._block(rows, lines)
+
+    def _header(self, row: list[str], line: int) -> int:
+        names = [name.strip() for name in row]
+        for name in (*self.numbers, *self.words):
+            if names.count(name) > 1:
+                self.fail(f"column {name} is there {names.count(name)} times", line)
+        self.at = {name: names.index(name) for name in names if name in (*self.numbers, *self.words)}
+        missing = [name for name in self.required if name not in self.at]
+        if missing:
+            self.fail(f"missing column {', '.join(missing)}; {_hint(names, missing, self.at)}", line)
+        return len(row)
+
+    def _block(self, rows: list[list[str]], lines: list[int]) -> CsvBlock:
+        columns = list(zip(*rows, strict=True))
+        numbers = np.full((len(rows), len(self.numbers)), np.nan)
+        for k, name in enumerate(self.numbers):
+            if name in self.at:
+                cells = columns[self.at[name]]
+                try:
+                    numbers[:, k] = [_number(cell) for cell in cells]
+                except ValueError:
+                    self._fail_at_word(name, cells, lines)
+        words = {name: [c.strip() for c in columns[self.at[name]]] for name in self.words if name in self.at}
+        return CsvBlock(numbers, words, lines)
+
+    def _fail_at_word(self, name: str, cells: Sequence[str], lines: list[int]) -> NoReturn:
+        for cell, line in zip(cells, lines, strict=True):
+            try:
+                _number(cell)
+            except ValueError:
+                what = f"is {cell.strip()!r}" if cell.strip() else "is empty"
+                self.fail(f"{name} {what}, wanted a number", line, name)
+        raise AssertionError(name)
+
+
+def _number(cell: str) -> float:
+    if "_" in cell:  # Python reads 1_000; no other program does
+        raise ValueError
+    return float(cell)
+
+
+def _hint(names: list[str], missing: list[str], known: Collection[str]) -> str:
+    """Return what the header is, and what may have been meant."""
+    for separator, word in _SEPARATORS.items():
+        if separator in names[0]:
+            return f"the file seems to be separated by {word}, wanted commas"
+    free = [name for name in names if name not in known]
+    listed = f"the header has {', '.join(repr(name) for name in names)}"
+    for name in missing:
+        for close in get_close_matches(name, free, n=1):
+            return f"{listed}; column {close!r} may be meant for {name!r}: rename {close!r} to {name!r}"
+    return listed

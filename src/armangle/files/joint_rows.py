@@ -1,0 +1,90 @@
+"""Rows of a joint file: what their columns are, and what cannot stand in them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._arrays import Floats
+from ..arm.configuration import COUNT
+from ..models.description import JOINTS
+from ..status import Status
+
+JOINT_COLUMNS = tuple(f"q{i}" for i in range(1, JOINTS + 1))
+OPTIONAL = ("s", "psi", "gc", "margin")
+NO_GC = -1
+
+_NAMES = {status.name: status for status in Status}
+_S, _PSI, _GC, _ = range(JOINTS, JOINTS + len(OPTIONAL))
+
+Fault = tuple[int, str, str]
+"""Row, column and what is wrong."""
+
+
+def row_fault(numbers: Floats, words: list[str] | None, given: Collection[str]) -> Fault | None:
+    """Return the first fault of joint rows, each judged by itself.
+
+    Parameters
+    ----------
+    numbers : ndarray, shape (N, 11)
+        The columns q1..q7 and `OPTIONAL`; NaN where the file has none.
+    words : list of N str, or None
+        The status.
+    given : names
+        The columns that the file has.
+    """
+    q, s, psi, gc = numbers[:, :JOINTS], numbers[:, _S], numbers[:, _PSI], numbers[:, _GC]
+    if np.isinf(q).any():
+        row, k = (int(i) for i in np.argwhere(np.isinf(q))[0])
+        return row, JOINT_COLUMNS[k], f"{JOINT_COLUMNS[k]} is {q[row, k]}, wanted a joint value in rad"
+    if "s" in given and not np.isfinite(s).all():
+        row = int(np.argmin(np.isfinite(s)))
+        return row, "s", f"s is {s[row]}, wanted a finite number"
+    if np.isinf(psi).any():
+        row = int(np.argmax(np.isinf(psi)))
+        return row, "psi", f"psi is {psi[row]}, wanted an arm angle in rad"
+    good = np.isnan(gc) | np.isin(gc, np.arange(NO_GC, COUNT))
+    if not good.all():
+        row = int(np.argmin(good))
+        return row, "gc", f"gc is {gc[row]:g}, wanted a whole number from 0 to 7, or -1 for none"
+    return None if words is None else _status_fault(q, words)
+
+
+def _status_fault(q: Floats, words: list[str]) -> Fault | None:
+    for row, word in enumerate(words):
+        if word not in _NAMES:
+            return row, "status", f"status is {word!r}, wanted one of {', '.join(_NAMES)}"
+    missing = np.isnan(q) & _are_ok(words)[:, None]
+    if missing.any():
+        row, k = (int(i) for i in np.argwhere(missing)[0])
+        return row, JOINT_COLUMNS[k], f"{JOINT_COLUMNS[k]} is nan in a row with status OK"
+    return None
+
+
+def unsaid_fault(numbers: Floats, status: NDArray[np.int8]) -> Fault | None:
+    """Return the first row with status OK whose psi or gc is missing, where other OK rows have one.
+
+    A file that says psi or gc nowhere is one that does not know it.
+    """
+    ok = status == Status.OK
+    gc = np.where(numbers[:, _GC] == NO_GC, np.nan, numbers[:, _GC])
+    for name, column in (("psi", numbers[:, _PSI]), ("gc", gc)):
+        missing = np.isnan(column) & ok
+        if missing.any() and not missing[ok].all():
+            row = int(np.argmax(missing))
+            return row, name, f"{name} is missing in a row with status OK, and other rows have it"
+    return None
+
+
+def codes(numbers: Floats, words: list[str] | None) -> NDArray[np.int8]:
+    """Return the `Status` of rows: their words, or whether they have joints."""
+    if words is not None:
+        return np.array([_NAMES[word] for word in words], dtype=np.int8)
+    solved = np.isfinite(numbers[:, :JOINTS]).all(axis=1)
+    return np.where(solved, Status.OK, Status.NOT_REACHED).astype(np.int8)
+
+
+def _are_ok(words: list[str]) -> NDArray[np.bool_]:
+    return np.array([word == Status.OK.name for word in words], dtype=np.bool_)

@@ -1,0 +1,105 @@
+"""Sheets: named columns of equal length, and how they look as CSV, NPZ and JSON.
+
+A value is saved as the sheet it stands for; each ending writes any sheet. NaN is ``nan`` in CSV and
+``null`` in JSON, infinities are ``inf`` and ``"inf"``. They are read by :mod:`armangle.files.archive_blocks`.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from .ros import write_joint_trajectory
+
+PathLike = str | os.PathLike[str]
+
+_ROWS_AT_ONCE = 4096
+
+
+@dataclass(frozen=True, eq=False)
+class Sheet:
+    """Columns to be saved.
+
+    Parameters
+    ----------
+    kind : str
+        What it is, such as "joints"; a word in NPZ and JSON files.
+    blocks : mapping of str to ndarray, shape (N,) or (N, k)
+        Numbers or words, in the order of the file.
+    headings : mapping of str to tuple of k str
+        CSV headings of the blocks with more than one column.
+    joint_names : tuple of str
+        Of a trajectory, for YAML.
+    """
+
+    kind: str
+    blocks: Mapping[str, NDArray[Any]]
+    headings: Mapping[str, tuple[str, ...]]
+    joint_names: tuple[str, ...] = ()
+
+
+def ending(path: PathLike) -> str:
+    """Return the ending of a file to be written: .csv, .npz, .json or .yaml.
+
+    Raises
+    ------
+    InputError
+        For any other.
+    """
+    found = Path(path).suffix.lower()
+    if found not in WRITERS:
+        raise InputError(f"{path}: ending {found!r} is not known, wanted one of {', '.join(WRITERS)}")
+    return found
+
+
+def plain(array: NDArray[Any]) -> Any:
+    """Return an array as lists for JSON: null for NaN, "inf" and "-inf" for infinities.
+
+    >>> plain(np.array([1.0, np.nan, -np.inf]))
+    [1.0, None, '-inf']
+    """
+    values = np.asarray(array)
+    if values.dtype.kind != "f" or np.isfinite(values).all():
+        return values.tolist()
+    mixed = values.astype(object)
+    mixed[np.isnan(values)] = None
+    mixed[values == np.inf] = "inf"
+    mixed[values == -np.inf] = "-inf"
+    return mixed.tolist()
+
+
+def _write_csv(sheet: Sheet, file: BinaryIO) -> None:
+    names = [name for block in sheet.blocks for name in sheet.headings.get(block, (block,))]
+    file.write((",".join(names) + "\n").encode())
+    columns = [column for array in sheet.blocks.values() for column in np.atleast_2d(array.T)]
+    for first in range(0, len(columns[0]), _ROWS_AT_ONCE):
+        cells = [column[first : first + _ROWS_AT_ONCE].tolist() for column in columns]
+        texts = (cell if isinstance(cell[0], str) else map(repr, cell) for cell in cells)
+        file.write("".join(",".join(row) + "\n" for row in zip(*texts, strict=True)).encode())
+
+
+def _write_npz(sheet: Sheet, file: BinaryIO) -> None:
+    arrays: dict[str, Any] = {"kind": np.array(sheet.kind), **sheet.blocks}
+    np.savez_compressed(file, **arrays)
+
+
+def _write_json(sheet: Sheet, file: BinaryIO) -> None:
+    table = {"kind": sheet.kind} | {name: plain(array) for name, array in sheet.blocks.items()}
+    file.write(json.dumps(table, allow_nan=False).encode() + b"\n")
+
+
+def _write_yaml(sheet: Sheet, file: BinaryIO) -> None:
+    if not sheet.joint_names:
+        raise InputError(f"{sheet.kind} cannot be saved as .yaml, which is for trajectories")
+    write_joint_trajectory(sheet.joint_names, sheet.blocks, file)
+
+
+WRITERS = {".csv": _write_csv, ".npz": _write_npz, ".json": _write_json, ".yaml": _write_yaml}

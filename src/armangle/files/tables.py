@@ -1,0 +1,294 @@
+"""Files: poses, joints and trajectories as CSV, NPZ and JSON, trajectories for ROS as YAML.
+
+Radians, metres and unit quaternions throughout.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from functools import singledispatch
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _core
+from .._arrays import Floats, Ints, as_floats, raise_problem
+from ..errors import FileFormatError, InputError, ShapeError
+from ..models.description import JOINTS
+from ..motion.joint_path import JointPath
+from ..quaternions import COLUMNS, UNIT_TOLERANCE, poses_from_rows, rows_from_poses
+from ..status import STATUSES
+from ..timing.trajectory import Trajectory
+from .archive_blocks import number_block, read_blocks, word_block
+from .csv_blocks import CsvBlock, CsvFile
+from .joint_rows import JOINT_COLUMNS, NO_GC, OPTIONAL, codes, row_fault, unsaid_fault
+from .replacing import replacing
+from .sheets import WRITERS, Sheet, ending
+
+PathLike = str | os.PathLike[str]
+
+_HEADINGS = {"q": JOINT_COLUMNS, "pose": COLUMNS}
+_RATES = {name: tuple(f"{name}{i}" for i in range(1, JOINTS + 1)) for name in ("qd", "qdd")}
+
+
+@dataclass(frozen=True, eq=False)
+class JointTable:
+    """A joint file: rows of joint values with what is known of them; arrays are read-only.
+
+    Not to be confused with `JointPath`, which also knows its arm and poses.
+
+    Parameters
+    ----------
+    s : ndarray, shape (N,)
+        Path parameter in [0, 1].
+    q : ndarray, shape (N, 7)
+        Joint values, rad; NaN in rows that have no solution.
+    psi : ndarray, shape (N,)
+        Arm angle, rad; NaN where the file does not say.
+    gc : ndarray of int64, shape (N,)
+        Global configuration; -1 where the file does not say.
+    status : ndarray of int8, shape (N,)
+        `Status` of each row.
+    margin : ndarray, shape (N,)
+        Least distance of a joint to one of its limits, rad; NaN where the file does not say.
+    """
+
+    s: Floats
+    q: Floats
+    psi: Floats
+    gc: Ints
+    status: NDArray[np.int8]
+    margin: Floats
+
+    def __post_init__(self) -> None:
+        for name in ("s", "q", "psi", "gc", "status", "margin"):
+            array = getattr(self, name).view()
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+
+    def __len__(self) -> int:
+        return len(self.q)
+
+    def __repr__(self) -> str:
+        return f"<JointTable of {len(self)} rows>"
+
+
+# -- writing -----------------------------------------------------------------------------------------
+
+
+def save(value: Any, path: PathLike) -> None:
+    """Write a value to a file; the ending .csv, .npz, .json or .yaml chooses the format.
+
+    The file is written beside and then renamed: a run that fails leaves the old file, or none.
+
+    Parameters
+    ----------
+    value : JointPath, JointTable, Trajectory, or array_like of shape (4, 4) or (N, 4, 4)
+        A trajectory has the columns t (s), s, q1..q7 (rad), qd1..qd7 (rad/s), qdd1..qdd7 (rad/s²), and alone
+        can be YAML: a ROS ``trajectory_msgs/JointTrajectory``. Any other motion has the columns s, q1..q7
+        (rad), psi (rad), gc, status, margin (rad); poses have x, y, z
+        (m), qw, qx, qy, qz. In NPZ and JSON q1..q7 are one array ``q`` (N, 7), and a pose's seven numbers
+        one array ``pose`` (N, 7).
+    path : path
+        Where to.
+
+    Raises
+    ------
+    InputError, ShapeError, NotFiniteError, NotRotationError
+        If the ending is unknown, or the value cannot be saved.
+    OutputError
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     save(np.eye(4), f"{folder}/home.csv")
+    ...     print(Path(folder, "home.csv").read_text(), end="")
+    x,y,z,qw,qx,qy,qz
+    0.0,0.0,0.0,1.0,0.0,0.0,0.0
+    """
+    write = WRITERS[ending(path)]
+    sheet = sheet_of(value)
+    with replacing(path) as file:
+        write(sheet, file)
+
+
+@singledispatch
+def sheet_of(value: Any) -> Sheet:
+    """Return the columns that a value is saved as; a new type registers its own."""
+    if not isinstance(value, (np.ndarray, list, tuple)):
+        raise InputError(f"a {type(value).__name__} cannot be saved, wanted a path or poses (N, 4, 4)")
+    poses = as_floats("poses", value, (4, 4))
+    if poses.ndim > 3:
+        raise ShapeError(f"poses has shape {poses.shape}, wanted (4, 4) or (N, 4, 4)")
+    frames = poses.reshape(-1, 4, 4)
+    for index, frame in enumerate(frames):
+        problem, number = _core.check_transform(np.ascontiguousarray(frame))
+        if problem:
+            raise_problem((problem, index, number), (len(frames),))
+    return Sheet("poses", {"pose": rows_from_poses(frames)}, _HEADINGS)
+
+
+@sheet_of.register(JointPath)
+@sheet_of.register(JointTable)
+def _(value: JointPath | JointTable) -> Sheet:
+    names = np.array([status.name for status in STATUSES])[value.status]
+    blocks = {name: getattr(value, name) for name in ("s", "q", "psi", "gc")}
+    return Sheet("joints", blocks | {"status": names, "margin": value.margin}, _HEADINGS)
+
+
+@sheet_of.register
+def _(value: Trajectory) -> Sheet:
+    blocks = {name: getattr(value, name) for name in ("t", "s", "q", "qd", "qdd")}
+    return Sheet("trajectory", blocks, _HEADINGS | _RATES, value.path.arm.joint_names)
+
+
+# -- reading -----------------------------------------------------------------------------------------
+
+
+def load_poses(path: PathLike) -> Floats:
+    """Return the poses of a file.
+
+    Parameters
+    ----------
+    path : path
+        CSV with the columns x, y, z (m), qw, qx, qy, qz in any order, others being ignored; or a file
+        ending in .npz or .json, as `save` writes it. A CSV file is read in blocks, never as a whole.
+
+    Returns
+    -------
+    ndarray, shape (N, 4, 4)
+        Tool frames; quaternions are made exactly unit.
+
+    Raises
+    ------
+    FileFormatError
+        With file, line and column: a missing column, a word or NaN for a number, a quaternion whose
+        length is not 1 within 1e-6.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     save(np.eye(4), f"{folder}/home.csv")
+    ...     load_poses(f"{folder}/home.csv").shape
+    (1, 4, 4)
+    """
+    if Path(path).suffix.lower() in (".npz", ".json"):
+        rows = number_block(read_blocks(path), path, "pose", len(COLUMNS))
+        fault = _pose_fault(rows)
+        if fault is not None:
+            raise FileFormatError(f"pose[{fault[0]}]: {fault[2]}", source=str(path))
+        return poses_from_rows(rows)
+    file = CsvFile(path, COLUMNS)
+    parts = [_pose_rows(file, block) for block in file.blocks()]
+    poses = np.empty((sum(map(len, parts)), 4, 4))
+    done = 0
+    for part in parts:
+        poses_from_rows(part, poses[done : done + len(part)])
+        done += len(part)
+    return poses
+
+
+def _pose_rows(file: CsvFile, block: CsvBlock) -> Floats:
+    fault = _pose_fault(block.numbers)
+    if fault is not None:
+        row, column, message = fault
+        file.fail(message, block.lines[row], column)
+    return block.numbers
+
+
+def _pose_fault(rows: Floats) -> tuple[int, str, str] | None:
+    """Return row, column and what is wrong, of the first of rows (N, 7) that is no pose."""
+    infinite = ~np.isfinite(rows)
+    if infinite.any():
+        row, k = (int(i) for i in np.argwhere(infinite)[0])
+        return row, COLUMNS[k], f"{COLUMNS[k]} is {rows[row, k]}, wanted a finite number"
+    length = np.linalg.norm(rows[:, 3:], axis=1)
+    bad = np.abs(length - 1) > UNIT_TOLERANCE
+    if bad.any():
+        row = int(np.argmax(bad))
+        message = f"the quaternion has length {length[row]:.9g}, wanted 1 within {UNIT_TOLERANCE:g}"
+        return row, COLUMNS[3], message
+    return None
+
+
+def load_joints(path: PathLike) -> JointTable:
+    """Return the rows of a joint file, as `save` writes it.
+
+    Parameters
+    ----------
+    path : path
+        CSV with the columns q1..q7 (rad) in any order and, where known, s, psi, gc, status, margin; or a
+        file ending in .npz or .json.
+
+    Returns
+    -------
+    JointTable
+        What the file lacks: s runs evenly from 0 to 1, psi and margin are NaN, gc is -1, and status is
+        OK where all joints are numbers, else NOT_REACHED.
+
+    Raises
+    ------
+    FileFormatError
+        With file, line and column: a missing column, a word for a number, an unknown status, an s that is
+        not finite, a gc that is not a whole number from 0 to 7 (or -1), a row with status OK that lacks a
+        joint, or lacks the psi or gc that other such rows have.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = Path(folder, "a.csv").write_text("q1,q2,q3,q4,q5,q6,q7\\n0,0.5,0,-1,0,1,0\\n")
+    ...     load_joints(f"{folder}/a.csv").q.tolist()
+    [[0.0, 0.5, 0.0, -1.0, 0.0, 1.0, 0.0]]
+    """
+    if Path(path).suffix.lower() in (".npz", ".json"):
+        return _joints_from_blocks(path)
+    file = CsvFile(path, JOINT_COLUMNS, OPTIONAL, ("status",))
+    numbers, status = [np.empty((0, JOINTS + len(OPTIONAL)))], [np.empty(0, dtype=np.int8)]
+    lines = [np.empty(0, dtype=np.int64)]
+    for block in file.blocks():
+        words = block.words.get("status")
+        fault = row_fault(block.numbers, words, file.at)
+        if fault is not None:
+            file.fail(fault[2], block.lines[fault[0]], fault[1])
+        numbers.append(block.numbers)
+        status.append(codes(block.numbers, words))
+        lines.append(np.array(block.lines, dtype=np.int64))
+    rows, outcome = np.concatenate(numbers), np.concatenate(status)
+    fault = unsaid_fault(rows, outcome) if "status" in file.at else None
+    if fault is not None:
+        file.fail(fault[2], int(np.concatenate(lines)[fault[0]]), fault[1])
+    return _joint_table(rows, outcome)
+
+
+def _joints_from_blocks(path: PathLike) -> JointTable:
+    blocks = read_blocks(path)
+    q = number_block(blocks, path, "q", JOINTS)
+    unknown = np.full(len(q), np.nan)
+    columns = [number_block(blocks, path, name, 0) if name in blocks else unknown for name in OPTIONAL]
+    words = word_block(blocks, path, "status") if "status" in blocks else None
+    for name, column in zip((*OPTIONAL, "status"), (*columns, words), strict=True):
+        if column is not None and len(column) != len(q):
+            raise FileFormatError(f"{name} has {len(column)} rows and q has {len(q)}", source=str(path))
+    numbers = np.column_stack([q, *columns])
+    fault = row_fault(numbers, words, blocks)
+    if fault is None:
+        status = codes(numbers, words)
+        fault = unsaid_fault(numbers, status) if words is not None else None
+    if fault is not None:
+        raise FileFormatError(f"row {fault[0]}: {fault[2]}", source=str(path))
+    return _joint_table(numbers, status)
+
+
+def _joint_table(numbers: Floats, status: NDArray[np.int8]) -> JointTable:
+    s, psi, gc, margin = numbers[:, JOINTS:].T
+    if len(s) and np.isnan(s).all():
+        s = np.linspace(0.0, 1.0, len(s))
+    index = np.where(np.isnan(gc), NO_GC, gc).astype(np.int64)
+    return JointTable(s, numbers[:, :JOINTS], psi, index, status, margin)

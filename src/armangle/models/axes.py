@@ -1,0 +1,175 @@
+"""Seven axes in space: where they meet, and why they may not be S-R-S.
+
+Every measure is free of the posture: it compares neighbouring axes only, by their angle, by the
+length of their common perpendicular, and by where two perpendiculars stand on the axis between.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from .chain import FloatArray
+
+UPPER_ARM, FOREARM = 2, 3
+
+_PARALLEL_SINE = 1e-9
+_CENTRES = {"shoulder": (0, 1, 2), "wrist": (4, 5, 6)}
+
+
+@dataclass(frozen=True, eq=False)
+class Axes:
+    """Seven axes as lines at q = 0.
+
+    Parameters
+    ----------
+    points : ndarray of shape (7, 3)
+        A point on each, m.
+    directions : ndarray of shape (7, 3)
+        Unit vectors of positive rotation.
+    """
+
+    points: FloatArray
+    directions: FloatArray
+
+    def squareness_error(self, i: int) -> float:
+        """Return how far axes i and i+1 (from 0) are from a right angle, rad, in [0, pi/2]."""
+        cosine = float(np.abs(self.directions[i] @ self.directions[i + 1]))
+        sine = float(np.linalg.norm(np.cross(self.directions[i], self.directions[i + 1])))
+        return float(np.arctan2(cosine, sine))
+
+    def perpendicular(self, i: int, j: int) -> tuple[float, FloatArray]:
+        """Return the distance (m) of axes i and j, and where on axis j the perpendicular stands."""
+        between = self.points[j] - self.points[i]
+        u, v = self.directions[i], self.directions[j]
+        normal = np.cross(u, v)
+        square = float(normal @ normal)
+        if square < _PARALLEL_SINE**2:
+            foot = self.foot(self.points[i], j)
+            return float(np.linalg.norm(foot - self.points[i])), foot
+        foot = self.points[j] + v * float(np.cross(u, between) @ normal) / square
+        return float(abs(between @ normal)) / square**0.5, foot
+
+    def foot(self, point: FloatArray, i: int) -> FloatArray:
+        """Return the point (3,) of axis i that is nearest to a point (3,), m."""
+        v = self.directions[i]
+        return np.asarray(self.points[i] + v * (v @ (point - self.points[i])), dtype=np.float64)
+
+    def centre(self, where: str) -> FloatArray:
+        """Return the point (3,) nearest to the three axes of the shoulder or wrist, m."""
+        index = list(_CENTRES[where])
+        u = self.directions[index]
+        across = np.eye(3) - u[:, :, None] * u[:, None, :]
+        shift = np.einsum("ijk,ik->j", across, self.points[index] - self.points[index[0]])
+        step = np.linalg.lstsq(across.sum(axis=0), shift, rcond=None)[0]
+        return np.asarray(self.points[index[0]] + step, dtype=np.float64)
+
+    def misses(self, where: str) -> dict[str, float]:
+        """Return the lengths (m), by what they are, that keep three axes from one point."""
+        a, b, c = _CENTRES[where]
+        lengths: dict[str, float] = {}
+        for i, j in pairwise((a, b, c)):
+            lengths[f"axes {i + 1} and {j + 1} pass {{}} apart"] = self.perpendicular(i, j)[0]
+        feet = self.perpendicular(a, b)[1] - self.perpendicular(c, b)[1]
+        what = f"axes {a + 1} and {c + 1} meet axis {b + 1} {{}} apart"
+        lengths[what] = float(np.linalg.norm(feet))
+        return lengths
+
+    def elbow_ends(self) -> tuple[FloatArray, FloatArray]:
+        """Return the points (3,) of axis 4 nearest to axis 3 and to axis 5, m."""
+        return self.perpendicular(2, 3)[1], self.perpendicular(4, 3)[1]
+
+    def worst_miss(self) -> tuple[float, float, float]:
+        """Return how far shoulder, elbow and wrist are from one common point each, m."""
+        upper, fore = self.elbow_ends()
+        return (
+            max(self.misses("shoulder").values()),
+            float(np.linalg.norm(upper - fore)),
+            max(self.misses("wrist").values()),
+        )
+
+    def worst_squareness(self) -> float:
+        """Return how far the worst two neighbours are from a right angle, rad."""
+        return max(self.squareness_error(i) for i in range(len(self.points) - 1))
+
+    def extent(self) -> float:
+        """Return the length of upper arm and forearm together, m."""
+        ends = zip(("shoulder", "wrist"), self.elbow_ends(), strict=True)
+        return sum(float(np.linalg.norm(self.centre(where) - end)) for where, end in ends)
+
+
+@dataclass(frozen=True)
+class Reason:
+    """One reason against S-R-S: a sentence, and how far it puts the tip wrong, m."""
+
+    sentence: str
+    size: float
+    is_length: bool
+
+
+def millimetres(length: float) -> str:
+    """Return a length given in m as text in mm."""
+    return f"{1e3 * length:.4g} mm"
+
+
+def reasons_against(axes: Axes, angle: float, length: float) -> list[Reason]:
+    """Return every reason why the axes are not S-R-S, most telling first.
+
+    Angles are ranked by what they do over the length of the arm.
+
+    Parameters
+    ----------
+    axes : Axes
+        Of the arm.
+    angle : float
+        How far from 90 degrees neighbours may be, rad.
+    length : float
+        How far axes may miss a common point, m.
+    """
+    reasons = [
+        Reason(_square_sentence(i, axes), axes.squareness_error(i) * axes.extent(), False)
+        for i in range(6)
+        if axes.squareness_error(i) > angle
+    ]
+    for where, members in _CENTRES.items():
+        misses = sorted((-miss, what) for what, miss in axes.misses(where).items() if miss > length)
+        if misses:
+            worst = -misses[0][0]
+            names = "axes {}, {} and {}".format(*(i + 1 for i in members))
+            detail = ", ".join(what.format(millimetres(-miss)) for miss, what in misses)
+            sentence = f"{names} miss a common {where} point by {millimetres(worst)} ({detail})"
+            reasons.append(Reason(sentence, worst, True))
+    reasons += _elbow_reasons(axes, length)
+    return sorted(reasons, key=lambda reason: -reason.size)
+
+
+def _square_sentence(i: int, axes: Axes) -> str:
+    """Say that axes i and i+1 (from 0) are not at a right angle."""
+    cosine = float(np.clip(axes.directions[i] @ axes.directions[i + 1], -1.0, 1.0))
+    apart = f"axes {i + 1} and {i + 2} are {np.degrees(np.arccos(cosine)):.6g} deg apart, not 90"
+    if i == UPPER_ARM:
+        return f"the upper arm does not run along axis 3: {apart}"
+    if i == FOREARM:
+        return f"the forearm does not run along axis 5: {apart}"
+    return f"neighbours are not orthogonal: {apart}"
+
+
+def _elbow_reasons(axes: Axes, length: float) -> list[Reason]:
+    """Return what is wrong with the elbow: two elbow points, or an arm of no length."""
+    reasons = []
+    upper, fore = axes.elbow_ends()
+    _, miss, _ = axes.worst_miss()
+    if miss > length:
+        sentence = (
+            "axes 3, 4 and 5 miss a common elbow point: upper arm and forearm are "
+            f"{millimetres(miss)} apart along axis 4"
+        )
+        reasons.append(Reason(sentence, miss, True))
+    for where, part, end in (("shoulder", "upper arm", upper), ("wrist", "forearm", fore)):
+        size = float(np.linalg.norm(axes.centre(where) - end))
+        if size <= length:
+            sentence = f"axis 4 passes through the {where} point: the {part} has no length"
+            reasons.append(Reason(sentence, float("inf"), False))
+    return reasons

@@ -1,0 +1,301 @@
+"""Known robots: one TOML file each, read when asked for.
+
+Lengths are metres. Angles and speeds are degrees, under keys that end in ``_deg``. Every file says
+in words where its numbers come from, which frame is the tip, and which numbers not to trust.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any, NoReturn
+
+import numpy as np
+
+from ..errors import FileFormatError, UnknownRobotError
+from .description import JOINTS, ArmDescription
+
+ROBOTS = Path(__file__).with_name("robots")
+
+_LENGTHS = ("d_bs", "d_se", "d_ew", "d_wf")
+_ELBOW_OFFSETS = ("a_3", "a_4")
+_ANGLES = {"lower_deg": "lower", "upper_deg": "upper"}
+_OPTIONAL_ANGLES = {"offsets_deg": "offsets", "velocity_deg": "velocity"}
+_FRAMES = ("base", "tool")
+_WORDS = ("title", "source", "tip")
+_DOUBTS = ("lengths", "limits", "velocity")
+_TOML_PLACE = re.compile(r"\s*\(at line (\d+), column (\d+)\)")
+_SHORT, _LONG = 6, 10  # decimals
+_SAME = 1e-12  # m or rad: numbers of an import differ by as much from those that were meant
+_MOST_BYTES = 16384  # the longest of the catalogue has not 1024
+_LARGEST = 1e9  # no length in m and no angle in degrees is beyond
+
+
+@dataclass(frozen=True, eq=False)
+class CatalogueEntry:
+    """One robot of the catalogue.
+
+    Parameters
+    ----------
+    name : str
+        The name to ask for.
+    title : str
+        Maker and type.
+    source : str
+        Where the numbers come from, in words.
+    tip : str
+        Which frame the tip is.
+    description : ArmDescription
+        The arm; its notes say what is not trusted.
+    lengths_trusted, limits_trusted, velocity_trusted : bool
+        False where the source is doubtful.
+    """
+
+    name: str
+    title: str
+    source: str
+    tip: str
+    description: ArmDescription
+    lengths_trusted: bool
+    limits_trusted: bool
+    velocity_trusted: bool
+
+
+def catalogue() -> tuple[str, ...]:
+    """Return the names of the known robots, sorted.
+
+    >>> "kuka_iiwa7_r800" in catalogue()
+    True
+    """
+    return tuple(sorted(path.stem for path in ROBOTS.glob("*.toml")))
+
+
+def load_robot(name: str) -> CatalogueEntry:
+    """Return a robot of the catalogue.
+
+    Raises
+    ------
+    UnknownRobotError
+        With the names that are near.
+
+    >>> load_robot("kuka_iiwa7_r800").description.d_bs
+    0.34
+    """
+    known = catalogue()
+    if name not in known:
+        near = _near(str(name), known)
+        hint = f"did you mean {' or '.join(map(repr, near))}?" if near else ", ".join(known)
+        raise UnknownRobotError(f"the catalogue has no robot {name!r}; {hint}")
+    return read_robot(ROBOTS / f"{name}.toml")
+
+
+def _near(name: str, known: Sequence[str]) -> list[str]:
+    """Return the names that hold all words of `name`; else those spelt alike; else those with most words."""
+    words = [word for word in re.split(r"[^a-z0-9]+", name.lower()) if len(word) > 1 or word.isdigit()]
+    held = {robot: sum(word in robot for word in words) for robot in known}
+    most = max(held.values())
+    fullest = [robot for robot in known if most and held[robot] == most]
+    alike = get_close_matches(name, known, n=3)
+    chosen = fullest if most == len(words) else alike or fullest
+    return sorted(chosen, key=lambda robot: alike.index(robot) if robot in alike else len(alike))
+
+
+def read_robot(path: str | os.PathLike[str]) -> CatalogueEntry:
+    """Return the robot of a TOML file; its name is that of the file.
+
+    Raises
+    ------
+    FileFormatError
+        With file and line: no such file, not TOML, a key missing, unknown or of the wrong kind.
+    """
+    path = Path(path)
+    text = _toml_of(path)
+    try:
+        return _Reader(str(path), text, tomllib.loads(text)).entry(path.stem)
+    except tomllib.TOMLDecodeError as error:
+        raise _toml_error(str(error), str(path)) from None
+    except FileFormatError:
+        raise
+    except RecursionError:
+        raise FileFormatError("nested too deeply, wanted plain keys", source=str(path)) from None
+    except ValueError:  # more digits than Python reads, or writes into a message
+        raise FileFormatError("holds a whole number that is too long", source=str(path)) from None
+
+
+def _toml_of(path: Path) -> str:
+    """Return the text of a file, not of a long one: reading a dotted key takes the square of its parts."""
+    try:
+        with path.open("rb") as file:
+            data = file.read(_MOST_BYTES + 1)
+        if len(data) > _MOST_BYTES:
+            raise FileFormatError(f"longer than {_MOST_BYTES} bytes, no robot is", source=str(path))
+        return data.decode("utf-8").replace("\r\n", "\n")
+    except FileFormatError:
+        raise
+    except FileNotFoundError:
+        raise FileFormatError("no such file", source=str(path)) from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise FileFormatError(f"cannot be read: {error}", source=str(path)) from error
+    except ValueError as error:  # a name that no file can have
+        raise FileFormatError(f"cannot be read: {error}", source=repr(str(path))) from None
+
+
+def robot_toml(arm: ArmDescription, *, title: str, source: str, tip: str) -> str:
+    """Return the text of a TOML file that :func:`read_robot` reads back as the same arm.
+
+    Numbers within 1e-12 (m, rad) of a short decimal are written as that. Notes of the arm become comments.
+
+    Parameters
+    ----------
+    arm : ArmDescription
+        The arm.
+    title, source, tip : str
+        Maker and type, where the numbers come from, which frame the tip is.
+    """
+    lines = [f"# {line}" for note in arm.notes for line in note.splitlines()]
+    words = dict(zip(_WORDS, (title, source, tip), strict=True))
+    lines += [f"{key} = {_toml_text(value)}" for key, value in words.items()]
+    lengths = (*_LENGTHS, *(key for key in _ELBOW_OFFSETS if getattr(arm, key)))
+    lines += [f"{key} = {_short(getattr(arm, key))!r}" for key in lengths]
+    lines.append(f"signs = {[int(sign) for sign in arm.signs]}")
+    for key, name in (_OPTIONAL_ANGLES | _ANGLES).items():
+        lines.append(f"{key} = [{', '.join(_degrees_text(v) for v in getattr(arm, name))}]")
+    lines.append(f"joint_names = [{', '.join(_toml_text(name) for name in arm.joint_names)}]")
+    for key in _FRAMES:
+        frame = getattr(arm, key)
+        if not np.array_equal(frame, np.eye(4)):
+            rows = "".join(f"    {[_short(value) for value in row]},\n" for row in frame)
+            lines.append(f"{key} = [\n{rows}]")
+    return "\n".join(lines) + "\n"
+
+
+def _toml_error(message: str, source: str) -> FileFormatError:
+    """Return the error of a file that is not TOML, its place taken out of the message."""
+    place = _TOML_PLACE.search(message)
+    line, column = (int(place[1]), int(place[2])) if place else (None, None)
+    message = f"not TOML: {_TOML_PLACE.sub('', message)}"
+    return FileFormatError(message, source=source, line=line, column=column)
+
+
+def _toml_text(value: str) -> str:
+    """Return a TOML basic string."""
+    escaped = value.replace("\\", "\\\\").replace('"', '\\"')
+    return '"' + "".join(c if c.isprintable() else f"\\u{ord(c):04x}" for c in escaped) + '"'
+
+
+def _degrees_text(angle: float) -> str:
+    """Return an angle (rad) in degrees: rounded where that gives the same angle back."""
+    degrees = _short(math.degrees(angle), math.degrees(_SAME))
+    rounded = round(degrees, _LONG) if math.isfinite(degrees) else degrees
+    return repr(rounded if math.radians(rounded) == angle else degrees)
+
+
+def _short(value: float, same: float = _SAME) -> float:
+    """Return the short decimal that is the same number to within `same`, else the number."""
+    rounded = round(float(value), _SHORT) + 0.0 if math.isfinite(value) else value
+    return float(rounded if abs(rounded - value) <= same else value)
+
+
+class _Reader:
+    """Checks the table of one file key by key."""
+
+    def __init__(self, source: str, text: str, table: dict[str, Any]) -> None:
+        self.source = source
+        self.text = text
+        self.table = table
+
+    def entry(self, name: str) -> CatalogueEntry:
+        self.refuse_unknown_keys()
+        title, source, tip = (self.words(key) for key in _WORDS)
+        doubts = {key: self.doubt(key) for key in _DOUBTS}
+        values: dict[str, Any] = {key: self.number(key) for key in _LENGTHS}
+        values |= {key: self.number(key) for key in _ELBOW_OFFSETS if key in self.table}
+        values |= {field: self.radians(key) for key, field in _ANGLES.items()}
+        values |= {f: self.radians(key) for key, f in _OPTIONAL_ANGLES.items() if key in self.table}
+        values |= {key: self.frame(key) for key in _FRAMES if key in self.table}
+        values["signs"] = self.signs()
+        if "joint_names" in self.table:
+            values["joint_names"] = self.joint_names()
+        values["notes"] = tuple(f"{key} not trusted: {why}" for key, why in doubts.items() if why)
+        self.check_limits(values["lower"], values["upper"])
+        arm, trusted = ArmDescription(name, **values), [not doubts[key] for key in _DOUBTS]
+        return CatalogueEntry(name, title, source, tip, arm, *trusted)
+
+    def fail(self, key: str, message: str) -> NoReturn:
+        """Raise at the line of a key."""
+        found = re.search(rf"^\s*{re.escape(key)}\s*=", self.text, re.MULTILINE)
+        line = self.text.count("\n", 0, found.end()) + 1 if found else None
+        raise FileFormatError(f"{key} {message}", source=self.source, line=line)
+
+    def refuse_unknown_keys(self) -> None:
+        known = {*_WORDS, *_LENGTHS, *_ELBOW_OFFSETS, *_ANGLES, *_OPTIONAL_ANGLES, *_FRAMES}
+        known |= {f"{key}_{what}" for key in _DOUBTS for what in ("trusted", "reason")}
+        known |= {"signs", "joint_names"}
+        for key in self.table.keys() - known:
+            near = get_close_matches(key, known, n=1)
+            self.fail(key, f"is not a key{f'; did you mean {near[0]}?' if near else ''}")
+
+    def get(self, key: str) -> Any:
+        if key not in self.table:
+            self.fail(key, "is missing")
+        return self.table[key]
+
+    def words(self, key: str) -> str:
+        value = self.get(key)
+        if not isinstance(value, str) or not value.strip():
+            self.fail(key, f"is {value!r}, wanted words")
+        return value
+
+    def number(self, key: str) -> float:
+        return self.finite(key, self.get(key))
+
+    def finite(self, key: str, value: Any, allow_infinite: bool = False) -> float:
+        number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        if not number or not (abs(value) <= _LARGEST or (allow_infinite and abs(value) == math.inf)):
+            self.fail(key, f"has {value!r:.40}, wanted a finite number")
+        return float(value)
+
+    def seven(self, key: str) -> list[Any]:
+        values = self.get(key)
+        if not isinstance(values, list) or len(values) != JOINTS:
+            self.fail(key, f"is {values!r}, wanted {JOINTS} values")
+        return values
+
+    def radians(self, key: str) -> tuple[float, ...]:
+        return tuple(math.radians(self.finite(key, v, key != "offsets_deg")) for v in self.seven(key))
+
+    def signs(self) -> tuple[int, ...]:
+        values = self.seven("signs")
+        if any(value not in (1, -1) for value in values):
+            self.fail("signs", f"is {values}, wanted 1 or -1 each")
+        return tuple(int(value) for value in values)
+
+    def joint_names(self) -> tuple[str, ...]:
+        values = self.seven("joint_names")
+        if not all(isinstance(value, str) and value for value in values):
+            self.fail("joint_names", f"is {values}, wanted {JOINTS} names")
+        return tuple(values)
+
+    def frame(self, key: str) -> np.ndarray[Any, np.dtype[np.float64]]:
+        rows = self.get(key)
+        if not isinstance(rows, list) or [isinstance(r, list) and len(r) for r in rows] != [4] * 4:
+            self.fail(key, "is not a 4x4 matrix")
+        return np.array([[self.finite(key, value) for value in row] for row in rows])
+
+    def check_limits(self, lower: tuple[float, ...], upper: tuple[float, ...]) -> None:
+        for joint, (low, high) in enumerate(zip(lower, upper, strict=True), start=1):
+            if low > high:
+                self.fail("lower_deg", f"is above upper_deg at joint {joint}")
+
+    def doubt(self, what: str) -> str:
+        """Return why numbers are not trusted; empty where they are."""
+        trusted = self.table.get(f"{what}_trusted", True)
+        if not isinstance(trusted, bool):
+            self.fail(f"{what}_trusted", f"is {trusted!r}, wanted true or false")
+        return "" if trusted else self.words(f"{what}_reason")

@@ -1,0 +1,140 @@
+"""What is known of an arm before it becomes an ``Arm``: lengths, joint map, frames and limits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import ShapeError
+
+JOINTS = 7
+_INFINITE = (float("inf"),) * JOINTS
+_MINUS_INFINITE = (float("-inf"),) * JOINTS
+
+
+def _frame(value: ArrayLike, name: str) -> NDArray[np.float64]:
+    """Return a read-only copy (4, 4) of a homogeneous matrix."""
+    frame = np.array(value, dtype=np.float64)
+    if frame.shape != (4, 4):
+        raise ShapeError(f"{name} has shape {frame.shape}, wanted (4, 4)")
+    frame.setflags(write=False)
+    return frame
+
+
+def _identity() -> NDArray[np.float64]:
+    return np.eye(4)
+
+
+@dataclass(frozen=True, eq=False)
+class ArmDescription:
+    """Numbers of one S-R-S arm, in the joint coordinates q and frames of its own source.
+
+    The pose of the tip is ``base @ DH(theta) @ tool`` with ``theta_i = signs_i q_i + offsets_i``
+    and the classic Denavit-Hartenberg rows of the paper's Table 1, to which the lateral elbow
+    offsets ``a_3`` and ``a_4`` are added.
+
+    Parameters
+    ----------
+    name : str
+        Name of the arm.
+    d_bs, d_se, d_ew, d_wf : float
+        Base to shoulder, shoulder to elbow, elbow to wrist, wrist to flange, m.
+    a_3, a_4 : float
+        Lateral elbow offsets of links 3 and 4, m; zero for an elbow without offset.
+    signs : tuple of 7 int
+        +1 or -1 for each joint.
+    offsets : tuple of 7 float
+        Zero offsets, rad.
+    base, tool : ndarray of shape (4, 4)
+        Frame of the DH base in the user's base, and of the user's tip in DH frame 7; read-only.
+    lower, upper : tuple of 7 float
+        Joint limits in q, rad; infinite where there is none.
+    velocity : tuple of 7 float
+        Greatest joint speeds, rad/s; infinite where unknown.
+    joint_names : tuple of 7 str
+        Names of the joints in the source.
+    notes : tuple of str
+        What a user should know of these numbers.
+
+    Source: Faria et al. (2018), Table 1 and Eq. (1).
+    """
+
+    name: str
+    d_bs: float
+    d_se: float
+    d_ew: float
+    d_wf: float
+    a_3: float = 0.0
+    a_4: float = 0.0
+    signs: tuple[int, ...] = (1,) * JOINTS
+    offsets: tuple[float, ...] = (0.0,) * JOINTS
+    base: NDArray[np.float64] = field(default_factory=_identity)
+    tool: NDArray[np.float64] = field(default_factory=_identity)
+    lower: tuple[float, ...] = _MINUS_INFINITE
+    upper: tuple[float, ...] = _INFINITE
+    velocity: tuple[float, ...] = _INFINITE
+    joint_names: tuple[str, ...] = tuple(f"joint_{i}" for i in range(1, JOINTS + 1))
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for name in ("signs", "offsets", "lower", "upper", "velocity", "joint_names"):
+            values = getattr(self, name)
+            if len(values) != JOINTS:
+                raise ShapeError(f"{name} has {len(values)} entries, wanted {JOINTS}")
+        object.__setattr__(self, "base", _frame(self.base, "base"))
+        object.__setattr__(self, "tool", _frame(self.tool, "tool"))
+
+
+@dataclass(frozen=True)
+class ImportReport:
+    """How an arm was read from a file, and how well it is met.
+
+    Parameters
+    ----------
+    source : str
+        The file, or what it was.
+    base, tip : str
+        Names of the two links.
+    joint_names : tuple of 7 str
+        From base to tip.
+    shoulder_miss, elbow_miss, wrist_miss : float
+        How far the axes of the file miss the common point, m.
+    angle_miss : float
+        How far the worst two neighbouring axes are from a right angle, rad.
+    residual_position, residual_rotation : float
+        Greatest difference found between the arm and the file's own forward kinematics, m and
+        rad: over ``postures`` random joint vectors, and uphill from the worst of them.
+    postures : int
+        Number of random joint vectors.
+    notes : tuple of str
+        What a user should not trust.
+    """
+
+    source: str
+    base: str
+    tip: str
+    joint_names: tuple[str, ...]
+    shoulder_miss: float
+    elbow_miss: float
+    wrist_miss: float
+    angle_miss: float
+    residual_position: float
+    residual_rotation: float
+    postures: int
+    notes: tuple[str, ...]
+
+    def __str__(self) -> str:
+        """What was read and how exactly it is met, in mm and degrees, a line each."""
+        rows = (
+            ("three shoulder axes miss a point by", self.shoulder_miss * 1e3, "mm"),
+            ("axes 3 and 5 meet axis 4 apart by", self.elbow_miss * 1e3, "mm"),
+            ("three wrist axes miss a point by", self.wrist_miss * 1e3, "mm"),
+            ("neighbouring axes are square within", np.degrees(self.angle_miss), "deg"),
+            ("position agrees with the file within", self.residual_position * 1e3, "mm"),
+            ("orientation agrees with the file within", np.degrees(self.residual_rotation), "deg"),
+        )
+        lines = [f"{self.source}: {self.base} to {self.tip}", f"joints: {', '.join(self.joint_names)}"]
+        lines += [f"{what:39}  {value:.6f} {unit}" for what, value, unit in rows]
+        return "\n".join([*lines, *(f"note: {line}" for line in self.notes)])

@@ -1,0 +1,252 @@
+"""S-R-S arms from seven axes: lengths, signs, zeros and frames, or the reasons why not.
+
+Only the axes as lines at q = 0 count, with the base and tip frames; where a file puts its link
+frames does not. The same arm can be written in several ways. The one chosen here:
+
+- ``d_bs, d_se, d_ew, d_wf >= 0``, which fixes the senses of axes 1, 3, 5 and 7;
+- ``d_bs`` is the height of the shoulder over the base origin, ``d_wf`` the reach of the tip origin
+  over the wrist, both along their axes; what is left beside the axes goes into ``base``, ``tool``;
+- zeros of joints 1 and 7 are nil: a turn about those axes goes into ``base`` and ``tool`` too;
+- of the senses still free, those with the fewest and smallest zeros, then the least turn in
+  ``base``, then the fewest minus signs.
+
+Elbow offsets (lateral, across axis 4) are ``a_3`` and ``a_4``. Shoulder or wrist axes in another
+order (roll, pitch, yaw) are zeros of joints 2 and 6.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+
+from ..errors import InputError, NotSRSError
+from .axes import Axes, millimetres, reasons_against
+from .chain import Chain, FloatArray, chain_of, rigid_inverse
+from .description import JOINTS, ArmDescription, ImportReport
+from .residual import POSTURES, ROUNDING, rotation_angle, worst_difference
+
+ANGLE_TOLERANCE = 1e-5
+LENGTH_TOLERANCE = 2e-5
+MAX_ANGLE = 0.1
+MAX_LENGTH = 0.1
+NEAR_LENGTH = 20e-3
+SUSPICIOUS_VELOCITY = 10.0
+
+_NOISE = 1e-12
+_LENGTH_DIGITS = 12
+_COST_DIGITS = 6
+
+
+def describe_chain(
+    chain: Chain, *, angle: float = ANGLE_TOLERANCE, length: float = LENGTH_TOLERANCE
+) -> tuple[ArmDescription, ImportReport]:
+    """Return the S-R-S arm that a chain of seven joints is.
+
+    Parameters
+    ----------
+    chain : Chain
+        Of seven rotating joints.
+    angle : float, optional
+        How far from right angles neighbouring axes may be, rad.
+    length : float, optional
+        How far axes may miss the shoulder, elbow and wrist points, m. Elbow offsets and lengths
+        up to it are taken as zero.
+
+    Returns
+    -------
+    ArmDescription
+        Exactly S-R-S, in the joint coordinates and frames of the chain.
+    ImportReport
+        How far the chain itself is from that.
+
+    Raises
+    ------
+    NotSRSError
+        With all the reasons.
+    """
+    _check_tolerances(angle, length)
+    axes = Axes(*chain.lines())
+    _refuse_unless_srs(chain, axes, angle, length)
+    arm = _with_tool(chain, axes, min(_writings(chain, axes, length), key=_cost))
+    return arm, _report(chain, axes, arm)
+
+
+def _check_tolerances(angle: float, length: float) -> None:
+    """Raise :class:`InputError` unless both tolerances make sense."""
+    for name, value, most in (("angle", angle, MAX_ANGLE), ("length", length, MAX_LENGTH)):
+        if not 0.0 <= value <= most:
+            raise InputError(f"tolerance {name} is {value}, wanted 0 to {most}")
+
+
+def _refuse_unless_srs(chain: Chain, axes: Axes, angle: float, length: float) -> None:
+    """Raise :class:`NotSRSError` unless the axes are S-R-S within the tolerances."""
+    reasons = reasons_against(axes, angle, length)
+    if not reasons:
+        return
+    worst = max(reason.size for reason in reasons)
+    near = all(reason.is_length for reason in reasons) and worst <= NEAR_LENGTH
+    sentences = tuple(reason.sentence for reason in reasons)
+    message = f"{chain.name!r} ({chain.base} to {chain.tip}) is not S-R-S: {'; '.join(sentences)}."
+    if near:
+        message += (
+            f" It is near S-R-S: nothing is off by more than {millimetres(worst)}; a length "
+            "tolerance above that takes it as the nearest S-R-S arm and reports the residual."
+        )
+    raise NotSRSError(message, sentences, near)
+
+
+def _writings(chain: Chain, axes: Axes, length: float) -> Iterator[ArmDescription]:
+    """Yield the arm, without its tool, in every choice of senses with no negative length."""
+    shoulder, wrist = axes.centre("shoulder"), axes.centre("wrist")
+    elbow = np.mean(axes.elbow_ends(), axis=0)
+    spans = {0: shoulder, 2: elbow - shoulder, 4: wrist - elbow, 6: _tip(chain) - wrist}
+    choices: list[tuple[int, ...]] = [(1, -1)] * JOINTS
+    for joint, span in spans.items():
+        along = float(span @ axes.directions[joint])
+        if abs(along) > length:
+            choices[joint] = (1,) if along > 0.0 else (-1,)
+    for signs in product(*choices):
+        yield _write(chain, axes, signs, spans, length)
+
+
+def _tip(chain: Chain) -> FloatArray:
+    """Return the origin (3,) of the tip at q = 0, m."""
+    return np.asarray(chain.forward(np.zeros(JOINTS))[:3, 3], dtype=np.float64)
+
+
+def _write(
+    chain: Chain,
+    axes: Axes,
+    signs: tuple[int, ...],
+    spans: dict[int, FloatArray],
+    length: float,
+) -> ArmDescription:
+    """Return the arm for one choice of signs.
+
+    The z axes of the DH frames at q = 0 are the signed axes; each x axis is the common normal of
+    two of them, on the side that the twists (-, +, +, -, -, +) of the paper's Table 1 say.
+    """
+    z = _orthogonal_neighbours(axes.directions * np.array(signs)[:, None])
+    twists = (-1, 1, 1, -1, -1, 1)
+    x = [t * np.cross(z[i], z[i + 1]) for i, t in enumerate(twists)]
+    turns = [_angle_about(z[i], x[i - 1], x[i]) for i in range(1, 6)]
+
+    def size(joint: int, direction: FloatArray) -> float:
+        along = float(spans[joint] @ direction)
+        return 0.0 if abs(along) <= length else _rounded(along)
+
+    d_bs = size(0, z[0])
+    base = np.eye(4)
+    base[:3, :3] = np.column_stack([x[0], z[1], z[0]])
+    base[:3, 3] = spans[0] - d_bs * z[0]
+    return ArmDescription(
+        name=chain.name,
+        d_bs=d_bs,
+        d_se=size(2, z[2]),
+        d_ew=size(4, z[4]),
+        d_wf=size(6, z[6]),
+        a_3=size(2, x[2]),
+        a_4=size(4, x[3]),
+        signs=signs,
+        offsets=(0.0, *turns, 0.0),
+        base=_tidy(base, axes),
+    )
+
+
+def _with_tool(chain: Chain, axes: Axes, arm: ArmDescription) -> ArmDescription:
+    """Return the arm with the tool that meets the tip at q = 0, and the chain's own limits."""
+    zero = np.zeros(JOINTS)
+    tool = rigid_inverse(chain_of(arm).forward(zero)) @ chain.forward(zero)
+    return replace(
+        arm,
+        tool=_tidy(tool, axes),
+        lower=tuple(joint.lower for joint in chain.joints),
+        upper=tuple(joint.upper for joint in chain.joints),
+        velocity=tuple(joint.velocity for joint in chain.joints),
+        joint_names=tuple(joint.name for joint in chain.joints),
+        notes=(*chain.notes, *_velocity_notes(chain)),
+    )
+
+
+def _orthogonal_neighbours(directions: FloatArray) -> FloatArray:
+    """Return seven unit vectors (7, 3), each made orthogonal to the one before it.
+
+    Axis 1 is made orthogonal to axis 2, which stays as it is.
+    """
+    z = directions.copy()
+    for i, fixed in ((0, 1), (2, 1), (3, 2), (4, 3), (5, 4), (6, 5)):
+        z[i] -= (z[i] @ z[fixed]) * z[fixed]
+        z[i] /= np.linalg.norm(z[i])
+    return z
+
+
+def _angle_about(axis: FloatArray, start: FloatArray, end: FloatArray) -> float:
+    """Return the angle (rad, in (-pi, pi]) about ``axis`` that turns ``start`` to ``end``."""
+    angle = math.atan2(float(axis @ np.cross(start, end)), float(start @ end))
+    quarter = round(angle / (math.pi / 2.0))
+    if abs(angle - quarter * math.pi / 2.0) <= _NOISE:
+        return abs(quarter) * math.pi / 2.0 if abs(quarter) == 2 else quarter * math.pi / 2.0
+    return angle
+
+
+def _rounded(value: float) -> float:
+    return round(value, _LENGTH_DIGITS)
+
+
+def _tidy(frame: FloatArray, axes: Axes) -> FloatArray:
+    """Return the frame (4, 4) with 0, 1 and -1 for what differs from them by rounding only.
+
+    For axes that are S-R-S within a tolerance only, what differs within the default tolerances
+    counts as rounding too.
+    """
+    exact = max(*axes.worst_miss(), axes.worst_squareness()) <= ROUNDING
+    turn, shift = (_NOISE, _NOISE) if exact else (ANGLE_TOLERANCE, LENGTH_TOLERANCE)
+    tidy = frame + 0.0
+    tidy[:3, 3] = np.where(np.abs(frame[:3, 3]) <= shift, 0.0, frame[:3, 3])
+    whole = np.round(frame[:3, :3])
+    if np.abs(frame[:3, :3] - whole).max() <= turn:
+        tidy[:3, :3] = whole + 0.0
+    return tidy
+
+
+def _cost(arm: ArmDescription) -> tuple[int, float, float, int, tuple[int, ...]]:
+    """Return what makes one writing of the arm worse than another."""
+    zeros = [abs(offset) for offset in arm.offsets]
+    some = sum(zero > ANGLE_TOLERANCE for zero in zeros)
+    turned = float(rotation_angle(arm.base - np.eye(4)))
+    minus = tuple(int(sign < 0) for sign in arm.signs)
+    return some, round(sum(zeros), _COST_DIGITS), round(turned, _COST_DIGITS), sum(minus), minus
+
+
+def _velocity_notes(chain: Chain) -> tuple[str, ...]:
+    """Return a note for each speed that looks like a template's."""
+    return tuple(
+        f"velocity of joint {joint.name!r} is {joint.velocity:.4g} rad/s "
+        f"({math.degrees(joint.velocity):.4g} deg/s): not trusted"
+        for joint in chain.joints
+        if SUSPICIOUS_VELOCITY <= joint.velocity < math.inf
+    )
+
+
+def _report(chain: Chain, axes: Axes, arm: ArmDescription) -> ImportReport:
+    """Return how far the chain is from the arm."""
+    position, rotation = worst_difference(chain_of(arm), chain)
+    shoulder, elbow, wrist = axes.worst_miss()
+    return ImportReport(
+        source=chain.source,
+        base=chain.base,
+        tip=chain.tip,
+        joint_names=arm.joint_names,
+        shoulder_miss=shoulder,
+        elbow_miss=elbow,
+        wrist_miss=wrist,
+        angle_miss=axes.worst_squareness(),
+        residual_position=position,
+        residual_rotation=rotation,
+        postures=POSTURES,
+        notes=arm.notes,
+    )

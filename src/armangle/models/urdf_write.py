@@ -1,0 +1,86 @@
+"""The text of a kinematic URDF."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from xml.etree import ElementTree
+
+from ..errors import LimitError
+from .chain import FloatArray, Joint, chain_of, to_rpy
+from .description import JOINTS, ArmDescription
+
+_WRITTEN_DIGITS = 15
+
+
+def write_urdf(arm: ArmDescription) -> str:
+    """Return the text of a kinematic URDF, from link ``base`` to link ``tip``.
+
+    Read back, it gives the same forward kinematics, limits, speeds and joint names. Signs, zeros
+    and lengths come back in their canonical form (see :mod:`armangle.models.detect`).
+
+    Raises
+    ------
+    LimitError
+        A joint limited on one side only, which URDF cannot say.
+    """
+    chain = chain_of(arm)
+    links = [chain.base, *(f"link_{i}" for i in range(1, JOINTS + 1)), chain.tip]
+    robot = ElementTree.Element("robot", name=arm.name or "arm")
+    for link in links:
+        ElementTree.SubElement(robot, "link", name=link)
+    for index, joint in enumerate(chain.joints):
+        element = _write_joint(robot, joint.name, _kind(joint), links[index : index + 2])
+        _write_origin(element, joint.origin)
+        ElementTree.SubElement(element, "axis", xyz=_text(joint.axis))
+        _write_limit(element, joint)
+    element = _write_joint(robot, _free_name("tool", arm.joint_names), "fixed", links[-2:])
+    _write_origin(element, chain.tip_origin)
+    ElementTree.indent(robot)
+    return ElementTree.tostring(robot, encoding="unicode", xml_declaration=True) + "\n"
+
+
+def _write_joint(
+    robot: ElementTree.Element, name: str, kind: str, links: Sequence[str]
+) -> ElementTree.Element:
+    """Append a joint between two links and return it."""
+    joint = ElementTree.SubElement(robot, "joint", name=name, type=kind)
+    ElementTree.SubElement(joint, "parent", link=links[0])
+    ElementTree.SubElement(joint, "child", link=links[1])
+    return joint
+
+
+def _write_origin(joint: ElementTree.Element, frame: FloatArray) -> None:
+    ElementTree.SubElement(joint, "origin", xyz=_text(frame[:3, 3]), rpy=_text(to_rpy(frame)))
+
+
+def _kind(joint: Joint) -> str:
+    """Return ``continuous`` for a joint without limits, else ``revolute``."""
+    limited = [math.isfinite(limit) for limit in (joint.lower, joint.upper)]
+    if any(limited) and not all(limited):
+        raise LimitError(
+            f"joint {joint.name!r} has limits [{joint.lower:g}, {joint.upper:g}]; "
+            "URDF cannot say a limit on one side only"
+        )
+    return "revolute" if all(limited) else "continuous"
+
+
+def _write_limit(element: ElementTree.Element, joint: Joint) -> None:
+    """Append the limits; a speed that is not known is written as 0."""
+    known = math.isfinite(joint.velocity)
+    limit = {"effort": "0", "velocity": repr(float(joint.velocity)) if known else "0"}
+    if element.get("type") == "revolute":
+        limit |= {"lower": repr(float(joint.lower)), "upper": repr(float(joint.upper))}
+    if known or element.get("type") == "revolute":
+        ElementTree.SubElement(element, "limit", limit)
+
+
+def _text(values: Iterable[float]) -> str:
+    return " ".join(repr(round(float(value), _WRITTEN_DIGITS) + 0.0) for value in values)
+
+
+def _free_name(wanted: str, taken: Sequence[str]) -> str:
+    """Return ``wanted``, with underscores added while it is taken."""
+    while wanted in taken:
+        wanted += "_"
+    return wanted

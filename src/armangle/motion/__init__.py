@@ -1,0 +1,1 @@
+"""How an arm moves: paths of the tool, steps, sequences of steps, whole plans."""

@@ -1,0 +1,256 @@
+"""JointPath: a motion in joint space along poses, as `follow` and `plan` return it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .. import _core
+from .._arrays import Floats, Ints
+from ..arm.arm import Arm
+from ..arm.diagnosis import Diagnosis
+from ..errors import PathError, UnreachableError
+from ..status import STATUSES, Status
+from .curve import Curve
+from .paths import Path, checked_parameters
+
+
+class PathPoint(NamedTuple):
+    """Where a path is at s: ``q (..., 7)`` rad, ``psi (...)`` rad, ``gc (...)``, ``pose (..., 4, 4)`` m.
+
+    Beyond the s that was reached q and psi are NaN, and gc is -1.
+    """
+
+    q: Floats
+    psi: Floats | np.float64
+    gc: Ints | np.int64
+    pose: Floats
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class JointPath:
+    """A motion along poses: one row a pose. Arrays are read-only; rows not reached are NaN, gc -1.
+
+    Parameters
+    ----------
+    arm : Arm
+        The arm that moves.
+    s : ndarray, shape (N,)
+        Path parameter in [0, 1].
+    poses : ndarray, shape (N, 4, 4)
+        Tool frames asked for, m.
+    q : ndarray, shape (N, 7)
+        Joint values, rad, lifted continuously over ±π.
+    psi : ndarray, shape (N,)
+        Arm angle, rad, lifted continuously.
+    gc : ndarray of int64, shape (N,)
+        Global configuration of each row.
+    status : ndarray of int8, shape (N,)
+        `Status` of each row.
+    margin : ndarray, shape (N,)
+        Least distance of a joint to one of its limits, rad.
+    residual : ndarray, shape (N,)
+        Distance of the tool's origin from its pose, m.
+    certified : bool
+        Whether limits and margins are proven between the rows too, on all of [0, 1]; never by `follow`.
+    uncertified : ndarray, shape (k, 2)
+        The ranges of s that are not proven.
+    diagnosis : Diagnosis or None
+        What `plan` found for every global configuration, best first: the ranking, or why there is no path.
+    path : Path or None
+        Where the tool goes between the rows; straight and by shortest rotations where None.
+    curve : Curve or None
+        The arm angle between the rows; linear where None.
+    start : ndarray, shape (7,), or None
+        The joints before the first pose, rad, of `follow`.
+    """
+
+    arm: Arm
+    s: Floats
+    poses: Floats
+    q: Floats
+    psi: Floats
+    gc: Ints
+    status: NDArray[np.int8]
+    margin: Floats
+    residual: Floats
+    certified: bool = False
+    uncertified: Floats = field(default_factory=lambda: np.array([[0.0, 1.0]]))
+    diagnosis: Diagnosis | None = None
+    path: Path | None = None
+    curve: Curve | None = None
+    start: Floats | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("s", "poses", "q", "psi", "gc", "status", "margin", "residual", "uncertified"):
+            array = getattr(self, name).view()
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self.__post_init__()  # arrays of a copy are read-only too
+
+    def __len__(self) -> int:
+        return len(self.s)
+
+    @property
+    def ok(self) -> bool:
+        """Whether every pose is solved within all limits."""
+        return bool((self.status == Status.OK).all())
+
+    @property
+    def first_failure(self) -> int | None:
+        """Index of the first row that is not OK, or None."""
+        bad = np.flatnonzero(self.status != Status.OK)
+        return int(bad[0]) if len(bad) else None
+
+    def at(self, s: ArrayLike) -> PathPoint:
+        """Return the motion at any s: the closed-form inverse at the pose and the arm angle there.
+
+        Always on the path, to 1e-12; never an interpolation of joints. Where the path has neither `path` nor
+        `curve` (from `follow`) the tool goes straight and by the shortest rotation from pose to pose, and the
+        elbow turns evenly.
+
+        Parameters
+        ----------
+        s : array_like, shape (...)
+            Path parameter in [0, 1].
+
+        Returns
+        -------
+        PathPoint
+            Fields ``q, psi, gc, pose``.
+
+        Raises
+        ------
+        InputError
+            If an s is not in [0, 1].
+        PathError
+            If no row is solved, or a path of `follow` is not whole.
+        """
+        at = checked_parameters(s)
+        curve = self._curve()
+        flat = at.reshape(-1)
+        inside = flat <= curve.end
+        q, psi = np.full((at.size, 7), np.nan), np.full(at.size, np.nan)
+        placed = curve.at(self.arm._core, np.ascontiguousarray(flat[inside]))
+        q[inside], psi[inside] = placed.q, placed.psi
+        pose = np.empty((at.size, 4, 4))
+        _core.path_poses(curve.segments, np.ascontiguousarray(flat), pose)
+        gc = np.where(inside, curve.gc, -1)
+        shape = at.shape
+        return PathPoint(
+            q.reshape(*shape, 7), psi.reshape(shape)[()], gc.reshape(shape)[()], pose.reshape(*shape, 4, 4)
+        )
+
+    def derivatives(self, s: ArrayLike) -> Floats:
+        """Return dq/ds, d²q/ds², d³q/ds³ at s in closed form, by Taylor arithmetic through the inverse.
+
+        Parameters
+        ----------
+        s : array_like, shape (...)
+            Path parameter in [0, 1]; at one of ``path.breaks`` the later piece counts.
+
+        Returns
+        -------
+        ndarray, shape (..., 3, 7)
+            rad per unit of s, and of its square and cube; NaN beyond the s that was reached.
+
+        Raises
+        ------
+        InputError, PathError
+            As `at`.
+        """
+        at = checked_parameters(s)
+        curve = self._curve()
+        flat = at.reshape(-1)
+        inside = flat <= curve.end
+        out = np.full((at.size, 3, 7), np.nan)
+        out[inside] = curve.derivatives(self.arm._core, np.ascontiguousarray(flat[inside]))
+        return out.reshape(*at.shape, 3, 7)
+
+    def _curve(self) -> Curve:
+        if self.curve is not None:
+            return self.curve
+        one_branch = len(self) > 0 and bool((self.gc == self.gc[0]).all())
+        if self.diagnosis is not None or not self.ok or not one_branch:
+            raise PathError(f"the path has no values between its rows: {self.explain()}")
+        segments = np.empty((max(len(self) - 1, 1), _core.SEGMENT_WIDTH))
+        _core.path_waypoints(np.ascontiguousarray(self.poses), segments)
+        rows = self.s, self.q, self.psi
+        if len(self) == 1:
+            rows = np.array([0.0, 1.0]), np.repeat(self.q, 2, axis=0), np.repeat(self.psi, 2)
+        plane, stretches = self.arm._core.curve_through(
+            segments, *map(np.ascontiguousarray, rows), int(self.gc[0])
+        )
+        curve = Curve(segments, stretches, plane, int(self.gc[0]))
+        object.__setattr__(self, "curve", curve)
+        return curve
+
+    def explain(self) -> str:
+        """Return in words whether the path holds, and if not, where and why it fails."""
+        if self.diagnosis is not None and not self.ok:
+            return self.diagnosis.explain()
+        at = self.first_failure
+        one = len(self) == 1
+        if at is None:
+            proven = ", and proven between them" if self.certified else ""
+            count = "The one pose is" if one else f"All {len(self)} poses are"
+            return f"{count} solved within all limits{proven}.{self._unproven()}"
+        done = int((self.status == Status.OK).sum())
+        sentence = STATUSES[self.status[at]].sentence
+        if one:
+            return f"The one pose is not solved. {sentence}{self._detail(at)}"
+        where = f"pose {at} (s = {self.s[at]:.4g}) is the first that is not"
+        return f"{done} of {len(self)} poses are solved; {where}. {sentence}{self._detail(at)}"
+
+    def _unproven(self) -> str:
+        """Return where a planned path is not proven, as a sentence with a space before it, or nothing."""
+        if self.certified or self.diagnosis is None:
+            return ""
+        ranges = ", ".join(f"{lower:.4g} to {upper:.4g}" for lower, upper in self.uncertified[:5])
+        more = ", and more" if len(self.uncertified) > 5 else ""
+        return f" Between them it is not proven for s from {ranges}{more}."
+
+    def _detail(self, at: int) -> str:
+        """Return by how much pose `at` fails, as a sentence with a space before it, or nothing."""
+        if not np.isfinite(self.poses[at]).all():
+            return ""
+        if self.status[at] == Status.UNREACHABLE:
+            try:
+                self.arm.inverse(self.poses[at], 0.0, 0)
+            except UnreachableError as error:
+                return f" {str(error).capitalize()}."
+        solved = np.flatnonzero(self.status[:at] == Status.OK)
+        before = self.q[solved[-1]] if len(solved) else self.start
+        if self.status[at] != Status.JOINT_JUMP or before is None:
+            return ""
+        outside = np.maximum(self.arm.lower - before, before - self.arm.upper)
+        if outside.max() > 0:
+            joint = int(np.argmax(outside))
+            degrees = np.degrees(outside[joint])
+            return f" Joint {joint + 1} starts {degrees:.4g} deg outside its limits."
+        _, psi, gc = self.arm.forward(before, undefined="nan")
+        if not np.isfinite(psi):
+            return ""
+        held = self.arm.inverse(self.poses[at], psi, gc, seed=before, unreachable="nan")
+        move = np.abs(held - before)
+        if not np.isfinite(move).all():
+            return ""
+        joint = int(np.argmax(move))
+        return f" With the arm angle held, joint {joint + 1} would move {np.degrees(move[joint]):.4g} deg."
+
+    def raise_for_status(self) -> None:
+        """Raise `PathError` with the explanation, unless the path is ok."""
+        if not self.ok:
+            raise PathError(self.explain())
+
+    def __repr__(self) -> str:
+        state = "ok" if self.ok else f"fails at row {self.first_failure}"
+        if self.certified:
+            state = "certified"
+        return f"<JointPath of {len(self)} pose{'s' * (len(self) != 1)}, {state}>"

@@ -1,0 +1,81 @@
+"""What `step` and `follow` share: their options as the core takes them, and the arcs that the user allows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Literal
+
+import numpy as np
+
+from .. import _core
+from .._arrays import Floats, as_gc, as_number
+from ..arm.arcs import ArcSet
+from ..arm.arm import MOST_MARGIN
+from ..arm.configuration import COUNT as CONFIGURATIONS
+from ..errors import ConfigurationError, InputError
+from .policies import POLICIES, Policy
+
+Carry = Literal["psi", "elbow"]
+Allowed = ArcSet | Callable[[Floats], ArcSet]
+Options = tuple[int | None, Carry, float | None, float]
+
+MAX_JOINT_STEP: float = _core.MAX_JOINT_STEP
+_CARRIES: tuple[Carry, ...] = ("psi", "elbow")
+
+
+def checked_options(
+    gc: int | None, carry: Carry, max_joint_step: float | None, singularity_margin: float
+) -> Options:
+    """Return options of any numeric type as those the core reads, or raise."""
+    if not isinstance(carry, str) or carry not in _CARRIES:
+        raise InputError(f"carry is {carry!r}, wanted 'psi' or 'elbow'")
+    if gc is not None:
+        wanted = as_gc(gc)
+        if wanted.ndim or not 0 <= wanted < CONFIGURATIONS:
+            raise ConfigurationError(f"gc is {gc!r}, wanted an integer from 0 to 7")
+        gc = int(wanted)
+    if max_joint_step is not None:
+        max_joint_step = as_number("max_joint_step", max_joint_step, 0.0, np.inf, low_open=True)
+    margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
+    plain = _CARRIES[_CARRIES.index(carry)]  # no subclass of str
+    return gc, plain, max_joint_step, margin
+
+
+def core_policy(policy: Policy, dt: float | None) -> Any:
+    """Return a policy as the core takes it, for a step of `dt` s."""
+    if not isinstance(policy, POLICIES):
+        raise InputError(f"policy is {policy!r}, wanted Repulsion, Hold or Centre")
+    return policy.core_policy(dt)
+
+
+def one_allowed(allowed: Allowed, pose: Floats) -> tuple[Any, Any]:
+    arcs = _checked(allowed_arcs(allowed, pose))
+    return arcs._count, arcs._psi
+
+
+def allowed_arcs(allowed: Allowed, poses: Floats) -> ArcSet:
+    """Return the user's arcs for poses (..., 4, 4): one set, or one a pose."""
+    if isinstance(allowed, ArcSet):
+        return _few(allowed)
+    if not callable(allowed):
+        raise InputError(f"allowed is {allowed!r}, wanted an ArcSet or a function of a pose")
+    sets = [_checked(allowed(pose)) for pose in poses.reshape(-1, 4, 4)]
+    arrays = [
+        np.concatenate([getattr(arcs, name) for arcs in sets])
+        for name in ("_count", "_psi", "_joint", "_side", "_value", "_status")
+    ]
+    return ArcSet._from_core(poses.shape[:-2], tuple(arrays))
+
+
+def _checked(arcs: object) -> ArcSet:
+    if not isinstance(arcs, ArcSet) or arcs.shape:
+        raise InputError(f"allowed gives {arcs!r}, wanted an ArcSet of shape ()")
+    return _few(arcs)
+
+
+def _few(arcs: ArcSet) -> ArcSet:
+    """Return the arcs, as few as can be intersected with any feasible ones (up to 16) without loss."""
+    most = _core.ARC_CAPACITY // 2
+    if (arcs._count > most).any():
+        raise InputError(f"allowed holds {int(arcs._count.max())} arcs, wanted at most {most}")
+    return arcs

@@ -1,0 +1,274 @@
+"""Paths of the tool: a line, an arc, a screw, or through given poses; poses and derivatives at any s."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .. import _core
+from .._arrays import Floats, as_floats, as_number, raise_problem
+from ..errors import InputError, NotFiniteError, ShapeError
+
+LineOrientation = Literal["shortest", "fixed"]
+ArcOrientation = Literal["shortest", "fixed", "carried"]
+_LARGEST_TURN = 1e3  # rad
+_ORDERS = 3
+
+
+def _pose(name: str, value: ArrayLike) -> Floats:
+    frame = np.ascontiguousarray(as_floats(name, value, (4, 4))).copy()
+    if frame.ndim != 2:
+        raise ShapeError(f"{name} has shape {frame.shape}, wanted (4, 4)")
+    problem, number = _core.check_transform(frame)
+    if problem:
+        try:
+            raise_problem((problem, 0, number), ())
+        except InputError as error:
+            raise type(error)(str(error).replace("pose", name, 1)) from None
+    frame.setflags(write=False)
+    return frame
+
+
+def _vector(name: str, value: ArrayLike) -> Floats:
+    vector = np.ascontiguousarray(as_floats(name, value, (3,))).copy()
+    if vector.ndim != 1:
+        raise ShapeError(f"{name} has shape {vector.shape}, wanted (3,)")
+    if not np.isfinite(vector).all():
+        raise NotFiniteError(f"{name} is {vector.tolist()}, wanted finite numbers")
+    vector.setflags(write=False)
+    return vector
+
+
+def _choice(value: str, allowed: tuple[str, ...]) -> None:
+    if not isinstance(value, str) or value not in allowed:
+        raise InputError(f"orientation is {value!r:.100}, wanted one of {', '.join(map(repr, allowed))}")
+
+
+class Path:
+    """A motion of the tool over s in [0, 1]: what lines, arcs, screws and waypoints have in common."""
+
+    _segments: Floats
+
+    def _set(self, **values: Any) -> None:
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+
+    @property
+    def breaks(self) -> Floats:
+        """The s where one piece ends and the next begins, 0 and 1 among them, shape (k,)."""
+        return np.append(self._segments[:, 0], 1.0)
+
+    def pose(self, s: ArrayLike) -> Floats:
+        """Return the tool's pose.
+
+        Parameters
+        ----------
+        s : array_like, shape (...)
+            Path parameter in [0, 1].
+
+        Returns
+        -------
+        ndarray, shape (..., 4, 4)
+            Tool frames, positions in m.
+
+        Raises
+        ------
+        InputError
+            If an s is not in [0, 1].
+        """
+        at = checked_parameters(s)
+        out = np.empty((at.size, 4, 4))
+        _core.path_poses(self._segments, np.ascontiguousarray(at).reshape(-1), out)
+        return out.reshape(*at.shape, 4, 4)
+
+    def derivative(self, s: ArrayLike, order: int = 1) -> Floats:
+        """Return the twist along the path, or its derivatives, with respect to s.
+
+        Parameters
+        ----------
+        s : array_like, shape (...)
+            Path parameter in [0, 1]; where two pieces join, the later one counts.
+        order : 1, 2 or 3
+            1: velocity and angular velocity per unit of s; 2 and 3: their first and second derivatives.
+
+        Returns
+        -------
+        ndarray, shape (..., 6)
+            Of the tool's origin (m), then of the rotation (rad), both in the frame of the poses.
+
+        Raises
+        ------
+        InputError
+            If an s is not in [0, 1], or the order is none of 1, 2, 3.
+        """
+        if order not in range(1, _ORDERS + 1):
+            raise InputError(f"order is {order!r:.100}, wanted 1, 2 or 3")
+        at = checked_parameters(s)
+        out = np.empty((at.size, _ORDERS, 6))
+        _core.path_derivatives(self._segments, np.ascontiguousarray(at).reshape(-1), out)
+        return out[:, order - 1].reshape(*at.shape, 6)
+
+
+def checked_parameters(s: ArrayLike) -> Floats:
+    """Return path parameters as an array, each in [0, 1]."""
+    at = as_floats("s", s)
+    bad = ~((at >= 0) & (at <= 1))
+    if bad.any():
+        raise InputError(f"s holds {at[bad].flat[0]:g}, wanted numbers in [0, 1]")
+    return at
+
+
+@dataclass(frozen=True, eq=False)
+class Line(Path):
+    """A straight line at constant speed.
+
+    Parameters
+    ----------
+    start, end : array_like, shape (4, 4)
+        Tool frames, positions in m.
+    orientation : "shortest" or "fixed"
+        The frame takes the shortest rotation to that of `end`, at constant speed, or keeps that of `start`.
+
+    Raises
+    ------
+    ShapeError, NotFiniteError, NotRotationError, InputError
+    """
+
+    start: ArrayLike
+    end: ArrayLike
+    orientation: LineOrientation = "shortest"
+    _segments: Floats = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        _choice(self.orientation, ("shortest", "fixed"))
+        start, end = _pose("start", self.start), _pose("end", self.end)
+        out = np.empty((1, _core.SEGMENT_WIDTH))
+        _core.path_line(start, end, self.orientation == "fixed", out)
+        self._set(start=start, end=end, _segments=out)
+
+
+@dataclass(frozen=True, eq=False)
+class CircularArc(Path):
+    """A circular arc from one pose over a point to another, at constant speed.
+
+    Parameters
+    ----------
+    start : array_like, shape (4, 4)
+        Tool frame at s = 0, position in m.
+    via : array_like, shape (3,)
+        A point of the arc between its ends, m.
+    end : array_like, shape (4, 4)
+        Tool frame at s = 1; of its orientation only "shortest" makes use.
+    orientation : "shortest", "fixed" or "carried"
+        The shortest rotation to that of `end`; that of `start`; or turned along with the arc.
+
+    Raises
+    ------
+    ShapeError, NotFiniteError, NotRotationError
+    InputError
+        If the three points lie on a line.
+    """
+
+    start: ArrayLike
+    via: ArrayLike
+    end: ArrayLike
+    orientation: ArcOrientation = "shortest"
+    _segments: Floats = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        _choice(self.orientation, ("shortest", "fixed", "carried"))
+        start, via, end = _pose("start", self.start), _vector("via", self.via), _pose("end", self.end)
+        points = [np.ascontiguousarray(frame[:3, 3]) for frame in (start, end)]
+        centre, axis, angle = _core.arc_through(points[0], via, points[1])
+        if angle == 0:
+            raise InputError("start, via and end lie on a line, wanted three points of a circle")
+        out = np.empty((1, _core.SEGMENT_WIDTH))
+        goal = end if self.orientation == "shortest" else None
+        carried = self.orientation == "carried"
+        _core.path_screw(start, np.array(centre), np.array(axis), angle, 0.0, carried, goal, out)
+        self._set(start=start, via=via, end=end, _segments=out)
+
+
+@dataclass(frozen=True, eq=False)
+class Screw(Path):
+    """A turn of the tool about a fixed axis with an advance along it, at constant speed.
+
+    Parameters
+    ----------
+    start : array_like, shape (4, 4)
+        Tool frame at s = 0, position in m.
+    point : array_like, shape (3,)
+        A point of the axis, m.
+    direction : array_like, shape (3,)
+        Direction of the axis; its length has no meaning.
+    angle : float
+        Turn, rad, up to ±1000: more than one turn too.
+    advance : float
+        Way along the axis over the whole path, m.
+
+    Raises
+    ------
+    ShapeError, NotFiniteError, NotRotationError
+    InputError
+        If the direction vanishes, or a number is out of range.
+    """
+
+    start: ArrayLike
+    point: ArrayLike
+    direction: ArrayLike
+    angle: float
+    advance: float = 0.0
+    _segments: Floats = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        start, point = _pose("start", self.start), _vector("point", self.point)
+        direction = _vector("direction", self.direction)
+        length = float(np.linalg.norm(direction))
+        if length == 0:
+            raise InputError("direction is zero, wanted a direction")
+        angle = as_number("angle (rad)", self.angle, -_LARGEST_TURN, _LARGEST_TURN)
+        advance = as_number("advance (m)", self.advance, -_core.LENGTH_LIMIT, _core.LENGTH_LIMIT)
+        out = np.empty((1, _core.SEGMENT_WIDTH))
+        _core.path_screw(start, point, direction / length, angle, advance, True, None, out)
+        self._set(start=start, point=point, direction=direction, angle=angle, advance=advance, _segments=out)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Waypoints(Path):
+    """Through given poses: straight and by the shortest rotation from each to the next, evenly between.
+
+    Pose i is at s = i / (N - 1). A single pose is a path that stays there.
+
+    Parameters
+    ----------
+    poses : array_like, shape (N, 4, 4)
+        Tool frames, positions in m; rotations within 1e-6 of orthonormal are replaced by the nearest ones.
+
+    Raises
+    ------
+    ShapeError, NotFiniteError, NotRotationError
+    """
+
+    poses: ArrayLike
+    _segments: Floats = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        poses = np.ascontiguousarray(as_floats("poses", self.poses, (4, 4))).copy()
+        if poses.ndim != 3 or len(poses) == 0:
+            raise ShapeError(f"poses has shape {poses.shape}, wanted (N, 4, 4) with N of 1 or more")
+        problem = _core.check_transforms(poses)
+        if problem:
+            raise_problem(problem, (len(poses),))
+        out = np.empty((max(len(poses) - 1, 1), _core.SEGMENT_WIDTH))
+        _core.path_waypoints(poses, out)
+        poses.setflags(write=False)
+        self._set(poses=poses, _segments=out)
+
+    def __len__(self) -> int:
+        return len(np.asarray(self.poses))
+
+    def __repr__(self) -> str:
+        return f"<Waypoints of {len(self)} poses>"

@@ -1,0 +1,247 @@
+"""The whole path at once: a motion with a certificate, or the reason why there is none."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._arrays import Floats, as_floats, as_number
+from ..arm.arm import MOST_MARGIN, Arm
+from ..arm.configuration import COUNT as CONFIGURATIONS
+from ..arm.diagnosis import Diagnosis, Verdict, branch_of
+from ..errors import ConfigurationError, InputError, NotFiniteError, ShapeError
+from ..models.description import JOINTS
+from ..status import Status
+from .curve import Curve
+from .joint_path import JointPath
+from .paths import Path, Waypoints
+
+SAMPLES = 200
+START_GAP = 0.05
+END_STEP = 1e-6  # of s: how far from a fixed end the joints are looked at again
+END_GAP = 0.01  # rad: what the joints may differ there
+_MOST_WEIGHT = 1e6
+
+
+@dataclass(frozen=True)
+class Objective:
+    """What a plan strives for: the largest least margin, then margin along the way and little joint travel.
+
+    Parameters
+    ----------
+    limits, singularities : float
+        Weights of the distances to joint limits and to singularities (θ2, θ6 at 0 or π), >= 0; twice the
+        weight counts a distance as half. 0 leaves them out; limits hold all the same.
+    travel : float
+        Weight of the joints' travel, >= 0.
+    enough : float
+        Margin beyond which more counts no more, rad.
+
+    Raises
+    ------
+    InputError
+        If a number is out of range.
+    """
+
+    limits: float = 1.0
+    singularities: float = 1.0
+    travel: float = 1.0
+    enough: float = 0.35
+
+    def __post_init__(self) -> None:
+        for name in ("limits", "singularities", "travel"):
+            as_number(name, getattr(self, name), 0.0, _MOST_WEIGHT)
+        as_number("enough (rad)", self.enough, 0.0, MOST_MARGIN)
+
+
+_DEFAULT_OBJECTIVE = Objective()
+
+
+def plan(
+    arm: Arm,
+    path: Path | ArrayLike,
+    *,
+    start: ArrayLike | None = None,
+    goal: ArrayLike | None = None,
+    gc: int | Iterable[int] | None = None,
+    objective: Objective = _DEFAULT_OBJECTIVE,
+    samples: int = SAMPLES,
+    singularity_margin: float = 0.0,
+    limit_margin: float = 0.0,
+) -> JointPath:
+    """Return a motion along the whole path, certified between its rows; or one that says why there is none.
+
+    Not to be confused with `follow`, which goes from pose to pose and can run into dead ends.
+
+    For each global configuration the exact feasible arcs at adaptively chosen s are linked into a tube, the
+    best way through is searched, smoothed to a twice differentiable arm angle, and proven by interval
+    arithmetic: ``certified`` says that the limits (and the margins asked) hold on all of [0, 1], not at the
+    rows alone.
+
+    Parameters
+    ----------
+    arm : Arm
+    path : Line, CircularArc, Screw, Waypoints, or array_like of shape (N, 4, 4)
+        Where the tool goes; positions in m. Poses are `Waypoints`: the rows are at exactly those poses.
+    start, goal : array_like, shape (7,), optional
+        Joints at s = 0 and s = 1, rad. They fix the global configuration, the arm angle and the windings
+        there; without them the best are chosen. They must belong to the path's first and last pose, within
+        0.05 rad.
+    gc : int or iterable of int, optional
+        Global configurations to consider; all by default.
+    objective : Objective
+    samples : int
+        Rows of the result for a `Path`, 2 or more.
+    singularity_margin : float
+        As in `Arm.feasible`, rad.
+    limit_margin : float
+        Distance kept from every finite joint limit, rad.
+
+    Returns
+    -------
+    JointPath
+        Never raises on geometry: ``ok``, ``certified``, ``uncertified``, ``diagnosis`` say what was found.
+
+    Raises
+    ------
+    ShapeError, NotFiniteError, NotRotationError, ConfigurationError
+    InputError
+        If a number is out of range, or `start` (`goal`) belongs to another pose.
+
+    Source: Faria et al. (2018), Eqs. (12)-(35), over a whole path.
+    """
+    if not isinstance(path, Path):
+        frames = as_floats("path", path, (4, 4))
+        if frames.ndim != 3:
+            raise ShapeError(f"path has shape {frames.shape}, wanted a Path, or poses (N, 4, 4)")
+        if len(frames) == 0:
+            return _empty(arm)
+        path = Waypoints(frames)
+    if not isinstance(objective, Objective):
+        raise InputError(f"objective is {objective!r:.100}, wanted an Objective")
+    rows = _rows(path, samples)
+    margins = [
+        as_number("singularity_margin (rad)", singularity_margin, 0.0, MOST_MARGIN),
+        _limit_margin(arm, limit_margin),
+    ]
+    ends = [_joints(name, value) for name, value in (("start", start), ("goal", goal))]
+    weights = np.array([objective.limits, objective.singularities, objective.travel, objective.enough])
+    found = arm._core.plan_path(path._segments, rows, *ends, _branches(gc), weights, *margins)
+    ok, branch, plane, stretches, open_, start_gap, goal_gap, reports = found
+    for name, gap in (("start", start_gap), ("goal", goal_gap)):
+        if gap > START_GAP:
+            raise InputError(
+                f"{name} belongs to another pose than the path's: a joint is {gap:.3g} rad off, "
+                f"wanted at most {START_GAP:g}"
+            )
+    diagnosis = Diagnosis(tuple(map(branch_of, reports)))
+    curve = Curve(path._segments, stretches, plane, branch) if len(stretches) else None
+    result = _result(arm, path, rows, curve, diagnosis, ok, open_)
+    broken = _broken_end(result, ends)
+    if broken is None:
+        return result
+    branches = tuple(replace(b, verdict=broken) if b.verdict == Verdict.OK else b for b in diagnosis.branches)
+    return _result(arm, path, rows, None, Diagnosis(branches), False, open_)
+
+
+def _broken_end(result: JointPath, ends: list[Floats | None]) -> Verdict | None:
+    """Return the verdict on a fixed end that the curve does not hold, or leaves in a jump; None if both hold.
+
+    At a posture with θ2 or θ6 at 0 or π the joints are no continuous function of the arm angle: a curve of
+    psi may begin there and be elsewhere in q at once.
+    """
+    for joints, s, verdict in ((ends[0], 0.0, Verdict.START), (ends[1], 1.0, Verdict.GOAL)):
+        if joints is None or not result.ok:
+            continue
+        inside = abs(s - END_STEP)
+        if not np.abs(result.at([s, inside]).q - joints).max() <= END_GAP:
+            return verdict
+    return None
+
+
+def _result(
+    arm: Arm, path: Path, rows: Floats, curve: Curve | None, diagnosis: Diagnosis, ok: bool, open_: Floats
+) -> JointPath:
+    n = len(rows)
+    columns: dict[str, Any] = {
+        "q": np.full((n, JOINTS), np.nan), "psi": np.full(n, np.nan), "gc": np.full(n, -1, dtype=np.int64),
+        "status": np.full(n, Status.NOT_REACHED, dtype=np.int8), "margin": np.full(n, np.nan),
+        "residual": np.full(n, np.nan),
+    }  # fmt: skip
+    reached = 0
+    if curve is not None:
+        done = rows <= curve.end
+        reached = int(done.sum())
+        placed = curve.at(arm._core, np.ascontiguousarray(rows[done]))
+        for name in ("q", "psi", "margin", "residual"):
+            columns[name][done] = getattr(placed, name)
+        columns["gc"][done], columns["status"][done] = curve.gc, Status.OK
+    if not ok:
+        columns["status"][min(reached, n - 1)] = _reason(diagnosis)
+    poses = path.poses if isinstance(path, Waypoints) and len(path) == n else path.pose(rows)
+    return JointPath(
+        arm=arm, s=rows, poses=np.asarray(poses), **columns, certified=bool(ok) and len(open_) == 0,
+        uncertified=open_ if ok else np.array([[0.0, 1.0]]), diagnosis=diagnosis, path=path, curve=curve,
+    )  # fmt: skip
+
+
+def _reason(diagnosis: Diagnosis) -> Status:
+    best = max(diagnosis.branches, key=lambda b: (b.reached, b.verdict != Verdict.GOAL))
+    return best.status if best.status != Status.OK else Status.LIMITS
+
+
+def _rows(path: Path, samples: int) -> Floats:
+    if isinstance(path, Waypoints):
+        n = len(path)
+        return np.arange(n) / (n - 1) if n > 1 else np.zeros(1)
+    if isinstance(samples, bool) or not isinstance(samples, (int, np.integer)) or samples < 2:
+        raise InputError(f"samples is {samples!r:.100}, wanted an integer of 2 or more")
+    return np.linspace(0.0, 1.0, int(samples))
+
+
+def _joints(name: str, value: ArrayLike | None) -> Floats | None:
+    if value is None:
+        return None
+    joints = np.ascontiguousarray(as_floats(name, value, (JOINTS,)))
+    if joints.ndim != 1:
+        raise ShapeError(f"{name} has shape {joints.shape}, wanted (7,)")
+    if not np.isfinite(joints).all():
+        raise NotFiniteError(f"{name} is {joints.tolist()}, wanted finite joint values in rad")
+    return joints
+
+
+def _limit_margin(arm: Arm, value: float) -> float:
+    margin = as_number("limit_margin (rad)", value, 0.0, np.pi)
+    narrowest = float((arm.upper - arm.lower).min())
+    if 2 * margin > narrowest:
+        wanted = f"at most {narrowest / 2:.6g}: half of the narrowest range"
+        raise InputError(f"limit_margin (rad) is {margin:g}, wanted {wanted}")
+    return margin
+
+
+def _branches(gc: int | Iterable[int] | None) -> int:
+    if gc is None:
+        return (1 << CONFIGURATIONS) - 1
+    values: list[Any] = list(gc) if isinstance(gc, Iterable) and not isinstance(gc, (str, bytes)) else [gc]
+    mask = 0
+    for value in values:
+        whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+        if not whole or not 0 <= value < CONFIGURATIONS:
+            raise ConfigurationError(f"gc is {gc!r:.100}, wanted integers from 0 to 7")
+        mask |= 1 << int(value)
+    if not mask:
+        raise ConfigurationError("gc is empty, wanted integers from 0 to 7")
+    return mask
+
+
+def _empty(arm: Arm) -> JointPath:
+    none = np.empty(0)
+    return JointPath(
+        arm=arm, s=none, poses=np.empty((0, 4, 4)), q=np.empty((0, JOINTS)), psi=none,
+        gc=np.empty(0, dtype=np.int64), status=np.empty(0, dtype=np.int8), margin=none, residual=none,
+        certified=True, diagnosis=Diagnosis(()),
+    )  # fmt: skip

@@ -1,0 +1,161 @@
+"""Redundancy policies: how the arm angle moves on its feasible arc. Eq. (36)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+from numbers import Real
+from typing import Any, Literal
+
+from .. import _core
+from ..errors import PolicyError
+
+Outside = Literal["nearest", "stop"]
+_LONGEST = 1e9  # s, of a step
+_OUTSIDE = ("nearest", "stop")
+_REPULSION, _HOLD, _CENTRE = 0, 1, 2
+
+
+def _check_outside(outside: str) -> None:
+    if not isinstance(outside, str) or outside not in _OUTSIDE:
+        raise PolicyError(f"outside is {outside!r}, wanted 'nearest' or 'stop'")
+
+
+def _check_number(name: str, value: float, low: float, high: float, low_open: bool) -> None:
+    real = isinstance(value, Real) and not isinstance(value, bool)
+    if not real or not low <= value <= high or (low_open and value == low):
+        bracket = "(" if low_open else "["
+        raise PolicyError(f"{name} is {value!r}, wanted a number in {bracket}{low:g}, {high:g}]")
+
+
+def _gain(rate: float, dt: float | None) -> float:
+    """Return K per step of a rate (1/s), over a step of dt (s)."""
+    if dt is None:
+        raise PolicyError("dt is missing: a policy with rate= needs the time of a step in s")
+    _check_number("dt", dt, 0.0, _LONGEST, True)
+    return float(_core.gain(rate, dt))
+
+
+class _Rule:
+    """A policy's value is its arguments: copies and pickles are made from them, as is what the core takes."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        named = fields(self)  # type: ignore[arg-type]  # of the dataclasses below
+        return type(self), tuple(getattr(self, f.name) for f in named if f.init)
+
+
+@dataclass(frozen=True)
+class Repulsion(_Rule):
+    """Repels the arm angle from both ends of its arc; Eq. (36).
+
+    Not to be confused with `Centre`, which pulls to the middle from everywhere: with a large `alpha`
+    this one leaves the arm angle alone until an end is near.
+
+    Parameters
+    ----------
+    K : float
+        Strength per step, in [0, 1]. The arm angle never leaves its arc.
+    alpha : float
+        Range of the repulsion, > 0: the larger, the nearer to an end it begins.
+    rate : float, optional
+        Strength per second (1/s), instead of K: K = 1 - exp(-rate·dt), the same for every step time.
+    outside : "nearest" or "stop"
+        Where the arm angle lies in no arc: go to the nearer end, or stop with a status.
+
+    Raises
+    ------
+    PolicyError
+        If a parameter is out of range.
+
+    Source: Faria et al. (2018), Eq. (36).
+    """
+
+    K: float = 0.1
+    alpha: float = 20.0
+    rate: float | None = None
+    outside: Outside = "nearest"
+    _fixed: Any = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        _check_number("K", self.K, 0.0, 1.0, False)
+        _check_number("alpha", self.alpha, 0.0, 1e6, True)
+        if self.rate is not None:
+            _check_number("rate", self.rate, 0.0, 1e9, False)
+        _check_outside(self.outside)
+        object.__setattr__(self, "_fixed", self._core_policy(self.K))
+
+    def _core_policy(self, K: float) -> Any:
+        return _core.Policy(_REPULSION, K, self.alpha, _OUTSIDE.index(self.outside))
+
+    def core_policy(self, dt: float | None) -> Any:
+        """Return what the core takes, for a step of `dt` s."""
+        return self._fixed if self.rate is None else self._core_policy(_gain(self.rate, dt))
+
+
+@dataclass(frozen=True)
+class Hold(_Rule):
+    """Keeps the arm angle while it is feasible.
+
+    Parameters
+    ----------
+    outside : "nearest" or "stop"
+        Where the arm angle lies in no arc: go to the nearer end, or stop with a status.
+
+    Raises
+    ------
+    PolicyError
+        If `outside` is neither.
+    """
+
+    outside: Outside = "nearest"
+    _fixed: Any = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        _check_outside(self.outside)
+        object.__setattr__(self, "_fixed", _core.Policy(_HOLD, 0.0, 1.0, _OUTSIDE.index(self.outside)))
+
+    def core_policy(self, dt: float | None) -> Any:
+        """Return what the core takes; `dt` has no influence."""
+        return self._fixed
+
+
+@dataclass(frozen=True)
+class Centre(_Rule):
+    """Pulls the arm angle to the middle of its arc by the share K of the distance.
+
+    Parameters
+    ----------
+    K : float
+        Share per step, in [0, 1].
+    rate : float, optional
+        Strength per second (1/s), instead of K: K = 1 - exp(-rate·dt).
+    outside : "nearest" or "stop"
+        Where the arm angle lies in no arc: go to the nearer end, or stop with a status.
+
+    Raises
+    ------
+    PolicyError
+        If a parameter is out of range.
+    """
+
+    K: float = 0.1
+    rate: float | None = None
+    outside: Outside = "nearest"
+    _fixed: Any = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        _check_number("K", self.K, 0.0, 1.0, False)
+        if self.rate is not None:
+            _check_number("rate", self.rate, 0.0, 1e9, False)
+        _check_outside(self.outside)
+        object.__setattr__(self, "_fixed", self._core_policy(self.K))
+
+    def _core_policy(self, K: float) -> Any:
+        return _core.Policy(_CENTRE, K, 1.0, _OUTSIDE.index(self.outside))
+
+    def core_policy(self, dt: float | None) -> Any:
+        """Return what the core takes, for a step of `dt` s."""
+        return self._fixed if self.rate is None else self._core_policy(_gain(self.rate, dt))
+
+
+Policy = Repulsion | Hold | Centre
+POLICIES = (Repulsion, Hold, Centre)

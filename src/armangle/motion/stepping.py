@@ -1,0 +1,213 @@
+"""Redundancy resolution, and one step of a control loop."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .. import _core
+from .._arrays import Floats, as_floats, broadcast, check_angles, raise_problem
+from ..arm.arm import Arm
+from ..errors import ShapeError
+from ..models.description import JOINTS
+from ..status import STATUSES, Status
+from .bounds import Bound, step_bounds
+from .options import Allowed, Carry, allowed_arcs, checked_options, core_policy, one_allowed
+from .policies import Policy, Repulsion
+
+DEFAULT_POLICY = Repulsion()
+
+
+class Resolution(NamedTuple):
+    """The next arm angle: ``psi`` in (-π, π], rad, shape (...), and its status (codes for a batch)."""
+
+    psi: Floats | np.float64
+    status: NDArray[np.int8] | Status
+
+
+class Step(NamedTuple):
+    """What a step leads to. On any status but OK the posture is the present one: nothing moves.
+
+    ``q (7,)`` rad, continuous with the present joints; ``psi`` rad in (-π, π]; ``gc`` 0..7; ``status``;
+    ``margin`` least distance of a joint of q to one of its limits, rad.
+    """
+
+    q: Floats
+    psi: float
+    gc: int
+    status: Status
+    margin: float
+
+
+def resolve(
+    arm: Arm,
+    pose: ArrayLike,
+    psi: ArrayLike,
+    gc: ArrayLike,
+    *,
+    policy: Policy = DEFAULT_POLICY,
+    dt: float | None = None,
+    allowed: Allowed | None = None,
+    singularity_margin: float = 0.0,
+) -> Resolution:
+    """Return the next arm angle at a pose, from the present one and the feasible arcs.
+
+    Not to be confused with `step`, which starts from joints, checks continuity and returns joints.
+
+    Parameters
+    ----------
+    arm : Arm
+    pose : array_like, shape (..., 4, 4)
+        Tool frame, position in m.
+    psi : array_like, shape (...)
+        Present arm angle, rad, any real.
+    gc : array_like of int, shape (...)
+        Global configuration 0..7.
+    policy : Repulsion, Hold or Centre
+        How the arm angle moves on its arc.
+    dt : float, optional
+        Time of the step, s; needed by a policy with ``rate=``.
+    allowed : ArcSet or function (4, 4) -> ArcSet, optional
+        Arcs of the user's own, intersected: task-space obstacles (the paper's section 6).
+    singularity_margin : float
+        As in `Arm.feasible`, rad.
+
+    Returns
+    -------
+    Resolution
+        ``psi`` float64 (...) in (-π, π] and ``status``; where no arc is feasible psi is the given one and the
+        status says why.
+
+    Raises
+    ------
+    ArmangleError
+        As `Arm.feasible`; `PolicyError` where dt is missing.
+
+    Source: Faria et al. (2018), Eq. (36).
+
+    Examples
+    --------
+    >>> arm = Arm.from_catalogue("kuka_iiwa7_r800")
+    >>> pose, psi, gc = arm.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+    >>> resolve(arm, pose, psi, gc).status.name
+    'OK'
+    """
+    angles = as_floats("psi", psi)
+    check_angles("psi", angles)
+    arcs = arm.feasible(pose, gc, singularity_margin=singularity_margin)
+    if allowed is not None:
+        poses = np.broadcast_to(as_floats("pose", pose, (4, 4)), (*arcs.shape, 4, 4))
+        arcs = arcs & allowed_arcs(allowed, poses)
+    index = np.arange(len(arcs._count)).reshape(arcs.shape)
+    shape, pair = broadcast([("arcs", index, 0), ("psi", angles, 0)])
+    out, code = np.empty(shape), np.empty(shape, dtype=np.int8)
+    flat = out.reshape(-1), code.reshape(-1)
+    _core.resolve_many(
+        core_policy(policy, dt), arcs._count, arcs._psi,
+        np.ascontiguousarray(pair[0]).reshape(-1), np.ascontiguousarray(pair[1]).reshape(-1), *flat,
+    )  # fmt: skip
+    reasons = arcs._status[pair[0]]
+    code[...] = np.where(reasons != Status.OK, reasons, code)
+    return Resolution(out[()], code if shape else STATUSES[code[()]])
+
+
+def step(
+    arm: Arm,
+    q_now: ArrayLike,
+    pose: ArrayLike,
+    *,
+    gc: int | None = None,
+    policy: Policy = DEFAULT_POLICY,
+    dt: float | None = None,
+    carry: Carry = "psi",
+    max_joint_step: float | None = None,
+    allowed: Allowed | None = None,
+    singularity_margin: float = 0.0,
+    velocity: Bound = None,
+    acceleration: Bound = None,
+    velocity_now: ArrayLike | None = None,
+) -> Step:
+    """Return the joints for the next pose of a control loop: one pass of the paper's figure 10.
+
+    Feasible arcs at the new pose, next arm angle by the policy, closed-form inverse, and the checks that make
+    the motion continuous: q is lifted next to `q_now`; a joint whose turns are used up, or a joint that would
+    move more than `max_joint_step`, is a status, and the posture stays.
+
+    With bounds the arm angle is the nearest to the policy's wish whose joints keep them. **What is returned
+    with OK keeps them**, judged by the joints themselves: ``v = (q - q_now) / dt`` has
+    ``|v| <= velocity`` and ``|v - velocity_now| <= acceleration * dt``; and every joint can still brake
+    before its limit. Where no arm angle does, the status is VELOCITY_LIMIT, ACCELERATION_LIMIT or JOINT_JUMP.
+
+    Parameters
+    ----------
+    arm : Arm
+    q_now : array_like, shape (7,)
+        Present joints, rad.
+    pose : array_like, shape (4, 4)
+        Tool frame to go to, position in m.
+    gc : int, optional
+        Global configuration 0..7 of the new posture; that of `q_now` by default.
+    policy : Repulsion, Hold or Centre
+    dt : float, optional
+        Time of the step, s; needed by a policy with ``rate=``.
+    carry : "psi" or "elbow"
+        What is kept from posture to posture before the policy acts: the number psi (the paper), or the elbow
+        axis itself, which stays still where the wrist passes near the base axis.
+    max_joint_step : float, optional
+        Largest move of a joint, rad; 0.2 by default. A policy that asks for more gets the arm angle nearest
+        to its wish that fits; what the pose alone forces beyond it is JOINT_JUMP.
+    allowed : ArcSet or function (4, 4) -> ArcSet, optional
+        Arcs of the user's own, intersected.
+    singularity_margin : float
+        As in `Arm.feasible`, rad.
+    velocity : array_like, shape (7,), or True, optional
+        Greatest joint speeds, rad/s, > 0; True: the arm's own, ``arm.velocity``. Needs `dt`.
+    acceleration : array_like, shape (7,), or True, optional
+        Greatest joint accelerations, rad/s², > 0; True: ``arm.acceleration``. Needs `dt` and `velocity_now`.
+    velocity_now : array_like, shape (7,), optional
+        Joint velocities of the step before, rad/s.
+
+    Returns
+    -------
+    Step
+        Never raises on geometry: see ``status``.
+
+    Raises
+    ------
+    ShapeError, NotFiniteError, NotRotationError, ConfigurationError, PolicyError, InputError
+
+    Source: Faria et al. (2018), Fig. 10, Eq. (36).
+
+    Examples
+    --------
+    >>> arm = Arm.from_catalogue("kuka_iiwa7_r800")
+    >>> q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+    >>> pose = arm.forward(q)[0].copy()
+    >>> pose[2, 3] += 0.001
+    >>> step(arm, q, pose).status.name
+    'OK'
+    """
+    native = core_policy(policy, dt)
+    count = psi = bounds = None
+    if allowed is not None:
+        count, psi = one_allowed(allowed, as_floats("pose", pose, (4, 4)))
+    if velocity is not None or acceleration is not None:
+        bounds = step_bounds(arm, velocity, acceleration, velocity_now, dt)
+    rest = count, psi, bounds, Step, STATUSES
+    core_step = arm._core.step_one
+    result = core_step(q_now, pose, native, gc, carry, max_joint_step, singularity_margin, *rest)
+    if result is None:
+        options = checked_options(gc, carry, max_joint_step, singularity_margin)
+        joints, frame = as_floats("q_now", q_now, (JOINTS,)), as_floats("pose", pose, (4, 4))
+        if joints.ndim != 1 or frame.ndim != 2:
+            raise ShapeError(
+                f"q_now has shape {joints.shape} and pose {frame.shape}, wanted (7,) and (4, 4); "
+                "follow takes sequences"
+            )
+        joints, frame = np.ascontiguousarray(joints), np.ascontiguousarray(frame)
+        result = core_step(joints, frame, native, *options, *rest)
+    if result.__class__ is not Step:
+        raise_problem(result, (), joints="q_now")
+    return result

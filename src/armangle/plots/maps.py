@@ -1,0 +1,155 @@
+"""The feasible map: which arm angles a path may have, and which joint forbids the others."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .._arrays import Floats, as_floats
+from ..arm.arm import Arm
+from ..arm.configuration import COUNT as CONFIGURATIONS
+from ..arm.configuration import gc_signs
+from ..errors import ConfigurationError, ShapeError
+from ..models.description import JOINTS
+from ..motion.joint_path import JointPath
+from ..status import Status
+from .style import (
+    ARM_ANGLE,
+    BLACK,
+    FULL_TURN,
+    JOINT_COLOURS,
+    MID,
+    angle_ticks,
+    grid_axes,
+    unjoined,
+    wrapped_degrees,
+)
+
+_FULL = np.array([[[-np.pi, np.pi]]])
+_NOT_KNOWN: dict[str, Any] = {"facecolor": "white", "edgecolor": MID, "hatch": "///", "lw": 0}
+
+def feasible_map(
+    motion: JointPath | tuple[Arm, ArrayLike],
+    *,
+    gc: int | Sequence[int] | None = None,
+    singularity_margin: float = 0.0,
+    ax: Any = None,
+) -> Any:
+    """Draw which arm angles are feasible along a path, and which joint forbids the others.
+
+    White is feasible; the rest has the colour of the lowest joint that blocks. Each column is exact for the
+    pose it stands on; a row of a path whose pose is NaN, not known, is hatched.
+
+    Parameters
+    ----------
+    motion : JointPath, or (Arm, poses of shape (N, 4, 4))
+        A path, whose curve is drawn where its global configuration is the panel's; or poses alone.
+    gc : int or sequence of int, optional
+        Global configurations 0..7, one panel each; all eight by default.
+    singularity_margin : float
+        As in `Arm.feasible`, rad.
+    ax : axes or array of axes, optional
+        As many as global configurations; a new figure, with a legend, by default.
+
+    Returns
+    -------
+    matplotlib axes for one global configuration, else ndarray of axes
+
+    Raises
+    ------
+    MissingExtraError
+        Without matplotlib.
+    ShapeError, ConfigurationError
+        If the poses are not (N, 4, 4), or gc is not in 0..7.
+    """
+    curve = motion if isinstance(motion, JointPath) else None
+    arm, poses = (motion.arm, motion.poses) if isinstance(motion, JointPath) else motion
+    frames = as_floats("poses", poses, (4, 4))
+    if frames.ndim != 3 or not len(frames):
+        raise ShapeError(f"poses has shape {frames.shape}, wanted (N, 4, 4) with N > 0")
+    s = curve.s if curve is not None else np.linspace(0.0, 1.0, len(frames))
+    posed = np.asarray(np.isfinite(frames).all(axis=(1, 2)) | (curve is None))  # poses alone must be whole
+    wanted = range(CONFIGURATIONS) if gc is None else np.atleast_1d(gc).tolist()
+    if any(not isinstance(index, int) or not 0 <= index < CONFIGURATIONS for index in wanted):
+        raise ConfigurationError(f"gc is {gc!r}, wanted integers from 0 to 7")
+    one = len(wanted) == 1
+    panels = grid_axes(ax, len(wanted), min(4, len(wanted)), (6.4, 4.2) if one else (3.0, 2.6),
+                       sharex=True, sharey=True)  # fmt: skip
+    for panel, index in zip(panels, wanted, strict=True):
+        _map_panel(panel, arm, s, frames, posed, index, singularity_margin)
+        if curve is not None:
+            _draw_curve(panel, curve, index)
+    for k, panel in enumerate(panels):
+        if k % 4 == 0:
+            panel.set_ylabel(ARM_ANGLE)
+        if k + 4 >= len(panels):
+            panel.set_xlabel("path parameter s")
+    if ax is None:
+        _map_legend(panels[0].figure, curve is not None, bool(posed.all()), 4 if one else 5)
+    return panels[0] if one else panels
+
+
+def _map_panel(
+    panel: Any, arm: Arm, s: Floats, poses: Floats, posed: NDArray[np.bool_], gc: int, margin: float
+) -> None:
+    """Draw one region: each joint's blocked arcs as cells, the lowest joint on top; hatched where no pose."""
+    edges = np.concatenate([s[:1], 0.5 * (s[1:] + s[:-1]), s[-1:]])
+    if len(s) == 1:
+        edges = s[0] + np.array([-0.5, 0.5])
+    sides = np.stack([edges[:-1], edges[1:]], axis=1)
+    each = arm.joint_feasible(poses[posed], gc, singularity_margin=margin)
+    for joint in range(JOINTS, 0, -1):
+        _cells(panel, (~each[:, joint - 1]).intervals, sides[posed], JOINT_COLOURS[joint - 1])
+    lost = np.isin(each[:, 0].status, (Status.UNREACHABLE, Status.FOLDED))
+    _cells(panel, _FULL, sides[posed][lost], MID)
+    for left, right in sides[~posed]:
+        panel.axvspan(left, right, **_NOT_KNOWN)
+    signs = "".join("+" if sign > 0 else "−" for sign in gc_signs(gc))
+    panel.set_title(f"GC {gc} ({signs})", fontsize=9)
+    panel.set_xlim(edges[0], edges[-1])
+    panel.set_ylim(-180, 180)
+    angle_ticks(panel.yaxis)
+
+
+def _cells(panel: Any, intervals: Floats, sides: Floats, colour: str) -> None:
+    """Draw the arcs (N or 1, k, 2) in rad of N columns (N, 2) as rectangles, cut at ±180 degrees."""
+    from matplotlib.collections import PolyCollection
+
+    arcs = np.degrees(np.broadcast_to(intervals, (len(sides), *intervals.shape[1:])))
+    over = arcs - FULL_TURN
+    both = np.concatenate([arcs, np.where(over[..., 1:] > -FULL_TURN / 2, over, np.nan)], axis=1)
+    row, k = np.nonzero(~np.isnan(both[..., 0]))
+    low, high = np.clip(both[row, k].T, -FULL_TURN / 2, FULL_TURN / 2)
+    left, right = sides[row].T
+    corners = np.stack([left, low, right, low, right, high, left, high], axis=-1).reshape(-1, 4, 2)
+    panel.add_collection(
+        PolyCollection(list(corners), facecolors=colour, edgecolors="none", antialiaseds=False)
+    )
+
+
+def _draw_curve(panel: Any, curve: JointPath, gc: int) -> None:
+    psi = np.where(curve.gc == gc, curve.psi, np.nan)
+    if not np.isfinite(psi).any():
+        return
+    s, degrees = unjoined(curve.s, wrapped_degrees(psi))
+    panel.plot(s, degrees, color="white", lw=4.0, zorder=3)
+    panel.plot(s, degrees, color=BLACK, lw=2.0, zorder=4, label="chosen ψ(s)")
+    first = np.flatnonzero(np.isfinite(degrees))[:1]
+    panel.plot(s[first], degrees[first], "o", color=BLACK, ms=6, zorder=5)
+
+
+def _map_legend(figure: Any, curve: bool, whole: bool, columns: int) -> None:
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    handles: list[Any] = [Patch(fc="white", ec=BLACK, lw=0.6, label="feasible")]
+    handles += [Patch(fc=colour, label=f"joint {k + 1} blocks") for k, colour in enumerate(JOINT_COLOURS)]
+    handles.append(Patch(fc=MID, label="out of reach"))
+    if not whole:
+        handles.append(Patch(label="not solved, pose not known", **_NOT_KNOWN))
+    if curve:
+        handles.append(Line2D([], [], color=BLACK, lw=2, marker="o", label="chosen ψ(s)"))
+    figure.legend(handles=handles, loc="outside lower center", ncols=columns, frameon=False, fontsize=9)

@@ -1,0 +1,198 @@
+"""A motion: eq. (36), and arm angle and joints along a path. Figs. 12, 13."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .. import _core
+from .._arrays import Floats
+from ..arm.arcs import ArcSet
+from ..errors import InputError
+from ..models.description import JOINTS
+from ..motion.joint_path import JointPath
+from ..motion.policies import Centre, Policy, Repulsion
+from .style import (
+    CURVES,
+    PALE,
+    VERMILION,
+    flat_axes,
+    grid_axes,
+    outer_legend,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_ARC = (-np.pi / 2, np.pi / 2)
+_SAMPLES = 801
+
+Paths = JointPath | Mapping[str, JointPath] | Sequence[JointPath]
+
+LEAST_SPAN = 1.0  # deg
+
+
+def repulsion(
+    policies: Policy | Sequence[Policy] = (),
+    *,
+    arc: tuple[float, float] = _ARC,
+    dt: float | None = None,
+    ax: Axes | None = None,
+) -> Axes:
+    """Draw by how much policies change the arm angle in one step, over the arm angle on its arc.
+
+    Parameters
+    ----------
+    policies : policy or sequence of policies
+        By default `Repulsion` with α = 5, 10, 20, 50 and K = 0.1, as the paper varies α.
+    arc : (lower, upper)
+        The feasible arc, rad, shorter than a turn.
+    dt : float, optional
+        Time of the step, s; needed by a policy with ``rate=``.
+    ax : matplotlib axes, optional
+        Where to draw; a new figure by default.
+
+    Returns
+    -------
+    matplotlib axes
+
+    Raises
+    ------
+    MissingExtraError
+        Without matplotlib.
+    InputError, PolicyError
+        If the arc is empty or a whole turn, or dt is missing.
+
+    Source: Faria et al. (2018), Fig. 12, Eq. (36).
+    """
+    lower, upper = map(float, arc)
+    if not 0 < upper - lower < 2 * np.pi:
+        raise InputError(f"arc is [{lower:g}, {upper:g}] rad, wanted lower < upper, less than a turn apart")
+    chosen = [policies] if not isinstance(policies, Sequence) else list(policies)
+    chosen = chosen or [Repulsion(K=0.1, alpha=alpha) for alpha in (5.0, 10.0, 20.0, 50.0)]
+    axes = flat_axes(ax, (7.4, 4.0))
+    psi = np.linspace(lower, upper, _SAMPLES)
+    for k, policy in enumerate(chosen):
+        change = _change(policy, ArcSet([[lower, upper]]), psi, dt)
+        axes.plot(np.degrees(psi), np.degrees(change), color=CURVES[k % len(CURVES)], lw=1.8,
+                  label=_policy_text(policy))  # fmt: skip
+    for end, label in ((lower, "ends of the arc"), (upper, "_")):
+        axes.axvline(np.degrees(end), color=VERMILION, lw=1.2, ls="--", label=label)
+    axes.axhline(0, color=PALE, lw=0.8, zorder=0)
+    axes.set_xlabel("arm angle before the step, ψ(t−1) (deg)")
+    axes.set_ylabel("change in one step, Δψ (deg)")
+    outer_legend(axes)
+    return axes
+
+
+def _change(policy: Policy, arcs: ArcSet, psi: Floats, dt: float | None) -> Floats:
+    """Return the step of the core's own policy at each psi, rad."""
+    out, code = np.empty(len(psi)), np.empty(len(psi), dtype=np.int8)
+    index = np.zeros(len(psi), dtype=np.int64)
+    policy_now, angles = policy.core_policy(dt), np.ascontiguousarray(psi)
+    _core.resolve_many(policy_now, arcs._count, arcs._psi, index, angles, out, code)
+    return (out - psi + np.pi) % (2 * np.pi) - np.pi
+
+
+def _policy_text(policy: Policy) -> str:
+    match policy:
+        case Repulsion(rate=None):
+            return f"α = {policy.alpha:g}, K = {policy.K:g}"
+        case Repulsion():
+            return f"α = {policy.alpha:g}, rate {policy.rate:g} 1/s"
+        case Centre(rate=None):
+            return f"centre, K = {policy.K:g}"
+        case Centre():
+            return f"centre, rate {policy.rate:g} 1/s"
+    return "hold"
+
+
+def path(paths: Paths, *, ax: Any = None) -> Any:
+    """Draw arm angle and joints along a path, with the joints' limits.
+
+    Parameters
+    ----------
+    paths : JointPath, or mapping of names to JointPath, or sequence of JointPath
+        One motion, or several of the same arm to compare.
+    ax : array of 8 axes, optional
+        For the arm angle and joints 1..7; a new figure, with a legend, by default.
+
+    Returns
+    -------
+    ndarray of matplotlib axes, shape (8,)
+
+    Raises
+    ------
+    MissingExtraError
+        Without matplotlib.
+    InputError
+        If there is no path, or the paths are of different arms.
+
+    Source: Faria et al. (2018), Fig. 13.
+    """
+    named = _named(paths)
+    panels = grid_axes(ax, 1 + JOINTS, 2, (4.2, 1.9), sharex=True)
+    for k, (name, motion) in enumerate(named.items()):
+        colour, label = CURVES[k % len(CURVES)], name or "_"
+        rows = np.vstack([motion.psi, motion.q.T])
+        for panel, row in zip(panels, rows, strict=True):
+            panel.plot(motion.s, np.degrees(row), color=colour, lw=1.7, label=label)
+        at = motion.first_failure
+        if at is not None:
+            panels[0].axvline(motion.s[at], color=colour, lw=1.2, ls=":", label=f"{name} fails".strip())
+    arm = next(iter(named.values())).arm
+    panels[0].set_ylabel("ψ (deg)")
+    for joint, panel in enumerate(panels[1:], start=1):
+        panel.set_ylabel(f"q{joint} (deg)")
+        _limits(panel, np.degrees(arm.lower[joint - 1]), np.degrees(arm.upper[joint - 1]))
+    ends = np.concatenate([motion.s[[0, -1]] for motion in named.values() if len(motion)] or [np.arange(2.0)])
+    for panel in panels:
+        panel.margins(x=0)
+        if ends.min() < ends.max():  # all that was asked for, so that a path that stops is seen to
+            panel.set_xlim(ends.min(), ends.max())
+    for panel in panels[-2:]:
+        panel.set_xlabel("path parameter s")
+    if ax is None:
+        _path_legend(panels)
+    return panels
+
+
+def _named(paths: Paths) -> dict[str, JointPath]:
+    if isinstance(paths, JointPath):
+        named = {"": paths}
+    elif isinstance(paths, Mapping):
+        named = dict(paths)
+    else:
+        named = {f"path {k + 1}": motion for k, motion in enumerate(paths)}
+    if not named:
+        raise InputError("paths is empty, wanted at least one JointPath")
+    first, *others = named.values()
+    if any(motion.arm != first.arm for motion in others):
+        raise InputError("paths are of different arms, wanted one arm: its limits are drawn")
+    return named
+
+
+def _limits(panel: Any, lower: float, upper: float) -> None:
+    """Draw the limits that are near the curve, and shade what lies behind them."""
+    low, high = panel.get_ylim()
+    room = max(high - low, LEAST_SPAN)  # rounding of a joint that rests is no curve
+    low, high = min(low, 0.5 * (low + high - room)), max(high, 0.5 * (low + high + room))
+    for limit, sign in ((lower, -1), (upper, 1)):
+        if not low - 1.5 * room <= limit <= high + 1.5 * room:
+            continue
+        panel.axhline(limit, color=VERMILION, lw=1.2, ls="--", label="limit")
+        panel.axhspan(limit, limit + sign * 1e4, color=VERMILION, alpha=0.12, lw=0)
+        low, high = min(low, limit - 0.08 * room), max(high, limit + 0.08 * room)
+    panel.set_ylim(low, high)
+
+
+def _path_legend(panels: Any) -> None:
+    shown: dict[str, Any] = {}
+    for panel in panels:
+        for handle, label in zip(*panel.get_legend_handles_labels(), strict=True):
+            shown.setdefault(label, handle)
+    if shown:
+        panels[0].figure.legend(shown.values(), shown.keys(), loc="outside lower center",
+                                ncols=min(len(shown), 5), frameon=False)  # fmt: skip

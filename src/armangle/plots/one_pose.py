@@ -1,0 +1,273 @@
+"""One pose: the redundancy circle and the joints over the arm angle. Figs. 4-9, 11."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._arrays import as_floats
+from ..arm.arcs import ArcSet
+from ..arm.arm import Arm
+from ..errors import InputError, ShapeError
+from ..models.description import JOINTS
+from ..status import Status
+from .style import (
+    ARM_ANGLE,
+    BLACK,
+    FREE,
+    JOINT_COLOURS,
+    MID,
+    PALE,
+    VERMILION,
+    angle_ticks,
+    grid_axes,
+    pieces,
+    polar_axes,
+    unjoined,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_SAMPLES = 1441
+_INNER, _STEP, _WIDTH = 2.0, 1.0, 0.84
+_ALL_WIDTH = 1.5
+
+
+def circle(
+    arm: Arm,
+    pose: ArrayLike,
+    gc: int,
+    *,
+    psi: float | None = None,
+    allowed: ArcSet | None = None,
+    singularity_margin: float = 0.0,
+    ax: Axes | None = None,
+) -> Axes:
+    """Draw the redundancy circle: a ring for each joint's Ψ_i, and Ψ_all outside.
+
+    Blocked pieces bear the colour of the joint that blocks; in the outer ring a piece that several joints
+    block is split among them. ψ = 0 is at the top, positive counterclockwise.
+
+    Parameters
+    ----------
+    arm : Arm
+    pose : array_like, shape (4, 4)
+        Tool frame, position in m.
+    gc : int
+        Global configuration 0..7.
+    psi : float, optional
+        Arm angle to mark, rad.
+    allowed : ArcSet of shape (), optional
+        Arcs of the user's own; what they forbid is grey in the outer ring.
+    singularity_margin : float
+        As in `Arm.feasible`, rad.
+    ax : matplotlib polar axes, optional
+        Where to draw; a new figure by default.
+
+    Returns
+    -------
+    matplotlib polar axes
+
+    Raises
+    ------
+    MissingExtraError
+        Without matplotlib.
+    ArmangleError
+        As `Arm.feasible`.
+
+    Source: Faria et al. (2018), Figs. 4, 11, Eq. (25).
+    """
+    frame = as_floats("pose", pose, (4, 4))
+    if frame.ndim != 2:
+        raise ShapeError(f"pose has shape {frame.shape}, wanted (4, 4)")
+    each = arm.joint_feasible(frame, gc, singularity_margin=singularity_margin)
+    polar = polar_axes(ax)
+    for joint in range(1, JOINTS + 1):
+        _ring(polar, each[joint - 1], joint)
+    outer = _INNER + JOINTS * _STEP + 0.35
+    every = arm.feasible(frame, gc, singularity_margin=singularity_margin)
+    _outer_ring(polar, [~each[i] for i in range(JOINTS)], allowed, outer)
+    feasible = every if allowed is None else every & allowed
+    _arcs(polar, feasible, outer, _ALL_WIDTH, FREE, BLACK)
+    _mark_singular(polar, arm, frame, gc, every)
+    _dress_circle(polar, outer + _ALL_WIDTH, gc, every, feasible)
+    if psi is not None:
+        polar.plot([psi, psi], [_INNER, outer + _ALL_WIDTH], color=BLACK, lw=1.6, label="ψ")
+        polar.plot([psi], [outer + _ALL_WIDTH], "o", color=BLACK, ms=6, clip_on=False)
+    _circle_legend(polar, allowed is not None, made=ax is None)
+    return polar  # type: ignore[no-any-return]  # matplotlib types it loosely
+
+
+def _arcs(polar: Any, arcs: ArcSet, base: float, width: float, face: str, edge: str) -> None:
+    for lower, upper in arcs:
+        polar.bar(
+            0.5 * (lower + upper), width, upper - lower, base, color=face, edgecolor=edge, linewidth=0.6
+        )
+
+
+def _ring(polar: Any, feasible: ArcSet, joint: int) -> None:
+    base = _INNER + (joint - 1) * _STEP
+    _arcs(polar, feasible, base, _WIDTH, FREE, PALE)
+    _arcs(polar, ~feasible, base, _WIDTH, JOINT_COLOURS[joint - 1], BLACK)
+
+
+def _outer_ring(polar: Any, blocked: list[ArcSet], allowed: ArcSet | None, base: float) -> None:
+    """Draw what is blocked, each piece shared by the joints that block it."""
+    colours = list(JOINT_COLOURS)
+    if allowed is not None:
+        blocked, colours = [*blocked, ~allowed], [*colours, MID]
+    ends = [angle for arcs in blocked for arc in arcs for angle in arc]
+    cuts = np.unique(np.concatenate([(np.array(ends) + np.pi) % (2 * np.pi) - np.pi, [-np.pi, np.pi]]))
+    for lower, upper in pairwise(cuts):
+        middle = 0.5 * (lower + upper)
+        here = [colour for arcs, colour in zip(blocked, colours, strict=True) if middle in arcs]
+        for k, colour in enumerate(here):
+            share = _ALL_WIDTH / len(here)
+            polar.bar(middle, share, upper - lower, base + k * share, color=colour, linewidth=0)
+
+
+def _mark_singular(polar: Any, arm: Arm, pose: Any, gc: int, every: ArcSet) -> None:
+    """Mark the arm angles where a joint jumps or has a corner, on that joint's ring."""
+    if every.status in (Status.UNREACHABLE, Status.FOLDED):
+        return
+    for joint in range(1, JOINTS + 1):
+        for angle in arm.joint_function(pose, gc, joint).singular:
+            polar.plot([angle], [_INNER + (joint - 0.58) * _STEP], "x", color=BLACK, ms=7, mew=2)
+
+
+def _dress_circle(polar: Any, radius: float, gc: int, every: ArcSet, feasible: ArcSet) -> None:
+    polar.set_theta_zero_location("N")
+    polar.set_ylim(0, radius)
+    polar.set_yticks([])
+    polar.spines["polar"].set_visible(False)
+    polar.set_thetagrids(
+        range(0, 360, 30), [f"{a if a <= 180 else a - 360}°".replace("-", "−") for a in range(0, 360, 30)]
+    )
+    polar.grid(color=PALE, lw=0.6)
+    polar.set_axisbelow(True)
+    free = np.degrees(feasible.measure)
+    text = f"GC {gc}\n{free:.1f}° free" if feasible.count else f"GC {gc}\nnone"
+    polar.text(0, 0, text, ha="center", va="center", fontsize=9)
+    title = "redundancy circle, ψ in degrees"
+    if not every.count:
+        title += f"\n{every.status.sentence}"  # type: ignore[union-attr]  # of one pose: a Status
+    polar.set_title(title, fontsize=10)
+
+
+def _circle_legend(polar: Any, user: bool, *, made: bool) -> None:
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    handles: list[Any] = [
+        Patch(fc=JOINT_COLOURS[j], ec=BLACK, lw=0.6, label=f"joint {j + 1} blocks (ring {j + 1})")
+        for j in range(JOINTS)
+    ]
+    handles.append(Patch(fc=FREE, ec=BLACK, lw=0.6, label="feasible"))
+    if user:
+        handles.append(Patch(fc=MID, label="not allowed by the user"))
+    handles.append(Line2D([], [], marker="x", color=BLACK, ls="", mew=2, label="singular"))
+    handles += [line for line in polar.lines if line.get_label() == "ψ"]
+    options: dict[str, Any] = {
+        "handles": handles, "frameon": False, "fontsize": 9, "title_fontsize": 9,
+        "title": "rings: Ψ_i from the inside\nouter ring: Ψ_all",
+    }  # fmt: skip
+    if made:
+        polar.figure.legend(loc="outside right center", **options)
+    else:
+        polar.legend(loc="center left", bbox_to_anchor=(1.12, 0.5), **options)
+
+
+def joint_profiles(
+    arm: Arm,
+    pose: ArrayLike,
+    gc: int,
+    *,
+    joints: Sequence[int] = (1, 2, 3, 5, 6, 7),
+    psi: float | None = None,
+    ax: Any = None,
+) -> Any:
+    """Draw joints as functions of the arm angle, with limits, stationary and singular values.
+
+    Parameters
+    ----------
+    arm : Arm
+    pose : array_like, shape (4, 4)
+        Tool frame, position in m.
+    gc : int
+        Global configuration 0..7.
+    joints : sequence of int
+        Joints 1..7, one panel each. Joint 4 does not depend on the arm angle.
+    psi : float, optional
+        Arm angle to mark, rad.
+    ax : axes or array of axes, optional
+        As many as joints; a new figure, with a legend, by default.
+
+    Returns
+    -------
+    ndarray of matplotlib axes, shape (len(joints),)
+
+    Raises
+    ------
+    MissingExtraError
+        Without matplotlib.
+    UnreachableError
+        If the pose is out of reach.
+    ArmangleError
+        As `Arm.joint_function`.
+
+    Source: Faria et al. (2018), Figs. 5-9, Eqs. (26)-(35).
+    """
+    if not joints:
+        raise InputError("joints is empty, wanted joints 1..7")
+    functions = [arm.joint_function(pose, gc, joint) for joint in joints]
+    panels = grid_axes(ax, len(functions), min(3, len(functions)), (3.7, 2.7), sharex=True)
+    angles = np.linspace(-np.pi, np.pi, _SAMPLES)
+    for panel, function in zip(panels, functions, strict=True):
+        _profile(panel, arm, function, angles, ~arm.joint_feasible(pose, gc)[function.joint - 1])
+        if psi is not None:
+            panel.axvline(np.degrees(psi), color=BLACK, lw=1.2, ls="-.", label="ψ")
+    if ax is None:
+        _profile_legend(panels, psi is not None)
+    return panels
+
+
+def _profile(panel: Any, arm: Arm, function: Any, angles: Any, blocked: ArcSet) -> None:
+    joint = function.joint
+    values = np.degrees(function.value(angles))
+    limits = np.degrees([arm.lower[joint - 1], arm.upper[joint - 1]])
+    for lower, upper in pieces(blocked.intervals):
+        panel.axvspan(lower, upper, color=JOINT_COLOURS[joint - 1], alpha=0.22, lw=0)
+    panel.plot(*unjoined(np.degrees(angles), values, 90.0), color=BLACK, lw=1.8)
+    for limit in limits[np.isfinite(limits)]:
+        panel.axhline(limit, color=VERMILION, lw=1.2, ls="--")
+    for psi in function.singular:
+        panel.axvline(np.degrees(psi), color=MID, lw=2.0, ls=":", zorder=3)
+    if len(function.stationary):
+        panel.plot(np.degrees(function.stationary), np.degrees(function.value(function.stationary)), "o",
+                   color=BLACK, mfc="white", ms=6)  # fmt: skip
+    panel.set_title(f"joint {joint}: {function.kind}", fontsize=10)
+    panel.set_xlim(-180, 180)
+    angle_ticks(panel.xaxis)
+    panel.set_xlabel(ARM_ANGLE)
+    panel.set_ylabel(f"q{joint} (deg)")
+
+
+def _profile_legend(panels: Any, marked: bool) -> None:
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    handles: list[Any] = [
+        Line2D([], [], color=VERMILION, ls="--", lw=1.2, label="limit"),
+        Line2D([], [], marker="o", color=BLACK, mfc="white", ls="", label="stationary"),
+        Line2D([], [], color=MID, ls=":", label="singular"),
+        Patch(fc=MID, alpha=0.35, label="blocked by this joint"),
+    ]
+    if marked:
+        handles.append(Line2D([], [], color=BLACK, ls="-.", lw=1.2, label="ψ"))
+    figure = panels[0].figure
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), frameon=False, fontsize=9)

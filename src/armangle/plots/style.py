@@ -1,0 +1,108 @@
+"""Colours, axes and words that all plots share."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._arrays import Floats
+from ..errors import InputError
+from ..extras import needed
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+# Okabe and Ito's eight colours, told apart by all common kinds of colour vision.
+BLACK = "#000000"
+ORANGE, SKY, GREEN, YELLOW = "#E69F00", "#56B4E9", "#009E73", "#F0E442"
+BLUE, VERMILION, PURPLE = "#0072B2", "#D55E00", "#CC79A7"
+JOINT_COLOURS = (ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILION, PURPLE)
+CURVES = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
+FREE = "#F4F4F4"
+PALE = "#D9D9D9"
+MID = "#7F7F7F"
+
+ARM_ANGLE = "arm angle ψ (deg)"
+FULL_TURN = 360.0
+
+
+def pyplot() -> Any:
+    """Return matplotlib.pyplot, or say how to install it."""
+    return needed("matplotlib.pyplot", "plots need", "plot")
+
+
+def flat_axes(ax: Axes | None, size: tuple[float, float] = (6.4, 4.0)) -> Axes:
+    """Return `ax`, or the axes of a new figure of `size` (inches)."""
+    plt = pyplot()
+    return ax if ax is not None else plt.subplots(figsize=size, layout="constrained")[1]
+
+
+def polar_axes(ax: Axes | None, size: tuple[float, float] = (8.8, 5.8)) -> Any:
+    """Return `ax`, which must be polar, or new polar axes."""
+    plt = pyplot()
+    if ax is None:
+        return plt.subplots(figsize=size, layout="constrained", subplot_kw={"projection": "polar"})[1]
+    if ax.name != "polar":
+        raise InputError(f"ax is a {ax.name} axes, wanted a polar one: subplot_kw={{'projection': 'polar'}}")
+    return ax
+
+
+def space_axes(ax: Any | None, size: tuple[float, float] = (7.2, 6.4)) -> Any:
+    """Return `ax`, which must be 3-D, or new 3-D axes."""
+    plt = pyplot()
+    if ax is None:
+        return plt.subplots(figsize=size, layout="constrained", subplot_kw={"projection": "3d"})[1]
+    if ax.name != "3d":
+        raise InputError(f"ax is a {ax.name} axes, wanted a 3-D one: subplot_kw={{'projection': '3d'}}")
+    return ax
+
+
+def grid_axes(ax: Any | None, count: int, columns: int, panel: tuple[float, float], **shared: bool) -> Any:
+    """Return `count` axes as a flat array: those given, or a new grid of `columns`, each `panel` inches."""
+    plt = pyplot()
+    if ax is not None:
+        given = np.atleast_1d(np.asarray(ax, dtype=object)).ravel()
+        if len(given) != count:
+            raise InputError(f"ax holds {len(given)} axes, wanted {count}")
+        return given
+    rows = -(-count // columns)
+    size = (panel[0] * columns, panel[1] * rows)
+    _, made = plt.subplots(rows, columns, figsize=size, layout="constrained", squeeze=False, **shared)
+    for spare in made.ravel()[count:]:
+        spare.remove()
+    return made.ravel()[:count]
+
+
+def angle_ticks(axis: Any, step: float = 90.0) -> None:
+    """Put ticks at multiples of `step` degrees on an axis of a whole turn."""
+    half = FULL_TURN / 2
+    axis.set_ticks(np.arange(-half, half + step / 2, step))
+
+
+def wrapped_degrees(psi: Floats) -> Floats:
+    """Return angles (rad) in degrees in [-180, 180)."""
+    return (np.degrees(psi) + FULL_TURN / 2) % FULL_TURN - FULL_TURN / 2
+
+
+def unjoined(x: Floats, y: Floats, jump: float = FULL_TURN / 2) -> tuple[Floats, Floats]:
+    """Return a curve with NaN put between points whose y differ by more than `jump`."""
+    at = np.flatnonzero(np.abs(np.diff(y)) > jump) + 1
+    return np.insert(x, at, np.nan), np.insert(y, at, np.nan)
+
+
+def pieces(intervals: NDArray[np.float64]) -> list[tuple[float, float]]:
+    """Return arcs (k, 2) in rad as pieces within [-180, 180] degrees, cut at ±180."""
+    half = FULL_TURN / 2
+    out = []
+    for lower, upper in np.degrees(intervals[~np.isnan(intervals[:, 0])]):
+        out.append((lower, min(upper, half)))
+        if upper > half:
+            out.append((-half, upper - FULL_TURN))
+    return out
+
+
+def outer_legend(ax: Any, **options: Any) -> None:
+    """Put the legend to the right of the axes, off the data."""
+    ax.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0), borderaxespad=0.0, frameon=False, **options)

@@ -1,0 +1,1 @@
+"""When: a path of joints with times, speeds and accelerations."""

@@ -1,0 +1,75 @@
+"""Where a constant speed of the tool cannot be held, and why."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .._arrays import Floats
+from .grid import RESTS, Grid, Motion, breaks, corners, tool_derivatives
+from .timing import Timing
+from .trajectory import SpeedLoss
+
+HELD, HELD_ROWS = 1e-3, 4001
+"""A tool speed is held within this share of it; rows at which that is looked at."""
+
+
+def speed_lost(
+    path: Motion, g: Grid, tool_speed: float, velocity: Floats, acceleration: Floats, jump: Floats
+) -> SpeedLoss | None:
+    """Return the first place where joints cannot follow the tool at its constant speed, ramps apart.
+
+    Parameters
+    ----------
+    path : JointPath
+    g : Grid
+        Where it is looked at, and in the middle between.
+    tool_speed : float
+        m/s.
+    velocity, acceleration, jump : ndarray, shape (7,)
+        Bounds: rad/s, rad/s², and rad/s by which velocities may jump at a corner.
+    """
+    s = np.setdiff1d(np.union1d(g.s, 0.5 * (g.s[1:] + g.s[:-1])), breaks(path)[1:-1])
+    first, second = tool_derivatives(path, s)
+    speed = _path_speed(first, tool_speed)
+    way = np.linalg.norm(first, axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        change = -np.sum(first * second, axis=1) / way**2 * speed**2
+        d = path.derivatives(s)
+        needs_velocity = np.abs(d[:, 0]) * speed[:, None]
+        needs_acceleration = np.abs(d[:, 1] * speed[:, None] ** 2 + d[:, 0] * change[:, None])
+        inner = g.s[1:-1]
+        at_corners = corners(g)[1:-1] * _path_speed(tool_derivatives(path, inner)[0], tool_speed)[:, None]
+        found = [
+            _first(s, needs_velocity / velocity, "velocity"),
+            _first(s, needs_acceleration / acceleration, "acceleration"),
+            _first(inner, at_corners / jump, "corner"),
+        ]
+    return min((place for place in found if place is not None), key=lambda place: place.s, default=None)
+
+
+def not_held(path: Motion, timing: Timing, tool_speed: float) -> SpeedLoss | None:
+    """Return where a timing leaves the tool's speed between its ramps, though each place would allow it."""
+    s, speed, _ = timing.at(np.linspace(0.0, timing.duration, HELD_ROWS))
+    held = np.linalg.norm(tool_derivatives(path, s)[0], axis=1) * speed >= (1 - HELD) * tool_speed
+    if not held.any():
+        return SpeedLoss(float(s[np.argmax(speed)]), None, "ramps", np.inf)
+    first, last = np.argmax(held), len(held) - 1 - np.argmax(held[::-1])
+    gaps = np.flatnonzero(~held[first:last])
+    return SpeedLoss(float(s[first + gaps[0]]), None, "ramps", np.inf) if len(gaps) else None
+
+
+def _path_speed(first: Floats, tool_speed: float) -> Floats:
+    """Return ds/dt of the tool's speed; infinite where the tool rests."""
+    way = np.linalg.norm(first, axis=1)
+    return np.where(way > RESTS, tool_speed / np.maximum(way, RESTS), np.inf)
+
+
+def _first(s: Floats, ratio: Floats, bound: str) -> SpeedLoss | None:
+    """Return where one of the ratios (N, 7) first exceeds 1, and the joint of the greatest there."""
+    known = np.where(np.isnan(ratio), 0.0, ratio)
+    over = known.max(axis=1, initial=0.0) > 1 + 1e-9
+    if not over.any():
+        return None
+    k = int(np.argmax(over))
+    joint = int(np.argmax(known[k]))
+    return SpeedLoss(float(s[k]), joint + 1, bound, float(known[k, joint]))

@@ -1,0 +1,165 @@
+"""Solids from a URDF's visuals, each rigid in one DH frame; what cannot be read stays a capsule."""
+
+from __future__ import annotations
+
+import importlib
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+
+from .._arrays import Floats
+from ..arm.arm import Arm
+from ..models.description import JOINTS
+from ..models.urdf import read_urdf
+from .solids import DARK, GREY, Solid, capsules
+
+# A capsule stands for the links of these DH frames.
+_GROUPS = {0: (0, 1), 3: (2, 3), 4: (4, 5), 7: (6, 7)}
+_ROTATING = ("revolute", "continuous")
+
+
+@dataclass
+class _Looks:
+    """What was read of a file's visuals."""
+
+    solids: list[Solid] = field(default_factory=list)
+    failed: list[tuple[int, str]] = field(default_factory=list)
+
+
+def solids_of(
+    arm: Arm, urdf: Path | None = None, base: str | None = None, tip: str | None = None
+) -> tuple[list[Solid], str]:
+    """Return the solids to draw an arm with, and a sentence on what could not be read, or "".
+
+    Parameters
+    ----------
+    arm : Arm
+    urdf : path, optional
+        The file the arm was read from; without it, or where it has no visuals, links are capsules.
+    base, tip : str, optional
+        The links given when the arm was read.
+    """
+    if urdf is None:
+        return capsules(arm), ""
+    looks = _visuals(arm, urdf, base, tip)
+    broken = {frame for frame, _ in looks.failed}
+    whole = {solid.frame for solid in looks.solids}
+    shown = [f for f, links in _GROUPS.items() if whole & set(links) and not broken & set(links)]
+    solids = looks.solids + capsules(arm, skip=frozenset(shown))
+    if not looks.failed:
+        return solids, ""
+    what = "1 mesh is" if len(looks.failed) == 1 else f"{len(looks.failed)} meshes are"
+    return solids, f"{what} drawn as capsules; the first: {looks.failed[0][1]}"
+
+
+def _visuals(arm: Arm, urdf: Path, base: str | None, tip: str | None) -> _Looks:
+    """Read the visuals of all links that move with one of the seven joints or with the base."""
+    chain = read_urdf(urdf, base=base, tip=tip)  # refuses what is no XML, and entities
+    root = ElementTree.fromstring(urdf.read_bytes())
+    rest = arm.frames(np.zeros(JOINTS))
+    moving = {joint.name: i + 1 for i, joint in enumerate(chain.joints)}
+    looks = _Looks()
+    pending = [(chain.base, 0, np.eye(4))]
+    links = {link.get("name"): link for link in root.findall("link")}
+    while pending:
+        name, frame, placed = pending.pop()
+        local = np.linalg.inv(rest[frame]) @ placed
+        for k, visual in enumerate(links[name].findall("visual")):
+            _read_visual(looks, visual, f"{name}_{k}", frame, local, urdf.parent)
+        for joint in root.findall("joint"):
+            parent, child = joint.find("parent"), joint.find("child")
+            if parent is None or child is None or parent.get("link") != name:
+                continue
+            after = moving.get(joint.get("name", ""), None if joint.get("type") in _ROTATING else frame)
+            if after is not None and joint.get("type") in (*_ROTATING, "fixed"):
+                pending.append((child.get("link", ""), after, placed @ _origin(joint)))
+    return looks
+
+
+def _read_visual(looks: _Looks, visual: Any, name: str, frame: int, local: Floats, folder: Path) -> None:
+    try:
+        shape = visual.find("geometry")[0]
+        mesh = _shape(shape, folder)
+        place = local @ _origin(visual)
+        vertices = np.asarray(mesh.vertices) @ place[:3, :3].T + place[:3, 3]
+        faces = np.asarray(mesh.faces)
+        if not len(faces) or not np.isfinite(vertices).all():
+            raise ValueError("it holds no surface")
+    except Exception as error:  # a mesh reader fails in as many ways as there are broken files
+        looks.failed.append((frame, f"{name}: {str(error) or type(error).__name__}"))
+        return
+    colour = GREY if frame % 2 == 0 else DARK
+    looks.solids.append(Solid(name, frame, vertices, faces, _colour(visual, colour)))
+
+
+def _shape(shape: Any, folder: Path) -> Any:
+    """Return the trimesh of a URDF geometry: mesh, box, cylinder or sphere."""
+    trimesh = importlib.import_module("trimesh")
+    match shape.tag:
+        case "mesh":
+            mesh = trimesh.load(_mesh_file(shape.get("filename", ""), folder), force="mesh")
+            mesh.apply_scale(_numbers(shape.get("scale"), 3, 1.0))
+            return mesh
+        case "box":
+            return trimesh.creation.box(extents=_numbers(shape.get("size"), 3, 0.0))
+        case "cylinder":
+            radius, length = float(shape.get("radius")), float(shape.get("length"))
+            return trimesh.creation.cylinder(radius=radius, height=length)
+        case "sphere":
+            return trimesh.creation.icosphere(subdivisions=3, radius=float(shape.get("radius")))
+    raise ValueError(f"unknown geometry <{shape.tag}>")
+
+
+def _mesh_file(name: str, folder: Path) -> Path:
+    """Return the local file of a mesh name: a path, file://, or package:// looked for above the URDF."""
+    scheme, _, rest = name.rpartition("://")
+    if scheme == "file":
+        places = [Path(rest)]
+    elif scheme == "package":
+        package, _, inside = rest.partition("/")
+        above = (folder.resolve(), *folder.resolve().parents)
+        places = [p / package / inside for p in above] + [p / inside for p in above if p.name == package]
+    elif scheme:
+        raise ValueError(f"{name}: only local files are read")
+    else:
+        places = [folder / name]
+    for place in places:
+        if place.is_file():
+            return place
+    raise ValueError(f"{name}: no such file")
+
+
+def _origin(element: Any) -> Floats:
+    """Return the pose (4, 4) of an element's <origin>."""
+    pose = np.eye(4)
+    origin = element.find("origin")
+    if origin is None:
+        return pose
+    pose[:3, 3] = _numbers(origin.get("xyz"), 3, 0.0)
+    roll, pitch, yaw = _numbers(origin.get("rpy"), 3, 0.0)
+    c, s = np.cos([roll, pitch, yaw]), np.sin([roll, pitch, yaw])
+    about_x = np.array([[1, 0, 0], [0, c[0], -s[0]], [0, s[0], c[0]]])
+    about_y = np.array([[c[1], 0, s[1]], [0, 1, 0], [-s[1], 0, c[1]]])
+    about_z = np.array([[c[2], -s[2], 0], [s[2], c[2], 0], [0, 0, 1]])
+    pose[:3, :3] = about_z @ about_y @ about_x
+    return pose
+
+
+def _numbers(text: str | None, count: int, default: float) -> Floats:
+    values = np.full(count, default) if text is None else np.array(text.split(), dtype=np.float64)
+    if len(values) != count:
+        raise ValueError(f"{text!r} has {len(values)} numbers, wanted {count}")
+    return values
+
+
+def _colour(visual: Any, default: tuple[int, int, int]) -> tuple[int, int, int]:
+    """Return the RGB of a visual's own material."""
+    colour = visual.find("material/color")
+    if colour is None or colour.get("rgba") is None:
+        return default
+    rgba = np.clip(_numbers(colour.get("rgba"), 4, 0.0), 0.0, 1.0)
+    red, green, blue = (round(255 * float(part)) for part in rgba[:3])
+    return red, green, blue

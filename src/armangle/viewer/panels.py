@@ -1,0 +1,178 @@
+"""The viewer's panels as HTML: arcs under the slider, joint bars, the feasible map of a motion."""
+
+from __future__ import annotations
+
+import base64
+import struct
+import zlib
+from html import escape
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._arrays import Floats
+from ..arm.skeleton import blockers, first_blocker
+from ..models.description import JOINTS
+from ..motion.joint_path import JointPath
+from ..plots.style import BLACK, FREE, JOINT_COLOURS, MID, pieces, unjoined, wrapped_degrees
+from ..status import Status
+from .state import ViewerState
+
+_FRAME = "padding:0 0.9em 0.5em;font:12px/1.35 system-ui,sans-serif"
+_MAP_WIDTH, _MAP_HEIGHT = 200, 180
+_LOST = JOINTS + 1
+_PALETTE = ("#FFFFFF", *JOINT_COLOURS, MID)
+
+
+def status_panel(state: ViewerState) -> str:
+    """Return what the arm is doing, in words."""
+    margin = np.degrees(float(state.arm.limit_margin(state.q)))
+    near = f"{margin:.1f}° to the nearest limit" if np.isfinite(margin) else "no limits"
+    facts = f"GC {state.gc}, ψ = {_degrees(state.psi)}, {near}"
+    said = f'<div style="color:#B04A00">{escape(state.message)}</div>' if state.message else ""
+    return (
+        f'<div style="{_FRAME}" data-panel="status"><b>{escape(state.arm.name)}</b><br>{facts}'
+        f'<div style="min-height:1.4em">{said}</div></div>'
+    )
+
+
+def arcs_panel(state: ViewerState) -> str:
+    """Return the arm angle's circle as a strip: feasible light, blocked in the colour of the joint."""
+    each = state.arm.joint_feasible(state.pose, state.gc)
+    bars, blocking = [], []
+    for joint in range(JOINTS, 0, -1):
+        blocked = pieces((~each[joint - 1]).intervals)
+        if blocked:
+            blocking.append(joint)
+        bars += [_bar(low, high, JOINT_COLOURS[joint - 1]) for low, high in blocked]
+    at = (np.degrees(state.psi) + 180) / 3.6
+    keys = " ".join(_key(joint) for joint in sorted(blocking))
+    said = f"blocked by {keys}" if keys else "no joint blocks"
+    return (
+        f'<div style="{_FRAME}" data-panel="arcs">'
+        f'<div style="position:relative;height:14px;background:{FREE};border:1px solid {MID}">'
+        f"{''.join(bars)}{_marker(at)}</div>"
+        f'<div style="display:flex;justify-content:space-between"><span>−180°</span><span>0°</span>'
+        f"<span>180°</span></div>{said}</div>"
+    )
+
+
+def _key(joint: int) -> str:
+    square = f'<span style="color:{JOINT_COLOURS[joint - 1]}">■</span>'
+    return f'<span style="white-space:nowrap">{square} joint {joint}</span>'
+
+
+def _bar(low: float, high: float, colour: str) -> str:
+    left, width = (low + 180) / 3.6, (high - low) / 3.6
+    return (
+        f'<div style="position:absolute;top:0;bottom:0;left:{left:.3f}%;width:{width:.3f}%;'
+        f'background:{colour}"></div>'
+    )
+
+
+def _marker(percent: float) -> str:
+    return (
+        f'<div style="position:absolute;top:-3px;bottom:-3px;left:calc({percent:.3f}% - 1px);width:3px;'
+        f'background:{BLACK};outline:1px solid white"></div>'
+    )
+
+
+def reasons_panel(state: ViewerState) -> str:
+    """Return why configurations have no solution, one line each."""
+    lines = [
+        f'<div data-gc="{gc}"><b>GC {gc}</b>: {escape(reason)}</div>'
+        for gc, reason in enumerate(state.reasons())
+        if reason is not None
+    ]
+    return (
+        f'<div style="{_FRAME}" data-panel="reasons">{"".join(lines) or "All eight have a solution."}</div>'
+    )
+
+
+def joints_panel(state: ViewerState) -> str:
+    """Return a bar for each joint: where it is between its limits."""
+    rows = []
+    for i, q in enumerate(state.q):
+        lower, upper = state.arm.lower[i], state.arm.upper[i]
+        bounded = bool(np.isfinite(lower) and np.isfinite(upper) and upper > lower)
+        share = (q - lower) / (upper - lower) if bounded else 0.5
+        ends = (_degrees(lower, 0), _degrees(upper, 0)) if bounded else ("no", "limits")
+        rows.append(
+            f'<div style="display:grid;grid-template-columns:1.6em 3.4em 1fr 3.4em 4em;gap:4px;'
+            f'align-items:center" data-joint="{i + 1}"><b>q{i + 1}</b>'
+            f'<span style="text-align:right">{ends[0]}</span>'
+            f'<div style="position:relative;height:10px;background:{FREE};border:1px solid {MID}">'
+            f"{_bar(-180, -180 + 360 * float(np.clip(share, 0, 1)), JOINT_COLOURS[i])}"
+            f"{_marker(100 * float(np.clip(share, 0, 1)))}</div><span>{ends[1]}</span>"
+            f'<b style="text-align:right">{_degrees(q)}</b></div>'
+        )
+    return f'<div style="{_FRAME}" data-panel="joints">{"".join(rows)}</div>'
+
+
+def map_image(motion: JointPath) -> str:
+    """Return the feasible map of a motion's own configuration as the data URL of a small PNG."""
+    rows = np.unique(np.linspace(0, len(motion) - 1, min(_MAP_WIDTH, len(motion))).round().astype(int))
+    known = motion.gc[rows] >= 0
+    gc = np.where(known, motion.gc[rows], motion.gc[rows][known][:1] if known.any() else 0)
+    psi = np.radians(180 - (np.arange(_MAP_HEIGHT) + 0.5) * 360 / _MAP_HEIGHT)
+    cells = np.full((len(rows), _MAP_HEIGHT), _LOST)
+    posed = np.isfinite(motion.poses[rows]).all(axis=(1, 2))  # a joint file is silent on where it failed
+    poses, gc = motion.poses[rows[posed]], gc[posed]
+    blocked = first_blocker(blockers(motion.arm, poses[:, None], gc[:, None], psi[None, :]))
+    lost = np.isin(motion.arm.feasible(poses, gc).status, (Status.UNREACHABLE, Status.FOLDED))
+    cells[posed] = np.where(lost[:, None], _LOST, blocked)
+    return "data:image/png;base64," + base64.b64encode(png(cells.T.astype(np.uint8), _PALETTE)).decode()
+
+
+def png(cells: NDArray[np.uint8], palette: tuple[str, ...]) -> bytes:
+    """Return cells (rows, columns), indices into a palette of "#RRGGBB", as a PNG file."""
+    height, width = cells.shape
+    lines = np.hstack([np.zeros((height, 1), dtype=np.uint8), cells]).tobytes()
+    colours = b"".join(bytes.fromhex(colour[1:]) for colour in palette)
+    header = struct.pack(">IIBBBBB", width, height, 8, 3, 0, 0, 0)
+    parts = ((b"IHDR", header), (b"PLTE", colours), (b"IDAT", zlib.compress(lines)), (b"IEND", b""))
+    return b"\x89PNG\r\n\x1a\n" + b"".join(
+        struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
+        for name, data in parts
+    )
+
+
+def map_panel(motion: JointPath, image: str, row: int) -> str:
+    """Return the feasible map with the motion's curve and a line at a row."""
+    s, psi = unjoined(motion.s, wrapped_degrees(motion.psi))
+    span = max(float(motion.s[-1] - motion.s[0]), np.finfo(float).tiny)
+    points = _polylines((s - motion.s[0]) / span, psi)
+    at = 100 * float((motion.s[row] - motion.s[0]) / span)
+    dot = wrapped_degrees(motion.psi[row : row + 1])[0]
+    place = f'<circle cx="{at:.2f}" cy="{(180 - dot) / 3.6:.2f}" r="1.6"/>' if np.isfinite(dot) else ""
+    return (
+        f'<div style="{_FRAME}" data-panel="map">ψ over the path: white is feasible, colours block'
+        f'<div style="position:relative;height:150px;border:1px solid {MID}">'
+        f'<img src="{image}" alt="feasible map" style="position:absolute;width:100%;height:100%;'
+        f'image-rendering:pixelated"><svg viewBox="0 0 100 100" preserveAspectRatio="none" '
+        f'style="position:absolute;width:100%;height:100%">{points}'
+        f'<line x1="{at:.2f}" x2="{at:.2f}" y1="0" y2="100" stroke="{BLACK}" stroke-width="1" '
+        f'vector-effect="non-scaling-stroke" stroke-dasharray="3 2"/>{place}</svg></div>'
+        f"s = {motion.s[row]:.3f}, pose {row + 1} of {len(motion)}</div>"
+    )
+
+
+def _polylines(share: Floats, psi: Floats) -> str:
+    """Return a curve as polylines, one between gaps; s in 0..1, psi in degrees."""
+    known = np.isfinite(share) & np.isfinite(psi)
+    breaks = np.flatnonzero(~known)
+    out = []
+    for part in np.split(np.arange(len(share)), breaks):
+        part = part[known[part]]
+        points = " ".join(f"{100 * share[k]:.2f},{(180 - psi[k]) / 3.6:.2f}" for k in part)
+        if points:
+            out += [
+                f'<polyline points="{points}" fill="none" stroke="{colour}" stroke-width="{width}" '
+                f'vector-effect="non-scaling-stroke"/>'
+                for colour, width in (("white", 4), (BLACK, 2))
+            ]
+    return "".join(out)
+
+
+def _degrees(value: float, digits: int = 1) -> str:
+    return f"{round(float(np.degrees(value)), digits) + 0.0:.{digits}f}°".replace("-", "−")

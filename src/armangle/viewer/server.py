@@ -1,0 +1,198 @@
+"""The server that browsers talk to, and what it shows."""
+
+from __future__ import annotations
+
+import errno
+import io
+import socket
+import threading
+from collections.abc import Callable, Mapping
+from contextlib import redirect_stdout
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .._arrays import Floats
+from ..errors import PortError
+from ..extras import needed
+from ..motion.joint_path import JointPath
+from ..quaternions import poses_from_rows
+from .controls import Controls
+from .meshes import solids_of
+from .scene import Scene
+from .state import ViewerState
+
+LOOPBACK = "127.0.0.1"
+FIRST_PORT = 8080
+_PORTS_TRIED = 20
+_FRAME_TIME = 1 / 30
+
+
+class Viewer:
+    """A running viewer: a server for browsers, and the state they share.
+
+    Parameters
+    ----------
+    state : ViewerState
+        What is shown and moved; read it at any time.
+    runs : mapping of names to JointPath, optional
+        Motions of the same arm to play.
+    port : int, optional
+        Port to serve at; the first free one from 8080 on by default.
+    host : str
+        Address to bind to; this machine alone by default.
+    urdf : path, optional
+        File the arm was read from, for its meshes.
+    base, tip : str, optional
+        Links given when it was read.
+
+    Attributes
+    ----------
+    url : str
+        Where to look at it.
+    note : str
+        What could not be read of the meshes, or "".
+
+    Raises
+    ------
+    MissingExtraError
+        Without viser.
+    PortError
+        If the port is taken or not allowed.
+    InputError
+        If a motion is of another arm, or has no solved row.
+    """
+
+    def __init__(
+        self,
+        state: ViewerState,
+        runs: Mapping[str, JointPath] | None = None,
+        *,
+        port: int | None = None,
+        host: str = LOOPBACK,
+        urdf: Path | None = None,
+        base: str | None = None,
+        tip: str | None = None,
+    ) -> None:
+        viser = _viser()
+        for motion in (runs or {}).values():
+            state.check_motion(motion)
+        solids, self.note = solids_of(state.arm, urdf, base, tip)
+        chosen = _free_port(host) if port is None else _checked_port(host, port)
+        self.state = state
+        self._lock = threading.RLock()
+        self._stopped = threading.Event()
+        self._held = False
+        with _quiet():
+            self._server = viser.ViserServer(host=host, port=chosen, verbose=False)
+        bound = self._server.get_port()
+        if port and bound != port:  # taken since it was tried
+            with _quiet():
+                self._server.stop()
+            raise _taken(host, port)
+        self.url = f"http://{'localhost' if host in ('0.0.0.0', '::') else host}:{bound}"
+        self._server.gui.configure_theme(control_width="large", show_logo=False, show_share_button=False)
+        self._server.gui.set_panel_label(f"armangle: {state.arm.name}")
+        self.scene = Scene(self._server, state, solids)
+        self.controls = Controls(self._server, state, self.act, dict(runs or {}))
+        self._wire(dict(runs or {}))
+
+    def _wire(self, runs: dict[str, JointPath]) -> None:
+        self.scene.gizmo.on_update(self._drag)
+        self.controls.ghosts.on_update(lambda _: self.act(self._take_ghosts))
+        self.act(lambda: self.controls.choose(next(iter(runs))) if runs else None)
+        self._player = threading.Thread(target=self._play, daemon=True)
+        self._player.start()
+
+    def _take_ghosts(self) -> None:
+        self.scene.show_ghosts = bool(self.controls.ghosts.value)
+
+    def act(self, wish: Callable[[], object], *, gizmo: bool = True) -> None:
+        """Run a wish on the state, alone, and show the state to all browsers."""
+        with self._lock, self._server.atomic():
+            wish()
+            self.scene.update(gizmo=gizmo)
+            self.controls.update()
+
+    def _drag(self, event: Any) -> None:
+        """Follow the gizmo while it is held; put it on the tool when it is let go."""
+        handle = self.scene.gizmo
+        if event.phase != "update":  # events may overtake each other: the last word is start or end
+            self._held = event.phase == "start"
+
+        def follow_hand() -> None:
+            self.state.set_pose(_pose(np.array(handle.position), np.array(handle.wxyz)))
+
+        self.act(follow_hand, gizmo=not self._held)
+
+    def _play(self) -> None:
+        while not self._stopped.wait(_FRAME_TIME):
+            motion = self.state.motion
+            if not self.controls.playing or motion is None:
+                continue
+            self.act(partial(self.state.seek, (self.state.row + 1) % len(motion)))
+            if self.state.row >= len(motion) - 1:
+                self.controls.set_playing(False)
+
+    def wait(self) -> None:
+        """Serve until `stop`, or until the process is interrupted."""
+        while not self._stopped.wait(1.0):
+            pass
+
+    def stop(self) -> None:
+        """Serve no more."""
+        self._stopped.set()
+        self._player.join()
+        with _quiet():
+            self._server.stop()
+
+
+def _pose(position: Floats, wxyz: Floats) -> Floats:
+    pose: Floats = poses_from_rows(np.hstack([position, wxyz])[None])[0]
+    return pose
+
+
+def _quiet() -> redirect_stdout[io.StringIO]:
+    """Keep to itself what viser prints: where to look is for the caller to say."""
+    return redirect_stdout(io.StringIO())
+
+
+def _viser() -> Any:
+    return needed("viser", "the viewer needs", "view")
+
+
+def _checked_port(host: str, port: int) -> int:
+    """Return the port, or say that it cannot be had; 0 lets the system choose."""
+    if not 0 <= port <= 65535:
+        raise PortError(f"port is {port}, wanted an integer from 0 to 65535")
+    try:
+        _bind(host, port)
+    except OSError as error:
+        if error.errno == errno.EADDRINUSE:
+            raise _taken(host, port) from None
+        raise PortError(f"port {port} of {host} cannot be had: {error.strerror or error}") from None
+    return port
+
+
+def _free_port(host: str) -> int:
+    """Return the first free port from 8080 on."""
+    for port in range(FIRST_PORT, FIRST_PORT + _PORTS_TRIED):
+        try:
+            return _checked_port(host, port)
+        except PortError as error:
+            refused = error
+    raise refused
+
+
+def _taken(host: str, port: int) -> PortError:
+    return PortError(f"port {port} of {host} is taken by another program; name another, or 0 for any")
+
+
+def _bind(host: str, port: int) -> None:
+    """Bind and let go: raises OSError where the port cannot be had."""
+    family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+    with socket.socket(family, kind, protocol) as trial:
+        trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        trial.bind(address)

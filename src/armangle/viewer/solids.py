@@ -1,0 +1,84 @@
+"""Solids of the arm: capsules for its links, each rigid in one DH frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .._arrays import Floats
+from ..arm.arm import Arm
+from ..arm.skeleton import skeleton
+from ..models.description import JOINTS
+
+# Pairs of skeleton corners and the DH frame both ends are rigid in: base, shoulder to elbow, its offsets,
+# elbow to wrist, wrist to flange, tool.
+_LINKS = ((0, 1, 0), (1, 2, 3), (2, 3, 3), (3, 4, 4), (4, 5, 4), (5, 6, 7), (6, 7, 7))
+_NAMES = ("base", "upper_arm", "elbow_in", "elbow_out", "forearm", "hand", "tool")
+_THICKNESS = (0.062, 0.055, 0.05, 0.05, 0.047, 0.04, 0.02)
+_SEGMENTS, _RINGS = 24, 7
+_SHORT = 1e-6
+
+GREY, DARK = (196, 200, 205), (120, 125, 132)
+
+
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """A triangle mesh in one DH frame.
+
+    Parameters
+    ----------
+    name : str
+        Unique among the solids of an arm.
+    frame : int
+        DH frame 0..7 that carries it.
+    vertices : ndarray, shape (V, 3)
+        m, in that frame.
+    faces : ndarray of int, shape (F, 3)
+    colour : (int, int, int)
+        RGB, 0..255.
+    """
+
+    name: str
+    frame: int
+    vertices: Floats
+    faces: Any
+    colour: tuple[int, int, int]
+
+
+def capsules(arm: Arm, *, skip: frozenset[int] = frozenset()) -> list[Solid]:
+    """Return the arm's links as capsules; frames in `skip` (0..7) have solids of their own."""
+    q = np.zeros(JOINTS)
+    corners, frames = skeleton(arm, q), arm.frames(q)
+    size = arm.reach
+    solids = []
+    for k, (begin, end, frame) in enumerate(_LINKS):
+        local = (corners[[begin, end]] - frames[frame, :3, 3]) @ frames[frame, :3, :3]
+        if np.linalg.norm(local[1] - local[0]) <= _SHORT * size or frame in skip:
+            continue
+        vertices, faces = capsule(local[0], local[1], _THICKNESS[k] * size)
+        solids.append(Solid(_NAMES[k], frame, vertices, faces, DARK if k % 2 else GREY))
+    return solids
+
+
+def capsule(begin: Floats, end: Floats, radius: float) -> tuple[Floats, Any]:
+    """Return vertices (V, 3) and faces (F, 3) of a capsule between two points, m."""
+    axis = (end - begin) / np.linalg.norm(end - begin)
+    side = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    side /= np.linalg.norm(side)
+    other = np.cross(axis, side)
+    turn = np.linspace(0, 2 * np.pi, _SEGMENTS, endpoint=False)[:, None]
+    around = np.cos(turn) * side + np.sin(turn) * other
+    rings = []
+    for centre, heights in (
+        (begin, np.linspace(-np.pi / 2, 0, _RINGS)),
+        (end, np.linspace(0, np.pi / 2, _RINGS)),
+    ):
+        rings += [centre + radius * (np.sin(h) * axis + np.cos(h) * around) for h in heights]
+    vertices = np.concatenate(rings)
+    row = np.arange(len(rings) - 1)[:, None] * _SEGMENTS
+    here, after = np.arange(_SEGMENTS), (np.arange(_SEGMENTS) + 1) % _SEGMENTS
+    corners = row + here, row + after, row + _SEGMENTS + here, row + _SEGMENTS + after
+    a, b, c, d = (corner.ravel() for corner in corners)
+    return vertices, np.concatenate([np.stack([a, b, d], axis=1), np.stack([a, d, c], axis=1)])

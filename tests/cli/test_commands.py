@@ -1,0 +1,359 @@
+"""The command line: what is printed and written, and the exit status."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import armangle as aa
+from armangle.cli import main
+from armangle.cli.tables import WIDTH
+
+ROBOT = ("--robot", "kuka_iiwa7_r800")
+START_DEG = [-5.4101, -26.4986, -48.1542, -61.65, 152.6198, 114.4466, 8.1812]
+Q = ",".join(map(str, START_DEG))
+POSE = "-0.117424,-0.146412,1.020287,0.425538,-0.432663,0.352360,0.712434"
+FAR = "2,0,0,1,0,0,0"
+Capture = pytest.CaptureFixture[str]
+
+
+@pytest.fixture
+def line(tmp_path: Path) -> Path:
+    """A file of 21 poses, 0.05 m along the tool's z axis from the paper's start."""
+    arm = aa.Arm.from_catalogue(ROBOT[1])
+    pose = arm.forward(np.radians(START_DEG))[0]
+    poses = np.repeat(pose[None], 21, axis=0)
+    poses[:, :3, 3] += np.linspace(0, 0.05, 21)[:, None] * pose[:3, 2]
+    aa.save(poses, tmp_path / "line.csv")
+    return tmp_path / "line.csv"
+
+
+def out(capsys: Capture, *words: str, status: int = 0) -> str:
+    """Run a command, check its status and the width of its lines, and return what it printed."""
+    assert main(words) == status
+    text = capsys.readouterr().out
+    if "--json" not in words:
+        assert max(map(len, text.splitlines()), default=0) <= WIDTH
+    return text
+
+
+def test_robots(capsys: Capture) -> None:
+    text = out(capsys, "robots")
+    assert all(name in text for name in aa.catalogue())
+    assert "reach: greatest distance of the wrist from the shoulder" in text
+    listed = json.loads(out(capsys, "robots", "--json"))
+    assert [entry["name"] for entry in listed] == list(aa.catalogue())
+    for name in aa.catalogue():
+        assert name in out(capsys, "robots", name)
+        facts = json.loads(out(capsys, "robots", name, "--json"))
+        arm = aa.Arm.from_catalogue(name)
+        assert facts["reach"] == arm.reach and facts["lower"] == arm.lower.tolist()
+
+
+def test_fk_and_ik_are_inverse(capsys: Capture) -> None:
+    text = out(capsys, "fk", *ROBOT, *map(str, START_DEG))
+    assert "58.5882 deg" in text and "3 (shoulder -, elbow -, wrist +)" in text
+    assert out(capsys, "fk", *ROBOT, Q) == text
+    row = text.splitlines()[text.splitlines().index("x,y,z,qw,qx,qy,qz") + 1]
+    text = out(capsys, "ik", *ROBOT, "--pose", row, "--psi", "58.58816", "--gc", "3")
+    shown = [float(line.split()[2]) for line in text.splitlines()[-7:]]
+    assert shown == pytest.approx(START_DEG, abs=2e-3)
+
+
+def test_json_is_in_radians(capsys: Capture) -> None:
+    fk = json.loads(out(capsys, "fk", *ROBOT, Q, "--json"))
+    assert np.degrees(fk["psi"]) == pytest.approx(58.58816372916817) and fk["gc"] == 3
+    pose = ",".join(map(repr, fk["pose"]))
+    words = ("--pose", pose, "--psi", repr(float(np.degrees(fk["psi"]))))
+    ik = json.loads(out(capsys, "ik", *ROBOT, *words, "--gc", "3", "--json"))
+    assert np.degrees(ik["q"]) == pytest.approx(START_DEG) and ik["status"] == "OK"
+    every = json.loads(out(capsys, "ik", *ROBOT, *words, "--all", "--json"))
+    assert every["q"][3] == pytest.approx(ik["q"]) and every["within_limits"].count(True) == 6
+
+
+def test_ik_all_marks_what_is_outside(capsys: Capture) -> None:
+    lines = out(capsys, "ik", *ROBOT, "--pose", POSE, "--psi", "58.5882", "--all").splitlines()[-8:]
+    assert [line.split()[0] for line in lines] == list("01234567")
+    assert ["*" in line for line in lines] == [False, False, True, False, False, False, True, False]
+
+
+def test_ik_says_why_not(capsys: Capture) -> None:
+    assert main(["ik", *ROBOT, "--pose", POSE, "--psi", "30", "--gc", "3"]) == 1
+    said = " ".join(capsys.readouterr().err.split())
+    assert "psi 30.00 deg is not feasible: joint 5 is 5.7" in said
+    assert "beyond its lower limit. Feasible with gc 3: [-22.82, 24.88], [42.70, 322.07] deg." in said
+    assert main(["ik", *ROBOT, "--pose", FAR, "--psi", "0", "--gc", "0"]) == 1
+    assert "out of reach by 1253.57 mm" in " ".join(capsys.readouterr().err.split())
+    assert main(["ik", *ROBOT, "--pose", FAR, "--psi", "0", "--all"]) == 1
+    assert "out of reach by 1253.57 mm" in " ".join(capsys.readouterr().err.split())
+
+
+def test_ik_of_a_file(capsys: Capture, line: Path, tmp_path: Path) -> None:
+    to = tmp_path / "q.csv"
+    text = out(capsys, "ik", *ROBOT, "--pose", str(line), "--psi", "90", "--gc", "3", "-o", str(to))
+    assert len(text.splitlines()) == 22
+    back = aa.load_joints(to)
+    assert len(back) == 21 and (back.status == aa.Status.OK).all() and np.allclose(back.psi, np.pi / 2)
+    assert main(["fk", *ROBOT, str(to), "-o", str(tmp_path / "again.npz")]) == 0
+    said = capsys.readouterr()
+    assert "90.0000" in said.out and said.err.replace("\n", "") == f"wrote {tmp_path / 'again.npz'}"
+    assert np.abs(aa.load_poses(tmp_path / "again.npz") - aa.load_poses(line)).max() < 1e-12
+    words = ("ik", *ROBOT, "--pose", str(line), "--psi", "35", "--gc", "3", "-o", str(to))
+    assert main(words) == 1
+    assert "21 of 21 poses fail; pose 0: psi 35.00 deg is not feasible" in " ".join(
+        capsys.readouterr().err.split()
+    )
+    assert (aa.load_joints(to).status == aa.Status.OUTSIDE).all()
+
+
+def test_fk_outside_the_limits(capsys: Capture) -> None:
+    out(capsys, "fk", *ROBOT, "0", "150", "0", "0", "0", "-130", "0", status=1)
+    assert main(["fk", *ROBOT, "0,150,0,0,0,-130,0"]) == 1
+    said = " ".join(capsys.readouterr().err.split())
+    assert (
+        "joint 2 is 30.0000 deg beyond its upper limit, joint 6 is 10.0000 deg beyond its lower limit" in said
+    )
+
+
+def test_arcs(capsys: Capture) -> None:
+    text = out(capsys, "arcs", *ROBOT, "--q", Q)
+    assert "joint 1 lower -170.0" in text and "322.0673" in text and "gc 3: shoulder -" in text
+    facts = json.loads(out(capsys, "arcs", *ROBOT, "--q", Q, "--json"))
+    assert np.degrees(facts[0]["intervals"]) == pytest.approx(
+        np.array([[-22.82, 24.88], [42.70, 322.07]]), abs=5e-3
+    )
+    assert facts[0]["ends"][0][0] == {"joint": 1, "side": "lower", "value": pytest.approx(np.radians(-170))}
+    assert [f["gc"] for f in json.loads(out(capsys, "arcs", *ROBOT, "--pose", POSE, "--json"))] == list(
+        range(8)
+    )
+    each = out(capsys, "arcs", *ROBOT, "--q", Q, "--joint")
+    assert each.count("full circle") == 5 and "3 q7" in each
+    assert "joint 5 upper" in out(capsys, "arcs", *ROBOT, "--q", Q, "--gc", "0", "--joint", "5")
+    for more in ((), ("--gc", "2"), ("--joint",)):  # the reason alone, once
+        assert out(capsys, "arcs", *ROBOT, "--pose", FAR, *more, status=1) == ""
+    facts = json.loads(out(capsys, "arcs", *ROBOT, "--pose", FAR, "--json", status=1))
+    assert [fact["status"] for fact in facts] == ["UNREACHABLE"] * 8
+    assert main(["arcs", *ROBOT, "--pose", FAR, "--gc", "2"]) == 1
+    assert "no feasible arm angle. pose is out of reach by 1253.57 mm" in " ".join(
+        capsys.readouterr().err.split()
+    )
+
+
+def test_arcs_keep_a_singularity_margin(capsys: Capture) -> None:
+    words = ("arcs", *ROBOT, "--q", "0,10,0,-60,0,50,0", "--json")
+    free = json.loads(out(capsys, *words))[0]["intervals"]
+    kept = json.loads(out(capsys, *words, "--singularity-margin", "30"))[0]["intervals"]
+    assert np.diff(kept).sum() < np.diff(free).sum()
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("ik", "--pose", "line.csv", "--psi", "90", "--gc", "3"),
+        ("follow", "line.csv", "--start", Q),
+        ("plan", "line.csv"),
+    ],
+    ids=lambda words: words[0],
+)
+def test_what_is_written_is_said(
+    words: tuple[str, ...], capsys: Capture, line: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(line.parent)
+    for more in ((), ("--json",)):
+        assert main([*words, *ROBOT, "-o", "joints.csv", *more]) == 0
+        assert capsys.readouterr().err == "wrote joints.csv\n"
+
+
+def test_one_pose_is_not_several(capsys: Capture, line: Path, tmp_path: Path) -> None:
+    aa.save(aa.load_poses(line)[:1], tmp_path / "one.csv")
+    text = out(capsys, "follow", str(tmp_path / "one.csv"), *ROBOT, "--start", Q)
+    assert "1  pose\n" in text and "The one pose is solved within all limits." in text
+    far = aa.load_poses(line)[:1] + 9 * np.eye(4, k=3)
+    aa.save(far, tmp_path / "far.csv")
+    assert main(["follow", str(tmp_path / "far.csv"), *ROBOT, "--start", Q]) == 1
+    said = " ".join(capsys.readouterr().err.split())
+    assert said.startswith("armangle: The one pose is not solved.") and "out of reach" in said
+    assert main(["ik", "--pose", str(tmp_path / "far.csv"), "--psi", "0", "--gc", "0", *ROBOT]) == 1
+    assert capsys.readouterr().err.startswith("armangle: pose is out of reach")
+
+
+@pytest.mark.parametrize("ending", [".csv", ".npz", ".json"])
+def test_follow(capsys: Capture, line: Path, tmp_path: Path, ending: str) -> None:
+    to = tmp_path / f"q{ending}"
+    text = out(
+        capsys, "follow", str(line), *ROBOT, "--start", Q, "-o", str(to), "--alpha", "50", "--K", "0.05"
+    )
+    assert "All 21 poses are solved within all limits." in text
+    arm = aa.Arm.from_catalogue(ROBOT[1])
+    policy = aa.Repulsion(K=0.05, alpha=50)
+    path = aa.follow(arm, aa.load_poses(line), start=np.radians(START_DEG), policy=policy)
+    assert np.array_equal(aa.load_joints(to).q, path.q)
+
+
+def test_follow_reports_where_it_fails(capsys: Capture, line: Path, tmp_path: Path) -> None:
+    to = tmp_path / "q.csv"
+    words = ["follow", str(line), *ROBOT, "--start", Q, "-o", str(to), "--max-joint-step", "0.01", "--json"]
+    assert main(words) == 1
+    said = capsys.readouterr()
+    assert json.loads(said.out)["status"] == {"OK": 1, "JOINT_JUMP": 1, "NOT_REACHED": 19}
+    assert "pose 1 (s = 0.05) is the first that is not." in " ".join(said.err.split())
+    assert aa.load_joints(to).status[1] == aa.Status.JOINT_JUMP
+
+
+@pytest.mark.parametrize(
+    ("options", "policy"),
+    [
+        (("--policy", "hold"), "Hold(outside='nearest')"),
+        (("--policy", "centre", "--K", "0.01"), "Centre(K=0.01, rate=None, outside='nearest')"),
+        (("--rate", "1", "--dt", "0.01"), "Repulsion(K=0.1, alpha=20.0, rate=1.0, outside='nearest')"),
+        (("--outside", "stop"), "Repulsion(K=0.1, alpha=20.0, rate=None, outside='stop')"),
+    ],
+)
+def test_follow_with_policies(capsys: Capture, line: Path, options: tuple[str, ...], policy: str) -> None:
+    facts = json.loads(out(capsys, "follow", str(line), *ROBOT, "--start", Q, "--json", *options))
+    assert facts["policy"] == policy and facts["status"] == {"OK": 21}
+
+
+def test_inspect_and_what_it_saves(capsys: Capture, tmp_path: Path) -> None:
+    arm = aa.Arm.from_catalogue("openarm_v10")
+    (tmp_path / "arm.urdf").write_text(arm.to_urdf())
+    assert main(["inspect", str(tmp_path / "arm.urdf")]) == 0
+    text = capsys.readouterr().out
+    assert "S-R-S" in text and "\nd_se = 0.22\n" in text
+    report = json.loads(out(capsys, "inspect", str(tmp_path / "arm.urdf"), "--json"))
+    assert report["srs"] is True and report["residual_position"] < 1e-9
+    to = tmp_path / "own.toml"
+    assert main(["inspect", str(tmp_path / "arm.urdf"), "-o", str(to)]) == 0
+    assert "wrote" in capsys.readouterr().err
+    words = ("0.1,0.2,0.3,20,0.5,0.6,0.7", "--json")
+    wanted = json.loads(out(capsys, "fk", "--robot", "openarm_v10", *words))["pose"]
+    for source in (("--robot", str(to)), ("--urdf", str(tmp_path / "arm.urdf"))):
+        assert json.loads(out(capsys, "fk", *source, *words))["pose"] == pytest.approx(wanted)
+
+
+def test_inspect_shows_signs_zeros_and_frames(capsys: Capture, tmp_path: Path) -> None:
+    made = aa.Arm(d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1, lower=[-3.0] * 7, upper=[2.5] * 7)
+    tool = np.eye(4)
+    tool[:3, 3] = 0.01, 0.0, 0.2
+    made = made.with_(signs=[1, 1, -1, 1, 1, 1, 1], offsets=[0, 0, 0, 0, np.pi / 4, 0, 0], tool=tool)
+    (tmp_path / "arm.urdf").write_text(made.to_urdf())
+    assert main(["inspect", str(tmp_path / "arm.urdf")]) == 0
+    text = capsys.readouterr().out
+    arm = aa.Arm.from_urdf(tmp_path / "arm.urdf")
+    assert "reach mm, shoulder to wrist: 800" in text and str(arm.import_report).splitlines()[2] in text
+    assert "base x,y,z,qw,qx,qy,qz: identity" in text and "tool x,y,z,qw,qx,qy,qz: 0.01,0,0,1,0,0,0" in text
+    heads, *rows = text.split("joint  name")[1].splitlines()[:8]
+    assert " ".join(heads.split()) == "lower deg upper deg sign zero deg"
+    assert [row.split()[-2:] for row in rows] == [
+        [f"{sign:+d}", f"{np.degrees(zero):.2f}"] for sign, zero in zip(arm.signs, arm.offsets, strict=True)
+    ]
+    assert "45.00" in text and "-1 " in text
+
+
+def test_an_mjcf_is_read_as_a_urdf_is(
+    capsys: Capture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    z, y, back = "0 0 1", "0 1 0", "0 -1 0"
+    bodies = "".join(
+        f'<body name="l{i}" pos="0 0 {up}"><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
+        f'<joint name="q{i}" axis="{axis}" range="-2 2" limited="true"/>'
+        for i, (up, axis) in enumerate([(0.3, z), (0, y), (0, z), (0.4, back), (0.4, z), (0, y), (0, z)])
+    )
+    (tmp_path / "arm.xml").write_text(
+        f'<!-- made --><mujoco model="made"><compiler angle="radian"/><worldbody>{bodies}{"</body>" * 7}'
+        "</worldbody></mujoco>"
+    )
+    file = str(tmp_path / "arm.xml")
+    with monkeypatch.context() as without:
+        without.setitem(sys.modules, "mujoco", None)
+        for words in (("inspect", file), ("fk", "--urdf", file, "0,0,0,0,0,0,0")):
+            assert main(words) == 2
+            said = " ".join(capsys.readouterr().err.split())
+            assert "pip install 'armangle[mujoco]' (from a clone: pip install '.[mujoco]')" in said
+    pytest.importorskip("mujoco", reason="mujoco reads the file: pip install 'armangle[mujoco]'")
+    assert main(["inspect", file]) == 0
+    text = capsys.readouterr().out
+    assert "made: S-R-S" in text and " world to l6" in " ".join(text.split())
+    assert "d_bs 300, d_se 400, d_ew 400" in text
+    assert "l6" in json.loads(out(capsys, "inspect", file, "--tip", "l6", "--json"))["tip"]
+    found = json.loads(out(capsys, "fk", "--urdf", file, "--tip", "l6", "10,20,30,40,50,60,70", "--json"))
+    arm = aa.Arm.from_mjcf(file)
+    assert found["matrix"] == arm.forward(np.radians([10, 20, 30, 40, 50, 60, 70]))[0].tolist()
+
+
+def test_outcomes_are_names_in_json(capsys: Capture) -> None:
+    facts = json.loads(out(capsys, "ik", *ROBOT, "--pose", FAR, "--explain", "--json", status=1))
+    assert {branch["status"] for branch in facts["branches"]} == {"UNREACHABLE"}
+    assert all(branch["verdict"] == "UNREACHABLE" for branch in facts["branches"])
+
+
+def test_nothing_in_nothing_out(capsys: Capture, tmp_path: Path) -> None:
+    (tmp_path / "p.csv").write_text("x,y,z,qw,qx,qy,qz\n")
+    (tmp_path / "q.csv").write_text("q1,q2,q3,q4,q5,q6,q7\n")
+    poses, to = str(tmp_path / "p.csv"), str(tmp_path / "out.csv")
+    out(capsys, "follow", poses, *ROBOT, "--start", "0,20,0,-60,0,60,0", "-o", to)
+    assert aa.load_joints(to).q.shape == (0, 7)
+    out(capsys, "ik", *ROBOT, "--pose", poses, "--psi", "0", "--gc", "0", "-o", to)
+    assert aa.load_joints(to).q.shape == (0, 7)
+    out(capsys, "fk", *ROBOT, str(tmp_path / "q.csv"), "-o", to)
+    assert aa.load_poses(to).shape == (0, 4, 4)
+
+
+def test_an_arm_without_limits(capsys: Capture, tmp_path: Path) -> None:
+    (tmp_path / "arm.urdf").write_text(aa.Arm(d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1).to_urdf())
+    words = ("--urdf", str(tmp_path / "arm.urdf"), "--pose", "0.3,0,0.6,1,0,0,0", "--gc", "0")
+    assert out(capsys, "ik", *words, "--psi", "20").count("none") == 21
+    assert json.loads(out(capsys, "ik", *words, "--psi", "20", "--json"))["margin"] == "inf"
+    assert "full circle" in out(capsys, "arcs", *words)
+
+
+@pytest.mark.parametrize(
+    ("q", "words"),
+    [
+        ("0,0,0,180,0,0,0", "The wrist lies on the shoulder: the arm angle is not defined there."),
+        ("0,30,0,0,0,30,0", "The elbow is stretched or folded to within the singularity margin."),
+    ],
+)
+def test_arcs_say_why_there_are_none(capsys: Capture, q: str, words: str) -> None:
+    assert main(["arcs", *ROBOT, "--q", q, "--singularity-margin", "5"]) == 1
+    assert words in " ".join(capsys.readouterr().err.split())
+
+
+def test_a_folded_arm_has_no_arm_angle(capsys: Capture) -> None:
+    text = out(capsys, "fk", *ROBOT, "0", "0", "0", "180", "0", "0", "0", status=1)
+    assert "not defined: the wrist lies on the shoulder" in text and "-0.000000" not in text
+    assert json.loads(out(capsys, "fk", *ROBOT, "0,0,0,180,0,0,0", "--json", status=1))["psi"] is None
+
+
+def test_plan(capsys: Capture, line: Path, tmp_path: Path) -> None:
+    to = tmp_path / "planned.csv"
+    facts = json.loads(out(capsys, "plan", str(line), *ROBOT, "--start", Q, "-o", str(to), "--json"))
+    path = aa.plan(aa.Arm.from_catalogue(ROBOT[1]), aa.load_poses(line), start=np.radians(START_DEG))
+    assert facts["certified"] is path.certified is True
+    assert facts["gc"] == path.gc[0]
+    np.testing.assert_array_equal(aa.load_joints(to).q, path.q)
+    assert "proven between" in out(capsys, "plan", str(line), *ROBOT)
+
+
+def test_plan_says_why_there_is_no_way(capsys: Capture, line: Path, tmp_path: Path) -> None:
+    poses = aa.load_poses(line).copy()
+    poses[-1, 0, 3] += 3.0
+    far = tmp_path / "far.csv"
+    aa.save(poses, far)
+    assert main(["plan", str(far), *ROBOT, "--limit-margin", "1"]) == 1
+    assert "out of reach" in capsys.readouterr().err.replace("\n", " ")
+
+
+def test_ik_explain(capsys: Capture) -> None:
+    far = "2,0,0,1,0,0,0"
+    assert main(["ik", *ROBOT, "--pose", far, "--explain"]) == 1
+    assert "out of reach, by up to 1254 mm" in capsys.readouterr().out
+    assert main(["ik", *ROBOT, "--pose", far, "--explain", "--json"]) == 1
+    assert json.loads(capsys.readouterr().out)["branches"][7]["gc"] == 7
+    assert main(["ik", *ROBOT, "--pose", far, "--explain", "--psi", "3"]) == 2
+    assert main(["ik", *ROBOT, "--pose", far, "--gc", "3"]) == 2
+    assert "--psi is missing" in capsys.readouterr().err

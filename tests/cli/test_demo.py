@@ -1,0 +1,87 @@
+"""The paper's example: golden numbers of section 6.2, the table, the files."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import armangle as aa
+from armangle.cli import main, paper_example
+
+NAMES = {"alpha5_K0.1", "alpha20_K0.1", "alpha100_K0.1", "alpha20_K0.02", "alpha20_K0.5"}
+
+POSE_38 = [
+    [-0.2634, -0.9112, -0.3166, -0.1174],
+    [0.3014, -0.3895, 0.8703, -0.1464],
+    [-0.9164, 0.1338, 0.3773, 1.0203],
+]
+GOAL_39 = [-0.1966, 0.0712, 1.1146]
+
+
+def test_the_example_is_the_papers() -> None:
+    arm, start, poses = paper_example.example()
+    pose, psi, gc = arm.forward(start)
+    assert np.array_equal(poses[0], pose) and poses.shape == (251, 4, 4)
+    assert pose[:3] == pytest.approx(np.array(POSE_38), abs=5.1e-5)
+    assert poses[-1, :3, 3] == pytest.approx(GOAL_39, abs=5.1e-5)
+    assert float(np.degrees(psi)) == pytest.approx(58.5882, abs=5e-5) and gc == 3
+
+
+def test_the_runs_hold_the_limits_and_the_pose() -> None:
+    ends = {}
+    for policy in paper_example.POLICIES:
+        made = paper_example.run(policy)
+        assert made.path.ok and (made.path.gc == 3).all() and made.seconds_per_pose > 0
+        assert made.path.arm.within_limits(made.path.q).all() and made.path.residual.max() < 1e-12
+        ends[made.name] = made.path.psi[-1]
+    assert set(ends) == NAMES
+    # The wider (alpha) or stronger (K) the repulsion, the further from the limit it ends.
+    assert ends["alpha5_K0.1"] > ends["alpha20_K0.1"] > ends["alpha100_K0.1"]
+    assert ends["alpha20_K0.5"] > ends["alpha20_K0.1"] > ends["alpha20_K0.02"]
+
+
+def test_the_table(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["demo"]) == 0
+    text = capsys.readouterr().out
+    assert "psi 58.5882 deg, GC 3" in text
+    assert max(map(len, text.splitlines())) <= 80
+    assert "choice. The paper sets no largest joint step" in " ".join(text.split())
+    rows = [line.split() for line in text.splitlines() if line[:5].strip().isdigit()]
+    assert [(row[0], row[1]) for row in rows] == [
+        ("5", "0.1"), ("20", "0.1"), ("100", "0.1"), ("20", "0.02"), ("20", "0.5"),
+    ]  # fmt: skip
+    assert all(row[2] == "58.5882" and row[4] == "3" for row in rows)
+
+
+def test_the_files(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("matplotlib", reason="matplotlib draws the pictures: pip install 'armangle[plot]'")
+    folder = tmp_path / "new" / "demo"
+    assert main(["demo", "-o", str(folder), "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert {run["name"] for run in facts["runs"]} == NAMES
+    assert {file.name for file in folder.iterdir()} == {Path(file).name for file in facts["files"]}
+    for name in NAMES:
+        assert len(aa.load_joints(folder / f"{name}.csv")) == 251
+        assert (folder / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+    assert len(aa.load_poses(folder / "poses.csv")) == 251
+
+
+def test_without_matplotlib_the_numbers_are_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in [name for name in sys.modules if name.split(".")[0] == "matplotlib"]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    assert main(["demo", "-o", str(tmp_path)]) == 0
+    assert "pip install 'armangle[plot]'" in " ".join(capsys.readouterr().err.split())
+    assert {file.name for file in tmp_path.iterdir()} == {f"{name}.csv" for name in NAMES} | {"poses.csv"}
+
+
+def test_a_folder_that_cannot_be_made(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "file").write_text("")
+    assert main(["demo", "-o", str(tmp_path / "file")]) == 2
+    assert "file: cannot be made: File exists" in " ".join(capsys.readouterr().err.split())

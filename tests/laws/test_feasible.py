@@ -1,0 +1,294 @@
+"""Feasible arcs: feasible <=> within limits, ends on their limits, margins, and a second implementation."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from reference import mended_arcs
+from reference.mended_arm import Arm as MendedArm
+from support.laws import BEND_OF, EPS, JOINT, PIVOTS, Verdict, circle_gap, classify, gap, members
+from support.limit_cases import ANGLES, POSES, Case, cases
+from support.strategies import (
+    TURN,
+    Array,
+    arms,
+    bends,
+    frame,
+    generated_arm,
+    joint_values,
+    postures,
+    unlimited,
+)
+
+import armangle as aa
+
+END = 1e-11
+"""A joint at the end of an arc is this near to the limit that made the end, rad."""
+
+WHOLE_CIRCLE = [[0, 0, 0], [0, 0, 1], [0, 1, 0], [1, 0, 0], [0, np.pi, 1]]
+"""theta_2, theta_4 - delta, theta_6 (rad) of arms straight up, candles, bent and stretched ones."""
+
+
+def tally(seed: int, count: int) -> Verdict:
+    """The verdicts of many cases as one."""
+    verdicts = [classify(c.arm, c.pose, c.gc, c.psi) for c in cases(seed, count)]
+    wrong = [line for verdict in verdicts for line in verdict.wrong]
+    return Verdict(sum(v.samples for v in verdicts), sum(v.clear for v in verdicts), wrong)
+
+
+@pytest.mark.core
+def test_feasible_is_within_limits() -> None:
+    found = tally(seed=1, count=100)
+    assert found.wrong == []
+    assert found.clear > 0.5 * found.samples
+
+
+def test_feasible_is_within_limits_on_a_million_samples() -> None:
+    found = tally(seed=2, count=1300)
+    assert found.samples >= 1_000_000
+    assert found.wrong == []
+    assert found.clear > 0.5 * found.samples
+
+
+@pytest.mark.parametrize("bend", WHOLE_CIRCLE, ids=str)
+def test_poses_that_are_singular_for_every_psi(bend: list[float]) -> None:
+    rng = np.random.default_rng(3)
+    for arm in (
+        aa.Arm.from_catalogue("kuka_iiwa7_r800"),
+        aa.Arm.from_catalogue("barrett_wam7"),
+        generated_arm(2),
+    ):
+        theta = rng.choice([0, np.pi / 2, -np.pi / 2, np.pi, 0.3, -2.0], (POSES, 7))
+        theta[:, [1, 3, 5]] = np.array(bend) + np.array([0, arm.delta, 0])
+        q = joint_values(arm, theta)
+        free = unlimited(arm)
+        pose, psi, gc = free.forward(q, undefined="nan")
+        known = ~np.isnan(psi)
+        for _ in range(40):
+            width = rng.choice([1e-3, 0.5, 2, 3.5, 6], 7)
+            lower = q[rng.integers(POSES)] - rng.choice([0.0, 1e-6, 0.2], 7) * rng.choice([1, -1])
+            limited = arm.with_(lower=lower, upper=lower + width)
+            angles = rng.uniform(-np.pi, np.pi, (known.sum(), ANGLES))
+            assert classify(limited, pose[known], gc[known], angles).wrong == []
+
+
+def limit_ends(case: Case) -> list[tuple[float, str]]:
+    """(excess over the bound, what it is) of every end of each joint's arcs of a case."""
+    arcs = case.arm.joint_feasible(case.pose, case.gc)
+    found = [
+        (p, psi, end)
+        for p, rows in enumerate(arcs.ends)
+        for j, pairs in enumerate(rows)
+        for pair, interval in zip(pairs, arcs.intervals[p, j], strict=False)
+        for psi, end in zip(interval, pair, strict=False)
+    ]
+    if not found:
+        return []
+    at, psi, ends = (list(column) for column in zip(*found, strict=True))
+    joint = np.array([end.joint for end in ends]) - 1
+    free, row = unlimited(case.arm), np.arange(len(joint))
+    q = free.inverse(case.pose[at], psi, case.gc[at])
+    slope = np.abs(free.self_motion(case.pose[at], psi, case.gc[at]))[row, joint]
+    sine = np.abs(np.sin(bends(case.arm, q)))[row, BEND_OF[joint]]
+    jump = np.array([end.side == "singular" for end in ends])
+    blur = np.where(PIVOTS[joint], 16 * EPS * (slope + 1 / np.maximum(sine, 1e-300)), 16 * EPS * slope)
+    off = np.where(jump, sine, circle_gap(q[row, joint], np.array([end.value for end in ends])))
+    excess = off - np.where(jump, np.sqrt(EPS), END + blur)  # a jump is passed within rounding of psi
+    return [(float(excess[i]), f"{ends[i]} at {psi[i]!r}, off {off[i]:.3g}, blur {blur[i]:.3g}") for i in row]
+
+
+def test_every_end_is_on_the_limit_that_made_it() -> None:
+    # Where the joint turns fast with psi, or its bend vanishes, rounding of psi and pose moves it by
+    # 16 eps (|dq/dpsi| + 1 / |sin|): that is allowed on top of 1e-11.
+    found = [end for case in cases(seed=4, count=250) for end in limit_ends(case)]
+    assert len(found) > 10_000
+    assert [what for excess, what in found if excess > 0] == []
+
+
+def test_an_end_names_its_limit() -> None:
+    for case in cases(seed=12, count=20):
+        each = case.arm.joint_feasible(case.pose, case.gc)
+        for rows in each.ends:
+            for j, pairs in enumerate(rows):
+                for end in (end for pair in pairs for end in pair if end.side != "singular"):
+                    assert end.joint == j + 1
+                    assert end.value == (case.arm.lower if end.side == "lower" else case.arm.upper)[j]
+
+
+@pytest.mark.parametrize("margin", [1e-4, 0.01, 0.1, 0.5])
+def test_the_singularity_margin_keeps_the_bends(margin: float) -> None:
+    rng = np.random.default_rng(5)
+    for arm in arms()[::3]:
+        free = unlimited(arm)
+        for regime in ("uniform", "near_singular", "singular"):
+            pose, _, gc = free.forward(postures(arm, regime, 30, 5))
+            psi = rng.uniform(-np.pi, np.pi, (len(pose), 60))
+            arcs = free.feasible(pose, gc, singularity_margin=margin)
+            sines = np.abs(np.sin(bends(arm, free.inverse(pose[:, None], psi, gc[:, None]))))
+            clear = (np.abs(sines - np.sin(margin)) > 1e-9).all(-1)
+            kept = (sines >= np.sin(margin)).all(-1)
+            assert np.array_equal(members(arcs, psi)[clear], kept[clear])
+            bent = sines[:, 0, 1] >= np.sin(margin) + 1e-9
+            assert not (arcs.status[bent] == aa.Status.ELBOW_MARGIN).any()
+            assert (arcs.status[sines[:, 0, 1] < np.sin(margin) - 1e-9] == aa.Status.ELBOW_MARGIN).all()
+
+
+def test_the_ends_of_a_margin_say_singular() -> None:
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    pose, _, gc = arm.forward(np.radians([10, 3, 20, 70, 90, 60, 10.0]))
+    margin = 0.08
+    ends = [end for pair in unlimited(arm).feasible(pose, gc, singularity_margin=margin).ends for end in pair]
+    assert {end.side for end in ends} == {"singular"}
+    assert 2 in {end.joint for end in ends}
+    assert gap([end.value for end in ends if end.joint == 2], margin) <= JOINT
+
+
+def test_the_margin_of_the_paper_removes_arcs_around_singular_psi() -> None:
+    arm = unlimited(aa.Arm.from_catalogue("kuka_iiwa7_r800"))
+    pose, psi, gc = arm.forward(np.radians([10, 0, 20, 70, 30, 60, 10.0]))
+    width = 0.1
+    arcs = arm.feasible(pose, gc, paper_margin=width)
+    assert abs((~arcs).measure - 2 * width) <= JOINT
+    assert psi not in arcs
+    assert abs(circle_gap(arcs.nearest(psi), psi) - width) <= 1e-6
+    assert {end.side for pair in arcs.ends for end in pair} == {"singular"}
+    assert (
+        arm.feasible(pose, gc, paper_margin=width, paper_discriminant=0.0).measure >= TURN - 2 * width - JOINT
+    )
+    elsewhere = arm.forward(np.radians([10, 40, 20, 70, 30, 60, 10.0]))
+    assert arm.feasible(elsewhere[0], elsewhere[2], paper_margin=width).is_full
+
+
+def test_infinite_limits_and_a_full_turn_are_the_full_circle() -> None:
+    for arm in arms()[::4]:
+        pose, _, _ = arm.forward(postures(arm, "uniform", 5, 6))
+        gc = np.arange(8)[:, None]
+        assert unlimited(arm).feasible(pose, gc).is_full.all()
+        turning = arm.with_(lower=np.full(7, 1.0), upper=np.full(7, 1.0 + TURN))
+        assert turning.feasible(pose, gc).is_full.all()
+
+
+def test_the_statuses_of_empty_arcs() -> None:
+    arm = aa.Arm(d_bs=0.34, d_se=0.4, d_ew=0.4, d_wf=0.126)
+    q = np.array([0.1, 0.5, 0.2, 1.2, 0.3, 0.8, 0.4])
+    pose, _, gc = arm.forward(q)
+    far, folded = pose.copy(), arm.forward(np.where(np.arange(7) == 3, np.pi, q), undefined="nan")[0]
+    far[0, 3] += 2
+    assert arm.feasible(far, gc).status is aa.Status.UNREACHABLE
+    assert arm.feasible(folded, gc).status is aa.Status.FOLDED
+    elbow = arm.with_(lower=[*3 * [-3], 1.3, *3 * [-3]], upper=3 * np.ones(7))
+    assert elbow.feasible(pose, gc).status is aa.Status.ELBOW_LIMIT
+    assert arm.feasible(pose, gc, singularity_margin=1.4).status is aa.Status.ELBOW_MARGIN
+    boxed = arm.with_(lower=np.full(7, 2.0), upper=np.full(7, 2.01)).with_(lower=[*3 * [2], 1.1, *3 * [2]])
+    assert boxed.feasible(pose, gc).status is aa.Status.LIMITS
+    assert arm.feasible(pose, gc).status is aa.Status.OK
+    each = elbow.joint_feasible(pose, gc)
+    assert [aa.Status(code).name for code in each.status] == [*3 * ["OK"], "ELBOW_LIMIT", *3 * ["OK"]]
+
+
+def test_the_arcs_of_all_joints_are_the_intersection_of_each() -> None:
+    for case in cases(seed=7, count=60):
+        each = case.arm.joint_feasible(case.pose, case.gc)
+        together = each[:, 0]
+        for j in range(1, 7):
+            together = together & each[:, j]
+        whole = case.arm.feasible(case.pose, case.gc)
+        assert np.abs(together.measure - whole.measure).max() <= 2e-8
+
+
+def test_batches_and_threads_are_their_elements() -> None:
+    case = next(cases(seed=8, count=1))
+    gc = np.arange(8)[:, None]
+    batch = case.arm.feasible(case.pose, gc)
+    assert batch.shape == (8, len(case.pose))
+    for threads in (0, 2, 5, 99):
+        again = case.arm.feasible(case.pose, gc, threads=threads)
+        assert again == batch
+        assert again.ends == batch.ends
+    for i, j in np.ndindex(*batch.shape):
+        one = case.arm.feasible(case.pose[j], i)
+        assert one == batch[i, j]
+        assert one.ends == batch[i, j].ends == batch.ends[i][j]
+        assert one.status == batch.status[i, j]
+
+
+@pytest.mark.parametrize("shape", [(0,), (0, 3), (2, 0)], ids=str)
+def test_empty_batches(shape: tuple[int, ...]) -> None:
+    arm = arms()[0]
+    pose, gc = np.empty((*shape, 4, 4)), np.empty(shape, dtype=np.int64)
+    for arcs, wanted in ((arm.feasible(pose, gc), shape), (arm.joint_feasible(pose, gc), (*shape, 7))):
+        assert (
+            arcs.shape
+            == arcs.count.shape
+            == arcs.measure.shape
+            == arcs.is_full.shape
+            == arcs.status.shape
+            == wanted
+        )
+        assert arcs.intervals.shape == (*wanted, 0, 2)
+        assert len(arcs.ends) == shape[0]
+        assert all(len(row) == wanted[1] for row in arcs.ends)
+        assert (~arcs & arcs | arcs).shape == wanted
+        assert arcs.contains(np.empty(wanted)).shape == wanted
+
+
+def mended(arm: aa.Arm) -> MendedArm:
+    """The same arm for the second implementation."""
+    names = (
+        "d_bs",
+        "d_se",
+        "d_ew",
+        "d_wf",
+        "a_3",
+        "a_4",
+        "signs",
+        "offsets",
+        "lower",
+        "upper",
+        "base",
+        "tool",
+    )
+    return MendedArm(**{name: getattr(arm, name) for name in names})
+
+
+def same_arcs(arm: aa.Arm, pose: Array, gc: int, margin: float) -> str | None:
+    """What the second implementation says otherwise, or None."""
+    status, arcs = mended_arcs.feasible(mended(arm), pose, gc, margin)
+    mine = arm.feasible(pose, gc, singularity_margin=margin)
+    theirs = aa.ArcSet(arcs)
+    apart = (mine & ~theirs).measure + (theirs & ~mine).measure
+    if mine.status.name == status and apart <= 1e-6:
+        return None
+    return (
+        f"{arm!r} {pose.tolist()} gc={gc}: {mine} {mine.status.name}, second implementation {theirs} {status}"
+    )
+
+
+@pytest.mark.parametrize("margin", [0.0, 0.05])
+def test_a_second_implementation_finds_the_same_arcs(margin: float) -> None:
+    rng = np.random.default_rng(9)
+    said = []
+    for arm in arms():
+        for pose in arm.forward(postures(arm, "uniform", 4, 9))[0]:
+            said.append(same_arcs(arm, pose, int(rng.integers(8)), margin))
+    for case in cases(seed=10, count=30):
+        regular = (
+            np.abs(np.sin(bends(case.arm, unlimited(case.arm).inverse(case.pose, 0.3, case.gc)))).min(-1)
+            > 1e-3
+        )
+        said += [
+            same_arcs(case.arm, pose, int(gc), margin)
+            for pose, gc in zip(case.pose[regular][:2], case.gc[regular][:2], strict=True)
+        ]
+    assert [line for line in said if line] == []
+
+
+def test_arcs_do_not_depend_on_base_and_tool() -> None:
+    rng = np.random.default_rng(11)
+    arm = aa.Arm.from_catalogue("kuka_lwr4_plus")
+    moved = arm.with_(base=frame(rng), tool=frame(rng))
+    q = postures(arm, "uniform", 50, 11)
+    (pose, psi, gc), (pose_moved, psi_moved, gc_moved) = arm.forward(q), moved.forward(q)
+    assert np.array_equal(gc, gc_moved)
+    assert circle_gap(psi, psi_moved).max() <= JOINT
+    assert np.abs(arm.feasible(pose, gc).measure - moved.feasible(pose_moved, gc).measure).max() <= 1e-7

@@ -1,0 +1,271 @@
+"""The catalogue: every entry, entries against the files they come from, and every message."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import re
+
+import numpy as np
+import pytest
+from support.chain import dh_forward, model, pose_error, shift, urdf_forward
+
+from armangle.errors import FileFormatError, UnknownRobotError
+from armangle.models.catalogue import CatalogueEntry, catalogue, load_robot, read_robot, robot_toml
+from armangle.models.chain import chain_of
+from armangle.models.description import ArmDescription
+from armangle.models.detect import describe_chain
+from armangle.models.urdf import read_urdf, write_urdf
+
+EXACT_ARMS = {
+    # name: d_bs, d_se, d_ew, d_wf in m, signs
+    "kuka_iiwa7_r800": (0.34, 0.4, 0.4, 0.126, "+++++++"),
+    "kuka_iiwa14_r820": (0.36, 0.42, 0.4, 0.126, "+++++++"),
+    "kuka_med7_r800": (0.34, 0.4, 0.4, 0.126, "+++++++"),
+    "kuka_med14_r820": (0.3595, 0.42, 0.4, 0.126, "+++++++"),
+    "kuka_lwr4_plus": (0.3105, 0.4, 0.39, 0.078, "+-+-+-+"),
+    "mitsubishi_pa10": (0.315, 0.45, 0.5, 0.08, "+++-+++"),
+    "schunk_lwa4d": (0.24, 0.328, 0.323, 0.0824, "+++-+++"),
+    "rokae_xmate_er3_pro": (0.3426, 0.3929, 0.3656, 0.2509, "+++-+++"),
+    "rokae_xmate_er7_pro": (0.404, 0.3929, 0.3656, 0.2509, "+++-+++"),
+    "realman_rm75_b": (0.2405, 0.256, 0.21, 0.144, "+++-+++"),
+    "yaskawa_sia10d": (0.36, 0.36, 0.36, 0.155, "++++---"),
+    "yaskawa_sia20d": (0.41, 0.49, 0.42, 0.18, "++++---"),
+    "openarm_v10": (0.1225, 0.22, 0.216, 0.0205, "++++++-"),
+    "human_arm_right": (0.21, 0.276, 0.287, 0.0, "++-+--+"),
+}
+OFFSET_ARMS = {
+    "barrett_wam7": (0.346, 0.55, 0.3, 0.06, 0.045, -0.045),
+    "yaskawa_sia5d": (0.31, 0.27, 0.27, 0.145, 0.085, -0.06),
+}
+FILES = {
+    # name: file, tip of the entry in the tip of the file, position (m) and rotation (rad) agreed
+    "kuka_iiwa7_r800": ("kuka_iiwa7_r800", 0.0, 1e-9, 1e-9),
+    "kuka_iiwa14_r820": ("kuka_iiwa14_r820_official", -0.026, 1e-9, 1e-9),
+    "schunk_lwa4d": ("schunk_lwa4d", 0.0, 1e-9, 1e-9),
+    "rokae_xmate_er3_pro": ("rokae_xmate_er3_pro", 0.0, 1e-9, 1e-9),
+    "realman_rm75_b": ("realman_rm75", 0.0, 6e-6, 2.6e-5),
+    "openarm_v10": ("openarm_v10", 0.0, 1.001e-6, 1e-9),
+    "yaskawa_sia5d": ("yaskawa_sia5d", 0.0, 1e-9, 1e-7),
+}
+LENGTHS = ("d_bs", "d_se", "d_ew", "d_wf")
+
+
+def test_names_are_those_of_the_known_robots():
+    assert catalogue() == tuple(sorted([*EXACT_ARMS, *OFFSET_ARMS]))
+
+
+@pytest.mark.parametrize("name", EXACT_ARMS)
+def test_exact_arm_has_its_numbers(name):
+    *lengths, signs = EXACT_ARMS[name]
+    arm = load_robot(name).description
+    assert [getattr(arm, key) for key in LENGTHS] == pytest.approx(lengths, abs=5e-5)
+    assert (arm.a_3, arm.a_4) == (0.0, 0.0)
+    assert "".join("+" if sign > 0 else "-" for sign in arm.signs) == signs
+
+
+@pytest.mark.parametrize("name", OFFSET_ARMS)
+def test_offset_arm_has_its_numbers(name):
+    arm = load_robot(name).description
+    assert tuple(getattr(arm, key) for key in (*LENGTHS, "a_3", "a_4")) == OFFSET_ARMS[name]
+
+
+@pytest.mark.parametrize("name", catalogue())
+def test_entry_says_what_it_is(name):
+    entry = load_robot(name)
+    assert isinstance(entry, CatalogueEntry)
+    assert entry.name == entry.description.name == name
+    assert min(len(entry.title), len(entry.source), len(entry.tip)) > 8
+    assert "://" not in entry.source
+    arm = entry.description
+    assert all(low < high for low, high in zip(arm.lower, arm.upper, strict=True))
+    assert all(speed > 0.5 * math.radians(24) for speed in arm.velocity)
+    doubts = (entry.lengths_trusted, entry.limits_trusted, entry.velocity_trusted)
+    assert len(arm.notes) == doubts.count(False)
+
+
+def test_doubtful_numbers_are_marked():
+    assert not load_robot("rokae_xmate_er7_pro").lengths_trusted
+    assert not load_robot("openarm_v10").velocity_trusted
+    assert not load_robot("human_arm_right").velocity_trusted
+    note = "velocity not trusted: several exceed 10 rad/s"
+    assert load_robot("openarm_v10").description.notes == (note,)
+    for name in catalogue():
+        entry = load_robot(name)
+        speeds = [speed for speed in entry.description.velocity if math.isfinite(speed)]
+        assert max(speeds, default=0.0) < 10.0 or not entry.velocity_trusted
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_entry_is_the_arm_of_its_file(name):
+    file, tip, position, rotation = FILES[name]
+    path = model(file)
+    chain = read_urdf(path)
+    arm = load_robot(name).description
+    names = [joint.name for joint in chain.joints]
+    for q in np.random.default_rng(0).uniform(-np.pi, np.pi, (100, 7)):
+        own = urdf_forward(path.read_text(), chain.tip, dict(zip(names, q, strict=True)))
+        off, turned = pose_error(dh_forward(arm, q), own @ shift(0, 0, tip))
+        assert off <= position
+        assert turned <= rotation
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_entry_has_the_limits_of_its_file(name):
+    joints = read_urdf(model(FILES[name][0])).joints
+    arm = load_robot(name).description
+    tolerance = math.radians(0.003)
+    assert arm.lower == pytest.approx([joint.lower for joint in joints], abs=tolerance)
+    assert arm.upper == pytest.approx([joint.upper for joint in joints], abs=tolerance)
+    assert arm.velocity == pytest.approx([joint.velocity for joint in joints], rel=1e-3)
+
+
+@pytest.mark.parametrize("name", catalogue())
+def test_entry_goes_through_urdf_unchanged(name):
+    arm = load_robot(name).description
+    again, report = describe_chain(read_urdf(write_urdf(arm)))
+    for key in (*LENGTHS, "a_3", "a_4"):
+        assert getattr(again, key) == pytest.approx(getattr(arm, key), abs=1e-9)
+    assert again.signs == arm.signs
+    assert again.offsets == pytest.approx(arm.offsets, abs=1e-9)
+    np.testing.assert_allclose(again.base, arm.base, atol=1e-9)
+    np.testing.assert_allclose(again.tool, arm.tool, atol=1e-9)
+    assert (again.lower, again.upper) == (arm.lower, arm.upper)
+    assert again.velocity == arm.velocity
+    assert again.joint_names == arm.joint_names
+    assert report.residual_position <= 1e-9
+
+
+@pytest.mark.parametrize("name", catalogue())
+def test_written_toml_reads_back(name, tmp_path):
+    arm = load_robot(name).description
+    again = toml_trip(arm, tmp_path / f"{name}.toml")
+    for field in dataclasses.fields(arm):
+        if field.name != "notes":
+            np.testing.assert_array_equal(getattr(again, field.name), getattr(arm, field.name))
+
+
+def test_written_toml_reads_back_whatever_the_numbers(tmp_path):
+    rng = np.random.default_rng(4)
+    arm = ArmDescription(
+        "odd",
+        *rng.uniform(0.1, 1, 6),
+        offsets=tuple(rng.uniform(-3, 3, 7)),
+        base=shift(1, 2, 3),
+        lower=(-np.inf, *rng.uniform(-3, 0, 6)),
+        upper=(np.inf, *rng.uniform(0, 3, 6)),
+        joint_names=('"', "\\", "\n", "é", "5", "6", "7"),
+        notes=("first\nsecond",),
+    )
+    again = toml_trip(arm, tmp_path / "odd.toml")
+    assert again.joint_names == arm.joint_names
+    q = rng.uniform(-3, 3, 7)
+    np.testing.assert_allclose(chain_of(again).forward(q), chain_of(arm).forward(q), atol=1e-14)
+    np.testing.assert_allclose(again.lower, arm.lower, rtol=1e-15)
+
+
+def toml_trip(arm: ArmDescription, path) -> ArmDescription:
+    path.write_text(robot_toml(arm, title="Some arm", source="a test", tip='the "tip"'), "utf-8")
+    entry = read_robot(path)
+    assert (entry.title, entry.source, entry.tip) == ("Some arm", "a test", 'the "tip"')
+    return entry.description
+
+
+def test_short_decimals_are_written_as_such(tmp_path):
+    frame = np.eye(4)
+    frame[:3, 3] = 3.0e-23, 0.1 + 2e-13, -4e-14
+    arm = ArmDescription(
+        "arm", 0.24 + 5e-13, 0.4, 1 / 3, 0.1 + 2e-12, tool=frame, lower=(-3.0,) * 7,
+        upper=(math.radians(170) + 3e-13,) * 7, offsets=(1e-13,) * 7, velocity=(math.inf,) * 7,
+    )  # fmt: skip
+    again = toml_trip(arm, tmp_path / "short.toml")
+    text = (tmp_path / "short.toml").read_text("utf-8")
+    for line in ("d_bs = 0.24", f"d_ew = {1 / 3!r}", f"d_wf = {0.1 + 2e-12!r}", "    [0.0, 0.0, 1.0, 0.0],"):
+        assert line in text.splitlines()
+    assert "[1.0, 0.0, 0.0, 0.0],\n    [0.0, 1.0, 0.0, 0.1]" in text
+    assert "upper_deg = [170.0, 170.0" in text and "offsets_deg = [0.0, 0.0" in text
+    assert f"lower_deg = [{math.degrees(-3.0)!r}, " in text
+    for field in dataclasses.fields(ArmDescription):
+        if field.name not in ("name", "joint_names", "notes"):
+            ours, theirs = getattr(arm, field.name), getattr(again, field.name)
+            np.testing.assert_allclose(theirs, ours, rtol=0, atol=1e-12)
+
+
+PLAIN = """\
+title = "An arm"
+source = "a test"
+tip = "flange"
+d_bs = 0.3
+d_se = 0.4
+d_ew = 0.4
+d_wf = 0.1
+signs = [1, 1, 1, 1, 1, 1, 1]
+lower_deg = [-1, -1, -1, -1, -1, -1, -inf]
+upper_deg = [1, 1, 1, 1, 1, 1, inf]
+"""
+
+
+def test_the_least_a_file_needs(tmp_path):
+    path = tmp_path / "plain.toml"
+    path.write_text(PLAIN)
+    arm = read_robot(path).description
+    assert arm.name == "plain"
+    assert arm.velocity == (math.inf,) * 7
+    assert arm.upper[6] == math.inf
+    assert arm.upper[0] == math.radians(1)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("d_bs = 0.3", "d_bs = = 0.3", "arm.toml:4:8: not TOML: Invalid value"),
+        ("d_bs = 0.3\n", "", "arm.toml: d_bs is missing"),
+        ("d_bs = 0.3", 'd_bs = "0.3"', "arm.toml:4: d_bs has '0.3', wanted a finite number"),
+        ("d_bs = 0.3", "d_bs = true", "d_bs has True, wanted a finite number"),
+        ("d_bs = 0.3", "d_bs = nan", "d_bs has nan, wanted a finite number"),
+        ("d_bs = 0.3", "d_bs = 0.3\nd_sw = 1", "arm.toml:5: d_sw is not a key; did you mean d_"),
+        ("d_bs = 0.3", "d_bs = 0.3\ncolour = 1", "arm.toml:5: colour is not a key"),
+        ('"flange"', '" "', "arm.toml:3: tip is ' ', wanted words"),
+        ("signs = [1, 1, ", "signs = [1, 2, ", "signs is [1, 2, 1, 1, 1, 1, 1], wanted 1 or -1"),
+        ("signs = [1, 1, ", "signs = [1, ", "signs is [1, 1, 1, 1, 1, 1], wanted 7 values"),
+        ("signs = ", "offsets_deg = [inf, 0, 0, 0, 0, 0, 0]\nsigns = ", "offsets_deg has inf"),
+        ("upper_deg = [1,", "upper_deg = [-2,", "arm.toml:9: lower_deg is above upper_deg at jo"),
+        ("tip", "joint_names = [1, 2, 3, 4, 5, 6, 7]\ntip", "joint_names is [1, 2, 3, 4, 5, 6, 7]"),
+        ("tip", "base = [[1, 0, 0], [1]]\ntip", "arm.toml:3: base is not a 4x4 matrix"),
+        ("tip", "limits_trusted = 1\ntip", "limits_trusted is 1, wanted true or false"),
+        ("tip", "limits_trusted = false\ntip", "limits_reason is missing"),
+    ],
+)  # fmt: skip
+def test_malformed_file_is_refused_with_its_line(old, new, message, tmp_path):
+    path = tmp_path / "arm.toml"
+    path.write_text(PLAIN.replace(old, new, 1))
+    with pytest.raises(FileFormatError, match=re.escape(message)) as caught:
+        read_robot(path)
+    assert str(caught.value).startswith(str(path))
+
+
+def test_unreadable_file_is_refused(tmp_path):
+    with pytest.raises(FileFormatError, match=r"nowhere\.toml: no such file"):
+        read_robot(tmp_path / "nowhere.toml")
+    with pytest.raises(FileFormatError, match="cannot be read: "):
+        read_robot(tmp_path)
+    (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe")
+    with pytest.raises(FileFormatError, match="cannot be read: 'utf-8' codec"):
+        read_robot(tmp_path / "bytes.toml")
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("kuka_iiwa7", "no robot 'kuka_iiwa7'; did you mean 'kuka_iiwa7_r800'"),
+        ("iiwa7", "no robot 'iiwa7'; did you mean 'kuka_iiwa7_r800'?"),
+        ("KUKA LBR iiwa 7", "did you mean 'kuka_iiwa7_r800'?"),
+        ("kuka", "did you mean 'kuka_iiwa14_r820' or 'kuka_iiwa7_r800' or 'kuka_lwr4_plus' or 'kuka_med"),
+        ("kuka_iiva7_r800", "did you mean 'kuka_iiwa7_r800'"),
+        ("zzz", "the catalogue has no robot 'zzz'; barrett_wam7, human_arm_right, kuka_iiwa14"),
+        ("../robots/openarm_v10", "no robot '../robots/openarm_v10'; did you mean"),
+    ],
+)
+def test_unknown_name_lists_near_ones(name, message):
+    with pytest.raises(UnknownRobotError, match=re.escape(message)):
+        load_robot(name)

@@ -1,0 +1,259 @@
+"""Laws of `step` and `follow` under bounds: what is OK keeps them, and what can keep them is found."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from support.strategies import REGIMES, Array, arms, postures
+
+import armangle as aa
+
+IIWA = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+HOME = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+SPEED = np.full(7, 1.5)
+ROUNDING = 1e-12
+
+each_arm = pytest.mark.parametrize("arm", arms(), ids=lambda arm: arm.name)
+each_regime = pytest.mark.parametrize("regime", REGIMES)
+
+
+def moved(arm: aa.Arm, q: Array, move: Array) -> Array:
+    """The pose of the posture that a move of the joints leads to."""
+    return np.asarray(arm.forward(q + move, undefined="nan")[0])
+
+
+def line(q: Array, shift: tuple[float, float, float], n: int) -> Array:
+    """n poses on a straight line with fixed orientation, the first half a step from q's own."""
+    poses = np.repeat(IIWA.forward(q)[0][None], n, axis=0)
+    poses[:, :3, 3] += np.linspace(0.5 / n, 1, n)[:, None] * np.array(shift)
+    return poses
+
+
+def brakes(arm: aa.Arm, q: Array, velocity: Array, acceleration: Array, dt: float) -> bool:
+    """Whether every joint can come to rest within its limits, step by step."""
+    q, velocity = q.copy(), velocity.copy()
+    while np.any(velocity != 0):
+        velocity = np.sign(velocity) * np.maximum(np.abs(velocity) - acceleration * dt, 0)
+        q += velocity * dt
+    return bool(np.all((q >= arm.lower - 1e-8) & (q <= arm.upper + 1e-8)))
+
+
+# -- the guarantee -----------------------------------------------------------------------------------
+
+
+@each_arm
+@each_regime
+def test_what_is_ok_keeps_the_bounds(arm: aa.Arm, regime: str) -> None:
+    rng = np.random.default_rng(REGIMES.index(regime))
+    done = 0
+    for q in postures(arm, regime, 12):
+        dt = 10 ** rng.uniform(-3, -1)
+        fastest, hardest = rng.uniform(0.5, 3, 7), rng.uniform(1, 20, 7)
+        now = rng.uniform(-0.4, 0.4, 7)
+        pose = moved(arm, q, (now + rng.uniform(-0.9, 0.9, 7) * hardest * dt) * dt)
+        for policy in (aa.Repulsion(K=0.7), aa.Hold(), aa.Centre(K=0.5)):
+            found = aa.step(
+                arm, q, pose, policy=policy, dt=dt, velocity=fastest, acceleration=hardest, velocity_now=now
+            )
+            if found.status == aa.Status.OK:
+                done += 1
+                velocity = (found.q - q) / dt
+                assert np.all(np.abs(velocity) <= fastest)
+                assert np.all(np.abs(velocity - now) <= hardest * dt)
+                assert np.all(arm.within_limits(found.q, tol=1e-9))
+                assert brakes(arm, found.q, velocity, hardest, dt)
+                assert np.abs(arm.forward(found.q)[0] - pose).max() < 1e-11
+            else:
+                assert np.array_equal(found.q, q)
+    assert done or regime in ("on_limit", "folded", "singular", "near_singular", "at_reach")
+
+
+@each_arm
+def test_what_can_keep_the_bounds_is_found(arm: aa.Arm) -> None:
+    """A move within the bounds shows that they can be kept: the step is then never refused."""
+    rng = np.random.default_rng(5)
+    tried = 0
+    for q in postures(arm, "uniform", 60):
+        dt, now = 0.01, rng.uniform(-0.5, 0.5, 7)
+        hardest = rng.uniform(2, 20, 7)
+        velocity = np.clip(now + rng.uniform(-0.95, 0.95, 7) * hardest * dt, -1.45, 1.45)
+        witness = q + velocity * dt
+        same_side = arm.forward(q, undefined="nan")[2] == arm.forward(witness, undefined="nan")[2]
+        inside = bool(arm.within_limits(witness, tol=-1e-6))
+        if not (same_side and inside and brakes(arm, witness, velocity, 0.95 * hardest, dt)):
+            continue
+        tried += 1
+        pose = arm.forward(witness, undefined="nan")[0]
+        found = aa.step(
+            arm, q, pose, dt=dt, velocity=SPEED, acceleration=hardest, velocity_now=now,
+            policy=aa.Repulsion(K=1.0),
+        )  # fmt: skip
+        assert found.status == aa.Status.OK
+    assert tried > 8
+
+
+def test_the_nearest_arm_angle_to_the_wish_is_taken() -> None:
+    rng = np.random.default_rng(7)
+    circle = np.linspace(-np.pi, np.pi, 4000, endpoint=False)
+    binding = 0
+    for q in postures(IIWA, "uniform", 30):
+        dt = 0.01
+        pose = moved(IIWA, q, rng.uniform(-0.3, 0.3, 7) * dt)
+        policy = aa.Centre(K=1.0)
+        _, psi, gc = IIWA.forward(q)
+        found = aa.step(IIWA, q, pose, policy=policy, dt=dt, velocity=SPEED)
+        wish = aa.resolve(IIWA, pose, psi, gc, policy=policy).psi
+        if found.status != aa.Status.OK:
+            continue
+        near = circle * 0.05 + found.psi
+        all_q = IIWA.inverse(np.broadcast_to(pose, (len(near), 4, 4)), near, gc)
+        turned = (all_q - q + np.pi) % (2 * np.pi) - np.pi
+        kept = near[np.all(np.abs(turned) <= SPEED * dt, axis=1) & IIWA.within_limits(all_q)]
+        away = np.abs((kept - wish + np.pi) % (2 * np.pi) - np.pi)
+        mine = abs((found.psi - wish + np.pi) % (2 * np.pi) - np.pi)
+        assert mine <= away.min() + 1e-9
+        binding += mine > 1e-6
+    assert binding > 10
+
+
+@each_arm
+@each_regime
+def test_bounds_that_do_not_bind_change_nothing(arm: aa.Arm, regime: str) -> None:
+    free = np.full(7, np.inf)
+    for q in postures(arm, regime, 6):
+        pose = moved(arm, q, np.full(7, 1e-3))
+        plain = aa.step(arm, q, pose, max_joint_step=1.0)
+        bound = aa.step(arm, q, pose, max_joint_step=1.0, dt=1.0, velocity=free)
+        if plain.status == aa.Status.OK:
+            assert bound.status == aa.Status.OK
+            assert np.array_equal(bound.q, plain.q)
+            assert bound.psi == plain.psi
+
+
+# -- a loop of steps is follow -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("on_fail", ["stop", "hold", "skip"])
+@pytest.mark.parametrize("hardest", [None, 4.0, 40.0])
+def test_follow_is_step_in_a_loop_bit_for_bit(on_fail: Any, hardest: float | None) -> None:
+    poses = line(HOME, (0.1, -0.2, 0.15), 80)
+    poses[30] = poses[29]
+    poses[40, :3, 3] += 0.05
+    dt = 0.02
+    options: dict[str, Any] = {"dt": dt, "velocity": SPEED, "policy": aa.Repulsion(K=0.3, alpha=3.0)}
+    if hardest is not None:
+        options["acceleration"] = np.full(7, hardest)
+    start = (IIWA.inverse(poses[1], *IIWA.forward(HOME)[1:], seed=HOME) - HOME) / dt
+    path = aa.follow(IIWA, poses, start=HOME, velocity_now=start, on_fail=on_fail, **options)
+    assert not path.ok
+    q, velocity, stopped = HOME, start, False
+    for row, pose in enumerate(poses):
+        if stopped:
+            assert path.status[row] == aa.Status.NOT_REACHED
+            continue
+        now = aa.step(IIWA, q, pose, velocity_now=velocity, **options)
+        velocity, q = (now.q - q) / dt, now.q
+        assert path.status[row] == now.status
+        if now.status == aa.Status.OK or on_fail == "hold":
+            assert np.array_equal(path.q[row], q)
+        else:
+            assert np.isnan(path.q[row]).all()
+        stopped = now.status != aa.Status.OK and on_fail == "stop"
+
+
+def test_follow_starts_at_rest_and_carries_the_velocity() -> None:
+    t = np.linspace(0, 1, 200)
+    ramp = t**3 * (10 - 15 * t + 6 * t * t)
+    poses = np.repeat(IIWA.forward(HOME)[0][None], 200, axis=0)
+    poses[:, :3, 3] += ramp[:, None] * np.array([0.05, -0.1, 0.08])
+    dt, hardest = 0.01, np.full(7, 4.0)
+    path = aa.follow(
+        IIWA,
+        poses,
+        start=HOME,
+        dt=dt,
+        velocity=SPEED,
+        acceleration=hardest,
+        policy=aa.Repulsion(K=1.0, alpha=4.0),
+    )
+    assert path.ok
+    velocity = np.diff(np.vstack([HOME, path.q]), axis=0) / dt
+    assert np.all(np.abs(velocity) <= SPEED)
+    change = np.diff(np.vstack([np.zeros(7), velocity]), axis=0) / dt
+    assert np.all(np.abs(change) <= hardest * (1 + ROUNDING))
+    free = aa.follow(IIWA, poses, start=HOME, policy=aa.Repulsion(K=1.0, alpha=4.0))
+    assert np.abs(np.diff(np.diff(free.q, axis=0), axis=0)).max() / dt**2 > 4.0
+
+
+def test_the_arms_own_bounds() -> None:
+    pose = moved(IIWA, HOME, np.full(7, 0.01))
+    own = aa.step(IIWA, HOME, pose, dt=0.01, velocity=True)
+    assert own.status == aa.Status.OK
+    assert np.array_equal(own.q, aa.step(IIWA, HOME, pose, dt=0.01, velocity=IIWA.velocity).q)
+    arm = IIWA.with_(acceleration=np.full(7, 5.0))
+    still = np.zeros(7)
+    assert aa.step(arm, HOME, pose, dt=0.01, acceleration=True, velocity_now=still).status == 10
+
+
+# -- reasons -----------------------------------------------------------------------------------------
+
+
+def test_each_bound_has_its_status() -> None:
+    bent = HOME + 0.05 * np.eye(7)[3]
+    pose = IIWA.forward(bent)[0]
+    still: dict[str, Any] = {"dt": 0.01, "velocity_now": np.zeros(7)}
+    assert aa.step(IIWA, HOME, pose, velocity=np.full(7, 4.0), dt=0.01).status == aa.Status.VELOCITY_LIMIT
+    assert aa.step(IIWA, HOME, pose, velocity=np.full(7, 6.0), dt=0.01).status == aa.Status.OK
+    hard = aa.step(IIWA, HOME, pose, acceleration=np.full(7, 400.0), **still)
+    assert hard.status == aa.Status.ACCELERATION_LIMIT
+    assert aa.step(IIWA, HOME, pose, acceleration=np.full(7, 600.0), **still).status == aa.Status.OK
+    leap = aa.step(IIWA, HOME, pose, velocity=np.full(7, 6.0), dt=0.01, max_joint_step=0.04)
+    assert leap.status == aa.Status.JOINT_JUMP
+    assert np.array_equal(leap.q, HOME)
+
+
+def test_a_joint_too_fast_to_brake_before_its_limit_is_refused() -> None:
+    near = HOME.copy()
+    near[3] = IIWA.lower[3] + 0.02
+    now = np.array([0, 0, 0, -0.5, 0, 0, 0])
+    pose = moved(IIWA, near, 0.01 * now)
+    slow: dict[str, Any] = {"dt": 0.01, "velocity_now": now}
+    refused = aa.step(IIWA, near, pose, acceleration=np.full(7, 3.0), **slow)
+    assert refused.status == aa.Status.ACCELERATION_LIMIT
+    assert aa.step(IIWA, near, pose, acceleration=np.full(7, 30.0), **slow).status == aa.Status.OK
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "message"),
+    [
+        ({"velocity": SPEED}, aa.InputError, "need dt, the time of a step in s"),
+        ({"velocity": SPEED, "dt": 0.0}, aa.InputError, "dt is 0"),
+        ({"velocity": SPEED[:3], "dt": 1.0}, aa.ShapeError, r"velocity has shape \(3,\)"),
+        ({"velocity": np.ones((2, 7)), "dt": 1.0}, aa.ShapeError, r"velocity has shape \(2, 7\)"),
+        ({"velocity": -SPEED, "dt": 1.0}, aa.InputError, "velocity holds -1.5, wanted numbers > 0"),
+        ({"velocity": SPEED * np.nan, "dt": 1.0}, aa.NotFiniteError, "velocity holds nan"),
+        ({"velocity": "fast", "dt": 1.0}, aa.InputError, "velocity is not an array of real numbers"),
+        ({"acceleration": True, "dt": 1.0}, aa.InputError, "acceleration=True takes the arm's own, and"),
+        ({"acceleration": SPEED, "dt": 1.0}, aa.InputError, "needs velocity_now"),
+        (
+            {"acceleration": SPEED, "dt": 1.0, "velocity_now": [1, 2]},
+            aa.ShapeError,
+            r"velocity_now has shape \(2,\)",
+        ),
+        (
+            {"velocity": SPEED, "dt": 1.0, "velocity_now": np.ones((2, 7))},
+            aa.ShapeError,
+            r"velocity_now has shape \(2, 7\)",
+        ),
+        (
+            {"velocity": SPEED, "dt": 1.0, "velocity_now": np.full(7, np.inf)},
+            aa.NotFiniteError,
+            "velocity_now is not finite",
+        ),
+    ],
+)
+def test_bad_bounds_are_refused(options: dict[str, Any], error: type[Exception], message: str) -> None:
+    with pytest.raises(error, match=message):
+        aa.step(IIWA, HOME, IIWA.forward(HOME)[0], **options)

@@ -1,0 +1,242 @@
+"""`follow(lookahead=n)`: dead ends that the window sees are avoided wherever there is a way around them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from support.strategies import Array, arms, frame
+
+import armangle as aa
+
+IIWA = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+# On this line the feasible arc splits at pose 34; the part that holds psi closes at pose 48, another stays.
+FORKED = np.radians([110.0, -70, 20, -30, -90, -20, -20])
+FORK, CLOSED = 34, 48
+
+
+def line(q: Array, shift: tuple[float, float, float], n: int = 60) -> Array:
+    """n poses on a straight line with fixed orientation, beginning at the pose of q."""
+    poses = np.repeat(IIWA.forward(q)[0][None], n, axis=0)
+    poses[:, :3, 3] += np.linspace(0, 1, n)[:, None] * np.array(shift)
+    return poses
+
+
+FORKED_LINE = line(FORKED, (0.1, 0.2, -0.5))
+
+
+def lifted(psi: float, lower: float) -> float:
+    """psi by whole turns within a turn above `lower`, but for rounding."""
+    return float(lower + (psi - lower + 1e-9) % (2 * np.pi) - 1e-9)
+
+
+def reached(path: aa.JointPath) -> int:
+    """How many poses were stepped to before the first that was not."""
+    return len(path) if path.ok else int(path.first_failure or 0)
+
+
+def way(arm: aa.Arm, poses: Array, q: Array, step: Array, grid: int) -> int:
+    """How many poses brute force reaches: psi on a grid, linked where no joint moves more than a step."""
+    gc = arm.forward(q)[2]
+    psi = np.linspace(-np.pi, np.pi, grid, endpoint=False)
+    before = q[None]
+    for k, pose in enumerate(poses):
+        here = arm.inverse(np.broadcast_to(pose, (grid, 4, 4)), psi, gc, unreachable="nan")
+        here = here[np.all((here >= arm.lower) & (here <= arm.upper), axis=1)]
+        before = here[(np.abs(here[:, None] - before) <= step).all(axis=2).any(axis=1)]
+        if len(before) == 0:
+            return k
+    return len(poses)
+
+
+def narrow_arm(rng: np.random.Generator) -> aa.Arm:
+    half = np.radians(rng.uniform(40, 170, 7))
+    return IIWA.with_(lower=-half, upper=half)
+
+
+def turned(start: Array, axis: Array, angle: float, way: Array, n: int) -> Array:
+    """n poses from a first one, shifted along `way` (m) and turned about `axis` evenly."""
+    share = np.linspace(0, 1, n)
+    x, y, z = axis / np.linalg.norm(axis)
+    cross, a = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]), angle * share[:, None, None]
+    poses = np.repeat(start[None], n, axis=0)
+    poses[:, :3, 3] += share[:, None] * way
+    poses[:, :3, :3] = (np.eye(3) + np.sin(a) * cross + (1 - np.cos(a)) * cross @ cross) @ start[:3, :3]
+    return poses
+
+
+def bent_line(arm: aa.Arm, rng: np.random.Generator, n: int) -> tuple[Array, Array]:
+    """A posture, and n poses from its own on a line along which the tool turns."""
+    q = rng.uniform(0.8 * arm.lower, 0.8 * arm.upper)
+    start, goal = arm.forward(q)[0], frame(rng)
+    way = 0.5 * (goal[:3, 3] - start[:3, 3])
+    return q, turned(start, rng.normal(size=3), rng.uniform(0, 3), way, n)
+
+
+def turning_line(arm: aa.Arm, rng: np.random.Generator, n: int) -> tuple[Array, Array]:
+    """A posture, and n poses from its own on a line of up to 0.6 m with a turn of up to 3 rad."""
+    q = rng.uniform(arm.lower, arm.upper) * 0.8
+    axis, way = rng.normal(size=3), rng.normal(size=3)
+    way *= rng.uniform(0.1, 0.6) / np.linalg.norm(way)
+    return q, turned(arm.forward(q)[0], axis, rng.uniform(0, 3), way, n)
+
+
+# -- a dead end that a window sees, and one that none does -------------------------------------------
+
+
+def test_the_arc_forks_and_the_part_that_holds_psi_closes() -> None:
+    plain = aa.follow(IIWA, FORKED_LINE, start=FORKED)
+    gc = int(plain.gc[0])
+    arcs = IIWA.feasible(FORKED_LINE, gc)
+    assert arcs.count[FORK - 1] < arcs.count[FORK]
+    held = [arcs[k].intervals for k in range(reached(plain))]
+    width = [
+        next(b - a for a, b in arc if a - 1e-9 <= lifted(psi, a) <= b + 1e-9)
+        for arc, psi in zip(held, plain.psi, strict=False)
+    ]
+    assert FORK < reached(plain) <= CLOSED
+    assert width[-1] < 0.1 < 0.4 < width[FORK]
+    assert not arcs.is_empty.any()
+
+
+@pytest.mark.parametrize("policy", [aa.Repulsion(), aa.Hold()])
+@pytest.mark.parametrize("window", [15, 30, 60, 1000])
+def test_a_window_that_sees_the_dead_end_avoids_it(policy: Any, window: int) -> None:
+    assert not aa.follow(IIWA, FORKED_LINE, start=FORKED, policy=policy).ok
+    path = aa.follow(IIWA, FORKED_LINE, start=FORKED, policy=policy, lookahead=window)
+    assert path.ok
+    assert np.abs(np.diff(path.q, axis=0)).max() <= 0.2
+    assert np.all(IIWA.within_limits(path.q, tol=1e-9))
+    assert np.abs(IIWA.forward(path.q)[0] - FORKED_LINE).max() < 1e-12
+
+
+def test_a_window_that_sees_it_too_late_does_not() -> None:
+    late = aa.follow(IIWA, FORKED_LINE, start=FORKED, policy=aa.Hold(), lookahead=1)
+    assert not late.ok
+
+
+def test_a_dead_end_without_a_way_around_is_run_into_as_late_as_can_be() -> None:
+    poses = line(np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5]), (0.6, 0.2, 0.2))
+    start = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+    empty = int(np.argmax(IIWA.feasible(poses, 0).is_empty))
+    assert 0 < empty < len(poses)
+    path = aa.follow(IIWA, poses, start=start, lookahead=len(poses))
+    assert reached(path) == empty
+    assert path.status[empty] == aa.Status.UNREACHABLE
+
+
+# -- laws --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_it_goes_as_far_as_brute_force_finds_a_way(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    arm = narrow_arm(rng)
+    q, poses = bent_line(arm, rng, 60)
+    limit = float(rng.choice([0.06, 0.12, 0.25]))
+    path = aa.follow(arm, poses, start=q, max_joint_step=limit, lookahead=60)
+    assert reached(path) >= way(arm, poses, q, np.full(7, 0.98 * limit), 500)
+
+
+def test_a_gap_of_the_tube_that_closes_between_probes_is_seen() -> None:
+    """The ways to two arcs part where both were one; the gap is narrower than probes are apart."""
+    rng = np.random.default_rng(2060)
+    half = np.radians(rng.uniform(40, 170, 7))
+    half[[1, 3, 5]] = np.minimum(half[[1, 3, 5]], 2.09)
+    arm = IIWA.with_(lower=-half, upper=half)
+    q, poses = turning_line(arm, rng, 120)
+    path = aa.follow(arm, poses, start=q, max_joint_step=0.03, lookahead=120)
+    assert reached(path) >= way(arm, poses, q, np.full(7, 0.98 * 0.03), 1000)
+
+
+def test_it_saves_many_and_harms_none() -> None:
+    saved = 0
+    for seed in range(150):
+        rng = np.random.default_rng(seed)
+        arm = narrow_arm(rng)
+        q, poses = bent_line(arm, rng, 60)
+        plain = reached(aa.follow(arm, poses, start=q))
+        ahead = reached(aa.follow(arm, poses, start=q, lookahead=60))
+        assert ahead >= plain
+        saved += ahead > plain
+    assert saved > 20
+
+
+@pytest.mark.parametrize("arm", arms(), ids=lambda arm: arm.name)
+def test_every_row_is_a_step_on_its_pose(arm: aa.Arm) -> None:
+    rng = np.random.default_rng(3)
+    dt, fastest = 0.02, rng.uniform(2, 6, 7)
+    for _ in range(6):
+        q, poses = bent_line(
+            arm.with_(lower=np.maximum(arm.lower, -7), upper=np.minimum(arm.upper, 7)), rng, 80
+        )
+        path = aa.follow(arm, poses, start=q, dt=dt, velocity=fastest, lookahead=10, on_fail="hold")
+        rows = path.status == aa.Status.OK
+        move = np.diff(np.vstack([q, path.q]), axis=0)
+        assert np.all(np.abs(move / dt) <= fastest)
+        assert np.abs(move).max() <= 0.2
+        assert np.all(arm.within_limits(path.q[rows], tol=1e-9))
+        assert np.abs(arm.forward(path.q[rows])[0] - poses[rows]).max(initial=0) < 1e-11
+
+
+def test_accelerations_are_kept_though_not_foreseen() -> None:
+    poses = line(FORKED, (0.1, 0.2, -0.5), 3000)
+    dt, hardest = 0.005, np.full(7, 20.0)
+    slow = np.linspace(0, 1, 3000) ** 2 * (3 - 2 * np.linspace(0, 1, 3000))
+    poses[:, :3, 3] = poses[0, :3, 3] + slow[:, None] * np.array([0.1, 0.2, -0.5])
+    options: dict[str, Any] = {"dt": dt, "velocity": True, "acceleration": hardest, "policy": aa.Hold()}
+    assert not aa.follow(IIWA, poses, start=FORKED, **options).ok
+    path = aa.follow(IIWA, poses, start=FORKED, lookahead=1500, **options)
+    velocity = np.diff(np.vstack([FORKED, path.q]), axis=0) / dt
+    change = np.diff(np.vstack([np.zeros(7), velocity]), axis=0) / dt
+    done = reached(path)
+    assert np.all(np.abs(velocity[:done]) <= IIWA.velocity)
+    assert np.all(np.abs(change[:done]) <= hardest * (1 + 1e-12))
+    assert path.ok
+
+
+def test_a_narrow_arc_is_never_missed() -> None:
+    """The only way out is an arc of 1e-4 rad, allowed from half of the poses on."""
+    q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+    poses = line(q, (0.0, 0.05, 0.0), 60)
+    gap = aa.ArcSet([(1.0, 1.0001)])
+    full = aa.ArcSet([(-4.0, 4.0)])
+    gate = {poses[k].tobytes(): gap for k in range(30, 60)}
+
+    def allowed(pose: Any) -> aa.ArcSet:
+        return gate.get(np.asarray(pose).tobytes(), full)
+
+    options: dict[str, Any] = {"start": q, "allowed": allowed, "policy": aa.Hold(), "max_joint_step": 0.05}
+    assert reached(aa.follow(IIWA, poses, **options)) == 30
+    path = aa.follow(IIWA, poses, lookahead=60, **options)
+    assert path.ok
+    assert np.all((path.psi[30:] >= 1 - 1e-9) & (path.psi[30:] <= 1.0001 + 1e-9))
+
+
+def test_a_joint_does_not_go_round_behind_its_limits() -> None:
+    """A step wider than the gap between the limits of joint 7 does not cross it."""
+    q = np.radians([-100.0, 80, 140, 100, 0, 20, -60])
+    path = aa.follow(IIWA, line(q, (0.0, -0.2, 0.0)), start=q, lookahead=60, max_joint_step=0.3)
+    assert path.ok
+    assert np.abs(np.diff(path.q, axis=0)).max() <= 0.3
+
+
+def test_without_dead_ends_nothing_changes() -> None:
+    q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+    arm = IIWA.with_(lower=None, upper=None)
+    poses = line(q, (0.0, 0.1, 0.05))
+    plain, ahead = (aa.follow(arm, poses, start=q, lookahead=n) for n in (0, 20))
+    assert plain.ok
+    assert np.array_equal(plain.q, ahead.q)
+
+
+def test_a_single_pose_and_none() -> None:
+    assert aa.follow(IIWA, FORKED_LINE[:1], start=FORKED, lookahead=5).ok
+    assert len(aa.follow(IIWA, FORKED_LINE[:0], start=FORKED, lookahead=5)) == 0
+
+
+@pytest.mark.parametrize("lookahead", [-1, 1.5, True, None, "3"])
+def test_bad_windows_are_refused(lookahead: Any) -> None:
+    with pytest.raises(aa.InputError, match="wanted a number of poses, 0 or more"):
+        aa.follow(IIWA, FORKED_LINE, start=FORKED, lookahead=lookahead)

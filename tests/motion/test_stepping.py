@@ -1,0 +1,353 @@
+"""Redundancy resolution, step and follow: equation (36), continuity, windings, allowed arcs."""
+
+from __future__ import annotations
+
+import pickle
+
+import numpy as np
+import pytest
+from reference import mended_arcs
+from support.laws import circle_gap, gap
+from support.strategies import TURN, Array, arms, bends, postures, unlimited
+
+import armangle as aa
+from armangle import Status
+
+IIWA = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+START = np.array([0.3, 0.6, -0.2, 1.3, 0.4, 0.9, 0.1])
+SHIFT = [0.03, -0.15, 0.05]
+POLICIES = [
+    aa.Repulsion(),
+    aa.Repulsion(K=1.0, alpha=5),
+    aa.Repulsion(K=0.02, alpha=100),
+    aa.Hold(),
+    aa.Centre(K=0.3),
+    aa.Centre(K=1.0),
+]
+any_policy = pytest.mark.parametrize("policy", POLICIES, ids=repr)
+
+
+def line(arm: aa.Arm, q: Array, shift: Array, count: int) -> Array:
+    """Poses from that of q on, moved by `shift` (m) in all, without turning, (count, 4, 4)."""
+    poses = np.repeat(arm.forward(q)[0][None], count, axis=0)
+    poses[:, :3, 3] += np.linspace(0, 1, count)[:, None] * np.asarray(shift)
+    return poses
+
+
+def stepped(arm: aa.Arm, poses: Array, q: Array, on_fail: str, **options: object) -> list[aa.Step]:
+    """`step` in a loop, as follow promises to be."""
+    out: list[aa.Step] = []
+    for pose in poses:
+        now = aa.step(arm, q, pose, **options)
+        out.append(now)
+        if now.status is not Status.OK and on_fail == "stop":
+            break
+        q = now.q
+    return out
+
+
+@pytest.mark.parametrize("on_fail", ["stop", "hold", "skip"])
+@pytest.mark.parametrize("carry", ["psi", "elbow"])
+@any_policy
+def test_follow_is_step_in_a_loop_bit_for_bit(policy: aa.Repulsion, carry: str, on_fail: str) -> None:
+    poses = line(IIWA, START, SHIFT, 40)
+    poses[20:23, 0, 3] += 3.0  # out of reach
+    options = {"policy": policy, "carry": carry, "max_joint_step": 3.0}
+    path = aa.follow(IIWA, poses, start=START, on_fail=on_fail, **options)
+    steps = stepped(IIWA, poses, START, on_fail, **options)
+    assert not path.ok
+    for k, row in enumerate(steps):
+        assert path.status[k] == row.status
+        if row.status is not Status.OK and on_fail != "hold":
+            assert np.isnan(path.q[k]).all()
+            assert path.gc[k] == -1
+            continue
+        assert np.array_equal(path.q[k], row.q)
+        assert path.margin[k] == row.margin
+        assert path.gc[k] == row.gc
+        assert circle_gap(path.psi[k], row.psi) <= 1e-14
+    assert (path.status[len(steps) :] == Status.NOT_REACHED).all()
+    assert np.isnan(path.q[len(steps) :]).all()
+    assert path.first_failure == 20
+    assert path.status[20] == Status.UNREACHABLE
+
+
+def test_a_step_is_a_named_tuple_like_any_other() -> None:
+    now = aa.step(IIWA, START, IIWA.forward(START)[0])
+    again = pickle.loads(pickle.dumps(now))
+    assert type(again) is aa.Step and again[1:] == now[1:] and (again.q == now.q).all()
+    assert now._replace(gc=7).gc == 7 and now._fields == ("q", "psi", "gc", "status", "margin")
+    with pytest.raises(TypeError, match="unhashable"):
+        hash(now)
+
+
+@any_policy
+def test_a_path_reaches_its_poses_within_limits_and_without_jumps(policy: aa.Repulsion) -> None:
+    path = aa.follow(IIWA, line(IIWA, START, SHIFT, 60), start=START, policy=policy, max_joint_step=3.0)
+    assert path.ok
+    path.raise_for_status()
+    assert path.residual.max() <= 1e-12
+    assert gap(IIWA.forward(path.q)[0], path.poses) <= 1e-12
+    assert IIWA.within_limits(path.q, tol=1e-9).all()
+    assert np.array_equal(path.margin, IIWA.limit_margin(path.q))
+    assert np.abs(np.diff(path.q, axis=0)).max() <= 3.0
+    assert np.abs(np.diff(path.psi)).max() < np.pi
+    assert path.s[[0, -1]].tolist() == [0.0, 1.0]
+    assert not path.certified
+
+
+def feasible_samples() -> list[tuple[aa.Arm, Array, Array, Array]]:
+    """(arm, pose, psi, gc) of postures within limits."""
+    return [(arm, *arm.forward(postures(arm, "uniform", 40, 1))) for arm in arms()[:16]]
+
+
+@any_policy
+def test_resolution_never_leaves_its_arc(policy: aa.Repulsion) -> None:
+    rng = np.random.default_rng(2)
+    for arm, pose, own, gc in feasible_samples():
+        arcs = arm.feasible(pose, gc)
+        for psi in (own, rng.uniform(-9, 9, own.shape)):
+            now = aa.resolve(arm, pose, psi, gc, policy=policy)
+            good = now.status == Status.OK
+            assert np.array_equal(good, ~arcs.is_empty)
+            assert arcs.contains(now.psi)[good].all()
+            inside = arcs.contains(psi) & good
+            for p in np.flatnonzero(inside):
+                mine = [a for a in arcs[p] if (psi[p] - a[0] + 1e-9) % TURN <= a[1] - a[0] + 2e-9]
+                assert any((now.psi[p] - low + 1e-9) % TURN <= high - low + 2e-9 for low, high in mine)
+
+
+@pytest.mark.parametrize("K", [0.0, 0.02, 0.1, 0.5, 1.0])
+@pytest.mark.parametrize("alpha", [5.0, 20.0, 100.0])
+@pytest.mark.parametrize("outside", ["nearest", "stop"])
+def test_resolution_is_equation_36(K: float, alpha: float, outside: str) -> None:
+    rng = np.random.default_rng(3)
+    for arm, pose, own, gc in feasible_samples()[::4]:
+        arcs = arm.feasible(pose, gc)
+        for psi in (own, rng.uniform(-9, 9, own.shape)):
+            policy = aa.Repulsion(K=K, alpha=alpha, outside=outside)
+            now = aa.resolve(arm, pose, psi, gc, policy=policy)
+            for p in range(0, len(pose), 3):
+                whole = mended_arcs.FULL if arcs.is_full[p] else list(arcs[p])
+                wanted = mended_arcs.resolve(psi[p], whole, K, alpha, outside)
+                if wanted is None:
+                    assert now.status[p] == (Status.LIMITS if arcs.is_empty[p] else Status.OUTSIDE)
+                    assert circle_gap(now.psi[p], psi[p]) <= 1e-14
+                else:
+                    assert circle_gap(now.psi[p], wanted) <= 1e-12
+
+
+def test_a_full_circle_and_hold_keep_psi() -> None:
+    pose, psi, gc = IIWA.forward(START)
+    assert aa.resolve(unlimited(IIWA), pose, 3.0, gc, policy=aa.Repulsion(K=1.0)).psi == 3.0
+    assert aa.resolve(IIWA, pose, psi, gc, policy=aa.Hold()) == (psi, Status.OK)
+
+
+def test_a_rate_does_not_depend_on_the_step_time() -> None:
+    pose, _, gc = IIWA.forward(START)
+    low, high = next(iter(IIWA.feasible(pose, gc)))
+    ends = []
+    for steps in (10, 1000):
+        psi = low + 0.9 * (high - low)
+        for _ in range(steps):
+            psi = aa.resolve(IIWA, pose, psi, gc, policy=aa.Centre(rate=2.0), dt=1.0 / steps).psi
+        ends.append(float(psi))
+    assert circle_gap(ends[0], ends[1]) <= 1e-12
+    one = aa.resolve(IIWA, pose, low + 0.1, gc, policy=aa.Repulsion(rate=3.0, alpha=20), dt=0.1)
+    same = aa.resolve(IIWA, pose, low + 0.1, gc, policy=aa.Repulsion(K=-np.expm1(-0.3), alpha=20))
+    assert one.psi == same.psi
+
+
+def beside_the_axis(offset: float) -> tuple[Array, Array]:
+    """A start, and poses that carry the wrist past the base axis at a distance (m) in 0.5 mm steps."""
+    q = np.array([0.0, -0.5, 0.0, 1.6, 0.0, 0.6, 0.0])
+    pose = IIWA.forward(q)[0].copy()
+    wrist = pose[:3, 3] - 0.126 * pose[:3, 2]
+    poses = np.repeat(pose[None], 121, axis=0)
+    poses[:, 0, 3] += np.linspace(-0.03, 0.03, 121) - wrist[0]
+    poses[:, 1, 3] += offset - wrist[1]
+    starts = IIWA.inverse(poses[0], np.linspace(-3, 3, 61), 2)
+    clearest = np.abs(np.sin(bends(IIWA, starts))).min(axis=-1).argmax()
+    return starts[clearest], poses
+
+
+@any_policy
+def test_a_policy_that_asks_for_too_much_is_shortened(policy: aa.Repulsion) -> None:
+    """At rest no policy can make a jump: every posture within its limits steps to its own pose."""
+    rng = np.random.default_rng(11)
+    q = rng.uniform(IIWA.lower, IIWA.upper, (500, 7))
+    poses, _, _ = IIWA.forward(q)
+    for k in range(len(q)):
+        now = aa.step(IIWA, q[k], poses[k], policy=policy)
+        assert now.status is Status.OK
+        assert np.abs(now.q - q[k]).max() <= 0.2
+        assert np.abs(IIWA.forward(now.q)[0] - poses[k]).max() <= 1e-12
+
+
+def test_a_shortened_step_goes_as_far_as_it_may() -> None:
+    pose, _, gc = IIWA.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+    near_the_end = IIWA.feasible(pose, gc).intervals[0, 0] + 0.05
+    q = IIWA.inverse(pose, near_the_end, gc)
+    wish = aa.resolve(IIWA, pose, near_the_end, gc).psi
+    now = aa.step(IIWA, q, pose)
+    assert now.status is Status.OK
+    assert near_the_end < now.psi < wish
+    assert 0.2 - 1e-9 <= np.abs(now.q - q).max() <= 0.2
+    whole = aa.step(IIWA, q, pose, max_joint_step=np.inf)
+    assert whole.psi == wish
+
+
+@pytest.mark.parametrize("offset", [1e-4, 0.0])
+def test_holding_psi_beside_the_base_axis_is_a_jump_and_carrying_the_elbow_is_none(offset: float) -> None:
+    start, poses = beside_the_axis(offset)
+    arm = unlimited(IIWA)  # so that nothing but the reference plane is in question
+    options = {"start": start, "policy": aa.Hold()}
+    by_psi = aa.follow(arm, poses, **options)
+    assert by_psi.status[by_psi.first_failure] == Status.JOINT_JUMP
+    assert abs(by_psi.first_failure - 60) <= 2
+    by_elbow = aa.follow(arm, poses, carry="elbow", **options)
+    assert by_elbow.ok
+    assert np.abs(np.diff(by_elbow.q, axis=0)).max() <= 0.05
+    assert by_elbow.residual.max() <= 1e-12
+
+
+def test_turning_the_tool_three_times_exhausts_the_windings_of_joint_7() -> None:
+    arm = IIWA.with_(lower=[*IIWA.lower[:6], -TURN], upper=[*IIWA.upper[:6], TURN])
+    pose, _, _ = arm.forward(START)
+    turns = np.linspace(0, 3 * TURN, 301)
+    spin = np.repeat(np.eye(4)[None], len(turns), axis=0)
+    spin[:, 0, 0] = spin[:, 1, 1] = np.cos(turns)
+    spin[:, 1, 0] = np.sin(turns)
+    spin[:, 0, 1] = -spin[:, 1, 0]
+    path = aa.follow(arm, pose @ spin, start=START, policy=aa.Hold())
+    at = path.first_failure
+    assert path.status[at] == Status.WINDING_EXHAUSTED
+    assert gap(path.q[:at, 6], START[6] + turns[:at]) <= 1e-9  # lifted, not wrapped
+    assert START[6] + turns[at] > TURN >= path.q[at - 1, 6]
+    assert (path.status[at + 1 :] == Status.NOT_REACHED).all()
+
+
+def test_a_joint_of_less_than_a_turn_that_must_change_its_winding_jumps() -> None:
+    q = START.copy()
+    q[6] = np.radians(174)
+    turn = np.radians(12)  # to 186 degrees: the only posture within limits is at -174
+    pose = IIWA.forward(q)[0] @ np.array(
+        [[np.cos(turn), -np.sin(turn), 0, 0], [np.sin(turn), np.cos(turn), 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+    )
+    policy = aa.Hold()
+    assert aa.step(IIWA, q, pose, policy=policy).status is Status.JOINT_JUMP
+    free = aa.step(IIWA, q, pose, policy=policy, max_joint_step=10.0)
+    assert free.status is Status.OK
+    assert IIWA.within_limits(free.q, tol=1e-9)
+
+
+@any_policy
+@pytest.mark.parametrize("carry", ["psi", "elbow"])
+def test_on_any_status_but_ok_nothing_moves(policy: aa.Repulsion, carry: str) -> None:
+    pose, psi, gc = IIWA.forward(START)
+    far, turned = pose.copy(), pose.copy()
+    far[:3, 3] *= 3
+    turned[:3, :3] = -turned[:3, :3] @ np.diag([1, 1, -1.0])
+    seen = set()
+    for target, options in (
+        (far, {}),
+        (turned, {}),
+        (pose, {"gc": gc ^ 5}),
+        (pose, {"allowed": aa.ArcSet()}),
+    ):
+        now = aa.step(IIWA, START, target, policy=policy, carry=carry, **options)
+        assert now.status is not Status.OK
+        assert np.array_equal(now.q, START)
+        assert (now.psi, now.gc, now.margin) == (psi, gc, IIWA.limit_margin(START))
+        seen.add(now.status)
+    assert len(seen) >= 2
+
+
+def test_allowed_arcs_are_kept_and_their_ends_say_user() -> None:
+    pose, psi, gc = IIWA.forward(START)
+    own = aa.ArcSet([[psi - 0.2, psi + 0.3]])
+    both = IIWA.feasible(pose, gc) & own
+    assert {(end.joint, end.side) for pair in both.ends for end in pair} == {(None, "user")}
+    assert all(np.isnan(end.value) for pair in both.ends for end in pair)
+    centre = aa.resolve(IIWA, pose, psi, gc, policy=aa.Centre(K=1.0), allowed=own)
+    assert circle_gap(centre.psi, psi + 0.05) <= 1e-12
+    assert aa.resolve(IIWA, pose, psi, gc, allowed=aa.ArcSet()).status is Status.LIMITS
+    assert aa.resolve(IIWA, pose, psi + 1, gc, policy=aa.Hold("stop"), allowed=own).status is Status.OUTSIDE
+
+
+def test_allowed_as_a_function_is_asked_at_each_pose() -> None:
+    poses = line(IIWA, START, [0.05, 0, 0.05], 20)
+    psi = IIWA.forward(START)[1]
+    asked = []
+
+    def allowed(pose: Array) -> aa.ArcSet:
+        asked.append(pose.copy())
+        return aa.ArcSet([[psi - 0.1, psi + 0.1 + pose[0, 3] * 0.01]])
+
+    by_function = aa.follow(IIWA, poses, start=START, allowed=allowed)
+    assert np.array_equal(asked, poses)
+    sets = [allowed(pose) for pose in poses]
+    q = START
+    for k, arcs in enumerate(sets):
+        now = aa.step(IIWA, q, poses[k], allowed=arcs)
+        assert np.array_equal(now.q, by_function.q[k])
+        assert now.psi in arcs
+        q = now.q
+
+
+def test_a_gc_can_be_asked_for() -> None:
+    arm = unlimited(IIWA)
+    pose, psi, gc = arm.forward(START)
+    for other in range(8):
+        now = aa.step(arm, START, pose, gc=other, policy=aa.Hold(), max_joint_step=20.0)
+        assert (now.status, now.gc) == (Status.OK, other)
+        assert np.array_equal(arm.forward(now.q)[2], other)
+        assert circle_gap(now.psi, psi) <= 1e-14
+    assert aa.step(arm, START, pose).gc == gc
+
+
+def test_the_singularity_margin_is_kept_along_a_path() -> None:
+    path = aa.follow(IIWA, line(IIWA, START, SHIFT, 60), start=START, singularity_margin=0.3)
+    assert path.ok
+    assert np.abs(np.sin(path.q[:, [1, 3, 5]])).min() >= np.sin(0.3) - 1e-9
+
+
+def test_empty_and_single_paths() -> None:
+    none = aa.follow(IIWA, np.empty((0, 4, 4)), start=START)
+    assert none.ok
+    assert none.q.shape == (0, 7)
+    one = aa.follow(IIWA, IIWA.forward(START)[0][None], start=START, policy=aa.Hold())
+    assert gap(one.q[0], START) <= 1e-12
+    assert one.s.tolist() == [0.0]
+
+
+def test_a_failed_path_says_where_and_why() -> None:
+    poses = line(IIWA, START, [3.0, 0, 0], 50)
+    path = aa.follow(IIWA, poses, start=START, max_joint_step=1.0)
+    at = path.first_failure
+    with pytest.raises(aa.PathError, match=f"pose {at} .* is the first that is not"):
+        path.raise_for_status()
+    assert Status(path.status[at]).sentence in path.explain()
+
+
+def test_a_failed_path_says_by_how_much() -> None:
+    pose = IIWA.forward(START)[0]
+    far = pose.copy()
+    far[0, 3] += 3.0
+    said = aa.follow(IIWA, [pose, far], start=START, policy=aa.Hold()).explain()
+    assert "Pose is out of reach by" in said and "mm." in said
+    aside = pose.copy()
+    aside[2, 3] -= 0.02
+    said = aa.follow(IIWA, [pose, aside], start=START, policy=aa.Hold(), max_joint_step=1e-3).explain()
+    assert "With the arm angle held, joint " in said and " deg." in said
+    beyond = START.copy()
+    beyond[0] = IIWA.upper[0] + 0.3
+    said = aa.follow(IIWA, [pose], start=beyond).explain()
+    assert "Joint 1 starts 17.19 deg outside its limits." in said
+
+
+@pytest.mark.parametrize("status", Status, ids=lambda s: s.name)
+def test_every_status_is_one_sentence(status: Status) -> None:
+    assert status.sentence.endswith(".")
+    assert status.sentence[0].isupper()
+    assert status.sentence.count(". ") == 0

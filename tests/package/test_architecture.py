@@ -1,0 +1,131 @@
+"""Imports and includes point down: architecture.toml has the order of the rooms, for both languages."""
+
+from __future__ import annotations
+
+import ast
+import os
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+SOURCES = ROOT / "src" / "armangle"
+HEADERS = ROOT / "include" / "armangle"
+ORDER = tomllib.loads((ROOT / "architecture.toml").read_text(encoding="utf-8"))
+FACES = {"__init__", "__main__"}
+
+
+def places(layers: list[dict[str, Any]]) -> dict[str, tuple[int, int]]:
+    """Layer of each room, and its place within the layer: what stands beside others has place 0."""
+    found: dict[str, tuple[int, int]] = {}
+    for height, layer in enumerate(layers):
+        for place, room in enumerate(layer.get("ordered", ())):
+            found[room] = (height, place)
+        for room in layer.get("rooms", ()):
+            found[room] = (height, 0)
+    return found
+
+
+PYTHON, CORE = places(ORDER["python"]), places(ORDER["core"])
+
+
+def may_use(places: dict[str, tuple[int, int]], own: str, other: str) -> bool:
+    """Whether a room may use another: itself, and what is below."""
+    return own == other or places[other] < places[own]
+
+
+def imported(path: Path) -> set[str]:
+    """Rooms of the package that a file imports, also within its functions."""
+    package = path.relative_to(SOURCES).parts[:-1]
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.level:
+            base = package[: len(package) - node.level + 1]
+            inner = (*base, *(node.module.split(".") if node.module else ()))
+            found |= {inner[0]} if inner else {alias.name for alias in node.names}
+    return found
+
+
+def python_room(path: Path) -> str:
+    return path.relative_to(SOURCES).parts[0].removesuffix(".py")
+
+
+def included(path: Path) -> list[Path]:
+    """Headers of the library that a header includes, from the library's folder on."""
+    names = re.findall(r'#include "([^"]+)"', path.read_text(encoding="utf-8"))
+    return [Path(os.path.normpath(path.parent / name)).relative_to(HEADERS) for name in names]
+
+
+def core_room(path: Path) -> str:
+    """Folder of a header, or its name; `plan.hpp` and the folder `plan` are two."""
+    if len(path.parts) > 1:
+        return path.parts[0]
+    return path.name if path.name in CORE else path.stem
+
+
+FILES = [path for path in sorted(SOURCES.rglob("*.py")) if path.parent != SOURCES or path.stem not in FACES]
+CORE_FILES = [path.relative_to(HEADERS) for path in sorted(HEADERS.rglob("*.hpp"))]
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(SOURCES)))
+def test_imports_point_down(path: Path) -> None:
+    own = python_room(path)
+    assert own in PYTHON, f"{own} has no place in architecture.toml"
+    for other in imported(path) & set(PYTHON):
+        assert may_use(PYTHON, own, other), f"{path.name} of {own} imports {other}, which is not below it"
+
+
+@pytest.mark.parametrize("path", CORE_FILES, ids=str)
+def test_includes_point_down(path: Path) -> None:
+    own = core_room(path)
+    assert own in CORE, f"{own} has no place in architecture.toml"
+    for header in included(HEADERS / path):
+        other = core_room(header)
+        assert may_use(CORE, own, other), f"{path} includes {header}, which is not below it"
+
+
+def test_every_room_exists() -> None:
+    for room in PYTHON:
+        assert list(SOURCES.glob(f"{room}*")), f"architecture.toml names {room}, which is not there"
+    for room in CORE:
+        assert list(HEADERS.glob(f"{room}*")), f"architecture.toml names {room}, which is not there"
+    everything = {python_room(path) for path in FILES}
+    assert everything <= set(PYTHON), everything - set(PYTHON)
+
+
+@pytest.mark.parametrize(
+    ("places", "own", "other", "allowed"),
+    [
+        (PYTHON, "files", "arm", True),
+        (PYTHON, "arm", "files", False),
+        (PYTHON, "plots", "viewer", False),
+        (PYTHON, "errors", "_core", True),
+        (PYTHON, "_core", "errors", False),
+        (CORE, "plan", "motion", False),
+        (CORE, "numbers", "arm", False),
+        (CORE, "plan", "circle", True),
+    ],
+)
+def test_the_order_refuses_what_points_up(
+    places: dict[str, tuple[int, int]], own: str, other: str, allowed: bool
+) -> None:
+    assert may_use(places, own, other) == allowed
+
+
+def test_a_line_put_wrong_is_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = tmp_path / "models"
+    folder.mkdir()
+    wrong = folder / "wrong.py"
+    wrong.write_text("def late():\n    from ..arm.arm import Arm\n")
+    monkeypatch.setattr(f"{__name__}.SOURCES", tmp_path)
+    assert imported(wrong) == {"arm"} and not may_use(PYTHON, python_room(wrong), "arm")
+
+
+@pytest.mark.parametrize("pattern, home", [(r"std::vector", "plan"), (r"std::thread", "batch")])
+def test_claims_hold_by_folder(pattern: str, home: str) -> None:
+    """`plan/` allocates, `batch/` starts threads; nothing else does."""
+    found = {path for path in CORE_FILES if re.search(pattern, (HEADERS / path).read_text(encoding="utf-8"))}
+    assert {core_room(path) for path in found} == {home}, found

@@ -1,0 +1,149 @@
+"""The pages: every example on them runs and prints what it shows, and they build without a warning."""
+
+import doctest
+import importlib
+import os
+import pkgutil
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import armangle
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+PAGES = sorted(page.relative_to(ROOT).as_posix() for page in [ROOT / "README.md", *DOCS.rglob("*.md")])
+TOOLS = (
+    "sphinx",
+    "furo",
+    "myst_parser",
+    "sphinx_gallery",
+    "sphinxcontrib.bibtex",
+    "latex2mathml",
+    "matplotlib",
+)
+FENCE = re.compile(r"^```pycon\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+def missing_tools() -> list[str]:
+    """Names of the packages that the build needs and that are not installed."""
+
+    def found(name: str) -> bool:
+        try:
+            importlib.import_module(name)
+        except ImportError:
+            return False
+        return True
+
+    return [name for name in TOOLS if not found(name)]
+
+
+def examples_of(page: Path) -> list[doctest.Example]:
+    """The prompts of a page with what they print, in order; lines keep their number on the page."""
+    text = page.read_text(encoding="utf-8")
+    found: list[doctest.Example] = []
+    for fence in FENCE.finditer(text):
+        first = text.count("\n", 0, fence.start(1))
+        for example in doctest.DocTestParser().get_examples(fence[1]):
+            example.lineno += first
+            found.append(example)
+    return found
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_examples_of_a_page_print_what_they_show(name: str) -> None:
+    page = ROOT / name
+    case = doctest.DocTest(examples_of(page), {}, name, str(page), 0, None)
+    report: list[str] = []
+    result = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS).run(case, out=report.append)
+    assert not result.failed, "".join(report)
+
+
+def test_python_of_the_readme_runs() -> None:
+    fence = re.search(
+        r"^```python\n(.*?)^```$", (ROOT / "README.md").read_text(encoding="utf-8"), re.M | re.S
+    )
+    assert fence
+    names: dict[str, object] = {}
+    exec(fence[1], names)
+    assert names["now"].status == armangle.Status.OK
+
+
+MODULES = sorted(
+    module.name
+    for module in pkgutil.iter_modules(armangle.__path__)
+    if not module.name.startswith(("__main__", "_core", "_cpu"))
+)
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_examples_of_docstrings_print_what_they_show(name: str) -> None:
+    result = doctest.testmod(importlib.import_module(f"armangle.{name}"), optionflags=doctest.ELLIPSIS)
+    assert not result.failed
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_functions_named_beside_formulas_are_in_their_headers(name: str) -> None:
+    text = (ROOT / name).read_text(encoding="utf-8")
+    for header, functions in re.findall(r"`(\w+\.hpp): ([\w, ]+)`", text):
+        source = next((ROOT / "include/armangle").rglob(header)).read_text(encoding="utf-8")
+        missing = [word for word in functions.split(", ") if not re.search(rf"\b{word}\b", source)]
+        assert not missing, f"{header} has no {missing}"
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The pages built in a folder of their own, warnings as errors, as HTML."""
+    missing = missing_tools()
+    if missing and os.environ.get("ARMANGLE_NO_SKIP") != "1":
+        pytest.skip(f"building the pages needs {', '.join(missing)}: pip install 'armangle[docs]'")
+    assert not missing
+    work = tmp_path_factory.mktemp("pages")
+    made_by_builds = shutil.ignore_patterns("_build", "_made", "gallery", "__pycache__")
+    for folder in ("docs", "examples", "tests/reference"):
+        shutil.copytree(ROOT / folder, work / folder, ignore=made_by_builds)
+    for file in ("CHANGELOG.md", "README.md"):
+        shutil.copy(ROOT / file, work / file)
+    (work / "benchmarks").mkdir()
+    for path in [*(ROOT / "benchmarks").glob("*.md"), *(ROOT / "benchmarks").glob("*.png")]:
+        shutil.copy(path, work / "benchmarks" / path.name)
+    command = [
+        sys.executable,
+        "-m",
+        "sphinx",
+        "-q",
+        "-W",
+        "--keep-going",
+        "-b",
+        "html",
+        "-d",
+        "trees",
+        "docs",
+        "html",
+    ]
+    built = subprocess.run(command, cwd=work, capture_output=True, text=True, check=False)
+    assert built.returncode == 0, built.stderr
+    return work / "html"
+
+
+def test_pages_build_without_a_warning(site: Path) -> None:
+    assert (site / "index.html").stat().st_size > 1000
+
+
+def test_pages_fetch_nothing_when_read(site: Path) -> None:
+    loads = re.compile(
+        r"""<(?:script|img|iframe)[^>]+src="(https?:)?//|<link[^>]+rel="stylesheet"[^>]+href="(https?:)?//"""
+    )
+    assert [
+        page.name for page in site.rglob("*.html") if loads.search(page.read_text(encoding="utf-8"))
+    ] == []
+
+
+def test_every_picture_drawn_is_shown(site: Path) -> None:
+    drawn = {path.name for path in (site.parent / "docs" / "_made").glob("*.svg")}
+    pages = "".join(page.read_text(encoding="utf-8") for page in (site.parent / "docs").rglob("*.md"))
+    assert {name for name in drawn if f"_made/{name}" not in pages} == set()

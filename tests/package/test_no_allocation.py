@@ -1,0 +1,50 @@
+"""Nothing that a control loop calls allocates: a C++ program with counting allocators shows it."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+COMPILER = os.environ.get("CXX", "g++")
+
+
+@pytest.fixture(scope="module")
+def counts(tmp_path_factory: pytest.TempPathFactory) -> dict[str, int]:
+    if shutil.which(COMPILER) is None and os.environ.get("ARMANGLE_NO_SKIP") != "1":
+        pytest.skip(f"no C++ compiler: {COMPILER} is not on the path")
+    program = tmp_path_factory.mktemp("no_allocation") / "count"
+    source = [f"-I{ROOT / 'include'}", str(ROOT / "tests" / "package" / "cpp" / "no_allocation.cpp")]
+    flags = ["-std=c++20", "-O1", "-ffp-contract=off", "-pthread"]
+    subprocess.run([COMPILER, *flags, *source, "-o", str(program)], check=True)
+    printed = subprocess.run([program], capture_output=True, text=True, check=True).stdout
+    lines = [line.split() for line in printed.splitlines()[1:]]
+    return {name: int(count) for name, count in lines}
+
+
+def test_the_counter_counts(counts: dict[str, int]) -> None:
+    assert counts["counter"] >= 1
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "make_arm",
+        "limit_table",
+        "forward",
+        "jacobian",
+        "inverse",
+        "feasible",
+        "feasible_all",
+        "step",
+        "follow",
+        "bounded_step",
+        "lookahead",
+    ],
+)
+def test_allocates_nothing(counts: dict[str, int], name: str) -> None:
+    assert counts[name] == 0

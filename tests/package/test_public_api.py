@@ -1,0 +1,149 @@
+"""The public names exist, are documented and typed; values are frozen, and their repr pastes back."""
+
+from __future__ import annotations
+
+import dataclasses
+import doctest
+import importlib
+import inspect
+import pkgutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support.strategies import arms, need_tool
+
+import armangle as aa
+
+ROOT = Path(__file__).parents[2]
+SCOPE = {cls.__name__: cls for cls in (aa.Arm, aa.ArcSet, aa.Repulsion, aa.Hold, aa.Centre)}
+POLICIES = [aa.Repulsion(0.2, 7), aa.Repulsion(rate=2.0), aa.Hold("stop"), aa.Centre(0.3)]
+NAMES = [name for name in aa.__all__ if not isinstance(getattr(aa, name), str)]
+
+
+def members() -> Iterator[tuple[str, Any]]:
+    """Public names, and the public functions and properties of public classes."""
+    for name in NAMES:
+        value = getattr(aa, name)
+        yield name, value
+        if inspect.isclass(value) and not issubclass(value, Exception):
+            for key, member in vars(value).items():
+                public = inspect.isfunction(member) or isinstance(member, property | classmethod)
+                if public and not key.startswith("_"):
+                    yield f"{name}.{key}", getattr(value, key) if isinstance(member, classmethod) else member
+
+
+MEMBERS = dict(members())
+FUNCTIONS = {name: f for name, f in MEMBERS.items() if inspect.isfunction(f) or inspect.ismethod(f)}
+
+
+def modules() -> list[str]:
+    """Every module below armangle that pure Python holds."""
+    found = [m.name for m in pkgutil.walk_packages(aa.__path__, "armangle.")]
+    return [name for name in found if not name.rsplit(".", 1)[1].startswith(("_core_", "_cpu", "__main__"))]
+
+
+def test_all_names_exist_once() -> None:
+    assert len(set(aa.__all__)) == len(aa.__all__)
+    assert all(hasattr(aa, name) for name in aa.__all__)
+    assert set(aa.__all__) <= set(dir(aa))
+
+
+@pytest.mark.parametrize("name", MEMBERS)
+def test_every_name_is_documented(name: str) -> None:
+    value = MEMBERS[name]
+    text = inspect.getdoc(value.fget if isinstance(value, property) else value)
+    assert text, name
+    assert text.splitlines()[0].rstrip().endswith((".", ":")), text.splitlines()[0]
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_every_function_is_typed(name: str) -> None:
+    signature = inspect.signature(FUNCTIONS[name])
+    assert signature.return_annotation is not inspect.Signature.empty
+    for parameter in signature.parameters.values():
+        assert parameter.name in ("self", "cls") or parameter.annotation is not inspect.Parameter.empty
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_array_arguments_state_their_shape(name: str) -> None:
+    text = inspect.getdoc(FUNCTIONS[name]) or ""
+    for parameter in inspect.signature(FUNCTIONS[name]).parameters.values():
+        if "ArrayLike" in str(parameter.annotation) and "Parameters\n" in text:
+            assert "shape" in text, f"{name}: {parameter.name}"
+
+
+def test_no_module_bears_the_name_of_a_public_function() -> None:
+    found = modules()
+    for name in found:
+        try:
+            importlib.import_module(name)
+        except ImportError as error:
+            assert isinstance(error, aa.MissingExtraError) or "mujoco" in str(error), name
+    public = {name for name in aa.__all__ if inspect.isfunction(getattr(aa, name))}
+    assert not public & {name.rsplit(".", 1)[1] for name in found}
+    assert all(callable(getattr(aa, name)) for name in public)
+
+
+@pytest.mark.parametrize("arm", arms(), ids=lambda arm: arm.name)
+def test_the_repr_of_an_arm_is_the_arm(arm: aa.Arm) -> None:
+    again = eval(repr(arm), SCOPE)
+    assert again == arm
+    assert hash(again) == hash(arm)
+    assert arm.with_() == arm
+    assert arm.with_(d_se=arm.d_se + 0.1) != arm
+
+
+@pytest.mark.parametrize("policy", POLICIES, ids=repr)
+def test_a_policy_is_a_frozen_value(policy: Any) -> None:
+    assert eval(repr(policy), SCOPE) == policy
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        policy.outside = "stop"
+
+
+def test_a_path_is_a_frozen_value() -> None:
+    arm = arms()[3]
+    q = (arm.lower + arm.upper) / 2 + 0.3
+    path = aa.follow(arm, arm.forward(q)[0][None], start=q)
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        path.q = np.zeros((1, 7))
+    with pytest.raises(ValueError, match="read-only"):
+        path.q[0, 0] = 1.0
+
+
+@pytest.mark.parametrize("name", modules())
+def test_the_examples_in_the_docstrings_hold(name: str) -> None:
+    try:
+        module = importlib.import_module(name)
+    except ImportError:
+        pytest.skip(f"{name} needs an extra that is not installed")
+    assert doctest.testmod(module, optionflags=doctest.NORMALIZE_WHITESPACE).failed == 0
+
+
+CPP = (
+    "include/armangle",
+    "include/armangle/*",
+    "bindings",
+    "examples/cpp",
+    "fuzz",
+    "tests/package/*",
+    "benchmarks/cpp",
+)
+SOURCES = sorted(str(path) for folder in CPP for path in ROOT.glob(f"{folder}/*.[ch]pp"))
+LINT = {
+    "ruff": ["ruff", "check", "."],
+    "mypy": ["mypy", "--strict", "src"],
+    "clang-format": ["clang-format", "--dry-run", "--Werror", *SOURCES],
+}
+
+
+@pytest.mark.parametrize("command", LINT.values(), ids=LINT)
+def test_the_sources_pass(command: list[str]) -> None:
+    tool = Path(sys.executable).with_name(command[0])
+    path = str(tool) if tool.exists() else need_tool(command[0])
+    run = subprocess.run([path, *command[1:]], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stdout[-3000:] + run.stderr[-1000:]

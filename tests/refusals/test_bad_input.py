@@ -1,0 +1,205 @@
+"""Every argument of every public function, given nonsense: an `ArmangleError` that names the argument.
+
+The matrix comes from the signatures: a function or an argument without a row here fails the first test.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import armangle as aa
+from armangle import errors
+
+ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+Q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+POSE, PSI, GC = ARM.forward(Q)
+TWO = ARM.forward(np.stack([Q, Q + 0.01]))[0]
+NAN, INF = float("nan"), float("inf")
+
+
+def changed(array: np.ndarray[Any, Any], value: float) -> np.ndarray[Any, Any]:
+    """Return a copy whose first entry is `value`."""
+    out = np.array(array, dtype=float)
+    out.flat[0] = value
+    return out
+
+
+WORDS: list[Any] = ["nonsense", None, object(), {"a": 1}]
+HUGE = [1e7, -1e300]
+ANGLES: list[Any] = [*WORDS, NAN, INF, *HUGE, 1j, [0.1, "x"], [[0.1], [0.1, 0.2]]]
+JOINTS: list[Any] = [*WORDS, 0.1, Q[:6], changed(Q, NAN), changed(Q, -INF), changed(Q, 1e9), [1j] * 7]
+ROTATION = POSE[:3, :3]
+POSES: list[Any] = [
+    *WORDS, 0.1, POSE[:3], ROTATION, changed(POSE, NAN), changed(POSE, INF), changed(POSE, 2.0),
+    np.diag([-1.0, 1, 1, 1]), np.zeros((4, 4)), np.ones((4, 4)), POSE.astype(complex),
+]  # fmt: skip
+INDEX: list[Any] = ["nonsense", object(), 8, -1, 2.0, NAN, 10**30, True]
+NUMBER: list[Any] = ["nonsense", object(), NAN, 10**400, 1j]
+POSITIVE: list[Any] = [*NUMBER, 0.0, -1.0]
+CHOICE: list[Any] = ["nonsense", 3, object()]
+THREADS: list[Any] = [-1, 1.5, "x", None]
+MARGIN: list[Any] = [*NUMBER, -0.1, 2.0, INF]
+SEVEN: list[Any] = ["nonsense", object(), 0.1, Q[:6], changed(Q, NAN), Q + 1j]
+POLICY: list[Any] = ["nonsense", 0.5, object(), aa.Repulsion]
+ALLOWED: list[Any] = ["nonsense", 0.5, lambda pose: 1]
+
+METHODS = ("forward", "inverse", "inverse_all", "jacobian", "self_motion", "limit_margin", "within_limits",
+           "feasible", "joint_feasible", "joint_function", "explain")  # fmt: skip
+FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
+    "Arm": (aa.Arm, {"d_bs": 0.34, "d_se": 0.4, "d_ew": 0.4, "d_wf": 0.126}),
+    "ArcSet": (aa.ArcSet, {"intervals": [[0.0, 1.0]]}),
+    "Repulsion": (aa.Repulsion, {}),
+    "Hold": (aa.Hold, {}),
+    "Centre": (aa.Centre, {}),
+    "gc_index": (aa.gc_index, {"signs": [1, 1, 1]}),
+    "gc_signs": (aa.gc_signs, {"gc": 3}),
+    "nearest_rotation": (aa.nearest_rotation, {"pose": POSE}),
+    "resolve": (aa.resolve, {"arm": ARM, "pose": POSE, "psi": PSI, "gc": GC}),
+    "retime": (aa.retime, {"path": aa.follow(ARM, TWO, start=Q), "acceleration": np.ones(7)}),
+    "step": (aa.step, {"arm": ARM, "q_now": Q, "pose": POSE}),
+    "follow": (aa.follow, {"arm": ARM, "poses": POSE[None], "start": Q}),
+    "plan": (aa.plan, {"arm": ARM, "path": POSE[None]}),
+    "Objective": (aa.Objective, {}),
+    "Line": (aa.Line, {"start": POSE, "end": POSE}),
+    "CircularArc": (aa.CircularArc, {"start": POSE, "via": [1.0, 2.0, 3.0], "end": POSE}),
+    "Screw": (aa.Screw, {"start": POSE, "point": [0.0] * 3, "direction": [0.0, 0.0, 1.0], "angle": 1.0}),
+    "Waypoints": (aa.Waypoints, {"poses": POSE[None]}),
+    "Path.pose": (aa.Line(POSE, POSE).pose, {"s": 0.5}),
+    "Path.derivative": (aa.Line(POSE, POSE).derivative, {"s": 0.5}),
+    "JointPath.at": (aa.plan(ARM, POSE[None]).at, {"s": 0.5}),
+    "JointPath.derivatives": (aa.plan(ARM, POSE[None]).derivatives, {"s": 0.5}),
+    "ArcSet.contains": (aa.ArcSet([[0.0, 1.0]]).contains, {"psi": 0.1}),
+    "ArcSet.nearest": (aa.ArcSet([[0.0, 1.0]]).nearest, {"psi": 0.1}),
+    "JointFunction.value": (ARM.joint_function(POSE, GC, 1).value, {"psi": 0.1}),
+    "JointFunction.derivative": (ARM.joint_function(POSE, GC, 1).derivative, {"psi": 0.1}),
+    **{f"Arm.{name}": (getattr(ARM, name), {}) for name in METHODS},
+}
+POINTS: list[Any] = [*WORDS, 0.1, [1.0, 2.0], [NAN, 0.0, 0.0], [0.0, INF, 0.0], [[0.0, 0.0, 1.0]], [1j] * 3]
+WEIGHT: list[Any] = [*NUMBER, None, -1.0, INF]
+GOOD = {"q": Q, "pose": POSE, "psi": PSI, "gc": GC, "joint": 1}
+BAD: dict[str, list[Any]] = {
+    "q": JOINTS, "q_now": JOINTS, "start": JOINTS, "seed": [v for v in JOINTS if v is not None],
+    "pose": POSES, "poses": [*POSES, POSE], "psi": ANGLES, "gc": INDEX, "joint": [*INDEX, 0, None],
+    "threads": THREADS, "limits": CHOICE, "unreachable": CHOICE, "undefined": CHOICE, "carry": CHOICE,
+    "on_fail": CHOICE, "outside": CHOICE, "singularity_margin": MARGIN, "paper_margin": MARGIN,
+    "paper_discriminant": [*NUMBER, -1.0], "policy": POLICY, "allowed": ALLOWED, "max_joint_step": POSITIVE,
+    "tol": NUMBER, "out": [Q[:6].copy(), Q.astype(np.float32), "x", Q.tolist(), np.empty((7, 2))[:, 0]],
+    "d_bs": [*NUMBER, None, INF, 1e4], "d_wf": [*NUMBER, None, INF, 1e4], "a_3": [*NUMBER, INF],
+    "a_4": [*NUMBER, INF], "d_se": [*POSITIVE, None, INF, 1e4], "d_ew": [*POSITIVE, None, INF, 1e4],
+    "lower": [*SEVEN, changed(Q, INF), changed(Q, 1e9)], "upper": [*SEVEN, changed(Q, -INF), changed(Q, 1e9)],
+    "signs": [*SEVEN, Q, np.zeros(7)], "offsets": [*SEVEN, changed(Q, INF), changed(Q, 1e9)],
+    "base": [v for v in POSES if v is not None], "tool": [v for v in POSES if v is not None],
+    "velocity": [*SEVEN, -Q, np.zeros(7)], "acceleration": [*SEVEN, -Q, np.zeros(7)],
+    "intervals": ["nonsense", object(), [1.0, 2.0, 3.0], [[1.0]], [[2.0, 1.0]], [[NAN, 1.0]], [[0, INF]],
+                  [[0, 1e9]], [[0.0, 0.1]] * 17, [[1j, 2]], [[0.0, 1.0], [2.0]]],
+    "K": [*NUMBER, -0.1, 1.1, None, True], "alpha": [*POSITIVE, None, True, INF],
+    "tool_speed": POSITIVE, "cycle": [*NUMBER, -1.0, 2.0], "sample": POSITIVE, "jerk": [*SEVEN, -Q],
+    "velocity_now": SEVEN, "lookahead": ["nonsense", object(), NAN, -1, 1.5, True, None],
+    "rate": [*NUMBER, -1.0, True], "dt": [*POSITIVE, True], "path": [*POSES, POSE],
+    "goal": [v for v in JOINTS if v is not None], "objective": ["nonsense", None, 1.0, aa.Objective],
+    "samples": ["nonsense", None, 0, 1, 2.5, True], "limit_margin": [*NUMBER, None, -0.1, 2.2, INF],
+    "singularities": WEIGHT, "travel": WEIGHT, "enough": WEIGHT, "end": POSES,
+    "orientation": [*CHOICE, None, []], "via": POINTS, "point": POINTS,
+    "direction": [*POINTS, [0.0, 0.0, 0.0]], "angle": [*NUMBER, None, INF, 1e4],
+    "advance": [*NUMBER, None, INF, 1e4], "s": [*ANGLES, -0.1, 1.1],
+    "order": ["nonsense", None, 0, 4, 1.5, NAN],
+}  # fmt: skip
+BAD_HERE: dict[tuple[str, str], list[Any]] = {
+    ("retime", "path"): ["nonsense", None, 0.5, POSE],
+    ("gc_index", "signs"): ["nonsense", object(), None, [1, 1], [1, 1, 0], [1, NAN, 1], 1],
+    ("nearest_rotation", "pose"): [*WORDS, 0.1, POSE[:3], changed(POSE, NAN), changed(POSE, INF)],
+    ("Objective", "limits"): WEIGHT,
+    ("plan", "start"): [v for v in JOINTS if v is not None],
+    ("plan", "gc"): [*INDEX, [], [8], ["x"]],
+    **{(name, "start"): POSES for name in ("Line", "CircularArc", "Screw")},
+    **{(f"Arm.{name}", "gc"): [*INDEX, None] for name in METHODS},
+    **{(name, "gc"): [*INDEX, None] for name in ("gc_signs", "resolve")},
+}
+NEEDS: dict[str, dict[str, Any]] = {
+    "samples": {"path": aa.Line(POSE, POSE)}, "dt": {"policy": aa.Repulsion(rate=1.0)},
+    "paper_discriminant": {"paper_margin": 0.1}, "velocity_now": {"velocity": np.ones(7), "dt": 0.1},
+}  # fmt: skip
+FREE = {"arm", "name", "joint_names", "notes", "import_report"}
+"""Values of other kinds, with tests of their own."""
+OTHERS = {"catalogue", "save", "load_poses", "load_joints"}
+"""Files and names: test_io_refusals, test_catalogue."""
+
+
+def rows() -> Iterator[tuple[str, str, Any]]:
+    for name, (function, _) in FUNCTIONS.items():
+        for parameter in inspect.signature(function).parameters:
+            if parameter in FREE:
+                continue
+            for value in BAD_HERE.get((name, parameter), BAD.get(parameter, [])):
+                yield name, parameter, value
+
+
+def test_every_public_function_and_argument_is_in_the_matrix() -> None:
+    named = {name.split(".")[0] for name in FUNCTIONS} | OTHERS
+    results = {"ArcEnd", "Branch", "Diagnosis", "ImportReport", "JointFunction", "JointPath", "JointTable"}
+    results |= {"Opening", "Path", "PathPoint", "Resolution", "SpeedLoss", "Step", "Trajectory"}
+    results |= {"TrajectoryPoint"}
+    public = {name: getattr(aa, name) for name in aa.__all__}
+    faults = {n for n, v in public.items() if isinstance(v, type) and issubclass(v, Exception)}
+    constants = {n for n, v in public.items() if not callable(v)} | {"Status", "Verdict"}
+    assert set(public) - named - results - faults - constants == set()
+    for name, (function, _) in FUNCTIONS.items():
+        for parameter in inspect.signature(function).parameters:
+            assert parameter in FREE or (name, parameter) in BAD_HERE or parameter in BAD, (name, parameter)
+
+
+@pytest.mark.parametrize(("name", "parameter", "value"), list(rows()), ids=lambda v: repr(v)[:30])
+def test_nonsense_raises_an_error_that_names_the_argument(name: str, parameter: str, value: Any) -> None:
+    function, good = FUNCTIONS[name]
+    if not good:
+        good = {p: GOOD[p] for p in inspect.signature(function).parameters if p in GOOD}
+    arguments = {**good, **NEEDS.get(parameter, {}), parameter: value}
+    with pytest.raises(errors.ArmangleError) as raised:
+        function(**arguments)
+    assert parameter in str(raised.value), str(raised.value)
+    assert len(str(raised.value)) < 600
+
+
+@pytest.mark.parametrize(
+    "text", [b"<?xml version='1.0' encoding='no-such'?><robot name='a'/>", "<robot name='\ud800'/>", "a\0b"]
+)
+def test_text_that_is_no_text_is_refused_as_urdf(text: str | bytes) -> None:
+    with pytest.raises(aa.UrdfError, match=r"not XML|cannot be read"):
+        aa.Arm.from_urdf(text)
+
+
+def test_numbers_beyond_any_float_are_refused_in_a_robot_file(tmp_path: Path) -> None:
+    from armangle.models.catalogue import read_robot
+
+    source = Path(aa.__file__).parent / "robots" / "kuka_iiwa7_r800.toml"
+    path = tmp_path / "robot.toml"
+    path.write_text(source.read_text().replace("d_bs = 0.34", "d_bs = 1" + "0" * 400))
+    with pytest.raises(aa.FileFormatError, match="d_bs has 1000"):
+        read_robot(path)
+
+
+def comb(teeth: int, phase: float) -> aa.ArcSet:
+    lower = np.linspace(-np.pi, np.pi, teeth, endpoint=False) + phase
+    return aa.ArcSet(np.stack([lower, lower + 0.05], axis=-1))
+
+
+def test_sets_of_more_arcs_than_fit_are_refused_and_none_is_lost() -> None:
+    both = comb(16, 0.0) | comb(16, 0.12)
+    assert both.count == 32
+    assert (~both).count == 32
+    for operation in (lambda a, b: a | b, lambda a, b: a & b):
+        with pytest.raises(aa.InputError, match="the two sets hold 48 arcs, wanted at most 32"):
+            operation(both, comb(16, 0.24))
+    for call in (
+        lambda allowed: aa.step(ARM, Q, POSE, allowed=allowed),
+        lambda allowed: aa.follow(ARM, POSE[None], start=Q, allowed=allowed),
+        lambda allowed: aa.resolve(ARM, POSE, PSI, GC, allowed=lambda pose: allowed),
+    ):
+        with pytest.raises(aa.InputError, match="allowed holds 32 arcs, wanted at most 16"):
+            call(both)

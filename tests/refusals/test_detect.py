@@ -1,0 +1,106 @@
+"""Arms that are not S-R-S: real and made ones, each with its sentence and numbers."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+from support.chain import broken_chain, dh_forward, model, pose_error, shift, turn, urdf_forward
+
+from armangle.errors import InputError, NotSRSError
+from armangle.models.detect import describe_chain
+from armangle.models.urdf import read_urdf
+
+X = np.array([1.0, 0.0, 0.0])
+
+REFUSED = {
+    # name: pieces of the message in order, near
+    "franka_panda": (["axes 5, 6 and 7 miss a common wrist point by 88 mm",
+                      "axes 6 and 7 pass 88 mm apart"], False),
+    "ufactory_xarm7": (["axes 5, 6 and 7 miss a common wrist point by 76 mm"], False),
+    "rethink_sawyer": (["shoulder point by 192.5 mm", "axes 1 and 2 pass 81 mm apart",
+                        "168.5 mm apart along axis 4", "wrist point by 136.3 mm"], False),
+    "kinova_gen3_7dof": (["upper arm and forearm are 12.75 mm apart along axis 4",
+                          "shoulder point by 11.75 mm", "wrist point by 0.3505 mm",
+                          "It is near S-R-S: nothing is off by more than 12.75 mm"], True),
+    "kuka_iiwa14_rosi": (["shoulder point by 0.4362 mm (axes 1 and 2 pass 0.4362 mm apart)",
+                          "near S-R-S"], True),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_real_file_is_refused_with_its_numbers(name):
+    pieces, near = REFUSED[name]
+    with pytest.raises(NotSRSError) as caught:
+        describe_chain(read_urdf(model(name)))
+    message = str(caught.value)
+    places = [message.index(piece) for piece in pieces]
+    assert places == sorted(places)
+    assert name in message
+    assert caught.value.near is near
+    assert caught.value.reasons[0] in message
+
+
+@pytest.mark.parametrize(
+    ("name", "length"), [("kuka_iiwa14_rosi", 5e-4), ("kinova_gen3_7dof", 13e-3)]
+)
+def test_raised_tolerance_takes_a_near_arm_and_says_how_near(name, length):
+    path = model(name)
+    chain = read_urdf(path)
+    arm, report = describe_chain(chain, length=length)
+    assert 1e-5 < report.residual_position < 4 * length
+    assert max(report.shoulder_miss, report.elbow_miss, report.wrist_miss) <= length
+    q = np.random.default_rng(2).uniform(-np.pi, np.pi, 7)
+    own = urdf_forward(path.read_text(), chain.tip, dict(zip(arm.joint_names, q, strict=True)))
+    assert pose_error(dh_forward(arm, q), own)[0] <= report.residual_position
+
+
+@pytest.mark.parametrize(
+    ("joint", "frame", "sentence"),
+    [
+        (2, turn(X, 0.1), r"neighbours are not orthogonal: axes 2 and 3 are 95\.7296 deg apart"),
+        (3, turn(X, 0.1), r"the upper arm does not run along axis 3: axes 3 and 4 are \S+ deg"),
+        (4, turn(X, 0.1), r"the forearm does not run along axis 5: axes 4 and 5 are \S+ deg"),
+        (4, turn(X, np.pi / 2), r"axes 4 and 5 are (0|180) deg apart, not 90"),
+        (1, shift(0.03, 0, 0), r"axes 1, 2 and 3 miss a common shoulder point by 30 mm "
+                               r"\(axes 1 and 2 pass 30 mm apart\)"),
+        (2, shift(0, 0.002, 0), r"axes 1 and 3 meet axis 2 2 mm apart"),
+        (4, shift(0, 0.002, 0), r"upper arm and forearm are 2 mm apart along axis 4"),
+        (6, shift(0.03, 0, 0), r"axes 5, 6 and 7 miss a common wrist point by 30 mm"),
+        (3, shift(0, 0, -0.4), r"axis 4 passes through the shoulder point: the upper arm"),
+        (5, shift(0, 0, -0.4), r"axis 4 passes through the wrist point: the forearm has no"),
+    ],
+)  # fmt: skip
+def test_each_refusal_has_its_sentence(joint, frame, sentence):
+    with pytest.raises(NotSRSError, match=r"^'broken' \(a to b\) is not S-R-S: .*" + sentence):
+        describe_chain(broken_chain(joint, frame))
+
+
+def test_reasons_are_ranked_whatever_their_kind():
+    frame = turn(X, 0.2) @ shift(0.001, 0, 0)
+    with pytest.raises(NotSRSError) as caught:
+        describe_chain(broken_chain(6, frame))
+    assert caught.value.reasons[0].startswith("neighbours are not orthogonal: axes 6 and 7")
+    assert not caught.value.near
+    with pytest.raises(NotSRSError) as caught:
+        describe_chain(broken_chain(6, shift(0.05, 0, 0) @ turn(X, 1e-4)))
+    assert "wrist point by 50" in caught.value.reasons[0]
+    assert len(caught.value.reasons) == 2
+
+
+@pytest.mark.parametrize("millimetre, near", [(0.03, True), (19.0, True), (21.0, False)])
+def test_near_means_at_most_twenty_millimetres(millimetre, near):
+    with pytest.raises(NotSRSError) as caught:
+        describe_chain(broken_chain(2, shift(0, 1e-3 * millimetre, 0)))
+    assert caught.value.near is near
+    assert ("near S-R-S" in str(caught.value)) is near
+
+
+@pytest.mark.parametrize(
+    ("kind", "value"), [("angle", -1.0), ("angle", 1.0), ("length", float("nan")), ("length", 1.0)]
+)
+def test_senseless_tolerance_is_refused(kind, value):
+    chain = broken_chain(0, np.eye(4))
+    with pytest.raises(InputError, match=rf"tolerance {kind} is {re.escape(str(value))}, wanted"):
+        describe_chain(chain, **{kind: value})

@@ -1,0 +1,133 @@
+"""Hostile numbers, memory and types: each once gave a wrong answer, NaN or a foreign error."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from support.strategies import Array
+
+import armangle as aa
+
+IIWA = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+Q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+
+
+@pytest.mark.parametrize(
+    ("d_se", "d_ew"), [(0.4, 0.399), (0.4, 0.3999), (0.4, 0.399999), (1e-3, 10), (1e-6, 10)]
+)
+@pytest.mark.parametrize("theta_4", [0.0, 1e-9, np.pi, np.pi + 1e-9, np.pi - 1e-6, 1.0])
+def test_the_pose_holds_whatever_the_lengths(d_se: float, d_ew: float, theta_4: float) -> None:
+    arm = aa.Arm(d_bs=0.34, d_se=d_se, d_ew=d_ew, d_wf=0.126)
+    q = np.random.default_rng(1).uniform(-3, 3, (300, 7))
+    q[:, 3] = theta_4
+    pose, psi, gc = arm.forward(q)
+    back, _, _ = arm.forward(arm.inverse(pose, psi, gc))
+    assert np.abs(back - pose).max() <= 1e-14 * max(1.0, d_ew)
+
+
+def test_links_that_cannot_be_metres_are_refused() -> None:
+    with pytest.raises(aa.InputError, match=r"d_se \(m\) is 1e-160, wanted a number in \[1e-06, 1000\]"):
+        aa.Arm(d_bs=0, d_se=1e-160, d_ew=1e-160, d_wf=0)
+
+
+def test_a_reach_that_ends_before_the_shoulder_is_no_folded_arm() -> None:
+    arm = aa.Arm(d_bs=0.34, d_se=0.4, d_ew=0.6, d_wf=0.0)
+    pose = np.eye(4)
+    pose[2, 3] = 0.34
+    assert arm.feasible(pose, 0).status is aa.Status.UNREACHABLE
+    with pytest.raises(aa.UnreachableError, match="out of reach by 200 mm"):
+        arm.inverse(pose, 0.0, 0)
+
+
+def test_a_far_base_does_not_refuse_the_stretched_arm() -> None:
+    base = np.eye(4)
+    base[:3, 3] = 1000.0, -700.0, 300.0
+    arm = IIWA.with_(base=base)
+    q = np.random.default_rng(2).uniform(-1, 1, (300, 7))
+    q[:, 3] = 0.0
+    pose, psi, gc = arm.forward(q)
+    assert np.abs(arm.forward(arm.inverse(pose, psi, gc))[0] - pose).max() <= 1e-11
+
+
+def test_stationary_values_are_found_beside_a_singularity() -> None:
+    arm = aa.Arm(d_bs=0.34, d_se=0.4, d_ew=0.3, d_wf=0.0)
+    pose = arm.forward([1.92455373, 0, -3.12512316, np.pi + 1e-7, -0.08357272, 0, np.pi - 1e-7])[0]
+    f = arm.joint_function(pose, 2, 1)
+    assert f.kind == "stationary" and len(f.stationary) == 2
+    for psi in f.stationary:
+        assert f.derivative(psi - 1e-3) * f.derivative(psi + 1e-3) < 0
+
+
+def test_a_packed_record_array_is_read_right() -> None:
+    pose, psi, gc = IIWA.forward(np.tile(Q, (4, 1)))
+    packed = np.zeros(4, dtype=[("gc", "i8"), ("flag", "u1")])
+    packed["gc"], packed["flag"] = gc, 5
+    assert np.array_equal(IIWA.inverse(pose, psi, packed["gc"]), IIWA.inverse(pose, psi, gc))
+    assert IIWA.feasible(pose, packed["gc"]) == IIWA.feasible(pose, gc)
+
+
+def test_out_may_share_memory_with_the_arguments() -> None:
+    rng = np.random.default_rng(0)
+    arm = aa.Arm(d_bs=0.34, d_se=0.4, d_ew=0.4, d_wf=0.126)
+    pose, psi, gc = arm.forward(rng.uniform(-60, 60, (64, 7)))
+    seeds = rng.uniform(-60, 60, (65, 7))
+    want = arm.inverse(pose, psi, gc, seed=seeds[:-1].copy())
+    assert np.array_equal(arm.inverse(pose, psi, gc, seed=seeds[:-1], out=seeds[1:]), want)
+    assert np.array_equal(seeds[1:], want)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda p: IIWA.forward(Q, threads=2**31), "threads is 2147483648"),
+        (lambda p: aa.step(IIWA, Q, p, singularity_margin=np.array([0.0, 0.0])), "singularity_margin"),
+        (lambda p: aa.step(IIWA, Q, p, gc=[2]), r"gc is \[2\]"),
+        (lambda p: aa.step(IIWA, Q, p, carry=["psi"]), "carry is"),
+        (lambda p: aa.follow(IIWA, [p], start=Q, on_fail=np.array(["stop", "hold"])), "on_fail is"),
+        (lambda p: IIWA.inverse(p, 0.0, 0, limits=np.array(["nan", "raise"])), "limits is"),
+        (lambda p: aa.gc_index(["a", "b", "c"]), "signs is"),
+        (lambda p: aa.gc_index([1j, -1j, 1]), "signs is"),
+        (lambda p: IIWA.with_(joint_names=("a",)), "joint_names is"),
+        (lambda p: IIWA.with_(joint_names=("a",) * 7), "joint_names is"),
+        (lambda p: IIWA.with_(name=5), "name is 5"),
+    ],
+)
+def test_arguments_of_a_wrong_kind_are_named(call: Callable[[Array], object], message: str) -> None:
+    pose = IIWA.forward(Q)[0]
+    with pytest.raises(aa.ArmangleError, match=message):
+        call(pose)
+
+
+def test_numbers_of_numpy_are_numbers() -> None:
+    pose = IIWA.forward(Q)[0]
+    policy = aa.Repulsion(K=np.float32(0.5), alpha=np.int64(20))
+    assert aa.step(IIWA, Q, pose, policy=policy).status is aa.Status.OK
+    assert np.array_equal(IIWA.forward(Q, threads=np.int64(2))[0], pose)
+
+
+def test_equal_values_have_equal_hashes() -> None:
+    pairs = [
+        (aa.ArcSet([[0.0, 1.0]]), aa.ArcSet([[-0.0, 1.0]])),
+        (IIWA.with_(lower=[-0.0] * 7), IIWA.with_(lower=[0.0] * 7)),
+    ]
+    for a, b in pairs:
+        assert a == b and hash(a) == hash(b)
+
+
+def test_copies_of_a_path_are_read_only() -> None:
+    pose = IIWA.forward(Q)[0]
+    path = aa.follow(IIWA, [pose] * 3, start=Q)
+    for other in (pickle.loads(pickle.dumps(path)), copy.deepcopy(path)):
+        assert np.array_equal(other.q, path.q)
+        assert not other.q.flags.writeable
+
+
+def test_a_damaged_pickle_of_arcs_is_refused() -> None:
+    shape, count, *rest = aa.ArcSet([[0.0, 1.0]]).__getstate__()
+    damaged = aa.ArcSet.__new__(aa.ArcSet)
+    with pytest.raises(aa.InputError, match="do not belong together"):
+        damaged.__setstate__((shape, np.full_like(count, 1000), *rest))

@@ -1,0 +1,174 @@
+"""Every message of the URDF reader, with the names in it."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from support.chain import LIMIT, joint_xml, simple_urdf
+
+import armangle.models.urdf
+from armangle.errors import UrdfError
+from armangle.models.urdf import read_urdf
+
+BOMB = '<!DOCTYPE x [<!ENTITY a "ha"><!ENTITY b "&a;&a;&a;">]>' + simple_urdf()
+REFUSED = {
+    "doctype": (BOMB, "a DOCTYPE is refused: a robot needs none"),
+    "xml": (simple_urdf() + "<", "not XML: "),
+    "empty": (b"", "not XML: no element found"),
+    "robot": ("<mujoco/>", "not a robot: the outer element is <mujoco>, wanted <robot>"),
+    "xacro": (
+        simple_urdf('<xacro:macro name="a"/>'),
+        "this is xacro, not URDF (<xacro:macro>); run xacro first: xacro FILE.urdf.xacro",
+    ),
+    "unnamed": (simple_urdf("<joint/>"), "a <joint> has no name"),
+    "twice": (simple_urdf('<link name="l3"/>'), "link 'l3' is there twice"),
+    "no parent": (
+        simple_urdf(j3='<joint name="j3" type="fixed"/>'),
+        "joint 'j3' has no <parent link",
+    ),
+    "lost link": (
+        simple_urdf(joint_xml("a", "l0", "zz")),
+        "joint 'a' names a link 'zz' that is not there",
+    ),
+    "two parents": (
+        simple_urdf(joint_xml("a", "l0", "l5")),
+        "link 'l5' hangs on two joints, 'j5' and 'a'",
+    ),
+    "six": (
+        simple_urdf(j3=joint_xml("j3", "l2", "l3", "fixed")),
+        "6 moving joints from 'l0' to 'l7', wanted 7: j1, j2, j4, j5, j6, j7",
+    ),
+    "eight": (
+        simple_urdf(joint_xml("j8", "l7", "l8", "continuous"), links='<link name="l8"/>'),
+        "8 moving joints from 'l0' to 'l8', wanted 7: j1, j2, j3, j4, j5, j6, j7, j8",
+    ),
+    "prismatic": (
+        simple_urdf(j3=joint_xml("j3", "l2", "l3", "prismatic", LIMIT)),
+        "joint 'j3' on the path is prismatic, wanted revolute",
+    ),
+    "floating": (
+        simple_urdf(j3=joint_xml("j3", "l2", "l3", "floating")),
+        "'j3' on the path is floating",
+    ),
+    "planar": (simple_urdf(j3=joint_xml("j3", "l2", "l3", "planar")), "'j3' on the path is planar"),
+    "unknown": (simple_urdf(j3=joint_xml("j3", "l2", "l3", "hinge")), "has unknown type 'hinge'"),
+    "mimic": (
+        simple_urdf(j3=joint_xml("j3", "l2", "l3", "revolute", LIMIT + '<mimic joint="j1"/>')),
+        "joint 'j3' on the path mimics another joint",
+    ),
+    "no limits": (
+        simple_urdf(j3=joint_xml("j3", "l2", "l3")),
+        "revolute joint 'j3' has no limits (lower, upper)",
+    ),
+    "no bounds": (
+        simple_urdf(j3=joint_xml("j3", "l2", "l3", inside='<limit velocity="1"/>')),
+        "revolute joint 'j3' has no limits (lower, upper)",
+    ),
+    "reversed": (
+        simple_urdf(j3=joint_xml("j3", "l2", "l3", inside='<limit lower="1" upper="-1"/>')),
+        "joint 'j3': lower limit 1 is above upper limit -1",
+    ),
+    "speed": (
+        simple_urdf(
+            j3=joint_xml("j3", "l2", "l3", inside='<limit lower="0" upper="1" velocity="-2"/>')
+        ),
+        "joint 'j3': velocity -2 is negative",
+    ),
+    "zero axis": (
+        simple_urdf(j3=joint_xml("j3", "l2", "l3", inside=LIMIT + '<axis xyz="0 0 0"/>')),
+        "joint 'j3' has a zero axis",
+    ),
+    "words": (
+        simple_urdf(j3=joint_xml("j3", "l2", "l3", inside=LIMIT + '<axis xyz="0 0 up"/>')),
+        "joint 'j3': <axis xyz='0 0 up'> is not 3 numbers",
+    ),
+    "word": (
+        simple_urdf(j3=joint_xml("j3", "l2", "l3", inside='<limit lower="low" upper="1"/>')),
+        "joint 'j3': <limit lower='low'> is not 1 number",
+    ),
+    "count": (
+        simple_urdf(j3=joint_xml("j3", "l2", "l3", inside=LIMIT + '<origin xyz="0 1"/>')),
+        "joint 'j3': <origin xyz='0 1'> has 2 numbers, wanted 3",
+    ),
+    "nan": (
+        simple_urdf(j3=joint_xml("j3", "l2", "l3", inside=LIMIT + '<origin rpy="0 nan 0"/>')),
+        "joint 'j3': <origin rpy='0 nan 0'> is not finite",
+    ),
+    "infinite": (
+        simple_urdf(j3=joint_xml("j3", "l2", "l3", inside='<limit lower="-inf" upper="1"/>')),
+        "joint 'j3': <limit lower='-inf'> is not finite",
+    ),
+    "absurd": (
+        simple_urdf(j3=joint_xml("j3", "l2", "l3", inside=LIMIT + '<origin xyz="0 0 400"/>')),
+        "joint 'j3' lies 400 m away, absurd for an arm (wanted metres, at most 100)",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_bad_text_is_refused_with_the_name(case):
+    text, message = REFUSED[case]
+    last = "l8" if case == "eight" else "l7"
+    with pytest.raises(UrdfError, match=re.escape(message)) as caught:
+        read_urdf(text, "l0", last)
+    assert str(caught.value).startswith("XML text:")
+    assert caught.value.source == "XML text"
+
+
+@pytest.mark.parametrize(
+    ("base", "tip", "message"),
+    [
+        ("nowhere", "l7", "no link 'nowhere' (base); the links are: l0, l1, l2"),
+        ("l0", "nowhere", "no link 'nowhere' (tip); the links are: l0, l1, l2"),
+        (None, "nowhere", "no link 'nowhere' (tip); the links are: l0"),
+        ("nowhere", None, "no link 'nowhere' (base); the links are: l0"),
+        ("l0", "island", "no path from 'l0' to 'island': their roots are 'l0' and 'island'"),
+        ("l1", None, "no link is reached through exactly 7 rotating joints from 'l1'; name base"),
+        (None, "l6", "6 moving joints from 'l0' to 'l6', wanted 7: j1, j2, j3, j4, j5, j6"),
+        ("l3", "l3", "0 moving joints from 'l3' to 'l3', wanted 7: none"),
+    ],
+)
+def test_bad_ends_are_refused_with_the_choices(base, tip, message):
+    text = simple_urdf(links='<link name="island"/>')
+    with pytest.raises(UrdfError, match=re.escape(message)):
+        read_urdf(text, base, tip)
+
+
+def test_no_arm_at_all_is_said():
+    with pytest.raises(UrdfError, match="no link is reached through exactly 7 rotating joints;"):
+        read_urdf('<robot><link name="alone"/></robot>')
+
+
+@pytest.mark.parametrize("ends", [("a", None), (None, "a"), ("a", "b")])
+def test_a_loop_is_refused(ends):
+    text = '<robot><link name="a"/><link name="b"/>'
+    text += joint_xml("one", "a", "b", "fixed") + joint_xml("two", "b", "a", "fixed") + "</robot>"
+    with pytest.raises(UrdfError, match="closes a loop at link 'a'"):
+        read_urdf(text, *ends)
+
+
+def test_the_place_in_the_file_is_named(tmp_path):
+    path = tmp_path / "arm.urdf"
+    path.write_text("<robot>\n <link name='a'/>\n  <link/>\n</robot>")
+    with pytest.raises(UrdfError) as caught:
+        read_urdf(path)
+    assert str(caught.value) == f"{path}:3:3: a <link> has no name"
+    assert (caught.value.line, caught.value.column) == (3, 3)
+
+
+def test_bad_paths_are_refused(tmp_path, monkeypatch):
+    with pytest.raises(UrdfError, match=r"nowhere\.urdf: no such file"):
+        read_urdf(tmp_path / "nowhere.urdf")
+    with pytest.raises(UrdfError, match="cannot be read: Is a directory"):
+        read_urdf(tmp_path)
+    with pytest.raises(
+        UrdfError, match=r"arm.urdf.xacro: this is xacro, not URDF; run xacro first"
+    ):
+        read_urdf("arm.urdf.xacro")
+    monkeypatch.setattr(armangle.models.urdf, "MAX_BYTES", 2**20)
+    path = tmp_path / "large.urdf"
+    path.write_bytes(b"<" * 3 * 2**20)
+    for source in (path, path.read_bytes()):
+        with pytest.raises(UrdfError, match="3 MiB is absurd for a robot, wanted at most 1 MiB"):
+            read_urdf(source)

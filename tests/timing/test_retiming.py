@@ -1,0 +1,280 @@
+"""Laws of `retime`: on the path, within every bound, no slower than it must, honest about speed."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from support.strategies import CATALOGUE, Array, need
+
+import armangle as aa
+
+need("toppra"), need("ruckig")
+
+ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_(acceleration=np.full(7, 5.0))
+Q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+JERK = np.full(7, 50.0)
+MUCH = np.full(7, 1e6)
+
+
+def shifted(*shift: float) -> Array:
+    pose = ARM.forward(Q)[0].copy()
+    pose[:3, 3] += shift
+    return pose
+
+
+def curve_of_poses(n: int) -> Array:
+    t = np.linspace(0, 1, n)
+    poses = np.repeat(shifted(0, 0, 0)[None], n, axis=0)
+    poses[:, :3, 3] += np.stack([0.1 * t, 0.1 * np.sin(3 * t), -0.1 * t], axis=1)
+    return poses
+
+
+class Straight:
+    """q = Q + s * way: what is optimal is known in closed form."""
+
+    def __init__(self, way: Array) -> None:
+        self.arm, self.way = ARM, way
+        self.path = SimpleNamespace(breaks=np.array([0.0, 1.0]), derivative=self._tool)
+
+    def at(self, s: Any, /) -> Any:
+        return SimpleNamespace(q=Q + np.asarray(s)[..., None] * self.way)
+
+    def derivatives(self, s: Any, /) -> Array:
+        out = np.zeros((*np.shape(s), 3, 7))
+        out[..., 0, :] = self.way
+        return out
+
+    def _tool(self, s: Array, order: int = 1) -> Array:
+        return np.asarray([1.0, 0, 0, 0, 0, 0]) * np.ones((len(s), 1)) * (order == 1)
+
+
+LINE = aa.plan(ARM, aa.Line(shifted(0, 0, 0), shifted(0.1, -0.2, 0.1)), start=Q)
+BENT = aa.plan(ARM, curve_of_poses(12), start=Q)
+STEPS = aa.follow(ARM, curve_of_poses(12), start=Q)
+
+paths = pytest.mark.parametrize("path", [LINE, BENT, STEPS], ids=["line", "poses", "followed"])
+ways = pytest.mark.parametrize(
+    "options",
+    [{}, {"jerk": JERK}, {"tool_speed": 0.05}, {"jerk": JERK, "tool_speed": 0.02}],
+    ids=["fastest", "jerk", "speed", "jerk and speed"],
+)
+
+
+# -- laws --------------------------------------------------------------------------------------------
+
+
+@paths
+@ways
+def test_it_stays_on_the_path_from_rest_to_rest(path: aa.JointPath, options: dict[str, Any]) -> None:
+    found = aa.retime(path, **options)
+    times = np.linspace(0, found.duration, 3000)
+    at = found.at(times)
+    assert np.all(np.diff(at.s) >= 0)
+    assert at.s[0] == 0
+    assert at.s[-1] == pytest.approx(1, abs=1e-9)
+    assert np.abs(ARM.forward(at.q)[0] - path.at(at.s).pose).max() < 1e-12
+    assert np.abs(at.qd[[0, -1]]).max() < 1e-6
+    assert found.t[-1] == found.duration
+    rows = found.at(found.t)
+    assert np.array_equal(rows.q, found.q)
+    assert np.array_equal(rows.qdd, found.qdd)
+
+
+@paths
+@ways
+def test_it_keeps_the_bounds_at_ten_thousand_times(path: aa.JointPath, options: dict[str, Any]) -> None:
+    found = aa.retime(path, **options)
+    times = np.linspace(0, found.duration, 10_000)
+    at = found.at(times)
+    assert np.all(np.abs(at.qd) <= ARM.velocity * (1 + 1e-3))
+    assert np.all(np.abs(at.qdd) <= 5.0 * (1 + 1e-3))
+    if "jerk" in options:
+        change = np.abs(np.diff(at.qdd, axis=0)) / np.diff(times)[:, None]
+        assert change.max() <= 50.0 * (1 + 5e-3)
+    if "tool_speed" in options:
+        tool = np.linalg.norm(np.diff(ARM.forward(at.q)[0][:, :3, 3], axis=0), axis=1) / np.diff(times)
+        assert tool.max() <= options["tool_speed"] * (1 + 1e-3)
+
+
+@ways
+def test_velocities_and_accelerations_are_the_derivatives_of_q(options: dict[str, Any]) -> None:
+    found = aa.retime(LINE, **options)
+    times = np.linspace(0, found.duration, 20_001)
+    at = found.at(times)
+    middle, step = slice(1, -1), times[1]
+    slope = (at.q[2:] - at.q[:-2]) / (2 * step)
+    assert np.abs(slope - at.qd[middle]).max() < 5.0 * step
+    bend = (at.qd[2:] - at.qd[:-2]) / (2 * step)
+    near = np.abs(bend - at.qdd[middle]).max(axis=1)
+    assert np.quantile(near, 0.9) < 0.05
+
+
+@pytest.mark.parametrize("length", [0.01, 0.3, 2.0])
+def test_a_straight_motion_in_joints_is_as_fast_as_can_be(length: float) -> None:
+    """One joint of a straight motion binds: a trapezoid of its velocity, known in closed form."""
+    way = np.array([1.0, 0.2, -0.3, 0.1, 0, 0, 0.5]) * length
+    v, a = 1.0, 2.0
+    found = aa.retime(Straight(way), velocity=np.full(7, v), acceleration=np.full(7, a))
+    best = length / v + v / a if length > v * v / a else 2 * np.sqrt(length / a)
+    assert best * (1 - 1e-6) <= found.duration <= best * 1.02
+
+
+@pytest.mark.parametrize("length", [0.01, 0.3, 2.0])
+def test_a_straight_motion_with_jerk_is_nearly_as_fast_as_can_be(length: float) -> None:
+    ruckig = need("ruckig")
+    way = np.array([1.0, 0.2, -0.3, 0.1, 0, 0, 0.5]) * length
+    found = aa.retime(Straight(way), velocity=np.ones(7), acceleration=np.full(7, 2.0), jerk=np.full(7, 8.0))
+    asked, best = ruckig.InputParameter(1), ruckig.Trajectory(1)
+    asked.target_position, asked.max_velocity, asked.max_acceleration, asked.max_jerk = (
+        [length],
+        [1],
+        [2],
+        [8],
+    )
+    ruckig.Ruckig(1).calculate(asked, best)
+    assert best.duration * (1 - 1e-6) <= found.duration <= best.duration * 1.02
+
+
+@paths
+def test_twice_the_bounds_is_faster_and_four_times_the_acceleration_half_the_time(path: aa.JointPath) -> None:
+    slow = aa.retime(path, velocity=MUCH, acceleration=np.full(7, 2.0), cycle=0)
+    fast = aa.retime(path, velocity=MUCH, acceleration=np.full(7, 8.0), cycle=0)
+    assert fast.duration == pytest.approx(slow.duration / 2, rel=1e-3)
+
+
+# -- corners -----------------------------------------------------------------------------------------
+
+
+def test_it_stops_at_corners_and_a_cycle_rounds_them_in_time() -> None:
+    stops = aa.retime(BENT, cycle=0)
+    inner = BENT.path.breaks[1:-1] if BENT.path is not None else BENT.s[1:-1]
+    at = stops.at(np.linspace(0, stops.duration, 20_000))
+    for s in inner:
+        near = np.abs(at.s - s) < 1e-5
+        assert near.any()
+        assert np.abs(at.qd[near]).max() < 0.02
+    durations = [aa.retime(BENT, cycle=cycle).duration for cycle in (0.002, 0.01, 0.05)]
+    assert stops.duration > durations[0] > durations[1] > durations[2]
+
+
+def test_jumps_of_velocity_at_corners_fit_in_the_cycle() -> None:
+    cycle = 0.01
+    found = aa.retime(BENT, cycle=cycle)
+    at = found.at(np.linspace(0, found.duration, 50_001))
+    jump = np.abs(np.diff(at.qd, axis=0)).max(axis=0)
+    assert np.all(jump <= 5.0 * (cycle + 3 * found.duration / 50_000) * 1.01)
+
+
+# -- tool speed --------------------------------------------------------------------------------------
+
+
+def test_a_tool_speed_that_can_be_held_is_constant() -> None:
+    found = aa.retime(LINE, tool_speed=0.05)
+    assert found.speed_lost is None
+    assert "The tool moves at 0.05 m/s but for the ramps at both ends." in found.explain()
+    times = np.linspace(0.2 * found.duration, 0.8 * found.duration, 500)
+    tool = ARM.forward(found.at(times).q)[0][:, :3, 3]
+    speed = np.linalg.norm(np.diff(tool, axis=0), axis=1) / np.diff(times)
+    assert np.abs(speed - 0.05).max() < 1e-6
+
+
+def test_the_first_place_where_a_tool_speed_cannot_be_held() -> None:
+    """The arm stretches along the line: joint 4 becomes too slow, at the place that is said."""
+    poses, share = np.repeat(shifted(0, 0, 0)[None], 40, axis=0), np.linspace(0, 1, 40)[:, None]
+    poses[:, :3, 3] += share * np.array([0.12, 0.06, 0.03])
+    far = aa.follow(ARM, poses, start=Q, policy=aa.Hold())
+    wanted, length = 0.4, np.linalg.norm([0.12, 0.06, 0.03])
+    found = aa.retime(far, velocity=True, acceleration=np.full(7, 1e4), tool_speed=wanted)
+    lost = found.speed_lost
+    assert lost is not None
+    assert lost.bound == "velocity"
+    assert f"{wanted:g} m/s cannot be held" in found.explain()
+    assert f"joint {lost.joint} would need a velocity" in lost.sentence
+    s = np.linspace(0, 1, 20_001)
+    needs = np.abs(far.derivatives(s)[:, 0]) * (wanted / length) / ARM.velocity
+    assert needs[0].max() < 1
+    first = s[np.argmax(needs.max(axis=1) > 1)]
+    assert lost.s == pytest.approx(first, abs=2e-3)
+    assert lost.joint == int(np.argmax(needs[np.argmax(needs.max(axis=1) > 1)])) + 1
+
+
+def test_a_corner_breaks_the_tool_speed() -> None:
+    lost = aa.retime(BENT, tool_speed=0.2).speed_lost
+    assert lost is not None
+    assert lost.bound == "corner"
+    assert "the path has a corner: the velocity of joint" in lost.sentence
+
+
+def test_ramps_may_leave_no_room_for_the_tool_speed() -> None:
+    two = np.stack([shifted(0, 0, 0), shifted(0.004, 0, 0)])
+    short = aa.follow(ARM, two, start=Q, policy=aa.Hold())
+    lost = aa.retime(short, tool_speed=0.2).speed_lost
+    assert lost is not None
+    assert (lost.bound, lost.joint) == ("ramps", None)
+    assert "ramps to and from what is near leave no room" in lost.sentence
+
+
+def test_a_tool_at_rest_has_no_speed() -> None:
+    spin, angle = np.repeat(shifted(0, 0, 0)[None], 5, axis=0), np.linspace(0, 0.4, 5)
+    c, s, o = np.cos(angle), np.sin(angle), np.zeros(5)
+    turn = np.stack([[c, -s, o], [s, c, o], [o, o, o + 1]]).transpose(2, 0, 1)
+    spin[:, :3, :3] = spin[:, :3, :3] @ turn
+    lost = aa.retime(aa.follow(ARM, spin, start=Q), tool_speed=0.1).speed_lost
+    assert lost is not None
+    assert lost.s == 0
+    assert "the tool rests while joint" in lost.sentence
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_any_arm_and_line_within_two_thousandths(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    arm = aa.Arm.from_catalogue(CATALOGUE[seed % len(CATALOGUE)])
+    arm = arm.with_(acceleration=rng.uniform(1, 20, 7), velocity=rng.uniform(1, 3, 7))
+    q = rng.uniform(np.maximum(arm.lower, -3), np.minimum(arm.upper, 3)) * 0.8
+    start, goal = arm.forward(q)[0], arm.forward(q + rng.uniform(-0.3, 0.3, 7))[0]
+    path = aa.plan(arm, aa.Line(start, goal), start=q)
+    if not path.ok:
+        with pytest.raises(aa.PathError):
+            aa.retime(path)
+        return
+    for options in ({}, {"tool_speed": 0.1}, {"jerk": np.full(7, 100.0)}):
+        found = aa.retime(path, **options)  # type: ignore[arg-type]
+        at = found.at(np.linspace(0, found.duration, 10_000))
+        assert np.max(np.abs(at.qd) / arm.velocity) <= 1.002
+        assert np.max(np.abs(at.qdd) / arm.acceleration) <= 1.002
+        assert at.s[-1] == pytest.approx(1, abs=1e-9)
+
+
+# -- refusals ----------------------------------------------------------------------------------------
+
+
+def test_what_cannot_be_timed_is_refused() -> None:
+    with pytest.raises(aa.PathError, match="solved"):
+        aa.retime(aa.follow(ARM, shifted(5, 0, 0)[None], start=Q))
+    with pytest.raises(aa.InputError, match="no joint moves along the path: there is nothing to time"):
+        aa.retime(aa.follow(ARM, shifted(0, 0, 0)[None], start=Q))
+    with pytest.raises(aa.InputError, match="path is 3, wanted a JointPath"):
+        aa.retime(3)  # type: ignore[arg-type]
+    bare = aa.follow(ARM.with_(acceleration=None), curve_of_poses(9)[:2], start=Q)
+    with pytest.raises(aa.InputError, match="acceleration=True takes the arm's own"):
+        aa.retime(bare)
+    with pytest.raises(aa.InputError, match="needs a bound on the acceleration of every joint"):
+        aa.retime(bare, acceleration=None)
+
+
+@pytest.mark.parametrize(("package", "options"), [("toppra", {}), ("ruckig", {"jerk": JERK})])
+def test_a_missing_package_is_named(package: str, options: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    from armangle.timing import by_toppra
+
+    def missing(name: str) -> Any:
+        raise ImportError(name)
+
+    by_toppra._classes.cache_clear()
+    monkeypatch.setattr("importlib.import_module", missing)
+    with pytest.raises(
+        aa.MissingExtraError, match=rf"timing needs .*{package}.*pip install 'armangle\[time\]'"
+    ):
+        aa.retime(LINE, **options)

@@ -1,0 +1,69 @@
+"""A trajectory is a frozen value, and is saved as CSV, NPZ, JSON and as a ROS message."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.strategies import need
+
+import armangle as aa
+
+need("toppra")
+
+ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_(acceleration=np.full(7, 5.0))
+START = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+ENDS = ARM.forward(START)[0][None].repeat(2, axis=0)
+ENDS[1, :3, 3] += [0.1, -0.2, 0.1]
+LINE = aa.plan(ARM, aa.Line(*ENDS), start=START)
+
+
+def test_a_trajectory_is_frozen_and_says_what_it_is() -> None:
+    found = aa.retime(LINE, sample=0.1)
+    with pytest.raises(ValueError, match="read-only"):
+        found.q[0, 0] = 1.0
+    with pytest.raises(AttributeError):
+        found.t = None  # type: ignore[misc, assignment]
+    assert repr(found) == f"<Trajectory of {found.duration:.6g} s, {len(found)} rows>"
+    assert found.explain() == f"{found.duration:.6g} s along the path."
+    one = found.at(0.3)
+    assert (one.s.shape, one.q.shape, one.qd.shape, one.qdd.shape) == ((), (7,), (7,), (7,))
+    assert np.allclose(np.diff(found.t[:-1]), 0.1)
+    for t in (-0.1, found.duration + 0.1, np.nan):
+        with pytest.raises(aa.InputError, match=r"t holds .*, wanted times from 0 to"):
+            found.at(t)
+
+
+def test_files(tmp_path: Path) -> None:
+    found = aa.retime(LINE, sample=0.05)
+    for ending in ("csv", "npz", "json", "yaml"):
+        aa.save(found, tmp_path / f"a.{ending}")
+    rows = list(csv.DictReader((tmp_path / "a.csv").open()))
+    assert list(rows[0]) == ["t", "s", *(f"{n}{i}" for n in ("q", "qd", "qdd") for i in range(1, 8))]
+    assert float(rows[3]["qd4"]) == found.qd[3, 3]
+    with np.load(tmp_path / "a.npz") as blocks:
+        assert np.array_equal(blocks["qdd"], found.qdd)
+    assert json.loads((tmp_path / "a.json").read_text())["t"] == found.t.tolist()
+    assert np.array_equal(aa.load_joints(tmp_path / "a.csv").q, found.q)
+
+
+def test_yaml_is_a_joint_trajectory_message(tmp_path: Path) -> None:
+    yaml = need("yaml")
+    found = aa.retime(LINE, sample=0.05)
+    aa.save(found, tmp_path / "a.yaml")
+    message = yaml.safe_load((tmp_path / "a.yaml").read_text())
+    assert set(message) == {"header", "joint_names", "points"}
+    assert message["joint_names"] == list(ARM.joint_names)
+    assert len(message["points"]) == len(found)
+    for point, t, q, qd, qdd in zip(message["points"], found.t, found.q, found.qd, found.qdd, strict=True):
+        assert set(point) == {"positions", "velocities", "accelerations", "effort", "time_from_start"}
+        assert point["positions"] == q.tolist()
+        assert point["velocities"] == qd.tolist()
+        assert point["accelerations"] == qdd.tolist()
+        when = point["time_from_start"]
+        assert when["sec"] + 1e-9 * when["nanosec"] == pytest.approx(t, abs=1e-9)
+    with pytest.raises(aa.InputError, match=r"joints cannot be saved as \.yaml, which is for trajectories"):
+        aa.save(LINE, tmp_path / "b.yaml")

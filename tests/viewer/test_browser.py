@@ -1,0 +1,226 @@
+"""The viewer in a real browser: what a person sees and what a hand does there.
+
+Screenshots are kept in the folder that ARMANGLE_SCREENSHOTS names, else in the test's own.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import shutil
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support.strategies import missing
+
+import armangle as aa
+from armangle import plots
+from armangle.cli import paper_example
+from armangle.viewer import Viewer, ViewerState
+
+FLAGS = (
+    "--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+    "--disable-background-networking", "--no-first-run", "--disable-component-update", "--disable-sync",
+    "--disable-quic",
+)  # fmt: skip
+WIDTH, HEIGHT, PANEL = 1100, 900, 700
+PATIENCE = 30.0
+FULL, _START, _POSES = paper_example.example()
+# Joint 6 of one sign: the four configurations with a wrist - are blocked, and the others are not.
+ARM = FULL.with_(lower=np.where(np.arange(7) == 5, 0.0, FULL.lower))
+ALPHAS = (20, 100)
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    chromium = shutil.which("chromium")
+    if chromium is None:
+        missing("chromium is not installed (apt-get install chromium)")
+    try:
+        import matplotlib.image  # noqa: F401
+        import viser  # noqa: F401
+        from playwright.sync_api import sync_playwright
+    except ImportError as error:
+        missing(f"{error.name} is not installed (pip install 'armangle[test]')")
+    with sync_playwright() as playwright:
+        running = playwright.chromium.launch(executable_path=chromium, args=list(FLAGS))
+        yield running
+        running.close()
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    named = os.environ.get("ARMANGLE_SCREENSHOTS")
+    path = Path(named) if named else tmp_path_factory.mktemp("screenshots")
+    path.mkdir(parents=True, exist_ok=True)
+    return path
+
+
+@pytest.fixture(scope="module")
+def shown(browser: Any) -> Iterator[tuple[Viewer, Any]]:
+    """One viewer and one page for all tests: a page takes seconds to begin without a GPU."""
+    runs = {f"α = {a}": aa.follow(ARM, _POSES, start=_START, policy=aa.Repulsion(alpha=a)) for a in ALPHAS}
+    viewer = Viewer(ViewerState(ARM, _START), runs, port=0)
+    try:
+        page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
+        page.goto(viewer.url)
+        page.wait_for_selector("canvas")
+        page.locator("[data-panel=joints]").wait_for()
+        page.get_by_role("alert").get_by_role("button").click()  # the remark that no GPU draws
+        until(lambda: picture(page).std() * 255 > 5, "the canvas is not blank")
+        yield viewer, page
+    finally:
+        viewer.stop()
+
+
+@pytest.fixture
+def viewer(shown: tuple[Viewer, Any]) -> Viewer:
+    """The viewer, at its start."""
+    viewer, _ = shown
+    viewer.controls.set_playing(False)
+    viewer.act(viewer.state.reset)
+    return viewer
+
+
+@pytest.fixture
+def page(shown: tuple[Viewer, Any], viewer: Viewer) -> Any:
+    """The page, once it shows the start."""
+    _, page = shown
+    says(page, "GC 3, ψ = 58.6°")
+    return page
+
+
+def until(holds: Callable[[], bool], what: str) -> None:
+    """Wait for something that the browser or the server does in its own time."""
+    end = time.monotonic() + PATIENCE
+    while not holds():
+        assert time.monotonic() < end, f"not within {PATIENCE:g} s: {what}"
+        time.sleep(0.05)
+
+
+def says(page: Any, text: str) -> None:
+    """Wait until the panel at the top holds a text."""
+    until(lambda: text in page.locator("[data-panel=status]").inner_text(), f"the panel says {text!r}")
+
+
+def picture(page: Any) -> np.ndarray:
+    """Return what is left of the panel, RGB 0..1."""
+    from matplotlib.image import imread
+
+    clip = {"x": 0, "y": 0, "width": PANEL, "height": HEIGHT}
+    return imread(io.BytesIO(page.screenshot(clip=clip)), format="png")[..., :3]
+
+
+def near(image: np.ndarray, colour: str, off: float = 0.1) -> np.ndarray:
+    """Return where a picture has a colour "#RRGGBB"."""
+    wanted = np.array([int(colour[k : k + 2], 16) for k in (1, 3, 5)]) / 255
+    return np.abs(image - wanted).max(axis=-1) < off
+
+
+def type_psi(page: Any, degrees: str) -> None:
+    """Write an arm angle into the box beside its slider."""
+    box = page.locator("input[type=text]:visible").last
+    box.fill(degrees)
+    box.press("Enter")
+
+
+def test_the_slider_moves_the_arm(viewer: Viewer, page: Any, folder: Path) -> None:
+    state = viewer.state
+    page.screenshot(path=folder / "1_begin.png")
+    before, q = picture(page), state.q.copy()
+    thumb = page.get_by_role("slider").nth(1).bounding_box()
+    x, y = thumb["x"] + thumb["width"] / 2, thumb["y"] + thumb["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 20, y, steps=10)
+    page.mouse.up()
+    until(lambda: 70 < np.degrees(state.psi) < 130, "the slider turns the elbow")
+    assert np.abs(state.q - q).max() > 0.1
+    type_psi(page, "150")
+    says(page, "ψ = 150.0°")
+    assert page.locator("input[type=text]:visible").last.input_value() == "150"
+    np.testing.assert_allclose(state.pose, ARM.forward(_START)[0], atol=1e-9)
+    until(lambda: np.abs(picture(page) - before).max(axis=-1).mean() > 0.005, "the picture changes")
+    page.screenshot(path=folder / "2_turned.png")
+
+
+def test_a_limit_stops_the_slider_and_is_named(viewer: Viewer, page: Any, folder: Path) -> None:
+    type_psi(page, "34")
+    says(page, "ψ = 34.0° is blocked by joint 5.")
+    assert np.degrees(viewer.state.psi) == pytest.approx(42.70, abs=0.01)
+    page.screenshot(path=folder / "3_limit.png")
+
+
+def test_the_circle_has_the_colours_of_the_joints_that_block(page: Any) -> None:
+    image = picture(page)
+    for joint in (1, 5):
+        assert near(image, plots.JOINT_COLOURS[joint - 1], 0.17).sum() > 20, f"joint {joint}'s piece"
+
+
+def test_a_blocked_configuration_is_grey_and_says_why(viewer: Viewer, page: Any, folder: Path) -> None:
+    state = viewer.state
+    reasons = state.reasons()
+    assert [gc for gc, reason in enumerate(reasons) if reason is None] == [0, 1, 2, 3]
+    for gc, reason in enumerate(reasons):
+        button = page.get_by_role("button", name=f"GC {gc}", exact=False)
+        assert button.is_disabled() == (reason is not None)
+        if reason is not None:
+            assert "joint 6 blocks" in button.inner_text()
+            assert reason in page.locator(f"[data-gc='{gc}']").inner_text()
+    page.locator("[data-gc='7']").scroll_into_view_if_needed()
+    page.screenshot(path=folder / "4_blocked.png")
+    pose = state.pose.copy()
+    page.get_by_role("button", name="GC 0", exact=False).click()
+    until(lambda: state.gc == 0, "the button changes the configuration")
+    np.testing.assert_allclose(state.pose, pose, atol=1e-9)
+
+
+def test_ghosts_and_export(viewer: Viewer, page: Any, folder: Path) -> None:
+    box = page.get_by_role("checkbox").last
+    box.click()
+    until(lambda: viewer.scene.show_ghosts, "ghosts are asked for")
+    until(lambda: near(picture(page), "#96A0BE", 0.12).sum() > 200, "ghosts are seen")
+    page.screenshot(path=folder / "5_ghosts.png")
+    box.click()
+    until(lambda: not viewer.scene.show_ghosts, "and gone")
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Export posture").click()
+        page.get_by_role("button", name="posture.json").or_(page.get_by_text("posture.json")).first.click()
+    assert '"gc": 3' in Path(download.value.path()).read_text()
+    page.keyboard.press("Escape")
+
+
+def test_a_motion_plays_beside_its_map(viewer: Viewer, page: Any, folder: Path) -> None:
+    state = viewer.state
+    assert page.locator("[data-panel=map] img").evaluate("image => image.naturalWidth") == 200
+    page.get_by_role("button", name="Play").click()
+    until(lambda: state.row > 20, "the motion runs")
+    page.get_by_role("button", name="Pause").click()
+    until(lambda: not viewer.controls.playing, "and pauses")
+    np.testing.assert_allclose(state.q, state.motion.q[state.row])
+    until(lambda: f"pose {state.row + 1} of 251" in page.locator("[data-panel=map]").inner_text(), "the map")
+    page.screenshot(path=folder / "6_motion.png")
+
+
+def test_the_gizmo_drags_the_arm(viewer: Viewer, page: Any, folder: Path) -> None:
+    state = viewer.state
+    pose = state.pose.copy()
+    image = picture(page)
+    red = (image[..., 0] > 0.9) & (image[..., 1] < 0.35) & (image[..., 2] > 0.3) & (image[..., 2] < 0.6)
+    assert red.sum() > 20, "the gizmo is seen"
+    rows, columns = np.nonzero(red)
+    at = np.hypot(columns - np.median(columns), rows - np.median(rows)).argmin()
+    x, y = float(columns[at]), float(rows[at])
+    page.mouse.move(x, y)
+    page.mouse.down()
+    for k in range(1, 11):
+        page.mouse.move(x + 5 * k, y + 3 * k)
+    until(lambda: bool(np.abs(state.pose - pose).max() > 0.01), "the arm follows the gizmo")
+    page.mouse.up()
+    assert state.gc == 3
+    assert ARM.within_limits(state.q, tol=1e-9)
+    page.screenshot(path=folder / "7_dragged.png")

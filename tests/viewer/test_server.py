@@ -1,0 +1,98 @@
+"""The viewer's server, as far as no browser is needed."""
+
+from __future__ import annotations
+
+import socket
+import sys
+
+import numpy as np
+import pytest
+
+import armangle as aa
+from armangle.cli import paper_example
+from armangle.viewer import Viewer, ViewerState
+
+PAPER_ARM, PAPER_Q, PAPER_POSES = paper_example.example()
+
+
+def _paper() -> ViewerState:
+    return ViewerState(PAPER_ARM, PAPER_Q)
+
+
+def test_without_viser_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "viser", None)
+    with pytest.raises(aa.MissingExtraError, match=r"pip install 'armangle\[view\]'"):
+        Viewer(_paper())
+
+
+def test_a_busy_port_is_refused_by_its_number() -> None:
+    pytest.importorskip("viser")
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        port = other.getsockname()[1]
+        with pytest.raises(aa.PortError, match=f"port {port} of .* is taken"):
+            Viewer(_paper(), port=port)
+    with pytest.raises(aa.PortError, match="port is 70000"):
+        Viewer(_paper(), port=70000)
+    with pytest.raises(aa.PortError, match=r"192\.0\.2\.1 cannot be had"):
+        Viewer(_paper(), port=8080, host="192.0.2.1")
+
+
+def test_a_motion_of_another_arm_is_refused_before_anything_is_served() -> None:
+    pytest.importorskip("viser")
+    other = PAPER_ARM.with_(d_bs=0.5)
+    run = aa.follow(other, PAPER_POSES[:3], start=PAPER_Q)
+    with pytest.raises(aa.InputError, match="the motion is of"):
+        Viewer(_paper(), {"foreign": run}, port=0)
+
+
+def test_it_serves_this_machine_alone_and_prints_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("viser")
+    viewer = Viewer(_paper(), port=0)
+    try:
+        assert viewer.url.startswith("http://127.0.0.1:")
+        assert viewer.note == ""
+    finally:
+        viewer.stop()
+    viewer.wait()
+    assert capsys.readouterr().out == ""
+
+
+def test_a_hand_that_is_faster_than_the_arm_is_not_pulled_back() -> None:
+    pytest.importorskip("viser")
+    viewer = Viewer(_paper(), port=0)
+    try:
+        slider = viewer.controls.psi
+
+        def moved_on_meanwhile() -> None:
+            viewer.controls._turn()
+            slider.value = 120.0
+
+        slider.value = 100.0
+        viewer.act(moved_on_meanwhile)
+        assert slider.value == 120.0
+        assert np.degrees(viewer.state.psi) == pytest.approx(100.0)
+        slider.value = 34.0
+        viewer.act(viewer.controls._turn)
+        assert slider.value == pytest.approx(42.7)
+    finally:
+        viewer.stop()
+
+
+def test_play_runs_to_the_end_and_stops() -> None:
+    pytest.importorskip("viser")
+    poses = PAPER_POSES[:6]
+    run = aa.follow(PAPER_ARM, poses, start=PAPER_Q)
+    viewer = Viewer(ViewerState(PAPER_ARM), {"short": run}, port=0)
+    try:
+        np.testing.assert_allclose(viewer.state.q, run.q[0])
+        viewer.controls.set_playing(True)
+        for _ in range(100):
+            if not viewer.controls.playing:
+                break
+            viewer._stopped.wait(0.05)
+        assert viewer.state.row == 5
+        assert not viewer.controls.playing
+    finally:
+        viewer.stop()
