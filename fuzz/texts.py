@@ -54,7 +54,7 @@ def mutate(text: bytes, rng: random.Random) -> bytes:
 def readers(folder: Path) -> list[tuple[str, bytes, Callable[[bytes], object]]]:
     """Return (name, valid text, function that reads bytes) of every reader."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
-    toml = Path(aa.__file__).parent / "robots" / "kuka_iiwa7_r800.toml"
+    toml = Path(aa.__file__).parent / "models" / "robots" / "kuka_iiwa7_r800.toml"
     q = np.linspace(0.1, 0.7, 7) * np.linspace(0.9, 1.1, 12)[:, None]
     poses, joints = folder / "poses.csv", folder / "joints.csv"
     blocks = [folder / f"joints{ending}" for ending in (".npz", ".json")]

@@ -10,145 +10,50 @@ Radians and metres throughout; leading batch axes everywhere. Names are imported
 """
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from ._core import ISA, __version__
-    from .arm.arcs import ArcEnd, ArcSet
-    from .arm.arm import Arm, nearest_rotation
-    from .arm.configuration import gc_index, gc_signs
-    from .arm.diagnosis import Branch, Diagnosis, Opening, Verdict
-    from .arm.joint_function import JointFunction
-    from .errors import (
-        ArmangleError,
-        ConfigurationError,
-        FileFormatError,
-        InputError,
-        LimitError,
-        MissingExtraError,
-        NotFiniteError,
-        NotRotationError,
-        NotSRSError,
-        OutputError,
-        PathError,
-        PolicyError,
-        PortError,
-        ShapeError,
-        UnknownRobotError,
-        UnreachableError,
-        UrdfError,
-    )
-    from .files.tables import JointTable, load_joints, load_poses, save
-    from .models.catalogue import catalogue
-    from .models.description import ImportReport
-    from .motion.following import follow
-    from .motion.joint_path import JointPath, PathPoint
-    from .motion.paths import CircularArc, Line, Path, Screw, Waypoints
-    from .motion.planning import Objective, plan
-    from .motion.policies import Centre, Hold, Repulsion
-    from .motion.stepping import Resolution, Step, resolve, step
-    from .status import Status
-    from .timing.retiming import retime
-    from .timing.trajectory import SpeedLoss, Trajectory, TrajectoryPoint
-
-# Which module a name comes from: the imports above once more, for the interpreter.
-_HOMES = {
-    "_catalogue": "catalogue",
+# Which module a name comes from; __init__.pyi says the same to type checkers.
+_NAMES = {
     "_core": "ISA __version__",
-    "arcs": "ArcEnd ArcSet",
-    "arm": "Arm nearest_rotation",
-    "configuration": "gc_index gc_signs",
-    "description": "ImportReport",
-    "diagnosis": "Branch Diagnosis Opening Verdict",
+    "arm.arcs": "ArcEnd ArcSet",
+    "arm.arm": "Arm nearest_rotation",
+    "arm.configuration": "gc_index gc_signs",
+    "arm.diagnosis": "Branch Diagnosis Opening Verdict",
+    "arm.joint_function": "JointFunction",
     "errors": "ArmangleError ConfigurationError FileFormatError InputError LimitError MissingExtraError "
-    "NotFiniteError NotRotationError NotSRSError OutputError PathError PolicyError PortError ShapeError "
-    "UnknownRobotError UnreachableError UrdfError",
-    "io": "JointTable load_joints load_poses save",
-    "joint_function": "JointFunction",
-    "joint_path": "JointPath PathPoint",
-    "paths": "CircularArc Line Path Screw Waypoints",
-    "planning": "Objective plan",
-    "policies": "Centre Hold Repulsion",
-    "retiming": "retime",
+    "NotFiniteError NotRotationError NotSRSError OutputError PathError PolicyError PortError "
+    "ShapeError UnknownRobotError UnreachableError UrdfError",
+    "files.tables": "JointTable load_joints load_poses save",
+    "models.catalogue": "catalogue",
+    "models.description": "ImportReport",
+    "motion.following": "follow",
+    "motion.joint_path": "JointPath PathPoint",
+    "motion.paths": "CircularArc Line Path Screw Waypoints",
+    "motion.planning": "Objective plan",
+    "motion.policies": "Centre Hold Repulsion",
+    "motion.stepping": "Resolution Step resolve step",
     "status": "Status",
-    "following": "follow",
-    "stepping": "Resolution Step resolve step",
-    "trajectory": "SpeedLoss Trajectory TrajectoryPoint",
+    "timing.retiming": "retime",
+    "timing.trajectory": "SpeedLoss Trajectory TrajectoryPoint",
 }
-_HOME = {name: module for module, names in _HOMES.items() for name in names.split()}
+_HOME = {name: module for module, names in _NAMES.items() for name in names.split()}
+_MODULES = ("errors", "plots", "viewer")
 
-__all__ = [
-    "ISA",
-    "ArcEnd",
-    "ArcSet",
-    "Arm",
-    "ArmangleError",
-    "Branch",
-    "Centre",
-    "CircularArc",
-    "ConfigurationError",
-    "Diagnosis",
-    "FileFormatError",
-    "Hold",
-    "ImportReport",
-    "InputError",
-    "JointFunction",
-    "JointPath",
-    "JointTable",
-    "LimitError",
-    "Line",
-    "MissingExtraError",
-    "NotFiniteError",
-    "NotRotationError",
-    "NotSRSError",
-    "Objective",
-    "Opening",
-    "OutputError",
-    "Path",
-    "PathError",
-    "PathPoint",
-    "PolicyError",
-    "PortError",
-    "Repulsion",
-    "Resolution",
-    "Screw",
-    "ShapeError",
-    "SpeedLoss",
-    "Status",
-    "Step",
-    "Trajectory",
-    "TrajectoryPoint",
-    "UnknownRobotError",
-    "UnreachableError",
-    "UrdfError",
-    "Verdict",
-    "Waypoints",
-    "__version__",
-    "catalogue",
-    "follow",
-    "gc_index",
-    "gc_signs",
-    "load_joints",
-    "load_poses",
-    "nearest_rotation",
-    "plan",
-    "resolve",
-    "retime",
-    "save",
-    "step",
-]
+__all__ = tuple(sorted(_HOME))
 
-if not TYPE_CHECKING:  # a type checker should see the names above and no others
 
-    def __getattr__(name: str) -> Any:
-        """Return a public name, imported from its home."""
-        if name not in _HOME:
-            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+def __getattr__(name: str) -> Any:
+    """Return a public name or module, imported when it is first used."""
+    if name in _HOME:
         value = getattr(import_module(f".{_HOME[name]}", __name__), name)
-        globals()[name] = value
-        return value
+    elif name in _MODULES:
+        value = import_module(f".{name}", __name__)
+    else:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    globals()[name] = value
+    return value
 
 
 def __dir__() -> list[str]:
-    """Return the public names, imported or not."""
-    return sorted({*globals(), *__all__})
+    """Return the public names and modules."""
+    return sorted({*__all__, *_MODULES})

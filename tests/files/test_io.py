@@ -14,7 +14,7 @@ import pytest
 
 import armangle as aa
 from armangle.files.replacing import replacing
-from armangle.quaternions import poses_from_rows, rows_from_poses
+from armangle.poses import poses_from_rows, rows_from_poses
 
 ENDINGS = (".csv", ".npz", ".json")
 HEADER = "x,y,z,qw,qx,qy,qz\n"

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from test_plan import IIWA, TURNING, random_arm
+from support.planned_arms import IIWA, TURNING, random_arm
 
 import armangle as aa
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import importlib
 import pkgutil
 import subprocess
@@ -34,11 +35,20 @@ def test_the_package_is_whole() -> None:
 
 
 def test_type_checkers_see_what_the_interpreter_sees() -> None:
-    source = Path(aa.__file__).read_text()
-    typed = source.split("if TYPE_CHECKING:")[1].split("\n# ")[0]
-    for module, names in aa._HOMES.items():
-        block = typed.split(f"from .{module} import")[1].split("from .")[0]
-        assert set(block.replace("(", "").replace(")", "").replace(",", " ").split()) == set(names.split())
+    tree = ast.parse(Path(aa.__file__).with_suffix(".pyi").read_text())
+    seen = {
+        alias.asname: node.module
+        for node in tree.body
+        if isinstance(node, ast.ImportFrom) and node.module
+        for alias in node.names
+    }
+    assert seen == aa._HOME
+
+
+def test_dir_shows_public_names_and_modules_alone() -> None:
+    assert dir(aa) == sorted({*aa.__all__, "errors", "plots", "viewer"})
+    code = "import armangle; armangle.plots.circle; armangle.viewer.ViewerState; armangle.errors.InputError"
+    subprocess.run([sys.executable, "-c", code], check=True)
 
 
 def test_no_module_hides_a_public_name() -> None:

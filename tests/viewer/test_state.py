@@ -17,7 +17,7 @@ from armangle.viewer.panels import (
     reasons_panel,
 )
 from armangle.viewer.scene import figure_segments, segment_colours
-from armangle.viewer.ways import ways_between
+from armangle.viewer.state import ways_between
 
 IIWA = aa.Arm.from_catalogue("kuka_iiwa7_r800")
 PAPER_ARM, PAPER_Q, PAPER_POSES = paper_example.example()

@@ -3,11 +3,10 @@
 
 #include <cstdint>
 
-#include "../numbers/angle.hpp"
+#include "../numbers/angles.hpp"
 #include "../numbers/linalg.hpp"
 #include "../numbers/tolerances.hpp"
 #include "../numbers/lane.hpp"
-#include "../numbers/angles.hpp"
 
 namespace armangle {
 
@@ -108,36 +107,6 @@ ARMANGLE_INLINE Pose<T> user_pose(const Arm& arm, Pose<T> flange) noexcept {
     if (arm.has_base) flange = spread<T>(arm.base) * flange;
     if (arm.has_tool) flange = flange * spread<T>(arm.tool);
     return flange;
-}
-
-/// Seven values as lanes; the eighth is 0.
-using JointLanes = Lane<joint_slots>;
-
-ARMANGLE_INLINE JointLanes joint_lanes(const double* q) noexcept {
-    const double padded[joint_slots] = {q[0], q[1], q[2], q[3], q[4], q[5], q[6], 0.0};
-    return JointLanes::of(padded);
-}
-
-/// theta of a joint value q.
-template <class T>
-ARMANGLE_INLINE T model_angle(T q, T sign, T offset) noexcept {
-    return sign * q + offset;
-}
-
-/// The q of a theta that lies within [lower, upper]; of several the nearest to `near`, of none the nearest to the range.
-template <class T>
-ARMANGLE_INLINE T joint_value(T theta, T sign, T offset, T lower, T upper, T near) noexcept {
-    const T q = sign * (theta - offset);
-    const T turn = 1.0 / two_pi;
-    const T wanted = round((near - q) * turn);
-    const T nearest = q + two_pi * wanted;
-    if (all((lower - tolerance::angle <= nearest) & (nearest <= upper + tolerance::angle))) return nearest;
-    const T fewest = ceil((lower - tolerance::angle - q) * turn);
-    const T most = floor((upper + tolerance::angle - q) * turn);
-    const T below = q + two_pi * most, above = q + two_pi * fewest;  // used when the range holds no winding
-    const T inside = q + two_pi * min(max(wanted, fewest), most);
-    const T outside = select(lower - below < above - upper, below, above);
-    return select(most < fewest, outside, inside);
 }
 
 }  // namespace armangle

@@ -1,7 +1,7 @@
 // Global configuration GC: the branch of the inverse, eq. (2), as three signs or as an index 0..7.
 #pragma once
 
-#include "../numbers/scalar.hpp"
+#include "joints.hpp"
 
 namespace armangle {
 
@@ -19,5 +19,11 @@ inline Configuration<double> configuration(int index) noexcept {
 }
 
 inline int index(const Configuration<double>& gc) noexcept { return (gc.shoulder < 0) + 2 * (gc.elbow < 0) + 4 * (gc.wrist < 0); }
+
+/// GC of model angles, eq. (2); the elbow's relative to the stretched arm.
+inline Configuration<double> configuration(const Arm& arm, const double* theta) noexcept {
+    const auto sign = [](double angle) { return wrap(angle) < 0 ? -1.0 : 1.0; };
+    return {sign(theta[1]), sign(theta[3] - arm.delta_angle), sign(theta[5])};
+}
 
 }  // namespace armangle

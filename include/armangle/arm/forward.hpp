@@ -33,7 +33,7 @@ ARMANGLE_INLINE Pose<double> dh_step(const Pose<double>& from, double sine, doub
 template <class Visit>
 ARMANGLE_INLINE void walk(const Arm& arm, const JointLanes& q, double* theta_out, const Visit& visit) noexcept {
     double s[joint_slots], c[joint_slots];
-    const JointLanes theta = model_angle(q, JointLanes::load(arm.joint_sign), JointLanes::load(arm.joint_offset));
+    const JointLanes theta = to_theta(q, JointLanes::load(arm.joint_sign), JointLanes::load(arm.joint_offset));
     const SinCos<JointLanes> both = sin_cos(theta);
     both.sin.store(s);
     both.cos.store(c);
@@ -69,10 +69,25 @@ inline void frames(const Arm& arm, const double* q, Pose<double> (&out)[joints +
     detail::walk(arm, joint_lanes(q), theta, [&](int i, const Pose<double>& frame) { out[i] = arm.has_base ? arm.base * frame : frame; });
 }
 
-/// GC of model angles, eq. (2); the elbow's relative to the stretched arm.
-inline Configuration<double> configuration(const Arm& arm, const double* theta) noexcept {
-    const auto sign = [](double angle) { return wrap(angle) < 0 ? -1.0 : 1.0; };
-    return {sign(theta[1]), sign(theta[3] - arm.delta_angle), sign(theta[5])};
+/// Six rows, seven columns: rows 0-2 linear velocity of the tool's origin, rows 3-5 angular velocity, per rad/s of q.
+struct Jacobian {
+    double entry[6][joints];
+};
+
+inline Jacobian jacobian(const Arm& arm, const double* q) noexcept {
+    double theta[joint_slots];
+    Pose<double> frame[joints + 1];
+    detail::walk(arm, joint_lanes(q), theta, [&frame](int i, const Pose<double>& at) noexcept { frame[i] = at; });
+    const Vec3<double> tip = (frame[joints] * arm.tool).position;
+    Jacobian out;
+    for (int i = 0; i < joints; ++i) {
+        const Vec3<double> axis = arm.base.rotation * (frame[i].rotation.z * arm.sign[i]);
+        const Vec3<double> lever = arm.base.rotation * (tip - frame[i].position);
+        const Vec3<double> linear = cross(axis, lever);
+        const double column[6] = {linear.x, linear.y, linear.z, axis.x, axis.y, axis.z};
+        for (int k = 0; k < 6; ++k) out.entry[k][i] = column[k];
+    }
+    return out;
 }
 
 }  // namespace armangle

@@ -1,73 +1,10 @@
-// The same over arrays: validation, lanes and threads. The only file that knows batches.
+// The inverse over arrays: each block of poses is checked, solved as lanes and stored in one pass.
 #pragma once
 
-#include <cstddef>
-#include <thread>
-
-#include "../circle/arm_angle.hpp"
 #include "../circle/posture.hpp"
+#include "../numbers/arrays.hpp"
 
 namespace armangle {
-
-/// An array of elements `stride` doubles (or integers) apart; stride 0 repeats one element.
-template <class T>
-struct Strided {
-    T* data;
-    std::ptrdiff_t stride;
-
-    T* at(std::size_t i) const noexcept { return data + static_cast<std::ptrdiff_t>(i) * stride; }
-    Strided from(std::size_t i) const noexcept { return {at(i), stride}; }
-};
-
-/// What can be wrong with an element of a batch.
-enum class Problem : int {
-    none = 0,
-    pose_not_finite,
-    pose_last_row,      // a 4x4 pose ends with 0 0 0 1
-    pose_not_rotation,  // value: largest entry of |R^T R - I|
-    pose_reflection,
-    psi_not_finite,  // or beyond tolerance::largest_angle; of joints too
-    gc_range,        // value: the gc
-    joints_not_finite,
-    unreachable,  // value: m beyond the reach, or inside the inner reach
-    folded,
-    joint_limit,  // value: joint 1..7
-};
-
-/// The first problem of a batch: which, where, and the value that shows it.
-struct Outcome {
-    Problem problem = Problem::none;
-    std::size_t index = 0;
-    double value = 0;
-
-    void report(Problem p, std::size_t i, double v) noexcept {
-        if (problem == Problem::none || i < index) problem = p, index = i, value = v;
-    }
-};
-
-/// A 4x4 row-major homogeneous matrix as a pose.
-inline Pose<double> load_pose(const double* m) noexcept {
-    return {{{m[0], m[4], m[8]}, {m[1], m[5], m[9]}, {m[2], m[6], m[10]}}, {m[3], m[7], m[11]}};
-}
-
-inline void store_pose(const Pose<double>& p, double* m) noexcept {
-    const auto& [x, y, z] = p.rotation;
-    const double rows[16] = {x.x, y.x, z.x, p.position.x, x.y, y.y, z.y, p.position.y, x.z, y.z, z.z, p.position.z, 0, 0, 0, 1};
-    for (int i = 0; i < 16; ++i) m[i] = rows[i];
-}
-
-/// What is wrong with a 4x4 pose, and the value that shows it.
-inline Problem check_pose(const double* m, double& value) noexcept {
-    for (int i = 0; i < 16; ++i)
-        if (!std::isfinite(m[i])) return value = m[i], Problem::pose_not_finite;
-    for (int i = 0; i < 4; ++i)
-        if (m[12 + i] != (i == 3 ? 1.0 : 0.0)) return value = m[12 + i], Problem::pose_last_row;
-    const Mat3<double> r = load_pose(m).rotation;
-    value = orthonormality_error(r);
-    if (!(value <= tolerance::rotation)) return Problem::pose_not_rotation;
-    if (dot(cross(r.x, r.y), r.z) < 0) return Problem::pose_reflection;
-    return Problem::none;
-}
 
 enum class Enforce : int { ignore, raise, nan };
 
@@ -149,8 +86,8 @@ inline LaneInput load_block(const Arm& arm, const InverseBatch& b, const std::si
 inline void solve_block(const Arm& arm, const LaneInput& in, const Circle<Batch>& c, Batch* q) noexcept {
     const Directions<Batch> d = directions(c, fold(arm, c.triangle, in.gc.elbow), in.gc, sin_cos(in.psi));
     for (int j = 0; j < joints; ++j) {
-        q[j] = joint_value(atan2(d.y[j], d.x[j]), Batch(arm.joint_sign[j]), Batch(arm.joint_offset[j]), Batch(arm.joint_lower[j]),
-                           Batch(arm.joint_upper[j]), in.near[j]);
+        q[j] = to_q(atan2(d.y[j], d.x[j]), Batch(arm.joint_sign[j]), Batch(arm.joint_offset[j]), Batch(arm.joint_lower[j]),
+                    Batch(arm.joint_upper[j]), in.near[j]);
     }
 }
 
@@ -201,31 +138,6 @@ inline void inverse_range(const Arm& arm, const InverseBatch& b, std::size_t beg
         if (b.limits != Enforce::ignore)
             for (std::size_t k = 0; k < count; ++k) detail::enforce_limits(arm, b, at[k], outcome);
     }
-}
-
-/// Splits [0, n) into one range a thread; work(begin, end, thread).
-template <class Work>
-void parallel(std::size_t n, int threads, const Work& work) {
-    // the system is asked how many cores it has only where it matters: the answer takes longer than many poses
-    std::size_t count = threads > 0 ? static_cast<std::size_t>(threads) : std::thread::hardware_concurrency();
-    if (count == 0) count = 1;
-    if (count > n) count = n ? n : 1;
-    constexpr std::size_t most = 64;
-    if (count > most) count = most;
-    std::thread pool[most];
-    for (std::size_t t = 1; t < count; ++t) pool[t] = std::thread([&work, n, count, t] { work(n * t / count, n * (t + 1) / count, t); });
-    work(0, n / count, 0);
-    for (std::size_t t = 1; t < count; ++t) pool[t].join();
-}
-
-inline constexpr std::size_t most_threads = 64;
-
-/// The problem with the lowest index of all threads.
-inline Outcome first_problem(const Outcome* outcomes, std::size_t count) noexcept {
-    Outcome first;
-    for (std::size_t t = 0; t < count; ++t)
-        if (outcomes[t].problem != Problem::none) first.report(outcomes[t].problem, outcomes[t].index, outcomes[t].value);
-    return first;
 }
 
 }  // namespace armangle

@@ -1,8 +1,8 @@
 // Inverse kinematics: (pose, psi, GC) -> q. Eq. (12)-(24) in a form that holds the pose in every case.
 #pragma once
 
+#include "../arm/forward.hpp"
 #include "circle.hpp"
-#include "../arm/configuration.hpp"
 
 namespace armangle {
 
@@ -58,8 +58,8 @@ ARMANGLE_INLINE JointLanes angles(const Directions<double>& d) noexcept { return
 inline Joints joints_within_limits(const Arm& arm, const Directions<double>& d, const double* seed) noexcept {
     const JointLanes near = seed ? joint_lanes(seed) : JointLanes::load(arm.joint_middle);
     Joints out;
-    joint_value(angles(d), JointLanes::load(arm.joint_sign), JointLanes::load(arm.joint_offset), JointLanes::load(arm.joint_lower),
-                JointLanes::load(arm.joint_upper), near)
+    to_q(angles(d), JointLanes::load(arm.joint_sign), JointLanes::load(arm.joint_offset), JointLanes::load(arm.joint_lower),
+         JointLanes::load(arm.joint_upper), near)
         .store(out.q);
     return out;
 }
@@ -72,6 +72,30 @@ ARMANGLE_INLINE JointLanes joints_near(const Arm& arm, const Directions<double>&
 inline Joints joints_near(const Arm& arm, const Directions<double>& d, const double* near) noexcept {
     Joints out;
     joints_near(arm, d, joint_lanes(near)).store(out.q);
+    return out;
+}
+
+/// psi of an elbow axis z_3 on a circle, in (-pi, pi].
+inline double arm_angle(const Triad<double>& c, const Vec3<double>& z3) noexcept {
+    const double psi = atan2(dot(c.e, z3), dot(c.z, z3));  // w . (z x z3) = z3 . (w x z)
+    return psi <= -pi ? pi : psi;
+}
+
+/// What forward kinematics says of a posture.
+struct Posture {
+    Pose<double> pose;  // as the user sees it
+    double psi;         // NaN where the wrist lies on the shoulder
+    int gc;             // 0..7
+};
+
+/// q -> (pose, psi, GC). The triad is taken from the pose, so that the inverse sees the same one.
+inline Posture forward(const Arm& arm, const double* q) noexcept {
+    const Chain chain_now = chain(arm, q);
+    Posture out;
+    out.pose = user_pose(arm, chain_now.flange);
+    const Triad<double> c = triad(arm, flange_pose(arm, out.pose));
+    out.psi = is_folded(arm, c) ? not_a_number : arm_angle(c, chain_now.z3);
+    out.gc = index(configuration(arm, chain_now.theta));
     return out;
 }
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <initializer_list>
 
-#include "../numbers/angle.hpp"
+#include "../numbers/angles.hpp"
 #include "../numbers/tolerances.hpp"
 
 namespace armangle {

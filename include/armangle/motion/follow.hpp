@@ -3,7 +3,7 @@
 
 #include <cstddef>
 
-#include "../batch/inverse_batch.hpp"
+#include "../numbers/arrays.hpp"
 #include "lookahead.hpp"
 #include "step.hpp"
 

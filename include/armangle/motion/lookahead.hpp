@@ -7,7 +7,7 @@
 
 #include <cstddef>
 
-#include "../batch/inverse_batch.hpp"
+#include "../numbers/arrays.hpp"
 #include "bounds.hpp"
 
 namespace armangle {

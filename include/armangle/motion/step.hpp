@@ -1,7 +1,7 @@
 // One pass of fig. 10, from the present joints to the next: arcs, eq. (36), inverse, and the checks of continuity.
 #pragma once
 
-#include "../circle/arm_angle.hpp"
+#include "../circle/posture.hpp"
 #include "bounds.hpp"
 #include "../limits/feasible.hpp"
 #include "resolution.hpp"
@@ -30,24 +30,7 @@ struct Step {
     double margin;  // rad: least distance of a joint of q to one of its limits, negative outside
 };
 
-/// Whether all seven joint values are finite, and not beyond any sense.
-ARMANGLE_INLINE bool is_finite(const JointLanes& q) noexcept { return all(abs(q) <= JointLanes(tolerance::largest_angle)); }
-inline bool is_finite(const double* q) noexcept { return is_finite(joint_lanes(q)); }
-
-/// Least distance to a limit over all joints; infinite without limits, NaN where a joint is not finite.
-ARMANGLE_INLINE double limit_margin(const Arm& arm, const JointLanes& q) noexcept {
-    if (any(!(q == q))) return not_a_number;  // min would pass over it
-    return least(min(q - JointLanes::load(arm.joint_lower), JointLanes::load(arm.joint_upper) - q));
-}
-inline double limit_margin(const Arm& arm, const double* q) noexcept { return limit_margin(arm, joint_lanes(q)); }
-
-inline bool within_limits(const Arm& arm, const double* q, double slack) noexcept { return limit_margin(arm, q) >= -slack; }
-
 namespace detail {
-
-/// Largest move of a joint; no operand may be NaN.
-ARMANGLE_INLINE double largest_move(const JointLanes& a, const JointLanes& b) noexcept { return -least(-abs(a - b)); }
-inline double largest_move(const double* a, const double* b) noexcept { return largest_move(joint_lanes(a), joint_lanes(b)); }
 
 /// psi of the present posture, as it is to be carried to the circle of the next pose.
 inline double carried_psi(const Arm& arm, const Chain& now, const Circle<double>& next, Carry carry) noexcept {

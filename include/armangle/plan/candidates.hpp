@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "../motion/step.hpp"
+#include "../arm/joints.hpp"
 #include "tube.hpp"
 
 namespace armangle {

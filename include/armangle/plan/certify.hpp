@@ -12,7 +12,7 @@
 #include "curve.hpp"
 #include "../limits/feasible.hpp"
 #include "../numbers/interval.hpp"
-#include "../motion/step.hpp"
+#include "../arm/joints.hpp"
 
 namespace armangle {
 

@@ -7,7 +7,6 @@
 #include <span>
 #include <vector>
 
-#include "../circle/arm_angle.hpp"
 #include "../circle/posture.hpp"
 #include "../numbers/jet.hpp"
 #include "path.hpp"

@@ -7,7 +7,7 @@
 
 #include "certify.hpp"
 #include "diagnose.hpp"
-#include "parameters.hpp"
+#include "tube.hpp"
 #include "relax.hpp"
 
 namespace armangle {
@@ -93,13 +93,12 @@ private:
         if (index(configuration(task_.arm, now.theta)) != tube.gc) return false;
         for (int j : {1, 5})  // there the arm angle does not say how joints 1 and 3 (5 and 7) share their turn
             if (most > tolerance::angle &&
-                hinge_clearance(wrap(model_angle(out.q[j], task_.arm.sign[j], task_.arm.offset[j]))) < proof::least_margin)
+                hinge_clearance(wrap(to_theta(out.q[j], task_.arm.sign[j], task_.arm.offset[j]))) < proof::least_margin)
                 return false;
         gap = most;
         if (l.status != Status::OK || !within_limits(task_.arm, out.q, tolerance::angle)) return false;
         for (int j : {1, 5})
-            if (hinge_clearance(wrap(model_angle(out.q[j], task_.arm.sign[j], task_.arm.offset[j]))) <
-                task_.limits.margin - tolerance::angle)
+            if (hinge_clearance(wrap(to_theta(out.q[j], task_.arm.sign[j], task_.arm.offset[j]))) < task_.limits.margin - tolerance::angle)
                 return false;
         out.arc = nearest_arc(tube, l, out.phi);
         const Arc& a = tube.arc(l)[out.arc];

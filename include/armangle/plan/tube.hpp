@@ -3,6 +3,7 @@
 // Arcs are the nodes, never a grid of psi: a narrow one is there like a wide one. All in phi (smooth_plane.hpp).
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "../limits/feasible.hpp"
@@ -10,6 +11,29 @@
 #include "../circle/smooth_plane.hpp"
 
 namespace armangle {
+
+/// The plane whose singular direction stays farthest from the given directions of the wrist.
+inline SmoothPlane smooth_plane(const std::vector<Vec3<double>>& wrists) {
+    constexpr int candidates = 96;
+    const double golden = pi * (3.0 - std::sqrt(5.0));
+    SmoothPlane best;
+    double most = -1;
+    for (int i = 0; i < candidates; ++i) {
+        const double z = 1.0 - 2.0 * i / (candidates - 1), r = std::sqrt((1.0 - z) * (1.0 + z));
+        const SinCos<double> turn = sin_cos(golden * i);
+        const Vec3<double> pole{r * turn.cos, r * turn.sin, z};
+        double least = 2;
+        for (const Vec3<double>& w : wrists) {
+            least = min(least, 1.0 + dot(w, pole));
+            if (least <= most) break;
+        }
+        if (least > most) most = least, best.pole = pole;
+    }
+    const Vec3<double> off = abs(best.pole.z) < 0.9 ? Vec3<double>{0, 0, 1} : Vec3<double>{1, 0, 0};
+    const Vec3<double> across = cross(best.pole, off);
+    best.side = across * (1.0 / norm(across));
+    return best;
+}
 
 /// What stays the same over a plan: the arm (its limits already drawn in by the margin asked), the path, the plane.
 struct Task {
@@ -178,5 +202,46 @@ private:
 
 /// The tube of a branch with layers at all of `base` (rising, from 0 to 1) and as many between as it takes.
 inline Tube tube(const Task& task, int gc, const std::vector<double>& base) { return detail::TubeBuilder(task, gc).build(base); }
+
+namespace parameter_rule {
+inline constexpr int least_steps = 32;      // of s, between sections that are there in any case
+inline constexpr double turn = 0.5;         // of a segment between two of them (rad)
+inline constexpr double knot_share = 0.24;  // of a step: knots lie no closer
+inline constexpr double same = 1e-12;       // parameters closer than this are one
+}  // namespace parameter_rule
+
+/// Rising parameters: the rows asked, the joints of segments, and even steps between them: enough, and enough a turn.
+inline std::vector<double> base_parameters(const Segment* segments, std::size_t n, const double* rows, std::size_t row_count) {
+    std::vector<double> all(rows, rows + row_count), given, out;
+    for (std::size_t i = 0; i < n; ++i) all.push_back(segments[i].start), all.push_back(segments[i].end);
+    std::sort(all.begin(), all.end());
+    for (const double s : all)
+        if (given.empty() || s - given.back() > parameter_rule::same) given.push_back(s);
+    given.back() = 1.0;
+    for (std::size_t i = 0; i + 1 < given.size(); ++i) {
+        const double gap = given[i + 1] - given[i];
+        const Segment& g = segments[segment_index(segments, n, given[i] + 0.5 * gap)];
+        const double turn = max(abs(g.alpha), abs(g.beta)) * gap / (g.end - g.start);
+        const int steps = std::max(
+            1, static_cast<int>(std::ceil(max(gap * parameter_rule::least_steps, turn / parameter_rule::turn) - parameter_rule::same)));
+        for (int k = 0; k < steps; ++k) out.push_back(given[i] + gap * k / steps);
+    }
+    out.push_back(1.0);
+    return out;
+}
+
+/// The sections that become knots of the curve: all of `base`, and of those between only such as lie no closer than a share
+/// of their step. Knots much closer than that would carry the noise of a search into the curvature.
+inline std::vector<std::size_t> knots(const Tube& t, const std::vector<double>& base, std::size_t count) {
+    std::vector<std::size_t> out{0};
+    for (std::size_t k = 1, b = 1; k + 1 < count; ++k) {
+        const double s = t.layers[k].s;
+        while (b + 1 < base.size() && base[b] < s) ++b;
+        const double room = parameter_rule::knot_share * (base[b] - base[b - 1]);
+        if (s == base[b] || (s - t.layers[out.back()].s >= room && base[b] - s >= room)) out.push_back(k);
+    }
+    if (count > 1) out.push_back(count - 1);
+    return out;
+}
 
 }  // namespace armangle

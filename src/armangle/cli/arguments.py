@@ -17,7 +17,7 @@ from ..files.tables import load_poses
 from ..models.catalogue import read_robot
 from ..models.description import JOINTS
 from ..models.mjcf import is_mjcf
-from ..quaternions import COLUMNS, UNIT_TOLERANCE, poses_from_rows
+from ..poses import COLUMNS, UNIT_TOLERANCE, poses_from_rows
 
 DEGREE = math.pi / 180
 _FILES = (".csv", ".npz", ".json")

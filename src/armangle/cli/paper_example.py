@@ -16,10 +16,11 @@ import numpy as np
 from .. import plots
 from .._arrays import Floats
 from ..arm.arm import Arm
+from ..colours import BLACK, VERMILION
 from ..motion.following import follow
 from ..motion.joint_path import JointPath
 from ..motion.policies import Repulsion
-from ..plots.style import BLACK, VERMILION, pyplot
+from ..plots.style import pyplot
 
 ROBOT = "kuka_iiwa7_r800"
 START_DEG = (-5.4101, -26.4986, -48.1542, -61.65, 152.6198, 114.4466, 8.1812)

@@ -19,7 +19,7 @@ from .._arrays import Floats, Ints, as_floats, raise_problem
 from ..errors import FileFormatError, InputError, ShapeError
 from ..models.description import JOINTS
 from ..motion.joint_path import JointPath
-from ..quaternions import COLUMNS, UNIT_TOLERANCE, poses_from_rows, rows_from_poses
+from ..poses import COLUMNS, UNIT_TOLERANCE, poses_from_rows, rows_from_poses
 from ..status import STATUSES
 from ..timing.trajectory import Trajectory
 from .archive_blocks import number_block, read_blocks, word_block

@@ -24,10 +24,9 @@ from itertools import product
 import numpy as np
 
 from ..errors import InputError, NotSRSError
-from .axes import Axes, millimetres, reasons_against
+from .axes import POSTURES, ROUNDING, Axes, millimetres, reasons_against, rotation_angle, worst_difference
 from .chain import Chain, FloatArray, chain_of, rigid_inverse
 from .description import JOINTS, ArmDescription, ImportReport
-from .residual import POSTURES, ROUNDING, rotation_angle, worst_difference
 
 ANGLE_TOLERANCE = 1e-5
 LENGTH_TOLERANCE = 2e-5

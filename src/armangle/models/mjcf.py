@@ -13,8 +13,7 @@ from xml.parsers import expat
 
 import numpy as np
 
-from ..errors import FileFormatError
-from ..extras import needed
+from ..errors import FileFormatError, needed
 from .chain import Chain, FloatArray, Joint, rotation_about, translation
 from .description import JOINTS
 
@@ -23,9 +22,7 @@ _HINGE = 3
 _PIECE = 4096
 
 
-def read_mjcf(
-    source: str | os.PathLike[str], base: str | None = None, tip: str | None = None
-) -> Chain:
+def read_mjcf(source: str | os.PathLike[str], base: str | None = None, tip: str | None = None) -> Chain:
     """Return the chain of seven hinges from a body to a body or site.
 
     Parameters
@@ -53,9 +50,7 @@ def read_mjcf(
     return _Model(source).chain(base, tip)
 
 
-def mjcf_candidates(
-    source: str | os.PathLike[str], base: str | None = None
-) -> tuple[tuple[str, str], ...]:
+def mjcf_candidates(source: str | os.PathLike[str], base: str | None = None) -> tuple[tuple[str, str], ...]:
     """Return the pairs (base, tip) of bodies with exactly seven hinges between, in file order."""
     model = _Model(source)
     start = "world" if base is None else base

@@ -48,9 +48,7 @@ class RobotElement:
         line, column = (at.line, at.column) if at else (None, None)
         raise UrdfError(message, source=self.source, line=line, column=column)
 
-    def numbers(
-        self, joint: JointElement, part: str, key: str, count: int
-    ) -> NDArray[np.float64] | None:
+    def numbers(self, joint: JointElement, part: str, key: str, count: int) -> NDArray[np.float64] | None:
         """Return ``count`` finite numbers of an attribute inside a joint, None where absent."""
         element = joint.parts.get(part)
         text = element.attributes.get(key) if element else None
@@ -149,9 +147,7 @@ def parse_robot(text: str | bytes, source: str) -> RobotElement:
         parse(text, True)
     except expat.ExpatError as error:
         message = f"not XML: {expat.ErrorString(error.code)}"
-        raise UrdfError(
-            message, source=source, line=error.lineno, column=error.offset + 1
-        ) from None
+        raise UrdfError(message, source=source, line=error.lineno, column=error.offset + 1) from None
     except UrdfError:
         raise
     except (LookupError, ValueError) as error:  # an encoding that does not exist, text that has none

@@ -11,9 +11,8 @@ from .._arrays import as_floats, check_angles, raise_problem
 from ..arm.arm import Arm
 from ..errors import InputError, ShapeError
 from ..models.description import JOINTS
-from .bounds import Bound, no_bounds, step_bounds
 from .joint_path import JointPath
-from .options import Allowed, Carry, allowed_arcs, checked_options, core_policy
+from .options import Allowed, Bound, Carry, allowed_arcs, checked_options, core_policy, no_bounds, step_bounds
 from .policies import Policy
 from .stepping import DEFAULT_POLICY
 

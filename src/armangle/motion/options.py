@@ -6,13 +6,15 @@ from collections.abc import Callable
 from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .. import _core
-from .._arrays import Floats, as_gc, as_number
+from .._arrays import Floats, as_floats, as_gc, as_number
 from ..arm.arcs import ArcSet
-from ..arm.arm import MOST_MARGIN
+from ..arm.arm import MOST_MARGIN, Arm
 from ..arm.configuration import COUNT as CONFIGURATIONS
-from ..errors import ConfigurationError, InputError
+from ..errors import ConfigurationError, InputError, NotFiniteError, ShapeError
+from ..models.description import JOINTS
 from .policies import POLICIES, Policy
 
 Carry = Literal["psi", "elbow"]
@@ -79,3 +81,62 @@ def _few(arcs: ArcSet) -> ArcSet:
     if (arcs._count > most).any():
         raise InputError(f"allowed holds {int(arcs._count.max())} arcs, wanted at most {most}")
     return arcs
+
+
+Bound = ArrayLike | bool | None
+
+LONGEST_STEP = 1e9  # s
+_UNBOUNDED = np.concatenate([[1.0], np.full(2 * JOINTS, np.inf), np.zeros(JOINTS)])
+
+
+def joint_bound(arm: Arm, name: str, value: Bound, stated: Floats) -> Floats:
+    """Return a bound as (7,), infinite where there is none; True stands for what the arm states.
+
+    Raises
+    ------
+    InputError
+        If it is negative or 0, or the arm states none.
+    NotFiniteError
+        If it is NaN.
+    ShapeError
+    """
+    if value is None or value is False:
+        return np.full(JOINTS, np.inf)
+    if value is True:
+        if np.isinf(stated).all():
+            raise InputError(f"{name}=True takes the arm's own, and {arm.name or 'the arm'} states none")
+        return stated
+    bound = as_floats(name, value, (JOINTS,))
+    if bound.ndim != 1:
+        raise ShapeError(f"{name} has shape {bound.shape}, wanted ({JOINTS},)")
+    if np.isnan(bound).any():
+        raise NotFiniteError(f"{name} holds nan, wanted numbers > 0")
+    if not (bound > 0).all():
+        raise InputError(f"{name} holds {bound.min():g}, wanted numbers > 0")
+    return bound
+
+
+def step_bounds(
+    arm: Arm, velocity: Bound, acceleration: Bound, velocity_now: ArrayLike | None, dt: float | None
+) -> Floats:
+    """Return what the core takes: dt, velocities, accelerations and velocities now in a row, (22,)."""
+    fastest = joint_bound(arm, "velocity", velocity, arm.velocity)
+    hardest = joint_bound(arm, "acceleration", acceleration, arm.acceleration)
+    if velocity_now is None:
+        if np.isfinite(hardest).any():
+            raise InputError("a bound on acceleration needs velocity_now, the velocities before the step")
+        velocity_now = np.zeros(JOINTS)
+    now = as_floats("velocity_now", velocity_now, (JOINTS,))
+    if now.ndim != 1:
+        raise ShapeError(f"velocity_now has shape {now.shape}, wanted ({JOINTS},)")
+    if not np.isfinite(now).all():
+        raise NotFiniteError("velocity_now is not finite, wanted 7 numbers in rad/s")
+    if dt is None:
+        raise InputError("bounds on velocity and acceleration need dt, the time of a step in s")
+    time = as_number("dt", dt, 0.0, LONGEST_STEP, low_open=True)
+    return np.concatenate([[time], fastest, hardest, now])
+
+
+def no_bounds() -> Floats:
+    """Return what the core takes where only `max_joint_step` binds."""
+    return _UNBOUNDED

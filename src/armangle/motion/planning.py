@@ -16,8 +16,7 @@ from ..arm.diagnosis import Diagnosis, Verdict, branch_of
 from ..errors import ConfigurationError, InputError, NotFiniteError, ShapeError
 from ..models.description import JOINTS
 from ..status import Status
-from .curve import Curve
-from .joint_path import JointPath
+from .joint_path import Curve, JointPath
 from .paths import Path, Waypoints
 
 SAMPLES = 200

@@ -13,8 +13,16 @@ from ..arm.arm import Arm
 from ..errors import ShapeError
 from ..models.description import JOINTS
 from ..status import STATUSES, Status
-from .bounds import Bound, step_bounds
-from .options import Allowed, Carry, allowed_arcs, checked_options, core_policy, one_allowed
+from .options import (
+    Allowed,
+    Bound,
+    Carry,
+    allowed_arcs,
+    checked_options,
+    core_policy,
+    one_allowed,
+    step_bounds,
+)
 from .policies import Policy, Repulsion
 
 DEFAULT_POLICY = Repulsion()

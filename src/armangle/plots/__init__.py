@@ -12,11 +12,11 @@ Examples
 >>> plots.circle(arm, pose, gc, psi=psi).figure.savefig("circle.png")  # doctest: +SKIP
 """
 
+from ..colours import JOINT_COLOURS
 from .figures import arm_frames, stick_figure
 from .maps import feasible_map
 from .motions import path, repulsion
 from .one_pose import circle, joint_profiles
-from .style import JOINT_COLOURS
 from .virtual import virtual_arm, virtual_plane
 
 __all__ = [

@@ -11,17 +11,10 @@ from numpy.typing import ArrayLike
 from .._arrays import Floats
 from ..arm.arm import Arm
 from ..arm.skeleton import blockers, elbow_points, first_blocker, skeleton
+from ..colours import BLACK, BLUE, GREEN, JOINT_COLOURS, MID, VERMILION
 from ..models.description import JOINTS
 from .space import draw_sticks, extent, finish_space, one_posture
-from .style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    JOINT_COLOURS,
-    MID,
-    VERMILION,
-    space_axes,
-)
+from .style import space_axes
 
 _SAMPLES = 721
 _AXIS_SHARE = 0.09

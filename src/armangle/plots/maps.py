@@ -12,24 +12,16 @@ from .._arrays import Floats, as_floats
 from ..arm.arm import Arm
 from ..arm.configuration import COUNT as CONFIGURATIONS
 from ..arm.configuration import gc_signs
+from ..colours import BLACK, FULL_TURN, JOINT_COLOURS, MID, unjoined, wrapped_degrees
 from ..errors import ConfigurationError, ShapeError
 from ..models.description import JOINTS
 from ..motion.joint_path import JointPath
 from ..status import Status
-from .style import (
-    ARM_ANGLE,
-    BLACK,
-    FULL_TURN,
-    JOINT_COLOURS,
-    MID,
-    angle_ticks,
-    grid_axes,
-    unjoined,
-    wrapped_degrees,
-)
+from .style import ARM_ANGLE, angle_ticks, grid_axes
 
 _FULL = np.array([[[-np.pi, np.pi]]])
 _NOT_KNOWN: dict[str, Any] = {"facecolor": "white", "edgecolor": MID, "hatch": "///", "lw": 0}
+
 
 def feasible_map(
     motion: JointPath | tuple[Arm, ArrayLike],

@@ -10,18 +10,12 @@ import numpy as np
 from .. import _core
 from .._arrays import Floats
 from ..arm.arcs import ArcSet
+from ..colours import CURVES, PALE, VERMILION
 from ..errors import InputError
 from ..models.description import JOINTS
 from ..motion.joint_path import JointPath
 from ..motion.policies import Centre, Policy, Repulsion
-from .style import (
-    CURVES,
-    PALE,
-    VERMILION,
-    flat_axes,
-    grid_axes,
-    outer_legend,
-)
+from .style import flat_axes, grid_axes, outer_legend
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

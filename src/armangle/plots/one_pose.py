@@ -12,23 +12,11 @@ from numpy.typing import ArrayLike
 from .._arrays import as_floats
 from ..arm.arcs import ArcSet
 from ..arm.arm import Arm
+from ..colours import BLACK, FREE, JOINT_COLOURS, MID, PALE, VERMILION, pieces, unjoined
 from ..errors import InputError, ShapeError
 from ..models.description import JOINTS
 from ..status import Status
-from .style import (
-    ARM_ANGLE,
-    BLACK,
-    FREE,
-    JOINT_COLOURS,
-    MID,
-    PALE,
-    VERMILION,
-    angle_ticks,
-    grid_axes,
-    pieces,
-    polar_axes,
-    unjoined,
-)
+from .style import ARM_ANGLE, angle_ticks, grid_axes, polar_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._arrays import Floats, as_floats
+from ..colours import PALE
 from ..errors import ShapeError
 from ..models.description import JOINTS
-from .style import PALE
 
 _ROOM = 1.06
 _LEAST_RANGE = 0.55

@@ -5,27 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .._arrays import Floats
-from ..errors import InputError
-from ..extras import needed
+from ..colours import FULL_TURN
+from ..errors import InputError, needed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# Okabe and Ito's eight colours, told apart by all common kinds of colour vision.
-BLACK = "#000000"
-ORANGE, SKY, GREEN, YELLOW = "#E69F00", "#56B4E9", "#009E73", "#F0E442"
-BLUE, VERMILION, PURPLE = "#0072B2", "#D55E00", "#CC79A7"
-JOINT_COLOURS = (ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILION, PURPLE)
-CURVES = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
-FREE = "#F4F4F4"
-PALE = "#D9D9D9"
-MID = "#7F7F7F"
-
 ARM_ANGLE = "arm angle ψ (deg)"
-FULL_TURN = 360.0
 
 
 def pyplot() -> Any:
@@ -79,28 +66,6 @@ def angle_ticks(axis: Any, step: float = 90.0) -> None:
     """Put ticks at multiples of `step` degrees on an axis of a whole turn."""
     half = FULL_TURN / 2
     axis.set_ticks(np.arange(-half, half + step / 2, step))
-
-
-def wrapped_degrees(psi: Floats) -> Floats:
-    """Return angles (rad) in degrees in [-180, 180)."""
-    return (np.degrees(psi) + FULL_TURN / 2) % FULL_TURN - FULL_TURN / 2
-
-
-def unjoined(x: Floats, y: Floats, jump: float = FULL_TURN / 2) -> tuple[Floats, Floats]:
-    """Return a curve with NaN put between points whose y differ by more than `jump`."""
-    at = np.flatnonzero(np.abs(np.diff(y)) > jump) + 1
-    return np.insert(x, at, np.nan), np.insert(y, at, np.nan)
-
-
-def pieces(intervals: NDArray[np.float64]) -> list[tuple[float, float]]:
-    """Return arcs (k, 2) in rad as pieces within [-180, 180] degrees, cut at ±180."""
-    half = FULL_TURN / 2
-    out = []
-    for lower, upper in np.degrees(intervals[~np.isnan(intervals[:, 0])]):
-        out.append((lower, min(upper, half)))
-        if upper > half:
-            out.append((-half, upper - FULL_TURN))
-    return out
 
 
 def outer_legend(ax: Any, **options: Any) -> None:

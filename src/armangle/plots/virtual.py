@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike
 from .._arrays import Floats
 from ..arm.arm import Arm
 from ..arm.skeleton import elbow_points, skeleton
+from ..colours import BLACK, GREEN, MID, ORANGE, SKY, VERMILION
 from .space import draw_sticks, extent, finish_space, one_posture
-from .style import BLACK, GREEN, MID, ORANGE, SKY, VERMILION, flat_axes, space_axes
+from .style import flat_axes, space_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

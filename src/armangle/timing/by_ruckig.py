@@ -9,7 +9,7 @@ import numpy as np
 from .._arrays import Floats
 from .by_toppra import needed
 from .grid import Grid
-from .timing import Timing
+from .trajectory import Timing
 
 SHARES = np.linspace(0.05, 1.0, 20)
 """Shares of the greatest speed that are tried: a slower cruise leaves more of the other bounds."""

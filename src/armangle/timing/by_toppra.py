@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from .. import extras as _extras
+from .. import errors
 from .._arrays import Floats
 from ..errors import PathError
 from .grid import Grid
-from .timing import Timing, from_speeds
+from .trajectory import Timing, from_speeds
 
 HIGHEST = 1e4
 """Greatest square of a scaled path speed; where no joint moves there is none of its own."""
@@ -27,7 +27,7 @@ def needed(name: str) -> Any:
     ------
     MissingExtraError
     """
-    return _extras.needed(name, "timing needs", "time")
+    return errors.needed(name, "timing needs", "time")
 
 
 @cache

@@ -9,14 +9,13 @@ from numpy.typing import ArrayLike
 
 from .._arrays import Floats, as_number
 from ..errors import InputError
-from ..motion.bounds import Bound, joint_bound
 from ..motion.joint_path import JointPath
+from ..motion.options import Bound, joint_bound
 from .by_ruckig import smooth
 from .by_toppra import fastest
 from .grid import RESTS, Grid, Motion, corners, grid, tool_derivatives
-from .timing import Timing, joined
 from .tool_speed import not_held, speed_lost
-from .trajectory import Trajectory, sampled
+from .trajectory import Timing, Trajectory, joined, sampled
 
 GRID = 400
 CYCLE = 1e-3

@@ -6,8 +6,7 @@ import numpy as np
 
 from .._arrays import Floats
 from .grid import RESTS, Grid, Motion, breaks, corners, tool_derivatives
-from .timing import Timing
-from .trajectory import SpeedLoss
+from .trajectory import SpeedLoss, Timing
 
 HELD, HELD_ROWS = 1e-3, 4001
 """A tool speed is held within this share of it; rows at which that is looked at."""

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from .._arrays import Floats
 from ..arm.skeleton import blockers, first_blocker
+from ..colours import BLACK, FREE, JOINT_COLOURS, MID, pieces, unjoined, wrapped_degrees
 from ..models.description import JOINTS
 from ..motion.joint_path import JointPath
-from ..plots.style import BLACK, FREE, JOINT_COLOURS, MID, pieces, unjoined, wrapped_degrees
 from ..status import Status
 from .state import ViewerState
 

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._arrays import Floats
-from ..plots.style import JOINT_COLOURS
-from ..quaternions import rows_from_poses
+from ..colours import JOINT_COLOURS
+from ..poses import rows_from_poses
 from .solids import Solid
 from .state import ViewerState
 

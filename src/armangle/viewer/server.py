@@ -15,10 +15,9 @@ from typing import Any
 import numpy as np
 
 from .._arrays import Floats
-from ..errors import PortError
-from ..extras import needed
+from ..errors import PortError, needed
 from ..motion.joint_path import JointPath
-from ..quaternions import poses_from_rows
+from ..poses import poses_from_rows
 from .controls import Controls
 from .meshes import solids_of
 from .scene import Scene

@@ -10,7 +10,7 @@ from ..._arrays import Floats
 from ...arm.arm import Arm
 from ...errors import InputError
 from ...files.tables import load_joints
-from ...quaternions import COLUMNS, rows_from_poses
+from ...poses import COLUMNS, rows_from_poses
 from ..arguments import add_arm, add_json, add_output, is_file, joints, the_arm
 from ..screen import (
     degrees,

@@ -14,7 +14,7 @@ from ...models.catalogue import robot_toml
 from ...models.description import ImportReport
 from ...models.mjcf import is_mjcf, mjcf_candidates
 from ...models.urdf import urdf_candidates
-from ...quaternions import COLUMNS, rows_from_poses
+from ...poses import COLUMNS, rows_from_poses
 from ..arguments import add_json, arm_of_file
 from ..screen import degrees, note, show, show_json
 from ..tables import paint, paragraph, table

@@ -39,7 +39,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Serve until interrupted."""
     _check(args)
-    from ...viewer import server as viewer
+    from ... import viewer
 
     arm, runs = _demo() if args.demo else (the_arm(args), {})
     start = _start(arm, args.start)

@@ -1,0 +1,70 @@
+// Arrays that others own: elements by stride, poses as 4x4 matrices, and the first thing that is wrong in them.
+#pragma once
+
+#include <cstddef>
+
+#include "linalg.hpp"
+
+namespace armangle {
+
+/// An array of elements `stride` doubles (or integers) apart; stride 0 repeats one element.
+template <class T>
+struct Strided {
+    T* data;
+    std::ptrdiff_t stride;
+
+    T* at(std::size_t i) const noexcept { return data + static_cast<std::ptrdiff_t>(i) * stride; }
+    Strided from(std::size_t i) const noexcept { return {at(i), stride}; }
+};
+
+/// What can be wrong with an element of a batch.
+enum class Problem : int {
+    none = 0,
+    pose_not_finite,
+    pose_last_row,      // a 4x4 pose ends with 0 0 0 1
+    pose_not_rotation,  // value: largest entry of |R^T R - I|
+    pose_reflection,
+    psi_not_finite,  // or beyond tolerance::largest_angle; of joints too
+    gc_range,        // value: the gc
+    joints_not_finite,
+    unreachable,  // value: m beyond the reach, or inside the inner reach
+    folded,
+    joint_limit,  // value: joint 1..7
+};
+
+/// The first problem of a batch: which, where, and the value that shows it.
+struct Outcome {
+    Problem problem = Problem::none;
+    std::size_t index = 0;
+    double value = 0;
+
+    void report(Problem p, std::size_t i, double v) noexcept {
+        if (problem == Problem::none || i < index) problem = p, index = i, value = v;
+    }
+};
+
+/// A 4x4 row-major homogeneous matrix as a pose.
+inline Pose<double> load_pose(const double* m) noexcept {
+    return {{{m[0], m[4], m[8]}, {m[1], m[5], m[9]}, {m[2], m[6], m[10]}}, {m[3], m[7], m[11]}};
+}
+
+inline void store_pose(const Pose<double>& p, double* m) noexcept {
+    const auto& [x, y, z] = p.rotation;
+    const double rows[16] = {x.x, y.x, z.x, p.position.x, x.y, y.y, z.y, p.position.y, x.z, y.z, z.z, p.position.z, 0, 0, 0, 1};
+    for (int i = 0; i < 16; ++i) m[i] = rows[i];
+}
+
+/// What is wrong with a 4x4 pose, and the value that shows it.
+inline Problem check_pose(const double* m, double& value) noexcept {
+    for (int i = 0; i < 16; ++i)
+        if (!std::isfinite(m[i])) return value = m[i], Problem::pose_not_finite;
+    for (int i = 0; i < 4; ++i)
+        if (m[12 + i] != (i == 3 ? 1.0 : 0.0)) return value = m[12 + i], Problem::pose_last_row;
+    const Mat3<double> r = load_pose(m).rotation;
+    value = orthonormality_error(r);
+    if (!(value <= tolerance::rotation)) return Problem::pose_not_rotation;
+    if (dot(cross(r.x, r.y), r.z) < 0) return Problem::pose_reflection;
+    return Problem::none;
+}
+
+}  // namespace armangle

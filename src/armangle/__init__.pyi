@@ -1,0 +1,92 @@
+"""The public names, for type checkers; __init__.py imports them when they are first used."""
+
+from . import errors as errors
+from . import plots as plots
+from . import viewer as viewer
+from ._core import (
+    ISA as ISA,
+    __version__ as __version__,
+)
+from .arm.arcs import (
+    ArcEnd as ArcEnd,
+    ArcSet as ArcSet,
+)
+from .arm.arm import (
+    Arm as Arm,
+    nearest_rotation as nearest_rotation,
+)
+from .arm.configuration import (
+    gc_index as gc_index,
+    gc_signs as gc_signs,
+)
+from .arm.diagnosis import (
+    Branch as Branch,
+    Diagnosis as Diagnosis,
+    Opening as Opening,
+    Verdict as Verdict,
+)
+from .arm.joint_function import JointFunction as JointFunction
+from .errors import (
+    ArmangleError as ArmangleError,
+    ConfigurationError as ConfigurationError,
+    FileFormatError as FileFormatError,
+    InputError as InputError,
+    LimitError as LimitError,
+    MissingExtraError as MissingExtraError,
+    NotFiniteError as NotFiniteError,
+    NotRotationError as NotRotationError,
+    NotSRSError as NotSRSError,
+    OutputError as OutputError,
+    PathError as PathError,
+    PolicyError as PolicyError,
+    PortError as PortError,
+    ShapeError as ShapeError,
+    UnknownRobotError as UnknownRobotError,
+    UnreachableError as UnreachableError,
+    UrdfError as UrdfError,
+)
+from .files.tables import (
+    JointTable as JointTable,
+    load_joints as load_joints,
+    load_poses as load_poses,
+    save as save,
+)
+from .models.catalogue import catalogue as catalogue
+from .models.description import ImportReport as ImportReport
+from .motion.following import follow as follow
+from .motion.joint_path import (
+    JointPath as JointPath,
+    PathPoint as PathPoint,
+)
+from .motion.paths import (
+    CircularArc as CircularArc,
+    Line as Line,
+    Path as Path,
+    Screw as Screw,
+    Waypoints as Waypoints,
+)
+from .motion.planning import (
+    Objective as Objective,
+    plan as plan,
+)
+from .motion.policies import (
+    Centre as Centre,
+    Hold as Hold,
+    Repulsion as Repulsion,
+)
+from .motion.stepping import (
+    Resolution as Resolution,
+    Step as Step,
+    resolve as resolve,
+    step as step,
+)
+from .status import Status as Status
+from .timing.retiming import retime as retime
+from .timing.trajectory import (
+    SpeedLoss as SpeedLoss,
+    Trajectory as Trajectory,
+    TrajectoryPoint as TrajectoryPoint,
+)
+
+__all__: tuple[str, ...]
+_HOME: dict[str, str]
