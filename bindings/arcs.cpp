@@ -1,7 +1,7 @@
 // Feasible arcs, joint functions, and the algebra of arcs over batches.
 //
-// A batch of arc sets travels as flat arrays: `count` per set; for each arc its two ends as angle, joint (0: none),
-// side and value in q.
+// A batch of arc sets travels as flat arrays: `count` per set; for each arc its two ends as angle, joint (0:
+// none), side and value in q.
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/vector.h>
 
@@ -42,7 +42,9 @@ struct Grown {
     void room_for(std::size_t more) {
         if (size + more > capacity) reserve(size + more + capacity / 2);
     }
-    void borrow(const Grown& whole, std::size_t first, std::size_t count) { data = whole.data + first, capacity = count; }
+    void borrow(const Grown& whole, std::size_t first, std::size_t count) {
+        data = whole.data + first, capacity = count;
+    }
 
     nb::object release(std::size_t columns) {
         T* kept = own.release();
@@ -63,16 +65,20 @@ struct Collected {
     /// Room for so many sets.
     void reserve(std::size_t sets) {
         count.reserve(sets), status.reserve(sets);
-        psi.reserve(ends * sets), value.reserve(ends * sets), joint.reserve(ends * sets), side.reserve(ends * sets);
+        psi.reserve(ends * sets), value.reserve(ends * sets), joint.reserve(ends * sets),
+            side.reserve(ends * sets);
     }
     /// The room that another has for the sets from `first` on.
     void borrow(const Collected& whole, std::size_t first, std::size_t sets) {
         count.borrow(whole.count, first, sets), status.borrow(whole.status, first, sets);
-        psi.borrow(whole.psi, ends * first, ends * sets), value.borrow(whole.value, ends * first, ends * sets);
-        joint.borrow(whole.joint, ends * first, ends * sets), side.borrow(whole.side, ends * first, ends * sets);
+        psi.borrow(whole.psi, ends * first, ends * sets),
+            value.borrow(whole.value, ends * first, ends * sets);
+        joint.borrow(whole.joint, ends * first, ends * sets),
+            side.borrow(whole.side, ends * first, ends * sets);
     }
 
-    void add(const Arm& arm, double margin, const Configuration<double>& gc, const ArcSet& set, Status outcome) {
+    void add(const Arm& arm, double margin, const Configuration<double>& gc, const ArcSet& set,
+             Status outcome) {
         count.room_for(1), status.room_for(1);
         count.data[count.size++] = set.count, status.data[status.size++] = static_cast<std::int8_t>(outcome);
         const auto ends = static_cast<std::size_t>(2 * set.count);
@@ -89,18 +95,21 @@ struct Collected {
     }
 
     nb::tuple release() {
-        return nb::make_tuple(count.release(1), psi.release(2), joint.release(2), side.release(2), value.release(2), status.release(1));
+        return nb::make_tuple(count.release(1), psi.release(2), joint.release(2), side.release(2),
+                              value.release(2), status.release(1));
     }
 };
 
-/// One array of all threads' sets: drawn together where it was written, or copied where a thread outgrew its part.
+/// One array of all threads' sets: drawn together where it was written, or copied where a thread outgrew its
+/// part.
 template <auto member>
 void join(std::vector<Collected>& parts, Collected& whole) {
     auto& to = whole.*member;
     std::remove_reference_t<decltype(to)> all;
     std::size_t total = 0;
     bool outgrown = false;
-    for (const Collected& part : parts) total += (part.*member).size, outgrown |= (part.*member).own != nullptr;
+    for (const Collected& part : parts)
+        total += (part.*member).size, outgrown |= (part.*member).own != nullptr;
     for (Collected& part : parts) {
         auto& from = part.*member;
         if (!from.own || from.size < total) continue;
@@ -121,11 +130,14 @@ void join(std::vector<Collected>& parts, Collected& whole) {
 }
 
 void join(std::vector<Collected>& parts, Collected& whole) {
-    join<&Collected::count>(parts, whole), join<&Collected::psi>(parts, whole), join<&Collected::value>(parts, whole);
-    join<&Collected::joint>(parts, whole), join<&Collected::side>(parts, whole), join<&Collected::status>(parts, whole);
+    join<&Collected::count>(parts, whole), join<&Collected::psi>(parts, whole),
+        join<&Collected::value>(parts, whole);
+    join<&Collected::joint>(parts, whole), join<&Collected::side>(parts, whole),
+        join<&Collected::status>(parts, whole);
 }
 
-/// What is asked of a pose: Psi_all of one branch, Psi_i of its seven joints, or Psi_all of all eight branches.
+/// What is asked of a pose: Psi_all of one branch, Psi_i of its seven joints, or Psi_all of all eight
+/// branches.
 enum class Wanted : int { branch, joints, branches };
 
 constexpr int sets_of(Wanted wanted) noexcept {
@@ -141,7 +153,8 @@ struct Request {
 void collect_branches(const Request& r, const Circle<double>& c, Collected& to) {
     AllArcs all;
     feasible_all(r.self.arm, r.limits, c, all);
-    for (int k = 0; k < configurations; ++k) to.add(r.self.arm, r.limits.margin, configuration(k), all.arcs[k], all.status[k]);
+    for (int k = 0; k < configurations; ++k)
+        to.add(r.self.arm, r.limits.margin, configuration(k), all.arcs[k], all.status[k]);
 }
 
 Problem collect_pose(const Request& r, const double* m, long long gc, Collected& to, double& value) {
@@ -167,23 +180,25 @@ Problem collect_pose(const Request& r, const double* m, long long gc, Collected&
     return Problem::none;
 }
 
-/// The sets of elements [begin, end), up to the first problem. Its arguments are copies: what one thread writes to must not
-/// lie on a cache line that another reads.
-[[gnu::noinline]] void collect_range(Request request, Grid<2> grid, const double* poses, const long long* gc, std::size_t begin,
-                                     std::size_t end, Collected& to, Outcome& outcome) {
-    grid.for_runs(begin, end, [&](std::size_t flat, const Py_ssize_t* at, const Py_ssize_t* step, std::size_t count) {
-        for (std::size_t i = 0; i < count; ++i) {
-            const auto k = static_cast<Py_ssize_t>(i);
-            double value = 0;
-            const Problem problem = collect_pose(request, poses + at[0] + k * step[0], gc[at[1] + k * step[1]], to, value);
-            if (problem != Problem::none) return outcome.report(problem, flat + i, value);
-        }
-    });
+/// The sets of elements [begin, end), up to the first problem. Its arguments are copies: what one thread
+/// writes to must not lie on a cache line that another reads.
+[[gnu::noinline]] void collect_range(Request request, Grid<2> grid, const double* poses, const long long* gc,
+                                     std::size_t begin, std::size_t end, Collected& to, Outcome& outcome) {
+    grid.for_runs(
+        begin, end, [&](std::size_t flat, const Py_ssize_t* at, const Py_ssize_t* step, std::size_t count) {
+            for (std::size_t i = 0; i < count; ++i) {
+                const auto k = static_cast<Py_ssize_t>(i);
+                double value = 0;
+                const Problem problem =
+                    collect_pose(request, poses + at[0] + k * step[0], gc[at[1] + k * step[1]], to, value);
+                if (problem != Problem::none) return outcome.report(problem, flat + i, value);
+            }
+        });
 }
 
 /// Arrays of the sets of all elements, or a report of the first problem.
-nb::object feasible_many(const ArmHandle& self, nb::handle pose, nb::handle gc, double margin, double psi_margin, double discriminant,
-                         int wanted, int threads) {
+nb::object feasible_many(const ArmHandle& self, nb::handle pose, nb::handle gc, double margin,
+                         double psi_margin, double discriminant, int wanted, int threads) {
     const Buffer p(pose), g(gc);
     const Grid<2> grid({&p, &g}, {2, 0});
     const bool plain = margin == 0 && psi_margin == 0;
@@ -199,7 +214,8 @@ nb::object feasible_many(const ArmHandle& self, nb::handle pose, nb::handle gc, 
         parallel(grid.size(), threads, [&](std::size_t begin, std::size_t end, std::size_t thread) {
             Collected mine;
             mine.borrow(whole, begin * sets, (end - begin) * sets);
-            collect_range(request, grid, p.data<double>(), g.data<long long>(), begin, end, mine, outcomes[thread]);
+            collect_range(request, grid, p.data<double>(), g.data<long long>(), begin, end, mine,
+                          outcomes[thread]);
             parts[thread] = std::move(mine);
         });
     }
@@ -218,7 +234,9 @@ struct JointFunctionHandle {
     JointFunctions<double> f;
     int joint;
 
-    double value(double psi) const noexcept { return joints_within_limits(arm, directions(c, bend, gc, sin_cos(psi)), nullptr).q[joint]; }
+    double value(double psi) const noexcept {
+        return joints_within_limits(arm, directions(c, bend, gc, sin_cos(psi)), nullptr).q[joint];
+    }
     double slope(double psi) const noexcept { return self_motion(arm, f, sin_cos(psi)).q[joint]; }
     Profile special() const noexcept {
         for (int h = 0; h < hinges; ++h)
@@ -238,7 +256,8 @@ nb::object joint_function(const ArmHandle& self, nb::handle pose, long long gc, 
     JointFunctionHandle h;
     h.arm = self.arm, h.joint = joint, h.gc = configuration(static_cast<int>(gc));
     h.c = circle(self.arm, flange_pose(self.arm, load_pose(m.data<double>())));
-    if (is_unreachable(self.arm, h.c)) return outcome.report(Problem::unreachable, 0, h.c.triangle.excess), report(outcome);
+    if (is_unreachable(self.arm, h.c))
+        return outcome.report(Problem::unreachable, 0, h.c.triangle.excess), report(outcome);
     if (is_folded(self.arm, h.c)) return outcome.report(Problem::folded, 0, 0), report(outcome);
     h.bend = fold(self.arm, h.c.triangle, h.gc.elbow);
     h.f = joint_functions(h.c, h.bend, h.gc);
@@ -249,12 +268,13 @@ template <class Function>
 void map_psi(nb::handle psi, nb::handle out, const Function& function) {
     const Buffer in(psi), to(out, true);
     const Grid<2> grid({&in, &to}, {0, 0});
-    grid.for_runs(0, grid.size(), [&](std::size_t, const Py_ssize_t* at, const Py_ssize_t* step, std::size_t count) {
-        for (std::size_t i = 0; i < count; ++i) {
-            const auto k = static_cast<Py_ssize_t>(i);
-            to.data<double>()[at[1] + k * step[1]] = function(in.data<double>()[at[0] + k * step[0]]);
-        }
-    });
+    grid.for_runs(
+        0, grid.size(), [&](std::size_t, const Py_ssize_t* at, const Py_ssize_t* step, std::size_t count) {
+            for (std::size_t i = 0; i < count; ++i) {
+                const auto k = static_cast<Py_ssize_t>(i);
+                to.data<double>()[at[1] + k * step[1]] = function(in.data<double>()[at[0] + k * step[0]]);
+            }
+        });
 }
 
 std::vector<double> listed(const Roots& r) { return {r.psi, r.psi + r.count}; }
@@ -284,9 +304,10 @@ nb::tuple arcs_from(nb::handle count, nb::handle psi) {
     return nb::make_tuple(owned(std::move(counts), 1), owned(std::move(arcs), 2));
 }
 
-/// operation 0: a and b, 1: a or b, 2: not a. `source` says from which end (of a, then of b) each end came, or -1.
-nb::tuple combine(int operation, nb::handle count_a, nb::handle psi_a, nb::handle index_a, nb::handle count_b, nb::handle psi_b,
-                  nb::handle index_b) {
+/// operation 0: a and b, 1: a or b, 2: not a. `source` says from which end (of a, then of b) each end came,
+/// or -1.
+nb::tuple combine(int operation, nb::handle count_a, nb::handle psi_a, nb::handle index_a, nb::handle count_b,
+                  nb::handle psi_b, nb::handle index_b) {
     const ArcArrays a(count_a, psi_a), b(count_b, psi_b);
     const Buffer ia(index_a), ib(index_b);
     const auto ends_of_a = static_cast<std::int64_t>(2 * a.arcs());
@@ -295,7 +316,8 @@ nb::tuple combine(int operation, nb::handle count_a, nb::handle psi_a, nb::handl
     ArcSet out;
     for (Py_ssize_t i = 0; i < ia.shape(0); ++i) {
         const auto at_a = ia.data<long long>()[i], at_b = ib.data<long long>()[i];
-        const ArcSet left = a.load(at_a, 1), right = operation == 2 ? ArcSet{} : b.load(at_b, 1 + 2 * ArcSet::capacity);
+        const ArcSet left = a.load(at_a, 1),
+                     right = operation == 2 ? ArcSet{} : b.load(at_b, 1 + 2 * ArcSet::capacity);
         if (operation == 0)
             intersect(left, right, out);
         else if (operation == 1)
@@ -309,15 +331,18 @@ nb::tuple combine(int operation, nb::handle count_a, nb::handle psi_a, nb::handl
                 const bool from_a = tag <= 2 * ArcSet::capacity;
                 source.push_back(out.full || tag == 0 ? -1
                                  : from_a ? static_cast<std::int64_t>(2 * a.first(at_a)) + tag - 1
-                                          : ends_of_a + static_cast<std::int64_t>(2 * b.first(at_b)) + tag - 1 - 2 * ArcSet::capacity);
+                                          : ends_of_a + static_cast<std::int64_t>(2 * b.first(at_b)) + tag -
+                                                1 - 2 * ArcSet::capacity);
             }
         }
     }
-    return nb::make_tuple(owned(std::move(counts), 1), owned(std::move(arcs), 2), owned(std::move(source), 2));
+    return nb::make_tuple(owned(std::move(counts), 1), owned(std::move(arcs), 2),
+                          owned(std::move(source), 2));
 }
 
 /// For each (set index, psi): whether the set contains it (as 0 or 1), or the nearest psi in it.
-void query(nb::handle count, nb::handle psi_arcs, nb::handle index, nb::handle psi, nb::handle out, bool nearest_wanted) {
+void query(nb::handle count, nb::handle psi_arcs, nb::handle index, nb::handle psi, nb::handle out,
+           bool nearest_wanted) {
     const ArcArrays a(count, psi_arcs);
     const Buffer i(index), x(psi), to(out, true);
     for (Py_ssize_t k = 0; k < i.shape(0); ++k) {
@@ -331,22 +356,29 @@ void query(nb::handle count, nb::handle psi_arcs, nb::handle index, nb::handle p
 
 void bind_arcs(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
-    arm.def("feasible_many", &feasible_many, "pose"_a, "gc"_a, "margin"_a, "psi_margin"_a, "discriminant"_a, "wanted"_a, "threads"_a);
+    arm.def("feasible_many", &feasible_many, "pose"_a, "gc"_a, "margin"_a, "psi_margin"_a, "discriminant"_a,
+            "wanted"_a, "threads"_a);
     arm.def("joint_function", &joint_function, "pose"_a, "gc"_a, "joint"_a);
     nb::class_<JointFunctionHandle>(m, "JointFunction")
         .def(
             "value",
-            [](const JointFunctionHandle& h, nb::handle psi, nb::handle out) { map_psi(psi, out, [&](double x) { return h.value(x); }); },
+            [](const JointFunctionHandle& h, nb::handle psi, nb::handle out) {
+                map_psi(psi, out, [&](double x) { return h.value(x); });
+            },
             "psi"_a, "out"_a)
         .def(
             "derivative",
-            [](const JointFunctionHandle& h, nb::handle psi, nb::handle out) { map_psi(psi, out, [&](double x) { return h.slope(x); }); },
+            [](const JointFunctionHandle& h, nb::handle psi, nb::handle out) {
+                map_psi(psi, out, [&](double x) { return h.slope(x); });
+            },
             "psi"_a, "out"_a)
-        .def_prop_ro("stationary", [](const JointFunctionHandle& h) { return listed(h.special().stationary); })
+        .def_prop_ro("stationary",
+                     [](const JointFunctionHandle& h) { return listed(h.special().stationary); })
         .def_prop_ro("singular", [](const JointFunctionHandle& h) { return listed(h.special().singular); })
         .def_prop_ro("kind", [](const JointFunctionHandle& h) { return static_cast<int>(h.special().kind); });
     m.def("arcs_from", &arcs_from, "count"_a, "psi"_a);
-    m.def("combine", &combine, "operation"_a, "count_a"_a, "psi_a"_a, "index_a"_a, "count_b"_a, "psi_b"_a, "index_b"_a);
+    m.def("combine", &combine, "operation"_a, "count_a"_a, "psi_a"_a, "index_a"_a, "count_b"_a, "psi_b"_a,
+          "index_b"_a);
     m.def("query", &query, "count"_a, "psi_arcs"_a, "index"_a, "psi"_a, "out"_a, "nearest"_a);
 }
 

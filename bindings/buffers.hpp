@@ -77,22 +77,26 @@ inline bool as_double(nb::handle h, double& out) noexcept {
     return false;
 }
 
-/// A small matrix (rows x columns; one row: a vector) read from what Python code offers: an array of float64 or float32 in
-/// any order, or nested lists or tuples of numbers. False for anything else: the general way then says what is wrong.
+/// A small matrix (rows x columns; one row: a vector) read from what Python code offers: an array of float64
+/// or float32 in any order, or nested lists or tuples of numbers. False for anything else: the general way
+/// then says what is wrong.
 class SmallMatrix {
 public:
     bool read(nb::handle object, int rows, int columns, double* to) noexcept {
-        if (PyList_CheckExact(object.ptr()) || PyTuple_CheckExact(object.ptr())) return read_rows(object, rows, columns, to);
+        if (PyList_CheckExact(object.ptr()) || PyTuple_CheckExact(object.ptr()))
+            return read_rows(object, rows, columns, to);
         Buffer b;
-        return b.try_get(object) &&
-               (b.is('d') ? read_array<double>(b, rows, columns, to) : b.is('f') && read_array<float>(b, rows, columns, to));
+        return b.try_get(object) && (b.is('d') ? read_array<double>(b, rows, columns, to)
+                                               : b.is('f') && read_array<float>(b, rows, columns, to));
     }
 
 private:
     template <class T>
     static bool read_array(const Buffer& b, int rows, int columns, double* to) noexcept {
         const bool vector = rows == 1;
-        if (b.ndim() != (vector ? 1 : 2) || b.shape(b.ndim() - 1) != columns || (!vector && b.shape(0) != rows)) return false;
+        if (b.ndim() != (vector ? 1 : 2) || b.shape(b.ndim() - 1) != columns ||
+            (!vector && b.shape(0) != rows))
+            return false;
         const Py_ssize_t down = vector ? 0 : b.stride(0), across = b.stride(b.ndim() - 1);
         for (int i = 0; i < rows; ++i)
             for (int j = 0; j < columns; ++j) {
@@ -151,15 +155,18 @@ nb::object new_named(nb::handle kind, Items&&... items) {
 #if PY_VERSION_HEX >= 0x030E0000
     reinterpret_cast<PyTupleObject*>(made)->ob_hash = -1;  // not known yet; 0 would be a hash
 #endif
-    for (std::size_t i = 0; i < sizeof...(items); ++i) PyTuple_SET_ITEM(made, static_cast<Py_ssize_t>(i), owned[i].release().ptr());
+    for (std::size_t i = 0; i < sizeof...(items); ++i)
+        PyTuple_SET_ITEM(made, static_cast<Py_ssize_t>(i), owned[i].release().ptr());
     return nb::steal(made);
 }
 
-/// Batch axes shared by several arrays that were broadcast to one shape; axes that are contiguous in all are one.
+/// Batch axes shared by several arrays that were broadcast to one shape; axes that are contiguous in all are
+/// one.
 template <int N>
 class Grid {
 public:
-    /// `inner[k]` trailing axes of buffer k belong to the element and are contiguous. A null buffer has stride 0.
+    /// `inner[k]` trailing axes of buffer k belong to the element and are contiguous. A null buffer has
+    /// stride 0.
     Grid(const Buffer* const (&buffers)[N], const int (&inner)[N]) {
         const Buffer& lead = *buffers[0];
         ndim_ = lead.ndim() - inner[0];
@@ -174,7 +181,8 @@ public:
 
     std::size_t size() const noexcept { return size_; }
 
-    /// For each run of the last axis within [begin, end): run(flat index, offsets in elements of 8 bytes, strides, count).
+    /// For each run of the last axis within [begin, end): run(flat index, offsets in elements of 8 bytes,
+    /// strides, count).
     template <class Run>
     void for_runs(std::size_t begin, std::size_t end, const Run& run) const {
         const std::size_t row = ndim_ ? static_cast<std::size_t>(shape_[ndim_ - 1]) : 1;
@@ -186,7 +194,8 @@ public:
             std::size_t rest = i;
             for (int d = ndim_ - 1; d >= 0; --d) {
                 const auto extent = static_cast<std::size_t>(shape_[d]);
-                for (int k = 0; k < N; ++k) offset[k] += static_cast<Py_ssize_t>(rest % extent) * stride_[d][k];
+                for (int k = 0; k < N; ++k)
+                    offset[k] += static_cast<Py_ssize_t>(rest % extent) * stride_[d][k];
                 rest /= extent;
             }
             run(i, offset, strides, count);

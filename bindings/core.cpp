@@ -10,18 +10,21 @@ namespace {
 
 void copy(nb::handle from, double* to, std::initializer_list<Py_ssize_t> extents) {
     const Buffer b(from);
-    if (!b.is_array('d', extents)) throw std::invalid_argument("a float64 array of another shape was expected");
+    if (!b.is_array('d', extents))
+        throw std::invalid_argument("a float64 array of another shape was expected");
     std::size_t count = 1;
     for (const Py_ssize_t extent : extents) count *= static_cast<std::size_t>(extent);
     std::memcpy(to, b.data<double>(), count * sizeof(double));
 }
 
-/// lengths: d_bs d_se d_ew d_wf a_3 a_4; joints: sign, offset, lower, upper one after the other; transforms: 16 each.
+/// lengths: d_bs d_se d_ew d_wf a_3 a_4; joints: sign, offset, lower, upper one after the other; transforms:
+/// 16 each.
 void construct(ArmHandle* self, nb::handle lengths, nb::handle joint_map, nb::handle base, nb::handle tool) {
     armangle::ArmParameters p;
     double length[6], map[4 * armangle::joints], transform[16];
     copy(lengths, length, {6});
-    p.d_bs = length[0], p.d_se = length[1], p.d_ew = length[2], p.d_wf = length[3], p.a_3 = length[4], p.a_4 = length[5];
+    p.d_bs = length[0], p.d_se = length[1], p.d_ew = length[2], p.d_wf = length[3], p.a_3 = length[4],
+    p.a_4 = length[5];
     copy(joint_map, map, {4 * armangle::joints});
     for (int i = 0; i < armangle::joints; ++i) {
         p.sign[i] = map[i], p.offset[i] = map[armangle::joints + i];
@@ -37,7 +40,8 @@ void construct(ArmHandle* self, nb::handle lengths, nb::handle joint_map, nb::ha
 
 nb::list sentences() {
     nb::list out;
-    for (int i = 0; i < armangle::status_count; ++i) out.append(armangle::sentence(static_cast<armangle::Status>(i)));
+    for (int i = 0; i < armangle::status_count; ++i)
+        out.append(armangle::sentence(static_cast<armangle::Status>(i)));
     return out;
 }
 
@@ -49,7 +53,8 @@ nb::list sentences() {
 ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     namespace nb = nanobind;
     using binding::ArmHandle;
-    nb::set_leak_warnings(false);  // values kept by module globals and tests are alive at exit: that is no leak
+    nb::set_leak_warnings(
+        false);  // values kept by module globals and tests are alive at exit: that is no leak
     m.attr("__version__") = ARMANGLE_VERSION;
     m.attr("ANGLE_TOLERANCE") = armangle::tolerance::angle;
     m.attr("ROTATION_TOLERANCE") = armangle::tolerance::rotation;
@@ -60,7 +65,8 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     m.attr("MAX_JOINT_STEP") = armangle::StepOptions{}.max_joint_step;
     m.attr("SENTENCES") = binding::sentences();
     nb::class_<ArmHandle> arm(m, "Arm");
-    arm.def("__init__", &binding::construct, nb::arg("lengths"), nb::arg("joint_map"), nb::arg("base"), nb::arg("tool"));
+    arm.def("__init__", &binding::construct, nb::arg("lengths"), nb::arg("joint_map"), nb::arg("base"),
+            nb::arg("tool"));
     arm.def_prop_ro("reach", [](const ArmHandle& a) { return a.arm.reach; });
     arm.def_prop_ro("inner_reach", [](const ArmHandle& a) { return a.arm.inner_reach; });
     arm.def_prop_ro("delta", [](const ArmHandle& a) { return a.arm.delta_angle; });

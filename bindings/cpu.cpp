@@ -1,6 +1,7 @@
 // Which instruction sets this processor and its system have. Compiled for the plainest of them.
 //
-// By cpuid itself and not by __builtin_cpu_supports, which needs a symbol that not every compiler's library has.
+// By cpuid itself and not by __builtin_cpu_supports, which needs a symbol that not every compiler's library
+// has.
 #include <nanobind/nanobind.h>
 
 #include <cstring>
@@ -28,7 +29,8 @@ unsigned saved_state() noexcept {
 
 Levels levels() noexcept {
     constexpr unsigned ymm = 0x6, zmm = 0xe6;
-    constexpr unsigned in_leaf_1 = bit_OSXSAVE | bit_AVX | bit_FMA | bit_F16C | bit_MOVBE | bit_SSE4_2 | bit_POPCNT;
+    constexpr unsigned in_leaf_1 =
+        bit_OSXSAVE | bit_AVX | bit_FMA | bit_F16C | bit_MOVBE | bit_SSE4_2 | bit_POPCNT;
     constexpr unsigned in_leaf_7 = bit_AVX2 | bit_BMI | bit_BMI2;
     constexpr unsigned of_v4 = bit_AVX512F | bit_AVX512DQ | bit_AVX512CD | bit_AVX512BW | bit_AVX512VL;
     unsigned a, b, c, d;

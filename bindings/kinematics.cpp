@@ -9,12 +9,14 @@ using namespace armangle;
 
 namespace {
 
-/// One plain inverse: a small (4,4) matrix, float psi, integer gc. None where anything is not plain: the general call
-/// then says what.
+/// One plain inverse: a small (4,4) matrix, float psi, integer gc. None where anything is not plain: the
+/// general call then says what.
 nb::object inverse_one(const ArmHandle& self, nb::handle pose, nb::handle psi_object, nb::handle gc_object) {
     double psi, value;
     long long gc;
-    if (!as_double(psi_object, psi) || !as_index(gc_object, gc) || !(std::fabs(psi) <= tolerance::largest_angle)) return nb::none();
+    if (!as_double(psi_object, psi) || !as_index(gc_object, gc) ||
+        !(std::fabs(psi) <= tolerance::largest_angle))
+        return nb::none();
     if (gc < 0 || gc >= configurations) return nb::none();
     double m[16];
     if (!SmallMatrix().read(pose, 4, 4, m) || check_pose(m, value) != Problem::none) return nb::none();
@@ -22,15 +24,16 @@ nb::object inverse_one(const ArmHandle& self, nb::handle pose, nb::handle psi_ob
     const Circle<double> c = circle(arm, flange_pose(arm, load_pose(m)));
     if (is_folded(arm, c) || is_unreachable(arm, c)) return nb::none();
     const Configuration<double> g = configuration(static_cast<int>(gc));
-    const Joints q = joints_within_limits(arm, directions(c, fold(arm, c.triangle, g.elbow), g, sin_cos(psi)), nullptr);
+    const Joints q =
+        joints_within_limits(arm, directions(c, fold(arm, c.triangle, g.elbow), g, sin_cos(psi)), nullptr);
     nb::object out = new_array7();
     const Buffer to(out, true);
     std::memcpy(to.data<double>(), q.q, joints * sizeof(double));
     return out;
 }
 
-nb::object inverse_many(const ArmHandle& self, nb::handle pose, nb::handle psi, nb::handle gc, nb::handle seed, nb::handle out, int limits,
-                        int unreachable, int threads) {
+nb::object inverse_many(const ArmHandle& self, nb::handle pose, nb::handle psi, nb::handle gc,
+                        nb::handle seed, nb::handle out, int limits, int unreachable, int threads) {
     const Buffer p(pose), a(psi), g(gc), q(out, true);
     Buffer s;
     if (!seed.is_none()) s.get(seed);
@@ -39,18 +42,22 @@ nb::object inverse_many(const ArmHandle& self, nb::handle pose, nb::handle psi, 
     {
         nb::gil_scoped_release release;
         parallel(grid.size(), threads, [&](std::size_t begin, std::size_t end, std::size_t thread) {
-            grid.for_runs(begin, end, [&](std::size_t flat, const Py_ssize_t* at, const Py_ssize_t* step, std::size_t count) {
-                InverseBatch b;
-                b.pose = {p.data<double>() + at[0], step[0]};
-                b.psi = {a.data<double>() + at[1], step[1]};
-                b.gc = {g.data<long long>() + at[2], step[2]};
-                b.seed = {s.held() ? s.data<double>() + at[3] : nullptr, step[3]};
-                b.out = {q.data<double>() + at[4], step[4]};
-                b.limits = static_cast<Enforce>(limits), b.unreachable = static_cast<Enforce>(unreachable);
-                Outcome here;
-                inverse_range(self.arm, b, 0, count, here);
-                if (here.problem != Problem::none) outcomes[thread].report(here.problem, flat + here.index, here.value);
-            });
+            grid.for_runs(
+                begin, end,
+                [&](std::size_t flat, const Py_ssize_t* at, const Py_ssize_t* step, std::size_t count) {
+                    InverseBatch b;
+                    b.pose = {p.data<double>() + at[0], step[0]};
+                    b.psi = {a.data<double>() + at[1], step[1]};
+                    b.gc = {g.data<long long>() + at[2], step[2]};
+                    b.seed = {s.held() ? s.data<double>() + at[3] : nullptr, step[3]};
+                    b.out = {q.data<double>() + at[4], step[4]};
+                    b.limits = static_cast<Enforce>(limits),
+                    b.unreachable = static_cast<Enforce>(unreachable);
+                    Outcome here;
+                    inverse_range(self.arm, b, 0, count, here);
+                    if (here.problem != Problem::none)
+                        outcomes[thread].report(here.problem, flat + here.index, here.value);
+                });
         });
     }
     return report(first_problem(outcomes, most_threads));
@@ -64,15 +71,17 @@ nb::object for_each(const Buffer* const (&buffers)[N], const int (&inner)[N], in
     {
         nb::gil_scoped_release release;
         parallel(grid.size(), threads, [&](std::size_t begin, std::size_t end, std::size_t thread) {
-            grid.for_runs(begin, end, [&](std::size_t flat, const Py_ssize_t* at, const Py_ssize_t* step, std::size_t count) {
-                for (std::size_t i = 0; i < count; ++i) {
-                    Py_ssize_t here[N];
-                    for (int k = 0; k < N; ++k) here[k] = at[k] + static_cast<Py_ssize_t>(i) * step[k];
-                    double value = 0;
-                    const Problem problem = one(here, value);
-                    if (problem != Problem::none) outcomes[thread].report(problem, flat + i, value);
-                }
-            });
+            grid.for_runs(
+                begin, end,
+                [&](std::size_t flat, const Py_ssize_t* at, const Py_ssize_t* step, std::size_t count) {
+                    for (std::size_t i = 0; i < count; ++i) {
+                        Py_ssize_t here[N];
+                        for (int k = 0; k < N; ++k) here[k] = at[k] + static_cast<Py_ssize_t>(i) * step[k];
+                        double value = 0;
+                        const Problem problem = one(here, value);
+                        if (problem != Problem::none) outcomes[thread].report(problem, flat + i, value);
+                    }
+                });
         });
     }
     return report(first_problem(outcomes, most_threads));
@@ -84,7 +93,8 @@ Problem check_joints(const double* q, double& value) noexcept {
     return Problem::none;
 }
 
-nb::object forward_many(const ArmHandle& self, nb::handle q, nb::handle pose, nb::handle psi, nb::handle gc, bool nan, int threads) {
+nb::object forward_many(const ArmHandle& self, nb::handle q, nb::handle pose, nb::handle psi, nb::handle gc,
+                        bool nan, int threads) {
     const Buffer in(q), p(pose, true), a(psi, true), g(gc, true);
     return for_each<4>({&in, &p, &a, &g}, {1, 2, 0, 0}, threads, [&](const Py_ssize_t* at, double& value) {
         const double* joint = in.data<double>() + at[0];
@@ -121,7 +131,8 @@ nb::object jacobian_many(const ArmHandle& self, nb::handle q, nb::handle out, in
     });
 }
 
-nb::object self_motion_many(const ArmHandle& self, nb::handle pose, nb::handle psi, nb::handle gc, nb::handle out, int threads) {
+nb::object self_motion_many(const ArmHandle& self, nb::handle pose, nb::handle psi, nb::handle gc,
+                            nb::handle out, int threads) {
     const Buffer p(pose), a(psi), g(gc), to(out, true);
     return for_each<4>({&p, &a, &g, &to}, {2, 0, 0, 1}, threads, [&](const Py_ssize_t* at, double& value) {
         InverseBatch b;
@@ -161,7 +172,8 @@ nb::tuple check_transform(nb::handle pose) {
 void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
     arm.def("inverse_one", &inverse_one, "pose"_a.none(), "psi"_a.none(), "gc"_a.none());
-    arm.def("inverse_many", &inverse_many, "pose"_a, "psi"_a, "gc"_a, "seed"_a.none(), "out"_a, "limits"_a, "unreachable"_a, "threads"_a);
+    arm.def("inverse_many", &inverse_many, "pose"_a, "psi"_a, "gc"_a, "seed"_a.none(), "out"_a, "limits"_a,
+            "unreachable"_a, "threads"_a);
     arm.def("forward_many", &forward_many, "q"_a, "pose"_a, "psi"_a, "gc"_a, "nan"_a, "threads"_a);
     arm.def("frames_many", &frames_many, "q"_a, "out"_a, "threads"_a);
     arm.def("jacobian_many", &jacobian_many, "q"_a, "out"_a, "threads"_a);
@@ -169,8 +181,9 @@ void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm) {
     arm.def("limit_margin_many", &limit_margin_many, "q"_a, "out"_a);
     m.def("check_transform", &check_transform, "pose"_a);
     nb::list problems;
-    for (const char* name : {"none", "pose_not_finite", "pose_last_row", "pose_not_rotation", "pose_reflection", "psi_not_finite",
-                             "gc_range", "joints_not_finite", "unreachable", "folded", "joint_limit"})
+    for (const char* name :
+         {"none", "pose_not_finite", "pose_last_row", "pose_not_rotation", "pose_reflection",
+          "psi_not_finite", "gc_range", "joints_not_finite", "unreachable", "folded", "joint_limit"})
         problems.append(name);
     m.attr("PROBLEMS") = problems;
 }

@@ -9,7 +9,9 @@ using namespace armangle;
 
 namespace {
 
-const Segment* as_segments(const Buffer& b) noexcept { return reinterpret_cast<const Segment*>(b.data<double>()); }
+const Segment* as_segments(const Buffer& b) noexcept {
+    return reinterpret_cast<const Segment*>(b.data<double>());
+}
 Vec3<double> as_vector(const double* v) noexcept { return {v[0], v[1], v[2]}; }
 
 /// The first problem of an array of poses, or None.
@@ -32,19 +34,22 @@ void path_waypoints(nb::handle poses, nb::handle out) {
     const std::size_t count = n > 1 ? n - 1 : 1;
     const auto pose = [&](std::size_t i) { return load_pose(p.data<double>() + 16 * (i < n ? i : n - 1)); };
     for (std::size_t i = 0; i < count; ++i)
-        segments[i] = line(static_cast<double>(i) / static_cast<double>(count), static_cast<double>(i + 1) / static_cast<double>(count),
-                           pose(i), pose(i + 1), false);
+        segments[i] =
+            line(static_cast<double>(i) / static_cast<double>(count),
+                 static_cast<double>(i + 1) / static_cast<double>(count), pose(i), pose(i + 1), false);
 }
 
 void path_line(nb::handle start, nb::handle end, bool fixed, nb::handle out) {
     const Buffer a(start), b(end), to(out, true);
-    *reinterpret_cast<Segment*>(to.data<double>()) = line(0, 1, load_pose(a.data<double>()), load_pose(b.data<double>()), fixed);
+    *reinterpret_cast<Segment*>(to.data<double>()) =
+        line(0, 1, load_pose(a.data<double>()), load_pose(b.data<double>()), fixed);
 }
 
-void path_screw(nb::handle start, nb::handle point, nb::handle direction, double angle, double advance, bool carried, nb::handle end,
-                nb::handle out) {
+void path_screw(nb::handle start, nb::handle point, nb::handle direction, double angle, double advance,
+                bool carried, nb::handle end, nb::handle out) {
     const Buffer a(start), p(point), d(direction), to(out, true);
-    Segment g = screw(0, 1, load_pose(a.data<double>()), as_vector(p.data<double>()), as_vector(d.data<double>()), angle, advance, carried);
+    Segment g = screw(0, 1, load_pose(a.data<double>()), as_vector(p.data<double>()),
+                      as_vector(d.data<double>()), angle, advance, carried);
     if (!end.is_none()) g = arc_to(g, load_pose(Buffer(end).data<double>()));
     *reinterpret_cast<Segment*>(to.data<double>()) = g;
 }
@@ -52,9 +57,10 @@ void path_screw(nb::handle start, nb::handle point, nb::handle direction, double
 /// Centre, axis and angle of the arc through three points; angle 0 where they lie on a line.
 nb::tuple arc_through_points(nb::handle from, nb::handle via, nb::handle to) {
     const Buffer a(from), b(via), c(to);
-    const ArcThrough arc = arc_through(as_vector(a.data<double>()), as_vector(b.data<double>()), as_vector(c.data<double>()));
-    return nb::make_tuple(nb::make_tuple(arc.centre.x, arc.centre.y, arc.centre.z), nb::make_tuple(arc.axis.x, arc.axis.y, arc.axis.z),
-                          arc.angle);
+    const ArcThrough arc =
+        arc_through(as_vector(a.data<double>()), as_vector(b.data<double>()), as_vector(c.data<double>()));
+    return nb::make_tuple(nb::make_tuple(arc.centre.x, arc.centre.y, arc.centre.z),
+                          nb::make_tuple(arc.axis.x, arc.axis.y, arc.axis.z), arc.angle);
 }
 
 /// Poses (4x4) at s.
@@ -63,7 +69,8 @@ void path_poses(nb::handle segments, nb::handle s, nb::handle out) {
     const auto n = static_cast<std::size_t>(g.shape(0));
     for (Py_ssize_t i = 0; i < x.shape(0); ++i) {
         const double at = x.data<double>()[i];
-        store_pose(pose_at(as_segments(g)[segment_index(as_segments(g), n, at)], at), to.data<double>() + 16 * i);
+        store_pose(pose_at(as_segments(g)[segment_index(as_segments(g), n, at)], at),
+                   to.data<double>() + 16 * i);
     }
 }
 
@@ -93,19 +100,23 @@ void path_derivatives(nb::handle segments, nb::handle s, nb::handle out) {
 nb::tuple as_tuple(const BranchReport& r) {
     nb::list openings;
     for (const Opening& o : r.openings) openings.append(nb::make_tuple(o.joint, o.upper, o.extra));
-    return nb::make_tuple(r.gc, static_cast<int>(r.verdict), static_cast<int>(r.status), r.from, r.to, r.excess, r.reached, r.margin,
-                          r.elbow_margin, r.travel, r.nearest_psi, r.blocking, openings);
+    return nb::make_tuple(r.gc, static_cast<int>(r.verdict), static_cast<int>(r.status), r.from, r.to,
+                          r.excess, r.reached, r.margin, r.elbow_margin, r.travel, r.nearest_psi, r.blocking,
+                          openings);
 }
 
 nb::object as_array(const std::vector<double>& values, std::size_t width) {
     nb::object out = new_array(nb::make_tuple(values.size() / width, width));
-    if (!values.empty()) std::memcpy(Buffer(out, true).data<double>(), values.data(), values.size() * sizeof(double));
+    if (!values.empty())
+        std::memcpy(Buffer(out, true).data<double>(), values.data(), values.size() * sizeof(double));
     return out;
 }
 
-/// (ok, gc, plane, stretches, open, start gap, goal gap, branches); weights: limits, singularities, travel, enough.
-nb::object plan_path(const ArmHandle& self, nb::handle segments, nb::handle rows, nb::handle start, nb::handle goal, unsigned branches,
-                     nb::handle weights, double singularity_margin, double limit_margin) {
+/// (ok, gc, plane, stretches, open, start gap, goal gap, branches); weights: limits, singularities, travel,
+/// enough.
+nb::object plan_path(const ArmHandle& self, nb::handle segments, nb::handle rows, nb::handle start,
+                     nb::handle goal, unsigned branches, nb::handle weights, double singularity_margin,
+                     double limit_margin) {
     const Buffer g(segments), r(rows), w(weights);
     Buffer from, to;
     PlanOptions options;
@@ -113,36 +124,42 @@ nb::object plan_path(const ArmHandle& self, nb::handle segments, nb::handle rows
     if (!goal.is_none()) to.get(goal), options.goal = to.data<double>();
     const double* weight = w.data<double>();
     options.objective = {weight[0], weight[1], weight[2], weight[3]};
-    options.branches = branches, options.singularity_margin = singularity_margin, options.limit_margin = limit_margin;
+    options.branches = branches, options.singularity_margin = singularity_margin,
+    options.limit_margin = limit_margin;
     Plan out;
     {
         nb::gil_scoped_release release;
-        out = plan(self.arm, as_segments(g), static_cast<std::size_t>(g.shape(0)), r.data<double>(), static_cast<std::size_t>(r.shape(0)),
-                   options);
+        out = plan(self.arm, as_segments(g), static_cast<std::size_t>(g.shape(0)), r.data<double>(),
+                   static_cast<std::size_t>(r.shape(0)), options);
     }
     nb::object stretches = new_array(nb::make_tuple(out.stretches.size(), stretch_width));
     if (!out.stretches.empty())
-        std::memcpy(Buffer(stretches, true).data<double>(), out.stretches.data(), out.stretches.size() * sizeof(Stretch));
+        std::memcpy(Buffer(stretches, true).data<double>(), out.stretches.data(),
+                    out.stretches.size() * sizeof(Stretch));
     nb::list reports;
     for (const BranchReport& b : out.branches) reports.append(as_tuple(b));
     const auto &p = out.plane.pole, &s = out.plane.side;
-    return nb::make_tuple(out.ok, out.gc, as_array({p.x, p.y, p.z, s.x, s.y, s.z}, 6), stretches, as_array(out.proof.open, 2),
-                          out.start_gap, out.goal_gap, reports);
+    return nb::make_tuple(out.ok, out.gc, as_array({p.x, p.y, p.z, s.x, s.y, s.z}, 6), stretches,
+                          as_array(out.proof.open, 2), out.start_gap, out.goal_gap, reports);
 }
 
-Curve as_curve(const ArmHandle& self, const Buffer& segments, const Buffer& stretches, const Buffer& plane, int gc) noexcept {
+Curve as_curve(const ArmHandle& self, const Buffer& segments, const Buffer& stretches, const Buffer& plane,
+               int gc) noexcept {
     const double* v = plane.data<double>();
     return {self.arm,
             {as_vector(v), as_vector(v + 3)},
             gc,
             {as_segments(segments), static_cast<std::size_t>(segments.shape(0))},
-            {reinterpret_cast<const Stretch*>(stretches.data<double>()), static_cast<std::size_t>(stretches.shape(0))}};
+            {reinterpret_cast<const Stretch*>(stretches.data<double>()),
+             static_cast<std::size_t>(stretches.shape(0))}};
 }
 
 /// q, psi, pose, least limit margin and residual at s.
-void curve_at(const ArmHandle& self, nb::handle segments, nb::handle stretches, nb::handle plane, int gc, nb::handle s, nb::handle q,
-              nb::handle psi, nb::handle pose, nb::handle margin, nb::handle residual) {
-    const Buffer g(segments), x(stretches), v(plane), at(s), q_out(q, true), psi_out(psi, true), pose_out(pose, true);
+void curve_at(const ArmHandle& self, nb::handle segments, nb::handle stretches, nb::handle plane, int gc,
+              nb::handle s, nb::handle q, nb::handle psi, nb::handle pose, nb::handle margin,
+              nb::handle residual) {
+    const Buffer g(segments), x(stretches), v(plane), at(s), q_out(q, true), psi_out(psi, true),
+        pose_out(pose, true);
     const Buffer margin_out(margin, true), residual_out(residual, true);
     const Curve curve = as_curve(self, g, x, v, gc);
     for (Py_ssize_t i = 0; i < at.shape(0); ++i) {
@@ -156,15 +173,17 @@ void curve_at(const ArmHandle& self, nb::handle segments, nb::handle stretches, 
 }
 
 /// q', q'', q''' at s: (3, 7) each.
-void curve_derivatives(const ArmHandle& self, nb::handle segments, nb::handle stretches, nb::handle plane, int gc, nb::handle s,
-                       nb::handle out) {
+void curve_derivatives(const ArmHandle& self, nb::handle segments, nb::handle stretches, nb::handle plane,
+                       int gc, nb::handle s, nb::handle out) {
     const Buffer g(segments), x(stretches), v(plane), at(s), to(out, true);
     const Curve curve = as_curve(self, g, x, v, gc);
-    for (Py_ssize_t i = 0; i < at.shape(0); ++i) curve.derivatives(at.data<double>()[i], to.data<double>() + 3 * joints * i);
+    for (Py_ssize_t i = 0; i < at.shape(0); ++i)
+        curve.derivatives(at.data<double>()[i], to.data<double>() + 3 * joints * i);
 }
 
 /// The curve (plane, stretches) of rows that were found otherwise: straight in the smooth angle between them.
-nb::object curve_through(const ArmHandle& self, nb::handle segments, nb::handle s, nb::handle q, nb::handle psi, int gc) {
+nb::object curve_through(const ArmHandle& self, nb::handle segments, nb::handle s, nb::handle q,
+                         nb::handle psi, int gc) {
     const Buffer g(segments), at(s), joint_values(q), angles(psi);
     const auto n = static_cast<std::size_t>(at.shape(0));
     const auto count = static_cast<std::size_t>(g.shape(0));
@@ -172,7 +191,8 @@ nb::object curve_through(const ArmHandle& self, nb::handle segments, nb::handle 
     std::vector<Vec3<double>> wrists;
     std::vector<double> where(at.data<double>(), at.data<double>() + n), phi;
     for (const double x : where) {
-        flanges.push_back(flange_pose(self.arm, pose_at(as_segments(g)[segment_index(as_segments(g), count, x)], x)));
+        flanges.push_back(
+            flange_pose(self.arm, pose_at(as_segments(g)[segment_index(as_segments(g), count, x)], x)));
         wrists.push_back(triad(self.arm, flanges.back()).w);
     }
     const SmoothPlane plane = smooth_plane(wrists);
@@ -200,20 +220,23 @@ nb::object explain_pose(const ArmHandle& self, nb::handle segment, double singul
     return out;
 }
 
-/// (lower, upper) of a sine or cosine over intervals, and of their arithmetic: what the tests of the enclosures ask.
+/// (lower, upper) of a sine or cosine over intervals, and of their arithmetic: what the tests of the
+/// enclosures ask.
 void interval_many(int operation, nb::handle a, nb::handle b, nb::handle out) {
     const Buffer x(a), y(b), to(out, true);
     for (Py_ssize_t i = 0; i < x.shape(0); ++i) {
-        const Interval p(x.data<double>()[2 * i], x.data<double>()[2 * i + 1]), q(y.data<double>()[2 * i], y.data<double>()[2 * i + 1]);
+        const Interval p(x.data<double>()[2 * i], x.data<double>()[2 * i + 1]),
+            q(y.data<double>()[2 * i], y.data<double>()[2 * i + 1]);
         const Interval results[] = {p + q,          p - q,       p * q,     p / q,  sqrt(p),   sin_cos(p).sin,
                                     sin_cos(p).cos, hypot(p, q), square(p), abs(p), min(p, q), max(p, q)};
-        to.data<double>()[2 * i] = results[operation].lo, to.data<double>()[2 * i + 1] = results[operation].hi;
+        to.data<double>()[2 * i] = results[operation].lo,
+                              to.data<double>()[2 * i + 1] = results[operation].hi;
     }
 }
 
 /// Unproven stretches of a curve, and the places seen to break a limit.
-nb::tuple certify_curve(const ArmHandle& self, nb::handle segments, nb::handle stretches, nb::handle plane, int gc,
-                        double singularity_margin) {
+nb::tuple certify_curve(const ArmHandle& self, nb::handle segments, nb::handle stretches, nb::handle plane,
+                        int gc, double singularity_margin) {
     const Buffer g(segments), x(stretches), v(plane);
     const Proof proof = certify(as_curve(self, g, x, v, gc), self.arm, singularity_margin);
     return nb::make_tuple(as_array(proof.open, 2), as_array(proof.violated, 1));
@@ -228,18 +251,21 @@ void bind_planning(nb::module_& m, nb::class_<ArmHandle>& arm) {
     m.def("check_transforms", &check_transforms, "poses"_a);
     m.def("path_waypoints", &path_waypoints, "poses"_a, "out"_a);
     m.def("path_line", &path_line, "start"_a, "end"_a, "fixed"_a, "out"_a);
-    m.def("path_screw", &path_screw, "start"_a, "point"_a, "direction"_a, "angle"_a, "advance"_a, "carried"_a, "end"_a.none(), "out"_a);
+    m.def("path_screw", &path_screw, "start"_a, "point"_a, "direction"_a, "angle"_a, "advance"_a, "carried"_a,
+          "end"_a.none(), "out"_a);
     m.def("arc_through", &arc_through_points, "start"_a, "via"_a, "end"_a);
     m.def("path_poses", &path_poses, "segments"_a, "s"_a, "out"_a);
     m.def("path_derivatives", &path_derivatives, "segments"_a, "s"_a, "out"_a);
     m.def("interval_many", &interval_many, "operation"_a, "a"_a, "b"_a, "out"_a);
-    arm.def("plan_path", &plan_path, "segments"_a, "rows"_a, "start"_a.none(), "goal"_a.none(), "branches"_a, "weights"_a,
-            "singularity_margin"_a, "limit_margin"_a);
-    arm.def("curve_at", &curve_at, "segments"_a, "stretches"_a, "plane"_a, "gc"_a, "s"_a, "q"_a, "psi"_a, "pose"_a, "margin"_a,
-            "residual"_a);
-    arm.def("curve_derivatives", &curve_derivatives, "segments"_a, "stretches"_a, "plane"_a, "gc"_a, "s"_a, "out"_a);
+    arm.def("plan_path", &plan_path, "segments"_a, "rows"_a, "start"_a.none(), "goal"_a.none(), "branches"_a,
+            "weights"_a, "singularity_margin"_a, "limit_margin"_a);
+    arm.def("curve_at", &curve_at, "segments"_a, "stretches"_a, "plane"_a, "gc"_a, "s"_a, "q"_a, "psi"_a,
+            "pose"_a, "margin"_a, "residual"_a);
+    arm.def("curve_derivatives", &curve_derivatives, "segments"_a, "stretches"_a, "plane"_a, "gc"_a, "s"_a,
+            "out"_a);
     arm.def("curve_through", &curve_through, "segments"_a, "s"_a, "q"_a, "psi"_a, "gc"_a);
-    arm.def("certify_curve", &certify_curve, "segments"_a, "stretches"_a, "plane"_a, "gc"_a, "singularity_margin"_a);
+    arm.def("certify_curve", &certify_curve, "segments"_a, "stretches"_a, "plane"_a, "gc"_a,
+            "singularity_margin"_a);
     arm.def("explain_pose", &explain_pose, "segment"_a, "singularity_margin"_a);
 }
 

@@ -15,10 +15,11 @@ void make_policy(Policy* self, int rule, double K, double alpha, int outside) {
     new (self) Policy{static_cast<Rule>(rule), K, alpha, static_cast<Outside>(outside)};
 }
 
-/// The options of a step as Python code usually writes them: gc None or 0..7, carry "psi" or "elbow", max_joint_step None or a
-/// float > 0, the margin a float. False for anything else: the general way then converts it, or says what is wrong.
-bool read_options(nb::handle gc, nb::handle carry, nb::handle max_joint_step, nb::handle singularity_margin, StepOptions& o,
-                  double& margin) noexcept {
+/// The options of a step as Python code usually writes them: gc None or 0..7, carry "psi" or "elbow",
+/// max_joint_step None or a float > 0, the margin a float. False for anything else: the general way then
+/// converts it, or says what is wrong.
+bool read_options(nb::handle gc, nb::handle carry, nb::handle max_joint_step, nb::handle singularity_margin,
+                  StepOptions& o, double& margin) noexcept {
     if (!gc.is_none()) {
         if (!PyLong_CheckExact(gc.ptr())) return false;
         int overflow = 0;
@@ -51,7 +52,8 @@ struct GivenBounds {
         const double* x = numbers.data<double>();
         value.dt = x[0];
         for (int j = 0; j < joints; ++j)
-            value.velocity[j] = x[1 + j], value.acceleration[j] = x[1 + joints + j], value.velocity_now[j] = x[1 + 2 * joints + j];
+            value.velocity[j] = x[1 + j], value.acceleration[j] = x[1 + joints + j],
+            value.velocity_now[j] = x[1 + 2 * joints + j];
         options.bounds = &value;
     }
 };
@@ -66,11 +68,12 @@ struct Limits {
           table(with_margin ? *with_margin : arm.limits) {}
 };
 
-/// A named tuple `kind` of (q, psi, gc, status of `statuses`, margin), or (problem, index, value), or None where q or pose is
-/// no small matrix, or an option not as usual.
-nb::object step_one(const ArmHandle& self, nb::handle q_now, nb::handle pose, const Policy& policy, nb::handle gc, nb::handle carry,
-                    nb::handle max_joint_step, nb::handle singularity_margin, nb::handle allowed_count, nb::handle allowed_psi,
-                    nb::handle bounds, nb::handle kind, nb::handle statuses) {
+/// A named tuple `kind` of (q, psi, gc, status of `statuses`, margin), or (problem, index, value), or None
+/// where q or pose is no small matrix, or an option not as usual.
+nb::object step_one(const ArmHandle& self, nb::handle q_now, nb::handle pose, const Policy& policy,
+                    nb::handle gc, nb::handle carry, nb::handle max_joint_step, nb::handle singularity_margin,
+                    nb::handle allowed_count, nb::handle allowed_psi, nb::handle bounds, nb::handle kind,
+                    nb::handle statuses) {
     double q[joints], m[16], value = 0, margin = 0;
     StepOptions options;
     options.policy = policy;
@@ -80,9 +83,11 @@ nb::object step_one(const ArmHandle& self, nb::handle q_now, nb::handle pose, co
     const Problem problem = check_pose(m, value);
     if (problem != Problem::none) return outcome.report(problem, 0, value), report(outcome);
     for (int j = 0; j < joints; ++j)
-        if (!(std::fabs(q[j]) <= tolerance::largest_angle)) return outcome.report(Problem::joints_not_finite, 0, q[j]), report(outcome);
+        if (!(std::fabs(q[j]) <= tolerance::largest_angle))
+            return outcome.report(Problem::joints_not_finite, 0, q[j]), report(outcome);
     ArcSet allowed;
-    if (!allowed_count.is_none()) allowed = ArcArrays(allowed_count, allowed_psi).load(0, 0), options.allowed = &allowed;
+    if (!allowed_count.is_none())
+        allowed = ArcArrays(allowed_count, allowed_psi).load(0, 0), options.allowed = &allowed;
     const GivenBounds given(bounds, options);
     const Limits limits(self, margin);
     const Step next = step(self.arm, limits.table, q, load_pose(m), options);
@@ -94,11 +99,13 @@ nb::object step_one(const ArmHandle& self, nb::handle q_now, nb::handle pose, co
     return new_named(kind, joint_values, next.psi, next.gc, nb::handle(status), next.margin);
 }
 
-nb::object follow_all(const ArmHandle& self, nb::handle start, nb::handle poses, const Policy& policy, nb::handle gc_wanted,
-                      nb::handle carry, nb::handle max_joint_step, nb::handle singularity_margin, int on_fail, nb::handle allowed_count,
-                      nb::handle allowed_psi, nb::handle bounds, int lookahead, nb::handle q, nb::handle psi, nb::handle gc,
-                      nb::handle status, nb::handle margin, nb::handle residual) {
-    const Buffer s(start), p(poses), q_out(q, true), psi_out(psi, true), gc_out(gc, true), status_out(status, true);
+nb::object follow_all(const ArmHandle& self, nb::handle start, nb::handle poses, const Policy& policy,
+                      nb::handle gc_wanted, nb::handle carry, nb::handle max_joint_step,
+                      nb::handle singularity_margin, int on_fail, nb::handle allowed_count,
+                      nb::handle allowed_psi, nb::handle bounds, int lookahead, nb::handle q, nb::handle psi,
+                      nb::handle gc, nb::handle status, nb::handle margin, nb::handle residual) {
+    const Buffer s(start), p(poses), q_out(q, true), psi_out(psi, true), gc_out(gc, true),
+        status_out(status, true);
     const Buffer margin_out(margin, true), residual_out(residual, true);
     const auto n = static_cast<std::size_t>(p.shape(0));
     Outcome outcome;
@@ -111,10 +118,12 @@ nb::object follow_all(const ArmHandle& self, nb::handle start, nb::handle poses,
     std::vector<ArcSet> sets;
     if (!allowed_count.is_none()) {
         const ArcArrays arrays(allowed_count, allowed_psi);
-        for (std::size_t i = 0; i < arrays.sets(); ++i) sets.push_back(arrays.load(static_cast<long long>(i), 0));
+        for (std::size_t i = 0; i < arrays.sets(); ++i)
+            sets.push_back(arrays.load(static_cast<long long>(i), 0));
     }
-    const FollowRows rows{q_out.data<double>(),        psi_out.data<double>(),   margin_out.data<double>(),
-                          residual_out.data<double>(), gc_out.data<long long>(), status_out.data<std::int8_t>()};
+    const FollowRows rows{q_out.data<double>(),      psi_out.data<double>(),
+                          margin_out.data<double>(), residual_out.data<double>(),
+                          gc_out.data<long long>(),  status_out.data<std::int8_t>()};
     const Strided<const ArcSet> allowed{sets.empty() ? nullptr : sets.data(), sets.size() > 1 ? 1 : 0};
     StepOptions options;
     double singular = 0;
@@ -125,18 +134,19 @@ nb::object follow_all(const ArmHandle& self, nb::handle start, nb::handle poses,
     const GivenBounds given(bounds, options);
     const auto window = static_cast<std::size_t>(lookahead);
     std::vector<AheadLayer> layers(window ? Lookahead::layers_for(window) : 0);
-    Lookahead ahead(self.arm, limits.table, p.data<double>(), n, allowed, options.bounds, options.max_joint_step, layers.data(), window);
+    Lookahead ahead(self.arm, limits.table, p.data<double>(), n, allowed, options.bounds,
+                    options.max_joint_step, layers.data(), window);
     {
         nb::gil_scoped_release release;
-        follow(self.arm, limits.table, s.data<double>(), p.data<double>(), n, options, static_cast<OnFail>(on_fail), allowed, rows,
-               window ? &ahead : nullptr);
+        follow(self.arm, limits.table, s.data<double>(), p.data<double>(), n, options,
+               static_cast<OnFail>(on_fail), allowed, rows, window ? &ahead : nullptr);
     }
     return nb::none();
 }
 
 /// Next psi of each (set, psi): eq. (36) or another rule.
-void resolve_many(const Policy& policy, nb::handle count, nb::handle psi_arcs, nb::handle index, nb::handle psi, nb::handle out,
-                  nb::handle status) {
+void resolve_many(const Policy& policy, nb::handle count, nb::handle psi_arcs, nb::handle index,
+                  nb::handle psi, nb::handle out, nb::handle status) {
     const ArcArrays arcs(count, psi_arcs);
     const Buffer i(index), x(psi), to(out, true), code(status, true);
     for (Py_ssize_t k = 0; k < i.shape(0); ++k) {
@@ -150,13 +160,15 @@ void resolve_many(const Policy& policy, nb::handle count, nb::handle psi_arcs, n
 void bind_stepping(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
     nb::class_<Policy>(m, "Policy").def("__init__", &make_policy, "rule"_a, "K"_a, "alpha"_a, "outside"_a);
-    arm.def("step_one", &step_one, "q_now"_a.none(), "pose"_a.none(), "policy"_a, "gc"_a.none(), "carry"_a.none(),
-            "max_joint_step"_a.none(), "singularity_margin"_a.none(), "allowed_count"_a.none(), "allowed_psi"_a.none(), "bounds"_a.none(),
-            "kind"_a, "statuses"_a);
-    arm.def("follow_all", &follow_all, "start"_a, "poses"_a, "policy"_a, "gc_wanted"_a.none(), "carry"_a, "max_joint_step"_a.none(),
-            "singularity_margin"_a, "on_fail"_a, "allowed_count"_a.none(), "allowed_psi"_a.none(), "bounds"_a.none(), "lookahead"_a, "q"_a,
-            "psi"_a, "gc"_a, "status"_a, "margin"_a, "residual"_a);
-    m.def("resolve_many", &resolve_many, "policy"_a, "count"_a, "psi_arcs"_a, "index"_a, "psi"_a, "out"_a, "status"_a);
+    arm.def("step_one", &step_one, "q_now"_a.none(), "pose"_a.none(), "policy"_a, "gc"_a.none(),
+            "carry"_a.none(), "max_joint_step"_a.none(), "singularity_margin"_a.none(),
+            "allowed_count"_a.none(), "allowed_psi"_a.none(), "bounds"_a.none(), "kind"_a, "statuses"_a);
+    arm.def("follow_all", &follow_all, "start"_a, "poses"_a, "policy"_a, "gc_wanted"_a.none(), "carry"_a,
+            "max_joint_step"_a.none(), "singularity_margin"_a, "on_fail"_a, "allowed_count"_a.none(),
+            "allowed_psi"_a.none(), "bounds"_a.none(), "lookahead"_a, "q"_a, "psi"_a, "gc"_a, "status"_a,
+            "margin"_a, "residual"_a);
+    m.def("resolve_many", &resolve_many, "policy"_a, "count"_a, "psi_arcs"_a, "index"_a, "psi"_a, "out"_a,
+          "status"_a);
     m.def("gain", &gain, "rate"_a, "dt"_a);
 }
 

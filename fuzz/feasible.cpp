@@ -11,7 +11,8 @@ void check_set(const ArcSet& set) {
     for (int i = 0; i < set.count; ++i) {
         const Arc& arc = set.arc[i];
         demand(arc.lower >= -pi && arc.lower < pi, "a lower end is in [-pi, pi)");
-        demand(arc.upper > arc.lower && arc.upper <= arc.lower + two_pi, "an upper end is within a turn above");
+        demand(arc.upper > arc.lower && arc.upper <= arc.lower + two_pi,
+               "an upper end is within a turn above");
         if (i) demand(arc.lower > set.arc[i - 1].upper, "arcs rise and are disjoint");
     }
 }
@@ -37,12 +38,14 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
         const double psi = set.arc[i].lower + 0.382 * (set.arc[i].upper - set.arc[i].lower);
         const Joints q = joints_within_limits(arm, directions(c, bend, gc, sin_cos(psi)), nullptr);
         const Joints rate = self_motion(arm, f, sin_cos(psi));
-        double slack = 1e-7;  // what the rounding of theta and of the offsets may do, and gaps of psi that are closed
+        double slack =
+            1e-7;  // what the rounding of theta and of the offsets may do, and gaps of psi that are closed
         for (int j = 0; j < joints; ++j) {
             const double turned = std::fabs(arm.offset[j]) + std::fabs(arm.joint_middle[j]);
             slack = max(slack, 1e-7 * turned + tolerance::angle * std::fabs(rate.q[j]));
         }
-        for (const Pivot<double>& p : f.pivot) {  // near a singularity a short direction, and so an angle known less well
+        for (const Pivot<double>& p :
+             f.pivot) {  // near a singularity a short direction, and so an angle known less well
             const SinCos<double> at = sin_cos(psi);
             slack = max(slack, 4e-15 / max(hypot(p.U.at(at), p.V.at(at)), 1e-13));
         }
@@ -56,7 +59,8 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
         ArcSet both, other;
         intersect(set, one, both), complement(one, other), check_set(other);
         demand(measure(set) - measure(both) < 1e-6, "the arcs of all joints lie in those of each");
-        demand(std::fabs(measure(one) + measure(other) - two_pi) < 1e-6, "a set and its complement are the circle");
+        demand(std::fabs(measure(one) + measure(other) - two_pi) < 1e-6,
+               "a set and its complement are the circle");
     }
     return 0;
 }

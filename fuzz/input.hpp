@@ -1,4 +1,5 @@
-// Bytes of a fuzzer as arms, poses and angles: any bit pattern, numbers where branches change, and plain ones.
+// Bytes of a fuzzer as arms, poses and angles: any bit pattern, numbers where branches change, and plain
+// ones.
 #pragma once
 
 #include <armangle/armangle.hpp>
@@ -34,8 +35,9 @@ public:
 
     /// A number: any bits, one of the special ones, or an even one in [-1, 1] times `scale`.
     double number(double scale) noexcept {
-        static constexpr double special[] = {0.0,  -0.0, pi,   -pi, half_pi, -half_pi, two_pi, 1e-9,     -1e-9,     1e-13,
-                                             1e-7, 1.0,  -1.0, 1e6, -1e6,    1e-300,   5e-324, infinity, -infinity, not_a_number};
+        static constexpr double special[] = {0.0,  -0.0,   pi,     -pi,      half_pi,   -half_pi,    two_pi,
+                                             1e-9, -1e-9,  1e-13,  1e-7,     1.0,       -1.0,        1e6,
+                                             -1e6, 1e-300, 5e-324, infinity, -infinity, not_a_number};
         const unsigned kind = byte();
         if (kind < 16) return raw();
         if (kind < 64) return special[byte() % (sizeof(special) / sizeof(special[0]))];
@@ -76,7 +78,8 @@ public:
             if (options & 16) p.offset[i] = bounded(pi, 1e6);
             const double a = limit(), b = limit();
             p.lower[i] = a < b ? a : b, p.upper[i] = a < b ? b : a;
-            if (p.lower[i] == infinity || p.upper[i] == -infinity) p.lower[i] = -infinity, p.upper[i] = infinity;
+            if (p.lower[i] == infinity || p.upper[i] == -infinity)
+                p.lower[i] = -infinity, p.upper[i] = infinity;
         }
         return make_arm(p);
     }
@@ -102,7 +105,9 @@ inline double rounding(const Arm& arm, const Pose<double>& pose) noexcept {
     const auto size = [](const Pose<double>& p) { return norm(p.position); };
     double turned = 0;
     for (int i = 0; i < joints; ++i) turned = max(turned, std::fabs(arm.offset[i]));
-    return 1e-12 * (1.0 + arm.reach + std::fabs(arm.d_bs) + std::fabs(arm.d_wf) + size(arm.base) + size(arm.tool) + size(pose)) *
+    return 1e-12 *
+           (1.0 + arm.reach + std::fabs(arm.d_bs) + std::fabs(arm.d_wf) + size(arm.base) + size(arm.tool) +
+            size(pose)) *
            (1.0 + turned);
 }
 

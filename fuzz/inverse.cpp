@@ -1,4 +1,5 @@
-// The batched inverse over any bits: a problem is reported, or q is finite and holds the pose; never NaN without a word.
+// The batched inverse over any bits: a problem is reported, or q is finite and holds the pose; never NaN
+// without a word.
 #include "input.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t size) {
@@ -18,7 +19,8 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
     }
     const unsigned options = in.byte();
     InverseBatch b;
-    b.pose = {pose, 16}, b.psi = {psi, 1}, b.gc = {gc, 1}, b.seed = {options & 1 ? seed : nullptr, 7}, b.out = {q, 7};
+    b.pose = {pose, 16}, b.psi = {psi, 1}, b.gc = {gc, 1}, b.seed = {options & 1 ? seed : nullptr, 7},
+    b.out = {q, 7};
     b.unreachable = options & 2 ? Enforce::nan : Enforce::raise;
     Outcome outcome;
     inverse_range(arm, b, 0, n, outcome);
@@ -30,9 +32,10 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
         if (problem == Problem::none) {
             demand(finite, "an element without a problem has finite joints");
             const Pose<double> wanted = load_pose(pose + 16 * i);
-            const double slack =
-                5e-6 * (1 + norm(wanted.position) + norm(arm.tool.position) + std::fabs(arm.d_wf));  // a rotation may be off by 1e-6
-            demand(pose_error(forward(arm, q + 7 * i).pose, wanted) < slack + 1e3 * rounding(arm, wanted), "the joints hold the pose");
+            const double slack = 5e-6 * (1 + norm(wanted.position) + norm(arm.tool.position) +
+                                         std::fabs(arm.d_wf));  // a rotation may be off by 1e-6
+            demand(pose_error(forward(arm, q + 7 * i).pose, wanted) < slack + 1e3 * rounding(arm, wanted),
+                   "the joints hold the pose");
         } else {
             const bool geometry = problem == Problem::unreachable || problem == Problem::folded;
             demand(!finite, "an element with a problem is NaN");

@@ -1,4 +1,5 @@
-// Whole paths from anywhere to anywhere: an answer, and on ok a curve that holds the poses within the limits, winding for winding.
+// Whole paths from anywhere to anywhere: an answer, and on ok a curve that holds the poses within the limits,
+// winding for winding.
 #include <armangle/plan.hpp>
 
 #include "input.hpp"
@@ -40,8 +41,8 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
         const Pose<double> to = kind & 64 ? in.rigid(1.0) : forward(arm, moved).pose;
         if (kind & 8) {
             const Vec3<double> axis{in.bounded(1.0, 1.0), in.bounded(1.0, 1.0), 1.0};
-            segments[i] = screw(start, end, from, to.position, axis * (1.0 / norm(axis)), in.bounded(2.0, 7.0), in.bounded(0.2, 1.0),
-                                (kind & 16) != 0);
+            segments[i] = screw(start, end, from, to.position, axis * (1.0 / norm(axis)),
+                                in.bounded(2.0, 7.0), in.bounded(0.2, 1.0), (kind & 16) != 0);
             from = pose_at(segments[i], end);
         } else {
             segments[i] = line(start, end, from, to, (kind & 16) != 0);
@@ -54,7 +55,8 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
     options.singularity_margin = kind & 4 ? std::fabs(in.bounded(0.2, 0.5)) : 0.0;
     const double rows[] = {0.0, 1.0};
     const Plan plan = armangle::plan(arm, segments, count, rows, 2, options);
-    for (const BranchReport& b : plan.branches) demand(b.from >= 0 && b.from <= b.to && b.to <= 1, "a report speaks of a part of the path");
+    for (const BranchReport& b : plan.branches)
+        demand(b.from >= 0 && b.from <= b.to && b.to <= 1, "a report speaks of a part of the path");
     if (!plan.ok) return 0;
     demand(plan.proof.violated.empty(), "a plan that is ok breaks nothing");
     const Curve curve{arm, plan.plane, plan.gc, {segments, count}, plan.stretches};

@@ -1,4 +1,5 @@
-// Steps from anywhere to anywhere, any bits: a status, and on OK a posture that holds the pose within the limits.
+// Steps from anywhere to anywhere, any bits: a status, and on OK a posture that holds the pose within the
+// limits.
 #include "input.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t size) {
@@ -19,17 +20,20 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
         Pose<double> pose = kind & 16 ? in.rigid(1.0) : in.reachable(arm).pose;
         if (kind & 32) pose.rotation.y.z = in.number(1.0), pose.position.x = in.number(1.0);
         const Step next = step(arm, limits, q, pose, options);
-        demand(static_cast<int>(next.status) >= 0 && static_cast<int>(next.status) < status_count, "a status is one of the list");
+        demand(static_cast<int>(next.status) >= 0 && static_cast<int>(next.status) < status_count,
+               "a status is one of the list");
         if (next.status != Status::OK) {
             demand(std::memcmp(next.q, q, joints * sizeof(double)) == 0, "on any other status nothing moves");
             continue;
         }
-        for (int i = 0; i < joints; ++i) demand(std::isfinite(next.q[i]), "a step that is OK has finite joints");
+        for (int i = 0; i < joints; ++i)
+            demand(std::isfinite(next.q[i]), "a step that is OK has finite joints");
         demand(next.psi > -pi && next.psi <= pi, "psi is in (-pi, pi]");
         demand(within_limits(arm, next.q, tolerance::angle), "a step that is OK is within the limits");
         double turned = 1;
         for (int i = 0; i < joints; ++i) turned = max(turned, std::fabs(next.q[i]));
-        demand(pose_error(forward(arm, next.q).pose, pose) < 5e-6 * (1 + norm(pose.position)) + turned * 1e3 * rounding(arm, pose),
+        demand(pose_error(forward(arm, next.q).pose, pose) <
+                   5e-6 * (1 + norm(pose.position)) + turned * 1e3 * rounding(arm, pose),
                "a step that is OK holds the pose");
         for (int i = 0; i < joints; ++i) q[i] = next.q[i];
     }

@@ -1,6 +1,8 @@
-// Times the C++ core: the rows of the paper's Table 2, what a control loop needs, and batches. One line a result:
+// Times the C++ core: the rows of the paper's Table 2, what a control loop needs, and batches. One line a
+// result:
 //   throughput <name> <ns per unit, median of rounds> <yd, median of the rounds' ratios>
-//   calls <name> <mean> <standard deviation> <maximum of 10 000> <median> <p99> <worst> <slowest pose>   (ns, one by one)
+//   calls <name> <mean> <standard deviation> <maximum of 10 000> <median> <p99> <worst> <slowest pose>   (ns,
+//   one by one)
 // Throughput is CPU time, in which other programs' turns do not count; the calls one by one are wall time.
 // Usage: bench [rounds] [calls, at least 10 000]
 #include <algorithm>
@@ -24,7 +26,9 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t poses = 10000;
 
-double since(Clock::time_point start) { return std::chrono::duration<double, std::nano>(Clock::now() - start).count(); }
+double since(Clock::time_point start) {
+    return std::chrono::duration<double, std::nano>(Clock::now() - start).count();
+}
 
 /// CPU time of this thread, ns.
 double cpu_time() {
@@ -60,11 +64,13 @@ struct Data {
     std::vector<long long> gc;
     std::vector<Pose<double>> pose;
 
-    Data(const Arm& arm, std::size_t n) : q(7 * n), matrix(16 * n), psi(n), y(7 * n), x(7 * n), gc(n), pose(n) {
+    Data(const Arm& arm, std::size_t n)
+        : q(7 * n), matrix(16 * n), psi(n), y(7 * n), x(7 * n), gc(n), pose(n) {
         std::mt19937_64 random(2018);
         for (std::size_t i = 0; i < n; ++i) {
             double* joint = &q[7 * i];
-            for (int j = 0; j < joints; ++j) joint[j] = std::uniform_real_distribution<double>(arm.lower[j], arm.upper[j])(random);
+            for (int j = 0; j < joints; ++j)
+                joint[j] = std::uniform_real_distribution<double>(arm.lower[j], arm.upper[j])(random);
             const Posture at = forward(arm, joint);
             store_pose(at.pose, &matrix[16 * i]);
             pose[i] = load_pose(&matrix[16 * i]);
@@ -74,9 +80,11 @@ struct Data {
     }
 };
 
-// -- what is timed ---------------------------------------------------------------------------------------------------
+// -- what is timed
+// ---------------------------------------------------------------------------------------------------
 
-/// Steps as large as the policy makes them: near a singularity a joint may well move more than a loop would allow.
+/// Steps as large as the policy makes them: near a singularity a joint may well move more than a loop would
+/// allow.
 StepOptions unlimited_step() {
     StepOptions options{};
     options.max_joint_step = infinity;
@@ -93,7 +101,8 @@ struct Bench {
     void inverse_one(std::size_t i) const {
         const Circle<double> c = circle(arm, flange_pose(arm, data.pose[i]));
         const Configuration<double> gc = configuration(static_cast<int>(data.gc[i]));
-        keep(joints_within_limits(arm, directions(c, fold(arm, c.triangle, gc.elbow), gc, sin_cos(data.psi[i])), nullptr));
+        keep(joints_within_limits(
+            arm, directions(c, fold(arm, c.triangle, gc.elbow), gc, sin_cos(data.psi[i])), nullptr));
     }
 
     void arcs_one(std::size_t i) const {
@@ -117,7 +126,11 @@ struct Bench {
     void forward_one(std::size_t i) const { keep(forward(arm, &data.q[7 * i])); }
 
     void inverse_batch() {
-        const InverseBatch batch{{data.matrix.data(), 16}, {data.psi.data(), 1}, {nullptr, 0}, {data.gc.data(), 1}, {out.data(), 7}};
+        const InverseBatch batch{{data.matrix.data(), 16},
+                                 {data.psi.data(), 1},
+                                 {nullptr, 0},
+                                 {data.gc.data(), 1},
+                                 {out.data(), 7}};
         Outcome outcome;
         inverse_range(arm, batch, 0, poses, outcome);
         keep(outcome), keep(out[0]);
@@ -130,7 +143,8 @@ struct Bench {
     }
 };
 
-// -- how it is timed -------------------------------------------------------------------------------------------------
+// -- how it is timed
+// -------------------------------------------------------------------------------------------------
 
 /// One kind of work: all poses once.
 template <class Work>
@@ -169,15 +183,18 @@ std::vector<double> one_by_one(std::size_t calls, const Call& call) {
     return times;
 }
 
-/// The pose that takes longest, each by its fastest call: what the data costs, and not the system's interruptions.
+/// The pose that takes longest, each by its fastest call: what the data costs, and not the system's
+/// interruptions.
 double slowest_pose(const std::vector<double>& all) {
-    std::vector<double> least(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(std::min(poses, all.size())));
+    std::vector<double> least(all.begin(),
+                              all.begin() + static_cast<std::ptrdiff_t>(std::min(poses, all.size())));
     for (std::size_t i = 0; i < all.size(); ++i) least[i % poses] = std::min(least[i % poses], all[i]);
     return *std::max_element(least.begin(), least.end());
 }
 
-/// Statistics of the calls. Table 2 states mean, deviation and maximum of 10 000: here the medians of these over the
-/// passes, since an interruption of a millisecond would be most of one pass; the rest is of all calls.
+/// Statistics of the calls. Table 2 states mean, deviation and maximum of 10 000: here the medians of these
+/// over the passes, since an interruption of a millisecond would be most of one pass; the rest is of all
+/// calls.
 template <class Call>
 void print_calls(const char* name, std::size_t calls, const Call& call) {
     const std::vector<double> all = one_by_one(calls, call);
@@ -189,9 +206,9 @@ void print_calls(const char* name, std::size_t calls, const Call& call) {
         for (std::size_t i = first; i < first + poses; ++i) square += (all[i] - mean) * (all[i] - mean);
         means.push_back(mean), deviations.push_back(std::sqrt(square / poses)), maxima.push_back(most);
     }
-    std::printf("calls %s %.1f %.1f %.0f %.1f %.1f %.0f %.0f\n", name, quantile(means, 0.5), quantile(deviations, 0.5),
-                quantile(maxima, 0.5), quantile(all, 0.5), quantile(all, 0.99), *std::max_element(all.begin(), all.end()),
-                slowest_pose(all));
+    std::printf("calls %s %.1f %.1f %.0f %.1f %.1f %.0f %.0f\n", name, quantile(means, 0.5),
+                quantile(deviations, 0.5), quantile(maxima, 0.5), quantile(all, 0.5), quantile(all, 0.99),
+                *std::max_element(all.begin(), all.end()), slowest_pose(all));
 }
 
 void print_throughput(Bench& bench, int rounds) {
@@ -215,13 +232,16 @@ void print_throughput(Bench& bench, int rounds) {
         yards.push_back(bench.yard());
     }
     std::printf("yard %.2f\n", quantile(yards, 0.5));
-    for (const Row& row : rows) std::printf("throughput %s %.2f %.4f\n", row.name.c_str(), quantile(row.ns, 0.5), quantile(row.yd, 0.5));
+    for (const Row& row : rows)
+        std::printf("throughput %s %.2f %.4f\n", row.name.c_str(), quantile(row.ns, 0.5),
+                    quantile(row.yd, 0.5));
 }
 
 /// How many of the steps end with OK: a step that stops early would be timed as fast.
 double share_ok(const Bench& b) {
     std::size_t ok = 0;
-    for (std::size_t i = 0; i < poses; ++i) ok += step(b.arm, b.limits, &b.data.q[7 * i], b.data.pose[i], b.options).status == Status::OK;
+    for (std::size_t i = 0; i < poses; ++i)
+        ok += step(b.arm, b.limits, &b.data.q[7 * i], b.data.pose[i], b.options).status == Status::OK;
     return static_cast<double>(ok) / poses;
 }
 

@@ -1,5 +1,6 @@
-// The yardstick. 1 yd = the time of seven atan2 and one sincos of the C library, scalar, one after another with
-// nothing else between: the floor of one scalar inverse. Inputs differ from call to call; results are only summed.
+// The yardstick. 1 yd = the time of seven atan2 and one sincos of the C library, scalar, one after another
+// with nothing else between: the floor of one scalar inverse. Inputs differ from call to call; results are
+// only summed.
 #pragma once
 
 #include <math.h>

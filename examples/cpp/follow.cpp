@@ -1,5 +1,5 @@
-// The paper's motion: from eq. (38) by 0.25 m along the tool's own z axis to eq. (39), in 101 poses, a step each:
-// lines of pose number, arm angle and least distance to a limit (deg), then the joints reached.
+// The paper's motion: from eq. (38) by 0.25 m along the tool's own z axis to eq. (39), in 101 poses, a step
+// each: lines of pose number, arm angle and least distance to a limit (deg), then the joints reached.
 #include <cstdio>
 
 #include "iiwa7.hpp"

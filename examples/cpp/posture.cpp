@@ -1,4 +1,5 @@
-// A posture of the paper's example, eq. (37): its pose (38), arm angle, branch, the way back, and the feasible arcs.
+// A posture of the paper's example, eq. (37): its pose (38), arm angle, branch, the way back, and the
+// feasible arcs.
 #include <cstdio>
 
 #include "iiwa7.hpp"
@@ -17,15 +18,17 @@ int main() {
     const armangle::Configuration<double> gc = armangle::configuration(posture.gc);
     const armangle::Circle<double> circle = armangle::circle(arm, armangle::flange_pose(arm, posture.pose));
     const armangle::Fold<double> bend = armangle::fold(arm, circle.triangle, gc.elbow);
-    const armangle::Joints back =
-        armangle::joints_within_limits(arm, armangle::directions(circle, bend, gc, armangle::sin_cos(posture.psi)), nullptr);
+    const armangle::Joints back = armangle::joints_within_limits(
+        arm, armangle::directions(circle, bend, gc, armangle::sin_cos(posture.psi)), nullptr);
     std::printf("q_deg");
     for (int i = 0; i < armangle::joints; ++i) std::printf(" %.15g", back.q[i] / example::degree);
 
     armangle::ArcSet arcs;
     const armangle::LimitTable limits = armangle::limit_table(arm);
-    const armangle::Status status = armangle::feasible(arm, limits, circle, bend, armangle::joint_functions(circle, bend, gc), arcs);
+    const armangle::Status status =
+        armangle::feasible(arm, limits, circle, bend, armangle::joint_functions(circle, bend, gc), arcs);
     std::printf("\nstatus %s\n", armangle::sentence(status));
     for (int i = 0; i < arcs.count; ++i)
-        std::printf("arc_deg %.15g %.15g\n", arcs.arc[i].lower / example::degree, arcs.arc[i].upper / example::degree);
+        std::printf("arc_deg %.15g %.15g\n", arcs.arc[i].lower / example::degree,
+                    arcs.arc[i].upper / example::degree);
 }

@@ -1,4 +1,5 @@
-// A 1 kHz control loop around step(): no allocation, every step timed. Usage: realtime [seconds], 5 by default.
+// A 1 kHz control loop around step(): no allocation, every step timed. Usage: realtime [seconds], 5 by
+// default.
 #include <time.h>
 
 #include <cmath>
@@ -54,15 +55,17 @@ int main(int argc, char** argv) {
         wait_until_next(tick);
         const double t = 1e-3 * static_cast<double>(k);
         armangle::Pose<double> pose = centre;  // a slow loop in space
-        pose.position = centre.position + armangle::Vec3<double>{0.05 * std::sin(t), 0.05 * std::sin(0.7 * t), 0.05 * std::sin(1.3 * t)};
+        pose.position = centre.position + armangle::Vec3<double>{0.05 * std::sin(t), 0.05 * std::sin(0.7 * t),
+                                                                 0.05 * std::sin(1.3 * t)};
         const double begin = now_us();
         const armangle::Step next = armangle::step(arm, limits, q, pose, options);
         const double took = now_us() - begin;
         worst = took > worst ? took : worst, sum += took;
         if (next.status != armangle::Status::OK) ++failed;
-        for (int i = 0; i < armangle::joints; ++i) q[i] = next.q[i];  // the present joints where a step failed
+        for (int i = 0; i < armangle::joints; ++i)
+            q[i] = next.q[i];  // the present joints where a step failed
     }
-    std::printf("steps %ld\nfailed %ld\nallocations %ld\nmean_us %.3f\nworst_us %.3f\n", steps, failed, allocations - before,
-                sum / static_cast<double>(steps), worst);
+    std::printf("steps %ld\nfailed %ld\nallocations %ld\nmean_us %.3f\nworst_us %.3f\n", steps, failed,
+                allocations - before, sum / static_cast<double>(steps), worst);
     return failed || allocations != before;
 }

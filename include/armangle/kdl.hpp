@@ -1,4 +1,5 @@
-// The library as a solver behind KDL's interface. Optional: needs orocos-kdl, and is not part of armangle.hpp.
+// The library as a solver behind KDL's interface. Optional: needs orocos-kdl, and is not part of
+// armangle.hpp.
 #pragma once
 
 #include <kdl/chainiksolver.hpp>
@@ -14,20 +15,23 @@ inline Pose<double> from_kdl(const KDL::Frame& f) noexcept {
 
 inline KDL::Frame to_kdl(const Pose<double>& p) {
     const auto& [x, y, z] = p.rotation;
-    return {KDL::Rotation(x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z), KDL::Vector(p.position.x, p.position.y, p.position.z)};
+    return {KDL::Rotation(x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z),
+            KDL::Vector(p.position.x, p.position.y, p.position.z)};
 }
 
-/// KDL::ChainIkSolverPos of an S-R-S arm, in closed form: q_init says the branch and the arm angle to stay near.
+/// KDL::ChainIkSolverPos of an S-R-S arm, in closed form: q_init says the branch and the arm angle to stay
+/// near.
 ///
-/// The elbow stays as near to that of q_init as the joint limits allow. The branch of q_init is kept where it holds a
-/// solution; else the solution of the other seven that moves its furthest joint least. No solution is an error code
-/// with the library's own sentence in strError; q_out is then left alone. `arm` must be the chain's: same frames,
-/// same joint coordinates.
+/// The elbow stays as near to that of q_init as the joint limits allow. The branch of q_init is kept where it
+/// holds a solution; else the solution of the other seven that moves its furthest joint least. No solution is
+/// an error code with the library's own sentence in strError; q_out is then left alone. `arm` must be the
+/// chain's: same frames, same joint coordinates.
 class ChainIkSolverPos : public KDL::ChainIkSolverPos {
 public:
     static constexpr int first_error = -100;  // error = first_error - Status
 
-    explicit ChainIkSolverPos(const Arm& arm, double singularity_margin = 0.0) : arm_(arm), limits_(limit_table(arm, singularity_margin)) {}
+    explicit ChainIkSolverPos(const Arm& arm, double singularity_margin = 0.0)
+        : arm_(arm), limits_(limit_table(arm, singularity_margin)) {}
 
     int CartToJnt(const KDL::JntArray& q_init, const KDL::Frame& p_in, KDL::JntArray& q_out) override {
         if (q_init.rows() != joints || q_out.rows() != joints) return error = E_SIZE_MISMATCH;
@@ -52,13 +56,15 @@ public:
 
 private:
     /// One branch: the feasible psi nearest to the elbow axis z3 of the seed, and its joints.
-    Status solve_branch(const Circle<double>& c, int gc, const Vec3<double>& z3, const double* seed, Joints& q) const noexcept {
+    Status solve_branch(const Circle<double>& c, int gc, const Vec3<double>& z3, const double* seed,
+                        Joints& q) const noexcept {
         const Configuration<double> g = configuration(gc);
         const Fold<double> bend = fold(arm_, c.triangle, g.elbow);
         ArcSet arcs;
         const Status status = feasible(arm_, limits_, c, bend, joint_functions(c, bend, g), arcs);
         if (status != Status::OK) return status;
-        q = joints_within_limits(arm_, directions(c, bend, g, sin_cos(nearest(arcs, arm_angle(c, z3)))), seed);
+        q = joints_within_limits(arm_, directions(c, bend, g, sin_cos(nearest(arcs, arm_angle(c, z3)))),
+                                 seed);
         return Status::OK;
     }
 

@@ -26,14 +26,19 @@ inline constexpr int status_count = 13;
 constexpr const char* sentence(Status status) noexcept {
     switch (status) {
         case Status::OK: return "The pose is solved within all limits.";
-        case Status::UNREACHABLE: return "The wrist is out of reach: too far from the shoulder, or too near to it.";
+        case Status::UNREACHABLE:
+            return "The wrist is out of reach: too far from the shoulder, or too near to it.";
         case Status::FOLDED: return "The wrist lies on the shoulder: the arm angle is not defined there.";
-        case Status::ELBOW_LIMIT: return "The elbow joint would have to leave its limits, whatever the arm angle.";
-        case Status::ELBOW_MARGIN: return "The elbow is stretched or folded to within the singularity margin.";
+        case Status::ELBOW_LIMIT:
+            return "The elbow joint would have to leave its limits, whatever the arm angle.";
+        case Status::ELBOW_MARGIN:
+            return "The elbow is stretched or folded to within the singularity margin.";
         case Status::LIMITS: return "No arm angle keeps all joints within their limits and margins.";
-        case Status::OUTSIDE: return "The present arm angle lies in no feasible arc, and the policy stops there.";
+        case Status::OUTSIDE:
+            return "The present arm angle lies in no feasible arc, and the policy stops there.";
         case Status::JOINT_JUMP: return "A joint would move further than the largest step allowed.";
-        case Status::WINDING_EXHAUSTED: return "A joint that has more than a turn would leave its range by accumulated turns.";
+        case Status::WINDING_EXHAUSTED:
+            return "A joint that has more than a turn would leave its range by accumulated turns.";
         case Status::VELOCITY_LIMIT: return "A joint would move faster than its velocity limit.";
         case Status::ACCELERATION_LIMIT: return "A joint would accelerate beyond its acceleration limit.";
         case Status::NOT_REACHED: return "The pose was not tried: the motion stopped before it.";

@@ -15,7 +15,8 @@ inline constexpr int joints = 7;
 inline constexpr int joint_slots = 8;
 
 /// What a user states. Lengths in m, angles in rad, limits in the robot's own joint coordinates q.
-/// theta_i = sign_i q_i + offset_i are the angles of the DH rows (Table 1, with a_3 and a_4 for an offset elbow).
+/// theta_i = sign_i q_i + offset_i are the angles of the DH rows (Table 1, with a_3 and a_4 for an offset
+/// elbow).
 struct ArmParameters {
     double d_bs = 0, d_se = 0, d_ew = 0, d_wf = 0, a_3 = 0, a_4 = 0;
     double sign[joints] = {1, 1, 1, 1, 1, 1, 1};
@@ -28,9 +29,9 @@ struct ArmParameters {
 
 /// The parameters with everything that depends on them alone. Made by make_arm; read, never changed.
 struct Arm : ArmParameters {
-    double upper_arm, forearm;      // La = |S-E|, Lb = |E-W|
-    double reach, inner_reach;      // L = La + Lb, D = |La - Lb|
-    double size;                    // m: all lengths that a pose is made of, and so the measure of its rounding
+    double upper_arm, forearm;  // La = |S-E|, Lb = |E-W|
+    double reach, inner_reach;  // L = La + Lb, D = |La - Lb|
+    double size;                // m: all lengths that a pose is made of, and so the measure of its rounding
     SinCos<double> shoulder_slant;  // of atan2(a_3, d_se)
     SinCos<double> wrist_slant;     // of atan2(a_4, d_ew)
     SinCos<double> delta;           // theta_4 of the stretched arm: wrist_slant - shoulder_slant
@@ -46,11 +47,16 @@ struct Arm : ArmParameters {
 namespace detail {
 
 inline bool is_identity(const Pose<double>& p) noexcept {
-    const auto same = [](const Vec3<double>& a, double x, double y, double z) { return a.x == x && a.y == y && a.z == z; };
-    return same(p.rotation.x, 1, 0, 0) && same(p.rotation.y, 0, 1, 0) && same(p.rotation.z, 0, 0, 1) && same(p.position, 0, 0, 0);
+    const auto same = [](const Vec3<double>& a, double x, double y, double z) {
+        return a.x == x && a.y == y && a.z == z;
+    };
+    return same(p.rotation.x, 1, 0, 0) && same(p.rotation.y, 0, 1, 0) && same(p.rotation.z, 0, 0, 1) &&
+           same(p.position, 0, 0, 0);
 }
 
-inline double middle(double lower, double upper) noexcept { return lower > -infinity && upper < infinity ? 0.5 * (lower + upper) : 0.0; }
+inline double middle(double lower, double upper) noexcept {
+    return lower > -infinity && upper < infinity ? 0.5 * (lower + upper) : 0.0;
+}
 
 inline void fill_joint_arrays(Arm& arm) noexcept {
     for (int i = 0; i < joint_slots; ++i) {
@@ -69,7 +75,8 @@ inline void fill_joint_arrays(Arm& arm) noexcept {
 
 }  // namespace detail
 
-/// The arm of these parameters, which must be finite (limits may be infinite), d_se, d_ew > 0, lower <= upper.
+/// The arm of these parameters, which must be finite (limits may be infinite), d_se, d_ew > 0, lower <=
+/// upper.
 inline Arm make_arm(const ArmParameters& parameters) noexcept {
     Arm arm{};
     static_cast<ArmParameters&>(arm) = parameters;

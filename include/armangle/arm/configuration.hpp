@@ -18,7 +18,9 @@ inline Configuration<double> configuration(int index) noexcept {
     return {index & 1 ? -1.0 : 1.0, index & 2 ? -1.0 : 1.0, index & 4 ? -1.0 : 1.0};
 }
 
-inline int index(const Configuration<double>& gc) noexcept { return (gc.shoulder < 0) + 2 * (gc.elbow < 0) + 4 * (gc.wrist < 0); }
+inline int index(const Configuration<double>& gc) noexcept {
+    return (gc.shoulder < 0) + 2 * (gc.elbow < 0) + 4 * (gc.wrist < 0);
+}
 
 /// GC of model angles, eq. (2); the elbow's relative to the stretched arm.
 inline Configuration<double> configuration(const Arm& arm, const double* theta) noexcept {

@@ -17,7 +17,8 @@ namespace detail {
 
 /// frame * i-1_T_i of eq. (1), where alpha = twist * pi/2.
 template <int twist>
-ARMANGLE_INLINE Pose<double> dh_step(const Pose<double>& from, double sine, double cosine, double d, double a) noexcept {
+ARMANGLE_INLINE Pose<double> dh_step(const Pose<double>& from, double sine, double cosine, double d,
+                                     double a) noexcept {
     const auto& [x, y, z] = from.rotation;
     const Vec3<double> across = combine(y, cosine, x, -sine);
     Pose<double> to;
@@ -29,11 +30,14 @@ ARMANGLE_INLINE Pose<double> dh_step(const Pose<double>& from, double sine, doub
     return to;
 }
 
-/// Walks the DH rows at joint values q: visit(i, 0Ti) for i = 0..7; theta is stored on the way. Table 1 with a_3 and a_4.
+/// Walks the DH rows at joint values q: visit(i, 0Ti) for i = 0..7; theta is stored on the way. Table 1 with
+/// a_3 and a_4.
 template <class Visit>
-ARMANGLE_INLINE void walk(const Arm& arm, const JointLanes& q, double* theta_out, const Visit& visit) noexcept {
+ARMANGLE_INLINE void walk(const Arm& arm, const JointLanes& q, double* theta_out,
+                          const Visit& visit) noexcept {
     double s[joint_slots], c[joint_slots];
-    const JointLanes theta = to_theta(q, JointLanes::load(arm.joint_sign), JointLanes::load(arm.joint_offset));
+    const JointLanes theta =
+        to_theta(q, JointLanes::load(arm.joint_sign), JointLanes::load(arm.joint_offset));
     const SinCos<JointLanes> both = sin_cos(theta);
     both.sin.store(s);
     both.cos.store(c);
@@ -63,13 +67,16 @@ ARMANGLE_INLINE Chain chain(const Arm& arm, const JointLanes& q) noexcept {
 
 inline Chain chain(const Arm& arm, const double* q) noexcept { return chain(arm, joint_lanes(q)); }
 
-/// The DH frames 0..7 at joint values q, in the frame that poses are given in: base 0Ti; the last is the flange, without the tool.
+/// The DH frames 0..7 at joint values q, in the frame that poses are given in: base 0Ti; the last is the
+/// flange, without the tool.
 inline void frames(const Arm& arm, const double* q, Pose<double> (&out)[joints + 1]) noexcept {
     double theta[joint_slots];
-    detail::walk(arm, joint_lanes(q), theta, [&](int i, const Pose<double>& frame) { out[i] = arm.has_base ? arm.base * frame : frame; });
+    detail::walk(arm, joint_lanes(q), theta,
+                 [&](int i, const Pose<double>& frame) { out[i] = arm.has_base ? arm.base * frame : frame; });
 }
 
-/// Six rows, seven columns: rows 0-2 linear velocity of the tool's origin, rows 3-5 angular velocity, per rad/s of q.
+/// Six rows, seven columns: rows 0-2 linear velocity of the tool's origin, rows 3-5 angular velocity, per
+/// rad/s of q.
 struct Jacobian {
     double entry[6][joints];
 };
@@ -77,7 +84,8 @@ struct Jacobian {
 inline Jacobian jacobian(const Arm& arm, const double* q) noexcept {
     double theta[joint_slots];
     Pose<double> frame[joints + 1];
-    detail::walk(arm, joint_lanes(q), theta, [&frame](int i, const Pose<double>& at) noexcept { frame[i] = at; });
+    detail::walk(arm, joint_lanes(q), theta,
+                 [&frame](int i, const Pose<double>& at) noexcept { frame[i] = at; });
     const Vec3<double> tip = (frame[joints] * arm.tool).position;
     Jacobian out;
     for (int i = 0; i < joints; ++i) {

@@ -1,4 +1,5 @@
-// Joint values q and model angles theta, windings, and the distance to limits: the only lines that know the joint map.
+// Joint values q and model angles theta, windings, and the distance to limits: the only lines that know the
+// joint map.
 #pragma once
 
 #include "arm.hpp"
@@ -19,7 +20,8 @@ ARMANGLE_INLINE T to_theta(T q, T sign, T offset) noexcept {
     return sign * q + offset;
 }
 
-/// The q of a theta that lies within [lower, upper]; of several the nearest to `near`, of none the nearest to the range.
+/// The q of a theta that lies within [lower, upper]; of several the nearest to `near`, of none the nearest to
+/// the range.
 template <class T>
 ARMANGLE_INLINE T to_q(T theta, T sign, T offset, T lower, T upper, T near) noexcept {
     const T q = sign * (theta - offset);
@@ -36,7 +38,9 @@ ARMANGLE_INLINE T to_q(T theta, T sign, T offset, T lower, T upper, T near) noex
 }
 
 /// Whether all seven joint values are finite, and not beyond any sense.
-ARMANGLE_INLINE bool is_finite(const JointLanes& q) noexcept { return all(abs(q) <= JointLanes(tolerance::largest_angle)); }
+ARMANGLE_INLINE bool is_finite(const JointLanes& q) noexcept {
+    return all(abs(q) <= JointLanes(tolerance::largest_angle));
+}
 inline bool is_finite(const double* q) noexcept { return is_finite(joint_lanes(q)); }
 
 /// Least distance to a limit over all joints; infinite without limits, NaN where a joint is not finite.
@@ -44,15 +48,23 @@ ARMANGLE_INLINE double limit_margin(const Arm& arm, const JointLanes& q) noexcep
     if (any(!(q == q))) return not_a_number;  // min would pass over it
     return least(min(q - JointLanes::load(arm.joint_lower), JointLanes::load(arm.joint_upper) - q));
 }
-inline double limit_margin(const Arm& arm, const double* q) noexcept { return limit_margin(arm, joint_lanes(q)); }
+inline double limit_margin(const Arm& arm, const double* q) noexcept {
+    return limit_margin(arm, joint_lanes(q));
+}
 
-inline bool within_limits(const Arm& arm, const double* q, double slack) noexcept { return limit_margin(arm, q) >= -slack; }
+inline bool within_limits(const Arm& arm, const double* q, double slack) noexcept {
+    return limit_margin(arm, q) >= -slack;
+}
 
 namespace detail {
 
 /// Largest move of a joint; no operand may be NaN.
-ARMANGLE_INLINE double largest_move(const JointLanes& a, const JointLanes& b) noexcept { return -least(-abs(a - b)); }
-inline double largest_move(const double* a, const double* b) noexcept { return largest_move(joint_lanes(a), joint_lanes(b)); }
+ARMANGLE_INLINE double largest_move(const JointLanes& a, const JointLanes& b) noexcept {
+    return -least(-abs(a - b));
+}
+inline double largest_move(const double* a, const double* b) noexcept {
+    return largest_move(joint_lanes(a), joint_lanes(b));
+}
 
 }  // namespace detail
 

@@ -25,12 +25,14 @@ using Batch = Lane<register_width>;
 inline Problem check_element(const Arm& arm, const InverseBatch& b, std::size_t i, double& value) noexcept {
     const Problem pose = check_pose(b.pose.at(i), value);
     if (pose != Problem::none) return pose;
-    if (!(abs(*b.psi.at(i)) <= tolerance::largest_angle)) return value = *b.psi.at(i), Problem::psi_not_finite;
+    if (!(abs(*b.psi.at(i)) <= tolerance::largest_angle))
+        return value = *b.psi.at(i), Problem::psi_not_finite;
     const long long gc = *b.gc.at(i);
     if (gc < 0 || gc >= configurations) return value = static_cast<double>(gc), Problem::gc_range;
     if (b.seed.data)
         for (int j = 0; j < joints; ++j)
-            if (!(abs(b.seed.at(i)[j]) <= tolerance::largest_angle)) return value = b.seed.at(i)[j], Problem::joints_not_finite;
+            if (!(abs(b.seed.at(i)[j]) <= tolerance::largest_angle))
+                return value = b.seed.at(i)[j], Problem::joints_not_finite;
     const Circle<double> c = circle(arm, flange_pose(arm, load_pose(b.pose.at(i))));
     if (is_unreachable(arm, c)) return value = c.triangle.excess, Problem::unreachable;
     if (is_folded(arm, c)) return Problem::folded;
@@ -68,15 +70,19 @@ inline LaneInput load_block(const Arm& arm, const InverseBatch& b, const std::si
     }
     const auto row = [&](int i) { return Batch::load(m[i]); };
     LaneInput in;
-    in.pose = {{{row(0), row(4), row(8)}, {row(1), row(5), row(9)}, {row(2), row(6), row(10)}}, {row(3), row(7), row(11)}};
+    in.pose = {{{row(0), row(4), row(8)}, {row(1), row(5), row(9)}, {row(2), row(6), row(10)}},
+               {row(3), row(7), row(11)}};
     in.psi = Batch::load(psi);
     in.gc = {Batch::load(shoulder), Batch::load(elbow), Batch::load(wrist)};
     const auto& r = in.pose.rotation;
     const Vec3<Batch>& p = in.pose.position;
     // NaN and infinity make these comparisons false
-    const auto finite = (abs(p.x) + abs(p.y) + abs(p.z) < Batch(infinity)) & (abs(in.psi) <= Batch(tolerance::largest_angle));
-    const auto rigid = (orthonormality_error(r) <= Batch(tolerance::rotation)) & (dot(cross(r.x, r.y), r.z) > Batch(0.0));
-    const auto row_ok = (abs(row(12)) + abs(row(13)) + abs(row(14)) + abs(row(15) - Batch(1.0)) == Batch(0.0));
+    const auto finite =
+        (abs(p.x) + abs(p.y) + abs(p.z) < Batch(infinity)) & (abs(in.psi) <= Batch(tolerance::largest_angle));
+    const auto rigid =
+        (orthonormality_error(r) <= Batch(tolerance::rotation)) & (dot(cross(r.x, r.y), r.z) > Batch(0.0));
+    const auto row_ok =
+        (abs(row(12)) + abs(row(13)) + abs(row(14)) + abs(row(15) - Batch(1.0)) == Batch(0.0));
     in.bad = select(finite & rigid & row_ok, Batch::load(bad), Batch(1.0));
     load_seed(arm, b, at, in);
     return in;
@@ -86,8 +92,8 @@ inline LaneInput load_block(const Arm& arm, const InverseBatch& b, const std::si
 inline void solve_block(const Arm& arm, const LaneInput& in, const Circle<Batch>& c, Batch* q) noexcept {
     const Directions<Batch> d = directions(c, fold(arm, c.triangle, in.gc.elbow), in.gc, sin_cos(in.psi));
     for (int j = 0; j < joints; ++j) {
-        q[j] = to_q(atan2(d.y[j], d.x[j]), Batch(arm.joint_sign[j]), Batch(arm.joint_offset[j]), Batch(arm.joint_lower[j]),
-                    Batch(arm.joint_upper[j]), in.near[j]);
+        q[j] = to_q(atan2(d.y[j], d.x[j]), Batch(arm.joint_sign[j]), Batch(arm.joint_offset[j]),
+                    Batch(arm.joint_lower[j]), Batch(arm.joint_upper[j]), in.near[j]);
     }
 }
 
@@ -118,7 +124,8 @@ inline void enforce_limits(const Arm& arm, const InverseBatch& b, std::size_t i,
 }  // namespace detail
 
 /// Inverse kinematics of elements [begin, end): checks, solves and stores each in one pass.
-inline void inverse_range(const Arm& arm, const InverseBatch& b, std::size_t begin, std::size_t end, Outcome& outcome) noexcept {
+inline void inverse_range(const Arm& arm, const InverseBatch& b, std::size_t begin, std::size_t end,
+                          Outcome& outcome) noexcept {
     using detail::Batch;
     constexpr std::size_t width = register_width;
     for (std::size_t first = begin; first < end; first += width) {

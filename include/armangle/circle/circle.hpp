@@ -1,10 +1,11 @@
 // The redundancy circle of a pose: its axis, its zero, and the tool seen from it. Eq. (3), (12)-(15), (20).
 //
 // In the orthonormal triad (w, e, z) -- w along shoulder-wrist, z the normal of the reference half-plane,
-// e = w x z -- the matrices of the paper need no product: the columns of 0R3(psi) = A_s sin + B_s cos + C_s are
+// e = w x z -- the matrices of the paper need no product: the columns of 0R3(psi) = A_s sin + B_s cos + C_s
+// are
 //   x_3 = w sin(beta) + f cos(beta),  y_3 = w cos(beta) - f sin(beta),  z_3 = z cos(psi) + e sin(psi),
-// with f = e cos(psi) - z sin(psi), and the entries of 4R7(psi) follow with gamma = beta + theta_4 and the tool's
-// axes in triad coordinates.
+// with f = e cos(psi) - z sin(psi), and the entries of 4R7(psi) follow with gamma = beta + theta_4 and the
+// tool's axes in triad coordinates.
 #pragma once
 
 #include "elbow.hpp"
@@ -22,7 +23,8 @@ struct Triad {
 /// Triad of a pose 0T7 (already freed of base and tool); normal(p, w) is its zero, p = S->W (m), w = p / |p|.
 template <class T, class Normal>
 ARMANGLE_INLINE Triad<T> triad(const Arm& arm, const Pose<T>& flange, const Normal& normal) noexcept {
-    const Vec3<T> p = flange.position - Vec3<T>{T(0.0), T(0.0), T(arm.d_bs)} - flange.rotation.z * T(arm.d_wf);  // eq. (3)
+    const Vec3<T> p =
+        flange.position - Vec3<T>{T(0.0), T(0.0), T(arm.d_bs)} - flange.rotation.z * T(arm.d_wf);  // eq. (3)
     Triad<T> t;
     t.distance = norm(p);
     t.w = p * (T(1.0) / select(t.distance == T(0.0), T(1.0), t.distance));
@@ -34,10 +36,12 @@ ARMANGLE_INLINE Triad<T> triad(const Arm& arm, const Pose<T>& flange, const Norm
 /// The triad of the paper's psi.
 template <class T>
 ARMANGLE_INLINE Triad<T> triad(const Arm& arm, const Pose<T>& flange) noexcept {
-    return triad(arm, flange, [&arm](const Vec3<T>& p, const Vec3<T>& w) noexcept { return reference_normal(arm, p, w); });
+    return triad(arm, flange,
+                 [&arm](const Vec3<T>& p, const Vec3<T>& w) noexcept { return reference_normal(arm, p, w); });
 }
 
-/// The circle: its triad, the tool's axes in it (w.x_7, w.y_7, w.z_7; the same for e and z), and the arm's triangle.
+/// The circle: its triad, the tool's axes in it (w.x_7, w.y_7, w.z_7; the same for e and z), and the arm's
+/// triangle.
 template <class T>
 struct Circle : Triad<T> {
     Vec3<T> tool_w, tool_e, tool_z;
@@ -73,7 +77,8 @@ ARMANGLE_INLINE auto is_unreachable(const Arm& arm, const Circle<T>& c) noexcept
     return !(c.triangle.excess <= T(tolerance::reach * arm.size));
 }
 
-/// Whether theta_1 (theta_2 = 0 or pi) vanishes as a direction for *every* psi: arm straight along the base axis.
+/// Whether theta_1 (theta_2 = 0 or pi) vanishes as a direction for *every* psi: arm straight along the base
+/// axis.
 template <class T>
 ARMANGLE_INLINE auto shoulder_singular(const Circle<T>& c, const Fold<T>& f) noexcept {
     const T along = c.w.x * c.w.x + c.w.y * c.w.y;

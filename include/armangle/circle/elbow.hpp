@@ -13,8 +13,9 @@ struct Triangle {
     SinCos<T> kappa;  // angle at the shoulder between S-E and S-W
 };
 
-/// Bend and shoulder angle by half-angle forms: exact also when stretched or folded (unlike acos of eq. (4)); n = |S-W| in m.
-/// Each is made a unit direction by its own length: whatever n was rounded to, the frames stay rotations.
+/// Bend and shoulder angle by half-angle forms: exact also when stretched or folded (unlike acos of eq. (4));
+/// n = |S-W| in m. Each is made a unit direction by its own length: whatever n was rounded to, the frames
+/// stay rotations.
 template <class T>
 ARMANGLE_INLINE Triangle<T> triangle(const Arm& arm, T n) noexcept {
     const double L = arm.reach, D = arm.inner_reach, La = arm.upper_arm, Lb = arm.forearm;
@@ -43,13 +44,16 @@ struct Fold {
 
 template <class T>
 ARMANGLE_INLINE Fold<T> fold(const Arm& arm, const Triangle<T>& t, T gc_4) noexcept {
-    // mul_add and not a * b + c * d: g++ 12 fuses such pairs of sum and difference in spite of -ffp-contract=off
+    // mul_add and not a * b + c * d: g++ 12 fuses such pairs of sum and difference in spite of
+    // -ffp-contract=off
     const auto sum = [](const SinCos<double>& fixed, const T& s, const T& c) {
         return SinCos<T>{mul_add(T(fixed.sin), c, fixed.cos * s), mul_add(T(fixed.cos), c, -(fixed.sin * s))};
     };
-    const T sin_lower = mul_add(t.eta.sin, t.kappa.cos, -(t.eta.cos * t.kappa.sin));  // of eta - kappa, at the wrist
+    const T sin_lower =
+        mul_add(t.eta.sin, t.kappa.cos, -(t.eta.cos * t.kappa.sin));  // of eta - kappa, at the wrist
     const T cos_lower = mul_add(t.eta.cos, t.kappa.cos, t.eta.sin * t.kappa.sin);
-    return {sum(arm.delta, gc_4 * t.eta.sin, t.eta.cos), sum(arm.shoulder_slant, -(gc_4 * t.kappa.sin), t.kappa.cos),
+    return {sum(arm.delta, gc_4 * t.eta.sin, t.eta.cos),
+            sum(arm.shoulder_slant, -(gc_4 * t.kappa.sin), t.kappa.cos),
             sum(arm.wrist_slant, gc_4 * sin_lower, cos_lower)};
 }
 

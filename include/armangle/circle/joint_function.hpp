@@ -1,4 +1,5 @@
-// Joint functions theta_i(psi) on one circle and branch: coefficients, value, derivative, special values. Eq. (26)-(31), (33), (34).
+// Joint functions theta_i(psi) on one circle and branch: coefficients, value, derivative, special values. Eq.
+// (26)-(31), (33), (34).
 #pragma once
 
 #include "posture.hpp"
@@ -56,13 +57,16 @@ ARMANGLE_INLINE Linear<T> select(const M& mask, const Linear<T>& yes, const Line
 
 namespace detail {
 
-/// Hinge whose axis turns about another at the angle `tilt`; `along` and `across` are the cosine and sine (>= 0) of the
-/// angle between that other axis and the one theta is measured from. |theta| is between difference and sum of the two.
+/// Hinge whose axis turns about another at the angle `tilt`; `along` and `across` are the cosine and sine (>=
+/// 0) of the angle between that other axis and the one theta is measured from. |theta| is between difference
+/// and sum of the two.
 template <class T>
-ARMANGLE_INLINE Hinge<T> hinge(const Linear<T>& H, const T& g, const SinCos<T>& tilt, const T& along, const T& across) noexcept {
+ARMANGLE_INLINE Hinge<T> hinge(const Linear<T>& H, const T& g, const SinCos<T>& tilt, const T& along,
+                               const T& across) noexcept {
     const T one(1.0), sine = abs(tilt.sin);
     const T high = mul_add(along, tilt.cos, across * sine), low = mul_add(along, tilt.cos, -(across * sine));
-    const T sine_high = mul_add(across, tilt.cos, -(along * sine)), sine_low = mul_add(across, tilt.cos, along * sine);
+    const T sine_high = mul_add(across, tilt.cos, -(along * sine)),
+            sine_low = mul_add(across, tilt.cos, along * sine);
     const auto gap = [&one](const T& cosine, const T& s) {
         const T far = one + abs(cosine), near = s * s / far;
         const auto acute = T(0.0) < cosine;
@@ -73,10 +77,11 @@ ARMANGLE_INLINE Hinge<T> hinge(const Linear<T>& H, const T& g, const SinCos<T>& 
 
 }  // namespace detail
 
-/// The coefficients, from eq. (16), (21) in triad coordinates. On a circle that is singular everywhere theta_1 (theta_5)
-/// is 0 and theta_3 (theta_7) takes the form that the inverse takes there.
+/// The coefficients, from eq. (16), (21) in triad coordinates. On a circle that is singular everywhere
+/// theta_1 (theta_5) is 0 and theta_3 (theta_7) takes the form that the inverse takes there.
 template <class T>
-ARMANGLE_INLINE JointFunctions<T> joint_functions(const Circle<T>& c, const Fold<T>& fold, const Configuration<T>& gc) noexcept {
+ARMANGLE_INLINE JointFunctions<T> joint_functions(const Circle<T>& c, const Fold<T>& fold,
+                                                  const Configuration<T>& gc) noexcept {
     const T sb = fold.beta.sin, cb = fold.beta.cos, sg = fold.gamma.sin, cg = fold.gamma.cos;
     const T zero(0.0), one(1.0);
     const Linear<T> nought{zero, zero, zero}, unity{zero, zero, one};
@@ -100,9 +105,13 @@ ARMANGLE_INLINE JointFunctions<T> joint_functions(const Circle<T>& c, const Fold
         p = {select(mask, U, p.U), select(mask, V, p.V), select(mask, one, p.g)};
     };
     const auto lost_1 = shoulder_singular(c, fold);
-    if (any(lost_1)) lost(lost_1, j.pivot[0], nought, unity), lost(lost_1, j.pivot[1], x3(w.y, e.y, z.y), negative(z3(e.y, z.y)));
+    if (any(lost_1))
+        lost(lost_1, j.pivot[0], nought, unity),
+            lost(lost_1, j.pivot[1], x3(w.y, e.y, z.y), negative(z3(e.y, z.y)));
     const auto lost_5 = wrist_singular(c, fold);
-    if (any(lost_5)) lost(lost_5, j.pivot[2], nought, unity), lost(lost_5, j.pivot[3], negative(z3(te.x, tz.x)), negative(z3(te.y, tz.y)));
+    if (any(lost_5))
+        lost(lost_5, j.pivot[2], nought, unity),
+            lost(lost_5, j.pivot[3], negative(z3(te.x, tz.x)), negative(z3(te.y, tz.y)));
     return j;
 }
 
@@ -122,7 +131,8 @@ inline double derivative(const Pivot<double>& p, const SinCos<double>& psi) noex
 
 /// |sin(theta)| of a hinge is the length of its pivot's direction: h = hypot(U, V) of joint 1 (5).
 /// dtheta/dpsi, eq. (33); infinite where theta is 0 or pi, unless theta is constant.
-inline double derivative(const Hinge<double>& h, const Pivot<double>& pivot, const SinCos<double>& psi) noexcept {
+inline double derivative(const Hinge<double>& h, const Pivot<double>& pivot,
+                         const SinCos<double>& psi) noexcept {
     const double slope = h.H.slope(psi);
     if (is_constant(h)) return 0.0;
     const double sine = hypot(pivot.U.at(psi), pivot.V.at(psi));
@@ -131,15 +141,19 @@ inline double derivative(const Hinge<double>& h, const Pivot<double>& pivot, con
 }
 
 /// Self-motion dq/dpsi (rad/rad), of one circle and branch; joint 4 does not move.
-inline Joints self_motion(const Arm& arm, const JointFunctions<double>& f, const SinCos<double>& psi) noexcept {
-    const double rate[joints] = {derivative(f.pivot[0], psi), derivative(f.hinge[0], f.pivot[0], psi), derivative(f.pivot[1], psi), 0.0,
-                                 derivative(f.pivot[2], psi), derivative(f.hinge[1], f.pivot[2], psi), derivative(f.pivot[3], psi)};
+inline Joints self_motion(const Arm& arm, const JointFunctions<double>& f,
+                          const SinCos<double>& psi) noexcept {
+    const double rate[joints] = {derivative(f.pivot[0], psi), derivative(f.hinge[0], f.pivot[0], psi),
+                                 derivative(f.pivot[1], psi), 0.0,
+                                 derivative(f.pivot[2], psi), derivative(f.hinge[1], f.pivot[2], psi),
+                                 derivative(f.pivot[3], psi)};
     Joints out{};
     for (int i = 0; i < joints; ++i) out.q[i] = arm.sign[i] * rate[i];
     return out;
 }
 
-/// Roots of s sin + c cos + k = 0 on the circle: the two-root form, good at psi = pi and for any zero coefficient.
+/// Roots of s sin + c cos + k = 0 on the circle: the two-root form, good at psi = pi and for any zero
+/// coefficient.
 struct Roots {
     int count;
     double psi[2];
@@ -153,7 +167,8 @@ inline Roots roots(const Linear<double>& f) noexcept {
     return {2, {wrap(middle - half), wrap(middle + half)}};
 }
 
-/// Which of the paper's cases a joint function is: sections 5.1.1-5.1.3 and 5.2, and the constant one it leaves out.
+/// Which of the paper's cases a joint function is: sections 5.1.1-5.1.3 and 5.2, and the constant one it
+/// leaves out.
 enum class Case : int { stationary, monotonic, singular, constant };
 
 /// Special values of one joint function.

@@ -12,8 +12,8 @@ struct Directions {
     T y[joint_slots], x[joint_slots];
 };
 
-/// The seven angles as directions. theta_3 and theta_7 from theta_1 and theta_5 and not from eq. (19), (24), which
-/// lose theta_1 + theta_3 (theta_5 + theta_7) where theta_2 (theta_6) vanishes.
+/// The seven angles as directions. theta_3 and theta_7 from theta_1 and theta_5 and not from eq. (19), (24),
+/// which lose theta_1 + theta_3 (theta_5 + theta_7) where theta_2 (theta_6) vanishes.
 template <class T>
 ARMANGLE_INLINE Directions<T> directions(const Circle<T>& c, const Fold<T>& fold, const Configuration<T>& gc,
                                          const SinCos<T>& psi) noexcept {
@@ -21,7 +21,8 @@ ARMANGLE_INLINE Directions<T> directions(const Circle<T>& c, const Fold<T>& fold
     Directions<T> d;
     // shoulder: columns of 0R3, eq. (15)
     const Vec3<T> f = combine(c.e, psi.cos, c.z, -psi.sin), z3 = combine(c.z, psi.cos, c.e, psi.sin);
-    const Vec3<T> x3 = combine(c.w, fold.beta.sin, f, fold.beta.cos), y3 = combine(c.w, fold.beta.cos, f, -fold.beta.sin);
+    const Vec3<T> x3 = combine(c.w, fold.beta.sin, f, fold.beta.cos),
+                  y3 = combine(c.w, fold.beta.cos, f, -fold.beta.sin);
     const T h2 = hypot(y3.x, y3.y);
     const auto singular_1 = shoulder_singular(c, fold), flat_2 = h2 == zero;
     const auto lost_1 = singular_1 | flat_2;
@@ -52,20 +53,23 @@ struct Joints {
 };
 
 /// theta of the directions, all joints in one vector.
-ARMANGLE_INLINE JointLanes angles(const Directions<double>& d) noexcept { return atan2(JointLanes::of(d.y), JointLanes::of(d.x)); }
+ARMANGLE_INLINE JointLanes angles(const Directions<double>& d) noexcept {
+    return atan2(JointLanes::of(d.y), JointLanes::of(d.x));
+}
 
 /// q of the directions: within the limits, nearest to `seed`, or to the middle of the range without one.
 inline Joints joints_within_limits(const Arm& arm, const Directions<double>& d, const double* seed) noexcept {
     const JointLanes near = seed ? joint_lanes(seed) : JointLanes::load(arm.joint_middle);
     Joints out;
-    to_q(angles(d), JointLanes::load(arm.joint_sign), JointLanes::load(arm.joint_offset), JointLanes::load(arm.joint_lower),
-         JointLanes::load(arm.joint_upper), near)
+    to_q(angles(d), JointLanes::load(arm.joint_sign), JointLanes::load(arm.joint_offset),
+         JointLanes::load(arm.joint_lower), JointLanes::load(arm.joint_upper), near)
         .store(out.q);
     return out;
 }
 
 /// q of the directions lifted next to `near`, whatever the limits: for continuity along a motion.
-ARMANGLE_INLINE JointLanes joints_near(const Arm& arm, const Directions<double>& d, const JointLanes& near) noexcept {
+ARMANGLE_INLINE JointLanes joints_near(const Arm& arm, const Directions<double>& d,
+                                       const JointLanes& near) noexcept {
     return lift(JointLanes::load(arm.joint_sign) * (angles(d) - JointLanes::load(arm.joint_offset)), near);
 }
 

@@ -1,7 +1,7 @@
 // The reference half-plane, psi = 0: the virtual arm with theta_3 = 0. Eq. (5)-(8).
 //
-// Another meaning of psi is another function of this shape in a file beside this one: it returns a unit vector
-// orthogonal to the axis w, and everything above it follows.
+// Another meaning of psi is another function of this shape in a file beside this one: it returns a unit
+// vector orthogonal to the axis w, and everything above it follows.
 #pragma once
 
 #include "../arm/arm.hpp"
@@ -9,7 +9,8 @@
 namespace armangle {
 
 /// Axis z_3 of the virtual arm: the normal of the reference half-plane; p = S->W (m), w = p / |p|.
-/// z = (p_y, -p_x, 0) / r; where the wrist lies on the base axis (eq. (5), second case) theta_1 = 0 of the convention.
+/// z = (p_y, -p_x, 0) / r; where the wrist lies on the base axis (eq. (5), second case) theta_1 = 0 of the
+/// convention.
 template <class T>
 ARMANGLE_INLINE Vec3<T> reference_normal(const Arm& arm, const Vec3<T>& p, const Vec3<T>& w) noexcept {
     const T r = hypot(p.x, p.y);

@@ -1,8 +1,10 @@
-// A second reference plane, for whole paths: singular in one direction only, which is chosen away from the path.
+// A second reference plane, for whole paths: singular in one direction only, which is chosen away from the
+// path.
 //
-// The normal `side` is carried from `pole` to w by the rotation that takes the one to the other the shortest way. The angle
-// phi measured from there differs from psi by an offset of the wrist's direction alone, and turns slowly wherever w is not
-// near -pole; so a wrist over the base axis is a place like any other. Only + - * /.
+// The normal `side` is carried from `pole` to w by the rotation that takes the one to the other the shortest
+// way. The angle phi measured from there differs from psi by an offset of the wrist's direction alone, and
+// turns slowly wherever w is not near -pole; so a wrist over the base axis is a place like any other. Only +
+// - * /.
 #pragma once
 
 #include "circle.hpp"

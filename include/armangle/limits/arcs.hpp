@@ -48,7 +48,8 @@ inline void merge(ArcSet& set) noexcept {
     for (int i = 1; i < set.count; ++i) {
         Arc& last = set.arc[kept];
         if (set.arc[i].lower - last.upper < tolerance::angle) {
-            if (set.arc[i].upper > last.upper) last.upper = set.arc[i].upper, last.upper_tag = set.arc[i].upper_tag;
+            if (set.arc[i].upper > last.upper)
+                last.upper = set.arc[i].upper, last.upper_tag = set.arc[i].upper_tag;
         } else {
             set.arc[++kept] = set.arc[i];
         }
@@ -73,7 +74,8 @@ inline void make_arc(ArcSet& set, double lower, double upper, Tag lower_tag, Tag
     detail::push(set, {start, start + (upper - lower), lower_tag, upper_tag});
 }
 
-/// The set of n arcs (lower, upper, lower, ...) that are already as a set has them, to the bit; false where they are not.
+/// The set of n arcs (lower, upper, lower, ...) that are already as a set has them, to the bit; false where
+/// they are not.
 inline bool make_ordered(ArcSet& set, const double* ends, int n) noexcept {
     make_empty(set);
     if (n < 1 || n > ArcSet::capacity) return false;
@@ -106,8 +108,8 @@ inline void intersect(const ArcSet& a, const ArcSet& b, ArcSet& out) noexcept {
                 const double lower = q.lower + turn, upper = q.upper + turn;
                 if (lower >= p.upper || upper <= p.lower) continue;
                 const bool later = lower > p.lower, earlier = upper < p.upper;
-                detail::push(out, {later ? lower : p.lower, earlier ? upper : p.upper, later ? q.lower_tag : p.lower_tag,
-                                   earlier ? q.upper_tag : p.upper_tag});
+                detail::push(out, {later ? lower : p.lower, earlier ? upper : p.upper,
+                                   later ? q.lower_tag : p.lower_tag, earlier ? q.upper_tag : p.upper_tag});
             }
         }
     }
@@ -182,7 +184,8 @@ inline double nearest(const ArcSet& set, double psi) noexcept {
     if (place.index >= 0) return wrap(place.psi);
     double best = infinity, at = not_a_number;
     for (int i = 0; i < set.count; ++i) {
-        const double to_lower = abs(wrap(set.arc[i].lower - psi)), to_upper = abs(wrap(set.arc[i].upper - psi));
+        const double to_lower = abs(wrap(set.arc[i].lower - psi)),
+                     to_upper = abs(wrap(set.arc[i].upper - psi));
         if (to_lower < best) best = to_lower, at = set.arc[i].lower;
         if (to_upper < best) best = to_upper, at = set.arc[i].upper;
     }

@@ -1,8 +1,8 @@
 // What limits block, as a list of arcs, and the arcs that are left.
 //
-// What a limit blocks is one arc, or the common part of two (a pivot with more than half a turn, a gap between two
-// pieces of a hinge). No tangent, no derivative sign, no sampling; limits of any sign, beyond +-pi or infinite are the
-// same rule.
+// What a limit blocks is one arc, or the common part of two (a pivot with more than half a turn, a gap
+// between two pieces of a hinge). No tangent, no derivative sign, no sampling; limits of any sign, beyond
+// +-pi or infinite are the same rule.
 #pragma once
 
 #include <bit>
@@ -13,14 +13,16 @@ namespace armangle {
 
 /// Arcs that limits block; Psi is the rest. A list, not a set: they may overlap or touch.
 struct Blocked {
-    static constexpr int capacity = 2 * pivots + 4 * hinges + pivots + 1;  // of pivots, of hinges, the paper's, one to write
+    static constexpr int capacity =
+        2 * pivots + 4 * hinges + pivots + 1;  // of pivots, of hinges, the paper's, one to write
     int count = 0;
     bool all = false;
     Tag furthest_tag = 0;
     double furthest = -infinity;  // the end that lies furthest, and who made it
     Arc arc[capacity];
 
-    /// An arc with lower in [-pi, pi), kept unless it is shorter than the tolerance: a touching point. No branch.
+    /// An arc with lower in [-pi, pi), kept unless it is shorter than the tolerance: a touching point. No
+    /// branch.
     ARMANGLE_INLINE void add(const Arc& a) noexcept {
         const bool kept = a.upper - a.lower >= tolerance::angle, further = kept & (a.upper > furthest);
         arc[count] = a;
@@ -33,16 +35,21 @@ struct Blocked {
 
 namespace detail {
 
-/// Blocks the common part of two arcs: what of each lies in the other from its own lower end on, at most two pieces.
+/// Blocks the common part of two arcs: what of each lies in the other from its own lower end on, at most two
+/// pieces.
 ARMANGLE_INLINE void block_both(const Arc& a, const Arc& b, Blocked& out) noexcept {
     const double width_a = a.upper - a.lower, width_b = b.upper - b.lower;
     const double room_a = room_in(a.lower, b.lower, width_b), room_b = room_in(b.lower, a.lower, width_a);
-    out.add({a.lower, room_a < width_a ? a.lower + room_a : a.upper, a.lower_tag, room_a < width_a ? b.upper_tag : a.upper_tag});
-    out.add({b.lower, room_b < width_b ? b.lower + room_b : b.upper, b.lower_tag, room_b < width_b ? a.upper_tag : b.upper_tag});
+    out.add({a.lower, room_a < width_a ? a.lower + room_a : a.upper, a.lower_tag,
+             room_a < width_a ? b.upper_tag : a.upper_tag});
+    out.add({b.lower, room_b < width_b ? b.lower + room_b : b.upper, b.lower_tag,
+             room_b < width_b ? a.upper_tag : b.upper_tag});
 }
 
-/// Removes psi_sing -+ epsilon of eq. (31) where the discriminant of eq. (30) is small: the paper's own avoidance.
-inline void avoid_paper_singularity(const LimitTable& t, const JointFunctions<double>& f, int pivot, Blocked& out) noexcept {
+/// Removes psi_sing -+ epsilon of eq. (31) where the discriminant of eq. (30) is small: the paper's own
+/// avoidance.
+inline void avoid_paper_singularity(const LimitTable& t, const JointFunctions<double>& f, int pivot,
+                                    Blocked& out) noexcept {
     const Linear<double> n = slope_numerator(f.pivot[pivot]);
     const double disc = n.s * n.s + n.c * n.c - n.k * n.k;
     if (abs(disc) > t.discriminant || hypot(n.s, n.c) <= tolerance::singular) return;
@@ -69,7 +76,8 @@ inline constexpr unsigned shoulder_pivots = 0x33, wrist_pivots = 0xcc, all_pivot
 constexpr unsigned pivot_bits(int pivot) noexcept { return 0x11u << pivot; }
 
 /// Blocks what the limits of some pivots forbid.
-inline void block_pivots(const LimitTable& t, const JointFunctions<double>& f, const Boundaries& b, unsigned which, Blocked& out) noexcept {
+inline void block_pivots(const LimitTable& t, const JointFunctions<double>& f, const Boundaries& b,
+                         unsigned which, Blocked& out) noexcept {
     if (t.psi_margin > 0)
         for (int p = 0; p < pivots; ++p)
             if (which >> p & 1) detail::avoid_paper_singularity(t, f, p, out);
@@ -87,7 +95,8 @@ inline void block_pivots(const LimitTable& t, const JointFunctions<double>& f, c
 }
 
 /// Blocks what the limits of a hinge (0, 1 for joints 2, 6) forbid.
-inline void block_hinge(const LimitTable& t, const JointFunctions<double>& f, const Boundaries& b, int hinge, Blocked& out) noexcept {
+inline void block_hinge(const LimitTable& t, const JointFunctions<double>& f, const Boundaries& b, int hinge,
+                        Blocked& out) noexcept {
     const int negative = f.hinge[hinge].g < 0, count = t.piece_count[hinge][negative];
     const HingePiece* piece = t.piece[hinge][negative];
     if (count == 0) {
@@ -96,11 +105,13 @@ inline void block_hinge(const LimitTable& t, const JointFunctions<double>& f, co
         const double angle = detail::constant_hinge(f.hinge[hinge], f.pivot[2 * hinge]);
         bool inside = false;
         for (int k = 0; k < count; ++k)
-            inside |= angle >= piece[k].near.angle - tolerance::angle && angle <= piece[k].far.angle + tolerance::angle;
+            inside |= angle >= piece[k].near.angle - tolerance::angle &&
+                      angle <= piece[k].far.angle + tolerance::angle;
         out.all |= !inside;
     } else {
         const auto outside = [&b, hinge](int end, Tag tag) {
-            return Arc{b.hinge.lower[end / 2][2 * hinge + end % 2], b.hinge.upper[end / 2][2 * hinge + end % 2], tag, tag};
+            return Arc{b.hinge.lower[end / 2][2 * hinge + end % 2],
+                       b.hinge.upper[end / 2][2 * hinge + end % 2], tag, tag};
         };
         const int last = count - 1;
         if (piece[0].near.tag) out.add(outside(0, piece[0].near.tag));
@@ -111,7 +122,8 @@ inline void block_hinge(const LimitTable& t, const JointFunctions<double>& f, co
 
 namespace detail {
 
-/// order[k] is the arc with the k-th lowest lower end. By counting, not swapping: no branch depends on the data.
+/// order[k] is the arc with the k-th lowest lower end. By counting, not swapping: no branch depends on the
+/// data.
 inline void sort_arcs(const Blocked& blocked, int* order) noexcept {
     for (int i = 0; i < blocked.count; ++i) {
         int rank = 0;
@@ -136,7 +148,8 @@ inline void free_arcs(const Blocked& blocked, ArcSet& out) noexcept {
         count += real & (arc.upper - arc.lower >= tolerance::angle);
     };
     const Arc& first = blocked.arc[order[0]];
-    double reach = blocked.furthest - two_pi;  // how far the arcs so far block; at first the one over the seam
+    double reach =
+        blocked.furthest - two_pi;  // how far the arcs so far block; at first the one over the seam
     Tag tag = blocked.furthest_tag;
     const bool in_front = reach >= -pi;  // else the free arc over the seam is the last
     append({reach, first.lower, tag, first.lower_tag}, in_front);

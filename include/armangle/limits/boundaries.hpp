@@ -1,8 +1,10 @@
-// Each limit as a boundary function B(psi) = a sin + b cos + c, and the arc on which it is negative: forbidden. Eq. (32), (35).
+// Each limit as a boundary function B(psi) = a sin + b cos + c, and the arc on which it is negative:
+// forbidden. Eq. (32), (35).
 //
 //   pivot  g (U cos L - V sin L) >= 0 at the lower limit, <= 0 at the upper: the cone from one to the other;
 //   hinge  cos(near) - H >= 0 and H - cos(far) >= 0, near and far being the limits of |theta|.
-// {B < 0} is one arc, (phi + alpha, phi - alpha + 2 pi) with phi = atan2(a, b), alpha = acos(-c / hypot(a, b)).
+// {B < 0} is one arc, (phi + alpha, phi - alpha + 2 pi) with phi = atan2(a, b), alpha = acos(-c / hypot(a,
+// b)).
 #pragma once
 
 #include "../circle/joint_function.hpp"
@@ -19,7 +21,8 @@ struct ArcLanes {
     Slots lower, upper;
 };
 
-/// How far an arc's beginning lies before the end of another; less than the arc's width where that one cuts it.
+/// How far an arc's beginning lies before the end of another; less than the arc's width where that one cuts
+/// it.
 template <class T>
 ARMANGLE_INLINE T room_in(const T& lower, const T& other_lower, const T& other_width) noexcept {
     const T ahead = lower - other_lower;
@@ -40,7 +43,8 @@ ARMANGLE_INLINE Slots across(const Slots& excess) noexcept { return sqrt(max(exc
 /// What the limits of the pivots block: lanes 0-3 from their lower limits on, 4-7 from their upper ones.
 struct PivotArcs {
     double lower[2 * pivots], upper[2 * pivots];
-    // a bit a lane: blocks something (limited, moving, longer than the tolerance); ends at the other limit's end; the joint does not move
+    // a bit a lane: blocks something (limited, moving, longer than the tolerance); ends at the other limit's
+    // end; the joint does not move
     unsigned kept, cut, constant;
 };
 
@@ -64,9 +68,10 @@ ARMANGLE_INLINE Slots of_pivots(const JointFunctions<double>& f, const Get& get)
     return twice(four);
 }
 
-/// What both limits forbid: the common part of their two arcs where a pivot has more than half a turn, else each of them.
-/// Of a common part, what of each arc lies in the other from its own lower end on.
-ARMANGLE_INLINE void solve_pivots(const LimitTable& t, const JointFunctions<double>& f, PivotArcs& out) noexcept {
+/// What both limits forbid: the common part of their two arcs where a pivot has more than half a turn, else
+/// each of them. Of a common part, what of each arc lies in the other from its own lower end on.
+ARMANGLE_INLINE void solve_pivots(const LimitTable& t, const JointFunctions<double>& f,
+                                  PivotArcs& out) noexcept {
     using P = const Pivot<double>&;
     const Linear<Slots> U{of_pivots(f, [](P p) { return p.U.s; }), of_pivots(f, [](P p) { return p.U.c; }),
                           of_pivots(f, [](P p) { return p.U.k; })};
@@ -98,8 +103,10 @@ ARMANGLE_INLINE Slots of_hinges(double first, double second) noexcept {
     return twice(four);
 }
 
-/// a^2 + b^2 - c^2 = (max H - cos(limit)) (cos(limit) - min H), each factor by what is small: 1 - cos or 1 + cos.
-ARMANGLE_INLINE void solve_hinges(const LimitTable& t, const JointFunctions<double>& f, HingeArcs& out) noexcept {
+/// a^2 + b^2 - c^2 = (max H - cos(limit)) (cos(limit) - min H), each factor by what is small: 1 - cos or 1 +
+/// cos.
+ARMANGLE_INLINE void solve_hinges(const LimitTable& t, const JointFunctions<double>& f,
+                                  HingeArcs& out) noexcept {
     const Hinge<double>&p = f.hinge[0], &q = f.hinge[1];
     const int p_negative = p.g < 0, q_negative = q.g < 0;
     const int p_count = t.piece_count[0][p_negative], q_count = t.piece_count[1][q_negative];
@@ -129,7 +136,8 @@ ARMANGLE_INLINE void solve_hinges(const LimitTable& t, const JointFunctions<doub
 
 }  // namespace detail
 
-ARMANGLE_INLINE void boundaries(const LimitTable& t, const JointFunctions<double>& f, Boundaries& out) noexcept {
+ARMANGLE_INLINE void boundaries(const LimitTable& t, const JointFunctions<double>& f,
+                                Boundaries& out) noexcept {
     detail::solve_pivots(t, f, out.pivot);
     detail::solve_hinges(t, f, out.hinge);
 }

@@ -1,4 +1,5 @@
-// Feasible arcs: all psi of a pose and branch that keep every joint within its limits, and what ends them. Eq. (25).
+// Feasible arcs: all psi of a pose and branch that keep every joint within its limits, and what ends them.
+// Eq. (25).
 #pragma once
 
 #include "blocked.hpp"
@@ -8,10 +9,14 @@ namespace armangle {
 
 namespace detail {
 
-/// Whether a hinge comes to 0 or pi, where the directions (V, U) of its pivots vanish: only then can an end be a jump.
-inline bool may_jump(const Hinge<double>& h) noexcept { return min(h.high.below_one, h.low.above_minus_one) <= tolerance::touching; }
+/// Whether a hinge comes to 0 or pi, where the directions (V, U) of its pivots vanish: only then can an end
+/// be a jump.
+inline bool may_jump(const Hinge<double>& h) noexcept {
+    return min(h.high.below_one, h.low.above_minus_one) <= tolerance::touching;
+}
 
-/// Ends at which a pivot's direction (V, U) itself vanishes: the joint jumps there, it does not reach its limit.
+/// Ends at which a pivot's direction (V, U) itself vanishes: the joint jumps there, it does not reach its
+/// limit.
 inline void mark_jumps(const JointFunctions<double>& f, ArcSet& set) noexcept {
     const auto mark = [&f](double psi, Tag& tag) {
         const int joint = tag_joint(tag) - 1;
@@ -20,15 +25,18 @@ inline void mark_jumps(const JointFunctions<double>& f, ArcSet& set) noexcept {
         const SinCos<double> at = sin_cos(psi);
         if (hypot(p.U.at(at), p.V.at(at)) > tolerance::angle) return;
         const int hinge = joint / 4;
-        tag = make_tag(hinge_joint[hinge] + 1, f.hinge[hinge].H.at(at) > 0 ? Side::near_singular : Side::far_singular);
+        tag = make_tag(hinge_joint[hinge] + 1,
+                       f.hinge[hinge].H.at(at) > 0 ? Side::near_singular : Side::far_singular);
     };
     if (!may_jump(f.hinge[0]) && !may_jump(f.hinge[1])) return;
-    for (int i = 0; i < set.count; ++i) mark(set.arc[i].lower, set.arc[i].lower_tag), mark(set.arc[i].upper, set.arc[i].upper_tag);
+    for (int i = 0; i < set.count; ++i)
+        mark(set.arc[i].lower, set.arc[i].lower_tag), mark(set.arc[i].upper, set.arc[i].upper_tag);
 }
 
-/// Limits half a turn apart have the same boundary: the side on which the joint stands tells which one it reaches.
-inline void tell_opposite_limits(const LimitTable& t, const JointFunctions<double>& shoulder, const JointFunctions<double>& wrist,
-                                 ArcSet& set) noexcept {
+/// Limits half a turn apart have the same boundary: the side on which the joint stands tells which one it
+/// reaches.
+inline void tell_opposite_limits(const LimitTable& t, const JointFunctions<double>& shoulder,
+                                 const JointFunctions<double>& wrist, ArcSet& set) noexcept {
     const auto tell = [&](double psi, Tag& tag) {
         const int joint = tag_joint(tag) - 1, pivot = joint / 2;
         if (joint < 0 || joint % 2 == 1 || !t.cone[pivot].straight) return;
@@ -43,8 +51,8 @@ inline void tell_opposite_limits(const LimitTable& t, const JointFunctions<doubl
 }
 
 /// The set that is left; the joint functions are those of the shoulder's sign and of the wrist's.
-inline Status finish(const LimitTable& t, const JointFunctions<double>& shoulder, const JointFunctions<double>& wrist, Blocked& blocked,
-                     ArcSet& out) noexcept {
+inline Status finish(const LimitTable& t, const JointFunctions<double>& shoulder,
+                     const JointFunctions<double>& wrist, Blocked& blocked, ArcSet& out) noexcept {
     free_arcs(blocked, out);
     if (!out.full) tell_opposite_limits(t, shoulder, wrist, out), mark_jumps(shoulder, out);
     return out.empty() ? Status::LIMITS : Status::OK;
@@ -53,7 +61,8 @@ inline Status finish(const LimitTable& t, const JointFunctions<double>& shoulder
 }  // namespace detail
 
 /// Elbow: OK, or why no psi is feasible, theta_4 being the same for all.
-inline Status elbow_status(const Arm& arm, const LimitTable& t, const Circle<double>& c, const Fold<double>& fold) noexcept {
+inline Status elbow_status(const Arm& arm, const LimitTable& t, const Circle<double>& c,
+                           const Fold<double>& fold) noexcept {
     if (is_unreachable(arm, c)) return Status::UNREACHABLE;
     if (is_folded(arm, c)) return Status::FOLDED;
     if (!t.elbow.contains(fold.theta_4)) return Status::ELBOW_LIMIT;
@@ -75,8 +84,9 @@ inline Status feasible(const Arm& arm, const LimitTable& t, const Circle<double>
 }
 
 /// Psi_i of one joint (0..6), with the status of that joint alone.
-inline Status joint_arcs(const Arm& arm, const LimitTable& t, const Circle<double>& c, const Fold<double>& fold,
-                         const JointFunctions<double>& f, int joint, ArcSet& out) noexcept {
+inline Status joint_arcs(const Arm& arm, const LimitTable& t, const Circle<double>& c,
+                         const Fold<double>& fold, const JointFunctions<double>& f, int joint,
+                         ArcSet& out) noexcept {
     make_empty(out);
     const Status elbow = elbow_status(arm, t, c, fold);
     if (elbow == Status::FOLDED || elbow == Status::UNREACHABLE) return elbow;
@@ -109,7 +119,8 @@ inline double end_value(const Arm& arm, double margin, const Configuration<doubl
         case Side::far_singular: theta = g * pi; break;
         default: return not_a_number;
     }
-    return to_q(theta, arm.sign[joint], arm.offset[joint], arm.lower[joint], arm.upper[joint], arm.joint_middle[joint]);
+    return to_q(theta, arm.sign[joint], arm.offset[joint], arm.lower[joint], arm.upper[joint],
+                arm.joint_middle[joint]);
 }
 
 /// The sets of GC 0..7, and why an empty one is empty.
@@ -131,7 +142,8 @@ struct Sides {
     Blocked shoulder, wrist;
 };
 
-inline void block_sides(const LimitTable& t, const Circle<double>& c, const Fold<double>& bend, double sign, Sides& out) noexcept {
+inline void block_sides(const LimitTable& t, const Circle<double>& c, const Fold<double>& bend, double sign,
+                        Sides& out) noexcept {
     out.f = joint_functions(c, bend, Configuration<double>{sign, 1.0, sign});
     Boundaries b;
     boundaries(t, out.f, b);
@@ -145,13 +157,15 @@ inline void block_sides(const LimitTable& t, const Circle<double>& c, const Fold
 }  // namespace detail
 
 /// Psi_all of the eight branches of one circle; the same sets as feasible() gives one by one.
-inline void feasible_all(const Arm& arm, const LimitTable& t, const Circle<double>& c, AllArcs& out) noexcept {
+inline void feasible_all(const Arm& arm, const LimitTable& t, const Circle<double>& c,
+                         AllArcs& out) noexcept {
     for (int elbow = 0; elbow < 2; ++elbow) {
         const Fold<double> bend = fold(arm, c.triangle, elbow ? -1.0 : 1.0);
         const Status status = elbow_status(arm, t, c, bend);
         detail::Sides sides[2];
         if (status == Status::OK)
-            for (int negative = 0; negative < 2; ++negative) detail::block_sides(t, c, bend, negative ? -1.0 : 1.0, sides[negative]);
+            for (int negative = 0; negative < 2; ++negative)
+                detail::block_sides(t, c, bend, negative ? -1.0 : 1.0, sides[negative]);
         for (int branch = 0; branch < 4; ++branch) {
             const int shoulder = branch & 1, wrist = branch >> 1, gc = shoulder + 2 * elbow + 4 * wrist;
             make_empty(out.arcs[gc]);

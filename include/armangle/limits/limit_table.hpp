@@ -7,9 +7,20 @@
 namespace armangle {
 
 /// What made an end of an arc.
-enum class Side : std::uint8_t { none, lower, upper, user, near_margin, far_margin, near_singular, far_singular };
+enum class Side : std::uint8_t {
+    none,
+    lower,
+    upper,
+    user,
+    near_margin,
+    far_margin,
+    near_singular,
+    far_singular
+};
 
-constexpr Tag make_tag(int joint, Side side) noexcept { return static_cast<Tag>(joint * 8 + static_cast<int>(side)); }
+constexpr Tag make_tag(int joint, Side side) noexcept {
+    return static_cast<Tag>(joint * 8 + static_cast<int>(side));
+}
 constexpr int tag_joint(Tag tag) noexcept { return tag >> 3; }  // 1..7, or 0 for none
 constexpr Side tag_side(Tag tag) noexcept { return static_cast<Side>(tag & 7); }
 
@@ -17,7 +28,8 @@ inline constexpr int pivots = 4, hinges = 2, pieces = 2;
 inline constexpr int pivot_joint[pivots] = {0, 2, 4, 6};
 inline constexpr int hinge_joint[hinges] = {1, 5};
 
-/// An end of a range of |theta|: the angle, who made it (0 where 0 or pi is no limit), and its cosine, told from +-1.
+/// An end of a range of |theta|: the angle, who made it (0 where 0 or pi is no limit), and its cosine, told
+/// from +-1.
 struct HingeEnd {
     double angle;
     Tag tag;
@@ -40,7 +52,8 @@ struct Cone {
 
     /// Whether a unit direction lies in the cone, or within the angular tolerance of it.
     bool contains(const SinCos<double>& at) const noexcept {
-        const double above = at.sin * lower.cos - at.cos * lower.sin, below = upper.sin * at.cos - upper.cos * at.sin;
+        const double above = at.sin * lower.cos - at.cos * lower.sin,
+                     below = upper.sin * at.cos - upper.cos * at.sin;
         const bool behind_lower = above >= -tolerance::angle, before_upper = below >= -tolerance::angle;
         if (wide) return free | behind_lower | before_upper;
         const double ahead = at.cos * middle.cos + at.sin * middle.sin;
@@ -69,7 +82,8 @@ struct LimitTable {
     int piece_count[hinges][2];  // [hinge][theta < 0]
     HingePiece piece[hinges][2][pieces];
     Cone elbow, cone[pivots];
-    double psi_margin, discriminant;  // the paper's psi_sing +- epsilon, eq. (31), and when it holds; 0: not used
+    double psi_margin,
+        discriminant;  // the paper's psi_sing +- epsilon, eq. (31), and when it holds; 0: not used
 };
 
 namespace detail {
@@ -86,14 +100,15 @@ inline HingeEnd hinge_end(double angle, Tag tag) noexcept {
 inline void add_piece(LimitTable& t, int hinge, int negative, HingePiece piece) noexcept {
     const int joint = hinge_joint[hinge] + 1;
     if (piece.near.angle < t.margin) piece.near = hinge_end(t.margin, make_tag(joint, Side::near_margin));
-    if (piece.far.angle > pi - t.margin) piece.far = hinge_end(pi - t.margin, make_tag(joint, Side::far_margin));
+    if (piece.far.angle > pi - t.margin)
+        piece.far = hinge_end(pi - t.margin, make_tag(joint, Side::far_margin));
     int& count = t.piece_count[hinge][negative];
     if (min(piece.near.angle, pi) > max(piece.far.angle, 0.0) || count == pieces) return;
     t.piece[hinge][negative][count++] = piece;
 }
 
-/// The windings of [lower, upper] that meet the half circle of |theta|. A limit within the angular tolerance of 0 or pi
-/// forbids nothing of it, or all but a point.
+/// The windings of [lower, upper] that meet the half circle of |theta|. A limit within the angular tolerance
+/// of 0 or pi forbids nothing of it, or all but a point.
 inline void fill_hinge(LimitTable& t, const Arm& arm, int hinge, int negative) noexcept {
     const int j = hinge_joint[hinge];
     const double l = negative ? -arm.theta_upper[j] : arm.theta_lower[j];
@@ -101,7 +116,8 @@ inline void fill_hinge(LimitTable& t, const Arm& arm, int hinge, int negative) n
     const Tag lower_tag = make_tag(j + 1, limit_side(arm, j, !negative));
     const Tag upper_tag = make_tag(j + 1, limit_side(arm, j, negative));
     if (!(u - l < two_pi)) return add_piece(t, hinge, negative, {hinge_end(0.0, 0), hinge_end(pi, 0)});
-    const double first = two_pi * std::ceil((-tolerance::angle - u) / two_pi);  // smallest turn that lifts u above 0
+    const double first =
+        two_pi * std::ceil((-tolerance::angle - u) / two_pi);  // smallest turn that lifts u above 0
     for (int k = 0; k <= pieces; ++k) {
         const double turn = first + two_pi * k;
         if (l + turn > pi + tolerance::angle) break;
@@ -126,8 +142,10 @@ inline void fill_pivot(LimitTable& t, const Arm& arm, int pivot) noexcept {
 
 }  // namespace detail
 
-/// Limits of an arm, with a margin (rad, >= 0) that keeps |sin theta_2|, |sin theta_6|, |sin(theta_4 - delta)| >= sin(margin).
-inline LimitTable limit_table(const Arm& arm, double margin = 0.0, double psi_margin = 0.0, double discriminant = 0.0) noexcept {
+/// Limits of an arm, with a margin (rad, >= 0) that keeps |sin theta_2|, |sin theta_6|, |sin(theta_4 -
+/// delta)| >= sin(margin).
+inline LimitTable limit_table(const Arm& arm, double margin = 0.0, double psi_margin = 0.0,
+                              double discriminant = 0.0) noexcept {
     LimitTable t{};
     t.margin = margin, t.sin_margin = std::sin(margin);
     t.psi_margin = psi_margin, t.discriminant = discriminant;

@@ -1,8 +1,8 @@
 // Bounds on a step: no joint faster than it may be, none that changes its speed faster than it may.
 //
-// What one step may do is a box around the present joints. The psi whose joints stay in the box are feasible arcs again,
-// of an arm whose limits are the box: the closed form of feasible.hpp, no search along psi. What is chosen from them is
-// judged once more by the joints it leads to.
+// What one step may do is a box around the present joints. The psi whose joints stay in the box are feasible
+// arcs again, of an arm whose limits are the box: the closed form of feasible.hpp, no search along psi. What
+// is chosen from them is judged once more by the joints it leads to.
 #pragma once
 
 #include "../limits/feasible.hpp"
@@ -10,7 +10,8 @@
 
 namespace armangle {
 
-/// Speeds are difference quotients, (q - q_now) / dt; an acceleration is a change of them from step to step, over dt.
+/// Speeds are difference quotients, (q - q_now) / dt; an acceleration is a change of them from step to step,
+/// over dt.
 struct Bounds {
     double dt;                    // s, > 0
     double velocity[joints];      // rad/s; infinite: no bound
@@ -31,8 +32,9 @@ struct MoveBox {
 
 namespace detail {
 
-/// Longest move towards a limit `room` rad away after which a joint still comes to rest before it, when the moves that
-/// follow may each be shorter by `change`: the largest m with m + (m - change) + (m - 2 change) + ... <= room.
+/// Longest move towards a limit `room` rad away after which a joint still comes to rest before it, when the
+/// moves that follow may each be shorter by `change`: the largest m with m + (m - change) + (m - 2 change) +
+/// ... <= room.
 inline double longest_move(double room, double change) noexcept {
     if (!(room < infinity) || !(change < infinity) || !(room > 0)) return room;
     const double n = std::floor(0.5 * (std::sqrt(1.0 + 8.0 * (room / change)) - 1.0));
@@ -44,8 +46,10 @@ struct Kept {
     bool velocity = true, largest_step = true, acceleration = true;
 };
 
-/// The moves from q_now that keep the bounds, drawn in by the rounding of the inverse; a joint stays where it can brake.
-inline MoveBox move_box(const Arm& arm, const Bounds& b, const double* q_now, double largest_step, Kept kept) noexcept {
+/// The moves from q_now that keep the bounds, drawn in by the rounding of the inverse; a joint stays where it
+/// can brake.
+inline MoveBox move_box(const Arm& arm, const Bounds& b, const double* q_now, double largest_step,
+                        Kept kept) noexcept {
     MoveBox box;
     for (int i = 0; i < joints; ++i) {
         const double fastest = kept.velocity ? b.velocity[i] * b.dt : infinity;
@@ -65,22 +69,26 @@ inline MoveBox move_box(const Arm& arm, const Bounds& b, const double* q_now, do
 }
 
 /// The arcs on which all joints stay in a box around `from`, whatever the limits of the arm.
-inline void window(const Arm& arm, const Circle<double>& c, const Fold<double>& bend, const JointFunctions<double>& f, const double* from,
-                   const MoveBox& box, ArcSet& out) noexcept {
+inline void window(const Arm& arm, const Circle<double>& c, const Fold<double>& bend,
+                   const JointFunctions<double>& f, const double* from, const MoveBox& box,
+                   ArcSet& out) noexcept {
     Arm narrow = arm;
     for (int i = 0; i < joints; ++i) {
         if (!(box.lower[i] <= box.upper[i])) return make_empty(out);
-        const double a = arm.sign[i] * (from[i] + box.lower[i]) + arm.offset[i], b = arm.sign[i] * (from[i] + box.upper[i]) + arm.offset[i];
+        const double a = arm.sign[i] * (from[i] + box.lower[i]) + arm.offset[i],
+                     b = arm.sign[i] * (from[i] + box.upper[i]) + arm.offset[i];
         narrow.theta_lower[i] = min(a, b), narrow.theta_upper[i] = max(a, b);
     }
     feasible(narrow, limit_table(narrow), c, bend, f, out);
 }
 
 /// Whether the step from q_now to q keeps the bounds and the limits.
-inline bool keeps(const Arm& arm, const Bounds& b, const double* q_now, const double* q, double largest_step) noexcept {
+inline bool keeps(const Arm& arm, const Bounds& b, const double* q_now, const double* q,
+                  double largest_step) noexcept {
     for (int i = 0; i < joints; ++i) {
         const double move = q[i] - q_now[i], speed = move / b.dt;
-        if (!(q[i] >= arm.lower[i] - tolerance::angle && q[i] <= arm.upper[i] + tolerance::angle)) return false;
+        if (!(q[i] >= arm.lower[i] - tolerance::angle && q[i] <= arm.upper[i] + tolerance::angle))
+            return false;
         if (!(abs(move) <= largest_step && abs(speed) <= b.velocity[i])) return false;
         if (!(b.acceleration[i] < infinity)) continue;
         if (!(abs(speed - b.velocity_now[i]) <= b.acceleration[i] * b.dt)) return false;
@@ -107,7 +115,8 @@ struct BoundedStep {
     /// The part of `arcs` on which the step keeps the bounds.
     void within(const ArcSet& arcs, detail::Kept kept, ArcSet& out) const noexcept {
         ArcSet here;
-        detail::window(arm, circle, bend, functions, q_now, detail::move_box(arm, bounds, q_now, largest_step, kept), here);
+        detail::window(arm, circle, bend, functions, q_now,
+                       detail::move_box(arm, bounds, q_now, largest_step, kept), here);
         intersect(here, arcs, out);
     }
 
@@ -117,8 +126,8 @@ struct BoundedStep {
         return detail::keeps(arm, bounds, q_now, q.q, largest_step);
     }
 
-    /// The psi of the set nearest to `wish` that keeps the bounds, or NaN. An end that breaks them by rounding gives way
-    /// to a place further inside.
+    /// The psi of the set nearest to `wish` that keeps the bounds, or NaN. An end that breaks them by
+    /// rounding gives way to a place further inside.
     double nearest(const ArcSet& set, double wish) const noexcept {
         static constexpr double inside[] = {0, 1e-6, 1e-3, 0.1, 0.5};  // shares of the way to the middle
         double best = infinity, found = not_a_number;

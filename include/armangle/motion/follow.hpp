@@ -9,7 +9,8 @@
 
 namespace armangle {
 
-/// What to do with a pose that cannot be stepped to: end there; stay and go on; or leave its row open and go on.
+/// What to do with a pose that cannot be stepped to: end there; stay and go on; or leave its row open and go
+/// on.
 enum class OnFail : std::uint8_t { stop, hold, skip };
 
 /// Rows of the result, one a pose; arrays of n (q: 7 n).
@@ -28,7 +29,8 @@ inline void open_row(const FollowRows& rows, std::size_t i, Status status) noexc
     rows.status[i] = static_cast<std::int8_t>(status);
 }
 
-inline void fill_row(const FollowRows& rows, std::size_t i, const Step& now, double psi, double residual) noexcept {
+inline void fill_row(const FollowRows& rows, std::size_t i, const Step& now, double psi,
+                     double residual) noexcept {
     for (int j = 0; j < joints; ++j) rows.q[joints * i + static_cast<std::size_t>(j)] = now.q[j];
     rows.psi[i] = psi, rows.margin[i] = now.margin, rows.gc[i] = now.gc;
     rows.residual[i] = residual;
@@ -42,11 +44,12 @@ inline void carry_velocity(const double* to, const double* from, Bounds& bounds)
 
 }  // namespace detail
 
-/// Follows n poses (16 doubles each, row-major) from `start`. `allowed` is null, one set, or one a pose. psi is lifted.
-/// options.bounds holds the velocity before the first step; `ahead`, if not null, keeps the motion in the tube of the poses
-/// ahead and needs bounds.
-inline void follow(const Arm& arm, const LimitTable& limits, const double* start, const double* poses, std::size_t n, StepOptions options,
-                   OnFail on_fail, Strided<const ArcSet> allowed, const FollowRows& rows, Lookahead* ahead = nullptr) noexcept {
+/// Follows n poses (16 doubles each, row-major) from `start`. `allowed` is null, one set, or one a pose. psi
+/// is lifted. options.bounds holds the velocity before the first step; `ahead`, if not null, keeps the motion
+/// in the tube of the poses ahead and needs bounds.
+inline void follow(const Arm& arm, const LimitTable& limits, const double* start, const double* poses,
+                   std::size_t n, StepOptions options, OnFail on_fail, Strided<const ArcSet> allowed,
+                   const FollowRows& rows, Lookahead* ahead = nullptr) noexcept {
     Bounds bounds{};
     if (options.bounds) bounds = *options.bounds, options.bounds = &bounds;
     double q[joint_slots] = {};
@@ -61,7 +64,9 @@ inline void follow(const Arm& arm, const LimitTable& limits, const double* start
         }
         const Pose<double> pose = load_pose(poses + 16 * i);
         options.allowed = allowed.data ? allowed.at(i) : nullptr;
-        if (ahead) options.ahead = ahead->at(i, q, options.gc < 0 ? configuration(arm, now.theta) : configuration(options.gc));
+        if (ahead)
+            options.ahead =
+                ahead->at(i, q, options.gc < 0 ? configuration(arm, now.theta) : configuration(options.gc));
         const Step next = step_from(arm, limits, q, now, pose, options);
         const bool ok = next.status == Status::OK;
         if (ahead && !ok) ahead->forget();

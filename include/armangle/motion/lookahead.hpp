@@ -1,8 +1,9 @@
 // Looking ahead along known poses: from which part of each feasible set the poses behind it can be reached.
 //
-// Nodes are the exact arcs of the poses, never a grid of psi: a narrow one is there like a wide one. Two postures of
-// neighbouring poses are linked if every joint moves at most as far as a step may; for one posture the linked psi of the
-// next pose are closed form (bounds.hpp). Sets are carried from pose to pose by that, their ends found by halving.
+// Nodes are the exact arcs of the poses, never a grid of psi: a narrow one is there like a wide one. Two
+// postures of neighbouring poses are linked if every joint moves at most as far as a step may; for one
+// posture the linked psi of the next pose are closed form (bounds.hpp). Sets are carried from pose to pose by
+// that, their ends found by halving.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +13,8 @@
 
 namespace armangle {
 
-/// One of the poses ahead: what psi means there, its arcs, and those of them from which the rest can be reached.
+/// One of the poses ahead: what psi means there, its arcs, and those of them from which the rest can be
+/// reached.
 struct AheadLayer {
     Circle<double> circle;
     Fold<double> bend;
@@ -25,8 +27,10 @@ namespace ahead_rule {
 inline constexpr double spacing = 0.35;  // rad: neighbouring psi both linked are linked between
 inline constexpr int least = 3;          // psi asked inside an arc, however narrow
 inline constexpr int halvings = 12;      // of the gap between a linked psi and one that is not
-inline constexpr double reserve = 0.01;  // share of a step kept back, so that from the end of a tube more than a point is left
-inline constexpr double run_up = 0.5;    // the same where accelerations are bound: what is left to catch up after a late start
+inline constexpr double reserve =
+    0.01;  // share of a step kept back, so that from the end of a tube more than a point is left
+inline constexpr double run_up =
+    0.5;  // the same where accelerations are bound: what is left to catch up after a late start
 }  // namespace ahead_rule
 
 namespace detail {
@@ -37,9 +41,10 @@ struct Links {
     double most[joints];  // rad: what a step may move
     double share;         // of it, that links use
 
-    /// The part of `within` on layer `to` whose joints are at most `share` of a step from q. A joint does not go round behind
-    /// its limits; one that has more than a turn may, unless its turns are known.
-    void reach(const double* q, bool turns_known, double share, const AheadLayer& to, const ArcSet& within, ArcSet& out) const noexcept {
+    /// The part of `within` on layer `to` whose joints are at most `share` of a step from q. A joint does not
+    /// go round behind its limits; one that has more than a turn may, unless its turns are known.
+    void reach(const double* q, bool turns_known, double share, const AheadLayer& to, const ArcSet& within,
+               ArcSet& out) const noexcept {
         MoveBox box;
         for (int i = 0; i < joints; ++i) {
             const bool clip = turns_known || arm.upper[i] - arm.lower[i] < two_pi;
@@ -52,12 +57,15 @@ struct Links {
     }
 
     /// The same from psi at layer `from`.
-    void reach(const AheadLayer& from, double psi, const AheadLayer& to, const ArcSet& within, ArcSet& out) const noexcept {
-        const Joints q = joints_within_limits(arm, directions(from.circle, from.bend, from.gc, sin_cos(psi)), nullptr);
+    void reach(const AheadLayer& from, double psi, const AheadLayer& to, const ArcSet& within,
+               ArcSet& out) const noexcept {
+        const Joints q =
+            joints_within_limits(arm, directions(from.circle, from.bend, from.gc, sin_cos(psi)), nullptr);
         reach(q.q, false, share, to, within, out);
     }
 
-    bool linked(const AheadLayer& from, double psi, const AheadLayer& to, const ArcSet& within) const noexcept {
+    bool linked(const AheadLayer& from, double psi, const AheadLayer& to,
+                const ArcSet& within) const noexcept {
         ArcSet reached;
         reach(from, psi, to, within, reached);
         return !reached.empty();
@@ -99,7 +107,8 @@ public:
             const Arc& arc = to_.arcs.arc[i];
             Probes probes;
             spread(arc, known, doubtful, probes);
-            for (int k = 0; k < probes.count; ++k) probes.linked[k] = probes.linked[k] || linked(probes.psi[k]);
+            for (int k = 0; k < probes.count; ++k)
+                probes.linked[k] = probes.linked[k] || linked(probes.psi[k]);
             collect(probes, out);
         }
         merge(out);
@@ -108,7 +117,8 @@ public:
 private:
     bool linked(double psi) const noexcept { return links_.linked(to_, psi, from_, set_); }
 
-    /// What is reached from the ends and the middle of an arc: links that probes of a wide target could pass over.
+    /// What is reached from the ends and the middle of an arc: links that probes of a wide target could pass
+    /// over.
     void seed(const Arc& arc, ArcSet& known) const noexcept {
         for (double psi : {arc.lower, 0.5 * (arc.lower + arc.upper), arc.upper}) {
             ArcSet reached;
@@ -124,7 +134,8 @@ private:
             ArcSet reached;
             links_.reach(from_, psi, to_, to_.arcs, reached);
             out.add(wrap(psi), false);
-            for (int i = 0; i < reached.count; ++i) out.add(wrap(0.5 * (reached.arc[i].lower + reached.arc[i].upper)), false);
+            for (int i = 0; i < reached.count; ++i)
+                out.add(wrap(0.5 * (reached.arc[i].lower + reached.arc[i].upper)), false);
         }
     }
 
@@ -135,8 +146,10 @@ private:
 
     static void spread(const Arc& arc, const ArcSet& known, const Probes& doubtful, Probes& out) noexcept {
         const double width = arc.upper - arc.lower;
-        const int parts = 1 + static_cast<int>(max(double(ahead_rule::least), ceil(width / ahead_rule::spacing)));
-        for (int k = 0; k <= parts; ++k) out.add(k == parts ? arc.upper : arc.lower + width * k / parts, false);
+        const int parts =
+            1 + static_cast<int>(max(double(ahead_rule::least), ceil(width / ahead_rule::spacing)));
+        for (int k = 0; k <= parts; ++k)
+            out.add(k == parts ? arc.upper : arc.lower + width * k / parts, false);
         for (int i = 0; i < known.count; ++i)
             for (double end : {known.arc[i].lower, known.arc[i].upper}) put(arc, end, true, out);
         for (int i = 0; i < doubtful.count; ++i) put(arc, doubtful.psi[i], false, out);
@@ -171,17 +184,19 @@ private:
 
 }  // namespace detail
 
-/// The window of poses ahead, moved along as the motion goes. It is drawn up for twice as many poses as asked and again
-/// when half of them are passed, so that every step sees at least `ahead` poses beyond its own at the cost of two.
+/// The window of poses ahead, moved along as the motion goes. It is drawn up for twice as many poses as asked
+/// and again when half of them are passed, so that every step sees at least `ahead` poses beyond its own at
+/// the cost of two.
 class Lookahead {
 public:
     /// How many layers the caller's workspace must hold.
     static constexpr std::size_t layers_for(std::size_t ahead) noexcept { return 2 * ahead + 1; }
 
-    /// `bounds` may be null. Accelerations are not part of the links; where there are bounds on them, links use half of the
-    /// speed, and a motion that comes late is led back to the tube.
-    Lookahead(const Arm& arm, const LimitTable& limits, const double* poses, std::size_t n, Strided<const ArcSet> allowed,
-              const Bounds* bounds, double largest_step, AheadLayer* workspace, std::size_t ahead) noexcept
+    /// `bounds` may be null. Accelerations are not part of the links; where there are bounds on them, links
+    /// use half of the speed, and a motion that comes late is led back to the tube.
+    Lookahead(const Arm& arm, const LimitTable& limits, const double* poses, std::size_t n,
+              Strided<const ArcSet> allowed, const Bounds* bounds, double largest_step, AheadLayer* workspace,
+              std::size_t ahead) noexcept
         : arm_(arm),
           limits_(limits),
           poses_(poses),
@@ -191,16 +206,17 @@ public:
           layer_(workspace),
           ahead_(ahead) {
         for (int i = 0; i < joints; ++i)
-            links_.most[i] = min(bounds ? bounds->velocity[i] * bounds->dt : infinity, largest_step) - tolerance::bound;
+            links_.most[i] =
+                min(bounds ? bounds->velocity[i] * bounds->dt : infinity, largest_step) - tolerance::bound;
         for (int i = 0; bounds && i < joints; ++i)
             if (bounds->acceleration[i] < infinity) links_.share = 1.0 - ahead_rule::run_up;
     }
 
-    /// The psi of pose i from which the poses ahead can be reached, as many of them as can be from the posture q; null where
-    /// q cannot step to pose i at all.
+    /// The psi of pose i from which the poses ahead can be reached, as many of them as can be from the
+    /// posture q; null where q cannot step to pose i at all.
     const ArcSet* at(std::size_t i, const double* q, const Configuration<double>& gc) noexcept {
-        const bool drawn =
-            count_ && index(gc) == gc_ && i >= first_ && i < first_ + reached_ && (i <= first_ + ahead_ || first_ + count_ == n_);
+        const bool drawn = count_ && index(gc) == gc_ && i >= first_ && i < first_ + reached_ &&
+                           (i <= first_ + ahead_ || first_ + count_ == n_);
         if (!drawn) draw(i, gc);
         AheadLayer& here = layer_[i - first_];
         ArcSet start;
@@ -241,10 +257,12 @@ private:
 
     /// Tubes of the layers before one whose tube is known.
     void back(std::size_t last) noexcept {
-        for (std::size_t k = last; k-- > 0;) detail::Image(links_, layer_[k + 1], layer_[k + 1].tube, layer_[k])(layer_[k].tube);
+        for (std::size_t k = last; k-- > 0;)
+            detail::Image(links_, layer_[k + 1], layer_[k + 1].tube, layer_[k])(layer_[k].tube);
     }
 
-    /// The end of the window cannot be reached: the farthest layer that can be from `start` in the first takes its place.
+    /// The end of the window cannot be reached: the farthest layer that can be from `start` in the first
+    /// takes its place.
     void turn_to(const ArcSet& start) noexcept {
         layer_[0].tube = start;
         std::size_t last = 0;

@@ -1,6 +1,7 @@
 // Redundancy resolution: the next arm angle, from the present one and the feasible arcs. Eq. (36).
 //
-// A policy is a rule on one arc: it moves psi within [lower, upper]. What to do outside every arc is the same for all.
+// A policy is a rule on one arc: it moves psi within [lower, upper]. What to do outside every arc is the same
+// for all.
 #pragma once
 
 #include "../limits/arcs.hpp"
@@ -19,7 +20,8 @@ struct Policy {
     Outside outside = Outside::nearest;
 };
 
-/// K per step of a rate (1/s) over dt (s): K = 1 - exp(-rate dt), so that the motion does not depend on the step.
+/// K per step of a rate (1/s) over dt (s): K = 1 - exp(-rate dt), so that the motion does not depend on the
+/// step.
 inline double gain(double rate, double dt) noexcept { return -std::expm1(-rate * dt); }
 
 namespace detail {

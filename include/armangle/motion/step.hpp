@@ -1,4 +1,5 @@
-// One pass of fig. 10, from the present joints to the next: arcs, eq. (36), inverse, and the checks of continuity.
+// One pass of fig. 10, from the present joints to the next: arcs, eq. (36), inverse, and the checks of
+// continuity.
 #pragma once
 
 #include "../circle/posture.hpp"
@@ -18,7 +19,8 @@ struct StepOptions {
     int gc = -1;                      // 0..7, or -1: that of the present joints
     const ArcSet* allowed = nullptr;  // arcs of the user's own, intersected
     const Bounds* bounds = nullptr;   // on speeds and accelerations
-    const ArcSet* ahead = nullptr;    // with bounds: the part of the arcs from which the poses ahead can be reached
+    const ArcSet* ahead =
+        nullptr;  // with bounds: the part of the arcs from which the poses ahead can be reached
 };
 
 /// On any status but OK, q is the present posture.
@@ -33,7 +35,8 @@ struct Step {
 namespace detail {
 
 /// psi of the present posture, as it is to be carried to the circle of the next pose.
-inline double carried_psi(const Arm& arm, const Chain& now, const Circle<double>& next, Carry carry) noexcept {
+inline double carried_psi(const Arm& arm, const Chain& now, const Circle<double>& next,
+                          Carry carry) noexcept {
     Triad<double> on = triad(arm, flange_pose(arm, user_pose(arm, now.flange)));
     if (carry == Carry::elbow || is_folded(arm, on)) on = next;
     return arm_angle(on, now.z3);
@@ -45,9 +48,10 @@ struct Lifted {
     double margin;
 };
 
-/// The joints next to q_now. A joint that would leave its range has no turn left if the range is a full turn or more;
-/// a narrower one has its only turn within the limits, however far that is.
-ARMANGLE_INLINE Status choose_windings(const Arm& arm, const Directions<double>& d, const JointLanes& q_now, Lifted& out) noexcept {
+/// The joints next to q_now. A joint that would leave its range has no turn left if the range is a full turn
+/// or more; a narrower one has its only turn within the limits, however far that is.
+ARMANGLE_INLINE Status choose_windings(const Arm& arm, const Directions<double>& d, const JointLanes& q_now,
+                                       Lifted& out) noexcept {
     out.q = joints_near(arm, d, q_now);
     out.margin = limit_margin(arm, out.q);
     if (out.margin >= -tolerance::angle) return Status::OK;
@@ -55,14 +59,16 @@ ARMANGLE_INLINE Status choose_windings(const Arm& arm, const Directions<double>&
     q_now.store(seed);
     const JointLanes inside = JointLanes::load(joints_within_limits(arm, d, seed).q);
     for (int i = 0; i < joints; ++i)
-        if (abs(inside[i] - out.q[i]) > pi && !(arm.upper[i] - arm.lower[i] < two_pi)) return Status::WINDING_EXHAUSTED;
+        if (abs(inside[i] - out.q[i]) > pi && !(arm.upper[i] - arm.lower[i] < two_pi))
+            return Status::WINDING_EXHAUSTED;
     out.q = inside;
     out.margin = limit_margin(arm, out.q);
     return out.margin >= -tolerance::angle ? Status::OK : Status::LIMITS;
 }
 
 /// No step: the present posture, and why.
-[[gnu::noinline]] inline Step stayed(const Arm& arm, const double* q_now, const Chain& now, const Circle<double>& c, Status why) noexcept {
+[[gnu::noinline]] inline Step stayed(const Arm& arm, const double* q_now, const Chain& now,
+                                     const Circle<double>& c, Status why) noexcept {
     Step out{};
     for (int i = 0; i < joints; ++i) out.q[i] = q_now[i];
     out.psi = carried_psi(arm, now, c, Carry::psi), out.gc = index(configuration(arm, now.theta));
@@ -74,11 +80,13 @@ ARMANGLE_INLINE Status choose_windings(const Arm& arm, const Directions<double>&
 [[gnu::noinline]] inline Step refused(const Arm& arm, const double* q_now) noexcept {
     Step out{};
     for (int i = 0; i < joints; ++i) out.q[i] = q_now[i];
-    out.psi = not_a_number, out.gc = -1, out.status = Status::BAD_INPUT, out.margin = limit_margin(arm, q_now);
+    out.psi = not_a_number, out.gc = -1, out.status = Status::BAD_INPUT,
+    out.margin = limit_margin(arm, q_now);
     return out;
 }
 
-/// The psi that the policy wants of what is `ahead`, in the arc that holds psi if there is some; NaN if nothing is.
+/// The psi that the policy wants of what is `ahead`, in the arc that holds psi if there is some; NaN if
+/// nothing is.
 inline double wish_ahead(const StepOptions& options, const ArcSet& arcs, double psi) noexcept {
     if (!options.ahead || options.ahead->empty()) return not_a_number;
     Policy policy = options.policy;
@@ -92,9 +100,10 @@ inline double wish_ahead(const StepOptions& options, const ArcSet& arcs, double 
     return resolve(policy, near.empty() ? *options.ahead : near, psi).psi;
 }
 
-/// The psi that the policy wants, or the nearest to it that keeps the bounds: of what is `ahead`, else of the arcs.
-[[gnu::noinline]] inline Resolution resolve_bounded(const BoundedStep& step, const StepOptions& options, const ArcSet& arcs, double psi,
-                                                    double wish) noexcept {
+/// The psi that the policy wants, or the nearest to it that keeps the bounds: of what is `ahead`, else of the
+/// arcs.
+[[gnu::noinline]] inline Resolution resolve_bounded(const BoundedStep& step, const StepOptions& options,
+                                                    const ArcSet& arcs, double psi, double wish) noexcept {
     ArcSet within, further;
     const double there = wish_ahead(options, arcs, psi);
     if (there == there) {
@@ -111,26 +120,29 @@ inline double wish_ahead(const StepOptions& options, const ArcSet& arcs, double 
     return {psi, step.refusal(arcs)};
 }
 
-/// Where the policy asks for more than the largest step: the psi nearest to its wish that fits, if the held psi does.
-/// What the pose alone forces stays a jump.
-[[gnu::noinline]] inline Resolution shortened(const BoundedStep& step, const ArcSet& arcs, double psi, double wish, Lifted& to) noexcept {
+/// Where the policy asks for more than the largest step: the psi nearest to its wish that fits, if the held
+/// psi does. What the pose alone forces stays a jump.
+[[gnu::noinline]] inline Resolution shortened(const BoundedStep& step, const ArcSet& arcs, double psi,
+                                              double wish, Lifted& to) noexcept {
     const Place held = find(arcs, psi);
     if (held.index < 0 || !step.keeps(held.psi)) return {psi, Status::JOINT_JUMP};
     ArcSet within;
     step.within(arcs, {}, within);
     const double found = step.nearest(within, wish), next = found == found ? found : wrap(held.psi);
-    return {next, choose_windings(step.arm, directions(step.circle, step.bend, step.gc, sin_cos(next)), joint_lanes(step.q_now), to)};
+    return {next, choose_windings(step.arm, directions(step.circle, step.bend, step.gc, sin_cos(next)),
+                                  joint_lanes(step.q_now), to)};
 }
 
 }  // namespace detail
 
 /// The step from q_now, whose chain is `now`, to `pose` (as the user sees it).
-inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_now, const Chain& now, const Pose<double>& pose,
-                      const StepOptions& options) noexcept {
+inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_now, const Chain& now,
+                      const Pose<double>& pose, const StepOptions& options) noexcept {
     const JointLanes here = joint_lanes(q_now);
     if (!is_rigid(pose) || !is_finite(here)) return detail::refused(arm, q_now);
     const Circle<double> c = circle(arm, flange_pose(arm, pose));
-    const Configuration<double> gc = options.gc < 0 ? configuration(arm, now.theta) : configuration(options.gc);
+    const Configuration<double> gc =
+        options.gc < 0 ? configuration(arm, now.theta) : configuration(options.gc);
     const auto stay = [&](Status why) { return detail::stayed(arm, q_now, now, c, why); };
     const double psi = detail::carried_psi(arm, now, c, options.carry);
     const Fold<double> bend = fold(arm, c.triangle, gc.elbow);
@@ -143,14 +155,16 @@ inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_
     }
     Resolution next = resolve(options.policy, arcs, psi);
     if (options.bounds && next.status == Status::OK) {
-        const BoundedStep bounded{arm, c, bend, gc, joint_functions(c, bend, gc), q_now, *options.bounds, options.max_joint_step};
+        const BoundedStep bounded{
+            arm, c, bend, gc, joint_functions(c, bend, gc), q_now, *options.bounds, options.max_joint_step};
         next = detail::resolve_bounded(bounded, options, arcs, psi, next.psi);
     }
     if (next.status != Status::OK) return stay(next.status);
     detail::Lifted to;
     next.status = detail::choose_windings(arm, directions(c, bend, gc, sin_cos(next.psi)), here, to);
     if (next.status == Status::OK && !(detail::largest_move(to.q, here) <= options.max_joint_step)) {
-        const BoundedStep unbounded{arm, c, bend, gc, joint_functions(c, bend, gc), q_now, no_bounds, options.max_joint_step};
+        const BoundedStep unbounded{
+            arm, c, bend, gc, joint_functions(c, bend, gc), q_now, no_bounds, options.max_joint_step};
         next = detail::shortened(unbounded, arcs, psi, next.psi, to);
     }
     if (next.status != Status::OK) return stay(next.status);

@@ -1,6 +1,7 @@
 // atan2, sine and cosine for every scalar: short polynomials, so that a lane and a double give the same bits.
 //
-// The coefficients are Chebyshev fits in 60-digit arithmetic; the truncation errors stated are those of the fits.
+// The coefficients are Chebyshev fits in 60-digit arithmetic; the truncation errors stated are those of the
+// fits.
 #pragma once
 
 #include "lane.hpp"
@@ -22,8 +23,8 @@ ARMANGLE_INLINE T lift(T x, T near) noexcept {
 
 namespace detail {
 
-/// Terms c[first], c[first + 1], ... of a polynomial, `count` of them, where powers[k] = x^(2^k): by halves, so that
-/// the longest chain of dependent operations is the logarithm of the degree.
+/// Terms c[first], c[first + 1], ... of a polynomial, `count` of them, where powers[k] = x^(2^k): by halves,
+/// so that the longest chain of dependent operations is the logarithm of the degree.
 template <int first, int count, class T, int K, int P>
 ARMANGLE_INLINE T halved(const double (&c)[K], const T (&powers)[P]) noexcept {
     if constexpr (count == 1) {
@@ -32,7 +33,8 @@ ARMANGLE_INLINE T halved(const double (&c)[K], const T (&powers)[P]) noexcept {
         return mul_add(powers[0], T(c[first + 1]), T(c[first]));
     } else {
         constexpr int low = count > 8 ? 8 : (count > 4 ? 4 : 2), power = count > 8 ? 3 : (count > 4 ? 2 : 1);
-        return mul_add(halved<first + low, count - low>(c, powers), powers[power], halved<first, low>(c, powers));
+        return mul_add(halved<first + low, count - low>(c, powers), powers[power],
+                       halved<first, low>(c, powers));
     }
 }
 
@@ -45,14 +47,17 @@ ARMANGLE_INLINE T polynomial(const double (&c)[K], T x) noexcept {
 }
 
 // atan(t) = t + t z P(z), z = t^2, |t| <= tan(pi/8); truncation below 6e-18.
-inline constexpr double atan_terms[] = {-0.3333333333333333,  0.1999999999999552,  -0.14285714284666542, 0.11111111015256361,
-                                        -0.09090904578123903, 0.07692183190826087, -0.06664511447381948, 0.0585814891280221,
-                                        -0.0508544973794026,  0.03923165829558719, -0.01917688711906226};
+inline constexpr double atan_terms[] = {-0.3333333333333333,  0.1999999999999552,   -0.14285714284666542,
+                                        0.11111111015256361,  -0.09090904578123903, 0.07692183190826087,
+                                        -0.06664511447381948, 0.0585814891280221,   -0.0508544973794026,
+                                        0.03923165829558719,  -0.01917688711906226};
 // sin(x) = x + x z S(z), cos(x) = 1 - z/2 + z^2 C(z), z = x^2, |x| <= pi/4; truncation below 2e-17.
-inline constexpr double sine_terms[] = {-0.16666666666666666,  0.008333333333330827,    -0.0001984126983657571,
-                                        2.755731600817155e-06, -2.5051112272573243e-08, 1.5916726193889336e-10};
-inline constexpr double cosine_terms[] = {0.041666666666666664,   -0.0013888888888887322, 2.4801587298651292e-05,
-                                          -2.755731721268659e-07, 2.0876134024090145e-09, -1.1381754653662937e-11};
+inline constexpr double sine_terms[] = {-0.16666666666666666,    0.008333333333330827,
+                                        -0.0001984126983657571,  2.755731600817155e-06,
+                                        -2.5051112272573243e-08, 1.5916726193889336e-10};
+inline constexpr double cosine_terms[] = {0.041666666666666664,   -0.0013888888888887322,
+                                          2.4801587298651292e-05, -2.755731721268659e-07,
+                                          2.0876134024090145e-09, -1.1381754653662937e-11};
 
 inline constexpr double tan_eighth_pi = 0.41421356237309503;
 inline constexpr double pi_tail = 1.2246467991473532e-16;  // pi - double(pi)
@@ -93,7 +98,8 @@ struct SinCos {
 template <class T>
 ARMANGLE_INLINE SinCos<T> sin_cos(T x) noexcept {
     const T k = round(x * (2.0 / pi));
-    const T r = mul_add(k, T(-detail::half_pi_3), mul_add(k, T(-detail::half_pi_2), mul_add(k, T(-detail::half_pi_1), x)));
+    const T r = mul_add(k, T(-detail::half_pi_3),
+                        mul_add(k, T(-detail::half_pi_2), mul_add(k, T(-detail::half_pi_1), x)));
     const T z = r * r;
     const T s = mul_add(r * z, detail::polynomial(detail::sine_terms, z), r);
     const T c = mul_add(z * z, detail::polynomial(detail::cosine_terms, z), mul_add(z, T(-0.5), T(1.0)));
@@ -102,7 +108,8 @@ ARMANGLE_INLINE SinCos<T> sin_cos(T x) noexcept {
     const auto swapped = side == T(1.0);
     const auto behind = side == T(2.0);
     const T sine = select(swapped, c, s), cosine = select(swapped, s, c);
-    return {select((quadrant < T(0.0)) | behind, -sine, sine), select((quadrant == T(1.0)) | behind, -cosine, cosine)};
+    return {select((quadrant < T(0.0)) | behind, -sine, sine),
+            select((quadrant == T(1.0)) | behind, -cosine, cosine)};
 }
 
 /// As one lane, like atan2.

@@ -1,4 +1,5 @@
-// Arrays that others own: elements by stride, poses as 4x4 matrices, and the first thing that is wrong in them.
+// Arrays that others own: elements by stride, poses as 4x4 matrices, and the first thing that is wrong in
+// them.
 #pragma once
 
 #include <cstddef>
@@ -50,7 +51,8 @@ inline Pose<double> load_pose(const double* m) noexcept {
 
 inline void store_pose(const Pose<double>& p, double* m) noexcept {
     const auto& [x, y, z] = p.rotation;
-    const double rows[16] = {x.x, y.x, z.x, p.position.x, x.y, y.y, z.y, p.position.y, x.z, y.z, z.z, p.position.z, 0, 0, 0, 1};
+    const double rows[16] = {x.x, y.x, z.x, p.position.x, x.y, y.y, z.y, p.position.y,
+                             x.z, y.z, z.z, p.position.z, 0,   0,   0,   1};
     for (int i = 0; i < 16; ++i) m[i] = rows[i];
 }
 

@@ -1,8 +1,10 @@
-// Interval: a scalar whose every result is certain to hold the real one. The formulas of the library run on it as they are.
+// Interval: a scalar whose every result is certain to hold the real one. The formulas of the library run on
+// it as they are.
 //
-// Bounds are widened outward after each operation by more than its rounding: |x| 2^-52 + 1e-300 is at least one unit in
-// the last place. Only + - * / and sqrt of the machine are trusted, correctly rounded by IEEE 754. A comparison may be
-// undecided; a `select` on such a mask is the whole line, which no condition can be proven from, so that its user subdivides.
+// Bounds are widened outward after each operation by more than its rounding: |x| 2^-52 + 1e-300 is at least
+// one unit in the last place. Only + - * / and sqrt of the machine are trusted, correctly rounded by IEEE
+// 754. A comparison may be undecided; a `select` on such a mask is the whole line, which no condition can be
+// proven from, so that its user subdivides.
 #pragma once
 
 #include "angles.hpp"
@@ -13,8 +15,12 @@ namespace armangle {
 struct Decision {
     bool may_hold, may_fail;
 
-    friend Decision operator&(Decision a, Decision b) noexcept { return {a.may_hold && b.may_hold, a.may_fail || b.may_fail}; }
-    friend Decision operator|(Decision a, Decision b) noexcept { return {a.may_hold || b.may_hold, a.may_fail && b.may_fail}; }
+    friend Decision operator&(Decision a, Decision b) noexcept {
+        return {a.may_hold && b.may_hold, a.may_fail || b.may_fail};
+    }
+    friend Decision operator|(Decision a, Decision b) noexcept {
+        return {a.may_hold || b.may_hold, a.may_fail && b.may_fail};
+    }
     friend Decision operator!(Decision a) noexcept { return {a.may_fail, a.may_hold}; }
 };
 
@@ -25,8 +31,9 @@ inline double above(double x) noexcept { return x + (std::fabs(x) * 0x1p-52 + 1e
 inline double lesser(double a, double b) noexcept { return a < b ? a : b; }
 inline double greater(double a, double b) noexcept { return a < b ? b : a; }
 
-/// Bound of the error of sin_cos(double) for |x| <= 1e3: its reduction errs by at most two roundings of a number below
-/// 1.6 (2.3e-16 each) and by |k| 1e-36, its polynomials by a truncation of 2e-17 and roundings of less than 4e-16.
+/// Bound of the error of sin_cos(double) for |x| <= 1e3: its reduction errs by at most two roundings of a
+/// number below 1.6 (2.3e-16 each) and by |k| 1e-36, its polynomials by a truncation of 2e-17 and roundings
+/// of less than 4e-16.
 inline constexpr double sin_cos_error = 1e-15;
 inline constexpr double sin_cos_range = 1e3;
 
@@ -54,17 +61,23 @@ struct Interval {
         if (!a.bounded() || !b.bounded()) return whole();
         const double p = a.lo * b.lo, q = a.lo * b.hi, r = a.hi * b.lo, s = a.hi * b.hi;
         using detail::greater, detail::lesser;
-        return {detail::below(lesser(lesser(p, q), lesser(r, s))), detail::above(greater(greater(p, q), greater(r, s)))};
+        return {detail::below(lesser(lesser(p, q), lesser(r, s))),
+                detail::above(greater(greater(p, q), greater(r, s)))};
     }
     friend Interval operator/(const Interval& a, const Interval& b) noexcept {
         if (!a.bounded() || !b.bounded() || !(b.lo > 0 || b.hi < 0)) return whole();
         const double p = a.lo / b.lo, q = a.lo / b.hi, r = a.hi / b.lo, s = a.hi / b.hi;
         using detail::greater, detail::lesser;
-        return {detail::below(lesser(lesser(p, q), lesser(r, s))), detail::above(greater(greater(p, q), greater(r, s)))};
+        return {detail::below(lesser(lesser(p, q), lesser(r, s))),
+                detail::above(greater(greater(p, q), greater(r, s)))};
     }
 
-    friend Decision operator<(const Interval& a, const Interval& b) noexcept { return {!(a.lo >= b.hi), !(a.hi < b.lo)}; }
-    friend Decision operator<=(const Interval& a, const Interval& b) noexcept { return {!(a.lo > b.hi), !(a.hi <= b.lo)}; }
+    friend Decision operator<(const Interval& a, const Interval& b) noexcept {
+        return {!(a.lo >= b.hi), !(a.hi < b.lo)};
+    }
+    friend Decision operator<=(const Interval& a, const Interval& b) noexcept {
+        return {!(a.lo > b.hi), !(a.hi <= b.lo)};
+    }
     friend Decision operator>(const Interval& a, const Interval& b) noexcept { return b < a; }
     friend Decision operator>=(const Interval& a, const Interval& b) noexcept { return b <= a; }
     friend Decision operator==(const Interval& a, const Interval& b) noexcept {
@@ -79,7 +92,9 @@ inline Interval select(Decision mask, const Interval& yes, const Interval& no) n
     return mask.may_hold ? Interval::whole() : no;
 }
 
-inline Interval mul_add(const Interval& a, const Interval& b, const Interval& c) noexcept { return a * b + c; }
+inline Interval mul_add(const Interval& a, const Interval& b, const Interval& c) noexcept {
+    return a * b + c;
+}
 
 inline Interval abs(const Interval& a) noexcept {
     if (a.lo >= 0) return a;
@@ -92,7 +107,8 @@ inline Interval square(const Interval& a) noexcept {
     return {a.lo <= 0 && a.hi >= 0 ? 0.0 : detail::greater(product.lo, 0.0), product.hi};
 }
 
-/// Root of the members that have one: an argument that is never negative in the reals may have a bound below 0.
+/// Root of the members that have one: an argument that is never negative in the reals may have a bound below
+/// 0.
 inline Interval sqrt(const Interval& a) noexcept {
     if (!(a.hi >= 0) || !a.bounded()) return Interval::whole();
     const double lo = a.lo > 0 ? detail::below(std::sqrt(a.lo)) : 0.0;
@@ -126,12 +142,15 @@ inline Interval near_unit(double lower, double upper) noexcept {
 /// Sine and cosine: their values at the ends, and +-1 where an extreme lies or may lie between.
 inline SinCos<Interval> sin_cos(const Interval& x) noexcept {
     const Interval any{-1.0, 1.0};
-    if (!(x.lo >= -detail::sin_cos_range && x.hi <= detail::sin_cos_range) || !(x.hi - x.lo < 1.0)) return {any, any};
+    if (!(x.lo >= -detail::sin_cos_range && x.hi <= detail::sin_cos_range) || !(x.hi - x.lo < 1.0))
+        return {any, any};
     const SinCos<double> a = sin_cos(x.lo), b = sin_cos(x.hi);
     using detail::greater, detail::lesser, detail::near_unit;
-    SinCos<Interval> out{near_unit(lesser(a.sin, b.sin), greater(a.sin, b.sin)), near_unit(lesser(a.cos, b.cos), greater(a.cos, b.cos))};
+    SinCos<Interval> out{near_unit(lesser(a.sin, b.sin), greater(a.sin, b.sin)),
+                         near_unit(lesser(a.cos, b.cos), greater(a.cos, b.cos))};
     // Within a width below 1 each function has one extreme at most, where the other changes its sign.
-    const bool cos_changes = !(out.cos.lo > 0 || out.cos.hi < 0), sin_changes = !(out.sin.lo > 0 || out.sin.hi < 0);
+    const bool cos_changes = !(out.cos.lo > 0 || out.cos.hi < 0),
+               sin_changes = !(out.sin.lo > 0 || out.sin.hi < 0);
     if (cos_changes) (a.sin + b.sin > 0 ? out.sin.hi : out.sin.lo) = a.sin + b.sin > 0 ? 1.0 : -1.0;
     if (sin_changes) (a.cos + b.cos > 0 ? out.cos.hi : out.cos.lo) = a.cos + b.cos > 0 ? 1.0 : -1.0;
     return out;

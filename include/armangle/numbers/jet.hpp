@@ -1,7 +1,7 @@
 // Jet<T, K>: a function of one variable by its Taylor coefficients up to order K, as a scalar.
 //
-// The formulas of the library run on it as they are: Jet<double, 3> gives q, q', q'', q''' along a path in closed form,
-// Jet<Interval, 1> encloses values and slopes over a stretch of the path.
+// The formulas of the library run on it as they are: Jet<double, 3> gives q, q', q'', q''' along a path in
+// closed form, Jet<Interval, 1> encloses values and slopes over a stretch of the path.
 #pragma once
 
 #include <type_traits>
@@ -50,7 +50,8 @@ struct Jet {
         Jet out;
         for (int k = 0; k <= K; ++k) {
             out.coefficient[k] = a.coefficient[0] * b.coefficient[k];
-            for (int i = 1; i <= k; ++i) out.coefficient[k] = out.coefficient[k] + a.coefficient[i] * b.coefficient[k - i];
+            for (int i = 1; i <= k; ++i)
+                out.coefficient[k] = out.coefficient[k] + a.coefficient[i] * b.coefficient[k - i];
         }
         return out;
     }
@@ -119,7 +120,8 @@ SinCos<Jet<T, K>> sin_cos(const Jet<T, K>& a) noexcept {
             s = s + slope * out.cos.coefficient[k - i];
             c = c - slope * out.sin.coefficient[k - i];
         }
-        out.sin.coefficient[k] = s / T(static_cast<double>(k)), out.cos.coefficient[k] = c / T(static_cast<double>(k));
+        out.sin.coefficient[k] = s / T(static_cast<double>(k)),
+        out.cos.coefficient[k] = c / T(static_cast<double>(k));
     }
     return out;
 }
@@ -134,8 +136,9 @@ Jet<T, K> atan2(const Jet<T, K>& y, const Jet<T, K>& x) noexcept {
     for (int k = 0; k < K; ++k) {
         turn[k] = T(0.0);
         for (int i = 0; i <= k; ++i)
-            turn[k] = turn[k] + T(static_cast<double>(k - i + 1)) *
-                                    (x.coefficient[i] * y.coefficient[k - i + 1] - y.coefficient[i] * x.coefficient[k - i + 1]);
+            turn[k] =
+                turn[k] + T(static_cast<double>(k - i + 1)) * (x.coefficient[i] * y.coefficient[k - i + 1] -
+                                                               y.coefficient[i] * x.coefficient[k - i + 1]);
         for (int i = 1; i <= k; ++i) turn[k] = turn[k] - size.coefficient[i] * turn[k - i];
         turn[k] = turn[k] / size.coefficient[0];
         out.coefficient[k + 1] = turn[k] / T(static_cast<double>(k + 1));

@@ -1,7 +1,7 @@
 // Lane<N>: N doubles that take every operation together, in the compiler's own vector types.
 //
-// Each operation is per lane the same IEEE operation as on a double, so a lane's result does not depend on its
-// neighbours, and equals the result of the scalar formula bit for bit (compiled without contraction).
+// Each operation is per lane the same IEEE operation as on a double, so a lane's result does not depend on
+// its neighbours, and equals the result of the scalar formula bit for bit (compiled without contraction).
 #pragma once
 
 #include "registers.hpp"
@@ -110,7 +110,8 @@ ARMANGLE_INLINE Lane<8> twice(const double (&x)[4]) noexcept {
     out.part[0] = __builtin_shufflevector(four, four, 0, 1, 2, 3, 0, 1, 2, 3);
 #else
     constexpr int half = Lane<8>::registers / 2;
-    for (int i = 0; i < half; ++i) out.part[i] = out.part[half + i] = detail::assemble<Lane<8>::width>(x + i * Lane<8>::width);
+    for (int i = 0; i < half; ++i)
+        out.part[i] = out.part[half + i] = detail::assemble<Lane<8>::width>(x + i * Lane<8>::width);
 #endif
     return out;
 }
@@ -181,7 +182,8 @@ ARMANGLE_INLINE Lane<N> sqrt(const Lane<N>& x) noexcept {
 template <int N>
 ARMANGLE_INLINE Lane<N> mul_add(const Lane<N>& a, const Lane<N>& b, const Lane<N>& c) noexcept {
     Lane<N> out;
-    for (int i = 0; i < out.registers; ++i) out.part[i] = detail::register_mul_add(a.part[i], b.part[i], c.part[i]);
+    for (int i = 0; i < out.registers; ++i)
+        out.part[i] = detail::register_mul_add(a.part[i], b.part[i], c.part[i]);
     return out;
 }
 

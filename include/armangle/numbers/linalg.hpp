@@ -10,9 +10,15 @@ template <class T>
 struct Vec3 {
     T x, y, z;
 
-    ARMANGLE_INLINE friend Vec3 operator+(const Vec3& a, const Vec3& b) noexcept { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-    ARMANGLE_INLINE friend Vec3 operator-(const Vec3& a, const Vec3& b) noexcept { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-    ARMANGLE_INLINE friend Vec3 operator*(const Vec3& a, const T& k) noexcept { return {a.x * k, a.y * k, a.z * k}; }
+    ARMANGLE_INLINE friend Vec3 operator+(const Vec3& a, const Vec3& b) noexcept {
+        return {a.x + b.x, a.y + b.y, a.z + b.z};
+    }
+    ARMANGLE_INLINE friend Vec3 operator-(const Vec3& a, const Vec3& b) noexcept {
+        return {a.x - b.x, a.y - b.y, a.z - b.z};
+    }
+    ARMANGLE_INLINE friend Vec3 operator*(const Vec3& a, const T& k) noexcept {
+        return {a.x * k, a.y * k, a.z * k};
+    }
     ARMANGLE_INLINE friend Vec3 operator-(const Vec3& a) noexcept { return {-a.x, -a.y, -a.z}; }
 };
 
@@ -84,15 +90,19 @@ ARMANGLE_INLINE Vec3<T> spread(const Vec3<double>& v) noexcept {
 
 template <class T>
 ARMANGLE_INLINE Pose<T> spread(const Pose<double>& p) noexcept {
-    return {{spread<T>(p.rotation.x), spread<T>(p.rotation.y), spread<T>(p.rotation.z)}, spread<T>(p.position)};
+    return {{spread<T>(p.rotation.x), spread<T>(p.rotation.y), spread<T>(p.rotation.z)},
+            spread<T>(p.position)};
 }
 
-ARMANGLE_INLINE Pose<double> identity_pose() noexcept { return {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}}; }
+ARMANGLE_INLINE Pose<double> identity_pose() noexcept {
+    return {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
+}
 
 /// Inverse of a transform whose rotation is orthonormal.
 ARMANGLE_INLINE Pose<double> inverse(const Pose<double>& p) noexcept {
     const auto& [x, y, z] = p.rotation;
-    return {{{x.x, y.x, z.x}, {x.y, y.y, z.y}, {x.z, y.z, z.z}}, {-dot(x, p.position), -dot(y, p.position), -dot(z, p.position)}};
+    return {{{x.x, y.x, z.x}, {x.y, y.y, z.y}, {x.z, y.z, z.z}},
+            {-dot(x, p.position), -dot(y, p.position), -dot(z, p.position)}};
 }
 
 /// Largest entry of |R^T R - I|; an entry that is NaN may pass: is_rigid finds it.
@@ -107,7 +117,8 @@ ARMANGLE_INLINE T orthonormality_error(const Mat3<T>& r) noexcept {
 ARMANGLE_INLINE bool is_rigid(const Pose<double>& p) noexcept {
     const auto& [x, y, z] = p.rotation;
     const bool finite = abs(p.position.x) + abs(p.position.y) + abs(p.position.z) < infinity;
-    return finite && orthonormality_error(p.rotation) <= tolerance::rotation && dot(cross(x, y), z) > 0;  // false of NaN
+    return finite && orthonormality_error(p.rotation) <= tolerance::rotation &&
+           dot(cross(x, y), z) > 0;  // false of NaN
 }
 
 }  // namespace armangle

@@ -1,4 +1,5 @@
-// Vector registers of this processor, in the compiler's own types: the only file that asks which processor it is.
+// Vector registers of this processor, in the compiler's own types: the only file that asks which processor it
+// is.
 #pragma once
 
 #include <cstdint>
@@ -33,14 +34,20 @@ using Mask2 = Vector<2>::Mask;
 
 #if defined(__x86_64__)
 ARMANGLE_INLINE Values2 register_sqrt(Values2 x) noexcept { return _mm_sqrt_pd(x); }
-ARMANGLE_INLINE unsigned register_bits(Mask2 mask) noexcept { return static_cast<unsigned>(_mm_movemask_pd((__m128d)mask)); }
+ARMANGLE_INLINE unsigned register_bits(Mask2 mask) noexcept {
+    return static_cast<unsigned>(_mm_movemask_pd((__m128d)mask));
+}
 #elif defined(__aarch64__)
 ARMANGLE_INLINE Values2 register_sqrt(Values2 x) noexcept { return (Values2)vsqrtq_f64((float64x2_t)x); }
 #else
-ARMANGLE_INLINE Values2 register_sqrt(Values2 x) noexcept { return Values2{std::sqrt(x[0]), std::sqrt(x[1])}; }
+ARMANGLE_INLINE Values2 register_sqrt(Values2 x) noexcept {
+    return Values2{std::sqrt(x[0]), std::sqrt(x[1])};
+}
 #endif
 #if !defined(__x86_64__)
-ARMANGLE_INLINE unsigned register_bits(Mask2 mask) noexcept { return (mask[0] ? 1u : 0u) | (mask[1] ? 2u : 0u); }
+ARMANGLE_INLINE unsigned register_bits(Mask2 mask) noexcept {
+    return (mask[0] ? 1u : 0u) | (mask[1] ? 2u : 0u);
+}
 #endif
 
 ARMANGLE_INLINE Values2 register_mul_add(Values2 a, Values2 b, Values2 c) noexcept {
@@ -58,7 +65,9 @@ using Values4 = Vector<4>::Values;
 using Mask4 = Vector<4>::Mask;
 
 ARMANGLE_INLINE Values4 register_sqrt(Values4 x) noexcept { return _mm256_sqrt_pd(x); }
-ARMANGLE_INLINE unsigned register_bits(Mask4 mask) noexcept { return static_cast<unsigned>(_mm256_movemask_pd((__m256d)mask)); }
+ARMANGLE_INLINE unsigned register_bits(Mask4 mask) noexcept {
+    return static_cast<unsigned>(_mm256_movemask_pd((__m256d)mask));
+}
 ARMANGLE_INLINE Values4 register_mul_add(Values4 a, Values4 b, Values4 c) noexcept {
 #if defined(__FMA__)
     return _mm256_fmadd_pd(a, b, c);
@@ -74,11 +83,16 @@ using Mask8 = Vector<8>::Mask;
 
 // the plain form of the root trips -Wmaybe-uninitialized in g++ 12
 ARMANGLE_INLINE Values8 register_sqrt(Values8 x) noexcept { return _mm512_mask_sqrt_pd(x, 0xff, x); }
-ARMANGLE_INLINE unsigned register_bits(Mask8 mask) noexcept { return _cvtmask8_u32(_mm512_movepi64_mask((__m512i)mask)); }
-ARMANGLE_INLINE Values8 register_mul_add(Values8 a, Values8 b, Values8 c) noexcept { return _mm512_fmadd_pd(a, b, c); }
+ARMANGLE_INLINE unsigned register_bits(Mask8 mask) noexcept {
+    return _cvtmask8_u32(_mm512_movepi64_mask((__m512i)mask));
+}
+ARMANGLE_INLINE Values8 register_mul_add(Values8 a, Values8 b, Values8 c) noexcept {
+    return _mm512_fmadd_pd(a, b, c);
+}
 #endif
 
-/// Values put together in registers: a load right behind the stores of single values would wait for all of them.
+/// Values put together in registers: a load right behind the stores of single values would wait for all of
+/// them.
 template <int W>
 ARMANGLE_INLINE typename Vector<W>::Values assemble(const double* v) noexcept {
     using Values = typename Vector<W>::Values;

@@ -28,7 +28,9 @@ inline constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 ARMANGLE_INLINE double sqrt(double x) noexcept { return std::sqrt(x); }
 ARMANGLE_INLINE double abs(double x) noexcept { return std::fabs(x); }
-ARMANGLE_INLINE double copysign(double magnitude, double sign) noexcept { return std::copysign(magnitude, sign); }
+ARMANGLE_INLINE double copysign(double magnitude, double sign) noexcept {
+    return std::copysign(magnitude, sign);
+}
 ARMANGLE_INLINE double select(bool mask, double yes, double no) noexcept { return mask ? yes : no; }
 ARMANGLE_INLINE bool any(bool mask) noexcept { return mask; }
 ARMANGLE_INLINE bool all(bool mask) noexcept { return mask; }

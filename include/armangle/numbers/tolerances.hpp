@@ -5,7 +5,8 @@ namespace armangle::tolerance {
 
 /// Angles closer than this are one angle: membership in arcs and limits, merging of pieces (rad).
 inline constexpr double angle = 1e-9;
-/// Wrist closer to the base axis than this share of the reach: the reference plane is the convention's (ratio).
+/// Wrist closer to the base axis than this share of the reach: the reference plane is the convention's
+/// (ratio).
 inline constexpr double reference = 1e-7;
 /// Coefficients of a direction below this vanish on the whole circle: the posture is singular for every psi.
 inline constexpr double singular = 1e-13;
@@ -13,18 +14,21 @@ inline constexpr double singular = 1e-13;
 inline constexpr double vanishing = 1e-12;
 /// 1 - |cos| below which a hinge may come within `angle` of 0 or pi; that is 5e-19, the rest is rounding.
 inline constexpr double touching = 1e-15;
-/// Reach exceeded by less than this share of the arm's size, base and tool included, is rounding, not distance (ratio).
+/// Reach exceeded by less than this share of the arm's size, base and tool included, is rounding, not
+/// distance (ratio).
 inline constexpr double reach = 1e-13;
-/// Within this share of the reach from its end, inside too, the arm is stretched (folded): a few ulp of a rounded pose
-/// would otherwise bend the elbow by 1e-8 rad and turn theta_1 and theta_5 by anything (ratio).
+/// Within this share of the reach from its end, inside too, the arm is stretched (folded): a few ulp of a
+/// rounded pose would otherwise bend the elbow by 1e-8 rad and turn theta_1 and theta_5 by anything (ratio).
 inline constexpr double stretched = 4e-15;
 /// Shoulder and wrist closer than this share of the reach coincide: no axis, no arm angle (ratio).
 inline constexpr double folded = 1e-12;
 /// Largest entry of |R^T R - I| that a rotation given by the user may have.
 inline constexpr double rotation = 1e-6;
-/// Angles beyond this, 160 000 turns, are refused: taken to one turn they would lose the digits promised (rad).
+/// Angles beyond this, 160 000 turns, are refused: taken to one turn they would lose the digits promised
+/// (rad).
 inline constexpr double largest_angle = 1e6;
-/// What a bound on a step allows is drawn in by this, so that the inverse's rounding does not break the bound (rad).
+/// What a bound on a step allows is drawn in by this, so that the inverse's rounding does not break the bound
+/// (rad).
 inline constexpr double bound = 1e-12;
 /// A length above this is not in metres (m).
 inline constexpr double length = 1e3;

@@ -1,4 +1,5 @@
-// Candidates on one section of a tube: joint values with their windings, distances to limits and singularities, and cost.
+// Candidates on one section of a tube: joint values with their windings, distances to limits and
+// singularities, and cost.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +9,8 @@
 
 namespace armangle {
 
-/// What a plan strives for: first the largest least margin, up to `enough`; then margin along the way and little travel.
+/// What a plan strives for: first the largest least margin, up to `enough`; then margin along the way and
+/// little travel.
 struct Objective {
     double limits = 1, singularities = 1, travel = 1;  // weights, >= 0
     double enough = 0.35;                              // rad: margins beyond it count no more
@@ -41,7 +43,9 @@ struct EightThetas {
     EightThetas(const Layer& l, const double* phi) noexcept {
         using Slots = Lane<8>;
         const SinCos<Slots> sc = sin_cos(Slots::load(phi));
-        const auto at = [&](const Linear<double>& f) { return mul_add(Slots(f.s), sc.sin, mul_add(Slots(f.c), sc.cos, Slots(f.k))); };
+        const auto at = [&](const Linear<double>& f) {
+            return mul_add(Slots(f.s), sc.sin, mul_add(Slots(f.c), sc.cos, Slots(f.k)));
+        };
         for (int p = 0; p < pivots; ++p) {
             const Pivot<double>& f = l.functions.pivot[p];
             const Slots u = at(f.U) * Slots(f.g), v = at(f.V) * Slots(f.g);
@@ -76,7 +80,8 @@ public:
 
     Candidates(const Task& task, const Objective& objective) : task_(task), objective_(objective) {}
 
-    /// On every arc evenly, closer where joints move fast; every winding that the limits leave is a posture of its own.
+    /// On every arc evenly, closer where joints move fast; every winding that the limits leave is a posture
+    /// of its own.
     void fill(const Tube& tube, const Layer& l) {
         all.clear();
         if (l.status != Status::OK) return;
@@ -89,7 +94,8 @@ public:
         }
     }
 
-    /// Joints that the windings of a first section are chosen near, where they cannot change on the way; or null.
+    /// Joints that the windings of a first section are chosen near, where they cannot change on the way; or
+    /// null.
     void set_reference(const double* q) noexcept { reference_ = q; }
 
     /// Only windings between these joint values from now on.
@@ -112,7 +118,8 @@ public:
         const auto take = [&](double distance, double weight) {
             if (!(weight > 0)) return;
             least = min(least, distance / weight);
-            const double shown = candidate_rule::reference * weight / max(distance, candidate_rule::cost_floor);
+            const double shown =
+                candidate_rule::reference * weight / max(distance, candidate_rule::cost_floor);
             cost += shown * shown;
         };
         for (int j = 0; j < joints; ++j) {
@@ -121,7 +128,8 @@ public:
             if (task_.arm.upper[j] < infinity) take(task_.arm.upper[j] - x.q[j], objective_.limits);
         }
         for (int j : {1, 5})
-            take(detail::hinge_clearance(wrap(task_.arm.sign[j] * x.q[j] + task_.arm.offset[j])) - task_.limits.margin,
+            take(detail::hinge_clearance(wrap(task_.arm.sign[j] * x.q[j] + task_.arm.offset[j])) -
+                     task_.limits.margin,
                  objective_.singularities);
         x.margin = least, x.cost = cost;
     }
@@ -136,7 +144,8 @@ private:
         points_.clear();
         const double width = arc.upper - arc.lower;
         const int n = std::max(candidate_rule::least, static_cast<int>(width / candidate_rule::spacing) + 1);
-        for (int i = 0; i < n; ++i) points_.push_back({arc.lower + width * (i + (full ? 0.0 : 0.5)) / n, {}, 0});
+        for (int i = 0; i < n; ++i)
+            points_.push_back({arc.lower + width * (i + (full ? 0.0 : 0.5)) / n, {}, 0});
     }
 
     /// Points beside those phi where a joint of more than a turn comes to a limit: the ends of its windings.
@@ -144,12 +153,13 @@ private:
         const std::size_t before = points_.size();
         for (int p = 0; p < pivots; ++p) {
             if (task_.limits.limited >> p & 1) continue;
-            for (const double limit : {task_.arm.theta_lower[pivot_joint[p]], task_.arm.theta_upper[pivot_joint[p]]}) {
+            for (const double limit :
+                 {task_.arm.theta_lower[pivot_joint[p]], task_.arm.theta_upper[pivot_joint[p]]}) {
                 if (!(abs(limit) < infinity)) continue;
                 const SinCos<double> at = sin_cos(limit);
                 const Pivot<double>& f = l.functions.pivot[p];
-                const Roots ends =
-                    roots({f.U.s * at.cos - f.V.s * at.sin, f.U.c * at.cos - f.V.c * at.sin, f.U.k * at.cos - f.V.k * at.sin});
+                const Roots ends = roots({f.U.s * at.cos - f.V.s * at.sin, f.U.c * at.cos - f.V.c * at.sin,
+                                          f.U.k * at.cos - f.V.k * at.sin});
                 for (int i = 0; i < ends.count; ++i)
                     for (const double side : {-candidate_rule::beside, candidate_rule::beside}) {
                         const double phi = lift(ends.psi[i] + side, 0.5 * (arc.lower + arc.upper));
@@ -158,7 +168,8 @@ private:
             }
         }
         if (points_.size() == before) return;
-        std::sort(points_.begin(), points_.end(), [](const Point& a, const Point& b) { return a.phi < b.phi; });
+        std::sort(points_.begin(), points_.end(),
+                  [](const Point& a, const Point& b) { return a.phi < b.phi; });
     }
 
     void solve(const Layer& l, int pass) noexcept {
@@ -184,7 +195,8 @@ private:
             finer_.push_back(points_[i]);
             if (i + 1 == points_.size()) break;
             double most = 0;
-            for (int j = 0; j < joints; ++j) most = std::max(most, abs(wrap(points_[i + 1].theta[j] - points_[i].theta[j])));
+            for (int j = 0; j < joints; ++j)
+                most = std::max(most, abs(wrap(points_[i + 1].theta[j] - points_[i].theta[j])));
             if (most <= candidate_rule::move) continue;
             more = true;
             const int pass = std::max(points_[i].pass, points_[i + 1].pass);
@@ -203,8 +215,9 @@ private:
         return true;
     }
 
-    /// The windings of joint j within its limits: first and last turn to add to q; none if last < first. Those that the
-    /// section before leads to; at the first section some about the middle, one of a joint whose winding cannot change.
+    /// The windings of joint j within its limits: first and last turn to add to q; none if last < first.
+    /// Those that the section before leads to; at the first section some about the middle, one of a joint
+    /// whose winding cannot change.
     void turns(int j, double q, int& first, int& last) const noexcept {
         const double l = task_.arm.lower[j], u = task_.arm.upper[j], far = tolerance::largest_angle;
         const double fewest = ceil((max(l, -far) - tolerance::angle - q) / two_pi),
@@ -212,11 +225,13 @@ private:
         double from = fewest, to = most;
         const bool unlimited = l == -infinity && u == infinity;  // its winding means nothing: any one will do
         if (window_.set && !unlimited) {
-            from = max(from, ceil((window_.lower[j] - q) / two_pi)), to = min(to, floor((window_.upper[j] - q) / two_pi));
+            from = max(from, ceil((window_.lower[j] - q) / two_pi)),
+            to = min(to, floor((window_.upper[j] - q) / two_pi));
         } else {
             const bool fixed = j % 2 == 1 || unlimited;
             const double near = fixed && reference_ ? reference_[j] : task_.arm.joint_middle[j];
-            const double middle = min(max(round((near - q) / two_pi), fewest), most), spread = fixed ? 0 : candidate_rule::windings;
+            const double middle = min(max(round((near - q) / two_pi), fewest), most),
+                         spread = fixed ? 0 : candidate_rule::windings;
             from = max(from, middle - spread), to = min(to, middle + spread);
         }
         first = static_cast<int>(from), last = static_cast<int>(to);

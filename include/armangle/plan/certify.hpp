@@ -1,11 +1,15 @@
-// Proof that a curve keeps its limits between all samples: interval arithmetic on the boundary functions along it.
+// Proof that a curve keeps its limits between all samples: interval arithmetic on the boundary functions
+// along it.
 //
 // For every joint a condition that is positive where the joint, with its winding, is within its limits:
-//   pivot of less than a turn   the direction (V, U) stays in the open cone of its limits, so the lifted angle, which is
+//   pivot of less than a turn   the direction (V, U) stays in the open cone of its limits, so the lifted
+//   angle, which is
 //                               continuous, cannot change its winding;
-//   pivot of a turn or more     the direction stays in a sector of +-60 degrees about an angle that is lifted from stretch to
+//   pivot of a turn or more     the direction stays in a sector of +-60 degrees about an angle that is lifted
+//   from stretch to
 //                               stretch, and within its limits by the same boundary functions;
-//   hinge, elbow                sin > 0 keeps the half turn, and so the winding; cos is between those of its limits.
+//   hinge, elbow                sin > 0 keeps the half turn, and so the winding; cos is between those of its
+//   limits.
 // A stretch is proven by its range, or by the mean value form f(m) + f'(S)(S - m); else it is halved.
 #pragma once
 
@@ -17,19 +21,22 @@
 namespace armangle {
 
 namespace proof {
-/// Limits are proven with this to spare (rad): more than the rounding of joint values computed from the curve.
+/// Limits are proven with this to spare (rad): more than the rounding of joint values computed from the
+/// curve.
 inline constexpr double slack = 1e-9;
 /// A condition below minus this is broken, not touched.
 inline constexpr double broken = 4e-9;
-/// Singularities are proven farther away than this (rad), whatever the margin asked: there values round well, and lift.
+/// Singularities are proven farther away than this (rad), whatever the margin asked: there values round well,
+/// and lift.
 inline constexpr double least_margin = 1e-5;
-inline constexpr double join = 1e-12;       // by which a stretch may overlap the next segment (of s)
-inline constexpr double sector = pi / 3;    // half width (rad)
-inline constexpr double sector_step = 2.2;  // of its middle from one to the next (rad); 2 sector + this < 2 pi
-inline constexpr double end_step = 2.0;     // of its middle from the ends of a stretch (rad); sector + this < pi
-inline constexpr int looks = 32;            // for violations in a stretch that is not proven
-inline constexpr int depth = 14;            // halvings of a stretch
-inline constexpr int evaluations = 256;     // spent on average on a stretch before the rest is left unproven
+inline constexpr double join = 1e-12;     // by which a stretch may overlap the next segment (of s)
+inline constexpr double sector = pi / 3;  // half width (rad)
+inline constexpr double sector_step =
+    2.2;                                 // of its middle from one to the next (rad); 2 sector + this < 2 pi
+inline constexpr double end_step = 2.0;  // of its middle from the ends of a stretch (rad); sector + this < pi
+inline constexpr int looks = 32;         // for violations in a stretch that is not proven
+inline constexpr int depth = 14;         // halvings of a stretch
+inline constexpr int evaluations = 256;  // spent on average on a stretch before the rest is left unproven
 }  // namespace proof
 
 /// Stretches of s, and the places where a limit is seen to be broken.
@@ -57,10 +64,12 @@ struct HalfTurn {
 };
 
 /// Of theta = centre + g |a| + 2 pi k within (lower, upper), for the winding k of `theta`.
-inline HalfTurn half_turn(double lower, double upper, double centre, double g, double theta, double a) noexcept {
+inline HalfTurn half_turn(double lower, double upper, double centre, double g, double theta,
+                          double a) noexcept {
     const double base = theta - g * a;  // centre + 2 pi k
     const double turn = centre + two_pi * round((base - centre) / two_pi);
-    const double near = (g > 0 ? lower - turn : turn - upper) + proof::slack, far = (g > 0 ? upper - turn : turn - lower) - proof::slack;
+    const double near = (g > 0 ? lower - turn : turn - upper) + proof::slack,
+                 far = (g > 0 ? upper - turn : turn - lower) - proof::slack;
     HalfTurn out;
     out.has_near = near > 0, out.has_far = far < pi;
     out.empty = !(near < far) || near > pi || far < 0;
@@ -87,9 +96,11 @@ struct Claim {
         const Configuration<double> sign = configuration(c.gc);
         const auto theta = [&](int j) { return arm.sign[j] * c.stretches.front().q[j] + arm.offset[j]; };
         const auto part = [&](int j, double centre, double g) {
-            return half_turn(arm.theta_lower[j], arm.theta_upper[j], centre, g, theta(j), abs(wrap(theta(j) - centre)));
+            return half_turn(arm.theta_lower[j], arm.theta_upper[j], centre, g, theta(j),
+                             abs(wrap(theta(j) - centre)));
         };
-        shoulder = part(1, 0.0, sign.shoulder), wrist = part(5, 0.0, sign.wrist), elbow = part(3, arm.delta_angle, sign.elbow);
+        shoulder = part(1, 0.0, sign.shoulder), wrist = part(5, 0.0, sign.wrist),
+        elbow = part(3, arm.delta_angle, sign.elbow);
         for (int p = 0; p < pivots; ++p) {
             const int j = pivot_joint[p];
             lower[p] = arm.theta_lower[j] + proof::slack, upper[p] = arm.theta_upper[j] - proof::slack;
@@ -137,7 +148,8 @@ struct Claim {
         const Configuration<double> sign = configuration(curve.gc);
         const Circle<T> c = circle(arm, flange_pose(arm, pose_at(curve.segment(x), s)), curve.plane);
         const Fold<T> bend = fold(arm, c.triangle, T(sign.elbow));
-        const JointFunctions<T> f = joint_functions(c, bend, {T(sign.shoulder), T(sign.elbow), T(sign.wrist)});
+        const JointFunctions<T> f =
+            joint_functions(c, bend, {T(sign.shoulder), T(sign.elbow), T(sign.wrist)});
         const SinCos<T> phi = sin_cos(phi_at(x, s));
         out.add(c.triangle.eta.sin * c.triangle.eta.sin - T(sine_square));
         limit_half_turn(elbow, c.triangle.eta.cos, out);
@@ -170,12 +182,14 @@ bool all_positive(const Conditions<T>& c, const Range& range) noexcept {
 
 class Prover {
 public:
-    Prover(const Curve& curve, const Arm& bounds, double margin) : curve_(curve), claim_(curve, bounds, margin) {
+    Prover(const Curve& curve, const Arm& bounds, double margin)
+        : curve_(curve), claim_(curve, bounds, margin) {
         budget_ = static_cast<long long>(curve.stretches.size() + 8) * proof::evaluations;
     }
 
     Proof run() {
-        if (!claim_.possible()) return leave(curve_.stretches.front().start, curve_.stretches.back().end), proof_;
+        if (!claim_.possible())
+            return leave(curve_.stretches.front().start, curve_.stretches.back().end), proof_;
         for (const Stretch& x : curve_.stretches) {
             const Segment& g = curve_.segment(x);
             const bool within = x.start >= g.start - proof::join && x.end <= g.end + proof::join;
@@ -201,7 +215,9 @@ private:
             const PlacedPosture here = curve_.solve(x, s, phi_at(x, s), x.q, x.psi);
             const Pose<double> flange = flange_pose(claim_.bounds, here.pose);
             const double excess = circle(claim_.bounds, flange, curve_.plane).triangle.excess;
-            if (limit_margin(claim_.bounds, here.q) >= -proof::broken && excess <= tolerance::reach * claim_.bounds.reach) continue;
+            if (limit_margin(claim_.bounds, here.q) >= -proof::broken &&
+                excess <= tolerance::reach * claim_.bounds.reach)
+                continue;
             proof_.violated.push_back(s);
             return;
         }
@@ -220,8 +236,8 @@ private:
         return prove(x, from, half, depth + 1) && prove(x, half, to, depth + 1);
     }
 
-    /// Lifted angles of the turning pivots at s. False unless the stretch's ends lie so near that what the curve returns
-    /// between them, lifted to their interpolation, is the angle of the sector.
+    /// Lifted angles of the turning pivots at s. False unless the stretch's ends lie so near that what the
+    /// curve returns between them, lifted to their interpolation, is the angle of the sector.
     bool place(const Stretch& x, double s, double* middle) const noexcept {
         bool any = false;
         for (int p = 0; p < pivots; ++p) any = any || claim_.kind[p] == PivotKind::turning;
@@ -238,7 +254,9 @@ private:
 
     bool stands(const Stretch& x, double from, double to, const double* middle) noexcept {
         for (int p = 0; p < pivots; ++p)
-            if (lifted_ && claim_.kind[p] == PivotKind::turning && !(abs(middle[p] - last_[p]) < proof::sector_step)) return false;
+            if (lifted_ && claim_.kind[p] == PivotKind::turning &&
+                !(abs(middle[p] - last_[p]) < proof::sector_step))
+                return false;
         const Interval range(from, to);
         Conditions<Interval> plain;
         --budget_;
@@ -249,7 +267,9 @@ private:
         const double m = 0.5 * (from + to);
         Conditions<J> slopes;
         Conditions<Interval> centre;
-        if (!claim_.evaluate(x, J::variable(range), middle, slopes) || !claim_.evaluate(x, Interval(m), middle, centre)) return false;
+        if (!claim_.evaluate(x, J::variable(range), middle, slopes) ||
+            !claim_.evaluate(x, Interval(m), middle, centre))
+            return false;
         const Interval off = range - Interval(m);
         const Interval* values = centre.must;
         const auto lower = [&](const J* f, int i) {
@@ -264,12 +284,13 @@ private:
         Conditions<Interval> at;
         bool bad = false;
         for (int p = 0; p < pivots; ++p)
-            bad = bad ||
-                  (claim_.kind[p] == PivotKind::turning && max(claim_.lower[p] - middle[p], middle[p] - claim_.upper[p]) > proof::broken);
+            bad = bad || (claim_.kind[p] == PivotKind::turning &&
+                          max(claim_.lower[p] - middle[p], middle[p] - claim_.upper[p]) > proof::broken);
         const auto fails = [](const Interval& f) { return f.hi < -proof::broken; };
         if (claim_.evaluate(x, Interval(s), middle, at)) {
             for (int i = 0; i < at.count; ++i) bad = bad || fails(at.must[i]);
-            for (int i = 0; i < at.pairs; ++i) bad = bad || (fails(at.either[i][0]) && fails(at.either[i][1]));
+            for (int i = 0; i < at.pairs; ++i)
+                bad = bad || (fails(at.either[i][0]) && fails(at.either[i][1]));
         }
         if (bad) proof_.violated.push_back(s);
         return bad;
@@ -285,7 +306,10 @@ private:
 
 }  // namespace detail
 
-/// Proves the limits of `bounds` (the curve's arm, limits drawn in by the margin asked) and a singularity margin (rad).
-inline Proof certify(const Curve& curve, const Arm& bounds, double margin) { return detail::Prover(curve, bounds, margin).run(); }
+/// Proves the limits of `bounds` (the curve's arm, limits drawn in by the margin asked) and a singularity
+/// margin (rad).
+inline Proof certify(const Curve& curve, const Arm& bounds, double margin) {
+    return detail::Prover(curve, bounds, margin).run();
+}
 
 }  // namespace armangle

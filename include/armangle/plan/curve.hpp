@@ -1,7 +1,9 @@
-// The result of a plan: phi as a cubic spline over s, and from it every posture of the path by the closed-form inverse.
+// The result of a plan: phi as a cubic spline over s, and from it every posture of the path by the
+// closed-form inverse.
 //
-// Twice continuously differentiable: a cubic B-spline whose control values are the way's polyline at the Greville abscissae
-// (Schoenberg's spline). It reproduces lines and never leaves the hull of the neighbouring values, so it does not overshoot.
+// Twice continuously differentiable: a cubic B-spline whose control values are the way's polyline at the
+// Greville abscissae (Schoenberg's spline). It reproduces lines and never leaves the hull of the neighbouring
+// values, so it does not overshoot.
 #pragma once
 
 #include <span>
@@ -14,8 +16,8 @@
 
 namespace armangle {
 
-/// phi on one stretch [start, end] of s: c0 + c1 t + c2 t^2 + c3 t^3, t in [0, 1]; a stretch lies within one segment.
-/// Doubles alone, so that a curve travels as an array.
+/// phi on one stretch [start, end] of s: c0 + c1 t + c2 t^2 + c3 t^3, t in [0, 1]; a stretch lies within one
+/// segment. Doubles alone, so that a curve travels as an array.
 struct Stretch {
     double start, end, coefficient[4];
     double q[joints], psi;          // at its start, lifted: what values inside are lifted by
@@ -63,11 +65,14 @@ struct Curve {
     Directions<T> directions_at(const Stretch& x, const T& s, const T& phi) const noexcept {
         const Circle<T> c = circle(arm, flange_pose(arm, pose_at(segment(x), s)), plane);
         const Configuration<double> sign = configuration(gc);
-        return directions(c, fold(arm, c.triangle, T(sign.elbow)), {T(sign.shoulder), T(sign.elbow), T(sign.wrist)}, sin_cos(phi));
+        return directions(c, fold(arm, c.triangle, T(sign.elbow)),
+                          {T(sign.shoulder), T(sign.elbow), T(sign.wrist)}, sin_cos(phi));
     }
 
-    /// Posture at s with joints in the winding next to `near` that lies within the limits (psi next to near_psi).
-    PlacedPosture solve(const Stretch& x, double s, double phi, const double* near, double near_psi) const noexcept {
+    /// Posture at s with joints in the winding next to `near` that lies within the limits (psi next to
+    /// near_psi).
+    PlacedPosture solve(const Stretch& x, double s, double phi, const double* near,
+                        double near_psi) const noexcept {
         PlacedPosture out;
         out.pose = pose_at(segment(x), s);
         const Joints q = joints_within_limits(arm, directions_at(x, s, phi), near);
@@ -87,7 +92,8 @@ struct Curve {
         return solve(x, s, phi_at(x, s), near, t < 0.5 ? x.psi : x.psi_end);
     }
 
-    /// q', q'', q''' with respect to s: three rows of seven. At a joint of two segments those of the later one.
+    /// q', q'', q''' with respect to s: three rows of seven. At a joint of two segments those of the later
+    /// one.
     void derivatives(double s, double* out) const noexcept {
         using J = Jet<double, 3>;
         const Stretch& x = stretch(s);
@@ -95,14 +101,16 @@ struct Curve {
         const Directions<J> d = directions_at(x, at, phi_at(x, at));
         for (int j = 0; j < joints; ++j) {
             const J theta = atan2(d.y[j], d.x[j]);
-            for (int k = 1; k <= 3; ++k) out[(k - 1) * joints + j] = arm.sign[j] * theta.coefficient[k] * (k == 3 ? 6.0 : k);
+            for (int k = 1; k <= 3; ++k)
+                out[(k - 1) * joints + j] = arm.sign[j] * theta.coefficient[k] * (k == 3 ? 6.0 : k);
         }
     }
 };
 
 namespace detail {
 
-/// The polar form of a cubic spline on the knots t[3] .. t[4] (t: six knots around), from its four control values.
+/// The polar form of a cubic spline on the knots t[3] .. t[4] (t: six knots around), from its four control
+/// values.
 inline double blossom(const double* c, const double* t, const double (&u)[3]) noexcept {
     double d[4] = {c[0], c[1], c[2], c[3]};
     for (int r = 1; r <= 3; ++r)
@@ -132,7 +140,8 @@ inline std::vector<double> control_values(const std::vector<double>& s, const st
 
 }  // namespace detail
 
-/// phi over the stretches of s as a C2 spline near the values phi (equal at both ends). s: two or more, rising.
+/// phi over the stretches of s as a C2 spline near the values phi (equal at both ends). s: two or more,
+/// rising.
 inline std::vector<Stretch> smooth_stretches(const std::vector<double>& s, const std::vector<double>& phi) {
     const std::size_t n = s.size();
     const std::vector<double> c = detail::control_values(s, phi);
@@ -157,12 +166,15 @@ inline std::vector<Stretch> smooth_stretches(const std::vector<double>& s, const
 inline std::vector<Stretch> straight_stretches(const std::vector<double>& s, const std::vector<double>& phi) {
     std::vector<Stretch> out(s.size() - 1);
     for (std::size_t i = 0; i + 1 < s.size(); ++i)
-        out[i].start = s[i], out[i].end = s[i + 1], out[i].coefficient[0] = phi[i], out[i].coefficient[1] = phi[i + 1] - phi[i];
+        out[i].start = s[i], out[i].end = s[i + 1], out[i].coefficient[0] = phi[i],
+        out[i].coefficient[1] = phi[i + 1] - phi[i];
     return out;
 }
 
-/// Gives every stretch the postures at its ends, lifted from q0 and psi0 on. `stretches` are those of the curve.
-inline void lift_stretches(const Curve& curve, std::span<Stretch> stretches, const double* q0, double psi0) noexcept {
+/// Gives every stretch the postures at its ends, lifted from q0 and psi0 on. `stretches` are those of the
+/// curve.
+inline void lift_stretches(const Curve& curve, std::span<Stretch> stretches, const double* q0,
+                           double psi0) noexcept {
     double q[joints], psi = psi0;
     for (int j = 0; j < joints; ++j) q[j] = q0[j];
     for (Stretch& x : stretches) {

@@ -1,4 +1,5 @@
-// Why a branch has no way: which joints leave no arm angle, and which limit, farther out by how much, would leave one.
+// Why a branch has no way: which joints leave no arm angle, and which limit, farther out by how much, would
+// leave one.
 #pragma once
 
 #include <cstdint>
@@ -44,7 +45,8 @@ struct BranchReport {
 namespace detail {
 
 /// Psi_all of a circle for an arm with one limit moved out.
-inline bool opens(const Arm& arm, double margin, const Circle<double>& c, int gc, int joint, bool upper, double extra) noexcept {
+inline bool opens(const Arm& arm, double margin, const Circle<double>& c, int gc, int joint, bool upper,
+                  double extra) noexcept {
     Arm wide = arm;
     (upper ? wide.upper : wide.lower)[joint] += upper ? extra : -extra;
     fill_joint_arrays(wide);
@@ -56,7 +58,8 @@ inline bool opens(const Arm& arm, double margin, const Circle<double>& c, int gc
 }
 
 /// How far one limit must move out to leave an arm angle; infinity where that alone does not help.
-inline double opening(const Arm& arm, double margin, const Circle<double>& c, int gc, int joint, bool upper) noexcept {
+inline double opening(const Arm& arm, double margin, const Circle<double>& c, int gc, int joint,
+                      bool upper) noexcept {
     const double limit = upper ? arm.upper[joint] : arm.lower[joint];
     if (!(abs(limit) < infinity) || !opens(arm, margin, c, gc, joint, upper, two_pi)) return infinity;
     double low = 0, high = two_pi;
@@ -67,7 +70,8 @@ inline double opening(const Arm& arm, double margin, const Circle<double>& c, in
     return high;
 }
 
-/// Joints of which none can be left out: their sets of arm angles have nothing in common, those of any fewer have.
+/// Joints of which none can be left out: their sets of arm angles have nothing in common, those of any fewer
+/// have.
 inline unsigned blocking_joints(const Task& task, const Circle<double>& c, int gc) noexcept {
     const Configuration<double> sign = configuration(gc);
     const Fold<double> bend = fold(task.arm, c.triangle, sign.elbow);
@@ -96,7 +100,8 @@ inline void explain_limits(const Task& task, const std::vector<Circle<double>>& 
     for (int j = 0; j < joints; ++j) {
         for (const bool upper : {false, true}) {
             double extra = 0;
-            for (const Circle<double>& c : circles) extra = max(extra, detail::opening(task.arm, task.limits.margin, c, out.gc, j, upper));
+            for (const Circle<double>& c : circles)
+                extra = max(extra, detail::opening(task.arm, task.limits.margin, c, out.gc, j, upper));
             if (extra < infinity) out.openings.push_back({j + 1, upper, extra});
         }
     }

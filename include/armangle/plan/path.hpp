@@ -1,7 +1,8 @@
 // Paths of the tool: poses at any parameter s in [0, 1], with every derivative, in one form for all kinds.
 //
 // A segment moves the point by p(t) = origin + t along + a cos(beta t) + b sin(beta t) and the frame by
-// R(t) = Rot(axis, alpha t) R_0, t in [0, 1]: a line, an arc, a screw are choices of the constants. Templated on the scalar.
+// R(t) = Rot(axis, alpha t) R_0, t in [0, 1]: a line, an arc, a screw are choices of the constants. Templated
+// on the scalar.
 #pragma once
 
 #include <cstddef>
@@ -52,7 +53,9 @@ Pose<T> pose_at(const Segment& g, const T& s) noexcept {
 }
 
 /// Angular velocity per unit of s, constant on a segment.
-inline Vec3<double> angular_velocity(const Segment& g) noexcept { return g.axis * (g.alpha / (g.end - g.start)); }
+inline Vec3<double> angular_velocity(const Segment& g) noexcept {
+    return g.axis * (g.alpha / (g.end - g.start));
+}
 
 /// The segment that holds s; at a joint of two the later one.
 inline std::size_t segment_index(const Segment* segments, std::size_t n, double s) noexcept {
@@ -69,8 +72,9 @@ inline Mat3<double> orthonormal(Mat3<double> r) noexcept {
     for (int pass = 0; pass < 2; ++pass) {
         const double xx = dot(r.x, r.x), yy = dot(r.y, r.y), zz = dot(r.z, r.z);
         const double xy = dot(r.x, r.y), yz = dot(r.y, r.z), zx = dot(r.z, r.x);
-        const Mat3<double> step{
-            {0.5 * (3 - xx), -0.5 * xy, -0.5 * zx}, {-0.5 * xy, 0.5 * (3 - yy), -0.5 * yz}, {-0.5 * zx, -0.5 * yz, 0.5 * (3 - zz)}};
+        const Mat3<double> step{{0.5 * (3 - xx), -0.5 * xy, -0.5 * zx},
+                                {-0.5 * xy, 0.5 * (3 - yy), -0.5 * yz},
+                                {-0.5 * zx, -0.5 * yz, 0.5 * (3 - zz)}};
         r = r * step;
     }
     return r;
@@ -88,7 +92,8 @@ inline AxisAngle shortest_rotation(const Mat3<double>& from, const Mat3<double>&
         return dot(i, to.x) * dot(j, from.x) + dot(i, to.y) * dot(j, from.y) + dot(i, to.z) * dot(j, from.z);
     };
     const Vec3<double> ex{1, 0, 0}, ey{0, 1, 0}, ez{0, 0, 1};
-    const Vec3<double> skew{entry(ez, ey) - entry(ey, ez), entry(ex, ez) - entry(ez, ex), entry(ey, ex) - entry(ex, ey)};
+    const Vec3<double> skew{entry(ez, ey) - entry(ey, ez), entry(ex, ez) - entry(ez, ex),
+                            entry(ey, ex) - entry(ex, ey)};
     const double xx = entry(ex, ex), yy = entry(ey, ey), zz = entry(ez, ez), trace = xx + yy + zz;
     const double sine = norm(skew), angle = atan2(sine, trace - 1.0);
     if (sine == 0 && trace > 0) return {ez, 0.0};
@@ -97,8 +102,9 @@ inline AxisAngle shortest_rotation(const Mat3<double>& from, const Mat3<double>&
     const double xy = 0.5 * (entry(ex, ey) + entry(ey, ex)), yz = 0.5 * (entry(ey, ez) + entry(ez, ey)),
                  zx = 0.5 * (entry(ez, ex) + entry(ex, ez));
     const double c = 0.5 * (trace - 1.0);
-    Vec3<double> axis =
-        xx >= yy && xx >= zz ? Vec3<double>{xx - c, xy, zx} : (yy >= zz ? Vec3<double>{xy, yy - c, yz} : Vec3<double>{zx, yz, zz - c});
+    Vec3<double> axis = xx >= yy && xx >= zz
+                            ? Vec3<double>{xx - c, xy, zx}
+                            : (yy >= zz ? Vec3<double>{xy, yy - c, yz} : Vec3<double>{zx, yz, zz - c});
     axis = axis * (1.0 / norm(axis));
     return {dot(axis, skew) < 0 ? -axis : axis, angle};
 }
@@ -107,7 +113,8 @@ namespace detail {
 
 inline Segment still(double start, double end, const Pose<double>& from) noexcept {
     const Vec3<double> nought{0, 0, 0};
-    return {start, end, from.position, nought, nought, nought, 0.0, orthonormal(from.rotation), {0, 0, 1}, 0.0};
+    return {start,     end, from.position, nought, nought, nought, 0.0, orthonormal(from.rotation),
+            {0, 0, 1}, 0.0};
 }
 
 inline void turn_to(Segment& g, const Mat3<double>& to) noexcept {
@@ -118,16 +125,18 @@ inline void turn_to(Segment& g, const Mat3<double>& to) noexcept {
 }  // namespace detail
 
 /// Straight line at constant speed; the frame takes the shortest rotation, or keeps its first orientation.
-inline Segment line(double start, double end, const Pose<double>& from, const Pose<double>& to, bool fixed) noexcept {
+inline Segment line(double start, double end, const Pose<double>& from, const Pose<double>& to,
+                    bool fixed) noexcept {
     Segment g = detail::still(start, end, from);
     g.along = to.position - from.position;
     if (!fixed) detail::turn_to(g, to.rotation);
     return g;
 }
 
-/// Turn about a line of points (unit direction) by an angle, with an advance (m) along it; `carried`: the frame turns too.
-inline Segment screw(double start, double end, const Pose<double>& from, const Vec3<double>& point, const Vec3<double>& direction,
-                     double angle, double advance, bool carried) noexcept {
+/// Turn about a line of points (unit direction) by an angle, with an advance (m) along it; `carried`: the
+/// frame turns too.
+inline Segment screw(double start, double end, const Pose<double>& from, const Vec3<double>& point,
+                     const Vec3<double>& direction, double angle, double advance, bool carried) noexcept {
     Segment g = detail::still(start, end, from);
     const Vec3<double> arm = from.position - point, axial = direction * dot(direction, arm);
     g.origin = point + axial, g.along = direction * advance;
@@ -137,18 +146,21 @@ inline Segment screw(double start, double end, const Pose<double>& from, const V
     return g;
 }
 
-/// Centre, axis and angle in (0, 2 pi) of the arc from one point over a second to a third; angle 0 where they lie on a line.
+/// Centre, axis and angle in (0, 2 pi) of the arc from one point over a second to a third; angle 0 where they
+/// lie on a line.
 struct ArcThrough {
     Vec3<double> centre, axis;
     double angle;
 };
 
-inline ArcThrough arc_through(const Vec3<double>& from, const Vec3<double>& via, const Vec3<double>& to) noexcept {
+inline ArcThrough arc_through(const Vec3<double>& from, const Vec3<double>& via,
+                              const Vec3<double>& to) noexcept {
     const Vec3<double> a = via - from, b = to - from, normal = cross(a, b);
     const double size = norm(normal), aa = dot(a, a), bb = dot(b, b);
     if (!(size > tolerance::angle * sqrt(aa * bb)) || size == 0) return {from, {0, 0, 1}, 0.0};
     const Vec3<double> axis = normal * (1.0 / size);
-    const Vec3<double> centre = from + (cross(normal, a) * bb - cross(normal, b) * aa) * (0.5 / (size * size));
+    const Vec3<double> centre =
+        from + (cross(normal, a) * bb - cross(normal, b) * aa) * (0.5 / (size * size));
     const Vec3<double> r = from - centre, end = to - centre;
     const double angle = atan2(dot(axis, cross(r, end)), dot(r, end));
     return {centre, axis, angle > 0 ? angle : angle + two_pi};

@@ -1,4 +1,5 @@
-// The whole path at once: for each branch the tube, the best way through it, a smooth curve, and its proof; or why there is none.
+// The whole path at once: for each branch the tube, the best way through it, a smooth curve, and its proof;
+// or why there is none.
 //
 // Unlike the rest of the library this allocates: its memory grows with the path.
 #pragma once
@@ -40,10 +41,12 @@ namespace detail {
 
 class Planner {
 public:
-    Planner(const Arm& arm, const Segment* segments, std::size_t n, const double* rows, std::size_t row_count, const PlanOptions& options)
+    Planner(const Arm& arm, const Segment* segments, std::size_t n, const double* rows, std::size_t row_count,
+            const PlanOptions& options)
         : arm_(arm), options_(options), base_(base_parameters(segments, n, rows, row_count)) {
         task_.arm = arm;
-        for (int j = 0; j < joints; ++j) task_.arm.lower[j] += options.limit_margin, task_.arm.upper[j] -= options.limit_margin;
+        for (int j = 0; j < joints; ++j)
+            task_.arm.lower[j] += options.limit_margin, task_.arm.upper[j] -= options.limit_margin;
         fill_joint_arrays(task_.arm);
         task_.limits = limit_table(task_.arm, options.singularity_margin);
         task_.segments = segments, task_.segment_count = n;
@@ -62,16 +65,20 @@ public:
                          [](const BranchReport& a, const BranchReport& b) { return before(a, b); });
         plan_.plane = task_.plane;
         choose();
-        std::stable_sort(plan_.branches.begin(), plan_.branches.end(), [this](const BranchReport& a, const BranchReport& b) {
-            return a.gc == plan_.gc ? b.gc != plan_.gc : (b.gc != plan_.gc && before(a, b));
-        });
+        std::stable_sort(plan_.branches.begin(), plan_.branches.end(),
+                         [this](const BranchReport& a, const BranchReport& b) {
+                             return a.gc == plan_.gc ? b.gc != plan_.gc : (b.gc != plan_.gc && before(a, b));
+                         });
         return static_cast<Plan&&>(plan_);
     }
 
 private:
-    Vec3<double> wrist(double s) const noexcept { return triad(task_.arm, flange_pose(task_.arm, task_.pose(s))).w; }
+    Vec3<double> wrist(double s) const noexcept {
+        return triad(task_.arm, flange_pose(task_.arm, task_.pose(s))).w;
+    }
 
-    /// Order of branches: those with a way first, by least margin, then by the margin that the arm angle decides, then by cost.
+    /// Order of branches: those with a way first, by least margin, then by the margin that the arm angle
+    /// decides, then by cost.
     static bool before(const BranchReport& a, const BranchReport& b) noexcept {
         if ((a.verdict == Verdict::ok) != (b.verdict == Verdict::ok)) return a.verdict == Verdict::ok;
         if (a.verdict != Verdict::ok) return a.reached > b.reached;
@@ -81,7 +88,8 @@ private:
         return a.travel < b.travel;
     }
 
-    /// The posture of given joints on a section; false where it is of another branch, outside what is allowed, or singular.
+    /// The posture of given joints on a section; false where it is of another branch, outside what is
+    /// allowed, or singular.
     bool anchor(const Tube& tube, const Layer& l, const double* q, Anchor& out, double& gap) const noexcept {
         const Chain now = chain(task_.arm, q);
         out.given = true;
@@ -91,14 +99,17 @@ private:
         double most = 0;
         for (int j = 0; j < joints; ++j) out.q[j] = solved.q[j], most = max(most, abs(solved.q[j] - q[j]));
         if (index(configuration(task_.arm, now.theta)) != tube.gc) return false;
-        for (int j : {1, 5})  // there the arm angle does not say how joints 1 and 3 (5 and 7) share their turn
+        for (int j :
+             {1, 5})  // there the arm angle does not say how joints 1 and 3 (5 and 7) share their turn
             if (most > tolerance::angle &&
-                hinge_clearance(wrap(to_theta(out.q[j], task_.arm.sign[j], task_.arm.offset[j]))) < proof::least_margin)
+                hinge_clearance(wrap(to_theta(out.q[j], task_.arm.sign[j], task_.arm.offset[j]))) <
+                    proof::least_margin)
                 return false;
         gap = most;
         if (l.status != Status::OK || !within_limits(task_.arm, out.q, tolerance::angle)) return false;
         for (int j : {1, 5})
-            if (hinge_clearance(wrap(to_theta(out.q[j], task_.arm.sign[j], task_.arm.offset[j]))) < task_.limits.margin - tolerance::angle)
+            if (hinge_clearance(wrap(to_theta(out.q[j], task_.arm.sign[j], task_.arm.offset[j]))) <
+                task_.limits.margin - tolerance::angle)
                 return false;
         out.arc = nearest_arc(tube, l, out.phi);
         const Arc& a = tube.arc(l)[out.arc];
@@ -107,8 +118,10 @@ private:
     }
 
     bool anchors(const Tube& tube, Anchor& start, Anchor& goal, BranchReport* report) {
-        const bool starts = !options_.start || anchor(tube, tube.layers.front(), options_.start, start, plan_.start_gap);
-        const bool ends = !options_.goal || anchor(tube, tube.layers.back(), options_.goal, goal, plan_.goal_gap);
+        const bool starts =
+            !options_.start || anchor(tube, tube.layers.front(), options_.start, start, plan_.start_gap);
+        const bool ends =
+            !options_.goal || anchor(tube, tube.layers.back(), options_.goal, goal, plan_.goal_gap);
         if (report && !(starts && ends)) {
             report->verdict = starts ? Verdict::goal : Verdict::start;
             report->from = report->to = starts ? 1.0 : 0.0;
@@ -161,11 +174,13 @@ private:
             out.verdict = Verdict::unreachable;
             return;
         }
-        out.verdict = Verdict::impossible, out.from = t.layers[at].s, out.excess = 0, out.status = t.layers[(at + end - 1) / 2].status;
+        out.verdict = Verdict::impossible, out.from = t.layers[at].s, out.excess = 0,
+        out.status = t.layers[(at + end - 1) / 2].status;
         std::vector<Circle<double>> circles;
         const std::size_t count = end - at, shown = std::min<std::size_t>(count, plan_rule::samples);
         circles.reserve(shown);
-        for (std::size_t i = 0; i < shown; ++i) circles.push_back(t.layers[at + (2 * i + 1) * count / (2 * shown)].circle);
+        for (std::size_t i = 0; i < shown; ++i)
+            circles.push_back(t.layers[at + (2 * i + 1) * count / (2 * shown)].circle);
         explain_limits(task_, circles, out);
     }
 
@@ -176,7 +191,8 @@ private:
         for (std::uint32_t k = 0; k < l.count; ++k) arcs.arc[arcs.count++] = t.arc(l)[k];
         if (arcs.empty()) return not_a_number;
         const SinCos<double> sc = sin_cos(nearest(arcs, phi));
-        return arm_angle(triad(task_.arm, flange_pose(task_.arm, task_.pose(l.s))), l.circle.z * sc.cos + l.circle.e * sc.sin);
+        return arm_angle(triad(task_.arm, flange_pose(task_.arm, task_.pose(l.s))),
+                         l.circle.z * sc.cos + l.circle.e * sc.sin);
     }
 
     double elbow_margin(const Tube& t, const Way& way) const noexcept {
@@ -184,14 +200,18 @@ private:
         const Objective& o = options_.objective;
         for (std::size_t k = 0; k < way.rows.size(); ++k) {
             const double q = way.rows[k].q[3];
-            if (o.limits > 0) least = min(least, min(q - task_.arm.lower[3], task_.arm.upper[3] - q) / o.limits);
+            if (o.limits > 0)
+                least = min(least, min(q - task_.arm.lower[3], task_.arm.upper[3] - q) / o.limits);
             const auto& eta = t.layers[k].circle.triangle.eta;
-            if (o.singularities > 0) least = min(least, (hinge_clearance(atan2(eta.sin, eta.cos)) - task_.limits.margin) / o.singularities);
+            if (o.singularities > 0)
+                least = min(least, (hinge_clearance(atan2(eta.sin, eta.cos)) - task_.limits.margin) /
+                                       o.singularities);
         }
         return least;
     }
 
-    /// The first branch, in order, whose curve is proven; else the first without a violation; else how far one leads.
+    /// The first branch, in order, whose curve is proven; else the first without a violation; else how far
+    /// one leads.
     void choose() {
         Plan first;
         bool any = false;
@@ -204,17 +224,20 @@ private:
             if (certified) break;
         }
         if (any) {
-            plan_.ok = true, plan_.gc = first.gc, plan_.stretches.swap(first.stretches), plan_.proof = first.proof;
+            plan_.ok = true, plan_.gc = first.gc, plan_.stretches.swap(first.stretches),
+            plan_.proof = first.proof;
             return;
         }
-        const auto farthest =
-            std::max_element(plan_.branches.begin(), plan_.branches.end(), [](const BranchReport& a, const BranchReport& b) {
-                return (a.verdict == Verdict::unresolved ? -1.0 : a.reached) < (b.verdict == Verdict::unresolved ? -1.0 : b.reached);
+        const auto farthest = std::max_element(
+            plan_.branches.begin(), plan_.branches.end(), [](const BranchReport& a, const BranchReport& b) {
+                return (a.verdict == Verdict::unresolved ? -1.0 : a.reached) <
+                       (b.verdict == Verdict::unresolved ? -1.0 : b.reached);
             });
         if (farthest != plan_.branches.end()) partial(farthest->gc);
     }
 
-    /// Way, curve and proof of a branch that has a way; new layers where the curve breaks a limit. False if it always does.
+    /// Way, curve and proof of a branch that has a way; new layers where the curve breaks a limit. False if
+    /// it always does.
     bool realise(BranchReport& report, Plan& out) {
         std::vector<double> base = base_;
         for (int round = 0; round < plan_rule::rounds; ++round) {
@@ -231,7 +254,8 @@ private:
         return false;
     }
 
-    bool follow_way(const Tube& t, const Anchor& start, const Anchor& goal, const std::vector<double>& base, Plan& out) const {
+    bool follow_way(const Tube& t, const Anchor& start, const Anchor& goal, const std::vector<double>& base,
+                    Plan& out) const {
         Search search(task_, t, options_.objective, start, goal);
         const Way best = search.run(-infinity);
         if (!best.whole) return false;
@@ -243,15 +267,19 @@ private:
         return true;
     }
 
-    Curve curve(const Plan& x) const noexcept { return {arm_, task_.plane, x.gc, {task_.segments, task_.segment_count}, x.stretches}; }
+    Curve curve(const Plan& x) const noexcept {
+        return {arm_, task_.plane, x.gc, {task_.segments, task_.segment_count}, x.stretches};
+    }
 
     void draw(const Tube& t, const Way& way, const std::vector<double>& base, Plan& out) const {
         std::vector<double> s, phi;
-        for (const std::size_t k : knots(t, base, way.rows.size())) s.push_back(t.layers[k].s), phi.push_back(way.rows[k].phi);
+        for (const std::size_t k : knots(t, base, way.rows.size()))
+            s.push_back(t.layers[k].s), phi.push_back(way.rows[k].phi);
         out.gc = t.gc, out.stretches = smooth_stretches(s, phi);
         const Circle<double>& c = t.layers[0].circle;
         const SinCos<double> sc = sin_cos(way.rows[0].phi);
-        const double psi = arm_angle(triad(arm_, flange_pose(arm_, task_.pose(0.0))), c.z * sc.cos + c.e * sc.sin);
+        const double psi =
+            arm_angle(triad(arm_, flange_pose(arm_, task_.pose(0.0))), c.z * sc.cos + c.e * sc.sin);
         lift_stretches(curve(out), out.stretches, way.rows[0].q, psi);
     }
 
@@ -261,11 +289,14 @@ private:
         for (const double s : plan.proof.violated) {
             const Stretch& x = drawn.stretch(s);
             const double width = x.end - x.start;
-            for (const double at : {s, s - 0.25 * width, s + 0.25 * width, x.start - 0.5 * width, x.end + 0.5 * width})
+            for (const double at :
+                 {s, s - 0.25 * width, s + 0.25 * width, x.start - 0.5 * width, x.end + 0.5 * width})
                 if (at > 0 && at < 1) base.push_back(at);
         }
         std::sort(base.begin(), base.end());
-        base.erase(std::unique(base.begin(), base.end(), [](double a, double b) { return b - a <= parameter_rule::same; }), base.end());
+        base.erase(std::unique(base.begin(), base.end(),
+                               [](double a, double b) { return b - a <= parameter_rule::same; }),
+                   base.end());
         base.front() = 0, base.back() = 1;
     }
 
@@ -276,7 +307,8 @@ private:
         if (options_.start && !anchor(t, t.layers.front(), options_.start, start, plan_.start_gap)) return;
         Way way = Search(task_, t, options_.objective, start, goal).run(-infinity);
         if (way.reached < 2) return;
-        relax(task_, t, options_.objective, way, start.given, false, link_rule::keep * min(way.margin, options_.objective.enough));
+        relax(task_, t, options_.objective, way, start.given, false,
+              link_rule::keep * min(way.margin, options_.objective.enough));
         draw(t, way, base_, plan_);
     }
 
@@ -290,8 +322,8 @@ private:
 }  // namespace detail
 
 /// Plans the path of n segments, from s = 0 to 1. rows: parameters that shall be sections.
-inline Plan plan(const Arm& arm, const Segment* segments, std::size_t n, const double* rows, std::size_t row_count,
-                 const PlanOptions& options) {
+inline Plan plan(const Arm& arm, const Segment* segments, std::size_t n, const double* rows,
+                 std::size_t row_count, const PlanOptions& options) {
     return detail::Planner(arm, segments, n, rows, row_count, options).run();
 }
 

@@ -1,4 +1,5 @@
-// Smoothing of a way inside its tube: least joint travel and margin over continuous phi, by Gauss-Newton on a tridiagonal system.
+// Smoothing of a way inside its tube: least joint travel and margin over continuous phi, by Gauss-Newton on a
+// tridiagonal system.
 #pragma once
 
 #include "search.hpp"
@@ -18,13 +19,20 @@ namespace detail {
 
 class Relaxation {
 public:
-    Relaxation(const Task& task, const Tube& tube, const Objective& objective, Way& way, bool first_fixed, bool last_fixed, double floor)
-        : task_(task), tube_(tube), objective_(objective), way_(way), rating_(task, objective), floor_(floor) {
+    Relaxation(const Task& task, const Tube& tube, const Objective& objective, Way& way, bool first_fixed,
+               bool last_fixed, double floor)
+        : task_(task),
+          tube_(tube),
+          objective_(objective),
+          way_(way),
+          rating_(task, objective),
+          floor_(floor) {
         n_ = way.rows.size();
         free_.assign(n_, true);
         if (first_fixed) free_[0] = false;
         if (last_fixed) free_[n_ - 1] = false;
-        slope_.resize(n_ * joints), gradient_.resize(n_), diagonal_.resize(n_), off_.resize(n_), move_.resize(n_);
+        slope_.resize(n_ * joints), gradient_.resize(n_), diagonal_.resize(n_), off_.resize(n_),
+            move_.resize(n_);
         best_.resize(n_);
     }
 
@@ -50,7 +58,9 @@ public:
 
 private:
     double span(std::size_t k) const noexcept { return tube_.layers[k + 1].s - tube_.layers[k].s; }
-    double share(std::size_t k) const noexcept { return 0.5 * ((k ? span(k - 1) : 0.0) + (k + 1 < n_ ? span(k) : 0.0)); }
+    double share(std::size_t k) const noexcept {
+        return 0.5 * ((k ? span(k - 1) : 0.0) + (k + 1 < n_ ? span(k) : 0.0));
+    }
     double* slope(std::size_t k) noexcept { return slope_.data() + k * joints; }
 
     /// Energy, gradient and Gauss-Newton matrix at the present way.
@@ -61,7 +71,9 @@ private:
             const Joints rate = self_motion(task_.arm, tube_.layers[k].functions, sin_cos(way_.rows[k].phi));
             for (int j = 0; j < joints; ++j) {
                 const double r = rate.q[j];
-                slope(k)[j] = r > relax_rule::steepest ? relax_rule::steepest : (r > -relax_rule::steepest ? r : -relax_rule::steepest);
+                slope(k)[j] = r > relax_rule::steepest
+                                  ? relax_rule::steepest
+                                  : (r > -relax_rule::steepest ? r : -relax_rule::steepest);
             }
             energy += barrier(k);
         }
@@ -87,7 +99,8 @@ private:
         double sum = 0;
         const auto take = [&](double distance, double rate, double weight) {
             if (!(weight > 0)) return;
-            const double d = max(distance, candidate_rule::cost_floor), r = candidate_rule::reference * weight / d, size = share(k) * r * r;
+            const double d = max(distance, candidate_rule::cost_floor),
+                         r = candidate_rule::reference * weight / d, size = share(k) * r * r;
             sum += size;
             gradient_[k] -= 2 * size * rate / d, diagonal_[k] += 6 * size * rate * rate / (d * d);
         };
@@ -98,9 +111,11 @@ private:
             if (task_.arm.upper[j] < infinity) take(task_.arm.upper[j] - x.q[j], -rate, objective_.limits);
         }
         for (int j : {1, 5}) {
-            const double theta = wrap(task_.arm.sign[j] * x.q[j] + task_.arm.offset[j]), out = theta < 0 ? -1.0 : 1.0;
+            const double theta = wrap(task_.arm.sign[j] * x.q[j] + task_.arm.offset[j]),
+                         out = theta < 0 ? -1.0 : 1.0;
             const double rate = task_.arm.sign[j] * out * slope(k)[j], m = task_.limits.margin;
-            take(abs(theta) - m, rate, objective_.singularities), take(pi - abs(theta) - m, -rate, objective_.singularities);
+            take(abs(theta) - m, rate, objective_.singularities),
+                take(pi - abs(theta) - m, -rate, objective_.singularities);
         }
         return sum;
     }
@@ -133,9 +148,11 @@ private:
                 x.phi = held(l, old, old.phi + step);
                 const double phi[8] = {x.phi};
                 const EightThetas solved(l, phi);
-                for (int j = 0; j < joints; ++j) x.q[j] = lift(task_.arm.sign[j] * (solved.theta[j][0] - task_.arm.offset[j]), old.q[j]);
+                for (int j = 0; j < joints; ++j)
+                    x.q[j] = lift(task_.arm.sign[j] * (solved.theta[j][0] - task_.arm.offset[j]), old.q[j]);
                 rating_.rate(x);
-                if (!within_limits(task_.arm, x.q, tolerance::angle) || x.margin < min(floor_, old.margin)) continue;
+                if (!within_limits(task_.arm, x.q, tolerance::angle) || x.margin < min(floor_, old.margin))
+                    continue;
                 most = max(most, abs(x.phi - old.phi));
                 way_.rows[k] = x;
                 break;
@@ -167,9 +184,10 @@ private:
 
 }  // namespace detail
 
-/// Relaxes the inner postures of a way (and its ends, unless fixed) in place; none sinks below `floor` that was above.
-inline void relax(const Task& task, const Tube& tube, const Objective& objective, Way& way, bool first_fixed, bool last_fixed,
-                  double floor) {
+/// Relaxes the inner postures of a way (and its ends, unless fixed) in place; none sinks below `floor` that
+/// was above.
+inline void relax(const Task& task, const Tube& tube, const Objective& objective, Way& way, bool first_fixed,
+                  bool last_fixed, double floor) {
     detail::Relaxation(task, tube, objective, way, first_fixed, last_fixed, floor).run();
 }
 

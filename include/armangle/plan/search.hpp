@@ -1,8 +1,9 @@
-// Search of a branch's tube: which sections the start reaches, and the best way through, by dynamic programming.
+// Search of a branch's tube: which sections the start reaches, and the best way through, by dynamic
+// programming.
 //
-// A link joins postures of neighbouring sections whose arcs have a common part between them and whose joints, with their
-// windings, differ little: |dq|, not |dpsi|. Two labels: least margin so far, then cost; the final way is of least cost
-// among those that keep the best margin.
+// A link joins postures of neighbouring sections whose arcs have a common part between them and whose joints,
+// with their windings, differ little: |dq|, not |dpsi|. Two labels: least margin so far, then cost; the final
+// way is of least cost among those that keep the best margin.
 #pragma once
 
 #include <algorithm>
@@ -39,12 +40,20 @@ namespace detail {
 
 class Search {
 public:
-    Search(const Task& task, const Tube& tube, const Objective& objective, const Anchor& start, const Anchor& goal)
-        : task_(task), tube_(tube), objective_(objective), start_(start), goal_(goal), here_(task, objective), before_(task, objective) {
+    Search(const Task& task, const Tube& tube, const Objective& objective, const Anchor& start,
+           const Anchor& goal)
+        : task_(task),
+          tube_(tube),
+          objective_(objective),
+          start_(start),
+          goal_(goal),
+          here_(task, objective),
+          before_(task, objective) {
         if (goal.given) here_.set_reference(goal.q), before_.set_reference(goal.q);
     }
 
-    /// The way of the best labels; postures below `floor` are left out, and with a floor the cost alone decides.
+    /// The way of the best labels; postures below `floor` are left out, and with a floor the cost alone
+    /// decides.
     Way run(double floor) {
         floor_ = floor;
         way_ = Way{};
@@ -124,7 +133,8 @@ private:
             if (turn > link_rule::turn || !(label_before_[i].cost < infinity)) continue;
             const double travel = moved(x, y);
             if (!(travel < infinity) || !joined(b, y, l, x)) continue;
-            const Label now{min(label_before_[i].margin, x.margin), label_before_[i].cost + here + objective_.travel * travel};
+            const Label now{min(label_before_[i].margin, x.margin),
+                            label_before_[i].cost + here + objective_.travel * travel};
             if (better(now, best)) best = now, from = static_cast<std::uint32_t>(i);
         }
         return best;
@@ -135,7 +145,8 @@ private:
         double sum = 0;
         for (int j = 0; j < joints; ++j) {
             double d = a.q[j] - b.q[j];
-            if (abs(d) > link_rule::move && task_.arm.lower[j] == -infinity && task_.arm.upper[j] == infinity) d = wrap(d);
+            if (abs(d) > link_rule::move && task_.arm.lower[j] == -infinity && task_.arm.upper[j] == infinity)
+                d = wrap(d);
             if (abs(d) > link_rule::move) return infinity;
             sum += d * d;
         }
@@ -146,8 +157,11 @@ private:
     bool joined(const Layer& la, const Candidate& a, const Layer& lb, const Candidate& b) const noexcept {
         const double turn = two_pi * round((a.phi - b.phi) / two_pi), end = b.phi + turn;
         double lower = min(a.phi, end), upper = max(a.phi, end);
-        if (!la.full) lower = max(lower, tube_.arc(la)[a.arc].lower), upper = min(upper, tube_.arc(la)[a.arc].upper);
-        if (!lb.full) lower = max(lower, tube_.arc(lb)[b.arc].lower + turn), upper = min(upper, tube_.arc(lb)[b.arc].upper + turn);
+        if (!la.full)
+            lower = max(lower, tube_.arc(la)[a.arc].lower), upper = min(upper, tube_.arc(la)[a.arc].upper);
+        if (!lb.full)
+            lower = max(lower, tube_.arc(lb)[b.arc].lower + turn),
+            upper = min(upper, tube_.arc(lb)[b.arc].upper + turn);
         return lower <= upper + tolerance::angle;
     }
 
@@ -171,13 +185,15 @@ private:
             const Layer& l = tube_.layers[k - 1];
             double phi[8] = {x.phi};
             const EightThetas solved(l, phi);
-            for (int j = 0; j < joints; ++j) x.q[j] = lift(task_.arm.sign[j] * (solved.theta[j][0] - task_.arm.offset[j]), next.q[j]);
+            for (int j = 0; j < joints; ++j)
+                x.q[j] = lift(task_.arm.sign[j] * (solved.theta[j][0] - task_.arm.offset[j]), next.q[j]);
             x.arc = nearest_arc(tube_, l, x.phi);
         }
         if (start_.given) std::copy(start_.q, start_.q + joints, way_.rows[0].q);
         // an infinite joint is lifted from the start on
         for (std::size_t k = 1; k < way_.reached; ++k)
-            for (int j = 0; j < joints; ++j) way_.rows[k].q[j] = lift(way_.rows[k].q[j], way_.rows[k - 1].q[j]);
+            for (int j = 0; j < joints; ++j)
+                way_.rows[k].q[j] = lift(way_.rows[k].q[j], way_.rows[k - 1].q[j]);
     }
 
     const Task& task_;

@@ -1,6 +1,7 @@
 // The tube of one branch: exact feasible arcs at parameters of a path chosen so that neighbours look alike.
 //
-// Arcs are the nodes, never a grid of psi: a narrow one is there like a wide one. All in phi (smooth_plane.hpp).
+// Arcs are the nodes, never a grid of psi: a narrow one is there like a wide one. All in phi
+// (smooth_plane.hpp).
 #pragma once
 
 #include <algorithm>
@@ -35,7 +36,8 @@ inline SmoothPlane smooth_plane(const std::vector<Vec3<double>>& wrists) {
     return best;
 }
 
-/// What stays the same over a plan: the arm (its limits already drawn in by the margin asked), the path, the plane.
+/// What stays the same over a plan: the arm (its limits already drawn in by the margin asked), the path, the
+/// plane.
 struct Task {
     Arm arm;
     LimitTable limits;
@@ -43,8 +45,12 @@ struct Task {
     std::size_t segment_count;
     SmoothPlane plane;
 
-    Pose<double> pose(double s) const noexcept { return pose_at(segments[segment_index(segments, segment_count, s)], s); }
-    Circle<double> circle_at(double s) const noexcept { return circle(arm, flange_pose(arm, pose(s)), plane); }
+    Pose<double> pose(double s) const noexcept {
+        return pose_at(segments[segment_index(segments, segment_count, s)], s);
+    }
+    Circle<double> circle_at(double s) const noexcept {
+        return circle(arm, flange_pose(arm, pose(s)), plane);
+    }
 };
 
 /// The section of a branch's tube at one s.
@@ -73,7 +79,8 @@ inline std::uint32_t nearest_arc(const Tube& tube, const Layer& l, double phi) n
     std::uint32_t nearest = 0;
     for (std::uint32_t k = 0; k < l.count; ++k) {
         const Arc& a = tube.arc(l)[k];
-        const double middle = 0.5 * (a.lower + a.upper), off = abs(lift(phi, middle) - middle) - 0.5 * (a.upper - a.lower);
+        const double middle = 0.5 * (a.lower + a.upper),
+                     off = abs(lift(phi, middle) - middle) - 0.5 * (a.upper - a.lower);
         if (off < least) least = off, nearest = k;
     }
     return nearest;
@@ -112,7 +119,8 @@ inline double gap(const Vec3<double>& a, const Vec3<double>& b) noexcept { retur
 /// Largest turn (rad, as a chord) of the wrist's direction, the tool and the elbow between two sections.
 inline double turned(const Layer& a, const Layer& b) noexcept {
     const auto &p = a.circle, &q = b.circle;
-    const double wrist = gap(p.w, q.w), elbow = hypot(p.triangle.eta.sin - q.triangle.eta.sin, p.triangle.eta.cos - q.triangle.eta.cos);
+    const double wrist = gap(p.w, q.w), elbow = hypot(p.triangle.eta.sin - q.triangle.eta.sin,
+                                                      p.triangle.eta.cos - q.triangle.eta.cos);
     const auto column = [](const Circle<double>& c, double Vec3<double>::* i) {
         return Vec3<double>{c.tool_w.*i, c.tool_e.*i, c.tool_z.*i};
     };
@@ -150,7 +158,8 @@ inline Change change(const Section& a, const Section& b) noexcept {
     if (a.layer.status != Status::OK || (a.arcs.full && b.arcs.full)) return Change::small;
     if (a.arcs.full != b.arcs.full || a.arcs.count != b.arcs.count) return Change::event;
     const Change one = against(a.arcs, b.arcs), other = against(b.arcs, a.arcs);
-    return one == Change::event || other == Change::event ? Change::event : (one == Change::small ? other : one);
+    return one == Change::event || other == Change::event ? Change::event
+                                                          : (one == Change::small ? other : one);
 }
 
 class TubeBuilder {
@@ -201,7 +210,9 @@ private:
 }  // namespace detail
 
 /// The tube of a branch with layers at all of `base` (rising, from 0 to 1) and as many between as it takes.
-inline Tube tube(const Task& task, int gc, const std::vector<double>& base) { return detail::TubeBuilder(task, gc).build(base); }
+inline Tube tube(const Task& task, int gc, const std::vector<double>& base) {
+    return detail::TubeBuilder(task, gc).build(base);
+}
 
 namespace parameter_rule {
 inline constexpr int least_steps = 32;      // of s, between sections that are there in any case
@@ -210,8 +221,10 @@ inline constexpr double knot_share = 0.24;  // of a step: knots lie no closer
 inline constexpr double same = 1e-12;       // parameters closer than this are one
 }  // namespace parameter_rule
 
-/// Rising parameters: the rows asked, the joints of segments, and even steps between them: enough, and enough a turn.
-inline std::vector<double> base_parameters(const Segment* segments, std::size_t n, const double* rows, std::size_t row_count) {
+/// Rising parameters: the rows asked, the joints of segments, and even steps between them: enough, and enough
+/// a turn.
+inline std::vector<double> base_parameters(const Segment* segments, std::size_t n, const double* rows,
+                                           std::size_t row_count) {
     std::vector<double> all(rows, rows + row_count), given, out;
     for (std::size_t i = 0; i < n; ++i) all.push_back(segments[i].start), all.push_back(segments[i].end);
     std::sort(all.begin(), all.end());
@@ -223,15 +236,18 @@ inline std::vector<double> base_parameters(const Segment* segments, std::size_t 
         const Segment& g = segments[segment_index(segments, n, given[i] + 0.5 * gap)];
         const double turn = max(abs(g.alpha), abs(g.beta)) * gap / (g.end - g.start);
         const int steps = std::max(
-            1, static_cast<int>(std::ceil(max(gap * parameter_rule::least_steps, turn / parameter_rule::turn) - parameter_rule::same)));
+            1,
+            static_cast<int>(std::ceil(max(gap * parameter_rule::least_steps, turn / parameter_rule::turn) -
+                                       parameter_rule::same)));
         for (int k = 0; k < steps; ++k) out.push_back(given[i] + gap * k / steps);
     }
     out.push_back(1.0);
     return out;
 }
 
-/// The sections that become knots of the curve: all of `base`, and of those between only such as lie no closer than a share
-/// of their step. Knots much closer than that would carry the noise of a search into the curvature.
+/// The sections that become knots of the curve: all of `base`, and of those between only such as lie no
+/// closer than a share of their step. Knots much closer than that would carry the noise of a search into the
+/// curvature.
 inline std::vector<std::size_t> knots(const Tube& t, const std::vector<double>& base, std::size_t count) {
     std::vector<std::size_t> out{0};
     for (std::size_t k = 1, b = 1; k + 1 < count; ++k) {

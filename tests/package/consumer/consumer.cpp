@@ -34,8 +34,8 @@ void round_trips(const armangle::Arm& arm) {
         const armangle::Configuration<double> gc = armangle::configuration(posture.gc);
         const armangle::Circle<double> c = armangle::circle(arm, armangle::flange_pose(arm, posture.pose));
         const armangle::Fold<double> bend = armangle::fold(arm, c.triangle, gc.elbow);
-        const armangle::Joints back =
-            armangle::joints_within_limits(arm, armangle::directions(c, bend, gc, armangle::sin_cos(posture.psi)), q);
+        const armangle::Joints back = armangle::joints_within_limits(
+            arm, armangle::directions(c, bend, gc, armangle::sin_cos(posture.psi)), q);
         const armangle::Posture again = armangle::forward(arm, back.q);
         worst = std::fmax(worst, armangle::norm(again.pose.position - posture.pose.position));
     }
@@ -46,7 +46,9 @@ void bad_input_is_a_status(const armangle::Arm& arm) {
     const armangle::LimitTable limits = armangle::limit_table(arm);
     const double q[armangle::joints] = {0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5};
     const armangle::Pose<double> pose = armangle::forward(arm, q).pose;
-    const auto status = [&](const armangle::Pose<double>& p, const double* at) { return armangle::step(arm, limits, at, p, {}).status; };
+    const auto status = [&](const armangle::Pose<double>& p, const double* at) {
+        return armangle::step(arm, limits, at, p, {}).status;
+    };
     check(status(pose, q) == armangle::Status::OK, "a step to the present pose is OK");
     for (const double bad : {armangle::not_a_number, armangle::infinity, 2.0, 1e300}) {
         armangle::Pose<double> p = pose;

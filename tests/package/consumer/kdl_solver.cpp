@@ -1,4 +1,5 @@
-// armangle::ChainIkSolverPos against KDL's own forward kinematics, for arms with bases, tools, flipped joints and offsets.
+// armangle::ChainIkSolverPos against KDL's own forward kinematics, for arms with bases, tools, flipped joints
+// and offsets.
 #include <armangle/kdl.hpp>
 
 #include <cmath>
@@ -26,7 +27,8 @@ KDL::Chain kdl_chain(const armangle::Arm& arm) {
     chain.addSegment(KDL::Segment(KDL::Joint(KDL::Joint::Fixed), armangle::to_kdl(arm.base)));
     for (int i = 0; i < joints; ++i) {
         const KDL::Joint joint(KDL::Joint::RotZ, arm.sign[i]);
-        chain.addSegment(KDL::Segment(joint, KDL::Frame::DH(a[i], alpha[i] * armangle::half_pi, d[i], arm.offset[i])));
+        chain.addSegment(
+            KDL::Segment(joint, KDL::Frame::DH(a[i], alpha[i] * armangle::half_pi, d[i], arm.offset[i])));
     }
     chain.addSegment(KDL::Segment(KDL::Joint(KDL::Joint::Fixed), armangle::to_kdl(arm.tool)));
     return chain;
@@ -57,7 +59,8 @@ void solves_what_kdl_says(const armangle::Arm& arm) {
     double worst = 0, furthest_same = 0;
     bool solved = true, inside = true;
     for (int k = 0; k < 5000; ++k) {
-        for (unsigned i = 0; i < joints; ++i) q(i) = arm.upper[i] * unit(random), seed(i) = arm.upper[i] * unit(random);
+        for (unsigned i = 0; i < joints; ++i)
+            q(i) = arm.upper[i] * unit(random), seed(i) = arm.upper[i] * unit(random);
         KDL::Frame pose, again;
         forward.JntToCart(q, pose);
         solved = solved && inverse.CartToJnt(seed, pose, found) == KDL::SolverI::E_NOERROR;
@@ -77,14 +80,18 @@ void refuses(const armangle::Arm& arm) {
     armangle::ChainIkSolverPos solver(arm);
     KDL::JntArray seed(joints), found(joints), six(6);
     for (unsigned i = 0; i < joints; ++i) seed(i) = 0.3, found(i) = 42.0;
-    check(solver.CartToJnt(six, KDL::Frame::Identity(), found) == KDL::SolverI::E_SIZE_MISMATCH, "six joints are a size mismatch");
+    check(solver.CartToJnt(six, KDL::Frame::Identity(), found) == KDL::SolverI::E_SIZE_MISMATCH,
+          "six joints are a size mismatch");
     const int far = solver.CartToJnt(seed, KDL::Frame(KDL::Vector(9, 0, 0)), found);
     check(far < -100 && far == solver.getError(), "a pose out of reach is an error of our own");
-    check(std::string(solver.strError(far)) == armangle::sentence(armangle::Status::UNREACHABLE), "the error is a sentence");
+    check(std::string(solver.strError(far)) == armangle::sentence(armangle::Status::UNREACHABLE),
+          "the error is a sentence");
     check(found(0) == 42.0, "q_out is left alone on an error");
     KDL::Frame bad(KDL::Vector(armangle::not_a_number, 0, 0));
-    check(solver.CartToJnt(seed, bad, found) == KDL::SolverI::E_UNDEFINED, "a pose that is not finite is undefined");
-    check(std::string(solver.strError(KDL::SolverI::E_UNDEFINED)) == "Undefined value", "KDL's own errors keep their text");
+    check(solver.CartToJnt(seed, bad, found) == KDL::SolverI::E_UNDEFINED,
+          "a pose that is not finite is undefined");
+    check(std::string(solver.strError(KDL::SolverI::E_UNDEFINED)) == "Undefined value",
+          "KDL's own errors keep their text");
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Counts allocations around each function that a control loop calls. Prints "name count" lines; the first line proves
-// that the counter counts.
+// Counts allocations around each function that a control loop calls. Prints "name count" lines; the first
+// line proves that the counter counts.
 #include <cstdio>
 #include <cstdlib>
 #include <new>
@@ -101,7 +101,8 @@ int main() {
                 const Configuration<double> gc = configuration(k);
                 const Fold<double> bend = fold(arm, c.triangle, gc.elbow);
                 ArcSet set, rest;
-                out.status[i] = static_cast<std::int8_t>(feasible(arm, limits, c, bend, joint_functions(c, bend, gc), set));
+                out.status[i] = static_cast<std::int8_t>(
+                    feasible(arm, limits, c, bend, joint_functions(c, bend, gc), set));
                 complement(set, rest);
                 out.psi[i] = measure(rest);
             }
@@ -115,7 +116,8 @@ int main() {
         }
     });
     report("step", [] {
-        for (std::size_t i = 0; i < count; ++i) out.psi[i] = step(arm, limits, in.q, load_pose(in.matrix + 16 * i), StepOptions{}).psi;
+        for (std::size_t i = 0; i < count; ++i)
+            out.psi[i] = step(arm, limits, in.q, load_pose(in.matrix + 16 * i), StepOptions{}).psi;
     });
     report("follow", [] {
         const FollowRows rows{out.q, out.psi, out.margin, out.residual, out.gc, out.status};
@@ -123,16 +125,19 @@ int main() {
     });
     static Bounds bounds;
     bounds.dt = 0.01;
-    for (int j = 0; j < joints; ++j) bounds.velocity[j] = 2.0, bounds.acceleration[j] = 50.0, bounds.velocity_now[j] = 0.0;
+    for (int j = 0; j < joints; ++j)
+        bounds.velocity[j] = 2.0, bounds.acceleration[j] = 50.0, bounds.velocity_now[j] = 0.0;
     StepOptions bounded;
     bounded.bounds = &bounds;
     report("bounded_step", [&] {
-        for (std::size_t i = 0; i < count; ++i) out.psi[i] = step(arm, limits, in.q, load_pose(in.matrix + 16 * i), bounded).psi;
+        for (std::size_t i = 0; i < count; ++i)
+            out.psi[i] = step(arm, limits, in.q, load_pose(in.matrix + 16 * i), bounded).psi;
     });
     static AheadLayer layers[Lookahead::layers_for(4)];
     report("lookahead", [&] {
         const FollowRows rows{out.q, out.psi, out.margin, out.residual, out.gc, out.status};
-        Lookahead ahead(arm, limits, in.matrix, count, {nullptr, 0}, &bounds, bounded.max_joint_step, layers, 4);
+        Lookahead ahead(arm, limits, in.matrix, count, {nullptr, 0}, &bounds, bounded.max_joint_step, layers,
+                        4);
         follow(arm, limits, in.q, in.matrix, count, bounded, OnFail::hold, {nullptr, 0}, rows, &ahead);
     });
     return 0;
