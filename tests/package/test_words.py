@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import inspect
 import json
 import pickle
 import sys
@@ -10,6 +12,8 @@ import numpy as np
 import pytest
 
 import armangle as aa
+from armangle.arm.arm import ArmArguments
+from armangle.models.description import ArmDescription
 
 LENGTHS = {"d_bs": 0.3, "d_se": 0.4, "d_ew": 0.4, "d_wf": 0.1}
 
@@ -72,3 +76,20 @@ def test_arguments_of_an_arm_are_named() -> None:
         aa.Arm(**LENGTHS, d_sw=1)  # type: ignore[call-arg]
     with pytest.raises(TypeError, match=r"^Arm\(\) missing 1 required keyword-only argument: 'd_wf'"):
         aa.Arm(d_bs=0.3, d_se=0.4, d_ew=0.4)  # type: ignore[call-arg]
+    with pytest.raises(TypeError, match=r"missing 2 required keyword-only arguments: 'd_ew', 'd_wf'$"):
+        aa.Arm(d_bs=0.3, d_se=0.4)  # type: ignore[call-arg]
+
+
+def test_what_an_arm_is_made_of_is_listed_once() -> None:
+    names = [field.name for field in dataclasses.fields(ArmDescription)] + ["import_report"]
+    assert list(inspect.signature(aa.Arm).parameters) == names
+    assert list(ArmArguments.__annotations__) == names
+    assert [name for name in aa.Arm.__annotations__ if name != "_handle"] == names
+
+
+def test_none_stands_for_the_default() -> None:
+    arm = aa.Arm(**LENGTHS)
+    optional = [n for n, p in inspect.signature(aa.Arm).parameters.items() if p.default is None]
+    assert {"lower", "signs", "tool", "joint_names"} < set(optional)
+    assert aa.Arm(**LENGTHS, **dict.fromkeys(optional)) == arm
+    assert repr(arm) == "Arm(d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1)"

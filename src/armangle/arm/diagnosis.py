@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any, Literal
 
+from .._arrays import MILLIMETRES
 from ..status import STATUSES, Status
 
-MILLIMETRES = 1e3
 _ANCHOR = "lies outside the limits, in another global configuration, or where no arm angle gives it."
 
 

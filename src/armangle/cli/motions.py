@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import as_floats
+from .._arrays import CONFIGURATIONS, JOINTS, as_floats
 from ..arm.arm import Arm
-from ..arm.configuration import COUNT as CONFIGURATIONS
 from ..errors import PathError
 from ..files.tables import JointTable
-from ..models.description import JOINTS
 from ..motion.following import follow
 from ..motion.joint_path import JointPath
 from ..status import Status

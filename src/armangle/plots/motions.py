@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import _core
-from .._arrays import Floats
+from .._arrays import JOINTS, Floats
 from ..arm.arcs import ArcSet
 from ..colours import CURVES, PALE, VERMILION
 from ..errors import InputError
-from ..models.description import JOINTS
 from ..motion.joint_path import JointPath
 from ..motion.policies import Centre, Policy, Repulsion
 from .style import flat_axes, grid_axes, outer_legend

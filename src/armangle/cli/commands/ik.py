@@ -7,9 +7,8 @@ from dataclasses import asdict
 
 import numpy as np
 
-from ..._arrays import Floats
+from ..._arrays import CONFIGURATIONS, Floats
 from ...arm.arm import Arm
-from ...arm.configuration import COUNT
 from ...errors import InputError
 from ...motion.joint_path import JointPath
 from ...status import STATUSES, Status
@@ -43,7 +42,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--psi", type=angle, metavar="DEG", help="arm angle")
     which = parser.add_mutually_exclusive_group(required=True)
     which.add_argument("--explain", action="store_true", help="which branches hold the pose, and if not, why")
-    which.add_argument("--gc", type=int, choices=range(COUNT), help="global configuration")
+    which.add_argument("--gc", type=int, choices=range(CONFIGURATIONS), help="global configuration")
     which.add_argument("--all", action="store_true", help="all eight")
     add_arm(parser)
     parser.add_argument("--seed", metavar="Q", help="q1,..,q7 in degrees: of several turns take the nearest")
@@ -157,7 +156,7 @@ def _all(arm: Arm, pose: Floats, psi: float, seed: Floats | None, as_json: bool)
     q8 = arm.inverse_all(pose, psi, seed=seed)
     within = arm.within_limits(q8)
     if as_json:
-        show_json({"q": q8, "psi": psi, "gc": np.arange(COUNT), "within_limits": within})
+        show_json({"q": q8, "psi": psi, "gc": np.arange(CONFIGURATIONS), "within_limits": within})
     else:
         show(f"{paint('psi', 'bold')} {degrees(psi)} deg; * outside its limits, all in degrees\n")
         rows = []
