@@ -98,8 +98,7 @@ def _signature() -> Signature:
         [
             Parameter(n, Parameter.KEYWORD_ONLY, default=Parameter.empty if default is MISSING else default)
             for n, default in shown.items()
-        ],
-        return_annotation=None,
+        ]
     )
 
 

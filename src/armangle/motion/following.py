@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from .._arrays import JOINTS, as_floats, chosen, one_posture, raise_problem
 from ..arm.arm import Arm
 from ..errors import InputError, ShapeError
-from .joint_path import JointPath
+from .joint_path import JointPath, blank_rows, even_parameters
 from .options import Allowed, Bound, Carry, allowed_arcs, checked_options, core_policy, no_bounds, step_bounds
 from .policies import Policy
 from .stepping import DEFAULT_POLICY
@@ -100,15 +100,14 @@ def follow(
         if arcs.shape not in ((), (n,)):
             raise ShapeError(f"allowed has shape {arcs.shape}, wanted () or ({n},)")
         count, psi = arcs._count, arcs._psi
-    rows = _empty_rows(n)
+    rows = blank_rows(n)
     problem = arm._handle.follow_all(
         joints, frames, *options, failing, count, psi, bounds, window, rows["q"],
         rows["psi"], rows["gc"], rows["status"], rows["margin"], rows["residual"],
     )  # fmt: skip
     if problem:
         raise_problem(problem, (n,))
-    s = np.linspace(0.0, 1.0, n) if n != 1 else np.zeros(1)
-    return JointPath(arm=arm, s=s, poses=frames.copy(), start=joints, **rows)
+    return JointPath(arm=arm, s=even_parameters(n), poses=frames.copy(), start=joints, **rows)
 
 
 def _window(lookahead: int, n: int) -> int:
@@ -116,10 +115,3 @@ def _window(lookahead: int, n: int) -> int:
     if isinstance(lookahead, bool) or not isinstance(lookahead, int) or lookahead < 0:
         raise InputError(f"lookahead is {lookahead!r}, wanted a number of poses, 0 or more")
     return min(lookahead, n)
-
-
-def _empty_rows(n: int) -> dict[str, Any]:
-    return {
-        "q": np.empty((n, JOINTS)), "psi": np.empty(n), "gc": np.empty(n, dtype=np.int64),
-        "status": np.empty(n, dtype=np.int8), "margin": np.empty(n), "residual": np.empty(n),
-    }  # fmt: skip

@@ -82,6 +82,20 @@ class PathPoint(NamedTuple):
     pose: Floats
 
 
+def blank_rows(n: int) -> dict[str, Any]:
+    """Return the columns of n rows that nothing has reached yet, to be filled: NaN, gc -1, NOT_REACHED."""
+    return {
+        "q": np.full((n, JOINTS), np.nan), "psi": np.full(n, np.nan), "gc": np.full(n, -1, dtype=np.int64),
+        "status": np.full(n, Status.NOT_REACHED, dtype=np.int8), "margin": np.full(n, np.nan),
+        "residual": np.full(n, np.nan),
+    }  # fmt: skip
+
+
+def even_parameters(n: int) -> Floats:
+    """Return the s of n poses that follow one another evenly, from 0 to 1; of a single pose 0."""
+    return np.linspace(0.0, 1.0, n) if n != 1 else np.zeros(1)
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class JointPath:
     """A motion along poses: one row a pose. Arrays are read-only; rows not reached are NaN, gc -1.

@@ -43,7 +43,7 @@ def core_policy(policy: Policy, dt: float | None) -> Any:
     """Return a policy as the core takes it, for a step of `dt` s."""
     if not isinstance(policy, POLICIES):
         raise InputError(f"policy is {policy!r}, wanted Repulsion, Hold or Centre")
-    return policy.core_policy(dt)
+    return policy._native(dt)
 
 
 def one_allowed(allowed: Allowed, pose: Floats) -> tuple[Any, Any]:

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import CONFIGURATIONS, JOINTS, Floats, as_floats, as_number, one_posture
+from .._arrays import CONFIGURATIONS, Floats, as_floats, as_number, one_posture
 from ..arm.arm import MOST_MARGIN, Arm
 from ..arm.diagnosis import Diagnosis, Verdict, branch_of
 from ..errors import ConfigurationError, InputError, ShapeError
 from ..status import Status
-from .joint_path import Curve, JointPath
+from .joint_path import Curve, JointPath, blank_rows
 from .paths import Path, Waypoints
 
 SAMPLES = 200
@@ -163,11 +163,7 @@ def _result(
     arm: Arm, path: Path, rows: Floats, curve: Curve | None, diagnosis: Diagnosis, ok: bool, open_: Floats
 ) -> JointPath:
     n = len(rows)
-    columns: dict[str, Any] = {
-        "q": np.full((n, JOINTS), np.nan), "psi": np.full(n, np.nan), "gc": np.full(n, -1, dtype=np.int64),
-        "status": np.full(n, Status.NOT_REACHED, dtype=np.int8), "margin": np.full(n, np.nan),
-        "residual": np.full(n, np.nan),
-    }  # fmt: skip
+    columns = blank_rows(n)
     reached = 0
     if curve is not None:
         done = rows <= curve.end
@@ -224,9 +220,7 @@ def _branches(gc: int | Iterable[int] | None) -> int:
 
 
 def _empty(arm: Arm) -> JointPath:
-    none = np.empty(0)
     return JointPath(
-        arm=arm, s=none, poses=np.empty((0, 4, 4)), q=np.empty((0, JOINTS)), psi=none,
-        gc=np.empty(0, dtype=np.int64), status=np.empty(0, dtype=np.int8), margin=none, residual=none,
-        certified=True, diagnosis=Diagnosis(()),
+        arm=arm, s=np.empty(0), poses=np.empty((0, 4, 4)), **blank_rows(0), certified=True,
+        diagnosis=Diagnosis(()),
     )  # fmt: skip

@@ -10,7 +10,7 @@ import numpy as np
 from ..._arrays import CONFIGURATIONS, Floats
 from ...arm.arm import Arm
 from ...errors import InputError
-from ...motion.joint_path import JointPath
+from ...motion.joint_path import JointPath, blank_rows, even_parameters
 from ...status import STATUSES, Status
 from ..arguments import POSE_HELP, add_arm, add_json, add_output, angle, joints, poses, the_arm
 from ..screen import (
@@ -96,20 +96,15 @@ def _solve(arm: Arm, frames: Floats, psi: float, gc: int, seed: Floats | None) -
     q = arm.inverse(frames, psi, gc, seed=seed, limits="nan", unreachable="nan")
     solved = np.isfinite(q).all(axis=1)
     # A pose that is solved at no arm angle says so itself; at another one, this arm angle is outside.
-    status = np.zeros(n, dtype=np.int8)
+    rows = blank_rows(n)
     why = np.asarray(arm.feasible(frames[~solved], gc).status)
-    status[~solved] = np.where(why == Status.OK, Status.OUTSIDE, why)
-    margin, residual = np.full(n, np.nan), np.full(n, np.nan)
+    rows["status"][~solved] = np.where(why == Status.OK, Status.OUTSIDE, why)
     if solved.any():
-        margin[solved] = arm.limit_margin(q[solved])
         reached = arm.forward(q[solved], undefined="nan")[0]
-        residual[solved] = np.linalg.norm(reached[:, :3, 3] - frames[solved, :3, 3], axis=1)
-    s = np.linspace(0.0, 1.0, n) if n > 1 else np.zeros(n)
-    index = np.where(solved, gc, -1).astype(np.int64)
-    return JointPath(
-        arm=arm, s=s, poses=frames, q=q, psi=np.where(solved, psi, np.nan), gc=index,
-        status=status, margin=margin, residual=residual,
-    )  # fmt: skip
+        rows["q"][solved], rows["psi"][solved], rows["gc"][solved] = q[solved], psi, gc
+        rows["status"][solved], rows["margin"][solved] = Status.OK, arm.limit_margin(q[solved])
+        rows["residual"][solved] = np.linalg.norm(reached[:, :3, 3] - frames[solved, :3, 3], axis=1)
+    return JointPath(arm=arm, s=even_parameters(n), poses=frames, **rows)
 
 
 def _reason(arm: Arm, path: JointPath, psi: float, gc: int, seed: Floats | None, single: bool) -> str:
