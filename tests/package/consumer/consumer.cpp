@@ -31,11 +31,9 @@ void round_trips(const armangle::Arm& arm) {
         double q[armangle::joints];
         for (double& value : q) value = joint(random);
         const armangle::Posture posture = armangle::forward(arm, q);
-        const armangle::Configuration<double> gc = armangle::configuration(posture.gc);
-        const armangle::Circle<double> c = armangle::circle(arm, armangle::flange_pose(arm, posture.pose));
-        const armangle::Fold<double> bend = armangle::fold(arm, c.triangle, gc.elbow);
+        const armangle::SelfMotion<double> motion = armangle::self_motion(arm, posture.pose, posture.gc);
         const armangle::Joints back = armangle::joints_within_limits(
-            arm, armangle::directions(c, bend, gc, armangle::sin_cos(posture.psi)), q);
+            arm, armangle::directions(motion, armangle::sin_cos(posture.psi)), q);
         const armangle::Posture again = armangle::forward(arm, back.q);
         worst = std::fmax(worst, armangle::norm(again.pose.position - posture.pose.position));
     }

@@ -98,11 +98,9 @@ int main() {
         for (std::size_t i = 0; i < count; ++i) {
             const Circle<double> c = circle(arm, flange_pose(arm, load_pose(in.matrix + 16 * i)));
             for (int k = 0; k < configurations; ++k) {
-                const Configuration<double> gc = configuration(k);
-                const Fold<double> bend = fold(arm, c.triangle, gc.elbow);
                 ArcSet set, rest;
-                out.status[i] = static_cast<std::int8_t>(
-                    feasible(arm, limits, c, bend, joint_functions(c, bend, gc), set));
+                out.status[i] =
+                    static_cast<std::int8_t>(feasible(self_motion(arm, c, configuration(k)), limits, set));
                 complement(set, rest);
                 out.psi[i] = measure(rest);
             }
@@ -133,11 +131,11 @@ int main() {
         for (std::size_t i = 0; i < count; ++i)
             out.psi[i] = step(arm, limits, in.q, load_pose(in.matrix + 16 * i), bounded).psi;
     });
-    static AheadLayer layers[Lookahead::layers_for(4)];
+    static AheadSection sections[Lookahead::sections_for(4)];
     report("lookahead", [&] {
         const FollowRows rows{out.q, out.psi, out.margin, out.residual, out.gc, out.status};
-        Lookahead ahead(arm, limits, in.matrix, count, {nullptr, 0}, &bounds, bounded.max_joint_step, layers,
-                        4);
+        Lookahead ahead(arm, limits, in.matrix, count, {nullptr, 0}, &bounds, bounded.max_joint_step,
+                        sections, 4);
         follow(arm, limits, in.q, in.matrix, count, bounded, OnFail::hold, {nullptr, 0}, rows, &ahead);
     });
     return 0;
