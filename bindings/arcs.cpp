@@ -251,14 +251,12 @@ nb::object joint_function(const ArmHandle& self, nb::handle pose, long long gc, 
     Outcome outcome;
     const Problem problem = check_pose(m.data<double>(), value);
     if (problem != Problem::none) return outcome.report(problem, 0, value), report(outcome);
-    JointFunctionHandle h;
-    h.arm = self.arm, h.joint = joint;
-    h.motion = self_motion(self.arm, load_pose(m.data<double>()), static_cast<int>(gc));
-    const Circle<double>& c = h.motion.circle;
+    const SelfMotion<double> motion =
+        self_motion(self.arm, load_pose(m.data<double>()), static_cast<int>(gc));
+    const Circle<double>& c = motion.circle;
     if (is_unreachable(c)) return outcome.report(Problem::unreachable, 0, c.triangle.excess), report(outcome);
     if (is_folded(c)) return outcome.report(Problem::folded, 0, 0), report(outcome);
-    h.f = joint_functions(h.motion);
-    return nb::cast(h);
+    return nb::cast(JointFunctionHandle{self.arm, motion, joint_functions(motion), joint});
 }
 
 template <class Function>

@@ -1,7 +1,13 @@
-// Inverse kinematics: (pose, psi, GC) -> q. Eq. (12)-(24) in a form that holds the pose in every case.
+// The two doors: forward, q -> (pose, psi, GC), and inverse, (pose, psi, GC) -> q.
+//
+//     forward(arm, q)                     -> Posture {pose, psi, gc}       eq. (1)-(11)
+//     inverse(arm, pose, psi, gc, seed)   -> Inverse {q, status, margin}   eq. (12)-(24)
+//
+// The inverse holds the pose in every case, singular ones too.
 #pragma once
 
 #include "../arm/forward.hpp"
+#include "../status.hpp"
 #include "self_motion.hpp"
 
 namespace armangle {
@@ -102,6 +108,33 @@ inline Posture forward(const Arm& arm, const double* q) noexcept {
     const Triad<double> c = triad(arm, flange_pose(arm, out.pose));
     out.psi = is_folded(c) ? not_a_number : arm_angle(c, chain_now.z3);
     out.gc = index(configuration(arm, chain_now.theta));
+    return out;
+}
+
+/// What inverse kinematics says. On any status but OK q and margin are NaN.
+struct [[nodiscard]] Inverse {
+    double q[joint_slots];  // seven joint values (rad, robot coordinates), and an eighth that is 0
+    Status status;
+    double margin;  // rad: least distance of a joint of q to one of its limits, negative outside
+};
+
+/// (pose, psi, GC) -> q, each joint on the turn within its limits that is nearest to the seed (without one,
+/// to the middle of its range). OK whether or not the limits hold: psi decides that, `margin` says it, and
+/// feasible() which psi keep them. Else UNREACHABLE, FOLDED (wrist on shoulder), or BAD_INPUT: the pose is no
+/// rigid transform, gc not 0..7, psi or the seed not finite or beyond tolerance::largest_angle.
+inline Inverse inverse(const Arm& arm, const Pose<double>& pose, double psi, int gc,
+                       const double* seed = nullptr) noexcept {
+    constexpr double no = not_a_number;
+    Inverse out{{no, no, no, no, no, no, no, 0.0}, Status::BAD_INPUT, no};
+    if (gc < 0 || gc >= configurations || !(abs(psi) <= tolerance::largest_angle)) return out;
+    if (!is_rigid(pose) || (seed && !is_finite(seed))) return out;
+    const SelfMotion<double> m = self_motion(arm, pose, gc);
+    out.status = is_unreachable(m.circle) ? Status::UNREACHABLE : Status::FOLDED;
+    if (is_unreachable(m.circle) || is_folded(m.circle)) return out;
+    const Joints solved = joints_within_limits(arm, directions(m, sin_cos(psi)), seed);
+    for (int j = 0; j < joints; ++j) out.q[j] = solved.q[j];
+    out.status = Status::OK;
+    out.margin = limit_margin(arm, solved.q);
     return out;
 }
 

@@ -43,13 +43,14 @@ class Planner {
 public:
     Planner(const Arm& arm, const Segment* segments, std::size_t n, const double* rows, std::size_t row_count,
             const PlanOptions& options)
-        : arm_(arm), options_(options), base_(base_parameters(segments, n, rows, row_count)) {
-        task_.arm = arm;
+        : arm_(arm),
+          options_(options),
+          base_(base_parameters(segments, n, rows, row_count)),
+          task_{arm, {}, segments, n, {}} {
         for (int j = 0; j < joints; ++j)
             task_.arm.lower[j] += options.limit_margin, task_.arm.upper[j] -= options.limit_margin;
         fill_joint_arrays(task_.arm);
         task_.limits = limit_table(task_.arm, options.singularity_margin);
-        task_.segments = segments, task_.segment_count = n;
         std::vector<Vec3<double>> wrists;
         for (std::size_t i = 0; i < base_.size(); ++i) {
             wrists.push_back(wrist(base_[i]));

@@ -80,7 +80,7 @@ int main() {
         void* volatile kept = operator new(1);  // twice where malloc is counted too
         operator delete(kept);
     });
-    static Arm arm;
+    static Arm arm = make_arm(p);
     report("make_arm", [&] { arm = make_arm(p); });
     static LimitTable limits;
     report("limit_table", [] { limits = limit_table(arm, 0.05); });
@@ -89,6 +89,7 @@ int main() {
     report("forward", [] { out.psi[0] = forward(arm, in.q).psi; });
     report("jacobian", [] { out.psi[0] = jacobian(arm, in.q).entry[0][0]; });
     report("inverse", [] {
+        out.psi[0] = inverse(arm, load_pose(in.matrix), in.psi[0], static_cast<int>(in.gc[0]), in.q).q[0];
         const InverseBatch batch{{in.matrix, 16}, {in.psi, 1}, {nullptr, 0}, {in.gc, 1}, {out.q, 7}};
         Outcome outcome;
         inverse_range(arm, batch, 0, 1, outcome);
