@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arm.configuration import COUNT as CONFIGURATIONS
+from .._arrays import CONFIGURATIONS
 from ..arm.configuration import gc_signs
 from ..errors import PolicyError
 from ..motion.joint_path import JointPath
