@@ -1,15 +1,10 @@
-"""What the laws are tried on: arms, postures by regime, transforms; and the tools a test needs."""
+"""What the laws are tried on: arms, postures by regime, transforms."""
 
 from __future__ import annotations
 
 import functools
-import importlib
-import os
-import shutil
-from types import ModuleType
 
 import numpy as np
-import pytest
 from numpy.typing import NDArray
 
 import armangle as aa
@@ -17,34 +12,8 @@ import armangle as aa
 Array = NDArray[np.float64]
 
 TURN = 2 * np.pi
-NO_SKIP = "ARMANGLE_NO_SKIP"
 REGIMES = ("uniform", "near_singular", "singular", "on_limit", "at_reach", "folded")
 CATALOGUE = aa.catalogue()
-
-
-def missing(reason: str) -> None:
-    """Skip the test for want of a tool; fail it where ARMANGLE_NO_SKIP says that all are there."""
-    if os.environ.get(NO_SKIP):
-        pytest.fail(f"{reason}, and {NO_SKIP} is set")
-    pytest.skip(reason)
-
-
-def need(name: str) -> ModuleType:
-    """Return a module that the package itself does not need, or skip."""
-    try:
-        return importlib.import_module(name)
-    except ImportError as error:
-        missing(f"{name} cannot be imported: {error}")
-        raise AssertionError from error
-
-
-def need_tool(name: str) -> str:
-    """Return the path of a program, or skip."""
-    path = shutil.which(name)
-    if path is None:
-        missing(f"{name} is not installed")
-        raise AssertionError
-    return path
 
 
 def frame(rng: np.random.Generator) -> Array:
