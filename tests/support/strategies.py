@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import armangle as aa
+from support import draw
 
 Array = NDArray[np.float64]
 
@@ -135,6 +136,6 @@ _MAKERS = dict(zip(REGIMES, (uniform, near_singular, singular, on_limit, at_reac
 
 def postures(arm: aa.Arm, regime: str, n: int, seed: int = 0) -> Array:
     """Joint values of a regime, shape (m, 7) with m <= n: those where the arm angle exists."""
-    rng = np.random.default_rng([seed, REGIMES.index(regime)])
+    rng = draw.generator(seed, REGIMES.index(regime))
     q = _MAKERS[regime](arm, n, rng)
     return q[~np.isnan(arm.forward(q, undefined="nan")[1])]
