@@ -33,7 +33,7 @@ def status_panel(state: ViewerState) -> str:
     said = f'<div style="{_REFUSED}">{escape(state.message)}</div>' if state.message else ""
     return (
         f'<div style="{_FRAME}" data-panel="status"><b>{escape(state.arm.name)}</b><br>{facts}'
-        f'<div style="min-height:1.4em">{said}</div></div>'
+        f'<div style="min-height:2.7em">{said}</div></div>'
     )
 
 

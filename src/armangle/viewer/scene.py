@@ -20,8 +20,8 @@ _TARGET_OPACITY = 0.35
 _AXIS_LENGTH, _AXIS_RADIUS = 0.1, 0.006
 _HAND = 7  # the DH frame that carries flange and tool
 _COLOURS = np.array([_FREE_RGB, *(tuple(bytes.fromhex(colour[1:])) for colour in JOINT_COLOURS)])
-_EYE = np.array([0.95, -1.15, 0.75])
-_PANEL_SIDE = np.array([0.19, 0.16, 0.0])  # to the right as the eye sees it: the panel covers that side
+_EYE = 1.35 * np.array([0.95, -1.15, 0.75])
+_PANEL_SIDE = np.array([0.46, 0.38, 0.0])  # to the right as the eye sees it: the panel covers that side
 _GIZMO = 0.22
 _LINE, _GHOST_LINE = 0.012, 0.02
 _GRID_CELL = 0.1
@@ -66,7 +66,7 @@ class Scene:
     def _add_room(self, server: Any) -> None:
         state, size = self._state, self._size
         base = state.arm.base[:3, 3]
-        centre = base + np.array([0.0, 0.0, 0.6 * (size + state.arm.d_bs)])
+        centre = base + np.array([0.0, 0.0, 0.45 * (size + state.arm.d_bs)])
         centre += _PANEL_SIDE * size
         camera = server.initial_camera
         camera.position, camera.look_at, camera.up = centre + _EYE * size, centre, (0.0, 0.0, 1.0)
