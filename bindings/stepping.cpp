@@ -149,9 +149,9 @@ void follow_all(const ArmHandle& self, Floats start, Floats poses, const FollowO
     const Limits limits(self, wanted.singularity_margin);
     const GivenBounds given(bounds, options);
     const std::size_t window = wanted.lookahead;
-    std::vector<AheadLayer> layers(window ? Lookahead::layers_for(window) : 0);
+    std::vector<AheadSection> sections(window ? Lookahead::sections_for(window) : 0);
     Lookahead ahead(self.arm, limits.table, p.data<double>(), n, allowed, options.bounds,
-                    options.max_joint_step, layers.data(), window);
+                    options.max_joint_step, sections.data(), window);
     {
         nb::gil_scoped_release release;
         follow(self.arm, limits.table, s.data<double>(), p.data<double>(), n, options, wanted.on_fail,

@@ -8,7 +8,8 @@ import re
 
 import numpy as np
 import pytest
-from support.chain import dh_forward, model, pose_error, shift, urdf_forward
+from support.chain import dh_forward, pose_error, shift, urdf_forward
+from support.needs import model
 
 from armangle.errors import FileFormatError, UnknownRobotError
 from armangle.models.catalogue import CatalogueEntry, catalogue, load_robot, read_robot, robot_toml

@@ -1,10 +1,7 @@
 """The pages: every example on them runs and prints what it shows, and they build without a warning."""
 
 import doctest
-import importlib
 import inspect
-import os
-import pkgutil
 import re
 import shutil
 import subprocess
@@ -14,6 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from support.needs import need
 
 import armangle
 
@@ -30,19 +28,6 @@ TOOLS = (
     "matplotlib",
 )
 FENCE = re.compile(r"^```pycon\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-
-
-def missing_tools() -> list[str]:
-    """Names of the packages that the build needs and that are not installed."""
-
-    def found(name: str) -> bool:
-        try:
-            importlib.import_module(name)
-        except ImportError:
-            return False
-        return True
-
-    return [name for name in TOOLS if not found(name)]
 
 
 def examples_of(page: Path) -> list[doctest.Example]:
@@ -76,19 +61,6 @@ def test_python_of_the_readme_runs() -> None:
     assert names["now"].status == armangle.Status.OK
 
 
-MODULES = sorted(
-    module.name
-    for module in pkgutil.iter_modules(armangle.__path__)
-    if not module.name.startswith(("__main__", "_core", "_cpu"))
-)
-
-
-@pytest.mark.parametrize("name", MODULES)
-def test_examples_of_docstrings_print_what_they_show(name: str) -> None:
-    result = doctest.testmod(importlib.import_module(f"armangle.{name}"), optionflags=doctest.ELLIPSIS)
-    assert not result.failed
-
-
 @pytest.mark.parametrize("name", PAGES)
 def test_functions_named_beside_formulas_are_in_their_headers(name: str) -> None:
     text = (ROOT / name).read_text(encoding="utf-8")
@@ -101,10 +73,8 @@ def test_functions_named_beside_formulas_are_in_their_headers(name: str) -> None
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The pages built in a folder of their own, warnings as errors, as HTML."""
-    missing = missing_tools()
-    if missing and os.environ.get("ARMANGLE_NO_SKIP") != "1":
-        pytest.skip(f"building the pages needs {', '.join(missing)}: pip install 'armangle[docs]'")
-    assert not missing
+    for name in TOOLS:
+        need(name)
     work = tmp_path_factory.mktemp("pages")
     made_by_builds = shutil.ignore_patterns("_build", "_made", "gallery", "__pycache__")
     for folder in ("docs", "examples", "tests/reference"):
