@@ -115,7 +115,8 @@ def public_members() -> Iterator[str]:
             yield f"armangle.errors.{name}"
             continue
         yield f"armangle.{name}"
-        for key, member in vars(value).items() if inspect.isclass(value) else ():
+        own = [c for c in getattr(value, "__mro__", ()) if c is value or c.__name__.startswith("_")]
+        for key, member in (pair for cls in own for pair in vars(cls).items()):
             public = inspect.isroutine(member) or isinstance(member, property | classmethod)
             if public and not key.startswith("_"):
                 yield f"armangle.{name}.{key}"
