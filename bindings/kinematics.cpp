@@ -150,7 +150,7 @@ nb::object limit_margin_many(const ArmHandle& self, nb::handle q, nb::handle out
     const Buffer in(q), to(out, true);
     return for_each<2>({&in, &to}, {1, 0}, 1, [&](const Py_ssize_t* at, double& value) {
         const Problem problem = check_joints(in.data<double>() + at[0], value);
-        to.data<double>()[at[1]] = limit_margin(self.arm, in.data<double>() + at[0]);
+        to.data<double>()[at[1]] = limit_margin(self.arm.limits, in.data<double>() + at[0]);
         return problem;
     });
 }

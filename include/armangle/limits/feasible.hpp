@@ -121,15 +121,15 @@ inline double end_value(const Arm& arm, double margin, const Configuration<doubl
     const double g = joint == 1 ? gc.shoulder : gc.wrist;
     double theta = 0;
     switch (tag_side(tag)) {
-        case Side::lower: return arm.lower[joint];
-        case Side::upper: return arm.upper[joint];
+        case Side::lower: return arm.limits.lower[joint];
+        case Side::upper: return arm.limits.upper[joint];
         case Side::near_margin: theta = g * margin; break;
         case Side::far_margin: theta = g * (pi - margin); break;
         case Side::near_singular: theta = 0; break;
         case Side::far_singular: theta = g * pi; break;
         default: return not_a_number;
     }
-    return to_q(theta, arm.sign[joint], arm.offset[joint], arm.lower[joint], arm.upper[joint],
+    return to_q(theta, arm.sign[joint], arm.offset[joint], arm.limits.lower[joint], arm.limits.upper[joint],
                 arm.joint_middle[joint]);
 }
 

@@ -64,8 +64,8 @@ struct HalfTurn {
 };
 
 /// Of theta = centre + g |a| + 2 pi k within (lower, upper), for the winding k of `theta`.
-inline HalfTurn half_turn(double lower, double upper, double centre, double g, double theta,
-                          double a) noexcept {
+inline HalfTurn half_turn(const ThetaRange& range, double centre, double g, double theta, double a) noexcept {
+    const double lower = range.lower, upper = range.upper;
     const double base = theta - g * a;  // centre + 2 pi k
     const double turn = centre + two_pi * round((base - centre) / two_pi);
     const double near = (g > 0 ? lower - turn : turn - upper) + proof::slack,
@@ -83,27 +83,29 @@ enum class PivotKind { turning, narrow, wide };
 /// What is to be proven of a curve, made once.
 struct Claim {
     const Curve& curve;
-    const Arm& bounds;   // the curve's arm with the limits to prove
-    double sine_square;  // of the singularity margin
+    const Limits& limits;  // to prove
+    double sine_square;    // of the singularity margin
     HalfTurn shoulder, wrist, elbow;
     PivotKind kind[pivots];
     double lower[pivots], upper[pivots];  // theta, drawn in by the slack
     SinCos<Interval> at_lower[pivots], at_upper[pivots];
 
-    Claim(const Curve& c, const Arm& arm, double margin) noexcept : curve(c), bounds(arm) {
+    Claim(const Curve& c, const Limits& l, double margin) noexcept : curve(c), limits(l) {
+        const Arm& arm = c.arm;
         const Interval sine = sin_cos(Interval(max(margin, proof::least_margin))).sin;
         sine_square = square(sine).hi;
         const Configuration<double> sign = configuration(c.gc);
-        const auto theta = [&](int j) { return arm.sign[j] * c.stretches.front().q[j] + arm.offset[j]; };
+        const auto theta = [&](int j) { return to_theta(arm, j, c.stretches.front().q[j]); };
         const auto part = [&](int j, double centre, double g) {
-            return half_turn(arm.theta_lower[j], arm.theta_upper[j], centre, g, theta(j),
-                             abs(wrap(theta(j) - centre)));
+            return half_turn(theta_range(arm, limits, j), centre, g, theta(j), abs(wrap(theta(j) - centre)));
         };
         shoulder = part(1, 0.0, sign.shoulder), wrist = part(5, 0.0, sign.wrist),
         elbow = part(3, arm.delta_angle, sign.elbow);
         for (int p = 0; p < pivots; ++p) {
             const int j = pivot_joint[p];
-            lower[p] = arm.theta_lower[j] + proof::slack, upper[p] = arm.theta_upper[j] - proof::slack;
+            const ThetaRange range = theta_range(arm, limits, j);
+            lower[p] = range.lower + proof::slack;
+            upper[p] = range.upper - proof::slack;
             const double width = upper[p] - lower[p];
             kind[p] = PivotKind::turning;
             if (width < two_pi - 4 * proof::slack) kind[p] = width > pi ? PivotKind::wide : PivotKind::narrow;
@@ -179,8 +181,8 @@ bool all_positive(const Conditions<T>& c, const Range& range) noexcept {
 
 class Prover {
 public:
-    Prover(const Curve& curve, const Arm& bounds, double margin)
-        : curve_(curve), claim_(curve, bounds, margin) {
+    Prover(const Curve& curve, const Limits& limits, double margin)
+        : curve_(curve), claim_(curve, limits, margin) {
         budget_ = static_cast<long long>(curve.stretches.size() + 8) * proof::evaluations;
     }
 
@@ -210,10 +212,10 @@ private:
         for (int i = 0; i <= proof::looks; ++i) {
             const double s = x.start + (x.end - x.start) * i / proof::looks;
             const PlacedPosture here = curve_.solve(x, s, phi_at(x, s), x.q, x.psi);
-            const Pose<double> flange = flange_pose(claim_.bounds, here.pose);
-            const double excess = circle(claim_.bounds, flange, curve_.plane).triangle.excess;
-            if (limit_margin(claim_.bounds, here.q) >= -proof::broken &&
-                excess <= tolerance::reach * claim_.bounds.reach)
+            const Pose<double> flange = flange_pose(curve_.arm, here.pose);
+            const double excess = circle(curve_.arm, flange, curve_.plane).triangle.excess;
+            if (limit_margin(claim_.limits, here.q) >= -proof::broken &&
+                excess <= tolerance::reach * curve_.arm.reach)
                 continue;
             proof_.violated.push_back(s);
             return;
@@ -242,7 +244,7 @@ private:
         const PlacedPosture now = curve_.at(s);
         for (int p = 0; p < pivots; ++p) {
             const int j = pivot_joint[p];
-            middle[p] = curve_.arm.sign[j] * now.q[j] + curve_.arm.offset[j];
+            middle[p] = to_theta(curve_.arm, j, now.q[j]);
             if (claim_.kind[p] != PivotKind::turning) continue;
             if (!(max(abs(x.q[j] - now.q[j]), abs(x.q_end[j] - now.q[j])) < proof::end_step)) return false;
         }
@@ -303,10 +305,9 @@ private:
 
 }  // namespace detail
 
-/// Proves the limits of `bounds` (the curve's arm, limits drawn in by the margin asked) and a singularity
-/// margin (rad).
-inline Proof certify(const Curve& curve, const Arm& bounds, double margin) {
-    return detail::Prover(curve, bounds, margin).run();
+/// Proves limits (the arm's, or drawn in by the margin asked) and a singularity margin (rad) along a curve.
+inline Proof certify(const Curve& curve, const Limits& limits, double margin) {
+    return detail::Prover(curve, limits, margin).run();
 }
 
 }  // namespace armangle
