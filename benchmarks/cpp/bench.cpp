@@ -113,7 +113,7 @@ struct Bench {
 
     void arcs_all(std::size_t i) const {
         AllArcs all;
-        feasible_all(arm, limits, circle(arm, flange_pose(arm, data.pose[i])), all);
+        feasible_all(arm, data.pose[i], limits, all);
         keep(all);
     }
 

@@ -165,10 +165,11 @@ inline void block_sides(const LimitTable& t, const SelfMotion<double>& m, Sides&
 
 }  // namespace detail
 
-/// Psi_all of the eight branches of one circle; the same sets as feasible() gives one by one.
-inline void feasible_all(const Arm& arm, const LimitTable& t, const Circle<double>& c,
+/// Psi_all of the eight branches of a pose (as the user sees it); the same sets as feasible() gives one by
+/// one.
+inline void feasible_all(const Arm& arm, const Pose<double>& pose, const LimitTable& t,
                          AllArcs& out) noexcept {
-    SelfMotion<double> m = self_motion(arm, c, configuration(0));
+    SelfMotion<double> m = self_motion(arm, pose, 0);
     for (int side = 0; side < 2; ++side) {
         m.gc.elbow = side ? -1.0 : 1.0;
         m.elbow = elbow(arm, m.circle.triangle, m.gc.elbow);

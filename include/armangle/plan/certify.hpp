@@ -48,13 +48,28 @@ struct Proof {
 
 namespace detail {
 
-/// Conditions that must be positive, and pairs of which one must be.
+/// Of each row one entry must be positive: the only one, or either of two.
 template <class T>
 struct Conditions {
-    int count = 0, pairs = 0;
-    T must[24], either[pivots][2];
+    static constexpr int capacity = 24;
+    struct Row {
+        int entries;
+        T entry[2];
+    };
+    int count = 0;
+    Row row[capacity];
 
-    void add(const T& x) noexcept { must[count++] = x; }
+    void add(const T& only) noexcept {
+        row[count].entries = 1;
+        row[count].entry[0] = only;
+        ++count;
+    }
+    void add_either(const T& one, const T& other) noexcept {
+        row[count].entries = 2;
+        row[count].entry[0] = one;
+        row[count].entry[1] = other;
+        ++count;
+    }
 };
 
 /// A range (near, far) of |theta| with its cosines; near <= 0 and far >= pi bind nothing.
@@ -160,22 +175,24 @@ struct Claim {
             if (kind[p] == PivotKind::turning && !turning(p, u, v, middle[p], out)) return false;
             if (kind[p] != PivotKind::narrow && kind[p] != PivotKind::wide) continue;
             const T above = beyond(u, v, at_lower[p]), below = -beyond(u, v, at_upper[p]);
-            if (kind[p] == PivotKind::narrow)
-                out.add(above), out.add(below);
-            else
-                out.either[out.pairs][0] = above, out.either[out.pairs++][1] = below;
+            if (kind[p] == PivotKind::wide) {
+                out.add_either(above, below);
+            } else {
+                out.add(above);
+                out.add(below);
+            }
         }
         return true;
     }
 };
 
-/// Positive over the whole range, as enclosed by `range(i)` for conditions and `pair(i, k)` for pairs.
-template <class T, class Range>
-bool all_positive(const Conditions<T>& c, const Range& range) noexcept {
-    for (int i = 0; i < c.count; ++i)
-        if (!(range(c.must, i) > 0)) return false;
-    for (int i = 0; i < c.pairs; ++i)
-        if (!(range(c.either[i], 0) > 0) && !(range(c.either[i], 1) > 0)) return false;
+/// Whether every condition is positive over the whole range, where lower(i, k) bounds entry k of row i.
+template <class T, class Lower>
+bool all_positive(const Conditions<T>& c, const Lower& lower) noexcept {
+    for (int i = 0; i < c.count; ++i) {
+        const bool first = lower(i, 0) > 0, second = c.row[i].entries == 2 && lower(i, 1) > 0;
+        if (!first && !second) return false;
+    }
     return true;
 }
 
@@ -260,7 +277,7 @@ private:
         Conditions<Interval> plain;
         --budget_;
         if (!claim_.evaluate(x, range, middle, plain)) return false;
-        if (all_positive(plain, [](const Interval* f, int i) { return f[i].lo; })) return true;
+        if (all_positive(plain, [&plain](int i, int k) { return plain.row[i].entry[k].lo; })) return true;
         budget_ -= 4;
         using J = Jet<Interval, 1>;
         const double m = 0.5 * (from + to);
@@ -270,10 +287,9 @@ private:
             !claim_.evaluate(x, Interval(m), middle, centre))
             return false;
         const Interval off = range - Interval(m);
-        const Interval* values = centre.must;
-        const auto lower = [&](const J* f, int i) {
-            const Interval* at = f == slopes.must ? values : centre.either[(f - slopes.either[0]) / 2];
-            return greater(f[i].coefficient[0].lo, (at[i] + f[i].coefficient[1] * off).lo);
+        const auto lower = [&](int i, int k) {
+            const J& f = slopes.row[i].entry[k];
+            return greater(f.value().lo, (centre.row[i].entry[k] + f.coefficient[1] * off).lo);
         };
         return all_positive(slopes, lower);
     }
@@ -287,9 +303,10 @@ private:
                           max(claim_.lower[p] - middle[p], middle[p] - claim_.upper[p]) > proof::broken);
         const auto fails = [](const Interval& f) { return f.hi < -proof::broken; };
         if (claim_.evaluate(x, Interval(s), middle, at)) {
-            for (int i = 0; i < at.count; ++i) bad = bad || fails(at.must[i]);
-            for (int i = 0; i < at.pairs; ++i)
-                bad = bad || (fails(at.either[i][0]) && fails(at.either[i][1]));
+            for (int i = 0; i < at.count; ++i) {
+                const auto& row = at.row[i];
+                bad = bad || (fails(row.entry[0]) && (row.entries == 1 || fails(row.entry[1])));
+            }
         }
         if (bad) proof_.violated.push_back(s);
         return bad;
