@@ -200,7 +200,7 @@ def test_a_speed_of_zero_is_none():
 
 
 def described(**change: object) -> ArmDescription:
-    plain = ArmDescription("arm", d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1)
+    plain = ArmDescription(d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1)
     return dataclasses.replace(plain, **change)
 
 

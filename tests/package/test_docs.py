@@ -1,10 +1,13 @@
 """The pages: every example on them runs and prints what it shows, and they build without a warning."""
 
 import doctest
+import inspect
 import re
 import shutil
 import subprocess
 import sys
+import zlib
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -102,6 +105,36 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_pages_build_without_a_warning(site: Path) -> None:
     assert (site / "index.html").stat().st_size > 1000
+
+
+def public_members() -> Iterator[str]:
+    """Every public name, and every public method and property of the public classes, by its full name."""
+    for name in armangle.__all__:
+        value = getattr(armangle, name)
+        if inspect.isclass(value) and issubclass(value, Exception):
+            yield f"armangle.errors.{name}"
+            continue
+        yield f"armangle.{name}"
+        for key, member in vars(value).items() if inspect.isclass(value) else ():
+            public = inspect.isroutine(member) or isinstance(member, property | classmethod)
+            if public and not key.startswith("_"):
+                yield f"armangle.{name}.{key}"
+
+
+def test_the_api_page_has_every_public_member_and_no_other(site: Path) -> None:
+    listed = zlib.decompress((site / "objects.inv").read_bytes().split(b"\n", 4)[4]).decode().splitlines()
+    names = {line.split()[0] for line in listed if " py:" in line and " api.html" in line}
+    wanted = set(public_members())
+    assert len(wanted) > 100 and wanted <= names
+    homes = {name for name in names if f"armangle.{name.rpartition('.')[2]}" in wanted}  # where it is written
+    drawn = vars(armangle.plots)
+    plots = {f"armangle.plots.{name}" for name in armangle.plots.__all__ if callable(drawn[name])}
+    assert names == wanted | homes | plots | {"armangle.errors"}
+
+
+def test_the_api_page_shows_the_arguments_of_an_arm(site: Path) -> None:
+    page = re.sub(r"<[^>]+>", "", (site / "api.html").read_text(encoding="utf-8"))
+    assert "Arm(*, d_bs, d_se, d_ew, d_wf, a_3=0.0" in page
 
 
 def test_pages_fetch_nothing_when_read(site: Path) -> None:
