@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.needs import need
 
 import armangle as aa
 from armangle.cli import main, paper_example
@@ -61,7 +62,7 @@ def test_the_table(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_the_files(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    pytest.importorskip("matplotlib", reason="matplotlib draws the pictures: pip install 'armangle[plot]'")
+    need("matplotlib")
     folder = tmp_path / "new" / "demo"
     assert main(["demo", "-o", str(folder), "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)

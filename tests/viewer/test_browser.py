@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import io
 import os
-import shutil
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -15,7 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.strategies import missing
+from support.needs import need, need_tool
 
 import armangle as aa
 from armangle import plots
@@ -38,16 +37,10 @@ ALPHAS = (20, 100)
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
-    chromium = shutil.which("chromium")
-    if chromium is None:
-        missing("chromium is not installed (apt-get install chromium)")
-    try:
-        import matplotlib.image  # noqa: F401
-        import viser  # noqa: F401
-        from playwright.sync_api import sync_playwright
-    except ImportError as error:
-        missing(f"{error.name} is not installed (pip install 'armangle[test]')")
-    with sync_playwright() as playwright:
+    chromium = need_tool("chromium")
+    need("matplotlib.image")
+    need("viser")
+    with need("playwright.sync_api").sync_playwright() as playwright:
         running = playwright.chromium.launch(executable_path=chromium, args=list(FLAGS))
         yield running
         running.close()

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arm.configuration import COUNT as CONFIGURATIONS
+from .._arrays import CONFIGURATIONS
 from ..arm.configuration import gc_signs
 from ..errors import InputError
 from ..models.description import JOINTS

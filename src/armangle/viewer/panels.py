@@ -10,10 +10,9 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
-from .._arrays import Floats
+from .._arrays import JOINTS, Floats
 from ..arm.skeleton import blockers, first_blocker
 from ..colours import BLACK, FREE, JOINT_COLOURS, MID, pieces, unjoined, wrapped_degrees
-from ..models.description import JOINTS
 from ..motion.joint_path import JointPath
 from ..status import Status
 from .state import ViewerState, degrees_text

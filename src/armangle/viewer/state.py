@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import Floats, as_floats
+from .._arrays import CONFIGURATIONS, JOINTS, Floats, one_posture
 from ..arm.arcs import ArcSet
 from ..arm.arm import Arm, nearest_rotation
-from ..arm.configuration import COUNT as CONFIGURATIONS
 from ..arm.configuration import gc_signs
 from ..arm.skeleton import blockers, elbow_points, first_blocker, skeleton
 from ..errors import (
@@ -23,11 +22,10 @@ from ..errors import (
     ShapeError,
     UnreachableError,
 )
-from ..models.description import JOINTS
 from ..motion.following import follow
 from ..motion.joint_path import JointPath
+from ..motion.paths import Line
 from ..motion.policies import Hold, Policy
-from ..poses import poses_from_rows, rows_from_poses
 from ..status import STATUSES, Status
 from .opening import opening_posture
 
@@ -117,17 +115,13 @@ class ViewerState:
         self.reset()
 
     def _checked(self, q: ArrayLike) -> Floats:
-        joints = as_floats("q", q, (JOINTS,))
-        if joints.ndim != 1:
-            raise ShapeError(f"q has shape {joints.shape}, wanted ({JOINTS},)")
-        if not np.isfinite(joints).all():
-            raise NotFiniteError(f"q is {joints.tolist()}, wanted finite joint values in rad")
+        joints = one_posture("q", q)
         lower, upper = self.arm.lower - _ROUNDING, self.arm.upper + _ROUNDING
         outside = np.flatnonzero((joints < lower) | (joints > upper))
         if len(outside):
             at = int(outside[0])
             raise LimitError(f"joint {at + 1} is {joints[at]:g} rad, outside its limits")
-        return joints.copy()
+        return joints
 
     def _take(self, q: Floats) -> None:
         """Show a posture; pose, arm angle and configuration follow from its joints."""
@@ -346,29 +340,10 @@ _MOST_STEPS = 200
 
 def ways_between(first: Floats, last: Floats) -> Floats:
     """Return poses (N, 4, 4) from `first` (left out) to `last`, near enough to each other to step along."""
-    way = last[:3, 3] - first[:3, 3]
-    turn = _rotation_vector(first[:3, :3].T @ last[:3, :3])
-    wanted = max(np.linalg.norm(way) / _REACH_STEP, np.linalg.norm(turn) / _TURN_STEP, 1.0)
-    count = int(min(np.ceil(wanted), _MOST_STEPS))
-    share = np.arange(1, count + 1)[:, None] / count
-    poses = _turned(share * turn)
-    poses[:, :3, :3] = first[:3, :3] @ poses[:, :3, :3]
-    poses[:, :3, 3] = first[:3, 3] + share * way
+    line = Line(first, last)
+    twist = line.derivative(0.0)
+    way, turn = np.linalg.norm(twist[:3]), np.linalg.norm(twist[3:])
+    count = int(min(np.ceil(max(way / _REACH_STEP, turn / _TURN_STEP, 1.0)), _MOST_STEPS))
+    poses = line.pose(np.arange(1, count + 1) / count)
     poses[-1] = last
-    return nearest_rotation(poses)
-
-
-def _rotation_vector(rotation: Floats) -> Floats:
-    """Return axis times angle (rad) of a rotation (3, 3)."""
-    pose = np.eye(4)
-    pose[:3, :3] = rotation
-    w, *xyz = rows_from_poses(pose[None])[0, 3:]
-    sine = float(np.linalg.norm(xyz))
-    return np.array(xyz) * (2 * np.arctan2(sine, w) / sine if sine > 0 else 0.0)
-
-
-def _turned(vectors: Floats) -> Floats:
-    """Return poses (N, 4, 4) at the origin turned by rotation vectors (N, 3)."""
-    half = 0.5 * np.linalg.norm(vectors, axis=1)[:, None]
-    axis = vectors / np.maximum(2 * half, np.finfo(float).tiny)
-    return poses_from_rows(np.hstack([np.zeros_like(vectors), np.cos(half), np.sin(half) * axis]))
+    return poses
