@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from .._arrays import CONFIGURATIONS
+from .._arrays import CONFIGURATIONS, JOINTS
 from ..arm.configuration import gc_signs
 from ..errors import InputError
-from ..models.description import JOINTS
 from ..motion.joint_path import JointPath
 from ..motion.policies import Centre, Hold, Policy, Repulsion
 from .entry import pose_of_text, text_of_pose
