@@ -41,9 +41,9 @@ struct Request {
     Wanted wanted;
 };
 
-void collect_branches(const Request& r, const Circle<double>& c, Collected& to) {
+void collect_branches(const Request& r, const Pose<double>& pose, Collected& to) {
     AllArcs all;
-    feasible_all(r.self.arm, r.limits, c, all);
+    feasible_all(r.self.arm, pose, r.limits, all);
     for (int k = 0; k < configurations; ++k)
         to.add(r.self.arm, r.limits.margin, configuration(k), all.arcs[k], all.status[k]);
 }
@@ -53,10 +53,10 @@ Problem collect_pose(const Request& r, const double* m, long long gc, Collected&
     if (problem != Problem::none) return problem;
     if (gc < 0 || gc >= configurations) return value = static_cast<double>(gc), Problem::gc_range;
     const Arm& arm = r.self.arm;
-    const Circle<double> c = circle(arm, flange_pose(arm, load_pose(m)));
-    if (r.wanted == Wanted::branches) return collect_branches(r, c, to), Problem::none;
+    const Pose<double> pose = load_pose(m);
+    if (r.wanted == Wanted::branches) return collect_branches(r, pose, to), Problem::none;
     const Configuration<double> g = configuration(static_cast<int>(gc));
-    const SelfMotion<double> motion = self_motion(arm, c, g);
+    const SelfMotion<double> motion = self_motion(arm, pose, g);
     const JointFunctions<double> f = joint_functions(motion);
     ArcSet set;
     if (r.wanted == Wanted::branch) {

@@ -28,7 +28,7 @@ void construct(ArmHandle* self, Floats lengths, Floats joint_map, Floats base, F
     copy(joint_map, map, {4 * armangle::joints});
     for (int i = 0; i < armangle::joints; ++i) {
         p.sign[i] = map[i], p.offset[i] = map[armangle::joints + i];
-        p.lower[i] = map[2 * armangle::joints + i], p.upper[i] = map[3 * armangle::joints + i];
+        p.limits.lower[i] = map[2 * armangle::joints + i], p.limits.upper[i] = map[3 * armangle::joints + i];
     }
     copy(base, transform, {4, 4});
     p.base = armangle::load_pose(transform);

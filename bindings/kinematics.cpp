@@ -149,7 +149,7 @@ void limit_margin_many(const ArmHandle& self, Floats q, Floats out) {
     const Buffer in(q), to(out, true);
     for_each<2>("q", {&in, &to}, {1, 0}, 1, [&](const Py_ssize_t* at, double& value) {
         const Problem problem = check_joints(in.data<double>() + at[0], value);
-        to.data<double>()[at[1]] = limit_margin(self.arm, in.data<double>() + at[0]);
+        to.data<double>()[at[1]] = limit_margin(self.arm.limits, in.data<double>() + at[0]);
         return problem;
     });
 }

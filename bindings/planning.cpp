@@ -166,7 +166,7 @@ void curve_at(const ArmHandle& self, Floats segments, Floats stretches, Floats p
         std::memcpy(q_out.data<double>() + joints * i, here.q, joints * sizeof(double));
         psi_out.data<double>()[i] = here.psi;
         store_pose(here.pose, pose_out.data<double>() + 16 * i);
-        margin_out.data<double>()[i] = limit_margin(self.arm, here.q);
+        margin_out.data<double>()[i] = limit_margin(self.arm.limits, here.q);
         residual_out.data<double>()[i] = position_error(self.arm, chain(self.arm, here.q), here.pose);
     }
 }
@@ -211,7 +211,7 @@ nb::object curve_through(const ArmHandle& self, Floats segments, Floats s, Float
 /// Eight branch reports of one pose.
 nb::object explain_pose(const ArmHandle& self, Floats segment, double singularity_margin) {
     const Buffer g(segment);
-    Task task{self.arm, limit_table(self.arm, singularity_margin), as_segments(g), 1, {}};
+    Task task{self.arm, self.arm.limits, limit_table(self.arm, singularity_margin), as_segments(g), 1, {}};
     task.plane = smooth_plane({triad(self.arm, flange_pose(self.arm, task.pose(0))).w});
     nb::list out;
     for (int gc = 0; gc < configurations; ++gc) out.append(as_tuple(diagnose(task, 0, gc)));
@@ -236,7 +236,7 @@ void interval_many(int operation, Floats a, Floats b, Floats out) {
 nb::tuple certify_curve(const ArmHandle& self, Floats segments, Floats stretches, Floats plane, int gc,
                         double singularity_margin) {
     const Buffer g(segments), x(stretches), v(plane);
-    const Proof proof = certify(as_curve(self, g, x, v, gc), self.arm, singularity_margin);
+    const Proof proof = certify(as_curve(self, g, x, v, gc), self.arm.limits, singularity_margin);
     return nb::make_tuple(as_array(proof.open, 2), as_array(proof.violated, 1));
 }
 
