@@ -113,7 +113,8 @@ private:
             back_.resize(first_.back());
             phi_.resize(first_.back());
             first_.pop_back();
-            std::swap(here_.all, before_.all), std::swap(label_, label_before_);
+            std::swap(here_.all, before_.all);
+            std::swap(label_, label_before_);
         }
         return alive;
     }
