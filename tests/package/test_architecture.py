@@ -129,3 +129,29 @@ def test_claims_hold_by_folder(pattern: str, home: str) -> None:
     """`plan/` allocates, `batch/` starts threads; nothing else does."""
     found = {path for path in CORE_FILES if re.search(pattern, (HEADERS / path).read_text(encoding="utf-8"))}
     assert {core_room(path) for path in found} == {home}, found
+
+
+# Headers named after a subject, not after the one thing they define; fronts and adapters.
+SUBJECTS = {
+    "scalar", "registers", "linalg", "angles", "arrays", "joints", "forward", "reference_plane", "path",
+    "armangle", "plan", "kdl", "version",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("path", [path for path in CORE_FILES if path.stem not in SUBJECTS], ids=str)
+def test_a_header_defines_what_it_is_named_after(path: Path) -> None:
+    """`x.hpp` defines x, X, or the plural of one of them."""
+    name = path.stem
+    camel = "".join(word.capitalize() for word in name.split("_"))
+    names = {
+        form
+        for one in (name, camel)
+        for form in (one, f"{one}s", one.removesuffix("s"), one.removesuffix("es"))
+    }
+    either = "|".join(sorted(names))
+    code = re.sub(r"//[^\n]*", "", (HEADERS / path).read_text(encoding="utf-8"))
+    found = re.search(
+        rf"(?:struct|class|namespace)\s+(?:\[\[\w+\]\]\s+)?(?:armangle::)?(?:{either})\b|\b(?:{either})\(",
+        code,
+    )
+    assert found, f"{path} defines none of {sorted(names)}"
