@@ -155,3 +155,30 @@ def test_a_header_defines_what_it_is_named_after(path: Path) -> None:
         code,
     )
     assert found, f"{path} defines none of {sorted(names)}"
+
+
+OPENING = {"open", "read_bytes", "read_text", "write_bytes", "write_text"}
+OPEN_ELSEWHERE = {"viewer/meshes.py", "cli/main.py"}
+"""What a robot looks like; the null device in place of a closed pipe."""
+
+
+def opens_files(text: str) -> bool:
+    """Whether a source calls `open` or a method of paths that reads or writes."""
+    calls = [node.func for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Call)]
+    names = {call.id for call in calls if isinstance(call, ast.Name)} & {"open"}
+    return bool(names | {call.attr for call in calls if isinstance(call, ast.Attribute)} & OPENING)
+
+
+def test_files_and_models_open_files_and_nothing_else_does() -> None:
+    found = {path for path in FILES if opens_files(path.read_text(encoding="utf-8"))}
+    elsewhere = {path for path in found if python_room(path) not in ("files", "models")}
+    assert {path.relative_to(SOURCES).as_posix() for path in elsewhere} == OPEN_ELSEWHERE
+    assert {python_room(path) for path in found - elsewhere} == {"files", "models"}
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [("Path('a').read_text()", True), ("open('a')", True), ("'open(a)'", False), ("shown.update()", False)],
+)
+def test_a_file_that_is_opened_is_seen(text: str, expected: bool) -> None:
+    assert opens_files(text) == expected

@@ -79,7 +79,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made_by_builds = shutil.ignore_patterns("_build", "_made", "gallery", "__pycache__")
     for folder in ("docs", "examples", "tests/reference"):
         shutil.copytree(ROOT / folder, work / folder, ignore=made_by_builds)
-    for file in ("CHANGELOG.md", "README.md"):
+    for file in ("CHANGELOG.md", "README.md", "architecture.toml"):
         shutil.copy(ROOT / file, work / file)
     (work / "benchmarks").mkdir()
     for path in [*(ROOT / "benchmarks").glob("*.md"), *(ROOT / "benchmarks").glob("*.png")]:
