@@ -165,16 +165,16 @@ Problem collect_pose(const Request& r, const double* m, long long gc, Collected&
     const Circle<double> c = circle(arm, flange_pose(arm, load_pose(m)));
     if (r.wanted == Wanted::branches) return collect_branches(r, c, to), Problem::none;
     const Configuration<double> g = configuration(static_cast<int>(gc));
-    const Fold<double> bend = fold(arm, c.triangle, g.elbow);
-    const JointFunctions<double> f = joint_functions(c, bend, g);
+    const SelfMotion<double> motion = self_motion(arm, c, g);
+    const JointFunctions<double> f = joint_functions(motion);
     ArcSet set;
     if (r.wanted == Wanted::branch) {
-        const Status status = feasible(arm, r.limits, c, bend, f, set);
+        const Status status = feasible(motion, f, r.limits, set);
         to.add(arm, r.limits.margin, g, set, status);
         return Problem::none;
     }
     for (int joint = 0; joint < joints; ++joint) {
-        const Status status = joint_arcs(arm, r.limits, c, bend, f, joint, set);
+        const Status status = joint_arcs(motion, f, r.limits, joint, set);
         to.add(arm, r.limits.margin, g, set, status);
     }
     return Problem::none;
@@ -228,16 +228,14 @@ nb::object feasible_many(const ArmHandle& self, nb::handle pose, nb::handle gc, 
 /// One joint's function of psi on one circle and branch.
 struct JointFunctionHandle {
     Arm arm;
-    Circle<double> c;
-    Fold<double> bend;
-    Configuration<double> gc;
+    SelfMotion<double> motion;
     JointFunctions<double> f;
     int joint;
 
     double value(double psi) const noexcept {
-        return joints_within_limits(arm, directions(c, bend, gc, sin_cos(psi)), nullptr).q[joint];
+        return joints_within_limits(arm, directions(motion, sin_cos(psi)), nullptr).q[joint];
     }
-    double slope(double psi) const noexcept { return self_motion(arm, f, sin_cos(psi)).q[joint]; }
+    double slope(double psi) const noexcept { return rate(arm, f, sin_cos(psi)).q[joint]; }
     Profile special() const noexcept {
         for (int h = 0; h < hinges; ++h)
             if (hinge_joint[h] == joint) return profile(f.hinge[h]);
@@ -253,15 +251,12 @@ nb::object joint_function(const ArmHandle& self, nb::handle pose, long long gc, 
     Outcome outcome;
     const Problem problem = check_pose(m.data<double>(), value);
     if (problem != Problem::none) return outcome.report(problem, 0, value), report(outcome);
-    JointFunctionHandle h;
-    h.arm = self.arm, h.joint = joint, h.gc = configuration(static_cast<int>(gc));
-    h.c = circle(self.arm, flange_pose(self.arm, load_pose(m.data<double>())));
-    if (is_unreachable(self.arm, h.c))
-        return outcome.report(Problem::unreachable, 0, h.c.triangle.excess), report(outcome);
-    if (is_folded(self.arm, h.c)) return outcome.report(Problem::folded, 0, 0), report(outcome);
-    h.bend = fold(self.arm, h.c.triangle, h.gc.elbow);
-    h.f = joint_functions(h.c, h.bend, h.gc);
-    return nb::cast(h);
+    const SelfMotion<double> motion =
+        self_motion(self.arm, load_pose(m.data<double>()), static_cast<int>(gc));
+    const Circle<double>& c = motion.circle;
+    if (is_unreachable(c)) return outcome.report(Problem::unreachable, 0, c.triangle.excess), report(outcome);
+    if (is_folded(c)) return outcome.report(Problem::folded, 0, 0), report(outcome);
+    return nb::cast(JointFunctionHandle{self.arm, motion, joint_functions(motion), joint});
 }
 
 template <class Function>

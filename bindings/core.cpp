@@ -56,6 +56,8 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     nb::set_leak_warnings(
         false);  // values kept by module globals and tests are alive at exit: that is no leak
     m.attr("__version__") = ARMANGLE_VERSION;
+    m.attr("JOINTS") = armangle::joints;
+    m.attr("CONFIGURATIONS") = armangle::configurations;
     m.attr("ANGLE_TOLERANCE") = armangle::tolerance::angle;
     m.attr("ROTATION_TOLERANCE") = armangle::tolerance::rotation;
     m.attr("LARGEST_ANGLE") = armangle::tolerance::largest_angle;

@@ -21,11 +21,9 @@ nb::object inverse_one(const ArmHandle& self, nb::handle pose, nb::handle psi_ob
     double m[16];
     if (!SmallMatrix().read(pose, 4, 4, m) || check_pose(m, value) != Problem::none) return nb::none();
     const Arm& arm = self.arm;
-    const Circle<double> c = circle(arm, flange_pose(arm, load_pose(m)));
-    if (is_folded(arm, c) || is_unreachable(arm, c)) return nb::none();
-    const Configuration<double> g = configuration(static_cast<int>(gc));
-    const Joints q =
-        joints_within_limits(arm, directions(c, fold(arm, c.triangle, g.elbow), g, sin_cos(psi)), nullptr);
+    const SelfMotion<double> motion = self_motion(arm, load_pose(m), static_cast<int>(gc));
+    if (is_folded(motion.circle) || is_unreachable(motion.circle)) return nb::none();
+    const Joints q = joints_within_limits(arm, directions(motion, sin_cos(psi)), nullptr);
     nb::object out = new_array7();
     const Buffer to(out, true);
     std::memcpy(to.data<double>(), q.q, joints * sizeof(double));
@@ -140,11 +138,10 @@ nb::object self_motion_many(const ArmHandle& self, nb::handle pose, nb::handle p
         b.gc = {g.data<long long>() + at[2], 0};
         const Problem problem = detail::check_element(self.arm, b, 0, value);
         if (problem != Problem::none) return problem;
-        const Circle<double> c = circle(self.arm, flange_pose(self.arm, load_pose(b.pose.data)));
-        const Configuration<double> sign = configuration(static_cast<int>(*b.gc.data));
-        const Fold<double> bend = fold(self.arm, c.triangle, sign.elbow);
-        const Joints rate = self_motion(self.arm, joint_functions(c, bend, sign), sin_cos(*b.psi.data));
-        std::memcpy(to.data<double>() + at[3], rate.q, joints * sizeof(double));
+        const SelfMotion<double> m =
+            self_motion(self.arm, load_pose(b.pose.data), static_cast<int>(*b.gc.data));
+        const Joints dq = rate(self.arm, joint_functions(m), sin_cos(*b.psi.data));
+        std::memcpy(to.data<double>() + at[3], dq.q, joints * sizeof(double));
         return Problem::none;
     });
 }

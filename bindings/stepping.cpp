@@ -133,9 +133,9 @@ nb::object follow_all(const ArmHandle& self, nb::handle start, nb::handle poses,
     const Limits limits(self, singular);
     const GivenBounds given(bounds, options);
     const auto window = static_cast<std::size_t>(lookahead);
-    std::vector<AheadLayer> layers(window ? Lookahead::layers_for(window) : 0);
+    std::vector<AheadSection> sections(window ? Lookahead::sections_for(window) : 0);
     Lookahead ahead(self.arm, limits.table, p.data<double>(), n, allowed, options.bounds,
-                    options.max_joint_step, layers.data(), window);
+                    options.max_joint_step, sections.data(), window);
     {
         nb::gil_scoped_release release;
         follow(self.arm, limits.table, s.data<double>(), p.data<double>(), n, options,

@@ -99,18 +99,13 @@ struct Bench {
     std::vector<double> out = std::vector<double>(7 * poses);
 
     void inverse_one(std::size_t i) const {
-        const Circle<double> c = circle(arm, flange_pose(arm, data.pose[i]));
-        const Configuration<double> gc = configuration(static_cast<int>(data.gc[i]));
-        keep(joints_within_limits(
-            arm, directions(c, fold(arm, c.triangle, gc.elbow), gc, sin_cos(data.psi[i])), nullptr));
+        const SelfMotion<double> m = self_motion(arm, data.pose[i], static_cast<int>(data.gc[i]));
+        keep(joints_within_limits(arm, directions(m, sin_cos(data.psi[i])), nullptr));
     }
 
     void arcs_one(std::size_t i) const {
-        const Circle<double> c = circle(arm, flange_pose(arm, data.pose[i]));
-        const Configuration<double> gc = configuration(static_cast<int>(data.gc[i]));
-        const Fold<double> bend = fold(arm, c.triangle, gc.elbow);
         ArcSet set;
-        keep(feasible(arm, limits, c, bend, joint_functions(c, bend, gc), set));
+        keep(feasible(self_motion(arm, data.pose[i], static_cast<int>(data.gc[i])), limits, set));
         keep(set);
     }
 

@@ -6,6 +6,10 @@ ISA: str
 LEVELS: tuple[str, ...]
 __version__: str
 
+JOINTS: int = 7
+
+CONFIGURATIONS: int = 8
+
 ANGLE_TOLERANCE: float = 1e-09
 
 ROTATION_TOLERANCE: float = 1e-06

@@ -5,14 +5,15 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 
-import matplotlib
 import numpy as np
 import pytest
+from support.needs import need
 
 import armangle as aa
 
+matplotlib = need("matplotlib")
 matplotlib.use("Agg")
-plt = pytest.importorskip("matplotlib.pyplot")
+plt = need("matplotlib.pyplot")
 from armangle import plots  # noqa: E402
 
 IIWA = aa.Arm.from_catalogue("kuka_iiwa7_r800")

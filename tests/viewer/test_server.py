@@ -7,6 +7,7 @@ import sys
 
 import numpy as np
 import pytest
+from support.needs import need
 
 import armangle as aa
 from armangle.cli import paper_example
@@ -26,7 +27,7 @@ def test_without_viser_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def test_a_busy_port_is_refused_by_its_number() -> None:
-    pytest.importorskip("viser")
+    need("viser")
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))
         other.listen()
@@ -40,7 +41,7 @@ def test_a_busy_port_is_refused_by_its_number() -> None:
 
 
 def test_a_motion_of_another_arm_is_refused_before_anything_is_served() -> None:
-    pytest.importorskip("viser")
+    need("viser")
     other = PAPER_ARM.with_(d_bs=0.5)
     run = aa.follow(other, PAPER_POSES[:3], start=PAPER_Q)
     with pytest.raises(aa.InputError, match="the motion is of"):
@@ -48,7 +49,7 @@ def test_a_motion_of_another_arm_is_refused_before_anything_is_served() -> None:
 
 
 def test_it_serves_this_machine_alone_and_prints_nothing(capsys: pytest.CaptureFixture[str]) -> None:
-    pytest.importorskip("viser")
+    need("viser")
     viewer = Viewer(_paper(), port=0)
     try:
         assert viewer.url.startswith("http://127.0.0.1:")
@@ -60,7 +61,7 @@ def test_it_serves_this_machine_alone_and_prints_nothing(capsys: pytest.CaptureF
 
 
 def test_a_hand_that_is_faster_than_the_arm_is_not_pulled_back() -> None:
-    pytest.importorskip("viser")
+    need("viser")
     viewer = Viewer(_paper(), port=0)
     try:
         slider = viewer.controls.psi
@@ -81,7 +82,7 @@ def test_a_hand_that_is_faster_than_the_arm_is_not_pulled_back() -> None:
 
 
 def test_play_runs_to_the_end_and_stops() -> None:
-    pytest.importorskip("viser")
+    need("viser")
     poses = PAPER_POSES[:6]
     run = aa.follow(PAPER_ARM, poses, start=PAPER_Q)
     viewer = Viewer(ViewerState(PAPER_ARM), {"short": run}, port=0)

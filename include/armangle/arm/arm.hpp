@@ -27,7 +27,8 @@ struct ArmParameters {
     Pose<double> tool = identity_pose();
 };
 
-/// The parameters with everything that depends on them alone. Made by make_arm; read, never changed.
+/// The parameters with everything that depends on them alone. make_arm is the only maker, and an arm is read,
+/// never changed: one without lengths does not exist.
 struct Arm : ArmParameters {
     double upper_arm, forearm;  // La = |S-E|, Lb = |E-W|
     double reach, inner_reach;  // L = La + Lb, D = |La - Lb|
@@ -42,6 +43,10 @@ struct Arm : ArmParameters {
     double joint_sign[joint_slots], joint_offset[joint_slots];
     double joint_lower[joint_slots], joint_upper[joint_slots], joint_middle[joint_slots];
     double theta_lower[joint_slots], theta_upper[joint_slots];
+
+private:
+    Arm() noexcept = default;
+    friend Arm make_arm(const ArmParameters&) noexcept;
 };
 
 namespace detail {
@@ -94,8 +99,8 @@ inline Arm make_arm(const ArmParameters& parameters) noexcept {
     arm.delta_angle = atan2(arm.delta.sin, arm.delta.cos);
     arm.has_base = !detail::is_identity(arm.base);
     arm.has_tool = !detail::is_identity(arm.tool);
-    arm.base_inverse = inverse(arm.base);
-    arm.tool_inverse = inverse(arm.tool);
+    arm.base_inverse = inverted(arm.base);
+    arm.tool_inverse = inverted(arm.tool);
     detail::fill_joint_arrays(arm);
     return arm;
 }

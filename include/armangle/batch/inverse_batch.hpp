@@ -34,8 +34,8 @@ inline Problem check_element(const Arm& arm, const InverseBatch& b, std::size_t 
             if (!(abs(b.seed.at(i)[j]) <= tolerance::largest_angle))
                 return value = b.seed.at(i)[j], Problem::joints_not_finite;
     const Circle<double> c = circle(arm, flange_pose(arm, load_pose(b.pose.at(i))));
-    if (is_unreachable(arm, c)) return value = c.triangle.excess, Problem::unreachable;
-    if (is_folded(arm, c)) return Problem::folded;
+    if (is_unreachable(c)) return value = c.triangle.excess, Problem::unreachable;
+    if (is_folded(c)) return Problem::folded;
     return Problem::none;
 }
 
@@ -89,8 +89,8 @@ inline LaneInput load_block(const Arm& arm, const InverseBatch& b, const std::si
 }
 
 /// Solves a block; the lanes of the result are q of each joint.
-inline void solve_block(const Arm& arm, const LaneInput& in, const Circle<Batch>& c, Batch* q) noexcept {
-    const Directions<Batch> d = directions(c, fold(arm, c.triangle, in.gc.elbow), in.gc, sin_cos(in.psi));
+inline void solve_block(const Arm& arm, const LaneInput& in, const SelfMotion<Batch>& m, Batch* q) noexcept {
+    const Directions<Batch> d = directions(m, sin_cos(in.psi));
     for (int j = 0; j < joints; ++j) {
         q[j] = to_q(atan2(d.y[j], d.x[j]), Batch(arm.joint_sign[j]), Batch(arm.joint_offset[j]),
                     Batch(arm.joint_lower[j]), Batch(arm.joint_upper[j]), in.near[j]);
@@ -133,12 +133,12 @@ inline void inverse_range(const Arm& arm, const InverseBatch& b, std::size_t beg
         std::size_t at[width];
         for (std::size_t k = 0; k < width; ++k) at[k] = first + (k < count ? k : count - 1);
         const detail::LaneInput in = detail::load_block(arm, b, at);
-        const Circle<Batch> c = circle(arm, flange_pose(arm, in.pose));
+        const SelfMotion<Batch> m = self_motion(arm, in.pose, in.gc);
         Batch q[joints];
-        detail::solve_block(arm, in, c, q);
+        detail::solve_block(arm, in, m, q);
         for (std::size_t k = 0; k < count; ++k)
             for (int j = 0; j < joints; ++j) b.out.at(at[k])[j] = q[j][static_cast<int>(k)];
-        const auto plain = (in.bad == Batch(0.0)) & !(is_folded(arm, c) | is_unreachable(arm, c));
+        const auto plain = (in.bad == Batch(0.0)) & !(is_folded(m.circle) | is_unreachable(m.circle));
         if (!all(plain))
             for (std::size_t k = 0; k < count; ++k)
                 if (!plain[static_cast<int>(k)]) detail::settle_element(arm, b, at[k], outcome);

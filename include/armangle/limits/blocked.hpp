@@ -50,7 +50,7 @@ ARMANGLE_INLINE void block_both(const Arc& a, const Arc& b, Blocked& out) noexce
 /// avoidance.
 inline void avoid_paper_singularity(const LimitTable& t, const JointFunctions<double>& f, int pivot,
                                     Blocked& out) noexcept {
-    const Linear<double> n = slope_numerator(f.pivot[pivot]);
+    const Harmonic<double> n = slope_numerator(f.pivot[pivot]);
     const double disc = n.s * n.s + n.c * n.c - n.k * n.k;
     if (abs(disc) > t.discriminant || hypot(n.s, n.c) <= tolerance::singular) return;
     const double psi = wrap(atan2(n.s, n.c) + (n.k > 0 ? pi : 0.0));

@@ -73,10 +73,10 @@ ARMANGLE_INLINE Slots of_pivots(const JointFunctions<double>& f, const Get& get)
 ARMANGLE_INLINE void solve_pivots(const LimitTable& t, const JointFunctions<double>& f,
                                   PivotArcs& out) noexcept {
     using P = const Pivot<double>&;
-    const Linear<Slots> U{of_pivots(f, [](P p) { return p.U.s; }), of_pivots(f, [](P p) { return p.U.c; }),
-                          of_pivots(f, [](P p) { return p.U.k; })};
-    const Linear<Slots> V{of_pivots(f, [](P p) { return p.V.s; }), of_pivots(f, [](P p) { return p.V.c; }),
-                          of_pivots(f, [](P p) { return p.V.k; })};
+    const Harmonic<Slots> U{of_pivots(f, [](P p) { return p.U.s; }), of_pivots(f, [](P p) { return p.U.c; }),
+                            of_pivots(f, [](P p) { return p.U.k; })};
+    const Harmonic<Slots> V{of_pivots(f, [](P p) { return p.V.s; }), of_pivots(f, [](P p) { return p.V.c; }),
+                            of_pivots(f, [](P p) { return p.V.k; })};
     const Slots g = of_pivots(f, [](P p) { return p.g; }), u = g * Slots::load(t.u), v = g * Slots::load(t.v);
     const Slots a = u * U.s + v * V.s, b = u * U.c + v * V.c, c = u * U.k + v * V.k;
     const ArcLanes arc = negative_arcs(atan2(a, b), atan2(across(mul_add(a, a, b * b) - c * c), -c));

@@ -69,9 +69,8 @@ inline MoveBox move_box(const Arm& arm, const Bounds& b, const double* q_now, do
 }
 
 /// The arcs on which all joints stay in a box around `from`, whatever the limits of the arm.
-inline void window(const Arm& arm, const Circle<double>& c, const Fold<double>& bend,
-                   const JointFunctions<double>& f, const double* from, const MoveBox& box,
-                   ArcSet& out) noexcept {
+inline void window(const Arm& arm, const SelfMotion<double>& m, const JointFunctions<double>& f,
+                   const double* from, const MoveBox& box, ArcSet& out) noexcept {
     Arm narrow = arm;
     for (int i = 0; i < joints; ++i) {
         if (!(box.lower[i] <= box.upper[i])) return make_empty(out);
@@ -79,7 +78,7 @@ inline void window(const Arm& arm, const Circle<double>& c, const Fold<double>& 
                      b = arm.sign[i] * (from[i] + box.upper[i]) + arm.offset[i];
         narrow.theta_lower[i] = min(a, b), narrow.theta_upper[i] = max(a, b);
     }
-    feasible(narrow, limit_table(narrow), c, bend, f, out);
+    feasible(m, f, limit_table(narrow), out);
 }
 
 /// Whether the step from q_now to q keeps the bounds and the limits.
@@ -101,13 +100,11 @@ inline bool keeps(const Arm& arm, const Bounds& b, const double* q_now, const do
 
 }  // namespace detail
 
-/// One step under bounds: where it starts, and the circle that it leads to.
+/// One step under bounds: where it starts, and the self-motion that it leads to.
 struct BoundedStep {
     const Arm& arm;
-    const Circle<double>& circle;
-    const Fold<double>& bend;
-    Configuration<double> gc;
-    JointFunctions<double> functions;
+    const SelfMotion<double>& motion;
+    const JointFunctions<double>& functions;
     const double* q_now;
     const Bounds& bounds;
     double largest_step;
@@ -115,14 +112,14 @@ struct BoundedStep {
     /// The part of `arcs` on which the step keeps the bounds.
     void within(const ArcSet& arcs, detail::Kept kept, ArcSet& out) const noexcept {
         ArcSet here;
-        detail::window(arm, circle, bend, functions, q_now,
+        detail::window(arm, motion, functions, q_now,
                        detail::move_box(arm, bounds, q_now, largest_step, kept), here);
         intersect(here, arcs, out);
     }
 
     /// Whether the joints at psi keep the bounds.
     bool keeps(double psi) const noexcept {
-        const Joints q = joints_near(arm, directions(circle, bend, gc, sin_cos(psi)), q_now);
+        const Joints q = joints_near(arm, directions(motion, sin_cos(psi)), q_now);
         return detail::keeps(arm, bounds, q_now, q.q, largest_step);
     }
 

@@ -38,7 +38,7 @@ namespace detail {
 inline double carried_psi(const Arm& arm, const Chain& now, const Circle<double>& next,
                           Carry carry) noexcept {
     Triad<double> on = triad(arm, flange_pose(arm, user_pose(arm, now.flange)));
-    if (carry == Carry::elbow || is_folded(arm, on)) on = next;
+    if (carry == Carry::elbow || is_folded(on)) on = next;
     return arm_angle(on, now.z3);
 }
 
@@ -129,8 +129,8 @@ inline double wish_ahead(const StepOptions& options, const ArcSet& arcs, double 
     ArcSet within;
     step.within(arcs, {}, within);
     const double found = step.nearest(within, wish), next = found == found ? found : wrap(held.psi);
-    return {next, choose_windings(step.arm, directions(step.circle, step.bend, step.gc, sin_cos(next)),
-                                  joint_lanes(step.q_now), to)};
+    return {next,
+            choose_windings(step.arm, directions(step.motion, sin_cos(next)), joint_lanes(step.q_now), to)};
 }
 
 }  // namespace detail
@@ -140,14 +140,13 @@ inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_
                       const Pose<double>& pose, const StepOptions& options) noexcept {
     const JointLanes here = joint_lanes(q_now);
     if (!is_rigid(pose) || !is_finite(here)) return detail::refused(arm, q_now);
-    const Circle<double> c = circle(arm, flange_pose(arm, pose));
-    const Configuration<double> gc =
-        options.gc < 0 ? configuration(arm, now.theta) : configuration(options.gc);
-    const auto stay = [&](Status why) { return detail::stayed(arm, q_now, now, c, why); };
-    const double psi = detail::carried_psi(arm, now, c, options.carry);
-    const Fold<double> bend = fold(arm, c.triangle, gc.elbow);
+    const SelfMotion<double> m =
+        self_motion(arm, pose, options.gc < 0 ? configuration(arm, now.theta) : configuration(options.gc));
+    const auto stay = [&](Status why) { return detail::stayed(arm, q_now, now, m.circle, why); };
+    const double psi = detail::carried_psi(arm, now, m.circle, options.carry);
+    const JointFunctions<double> f = joint_functions(m);
     ArcSet arcs;
-    const Status reason = feasible(arm, limits, c, bend, joint_functions(c, bend, gc), arcs);
+    const Status reason = feasible(m, f, limits, arcs);
     if (reason != Status::OK) return stay(reason);
     if (options.allowed) {
         const ArcSet own = arcs;
@@ -155,22 +154,20 @@ inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_
     }
     Resolution next = resolve(options.policy, arcs, psi);
     if (options.bounds && next.status == Status::OK) {
-        const BoundedStep bounded{
-            arm, c, bend, gc, joint_functions(c, bend, gc), q_now, *options.bounds, options.max_joint_step};
+        const BoundedStep bounded{arm, m, f, q_now, *options.bounds, options.max_joint_step};
         next = detail::resolve_bounded(bounded, options, arcs, psi, next.psi);
     }
     if (next.status != Status::OK) return stay(next.status);
     detail::Lifted to;
-    next.status = detail::choose_windings(arm, directions(c, bend, gc, sin_cos(next.psi)), here, to);
+    next.status = detail::choose_windings(arm, directions(m, sin_cos(next.psi)), here, to);
     if (next.status == Status::OK && !(detail::largest_move(to.q, here) <= options.max_joint_step)) {
-        const BoundedStep unbounded{
-            arm, c, bend, gc, joint_functions(c, bend, gc), q_now, no_bounds, options.max_joint_step};
+        const BoundedStep unbounded{arm, m, f, q_now, no_bounds, options.max_joint_step};
         next = detail::shortened(unbounded, arcs, psi, next.psi, to);
     }
     if (next.status != Status::OK) return stay(next.status);
     Step out;
     to.q.store(out.q);
-    out.psi = next.psi, out.gc = index(gc), out.status = Status::OK;
+    out.psi = next.psi, out.gc = index(m.gc), out.status = Status::OK;
     out.margin = to.margin;
     return out;
 }

@@ -40,10 +40,10 @@ namespace detail {
 struct EightThetas {
     double theta[joints][8];
 
-    EightThetas(const Layer& l, const double* phi) noexcept {
+    EightThetas(const Section& l, const double* phi) noexcept {
         using Slots = Lane<8>;
         const SinCos<Slots> sc = sin_cos(Slots::load(phi));
-        const auto at = [&](const Linear<double>& f) {
+        const auto at = [&](const Harmonic<double>& f) {
             return mul_add(Slots(f.s), sc.sin, mul_add(Slots(f.c), sc.cos, Slots(f.k)));
         };
         for (int p = 0; p < pivots; ++p) {
@@ -55,7 +55,7 @@ struct EightThetas {
             const bool lost = f.U.s == 0 && f.U.c == 0 && f.U.k == 0;  // sin(theta) is 0 on the whole circle
             atan2(lost ? Slots(0.0) : hypot(u, v) * Slots(h.g), at(h.H)).store(theta[hinge_joint[p / 2]]);
         }
-        for (double& t : theta[3]) t = atan2(l.fold.theta_4.sin, l.fold.theta_4.cos);
+        for (double& t : theta[3]) t = atan2(l.motion.elbow.theta_4.sin, l.motion.elbow.theta_4.cos);
     }
 };
 
@@ -82,7 +82,7 @@ public:
 
     /// On every arc evenly, closer where joints move fast; every winding that the limits leave is a posture
     /// of its own.
-    void fill(const Tube& tube, const Layer& l) {
+    void fill(const Tube& tube, const Section& l) {
         all.clear();
         if (l.status != Status::OK) return;
         for (std::uint32_t k = 0; k < l.count; ++k) {
@@ -149,7 +149,7 @@ private:
     }
 
     /// Points beside those phi where a joint of more than a turn comes to a limit: the ends of its windings.
-    void add_ends(const Layer& l, const Arc& arc) {
+    void add_ends(const Section& l, const Arc& arc) {
         const std::size_t before = points_.size();
         for (int p = 0; p < pivots; ++p) {
             if (task_.limits.limited >> p & 1) continue;
@@ -172,7 +172,7 @@ private:
                   [](const Point& a, const Point& b) { return a.phi < b.phi; });
     }
 
-    void solve(const Layer& l, int pass) noexcept {
+    void solve(const Section& l, int pass) noexcept {
         std::size_t i = 0;
         while (i < points_.size()) {
             double phi[8] = {};

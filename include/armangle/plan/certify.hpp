@@ -144,15 +144,12 @@ struct Claim {
     /// All conditions over a range of s; false where they cannot hold.
     template <class T>
     bool evaluate(const Stretch& x, const T& s, const double* middle, Conditions<T>& out) const noexcept {
-        const Arm& arm = bounds;
-        const Configuration<double> sign = configuration(curve.gc);
-        const Circle<T> c = circle(arm, flange_pose(arm, pose_at(curve.segment(x), s)), curve.plane);
-        const Fold<T> bend = fold(arm, c.triangle, T(sign.elbow));
-        const JointFunctions<T> f =
-            joint_functions(c, bend, {T(sign.shoulder), T(sign.elbow), T(sign.wrist)});
+        const SelfMotion<T> m = curve.motion_at(x, s);
+        const JointFunctions<T> f = joint_functions(m);
+        const SinCos<T>& eta = m.circle.triangle.eta;
         const SinCos<T> phi = sin_cos(phi_at(x, s));
-        out.add(c.triangle.eta.sin * c.triangle.eta.sin - T(sine_square));
-        limit_half_turn(elbow, c.triangle.eta.cos, out);
+        out.add(eta.sin * eta.sin - T(sine_square));
+        limit_half_turn(elbow, eta.cos, out);
         limit_half_turn(shoulder, f.hinge[0].H.at(phi), out);
         limit_half_turn(wrist, f.hinge[1].H.at(phi), out);
         for (int p = 0; p < pivots; ++p) {

@@ -60,13 +60,17 @@ struct Curve {
         return stretches[low];
     }
 
+    /// The self-motion in phi at s, on any scalar.
+    template <class T>
+    SelfMotion<T> motion_at(const Stretch& x, const T& s) const noexcept {
+        const Circle<T> c = circle(arm, flange_pose(arm, pose_at(segment(x), s)), plane);
+        return self_motion(arm, c, spread<T>(configuration(gc)));
+    }
+
     /// Directions of the seven angles at s, on any scalar.
     template <class T>
     Directions<T> directions_at(const Stretch& x, const T& s, const T& phi) const noexcept {
-        const Circle<T> c = circle(arm, flange_pose(arm, pose_at(segment(x), s)), plane);
-        const Configuration<double> sign = configuration(gc);
-        return directions(c, fold(arm, c.triangle, T(sign.elbow)),
-                          {T(sign.shoulder), T(sign.elbow), T(sign.wrist)}, sin_cos(phi));
+        return directions(motion_at(x, s), sin_cos(phi));
     }
 
     /// Posture at s with joints in the winding next to `near` that lies within the limits (psi next to

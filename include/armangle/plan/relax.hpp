@@ -57,7 +57,7 @@ public:
     }
 
 private:
-    double span(std::size_t k) const noexcept { return tube_.layers[k + 1].s - tube_.layers[k].s; }
+    double span(std::size_t k) const noexcept { return tube_.sections[k + 1].s - tube_.sections[k].s; }
     double share(std::size_t k) const noexcept {
         return 0.5 * ((k ? span(k - 1) : 0.0) + (k + 1 < n_ ? span(k) : 0.0));
     }
@@ -68,7 +68,8 @@ private:
         double energy = 0;
         for (std::size_t k = 0; k < n_; ++k) {
             gradient_[k] = diagonal_[k] = off_[k] = 0;
-            const Joints rate = self_motion(task_.arm, tube_.layers[k].functions, sin_cos(way_.rows[k].phi));
+            const Joints rate =
+                armangle::rate(task_.arm, tube_.sections[k].functions, sin_cos(way_.rows[k].phi));
             for (int j = 0; j < joints; ++j) {
                 const double r = rate.q[j];
                 slope(k)[j] = r > relax_rule::steepest
@@ -140,7 +141,7 @@ private:
         double most = 0;
         for (std::size_t k = 0; k < n_; ++k) {
             if (!free_[k]) continue;
-            const Layer& l = tube_.layers[k];
+            const Section& l = tube_.sections[k];
             const Candidate old = way_.rows[k];
             double step = min(max(move_[k], -relax_rule::step), relax_rule::step);
             for (int half = 0; half < 4; ++half, step *= 0.5) {
@@ -162,7 +163,7 @@ private:
     }
 
     /// phi kept inside its arc, or not farther out than it was.
-    double held(const Layer& l, const Candidate& old, double phi) const noexcept {
+    double held(const Section& l, const Candidate& old, double phi) const noexcept {
         if (l.full) return phi;
         const Arc& a = tube_.arc(l)[old.arc];
         const double middle = 0.5 * (a.lower + a.upper), turn = lift(middle, old.phi) - middle;

@@ -58,7 +58,7 @@ public:
         floor_ = floor;
         way_ = Way{};
         first_.clear(), back_.clear(), phi_.clear();
-        const std::size_t n = tube_.layers.size();
+        const std::size_t n = tube_.sections.size();
         for (std::size_t k = 0; k < n; ++k) {
             if (!advance(k)) break;
             way_.reached = k + 1;
@@ -82,10 +82,10 @@ private:
     bool advance(std::size_t k) {
         std::swap(here_.all, before_.all);
         std::swap(label_, label_before_);
-        const Layer& l = tube_.layers[k];
+        const Section& l = tube_.sections[k];
         if (k == 0 && start_.given)
             here_.fix(start_.phi, start_.arc, start_.q);
-        else if (k + 1 == tube_.layers.size() && goal_.given)
+        else if (k + 1 == tube_.sections.size() && goal_.given)
             here_.fix(goal_.phi, goal_.arc, goal_.q);
         else
             here_.set_window(window(k)), here_.fill(tube_, l);
@@ -123,7 +123,7 @@ private:
     }
 
     Label join(std::size_t k, const Candidate& x, std::uint32_t& from) const noexcept {
-        const Layer &l = tube_.layers[k], &b = tube_.layers[k - 1];
+        const Section &l = tube_.sections[k], &b = tube_.sections[k - 1];
         const double ds = l.s - b.s, here = ds * x.cost;
         Label best;
         for (std::size_t i = 0; i < before_.all.size(); ++i) {
@@ -154,7 +154,7 @@ private:
     }
 
     /// Whether the two arcs have a common part between the two postures.
-    bool joined(const Layer& la, const Candidate& a, const Layer& lb, const Candidate& b) const noexcept {
+    bool joined(const Section& la, const Candidate& a, const Section& lb, const Candidate& b) const noexcept {
         const double turn = two_pi * round((a.phi - b.phi) / two_pi), end = b.phi + turn;
         double lower = min(a.phi, end), upper = max(a.phi, end);
         if (!la.full)
@@ -182,7 +182,7 @@ private:
             const Candidate& next = way_.rows[k];
             Candidate& x = way_.rows[k - 1];
             x.phi = lift(phi_[first_[k - 1] + at], next.phi);
-            const Layer& l = tube_.layers[k - 1];
+            const Section& l = tube_.sections[k - 1];
             double phi[8] = {x.phi};
             const EightThetas solved(l, phi);
             for (int j = 0; j < joints; ++j)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from .._arrays import Floats, Ints, Shape, as_floats, check_angles
+from .._arrays import Floats, Ints, Shape, as_floats, check_angles, frozen
 from ..errors import InputError, ShapeError
 from ..status import STATUSES, Status
 
@@ -132,8 +132,7 @@ class ArcSet:
             "_value": value, "_status": status, "_start": start,
         }  # fmt: skip
         for name, array in fields.items():
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
+            object.__setattr__(self, name, frozen(array))
         object.__setattr__(self, "shape", shape)
 
     @classmethod

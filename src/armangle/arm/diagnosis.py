@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any, Literal
 
+from .._arrays import MILLIMETRES
 from ..status import STATUSES, Status
 
-MILLIMETRES = 1e3
 _ANCHOR = "lies outside the limits, in another global configuration, or where no arm angle gives it."
 
 
@@ -141,7 +141,7 @@ class Branch:
         return "; ".join(parts) + "."
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Diagnosis:
     """Findings for each branch asked, best first.
 
@@ -165,6 +165,9 @@ class Diagnosis:
     def reached(self) -> float:
         """The s up to which the path can be followed from the start: its longest feasible part."""
         return max((1.0 if branch.ok else branch.reached for branch in self.branches), default=0.0)
+
+    def __repr__(self) -> str:
+        return self.explain()
 
     def __getitem__(self, gc: int) -> Branch:
         for branch in self.branches:

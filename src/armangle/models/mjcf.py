@@ -13,9 +13,9 @@ from xml.parsers import expat
 
 import numpy as np
 
+from .._arrays import JOINTS
 from ..errors import FileFormatError, needed
 from .chain import Chain, FloatArray, Joint, rotation_about, translation
-from .description import JOINTS
 
 _KINDS = ("free", "ball", "slide", "hinge")
 _HINGE = 3

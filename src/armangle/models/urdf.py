@@ -12,9 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
+from .._arrays import JOINTS
 from ..errors import UrdfError
 from .chain import Chain, FloatArray, Joint, from_rpy, rigid_inverse
-from .description import JOINTS
 from .urdf_write import write_urdf
 from .urdf_xml import XACRO_ADVICE, JointElement, RobotElement, parse_robot
 

@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from .._arrays import Floats, as_floats, broadcast, check_angles, raise_problem
+from .._arrays import JOINTS, Floats, as_floats, broadcast, check_angles, raise_problem
 from ..arm.arm import Arm
 from ..errors import ShapeError
-from ..models.description import JOINTS
 from ..status import STATUSES, Status
 from .options import (
     Allowed,
@@ -204,7 +203,7 @@ def step(
     if velocity is not None or acceleration is not None:
         bounds = step_bounds(arm, velocity, acceleration, velocity_now, dt)
     rest = count, psi, bounds, Step, STATUSES
-    core_step = arm._core.step_one
+    core_step = arm._handle.step_one
     result = core_step(q_now, pose, native, gc, carry, max_joint_step, singularity_margin, *rest)
     if result is None:
         options = checked_options(gc, carry, max_joint_step, singularity_margin)

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import _core
-from .._arrays import Floats
+from .._arrays import JOINTS, Floats
 from ..arm.arcs import ArcSet
 from ..colours import CURVES, PALE, VERMILION
 from ..errors import InputError
-from ..models.description import JOINTS
 from ..motion.joint_path import JointPath
+from ..motion.options import core_policy
 from ..motion.policies import Centre, Policy, Repulsion
 from .style import flat_axes, grid_axes, outer_legend
 
@@ -85,7 +85,7 @@ def _change(policy: Policy, arcs: ArcSet, psi: Floats, dt: float | None) -> Floa
     """Return the step of the core's own policy at each psi, rad."""
     out, code = np.empty(len(psi)), np.empty(len(psi), dtype=np.int8)
     index = np.zeros(len(psi), dtype=np.int64)
-    policy_now, angles = policy.core_policy(dt), np.ascontiguousarray(psi)
+    policy_now, angles = core_policy(policy, dt), np.ascontiguousarray(psi)
     _core.resolve_many(policy_now, arcs._count, arcs._psi, index, angles, out, code)
     return (out - psi + np.pi) % (2 * np.pi) - np.pi
 

@@ -31,15 +31,39 @@ void round_trips(const armangle::Arm& arm) {
         double q[armangle::joints];
         for (double& value : q) value = joint(random);
         const armangle::Posture posture = armangle::forward(arm, q);
-        const armangle::Configuration<double> gc = armangle::configuration(posture.gc);
-        const armangle::Circle<double> c = armangle::circle(arm, armangle::flange_pose(arm, posture.pose));
-        const armangle::Fold<double> bend = armangle::fold(arm, c.triangle, gc.elbow);
-        const armangle::Joints back = armangle::joints_within_limits(
-            arm, armangle::directions(c, bend, gc, armangle::sin_cos(posture.psi)), q);
+        const armangle::Inverse back = armangle::inverse(arm, posture.pose, posture.psi, posture.gc, q);
+        check(back.status == armangle::Status::OK && back.margin >= 0, "what forward says can be solved");
         const armangle::Posture again = armangle::forward(arm, back.q);
         worst = std::fmax(worst, armangle::norm(again.pose.position - posture.pose.position));
     }
     check(worst < 1e-14, "the pose of inverse(forward(q)) is that of q");
+}
+
+void inverse_says_why(const armangle::Arm& arm) {
+    using armangle::Status, armangle::not_a_number;
+    const double q[armangle::joints] = {0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5};
+    const armangle::Posture at = armangle::forward(arm, q);
+    const auto answer = [&](const armangle::Inverse& x, Status status, const char* law) {
+        check(x.status == status && std::isnan(x.q[0]) && std::isnan(x.margin), law);
+    };
+    armangle::Pose<double> pose = at.pose;
+    pose.position.x = 9.0;
+    answer(inverse(arm, pose, at.psi, at.gc), Status::UNREACHABLE, "a pose out of reach is unreachable");
+    pose.position = armangle::Vec3<double>{0, 0, arm.d_bs} + pose.rotation.z * arm.d_wf;
+    answer(inverse(arm, pose, at.psi, at.gc), Status::FOLDED, "a wrist on the shoulder is folded");
+    pose = at.pose;
+    pose.rotation.x = -pose.rotation.x;
+    answer(inverse(arm, pose, at.psi, at.gc), Status::BAD_INPUT, "a reflection is no pose");
+    answer(inverse(arm, at.pose, not_a_number, at.gc), Status::BAD_INPUT, "psi must be finite");
+    answer(inverse(arm, at.pose, at.psi, 8), Status::BAD_INPUT, "gc ends at 7");
+    answer(inverse(arm, at.pose, at.psi, -1), Status::BAD_INPUT, "gc begins at 0");
+    const double bad[armangle::joints] = {0, 0, 0, 0, 0, 0, not_a_number};
+    answer(inverse(arm, at.pose, at.psi, at.gc, bad), Status::BAD_INPUT, "a seed must be finite");
+    armangle::ArmParameters narrow = arm;
+    narrow.lower[0] = narrow.upper[0] = q[0] + 1;
+    const armangle::Inverse outside = inverse(armangle::make_arm(narrow), at.pose, at.psi, at.gc);
+    check(outside.status == Status::OK && std::fabs(outside.margin + 1) < 1e-12,
+          "a margin says who is outside");
 }
 
 void bad_input_is_a_status(const armangle::Arm& arm) {
@@ -71,6 +95,7 @@ int main() {
     const armangle::Arm arm = iiwa7();
     check(reach_of(arm) == 0.8, "the reach is the sum of the links, in every translation unit");
     round_trips(arm);
+    inverse_says_why(arm);
     bad_input_is_a_status(arm);
     return failures != 0;
 }

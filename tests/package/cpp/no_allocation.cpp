@@ -80,7 +80,7 @@ int main() {
         void* volatile kept = operator new(1);  // twice where malloc is counted too
         operator delete(kept);
     });
-    static Arm arm;
+    static Arm arm = make_arm(p);
     report("make_arm", [&] { arm = make_arm(p); });
     static LimitTable limits;
     report("limit_table", [] { limits = limit_table(arm, 0.05); });
@@ -89,6 +89,7 @@ int main() {
     report("forward", [] { out.psi[0] = forward(arm, in.q).psi; });
     report("jacobian", [] { out.psi[0] = jacobian(arm, in.q).entry[0][0]; });
     report("inverse", [] {
+        out.psi[0] = inverse(arm, load_pose(in.matrix), in.psi[0], static_cast<int>(in.gc[0]), in.q).q[0];
         const InverseBatch batch{{in.matrix, 16}, {in.psi, 1}, {nullptr, 0}, {in.gc, 1}, {out.q, 7}};
         Outcome outcome;
         inverse_range(arm, batch, 0, 1, outcome);
@@ -98,11 +99,9 @@ int main() {
         for (std::size_t i = 0; i < count; ++i) {
             const Circle<double> c = circle(arm, flange_pose(arm, load_pose(in.matrix + 16 * i)));
             for (int k = 0; k < configurations; ++k) {
-                const Configuration<double> gc = configuration(k);
-                const Fold<double> bend = fold(arm, c.triangle, gc.elbow);
                 ArcSet set, rest;
-                out.status[i] = static_cast<std::int8_t>(
-                    feasible(arm, limits, c, bend, joint_functions(c, bend, gc), set));
+                out.status[i] =
+                    static_cast<std::int8_t>(feasible(self_motion(arm, c, configuration(k)), limits, set));
                 complement(set, rest);
                 out.psi[i] = measure(rest);
             }
@@ -133,11 +132,11 @@ int main() {
         for (std::size_t i = 0; i < count; ++i)
             out.psi[i] = step(arm, limits, in.q, load_pose(in.matrix + 16 * i), bounded).psi;
     });
-    static AheadLayer layers[Lookahead::layers_for(4)];
+    static AheadSection sections[Lookahead::sections_for(4)];
     report("lookahead", [&] {
         const FollowRows rows{out.q, out.psi, out.margin, out.residual, out.gc, out.status};
-        Lookahead ahead(arm, limits, in.matrix, count, {nullptr, 0}, &bounds, bounded.max_joint_step, layers,
-                        4);
+        Lookahead ahead(arm, limits, in.matrix, count, {nullptr, 0}, &bounds, bounded.max_joint_step,
+                        sections, 4);
         follow(arm, limits, in.q, in.matrix, count, bounded, OnFail::hold, {nullptr, 0}, rows, &ahead);
     });
     return 0;
