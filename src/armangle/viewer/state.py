@@ -14,7 +14,14 @@ from ..arm.arcs import ArcSet
 from ..arm.arm import Arm, nearest_rotation
 from ..arm.configuration import gc_signs
 from ..arm.skeleton import blockers, elbow_points, first_blocker, skeleton
-from ..errors import ConfigurationError, InputError, LimitError, UnreachableError
+from ..errors import (
+    ConfigurationError,
+    InputError,
+    LimitError,
+    NotFiniteError,
+    ShapeError,
+    UnreachableError,
+)
 from ..motion.following import follow
 from ..motion.joint_path import JointPath
 from ..motion.paths import Line
