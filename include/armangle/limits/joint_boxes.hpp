@@ -34,7 +34,7 @@ struct SideBoxes {
 
 namespace detail {
 
-ARMANGLE_INLINE Linear<Boxes> spread(const Linear<double>& f) noexcept {
+ARMANGLE_INLINE Harmonic<Boxes> spread(const Harmonic<double>& f) noexcept {
     return {Boxes(f.s), Boxes(f.c), Boxes(f.k)};
 }
 
@@ -43,9 +43,9 @@ struct HarmonicBoxes {
     Enclosure<Boxes> value, slope;
 };
 
-ARMANGLE_INLINE HarmonicBoxes over(const Linear<double>& harmonic, const SinCos<Boxes>& at,
+ARMANGLE_INLINE HarmonicBoxes over(const Harmonic<double>& harmonic, const SinCos<Boxes>& at,
                                    const Boxes& r) noexcept {
-    const Linear<Boxes> f = spread(harmonic);
+    const Harmonic<Boxes> f = spread(harmonic);
     const Boxes slope = f.slope(at), swing = mul_add(f.s, at.sin, f.c * at.cos), half = Boxes(0.5) * r * r;
     return {{swing + f.k, abs(slope) * r + abs(swing) * half}, {slope, abs(swing) * r + abs(slope) * half}};
 }
@@ -63,7 +63,7 @@ inline SideBoxes side_boxes(const JointFunctions<double>& f, int side, const Sin
     const Pivot<double>&first = f.pivot[2 * side], &last = f.pivot[2 * side + 1];
     const Hinge<double>& hinge = f.hinge[side];
     const Boxes zero(0.0);
-    const auto value = [&at](const Linear<double>& h) { return detail::spread(h).at(at); };
+    const auto value = [&at](const Harmonic<double>& h) { return detail::spread(h).at(at); };
     const Boxes u = value(first.U), v = value(first.V), sine = hypot(u, v), swing(hinge.swing);
     const detail::HarmonicBoxes H = detail::over(hinge.H, at, r);
     const Boxes moved = min(swing * r, Boxes(pi));  // |theta'| of a hinge is at most its swing

@@ -80,7 +80,7 @@ struct BoxCosts {
 /// What all branches of one elbow share: joint functions with positive hinges, and where windings end.
 struct ElbowBranches {
     bool open = false;
-    Fold<double> fold;
+    SelfMotion<double> motion;  // with positive hinges
     JointFunctions<double> functions;
     bool lost[2];  // the side's first and last joint are one axis for every psi
     double cost_4;
@@ -100,8 +100,7 @@ public:
                   const NearestOptions& options) noexcept
         : arm_(arm), limits_(limits), pose_(pose), options_(options) {
         for (int j = 0; j < joints; ++j) joint_[j] = joint_cost(j);
-        flange_ = flange_pose(arm, pose);
-        circle_ = circle(arm, flange_);
+        circle_ = circle(arm, flange_pose(arm, pose));
         for (int elbow = 0; elbow < 2; ++elbow) open(elbow);
     }
 
@@ -178,8 +177,8 @@ private:
     /// One elbow: its joint functions, and the arcs of its four branches.
     void open(int elbow) noexcept {
         ElbowBranches& e = elbow_[elbow];
-        e.fold = fold(arm_, circle_.triangle, elbow ? -1.0 : 1.0);
-        const Status status = elbow_status(arm_, limits_, circle_, e.fold);
+        e.motion = self_motion(arm_, circle_, Configuration<double>{1.0, elbow ? -1.0 : 1.0, 1.0});
+        const Status status = elbow_status(e.motion, limits_);
         for (int branch = 0; branch < 4; ++branch) {
             const int gc = gc_of(elbow, branch);
             make_empty(arcs_.arcs[gc]);
@@ -187,11 +186,11 @@ private:
         }
         if (status != Status::OK) return;
         e.open = true;
-        e.functions = joint_functions(circle_, e.fold, Configuration<double>{1.0, 1.0, 1.0});
-        e.lost[0] = shoulder_singular(circle_, e.fold);
-        e.lost[1] = wrist_singular(circle_, e.fold);
+        e.functions = joint_functions(e.motion);
+        e.lost[0] = shoulder_singular(e.motion);
+        e.lost[1] = wrist_singular(e.motion);
         const JointCost& c = joint_[3];
-        const double theta_4 = atan2(e.fold.theta_4.sin, e.fold.theta_4.cos);
+        const double theta_4 = atan2(e.motion.elbow.theta_4.sin, e.motion.elbow.theta_4.cos);
         e.cost_4 = cost_of(c, to_q(theta_4, c.sign, c.offset, c.lower, c.upper, c.near) - c.near);
         fill_arcs(elbow);
         fill_cuts(e);
@@ -203,7 +202,9 @@ private:
         ElbowBranches& e = elbow_[elbow];
         Sides sides[2];
         for (int negative = 0; negative < 2; ++negative) {
-            block_sides(limits_, circle_, e.fold, negative ? -1.0 : 1.0, sides[negative]);
+            SelfMotion<double> m = e.motion;
+            m.gc.shoulder = m.gc.wrist = negative ? -1.0 : 1.0;
+            block_sides(limits_, m, sides[negative]);
             for (int side = 0; side < 2; ++side)
                 if (e.lost[side]) block_lost(sides[negative], side);
         }
@@ -272,7 +273,7 @@ private:
                     ends = roots({p.U.s * at.cos - p.V.s * at.sin, p.U.c * at.cos - p.V.c * at.sin,
                                   p.U.k * at.cos - p.V.k * at.sin});
                 } else {
-                    const Linear<double>& H = e.functions.hinge[j / 4].H;
+                    const Harmonic<double>& H = e.functions.hinge[j / 4].H;
                     ends = roots({H.s, H.c, H.k - at.cos});
                 }
                 for (int i = 0; i < ends.count; ++i) e.cut[e.cuts++] = ends.psi[i];
@@ -448,8 +449,9 @@ private:
     /// shares.
     Joints posture(int gc, double psi) const noexcept {
         const ElbowBranches& e = elbow_[gc >> 1 & 1];
-        const Configuration<double> sign = configuration(gc);
-        const Directions<double> d = directions(circle_, e.fold, sign, sin_cos(psi));
+        SelfMotion<double> m = e.motion;
+        m.gc = configuration(gc);
+        const Directions<double> d = directions(m, sin_cos(psi));
         double near[joints];
         for (int j = 0; j < joints; ++j) near[j] = joint_[j].near;
         Joints out = joints_within_limits(arm_, d, near);
@@ -572,7 +574,8 @@ private:
 
     /// Whether nothing in a box with this bound is worth a look.
     bool dropped(double least) const noexcept {
-        return !(least < best_.cost - tie(best_.cost)) || least > ceiling_;
+        const double worth = best_.cost < infinity ? best_.cost - tie(best_.cost) : infinity;
+        return !(least < worth) || least > ceiling_;
     }
 
     /// The parts of a box that lie in arcs, cut where windings end.
@@ -784,7 +787,7 @@ private:
     const Pose<double>& pose_;
     const NearestOptions& options_;
     JointCost joint_[joints];
-    Pose<double> flange_;
+    
     Circle<double> circle_;
     ElbowBranches elbow_[2];
     AllArcs arcs_;
