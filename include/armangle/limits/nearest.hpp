@@ -50,7 +50,7 @@ struct Nearests {
 };
 
 namespace nearest_rule {
-inline constexpr int first_boxes = 32;      // of the whole circle, each elbow
+inline constexpr int first_boxes = 16;      // of the whole circle, each elbow
 inline constexpr double narrowest = 1e-12;  // half width at which a box is not split again (rad)
 inline constexpr double tie = 1e-12;        // costs closer than this share of them are equal
 inline constexpr double apart = 1e-6;       // arm angles further apart are two solutions (rad)
@@ -385,11 +385,12 @@ private:
         if (!(from <= to + tolerance::angle)) return {0, 0, infinity};
         const double weights = a.weight + b.weight;
         double t = 0.0;
-        if (squares())
+        if (squares()) {
             t = weights > 0 ? b.weight * wanted / weights : 0.0;
-        else if (weights > 0)
-            t = min(max((b.weight * abs(wanted) - b.room + a.room) / weights, 0.0), abs(wanted));
-        if (!squares() && wanted < 0) t = -t;
+        } else if (b.weight > 0) {  // both cost the same, or one all it can
+            const double equal = (b.weight * abs(wanted) - b.room + a.room) / weights;
+            t = copysign(a.weight > 0 ? min(max(equal, 0.0), abs(wanted)) : abs(wanted), wanted);
+        }
         t = min(max(t, from), to);
         const double u = eps * t, v = wanted - t;
         return {u, v, both(cost_of(a, u), cost_of(b, v))};
@@ -416,7 +417,7 @@ private:
             const SinCos<double> here{at.sin[i], at.cos[i]};
             const double wish = lost_wish(e, side, atan2(p.U.at(here), p.V.at(here))), reach = r[i];
             double value = infinity, least = infinity, others = infinity, slope = 0;
-            for (int k = -2; k <= 2; ++k) {
+            for (const int k : {0, -1, 1, -2, 2}) {
                 const double w = wrap(wish) + two_pi * k;
                 const Split now = split(a, b, eps, w);
                 const double low = split(a, b, eps, cheapest_wish(a, b, eps, w - reach, w + reach)).cost;
@@ -471,7 +472,7 @@ private:
         const double eps = a.sign * b.sign * (flipped ? -1.0 : 1.0);
         const double wish = wrap((q.q[i + 2] - b.near) + eps * (q.q[i] - a.near));
         Split best{0, 0, infinity};
-        for (int k = -2; k <= 2; ++k) {
+        for (const int k : {0, -1, 1, -2, 2}) {
             const Split now = split(a, b, eps, wish + two_pi * k);
             if (now.cost < best.cost) best = now;
         }
@@ -787,7 +788,7 @@ private:
     const Pose<double>& pose_;
     const NearestOptions& options_;
     JointCost joint_[joints];
-    
+
     Circle<double> circle_;
     ElbowBranches elbow_[2];
     AllArcs arcs_;
