@@ -19,7 +19,7 @@ void copy(nb::handle from, double* to, std::initializer_list<Py_ssize_t> extents
 
 /// lengths: d_bs d_se d_ew d_wf a_3 a_4; joints: sign, offset, lower, upper one after the other; transforms:
 /// 16 each.
-void construct(ArmHandle* self, nb::handle lengths, nb::handle joint_map, nb::handle base, nb::handle tool) {
+void construct(ArmHandle* self, Floats lengths, Floats joint_map, Floats base, Floats tool) {
     armangle::ArmParameters p;
     double length[6], map[4 * armangle::joints], transform[16];
     copy(lengths, length, {6});
@@ -28,7 +28,7 @@ void construct(ArmHandle* self, nb::handle lengths, nb::handle joint_map, nb::ha
     copy(joint_map, map, {4 * armangle::joints});
     for (int i = 0; i < armangle::joints; ++i) {
         p.sign[i] = map[i], p.offset[i] = map[armangle::joints + i];
-        p.lower[i] = map[2 * armangle::joints + i], p.upper[i] = map[3 * armangle::joints + i];
+        p.limits.lower[i] = map[2 * armangle::joints + i], p.limits.upper[i] = map[3 * armangle::joints + i];
     }
     copy(base, transform, {4, 4});
     p.base = armangle::load_pose(transform);
@@ -38,7 +38,7 @@ void construct(ArmHandle* self, nb::handle lengths, nb::handle joint_map, nb::ha
     new (self) ArmHandle{arm, armangle::limit_table(arm)};
 }
 
-nb::list sentences() {
+nb::typed<nb::list, nb::str> sentences() {
     nb::list out;
     for (int i = 0; i < armangle::status_count; ++i)
         out.append(armangle::sentence(static_cast<armangle::Status>(i)));
@@ -66,6 +66,7 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     m.attr("MOST_MARGIN") = armangle::most_margin;
     m.attr("MAX_JOINT_STEP") = armangle::StepOptions{}.max_joint_step;
     m.attr("SENTENCES") = binding::sentences();
+    binding::bind_refusal(m);
     nb::class_<ArmHandle> arm(m, "Arm");
     arm.def("__init__", &binding::construct, nb::arg("lengths"), nb::arg("joint_map"), nb::arg("base"),
             nb::arg("tool"));

@@ -49,7 +49,7 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
             slack = max(slack, 4e-15 / max(hypot(p.U.at(at), p.V.at(at)), 1e-13));
         }
         for (int j = 0; j < joints; ++j) demand(std::isfinite(q.q[j]), "joints are finite");
-        demand(within_limits(arm, q.q, slack), "inside an arc every joint is within its limits");
+        demand(within_limits(arm.limits, q.q, slack), "inside an arc every joint is within its limits");
     }
     for (int joint = 0; joint < joints; ++joint) {
         ArcSet one;

@@ -77,9 +77,9 @@ public:
             p.sign[i] = byte() & 1 ? -1.0 : 1.0;
             if (options & 16) p.offset[i] = bounded(pi, 1e6);
             const double a = limit(), b = limit();
-            p.lower[i] = a < b ? a : b, p.upper[i] = a < b ? b : a;
-            if (p.lower[i] == infinity || p.upper[i] == -infinity)
-                p.lower[i] = -infinity, p.upper[i] = infinity;
+            p.limits.lower[i] = a < b ? a : b, p.limits.upper[i] = a < b ? b : a;
+            if (p.limits.lower[i] == infinity || p.limits.upper[i] == -infinity)
+                p.limits.lower[i] = -infinity, p.limits.upper[i] = infinity;
         }
         return make_arm(p);
     }

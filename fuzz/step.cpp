@@ -29,7 +29,7 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
         for (int i = 0; i < joints; ++i)
             demand(std::isfinite(next.q[i]), "a step that is OK has finite joints");
         demand(next.psi > -pi && next.psi <= pi, "psi is in (-pi, pi]");
-        demand(within_limits(arm, next.q, tolerance::angle), "a step that is OK is within the limits");
+        demand(within_limits(arm.limits, next.q, tolerance::angle), "a step that is OK is within the limits");
         double turned = 1;
         for (int i = 0; i < joints; ++i) turned = max(turned, std::fabs(next.q[i]));
         demand(pose_error(forward(arm, next.q).pose, pose) <

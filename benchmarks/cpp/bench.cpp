@@ -54,7 +54,8 @@ Arm iiwa() {
     ArmParameters p;
     p.d_bs = 0.34, p.d_se = 0.4, p.d_ew = 0.4, p.d_wf = 0.126;
     const double most[joints] = {170, 120, 170, 120, 170, 120, 175};
-    for (int i = 0; i < joints; ++i) p.upper[i] = most[i] * pi / 180, p.lower[i] = -p.upper[i];
+    for (int i = 0; i < joints; ++i)
+        p.limits.upper[i] = most[i] * pi / 180, p.limits.lower[i] = -p.limits.upper[i];
     return make_arm(p);
 }
 
@@ -70,7 +71,8 @@ struct Data {
         for (std::size_t i = 0; i < n; ++i) {
             double* joint = &q[7 * i];
             for (int j = 0; j < joints; ++j)
-                joint[j] = std::uniform_real_distribution<double>(arm.lower[j], arm.upper[j])(random);
+                joint[j] =
+                    std::uniform_real_distribution<double>(arm.limits.lower[j], arm.limits.upper[j])(random);
             const Posture at = forward(arm, joint);
             store_pose(at.pose, &matrix[16 * i]);
             pose[i] = load_pose(&matrix[16 * i]);
@@ -111,7 +113,7 @@ struct Bench {
 
     void arcs_all(std::size_t i) const {
         AllArcs all;
-        feasible_all(arm, limits, circle(arm, flange_pose(arm, data.pose[i])), all);
+        feasible_all(arm, data.pose[i], limits, all);
         keep(all);
     }
 

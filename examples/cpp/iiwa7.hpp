@@ -13,7 +13,7 @@ inline armangle::Arm iiwa7() noexcept {
     p.d_bs = 0.34, p.d_se = 0.4, p.d_ew = 0.4, p.d_wf = 0.126;
     constexpr double limit[armangle::joints] = {170, 120, 170, 120, 170, 120, 175};
     for (int i = 0; i < armangle::joints; ++i)
-        p.lower[i] = -limit[i] * degree, p.upper[i] = limit[i] * degree;
+        p.limits.lower[i] = -limit[i] * degree, p.limits.upper[i] = limit[i] * degree;
     return armangle::make_arm(p);
 }
 

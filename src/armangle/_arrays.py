@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from enum import Enum
 from numbers import Integral
-from typing import Any, NoReturn, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
+from ._core import Problem
 from .errors import (
     ArmangleError,
     ConfigurationError,
@@ -25,9 +27,9 @@ from .errors import (
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Shape = tuple[int, ...]
-Report = tuple[int, int, float]
 
 PathLike = str | os.PathLike[str]
+AnyEnum = TypeVar("AnyEnum", bound=Enum)
 AnyArray = TypeVar("AnyArray", bound=NDArray[Any])
 
 JOINTS: int = _core.JOINTS
@@ -60,9 +62,7 @@ def one_pose(name: str, value: ArrayLike) -> Floats:
     pose = np.array(as_floats(name, value, (4, 4)), order="C")
     if pose.ndim != 2:
         raise ShapeError(f"{name} has shape {pose.shape}, wanted (4, 4)")
-    report = _core.check_transforms(pose[None])
-    if report:
-        raise_problem(report, (), name)
+    _core.check_transforms(pose, name)
     return frozen(pose)
 
 
@@ -75,11 +75,17 @@ def one_posture(name: str, value: ArrayLike) -> Floats:
     return frozen(joints)
 
 
-def chosen(name: str, value: str, options: Sequence[str]) -> int:
-    """Return which of the options `value` is."""
-    if not isinstance(value, str) or value not in options:
-        raise InputError(f"{name} is {value!r:.100}, wanted one of {', '.join(map(repr, options))}")
-    return options.index(value)
+def named(kind: type[AnyEnum]) -> dict[str, AnyEnum]:
+    """Return the members of an enumeration of the core by the words that stand for them in arguments."""
+    return {member.name.lower(): member for member in kind}
+
+
+def chosen(name: str, value: str, options: Iterable[str]) -> str:
+    """Return `value`, which is one of the options; as a plain string, whatever kind of string it is."""
+    listed = [*options]
+    if not isinstance(value, str) or value not in listed:
+        raise InputError(f"{name} is {value!r:.100}, wanted one of {', '.join(map(repr, listed))}")
+    return listed[listed.index(value)]
 
 
 def frozen(array: AnyArray) -> AnyArray:
@@ -165,46 +171,41 @@ def as_threads(threads: int) -> int:
     return int(threads)
 
 
-def raise_problem(report: Report, batch: Shape, name: str = "pose", joints: str = "q") -> NoReturn:
-    """Raise the error that a report of the core stands for.
+def _refusal(problem: Problem, name: str, index: Shape, value: float) -> ArmangleError:
+    """Return the error of a problem that the core found with the argument `name`, at an index of its batch.
 
-    `name` is the argument that it is about, `joints` that of joint values where both are given.
+    Problems with psi and gc are found together with those of the pose, and name themselves.
     """
-    code, flat, value = report
-    problem = _core.PROBLEMS[code]
-    index = np.unravel_index(flat, batch) if batch else ()
-    at = f"[{', '.join(str(int(i)) for i in index)}]" if index else ""
-    raise _error(problem, joints if problem == "joints_not_finite" else name, at, value)
-
-
-def _error(problem: str, name: str, at: str, value: float) -> ArmangleError:
-    """Return the error of a problem with an argument, or with psi or gc, at an index written as text."""
+    at = str(list(index)) if index else ""
     where = name + at
     match problem:
-        case "pose_not_finite":
+        case Problem.POSE_NOT_FINITE:
             return NotFiniteError(f"{where} holds {value}, wanted finite numbers")
-        case "pose_last_row":
+        case Problem.POSE_LAST_ROW:
             return NotRotationError(f"{where} has {value:g} in its last row, wanted 0 0 0 1")
-        case "pose_not_rotation":
+        case Problem.POSE_NOT_ROTATION:
             return NotRotationError(
                 f"the rotation of {where} is not orthonormal: |RᵀR - I| is {value:.3g}, wanted at "
                 f"most {_core.ROTATION_TOLERANCE:g}; armangle.nearest_rotation(pose) gives the nearest one"
             )
-        case "pose_reflection":
+        case Problem.POSE_REFLECTION:
             return NotRotationError(f"the rotation of {where} is a reflection: its determinant is -1")
-        case "psi_not_finite":
+        case Problem.PSI_NOT_FINITE:
             return _bad_angle(f"psi{at} is {value}", value)
-        case "gc_range":
+        case Problem.GC_RANGE:
             return ConfigurationError(f"gc{at} is {int(value)}, wanted an integer from 0 to 7")
-        case "joints_not_finite":
+        case Problem.JOINTS_NOT_FINITE:
             return _bad_angle(f"{where} holds {value}", value)
-        case "joint_limit":
+        case Problem.JOINT_LIMIT:
             return LimitError(f"joint {int(value)} of the solution of {where} is outside its limits")
-        case "folded":
+        case Problem.FOLDED:
             return UnreachableError(
                 f"the wrist of {where} lies on the shoulder: "
                 "the arm is folded and the arm angle is not defined"
             )
-        case "unreachable":
+        case Problem.UNREACHABLE:
             return UnreachableError(f"{where} is out of reach by {value * MILLIMETRES:.6g} mm")
-    return ArmangleError(problem)
+    return ArmangleError(problem.name)
+
+
+_core.on_refusal(_refusal)

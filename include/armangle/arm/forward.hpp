@@ -36,8 +36,7 @@ template <class Visit>
 ARMANGLE_INLINE void walk(const Arm& arm, const JointLanes& q, double* theta_out,
                           const Visit& visit) noexcept {
     double s[joint_slots], c[joint_slots];
-    const JointLanes theta =
-        to_theta(q, JointLanes::load(arm.joint_sign), JointLanes::load(arm.joint_offset));
+    const JointLanes theta = to_theta(q, JointLanes::load(arm.sign), JointLanes::load(arm.offset));
     const SinCos<JointLanes> both = sin_cos(theta);
     both.sin.store(s);
     both.cos.store(c);

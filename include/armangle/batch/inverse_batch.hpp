@@ -92,8 +92,8 @@ inline LaneInput load_block(const Arm& arm, const InverseBatch& b, const std::si
 inline void solve_block(const Arm& arm, const LaneInput& in, const SelfMotion<Batch>& m, Batch* q) noexcept {
     const Directions<Batch> d = directions(m, sin_cos(in.psi));
     for (int j = 0; j < joints; ++j) {
-        q[j] = to_q(atan2(d.y[j], d.x[j]), Batch(arm.joint_sign[j]), Batch(arm.joint_offset[j]),
-                    Batch(arm.joint_lower[j]), Batch(arm.joint_upper[j]), in.near[j]);
+        q[j] = to_q(atan2(d.y[j], d.x[j]), Batch(arm.sign[j]), Batch(arm.offset[j]),
+                    Batch(arm.limits.lower[j]), Batch(arm.limits.upper[j]), in.near[j]);
     }
 }
 
@@ -114,7 +114,8 @@ inline void settle_element(const Arm& arm, const InverseBatch& b, std::size_t i,
 inline void enforce_limits(const Arm& arm, const InverseBatch& b, std::size_t i, Outcome& outcome) noexcept {
     double* q = b.out.at(i);
     for (int j = 0; j < joints; ++j) {
-        if (q[j] >= arm.lower[j] - tolerance::angle && q[j] <= arm.upper[j] + tolerance::angle) continue;
+        if (q[j] >= arm.limits.lower[j] - tolerance::angle && q[j] <= arm.limits.upper[j] + tolerance::angle)
+            continue;
         if (std::isnan(q[j])) return;
         if (b.limits == Enforce::raise) outcome.report(Problem::joint_limit, i, j + 1);
         return fill_nan(q);

@@ -69,8 +69,8 @@ ARMANGLE_INLINE JointLanes angles(const Directions<double>& d) noexcept {
 inline Joints joints_within_limits(const Arm& arm, const Directions<double>& d, const double* seed) noexcept {
     const JointLanes near = seed ? joint_lanes(seed) : JointLanes::load(arm.joint_middle);
     Joints out;
-    to_q(angles(d), JointLanes::load(arm.joint_sign), JointLanes::load(arm.joint_offset),
-         JointLanes::load(arm.joint_lower), JointLanes::load(arm.joint_upper), near)
+    to_q(angles(d), JointLanes::load(arm.sign), JointLanes::load(arm.offset),
+         JointLanes::load(arm.limits.lower), JointLanes::load(arm.limits.upper), near)
         .store(out.q);
     return out;
 }
@@ -78,7 +78,7 @@ inline Joints joints_within_limits(const Arm& arm, const Directions<double>& d, 
 /// q of the directions lifted next to `near`, whatever the limits: for continuity along a motion.
 ARMANGLE_INLINE JointLanes joints_near(const Arm& arm, const Directions<double>& d,
                                        const JointLanes& near) noexcept {
-    return lift(JointLanes::load(arm.joint_sign) * (angles(d) - JointLanes::load(arm.joint_offset)), near);
+    return lift(to_q(angles(d), JointLanes::load(arm.sign), JointLanes::load(arm.offset)), near);
 }
 
 inline Joints joints_near(const Arm& arm, const Directions<double>& d, const double* near) noexcept {
@@ -134,7 +134,7 @@ inline Inverse inverse(const Arm& arm, const Pose<double>& pose, double psi, int
     const Joints solved = joints_within_limits(arm, directions(m, sin_cos(psi)), seed);
     for (int j = 0; j < joints; ++j) out.q[j] = solved.q[j];
     out.status = Status::OK;
-    out.margin = limit_margin(arm, solved.q);
+    out.margin = limit_margin(arm.limits, solved.q);
     return out;
 }
 

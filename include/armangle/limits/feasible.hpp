@@ -121,15 +121,15 @@ inline double end_value(const Arm& arm, double margin, const Configuration<doubl
     const double g = joint == 1 ? gc.shoulder : gc.wrist;
     double theta = 0;
     switch (tag_side(tag)) {
-        case Side::lower: return arm.lower[joint];
-        case Side::upper: return arm.upper[joint];
+        case Side::lower: return arm.limits.lower[joint];
+        case Side::upper: return arm.limits.upper[joint];
         case Side::near_margin: theta = g * margin; break;
         case Side::far_margin: theta = g * (pi - margin); break;
         case Side::near_singular: theta = 0; break;
         case Side::far_singular: theta = g * pi; break;
         default: return not_a_number;
     }
-    return to_q(theta, arm.sign[joint], arm.offset[joint], arm.lower[joint], arm.upper[joint],
+    return to_q(theta, arm.sign[joint], arm.offset[joint], arm.limits.lower[joint], arm.limits.upper[joint],
                 arm.joint_middle[joint]);
 }
 
@@ -165,10 +165,11 @@ inline void block_sides(const LimitTable& t, const SelfMotion<double>& m, Sides&
 
 }  // namespace detail
 
-/// Psi_all of the eight branches of one circle; the same sets as feasible() gives one by one.
-inline void feasible_all(const Arm& arm, const LimitTable& t, const Circle<double>& c,
+/// Psi_all of the eight branches of a pose (as the user sees it); the same sets as feasible() gives one by
+/// one.
+inline void feasible_all(const Arm& arm, const Pose<double>& pose, const LimitTable& t,
                          AllArcs& out) noexcept {
-    SelfMotion<double> m = self_motion(arm, c, configuration(0));
+    SelfMotion<double> m = self_motion(arm, pose, 0);
     for (int side = 0; side < 2; ++side) {
         m.gc.elbow = side ? -1.0 : 1.0;
         m.elbow = elbow(arm, m.circle.triangle, m.gc.elbow);

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "arcs.hpp"
-#include "../arm/arm.hpp"
+#include "../arm/joints.hpp"
 
 namespace armangle {
 
@@ -61,7 +61,8 @@ struct Cone {
     }
 };
 
-inline Cone cone(double lower, double upper) noexcept {
+inline Cone cone(const ThetaRange& range) noexcept {
+    const double lower = range.lower, upper = range.upper;
     Cone out{};
     out.free = !(upper - lower < two_pi);
     out.wide = !out.free && upper - lower > pi;
@@ -109,10 +110,12 @@ inline void add_piece(LimitTable& t, int hinge, int negative, HingePiece piece) 
 
 /// The windings of [lower, upper] that meet the half circle of |theta|. A limit within the angular tolerance
 /// of 0 or pi forbids nothing of it, or all but a point.
-inline void fill_hinge(LimitTable& t, const Arm& arm, int hinge, int negative) noexcept {
+inline void fill_hinge(LimitTable& t, const Arm& arm, const Limits& limits, int hinge,
+                       int negative) noexcept {
     const int j = hinge_joint[hinge];
-    const double l = negative ? -arm.theta_upper[j] : arm.theta_lower[j];
-    const double u = negative ? -arm.theta_lower[j] : arm.theta_upper[j];
+    const ThetaRange range = theta_range(arm, limits, j);
+    const double l = negative ? -range.upper : range.lower;
+    const double u = negative ? -range.lower : range.upper;
     const Tag lower_tag = make_tag(j + 1, limit_side(arm, j, !negative));
     const Tag upper_tag = make_tag(j + 1, limit_side(arm, j, negative));
     if (!(u - l < two_pi)) return add_piece(t, hinge, negative, {hinge_end(0.0, 0), hinge_end(pi, 0)});
@@ -129,9 +132,10 @@ inline void fill_hinge(LimitTable& t, const Arm& arm, int hinge, int negative) n
     }
 }
 
-inline void fill_pivot(LimitTable& t, const Arm& arm, int pivot) noexcept {
+inline void fill_pivot(LimitTable& t, const Arm& arm, const Limits& limits, int pivot) noexcept {
     const int j = pivot_joint[pivot];
-    const Cone& c = t.cone[pivot] = cone(arm.theta_lower[j], arm.theta_upper[j]);
+    t.cone[pivot] = cone(theta_range(arm, limits, j));
+    const Cone& c = t.cone[pivot];
     t.room[pivot] = t.room[pivots + pivot] = c.wide ? 0.0 : infinity;
     if (!c.free) t.limited |= 1u << pivot | 1u << (pivots + pivot);
     t.tag[pivot] = make_tag(j + 1, limit_side(arm, j, true));
@@ -142,18 +146,24 @@ inline void fill_pivot(LimitTable& t, const Arm& arm, int pivot) noexcept {
 
 }  // namespace detail
 
-/// Limits of an arm, with a margin (rad, >= 0) that keeps |sin theta_2|, |sin theta_6|, |sin(theta_4 -
-/// delta)| >= sin(margin).
-inline LimitTable limit_table(const Arm& arm, double margin = 0.0, double psi_margin = 0.0,
-                              double discriminant = 0.0) noexcept {
+/// Limits for the joints of an arm, with a margin (rad, >= 0) that keeps |sin theta_2|, |sin theta_6|,
+/// |sin(theta_4 - delta)| >= sin(margin).
+inline LimitTable limit_table(const Arm& arm, const Limits& limits, double margin = 0.0,
+                              double psi_margin = 0.0, double discriminant = 0.0) noexcept {
     LimitTable t{};
     t.margin = margin, t.sin_margin = std::sin(margin);
     t.psi_margin = psi_margin, t.discriminant = discriminant;
-    t.elbow = cone(arm.theta_lower[3], arm.theta_upper[3]);
-    for (int p = 0; p < pivots; ++p) detail::fill_pivot(t, arm, p);
+    t.elbow = cone(theta_range(arm, limits, 3));
+    for (int p = 0; p < pivots; ++p) detail::fill_pivot(t, arm, limits, p);
     for (int h = 0; h < hinges; ++h)
-        for (int negative = 0; negative < 2; ++negative) detail::fill_hinge(t, arm, h, negative);
+        for (int negative = 0; negative < 2; ++negative) detail::fill_hinge(t, arm, limits, h, negative);
     return t;
+}
+
+/// The arm's own limits.
+inline LimitTable limit_table(const Arm& arm, double margin = 0.0, double psi_margin = 0.0,
+                              double discriminant = 0.0) noexcept {
+    return limit_table(arm, arm.limits, margin, psi_margin, discriminant);
 }
 
 }  // namespace armangle

@@ -45,9 +45,9 @@ struct Links {
                ArcSet& out) const noexcept {
         MoveBox box;
         for (int i = 0; i < joints; ++i) {
-            const bool clip = turns_known || arm.upper[i] - arm.lower[i] < two_pi;
-            box.lower[i] = max(-share * most[i], clip ? arm.lower[i] - q[i] : -infinity);
-            box.upper[i] = min(share * most[i], clip ? arm.upper[i] - q[i] : infinity);
+            const bool clip = turns_known || arm.limits.upper[i] - arm.limits.lower[i] < two_pi;
+            box.lower[i] = max(-share * most[i], clip ? arm.limits.lower[i] - q[i] : -infinity);
+            box.upper[i] = min(share * most[i], clip ? arm.limits.upper[i] - q[i] : infinity);
         }
         ArcSet all;
         window(arm, to.motion, to.functions, q, box, all);

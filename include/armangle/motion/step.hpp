@@ -53,16 +53,16 @@ struct Lifted {
 ARMANGLE_INLINE Status choose_windings(const Arm& arm, const Directions<double>& d, const JointLanes& q_now,
                                        Lifted& out) noexcept {
     out.q = joints_near(arm, d, q_now);
-    out.margin = limit_margin(arm, out.q);
+    out.margin = limit_margin(arm.limits, out.q);
     if (out.margin >= -tolerance::angle) return Status::OK;
     double seed[joint_slots];
     q_now.store(seed);
     const JointLanes inside = JointLanes::load(joints_within_limits(arm, d, seed).q);
     for (int i = 0; i < joints; ++i)
-        if (abs(inside[i] - out.q[i]) > pi && !(arm.upper[i] - arm.lower[i] < two_pi))
+        if (abs(inside[i] - out.q[i]) > pi && !(arm.limits.upper[i] - arm.limits.lower[i] < two_pi))
             return Status::WINDING_EXHAUSTED;
     out.q = inside;
-    out.margin = limit_margin(arm, out.q);
+    out.margin = limit_margin(arm.limits, out.q);
     return out.margin >= -tolerance::angle ? Status::OK : Status::LIMITS;
 }
 
@@ -72,7 +72,7 @@ ARMANGLE_INLINE Status choose_windings(const Arm& arm, const Directions<double>&
     Step out{};
     for (int i = 0; i < joints; ++i) out.q[i] = q_now[i];
     out.psi = carried_psi(arm, now, c, Carry::psi), out.gc = index(configuration(arm, now.theta));
-    out.status = why, out.margin = limit_margin(arm, q_now);
+    out.status = why, out.margin = limit_margin(arm.limits, q_now);
     return out;
 }
 
@@ -81,7 +81,7 @@ ARMANGLE_INLINE Status choose_windings(const Arm& arm, const Directions<double>&
     Step out{};
     for (int i = 0; i < joints; ++i) out.q[i] = q_now[i];
     out.psi = not_a_number, out.gc = -1, out.status = Status::BAD_INPUT,
-    out.margin = limit_margin(arm, q_now);
+    out.margin = limit_margin(arm.limits, q_now);
     return out;
 }
 

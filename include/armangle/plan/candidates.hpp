@@ -124,12 +124,11 @@ public:
         };
         for (int j = 0; j < joints; ++j) {
             if (j == 3) continue;  // the same for every phi
-            if (task_.arm.lower[j] > -infinity) take(x.q[j] - task_.arm.lower[j], objective_.limits);
-            if (task_.arm.upper[j] < infinity) take(task_.arm.upper[j] - x.q[j], objective_.limits);
+            if (task_.limits.lower[j] > -infinity) take(x.q[j] - task_.limits.lower[j], objective_.limits);
+            if (task_.limits.upper[j] < infinity) take(task_.limits.upper[j] - x.q[j], objective_.limits);
         }
         for (int j : {1, 5})
-            take(detail::hinge_clearance(wrap(task_.arm.sign[j] * x.q[j] + task_.arm.offset[j])) -
-                     task_.limits.margin,
+            take(detail::hinge_clearance(wrap(to_theta(task_.arm, j, x.q[j]))) - task_.table.margin,
                  objective_.singularities);
         x.margin = least, x.cost = cost;
     }
@@ -152,9 +151,9 @@ private:
     void add_ends(const Section& l, const Arc& arc) {
         const std::size_t before = points_.size();
         for (int p = 0; p < pivots; ++p) {
-            if (task_.limits.limited >> p & 1) continue;
-            for (const double limit :
-                 {task_.arm.theta_lower[pivot_joint[p]], task_.arm.theta_upper[pivot_joint[p]]}) {
+            if (task_.table.limited >> p & 1) continue;
+            const ThetaRange range = theta_range(task_.arm, task_.limits, pivot_joint[p]);
+            for (const double limit : {range.lower, range.upper}) {
                 if (!(abs(limit) < infinity)) continue;
                 const SinCos<double> at = sin_cos(limit);
                 const Pivot<double>& f = l.functions.pivot[p];
@@ -219,17 +218,17 @@ private:
     /// Those that the section before leads to; at the first section some about the middle, one of a joint
     /// whose winding cannot change.
     void turns(int j, double q, int& first, int& last) const noexcept {
-        const double l = task_.arm.lower[j], u = task_.arm.upper[j], far = tolerance::largest_angle;
+        const double l = task_.limits.lower[j], u = task_.limits.upper[j], far = tolerance::largest_angle;
         const double fewest = ceil((max(l, -far) - tolerance::angle - q) / two_pi),
                      most = floor((min(u, far) + tolerance::angle - q) / two_pi);
         double from = fewest, to = most;
-        const bool unlimited = l == -infinity && u == infinity;  // its winding means nothing: any one will do
+        const bool unlimited = is_unlimited(task_.limits, j);  // any turn will do
         if (window_.set && !unlimited) {
             from = max(from, ceil((window_.lower[j] - q) / two_pi)),
             to = min(to, floor((window_.upper[j] - q) / two_pi));
         } else {
             const bool fixed = j % 2 == 1 || unlimited;
-            const double near = fixed && reference_ ? reference_[j] : task_.arm.joint_middle[j];
+            const double near = fixed && reference_ ? reference_[j] : armangle::middle(task_.limits, j);
             const double middle = min(max(round((near - q) / two_pi), fewest), most),
                          spread = fixed ? 0 : candidate_rule::windings;
             from = max(from, middle - spread), to = min(to, middle + spread);
@@ -243,7 +242,7 @@ private:
         x.phi = p.phi, x.arc = arc;
         double q[joints];
         for (int j = 0; j < joints; ++j) {
-            q[j] = task_.arm.sign[j] * (p.theta[j] - task_.arm.offset[j]);
+            q[j] = to_q(task_.arm, j, p.theta[j]);
             turns(j, q[j], first[j], last[j]);
             if (last[j] < first[j]) return;
             at[j] = first[j];

@@ -45,24 +45,22 @@ struct BranchReport {
 namespace detail {
 
 /// Whether a self-motion has an arm angle once a limit is moved out.
-inline bool opens(const Arm& arm, double margin, const SelfMotion<double>& m, int joint, bool upper,
+inline bool opens(const Task& task, const SelfMotion<double>& m, int joint, bool upper,
                   double extra) noexcept {
-    Arm wide = arm;
+    Limits wide = task.limits;
     (upper ? wide.upper : wide.lower)[joint] += upper ? extra : -extra;
-    fill_joint_arrays(wide);
     ArcSet arcs;
-    return feasible(m, limit_table(wide, margin), arcs) == Status::OK;
+    return feasible(m, limit_table(task.arm, wide, task.table.margin), arcs) == Status::OK;
 }
 
 /// How far one limit must move out to leave an arm angle; infinity where that alone does not help.
-inline double opening(const Arm& arm, double margin, const SelfMotion<double>& m, int joint,
-                      bool upper) noexcept {
-    const double limit = upper ? arm.upper[joint] : arm.lower[joint];
-    if (!(abs(limit) < infinity) || !opens(arm, margin, m, joint, upper, two_pi)) return infinity;
+inline double opening(const Task& task, const SelfMotion<double>& m, int joint, bool upper) noexcept {
+    const double limit = upper ? task.limits.upper[joint] : task.limits.lower[joint];
+    if (!(abs(limit) < infinity) || !opens(task, m, joint, upper, two_pi)) return infinity;
     double low = 0, high = two_pi;
     for (int i = 0; i < 36; ++i) {
         const double middle = 0.5 * (low + high);
-        (opens(arm, margin, m, joint, upper, middle) ? high : low) = middle;
+        (opens(task, m, joint, upper, middle) ? high : low) = middle;
     }
     return high;
 }
@@ -92,12 +90,12 @@ inline unsigned blocking_joints(const LimitTable& limits, const SelfMotion<doubl
 /// Fills in who leaves no arm angle on these self-motions (each of them empty), and what would.
 inline void explain_limits(const Task& task, const std::vector<SelfMotion<double>>& motions,
                            BranchReport& out) {
-    for (const SelfMotion<double>& m : motions) out.blocking |= detail::blocking_joints(task.limits, m);
+    for (const SelfMotion<double>& m : motions) out.blocking |= detail::blocking_joints(task.table, m);
     for (int j = 0; j < joints; ++j) {
         for (const bool upper : {false, true}) {
             double extra = 0;
             for (const SelfMotion<double>& m : motions)
-                extra = max(extra, detail::opening(task.arm, task.limits.margin, m, j, upper));
+                extra = max(extra, detail::opening(task, m, j, upper));
             if (extra < infinity) out.openings.push_back({j + 1, upper, extra});
         }
     }

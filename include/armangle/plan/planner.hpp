@@ -43,14 +43,10 @@ class Planner {
 public:
     Planner(const Arm& arm, const Segment* segments, std::size_t n, const double* rows, std::size_t row_count,
             const PlanOptions& options)
-        : arm_(arm),
-          options_(options),
+        : options_(options),
           base_(base_parameters(segments, n, rows, row_count)),
-          task_{arm, {}, segments, n, {}} {
-        for (int j = 0; j < joints; ++j)
-            task_.arm.lower[j] += options.limit_margin, task_.arm.upper[j] -= options.limit_margin;
-        fill_joint_arrays(task_.arm);
-        task_.limits = limit_table(task_.arm, options.singularity_margin);
+          task_{arm, drawn_in(arm.limits, options.limit_margin), {}, segments, n, {}} {
+        task_.table = limit_table(arm, task_.limits, options.singularity_margin);
         std::vector<Vec3<double>> wrists;
         for (std::size_t i = 0; i < base_.size(); ++i) {
             wrists.push_back(wrist(base_[i]));
@@ -103,14 +99,13 @@ private:
         for (int j :
              {1, 5})  // there the arm angle does not say how joints 1 and 3 (5 and 7) share their turn
             if (most > tolerance::angle &&
-                hinge_clearance(wrap(to_theta(out.q[j], task_.arm.sign[j], task_.arm.offset[j]))) <
-                    proof::least_margin)
+                hinge_clearance(wrap(to_theta(task_.arm, j, out.q[j]))) < proof::least_margin)
                 return false;
         gap = most;
-        if (l.status != Status::OK || !within_limits(task_.arm, out.q, tolerance::angle)) return false;
+        if (l.status != Status::OK || !within_limits(task_.limits, out.q, tolerance::angle)) return false;
         for (int j : {1, 5})
-            if (hinge_clearance(wrap(to_theta(out.q[j], task_.arm.sign[j], task_.arm.offset[j]))) <
-                task_.limits.margin - tolerance::angle)
+            if (hinge_clearance(wrap(to_theta(task_.arm, j, out.q[j]))) <
+                task_.table.margin - tolerance::angle)
                 return false;
         out.arc = nearest_arc(tube, l, out.phi);
         const Arc& a = tube.arc(l)[out.arc];
@@ -203,11 +198,11 @@ private:
         for (std::size_t k = 0; k < way.rows.size(); ++k) {
             const double q = way.rows[k].q[3];
             if (o.limits > 0)
-                least = min(least, min(q - task_.arm.lower[3], task_.arm.upper[3] - q) / o.limits);
+                least = min(least, min(q - task_.limits.lower[3], task_.limits.upper[3] - q) / o.limits);
             const auto& eta = t.sections[k].motion.circle.triangle.eta;
             if (o.singularities > 0)
-                least = min(least, (hinge_clearance(atan2(eta.sin, eta.cos)) - task_.limits.margin) /
-                                       o.singularities);
+                least = min(
+                    least, (hinge_clearance(atan2(eta.sin, eta.cos)) - task_.table.margin) / o.singularities);
         }
         return least;
     }
@@ -247,7 +242,7 @@ private:
             Anchor start, goal;
             if (!anchors(t, start, goal, nullptr)) break;
             if (!follow_way(t, start, goal, base, out)) break;
-            out.proof = certify(curve(out), task_.arm, options_.singularity_margin);
+            out.proof = certify(curve(out), task_.limits, options_.singularity_margin);
             if (out.proof.violated.empty()) return true;
             add_sections(out, base);
         }
@@ -270,7 +265,7 @@ private:
     }
 
     Curve curve(const Plan& x) const noexcept {
-        return {arm_, task_.plane, x.gc, {task_.segments, task_.segment_count}, x.stretches};
+        return {task_.arm, task_.plane, x.gc, {task_.segments, task_.segment_count}, x.stretches};
     }
 
     void draw(const Tube& t, const Way& way, const std::vector<double>& base, Plan& out) const {
@@ -281,7 +276,7 @@ private:
         const Circle<double>& c = t.sections[0].motion.circle;
         const SinCos<double> sc = sin_cos(way.rows[0].phi);
         const double psi =
-            arm_angle(triad(arm_, flange_pose(arm_, task_.pose(0.0))), c.z * sc.cos + c.e * sc.sin);
+            arm_angle(triad(task_.arm, flange_pose(task_.arm, task_.pose(0.0))), c.z * sc.cos + c.e * sc.sin);
         lift_stretches(curve(out), out.stretches, way.rows[0].q, psi);
     }
 
@@ -314,7 +309,6 @@ private:
         draw(t, way, base_, plan_);
     }
 
-    const Arm& arm_;
     const PlanOptions& options_;
     std::vector<double> base_;
     Task task_;

@@ -108,13 +108,14 @@ private:
         for (int j = 0; j < joints; ++j) {
             if (j == 3) continue;
             const double rate = slope(k)[j];
-            if (task_.arm.lower[j] > -infinity) take(x.q[j] - task_.arm.lower[j], rate, objective_.limits);
-            if (task_.arm.upper[j] < infinity) take(task_.arm.upper[j] - x.q[j], -rate, objective_.limits);
+            if (task_.limits.lower[j] > -infinity)
+                take(x.q[j] - task_.limits.lower[j], rate, objective_.limits);
+            if (task_.limits.upper[j] < infinity)
+                take(task_.limits.upper[j] - x.q[j], -rate, objective_.limits);
         }
         for (int j : {1, 5}) {
-            const double theta = wrap(task_.arm.sign[j] * x.q[j] + task_.arm.offset[j]),
-                         out = theta < 0 ? -1.0 : 1.0;
-            const double rate = task_.arm.sign[j] * out * slope(k)[j], m = task_.limits.margin;
+            const double theta = wrap(to_theta(task_.arm, j, x.q[j])), out = theta < 0 ? -1.0 : 1.0;
+            const double rate = task_.arm.sign[j] * out * slope(k)[j], m = task_.table.margin;
             take(abs(theta) - m, rate, objective_.singularities),
                 take(pi - abs(theta) - m, -rate, objective_.singularities);
         }
@@ -150,9 +151,9 @@ private:
                 const double phi[8] = {x.phi};
                 const EightThetas solved(l, phi);
                 for (int j = 0; j < joints; ++j)
-                    x.q[j] = lift(task_.arm.sign[j] * (solved.theta[j][0] - task_.arm.offset[j]), old.q[j]);
+                    x.q[j] = lift(to_q(task_.arm, j, solved.theta[j][0]), old.q[j]);
                 rating_.rate(x);
-                if (!within_limits(task_.arm, x.q, tolerance::angle) || x.margin < min(floor_, old.margin))
+                if (!within_limits(task_.limits, x.q, tolerance::angle) || x.margin < min(floor_, old.margin))
                     continue;
                 most = max(most, abs(x.phi - old.phi));
                 way_.rows[k] = x;

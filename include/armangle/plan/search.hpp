@@ -145,8 +145,7 @@ private:
         double sum = 0;
         for (int j = 0; j < joints; ++j) {
             double d = a.q[j] - b.q[j];
-            if (abs(d) > link_rule::move && task_.arm.lower[j] == -infinity && task_.arm.upper[j] == infinity)
-                d = wrap(d);
+            if (abs(d) > link_rule::move && is_unlimited(task_.limits, j)) d = wrap(d);
             if (abs(d) > link_rule::move) return infinity;
             sum += d * d;
         }
@@ -185,8 +184,7 @@ private:
             const Section& l = tube_.sections[k - 1];
             double phi[8] = {x.phi};
             const EightThetas solved(l, phi);
-            for (int j = 0; j < joints; ++j)
-                x.q[j] = lift(task_.arm.sign[j] * (solved.theta[j][0] - task_.arm.offset[j]), next.q[j]);
+            for (int j = 0; j < joints; ++j) x.q[j] = lift(to_q(task_.arm, j, solved.theta[j][0]), next.q[j]);
             x.arc = nearest_arc(tube_, l, x.phi);
         }
         if (start_.given) std::copy(start_.q, start_.q + joints, way_.rows[0].q);

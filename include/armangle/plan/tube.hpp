@@ -36,11 +36,11 @@ inline SmoothPlane smooth_plane(const std::vector<Vec3<double>>& wrists) {
     return best;
 }
 
-/// What stays the same over a plan: the arm (its limits already drawn in by the margin asked), the path, the
-/// plane.
+/// What stays the same over a plan: the arm, the limits (drawn in by the margin asked), the path, the plane.
 struct Task {
-    Arm arm;
-    LimitTable limits;
+    const Arm& arm;
+    Limits limits;
+    LimitTable table;
     const Segment* segments;
     std::size_t segment_count;
     SmoothPlane plane;
@@ -106,7 +106,7 @@ inline SolvedSection solve_section(const Task& task, int gc, double s) noexcept 
     x.s = s;
     x.motion = self_motion(task.arm, task.circle_at(s), configuration(gc));
     x.functions = joint_functions(x.motion);
-    x.status = feasible(x.motion, x.functions, task.limits, out.arcs);
+    x.status = feasible(x.motion, x.functions, task.table, out.arcs);
     x.full = out.arcs.full;
     return out;
 }

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
 from .._arrays import Floats, Ints, Shape, as_floats, check_angles, frozen
+from .._core import SetOperation
 from ..errors import InputError, ShapeError
 from ..status import STATUSES, Status
 
@@ -20,7 +21,6 @@ _SIDES: tuple[EndSide | None, ...] = (
     None, "lower", "upper", "user", "singular", "singular", "singular", "singular",
 )  # fmt: skip
 _USER = 3
-_AND, _OR, _NOT = 0, 1, 2
 
 
 @dataclass(frozen=True)
@@ -313,15 +313,15 @@ class ArcSet:
     # -- algebra -------------------------------------------------------------------------------------
 
     def __and__(self, other: ArcSet) -> ArcSet:
-        return self._combine(_AND, other)
+        return self._combine(SetOperation.INTERSECTION, other)
 
     def __or__(self, other: ArcSet) -> ArcSet:
-        return self._combine(_OR, other)
+        return self._combine(SetOperation.UNION, other)
 
     def __invert__(self) -> ArcSet:
-        return self._combine(_NOT, self)
+        return self._combine(SetOperation.COMPLEMENT, self)
 
-    def _combine(self, operation: int, other: ArcSet) -> ArcSet:
+    def _combine(self, operation: SetOperation, other: ArcSet) -> ArcSet:
         if not isinstance(other, ArcSet):
             return NotImplemented
         a, b = (np.arange(len(s._count)).reshape(s.shape) for s in (self, other))
@@ -331,7 +331,7 @@ class ArcSet:
             raise ShapeError(f"arcs of shapes {self.shape} and {other.shape} do not broadcast") from None
         index_a, index_b = a.ravel(), b.ravel()
         together = int((self._count[index_a] + other._count[index_b]).max(initial=0))
-        if operation != _NOT and together > _core.ARC_CAPACITY:
+        if operation != SetOperation.COMPLEMENT and together > _core.ARC_CAPACITY:
             raise InputError(f"the two sets hold {together} arcs, wanted at most {_core.ARC_CAPACITY}")
         count, psi, source = _core.combine(
             operation, self._count, self._psi, index_a, other._count, other._psi, index_b
@@ -346,7 +346,7 @@ class ArcSet:
         side = carried(self._side, other._side, 0)
         value = carried(self._value, other._value, np.nan)
         status = None
-        if operation == _AND:
+        if operation == SetOperation.INTERSECTION:
             reason = np.where(self._count[index_a] == 0, self._status[index_a], other._status[index_b])
             reason = np.where(reason == Status.OK, Status.LIMITS, reason)
             status = np.where(count > 0, Status.OK, reason).astype(np.int8)

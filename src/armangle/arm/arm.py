@@ -24,10 +24,11 @@ from .._arrays import (
     check_angles,
     chosen,
     frozen,
+    named,
     one_pose,
     output,
-    raise_problem,
 )
+from .._core import Wanted
 from ..errors import ConfigurationError, InputError, LimitError, NotFiniteError, ShapeError
 from ..models.catalogue import load_robot
 from ..models.description import (
@@ -53,11 +54,10 @@ Unreachable = Literal["raise", "nan"]
 
 LEAST_LINK = 1e-6  # m: of upper arm and forearm; a shorter one is a mistake of units
 MOST_MARGIN: float = _core.MOST_MARGIN
-_ENFORCE = ("ignore", "raise", "nan")
+_ENFORCE = named(_core.Enforce)
 _UNREACHABLE = ("raise", "nan")
 _GC_ORDER = np.arange(CONFIGURATIONS, dtype=np.int64)
-_BRANCH, _JOINTS, _BRANCHES = 0, 1, 2  # what feasible_many is asked for
-_SETS_OF: tuple[tuple[int, ...], ...] = ((), (JOINTS,), (CONFIGURATIONS,))
+_SETS_OF = {Wanted.BRANCH: (), Wanted.JOINTS: (JOINTS,), Wanted.BRANCHES: (CONFIGURATIONS,)}
 _FIELDS = fields(ArmDescription)
 _OPTIONAL = (*JOINT_ROWS, *FRAMES, "joint_names")  # None stands for the default
 
@@ -426,10 +426,8 @@ class Arm:
         joints = as_floats("q", q, (JOINTS,))
         batch = joints.shape[:-1]
         pose, psi, gc = np.empty((*batch, 4, 4)), np.empty(batch), np.empty(batch, dtype=np.int64)
-        nan = chosen("undefined", undefined, _UNREACHABLE) == 1
-        problem = self._handle.forward_many(joints, pose, psi, gc, nan, as_threads(threads))
-        if problem:
-            raise_problem(problem, batch, "q")
+        nan = chosen("undefined", undefined, _UNREACHABLE) == "nan"
+        self._handle.forward_many(joints, pose, psi, gc, nan, as_threads(threads))
         return pose, psi[()], gc[()]
 
     def inverse(
@@ -508,18 +506,24 @@ class Arm:
         ]
         if seed is not None:
             named.append(("seed", as_floats("seed", seed, (JOINTS,)), 1))
-        codes = chosen("limits", limits, _ENFORCE), 2 * chosen("unreachable", unreachable, _UNREACHABLE)
+        beyond = _ENFORCE[chosen("limits", limits, _ENFORCE)]
+        out_of_reach = _ENFORCE[chosen("unreachable", unreachable, _UNREACHABLE)]
         batch, arrays = broadcast(named)
         result = output(out, (*batch, JOINTS))
         # written while the arguments are read: memory they share is written aside
         shared = out is not None and any(np.may_share_memory(result, array) for array in arrays)
         target = np.empty_like(result) if shared else result
         poses, angles, branches, *near = arrays
-        problem = self._handle.inverse_many(
-            poses, angles, branches, near[0] if near else None, target, *codes, as_threads(threads)
+        self._handle.inverse_many(
+            poses,
+            angles,
+            branches,
+            near[0] if near else None,
+            target,
+            beyond,
+            out_of_reach,
+            as_threads(threads),
         )
-        if problem:
-            raise_problem(problem, batch, joints="seed")
         if shared:
             result[...] = target
         return result
@@ -596,9 +600,7 @@ class Arm:
         """
         joints = as_floats("q", q, (JOINTS,))
         out = np.empty((*joints.shape[:-1], JOINTS + 1, 4, 4))
-        problem = self._handle.frames_many(joints, out, as_threads(threads))
-        if problem:
-            raise_problem(problem, joints.shape[:-1], "q")
+        self._handle.frames_many(joints, out, as_threads(threads))
         return out
 
     # -- differential ------------------------------------------------------------------------------
@@ -625,9 +627,7 @@ class Arm:
         """
         joints = as_floats("q", q, (JOINTS,))
         out = np.empty((*joints.shape[:-1], 6, JOINTS))
-        problem = self._handle.jacobian_many(joints, out, as_threads(threads))
-        if problem:
-            raise_problem(problem, joints.shape[:-1], "q")
+        self._handle.jacobian_many(joints, out, as_threads(threads))
         return out
 
     def self_motion(self, pose: ArrayLike, psi: ArrayLike, gc: ArrayLike, *, threads: int = 1) -> Floats:
@@ -663,9 +663,7 @@ class Arm:
             ]
         )
         out = np.empty((*batch, JOINTS))
-        problem = self._handle.self_motion_many(poses, angles, branches, out, as_threads(threads))
-        if problem:
-            raise_problem(problem, batch)
+        self._handle.self_motion_many(poses, angles, branches, out, as_threads(threads))
         return out
 
     # -- limits --------------------------------------------------------------------------------------
@@ -689,9 +687,7 @@ class Arm:
         """
         joints = as_floats("q", q, (JOINTS,))
         out = np.empty(joints.shape[:-1])
-        problem = self._handle.limit_margin_many(joints, out)
-        if problem:
-            raise_problem(problem, joints.shape[:-1], "q")
+        self._handle.limit_margin_many(joints, out)
         return out[()]
 
     def within_limits(self, q: ArrayLike, tol: float = 0.0) -> NDArray[np.bool_] | np.bool_:
@@ -756,7 +752,7 @@ class Arm:
         margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
         paper = as_number("paper_margin", paper_margin, 0.0, MOST_MARGIN)
         threshold = as_number("paper_discriminant", paper_discriminant, 0.0, np.inf)
-        return self._arcs(pose, gc, margin, paper, threshold, _BRANCH, threads)
+        return self._arcs(pose, gc, margin, paper, threshold, Wanted.BRANCH, threads)
 
     def feasible_all(self, pose: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1) -> ArcSet:
         """Return the feasible arm angles of all eight global configurations; entry k is GC k, always.
@@ -782,7 +778,7 @@ class Arm:
         Source: Faria et al. (2018), Eqs. (2), (25).
         """
         margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
-        return self._arcs(pose, 0, margin, 0.0, 0.0, _BRANCHES, threads)
+        return self._arcs(pose, 0, margin, 0.0, 0.0, Wanted.BRANCHES, threads)
 
     def joint_feasible(
         self, pose: ArrayLike, gc: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1
@@ -810,20 +806,18 @@ class Arm:
         Source: Faria et al. (2018), Eq. (25).
         """
         margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
-        return self._arcs(pose, gc, margin, 0.0, 0.0, _JOINTS, threads)
+        return self._arcs(pose, gc, margin, 0.0, 0.0, Wanted.JOINTS, threads)
 
     def _arcs(
         self, pose: ArrayLike, gc: ArrayLike, margin: float, paper: float, threshold: float,
-        wanted: int, threads: int,
+        wanted: Wanted, threads: int,
     ) -> ArcSet:  # fmt: skip
         named = [("pose", as_floats("pose", pose, (4, 4)), 2), ("gc", as_gc(gc), 0)]
         batch, (poses, branches) = broadcast(named)
-        result = self._handle.feasible_many(
+        columns = self._handle.feasible_many(
             poses, branches, margin, paper, threshold, wanted, as_threads(threads)
         )
-        if len(result) == 3:
-            raise_problem(result, batch)
-        return ArcSet._from_core((*batch, *_SETS_OF[wanted]), result)
+        return ArcSet._from_core((*batch, *_SETS_OF[wanted]), columns)
 
     def explain(self, pose: ArrayLike, *, singularity_margin: float = 0.0) -> Diagnosis:
         """Return for each global configuration whether a pose can be held within all limits, and if not, why.
@@ -886,10 +880,7 @@ class Arm:
             raise ConfigurationError(f"gc is {gc!r}, wanted an integer from 0 to 7")
         if isinstance(joint, bool) or not isinstance(joint, (int, np.integer)) or not 1 <= joint <= JOINTS:
             raise InputError(f"joint is {joint!r}, wanted an integer from 1 to 7")
-        result = self._handle.joint_function(frame, int(index), int(joint) - 1)
-        if isinstance(result, tuple):
-            raise_problem(result, ())
-        return JointFunction(result, int(joint))
+        return JointFunction(self._handle.joint_function(frame, int(index), int(joint) - 1), int(joint))
 
 
 def _rebuilt(arguments: dict[str, Any]) -> Arm:

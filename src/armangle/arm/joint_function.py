@@ -11,7 +11,12 @@ from .. import _core
 from .._arrays import Floats, as_floats, check_angles
 
 Kind = Literal["stationary", "monotonic", "singular", "constant"]
-_KINDS: tuple[Kind, ...] = ("stationary", "monotonic", "singular", "constant")
+_KINDS: dict[_core.Case, Kind] = {
+    _core.Case.STATIONARY: "stationary",
+    _core.Case.MONOTONIC: "monotonic",
+    _core.Case.SINGULAR: "singular",
+    _core.Case.CONSTANT: "constant",
+}
 
 
 class JointFunction:
@@ -88,7 +93,7 @@ class JointFunction:
     @property
     def kind(self) -> Kind:
         """Which of the paper's cases holds: "stationary", "monotonic", "singular"; or "constant"."""
-        return _KINDS[int(self._handle.kind)]
+        return _KINDS[self._handle.kind]
 
     def __repr__(self) -> str:
         return f"<JointFunction of joint {self.joint}, {self.kind}>"

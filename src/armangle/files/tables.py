@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from .._arrays import JOINTS, Floats, Ints, PathLike, as_floats, frozen, raise_problem
+from .._arrays import JOINTS, Floats, Ints, PathLike, as_floats, frozen
 from ..errors import FileFormatError, InputError, ShapeError
 from ..motion.joint_path import JointPath
 from ..poses import COLUMNS, UNIT_TOLERANCE, poses_from_rows, rows_from_poses
@@ -122,10 +122,7 @@ def sheet_of(value: Any) -> Sheet:
     if poses.ndim > 3:
         raise ShapeError(f"poses has shape {poses.shape}, wanted (4, 4) or (N, 4, 4)")
     frames = poses.reshape(-1, 4, 4)
-    for index, frame in enumerate(frames):
-        problem, number = _core.check_transform(np.ascontiguousarray(frame))
-        if problem:
-            raise_problem((problem, index, number), (len(frames),))
+    _core.check_transforms(np.ascontiguousarray(frames), "pose")
     return Sheet("poses", {"pose": rows_from_poses(frames)}, _HEADINGS)
 
 

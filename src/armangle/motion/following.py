@@ -7,16 +7,27 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import JOINTS, as_floats, chosen, one_posture, raise_problem
+from .. import _core
+from .._arrays import JOINTS, as_floats, chosen, named, one_posture
 from ..arm.arm import Arm
 from ..errors import InputError, ShapeError
 from .joint_path import JointPath, blank_rows, even_parameters
-from .options import Allowed, Bound, Carry, allowed_arcs, checked_options, core_policy, no_bounds, step_bounds
+from .options import (
+    CARRIES,
+    Allowed,
+    Bound,
+    Carry,
+    allowed_arcs,
+    checked_options,
+    core_policy,
+    no_bounds,
+    step_bounds,
+)
 from .policies import Policy
 from .stepping import DEFAULT_POLICY
 
 OnFail = Literal["stop", "hold", "skip"]
-_ON_FAIL = ("stop", "hold", "skip")
+_ON_FAIL = named(_core.OnFail)
 
 
 def follow(
@@ -86,9 +97,13 @@ def follow(
     if frames.ndim != 3:
         raise ShapeError(f"poses has shape {frames.shape}, wanted (N, 4, 4)")
     joints = one_posture("start", start)
-    failing = chosen("on_fail", on_fail, _ON_FAIL)
-    options = core_policy(policy, dt), *checked_options(gc, carry, max_joint_step, singularity_margin)
+    failing = _ON_FAIL[chosen("on_fail", on_fail, _ON_FAIL)]
+    native = core_policy(policy, dt)
+    branch, kept, most, margin = checked_options(gc, carry, max_joint_step, singularity_margin)
     window = _window(lookahead, len(frames))
+    options = _core.FollowOptions(
+        native, branch, CARRIES[kept], most, margin, on_fail=failing, lookahead=window
+    )
     bounds = no_bounds() if window else None
     if velocity is not None or acceleration is not None:
         before = np.zeros(JOINTS) if velocity_now is None else velocity_now
@@ -101,12 +116,8 @@ def follow(
             raise ShapeError(f"allowed has shape {arcs.shape}, wanted () or ({n},)")
         count, psi = arcs._count, arcs._psi
     rows = blank_rows(n)
-    problem = arm._handle.follow_all(
-        joints, frames, *options, failing, count, psi, bounds, window, rows["q"],
-        rows["psi"], rows["gc"], rows["status"], rows["margin"], rows["residual"],
-    )  # fmt: skip
-    if problem:
-        raise_problem(problem, (n,))
+    columns = tuple(rows[name] for name in ("q", "psi", "gc", "status", "margin", "residual"))
+    arm._handle.follow_all(joints, frames, options, count, psi, bounds, columns)
     return JointPath(arm=arm, s=even_parameters(n), poses=frames.copy(), start=joints, **rows)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from .._arrays import CONFIGURATIONS, JOINTS, Floats, as_floats, as_gc, as_number, chosen
+from .._arrays import CONFIGURATIONS, JOINTS, Floats, as_floats, as_gc, as_number, chosen, named
 from ..arm.arcs import ArcSet
 from ..arm.arm import MOST_MARGIN, Arm
 from ..errors import ConfigurationError, InputError, NotFiniteError, ShapeError
@@ -20,14 +20,14 @@ Allowed = ArcSet | Callable[[Floats], ArcSet]
 Options = tuple[int | None, Carry, float | None, float]
 
 MAX_JOINT_STEP: float = _core.MAX_JOINT_STEP
-_CARRIES: tuple[Carry, ...] = ("psi", "elbow")
+CARRIES = named(_core.Carry)
 
 
 def checked_options(
     gc: int | None, carry: Carry, max_joint_step: float | None, singularity_margin: float
 ) -> Options:
     """Return options of any numeric type as those the core reads, or raise."""
-    kept = chosen("carry", carry, _CARRIES)
+    kept: Carry = "elbow" if chosen("carry", carry, CARRIES) == "elbow" else "psi"
     if gc is not None:
         wanted = as_gc(gc)
         if wanted.ndim or not 0 <= wanted < CONFIGURATIONS:
@@ -36,7 +36,7 @@ def checked_options(
     if max_joint_step is not None:
         max_joint_step = as_number("max_joint_step", max_joint_step, 0.0, np.inf, low_open=True)
     margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
-    return gc, _CARRIES[kept], max_joint_step, margin
+    return gc, kept, max_joint_step, margin
 
 
 def core_policy(policy: Policy, dt: float | None) -> Any:

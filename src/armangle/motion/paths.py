@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from .._arrays import Floats, as_floats, as_number, chosen, frozen, one_pose, raise_problem
+from .._arrays import Floats, as_floats, as_number, chosen, frozen, one_pose
 from ..errors import InputError, NotFiniteError, ShapeError
 
 LineOrientation = Literal["shortest", "fixed"]
@@ -239,9 +239,7 @@ class Waypoints(Path):
         poses = np.ascontiguousarray(as_floats("poses", self.poses, (4, 4))).copy()
         if poses.ndim != 3 or len(poses) == 0:
             raise ShapeError(f"poses has shape {poses.shape}, wanted (N, 4, 4) with N of 1 or more")
-        problem = _core.check_transforms(poses)
-        if problem:
-            raise_problem(problem, (len(poses),))
+        _core.check_transforms(poses, "pose")
         out = np.empty((max(len(poses) - 1, 1), _core.SEGMENT_WIDTH))
         _core.path_waypoints(poses, out)
         self._set(poses=frozen(poses), _segments=out)

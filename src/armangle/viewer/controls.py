@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from .._arrays import CONFIGURATIONS
+from .._arrays import CONFIGURATIONS, JOINTS
 from ..arm.configuration import gc_signs
 from ..errors import InputError
-from ..models.description import JOINTS
 from ..motion.joint_path import JointPath
 from ..motion.policies import Centre, Hold, Policy, Repulsion
 from .entry import pose_of_text, text_of_pose
@@ -119,7 +118,7 @@ class Controls:
                 "ghosts", False, hint="The other configurations at this pose, as stick figures."
             )
         for gc, button in enumerate(self.buttons):
-            button.on_click(lambda _, gc=gc: self._act(lambda: self._state.set_gc(gc)))
+            button.on_click(lambda _, gc=gc: self._act(lambda: self._change(gc)))
 
     def _add_joints(self) -> None:
         with self._gui.add_folder("Joints (deg)"):
@@ -142,8 +141,8 @@ class Controls:
             self.rpy = self._gui.add_text(
                 "r p y (deg)", "", hint="roll, pitch, yaw about the fixed x, y, z axes, in degrees"
             )
+            self._note = self._gui.add_html("")  # above the button: what is below it may be scrolled away
             self.go = self._gui.add_button("Move the tool there")
-            self._note = self._gui.add_html("")
         for text in (self.xyz, self.rpy):
             text.on_update(lambda event: self._by_hand(event, self._type))
         self.go.on_click(lambda _: self._act(self.move_there))
@@ -160,16 +159,27 @@ class Controls:
         if event.client_id is not None:
             self._act(wish)
 
+    def moved(self) -> None:
+        """Forget numbers that were typed and not gone to: the arm was moved otherwise."""
+        self._typed, self._refusal = False, ""
+
     def _turn(self) -> None:
+        self.moved()
         value = self._taken[id(self.psi)] = self.psi.value
         self._state.set_psi(np.radians(value))
 
     def _turn_joint(self, joint: int) -> None:
+        self.moved()
         slider = self.joints[joint - 1]
         value = self._taken[id(slider)] = slider.value
         self._state.set_joint(joint, float(np.radians(value)))
 
+    def _change(self, gc: int) -> None:
+        self.moved()
+        self._state.set_gc(gc)
+
     def _seek(self) -> None:
+        self.moved()
         value = self._taken[id(self._row)] = self._row.value
         self._state.seek(int(value) - 1)
 
@@ -189,7 +199,7 @@ class Controls:
     def begin_again(self) -> None:
         """Go back to where the viewer began."""
         self.set_playing(False)
-        self._typed, self._refusal = False, ""
+        self.moved()
         self._state.reset()
 
     def _set_slider(self, slider: Any, value: float) -> None:
@@ -208,6 +218,7 @@ class Controls:
 
     def choose(self, name: str) -> None:
         """Take a motion to play by its name, and go to its beginning."""
+        self.moved()
         motion = self._runs[name]
         self._image = map_image(motion)
         self._row.max = max(len(motion), 2)

@@ -6,9 +6,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from .._arrays import Floats
+from .._arrays import JOINTS, Floats
 from ..arm.arm import Arm
-from ..models.description import JOINTS
 
 _ENOUGH = 0.6  # rad: the room to a limit and the bend from a singularity that are wished for
 _SINGULAR = (1, 3, 5)  # joints 2, 4, 6, counted from 0: the shoulder, the elbow and the wrist

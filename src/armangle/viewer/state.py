@@ -24,6 +24,7 @@ from ..errors import (
 )
 from ..motion.following import follow
 from ..motion.joint_path import JointPath
+from ..motion.options import core_policy
 from ..motion.paths import Line
 from ..motion.policies import Hold, Policy
 from ..status import STATUSES, Status
@@ -110,7 +111,7 @@ class ViewerState:
     _home_row: int = field(init=False, default=0)
 
     def __post_init__(self) -> None:
-        self.policy.core_policy(None)  # refuses a rate
+        core_policy(self.policy, None)  # refuses a rate
         self._home = opening_posture(self.arm) if self.start is None else self._checked(self.start)
         self.reset()
 

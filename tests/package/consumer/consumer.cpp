@@ -19,7 +19,7 @@ armangle::Arm iiwa7() {
     armangle::ArmParameters p;
     p.d_bs = 0.34, p.d_se = 0.4, p.d_ew = 0.4, p.d_wf = 0.126;
     constexpr double limit[armangle::joints] = {2.9, 2.0, 2.9, 2.0, 2.9, 2.0, 3.0};
-    for (int i = 0; i < armangle::joints; ++i) p.lower[i] = -limit[i], p.upper[i] = limit[i];
+    for (int i = 0; i < armangle::joints; ++i) p.limits.lower[i] = -limit[i], p.limits.upper[i] = limit[i];
     return armangle::make_arm(p);
 }
 
@@ -60,7 +60,7 @@ void inverse_says_why(const armangle::Arm& arm) {
     const double bad[armangle::joints] = {0, 0, 0, 0, 0, 0, not_a_number};
     answer(inverse(arm, at.pose, at.psi, at.gc, bad), Status::BAD_INPUT, "a seed must be finite");
     armangle::ArmParameters narrow = arm;
-    narrow.lower[0] = narrow.upper[0] = q[0] + 1;
+    narrow.limits.lower[0] = narrow.limits.upper[0] = q[0] + 1;
     const armangle::Inverse outside = inverse(armangle::make_arm(narrow), at.pose, at.psi, at.gc);
     check(outside.status == Status::OK && std::fabs(outside.margin + 1) < 1e-12,
           "a margin says who is outside");

@@ -38,7 +38,7 @@ armangle::Arm arm_of(bool plain) {
     armangle::ArmParameters p;
     p.d_bs = 0.34, p.d_se = 0.4, p.d_ew = 0.39, p.d_wf = 0.126;
     constexpr double limit[joints] = {2.9, 2.0, 2.9, 2.0, 2.9, 2.0, 3.0};
-    for (int i = 0; i < joints; ++i) p.lower[i] = -limit[i], p.upper[i] = limit[i];
+    for (int i = 0; i < joints; ++i) p.limits.lower[i] = -limit[i], p.limits.upper[i] = limit[i];
     if (!plain) {
         p.a_3 = 0.045, p.a_4 = -0.045;
         p.sign[3] = p.sign[5] = -1;
@@ -60,11 +60,11 @@ void solves_what_kdl_says(const armangle::Arm& arm) {
     bool solved = true, inside = true;
     for (int k = 0; k < 5000; ++k) {
         for (unsigned i = 0; i < joints; ++i)
-            q(i) = arm.upper[i] * unit(random), seed(i) = arm.upper[i] * unit(random);
+            q(i) = arm.limits.upper[i] * unit(random), seed(i) = arm.limits.upper[i] * unit(random);
         KDL::Frame pose, again;
         forward.JntToCart(q, pose);
         solved = solved && inverse.CartToJnt(seed, pose, found) == KDL::SolverI::E_NOERROR;
-        inside = inside && armangle::within_limits(arm, found.data.data(), 1e-9);
+        inside = inside && armangle::within_limits(arm.limits, found.data.data(), 1e-9);
         forward.JntToCart(found, again);
         worst = std::fmax(worst, KDL::diff(pose, again).vel.Norm() + KDL::diff(pose, again).rot.Norm());
         inverse.CartToJnt(q, pose, found);  // from the solution itself
