@@ -20,7 +20,8 @@ _NAMES = {
     "arm.configuration": "gc_index gc_signs",
     "arm.diagnosis": "Branch Diagnosis Opening Verdict",
     "arm.joint_function": "JointFunction",
-    "errors": "ArmangleError ConfigurationError FileFormatError InputError LimitError MissingExtraError "
+    "arm.solution": "Solution Solutions",
+    "errors": "ArmangleError ConfigurationError FileFormatError InputError LimitError MissingExtraError NoSolutionError "
     "NotFiniteError NotRotationError NotSRSError OutputError PathError PolicyError PortError "
     "ShapeError UnknownRobotError UnreachableError UrdfError",
     "files.tables": "JointTable load_joints load_poses save",

@@ -159,8 +159,8 @@ private:
         JointCost c{};
         c.sign = arm_.sign[j];
         c.offset = arm_.offset[j];
-        c.lower = arm_.lower[j];
-        c.upper = arm_.upper[j];
+        c.lower = arm_.limits.lower[j];
+        c.upper = arm_.limits.upper[j];
         c.wide = !(c.upper - c.lower < two_pi);
         c.near = options_.near ? options_.near[j] : arm_.joint_middle[j];
         c.weight = options_.metric == Metric::max ? sqrt(options_.weight[j]) : options_.weight[j];
@@ -264,7 +264,7 @@ private:
         e.cuts = 0;
         for (int j = 0; j < joints; ++j) {
             if (j == 3 || !joint_[j].wide) continue;
-            for (const double limit : {arm_.lower[j], arm_.upper[j]}) {
+            for (const double limit : {arm_.limits.lower[j], arm_.limits.upper[j]}) {
                 if (!(abs(limit) < infinity)) continue;
                 const SinCos<double> at = sin_cos(to_theta(limit, arm_.sign[j], arm_.offset[j]));
                 Roots ends;
@@ -483,7 +483,7 @@ private:
 
     void try_point(int gc, double psi, bool stationary) noexcept {
         const Joints q = posture(gc, psi);
-        if (!within_limits(arm_, q.q, tolerance::angle)) return;
+        if (!within_limits(arm_.limits, q.q, tolerance::angle)) return;
         offer(gc, psi, cost_of(q.q), stationary);
     }
 
@@ -734,7 +734,7 @@ private:
     /// The seed itself, where it is a posture of the pose: nothing is nearer.
     bool keep_near(Nearest& out) const noexcept {
         if (!options_.near || options_.metric == Metric::margin) return false;
-        if (!within_limits(arm_, options_.near, 0.0)) return false;
+        if (!within_limits(arm_.limits, options_.near, 0.0)) return false;
         const Posture here = forward(arm_, options_.near);
         if (here.psi != here.psi || !(options_.branches >> here.gc & 1)) return false;
         if (!same_pose(here.pose)) return false;
@@ -764,7 +764,7 @@ private:
             squares() ? cost_of(q) : max(cost_of(q), cost_of(joint_[3], q[3] - joint_[3].near));
         out.distance = squares() ? sqrt(cost) : cost;
         if (options_.metric == Metric::margin) out.distance = not_a_number;
-        out.margin = limit_margin(arm_, q);
+        out.margin = limit_margin(arm_.limits, q);
         return out;
     }
 
