@@ -233,6 +233,15 @@ void query(Ints count, Floats psi_arcs, Ints index, Floats psi, Floats out, bool
 
 void bind_arcs(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
+    nb::enum_<Side>(m, "Side")
+        .value("NONE", Side::none)
+        .value("LOWER", Side::lower)
+        .value("UPPER", Side::upper)
+        .value("USER", Side::user)
+        .value("NEAR_MARGIN", Side::near_margin)
+        .value("FAR_MARGIN", Side::far_margin)
+        .value("NEAR_SINGULAR", Side::near_singular)
+        .value("FAR_SINGULAR", Side::far_singular);
     nb::enum_<Wanted>(m, "Wanted")
         .value("BRANCH", Wanted::branch)
         .value("JOINTS", Wanted::joints)

@@ -31,7 +31,36 @@ MOST_MARGIN: float = 1.5
 
 MAX_JOINT_STEP: float = 0.2
 
-SENTENCES: list[str] = ...
+class Status(enum.IntEnum):
+    OK = 0
+
+    UNREACHABLE = 1
+
+    FOLDED = 2
+
+    ELBOW_LIMIT = 3
+
+    ELBOW_MARGIN = 4
+
+    LIMITS = 5
+
+    OUTSIDE = 6
+
+    JOINT_JUMP = 7
+
+    WINDING_EXHAUSTED = 8
+
+    VELOCITY_LIMIT = 9
+
+    ACCELERATION_LIMIT = 10
+
+    NOT_REACHED = 11
+
+    BAD_INPUT = 12
+
+    @property
+    def sentence(self) -> str:
+        """The outcome as one sentence."""
 
 class Problem(enum.Enum):
     NONE = 0
@@ -117,6 +146,23 @@ class Enforce(enum.Enum):
 
     NAN = 2
 
+class Side(enum.Enum):
+    NONE = 0
+
+    LOWER = 1
+
+    UPPER = 2
+
+    USER = 3
+
+    NEAR_MARGIN = 4
+
+    FAR_MARGIN = 5
+
+    NEAR_SINGULAR = 6
+
+    FAR_SINGULAR = 7
+
 class Wanted(enum.Enum):
     BRANCH = 0
 
@@ -193,6 +239,21 @@ class FollowOptions:
 def resolve_many(policy: Policy, count: numpy.typing.NDArray[numpy.int64], psi_arcs: numpy.typing.NDArray[numpy.float64], index: numpy.typing.NDArray[numpy.int64], psi: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64], status: numpy.typing.NDArray[numpy.int8]) -> None: ...
 
 def gain(rate: float, dt: float) -> float: ...
+
+class Verdict(enum.IntEnum):
+    OK = 0
+
+    UNREACHABLE = 1
+
+    IMPOSSIBLE = 2
+
+    DEAD_END = 3
+
+    START = 4
+
+    GOAL = 5
+
+    UNRESOLVED = 6
 
 SEGMENT_WIDTH: int = 28
 
