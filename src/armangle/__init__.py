@@ -21,9 +21,9 @@ _NAMES = {
     "arm.diagnosis": "Branch Diagnosis Opening Verdict",
     "arm.joint_function": "JointFunction",
     "arm.solution": "Solution Solutions",
-    "errors": "ArmangleError ConfigurationError FileFormatError InputError LimitError MissingExtraError NoSolutionError "
-    "NotFiniteError NotRotationError NotSRSError OutputError PathError PolicyError PortError "
-    "ShapeError UnknownRobotError UnreachableError UrdfError",
+    "errors": "ArmangleError ConfigurationError FileFormatError InputError LimitError MissingExtraError "
+    "NoSolutionError NotFiniteError NotRotationError NotSRSError OutputError PathError PolicyError "
+    "PortError ShapeError UnknownRobotError UnreachableError UrdfError",
     "files.tables": "JointTable load_joints load_poses save",
     "models.catalogue": "catalogue",
     "models.description": "ImportReport",

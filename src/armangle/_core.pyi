@@ -58,6 +58,8 @@ class Status(enum.IntEnum):
 
     BAD_INPUT = 12
 
+    NOT_ALLOWED = 13
+
     @property
     def sentence(self) -> str:
         """The outcome as one sentence."""

@@ -840,10 +840,10 @@ class Arm:
     ) -> Solution:
         """Return the posture of a pose that is nearest to a seed, of all there are.
 
-        All eight branches, all arm angles within the joint limits and all windings are compared, and no posture that
-        the limits allow is nearer: pieces of the circle that hold no nearer one are excluded by bounds, not by
-        sampling (docs: theory/nearest). Not to be confused with `inverse`, which takes branch and arm angle, or with
-        `step`, which keeps to the present branch and to a largest joint step.
+        All eight branches, all arm angles within the joint limits and all windings are compared, and no
+        posture that the limits allow is nearer: pieces of the circle that hold no nearer one are excluded
+        by bounds, not by sampling (docs: theory/nearest). Not to be confused with `inverse`, which takes
+        branch and arm angle, or with `step`, which keeps to the present branch and to a largest joint step.
 
         Parameters
         ----------
@@ -852,9 +852,9 @@ class Arm:
         near : array_like, shape (..., 7), optional
             The seed, rad. Without it the posture is that of `best`.
         metric : "l2" or "max"
-            Distance: root of the weighted sum of squares of joint differences, or the largest of √weight times a
-            difference. Of postures whose largest difference is the elbow's, which every arm angle shares, "max"
-            takes the one whose other joints are nearest.
+            Distance: root of the weighted sum of squares of joint differences, or the largest of √weight
+            times a difference. Of postures whose largest difference is the elbow's, which every arm angle
+            shares, "max" takes the one whose other joints are nearest.
         weight : array_like, shape (7,) or scalar, optional
             Weights of the joints, >= 0, at least one positive; 1 by default.
         prefer : "near" or "margin"
@@ -871,8 +871,8 @@ class Arm:
         Returns
         -------
         Solution
-            ``q (..., 7)``, ``psi``, ``gc``, ``distance``, ``status``, ``margin`` of shape (...). Never raises on
-            geometry: where there is no posture, ``status`` says why, q is NaN and gc is -1.
+            ``q (..., 7)``, ``psi``, ``gc``, ``distance``, ``status``, ``margin`` of shape (...). Never
+            raises on geometry: where there is no posture, ``status`` says why, q is NaN and gc is -1.
 
         Raises
         ------
@@ -910,8 +910,8 @@ class Arm:
     ) -> Solutions:
         """Return one posture for each branch and arc of a pose: the nearest there, by rising distance.
 
-        Two postures of one arc can be joined without moving the tool and without leaving the limits; two of different
-        arcs cannot. Without a seed the posture of each is that of the largest least margin.
+        Two postures of one arc can be joined without moving the tool and without leaving the limits; two of
+        different arcs cannot. Without a seed the posture of each is that of the largest least margin.
 
         Parameters
         ----------
@@ -921,7 +921,8 @@ class Arm:
         Returns
         -------
         Solutions
-            Of one pose a sequence of `Solution`; of a batch arrays (..., k), k the largest count, padded with NaN.
+            Of one pose a sequence of `Solution`; of a batch arrays (..., k), k the largest count, padded
+            with NaN.
 
         Raises
         ------

@@ -39,8 +39,9 @@ class Question:
     """A batch of poses and what is wanted of their postures."""
 
     def __init__(
-        self, arm: Arm, pose: ArrayLike, near: ArrayLike | None, metric: str, weight: ArrayLike | None, prefer: str,
-        gc: int | Iterable[int] | None, allowed: Allowed | None, singularity_margin: float, threads: int,
+        self, arm: Arm, pose: ArrayLike, near: ArrayLike | None, metric: str, weight: ArrayLike | None,
+        prefer: str, gc: int | Iterable[int] | None, allowed: Allowed | None, singularity_margin: float,
+        threads: int,
     ) -> None:  # fmt: skip
         named = [("pose", as_floats("pose", pose, (4, 4)), 2)]
         if near is not None:

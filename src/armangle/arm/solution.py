@@ -18,9 +18,10 @@ _OUT_OF_REACH = (Status.UNREACHABLE, Status.FOLDED)
 class Solution(NamedTuple):
     """A posture of a pose, what it costs, and why there is none.
 
-    ``q (..., 7)`` rad; ``psi (...)`` rad in (-π, π]; ``gc (...)`` 0..7; ``distance (...)`` to the seed in the metric
-    asked, rad, NaN without a seed; ``status (...)`` an `Status`, of a batch its codes as int8; ``margin (...)`` least
-    distance of a joint to one of its limits, rad. Where the status is not OK the numbers are NaN and gc is -1.
+    ``q (..., 7)`` rad; ``psi (...)`` rad in (-π, π]; ``gc (...)`` 0..7; ``distance (...)`` to the seed
+    in the metric asked, rad, NaN without a seed; ``status (...)`` an `Status`, of a batch its codes as
+    int8; ``margin (...)`` least distance of a joint to one of its limits, rad. Where the status is not
+    OK the numbers are NaN and gc is -1.
     """
 
     q: Floats
@@ -69,8 +70,8 @@ class Solutions:
     q : ndarray, shape (..., k, 7)
         Joint values, rad; k is the largest count. Rows beyond a pose's count are NaN.
     psi, distance, margin : ndarray, shape (..., k)
-        Arm angle in (-π, π], distance to the seed in the metric asked (NaN without a seed), least distance to a
-        limit; rad.
+        Arm angle in (-π, π], distance to the seed in the metric asked (NaN without a seed), least
+        distance to a limit; rad.
     gc : ndarray of int64, shape (..., k)
         Global configurations; -1 beyond the count.
     status : Status, or ndarray of int8, shape (...)
