@@ -88,6 +88,17 @@ struct ElbowBranches {
     double cut[24];
 };
 
+/// Ends of what is blocked, of a branch without arcs.
+struct Touching {
+    int count = 0;
+    double psi[2 * Blocked::capacity];
+
+    void add(double lower, double upper) noexcept {
+        psi[count++] = lower;
+        psi[count++] = upper;
+    }
+};
+
 /// Shares of two joints that turn about one axis, where the hinge between them is 0 or pi: only
 /// v = wanted - epsilon u is fixed by the pose, u and v being what they are off `near`.
 struct Split {
@@ -105,9 +116,13 @@ public:
     }
 
     Nearest best() noexcept {
-        Nearest out = nothing();
-        if (out.status != Status::OK) return out;
+        Nearest out;
         if (keep_near(out)) return out;
+        out = nothing();
+        if (out.status != Status::OK) {
+            for (int gc = 0; gc < configurations; ++gc) touching_points(gc, nullptr);
+            return best_.gc < 0 ? out : result();
+        }
         survey();
         // The elbow's own cost is the same for every psi. Where costs are a maximum it would hide what the
         // other joints cost, so that each elbow is searched without it, and the two are compared with it.
@@ -130,15 +145,17 @@ public:
     void all(Nearests& out) noexcept {
         out.count = 0;
         out.status = nothing().status;
-        if (out.status != Status::OK) return;
-        survey();
-        for (int gc = 0; gc < configurations; ++gc)
+        if (out.status == Status::OK) survey();
+        for (int gc = 0; gc < configurations; ++gc) {
+            touching_points(gc, &out);
             for (int arc = 0; arc < arcs_.arcs[gc].count; ++arc) {
                 best_ = Best{};
                 search(1u << gc, arc);
                 polish();
                 if (best_.gc >= 0) insert(out, result());
             }
+        }
+        if (out.count > 0) out.status = Status::OK;
     }
 
 private:
@@ -217,7 +234,11 @@ private:
             Blocked both = sides[shoulder].shoulder;
             append(sides[wrist].wrist, both);
             ArcSet& arcs = arcs_.arcs[gc];
+            touching_[gc].count = 0;
+            for (int i = 0; i < both.count && !both.all; ++i)
+                touching_[gc].add(both.arc[i].lower, both.arc[i].upper);
             arcs_.status[gc] = finish(limits_, sides[shoulder].f, sides[wrist].f, both, arcs);
+            if (!arcs.empty()) touching_[gc].count = 0;
             for (int side = 0; side < 2; ++side)
                 if (e.lost[side]) keep(arcs_.arcs[gc], split_arc(e, side), Status::LIMITS, arcs_.status[gc]);
             if (options_.allowed) keep(arcs, *options_.allowed, Status::NOT_ALLOWED, arcs_.status[gc]);
@@ -682,6 +703,25 @@ private:
         try_point(gc, psi, true);
     }
 
+    /// A branch without arcs may still hold the pose at single psi, where blocked arcs touch: a joint locked
+    /// by equal limits, or two joints on their limits at once. The best of them, or all.
+    void touching_points(int gc, Nearests* all) noexcept {
+        const Touching& t = touching_[gc];
+        for (int i = 0; i < t.count; ++i) {
+            const double psi = wrap(t.psi[i]);
+            if (limits_.margin > 0 || (options_.allowed && !contains(*options_.allowed, psi))) continue;
+            if (!all) {
+                try_point(gc, psi, false);
+                continue;
+            }
+            bool known = false;
+            for (int k = 0; k < i; ++k) known |= abs(wrap(t.psi[k] - psi)) <= nearest_rule::apart;
+            best_ = Best{};
+            if (!known) try_point(gc, psi, false);
+            if (best_.gc >= 0) insert(*all, result());
+        }
+    }
+
     /// Isolated psi at which two joints are one axis: the posture may share the turn between them as it
     /// likes.
     void singular_points(unsigned branches) noexcept {
@@ -757,7 +797,7 @@ private:
     Nearest finished(const double* q, double psi, int gc) const noexcept {
         Nearest out{};
         for (int j = 0; j < joints; ++j) out.q[j] = q[j];
-        out.psi = wrap(psi);
+        out.psi = psi;
         out.gc = gc;
         out.status = Status::OK;
         const double cost =
@@ -770,7 +810,8 @@ private:
 
     Nearest result() const noexcept {
         if (best_.gc < 0) return refused(Status::LIMITS);
-        return finished(posture(best_.gc, best_.psi).q, best_.psi, best_.gc);
+        const double psi = wrap(best_.psi);  // so that it is what inverse() gives at the psi that is told
+        return finished(posture(best_.gc, psi).q, psi, best_.gc);
     }
 
     void insert(Nearests& out, const Nearest& one) const noexcept {
@@ -792,6 +833,7 @@ private:
     Circle<double> circle_;
     ElbowBranches elbow_[2];
     AllArcs arcs_;
+    Touching touching_[configurations];
     Best best_;
     double ceiling_ = infinity;  // what another elbow costs
     double first_ = 0;
