@@ -89,6 +89,7 @@ class Arm(ArmLimits):
         *,
         angle_tolerance: float = 1e-5,
         length_tolerance: float = 2e-5,
+        continuous_limits: str = "ignore",
     ) -> Arm:
         """Return the arm between two links of a URDF, in that file's own joint coordinates and frames.
 
@@ -97,10 +98,14 @@ class Arm(ArmLimits):
         source : path or str or bytes
             A URDF file, or its XML text.
         base, tip : str, optional
-            Names of the two links; guessed where the file leaves one choice.
+            Names of the two links; guessed where the file leaves one choice of seven rotating joints, or one
+            that is S-R-S.
         angle_tolerance, length_tolerance : float
-            How far axes may be from exact (rad, m) to be snapped; the residual that remains is kept in
-            ``import_report``.
+            How far axes may be from exact (rad, m). Beyond the default the arm is the nearest in the mean
+            square; what then differs from the file is kept in ``import_report``.
+        continuous_limits : {"ignore", "use"}
+            Limits of a continuous joint, which by the rules of URDF has none, though some files state them.
+            Where they are ignored, a warning and a note of ``import_report`` say so.
 
         Returns
         -------
@@ -113,7 +118,7 @@ class Arm(ArmLimits):
         NotSRSError
             If the arm is not S-R-S; the message says which axes miss which point, and by how much.
         """
-        chain = read_urdf(source, base=base, tip=tip)
+        chain = read_urdf(source, base=base, tip=tip, continuous_limits=continuous_limits)
         description, report = describe_chain(chain, angle=angle_tolerance, length=length_tolerance)
         return cls._from_description(description, report)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, Self
 
 import numpy as np
@@ -30,9 +31,18 @@ def _seven(name: str, value: ArrayLike | None, default: float, *, infinite: bool
     return array
 
 
-def _length(name: str, value: float, *, link: bool = False) -> float:
-    low = LEAST_LINK if link else -_core.LENGTH_LIMIT
+def _length(name: str, value: float, low: float = -_core.LENGTH_LIMIT) -> float:
     return as_number(f"{name} (m)", value, low, _core.LENGTH_LIMIT)
+
+
+def _check_link(what: str, along: str, across: str, values: dict[str, Any]) -> None:
+    """Raise where the upper arm or forearm, slanted by its elbow offset, has no length."""
+    length = math.hypot(values[along], values[across])
+    if length < LEAST_LINK:
+        raise InputError(
+            f"{along} (m) is {values[along]:g} and {across} is {values[across]:g}: "
+            f"the {what} is {length:g} m long, wanted at least {LEAST_LINK:g}"
+        )
 
 
 class _KeywordsAlone:
@@ -102,8 +112,8 @@ class ArmValue(_KeywordsAlone):
         values: dict[str, Any] = {
             "name": name,
             "d_bs": _length("d_bs", d_bs),
-            "d_se": _length("d_se", d_se, link=True),
-            "d_ew": _length("d_ew", d_ew, link=True),
+            "d_se": _length("d_se", d_se, 0.0),
+            "d_ew": _length("d_ew", d_ew, 0.0),
             "d_wf": _length("d_wf", d_wf),
             "a_3": _length("a_3", a_3),
             "a_4": _length("a_4", a_4),
@@ -118,6 +128,8 @@ class ArmValue(_KeywordsAlone):
             "notes": (notes,) if isinstance(notes, str) else tuple(notes),
             "import_report": import_report,
         }
+        _check_link("upper arm", "d_se", "a_3", values)
+        _check_link("forearm", "d_ew", "a_4", values)
         sign = _seven("signs", signs, 1.0)
         _check_joints(values, sign)
         values["signs"] = sign.astype(np.int64)
