@@ -47,6 +47,9 @@ def test_robots(capsys: Capture) -> None:
     assert "reach: greatest distance of the wrist from the shoulder" in text
     listed = json.loads(out(capsys, "robots", "--json"))
     assert [entry["name"] for entry in listed] == list(aa.catalogue())
+    found = out(capsys, "robots", "Fourier", "left")
+    assert [name for name in aa.catalogue() if name in found] == list(aa.catalogue("left fourier"))
+    assert "Source:" in out(capsys, "robots", "iiwa7")
     for name in aa.catalogue():
         assert name in out(capsys, "robots", name)
         facts = json.loads(out(capsys, "robots", name, "--json"))

@@ -41,7 +41,7 @@ BAD_WORDS = {
         *ZEROS,
     ): "a.txt: ending '.txt' is not known, wanted one of .csv, .npz, .json",
     ("fk", *ROBOT, "-o", "no/a.csv", *ZEROS): "no/a.csv: cannot be written: No such file or directory",
-    ("robots", "kuka"): "the catalogue has no robot 'kuka'",
+    ("robots", "kuca"): "the catalogue has no robot 'kuca'",
     (*IK,): "the following arguments are required: --pose",
     (*IK, "--pose", "1,2,3"): "--pose has 3 numbers, wanted 7: x,y,z,qw,qx,qy,qz",
     (
