@@ -14,7 +14,7 @@ from ..arguments import add_json
 from ..screen import degrees, show, show_json
 from ..tables import paint, paragraph, table
 
-HELP = "List the arms of the catalogue, those whose names hold some words, or what is known of one."
+HELP = "List the arms of the catalogue, all or by words, or what is known of one."
 EXAMPLE = "  armangle robots\n  armangle robots yaskawa\n  armangle robots kuka_iiwa7_r800"
 
 _LENGTHS = ("d_bs", "d_se", "d_ew", "d_wf", "a_3", "a_4")
