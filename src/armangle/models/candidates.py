@@ -156,7 +156,7 @@ class Candidate:
             return "S-R-S"
         if not self.nearness.near:
             return "not S-R-S"
-        off = f"off by {millimetres(self.nearness.miss)}, {math.degrees(self.nearness.tilt):.2g} deg"
+        off = f"off by {millimetres(self.nearness.miss)}, {round(math.degrees(self.nearness.tilt), 4):g} deg"
         return f"near S-R-S: {off}; nearest arm within {millimetres(self.residual)}"
 
     def rank(self) -> int:

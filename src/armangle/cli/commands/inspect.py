@@ -12,6 +12,7 @@ from ...errors import FileFormatError, NotSRSError
 from ...files.replacing import replacing
 from ...models.catalogue import robot_toml
 from ...models.description import ImportReport
+from ...models.detect import ANGLE_TOLERANCE, LENGTH_TOLERANCE
 from ...models.mjcf import is_mjcf, mjcf_candidates
 from ...models.urdf import urdf_candidates
 from ...poses import COLUMNS, rows_from_poses
@@ -81,7 +82,9 @@ def _links(args: argparse.Namespace) -> tuple[str | None, str | None]:
 
 
 def _show(arm: Arm, report: ImportReport) -> None:
-    show(paint(f"{arm.name}: S-R-S", "bold"))
+    miss = max(report.shoulder_miss, report.elbow_miss, report.wrist_miss)
+    exact = miss <= LENGTH_TOLERANCE and report.angle_miss <= ANGLE_TOLERANCE
+    show(paint(f"{arm.name}: S-R-S" if exact else f"{arm.name}: the S-R-S arm fitted to it", "bold"))
     for line in str(report).splitlines():
         show(paint(paragraph(line), "bold") if line.startswith("note: ") else paragraph(line))
     show()
@@ -89,7 +92,7 @@ def _show(arm: Arm, report: ImportReport) -> None:
     show(f"lengths mm: {', '.join(f'{name} {getattr(arm, name) * 1e3:.6g}' for name in lengths)}")
     show(f"reach mm, shoulder to wrist: {arm.reach * 1e3:.6g}")
     for name, frame in (("base", arm.base), ("tool", arm.tool)):
-        row = ",".join(f"{value:.6g}" for value in rows_from_poses(frame[None])[0].round(9) + 0.0)
+        row = ",".join(f"{value:.6g}" for value in rows_from_poses(frame[None])[0].round(6) + 0.0)
         same = np.allclose(frame, np.eye(4), rtol=0, atol=_SAME)
         show(f"{name} {','.join(COLUMNS)}: {'identity' if same else row}")
     show()
