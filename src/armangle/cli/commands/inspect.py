@@ -89,12 +89,12 @@ def _show(arm: Arm, report: ImportReport) -> None:
         show(paint(paragraph(line), "bold") if line.startswith("note: ") else paragraph(line))
     show()
     lengths = ("d_bs", "d_se", "d_ew", "d_wf", "a_3", "a_4")
-    show(f"lengths mm: {', '.join(f'{name} {getattr(arm, name) * 1e3:.6g}' for name in lengths)}")
+    show(paragraph(f"lengths mm: {', '.join(f'{name} {getattr(arm, name) * 1e3:.6g}' for name in lengths)}"))
     show(f"reach mm, shoulder to wrist: {arm.reach * 1e3:.6g}")
     for name, frame in (("base", arm.base), ("tool", arm.tool)):
         row = ",".join(f"{value:.6g}" for value in rows_from_poses(frame[None])[0].round(6) + 0.0)
         same = np.allclose(frame, np.eye(4), rtol=0, atol=_SAME)
-        show(f"{name} {','.join(COLUMNS)}: {'identity' if same else row}")
+        show(paragraph(f"{name} {','.join(COLUMNS)}: {'identity' if same else row}"))
     show()
     joints = [
         [str(i + 1), name, degrees(arm.lower[i], 2), degrees(arm.upper[i], 2), f"{arm.signs[i]:+d}",
