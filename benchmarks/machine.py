@@ -39,5 +39,5 @@ def describe() -> str:
     load = ", ".join(f"{x:.2f}" for x in os.getloadavg())
     return (
         f"{cpu_model()}, {os.cpu_count()} cores, {platform.system()} {platform.machine()}, "
-        f"Python {platform.python_version()}, {compiler()}, {date}, load average {load}"
+        f"Python {platform.python_version()},\n{compiler()}, {date}, load average {load}"
     )

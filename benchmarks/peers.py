@@ -203,7 +203,7 @@ def text(rows: list[list[str]], failures: dict[str, str], count: int, minutes: f
         "largest errors of the solved", "poses",
     ]  # fmt: skip
     lines = [
-        f"{machine.describe()}. {count} random feasible poses of an iiwa 7, one call from Python a pose "
+        f"{machine.describe()}.\n{count} random feasible poses of an iiwa 7, one call from Python a pose "
         f"unless the row says batch; the run took {minutes:.0f} minutes.",
         "",
         report.table(head, rows),

@@ -94,7 +94,7 @@ def text(results: dict[str, dict[str, list[str]]]) -> str:
     ok = float(results[best]["steps_ok"][1])
     return "\n".join(
         [
-            f"{machine.describe()}. 1 yd = {yards}.",
+            f"{machine.describe()}.\n1 yd = {yards}.",
             "",
             report.table(["C++, one core, throughput", *columns, "goal, yd"], throughput_rows(results)),
             "",

@@ -9,7 +9,8 @@
 #include <vector>
 
 #include "arc_arrays.hpp"
-#include "buffers.hpp"
+#include "collected.hpp"
+#include "refusal.hpp"
 
 namespace binding {
 
@@ -26,116 +27,6 @@ nb::object owned(std::vector<T>&& values, std::size_t columns) {
     return nb::cast(nb::ndarray<nb::numpy, T>(kept->data(), {rows, columns}, owner));
 }
 
-/// Memory that grows without being filled first; its own, or a part of another's until that is too small.
-template <class T>
-struct Grown {
-    std::unique_ptr<T[]> own;
-    T* data = nullptr;
-    std::size_t size = 0, capacity = 0;
-
-    void reserve(std::size_t wanted) {
-        if (wanted <= capacity) return;
-        std::unique_ptr<T[]> larger(new T[wanted]);
-        if (size) std::memcpy(larger.get(), data, size * sizeof(T));
-        own = std::move(larger), data = own.get(), capacity = wanted;
-    }
-    void room_for(std::size_t more) {
-        if (size + more > capacity) reserve(size + more + capacity / 2);
-    }
-    void borrow(const Grown& whole, std::size_t first, std::size_t count) {
-        data = whole.data + first, capacity = count;
-    }
-
-    nb::object release(std::size_t columns) {
-        T* kept = own.release();
-        nb::capsule owner(kept, [](void* p) noexcept { delete[] static_cast<T*>(p); });
-        const std::size_t rows = size / columns;
-        if (columns == 1) return nb::cast(nb::ndarray<nb::numpy, T>(kept, {rows}, owner));
-        return nb::cast(nb::ndarray<nb::numpy, T>(kept, {rows, columns}, owner));
-    }
-};
-
-/// Arc sets under construction.
-struct Collected {
-    static constexpr std::size_t ends = 5;  // a set, as a rule: two arcs and a half
-    Grown<std::int64_t> count;
-    Grown<double> psi, value;
-    Grown<std::int8_t> joint, side, status;
-
-    /// Room for so many sets.
-    void reserve(std::size_t sets) {
-        count.reserve(sets), status.reserve(sets);
-        psi.reserve(ends * sets), value.reserve(ends * sets), joint.reserve(ends * sets),
-            side.reserve(ends * sets);
-    }
-    /// The room that another has for the sets from `first` on.
-    void borrow(const Collected& whole, std::size_t first, std::size_t sets) {
-        count.borrow(whole.count, first, sets), status.borrow(whole.status, first, sets);
-        psi.borrow(whole.psi, ends * first, ends * sets),
-            value.borrow(whole.value, ends * first, ends * sets);
-        joint.borrow(whole.joint, ends * first, ends * sets),
-            side.borrow(whole.side, ends * first, ends * sets);
-    }
-
-    void add(const Arm& arm, double margin, const Configuration<double>& gc, const ArcSet& set,
-             Status outcome) {
-        count.room_for(1), status.room_for(1);
-        count.data[count.size++] = set.count, status.data[status.size++] = static_cast<std::int8_t>(outcome);
-        const auto ends = static_cast<std::size_t>(2 * set.count);
-        psi.room_for(ends), value.room_for(ends), joint.room_for(ends), side.room_for(ends);
-        for (int i = 0; i < set.count; ++i) {
-            const Arc& arc = set.arc[i];
-            psi.data[psi.size++] = arc.lower, psi.data[psi.size++] = arc.upper;
-            for (const Tag tag : {arc.lower_tag, arc.upper_tag}) {
-                joint.data[joint.size++] = static_cast<std::int8_t>(tag_joint(tag));
-                side.data[side.size++] = static_cast<std::int8_t>(tag_side(tag));
-                value.data[value.size++] = end_value(arm, margin, gc, tag);
-            }
-        }
-    }
-
-    nb::tuple release() {
-        return nb::make_tuple(count.release(1), psi.release(2), joint.release(2), side.release(2),
-                              value.release(2), status.release(1));
-    }
-};
-
-/// One array of all threads' sets: drawn together where it was written, or copied where a thread outgrew its
-/// part.
-template <auto member>
-void join(std::vector<Collected>& parts, Collected& whole) {
-    auto& to = whole.*member;
-    std::remove_reference_t<decltype(to)> all;
-    std::size_t total = 0;
-    bool outgrown = false;
-    for (const Collected& part : parts)
-        total += (part.*member).size, outgrown |= (part.*member).own != nullptr;
-    for (Collected& part : parts) {
-        auto& from = part.*member;
-        if (!from.own || from.size < total) continue;
-        to = std::move(from);  // one holds all there is
-        return;
-    }
-    if (outgrown) {
-        all.reserve(total);
-    } else {
-        all = std::move(to);
-    }
-    for (const Collected& part : parts) {
-        const auto& from = part.*member;
-        if (from.size) std::memmove(all.data + all.size, from.data, from.size * sizeof(from.data[0]));
-        all.size += from.size;
-    }
-    to = std::move(all);
-}
-
-void join(std::vector<Collected>& parts, Collected& whole) {
-    join<&Collected::count>(parts, whole), join<&Collected::psi>(parts, whole),
-        join<&Collected::value>(parts, whole);
-    join<&Collected::joint>(parts, whole), join<&Collected::side>(parts, whole),
-        join<&Collected::status>(parts, whole);
-}
-
 /// What is asked of a pose: Psi_all of one branch, Psi_i of its seven joints, or Psi_all of all eight
 /// branches.
 enum class Wanted : int { branch, joints, branches };
@@ -150,9 +41,9 @@ struct Request {
     Wanted wanted;
 };
 
-void collect_branches(const Request& r, const Circle<double>& c, Collected& to) {
+void collect_branches(const Request& r, const Pose<double>& pose, Collected& to) {
     AllArcs all;
-    feasible_all(r.self.arm, r.limits, c, all);
+    feasible_all(r.self.arm, pose, r.limits, all);
     for (int k = 0; k < configurations; ++k)
         to.add(r.self.arm, r.limits.margin, configuration(k), all.arcs[k], all.status[k]);
 }
@@ -162,19 +53,19 @@ Problem collect_pose(const Request& r, const double* m, long long gc, Collected&
     if (problem != Problem::none) return problem;
     if (gc < 0 || gc >= configurations) return value = static_cast<double>(gc), Problem::gc_range;
     const Arm& arm = r.self.arm;
-    const Circle<double> c = circle(arm, flange_pose(arm, load_pose(m)));
-    if (r.wanted == Wanted::branches) return collect_branches(r, c, to), Problem::none;
+    const Pose<double> pose = load_pose(m);
+    if (r.wanted == Wanted::branches) return collect_branches(r, pose, to), Problem::none;
     const Configuration<double> g = configuration(static_cast<int>(gc));
-    const Fold<double> bend = fold(arm, c.triangle, g.elbow);
-    const JointFunctions<double> f = joint_functions(c, bend, g);
+    const SelfMotion<double> motion = self_motion(arm, pose, g);
+    const JointFunctions<double> f = joint_functions(motion);
     ArcSet set;
     if (r.wanted == Wanted::branch) {
-        const Status status = feasible(arm, r.limits, c, bend, f, set);
+        const Status status = feasible(motion, f, r.limits, set);
         to.add(arm, r.limits.margin, g, set, status);
         return Problem::none;
     }
     for (int joint = 0; joint < joints; ++joint) {
-        const Status status = joint_arcs(arm, r.limits, c, bend, f, joint, set);
+        const Status status = joint_arcs(motion, f, r.limits, joint, set);
         to.add(arm, r.limits.margin, g, set, status);
     }
     return Problem::none;
@@ -196,14 +87,14 @@ Problem collect_pose(const Request& r, const double* m, long long gc, Collected&
         });
 }
 
-/// Arrays of the sets of all elements, or a report of the first problem.
-nb::object feasible_many(const ArmHandle& self, nb::handle pose, nb::handle gc, double margin,
-                         double psi_margin, double discriminant, int wanted, int threads) {
+/// Arrays of the sets of all elements.
+ArcColumns feasible_many(const ArmHandle& self, Floats pose, Ints gc, double margin, double psi_margin,
+                         double discriminant, Wanted wanted, int threads) {
     const Buffer p(pose), g(gc);
     const Grid<2> grid({&p, &g}, {2, 0});
     const bool plain = margin == 0 && psi_margin == 0;
     const LimitTable own = plain ? LimitTable{} : limit_table(self.arm, margin, psi_margin, discriminant);
-    const Request request{self, plain ? self.limits : own, static_cast<Wanted>(wanted)};
+    const Request request{self, plain ? self.limits : own, wanted};
     const auto sets = static_cast<std::size_t>(sets_of(request.wanted));
     Collected whole;
     whole.reserve(grid.size() * sets);
@@ -219,8 +110,7 @@ nb::object feasible_many(const ArmHandle& self, nb::handle pose, nb::handle gc, 
             parts[thread] = std::move(mine);
         });
     }
-    const Outcome outcome = first_problem(outcomes, most_threads);
-    if (outcome.problem != Problem::none) return report(outcome);
+    refuse(first_problem(outcomes, most_threads), p, 2, "pose");
     join(parts, whole);
     return whole.release();
 }
@@ -228,16 +118,14 @@ nb::object feasible_many(const ArmHandle& self, nb::handle pose, nb::handle gc, 
 /// One joint's function of psi on one circle and branch.
 struct JointFunctionHandle {
     Arm arm;
-    Circle<double> c;
-    Fold<double> bend;
-    Configuration<double> gc;
+    SelfMotion<double> motion;
     JointFunctions<double> f;
     int joint;
 
     double value(double psi) const noexcept {
-        return joints_within_limits(arm, directions(c, bend, gc, sin_cos(psi)), nullptr).q[joint];
+        return joints_within_limits(arm, directions(motion, sin_cos(psi)), nullptr).q[joint];
     }
-    double slope(double psi) const noexcept { return self_motion(arm, f, sin_cos(psi)).q[joint]; }
+    double slope(double psi) const noexcept { return rate(arm, f, sin_cos(psi)).q[joint]; }
     Profile special() const noexcept {
         for (int h = 0; h < hinges; ++h)
             if (hinge_joint[h] == joint) return profile(f.hinge[h]);
@@ -247,25 +135,21 @@ struct JointFunctionHandle {
     }
 };
 
-nb::object joint_function(const ArmHandle& self, nb::handle pose, long long gc, int joint) {
+JointFunctionHandle joint_function(const ArmHandle& self, Floats pose, long long gc, int joint) {
     const Buffer m(pose);
     double value = 0;
-    Outcome outcome;
     const Problem problem = check_pose(m.data<double>(), value);
-    if (problem != Problem::none) return outcome.report(problem, 0, value), report(outcome);
-    JointFunctionHandle h;
-    h.arm = self.arm, h.joint = joint, h.gc = configuration(static_cast<int>(gc));
-    h.c = circle(self.arm, flange_pose(self.arm, load_pose(m.data<double>())));
-    if (is_unreachable(self.arm, h.c))
-        return outcome.report(Problem::unreachable, 0, h.c.triangle.excess), report(outcome);
-    if (is_folded(self.arm, h.c)) return outcome.report(Problem::folded, 0, 0), report(outcome);
-    h.bend = fold(self.arm, h.c.triangle, h.gc.elbow);
-    h.f = joint_functions(h.c, h.bend, h.gc);
-    return nb::cast(h);
+    refuse_one(problem, "pose", value);
+    const SelfMotion<double> motion =
+        self_motion(self.arm, load_pose(m.data<double>()), static_cast<int>(gc));
+    const Circle<double>& c = motion.circle;
+    if (is_unreachable(c)) refuse_one(Problem::unreachable, "pose", c.triangle.excess);
+    if (is_folded(c)) refuse_one(Problem::folded, "pose", 0);
+    return {self.arm, motion, joint_functions(motion), joint};
 }
 
 template <class Function>
-void map_psi(nb::handle psi, nb::handle out, const Function& function) {
+void map_psi(Floats psi, Floats out, const Function& function) {
     const Buffer in(psi), to(out, true);
     const Grid<2> grid({&in, &to}, {0, 0});
     grid.for_runs(
@@ -280,7 +164,7 @@ void map_psi(nb::handle psi, nb::handle out, const Function& function) {
 std::vector<double> listed(const Roots& r) { return {r.psi, r.psi + r.count}; }
 
 /// Sets made from arrays of [lower, upper] of any lift; overlapping arcs are joined.
-nb::tuple arcs_from(nb::handle count, nb::handle psi) {
+nb::typed<nb::tuple, Ints, Floats> arcs_from(Ints count, Floats psi) {
     const Buffer n(count), x(psi);
     std::vector<std::int64_t> counts;
     std::vector<double> arcs;
@@ -304,10 +188,12 @@ nb::tuple arcs_from(nb::handle count, nb::handle psi) {
     return nb::make_tuple(owned(std::move(counts), 1), owned(std::move(arcs), 2));
 }
 
-/// operation 0: a and b, 1: a or b, 2: not a. `source` says from which end (of a, then of b) each end came,
+enum class SetOperation { intersection, union_, complement };
+
+/// a and b, a or b, or not a. `source` says from which end (of a, then of b) each end came,
 /// or -1.
-nb::tuple combine(int operation, nb::handle count_a, nb::handle psi_a, nb::handle index_a, nb::handle count_b,
-                  nb::handle psi_b, nb::handle index_b) {
+nb::typed<nb::tuple, Ints, Floats, Ints> combine(SetOperation operation, Ints count_a, Floats psi_a,
+                                                 Ints index_a, Ints count_b, Floats psi_b, Ints index_b) {
     const ArcArrays a(count_a, psi_a), b(count_b, psi_b);
     const Buffer ia(index_a), ib(index_b);
     const auto ends_of_a = static_cast<std::int64_t>(2 * a.arcs());
@@ -316,11 +202,12 @@ nb::tuple combine(int operation, nb::handle count_a, nb::handle psi_a, nb::handl
     ArcSet out;
     for (Py_ssize_t i = 0; i < ia.shape(0); ++i) {
         const auto at_a = ia.data<long long>()[i], at_b = ib.data<long long>()[i];
-        const ArcSet left = a.load(at_a, 1),
-                     right = operation == 2 ? ArcSet{} : b.load(at_b, 1 + 2 * ArcSet::capacity);
-        if (operation == 0)
+        const ArcSet left = a.load(at_a, 1), right = operation == SetOperation::complement
+                                                         ? ArcSet{}
+                                                         : b.load(at_b, 1 + 2 * ArcSet::capacity);
+        if (operation == SetOperation::intersection)
             intersect(left, right, out);
-        else if (operation == 1)
+        else if (operation == SetOperation::union_)
             unite(left, right, out);
         else
             complement(left, out);
@@ -341,8 +228,7 @@ nb::tuple combine(int operation, nb::handle count_a, nb::handle psi_a, nb::handl
 }
 
 /// For each (set index, psi): whether the set contains it (as 0 or 1), or the nearest psi in it.
-void query(nb::handle count, nb::handle psi_arcs, nb::handle index, nb::handle psi, nb::handle out,
-           bool nearest_wanted) {
+void query(Ints count, Floats psi_arcs, Ints index, Floats psi, Floats out, bool nearest_wanted) {
     const ArcArrays a(count, psi_arcs);
     const Buffer i(index), x(psi), to(out, true);
     for (Py_ssize_t k = 0; k < i.shape(0); ++k) {
@@ -356,26 +242,48 @@ void query(nb::handle count, nb::handle psi_arcs, nb::handle index, nb::handle p
 
 void bind_arcs(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
+    nb::enum_<Side>(m, "Side")
+        .value("NONE", Side::none)
+        .value("LOWER", Side::lower)
+        .value("UPPER", Side::upper)
+        .value("USER", Side::user)
+        .value("NEAR_MARGIN", Side::near_margin)
+        .value("FAR_MARGIN", Side::far_margin)
+        .value("NEAR_SINGULAR", Side::near_singular)
+        .value("FAR_SINGULAR", Side::far_singular);
+    nb::enum_<Wanted>(m, "Wanted")
+        .value("BRANCH", Wanted::branch)
+        .value("JOINTS", Wanted::joints)
+        .value("BRANCHES", Wanted::branches);
+    nb::enum_<SetOperation>(m, "SetOperation")
+        .value("INTERSECTION", SetOperation::intersection)
+        .value("UNION", SetOperation::union_)
+        .value("COMPLEMENT", SetOperation::complement);
+    nb::enum_<Case>(m, "Case")
+        .value("STATIONARY", Case::stationary)
+        .value("MONOTONIC", Case::monotonic)
+        .value("SINGULAR", Case::singular)
+        .value("CONSTANT", Case::constant);
     arm.def("feasible_many", &feasible_many, "pose"_a, "gc"_a, "margin"_a, "psi_margin"_a, "discriminant"_a,
             "wanted"_a, "threads"_a);
     arm.def("joint_function", &joint_function, "pose"_a, "gc"_a, "joint"_a);
     nb::class_<JointFunctionHandle>(m, "JointFunction")
         .def(
             "value",
-            [](const JointFunctionHandle& h, nb::handle psi, nb::handle out) {
+            [](const JointFunctionHandle& h, Floats psi, Floats out) {
                 map_psi(psi, out, [&](double x) { return h.value(x); });
             },
             "psi"_a, "out"_a)
         .def(
             "derivative",
-            [](const JointFunctionHandle& h, nb::handle psi, nb::handle out) {
+            [](const JointFunctionHandle& h, Floats psi, Floats out) {
                 map_psi(psi, out, [&](double x) { return h.slope(x); });
             },
             "psi"_a, "out"_a)
         .def_prop_ro("stationary",
                      [](const JointFunctionHandle& h) { return listed(h.special().stationary); })
         .def_prop_ro("singular", [](const JointFunctionHandle& h) { return listed(h.special().singular); })
-        .def_prop_ro("kind", [](const JointFunctionHandle& h) { return static_cast<int>(h.special().kind); });
+        .def_prop_ro("kind", [](const JointFunctionHandle& h) { return h.special().kind; });
     m.def("arcs_from", &arcs_from, "count"_a, "psi"_a);
     m.def("combine", &combine, "operation"_a, "count_a"_a, "psi_a"_a, "index_a"_a, "count_b"_a, "psi_b"_a,
           "index_b"_a);

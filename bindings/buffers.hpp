@@ -12,6 +12,30 @@ namespace binding {
 
 namespace nb = nanobind;
 
+/// An array as Python hands it over, by its type in the stub. Nothing is checked before a Buffer views it: a
+/// call costs what it would without the type.
+template <class Element>
+struct ArrayHandle : nb::handle {
+    static constexpr auto Name =
+        nb::detail::const_name("numpy.typing.NDArray[") + Element::name + nb::detail::const_name("]");
+    static bool check_(nb::handle) noexcept { return true; }
+    ArrayHandle() = default;
+    ArrayHandle(nb::handle h) noexcept : nb::handle(h) {}
+    ArrayHandle(std::nullptr_t, nb::detail::steal_t) noexcept {}
+};
+struct Float64 {
+    static constexpr auto name = nb::detail::const_name("numpy.float64");
+};
+struct Int64 {
+    static constexpr auto name = nb::detail::const_name("numpy.int64");
+};
+struct Int8 {
+    static constexpr auto name = nb::detail::const_name("numpy.int8");
+};
+using Floats = ArrayHandle<Float64>;
+using Ints = ArrayHandle<Int64>;
+using Codes = ArrayHandle<Int8>;
+
 /// A view on an object's memory, released with it. Elements are doubles or 64-bit integers.
 class Buffer {
 public:
@@ -226,12 +250,6 @@ private:
     Py_ssize_t stride_[most_axes][N] = {};
 };
 
-/// (problem, flat index, value) of a batch, or None.
-inline nb::object report(const armangle::Outcome& o) {
-    if (o.problem == armangle::Problem::none) return nb::none();
-    return nb::make_tuple(static_cast<int>(o.problem), o.index, o.value);
-}
-
 /// An index that Python code writes as int or NumPy integer; false for anything else (bool and float too).
 inline bool as_index(nb::handle h, long long& out) noexcept {
     if (PyBool_Check(h.ptr()) || !PyIndex_Check(h.ptr())) return false;
@@ -246,6 +264,7 @@ struct ArmHandle {
     armangle::LimitTable limits;
 };
 
+void bind_refusal(nb::module_& m);
 void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_arcs(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_stepping(nb::module_& m, nb::class_<ArmHandle>& arm);

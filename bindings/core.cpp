@@ -19,7 +19,7 @@ void copy(nb::handle from, double* to, std::initializer_list<Py_ssize_t> extents
 
 /// lengths: d_bs d_se d_ew d_wf a_3 a_4; joints: sign, offset, lower, upper one after the other; transforms:
 /// 16 each.
-void construct(ArmHandle* self, nb::handle lengths, nb::handle joint_map, nb::handle base, nb::handle tool) {
+void construct(ArmHandle* self, Floats lengths, Floats joint_map, Floats base, Floats tool) {
     armangle::ArmParameters p;
     double length[6], map[4 * armangle::joints], transform[16];
     copy(lengths, length, {6});
@@ -28,7 +28,7 @@ void construct(ArmHandle* self, nb::handle lengths, nb::handle joint_map, nb::ha
     copy(joint_map, map, {4 * armangle::joints});
     for (int i = 0; i < armangle::joints; ++i) {
         p.sign[i] = map[i], p.offset[i] = map[armangle::joints + i];
-        p.lower[i] = map[2 * armangle::joints + i], p.upper[i] = map[3 * armangle::joints + i];
+        p.limits.lower[i] = map[2 * armangle::joints + i], p.limits.upper[i] = map[3 * armangle::joints + i];
     }
     copy(base, transform, {4, 4});
     p.base = armangle::load_pose(transform);
@@ -38,11 +38,27 @@ void construct(ArmHandle* self, nb::handle lengths, nb::handle joint_map, nb::ha
     new (self) ArmHandle{arm, armangle::limit_table(arm)};
 }
 
-nb::list sentences() {
-    nb::list out;
-    for (int i = 0; i < armangle::status_count; ++i)
-        out.append(armangle::sentence(static_cast<armangle::Status>(i)));
-    return out;
+/// The outcomes as a Python IntEnum. It is pickled by the public name, which is the same for every
+/// instruction set.
+void bind_status(nb::module_& m) {
+    using armangle::Status;
+    nb::enum_<Status>(m, "Status", nb::is_arithmetic())
+        .value("OK", Status::OK)
+        .value("UNREACHABLE", Status::UNREACHABLE)
+        .value("FOLDED", Status::FOLDED)
+        .value("ELBOW_LIMIT", Status::ELBOW_LIMIT)
+        .value("ELBOW_MARGIN", Status::ELBOW_MARGIN)
+        .value("LIMITS", Status::LIMITS)
+        .value("OUTSIDE", Status::OUTSIDE)
+        .value("JOINT_JUMP", Status::JOINT_JUMP)
+        .value("WINDING_EXHAUSTED", Status::WINDING_EXHAUSTED)
+        .value("VELOCITY_LIMIT", Status::VELOCITY_LIMIT)
+        .value("ACCELERATION_LIMIT", Status::ACCELERATION_LIMIT)
+        .value("NOT_REACHED", Status::NOT_REACHED)
+        .value("BAD_INPUT", Status::BAD_INPUT)
+        .def_prop_ro(
+            "sentence", [](Status status) { return armangle::sentence(status); },
+            "The outcome as one sentence.");
 }
 
 }  // namespace
@@ -56,6 +72,8 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     nb::set_leak_warnings(
         false);  // values kept by module globals and tests are alive at exit: that is no leak
     m.attr("__version__") = ARMANGLE_VERSION;
+    m.attr("JOINTS") = armangle::joints;
+    m.attr("CONFIGURATIONS") = armangle::configurations;
     m.attr("ANGLE_TOLERANCE") = armangle::tolerance::angle;
     m.attr("ROTATION_TOLERANCE") = armangle::tolerance::rotation;
     m.attr("LARGEST_ANGLE") = armangle::tolerance::largest_angle;
@@ -63,7 +81,8 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     m.attr("ARC_CAPACITY") = armangle::ArcSet::capacity;
     m.attr("MOST_MARGIN") = armangle::most_margin;
     m.attr("MAX_JOINT_STEP") = armangle::StepOptions{}.max_joint_step;
-    m.attr("SENTENCES") = binding::sentences();
+    binding::bind_status(m);
+    binding::bind_refusal(m);
     nb::class_<ArmHandle> arm(m, "Arm");
     arm.def("__init__", &binding::construct, nb::arg("lengths"), nb::arg("joint_map"), nb::arg("base"),
             nb::arg("tool"));

@@ -1,59 +1,6 @@
-// Which instruction sets this processor and its system have. Compiled for the plainest of them.
-//
-// By cpuid itself and not by __builtin_cpu_supports, which needs a symbol that not every compiler's library
-// has.
+// The module that says which instruction sets this processor has. Compiled for the plainest of them.
 #include <nanobind/nanobind.h>
 
-#include <cstring>
+#include "levels.hpp"
 
-#if defined(__x86_64__)
-#include <cpuid.h>
-#endif
-
-namespace {
-
-#if defined(__x86_64__)
-
-struct Levels {
-    bool v3 = false, v4 = false;  // of the x86-64 ABI: x86-64-v3 and -v4
-};
-
-constexpr bool has(unsigned flags, unsigned wanted) noexcept { return (flags & wanted) == wanted; }
-
-/// Register state that the system saves: XCR0.
-unsigned saved_state() noexcept {
-    unsigned low, high;
-    __asm__("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
-    return low;
-}
-
-Levels levels() noexcept {
-    constexpr unsigned ymm = 0x6, zmm = 0xe6;
-    constexpr unsigned in_leaf_1 =
-        bit_OSXSAVE | bit_AVX | bit_FMA | bit_F16C | bit_MOVBE | bit_SSE4_2 | bit_POPCNT;
-    constexpr unsigned in_leaf_7 = bit_AVX2 | bit_BMI | bit_BMI2;
-    constexpr unsigned of_v4 = bit_AVX512F | bit_AVX512DQ | bit_AVX512CD | bit_AVX512BW | bit_AVX512VL;
-    unsigned a, b, c, d;
-    Levels out;
-    if (!__get_cpuid(1, &a, &b, &c, &d) || !has(c, in_leaf_1) || !has(saved_state(), ymm)) return out;
-    if (!__get_cpuid(0x80000001u, &a, &b, &c, &d) || !has(c, bit_LZCNT)) return out;
-    if (!__get_cpuid_count(7, 0, &a, &b, &c, &d)) return out;
-    out.v3 = has(b, in_leaf_7);
-    out.v4 = out.v3 && has(b, of_v4) && has(saved_state(), zmm);
-    return out;
-}
-
-bool supports(const char* level) noexcept {
-    const auto is = [level](const char* name) { return std::strcmp(level, name) == 0; };
-    return is("sse2") || (is("avx2") && levels().v3) || (is("avx512") && levels().v4);
-}
-
-#else
-
-bool supports(const char* level) noexcept { return std::strcmp(level, "base") == 0; }
-
-#endif
-
-}  // namespace
-
-NB_MODULE(_cpu, m) { m.def("supports", &supports, nanobind::arg("level")); }
+NB_MODULE(_cpu, m) { m.def("supports", &binding::supports, nanobind::arg("level")); }

@@ -1,7 +1,7 @@
 // Forward, inverse, Jacobian, self-motion.
 #include <memory>
 
-#include "buffers.hpp"
+#include "refusal.hpp"
 
 namespace binding {
 
@@ -21,19 +21,17 @@ nb::object inverse_one(const ArmHandle& self, nb::handle pose, nb::handle psi_ob
     double m[16];
     if (!SmallMatrix().read(pose, 4, 4, m) || check_pose(m, value) != Problem::none) return nb::none();
     const Arm& arm = self.arm;
-    const Circle<double> c = circle(arm, flange_pose(arm, load_pose(m)));
-    if (is_folded(arm, c) || is_unreachable(arm, c)) return nb::none();
-    const Configuration<double> g = configuration(static_cast<int>(gc));
-    const Joints q =
-        joints_within_limits(arm, directions(c, fold(arm, c.triangle, g.elbow), g, sin_cos(psi)), nullptr);
+    const SelfMotion<double> motion = self_motion(arm, load_pose(m), static_cast<int>(gc));
+    if (is_folded(motion.circle) || is_unreachable(motion.circle)) return nb::none();
+    const Joints q = joints_within_limits(arm, directions(motion, sin_cos(psi)), nullptr);
     nb::object out = new_array7();
     const Buffer to(out, true);
     std::memcpy(to.data<double>(), q.q, joints * sizeof(double));
     return out;
 }
 
-nb::object inverse_many(const ArmHandle& self, nb::handle pose, nb::handle psi, nb::handle gc,
-                        nb::handle seed, nb::handle out, int limits, int unreachable, int threads) {
+void inverse_many(const ArmHandle& self, Floats pose, Floats psi, Ints gc, Floats seed, Floats out,
+                  Enforce limits, Enforce unreachable, int threads) {
     const Buffer p(pose), a(psi), g(gc), q(out, true);
     Buffer s;
     if (!seed.is_none()) s.get(seed);
@@ -51,8 +49,8 @@ nb::object inverse_many(const ArmHandle& self, nb::handle pose, nb::handle psi, 
                     b.gc = {g.data<long long>() + at[2], step[2]};
                     b.seed = {s.held() ? s.data<double>() + at[3] : nullptr, step[3]};
                     b.out = {q.data<double>() + at[4], step[4]};
-                    b.limits = static_cast<Enforce>(limits),
-                    b.unreachable = static_cast<Enforce>(unreachable);
+                    b.limits = limits;
+                    b.unreachable = unreachable;
                     Outcome here;
                     inverse_range(self.arm, b, 0, count, here);
                     if (here.problem != Problem::none)
@@ -60,12 +58,13 @@ nb::object inverse_many(const ArmHandle& self, nb::handle pose, nb::handle psi, 
                 });
         });
     }
-    return report(first_problem(outcomes, most_threads));
+    refuse(first_problem(outcomes, most_threads), q, 1, "pose", "seed");
 }
 
-/// Applies one(inputs..., outputs...) to each element; a problem is reported, not thrown.
+/// Applies one(inputs..., outputs...) to each element; the first problem is refused as one of `argument`.
 template <int N, class One>
-nb::object for_each(const Buffer* const (&buffers)[N], const int (&inner)[N], int threads, const One& one) {
+void for_each(const char* argument, const Buffer* const (&buffers)[N], const int (&inner)[N], int threads,
+              const One& one) {
     const Grid<N> grid(buffers, inner);
     Outcome outcomes[most_threads];
     {
@@ -84,7 +83,7 @@ nb::object for_each(const Buffer* const (&buffers)[N], const int (&inner)[N], in
                 });
         });
     }
-    return report(first_problem(outcomes, most_threads));
+    refuse(first_problem(outcomes, most_threads), *buffers[0], inner[0], argument);
 }
 
 Problem check_joints(const double* q, double& value) noexcept {
@@ -93,10 +92,9 @@ Problem check_joints(const double* q, double& value) noexcept {
     return Problem::none;
 }
 
-nb::object forward_many(const ArmHandle& self, nb::handle q, nb::handle pose, nb::handle psi, nb::handle gc,
-                        bool nan, int threads) {
+void forward_many(const ArmHandle& self, Floats q, Floats pose, Floats psi, Ints gc, bool nan, int threads) {
     const Buffer in(q), p(pose, true), a(psi, true), g(gc, true);
-    return for_each<4>({&in, &p, &a, &g}, {1, 2, 0, 0}, threads, [&](const Py_ssize_t* at, double& value) {
+    for_each<4>("q", {&in, &p, &a, &g}, {1, 2, 0, 0}, threads, [&](const Py_ssize_t* at, double& value) {
         const double* joint = in.data<double>() + at[0];
         const Problem problem = check_joints(joint, value);
         if (problem != Problem::none) return problem;
@@ -108,9 +106,9 @@ nb::object forward_many(const ArmHandle& self, nb::handle q, nb::handle pose, nb
     });
 }
 
-nb::object frames_many(const ArmHandle& self, nb::handle q, nb::handle out, int threads) {
+void frames_many(const ArmHandle& self, Floats q, Floats out, int threads) {
     const Buffer in(q), to(out, true);
-    return for_each<2>({&in, &to}, {1, 3}, threads, [&](const Py_ssize_t* at, double& value) {
+    for_each<2>("q", {&in, &to}, {1, 3}, threads, [&](const Py_ssize_t* at, double& value) {
         const Problem problem = check_joints(in.data<double>() + at[0], value);
         if (problem != Problem::none) return problem;
         Pose<double> frame[joints + 1];
@@ -120,9 +118,9 @@ nb::object frames_many(const ArmHandle& self, nb::handle q, nb::handle out, int 
     });
 }
 
-nb::object jacobian_many(const ArmHandle& self, nb::handle q, nb::handle out, int threads) {
+void jacobian_many(const ArmHandle& self, Floats q, Floats out, int threads) {
     const Buffer in(q), to(out, true);
-    return for_each<2>({&in, &to}, {1, 2}, threads, [&](const Py_ssize_t* at, double& value) {
+    for_each<2>("q", {&in, &to}, {1, 2}, threads, [&](const Py_ssize_t* at, double& value) {
         const Problem problem = check_joints(in.data<double>() + at[0], value);
         if (problem != Problem::none) return problem;
         const Jacobian j = jacobian(self.arm, in.data<double>() + at[0]);
@@ -131,46 +129,39 @@ nb::object jacobian_many(const ArmHandle& self, nb::handle q, nb::handle out, in
     });
 }
 
-nb::object self_motion_many(const ArmHandle& self, nb::handle pose, nb::handle psi, nb::handle gc,
-                            nb::handle out, int threads) {
+void self_motion_many(const ArmHandle& self, Floats pose, Floats psi, Ints gc, Floats out, int threads) {
     const Buffer p(pose), a(psi), g(gc), to(out, true);
-    return for_each<4>({&p, &a, &g, &to}, {2, 0, 0, 1}, threads, [&](const Py_ssize_t* at, double& value) {
+    for_each<4>("pose", {&p, &a, &g, &to}, {2, 0, 0, 1}, threads, [&](const Py_ssize_t* at, double& value) {
         InverseBatch b;
         b.pose = {p.data<double>() + at[0], 0}, b.psi = {a.data<double>() + at[1], 0}, b.seed = {nullptr, 0};
         b.gc = {g.data<long long>() + at[2], 0};
         const Problem problem = detail::check_element(self.arm, b, 0, value);
         if (problem != Problem::none) return problem;
-        const Circle<double> c = circle(self.arm, flange_pose(self.arm, load_pose(b.pose.data)));
-        const Configuration<double> sign = configuration(static_cast<int>(*b.gc.data));
-        const Fold<double> bend = fold(self.arm, c.triangle, sign.elbow);
-        const Joints rate = self_motion(self.arm, joint_functions(c, bend, sign), sin_cos(*b.psi.data));
-        std::memcpy(to.data<double>() + at[3], rate.q, joints * sizeof(double));
+        const SelfMotion<double> m =
+            self_motion(self.arm, load_pose(b.pose.data), static_cast<int>(*b.gc.data));
+        const Joints dq = rate(self.arm, joint_functions(m), sin_cos(*b.psi.data));
+        std::memcpy(to.data<double>() + at[3], dq.q, joints * sizeof(double));
         return Problem::none;
     });
 }
 
-nb::object limit_margin_many(const ArmHandle& self, nb::handle q, nb::handle out) {
+void limit_margin_many(const ArmHandle& self, Floats q, Floats out) {
     const Buffer in(q), to(out, true);
-    return for_each<2>({&in, &to}, {1, 0}, 1, [&](const Py_ssize_t* at, double& value) {
+    for_each<2>("q", {&in, &to}, {1, 0}, 1, [&](const Py_ssize_t* at, double& value) {
         const Problem problem = check_joints(in.data<double>() + at[0], value);
-        to.data<double>()[at[1]] = limit_margin(self.arm, in.data<double>() + at[0]);
+        to.data<double>()[at[1]] = limit_margin(self.arm.limits, in.data<double>() + at[0]);
         return problem;
     });
-}
-
-/// (problem, value) of one 4x4 matrix, for transforms that are not part of a batch.
-nb::tuple check_transform(nb::handle pose) {
-    const Buffer m(pose);
-    if (!m.is_array('d', {4, 4})) throw std::invalid_argument("a float64 (4, 4) array was expected");
-    double value = 0;
-    const Problem problem = check_pose(m.data<double>(), value);
-    return nb::make_tuple(static_cast<int>(problem), value);
 }
 
 }  // namespace
 
 void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
+    nb::enum_<Enforce>(m, "Enforce")
+        .value("IGNORE", Enforce::ignore)
+        .value("RAISE", Enforce::raise)
+        .value("NAN", Enforce::nan);
     arm.def("inverse_one", &inverse_one, "pose"_a.none(), "psi"_a.none(), "gc"_a.none());
     arm.def("inverse_many", &inverse_many, "pose"_a, "psi"_a, "gc"_a, "seed"_a.none(), "out"_a, "limits"_a,
             "unreachable"_a, "threads"_a);
@@ -179,13 +170,6 @@ void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm) {
     arm.def("jacobian_many", &jacobian_many, "q"_a, "out"_a, "threads"_a);
     arm.def("self_motion_many", &self_motion_many, "pose"_a, "psi"_a, "gc"_a, "out"_a, "threads"_a);
     arm.def("limit_margin_many", &limit_margin_many, "q"_a, "out"_a);
-    m.def("check_transform", &check_transform, "pose"_a);
-    nb::list problems;
-    for (const char* name :
-         {"none", "pose_not_finite", "pose_last_row", "pose_not_rotation", "pose_reflection",
-          "psi_not_finite", "gc_range", "joints_not_finite", "unreachable", "folded", "joint_limit"})
-        problems.append(name);
-    m.attr("PROBLEMS") = problems;
 }
 
 }  // namespace binding

@@ -1,7 +1,7 @@
 // Paths, plans, the curves they give, and what explains that there is none.
 #include "armangle/plan.hpp"
 
-#include "buffers.hpp"
+#include "refusal.hpp"
 
 namespace binding {
 
@@ -14,20 +14,21 @@ const Segment* as_segments(const Buffer& b) noexcept {
 }
 Vec3<double> as_vector(const double* v) noexcept { return {v[0], v[1], v[2]}; }
 
-/// The first problem of an array of poses, or None.
-nb::object check_transforms(nb::handle poses) {
+/// Refuses the first of an array of poses (one, or a row of them) that is no rigid transform.
+void check_transforms(Floats poses, const char* argument) {
     const Buffer p(poses);
     Outcome outcome;
-    for (Py_ssize_t i = 0; i < p.shape(0) && outcome.problem == Problem::none; ++i) {
+    const Py_ssize_t count = p.ndim() == 2 ? 1 : p.shape(0);
+    for (Py_ssize_t i = 0; i < count && outcome.problem == Problem::none; ++i) {
         double value = 0;
         const Problem problem = check_pose(p.data<double>() + 16 * i, value);
         if (problem != Problem::none) outcome.report(problem, static_cast<std::size_t>(i), value);
     }
-    return report(outcome);
+    refuse(outcome, p, 2, argument);
 }
 
 /// Segments through n poses, at s evenly; one pose is a path that stays there.
-void path_waypoints(nb::handle poses, nb::handle out) {
+void path_waypoints(Floats poses, Floats out) {
     const Buffer p(poses), to(out, true);
     const auto n = static_cast<std::size_t>(p.shape(0));
     auto* segments = reinterpret_cast<Segment*>(to.data<double>());
@@ -39,14 +40,14 @@ void path_waypoints(nb::handle poses, nb::handle out) {
                  static_cast<double>(i + 1) / static_cast<double>(count), pose(i), pose(i + 1), false);
 }
 
-void path_line(nb::handle start, nb::handle end, bool fixed, nb::handle out) {
+void path_line(Floats start, Floats end, bool fixed, Floats out) {
     const Buffer a(start), b(end), to(out, true);
     *reinterpret_cast<Segment*>(to.data<double>()) =
         line(0, 1, load_pose(a.data<double>()), load_pose(b.data<double>()), fixed);
 }
 
-void path_screw(nb::handle start, nb::handle point, nb::handle direction, double angle, double advance,
-                bool carried, nb::handle end, nb::handle out) {
+void path_screw(Floats start, Floats point, Floats direction, double angle, double advance, bool carried,
+                Floats end, Floats out) {
     const Buffer a(start), p(point), d(direction), to(out, true);
     Segment g = screw(0, 1, load_pose(a.data<double>()), as_vector(p.data<double>()),
                       as_vector(d.data<double>()), angle, advance, carried);
@@ -55,7 +56,7 @@ void path_screw(nb::handle start, nb::handle point, nb::handle direction, double
 }
 
 /// Centre, axis and angle of the arc through three points; angle 0 where they lie on a line.
-nb::tuple arc_through_points(nb::handle from, nb::handle via, nb::handle to) {
+nb::tuple arc_through_points(Floats from, Floats via, Floats to) {
     const Buffer a(from), b(via), c(to);
     const ArcThrough arc =
         arc_through(as_vector(a.data<double>()), as_vector(b.data<double>()), as_vector(c.data<double>()));
@@ -64,7 +65,7 @@ nb::tuple arc_through_points(nb::handle from, nb::handle via, nb::handle to) {
 }
 
 /// Poses (4x4) at s.
-void path_poses(nb::handle segments, nb::handle s, nb::handle out) {
+void path_poses(Floats segments, Floats s, Floats out) {
     const Buffer g(segments), x(s), to(out, true);
     const auto n = static_cast<std::size_t>(g.shape(0));
     for (Py_ssize_t i = 0; i < x.shape(0); ++i) {
@@ -75,7 +76,7 @@ void path_poses(nb::handle segments, nb::handle s, nb::handle out) {
 }
 
 /// Derivatives 1, 2, 3 with respect to s of the point, and 0, 1, 2 of the angular velocity: (3, 6) each.
-void path_derivatives(nb::handle segments, nb::handle s, nb::handle out) {
+void path_derivatives(Floats segments, Floats s, Floats out) {
     const Buffer g(segments), x(s), to(out, true);
     const auto n = static_cast<std::size_t>(g.shape(0));
     for (Py_ssize_t i = 0; i < x.shape(0); ++i) {
@@ -114,9 +115,8 @@ nb::object as_array(const std::vector<double>& values, std::size_t width) {
 
 /// (ok, gc, plane, stretches, open, start gap, goal gap, branches); weights: limits, singularities, travel,
 /// enough.
-nb::object plan_path(const ArmHandle& self, nb::handle segments, nb::handle rows, nb::handle start,
-                     nb::handle goal, unsigned branches, nb::handle weights, double singularity_margin,
-                     double limit_margin) {
+nb::object plan_path(const ArmHandle& self, Floats segments, Floats rows, Floats start, Floats goal,
+                     unsigned branches, Floats weights, double singularity_margin, double limit_margin) {
     const Buffer g(segments), r(rows), w(weights);
     Buffer from, to;
     PlanOptions options;
@@ -155,9 +155,8 @@ Curve as_curve(const ArmHandle& self, const Buffer& segments, const Buffer& stre
 }
 
 /// q, psi, pose, least limit margin and residual at s.
-void curve_at(const ArmHandle& self, nb::handle segments, nb::handle stretches, nb::handle plane, int gc,
-              nb::handle s, nb::handle q, nb::handle psi, nb::handle pose, nb::handle margin,
-              nb::handle residual) {
+void curve_at(const ArmHandle& self, Floats segments, Floats stretches, Floats plane, int gc, Floats s,
+              Floats q, Floats psi, Floats pose, Floats margin, Floats residual) {
     const Buffer g(segments), x(stretches), v(plane), at(s), q_out(q, true), psi_out(psi, true),
         pose_out(pose, true);
     const Buffer margin_out(margin, true), residual_out(residual, true);
@@ -167,14 +166,14 @@ void curve_at(const ArmHandle& self, nb::handle segments, nb::handle stretches, 
         std::memcpy(q_out.data<double>() + joints * i, here.q, joints * sizeof(double));
         psi_out.data<double>()[i] = here.psi;
         store_pose(here.pose, pose_out.data<double>() + 16 * i);
-        margin_out.data<double>()[i] = limit_margin(self.arm, here.q);
+        margin_out.data<double>()[i] = limit_margin(self.arm.limits, here.q);
         residual_out.data<double>()[i] = position_error(self.arm, chain(self.arm, here.q), here.pose);
     }
 }
 
 /// q', q'', q''' at s: (3, 7) each.
-void curve_derivatives(const ArmHandle& self, nb::handle segments, nb::handle stretches, nb::handle plane,
-                       int gc, nb::handle s, nb::handle out) {
+void curve_derivatives(const ArmHandle& self, Floats segments, Floats stretches, Floats plane, int gc,
+                       Floats s, Floats out) {
     const Buffer g(segments), x(stretches), v(plane), at(s), to(out, true);
     const Curve curve = as_curve(self, g, x, v, gc);
     for (Py_ssize_t i = 0; i < at.shape(0); ++i)
@@ -182,8 +181,7 @@ void curve_derivatives(const ArmHandle& self, nb::handle segments, nb::handle st
 }
 
 /// The curve (plane, stretches) of rows that were found otherwise: straight in the smooth angle between them.
-nb::object curve_through(const ArmHandle& self, nb::handle segments, nb::handle s, nb::handle q,
-                         nb::handle psi, int gc) {
+nb::object curve_through(const ArmHandle& self, Floats segments, Floats s, Floats q, Floats psi, int gc) {
     const Buffer g(segments), at(s), joint_values(q), angles(psi);
     const auto n = static_cast<std::size_t>(at.shape(0));
     const auto count = static_cast<std::size_t>(g.shape(0));
@@ -211,9 +209,9 @@ nb::object curve_through(const ArmHandle& self, nb::handle segments, nb::handle 
 }
 
 /// Eight branch reports of one pose.
-nb::object explain_pose(const ArmHandle& self, nb::handle segment, double singularity_margin) {
+nb::object explain_pose(const ArmHandle& self, Floats segment, double singularity_margin) {
     const Buffer g(segment);
-    Task task{self.arm, limit_table(self.arm, singularity_margin), as_segments(g), 1, {}};
+    Task task{self.arm, self.arm.limits, limit_table(self.arm, singularity_margin), as_segments(g), 1, {}};
     task.plane = smooth_plane({triad(self.arm, flange_pose(self.arm, task.pose(0))).w});
     nb::list out;
     for (int gc = 0; gc < configurations; ++gc) out.append(as_tuple(diagnose(task, 0, gc)));
@@ -222,7 +220,7 @@ nb::object explain_pose(const ArmHandle& self, nb::handle segment, double singul
 
 /// (lower, upper) of a sine or cosine over intervals, and of their arithmetic: what the tests of the
 /// enclosures ask.
-void interval_many(int operation, nb::handle a, nb::handle b, nb::handle out) {
+void interval_many(int operation, Floats a, Floats b, Floats out) {
     const Buffer x(a), y(b), to(out, true);
     for (Py_ssize_t i = 0; i < x.shape(0); ++i) {
         const Interval p(x.data<double>()[2 * i], x.data<double>()[2 * i + 1]),
@@ -235,10 +233,10 @@ void interval_many(int operation, nb::handle a, nb::handle b, nb::handle out) {
 }
 
 /// Unproven stretches of a curve, and the places seen to break a limit.
-nb::tuple certify_curve(const ArmHandle& self, nb::handle segments, nb::handle stretches, nb::handle plane,
-                        int gc, double singularity_margin) {
+nb::tuple certify_curve(const ArmHandle& self, Floats segments, Floats stretches, Floats plane, int gc,
+                        double singularity_margin) {
     const Buffer g(segments), x(stretches), v(plane);
-    const Proof proof = certify(as_curve(self, g, x, v, gc), self.arm, singularity_margin);
+    const Proof proof = certify(as_curve(self, g, x, v, gc), self.arm.limits, singularity_margin);
     return nb::make_tuple(as_array(proof.open, 2), as_array(proof.violated, 1));
 }
 
@@ -246,9 +244,17 @@ nb::tuple certify_curve(const ArmHandle& self, nb::handle segments, nb::handle s
 
 void bind_planning(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
+    nb::enum_<Verdict>(m, "Verdict", nb::is_arithmetic())
+        .value("OK", Verdict::ok)
+        .value("UNREACHABLE", Verdict::unreachable)
+        .value("IMPOSSIBLE", Verdict::impossible)
+        .value("DEAD_END", Verdict::dead_end)
+        .value("START", Verdict::start)
+        .value("GOAL", Verdict::goal)
+        .value("UNRESOLVED", Verdict::unresolved);
     m.attr("SEGMENT_WIDTH") = segment_width;
     m.attr("STRETCH_WIDTH") = stretch_width;
-    m.def("check_transforms", &check_transforms, "poses"_a);
+    m.def("check_transforms", &check_transforms, "poses"_a, "argument"_a);
     m.def("path_waypoints", &path_waypoints, "poses"_a, "out"_a);
     m.def("path_line", &path_line, "start"_a, "end"_a, "fixed"_a, "out"_a);
     m.def("path_screw", &path_screw, "start"_a, "point"_a, "direction"_a, "angle"_a, "advance"_a, "carried"_a,

@@ -1,9 +1,11 @@
 // Redundancy resolution, step and follow.
+#include <nanobind/stl/optional.h>
+
 #include <optional>
 #include <vector>
 
 #include "arc_arrays.hpp"
-#include "buffers.hpp"
+#include "refusal.hpp"
 
 namespace binding {
 
@@ -11,8 +13,8 @@ using namespace armangle;
 
 namespace {
 
-void make_policy(Policy* self, int rule, double K, double alpha, int outside) {
-    new (self) Policy{static_cast<Rule>(rule), K, alpha, static_cast<Outside>(outside)};
+void make_policy(Policy* self, Rule rule, double K, double alpha, Outside outside) {
+    new (self) Policy{rule, K, alpha, outside};
 }
 
 /// The options of a step as Python code usually writes them: gc None or 0..7, carry "psi" or "elbow",
@@ -68,8 +70,8 @@ struct Limits {
           table(with_margin ? *with_margin : arm.limits) {}
 };
 
-/// A named tuple `kind` of (q, psi, gc, status of `statuses`, margin), or (problem, index, value), or None
-/// where q or pose is no small matrix, or an option not as usual.
+/// A named tuple `kind` of (q, psi, gc, status of `statuses`, margin), or None where q or pose is no small
+/// matrix, or an option not as usual: the general way then converts them, or says what is wrong.
 nb::object step_one(const ArmHandle& self, nb::handle q_now, nb::handle pose, const Policy& policy,
                     nb::handle gc, nb::handle carry, nb::handle max_joint_step, nb::handle singularity_margin,
                     nb::handle allowed_count, nb::handle allowed_psi, nb::handle bounds, nb::handle kind,
@@ -79,12 +81,11 @@ nb::object step_one(const ArmHandle& self, nb::handle q_now, nb::handle pose, co
     options.policy = policy;
     if (!SmallMatrix().read(q_now, 1, joints, q) || !SmallMatrix().read(pose, 4, 4, m)) return nb::none();
     if (!read_options(gc, carry, max_joint_step, singularity_margin, options, margin)) return nb::none();
-    Outcome outcome;
     const Problem problem = check_pose(m, value);
-    if (problem != Problem::none) return outcome.report(problem, 0, value), report(outcome);
+    refuse_one(problem, "pose", value);
     for (int j = 0; j < joints; ++j)
         if (!(std::fabs(q[j]) <= tolerance::largest_angle))
-            return outcome.report(Problem::joints_not_finite, 0, q[j]), report(outcome);
+            refuse_one(Problem::joints_not_finite, "q_now", q[j]);
     ArcSet allowed;
     if (!allowed_count.is_none())
         allowed = ArcArrays(allowed_count, allowed_psi).load(0, 0), options.allowed = &allowed;
@@ -99,14 +100,33 @@ nb::object step_one(const ArmHandle& self, nb::handle q_now, nb::handle pose, co
     return new_named(kind, joint_values, next.psi, next.gc, nb::handle(status), next.margin);
 }
 
-nb::object follow_all(const ArmHandle& self, nb::handle start, nb::handle poses, const Policy& policy,
-                      nb::handle gc_wanted, nb::handle carry, nb::handle max_joint_step,
-                      nb::handle singularity_margin, int on_fail, nb::handle allowed_count,
-                      nb::handle allowed_psi, nb::handle bounds, int lookahead, nb::handle q, nb::handle psi,
-                      nb::handle gc, nb::handle status, nb::handle margin, nb::handle residual) {
-    const Buffer s(start), p(poses), q_out(q, true), psi_out(psi, true), gc_out(gc, true),
-        status_out(status, true);
-    const Buffer margin_out(margin, true), residual_out(residual, true);
+/// What `follow` is asked for, beside the poses.
+struct FollowOptions {
+    StepOptions step;
+    double singularity_margin;
+    OnFail on_fail;
+    std::size_t lookahead;
+};
+
+void make_follow_options(FollowOptions* self, const Policy& policy, std::optional<int> gc, Carry carry,
+                         std::optional<double> max_joint_step, double singularity_margin, OnFail on_fail,
+                         std::size_t lookahead) {
+    new (self) FollowOptions{{}, singularity_margin, on_fail, lookahead};
+    StepOptions& step = self->step;
+    step.policy = policy;
+    step.carry = carry;
+    if (gc) step.gc = *gc;
+    if (max_joint_step) step.max_joint_step = *max_joint_step;
+}
+
+/// Columns that `follow` fills, a row a pose.
+using FollowColumns = nb::typed<nb::tuple, Floats, Floats, Ints, Codes, Floats, Floats>;
+
+void follow_all(const ArmHandle& self, Floats start, Floats poses, const FollowOptions& wanted,
+                Ints allowed_count, Floats allowed_psi, Floats bounds, const FollowColumns& columns) {
+    const Buffer s(start), p(poses), q_out(columns[0], true), psi_out(columns[1], true),
+        gc_out(columns[2], true), status_out(columns[3], true), margin_out(columns[4], true),
+        residual_out(columns[5], true);
     const auto n = static_cast<std::size_t>(p.shape(0));
     Outcome outcome;
     for (std::size_t i = 0; i < n && outcome.problem == Problem::none; ++i) {
@@ -114,7 +134,7 @@ nb::object follow_all(const ArmHandle& self, nb::handle start, nb::handle poses,
         const Problem problem = check_pose(p.data<double>() + 16 * i, value);
         if (problem != Problem::none) outcome.report(problem, i, value);
     }
-    if (outcome.problem != Problem::none) return report(outcome);
+    refuse(outcome, p, 2, "pose");
     std::vector<ArcSet> sets;
     if (!allowed_count.is_none()) {
         const ArcArrays arrays(allowed_count, allowed_psi);
@@ -125,28 +145,23 @@ nb::object follow_all(const ArmHandle& self, nb::handle start, nb::handle poses,
                           margin_out.data<double>(), residual_out.data<double>(),
                           gc_out.data<long long>(),  status_out.data<std::int8_t>()};
     const Strided<const ArcSet> allowed{sets.empty() ? nullptr : sets.data(), sets.size() > 1 ? 1 : 0};
-    StepOptions options;
-    double singular = 0;
-    options.policy = policy;
-    if (!read_options(gc_wanted, carry, max_joint_step, singularity_margin, options, singular))
-        throw std::invalid_argument("options were expected");
-    const Limits limits(self, singular);
+    StepOptions options = wanted.step;
+    const Limits limits(self, wanted.singularity_margin);
     const GivenBounds given(bounds, options);
-    const auto window = static_cast<std::size_t>(lookahead);
-    std::vector<AheadLayer> layers(window ? Lookahead::layers_for(window) : 0);
+    const std::size_t window = wanted.lookahead;
+    std::vector<AheadSection> sections(window ? Lookahead::sections_for(window) : 0);
     Lookahead ahead(self.arm, limits.table, p.data<double>(), n, allowed, options.bounds,
-                    options.max_joint_step, layers.data(), window);
+                    options.max_joint_step, sections.data(), window);
     {
         nb::gil_scoped_release release;
-        follow(self.arm, limits.table, s.data<double>(), p.data<double>(), n, options,
-               static_cast<OnFail>(on_fail), allowed, rows, window ? &ahead : nullptr);
+        follow(self.arm, limits.table, s.data<double>(), p.data<double>(), n, options, wanted.on_fail,
+               allowed, rows, window ? &ahead : nullptr);
     }
-    return nb::none();
 }
 
 /// Next psi of each (set, psi): eq. (36) or another rule.
-void resolve_many(const Policy& policy, nb::handle count, nb::handle psi_arcs, nb::handle index,
-                  nb::handle psi, nb::handle out, nb::handle status) {
+void resolve_many(const Policy& policy, Ints count, Floats psi_arcs, Ints index, Floats psi, Floats out,
+                  Codes status) {
     const ArcArrays arcs(count, psi_arcs);
     const Buffer i(index), x(psi), to(out, true), code(status, true);
     for (Py_ssize_t k = 0; k < i.shape(0); ++k) {
@@ -159,14 +174,25 @@ void resolve_many(const Policy& policy, nb::handle count, nb::handle psi_arcs, n
 
 void bind_stepping(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
+    nb::enum_<Rule>(m, "Rule")
+        .value("REPULSION", Rule::repulsion)
+        .value("HOLD", Rule::hold)
+        .value("CENTRE", Rule::centre);
+    nb::enum_<Outside>(m, "Outside").value("NEAREST", Outside::nearest).value("STOP", Outside::stop);
+    nb::enum_<Carry>(m, "Carry").value("PSI", Carry::psi).value("ELBOW", Carry::elbow);
+    nb::enum_<OnFail>(m, "OnFail")
+        .value("STOP", OnFail::stop)
+        .value("HOLD", OnFail::hold)
+        .value("SKIP", OnFail::skip);
     nb::class_<Policy>(m, "Policy").def("__init__", &make_policy, "rule"_a, "K"_a, "alpha"_a, "outside"_a);
     arm.def("step_one", &step_one, "q_now"_a.none(), "pose"_a.none(), "policy"_a, "gc"_a.none(),
             "carry"_a.none(), "max_joint_step"_a.none(), "singularity_margin"_a.none(),
             "allowed_count"_a.none(), "allowed_psi"_a.none(), "bounds"_a.none(), "kind"_a, "statuses"_a);
-    arm.def("follow_all", &follow_all, "start"_a, "poses"_a, "policy"_a, "gc_wanted"_a.none(), "carry"_a,
-            "max_joint_step"_a.none(), "singularity_margin"_a, "on_fail"_a, "allowed_count"_a.none(),
-            "allowed_psi"_a.none(), "bounds"_a.none(), "lookahead"_a, "q"_a, "psi"_a, "gc"_a, "status"_a,
-            "margin"_a, "residual"_a);
+    nb::class_<FollowOptions>(m, "FollowOptions")
+        .def("__init__", &make_follow_options, "policy"_a, "gc"_a.none(), "carry"_a,
+             "max_joint_step"_a.none(), "singularity_margin"_a, "on_fail"_a, "lookahead"_a);
+    arm.def("follow_all", &follow_all, "start"_a, "poses"_a, "options"_a, "allowed_count"_a.none(),
+            "allowed_psi"_a.none(), "bounds"_a.none(), "columns"_a);
     m.def("resolve_many", &resolve_many, "policy"_a, "count"_a, "psi_arcs"_a, "index"_a, "psi"_a, "out"_a,
           "status"_a);
     m.def("gain", &gain, "rate"_a, "dt"_a);

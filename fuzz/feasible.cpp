@@ -27,22 +27,21 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
     const double margin = kind & 2 ? std::fabs(in.bounded(0.3, 1.5)) : 0.0;
     const Configuration<double> gc = configuration(static_cast<int>(in.byte() % 8));
     const LimitTable limits = limit_table(arm, margin);
-    const Circle<double> c = circle(arm, flange_pose(arm, pose));
-    const Fold<double> bend = fold(arm, c.triangle, gc.elbow);
-    const JointFunctions<double> f = joint_functions(c, bend, gc);
+    const SelfMotion<double> m = self_motion(arm, pose, gc);
+    const JointFunctions<double> f = joint_functions(m);
     ArcSet set;
-    const Status status = feasible(arm, limits, c, bend, f, set);
+    const Status status = feasible(m, f, limits, set);
     check_set(set);
     demand((status == Status::OK) == !set.empty(), "a set is empty if and only if the status says why");
     for (int i = 0; i < set.count; ++i) {
         const double psi = set.arc[i].lower + 0.382 * (set.arc[i].upper - set.arc[i].lower);
-        const Joints q = joints_within_limits(arm, directions(c, bend, gc, sin_cos(psi)), nullptr);
-        const Joints rate = self_motion(arm, f, sin_cos(psi));
+        const Joints q = joints_within_limits(arm, directions(m, sin_cos(psi)), nullptr);
+        const Joints dq = rate(arm, f, sin_cos(psi));
         double slack =
             1e-7;  // what the rounding of theta and of the offsets may do, and gaps of psi that are closed
         for (int j = 0; j < joints; ++j) {
             const double turned = std::fabs(arm.offset[j]) + std::fabs(arm.joint_middle[j]);
-            slack = max(slack, 1e-7 * turned + tolerance::angle * std::fabs(rate.q[j]));
+            slack = max(slack, 1e-7 * turned + tolerance::angle * std::fabs(dq.q[j]));
         }
         for (const Pivot<double>& p :
              f.pivot) {  // near a singularity a short direction, and so an angle known less well
@@ -50,11 +49,11 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
             slack = max(slack, 4e-15 / max(hypot(p.U.at(at), p.V.at(at)), 1e-13));
         }
         for (int j = 0; j < joints; ++j) demand(std::isfinite(q.q[j]), "joints are finite");
-        demand(within_limits(arm, q.q, slack), "inside an arc every joint is within its limits");
+        demand(within_limits(arm.limits, q.q, slack), "inside an arc every joint is within its limits");
     }
     for (int joint = 0; joint < joints; ++joint) {
         ArcSet one;
-        joint_arcs(arm, limits, c, bend, f, joint, one);
+        joint_arcs(m, f, limits, joint, one);
         check_set(one);
         ArcSet both, other;
         intersect(set, one, both), complement(one, other), check_set(other);

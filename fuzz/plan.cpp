@@ -11,8 +11,12 @@ armangle::Arm few_turns(const armangle::Arm& arm) {
     armangle::ArmParameters p = arm;
     constexpr double most = 6.0;
     for (int i = 0; i < armangle::joints; ++i) {
-        p.lower[i] = armangle::max(p.lower[i], -most), p.upper[i] = armangle::min(p.upper[i], most);
-        if (!(p.lower[i] < p.upper[i])) p.lower[i] = -most, p.upper[i] = most;
+        p.limits.lower[i] = armangle::max(p.limits.lower[i], -most);
+        p.limits.upper[i] = armangle::min(p.limits.upper[i], most);
+        if (!(p.limits.lower[i] < p.limits.upper[i])) {
+            p.limits.lower[i] = -most;
+            p.limits.upper[i] = most;
+        }
     }
     return make_arm(p);
 }
@@ -26,7 +30,7 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
     double q[joints];
     for (int i = 0; i < joints; ++i) {
         const double share = 0.5 + 0.5 * in.bounded(1.0, 1.0);
-        q[i] = arm.lower[i] + share * (arm.upper[i] - arm.lower[i]);
+        q[i] = arm.limits.lower[i] + share * (arm.limits.upper[i] - arm.limits.lower[i]);
     }
     const unsigned kind = in.byte();
     const std::size_t count = 1 + kind % 3;
@@ -51,7 +55,10 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
     }
     PlanOptions options;
     options.branches = 1u << (in.byte() % 8);
-    if (kind & 32) options.start = q, options.branches = 0xff;
+    if (kind & 32) {
+        options.start = q;
+        options.branches = 0xff;
+    }
     options.singularity_margin = kind & 4 ? std::fabs(in.bounded(0.2, 0.5)) : 0.0;
     const double rows[] = {0.0, 1.0};
     const Plan plan = armangle::plan(arm, segments, count, rows, 2, options);
@@ -62,7 +69,7 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
     const Curve curve{arm, plan.plane, plan.gc, {segments, count}, plan.stretches};
     for (int k = 0; k <= 64; ++k) {
         const PlacedPosture here = curve.at(k / 64.0);
-        demand(within_limits(arm, here.q, 1e-6), "a plan that is ok is within the limits");
+        demand(within_limits(arm.limits, here.q, 1e-6), "a plan that is ok is within the limits");
         demand(pose_error(forward(arm, here.q).pose, here.pose) < 1e-6 + 1e3 * rounding(arm, here.pose),
                "a plan that is ok holds the poses");
     }

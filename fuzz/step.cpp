@@ -18,7 +18,10 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
     options.policy.K = std::fabs(in.bounded(1.0, 1.0));
     for (int k = 0; k < 3; ++k) {
         Pose<double> pose = kind & 16 ? in.rigid(1.0) : in.reachable(arm).pose;
-        if (kind & 32) pose.rotation.y.z = in.number(1.0), pose.position.x = in.number(1.0);
+        if (kind & 32) {
+            pose.rotation.y.z = in.number(1.0);
+            pose.position.x = in.number(1.0);
+        }
         const Step next = step(arm, limits, q, pose, options);
         demand(static_cast<int>(next.status) >= 0 && static_cast<int>(next.status) < status_count,
                "a status is one of the list");
@@ -29,7 +32,7 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
         for (int i = 0; i < joints; ++i)
             demand(std::isfinite(next.q[i]), "a step that is OK has finite joints");
         demand(next.psi > -pi && next.psi <= pi, "psi is in (-pi, pi]");
-        demand(within_limits(arm, next.q, tolerance::angle), "a step that is OK is within the limits");
+        demand(within_limits(arm.limits, next.q, tolerance::angle), "a step that is OK is within the limits");
         double turned = 1;
         for (int i = 0; i < joints; ++i) turned = max(turned, std::fabs(next.q[i]));
         demand(pose_error(forward(arm, next.q).pose, pose) <

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import os
-
 import pytest
 from hypothesis import HealthCheck, settings
+from support import draw
 
 settings.register_profile(
     "suite",
@@ -13,8 +12,12 @@ settings.register_profile(
     derandomize=True,
     suppress_health_check=[HealthCheck.too_slow],
 )
-settings.register_profile("long", settings.get_profile("suite"), derandomize=False, max_examples=5000)
-settings.load_profile(os.environ.get("ARMANGLE_LAWS", "suite"))
+settings.load_profile("suite")
+
+
+def pytest_report_header() -> str:
+    """Say how much the laws draw."""
+    return draw.header()
 
 
 def pytest_configure(config: pytest.Config) -> None:

@@ -138,7 +138,7 @@ def report(count: int, sample: int) -> str:
     heads = list(spread)
     return PAGE_TEXT.format(
         command=f"python tools/accuracy.py --count {count} --sample {sample} --write",
-        machine=f"{platform.machine()}, {platform.system()}, instruction set {aa.ISA}",
+        machine=f"{platform.machine()},\n{platform.system()}, instruction set {aa.ISA}",
         date=datetime.date.today().isoformat(),
         version=aa.__version__,
         heads=" | ".join(f"{h}: max | p99.9" for h in heads),
@@ -150,17 +150,19 @@ def report(count: int, sample: int) -> str:
 
 PAGE_TEXT = """# Accuracy
 
-Written by `{command}` on {date}, armangle {version}, {machine}. The arm is a KUKA LBR iiwa 7 R800; all
-numbers are absolute, p99.9 is rounded up by at most 2.3 %.
+Written by `{command}` on {date}, armangle {version}, {machine}.
+The arm is a KUKA LBR iiwa 7 R800; all numbers are absolute, p99.9 is rounded up by at most 2.3 %.
 
 ## There and back
 
-Postures to (pose, ψ, gc), back to joints, and to the pose again. Families "near" a value hold postures
-exactly at it and 1e-12, 1e-9, 1e-6 and 1e-3 rad beside. The *pose* holds everywhere. *q* cannot at a
-singular posture: there a whole family of joints has this pose (θ1 + θ3 or θ5 + θ7 alone count), or an
-angle is the root of a small number (θ4 of the stretched arm: about 1e-8). ψ is compared where the branch
-is the same. *Arc end*: how far the joint is from the limit that the end of a feasible arc names; at an
-end where dq/dψ is large it is the rounding of ψ times that slope.
+Postures to (pose, ψ, gc), back to joints, and to the pose again.
+Families "near" a value hold postures exactly at it and 1e-12, 1e-9, 1e-6 and 1e-3 rad beside.
+The *pose* holds everywhere.
+*q* cannot at a singular posture: there a whole family of joints has this pose (θ1 + θ3 or θ5 + θ7
+alone count), or an angle is the root of a small number (θ4 of the stretched arm: about 1e-8).
+ψ is compared where the branch is the same.
+*Arc end*: how far the joint is from the limit that the end of a feasible arc names;
+at an end where dq/dψ is large it is the rounding of ψ times that slope.
 
 | postures | number | {heads} |
 | :-- | --: | {rule} |
@@ -169,9 +171,9 @@ end where dq/dψ is large it is the rounding of ψ times that slope.
 ## Against 50 digits
 
 The same families, judged by mpmath: forward kinematics as a product of the DH matrices of Table 1
-(largest error of an entry of the pose, m or 1), and ψ by the elbow axis from the *rounded* pose that the
-library returned. Where the wrist is close to the base axis, or the arm is stretched, the rounding of
-that pose alone moves ψ.
+(largest error of an entry of the pose, m or 1), and ψ by the elbow axis from the *rounded* pose
+that the library returned.
+Where the wrist is close to the base axis, or the arm is stretched, the rounding of that pose alone moves ψ.
 
 | postures | number | pose: max | p99.9 | ψ (rad): max | p99.9 |
 | :-- | --: | --: | --: | --: | --: |

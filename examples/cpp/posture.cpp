@@ -15,18 +15,17 @@ int main() {
     std::printf("position_m %.15g %.15g %.15g\n", p.x, p.y, p.z);
     std::printf("psi_deg %.15g\ngc %d\n", posture.psi / example::degree, posture.gc);
 
-    const armangle::Configuration<double> gc = armangle::configuration(posture.gc);
-    const armangle::Circle<double> circle = armangle::circle(arm, armangle::flange_pose(arm, posture.pose));
-    const armangle::Fold<double> bend = armangle::fold(arm, circle.triangle, gc.elbow);
-    const armangle::Joints back = armangle::joints_within_limits(
-        arm, armangle::directions(circle, bend, gc, armangle::sin_cos(posture.psi)), nullptr);
+    const armangle::Inverse back = armangle::inverse(arm, posture.pose, posture.psi, posture.gc);
+    if (back.status != armangle::Status::OK) {
+        std::printf("%s\n", armangle::sentence(back.status));
+        return 1;
+    }
     std::printf("q_deg");
     for (int i = 0; i < armangle::joints; ++i) std::printf(" %.15g", back.q[i] / example::degree);
 
+    const armangle::SelfMotion<double> motion = armangle::self_motion(arm, posture.pose, posture.gc);
     armangle::ArcSet arcs;
-    const armangle::LimitTable limits = armangle::limit_table(arm);
-    const armangle::Status status =
-        armangle::feasible(arm, limits, circle, bend, armangle::joint_functions(circle, bend, gc), arcs);
+    const armangle::Status status = armangle::feasible(motion, armangle::limit_table(arm), arcs);
     std::printf("\nstatus %s\n", armangle::sentence(status));
     for (int i = 0; i < arcs.count; ++i)
         std::printf("arc_deg %.15g %.15g\n", arcs.arc[i].lower / example::degree,

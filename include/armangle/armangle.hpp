@@ -3,11 +3,13 @@
 
 #include "version.hpp"
 #include "status.hpp"
+#include "arm/limits.hpp"
 #include "arm/arm.hpp"
 #include "arm/joints.hpp"
 #include "arm/configuration.hpp"
 #include "arm/forward.hpp"
 #include "circle/circle.hpp"
+#include "circle/self_motion.hpp"
 #include "circle/posture.hpp"
 #include "circle/joint_function.hpp"
 #include "limits/arcs.hpp"

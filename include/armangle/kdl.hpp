@@ -58,13 +58,11 @@ private:
     /// One branch: the feasible psi nearest to the elbow axis z3 of the seed, and its joints.
     Status solve_branch(const Circle<double>& c, int gc, const Vec3<double>& z3, const double* seed,
                         Joints& q) const noexcept {
-        const Configuration<double> g = configuration(gc);
-        const Fold<double> bend = fold(arm_, c.triangle, g.elbow);
+        const SelfMotion<double> m = self_motion(arm_, c, configuration(gc));
         ArcSet arcs;
-        const Status status = feasible(arm_, limits_, c, bend, joint_functions(c, bend, g), arcs);
+        const Status status = feasible(m, limits_, arcs);
         if (status != Status::OK) return status;
-        q = joints_within_limits(arm_, directions(c, bend, g, sin_cos(nearest(arcs, arm_angle(c, z3)))),
-                                 seed);
+        q = joints_within_limits(arm_, directions(m, sin_cos(nearest(arcs, arm_angle(c, z3)))), seed);
         return Status::OK;
     }
 
@@ -79,7 +77,10 @@ private:
             Joints other;
             if (gc == own || solve_branch(c, gc, now.z3, seed, other) != Status::OK) continue;
             const double move = detail::largest_move(other.q, seed);
-            if (move < least) least = move, q = other;
+            if (move < least) {
+                least = move;
+                q = other;
+            }
         }
         return least < infinity ? Status::OK : status;
     }

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import os
+from collections.abc import Iterable, Sequence
+from enum import Enum
 from numbers import Integral
-from typing import Any, NoReturn
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
+from ._core import Problem
 from .errors import (
     ArmangleError,
     ConfigurationError,
@@ -24,8 +27,13 @@ from .errors import (
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Shape = tuple[int, ...]
-Report = tuple[int, int, float]
 
+PathLike = str | os.PathLike[str]
+AnyEnum = TypeVar("AnyEnum", bound=Enum)
+AnyArray = TypeVar("AnyArray", bound=NDArray[Any])
+
+JOINTS: int = _core.JOINTS
+CONFIGURATIONS: int = _core.CONFIGURATIONS
 MILLIMETRES = 1e3
 MOST_THREADS = 1024
 
@@ -47,6 +55,43 @@ def as_floats(name: str, value: ArrayLike, tail: Shape = ()) -> Floats:
             return np.ascontiguousarray(array)
         step *= array.shape[-axis]
     return array if all(stride % 8 == 0 for stride in array.strides) else array.copy()
+
+
+def one_pose(name: str, value: ArrayLike) -> Floats:
+    """Return a read-only copy (4, 4) of one rigid transform; positions in m."""
+    pose = np.array(as_floats(name, value, (4, 4)), order="C")
+    if pose.ndim != 2:
+        raise ShapeError(f"{name} has shape {pose.shape}, wanted (4, 4)")
+    _core.check_transforms(pose, name)
+    return frozen(pose)
+
+
+def one_posture(name: str, value: ArrayLike) -> Floats:
+    """Return a read-only copy (7,) of one posture, finite and no batch; rad."""
+    joints = np.array(as_floats(name, value, (JOINTS,)), order="C")
+    if joints.ndim != 1:
+        raise ShapeError(f"{name} has shape {joints.shape}, wanted ({JOINTS},)")
+    check_angles(name, joints)
+    return frozen(joints)
+
+
+def named(kind: type[AnyEnum]) -> dict[str, AnyEnum]:
+    """Return the members of an enumeration of the core by the words that stand for them in arguments."""
+    return {member.name.lower(): member for member in kind}
+
+
+def chosen(name: str, value: str, options: Iterable[str]) -> str:
+    """Return `value`, which is one of the options; as a plain string, whatever kind of string it is."""
+    listed = [*options]
+    if not isinstance(value, str) or value not in listed:
+        raise InputError(f"{name} is {value!r:.100}, wanted one of {', '.join(map(repr, listed))}")
+    return listed[listed.index(value)]
+
+
+def frozen(array: AnyArray) -> AnyArray:
+    """Return the array, which from now on cannot be written to."""
+    array.setflags(write=False)
+    return array
 
 
 def as_gc(value: ArrayLike) -> Ints:
@@ -126,40 +171,41 @@ def as_threads(threads: int) -> int:
     return int(threads)
 
 
-def raise_problem(report: Report, batch: Shape, *, joints: str = "q") -> NoReturn:
-    """Raise the error that a report of the core stands for; `joints` names the joint argument."""
-    code, flat, value = report
-    index = np.unravel_index(flat, batch) if batch else ()
-    where = f"[{', '.join(str(int(i)) for i in index)}]" if index else ""
-    raise _error(_core.PROBLEMS[code], where, value, joints)
+def _refusal(problem: Problem, name: str, index: Shape, value: float) -> ArmangleError:
+    """Return the error of a problem that the core found with the argument `name`, at an index of its batch.
 
-
-def _error(problem: str, where: str, value: float, joints: str) -> ArmangleError:
+    Problems with psi and gc are found together with those of the pose, and name themselves.
+    """
+    at = str(list(index)) if index else ""
+    where = name + at
     match problem:
-        case "pose_not_finite":
-            return NotFiniteError(f"pose{where} holds {value}, wanted finite numbers")
-        case "pose_last_row":
-            return NotRotationError(f"pose{where} has {value:g} in its last row, wanted 0 0 0 1")
-        case "pose_not_rotation":
+        case Problem.POSE_NOT_FINITE:
+            return NotFiniteError(f"{where} holds {value}, wanted finite numbers")
+        case Problem.POSE_LAST_ROW:
+            return NotRotationError(f"{where} has {value:g} in its last row, wanted 0 0 0 1")
+        case Problem.POSE_NOT_ROTATION:
             return NotRotationError(
-                f"the rotation of pose{where} is not orthonormal: |RᵀR - I| is {value:.3g}, wanted at "
+                f"the rotation of {where} is not orthonormal: |RᵀR - I| is {value:.3g}, wanted at "
                 f"most {_core.ROTATION_TOLERANCE:g}; armangle.nearest_rotation(pose) gives the nearest one"
             )
-        case "pose_reflection":
-            return NotRotationError(f"the rotation of pose{where} is a reflection: its determinant is -1")
-        case "psi_not_finite":
-            return _bad_angle(f"psi{where} is {value}", value)
-        case "gc_range":
-            return ConfigurationError(f"gc{where} is {int(value)}, wanted an integer from 0 to 7")
-        case "joints_not_finite":
-            return _bad_angle(f"{joints}{where} holds {value}", value)
-        case "joint_limit":
-            return LimitError(f"joint {int(value)} of the solution of pose{where} is outside its limits")
-        case "folded":
+        case Problem.POSE_REFLECTION:
+            return NotRotationError(f"the rotation of {where} is a reflection: its determinant is -1")
+        case Problem.PSI_NOT_FINITE:
+            return _bad_angle(f"psi{at} is {value}", value)
+        case Problem.GC_RANGE:
+            return ConfigurationError(f"gc{at} is {int(value)}, wanted an integer from 0 to 7")
+        case Problem.JOINTS_NOT_FINITE:
+            return _bad_angle(f"{where} holds {value}", value)
+        case Problem.JOINT_LIMIT:
+            return LimitError(f"joint {int(value)} of the solution of {where} is outside its limits")
+        case Problem.FOLDED:
             return UnreachableError(
-                f"the wrist of {joints if joints == 'q' else 'pose'}{where} lies on the shoulder: "
+                f"the wrist of {where} lies on the shoulder: "
                 "the arm is folded and the arm angle is not defined"
             )
-        case "unreachable":
-            return UnreachableError(f"pose{where} is out of reach by {value * MILLIMETRES:.6g} mm")
-    return ArmangleError(problem)
+        case Problem.UNREACHABLE:
+            return UnreachableError(f"{where} is out of reach by {value * MILLIMETRES:.6g} mm")
+    return ArmangleError(problem.name)
+
+
+_core.on_refusal(_refusal)

@@ -5,11 +5,13 @@
 
 from __future__ import annotations
 
-import importlib
 import os
+from importlib import import_module
+from importlib.util import find_spec
 from types import ModuleType
 
 LEVELS = ("avx512", "avx2", "sse2", "base")
+MENDED_BY = "in armangle's folder: pip install --force-reinstall --no-deps ."
 
 
 def _load() -> tuple[str, ModuleType]:
@@ -19,14 +21,18 @@ def _load() -> tuple[str, ModuleType]:
         raise ImportError(f"ARMANGLE_ISA is {forced!r}, wanted one of {', '.join(LEVELS)}")
     from . import _cpu
 
-    for level in (forced,) if forced else LEVELS:
-        if not _cpu.supports(level):
-            continue
-        try:
-            return level, importlib.import_module(f"._core_{level}", __package__)
-        except ModuleNotFoundError:
-            continue
-    raise ImportError(f"armangle was not built for {forced or 'this processor'}, or the processor lacks it")
+    built = [level for level in LEVELS if find_spec(f"._core_{level}", __package__)]
+    usable = [level for level in built if _cpu.supports(level)]
+    if forced and forced not in usable:
+        why = "this processor lacks it" if forced in built else f"built were {', '.join(built)}"
+        raise ImportError(f"ARMANGLE_ISA is {forced!r}, but {why}")
+    if not usable:
+        raise ImportError(
+            f"armangle was built for {', '.join(built) or 'no processor'}, and this processor is another; "
+            f"build it for this one, {MENDED_BY}"
+        )
+    level = forced or usable[0]
+    return level, import_module(f"._core_{level}", __package__)
 
 
 ISA, _module = _load()

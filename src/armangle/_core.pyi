@@ -6,6 +6,17 @@ ISA: str
 LEVELS: tuple[str, ...]
 __version__: str
 
+from collections.abc import Callable
+import enum
+
+import numpy
+import numpy.typing
+
+
+JOINTS: int = 7
+
+CONFIGURATIONS: int = 8
+
 ANGLE_TOLERANCE: float = 1e-09
 
 ROTATION_TOLERANCE: float = 1e-06
@@ -20,10 +31,64 @@ MOST_MARGIN: float = 1.5
 
 MAX_JOINT_STEP: float = 0.2
 
-SENTENCES: list[str] = ...
+class Status(enum.IntEnum):
+    OK = 0
+
+    UNREACHABLE = 1
+
+    FOLDED = 2
+
+    ELBOW_LIMIT = 3
+
+    ELBOW_MARGIN = 4
+
+    LIMITS = 5
+
+    OUTSIDE = 6
+
+    JOINT_JUMP = 7
+
+    WINDING_EXHAUSTED = 8
+
+    VELOCITY_LIMIT = 9
+
+    ACCELERATION_LIMIT = 10
+
+    NOT_REACHED = 11
+
+    BAD_INPUT = 12
+
+    @property
+    def sentence(self) -> str:
+        """The outcome as one sentence."""
+
+class Problem(enum.Enum):
+    NONE = 0
+
+    POSE_NOT_FINITE = 1
+
+    POSE_LAST_ROW = 2
+
+    POSE_NOT_ROTATION = 3
+
+    POSE_REFLECTION = 4
+
+    PSI_NOT_FINITE = 5
+
+    GC_RANGE = 6
+
+    JOINTS_NOT_FINITE = 7
+
+    UNREACHABLE = 8
+
+    FOLDED = 9
+
+    JOINT_LIMIT = 10
+
+def on_refusal(function: Callable[[Problem, str, tuple[int, ...], float], object]) -> None: ...
 
 class Arm:
-    def __init__(self, lengths: object, joint_map: object, base: object, tool: object) -> None: ...
+    def __init__(self, lengths: numpy.typing.NDArray[numpy.float64], joint_map: numpy.typing.NDArray[numpy.float64], base: numpy.typing.NDArray[numpy.float64], tool: numpy.typing.NDArray[numpy.float64]) -> None: ...
 
     @property
     def reach(self) -> float: ...
@@ -36,46 +101,89 @@ class Arm:
 
     def inverse_one(self, pose: object | None, psi: object | None, gc: object | None) -> Any: ...
 
-    def inverse_many(self, pose: object, psi: object, gc: object, seed: object | None, out: object, limits: int, unreachable: int, threads: int) -> Any: ...
+    def inverse_many(self, pose: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], seed: numpy.typing.NDArray[numpy.float64] | None, out: numpy.typing.NDArray[numpy.float64], limits: Enforce, unreachable: Enforce, threads: int) -> None: ...
 
-    def forward_many(self, q: object, pose: object, psi: object, gc: object, nan: bool, threads: int) -> Any: ...
+    def forward_many(self, q: numpy.typing.NDArray[numpy.float64], pose: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], nan: bool, threads: int) -> None: ...
 
-    def frames_many(self, q: object, out: object, threads: int) -> Any: ...
+    def frames_many(self, q: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64], threads: int) -> None: ...
 
-    def jacobian_many(self, q: object, out: object, threads: int) -> Any: ...
+    def jacobian_many(self, q: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64], threads: int) -> None: ...
 
-    def self_motion_many(self, pose: object, psi: object, gc: object, out: object, threads: int) -> Any: ...
+    def self_motion_many(self, pose: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], out: numpy.typing.NDArray[numpy.float64], threads: int) -> None: ...
 
-    def limit_margin_many(self, q: object, out: object) -> Any: ...
+    def limit_margin_many(self, q: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> None: ...
 
-    def feasible_many(self, pose: object, gc: object, margin: float, psi_margin: float, discriminant: float, wanted: int, threads: int) -> Any: ...
+    def feasible_many(self, pose: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], margin: float, psi_margin: float, discriminant: float, wanted: Wanted, threads: int) -> tuple[numpy.typing.NDArray[numpy.int64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int8], numpy.typing.NDArray[numpy.int8], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int8]]: ...
 
-    def joint_function(self, pose: object, gc: int, joint: int) -> Any: ...
+    def joint_function(self, pose: numpy.typing.NDArray[numpy.float64], gc: int, joint: int) -> JointFunction: ...
 
     def step_one(self, q_now: object | None, pose: object | None, policy: Policy, gc: object | None, carry: object | None, max_joint_step: object | None, singularity_margin: object | None, allowed_count: object | None, allowed_psi: object | None, bounds: object | None, kind: object, statuses: object) -> Any: ...
 
-    def follow_all(self, start: object, poses: object, policy: Policy, gc_wanted: object | None, carry: object, max_joint_step: object | None, singularity_margin: object, on_fail: int, allowed_count: object | None, allowed_psi: object | None, bounds: object | None, lookahead: int, q: object, psi: object, gc: object, status: object, margin: object, residual: object) -> Any: ...
+    def follow_all(self, start: numpy.typing.NDArray[numpy.float64], poses: numpy.typing.NDArray[numpy.float64], options: FollowOptions, allowed_count: numpy.typing.NDArray[numpy.int64] | None, allowed_psi: numpy.typing.NDArray[numpy.float64] | None, bounds: numpy.typing.NDArray[numpy.float64] | None, columns: tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int64], numpy.typing.NDArray[numpy.int8], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64]]) -> None: ...
 
-    def plan_path(self, segments: object, rows: object, start: object | None, goal: object | None, branches: int, weights: object, singularity_margin: float, limit_margin: float) -> Any: ...
+    def plan_path(self, segments: numpy.typing.NDArray[numpy.float64], rows: numpy.typing.NDArray[numpy.float64], start: numpy.typing.NDArray[numpy.float64] | None, goal: numpy.typing.NDArray[numpy.float64] | None, branches: int, weights: numpy.typing.NDArray[numpy.float64], singularity_margin: float, limit_margin: float) -> Any: ...
 
-    def curve_at(self, segments: object, stretches: object, plane: object, gc: int, s: object, q: object, psi: object, pose: object, margin: object, residual: object) -> None: ...
+    def curve_at(self, segments: numpy.typing.NDArray[numpy.float64], stretches: numpy.typing.NDArray[numpy.float64], plane: numpy.typing.NDArray[numpy.float64], gc: int, s: numpy.typing.NDArray[numpy.float64], q: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], pose: numpy.typing.NDArray[numpy.float64], margin: numpy.typing.NDArray[numpy.float64], residual: numpy.typing.NDArray[numpy.float64]) -> None: ...
 
-    def curve_derivatives(self, segments: object, stretches: object, plane: object, gc: int, s: object, out: object) -> None: ...
+    def curve_derivatives(self, segments: numpy.typing.NDArray[numpy.float64], stretches: numpy.typing.NDArray[numpy.float64], plane: numpy.typing.NDArray[numpy.float64], gc: int, s: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> None: ...
 
-    def curve_through(self, segments: object, s: object, q: object, psi: object, gc: int) -> Any: ...
+    def curve_through(self, segments: numpy.typing.NDArray[numpy.float64], s: numpy.typing.NDArray[numpy.float64], q: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], gc: int) -> Any: ...
 
-    def certify_curve(self, segments: object, stretches: object, plane: object, gc: int, singularity_margin: float) -> tuple[Any, ...]: ...
+    def certify_curve(self, segments: numpy.typing.NDArray[numpy.float64], stretches: numpy.typing.NDArray[numpy.float64], plane: numpy.typing.NDArray[numpy.float64], gc: int, singularity_margin: float) -> tuple[Any, ...]: ...
 
-    def explain_pose(self, segment: object, singularity_margin: float) -> Any: ...
+    def explain_pose(self, segment: numpy.typing.NDArray[numpy.float64], singularity_margin: float) -> Any: ...
 
-def check_transform(pose: object) -> tuple[Any, ...]: ...
+class Enforce(enum.Enum):
+    IGNORE = 0
 
-PROBLEMS: list[str] = ...
+    RAISE = 1
+
+    NAN = 2
+
+class Side(enum.Enum):
+    NONE = 0
+
+    LOWER = 1
+
+    UPPER = 2
+
+    USER = 3
+
+    NEAR_MARGIN = 4
+
+    FAR_MARGIN = 5
+
+    NEAR_SINGULAR = 6
+
+    FAR_SINGULAR = 7
+
+class Wanted(enum.Enum):
+    BRANCH = 0
+
+    JOINTS = 1
+
+    BRANCHES = 2
+
+class SetOperation(enum.Enum):
+    INTERSECTION = 0
+
+    UNION = 1
+
+    COMPLEMENT = 2
+
+class Case(enum.Enum):
+    STATIONARY = 0
+
+    MONOTONIC = 1
+
+    SINGULAR = 2
+
+    CONSTANT = 3
 
 class JointFunction:
-    def value(self, psi: object, out: object) -> None: ...
+    def value(self, psi: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> None: ...
 
-    def derivative(self, psi: object, out: object) -> None: ...
+    def derivative(self, psi: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> None: ...
 
     @property
     def stationary(self) -> list[float]: ...
@@ -84,37 +192,79 @@ class JointFunction:
     def singular(self) -> list[float]: ...
 
     @property
-    def kind(self) -> int: ...
+    def kind(self) -> Case: ...
 
-def arcs_from(count: object, psi: object) -> tuple[Any, ...]: ...
+def arcs_from(count: numpy.typing.NDArray[numpy.int64], psi: numpy.typing.NDArray[numpy.float64]) -> tuple[numpy.typing.NDArray[numpy.int64], numpy.typing.NDArray[numpy.float64]]: ...
 
-def combine(operation: int, count_a: object, psi_a: object, index_a: object, count_b: object, psi_b: object, index_b: object) -> tuple[Any, ...]: ...
+def combine(operation: SetOperation, count_a: numpy.typing.NDArray[numpy.int64], psi_a: numpy.typing.NDArray[numpy.float64], index_a: numpy.typing.NDArray[numpy.int64], count_b: numpy.typing.NDArray[numpy.int64], psi_b: numpy.typing.NDArray[numpy.float64], index_b: numpy.typing.NDArray[numpy.int64]) -> tuple[numpy.typing.NDArray[numpy.int64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int64]]: ...
 
-def query(count: object, psi_arcs: object, index: object, psi: object, out: object, nearest: bool) -> None: ...
+def query(count: numpy.typing.NDArray[numpy.int64], psi_arcs: numpy.typing.NDArray[numpy.float64], index: numpy.typing.NDArray[numpy.int64], psi: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64], nearest: bool) -> None: ...
+
+class Rule(enum.Enum):
+    REPULSION = 0
+
+    HOLD = 1
+
+    CENTRE = 2
+
+class Outside(enum.Enum):
+    NEAREST = 0
+
+    STOP = 1
+
+class Carry(enum.Enum):
+    PSI = 0
+
+    ELBOW = 1
+
+class OnFail(enum.Enum):
+    STOP = 0
+
+    HOLD = 1
+
+    SKIP = 2
 
 class Policy:
-    def __init__(self, rule: int, K: float, alpha: float, outside: int) -> None: ...
+    def __init__(self, rule: Rule, K: float, alpha: float, outside: Outside) -> None: ...
 
-def resolve_many(policy: Policy, count: object, psi_arcs: object, index: object, psi: object, out: object, status: object) -> None: ...
+class FollowOptions:
+    def __init__(self, policy: Policy, gc: int | None, carry: Carry, max_joint_step: float | None, singularity_margin: float, on_fail: OnFail, lookahead: int) -> None: ...
+
+def resolve_many(policy: Policy, count: numpy.typing.NDArray[numpy.int64], psi_arcs: numpy.typing.NDArray[numpy.float64], index: numpy.typing.NDArray[numpy.int64], psi: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64], status: numpy.typing.NDArray[numpy.int8]) -> None: ...
 
 def gain(rate: float, dt: float) -> float: ...
+
+class Verdict(enum.IntEnum):
+    OK = 0
+
+    UNREACHABLE = 1
+
+    IMPOSSIBLE = 2
+
+    DEAD_END = 3
+
+    START = 4
+
+    GOAL = 5
+
+    UNRESOLVED = 6
 
 SEGMENT_WIDTH: int = 28
 
 STRETCH_WIDTH: int = 22
 
-def check_transforms(poses: object) -> Any: ...
+def check_transforms(poses: numpy.typing.NDArray[numpy.float64], argument: str) -> None: ...
 
-def path_waypoints(poses: object, out: object) -> None: ...
+def path_waypoints(poses: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> None: ...
 
-def path_line(start: object, end: object, fixed: bool, out: object) -> None: ...
+def path_line(start: numpy.typing.NDArray[numpy.float64], end: numpy.typing.NDArray[numpy.float64], fixed: bool, out: numpy.typing.NDArray[numpy.float64]) -> None: ...
 
-def path_screw(start: object, point: object, direction: object, angle: float, advance: float, carried: bool, end: object | None, out: object) -> None: ...
+def path_screw(start: numpy.typing.NDArray[numpy.float64], point: numpy.typing.NDArray[numpy.float64], direction: numpy.typing.NDArray[numpy.float64], angle: float, advance: float, carried: bool, end: numpy.typing.NDArray[numpy.float64] | None, out: numpy.typing.NDArray[numpy.float64]) -> None: ...
 
-def arc_through(start: object, via: object, end: object) -> tuple[Any, ...]: ...
+def arc_through(start: numpy.typing.NDArray[numpy.float64], via: numpy.typing.NDArray[numpy.float64], end: numpy.typing.NDArray[numpy.float64]) -> tuple[Any, ...]: ...
 
-def path_poses(segments: object, s: object, out: object) -> None: ...
+def path_poses(segments: numpy.typing.NDArray[numpy.float64], s: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> None: ...
 
-def path_derivatives(segments: object, s: object, out: object) -> None: ...
+def path_derivatives(segments: numpy.typing.NDArray[numpy.float64], s: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> None: ...
 
-def interval_many(operation: int, a: object, b: object, out: object) -> None: ...
+def interval_many(operation: int, a: numpy.typing.NDArray[numpy.float64], b: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> None: ...

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from . import _core
-from ._arrays import Floats, as_floats, raise_problem
-from .errors import InputError, NotFiniteError, ShapeError
+from ._arrays import Floats, as_floats, frozen, one_pose
+from .errors import NotFiniteError
 
 ROUNDING = 4e-15  # of a rotation that is as exact as double precision makes it
 
@@ -50,20 +49,12 @@ def _orthonormality_error(frame: Floats) -> float:
     return float(np.abs(rotation.T @ rotation - np.eye(3)).max())
 
 
-def as_transform(name: str, value: ArrayLike | None) -> Floats:
-    frame = np.eye(4) if value is None else as_floats(name, value, (4, 4)).copy()
-    if frame.shape != (4, 4):
-        raise ShapeError(f"{name} has shape {frame.shape}, wanted (4, 4)")
-    problem, number = _core.check_transform(frame)
-    if problem:
-        try:
-            raise_problem((problem, 0, number), ())
-        except InputError as error:
-            raise type(error)(str(error).replace("pose", name)) from None
+def as_transform(name: str, value: ArrayLike) -> Floats:
+    """Return one rigid transform (4, 4), read-only, its rotation exact to rounding; position in m."""
+    frame = one_pose(name, value)
     if _orthonormality_error(frame) > ROUNDING:  # else kept to the bit, so that a copy is the same arm
         frame = nearest_rotation(frame)
-    frame.setflags(write=False)
-    return frame
+    return frozen(frame)
 
 
 COLUMNS = ("x", "y", "z", "qw", "qx", "qy", "qz")

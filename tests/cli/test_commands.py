@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.needs import need
 
 import armangle as aa
 from armangle.cli import main
@@ -332,7 +333,7 @@ def test_an_mjcf_is_read_as_a_urdf_is(
             assert main(words) == 2
             said = " ".join(capsys.readouterr().err.split())
             assert "pip install 'armangle[mujoco]' (from a clone: pip install '.[mujoco]')" in said
-    pytest.importorskip("mujoco", reason="mujoco reads the file: pip install 'armangle[mujoco]'")
+    need("mujoco")
     assert main(["inspect", file]) == 0
     text = capsys.readouterr().out
     assert "made: S-R-S" in text and " world to l6" in " ".join(text.split())

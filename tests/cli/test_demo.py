@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import io
 import json
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from support.needs import need
 
 import armangle as aa
 from armangle.cli import main, paper_example
@@ -48,6 +50,8 @@ def test_the_table(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["demo"]) == 0
     text = capsys.readouterr().out
     assert "psi 58.5882 deg, GC 3" in text
+    assert text.index("straight line") < text.index("eq. (36)")  # plain words first
+    assert "armangle demo -o demo" in text and "armangle view --demo" in text
     assert max(map(len, text.splitlines())) <= 80
     assert "choice. The paper sets no largest joint step" in " ".join(text.split())
     rows = [line.split() for line in text.splitlines() if line[:5].strip().isdigit()]
@@ -58,7 +62,7 @@ def test_the_table(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_the_files(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    pytest.importorskip("matplotlib", reason="matplotlib draws the pictures: pip install 'armangle[plot]'")
+    need("matplotlib")
     folder = tmp_path / "new" / "demo"
     assert main(["demo", "-o", str(folder), "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)
@@ -68,6 +72,41 @@ def test_the_files(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
         assert len(aa.load_joints(folder / f"{name}.csv")) == 251
         assert (folder / f"{name}.png").read_bytes().startswith(b"\x89PNG")
     assert len(aa.load_poses(folder / "poses.csv")) == 251
+    assert (folder / "overview.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_what_to_open_and_to_try_is_said_and_works(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("matplotlib", reason="matplotlib draws the pictures: pip install 'armangle[plot]'")
+    assert main(["demo", "-o", str(tmp_path)]) == 0
+    text = capsys.readouterr().out
+    assert (tmp_path / "overview.png").is_file()
+    assert f"Open {tmp_path / 'overview.png'} first" in text
+    (planned,) = [line.split() for line in text.splitlines() if line.startswith("  armangle plan")]
+    planned[-1] = str(tmp_path / planned[-1])
+    assert main(planned[1:]) == 0
+    assert aa.load_joints(tmp_path / "joints.csv").status.max() == aa.Status.OK
+
+
+def test_the_curves_begin_where_the_dots_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    figure = pytest.importorskip("matplotlib.figure", reason="pip install 'armangle[plot]'")
+    drawn = []
+    monkeypatch.setattr(figure.Figure, "savefig", lambda self, *_, **__: drawn.append(self))
+    runs = [paper_example.run(policy) for policy in paper_example.POLICIES]
+    for made in runs:
+        paper_example.draw(made, io.BytesIO())
+    paper_example.draw_overview(runs, io.BytesIO())
+    for picture, panels in zip(drawn, [8] * len(runs) + [2], strict=True):
+        assert len(picture.axes) == panels
+        for panel in picture.axes:
+            (dot,) = [line for line in panel.lines if line.get_label() == "start"]
+            curves = [line for line in panel.lines if len(line.get_xdata()) > 250]
+            assert curves
+            for curve in curves:
+                np.testing.assert_allclose(curve.get_xydata()[0], dot.get_xydata()[0], atol=1e-9)
+            left, right = panel.get_xlim()
+            assert left < dot.get_xdata()[0] < right
 
 
 def test_without_matplotlib_the_numbers_are_written(

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.needs import need
 
 import armangle as aa
 from armangle.cli import main, paper_example
@@ -132,7 +133,7 @@ def test_a_pose_out_of_reach_has_no_profiles(files: Path, capsys: Capture) -> No
 def test_view_serves_until_interrupted(
     words: tuple[str, ...], files: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    pytest.importorskip("viser")
+    need("viser")
     from armangle.viewer import Viewer
 
     def interrupt(viewer: Viewer) -> None:
@@ -149,8 +150,8 @@ def test_view_serves_until_interrupted(
 def test_view_shows_an_mjcf_as_capsules(
     files: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    pytest.importorskip("viser")
-    pytest.importorskip("mujoco")
+    need("viser")
+    need("mujoco")
     from armangle.viewer import Viewer
 
     monkeypatch.setattr(Viewer, "wait", lambda _: None)
@@ -170,7 +171,7 @@ def test_view_shows_an_mjcf_as_capsules(
 def test_view_draws_an_unreadable_mesh_as_capsule_and_says_so_once(
     files: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    pytest.importorskip("viser")
+    need("viser")
     from armangle.viewer import Viewer
 
     monkeypatch.setattr(Viewer, "wait", lambda _: None)
@@ -203,7 +204,7 @@ def test_view_says_what_is_wrong(
 
 
 def test_view_refuses_a_busy_port(capsys: Capture) -> None:
-    pytest.importorskip("viser")
+    need("viser")
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))
         other.listen()

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from reference import mended_arcs
 from reference.mended_arm import Arm as MendedArm
+from support import draw
 from support.laws import BEND_OF, EPS, JOINT, PIVOTS, Verdict, circle_gap, classify, gap, members
 from support.limit_cases import ANGLES, POSES, Case, cases
 from support.strategies import (
@@ -38,13 +39,13 @@ def tally(seed: int, count: int) -> Verdict:
 
 @pytest.mark.core
 def test_feasible_is_within_limits() -> None:
-    found = tally(seed=1, count=100)
+    found = tally(seed=1, count=draw.count(100))
     assert found.wrong == []
     assert found.clear > 0.5 * found.samples
 
 
 def test_feasible_is_within_limits_on_a_million_samples() -> None:
-    found = tally(seed=2, count=1300)
+    found = tally(seed=2, count=draw.count(1300))
     assert found.samples >= 1_000_000
     assert found.wrong == []
     assert found.clear > 0.5 * found.samples
@@ -52,7 +53,7 @@ def test_feasible_is_within_limits_on_a_million_samples() -> None:
 
 @pytest.mark.parametrize("bend", WHOLE_CIRCLE, ids=str)
 def test_poses_that_are_singular_for_every_psi(bend: list[float]) -> None:
-    rng = np.random.default_rng(3)
+    rng = draw.generator(3)
     for arm in (
         aa.Arm.from_catalogue("kuka_iiwa7_r800"),
         aa.Arm.from_catalogue("barrett_wam7"),
@@ -100,7 +101,7 @@ def limit_ends(case: Case) -> list[tuple[float, str]]:
 def test_every_end_is_on_the_limit_that_made_it() -> None:
     # Where the joint turns fast with psi, or its bend vanishes, rounding of psi and pose moves it by
     # 16 eps (|dq/dpsi| + 1 / |sin|): that is allowed on top of 1e-11.
-    found = [end for case in cases(seed=4, count=250) for end in limit_ends(case)]
+    found = [end for case in cases(seed=4, count=draw.count(250)) for end in limit_ends(case)]
     assert len(found) > 10_000
     assert [what for excess, what in found if excess > 0] == []
 
@@ -117,11 +118,11 @@ def test_an_end_names_its_limit() -> None:
 
 @pytest.mark.parametrize("margin", [1e-4, 0.01, 0.1, 0.5])
 def test_the_singularity_margin_keeps_the_bends(margin: float) -> None:
-    rng = np.random.default_rng(5)
+    rng = draw.generator(5)
     for arm in arms()[::3]:
         free = unlimited(arm)
         for regime in ("uniform", "near_singular", "singular"):
-            pose, _, gc = free.forward(postures(arm, regime, 30, 5))
+            pose, _, gc = free.forward(postures(arm, regime, draw.count(30), 5))
             psi = rng.uniform(-np.pi, np.pi, (len(pose), 60))
             arcs = free.feasible(pose, gc, singularity_margin=margin)
             sines = np.abs(np.sin(bends(arm, free.inverse(pose[:, None], psi, gc[:, None]))))
@@ -266,7 +267,7 @@ def same_arcs(arm: aa.Arm, pose: Array, gc: int, margin: float) -> str | None:
 
 @pytest.mark.parametrize("margin", [0.0, 0.05])
 def test_a_second_implementation_finds_the_same_arcs(margin: float) -> None:
-    rng = np.random.default_rng(9)
+    rng = draw.generator(9)
     said = []
     for arm in arms():
         for pose in arm.forward(postures(arm, "uniform", 4, 9))[0]:
@@ -284,10 +285,10 @@ def test_a_second_implementation_finds_the_same_arcs(margin: float) -> None:
 
 
 def test_arcs_do_not_depend_on_base_and_tool() -> None:
-    rng = np.random.default_rng(11)
+    rng = draw.generator(11)
     arm = aa.Arm.from_catalogue("kuka_lwr4_plus")
     moved = arm.with_(base=frame(rng), tool=frame(rng))
-    q = postures(arm, "uniform", 50, 11)
+    q = postures(arm, "uniform", draw.count(50), 11)
     (pose, psi, gc), (pose_moved, psi_moved, gc_moved) = arm.forward(q), moved.forward(q)
     assert np.array_equal(gc, gc_moved)
     assert circle_gap(psi, psi_moved).max() <= JOINT

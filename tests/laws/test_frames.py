@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from support.strategies import frame
 
 import armangle as aa
 
@@ -65,3 +66,30 @@ def test_a_joint_that_is_not_finite_is_named() -> None:
         arm.frames(q)
     with pytest.raises(aa.ShapeError, match=r"q has shape \(6,\)"):
         arm.frames(np.zeros(6))
+
+
+@pytest.mark.parametrize("name", aa.catalogue())
+def test_a_tool_is_mounted_on_the_present_tip(name: str) -> None:
+    arm, rng = aa.Arm.from_catalogue(name), np.random.default_rng(5)
+    tool = frame(rng)
+    tool[:3, 3] = rng.uniform(-0.3, 0.3, 3)
+    q = rng.uniform(-2, 2, (200, 7))
+    longer = arm.with_tool(tool)
+    np.testing.assert_allclose(longer.forward(q)[0], arm.forward(q)[0] @ tool, rtol=0, atol=1e-14)
+    assert longer.with_(tool=arm.tool) == arm
+    assert longer.with_tool(np.linalg.inv(tool)) != longer
+    np.testing.assert_array_equal(arm.with_(tool=tool).frames(q), arm.frames(q))
+    np.testing.assert_allclose(arm.with_(tool=tool).tool, tool, rtol=0, atol=1e-15)
+
+
+def test_a_tool_that_replaces_the_tip_is_elsewhere() -> None:
+    arm, gripper, q = aa.Arm.from_catalogue("openarm_v10"), np.eye(4), np.full(7, 0.3)
+    gripper[2, 3] = 0.15
+    mounted, replaced = arm.with_tool(gripper), arm.with_(tool=gripper)
+    apart = np.linalg.norm(mounted.forward(q)[0][:3, 3] - replaced.forward(q)[0][:3, 3])
+    np.testing.assert_allclose(apart, 0.15 * np.sqrt(2), atol=1e-6)  # its tip is turned by 120 degrees
+
+
+def test_a_tool_is_a_rigid_transform() -> None:
+    with pytest.raises(aa.NotRotationError, match="the rotation of tool is not orthonormal"):
+        aa.Arm.from_catalogue("openarm_v10").with_tool(np.diag([2.0, 2.0, 2.0, 1.0]))

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from support import draw
 from support.laws import JOINT, POSE, gap, is_regular
 from support.strategies import REGIMES, Array, arms, bends, finite_limits, joint_values, postures, unlimited
 
 import armangle as aa
 
-N = 200
+N = draw.count(200)
 any_arm = pytest.mark.parametrize("arm", arms(), ids=lambda arm: arm.name)
 any_regime = pytest.mark.parametrize("regime", REGIMES)
 SHAPES = [(), (1,), (5,), (3, 4), (2, 1, 3)]
@@ -35,7 +36,7 @@ def test_the_pose_is_kept(arm: aa.Arm, regime: str) -> None:
 @any_regime
 def test_every_psi_and_gc_gives_the_pose(arm: aa.Arm, regime: str) -> None:
     _, pose, _, _ = sample(arm, regime, seed=1)
-    rng = np.random.default_rng(5)
+    rng = draw.generator(5)
     rows = arm.inverse_all(pose, rng.uniform(-10, 10, len(pose)))
     assert gap(arm.forward(rows, undefined="nan")[0], pose[:, None]) <= POSE
 
@@ -93,7 +94,7 @@ def test_the_index_counts_zero_as_positive() -> None:
 @any_arm
 @any_regime
 def test_the_jacobian_is_the_difference_quotient(arm: aa.Arm, regime: str) -> None:
-    q = postures(arm, regime, 20, 6)
+    q = postures(arm, regime, draw.count(20), 6)
     step = 1e-6
     jacobian = arm.jacobian(q)
     for j in range(7):
@@ -156,7 +157,7 @@ def _wide(arm: aa.Arm) -> aa.Arm:
 @any_arm
 def test_a_seed_chooses_the_winding(arm: aa.Arm) -> None:
     wide = _wide(arm)
-    rng = np.random.default_rng(9)
+    rng = draw.generator(9)
     q = postures(arm, "uniform", N, 9) + 2 * np.pi * rng.integers(-1, 2, (N, 7))
     pose, psi, gc = wide.forward(q)
     regular = is_regular(arm, q, pose)

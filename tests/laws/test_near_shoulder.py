@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from support import draw
 
 import armangle as aa
 
 REACH = 2.0
 ARM = aa.Arm(d_bs=0.5, d_se=1.0, d_ew=1.0, d_wf=0.2)
-DIRECTIONS = np.vstack([np.eye(3), -np.eye(3), [[0.6, 0.8, 0.0], [0.0, -0.6, 0.8], [1e-3, 0.0, 1.0]]])
+ALONG_AXES = np.vstack([np.eye(3), -np.eye(3), [[0.6, 0.8, 0.0], [0.0, -0.6, 0.8], [1e-3, 0.0, 1.0]]])
+DIRECTIONS = np.vstack([ALONG_AXES, draw.generator(1).normal(size=(draw.count(50), 3))])
 
 
 @pytest.mark.parametrize("distance", [1e-11, 1e-9, 2.4e-8, 9.9e-8, 1.1e-7, 1e-6])

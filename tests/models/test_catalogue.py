@@ -8,7 +8,8 @@ import re
 
 import numpy as np
 import pytest
-from support.chain import dh_forward, model, pose_error, shift, urdf_forward
+from support.chain import dh_forward, pose_error, shift, urdf_forward
+from support.needs import model
 
 from armangle.errors import FileFormatError, UnknownRobotError
 from armangle.models.catalogue import CatalogueEntry, catalogue, load_robot, read_robot, robot_toml
@@ -186,8 +187,8 @@ def test_written_toml_reads_back(name, tmp_path):
 def test_written_toml_reads_back_whatever_the_numbers(tmp_path):
     rng = np.random.default_rng(4)
     arm = ArmDescription(
-        "odd",
         *rng.uniform(0.1, 1, 6),
+        name="odd",
         offsets=tuple(rng.uniform(-3, 3, 7)),
         base=shift(1, 2, 3),
         lower=(-np.inf, *rng.uniform(-3, 0, 6)),
@@ -213,7 +214,7 @@ def test_short_decimals_are_written_as_such(tmp_path):
     frame = np.eye(4)
     frame[:3, 3] = 3.0e-23, 0.1 + 2e-13, -4e-14
     arm = ArmDescription(
-        "arm", 0.24 + 5e-13, 0.4, 1 / 3, 0.1 + 2e-12, tool=frame, lower=(-3.0,) * 7,
+        0.24 + 5e-13, 0.4, 1 / 3, 0.1 + 2e-12, tool=frame, lower=(-3.0,) * 7,
         upper=(math.radians(170) + 3e-13,) * 7, offsets=(1e-13,) * 7, velocity=(math.inf,) * 7,
     )  # fmt: skip
     again = toml_trip(arm, tmp_path / "short.toml")

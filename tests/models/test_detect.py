@@ -8,7 +8,6 @@ from support.chain import (
     RandomArm,
     broken_chain,
     dh_forward,
-    model,
     pose_error,
     random_frame,
     shift,
@@ -16,6 +15,7 @@ from support.chain import (
     urdf_forward,
     urdf_of,
 )
+from support.needs import model
 
 from armangle.models.description import ArmDescription, ImportReport
 from armangle.models.detect import describe_chain

@@ -8,7 +8,8 @@ from types import ModuleType
 
 import numpy as np
 import pytest
-from support.chain import RandomArm, dh_forward, pose_error, skip_or_fail
+from support.chain import RandomArm, dh_forward, pose_error
+from support.needs import need
 
 from armangle.errors import FileFormatError, MissingExtraError
 from armangle.models.detect import describe_chain
@@ -20,11 +21,7 @@ INERTIA = '<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
 
 @pytest.fixture
 def mujoco() -> ModuleType:
-    try:
-        import mujoco
-    except ImportError:
-        skip_or_fail("mujoco is not installed")
-    return mujoco
+    return need("mujoco")
 
 
 def text_of(values) -> str:

@@ -9,17 +9,14 @@ import numpy as np
 import pytest
 from support.chain import (
     LIMIT,
-    MODELS,
     RandomArm,
     joint_xml,
-    model,
-    no_models,
     pose_error,
     simple_urdf,
-    skip_or_fail,
     urdf_forward,
     urdf_of,
 )
+from support.needs import MODELS, model, need, no_models
 
 from armangle.errors import LimitError, ShapeError, UrdfError
 from armangle.models.chain import chain_of
@@ -47,11 +44,7 @@ REAL = (
 
 
 def pinocchio() -> ModuleType:
-    try:
-        import pinocchio as pin
-    except ImportError:
-        skip_or_fail("pinocchio (pip package pin) is not installed")
-    return pin
+    return need("pinocchio")  # the package is called pin
 
 
 def pin_forward(pin, model, base: str, tip: str, q: dict[str, float]):
@@ -210,7 +203,7 @@ def test_a_speed_of_zero_is_none():
 
 
 def described(**change: object) -> ArmDescription:
-    plain = ArmDescription("arm", d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1)
+    plain = ArmDescription(d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1)
     return dataclasses.replace(plain, **change)
 
 

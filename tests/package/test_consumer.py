@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.chain import skip_or_fail
+from support.needs import missing, need_tool
 
 import armangle as aa
 
@@ -28,15 +28,6 @@ LEVELS = ("x86-64", "x86-64-v3", "x86-64-v4") if X86 else ("native",)
 STRICT = ["-std=c++20", "-Wall", "-Wextra", "-Wconversion", "-Werror"]
 BARE = ["-fno-exceptions", "-fno-rtti"]
 START_DEG = [-5.4101, -26.4986, -48.1542, -61.6500, 152.6198, 114.4466, 8.1812]
-
-
-def tool(name: str) -> str:
-    """Return the path of a program; skips where it is absent."""
-    path = shutil.which(name)
-    if path is None:
-        skip_or_fail(f"{name} is not on the path")
-    assert path is not None
-    return path
 
 
 def run(*command: object, cwd: Path | None = None) -> str:
@@ -58,14 +49,14 @@ def table(printed: str) -> dict[str, list[list[float]]]:
 
 @pytest.fixture(scope="module", params=COMPILERS)
 def compiler(request: pytest.FixtureRequest) -> str:
-    return tool(request.param)
+    return need_tool(request.param)
 
 
 @pytest.mark.parametrize("header", [h for h in HEADERS if h not in OPTIONAL])
 def test_each_header_compiles_alone(header: str, tmp_path: Path) -> None:
     source = tmp_path / "alone.cpp"
     source.write_text(f"#include <armangle/{header}>\n#include <armangle/{header}>\n")
-    run(tool("g++"), *STRICT, *BARE, f"-I{INCLUDE}", "-fsyntax-only", source)
+    run(need_tool("g++"), *STRICT, *BARE, f"-I{INCLUDE}", "-fsyntax-only", source)
 
 
 @pytest.mark.parametrize("level", LEVELS)
@@ -84,7 +75,7 @@ def test_the_plan_is_clean_under_strict_warnings(compiler: str) -> None:
 def test_fast_math_is_refused(tmp_path: Path) -> None:
     source = tmp_path / "fast.cpp"
     source.write_text("#include <armangle/armangle.hpp>\n")
-    command = [tool("g++"), "-std=c++20", "-ffast-math", f"-I{INCLUDE}", "-fsyntax-only", str(source)]
+    command = [need_tool("g++"), "-std=c++20", "-ffast-math", f"-I{INCLUDE}", "-fsyntax-only", str(source)]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode != 0
     assert "armangle needs IEEE arithmetic" in done.stderr
@@ -102,7 +93,7 @@ def example(name: str, folder: Path) -> Path:
     """Return the compiled example."""
     program = folder / name
     flags = ["-std=c++20", "-O2", f"-I{INCLUDE}", "-pthread"]
-    run(tool("g++"), *flags, EXAMPLES / f"{name}.cpp", "-o", program)
+    run(need_tool("g++"), *flags, EXAMPLES / f"{name}.cpp", "-o", program)
     return program
 
 
@@ -148,19 +139,19 @@ def root(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
     """Return where CMake finds the package: installed from the sources, or within the Python package."""
     if request.param == "package":
         if not (PACKAGE / "cmake" / "armangleConfig.cmake").is_file():
-            skip_or_fail(f"{PACKAGE} is no installed wheel: it holds no CMake files")
+            missing(f"{PACKAGE} is no installed wheel: it holds no CMake files")
         return PACKAGE
     folder = tmp_path_factory.mktemp("source")
-    run(tool("cmake"), "-S", ROOT, "-B", folder / "build", f"-DCMAKE_INSTALL_PREFIX={folder / 'prefix'}")
-    run(tool("cmake"), "--install", folder / "build")
+    run(need_tool("cmake"), "-S", ROOT, "-B", folder / "build", f"-DCMAKE_INSTALL_PREFIX={folder / 'prefix'}")
+    run(need_tool("cmake"), "--install", folder / "build")
     return folder / "prefix"
 
 
 def build(project: Path, root: Path, compiler: str, folder: Path, *options: str) -> Path:
     """Return the folder that holds the programs of a CMake project built against `root`."""
     found = [f"-Darmangle_ROOT={root}", f"-DCMAKE_CXX_COMPILER={compiler}", "-DCMAKE_BUILD_TYPE=Release"]
-    run(tool("cmake"), "-S", project, "-B", folder, *found, *options)
-    run(tool("cmake"), "--build", folder)
+    run(need_tool("cmake"), "-S", project, "-B", folder, *found, *options)
+    run(need_tool("cmake"), "--build", folder)
     return folder
 
 
@@ -185,7 +176,7 @@ def test_the_examples_build_against_the_package(root: Path, tmp_path: Path) -> N
 
 def test_the_kdl_solver_agrees_with_kdl(root: Path, compiler: str, tmp_path: Path) -> None:
     if not Path("/usr/include/kdl/chainiksolver.hpp").is_file() and "CMAKE_PREFIX_PATH" not in os.environ:
-        skip_or_fail("orocos-kdl is not installed (Debian: liborocos-kdl-dev)")
+        missing("orocos-kdl is not installed (Debian: liborocos-kdl-dev)")
     run(build(CONSUMER, root, compiler, tmp_path, "-DWITH_KDL=ON") / "kdl_solver")
 
 

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from support.needs import missing
 
 from armangle import _core, _cpu
 
@@ -15,20 +17,17 @@ TESTS = Path(__file__).parents[1]
 LAWS = ["laws/test_kinematics.py", "laws/test_feasible.py"]
 
 
-def why_not(level: str) -> str | None:
-    """Why a level cannot be run here, or None."""
-    if not list(Path(_cpu.__file__).parent.glob(f"_core_{level}.*")):
-        return f"the level {level} was not built"
-    if not _cpu.supports(level):
-        return f"this processor lacks {level}"
-    return None
+def is_built(level: str) -> bool:
+    """Whether the package holds the extension of a level."""
+    return bool(list(Path(_cpu.__file__).parent.glob(f"_core_{level}.*")))
 
 
 @pytest.mark.parametrize("level", _core.LEVELS)
 def test_the_core_laws_hold(level: str) -> None:
-    reason = why_not(level)
-    if reason:
-        pytest.skip(reason)
+    if not _cpu.supports(level):
+        pytest.skip(f"this processor lacks {level}")
+    if not is_built(level):
+        missing(f"the level {level} was not built; ARMANGLE_LEVELS=all builds every level")
     command = [sys.executable, "-m", "pytest", "-q", "-m", "core", "-p", "no:cacheprovider", *LAWS]
     run = subprocess.run(
         command,
@@ -41,8 +40,43 @@ def test_the_core_laws_hold(level: str) -> None:
     assert run.returncode == 0, run.stdout[-4000:] + run.stderr[-2000:]
 
 
-def test_at_least_one_level_is_built() -> None:
-    assert any(why_not(level) is None for level in _core.LEVELS)
+def refusal(has: set[str], isa: str | None, monkeypatch: pytest.MonkeyPatch) -> str:
+    """What the import says on a processor that has other instruction sets."""
+    monkeypatch.setattr(_cpu, "supports", has.__contains__)
+    monkeypatch.delenv("ARMANGLE_ISA", raising=False)
+    if isa:
+        monkeypatch.setenv("ARMANGLE_ISA", isa)
+    with pytest.raises(ImportError) as caught:
+        _core._load()
+    return str(caught.value)
+
+
+def test_another_processor_is_told_the_command_that_mends_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    said = refusal(set(), None, monkeypatch)
+    assert re.fullmatch(
+        r"armangle was built for [a-z0-9, ]+, and this processor is another; build it for this one, "
+        r"in armangle's folder: pip install --force-reinstall --no-deps \.",
+        said,
+    )
+
+
+def test_a_level_that_the_processor_lacks_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    said = refusal(set(), _core.ISA, monkeypatch)
+    assert said == f"ARMANGLE_ISA is {_core.ISA!r}, but this processor lacks it"
+
+
+def test_a_level_that_was_not_built_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(_core, "find_spec", lambda name, package: name == f"._core_{_core.ISA}")
+    other = next(level for level in _core.LEVELS if level != _core.ISA)
+    said = refusal(set(_core.LEVELS), other, monkeypatch)
+    assert said == f"ARMANGLE_ISA is {other!r}, but built were {_core.ISA}"
+
+
+def test_the_portable_level_serves_where_the_best_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    worst = [level for level in _core.LEVELS if is_built(level)][-1]
+    monkeypatch.setattr(_cpu, "supports", {worst}.__contains__)
+    monkeypatch.delenv("ARMANGLE_ISA", raising=False)
+    assert _core._load()[0] == worst
 
 
 def test_an_unknown_level_is_refused() -> None:

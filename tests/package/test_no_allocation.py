@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
-import shutil
 import subprocess
 from pathlib import Path
 
 import pytest
+from support.needs import need_tool
 
 ROOT = Path(__file__).resolve().parents[2]
 COMPILER = os.environ.get("CXX", "g++")
@@ -15,8 +15,7 @@ COMPILER = os.environ.get("CXX", "g++")
 
 @pytest.fixture(scope="module")
 def counts(tmp_path_factory: pytest.TempPathFactory) -> dict[str, int]:
-    if shutil.which(COMPILER) is None and os.environ.get("ARMANGLE_NO_SKIP") != "1":
-        pytest.skip(f"no C++ compiler: {COMPILER} is not on the path")
+    need_tool(COMPILER)
     program = tmp_path_factory.mktemp("no_allocation") / "count"
     source = [f"-I{ROOT / 'include'}", str(ROOT / "tests" / "package" / "cpp" / "no_allocation.cpp")]
     flags = ["-std=c++20", "-O1", "-ffp-contract=off", "-pthread"]

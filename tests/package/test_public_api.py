@@ -15,7 +15,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.strategies import arms, need_tool
+from support.needs import need, need_tool
+from support.strategies import arms
 
 import armangle as aa
 
@@ -117,11 +118,7 @@ def test_a_path_is_a_frozen_value() -> None:
 
 @pytest.mark.parametrize("name", modules())
 def test_the_examples_in_the_docstrings_hold(name: str) -> None:
-    try:
-        module = importlib.import_module(name)
-    except ImportError:
-        pytest.skip(f"{name} needs an extra that is not installed")
-    assert doctest.testmod(module, optionflags=doctest.NORMALIZE_WHITESPACE).failed == 0
+    assert doctest.testmod(need(name), optionflags=doctest.NORMALIZE_WHITESPACE).failed == 0
 
 
 CPP = (

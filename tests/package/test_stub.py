@@ -6,7 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from support.strategies import need
+from support.needs import need
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import inspect
 import json
 import pickle
 import sys
@@ -10,6 +12,8 @@ import numpy as np
 import pytest
 
 import armangle as aa
+from armangle.arm.arm import ArmArguments
+from armangle.models.description import ArmDescription
 
 LENGTHS = {"d_bs": 0.3, "d_se": 0.4, "d_ew": 0.4, "d_wf": 0.1}
 
@@ -65,6 +69,25 @@ def test_a_missing_extra_says_how_to_get_it(
     )
 
 
+def test_the_repr_of_a_diagnosis_is_its_sentences() -> None:
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    pose = arm.forward(np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5]))[0]
+    far = pose + 2 * np.eye(4, k=3)
+    for diagnosis in (arm.explain(pose), arm.explain(far), aa.plan(arm, [pose, far]).diagnosis):
+        assert diagnosis is not None
+        assert repr(diagnosis) == diagnosis.explain() and "Branch(" not in repr(diagnosis)
+
+
+def test_no_repr_of_many_rows_floods_the_screen() -> None:
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_(velocity=np.ones(7), acceleration=np.ones(7))
+    q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+    pose = arm.forward(q)[0]
+    path = aa.plan(arm, aa.Line(pose, pose + 0.05 * np.eye(4, k=3)), start=q)
+    arcs = arm.feasible(np.repeat(pose[None], 1000, axis=0), 2)
+    for value in (path, arcs, arm.joint_function(pose, 2, 1), path.path and aa.Waypoints(path.poses)):
+        assert len(repr(value)) < 100
+
+
 def test_arguments_of_an_arm_are_named() -> None:
     with pytest.raises(TypeError, match=r"Arm takes keywords alone, but 4 values .* wanted Arm\(d_bs="):
         aa.Arm(0.3, 0.4, 0.4, 0.1)  # type: ignore[call-arg]
@@ -72,3 +95,20 @@ def test_arguments_of_an_arm_are_named() -> None:
         aa.Arm(**LENGTHS, d_sw=1)  # type: ignore[call-arg]
     with pytest.raises(TypeError, match=r"^Arm\(\) missing 1 required keyword-only argument: 'd_wf'"):
         aa.Arm(d_bs=0.3, d_se=0.4, d_ew=0.4)  # type: ignore[call-arg]
+    with pytest.raises(TypeError, match=r"missing 2 required keyword-only arguments: 'd_ew', 'd_wf'$"):
+        aa.Arm(d_bs=0.3, d_se=0.4)  # type: ignore[call-arg]
+
+
+def test_what_an_arm_is_made_of_is_listed_once() -> None:
+    names = [field.name for field in dataclasses.fields(ArmDescription)] + ["import_report"]
+    assert list(inspect.signature(aa.Arm).parameters) == names
+    assert list(ArmArguments.__annotations__) == names
+    assert [name for name in aa.Arm.__annotations__ if name != "_handle"] == names
+
+
+def test_none_stands_for_the_default() -> None:
+    arm = aa.Arm(**LENGTHS)
+    optional = [n for n, p in inspect.signature(aa.Arm).parameters.items() if p.default is None]
+    assert {"lower", "signs", "tool", "joint_names"} < set(optional)
+    assert aa.Arm(**LENGTHS, **dict.fromkeys(optional)) == arm
+    assert repr(arm) == "Arm(d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1)"

@@ -5,14 +5,15 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 
-import matplotlib
 import numpy as np
 import pytest
+from support.needs import need
 
 import armangle as aa
 
+matplotlib = need("matplotlib")
 matplotlib.use("Agg")
-plt = pytest.importorskip("matplotlib.pyplot")
+plt = need("matplotlib.pyplot")
 from armangle import plots  # noqa: E402
 
 IIWA = aa.Arm.from_catalogue("kuka_iiwa7_r800")
@@ -203,6 +204,31 @@ def test_path_marks_where_it_fails() -> None:
     marks = [line for line in panels[0].lines if line.get_linestyle() == ":"]
     assert marks[0].get_xdata()[0] == pytest.approx(motion.s[motion.first_failure])
     assert "path 1 fails" in _figure_labels(panels[0])
+
+
+def test_path_draws_a_trajectory_over_time() -> None:
+    pytest.importorskip("toppra", reason="retime needs toppra: pip install 'armangle[time]'")
+    moves = {
+        f"{v} rad/s": aa.retime(_path(), velocity=np.full(7, v), acceleration=np.full(7, 9.0)) for v in (1, 3)
+    }
+    for alone in moves.values():
+        panels = plots.path(alone)
+        assert panels[7].get_xlabel() == "time (s)"
+        assert panels[0].get_xlim() == (0.0, alone.duration)
+        for k, panel in enumerate(panels):
+            np.testing.assert_array_equal(panel.lines[0].get_xdata(), alone.t)
+            drawn = np.radians(panel.lines[0].get_ydata())
+            if k:
+                np.testing.assert_allclose(drawn, alone.q[:, k - 1])
+            else:
+                psi = alone.path.at(alone.s).psi
+                np.testing.assert_allclose(np.exp(1j * drawn), np.exp(1j * psi), atol=1e-9)
+                assert np.abs(np.diff(drawn)).max() < np.pi
+    assert set(moves) < _figure_labels(plots.path(moves)[0])
+    with pytest.raises(aa.InputError, match="some paths have times and some have not"):
+        plots.path([_path(), *moves.values()])
+    with pytest.raises(aa.InputError, match="path 2 is a ndarray, wanted a JointPath or a Trajectory"):
+        plots.path([_path(), np.zeros(7)])
 
 
 def test_path_refuses_nothing_and_two_arms() -> None:

@@ -6,7 +6,8 @@ import re
 
 import numpy as np
 import pytest
-from support.chain import broken_chain, dh_forward, model, pose_error, shift, turn, urdf_forward
+from support.chain import broken_chain, dh_forward, pose_error, shift, turn, urdf_forward
+from support.needs import model
 
 from armangle.errors import InputError, NotSRSError
 from armangle.models.detect import describe_chain

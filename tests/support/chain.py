@@ -5,42 +5,18 @@ No kinematics here comes from the package: two ways to one pose that do not shar
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
-import pytest
 from numpy.typing import NDArray
 
 from armangle.models.chain import Chain, Joint
 
 Array = NDArray[np.float64]
 
-ROOT = Path(__file__).resolve().parents[2]
-MODELS = Path(os.environ.get("ARMANGLE_MODELS", ROOT.parent / "shared" / "models"))
-NO_SKIP = os.environ.get("ARMANGLE_NO_SKIP") == "1"
 ALPHAS = np.array([-1, 1, 1, -1, -1, 1, 0]) * np.pi / 2
-
-
-def skip_or_fail(reason: str) -> None:
-    """Skip the test, or fail it where skips are not allowed."""
-    (pytest.fail if NO_SKIP else pytest.skip)(reason)
-
-
-def no_models(reason: str) -> None:
-    """Skip the test for want of robot files; fail it where ARMANGLE_MODELS promises them."""
-    (skip_or_fail if "ARMANGLE_MODELS" in os.environ else pytest.skip)(f"{reason} (set ARMANGLE_MODELS)")
-
-
-def model(name: str) -> Path:
-    """Return the path of a real robot file; skips where the files are absent."""
-    path = MODELS / f"{name}.urdf"
-    if not path.is_file():
-        no_models(f"no robot file {path}")
-    return path
 
 
 def turn(axis: Array, angle: float) -> Array:

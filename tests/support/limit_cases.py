@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import armangle as aa
+from support import draw
 from support.strategies import REGIMES, TURN, Array, arms, postures, unlimited
 
 POSES, ANGLES = 12, 80
@@ -72,7 +73,7 @@ def angles(arm: aa.Arm, pose: Array, gc: Array, rng: np.random.Generator) -> Arr
 
 def cases(seed: int, count: int) -> Iterator[Case]:
     """`count` cases over all arms and regimes, reproducible from the seed."""
-    rng = np.random.default_rng(seed)
+    rng = draw.generator(seed)
     for k in range(count):
         arm, regime = arms()[k % len(arms())], REGIMES[rng.integers(len(REGIMES))]
         free = unlimited(arm)

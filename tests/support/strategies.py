@@ -1,50 +1,20 @@
-"""What the laws are tried on: arms, postures by regime, transforms; and the tools a test needs."""
+"""What the laws are tried on: arms, postures by regime, transforms."""
 
 from __future__ import annotations
 
 import functools
-import importlib
-import os
-import shutil
-from types import ModuleType
 
 import numpy as np
-import pytest
 from numpy.typing import NDArray
 
 import armangle as aa
+from support import draw
 
 Array = NDArray[np.float64]
 
 TURN = 2 * np.pi
-NO_SKIP = "ARMANGLE_NO_SKIP"
 REGIMES = ("uniform", "near_singular", "singular", "on_limit", "at_reach", "folded")
 CATALOGUE = aa.catalogue()
-
-
-def missing(reason: str) -> None:
-    """Skip the test for want of a tool; fail it where ARMANGLE_NO_SKIP says that all are there."""
-    if os.environ.get(NO_SKIP):
-        pytest.fail(f"{reason}, and {NO_SKIP} is set")
-    pytest.skip(reason)
-
-
-def need(name: str) -> ModuleType:
-    """Return a module that the package itself does not need, or skip."""
-    try:
-        return importlib.import_module(name)
-    except ImportError as error:
-        missing(f"{name} cannot be imported: {error}")
-        raise AssertionError from error
-
-
-def need_tool(name: str) -> str:
-    """Return the path of a program, or skip."""
-    path = shutil.which(name)
-    if path is None:
-        missing(f"{name} is not installed")
-        raise AssertionError
-    return path
 
 
 def frame(rng: np.random.Generator) -> Array:
@@ -166,6 +136,6 @@ _MAKERS = dict(zip(REGIMES, (uniform, near_singular, singular, on_limit, at_reac
 
 def postures(arm: aa.Arm, regime: str, n: int, seed: int = 0) -> Array:
     """Joint values of a regime, shape (m, 7) with m <= n: those where the arm angle exists."""
-    rng = np.random.default_rng([seed, REGIMES.index(regime)])
+    rng = draw.generator(seed, REGIMES.index(regime))
     q = _MAKERS[regime](arm, n, rng)
     return q[~np.isnan(arm.forward(q, undefined="nan")[1])]

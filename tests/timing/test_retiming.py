@@ -7,11 +7,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.strategies import CATALOGUE, Array, need
+from support.needs import need
+from support.strategies import CATALOGUE, Array
 
 import armangle as aa
 
-need("toppra"), need("ruckig")
+need("toppra")
+need("ruckig")
 
 ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_(acceleration=np.full(7, 5.0))
 Q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.strategies import need
+from support.needs import need
 
 import armangle as aa
 

@@ -15,7 +15,6 @@ from armangle.viewer import ViewerState
 from armangle.viewer.controls import gc_name
 from armangle.viewer.panels import (
     arcs_panel,
-    joints_panel,
     map_image,
     map_panel,
     png,
@@ -44,13 +43,10 @@ def test_panels_hold_the_numbers() -> None:
     assert "joint 1" in arcs
     assert "joint 5" in arcs
     assert "joint 3" not in arcs
-    assert joints_panel(state).count("data-joint") == 7
-    assert "152.6°" in joints_panel(state)
-    assert reasons_panel(state).count("data-gc") == sum(r is not None for r in state.reasons())
+    assert reasons_panel(state).count("data-gc") == len({r for r in state.reasons() if r is not None})
     free = ViewerState(aa.Arm(d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1))
     assert "no joint blocks" in arcs_panel(free)
-    assert "limits" in joints_panel(free)
-    assert gc_name(3) == "GC 3 (− − +)"
+    assert gc_name(3) == "GC 3 −−+"
 
 
 def test_names_from_files_are_text_and_never_markup() -> None:

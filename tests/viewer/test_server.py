@@ -7,10 +7,12 @@ import sys
 
 import numpy as np
 import pytest
+from support.needs import need
 
 import armangle as aa
 from armangle.cli import paper_example
 from armangle.viewer import Viewer, ViewerState
+from armangle.viewer.controls import CENTRE, HOLD, REPEL
 
 PAPER_ARM, PAPER_Q, PAPER_POSES = paper_example.example()
 
@@ -26,7 +28,7 @@ def test_without_viser_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def test_a_busy_port_is_refused_by_its_number() -> None:
-    pytest.importorskip("viser")
+    need("viser")
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))
         other.listen()
@@ -40,7 +42,7 @@ def test_a_busy_port_is_refused_by_its_number() -> None:
 
 
 def test_a_motion_of_another_arm_is_refused_before_anything_is_served() -> None:
-    pytest.importorskip("viser")
+    need("viser")
     other = PAPER_ARM.with_(d_bs=0.5)
     run = aa.follow(other, PAPER_POSES[:3], start=PAPER_Q)
     with pytest.raises(aa.InputError, match="the motion is of"):
@@ -48,7 +50,7 @@ def test_a_motion_of_another_arm_is_refused_before_anything_is_served() -> None:
 
 
 def test_it_serves_this_machine_alone_and_prints_nothing(capsys: pytest.CaptureFixture[str]) -> None:
-    pytest.importorskip("viser")
+    need("viser")
     viewer = Viewer(_paper(), port=0)
     try:
         assert viewer.url.startswith("http://127.0.0.1:")
@@ -60,7 +62,7 @@ def test_it_serves_this_machine_alone_and_prints_nothing(capsys: pytest.CaptureF
 
 
 def test_a_hand_that_is_faster_than_the_arm_is_not_pulled_back() -> None:
-    pytest.importorskip("viser")
+    need("viser")
     viewer = Viewer(_paper(), port=0)
     try:
         slider = viewer.controls.psi
@@ -80,8 +82,57 @@ def test_a_hand_that_is_faster_than_the_arm_is_not_pulled_back() -> None:
         viewer.stop()
 
 
-def test_play_runs_to_the_end_and_stops() -> None:
+def test_numbers_that_are_typed_stay_until_the_arm_is_moved_otherwise() -> None:
     pytest.importorskip("viser")
+    viewer = Viewer(ViewerState(PAPER_ARM), port=0)
+    controls, state = viewer.controls, viewer.state
+    try:
+        shown = controls.xyz.value
+        controls.xyz.value = "1 2"
+        viewer.act(controls._type)
+        viewer.act(controls.move_there)
+        assert "x y z has 2 numbers" in controls._note.content
+        assert controls.xyz.value == "1 2" and state.message == ""
+        far = "0 0 3"
+        controls.xyz.value = far
+        viewer.act(controls.move_there)
+        assert controls.xyz.value == far and state.message in controls._note.content
+        assert state.target is not None and viewer.scene._target.visible
+        red = {node.color for _, node in viewer.scene._solids}
+        assert len(red) == 1
+        viewer.act(controls.begin_again)
+        assert controls.xyz.value == shown and controls._note.content == ""
+        assert [node.color for _, node in viewer.scene._solids] == [own for own, _ in viewer.scene._solids]
+        assert not viewer.scene._target.visible
+        controls.xyz.value = " ".join(f"{1000 * float(x) - 50:g}" for x in shown.split()) + " mm"
+        viewer.act(controls._type)
+        place = state.pose[:3, 3] - 0.05
+        viewer.act(controls.move_there)
+        np.testing.assert_allclose(state.pose[:3, 3], place, atol=1e-4)
+    finally:
+        viewer.stop()
+
+
+def test_the_policy_is_what_the_panel_says() -> None:
+    pytest.importorskip("viser")
+    for policy, name, seen in (
+        (aa.Hold(), HOLD, (False, False)),
+        (aa.Centre(K=0.3), CENTRE, (True, False)),
+        (aa.Repulsion(K=0.2, alpha=7.0), REPEL, (True, True)),
+    ):
+        viewer = Viewer(ViewerState(PAPER_ARM, policy=policy), port=0)
+        controls = viewer.controls
+        try:
+            assert controls.policy.value == name
+            assert (controls._gain.visible, controls._alpha.visible) == seen
+            viewer.act(controls._set_policy)
+            assert viewer.state.policy == policy
+        finally:
+            viewer.stop()
+
+
+def test_play_runs_to_the_end_and_stops() -> None:
+    need("viser")
     poses = PAPER_POSES[:6]
     run = aa.follow(PAPER_ARM, poses, start=PAPER_Q)
     viewer = Viewer(ViewerState(PAPER_ARM), {"short": run}, port=0)

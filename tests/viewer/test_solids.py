@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.needs import need
 
 import armangle as aa
 from armangle.models.urdf import read_urdf
@@ -71,7 +72,7 @@ def _links(path: Path) -> list[str]:
 
 
 def test_meshes_of_a_urdf_are_drawn_where_the_file_puts_them(tmp_path: Path) -> None:
-    pytest.importorskip("trimesh")
+    need("trimesh")
     links = _links(_urdf(tmp_path, {}))
     (tmp_path / "my_robot" / "meshes").mkdir(parents=True)
     (tmp_path / "my_robot" / "meshes" / "tip.stl").write_text(_STL + "endsolid t\n")
@@ -102,7 +103,7 @@ def test_meshes_of_a_urdf_are_drawn_where_the_file_puts_them(tmp_path: Path) -> 
     ],
 )
 def test_an_unreadable_mesh_is_a_capsule_and_said_once(tmp_path: Path, name: str, why: str) -> None:
-    pytest.importorskip("trimesh")
+    need("trimesh")
     (tmp_path / "broken.stl").write_bytes(b"\x00" * 10)
     (tmp_path / "a.unknown").write_text("x")
     links = _links(_urdf(tmp_path, {}))
@@ -116,7 +117,7 @@ def test_an_unreadable_mesh_is_a_capsule_and_said_once(tmp_path: Path, name: str
 
 @pytest.mark.parametrize("number", range(1, 8))
 def test_a_mesh_moves_with_its_link(number: int, tmp_path: Path) -> None:
-    pytest.importorskip("trimesh")
+    need("trimesh")
     links = _links(_urdf(tmp_path, {}))
     visual = '<origin xyz="0.1 0.2 0.3"/><geometry><box size="0.01 0.01 0.01"/></geometry>'
     path = _urdf(tmp_path, {links[number]: visual})

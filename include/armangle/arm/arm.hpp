@@ -7,27 +7,24 @@
 #include "../numbers/linalg.hpp"
 #include "../numbers/tolerances.hpp"
 #include "../numbers/lane.hpp"
+#include "limits.hpp"
 
 namespace armangle {
-
-inline constexpr int joints = 7;
-/// Arrays over joints hold one more entry, so that they fill whole registers.
-inline constexpr int joint_slots = 8;
 
 /// What a user states. Lengths in m, angles in rad, limits in the robot's own joint coordinates q.
 /// theta_i = sign_i q_i + offset_i are the angles of the DH rows (Table 1, with a_3 and a_4 for an offset
 /// elbow).
 struct ArmParameters {
     double d_bs = 0, d_se = 0, d_ew = 0, d_wf = 0, a_3 = 0, a_4 = 0;
-    double sign[joints] = {1, 1, 1, 1, 1, 1, 1};
-    double offset[joints] = {};
-    double lower[joints] = {-infinity, -infinity, -infinity, -infinity, -infinity, -infinity, -infinity};
-    double upper[joints] = {infinity, infinity, infinity, infinity, infinity, infinity, infinity};
+    double sign[joint_slots] = {1, 1, 1, 1, 1, 1, 1, 1};
+    double offset[joint_slots] = {};
+    Limits limits;
     Pose<double> base = identity_pose();
     Pose<double> tool = identity_pose();
 };
 
-/// The parameters with everything that depends on them alone. Made by make_arm; read, never changed.
+/// The parameters with everything that depends on them alone. make_arm is the only maker, and an arm is read,
+/// never changed: one without lengths does not exist.
 struct Arm : ArmParameters {
     double upper_arm, forearm;  // La = |S-E|, Lb = |E-W|
     double reach, inner_reach;  // L = La + Lb, D = |La - Lb|
@@ -38,10 +35,11 @@ struct Arm : ArmParameters {
     double delta_angle;
     bool has_base, has_tool;
     Pose<double> base_inverse, tool_inverse;
-    // Joint map and limits as arrays of whole registers; the last slot is a joint that is always 0.
-    double joint_sign[joint_slots], joint_offset[joint_slots];
-    double joint_lower[joint_slots], joint_upper[joint_slots], joint_middle[joint_slots];
-    double theta_lower[joint_slots], theta_upper[joint_slots];
+    double joint_middle[joint_slots];  // of the limits
+
+private:
+    Arm() noexcept = default;
+    friend Arm make_arm(const ArmParameters&) noexcept;
 };
 
 namespace detail {
@@ -52,25 +50,6 @@ inline bool is_identity(const Pose<double>& p) noexcept {
     };
     return same(p.rotation.x, 1, 0, 0) && same(p.rotation.y, 0, 1, 0) && same(p.rotation.z, 0, 0, 1) &&
            same(p.position, 0, 0, 0);
-}
-
-inline double middle(double lower, double upper) noexcept {
-    return lower > -infinity && upper < infinity ? 0.5 * (lower + upper) : 0.0;
-}
-
-inline void fill_joint_arrays(Arm& arm) noexcept {
-    for (int i = 0; i < joint_slots; ++i) {
-        const bool real = i < joints;
-        arm.joint_sign[i] = real ? arm.sign[i] : 1.0;
-        arm.joint_offset[i] = real ? arm.offset[i] : 0.0;
-        arm.joint_lower[i] = real ? arm.lower[i] : -infinity;
-        arm.joint_upper[i] = real ? arm.upper[i] : infinity;
-        arm.joint_middle[i] = middle(arm.joint_lower[i], arm.joint_upper[i]);
-        const double at_lower = arm.joint_sign[i] * arm.joint_lower[i] + arm.joint_offset[i];
-        const double at_upper = arm.joint_sign[i] * arm.joint_upper[i] + arm.joint_offset[i];
-        arm.theta_lower[i] = min(at_lower, at_upper);
-        arm.theta_upper[i] = max(at_lower, at_upper);
-    }
 }
 
 }  // namespace detail
@@ -94,9 +73,13 @@ inline Arm make_arm(const ArmParameters& parameters) noexcept {
     arm.delta_angle = atan2(arm.delta.sin, arm.delta.cos);
     arm.has_base = !detail::is_identity(arm.base);
     arm.has_tool = !detail::is_identity(arm.tool);
-    arm.base_inverse = inverse(arm.base);
-    arm.tool_inverse = inverse(arm.tool);
-    detail::fill_joint_arrays(arm);
+    arm.base_inverse = inverted(arm.base);
+    arm.tool_inverse = inverted(arm.tool);
+    arm.sign[joints] = 1.0;  // the last slot is nobody's
+    arm.offset[joints] = 0.0;
+    arm.limits.lower[joints] = -infinity;
+    arm.limits.upper[joints] = infinity;
+    for (int j = 0; j < joint_slots; ++j) arm.joint_middle[j] = middle(arm.limits, j);
     return arm;
 }
 

@@ -18,6 +18,12 @@ inline Configuration<double> configuration(int index) noexcept {
     return {index & 1 ? -1.0 : 1.0, index & 2 ? -1.0 : 1.0, index & 4 ? -1.0 : 1.0};
 }
 
+/// The same constants in every lane.
+template <class T>
+ARMANGLE_INLINE Configuration<T> spread(const Configuration<double>& gc) noexcept {
+    return {T(gc.shoulder), T(gc.elbow), T(gc.wrist)};
+}
+
 inline int index(const Configuration<double>& gc) noexcept {
     return (gc.shoulder < 0) + 2 * (gc.elbow < 0) + 4 * (gc.wrist < 0);
 }

@@ -20,11 +20,35 @@ ARMANGLE_INLINE T to_theta(T q, T sign, T offset) noexcept {
     return sign * q + offset;
 }
 
+/// The q of a theta, on the turn as it comes.
+template <class T>
+ARMANGLE_INLINE T to_q(T theta, T sign, T offset) noexcept {
+    return sign * (theta - offset);
+}
+
+/// theta of joint j (0..6) at q, and q of its theta.
+inline double to_theta(const Arm& arm, int j, double q) noexcept {
+    return to_theta(q, arm.sign[j], arm.offset[j]);
+}
+inline double to_q(const Arm& arm, int j, double theta) noexcept {
+    return to_q(theta, arm.sign[j], arm.offset[j]);
+}
+
+/// The limits of a joint as a range of theta.
+struct ThetaRange {
+    double lower, upper;
+};
+
+inline ThetaRange theta_range(const Arm& arm, const Limits& limits, int j) noexcept {
+    const double a = to_theta(arm, j, limits.lower[j]), b = to_theta(arm, j, limits.upper[j]);
+    return {min(a, b), max(a, b)};
+}
+
 /// The q of a theta that lies within [lower, upper]; of several the nearest to `near`, of none the nearest to
 /// the range.
 template <class T>
 ARMANGLE_INLINE T to_q(T theta, T sign, T offset, T lower, T upper, T near) noexcept {
-    const T q = sign * (theta - offset);
+    const T q = to_q(theta, sign, offset);
     const T turn = 1.0 / two_pi;
     const T wanted = round((near - q) * turn);
     const T nearest = q + two_pi * wanted;
@@ -44,16 +68,16 @@ ARMANGLE_INLINE bool is_finite(const JointLanes& q) noexcept {
 inline bool is_finite(const double* q) noexcept { return is_finite(joint_lanes(q)); }
 
 /// Least distance to a limit over all joints; infinite without limits, NaN where a joint is not finite.
-ARMANGLE_INLINE double limit_margin(const Arm& arm, const JointLanes& q) noexcept {
-    if (any(!(q == q))) return not_a_number;  // min would pass over it
-    return least(min(q - JointLanes::load(arm.joint_lower), JointLanes::load(arm.joint_upper) - q));
+ARMANGLE_INLINE double limit_margin(const Limits& limits, const JointLanes& q) noexcept {
+    if (any(is_nan(q))) return not_a_number;  // min would pass over it
+    return least(min(q - JointLanes::load(limits.lower), JointLanes::load(limits.upper) - q));
 }
-inline double limit_margin(const Arm& arm, const double* q) noexcept {
-    return limit_margin(arm, joint_lanes(q));
+inline double limit_margin(const Limits& limits, const double* q) noexcept {
+    return limit_margin(limits, joint_lanes(q));
 }
 
-inline bool within_limits(const Arm& arm, const double* q, double slack) noexcept {
-    return limit_margin(arm, q) >= -slack;
+inline bool within_limits(const Limits& limits, const double* q, double slack) noexcept {
+    return limit_margin(limits, q) >= -slack;
 }
 
 namespace detail {

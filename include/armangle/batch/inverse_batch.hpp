@@ -25,17 +25,27 @@ using Batch = Lane<register_width>;
 inline Problem check_element(const Arm& arm, const InverseBatch& b, std::size_t i, double& value) noexcept {
     const Problem pose = check_pose(b.pose.at(i), value);
     if (pose != Problem::none) return pose;
-    if (!(abs(*b.psi.at(i)) <= tolerance::largest_angle))
-        return value = *b.psi.at(i), Problem::psi_not_finite;
+    if (!(abs(*b.psi.at(i)) <= tolerance::largest_angle)) {
+        value = *b.psi.at(i);
+        return Problem::psi_not_finite;
+    }
     const long long gc = *b.gc.at(i);
-    if (gc < 0 || gc >= configurations) return value = static_cast<double>(gc), Problem::gc_range;
+    if (gc < 0 || gc >= configurations) {
+        value = static_cast<double>(gc);
+        return Problem::gc_range;
+    }
     if (b.seed.data)
         for (int j = 0; j < joints; ++j)
-            if (!(abs(b.seed.at(i)[j]) <= tolerance::largest_angle))
-                return value = b.seed.at(i)[j], Problem::joints_not_finite;
+            if (!(abs(b.seed.at(i)[j]) <= tolerance::largest_angle)) {
+                value = b.seed.at(i)[j];
+                return Problem::joints_not_finite;
+            }
     const Circle<double> c = circle(arm, flange_pose(arm, load_pose(b.pose.at(i))));
-    if (is_unreachable(arm, c)) return value = c.triangle.excess, Problem::unreachable;
-    if (is_folded(arm, c)) return Problem::folded;
+    if (is_unreachable(c)) {
+        value = c.triangle.excess;
+        return Problem::unreachable;
+    }
+    if (is_folded(c)) return Problem::folded;
     return Problem::none;
 }
 
@@ -66,7 +76,9 @@ inline LaneInput load_block(const Arm& arm, const InverseBatch& b, const std::si
         psi[k] = *b.psi.at(at[k]);
         const long long gc = *b.gc.at(at[k]);
         bad[k] = gc < 0 || gc >= configurations;
-        shoulder[k] = gc & 1 ? -1.0 : 1.0, elbow[k] = gc & 2 ? -1.0 : 1.0, wrist[k] = gc & 4 ? -1.0 : 1.0;
+        shoulder[k] = gc & 1 ? -1.0 : 1.0;
+        elbow[k] = gc & 2 ? -1.0 : 1.0;
+        wrist[k] = gc & 4 ? -1.0 : 1.0;
     }
     const auto row = [&](int i) { return Batch::load(m[i]); };
     LaneInput in;
@@ -89,11 +101,11 @@ inline LaneInput load_block(const Arm& arm, const InverseBatch& b, const std::si
 }
 
 /// Solves a block; the lanes of the result are q of each joint.
-inline void solve_block(const Arm& arm, const LaneInput& in, const Circle<Batch>& c, Batch* q) noexcept {
-    const Directions<Batch> d = directions(c, fold(arm, c.triangle, in.gc.elbow), in.gc, sin_cos(in.psi));
+inline void solve_block(const Arm& arm, const LaneInput& in, const SelfMotion<Batch>& m, Batch* q) noexcept {
+    const Directions<Batch> d = directions(m, sin_cos(in.psi));
     for (int j = 0; j < joints; ++j) {
-        q[j] = to_q(atan2(d.y[j], d.x[j]), Batch(arm.joint_sign[j]), Batch(arm.joint_offset[j]),
-                    Batch(arm.joint_lower[j]), Batch(arm.joint_upper[j]), in.near[j]);
+        q[j] = to_q(atan2(d.y[j], d.x[j]), Batch(arm.sign[j]), Batch(arm.offset[j]),
+                    Batch(arm.limits.lower[j]), Batch(arm.limits.upper[j]), in.near[j]);
     }
 }
 
@@ -114,7 +126,8 @@ inline void settle_element(const Arm& arm, const InverseBatch& b, std::size_t i,
 inline void enforce_limits(const Arm& arm, const InverseBatch& b, std::size_t i, Outcome& outcome) noexcept {
     double* q = b.out.at(i);
     for (int j = 0; j < joints; ++j) {
-        if (q[j] >= arm.lower[j] - tolerance::angle && q[j] <= arm.upper[j] + tolerance::angle) continue;
+        if (q[j] >= arm.limits.lower[j] - tolerance::angle && q[j] <= arm.limits.upper[j] + tolerance::angle)
+            continue;
         if (std::isnan(q[j])) return;
         if (b.limits == Enforce::raise) outcome.report(Problem::joint_limit, i, j + 1);
         return fill_nan(q);
@@ -133,12 +146,12 @@ inline void inverse_range(const Arm& arm, const InverseBatch& b, std::size_t beg
         std::size_t at[width];
         for (std::size_t k = 0; k < width; ++k) at[k] = first + (k < count ? k : count - 1);
         const detail::LaneInput in = detail::load_block(arm, b, at);
-        const Circle<Batch> c = circle(arm, flange_pose(arm, in.pose));
+        const SelfMotion<Batch> m = self_motion(arm, in.pose, in.gc);
         Batch q[joints];
-        detail::solve_block(arm, in, c, q);
+        detail::solve_block(arm, in, m, q);
         for (std::size_t k = 0; k < count; ++k)
             for (int j = 0; j < joints; ++j) b.out.at(at[k])[j] = q[j][static_cast<int>(k)];
-        const auto plain = (in.bad == Batch(0.0)) & !(is_folded(arm, c) | is_unreachable(arm, c));
+        const auto plain = (in.bad == Batch(0.0)) & !(is_folded(m.circle) | is_unreachable(m.circle));
         if (!all(plain))
             for (std::size_t k = 0; k < count; ++k)
                 if (!plain[static_cast<int>(k)]) detail::settle_element(arm, b, at[k], outcome);

@@ -17,7 +17,8 @@ namespace armangle {
 template <class T>
 struct Triad {
     Vec3<T> w, e, z;
-    T distance;  // |S-W| in m
+    T distance;      // |S-W| in m
+    double nearest;  // m: closer than this the wrist lies on the shoulder, and there is no axis
 };
 
 /// Triad of a pose 0T7 (already freed of base and tool); normal(p, w) is its zero, p = S->W (m), w = p / |p|.
@@ -27,6 +28,7 @@ ARMANGLE_INLINE Triad<T> triad(const Arm& arm, const Pose<T>& flange, const Norm
         flange.position - Vec3<T>{T(0.0), T(0.0), T(arm.d_bs)} - flange.rotation.z * T(arm.d_wf);  // eq. (3)
     Triad<T> t;
     t.distance = norm(p);
+    t.nearest = tolerance::folded * arm.reach;
     t.w = p * (T(1.0) / select(t.distance == T(0.0), T(1.0), t.distance));
     t.z = normal(p, t.w);
     t.e = cross(t.w, t.z);
@@ -67,32 +69,16 @@ ARMANGLE_INLINE Circle<T> circle(const Arm& arm, const Pose<T>& flange) noexcept
     return circle_on(arm, triad(arm, flange), flange);
 }
 
+/// Whether the wrist lies on the shoulder.
 template <class T>
-ARMANGLE_INLINE auto is_folded(const Arm& arm, const Triad<T>& c) noexcept {
-    return c.distance <= T(tolerance::folded * arm.reach);
+ARMANGLE_INLINE auto is_folded(const Triad<T>& c) noexcept {
+    return c.distance <= T(c.nearest);
 }
 
+/// Whether the wrist is too far from the shoulder, or too near to it.
 template <class T>
-ARMANGLE_INLINE auto is_unreachable(const Arm& arm, const Circle<T>& c) noexcept {
-    return !(c.triangle.excess <= T(tolerance::reach * arm.size));
-}
-
-/// Whether theta_1 (theta_2 = 0 or pi) vanishes as a direction for *every* psi: arm straight along the base
-/// axis.
-template <class T>
-ARMANGLE_INLINE auto shoulder_singular(const Circle<T>& c, const Fold<T>& f) noexcept {
-    const T along = c.w.x * c.w.x + c.w.y * c.w.y;
-    const T size = f.beta.cos * f.beta.cos * along + f.beta.sin * f.beta.sin * (T(1.0) + c.w.z * c.w.z);
-    return size <= T(tolerance::singular * tolerance::singular);
-}
-
-/// The same for theta_5: arm straight, tool axis along it.
-template <class T>
-ARMANGLE_INLINE auto wrist_singular(const Circle<T>& c, const Fold<T>& f) noexcept {
-    const T across = c.tool_e.z * c.tool_e.z + c.tool_z.z * c.tool_z.z;
-    const T along = c.tool_w.z * c.tool_w.z;
-    const T size = f.gamma.sin * f.gamma.sin * along + across * (T(1.0) + f.gamma.cos * f.gamma.cos);
-    return size <= T(tolerance::singular * tolerance::singular);
+ARMANGLE_INLINE auto is_unreachable(const Circle<T>& c) noexcept {
+    return !(c.triangle.excess <= T(c.triangle.rounding));
 }
 
 }  // namespace armangle

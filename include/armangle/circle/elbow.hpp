@@ -9,6 +9,7 @@ namespace armangle {
 template <class T>
 struct Triangle {
     T excess;         // m beyond the reach (or inside the inner reach); <= 0 where the wrist can be reached
+    double rounding;  // m: an excess up to this is rounding
     SinCos<T> eta;    // bend of the elbow: theta_4 - delta = GC_4 eta
     SinCos<T> kappa;  // angle at the shoulder between S-E and S-W
 };
@@ -25,6 +26,7 @@ ARMANGLE_INLINE Triangle<T> triangle(const Arm& arm, T n) noexcept {
     const T scale = one / (s2 + c2);
     Triangle<T> t;
     t.excess = max(n - L, D - n);
+    t.rounding = tolerance::reach * arm.size;
     t.eta = {2.0 * sqrt(s2 * c2) * scale, (c2 - s2) * scale};
     const T x = (La - Lb) + 2.0 * Lb * (c2 * scale), y = Lb * t.eta.sin;
     const T side = hypot(x, y);
@@ -34,16 +36,16 @@ ARMANGLE_INLINE Triangle<T> triangle(const Arm& arm, T n) noexcept {
     return t;
 }
 
-/// The elbow bent to the side that GC_4 says.
+/// The elbow on the side that GC_4 says.
 template <class T>
-struct Fold {
+struct Elbow {
     SinCos<T> theta_4;
     SinCos<T> beta;   // direction of S-W in the x-y plane of frame 3, from its y axis
     SinCos<T> gamma;  // the same in frame 4: beta + theta_4
 };
 
 template <class T>
-ARMANGLE_INLINE Fold<T> fold(const Arm& arm, const Triangle<T>& t, T gc_4) noexcept {
+ARMANGLE_INLINE Elbow<T> elbow(const Arm& arm, const Triangle<T>& t, T gc_4) noexcept {
     // mul_add and not a * b + c * d: g++ 12 fuses such pairs of sum and difference in spite of
     // -ffp-contract=off
     const auto sum = [](const SinCos<double>& fixed, const T& s, const T& c) {

@@ -8,7 +8,7 @@ namespace armangle {
 
 /// s sin(psi) + c cos(psi) + k
 template <class T>
-struct Linear {
+struct Harmonic {
     T s, c, k;
 
     T at(const SinCos<T>& psi) const noexcept { return mul_add(s, psi.sin, mul_add(c, psi.cos, k)); }
@@ -18,19 +18,19 @@ struct Linear {
 /// Joint 1, 3, 5 or 7: theta = atan2(g U, g V), eq. (26).
 template <class T>
 struct Pivot {
-    Linear<T> U, V;
+    Harmonic<T> U, V;
     T g;
 };
 
 /// Joint 2 or 6: cos(theta) = H, theta of the sign g, eq. (27).
 template <class T>
 struct Hinge {
-    Linear<T> H;
+    Harmonic<T> H;
     T g;
     struct Gap {
         T below_one, above_minus_one;  // 1 - x, 1 + x
     };
-    Gap high, low;  // of max H and min H, to their last digit also where theta comes near 0 or pi
+    Gap high, low;  // of max H and min H, computed without cancellation (theta near 0 or pi)
     T swing;        // |theta| moves by about twice this, or less
 };
 
@@ -51,7 +51,7 @@ struct JointFunctions {
 };
 
 template <class M, class T>
-ARMANGLE_INLINE Linear<T> select(const M& mask, const Linear<T>& yes, const Linear<T>& no) noexcept {
+ARMANGLE_INLINE Harmonic<T> select(const M& mask, const Harmonic<T>& yes, const Harmonic<T>& no) noexcept {
     return {select(mask, yes.s, no.s), select(mask, yes.c, no.c), select(mask, yes.k, no.k)};
 }
 
@@ -61,7 +61,7 @@ namespace detail {
 /// 0) of the angle between that other axis and the one theta is measured from. |theta| is between difference
 /// and sum of the two.
 template <class T>
-ARMANGLE_INLINE Hinge<T> hinge(const Linear<T>& H, const T& g, const SinCos<T>& tilt, const T& along,
+ARMANGLE_INLINE Hinge<T> hinge(const Harmonic<T>& H, const T& g, const SinCos<T>& tilt, const T& along,
                                const T& across) noexcept {
     const T one(1.0), sine = abs(tilt.sin);
     const T high = mul_add(along, tilt.cos, across * sine), low = mul_add(along, tilt.cos, -(across * sine));
@@ -80,44 +80,56 @@ ARMANGLE_INLINE Hinge<T> hinge(const Linear<T>& H, const T& g, const SinCos<T>& 
 /// The coefficients, from eq. (16), (21) in triad coordinates. On a circle that is singular everywhere
 /// theta_1 (theta_5) is 0 and theta_3 (theta_7) takes the form that the inverse takes there.
 template <class T>
-ARMANGLE_INLINE JointFunctions<T> joint_functions(const Circle<T>& c, const Fold<T>& fold,
-                                                  const Configuration<T>& gc) noexcept {
-    const T sb = fold.beta.sin, cb = fold.beta.cos, sg = fold.gamma.sin, cg = fold.gamma.cos;
+ARMANGLE_INLINE JointFunctions<T> joint_functions(const SelfMotion<T>& m) noexcept {
+    const Circle<T>& c = m.circle;
+    const Elbow<T>& elbow = m.elbow;
+    const Configuration<T>& gc = m.gc;
+    const T sb = elbow.beta.sin, cb = elbow.beta.cos, sg = elbow.gamma.sin, cg = elbow.gamma.cos;
     const T zero(0.0), one(1.0);
-    const Linear<T> nought{zero, zero, zero}, unity{zero, zero, one};
+    const Harmonic<T> nought{zero, zero, zero}, unity{zero, zero, one};
     // columns of 0R3: y_3 = w cb - f sb, x_3 = w sb + f cb, with f = e cos - z sin; z_3 = z cos + e sin
-    const auto y3 = [&](const T& w, const T& e, const T& z) { return Linear<T>{z * sb, -(e * sb), w * cb}; };
-    const auto x3 = [&](const T& w, const T& e, const T& z) { return Linear<T>{-(z * cb), e * cb, w * sb}; };
-    const auto z3 = [&](const T& e, const T& z) { return Linear<T>{e, z, zero}; };
-    const auto negative = [](const Linear<T>& a) { return Linear<T>{-a.s, -a.c, -a.k}; };
+    const auto y3 = [&](const T& w, const T& e, const T& z) {
+        return Harmonic<T>{z * sb, -(e * sb), w * cb};
+    };
+    const auto x3 = [&](const T& w, const T& e, const T& z) {
+        return Harmonic<T>{-(z * cb), e * cb, w * sb};
+    };
+    const auto z3 = [&](const T& e, const T& z) { return Harmonic<T>{e, z, zero}; };
+    const auto negative = [](const Harmonic<T>& a) { return Harmonic<T>{-a.s, -a.c, -a.k}; };
     // rows of 4R7: x_4 = w sg + f cg, y_4 = -z_3, z_4 = w cg - f sg, each times a tool axis
-    const auto x4 = [&](const T& w, const T& e, const T& z) { return Linear<T>{-(z * cg), e * cg, w * sg}; };
-    const auto z4 = [&](const T& w, const T& e, const T& z) { return Linear<T>{z * sg, -(e * sg), w * cg}; };
+    const auto x4 = [&](const T& w, const T& e, const T& z) {
+        return Harmonic<T>{-(z * cg), e * cg, w * sg};
+    };
+    const auto z4 = [&](const T& w, const T& e, const T& z) {
+        return Harmonic<T>{z * sg, -(e * sg), w * cg};
+    };
     const auto &w = c.w, &e = c.e, &z = c.z, &tw = c.tool_w, &te = c.tool_e, &tz = c.tool_z;
     JointFunctions<T> j;
     j.pivot[0] = {y3(w.y, e.y, z.y), y3(w.x, e.x, z.x), gc.shoulder};
-    j.hinge[0] = detail::hinge(y3(w.z, e.z, z.z), gc.shoulder, fold.beta, w.z, hypot(w.x, w.y));
+    j.hinge[0] = detail::hinge(y3(w.z, e.z, z.z), gc.shoulder, elbow.beta, w.z, hypot(w.x, w.y));
     j.pivot[1] = {negative(z3(e.z, z.z)), negative(x3(w.z, e.z, z.z)), gc.shoulder};
     j.pivot[2] = {negative(z3(te.z, tz.z)), x4(tw.z, te.z, tz.z), gc.wrist};
-    j.hinge[1] = detail::hinge(z4(tw.z, te.z, tz.z), gc.wrist, fold.gamma, tw.z, hypot(te.z, tz.z));
+    j.hinge[1] = detail::hinge(z4(tw.z, te.z, tz.z), gc.wrist, elbow.gamma, tw.z, hypot(te.z, tz.z));
     j.pivot[3] = {z4(tw.y, te.y, tz.y), negative(z4(tw.x, te.x, tz.x)), gc.wrist};
-    const auto lost = [&one](const auto& mask, Pivot<T>& p, const Linear<T>& U, const Linear<T>& V) {
+    const auto lost = [&one](const auto& mask, Pivot<T>& p, const Harmonic<T>& U, const Harmonic<T>& V) {
         p = {select(mask, U, p.U), select(mask, V, p.V), select(mask, one, p.g)};
     };
-    const auto lost_1 = shoulder_singular(c, fold);
-    if (any(lost_1))
-        lost(lost_1, j.pivot[0], nought, unity),
-            lost(lost_1, j.pivot[1], x3(w.y, e.y, z.y), negative(z3(e.y, z.y)));
-    const auto lost_5 = wrist_singular(c, fold);
-    if (any(lost_5))
-        lost(lost_5, j.pivot[2], nought, unity),
-            lost(lost_5, j.pivot[3], negative(z3(te.x, tz.x)), negative(z3(te.y, tz.y)));
+    const auto lost_1 = shoulder_singular(m);
+    if (any(lost_1)) {
+        lost(lost_1, j.pivot[0], nought, unity);
+        lost(lost_1, j.pivot[1], x3(w.y, e.y, z.y), negative(z3(e.y, z.y)));
+    }
+    const auto lost_5 = wrist_singular(m);
+    if (any(lost_5)) {
+        lost(lost_5, j.pivot[2], nought, unity);
+        lost(lost_5, j.pivot[3], negative(z3(te.x, tz.x)), negative(z3(te.y, tz.y)));
+    }
     return j;
 }
 
 /// Numerator of dtheta/dpsi of a pivot, eq. (29), without the GC that the paper carries (GC^2 = 1).
 template <class T>
-ARMANGLE_INLINE Linear<T> slope_numerator(const Pivot<T>& p) noexcept {
+ARMANGLE_INLINE Harmonic<T> slope_numerator(const Pivot<T>& p) noexcept {
     const auto &u = p.U, &v = p.V;
     return {v.k * -u.c + u.k * v.c, v.k * u.s - u.k * v.s, v.c * u.s - u.c * v.s};
 }
@@ -140,15 +152,14 @@ inline double derivative(const Hinge<double>& h, const Pivot<double>& pivot,
     return -slope / (h.g * sine);
 }
 
-/// Self-motion dq/dpsi (rad/rad), of one circle and branch; joint 4 does not move.
-inline Joints self_motion(const Arm& arm, const JointFunctions<double>& f,
-                          const SinCos<double>& psi) noexcept {
-    const double rate[joints] = {derivative(f.pivot[0], psi), derivative(f.hinge[0], f.pivot[0], psi),
-                                 derivative(f.pivot[1], psi), 0.0,
-                                 derivative(f.pivot[2], psi), derivative(f.hinge[1], f.pivot[2], psi),
-                                 derivative(f.pivot[3], psi)};
+/// dq/dpsi (rad/rad) along the self-motion; joint 4 does not move.
+inline Joints rate(const Arm& arm, const JointFunctions<double>& f, const SinCos<double>& psi) noexcept {
+    const double slope[joints] = {derivative(f.pivot[0], psi), derivative(f.hinge[0], f.pivot[0], psi),
+                                  derivative(f.pivot[1], psi), 0.0,
+                                  derivative(f.pivot[2], psi), derivative(f.hinge[1], f.pivot[2], psi),
+                                  derivative(f.pivot[3], psi)};
     Joints out{};
-    for (int i = 0; i < joints; ++i) out.q[i] = arm.sign[i] * rate[i];
+    for (int i = 0; i < joints; ++i) out.q[i] = arm.sign[i] * slope[i];
     return out;
 }
 
@@ -159,7 +170,7 @@ struct Roots {
     double psi[2];
 };
 
-inline Roots roots(const Linear<double>& f) noexcept {
+inline Roots roots(const Harmonic<double>& f) noexcept {
     const double h = hypot(f.s, f.c);
     if (h <= tolerance::singular * abs(f.k) || h == 0 || abs(f.k) > h) return {0, {}};
     const double middle = atan2(f.s, f.c), half = atan2(sqrt((h - f.k) * (h + f.k)), -f.k);
@@ -180,7 +191,7 @@ struct Profile {
 
 /// Pivot: eq. (30) without its zero denominators; a_t^2 + b_t^2 - c_t^2 > 0, < 0 or = 0.
 inline Profile profile(const Pivot<double>& p) noexcept {
-    const Linear<double> n = slope_numerator(p);
+    const Harmonic<double> n = slope_numerator(p);
     const double size = n.s * n.s + n.c * n.c + n.k * n.k, discriminant = n.s * n.s + n.c * n.c - n.k * n.k;
     if (is_constant(p)) return {Case::constant, {0, {}}, {0, {}}};
     if (discriminant > tolerance::vanishing * size) return {Case::stationary, roots(n), {0, {}}};

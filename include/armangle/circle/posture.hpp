@@ -1,8 +1,14 @@
-// Inverse kinematics: (pose, psi, GC) -> q. Eq. (12)-(24) in a form that holds the pose in every case.
+// The two doors: forward, q -> (pose, psi, GC), and inverse, (pose, psi, GC) -> q.
+//
+//     forward(arm, q)                     -> Posture {pose, psi, gc}       eq. (1)-(11)
+//     inverse(arm, pose, psi, gc, seed)   -> Inverse {q, status, margin}   eq. (12)-(24)
+//
+// The inverse holds the pose in every case, singular ones too.
 #pragma once
 
 #include "../arm/forward.hpp"
-#include "circle.hpp"
+#include "../status.hpp"
+#include "self_motion.hpp"
 
 namespace armangle {
 
@@ -15,35 +21,45 @@ struct Directions {
 /// The seven angles as directions. theta_3 and theta_7 from theta_1 and theta_5 and not from eq. (19), (24),
 /// which lose theta_1 + theta_3 (theta_5 + theta_7) where theta_2 (theta_6) vanishes.
 template <class T>
-ARMANGLE_INLINE Directions<T> directions(const Circle<T>& c, const Fold<T>& fold, const Configuration<T>& gc,
-                                         const SinCos<T>& psi) noexcept {
+ARMANGLE_INLINE Directions<T> directions(const SelfMotion<T>& m, const SinCos<T>& psi) noexcept {
+    const Circle<T>& c = m.circle;
+    const Elbow<T>& elbow = m.elbow;
+    const Configuration<T>& gc = m.gc;
     const T zero(0.0), one(1.0);
     Directions<T> d;
     // shoulder: columns of 0R3, eq. (15)
     const Vec3<T> f = combine(c.e, psi.cos, c.z, -psi.sin), z3 = combine(c.z, psi.cos, c.e, psi.sin);
-    const Vec3<T> x3 = combine(c.w, fold.beta.sin, f, fold.beta.cos),
-                  y3 = combine(c.w, fold.beta.cos, f, -fold.beta.sin);
+    const Vec3<T> x3 = combine(c.w, elbow.beta.sin, f, elbow.beta.cos),
+                  y3 = combine(c.w, elbow.beta.cos, f, -elbow.beta.sin);
     const T h2 = hypot(y3.x, y3.y);
-    const auto singular_1 = shoulder_singular(c, fold), flat_2 = h2 == zero;
+    const auto singular_1 = shoulder_singular(m), flat_2 = h2 == zero;
     const auto lost_1 = singular_1 | flat_2;
     const T c1 = select(lost_1, one, gc.shoulder * y3.x), s1 = select(lost_1, zero, gc.shoulder * y3.y);
-    d.y[0] = s1, d.x[0] = c1;                                        // (17)
-    d.y[1] = gc.shoulder * h2, d.x[1] = y3.z;                        // (18)
-    d.y[2] = c1 * x3.y - s1 * x3.x, d.x[2] = s1 * z3.x - c1 * z3.y;  // for (19)
-    d.y[3] = fold.theta_4.sin, d.x[3] = fold.theta_4.cos;            // (4)
+    d.y[0] = s1;
+    d.x[0] = c1;  // (17)
+    d.y[1] = gc.shoulder * h2;
+    d.x[1] = y3.z;  // (18)
+    d.y[2] = c1 * x3.y - s1 * x3.x;
+    d.x[2] = s1 * z3.x - c1 * z3.y;  // for (19)
+    d.y[3] = elbow.theta_4.sin;
+    d.x[3] = elbow.theta_4.cos;  // (4)
     // wrist: entries of 4R7, eq. (20)
-    const Vec3<T> g = combine(c.tool_e, psi.cos, c.tool_z, -psi.sin);         // f . tool axes
-    const Vec3<T> n1 = combine(c.tool_w, fold.gamma.sin, g, fold.gamma.cos);  // first row
-    const Vec3<T> n2 = combine(c.tool_z, -psi.cos, c.tool_e, -psi.sin);       // second row
-    const T n33 = c.tool_w.z * fold.gamma.cos - g.z * fold.gamma.sin;
+    const Vec3<T> g = combine(c.tool_e, psi.cos, c.tool_z, -psi.sin);           // f . tool axes
+    const Vec3<T> n1 = combine(c.tool_w, elbow.gamma.sin, g, elbow.gamma.cos);  // first row
+    const Vec3<T> n2 = combine(c.tool_z, -psi.cos, c.tool_e, -psi.sin);         // second row
+    const T n33 = c.tool_w.z * elbow.gamma.cos - g.z * elbow.gamma.sin;
     const T h6 = hypot(n1.z, n2.z);
-    const auto singular_5 = wrist_singular(c, fold), flat_6 = h6 == zero;
+    const auto singular_5 = wrist_singular(m), flat_6 = h6 == zero;
     const auto lost_5 = singular_5 | flat_6;
     const T c5 = select(lost_5, one, gc.wrist * n1.z), s5 = select(lost_5, zero, gc.wrist * n2.z);
-    d.y[4] = s5, d.x[4] = c5;                                        // (22)
-    d.y[5] = gc.wrist * h6, d.x[5] = n33;                            // (23)
-    d.y[6] = c5 * n2.x - s5 * n1.x, d.x[6] = c5 * n2.y - s5 * n1.y;  // for (24)
-    d.y[7] = zero, d.x[7] = one;
+    d.y[4] = s5;
+    d.x[4] = c5;  // (22)
+    d.y[5] = gc.wrist * h6;
+    d.x[5] = n33;  // (23)
+    d.y[6] = c5 * n2.x - s5 * n1.x;
+    d.x[6] = c5 * n2.y - s5 * n1.y;  // for (24)
+    d.y[7] = zero;
+    d.x[7] = one;
     return d;
 }
 
@@ -61,8 +77,8 @@ ARMANGLE_INLINE JointLanes angles(const Directions<double>& d) noexcept {
 inline Joints joints_within_limits(const Arm& arm, const Directions<double>& d, const double* seed) noexcept {
     const JointLanes near = seed ? joint_lanes(seed) : JointLanes::load(arm.joint_middle);
     Joints out;
-    to_q(angles(d), JointLanes::load(arm.joint_sign), JointLanes::load(arm.joint_offset),
-         JointLanes::load(arm.joint_lower), JointLanes::load(arm.joint_upper), near)
+    to_q(angles(d), JointLanes::load(arm.sign), JointLanes::load(arm.offset),
+         JointLanes::load(arm.limits.lower), JointLanes::load(arm.limits.upper), near)
         .store(out.q);
     return out;
 }
@@ -70,7 +86,7 @@ inline Joints joints_within_limits(const Arm& arm, const Directions<double>& d, 
 /// q of the directions lifted next to `near`, whatever the limits: for continuity along a motion.
 ARMANGLE_INLINE JointLanes joints_near(const Arm& arm, const Directions<double>& d,
                                        const JointLanes& near) noexcept {
-    return lift(JointLanes::load(arm.joint_sign) * (angles(d) - JointLanes::load(arm.joint_offset)), near);
+    return lift(to_q(angles(d), JointLanes::load(arm.sign), JointLanes::load(arm.offset)), near);
 }
 
 inline Joints joints_near(const Arm& arm, const Directions<double>& d, const double* near) noexcept {
@@ -98,8 +114,35 @@ inline Posture forward(const Arm& arm, const double* q) noexcept {
     Posture out;
     out.pose = user_pose(arm, chain_now.flange);
     const Triad<double> c = triad(arm, flange_pose(arm, out.pose));
-    out.psi = is_folded(arm, c) ? not_a_number : arm_angle(c, chain_now.z3);
+    out.psi = is_folded(c) ? not_a_number : arm_angle(c, chain_now.z3);
     out.gc = index(configuration(arm, chain_now.theta));
+    return out;
+}
+
+/// What inverse kinematics says. On any status but OK q and margin are NaN.
+struct [[nodiscard]] Inverse {
+    double q[joint_slots];  // seven joint values (rad, robot coordinates), and an eighth that is 0
+    Status status;
+    double margin;  // rad: least distance of a joint of q to one of its limits, negative outside
+};
+
+/// (pose, psi, GC) -> q, each joint on the turn within its limits that is nearest to the seed (without one,
+/// to the middle of its range). OK whether or not the limits hold: psi decides that, `margin` says it, and
+/// feasible() which psi keep them. Else UNREACHABLE, FOLDED (wrist on shoulder), or BAD_INPUT: the pose is no
+/// rigid transform, gc not 0..7, psi or the seed not finite or beyond tolerance::largest_angle.
+inline Inverse inverse(const Arm& arm, const Pose<double>& pose, double psi, int gc,
+                       const double* seed = nullptr) noexcept {
+    constexpr double no = not_a_number;
+    Inverse out{{no, no, no, no, no, no, no, 0.0}, Status::BAD_INPUT, no};
+    if (gc < 0 || gc >= configurations || !(abs(psi) <= tolerance::largest_angle)) return out;
+    if (!is_rigid(pose) || (seed && !is_finite(seed))) return out;
+    const SelfMotion<double> m = self_motion(arm, pose, gc);
+    out.status = is_unreachable(m.circle) ? Status::UNREACHABLE : Status::FOLDED;
+    if (is_unreachable(m.circle) || is_folded(m.circle)) return out;
+    const Joints solved = joints_within_limits(arm, directions(m, sin_cos(psi)), seed);
+    for (int j = 0; j < joints; ++j) out.q[j] = solved.q[j];
+    out.status = Status::OK;
+    out.margin = limit_margin(arm.limits, solved.q);
     return out;
 }
 

@@ -29,8 +29,10 @@ inline void mark_jumps(const JointFunctions<double>& f, ArcSet& set) noexcept {
                        f.hinge[hinge].H.at(at) > 0 ? Side::near_singular : Side::far_singular);
     };
     if (!may_jump(f.hinge[0]) && !may_jump(f.hinge[1])) return;
-    for (int i = 0; i < set.count; ++i)
-        mark(set.arc[i].lower, set.arc[i].lower_tag), mark(set.arc[i].upper, set.arc[i].upper_tag);
+    for (int i = 0; i < set.count; ++i) {
+        mark(set.arc[i].lower, set.arc[i].lower_tag);
+        mark(set.arc[i].upper, set.arc[i].upper_tag);
+    }
 }
 
 /// Limits half a turn apart have the same boundary: the side on which the joint stands tells which one it
@@ -46,49 +48,64 @@ inline void tell_opposite_limits(const LimitTable& t, const JointFunctions<doubl
     };
     bool possible = false;
     for (const Cone& cone : t.cone) possible |= cone.straight;
-    for (int i = 0; possible && i < set.count; ++i)
-        tell(set.arc[i].lower, set.arc[i].lower_tag), tell(set.arc[i].upper, set.arc[i].upper_tag);
+    for (int i = 0; possible && i < set.count; ++i) {
+        tell(set.arc[i].lower, set.arc[i].lower_tag);
+        tell(set.arc[i].upper, set.arc[i].upper_tag);
+    }
 }
 
 /// The set that is left; the joint functions are those of the shoulder's sign and of the wrist's.
 inline Status finish(const LimitTable& t, const JointFunctions<double>& shoulder,
                      const JointFunctions<double>& wrist, Blocked& blocked, ArcSet& out) noexcept {
     free_arcs(blocked, out);
-    if (!out.full) tell_opposite_limits(t, shoulder, wrist, out), mark_jumps(shoulder, out);
+    if (!out.full) {
+        tell_opposite_limits(t, shoulder, wrist, out);
+        mark_jumps(shoulder, out);
+    }
     return out.empty() ? Status::LIMITS : Status::OK;
 }
 
 }  // namespace detail
 
 /// Elbow: OK, or why no psi is feasible, theta_4 being the same for all.
-inline Status elbow_status(const Arm& arm, const LimitTable& t, const Circle<double>& c,
-                           const Fold<double>& fold) noexcept {
-    if (is_unreachable(arm, c)) return Status::UNREACHABLE;
-    if (is_folded(arm, c)) return Status::FOLDED;
-    if (!t.elbow.contains(fold.theta_4)) return Status::ELBOW_LIMIT;
-    return c.triangle.eta.sin < t.sin_margin ? Status::ELBOW_MARGIN : Status::OK;
+ARMANGLE_INLINE Status elbow_status(const SelfMotion<double>& m, const LimitTable& t) noexcept {
+    if (is_unreachable(m.circle)) return Status::UNREACHABLE;
+    if (is_folded(m.circle)) return Status::FOLDED;
+    if (!t.elbow.contains(m.elbow.theta_4)) return Status::ELBOW_LIMIT;
+    return m.circle.triangle.eta.sin < t.sin_margin ? Status::ELBOW_MARGIN : Status::OK;
 }
 
-/// Psi_all of one circle and branch; empty with the reason in the status.
-inline Status feasible(const Arm& arm, const LimitTable& t, const Circle<double>& c, const Fold<double>& fold,
-                       const JointFunctions<double>& f, ArcSet& out) noexcept {
-    make_empty(out);
-    const Status elbow = elbow_status(arm, t, c, fold);
-    if (elbow != Status::OK) return elbow;
+namespace detail {
+
+/// The psi that all joints but the fourth leave.
+inline Status moving_joints(const JointFunctions<double>& f, const LimitTable& t, ArcSet& out) noexcept {
     Boundaries b;
     boundaries(t, f, b);
     Blocked blocked;
     for (int h = 0; h < hinges; ++h) block_hinge(t, f, b, h, blocked);
     block_pivots(t, f, b, all_pivots, blocked);
-    return detail::finish(t, f, f, blocked, out);
+    return finish(t, f, f, blocked, out);
+}
+
+}  // namespace detail
+
+/// Psi_all of one pose and branch, whose joint functions are f; empty with the reason in the status.
+ARMANGLE_INLINE Status feasible(const SelfMotion<double>& m, const JointFunctions<double>& f,
+                                const LimitTable& t, ArcSet& out) noexcept {
+    make_empty(out);
+    const Status elbow = elbow_status(m, t);
+    return elbow == Status::OK ? detail::moving_joints(f, t, out) : elbow;
+}
+
+ARMANGLE_INLINE Status feasible(const SelfMotion<double>& m, const LimitTable& t, ArcSet& out) noexcept {
+    return feasible(m, joint_functions(m), t, out);
 }
 
 /// Psi_i of one joint (0..6), with the status of that joint alone.
-inline Status joint_arcs(const Arm& arm, const LimitTable& t, const Circle<double>& c,
-                         const Fold<double>& fold, const JointFunctions<double>& f, int joint,
-                         ArcSet& out) noexcept {
+inline Status joint_arcs(const SelfMotion<double>& m, const JointFunctions<double>& f, const LimitTable& t,
+                         int joint, ArcSet& out) noexcept {
     make_empty(out);
-    const Status elbow = elbow_status(arm, t, c, fold);
+    const Status elbow = elbow_status(m, t);
     if (elbow == Status::FOLDED || elbow == Status::UNREACHABLE) return elbow;
     if (joint == 3) {
         if (elbow == Status::OK) make_full(out);
@@ -111,15 +128,15 @@ inline double end_value(const Arm& arm, double margin, const Configuration<doubl
     const double g = joint == 1 ? gc.shoulder : gc.wrist;
     double theta = 0;
     switch (tag_side(tag)) {
-        case Side::lower: return arm.lower[joint];
-        case Side::upper: return arm.upper[joint];
+        case Side::lower: return arm.limits.lower[joint];
+        case Side::upper: return arm.limits.upper[joint];
         case Side::near_margin: theta = g * margin; break;
         case Side::far_margin: theta = g * (pi - margin); break;
         case Side::near_singular: theta = 0; break;
         case Side::far_singular: theta = g * pi; break;
         default: return not_a_number;
     }
-    return to_q(theta, arm.sign[joint], arm.offset[joint], arm.lower[joint], arm.upper[joint],
+    return to_q(theta, arm.sign[joint], arm.offset[joint], arm.limits.lower[joint], arm.limits.upper[joint],
                 arm.joint_middle[joint]);
 }
 
@@ -142,9 +159,8 @@ struct Sides {
     Blocked shoulder, wrist;
 };
 
-inline void block_sides(const LimitTable& t, const Circle<double>& c, const Fold<double>& bend, double sign,
-                        Sides& out) noexcept {
-    out.f = joint_functions(c, bend, Configuration<double>{sign, 1.0, sign});
+inline void block_sides(const LimitTable& t, const SelfMotion<double>& m, Sides& out) noexcept {
+    out.f = joint_functions(m);
     Boundaries b;
     boundaries(t, out.f, b);
     for (int half = 0; half < hinges; ++half) {
@@ -156,18 +172,22 @@ inline void block_sides(const LimitTable& t, const Circle<double>& c, const Fold
 
 }  // namespace detail
 
-/// Psi_all of the eight branches of one circle; the same sets as feasible() gives one by one.
-inline void feasible_all(const Arm& arm, const LimitTable& t, const Circle<double>& c,
+/// Psi_all of the eight branches of a pose (as the user sees it); the same sets as feasible() gives one by
+/// one.
+inline void feasible_all(const Arm& arm, const Pose<double>& pose, const LimitTable& t,
                          AllArcs& out) noexcept {
-    for (int elbow = 0; elbow < 2; ++elbow) {
-        const Fold<double> bend = fold(arm, c.triangle, elbow ? -1.0 : 1.0);
-        const Status status = elbow_status(arm, t, c, bend);
+    SelfMotion<double> m = self_motion(arm, pose, 0);
+    for (int side = 0; side < 2; ++side) {
+        m.gc.elbow = side ? -1.0 : 1.0;
+        m.elbow = elbow(arm, m.circle.triangle, m.gc.elbow);
+        const Status status = elbow_status(m, t);
         detail::Sides sides[2];
-        if (status == Status::OK)
-            for (int negative = 0; negative < 2; ++negative)
-                detail::block_sides(t, c, bend, negative ? -1.0 : 1.0, sides[negative]);
+        for (int negative = 0; status == Status::OK && negative < 2; ++negative) {
+            m.gc.shoulder = m.gc.wrist = negative ? -1.0 : 1.0;
+            detail::block_sides(t, m, sides[negative]);
+        }
         for (int branch = 0; branch < 4; ++branch) {
-            const int shoulder = branch & 1, wrist = branch >> 1, gc = shoulder + 2 * elbow + 4 * wrist;
+            const int shoulder = branch & 1, wrist = branch >> 1, gc = shoulder + 2 * side + 4 * wrist;
             make_empty(out.arcs[gc]);
             out.status[gc] = status;
             if (status != Status::OK) continue;

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "arcs.hpp"
-#include "../arm/arm.hpp"
+#include "../arm/joints.hpp"
 
 namespace armangle {
 
@@ -28,8 +28,8 @@ inline constexpr int pivots = 4, hinges = 2, pieces = 2;
 inline constexpr int pivot_joint[pivots] = {0, 2, 4, 6};
 inline constexpr int hinge_joint[hinges] = {1, 5};
 
-/// An end of a range of |theta|: the angle, who made it (0 where 0 or pi is no limit), and its cosine, told
-/// from +-1.
+/// One end of an allowed range of |theta|. `tag` names the limit (0: none, the range ends at 0 or pi). 1 -
+/// cos and 1 + cos are kept apart to lose no digits near 0 and pi.
 struct HingeEnd {
     double angle;
     Tag tag;
@@ -61,13 +61,16 @@ struct Cone {
     }
 };
 
-inline Cone cone(double lower, double upper) noexcept {
+inline Cone cone(const ThetaRange& range) noexcept {
+    const double lower = range.lower, upper = range.upper;
     Cone out{};
     out.free = !(upper - lower < two_pi);
     out.wide = !out.free && upper - lower > pi;
     out.straight = !out.free && abs(upper - lower - pi) <= tolerance::angle;
     if (out.free) return out;
-    out.lower = sin_cos(lower), out.upper = sin_cos(upper), out.middle = sin_cos(0.5 * (lower + upper));
+    out.lower = sin_cos(lower);
+    out.upper = sin_cos(upper);
+    out.middle = sin_cos(0.5 * (lower + upper));
     return out;
 }
 
@@ -76,8 +79,9 @@ struct LimitTable {
     double margin, sin_margin;
     // B = u U + v V for the lower limits of the four pivots, then the upper ones.
     double u[2 * pivots], v[2 * pivots];
-    double room[2 * pivots];  // 0 where the two limits forbid together, infinite where each does by itself
-    unsigned limited;         // a bit each: not a full turn or more
+    // added to the overlap: 0 keeps it (wide pivot), infinity turns the cut off (narrow pivot)
+    double room[2 * pivots];
+    unsigned limited;  // a bit each: not a full turn or more
     Tag tag[2 * pivots];
     int piece_count[hinges][2];  // [hinge][theta < 0]
     HingePiece piece[hinges][2][pieces];
@@ -109,10 +113,12 @@ inline void add_piece(LimitTable& t, int hinge, int negative, HingePiece piece) 
 
 /// The windings of [lower, upper] that meet the half circle of |theta|. A limit within the angular tolerance
 /// of 0 or pi forbids nothing of it, or all but a point.
-inline void fill_hinge(LimitTable& t, const Arm& arm, int hinge, int negative) noexcept {
+inline void fill_hinge(LimitTable& t, const Arm& arm, const Limits& limits, int hinge,
+                       int negative) noexcept {
     const int j = hinge_joint[hinge];
-    const double l = negative ? -arm.theta_upper[j] : arm.theta_lower[j];
-    const double u = negative ? -arm.theta_lower[j] : arm.theta_upper[j];
+    const ThetaRange range = theta_range(arm, limits, j);
+    const double l = negative ? -range.upper : range.lower;
+    const double u = negative ? -range.lower : range.upper;
     const Tag lower_tag = make_tag(j + 1, limit_side(arm, j, !negative));
     const Tag upper_tag = make_tag(j + 1, limit_side(arm, j, negative));
     if (!(u - l < two_pi)) return add_piece(t, hinge, negative, {hinge_end(0.0, 0), hinge_end(pi, 0)});
@@ -129,31 +135,42 @@ inline void fill_hinge(LimitTable& t, const Arm& arm, int hinge, int negative) n
     }
 }
 
-inline void fill_pivot(LimitTable& t, const Arm& arm, int pivot) noexcept {
+inline void fill_pivot(LimitTable& t, const Arm& arm, const Limits& limits, int pivot) noexcept {
     const int j = pivot_joint[pivot];
-    const Cone& c = t.cone[pivot] = cone(arm.theta_lower[j], arm.theta_upper[j]);
+    t.cone[pivot] = cone(theta_range(arm, limits, j));
+    const Cone& c = t.cone[pivot];
     t.room[pivot] = t.room[pivots + pivot] = c.wide ? 0.0 : infinity;
     if (!c.free) t.limited |= 1u << pivot | 1u << (pivots + pivot);
     t.tag[pivot] = make_tag(j + 1, limit_side(arm, j, true));
     t.tag[pivots + pivot] = make_tag(j + 1, limit_side(arm, j, false));
-    t.u[pivot] = c.lower.cos, t.v[pivot] = -c.lower.sin;
-    t.u[pivots + pivot] = -c.upper.cos, t.v[pivots + pivot] = c.upper.sin;
+    t.u[pivot] = c.lower.cos;
+    t.v[pivot] = -c.lower.sin;
+    t.u[pivots + pivot] = -c.upper.cos;
+    t.v[pivots + pivot] = c.upper.sin;
 }
 
 }  // namespace detail
 
-/// Limits of an arm, with a margin (rad, >= 0) that keeps |sin theta_2|, |sin theta_6|, |sin(theta_4 -
-/// delta)| >= sin(margin).
+/// Limits for the joints of an arm, with a margin (rad, >= 0) that keeps |sin theta_2|, |sin theta_6|,
+/// |sin(theta_4 - delta)| >= sin(margin).
+inline LimitTable limit_table(const Arm& arm, const Limits& limits, double margin = 0.0,
+                              double psi_margin = 0.0, double discriminant = 0.0) noexcept {
+    LimitTable t{};
+    t.margin = margin;
+    t.sin_margin = std::sin(margin);
+    t.psi_margin = psi_margin;
+    t.discriminant = discriminant;
+    t.elbow = cone(theta_range(arm, limits, 3));
+    for (int p = 0; p < pivots; ++p) detail::fill_pivot(t, arm, limits, p);
+    for (int h = 0; h < hinges; ++h)
+        for (int negative = 0; negative < 2; ++negative) detail::fill_hinge(t, arm, limits, h, negative);
+    return t;
+}
+
+/// The arm's own limits.
 inline LimitTable limit_table(const Arm& arm, double margin = 0.0, double psi_margin = 0.0,
                               double discriminant = 0.0) noexcept {
-    LimitTable t{};
-    t.margin = margin, t.sin_margin = std::sin(margin);
-    t.psi_margin = psi_margin, t.discriminant = discriminant;
-    t.elbow = cone(arm.theta_lower[3], arm.theta_upper[3]);
-    for (int p = 0; p < pivots; ++p) detail::fill_pivot(t, arm, p);
-    for (int h = 0; h < hinges; ++h)
-        for (int negative = 0; negative < 2; ++negative) detail::fill_hinge(t, arm, h, negative);
-    return t;
+    return limit_table(arm, arm.limits, margin, psi_margin, discriminant);
 }
 
 }  // namespace armangle

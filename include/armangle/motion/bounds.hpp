@@ -59,27 +59,25 @@ inline MoveBox move_box(const Arm& arm, const Bounds& b, const double* q_now, do
             const double change = b.acceleration[i] * b.dt * b.dt, same = b.velocity_now[i] * b.dt;
             lower = max(lower, same - change + tolerance::bound);
             upper = min(upper, same + change - tolerance::bound);
-            lower = max(lower, -longest_move(q_now[i] - arm.lower[i], change));
-            upper = min(upper, longest_move(arm.upper[i] - q_now[i], change));
+            lower = max(lower, -longest_move(q_now[i] - arm.limits.lower[i], change));
+            upper = min(upper, longest_move(arm.limits.upper[i] - q_now[i], change));
         }
-        box.lower[i] = max(lower, arm.lower[i] - q_now[i]);
-        box.upper[i] = min(upper, arm.upper[i] - q_now[i]);
+        box.lower[i] = max(lower, arm.limits.lower[i] - q_now[i]);
+        box.upper[i] = min(upper, arm.limits.upper[i] - q_now[i]);
     }
     return box;
 }
 
 /// The arcs on which all joints stay in a box around `from`, whatever the limits of the arm.
-inline void window(const Arm& arm, const Circle<double>& c, const Fold<double>& bend,
-                   const JointFunctions<double>& f, const double* from, const MoveBox& box,
-                   ArcSet& out) noexcept {
-    Arm narrow = arm;
+inline void window(const Arm& arm, const SelfMotion<double>& m, const JointFunctions<double>& f,
+                   const double* from, const MoveBox& box, ArcSet& out) noexcept {
+    Limits narrow;
     for (int i = 0; i < joints; ++i) {
         if (!(box.lower[i] <= box.upper[i])) return make_empty(out);
-        const double a = arm.sign[i] * (from[i] + box.lower[i]) + arm.offset[i],
-                     b = arm.sign[i] * (from[i] + box.upper[i]) + arm.offset[i];
-        narrow.theta_lower[i] = min(a, b), narrow.theta_upper[i] = max(a, b);
+        narrow.lower[i] = from[i] + box.lower[i];
+        narrow.upper[i] = from[i] + box.upper[i];
     }
-    feasible(narrow, limit_table(narrow), c, bend, f, out);
+    feasible(m, f, limit_table(arm, narrow), out);
 }
 
 /// Whether the step from q_now to q keeps the bounds and the limits.
@@ -87,27 +85,26 @@ inline bool keeps(const Arm& arm, const Bounds& b, const double* q_now, const do
                   double largest_step) noexcept {
     for (int i = 0; i < joints; ++i) {
         const double move = q[i] - q_now[i], speed = move / b.dt;
-        if (!(q[i] >= arm.lower[i] - tolerance::angle && q[i] <= arm.upper[i] + tolerance::angle))
+        if (!(q[i] >= arm.limits.lower[i] - tolerance::angle &&
+              q[i] <= arm.limits.upper[i] + tolerance::angle))
             return false;
         if (!(abs(move) <= largest_step && abs(speed) <= b.velocity[i])) return false;
         if (!(b.acceleration[i] < infinity)) continue;
         if (!(abs(speed - b.velocity_now[i]) <= b.acceleration[i] * b.dt)) return false;
         const double change = b.acceleration[i] * b.dt * b.dt;
-        if (!(move <= longest_move(arm.upper[i] - q_now[i], change) + tolerance::angle)) return false;
-        if (!(-move <= longest_move(q_now[i] - arm.lower[i], change) + tolerance::angle)) return false;
+        if (!(move <= longest_move(arm.limits.upper[i] - q_now[i], change) + tolerance::angle)) return false;
+        if (!(-move <= longest_move(q_now[i] - arm.limits.lower[i], change) + tolerance::angle)) return false;
     }
     return true;
 }
 
 }  // namespace detail
 
-/// One step under bounds: where it starts, and the circle that it leads to.
+/// One step under bounds: where it starts, and the self-motion that it leads to.
 struct BoundedStep {
     const Arm& arm;
-    const Circle<double>& circle;
-    const Fold<double>& bend;
-    Configuration<double> gc;
-    JointFunctions<double> functions;
+    const SelfMotion<double>& motion;
+    const JointFunctions<double>& functions;
     const double* q_now;
     const Bounds& bounds;
     double largest_step;
@@ -115,14 +112,14 @@ struct BoundedStep {
     /// The part of `arcs` on which the step keeps the bounds.
     void within(const ArcSet& arcs, detail::Kept kept, ArcSet& out) const noexcept {
         ArcSet here;
-        detail::window(arm, circle, bend, functions, q_now,
+        detail::window(arm, motion, functions, q_now,
                        detail::move_box(arm, bounds, q_now, largest_step, kept), here);
         intersect(here, arcs, out);
     }
 
     /// Whether the joints at psi keep the bounds.
     bool keeps(double psi) const noexcept {
-        const Joints q = joints_near(arm, directions(circle, bend, gc, sin_cos(psi)), q_now);
+        const Joints q = joints_near(arm, directions(motion, sin_cos(psi)), q_now);
         return detail::keeps(arm, bounds, q_now, q.q, largest_step);
     }
 
@@ -138,7 +135,10 @@ struct BoundedStep {
             for (double share : inside) {
                 const double psi = wrap(at + share * (middle - at));
                 if (abs(wrap(psi - wish)) >= best) break;
-                if (keeps(psi)) best = abs(wrap(psi - wish)), found = psi;
+                if (keeps(psi)) {
+                    best = abs(wrap(psi - wish));
+                    found = psi;
+                }
             }
         }
         return found;

@@ -2,8 +2,8 @@
 //
 // Nodes are the exact arcs of the poses, never a grid of psi: a narrow one is there like a wide one. Two
 // postures of neighbouring poses are linked if every joint moves at most as far as a step may; for one
-// posture the linked psi of the next pose are closed form (bounds.hpp). Sets are carried from pose to pose by
-// that, their ends found by halving.
+// posture the linked psi of the next pose are closed form (bounds.hpp). So a set on one pose gives the set on
+// the next; its ends are found by bisection.
 #pragma once
 
 #include <cstddef>
@@ -15,10 +15,8 @@ namespace armangle {
 
 /// One of the poses ahead: what psi means there, its arcs, and those of them from which the rest can be
 /// reached.
-struct AheadLayer {
-    Circle<double> circle;
-    Fold<double> bend;
-    Configuration<double> gc;
+struct AheadSection {
+    SelfMotion<double> motion;
     JointFunctions<double> functions;
     ArcSet arcs, tube;
 };
@@ -35,36 +33,35 @@ inline constexpr double run_up =
 
 namespace detail {
 
-/// Links between neighbouring layers.
+/// Links between neighbouring sections.
 struct Links {
     const Arm& arm;
     double most[joints];  // rad: what a step may move
     double share;         // of it, that links use
 
-    /// The part of `within` on layer `to` whose joints are at most `share` of a step from q. A joint does not
-    /// go round behind its limits; one that has more than a turn may, unless its turns are known.
-    void reach(const double* q, bool turns_known, double share, const AheadLayer& to, const ArcSet& within,
+    /// The part of `within` on section `to` whose joints are at most `share` of a step from q. A joint does
+    /// not go round behind its limits; one that has more than a turn may, unless its turns are known.
+    void reach(const double* q, bool turns_known, double share, const AheadSection& to, const ArcSet& within,
                ArcSet& out) const noexcept {
         MoveBox box;
         for (int i = 0; i < joints; ++i) {
-            const bool clip = turns_known || arm.upper[i] - arm.lower[i] < two_pi;
-            box.lower[i] = max(-share * most[i], clip ? arm.lower[i] - q[i] : -infinity);
-            box.upper[i] = min(share * most[i], clip ? arm.upper[i] - q[i] : infinity);
+            const bool clip = turns_known || arm.limits.upper[i] - arm.limits.lower[i] < two_pi;
+            box.lower[i] = max(-share * most[i], clip ? arm.limits.lower[i] - q[i] : -infinity);
+            box.upper[i] = min(share * most[i], clip ? arm.limits.upper[i] - q[i] : infinity);
         }
         ArcSet all;
-        window(arm, to.circle, to.bend, to.functions, q, box, all);
+        window(arm, to.motion, to.functions, q, box, all);
         intersect(all, within, out);
     }
 
-    /// The same from psi at layer `from`.
-    void reach(const AheadLayer& from, double psi, const AheadLayer& to, const ArcSet& within,
+    /// The same from psi at section `from`.
+    void reach(const AheadSection& from, double psi, const AheadSection& to, const ArcSet& within,
                ArcSet& out) const noexcept {
-        const Joints q =
-            joints_within_limits(arm, directions(from.circle, from.bend, from.gc, sin_cos(psi)), nullptr);
+        const Joints q = joints_within_limits(arm, directions(from.motion, sin_cos(psi)), nullptr);
         reach(q.q, false, share, to, within, out);
     }
 
-    bool linked(const AheadLayer& from, double psi, const AheadLayer& to,
+    bool linked(const AheadSection& from, double psi, const AheadSection& to,
                 const ArcSet& within) const noexcept {
         ArcSet reached;
         reach(from, psi, to, within, reached);
@@ -82,15 +79,19 @@ struct Probes {
     void add(double at, bool known) noexcept {
         if (count == capacity) return;
         int i = count++;
-        for (; i > 0 && psi[i - 1] > at; --i) psi[i] = psi[i - 1], linked[i] = linked[i - 1];
-        psi[i] = at, linked[i] = known;
+        for (; i > 0 && psi[i - 1] > at; --i) {
+            psi[i] = psi[i - 1];
+            linked[i] = linked[i - 1];
+        }
+        psi[i] = at;
+        linked[i] = known;
     }
 };
 
-/// The set of layer `to` that is linked with a set of layer `from`.
+/// The set of section `to` that is linked with a set of section `from`.
 class Image {
 public:
-    Image(const Links& links, const AheadLayer& from, const ArcSet& set, const AheadLayer& to)
+    Image(const Links& links, const AheadSection& from, const ArcSet& set, const AheadSection& to)
         : links_(links), from_(from), set_(set), to_(to) {}
 
     void operator()(ArcSet& out) const noexcept {
@@ -177,9 +178,9 @@ private:
     }
 
     const Links& links_;
-    const AheadLayer& from_;
+    const AheadSection& from_;
     const ArcSet& set_;
-    const AheadLayer& to_;
+    const AheadSection& to_;
 };
 
 }  // namespace detail
@@ -189,21 +190,21 @@ private:
 /// the cost of two.
 class Lookahead {
 public:
-    /// How many layers the caller's workspace must hold.
-    static constexpr std::size_t layers_for(std::size_t ahead) noexcept { return 2 * ahead + 1; }
+    /// How many sections the caller's workspace must hold.
+    static constexpr std::size_t sections_for(std::size_t ahead) noexcept { return 2 * ahead + 1; }
 
     /// `bounds` may be null. Accelerations are not part of the links; where there are bounds on them, links
     /// use half of the speed, and a motion that comes late is led back to the tube.
     Lookahead(const Arm& arm, const LimitTable& limits, const double* poses, std::size_t n,
-              Strided<const ArcSet> allowed, const Bounds* bounds, double largest_step, AheadLayer* workspace,
-              std::size_t ahead) noexcept
+              Strided<const ArcSet> allowed, const Bounds* bounds, double largest_step,
+              AheadSection* workspace, std::size_t ahead) noexcept
         : arm_(arm),
           limits_(limits),
           poses_(poses),
           n_(n),
           allowed_(allowed),
           links_{arm, {}, 1.0 - ahead_rule::reserve},
-          layer_(workspace),
+          section_(workspace),
           ahead_(ahead) {
         for (int i = 0; i < joints; ++i)
             links_.most[i] =
@@ -218,57 +219,60 @@ public:
         const bool drawn = count_ && index(gc) == gc_ && i >= first_ && i < first_ + reached_ &&
                            (i <= first_ + ahead_ || first_ + count_ == n_);
         if (!drawn) draw(i, gc);
-        AheadLayer& here = layer_[i - first_];
+        AheadSection& here = section_[i - first_];
         ArcSet start;
         links_.reach(q, true, 1.0, here, here.tube, start);
         const bool led_back = links_.share == 1.0 - ahead_rule::run_up && !here.tube.empty();
         if (!start.empty() || led_back) return &here.tube;
         if (drawn) draw(i, gc);
-        links_.reach(q, true, 1.0, layer_[0], layer_[0].arcs, start);
-        if (start.empty()) return count_ = 0, nullptr;
+        links_.reach(q, true, 1.0, section_[0], section_[0].arcs, start);
+        if (start.empty()) {
+            count_ = 0;
+            return nullptr;
+        }
         turn_to(start);
-        return &layer_[0].tube;
+        return &section_[0].tube;
     }
 
     /// The motion left the tube, or stopped: what comes next is drawn up anew.
     void forget() noexcept { count_ = 0; }
 
 private:
-    /// Layers of pose i and those behind it, and the tube of their end.
+    /// Sections of pose i and those behind it, and the tube of their end.
     void draw(std::size_t i, const Configuration<double>& gc) noexcept {
-        first_ = i, gc_ = index(gc);
-        const std::size_t most = layers_for(ahead_);
+        first_ = i;
+        gc_ = index(gc);
+        const std::size_t most = sections_for(ahead_);
         count_ = reached_ = n_ - i < most ? n_ - i : most;
-        for (std::size_t k = 0; k < count_; ++k) fill(layer_[k], i + k, gc);
-        layer_[count_ - 1].tube = layer_[count_ - 1].arcs;
+        for (std::size_t k = 0; k < count_; ++k) fill(section_[k], i + k, gc);
+        section_[count_ - 1].tube = section_[count_ - 1].arcs;
         back(count_ - 1);
     }
 
-    void fill(AheadLayer& to, std::size_t i, const Configuration<double>& gc) const noexcept {
-        to.circle = circle(arm_, flange_pose(arm_, load_pose(poses_ + 16 * i)));
-        to.bend = fold(arm_, to.circle.triangle, gc.elbow);
-        to.gc = gc;
-        to.functions = joint_functions(to.circle, to.bend, gc);
-        feasible(arm_, limits_, to.circle, to.bend, to.functions, to.arcs);
+    void fill(AheadSection& to, std::size_t i, const Configuration<double>& gc) const noexcept {
+        to.motion = self_motion(arm_, load_pose(poses_ + 16 * i), gc);
+        to.functions = joint_functions(to.motion);
+        feasible(to.motion, to.functions, limits_, to.arcs);
         if (!allowed_.data) return;
         const ArcSet own = to.arcs;
         intersect(own, *allowed_.at(i), to.arcs);
     }
 
-    /// Tubes of the layers before one whose tube is known.
+    /// Tubes of the sections before one whose tube is known.
     void back(std::size_t last) noexcept {
         for (std::size_t k = last; k-- > 0;)
-            detail::Image(links_, layer_[k + 1], layer_[k + 1].tube, layer_[k])(layer_[k].tube);
+            detail::Image(links_, section_[k + 1], section_[k + 1].tube, section_[k])(section_[k].tube);
     }
 
-    /// The end of the window cannot be reached: the farthest layer that can be from `start` in the first
+    /// The end of the window cannot be reached: the farthest section that can be from `start` in the first
     /// takes its place.
     void turn_to(const ArcSet& start) noexcept {
-        layer_[0].tube = start;
+        section_[0].tube = start;
         std::size_t last = 0;
         for (; last + 1 < count_; ++last) {
-            detail::Image(links_, layer_[last], layer_[last].tube, layer_[last + 1])(layer_[last + 1].tube);
-            if (layer_[last + 1].tube.empty()) break;
+            detail::Image(links_, section_[last], section_[last].tube,
+                          section_[last + 1])(section_[last + 1].tube);
+            if (section_[last + 1].tube.empty()) break;
         }
         reached_ = last + 1;
         back(last);
@@ -280,7 +284,7 @@ private:
     std::size_t n_;
     Strided<const ArcSet> allowed_;
     detail::Links links_;
-    AheadLayer* layer_;
+    AheadSection* section_;
     std::size_t ahead_, first_ = 0, count_ = 0, reached_ = 0;
     int gc_ = -1;
 };

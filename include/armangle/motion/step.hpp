@@ -38,7 +38,7 @@ namespace detail {
 inline double carried_psi(const Arm& arm, const Chain& now, const Circle<double>& next,
                           Carry carry) noexcept {
     Triad<double> on = triad(arm, flange_pose(arm, user_pose(arm, now.flange)));
-    if (carry == Carry::elbow || is_folded(arm, on)) on = next;
+    if (carry == Carry::elbow || is_folded(on)) on = next;
     return arm_angle(on, now.z3);
 }
 
@@ -53,16 +53,16 @@ struct Lifted {
 ARMANGLE_INLINE Status choose_windings(const Arm& arm, const Directions<double>& d, const JointLanes& q_now,
                                        Lifted& out) noexcept {
     out.q = joints_near(arm, d, q_now);
-    out.margin = limit_margin(arm, out.q);
+    out.margin = limit_margin(arm.limits, out.q);
     if (out.margin >= -tolerance::angle) return Status::OK;
     double seed[joint_slots];
     q_now.store(seed);
     const JointLanes inside = JointLanes::load(joints_within_limits(arm, d, seed).q);
     for (int i = 0; i < joints; ++i)
-        if (abs(inside[i] - out.q[i]) > pi && !(arm.upper[i] - arm.lower[i] < two_pi))
+        if (abs(inside[i] - out.q[i]) > pi && !(arm.limits.upper[i] - arm.limits.lower[i] < two_pi))
             return Status::WINDING_EXHAUSTED;
     out.q = inside;
-    out.margin = limit_margin(arm, out.q);
+    out.margin = limit_margin(arm.limits, out.q);
     return out.margin >= -tolerance::angle ? Status::OK : Status::LIMITS;
 }
 
@@ -71,8 +71,10 @@ ARMANGLE_INLINE Status choose_windings(const Arm& arm, const Directions<double>&
                                      const Circle<double>& c, Status why) noexcept {
     Step out{};
     for (int i = 0; i < joints; ++i) out.q[i] = q_now[i];
-    out.psi = carried_psi(arm, now, c, Carry::psi), out.gc = index(configuration(arm, now.theta));
-    out.status = why, out.margin = limit_margin(arm, q_now);
+    out.psi = carried_psi(arm, now, c, Carry::psi);
+    out.gc = index(configuration(arm, now.theta));
+    out.status = why;
+    out.margin = limit_margin(arm.limits, q_now);
     return out;
 }
 
@@ -80,8 +82,10 @@ ARMANGLE_INLINE Status choose_windings(const Arm& arm, const Directions<double>&
 [[gnu::noinline]] inline Step refused(const Arm& arm, const double* q_now) noexcept {
     Step out{};
     for (int i = 0; i < joints; ++i) out.q[i] = q_now[i];
-    out.psi = not_a_number, out.gc = -1, out.status = Status::BAD_INPUT,
-    out.margin = limit_margin(arm, q_now);
+    out.psi = not_a_number;
+    out.gc = -1;
+    out.status = Status::BAD_INPUT;
+    out.margin = limit_margin(arm.limits, q_now);
     return out;
 }
 
@@ -95,7 +99,8 @@ inline double wish_ahead(const StepOptions& options, const ArcSet& arcs, double 
     if (place.index < 0 || contains(*options.ahead, psi)) return resolve(policy, *options.ahead, psi).psi;
     ArcSet here, near;
     make_empty(here);
-    here.arc[here.count++] = arcs.arc[place.index], here.full = arcs.full;
+    here.arc[here.count++] = arcs.arc[place.index];
+    here.full = arcs.full;
     intersect(here, *options.ahead, near);
     return resolve(policy, near.empty() ? *options.ahead : near, psi).psi;
 }
@@ -106,17 +111,17 @@ inline double wish_ahead(const StepOptions& options, const ArcSet& arcs, double 
                                                     const ArcSet& arcs, double psi, double wish) noexcept {
     ArcSet within, further;
     const double there = wish_ahead(options, arcs, psi);
-    if (there == there) {
+    if (!is_nan(there)) {
         if (step.keeps(there)) return {there, Status::OK};
         step.within(*options.ahead, {}, further);
         const double found = step.nearest(further, there);
-        if (found == found) return {found, Status::OK};
+        if (!is_nan(found)) return {found, Status::OK};
         wish = there;
     }
     if (step.keeps(wish)) return {wish, Status::OK};
     step.within(arcs, {}, within);
     const double found = step.nearest(within, wish);
-    if (found == found) return {found, Status::OK};
+    if (!is_nan(found)) return {found, Status::OK};
     return {psi, step.refusal(arcs)};
 }
 
@@ -128,9 +133,9 @@ inline double wish_ahead(const StepOptions& options, const ArcSet& arcs, double 
     if (held.index < 0 || !step.keeps(held.psi)) return {psi, Status::JOINT_JUMP};
     ArcSet within;
     step.within(arcs, {}, within);
-    const double found = step.nearest(within, wish), next = found == found ? found : wrap(held.psi);
-    return {next, choose_windings(step.arm, directions(step.circle, step.bend, step.gc, sin_cos(next)),
-                                  joint_lanes(step.q_now), to)};
+    const double found = step.nearest(within, wish), next = is_nan(found) ? wrap(held.psi) : found;
+    return {next,
+            choose_windings(step.arm, directions(step.motion, sin_cos(next)), joint_lanes(step.q_now), to)};
 }
 
 }  // namespace detail
@@ -140,14 +145,13 @@ inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_
                       const Pose<double>& pose, const StepOptions& options) noexcept {
     const JointLanes here = joint_lanes(q_now);
     if (!is_rigid(pose) || !is_finite(here)) return detail::refused(arm, q_now);
-    const Circle<double> c = circle(arm, flange_pose(arm, pose));
-    const Configuration<double> gc =
-        options.gc < 0 ? configuration(arm, now.theta) : configuration(options.gc);
-    const auto stay = [&](Status why) { return detail::stayed(arm, q_now, now, c, why); };
-    const double psi = detail::carried_psi(arm, now, c, options.carry);
-    const Fold<double> bend = fold(arm, c.triangle, gc.elbow);
+    const SelfMotion<double> m =
+        self_motion(arm, pose, options.gc < 0 ? configuration(arm, now.theta) : configuration(options.gc));
+    const auto stay = [&](Status why) { return detail::stayed(arm, q_now, now, m.circle, why); };
+    const double psi = detail::carried_psi(arm, now, m.circle, options.carry);
+    const JointFunctions<double> f = joint_functions(m);
     ArcSet arcs;
-    const Status reason = feasible(arm, limits, c, bend, joint_functions(c, bend, gc), arcs);
+    const Status reason = feasible(m, f, limits, arcs);
     if (reason != Status::OK) return stay(reason);
     if (options.allowed) {
         const ArcSet own = arcs;
@@ -155,22 +159,22 @@ inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_
     }
     Resolution next = resolve(options.policy, arcs, psi);
     if (options.bounds && next.status == Status::OK) {
-        const BoundedStep bounded{
-            arm, c, bend, gc, joint_functions(c, bend, gc), q_now, *options.bounds, options.max_joint_step};
+        const BoundedStep bounded{arm, m, f, q_now, *options.bounds, options.max_joint_step};
         next = detail::resolve_bounded(bounded, options, arcs, psi, next.psi);
     }
     if (next.status != Status::OK) return stay(next.status);
     detail::Lifted to;
-    next.status = detail::choose_windings(arm, directions(c, bend, gc, sin_cos(next.psi)), here, to);
+    next.status = detail::choose_windings(arm, directions(m, sin_cos(next.psi)), here, to);
     if (next.status == Status::OK && !(detail::largest_move(to.q, here) <= options.max_joint_step)) {
-        const BoundedStep unbounded{
-            arm, c, bend, gc, joint_functions(c, bend, gc), q_now, no_bounds, options.max_joint_step};
+        const BoundedStep unbounded{arm, m, f, q_now, no_bounds, options.max_joint_step};
         next = detail::shortened(unbounded, arcs, psi, next.psi, to);
     }
     if (next.status != Status::OK) return stay(next.status);
     Step out;
     to.q.store(out.q);
-    out.psi = next.psi, out.gc = index(gc), out.status = Status::OK;
+    out.psi = next.psi;
+    out.gc = index(m.gc);
+    out.status = Status::OK;
     out.margin = to.margin;
     return out;
 }

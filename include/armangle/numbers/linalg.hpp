@@ -98,8 +98,8 @@ ARMANGLE_INLINE Pose<double> identity_pose() noexcept {
     return {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
 }
 
-/// Inverse of a transform whose rotation is orthonormal.
-ARMANGLE_INLINE Pose<double> inverse(const Pose<double>& p) noexcept {
+/// The transform back, of one whose rotation is orthonormal.
+ARMANGLE_INLINE Pose<double> inverted(const Pose<double>& p) noexcept {
     const auto& [x, y, z] = p.rotation;
     return {{{x.x, y.x, z.x}, {x.y, y.y, z.y}, {x.z, y.z, z.z}},
             {-dot(x, p.position), -dot(y, p.position), -dot(z, p.position)}};

@@ -44,6 +44,12 @@ ARMANGLE_INLINE double mul_add(double a, double b, double c) noexcept {
 #endif
 }
 
+/// The mask of what is not a number: nothing else differs from itself.
+template <class T>
+ARMANGLE_INLINE auto is_nan(const T& x) noexcept {
+    return !(x == x);
+}
+
 template <class T>
 ARMANGLE_INLINE T min(T a, T b) noexcept {
     return select(b < a, b, a);

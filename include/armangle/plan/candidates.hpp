@@ -40,10 +40,10 @@ namespace detail {
 struct EightThetas {
     double theta[joints][8];
 
-    EightThetas(const Layer& l, const double* phi) noexcept {
+    EightThetas(const Section& l, const double* phi) noexcept {
         using Slots = Lane<8>;
         const SinCos<Slots> sc = sin_cos(Slots::load(phi));
-        const auto at = [&](const Linear<double>& f) {
+        const auto at = [&](const Harmonic<double>& f) {
             return mul_add(Slots(f.s), sc.sin, mul_add(Slots(f.c), sc.cos, Slots(f.k)));
         };
         for (int p = 0; p < pivots; ++p) {
@@ -55,7 +55,7 @@ struct EightThetas {
             const bool lost = f.U.s == 0 && f.U.c == 0 && f.U.k == 0;  // sin(theta) is 0 on the whole circle
             atan2(lost ? Slots(0.0) : hypot(u, v) * Slots(h.g), at(h.H)).store(theta[hinge_joint[p / 2]]);
         }
-        for (double& t : theta[3]) t = atan2(l.fold.theta_4.sin, l.fold.theta_4.cos);
+        for (double& t : theta[3]) t = atan2(l.motion.elbow.theta_4.sin, l.motion.elbow.theta_4.cos);
     }
 };
 
@@ -82,7 +82,7 @@ public:
 
     /// On every arc evenly, closer where joints move fast; every winding that the limits leave is a posture
     /// of its own.
-    void fill(const Tube& tube, const Layer& l) {
+    void fill(const Tube& tube, const Section& l) {
         all.clear();
         if (l.status != Status::OK) return;
         for (std::uint32_t k = 0; k < l.count; ++k) {
@@ -105,7 +105,8 @@ public:
     void fix(double phi, std::uint32_t arc, const double* q) {
         all.clear();
         Candidate x{};
-        x.phi = phi, x.arc = arc;
+        x.phi = phi;
+        x.arc = arc;
         for (int j = 0; j < joints; ++j) x.q[j] = q[j];
         rate(x);
         x.margin = infinity;
@@ -124,14 +125,14 @@ public:
         };
         for (int j = 0; j < joints; ++j) {
             if (j == 3) continue;  // the same for every phi
-            if (task_.arm.lower[j] > -infinity) take(x.q[j] - task_.arm.lower[j], objective_.limits);
-            if (task_.arm.upper[j] < infinity) take(task_.arm.upper[j] - x.q[j], objective_.limits);
+            if (task_.limits.lower[j] > -infinity) take(x.q[j] - task_.limits.lower[j], objective_.limits);
+            if (task_.limits.upper[j] < infinity) take(task_.limits.upper[j] - x.q[j], objective_.limits);
         }
         for (int j : {1, 5})
-            take(detail::hinge_clearance(wrap(task_.arm.sign[j] * x.q[j] + task_.arm.offset[j])) -
-                     task_.limits.margin,
+            take(detail::hinge_clearance(wrap(to_theta(task_.arm, j, x.q[j]))) - task_.table.margin,
                  objective_.singularities);
-        x.margin = least, x.cost = cost;
+        x.margin = least;
+        x.cost = cost;
     }
 
 private:
@@ -149,12 +150,12 @@ private:
     }
 
     /// Points beside those phi where a joint of more than a turn comes to a limit: the ends of its windings.
-    void add_ends(const Layer& l, const Arc& arc) {
+    void add_ends(const Section& l, const Arc& arc) {
         const std::size_t before = points_.size();
         for (int p = 0; p < pivots; ++p) {
-            if (task_.limits.limited >> p & 1) continue;
-            for (const double limit :
-                 {task_.arm.theta_lower[pivot_joint[p]], task_.arm.theta_upper[pivot_joint[p]]}) {
+            if (task_.table.limited >> p & 1) continue;
+            const ThetaRange range = theta_range(task_.arm, task_.limits, pivot_joint[p]);
+            for (const double limit : {range.lower, range.upper}) {
                 if (!(abs(limit) < infinity)) continue;
                 const SinCos<double> at = sin_cos(limit);
                 const Pivot<double>& f = l.functions.pivot[p];
@@ -172,14 +173,17 @@ private:
                   [](const Point& a, const Point& b) { return a.phi < b.phi; });
     }
 
-    void solve(const Layer& l, int pass) noexcept {
+    void solve(const Section& l, int pass) noexcept {
         std::size_t i = 0;
         while (i < points_.size()) {
             double phi[8] = {};
             std::size_t of[8];
             int n = 0;
             for (; i < points_.size() && n < 8; ++i)
-                if (points_[i].pass == pass) phi[n] = points_[i].phi, of[n++] = i;
+                if (points_[i].pass == pass) {
+                    phi[n] = points_[i].phi;
+                    of[n++] = i;
+                }
             if (!n) return;
             const detail::EightThetas solved(l, phi);
             for (int k = 0; k < n; ++k)
@@ -219,31 +223,34 @@ private:
     /// Those that the section before leads to; at the first section some about the middle, one of a joint
     /// whose winding cannot change.
     void turns(int j, double q, int& first, int& last) const noexcept {
-        const double l = task_.arm.lower[j], u = task_.arm.upper[j], far = tolerance::largest_angle;
+        const double l = task_.limits.lower[j], u = task_.limits.upper[j], far = tolerance::largest_angle;
         const double fewest = ceil((max(l, -far) - tolerance::angle - q) / two_pi),
                      most = floor((min(u, far) + tolerance::angle - q) / two_pi);
         double from = fewest, to = most;
-        const bool unlimited = l == -infinity && u == infinity;  // its winding means nothing: any one will do
+        const bool unlimited = is_unlimited(task_.limits, j);  // any turn will do
         if (window_.set && !unlimited) {
-            from = max(from, ceil((window_.lower[j] - q) / two_pi)),
+            from = max(from, ceil((window_.lower[j] - q) / two_pi));
             to = min(to, floor((window_.upper[j] - q) / two_pi));
         } else {
             const bool fixed = j % 2 == 1 || unlimited;
-            const double near = fixed && reference_ ? reference_[j] : task_.arm.joint_middle[j];
+            const double near = fixed && reference_ ? reference_[j] : armangle::middle(task_.limits, j);
             const double middle = min(max(round((near - q) / two_pi), fewest), most),
                          spread = fixed ? 0 : candidate_rule::windings;
-            from = max(from, middle - spread), to = min(to, middle + spread);
+            from = max(from, middle - spread);
+            to = min(to, middle + spread);
         }
-        first = static_cast<int>(from), last = static_cast<int>(to);
+        first = static_cast<int>(from);
+        last = static_cast<int>(to);
     }
 
     void put(const Point& p, std::uint32_t arc) {
         int first[joints], last[joints], at[joints];
         Candidate x{};
-        x.phi = p.phi, x.arc = arc;
+        x.phi = p.phi;
+        x.arc = arc;
         double q[joints];
         for (int j = 0; j < joints; ++j) {
-            q[j] = task_.arm.sign[j] * (p.theta[j] - task_.arm.offset[j]);
+            q[j] = to_q(task_.arm, j, p.theta[j]);
             turns(j, q[j], first[j], last[j]);
             if (last[j] < first[j]) return;
             at[j] = first[j];

@@ -48,13 +48,28 @@ struct Proof {
 
 namespace detail {
 
-/// Conditions that must be positive, and pairs of which one must be.
+/// Of each row one entry must be positive: the only one, or either of two.
 template <class T>
 struct Conditions {
-    int count = 0, pairs = 0;
-    T must[24], either[pivots][2];
+    static constexpr int capacity = 24;
+    struct Row {
+        int entries;
+        T entry[2];
+    };
+    int count = 0;
+    Row row[capacity];
 
-    void add(const T& x) noexcept { must[count++] = x; }
+    void add(const T& only) noexcept {
+        row[count].entries = 1;
+        row[count].entry[0] = only;
+        ++count;
+    }
+    void add_either(const T& one, const T& other) noexcept {
+        row[count].entries = 2;
+        row[count].entry[0] = one;
+        row[count].entry[1] = other;
+        ++count;
+    }
 };
 
 /// A range (near, far) of |theta| with its cosines; near <= 0 and far >= pi bind nothing.
@@ -64,14 +79,15 @@ struct HalfTurn {
 };
 
 /// Of theta = centre + g |a| + 2 pi k within (lower, upper), for the winding k of `theta`.
-inline HalfTurn half_turn(double lower, double upper, double centre, double g, double theta,
-                          double a) noexcept {
+inline HalfTurn half_turn(const ThetaRange& range, double centre, double g, double theta, double a) noexcept {
+    const double lower = range.lower, upper = range.upper;
     const double base = theta - g * a;  // centre + 2 pi k
     const double turn = centre + two_pi * round((base - centre) / two_pi);
     const double near = (g > 0 ? lower - turn : turn - upper) + proof::slack,
                  far = (g > 0 ? upper - turn : turn - lower) - proof::slack;
     HalfTurn out;
-    out.has_near = near > 0, out.has_far = far < pi;
+    out.has_near = near > 0;
+    out.has_far = far < pi;
     out.empty = !(near < far) || near > pi || far < 0;
     if (out.has_near && !out.empty) out.cos_near = sin_cos(Interval(near)).cos;
     if (out.has_far && !out.empty) out.cos_far = sin_cos(Interval(far)).cos;
@@ -83,27 +99,30 @@ enum class PivotKind { turning, narrow, wide };
 /// What is to be proven of a curve, made once.
 struct Claim {
     const Curve& curve;
-    const Arm& bounds;   // the curve's arm with the limits to prove
-    double sine_square;  // of the singularity margin
+    const Limits& limits;  // to prove
+    double sine_square;    // of the singularity margin
     HalfTurn shoulder, wrist, elbow;
     PivotKind kind[pivots];
     double lower[pivots], upper[pivots];  // theta, drawn in by the slack
     SinCos<Interval> at_lower[pivots], at_upper[pivots];
 
-    Claim(const Curve& c, const Arm& arm, double margin) noexcept : curve(c), bounds(arm) {
+    Claim(const Curve& c, const Limits& l, double margin) noexcept : curve(c), limits(l) {
+        const Arm& arm = c.arm;
         const Interval sine = sin_cos(Interval(max(margin, proof::least_margin))).sin;
         sine_square = square(sine).hi;
         const Configuration<double> sign = configuration(c.gc);
-        const auto theta = [&](int j) { return arm.sign[j] * c.stretches.front().q[j] + arm.offset[j]; };
+        const auto theta = [&](int j) { return to_theta(arm, j, c.stretches.front().q[j]); };
         const auto part = [&](int j, double centre, double g) {
-            return half_turn(arm.theta_lower[j], arm.theta_upper[j], centre, g, theta(j),
-                             abs(wrap(theta(j) - centre)));
+            return half_turn(theta_range(arm, limits, j), centre, g, theta(j), abs(wrap(theta(j) - centre)));
         };
-        shoulder = part(1, 0.0, sign.shoulder), wrist = part(5, 0.0, sign.wrist),
+        shoulder = part(1, 0.0, sign.shoulder);
+        wrist = part(5, 0.0, sign.wrist);
         elbow = part(3, arm.delta_angle, sign.elbow);
         for (int p = 0; p < pivots; ++p) {
             const int j = pivot_joint[p];
-            lower[p] = arm.theta_lower[j] + proof::slack, upper[p] = arm.theta_upper[j] - proof::slack;
+            const ThetaRange range = theta_range(arm, limits, j);
+            lower[p] = range.lower + proof::slack;
+            upper[p] = range.upper - proof::slack;
             const double width = upper[p] - lower[p];
             kind[p] = PivotKind::turning;
             if (width < two_pi - 4 * proof::slack) kind[p] = width > pi ? PivotKind::wide : PivotKind::narrow;
@@ -135,7 +154,8 @@ struct Claim {
     bool turning(int p, const T& u, const T& v, double middle, Conditions<T>& out) const noexcept {
         if (!(middle > lower[p] && middle < upper[p])) return false;
         const double l = middle - proof::sector, r = middle + proof::sector;
-        out.add(beyond(u, v, sin_cos(Interval(l)))), out.add(-beyond(u, v, sin_cos(Interval(r))));
+        out.add(beyond(u, v, sin_cos(Interval(l))));
+        out.add(-beyond(u, v, sin_cos(Interval(r))));
         if (l <= lower[p]) out.add(beyond(u, v, at_lower[p]));
         if (r >= upper[p]) out.add(-beyond(u, v, at_upper[p]));
         return true;
@@ -144,15 +164,12 @@ struct Claim {
     /// All conditions over a range of s; false where they cannot hold.
     template <class T>
     bool evaluate(const Stretch& x, const T& s, const double* middle, Conditions<T>& out) const noexcept {
-        const Arm& arm = bounds;
-        const Configuration<double> sign = configuration(curve.gc);
-        const Circle<T> c = circle(arm, flange_pose(arm, pose_at(curve.segment(x), s)), curve.plane);
-        const Fold<T> bend = fold(arm, c.triangle, T(sign.elbow));
-        const JointFunctions<T> f =
-            joint_functions(c, bend, {T(sign.shoulder), T(sign.elbow), T(sign.wrist)});
+        const SelfMotion<T> m = curve.motion_at(x, s);
+        const JointFunctions<T> f = joint_functions(m);
+        const SinCos<T>& eta = m.circle.triangle.eta;
         const SinCos<T> phi = sin_cos(phi_at(x, s));
-        out.add(c.triangle.eta.sin * c.triangle.eta.sin - T(sine_square));
-        limit_half_turn(elbow, c.triangle.eta.cos, out);
+        out.add(eta.sin * eta.sin - T(sine_square));
+        limit_half_turn(elbow, eta.cos, out);
         limit_half_turn(shoulder, f.hinge[0].H.at(phi), out);
         limit_half_turn(wrist, f.hinge[1].H.at(phi), out);
         for (int p = 0; p < pivots; ++p) {
@@ -161,40 +178,45 @@ struct Claim {
             if (kind[p] == PivotKind::turning && !turning(p, u, v, middle[p], out)) return false;
             if (kind[p] != PivotKind::narrow && kind[p] != PivotKind::wide) continue;
             const T above = beyond(u, v, at_lower[p]), below = -beyond(u, v, at_upper[p]);
-            if (kind[p] == PivotKind::narrow)
-                out.add(above), out.add(below);
-            else
-                out.either[out.pairs][0] = above, out.either[out.pairs++][1] = below;
+            if (kind[p] == PivotKind::wide) {
+                out.add_either(above, below);
+            } else {
+                out.add(above);
+                out.add(below);
+            }
         }
         return true;
     }
 };
 
-/// Positive over the whole range, as enclosed by `range(i)` for conditions and `pair(i, k)` for pairs.
-template <class T, class Range>
-bool all_positive(const Conditions<T>& c, const Range& range) noexcept {
-    for (int i = 0; i < c.count; ++i)
-        if (!(range(c.must, i) > 0)) return false;
-    for (int i = 0; i < c.pairs; ++i)
-        if (!(range(c.either[i], 0) > 0) && !(range(c.either[i], 1) > 0)) return false;
+/// Whether every condition is positive over the whole range, where lower(i, k) bounds entry k of row i.
+template <class T, class Lower>
+bool all_positive(const Conditions<T>& c, const Lower& lower) noexcept {
+    for (int i = 0; i < c.count; ++i) {
+        const bool first = lower(i, 0) > 0, second = c.row[i].entries == 2 && lower(i, 1) > 0;
+        if (!first && !second) return false;
+    }
     return true;
 }
 
 class Prover {
 public:
-    Prover(const Curve& curve, const Arm& bounds, double margin)
-        : curve_(curve), claim_(curve, bounds, margin) {
+    Prover(const Curve& curve, const Limits& limits, double margin)
+        : curve_(curve), claim_(curve, limits, margin) {
         budget_ = static_cast<long long>(curve.stretches.size() + 8) * proof::evaluations;
     }
 
     Proof run() {
-        if (!claim_.possible())
-            return leave(curve_.stretches.front().start, curve_.stretches.back().end), proof_;
+        if (!claim_.possible()) {
+            leave(curve_.stretches.front().start, curve_.stretches.back().end);
+            return proof_;
+        }
         for (const Stretch& x : curve_.stretches) {
             const Segment& g = curve_.segment(x);
             const bool within = x.start >= g.start - proof::join && x.end <= g.end + proof::join;
             if (within && prove(x, x.start, x.end, 0)) continue;
-            leave(x.start, x.end), lifted_ = false;
+            leave(x.start, x.end);
+            lifted_ = false;
             look(x);
         }
         return proof_;
@@ -204,8 +226,10 @@ private:
     void leave(double from, double to) {
         if (!proof_.open.empty() && proof_.open.back() == from)
             proof_.open.back() = to;
-        else
-            proof_.open.push_back(from), proof_.open.push_back(to);
+        else {
+            proof_.open.push_back(from);
+            proof_.open.push_back(to);
+        }
     }
 
     /// Looks for places of an unproven stretch where a limit is passed.
@@ -213,10 +237,10 @@ private:
         for (int i = 0; i <= proof::looks; ++i) {
             const double s = x.start + (x.end - x.start) * i / proof::looks;
             const PlacedPosture here = curve_.solve(x, s, phi_at(x, s), x.q, x.psi);
-            const Pose<double> flange = flange_pose(claim_.bounds, here.pose);
-            const double excess = circle(claim_.bounds, flange, curve_.plane).triangle.excess;
-            if (limit_margin(claim_.bounds, here.q) >= -proof::broken &&
-                excess <= tolerance::reach * claim_.bounds.reach)
+            const Pose<double> flange = flange_pose(curve_.arm, here.pose);
+            const double excess = circle(curve_.arm, flange, curve_.plane).triangle.excess;
+            if (limit_margin(claim_.limits, here.q) >= -proof::broken &&
+                excess <= tolerance::reach * curve_.arm.reach)
                 continue;
             proof_.violated.push_back(s);
             return;
@@ -245,7 +269,7 @@ private:
         const PlacedPosture now = curve_.at(s);
         for (int p = 0; p < pivots; ++p) {
             const int j = pivot_joint[p];
-            middle[p] = curve_.arm.sign[j] * now.q[j] + curve_.arm.offset[j];
+            middle[p] = to_theta(curve_.arm, j, now.q[j]);
             if (claim_.kind[p] != PivotKind::turning) continue;
             if (!(max(abs(x.q[j] - now.q[j]), abs(x.q_end[j] - now.q[j])) < proof::end_step)) return false;
         }
@@ -261,7 +285,7 @@ private:
         Conditions<Interval> plain;
         --budget_;
         if (!claim_.evaluate(x, range, middle, plain)) return false;
-        if (all_positive(plain, [](const Interval* f, int i) { return f[i].lo; })) return true;
+        if (all_positive(plain, [&plain](int i, int k) { return plain.row[i].entry[k].lo; })) return true;
         budget_ -= 4;
         using J = Jet<Interval, 1>;
         const double m = 0.5 * (from + to);
@@ -271,10 +295,9 @@ private:
             !claim_.evaluate(x, Interval(m), middle, centre))
             return false;
         const Interval off = range - Interval(m);
-        const Interval* values = centre.must;
-        const auto lower = [&](const J* f, int i) {
-            const Interval* at = f == slopes.must ? values : centre.either[(f - slopes.either[0]) / 2];
-            return greater(f[i].coefficient[0].lo, (at[i] + f[i].coefficient[1] * off).lo);
+        const auto lower = [&](int i, int k) {
+            const J& f = slopes.row[i].entry[k];
+            return greater(f.value().lo, (centre.row[i].entry[k] + f.coefficient[1] * off).lo);
         };
         return all_positive(slopes, lower);
     }
@@ -288,9 +311,10 @@ private:
                           max(claim_.lower[p] - middle[p], middle[p] - claim_.upper[p]) > proof::broken);
         const auto fails = [](const Interval& f) { return f.hi < -proof::broken; };
         if (claim_.evaluate(x, Interval(s), middle, at)) {
-            for (int i = 0; i < at.count; ++i) bad = bad || fails(at.must[i]);
-            for (int i = 0; i < at.pairs; ++i)
-                bad = bad || (fails(at.either[i][0]) && fails(at.either[i][1]));
+            for (int i = 0; i < at.count; ++i) {
+                const auto& row = at.row[i];
+                bad = bad || (fails(row.entry[0]) && (row.entries == 1 || fails(row.entry[1])));
+            }
         }
         if (bad) proof_.violated.push_back(s);
         return bad;
@@ -306,10 +330,9 @@ private:
 
 }  // namespace detail
 
-/// Proves the limits of `bounds` (the curve's arm, limits drawn in by the margin asked) and a singularity
-/// margin (rad).
-inline Proof certify(const Curve& curve, const Arm& bounds, double margin) {
-    return detail::Prover(curve, bounds, margin).run();
+/// Proves limits (the arm's, or drawn in by the margin asked) and a singularity margin (rad) along a curve.
+inline Proof certify(const Curve& curve, const Limits& limits, double margin) {
+    return detail::Prover(curve, limits, margin).run();
 }
 
 }  // namespace armangle

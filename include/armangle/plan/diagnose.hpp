@@ -44,45 +44,41 @@ struct BranchReport {
 
 namespace detail {
 
-/// Psi_all of a circle for an arm with one limit moved out.
-inline bool opens(const Arm& arm, double margin, const Circle<double>& c, int gc, int joint, bool upper,
+/// Whether a self-motion has an arm angle once a limit is moved out.
+inline bool opens(const Task& task, const SelfMotion<double>& m, int joint, bool upper,
                   double extra) noexcept {
-    Arm wide = arm;
+    Limits wide = task.limits;
     (upper ? wide.upper : wide.lower)[joint] += upper ? extra : -extra;
-    fill_joint_arrays(wide);
-    const LimitTable limits = limit_table(wide, margin);
-    const Configuration<double> sign = configuration(gc);
-    const Fold<double> bend = fold(wide, c.triangle, sign.elbow);
     ArcSet arcs;
-    return feasible(wide, limits, c, bend, joint_functions(c, bend, sign), arcs) == Status::OK;
+    return feasible(m, limit_table(task.arm, wide, task.table.margin), arcs) == Status::OK;
 }
 
 /// How far one limit must move out to leave an arm angle; infinity where that alone does not help.
-inline double opening(const Arm& arm, double margin, const Circle<double>& c, int gc, int joint,
-                      bool upper) noexcept {
-    const double limit = upper ? arm.upper[joint] : arm.lower[joint];
-    if (!(abs(limit) < infinity) || !opens(arm, margin, c, gc, joint, upper, two_pi)) return infinity;
+inline double opening(const Task& task, const SelfMotion<double>& m, int joint, bool upper) noexcept {
+    const double limit = upper ? task.limits.upper[joint] : task.limits.lower[joint];
+    if (!(abs(limit) < infinity) || !opens(task, m, joint, upper, two_pi)) return infinity;
     double low = 0, high = two_pi;
     for (int i = 0; i < 36; ++i) {
         const double middle = 0.5 * (low + high);
-        (opens(arm, margin, c, gc, joint, upper, middle) ? high : low) = middle;
+        (opens(task, m, joint, upper, middle) ? high : low) = middle;
     }
     return high;
 }
 
 /// Joints of which none can be left out: their sets of arm angles have nothing in common, those of any fewer
 /// have.
-inline unsigned blocking_joints(const Task& task, const Circle<double>& c, int gc) noexcept {
-    const Configuration<double> sign = configuration(gc);
-    const Fold<double> bend = fold(task.arm, c.triangle, sign.elbow);
-    const JointFunctions<double> f = joint_functions(c, bend, sign);
+inline unsigned blocking_joints(const LimitTable& limits, const SelfMotion<double>& m) noexcept {
+    const JointFunctions<double> f = joint_functions(m);
     ArcSet each[joints];
-    for (int j = 0; j < joints; ++j) joint_arcs(task.arm, task.limits, c, bend, f, j, each[j]);
+    for (int j = 0; j < joints; ++j) joint_arcs(m, f, limits, j, each[j]);
     const auto empty = [&](unsigned mask) {
         ArcSet common, before;
         make_full(common);
         for (int j = 0; j < joints; ++j)
-            if (mask >> j & 1u) before = common, intersect(before, each[j], common);
+            if (mask >> j & 1u) {
+                before = common;
+                intersect(before, each[j], common);
+            }
         return common.empty();
     };
     unsigned kept = (1u << joints) - 1;
@@ -94,14 +90,15 @@ inline unsigned blocking_joints(const Task& task, const Circle<double>& c, int g
 
 }  // namespace detail
 
-/// Fills in who leaves no arm angle on these circles (each of them empty), and what would.
-inline void explain_limits(const Task& task, const std::vector<Circle<double>>& circles, BranchReport& out) {
-    for (const Circle<double>& c : circles) out.blocking |= detail::blocking_joints(task, c, out.gc);
+/// Fills in who leaves no arm angle on these self-motions (each of them empty), and what would.
+inline void explain_limits(const Task& task, const std::vector<SelfMotion<double>>& motions,
+                           BranchReport& out) {
+    for (const SelfMotion<double>& m : motions) out.blocking |= detail::blocking_joints(task.table, m);
     for (int j = 0; j < joints; ++j) {
         for (const bool upper : {false, true}) {
             double extra = 0;
-            for (const Circle<double>& c : circles)
-                extra = max(extra, detail::opening(task.arm, task.limits.margin, c, out.gc, j, upper));
+            for (const SelfMotion<double>& m : motions)
+                extra = max(extra, detail::opening(task, m, j, upper));
             if (extra < infinity) out.openings.push_back({j + 1, upper, extra});
         }
     }
@@ -109,17 +106,19 @@ inline void explain_limits(const Task& task, const std::vector<Circle<double>>& 
 
 /// One pose and branch: ok, unreachable or impossible, with what explains it.
 inline BranchReport diagnose(const Task& task, double s, int gc) {
-    const detail::Section here = detail::section(task, gc, s);
+    const Section here = detail::solve_section(task, gc, s).section;
     BranchReport out;
-    out.gc = gc, out.from = out.to = s, out.status = here.layer.status;
-    out.excess = max(here.layer.circle.triangle.excess, 0.0);
+    out.gc = gc;
+    out.from = out.to = s;
+    out.status = here.status;
+    out.excess = max(here.motion.circle.triangle.excess, 0.0);
     switch (out.status) {
         case Status::OK: return out;
         case Status::UNREACHABLE:
         case Status::FOLDED: out.verdict = Verdict::unreachable; return out;
         default: out.verdict = Verdict::impossible;
     }
-    explain_limits(task, {here.layer.circle}, out);
+    explain_limits(task, {here.motion}, out);
     return out;
 }
 

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <algorithm>
+#include <utility>
 
 #include "certify.hpp"
 #include "diagnose.hpp"
@@ -33,7 +34,7 @@ struct Plan {
 };
 
 namespace plan_rule {
-inline constexpr int rounds = 4;   // of new layers where a proof saw a violation
+inline constexpr int rounds = 4;   // of new sections where a proof saw a violation
 inline constexpr int samples = 5;  // of an empty range, to explain it
 }  // namespace plan_rule
 
@@ -43,13 +44,10 @@ class Planner {
 public:
     Planner(const Arm& arm, const Segment* segments, std::size_t n, const double* rows, std::size_t row_count,
             const PlanOptions& options)
-        : arm_(arm), options_(options), base_(base_parameters(segments, n, rows, row_count)) {
-        task_.arm = arm;
-        for (int j = 0; j < joints; ++j)
-            task_.arm.lower[j] += options.limit_margin, task_.arm.upper[j] -= options.limit_margin;
-        fill_joint_arrays(task_.arm);
-        task_.limits = limit_table(task_.arm, options.singularity_margin);
-        task_.segments = segments, task_.segment_count = n;
+        : options_(options),
+          base_(base_parameters(segments, n, rows, row_count)),
+          task_{arm, drawn_in(arm.limits, options.limit_margin), {}, segments, n, {}} {
+        task_.table = limit_table(arm, task_.limits, options.singularity_margin);
         std::vector<Vec3<double>> wrists;
         for (std::size_t i = 0; i < base_.size(); ++i) {
             wrists.push_back(wrist(base_[i]));
@@ -69,7 +67,7 @@ public:
                          [this](const BranchReport& a, const BranchReport& b) {
                              return a.gc == plan_.gc ? b.gc != plan_.gc : (b.gc != plan_.gc && before(a, b));
                          });
-        return static_cast<Plan&&>(plan_);
+        return std::move(plan_);
     }
 
 private:
@@ -90,26 +88,28 @@ private:
 
     /// The posture of given joints on a section; false where it is of another branch, outside what is
     /// allowed, or singular.
-    bool anchor(const Tube& tube, const Layer& l, const double* q, Anchor& out, double& gap) const noexcept {
+    bool anchor(const Tube& tube, const Section& l, const double* q, Anchor& out,
+                double& gap) const noexcept {
         const Chain now = chain(task_.arm, q);
         out.given = true;
-        out.phi = arm_angle(l.circle, now.z3);
-        const Configuration<double> sign = configuration(tube.gc);
-        const Joints solved = joints_near(task_.arm, directions(l.circle, l.fold, sign, sin_cos(out.phi)), q);
+        out.phi = arm_angle(l.motion.circle, now.z3);
+        const Joints solved = joints_near(task_.arm, directions(l.motion, sin_cos(out.phi)), q);
         double most = 0;
-        for (int j = 0; j < joints; ++j) out.q[j] = solved.q[j], most = max(most, abs(solved.q[j] - q[j]));
+        for (int j = 0; j < joints; ++j) {
+            out.q[j] = solved.q[j];
+            most = max(most, abs(solved.q[j] - q[j]));
+        }
         if (index(configuration(task_.arm, now.theta)) != tube.gc) return false;
         for (int j :
              {1, 5})  // there the arm angle does not say how joints 1 and 3 (5 and 7) share their turn
             if (most > tolerance::angle &&
-                hinge_clearance(wrap(to_theta(out.q[j], task_.arm.sign[j], task_.arm.offset[j]))) <
-                    proof::least_margin)
+                hinge_clearance(wrap(to_theta(task_.arm, j, out.q[j]))) < proof::least_margin)
                 return false;
         gap = most;
-        if (l.status != Status::OK || !within_limits(task_.arm, out.q, tolerance::angle)) return false;
+        if (l.status != Status::OK || !within_limits(task_.limits, out.q, tolerance::angle)) return false;
         for (int j : {1, 5})
-            if (hinge_clearance(wrap(to_theta(out.q[j], task_.arm.sign[j], task_.arm.offset[j]))) <
-                task_.limits.margin - tolerance::angle)
+            if (hinge_clearance(wrap(to_theta(task_.arm, j, out.q[j]))) <
+                task_.table.margin - tolerance::angle)
                 return false;
         out.arc = nearest_arc(tube, l, out.phi);
         const Arc& a = tube.arc(l)[out.arc];
@@ -119,9 +119,9 @@ private:
 
     bool anchors(const Tube& tube, Anchor& start, Anchor& goal, BranchReport* report) {
         const bool starts =
-            !options_.start || anchor(tube, tube.layers.front(), options_.start, start, plan_.start_gap);
+            !options_.start || anchor(tube, tube.sections.front(), options_.start, start, plan_.start_gap);
         const bool ends =
-            !options_.goal || anchor(tube, tube.layers.back(), options_.goal, goal, plan_.goal_gap);
+            !options_.goal || anchor(tube, tube.sections.back(), options_.goal, goal, plan_.goal_gap);
         if (report && !(starts && ends)) {
             report->verdict = starts ? Verdict::goal : Verdict::start;
             report->from = report->to = starts ? 1.0 : 0.0;
@@ -141,50 +141,58 @@ private:
         if (out.verdict != Verdict::start) {
             if (!anchored) goal.given = false;
             way = Search(task_, t, options_.objective, start, goal).run(-infinity);
-            if (way.reached) out.reached = t.layers[way.reached - 1].s;
+            if (way.reached) out.reached = t.sections[way.reached - 1].s;
         }
-        if (const std::size_t at = first_empty(t); at < t.layers.size()) {
+        if (const std::size_t at = first_empty(t); at < t.sections.size()) {
             explain_empty(t, at, out);
         } else if (anchored && !way.whole) {
-            out.verdict = Verdict::dead_end, out.status = Status::LIMITS;
-            out.from = out.reached, out.to = way.reached < t.layers.size() ? t.layers[way.reached].s : 1.0;
-            if (way.reached) out.nearest_psi = nearest_psi(t, t.layers[way.reached], way.rows.back().phi);
+            out.verdict = Verdict::dead_end;
+            out.status = Status::LIMITS;
+            out.from = out.reached;
+            out.to = way.reached < t.sections.size() ? t.sections[way.reached].s : 1.0;
+            if (way.reached) out.nearest_psi = nearest_psi(t, t.sections[way.reached], way.rows.back().phi);
         } else if (anchored) {
-            out.margin = way.margin, out.travel = way.cost, out.elbow_margin = elbow_margin(t, way);
+            out.margin = way.margin;
+            out.travel = way.cost;
+            out.elbow_margin = elbow_margin(t, way);
         }
         return out;
     }
 
     static std::size_t first_empty(const Tube& t) noexcept {
         std::size_t k = 0;
-        while (k < t.layers.size() && t.layers[k].status == Status::OK) ++k;
+        while (k < t.sections.size() && t.sections[k].status == Status::OK) ++k;
         return k;
     }
 
     void explain_empty(const Tube& t, std::size_t at, BranchReport& out) const {
         std::size_t end = at;
         const auto out_of_reach = [](Status s) { return s == Status::UNREACHABLE || s == Status::FOLDED; };
-        for (; end < t.layers.size() && t.layers[end].status != Status::OK; ++end) {
-            if (out_of_reach(t.layers[end].status) && !out_of_reach(out.status))
-                out.from = t.layers[end].s, out.status = t.layers[end].status;
-            out.excess = max(out.excess, t.layers[end].circle.triangle.excess);
+        for (; end < t.sections.size() && t.sections[end].status != Status::OK; ++end) {
+            if (out_of_reach(t.sections[end].status) && !out_of_reach(out.status)) {
+                out.from = t.sections[end].s;
+                out.status = t.sections[end].status;
+            }
+            out.excess = max(out.excess, t.sections[end].motion.circle.triangle.excess);
         }
-        out.to = t.layers[end - 1].s;
+        out.to = t.sections[end - 1].s;
         if (out_of_reach(out.status)) {
             out.verdict = Verdict::unreachable;
             return;
         }
-        out.verdict = Verdict::impossible, out.from = t.layers[at].s, out.excess = 0,
-        out.status = t.layers[(at + end - 1) / 2].status;
-        std::vector<Circle<double>> circles;
+        out.verdict = Verdict::impossible;
+        out.from = t.sections[at].s;
+        out.excess = 0;
+        out.status = t.sections[(at + end - 1) / 2].status;
+        std::vector<SelfMotion<double>> motions;
         const std::size_t count = end - at, shown = std::min<std::size_t>(count, plan_rule::samples);
-        circles.reserve(shown);
+        motions.reserve(shown);
         for (std::size_t i = 0; i < shown; ++i)
-            circles.push_back(t.layers[at + (2 * i + 1) * count / (2 * shown)].circle);
-        explain_limits(task_, circles, out);
+            motions.push_back(t.sections[at + (2 * i + 1) * count / (2 * shown)].motion);
+        explain_limits(task_, motions, out);
     }
 
-    double nearest_psi(const Tube& t, const Layer& l, double phi) const noexcept {
+    double nearest_psi(const Tube& t, const Section& l, double phi) const noexcept {
         ArcSet arcs;
         make_empty(arcs);
         arcs.full = l.full;
@@ -192,7 +200,7 @@ private:
         if (arcs.empty()) return not_a_number;
         const SinCos<double> sc = sin_cos(nearest(arcs, phi));
         return arm_angle(triad(task_.arm, flange_pose(task_.arm, task_.pose(l.s))),
-                         l.circle.z * sc.cos + l.circle.e * sc.sin);
+                         l.motion.circle.z * sc.cos + l.motion.circle.e * sc.sin);
     }
 
     double elbow_margin(const Tube& t, const Way& way) const noexcept {
@@ -201,11 +209,11 @@ private:
         for (std::size_t k = 0; k < way.rows.size(); ++k) {
             const double q = way.rows[k].q[3];
             if (o.limits > 0)
-                least = min(least, min(q - task_.arm.lower[3], task_.arm.upper[3] - q) / o.limits);
-            const auto& eta = t.layers[k].circle.triangle.eta;
+                least = min(least, min(q - task_.limits.lower[3], task_.limits.upper[3] - q) / o.limits);
+            const auto& eta = t.sections[k].motion.circle.triangle.eta;
             if (o.singularities > 0)
-                least = min(least, (hinge_clearance(atan2(eta.sin, eta.cos)) - task_.limits.margin) /
-                                       o.singularities);
+                least = min(
+                    least, (hinge_clearance(atan2(eta.sin, eta.cos)) - task_.table.margin) / o.singularities);
         }
         return least;
     }
@@ -220,11 +228,16 @@ private:
             Plan now;
             if (!realise(report, now)) continue;
             const bool certified = now.proof.certified();
-            if (certified || !any) first = static_cast<Plan&&>(now), any = true;
+            if (certified || !any) {
+                first = std::move(now);
+                any = true;
+            }
             if (certified) break;
         }
         if (any) {
-            plan_.ok = true, plan_.gc = first.gc, plan_.stretches.swap(first.stretches),
+            plan_.ok = true;
+            plan_.gc = first.gc;
+            plan_.stretches.swap(first.stretches);
             plan_.proof = first.proof;
             return;
         }
@@ -236,7 +249,7 @@ private:
         if (farthest != plan_.branches.end()) partial(farthest->gc);
     }
 
-    /// Way, curve and proof of a branch that has a way; new layers where the curve breaks a limit. False if
+    /// Way, curve and proof of a branch that has a way; new sections where the curve breaks a limit. False if
     /// it always does.
     bool realise(BranchReport& report, Plan& out) {
         std::vector<double> base = base_;
@@ -245,12 +258,16 @@ private:
             Anchor start, goal;
             if (!anchors(t, start, goal, nullptr)) break;
             if (!follow_way(t, start, goal, base, out)) break;
-            out.proof = certify(curve(out), task_.arm, options_.singularity_margin);
+            out.proof = certify(curve(out), task_.limits, options_.singularity_margin);
             if (out.proof.violated.empty()) return true;
-            add_layers(out, base);
+            add_sections(out, base);
         }
-        report.verdict = Verdict::unresolved, report.status = Status::LIMITS;
-        if (!out.proof.open.empty()) report.from = out.proof.open.front(), report.to = out.proof.open.back();
+        report.verdict = Verdict::unresolved;
+        report.status = Status::LIMITS;
+        if (!out.proof.open.empty()) {
+            report.from = out.proof.open.front();
+            report.to = out.proof.open.back();
+        }
         return false;
     }
 
@@ -268,23 +285,26 @@ private:
     }
 
     Curve curve(const Plan& x) const noexcept {
-        return {arm_, task_.plane, x.gc, {task_.segments, task_.segment_count}, x.stretches};
+        return {task_.arm, task_.plane, x.gc, {task_.segments, task_.segment_count}, x.stretches};
     }
 
     void draw(const Tube& t, const Way& way, const std::vector<double>& base, Plan& out) const {
         std::vector<double> s, phi;
-        for (const std::size_t k : knots(t, base, way.rows.size()))
-            s.push_back(t.layers[k].s), phi.push_back(way.rows[k].phi);
-        out.gc = t.gc, out.stretches = smooth_stretches(s, phi);
-        const Circle<double>& c = t.layers[0].circle;
+        for (const std::size_t k : knots(t, base, way.rows.size())) {
+            s.push_back(t.sections[k].s);
+            phi.push_back(way.rows[k].phi);
+        }
+        out.gc = t.gc;
+        out.stretches = smooth_stretches(s, phi);
+        const Circle<double>& c = t.sections[0].motion.circle;
         const SinCos<double> sc = sin_cos(way.rows[0].phi);
         const double psi =
-            arm_angle(triad(arm_, flange_pose(arm_, task_.pose(0.0))), c.z * sc.cos + c.e * sc.sin);
+            arm_angle(triad(task_.arm, flange_pose(task_.arm, task_.pose(0.0))), c.z * sc.cos + c.e * sc.sin);
         lift_stretches(curve(out), out.stretches, way.rows[0].q, psi);
     }
 
-    /// Layers about each violation, so that the tube has exact arcs there.
-    void add_layers(const Plan& plan, std::vector<double>& base) const {
+    /// Sections about each violation, so that the tube has exact arcs there.
+    void add_sections(const Plan& plan, std::vector<double>& base) const {
         const Curve drawn = curve(plan);
         for (const double s : plan.proof.violated) {
             const Stretch& x = drawn.stretch(s);
@@ -297,14 +317,15 @@ private:
         base.erase(std::unique(base.begin(), base.end(),
                                [](double a, double b) { return b - a <= parameter_rule::same; }),
                    base.end());
-        base.front() = 0, base.back() = 1;
+        base.front() = 0;
+        base.back() = 1;
     }
 
     /// The curve of a branch as far as the start leads.
     void partial(int gc) {
         const Tube t = tube(task_, gc, base_);
         Anchor start, goal;
-        if (options_.start && !anchor(t, t.layers.front(), options_.start, start, plan_.start_gap)) return;
+        if (options_.start && !anchor(t, t.sections.front(), options_.start, start, plan_.start_gap)) return;
         Way way = Search(task_, t, options_.objective, start, goal).run(-infinity);
         if (way.reached < 2) return;
         relax(task_, t, options_.objective, way, start.given, false,
@@ -312,7 +333,6 @@ private:
         draw(t, way, base_, plan_);
     }
 
-    const Arm& arm_;
     const PlanOptions& options_;
     std::vector<double> base_;
     Task task_;

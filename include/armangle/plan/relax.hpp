@@ -31,8 +31,11 @@ public:
         free_.assign(n_, true);
         if (first_fixed) free_[0] = false;
         if (last_fixed) free_[n_ - 1] = false;
-        slope_.resize(n_ * joints), gradient_.resize(n_), diagonal_.resize(n_), off_.resize(n_),
-            move_.resize(n_);
+        slope_.resize(n_ * joints);
+        gradient_.resize(n_);
+        diagonal_.resize(n_);
+        off_.resize(n_);
+        move_.resize(n_);
         best_.resize(n_);
     }
 
@@ -45,7 +48,8 @@ public:
             const double most = apply();
             const double now = assemble();
             if (now < energy) {
-                energy = now, damping = max(damping * 0.3, 1e-6);
+                energy = now;
+                damping = max(damping * 0.3, 1e-6);
                 if (most < relax_rule::done) return;
             } else {
                 for (std::size_t k = 0; k < n_; ++k) way_.rows[k] = best_[k];
@@ -57,7 +61,7 @@ public:
     }
 
 private:
-    double span(std::size_t k) const noexcept { return tube_.layers[k + 1].s - tube_.layers[k].s; }
+    double span(std::size_t k) const noexcept { return tube_.sections[k + 1].s - tube_.sections[k].s; }
     double share(std::size_t k) const noexcept {
         return 0.5 * ((k ? span(k - 1) : 0.0) + (k + 1 < n_ ? span(k) : 0.0));
     }
@@ -68,12 +72,11 @@ private:
         double energy = 0;
         for (std::size_t k = 0; k < n_; ++k) {
             gradient_[k] = diagonal_[k] = off_[k] = 0;
-            const Joints rate = self_motion(task_.arm, tube_.layers[k].functions, sin_cos(way_.rows[k].phi));
+            const Joints rate =
+                armangle::rate(task_.arm, tube_.sections[k].functions, sin_cos(way_.rows[k].phi));
             for (int j = 0; j < joints; ++j) {
                 const double r = rate.q[j];
-                slope(k)[j] = r > relax_rule::steepest
-                                  ? relax_rule::steepest
-                                  : (r > -relax_rule::steepest ? r : -relax_rule::steepest);
+                slope(k)[j] = max(-relax_rule::steepest, min(relax_rule::steepest, r));
             }
             energy += barrier(k);
         }
@@ -88,8 +91,11 @@ private:
         for (int j = 0; j < joints; ++j) {
             const double d = b.q[j] - a.q[j], sa = slope(k)[j], sb = slope(k + 1)[j];
             sum += d * d;
-            gradient_[k] -= 2 * w * d * sa, gradient_[k + 1] += 2 * w * d * sb;
-            diagonal_[k] += 2 * w * sa * sa, diagonal_[k + 1] += 2 * w * sb * sb, off_[k] -= 2 * w * sa * sb;
+            gradient_[k] -= 2 * w * d * sa;
+            gradient_[k + 1] += 2 * w * d * sb;
+            diagonal_[k] += 2 * w * sa * sa;
+            diagonal_[k + 1] += 2 * w * sb * sb;
+            off_[k] -= 2 * w * sa * sb;
         }
         return w * sum;
     }
@@ -102,20 +108,22 @@ private:
             const double d = max(distance, candidate_rule::cost_floor),
                          r = candidate_rule::reference * weight / d, size = share(k) * r * r;
             sum += size;
-            gradient_[k] -= 2 * size * rate / d, diagonal_[k] += 6 * size * rate * rate / (d * d);
+            gradient_[k] -= 2 * size * rate / d;
+            diagonal_[k] += 6 * size * rate * rate / (d * d);
         };
         for (int j = 0; j < joints; ++j) {
             if (j == 3) continue;
             const double rate = slope(k)[j];
-            if (task_.arm.lower[j] > -infinity) take(x.q[j] - task_.arm.lower[j], rate, objective_.limits);
-            if (task_.arm.upper[j] < infinity) take(task_.arm.upper[j] - x.q[j], -rate, objective_.limits);
+            if (task_.limits.lower[j] > -infinity)
+                take(x.q[j] - task_.limits.lower[j], rate, objective_.limits);
+            if (task_.limits.upper[j] < infinity)
+                take(task_.limits.upper[j] - x.q[j], -rate, objective_.limits);
         }
         for (int j : {1, 5}) {
-            const double theta = wrap(task_.arm.sign[j] * x.q[j] + task_.arm.offset[j]),
-                         out = theta < 0 ? -1.0 : 1.0;
-            const double rate = task_.arm.sign[j] * out * slope(k)[j], m = task_.limits.margin;
-            take(abs(theta) - m, rate, objective_.singularities),
-                take(pi - abs(theta) - m, -rate, objective_.singularities);
+            const double theta = wrap(to_theta(task_.arm, j, x.q[j])), out = theta < 0 ? -1.0 : 1.0;
+            const double rate = task_.arm.sign[j] * out * slope(k)[j], m = task_.table.margin;
+            take(abs(theta) - m, rate, objective_.singularities);
+            take(pi - abs(theta) - m, -rate, objective_.singularities);
         }
         return sum;
     }
@@ -130,7 +138,8 @@ private:
             const double right = (free_[k] ? -gradient_[k] : 0.0) - below * before;
             carried = (k + 1 < n_ && free_[k] && free_[k + 1] ? off_[k] : 0.0) / pivot;
             before = right / pivot;
-            off_[k] = carried, move_[k] = before;
+            off_[k] = carried;
+            move_[k] = before;
         }
         for (std::size_t k = n_ - 1; k-- > 0;) move_[k] -= off_[k] * move_[k + 1];
     }
@@ -140,7 +149,7 @@ private:
         double most = 0;
         for (std::size_t k = 0; k < n_; ++k) {
             if (!free_[k]) continue;
-            const Layer& l = tube_.layers[k];
+            const Section& l = tube_.sections[k];
             const Candidate old = way_.rows[k];
             double step = min(max(move_[k], -relax_rule::step), relax_rule::step);
             for (int half = 0; half < 4; ++half, step *= 0.5) {
@@ -149,9 +158,9 @@ private:
                 const double phi[8] = {x.phi};
                 const EightThetas solved(l, phi);
                 for (int j = 0; j < joints; ++j)
-                    x.q[j] = lift(task_.arm.sign[j] * (solved.theta[j][0] - task_.arm.offset[j]), old.q[j]);
+                    x.q[j] = lift(to_q(task_.arm, j, solved.theta[j][0]), old.q[j]);
                 rating_.rate(x);
-                if (!within_limits(task_.arm, x.q, tolerance::angle) || x.margin < min(floor_, old.margin))
+                if (!within_limits(task_.limits, x.q, tolerance::angle) || x.margin < min(floor_, old.margin))
                     continue;
                 most = max(most, abs(x.phi - old.phi));
                 way_.rows[k] = x;
@@ -162,7 +171,7 @@ private:
     }
 
     /// phi kept inside its arc, or not farther out than it was.
-    double held(const Layer& l, const Candidate& old, double phi) const noexcept {
+    double held(const Section& l, const Candidate& old, double phi) const noexcept {
         if (l.full) return phi;
         const Arc& a = tube_.arc(l)[old.arc];
         const double middle = 0.5 * (a.lower + a.upper), turn = lift(middle, old.phi) - middle;

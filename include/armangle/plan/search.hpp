@@ -7,6 +7,7 @@
 #pragma once
 
 #include <algorithm>
+#include <utility>
 
 #include "candidates.hpp"
 
@@ -49,7 +50,10 @@ public:
           goal_(goal),
           here_(task, objective),
           before_(task, objective) {
-        if (goal.given) here_.set_reference(goal.q), before_.set_reference(goal.q);
+        if (goal.given) {
+            here_.set_reference(goal.q);
+            before_.set_reference(goal.q);
+        }
     }
 
     /// The way of the best labels; postures below `floor` are left out, and with a floor the cost alone
@@ -57,15 +61,17 @@ public:
     Way run(double floor) {
         floor_ = floor;
         way_ = Way{};
-        first_.clear(), back_.clear(), phi_.clear();
-        const std::size_t n = tube_.layers.size();
+        first_.clear();
+        back_.clear();
+        phi_.clear();
+        const std::size_t n = tube_.sections.size();
         for (std::size_t k = 0; k < n; ++k) {
             if (!advance(k)) break;
             way_.reached = k + 1;
         }
         way_.whole = way_.reached == n;
         if (way_.reached) finish();
-        return static_cast<Way&&>(way_);
+        return std::move(way_);
     }
 
 private:
@@ -82,13 +88,15 @@ private:
     bool advance(std::size_t k) {
         std::swap(here_.all, before_.all);
         std::swap(label_, label_before_);
-        const Layer& l = tube_.layers[k];
+        const Section& l = tube_.sections[k];
         if (k == 0 && start_.given)
             here_.fix(start_.phi, start_.arc, start_.q);
-        else if (k + 1 == tube_.layers.size() && goal_.given)
+        else if (k + 1 == tube_.sections.size() && goal_.given)
             here_.fix(goal_.phi, goal_.arc, goal_.q);
-        else
-            here_.set_window(window(k)), here_.fill(tube_, l);
+        else {
+            here_.set_window(window(k));
+            here_.fill(tube_, l);
+        }
         const std::size_t n = here_.all.size();
         label_.assign(n, Label{});
         first_.push_back(back_.size());
@@ -98,11 +106,15 @@ private:
             std::uint32_t from = 0;
             if (x.margin >= floor_) label_[i] = k == 0 ? Label{x.margin, 0} : join(k, x, from);
             alive = alive || label_[i].cost < infinity;
-            back_.push_back(from), phi_.push_back(x.phi);
+            back_.push_back(from);
+            phi_.push_back(x.phi);
         }
         if (!alive) {  // what the last section holds is what finish() reads
-            back_.resize(first_.back()), phi_.resize(first_.back()), first_.pop_back();
-            std::swap(here_.all, before_.all), std::swap(label_, label_before_);
+            back_.resize(first_.back());
+            phi_.resize(first_.back());
+            first_.pop_back();
+            std::swap(here_.all, before_.all);
+            std::swap(label_, label_before_);
         }
         return alive;
     }
@@ -111,7 +123,10 @@ private:
     Window window(std::size_t k) const noexcept {
         Window out;
         out.set = k > 0;
-        for (int j = 0; j < joints; ++j) out.lower[j] = infinity, out.upper[j] = -infinity;
+        for (int j = 0; j < joints; ++j) {
+            out.lower[j] = infinity;
+            out.upper[j] = -infinity;
+        }
         for (std::size_t i = 0; i < before_.all.size(); ++i) {
             if (!(label_before_[i].cost < infinity)) continue;
             for (int j = 0; j < joints; ++j) {
@@ -123,7 +138,7 @@ private:
     }
 
     Label join(std::size_t k, const Candidate& x, std::uint32_t& from) const noexcept {
-        const Layer &l = tube_.layers[k], &b = tube_.layers[k - 1];
+        const Section &l = tube_.sections[k], &b = tube_.sections[k - 1];
         const double ds = l.s - b.s, here = ds * x.cost;
         Label best;
         for (std::size_t i = 0; i < before_.all.size(); ++i) {
@@ -135,7 +150,10 @@ private:
             if (!(travel < infinity) || !joined(b, y, l, x)) continue;
             const Label now{min(label_before_[i].margin, x.margin),
                             label_before_[i].cost + here + objective_.travel * travel};
-            if (better(now, best)) best = now, from = static_cast<std::uint32_t>(i);
+            if (better(now, best)) {
+                best = now;
+                from = static_cast<std::uint32_t>(i);
+            }
         }
         return best;
     }
@@ -145,8 +163,7 @@ private:
         double sum = 0;
         for (int j = 0; j < joints; ++j) {
             double d = a.q[j] - b.q[j];
-            if (abs(d) > link_rule::move && task_.arm.lower[j] == -infinity && task_.arm.upper[j] == infinity)
-                d = wrap(d);
+            if (abs(d) > link_rule::move && is_unlimited(task_.limits, j)) d = wrap(d);
             if (abs(d) > link_rule::move) return infinity;
             sum += d * d;
         }
@@ -154,14 +171,17 @@ private:
     }
 
     /// Whether the two arcs have a common part between the two postures.
-    bool joined(const Layer& la, const Candidate& a, const Layer& lb, const Candidate& b) const noexcept {
+    bool joined(const Section& la, const Candidate& a, const Section& lb, const Candidate& b) const noexcept {
         const double turn = two_pi * round((a.phi - b.phi) / two_pi), end = b.phi + turn;
         double lower = min(a.phi, end), upper = max(a.phi, end);
-        if (!la.full)
-            lower = max(lower, tube_.arc(la)[a.arc].lower), upper = min(upper, tube_.arc(la)[a.arc].upper);
-        if (!lb.full)
-            lower = max(lower, tube_.arc(lb)[b.arc].lower + turn),
+        if (!la.full) {
+            lower = max(lower, tube_.arc(la)[a.arc].lower);
+            upper = min(upper, tube_.arc(la)[a.arc].upper);
+        }
+        if (!lb.full) {
+            lower = max(lower, tube_.arc(lb)[b.arc].lower + turn);
             upper = min(upper, tube_.arc(lb)[b.arc].upper + turn);
+        }
         return lower <= upper + tolerance::angle;
     }
 
@@ -169,7 +189,8 @@ private:
         std::size_t best = 0;
         for (std::size_t i = 1; i < label_.size(); ++i)
             if (better(label_[i], label_[best])) best = i;
-        way_.margin = label_[best].margin, way_.cost = label_[best].cost;
+        way_.margin = label_[best].margin;
+        way_.cost = label_[best].cost;
         trace(best);
     }
 
@@ -182,11 +203,10 @@ private:
             const Candidate& next = way_.rows[k];
             Candidate& x = way_.rows[k - 1];
             x.phi = lift(phi_[first_[k - 1] + at], next.phi);
-            const Layer& l = tube_.layers[k - 1];
+            const Section& l = tube_.sections[k - 1];
             double phi[8] = {x.phi};
             const EightThetas solved(l, phi);
-            for (int j = 0; j < joints; ++j)
-                x.q[j] = lift(task_.arm.sign[j] * (solved.theta[j][0] - task_.arm.offset[j]), next.q[j]);
+            for (int j = 0; j < joints; ++j) x.q[j] = lift(to_q(task_.arm, j, solved.theta[j][0]), next.q[j]);
             x.arc = nearest_arc(tube_, l, x.phi);
         }
         if (start_.given) std::copy(start_.q, start_.q + joints, way_.rows[0].q);

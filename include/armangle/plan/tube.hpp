@@ -5,6 +5,7 @@
 #pragma once
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "../limits/feasible.hpp"
@@ -28,7 +29,10 @@ inline SmoothPlane smooth_plane(const std::vector<Vec3<double>>& wrists) {
             least = min(least, 1.0 + dot(w, pole));
             if (least <= most) break;
         }
-        if (least > most) most = least, best.pole = pole;
+        if (least > most) {
+            most = least;
+            best.pole = pole;
+        }
     }
     const Vec3<double> off = abs(best.pole.z) < 0.9 ? Vec3<double>{0, 0, 1} : Vec3<double>{1, 0, 0};
     const Vec3<double> across = cross(best.pole, off);
@@ -36,11 +40,11 @@ inline SmoothPlane smooth_plane(const std::vector<Vec3<double>>& wrists) {
     return best;
 }
 
-/// What stays the same over a plan: the arm (its limits already drawn in by the margin asked), the path, the
-/// plane.
+/// What stays the same over a plan: the arm, the limits (drawn in by the margin asked), the path, the plane.
 struct Task {
-    Arm arm;
-    LimitTable limits;
+    const Arm& arm;
+    Limits limits;
+    LimitTable table;
     const Segment* segments;
     std::size_t segment_count;
     SmoothPlane plane;
@@ -54,10 +58,9 @@ struct Task {
 };
 
 /// The section of a branch's tube at one s.
-struct Layer {
+struct Section {
     double s;
-    Circle<double> circle;
-    Fold<double> fold;
+    SelfMotion<double> motion;
     JointFunctions<double> functions;
     Status status;
     bool full;
@@ -67,28 +70,31 @@ struct Layer {
 /// All sections of one branch, in rising s.
 struct Tube {
     int gc = 0;
-    std::vector<Layer> layers;
+    std::vector<Section> sections;
     std::vector<Arc> arcs;
 
-    const Arc* arc(const Layer& layer) const noexcept { return arcs.data() + layer.first; }
+    const Arc* arc(const Section& section) const noexcept { return arcs.data() + section.first; }
 };
 
 /// Index of the arc of a section that holds phi, or is nearest to it.
-inline std::uint32_t nearest_arc(const Tube& tube, const Layer& l, double phi) noexcept {
+inline std::uint32_t nearest_arc(const Tube& tube, const Section& x, double phi) noexcept {
     double least = infinity;
     std::uint32_t nearest = 0;
-    for (std::uint32_t k = 0; k < l.count; ++k) {
-        const Arc& a = tube.arc(l)[k];
+    for (std::uint32_t k = 0; k < x.count; ++k) {
+        const Arc& a = tube.arc(x)[k];
         const double middle = 0.5 * (a.lower + a.upper),
                      off = abs(lift(phi, middle) - middle) - 0.5 * (a.upper - a.lower);
-        if (off < least) least = off, nearest = k;
+        if (off < least) {
+            least = off;
+            nearest = k;
+        }
     }
     return nearest;
 }
 
 namespace tube_rule {
-inline constexpr double turn = 0.15;   // wrist, tool and elbow turn at most this from layer to layer (rad)
-inline constexpr double shift = 0.3;   // an end moves at most this share of its arc ...
+inline constexpr double turn = 0.15;  // wrist, tool and elbow turn at most this from section to section (rad)
+inline constexpr double shift = 0.3;  // an end moves at most this share of its arc ...
 inline constexpr double still = 0.02;  // ... unless by less than this (rad)
 inline constexpr int turn_depth = 16, shift_depth = 5, event_depth = 12;  // halvings spent on each
 }  // namespace tube_rule
@@ -96,29 +102,27 @@ inline constexpr int turn_depth = 16, shift_depth = 5, event_depth = 12;  // hal
 namespace detail {
 
 /// A section with its arcs apart, before it joins the tube.
-struct Section {
-    Layer layer;
+struct SolvedSection {
+    Section section;
     ArcSet arcs;
 };
 
-inline Section section(const Task& task, int gc, double s) noexcept {
-    Section out;
-    Layer& l = out.layer;
-    l.s = s;
-    l.circle = task.circle_at(s);
-    const Configuration<double> sign = configuration(gc);
-    l.fold = fold(task.arm, l.circle.triangle, sign.elbow);
-    l.functions = joint_functions(l.circle, l.fold, sign);
-    l.status = feasible(task.arm, task.limits, l.circle, l.fold, l.functions, out.arcs);
-    l.full = out.arcs.full;
+inline SolvedSection solve_section(const Task& task, int gc, double s) noexcept {
+    SolvedSection out;
+    Section& x = out.section;
+    x.s = s;
+    x.motion = self_motion(task.arm, task.circle_at(s), configuration(gc));
+    x.functions = joint_functions(x.motion);
+    x.status = feasible(x.motion, x.functions, task.table, out.arcs);
+    x.full = out.arcs.full;
     return out;
 }
 
 inline double gap(const Vec3<double>& a, const Vec3<double>& b) noexcept { return norm(a - b); }
 
 /// Largest turn (rad, as a chord) of the wrist's direction, the tool and the elbow between two sections.
-inline double turned(const Layer& a, const Layer& b) noexcept {
-    const auto &p = a.circle, &q = b.circle;
+inline double turned(const Section& a, const Section& b) noexcept {
+    const auto &p = a.motion.circle, &q = b.motion.circle;
     const double wrist = gap(p.w, q.w), elbow = hypot(p.triangle.eta.sin - q.triangle.eta.sin,
                                                       p.triangle.eta.cos - q.triangle.eta.cos);
     const auto column = [](const Circle<double>& c, double Vec3<double>::* i) {
@@ -129,7 +133,8 @@ inline double turned(const Layer& a, const Layer& b) noexcept {
     return max(max(wrist, elbow), max(x, z));
 }
 
-/// How unlike two neighbours are: nothing to do, an arc moved far, or one that came, went, split or jumped.
+/// How unlike two neighbours are, in rising order: nothing to do, an arc moved far, or one came, went, split
+/// or jumped.
 enum class Change { small, shifted, event };
 
 inline Change against(const ArcSet& a, const ArcSet& b) noexcept {
@@ -153,13 +158,12 @@ inline Change against(const ArcSet& a, const ArcSet& b) noexcept {
     return worst;
 }
 
-inline Change change(const Section& a, const Section& b) noexcept {
-    if ((a.layer.status == Status::OK) != (b.layer.status == Status::OK)) return Change::event;
-    if (a.layer.status != Status::OK || (a.arcs.full && b.arcs.full)) return Change::small;
+inline Change change(const SolvedSection& a, const SolvedSection& b) noexcept {
+    if ((a.section.status == Status::OK) != (b.section.status == Status::OK)) return Change::event;
+    if (a.section.status != Status::OK || (a.arcs.full && b.arcs.full)) return Change::small;
     if (a.arcs.full != b.arcs.full || a.arcs.count != b.arcs.count) return Change::event;
     const Change one = against(a.arcs, b.arcs), other = against(b.arcs, a.arcs);
-    return one == Change::event || other == Change::event ? Change::event
-                                                          : (one == Change::small ? other : one);
+    return std::max(one, other);
 }
 
 class TubeBuilder {
@@ -167,37 +171,38 @@ public:
     TubeBuilder(const Task& task, int gc) : task_(task) { tube_.gc = gc; }
 
     Tube build(const std::vector<double>& base) {
-        tube_.layers.reserve(base.size() + base.size() / 2);
-        Section left = section(task_, tube_.gc, base[0]);
+        tube_.sections.reserve(base.size() + base.size() / 2);
+        SolvedSection left = solve_section(task_, tube_.gc, base[0]);
         add(left);
         for (std::size_t i = 1; i < base.size(); ++i) {
-            Section right = section(task_, tube_.gc, base[i]);
+            SolvedSection right = solve_section(task_, tube_.gc, base[i]);
             between(left, right, 0);
             add(right);
             left = right;
         }
-        return static_cast<Tube&&>(tube_);
+        return std::move(tube_);
     }
 
 private:
-    void add(Section& x) {
-        x.layer.first = static_cast<std::uint32_t>(tube_.arcs.size());
-        x.layer.count = static_cast<std::uint32_t>(x.arcs.count);
+    void add(SolvedSection& x) {
+        x.section.first = static_cast<std::uint32_t>(tube_.arcs.size());
+        x.section.count = static_cast<std::uint32_t>(x.arcs.count);
         tube_.arcs.insert(tube_.arcs.end(), x.arcs.arc, x.arcs.arc + x.arcs.count);
-        tube_.layers.push_back(x.layer);
+        tube_.sections.push_back(x.section);
     }
 
-    bool alike(const Section& left, const Section& right, int depth) const noexcept {
-        if (depth < tube_rule::turn_depth && turned(left.layer, right.layer) > tube_rule::turn) return false;
+    bool alike(const SolvedSection& left, const SolvedSection& right, int depth) const noexcept {
+        if (depth < tube_rule::turn_depth && turned(left.section, right.section) > tube_rule::turn)
+            return false;
         const Change now = depth < tube_rule::event_depth ? change(left, right) : Change::small;
         return now == Change::small || (now == Change::shifted && depth >= tube_rule::shift_depth);
     }
 
-    /// Layers between two, by halving, until neighbours are alike.
-    void between(const Section& left, const Section& right, int depth) {
-        const double s = 0.5 * (left.layer.s + right.layer.s);
-        if (alike(left, right, depth) || s <= left.layer.s || s >= right.layer.s) return;
-        Section middle = section(task_, tube_.gc, s);
+    /// Sections between two, by halving, until neighbours are alike.
+    void between(const SolvedSection& left, const SolvedSection& right, int depth) {
+        const double s = 0.5 * (left.section.s + right.section.s);
+        if (alike(left, right, depth) || s <= left.section.s || s >= right.section.s) return;
+        SolvedSection middle = solve_section(task_, tube_.gc, s);
         between(left, middle, depth + 1);
         add(middle);
         between(middle, right, depth + 1);
@@ -209,7 +214,7 @@ private:
 
 }  // namespace detail
 
-/// The tube of a branch with layers at all of `base` (rising, from 0 to 1) and as many between as it takes.
+/// The tube of a branch with sections at all of `base` (rising, from 0 to 1) and as many between as it takes.
 inline Tube tube(const Task& task, int gc, const std::vector<double>& base) {
     return detail::TubeBuilder(task, gc).build(base);
 }
@@ -226,7 +231,10 @@ inline constexpr double same = 1e-12;       // parameters closer than this are o
 inline std::vector<double> base_parameters(const Segment* segments, std::size_t n, const double* rows,
                                            std::size_t row_count) {
     std::vector<double> all(rows, rows + row_count), given, out;
-    for (std::size_t i = 0; i < n; ++i) all.push_back(segments[i].start), all.push_back(segments[i].end);
+    for (std::size_t i = 0; i < n; ++i) {
+        all.push_back(segments[i].start);
+        all.push_back(segments[i].end);
+    }
     std::sort(all.begin(), all.end());
     for (const double s : all)
         if (given.empty() || s - given.back() > parameter_rule::same) given.push_back(s);
@@ -251,10 +259,10 @@ inline std::vector<double> base_parameters(const Segment* segments, std::size_t 
 inline std::vector<std::size_t> knots(const Tube& t, const std::vector<double>& base, std::size_t count) {
     std::vector<std::size_t> out{0};
     for (std::size_t k = 1, b = 1; k + 1 < count; ++k) {
-        const double s = t.layers[k].s;
+        const double s = t.sections[k].s;
         while (b + 1 < base.size() && base[b] < s) ++b;
         const double room = parameter_rule::knot_share * (base[b] - base[b - 1]);
-        if (s == base[b] || (s - t.layers[out.back()].s >= room && base[b] - s >= room)) out.push_back(k);
+        if (s == base[b] || (s - t.sections[out.back()].s >= room && base[b] - s >= room)) out.push_back(k);
     }
     if (count > 1) out.push_back(count - 1);
     return out;

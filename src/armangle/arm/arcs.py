@@ -11,16 +11,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from .._arrays import Floats, Ints, Shape, as_floats, check_angles
+from .._arrays import Floats, Ints, Shape, as_floats, check_angles, frozen
+from .._core import SetOperation, Side
 from ..errors import InputError, ShapeError
 from ..status import STATUSES, Status
 
 EndSide = Literal["lower", "upper", "singular", "user"]
-_SIDES: tuple[EndSide | None, ...] = (
-    None, "lower", "upper", "user", "singular", "singular", "singular", "singular",
-)  # fmt: skip
-_USER = 3
-_AND, _OR, _NOT = 0, 1, 2
+_WORDS: dict[Side, EndSide | None] = {
+    Side.NONE: None, Side.LOWER: "lower", Side.UPPER: "upper", Side.USER: "user",
+    Side.NEAR_MARGIN: "singular", Side.FAR_MARGIN: "singular",
+    Side.NEAR_SINGULAR: "singular", Side.FAR_SINGULAR: "singular",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -110,7 +111,7 @@ class ArcSet:
             raise InputError(f"intervals holds {len(psi)} arcs, wanted at most {most}")
         count, arcs = _core.arcs_from(np.array([len(psi)], dtype=np.int64), np.ascontiguousarray(psi))
         full = arcs[:, 1] - arcs[:, 0] >= 2 * np.pi - _core.ANGLE_TOLERANCE
-        side = np.where(full[:, None], 0, _USER).astype(np.int8).repeat(2, axis=1)
+        side = np.where(full[:, None], Side.NONE.value, Side.USER.value).astype(np.int8).repeat(2, axis=1)
         self._fill((), count, arcs, np.zeros_like(side), side, np.full(arcs.shape, np.nan), None)
 
     def _fill(
@@ -132,8 +133,7 @@ class ArcSet:
             "_value": value, "_status": status, "_start": start,
         }  # fmt: skip
         for name, array in fields.items():
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
+            object.__setattr__(self, name, frozen(array))
         object.__setattr__(self, "shape", shape)
 
     @classmethod
@@ -214,7 +214,7 @@ class ArcSet:
         for arc in range(self._start[index], self._start[index + 1]):
             pair = []
             for joint, code, value in zip(self._joint[arc], self._side[arc], self._value[arc], strict=True):
-                side = _SIDES[code]
+                side = _WORDS[Side(code)]
                 if side is not None:
                     pair.append(ArcEnd(int(joint) or None, side, float(value)))
             out.append(tuple(pair))
@@ -314,15 +314,15 @@ class ArcSet:
     # -- algebra -------------------------------------------------------------------------------------
 
     def __and__(self, other: ArcSet) -> ArcSet:
-        return self._combine(_AND, other)
+        return self._combine(SetOperation.INTERSECTION, other)
 
     def __or__(self, other: ArcSet) -> ArcSet:
-        return self._combine(_OR, other)
+        return self._combine(SetOperation.UNION, other)
 
     def __invert__(self) -> ArcSet:
-        return self._combine(_NOT, self)
+        return self._combine(SetOperation.COMPLEMENT, self)
 
-    def _combine(self, operation: int, other: ArcSet) -> ArcSet:
+    def _combine(self, operation: SetOperation, other: ArcSet) -> ArcSet:
         if not isinstance(other, ArcSet):
             return NotImplemented
         a, b = (np.arange(len(s._count)).reshape(s.shape) for s in (self, other))
@@ -332,7 +332,7 @@ class ArcSet:
             raise ShapeError(f"arcs of shapes {self.shape} and {other.shape} do not broadcast") from None
         index_a, index_b = a.ravel(), b.ravel()
         together = int((self._count[index_a] + other._count[index_b]).max(initial=0))
-        if operation != _NOT and together > _core.ARC_CAPACITY:
+        if operation != SetOperation.COMPLEMENT and together > _core.ARC_CAPACITY:
             raise InputError(f"the two sets hold {together} arcs, wanted at most {_core.ARC_CAPACITY}")
         count, psi, source = _core.combine(
             operation, self._count, self._psi, index_a, other._count, other._psi, index_b
@@ -347,7 +347,7 @@ class ArcSet:
         side = carried(self._side, other._side, 0)
         value = carried(self._value, other._value, np.nan)
         status = None
-        if operation == _AND:
+        if operation == SetOperation.INTERSECTION:
             reason = np.where(self._count[index_a] == 0, self._status[index_a], other._status[index_b])
             reason = np.where(reason == Status.OK, Status.LIMITS, reason)
             status = np.where(count > 0, Status.OK, reason).astype(np.int8)

@@ -1,21 +1,110 @@
-"""The arm, and where it comes from: numbers, the catalogue, URDF or MJCF."""
+"""The arm: its numbers, where they come from, its kinematics, and what its limits allow."""
 
 from __future__ import annotations
 
-import os
+import math
+from dataclasses import MISSING, Field, fields
+from inspect import Parameter, Signature
+from typing import Any, Literal, Never, TypedDict, Unpack, final
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .. import _core
+from .._arrays import (
+    CONFIGURATIONS,
+    JOINTS,
+    Floats,
+    Ints,
+    PathLike,
+    as_floats,
+    as_gc,
+    as_number,
+    as_threads,
+    broadcast,
+    check_angles,
+    chosen,
+    frozen,
+    named,
+    one_pose,
+    output,
+)
+from .._core import Wanted
+from ..errors import ConfigurationError, InputError, LimitError, NotFiniteError, ShapeError
 from ..models.catalogue import load_robot
-from ..models.description import ArmDescription, ImportReport
+from ..models.description import (
+    ELBOW_OFFSETS,
+    FRAMES,
+    JOINT_ROWS,
+    LENGTHS,
+    ArmDescription,
+    ImportReport,
+)
 from ..models.detect import describe_chain
 from ..models.mjcf import read_mjcf
 from ..models.urdf import Source, read_urdf, write_urdf
-from ..poses import nearest_rotation
-from .arm_limits import MOST_MARGIN, ArmLimits
+from ..poses import as_transform, nearest_rotation
+from .arcs import ArcSet
+from .diagnosis import Diagnosis, branch_of
+from .joint_function import JointFunction
 
 __all__ = ["MOST_MARGIN", "Arm", "nearest_rotation"]
 
+Enforce = Literal["ignore", "raise", "nan"]
+Unreachable = Literal["raise", "nan"]
 
-class Arm(ArmLimits):
+LEAST_LINK = 1e-6  # m: of upper arm and forearm; a shorter one is a mistake of units
+MOST_MARGIN: float = _core.MOST_MARGIN
+_ENFORCE = named(_core.Enforce)
+_UNREACHABLE = ("raise", "nan")
+_GC_ORDER = np.arange(CONFIGURATIONS, dtype=np.int64)
+_SETS_OF = {Wanted.BRANCH: (), Wanted.JOINTS: (JOINTS,), Wanted.BRANCHES: (CONFIGURATIONS,)}
+_FIELDS = fields(ArmDescription)
+_OPTIONAL = (*JOINT_ROWS, *FRAMES, "joint_names")  # None stands for the default
+
+
+class ArmArguments(TypedDict, total=False):
+    """What `Arm` takes for each field of `ArmDescription`: the types for editors and type checkers."""
+
+    d_bs: float
+    d_se: float
+    d_ew: float
+    d_wf: float
+    a_3: float
+    a_4: float
+    lower: ArrayLike | None
+    upper: ArrayLike | None
+    signs: ArrayLike | None
+    offsets: ArrayLike | None
+    base: ArrayLike | None
+    tool: ArrayLike | None
+    velocity: ArrayLike | None
+    acceleration: ArrayLike | None
+    name: str
+    joint_names: tuple[str, ...] | None
+    notes: tuple[str, ...] | str
+    import_report: ImportReport | None
+
+
+def _default(field: Field[Any]) -> Any:
+    """Return what a field is where it is not given; MISSING where it must be."""
+    return field.default_factory() if field.default_factory is not MISSING else field.default
+
+
+def _signature() -> Signature:
+    """Return the keywords of `Arm` and their defaults, for help() and the pages."""
+    shown = {f.name: None if f.name in _OPTIONAL else _default(f) for f in _FIELDS}
+    shown["import_report"] = None
+    return Signature(
+        [
+            Parameter(n, Parameter.KEYWORD_ONLY, default=Parameter.empty if default is MISSING else default)
+            for n, default in shown.items()
+        ]
+    )
+
+
+@final
+class Arm:
     """A 7-axis arm with spherical shoulder, elbow and spherical wrist (S-R-S).
 
     The tip's pose is ``base @ DH(theta) @ tool`` with ``theta_i = signs_i q_i + offsets_i`` and the
@@ -25,7 +114,8 @@ class Arm(ArmLimits):
     Parameters
     ----------
     d_bs, d_se, d_ew, d_wf : float
-        Base to shoulder, shoulder to elbow, elbow to wrist, wrist to flange, m; the two links at least 1e-6.
+        Base to shoulder, shoulder to elbow, elbow to wrist, wrist to flange, m; d_se and d_ew may be 0 beside
+        an elbow offset, which makes the links hypot(d_se, a_3) and hypot(d_ew, a_4), at least 1e-6, long.
     lower, upper : array_like, shape (7,), optional
         Joint limits in q, rad, lower <= upper. Any: beyond ±π, of one sign, wider than a turn, infinite
         (the default).
@@ -58,7 +148,48 @@ class Arm(ArmLimits):
     [0.1, 0.2, 0.3, -0.4, 0.5, 0.6, 0.7]
     """
 
-    __slots__ = ()
+    __slots__ = (*(field.name for field in _FIELDS), "import_report", "_handle")
+    __signature__ = _signature()  # of the keywords that __init__ takes and checks by the list of fields
+
+    d_bs: float
+    d_se: float
+    d_ew: float
+    d_wf: float
+    a_3: float
+    a_4: float
+    lower: Floats
+    upper: Floats
+    signs: Ints
+    offsets: Floats
+    base: Floats
+    tool: Floats
+    velocity: Floats
+    acceleration: Floats
+    name: str
+    joint_names: tuple[str, ...]
+    notes: tuple[str, ...]
+    import_report: ImportReport | None
+    _handle: _core.Arm
+
+    def __init__(self, *unnamed: Never, **numbers: Unpack[ArmArguments]) -> None:
+        if unnamed:
+            raise TypeError(
+                f"Arm takes keywords alone, but {len(unnamed)} values came without: "
+                "wanted Arm(d_bs=..., d_se=..., d_ew=..., d_wf=..., ...)"
+            )
+        given = dict(numbers)
+        report = given.pop("import_report", None)
+        values = _checked(given)
+        lengths = np.array([values[name] for name in (*LENGTHS, *ELBOW_OFFSETS)])
+        joints = np.concatenate([values[name] for name in ("signs", "offsets", "lower", "upper")])
+        handle = _core.Arm(lengths, joints, values["base"], values["tool"])
+        for name, value in {**values, "import_report": report, "_handle": handle}.items():
+            object.__setattr__(self, name, value)
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError(f"Arm is frozen: {name} cannot be set; use with_()")
+
+    # -- where it comes from -------------------------------------------------------------------------
 
     @classmethod
     def from_catalogue(cls, name: str) -> Arm:
@@ -125,7 +256,7 @@ class Arm(ArmLimits):
     @classmethod
     def from_mjcf(
         cls,
-        source: str | os.PathLike[str],
+        source: PathLike,
         base: str | None = None,
         tip: str | None = None,
         *,
@@ -159,22 +290,706 @@ class Arm(ArmLimits):
         return cls._from_description(description, report)
 
     @classmethod
-    def _from_description(cls, d: ArmDescription, report: ImportReport | None = None) -> Arm:
-        return cls(
-            d_bs=d.d_bs, d_se=d.d_se, d_ew=d.d_ew, d_wf=d.d_wf, a_3=d.a_3, a_4=d.a_4,
-            signs=d.signs, offsets=d.offsets, base=d.base, tool=d.tool, lower=d.lower, upper=d.upper,
-            velocity=d.velocity, name=d.name, joint_names=d.joint_names, notes=d.notes, import_report=report,
-        )  # fmt: skip
+    def _from_description(cls, description: ArmDescription, report: ImportReport | None = None) -> Arm:
+        numbers = {field.name: getattr(description, field.name) for field in _FIELDS}
+        return cls(**numbers, import_report=report)
 
     def to_urdf(self) -> str:
         """Return a kinematic URDF (joints and limits, no geometry) that imports back to this arm."""
         return write_urdf(self._description())
 
     def _description(self) -> ArmDescription:
-        return ArmDescription(
-            name=self.name, d_bs=self.d_bs, d_se=self.d_se, d_ew=self.d_ew, d_wf=self.d_wf,
-            a_3=self.a_3, a_4=self.a_4, signs=tuple(int(s) for s in self.signs),
-            offsets=tuple(self.offsets.tolist()), base=self.base, tool=self.tool,
-            lower=tuple(self.lower.tolist()), upper=tuple(self.upper.tolist()),
-            velocity=tuple(self.velocity.tolist()), joint_names=self.joint_names, notes=self.notes,
-        )  # fmt: skip
+        return ArmDescription(**self._numbers())
+
+    # -- the arm as a value --------------------------------------------------------------------------
+
+    def with_(self, **changes: Unpack[ArmArguments]) -> Arm:
+        """Return a copy with some constructor arguments changed, such as ``lower=``.
+
+        ``tool=`` replaces the whole transform from flange to tip. An arm that was read from a file, or is of
+        the catalogue, often has one already, and this drops it: the tip of openarm_v10 is turned against the
+        flange, and a gripper 150 mm long would end 212 mm beside its place. To mount something on the
+        present tip use `with_tool`.
+
+        Parameters
+        ----------
+        **changes
+            As `Arm`.
+
+        Returns
+        -------
+        Arm
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, NotRotationError, LimitError, InputError
+            As `Arm`.
+        """
+        kept: dict[str, Any] = {**self._numbers(), "import_report": self.import_report}
+        return Arm(**{**kept, **changes})
+
+    def with_tool(self, tool: ArrayLike) -> Arm:
+        """Return a copy with a tool mounted on the present tip.
+
+        Not to be confused with ``with_(tool=...)``, which replaces the transform from flange to tip.
+
+        Parameters
+        ----------
+        tool : array_like, shape (4, 4)
+            Frame of the new tip in the frame of the present one, position in m.
+
+        Returns
+        -------
+        Arm
+            Its ``tool`` is ``self.tool @ tool``, so that its poses are those of this arm times `tool`.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, NotRotationError
+
+        Examples
+        --------
+        >>> arm = Arm.from_catalogue("openarm_v10")
+        >>> gripper = np.eye(4)
+        >>> gripper[2, 3] = 0.1
+        >>> longer = arm.with_tool(gripper)
+        >>> q = np.zeros(7)
+        >>> bool(np.allclose(longer.forward(q)[0], arm.forward(q)[0] @ gripper, rtol=0, atol=1e-14))
+        True
+        """
+        return self.with_(tool=self.tool @ as_transform("tool", tool))
+
+    def _numbers(self) -> dict[str, Any]:
+        return {field.name: getattr(self, field.name) for field in _FIELDS}
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Arm):
+            return NotImplemented
+        compared = [field.name for field in _FIELDS if field.compare]
+        return all(np.array_equal(getattr(self, name), getattr(other, name)) for name in compared)
+
+    def __hash__(self) -> int:
+        return hash((self.name, self.d_bs, self.d_se, self.d_ew, self.d_wf, (self.lower + 0.0).tobytes()))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _rebuilt, ({**self._numbers(), "import_report": self.import_report},)
+
+    def __repr__(self) -> str:
+        """Return what makes this arm again: all that is not the default."""
+        shown = [
+            f"{field.name}={_source_text(getattr(self, field.name))}"
+            for field in _FIELDS
+            if field.repr and not np.array_equal(getattr(self, field.name), _default(field))
+        ]
+        return f"Arm({', '.join(shown)})"
+
+    @property
+    def reach(self) -> float:
+        """Greatest distance shoulder-wrist, m."""
+        return float(self._handle.reach)
+
+    @property
+    def inner_reach(self) -> float:
+        """Least distance shoulder-wrist, m."""
+        return float(self._handle.inner_reach)
+
+    @property
+    def delta(self) -> float:
+        """Model angle θ4 of the stretched arm, rad; 0 without elbow offset."""
+        return float(self._handle.delta)
+
+    # -- kinematics ----------------------------------------------------------------------------------
+
+    def forward(
+        self, q: ArrayLike, *, undefined: Unreachable = "raise", threads: int = 1
+    ) -> tuple[Floats, Floats | np.float64, Ints | np.int64]:
+        """Return pose, arm angle and global configuration of joint values.
+
+        Parameters
+        ----------
+        q : array_like, shape (..., 7)
+            Joint values, rad. Limits are not enforced.
+        undefined : "raise" or "nan"
+            Where the wrist lies on the shoulder (folded arm of equal links) the arm angle does not
+            exist: raise `UnreachableError`, or return NaN for it.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        pose : ndarray, shape (..., 4, 4)
+            Tool frame, position in m.
+        psi : float64, shape (...)
+            Arm angle in (-π, π], rad.
+        gc : int64, shape (...)
+            Global configuration 0..7.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, UnreachableError
+
+        Source: Faria et al. (2018), Eqs. (1)-(11).
+        """
+        joints = as_floats("q", q, (JOINTS,))
+        batch = joints.shape[:-1]
+        pose, psi, gc = np.empty((*batch, 4, 4)), np.empty(batch), np.empty(batch, dtype=np.int64)
+        nan = chosen("undefined", undefined, _UNREACHABLE) == "nan"
+        self._handle.forward_many(joints, pose, psi, gc, nan, as_threads(threads))
+        return pose, psi[()], gc[()]
+
+    def inverse(
+        self,
+        pose: ArrayLike,
+        psi: ArrayLike,
+        gc: ArrayLike,
+        *,
+        seed: ArrayLike | None = None,
+        limits: Enforce = "ignore",
+        unreachable: Unreachable = "raise",
+        out: Floats | None = None,
+        threads: int = 1,
+    ) -> Floats:
+        """Return the one posture that a pose, an arm angle and a global configuration define.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m; rotations orthonormal within 1e-6 are solved as given.
+        psi : array_like, shape (...)
+            Arm angle, rad, any real.
+        gc : array_like of int, shape (...)
+            Global configuration 0..7.
+        seed : array_like, shape (..., 7), optional
+            Of several turns within a joint's limits the nearest to this is returned; without it, the
+            nearest to the middle of the range.
+        limits : "ignore", "raise" or "nan"
+            What to do where a joint has no turn within its limits. "ignore" returns the turn nearest to
+            the range: check with `within_limits`.
+        unreachable : "raise" or "nan"
+            What to do where the geometry has no answer.
+        out : ndarray, shape (..., 7), optional
+            Written and returned, instead of a new array. After an error its contents are undefined.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        ndarray, shape (..., 7)
+            Joint values, rad.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, NotRotationError, ConfigurationError
+            If an argument is not usable.
+        UnreachableError
+            If a pose is out of reach: by how many mm.
+        LimitError
+            With ``limits="raise"``.
+
+        Source: Faria et al. (2018), Eqs. (12)-(24), in a form that holds the pose in every case.
+        """
+        plainly = isinstance(limits, str) and limits == "ignore" and isinstance(unreachable, str)
+        if plainly and unreachable == "raise" and seed is None and out is None and threads == 1:
+            plain: Floats | None = self._handle.inverse_one(pose, psi, gc)
+            if plain is not None:
+                return plain
+        return self._inverse(pose, psi, gc, seed, limits, unreachable, out, threads)
+
+    def _inverse(
+        self,
+        pose: ArrayLike,
+        psi: ArrayLike,
+        gc: ArrayLike,
+        seed: ArrayLike | None,
+        limits: Enforce,
+        unreachable: Unreachable,
+        out: Floats | None,
+        threads: int,
+    ) -> Floats:
+        named: list[tuple[str, NDArray[Any], int]] = [
+            ("pose", as_floats("pose", pose, (4, 4)), 2),
+            ("psi", as_floats("psi", psi), 0),
+            ("gc", as_gc(gc), 0),
+        ]
+        if seed is not None:
+            named.append(("seed", as_floats("seed", seed, (JOINTS,)), 1))
+        beyond = _ENFORCE[chosen("limits", limits, _ENFORCE)]
+        out_of_reach = _ENFORCE[chosen("unreachable", unreachable, _UNREACHABLE)]
+        batch, arrays = broadcast(named)
+        result = output(out, (*batch, JOINTS))
+        # written while the arguments are read: memory they share is written aside
+        shared = out is not None and any(np.may_share_memory(result, array) for array in arrays)
+        target = np.empty_like(result) if shared else result
+        poses, angles, branches, *near = arrays
+        self._handle.inverse_many(
+            poses,
+            angles,
+            branches,
+            near[0] if near else None,
+            target,
+            beyond,
+            out_of_reach,
+            as_threads(threads),
+        )
+        if shared:
+            result[...] = target
+        return result
+
+    def inverse_all(
+        self,
+        pose: ArrayLike,
+        psi: ArrayLike,
+        *,
+        seed: ArrayLike | None = None,
+        limits: Enforce = "ignore",
+        unreachable: Unreachable = "raise",
+        threads: int = 1,
+    ) -> Floats:
+        """Return the postures of all eight global configurations; row k is GC k, always.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        psi : array_like, shape (...)
+            Arm angle, rad. The same number is another elbow for GC_4 = +1 and -1.
+        seed : array_like, shape (..., 7), optional
+        limits, unreachable, threads
+            As in `inverse`; ``limits="nan"`` leaves NaN in the rows that violate a limit.
+
+        Returns
+        -------
+        ndarray, shape (..., 8, 7)
+            Joint values, rad.
+
+        Raises
+        ------
+        As `inverse`.
+
+        Source: Faria et al. (2018), Eqs. (2), (12)-(24).
+        """
+        poses = as_floats("pose", pose, (4, 4))[..., None, :, :]
+        angles = as_floats("psi", psi)[..., None]
+        near = None if seed is None else as_floats("seed", seed, (JOINTS,))[..., None, :]
+        return self._inverse(poses, angles, _GC_ORDER, near, limits, unreachable, None, threads)
+
+    def frames(self, q: ArrayLike, *, threads: int = 1) -> Floats:
+        """Return the poses of the arm's DH frames: where its joints are in space.
+
+        Not to be confused with `forward`, whose pose includes the tool and is that of the user's tip alone.
+
+        Parameters
+        ----------
+        q : array_like, shape (..., 7)
+            Joint values, rad.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        ndarray, shape (..., 8, 4, 4)
+            Frames 0..7 in the frame that poses are given in, positions in m: joint i turns about the
+            z axis of frame i - 1; frames 1 and 2 are at the shoulder, 3 at the elbow's axis, 5 and 6 at
+            the wrist, 7 is the flange: ``frames[7] @ tool`` is the pose.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError
+
+        Source: Faria et al. (2018), Table 1, Eqs. (1), (40)-(46).
+
+        Examples
+        --------
+        >>> from armangle import Arm
+        >>> arm = Arm(d_bs=0.34, d_se=0.4, d_ew=0.4, d_wf=0.126)
+        >>> arm.frames([0, 0, 0, 0, 0, 0, 0])[:, 2, 3].round(3).tolist()
+        [0.0, 0.34, 0.34, 0.74, 0.74, 1.14, 1.14, 1.266]
+        """
+        joints = as_floats("q", q, (JOINTS,))
+        out = np.empty((*joints.shape[:-1], JOINTS + 1, 4, 4))
+        self._handle.frames_many(joints, out, as_threads(threads))
+        return out
+
+    # -- differential ------------------------------------------------------------------------------
+
+    def jacobian(self, q: ArrayLike, *, threads: int = 1) -> Floats:
+        """Return the geometric Jacobian of the tool.
+
+        Parameters
+        ----------
+        q : array_like, shape (..., 7)
+            Joint values, rad.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        ndarray, shape (..., 6, 7)
+            Rows 0-2: linear velocity of the tool frame's origin (m/rad), rows 3-5: angular velocity, in the
+            frame that poses are given in.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError
+        """
+        joints = as_floats("q", q, (JOINTS,))
+        out = np.empty((*joints.shape[:-1], 6, JOINTS))
+        self._handle.jacobian_many(joints, out, as_threads(threads))
+        return out
+
+    def self_motion(self, pose: ArrayLike, psi: ArrayLike, gc: ArrayLike, *, threads: int = 1) -> Floats:
+        """Return dq/dpsi at a fixed pose: the motion that leaves the tool where it is.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+        psi : array_like, shape (...)
+            Arm angle, rad.
+        gc : array_like of int, shape (...)
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        ndarray, shape (..., 7)
+            rad/rad; joint 4 is 0. Where θ2 (θ6) is 0 or π at this arm angle alone, the derivative of joints
+            1, 2, 3 (5, 6, 7) does not exist and is returned as ±inf; where it is so for every arm angle
+            (arm straight up), θ1 (θ5) is held and the motion is finite.
+
+        Raises
+        ------
+        As `inverse`.
+
+        Source: Faria et al. (2018), Eqs. (28), (33).
+        """
+        batch, (poses, angles, branches) = broadcast(
+            [
+                ("pose", as_floats("pose", pose, (4, 4)), 2),
+                ("psi", as_floats("psi", psi), 0),
+                ("gc", as_gc(gc), 0),
+            ]
+        )
+        out = np.empty((*batch, JOINTS))
+        self._handle.self_motion_many(poses, angles, branches, out, as_threads(threads))
+        return out
+
+    # -- limits --------------------------------------------------------------------------------------
+
+    def limit_margin(self, q: ArrayLike) -> Floats | np.float64:
+        """Return the least distance of a joint to one of its limits.
+
+        Parameters
+        ----------
+        q : array_like, shape (..., 7)
+            Joint values, rad.
+
+        Returns
+        -------
+        float64, shape (...)
+            rad; negative outside, inf without limits.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError
+        """
+        joints = as_floats("q", q, (JOINTS,))
+        out = np.empty(joints.shape[:-1])
+        self._handle.limit_margin_many(joints, out)
+        return out[()]
+
+    def within_limits(self, q: ArrayLike, tol: float = 0.0) -> NDArray[np.bool_] | np.bool_:
+        """Return whether all joints are within their limits.
+
+        Parameters
+        ----------
+        q : array_like, shape (..., 7)
+            Joint values, rad.
+        tol : float
+            Slack, rad.
+
+        Returns
+        -------
+        bool, shape (...)
+
+        Raises
+        ------
+        ShapeError, NotFiniteError
+        """
+        return self.limit_margin(q) >= -as_number("tol", tol, -_core.LARGEST_ANGLE, _core.LARGEST_ANGLE)
+
+    def feasible(
+        self,
+        pose: ArrayLike,
+        gc: ArrayLike,
+        *,
+        singularity_margin: float = 0.0,
+        paper_margin: float = 0.0,
+        paper_discriminant: float = 1e-3,
+        threads: int = 1,
+    ) -> ArcSet:
+        """Return the arm angles that keep all joints within their limits, Ψ_all.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        gc : array_like of int, shape (...)
+            Global configuration 0..7.
+        singularity_margin : float
+            Keep |sin θ2|, |sin θ6|, |sin(θ4 - δ)| >= sin(margin); rad, in [0, 1.5].
+        paper_margin : float
+            The paper's own avoidance, for comparison: remove ψ_sing ± paper_margin (rad) where the
+            discriminant of Eq. (30) is within `paper_discriminant` of zero.
+        paper_discriminant : float
+            Its threshold, >= 0.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        ArcSet, shape (...)
+            Empty with the reason in ``status`` where there is none; never raises on geometry.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, NotRotationError, ConfigurationError, InputError
+
+        Source: Faria et al. (2018), Eqs. (25), (31), (32), (35).
+        """
+        margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
+        paper = as_number("paper_margin", paper_margin, 0.0, MOST_MARGIN)
+        threshold = as_number("paper_discriminant", paper_discriminant, 0.0, np.inf)
+        return self._arcs(pose, gc, margin, paper, threshold, Wanted.BRANCH, threads)
+
+    def feasible_all(self, pose: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1) -> ArcSet:
+        """Return the feasible arm angles of all eight global configurations; entry k is GC k, always.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        singularity_margin : float
+            As in `feasible`, rad.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        ArcSet, shape (..., 8)
+            The sets of `feasible`, in about half the time of eight calls.
+
+        Raises
+        ------
+        As `feasible`.
+
+        Source: Faria et al. (2018), Eqs. (2), (25).
+        """
+        margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
+        return self._arcs(pose, 0, margin, 0.0, 0.0, Wanted.BRANCHES, threads)
+
+    def joint_feasible(
+        self, pose: ArrayLike, gc: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1
+    ) -> ArcSet:
+        """Return the arm angles that keep each joint alone within its limits, Ψ_i.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+        gc : array_like of int, shape (...)
+        singularity_margin : float
+            As in `feasible`; it belongs to joints 2, 4 and 6.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        ArcSet, shape (..., 7)
+            Entry i is that of joint i + 1.
+
+        Raises
+        ------
+        As `feasible`.
+
+        Source: Faria et al. (2018), Eq. (25).
+        """
+        margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
+        return self._arcs(pose, gc, margin, 0.0, 0.0, Wanted.JOINTS, threads)
+
+    def _arcs(
+        self, pose: ArrayLike, gc: ArrayLike, margin: float, paper: float, threshold: float,
+        wanted: Wanted, threads: int,
+    ) -> ArcSet:  # fmt: skip
+        named = [("pose", as_floats("pose", pose, (4, 4)), 2), ("gc", as_gc(gc), 0)]
+        batch, (poses, branches) = broadcast(named)
+        columns = self._handle.feasible_many(
+            poses, branches, margin, paper, threshold, wanted, as_threads(threads)
+        )
+        return ArcSet._from_core((*batch, *_SETS_OF[wanted]), columns)
+
+    def explain(self, pose: ArrayLike, *, singularity_margin: float = 0.0) -> Diagnosis:
+        """Return for each global configuration whether a pose can be held within all limits, and if not, why.
+
+        Parameters
+        ----------
+        pose : array_like, shape (4, 4)
+            Tool frame, position in m.
+        singularity_margin : float
+            As in `feasible`, rad.
+
+        Returns
+        -------
+        Diagnosis
+            ``branches[k]`` is that of GC k; ``explain()`` says it in words.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, NotRotationError, InputError
+
+        Examples
+        --------
+        >>> import armangle as aa
+        >>> far = np.eye(4)
+        >>> far[0, 3] = 2.0
+        >>> round(aa.Arm.from_catalogue("kuka_iiwa7_r800").explain(far)[0].excess, 4)
+        1.2536
+        """
+        frame = one_pose("pose", pose)
+        margin = as_number("singularity_margin (rad)", singularity_margin, 0.0, MOST_MARGIN)
+        segment = np.empty((1, _core.SEGMENT_WIDTH))
+        _core.path_waypoints(frame[None], segment)
+        return Diagnosis(tuple(map(branch_of, self._handle.explain_pose(segment, margin))), path=False)
+
+    def joint_function(self, pose: ArrayLike, gc: int, joint: int) -> JointFunction:
+        """Return one joint as a function of the arm angle, at a fixed pose and global configuration.
+
+        Parameters
+        ----------
+        pose : array_like, shape (4, 4)
+            Tool frame, position in m.
+        gc : int
+            Global configuration 0..7.
+        joint : int
+            Joint 1..7.
+
+        Returns
+        -------
+        JointFunction
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, NotRotationError, ConfigurationError, InputError, UnreachableError
+
+        Source: Faria et al. (2018), Eqs. (26)-(31), (33), (34).
+        """
+        frame = one_pose("pose", pose)
+        index = as_gc(gc)
+        if index.ndim or not 0 <= index < CONFIGURATIONS:
+            raise ConfigurationError(f"gc is {gc!r}, wanted an integer from 0 to 7")
+        if isinstance(joint, bool) or not isinstance(joint, (int, np.integer)) or not 1 <= joint <= JOINTS:
+            raise InputError(f"joint is {joint!r}, wanted an integer from 1 to 7")
+        return JointFunction(self._handle.joint_function(frame, int(index), int(joint) - 1), int(joint))
+
+
+def _rebuilt(arguments: dict[str, Any]) -> Arm:
+    return Arm(**arguments)
+
+
+def _source_text(value: Any) -> str:
+    """Return a number, name or array as Python source; infinities as float('inf')."""
+    if not isinstance(value, np.ndarray):
+        return repr(value)
+    return (
+        repr(value.tolist())
+        .replace("-inf", "-float('inf')")
+        .replace(" inf", " float('inf')")
+        .replace("[inf", "[float('inf')")
+    )
+
+
+# -- the checks of the numbers -----------------------------------------------------------------------
+
+
+def _checked(given: dict[str, Any]) -> dict[str, Any]:
+    """Return all numbers of an arm, arrays read-only; those not given, or given as None, by default."""
+    values = _complete(given)
+    for name in (*LENGTHS, *ELBOW_OFFSETS):
+        low = 0.0 if name in ("d_se", "d_ew") else -_core.LENGTH_LIMIT
+        values[name] = as_number(f"{name} (m)", values[name], low, _core.LENGTH_LIMIT)
+    _check_link("upper arm", "d_se", "a_3", values)
+    _check_link("forearm", "d_ew", "a_4", values)
+    for name in JOINT_ROWS:
+        values[name] = _seven(name, values[name], infinite=name not in ("signs", "offsets"))
+    for name in FRAMES:
+        values[name] = as_transform(name, values[name])
+    values["joint_names"] = _checked_names(values["name"], values["joint_names"])
+    notes = values["notes"]
+    values["notes"] = (notes,) if isinstance(notes, str) else tuple(notes)
+    _check_rows(values)
+    values["signs"] = frozen(values["signs"].astype(np.int64))
+    return values
+
+
+def _complete(given: dict[str, Any]) -> dict[str, Any]:
+    """Return a value for each field, or raise what Python says where a keyword is wrong or missing."""
+    for name in given:
+        if name not in Arm.__slots__:
+            raise TypeError(f"Arm() got an unexpected keyword argument {name!r}")
+    missing = [f.name for f in _FIELDS if _default(f) is MISSING and f.name not in given]
+    if missing:
+        arguments = f"argument{'s' * (len(missing) > 1)}: {', '.join(map(repr, missing))}"
+        raise TypeError(f"Arm() missing {len(missing)} required keyword-only {arguments}")
+    default = {f.name: _default(f) for f in _FIELDS}
+    return default | {n: value for n, value in given.items() if value is not None or n not in _OPTIONAL}
+
+
+def _check_link(what: str, along: str, across: str, values: dict[str, Any]) -> None:
+    """Raise where the upper arm or forearm, slanted by its elbow offset, has no length."""
+    length = math.hypot(values[along], values[across])
+    if length < LEAST_LINK:
+        raise InputError(
+            f"{along} (m) is {values[along]:g} and {across} is {values[across]:g}: "
+            f"the {what} is {length:g} m long, wanted at least {LEAST_LINK:g}"
+        )
+
+
+def _seven(name: str, value: ArrayLike, *, infinite: bool) -> Floats:
+    array = as_floats(name, value, (JOINTS,)).copy()
+    if array.shape != (JOINTS,):
+        raise ShapeError(f"{name} has shape {array.shape}, wanted ({JOINTS},)")
+    bad = np.isnan(array) if infinite else ~np.isfinite(array)
+    if bad.any():
+        at = int(np.argmax(bad))
+        wanted = "real" if infinite else "finite"
+        raise NotFiniteError(f"{name}[{at}] is {array[at]}, wanted a {wanted} number")
+    return frozen(array)
+
+
+def _checked_names(name: str, joint_names: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the names of the joints, seven different ones."""
+    if not isinstance(name, str):
+        raise InputError(f"name is {name!r}, wanted a string")
+    names = tuple(joint_names)
+    if len(names) != JOINTS or len({*names}) != JOINTS or not all(isinstance(n, str) for n in names):
+        raise InputError(f"joint_names is {joint_names!r}, wanted {JOINTS} different strings")
+    return names
+
+
+def _check_rows(values: dict[str, Any]) -> None:
+    """Raise where the seven signs, limits or bounds contradict each other."""
+    sign = values["signs"]
+    if not np.all(np.abs(sign) == 1):
+        at = int(np.argmax(np.abs(sign) != 1))
+        raise InputError(f"signs[{at}] is {sign[at]:g}, wanted +1 or -1")
+    for name in ("lower", "upper", "offsets"):
+        check_angles(name, np.where(np.isinf(values[name]), 0.0, values[name]))
+    lower, upper = values["lower"], values["upper"]
+    crossed = ~(lower <= upper) | (lower == np.inf) | (upper == -np.inf)
+    if crossed.any():
+        at = int(np.argmax(crossed))
+        raise LimitError(
+            f"lower[{at}] is {lower[at]:g} and upper[{at}] is {upper[at]:g}, wanted lower <= upper"
+        )
+    for name in ("velocity", "acceleration"):
+        if not (values[name] > 0).all():
+            at = int(np.argmax(~(values[name] > 0)))
+            raise LimitError(f"{name}[{at}] is {values[name][at]:g}, wanted a positive number")

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import Ints, as_gc
+from .._arrays import CONFIGURATIONS, Ints, as_gc
 from ..errors import ConfigurationError, ShapeError
 
-COUNT = 8
 _BITS = np.array([1, 2, 4], dtype=np.int64)
 
 
@@ -38,7 +37,7 @@ def gc_signs(gc: ArrayLike) -> Ints:
     [-1, -1, 1]
     """
     index = as_gc(gc)
-    if np.any((index < 0) | (index >= COUNT)):
+    if np.any((index < 0) | (index >= CONFIGURATIONS)):
         raise ConfigurationError(f"gc is {gc!r}, wanted integers from 0 to 7")
     return np.where(index[..., None] & _BITS, -1, 1)
 

@@ -5,24 +5,23 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
+from .. import _core
+from .._arrays import MILLIMETRES
 from ..status import STATUSES, Status
 
-MILLIMETRES = 1e3
 _ANCHOR = "lies outside the limits, in another global configuration, or where no arm angle gives it."
 
 
-class Verdict(IntEnum):
+class _Finding(IntEnum):
     """What became of one branch (global configuration)."""
 
-    OK = 0
-    UNREACHABLE = 1
-    IMPOSSIBLE = 2
-    DEAD_END = 3
-    START = 4
-    GOAL = 5
-    UNRESOLVED = 6
+
+if TYPE_CHECKING:
+    from .._core import Verdict as Verdict
+else:  # names and numbers stand in the core alone; this one is pickled as armangle's own
+    Verdict = _Finding("Verdict", {verdict.name: verdict.value for verdict in _core.Verdict}, module=__name__)
 
 
 @dataclass(frozen=True)
@@ -141,7 +140,7 @@ class Branch:
         return "; ".join(parts) + "."
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Diagnosis:
     """Findings for each branch asked, best first.
 
@@ -165,6 +164,9 @@ class Diagnosis:
     def reached(self) -> float:
         """The s up to which the path can be followed from the start: its longest feasible part."""
         return max((1.0 if branch.ok else branch.reached for branch in self.branches), default=0.0)
+
+    def __repr__(self) -> str:
+        return self.explain()
 
     def __getitem__(self, gc: int) -> Branch:
         for branch in self.branches:

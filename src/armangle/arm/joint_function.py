@@ -7,22 +7,28 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .. import _core
 from .._arrays import Floats, as_floats, check_angles
 
 Kind = Literal["stationary", "monotonic", "singular", "constant"]
-_KINDS: tuple[Kind, ...] = ("stationary", "monotonic", "singular", "constant")
+_KINDS: dict[_core.Case, Kind] = {
+    _core.Case.STATIONARY: "stationary",
+    _core.Case.MONOTONIC: "monotonic",
+    _core.Case.SINGULAR: "singular",
+    _core.Case.CONSTANT: "constant",
+}
 
 
 class JointFunction:
     """q_i(ψ) at a fixed pose and global configuration; made by `Arm.joint_function`."""
 
-    __slots__ = ("_core", "joint")
+    __slots__ = ("_handle", "joint")
 
     joint: int
-    _core: Any
+    _handle: _core.JointFunction
 
-    def __init__(self, core: Any, joint: int) -> None:
-        self._core = core
+    def __init__(self, handle: _core.JointFunction, joint: int) -> None:
+        self._handle = handle
         self.joint = joint
 
     def value(self, psi: ArrayLike) -> Floats | np.float64:
@@ -44,7 +50,7 @@ class JointFunction:
 
         Source: Faria et al. (2018), Eqs. (26), (27).
         """
-        return self._map(psi, self._core.value)
+        return self._map(psi, self._handle.value)
 
     def derivative(self, psi: ArrayLike) -> Floats | np.float64:
         """Return dq/dψ.
@@ -65,7 +71,7 @@ class JointFunction:
 
         Source: Faria et al. (2018), Eqs. (28), (29), (33).
         """
-        return self._map(psi, self._core.derivative)
+        return self._map(psi, self._handle.derivative)
 
     def _map(self, psi: ArrayLike, function: Any) -> Floats | np.float64:
         angles = as_floats("psi", psi)
@@ -77,17 +83,17 @@ class JointFunction:
     @property
     def stationary(self) -> Floats:
         """Arm angles where dq/dψ = 0, rad in (-π, π], shape (0..2,). Eqs. (30), (34)."""
-        return np.array(self._core.stationary, dtype=np.float64)
+        return np.array(self._handle.stationary, dtype=np.float64)
 
     @property
     def singular(self) -> Floats:
         """Arm angles where the joint jumps by π (1, 3, 5, 7) or has a corner at 0 or π (2, 6). Eq. (31)."""
-        return np.array(self._core.singular, dtype=np.float64)
+        return np.array(self._handle.singular, dtype=np.float64)
 
     @property
     def kind(self) -> Kind:
         """Which of the paper's cases holds: "stationary", "monotonic", "singular"; or "constant"."""
-        return _KINDS[int(self._core.kind)]
+        return _KINDS[self._handle.kind]
 
     def __repr__(self) -> str:
         return f"<JointFunction of joint {self.joint}, {self.kind}>"

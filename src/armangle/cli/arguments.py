@@ -10,13 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
-from .._arrays import Floats
+from .._arrays import JOINTS, Floats
 from ..arm.arm import MOST_MARGIN, Arm
 from ..errors import InputError, ShapeError
 from ..files.sheets import ending
 from ..files.tables import load_poses
 from ..models.catalogue import read_robot
-from ..models.description import JOINTS
 from ..models.detect import MAX_ANGLE, MAX_LENGTH
 from ..models.mjcf import is_mjcf
 from ..poses import COLUMNS, UNIT_TOLERANCE, poses_from_rows

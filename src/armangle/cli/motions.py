@@ -5,14 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import as_floats
+from .._arrays import CONFIGURATIONS, as_floats
 from ..arm.arm import Arm
-from ..arm.configuration import COUNT as CONFIGURATIONS
 from ..errors import PathError
 from ..files.tables import JointTable
-from ..models.description import JOINTS
 from ..motion.following import follow
-from ..motion.joint_path import JointPath
+from ..motion.joint_path import JointPath, blank_rows
 from ..status import Status
 
 
@@ -40,20 +38,16 @@ def motion_of(arm: Arm, table: JointTable) -> JointPath:
     if not known.any():
         raise PathError("no row of the joint file has joint values, wanted at least one")
     n = len(table)
-    q, poses = np.full((n, JOINTS), np.nan), np.full((n, 4, 4), np.nan)
-    psi, margin, residual = (np.full(n, np.nan) for _ in range(3))
-    gc = np.full(n, -1, dtype=np.int64)
-    q[known] = table.q[known]
-    poses[known], angle, gc[known] = arm.forward(q[known], undefined="nan")
-    psi[known], margin[known], residual[known] = angle, arm.limit_margin(q[known]), 0.0
+    rows, poses = blank_rows(n), np.full((n, 4, 4), np.nan)
+    q = table.q[known]
+    poses[known], rows["psi"][known], rows["gc"][known] = arm.forward(q, undefined="nan")
+    rows["q"][known], rows["margin"][known], rows["residual"][known] = q, arm.limit_margin(q), 0.0
     failed = table.status != Status.OK
-    poses[failed] = residual[failed] = np.nan
-    defined = np.isfinite(psi)
-    psi[defined] = np.unwrap(psi[defined])
-    return JointPath(
-        arm=arm, s=table.s, poses=poses, q=q, psi=psi, gc=gc, status=table.status, margin=margin,
-        residual=residual,
-    )  # fmt: skip
+    poses[failed] = rows["residual"][failed] = np.nan
+    defined = np.isfinite(rows["psi"])
+    rows["psi"][defined] = np.unwrap(rows["psi"][defined])
+    rows["status"] = table.status
+    return JointPath(arm=arm, s=table.s, poses=poses, **rows)
 
 
 def motions_along(arm: Arm, poses: ArrayLike, start: ArrayLike | None = None) -> dict[str, JointPath]:

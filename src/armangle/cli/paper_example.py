@@ -16,7 +16,16 @@ import numpy as np
 from .. import plots
 from .._arrays import Floats
 from ..arm.arm import Arm
-from ..colours import BLACK, VERMILION
+from ..colours import (
+    BLACK,
+    GREEN,
+    JOINT_COLOURS,
+    PURPLE,
+    SKY,
+    VERMILION,
+    unjoined,
+    wrapped_degrees,
+)
 from ..motion.following import follow
 from ..motion.joint_path import JointPath
 from ..motion.policies import Repulsion
@@ -35,10 +44,15 @@ POLICIES = (
 )
 
 _REPEATS = 25
-_SIZE = (9.0, 9.0)
+_SIZE, _WIDE = (9.0, 9.0), (11.0, 5.6)
+_BEFORE = -1.0 / (POSES - 1)  # s of the start: one step before the first pose
+_CURVES = (BLACK, VERMILION, GREEN, PURPLE, SKY)  # none of the colours of joints 1 and 5, which block
+_ROOM = 0.02  # of the line, to the left of the start
 _DPI = 120
 _GRID = 721
 _ROOM_DEG = 25.0
+_WORDS = {(5.0, _K): "from afar", (_ALPHA, _K): "near a limit", (100.0, _K): "at a limit only",
+          (_ALPHA, 0.02): "near a limit, weakly", (_ALPHA, 0.5): "near a limit, strongly"}  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +86,11 @@ class Run:
     def name(self) -> str:
         """Name of its files."""
         return f"alpha{self.policy.alpha:g}_K{self.policy.K:g}"
+
+    @property
+    def words(self) -> str:
+        """How the elbow is pushed, in words."""
+        return _WORDS[self.policy.alpha, self.policy.K]
 
     @property
     def largest_step(self) -> float:
@@ -120,39 +139,86 @@ def run(policy: Repulsion) -> Run:
 def draw(made: Run, file: BinaryIO) -> None:
     """Write a PNG of arm angle and joints along the path, with limits, as in Fig. 13.
 
+    The start stands one step before the first pose, so that the first step is seen.
+
     Raises
     ------
     MissingExtraError
         Without matplotlib.
     """
-    pyplot()  # says how to install it, where it is missing
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=_SIZE, layout="constrained")
-    panels = plots.path(_from_start(made), ax=figure.subplots(4, 2, sharex=True))
+    figure = _figure(_SIZE)
+    panels = plots.path(from_start(made), ax=figure.subplots(4, 2, sharex=True))
     _shade_infeasible(panels[0], made)
     for panel, value in zip(panels, (made.psi_start, *made.start), strict=True):
-        panel.plot(
-            0.0, np.degrees(value), "o", ms=5, color=BLACK, clip_on=False, zorder=5, label="start (37)"
-        )
+        panel.plot(_BEFORE, np.degrees(value), "o", ms=5, color=BLACK, clip_on=False, zorder=5, label="start")
         panel.grid(lw=0.4, alpha=0.5)
+        panel.set_xlim(-_ROOM * (1.0 - _BEFORE), 1.0)
     labelled = {label: handle for panel in panels for handle, label in _legend_entries(panel)}
     figure.legend(labelled.values(), labelled.keys(), loc="outside lower center", ncols=3, frameon=False)
-    figure.suptitle(
-        f"α = {made.policy.alpha:g}, K = {made.policy.K:g}: from ψ = {np.degrees(made.psi_start):.4f}°, "
-        f"GC = {made.gc_start}, {DISTANCE:g} m along the tool's z axis"
-    )
+    figure.suptitle(f"The elbow is pushed off the joint limits: {made.words} (α = {made.policy.alpha:g}, "
+                    f"K = {made.policy.K:g})\nwhile the tool moves {DISTANCE:g} m along a line")  # fmt: skip
     figure.savefig(file, format="png", dpi=_DPI)
+
+
+def draw_overview(runs: list[Run], file: BinaryIO) -> None:
+    """Write a PNG of all runs: their arm angles between what the joints block, and their margins.
+
+    Raises
+    ------
+    MissingExtraError
+        Without matplotlib.
+    """
+    figure = _figure(_WIDE)
+    from matplotlib.patches import Patch
+
+    left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
+    arm, gc = runs[0].path.arm, runs[0].gc_start
+    plots.feasible_map((arm, runs[0].path.poses), gc=gc, ax=left)
+    for made, colour in zip(runs, _CURVES, strict=True):
+        path = from_start(made)
+        label = f"{made.words} (α = {made.policy.alpha:g}, K = {made.policy.K:g})"
+        s, psi = unjoined(path.s, wrapped_degrees(path.psi))
+        left.plot(s, psi, color="white", lw=4.5)
+        left.plot(s, psi, color=colour, lw=2.0)
+        right.plot(path.s, np.degrees(path.margin), color=colour, lw=2.0, label=label)
+    first = runs[0]
+    before = [np.degrees(angle) for angle in (first.psi_start, arm.limit_margin(first.start))]
+    for panel, value in zip((left, right), before, strict=True):
+        panel.plot(_BEFORE, value, "o", color=BLACK, ms=6, zorder=5, clip_on=False, label="start")
+        panel.set_xlim(-_ROOM * (1.0 - _BEFORE), 1.0)
+        panel.set_xlabel("share of the line")
+    left.set_title("Arm angles: white is free, colours are blocked by a joint", fontsize=10)
+    right.set_title("Distance to the nearest joint limit", fontsize=10)
+    right.set_ylabel("least margin (deg)")
+    right.set_ylim(bottom=0.0)
+    right.grid(lw=0.4, alpha=0.5)
+    blocked = ~arm.joint_feasible(first.path.poses, gc).is_full.all(axis=0)
+    keys = [Patch(fc=JOINT_COLOURS[k], label=f"joint {k + 1} blocks") for k in np.flatnonzero(blocked)]
+    figure.legend(handles=[*right.get_legend_handles_labels()[0], *keys], loc="outside lower center", ncols=3,
+                  frameon=False)  # fmt: skip
+    figure.suptitle(f"One straight line of {DISTANCE:g} m, {len(runs)} ways to keep off the joint limits")
+    figure.savefig(file, format="png", dpi=_DPI)
+
+
+def _figure(size: tuple[float, float]) -> Any:
+    """Return a new figure; says how to install matplotlib where it is missing."""
+    pyplot()
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=size, layout="constrained")
 
 
 def _legend_entries(panel: Any) -> list[tuple[Any, str]]:
     return list(zip(*panel.get_legend_handles_labels(), strict=True))
 
 
-def _from_start(made: Run) -> JointPath:
-    """Return the path with the start before it, so that the first step is seen too."""
+def from_start(made: Run) -> JointPath:
+    """Return the path with the start before it, one step earlier, so that the first step is seen too."""
     path = made.path
-    before: dict[str, Any] = {"q": made.start, "psi": made.psi_start, "gc": made.gc_start}
+    before: dict[str, Any] = {
+        "s": _BEFORE, "q": made.start, "psi": made.psi_start, "gc": made.gc_start,
+        "margin": path.arm.limit_margin(made.start),
+    }  # fmt: skip
     rows: dict[str, Any] = {
         name: np.concatenate(
             [np.asarray(before.get(name, getattr(path, name)[0]))[None], getattr(path, name)]

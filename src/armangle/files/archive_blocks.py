@@ -18,10 +18,8 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from .._arrays import Floats
+from .._arrays import Floats, PathLike
 from ..errors import FileFormatError
-
-PathLike = str | os.PathLike[str]
 
 _NUMBERS = "fiu"
 _WORDS = "U"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import os
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -12,10 +11,8 @@ from typing import Any, NoReturn, TextIO
 
 import numpy as np
 
-from .._arrays import Floats
+from .._arrays import Floats, PathLike
 from ..errors import FileFormatError
-
-PathLike = str | os.PathLike[str]
 
 BLOCK = 8192
 """Rows held as text at one time."""

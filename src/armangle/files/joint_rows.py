@@ -7,9 +7,7 @@ from collections.abc import Collection
 import numpy as np
 from numpy.typing import NDArray
 
-from .._arrays import Floats
-from ..arm.configuration import COUNT
-from ..models.description import JOINTS
+from .._arrays import CONFIGURATIONS, JOINTS, Floats
 from ..status import Status
 
 JOINT_COLUMNS = tuple(f"q{i}" for i in range(1, JOINTS + 1))
@@ -45,7 +43,7 @@ def row_fault(numbers: Floats, words: list[str] | None, given: Collection[str]) 
     if np.isinf(psi).any():
         row = int(np.argmax(np.isinf(psi)))
         return row, "psi", f"psi is {psi[row]}, wanted an arm angle in rad"
-    good = np.isnan(gc) | np.isin(gc, np.arange(NO_GC, COUNT))
+    good = np.isnan(gc) | np.isin(gc, np.arange(NO_GC, CONFIGURATIONS))
     if not good.all():
         row = int(np.argmin(good))
         return row, "gc", f"gc is {gc[row]:g}, wanted a whole number from 0 to 7, or -1 for none"

@@ -7,7 +7,6 @@ A value is saved as the sheet it stands for; each ending writes any sheet. NaN i
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,9 +15,8 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from .._arrays import PathLike
 from ..errors import InputError
-
-PathLike = str | os.PathLike[str]
 
 _ROWS_AT_ONCE = 4096
 

@@ -5,7 +5,6 @@ Radians, metres and unit quaternions throughout.
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 from functools import singledispatch
 from pathlib import Path
@@ -15,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from .._arrays import Floats, Ints, as_floats, raise_problem
+from .._arrays import JOINTS, Floats, Ints, PathLike, as_floats, frozen
 from ..errors import FileFormatError, InputError, ShapeError
-from ..models.description import JOINTS
 from ..motion.joint_path import JointPath
 from ..poses import COLUMNS, UNIT_TOLERANCE, poses_from_rows, rows_from_poses
 from ..status import STATUSES
@@ -27,8 +25,6 @@ from .csv_blocks import CsvBlock, CsvFile
 from .joint_rows import JOINT_COLUMNS, NO_GC, OPTIONAL, codes, row_fault, unsaid_fault
 from .replacing import replacing
 from .sheets import WRITERS, Sheet, ending
-
-PathLike = str | os.PathLike[str]
 
 _HEADINGS = {"q": JOINT_COLUMNS, "pose": COLUMNS}
 _RATES = {name: tuple(f"{name}{i}" for i in range(1, JOINTS + 1)) for name in ("qd", "qdd")}
@@ -66,7 +62,7 @@ class JointTable:
     def __post_init__(self) -> None:
         for name in ("s", "q", "psi", "gc", "status", "margin"):
             array = getattr(self, name).view()
-            array.setflags(write=False)
+            frozen(array)
             object.__setattr__(self, name, array)
 
     def __len__(self) -> int:
@@ -126,10 +122,7 @@ def sheet_of(value: Any) -> Sheet:
     if poses.ndim > 3:
         raise ShapeError(f"poses has shape {poses.shape}, wanted (4, 4) or (N, 4, 4)")
     frames = poses.reshape(-1, 4, 4)
-    for index, frame in enumerate(frames):
-        problem, number = _core.check_transform(np.ascontiguousarray(frame))
-        if problem:
-            raise_problem((problem, index, number), (len(frames),))
+    _core.check_transforms(np.ascontiguousarray(frames), "pose")
     return Sheet("poses", {"pose": rows_from_poses(frames)}, _HEADINGS)
 
 

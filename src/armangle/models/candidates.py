@@ -14,10 +14,10 @@ from difflib import get_close_matches
 from functools import cached_property
 from typing import NoReturn
 
+from .._arrays import JOINTS
 from ..errors import FileFormatError
 from .axes import Axes, millimetres
 from .chain import Chain
-from .description import JOINTS
 from .detect import Nearness, fitted_arm, nearness, residual
 
 _MOST_NAMES = 20

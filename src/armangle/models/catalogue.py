@@ -18,16 +18,14 @@ from typing import Any, NoReturn
 
 import numpy as np
 
+from .._arrays import JOINTS
 from ..errors import FileFormatError, UnknownRobotError
-from .description import JOINTS, ArmDescription
+from .description import ELBOW_OFFSETS, FRAMES, LENGTHS, ArmDescription
 
 ROBOTS = Path(__file__).with_name("robots")
 
-_LENGTHS = ("d_bs", "d_se", "d_ew", "d_wf")
-_ELBOW_OFFSETS = ("a_3", "a_4")
 _ANGLES = {"lower_deg": "lower", "upper_deg": "upper"}
 _OPTIONAL_ANGLES = {"offsets_deg": "offsets", "velocity_deg": "velocity"}
-_FRAMES = ("base", "tool")
 _WORDS = ("title", "source", "tip")
 _DOUBTS = ("lengths", "limits", "velocity")
 _TOML_PLACE = re.compile(r"\s*\(at line (\d+), column (\d+)\)")
@@ -185,13 +183,13 @@ def robot_toml(arm: ArmDescription, *, title: str, source: str, tip: str) -> str
     lines = [f"# {line}" for note in arm.notes for line in note.splitlines()]
     words = dict(zip(_WORDS, (title, source, tip), strict=True))
     lines += [f"{key} = {_toml_text(value)}" for key, value in words.items()]
-    lengths = (*_LENGTHS, *(key for key in _ELBOW_OFFSETS if getattr(arm, key)))
+    lengths = (*LENGTHS, *(key for key in ELBOW_OFFSETS if getattr(arm, key)))
     lines += [f"{key} = {_short(getattr(arm, key))!r}" for key in lengths]
     lines.append(f"signs = {[int(sign) for sign in arm.signs]}")
     for key, name in (_OPTIONAL_ANGLES | _ANGLES).items():
         lines.append(f"{key} = [{', '.join(_degrees_text(v) for v in getattr(arm, name))}]")
     lines.append(f"joint_names = [{', '.join(_toml_text(name) for name in arm.joint_names)}]")
-    for key in _FRAMES:
+    for key in FRAMES:
         frame = getattr(arm, key)
         if not np.array_equal(frame, np.eye(4)):
             rows = "".join(f"    {[_short(value) for value in row]},\n" for row in frame)
@@ -238,17 +236,17 @@ class _Reader:
         self.refuse_unknown_keys()
         title, source, tip = (self.words(key) for key in _WORDS)
         doubts = {key: self.doubt(key) for key in _DOUBTS}
-        values: dict[str, Any] = {key: self.number(key) for key in _LENGTHS}
-        values |= {key: self.number(key) for key in _ELBOW_OFFSETS if key in self.table}
+        values: dict[str, Any] = {key: self.number(key) for key in LENGTHS}
+        values |= {key: self.number(key) for key in ELBOW_OFFSETS if key in self.table}
         values |= {field: self.radians(key) for key, field in _ANGLES.items()}
         values |= {f: self.radians(key) for key, f in _OPTIONAL_ANGLES.items() if key in self.table}
-        values |= {key: self.frame(key) for key in _FRAMES if key in self.table}
+        values |= {key: self.frame(key) for key in FRAMES if key in self.table}
         values["signs"] = self.signs()
         if "joint_names" in self.table:
             values["joint_names"] = self.joint_names()
         values["notes"] = tuple(f"{key} not trusted: {why}" for key, why in doubts.items() if why)
         self.check_limits(values["lower"], values["upper"])
-        arm, trusted = ArmDescription(name, **values), [not doubts[key] for key in _DOUBTS]
+        arm, trusted = ArmDescription(**values, name=name), [not doubts[key] for key in _DOUBTS]
         return CatalogueEntry(name, title, source, tip, arm, *trusted)
 
     def fail(self, key: str, message: str) -> NoReturn:
@@ -258,7 +256,7 @@ class _Reader:
         raise FileFormatError(f"{key} {message}", source=self.source, line=line)
 
     def refuse_unknown_keys(self) -> None:
-        known = {*_WORDS, *_LENGTHS, *_ELBOW_OFFSETS, *_ANGLES, *_OPTIONAL_ANGLES, *_FRAMES}
+        known = {*_WORDS, *LENGTHS, *ELBOW_OFFSETS, *_ANGLES, *_OPTIONAL_ANGLES, *FRAMES}
         known |= {f"{key}_{what}" for key in _DOUBTS for what in ("trusted", "reason")}
         known |= {"signs", "joint_names"}
         for key in self.table.keys() - known:

@@ -5,22 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from .._arrays import JOINTS, frozen
 from ..errors import ShapeError
 
-JOINTS = 7
+LENGTHS = ("d_bs", "d_se", "d_ew", "d_wf")
+ELBOW_OFFSETS = ("a_3", "a_4")
+JOINT_ROWS = ("signs", "offsets", "lower", "upper", "velocity", "acceleration")
+FRAMES = ("base", "tool")
 _INFINITE = (float("inf"),) * JOINTS
 _MINUS_INFINITE = (float("-inf"),) * JOINTS
-
-
-def _frame(value: ArrayLike, name: str) -> NDArray[np.float64]:
-    """Return a read-only copy (4, 4) of a homogeneous matrix."""
-    frame = np.array(value, dtype=np.float64)
-    if frame.shape != (4, 4):
-        raise ShapeError(f"{name} has shape {frame.shape}, wanted (4, 4)")
-    frame.setflags(write=False)
-    return frame
 
 
 def _identity() -> NDArray[np.float64]:
@@ -31,60 +26,68 @@ def _identity() -> NDArray[np.float64]:
 class ArmDescription:
     """Numbers of one S-R-S arm, in the joint coordinates q and frames of its own source.
 
+    The one list of what an arm is made of: `Arm` takes, shows, compares, copies and pickles these fields.
+
     The pose of the tip is ``base @ DH(theta) @ tool`` with ``theta_i = signs_i q_i + offsets_i``
     and the classic Denavit-Hartenberg rows of the paper's Table 1, to which the lateral elbow
     offsets ``a_3`` and ``a_4`` are added.
 
     Parameters
     ----------
-    name : str
-        Name of the arm.
     d_bs, d_se, d_ew, d_wf : float
         Base to shoulder, shoulder to elbow, elbow to wrist, wrist to flange, m.
     a_3, a_4 : float
         Lateral elbow offsets of links 3 and 4, m; zero for an elbow without offset.
+    lower, upper : tuple of 7 float
+        Joint limits in q, rad; infinite where there is none.
     signs : tuple of 7 int
         +1 or -1 for each joint.
     offsets : tuple of 7 float
         Zero offsets, rad.
     base, tool : ndarray of shape (4, 4)
         Frame of the DH base in the user's base, and of the user's tip in DH frame 7; read-only.
-    lower, upper : tuple of 7 float
-        Joint limits in q, rad; infinite where there is none.
-    velocity : tuple of 7 float
-        Greatest joint speeds, rad/s; infinite where unknown.
+    velocity, acceleration : tuple of 7 float
+        Greatest joint speeds, rad/s, and accelerations, rad/s²; infinite where unknown.
+    name : str
+        Name of the arm.
     joint_names : tuple of 7 str
         Names of the joints in the source.
     notes : tuple of str
-        What a user should know of these numbers.
+        What a user should know of these numbers; two arms that differ in these alone are equal.
 
     Source: Faria et al. (2018), Table 1 and Eq. (1).
     """
 
-    name: str
     d_bs: float
     d_se: float
     d_ew: float
     d_wf: float
     a_3: float = 0.0
     a_4: float = 0.0
+    lower: tuple[float, ...] = _MINUS_INFINITE
+    upper: tuple[float, ...] = _INFINITE
     signs: tuple[int, ...] = (1,) * JOINTS
     offsets: tuple[float, ...] = (0.0,) * JOINTS
     base: NDArray[np.float64] = field(default_factory=_identity)
     tool: NDArray[np.float64] = field(default_factory=_identity)
-    lower: tuple[float, ...] = _MINUS_INFINITE
-    upper: tuple[float, ...] = _INFINITE
     velocity: tuple[float, ...] = _INFINITE
+    acceleration: tuple[float, ...] = _INFINITE
+    name: str = "arm"
     joint_names: tuple[str, ...] = tuple(f"joint_{i}" for i in range(1, JOINTS + 1))
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = field(default=(), repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        for name in ("signs", "offsets", "lower", "upper", "velocity", "joint_names"):
+        for name in (*JOINT_ROWS, "joint_names"):
             values = getattr(self, name)
             if len(values) != JOINTS:
                 raise ShapeError(f"{name} has {len(values)} entries, wanted {JOINTS}")
-        object.__setattr__(self, "base", _frame(self.base, "base"))
-        object.__setattr__(self, "tool", _frame(self.tool, "tool"))
+            row = values.tolist() if isinstance(values, np.ndarray) else values
+            object.__setattr__(self, name, tuple(row))
+        for name in FRAMES:
+            frame = np.array(getattr(self, name), dtype=np.float64)
+            if frame.shape != (4, 4):
+                raise ShapeError(f"{name} has shape {frame.shape}, wanted (4, 4)")
+            object.__setattr__(self, name, frozen(frame))
 
 
 @dataclass(frozen=True)

@@ -23,10 +23,11 @@ from itertools import product
 
 import numpy as np
 
+from .._arrays import JOINTS
 from ..errors import InputError, NotSRSError
 from .axes import POSTURES, ROUNDING, Axes, millimetres, reasons_against, rotation_angle, worst_difference
 from .chain import Chain, FloatArray, chain_of, rigid_inverse
-from .description import JOINTS, ArmDescription, ImportReport
+from .description import ArmDescription, ImportReport
 from .fit import fit
 
 ANGLE_TOLERANCE = 1e-5

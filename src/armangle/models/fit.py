@@ -9,8 +9,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from .._arrays import JOINTS
 from .chain import Chain, FloatArray, chain_of, rotation_about, translation
-from .description import JOINTS, ArmDescription
+from .description import ArmDescription
 
 _POSTURES = 100
 _SEED = 11

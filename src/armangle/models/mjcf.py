@@ -14,10 +14,10 @@ from xml.parsers import expat
 
 import numpy as np
 
+from .._arrays import JOINTS
 from ..errors import FileFormatError, needed
 from .candidates import Candidate, RigidBody, Tree, TreeJoint, find_candidates, guess, unknown
 from .chain import Chain, FloatArray, Joint, rotation_about, translation
-from .description import JOINTS
 
 _KINDS = ("free", "ball", "slide", "hinge")
 _HINGE = 3

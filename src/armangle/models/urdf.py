@@ -14,10 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
+from .._arrays import JOINTS
 from ..errors import InputError, UrdfError
 from .candidates import Candidate, RigidBody, Tree, TreeJoint, find_candidates, guess, unknown
 from .chain import Chain, FloatArray, Joint, from_rpy, rigid_inverse
-from .description import JOINTS
 from .urdf_write import write_urdf
 from .urdf_xml import JointElement, RobotElement, parse_robot
 

@@ -2,22 +2,32 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import as_floats, check_angles, raise_problem
+from .. import _core
+from .._arrays import JOINTS, as_floats, chosen, named, one_posture
 from ..arm.arm import Arm
 from ..errors import InputError, ShapeError
-from ..models.description import JOINTS
-from .joint_path import JointPath
-from .options import Allowed, Bound, Carry, allowed_arcs, checked_options, core_policy, no_bounds, step_bounds
+from .joint_path import JointPath, blank_rows, even_parameters
+from .options import (
+    CARRIES,
+    Allowed,
+    Bound,
+    Carry,
+    allowed_arcs,
+    checked_options,
+    core_policy,
+    no_bounds,
+    step_bounds,
+)
 from .policies import Policy
 from .stepping import DEFAULT_POLICY
 
 OnFail = Literal["stop", "hold", "skip"]
-_ON_FAIL = ("stop", "hold", "skip")
+_ON_FAIL = named(_core.OnFail)
 
 
 def follow(
@@ -86,14 +96,14 @@ def follow(
     frames = np.ascontiguousarray(as_floats("poses", poses, (4, 4)))
     if frames.ndim != 3:
         raise ShapeError(f"poses has shape {frames.shape}, wanted (N, 4, 4)")
-    joints = np.ascontiguousarray(as_floats("start", start, (JOINTS,)))
-    if joints.ndim != 1:
-        raise ShapeError(f"start has shape {joints.shape}, wanted (7,)")
-    check_angles("start", joints)
-    if not isinstance(on_fail, str) or on_fail not in _ON_FAIL:
-        raise InputError(f"on_fail is {on_fail!r}, wanted one of 'stop', 'hold', 'skip'")
-    options = core_policy(policy, dt), *checked_options(gc, carry, max_joint_step, singularity_margin)
+    joints = one_posture("start", start)
+    failing = _ON_FAIL[chosen("on_fail", on_fail, _ON_FAIL)]
+    native = core_policy(policy, dt)
+    branch, kept, most, margin = checked_options(gc, carry, max_joint_step, singularity_margin)
     window = _window(lookahead, len(frames))
+    options = _core.FollowOptions(
+        native, branch, CARRIES[kept], most, margin, on_fail=failing, lookahead=window
+    )
     bounds = no_bounds() if window else None
     if velocity is not None or acceleration is not None:
         before = np.zeros(JOINTS) if velocity_now is None else velocity_now
@@ -105,15 +115,10 @@ def follow(
         if arcs.shape not in ((), (n,)):
             raise ShapeError(f"allowed has shape {arcs.shape}, wanted () or ({n},)")
         count, psi = arcs._count, arcs._psi
-    rows = _empty_rows(n)
-    problem = arm._core.follow_all(
-        joints, frames, *options, _ON_FAIL.index(on_fail), count, psi, bounds, window, rows["q"],
-        rows["psi"], rows["gc"], rows["status"], rows["margin"], rows["residual"],
-    )  # fmt: skip
-    if problem:
-        raise_problem(problem, (n,))
-    s = np.linspace(0.0, 1.0, n) if n != 1 else np.zeros(1)
-    return JointPath(arm=arm, s=s, poses=frames.copy(), start=joints.copy(), **rows)
+    rows = blank_rows(n)
+    columns = tuple(rows[name] for name in ("q", "psi", "gc", "status", "margin", "residual"))
+    arm._handle.follow_all(joints, frames, options, count, psi, bounds, columns)
+    return JointPath(arm=arm, s=even_parameters(n), poses=frames.copy(), start=joints, **rows)
 
 
 def _window(lookahead: int, n: int) -> int:
@@ -121,10 +126,3 @@ def _window(lookahead: int, n: int) -> int:
     if isinstance(lookahead, bool) or not isinstance(lookahead, int) or lookahead < 0:
         raise InputError(f"lookahead is {lookahead!r}, wanted a number of poses, 0 or more")
     return min(lookahead, n)
-
-
-def _empty_rows(n: int) -> dict[str, Any]:
-    return {
-        "q": np.empty((n, JOINTS)), "psi": np.empty(n), "gc": np.empty(n, dtype=np.int64),
-        "status": np.empty(n, dtype=np.int8), "margin": np.empty(n), "residual": np.empty(n),
-    }  # fmt: skip

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from .._arrays import Floats, Ints
+from .._arrays import JOINTS, Floats, Ints, frozen
 from ..arm.arm import Arm
 from ..arm.diagnosis import Diagnosis
 from ..errors import PathError, UnreachableError
@@ -56,17 +56,17 @@ class Curve:
         """The s between which the curve is smooth, shape (k,)."""
         return np.append(self.stretches[:, 0], self.end)
 
-    def at(self, core: Any, s: Floats) -> Placed:
-        """Return the rows at s (N,), each up to `end`; `core` is the arm's."""
+    def at(self, handle: _core.Arm, s: Floats) -> Placed:
+        """Return the rows at s (N,), each up to `end`; `handle` is the arm's."""
         n = len(s)
-        rows = Placed(np.empty((n, 7)), np.empty(n), np.empty((n, 4, 4)), np.empty(n), np.empty(n))
-        core.curve_at(self.segments, self.stretches, self.plane, self.gc, s, *rows)
+        rows = Placed(np.empty((n, JOINTS)), np.empty(n), np.empty((n, 4, 4)), np.empty(n), np.empty(n))
+        handle.curve_at(self.segments, self.stretches, self.plane, self.gc, s, *rows)
         return rows
 
-    def derivatives(self, core: Any, s: Floats) -> Floats:
+    def derivatives(self, handle: _core.Arm, s: Floats) -> Floats:
         """Return q', q'', q''' with respect to s, shape (N, 3, 7)."""
-        out = np.empty((len(s), _ORDERS, 7))
-        core.curve_derivatives(self.segments, self.stretches, self.plane, self.gc, s, out)
+        out = np.empty((len(s), _ORDERS, JOINTS))
+        handle.curve_derivatives(self.segments, self.stretches, self.plane, self.gc, s, out)
         return out
 
 
@@ -80,6 +80,20 @@ class PathPoint(NamedTuple):
     psi: Floats | np.float64
     gc: Ints | np.int64
     pose: Floats
+
+
+def blank_rows(n: int) -> dict[str, Any]:
+    """Return the columns of n rows that nothing has reached yet, to be filled: NaN, gc -1, NOT_REACHED."""
+    return {
+        "q": np.full((n, JOINTS), np.nan), "psi": np.full(n, np.nan), "gc": np.full(n, -1, dtype=np.int64),
+        "status": np.full(n, Status.NOT_REACHED, dtype=np.int8), "margin": np.full(n, np.nan),
+        "residual": np.full(n, np.nan),
+    }  # fmt: skip
+
+
+def even_parameters(n: int) -> Floats:
+    """Return the s of n poses that follow one another evenly, from 0 to 1; of a single pose 0."""
+    return np.linspace(0.0, 1.0, n) if n != 1 else np.zeros(1)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -138,9 +152,7 @@ class JointPath:
 
     def __post_init__(self) -> None:
         for name in ("s", "poses", "q", "psi", "gc", "status", "margin", "residual", "uncertified"):
-            array = getattr(self, name).view()
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
+            object.__setattr__(self, name, frozen(getattr(self, name).view()))
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
@@ -188,15 +200,18 @@ class JointPath:
         curve = self._curve()
         flat = at.reshape(-1)
         inside = flat <= curve.end
-        q, psi = np.full((at.size, 7), np.nan), np.full(at.size, np.nan)
-        placed = curve.at(self.arm._core, np.ascontiguousarray(flat[inside]))
+        q, psi = np.full((at.size, JOINTS), np.nan), np.full(at.size, np.nan)
+        placed = curve.at(self.arm._handle, np.ascontiguousarray(flat[inside]))
         q[inside], psi[inside] = placed.q, placed.psi
         pose = np.empty((at.size, 4, 4))
         _core.path_poses(curve.segments, np.ascontiguousarray(flat), pose)
         gc = np.where(inside, curve.gc, -1)
         shape = at.shape
         return PathPoint(
-            q.reshape(*shape, 7), psi.reshape(shape)[()], gc.reshape(shape)[()], pose.reshape(*shape, 4, 4)
+            q=q.reshape(*shape, JOINTS),
+            psi=psi.reshape(shape)[()],
+            gc=gc.reshape(shape)[()],
+            pose=pose.reshape(*shape, 4, 4),
         )
 
     def derivatives(self, s: ArrayLike) -> Floats:
@@ -221,9 +236,9 @@ class JointPath:
         curve = self._curve()
         flat = at.reshape(-1)
         inside = flat <= curve.end
-        out = np.full((at.size, 3, 7), np.nan)
-        out[inside] = curve.derivatives(self.arm._core, np.ascontiguousarray(flat[inside]))
-        return out.reshape(*at.shape, 3, 7)
+        out = np.full((at.size, _ORDERS, JOINTS), np.nan)
+        out[inside] = curve.derivatives(self.arm._handle, np.ascontiguousarray(flat[inside]))
+        return out.reshape(*at.shape, _ORDERS, JOINTS)
 
     def _curve(self) -> Curve:
         if self.curve is not None:
@@ -236,9 +251,8 @@ class JointPath:
         rows = self.s, self.q, self.psi
         if len(self) == 1:
             rows = np.array([0.0, 1.0]), np.repeat(self.q, 2, axis=0), np.repeat(self.psi, 2)
-        plane, stretches = self.arm._core.curve_through(
-            segments, *map(np.ascontiguousarray, rows), int(self.gc[0])
-        )
+        s, q, psi = map(np.ascontiguousarray, rows)
+        plane, stretches = self.arm._handle.curve_through(segments, s, q, psi, int(self.gc[0]))
         curve = Curve(segments, stretches, plane, int(self.gc[0]))
         object.__setattr__(self, "curve", curve)
         return curve

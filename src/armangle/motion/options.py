@@ -9,12 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from .._arrays import Floats, as_floats, as_gc, as_number
+from .._arrays import CONFIGURATIONS, JOINTS, Floats, as_floats, as_gc, as_number, chosen, named
 from ..arm.arcs import ArcSet
 from ..arm.arm import MOST_MARGIN, Arm
-from ..arm.configuration import COUNT as CONFIGURATIONS
 from ..errors import ConfigurationError, InputError, NotFiniteError, ShapeError
-from ..models.description import JOINTS
 from .policies import POLICIES, Policy
 
 Carry = Literal["psi", "elbow"]
@@ -22,15 +20,14 @@ Allowed = ArcSet | Callable[[Floats], ArcSet]
 Options = tuple[int | None, Carry, float | None, float]
 
 MAX_JOINT_STEP: float = _core.MAX_JOINT_STEP
-_CARRIES: tuple[Carry, ...] = ("psi", "elbow")
+CARRIES = named(_core.Carry)
 
 
 def checked_options(
     gc: int | None, carry: Carry, max_joint_step: float | None, singularity_margin: float
 ) -> Options:
     """Return options of any numeric type as those the core reads, or raise."""
-    if not isinstance(carry, str) or carry not in _CARRIES:
-        raise InputError(f"carry is {carry!r}, wanted 'psi' or 'elbow'")
+    kept: Carry = "elbow" if chosen("carry", carry, CARRIES) == "elbow" else "psi"
     if gc is not None:
         wanted = as_gc(gc)
         if wanted.ndim or not 0 <= wanted < CONFIGURATIONS:
@@ -39,15 +36,14 @@ def checked_options(
     if max_joint_step is not None:
         max_joint_step = as_number("max_joint_step", max_joint_step, 0.0, np.inf, low_open=True)
     margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
-    plain = _CARRIES[_CARRIES.index(carry)]  # no subclass of str
-    return gc, plain, max_joint_step, margin
+    return gc, kept, max_joint_step, margin
 
 
 def core_policy(policy: Policy, dt: float | None) -> Any:
     """Return a policy as the core takes it, for a step of `dt` s."""
     if not isinstance(policy, POLICIES):
         raise InputError(f"policy is {policy!r}, wanted Repulsion, Hold or Centre")
-    return policy.core_policy(dt)
+    return policy._native(dt)
 
 
 def one_allowed(allowed: Allowed, pose: Floats) -> tuple[Any, Any]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from .._arrays import Floats, as_floats, as_number, raise_problem
+from .._arrays import Floats, as_floats, as_number, chosen, frozen, one_pose
 from ..errors import InputError, NotFiniteError, ShapeError
 
 LineOrientation = Literal["shortest", "fixed"]
@@ -18,33 +18,13 @@ _LARGEST_TURN = 1e3  # rad
 _ORDERS = 3
 
 
-def _pose(name: str, value: ArrayLike) -> Floats:
-    frame = np.ascontiguousarray(as_floats(name, value, (4, 4))).copy()
-    if frame.ndim != 2:
-        raise ShapeError(f"{name} has shape {frame.shape}, wanted (4, 4)")
-    problem, number = _core.check_transform(frame)
-    if problem:
-        try:
-            raise_problem((problem, 0, number), ())
-        except InputError as error:
-            raise type(error)(str(error).replace("pose", name, 1)) from None
-    frame.setflags(write=False)
-    return frame
-
-
 def _vector(name: str, value: ArrayLike) -> Floats:
-    vector = np.ascontiguousarray(as_floats(name, value, (3,))).copy()
+    vector = np.array(as_floats(name, value, (3,)), order="C")
     if vector.ndim != 1:
         raise ShapeError(f"{name} has shape {vector.shape}, wanted (3,)")
     if not np.isfinite(vector).all():
         raise NotFiniteError(f"{name} is {vector.tolist()}, wanted finite numbers")
-    vector.setflags(write=False)
-    return vector
-
-
-def _choice(value: str, allowed: tuple[str, ...]) -> None:
-    if not isinstance(value, str) or value not in allowed:
-        raise InputError(f"orientation is {value!r:.100}, wanted one of {', '.join(map(repr, allowed))}")
+    return frozen(vector)
 
 
 class Path:
@@ -143,8 +123,8 @@ class Line(Path):
     _segments: Floats = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        _choice(self.orientation, ("shortest", "fixed"))
-        start, end = _pose("start", self.start), _pose("end", self.end)
+        chosen("orientation", self.orientation, ("shortest", "fixed"))
+        start, end = one_pose("start", self.start), one_pose("end", self.end)
         out = np.empty((1, _core.SEGMENT_WIDTH))
         _core.path_line(start, end, self.orientation == "fixed", out)
         self._set(start=start, end=end, _segments=out)
@@ -179,8 +159,8 @@ class CircularArc(Path):
     _segments: Floats = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        _choice(self.orientation, ("shortest", "fixed", "carried"))
-        start, via, end = _pose("start", self.start), _vector("via", self.via), _pose("end", self.end)
+        chosen("orientation", self.orientation, ("shortest", "fixed", "carried"))
+        start, via, end = one_pose("start", self.start), _vector("via", self.via), one_pose("end", self.end)
         points = [np.ascontiguousarray(frame[:3, 3]) for frame in (start, end)]
         centre, axis, angle = _core.arc_through(points[0], via, points[1])
         if angle == 0:
@@ -224,7 +204,7 @@ class Screw(Path):
     _segments: Floats = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        start, point = _pose("start", self.start), _vector("point", self.point)
+        start, point = one_pose("start", self.start), _vector("point", self.point)
         direction = _vector("direction", self.direction)
         length = float(np.linalg.norm(direction))
         if length == 0:
@@ -259,13 +239,10 @@ class Waypoints(Path):
         poses = np.ascontiguousarray(as_floats("poses", self.poses, (4, 4))).copy()
         if poses.ndim != 3 or len(poses) == 0:
             raise ShapeError(f"poses has shape {poses.shape}, wanted (N, 4, 4) with N of 1 or more")
-        problem = _core.check_transforms(poses)
-        if problem:
-            raise_problem(problem, (len(poses),))
+        _core.check_transforms(poses, "pose")
         out = np.empty((max(len(poses) - 1, 1), _core.SEGMENT_WIDTH))
         _core.path_waypoints(poses, out)
-        poses.setflags(write=False)
-        self._set(poses=poses, _segments=out)
+        self._set(poses=frozen(poses), _segments=out)
 
     def __len__(self) -> int:
         return len(np.asarray(self.poses))

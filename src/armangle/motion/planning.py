@@ -9,14 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import Floats, as_floats, as_number
+from .._arrays import CONFIGURATIONS, Floats, as_floats, as_number, one_posture
 from ..arm.arm import MOST_MARGIN, Arm
-from ..arm.configuration import COUNT as CONFIGURATIONS
 from ..arm.diagnosis import Diagnosis, Verdict, branch_of
-from ..errors import ConfigurationError, InputError, NotFiniteError, ShapeError
-from ..models.description import JOINTS
+from ..errors import ConfigurationError, InputError, ShapeError
 from ..status import Status
-from .joint_path import Curve, JointPath
+from .joint_path import Curve, JointPath, blank_rows
 from .paths import Path, Waypoints
 
 SAMPLES = 200
@@ -123,13 +121,12 @@ def plan(
     if not isinstance(objective, Objective):
         raise InputError(f"objective is {objective!r:.100}, wanted an Objective")
     rows = _rows(path, samples)
-    margins = [
-        as_number("singularity_margin (rad)", singularity_margin, 0.0, MOST_MARGIN),
-        _limit_margin(arm, limit_margin),
-    ]
-    ends = [_joints(name, value) for name, value in (("start", start), ("goal", goal))]
+    singular = as_number("singularity_margin (rad)", singularity_margin, 0.0, MOST_MARGIN)
+    kept = _limit_margin(arm, limit_margin)
+    first = None if start is None else one_posture("start", start)
+    last = None if goal is None else one_posture("goal", goal)
     weights = np.array([objective.limits, objective.singularities, objective.travel, objective.enough])
-    found = arm._core.plan_path(path._segments, rows, *ends, _branches(gc), weights, *margins)
+    found = arm._handle.plan_path(path._segments, rows, first, last, _branches(gc), weights, singular, kept)
     ok, branch, plane, stretches, open_, start_gap, goal_gap, reports = found
     for name, gap in (("start", start_gap), ("goal", goal_gap)):
         if gap > START_GAP:
@@ -140,20 +137,20 @@ def plan(
     diagnosis = Diagnosis(tuple(map(branch_of, reports)))
     curve = Curve(path._segments, stretches, plane, branch) if len(stretches) else None
     result = _result(arm, path, rows, curve, diagnosis, ok, open_)
-    broken = _broken_end(result, ends)
+    broken = _broken_end(result, first, last)
     if broken is None:
         return result
     branches = tuple(replace(b, verdict=broken) if b.verdict == Verdict.OK else b for b in diagnosis.branches)
     return _result(arm, path, rows, None, Diagnosis(branches), False, open_)
 
 
-def _broken_end(result: JointPath, ends: list[Floats | None]) -> Verdict | None:
+def _broken_end(result: JointPath, first: Floats | None, last: Floats | None) -> Verdict | None:
     """Return the verdict on a fixed end that the curve does not hold, or leaves in a jump; None if both hold.
 
     At a posture with θ2 or θ6 at 0 or π the joints are no continuous function of the arm angle: a curve of
     psi may begin there and be elsewhere in q at once.
     """
-    for joints, s, verdict in ((ends[0], 0.0, Verdict.START), (ends[1], 1.0, Verdict.GOAL)):
+    for joints, s, verdict in ((first, 0.0, Verdict.START), (last, 1.0, Verdict.GOAL)):
         if joints is None or not result.ok:
             continue
         inside = abs(s - END_STEP)
@@ -166,16 +163,12 @@ def _result(
     arm: Arm, path: Path, rows: Floats, curve: Curve | None, diagnosis: Diagnosis, ok: bool, open_: Floats
 ) -> JointPath:
     n = len(rows)
-    columns: dict[str, Any] = {
-        "q": np.full((n, JOINTS), np.nan), "psi": np.full(n, np.nan), "gc": np.full(n, -1, dtype=np.int64),
-        "status": np.full(n, Status.NOT_REACHED, dtype=np.int8), "margin": np.full(n, np.nan),
-        "residual": np.full(n, np.nan),
-    }  # fmt: skip
+    columns = blank_rows(n)
     reached = 0
     if curve is not None:
         done = rows <= curve.end
         reached = int(done.sum())
-        placed = curve.at(arm._core, np.ascontiguousarray(rows[done]))
+        placed = curve.at(arm._handle, np.ascontiguousarray(rows[done]))
         for name in ("q", "psi", "margin", "residual"):
             columns[name][done] = getattr(placed, name)
         columns["gc"][done], columns["status"][done] = curve.gc, Status.OK
@@ -200,17 +193,6 @@ def _rows(path: Path, samples: int) -> Floats:
     if isinstance(samples, bool) or not isinstance(samples, (int, np.integer)) or samples < 2:
         raise InputError(f"samples is {samples!r:.100}, wanted an integer of 2 or more")
     return np.linspace(0.0, 1.0, int(samples))
-
-
-def _joints(name: str, value: ArrayLike | None) -> Floats | None:
-    if value is None:
-        return None
-    joints = np.ascontiguousarray(as_floats(name, value, (JOINTS,)))
-    if joints.ndim != 1:
-        raise ShapeError(f"{name} has shape {joints.shape}, wanted (7,)")
-    if not np.isfinite(joints).all():
-        raise NotFiniteError(f"{name} is {joints.tolist()}, wanted finite joint values in rad")
-    return joints
 
 
 def _limit_margin(arm: Arm, value: float) -> float:
@@ -238,9 +220,7 @@ def _branches(gc: int | Iterable[int] | None) -> int:
 
 
 def _empty(arm: Arm) -> JointPath:
-    none = np.empty(0)
     return JointPath(
-        arm=arm, s=none, poses=np.empty((0, 4, 4)), q=np.empty((0, JOINTS)), psi=none,
-        gc=np.empty(0, dtype=np.int64), status=np.empty(0, dtype=np.int8), margin=none, residual=none,
-        certified=True, diagnosis=Diagnosis(()),
+        arm=arm, s=np.empty(0), poses=np.empty((0, 4, 4)), **blank_rows(0), certified=True,
+        diagnosis=Diagnosis(()),
     )  # fmt: skip

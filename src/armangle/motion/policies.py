@@ -7,12 +7,12 @@ from numbers import Real
 from typing import Any, Literal
 
 from .. import _core
+from .._arrays import named
 from ..errors import PolicyError
 
 Outside = Literal["nearest", "stop"]
 _LONGEST = 1e9  # s, of a step
-_OUTSIDE = ("nearest", "stop")
-_REPULSION, _HOLD, _CENTRE = 0, 1, 2
+_OUTSIDE = named(_core.Outside)
 
 
 def _check_outside(outside: str) -> None:
@@ -81,14 +81,14 @@ class Repulsion(_Rule):
         if self.rate is not None:
             _check_number("rate", self.rate, 0.0, 1e9, False)
         _check_outside(self.outside)
-        object.__setattr__(self, "_fixed", self._core_policy(self.K))
+        object.__setattr__(self, "_fixed", self._of_gain(self.K))
 
-    def _core_policy(self, K: float) -> Any:
-        return _core.Policy(_REPULSION, K, self.alpha, _OUTSIDE.index(self.outside))
+    def _of_gain(self, K: float) -> Any:
+        return _core.Policy(_core.Rule.REPULSION, K, self.alpha, _OUTSIDE[self.outside])
 
-    def core_policy(self, dt: float | None) -> Any:
+    def _native(self, dt: float | None) -> Any:
         """Return what the core takes, for a step of `dt` s."""
-        return self._fixed if self.rate is None else self._core_policy(_gain(self.rate, dt))
+        return self._fixed if self.rate is None else self._of_gain(_gain(self.rate, dt))
 
 
 @dataclass(frozen=True)
@@ -111,9 +111,9 @@ class Hold(_Rule):
 
     def __post_init__(self) -> None:
         _check_outside(self.outside)
-        object.__setattr__(self, "_fixed", _core.Policy(_HOLD, 0.0, 1.0, _OUTSIDE.index(self.outside)))
+        object.__setattr__(self, "_fixed", _core.Policy(_core.Rule.HOLD, 0.0, 1.0, _OUTSIDE[self.outside]))
 
-    def core_policy(self, dt: float | None) -> Any:
+    def _native(self, dt: float | None) -> Any:
         """Return what the core takes; `dt` has no influence."""
         return self._fixed
 
@@ -147,14 +147,14 @@ class Centre(_Rule):
         if self.rate is not None:
             _check_number("rate", self.rate, 0.0, 1e9, False)
         _check_outside(self.outside)
-        object.__setattr__(self, "_fixed", self._core_policy(self.K))
+        object.__setattr__(self, "_fixed", self._of_gain(self.K))
 
-    def _core_policy(self, K: float) -> Any:
-        return _core.Policy(_CENTRE, K, 1.0, _OUTSIDE.index(self.outside))
+    def _of_gain(self, K: float) -> Any:
+        return _core.Policy(_core.Rule.CENTRE, K, 1.0, _OUTSIDE[self.outside])
 
-    def core_policy(self, dt: float | None) -> Any:
+    def _native(self, dt: float | None) -> Any:
         """Return what the core takes, for a step of `dt` s."""
-        return self._fixed if self.rate is None else self._core_policy(_gain(self.rate, dt))
+        return self._fixed if self.rate is None else self._of_gain(_gain(self.rate, dt))
 
 
 Policy = Repulsion | Hold | Centre

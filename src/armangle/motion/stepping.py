@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from .._arrays import Floats, as_floats, broadcast, check_angles, raise_problem
+from .._arrays import JOINTS, Floats, as_floats, broadcast, check_angles
 from ..arm.arm import Arm
 from ..errors import ShapeError
-from ..models.description import JOINTS
 from ..status import STATUSES, Status
 from .options import (
     Allowed,
@@ -204,18 +203,17 @@ def step(
     if velocity is not None or acceleration is not None:
         bounds = step_bounds(arm, velocity, acceleration, velocity_now, dt)
     rest = count, psi, bounds, Step, STATUSES
-    core_step = arm._core.step_one
-    result = core_step(q_now, pose, native, gc, carry, max_joint_step, singularity_margin, *rest)
-    if result is None:
-        options = checked_options(gc, carry, max_joint_step, singularity_margin)
-        joints, frame = as_floats("q_now", q_now, (JOINTS,)), as_floats("pose", pose, (4, 4))
-        if joints.ndim != 1 or frame.ndim != 2:
-            raise ShapeError(
-                f"q_now has shape {joints.shape} and pose {frame.shape}, wanted (7,) and (4, 4); "
-                "follow takes sequences"
-            )
-        joints, frame = np.ascontiguousarray(joints), np.ascontiguousarray(frame)
-        result = core_step(joints, frame, native, *options, *rest)
-    if result.__class__ is not Step:
-        raise_problem(result, (), joints="q_now")
-    return result
+    core_step = arm._handle.step_one
+    plain: Step | None = core_step(q_now, pose, native, gc, carry, max_joint_step, singularity_margin, *rest)
+    if plain is not None:
+        return plain
+    options = checked_options(gc, carry, max_joint_step, singularity_margin)
+    joints, frame = as_floats("q_now", q_now, (JOINTS,)), as_floats("pose", pose, (4, 4))
+    if joints.ndim != 1 or frame.ndim != 2:
+        raise ShapeError(
+            f"q_now has shape {joints.shape} and pose {frame.shape}, wanted (7,) and (4, 4); "
+            "follow takes sequences"
+        )
+    joints, frame = np.ascontiguousarray(joints), np.ascontiguousarray(frame)
+    converted: Step = core_step(joints, frame, native, *options, *rest)
+    return converted

@@ -8,12 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import Floats
+from .._arrays import JOINTS, Floats, one_posture
 from ..arm.arm import Arm
 from ..arm.skeleton import blockers, elbow_points, first_blocker, skeleton
 from ..colours import BLACK, BLUE, GREEN, JOINT_COLOURS, MID, VERMILION
-from ..models.description import JOINTS
-from .space import draw_sticks, extent, finish_space, one_posture
+from .space import draw_sticks, extent, finish_space
 from .style import space_axes
 
 _SAMPLES = 721
@@ -49,7 +48,7 @@ def arm_frames(arm: Arm, q: ArrayLike | None = None, *, ax: Any = None) -> Any:
 
     Source: Faria et al. (2018), Fig. 1, Table 1.
     """
-    joints = one_posture(np.zeros(JOINTS) if q is None else q)
+    joints = one_posture("q", np.zeros(JOINTS) if q is None else q)
     space = space_axes(ax)
     points, frames = skeleton(arm, joints), arm.frames(joints)
     size = extent(points)
@@ -134,7 +133,7 @@ def stick_figure(
     UnreachableError
         If the arm is folded, so that there is no circle.
     """
-    joints = one_posture(q)
+    joints = one_posture("q", q)
     points = skeleton(arm, joints)
     space = space_axes(ax)
     draw_sticks(space, points, MID, lw=5)

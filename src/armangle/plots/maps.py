@@ -8,13 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._arrays import Floats, as_floats
+from .._arrays import CONFIGURATIONS, JOINTS, Floats, as_floats
 from ..arm.arm import Arm
-from ..arm.configuration import COUNT as CONFIGURATIONS
 from ..arm.configuration import gc_signs
 from ..colours import BLACK, FULL_TURN, JOINT_COLOURS, MID, unjoined, wrapped_degrees
 from ..errors import ConfigurationError, ShapeError
-from ..models.description import JOINTS
 from ..motion.joint_path import JointPath
 from ..status import Status
 from .style import ARM_ANGLE, angle_ticks, grid_axes

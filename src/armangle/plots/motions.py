@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import _core
-from .._arrays import Floats
+from .._arrays import JOINTS, Floats
 from ..arm.arcs import ArcSet
+from ..arm.arm import Arm
 from ..colours import CURVES, PALE, VERMILION
 from ..errors import InputError
-from ..models.description import JOINTS
 from ..motion.joint_path import JointPath
+from ..motion.options import core_policy
 from ..motion.policies import Centre, Policy, Repulsion
+from ..timing.trajectory import Trajectory
 from .style import flat_axes, grid_axes, outer_legend
 
 if TYPE_CHECKING:
@@ -23,7 +25,8 @@ if TYPE_CHECKING:
 _ARC = (-np.pi / 2, np.pi / 2)
 _SAMPLES = 801
 
-Paths = JointPath | Mapping[str, JointPath] | Sequence[JointPath]
+Shown = JointPath | Trajectory
+Paths = Shown | Mapping[str, Shown] | Sequence[Shown]
 
 LEAST_SPAN = 1.0  # deg
 
@@ -85,7 +88,7 @@ def _change(policy: Policy, arcs: ArcSet, psi: Floats, dt: float | None) -> Floa
     """Return the step of the core's own policy at each psi, rad."""
     out, code = np.empty(len(psi)), np.empty(len(psi), dtype=np.int8)
     index = np.zeros(len(psi), dtype=np.int64)
-    policy_now, angles = policy.core_policy(dt), np.ascontiguousarray(psi)
+    policy_now, angles = core_policy(policy, dt), np.ascontiguousarray(psi)
     _core.resolve_many(policy_now, arcs._count, arcs._psi, index, angles, out, code)
     return (out - psi + np.pi) % (2 * np.pi) - np.pi
 
@@ -104,12 +107,13 @@ def _policy_text(policy: Policy) -> str:
 
 
 def path(paths: Paths, *, ax: Any = None) -> Any:
-    """Draw arm angle and joints along a path, with the joints' limits.
+    """Draw arm angle and joints along a path, or over time, with the joints' limits.
 
     Parameters
     ----------
-    paths : JointPath, or mapping of names to JointPath, or sequence of JointPath
-        One motion, or several of the same arm to compare.
+    paths : JointPath or Trajectory, or mapping of names to them, or sequence of them
+        One motion, or several of the same arm to compare: all with times, or all without. A `JointPath` is
+        drawn over its path parameter s, a `Trajectory` over its time in s.
     ax : array of 8 axes, optional
         For the arm angle and joints 1..7; a new figure, with a legend, by default.
 
@@ -122,7 +126,7 @@ def path(paths: Paths, *, ax: Any = None) -> Any:
     MissingExtraError
         Without matplotlib.
     InputError
-        If there is no path, or the paths are of different arms.
+        If there is no path, the paths are of different arms, or only some have times.
 
     Source: Faria et al. (2018), Fig. 13.
     """
@@ -130,42 +134,72 @@ def path(paths: Paths, *, ax: Any = None) -> Any:
     panels = grid_axes(ax, 1 + JOINTS, 2, (4.2, 1.9), sharex=True)
     for k, (name, motion) in enumerate(named.items()):
         colour, label = CURVES[k % len(CURVES)], name or "_"
-        rows = np.vstack([motion.psi, motion.q.T])
+        x = _abscissa(motion)
+        rows = np.vstack([_arm_angle(motion), motion.q.T])
         for panel, row in zip(panels, rows, strict=True):
-            panel.plot(motion.s, np.degrees(row), color=colour, lw=1.7, label=label)
-        at = motion.first_failure
+            panel.plot(x, np.degrees(row), color=colour, lw=1.7, label=label)
+        at = motion.first_failure if isinstance(motion, JointPath) else None
         if at is not None:
-            panels[0].axvline(motion.s[at], color=colour, lw=1.2, ls=":", label=f"{name} fails".strip())
-    arm = next(iter(named.values())).arm
+            panels[0].axvline(x[at], color=colour, lw=1.2, ls=":", label=f"{name} fails".strip())
+    first = next(iter(named.values()))
+    arm = _arm(first)
     panels[0].set_ylabel("ψ (deg)")
     for joint, panel in enumerate(panels[1:], start=1):
         panel.set_ylabel(f"q{joint} (deg)")
         _limits(panel, np.degrees(arm.lower[joint - 1]), np.degrees(arm.upper[joint - 1]))
-    ends = np.concatenate([motion.s[[0, -1]] for motion in named.values() if len(motion)] or [np.arange(2.0)])
+    ends = np.concatenate(
+        [_abscissa(motion)[[0, -1]] for motion in named.values() if len(motion)] or [np.arange(2.0)]
+    )
     for panel in panels:
         panel.margins(x=0)
         if ends.min() < ends.max():  # all that was asked for, so that a path that stops is seen to
             panel.set_xlim(ends.min(), ends.max())
     for panel in panels[-2:]:
-        panel.set_xlabel("path parameter s")
+        panel.set_xlabel("time (s)" if isinstance(first, Trajectory) else "path parameter s")
     if ax is None:
+        panels[0].figure.suptitle(arm.name, fontsize=11)
         _path_legend(panels)
     return panels
 
 
-def _named(paths: Paths) -> dict[str, JointPath]:
-    if isinstance(paths, JointPath):
+def _named(paths: Paths) -> dict[str, Shown]:
+    named: dict[str, Shown]
+    if isinstance(paths, Shown):
         named = {"": paths}
     elif isinstance(paths, Mapping):
         named = dict(paths)
     else:
         named = {f"path {k + 1}": motion for k, motion in enumerate(paths)}
     if not named:
-        raise InputError("paths is empty, wanted at least one JointPath")
+        raise InputError("paths is empty, wanted at least one JointPath or Trajectory")
+    for name, motion in named.items():
+        if not isinstance(motion, Shown):
+            raise InputError(f"{name} is a {type(motion).__name__}, wanted a JointPath or a Trajectory")
     first, *others = named.values()
-    if any(motion.arm != first.arm for motion in others):
+    if any(_arm(motion) != _arm(first) for motion in others):
         raise InputError("paths are of different arms, wanted one arm: its limits are drawn")
+    if any(type(motion) is not type(first) for motion in others):
+        raise InputError("some paths have times and some have not, wanted all Trajectory or all JointPath")
     return named
+
+
+def _arm(motion: Shown) -> Arm:
+    return motion.path.arm if isinstance(motion, Trajectory) else motion.arm
+
+
+def _abscissa(motion: Shown) -> Floats:
+    """Return what a motion is drawn over: time, s, or the path parameter."""
+    return motion.t if isinstance(motion, Trajectory) else motion.s
+
+
+def _arm_angle(motion: Shown) -> Floats:
+    """Return the arm angle at each row, rad, without jumps by whole turns."""
+    if isinstance(motion, JointPath):
+        return motion.psi
+    psi = np.asarray(motion.path.arm.forward(motion.q, undefined="nan")[1])
+    defined = np.isfinite(psi)
+    psi[defined] = np.unwrap(psi[defined])
+    return psi
 
 
 def _limits(panel: Any, lower: float, upper: float) -> None:

@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import as_floats
+from .._arrays import JOINTS, one_pose
 from ..arm.arcs import ArcSet
 from ..arm.arm import Arm
 from ..colours import BLACK, FREE, JOINT_COLOURS, MID, PALE, VERMILION, pieces, unjoined
-from ..errors import InputError, ShapeError
-from ..models.description import JOINTS
+from ..errors import InputError
 from ..status import Status
 from .style import ARM_ANGLE, angle_ticks, grid_axes, polar_axes
 
@@ -70,9 +69,7 @@ def circle(
 
     Source: Faria et al. (2018), Figs. 4, 11, Eq. (25).
     """
-    frame = as_floats("pose", pose, (4, 4))
-    if frame.ndim != 2:
-        raise ShapeError(f"pose has shape {frame.shape}, wanted (4, 4)")
+    frame = one_pose("pose", pose)
     each = arm.joint_feasible(frame, gc, singularity_margin=singularity_margin)
     polar = polar_axes(ax)
     for joint in range(1, JOINTS + 1):

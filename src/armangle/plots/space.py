@@ -5,23 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from .._arrays import Floats, as_floats
+from .._arrays import Floats
 from ..colours import PALE
-from ..errors import ShapeError
-from ..models.description import JOINTS
 
 _ROOM = 1.06
 _LEAST_RANGE = 0.55
-
-
-def one_posture(q: ArrayLike) -> Floats:
-    """Return q as one joint vector (7,)."""
-    joints = as_floats("q", q, (JOINTS,))
-    if joints.ndim != 1:
-        raise ShapeError(f"q has shape {joints.shape}, wanted ({JOINTS},)")
-    return joints
 
 
 def extent(points: Floats) -> float:

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import Floats
+from .._arrays import Floats, one_posture
 from ..arm.arm import Arm
 from ..arm.skeleton import elbow_points, skeleton
 from ..colours import BLACK, GREEN, MID, ORANGE, SKY, VERMILION
-from .space import draw_sticks, extent, finish_space, one_posture
+from .space import draw_sticks, extent, finish_space
 from .style import flat_axes, space_axes
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ def virtual_arm(arm: Arm, q: ArrayLike, *, ax: Any = None) -> Any:
 
     Source: Faria et al. (2018), Figs. 2, 3, Eqs. (3)-(11).
     """
-    joints = one_posture(q)
+    joints = one_posture("q", q)
     pose, psi, gc = arm.forward(joints)
     real, virtual = skeleton(arm, joints), skeleton(arm, arm.inverse(pose, 0.0, gc))
     space = space_axes(ax)
@@ -129,7 +129,7 @@ def virtual_plane(arm: Arm, q: ArrayLike, *, ax: Axes | None = None) -> Axes:
 
     Source: Faria et al. (2018), Fig. 3, Eqs. (4)-(7).
     """
-    joints = one_posture(q)
+    joints = one_posture("q", q)
     pose, _, gc = arm.forward(joints)
     virtual = arm.inverse(pose, 0.0, gc)
     base = arm.frames(virtual)[0]

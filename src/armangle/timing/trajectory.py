@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import Floats, Ints, as_floats
+from .._arrays import Floats, Ints, as_floats, frozen
 from ..errors import InputError
 from .grid import Motion
 
@@ -162,7 +162,7 @@ class Trajectory:
     def __post_init__(self) -> None:
         for name in self._arrays:
             array = getattr(self, name).view()
-            array.setflags(write=False)
+            frozen(array)
             object.__setattr__(self, name, array)
 
     def __len__(self) -> int:

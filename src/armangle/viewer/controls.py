@@ -1,30 +1,39 @@
-"""The viewer's controls: slider, buttons, panels, player."""
+"""The viewer's controls: sliders, buttons, numbers, player."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from ..arm.configuration import COUNT as CONFIGURATIONS
+from .._arrays import CONFIGURATIONS, JOINTS
 from ..arm.configuration import gc_signs
-from ..errors import PolicyError
+from ..errors import InputError
 from ..motion.joint_path import JointPath
-from ..motion.policies import Repulsion
+from ..motion.policies import Centre, Hold, Policy, Repulsion
+from .entry import pose_of_text, text_of_pose
 from .panels import (
     arcs_panel,
-    joints_panel,
     map_image,
     map_panel,
+    note_panel,
     reasons_panel,
+    row_style,
     status_panel,
 )
 from .state import ViewerState
 
 _CHOSEN = (0, 114, 178)
 _OPEN = (90, 98, 110)
+_BUTTONS_A_ROW = 4
 EXPORT_NAME = "posture.json"
+
+HOLD = "hold ψ"
+REPEL = "repel ψ from the ends of its arc (eq. 36)"
+CENTRE = "pull ψ to the middle of its arc"
+_GREATEST_ALPHA = 100.0
 
 Act = Callable[[Callable[[], object]], None]
 
@@ -48,15 +57,24 @@ class Controls:
         self.playing = False
         self._image = ""
         self._taken: dict[int, float] = {}
+        self._typed = False
+        self._refusal = ""
         self._status = self._gui.add_html("")
+        self._add_doors()
         self._add_player()
         self._add_arm_angle()
-        with self._gui.add_folder("Joints"):
-            self._joints = self._gui.add_html("")
         self._add_configurations()
-        self._add_rest()
+        self._add_joints()
+        self._add_tool()
 
     # -- making --------------------------------------------------------------------------------------
+
+    def _add_doors(self) -> None:
+        self._gui.add_html(row_style("doors", 2, gap=9))
+        self.reset = self._gui.add_button("Reset")
+        self.reset.on_click(lambda _: self._act(self.begin_again))
+        self.export = self._gui.add_button("Export posture")
+        self.export.on_click(self._download)
 
     def _add_player(self) -> None:
         self._row: Any = None
@@ -73,64 +91,134 @@ class Controls:
         self._play.on_click(lambda _: self.set_playing(not self.playing))
 
     def _add_arm_angle(self) -> None:
+        policy = self._state.policy
+        gain = 0.1 if isinstance(policy, Hold) else float(policy.K)
+        alpha = float(policy.alpha) if isinstance(policy, Repulsion) else Repulsion().alpha
         with self._gui.add_folder("Arm angle"):
             self.psi = self._gui.add_slider("ψ (deg)", -180.0, 180.0, 0.1, 0.0)
             self._arcs = self._gui.add_html("")
+            self.policy = self._gui.add_dropdown(
+                "dragging", (HOLD, REPEL, CENTRE), initial_value=_policy_name(policy),
+                hint="What the arm angle does while the tool is dragged, or moved by numbers.",
+            )  # fmt: skip
+            self._gain = self._gui.add_slider("K", 0.0, 1.0, 0.01, gain)
+            self._alpha = self._gui.add_slider(
+                "α", 1.0, _GREATEST_ALPHA, 1.0, float(np.clip(alpha, 1.0, _GREATEST_ALPHA))
+            )
         self.psi.on_update(lambda event: self._by_hand(event, self._turn))
+        for control in (self.policy, self._gain, self._alpha):
+            control.on_update(lambda event: self._by_hand(event, self._set_policy))
 
     def _add_configurations(self) -> None:
         with self._gui.add_folder("Global configuration (shoulder, elbow, wrist)"):
+            self._gui.add_html(row_style("configurations", _BUTTONS_A_ROW, gap=3))
             self.buttons = [self._gui.add_button(gc_name(gc)) for gc in range(CONFIGURATIONS)]
             self._reasons = self._gui.add_html("")
+            self.ghosts = self._gui.add_checkbox(
+                "ghosts", False, hint="The other configurations at this pose, as stick figures."
+            )
         for gc, button in enumerate(self.buttons):
-            button.on_click(lambda _, gc=gc: self._act(lambda: self._state.set_gc(gc)))
+            button.on_click(lambda _, gc=gc: self._act(lambda: self._change(gc)))
 
-    def _add_rest(self) -> None:
-        policy = self._state.policy
-        repulsion = policy if isinstance(policy, Repulsion) else Repulsion()
-        with self._gui.add_folder("While the tool is dragged: eq. (36)", expand_by_default=False):
-            self._gain = self._gui.add_slider("K", 0.0, 1.0, 0.01, float(repulsion.K))
-            self._alpha = self._gui.add_slider("α", 1.0, 100.0, 1.0, float(np.clip(repulsion.alpha, 1, 100)))
-        for slider in (self._gain, self._alpha):
-            slider.on_update(lambda event: self._by_hand(event, self._set_policy))
-        self.ghosts = self._gui.add_checkbox("ghosts of the other configurations", False)
-        self.reset = self._gui.add_button("Reset")
-        self.reset.on_click(lambda _: self._act(self._state.reset))
-        self.export = self._gui.add_button("Export posture as JSON")
-        self.export.on_click(self._download)
+    def _add_joints(self) -> None:
+        with self._gui.add_folder("Joints (deg)"):
+            self.joints = [self._add_joint(joint) for joint in range(1, JOINTS + 1)]
+        for joint, slider in enumerate(self.joints, start=1):
+            wish = partial(self._turn_joint, joint)
+            slider.on_update(lambda event, wish=wish: self._by_hand(event, wish))
+
+    def _add_joint(self, joint: int) -> Any:
+        low, high = slider_range(self._state.arm.lower[joint - 1], self._state.arm.upper[joint - 1])
+        locked = high <= low
+        return self._gui.add_slider(
+            f"q{joint}", low, low + 0.1 if locked else high, 0.1, low, disabled=locked,
+            hint="locked by its limits" if locked else None,
+        )  # fmt: skip
+
+    def _add_tool(self) -> None:
+        with self._gui.add_folder("Tool by numbers"):
+            self.xyz = self._gui.add_text("x y z (m)", "", hint="three numbers in m, or such as 400 0 500 mm")
+            self.rpy = self._gui.add_text(
+                "r p y (deg)", "", hint="roll, pitch, yaw about the fixed x, y, z axes, in degrees"
+            )
+            self._note = self._gui.add_html("")  # above the button: what is below it may be scrolled away
+            self.go = self._gui.add_button("Move the tool there")
+        for text in (self.xyz, self.rpy):
+            text.on_update(lambda event: self._by_hand(event, self._type))
+        self.go.on_click(lambda _: self._act(self.move_there))
 
     # -- acting --------------------------------------------------------------------------------------
 
     def _download(self, event: Any) -> None:
         if event.client is not None:
-            event.client.send_file_download(EXPORT_NAME, self._state.export().encode())
+            text = self._state.export()
+            event.client.send_file_download(EXPORT_NAME, text.encode(), save_immediately=True)
 
     def _by_hand(self, event: Any, wish: Callable[[], object]) -> None:
         """Act on what a person moved; what the program itself sets comes without a client."""
         if event.client_id is not None:
             self._act(wish)
 
+    def moved(self) -> None:
+        """Forget numbers that were typed and not gone to: the arm was moved otherwise."""
+        self._typed, self._refusal = False, ""
+
     def _turn(self) -> None:
+        self.moved()
         value = self._taken[id(self.psi)] = self.psi.value
         self._state.set_psi(np.radians(value))
 
+    def _turn_joint(self, joint: int) -> None:
+        self.moved()
+        slider = self.joints[joint - 1]
+        value = self._taken[id(slider)] = slider.value
+        self._state.set_joint(joint, float(np.radians(value)))
+
+    def _change(self, gc: int) -> None:
+        self.moved()
+        self._state.set_gc(gc)
+
     def _seek(self) -> None:
+        self.moved()
         value = self._taken[id(self._row)] = self._row.value
         self._state.seek(int(value) - 1)
+
+    def _type(self) -> None:
+        self._typed, self._refusal = True, ""
+
+    def move_there(self) -> None:
+        """Move the tool to the numbers, or say what is wrong with them."""
+        try:
+            pose = pose_of_text(self.xyz.value, self.rpy.value, self._state.arm)
+        except InputError as error:
+            self._refusal = str(error)
+            return
+        answer = self._state.set_pose(pose)
+        self._typed, self._refusal = not answer.ok, answer.text
+
+    def begin_again(self) -> None:
+        """Go back to where the viewer began."""
+        self.set_playing(False)
+        self.moved()
+        self._state.reset()
 
     def _set_slider(self, slider: Any, value: float) -> None:
         """Put a slider where the state is, unless a hand has moved it on since it was read."""
         if slider.value == self._taken.pop(id(slider), slider.value):
-            slider.value = value
+            _show(slider, value=float(np.clip(value, slider.min, slider.max)))
 
     def _set_policy(self) -> None:
-        try:
-            self._state.policy = Repulsion(K=float(self._gain.value), alpha=float(self._alpha.value))
-        except PolicyError as error:
-            self._state.message = str(error)
+        gain, alpha = float(self._gain.value), float(self._alpha.value)
+        policies: dict[str, Policy] = {
+            HOLD: Hold(),
+            REPEL: Repulsion(K=gain, alpha=alpha),
+            CENTRE: Centre(K=gain),
+        }
+        self._state.policy = policies[self.policy.value]
 
     def choose(self, name: str) -> None:
         """Take a motion to play by its name, and go to its beginning."""
+        self.moved()
         motion = self._runs[name]
         self._image = map_image(motion)
         self._row.max = max(len(motion), 2)
@@ -138,8 +226,9 @@ class Controls:
 
     def set_playing(self, playing: bool) -> None:
         """Begin or end to play."""
-        self.playing = playing and self._row is not None
-        self._play.label = "Pause" if self.playing else "Play"
+        if self._row is not None:
+            self.playing = playing
+            self._play.label = "Pause" if playing else "Play"
 
     # -- showing -------------------------------------------------------------------------------------
 
@@ -147,12 +236,20 @@ class Controls:
         """Show the state."""
         state = self._state
         self._status.content = status_panel(state)
-        self._set_slider(self.psi, float(np.clip(round(float(np.degrees(state.psi)), 1), -180.0, 180.0)))
+        self._set_slider(self.psi, _rounded_degrees(state.psi))
         self._arcs.content = arcs_panel(state)
-        self._joints.content = joints_panel(state)
+        _show(self._gain, visible=not isinstance(state.policy, Hold))
+        _show(self._alpha, visible=isinstance(state.policy, Repulsion))
+        for slider, q in zip(self.joints, state.q, strict=True):
+            self._set_slider(slider, _rounded_degrees(q))
         self._reasons.content = reasons_panel(state)
         for gc, button in enumerate(self.buttons):
-            _show_button(button, gc, state)
+            blocked = state.reason(gc) is not None
+            _show(button, disabled=blocked, color=_CHOSEN if gc == state.gc else _OPEN)
+        if not self._typed:
+            for text, words in zip((self.xyz, self.rpy), text_of_pose(state.pose), strict=True):
+                _show(text, value=words)
+        self._note.content = note_panel(self._refusal)
         if self._row is not None and state.motion is not None:
             self._set_slider(self._row, state.row + 1)
             self._map.content = map_panel(state.motion, self._image, state.row)
@@ -162,20 +259,38 @@ def gc_name(gc: int) -> str:
     """Return a configuration as a button names it.
 
     >>> gc_name(3)
-    'GC 3 (− − +)'
+    'GC 3 −−+'
     """
-    return f"GC {gc} ({' '.join('+' if sign > 0 else '−' for sign in gc_signs(gc))})"
+    return f"GC {gc} {''.join('+' if sign > 0 else '−' for sign in gc_signs(gc))}"
 
 
-def _show_button(button: Any, gc: int, state: ViewerState) -> None:
-    """Grey a configuration that has no solution, and say why on it."""
-    reason = state.short_reason(gc)
-    label = gc_name(gc) if reason is None else f"{gc_name(gc)}: {reason}"
-    for name, value in (
-        ("label", label),
-        ("disabled", reason is not None),
-        ("color", _CHOSEN if gc == state.gc else _OPEN),
-        ("hint", state.reason(gc)),
-    ):
-        if getattr(button, name) != value:
-            setattr(button, name, value)
+def slider_range(lower: float, upper: float) -> tuple[float, float]:
+    """Return the ends of a joint's slider, deg: its limits (rad) cut to 0.1 deg, a turn where it has none.
+
+    >>> slider_range(-np.inf, 1.5)
+    (-360.0, 85.9)
+    """
+    low = lower if np.isfinite(lower) else min(-2 * np.pi, upper - 2 * np.pi)
+    high = upper if np.isfinite(upper) else max(2 * np.pi, lower + 2 * np.pi)
+    inward = np.array([np.ceil(np.degrees(low) * 10 - 1e-6), np.floor(np.degrees(high) * 10 + 1e-6)]) / 10
+    return float(inward[0]), float(inward[1])
+
+
+def _policy_name(policy: Policy) -> str:
+    match policy:
+        case Repulsion():
+            return REPEL
+        case Centre():
+            return CENTRE
+    return HOLD
+
+
+def _rounded_degrees(angle: float) -> float:
+    return round(float(np.degrees(angle)), 1)
+
+
+def _show(control: Any, **values: Any) -> None:
+    """Give a control values where they differ from what it shows."""
+    for name, value in values.items():
+        if getattr(control, name) != value:
+            setattr(control, name, value)

@@ -10,9 +10,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from .._arrays import Floats
+from .._arrays import JOINTS, Floats
 from ..arm.arm import Arm
-from ..models.description import JOINTS
+from ..models.chain import from_rpy
 from ..models.urdf import read_urdf
 from .solids import DARK, GREY, Solid, capsules
 
@@ -134,18 +134,10 @@ def _mesh_file(name: str, folder: Path) -> Path:
 
 def _origin(element: Any) -> Floats:
     """Return the pose (4, 4) of an element's <origin>."""
-    pose = np.eye(4)
     origin = element.find("origin")
     if origin is None:
-        return pose
-    pose[:3, 3] = _numbers(origin.get("xyz"), 3, 0.0)
-    roll, pitch, yaw = _numbers(origin.get("rpy"), 3, 0.0)
-    c, s = np.cos([roll, pitch, yaw]), np.sin([roll, pitch, yaw])
-    about_x = np.array([[1, 0, 0], [0, c[0], -s[0]], [0, s[0], c[0]]])
-    about_y = np.array([[c[1], 0, s[1]], [0, 1, 0], [-s[1], 0, c[1]]])
-    about_z = np.array([[c[2], -s[2], 0], [s[2], c[2], 0], [0, 0, 1]])
-    pose[:3, :3] = about_z @ about_y @ about_x
-    return pose
+        return np.eye(4)
+    return from_rpy(_numbers(origin.get("xyz"), 3, 0.0), _numbers(origin.get("rpy"), 3, 0.0))
 
 
 def _numbers(text: str | None, count: int, default: float) -> Floats:

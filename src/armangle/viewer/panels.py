@@ -1,4 +1,4 @@
-"""The viewer's panels as HTML: arcs under the slider, joint bars, the feasible map of a motion."""
+"""The viewer's panels as HTML: status, arcs under the slider, reasons, the feasible map of a motion."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
-from .._arrays import Floats
+from .._arrays import JOINTS, Floats
 from ..arm.skeleton import blockers, first_blocker
 from ..colours import BLACK, FREE, JOINT_COLOURS, MID, pieces, unjoined, wrapped_degrees
-from ..models.description import JOINTS
 from ..motion.joint_path import JointPath
 from ..status import Status
-from .state import ViewerState
+from .state import ViewerState, degrees_text
 
 _FRAME = "padding:0 0.9em 0.5em;font:12px/1.35 system-ui,sans-serif"
+_REFUSED = "color:#B04A00"
 _MAP_WIDTH, _MAP_HEIGHT = 200, 180
 _LOST = JOINTS + 1
 _PALETTE = ("#FFFFFF", *JOINT_COLOURS, MID)
@@ -28,11 +28,11 @@ def status_panel(state: ViewerState) -> str:
     """Return what the arm is doing, in words."""
     margin = np.degrees(float(state.arm.limit_margin(state.q)))
     near = f"{margin:.1f}° to the nearest limit" if np.isfinite(margin) else "no limits"
-    facts = f"GC {state.gc}, ψ = {_degrees(state.psi)}, {near}"
-    said = f'<div style="color:#B04A00">{escape(state.message)}</div>' if state.message else ""
+    facts = f"GC {state.gc}, ψ = {degrees_text(state.psi)}, {near}"
+    said = f'<div style="{_REFUSED}">{escape(state.message)}</div>' if state.message else ""
     return (
         f'<div style="{_FRAME}" data-panel="status"><b>{escape(state.arm.name)}</b><br>{facts}'
-        f'<div style="min-height:1.4em">{said}</div></div>'
+        f'<div style="min-height:2.7em">{said}</div></div>'
     )
 
 
@@ -78,35 +78,36 @@ def _marker(percent: float) -> str:
 
 
 def reasons_panel(state: ViewerState) -> str:
-    """Return why configurations have no solution, one line each."""
+    """Return why configurations have no solution, one line for each reason."""
+    reasons: dict[str, list[str]] = {}
+    for gc, reason in enumerate(state.reasons()):
+        if reason is not None:
+            reasons.setdefault(reason, []).append(str(gc))
     lines = [
-        f'<div data-gc="{gc}"><b>GC {gc}</b>: {escape(reason)}</div>'
-        for gc, reason in enumerate(state.reasons())
-        if reason is not None
+        f'<div data-gc="{" ".join(who)}"><b>GC {", ".join(who)}</b>: {escape(reason)}</div>'
+        for reason, who in reasons.items()
     ]
     return (
         f'<div style="{_FRAME}" data-panel="reasons">{"".join(lines) or "All eight have a solution."}</div>'
     )
 
 
-def joints_panel(state: ViewerState) -> str:
-    """Return a bar for each joint: where it is between its limits."""
-    rows = []
-    for i, q in enumerate(state.q):
-        lower, upper = state.arm.lower[i], state.arm.upper[i]
-        bounded = bool(np.isfinite(lower) and np.isfinite(upper) and upper > lower)
-        share = (q - lower) / (upper - lower) if bounded else 0.5
-        ends = (_degrees(lower, 0), _degrees(upper, 0)) if bounded else ("no", "limits")
-        rows.append(
-            f'<div style="display:grid;grid-template-columns:1.6em 3.4em 1fr 3.4em 4em;gap:4px;'
-            f'align-items:center" data-joint="{i + 1}"><b>q{i + 1}</b>'
-            f'<span style="text-align:right">{ends[0]}</span>'
-            f'<div style="position:relative;height:10px;background:{FREE};border:1px solid {MID}">'
-            f"{_bar(-180, -180 + 360 * float(np.clip(share, 0, 1)), JOINT_COLOURS[i])}"
-            f"{_marker(100 * float(np.clip(share, 0, 1)))}</div><span>{ends[1]}</span>"
-            f'<b style="text-align:right">{_degrees(q)}</b></div>'
-        )
-    return f'<div style="{_FRAME}" data-panel="joints">{"".join(rows)}</div>'
+def note_panel(text: str) -> str:
+    """Return why the numbers typed were refused, or nothing."""
+    return f'<div style="{_FRAME};{_REFUSED}" data-panel="note">{escape(text)}</div>' if text else ""
+
+
+def row_style(name: str, count: int, gap: int) -> str:
+    """Return what puts the buttons after it side by side, `count` in a row; viser stacks them.
+
+    `gap` is the room to each side of a button, px.
+    """
+    beside = f'div:has(> [data-row="{name}"]) ~ div:has(> button)'
+    return (
+        f'<style data-row="{name}">{beside}{{display:inline-block;box-sizing:border-box;width:{100 / count}%;'
+        f"margin:0!important;padding:0 {gap}px 6px!important}}"
+        f"{beside} button{{padding:0;font-size:12px}}</style>"
+    )
 
 
 def map_image(motion: JointPath) -> str:
@@ -172,7 +173,3 @@ def _polylines(share: Floats, psi: Floats) -> str:
                 for colour, width in (("white", 4), (BLACK, 2))
             ]
     return "".join(out)
-
-
-def _degrees(value: float, digits: int = 1) -> str:
-    return f"{round(float(np.degrees(value)), digits) + 0.0:.{digits}f}°".replace("-", "−")

@@ -1,4 +1,4 @@
-"""The viewer's scene: solids on the DH frames, elbow circle, ghosts, gizmo."""
+"""The viewer's scene: solids on the DH frames, elbow circle, ghosts, the target, gizmo."""
 
 from __future__ import annotations
 
@@ -15,9 +15,13 @@ from .state import ViewerState
 
 _FREE_RGB = (40, 40, 40)
 _GHOST_RGB = (150, 160, 190)
+_REFUSED_RGB = (214, 48, 39)
+_TARGET_OPACITY = 0.35
+_AXIS_LENGTH, _AXIS_RADIUS = 0.1, 0.006
+_HAND = 7  # the DH frame that carries flange and tool
 _COLOURS = np.array([_FREE_RGB, *(tuple(bytes.fromhex(colour[1:])) for colour in JOINT_COLOURS)])
-_EYE = np.array([0.95, -1.15, 0.75])
-_PANEL_SIDE = np.array([0.19, 0.16, 0.0])  # to the right as the eye sees it: the panel covers that side
+_EYE = 1.2 * np.array([0.95, -1.15, 0.75])
+_PANEL_SIDE = np.array([0.41, 0.34, 0.0])  # to the right as the eye sees it: the panel covers that side
 _GIZMO = 0.22
 _LINE, _GHOST_LINE = 0.012, 0.02
 _GRID_CELL = 0.1
@@ -41,14 +45,10 @@ class Scene:
         api.set_up_direction("+z")
         self._add_room(server)
         self._frames = [api.add_frame(f"/arm/{i}", show_axes=False) for i in range(8)]
-        for solid in solids:
-            api.add_mesh_simple(
-                f"/arm/{solid.frame}/{solid.name}",
-                solid.vertices,
-                solid.faces,
-                color=solid.colour,
-                side="double",
-            )
+        self._solids = [
+            (solid.colour, _add_solid(api, f"/arm/{solid.frame}", solid, solid.vertices)) for solid in solids
+        ]
+        self._target = self._add_target(api, solids)
         none = np.zeros((1, 2, 3))
         self._circle = api.add_line_segments(
             "/circle", none, np.zeros((1, 2, 3), dtype=np.uint8), thickness=_LINE * self._size
@@ -66,13 +66,26 @@ class Scene:
     def _add_room(self, server: Any) -> None:
         state, size = self._state, self._size
         base = state.arm.base[:3, 3]
-        centre = base + np.array([0.0, 0.0, 0.6 * (size + state.arm.d_bs)])
+        centre = base + np.array([0.0, 0.0, 0.45 * (size + state.arm.d_bs)])
         centre += _PANEL_SIDE * size
         camera = server.initial_camera
         camera.position, camera.look_at, camera.up = centre + _EYE * size, centre, (0.0, 0.0, 1.0)
         server.scene.add_grid(
             "/floor", width=3 * size, height=3 * size, cell_size=_GRID_CELL, position=base, plane="xy"
         )
+
+    def _add_target(self, api: Any, solids: list[Solid]) -> Any:
+        """Return the node of the pose that was not reached: axes, and the hand as a ghost."""
+        node = api.add_frame(
+            "/target", axes_length=_AXIS_LENGTH * self._size, axes_radius=_AXIS_RADIUS * self._size,
+            origin_radius=2 * _AXIS_RADIUS * self._size, visible=False,
+        )  # fmt: skip
+        tool = self._state.arm.tool
+        for solid in (solid for solid in solids if solid.frame == _HAND):
+            vertices = (solid.vertices - tool[:3, 3]) @ tool[:3, :3]
+            ghost = _add_solid(api, "/target", solid, vertices)
+            ghost.color, ghost.opacity, ghost.cast_shadow = _REFUSED_RGB, _TARGET_OPACITY, False
+        return node
 
     def update(self, *, gizmo: bool) -> None:
         """Show the state; the gizmo is put on the tool unless a hand holds it."""
@@ -82,6 +95,7 @@ class Scene:
         self._elbow.position = state.arm.frames(state.q)[3, :3, 3]
         self._update_circle()
         self._update_ghosts()
+        self._update_target()
         if gizmo:
             _place(self.gizmo, rows_from_poses(state.pose[None])[0])
 
@@ -100,6 +114,17 @@ class Scene:
         self._ghosts.visible = bool(figures)
         if figures:
             self._ghosts.points = figure_segments(figures).astype(np.float32)
+
+    def _update_target(self) -> None:
+        """Show the pose that was not reached, and the arm in red as long as it is not."""
+        target = self._state.target
+        if target is not None:
+            _place(self._target, rows_from_poses(target[None])[0])
+        if self._target.visible == (target is not None):
+            return
+        self._target.visible = target is not None
+        for colour, node in self._solids:
+            node.color = colour if target is None else _REFUSED_RGB
 
 
 def segment_colours(blocker: NDArray[np.int64]) -> NDArray[np.uint8]:
@@ -121,6 +146,12 @@ def figure_segments(figures: list[Floats]) -> Floats:
     """Return stick figures (8, 3) each as line segments (n, 2, 3), m."""
     corners = np.stack(figures)
     return np.stack([corners[:, :-1], corners[:, 1:]], axis=2).reshape(-1, 2, 3)
+
+
+def _add_solid(api: Any, parent: str, solid: Solid, vertices: Floats) -> Any:
+    return api.add_mesh_simple(
+        f"{parent}/{solid.name}", vertices, solid.faces, color=solid.colour, side="double"
+    )
 
 
 def _place(node: Any, row: Floats) -> None:

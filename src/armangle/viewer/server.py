@@ -122,6 +122,7 @@ class Viewer:
             self._held = event.phase == "start"
 
         def follow_hand() -> None:
+            self.controls.moved()
             self.state.set_pose(_pose(np.array(handle.position), np.array(handle.wxyz)))
 
         self.act(follow_hand, gizmo=not self._held)

@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from .._arrays import Floats
+from .._arrays import JOINTS, Floats
 from ..arm.arm import Arm
 from ..arm.skeleton import skeleton
-from ..models.description import JOINTS
 
 # Pairs of skeleton corners and the DH frame both ends are rigid in: base, shoulder to elbow, its offsets,
 # elbow to wrist, wrist to flange, tool.

@@ -9,28 +9,39 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import Floats, as_floats
+from .._arrays import CONFIGURATIONS, JOINTS, Floats, one_posture
 from ..arm.arcs import ArcSet
 from ..arm.arm import Arm, nearest_rotation
-from ..arm.configuration import COUNT as CONFIGURATIONS
 from ..arm.configuration import gc_signs
 from ..arm.skeleton import blockers, elbow_points, first_blocker, skeleton
-from ..errors import ConfigurationError, InputError, LimitError, NotFiniteError, ShapeError
-from ..models.description import JOINTS
+from ..errors import (
+    ConfigurationError,
+    InputError,
+    LimitError,
+    NotFiniteError,
+    ShapeError,
+    UnreachableError,
+)
 from ..motion.following import follow
 from ..motion.joint_path import JointPath
-from ..motion.policies import Policy, Repulsion
-from ..poses import poses_from_rows, rows_from_poses
+from ..motion.options import core_policy
+from ..motion.paths import Line
+from ..motion.policies import Hold, Policy
 from ..status import STATUSES, Status
+from .opening import opening_posture
 
 _CIRCLE_SAMPLES = 181
-_LARGEST_MOVE = 1.0  # rad: eq. (36) may act at full strength, but no joint flips over
-_SHORT = {
-    Status.UNREACHABLE: "out of reach",
-    Status.FOLDED: "folded",
-    Status.ELBOW_LIMIT: "joint 4 blocks",
-    Status.ELBOW_MARGIN: "elbow singular",
-}
+_LARGEST_MOVE = 1.0  # rad: a policy may act at full strength, but no joint flips over
+_ROUNDING = 1e-9  # rad that a posture may lie beyond a limit
+
+
+def degrees_text(value: float, digits: int = 1) -> str:
+    """Return an angle (rad) in degrees for the screen.
+
+    >>> degrees_text(-0.1)
+    '−5.7°'
+    """
+    return f"{round(float(np.degrees(value)), digits) + 0.0:.{digits}f}°".replace("-", "−")
 
 
 @dataclass(frozen=True)
@@ -57,10 +68,21 @@ class ViewerState:
     ----------
     arm : Arm
     start : array_like, shape (7,), optional
-        Joints to begin with and to reset to, rad, within the limits; the middle of each range by default,
-        with elbow and wrist bent.
+        Joints to begin with and to reset to, rad, within the limits; `opening_posture` by default.
     policy : Repulsion, Hold or Centre
-        How the arm angle moves while the tool is dragged.
+        How the arm angle moves while the tool does; it is held by default.
+
+    Attributes
+    ----------
+    q, pose, psi, gc, arcs
+        The posture shown: joints (rad), tool (4, 4), arm angle (rad), global configuration 0..7, and the arm
+        angles that are feasible there. Always within the limits.
+    target : ndarray, shape (4, 4), or None
+        The tool pose that was wished for and not reached, until the next wish.
+    message : str
+        Why the last wish was not met in full, or "".
+    motion : JointPath or None
+        The motion that is played, and `row`, where it stands.
 
     Raises
     ------
@@ -68,43 +90,46 @@ class ViewerState:
         If start is not seven finite numbers.
     LimitError
         If start is outside the limits.
+    PolicyError
+        If the policy has a rate: a hand gives no time.
     """
 
     arm: Arm
     start: ArrayLike | None = None
-    policy: Policy = field(default_factory=Repulsion)
+    policy: Policy = field(default_factory=Hold)
 
     q: Floats = field(init=False)
     pose: Floats = field(init=False)
     psi: float = field(init=False)
     gc: int = field(init=False)
     arcs: ArcSet = field(init=False)
+    target: Floats | None = field(init=False, default=None)
     message: str = field(init=False, default="")
     motion: JointPath | None = field(init=False, default=None)
     row: int = field(init=False, default=0)
     _home: Floats = field(init=False)
+    _home_row: int = field(init=False, default=0)
 
     def __post_init__(self) -> None:
-        self._home = bent_posture(self.arm) if self.start is None else self._checked(self.start)
+        core_policy(self.policy, None)  # refuses a rate
+        self._home = opening_posture(self.arm) if self.start is None else self._checked(self.start)
         self.reset()
 
     def _checked(self, q: ArrayLike) -> Floats:
-        joints = as_floats("q", q, (JOINTS,))
-        if joints.ndim != 1:
-            raise ShapeError(f"q has shape {joints.shape}, wanted ({JOINTS},)")
-        if not np.isfinite(joints).all():
-            raise NotFiniteError(f"q is {joints.tolist()}, wanted finite joint values in rad")
-        outside = np.flatnonzero((joints < self.arm.lower - 1e-9) | (joints > self.arm.upper + 1e-9))
+        joints = one_posture("q", q)
+        lower, upper = self.arm.lower - _ROUNDING, self.arm.upper + _ROUNDING
+        outside = np.flatnonzero((joints < lower) | (joints > upper))
         if len(outside):
             at = int(outside[0])
             raise LimitError(f"joint {at + 1} is {joints[at]:g} rad, outside its limits")
-        return joints.copy()
+        return joints
 
     def _take(self, q: Floats) -> None:
-        self.q = np.array(q)
-        pose, psi, gc = self.arm.forward(self.q)
-        self.pose, self.psi, self.gc = pose, float(psi), int(gc)
+        """Show a posture; pose, arm angle and configuration follow from its joints."""
+        pose, psi, gc = self.arm.forward(q)
+        self.q, self.pose, self.psi, self.gc = np.array(q), pose, float(psi), int(gc)
         self.arcs = self.arm.feasible(self.pose, self.gc)
+        self.target = None
 
     def _say(self, ok: bool, text: str) -> Answer:
         self.message = text
@@ -113,7 +138,8 @@ class ViewerState:
     # -- wishes --------------------------------------------------------------------------------------
 
     def reset(self) -> Answer:
-        """Go back to the joints of the beginning."""
+        """Go back to where it began: the first pose of the motion where there is one, else `start`."""
+        self.row = self._home_row
         self._take(self._home)
         return self._say(True, "")
 
@@ -127,8 +153,35 @@ class ViewerState:
         self._take(self._checked(q))
         return self._say(True, "")
 
+    def set_joint(self, joint: int, value: float) -> Answer:
+        """Turn one joint, 1..7, to a value (rad), or to its limit; tool and arm angle follow.
+
+        Returns
+        -------
+        Answer
+            Not ok where the joint stops at its limit, or the posture has no arm angle: the arm is folded.
+
+        Raises
+        ------
+        InputError, NotFiniteError
+            If there is no such joint, or the value is not finite.
+        """
+        if joint not in range(1, JOINTS + 1):
+            raise InputError(f"joint is {joint!r}, wanted an integer from 1 to {JOINTS}")
+        if not np.isfinite(value):
+            raise NotFiniteError(f"joint {joint} is {value}, wanted a finite angle in rad")
+        q = self.q.copy()
+        q[joint - 1] = np.clip(value, self.arm.lower[joint - 1], self.arm.upper[joint - 1])
+        try:
+            self._take(q)
+        except UnreachableError as error:
+            return self._say(False, str(error))
+        if abs(q[joint - 1] - value) <= _ROUNDING:
+            return self._say(True, "")
+        return self._say(False, f"Joint {joint} stops at its limit {degrees_text(q[joint - 1])}.")
+
     def set_pose(self, pose: ArrayLike) -> Answer:
-        """Move the tool towards a pose: in small steps, the arm angle by eq. (36), as far as it goes.
+        """Move the tool towards a pose: in small steps, the arm angle by the policy, as far as it goes.
 
         Parameters
         ----------
@@ -138,20 +191,25 @@ class ViewerState:
         Returns
         -------
         Answer
-            Not ok where the arm had to stop on the way: why, in words.
+            Not ok where the arm had to stop on the way: why, in words; `target` is then the pose.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError
         """
         wanted = nearest_rotation(pose)
         if wanted.ndim != 2:
             raise ShapeError(f"pose has shape {wanted.shape}, wanted (4, 4)")
         path = follow(
-            self.arm, ways_between(self.pose, wanted), start=self.q, policy=self.policy, carry="elbow",
-            max_joint_step=_LARGEST_MOVE,
+            self.arm, ways_between(self.pose, wanted), start=self.q, policy=self.policy,
+            carry="psi" if isinstance(self.policy, Hold) else "elbow", max_joint_step=_LARGEST_MOVE,
         )  # fmt: skip
         solved = np.flatnonzero(path.status == Status.OK)
         if len(solved):
             self._take(path.q[solved[-1]])
         if path.ok:
             return self._say(True, "")
+        self.target = wanted
         failure = path.first_failure
         status = STATUSES[path.status[failure if failure is not None else -1]]
         return self._say(False, self._why(path.poses[failure or 0], self.gc, status))
@@ -169,7 +227,7 @@ class ViewerState:
         who = [str(j + 1) for j in np.flatnonzero(blockers(self.arm, self.pose, self.gc, angle))]
         self._turn_to(float(self.arcs.nearest(angle)))
         joints = f"joint{'s' * (len(who) > 1)} {', '.join(who)}"
-        return self._say(False, f"ψ = {np.degrees(angle):.1f}° is blocked by {joints}.".replace("-", "−"))
+        return self._say(False, f"ψ = {degrees_text(angle)} is blocked by {joints}.")
 
     def _turn_to(self, psi: float) -> None:
         self._take(self.arm.inverse(self.pose, psi, self.gc, seed=self.q))
@@ -199,18 +257,6 @@ class ViewerState:
         if not arcs.is_empty:
             return None
         return self._why(self.pose, gc, Status(int(arcs.status)))
-
-    def short_reason(self, gc: int) -> str | None:
-        """Return `reason` in two or three words, for a button."""
-        arcs = self.arm.feasible(self.pose, gc)
-        if not arcs.is_empty:
-            return None
-        status = Status(int(arcs.status))
-        if status != Status.LIMITS:
-            return _SHORT[status]
-        each = self.arm.joint_feasible(self.pose, gc)
-        alone = [j + 1 for j in range(JOINTS) if bool(each[j].is_empty)]
-        return f"joint {alone[0]} blocks" if alone else "limits leave no ψ"
 
     def reasons(self) -> list[str | None]:
         """Return `reason` for each of the eight global configurations."""
@@ -255,7 +301,7 @@ class ViewerState:
     # -- a motion ------------------------------------------------------------------------------------
 
     def set_motion(self, motion: JointPath) -> Answer:
-        """Take a motion to play and go to its first row.
+        """Take a motion to play and go to the first row that is solved; `reset` goes back there.
 
         Raises
         ------
@@ -264,8 +310,10 @@ class ViewerState:
         """
         self.check_motion(motion)
         self.motion = motion
-        answer = self.seek(0)
-        return answer if motion.ok else self._say(False, motion.explain())
+        self._home_row = int(np.isfinite(motion.q).all(axis=1).argmax())
+        self._home = np.array(motion.q[self._home_row])
+        self.reset()
+        return self._say(motion.ok, "" if motion.ok else motion.explain())
 
     def check_motion(self, motion: JointPath) -> None:
         """Raise `InputError` if a motion is another arm's, or no row of it is solved."""
@@ -289,55 +337,14 @@ class ViewerState:
 _REACH_STEP = 0.01  # m of the tool in one step of a drag
 _TURN_STEP = np.radians(2.0)  # rad of the tool in one step of a drag
 _MOST_STEPS = 200
-_BENT = (0.6, 1.3, 0.6)  # rad from straight: joints 2, 4, 6
-_ASIDE = (0.0, 0.35, 0.3)  # rad from the middle: joints 1, 3, 5, so that no link lies in a common plane
-_ROOM = 0.2  # rad to the nearest limit that is worth a better bend
-
-
-def bent_posture(arm: Arm) -> Floats:
-    """Return joints (7,), rad, within the limits, with shoulder, elbow and wrist bent enough to be seen."""
-    lower, upper = np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi)
-    middle = np.where(lower <= upper, 0.5 * (lower + upper), np.clip(0.0, arm.lower, arm.upper))
-    middle[[0, 2, 4]] += _ASIDE
-    best, best_bend = middle, -np.inf
-    for signs in np.ndindex(2, 2, 2):
-        theta = arm.signs * middle + arm.offsets
-        theta[[1, 3, 5]] = np.where(np.array(signs) == 0, 1.0, -1.0) * _BENT
-        theta[3] += arm.delta
-        q = np.clip(arm.signs * (theta - arm.offsets), arm.lower, arm.upper)
-        reached = arm.signs * q + arm.offsets - np.array([0, 0, 0, arm.delta, 0, 0, 0])
-        room = float(np.minimum(q - arm.lower, arm.upper - q).min())
-        bend = float(np.abs(np.sin(reached[[1, 3, 5]])).min()) + min(room, _ROOM)
-        if bend > best_bend + 1e-9:
-            best, best_bend = q, bend
-    return np.clip(best, arm.lower, arm.upper)
 
 
 def ways_between(first: Floats, last: Floats) -> Floats:
     """Return poses (N, 4, 4) from `first` (left out) to `last`, near enough to each other to step along."""
-    way = last[:3, 3] - first[:3, 3]
-    turn = _rotation_vector(first[:3, :3].T @ last[:3, :3])
-    wanted = max(np.linalg.norm(way) / _REACH_STEP, np.linalg.norm(turn) / _TURN_STEP, 1.0)
-    count = int(min(np.ceil(wanted), _MOST_STEPS))
-    share = np.arange(1, count + 1)[:, None] / count
-    poses = _turned(share * turn)
-    poses[:, :3, :3] = first[:3, :3] @ poses[:, :3, :3]
-    poses[:, :3, 3] = first[:3, 3] + share * way
+    line = Line(first, last)
+    twist = line.derivative(0.0)
+    way, turn = np.linalg.norm(twist[:3]), np.linalg.norm(twist[3:])
+    count = int(min(np.ceil(max(way / _REACH_STEP, turn / _TURN_STEP, 1.0)), _MOST_STEPS))
+    poses = line.pose(np.arange(1, count + 1) / count)
     poses[-1] = last
-    return nearest_rotation(poses)
-
-
-def _rotation_vector(rotation: Floats) -> Floats:
-    """Return axis times angle (rad) of a rotation (3, 3)."""
-    pose = np.eye(4)
-    pose[:3, :3] = rotation
-    w, *xyz = rows_from_poses(pose[None])[0, 3:]
-    sine = float(np.linalg.norm(xyz))
-    return np.array(xyz) * (2 * np.arctan2(sine, w) / sine if sine > 0 else 0.0)
-
-
-def _turned(vectors: Floats) -> Floats:
-    """Return poses (N, 4, 4) at the origin turned by rotation vectors (N, 3)."""
-    half = 0.5 * np.linalg.norm(vectors, axis=1)[:, None]
-    axis = vectors / np.maximum(2 * half, np.finfo(float).tiny)
-    return poses_from_rows(np.hstack([np.zeros_like(vectors), np.cos(half), np.sin(half) * axis]))
+    return poses

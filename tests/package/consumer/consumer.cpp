@@ -12,14 +12,23 @@ namespace {
 int failures = 0;
 
 void check(bool holds, const char* law) {
-    if (!holds) ++failures, std::printf("fails: %s\n", law);
+    if (!holds) {
+        ++failures;
+        std::printf("fails: %s\n", law);
+    }
 }
 
 armangle::Arm iiwa7() {
     armangle::ArmParameters p;
-    p.d_bs = 0.34, p.d_se = 0.4, p.d_ew = 0.4, p.d_wf = 0.126;
+    p.d_bs = 0.34;
+    p.d_se = 0.4;
+    p.d_ew = 0.4;
+    p.d_wf = 0.126;
     constexpr double limit[armangle::joints] = {2.9, 2.0, 2.9, 2.0, 2.9, 2.0, 3.0};
-    for (int i = 0; i < armangle::joints; ++i) p.lower[i] = -limit[i], p.upper[i] = limit[i];
+    for (int i = 0; i < armangle::joints; ++i) {
+        p.limits.lower[i] = -limit[i];
+        p.limits.upper[i] = limit[i];
+    }
     return armangle::make_arm(p);
 }
 
@@ -31,15 +40,39 @@ void round_trips(const armangle::Arm& arm) {
         double q[armangle::joints];
         for (double& value : q) value = joint(random);
         const armangle::Posture posture = armangle::forward(arm, q);
-        const armangle::Configuration<double> gc = armangle::configuration(posture.gc);
-        const armangle::Circle<double> c = armangle::circle(arm, armangle::flange_pose(arm, posture.pose));
-        const armangle::Fold<double> bend = armangle::fold(arm, c.triangle, gc.elbow);
-        const armangle::Joints back = armangle::joints_within_limits(
-            arm, armangle::directions(c, bend, gc, armangle::sin_cos(posture.psi)), q);
+        const armangle::Inverse back = armangle::inverse(arm, posture.pose, posture.psi, posture.gc, q);
+        check(back.status == armangle::Status::OK && back.margin >= 0, "what forward says can be solved");
         const armangle::Posture again = armangle::forward(arm, back.q);
         worst = std::fmax(worst, armangle::norm(again.pose.position - posture.pose.position));
     }
     check(worst < 1e-14, "the pose of inverse(forward(q)) is that of q");
+}
+
+void inverse_says_why(const armangle::Arm& arm) {
+    using armangle::Status, armangle::not_a_number;
+    const double q[armangle::joints] = {0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5};
+    const armangle::Posture at = armangle::forward(arm, q);
+    const auto answer = [&](const armangle::Inverse& x, Status status, const char* law) {
+        check(x.status == status && std::isnan(x.q[0]) && std::isnan(x.margin), law);
+    };
+    armangle::Pose<double> pose = at.pose;
+    pose.position.x = 9.0;
+    answer(inverse(arm, pose, at.psi, at.gc), Status::UNREACHABLE, "a pose out of reach is unreachable");
+    pose.position = armangle::Vec3<double>{0, 0, arm.d_bs} + pose.rotation.z * arm.d_wf;
+    answer(inverse(arm, pose, at.psi, at.gc), Status::FOLDED, "a wrist on the shoulder is folded");
+    pose = at.pose;
+    pose.rotation.x = -pose.rotation.x;
+    answer(inverse(arm, pose, at.psi, at.gc), Status::BAD_INPUT, "a reflection is no pose");
+    answer(inverse(arm, at.pose, not_a_number, at.gc), Status::BAD_INPUT, "psi must be finite");
+    answer(inverse(arm, at.pose, at.psi, 8), Status::BAD_INPUT, "gc ends at 7");
+    answer(inverse(arm, at.pose, at.psi, -1), Status::BAD_INPUT, "gc begins at 0");
+    const double bad[armangle::joints] = {0, 0, 0, 0, 0, 0, not_a_number};
+    answer(inverse(arm, at.pose, at.psi, at.gc, bad), Status::BAD_INPUT, "a seed must be finite");
+    armangle::ArmParameters narrow = arm;
+    narrow.limits.lower[0] = narrow.limits.upper[0] = q[0] + 1;
+    const armangle::Inverse outside = inverse(armangle::make_arm(narrow), at.pose, at.psi, at.gc);
+    check(outside.status == Status::OK && std::fabs(outside.margin + 1) < 1e-12,
+          "a margin says who is outside");
 }
 
 void bad_input_is_a_status(const armangle::Arm& arm) {
@@ -55,7 +88,8 @@ void bad_input_is_a_status(const armangle::Arm& arm) {
         p.rotation.y.x = bad;
         check(status(p, q) == armangle::Status::BAD_INPUT, "a matrix that is no rotation is refused");
         if (std::isfinite(bad)) continue;
-        p = pose, p.position.z = bad;
+        p = pose;
+        p.position.z = bad;
         check(status(p, q) == armangle::Status::BAD_INPUT, "a position that is not finite is refused");
         double from[armangle::joints] = {0.1, 0.4, 0.2, -1.2, 0.3, 0.8, bad};
         check(status(pose, from) == armangle::Status::BAD_INPUT, "joints that are not finite are refused");
@@ -71,6 +105,7 @@ int main() {
     const armangle::Arm arm = iiwa7();
     check(reach_of(arm) == 0.8, "the reach is the sum of the links, in every translation unit");
     round_trips(arm);
+    inverse_says_why(arm);
     bad_input_is_a_status(arm);
     return failures != 0;
 }

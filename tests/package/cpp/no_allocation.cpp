@@ -27,9 +27,18 @@ extern "C" {
 void* __libc_malloc(std::size_t size);
 void* __libc_calloc(std::size_t count, std::size_t size);
 void* __libc_realloc(void* p, std::size_t size);
-void* malloc(std::size_t size) { return ++allocations, __libc_malloc(size); }
-void* calloc(std::size_t count, std::size_t size) { return ++allocations, __libc_calloc(count, size); }
-void* realloc(void* p, std::size_t size) { return ++allocations, __libc_realloc(p, size); }
+void* malloc(std::size_t size) {
+    ++allocations;
+    return __libc_malloc(size);
+}
+void* calloc(std::size_t count, std::size_t size) {
+    ++allocations;
+    return __libc_calloc(count, size);
+}
+void* realloc(void* p, std::size_t size) {
+    ++allocations;
+    return __libc_realloc(p, size);
+}
 }
 #endif
 
@@ -49,7 +58,8 @@ struct Input {
             q[0] += 0.001;
             const Posture at = forward(arm, q);
             store_pose(at.pose, matrix + 16 * i);
-            psi[i] = at.psi, gc[i] = at.gc;
+            psi[i] = at.psi;
+            gc[i] = at.gc;
         }
         matrix[16 * (count - 1) + 3] = 9.0;
     }
@@ -73,14 +83,20 @@ void report(const char* name, const Work& work) {
 
 int main() {
     ArmParameters p;
-    p.d_bs = 0.34, p.d_se = 0.4, p.d_ew = 0.4, p.d_wf = 0.126;
-    for (int i = 0; i < joints; ++i) p.upper[i] = 2.0, p.lower[i] = -2.0;
+    p.d_bs = 0.34;
+    p.d_se = 0.4;
+    p.d_ew = 0.4;
+    p.d_wf = 0.126;
+    for (int i = 0; i < joints; ++i) {
+        p.limits.upper[i] = 2.0;
+        p.limits.lower[i] = -2.0;
+    }
     std::printf("start\n");  // stdout's own buffer
     report("counter", [] {
         void* volatile kept = operator new(1);  // twice where malloc is counted too
         operator delete(kept);
     });
-    static Arm arm;
+    static Arm arm = make_arm(p);
     report("make_arm", [&] { arm = make_arm(p); });
     static LimitTable limits;
     report("limit_table", [] { limits = limit_table(arm, 0.05); });
@@ -89,6 +105,7 @@ int main() {
     report("forward", [] { out.psi[0] = forward(arm, in.q).psi; });
     report("jacobian", [] { out.psi[0] = jacobian(arm, in.q).entry[0][0]; });
     report("inverse", [] {
+        out.psi[0] = inverse(arm, load_pose(in.matrix), in.psi[0], static_cast<int>(in.gc[0]), in.q).q[0];
         const InverseBatch batch{{in.matrix, 16}, {in.psi, 1}, {nullptr, 0}, {in.gc, 1}, {out.q, 7}};
         Outcome outcome;
         inverse_range(arm, batch, 0, 1, outcome);
@@ -98,11 +115,9 @@ int main() {
         for (std::size_t i = 0; i < count; ++i) {
             const Circle<double> c = circle(arm, flange_pose(arm, load_pose(in.matrix + 16 * i)));
             for (int k = 0; k < configurations; ++k) {
-                const Configuration<double> gc = configuration(k);
-                const Fold<double> bend = fold(arm, c.triangle, gc.elbow);
                 ArcSet set, rest;
-                out.status[i] = static_cast<std::int8_t>(
-                    feasible(arm, limits, c, bend, joint_functions(c, bend, gc), set));
+                out.status[i] =
+                    static_cast<std::int8_t>(feasible(self_motion(arm, c, configuration(k)), limits, set));
                 complement(set, rest);
                 out.psi[i] = measure(rest);
             }
@@ -111,7 +126,7 @@ int main() {
     report("feasible_all", [] {
         for (std::size_t i = 0; i < count; ++i) {
             static AllArcs all;
-            feasible_all(arm, limits, circle(arm, flange_pose(arm, load_pose(in.matrix + 16 * i))), all);
+            feasible_all(arm, load_pose(in.matrix + 16 * i), limits, all);
             out.status[i] = static_cast<std::int8_t>(all.status[0]);
         }
     });
@@ -125,19 +140,22 @@ int main() {
     });
     static Bounds bounds;
     bounds.dt = 0.01;
-    for (int j = 0; j < joints; ++j)
-        bounds.velocity[j] = 2.0, bounds.acceleration[j] = 50.0, bounds.velocity_now[j] = 0.0;
+    for (int j = 0; j < joints; ++j) {
+        bounds.velocity[j] = 2.0;
+        bounds.acceleration[j] = 50.0;
+        bounds.velocity_now[j] = 0.0;
+    }
     StepOptions bounded;
     bounded.bounds = &bounds;
     report("bounded_step", [&] {
         for (std::size_t i = 0; i < count; ++i)
             out.psi[i] = step(arm, limits, in.q, load_pose(in.matrix + 16 * i), bounded).psi;
     });
-    static AheadLayer layers[Lookahead::layers_for(4)];
+    static AheadSection sections[Lookahead::sections_for(4)];
     report("lookahead", [&] {
         const FollowRows rows{out.q, out.psi, out.margin, out.residual, out.gc, out.status};
-        Lookahead ahead(arm, limits, in.matrix, count, {nullptr, 0}, &bounds, bounded.max_joint_step, layers,
-                        4);
+        Lookahead ahead(arm, limits, in.matrix, count, {nullptr, 0}, &bounds, bounded.max_joint_step,
+                        sections, 4);
         follow(arm, limits, in.q, in.matrix, count, bounded, OnFail::hold, {nullptr, 0}, rows, &ahead);
     });
     return 0;

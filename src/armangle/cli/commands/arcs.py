@@ -7,11 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ..._arrays import Floats
+from ..._arrays import CONFIGURATIONS, JOINTS, Floats
 from ...arm.arcs import ArcEnd, ArcSet
 from ...arm.arm import Arm
-from ...arm.configuration import COUNT
-from ...models.description import JOINTS
 from ...status import Status
 from ..arguments import POSE_HELP, add_arm, add_json, add_singularity_margin, joints, pose, the_arm
 from ..screen import degrees, note, show, show_json, signs_text, unsolved_text
@@ -36,7 +34,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     where.add_argument("--pose", metavar="POSE", help=POSE_HELP)
     where.add_argument("--q", metavar="Q", help="the pose, and --gc, of joints q1,..,q7 in degrees")
     which = parser.add_mutually_exclusive_group()
-    which.add_argument("--gc", type=int, choices=range(COUNT), help="global configuration")
+    which.add_argument("--gc", type=int, choices=range(CONFIGURATIONS), help="global configuration")
     which.add_argument("--all", action="store_true", help="all eight (the default with --pose)")
     parser.add_argument(
         "--joint", nargs="?", type=int, const=_EVERY, choices=range(_EVERY, JOINTS + 1), metavar="1..7",
@@ -52,10 +50,10 @@ def run(args: argparse.Namespace) -> int:
     arm = the_arm(args)
     if args.q is not None:
         frame, _, own = arm.forward(joints("--q", args.q), undefined="nan")
-        configurations = range(COUNT) if args.all else [int(own) if args.gc is None else args.gc]
+        configurations = range(CONFIGURATIONS) if args.all else [int(own) if args.gc is None else args.gc]
     else:
         frame = pose("--pose", args.pose)
-        configurations = range(COUNT) if args.gc is None else [args.gc]
+        configurations = range(CONFIGURATIONS) if args.gc is None else [args.gc]
     found: list[Found] = []
     for gc in configurations:
         if args.joint is None:

@@ -18,14 +18,30 @@ from ..screen import degrees, note, progress, show, show_json, signs_text
 from ..tables import paint, paragraph, table
 
 HELP = """\
-Run the paper's example (section 6.2): from joints (37), 0.25 m along the tool's
-z axis to (39), in 251 poses, with different alpha and K of eq. (36)."""
+See it work: a KUKA iiwa 7 starts close to its joint limits and carries its tool
+0.25 m along a straight line; five settings push its elbow off the limits. It is
+the paper's example: section 6.2, eq. (36), figure 13."""
 EXAMPLE = "  armangle demo -o demo"
 
+_STORY = """\
+A KUKA iiwa 7 starts close to its joint limits and carries its tool 0.25 m along a straight line. \
+At every pose the elbow may turn: psi is where it is. Each row below pushes it off the psi where a \
+joint limit stands, from far away or near by (alpha: the larger, the nearer) and weakly or strongly (K)."""
 _REMARK = """\
-The paper's text fixes K = 0.1 where alpha varies and alpha = 20 where K varies; alpha = 5 and 100, \
+This is the example of the paper's section 6.2; the push is its eq. (36). Its text fixes K = 0.1 where \
+alpha varies and alpha = 20 where K varies; alpha = 5 and 100, \
 K = 0.02 and 0.5 and the 251 poses are this program's choice. The paper sets no largest joint step, \
 so the demo sets none; step and follow shorten what the policy asks for to {limit} deg."""
+_OVERVIEW = "overview.png"
+_VIEW = """\
+  armangle view --demo
+      the same in the browser: play it, drag the tool, turn the elbow"""
+_PLAN = """\
+  armangle plan {folder}/poses.csv --robot kuka_iiwa7_r800 -o joints.csv
+      the whole line at once: the best arm angles, proven between the poses"""
+_WRITE = """\
+  armangle demo -o demo
+      pictures and tables of these runs"""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -45,8 +61,7 @@ def run(args: argparse.Namespace) -> int:
         show_json({"runs": [_facts(made) for made in runs], "files": written})
     else:
         _show(runs)
-        if written:
-            show(f"\nwrote {len(written)} files to {args.output}: {Path(written[0]).name}, ...")
+        _show_next(args.output, len(written), drawn=missing is None)
     if missing is not None:
         note(f"armangle: no pictures drawn: {missing}")
     for made in runs:
@@ -67,6 +82,9 @@ def _write(runs: list[paper_example.Run], folder: Path) -> tuple[list[str], Miss
     missing = None
     try:
         with progress("drawing"):
+            with replacing(folder / _OVERVIEW) as picture:
+                paper_example.draw_overview(runs, picture)
+            written.append(folder / _OVERVIEW)
             for made in runs:
                 with replacing(folder / f"{made.name}.png") as picture:
                     paper_example.draw(made, picture)
@@ -78,7 +96,8 @@ def _write(runs: list[paper_example.Run], folder: Path) -> tuple[list[str], Miss
 
 def _show(runs: list[paper_example.Run]) -> None:
     first = runs[0]
-    show(paint("Section 6.2 of the paper on kuka_iiwa7_r800", "bold"))
+    show(paint("One straight line, five ways to keep off the joint limits", "bold"))
+    show(f"{paragraph(_STORY)}\n")
     show(f"start  psi {degrees(first.psi_start)} deg, GC {first.gc_start} ({signs_text(first.gc_start)})")
     places = [", ".join(f"{v:.4f}" for v in pose[:3, 3]) for pose in first.path.poses[[0, -1]]]
     show(f"tool   from ({places[0]}) to ({places[1]}) m, {paper_example.POSES} poses\n")
@@ -94,6 +113,20 @@ def _show(runs: list[paper_example.Run]) -> None:
     show(table(headings, rows))
     show(f"\n{paragraph('Angles in deg; least margin to a joint limit, largest step of a joint.')}")
     show(paragraph(_REMARK.format(limit=f"{np.degrees(MAX_JOINT_STEP):.2f}")))
+
+
+def _show_next(folder: str | None, files: int, *, drawn: bool) -> None:
+    """Say which file to open, and what to try."""
+    if folder is None:
+        show(f"\nTry next:\n{_WRITE}\n{_VIEW}")
+        return
+    show(f"\nwrote {files} files to {folder}")
+    if drawn:
+        show(f"Open {Path(folder) / _OVERVIEW} first: all five between what the joints block.")
+        show("Then a run's own picture: arm angle and all seven joints along the line.")
+    else:
+        show("Open a run's .csv: its joints along the line, in rad.")
+    show(f"Try next:\n{_VIEW}\n{_PLAN.format(folder=folder)}")
 
 
 def _facts(made: paper_example.Run) -> dict[str, Any]:

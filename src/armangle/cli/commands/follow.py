@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..._arrays import Floats
-from ...arm.configuration import COUNT
+from ..._arrays import CONFIGURATIONS, Floats
 from ...errors import InputError
 from ...files.tables import load_poses
 from ...motion.following import follow
@@ -42,7 +41,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("path", metavar="PATH", help="poses with the columns x,y,z,qw,qx,qy,qz")
     parser.add_argument("--start", required=True, metavar="Q", help="q1,..,q7 in degrees, before the path")
     add_output(parser, "joints")
-    parser.add_argument("--gc", type=int, choices=range(COUNT), help="default: that of --start")
+    parser.add_argument("--gc", type=int, choices=range(CONFIGURATIONS), help="default: that of --start")
     add_arm(parser)
     _add_policy(parser.add_argument_group("the arm angle"))
     parser.add_argument("--carry", choices=("psi", "elbow"), default="psi", help="what stays between poses")

@@ -7,11 +7,10 @@ from dataclasses import asdict
 
 import numpy as np
 
-from ..._arrays import Floats
+from ..._arrays import CONFIGURATIONS, Floats
 from ...arm.arm import Arm
-from ...arm.configuration import COUNT
 from ...errors import InputError
-from ...motion.joint_path import JointPath
+from ...motion.joint_path import JointPath, blank_rows, even_parameters
 from ...status import STATUSES, Status
 from ..arguments import POSE_HELP, add_arm, add_json, add_output, angle, joints, poses, the_arm
 from ..screen import (
@@ -43,7 +42,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--psi", type=angle, metavar="DEG", help="arm angle")
     which = parser.add_mutually_exclusive_group(required=True)
     which.add_argument("--explain", action="store_true", help="which branches hold the pose, and if not, why")
-    which.add_argument("--gc", type=int, choices=range(COUNT), help="global configuration")
+    which.add_argument("--gc", type=int, choices=range(CONFIGURATIONS), help="global configuration")
     which.add_argument("--all", action="store_true", help="all eight")
     add_arm(parser)
     parser.add_argument("--seed", metavar="Q", help="q1,..,q7 in degrees: of several turns take the nearest")
@@ -97,20 +96,15 @@ def _solve(arm: Arm, frames: Floats, psi: float, gc: int, seed: Floats | None) -
     q = arm.inverse(frames, psi, gc, seed=seed, limits="nan", unreachable="nan")
     solved = np.isfinite(q).all(axis=1)
     # A pose that is solved at no arm angle says so itself; at another one, this arm angle is outside.
-    status = np.zeros(n, dtype=np.int8)
+    rows = blank_rows(n)
     why = np.asarray(arm.feasible(frames[~solved], gc).status)
-    status[~solved] = np.where(why == Status.OK, Status.OUTSIDE, why)
-    margin, residual = np.full(n, np.nan), np.full(n, np.nan)
+    rows["status"][~solved] = np.where(why == Status.OK, Status.OUTSIDE, why)
     if solved.any():
-        margin[solved] = arm.limit_margin(q[solved])
         reached = arm.forward(q[solved], undefined="nan")[0]
-        residual[solved] = np.linalg.norm(reached[:, :3, 3] - frames[solved, :3, 3], axis=1)
-    s = np.linspace(0.0, 1.0, n) if n > 1 else np.zeros(n)
-    index = np.where(solved, gc, -1).astype(np.int64)
-    return JointPath(
-        arm=arm, s=s, poses=frames, q=q, psi=np.where(solved, psi, np.nan), gc=index,
-        status=status, margin=margin, residual=residual,
-    )  # fmt: skip
+        rows["q"][solved], rows["psi"][solved], rows["gc"][solved] = q[solved], psi, gc
+        rows["status"][solved], rows["margin"][solved] = Status.OK, arm.limit_margin(q[solved])
+        rows["residual"][solved] = np.linalg.norm(reached[:, :3, 3] - frames[solved, :3, 3], axis=1)
+    return JointPath(arm=arm, s=even_parameters(n), poses=frames, **rows)
 
 
 def _reason(arm: Arm, path: JointPath, psi: float, gc: int, seed: Floats | None, single: bool) -> str:
@@ -157,7 +151,7 @@ def _all(arm: Arm, pose: Floats, psi: float, seed: Floats | None, as_json: bool)
     q8 = arm.inverse_all(pose, psi, seed=seed)
     within = arm.within_limits(q8)
     if as_json:
-        show_json({"q": q8, "psi": psi, "gc": np.arange(COUNT), "within_limits": within})
+        show_json({"q": q8, "psi": psi, "gc": np.arange(CONFIGURATIONS), "within_limits": within})
     else:
         show(f"{paint('psi', 'bold')} {degrees(psi)} deg; * outside its limits, all in degrees\n")
         rows = []

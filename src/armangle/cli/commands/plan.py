@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from ..._arrays import CONFIGURATIONS
 from ...arm.arm import Arm
-from ...arm.configuration import COUNT
 from ...errors import InputError
 from ...files.tables import load_poses
 from ...motion.joint_path import JointPath
@@ -32,7 +32,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--start", metavar="Q", help="q1,..,q7 in degrees at the first pose")
     parser.add_argument("--goal", metavar="Q", help="the same at the last pose")
     add_output(parser, "joints")
-    parser.add_argument("--gc", type=int, choices=range(COUNT), help="default: the best of all eight")
+    parser.add_argument(
+        "--gc", type=int, choices=range(CONFIGURATIONS), help="default: the best of all eight"
+    )
     add_arm(parser)
     add_singularity_margin(parser)
     parser.add_argument(

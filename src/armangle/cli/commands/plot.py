@@ -6,9 +6,8 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from ..._arrays import Floats
+from ..._arrays import CONFIGURATIONS, Floats
 from ...arm.arm import Arm
-from ...arm.configuration import COUNT
 from ...errors import FileFormatError, InputError
 from ...files.replacing import replacing
 from ...files.tables import load_joints, load_poses
@@ -40,7 +39,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     where.add_argument("--pose", metavar="POSE", help=f"circle, profiles: {POSE_HELP}")
     where.add_argument("--q", metavar="Q", help="the pose, psi and gc of joints q1,..,q7 in degrees")
     parser.add_argument(
-        "--gc", type=int, choices=range(COUNT), help="global configuration; map: all by default"
+        "--gc", type=int, choices=range(CONFIGURATIONS), help="global configuration; map: all by default"
     )
     parser.add_argument("--psi", type=angle, metavar="DEG", help="arm angle to mark; that of --q by default")
     add_arm(parser)

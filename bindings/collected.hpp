@@ -1,0 +1,133 @@
+// Arc sets while many threads collect them, and the arrays that Python gets of them.
+//
+// How many arcs a pose has is known only when it is solved, and a batch of a million poses has millions of
+// them. Each thread therefore writes into its own part of one array that has room for what is usual, and only
+// a thread that outgrows its part takes memory of its own. At the end the parts are drawn together, most
+// often without a copy into new memory; vectors that grow and are joined took as long as solving the poses.
+#pragma once
+
+#include <nanobind/ndarray.h>
+
+#include <memory>
+#include <vector>
+
+#include "buffers.hpp"
+
+namespace binding {
+
+using namespace armangle;
+
+/// count per set; for each arc its two ends as angle, joint, side and value in q; status per set.
+using ArcColumns = nb::typed<nb::tuple, Ints, Floats, Codes, Codes, Floats, Codes>;
+
+/// Memory that grows without being filled first; its own, or a part of another's until that is too small.
+template <class T>
+struct Grown {
+    std::unique_ptr<T[]> own;
+    T* data = nullptr;
+    std::size_t size = 0, capacity = 0;
+
+    void reserve(std::size_t wanted) {
+        if (wanted <= capacity) return;
+        std::unique_ptr<T[]> larger(new T[wanted]);
+        if (size) std::memcpy(larger.get(), data, size * sizeof(T));
+        own = std::move(larger), data = own.get(), capacity = wanted;
+    }
+    void room_for(std::size_t more) {
+        if (size + more > capacity) reserve(size + more + capacity / 2);
+    }
+    void borrow(const Grown& whole, std::size_t first, std::size_t count) {
+        data = whole.data + first, capacity = count;
+    }
+
+    nb::object release(std::size_t columns) {
+        T* kept = own.release();
+        nb::capsule owner(kept, [](void* p) noexcept { delete[] static_cast<T*>(p); });
+        const std::size_t rows = size / columns;
+        if (columns == 1) return nb::cast(nb::ndarray<nb::numpy, T>(kept, {rows}, owner));
+        return nb::cast(nb::ndarray<nb::numpy, T>(kept, {rows, columns}, owner));
+    }
+};
+
+/// Arc sets under construction.
+struct Collected {
+    static constexpr std::size_t ends = 5;  // a set, as a rule: two arcs and a half
+    Grown<std::int64_t> count;
+    Grown<double> psi, value;
+    Grown<std::int8_t> joint, side, status;
+
+    /// Room for so many sets.
+    void reserve(std::size_t sets) {
+        count.reserve(sets), status.reserve(sets);
+        psi.reserve(ends * sets), value.reserve(ends * sets), joint.reserve(ends * sets),
+            side.reserve(ends * sets);
+    }
+    /// The room that another has for the sets from `first` on.
+    void borrow(const Collected& whole, std::size_t first, std::size_t sets) {
+        count.borrow(whole.count, first, sets), status.borrow(whole.status, first, sets);
+        psi.borrow(whole.psi, ends * first, ends * sets),
+            value.borrow(whole.value, ends * first, ends * sets);
+        joint.borrow(whole.joint, ends * first, ends * sets),
+            side.borrow(whole.side, ends * first, ends * sets);
+    }
+
+    void add(const Arm& arm, double margin, const Configuration<double>& gc, const ArcSet& set,
+             Status outcome) {
+        count.room_for(1), status.room_for(1);
+        count.data[count.size++] = set.count, status.data[status.size++] = static_cast<std::int8_t>(outcome);
+        const auto ends = static_cast<std::size_t>(2 * set.count);
+        psi.room_for(ends), value.room_for(ends), joint.room_for(ends), side.room_for(ends);
+        for (int i = 0; i < set.count; ++i) {
+            const Arc& arc = set.arc[i];
+            psi.data[psi.size++] = arc.lower, psi.data[psi.size++] = arc.upper;
+            for (const Tag tag : {arc.lower_tag, arc.upper_tag}) {
+                joint.data[joint.size++] = static_cast<std::int8_t>(tag_joint(tag));
+                side.data[side.size++] = static_cast<std::int8_t>(tag_side(tag));
+                value.data[value.size++] = end_value(arm, margin, gc, tag);
+            }
+        }
+    }
+
+    ArcColumns release() {
+        return nb::make_tuple(count.release(1), psi.release(2), joint.release(2), side.release(2),
+                              value.release(2), status.release(1));
+    }
+};
+
+/// One array of all threads' sets: drawn together where it was written, or copied where a thread outgrew its
+/// part.
+template <auto member>
+inline void join(std::vector<Collected>& parts, Collected& whole) {
+    auto& to = whole.*member;
+    std::remove_reference_t<decltype(to)> all;
+    std::size_t total = 0;
+    bool outgrown = false;
+    for (const Collected& part : parts)
+        total += (part.*member).size, outgrown |= (part.*member).own != nullptr;
+    for (Collected& part : parts) {
+        auto& from = part.*member;
+        if (!from.own || from.size < total) continue;
+        to = std::move(from);  // one holds all there is
+        return;
+    }
+    if (outgrown) {
+        all.reserve(total);
+    } else {
+        all = std::move(to);
+    }
+    for (const Collected& part : parts) {
+        const auto& from = part.*member;
+        if (from.size) std::memmove(all.data + all.size, from.data, from.size * sizeof(from.data[0]));
+        all.size += from.size;
+    }
+    to = std::move(all);
+}
+
+inline void join(std::vector<Collected>& parts, Collected& whole) {
+    join<&Collected::count>(parts, whole), join<&Collected::psi>(parts, whole),
+        join<&Collected::value>(parts, whole);
+    join<&Collected::joint>(parts, whole), join<&Collected::side>(parts, whole),
+        join<&Collected::status>(parts, whole);
+}
+
+}  // namespace binding

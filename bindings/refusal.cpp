@@ -1,0 +1,56 @@
+#include "refusal.hpp"
+
+namespace binding {
+
+namespace {
+
+PyObject* error_maker = nullptr;
+
+void raise_in_python(const Refusal& refusal) {
+    if (!error_maker) throw std::runtime_error("no function makes errors of refusals");
+    nb::list at;
+    for (const Py_ssize_t index : refusal.at) at.append(index);
+    const nb::object error =
+        nb::handle(error_maker)(refusal.problem, refusal.argument, nb::tuple(at), refusal.value);
+    PyErr_SetObject(reinterpret_cast<PyObject*>(Py_TYPE(error.ptr())), error.ptr());
+}
+
+void translate(const std::exception_ptr& thrown, void*) {
+    try {
+        std::rethrow_exception(thrown);
+    } catch (const Refusal& refusal) {
+        try {
+            raise_in_python(refusal);
+        } catch (nb::python_error& error) { error.restore(); }
+    }
+}
+
+}  // namespace
+
+void bind_refusal(nb::module_& m) {
+    using armangle::Problem;
+    nb::enum_<Problem>(m, "Problem")
+        .value("NONE", Problem::none)
+        .value("POSE_NOT_FINITE", Problem::pose_not_finite)
+        .value("POSE_LAST_ROW", Problem::pose_last_row)
+        .value("POSE_NOT_ROTATION", Problem::pose_not_rotation)
+        .value("POSE_REFLECTION", Problem::pose_reflection)
+        .value("PSI_NOT_FINITE", Problem::psi_not_finite)
+        .value("GC_RANGE", Problem::gc_range)
+        .value("JOINTS_NOT_FINITE", Problem::joints_not_finite)
+        .value("UNREACHABLE", Problem::unreachable)
+        .value("FOLDED", Problem::folded)
+        .value("JOINT_LIMIT", Problem::joint_limit);
+    nb::register_exception_translator(&translate);
+    m.def(
+        "on_refusal",
+        [](nb::typed<nb::callable,
+                     nb::object(Problem, const char*, nb::typed<nb::tuple, int, nb::ellipsis>, double)>
+               function) {
+            Py_XDECREF(error_maker);
+            error_maker = function.release().ptr();
+        },
+        nb::arg("function"));
+}
+
+}  // namespace binding

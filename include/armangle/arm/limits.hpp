@@ -1,0 +1,41 @@
+// Joint limits, in the robot's own joint coordinates q. They are not the arm: a step's box, limits drawn in
+// by a margin and limits moved out to explain a refusal are Limits like any others.
+#pragma once
+
+#include "../numbers/scalar.hpp"
+
+namespace armangle {
+
+inline constexpr int joints = 7;
+/// Arrays over joints hold one more entry, so that they fill whole registers: a joint that is always 0.
+inline constexpr int joint_slots = 8;
+
+/// rad; +-infinity: no limit. The last slot stays without one.
+struct Limits {
+    double lower[joint_slots] = {-infinity, -infinity, -infinity, -infinity,
+                                 -infinity, -infinity, -infinity, -infinity};
+    double upper[joint_slots] = {infinity, infinity, infinity, infinity,
+                                 infinity, infinity, infinity, infinity};
+};
+
+/// Whether a joint has no limit at all: its turns then mean nothing.
+inline bool is_unlimited(const Limits& limits, int joint) noexcept {
+    return limits.lower[joint] == -infinity && limits.upper[joint] == infinity;
+}
+
+/// Middle of a joint's range; 0 where it has no two ends.
+inline double middle(const Limits& limits, int joint) noexcept {
+    const double lower = limits.lower[joint], upper = limits.upper[joint];
+    return lower > -infinity && upper < infinity ? 0.5 * (lower + upper) : 0.0;
+}
+
+/// The limits of all joints moved inward by `margin` (rad).
+inline Limits drawn_in(Limits limits, double margin) noexcept {
+    for (int j = 0; j < joints; ++j) {
+        limits.lower[j] += margin;
+        limits.upper[j] -= margin;
+    }
+    return limits;
+}
+
+}  // namespace armangle

@@ -1,0 +1,68 @@
+// The self-motion: all postures of one pose in one branch. psi goes once round and the tool stays where it
+// is.
+//
+// Everything that the pose and the branch decide is here, and psi is what is left to choose: joints at psi
+// (posture.hpp: directions), each joint as a function of psi (joint_function.hpp: joint_functions), the psi
+// within the limits (feasible.hpp: feasible). Eq. (12)-(24).
+#pragma once
+
+#include "../arm/configuration.hpp"
+#include "circle.hpp"
+
+namespace armangle {
+
+template <class T>
+struct SelfMotion {
+    Circle<T> circle;
+    Configuration<T> gc;
+    Elbow<T> elbow;
+};
+
+/// Of one branch of a circle.
+template <class T>
+ARMANGLE_INLINE SelfMotion<T> self_motion(const Arm& arm, const Circle<T>& circle,
+                                          const Configuration<T>& gc) noexcept {
+    return {circle, gc, elbow(arm, circle.triangle, gc.elbow)};
+}
+
+/// Of a pose as the user sees it, in the paper's psi.
+template <class T>
+ARMANGLE_INLINE SelfMotion<T> self_motion(const Arm& arm, const Pose<T>& pose,
+                                          const Configuration<T>& gc) noexcept {
+    SelfMotion<T> m{circle(arm, flange_pose(arm, pose)), gc, {}};
+    m.elbow = elbow(arm, m.circle.triangle, gc.elbow);
+    return m;
+}
+
+/// The same of the branch with index gc, 0..7. The signs are made after the circle, which needs all
+/// registers.
+ARMANGLE_INLINE SelfMotion<double> self_motion(const Arm& arm, const Pose<double>& pose, int gc) noexcept {
+    SelfMotion<double> m{circle(arm, flange_pose(arm, pose)), {}, {}};
+    m.gc = configuration(gc);
+    m.elbow = elbow(arm, m.circle.triangle, m.gc.elbow);
+    return m;
+}
+
+/// Whether theta_1 (theta_2 = 0 or pi) vanishes as a direction for *every* psi: arm straight along the base
+/// axis.
+template <class T>
+ARMANGLE_INLINE auto shoulder_singular(const SelfMotion<T>& m) noexcept {
+    const Circle<T>& c = m.circle;
+    const T along = c.w.x * c.w.x + c.w.y * c.w.y;
+    const T size = m.elbow.beta.cos * m.elbow.beta.cos * along +
+                   m.elbow.beta.sin * m.elbow.beta.sin * (T(1.0) + c.w.z * c.w.z);
+    return size <= T(tolerance::singular * tolerance::singular);
+}
+
+/// The same for theta_5: arm straight, tool axis along it.
+template <class T>
+ARMANGLE_INLINE auto wrist_singular(const SelfMotion<T>& m) noexcept {
+    const Circle<T>& c = m.circle;
+    const T across = c.tool_e.z * c.tool_e.z + c.tool_z.z * c.tool_z.z;
+    const T along = c.tool_w.z * c.tool_w.z;
+    const T size = m.elbow.gamma.sin * m.elbow.gamma.sin * along +
+                   across * (T(1.0) + m.elbow.gamma.cos * m.elbow.gamma.cos);
+    return size <= T(tolerance::singular * tolerance::singular);
+}
+
+}  // namespace armangle

@@ -1,0 +1,68 @@
+"""The posture an arm is shown in at first: well inside its limits and bent, so that nothing is singular."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from .._arrays import JOINTS, Floats
+from ..arm.arm import Arm
+
+_ENOUGH = 0.6  # rad: the room to a limit and the bend from a singularity that are wished for
+_SINGULAR = (1, 3, 5)  # joints 2, 4, 6, counted from 0: the shoulder, the elbow and the wrist
+_WISH = (0.0, 0.6, 0.35, -1.4, 0.3, 0.9, 0.0)  # rad: the tool in front and low, the links in no common plane
+
+
+def opening_posture(arm: Arm) -> Floats:
+    """Return joints (7,), rad, within the limits, with shoulder, elbow and wrist bent.
+
+    Each joint is chosen by itself. The limits are its range; where joint 2, 4 or 6 is singular, straight or
+    folded, the range is cut. In each piece the joint is put where it would stand in a usual posture, moved
+    to have 0.6 rad to both ends; in a piece shorter than 1.2 rad it is in the middle. The piece with the most
+    room wins, of several the one that needs the least move. So a joint keeps at least the smaller of 0.6 rad
+    and a quarter of its range from limits and singularities.
+
+    Parameters
+    ----------
+    arm : Arm
+
+    Returns
+    -------
+    ndarray, shape (7,)
+
+    Examples
+    --------
+    >>> from armangle import Arm
+    >>> arm = Arm(d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1, lower=[-0.5] * 7, upper=[0.5] * 6 + [2.5])
+    >>> opening_posture(arm).round(2).tolist()
+    [0.0, 0.25, 0.0, -0.25, 0.0, 0.25, 1.0]
+    """
+    lower, upper = _one_turn(arm)
+    zero = arm.offsets - np.array([arm.delta if joint == 3 else 0.0 for joint in range(JOINTS)])
+    ends = np.sort(np.stack([arm.signs * lower + zero, arm.signs * upper + zero]), axis=0)
+    bend = np.array([_chosen(joint, *ends[:, joint]) for joint in range(JOINTS)])
+    joints: Floats = np.clip(arm.signs * (bend - zero) + 0.0, arm.lower, arm.upper)
+    return joints
+
+
+def _one_turn(arm: Arm) -> tuple[Floats, Floats]:
+    """Return the limits, rad, where they are wider than a turn drawn in to the turn nearest zero."""
+    turn = 2 * np.pi
+    lower = np.maximum(arm.lower, np.minimum(-np.pi, arm.upper - turn))
+    return lower, np.minimum(arm.upper, np.maximum(np.pi, arm.lower + turn))
+
+
+def _chosen(joint: int, lower: float, upper: float) -> float:
+    """Return where a joint 0..6 stands in [lower, upper], rad from straight."""
+    cuts = np.pi * np.arange(np.ceil(lower / np.pi), np.floor(upper / np.pi) + 1)
+    ends = np.unique([lower, *(cuts if joint in _SINGULAR else ()), upper])
+    pieces = list(pairwise(ends)) or [(lower, upper)]
+    wishes = (_WISH[joint], -_WISH[joint]) if joint in _SINGULAR else (0.5 * (lower + upper) + _WISH[joint],)
+    found = []
+    for wish in wishes:
+        for low, high in pieces:
+            room = min(0.5 * (high - low), _ENOUGH)
+            place = float(np.clip(wish, low + room, high - room))
+            found.append((round(-room, 9), round(abs(place - wish), 9), place))
+    return min(found, key=lambda choice: choice[:2])[2]

@@ -1,0 +1,121 @@
+"""Each target of the Makefile does what its help says: what it names is there, what it sets has effect."""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from support.needs import need_tool
+
+ROOT = Path(__file__).parents[2]
+TEXT = (ROOT / "Makefile").read_text(encoding="utf-8")
+HELP = dict(re.findall(r"^([a-z-]+):.*?## (.*)$", TEXT, re.MULTILINE))
+FOLDERS = ("tests/", "tools/", "docs", "benchmarks/", "examples/", "fuzz/", ".ci/", "include/", "bindings/")
+DRAWN = """
+from laws.test_kinematics import sample
+from support.strategies import arms
+q = sample(arms()[0], "uniform")[0]
+print(len(q), q[0, 0])
+"""
+
+
+def commands(target: str, *settings: str) -> str:
+    """What make would run for a target."""
+    command = [need_tool("make"), "-n", "-B", f"PYTHON={sys.executable}", *settings, target]
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+
+
+def named_files(text: str) -> set[str]:
+    """Words of commands that name a file or a pattern of files of this repository, not one that is made."""
+    words = [word.split("=")[-1].strip("'\"") for word in text.replace("\\\n", " ").split()]
+    return {word for word in words if word.startswith(FOLDERS) and "_build" not in word}
+
+
+def test_every_target_has_its_line_of_help() -> None:
+    phony = set(re.search(r"^\.PHONY: (.*)$", TEXT, re.MULTILINE)[1].split())
+    assert phony == set(HELP)
+    assert set(re.findall(r"^([a-z-]+):", TEXT, re.MULTILINE)) == phony
+    shown = subprocess.run([need_tool("make"), "help"], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert [line.split()[0] for line in shown.stdout.splitlines()] == list(HELP)
+
+
+@pytest.mark.parametrize("target", HELP)
+def test_what_a_target_names_is_there(target: str) -> None:
+    for name in named_files(commands(target)):
+        assert list(ROOT.glob(name)), f"make {target} names {name}, which is not there"
+
+
+@pytest.mark.parametrize("target", sorted(set(HELP) - {"help", "wheels", "manylinux"}))
+def test_a_target_names_something(target: str) -> None:
+    whole_suite = {"check": "-m pytest"}
+    assert named_files(commands(target)) or whole_suite[target] in commands(target)
+
+
+def test_every_source_in_cpp_is_formatted() -> None:
+    listed = {path for name in named_files(commands("format")) for path in ROOT.glob(name)}
+    tracked = subprocess.run(
+        [need_tool("git"), "ls-files", "*.cpp", "*.hpp"], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    assert {ROOT / name for name in tracked.stdout.split()} <= listed
+
+
+def test_every_fuzzer_is_run() -> None:
+    run = commands("fuzz", "SECONDS=7")
+    fuzzers = {path.stem for path in (ROOT / "fuzz").glob("*.cpp")}
+    assert fuzzers == set(re.search(r"^FUZZERS = (.*)$", TEXT, re.MULTILINE)[1].split())
+    assert "-max_total_time=7" in run and "fuzz/texts.py 7" in run
+
+
+def test_the_quick_tests_leave_out_only_what_they_say() -> None:
+    left_out = re.findall(r"--ignore=(\S+)", commands("test"))
+    assert left_out == ["tests/package", "tests/viewer/test_browser.py"]
+    assert "--ignore" not in commands("check") and "--durations=10" in commands("check")
+
+
+def drawn(settings: dict[str, str]) -> tuple[int, float]:
+    """How many postures a law draws under an environment, and the first number of the first."""
+    plain = {name: value for name, value in os.environ.items() if not name.startswith("ARMANGLE_LAWS")}
+    run = subprocess.run(
+        [sys.executable, "-c", DRAWN], cwd=ROOT / "tests", env={**plain, "PYTHONPATH": ".", **settings},
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    count, first = run.stdout.split()
+    return int(count), float(first)
+
+
+def laws(*settings: str) -> dict[str, str]:
+    """The environment that `make laws` sets."""
+    words = shlex.split(commands("laws", *settings))
+    return dict(word.split("=", 1) for word in words if word.startswith("ARMANGLE_LAWS"))
+
+
+def test_laws_draw_the_count_and_the_seed_that_were_asked_for() -> None:
+    suite, one = drawn({}), drawn(laws("EXAMPLES=321", "SEED=3"))
+    assert suite[0] == 200 and one[0] == 321
+    assert drawn(laws("EXAMPLES=321", "SEED=3")) == one
+    firsts = {suite[1], one[1], drawn(laws("EXAMPLES=321", "SEED=4"))[1]}
+    assert len(firsts) == 3
+
+
+def test_laws_without_settings_take_the_seed_of_the_day() -> None:
+    setting = laws()
+    assert setting["ARMANGLE_LAWS_COUNT"] == "5000"
+    assert re.fullmatch(r"20\d{6}", setting["ARMANGLE_LAWS_SEED"])
+
+
+def test_wheels_hold_every_level() -> None:
+    for target in ("wheels", "manylinux"):
+        assert "ARMANGLE_LEVELS=all " in commands(target)
+    assert "export ARMANGLE_LEVELS=all" in (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(("number", "line"), [("1", "armangle demo -o demo"), ("2", "pytest")])
+def test_the_blocks_of_the_readme_are_found(number: str, line: str) -> None:
+    command = [ROOT / "tools" / "readme-block", number]
+    run = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert line in run.stdout.splitlines()[-1]

@@ -1,0 +1,58 @@
+"""What a test needs beyond the package: a module, a program, robot files. The one way of skipping.
+
+Where ARMANGLE_NO_SKIP is set everything is promised to be there, and what is missing is a failure.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+import shutil
+from pathlib import Path
+from types import ModuleType
+from typing import NoReturn
+
+import pytest
+
+NO_SKIP = "ARMANGLE_NO_SKIP"
+MODELS_FOLDER = "ARMANGLE_MODELS"
+ROOT = Path(__file__).resolve().parents[2]
+MODELS = Path(os.environ.get(MODELS_FOLDER, ROOT.parent / "shared" / "models"))
+
+
+def missing(reason: str) -> NoReturn:
+    """Skip the test, or the module that is being collected, for want of something."""
+    if os.environ.get(NO_SKIP):
+        pytest.fail(f"{reason}, and {NO_SKIP} is set")
+    pytest.skip(reason, allow_module_level=True)
+
+
+def need(name: str) -> ModuleType:
+    """Return a module that the package itself does not need, or skip."""
+    try:
+        return importlib.import_module(name)
+    except ImportError as error:
+        missing(f"{name} cannot be imported: {error}")
+
+
+def need_tool(name: str) -> str:
+    """Return the path of a program, or skip."""
+    path = shutil.which(name)
+    if path is None:
+        missing(f"{name} is not installed")
+    return path
+
+
+def no_models(reason: str) -> NoReturn:
+    """Skip for want of robot files, which nobody promises but who sets ARMANGLE_MODELS."""
+    if MODELS_FOLDER in os.environ:
+        missing(reason)
+    pytest.skip(f"{reason} (set {MODELS_FOLDER})")
+
+
+def model(name: str) -> Path:
+    """Return the path of a real robot file, or skip."""
+    path = MODELS / f"{name}.urdf"
+    if not path.is_file():
+        no_models(f"no robot file {path}")
+    return path
