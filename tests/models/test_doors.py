@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import re
 import warnings
-from pathlib import Path
 
 import numpy as np
 import pytest
-from support.chain import ROOT, Chain, broken_chain, joint_xml, model, shift, simple_urdf, turn
+from support.chain import Chain, broken_chain, joint_xml, shift, simple_urdf, turn
+from support.needs import case, model, need
 
 import armangle as aa
 from armangle.errors import InputError, NotSRSError, UrdfError
@@ -19,7 +18,6 @@ from armangle.models.fit import fit
 from armangle.models.mjcf import read_mjcf
 from armangle.models.urdf import Source, read_urdf
 
-CASES = Path(os.environ.get("ARMANGLE_CASES", ROOT.parent / "shared" / "cases"))
 INF = float("inf")
 X, Z = np.eye(3)[0], np.eye(3)[2]
 PLAIN = aa.Arm(d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1, velocity=[1] * 7)
@@ -178,9 +176,9 @@ TILTED = {
 }
 
 
-@pytest.mark.parametrize("case", TILTED)
-def test_near_is_said_with_the_residual_and_with_tolerances_that_work(case):
-    joint, frame, near = TILTED[case]
+@pytest.mark.parametrize("off", TILTED)
+def test_near_is_said_with_the_residual_and_with_tolerances_that_work(off):
+    joint, frame, near = TILTED[off]
     chain = broken_chain(joint, frame)
     with pytest.raises(NotSRSError) as caught:
         describe_chain(chain)
@@ -190,7 +188,7 @@ def test_near_is_said_with_the_residual_and_with_tolerances_that_work(case):
         return
     lengths = re.findall(r"a length tolerance of (\S+) mm", message)
     angles = re.findall(r"an angle tolerance of (\S+) deg", message)
-    assert bool(angles) is ("deg" in case) and (lengths or "mm" not in case)
+    assert bool(angles) is ("deg" in off) and (lengths or "mm" not in off)
     length, angle = (float(values[0]) if values else 0.0 for values in (lengths, angles))
     arm, report = describe_chain(chain, length=max(length / 1e3, 2e-5), angle=max(np.radians(angle), 1e-5))
     said = re.search(r"differs from it by up to (\S+) mm and (\S+) deg at the tip", message)
@@ -199,8 +197,8 @@ def test_near_is_said_with_the_residual_and_with_tolerances_that_work(case):
     assert float(said[2]) == pytest.approx(np.degrees(report.residual_rotation), rel=1e-2)
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (200, 7))
     made = aa.Arm._from_description(arm)
-    off = np.linalg.norm((made.forward(q)[0] - chain.forward(q))[:, :3, 3], axis=-1)
-    assert off.max() <= report.residual_position * (1 + 1e-6)
+    apart = np.linalg.norm((made.forward(q)[0] - chain.forward(q))[:, :3, 3], axis=-1)
+    assert apart.max() <= report.residual_position * (1 + 1e-6)
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -265,13 +263,6 @@ def test_nearness_names_both_bounds():
 # the small files of the findings
 
 
-def case(name: str) -> Path:
-    path = CASES / name
-    if not path.is_file():
-        pytest.skip(f"no file {path}")
-    return path
-
-
 READ = (
     "01_rpy_wrist_d_ew_0.urdf", "02_velocity_minus_1.urdf", "03_xacro_leftover.urdf", "05_lift_arm.urdf",
     "08_limit_1e16.urdf", "09_limits_all_zero.urdf", "10_limits_in_degrees.urdf", "11_newline_first.urdf",
@@ -299,7 +290,7 @@ def test_a_near_arm_keeps_its_elbow_offset():
 
 
 def test_mjcf_needs_no_meshes():
-    pytest.importorskip("mujoco")
+    need("mujoco")
     arm = aa.Arm.from_mjcf(case("16_mjcf_mesh_missing.xml"))
     assert (arm.d_bs, arm.d_se, arm.d_ew) == pytest.approx((0.3, 0.4, 0.39))
     with pytest.raises(aa.ArmangleError, match="no chain of 7 rotating joints is found") as caught:
