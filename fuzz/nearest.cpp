@@ -18,20 +18,22 @@ struct Question {
     double slack;  // rad: what the rounding of joints, offsets and seed may do
 };
 
-/// What a posture costs in the metric asked.
+/// What a posture costs in the metric asked; joints without two limits have no margin.
 double cost(const Question& ask, const double* q) {
-    if (ask.options.metric == Metric::margin) return -limit_margin(ask.arm.limits, q);
-    double sum = 0, most = 0;
+    double sum = 0, most = 0, margin = infinity;
     for (int j = 0; j < joints; ++j) {
         const double off = std::sqrt(ask.options.weight[j]) * std::fabs(q[j] - ask.near[j]);
         sum += off * off;
         most = max(most, off);
+        const double to_lower = q[j] - ask.arm.limits.lower[j], to_upper = ask.arm.limits.upper[j] - q[j];
+        if (to_lower + to_upper < infinity) margin = min(margin, min(to_lower, to_upper));
     }
+    if (ask.options.metric == Metric::margin) return -margin;
     return ask.options.metric == Metric::l2 ? std::sqrt(sum) : most;
 }
 
 double cost(const Question& ask, const Nearest& found) {
-    return ask.options.metric == Metric::margin ? -found.margin : found.distance;
+    return ask.options.metric == Metric::margin ? cost(ask, found.q) : found.distance;
 }
 
 void check(const Question& ask, const Nearest& found) {
