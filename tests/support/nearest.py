@@ -1,4 +1,4 @@
-"""Poses, seeds and arms that `solve` is tried on, and the naive way beside it: a dense grid, then polished."""
+"""Questions that `solve` is tried on, and the naive way beside it: a dense grid, then polished."""
 
 from __future__ import annotations
 
