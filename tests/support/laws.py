@@ -104,8 +104,8 @@ def classify(arm: aa.Arm, pose: Array, gc: Array, psi: Array) -> Verdict:
     """feasible <=> within limits, for each joint and for all, where the joints are clear of their limits.
 
     Clear is further from a limit than 1e-9 rad and than rounding of psi and pose moves the joint. A sample
-    whose joint is beyond its limit at a psi 1e-9 rad away lies in a piece that is dropped by definition; where
-    both hinges come within 1e-9 rad of 0, two such pieces follow one another.
+    whose joint is beyond its limit at a psi 1e-9 rad away lies in a piece that is dropped by definition;
+    where both hinges come within 1e-9 rad of 0, two such pieces follow one another.
     """
     real = truth(arm, pose, gc, psi)
     clear = real.distance > JOINT + 1e-15 + real.blur
