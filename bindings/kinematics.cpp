@@ -1,7 +1,7 @@
 // Forward, inverse, Jacobian, self-motion.
 #include <memory>
 
-#include "refusal.hpp"
+#include "elements.hpp"
 
 namespace binding {
 
@@ -59,31 +59,6 @@ void inverse_many(const ArmHandle& self, Floats pose, Floats psi, Ints gc, Float
         });
     }
     refuse(first_problem(outcomes, most_threads), q, 1, "pose", "seed");
-}
-
-/// Applies one(inputs..., outputs...) to each element; the first problem is refused as one of `argument`.
-template <int N, class One>
-void for_each(const char* argument, const Buffer* const (&buffers)[N], const int (&inner)[N], int threads,
-              const One& one) {
-    const Grid<N> grid(buffers, inner);
-    Outcome outcomes[most_threads];
-    {
-        nb::gil_scoped_release release;
-        parallel(grid.size(), threads, [&](std::size_t begin, std::size_t end, std::size_t thread) {
-            grid.for_runs(
-                begin, end,
-                [&](std::size_t flat, const Py_ssize_t* at, const Py_ssize_t* step, std::size_t count) {
-                    for (std::size_t i = 0; i < count; ++i) {
-                        Py_ssize_t here[N];
-                        for (int k = 0; k < N; ++k) here[k] = at[k] + static_cast<Py_ssize_t>(i) * step[k];
-                        double value = 0;
-                        const Problem problem = one(here, value);
-                        if (problem != Problem::none) outcomes[thread].report(problem, flat + i, value);
-                    }
-                });
-        });
-    }
-    refuse(first_problem(outcomes, most_threads), *buffers[0], inner[0], argument);
 }
 
 Problem check_joints(const double* q, double& value) noexcept {

@@ -3,6 +3,7 @@
 
 #include "version.hpp"
 #include "status.hpp"
+#include "numbers/rotations.hpp"
 #include "arm/limits.hpp"
 #include "arm/arm.hpp"
 #include "arm/joints.hpp"

@@ -32,6 +32,7 @@ _NAMES = {
     "motion.planning": "Objective plan",
     "motion.policies": "Centre Hold Repulsion",
     "motion.stepping": "Resolution Step resolve step",
+    "poses": "pose",
     "status": "Status",
     "timing.retiming": "retime",
     "timing.trajectory": "SpeedLoss Trajectory TrajectoryPoint",

@@ -80,6 +80,7 @@ from .motion.stepping import (
     resolve as resolve,
     step as step,
 )
+from .poses import pose as pose
 from .status import Status as Status
 from .timing.retiming import retime as retime
 from .timing.trajectory import (

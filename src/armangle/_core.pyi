@@ -21,6 +21,8 @@ ANGLE_TOLERANCE: float = 1e-09
 
 ROTATION_TOLERANCE: float = 1e-06
 
+UNIT_TOLERANCE: float = 1e-06
+
 LARGEST_ANGLE: float = 1000000.0
 
 LENGTH_LIMIT: float = 1000.0
@@ -56,7 +58,22 @@ class Problem(enum.Enum):
 
     JOINT_LIMIT = 10
 
+    NOT_UNIT = 11
+
 def on_refusal(function: Callable[[Problem, str, tuple[int, ...], float], object]) -> None: ...
+
+class Orientation(enum.Enum):
+    WXYZ = 0
+
+    XYZW = 1
+
+    RPY = 2
+
+    ROTVEC = 3
+
+def check_transforms(poses: numpy.typing.NDArray[numpy.float64], argument: str) -> None: ...
+
+def rotations_many(kind: Orientation, numbers: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64], name: str) -> None: ...
 
 class Arm:
     def __init__(self, lengths: numpy.typing.NDArray[numpy.float64], joint_map: numpy.typing.NDArray[numpy.float64], base: numpy.typing.NDArray[numpy.float64], tool: numpy.typing.NDArray[numpy.float64]) -> None: ...
@@ -191,8 +208,6 @@ def gain(rate: float, dt: float) -> float: ...
 SEGMENT_WIDTH: int = 28
 
 STRETCH_WIDTH: int = 22
-
-def check_transforms(poses: numpy.typing.NDArray[numpy.float64], argument: str) -> None: ...
 
 def path_waypoints(poses: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> None: ...
 

@@ -61,6 +61,7 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "gc_index": (aa.gc_index, {"signs": [1, 1, 1]}),
     "gc_signs": (aa.gc_signs, {"gc": 3}),
     "nearest_rotation": (aa.nearest_rotation, {"pose": POSE}),
+    "pose": (aa.pose, {"xyz": [0.1, 0.2, 0.3]}),
     "resolve": (aa.resolve, {"arm": ARM, "pose": POSE, "psi": PSI, "gc": GC}),
     "retime": (aa.retime, {"path": aa.follow(ARM, TWO, start=Q), "acceleration": np.ones(7)}),
     "step": (aa.step, {"arm": ARM, "q_now": Q, "pose": POSE}),
@@ -115,6 +116,20 @@ BAD_HERE: dict[tuple[str, str], list[Any]] = {
     ("retime", "path"): ["nonsense", None, 0.5, POSE],
     ("gc_index", "signs"): ["nonsense", object(), None, [1, 1], [1, 1, 0], [1, NAN, 1], 1],
     ("nearest_rotation", "pose"): [*WORDS, 0.1, POSE[:3], changed(POSE, NAN), changed(POSE, INF)],
+    ("pose", "xyz"): [*WORDS, 0.1, [1.0, 2.0], [NAN, 0.0, 0.0], [0.0, INF, 0.0], [1j] * 3],
+    **{
+        ("pose", name): [
+            v for v in [*WORDS, 0.1, [1.0, 2.0], [NAN] * 4, [2.0] * 4, [1j] * 4] if v is not None
+        ]
+        for name in ("wxyz", "xyzw")
+    },
+    **{
+        ("pose", name): [v for v in [*ANGLES, [0.0] * 4, [NAN] * 3, [1e9] * 3] if v is not None]
+        for name in ("rpy", "rotvec")
+    },
+    ("pose", "matrix"): [
+        v for v in [*WORDS, 0.1, np.ones((3, 3)), -np.eye(3), POSE, NAN * np.eye(3)] if v is not None
+    ],
     ("Objective", "limits"): WEIGHT,
     ("plan", "start"): [v for v in JOINTS if v is not None],
     ("plan", "gc"): [*INDEX, [], [8], ["x"]],

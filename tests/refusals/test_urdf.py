@@ -70,9 +70,7 @@ REFUSED = {
         "joint 'j3': lower limit 1 is above upper limit -1",
     ),
     "speed": (
-        simple_urdf(
-            j3=joint_xml("j3", "l2", "l3", inside='<limit lower="0" upper="1" velocity="-2"/>')
-        ),
+        simple_urdf(j3=joint_xml("j3", "l2", "l3", inside='<limit lower="0" upper="1" velocity="-2"/>')),
         "joint 'j3': velocity -2 is negative",
     ),
     "zero axis": (
@@ -162,9 +160,7 @@ def test_bad_paths_are_refused(tmp_path, monkeypatch):
         read_urdf(tmp_path / "nowhere.urdf")
     with pytest.raises(UrdfError, match="cannot be read: Is a directory"):
         read_urdf(tmp_path)
-    with pytest.raises(
-        UrdfError, match=r"arm.urdf.xacro: this is xacro, not URDF; run xacro first"
-    ):
+    with pytest.raises(UrdfError, match=r"arm.urdf.xacro: this is xacro, not URDF; run xacro first"):
         read_urdf("arm.urdf.xacro")
     monkeypatch.setattr(armangle.models.urdf, "MAX_BYTES", 2**20)
     path = tmp_path / "large.urdf"

@@ -7,9 +7,8 @@
 
 #include <cstddef>
 
-#include "../numbers/linalg.hpp"
+#include "../numbers/rotations.hpp"
 #include "../numbers/tolerances.hpp"
-#include "../numbers/angles.hpp"
 
 namespace armangle {
 
@@ -24,13 +23,6 @@ struct Segment {
 
 /// The doubles of a segment: how one travels through an array.
 inline constexpr std::size_t segment_width = sizeof(Segment) / sizeof(double);
-
-/// Rotation of v about a unit axis by the angle of sc.
-template <class T>
-Vec3<T> rotated(const Vec3<double>& v, const Vec3<double>& axis, const SinCos<T>& sc) noexcept {
-    const Vec3<T> across = spread<T>(cross(axis, v)), along = spread<T>(axis * dot(axis, v));
-    return spread<T>(v) * sc.cos + across * sc.sin + along * (T(1.0) - sc.cos);
-}
 
 /// Pose of a segment at s.
 template <class T>

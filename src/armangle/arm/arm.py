@@ -19,6 +19,7 @@ from .._arrays import (
     as_floats,
     as_gc,
     as_number,
+    as_poses,
     as_threads,
     broadcast,
     check_angles,
@@ -500,7 +501,7 @@ class Arm:
         threads: int,
     ) -> Floats:
         named: list[tuple[str, NDArray[Any], int]] = [
-            ("pose", as_floats("pose", pose, (4, 4)), 2),
+            ("pose", as_poses("pose", pose), 2),
             ("psi", as_floats("psi", psi), 0),
             ("gc", as_gc(gc), 0),
         ]
@@ -561,7 +562,7 @@ class Arm:
 
         Source: Faria et al. (2018), Eqs. (2), (12)-(24).
         """
-        poses = as_floats("pose", pose, (4, 4))[..., None, :, :]
+        poses = as_poses("pose", pose)[..., None, :, :]
         angles = as_floats("psi", psi)[..., None]
         near = None if seed is None else as_floats("seed", seed, (JOINTS,))[..., None, :]
         return self._inverse(poses, angles, _GC_ORDER, near, limits, unreachable, None, threads)
@@ -657,7 +658,7 @@ class Arm:
         """
         batch, (poses, angles, branches) = broadcast(
             [
-                ("pose", as_floats("pose", pose, (4, 4)), 2),
+                ("pose", as_poses("pose", pose), 2),
                 ("psi", as_floats("psi", psi), 0),
                 ("gc", as_gc(gc), 0),
             ]
@@ -812,7 +813,7 @@ class Arm:
         self, pose: ArrayLike, gc: ArrayLike, margin: float, paper: float, threshold: float,
         wanted: Wanted, threads: int,
     ) -> ArcSet:  # fmt: skip
-        named = [("pose", as_floats("pose", pose, (4, 4)), 2), ("gc", as_gc(gc), 0)]
+        named = [("pose", as_poses("pose", pose), 2), ("gc", as_gc(gc), 0)]
         batch, (poses, branches) = broadcast(named)
         columns = self._handle.feasible_many(
             poses, branches, margin, paper, threshold, wanted, as_threads(threads)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from .._arrays import JOINTS, Floats, Ints, PathLike, as_floats, frozen
+from .._arrays import JOINTS, Floats, Ints, PathLike, as_poses, frozen
 from ..errors import FileFormatError, InputError, ShapeError
 from ..motion.joint_path import JointPath
 from ..poses import COLUMNS, UNIT_TOLERANCE, poses_from_rows, rows_from_poses
@@ -118,7 +118,7 @@ def sheet_of(value: Any) -> Sheet:
     """Return the columns that a value is saved as; a new type registers its own."""
     if not isinstance(value, (np.ndarray, list, tuple)):
         raise InputError(f"a {type(value).__name__} cannot be saved, wanted a path or poses (N, 4, 4)")
-    poses = as_floats("poses", value, (4, 4))
+    poses = as_poses("poses", value)
     if poses.ndim > 3:
         raise ShapeError(f"poses has shape {poses.shape}, wanted (4, 4) or (N, 4, 4)")
     frames = poses.reshape(-1, 4, 4)

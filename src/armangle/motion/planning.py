@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import CONFIGURATIONS, Floats, as_floats, as_number, one_posture
+from .._arrays import CONFIGURATIONS, Floats, as_number, as_poses, one_posture
 from ..arm.arm import MOST_MARGIN, Arm
 from ..arm.diagnosis import Diagnosis, Verdict, branch_of
 from ..errors import ConfigurationError, InputError, ShapeError
@@ -112,7 +112,7 @@ def plan(
     Source: Faria et al. (2018), Eqs. (12)-(35), over a whole path.
     """
     if not isinstance(path, Path):
-        frames = as_floats("path", path, (4, 4))
+        frames = as_poses("path", path)
         if frames.ndim != 3:
             raise ShapeError(f"path has shape {frames.shape}, wanted a Path, or poses (N, 4, 4)")
         if len(frames) == 0:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from .._arrays import JOINTS, Floats, as_floats, broadcast, check_angles
+from .._arrays import JOINTS, Floats, as_floats, as_poses, broadcast, check_angles
 from ..arm.arm import Arm
 from ..errors import ShapeError
 from ..status import STATUSES, Status
@@ -105,7 +105,7 @@ def resolve(
     check_angles("psi", angles)
     arcs = arm.feasible(pose, gc, singularity_margin=singularity_margin)
     if allowed is not None:
-        poses = np.broadcast_to(as_floats("pose", pose, (4, 4)), (*arcs.shape, 4, 4))
+        poses = np.broadcast_to(as_poses("pose", pose), (*arcs.shape, 4, 4))
         arcs = arcs & allowed_arcs(allowed, poses)
     index = np.arange(len(arcs._count)).reshape(arcs.shape)
     shape, pair = broadcast([("arcs", index, 0), ("psi", angles, 0)])
@@ -199,7 +199,7 @@ def step(
     native = core_policy(policy, dt)
     count = psi = bounds = None
     if allowed is not None:
-        count, psi = one_allowed(allowed, as_floats("pose", pose, (4, 4)))
+        count, psi = one_allowed(allowed, as_poses("pose", pose))
     if velocity is not None or acceleration is not None:
         bounds = step_bounds(arm, velocity, acceleration, velocity_now, dt)
     rest = count, psi, bounds, Step, STATUSES
@@ -208,7 +208,7 @@ def step(
     if plain is not None:
         return plain
     options = checked_options(gc, carry, max_joint_step, singularity_margin)
-    joints, frame = as_floats("q_now", q_now, (JOINTS,)), as_floats("pose", pose, (4, 4))
+    joints, frame = as_floats("q_now", q_now, (JOINTS,)), as_poses("pose", pose)
     if joints.ndim != 1 or frame.ndim != 2:
         raise ShapeError(
             f"q_now has shape {joints.shape} and pose {frame.shape}, wanted (7,) and (4, 4); "
