@@ -19,9 +19,10 @@ enum class Status : std::int8_t {
     ACCELERATION_LIMIT = 10,
     NOT_REACHED = 11,
     BAD_INPUT = 12,
+    NOT_ALLOWED = 13,
 };
 
-inline constexpr int status_count = 13;
+inline constexpr int status_count = 14;
 
 constexpr const char* sentence(Status status) noexcept {
     switch (status) {
@@ -33,7 +34,9 @@ constexpr const char* sentence(Status status) noexcept {
             return "The elbow joint would have to leave its limits, whatever the arm angle.";
         case Status::ELBOW_MARGIN:
             return "The elbow is stretched or folded to within the singularity margin.";
-        case Status::LIMITS: return "No arm angle keeps all joints within their limits and margins.";
+        case Status::LIMITS:
+            return "No arm angle, or none that one step leads to, keeps all joints within their limits and "
+                   "margins.";
         case Status::OUTSIDE:
             return "The present arm angle lies in no feasible arc, and the policy stops there.";
         case Status::JOINT_JUMP: return "A joint would move further than the largest step allowed.";
@@ -42,6 +45,7 @@ constexpr const char* sentence(Status status) noexcept {
         case Status::VELOCITY_LIMIT: return "A joint would move faster than its velocity limit.";
         case Status::ACCELERATION_LIMIT: return "A joint would accelerate beyond its acceleration limit.";
         case Status::NOT_REACHED: return "The pose was not tried: the motion stopped before it.";
+        case Status::NOT_ALLOWED: return "The branches or arcs that the caller allows leave no arm angle.";
         case Status::BAD_INPUT: return "The pose is no rigid transform, or a number is not finite.";
     }
     return "";

@@ -29,6 +29,7 @@ class Status(IntEnum):
     ACCELERATION_LIMIT = 10
     NOT_REACHED = 11
     BAD_INPUT = 12
+    NOT_ALLOWED = 13
 
     def __str__(self) -> str:
         return self.name
