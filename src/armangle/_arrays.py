@@ -49,12 +49,19 @@ def as_floats(name: str, value: ArrayLike, tail: Shape = (), meaning: str = "") 
     return _aligned(array.astype(np.float64, copy=False), tail)
 
 
-def as_poses(name: str, value: ArrayLike) -> Floats:
-    """Return poses as float64 (..., 4, 4); what other libraries call a pose passes, see `matrix_of`."""
+def as_poses(name: str, value: ArrayLike, arm: _core.Arm | None = None) -> Floats:
+    """Return poses as float64 (..., 4, 4); what other libraries call a pose passes, see `matrix_of`.
+
+    Poses in float32 are rounded: their rotations are made exact, and those that the rounding puts out of the
+    reach of `arm` are taken to it.
+    """
     array = _numbers(name, matrix_of(value), (4, 4))
     if array.shape[-2:] != (4, 4):
         raise ShapeError(f"{name} has shape {array.shape}, wanted (..., 4, 4){_meant(name, array.shape)}")
-    return _aligned(array.astype(np.float64, copy=False), (4, 4))
+    poses = _aligned(array.astype(np.float64, copy=False), (4, 4))
+    if arm is not None and array.dtype.kind == "f" and array.dtype.itemsize < poses.itemsize:
+        arm.settle_many(poses, float(np.finfo(array.dtype).eps))
+    return poses
 
 
 def matrix_of(value: Any) -> Any:
@@ -137,9 +144,9 @@ def _aligned(array: Floats, tail: Shape) -> Floats:
     return array if all(stride % 8 == 0 for stride in array.strides) else array.copy()
 
 
-def one_pose(name: str, value: ArrayLike) -> Floats:
-    """Return a read-only copy (4, 4) of one rigid transform; positions in m."""
-    pose = np.array(as_poses(name, value), order="C")
+def one_pose(name: str, value: ArrayLike, arm: _core.Arm | None = None) -> Floats:
+    """Return a read-only copy (4, 4) of one rigid transform; positions in m; `arm` as in `as_poses`."""
+    pose = np.array(as_poses(name, value, arm), order="C")
     if pose.ndim != 2:
         raise ShapeError(f"{name} has shape {pose.shape}, wanted (4, 4)")
     _core.check_transforms(pose, name)

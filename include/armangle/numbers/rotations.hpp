@@ -47,4 +47,17 @@ inline Mat3<double> from_rotation_vector(const Vec3<double>& v) noexcept {
     return rotation_about(scaled * (1.0 / length), largest * length);
 }
 
+/// The nearest rotation to a matrix that is one within 1e-6, by two steps of Newton: R (3 - R^T R) / 2.
+inline Mat3<double> orthonormal(Mat3<double> r) noexcept {
+    for (int pass = 0; pass < 2; ++pass) {
+        const double xx = dot(r.x, r.x), yy = dot(r.y, r.y), zz = dot(r.z, r.z);
+        const double xy = dot(r.x, r.y), yz = dot(r.y, r.z), zx = dot(r.z, r.x);
+        const Mat3<double> step{{0.5 * (3 - xx), -0.5 * xy, -0.5 * zx},
+                                {-0.5 * xy, 0.5 * (3 - yy), -0.5 * yz},
+                                {-0.5 * zx, -0.5 * yz, 0.5 * (3 - zz)}};
+        r = r * step;
+    }
+    return r;
+}
+
 }  // namespace armangle

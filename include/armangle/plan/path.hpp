@@ -59,19 +59,6 @@ inline std::size_t segment_index(const Segment* segments, std::size_t n, double 
     return low;
 }
 
-/// The nearest rotation to a matrix that is one within 1e-6, by two steps of Newton: R (3 - R^T R) / 2.
-inline Mat3<double> orthonormal(Mat3<double> r) noexcept {
-    for (int pass = 0; pass < 2; ++pass) {
-        const double xx = dot(r.x, r.x), yy = dot(r.y, r.y), zz = dot(r.z, r.z);
-        const double xy = dot(r.x, r.y), yz = dot(r.y, r.z), zx = dot(r.z, r.x);
-        const Mat3<double> step{{0.5 * (3 - xx), -0.5 * xy, -0.5 * zx},
-                                {-0.5 * xy, 0.5 * (3 - yy), -0.5 * yz},
-                                {-0.5 * zx, -0.5 * yz, 0.5 * (3 - zz)}};
-        r = r * step;
-    }
-    return r;
-}
-
 /// The shortest rotation that takes one frame to another: unit axis and angle in [0, pi].
 struct AxisAngle {
     Vec3<double> axis;

@@ -501,7 +501,7 @@ class Arm:
         threads: int,
     ) -> Floats:
         named: list[tuple[str, NDArray[Any], int]] = [
-            ("pose", as_poses("pose", pose), 2),
+            ("pose", as_poses("pose", pose, self._handle), 2),
             ("psi", as_floats("psi", psi), 0),
             ("gc", as_gc(gc), 0),
         ]
@@ -562,7 +562,7 @@ class Arm:
 
         Source: Faria et al. (2018), Eqs. (2), (12)-(24).
         """
-        poses = as_poses("pose", pose)[..., None, :, :]
+        poses = as_poses("pose", pose, self._handle)[..., None, :, :]
         angles = as_floats("psi", psi)[..., None]
         near = None if seed is None else as_floats("seed", seed, (JOINTS,))[..., None, :]
         return self._inverse(poses, angles, _GC_ORDER, near, limits, unreachable, None, threads)
@@ -658,7 +658,7 @@ class Arm:
         """
         batch, (poses, angles, branches) = broadcast(
             [
-                ("pose", as_poses("pose", pose), 2),
+                ("pose", as_poses("pose", pose, self._handle), 2),
                 ("psi", as_floats("psi", psi), 0),
                 ("gc", as_gc(gc), 0),
             ]
@@ -813,7 +813,7 @@ class Arm:
         self, pose: ArrayLike, gc: ArrayLike, margin: float, paper: float, threshold: float,
         wanted: Wanted, threads: int,
     ) -> ArcSet:  # fmt: skip
-        named = [("pose", as_poses("pose", pose), 2), ("gc", as_gc(gc), 0)]
+        named = [("pose", as_poses("pose", pose, self._handle), 2), ("gc", as_gc(gc), 0)]
         batch, (poses, branches) = broadcast(named)
         columns = self._handle.feasible_many(
             poses, branches, margin, paper, threshold, wanted, as_threads(threads)
@@ -847,11 +847,14 @@ class Arm:
         >>> round(aa.Arm.from_catalogue("kuka_iiwa7_r800").explain(far)[0].excess, 4)
         1.2536
         """
-        frame = one_pose("pose", pose)
+        frame = one_pose("pose", pose, self._handle)
         margin = as_number("singularity_margin (rad)", singularity_margin, 0.0, MOST_MARGIN)
         segment = np.empty((1, _core.SEGMENT_WIDTH))
         _core.path_waypoints(frame[None], segment)
-        return Diagnosis(tuple(map(branch_of, self._handle.explain_pose(segment, margin))), path=False)
+        branches = tuple(map(branch_of, self._handle.explain_pose(segment, margin)))
+        nearest = np.empty((4, 4))
+        gap = self._handle.nearest_pose(frame, nearest)
+        return Diagnosis(branches, path=False, nearest=nearest, nearest_gap=gap)
 
     def joint_function(self, pose: ArrayLike, gc: int, joint: int) -> JointFunction:
         """Return one joint as a function of the arm angle, at a fixed pose and global configuration.
@@ -875,7 +878,7 @@ class Arm:
 
         Source: Faria et al. (2018), Eqs. (26)-(31), (33), (34).
         """
-        frame = one_pose("pose", pose)
+        frame = one_pose("pose", pose, self._handle)
         index = as_gc(gc)
         if index.ndim or not 0 <= index < CONFIGURATIONS:
             raise ConfigurationError(f"gc is {gc!r}, wanted an integer from 0 to 7")

@@ -93,7 +93,7 @@ def follow(
 
     Source: Faria et al. (2018), Fig. 10, Eq. (36).
     """
-    frames = np.ascontiguousarray(as_poses("poses", poses))
+    frames = np.ascontiguousarray(as_poses("poses", poses, arm._handle))
     if frames.ndim != 3:
         raise ShapeError(f"poses has shape {frames.shape}, wanted (N, 4, 4)")
     joints = one_posture("start", start)

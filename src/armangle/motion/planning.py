@@ -112,7 +112,7 @@ def plan(
     Source: Faria et al. (2018), Eqs. (12)-(35), over a whole path.
     """
     if not isinstance(path, Path):
-        frames = as_poses("path", path)
+        frames = as_poses("path", path, arm._handle)
         if frames.ndim != 3:
             raise ShapeError(f"path has shape {frames.shape}, wanted a Path, or poses (N, 4, 4)")
         if len(frames) == 0:
