@@ -24,6 +24,7 @@ _NAMES = {
     "NotFiniteError NotRotationError NotSRSError OutputError PathError PolicyError PortError "
     "ShapeError UnknownRobotError UnreachableError UrdfError",
     "files.tables": "JointTable load_joints load_poses save",
+    "files.trajectories": "TrajectoryTable load_trajectory",
     "models.catalogue": "catalogue",
     "models.description": "ImportReport",
     "motion.following": "follow",

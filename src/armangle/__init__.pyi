@@ -51,6 +51,10 @@ from .files.tables import (
     load_poses as load_poses,
     save as save,
 )
+from .files.trajectories import (
+    TrajectoryTable as TrajectoryTable,
+    load_trajectory as load_trajectory,
+)
 from .models.catalogue import catalogue as catalogue
 from .models.description import ImportReport as ImportReport
 from .motion.following import follow as follow

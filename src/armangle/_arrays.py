@@ -162,6 +162,16 @@ def one_posture(name: str, value: ArrayLike) -> Floats:
     return frozen(joints)
 
 
+def one_or_seven(name: str, value: ArrayLike) -> Floats:
+    """Return seven numbers, of a scalar the same for all joints."""
+    numbers = as_floats(name, value)
+    if numbers.ndim == 0:
+        return np.full(JOINTS, float(numbers))
+    if numbers.shape != (JOINTS,):
+        raise ShapeError(f"{name} has shape {numbers.shape}, wanted ({JOINTS},), or a number for all joints")
+    return numbers
+
+
 def named(kind: type[AnyEnum]) -> dict[str, AnyEnum]:
     """Return the members of an enumeration of the core by the words that stand for them in arguments."""
     return {member.name.lower(): member for member in kind}

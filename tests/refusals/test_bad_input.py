@@ -47,6 +47,7 @@ CHOICE: list[Any] = ["nonsense", 3, object()]
 THREADS: list[Any] = [-1, 1.5, "x", None]
 MARGIN: list[Any] = [*NUMBER, -0.1, 2.0, INF]
 SEVEN: list[Any] = ["nonsense", object(), 0.1, Q[:6], changed(Q, NAN), Q + 1j]
+BOUND: list[Any] = [-0.1, 0.0, NAN, *(v for v in SEVEN if not isinstance(v, float))]
 POLICY: list[Any] = ["nonsense", 0.5, object(), aa.Repulsion]
 ALLOWED: list[Any] = ["nonsense", 0.5, lambda pose: 1]
 
@@ -97,11 +98,11 @@ BAD: dict[str, list[Any]] = {
     "lower": [*SEVEN, changed(Q, INF), changed(Q, 1e9)], "upper": [*SEVEN, changed(Q, -INF), changed(Q, 1e9)],
     "signs": [*SEVEN, Q, np.zeros(7)], "offsets": [*SEVEN, changed(Q, INF), changed(Q, 1e9)],
     "base": [v for v in POSES if v is not None], "tool": [v for v in POSES if v is not None],
-    "velocity": [*SEVEN, -Q, np.zeros(7)], "acceleration": [*SEVEN, -Q, np.zeros(7)],
+    "velocity": [*BOUND, -Q, np.zeros(7)], "acceleration": [*BOUND, -Q, np.zeros(7)],
     "intervals": ["nonsense", object(), [1.0, 2.0, 3.0], [[1.0]], [[2.0, 1.0]], [[NAN, 1.0]], [[0, INF]],
                   [[0, 1e9]], [[0.0, 0.1]] * 17, [[1j, 2]], [[0.0, 1.0], [2.0]]],
     "K": [*NUMBER, -0.1, 1.1, None, True], "alpha": [*POSITIVE, None, True, INF],
-    "tool_speed": POSITIVE, "cycle": [*NUMBER, -1.0, 2.0], "sample": POSITIVE, "jerk": [*SEVEN, -Q],
+    "tool_speed": POSITIVE, "cycle": [*NUMBER, -1.0, 2.0], "sample": POSITIVE, "jerk": [*BOUND, -Q],
     "velocity_now": SEVEN, "lookahead": ["nonsense", object(), NAN, -1, 1.5, True, None],
     "rate": [*NUMBER, -1.0, True], "dt": [*POSITIVE, True], "path": [*POSES, POSE],
     "goal": [v for v in JOINTS if v is not None], "objective": ["nonsense", None, 1.0, aa.Objective],
@@ -143,7 +144,7 @@ NEEDS: dict[str, dict[str, Any]] = {
 }  # fmt: skip
 FREE = {"arm", "name", "joint_names", "notes", "import_report"}
 """Values of other kinds, with tests of their own."""
-OTHERS = {"catalogue", "save", "load_poses", "load_joints"}
+OTHERS = {"catalogue", "save", "load_poses", "load_joints", "load_trajectory"}
 """Files and names: test_io_refusals, test_catalogue."""
 
 
@@ -160,7 +161,7 @@ def test_every_public_function_and_argument_is_in_the_matrix() -> None:
     named = {name.split(".")[0] for name in FUNCTIONS} | OTHERS
     results = {"ArcEnd", "Branch", "Diagnosis", "ImportReport", "JointFunction", "JointPath", "JointTable"}
     results |= {"Opening", "Path", "PathPoint", "Resolution", "SpeedLoss", "Step", "Trajectory"}
-    results |= {"TrajectoryPoint"}
+    results |= {"TrajectoryPoint", "TrajectoryTable"}
     public = {name: getattr(aa, name) for name in aa.__all__}
     faults = {n for n, v in public.items() if isinstance(v, type) and issubclass(v, Exception)}
     constants = {n for n, v in public.items() if not callable(v)} | {"Status", "Verdict"}

@@ -26,6 +26,7 @@ from .._arrays import (
     chosen,
     frozen,
     named,
+    one_or_seven,
     one_pose,
     output,
 )
@@ -53,6 +54,7 @@ __all__ = ["MOST_MARGIN", "Arm", "nearest_rotation"]
 Enforce = Literal["ignore", "raise", "nan"]
 Unreachable = Literal["raise", "nan"]
 
+BOUNDS = ("velocity", "acceleration")
 LEAST_LINK = 1e-6  # m: of upper arm and forearm; a shorter one is a mistake of units
 MOST_MARGIN: float = _core.MOST_MARGIN
 _ENFORCE = named(_core.Enforce)
@@ -127,8 +129,9 @@ class Arm:
     base, tool : array_like, shape (4, 4), optional
         Frame of the DH base in the frame poses are given in; frame of the tool in the flange. Their
         rotations are replaced by the nearest exact ones.
-    velocity, acceleration : array_like, shape (7,), optional
-        Greatest joint speeds (rad/s) and accelerations (rad/s²), > 0; infinite by default.
+    velocity, acceleration : float or array_like, shape (7,), optional
+        Greatest joint speeds (rad/s) and accelerations (rad/s²), > 0, or one for all joints; infinite by
+        default.
     name : str
         Name of the arm.
 
@@ -938,7 +941,7 @@ def _complete(given: dict[str, Any]) -> dict[str, Any]:
 
 
 def _seven(name: str, value: ArrayLike, *, infinite: bool) -> Floats:
-    array = as_floats(name, value, (JOINTS,)).copy()
+    array = (one_or_seven(name, value) if name in BOUNDS else as_floats(name, value, (JOINTS,))).copy()
     if array.shape != (JOINTS,):
         raise ShapeError(f"{name} has shape {array.shape}, wanted ({JOINTS},)")
     bad = np.isnan(array) if infinite else ~np.isfinite(array)
@@ -974,7 +977,7 @@ def _check_rows(values: dict[str, Any]) -> None:
         raise LimitError(
             f"lower[{at}] is {lower[at]:g} and upper[{at}] is {upper[at]:g}, wanted lower <= upper"
         )
-    for name in ("velocity", "acceleration"):
+    for name in BOUNDS:
         if not (values[name] > 0).all():
             at = int(np.argmax(~(values[name] > 0)))
             raise LimitError(f"{name}[{at}] is {values[name][at]:g}, wanted a positive number")

@@ -172,9 +172,10 @@ def step(
         Arcs of the user's own, intersected.
     singularity_margin : float
         As in `Arm.feasible`, rad.
-    velocity : array_like, shape (7,), or True, optional
-        Greatest joint speeds, rad/s, > 0; True: the arm's own, ``arm.velocity``. Needs `dt`.
-    acceleration : array_like, shape (7,), or True, optional
+    velocity : float, array_like of shape (7,), or True, optional
+        Greatest joint speeds, rad/s, > 0; a number for all joints; True: the arm's own, ``arm.velocity``.
+        Needs `dt`.
+    acceleration : float, array_like of shape (7,), or True, optional
         Greatest joint accelerations, rad/s², > 0; True: ``arm.acceleration``. Needs `dt` and `velocity_now`.
     velocity_now : array_like, shape (7,), optional
         Joint velocities of the step before, rad/s.
