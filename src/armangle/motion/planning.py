@@ -130,9 +130,9 @@ def plan(
     ok, branch, plane, stretches, open_, start_gap, goal_gap, reports = found
     for name, gap in (("start", start_gap), ("goal", goal_gap)):
         if gap > START_GAP:
+            off, most = (f"{angle:.3g} rad ({np.degrees(angle):.3g} deg)" for angle in (gap, START_GAP))
             raise InputError(
-                f"{name} belongs to another pose than the path's: a joint is {gap:.3g} rad off, "
-                f"wanted at most {START_GAP:g}"
+                f"{name} belongs to another pose than the path's: a joint is {off} off, wanted at most {most}"
             )
     diagnosis = Diagnosis(tuple(map(branch_of, reports)))
     curve = Curve(path._segments, stretches, plane, branch) if len(stretches) else None
