@@ -38,11 +38,28 @@ void construct(ArmHandle* self, Floats lengths, Floats joint_map, Floats base, F
     new (self) ArmHandle{arm, armangle::limit_table(arm)};
 }
 
-nb::typed<nb::list, nb::str> sentences() {
-    nb::list out;
-    for (int i = 0; i < armangle::status_count; ++i)
-        out.append(armangle::sentence(static_cast<armangle::Status>(i)));
-    return out;
+/// The outcomes as a Python IntEnum. It is pickled by the public name, which is the same for every
+/// instruction set.
+void bind_status(nb::module_& m) {
+    using armangle::Status;
+    nb::enum_<Status>(m, "Status", nb::is_arithmetic())
+        .value("OK", Status::OK)
+        .value("UNREACHABLE", Status::UNREACHABLE)
+        .value("FOLDED", Status::FOLDED)
+        .value("ELBOW_LIMIT", Status::ELBOW_LIMIT)
+        .value("ELBOW_MARGIN", Status::ELBOW_MARGIN)
+        .value("LIMITS", Status::LIMITS)
+        .value("OUTSIDE", Status::OUTSIDE)
+        .value("JOINT_JUMP", Status::JOINT_JUMP)
+        .value("WINDING_EXHAUSTED", Status::WINDING_EXHAUSTED)
+        .value("VELOCITY_LIMIT", Status::VELOCITY_LIMIT)
+        .value("ACCELERATION_LIMIT", Status::ACCELERATION_LIMIT)
+        .value("NOT_REACHED", Status::NOT_REACHED)
+        .value("BAD_INPUT", Status::BAD_INPUT)
+        .value("NOT_ALLOWED", Status::NOT_ALLOWED)
+        .def_prop_ro(
+            "sentence", [](Status status) { return armangle::sentence(status); },
+            "The outcome as one sentence.");
 }
 
 }  // namespace
@@ -66,7 +83,7 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     m.attr("ARC_CAPACITY") = armangle::ArcSet::capacity;
     m.attr("MOST_MARGIN") = armangle::most_margin;
     m.attr("MAX_JOINT_STEP") = armangle::StepOptions{}.max_joint_step;
-    m.attr("SENTENCES") = binding::sentences();
+    binding::bind_status(m);
     binding::bind_refusal(m);
     binding::bind_poses(m);
     nb::class_<ArmHandle> arm(m, "Arm");
@@ -79,4 +96,5 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     binding::bind_arcs(m, arm);
     binding::bind_stepping(m, arm);
     binding::bind_planning(m, arm);
+    binding::bind_solving(m, arm);
 }

@@ -232,6 +232,14 @@ nb::tuple certify_curve(const ArmHandle& self, Floats segments, Floats stretches
 
 void bind_planning(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
+    nb::enum_<Verdict>(m, "Verdict", nb::is_arithmetic())
+        .value("OK", Verdict::ok)
+        .value("UNREACHABLE", Verdict::unreachable)
+        .value("IMPOSSIBLE", Verdict::impossible)
+        .value("DEAD_END", Verdict::dead_end)
+        .value("START", Verdict::start)
+        .value("GOAL", Verdict::goal)
+        .value("UNRESOLVED", Verdict::unresolved);
     m.attr("SEGMENT_WIDTH") = segment_width;
     m.attr("STRETCH_WIDTH") = stretch_width;
     m.def("path_waypoints", &path_waypoints, "poses"_a, "out"_a);

@@ -53,8 +53,15 @@ public:
 
     Pose<double> rigid(double scale) noexcept {
         double q[4], sum = 0;
-        for (double& x : q) x = bounded(1.0, 1.0), sum += x * x;
-        if (!(sum > 1e-6)) q[0] = 1, q[1] = q[2] = q[3] = 0, sum = 1;
+        for (double& x : q) {
+            x = bounded(1.0, 1.0);
+            sum += x * x;
+        }
+        if (!(sum > 1e-6)) {
+            q[0] = 1;
+            q[1] = q[2] = q[3] = 0;
+            sum = 1;
+        }
         const double k = 1.0 / std::sqrt(sum), w = q[0] * k, x = q[1] * k, y = q[2] * k, z = q[3] * k;
         const Vec3<double> p{bounded(scale, 1e3), bounded(scale, 1e3), bounded(scale, 1e3)};
         return {{{1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w)},
@@ -67,9 +74,15 @@ public:
     Arm arm() noexcept {
         ArmParameters p;
         const auto link = [&] { return std::fmax(1e-3, std::fabs(bounded(1.0, 10.0))); };
-        p.d_bs = bounded(1.0, 10.0), p.d_se = link(), p.d_ew = link(), p.d_wf = bounded(0.3, 10.0);
+        p.d_bs = bounded(1.0, 10.0);
+        p.d_se = link();
+        p.d_ew = link();
+        p.d_wf = bounded(0.3, 10.0);
         const unsigned options = byte();
-        if (options & 1) p.a_3 = bounded(0.1, 1.0), p.a_4 = bounded(0.1, 1.0);
+        if (options & 1) {
+            p.a_3 = bounded(0.1, 1.0);
+            p.a_4 = bounded(0.1, 1.0);
+        }
         if (options & 2) p.base = rigid(1.0);
         if (options & 4) p.tool = rigid(0.3);
         if (options & 8) p.d_ew = p.d_se;
@@ -77,9 +90,12 @@ public:
             p.sign[i] = byte() & 1 ? -1.0 : 1.0;
             if (options & 16) p.offset[i] = bounded(pi, 1e6);
             const double a = limit(), b = limit();
-            p.limits.lower[i] = a < b ? a : b, p.limits.upper[i] = a < b ? b : a;
-            if (p.limits.lower[i] == infinity || p.limits.upper[i] == -infinity)
-                p.limits.lower[i] = -infinity, p.limits.upper[i] = infinity;
+            p.limits.lower[i] = a < b ? a : b;
+            p.limits.upper[i] = a < b ? b : a;
+            if (p.limits.lower[i] == infinity || p.limits.upper[i] == -infinity) {
+                p.limits.lower[i] = -infinity;
+                p.limits.upper[i] = infinity;
+            }
         }
         return make_arm(p);
     }

@@ -19,7 +19,10 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
     }
     const unsigned options = in.byte();
     InverseBatch b;
-    b.pose = {pose, 16}, b.psi = {psi, 1}, b.gc = {gc, 1}, b.seed = {options & 1 ? seed : nullptr, 7},
+    b.pose = {pose, 16};
+    b.psi = {psi, 1};
+    b.gc = {gc, 1};
+    b.seed = {options & 1 ? seed : nullptr, 7};
     b.out = {q, 7};
     b.unreachable = options & 2 ? Enforce::nan : Enforce::raise;
     Outcome outcome;

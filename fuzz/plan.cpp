@@ -11,9 +11,12 @@ armangle::Arm few_turns(const armangle::Arm& arm) {
     armangle::ArmParameters p = arm;
     constexpr double most = 6.0;
     for (int i = 0; i < armangle::joints; ++i) {
-        p.limits.lower[i] = armangle::max(p.limits.lower[i], -most),
+        p.limits.lower[i] = armangle::max(p.limits.lower[i], -most);
         p.limits.upper[i] = armangle::min(p.limits.upper[i], most);
-        if (!(p.limits.lower[i] < p.limits.upper[i])) p.limits.lower[i] = -most, p.limits.upper[i] = most;
+        if (!(p.limits.lower[i] < p.limits.upper[i])) {
+            p.limits.lower[i] = -most;
+            p.limits.upper[i] = most;
+        }
     }
     return make_arm(p);
 }
@@ -52,7 +55,10 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
     }
     PlanOptions options;
     options.branches = 1u << (in.byte() % 8);
-    if (kind & 32) options.start = q, options.branches = 0xff;
+    if (kind & 32) {
+        options.start = q;
+        options.branches = 0xff;
+    }
     options.singularity_margin = kind & 4 ? std::fabs(in.bounded(0.2, 0.5)) : 0.0;
     const double rows[] = {0.0, 1.0};
     const Plan plan = armangle::plan(arm, segments, count, rows, 2, options);

@@ -18,7 +18,10 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
     options.policy.K = std::fabs(in.bounded(1.0, 1.0));
     for (int k = 0; k < 3; ++k) {
         Pose<double> pose = kind & 16 ? in.rigid(1.0) : in.reachable(arm).pose;
-        if (kind & 32) pose.rotation.y.z = in.number(1.0), pose.position.x = in.number(1.0);
+        if (kind & 32) {
+            pose.rotation.y.z = in.number(1.0);
+            pose.position.x = in.number(1.0);
+        }
         const Step next = step(arm, limits, q, pose, options);
         demand(static_cast<int>(next.status) >= 0 && static_cast<int>(next.status) < status_count,
                "a status is one of the list");

@@ -52,10 +52,15 @@ double quantile(std::vector<double> v, double share) {
 /// KUKA LBR iiwa 7 R800.
 Arm iiwa() {
     ArmParameters p;
-    p.d_bs = 0.34, p.d_se = 0.4, p.d_ew = 0.4, p.d_wf = 0.126;
+    p.d_bs = 0.34;
+    p.d_se = 0.4;
+    p.d_ew = 0.4;
+    p.d_wf = 0.126;
     const double most[joints] = {170, 120, 170, 120, 170, 120, 175};
-    for (int i = 0; i < joints; ++i)
-        p.limits.upper[i] = most[i] * pi / 180, p.limits.lower[i] = -p.limits.upper[i];
+    for (int i = 0; i < joints; ++i) {
+        p.limits.upper[i] = most[i] * pi / 180;
+        p.limits.lower[i] = -p.limits.upper[i];
+    }
     return make_arm(p);
 }
 
@@ -76,8 +81,12 @@ struct Data {
             const Posture at = forward(arm, joint);
             store_pose(at.pose, &matrix[16 * i]);
             pose[i] = load_pose(&matrix[16 * i]);
-            psi[i] = at.psi, gc[i] = at.gc;
-            for (std::size_t j = 7 * i; j < 7 * i + 7; ++j) y[j] = std::sin(q[j]), x[j] = std::cos(q[j]);
+            psi[i] = at.psi;
+            gc[i] = at.gc;
+            for (std::size_t j = 7 * i; j < 7 * i + 7; ++j) {
+                y[j] = std::sin(q[j]);
+                x[j] = std::cos(q[j]);
+            }
         }
     }
 };
@@ -130,7 +139,8 @@ struct Bench {
                                  {out.data(), 7}};
         Outcome outcome;
         inverse_range(arm, batch, 0, poses, outcome);
-        keep(outcome), keep(out[0]);
+        keep(outcome);
+        keep(out[0]);
     }
 
     double yard() const {
@@ -160,7 +170,8 @@ struct Row {
 template <class Work>
 void measure(Row& row, const Bench& bench, const Work& work) {
     const double before = bench.yard(), ns = pass(work), after = bench.yard();
-    row.ns.push_back(ns), row.yd.push_back(2 * ns / (before + after));
+    row.ns.push_back(ns);
+    row.yd.push_back(2 * ns / (before + after));
 }
 
 /// Every call by itself, less the median time that reading the clock takes.
@@ -198,10 +209,15 @@ void print_calls(const char* name, std::size_t calls, const Call& call) {
     std::vector<double> means, deviations, maxima;
     for (std::size_t first = 0; first + poses <= all.size(); first += poses) {
         double sum = 0, square = 0, most = 0;
-        for (std::size_t i = first; i < first + poses; ++i) sum += all[i], most = std::max(most, all[i]);
+        for (std::size_t i = first; i < first + poses; ++i) {
+            sum += all[i];
+            most = std::max(most, all[i]);
+        }
         const double mean = sum / poses;
         for (std::size_t i = first; i < first + poses; ++i) square += (all[i] - mean) * (all[i] - mean);
-        means.push_back(mean), deviations.push_back(std::sqrt(square / poses)), maxima.push_back(most);
+        means.push_back(mean);
+        deviations.push_back(std::sqrt(square / poses));
+        maxima.push_back(most);
     }
     std::printf("calls %s %.1f %.1f %.0f %.1f %.1f %.0f %.0f\n", name, quantile(means, 0.5),
                 quantile(deviations, 0.5), quantile(maxima, 0.5), quantile(all, 0.5), quantile(all, 0.99),
@@ -219,7 +235,10 @@ void print_throughput(Bench& bench, int rounds) {
     };
     for (int round = -1; round < rounds; ++round) {
         if (round == 0)  // the first round only warmed up
-            for (Row& row : rows) row.ns.clear(), row.yd.clear();
+            for (Row& row : rows) {
+                row.ns.clear();
+                row.yd.clear();
+            }
         measure(rows[0], bench, each(&Bench::inverse_one));
         measure(rows[1], bench, each(&Bench::arcs_one));
         measure(rows[2], bench, each(&Bench::step_one));

@@ -6,9 +6,11 @@ from pathlib import Path
 import matplotlib
 from matplotlib.figure import Figure
 
-from . import conventions, howto, theory
+from . import architecture, conventions, howto, theory
 
-PICTURES: dict[str, Callable[[], Figure]] = conventions.PICTURES | theory.PICTURES | howto.PICTURES
+PICTURES: dict[str, Callable[[], Figure]] = (
+    conventions.PICTURES | theory.PICTURES | howto.PICTURES | architecture.PICTURES
+)
 
 STYLE = {
     "font.size": 9.0,

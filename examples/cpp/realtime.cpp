@@ -31,7 +31,10 @@ double now_us() {
 
 void wait_until_next(timespec& tick) {
     tick.tv_nsec += period_ns;
-    if (tick.tv_nsec >= 1'000'000'000) tick.tv_nsec -= 1'000'000'000, ++tick.tv_sec;
+    if (tick.tv_nsec >= 1'000'000'000) {
+        tick.tv_nsec -= 1'000'000'000;
+        ++tick.tv_sec;
+    }
     clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &tick, nullptr);
 }
 
@@ -60,7 +63,8 @@ int main(int argc, char** argv) {
         const double begin = now_us();
         const armangle::Step next = armangle::step(arm, limits, q, pose, options);
         const double took = now_us() - begin;
-        worst = took > worst ? took : worst, sum += took;
+        worst = took > worst ? took : worst;
+        sum += took;
         if (next.status != armangle::Status::OK) ++failed;
         for (int i = 0; i < armangle::joints; ++i)
             q[i] = next.q[i];  // the present joints where a step failed

@@ -77,7 +77,10 @@ private:
             Joints other;
             if (gc == own || solve_branch(c, gc, now.z3, seed, other) != Status::OK) continue;
             const double move = detail::largest_move(other.q, seed);
-            if (move < least) least = move, q = other;
+            if (move < least) {
+                least = move;
+                q = other;
+            }
         }
         return least < infinity ? Status::OK : status;
     }

@@ -33,7 +33,38 @@ MOST_MARGIN: float = 1.5
 
 MAX_JOINT_STEP: float = 0.2
 
-SENTENCES: list[str] = ...
+class Status(enum.IntEnum):
+    OK = 0
+
+    UNREACHABLE = 1
+
+    FOLDED = 2
+
+    ELBOW_LIMIT = 3
+
+    ELBOW_MARGIN = 4
+
+    LIMITS = 5
+
+    OUTSIDE = 6
+
+    JOINT_JUMP = 7
+
+    WINDING_EXHAUSTED = 8
+
+    VELOCITY_LIMIT = 9
+
+    ACCELERATION_LIMIT = 10
+
+    NOT_REACHED = 11
+
+    BAD_INPUT = 12
+
+    NOT_ALLOWED = 13
+
+    @property
+    def sentence(self) -> str:
+        """The outcome as one sentence."""
 
 class Problem(enum.Enum):
     NONE = 0
@@ -125,12 +156,35 @@ class Arm:
 
     def explain_pose(self, segment: numpy.typing.NDArray[numpy.float64], singularity_margin: float) -> Any: ...
 
+    def solve_one(self, pose: object | None, near: object | None, metric: Metric, kind: object, statuses: object) -> Any: ...
+
+    def solve_many(self, pose: numpy.typing.NDArray[numpy.float64], near: numpy.typing.NDArray[numpy.float64] | None, options: SolveOptions, allowed_count: numpy.typing.NDArray[numpy.int64] | None, allowed_psi: numpy.typing.NDArray[numpy.float64] | None, q: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], distance: numpy.typing.NDArray[numpy.float64], status: numpy.typing.NDArray[numpy.int8], margin: numpy.typing.NDArray[numpy.float64], threads: int) -> None: ...
+
+    def solutions_many(self, pose: numpy.typing.NDArray[numpy.float64], near: numpy.typing.NDArray[numpy.float64] | None, options: SolveOptions, allowed_count: numpy.typing.NDArray[numpy.int64] | None, allowed_psi: numpy.typing.NDArray[numpy.float64] | None, threads: int) -> tuple[numpy.typing.NDArray[numpy.int64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int8]]: ...
+
 class Enforce(enum.Enum):
     IGNORE = 0
 
     RAISE = 1
 
     NAN = 2
+
+class Side(enum.Enum):
+    NONE = 0
+
+    LOWER = 1
+
+    UPPER = 2
+
+    USER = 3
+
+    NEAR_MARGIN = 4
+
+    FAR_MARGIN = 5
+
+    NEAR_SINGULAR = 6
+
+    FAR_SINGULAR = 7
 
 class Wanted(enum.Enum):
     BRANCH = 0
@@ -209,6 +263,21 @@ def resolve_many(policy: Policy, count: numpy.typing.NDArray[numpy.int64], psi_a
 
 def gain(rate: float, dt: float) -> float: ...
 
+class Verdict(enum.IntEnum):
+    OK = 0
+
+    UNREACHABLE = 1
+
+    IMPOSSIBLE = 2
+
+    DEAD_END = 3
+
+    START = 4
+
+    GOAL = 5
+
+    UNRESOLVED = 6
+
 SEGMENT_WIDTH: int = 28
 
 STRETCH_WIDTH: int = 22
@@ -226,3 +295,13 @@ def path_poses(segments: numpy.typing.NDArray[numpy.float64], s: numpy.typing.ND
 def path_derivatives(segments: numpy.typing.NDArray[numpy.float64], s: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> None: ...
 
 def interval_many(operation: int, a: numpy.typing.NDArray[numpy.float64], b: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> None: ...
+
+class Metric(enum.Enum):
+    L2 = 0
+
+    MAX = 1
+
+    MARGIN = 2
+
+class SolveOptions:
+    def __init__(self, metric: Metric, weight: numpy.typing.NDArray[numpy.float64], branches: int, margin: float) -> None: ...

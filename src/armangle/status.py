@@ -3,33 +3,19 @@
 from __future__ import annotations
 
 from enum import IntEnum
+from typing import TYPE_CHECKING
 
 from . import _core
 
 _OF_NUMBERS = tuple("bcdoxXneEfFgG%")
 
 
-class Status(IntEnum):
+class _Outcome(IntEnum):
     """What became of a pose: an int that prints as its name; ``sentence`` says it in words.
 
     >>> f"{Status.LIMITS}: {Status.LIMITS:d}"
     'LIMITS: 5'
     """
-
-    OK = 0
-    UNREACHABLE = 1
-    FOLDED = 2
-    ELBOW_LIMIT = 3
-    ELBOW_MARGIN = 4
-    LIMITS = 5
-    OUTSIDE = 6
-    JOINT_JUMP = 7
-    WINDING_EXHAUSTED = 8
-    VELOCITY_LIMIT = 9
-    ACCELERATION_LIMIT = 10
-    NOT_REACHED = 11
-    BAD_INPUT = 12
-    NOT_ALLOWED = 13
 
     def __str__(self) -> str:
         return self.name
@@ -40,7 +26,12 @@ class Status(IntEnum):
     @property
     def sentence(self) -> str:
         """The outcome as one sentence."""
-        return str(_core.SENTENCES[self])
+        return _core.Status(self.value).sentence
 
+
+if TYPE_CHECKING:
+    from ._core import Status as Status
+else:  # names, numbers and sentences stand in the core alone; this one prints, and is pickled, as armangle's
+    Status = _Outcome("Status", {status.name: status.value for status in _core.Status}, module=__name__)
 
 STATUSES = tuple(Status)

@@ -129,3 +129,56 @@ def test_claims_hold_by_folder(pattern: str, home: str) -> None:
     """`plan/` allocates, `batch/` starts threads; nothing else does."""
     found = {path for path in CORE_FILES if re.search(pattern, (HEADERS / path).read_text(encoding="utf-8"))}
     assert {core_room(path) for path in found} == {home}, found
+
+
+# Headers named after a subject, not after the one thing they define; fronts and adapters.
+SUBJECTS = {
+    "scalar", "registers", "linalg", "angles", "arrays", "joints", "forward", "reference_plane", "path",
+    "armangle", "plan", "kdl", "version",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("path", [path for path in CORE_FILES if path.stem not in SUBJECTS], ids=str)
+def test_a_header_defines_what_it_is_named_after(path: Path) -> None:
+    """`x.hpp` defines x, X, or the plural of one of them."""
+    name = path.stem
+    camel = "".join(word.capitalize() for word in name.split("_"))
+    names = {
+        form
+        for one in (name, camel)
+        for form in (one, f"{one}s", one.removesuffix("s"), one.removesuffix("es"))
+    }
+    either = "|".join(sorted(names))
+    code = re.sub(r"//[^\n]*", "", (HEADERS / path).read_text(encoding="utf-8"))
+    found = re.search(
+        rf"(?:struct|class|namespace)\s+(?:\[\[\w+\]\]\s+)?(?:armangle::)?(?:{either})\b|\b(?:{either})\(",
+        code,
+    )
+    assert found, f"{path} defines none of {sorted(names)}"
+
+
+OPENING = {"open", "read_bytes", "read_text", "write_bytes", "write_text"}
+OPEN_ELSEWHERE = {"viewer/meshes.py", "cli/main.py"}
+"""What a robot looks like; the null device in place of a closed pipe."""
+
+
+def opens_files(text: str) -> bool:
+    """Whether a source calls `open` or a method of paths that reads or writes."""
+    calls = [node.func for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Call)]
+    names = {call.id for call in calls if isinstance(call, ast.Name)} & {"open"}
+    return bool(names | {call.attr for call in calls if isinstance(call, ast.Attribute)} & OPENING)
+
+
+def test_files_and_models_open_files_and_nothing_else_does() -> None:
+    found = {path for path in FILES if opens_files(path.read_text(encoding="utf-8"))}
+    elsewhere = {path for path in found if python_room(path) not in ("files", "models")}
+    assert {path.relative_to(SOURCES).as_posix() for path in elsewhere} == OPEN_ELSEWHERE
+    assert {python_room(path) for path in found - elsewhere} == {"files", "models"}
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [("Path('a').read_text()", True), ("open('a')", True), ("'open(a)'", False), ("shown.update()", False)],
+)
+def test_a_file_that_is_opened_is_seen(text: str, expected: bool) -> None:
+    assert opens_files(text) == expected

@@ -24,6 +24,7 @@ TOOLS = (
     "myst_parser",
     "sphinx_gallery",
     "sphinxcontrib.bibtex",
+    "sphinx_copybutton",
     "latex2mathml",
     "matplotlib",
 )
@@ -58,7 +59,7 @@ def test_python_of_the_readme_runs() -> None:
     assert fence
     names: dict[str, object] = {}
     exec(fence[1], names)
-    assert names["now"].status == armangle.Status.OK
+    assert names["best"].status == names["now"].status == armangle.Status.OK and names["path"].certified
 
 
 @pytest.mark.parametrize("name", PAGES)
@@ -79,7 +80,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made_by_builds = shutil.ignore_patterns("_build", "_made", "gallery", "__pycache__")
     for folder in ("docs", "examples", "tests/reference"):
         shutil.copytree(ROOT / folder, work / folder, ignore=made_by_builds)
-    for file in ("CHANGELOG.md", "README.md"):
+    for file in ("CHANGELOG.md", "README.md", "architecture.toml"):
         shutil.copy(ROOT / file, work / file)
     (work / "benchmarks").mkdir()
     for path in [*(ROOT / "benchmarks").glob("*.md"), *(ROOT / "benchmarks").glob("*.png")]:
@@ -115,7 +116,8 @@ def public_members() -> Iterator[str]:
             yield f"armangle.errors.{name}"
             continue
         yield f"armangle.{name}"
-        for key, member in vars(value).items() if inspect.isclass(value) else ():
+        own = [c for c in getattr(value, "__mro__", ()) if c is value or c.__name__.startswith("_")]
+        for key, member in (pair for cls in own for pair in vars(cls).items()):
             public = inspect.isroutine(member) or isinstance(member, property | classmethod)
             if public and not key.startswith("_"):
                 yield f"armangle.{name}.{key}"

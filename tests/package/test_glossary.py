@@ -1,4 +1,4 @@
-"""The glossary: every public class has its word, and no page says a word that it says not to."""
+"""The glossary: every public class has its word, and no page says a word that it refuses."""
 
 from __future__ import annotations
 

@@ -23,8 +23,13 @@ ARMANGLE_INLINE Pose<double> dh_step(const Pose<double>& from, double sine, doub
     const Vec3<double> across = combine(y, cosine, x, -sine);
     Pose<double> to;
     to.rotation.x = combine(x, cosine, y, sine);
-    to.rotation.y = twist == 0 ? across : (twist > 0 ? z : -z);
-    to.rotation.z = twist == 0 ? z : (twist > 0 ? -across : across);
+    if constexpr (twist == 0) {
+        to.rotation.y = across;
+        to.rotation.z = z;
+    } else {
+        to.rotation.y = twist > 0 ? z : -z;
+        to.rotation.z = twist > 0 ? -across : across;
+    }
     to.position = d != 0 ? mul_add(z, d, from.position) : from.position;
     if (a != 0) to.position = mul_add(to.rotation.x, a, to.position);
     return to;

@@ -25,16 +25,26 @@ using Batch = Lane<register_width>;
 inline Problem check_element(const Arm& arm, const InverseBatch& b, std::size_t i, double& value) noexcept {
     const Problem pose = check_pose(b.pose.at(i), value);
     if (pose != Problem::none) return pose;
-    if (!(abs(*b.psi.at(i)) <= tolerance::largest_angle))
-        return value = *b.psi.at(i), Problem::psi_not_finite;
+    if (!(abs(*b.psi.at(i)) <= tolerance::largest_angle)) {
+        value = *b.psi.at(i);
+        return Problem::psi_not_finite;
+    }
     const long long gc = *b.gc.at(i);
-    if (gc < 0 || gc >= configurations) return value = static_cast<double>(gc), Problem::gc_range;
+    if (gc < 0 || gc >= configurations) {
+        value = static_cast<double>(gc);
+        return Problem::gc_range;
+    }
     if (b.seed.data)
         for (int j = 0; j < joints; ++j)
-            if (!(abs(b.seed.at(i)[j]) <= tolerance::largest_angle))
-                return value = b.seed.at(i)[j], Problem::joints_not_finite;
+            if (!(abs(b.seed.at(i)[j]) <= tolerance::largest_angle)) {
+                value = b.seed.at(i)[j];
+                return Problem::joints_not_finite;
+            }
     const Circle<double> c = circle(arm, flange_pose(arm, load_pose(b.pose.at(i))));
-    if (is_unreachable(c)) return value = c.triangle.excess, Problem::unreachable;
+    if (is_unreachable(c)) {
+        value = c.triangle.excess;
+        return Problem::unreachable;
+    }
     if (is_folded(c)) return Problem::folded;
     return Problem::none;
 }
@@ -66,7 +76,9 @@ inline LaneInput load_block(const Arm& arm, const InverseBatch& b, const std::si
         psi[k] = *b.psi.at(at[k]);
         const long long gc = *b.gc.at(at[k]);
         bad[k] = gc < 0 || gc >= configurations;
-        shoulder[k] = gc & 1 ? -1.0 : 1.0, elbow[k] = gc & 2 ? -1.0 : 1.0, wrist[k] = gc & 4 ? -1.0 : 1.0;
+        shoulder[k] = gc & 1 ? -1.0 : 1.0;
+        elbow[k] = gc & 2 ? -1.0 : 1.0;
+        wrist[k] = gc & 4 ? -1.0 : 1.0;
     }
     const auto row = [&](int i) { return Batch::load(m[i]); };
     LaneInput in;

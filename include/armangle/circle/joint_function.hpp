@@ -30,7 +30,7 @@ struct Hinge {
     struct Gap {
         T below_one, above_minus_one;  // 1 - x, 1 + x
     };
-    Gap high, low;  // of max H and min H, to their last digit also where theta comes near 0 or pi
+    Gap high, low;  // of max H and min H, computed without cancellation (theta near 0 or pi)
     T swing;        // |theta| moves by about twice this, or less
 };
 

@@ -35,10 +35,14 @@ ARMANGLE_INLINE Directions<T> directions(const SelfMotion<T>& m, const SinCos<T>
     const auto singular_1 = shoulder_singular(m), flat_2 = h2 == zero;
     const auto lost_1 = singular_1 | flat_2;
     const T c1 = select(lost_1, one, gc.shoulder * y3.x), s1 = select(lost_1, zero, gc.shoulder * y3.y);
-    d.y[0] = s1, d.x[0] = c1;                                        // (17)
-    d.y[1] = gc.shoulder * h2, d.x[1] = y3.z;                        // (18)
-    d.y[2] = c1 * x3.y - s1 * x3.x, d.x[2] = s1 * z3.x - c1 * z3.y;  // for (19)
-    d.y[3] = elbow.theta_4.sin, d.x[3] = elbow.theta_4.cos;          // (4)
+    d.y[0] = s1;
+    d.x[0] = c1;  // (17)
+    d.y[1] = gc.shoulder * h2;
+    d.x[1] = y3.z;  // (18)
+    d.y[2] = c1 * x3.y - s1 * x3.x;
+    d.x[2] = s1 * z3.x - c1 * z3.y;  // for (19)
+    d.y[3] = elbow.theta_4.sin;
+    d.x[3] = elbow.theta_4.cos;  // (4)
     // wrist: entries of 4R7, eq. (20)
     const Vec3<T> g = combine(c.tool_e, psi.cos, c.tool_z, -psi.sin);           // f . tool axes
     const Vec3<T> n1 = combine(c.tool_w, elbow.gamma.sin, g, elbow.gamma.cos);  // first row
@@ -48,10 +52,14 @@ ARMANGLE_INLINE Directions<T> directions(const SelfMotion<T>& m, const SinCos<T>
     const auto singular_5 = wrist_singular(m), flat_6 = h6 == zero;
     const auto lost_5 = singular_5 | flat_6;
     const T c5 = select(lost_5, one, gc.wrist * n1.z), s5 = select(lost_5, zero, gc.wrist * n2.z);
-    d.y[4] = s5, d.x[4] = c5;                                        // (22)
-    d.y[5] = gc.wrist * h6, d.x[5] = n33;                            // (23)
-    d.y[6] = c5 * n2.x - s5 * n1.x, d.x[6] = c5 * n2.y - s5 * n1.y;  // for (24)
-    d.y[7] = zero, d.x[7] = one;
+    d.y[4] = s5;
+    d.x[4] = c5;  // (22)
+    d.y[5] = gc.wrist * h6;
+    d.x[5] = n33;  // (23)
+    d.y[6] = c5 * n2.x - s5 * n1.x;
+    d.x[6] = c5 * n2.y - s5 * n1.y;  // for (24)
+    d.y[7] = zero;
+    d.x[7] = one;
     return d;
 }
 

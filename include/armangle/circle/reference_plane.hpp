@@ -14,7 +14,8 @@ namespace armangle {
 template <class T>
 ARMANGLE_INLINE Vec3<T> reference_normal(const Arm& arm, const Vec3<T>& p, const Vec3<T>& w) noexcept {
     const T r = hypot(p.x, p.y);
-    // near the shoulder (folded) every wrist is near the axis; there only one above or below it is on it
+    // Close to the shoulder the distance alone cannot tell: the direction must also be within 30 degrees of
+    // the axis.
     const auto above = w.x * w.x + w.y * w.y <= T(0.25);
     const auto on_axis = above & (r <= T(tolerance::reference * arm.reach));
     const T k = T(1.0) / select(on_axis, T(1.0), r);

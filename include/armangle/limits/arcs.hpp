@@ -27,16 +27,26 @@ struct ArcSet {
     bool empty() const noexcept { return count == 0; }
 };
 
-inline void make_empty(ArcSet& set) noexcept { set.count = 0, set.full = false; }
-inline void make_full(ArcSet& set) noexcept { set.count = 1, set.full = true, set.arc[0] = {-pi, pi, 0, 0}; }
+inline void make_empty(ArcSet& set) noexcept {
+    set.count = 0;
+    set.full = false;
+}
+inline void make_full(ArcSet& set) noexcept {
+    set.count = 1;
+    set.full = true;
+    set.arc[0] = {-pi, pi, 0, 0};
+}
 
 namespace detail {
 
 /// Puts an arc of any lift in; one shorter than the tolerance is a touching point and is dropped.
 inline void push(ArcSet& set, Arc arc) noexcept {
     if (arc.upper - arc.lower < tolerance::angle || set.count == ArcSet::capacity) return;
-    const double turn = arc.lower >= pi ? -two_pi : (arc.lower < -pi ? two_pi : 0.0);
-    arc.lower += turn, arc.upper += turn;
+    double turn = 0;
+    if (arc.lower >= pi) turn = -two_pi;
+    if (arc.lower < -pi) turn = two_pi;
+    arc.lower += turn;
+    arc.upper += turn;
     int at = set.count++;
     for (; at > 0 && set.arc[at - 1].lower > arc.lower; --at) set.arc[at] = set.arc[at - 1];
     set.arc[at] = arc;
@@ -48,8 +58,10 @@ inline void merge(ArcSet& set) noexcept {
     for (int i = 1; i < set.count; ++i) {
         Arc& last = set.arc[kept];
         if (set.arc[i].lower - last.upper < tolerance::angle) {
-            if (set.arc[i].upper > last.upper)
-                last.upper = set.arc[i].upper, last.upper_tag = set.arc[i].upper_tag;
+            if (set.arc[i].upper > last.upper) {
+                last.upper = set.arc[i].upper;
+                last.upper_tag = set.arc[i].upper_tag;
+            }
         } else {
             set.arc[++kept] = set.arc[i];
         }
@@ -59,7 +71,8 @@ inline void merge(ArcSet& set) noexcept {
     Arc &first = set.arc[0], &last = set.arc[set.count - 1];
     if (first.lower + two_pi - last.upper >= tolerance::angle) return;
     if (set.count == 1) return make_full(set);
-    last.upper = first.upper + two_pi, last.upper_tag = first.upper_tag;
+    last.upper = first.upper + two_pi;
+    last.upper_tag = first.upper_tag;
     for (int i = 1; i < set.count; ++i) set.arc[i - 1] = set.arc[i];
     --set.count;
 }
@@ -141,7 +154,8 @@ inline void unite(const ArcSet& a, const ArcSet& b, ArcSet& out) noexcept {
         return;
     }
     ArcSet not_a, not_b, neither;
-    complement(a, not_a), complement(b, not_b);
+    complement(a, not_a);
+    complement(b, not_b);
     intersect(not_a, not_b, neither);
     complement(neither, out);
 }
@@ -167,7 +181,8 @@ inline Place find(const ArcSet& set, double psi, double slack = tolerance::angle
     for (int i = set.count - 1; i >= 0; --i) {  // the first that holds psi; no branch
         const Arc& arc = set.arc[i];
         const double from = arc.lower - slack, to = arc.upper + slack;
-        const double x = psi < from ? psi + two_pi : (psi > to ? psi - two_pi : psi);
+        const double raised = psi < from ? psi + two_pi : psi;
+        const double x = psi > to ? psi - two_pi : raised;
         const bool inside = (x >= from) & (x <= to);
         index = inside ? i : index;
         at = inside ? min(max(x, arc.lower), arc.upper) : at;
@@ -186,8 +201,14 @@ inline double nearest(const ArcSet& set, double psi) noexcept {
     for (int i = 0; i < set.count; ++i) {
         const double to_lower = abs(wrap(set.arc[i].lower - psi)),
                      to_upper = abs(wrap(set.arc[i].upper - psi));
-        if (to_lower < best) best = to_lower, at = set.arc[i].lower;
-        if (to_upper < best) best = to_upper, at = set.arc[i].upper;
+        if (to_lower < best) {
+            best = to_lower;
+            at = set.arc[i].lower;
+        }
+        if (to_upper < best) {
+            best = to_upper;
+            at = set.arc[i].upper;
+        }
     }
     return wrap(at);
 }

@@ -35,8 +35,8 @@ struct Blocked {
 
 namespace detail {
 
-/// Blocks the common part of two arcs: what of each lies in the other from its own lower end on, at most two
-/// pieces.
+/// Blocks what lies in both a and b. On a circle that is at most two pieces, each beginning where one of the
+/// arcs begins.
 ARMANGLE_INLINE void block_both(const Arc& a, const Arc& b, Blocked& out) noexcept {
     const double width_a = a.upper - a.lower, width_b = b.upper - b.lower;
     const double room_a = room_in(a.lower, b.lower, width_b), room_b = room_in(b.lower, a.lower, width_a);

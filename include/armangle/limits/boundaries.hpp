@@ -35,8 +35,8 @@ ARMANGLE_INLINE ArcLanes negative_arcs(const Slots& middle, const Slots& half) n
     return {start - turn, (middle - half) + (Slots(two_pi) - turn)};
 }
 
-/// acos(-c / h) as the angle of (-c, this): 0 or pi where c is beyond +-h. excess = a^2 + b^2 - c^2.
-ARMANGLE_INLINE Slots across(const Slots& excess) noexcept { return sqrt(max(excess, Slots(0.0))); }
+/// sqrt(a^2 + b^2 - c^2), or 0 where B never changes sign. With -c it spans alpha = acos(-c / h).
+ARMANGLE_INLINE Slots half_chord(const Slots& excess) noexcept { return sqrt(max(excess, Slots(0.0))); }
 
 }  // namespace detail
 
@@ -68,8 +68,8 @@ ARMANGLE_INLINE Slots of_pivots(const JointFunctions<double>& f, const Get& get)
     return twice(four);
 }
 
-/// What both limits forbid: the common part of their two arcs where a pivot has more than half a turn, else
-/// each of them. Of a common part, what of each arc lies in the other from its own lower end on.
+/// A pivot with at most half a turn: each limit blocks its own arc. With more: only where *both* arcs overlap
+/// is the joint outside; each arc is then cut to its part of the overlap, from its own lower end on.
 ARMANGLE_INLINE void solve_pivots(const LimitTable& t, const JointFunctions<double>& f,
                                   PivotArcs& out) noexcept {
     using P = const Pivot<double>&;
@@ -79,14 +79,21 @@ ARMANGLE_INLINE void solve_pivots(const LimitTable& t, const JointFunctions<doub
                             of_pivots(f, [](P p) { return p.V.k; })};
     const Slots g = of_pivots(f, [](P p) { return p.g; }), u = g * Slots::load(t.u), v = g * Slots::load(t.v);
     const Slots a = u * U.s + v * V.s, b = u * U.c + v * V.c, c = u * U.k + v * V.k;
-    const ArcLanes arc = negative_arcs(atan2(a, b), atan2(across(mul_add(a, a, b * b) - c * c), -c));
-    const Slots width = arc.upper - arc.lower;
-    const Slots room = room_in(arc.lower, swap_halves(arc.lower), swap_halves(width)) + Slots::load(t.room);
+    const ArcLanes arc = negative_arcs(atan2(a, b), atan2(half_chord(mul_add(a, a, b * b) - c * c), -c));
+    const Slots width = arc.upper - arc.lower, other_width = swap_halves(width),
+                whole(two_pi - tolerance::angle);
+    // A limit that is broken for every psi has no end: its arc's seam lies anywhere, so that it cuts nothing,
+    // and in an overlap the other limit's arc says all.
+    const auto cut_off = Slots::load(t.room) == Slots(0.0);
+    const auto endless = (whole <= width) & (other_width < whole) & cut_off;
+    const Slots overlap = room_in(arc.lower, swap_halves(arc.lower), other_width) + Slots::load(t.room);
+    const Slots room = select(whole <= other_width, Slots(infinity), overlap);
     const auto cut = room < width;
     const Slots upper = select(cut, arc.lower + room, arc.upper), length = upper - arc.lower;
-    arc.lower.store(out.lower), upper.store(out.upper);
+    arc.lower.store(out.lower);
+    upper.store(out.upper);
     out.constant = bits(is_constant(Pivot<Slots>{U, V, g}));
-    out.kept = bits(length >= Slots(tolerance::angle)) & t.limited & ~out.constant;
+    out.kept = bits(length >= Slots(tolerance::angle)) & t.limited & ~out.constant & ~bits(endless);
     out.cut = bits(cut);
 }
 
@@ -126,11 +133,15 @@ ARMANGLE_INLINE void solve_hinges(const LimitTable& t, const JointFunctions<doub
         const Slots below = select(acute, low_below - limit_below, limit_above - low_above);
         const Slots c = side * (Slots(0.5) * (above - below));
         // phi and alpha are four angles each: one vector of eight
-        const Slots angle = atan2(first_halves(a, across(above * below)), first_halves(b, -c));
+        const Slots angle = atan2(first_halves(a, half_chord(above * below)), first_halves(b, -c));
         const ArcLanes arc = negative_arcs(angle, swap_halves(angle));
         double lower[8], upper[8];
-        arc.lower.store(lower), arc.upper.store(upper);
-        for (int i = 0; i < 2 * hinges; ++i) out.lower[k][i] = lower[i], out.upper[k][i] = upper[i];
+        arc.lower.store(lower);
+        arc.upper.store(upper);
+        for (int i = 0; i < 2 * hinges; ++i) {
+            out.lower[k][i] = lower[i];
+            out.upper[k][i] = upper[i];
+        }
     }
 }
 

@@ -29,8 +29,10 @@ inline void mark_jumps(const JointFunctions<double>& f, ArcSet& set) noexcept {
                        f.hinge[hinge].H.at(at) > 0 ? Side::near_singular : Side::far_singular);
     };
     if (!may_jump(f.hinge[0]) && !may_jump(f.hinge[1])) return;
-    for (int i = 0; i < set.count; ++i)
-        mark(set.arc[i].lower, set.arc[i].lower_tag), mark(set.arc[i].upper, set.arc[i].upper_tag);
+    for (int i = 0; i < set.count; ++i) {
+        mark(set.arc[i].lower, set.arc[i].lower_tag);
+        mark(set.arc[i].upper, set.arc[i].upper_tag);
+    }
 }
 
 /// Limits half a turn apart have the same boundary: the side on which the joint stands tells which one it
@@ -46,15 +48,20 @@ inline void tell_opposite_limits(const LimitTable& t, const JointFunctions<doubl
     };
     bool possible = false;
     for (const Cone& cone : t.cone) possible |= cone.straight;
-    for (int i = 0; possible && i < set.count; ++i)
-        tell(set.arc[i].lower, set.arc[i].lower_tag), tell(set.arc[i].upper, set.arc[i].upper_tag);
+    for (int i = 0; possible && i < set.count; ++i) {
+        tell(set.arc[i].lower, set.arc[i].lower_tag);
+        tell(set.arc[i].upper, set.arc[i].upper_tag);
+    }
 }
 
 /// The set that is left; the joint functions are those of the shoulder's sign and of the wrist's.
 inline Status finish(const LimitTable& t, const JointFunctions<double>& shoulder,
                      const JointFunctions<double>& wrist, Blocked& blocked, ArcSet& out) noexcept {
     free_arcs(blocked, out);
-    if (!out.full) tell_opposite_limits(t, shoulder, wrist, out), mark_jumps(shoulder, out);
+    if (!out.full) {
+        tell_opposite_limits(t, shoulder, wrist, out);
+        mark_jumps(shoulder, out);
+    }
     return out.empty() ? Status::LIMITS : Status::OK;
 }
 

@@ -28,8 +28,8 @@ inline constexpr int pivots = 4, hinges = 2, pieces = 2;
 inline constexpr int pivot_joint[pivots] = {0, 2, 4, 6};
 inline constexpr int hinge_joint[hinges] = {1, 5};
 
-/// An end of a range of |theta|: the angle, who made it (0 where 0 or pi is no limit), and its cosine, told
-/// from +-1.
+/// One end of an allowed range of |theta|. `tag` names the limit (0: none, the range ends at 0 or pi). 1 -
+/// cos and 1 + cos are kept apart to lose no digits near 0 and pi.
 struct HingeEnd {
     double angle;
     Tag tag;
@@ -68,7 +68,9 @@ inline Cone cone(const ThetaRange& range) noexcept {
     out.wide = !out.free && upper - lower > pi;
     out.straight = !out.free && abs(upper - lower - pi) <= tolerance::angle;
     if (out.free) return out;
-    out.lower = sin_cos(lower), out.upper = sin_cos(upper), out.middle = sin_cos(0.5 * (lower + upper));
+    out.lower = sin_cos(lower);
+    out.upper = sin_cos(upper);
+    out.middle = sin_cos(0.5 * (lower + upper));
     return out;
 }
 
@@ -77,8 +79,9 @@ struct LimitTable {
     double margin, sin_margin;
     // B = u U + v V for the lower limits of the four pivots, then the upper ones.
     double u[2 * pivots], v[2 * pivots];
-    double room[2 * pivots];  // 0 where the two limits forbid together, infinite where each does by itself
-    unsigned limited;         // a bit each: not a full turn or more
+    // added to the overlap: 0 keeps it (wide pivot), infinity turns the cut off (narrow pivot)
+    double room[2 * pivots];
+    unsigned limited;  // a bit each: not a full turn or more
     Tag tag[2 * pivots];
     int piece_count[hinges][2];  // [hinge][theta < 0]
     HingePiece piece[hinges][2][pieces];
@@ -140,8 +143,10 @@ inline void fill_pivot(LimitTable& t, const Arm& arm, const Limits& limits, int 
     if (!c.free) t.limited |= 1u << pivot | 1u << (pivots + pivot);
     t.tag[pivot] = make_tag(j + 1, limit_side(arm, j, true));
     t.tag[pivots + pivot] = make_tag(j + 1, limit_side(arm, j, false));
-    t.u[pivot] = c.lower.cos, t.v[pivot] = -c.lower.sin;
-    t.u[pivots + pivot] = -c.upper.cos, t.v[pivots + pivot] = c.upper.sin;
+    t.u[pivot] = c.lower.cos;
+    t.v[pivot] = -c.lower.sin;
+    t.u[pivots + pivot] = -c.upper.cos;
+    t.v[pivots + pivot] = c.upper.sin;
 }
 
 }  // namespace detail
@@ -151,8 +156,10 @@ inline void fill_pivot(LimitTable& t, const Arm& arm, const Limits& limits, int 
 inline LimitTable limit_table(const Arm& arm, const Limits& limits, double margin = 0.0,
                               double psi_margin = 0.0, double discriminant = 0.0) noexcept {
     LimitTable t{};
-    t.margin = margin, t.sin_margin = std::sin(margin);
-    t.psi_margin = psi_margin, t.discriminant = discriminant;
+    t.margin = margin;
+    t.sin_margin = std::sin(margin);
+    t.psi_margin = psi_margin;
+    t.discriminant = discriminant;
     t.elbow = cone(theta_range(arm, limits, 3));
     for (int p = 0; p < pivots; ++p) detail::fill_pivot(t, arm, limits, p);
     for (int h = 0; h < hinges; ++h)

@@ -136,7 +136,10 @@ struct BoundedStep {
             for (double share : inside) {
                 const double psi = wrap(at + share * (middle - at));
                 if (abs(wrap(psi - wish)) >= best) break;
-                if (keeps(psi)) best = abs(wrap(psi - wish)), found = psi;
+                if (keeps(psi)) {
+                    best = abs(wrap(psi - wish));
+                    found = psi;
+                }
             }
         }
         return found;

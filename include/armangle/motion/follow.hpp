@@ -32,7 +32,9 @@ inline void open_row(const FollowRows& rows, std::size_t i, Status status) noexc
 inline void fill_row(const FollowRows& rows, std::size_t i, const Step& now, double psi,
                      double residual) noexcept {
     for (int j = 0; j < joints; ++j) rows.q[joints * i + static_cast<std::size_t>(j)] = now.q[j];
-    rows.psi[i] = psi, rows.margin[i] = now.margin, rows.gc[i] = now.gc;
+    rows.psi[i] = psi;
+    rows.margin[i] = now.margin;
+    rows.gc[i] = now.gc;
     rows.residual[i] = residual;
     rows.status[i] = static_cast<std::int8_t>(now.status);
 }
@@ -51,7 +53,10 @@ inline void follow(const Arm& arm, const LimitTable& limits, const double* start
                    std::size_t n, StepOptions options, OnFail on_fail, Strided<const ArcSet> allowed,
                    const FollowRows& rows, Lookahead* ahead = nullptr) noexcept {
     Bounds bounds{};
-    if (options.bounds) bounds = *options.bounds, options.bounds = &bounds;
+    if (options.bounds) {
+        bounds = *options.bounds;
+        options.bounds = &bounds;
+    }
     double q[joint_slots] = {};
     for (int j = 0; j < joints; ++j) q[j] = start[j];
     Chain now = chain(arm, q);

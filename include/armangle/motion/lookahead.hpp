@@ -2,8 +2,8 @@
 //
 // Nodes are the exact arcs of the poses, never a grid of psi: a narrow one is there like a wide one. Two
 // postures of neighbouring poses are linked if every joint moves at most as far as a step may; for one
-// posture the linked psi of the next pose are closed form (bounds.hpp). Sets are carried from pose to pose by
-// that, their ends found by halving.
+// posture the linked psi of the next pose are closed form (bounds.hpp). So a set on one pose gives the set on
+// the next; its ends are found by bisection.
 #pragma once
 
 #include <cstddef>
@@ -79,8 +79,12 @@ struct Probes {
     void add(double at, bool known) noexcept {
         if (count == capacity) return;
         int i = count++;
-        for (; i > 0 && psi[i - 1] > at; --i) psi[i] = psi[i - 1], linked[i] = linked[i - 1];
-        psi[i] = at, linked[i] = known;
+        for (; i > 0 && psi[i - 1] > at; --i) {
+            psi[i] = psi[i - 1];
+            linked[i] = linked[i - 1];
+        }
+        psi[i] = at;
+        linked[i] = known;
     }
 };
 
@@ -222,7 +226,10 @@ public:
         if (!start.empty() || led_back) return &here.tube;
         if (drawn) draw(i, gc);
         links_.reach(q, true, 1.0, section_[0], section_[0].arcs, start);
-        if (start.empty()) return count_ = 0, nullptr;
+        if (start.empty()) {
+            count_ = 0;
+            return nullptr;
+        }
         turn_to(start);
         return &section_[0].tube;
     }
@@ -233,7 +240,8 @@ public:
 private:
     /// Sections of pose i and those behind it, and the tube of their end.
     void draw(std::size_t i, const Configuration<double>& gc) noexcept {
-        first_ = i, gc_ = index(gc);
+        first_ = i;
+        gc_ = index(gc);
         const std::size_t most = sections_for(ahead_);
         count_ = reached_ = n_ - i < most ? n_ - i : most;
         for (std::size_t k = 0; k < count_; ++k) fill(section_[k], i + k, gc);

@@ -71,8 +71,10 @@ ARMANGLE_INLINE Status choose_windings(const Arm& arm, const Directions<double>&
                                      const Circle<double>& c, Status why) noexcept {
     Step out{};
     for (int i = 0; i < joints; ++i) out.q[i] = q_now[i];
-    out.psi = carried_psi(arm, now, c, Carry::psi), out.gc = index(configuration(arm, now.theta));
-    out.status = why, out.margin = limit_margin(arm.limits, q_now);
+    out.psi = carried_psi(arm, now, c, Carry::psi);
+    out.gc = index(configuration(arm, now.theta));
+    out.status = why;
+    out.margin = limit_margin(arm.limits, q_now);
     return out;
 }
 
@@ -80,7 +82,9 @@ ARMANGLE_INLINE Status choose_windings(const Arm& arm, const Directions<double>&
 [[gnu::noinline]] inline Step refused(const Arm& arm, const double* q_now) noexcept {
     Step out{};
     for (int i = 0; i < joints; ++i) out.q[i] = q_now[i];
-    out.psi = not_a_number, out.gc = -1, out.status = Status::BAD_INPUT,
+    out.psi = not_a_number;
+    out.gc = -1;
+    out.status = Status::BAD_INPUT;
     out.margin = limit_margin(arm.limits, q_now);
     return out;
 }
@@ -95,7 +99,8 @@ inline double wish_ahead(const StepOptions& options, const ArcSet& arcs, double 
     if (place.index < 0 || contains(*options.ahead, psi)) return resolve(policy, *options.ahead, psi).psi;
     ArcSet here, near;
     make_empty(here);
-    here.arc[here.count++] = arcs.arc[place.index], here.full = arcs.full;
+    here.arc[here.count++] = arcs.arc[place.index];
+    here.full = arcs.full;
     intersect(here, *options.ahead, near);
     return resolve(policy, near.empty() ? *options.ahead : near, psi).psi;
 }
@@ -107,17 +112,17 @@ inline double wish_ahead(const StepOptions& options, const ArcSet& arcs, double 
                                                     double wish) noexcept {
     ArcSet within, further;
     const double there = wish_ahead(options, arcs, psi);
-    if (there == there) {
+    if (!is_nan(there)) {
         if (step.keeps(there)) return {there, Status::OK};
         step.within(*options.ahead, {}, further);
         const double found = step.nearest(further, there);
-        if (found == found) return {found, Status::OK};
+        if (!is_nan(found)) return {found, Status::OK};
         wish = there;
     }
     if (step.keeps(wish)) return {wish, Status::OK};
     step.within(arcs, {}, within);
     const double found = step.nearest(within, wish);
-    if (found == found) return {found, Status::OK};
+    if (!is_nan(found)) return {found, Status::OK};
     return {psi, step.refusal(own, arcs)};
 }
 
@@ -159,7 +164,9 @@ inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_
     if (next.status != Status::OK) return stay(next.status);
     Step out;
     to.q.store(out.q);
-    out.psi = next.psi, out.gc = index(m.gc), out.status = Status::OK;
+    out.psi = next.psi;
+    out.gc = index(m.gc);
+    out.status = Status::OK;
     out.margin = to.margin;
     return out;
 }

@@ -32,7 +32,7 @@ ARMANGLE_INLINE T halved(const double (&c)[K], const T (&powers)[P]) noexcept {
     } else if constexpr (count == 2) {
         return mul_add(powers[0], T(c[first + 1]), T(c[first]));
     } else {
-        constexpr int low = count > 8 ? 8 : (count > 4 ? 4 : 2), power = count > 8 ? 3 : (count > 4 ? 2 : 1);
+        constexpr int power = 1 + (count > 4) + (count > 8), low = 1 << power;
         return mul_add(halved<first + low, count - low>(c, powers), powers[power],
                        halved<first, low>(c, powers));
     }

@@ -41,7 +41,11 @@ struct Outcome {
     double value = 0;
 
     void report(Problem p, std::size_t i, double v) noexcept {
-        if (problem == Problem::none || i < index) problem = p, index = i, value = v;
+        if (problem == Problem::none || i < index) {
+            problem = p;
+            index = i;
+            value = v;
+        }
     }
 };
 
@@ -60,9 +64,15 @@ inline void store_pose(const Pose<double>& p, double* m) noexcept {
 /// What is wrong with a 4x4 pose, and the value that shows it.
 inline Problem check_pose(const double* m, double& value) noexcept {
     for (int i = 0; i < 16; ++i)
-        if (!std::isfinite(m[i])) return value = m[i], Problem::pose_not_finite;
+        if (!std::isfinite(m[i])) {
+            value = m[i];
+            return Problem::pose_not_finite;
+        }
     for (int i = 0; i < 4; ++i)
-        if (m[12 + i] != (i == 3 ? 1.0 : 0.0)) return value = m[12 + i], Problem::pose_last_row;
+        if (m[12 + i] != (i == 3 ? 1.0 : 0.0)) {
+            value = m[12 + i];
+            return Problem::pose_last_row;
+        }
     const Mat3<double> r = load_pose(m).rotation;
     value = orthonormality_error(r);
     if (!(value <= tolerance::rotation)) return Problem::pose_not_rotation;

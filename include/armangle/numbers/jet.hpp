@@ -112,7 +112,8 @@ template <class T, int K>
 SinCos<Jet<T, K>> sin_cos(const Jet<T, K>& a) noexcept {
     SinCos<Jet<T, K>> out;
     const SinCos<T> now = sin_cos(a.coefficient[0]);
-    out.sin.coefficient[0] = now.sin, out.cos.coefficient[0] = now.cos;
+    out.sin.coefficient[0] = now.sin;
+    out.cos.coefficient[0] = now.cos;
     for (int k = 1; k <= K; ++k) {  // s' = c a', c' = -s a'
         T s(0.0), c(0.0);
         for (int i = 1; i <= k; ++i) {
@@ -120,7 +121,7 @@ SinCos<Jet<T, K>> sin_cos(const Jet<T, K>& a) noexcept {
             s = s + slope * out.cos.coefficient[k - i];
             c = c - slope * out.sin.coefficient[k - i];
         }
-        out.sin.coefficient[k] = s / T(static_cast<double>(k)),
+        out.sin.coefficient[k] = s / T(static_cast<double>(k));
         out.cos.coefficient[k] = c / T(static_cast<double>(k));
     }
     return out;

@@ -123,7 +123,10 @@ ARMANGLE_INLINE Lane<8> swap_halves(const Lane<8>& x) noexcept {
     out.part[0] = __builtin_shufflevector(x.part[0], x.part[0], 4, 5, 6, 7, 0, 1, 2, 3);
 #else
     constexpr int half = Lane<8>::registers / 2;
-    for (int i = 0; i < half; ++i) out.part[i] = x.part[half + i], out.part[half + i] = x.part[i];
+    for (int i = 0; i < half; ++i) {
+        out.part[i] = x.part[half + i];
+        out.part[half + i] = x.part[i];
+    }
 #endif
     return out;
 }
@@ -135,7 +138,10 @@ ARMANGLE_INLINE Lane<8> first_halves(const Lane<8>& x, const Lane<8>& y) noexcep
     out.part[0] = __builtin_shufflevector(x.part[0], y.part[0], 0, 1, 2, 3, 8, 9, 10, 11);
 #else
     constexpr int half = Lane<8>::registers / 2;
-    for (int i = 0; i < half; ++i) out.part[i] = x.part[i], out.part[half + i] = y.part[i];
+    for (int i = 0; i < half; ++i) {
+        out.part[i] = x.part[i];
+        out.part[half + i] = y.part[i];
+    }
 #endif
     return out;
 }

@@ -105,7 +105,8 @@ public:
     void fix(double phi, std::uint32_t arc, const double* q) {
         all.clear();
         Candidate x{};
-        x.phi = phi, x.arc = arc;
+        x.phi = phi;
+        x.arc = arc;
         for (int j = 0; j < joints; ++j) x.q[j] = q[j];
         rate(x);
         x.margin = infinity;
@@ -130,7 +131,8 @@ public:
         for (int j : {1, 5})
             take(detail::hinge_clearance(wrap(to_theta(task_.arm, j, x.q[j]))) - task_.table.margin,
                  objective_.singularities);
-        x.margin = least, x.cost = cost;
+        x.margin = least;
+        x.cost = cost;
     }
 
 private:
@@ -178,7 +180,10 @@ private:
             std::size_t of[8];
             int n = 0;
             for (; i < points_.size() && n < 8; ++i)
-                if (points_[i].pass == pass) phi[n] = points_[i].phi, of[n++] = i;
+                if (points_[i].pass == pass) {
+                    phi[n] = points_[i].phi;
+                    of[n++] = i;
+                }
             if (!n) return;
             const detail::EightThetas solved(l, phi);
             for (int k = 0; k < n; ++k)
@@ -224,22 +229,25 @@ private:
         double from = fewest, to = most;
         const bool unlimited = is_unlimited(task_.limits, j);  // any turn will do
         if (window_.set && !unlimited) {
-            from = max(from, ceil((window_.lower[j] - q) / two_pi)),
+            from = max(from, ceil((window_.lower[j] - q) / two_pi));
             to = min(to, floor((window_.upper[j] - q) / two_pi));
         } else {
             const bool fixed = j % 2 == 1 || unlimited;
             const double near = fixed && reference_ ? reference_[j] : armangle::middle(task_.limits, j);
             const double middle = min(max(round((near - q) / two_pi), fewest), most),
                          spread = fixed ? 0 : candidate_rule::windings;
-            from = max(from, middle - spread), to = min(to, middle + spread);
+            from = max(from, middle - spread);
+            to = min(to, middle + spread);
         }
-        first = static_cast<int>(from), last = static_cast<int>(to);
+        first = static_cast<int>(from);
+        last = static_cast<int>(to);
     }
 
     void put(const Point& p, std::uint32_t arc) {
         int first[joints], last[joints], at[joints];
         Candidate x{};
-        x.phi = p.phi, x.arc = arc;
+        x.phi = p.phi;
+        x.arc = arc;
         double q[joints];
         for (int j = 0; j < joints; ++j) {
             q[j] = to_q(task_.arm, j, p.theta[j]);

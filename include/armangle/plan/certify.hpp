@@ -86,7 +86,8 @@ inline HalfTurn half_turn(const ThetaRange& range, double centre, double g, doub
     const double near = (g > 0 ? lower - turn : turn - upper) + proof::slack,
                  far = (g > 0 ? upper - turn : turn - lower) - proof::slack;
     HalfTurn out;
-    out.has_near = near > 0, out.has_far = far < pi;
+    out.has_near = near > 0;
+    out.has_far = far < pi;
     out.empty = !(near < far) || near > pi || far < 0;
     if (out.has_near && !out.empty) out.cos_near = sin_cos(Interval(near)).cos;
     if (out.has_far && !out.empty) out.cos_far = sin_cos(Interval(far)).cos;
@@ -114,7 +115,8 @@ struct Claim {
         const auto part = [&](int j, double centre, double g) {
             return half_turn(theta_range(arm, limits, j), centre, g, theta(j), abs(wrap(theta(j) - centre)));
         };
-        shoulder = part(1, 0.0, sign.shoulder), wrist = part(5, 0.0, sign.wrist),
+        shoulder = part(1, 0.0, sign.shoulder);
+        wrist = part(5, 0.0, sign.wrist);
         elbow = part(3, arm.delta_angle, sign.elbow);
         for (int p = 0; p < pivots; ++p) {
             const int j = pivot_joint[p];
@@ -152,7 +154,8 @@ struct Claim {
     bool turning(int p, const T& u, const T& v, double middle, Conditions<T>& out) const noexcept {
         if (!(middle > lower[p] && middle < upper[p])) return false;
         const double l = middle - proof::sector, r = middle + proof::sector;
-        out.add(beyond(u, v, sin_cos(Interval(l)))), out.add(-beyond(u, v, sin_cos(Interval(r))));
+        out.add(beyond(u, v, sin_cos(Interval(l))));
+        out.add(-beyond(u, v, sin_cos(Interval(r))));
         if (l <= lower[p]) out.add(beyond(u, v, at_lower[p]));
         if (r >= upper[p]) out.add(-beyond(u, v, at_upper[p]));
         return true;
@@ -204,13 +207,16 @@ public:
     }
 
     Proof run() {
-        if (!claim_.possible())
-            return leave(curve_.stretches.front().start, curve_.stretches.back().end), proof_;
+        if (!claim_.possible()) {
+            leave(curve_.stretches.front().start, curve_.stretches.back().end);
+            return proof_;
+        }
         for (const Stretch& x : curve_.stretches) {
             const Segment& g = curve_.segment(x);
             const bool within = x.start >= g.start - proof::join && x.end <= g.end + proof::join;
             if (within && prove(x, x.start, x.end, 0)) continue;
-            leave(x.start, x.end), lifted_ = false;
+            leave(x.start, x.end);
+            lifted_ = false;
             look(x);
         }
         return proof_;
@@ -220,8 +226,10 @@ private:
     void leave(double from, double to) {
         if (!proof_.open.empty() && proof_.open.back() == from)
             proof_.open.back() = to;
-        else
-            proof_.open.push_back(from), proof_.open.push_back(to);
+        else {
+            proof_.open.push_back(from);
+            proof_.open.push_back(to);
+        }
     }
 
     /// Looks for places of an unproven stretch where a limit is passed.

@@ -6,6 +6,7 @@
 // values, so it does not overshoot.
 #pragma once
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -129,7 +130,7 @@ inline double blossom(const double* c, const double* t, const double (&u)[3]) no
 /// Control values of Schoenberg's spline of a polyline (s, phi).
 inline std::vector<double> control_values(const std::vector<double>& s, const std::vector<double>& phi) {
     const std::size_t n = s.size();
-    const auto knot = [&](std::size_t i) { return i < 3 ? s[0] : (i - 3 < n ? s[i - 3] : s[n - 1]); };
+    const auto knot = [&](std::size_t i) { return s[std::clamp<std::size_t>(i, 3, n + 2) - 3]; };
     std::vector<double> out(n + 2);
     std::size_t at = 0;
     for (std::size_t j = 0; j < n + 2; ++j) {
@@ -138,7 +139,8 @@ inline std::vector<double> control_values(const std::vector<double>& s, const st
         const double share = min(max((x - s[at]) / (s[at + 1] - s[at]), 0.0), 1.0);
         out[j] = (1 - share) * phi[at] + share * phi[at + 1];
     }
-    out.front() = phi.front(), out.back() = phi.back();
+    out.front() = phi.front();
+    out.back() = phi.back();
     return out;
 }
 
@@ -154,12 +156,13 @@ inline std::vector<Stretch> smooth_stretches(const std::vector<double>& s, const
         double t[6];
         for (int k = 0; k < 6; ++k) {
             const std::size_t at = i + static_cast<std::size_t>(k);  // knots i-2 .. i+3, ends repeated
-            t[k] = at < 2 ? s[0] : (at - 2 < n ? s[at - 2] : s[n - 1]);
+            t[k] = s[std::clamp<std::size_t>(at, 2, n + 1) - 2];
         }
         const double l = s[i], r = s[i + 1];
         const double b0 = detail::blossom(&c[i], t, {l, l, l}), b1 = detail::blossom(&c[i], t, {l, l, r});
         const double b2 = detail::blossom(&c[i], t, {l, r, r}), b3 = detail::blossom(&c[i], t, {r, r, r});
-        out[i].start = l, out[i].end = r;
+        out[i].start = l;
+        out[i].end = r;
         const double power[4] = {b0, 3 * (b1 - b0), 3 * (b2 - 2 * b1 + b0), b3 - 3 * b2 + 3 * b1 - b0};
         for (int k = 0; k < 4; ++k) out[i].coefficient[k] = power[k];
     }
@@ -169,9 +172,12 @@ inline std::vector<Stretch> smooth_stretches(const std::vector<double>& s, const
 /// phi as straight pieces through the values.
 inline std::vector<Stretch> straight_stretches(const std::vector<double>& s, const std::vector<double>& phi) {
     std::vector<Stretch> out(s.size() - 1);
-    for (std::size_t i = 0; i + 1 < s.size(); ++i)
-        out[i].start = s[i], out[i].end = s[i + 1], out[i].coefficient[0] = phi[i],
+    for (std::size_t i = 0; i + 1 < s.size(); ++i) {
+        out[i].start = s[i];
+        out[i].end = s[i + 1];
+        out[i].coefficient[0] = phi[i];
         out[i].coefficient[1] = phi[i + 1] - phi[i];
+    }
     return out;
 }
 
@@ -186,7 +192,8 @@ inline void lift_stretches(const Curve& curve, std::span<Stretch> stretches, con
         for (int j = 0; j < joints; ++j) x.q[j] = q[j] = from.q[j];
         const PlacedPosture to = curve.solve(x, x.end, phi_at(x, x.end), q, from.psi);
         for (int j = 0; j < joints; ++j) x.q_end[j] = q[j] = to.q[j];
-        x.psi = from.psi, x.psi_end = psi = to.psi;
+        x.psi = from.psi;
+        x.psi_end = psi = to.psi;
     }
 }
 

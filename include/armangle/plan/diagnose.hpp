@@ -75,7 +75,10 @@ inline unsigned blocking_joints(const LimitTable& limits, const SelfMotion<doubl
         ArcSet common, before;
         make_full(common);
         for (int j = 0; j < joints; ++j)
-            if (mask >> j & 1u) before = common, intersect(before, each[j], common);
+            if (mask >> j & 1u) {
+                before = common;
+                intersect(before, each[j], common);
+            }
         return common.empty();
     };
     unsigned kept = (1u << joints) - 1;
@@ -105,7 +108,9 @@ inline void explain_limits(const Task& task, const std::vector<SelfMotion<double
 inline BranchReport diagnose(const Task& task, double s, int gc) {
     const Section here = detail::solve_section(task, gc, s).section;
     BranchReport out;
-    out.gc = gc, out.from = out.to = s, out.status = here.status;
+    out.gc = gc;
+    out.from = out.to = s;
+    out.status = here.status;
     out.excess = max(here.motion.circle.triangle.excess, 0.0);
     switch (out.status) {
         case Status::OK: return out;

@@ -81,9 +81,11 @@ inline AxisAngle shortest_rotation(const Mat3<double>& from, const Mat3<double>&
     const double xy = 0.5 * (entry(ex, ey) + entry(ey, ex)), yz = 0.5 * (entry(ey, ez) + entry(ez, ey)),
                  zx = 0.5 * (entry(ez, ex) + entry(ex, ez));
     const double c = 0.5 * (trace - 1.0);
-    Vec3<double> axis = xx >= yy && xx >= zz
-                            ? Vec3<double>{xx - c, xy, zx}
-                            : (yy >= zz ? Vec3<double>{xy, yy - c, yz} : Vec3<double>{zx, yz, zz - c});
+    Vec3<double> axis{zx, yz, zz - c};
+    if (xx >= yy && xx >= zz)
+        axis = {xx - c, xy, zx};
+    else if (yy >= zz)
+        axis = {xy, yy - c, yz};
     axis = axis * (1.0 / norm(axis));
     return {dot(axis, skew) < 0 ? -axis : axis, angle};
 }
@@ -98,7 +100,8 @@ inline Segment still(double start, double end, const Pose<double>& from) noexcep
 
 inline void turn_to(Segment& g, const Mat3<double>& to) noexcept {
     const AxisAngle turn = shortest_rotation(g.rotation, orthonormal(to));
-    g.axis = turn.axis, g.alpha = turn.angle;
+    g.axis = turn.axis;
+    g.alpha = turn.angle;
 }
 
 }  // namespace detail
@@ -118,10 +121,16 @@ inline Segment screw(double start, double end, const Pose<double>& from, const V
                      const Vec3<double>& direction, double angle, double advance, bool carried) noexcept {
     Segment g = detail::still(start, end, from);
     const Vec3<double> arm = from.position - point, axial = direction * dot(direction, arm);
-    g.origin = point + axial, g.along = direction * advance;
-    g.a = arm - axial, g.b = cross(direction, g.a), g.beta = angle;
+    g.origin = point + axial;
+    g.along = direction * advance;
+    g.a = arm - axial;
+    g.b = cross(direction, g.a);
+    g.beta = angle;
     if (angle == 0) g.origin = from.position;
-    if (carried) g.axis = direction, g.alpha = angle;
+    if (carried) {
+        g.axis = direction;
+        g.alpha = angle;
+    }
     return g;
 }
 

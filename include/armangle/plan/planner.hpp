@@ -5,6 +5,7 @@
 #pragma once
 
 #include <algorithm>
+#include <utility>
 
 #include "certify.hpp"
 #include "diagnose.hpp"
@@ -66,7 +67,7 @@ public:
                          [this](const BranchReport& a, const BranchReport& b) {
                              return a.gc == plan_.gc ? b.gc != plan_.gc : (b.gc != plan_.gc && before(a, b));
                          });
-        return static_cast<Plan&&>(plan_);
+        return std::move(plan_);
     }
 
 private:
@@ -94,7 +95,10 @@ private:
         out.phi = arm_angle(l.motion.circle, now.z3);
         const Joints solved = joints_near(task_.arm, directions(l.motion, sin_cos(out.phi)), q);
         double most = 0;
-        for (int j = 0; j < joints; ++j) out.q[j] = solved.q[j], most = max(most, abs(solved.q[j] - q[j]));
+        for (int j = 0; j < joints; ++j) {
+            out.q[j] = solved.q[j];
+            most = max(most, abs(solved.q[j] - q[j]));
+        }
         if (index(configuration(task_.arm, now.theta)) != tube.gc) return false;
         for (int j :
              {1, 5})  // there the arm angle does not say how joints 1 and 3 (5 and 7) share their turn
@@ -142,12 +146,15 @@ private:
         if (const std::size_t at = first_empty(t); at < t.sections.size()) {
             explain_empty(t, at, out);
         } else if (anchored && !way.whole) {
-            out.verdict = Verdict::dead_end, out.status = Status::LIMITS;
-            out.from = out.reached,
+            out.verdict = Verdict::dead_end;
+            out.status = Status::LIMITS;
+            out.from = out.reached;
             out.to = way.reached < t.sections.size() ? t.sections[way.reached].s : 1.0;
             if (way.reached) out.nearest_psi = nearest_psi(t, t.sections[way.reached], way.rows.back().phi);
         } else if (anchored) {
-            out.margin = way.margin, out.travel = way.cost, out.elbow_margin = elbow_margin(t, way);
+            out.margin = way.margin;
+            out.travel = way.cost;
+            out.elbow_margin = elbow_margin(t, way);
         }
         return out;
     }
@@ -162,8 +169,10 @@ private:
         std::size_t end = at;
         const auto out_of_reach = [](Status s) { return s == Status::UNREACHABLE || s == Status::FOLDED; };
         for (; end < t.sections.size() && t.sections[end].status != Status::OK; ++end) {
-            if (out_of_reach(t.sections[end].status) && !out_of_reach(out.status))
-                out.from = t.sections[end].s, out.status = t.sections[end].status;
+            if (out_of_reach(t.sections[end].status) && !out_of_reach(out.status)) {
+                out.from = t.sections[end].s;
+                out.status = t.sections[end].status;
+            }
             out.excess = max(out.excess, t.sections[end].motion.circle.triangle.excess);
         }
         out.to = t.sections[end - 1].s;
@@ -171,7 +180,9 @@ private:
             out.verdict = Verdict::unreachable;
             return;
         }
-        out.verdict = Verdict::impossible, out.from = t.sections[at].s, out.excess = 0,
+        out.verdict = Verdict::impossible;
+        out.from = t.sections[at].s;
+        out.excess = 0;
         out.status = t.sections[(at + end - 1) / 2].status;
         std::vector<SelfMotion<double>> motions;
         const std::size_t count = end - at, shown = std::min<std::size_t>(count, plan_rule::samples);
@@ -217,11 +228,16 @@ private:
             Plan now;
             if (!realise(report, now)) continue;
             const bool certified = now.proof.certified();
-            if (certified || !any) first = static_cast<Plan&&>(now), any = true;
+            if (certified || !any) {
+                first = std::move(now);
+                any = true;
+            }
             if (certified) break;
         }
         if (any) {
-            plan_.ok = true, plan_.gc = first.gc, plan_.stretches.swap(first.stretches),
+            plan_.ok = true;
+            plan_.gc = first.gc;
+            plan_.stretches.swap(first.stretches);
             plan_.proof = first.proof;
             return;
         }
@@ -246,8 +262,12 @@ private:
             if (out.proof.violated.empty()) return true;
             add_sections(out, base);
         }
-        report.verdict = Verdict::unresolved, report.status = Status::LIMITS;
-        if (!out.proof.open.empty()) report.from = out.proof.open.front(), report.to = out.proof.open.back();
+        report.verdict = Verdict::unresolved;
+        report.status = Status::LIMITS;
+        if (!out.proof.open.empty()) {
+            report.from = out.proof.open.front();
+            report.to = out.proof.open.back();
+        }
         return false;
     }
 
@@ -270,9 +290,12 @@ private:
 
     void draw(const Tube& t, const Way& way, const std::vector<double>& base, Plan& out) const {
         std::vector<double> s, phi;
-        for (const std::size_t k : knots(t, base, way.rows.size()))
-            s.push_back(t.sections[k].s), phi.push_back(way.rows[k].phi);
-        out.gc = t.gc, out.stretches = smooth_stretches(s, phi);
+        for (const std::size_t k : knots(t, base, way.rows.size())) {
+            s.push_back(t.sections[k].s);
+            phi.push_back(way.rows[k].phi);
+        }
+        out.gc = t.gc;
+        out.stretches = smooth_stretches(s, phi);
         const Circle<double>& c = t.sections[0].motion.circle;
         const SinCos<double> sc = sin_cos(way.rows[0].phi);
         const double psi =
@@ -294,7 +317,8 @@ private:
         base.erase(std::unique(base.begin(), base.end(),
                                [](double a, double b) { return b - a <= parameter_rule::same; }),
                    base.end());
-        base.front() = 0, base.back() = 1;
+        base.front() = 0;
+        base.back() = 1;
     }
 
     /// The curve of a branch as far as the start leads.

@@ -31,8 +31,11 @@ public:
         free_.assign(n_, true);
         if (first_fixed) free_[0] = false;
         if (last_fixed) free_[n_ - 1] = false;
-        slope_.resize(n_ * joints), gradient_.resize(n_), diagonal_.resize(n_), off_.resize(n_),
-            move_.resize(n_);
+        slope_.resize(n_ * joints);
+        gradient_.resize(n_);
+        diagonal_.resize(n_);
+        off_.resize(n_);
+        move_.resize(n_);
         best_.resize(n_);
     }
 
@@ -45,7 +48,8 @@ public:
             const double most = apply();
             const double now = assemble();
             if (now < energy) {
-                energy = now, damping = max(damping * 0.3, 1e-6);
+                energy = now;
+                damping = max(damping * 0.3, 1e-6);
                 if (most < relax_rule::done) return;
             } else {
                 for (std::size_t k = 0; k < n_; ++k) way_.rows[k] = best_[k];
@@ -72,9 +76,7 @@ private:
                 armangle::rate(task_.arm, tube_.sections[k].functions, sin_cos(way_.rows[k].phi));
             for (int j = 0; j < joints; ++j) {
                 const double r = rate.q[j];
-                slope(k)[j] = r > relax_rule::steepest
-                                  ? relax_rule::steepest
-                                  : (r > -relax_rule::steepest ? r : -relax_rule::steepest);
+                slope(k)[j] = max(-relax_rule::steepest, min(relax_rule::steepest, r));
             }
             energy += barrier(k);
         }
@@ -89,8 +91,11 @@ private:
         for (int j = 0; j < joints; ++j) {
             const double d = b.q[j] - a.q[j], sa = slope(k)[j], sb = slope(k + 1)[j];
             sum += d * d;
-            gradient_[k] -= 2 * w * d * sa, gradient_[k + 1] += 2 * w * d * sb;
-            diagonal_[k] += 2 * w * sa * sa, diagonal_[k + 1] += 2 * w * sb * sb, off_[k] -= 2 * w * sa * sb;
+            gradient_[k] -= 2 * w * d * sa;
+            gradient_[k + 1] += 2 * w * d * sb;
+            diagonal_[k] += 2 * w * sa * sa;
+            diagonal_[k + 1] += 2 * w * sb * sb;
+            off_[k] -= 2 * w * sa * sb;
         }
         return w * sum;
     }
@@ -103,7 +108,8 @@ private:
             const double d = max(distance, candidate_rule::cost_floor),
                          r = candidate_rule::reference * weight / d, size = share(k) * r * r;
             sum += size;
-            gradient_[k] -= 2 * size * rate / d, diagonal_[k] += 6 * size * rate * rate / (d * d);
+            gradient_[k] -= 2 * size * rate / d;
+            diagonal_[k] += 6 * size * rate * rate / (d * d);
         };
         for (int j = 0; j < joints; ++j) {
             if (j == 3) continue;
@@ -116,8 +122,8 @@ private:
         for (int j : {1, 5}) {
             const double theta = wrap(to_theta(task_.arm, j, x.q[j])), out = theta < 0 ? -1.0 : 1.0;
             const double rate = task_.arm.sign[j] * out * slope(k)[j], m = task_.table.margin;
-            take(abs(theta) - m, rate, objective_.singularities),
-                take(pi - abs(theta) - m, -rate, objective_.singularities);
+            take(abs(theta) - m, rate, objective_.singularities);
+            take(pi - abs(theta) - m, -rate, objective_.singularities);
         }
         return sum;
     }
@@ -132,7 +138,8 @@ private:
             const double right = (free_[k] ? -gradient_[k] : 0.0) - below * before;
             carried = (k + 1 < n_ && free_[k] && free_[k + 1] ? off_[k] : 0.0) / pivot;
             before = right / pivot;
-            off_[k] = carried, move_[k] = before;
+            off_[k] = carried;
+            move_[k] = before;
         }
         for (std::size_t k = n_ - 1; k-- > 0;) move_[k] -= off_[k] * move_[k + 1];
     }

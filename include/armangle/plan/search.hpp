@@ -7,6 +7,7 @@
 #pragma once
 
 #include <algorithm>
+#include <utility>
 
 #include "candidates.hpp"
 
@@ -49,7 +50,10 @@ public:
           goal_(goal),
           here_(task, objective),
           before_(task, objective) {
-        if (goal.given) here_.set_reference(goal.q), before_.set_reference(goal.q);
+        if (goal.given) {
+            here_.set_reference(goal.q);
+            before_.set_reference(goal.q);
+        }
     }
 
     /// The way of the best labels; postures below `floor` are left out, and with a floor the cost alone
@@ -57,7 +61,9 @@ public:
     Way run(double floor) {
         floor_ = floor;
         way_ = Way{};
-        first_.clear(), back_.clear(), phi_.clear();
+        first_.clear();
+        back_.clear();
+        phi_.clear();
         const std::size_t n = tube_.sections.size();
         for (std::size_t k = 0; k < n; ++k) {
             if (!advance(k)) break;
@@ -65,7 +71,7 @@ public:
         }
         way_.whole = way_.reached == n;
         if (way_.reached) finish();
-        return static_cast<Way&&>(way_);
+        return std::move(way_);
     }
 
 private:
@@ -87,8 +93,10 @@ private:
             here_.fix(start_.phi, start_.arc, start_.q);
         else if (k + 1 == tube_.sections.size() && goal_.given)
             here_.fix(goal_.phi, goal_.arc, goal_.q);
-        else
-            here_.set_window(window(k)), here_.fill(tube_, l);
+        else {
+            here_.set_window(window(k));
+            here_.fill(tube_, l);
+        }
         const std::size_t n = here_.all.size();
         label_.assign(n, Label{});
         first_.push_back(back_.size());
@@ -98,11 +106,15 @@ private:
             std::uint32_t from = 0;
             if (x.margin >= floor_) label_[i] = k == 0 ? Label{x.margin, 0} : join(k, x, from);
             alive = alive || label_[i].cost < infinity;
-            back_.push_back(from), phi_.push_back(x.phi);
+            back_.push_back(from);
+            phi_.push_back(x.phi);
         }
         if (!alive) {  // what the last section holds is what finish() reads
-            back_.resize(first_.back()), phi_.resize(first_.back()), first_.pop_back();
-            std::swap(here_.all, before_.all), std::swap(label_, label_before_);
+            back_.resize(first_.back());
+            phi_.resize(first_.back());
+            first_.pop_back();
+            std::swap(here_.all, before_.all);
+            std::swap(label_, label_before_);
         }
         return alive;
     }
@@ -111,7 +123,10 @@ private:
     Window window(std::size_t k) const noexcept {
         Window out;
         out.set = k > 0;
-        for (int j = 0; j < joints; ++j) out.lower[j] = infinity, out.upper[j] = -infinity;
+        for (int j = 0; j < joints; ++j) {
+            out.lower[j] = infinity;
+            out.upper[j] = -infinity;
+        }
         for (std::size_t i = 0; i < before_.all.size(); ++i) {
             if (!(label_before_[i].cost < infinity)) continue;
             for (int j = 0; j < joints; ++j) {
@@ -135,7 +150,10 @@ private:
             if (!(travel < infinity) || !joined(b, y, l, x)) continue;
             const Label now{min(label_before_[i].margin, x.margin),
                             label_before_[i].cost + here + objective_.travel * travel};
-            if (better(now, best)) best = now, from = static_cast<std::uint32_t>(i);
+            if (better(now, best)) {
+                best = now;
+                from = static_cast<std::uint32_t>(i);
+            }
         }
         return best;
     }
@@ -156,11 +174,14 @@ private:
     bool joined(const Section& la, const Candidate& a, const Section& lb, const Candidate& b) const noexcept {
         const double turn = two_pi * round((a.phi - b.phi) / two_pi), end = b.phi + turn;
         double lower = min(a.phi, end), upper = max(a.phi, end);
-        if (!la.full)
-            lower = max(lower, tube_.arc(la)[a.arc].lower), upper = min(upper, tube_.arc(la)[a.arc].upper);
-        if (!lb.full)
-            lower = max(lower, tube_.arc(lb)[b.arc].lower + turn),
+        if (!la.full) {
+            lower = max(lower, tube_.arc(la)[a.arc].lower);
+            upper = min(upper, tube_.arc(la)[a.arc].upper);
+        }
+        if (!lb.full) {
+            lower = max(lower, tube_.arc(lb)[b.arc].lower + turn);
             upper = min(upper, tube_.arc(lb)[b.arc].upper + turn);
+        }
         return lower <= upper + tolerance::angle;
     }
 
@@ -168,7 +189,8 @@ private:
         std::size_t best = 0;
         for (std::size_t i = 1; i < label_.size(); ++i)
             if (better(label_[i], label_[best])) best = i;
-        way_.margin = label_[best].margin, way_.cost = label_[best].cost;
+        way_.margin = label_[best].margin;
+        way_.cost = label_[best].cost;
         trace(best);
     }
 

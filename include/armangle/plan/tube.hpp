@@ -5,6 +5,7 @@
 #pragma once
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "../limits/feasible.hpp"
@@ -28,7 +29,10 @@ inline SmoothPlane smooth_plane(const std::vector<Vec3<double>>& wrists) {
             least = min(least, 1.0 + dot(w, pole));
             if (least <= most) break;
         }
-        if (least > most) most = least, best.pole = pole;
+        if (least > most) {
+            most = least;
+            best.pole = pole;
+        }
     }
     const Vec3<double> off = abs(best.pole.z) < 0.9 ? Vec3<double>{0, 0, 1} : Vec3<double>{1, 0, 0};
     const Vec3<double> across = cross(best.pole, off);
@@ -80,7 +84,10 @@ inline std::uint32_t nearest_arc(const Tube& tube, const Section& x, double phi)
         const Arc& a = tube.arc(x)[k];
         const double middle = 0.5 * (a.lower + a.upper),
                      off = abs(lift(phi, middle) - middle) - 0.5 * (a.upper - a.lower);
-        if (off < least) least = off, nearest = k;
+        if (off < least) {
+            least = off;
+            nearest = k;
+        }
     }
     return nearest;
 }
@@ -126,7 +133,8 @@ inline double turned(const Section& a, const Section& b) noexcept {
     return max(max(wrist, elbow), max(x, z));
 }
 
-/// How unlike two neighbours are: nothing to do, an arc moved far, or one that came, went, split or jumped.
+/// How unlike two neighbours are, in rising order: nothing to do, an arc moved far, or one came, went, split
+/// or jumped.
 enum class Change { small, shifted, event };
 
 inline Change against(const ArcSet& a, const ArcSet& b) noexcept {
@@ -155,8 +163,7 @@ inline Change change(const SolvedSection& a, const SolvedSection& b) noexcept {
     if (a.section.status != Status::OK || (a.arcs.full && b.arcs.full)) return Change::small;
     if (a.arcs.full != b.arcs.full || a.arcs.count != b.arcs.count) return Change::event;
     const Change one = against(a.arcs, b.arcs), other = against(b.arcs, a.arcs);
-    return one == Change::event || other == Change::event ? Change::event
-                                                          : (one == Change::small ? other : one);
+    return std::max(one, other);
 }
 
 class TubeBuilder {
@@ -173,7 +180,7 @@ public:
             add(right);
             left = right;
         }
-        return static_cast<Tube&&>(tube_);
+        return std::move(tube_);
     }
 
 private:
@@ -224,7 +231,10 @@ inline constexpr double same = 1e-12;       // parameters closer than this are o
 inline std::vector<double> base_parameters(const Segment* segments, std::size_t n, const double* rows,
                                            std::size_t row_count) {
     std::vector<double> all(rows, rows + row_count), given, out;
-    for (std::size_t i = 0; i < n; ++i) all.push_back(segments[i].start), all.push_back(segments[i].end);
+    for (std::size_t i = 0; i < n; ++i) {
+        all.push_back(segments[i].start);
+        all.push_back(segments[i].end);
+    }
     std::sort(all.begin(), all.end());
     for (const double s : all)
         if (given.empty() || s - given.back() > parameter_rule::same) given.push_back(s);

@@ -12,15 +12,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
 from .._arrays import Floats, Ints, Shape, as_floats, check_angles, frozen
-from .._core import SetOperation
+from .._core import SetOperation, Side
 from ..errors import InputError, ShapeError
 from ..status import STATUSES, Status
 
 EndSide = Literal["lower", "upper", "singular", "user"]
-_SIDES: tuple[EndSide | None, ...] = (
-    None, "lower", "upper", "user", "singular", "singular", "singular", "singular",
-)  # fmt: skip
-_USER = 3
+_WORDS: dict[Side, EndSide | None] = {
+    Side.NONE: None, Side.LOWER: "lower", Side.UPPER: "upper", Side.USER: "user",
+    Side.NEAR_MARGIN: "singular", Side.FAR_MARGIN: "singular",
+    Side.NEAR_SINGULAR: "singular", Side.FAR_SINGULAR: "singular",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -110,7 +111,7 @@ class ArcSet:
             raise InputError(f"intervals holds {len(psi)} arcs, wanted at most {most}")
         count, arcs = _core.arcs_from(np.array([len(psi)], dtype=np.int64), np.ascontiguousarray(psi))
         full = arcs[:, 1] - arcs[:, 0] >= 2 * np.pi - _core.ANGLE_TOLERANCE
-        side = np.where(full[:, None], 0, _USER).astype(np.int8).repeat(2, axis=1)
+        side = np.where(full[:, None], Side.NONE.value, Side.USER.value).astype(np.int8).repeat(2, axis=1)
         self._fill((), count, arcs, np.zeros_like(side), side, np.full(arcs.shape, np.nan), None)
 
     def _fill(
@@ -213,7 +214,7 @@ class ArcSet:
         for arc in range(self._start[index], self._start[index + 1]):
             pair = []
             for joint, code, value in zip(self._joint[arc], self._side[arc], self._value[arc], strict=True):
-                side = _SIDES[code]
+                side = _WORDS[Side(code)]
                 if side is not None:
                     pair.append(ArcEnd(int(joint) or None, side, float(value)))
             out.append(tuple(pair))

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
 from dataclasses import MISSING, Field, fields
 from inspect import Parameter, Signature
-from typing import Any, Literal, Never, TypedDict, Unpack, final
+from typing import Any, Literal, Never, TypedDict, Unpack, cast, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -45,9 +47,14 @@ from ..models.detect import describe_chain
 from ..models.mjcf import read_mjcf
 from ..models.urdf import Source, read_urdf, write_urdf
 from ..poses import as_transform, nearest_rotation
+from ..status import STATUSES
+from .allowed import Allowed
 from .arcs import ArcSet
 from .diagnosis import Diagnosis, branch_of
 from .joint_function import JointFunction
+from .question import METRICS as _METRICS
+from .question import MetricName, Prefer, Question
+from .solution import Solution, Solutions
 
 __all__ = ["MOST_MARGIN", "Arm", "nearest_rotation"]
 
@@ -116,7 +123,8 @@ class Arm:
     Parameters
     ----------
     d_bs, d_se, d_ew, d_wf : float
-        Base to shoulder, shoulder to elbow, elbow to wrist, wrist to flange, m; the two links at least 1e-6.
+        Base to shoulder, shoulder to elbow, elbow to wrist, wrist to flange, m; d_se and d_ew may be 0 beside
+        an elbow offset, which makes the links hypot(d_se, a_3) and hypot(d_ew, a_4), at least 1e-6, long.
     lower, upper : array_like, shape (7,), optional
         Joint limits in q, rad, lower <= upper. Any: beyond ±π, of one sign, wider than a turn, infinite
         (the default).
@@ -222,6 +230,7 @@ class Arm:
         *,
         angle_tolerance: float = 1e-5,
         length_tolerance: float = 2e-5,
+        continuous_limits: str = "ignore",
     ) -> Arm:
         """Return the arm between two links of a URDF, in that file's own joint coordinates and frames.
 
@@ -230,10 +239,14 @@ class Arm:
         source : path or str or bytes
             A URDF file, or its XML text.
         base, tip : str, optional
-            Names of the two links; guessed where the file leaves one choice.
+            Names of the two links; guessed where the file leaves one choice of seven rotating joints, or one
+            that is S-R-S.
         angle_tolerance, length_tolerance : float
-            How far axes may be from exact (rad, m) to be snapped; the residual that remains is kept in
-            ``import_report``.
+            How far axes may be from exact (rad, m). Beyond the default the arm is the nearest in the mean
+            square; what then differs from the file is kept in ``import_report``.
+        continuous_limits : {"ignore", "use"}
+            Limits of a continuous joint, which by the rules of URDF has none, though some files state them.
+            Where they are ignored, a warning and a note of ``import_report`` say so.
 
         Returns
         -------
@@ -246,7 +259,7 @@ class Arm:
         NotSRSError
             If the arm is not S-R-S; the message says which axes miss which point, and by how much.
         """
-        chain = read_urdf(source, base=base, tip=tip)
+        chain = read_urdf(source, base=base, tip=tip, continuous_limits=continuous_limits)
         description, report = describe_chain(chain, angle=angle_tolerance, length=length_tolerance)
         return cls._from_description(description, report)
 
@@ -823,6 +836,166 @@ class Arm:
         )
         return ArcSet._from_core((*batch, *_SETS_OF[wanted]), columns)
 
+    def solve(
+        self,
+        pose: ArrayLike,
+        near: ArrayLike | None = None,
+        *,
+        metric: MetricName = "l2",
+        weight: ArrayLike | None = None,
+        prefer: Prefer = "near",
+        gc: int | Iterable[int] | None = None,
+        allowed: Allowed | None = None,
+        singularity_margin: float = 0.0,
+        threads: int = 1,
+    ) -> Solution:
+        """Return the posture of a pose that is nearest to a seed, of all there are.
+
+        All eight branches, all arm angles within the joint limits and all windings are compared, and no
+        posture that the limits allow is nearer: pieces of the circle that hold no nearer one are excluded
+        by bounds, not by sampling (docs: theory/nearest). Not to be confused with `inverse`, which takes
+        branch and arm angle, or with `step`, which keeps to the present branch and to a largest joint step.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        near : array_like, shape (..., 7), optional
+            The seed, rad. Without it the posture is that of `best`.
+        metric : "l2" or "max"
+            Distance: root of the weighted sum of squares of joint differences, or the largest of √weight
+            times a difference. Of postures whose largest difference is the elbow's, which every arm angle
+            shares, "max" takes the one whose other joints are nearest.
+        weight : array_like, shape (7,) or scalar, optional
+            Weights of the joints, >= 0, at least one positive; 1 by default.
+        prefer : "near" or "margin"
+            "margin": the largest least distance to a limit instead of the nearest, as `best`.
+        gc : int or several of them, optional
+            Global configurations that may be used; all by default.
+        allowed : ArcSet or function (4, 4) -> ArcSet, optional
+            Arcs of the user's own, intersected.
+        singularity_margin : float
+            As in `feasible`, rad.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        Solution
+            ``q (..., 7)``, ``psi``, ``gc``, ``distance``, ``status``, ``margin`` of shape (...). Never
+            raises on geometry: where there is no posture, ``status`` says why, q is NaN and gc is -1.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, NotRotationError, ConfigurationError, InputError
+
+        Examples
+        --------
+        >>> import armangle as aa
+        >>> arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+        >>> q = [0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5]
+        >>> found = arm.solve(arm.forward(q)[0], near=q)
+        >>> found.q.tolist() == q, found.distance
+        (True, 0.0)
+        """
+        plain = weight is None and gc is None and allowed is None and singularity_margin == 0.0
+        if plain and prefer == "near" and near is not None and metric in _METRICS:
+            one = self._handle.solve_one(pose, near, _METRICS[metric], Solution, STATUSES)
+            if one is not None:
+                return cast(Solution, one)
+        asked = Question(self, pose, near, metric, weight, prefer, gc, allowed, singularity_margin, threads)
+        return asked.solve()
+
+    def solutions(
+        self,
+        pose: ArrayLike,
+        near: ArrayLike | None = None,
+        *,
+        metric: MetricName = "l2",
+        weight: ArrayLike | None = None,
+        prefer: Prefer = "near",
+        gc: int | Iterable[int] | None = None,
+        allowed: Allowed | None = None,
+        singularity_margin: float = 0.0,
+        threads: int = 1,
+    ) -> Solutions:
+        """Return one posture for each branch and arc of a pose: the nearest there, by rising distance.
+
+        Two postures of one arc can be joined without moving the tool and without leaving the limits; two of
+        different arcs cannot. Without a seed the posture of each is that of the largest least margin.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        near : array_like, shape (..., 7), optional
+            The seed, rad.
+        weight : array_like, shape (7,) or scalar, optional
+            Weights of the joints.
+        metric, prefer, gc, allowed, singularity_margin, threads
+            As in `solve`.
+
+        Returns
+        -------
+        Solutions
+            Of one pose a sequence of `Solution`; of a batch arrays (..., k), k the largest count, padded
+            with NaN.
+
+        Raises
+        ------
+        As `solve`.
+
+        Examples
+        --------
+        >>> import armangle as aa
+        >>> arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+        >>> q = [0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5]
+        >>> [(found.gc, round(found.distance, 2)) for found in arm.solutions(arm.forward(q)[0], near=q)][:2]
+        [(2, 0.0), (0, 2.95)]
+        """
+        asked = Question(self, pose, near, metric, weight, prefer, gc, allowed, singularity_margin, threads)
+        return asked.solutions()
+
+    def best(
+        self,
+        pose: ArrayLike,
+        *,
+        gc: int | Iterable[int] | None = None,
+        allowed: Allowed | None = None,
+        singularity_margin: float = 0.0,
+        threads: int = 1,
+    ) -> Solution:
+        """Return the posture of a pose that keeps the largest least distance from the joint limits.
+
+        Of all branches, arm angles and windings; as sure as `solve`. Joints without two limits do not count.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        gc, allowed, singularity_margin, threads
+            As in `solve`.
+
+        Returns
+        -------
+        Solution
+            ``distance`` is NaN: there is no seed.
+
+        Raises
+        ------
+        As `solve`.
+
+        Examples
+        --------
+        >>> import armangle as aa
+        >>> arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+        >>> pose = arm.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])[0]
+        >>> round(float(np.degrees(arm.best(pose).margin)), 1)
+        51.2
+        """
+        asked = Question(self, pose, None, "l2", None, "margin", gc, allowed, singularity_margin, threads)
+        return asked.solve()
+
     def explain(self, pose: ArrayLike, *, singularity_margin: float = 0.0) -> Diagnosis:
         """Return for each global configuration whether a pose can be held within all limits, and if not, why.
 
@@ -913,8 +1086,10 @@ def _checked(given: dict[str, Any]) -> dict[str, Any]:
     """Return all numbers of an arm, arrays read-only; those not given, or given as None, by default."""
     values = _complete(given)
     for name in (*LENGTHS, *ELBOW_OFFSETS):
-        low = LEAST_LINK if name in ("d_se", "d_ew") else -_core.LENGTH_LIMIT
+        low = 0.0 if name in ("d_se", "d_ew") else -_core.LENGTH_LIMIT
         values[name] = as_number(f"{name} (m)", values[name], low, _core.LENGTH_LIMIT)
+    _check_link("upper arm", "d_se", "a_3", values)
+    _check_link("forearm", "d_ew", "a_4", values)
     for name in JOINT_ROWS:
         values[name] = _seven(name, values[name], infinite=name not in ("signs", "offsets"))
     for name in FRAMES:
@@ -938,6 +1113,16 @@ def _complete(given: dict[str, Any]) -> dict[str, Any]:
         raise TypeError(f"Arm() missing {len(missing)} required keyword-only {arguments}")
     default = {f.name: _default(f) for f in _FIELDS}
     return default | {n: value for n, value in given.items() if value is not None or n not in _OPTIONAL}
+
+
+def _check_link(what: str, along: str, across: str, values: dict[str, Any]) -> None:
+    """Raise where the upper arm or forearm, slanted by its elbow offset, has no length."""
+    length = math.hypot(values[along], values[across])
+    if length < LEAST_LINK:
+        raise InputError(
+            f"{along} (m) is {values[along]:g} and {across} is {values[across]:g}: "
+            f"the {what} is {length:g} m long, wanted at least {LEAST_LINK:g}"
+        )
 
 
 def _seven(name: str, value: ArrayLike, *, infinite: bool) -> Floats:

@@ -5,24 +5,23 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
+from .. import _core
 from .._arrays import MILLIMETRES, Floats, frozen
 from ..status import STATUSES, Status
 
 _ANCHOR = "lies outside the limits, in another global configuration, or where no arm angle gives it."
 
 
-class Verdict(IntEnum):
+class _Finding(IntEnum):
     """What became of one branch (global configuration)."""
 
-    OK = 0
-    UNREACHABLE = 1
-    IMPOSSIBLE = 2
-    DEAD_END = 3
-    START = 4
-    GOAL = 5
-    UNRESOLVED = 6
+
+if TYPE_CHECKING:
+    from .._core import Verdict as Verdict
+else:  # names and numbers stand in the core alone; this one is pickled as armangle's own
+    Verdict = _Finding("Verdict", {verdict.name: verdict.value for verdict in _core.Verdict}, module=__name__)
 
 
 @dataclass(frozen=True)

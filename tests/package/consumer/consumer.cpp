@@ -12,14 +12,23 @@ namespace {
 int failures = 0;
 
 void check(bool holds, const char* law) {
-    if (!holds) ++failures, std::printf("fails: %s\n", law);
+    if (!holds) {
+        ++failures;
+        std::printf("fails: %s\n", law);
+    }
 }
 
 armangle::Arm iiwa7() {
     armangle::ArmParameters p;
-    p.d_bs = 0.34, p.d_se = 0.4, p.d_ew = 0.4, p.d_wf = 0.126;
+    p.d_bs = 0.34;
+    p.d_se = 0.4;
+    p.d_ew = 0.4;
+    p.d_wf = 0.126;
     constexpr double limit[armangle::joints] = {2.9, 2.0, 2.9, 2.0, 2.9, 2.0, 3.0};
-    for (int i = 0; i < armangle::joints; ++i) p.limits.lower[i] = -limit[i], p.limits.upper[i] = limit[i];
+    for (int i = 0; i < armangle::joints; ++i) {
+        p.limits.lower[i] = -limit[i];
+        p.limits.upper[i] = limit[i];
+    }
     return armangle::make_arm(p);
 }
 
@@ -79,7 +88,8 @@ void bad_input_is_a_status(const armangle::Arm& arm) {
         p.rotation.y.x = bad;
         check(status(p, q) == armangle::Status::BAD_INPUT, "a matrix that is no rotation is refused");
         if (std::isfinite(bad)) continue;
-        p = pose, p.position.z = bad;
+        p = pose;
+        p.position.z = bad;
         check(status(p, q) == armangle::Status::BAD_INPUT, "a position that is not finite is refused");
         double from[armangle::joints] = {0.1, 0.4, 0.2, -1.2, 0.3, 0.8, bad};
         check(status(pose, from) == armangle::Status::BAD_INPUT, "joints that are not finite are refused");

@@ -15,7 +15,10 @@ using armangle::joints;
 int failures = 0;
 
 void check(bool holds, const char* law) {
-    if (!holds) ++failures, std::printf("fails: %s\n", law);
+    if (!holds) {
+        ++failures;
+        std::printf("fails: %s\n", law);
+    }
 }
 
 /// The DH rows of the arm as a KDL chain, a joint being its axis and a DH frame behind it.
@@ -36,11 +39,18 @@ KDL::Chain kdl_chain(const armangle::Arm& arm) {
 
 armangle::Arm arm_of(bool plain) {
     armangle::ArmParameters p;
-    p.d_bs = 0.34, p.d_se = 0.4, p.d_ew = 0.39, p.d_wf = 0.126;
+    p.d_bs = 0.34;
+    p.d_se = 0.4;
+    p.d_ew = 0.39;
+    p.d_wf = 0.126;
     constexpr double limit[joints] = {2.9, 2.0, 2.9, 2.0, 2.9, 2.0, 3.0};
-    for (int i = 0; i < joints; ++i) p.limits.lower[i] = -limit[i], p.limits.upper[i] = limit[i];
+    for (int i = 0; i < joints; ++i) {
+        p.limits.lower[i] = -limit[i];
+        p.limits.upper[i] = limit[i];
+    }
     if (!plain) {
-        p.a_3 = 0.045, p.a_4 = -0.045;
+        p.a_3 = 0.045;
+        p.a_4 = -0.045;
         p.sign[3] = p.sign[5] = -1;
         p.offset[2] = armangle::half_pi;
         p.base = armangle::from_kdl({KDL::Rotation::RPY(0.3, -0.2, 1.1), KDL::Vector(0.1, 0.2, 0.3)});
@@ -59,8 +69,10 @@ void solves_what_kdl_says(const armangle::Arm& arm) {
     double worst = 0, furthest_same = 0;
     bool solved = true, inside = true;
     for (int k = 0; k < 5000; ++k) {
-        for (unsigned i = 0; i < joints; ++i)
-            q(i) = arm.limits.upper[i] * unit(random), seed(i) = arm.limits.upper[i] * unit(random);
+        for (unsigned i = 0; i < joints; ++i) {
+            q(i) = arm.limits.upper[i] * unit(random);
+            seed(i) = arm.limits.upper[i] * unit(random);
+        }
         KDL::Frame pose, again;
         forward.JntToCart(q, pose);
         solved = solved && inverse.CartToJnt(seed, pose, found) == KDL::SolverI::E_NOERROR;
@@ -79,7 +91,10 @@ void solves_what_kdl_says(const armangle::Arm& arm) {
 void refuses(const armangle::Arm& arm) {
     armangle::ChainIkSolverPos solver(arm);
     KDL::JntArray seed(joints), found(joints), six(6);
-    for (unsigned i = 0; i < joints; ++i) seed(i) = 0.3, found(i) = 42.0;
+    for (unsigned i = 0; i < joints; ++i) {
+        seed(i) = 0.3;
+        found(i) = 42.0;
+    }
     check(solver.CartToJnt(six, KDL::Frame::Identity(), found) == KDL::SolverI::E_SIZE_MISMATCH,
           "six joints are a size mismatch");
     const int far = solver.CartToJnt(seed, KDL::Frame(KDL::Vector(9, 0, 0)), found);
@@ -97,6 +112,9 @@ void refuses(const armangle::Arm& arm) {
 }  // namespace
 
 int main() {
-    for (const bool plain : {true, false}) solves_what_kdl_says(arm_of(plain)), refuses(arm_of(plain));
+    for (const bool plain : {true, false}) {
+        solves_what_kdl_says(arm_of(plain));
+        refuses(arm_of(plain));
+    }
     return failures != 0;
 }

@@ -27,9 +27,18 @@ extern "C" {
 void* __libc_malloc(std::size_t size);
 void* __libc_calloc(std::size_t count, std::size_t size);
 void* __libc_realloc(void* p, std::size_t size);
-void* malloc(std::size_t size) { return ++allocations, __libc_malloc(size); }
-void* calloc(std::size_t count, std::size_t size) { return ++allocations, __libc_calloc(count, size); }
-void* realloc(void* p, std::size_t size) { return ++allocations, __libc_realloc(p, size); }
+void* malloc(std::size_t size) {
+    ++allocations;
+    return __libc_malloc(size);
+}
+void* calloc(std::size_t count, std::size_t size) {
+    ++allocations;
+    return __libc_calloc(count, size);
+}
+void* realloc(void* p, std::size_t size) {
+    ++allocations;
+    return __libc_realloc(p, size);
+}
 }
 #endif
 
@@ -49,7 +58,8 @@ struct Input {
             q[0] += 0.001;
             const Posture at = forward(arm, q);
             store_pose(at.pose, matrix + 16 * i);
-            psi[i] = at.psi, gc[i] = at.gc;
+            psi[i] = at.psi;
+            gc[i] = at.gc;
         }
         matrix[16 * (count - 1) + 3] = 9.0;
     }
@@ -73,8 +83,14 @@ void report(const char* name, const Work& work) {
 
 int main() {
     ArmParameters p;
-    p.d_bs = 0.34, p.d_se = 0.4, p.d_ew = 0.4, p.d_wf = 0.126;
-    for (int i = 0; i < joints; ++i) p.limits.upper[i] = 2.0, p.limits.lower[i] = -2.0;
+    p.d_bs = 0.34;
+    p.d_se = 0.4;
+    p.d_ew = 0.4;
+    p.d_wf = 0.126;
+    for (int i = 0; i < joints; ++i) {
+        p.limits.upper[i] = 2.0;
+        p.limits.lower[i] = -2.0;
+    }
     std::printf("start\n");  // stdout's own buffer
     report("counter", [] {
         void* volatile kept = operator new(1);  // twice where malloc is counted too
@@ -124,8 +140,11 @@ int main() {
     });
     static Bounds bounds;
     bounds.dt = 0.01;
-    for (int j = 0; j < joints; ++j)
-        bounds.velocity[j] = 2.0, bounds.acceleration[j] = 50.0, bounds.velocity_now[j] = 0.0;
+    for (int j = 0; j < joints; ++j) {
+        bounds.velocity[j] = 2.0;
+        bounds.acceleration[j] = 50.0;
+        bounds.velocity_now[j] = 0.0;
+    }
     StepOptions bounded;
     bounded.bounds = &bounds;
     report("bounded_step", [&] {

@@ -1,0 +1,139 @@
+"""Plain C++: one action a statement, no conditional within a conditional, no line beyond 110 columns."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+WIDTH = 110
+FOLDERS = ("include", "bindings", "examples/cpp", "fuzz", "benchmarks/cpp", "tests/package")
+FILES = [
+    path.relative_to(ROOT)
+    for folder in FOLDERS
+    for ending in ("hpp", "cpp")
+    for path in sorted((ROOT / folder).rglob(f"*.{ending}"))
+]
+PLAIN = [path for path in FILES if path.parts[0] == "include"]
+
+
+def code_of(text: str) -> str:
+    """The text with comments, strings and preprocessor lines blanked; every line keeps its place."""
+
+    def blank(match: re.Match[str]) -> str:
+        return re.sub(r"[^\n]", " ", match[0])
+
+    text = re.sub(r"//[^\n]*|/\*.*?\*/", blank, text, flags=re.S)
+    text = re.sub(r'"(?:\\.|[^"\\\n])*"', lambda m: '"' + "_" * (len(m[0]) - 2) + '"', text)
+    return re.sub(r"^[ \t]*#(?:[^\n]*\\\n)*[^\n]*", blank, text, flags=re.M)
+
+
+DECLARATION = re.compile(
+    r"(?:const|static|constexpr|inline|auto|using|template|struct|enum|case|public|private)\b"
+    r"|[\w:]+(?:<[^;=]*>)?[&*]* [&*]*\w+\s*(?:=|\{|\[|\(|,|$)"
+)
+HEAD = re.compile(r"(?:(?:if|for|while)\s*\((?:[^()]|\((?:[^()]|\([^()]*\))*\))*\)|else\b)\s*")
+
+
+def chained(code: str) -> Iterator[int]:
+    """Lines that are a statement with a comma between two actions: `a = x, b = y;`, `return a = x, b;`."""
+    before = ""
+    for number, line in enumerate(code.splitlines(), 1):
+        statement = line.strip()
+        begins = not before or before.endswith((";", "{", "}", ")", ":", "else"))
+        before = statement or before
+        if not begins:
+            continue
+        while head := HEAD.match(statement):
+            statement = statement[head.end() :]
+        if not statement.endswith(";") or re.match(r"[:,?]", statement):
+            continue
+        returned = statement.startswith("return ")
+        statement = statement.removeprefix("return ")
+        if not returned and DECLARATION.match(statement):
+            continue
+        first = outermost_comma(statement)
+        if first is not None and re.search(r"[^=<>!]=[^=]|\)$", statement[:first].strip()):
+            yield number
+
+
+def outermost_comma(statement: str) -> int | None:
+    depth = 0
+    for at, c in enumerate(statement):
+        depth += (c in "([{") - (c in ")]}")
+        if c == "," and depth == 0:
+            return at
+    return None
+
+
+def nested(code: str) -> Iterator[int]:
+    """Lines with a conditional inside another one's condition or arms."""
+    for match in re.finditer(r"\?", code):
+        depth = 0
+        for k in range(match.start() + 1, len(code)):
+            c = code[k]
+            depth += (c in "([{") - (c in ")]}")
+            if depth < 0 or (c in ";," and depth == 0):
+                break
+            if c == "?":
+                yield code.count("\n", 0, k) + 1
+                break
+
+
+@pytest.mark.parametrize("path", PLAIN, ids=str)
+def test_one_action_a_statement(path: Path) -> None:
+    code = code_of((ROOT / path).read_text(encoding="utf-8"))
+    assert not list(chained(code)), f"{path}: commas between actions at lines {list(chained(code))}"
+    assert not list(nested(code)), f"{path}: nested conditionals at lines {list(nested(code))}"
+
+
+@pytest.mark.parametrize("path", FILES, ids=str)
+def test_lines_fit(path: Path) -> None:
+    lines = (ROOT / path).read_text(encoding="utf-8").splitlines()
+    long = [number for number, line in enumerate(lines, 1) if len(line) > WIDTH]
+    assert not long, f"{path}: lines {long} are longer than {WIDTH}"
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        "a = 1, b = 2;",
+        "void f() {\n    if (x) a.b[i] += 1, c(d);\n}",
+        "return value = x, Problem::y;",
+        "first.push(1), second.push(2);",
+    ],
+)
+def test_a_comma_put_wrong_is_seen(wrong: str) -> None:
+    assert list(chained(code_of(wrong)))
+
+
+def test_a_nested_conditional_is_seen() -> None:
+    assert list(nested("x = a ? b : (c ? d : e);"))
+
+
+@pytest.mark.parametrize(
+    "right",
+    [
+        "const double a = 1, b = 2;",
+        "double x, y;",
+        "int a[] = {1, 2};",
+        "for (int i = 0, n = 2; i < n; ++i) h(i, i);",
+        "return {a = b, b};",
+    ],
+)
+def test_what_is_plain_passes(right: str) -> None:
+    assert not list(chained(code_of(right))) and not list(nested(code_of(right)))
+
+
+@pytest.mark.skipif(shutil.which("clang++") is None, reason="clang++ sees what a search of the text cannot")
+def test_clang_sees_no_comma_between_actions(tmp_path: Path) -> None:
+    source = tmp_path / "all.cpp"
+    source.write_text("#include <armangle/armangle.hpp>\n#include <armangle/plan.hpp>\n")
+    command = ["clang++", "-std=c++20", "-fsyntax-only", "-Wcomma", f"-I{ROOT / 'include'}", str(source)]
+    printed = subprocess.run(command, capture_output=True, text=True, check=True).stderr
+    assert "comma operator" not in printed, printed

@@ -1,0 +1,122 @@
+"""Questions that `solve` is tried on, and the naive way beside it: a dense grid, then polished."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+import armangle as aa
+
+from .strategies import Array, generated_arm
+
+GOLDEN = (np.sqrt(5) - 1) / 2
+POLISHES = 60
+SLACK = 1e-14  # rad beyond a limit, of rounding: more would let the grid pass an end that solve keeps
+
+
+@dataclass(frozen=True)
+class Case:
+    """One question; `number` says which."""
+
+    number: int
+    arm: aa.Arm
+    pose: Array
+    near: Array
+    weight: Array
+    metric: Literal["l2", "max"]
+    prefer: Literal["near", "margin"]
+
+    def __str__(self) -> str:
+        return f"{self.number}-{self.prefer}-{self.metric}"
+
+    def solve(self) -> aa.Solution:
+        return self.arm.solve(
+            self.pose, self.near, metric=self.metric, weight=self.weight, prefer=self.prefer
+        )
+
+    def solutions(self) -> aa.Solutions:
+        return self.arm.solutions(
+            self.pose, self.near, metric=self.metric, weight=self.weight, prefer=self.prefer
+        )
+
+    def costs(self, q: Array) -> Array:
+        """Return what postures (..., 7) cost; infinite beyond the limits."""
+        within = self.arm.within_limits(q, SLACK)
+        if self.prefer == "margin":
+            return np.where(within, -self.arm.limit_margin(q), np.inf)
+        off = np.sqrt(self.weight) * np.abs(q - self.near)
+        cost = np.linalg.norm(off, axis=-1) if self.metric == "l2" else off.max(axis=-1)
+        return np.where(within, cost, np.inf)
+
+
+def _arm(rng: np.random.Generator, number: int) -> aa.Arm:
+    """The iiwa, one of the catalogue, or an arm of any lengths, offsets, signs and limits."""
+    if number % 6 == 0:
+        return aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    if number % 6 == 1:
+        return aa.Arm.from_catalogue(str(rng.choice(aa.catalogue())))
+    arm = generated_arm(int(rng.integers(1 << 30)))
+    if number % 6 > 3:
+        return arm
+    # limits of one sign, of more than a turn, or none
+    middle, half = rng.uniform(-2, 2, 7), rng.uniform(0.3, 4.5, 7)
+    middle[3], half[3] = (arm.lower[3] + arm.upper[3]) / 2, (arm.upper[3] - arm.lower[3]) / 2
+    half = np.where((rng.random(7) < 0.1) & (np.arange(7) != 3), np.inf, half)
+    return arm.with_(lower=middle - half, upper=middle + half)
+
+
+def cases(count: int, seed: int) -> list[Case]:
+    """Return random cases: seeds anywhere or beside the posture, poses regular, singular, stretched."""
+    out: list[Case] = []
+    for number in range(count):
+        rng = np.random.default_rng([number, seed, 77])
+        arm = _arm(rng, number)
+        low, high = np.maximum(arm.lower, -4.0), np.minimum(arm.upper, 4.0)
+        q, near = rng.uniform(low, high, (2, 7))
+        straight = arm.signs * (np.array([0, 0, 0, arm.delta, 0, 0, 0]) - arm.offsets)
+        singular = {1: [1], 2: [5], 3: [1, 5], 4: [1, 3]}.get(int(rng.integers(12)), [])
+        q[singular] = straight[singular]
+        if rng.random() < 0.25:
+            near = q + rng.normal(0, 0.05, 7)
+        pose = arm.forward(q, undefined="nan")[0]
+        weight = rng.uniform(0, 2, 7) if rng.random() < 0.3 else np.ones(7)
+        metric: Any = rng.choice(["l2", "l2", "max"])
+        prefer: Any = rng.choice(["near", "near", "near", "margin"])
+        out.append(Case(number, arm, pose, near, weight, str(metric), str(prefer)))  # type: ignore[arg-type]
+    return out
+
+
+def brute_force(case: Case, grid: int) -> float:
+    """Return the least cost on a grid of psi in all branches, its best points polished by golden section."""
+    psi = np.linspace(-np.pi, np.pi, grid, endpoint=False)
+    arm, arcs = case.arm, case.arm.feasible_all(case.pose)
+    if np.all(arcs.is_empty):
+        return np.inf
+    two = np.isfinite(arm.lower) & np.isfinite(arm.upper)
+    middle = (np.where(two, arm.lower, 0.0) + np.where(two, arm.upper, 0.0)) / 2
+    seed = middle if case.prefer == "margin" else case.near
+
+    def at(gc: NDArray[np.int64], angle: Array) -> Array:
+        return case.costs(arm.inverse(case.pose, angle, gc, seed=seed, unreachable="nan"))
+
+    gc = np.flatnonzero(np.asarray(arcs.count) > 0)
+    on_grid = np.where(arcs[gc][:, None].contains(psi), at(gc[:, None], psi), np.inf)
+    least = on_grid.min()
+    for one in gc:
+        least = min(least, at(one, arcs[one].intervals.ravel()).min())
+    valleys = (on_grid <= np.roll(on_grid, 1, axis=1)) & (on_grid <= np.roll(on_grid, -1, axis=1))
+    row, column = np.nonzero(valleys & (on_grid < least + 0.2))
+    if not len(row):
+        return float(least)
+    branch, here = gc[row], arcs[gc[row]]
+    a, b = psi[column] - 2 * np.pi / grid, psi[column] + 2 * np.pi / grid
+    for _ in range(POLISHES):
+        tried = np.stack([b - GOLDEN * (b - a), a + GOLDEN * (b - a)])
+        cost = np.where(here.contains(tried), at(branch, tried), np.inf)
+        left = cost[0] < cost[1]
+        a, b = np.where(left, a, tried[0]), np.where(left, tried[1], b)
+        least = min(least, cost.min())
+    return float(least)
