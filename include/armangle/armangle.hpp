@@ -10,7 +10,7 @@
 #include "arm/configuration.hpp"
 #include "arm/forward.hpp"
 #include "circle/circle.hpp"
-#include "circle/reach.hpp"
+#include "circle/nearest_pose.hpp"
 #include "circle/self_motion.hpp"
 #include "circle/posture.hpp"
 #include "circle/joint_function.hpp"

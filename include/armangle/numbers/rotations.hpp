@@ -14,7 +14,7 @@ Vec3<T> rotated(const Vec3<double>& v, const Vec3<double>& axis, const SinCos<T>
 }
 
 /// The rotation about a unit axis by an angle (rad).
-inline Mat3<double> rotation_about(const Vec3<double>& axis, double angle) noexcept {
+inline Mat3<double> rotation(const Vec3<double>& axis, double angle) noexcept {
     const SinCos<double> sc = sin_cos(angle);
     return {rotated(Vec3<double>{1, 0, 0}, axis, sc), rotated(Vec3<double>{0, 1, 0}, axis, sc),
             rotated(Vec3<double>{0, 0, 1}, axis, sc)};
@@ -34,8 +34,7 @@ inline Mat3<double> from_quaternion(double w, double x, double y, double z) noex
 
 /// Turns about the fixed axes x, then y, then z (rad), as in URDF: Rz(yaw) Ry(pitch) Rx(roll).
 inline Mat3<double> from_rpy(double roll, double pitch, double yaw) noexcept {
-    return rotation_about({0, 0, 1}, yaw) * rotation_about({0, 1, 0}, pitch) *
-           rotation_about({1, 0, 0}, roll);
+    return rotation({0, 0, 1}, yaw) * rotation({0, 1, 0}, pitch) * rotation({1, 0, 0}, roll);
 }
 
 /// The rotation about the direction of v by its length (rad).
@@ -44,7 +43,7 @@ inline Mat3<double> from_rotation_vector(const Vec3<double>& v) noexcept {
     if (largest == 0) return {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     const Vec3<double> scaled{v.x / largest, v.y / largest, v.z / largest};  // no square that underflows
     const double length = norm(scaled);
-    return rotation_about(scaled * (1.0 / length), largest * length);
+    return rotation(scaled * (1.0 / length), largest * length);
 }
 
 /// The nearest rotation to a matrix that is one within 1e-6, by two steps of Newton: R (3 - R^T R) / 2.
