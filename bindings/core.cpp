@@ -77,6 +77,7 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     m.attr("CONFIGURATIONS") = armangle::configurations;
     m.attr("ANGLE_TOLERANCE") = armangle::tolerance::angle;
     m.attr("ROTATION_TOLERANCE") = armangle::tolerance::rotation;
+    m.attr("UNIT_TOLERANCE") = armangle::tolerance::unit;
     m.attr("LARGEST_ANGLE") = armangle::tolerance::largest_angle;
     m.attr("LENGTH_LIMIT") = armangle::tolerance::length;
     m.attr("ARC_CAPACITY") = armangle::ArcSet::capacity;
@@ -84,6 +85,7 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     m.attr("MAX_JOINT_STEP") = armangle::StepOptions{}.max_joint_step;
     binding::bind_status(m);
     binding::bind_refusal(m);
+    binding::bind_poses(m);
     nb::class_<ArmHandle> arm(m, "Arm");
     arm.def("__init__", &binding::construct, nb::arg("lengths"), nb::arg("joint_map"), nb::arg("base"),
             nb::arg("tool"));

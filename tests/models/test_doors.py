@@ -103,7 +103,7 @@ LEFTOVERS = (
     '<xacro:include filename="materials.xacro"/>',
     '<xacro:if value="1"><gazebo/></xacro:if>',
     '<link name="x"><xacro:inertia m="1"/></link>',
-    '<gazebo><xacro:unused_too/></gazebo>',
+    "<gazebo><xacro:unused_too/></gazebo>",
 )
 
 

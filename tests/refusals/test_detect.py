@@ -43,9 +43,7 @@ def test_real_file_is_refused_with_its_numbers(name):
     assert caught.value.reasons[0] in message
 
 
-@pytest.mark.parametrize(
-    ("name", "length"), [("kuka_iiwa14_rosi", 5e-4), ("kinova_gen3_7dof", 13e-3)]
-)
+@pytest.mark.parametrize(("name", "length"), [("kuka_iiwa14_rosi", 5e-4), ("kinova_gen3_7dof", 13e-3)])
 def test_raised_tolerance_takes_a_near_arm_and_says_how_near(name, length):
     path = model(name)
     chain = read_urdf(path)

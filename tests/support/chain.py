@@ -200,8 +200,7 @@ def simple_urdf(joints: str = "", count: int = 7, links: str = "", **change: str
 
 def joint_xml(name: str, parent: str, child: str, kind: str = "revolute", inside: str = "") -> str:
     return (
-        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
-        f"{inside}</joint>"
+        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>{inside}</joint>'
     )
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..poses import pose
 from .description import ArmDescription
 
 FloatArray = NDArray[np.float64]
@@ -165,10 +166,7 @@ def rigid_inverse(pose: FloatArray) -> FloatArray:
 
 def from_rpy(xyz: ArrayLike, rpy: ArrayLike) -> FloatArray:
     """Return the frame (4, 4) of a shift (3,), m, and turns about the fixed x, y, z axes, rad."""
-    roll, pitch, yaw = np.asarray(rpy, dtype=np.float64)
-    ex, ey, ez = np.eye(3)
-    turn = rotation_about(ez, yaw) @ rotation_about(ey, pitch) @ rotation_about(ex, roll)
-    return np.asarray(translation(xyz) @ turn, dtype=np.float64)
+    return pose(xyz, rpy=rpy)
 
 
 def to_rpy(pose: FloatArray) -> tuple[float, float, float]:
