@@ -30,7 +30,7 @@ def test_a_status_prints_as_its_name_and_counts_as_its_number() -> None:
 def test_an_import_report_reads_in_mm_and_degrees() -> None:
     report = aa.ImportReport(
         source="arm.urdf", base="link_0", tip="link_7", joint_names=tuple("abcdefg"),
-        shoulder_miss=1.5e-6, elbow_miss=0.0, wrist_miss=0.0, angle_miss=np.radians(0.25),
+        shoulder_miss=1.5e-6, wrist_miss=0.0, angle_miss=np.radians(0.25),
         residual_position=2e-3, residual_rotation=0.0, postures=10, notes=("mind the gap",),
     )  # fmt: skip
     lines = str(report).splitlines()
