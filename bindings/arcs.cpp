@@ -18,15 +18,6 @@ using namespace armangle;
 
 namespace {
 
-template <class T>
-nb::object owned(std::vector<T>&& values, std::size_t columns) {
-    auto* kept = new std::vector<T>(std::move(values));
-    nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
-    const std::size_t rows = kept->size() / columns;
-    if (columns == 1) return nb::cast(nb::ndarray<nb::numpy, T>(kept->data(), {rows}, owner));
-    return nb::cast(nb::ndarray<nb::numpy, T>(kept->data(), {rows, columns}, owner));
-}
-
 /// What is asked of a pose: Psi_all of one branch, Psi_i of its seven joints, or Psi_all of all eight
 /// branches.
 enum class Wanted : int { branch, joints, branches };

@@ -269,5 +269,6 @@ void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_arcs(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_stepping(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_planning(nb::module_& m, nb::class_<ArmHandle>& arm);
+void bind_solving(nb::module_& m, nb::class_<ArmHandle>& arm);
 
 }  // namespace binding

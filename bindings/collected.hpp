@@ -20,6 +20,16 @@ using namespace armangle;
 /// count per set; for each arc its two ends as angle, joint, side and value in q; status per set.
 using ArcColumns = nb::typed<nb::tuple, Ints, Floats, Codes, Codes, Floats, Codes>;
 
+/// Values as a NumPy array of so many columns, without a copy.
+template <class T>
+nb::object owned(std::vector<T>&& values, std::size_t columns) {
+    auto* kept = new std::vector<T>(std::move(values));
+    nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
+    const std::size_t rows = kept->size() / columns;
+    if (columns == 1) return nb::cast(nb::ndarray<nb::numpy, T>(kept->data(), {rows}, owner));
+    return nb::cast(nb::ndarray<nb::numpy, T>(kept->data(), {rows, columns}, owner));
+}
+
 /// Memory that grows without being filled first; its own, or a part of another's until that is too small.
 template <class T>
 struct Grown {

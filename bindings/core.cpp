@@ -56,6 +56,7 @@ void bind_status(nb::module_& m) {
         .value("ACCELERATION_LIMIT", Status::ACCELERATION_LIMIT)
         .value("NOT_REACHED", Status::NOT_REACHED)
         .value("BAD_INPUT", Status::BAD_INPUT)
+        .value("NOT_ALLOWED", Status::NOT_ALLOWED)
         .def_prop_ro(
             "sentence", [](Status status) { return armangle::sentence(status); },
             "The outcome as one sentence.");
@@ -93,4 +94,5 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     binding::bind_arcs(m, arm);
     binding::bind_stepping(m, arm);
     binding::bind_planning(m, arm);
+    binding::bind_solving(m, arm);
 }

@@ -17,6 +17,7 @@
 #include "limits/boundaries.hpp"
 #include "limits/blocked.hpp"
 #include "limits/feasible.hpp"
+#include "limits/nearest.hpp"
 #include "motion/resolution.hpp"
 #include "motion/bounds.hpp"
 #include "motion/step.hpp"

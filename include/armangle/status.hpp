@@ -19,9 +19,10 @@ enum class Status : std::int8_t {
     ACCELERATION_LIMIT = 10,
     NOT_REACHED = 11,
     BAD_INPUT = 12,
+    NOT_ALLOWED = 13,
 };
 
-inline constexpr int status_count = 13;
+inline constexpr int status_count = 14;
 
 constexpr const char* sentence(Status status) noexcept {
     switch (status) {
@@ -42,6 +43,7 @@ constexpr const char* sentence(Status status) noexcept {
         case Status::VELOCITY_LIMIT: return "A joint would move faster than its velocity limit.";
         case Status::ACCELERATION_LIMIT: return "A joint would accelerate beyond its acceleration limit.";
         case Status::NOT_REACHED: return "The pose was not tried: the motion stopped before it.";
+        case Status::NOT_ALLOWED: return "The branches or arcs that the caller allows leave no arm angle.";
         case Status::BAD_INPUT: return "The pose is no rigid transform, or a number is not finite.";
     }
     return "";

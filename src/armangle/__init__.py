@@ -20,9 +20,10 @@ _NAMES = {
     "arm.configuration": "gc_index gc_signs",
     "arm.diagnosis": "Branch Diagnosis Opening Verdict",
     "arm.joint_function": "JointFunction",
+    "arm.solution": "Solution Solutions",
     "errors": "ArmangleError ConfigurationError FileFormatError InputError LimitError MissingExtraError "
-    "NotFiniteError NotRotationError NotSRSError OutputError PathError PolicyError PortError "
-    "ShapeError UnknownRobotError UnreachableError UrdfError",
+    "NoSolutionError NotFiniteError NotRotationError NotSRSError OutputError PathError PolicyError "
+    "PortError ShapeError UnknownRobotError UnreachableError UrdfError",
     "files.tables": "JointTable load_joints load_poses save",
     "models.catalogue": "catalogue",
     "models.description": "ImportReport",

@@ -26,6 +26,8 @@ from .arm.diagnosis import (
     Verdict as Verdict,
 )
 from .arm.joint_function import JointFunction as JointFunction
+from .arm.solution import Solution as Solution
+from .arm.solution import Solutions as Solutions
 from .errors import (
     ArmangleError as ArmangleError,
     ConfigurationError as ConfigurationError,
@@ -33,6 +35,7 @@ from .errors import (
     InputError as InputError,
     LimitError as LimitError,
     MissingExtraError as MissingExtraError,
+    NoSolutionError as NoSolutionError,
     NotFiniteError as NotFiniteError,
     NotRotationError as NotRotationError,
     NotSRSError as NotSRSError,

@@ -58,6 +58,8 @@ class Status(enum.IntEnum):
 
     BAD_INPUT = 12
 
+    NOT_ALLOWED = 13
+
     @property
     def sentence(self) -> str:
         """The outcome as one sentence."""
@@ -132,6 +134,12 @@ class Arm:
     def certify_curve(self, segments: numpy.typing.NDArray[numpy.float64], stretches: numpy.typing.NDArray[numpy.float64], plane: numpy.typing.NDArray[numpy.float64], gc: int, singularity_margin: float) -> tuple[Any, ...]: ...
 
     def explain_pose(self, segment: numpy.typing.NDArray[numpy.float64], singularity_margin: float) -> Any: ...
+
+    def solve_one(self, pose: object | None, near: object | None, metric: Metric, kind: object, statuses: object) -> Any: ...
+
+    def solve_many(self, pose: numpy.typing.NDArray[numpy.float64], near: numpy.typing.NDArray[numpy.float64] | None, options: SolveOptions, allowed_count: numpy.typing.NDArray[numpy.int64] | None, allowed_psi: numpy.typing.NDArray[numpy.float64] | None, q: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], distance: numpy.typing.NDArray[numpy.float64], status: numpy.typing.NDArray[numpy.int8], margin: numpy.typing.NDArray[numpy.float64], threads: int) -> None: ...
+
+    def solutions_many(self, pose: numpy.typing.NDArray[numpy.float64], near: numpy.typing.NDArray[numpy.float64] | None, options: SolveOptions, allowed_count: numpy.typing.NDArray[numpy.int64] | None, allowed_psi: numpy.typing.NDArray[numpy.float64] | None, threads: int) -> tuple[numpy.typing.NDArray[numpy.int64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int8]]: ...
 
 class Enforce(enum.Enum):
     IGNORE = 0
@@ -268,3 +276,13 @@ def path_poses(segments: numpy.typing.NDArray[numpy.float64], s: numpy.typing.ND
 def path_derivatives(segments: numpy.typing.NDArray[numpy.float64], s: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> None: ...
 
 def interval_many(operation: int, a: numpy.typing.NDArray[numpy.float64], b: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> None: ...
+
+class Metric(enum.Enum):
+    L2 = 0
+
+    MAX = 1
+
+    MARGIN = 2
+
+class SolveOptions:
+    def __init__(self, metric: Metric, weight: numpy.typing.NDArray[numpy.float64], branches: int, margin: float) -> None: ...

@@ -33,6 +33,10 @@ class LimitError(InputError):
     """Joint limits are malformed, or a joint value lies outside them."""
 
 
+class NoSolutionError(ArmangleError):
+    """A pose within reach has no posture that limits, margins and the caller allow."""
+
+
 class UnreachableError(ArmangleError):
     """A pose lies outside the reach of the arm."""
 

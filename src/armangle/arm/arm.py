@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import MISSING, Field, fields
 from inspect import Parameter, Signature
-from typing import Any, Literal, Never, TypedDict, Unpack, final
+from typing import Any, Literal, Never, TypedDict, Unpack, cast, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -44,9 +45,14 @@ from ..models.detect import describe_chain
 from ..models.mjcf import read_mjcf
 from ..models.urdf import Source, read_urdf, write_urdf
 from ..poses import as_transform, nearest_rotation
+from ..status import STATUSES
+from .allowed import Allowed
 from .arcs import ArcSet
 from .diagnosis import Diagnosis, branch_of
 from .joint_function import JointFunction
+from .question import METRICS as _METRICS
+from .question import MetricName, Prefer, Question
+from .solution import Solution, Solutions
 
 __all__ = ["MOST_MARGIN", "Arm", "nearest_rotation"]
 
@@ -829,6 +835,166 @@ class Arm:
             poses, branches, margin, paper, threshold, wanted, as_threads(threads)
         )
         return ArcSet._from_core((*batch, *_SETS_OF[wanted]), columns)
+
+    def solve(
+        self,
+        pose: ArrayLike,
+        near: ArrayLike | None = None,
+        *,
+        metric: MetricName = "l2",
+        weight: ArrayLike | None = None,
+        prefer: Prefer = "near",
+        gc: int | Iterable[int] | None = None,
+        allowed: Allowed | None = None,
+        singularity_margin: float = 0.0,
+        threads: int = 1,
+    ) -> Solution:
+        """Return the posture of a pose that is nearest to a seed, of all there are.
+
+        All eight branches, all arm angles within the joint limits and all windings are compared, and no
+        posture that the limits allow is nearer: pieces of the circle that hold no nearer one are excluded
+        by bounds, not by sampling (docs: theory/nearest). Not to be confused with `inverse`, which takes
+        branch and arm angle, or with `step`, which keeps to the present branch and to a largest joint step.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        near : array_like, shape (..., 7), optional
+            The seed, rad. Without it the posture is that of `best`.
+        metric : "l2" or "max"
+            Distance: root of the weighted sum of squares of joint differences, or the largest of √weight
+            times a difference. Of postures whose largest difference is the elbow's, which every arm angle
+            shares, "max" takes the one whose other joints are nearest.
+        weight : array_like, shape (7,) or scalar, optional
+            Weights of the joints, >= 0, at least one positive; 1 by default.
+        prefer : "near" or "margin"
+            "margin": the largest least distance to a limit instead of the nearest, as `best`.
+        gc : int or several of them, optional
+            Global configurations that may be used; all by default.
+        allowed : ArcSet or function (4, 4) -> ArcSet, optional
+            Arcs of the user's own, intersected.
+        singularity_margin : float
+            As in `feasible`, rad.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        Solution
+            ``q (..., 7)``, ``psi``, ``gc``, ``distance``, ``status``, ``margin`` of shape (...). Never
+            raises on geometry: where there is no posture, ``status`` says why, q is NaN and gc is -1.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, NotRotationError, ConfigurationError, InputError
+
+        Examples
+        --------
+        >>> import armangle as aa
+        >>> arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+        >>> q = [0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5]
+        >>> found = arm.solve(arm.forward(q)[0], near=q)
+        >>> found.q.tolist() == q, found.distance
+        (True, 0.0)
+        """
+        plain = weight is None and gc is None and allowed is None and singularity_margin == 0.0
+        if plain and prefer == "near" and near is not None and metric in _METRICS:
+            one = self._handle.solve_one(pose, near, _METRICS[metric], Solution, STATUSES)
+            if one is not None:
+                return cast(Solution, one)
+        asked = Question(self, pose, near, metric, weight, prefer, gc, allowed, singularity_margin, threads)
+        return asked.solve()
+
+    def solutions(
+        self,
+        pose: ArrayLike,
+        near: ArrayLike | None = None,
+        *,
+        metric: MetricName = "l2",
+        weight: ArrayLike | None = None,
+        prefer: Prefer = "near",
+        gc: int | Iterable[int] | None = None,
+        allowed: Allowed | None = None,
+        singularity_margin: float = 0.0,
+        threads: int = 1,
+    ) -> Solutions:
+        """Return one posture for each branch and arc of a pose: the nearest there, by rising distance.
+
+        Two postures of one arc can be joined without moving the tool and without leaving the limits; two of
+        different arcs cannot. Without a seed the posture of each is that of the largest least margin.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        near : array_like, shape (..., 7), optional
+            The seed, rad.
+        weight : array_like, shape (7,) or scalar, optional
+            Weights of the joints.
+        metric, prefer, gc, allowed, singularity_margin, threads
+            As in `solve`.
+
+        Returns
+        -------
+        Solutions
+            Of one pose a sequence of `Solution`; of a batch arrays (..., k), k the largest count, padded
+            with NaN.
+
+        Raises
+        ------
+        As `solve`.
+
+        Examples
+        --------
+        >>> import armangle as aa
+        >>> arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+        >>> q = [0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5]
+        >>> [(found.gc, round(found.distance, 2)) for found in arm.solutions(arm.forward(q)[0], near=q)][:2]
+        [(2, 0.0), (0, 2.95)]
+        """
+        asked = Question(self, pose, near, metric, weight, prefer, gc, allowed, singularity_margin, threads)
+        return asked.solutions()
+
+    def best(
+        self,
+        pose: ArrayLike,
+        *,
+        gc: int | Iterable[int] | None = None,
+        allowed: Allowed | None = None,
+        singularity_margin: float = 0.0,
+        threads: int = 1,
+    ) -> Solution:
+        """Return the posture of a pose that keeps the largest least distance from the joint limits.
+
+        Of all branches, arm angles and windings; as sure as `solve`. Joints without two limits do not count.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        gc, allowed, singularity_margin, threads
+            As in `solve`.
+
+        Returns
+        -------
+        Solution
+            ``distance`` is NaN: there is no seed.
+
+        Raises
+        ------
+        As `solve`.
+
+        Examples
+        --------
+        >>> import armangle as aa
+        >>> arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+        >>> pose = arm.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])[0]
+        >>> round(float(np.degrees(arm.best(pose).margin)), 1)
+        51.2
+        """
+        asked = Question(self, pose, None, "l2", None, "margin", gc, allowed, singularity_margin, threads)
+        return asked.solve()
 
     def explain(self, pose: ArrayLike, *, singularity_margin: float = 0.0) -> Diagnosis:
         """Return for each global configuration whether a pose can be held within all limits, and if not, why.

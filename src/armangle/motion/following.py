@@ -9,15 +9,14 @@ from numpy.typing import ArrayLike
 
 from .. import _core
 from .._arrays import JOINTS, as_floats, chosen, named, one_posture
+from ..arm.allowed import Allowed, allowed_arcs
 from ..arm.arm import Arm
 from ..errors import InputError, ShapeError
 from .joint_path import JointPath, blank_rows, even_parameters
 from .options import (
     CARRIES,
-    Allowed,
     Bound,
     Carry,
-    allowed_arcs,
     checked_options,
     core_policy,
     no_bounds,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any, Literal
 
 import numpy as np
@@ -10,13 +9,11 @@ from numpy.typing import ArrayLike
 
 from .. import _core
 from .._arrays import CONFIGURATIONS, JOINTS, Floats, as_floats, as_gc, as_number, chosen, named
-from ..arm.arcs import ArcSet
 from ..arm.arm import MOST_MARGIN, Arm
 from ..errors import ConfigurationError, InputError, NotFiniteError, ShapeError
 from .policies import POLICIES, Policy
 
 Carry = Literal["psi", "elbow"]
-Allowed = ArcSet | Callable[[Floats], ArcSet]
 Options = tuple[int | None, Carry, float | None, float]
 
 MAX_JOINT_STEP: float = _core.MAX_JOINT_STEP
@@ -44,39 +41,6 @@ def core_policy(policy: Policy, dt: float | None) -> Any:
     if not isinstance(policy, POLICIES):
         raise InputError(f"policy is {policy!r}, wanted Repulsion, Hold or Centre")
     return policy._native(dt)
-
-
-def one_allowed(allowed: Allowed, pose: Floats) -> tuple[Any, Any]:
-    arcs = _checked(allowed_arcs(allowed, pose))
-    return arcs._count, arcs._psi
-
-
-def allowed_arcs(allowed: Allowed, poses: Floats) -> ArcSet:
-    """Return the user's arcs for poses (..., 4, 4): one set, or one a pose."""
-    if isinstance(allowed, ArcSet):
-        return _few(allowed)
-    if not callable(allowed):
-        raise InputError(f"allowed is {allowed!r}, wanted an ArcSet or a function of a pose")
-    sets = [_checked(allowed(pose)) for pose in poses.reshape(-1, 4, 4)]
-    arrays = [
-        np.concatenate([getattr(arcs, name) for arcs in sets])
-        for name in ("_count", "_psi", "_joint", "_side", "_value", "_status")
-    ]
-    return ArcSet._from_core(poses.shape[:-2], tuple(arrays))
-
-
-def _checked(arcs: object) -> ArcSet:
-    if not isinstance(arcs, ArcSet) or arcs.shape:
-        raise InputError(f"allowed gives {arcs!r}, wanted an ArcSet of shape ()")
-    return _few(arcs)
-
-
-def _few(arcs: ArcSet) -> ArcSet:
-    """Return the arcs, as few as can be intersected with any feasible ones (up to 16) without loss."""
-    most = _core.ARC_CAPACITY // 2
-    if (arcs._count > most).any():
-        raise InputError(f"allowed holds {int(arcs._count.max())} arcs, wanted at most {most}")
-    return arcs
 
 
 Bound = ArrayLike | bool | None

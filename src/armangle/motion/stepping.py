@@ -9,17 +9,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
 from .._arrays import JOINTS, Floats, as_floats, broadcast, check_angles
+from ..arm.allowed import Allowed, allowed_arcs, one_allowed
 from ..arm.arm import Arm
 from ..errors import ShapeError
 from ..status import STATUSES, Status
 from .options import (
-    Allowed,
     Bound,
     Carry,
-    allowed_arcs,
     checked_options,
     core_policy,
-    one_allowed,
     step_bounds,
 )
 from .policies import Policy, Repulsion

@@ -1,0 +1,192 @@
+// The nearest posture of a pose, and one for each branch and arc.
+#include <vector>
+
+#include "arc_arrays.hpp"
+#include "collected.hpp"
+#include "refusal.hpp"
+
+namespace binding {
+
+using namespace armangle;
+
+namespace {
+
+/// What is asked of every pose alike.
+struct SolveOptions {
+    Metric metric;
+    double weight[joints];
+    unsigned branches;
+    double margin;
+};
+
+void make_solve_options(SolveOptions* self, Metric metric, Floats weight, unsigned branches, double margin) {
+    const Buffer w(weight);
+    if (!w.is_array('d', {joints})) throw std::invalid_argument("7 weights were expected");
+    new (self) SolveOptions{metric, {}, branches, margin};
+    std::memcpy(self->weight, w.data<double>(), sizeof(self->weight));
+}
+
+NearestOptions nearest_options(const SolveOptions& o, const double* near, const ArcSet* allowed) noexcept {
+    NearestOptions out;
+    out.metric = o.metric;
+    out.near = near;
+    for (int j = 0; j < joints; ++j) out.weight[j] = o.weight[j];
+    out.branches = o.branches;
+    out.allowed = allowed;
+    return out;
+}
+
+/// The poses of a batch, seeds (or none) and allowed arcs (or none, or one set for all), checked one by one.
+class Work {
+public:
+    Work(const ArmHandle& arm, Floats pose, Floats near, Ints allowed_count, Floats allowed_psi,
+         const SolveOptions& o)
+        : arm_(arm),
+          options_(o),
+          table_(o.margin == 0 ? arm.limits : limit_table(arm.arm, arm.arm.limits, o.margin)) {
+        pose_.get(pose);
+        if (!near.is_none()) near_.get(near);
+        if (allowed_count.is_none()) return;
+        const ArcArrays arrays(allowed_count, allowed_psi);
+        for (std::size_t i = 0; i < arrays.sets(); ++i)
+            allowed_.push_back(arrays.load(static_cast<long long>(i), 0));
+    }
+
+    std::size_t size() const noexcept { return static_cast<std::size_t>(pose_.shape(0)); }
+    const Buffer& pose() const noexcept { return pose_; }
+
+    /// solve(arm, table, pose, options) of element i; a report where it is no pose.
+    template <class Solve>
+    void one(std::size_t i, Outcome& outcome, const Solve& solve) const noexcept {
+        const double* m = pose_.data<double>() + 16 * i;
+        const double* near = near_.held() ? near_.data<double>() + joints * i : nullptr;
+        double value = 0;
+        const Problem problem = check_pose(m, value);
+        if (problem != Problem::none) return outcome.report(problem, i, value);
+        for (int j = 0; near && j < joints; ++j)
+            if (!(std::fabs(near[j]) <= tolerance::largest_angle))
+                return outcome.report(Problem::joints_not_finite, i, near[j]);
+        const ArcSet* allowed = allowed_.empty() ? nullptr : &allowed_[allowed_.size() > 1 ? i : 0];
+        const Pose<double> pose = load_pose(m);
+        solve(arm_.arm, table_, pose, nearest_options(options_, near, allowed));
+    }
+
+private:
+    const ArmHandle& arm_;
+    const SolveOptions& options_;
+    LimitTable table_;
+    Buffer pose_, near_;
+    std::vector<ArcSet> allowed_;
+};
+
+/// Writes into q (n, 7), psi, distance, margin (n,) of float64, gc (n,) of int64, status (n,) of int8.
+void solve_many(const ArmHandle& self, Floats pose, Floats near, const SolveOptions& options,
+                Ints allowed_count, Floats allowed_psi, Floats q, Floats psi, Ints gc, Floats distance,
+                Codes status, Floats margin, int threads) {
+    const Work work(self, pose, near, allowed_count, allowed_psi, options);
+    const Buffer q_out(q, true), psi_out(psi, true), gc_out(gc, true), distance_out(distance, true);
+    const Buffer status_out(status, true), margin_out(margin, true);
+    Outcome outcomes[most_threads];
+    {
+        nb::gil_scoped_release release;
+        parallel(work.size(), threads, [&](std::size_t begin, std::size_t end, std::size_t thread) {
+            for (std::size_t i = begin; i < end; ++i)
+                work.one(i, outcomes[thread],
+                         [&](const Arm& arm, const LimitTable& table, const Pose<double>& at,
+                             const NearestOptions& o) noexcept {
+                             const Nearest found = nearest_posture(arm, table, at, o);
+                             std::memcpy(q_out.data<double>() + joints * i, found.q, joints * sizeof(double));
+                             psi_out.data<double>()[i] = found.psi;
+                             gc_out.data<long long>()[i] = found.gc;
+                             distance_out.data<double>()[i] = found.distance;
+                             status_out.data<std::int8_t>()[i] = static_cast<std::int8_t>(found.status);
+                             margin_out.data<double>()[i] = found.margin;
+                         });
+        });
+    }
+    refuse(first_problem(outcomes, most_threads), work.pose(), 2, "pose", "near");
+}
+
+/// A named tuple `kind` of (q, psi, gc, distance, status of `statuses`, margin), or None where pose or near
+/// is no small matrix: the general way then converts it, or says what is wrong. near may be None.
+nb::object solve_one(const ArmHandle& self, nb::handle pose, nb::handle near, Metric metric, nb::handle kind,
+                     nb::handle statuses) {
+    double q[joints], m[16], value = 0;
+    if (!SmallMatrix().read(pose, 4, 4, m)) return nb::none();
+    if (!near.is_none() && !SmallMatrix().read(near, 1, joints, q)) return nb::none();
+    refuse_one(check_pose(m, value), "pose", value);
+    for (int j = 0; !near.is_none() && j < joints; ++j)
+        if (!(std::fabs(q[j]) <= tolerance::largest_angle))
+            refuse_one(Problem::joints_not_finite, "near", q[j]);
+    NearestOptions options;
+    options.metric = metric;
+    options.near = near.is_none() ? nullptr : q;
+    const Nearest found = nearest_posture(self.arm, self.limits, load_pose(m), options);
+    nb::object joint_values = new_array7();
+    const Buffer to(joint_values, true);
+    std::memcpy(to.data<double>(), found.q, joints * sizeof(double));
+    PyObject* status = PyTuple_GetItem(statuses.ptr(), static_cast<Py_ssize_t>(found.status));
+    if (!status) throw nb::python_error();
+    return new_named(kind, joint_values, found.psi, found.gc, found.distance, nb::handle(status),
+                     found.margin);
+}
+
+/// How many postures each pose has, what is known of each in the order of the poses, and why there is none.
+nb::typed<nb::tuple, Ints, Floats, Floats, Ints, Floats, Floats, Codes> solutions_many(
+    const ArmHandle& self, Floats pose, Floats near, const SolveOptions& options, Ints allowed_count,
+    Floats allowed_psi, int threads) {
+    const Work work(self, pose, near, allowed_count, allowed_psi, options);
+    std::vector<std::vector<Nearest>> parts(most_threads);
+    std::vector<std::int64_t> count(work.size()), gc;
+    std::vector<std::int8_t> status(work.size());
+    std::vector<double> q, psi, distance, margin;
+    Outcome outcomes[most_threads];
+    {
+        nb::gil_scoped_release release;
+        parallel(work.size(), threads, [&](std::size_t begin, std::size_t end, std::size_t thread) {
+            for (std::size_t i = begin; i < end; ++i)
+                work.one(i, outcomes[thread],
+                         [&](const Arm& arm, const LimitTable& table, const Pose<double>& at,
+                             const NearestOptions& o) {
+                             Nearests found;
+                             nearest_postures(arm, table, at, o, found);
+                             count[i] = found.count;
+                             status[i] = static_cast<std::int8_t>(found.status);
+                             parts[thread].insert(parts[thread].end(), found.found,
+                                                  found.found + found.count);
+                         });
+        });
+    }
+    refuse(first_problem(outcomes, most_threads), work.pose(), 2, "pose", "near");
+    for (const std::vector<Nearest>& part : parts)
+        for (const Nearest& one : part) {
+            q.insert(q.end(), one.q, one.q + joints);
+            psi.push_back(one.psi);
+            gc.push_back(one.gc);
+            distance.push_back(one.distance);
+            margin.push_back(one.margin);
+        }
+    return nb::make_tuple(owned(std::move(count), 1), owned(std::move(q), joints), owned(std::move(psi), 1),
+                          owned(std::move(gc), 1), owned(std::move(distance), 1), owned(std::move(margin), 1),
+                          owned(std::move(status), 1));
+}
+
+}  // namespace
+
+void bind_solving(nb::module_& m, nb::class_<ArmHandle>& arm) {
+    using namespace nb::literals;
+    nb::enum_<Metric>(m, "Metric")
+        .value("L2", Metric::l2)
+        .value("MAX", Metric::max)
+        .value("MARGIN", Metric::margin);
+    nb::class_<SolveOptions>(m, "SolveOptions")
+        .def("__init__", &make_solve_options, "metric"_a, "weight"_a, "branches"_a, "margin"_a);
+    arm.def("solve_one", &solve_one, "pose"_a.none(), "near"_a.none(), "metric"_a, "kind"_a, "statuses"_a);
+    arm.def("solve_many", &solve_many, "pose"_a, "near"_a.none(), "options"_a, "allowed_count"_a.none(),
+            "allowed_psi"_a.none(), "q"_a, "psi"_a, "gc"_a, "distance"_a, "status"_a, "margin"_a,
+            "threads"_a);
+    arm.def("solutions_many", &solutions_many, "pose"_a, "near"_a.none(), "options"_a,
+            "allowed_count"_a.none(), "allowed_psi"_a.none(), "threads"_a);
+}
+
+}  // namespace binding

@@ -1,0 +1,862 @@
+// The nearest posture of a pose: of all branches, all feasible psi and all windings the one that costs least,
+// globally.
+//
+// cost(psi) is smooth between the ends of arcs. Branch and bound over boxes of psi:
+//
+//   cost |\      _          every box has a lower bound, of first order by the band of each joint, of second
+//   by
+//        | \    / \         cost' and cost'' over the box. Boxes whose bound is above the best cost known are
+//        dropped, |  \__/   \___     boxes on which cost' has one sign leave one end, boxes with cost'' > 0
+//        are finished by
+//        +------------- psi Newton's method. What is left is split into eight, one lane each.
+//
+// Source: E. R. Hansen, Global optimization using interval analysis (1980): monotonicity, convexity and
+// midpoint tests.
+#pragma once
+
+#include "feasible.hpp"
+#include "joint_boxes.hpp"
+
+namespace armangle {
+
+/// What "nearest" means: the root of sum w d^2, the largest sqrt(w) |d|, or the largest least distance to a
+/// limit.
+enum class Metric : std::uint8_t { l2, max, margin };
+
+struct NearestOptions {
+    Metric metric = Metric::l2;
+    const double* near = nullptr;                    // 7 joint values (rad); null: the middles of the ranges
+    double weight[joints] = {1, 1, 1, 1, 1, 1, 1};   // w >= 0, of l2 and max
+    unsigned branches = (1u << configurations) - 1;  // a bit for each gc that may be used
+    const ArcSet* allowed = nullptr;                 // arcs of the user's own, intersected
+};
+
+/// On any status but OK the numbers are NaN and gc is -1.
+struct Nearest {
+    double q[joint_slots];
+    double psi;  // in (-pi, pi]
+    int gc;
+    Status status;
+    double distance;  // to `near` in the metric (rad); NaN of the margin
+    double margin;    // rad: least distance of a joint of q to one of its limits
+};
+
+/// One posture for each branch and arc, by rising cost.
+struct Nearests {
+    static constexpr int capacity = 64;
+    int count = 0;
+    Status status = Status::OK;  // why there is none
+    Nearest found[capacity];
+};
+
+namespace nearest_rule {
+inline constexpr int first_boxes = 16;      // of the whole circle, each elbow
+inline constexpr double narrowest = 1e-12;  // half width at which a box is not split again (rad)
+inline constexpr double tie = 1e-12;        // costs closer than this share of them are equal
+inline constexpr double apart = 1e-6;       // arm angles further apart are two solutions (rad)
+inline constexpr double same = 4e-15;  // a pose this near is the pose (of the arm's size; of a unit vector)
+inline constexpr int newton = 40, deepest = 20;
+}  // namespace nearest_rule
+
+namespace detail {
+
+/// The cost of one joint: w d^2, or w |d| - room, with d = q - near.
+struct JointCost {
+    double near, weight, room;
+    double sign, offset, lower, upper;
+    bool wide;  // a full turn or more: it has windings to choose from
+
+    double centre() const noexcept { return min(max(near, lower), upper); }
+};
+
+/// Costs of eight boxes, summed over joints (their maximum in the other metrics).
+struct BoxCosts {
+    Boxes value, slope;
+    Enclosure<Boxes> second;
+    Boxes least;      // no posture of the box costs less
+    unsigned smooth;  // a bit for each box on which value, slope and second tell all
+};
+
+/// What all branches of one elbow share: joint functions with positive hinges, and where windings end.
+struct ElbowBranches {
+    bool open = false;
+    SelfMotion<double> motion;  // with positive hinges
+    JointFunctions<double> functions;
+    bool lost[2];  // the side's first and last joint are one axis for every psi
+    double cost_4;
+    int cuts = 0;
+    double cut[24];
+};
+
+/// Ends of what is blocked, of a branch without arcs.
+struct Touching {
+    int count = 0;
+    double psi[2 * Blocked::capacity];
+
+    void add(double lower, double upper) noexcept {
+        psi[count++] = lower;
+        psi[count++] = upper;
+    }
+};
+
+/// Shares of two joints that turn about one axis, where the hinge between them is 0 or pi: only
+/// v = wanted - epsilon u is fixed by the pose, u and v being what they are off `near`.
+struct Split {
+    double u, v, cost;
+};
+
+class NearestSearch {
+public:
+    NearestSearch(const Arm& arm, const LimitTable& limits, const Pose<double>& pose,
+                  const NearestOptions& options) noexcept
+        : arm_(arm), limits_(limits), pose_(pose), options_(options) {
+        for (int j = 0; j < joints; ++j) joint_[j] = joint_cost(j);
+        circle_ = circle(arm, flange_pose(arm, pose));
+        for (int elbow = 0; elbow < 2; ++elbow) open(elbow);
+    }
+
+    Nearest best() noexcept {
+        Nearest out;
+        if (keep_near(out)) return out;
+        out = nothing();
+        if (out.status != Status::OK) {
+            for (int gc = 0; gc < configurations; ++gc) touching_points(gc, nullptr);
+            return best_.gc < 0 ? out : result();
+        }
+        survey();
+        // The elbow's own cost is the same for every psi. Where costs are a maximum it would hide what the
+        // other joints cost, so that each elbow is searched without it, and the two are compared with it.
+        const unsigned parts[] = {squares() ? every_branch : elbow_branches,
+                                  squares() ? 0u : elbow_branches << 2};
+        Best found;
+        for (const unsigned branches : parts) {
+            best_ = Best{};
+            singular_points(branches);
+            search(branches, -1);
+            polish();
+            const double now = with_elbow(best_), before = with_elbow(found);
+            if (now < before || (now == before && best_.cost < found.cost)) found = best_;
+            ceiling_ = with_elbow(found);
+        }
+        best_ = found;
+        return result();
+    }
+
+    void all(Nearests& out) noexcept {
+        out.count = 0;
+        out.status = nothing().status;
+        if (out.status == Status::OK) survey();
+        for (int gc = 0; gc < configurations; ++gc) {
+            touching_points(gc, &out);
+            for (int arc = 0; arc < arcs_.arcs[gc].count; ++arc) {
+                best_ = Best{};
+                search(1u << gc, arc);
+                polish();
+                if (best_.gc >= 0) insert(out, result());
+            }
+        }
+        if (out.count > 0) out.status = Status::OK;
+    }
+
+private:
+    struct Best {
+        double cost = infinity, psi = 0;
+        int gc = -1;
+        bool stationary = false;
+    };
+
+    static constexpr unsigned every_branch = 0xff,
+                              elbow_branches = 0x33;  // of the first elbow: gc 0, 1, 4, 5
+
+    // -- the problem
+
+    bool squares() const noexcept { return options_.metric == Metric::l2; }
+
+    JointCost joint_cost(int j) const noexcept {
+        JointCost c{};
+        c.sign = arm_.sign[j];
+        c.offset = arm_.offset[j];
+        c.lower = arm_.limits.lower[j];
+        c.upper = arm_.limits.upper[j];
+        c.wide = !(c.upper - c.lower < two_pi);
+        c.near = options_.near ? options_.near[j] : arm_.joint_middle[j];
+        c.weight = options_.metric == Metric::max ? sqrt(options_.weight[j]) : options_.weight[j];
+        if (options_.metric != Metric::margin) return c;
+        const bool below = c.lower > -infinity, above = c.upper < infinity;
+        c.near = arm_.joint_middle[j];
+        c.weight = below && above ? 1.0 : 0.0;
+        c.room = below && above ? 0.5 * (c.upper - c.lower) : 0.0;
+        if (below && !above) c.near = c.lower + two_pi;  // any winding far from the only limit will do
+        if (above && !below) c.near = c.upper - two_pi;
+        return c;
+    }
+
+    /// One elbow: its joint functions, and the arcs of its four branches.
+    void open(int elbow) noexcept {
+        ElbowBranches& e = elbow_[elbow];
+        e.motion = self_motion(arm_, circle_, Configuration<double>{1.0, elbow ? -1.0 : 1.0, 1.0});
+        const Status status = elbow_status(e.motion, limits_);
+        for (int branch = 0; branch < 4; ++branch) {
+            const int gc = gc_of(elbow, branch);
+            make_empty(arcs_.arcs[gc]);
+            arcs_.status[gc] = status;
+        }
+        if (status != Status::OK) return;
+        e.open = true;
+        e.functions = joint_functions(e.motion);
+        e.lost[0] = shoulder_singular(e.motion);
+        e.lost[1] = wrist_singular(e.motion);
+        const JointCost& c = joint_[3];
+        const double theta_4 = atan2(e.motion.elbow.theta_4.sin, e.motion.elbow.theta_4.cos);
+        e.cost_4 = cost_of(c, to_q(theta_4, c.sign, c.offset, c.lower, c.upper, c.near) - c.near);
+        fill_arcs(elbow);
+        fill_cuts(e);
+    }
+
+    static int gc_of(int elbow, int branch) noexcept { return (branch & 1) + 2 * elbow + 4 * (branch >> 1); }
+
+    void fill_arcs(int elbow) noexcept {
+        ElbowBranches& e = elbow_[elbow];
+        Sides sides[2];
+        for (int negative = 0; negative < 2; ++negative) {
+            SelfMotion<double> m = e.motion;
+            m.gc.shoulder = m.gc.wrist = negative ? -1.0 : 1.0;
+            block_sides(limits_, m, sides[negative]);
+            for (int side = 0; side < 2; ++side)
+                if (e.lost[side]) block_lost(sides[negative], side);
+        }
+        for (int branch = 0; branch < 4; ++branch) {
+            const int gc = gc_of(elbow, branch), shoulder = branch & 1, wrist = branch >> 1;
+            if (!(options_.branches >> gc & 1)) {
+                arcs_.status[gc] = Status::NOT_ALLOWED;
+                continue;
+            }
+            Blocked both = sides[shoulder].shoulder;
+            append(sides[wrist].wrist, both);
+            ArcSet& arcs = arcs_.arcs[gc];
+            touching_[gc].count = 0;
+            for (int i = 0; i < both.count && !both.all; ++i)
+                touching_[gc].add(both.arc[i].lower, both.arc[i].upper);
+            arcs_.status[gc] = finish(limits_, sides[shoulder].f, sides[wrist].f, both, arcs);
+            if (!arcs.empty()) touching_[gc].count = 0;
+            for (int side = 0; side < 2; ++side)
+                if (e.lost[side]) keep(arcs_.arcs[gc], split_arc(e, side), Status::LIMITS, arcs_.status[gc]);
+            if (options_.allowed) keep(arcs, *options_.allowed, Status::NOT_ALLOWED, arcs_.status[gc]);
+        }
+    }
+
+    static void keep(ArcSet& arcs, const ArcSet& within, Status otherwise, Status& status) noexcept {
+        const ArcSet before = arcs;
+        intersect(before, within, arcs);
+        if (arcs.empty() && !before.empty()) status = otherwise;
+    }
+
+    /// A side whose first and last joint are one axis on the whole circle: the convention's 0 for the first
+    /// joint blocks nothing, only the hinge does.
+    void block_lost(Sides& sides, int side) const noexcept {
+        Boundaries b;
+        boundaries(limits_, sides.f, b);
+        Blocked& blocked = side == 0 ? sides.shoulder : sides.wrist;
+        blocked = Blocked{};
+        block_hinge(limits_, sides.f, b, side, blocked);
+    }
+
+    /// The psi at which the two joints of a lost side can share what the pose asks of both, within their
+    /// limits.
+    ArcSet split_arc(const ElbowBranches& e, int side) const noexcept {
+        ArcSet out;
+        const JointCost &a = joint_[4 * side], &b = joint_[4 * side + 2];
+        const double eps = epsilon(e, side);
+        const double u0 = a.lower - a.near, u1 = a.upper - a.near;
+        const double least = b.lower - b.near + min(eps * u0, eps * u1),
+                     most = b.upper - b.near + max(eps * u0, eps * u1);
+        if (!(most - least < two_pi)) {
+            make_full(out);
+            return out;
+        }
+        const SinCos<double> zero{0.0, 1.0};
+        const Pivot<double>& p = e.functions.pivot[2 * side + 1];
+        const double rate = b.sign * derivative(p, zero),
+                     at_zero = lost_wish(e, side, atan2(p.U.at(zero), p.V.at(zero)));
+        const double from = (least - at_zero) / rate, to = (most - at_zero) / rate;
+        make_arc(out, min(from, to), max(from, to), 0, 0);
+        return out;
+    }
+
+    /// Where a joint of a full turn or more comes to a limit: there one of its windings ends.
+    void fill_cuts(ElbowBranches& e) const noexcept {
+        e.cuts = 0;
+        for (int j = 0; j < joints; ++j) {
+            if (j == 3 || !joint_[j].wide) continue;
+            for (const double limit : {arm_.limits.lower[j], arm_.limits.upper[j]}) {
+                if (!(abs(limit) < infinity)) continue;
+                const SinCos<double> at = sin_cos(to_theta(limit, arm_.sign[j], arm_.offset[j]));
+                Roots ends;
+                if (j % 2 == 0) {
+                    const Pivot<double>& p = e.functions.pivot[j / 2];
+                    ends = roots({p.U.s * at.cos - p.V.s * at.sin, p.U.c * at.cos - p.V.c * at.sin,
+                                  p.U.k * at.cos - p.V.k * at.sin});
+                } else {
+                    const Harmonic<double>& H = e.functions.hinge[j / 4].H;
+                    ends = roots({H.s, H.c, H.k - at.cos});
+                }
+                for (int i = 0; i < ends.count; ++i) e.cut[e.cuts++] = ends.psi[i];
+            }
+        }
+    }
+
+    // -- the cost
+
+    double cost_of(const JointCost& c, double d) const noexcept {
+        if (squares()) return c.weight * d * d;
+        if (!(c.weight > 0)) return options_.metric == Metric::max ? 0.0 : -infinity;
+        return c.weight * abs(d) - c.room;
+    }
+    double both(double a, double b) const noexcept { return squares() ? a + b : max(a, b); }
+
+    /// All joints; without joint 4 where costs are a maximum.
+    double cost_of(const double* q) const noexcept {
+        double sum = cost_of(joint_[0], q[0] - joint_[0].near);
+        for (int j = 1; j < joints; ++j)
+            if (j != 3 || squares()) sum = both(sum, cost_of(joint_[j], q[j] - joint_[j].near));
+        return sum;
+    }
+
+    double with_elbow(const Best& b) const noexcept {
+        if (b.gc < 0) return infinity;
+        return squares() ? b.cost : max(b.cost, elbow_[b.gc >> 1 & 1].cost_4);
+    }
+
+    /// Least |q - near| over the windings of q +- travel that the limits leave; infinite where they leave
+    /// none.
+    static Boxes least_off(const JointCost& c, const Boxes& q, const Boxes& travel) noexcept {
+        const Boxes lower(c.lower - tolerance::angle), upper(c.upper + tolerance::angle), near(c.near);
+        const Boxes first = lift(q, Boxes(c.centre()));
+        Boxes out(infinity);
+        for (const double turn : {-two_pi, 0.0, two_pi}) {
+            const Boxes at = first + turn, from = max(at - travel, lower), to = min(at + travel, upper);
+            const Boxes off = max(max(from - near, near - to), Boxes(0.0));
+            out = min(out, select(from <= to, off, Boxes(infinity)));
+        }
+        return out;
+    }
+
+    /// What one joint costs over eight boxes; negative: in the branch whose hinge is negative.
+    void add(BoxCosts& sum, const JointBoxes& j, const JointCost& c, bool hinge,
+             bool negative) const noexcept {
+        if (!(c.weight > 0)) return;
+        const Boxes sign(c.sign);
+        const Boxes theta = !negative ? j.theta : (hinge ? -j.theta : j.theta + pi);
+        const Boxes way = hinge && negative ? -sign : sign;
+        const Boxes q = to_q(theta, sign, Boxes(c.offset), Boxes(c.lower), Boxes(c.upper), Boxes(c.near));
+        const Boxes off = q - Boxes(c.near), weight(c.weight);
+        const Boxes least = least_off(c, q, j.travel);
+        if (!squares()) {
+            sum.value = max(sum.value, weight * abs(off) - Boxes(c.room));
+            sum.least = max(sum.least, weight * least - Boxes(c.room));
+            return;
+        }
+        const Enclosure<Boxes> d{off, j.travel}, rate = j.rate * way, second = j.second * way;
+        sum.value = sum.value + weight * off * off;
+        sum.slope = sum.slope + Boxes(2.0) * weight * off * rate.middle;
+        sum.second = sum.second + (square(rate) + d * second) * (Boxes(2.0) * weight);
+        sum.least = sum.least + weight * least * least;
+        if (c.wide) sum.smooth &= bits(abs(q - Boxes(c.centre())) + j.travel < Boxes(pi));
+    }
+
+    BoxCosts no_costs() const noexcept {
+        const Boxes start(squares() ? 0.0 : -infinity), zero(0.0);
+        return {start, zero, {zero, zero}, start, 0xff};
+    }
+
+    BoxCosts side_costs(const ElbowBranches& e, const SideBoxes& boxes, int side, bool negative,
+                        const SinCos<Boxes>& at, const Boxes& r) const noexcept {
+        if (e.lost[side]) return lost_costs(e, side, negative, at, r);
+        BoxCosts sum = no_costs();
+        for (int i = 0; i < 3; ++i) add(sum, boxes.joint[i], joint_[4 * side + i], i == 1, negative);
+        sum.smooth &= boxes.regular;
+        return sum;
+    }
+
+    /// The two sides and the elbow together.
+    BoxCosts total(const ElbowBranches& e, const BoxCosts& a, const BoxCosts& b) const noexcept {
+        const Boxes elbow(e.cost_4);
+        if (!squares()) return {max(a.value, b.value), a.slope, a.second, max(a.least, b.least), 0};
+        return {a.value + b.value + elbow, a.slope + b.slope, a.second + b.second, a.least + b.least + elbow,
+                a.smooth & b.smooth};
+    }
+
+    // -- postures at which two joints are one axis
+
+    /// q_first and q_last of a side turn about one axis where the hinge is 0 (or pi): the pose fixes
+    /// q_last + epsilon q_first.
+    double epsilon(const ElbowBranches& e, int side) const noexcept {
+        const bool flipped = e.functions.hinge[side].H.at({0.0, 1.0}) < 0;
+        return joint_[4 * side].sign * joint_[4 * side + 2].sign * (flipped ? -1.0 : 1.0);
+    }
+
+    /// wanted = v + epsilon u of a lost side, where the convention's first angle is 0 and the last is theta.
+    double lost_wish(const ElbowBranches& e, int side, double theta) const noexcept {
+        const JointCost &a = joint_[4 * side], &b = joint_[4 * side + 2];
+        return b.sign * (theta - b.offset) - b.near + epsilon(e, side) * (a.sign * (0.0 - a.offset) - a.near);
+    }
+
+    /// The cheapest shares of `wanted` within the limits; infinite cost where there are none.
+    Split split(const JointCost& a, const JointCost& b, double eps, double wanted) const noexcept {
+        const double t0 = min(eps * (a.lower - a.near), eps * (a.upper - a.near));  // t = eps u
+        const double t1 = max(eps * (a.lower - a.near), eps * (a.upper - a.near));
+        const double from = max(t0, wanted - (b.upper - b.near)), to = min(t1, wanted - (b.lower - b.near));
+        if (!(from <= to + tolerance::angle)) return {0, 0, infinity};
+        const double weights = a.weight + b.weight;
+        double t = 0.0;
+        if (squares()) {
+            t = weights > 0 ? b.weight * wanted / weights : 0.0;
+        } else if (b.weight > 0) {  // both cost the same, or one all it can
+            const double equal = (b.weight * abs(wanted) - b.room + a.room) / weights;
+            t = copysign(a.weight > 0 ? min(max(equal, 0.0), abs(wanted)) : abs(wanted), wanted);
+        }
+        t = min(max(t, from), to);
+        const double u = eps * t, v = wanted - t;
+        return {u, v, both(cost_of(a, u), cost_of(b, v))};
+    }
+
+    /// A wish between the two bounds that costs least: the cost is convex in it.
+    double cheapest_wish(const JointCost& a, const JointCost& b, double eps, double lower,
+                         double upper) const noexcept {
+        const double free = b.centre() - b.near + eps * (a.centre() - a.near);
+        return min(max(free, lower), upper);
+    }
+
+    BoxCosts lost_costs(const ElbowBranches& e, int side, bool negative, const SinCos<Boxes>& at,
+                        const Boxes& r) const noexcept {
+        const JointCost &a = joint_[4 * side], &b = joint_[4 * side + 2], &h = joint_[4 * side + 1];
+        const Pivot<double>& p = e.functions.pivot[2 * side + 1];
+        const double eps = epsilon(e, side),
+                     theta_h = e.functions.hinge[side].H.at({0.0, 1.0}) < 0 ? pi : 0.0;
+        const double q_h = to_q(negative ? -theta_h : theta_h, h.sign, h.offset, h.lower, h.upper, h.near);
+        const double fixed = cost_of(h, q_h - h.near);
+        const double rate = b.sign * derivative(p, {0.0, 1.0}), weights = a.weight + b.weight;
+        BoxCosts out = no_costs();
+        for (int i = 0; i < 8; ++i) {
+            const SinCos<double> here{at.sin[i], at.cos[i]};
+            const double wish = lost_wish(e, side, atan2(p.U.at(here), p.V.at(here))), reach = r[i];
+            double value = infinity, least = infinity, others = infinity, slope = 0;
+            for (const int k : {0, -1, 1, -2, 2}) {
+                const double w = wrap(wish) + two_pi * k;
+                const Split now = split(a, b, eps, w);
+                const double low = split(a, b, eps, cheapest_wish(a, b, eps, w - reach, w + reach)).cost;
+                least = min(least, low);
+                if (now.cost < value) {
+                    others = min(others, value);
+                    value = now.cost;
+                    const bool last_at_limit = now.v <= b.lower - b.near || now.v >= b.upper - b.near;
+                    slope = 2.0 * rate * (last_at_limit ? a.weight * now.u * eps : b.weight * now.v);
+                } else {
+                    others = min(others, low);
+                }
+            }
+            const double steepest = 2.0 * max(a.weight, b.weight);
+            const double flattest = weights > 0 ? 2.0 * a.weight * b.weight / weights : 0.0;
+            out.value.set(i, both(value, fixed));
+            out.slope.set(i, slope);
+            out.second.middle.set(i, 0.5 * (steepest + flattest));
+            out.second.radius.set(i, 0.5 * (steepest - flattest));
+            out.least.set(i, both(least, fixed));
+            if (!(value + abs(slope) * reach + 0.5 * steepest * reach * reach < others))
+                out.smooth &= ~(1u << i);
+        }
+        return out;
+    }
+
+    // -- postures
+
+    /// The posture of a branch at psi: near `near`, and where two joints are one axis with the cheapest
+    /// shares.
+    Joints posture(int gc, double psi) const noexcept {
+        const ElbowBranches& e = elbow_[gc >> 1 & 1];
+        SelfMotion<double> m = e.motion;
+        m.gc = configuration(gc);
+        const Directions<double> d = directions(m, sin_cos(psi));
+        double near[joints];
+        for (int j = 0; j < joints; ++j) near[j] = joint_[j].near;
+        Joints out = joints_within_limits(arm_, d, near);
+        for (int side = 0; side < 2; ++side) {
+            const int h = 4 * side + 1;
+            if (!e.lost[side] && !(hypot(d.y[h - 1], d.x[h - 1]) <= tolerance::singular)) {
+                if (!(abs(d.y[h]) <= tolerance::singular)) continue;
+            }
+            share(e, side, d.x[h] < 0, out);
+        }
+        return out;
+    }
+
+    void share(const ElbowBranches&, int side, bool flipped, Joints& q) const noexcept {
+        const int i = 4 * side;
+        const JointCost &a = joint_[i], &b = joint_[i + 2];
+        const double eps = a.sign * b.sign * (flipped ? -1.0 : 1.0);
+        const double wish = wrap((q.q[i + 2] - b.near) + eps * (q.q[i] - a.near));
+        Split best{0, 0, infinity};
+        for (const int k : {0, -1, 1, -2, 2}) {
+            const Split now = split(a, b, eps, wish + two_pi * k);
+            if (now.cost < best.cost) best = now;
+        }
+        if (!(best.cost < infinity)) return;
+        q.q[i] = a.near + best.u;
+        q.q[i + 2] = b.near + best.v;
+    }
+
+    void try_point(int gc, double psi, bool stationary) noexcept {
+        const Joints q = posture(gc, psi);
+        if (!within_limits(arm_.limits, q.q, tolerance::angle)) return;
+        offer(gc, psi, cost_of(q.q), stationary);
+    }
+
+    static double tie(double cost) noexcept { return nearest_rule::tie * abs(cost); }
+
+    /// Takes a posture if it is better. Within one basin a stationary point is known to more digits than its
+    /// cost.
+    void offer(int gc, double psi, double cost, bool stationary) noexcept {
+        const bool same = gc == best_.gc && abs(wrap(psi - best_.psi)) <= nearest_rule::apart &&
+                          abs(cost - best_.cost) <= tie(cost);
+        const bool better = same && stationary != best_.stationary ? stationary : cost < best_.cost;
+        if (better) best_ = {cost, psi, gc, stationary};
+    }
+
+    // -- branch and bound
+
+    /// Bounds of all branches over even boxes round the circle; the seed's own psi is the middle of one.
+    void survey() noexcept {
+        constexpr int n = nearest_rule::first_boxes;
+        const double width = two_pi / n;
+        first_ = options_.near && options_.metric != Metric::margin ? carried() : -pi + 0.5 * width;
+        const Boxes r(0.5 * width);
+        for (int elbow = 0; elbow < 2; ++elbow) {
+            const ElbowBranches& e = elbow_[elbow];
+            for (int i = 0; i < n; i += 8) {
+                double middle[8];
+                for (int k = 0; k < 8; ++k) middle[k] = first_ + width * (i + k);
+                if (e.open) survey_eight(e, elbow, i, Boxes::load(middle), r);
+            }
+        }
+    }
+
+    void survey_eight(const ElbowBranches& e, int elbow, int i, const Boxes& middle,
+                      const Boxes& r) noexcept {
+        const SinCos<Boxes> at = sin_cos(middle);
+        const SideBoxes shoulder = side_boxes(e.functions, 0, at, r),
+                        wrist = side_boxes(e.functions, 1, at, r);
+        const BoxCosts a[2] = {side_costs(e, shoulder, 0, false, at, r),
+                               side_costs(e, shoulder, 0, true, at, r)};
+        const BoxCosts b[2] = {side_costs(e, wrist, 1, false, at, r), side_costs(e, wrist, 1, true, at, r)};
+        for (int branch = 0; branch < 4; ++branch) {
+            const int gc = gc_of(elbow, branch);
+            const BoxCosts sum = total(e, a[branch & 1], b[branch >> 1]);
+            const Boxes nowhere(infinity);
+            (arcs_.arcs[gc].empty() ? nowhere : sum.least).store(&least_[gc][i]);
+            (arcs_.arcs[gc].empty() ? nowhere : sum.value).store(&value_[gc][i]);
+        }
+    }
+
+    /// psi of the seed's elbow on the circle of the pose.
+    double carried() const noexcept {
+        const Chain now = chain(arm_, options_.near);
+        return arm_angle(circle_, now.z3);
+    }
+
+    /// The best posture of some branches; of one arc alone where it is not -1.
+    void search(unsigned branches, int only_arc) noexcept {
+        constexpr int n = nearest_rule::first_boxes;
+        const double width = two_pi / n;
+        double least[configurations * n];
+        int count = 0, box[configurations * n];
+        for (int gc = 0; gc < configurations; ++gc) {
+            if (arcs_.arcs[gc].empty() || !(branches >> gc & 1)) continue;
+            for (int i = 0; i < n; ++i) {
+                const double psi = first_ + width * i;
+                if (value_[gc][i] < best_.cost && holds(gc, only_arc, psi))
+                    offer(gc, psi, value_[gc][i], false);
+                least[count] = least_[gc][i];
+                box[count++] = gc * n + i;
+            }
+        }
+        while (count > 0) {
+            int at = 0;
+            for (int k = 1; k < count; ++k)
+                if (least[k] < least[at]) at = k;
+            if (dropped(least[at])) break;
+            const int gc = box[at] / n, i = box[at] % n;
+            least[at] = least[--count];
+            box[at] = box[count];
+            const double middle = first_ + width * i;
+            clip(gc, only_arc, middle - 0.5 * width, middle + 0.5 * width);
+        }
+    }
+
+    bool holds(int gc, int only_arc, double psi) const noexcept {
+        const Place place = find(arcs_.arcs[gc], psi, 0.0);
+        return place.index >= 0 && (only_arc < 0 || place.index == only_arc);
+    }
+
+    /// Whether nothing in a box with this bound is worth a look.
+    bool dropped(double least) const noexcept {
+        const double worth = best_.cost < infinity ? best_.cost - tie(best_.cost) : infinity;
+        return !(least < worth) || least > ceiling_;
+    }
+
+    /// The parts of a box that lie in arcs, cut where windings end.
+    void clip(int gc, int only_arc, double from, double to) noexcept {
+        const ArcSet& arcs = arcs_.arcs[gc];
+        if (arcs.full) return cut(gc, from, to);
+        for (int i = 0; i < arcs.count; ++i) {
+            if (only_arc >= 0 && i != only_arc) continue;
+            for (const double turn : {-two_pi, 0.0, two_pi}) {
+                const double lower = max(arcs.arc[i].lower + turn, from),
+                             upper = min(arcs.arc[i].upper + turn, to);
+                if (lower <= upper) cut(gc, lower, upper);
+            }
+        }
+    }
+
+    void cut(int gc, double from, double to) noexcept {
+        const ElbowBranches& e = elbow_[gc >> 1 & 1];
+        double at = from;
+        for (;;) {
+            double next = to;
+            for (int i = 0; i < e.cuts; ++i) {
+                const double x = lift(e.cut[i], 0.5 * (from + to));
+                if (x > at && x < next) next = x;
+            }
+            descend(gc, at, next, 0);
+            if (!(next < to)) return;
+            at = next;
+        }
+    }
+
+    /// Splits [from, to], on which all windings stay, into eight boxes.
+    void descend(int gc, double from, double to, int depth) noexcept {
+        const double radius = (to - from) / 16;
+        if (radius < nearest_rule::narrowest || depth > nearest_rule::deepest) {
+            try_point(gc, from, false);
+            try_point(gc, to, false);
+            return;
+        }
+        double middle[8];
+        for (int k = 0; k < 8; ++k) middle[k] = from + radius * (2 * k + 1);
+        const BoxCosts sum = costs(gc, Boxes::load(middle), Boxes(radius));
+        double value[8], least[8];
+        const Boxes low = sum.second.lower();
+        const Boxes bowl =
+            sum.value - Boxes(0.5) * sum.slope * sum.slope / select(Boxes(0.0) < low, low, Boxes(1.0));
+        Boxes bound = max(sum.least, sum.value - Boxes(radius) * abs(sum.slope) -
+                                         Boxes(0.5 * radius * radius) * max(-low, Boxes(0.0)));
+        bound = select(Boxes(0.0) < low, max(bound, bowl), bound);
+        sum.value.store(value);
+        sum.least.store(least);
+        for (int k = 0; k < 8; ++k)
+            if (value[k] < best_.cost) offer(gc, middle[k], value[k], false);
+        for (int k = 0; k < 8; ++k) {
+            const bool smooth = sum.smooth >> k & 1;
+            if (dropped(smooth ? bound[k] : least[k])) continue;
+            const double slope = sum.slope[k], second = sum.second.largest()[k];
+            if (smooth && abs(slope) > radius * second)
+                try_point(gc, middle[k] + (slope > 0 ? -radius : radius), false);
+            else if (smooth && low[k] > 0)
+                newton(gc, middle[k], radius, slope, sum.second.middle[k]);
+            else
+                descend(gc, middle[k] - radius, middle[k] + radius, depth + 1);
+        }
+    }
+
+    BoxCosts costs(int gc, const Boxes& middle, const Boxes& r) const noexcept {
+        const ElbowBranches& e = elbow_[gc >> 1 & 1];
+        const SinCos<Boxes> at = sin_cos(middle);
+        const SideBoxes shoulder = side_boxes(e.functions, 0, at, r),
+                        wrist = side_boxes(e.functions, 1, at, r);
+        return total(e, side_costs(e, shoulder, 0, gc & 1, at, r),
+                     side_costs(e, wrist, 1, gc >> 2 & 1, at, r));
+    }
+
+    /// A minimum known by its cost alone is good to half the digits: Newton's method beside it gives the
+    /// rest.
+    void polish() noexcept {
+        if (!squares() || best_.gc < 0 || best_.stationary) return;
+        const double radius = 4 * nearest_rule::apart, psi = best_.psi;
+        const int gc = best_.gc;
+        const BoxCosts here = costs(gc, Boxes(psi), Boxes(radius));
+        if (!(here.smooth & 1) || !(here.second.lower()[0] > 0)) return;
+        const double second = here.second.middle[0], move = here.slope[0] / second;
+        if (abs(move) < radius && holds(gc, -1, psi - move)) newton(gc, psi, radius, here.slope[0], second);
+    }
+
+    /// The minimum of a box on which the cost is convex.
+    void newton(int gc, double middle, double radius, double slope, double second) noexcept {
+        double lower = middle - radius, upper = middle + radius, psi = middle;
+        for (int i = 0; i < nearest_rule::newton; ++i) {
+            (slope > 0 ? upper : lower) = psi;
+            double next = psi - slope / second;
+            if (!(next >= lower && next <= upper)) next = slope > 0 ? lower : upper;
+            if (i > 3 && !(next > lower && next < upper)) next = 0.5 * (lower + upper);
+            const double move = abs(next - psi);
+            psi = next;
+            if (!(move > 1e-9)) break;
+            const BoxCosts at = costs(gc, Boxes(psi), Boxes(0.0));
+            slope = at.slope[0];
+            second = at.second.middle[0];
+        }
+        try_point(gc, psi, true);
+    }
+
+    /// A branch without arcs may still hold the pose at single psi, where blocked arcs touch: a joint locked
+    /// by equal limits, or two joints on their limits at once. The best of them, or all.
+    void touching_points(int gc, Nearests* all) noexcept {
+        const Touching& t = touching_[gc];
+        for (int i = 0; i < t.count; ++i) {
+            const double psi = wrap(t.psi[i]);
+            if (limits_.margin > 0 || (options_.allowed && !contains(*options_.allowed, psi))) continue;
+            if (!all) {
+                try_point(gc, psi, false);
+                continue;
+            }
+            bool known = false;
+            for (int k = 0; k < i; ++k) known |= abs(wrap(t.psi[k] - psi)) <= nearest_rule::apart;
+            best_ = Best{};
+            if (!known) try_point(gc, psi, false);
+            if (best_.gc >= 0) insert(*all, result());
+        }
+    }
+
+    /// Isolated psi at which two joints are one axis: the posture may share the turn between them as it
+    /// likes.
+    void singular_points(unsigned branches) noexcept {
+        if (limits_.margin > 0) return;
+        for (int elbow = 0; elbow < 2; ++elbow) {
+            const ElbowBranches& e = elbow_[elbow];
+            for (int side = 0; side < 2; ++side) {
+                if (e.lost[side] || !e.open) continue;
+                const Hinge<double>& h = e.functions.hinge[side];
+                const double top = atan2(h.H.s, h.H.c);
+                if (h.high.below_one <= tolerance::touching) touch(elbow, side, top, branches);
+                if (h.low.above_minus_one <= tolerance::touching) touch(elbow, side, top + pi, branches);
+            }
+        }
+    }
+
+    void touch(int elbow, int side, double psi, unsigned branches) noexcept {
+        const Pivot<double>& p = elbow_[elbow].functions.pivot[2 * side];
+        const SinCos<double> at = sin_cos(psi);
+        if (hypot(p.U.at(at), p.V.at(at)) > tolerance::singular) return;
+        for (int branch = 0; branch < 4; ++branch) {
+            const int gc = gc_of(elbow, branch);
+            if (!(options_.branches & branches & 1u << gc)) continue;
+            if (options_.allowed && !contains(*options_.allowed, psi)) continue;
+            try_point(gc, psi, true);
+        }
+    }
+
+    // -- results
+
+    static Nearest refused(Status why) noexcept {
+        Nearest out{};
+        for (double& q : out.q) q = not_a_number;
+        out.psi = out.distance = out.margin = not_a_number;
+        out.gc = -1;
+        out.status = why;
+        return out;
+    }
+
+    /// Why there is no posture: the reason of the branch that came furthest; OK where some branch has arcs.
+    Nearest nothing() const noexcept {
+        static constexpr Status order[] = {Status::OK,           Status::NOT_ALLOWED, Status::LIMITS,
+                                           Status::ELBOW_MARGIN, Status::ELBOW_LIMIT, Status::FOLDED};
+        for (const Status status : order)
+            for (int gc = 0; gc < configurations; ++gc)
+                if ((options_.branches >> gc & 1) && arcs_.status[gc] == status) return refused(status);
+        return refused(Status::UNREACHABLE);
+    }
+
+    /// The seed itself, where it is a posture of the pose: nothing is nearer.
+    bool keep_near(Nearest& out) const noexcept {
+        if (!options_.near || options_.metric == Metric::margin) return false;
+        if (!within_limits(arm_.limits, options_.near, 0.0)) return false;
+        const Posture here = forward(arm_, options_.near);
+        if (here.psi != here.psi || !(options_.branches >> here.gc & 1)) return false;
+        if (!same_pose(here.pose)) return false;
+        if (options_.allowed && !contains(*options_.allowed, here.psi)) return false;
+        if (limits_.margin > 0 && !contains(arcs_.arcs[here.gc], here.psi)) return false;
+        out = finished(options_.near, here.psi, here.gc);
+        return true;
+    }
+
+    bool same_pose(const Pose<double>& other) const noexcept {
+        const auto far = [](const Vec3<double>& a, const Vec3<double>& b) {
+            const Vec3<double> d = a - b;
+            return max(max(abs(d.x), abs(d.y)), abs(d.z));
+        };
+        const auto &r = pose_.rotation, &s = other.rotation;
+        return far(pose_.position, other.position) <= nearest_rule::same * arm_.size &&
+               max(max(far(r.x, s.x), far(r.y, s.y)), far(r.z, s.z)) <= nearest_rule::same;
+    }
+
+    Nearest finished(const double* q, double psi, int gc) const noexcept {
+        Nearest out{};
+        for (int j = 0; j < joints; ++j) out.q[j] = q[j];
+        out.psi = psi;
+        out.gc = gc;
+        out.status = Status::OK;
+        const double cost =
+            squares() ? cost_of(q) : max(cost_of(q), cost_of(joint_[3], q[3] - joint_[3].near));
+        out.distance = squares() ? sqrt(cost) : cost;
+        if (options_.metric == Metric::margin) out.distance = not_a_number;
+        out.margin = limit_margin(arm_.limits, q);
+        return out;
+    }
+
+    Nearest result() const noexcept {
+        if (best_.gc < 0) return refused(Status::LIMITS);
+        const double psi = wrap(best_.psi);  // so that it is what inverse() gives at the psi that is told
+        return finished(posture(best_.gc, psi).q, psi, best_.gc);
+    }
+
+    void insert(Nearests& out, const Nearest& one) const noexcept {
+        if (out.count == Nearests::capacity) return;
+        const auto rank = [this](const Nearest& x) {
+            return options_.metric == Metric::margin ? -x.margin : x.distance;
+        };
+        int at = out.count++;
+        for (; at > 0 && rank(out.found[at - 1]) > rank(one); --at) out.found[at] = out.found[at - 1];
+        out.found[at] = one;
+    }
+
+    const Arm& arm_;
+    const LimitTable& limits_;
+    const Pose<double>& pose_;
+    const NearestOptions& options_;
+    JointCost joint_[joints];
+
+    Circle<double> circle_;
+    ElbowBranches elbow_[2];
+    AllArcs arcs_;
+    Touching touching_[configurations];
+    Best best_;
+    double ceiling_ = infinity;  // what another elbow costs
+    double first_ = 0;
+    double least_[configurations][nearest_rule::first_boxes],
+        value_[configurations][nearest_rule::first_boxes];
+};
+
+}  // namespace detail
+
+/// The posture of a pose that is nearest to a seed, globally: over the allowed branches, all feasible psi,
+/// all windings.
+inline Nearest nearest_posture(const Arm& arm, const LimitTable& limits, const Pose<double>& pose,
+                               const NearestOptions& options) noexcept {
+    return detail::NearestSearch(arm, limits, pose, options).best();
+}
+
+/// The nearest posture of each branch and arc, by rising distance.
+inline void nearest_postures(const Arm& arm, const LimitTable& limits, const Pose<double>& pose,
+                             const NearestOptions& options, Nearests& out) noexcept {
+    detail::NearestSearch(arm, limits, pose, options).all(out);
+}
+
+}  // namespace armangle

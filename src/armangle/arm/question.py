@@ -1,0 +1,120 @@
+"""What `solve`, `solutions` and `best` are asked: arguments checked and handed to the core."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .. import _core
+from .._arrays import (
+    CONFIGURATIONS,
+    JOINTS,
+    Floats,
+    as_floats,
+    as_gc,
+    as_number,
+    as_threads,
+    broadcast,
+    chosen,
+)
+from ..errors import ConfigurationError, InputError, NotFiniteError, ShapeError
+from ..status import STATUSES, Status
+from .allowed import Allowed, allowed_arcs
+from .solution import Solution, Solutions
+
+if TYPE_CHECKING:
+    from .arm import Arm
+
+MetricName = Literal["l2", "max"]
+Prefer = Literal["near", "margin"]
+
+METRICS: dict[str, Any] = {"l2": _core.Metric.L2, "max": _core.Metric.MAX}
+_PREFER = ("near", "margin")
+
+
+class Question:
+    """A batch of poses and what is wanted of their postures."""
+
+    def __init__(
+        self, arm: Arm, pose: ArrayLike, near: ArrayLike | None, metric: str, weight: ArrayLike | None,
+        prefer: str, gc: int | Iterable[int] | None, allowed: Allowed | None, singularity_margin: float,
+        threads: int,
+    ) -> None:  # fmt: skip
+        named = [("pose", as_floats("pose", pose, (4, 4)), 2)]
+        if near is not None:
+            named.append(("near", as_floats("near", near, (JOINTS,)), 1))
+        self.batch, arrays = broadcast(named)
+        self.poses: Floats = np.ascontiguousarray(arrays[0]).reshape(-1, 4, 4)
+        kind = METRICS[chosen("metric", metric, METRICS)]
+        margin = as_number("singularity_margin", singularity_margin, 0.0, _core.MOST_MARGIN)
+        if chosen("prefer", prefer, _PREFER) == "margin" or near is None:
+            kind = _core.Metric.MARGIN
+        self.near = np.ascontiguousarray(arrays[1]).reshape(-1, JOINTS) if near is not None else None
+        self.options = _core.SolveOptions(kind, _weights(weight), _branches(gc), margin)
+        self.handle = arm._handle
+        self.threads = as_threads(threads)
+        self.allowed: tuple[Any, Any] = (None, None)
+        if allowed is not None:
+            arcs = allowed_arcs(allowed, arrays[0])
+            if arcs.shape not in ((), self.batch):
+                raise ShapeError(
+                    f"allowed has shape {arcs.shape}, wanted () or that of the poses, {self.batch}"
+                )
+            self.allowed = (arcs._count, arcs._psi)
+
+    def solve(self) -> Solution:
+        """Return the nearest posture of each pose."""
+        n = len(self.poses)
+        q, psi, distance, margin = np.empty((n, JOINTS)), np.empty(n), np.empty(n), np.empty(n)
+        gc, status = np.empty(n, np.int64), np.empty(n, np.int8)
+        self.handle.solve_many(
+            self.poses,
+            self.near,
+            self.options,
+            *self.allowed,
+            q,
+            psi,
+            gc,
+            distance,
+            status,
+            margin,
+            self.threads,
+        )
+        if not self.batch:
+            outcome: Status = STATUSES[int(status[0])]
+            return Solution(q[0], float(psi[0]), int(gc[0]), float(distance[0]), outcome, float(margin[0]))
+        shaped: list[NDArray[Any]] = [x.reshape(self.batch) for x in (psi, gc, distance, status, margin)]
+        return Solution(q.reshape((*self.batch, JOINTS)), *shaped)
+
+    def solutions(self) -> Solutions:
+        """Return the nearest posture of each branch and arc of each pose."""
+        columns = self.handle.solutions_many(self.poses, self.near, self.options, *self.allowed, self.threads)
+        return Solutions(self.batch, columns)
+
+
+def _weights(weight: ArrayLike | None) -> Floats:
+    """Return seven weights, one for all joints or one each."""
+    if weight is None:
+        return np.ones(JOINTS)
+    given = as_floats("weight", weight)
+    if given.shape not in ((), (JOINTS,)):
+        raise ShapeError(f"weight has shape {given.shape}, wanted ({JOINTS},) or one number")
+    weights = np.ascontiguousarray(np.broadcast_to(given, (JOINTS,)))
+    if not np.isfinite(weights).all():
+        raise NotFiniteError(f"weight is {weights.tolist()}, wanted finite numbers")
+    if (weights < 0).any() or not weights.any():
+        raise InputError(f"weight is {weights.tolist()}, wanted numbers >= 0, at least one of them positive")
+    return weights
+
+
+def _branches(gc: int | Iterable[int] | None) -> int:
+    """Return a bit for each global configuration that may be used."""
+    if gc is None:
+        return (1 << CONFIGURATIONS) - 1
+    wanted = as_gc(np.atleast_1d(np.asarray(gc if not isinstance(gc, Iterable) else [*gc])))
+    if wanted.ndim != 1 or not wanted.size or ((wanted < 0) | (wanted >= CONFIGURATIONS)).any():
+        raise ConfigurationError(f"gc is {gc!r}, wanted an integer from 0 to 7, or several of them")
+    return int(np.bitwise_or.reduce(1 << wanted))

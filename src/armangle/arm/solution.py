@@ -1,0 +1,129 @@
+"""The nearest posture of a pose, as a value; and one for each branch and arc."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._arrays import JOINTS, Floats, Ints, frozen
+from ..errors import NoSolutionError, UnreachableError
+from ..status import STATUSES, Status
+
+_OUT_OF_REACH = (Status.UNREACHABLE, Status.FOLDED)
+
+
+class Solution(NamedTuple):
+    """A posture of a pose, what it costs, and why there is none.
+
+    ``q (..., 7)`` rad; ``psi (...)`` rad in (-π, π]; ``gc (...)`` 0..7; ``distance (...)`` to the seed
+    in the metric asked, rad, NaN without a seed; ``status (...)`` an `Status`, of a batch its codes as
+    int8; ``margin (...)`` least distance of a joint to one of its limits, rad. Where the status is not
+    OK the numbers are NaN and gc is -1.
+    """
+
+    q: Floats
+    psi: float | Floats
+    gc: int | Ints
+    distance: float | Floats
+    status: Status | NDArray[np.int8]
+    margin: float | Floats
+
+    @property
+    def ok(self) -> bool | NDArray[np.bool_]:
+        """Whether there is a posture, shape (...)."""
+        found = np.asarray(self.status) == Status.OK
+        return found if found.ndim else bool(found)
+
+    def raise_for_status(self) -> Solution:
+        """Return the solution itself; raise where there is none.
+
+        Raises
+        ------
+        UnreachableError
+            If a wrist is out of reach, or lies on the shoulder.
+        NoSolutionError
+            If limits, margins or what the caller allows leave no posture.
+        """
+        codes = np.asarray(self.status)
+        bad = np.argwhere(codes != Status.OK)
+        if not len(bad):
+            return self
+        at = tuple(int(i) for i in bad[0])
+        status = STATUSES[int(codes[at])]
+        where = f"pose{list(at)}: " if at else ""
+        more = f" ({len(bad)} of {codes.size} poses have none)" if at else ""
+        kind = UnreachableError if status in _OUT_OF_REACH else NoSolutionError
+        raise kind(f"{where}{status.sentence}{more}")
+
+
+class Solutions:
+    """The nearest posture of each branch and arc of a pose, by rising distance.
+
+    With ``prefer="margin"``: by falling margin. Of one pose a sequence of `Solution`.
+
+    Attributes
+    ----------
+    count : int or ndarray of int64, shape (...)
+        How many there are.
+    q : ndarray, shape (..., k, 7)
+        Joint values, rad; k is the largest count. Rows beyond a pose's count are NaN.
+    psi, distance, margin : ndarray, shape (..., k)
+        Arm angle in (-π, π], distance to the seed in the metric asked (NaN without a seed), least
+        distance to a limit; rad.
+    gc : ndarray of int64, shape (..., k)
+        Global configurations; -1 beyond the count.
+    status : Status, or ndarray of int8, shape (...)
+        Why there is none, else OK.
+    """
+
+    __slots__ = ("count", "distance", "gc", "margin", "psi", "q", "status")
+
+    def __init__(self, shape: tuple[int, ...], columns: tuple[Any, ...]) -> None:
+        count, q, psi, gc, distance, margin, status = columns
+        width = int(count.max(initial=0))
+        filled = np.arange(width) < count[:, None]
+
+        def table(values: NDArray[Any], blank: float, *tail: int) -> NDArray[Any]:
+            out = np.full((len(count), width, *tail), blank, values.dtype)
+            out[filled] = values
+            return frozen(out.reshape((*shape, width, *tail)))
+
+        self.q: Floats = table(q, np.nan, JOINTS)
+        self.psi: Floats = table(psi, np.nan)
+        self.gc: Ints = table(gc, -1)
+        self.distance: Floats = table(distance, np.nan)
+        self.margin: Floats = table(margin, np.nan)
+        counts, codes = count.reshape(shape), status.reshape(shape)
+        self.count: int | Ints = frozen(counts) if shape else int(counts)
+        self.status: Status | NDArray[np.int8] = frozen(codes) if shape else STATUSES[int(codes)]
+
+    def __len__(self) -> int:
+        """Return how many postures one pose has."""
+        return self._one("len()")
+
+    def __iter__(self) -> Iterator[Solution]:
+        """Iterate over the postures of one pose, the nearest first."""
+        return (self[k] for k in range(self._one("iteration")))
+
+    def __getitem__(self, k: int) -> Solution:
+        """Return posture k of one pose."""
+        number = range(self._one("[]"))[k]
+        return Solution(
+            self.q[number], float(self.psi[number]), int(self.gc[number]), float(self.distance[number]),
+            Status.OK, float(self.margin[number]),
+        )  # fmt: skip
+
+    def _one(self, what: str) -> int:
+        if isinstance(self.count, int):
+            return self.count
+        raise TypeError(f"{what} is of the solutions of one pose, these are of a batch {self.count.shape}")
+
+    def __repr__(self) -> str:
+        if not isinstance(self.count, int):
+            return f"<Solutions of {self.count.size} poses, {int(self.count.sum())} postures>"
+        if not self.count:
+            return f"<Solutions: none, {self.status}>"
+        return f"<Solutions: {self.count}, branches {sorted({int(g) for g in self.gc})}>"

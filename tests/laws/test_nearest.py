@@ -1,0 +1,235 @@
+"""Laws of solve, solutions and best: nothing that a dense grid, then polished, finds is nearer."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support import draw
+from support.nearest import Case, brute_force, cases
+from support.strategies import REGIMES, arms, postures, unlimited
+
+import armangle as aa
+
+IIWA = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+Q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+GRID = 1001
+ROUNDING = 1e-10
+
+
+def cost(case: Case, found: aa.Solution) -> float:
+    return float(-found.margin if case.prefer == "margin" else found.distance)
+
+
+@pytest.mark.parametrize("case", cases(draw.count(60), draw.SEED), ids=str)
+def test_no_grid_finds_a_nearer_posture(case: Case) -> None:
+    found = case.solve()
+    best = brute_force(case, GRID)
+    if not found.ok:
+        assert best == np.inf, (found.status, best)
+        return
+    assert cost(case, found) <= best + ROUNDING
+    assert case.arm.within_limits(found.q, 1e-9)
+    back = case.arm.forward(found.q, undefined="nan")[0]
+    assert np.abs(back - case.pose).max() <= 1e-12
+    each = case.solutions()
+    assert abs(cost(case, each[0]) - cost(case, found)) <= 1e-9 or cost(case, found) < cost(case, each[0])
+
+
+@pytest.mark.parametrize("arm", arms(), ids=lambda arm: arm.name)
+@pytest.mark.parametrize("regime", REGIMES)
+def test_a_posture_is_its_own_nearest(arm: aa.Arm, regime: str) -> None:
+    q = postures(arm, regime, 40)
+    q = q[arm.within_limits(q)]
+    found = arm.solve(arm.forward(q)[0], near=q)
+    assert np.array_equal(found.q, q) and not np.any(found.distance)
+
+
+@pytest.mark.parametrize("arm", arms(), ids=lambda arm: arm.name)
+def test_a_solution_is_the_inverse_at_its_psi(arm: aa.Arm) -> None:
+    q = postures(arm, "uniform", 30)
+    near = q + draw.generator(3).normal(0, 0.3, q.shape)
+    pose = arm.forward(q)[0]
+    found = arm.solve(pose, near=near)
+    assert found.ok.all()
+    assert (found.distance <= np.linalg.norm(q - near, axis=-1) + 1e-12).all()
+    again = arm.inverse(pose, found.psi, found.gc, seed=near)
+    assert np.array_equal(again, found.q)
+    assert np.abs(arm.forward(found.q)[0] - pose).max() <= 1e-13
+    assert np.abs(np.linalg.norm(found.q - near, axis=-1) - found.distance).max() <= 1e-12
+
+
+def test_a_small_move_of_the_tool_is_a_small_move_of_the_joints() -> None:
+    q = postures(IIWA, "uniform", 200)
+    q = q[(np.abs(q[:, 1]) > 0.3) & (np.abs(q[:, 5]) > 0.3) & (np.abs(q[:, 3]) > 0.3)]
+    pose = IIWA.forward(q)[0]
+    pose[:, :3, 3] += 1e-5
+    found = IIWA.solve(pose, near=q)
+    assert np.nanmax(np.where(found.ok, found.distance, 0)) < 1e-3
+
+
+def test_batches_threads_and_calls_give_the_same_bits() -> None:
+    q = postures(IIWA, "uniform", 64).reshape(4, 16, 7)
+    pose, near = IIWA.forward(q)[0], q[::-1, ::-1]
+    whole = IIWA.solve(pose, near=near)
+    for threads in (2, 5):
+        for a, b in zip(whole, IIWA.solve(pose, near=near, threads=threads), strict=True):
+            assert np.array_equal(a, b, equal_nan=True)
+    one = IIWA.solve(pose[1, 3], near=near[1, 3])
+    assert np.array_equal(one.q, whole.q[1, 3]) and one.psi == whole.psi[1, 3] and one.gc == whole.gc[1, 3]
+    slow = IIWA.solve(pose[1, 3], near=near[1, 3], weight=1.0)
+    assert np.array_equal(one.q, slow.q) and one[1:] == slow[1:]
+
+
+def test_weights_choose_who_moves() -> None:
+    pose = IIWA.forward(Q)[0]
+    near = Q + 0.4
+    free = IIWA.solve(pose, near=near)
+    for joint in (0, 2, 4, 6):
+        weight = np.ones(7)
+        weight[joint] = 1e4
+        held = IIWA.solve(pose, near=near, weight=weight)
+        assert abs(held.q[joint] - near[joint]) <= abs(free.q[joint] - near[joint]) + 1e-12
+
+
+def test_the_largest_move_is_the_least_there_is() -> None:
+    q = postures(IIWA, "uniform", 50)
+    pose, near = IIWA.forward(q)[0], q[::-1]
+    largest = IIWA.solve(pose, near=near, metric="max")
+    other = IIWA.solve(pose, near=near)
+    assert np.abs(np.abs(largest.q - near).max(axis=-1) - largest.distance).max() <= 1e-12
+    assert (largest.distance <= np.abs(other.q - near).max(axis=-1) + 1e-12).all()
+
+
+def test_branches_and_arcs_that_are_not_allowed_are_not_used() -> None:
+    pose = IIWA.forward(Q)[0]
+    for gc in range(8):
+        found = IIWA.solve(pose, near=Q, gc=gc)
+        assert found.gc == gc if found.ok else IIWA.feasible(pose, gc).is_empty
+    pair = IIWA.solve(pose, near=Q, gc=[1, 7])
+    assert pair.distance == min(IIWA.solve(pose, near=Q, gc=gc).distance for gc in (1, 7))
+    window = aa.ArcSet([[0.5, 0.6]])
+    inside = IIWA.solve(pose, near=Q, allowed=window)
+    assert inside.psi in window and inside.distance > 0
+    by_function = IIWA.solve(pose, near=Q, allowed=lambda _: window)
+    assert np.array_equal(inside.q, by_function.q)
+    assert IIWA.solve(pose, near=Q, allowed=aa.ArcSet([])).status == aa.Status.NOT_ALLOWED
+    margin = IIWA.solve(pose, near=np.zeros(7), singularity_margin=0.3)
+    assert np.abs(np.sin(margin.q[[1, 5]])).min() >= np.sin(0.3) - 1e-9
+
+
+def test_solutions_are_one_for_each_branch_and_arc() -> None:
+    pose = IIWA.forward(Q)[0]
+    found = IIWA.solutions(pose, near=Q)
+    arcs = IIWA.feasible_all(pose)
+    assert len(found) == found.count == arcs.count.sum()
+    distances = [one.distance for one in found]
+    assert distances == sorted(distances)
+    for gc in range(8):
+        here = [one.psi for one in found if one.gc == gc]
+        intervals = arcs[gc].intervals
+        assert sorted(
+            sum(lo - 1e-9 <= p + t <= up + 1e-9 for p in here for t in (0, 2 * np.pi)) for lo, up in intervals
+        ) == [1] * len(intervals)
+    nearest = IIWA.solve(pose, near=Q)
+    assert np.abs(found[0].q - nearest.q).max() <= 1e-12 and found[0].gc == nearest.gc
+    batch = IIWA.solutions(np.stack([pose, pose + np.eye(4, k=3) * 3]), near=Q)
+    assert batch.count.tolist() == [len(found), 0] and batch.q.shape == (2, len(found), 7)
+    assert np.isnan(batch.q[1]).all() and (batch.gc[1] == -1).all()
+    assert batch.status.tolist() == [aa.Status.OK, aa.Status.UNREACHABLE]
+    with pytest.raises(TypeError, match="of the solutions of one pose"):
+        len(batch)
+
+
+def test_best_keeps_the_largest_margin() -> None:
+    q = postures(IIWA, "uniform", 100)
+    pose = IIWA.forward(q)[0]
+    best = IIWA.best(pose)
+    assert (best.margin >= IIWA.limit_margin(q) - 1e-12).all()
+    same = IIWA.solve(pose, near=q, prefer="margin")
+    assert np.array_equal(best.q, same.q) and np.isnan(best.distance).all()
+    assert np.array_equal(IIWA.solve(pose).q, best.q)
+
+
+def test_joints_without_limits_do_not_count_for_the_margin() -> None:
+    free = unlimited(IIWA)
+    found = free.best(free.forward(Q)[0])
+    assert found.ok and found.margin == np.inf
+
+
+def test_two_joints_on_one_axis_share_the_turn() -> None:
+    """theta_2 = 0: only q_1 + q_3 is fixed by the pose; the nearest posture shares the difference alike."""
+    straight = np.array([0.3, 0.0, 0.5, -1.2, 0.3, 0.8, 0.5])
+    near = straight + np.array([0.2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    found = IIWA.solve(IIWA.forward(straight)[0], near=near)
+    assert found.q[:3] == pytest.approx([0.4, 0.0, 0.4], abs=1e-9)
+    assert found.distance == pytest.approx(np.sqrt(2) * 0.1, abs=1e-9)
+    weighted = IIWA.solve(IIWA.forward(straight)[0], near=near, weight=[1, 1, 3, 1, 1, 1, 1])
+    assert weighted.q[[0, 2]] == pytest.approx([0.35, 0.45], abs=1e-9)
+
+
+def test_the_candle_is_solved_where_all_joints_are_one_axis() -> None:
+    """The arm straight up: only the sum of joints 1, 3, 5 and 7 is fixed by the pose."""
+    pose = IIWA.forward(np.zeros(7))[0]
+    near = np.array([0.4, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    found = IIWA.solve(pose, near=near)
+    assert found.q == pytest.approx([0.3, 0, -0.1, 0, -0.1, 0, -0.1], abs=1e-8)
+    assert np.abs(IIWA.forward(found.q)[0] - pose).max() < 1e-14
+
+
+def test_a_locked_joint_keeps_its_single_arm_angles() -> None:
+    """lower == upper leaves single psi and no arc: they are solutions all the same."""
+    lower, upper = IIWA.lower.copy(), IIWA.upper.copy()
+    lower[2] = upper[2] = Q[2]
+    locked = IIWA.with_(lower=lower, upper=upper)
+    pose = IIWA.forward(Q)[0]
+    found = locked.solve(pose, near=Q + 0.05)
+    assert found.ok and found.q == pytest.approx(Q, abs=1e-9)
+    each = locked.solutions(pose, near=Q)
+    assert len(each) > 1 and all(one.q[2] == pytest.approx(Q[2], abs=1e-9) for one in each)
+    assert all(np.abs(IIWA.forward(one.q)[0] - pose).max() < 1e-12 for one in each)
+
+
+def test_no_posture_says_why() -> None:
+    pose = IIWA.forward(Q)[0]
+    far = pose.copy()
+    far[0, 3] += 3
+    out_of_reach = IIWA.solve(far, near=Q)
+    assert out_of_reach.status == aa.Status.UNREACHABLE and not out_of_reach.ok
+    assert np.isnan(out_of_reach.q).all() and out_of_reach.gc == -1
+    with pytest.raises(aa.UnreachableError, match="out of reach"):
+        out_of_reach.raise_for_status()
+    narrow = IIWA.with_(lower=Q + 0.1, upper=Q + 0.2).solve(pose, near=Q)
+    assert narrow.status in (aa.Status.LIMITS, aa.Status.ELBOW_LIMIT)
+    with pytest.raises(aa.NoSolutionError, match="limits"):
+        narrow.raise_for_status()
+    both = IIWA.solve(np.stack([pose, far]), near=Q)
+    assert both.ok.tolist() == [True, False]
+    with pytest.raises(aa.UnreachableError, match=r"pose\[1\]: .* \(1 of 2 poses have none\)"):
+        both.raise_for_status()
+    assert IIWA.solve(pose, near=Q).raise_for_status().ok
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "words"),
+    [
+        ({"weight": [-1, 1, 1, 1, 1, 1, 1]}, aa.InputError, "weight is .* numbers >= 0, at least one"),
+        ({"weight": np.zeros(7)}, aa.InputError, "at least one of them positive"),
+        ({"weight": [1, 2]}, aa.ShapeError, r"weight has shape \(2,\), wanted \(7,\) or one number"),
+        ({"weight": np.full(7, np.nan)}, aa.NotFiniteError, "weight is .* wanted finite numbers"),
+        ({"gc": 8}, aa.ConfigurationError, "gc is 8, wanted an integer from 0 to 7, or several"),
+        ({"gc": []}, aa.ConfigurationError, "gc has"),
+        ({"metric": "l3"}, aa.InputError, "metric is 'l3', wanted one of 'l2', 'max'"),
+        ({"prefer": "far"}, aa.InputError, "prefer is 'far', wanted one of 'near', 'margin'"),
+        ({"near": np.full(7, np.inf)}, aa.NotFiniteError, "near"),
+    ],
+)
+def test_bad_questions_are_refused(arguments: dict[str, object], error: type[Exception], words: str) -> None:
+    with pytest.raises(error, match=words):
+        IIWA.solve(IIWA.forward(Q)[0], **{"near": Q, **arguments})  # type: ignore[arg-type]
+
+
+def test_empty_batches_are_answered() -> None:
+    none = np.empty((0, 4, 4))
+    assert IIWA.solve(none, near=Q).q.shape == (0, 7)
+    assert IIWA.solutions(none, near=Q).q.shape == (0, 0, 7)
+    assert IIWA.best(np.empty((3, 0, 4, 4))).psi.shape == (3, 0)
