@@ -36,7 +36,7 @@ def test_an_import_report_reads_in_mm_and_degrees() -> None:
     lines = str(report).splitlines()
     assert lines[:2] == ["arm.urdf: link_0 to link_7", "joints: a, b, c, d, e, f, g"]
     assert " ".join(lines[2].split()) == "three shoulder axes miss a point by 0.001500 mm"
-    assert lines[5].endswith(" 0.250000 deg") and lines[6].endswith(" 2.000000 mm")
+    assert lines[4].endswith(" 0.250000 deg") and lines[5].endswith(" 2.000000 mm")
     assert lines[-1] == "note: mind the gap" and repr(report).startswith("ImportReport(source=")
     arm = aa.Arm.from_urdf(aa.Arm(**LENGTHS).to_urdf())
     assert "position agrees with the file within" in str(arm.import_report)

@@ -93,7 +93,7 @@ BAD: dict[str, list[Any]] = {
     "paper_discriminant": [*NUMBER, -1.0], "policy": POLICY, "allowed": ALLOWED, "max_joint_step": POSITIVE,
     "tol": NUMBER, "out": [Q[:6].copy(), Q.astype(np.float32), "x", Q.tolist(), np.zeros((7, 2))[:, 0]],
     "d_bs": [*NUMBER, None, INF, 1e4], "d_wf": [*NUMBER, None, INF, 1e4], "a_3": [*NUMBER, INF],
-    "a_4": [*NUMBER, INF], "d_se": [*POSITIVE, None, INF, 1e4], "d_ew": [*POSITIVE, None, INF, 1e4],
+    "a_4": [*NUMBER, INF], "d_4": [*NUMBER, INF], "d_se": [*POSITIVE, None, INF, 1e4], "d_ew": [*POSITIVE, None, INF, 1e4],
     "lower": [*SEVEN, changed(Q, INF), changed(Q, 1e9)], "upper": [*SEVEN, changed(Q, -INF), changed(Q, 1e9)],
     "signs": [*SEVEN, Q, np.zeros(7)], "offsets": [*SEVEN, changed(Q, INF), changed(Q, 1e9)],
     "base": [v for v in POSES if v is not None], "tool": [v for v in POSES if v is not None],
