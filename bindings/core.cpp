@@ -17,14 +17,14 @@ void copy(nb::handle from, double* to, std::initializer_list<Py_ssize_t> extents
     std::memcpy(to, b.data<double>(), count * sizeof(double));
 }
 
-/// lengths: d_bs d_se d_ew d_wf a_3 a_4; joints: sign, offset, lower, upper one after the other; transforms:
+/// lengths: d_bs d_se d_ew d_wf a_3 a_4 d_4; joints: sign, offset, lower, upper one after the other; transforms:
 /// 16 each.
 void construct(ArmHandle* self, Floats lengths, Floats joint_map, Floats base, Floats tool) {
     armangle::ArmParameters p;
-    double length[6], map[4 * armangle::joints], transform[16];
-    copy(lengths, length, {6});
+    double length[7], map[4 * armangle::joints], transform[16];
+    copy(lengths, length, {7});
     p.d_bs = length[0], p.d_se = length[1], p.d_ew = length[2], p.d_wf = length[3], p.a_3 = length[4],
-    p.a_4 = length[5];
+    p.a_4 = length[5], p.d_4 = length[6];
     copy(joint_map, map, {4 * armangle::joints});
     for (int i = 0; i < armangle::joints; ++i) {
         p.sign[i] = map[i], p.offset[i] = map[armangle::joints + i];

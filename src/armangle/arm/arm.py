@@ -81,6 +81,7 @@ class ArmArguments(TypedDict, total=False):
     d_wf: float
     a_3: float
     a_4: float
+    d_4: float
     lower: ArrayLike | None
     upper: ArrayLike | None
     signs: ArrayLike | None
@@ -117,7 +118,7 @@ class Arm:
     """A 7-axis arm with spherical shoulder, elbow and spherical wrist (S-R-S).
 
     The tip's pose is ``base @ DH(theta) @ tool`` with ``theta_i = signs_i q_i + offsets_i`` and the
-    classic DH rows of the paper's Table 1, to which the lateral elbow offsets a_3, a_4 are added.
+    classic DH rows of the paper's Table 1, to which the elbow's offsets a_3, a_4, d_4 are added.
     Everything public speaks q, the robot's own joint coordinates. Values are frozen.
 
     Parameters
@@ -130,6 +131,8 @@ class Arm:
         (the default).
     a_3, a_4 : float
         Lateral elbow offsets of links 3 and 4, m.
+    d_4 : float
+        Gap along axis 4 from the upper arm to the forearm, m (Kinova MOVO).
     signs : array_like of +1 or -1, shape (7,), optional
         Directions of the joints.
     offsets : array_like, shape (7,), optional
@@ -167,6 +170,7 @@ class Arm:
     d_wf: float
     a_3: float
     a_4: float
+    d_4: float
     lower: Floats
     upper: Floats
     signs: Ints
