@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from support import draw
@@ -233,3 +235,26 @@ def test_empty_batches_are_answered() -> None:
     assert IIWA.solve(none, near=Q).q.shape == (0, 7)
     assert IIWA.solutions(none, near=Q).q.shape == (0, 0, 7)
     assert IIWA.best(np.empty((3, 0, 4, 4))).psi.shape == (3, 0)
+
+
+@pytest.mark.parametrize("ending", ["csv", "npz", "json"])
+def test_solutions_are_saved_as_joint_rows(ending: str, tmp_path: Path) -> None:
+    pose = IIWA.forward(Q)[0]
+    far = pose + 3 * np.eye(4, k=3)
+    file = tmp_path / f"joints.{ending}"
+    for value in (IIWA.solve(pose, near=Q), IIWA.solve(np.stack([pose, far]), near=Q), IIWA.solutions(pose)):
+        aa.save(value, file)
+        rows = aa.load_joints(file)
+        assert np.array_equal(rows.q, np.reshape(value.q, (-1, 7)), equal_nan=True)
+        assert np.array_equal(rows.gc, np.ravel(value.gc))
+    with pytest.raises(aa.ShapeError, match="may be joints or poses: joints are saved as a JointPath or"):
+        aa.save(Q, file)
+
+
+def test_a_bad_pose_is_named_with_its_value() -> None:
+    pose = IIWA.forward(Q)[0]
+    with pytest.raises(aa.NotRotationError, match=r"\|RᵀR - I\| is 0\.00138"):
+        IIWA.solve(np.round(pose, 3), near=Q)
+    pose[0, 3] = np.nan
+    with pytest.raises(aa.NotFiniteError, match="pose holds nan"):
+        IIWA.solve(pose, near=Q)

@@ -399,7 +399,8 @@ private:
     /// wanted = v + epsilon u of a lost side, where the convention's first angle is 0 and the last is theta.
     double lost_wish(const ElbowBranches& e, int side, double theta) const noexcept {
         const JointCost &a = joint_[4 * side], &b = joint_[4 * side + 2];
-        return b.sign * (theta - b.offset) - b.near + epsilon(e, side) * (a.sign * (0.0 - a.offset) - a.near);
+        const double first = to_q(0.0, a.sign, a.offset), last = to_q(theta, b.sign, b.offset);
+        return last - b.near + epsilon(e, side) * (first - a.near);
     }
 
     /// The cheapest shares of `wanted` within the limits; infinite cost where there are none.
