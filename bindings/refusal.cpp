@@ -40,7 +40,9 @@ void bind_refusal(nb::module_& m) {
         .value("JOINTS_NOT_FINITE", Problem::joints_not_finite)
         .value("UNREACHABLE", Problem::unreachable)
         .value("FOLDED", Problem::folded)
-        .value("JOINT_LIMIT", Problem::joint_limit);
+        .value("JOINT_LIMIT", Problem::joint_limit)
+        .value("STILL", Problem::still)
+        .value("ON_AXIS", Problem::on_axis);
     nb::register_exception_translator(&translate);
     m.def(
         "on_refusal",

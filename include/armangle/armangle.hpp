@@ -10,6 +10,7 @@
 #include "arm/forward.hpp"
 #include "circle/circle.hpp"
 #include "circle/self_motion.hpp"
+#include "circle/towards.hpp"
 #include "circle/posture.hpp"
 #include "circle/joint_function.hpp"
 #include "limits/arcs.hpp"

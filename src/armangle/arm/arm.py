@@ -52,6 +52,7 @@ from .joint_function import JointFunction
 from .question import METRICS as _METRICS
 from .question import MetricName, Prefer, Question
 from .solution import Solution, Solutions
+from .wish import Direction, as_wish
 
 __all__ = ["MOST_MARGIN", "Arm", "nearest_rotation"]
 
@@ -608,6 +609,107 @@ class Arm:
         out = np.empty((*joints.shape[:-1], JOINTS + 1, 4, 4))
         self._handle.frames_many(joints, out, as_threads(threads))
         return out
+
+    def elbow(self, q: ArrayLike, *, threads: int = 1) -> Floats:
+        """Return where the elbow is.
+
+        It is the point where the axis of joint 4 meets the plane of shoulder and wrist: the corner E of the
+        triangle shoulder-elbow-wrist, the origin of DH frame 3. On an arm without elbow offset both links
+        end there. With offsets it lies a_3 beside the end of the upper arm on axis 3, and its distances from
+        shoulder and wrist are hypot(d_se, a_3) and hypot(d_ew, a_4) at any q.
+
+        Parameters
+        ----------
+        q : array_like, shape (..., 7)
+            Joint values, rad. Limits are not enforced.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        ndarray, shape (..., 3)
+            m, in the frame that poses are given in.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError
+
+        Source: Faria et al. (2018), Table 1, Eq. (1).
+
+        Examples
+        --------
+        >>> from armangle import Arm
+        >>> arm = Arm(d_bs=0.34, d_se=0.4, d_ew=0.4, d_wf=0.126)
+        >>> arm.elbow([0, np.pi / 2, 0, 1, 0, 0, 0]).round(3).tolist()
+        [0.4, 0.0, 0.34]
+        """
+        joints = as_floats("q", q, (JOINTS,))
+        out = np.empty((*joints.shape[:-1], 3))
+        self._handle.elbow_many(joints, out, as_threads(threads))
+        return out
+
+    def psi_towards(
+        self,
+        pose: ArrayLike,
+        gc: ArrayLike,
+        point: ArrayLike | None = None,
+        *,
+        direction: Direction | None = None,
+        undefined: Unreachable = "raise",
+        threads: int = 1,
+    ) -> Floats | np.float64:
+        """Return the arm angle that brings the elbow nearest to a point, or farthest along a direction.
+
+        In closed form: the elbow is on a circle about the axis shoulder-wrist. Limits are not asked: the
+        nearest arm angle that keeps them is ``arm.feasible(pose, gc).nearest(psi)``, and for a moving arm
+        the policy `armangle.Towards`.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        gc : array_like of int, shape (...)
+            Global configuration 0..7.
+        point : array_like, shape (..., 3)
+            m, in the frame that poses are given in; or
+        direction : array_like, shape (..., 3), or a word
+            Of any length, in that frame; "up" (+z), "down", "left" (+y), "right", "forward" (+x), "back".
+        undefined : "raise" or "nan"
+            Where all arm angles are alike, or there is none: raise, or return NaN. That is where the arm is
+            stretched or folded, so that its elbow stays where it is; where the point lies on the axis
+            shoulder-wrist, or the direction along it; and out of reach.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        float64, shape (...)
+            Arm angle in (-π, π], rad.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, NotRotationError, ConfigurationError, InputError
+            If an argument is not usable.
+        UnreachableError
+            Where it is undefined: which of the reasons.
+
+        Examples
+        --------
+        >>> from armangle import Arm
+        >>> arm = Arm.from_catalogue("kuka_iiwa7_r800")
+        >>> pose, psi, gc = arm.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+        >>> up = arm.psi_towards(pose, gc, direction="up")
+        >>> here, there = arm.elbow(arm.inverse(pose, [psi, up], gc))[:, 2]
+        >>> bool(there > here)
+        True
+        """
+        wish, target = as_wish(point, direction)
+        given = [("pose", as_floats("pose", pose, (4, 4)), 2), ("gc", as_gc(gc), 0)]
+        batch, (poses, branches, targets) = broadcast([*given, ("point or direction", target, 1)])
+        out = np.empty(batch)
+        nan = chosen("undefined", undefined, _UNREACHABLE) == "nan"
+        self._handle.psi_towards_many(poses, branches, wish, targets, out, nan, as_threads(threads))
+        return out[()]
 
     # -- differential ------------------------------------------------------------------------------
 
