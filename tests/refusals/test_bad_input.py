@@ -51,7 +51,8 @@ POLICY: list[Any] = ["nonsense", 0.5, object(), aa.Repulsion]
 ALLOWED: list[Any] = ["nonsense", 0.5, lambda pose: 1]
 
 METHODS = ("forward", "inverse", "inverse_all", "jacobian", "self_motion", "limit_margin", "within_limits",
-           "feasible", "joint_feasible", "joint_function", "explain", "elbow")  # fmt: skip
+           "feasible", "joint_feasible", "joint_function", "explain", "solve",
+           "solutions", "best", "elbow")  # fmt: skip
 FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "Arm": (aa.Arm, {"d_bs": 0.34, "d_se": 0.4, "d_ew": 0.4, "d_wf": 0.126}),
     "ArcSet": (aa.ArcSet, {"intervals": [[0.0, 1.0]]}),
@@ -89,7 +90,7 @@ VECTORS: list[Any] = [v for v in POINTS if v is not None and v != [[0.0, 0.0, 1.
 PLACES: list[Any] = [*VECTORS, [0.0, 0.0, 1e4]]
 ALONG: list[Any] = [*VECTORS, "north", [0.0, 0.0, 0.0]]
 WEIGHT: list[Any] = [*NUMBER, None, -1.0, INF]
-GOOD = {"q": Q, "pose": POSE, "psi": PSI, "gc": GC, "joint": 1}
+GOOD = {"q": Q, "pose": POSE, "psi": PSI, "gc": GC, "joint": 1, "near": Q}
 BAD: dict[str, list[Any]] = {
     "q": JOINTS, "q_now": JOINTS, "start": JOINTS, "seed": [v for v in JOINTS if v is not None],
     "pose": POSES, "poses": [*POSES, POSE], "psi": ANGLES, "gc": INDEX, "joint": [*INDEX, 0, None],
@@ -115,7 +116,9 @@ BAD: dict[str, list[Any]] = {
     "orientation": [*CHOICE, None, []], "via": POINTS, "point": POINTS,
     "direction": [*POINTS, [0.0, 0.0, 0.0]], "angle": [*NUMBER, None, INF, 1e4],
     "advance": [*NUMBER, None, INF, 1e4], "s": [*ANGLES, -0.1, 1.1],
-    "order": ["nonsense", None, 0, 4, 1.5, NAN],
+    "order": ["nonsense", None, 0, 4, 1.5, NAN], "near": [v for v in JOINTS if v is not None],
+    "metric": CHOICE, "prefer": CHOICE,
+    "weight": ["nonsense", object(), Q[:6], changed(Q, NAN), Q + 1j, -np.ones(7), np.zeros(7)],
 }  # fmt: skip
 BAD_HERE: dict[tuple[str, str], list[Any]] = {
     **{(name, "point"): PLACES for name in ("Towards", "Arm.psi_towards")},
@@ -132,6 +135,7 @@ BAD_HERE: dict[tuple[str, str], list[Any]] = {
     ("plan", "gc"): [*INDEX, [], [8], ["x"]],
     **{(name, "start"): POSES for name in ("Line", "CircularArc", "Screw")},
     **{(f"Arm.{name}", "gc"): [*INDEX, None] for name in METHODS},
+    **{(f"Arm.{name}", "gc"): [*INDEX, [], [8], ["x"]] for name in ("solve", "solutions", "best")},
     **{(name, "gc"): [*INDEX, None] for name in ("gc_signs", "resolve")},
 }
 NEEDS: dict[str, dict[str, Any]] = {
@@ -156,7 +160,17 @@ def rows() -> Iterator[tuple[str, str, Any]]:
 def test_every_public_function_and_argument_is_in_the_matrix() -> None:
     named = {name.split(".")[0] for name in FUNCTIONS} | OTHERS
     results = {"ArcEnd", "Branch", "Diagnosis", "ImportReport", "JointFunction", "JointPath", "JointTable"}
-    results |= {"Opening", "Path", "PathPoint", "Resolution", "SpeedLoss", "Step", "Trajectory"}
+    results |= {
+        "Solution",
+        "Solutions",
+        "Opening",
+        "Path",
+        "PathPoint",
+        "Resolution",
+        "SpeedLoss",
+        "Step",
+        "Trajectory",
+    }
     results |= {"TrajectoryPoint"}
     public = {name: getattr(aa, name) for name in aa.__all__}
     faults = {n for n, v in public.items() if isinstance(v, type) and issubclass(v, Exception)}
