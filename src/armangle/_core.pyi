@@ -93,8 +93,15 @@ class Problem(enum.Enum):
 
 def on_refusal(function: Callable[[Problem, str, tuple[int, ...], float], object]) -> None: ...
 
+class Reference(enum.Enum):
+    BASE = 0
+
+    VECTOR = 1
+
+    STEREOGRAPHIC = 2
+
 class Arm:
-    def __init__(self, lengths: numpy.typing.NDArray[numpy.float64], joint_map: numpy.typing.NDArray[numpy.float64], base: numpy.typing.NDArray[numpy.float64], tool: numpy.typing.NDArray[numpy.float64]) -> None: ...
+    def __init__(self, lengths: numpy.typing.NDArray[numpy.float64], joint_map: numpy.typing.NDArray[numpy.float64], base: numpy.typing.NDArray[numpy.float64], tool: numpy.typing.NDArray[numpy.float64], reference: Reference, vector: numpy.typing.NDArray[numpy.float64]) -> None: ...
 
     @property
     def reach(self) -> float: ...

@@ -52,7 +52,7 @@ ALLOWED: list[Any] = ["nonsense", 0.5, lambda pose: 1]
 
 METHODS = ("forward", "inverse", "inverse_all", "jacobian", "self_motion", "limit_margin", "within_limits",
            "feasible", "joint_feasible", "joint_function", "explain", "solve",
-           "solutions", "best", "elbow")  # fmt: skip
+           "solutions", "best", "elbow", "with_reference")  # fmt: skip
 FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "Arm": (aa.Arm, {"d_bs": 0.34, "d_se": 0.4, "d_ew": 0.4, "d_wf": 0.126}),
     "ArcSet": (aa.ArcSet, {"intervals": [[0.0, 1.0]]}),
@@ -104,6 +104,7 @@ BAD: dict[str, list[Any]] = {
     "signs": [*SEVEN, Q, np.zeros(7)], "offsets": [*SEVEN, changed(Q, INF), changed(Q, 1e9)],
     "base": [v for v in POSES if v is not None], "tool": [v for v in POSES if v is not None],
     "velocity": [*SEVEN, -Q, np.zeros(7)], "acceleration": [*SEVEN, -Q, np.zeros(7)],
+    "reference": ["nonsense", object(), 0.1, [1.0, 2.0], [NAN, 0.0, 1.0], [0.0, 0.0, 0.0], [1j] * 3],
     "intervals": ["nonsense", object(), [1.0, 2.0, 3.0], [[1.0]], [[2.0, 1.0]], [[NAN, 1.0]], [[0, INF]],
                   [[0, 1e9]], [[0.0, 0.1]] * 17, [[1j, 2]], [[0.0, 1.0], [2.0]]],
     "K": [*NUMBER, -0.1, 1.1, None, True], "alpha": [*POSITIVE, None, True, INF],
