@@ -12,6 +12,7 @@
 #include "circle/circle.hpp"
 #include "circle/nearest_pose.hpp"
 #include "circle/self_motion.hpp"
+#include "circle/towards.hpp"
 #include "circle/posture.hpp"
 #include "circle/joint_function.hpp"
 #include "limits/arcs.hpp"

@@ -32,7 +32,7 @@ _NAMES = {
     "motion.joint_path": "JointPath PathPoint",
     "motion.paths": "CircularArc Line Path Screw Waypoints",
     "motion.planning": "Objective plan",
-    "motion.policies": "Centre Hold Repulsion",
+    "motion.policies": "Centre Hold Repulsion Towards",
     "motion.stepping": "Resolution Step resolve step",
     "poses": "pose",
     "status": "Status",

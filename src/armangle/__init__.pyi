@@ -80,6 +80,7 @@ from .motion.policies import (
     Centre as Centre,
     Hold as Hold,
     Repulsion as Repulsion,
+    Towards as Towards,
 )
 from .motion.stepping import (
     Resolution as Resolution,

@@ -89,6 +89,20 @@ class Problem(enum.Enum):
 
     JOINT_LIMIT = 10
 
+<<<<<<< HEAD
+    STILL = 11
+
+    ON_AXIS = 12
+
+def on_refusal(function: Callable[[Problem, str, tuple[int, ...], float], object]) -> None: ...
+
+class Reference(enum.Enum):
+    BASE = 0
+
+    VECTOR = 1
+
+    STEREOGRAPHIC = 2
+=======
     NOT_UNIT = 11
 
 def on_refusal(function: Callable[[Problem, str, tuple[int, ...], float], object]) -> None: ...
@@ -105,9 +119,10 @@ class Orientation(enum.Enum):
 def check_transforms(poses: numpy.typing.NDArray[numpy.float64], argument: str) -> None: ...
 
 def rotations_many(kind: Orientation, numbers: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64], name: str) -> None: ...
+>>>>>>> main
 
 class Arm:
-    def __init__(self, lengths: numpy.typing.NDArray[numpy.float64], joint_map: numpy.typing.NDArray[numpy.float64], base: numpy.typing.NDArray[numpy.float64], tool: numpy.typing.NDArray[numpy.float64]) -> None: ...
+    def __init__(self, lengths: numpy.typing.NDArray[numpy.float64], joint_map: numpy.typing.NDArray[numpy.float64], base: numpy.typing.NDArray[numpy.float64], tool: numpy.typing.NDArray[numpy.float64], reference: Reference, vector: numpy.typing.NDArray[numpy.float64]) -> None: ...
 
     @property
     def reach(self) -> float: ...
@@ -125,6 +140,10 @@ class Arm:
     def forward_many(self, q: numpy.typing.NDArray[numpy.float64], pose: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], nan: bool, threads: int) -> None: ...
 
     def frames_many(self, q: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64], threads: int) -> None: ...
+
+    def elbow_many(self, q: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64], threads: int) -> None: ...
+
+    def psi_towards_many(self, pose: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], wish: Wish, target: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64], nan: bool, threads: int) -> None: ...
 
     def jacobian_many(self, q: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64], threads: int) -> None: ...
 
@@ -168,6 +187,13 @@ class Enforce(enum.Enum):
     RAISE = 1
 
     NAN = 2
+
+class Wish(enum.Enum):
+    PSI = 0
+
+    POINT = 1
+
+    DIRECTION = 2
 
 class Side(enum.Enum):
     NONE = 0
@@ -236,6 +262,8 @@ class Rule(enum.Enum):
 
     CENTRE = 2
 
+    TOWARDS = 3
+
 class Outside(enum.Enum):
     NEAREST = 0
 
@@ -256,10 +284,13 @@ class OnFail(enum.Enum):
 class Policy:
     def __init__(self, rule: Rule, K: float, alpha: float, outside: Outside) -> None: ...
 
+    @staticmethod
+    def towards(wish: Wish, psi: float, target: numpy.typing.NDArray[numpy.float64], K: float, outside: Outside) -> Policy: ...
+
 class FollowOptions:
     def __init__(self, policy: Policy, gc: int | None, carry: Carry, max_joint_step: float | None, singularity_margin: float, on_fail: OnFail, lookahead: int) -> None: ...
 
-def resolve_many(policy: Policy, count: numpy.typing.NDArray[numpy.int64], psi_arcs: numpy.typing.NDArray[numpy.float64], index: numpy.typing.NDArray[numpy.int64], psi: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64], status: numpy.typing.NDArray[numpy.int8]) -> None: ...
+def resolve_many(policy: Policy, count: numpy.typing.NDArray[numpy.int64], psi_arcs: numpy.typing.NDArray[numpy.float64], index: numpy.typing.NDArray[numpy.int64], psi: numpy.typing.NDArray[numpy.float64], wish: numpy.typing.NDArray[numpy.float64] | None, out: numpy.typing.NDArray[numpy.float64], status: numpy.typing.NDArray[numpy.int8]) -> None: ...
 
 def gain(rate: float, dt: float) -> float: ...
 

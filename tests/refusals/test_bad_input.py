@@ -53,13 +53,14 @@ ALLOWED: list[Any] = ["nonsense", 0.5, lambda pose: 1]
 
 METHODS = ("forward", "inverse", "inverse_all", "jacobian", "self_motion", "limit_margin", "within_limits",
            "feasible", "joint_feasible", "joint_function", "explain", "solve",
-           "solutions", "best")  # fmt: skip
+           "solutions", "best", "elbow", "with_reference")  # fmt: skip
 FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "Arm": (aa.Arm, {"d_bs": 0.34, "d_se": 0.4, "d_ew": 0.4, "d_wf": 0.126}),
     "ArcSet": (aa.ArcSet, {"intervals": [[0.0, 1.0]]}),
     "Repulsion": (aa.Repulsion, {}),
     "Hold": (aa.Hold, {}),
     "Centre": (aa.Centre, {}),
+    "Towards": (aa.Towards, {}),
     "gc_index": (aa.gc_index, {"signs": [1, 1, 1]}),
     "gc_signs": (aa.gc_signs, {"gc": 3}),
     "nearest_rotation": (aa.nearest_rotation, {"pose": POSE}),
@@ -83,8 +84,13 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "JointFunction.value": (ARM.joint_function(POSE, GC, 1).value, {"psi": 0.1}),
     "JointFunction.derivative": (ARM.joint_function(POSE, GC, 1).derivative, {"psi": 0.1}),
     **{f"Arm.{name}": (getattr(ARM, name), {}) for name in METHODS},
+    "Arm.psi_towards": (ARM.psi_towards, {"pose": POSE, "gc": GC, "point": [0.0, 0.0, 1.0]}),
+    "Arm.psi_towards along": (ARM.psi_towards, {"pose": POSE, "gc": GC, "direction": "up"}),
 }
 POINTS: list[Any] = [*WORDS, 0.1, [1.0, 2.0], [NAN, 0.0, 0.0], [0.0, INF, 0.0], [[0.0, 0.0, 1.0]], [1j] * 3]
+VECTORS: list[Any] = [v for v in POINTS if v is not None and v != [[0.0, 0.0, 1.0]]]
+PLACES: list[Any] = [*VECTORS, [0.0, 0.0, 1e4]]
+ALONG: list[Any] = [*VECTORS, "north", [0.0, 0.0, 0.0]]
 WEIGHT: list[Any] = [*NUMBER, None, -1.0, INF]
 GOOD = {"q": Q, "pose": POSE, "psi": PSI, "gc": GC, "joint": 1, "near": Q}
 BAD: dict[str, list[Any]] = {
@@ -101,6 +107,7 @@ BAD: dict[str, list[Any]] = {
     "signs": [*SEVEN, Q, np.zeros(7)], "offsets": [*SEVEN, changed(Q, INF), changed(Q, 1e9)],
     "base": [v for v in POSES if v is not None], "tool": [v for v in POSES if v is not None],
     "velocity": [*BOUND, -Q, np.zeros(7)], "acceleration": [*BOUND, -Q, np.zeros(7)],
+    "reference": ["nonsense", object(), 0.1, [1.0, 2.0], [NAN, 0.0, 1.0], [0.0, 0.0, 0.0], [1j] * 3],
     "intervals": ["nonsense", object(), [1.0, 2.0, 3.0], [[1.0]], [[2.0, 1.0]], [[NAN, 1.0]], [[0, INF]],
                   [[0, 1e9]], [[0.0, 0.1]] * 17, [[1j, 2]], [[0.0, 1.0], [2.0]]],
     "K": [*NUMBER, -0.1, 1.1, None, True], "alpha": [*POSITIVE, None, True, INF],
@@ -118,6 +125,12 @@ BAD: dict[str, list[Any]] = {
     "weight": ["nonsense", object(), Q[:6], changed(Q, NAN), Q + 1j, -np.ones(7), np.zeros(7)],
 }  # fmt: skip
 BAD_HERE: dict[tuple[str, str], list[Any]] = {
+    **{(name, "point"): PLACES for name in ("Towards", "Arm.psi_towards")},
+    **{(name, "direction"): ALONG for name in ("Towards", "Arm.psi_towards along")},
+    ("Arm.psi_towards", "direction"): ["up"],
+    ("Arm.psi_towards along", "point"): [[0.0, 0.0, 1.0]],
+    **{(name, "gc"): [*INDEX, None] for name in ("Arm.psi_towards", "Arm.psi_towards along")},
+    ("Towards", "psi"): [v for v in ANGLES if v is not None],
     ("retime", "path"): ["nonsense", None, 0.5, POSE],
     ("gc_index", "signs"): ["nonsense", object(), None, [1, 1], [1, 1, 0], [1, NAN, 1], 1],
     ("nearest_rotation", "pose"): [*WORDS, 0.1, POSE[:3], changed(POSE, NAN), changed(POSE, INF)],
