@@ -88,14 +88,24 @@ struct ElbowBranches {
     double cut[24];
 };
 
-/// Ends of what is blocked, of a branch without arcs.
+/// Ends of blocked arcs that no other covers: where arcs touch, a branch that is blocked all round is not.
 struct Touching {
     int count = 0;
     double psi[2 * Blocked::capacity];
 
-    void add(double lower, double upper) noexcept {
-        psi[count++] = lower;
-        psi[count++] = upper;
+    void collect(const Blocked& blocked) noexcept {
+        for (int i = 0; i < blocked.count; ++i)
+            for (const double end : {blocked.arc[i].lower, blocked.arc[i].upper})
+                if (!covered(blocked, end)) psi[count++] = end;
+    }
+
+    static bool covered(const Blocked& blocked, double psi) noexcept {
+        for (int i = 0; i < blocked.count; ++i) {
+            const double lower = blocked.arc[i].lower, upper = blocked.arc[i].upper;
+            const double at = lift(psi, 0.5 * (lower + upper));
+            if (at > lower + nearest_rule::apart && at < upper - nearest_rule::apart) return true;
+        }
+        return false;
     }
 };
 
@@ -119,11 +129,7 @@ public:
         Nearest out;
         if (keep_near(out)) return out;
         out = nothing();
-        if (out.status != Status::OK) {
-            for (int gc = 0; gc < configurations; ++gc) touching_points(gc, nullptr);
-            return best_.gc < 0 ? out : result();
-        }
-        survey();
+        if (out.status == Status::OK) survey();
         // The elbow's own cost is the same for every psi. Where costs are a maximum it would hide what the
         // other joints cost, so that each elbow is searched without it, and the two are compared with it.
         const unsigned parts[] = {squares() ? every_branch : elbow_branches,
@@ -131,6 +137,8 @@ public:
         Best found;
         for (const unsigned branches : parts) {
             best_ = Best{};
+            for (int gc = 0; gc < configurations; ++gc)
+                if (branches >> gc & 1) touching_points(gc, nullptr);
             singular_points(branches);
             search(branches, -1);
             polish();
@@ -139,7 +147,7 @@ public:
             ceiling_ = with_elbow(found);
         }
         best_ = found;
-        return result();
+        return best_.gc < 0 && out.status != Status::OK ? out : result();
     }
 
     void all(Nearests& out) noexcept {
@@ -235,8 +243,7 @@ private:
             append(sides[wrist].wrist, both);
             ArcSet& arcs = arcs_.arcs[gc];
             touching_[gc].count = 0;
-            for (int i = 0; i < both.count && !both.all; ++i)
-                touching_[gc].add(both.arc[i].lower, both.arc[i].upper);
+            if (!both.all) touching_[gc].collect(both);
             arcs_.status[gc] = finish(limits_, sides[shoulder].f, sides[wrist].f, both, arcs);
             if (!arcs.empty()) touching_[gc].count = 0;
             for (int side = 0; side < 2; ++side)
