@@ -243,9 +243,8 @@ private:
             append(sides[wrist].wrist, both);
             ArcSet& arcs = arcs_.arcs[gc];
             touching_[gc].count = 0;
-            if (!both.all) touching_[gc].collect(both);
             arcs_.status[gc] = finish(limits_, sides[shoulder].f, sides[wrist].f, both, arcs);
-            if (!arcs.empty()) touching_[gc].count = 0;
+            if (arcs.empty() && !both.all) touching_[gc].collect(both);
             for (int side = 0; side < 2; ++side)
                 if (e.lost[side]) keep(arcs_.arcs[gc], split_arc(e, side), Status::LIMITS, arcs_.status[gc]);
             if (options_.allowed) keep(arcs, *options_.allowed, Status::NOT_ALLOWED, arcs_.status[gc]);
