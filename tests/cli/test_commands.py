@@ -139,7 +139,7 @@ def test_ik_near_of_a_file(capsys: Capture, line: Path, tmp_path: Path) -> None:
     assert text.startswith("nearest to --near") and text.count("OK") == 20
     back, poses = aa.load_joints(to), aa.load_poses(line)
     arm = aa.Arm.from_catalogue(ROBOT[1])
-    assert len(back) == 21 and (back.status == aa.Status.OK).all() and back.residual.max() < 1e-12
+    assert len(back) == 21 and (back.status == aa.Status.OK).all()
     assert np.abs(back.q - arm.solve(poses, near=np.radians(START_DEG)).q).max() < 1e-6
     poses[4, 0, 3] += 3
     aa.save(poses, tmp_path / "far.csv")

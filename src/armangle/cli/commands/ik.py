@@ -31,8 +31,8 @@ from ..solving import solve
 from ..tables import paint, table
 
 HELP = """\
-Pose to joints: without --psi the posture nearest to --near, of all branches, arm
-angles and windings; with --psi and --gc the one posture that they define.
+Pose to joints: without --psi the posture nearest to --near, of all branches,
+arm angles and windings; with --psi and --gc the one posture that they define.
 Joint limits are enforced: outside them there is no solution."""
 EXAMPLE = """\
   armangle ik --robot kuka_iiwa7_r800 --pose 0.4,0.1,0.6,0,1,0,0 \\
