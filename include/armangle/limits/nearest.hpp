@@ -347,6 +347,13 @@ private:
         return out;
     }
 
+    /// Whether the winding on the other side of `near` is beyond the limits, as it then is up to the next
+    /// cut: q stays the nearest winding, however far it is.
+    static auto alone(const JointCost& c, const Boxes& q, const Boxes& off) noexcept {
+        const Boxes rival = q - select(off < Boxes(0.0), Boxes(-two_pi), Boxes(two_pi));
+        return (rival < Boxes(c.lower - tolerance::angle)) | (Boxes(c.upper + tolerance::angle) < rival);
+    }
+
     /// What one joint costs over eight boxes; negative: in the branch whose hinge is negative.
     void add(BoxCosts& sum, const JointBoxes& j, const JointCost& c, bool hinge,
              bool negative) const noexcept {
@@ -367,7 +374,7 @@ private:
         sum.slope = sum.slope + Boxes(2.0) * weight * off * rate.middle;
         sum.second = sum.second + (square(rate) + d * second) * (Boxes(2.0) * weight);
         sum.least = sum.least + weight * least * least;
-        if (c.wide) sum.smooth &= bits(abs(q - Boxes(c.centre())) + j.travel < Boxes(pi));
+        if (c.wide) sum.smooth &= bits((abs(off) + j.travel < Boxes(pi)) | alone(c, q, off));
     }
 
     BoxCosts no_costs() const noexcept {
