@@ -112,6 +112,9 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     arm.def_prop_ro("reach", [](const ArmHandle& a) { return a.arm.reach; });
     arm.def_prop_ro("inner_reach", [](const ArmHandle& a) { return a.arm.inner_reach; });
     arm.def_prop_ro("delta", [](const ArmHandle& a) { return a.arm.delta_angle; });
+    arm.def_prop_ro("joint_middle", [](const ArmHandle& a) {
+        return std::vector<double>(a.arm.joint_middle, a.arm.joint_middle + armangle::joints);
+    });
     binding::bind_kinematics(m, arm);
     binding::bind_arcs(m, arm);
     binding::bind_stepping(m, arm);

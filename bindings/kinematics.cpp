@@ -69,6 +69,20 @@ Problem check_joints(const double* q, double& value) noexcept {
     return Problem::none;
 }
 
+/// A plain forward: (pose, psi, gc) of one small vector (7,). None where it is not plain, or the arm angle
+/// does not exist: the general call then says what.
+nb::object forward_one(const ArmHandle& self, nb::handle q) {
+    double joint[joints], value;
+    if (!SmallMatrix().read(q, 1, joints, joint) || check_joints(joint, value) != Problem::none)
+        return nb::none();
+    const Posture posture = forward(self.arm, joint);
+    if (std::isnan(posture.psi)) return nb::none();
+    nb::object pose = new_array44();
+    const Buffer to(pose, true);
+    store_pose(posture.pose, to.data<double>());
+    return nb::make_tuple(pose, numpy_float(posture.psi), numpy_index(posture.gc));
+}
+
 void forward_many(const ArmHandle& self, Floats q, Floats pose, Floats psi, Ints gc, bool nan, int threads) {
     const Buffer in(q), p(pose, true), a(psi, true), g(gc, true);
     for_each<4>("q", {&in, &p, &a, &g}, {1, 2, 0, 0}, threads, [&](const Py_ssize_t* at, double& value) {
@@ -196,6 +210,7 @@ void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm) {
     arm.def("inverse_one", &inverse_one, "pose"_a.none(), "psi"_a.none(), "gc"_a.none());
     arm.def("inverse_many", &inverse_many, "pose"_a, "psi"_a, "gc"_a, "seed"_a.none(), "out"_a, "limits"_a,
             "unreachable"_a, "threads"_a);
+    arm.def("forward_one", &forward_one, "q"_a.none());
     arm.def("forward_many", &forward_many, "q"_a, "pose"_a, "psi"_a, "gc"_a, "nan"_a, "threads"_a);
     arm.def("frames_many", &frames_many, "q"_a, "out"_a, "threads"_a);
     nb::enum_<Wish>(m, "Wish")

@@ -186,6 +186,10 @@ def test_a_locked_joint_keeps_its_single_arm_angles() -> None:
     pose = IIWA.forward(Q)[0]
     found = locked.solve(pose, near=Q + 0.05)
     assert found.ok and found.q == pytest.approx(Q, abs=1e-9)
+    for metric in ("l2", "max"):
+        far = Q + np.array([0.3, 0.0, 1.0, 2.5, 0.0, 0.0, 0.0])  # the elbow costs most
+        first = locked.solutions(pose, near=far, metric=metric)[0]
+        assert locked.solve(pose, near=far, metric=metric).distance == first.distance
     each = locked.solutions(pose, near=Q)
     assert len(each) > 1 and all(one.q[2] == pytest.approx(Q[2], abs=1e-9) for one in each)
     assert all(np.abs(IIWA.forward(one.q)[0] - pose).max() < 1e-12 for one in each)

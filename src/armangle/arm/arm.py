@@ -18,6 +18,7 @@ from .._arrays import (
     Floats,
     Ints,
     PathLike,
+    Shape,
     as_floats,
     as_gc,
     as_number,
@@ -70,7 +71,6 @@ _ENFORCE = named(_core.Enforce)
 _UNREACHABLE = ("raise", "nan")
 _REFERENCES = {n: v for n, v in named(_core.Reference).items() if v is not _core.Reference.VECTOR}
 _GC_ORDER = np.arange(CONFIGURATIONS, dtype=np.int64)
-_SETS_OF = {Wanted.BRANCH: (), Wanted.JOINTS: (JOINTS,), Wanted.BRANCHES: (CONFIGURATIONS,)}
 _FIELDS = fields(ArmDescription)
 _OPTIONAL = (*JOINT_ROWS, *FRAMES, "joint_names")  # None stands for the default
 
@@ -493,6 +493,10 @@ class Arm:
 
         Source: Faria et al. (2018), Eqs. (1)-(11).
         """
+        if isinstance(undefined, str) and undefined == "raise" and type(threads) is int and threads == 1:
+            plain: tuple[Floats, np.float64, np.int64] | None = self._handle.forward_one(q)
+            if plain is not None:
+                return plain
         joints = as_floats("q", q, (JOINTS,))
         batch = joints.shape[:-1]
         pose, psi, gc = np.empty((*batch, 4, 4)), np.empty(batch), np.empty(batch, dtype=np.int64)
@@ -920,10 +924,8 @@ class Arm:
 
         Source: Faria et al. (2018), Eqs. (25), (31), (32), (35).
         """
-        margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
-        paper = as_number("paper_margin", paper_margin, 0.0, MOST_MARGIN)
-        threshold = as_number("paper_discriminant", paper_discriminant, 0.0, np.inf)
-        return self._arcs(pose, gc, margin, paper, threshold, Wanted.BRANCH, threads)
+        margins = singularity_margin, paper_margin, paper_discriminant
+        return self._arcs(pose, gc, *margins, Wanted.BRANCH, (), threads)
 
     def feasible_all(self, pose: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1) -> ArcSet:
         """Return the feasible arm angles of all eight global configurations; entry k is GC k, always.
@@ -948,8 +950,7 @@ class Arm:
 
         Source: Faria et al. (2018), Eqs. (2), (25).
         """
-        margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
-        return self._arcs(pose, 0, margin, 0.0, 0.0, Wanted.BRANCHES, threads)
+        return self._arcs(pose, 0, singularity_margin, 0.0, 0.0, Wanted.BRANCHES, (CONFIGURATIONS,), threads)
 
     def joint_feasible(
         self, pose: ArrayLike, gc: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1
@@ -976,19 +977,25 @@ class Arm:
 
         Source: Faria et al. (2018), Eq. (25).
         """
-        margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
-        return self._arcs(pose, gc, margin, 0.0, 0.0, Wanted.JOINTS, threads)
+        return self._arcs(pose, gc, singularity_margin, 0.0, 0.0, Wanted.JOINTS, (JOINTS,), threads)
 
     def _arcs(
         self, pose: ArrayLike, gc: ArrayLike, margin: float, paper: float, threshold: float,
-        wanted: Wanted, threads: int,
+        wanted: Wanted, sets: Shape, threads: int,
     ) -> ArcSet:  # fmt: skip
+        """Return the sets of each pose, of shape (*batch, *sets)."""
+        of_one = self._handle.feasible_one(pose, gc, margin, paper, threshold, wanted, threads)
+        if of_one is not None:
+            return ArcSet._of_one(sets, of_one)
+        margin = as_number("singularity_margin", margin, 0.0, MOST_MARGIN)
+        paper = as_number("paper_margin", paper, 0.0, MOST_MARGIN)
+        threshold = as_number("paper_discriminant", threshold, 0.0, np.inf)
         named = [("pose", as_poses("pose", pose, self._handle), 2), ("gc", as_gc(gc), 0)]
         batch, (poses, branches) = broadcast(named)
         columns = self._handle.feasible_many(
             poses, branches, margin, paper, threshold, wanted, as_threads(threads)
         )
-        return ArcSet._from_core((*batch, *_SETS_OF[wanted]), columns)
+        return ArcSet._from_core((*batch, *sets), columns)
 
     def solve(
         self,

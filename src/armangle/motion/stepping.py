@@ -23,6 +23,7 @@ from .options import (
 from .policies import Policy, Repulsion, Towards
 
 DEFAULT_POLICY = Repulsion()
+_DEFAULT_RULE = core_policy(DEFAULT_POLICY, None)
 
 
 class Resolution(NamedTuple):
@@ -208,15 +209,16 @@ def step(
     >>> step(arm, q, pose).status.name
     'OK'
     """
-    native = core_policy(policy, dt)
+    native = _DEFAULT_RULE if policy is DEFAULT_POLICY else core_policy(policy, dt)
     count = psi = bounds = None
     if allowed is not None:
         count, psi = one_allowed(allowed, as_poses("pose", pose, arm._handle))
     if velocity is not None or acceleration is not None:
         bounds = step_bounds(arm, velocity, acceleration, velocity_now, dt)
-    rest = count, psi, bounds, Step, STATUSES
     core_step = arm._handle.step_one
-    plain: Step | None = core_step(q_now, pose, native, gc, carry, max_joint_step, singularity_margin, *rest)
+    plain: Step | None = core_step(
+        q_now, pose, native, gc, carry, max_joint_step, singularity_margin, count, psi, bounds, Step, STATUSES
+    )
     if plain is not None:
         return plain
     options = checked_options(gc, carry, max_joint_step, singularity_margin)
@@ -227,5 +229,5 @@ def step(
             "follow takes sequences"
         )
     joints, frame = np.ascontiguousarray(joints), np.ascontiguousarray(frame)
-    converted: Step = core_step(joints, frame, native, *options, *rest)
+    converted: Step = core_step(joints, frame, native, *options, count, psi, bounds, Step, STATUSES)
     return converted
