@@ -33,6 +33,7 @@ _NAMES = {
     "motion.planning": "Objective plan",
     "motion.policies": "Centre Hold Repulsion",
     "motion.stepping": "Resolution Step resolve step",
+    "motion.tracking": "HandFilter Tracked Tracker Tracking",
     "status": "Status",
     "timing.retiming": "retime",
     "timing.trajectory": "SpeedLoss Trajectory TrajectoryPoint",
