@@ -23,7 +23,7 @@ struct HandFilter {
 
 namespace hand_rule {
 inline constexpr double stale = 0.06;    // s: a sample repeated for longer is a hand at rest
-inline constexpr double slowing = 0.05;  // s in which a prediction without samples loses its speed
+inline constexpr double slowing = 0.15;  // s in which a prediction without samples loses its speed
 inline constexpr double fastest = 20.0;  // m/s and rad/s: a difference of samples beyond it is a jump
 }  // namespace hand_rule
 

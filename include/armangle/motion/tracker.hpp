@@ -69,6 +69,9 @@ inline constexpr double smoothing = 0.3;   // s over which that margin changes
 inline constexpr double crossing = 0.3;    // rad of theta_2, theta_6 within which both branches are weighed
 inline constexpr double leap = 3.0;        // m/s: a goal that moves faster has jumped
 inline constexpr double unsure = 0.05;     // an elbow hint this near the shoulder-wrist line says nothing
+inline constexpr double standing = 0.02;  // rad/s: slower than this in all joints the arm stands
+inline constexpr double stall = 0.3;      // s of standing away from a goal after which the arm turns to it
+inline constexpr double turned = 0.05;    // rad from the goal's posture at which turning is over
 inline constexpr double worth = 0.005;     // m that another start of the relaxation must gain
 inline constexpr int rounds = 6, starts = 16;  // of the relaxation in one tick
 }  // namespace track_rule
@@ -99,6 +102,8 @@ public:
         q_.q[joints] = 0;
         margin_ = options_.still_margin;
         relaxing_ = false;
+        turning_to_ = -1;
+        stalled_ = 0;
         goal_pose_ = user_pose(arm_, chain(arm_, q_.q).flange);
         hand_.start(goal_pose_);
     }
@@ -112,18 +117,23 @@ public:
         Tick t{timed ? command.dt : options_.dt, chain(arm_, q_.q)};
         t.elbow = command.elbow;
         t.gc = configuration(arm_, t.now.theta);
-        t.wanted_gc = command.reconfigure;
-        t.turning = command.reconfigure >= 0 && command.reconfigure < configurations &&
-                    command.reconfigure != index(t.gc);
+        if (command.reconfigure >= 0 && command.reconfigure < configurations &&
+            command.reconfigure != index(t.gc))
+            turning_to_ = command.reconfigure;
         hand_.tick(valid ? command.pose : nullptr, t.dt);
         box(t);
         Goal goal;
         seek(t, goal);
         Joints next;
-        if (t.turning)
+        const bool in_branch = turning_to_ < 0 || turning_to_ == index(t.gc);
+        if (in_branch && exact(t, goal, next)) {
+            stalled_ = 0;
+            turning_to_ = -1;
+        } else if (turning_to_ >= 0) {
             turn(t, goal, next);
-        else if (!exact(t, goal, next))
+        } else {
             approach(t, goal, next);
+        }
         goal_pose_ = goal.pose;
         return finish(t, goal, next, valid);
     }
@@ -135,8 +145,6 @@ private:
         Configuration<double> gc{};
         double lower[joints] = {}, upper[joints] = {};  // rad/s: what the next velocity may be
         const Vec3<double>* elbow = nullptr;
-        int wanted_gc = -1;
-        bool turning = false;  // on the way to another branch
     };
 
     /// Where to go: a pose that the arm can take, and a posture of it.
@@ -152,7 +160,7 @@ private:
 
     /// The velocities that keep the bounds and from which every joint can still brake.
     void box(Tick& t) const noexcept {
-        const Limits limits = t.turning ? arm_.limits : on_one_side(arm_, q_.q[3], options_.still_margin);
+        const Limits limits = elbow_turns(t) ? arm_.limits : on_one_side(arm_, q_.q[3], options_.still_margin);
         for (int j = 0; j < joints; ++j) {
             const double a = options_.acceleration[j], most = options_.velocity[j];
             const double change = max(a * t.dt - track_rule::rounding / t.dt, 0.0);
@@ -206,9 +214,13 @@ private:
         relax(t, wanted, limits, goal);
     }
 
+    bool elbow_turns(const Tick& t) const noexcept {
+        return turning_to_ >= 0 && configuration(turning_to_).elbow != t.gc.elbow;
+    }
+
     /// A value of joint 4 on the side of the stretched arm where the goal is.
     double elbow_side(const Tick& t) const noexcept {
-        if (!t.turning || configuration(t.wanted_gc).elbow == t.gc.elbow) return q_.q[3];
+        if (!elbow_turns(t)) return q_.q[3];
         return q_.q[3] - 2.0 * arm_.sign[3] * detail::elbow_bend(arm_, q_.q[3]);
     }
 
@@ -238,8 +250,8 @@ private:
     bool posture_of(const Tick& t, Goal& goal) const noexcept {
         const Circle<double> c = circle(arm_, flange_pose(arm_, goal.pose));
         double least = infinity;
-        if (t.turning) {
-            offer(t, c, configuration(t.wanted_gc), least, goal);
+        if (turning_to_ >= 0) {
+            offer(t, c, configuration(turning_to_), least, goal);
             return least < infinity;
         }
         const bool shoulder = abs(wrap(t.now.theta[1])) < track_rule::crossing,
@@ -308,7 +320,7 @@ private:
     /// psi of the elbow that will be clear where the hand will be.
     double foreseen(const Tick& t, const SelfMotion<double>& m, double psi) const noexcept {
         const Twist& hand = hand_.velocity();
-        if (t.turning || size(hand, options_.length) * track_rule::preview < tolerance::angle) return psi;
+        if (turning_to_ >= 0 || size(hand, options_.length) * track_rule::preview < tolerance::angle) return psi;
         const Pose<double> there = hand_.predicted(track_rule::preview);
         const SelfMotion<double> ahead = self_motion(arm_, circle(arm_, flange_pose(arm_, there)), m.gc);
         if (is_folded(ahead.circle) || is_unreachable(ahead.circle)) return psi;
@@ -421,7 +433,7 @@ private:
     }
 
     /// As far towards the goal as the bounds allow: the tool first, the posture with what is left.
-    void approach(const Tick& t, const Goal& goal, Joints& next) const noexcept {
+    void approach(const Tick& t, const Goal& goal, Joints& next) noexcept {
         const Pose<double> here = user_pose(arm_, t.now.flange);
         const Twist lead = goal_velocity(t, goal), rest = difference(here, goal.pose) - lead * t.dt;
         const Jacobian J = jacobian(arm_, q_.q);
@@ -436,14 +448,30 @@ private:
             v[j] = v_[j];
         }
         minimise(p, t.lower, t.upper, v);
+        watch(t, v);
         go(t, v, next);
     }
 
+    /// A tool that stands still although its goal can be taken is held by a joint at its limit that has to
+    /// turn back: the arm then turns to the goal's posture.
+    void watch(const Tick& t, const double (&v)[joints]) noexcept {
+        double fastest = 0;
+        for (const double speed : v) fastest = max(fastest, abs(speed));
+        stalled_ = fastest < track_rule::standing ? stalled_ + t.dt : 0.0;
+        if (stalled_ < track_rule::stall) return;
+        stalled_ = 0;
+        turning_to_ = index(t.gc);
+    }
+
     /// Straight to the goal's posture, whatever the tool does on the way.
-    void turn(const Tick& t, const Goal& goal, Joints& next) const noexcept {
-        double way[joints], v[joints];
-        for (int j = 0; j < joints; ++j) way[j] = goal.at.q[j] - q_.q[j];
+    void turn(const Tick& t, const Goal& goal, Joints& next) noexcept {
+        double way[joints], v[joints], longest = 0;
+        for (int j = 0; j < joints; ++j) {
+            way[j] = goal.at.q[j] - q_.q[j];
+            longest = max(longest, abs(way[j]));
+        }
         const double k = pace(way, t.dt);
+        if (longest < track_rule::turned && turning_to_ == index(t.gc)) turning_to_ = -1;
         for (int j = 0; j < joints; ++j) v[j] = min(max(k * way[j], t.lower[j]), t.upper[j]);
         go(t, v, next);
     }
@@ -497,6 +525,8 @@ private:
     Joints q_{}, relaxed_{};
     double v_[joints] = {};
     double margin_ = 0;
+    int turning_to_ = -1;  // the branch whose posture is gone to joint by joint; -1: none
+    double stalled_ = 0;   // s that the arm has stood away from its goal
     bool relaxing_ = false;
     Pose<double> goal_pose_ = identity_pose();
 };

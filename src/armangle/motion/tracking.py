@@ -220,8 +220,8 @@ class Tracker:
         dt : float, optional
             Time of this tick, s, where it is not that of the others.
         reconfigure : int, optional
-            Branch 0..7 to go to, through what lies between; the tool leaves the hand on the way. Until the
-            branch is reached it is to be said at every tick.
+            Branch 0..7 to go to from this tick on, through what lies between; the tool leaves the hand on
+            the way.
 
         Returns
         -------
