@@ -87,6 +87,27 @@ void track_many(Tracker& self, Floats poses, Floats q) {
     }
 }
 
+/// The poses (n, 4, 4) that a hand's filter (omega, patience, jump, turn) makes of samples, every dt s.
+void smooth_hand(double omega, double patience, double jump, double turn, Floats samples, double dt,
+                 Floats poses) {
+    const Buffer in(samples), out(poses, true);
+    const Py_ssize_t n = in.shape(0);
+    if (!in.is_array('d', {n, 4, 4}) || !out.is_array('d', {n, 4, 4}))
+        throw std::invalid_argument("samples and poses (n, 4, 4) were expected");
+    Hand hand({omega, patience, jump, turn});
+    bool begun = false;
+    for (Py_ssize_t i = 0; i < n; ++i) {
+        const double* m = in.data<double>() + 16 * i;
+        const Pose<double> sample = load_pose(m);
+        double value = 0;
+        const bool valid = check_pose(m, value) == Problem::none;
+        if (valid && !begun) hand.start(sample);
+        begun |= valid;
+        hand.tick(valid ? &sample : nullptr, dt);
+        store_pose(hand.pose(), out.data<double>() + 16 * i);
+    }
+}
+
 }  // namespace
 
 void bind_tracking(nb::module_& m) {
@@ -96,6 +117,8 @@ void bind_tracking(nb::module_& m) {
         .value("LAGGING", Tracking::LAGGING)
         .value("NEAREST", Tracking::NEAREST)
         .value("HELD", Tracking::HELD);
+    m.def("smooth_hand", &smooth_hand, "omega"_a, "patience"_a, "jump"_a, "turn"_a, "samples"_a, "dt"_a,
+          "poses"_a);
     nb::class_<Tracker>(m, "Tracker")
         .def("__init__", &make_tracker, "arm"_a, "numbers"_a)
         .def_prop_ro("q", [](const Tracker& self) { return joint_array(self.q()); })

@@ -87,6 +87,34 @@ class HandFilter:
         as_number("jump", self.jump, 0.0, np.inf, low_open=True)
         as_number("turn", self.turn, 0.0, np.inf, low_open=True)
 
+    def smooth(self, poses: ArrayLike, dt: float) -> Floats:
+        """Return what a `Tracker` with this filter takes for the hand at each of the samples (n, 4, 4).
+
+        Parameters
+        ----------
+        poses : array_like, shape (n, 4, 4)
+            One sample a tick; one equal to the sample before, or one that is no pose, is none. Until the first
+            pose comes the identity is returned.
+        dt : float
+            Time of a tick, s.
+
+        Raises
+        ------
+        ShapeError, InputError
+
+        Examples
+        --------
+        >>> HandFilter().smooth(np.repeat(np.eye(4)[None], 3, axis=0), 0.01).shape
+        (3, 4, 4)
+        """
+        samples = np.ascontiguousarray(as_floats("poses", poses, (4, 4)))
+        if samples.ndim != 3:
+            raise ShapeError(f"poses has shape {samples.shape}, wanted (n, 4, 4)")
+        out = np.empty_like(samples)
+        time = as_number("dt", dt, 0.0, LONGEST_STEP, low_open=True)
+        _core.smooth_hand(self.omega, self.patience, self.jump, self.turn, samples, time, out)
+        return out
+
 
 _AS_THEY_COME = HandFilter(omega=np.inf, patience=0.0)
 
