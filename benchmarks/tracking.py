@@ -101,7 +101,9 @@ def peers(
     for name, key in {tuple(full.split("|")[:2]) for full in found}:
         result = {what: found[f"{name}|{key}|{what}"] for what in ("q", "times", "failed")}
         micros = float(result["times"].mean()) * 1e6
-        rows.setdefault(name, {})[key] = judge(arm, given[key], start, result["q"], int(result["failed"]), micros)
+        rows.setdefault(name, {})[key] = judge(
+            arm, given[key], start, result["q"], int(result["failed"]), micros
+        )
     return rows
 
 
@@ -121,7 +123,11 @@ def table(rows: dict[str, dict[str, Row]], seeds: int) -> str:
         cells = [f"{mean[n]:.3g} / {tail[n]:.3g} / {turn[n]:.3g}" for n in names]
         cells = [f"**{cell}**" if n == best else cell for n, cell in zip(names, cells, strict=True)]
         lines.append(f"| {scenario} | " + " | ".join(cells) + " |")
-    for what, label in (("violations", "ticks that break a bound"), ("freezes", "freezes"), ("failed", "no solution")):
+    for what, label in (
+        ("violations", "ticks that break a bound"),
+        ("freezes", "freezes"),
+        ("failed", "no solution"),
+    ):
         cells = [str(sum(getattr(row, what) for row in rows[n].values())) for n in names]
         lines.append(f"| {label} | " + " | ".join(cells) + " |")
     micros = {n: np.mean([row.micros for row in rows[n].values()]) for n in names}

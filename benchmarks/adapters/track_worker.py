@@ -43,7 +43,10 @@ def mink_rows(urdf: Path, start: Floats, box: dict[str, Floats], dt: float) -> d
     text = urdf.read_text(encoding="utf-8").replace("<link", MASSES + "<link", 1)
     model = mujoco.MjModel.from_xml_string(text)
     names = [mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_JOINT, j) for j in range(7)]
-    limits = [mink.ConfigurationLimit(model), mink.VelocityLimit(model, dict(zip(names, box["velocity"], strict=True)))]
+    limits = [
+        mink.ConfigurationLimit(model),
+        mink.VelocityLimit(model, dict(zip(names, box["velocity"], strict=True))),
+    ]
 
     def row(gain: float) -> Tick:
         configuration = mink.Configuration(model)
@@ -86,7 +89,9 @@ def pink_rows(urdf: Path, start: Floats, box: dict[str, Floats], dt: float) -> d
             task.set_target(pin.SE3(pose))
             acceleration.set_last_integration(before, dt)
             try:
-                v = pink.solve_ik(configuration, [task, posture], dt, "daqp", limits=limits, safety_break=False)
+                v = pink.solve_ik(
+                    configuration, [task, posture], dt, "daqp", limits=limits, safety_break=False
+                )
             except (pink.exceptions.PinkError, ValueError):
                 return None
             return np.asarray(v) if v is not None and np.isfinite(v).all() else None

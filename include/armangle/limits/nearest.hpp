@@ -270,7 +270,10 @@ private:
         const double u0 = a.lower - a.near, u1 = a.upper - a.near;
         const double least = b.lower - b.near + min(eps * u0, eps * u1),
                      most = b.upper - b.near + max(eps * u0, eps * u1);
-        if (!(most - least < two_pi)) return make_full(out), out;
+        if (!(most - least < two_pi)) {
+            make_full(out);
+            return out;
+        }
         const SinCos<double> zero{0.0, 1.0};
         const Pivot<double>& p = e.functions.pivot[2 * side + 1];
         const double rate = b.sign * derivative(p, zero),

@@ -10,7 +10,7 @@
 
 #include "../arm/box_least_squares.hpp"
 #include "../circle/posture.hpp"
-#include "../numbers/rotation_vector.hpp"
+#include "../numbers/twist.hpp"
 #include "feasible.hpp"
 
 namespace armangle {

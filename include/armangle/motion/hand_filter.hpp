@@ -10,7 +10,7 @@
 // Source: E. Brookner, Tracking and Kalman Filtering Made Easy (1998), section 1.2.
 #pragma once
 
-#include "../numbers/rotation_vector.hpp"
+#include "../numbers/twist.hpp"
 
 namespace armangle {
 

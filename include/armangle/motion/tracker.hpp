@@ -69,9 +69,9 @@ inline constexpr double smoothing = 0.3;   // s over which that margin changes
 inline constexpr double crossing = 0.3;    // rad of theta_2, theta_6 within which both branches are weighed
 inline constexpr double leap = 3.0;        // m/s: a goal that moves faster has jumped
 inline constexpr double unsure = 0.05;     // an elbow hint this near the shoulder-wrist line says nothing
-inline constexpr double standing = 0.02;  // rad/s: slower than this in all joints the arm stands
-inline constexpr double stall = 0.3;      // s of standing away from a goal after which the arm turns to it
-inline constexpr double turned = 0.05;    // rad from the goal's posture at which turning is over
+inline constexpr double standing = 0.02;   // rad/s: slower than this in all joints the arm stands
+inline constexpr double stall = 0.3;       // s of standing away from a goal after which the arm turns to it
+inline constexpr double turned = 0.05;     // rad from the goal's posture at which turning is over
 inline constexpr double worth = 0.005;     // m that another start of the relaxation must gain
 inline constexpr int rounds = 6, starts = 16;  // of the relaxation in one tick
 }  // namespace track_rule
@@ -160,7 +160,8 @@ private:
 
     /// The velocities that keep the bounds and from which every joint can still brake.
     void box(Tick& t) const noexcept {
-        const Limits limits = elbow_turns(t) ? arm_.limits : on_one_side(arm_, q_.q[3], options_.still_margin);
+        const Limits limits =
+            elbow_turns(t) ? arm_.limits : on_one_side(arm_, q_.q[3], options_.still_margin);
         for (int j = 0; j < joints; ++j) {
             const double a = options_.acceleration[j], most = options_.velocity[j];
             const double change = max(a * t.dt - track_rule::rounding / t.dt, 0.0);
@@ -288,7 +289,7 @@ private:
         if (detail::moving_joints(f, plain_, arcs) != Status::OK) return not_a_number;
         detail::moving_joints(f, clear_, clear);
         const double held = arm_angle(m.circle, t.now.z3);
-        return in_clear_part(arcs, clear, held, foreseen(t, m, hinted(t, m, held)));
+        return in_clear_part(arcs, clear, held, foreseen(m, hinted(t, m, held)));
     }
 
     /// Of the arc that holds the present psi the clear part, else that arc, else any.
@@ -318,9 +319,10 @@ private:
     }
 
     /// psi of the elbow that will be clear where the hand will be.
-    double foreseen(const Tick& t, const SelfMotion<double>& m, double psi) const noexcept {
+    double foreseen(const SelfMotion<double>& m, double psi) const noexcept {
         const Twist& hand = hand_.velocity();
-        if (turning_to_ >= 0 || size(hand, options_.length) * track_rule::preview < tolerance::angle) return psi;
+        if (turning_to_ >= 0 || size(hand, options_.length) * track_rule::preview < tolerance::angle)
+            return psi;
         const Pose<double> there = hand_.predicted(track_rule::preview);
         const SelfMotion<double> ahead = self_motion(arm_, circle(arm_, flange_pose(arm_, there)), m.gc);
         if (is_folded(ahead.circle) || is_unreachable(ahead.circle)) return psi;

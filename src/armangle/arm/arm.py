@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import MISSING, Field, fields
 from inspect import Parameter, Signature
@@ -20,12 +21,14 @@ from .._arrays import (
     as_floats,
     as_gc,
     as_number,
+    as_poses,
     as_threads,
     broadcast,
     check_angles,
     chosen,
     frozen,
     named,
+    one_or_seven,
     one_pose,
     output,
 )
@@ -58,6 +61,7 @@ __all__ = ["MOST_MARGIN", "Arm", "nearest_rotation"]
 Enforce = Literal["ignore", "raise", "nan"]
 Unreachable = Literal["raise", "nan"]
 
+BOUNDS = ("velocity", "acceleration")
 LEAST_LINK = 1e-6  # m: of upper arm and forearm; a shorter one is a mistake of units
 MOST_MARGIN: float = _core.MOST_MARGIN
 _ENFORCE = named(_core.Enforce)
@@ -77,6 +81,7 @@ class ArmArguments(TypedDict, total=False):
     d_wf: float
     a_3: float
     a_4: float
+    d_4: float
     lower: ArrayLike | None
     upper: ArrayLike | None
     signs: ArrayLike | None
@@ -113,18 +118,21 @@ class Arm:
     """A 7-axis arm with spherical shoulder, elbow and spherical wrist (S-R-S).
 
     The tip's pose is ``base @ DH(theta) @ tool`` with ``theta_i = signs_i q_i + offsets_i`` and the
-    classic DH rows of the paper's Table 1, to which the lateral elbow offsets a_3, a_4 are added.
+    classic DH rows of the paper's Table 1, to which the elbow's offsets a_3, a_4, d_4 are added.
     Everything public speaks q, the robot's own joint coordinates. Values are frozen.
 
     Parameters
     ----------
     d_bs, d_se, d_ew, d_wf : float
-        Base to shoulder, shoulder to elbow, elbow to wrist, wrist to flange, m; the two links at least 1e-6.
+        Base to shoulder, shoulder to elbow, elbow to wrist, wrist to flange, m; d_se and d_ew may be 0 beside
+        an elbow offset, which makes the links hypot(d_se, a_3) and hypot(d_ew, a_4), at least 1e-6, long.
     lower, upper : array_like, shape (7,), optional
         Joint limits in q, rad, lower <= upper. Any: beyond ±π, of one sign, wider than a turn, infinite
         (the default).
     a_3, a_4 : float
         Lateral elbow offsets of links 3 and 4, m.
+    d_4 : float
+        Gap along axis 4 from the upper arm to the forearm, m (Kinova MOVO).
     signs : array_like of +1 or -1, shape (7,), optional
         Directions of the joints.
     offsets : array_like, shape (7,), optional
@@ -132,8 +140,9 @@ class Arm:
     base, tool : array_like, shape (4, 4), optional
         Frame of the DH base in the frame poses are given in; frame of the tool in the flange. Their
         rotations are replaced by the nearest exact ones.
-    velocity, acceleration : array_like, shape (7,), optional
-        Greatest joint speeds (rad/s) and accelerations (rad/s²), > 0; infinite by default.
+    velocity, acceleration : float or array_like, shape (7,), optional
+        Greatest joint speeds (rad/s) and accelerations (rad/s²), > 0, or one for all joints; infinite by
+        default.
     name : str
         Name of the arm.
 
@@ -161,6 +170,7 @@ class Arm:
     d_wf: float
     a_3: float
     a_4: float
+    d_4: float
     lower: Floats
     upper: Floats
     signs: Ints
@@ -224,6 +234,7 @@ class Arm:
         *,
         angle_tolerance: float = 1e-5,
         length_tolerance: float = 2e-5,
+        continuous_limits: str = "ignore",
     ) -> Arm:
         """Return the arm between two links of a URDF, in that file's own joint coordinates and frames.
 
@@ -232,10 +243,14 @@ class Arm:
         source : path or str or bytes
             A URDF file, or its XML text.
         base, tip : str, optional
-            Names of the two links; guessed where the file leaves one choice.
+            Names of the two links; guessed where the file leaves one choice of seven rotating joints, or one
+            that is S-R-S.
         angle_tolerance, length_tolerance : float
-            How far axes may be from exact (rad, m) to be snapped; the residual that remains is kept in
-            ``import_report``.
+            How far axes may be from exact (rad, m). Beyond the default the arm is the nearest in the mean
+            square; what then differs from the file is kept in ``import_report``.
+        continuous_limits : {"ignore", "use"}
+            Limits of a continuous joint, which by the rules of URDF has none, though some files state them.
+            Where they are ignored, a warning and a note of ``import_report`` say so.
 
         Returns
         -------
@@ -248,7 +263,7 @@ class Arm:
         NotSRSError
             If the arm is not S-R-S; the message says which axes miss which point, and by how much.
         """
-        chain = read_urdf(source, base=base, tip=tip)
+        chain = read_urdf(source, base=base, tip=tip, continuous_limits=continuous_limits)
         description, report = describe_chain(chain, angle=angle_tolerance, length=length_tolerance)
         return cls._from_description(description, report)
 
@@ -506,7 +521,7 @@ class Arm:
         threads: int,
     ) -> Floats:
         named: list[tuple[str, NDArray[Any], int]] = [
-            ("pose", as_floats("pose", pose, (4, 4)), 2),
+            ("pose", as_poses("pose", pose, self._handle), 2),
             ("psi", as_floats("psi", psi), 0),
             ("gc", as_gc(gc), 0),
         ]
@@ -567,7 +582,7 @@ class Arm:
 
         Source: Faria et al. (2018), Eqs. (2), (12)-(24).
         """
-        poses = as_floats("pose", pose, (4, 4))[..., None, :, :]
+        poses = as_poses("pose", pose, self._handle)[..., None, :, :]
         angles = as_floats("psi", psi)[..., None]
         near = None if seed is None else as_floats("seed", seed, (JOINTS,))[..., None, :]
         return self._inverse(poses, angles, _GC_ORDER, near, limits, unreachable, None, threads)
@@ -663,7 +678,7 @@ class Arm:
         """
         batch, (poses, angles, branches) = broadcast(
             [
-                ("pose", as_floats("pose", pose, (4, 4)), 2),
+                ("pose", as_poses("pose", pose, self._handle), 2),
                 ("psi", as_floats("psi", psi), 0),
                 ("gc", as_gc(gc), 0),
             ]
@@ -818,7 +833,7 @@ class Arm:
         self, pose: ArrayLike, gc: ArrayLike, margin: float, paper: float, threshold: float,
         wanted: Wanted, threads: int,
     ) -> ArcSet:  # fmt: skip
-        named = [("pose", as_floats("pose", pose, (4, 4)), 2), ("gc", as_gc(gc), 0)]
+        named = [("pose", as_poses("pose", pose, self._handle), 2), ("gc", as_gc(gc), 0)]
         batch, (poses, branches) = broadcast(named)
         columns = self._handle.feasible_many(
             poses, branches, margin, paper, threshold, wanted, as_threads(threads)
@@ -915,7 +930,13 @@ class Arm:
 
         Parameters
         ----------
-        pose, near, metric, weight, prefer, gc, allowed, singularity_margin, threads
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        near : array_like, shape (..., 7), optional
+            The seed, rad.
+        weight : array_like, shape (7,) or scalar, optional
+            Weights of the joints.
+        metric, prefer, gc, allowed, singularity_margin, threads
             As in `solve`.
 
         Returns
@@ -934,7 +955,7 @@ class Arm:
         >>> arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
         >>> q = [0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5]
         >>> [(found.gc, round(found.distance, 2)) for found in arm.solutions(arm.forward(q)[0], near=q)][:2]
-        [(2, 0.0), (6, 2.87)]
+        [(2, 0.0), (0, 2.95)]
         """
         asked = Question(self, pose, near, metric, weight, prefer, gc, allowed, singularity_margin, threads)
         return asked.solutions()
@@ -954,7 +975,9 @@ class Arm:
 
         Parameters
         ----------
-        pose, gc, allowed, singularity_margin, threads
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        gc, allowed, singularity_margin, threads
             As in `solve`.
 
         Returns
@@ -971,8 +994,8 @@ class Arm:
         >>> import armangle as aa
         >>> arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
         >>> pose = arm.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])[0]
-        >>> bool(arm.best(pose).margin > arm.solve(pose, near=np.zeros(7)).margin)
-        True
+        >>> round(float(np.degrees(arm.best(pose).margin)), 1)
+        51.2
         """
         asked = Question(self, pose, None, "l2", None, "margin", gc, allowed, singularity_margin, threads)
         return asked.solve()
@@ -1004,11 +1027,14 @@ class Arm:
         >>> round(aa.Arm.from_catalogue("kuka_iiwa7_r800").explain(far)[0].excess, 4)
         1.2536
         """
-        frame = one_pose("pose", pose)
+        frame = one_pose("pose", pose, self._handle)
         margin = as_number("singularity_margin (rad)", singularity_margin, 0.0, MOST_MARGIN)
         segment = np.empty((1, _core.SEGMENT_WIDTH))
         _core.path_waypoints(frame[None], segment)
-        return Diagnosis(tuple(map(branch_of, self._handle.explain_pose(segment, margin))), path=False)
+        branches = tuple(map(branch_of, self._handle.explain_pose(segment, margin)))
+        nearest = np.empty((4, 4))
+        gap = self._handle.nearest_pose(frame, nearest)
+        return Diagnosis(branches, path=False, nearest=nearest, nearest_gap=gap)
 
     def joint_function(self, pose: ArrayLike, gc: int, joint: int) -> JointFunction:
         """Return one joint as a function of the arm angle, at a fixed pose and global configuration.
@@ -1032,7 +1058,7 @@ class Arm:
 
         Source: Faria et al. (2018), Eqs. (26)-(31), (33), (34).
         """
-        frame = one_pose("pose", pose)
+        frame = one_pose("pose", pose, self._handle)
         index = as_gc(gc)
         if index.ndim or not 0 <= index < CONFIGURATIONS:
             raise ConfigurationError(f"gc is {gc!r}, wanted an integer from 0 to 7")
@@ -1064,8 +1090,10 @@ def _checked(given: dict[str, Any]) -> dict[str, Any]:
     """Return all numbers of an arm, arrays read-only; those not given, or given as None, by default."""
     values = _complete(given)
     for name in (*LENGTHS, *ELBOW_OFFSETS):
-        low = LEAST_LINK if name in ("d_se", "d_ew") else -_core.LENGTH_LIMIT
+        low = 0.0 if name in ("d_se", "d_ew") else -_core.LENGTH_LIMIT
         values[name] = as_number(f"{name} (m)", values[name], low, _core.LENGTH_LIMIT)
+    _check_link("upper arm", "d_se", "a_3", values)
+    _check_link("forearm", "d_ew", "a_4", values)
     for name in JOINT_ROWS:
         values[name] = _seven(name, values[name], infinite=name not in ("signs", "offsets"))
     for name in FRAMES:
@@ -1091,8 +1119,18 @@ def _complete(given: dict[str, Any]) -> dict[str, Any]:
     return default | {n: value for n, value in given.items() if value is not None or n not in _OPTIONAL}
 
 
+def _check_link(what: str, along: str, across: str, values: dict[str, Any]) -> None:
+    """Raise where the upper arm or forearm, slanted by its elbow offset, has no length."""
+    length = math.hypot(values[along], values[across])
+    if length < LEAST_LINK:
+        raise InputError(
+            f"{along} (m) is {values[along]:g} and {across} is {values[across]:g}: "
+            f"the {what} is {length:g} m long, wanted at least {LEAST_LINK:g}"
+        )
+
+
 def _seven(name: str, value: ArrayLike, *, infinite: bool) -> Floats:
-    array = as_floats(name, value, (JOINTS,)).copy()
+    array = (one_or_seven(name, value) if name in BOUNDS else as_floats(name, value, (JOINTS,))).copy()
     if array.shape != (JOINTS,):
         raise ShapeError(f"{name} has shape {array.shape}, wanted ({JOINTS},)")
     bad = np.isnan(array) if infinite else ~np.isfinite(array)
@@ -1128,7 +1166,7 @@ def _check_rows(values: dict[str, Any]) -> None:
         raise LimitError(
             f"lower[{at}] is {lower[at]:g} and upper[{at}] is {upper[at]:g}, wanted lower <= upper"
         )
-    for name in ("velocity", "acceleration"):
+    for name in BOUNDS:
         if not (values[name] > 0).all():
             at = int(np.argmax(~(values[name] > 0)))
             raise LimitError(f"{name}[{at}] is {values[name][at]:g}, wanted a positive number")

@@ -60,8 +60,9 @@ class Solution(NamedTuple):
 
 
 class Solutions:
-    """The nearest posture of each branch and arc of a pose, by rising distance (with ``prefer="margin"``: by
-    falling margin).
+    """The nearest posture of each branch and arc of a pose, by rising distance.
+
+    With ``prefer="margin"``: by falling margin. Of one pose a sequence of `Solution`.
 
     Attributes
     ----------

@@ -322,4 +322,3 @@ def _branch(gc: int) -> int:
     if wanted.ndim or not 0 <= wanted < CONFIGURATIONS:
         raise ConfigurationError(f"reconfigure is {gc!r}, wanted an integer from 0 to 7")
     return int(wanted)
-

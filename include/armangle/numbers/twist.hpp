@@ -1,24 +1,11 @@
-// Rotations as vectors along their axis, as long as their angle (rad), and back.
+// Moves of a body as six numbers: what lies between two poses, and the pose after a move.
 #pragma once
 
-#include "angles.hpp"
-#include "linalg.hpp"
+#include "rotations.hpp"
 
 namespace armangle {
 
-/// The rotation about v by |v| rad. Rodrigues' formula.
-inline Mat3<double> rotation_about(const Vec3<double>& v) noexcept {
-    const double angle = norm(v);
-    if (!(angle > 0)) return identity_pose().rotation;
-    const Vec3<double> axis = v * (1.0 / angle);
-    const SinCos<double> turn = sin_cos(angle);
-    const auto column = [&](const Vec3<double>& u) {
-        return u * turn.cos + cross(axis, u) * turn.sin + axis * (dot(axis, u) * (1.0 - turn.cos));
-    };
-    return {column({1, 0, 0}), column({0, 1, 0}), column({0, 0, 1})};
-}
-
-/// The vector of a rotation, its length in [0, pi].
+/// The vector along the axis of a rotation, as long as its angle (rad), in [0, pi].
 inline Vec3<double> rotation_vector(const Mat3<double>& r) noexcept {
     const Vec3<double> twice_sine{r.y.z - r.z.y, r.z.x - r.x.z, r.x.y - r.y.x};
     const double sine = 0.5 * norm(twice_sine), cosine = 0.5 * (r.x.x + r.y.y + r.z.z - 1.0);
@@ -37,16 +24,9 @@ inline Vec3<double> rotation_vector(const Mat3<double>& r) noexcept {
     return axis * (side * angle / size);
 }
 
-/// R^T S, the rotation from R to S seen in R; and S R^T, seen from outside.
+/// The rotation back.
 inline Mat3<double> transposed(const Mat3<double>& r) noexcept {
     return {{r.x.x, r.y.x, r.z.x}, {r.x.y, r.y.y, r.z.y}, {r.x.z, r.y.z, r.z.z}};
-}
-
-/// The nearby rotation whose axes are exactly orthogonal unit vectors.
-inline Mat3<double> straightened(const Mat3<double>& r) noexcept {
-    const Vec3<double> x = r.x * (1.0 / norm(r.x));
-    const Vec3<double> across = cross(x, r.y), z = across * (1.0 / norm(across));
-    return {x, cross(z, x), z};
 }
 
 /// A small or finite move of a body: metres and radians, about the body's own origin and in the frame that
@@ -70,7 +50,7 @@ inline Twist difference(const Pose<double>& from, const Pose<double>& to) noexce
 
 /// The pose after a move.
 inline Pose<double> moved_by(const Pose<double>& pose, const Twist& move) noexcept {
-    return {straightened(rotation_about(move.angular) * pose.rotation), pose.position + move.linear};
+    return {orthonormal(from_rotation_vector(move.angular) * pose.rotation), pose.position + move.linear};
 }
 
 /// sqrt(|dp|^2 + (length |angle|)^2) in m; `length` is how many metres a radian counts as.
