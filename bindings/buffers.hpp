@@ -305,5 +305,6 @@ void bind_arcs(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_stepping(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_planning(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_solving(nb::module_& m, nb::class_<ArmHandle>& arm);
+void bind_tracking(nb::module_& m);
 
 }  // namespace binding

@@ -120,4 +120,5 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     binding::bind_stepping(m, arm);
     binding::bind_planning(m, arm);
     binding::bind_solving(m, arm);
+    binding::bind_tracking(m);
 }

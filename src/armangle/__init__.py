@@ -34,6 +34,7 @@ _NAMES = {
     "motion.planning": "Objective plan",
     "motion.policies": "Centre Hold Repulsion Towards",
     "motion.stepping": "Resolution Step resolve step",
+    "motion.tracking": "HandFilter Tracked Tracker Tracking",
     "poses": "pose",
     "status": "Status",
     "timing.retiming": "retime",

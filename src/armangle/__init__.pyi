@@ -88,6 +88,12 @@ from .motion.stepping import (
     resolve as resolve,
     step as step,
 )
+from .motion.tracking import (
+    HandFilter as HandFilter,
+    Tracked as Tracked,
+    Tracker as Tracker,
+    Tracking as Tracking,
+)
 from .poses import pose as pose
 from .status import Status as Status
 from .timing.retiming import retime as retime

@@ -346,3 +346,26 @@ class Metric(enum.Enum):
 
 class SolveOptions:
     def __init__(self, metric: Metric, weight: numpy.typing.NDArray[numpy.float64], branches: int, margin: float) -> None: ...
+
+class Tracking(enum.IntEnum):
+    FOLLOWING = 0
+
+    LAGGING = 1
+
+    NEAREST = 2
+
+    HELD = 3
+
+def smooth_hand(omega: float, patience: float, jump: float, turn: float, samples: numpy.typing.NDArray[numpy.float64], dt: float, poses: numpy.typing.NDArray[numpy.float64]) -> None: ...
+
+class Tracker:
+    def __init__(self, arm: Arm, numbers: numpy.typing.NDArray[numpy.float64]) -> None: ...
+
+    @property
+    def q(self) -> Any: ...
+
+    def start(self, q: numpy.typing.NDArray[numpy.float64]) -> None: ...
+
+    def step_one(self, pose: object | None, elbow: object | None, dt: float, reconfigure: int, kind: object, trackings: object, statuses: object) -> Any: ...
+
+    def run(self, poses: numpy.typing.NDArray[numpy.float64], q: numpy.typing.NDArray[numpy.float64]) -> None: ...

@@ -68,6 +68,12 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "resolve": (aa.resolve, {"arm": ARM, "pose": POSE, "psi": PSI, "gc": GC}),
     "retime": (aa.retime, {"path": aa.follow(ARM, TWO, start=Q), "acceleration": np.ones(7)}),
     "step": (aa.step, {"arm": ARM, "q_now": Q, "pose": POSE}),
+    "Tracker": (aa.Tracker, {"arm": ARM}),
+    "Tracker.start": (aa.Tracker(ARM).start, {"q": Q}),
+    "Tracker.step": (aa.Tracker(ARM).step, {"pose": POSE}),
+    "Tracker.run": (aa.Tracker(ARM).run, {"poses": POSE[None]}),
+    "HandFilter": (aa.HandFilter, {}),
+    "HandFilter.smooth": (aa.HandFilter().smooth, {"poses": POSE[None], "dt": 0.01}),
     "follow": (aa.follow, {"arm": ARM, "poses": POSE[None], "start": Q}),
     "plan": (aa.plan, {"arm": ARM, "path": POSE[None]}),
     "Objective": (aa.Objective, {}),
@@ -121,7 +127,10 @@ BAD: dict[str, list[Any]] = {
     "direction": [*POINTS, [0.0, 0.0, 0.0]], "angle": [*NUMBER, None, INF, 1e4],
     "advance": [*NUMBER, None, INF, 1e4], "s": [*ANGLES, -0.1, 1.1],
     "order": ["nonsense", None, 0, 4, 1.5, NAN], "near": [v for v in JOINTS if v is not None],
-    "metric": CHOICE, "prefer": CHOICE,
+    "metric": CHOICE, "prefer": CHOICE, "filter": ["nonsense", 0.5, object(), aa.HandFilter],
+    "length": [*POSITIVE, None, INF], "elbow_margin": MARGIN, "reconfigure": INDEX,
+    "elbow": ["nonsense", object(), 0.1, [1.0, 2.0], [[0.0, 0.0, 1.0]], [1j] * 3], "omega": [*POSITIVE, None],
+    "patience": [*NUMBER, -1.0, None], "jump": [*POSITIVE, None], "turn": [*POSITIVE, None],
     "weight": ["nonsense", object(), Q[:6], changed(Q, NAN), Q + 1j, -np.ones(7), np.zeros(7)],
 }  # fmt: skip
 BAD_HERE: dict[tuple[str, str], list[Any]] = {
@@ -148,6 +157,12 @@ BAD_HERE: dict[tuple[str, str], list[Any]] = {
     ("pose", "matrix"): [
         v for v in [*WORDS, 0.1, np.ones((3, 3)), -np.eye(3), POSE, NAN * np.eye(3)] if v is not None
     ],
+    # a number stands for all joints, and a sample that is no pose is one that did not come
+    **{("Tracker", name): ["nonsense", object(), Q[:6], changed(Q, NAN), Q + 1j, -Q, -1.0]
+       for name in ("velocity", "acceleration")},
+    **{(name, "poses"): [*WORDS, 0.1, POSE[:3], POSE, POSE.astype(complex)]
+       for name in ("Tracker.run", "HandFilter.smooth")},
+    ("Tracker.step", "pose"): [*WORDS, 0.1, POSE[:3], TWO, POSE.astype(complex)],
     ("Objective", "limits"): WEIGHT,
     ("plan", "start"): [v for v in JOINTS if v is not None],
     ("plan", "gc"): [*INDEX, [], [8], ["x"]],
@@ -178,11 +193,11 @@ def rows() -> Iterator[tuple[str, str, Any]]:
 def test_every_public_function_and_argument_is_in_the_matrix() -> None:
     named = {name.split(".")[0] for name in FUNCTIONS} | OTHERS
     results = {"ArcEnd", "Branch", "Diagnosis", "ImportReport", "JointFunction", "JointPath", "JointTable"}
-    results |= {"Opening", "Path", "PathPoint", "Resolution", "Solution", "Solutions", "SpeedLoss", "Step"}
+    results |= {"Opening", "Path", "PathPoint", "Resolution", "Solution", "Solutions", "SpeedLoss", "Step", "Tracked"}
     results |= {"Trajectory", "TrajectoryPoint", "TrajectoryTable"}
     public = {name: getattr(aa, name) for name in aa.__all__}
     faults = {n for n, v in public.items() if isinstance(v, type) and issubclass(v, Exception)}
-    constants = {n for n, v in public.items() if not callable(v)} | {"Status", "Verdict"}
+    constants = {n for n, v in public.items() if not callable(v)} | {"Status", "Tracking", "Verdict"}
     assert set(public) - named - results - faults - constants == set()
     for name, (function, _) in FUNCTIONS.items():
         for parameter in inspect.signature(function).parameters:
