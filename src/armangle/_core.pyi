@@ -89,10 +89,11 @@ class Problem(enum.Enum):
 
     JOINT_LIMIT = 10
 
-<<<<<<< HEAD
     STILL = 11
 
     ON_AXIS = 12
+
+    NOT_UNIT = 13
 
 def on_refusal(function: Callable[[Problem, str, tuple[int, ...], float], object]) -> None: ...
 
@@ -102,10 +103,6 @@ class Reference(enum.Enum):
     VECTOR = 1
 
     STEREOGRAPHIC = 2
-=======
-    NOT_UNIT = 11
-
-def on_refusal(function: Callable[[Problem, str, tuple[int, ...], float], object]) -> None: ...
 
 class Orientation(enum.Enum):
     WXYZ = 0
@@ -119,7 +116,6 @@ class Orientation(enum.Enum):
 def check_transforms(poses: numpy.typing.NDArray[numpy.float64], argument: str) -> None: ...
 
 def rotations_many(kind: Orientation, numbers: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64], name: str) -> None: ...
->>>>>>> main
 
 class Arm:
     def __init__(self, lengths: numpy.typing.NDArray[numpy.float64], joint_map: numpy.typing.NDArray[numpy.float64], base: numpy.typing.NDArray[numpy.float64], tool: numpy.typing.NDArray[numpy.float64], reference: Reference, vector: numpy.typing.NDArray[numpy.float64]) -> None: ...
@@ -162,7 +158,7 @@ class Arm:
 
     def feasible_many(self, pose: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], margin: float, psi_margin: float, discriminant: float, wanted: Wanted, threads: int) -> tuple[numpy.typing.NDArray[numpy.int64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int8], numpy.typing.NDArray[numpy.int8], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int8]]: ...
 
-    def feasible_one(self, pose: object | None, gc: object | None, margin: object | None, psi_margin: object | None, discriminant: object | None, wanted: Wanted, threads: object | None) -> "std::unique_ptr<binding::(anonymous namespace)::ArcsOfOne, std::default_delete<binding::(anonymous namespace)::ArcsOfOne> >": ...
+    def feasible_one(self, pose: object | None, gc: object | None, margin: object | None, psi_margin: object | None, discriminant: object | None, wanted: Wanted, threads: object | None) -> ArcsOfOne: ...
 
     def joint_function(self, pose: numpy.typing.NDArray[numpy.float64], gc: int, joint: int) -> JointFunction: ...
 

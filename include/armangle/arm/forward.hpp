@@ -79,9 +79,8 @@ inline void frames(const Arm& arm, const double* q, Pose<double> (&out)[joints +
                  [&](int i, const Pose<double>& frame) { out[i] = arm.has_base ? arm.base * frame : frame; });
 }
 
-/// The elbow E at joint values q, m in the frame that poses are given in: the origin of DH frame 3, where the
-/// axis of joint 4 meets the plane of shoulder and wrist. |S-E| is La and |E-W| is Lb, also of an offset
-/// elbow.
+/// The elbow E at joint values q, m in the frame that poses are given in: the point of joint 4's axis that is
+/// nearest to the shoulder, the origin of DH frame 3. |S-E| is La, also of an offset elbow.
 inline Vec3<double> elbow_position(const Arm& arm, const double* q) noexcept {
     double theta[joint_slots];
     Vec3<double> out{};

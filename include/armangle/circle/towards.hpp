@@ -2,9 +2,11 @@
 //
 // From the shoulder S the elbow of a self-motion is, with g = GC_4 and the triad (w, e, z) of its circle,
 //   E(psi) - S = La (w cos(kappa) + g sin(kappa) (e cos(psi) - z sin(psi))),
-// a circle about w. What a vector v gains of it is v . E(psi) = const + g La sin(kappa) (v.e cos - v.z sin),
-// greatest at psi = atan2(-g v.z, g v.e). |P - E(psi)|^2 = const - 2 (P - S) . E(psi): the nearest elbow to a
-// point P is the farthest along v = P - S.
+// a circle about w; where S-W leans by tau out of the plane across axis 4, w cos(tau) - (z cos + e sin)
+// sin(tau) stands for w. What a vector v gains of it is const + La ((a v.e - b v.z) cos - (a v.z + b v.e)
+// sin) with a = g sin(kappa), b = cos(kappa) sin(tau), greatest at psi = atan2(-a v.z - b v.e, a v.e - b
+// v.z). |P - E(psi)|^2 = const - 2 (P - S) . E(psi): the nearest elbow to a point P is the farthest along v =
+// P - S.
 #pragma once
 
 #include "self_motion.hpp"
@@ -37,7 +39,8 @@ struct WishedPsi {
 inline WishedPsi psi_towards(const Arm& arm, const SelfMotion<double>& m, const Towards& towards) noexcept {
     if (towards.wish == Wish::psi) return {wrap(towards.psi), Indifferent::no};
     const Circle<double>& c = m.circle;
-    if (is_folded(c) || c.triangle.kappa.sin == 0.0) return {not_a_number, Indifferent::still};
+    const double a = m.gc.elbow * c.triangle.kappa.sin, b = c.triangle.kappa.cos * m.elbow.tilt.sin;
+    if (is_folded(c) || (a == 0.0 && b == 0.0)) return {not_a_number, Indifferent::still};
     Vec3<double> v = arm.has_base ? arm.base_inverse.rotation * towards.target : towards.target;
     double size = norm(v);
     if (towards.wish == Wish::point) {
@@ -46,7 +49,7 @@ inline WishedPsi psi_towards(const Arm& arm, const SelfMotion<double>& m, const 
     }
     const double along_e = dot(c.e, v), along_z = dot(c.z, v);
     if (!(hypot(along_e, along_z) > tolerance::vanishing * size)) return {not_a_number, Indifferent::on_axis};
-    return {wrap(atan2(-m.gc.elbow * along_z, m.gc.elbow * along_e)), Indifferent::no};
+    return {wrap(atan2(-a * along_z - b * along_e, a * along_e - b * along_z)), Indifferent::no};
 }
 
 }  // namespace armangle

@@ -680,10 +680,9 @@ class Arm:
     def elbow(self, q: ArrayLike, *, threads: int = 1) -> Floats:
         """Return where the elbow is.
 
-        It is the point where the axis of joint 4 meets the plane of shoulder and wrist: the corner E of the
-        triangle shoulder-elbow-wrist, the origin of DH frame 3. On an arm without elbow offset both links
-        end there. With offsets it lies a_3 beside the end of the upper arm on axis 3, and its distances from
-        shoulder and wrist are hypot(d_se, a_3) and hypot(d_ew, a_4) at any q.
+        It is the point of joint 4's axis that is nearest to the shoulder, the origin of DH frame 3: hypot(d_se,
+        a_3) from the shoulder and hypot(d_ew, a_4, d_4) from the wrist at any q. On an arm without elbow
+        offset both links end there; with a_3 it lies beside the end of the upper arm on axis 3.
 
         Parameters
         ----------
@@ -771,7 +770,7 @@ class Arm:
         True
         """
         wish, target = as_wish(point, direction)
-        given = [("pose", as_floats("pose", pose, (4, 4)), 2), ("gc", as_gc(gc), 0)]
+        given = [("pose", as_poses("pose", pose, self._handle), 2), ("gc", as_gc(gc), 0)]
         batch, (poses, branches, targets) = broadcast([*given, ("point or direction", target, 1)])
         out = np.empty(batch)
         nan = chosen("undefined", undefined, _UNREACHABLE) == "nan"

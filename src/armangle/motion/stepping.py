@@ -119,14 +119,9 @@ def resolve(
         native, arcs._count, arcs._psi, sets, psi_now, wish[0] if wish else None,
         out.reshape(-1), code.reshape(-1),
     )  # fmt: skip
-<<<<<<< HEAD
-    reasons = arcs._status[arrays[0]]
-    code[...] = np.where(reasons != Status.OK, reasons, code)
-=======
-    reasons = np.broadcast_to(np.asarray(own.status), arcs.shape).reshape(-1)[pair[0]]
-    shut = arcs._count[pair[0]] == 0
+    reasons = np.broadcast_to(np.asarray(own.status), arcs.shape).reshape(-1)[arrays[0]]
+    shut = arcs._count[arrays[0]] == 0
     code[...] = np.where(shut, np.where(reasons == Status.OK, Status.NOT_ALLOWED, reasons), code)
->>>>>>> main
     return Resolution(out[()], code if shape else STATUSES[code[()]])
 
 
