@@ -13,7 +13,11 @@ from support.strategies import REGIMES, Array, arms, postures
 
 import armangle as aa
 
-any_arm = pytest.mark.parametrize("arm", arms(), ids=lambda arm: arm.name)
+ELBOWS = [
+    aa.Arm(d_bs=0.3, d_se=0.4, d_ew=0.35, d_wf=0.1, a_3=0.03, a_4=-0.05, d_4=d_4, name=f"gap {d_4:g}")
+    for d_4 in (0.05, -0.12)
+]
+any_arm = pytest.mark.parametrize("arm", [*arms(), *ELBOWS], ids=lambda arm: arm.name)
 any_regime = pytest.mark.parametrize("regime", REGIMES)
 PSI = np.linspace(-np.pi, np.pi, 181)
 WORDS = {
@@ -39,7 +43,8 @@ def test_the_elbow_is_a_link_from_shoulder_and_wrist(arm: aa.Arm, regime: str) -
     shoulder, wrist = shoulder_and_wrist(arm, q)
     elbow = arm.elbow(q)
     assert gap(np.linalg.norm(elbow - shoulder, axis=-1), np.hypot(arm.d_se, arm.a_3)) <= 1e-14
-    assert gap(np.linalg.norm(elbow - wrist, axis=-1), np.hypot(np.hypot(arm.d_ew, arm.a_4), arm.d_4)) <= 1e-14
+    forearm = np.hypot(np.hypot(arm.d_ew, arm.a_4), arm.d_4)
+    assert gap(np.linalg.norm(elbow - wrist, axis=-1), forearm) <= 1e-14
     axis = arm.frames(q)[:, 3, :3, 2]  # of joint 4
     assert gap(np.einsum("ni,ni->n", elbow - shoulder, axis), 0) <= 1e-14
     assert np.array_equal(elbow, arm.frames(q)[:, 3, :3, 3])
@@ -89,7 +94,7 @@ def test_no_arm_angle_brings_the_elbow_farther_along(arm: aa.Arm, word: str) -> 
 
 
 def test_the_elbow_is_its_own_nearest_point() -> None:
-    for arm in arms():
+    for arm in (*arms(), *ELBOWS):
         q = postures(arm, "uniform", 50, 5)
         pose, psi, gc = arm.forward(q)
         assert gap(np.sin((arm.psi_towards(pose, gc, arm.elbow(q)) - psi) / 2), 0) <= 1e-9

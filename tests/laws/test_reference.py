@@ -12,7 +12,8 @@ from support.strategies import REGIMES, Array, arms, postures, unlimited
 
 import armangle as aa
 
-any_arm = pytest.mark.parametrize("arm", arms(), ids=lambda arm: arm.name)
+GAPPED = aa.Arm(d_bs=0.3, d_se=0.4, d_ew=0.35, d_wf=0.1, a_3=0.03, a_4=-0.05, d_4=0.05, name="gapped")
+any_arm = pytest.mark.parametrize("arm", [*arms(), GAPPED], ids=lambda arm: arm.name)
 any_regime = pytest.mark.parametrize("regime", REGIMES)
 REFERENCES: list[Any] = ["stereographic", (1.0, 0.0, 0.0), (0.3, -2.0, 0.5)]
 any_reference = pytest.mark.parametrize("reference", REFERENCES, ids=str)
