@@ -4,6 +4,7 @@
 #include <nanobind/nanobind.h>
 
 #include <cstring>
+#include <limits>
 #include <stdexcept>
 
 #include "armangle/armangle.hpp"
@@ -110,11 +111,18 @@ public:
         if (PyList_CheckExact(object.ptr()) || PyTuple_CheckExact(object.ptr()))
             return read_rows(object, rows, columns, to);
         Buffer b;
-        return b.try_get(object) && (b.is('d') ? read_array<double>(b, rows, columns, to)
-                                               : b.is('f') && read_array<float>(b, rows, columns, to));
+        if (!b.try_get(object)) return false;
+        if (b.is('d')) return read_array<double>(b, rows, columns, to);
+        precision_ = std::numeric_limits<float>::epsilon();
+        return b.is('f') && read_array<float>(b, rows, columns, to);
     }
 
+    /// What the numbers read are rounded to (ratio); 0: not at all.
+    double precision() const noexcept { return precision_; }
+
 private:
+    double precision_ = 0;
+
     template <class T>
     static bool read_array(const Buffer& b, int rows, int columns, double* to) noexcept {
         const bool vector = rows == 1;
@@ -265,6 +273,7 @@ struct ArmHandle {
 };
 
 void bind_refusal(nb::module_& m);
+void bind_poses(nb::module_& m);
 void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_arcs(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_stepping(nb::module_& m, nb::class_<ArmHandle>& arm);

@@ -17,14 +17,14 @@ void copy(nb::handle from, double* to, std::initializer_list<Py_ssize_t> extents
     std::memcpy(to, b.data<double>(), count * sizeof(double));
 }
 
-/// lengths: d_bs d_se d_ew d_wf a_3 a_4; joints: sign, offset, lower, upper one after the other; transforms:
+/// lengths: d_bs d_se d_ew d_wf a_3 a_4 d_4; joints: sign, offset, lower, upper one after the other; transforms:
 /// 16 each.
 void construct(ArmHandle* self, Floats lengths, Floats joint_map, Floats base, Floats tool) {
     armangle::ArmParameters p;
-    double length[6], map[4 * armangle::joints], transform[16];
-    copy(lengths, length, {6});
+    double length[7], map[4 * armangle::joints], transform[16];
+    copy(lengths, length, {7});
     p.d_bs = length[0], p.d_se = length[1], p.d_ew = length[2], p.d_wf = length[3], p.a_3 = length[4],
-    p.a_4 = length[5];
+    p.a_4 = length[5], p.d_4 = length[6];
     copy(joint_map, map, {4 * armangle::joints});
     for (int i = 0; i < armangle::joints; ++i) {
         p.sign[i] = map[i], p.offset[i] = map[armangle::joints + i];
@@ -77,6 +77,7 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     m.attr("CONFIGURATIONS") = armangle::configurations;
     m.attr("ANGLE_TOLERANCE") = armangle::tolerance::angle;
     m.attr("ROTATION_TOLERANCE") = armangle::tolerance::rotation;
+    m.attr("UNIT_TOLERANCE") = armangle::tolerance::unit;
     m.attr("LARGEST_ANGLE") = armangle::tolerance::largest_angle;
     m.attr("LENGTH_LIMIT") = armangle::tolerance::length;
     m.attr("ARC_CAPACITY") = armangle::ArcSet::capacity;
@@ -84,6 +85,7 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     m.attr("MAX_JOINT_STEP") = armangle::StepOptions{}.max_joint_step;
     binding::bind_status(m);
     binding::bind_refusal(m);
+    binding::bind_poses(m);
     nb::class_<ArmHandle> arm(m, "Arm");
     arm.def("__init__", &binding::construct, nb::arg("lengths"), nb::arg("joint_map"), nb::arg("base"),
             nb::arg("tool"));

@@ -1,7 +1,7 @@
 // Forward, inverse, Jacobian, self-motion.
 #include <memory>
 
-#include "refusal.hpp"
+#include "elements.hpp"
 
 namespace binding {
 
@@ -19,7 +19,9 @@ nb::object inverse_one(const ArmHandle& self, nb::handle pose, nb::handle psi_ob
         return nb::none();
     if (gc < 0 || gc >= configurations) return nb::none();
     double m[16];
-    if (!SmallMatrix().read(pose, 4, 4, m) || check_pose(m, value) != Problem::none) return nb::none();
+    SmallMatrix matrix;
+    if (!matrix.read(pose, 4, 4, m) || matrix.precision() > 0 || check_pose(m, value) != Problem::none)
+        return nb::none();
     const Arm& arm = self.arm;
     const SelfMotion<double> motion = self_motion(arm, load_pose(m), static_cast<int>(gc));
     if (is_folded(motion.circle) || is_unreachable(motion.circle)) return nb::none();
@@ -59,31 +61,6 @@ void inverse_many(const ArmHandle& self, Floats pose, Floats psi, Ints gc, Float
         });
     }
     refuse(first_problem(outcomes, most_threads), q, 1, "pose", "seed");
-}
-
-/// Applies one(inputs..., outputs...) to each element; the first problem is refused as one of `argument`.
-template <int N, class One>
-void for_each(const char* argument, const Buffer* const (&buffers)[N], const int (&inner)[N], int threads,
-              const One& one) {
-    const Grid<N> grid(buffers, inner);
-    Outcome outcomes[most_threads];
-    {
-        nb::gil_scoped_release release;
-        parallel(grid.size(), threads, [&](std::size_t begin, std::size_t end, std::size_t thread) {
-            grid.for_runs(
-                begin, end,
-                [&](std::size_t flat, const Py_ssize_t* at, const Py_ssize_t* step, std::size_t count) {
-                    for (std::size_t i = 0; i < count; ++i) {
-                        Py_ssize_t here[N];
-                        for (int k = 0; k < N; ++k) here[k] = at[k] + static_cast<Py_ssize_t>(i) * step[k];
-                        double value = 0;
-                        const Problem problem = one(here, value);
-                        if (problem != Problem::none) outcomes[thread].report(problem, flat + i, value);
-                    }
-                });
-        });
-    }
-    refuse(first_problem(outcomes, most_threads), *buffers[0], inner[0], argument);
 }
 
 Problem check_joints(const double* q, double& value) noexcept {
@@ -154,6 +131,27 @@ void limit_margin_many(const ArmHandle& self, Floats q, Floats out) {
     });
 }
 
+/// Writes the nearest pose within the reach and returns how far it is, m.
+double nearest_pose(const ArmHandle& self, Floats pose, Floats out) {
+    const Buffer from(pose), to(out, true);
+    const NearestPose nearest = nearest_within_reach(self.arm, load_pose(from.data<double>()));
+    store_pose(nearest.pose, to.data<double>());
+    return nearest.gap;
+}
+
+/// Poses as they would be without the rounding of their numbers to `precision`.
+void settle_many(const ArmHandle& self, Floats poses, double precision) {
+    const Buffer in_place(poses, true);
+    for_each<1>("pose", {&in_place}, {2}, 1, [&](const Py_ssize_t* at, double&) {
+        double* m = in_place.data<double>() + at[0];
+        double last_row[4];
+        std::memcpy(last_row, m + 12, sizeof(last_row));
+        store_pose(within_rounding(self.arm, load_pose(m), precision), m);
+        std::memcpy(m + 12, last_row, sizeof(last_row));  // not ours to mend
+        return Problem::none;
+    });
+}
+
 }  // namespace
 
 void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm) {
@@ -169,6 +167,8 @@ void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm) {
     arm.def("frames_many", &frames_many, "q"_a, "out"_a, "threads"_a);
     arm.def("jacobian_many", &jacobian_many, "q"_a, "out"_a, "threads"_a);
     arm.def("self_motion_many", &self_motion_many, "pose"_a, "psi"_a, "gc"_a, "out"_a, "threads"_a);
+    arm.def("nearest_pose", &nearest_pose, "pose"_a, "out"_a);
+    arm.def("settle_many", &settle_many, "poses"_a, "precision"_a);
     arm.def("limit_margin_many", &limit_margin_many, "q"_a, "out"_a);
 }
 

@@ -15,18 +15,6 @@ const Segment* as_segments(const Buffer& b) noexcept {
 Vec3<double> as_vector(const double* v) noexcept { return {v[0], v[1], v[2]}; }
 
 /// Refuses the first of an array of poses (one, or a row of them) that is no rigid transform.
-void check_transforms(Floats poses, const char* argument) {
-    const Buffer p(poses);
-    Outcome outcome;
-    const Py_ssize_t count = p.ndim() == 2 ? 1 : p.shape(0);
-    for (Py_ssize_t i = 0; i < count && outcome.problem == Problem::none; ++i) {
-        double value = 0;
-        const Problem problem = check_pose(p.data<double>() + 16 * i, value);
-        if (problem != Problem::none) outcome.report(problem, static_cast<std::size_t>(i), value);
-    }
-    refuse(outcome, p, 2, argument);
-}
-
 /// Segments through n poses, at s evenly; one pose is a path that stays there.
 void path_waypoints(Floats poses, Floats out) {
     const Buffer p(poses), to(out, true);
@@ -254,7 +242,6 @@ void bind_planning(nb::module_& m, nb::class_<ArmHandle>& arm) {
         .value("UNRESOLVED", Verdict::unresolved);
     m.attr("SEGMENT_WIDTH") = segment_width;
     m.attr("STRETCH_WIDTH") = stretch_width;
-    m.def("check_transforms", &check_transforms, "poses"_a, "argument"_a);
     m.def("path_waypoints", &path_waypoints, "poses"_a, "out"_a);
     m.def("path_line", &path_line, "start"_a, "end"_a, "fixed"_a, "out"_a);
     m.def("path_screw", &path_screw, "start"_a, "point"_a, "direction"_a, "angle"_a, "advance"_a, "carried"_a,

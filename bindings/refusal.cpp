@@ -40,7 +40,8 @@ void bind_refusal(nb::module_& m) {
         .value("JOINTS_NOT_FINITE", Problem::joints_not_finite)
         .value("UNREACHABLE", Problem::unreachable)
         .value("FOLDED", Problem::folded)
-        .value("JOINT_LIMIT", Problem::joint_limit);
+        .value("JOINT_LIMIT", Problem::joint_limit)
+        .value("NOT_UNIT", Problem::not_unit);
     nb::register_exception_translator(&translate);
     m.def(
         "on_refusal",

@@ -112,7 +112,8 @@ void solve_many(const ArmHandle& self, Floats pose, Floats near, const SolveOpti
 nb::object solve_one(const ArmHandle& self, nb::handle pose, nb::handle near, Metric metric, nb::handle kind,
                      nb::handle statuses) {
     double q[joints], m[16], value = 0;
-    if (!SmallMatrix().read(pose, 4, 4, m)) return nb::none();
+    SmallMatrix matrix;
+    if (!matrix.read(pose, 4, 4, m) || matrix.precision() > 0) return nb::none();
     if (!near.is_none() && !SmallMatrix().read(near, 1, joints, q)) return nb::none();
     refuse_one(check_pose(m, value), "pose", value);
     for (int j = 0; !near.is_none() && j < joints; ++j)

@@ -79,7 +79,8 @@ nb::object step_one(const ArmHandle& self, nb::handle q_now, nb::handle pose, co
     double q[joints], m[16], value = 0, margin = 0;
     StepOptions options;
     options.policy = policy;
-    if (!SmallMatrix().read(q_now, 1, joints, q) || !SmallMatrix().read(pose, 4, 4, m)) return nb::none();
+    SmallMatrix matrix;
+    if (!SmallMatrix().read(q_now, 1, joints, q) || !matrix.read(pose, 4, 4, m)) return nb::none();
     if (!read_options(gc, carry, max_joint_step, singularity_margin, options, margin)) return nb::none();
     const Problem problem = check_pose(m, value);
     refuse_one(problem, "pose", value);
@@ -91,7 +92,10 @@ nb::object step_one(const ArmHandle& self, nb::handle q_now, nb::handle pose, co
         allowed = ArcArrays(allowed_count, allowed_psi).load(0, 0), options.allowed = &allowed;
     const GivenBounds given(bounds, options);
     const Limits limits(self, margin);
-    const Step next = step(self.arm, limits.table, q, load_pose(m), options);
+    const Pose<double> frame = load_pose(m);
+    const bool rounded = matrix.precision() > 0;
+    const Step next = step(self.arm, limits.table, q,
+                           rounded ? within_rounding(self.arm, frame, matrix.precision()) : frame, options);
     nb::object joint_values = new_array7();
     const Buffer to(joint_values, true);
     std::memcpy(to.data<double>(), next.q, joints * sizeof(double));

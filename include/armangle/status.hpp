@@ -34,7 +34,9 @@ constexpr const char* sentence(Status status) noexcept {
             return "The elbow joint would have to leave its limits, whatever the arm angle.";
         case Status::ELBOW_MARGIN:
             return "The elbow is stretched or folded to within the singularity margin.";
-        case Status::LIMITS: return "No arm angle keeps all joints within their limits and margins.";
+        case Status::LIMITS:
+            return "No arm angle, or none that one step leads to, keeps all joints within their limits and "
+                   "margins.";
         case Status::OUTSIDE:
             return "The present arm angle lies in no feasible arc, and the policy stops there.";
         case Status::JOINT_JUMP: return "A joint would move further than the largest step allowed.";

@@ -25,6 +25,7 @@ _NAMES = {
     "NoSolutionError NotFiniteError NotRotationError NotSRSError OutputError PathError PolicyError "
     "PortError ShapeError UnknownRobotError UnreachableError UrdfError",
     "files.tables": "JointTable load_joints load_poses save",
+    "files.trajectories": "TrajectoryTable load_trajectory",
     "models.catalogue": "catalogue",
     "models.description": "ImportReport",
     "motion.following": "follow",
@@ -33,6 +34,7 @@ _NAMES = {
     "motion.planning": "Objective plan",
     "motion.policies": "Centre Hold Repulsion",
     "motion.stepping": "Resolution Step resolve step",
+    "poses": "pose",
     "status": "Status",
     "timing.retiming": "retime",
     "timing.trajectory": "SpeedLoss Trajectory TrajectoryPoint",

@@ -54,6 +54,10 @@ from .files.tables import (
     load_poses as load_poses,
     save as save,
 )
+from .files.trajectories import (
+    TrajectoryTable as TrajectoryTable,
+    load_trajectory as load_trajectory,
+)
 from .models.catalogue import catalogue as catalogue
 from .models.description import ImportReport as ImportReport
 from .motion.following import follow as follow
@@ -83,6 +87,7 @@ from .motion.stepping import (
     resolve as resolve,
     step as step,
 )
+from .poses import pose as pose
 from .status import Status as Status
 from .timing.retiming import retime as retime
 from .timing.trajectory import (

@@ -38,17 +38,104 @@ MILLIMETRES = 1e3
 MOST_THREADS = 1024
 
 
-def as_floats(name: str, value: ArrayLike, tail: Shape = ()) -> Floats:
-    """Return `value` as float64 of shape (..., *tail), each element contiguous; `name` is for errors."""
+def as_floats(name: str, value: ArrayLike, tail: Shape = (), meaning: str = "") -> Floats:
+    """Return `value` as float64 of shape (..., *tail), each element contiguous; `name` is for errors.
+
+    `meaning` says in errors what an element stands for.
+    """
+    array = _numbers(name, value, tail, meaning)
+    if array.ndim < len(tail) or array.shape[array.ndim - len(tail) :] != tail:
+        raise ShapeError(f"{name} has shape {array.shape}, wanted {shape_text(tail)}{meaning}")
+    return _aligned(array.astype(np.float64, copy=False), tail)
+
+
+def as_poses(name: str, value: ArrayLike, arm: _core.Arm | None = None) -> Floats:
+    """Return poses as float64 (..., 4, 4); what other libraries call a pose passes, see `matrix_of`.
+
+    Poses in float32 are rounded: their rotations are made exact, and those that the rounding puts out of the
+    reach of `arm` are taken to it.
+    """
+    array = _numbers(name, matrix_of(value), (4, 4))
+    if array.shape[-2:] != (4, 4):
+        raise ShapeError(f"{name} has shape {array.shape}, wanted (..., 4, 4){_meant(name, array.shape)}")
+    poses = _aligned(array.astype(np.float64, copy=False), (4, 4))
+    if arm is not None and array.dtype.kind == "f" and array.dtype.itemsize < poses.itemsize:
+        arm.settle_many(poses, float(np.finfo(array.dtype).eps))
+    return poses
+
+
+def matrix_of(value: Any) -> Any:
+    """Return the matrices (..., 4, 4) of an object that has them by another name, or of a list of such.
+
+    pinocchio says ``homogeneous``, SciPy ``as_matrix()``, spatialmath ``A``; anything else is returned as is.
+    """
+    if hasattr(value, "__array__"):
+        return value
+    if isinstance(value, (list, tuple)):
+        return [matrix_of(item) for item in value] if value and not _plain(value[0]) else value
+    for name in ("homogeneous", "as_matrix", "A"):
+        found = getattr(value, name, None)
+        if found is not None:
+            return found() if callable(found) else found
+    return value
+
+
+def _plain(value: Any) -> bool:
+    return isinstance(value, (list, tuple, np.ndarray, float, int, np.number))
+
+
+def _meant(name: str, shape: Shape) -> str:
+    """Return what a shape that is none of a pose looks like, and the call that makes poses of it."""
+    if shape[-2:] == (3, 4):
+        return f": without its last row; armangle.pose({name}[..., 3], matrix={name}[..., :3])"
+    if shape[-2:] == (3, 3):
+        return f": a rotation without a position; armangle.pose([x, y, z], matrix={name})"
+    if shape[-1:] == (7,):
+        quaternion = f"wxyz={name}[..., 3:]) where the real part is first, xyzw= where it is last"
+        return f": it looks like x y z and a quaternion; armangle.pose({name}[..., :3], {quaternion}"
+    if shape[-1:] == (6,):
+        angles = f"rpy={name}[..., 3:]) for roll pitch yaw, rotvec= for an axis times its angle"
+        return f": it looks like x y z and three angles; armangle.pose({name}[..., :3], {angles}"
+    if shape[-1:] == (3,):
+        return f": a position without an orientation; armangle.pose({name})"
+    return ""
+
+
+def _numbers(name: str, value: ArrayLike, tail: Shape, meaning: str = "") -> NDArray[Any]:
     try:
         array = np.asarray(value)
         if array.dtype.kind not in "fiu":
             raise TypeError
-        array = array.astype(np.float64, copy=False)
-    except (TypeError, ValueError):
-        raise InputError(f"{name} is not an array of real numbers, wanted shape {shape_text(tail)}") from None
-    if array.ndim < len(tail) or array.shape[array.ndim - len(tail) :] != tail:
-        raise ShapeError(f"{name} has shape {array.shape}, wanted {shape_text(tail)}")
+    except (TypeError, ValueError, RuntimeError):  # torch raises RuntimeError
+        hint = _tensor(name, value)
+        wanted = f"wanted shape {shape_text(tail)}{meaning}"
+        raise InputError(hint or f"{name} is not an array of real numbers, {wanted}") from None
+    return array
+
+
+def _tensor(name: str, value: Any) -> str:
+    """Return why another library's array gives no numbers, and what to call; '' of anything else."""
+    kinds = type(value).__mro__
+    libraries = {kind.__module__.partition(".")[0] for kind in kinds}
+    if libraries & {"jax", "jaxlib"} and any("Tracer" in kind.__name__ for kind in kinds):
+        return (
+            f"{name} is a JAX tracer, and armangle cannot be traced: "
+            "call it outside jit, grad and vmap, or through jax.pure_callback"
+        )
+    if "torch" in libraries:
+        calls = [".detach()"] if getattr(value, "requires_grad", False) else []
+        device = str(getattr(value, "device", "cpu"))
+        calls += [".cpu()"] if device != "cpu" else []
+        if calls:
+            why = "a tensor with gradients" if device == "cpu" else f"a tensor on {device}"
+            return f"{name} is {why}, wanted numbers in memory: {name}{''.join(calls)}"
+    if "cupy" in libraries:
+        return f"{name} is an array on a GPU, wanted numbers in memory: {name}.get()"
+    return ""
+
+
+def _aligned(array: Floats, tail: Shape) -> Floats:
+    """Return the array with each element contiguous and all strides whole doubles; copied if need be."""
     step = array.itemsize
     for axis in range(1, len(tail) + 1):
         if array.strides[-axis] != step and array.shape[-axis] > 1:
@@ -57,9 +144,9 @@ def as_floats(name: str, value: ArrayLike, tail: Shape = ()) -> Floats:
     return array if all(stride % 8 == 0 for stride in array.strides) else array.copy()
 
 
-def one_pose(name: str, value: ArrayLike) -> Floats:
-    """Return a read-only copy (4, 4) of one rigid transform; positions in m."""
-    pose = np.array(as_floats(name, value, (4, 4)), order="C")
+def one_pose(name: str, value: ArrayLike, arm: _core.Arm | None = None) -> Floats:
+    """Return a read-only copy (4, 4) of one rigid transform; positions in m; `arm` as in `as_poses`."""
+    pose = np.array(as_poses(name, value, arm), order="C")
     if pose.ndim != 2:
         raise ShapeError(f"{name} has shape {pose.shape}, wanted (4, 4)")
     _core.check_transforms(pose, name)
@@ -73,6 +160,16 @@ def one_posture(name: str, value: ArrayLike) -> Floats:
         raise ShapeError(f"{name} has shape {joints.shape}, wanted ({JOINTS},)")
     check_angles(name, joints)
     return frozen(joints)
+
+
+def one_or_seven(name: str, value: ArrayLike) -> Floats:
+    """Return seven numbers, of a scalar the same for all joints."""
+    numbers = as_floats(name, value)
+    if numbers.ndim == 0:
+        return np.full(JOINTS, float(numbers))
+    if numbers.shape != (JOINTS,):
+        raise ShapeError(f"{name} has shape {numbers.shape}, wanted ({JOINTS},), or a number for all joints")
+    return numbers
 
 
 def named(kind: type[AnyEnum]) -> dict[str, AnyEnum]:
@@ -202,6 +299,12 @@ def _refusal(problem: Problem, name: str, index: Shape, value: float) -> Armangl
             return UnreachableError(
                 f"the wrist of {where} lies on the shoulder: "
                 "the arm is folded and the arm angle is not defined"
+            )
+        case Problem.NOT_UNIT:
+            order = " ".join(name)
+            return InputError(
+                f"{where} has length {value:.9g}, wanted a unit quaternion {order} "
+                f"within {_core.UNIT_TOLERANCE:g}"
             )
         case Problem.UNREACHABLE:
             return UnreachableError(f"{where} is out of reach by {value * MILLIMETRES:.6g} mm")

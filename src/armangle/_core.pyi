@@ -21,6 +21,8 @@ ANGLE_TOLERANCE: float = 1e-09
 
 ROTATION_TOLERANCE: float = 1e-06
 
+UNIT_TOLERANCE: float = 1e-06
+
 LARGEST_ANGLE: float = 1000000.0
 
 LENGTH_LIMIT: float = 1000.0
@@ -87,7 +89,22 @@ class Problem(enum.Enum):
 
     JOINT_LIMIT = 10
 
+    NOT_UNIT = 11
+
 def on_refusal(function: Callable[[Problem, str, tuple[int, ...], float], object]) -> None: ...
+
+class Orientation(enum.Enum):
+    WXYZ = 0
+
+    XYZW = 1
+
+    RPY = 2
+
+    ROTVEC = 3
+
+def check_transforms(poses: numpy.typing.NDArray[numpy.float64], argument: str) -> None: ...
+
+def rotations_many(kind: Orientation, numbers: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64], name: str) -> None: ...
 
 class Arm:
     def __init__(self, lengths: numpy.typing.NDArray[numpy.float64], joint_map: numpy.typing.NDArray[numpy.float64], base: numpy.typing.NDArray[numpy.float64], tool: numpy.typing.NDArray[numpy.float64]) -> None: ...
@@ -112,6 +129,10 @@ class Arm:
     def jacobian_many(self, q: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64], threads: int) -> None: ...
 
     def self_motion_many(self, pose: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], out: numpy.typing.NDArray[numpy.float64], threads: int) -> None: ...
+
+    def nearest_pose(self, pose: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> float: ...
+
+    def settle_many(self, poses: numpy.typing.NDArray[numpy.float64], precision: float) -> None: ...
 
     def limit_margin_many(self, q: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> None: ...
 
@@ -260,8 +281,6 @@ class Verdict(enum.IntEnum):
 SEGMENT_WIDTH: int = 28
 
 STRETCH_WIDTH: int = 22
-
-def check_transforms(poses: numpy.typing.NDArray[numpy.float64], argument: str) -> None: ...
 
 def path_waypoints(poses: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> None: ...
 

@@ -1,14 +1,107 @@
-"""Rotations nearest to given matrices."""
+"""Poses as people have them, and the rotations nearest to given matrices."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._arrays import Floats, as_floats, frozen, one_pose
-from .errors import NotFiniteError
+from . import _core
+from ._arrays import Floats, as_floats, as_poses, broadcast, frozen, one_pose
+from ._core import Orientation
+from .errors import InputError, NotFiniteError
 
 ROUNDING = 4e-15  # of a rotation that is as exact as double precision makes it
+
+
+_ORIENTATIONS = {
+    "wxyz": (Orientation.WXYZ, 4, ": a unit quaternion, the real part first"),
+    "xyzw": (Orientation.XYZW, 4, ": a unit quaternion, the real part last"),
+    "rpy": (Orientation.RPY, 3, ": roll pitch yaw, rad"),
+    "rotvec": (Orientation.ROTVEC, 3, ": an axis times the angle about it, rad"),
+}
+
+
+def pose(
+    xyz: ArrayLike,
+    *,
+    wxyz: ArrayLike | None = None,
+    xyzw: ArrayLike | None = None,
+    rpy: ArrayLike | None = None,
+    rotvec: ArrayLike | None = None,
+    matrix: ArrayLike | None = None,
+) -> Floats:
+    """Return poses of positions and orientations, as everything here takes them.
+
+    Give one orientation, or none for the identity. Batch shapes are broadcast.
+
+    Parameters
+    ----------
+    xyz : array_like, shape (..., 3)
+        Positions, m.
+    wxyz : array_like, shape (..., 4), optional
+        Unit quaternions, the real part first: MuJoCo, Drake, path files of this library.
+    xyzw : array_like, shape (..., 4), optional
+        Unit quaternions, the real part last: ROS, SciPy, pinocchio. Lengths are accepted within 1e-6 of 1,
+        and made exactly 1.
+    rpy : array_like, shape (..., 3), optional
+        Roll, pitch, yaw, rad: turns about the *fixed* axes x, then y, then z, as in URDF:
+        R = Rz(yaw) Ry(pitch) Rx(roll).
+    rotvec : array_like, shape (..., 3), optional
+        Axis times angle, rad.
+    matrix : array_like, shape (..., 3, 3), optional
+        Rotation matrices, orthonormal within 1e-6; kept as given.
+
+    Returns
+    -------
+    ndarray, shape (..., 4, 4)
+        Homogeneous matrices, position in m.
+
+    Raises
+    ------
+    InputError
+        If two orientations are given, or a quaternion is not unit.
+    ShapeError, NotFiniteError, NotRotationError
+
+    Examples
+    --------
+    >>> pose([0.5, 0.0, 0.4], rpy=[0.0, 0.0, np.pi / 2]).round(12).tolist()[0]
+    [0.0, -1.0, 0.0, 0.5]
+    >>> pose([[0.5, 0.0, 0.4], [0.5, 0.1, 0.4]], wxyz=[0.0, 1.0, 0.0, 0.0]).shape
+    (2, 4, 4)
+    """
+    named = {"wxyz": wxyz, "xyzw": xyzw, "rpy": rpy, "rotvec": rotvec, "matrix": matrix}
+    given = {name: value for name, value in named.items() if value is not None}
+    if len(given) > 1:
+        raise InputError(f"{' and '.join(given)} are given, wanted one orientation, or none for the identity")
+    places = as_floats("xyz", xyz, (3,), ": positions, m")
+    if not np.isfinite(places).all():
+        at = [int(i) for i in np.argwhere(~np.isfinite(places))[0]]
+        raise NotFiniteError(f"xyz{at} is {places[tuple(at)]}, wanted finite numbers in m")
+    if not given:
+        turns = np.eye(4)
+    for name, value in given.items():
+        turns = _turns(name, value)
+    batch, (shifts, turns) = broadcast([("xyz", places, 1), ("the orientation", turns, 2)])
+    out = np.empty((*batch, 4, 4))
+    out[...] = turns
+    out[..., :3, 3] = shifts
+    return out
+
+
+def _turns(name: str, value: ArrayLike) -> Floats:
+    """Return the poses (..., 4, 4) at the origin of an orientation, given as the argument `name`."""
+    if name == "matrix":
+        rotations = as_floats(name, value, (3, 3), ": rotation matrices")
+        turns = np.zeros((*rotations.shape[:-2], 4, 4))
+        turns[..., :3, :3] = rotations
+        turns[..., 3, 3] = 1.0
+        _core.check_transforms(turns, name)
+        return turns
+    kind, width, meaning = _ORIENTATIONS[name]
+    numbers = as_floats(name, value, (width,), meaning)
+    turns = np.empty((*numbers.shape[:-1], 4, 4))
+    _core.rotations_many(kind, numbers, turns, name)
+    return turns
 
 
 def nearest_rotation(pose: ArrayLike) -> Floats:
@@ -34,7 +127,7 @@ def nearest_rotation(pose: ArrayLike) -> Floats:
     >>> float(nearest_rotation(np.diag([1.001, 1.0, 1.0, 1.0]))[0, 0])
     1.0
     """
-    out = as_floats("pose", pose, (4, 4)).copy()
+    out = as_poses("pose", pose).copy()
     if not np.isfinite(out).all():
         raise NotFiniteError("pose holds NaN or infinity, wanted finite numbers")
     u, _, vt = np.linalg.svd(out[..., :3, :3])
@@ -58,14 +151,14 @@ def as_transform(name: str, value: ArrayLike) -> Floats:
 
 
 COLUMNS = ("x", "y", "z", "qw", "qx", "qy", "qz")
-UNIT_TOLERANCE = 1e-6
+UNIT_TOLERANCE: float = _core.UNIT_TOLERANCE
 """How far the length of a quaternion may be from 1: what six printed digits leave."""
 
 
 def poses_from_rows(rows: Floats, out: Floats | None = None) -> Floats:
     """Return poses (N, 4, 4) of rows (N, 7) = x, y, z (m), qw, qx, qy, qz.
 
-    Quaternions are made exactly unit; that they nearly are is the caller's to check.
+    Quaternions are made exactly unit, and must nearly be.
 
     Examples
     --------
@@ -73,18 +166,8 @@ def poses_from_rows(rows: Floats, out: Floats | None = None) -> Floats:
     [-1.0, 0.0, 0.0, 1.0]
     """
     poses = np.empty((len(rows), 4, 4)) if out is None else out
-    w, x, y, z = (rows[:, 3:] / np.linalg.norm(rows[:, 3:], axis=1, keepdims=True)).T
-    poses[:, 0, 0] = 1 - 2 * (y * y + z * z)
-    poses[:, 0, 1] = 2 * (x * y - w * z)
-    poses[:, 0, 2] = 2 * (x * z + w * y)
-    poses[:, 1, 0] = 2 * (x * y + w * z)
-    poses[:, 1, 1] = 1 - 2 * (x * x + z * z)
-    poses[:, 1, 2] = 2 * (y * z - w * x)
-    poses[:, 2, 0] = 2 * (x * z - w * y)
-    poses[:, 2, 1] = 2 * (y * z + w * x)
-    poses[:, 2, 2] = 1 - 2 * (x * x + y * y)
+    _core.rotations_many(Orientation.WXYZ, rows[:, 3:], poses, "wxyz")
     poses[:, :3, 3] = rows[:, :3]
-    poses[:, 3] = (0.0, 0.0, 0.0, 1.0)
     return poses
 
 

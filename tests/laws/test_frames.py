@@ -15,9 +15,7 @@ _OFFSET_ELBOW = "barrett_wam7"
 def _dh(theta: float, alpha: float, d: float, a: float) -> np.ndarray:
     """Return Eq. (1)."""
     c, s, ca, sa = np.cos(theta), np.sin(theta), np.cos(alpha), np.sin(alpha)
-    return np.array(
-        [[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0, sa, ca, d], [0, 0, 0, 1]]
-    )
+    return np.array([[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0, sa, ca, d], [0, 0, 0, 1]])
 
 
 def _by_hand(arm: aa.Arm, q: np.ndarray) -> np.ndarray:

@@ -189,9 +189,7 @@ def test_feasible_arcs_are_where_the_joints_keep_their_limits(arm: Arm, margin: 
             assert (status == "OK") == bool(arcs)
             ends = np.ravel(arcs) if arcs != mended_arcs.FULL else np.zeros(0)
             middles = [0.5 * (low + high) for low, high in arcs]
-            psi = np.concatenate(
-                [rng.uniform(-np.pi, np.pi, 60), middles, ends + 1e-5, ends - 1e-5]
-            )
+            psi = np.concatenate([rng.uniform(-np.pi, np.pi, 60), middles, ends + 1e-5, ends - 1e-5])
             if len(ends):
                 psi = psi[np.abs(wrap(psi[:, None] - ends)).min(axis=1) > 3e-6]
             ring = mended.circle(arm, pose, gc)

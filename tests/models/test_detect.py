@@ -17,6 +17,7 @@ from support.chain import (
 )
 from support.needs import model
 
+from armangle.models.axes import Axes
 from armangle.models.description import ArmDescription, ImportReport
 from armangle.models.detect import describe_chain
 from armangle.models.urdf import read_urdf, write_urdf
@@ -24,7 +25,7 @@ from armangle.models.urdf import read_urdf, write_urdf
 pytestmark = pytest.mark.filterwarnings("ignore:joint .* is continuous")
 
 EXACT = 1e-9
-LENGTHS = ("d_bs", "d_se", "d_ew", "d_wf", "a_3", "a_4")
+LENGTHS = ("d_bs", "d_se", "d_ew", "d_wf", "a_3", "a_4", "d_4")
 NAMES = tuple(f"to_l{i}" for i in range(7))
 
 
@@ -78,10 +79,36 @@ def test_a_link_across_its_axis_is_an_elbow_offset(seed):
     assert (arm.d_se == 0.0) == (made.d_se == 0.0)
 
 
+def test_a_common_perpendicular_stands_on_both_axes():
+    rng = np.random.default_rng(8)
+    for points, directions in zip(rng.normal(size=(50, 7, 3)), rng.normal(size=(50, 7, 3)), strict=True):
+        axes = Axes(points, directions / np.linalg.norm(directions, axis=1, keepdims=True))
+        distance, foot = axes.perpendicular(2, 3)
+        other = axes.perpendicular(3, 2)[1]
+        assert np.linalg.norm(foot - other) == pytest.approx(distance, abs=1e-9)
+        assert np.abs((foot - other) @ axes.directions[[2, 3]].T).max() < 1e-9
+        assert np.linalg.norm(np.cross(foot - points[3], axes.directions[3])) < 1e-9
+
+
+@pytest.mark.parametrize("seed", range(80))
+def test_a_gap_along_axis_4_is_part_of_the_elbow(seed):
+    rng = np.random.default_rng(seed)
+    made = RandomArm(rng, elbow_offset=seed % 2 == 1, right_angles=seed % 4 >= 2)
+    made.d_4 = rng.choice([-1, 1]) * 10 ** rng.uniform(-4, -0.5)
+    text = urdf_of(made, rng)
+    arm, report = describe_chain(read_urdf(text, "root", "tip"))
+    assert_meets_file(text, arm, rng)
+    assert report.residual_position <= EXACT
+    assert abs(arm.d_4) == pytest.approx(abs(made.d_4), abs=EXACT)
+    again, _ = describe_chain(read_urdf(write_urdf(arm)))
+    assert_same(again, arm)
+
+
 @pytest.mark.parametrize("seed", range(60))
 def test_the_writing_depends_on_the_axes_alone(seed):
     rng = np.random.default_rng(seed)
     made = RandomArm(rng, elbow_offset=seed % 2 == 1, right_angles=seed % 4 >= 2)
+    made.d_4 = 0.02 * (seed % 3 == 0)
     frames = [describe_chain(read_urdf(urdf_of(made, np.random.default_rng(k)), "root", "tip"))[0]
               for k in (1, 2)]  # fmt: skip
     for name in LENGTHS:
@@ -125,7 +152,7 @@ REAL = {
 def test_real_file_gives_its_published_numbers(name):
     lengths, signs, zeros = REAL[name]
     arm, _ = describe_chain(read_urdf(model(name)))
-    np.testing.assert_allclose([getattr(arm, key) for key in LENGTHS], lengths, atol=5e-5)
+    np.testing.assert_allclose([getattr(arm, key) for key in LENGTHS], (*lengths, 0), atol=5e-5)
     assert "".join("+" if s > 0 else "-" for s in arm.signs) == signs
     np.testing.assert_allclose(np.degrees(arm.offsets), zeros, atol=1e-3)
 

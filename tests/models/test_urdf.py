@@ -142,9 +142,7 @@ def test_text_bytes_and_path_are_the_same(tmp_path):
     chains = [read_urdf(source) for source in (path, str(path), text, text.encode(), "\n " + text)]
     assert {chain.name for chain in chains} == {"Größe"}
     assert [chain.source for chain in chains] == [str(path)] * 2 + ["XML text"] * 3
-    assert {tuple(j.name for j in chain.joints) for chain in chains} == {
-        tuple(f"j{i}" for i in range(1, 8))
-    }
+    assert {tuple(j.name for j in chain.joints) for chain in chains} == {tuple(f"j{i}" for i in range(1, 8))}
 
 
 def test_what_urdf_leaves_out_has_its_defaults():

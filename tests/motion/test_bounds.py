@@ -257,3 +257,31 @@ def test_a_joint_too_fast_to_brake_before_its_limit_is_refused() -> None:
 def test_bad_bounds_are_refused(options: dict[str, Any], error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message):
         aa.step(IIWA, HOME, IIWA.forward(HOME)[0], **options)
+
+
+def test_a_number_bounds_every_joint() -> None:
+    pose = moved(IIWA, HOME, np.full(7, 0.01))
+    seven = aa.step(
+        IIWA,
+        HOME,
+        pose,
+        dt=0.01,
+        velocity=np.full(7, 2.0),
+        acceleration=np.full(7, 9.0),
+        velocity_now=[0] * 7,
+    )
+    one = aa.step(IIWA, HOME, pose, dt=0.01, velocity=2.0, acceleration=9, velocity_now=[0] * 7)
+    assert one.status == seven.status
+    assert np.array_equal(one.q, seven.q)
+    rows = aa.follow(IIWA, pose[None], start=HOME, dt=0.01, velocity=2.0)
+    assert np.array_equal(
+        rows.q, aa.follow(IIWA, pose[None], start=HOME, dt=0.01, velocity=np.full(7, 2.0)).q
+    )
+    arm = IIWA.with_(velocity=2.0, acceleration=5)
+    assert arm.velocity.tolist() == [2.0] * 7
+    assert arm.acceleration.tolist() == [5.0] * 7
+    for bad in (0.0, -1.0, np.nan):
+        with pytest.raises(aa.ArmangleError, match="velocity"):
+            IIWA.with_(velocity=bad)
+    with pytest.raises(aa.ShapeError, match=r"velocity has shape \(3,\), wanted \(7,\), or a number"):
+        aa.step(IIWA, HOME, pose, dt=0.01, velocity=[1, 2, 3])

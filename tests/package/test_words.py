@@ -30,13 +30,13 @@ def test_a_status_prints_as_its_name_and_counts_as_its_number() -> None:
 def test_an_import_report_reads_in_mm_and_degrees() -> None:
     report = aa.ImportReport(
         source="arm.urdf", base="link_0", tip="link_7", joint_names=tuple("abcdefg"),
-        shoulder_miss=1.5e-6, elbow_miss=0.0, wrist_miss=0.0, angle_miss=np.radians(0.25),
+        shoulder_miss=1.5e-6, wrist_miss=0.0, angle_miss=np.radians(0.25),
         residual_position=2e-3, residual_rotation=0.0, postures=10, notes=("mind the gap",),
     )  # fmt: skip
     lines = str(report).splitlines()
     assert lines[:2] == ["arm.urdf: link_0 to link_7", "joints: a, b, c, d, e, f, g"]
     assert " ".join(lines[2].split()) == "three shoulder axes miss a point by 0.001500 mm"
-    assert lines[5].endswith(" 0.250000 deg") and lines[6].endswith(" 2.000000 mm")
+    assert lines[4].endswith(" 0.250000 deg") and lines[5].endswith(" 2.000000 mm")
     assert lines[-1] == "note: mind the gap" and repr(report).startswith("ImportReport(source=")
     arm = aa.Arm.from_urdf(aa.Arm(**LENGTHS).to_urdf())
     assert "position agrees with the file within" in str(arm.import_report)

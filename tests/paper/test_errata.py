@@ -259,9 +259,7 @@ def test_section_5_1_3_calls_most_plain_poses_nearly_singular() -> None:
     near = 0
     for q in np.random.default_rng(5).uniform(ARM.lower, ARM.upper, (400, 7)):
         ring = ring_of(ARM, q)
-        tests = [
-            limits.turning_coefficients(*pivot_terms(ring, joint), 1) for joint in (1, 3, 5, 7)
-        ]
+        tests = [limits.turning_coefficients(*pivot_terms(ring, joint), 1) for joint in (1, 3, 5, 7)]
         near += any(abs(a**2 + b**2 - c**2) < 0.05 for a, b, c in tests)
     assert 0.55 < near / 400 < 0.75
 

@@ -206,13 +206,9 @@ def test_eqs_26_and_27_are_the_inverse_joint_by_joint(theta: Array, joint: int) 
     gc_k = signs[0] if joint < 4 else signs[2]
     for psi in (-2.5, 0.4, 3.0):
         if joint in PIVOTS:
-            value = limits.pivot_angle(
-                *limits.pivot_coefficients(joint, *matrices(theta)), gc_k, psi
-            )
+            value = limits.pivot_angle(*limits.pivot_coefficients(joint, *matrices(theta)), gc_k, psi)
         else:
-            value = limits.hinge_angle(
-                limits.hinge_coefficients(joint, *matrices(theta)), gc_k, psi
-            )
+            value = limits.hinge_angle(limits.hinge_coefficients(joint, *matrices(theta)), gc_k, psi)
         assert close(value, paper.inverse(pose, psi, signs, IIWA7)[joint - 1])
 
 
@@ -276,9 +272,7 @@ def test_eqs_33_to_35_describe_a_hinge_of_positive_configuration(theta: Array, j
         assert limits.hinge_derivative(h, 1, psi) == pytest.approx(
             slope(posture, joint, psi), rel=1e-5, abs=1e-8
         )
-    ring = mended.circle(
-        ARM, paper.chain_transforms(posture, IIWA7)[7], mended.gc_index(ARM, posture)
-    )
+    ring = mended.circle(ARM, paper.chain_transforms(posture, IIWA7)[7], mended.gc_index(ARM, posture))
     stationary = limits.hinge_stationary(h)
     assert same_angles(stationary, np.array(mended_joints.stationary(ring, joint)))
     at_limit = limits.hinge_limit_arm_angles(h, posture[joint - 1])

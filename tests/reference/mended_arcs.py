@@ -48,10 +48,7 @@ INNER = 0.382
 
 def contains(arcs: Arcs, psi: float) -> bool:
     """Whether an arm angle (rad, any winding) lies in a set of arcs."""
-    return any(
-        (psi - low + ANGLE_TOLERANCE) % TURN <= high - low + 2 * ANGLE_TOLERANCE
-        for low, high in arcs
-    )
+    return any((psi - low + ANGLE_TOLERANCE) % TURN <= high - low + 2 * ANGLE_TOLERANCE for low, high in arcs)
 
 
 def measure(arcs: Arcs) -> float:
@@ -132,9 +129,7 @@ def hinge_arcs(ring: Circle, joint: int, lower: float, upper: float, margin: flo
     sign, h = joint_sign(ring, joint), hinge_function(ring, joint)
     pieces = hinge_pieces(sign, lower, upper, margin)
     ends = [end for piece in pieces for end in piece]
-    points = [
-        root for end in ends if 0 < abs(end) < np.pi for root in roots(h - [0, 0, np.cos(end)])
-    ]
+    points = [root for end in ends if 0 < abs(end) < np.pi for root in roots(h - [0, 0, np.cos(end)])]
 
     def allowed(psi: float) -> bool:
         theta = model_solution(ring, psi)[joint - 1]
@@ -193,9 +188,7 @@ def allowed_at(arm: Arm, ring: Circle, psi: Array, margin: float = 0.0) -> NDArr
     return np.asarray(inside & (np.abs(bends) >= np.sin(margin)).all(axis=-1))
 
 
-def feasible_by_sampling(
-    arm: Arm, pose: Array, gc: int, margin: float = 0.0, samples: int = 3600
-) -> Arcs:
+def feasible_by_sampling(arm: Arm, pose: Array, gc: int, margin: float = 0.0, samples: int = 3600) -> Arcs:
     """Feasible arcs by trying ``samples`` arm angles and bisecting between, to 1e-12 rad.
 
     Misses what is narrower than a sample; uses no equation of section 5.

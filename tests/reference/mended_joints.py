@@ -52,9 +52,7 @@ def turning_function(u: Array, v: Array) -> Array:
 
     In place of (a_t, b_t, c_t) of Eq. (29); no GC sign of its own.
     """
-    return np.array(
-        [u[2] * v[1] - u[1] * v[2], u[0] * v[2] - u[2] * v[0], u[0] * v[1] - u[1] * v[0]]
-    )
+    return np.array([u[2] * v[1] - u[1] * v[2], u[0] * v[2] - u[2] * v[0], u[0] * v[1] - u[1] * v[0]])
 
 
 def roots(f: Array) -> list[float]:

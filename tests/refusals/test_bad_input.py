@@ -47,6 +47,7 @@ CHOICE: list[Any] = ["nonsense", 3, object()]
 THREADS: list[Any] = [-1, 1.5, "x", None]
 MARGIN: list[Any] = [*NUMBER, -0.1, 2.0, INF]
 SEVEN: list[Any] = ["nonsense", object(), 0.1, Q[:6], changed(Q, NAN), Q + 1j]
+BOUND: list[Any] = [-0.1, 0.0, NAN, *(v for v in SEVEN if not isinstance(v, float))]
 POLICY: list[Any] = ["nonsense", 0.5, object(), aa.Repulsion]
 ALLOWED: list[Any] = ["nonsense", 0.5, lambda pose: 1]
 
@@ -62,6 +63,7 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "gc_index": (aa.gc_index, {"signs": [1, 1, 1]}),
     "gc_signs": (aa.gc_signs, {"gc": 3}),
     "nearest_rotation": (aa.nearest_rotation, {"pose": POSE}),
+    "pose": (aa.pose, {"xyz": [0.1, 0.2, 0.3]}),
     "resolve": (aa.resolve, {"arm": ARM, "pose": POSE, "psi": PSI, "gc": GC}),
     "retime": (aa.retime, {"path": aa.follow(ARM, TWO, start=Q), "acceleration": np.ones(7)}),
     "step": (aa.step, {"arm": ARM, "q_now": Q, "pose": POSE}),
@@ -93,15 +95,16 @@ BAD: dict[str, list[Any]] = {
     "paper_discriminant": [*NUMBER, -1.0], "policy": POLICY, "allowed": ALLOWED, "max_joint_step": POSITIVE,
     "tol": NUMBER, "out": [Q[:6].copy(), Q.astype(np.float32), "x", Q.tolist(), np.zeros((7, 2))[:, 0]],
     "d_bs": [*NUMBER, None, INF, 1e4], "d_wf": [*NUMBER, None, INF, 1e4], "a_3": [*NUMBER, INF],
-    "a_4": [*NUMBER, INF], "d_se": [*POSITIVE, None, INF, 1e4], "d_ew": [*POSITIVE, None, INF, 1e4],
+    "a_4": [*NUMBER, INF], "d_4": [*NUMBER, INF],
+    "d_se": [*POSITIVE, None, INF, 1e4], "d_ew": [*POSITIVE, None, INF, 1e4],
     "lower": [*SEVEN, changed(Q, INF), changed(Q, 1e9)], "upper": [*SEVEN, changed(Q, -INF), changed(Q, 1e9)],
     "signs": [*SEVEN, Q, np.zeros(7)], "offsets": [*SEVEN, changed(Q, INF), changed(Q, 1e9)],
     "base": [v for v in POSES if v is not None], "tool": [v for v in POSES if v is not None],
-    "velocity": [*SEVEN, -Q, np.zeros(7)], "acceleration": [*SEVEN, -Q, np.zeros(7)],
+    "velocity": [*BOUND, -Q, np.zeros(7)], "acceleration": [*BOUND, -Q, np.zeros(7)],
     "intervals": ["nonsense", object(), [1.0, 2.0, 3.0], [[1.0]], [[2.0, 1.0]], [[NAN, 1.0]], [[0, INF]],
                   [[0, 1e9]], [[0.0, 0.1]] * 17, [[1j, 2]], [[0.0, 1.0], [2.0]]],
     "K": [*NUMBER, -0.1, 1.1, None, True], "alpha": [*POSITIVE, None, True, INF],
-    "tool_speed": POSITIVE, "cycle": [*NUMBER, -1.0, 2.0], "sample": POSITIVE, "jerk": [*SEVEN, -Q],
+    "tool_speed": POSITIVE, "cycle": [*NUMBER, -1.0, 2.0], "sample": POSITIVE, "jerk": [*BOUND, -Q],
     "velocity_now": SEVEN, "lookahead": ["nonsense", object(), NAN, -1, 1.5, True, None],
     "rate": [*NUMBER, -1.0, True], "dt": [*POSITIVE, True], "path": [*POSES, POSE],
     "goal": [v for v in JOINTS if v is not None], "objective": ["nonsense", None, 1.0, aa.Objective],
@@ -118,6 +121,20 @@ BAD_HERE: dict[tuple[str, str], list[Any]] = {
     ("retime", "path"): ["nonsense", None, 0.5, POSE],
     ("gc_index", "signs"): ["nonsense", object(), None, [1, 1], [1, 1, 0], [1, NAN, 1], 1],
     ("nearest_rotation", "pose"): [*WORDS, 0.1, POSE[:3], changed(POSE, NAN), changed(POSE, INF)],
+    ("pose", "xyz"): [*WORDS, 0.1, [1.0, 2.0], [NAN, 0.0, 0.0], [0.0, INF, 0.0], [1j] * 3],
+    **{
+        ("pose", name): [
+            v for v in [*WORDS, 0.1, [1.0, 2.0], [NAN] * 4, [2.0] * 4, [1j] * 4] if v is not None
+        ]
+        for name in ("wxyz", "xyzw")
+    },
+    **{
+        ("pose", name): [v for v in [*ANGLES, [0.0] * 4, [NAN] * 3, [1e9] * 3] if v is not None]
+        for name in ("rpy", "rotvec")
+    },
+    ("pose", "matrix"): [
+        v for v in [*WORDS, 0.1, np.ones((3, 3)), -np.eye(3), POSE, NAN * np.eye(3)] if v is not None
+    ],
     ("Objective", "limits"): WEIGHT,
     ("plan", "start"): [v for v in JOINTS if v is not None],
     ("plan", "gc"): [*INDEX, [], [8], ["x"]],
@@ -132,7 +149,7 @@ NEEDS: dict[str, dict[str, Any]] = {
 }  # fmt: skip
 FREE = {"arm", "name", "joint_names", "notes", "import_report"}
 """Values of other kinds, with tests of their own."""
-OTHERS = {"catalogue", "save", "load_poses", "load_joints"}
+OTHERS = {"catalogue", "save", "load_poses", "load_joints", "load_trajectory"}
 """Files and names: test_io_refusals, test_catalogue."""
 
 
@@ -148,18 +165,8 @@ def rows() -> Iterator[tuple[str, str, Any]]:
 def test_every_public_function_and_argument_is_in_the_matrix() -> None:
     named = {name.split(".")[0] for name in FUNCTIONS} | OTHERS
     results = {"ArcEnd", "Branch", "Diagnosis", "ImportReport", "JointFunction", "JointPath", "JointTable"}
-    results |= {
-        "Solution",
-        "Solutions",
-        "Opening",
-        "Path",
-        "PathPoint",
-        "Resolution",
-        "SpeedLoss",
-        "Step",
-        "Trajectory",
-    }
-    results |= {"TrajectoryPoint"}
+    results |= {"Opening", "Path", "PathPoint", "Resolution", "Solution", "Solutions", "SpeedLoss", "Step"}
+    results |= {"Trajectory", "TrajectoryPoint", "TrajectoryTable"}
     public = {name: getattr(aa, name) for name in aa.__all__}
     faults = {n for n, v in public.items() if isinstance(v, type) and issubclass(v, Exception)}
     constants = {n for n, v in public.items() if not callable(v)} | {"Status", "Verdict"}

@@ -17,9 +17,7 @@ def margins(arm: aa.Arm, q: np.ndarray) -> np.ndarray:
     return np.minimum(limits, np.arcsin(sines).min(axis=-1))
 
 
-def finds_a_way(
-    arm: aa.Arm, path: aa.Path, gc: int, margin: float, start: np.ndarray | None = None
-) -> bool:
+def finds_a_way(arm: aa.Arm, path: aa.Path, gc: int, margin: float, start: np.ndarray | None = None) -> bool:
     """Whether postures on a grid of psi join up from s = 0 to 1, all `margin` (rad) within their limits."""
     grid = np.linspace(-np.pi, np.pi, GRID, endpoint=False)
     before = live = None

@@ -66,7 +66,7 @@ def dh_forward(arm: Any, q: Array) -> Array:
     """Return base * DH(s q + o) * tool of anything with the fields of a description."""
     pose = np.array(arm.base)
     a = (0, 0, arm.a_3, arm.a_4, 0, 0, 0)
-    d = (arm.d_bs, 0, arm.d_se, 0, arm.d_ew, 0, arm.d_wf)
+    d = (arm.d_bs, 0, arm.d_se, arm.d_4, arm.d_ew, 0, arm.d_wf)
     for i in range(7):
         theta = arm.signs[i] * q[i] + arm.offsets[i]
         pose = pose @ turn(np.eye(3)[2], theta) @ shift(a[i], 0, d[i])
@@ -114,6 +114,7 @@ class RandomArm:
     d_wf: float = 0.0
     a_3: float = 0.0
     a_4: float = 0.0
+    d_4: float = 0.0
     signs: Array = field(default_factory=lambda: np.ones(7))
     offsets: Array = field(default_factory=lambda: np.zeros(7))
     base: Array = field(default_factory=lambda: np.eye(4))
@@ -136,7 +137,7 @@ class RandomArm:
         points, directions = [], []
         pose = np.array(self.base)
         a = (0, 0, self.a_3, self.a_4, 0, 0, 0)
-        d = (self.d_bs, 0, self.d_se, 0, self.d_ew, 0, self.d_wf)
+        d = (self.d_bs, 0, self.d_se, self.d_4, self.d_ew, 0, self.d_wf)
         for i in range(7):
             points.append(pose[:3, 3])
             directions.append(self.signs[i] * pose[:3, 2])
@@ -200,8 +201,7 @@ def simple_urdf(joints: str = "", count: int = 7, links: str = "", **change: str
 
 def joint_xml(name: str, parent: str, child: str, kind: str = "revolute", inside: str = "") -> str:
     return (
-        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
-        f"{inside}</joint>"
+        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>{inside}</joint>'
     )
 
 

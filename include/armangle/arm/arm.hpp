@@ -15,7 +15,7 @@ namespace armangle {
 /// theta_i = sign_i q_i + offset_i are the angles of the DH rows (Table 1, with a_3 and a_4 for an offset
 /// elbow).
 struct ArmParameters {
-    double d_bs = 0, d_se = 0, d_ew = 0, d_wf = 0, a_3 = 0, a_4 = 0;
+    double d_bs = 0, d_se = 0, d_ew = 0, d_wf = 0, a_3 = 0, a_4 = 0, d_4 = 0;
     double sign[joint_slots] = {1, 1, 1, 1, 1, 1, 1, 1};
     double offset[joint_slots] = {};
     Limits limits;
@@ -26,8 +26,8 @@ struct ArmParameters {
 /// The parameters with everything that depends on them alone. make_arm is the only maker, and an arm is read,
 /// never changed: one without lengths does not exist.
 struct Arm : ArmParameters {
-    double upper_arm, forearm;  // La = |S-E|, Lb = |E-W|
-    double reach, inner_reach;  // L = La + Lb, D = |La - Lb|
+    double upper_arm, forearm;  // La = |S-E|, Lb = |E-W|, across axis 4
+    double reach, inner_reach;  // L = La + Lb, D = |La - Lb|; with d_4 hypot(L, d_4), hypot(D, d_4)
     double size;                // m: all lengths that a pose is made of, and so the measure of its rounding
     SinCos<double> shoulder_slant;  // of atan2(a_3, d_se)
     SinCos<double> wrist_slant;     // of atan2(a_4, d_ew)
@@ -65,6 +65,10 @@ inline Arm make_arm(const ArmParameters& parameters) noexcept {
     if (arm.a_4 == 0) arm.forearm = arm.d_ew;
     arm.reach = arm.upper_arm + arm.forearm;
     arm.inner_reach = abs(arm.upper_arm - arm.forearm);
+    if (arm.d_4 != 0) {
+        arm.reach = hypot(arm.reach, arm.d_4);
+        arm.inner_reach = hypot(arm.inner_reach, arm.d_4);
+    }
     arm.size = arm.reach + abs(arm.d_bs) + abs(arm.d_wf) + norm(arm.base.position) + norm(arm.tool.position);
     arm.shoulder_slant = {arm.a_3 / arm.upper_arm, arm.d_se / arm.upper_arm};
     arm.wrist_slant = {arm.a_4 / arm.forearm, arm.d_ew / arm.forearm};

@@ -36,7 +36,7 @@ ARMANGLE_INLINE Pose<double> dh_step(const Pose<double>& from, double sine, doub
 }
 
 /// Walks the DH rows at joint values q: visit(i, 0Ti) for i = 0..7; theta is stored on the way. Table 1 with
-/// a_3 and a_4.
+/// a_3, a_4 and d_4.
 template <class Visit>
 ARMANGLE_INLINE void walk(const Arm& arm, const JointLanes& q, double* theta_out,
                           const Visit& visit) noexcept {
@@ -51,7 +51,7 @@ ARMANGLE_INLINE void walk(const Arm& arm, const JointLanes& q, double* theta_out
     visit(1, frame = dh_step<-1>(frame, s[0], c[0], arm.d_bs, 0.0));
     visit(2, frame = dh_step<1>(frame, s[1], c[1], 0.0, 0.0));
     visit(3, frame = dh_step<1>(frame, s[2], c[2], arm.d_se, arm.a_3));
-    visit(4, frame = dh_step<-1>(frame, s[3], c[3], 0.0, arm.a_4));
+    visit(4, frame = dh_step<-1>(frame, s[3], c[3], arm.d_4, arm.a_4));
     visit(5, frame = dh_step<-1>(frame, s[4], c[4], arm.d_ew, 0.0));
     visit(6, frame = dh_step<1>(frame, s[5], c[5], 0.0, 0.0));
     visit(7, frame = dh_step<0>(frame, s[6], c[6], arm.d_wf, 0.0));

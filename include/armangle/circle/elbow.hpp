@@ -14,6 +14,8 @@ struct Triangle {
     SinCos<T> kappa;  // angle at the shoulder between S-E and S-W
 };
 
+/// A gap d_4 along axis 4 changes the reach alone: |S-W|^2 = d_4^2 + the square of what is across axis 4.
+///
 /// Bend and shoulder angle by half-angle forms: exact also when stretched or folded (unlike acos of eq. (4));
 /// n = |S-W| in m. Each is made a unit direction by its own length: whatever n was rounded to, the frames
 /// stay rotations.
@@ -42,7 +44,17 @@ struct Elbow {
     SinCos<T> theta_4;
     SinCos<T> beta;   // direction of S-W in the x-y plane of frame 3, from its y axis
     SinCos<T> gamma;  // the same in frame 4: beta + theta_4
+    SinCos<T> tilt;   // of S-W out of that plane, sin = d_4 / |S-W|
+    bool tilted;      // whether d_4 is not 0
 };
+
+/// The angle between S-W and the y axis of frame 3 (frame 4) where beta (gamma) is its direction in the plane
+/// across axis 4. The sine is >= 0 where S-W leans out of that plane.
+template <class T>
+ARMANGLE_INLINE SinCos<T> lean(const Elbow<T>& elbow, const SinCos<T>& in_plane) noexcept {
+    if (!elbow.tilted) return in_plane;
+    return {hypot(in_plane.sin, in_plane.cos * elbow.tilt.sin), in_plane.cos * elbow.tilt.cos};
+}
 
 template <class T>
 ARMANGLE_INLINE Elbow<T> elbow(const Arm& arm, const Triangle<T>& t, T gc_4) noexcept {
@@ -54,9 +66,17 @@ ARMANGLE_INLINE Elbow<T> elbow(const Arm& arm, const Triangle<T>& t, T gc_4) noe
     const T sin_lower =
         mul_add(t.eta.sin, t.kappa.cos, -(t.eta.cos * t.kappa.sin));  // of eta - kappa, at the wrist
     const T cos_lower = mul_add(t.eta.cos, t.kappa.cos, t.eta.sin * t.kappa.sin);
-    return {sum(arm.delta, gc_4 * t.eta.sin, t.eta.cos),
-            sum(arm.shoulder_slant, -(gc_4 * t.kappa.sin), t.kappa.cos),
-            sum(arm.wrist_slant, gc_4 * sin_lower, cos_lower)};
+    Elbow<T> e{sum(arm.delta, gc_4 * t.eta.sin, t.eta.cos),
+               sum(arm.shoulder_slant, -(gc_4 * t.kappa.sin), t.kappa.cos),
+               sum(arm.wrist_slant, gc_4 * sin_lower, cos_lower),
+               {T(0.0), T(1.0)},
+               arm.d_4 != 0};
+    if (e.tilted) {
+        const T side = hypot(arm.upper_arm + arm.forearm * t.eta.cos, arm.forearm * t.eta.sin);
+        const T inverse_length = T(1.0) / hypot(side, T(arm.d_4));
+        e.tilt = {arm.d_4 * inverse_length, side * inverse_length};
+    }
+    return e;
 }
 
 }  // namespace armangle

@@ -87,29 +87,43 @@ ARMANGLE_INLINE JointFunctions<T> joint_functions(const SelfMotion<T>& m) noexce
     const T sb = elbow.beta.sin, cb = elbow.beta.cos, sg = elbow.gamma.sin, cg = elbow.gamma.cos;
     const T zero(0.0), one(1.0);
     const Harmonic<T> nought{zero, zero, zero}, unity{zero, zero, one};
+    // Where S-W leans out of the plane across axis 4, w ct - (z cos + e sin) st stands for w, and
+    // z_3 = (z cos + e sin) ct + w st.
+    const bool tilted = elbow.tilted;
+    const T st = elbow.tilt.sin, ct = elbow.tilt.cos;
+    const auto leant = [&](const Harmonic<T>& a, const T& e, const T& z, const T& factor) {
+        return Harmonic<T>{a.s - e * st * factor, a.c - z * st * factor, a.k * ct};
+    };
     // columns of 0R3: y_3 = w cb - f sb, x_3 = w sb + f cb, with f = e cos - z sin; z_3 = z cos + e sin
     const auto y3 = [&](const T& w, const T& e, const T& z) {
-        return Harmonic<T>{z * sb, -(e * sb), w * cb};
+        const Harmonic<T> plain{z * sb, -(e * sb), w * cb};
+        return tilted ? leant(plain, e, z, cb) : plain;
     };
     const auto x3 = [&](const T& w, const T& e, const T& z) {
-        return Harmonic<T>{-(z * cb), e * cb, w * sb};
+        const Harmonic<T> plain{-(z * cb), e * cb, w * sb};
+        return tilted ? leant(plain, e, z, sb) : plain;
     };
-    const auto z3 = [&](const T& e, const T& z) { return Harmonic<T>{e, z, zero}; };
+    const auto z3 = [&](const T& w, const T& e, const T& z) {
+        return tilted ? Harmonic<T>{e * ct, z * ct, w * st} : Harmonic<T>{e, z, zero};
+    };
     const auto negative = [](const Harmonic<T>& a) { return Harmonic<T>{-a.s, -a.c, -a.k}; };
     // rows of 4R7: x_4 = w sg + f cg, y_4 = -z_3, z_4 = w cg - f sg, each times a tool axis
     const auto x4 = [&](const T& w, const T& e, const T& z) {
-        return Harmonic<T>{-(z * cg), e * cg, w * sg};
+        const Harmonic<T> plain{-(z * cg), e * cg, w * sg};
+        return tilted ? leant(plain, e, z, sg) : plain;
     };
     const auto z4 = [&](const T& w, const T& e, const T& z) {
-        return Harmonic<T>{z * sg, -(e * sg), w * cg};
+        const Harmonic<T> plain{z * sg, -(e * sg), w * cg};
+        return tilted ? leant(plain, e, z, cg) : plain;
     };
     const auto &w = c.w, &e = c.e, &z = c.z, &tw = c.tool_w, &te = c.tool_e, &tz = c.tool_z;
     JointFunctions<T> j;
     j.pivot[0] = {y3(w.y, e.y, z.y), y3(w.x, e.x, z.x), gc.shoulder};
-    j.hinge[0] = detail::hinge(y3(w.z, e.z, z.z), gc.shoulder, elbow.beta, w.z, hypot(w.x, w.y));
-    j.pivot[1] = {negative(z3(e.z, z.z)), negative(x3(w.z, e.z, z.z)), gc.shoulder};
-    j.pivot[2] = {negative(z3(te.z, tz.z)), x4(tw.z, te.z, tz.z), gc.wrist};
-    j.hinge[1] = detail::hinge(z4(tw.z, te.z, tz.z), gc.wrist, elbow.gamma, tw.z, hypot(te.z, tz.z));
+    j.hinge[0] = detail::hinge(y3(w.z, e.z, z.z), gc.shoulder, lean(elbow, elbow.beta), w.z, hypot(w.x, w.y));
+    j.pivot[1] = {negative(z3(w.z, e.z, z.z)), negative(x3(w.z, e.z, z.z)), gc.shoulder};
+    j.pivot[2] = {negative(z3(tw.z, te.z, tz.z)), x4(tw.z, te.z, tz.z), gc.wrist};
+    j.hinge[1] =
+        detail::hinge(z4(tw.z, te.z, tz.z), gc.wrist, lean(elbow, elbow.gamma), tw.z, hypot(te.z, tz.z));
     j.pivot[3] = {z4(tw.y, te.y, tz.y), negative(z4(tw.x, te.x, tz.x)), gc.wrist};
     const auto lost = [&one](const auto& mask, Pivot<T>& p, const Harmonic<T>& U, const Harmonic<T>& V) {
         p = {select(mask, U, p.U), select(mask, V, p.V), select(mask, one, p.g)};
@@ -117,12 +131,12 @@ ARMANGLE_INLINE JointFunctions<T> joint_functions(const SelfMotion<T>& m) noexce
     const auto lost_1 = shoulder_singular(m);
     if (any(lost_1)) {
         lost(lost_1, j.pivot[0], nought, unity);
-        lost(lost_1, j.pivot[1], x3(w.y, e.y, z.y), negative(z3(e.y, z.y)));
+        lost(lost_1, j.pivot[1], x3(w.y, e.y, z.y), negative(z3(w.y, e.y, z.y)));
     }
     const auto lost_5 = wrist_singular(m);
     if (any(lost_5)) {
         lost(lost_5, j.pivot[2], nought, unity);
-        lost(lost_5, j.pivot[3], negative(z3(te.x, tz.x)), negative(z3(te.y, tz.y)));
+        lost(lost_5, j.pivot[3], negative(z3(tw.x, te.x, tz.x)), negative(z3(tw.y, te.y, tz.y)));
     }
     return j;
 }

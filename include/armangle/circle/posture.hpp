@@ -28,9 +28,14 @@ ARMANGLE_INLINE Directions<T> directions(const SelfMotion<T>& m, const SinCos<T>
     const T zero(0.0), one(1.0);
     Directions<T> d;
     // shoulder: columns of 0R3, eq. (15)
-    const Vec3<T> f = combine(c.e, psi.cos, c.z, -psi.sin), z3 = combine(c.z, psi.cos, c.e, psi.sin);
-    const Vec3<T> x3 = combine(c.w, elbow.beta.sin, f, elbow.beta.cos),
-                  y3 = combine(c.w, elbow.beta.cos, f, -elbow.beta.sin);
+    const Vec3<T> f = combine(c.e, psi.cos, c.z, -psi.sin);
+    Vec3<T> w = c.w, z3 = combine(c.z, psi.cos, c.e, psi.sin);
+    if (elbow.tilted) {
+        w = combine(c.w, elbow.tilt.cos, z3, -elbow.tilt.sin);
+        z3 = combine(c.w, elbow.tilt.sin, z3, elbow.tilt.cos);
+    }
+    const Vec3<T> x3 = combine(w, elbow.beta.sin, f, elbow.beta.cos),
+                  y3 = combine(w, elbow.beta.cos, f, -elbow.beta.sin);
     const T h2 = hypot(y3.x, y3.y);
     const auto singular_1 = shoulder_singular(m), flat_2 = h2 == zero;
     const auto lost_1 = singular_1 | flat_2;
@@ -44,10 +49,14 @@ ARMANGLE_INLINE Directions<T> directions(const SelfMotion<T>& m, const SinCos<T>
     d.y[3] = elbow.theta_4.sin;
     d.x[3] = elbow.theta_4.cos;  // (4)
     // wrist: entries of 4R7, eq. (20)
-    const Vec3<T> g = combine(c.tool_e, psi.cos, c.tool_z, -psi.sin);           // f . tool axes
-    const Vec3<T> n1 = combine(c.tool_w, elbow.gamma.sin, g, elbow.gamma.cos);  // first row
-    const Vec3<T> n2 = combine(c.tool_z, -psi.cos, c.tool_e, -psi.sin);         // second row
-    const T n33 = c.tool_w.z * elbow.gamma.cos - g.z * elbow.gamma.sin;
+    const Vec3<T> g = combine(c.tool_e, psi.cos, c.tool_z, -psi.sin);                 // f . tool axes
+    Vec3<T> tool_w = c.tool_w, n2 = combine(c.tool_z, -psi.cos, c.tool_e, -psi.sin);  // second row
+    if (elbow.tilted) {
+        tool_w = combine(c.tool_w, elbow.tilt.cos, n2, elbow.tilt.sin);
+        n2 = combine(c.tool_w, -elbow.tilt.sin, n2, elbow.tilt.cos);
+    }
+    const Vec3<T> n1 = combine(tool_w, elbow.gamma.sin, g, elbow.gamma.cos);  // first row
+    const T n33 = tool_w.z * elbow.gamma.cos - g.z * elbow.gamma.sin;
     const T h6 = hypot(n1.z, n2.z);
     const auto singular_5 = wrist_singular(m), flat_6 = h6 == zero;
     const auto lost_5 = singular_5 | flat_6;

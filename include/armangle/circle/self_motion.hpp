@@ -49,8 +49,8 @@ template <class T>
 ARMANGLE_INLINE auto shoulder_singular(const SelfMotion<T>& m) noexcept {
     const Circle<T>& c = m.circle;
     const T along = c.w.x * c.w.x + c.w.y * c.w.y;
-    const T size = m.elbow.beta.cos * m.elbow.beta.cos * along +
-                   m.elbow.beta.sin * m.elbow.beta.sin * (T(1.0) + c.w.z * c.w.z);
+    const SinCos<T> beta = lean(m.elbow, m.elbow.beta);
+    const T size = beta.cos * beta.cos * along + beta.sin * beta.sin * (T(1.0) + c.w.z * c.w.z);
     return size <= T(tolerance::singular * tolerance::singular);
 }
 
@@ -60,8 +60,8 @@ ARMANGLE_INLINE auto wrist_singular(const SelfMotion<T>& m) noexcept {
     const Circle<T>& c = m.circle;
     const T across = c.tool_e.z * c.tool_e.z + c.tool_z.z * c.tool_z.z;
     const T along = c.tool_w.z * c.tool_w.z;
-    const T size = m.elbow.gamma.sin * m.elbow.gamma.sin * along +
-                   across * (T(1.0) + m.elbow.gamma.cos * m.elbow.gamma.cos);
+    const SinCos<T> gamma = lean(m.elbow, m.elbow.gamma);
+    const T size = gamma.sin * gamma.sin * along + across * (T(1.0) + gamma.cos * gamma.cos);
     return size <= T(tolerance::singular * tolerance::singular);
 }
 

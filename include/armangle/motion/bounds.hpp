@@ -41,9 +41,9 @@ inline double longest_move(double room, double change) noexcept {
     return (room + change * (0.5 * n * (n + 1.0))) / (n + 1.0);
 }
 
-/// Which bounds a box keeps.
+/// Which bounds a box keeps. Limits: those of joints with less than a turn; turns: those of all others.
 struct Kept {
-    bool velocity = true, largest_step = true, acceleration = true;
+    bool velocity = true, largest_step = true, acceleration = true, limits = true, turns = true;
 };
 
 /// The moves from q_now that keep the bounds, drawn in by the rounding of the inverse; a joint stays where it
@@ -55,15 +55,16 @@ inline MoveBox move_box(const Arm& arm, const Bounds& b, const double* q_now, do
         const double fastest = kept.velocity ? b.velocity[i] * b.dt : infinity;
         const double most = min(fastest, kept.largest_step ? largest_step : infinity) - tolerance::bound;
         double lower = -most, upper = most;
+        const bool ends = arm.limits.upper[i] - arm.limits.lower[i] < two_pi ? kept.limits : kept.turns;
         if (kept.acceleration && b.acceleration[i] < infinity) {
             const double change = b.acceleration[i] * b.dt * b.dt, same = b.velocity_now[i] * b.dt;
             lower = max(lower, same - change + tolerance::bound);
             upper = min(upper, same + change - tolerance::bound);
-            lower = max(lower, -longest_move(q_now[i] - arm.limits.lower[i], change));
-            upper = min(upper, longest_move(arm.limits.upper[i] - q_now[i], change));
+            if (ends) lower = max(lower, -longest_move(q_now[i] - arm.limits.lower[i], change));
+            if (ends) upper = min(upper, longest_move(arm.limits.upper[i] - q_now[i], change));
         }
-        box.lower[i] = max(lower, arm.limits.lower[i] - q_now[i]);
-        box.upper[i] = min(upper, arm.limits.upper[i] - q_now[i]);
+        box.lower[i] = ends ? max(lower, arm.limits.lower[i] - q_now[i]) : lower;
+        box.upper[i] = ends ? min(upper, arm.limits.upper[i] - q_now[i]) : upper;
     }
     return box;
 }
@@ -144,13 +145,24 @@ struct BoundedStep {
         return found;
     }
 
-    /// Which bound leaves nothing of `arcs`.
-    Status refusal(const ArcSet& arcs) const noexcept {
-        ArcSet left;
-        within(arcs, {true, true, false}, left);
-        if (!left.empty()) return Status::ACCELERATION_LIMIT;
-        within(arcs, {true, false, false}, left);
-        return left.empty() ? Status::VELOCITY_LIMIT : Status::JOINT_JUMP;
+    /// Why no step within the bounds leads to `arcs`, what the caller allows of the feasible ones, `own`: the
+    /// first condition without which there is such a step. A jump is what neither limits nor the caller
+    /// force.
+    Status refusal(const ArcSet& own, const ArcSet& arcs) const noexcept {
+        ArcSet whole;
+        make_full(whole);
+        const auto leads = [&](const ArcSet& to, detail::Kept kept) {
+            ArcSet left;
+            within(to, kept, left);
+            return !left.empty();
+        };
+        if (leads(own, {})) return Status::NOT_ALLOWED;
+        if (leads(arcs, {.acceleration = false})) return Status::ACCELERATION_LIMIT;
+        if (leads(arcs, {.velocity = false, .acceleration = false})) return Status::VELOCITY_LIMIT;
+        if (leads(whole, {.turns = false})) return Status::WINDING_EXHAUSTED;
+        if (leads(whole, {.limits = false, .turns = false})) return Status::LIMITS;
+        return leads(arcs, {.largest_step = false, .acceleration = false}) ? Status::JOINT_JUMP
+                                                                           : Status::VELOCITY_LIMIT;
     }
 };
 

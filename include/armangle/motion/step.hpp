@@ -108,7 +108,8 @@ inline double wish_ahead(const StepOptions& options, const ArcSet& arcs, double 
 /// The psi that the policy wants, or the nearest to it that keeps the bounds: of what is `ahead`, else of the
 /// arcs.
 [[gnu::noinline]] inline Resolution resolve_bounded(const BoundedStep& step, const StepOptions& options,
-                                                    const ArcSet& arcs, double psi, double wish) noexcept {
+                                                    const ArcSet& own, const ArcSet& arcs, double psi,
+                                                    double wish) noexcept {
     ArcSet within, further;
     const double there = wish_ahead(options, arcs, psi);
     if (!is_nan(there)) {
@@ -122,20 +123,7 @@ inline double wish_ahead(const StepOptions& options, const ArcSet& arcs, double 
     step.within(arcs, {}, within);
     const double found = step.nearest(within, wish);
     if (!is_nan(found)) return {found, Status::OK};
-    return {psi, step.refusal(arcs)};
-}
-
-/// Where the policy asks for more than the largest step: the psi nearest to its wish that fits, if the held
-/// psi does. What the pose alone forces stays a jump.
-[[gnu::noinline]] inline Resolution shortened(const BoundedStep& step, const ArcSet& arcs, double psi,
-                                              double wish, Lifted& to) noexcept {
-    const Place held = find(arcs, psi);
-    if (held.index < 0 || !step.keeps(held.psi)) return {psi, Status::JOINT_JUMP};
-    ArcSet within;
-    step.within(arcs, {}, within);
-    const double found = step.nearest(within, wish), next = is_nan(found) ? wrap(held.psi) : found;
-    return {next,
-            choose_windings(step.arm, directions(step.motion, sin_cos(next)), joint_lanes(step.q_now), to)};
+    return {psi, step.refusal(own, arcs)};
 }
 
 }  // namespace detail
@@ -150,24 +138,28 @@ inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_
     const auto stay = [&](Status why) { return detail::stayed(arm, q_now, now, m.circle, why); };
     const double psi = detail::carried_psi(arm, now, m.circle, options.carry);
     const JointFunctions<double> f = joint_functions(m);
-    ArcSet arcs;
-    const Status reason = feasible(m, f, limits, arcs);
+    ArcSet own, arcs;
+    const Status reason = feasible(m, f, limits, own);
     if (reason != Status::OK) return stay(reason);
     if (options.allowed) {
-        const ArcSet own = arcs;
         intersect(own, *options.allowed, arcs);
+        if (arcs.empty()) return stay(Status::NOT_ALLOWED);
     }
-    Resolution next = resolve(options.policy, arcs, psi);
-    if (options.bounds && next.status == Status::OK) {
-        const BoundedStep bounded{arm, m, f, q_now, *options.bounds, options.max_joint_step};
-        next = detail::resolve_bounded(bounded, options, arcs, psi, next.psi);
-    }
+    const ArcSet& open = options.allowed ? arcs : own;
+    Resolution next = resolve(options.policy, open, psi);
+    if (next.status != Status::OK) return stay(next.status);
+    const auto within_bounds = [&](const Bounds& bounds) {
+        const BoundedStep bounded{arm, m, f, q_now, bounds, options.max_joint_step};
+        next = detail::resolve_bounded(bounded, options, own, open, psi, next.psi);
+    };
+    if (options.bounds) within_bounds(*options.bounds);
     if (next.status != Status::OK) return stay(next.status);
     detail::Lifted to;
     next.status = detail::choose_windings(arm, directions(m, sin_cos(next.psi)), here, to);
-    if (next.status == Status::OK && !(detail::largest_move(to.q, here) <= options.max_joint_step)) {
-        const BoundedStep unbounded{arm, m, f, q_now, no_bounds, options.max_joint_step};
-        next = detail::shortened(unbounded, arcs, psi, next.psi, to);
+    if (next.status != Status::OK || !(detail::largest_move(to.q, here) <= options.max_joint_step)) {
+        within_bounds(options.bounds ? *options.bounds : no_bounds);
+        if (next.status != Status::OK) return stay(next.status);
+        next.status = detail::choose_windings(arm, directions(m, sin_cos(next.psi)), here, to);
     }
     if (next.status != Status::OK) return stay(next.status);
     Step out;

@@ -31,6 +31,7 @@ enum class Problem : int {
     unreachable,  // value: m beyond the reach, or inside the inner reach
     folded,
     joint_limit,  // value: joint 1..7
+    not_unit,     // value: the length of a quaternion
 };
 
 /// The first problem of a batch: which, where, and the value that shows it.

@@ -27,6 +27,8 @@ inline constexpr double stretched = 4e-15;
 inline constexpr double folded = 1e-12;
 /// Largest entry of |R^T R - I| that a rotation given by the user may have.
 inline constexpr double rotation = 1e-6;
+/// How far the length of a quaternion given by the user may be from 1: what six printed digits leave.
+inline constexpr double unit = 1e-6;
 /// Angles beyond this, 160 000 turns, are refused: taken to one turn they would lose the digits promised
 /// (rad).
 inline constexpr double largest_angle = 1e6;

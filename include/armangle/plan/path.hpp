@@ -7,9 +7,8 @@
 
 #include <cstddef>
 
-#include "../numbers/linalg.hpp"
+#include "../numbers/rotations.hpp"
 #include "../numbers/tolerances.hpp"
-#include "../numbers/angles.hpp"
 
 namespace armangle {
 
@@ -24,13 +23,6 @@ struct Segment {
 
 /// The doubles of a segment: how one travels through an array.
 inline constexpr std::size_t segment_width = sizeof(Segment) / sizeof(double);
-
-/// Rotation of v about a unit axis by the angle of sc.
-template <class T>
-Vec3<T> rotated(const Vec3<double>& v, const Vec3<double>& axis, const SinCos<T>& sc) noexcept {
-    const Vec3<T> across = spread<T>(cross(axis, v)), along = spread<T>(axis * dot(axis, v));
-    return spread<T>(v) * sc.cos + across * sc.sin + along * (T(1.0) - sc.cos);
-}
 
 /// Pose of a segment at s.
 template <class T>
@@ -65,19 +57,6 @@ inline std::size_t segment_index(const Segment* segments, std::size_t n, double 
         (s >= segments[middle].start ? low : high) = middle;
     }
     return low;
-}
-
-/// The nearest rotation to a matrix that is one within 1e-6, by two steps of Newton: R (3 - R^T R) / 2.
-inline Mat3<double> orthonormal(Mat3<double> r) noexcept {
-    for (int pass = 0; pass < 2; ++pass) {
-        const double xx = dot(r.x, r.x), yy = dot(r.y, r.y), zz = dot(r.z, r.z);
-        const double xy = dot(r.x, r.y), yz = dot(r.y, r.z), zx = dot(r.z, r.x);
-        const Mat3<double> step{{0.5 * (3 - xx), -0.5 * xy, -0.5 * zx},
-                                {-0.5 * xy, 0.5 * (3 - yy), -0.5 * yz},
-                                {-0.5 * zx, -0.5 * yz, 0.5 * (3 - zz)}};
-        r = r * step;
-    }
-    return r;
 }
 
 /// The shortest rotation that takes one frame to another: unit axis and angle in [0, pi].

@@ -21,12 +21,14 @@ from .._arrays import (
     as_floats,
     as_gc,
     as_number,
+    as_poses,
     as_threads,
     broadcast,
     check_angles,
     chosen,
     frozen,
     named,
+    one_or_seven,
     one_pose,
     output,
 )
@@ -59,6 +61,7 @@ __all__ = ["MOST_MARGIN", "Arm", "nearest_rotation"]
 Enforce = Literal["ignore", "raise", "nan"]
 Unreachable = Literal["raise", "nan"]
 
+BOUNDS = ("velocity", "acceleration")
 LEAST_LINK = 1e-6  # m: of upper arm and forearm; a shorter one is a mistake of units
 MOST_MARGIN: float = _core.MOST_MARGIN
 _ENFORCE = named(_core.Enforce)
@@ -78,6 +81,7 @@ class ArmArguments(TypedDict, total=False):
     d_wf: float
     a_3: float
     a_4: float
+    d_4: float
     lower: ArrayLike | None
     upper: ArrayLike | None
     signs: ArrayLike | None
@@ -114,7 +118,7 @@ class Arm:
     """A 7-axis arm with spherical shoulder, elbow and spherical wrist (S-R-S).
 
     The tip's pose is ``base @ DH(theta) @ tool`` with ``theta_i = signs_i q_i + offsets_i`` and the
-    classic DH rows of the paper's Table 1, to which the lateral elbow offsets a_3, a_4 are added.
+    classic DH rows of the paper's Table 1, to which the elbow's offsets a_3, a_4, d_4 are added.
     Everything public speaks q, the robot's own joint coordinates. Values are frozen.
 
     Parameters
@@ -127,6 +131,8 @@ class Arm:
         (the default).
     a_3, a_4 : float
         Lateral elbow offsets of links 3 and 4, m.
+    d_4 : float
+        Gap along axis 4 from the upper arm to the forearm, m (Kinova MOVO).
     signs : array_like of +1 or -1, shape (7,), optional
         Directions of the joints.
     offsets : array_like, shape (7,), optional
@@ -134,8 +140,9 @@ class Arm:
     base, tool : array_like, shape (4, 4), optional
         Frame of the DH base in the frame poses are given in; frame of the tool in the flange. Their
         rotations are replaced by the nearest exact ones.
-    velocity, acceleration : array_like, shape (7,), optional
-        Greatest joint speeds (rad/s) and accelerations (rad/s²), > 0; infinite by default.
+    velocity, acceleration : float or array_like, shape (7,), optional
+        Greatest joint speeds (rad/s) and accelerations (rad/s²), > 0, or one for all joints; infinite by
+        default.
     name : str
         Name of the arm.
 
@@ -163,6 +170,7 @@ class Arm:
     d_wf: float
     a_3: float
     a_4: float
+    d_4: float
     lower: Floats
     upper: Floats
     signs: Ints
@@ -513,7 +521,7 @@ class Arm:
         threads: int,
     ) -> Floats:
         named: list[tuple[str, NDArray[Any], int]] = [
-            ("pose", as_floats("pose", pose, (4, 4)), 2),
+            ("pose", as_poses("pose", pose, self._handle), 2),
             ("psi", as_floats("psi", psi), 0),
             ("gc", as_gc(gc), 0),
         ]
@@ -574,7 +582,7 @@ class Arm:
 
         Source: Faria et al. (2018), Eqs. (2), (12)-(24).
         """
-        poses = as_floats("pose", pose, (4, 4))[..., None, :, :]
+        poses = as_poses("pose", pose, self._handle)[..., None, :, :]
         angles = as_floats("psi", psi)[..., None]
         near = None if seed is None else as_floats("seed", seed, (JOINTS,))[..., None, :]
         return self._inverse(poses, angles, _GC_ORDER, near, limits, unreachable, None, threads)
@@ -670,7 +678,7 @@ class Arm:
         """
         batch, (poses, angles, branches) = broadcast(
             [
-                ("pose", as_floats("pose", pose, (4, 4)), 2),
+                ("pose", as_poses("pose", pose, self._handle), 2),
                 ("psi", as_floats("psi", psi), 0),
                 ("gc", as_gc(gc), 0),
             ]
@@ -825,7 +833,7 @@ class Arm:
         self, pose: ArrayLike, gc: ArrayLike, margin: float, paper: float, threshold: float,
         wanted: Wanted, threads: int,
     ) -> ArcSet:  # fmt: skip
-        named = [("pose", as_floats("pose", pose, (4, 4)), 2), ("gc", as_gc(gc), 0)]
+        named = [("pose", as_poses("pose", pose, self._handle), 2), ("gc", as_gc(gc), 0)]
         batch, (poses, branches) = broadcast(named)
         columns = self._handle.feasible_many(
             poses, branches, margin, paper, threshold, wanted, as_threads(threads)
@@ -1019,11 +1027,14 @@ class Arm:
         >>> round(aa.Arm.from_catalogue("kuka_iiwa7_r800").explain(far)[0].excess, 4)
         1.2536
         """
-        frame = one_pose("pose", pose)
+        frame = one_pose("pose", pose, self._handle)
         margin = as_number("singularity_margin (rad)", singularity_margin, 0.0, MOST_MARGIN)
         segment = np.empty((1, _core.SEGMENT_WIDTH))
         _core.path_waypoints(frame[None], segment)
-        return Diagnosis(tuple(map(branch_of, self._handle.explain_pose(segment, margin))), path=False)
+        branches = tuple(map(branch_of, self._handle.explain_pose(segment, margin)))
+        nearest = np.empty((4, 4))
+        gap = self._handle.nearest_pose(frame, nearest)
+        return Diagnosis(branches, path=False, nearest=nearest, nearest_gap=gap)
 
     def joint_function(self, pose: ArrayLike, gc: int, joint: int) -> JointFunction:
         """Return one joint as a function of the arm angle, at a fixed pose and global configuration.
@@ -1047,7 +1058,7 @@ class Arm:
 
         Source: Faria et al. (2018), Eqs. (26)-(31), (33), (34).
         """
-        frame = one_pose("pose", pose)
+        frame = one_pose("pose", pose, self._handle)
         index = as_gc(gc)
         if index.ndim or not 0 <= index < CONFIGURATIONS:
             raise ConfigurationError(f"gc is {gc!r}, wanted an integer from 0 to 7")
@@ -1119,7 +1130,7 @@ def _check_link(what: str, along: str, across: str, values: dict[str, Any]) -> N
 
 
 def _seven(name: str, value: ArrayLike, *, infinite: bool) -> Floats:
-    array = as_floats(name, value, (JOINTS,)).copy()
+    array = (one_or_seven(name, value) if name in BOUNDS else as_floats(name, value, (JOINTS,))).copy()
     if array.shape != (JOINTS,):
         raise ShapeError(f"{name} has shape {array.shape}, wanted ({JOINTS},)")
     bad = np.isnan(array) if infinite else ~np.isfinite(array)
@@ -1155,7 +1166,7 @@ def _check_rows(values: dict[str, Any]) -> None:
         raise LimitError(
             f"lower[{at}] is {lower[at]:g} and upper[{at}] is {upper[at]:g}, wanted lower <= upper"
         )
-    for name in ("velocity", "acceleration"):
+    for name in BOUNDS:
         if not (values[name] > 0).all():
             at = int(np.argmax(~(values[name] > 0)))
             raise LimitError(f"{name}[{at}] is {values[name][at]:g}, wanted a positive number")

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any, Literal
 
 from .. import _core
-from .._arrays import MILLIMETRES
+from .._arrays import MILLIMETRES, Floats, frozen
 from ..status import STATUSES, Status
 
 _ANCHOR = "lies outside the limits, in another global configuration, or where no arm angle gives it."
@@ -150,10 +150,25 @@ class Diagnosis:
         One a global configuration.
     path : bool
         Whether it is about a path, or about one pose.
+    nearest : ndarray, shape (4, 4), or None
+        Of one pose: the nearest one of the same orientation that is within the reach, whatever the joint
+        limits; the pose itself where it is. Position in m.
+    nearest_gap : float
+        How far that is, m; NaN for a path.
     """
 
     branches: tuple[Branch, ...]
     path: bool = True
+    nearest: Floats | None = field(default=None, compare=False)
+    nearest_gap: float = field(default=math.nan, compare=False)
+
+    def __post_init__(self) -> None:
+        if self.nearest is not None:
+            frozen(self.nearest)
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self.__post_init__()  # the array of a copy is read-only too
 
     @property
     def ok(self) -> bool:
@@ -183,7 +198,16 @@ class Diagnosis:
         head = []
         if self.path and not self.ok:
             head = [f"The path can be followed up to s = {self.reached:.4g}."]
-        return "\n".join(head + [f"GC {', '.join(map(str, gcs))}: {text}" for text, gcs in lines.items()])
+        tail = []
+        if self.nearest is not None and self.nearest_gap > 0:
+            place = ", ".join(f"{value:.6g}" for value in self.nearest[:3, 3])
+            tail = [
+                f"The nearest pose within reach, in the same orientation, is "
+                f"{self.nearest_gap * MILLIMETRES:.4g} mm away: x, y, z = {place} m."
+            ]
+        return "\n".join(
+            head + [f"GC {', '.join(map(str, gcs))}: {text}" for text, gcs in lines.items()] + tail
+        )
 
 
 def branch_of(report: tuple[Any, ...]) -> Branch:

@@ -16,6 +16,7 @@ from .._arrays import (
     as_floats,
     as_gc,
     as_number,
+    as_poses,
     as_threads,
     broadcast,
     chosen,
@@ -43,7 +44,7 @@ class Question:
         prefer: str, gc: int | Iterable[int] | None, allowed: Allowed | None, singularity_margin: float,
         threads: int,
     ) -> None:  # fmt: skip
-        named = [("pose", as_floats("pose", pose, (4, 4)), 2)]
+        named = [("pose", as_poses("pose", pose, arm._handle), 2)]
         if near is not None:
             named.append(("near", as_floats("near", near, (JOINTS,)), 1))
         self.batch, arrays = broadcast(named)

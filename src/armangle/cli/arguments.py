@@ -66,11 +66,10 @@ def add_singularity_margin(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
 
 
-def add_output(parser: argparse.ArgumentParser, what: str) -> None:
-    """Add -o for what is saved by its ending."""
-    parser.add_argument(
-        "-o", "--output", type=_output, metavar="FILE", help=f"write the {what}: .csv, .npz or .json"
-    )
+def add_output(parser: argparse.ArgumentParser, what: str, more: str = "") -> None:
+    """Add -o for what is saved by its ending; `more` names endings beyond those that all have."""
+    endings = f".csv, .npz, .json{more}" if more else ".csv, .npz or .json"
+    parser.add_argument("-o", "--output", type=_output, metavar="FILE", help=f"write the {what}: {endings}")
 
 
 def _output(text: str) -> str:

@@ -10,9 +10,9 @@ import sys
 from collections.abc import Sequence
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Protocol, cast
+from typing import Any, Protocol, cast
 
-from ..errors import ArmangleError, OutputError, PathError, UnreachableError
+from ..errors import ArmangleError, MissingExtraError, OutputError, PathError, UnreachableError, needed
 from .tables import paragraph
 
 COMMANDS = {
@@ -24,11 +24,13 @@ COMMANDS = {
     "arcs": "the arm angles that keep all joints within their limits",
     "follow": "step along a file of poses",
     "plan": "plan a whole file of poses, proven between them, or say why not",
+    "retime": "times for a joint file: a trajectory within the joints' bounds",
     "plot": "draw the circle, the joints, a motion or a feasible map into a file",
     "view": "show the arm in the browser and move it by hand",
 }
 """Every command with one line of help; its module is ``_NAME.py`` beside this one."""
 
+SHELLS = ("bash", "zsh", "tcsh")
 OK, NO_SOLUTION, BAD_INPUT = 0, 1, 2
 _INTERRUPTED = 130
 _NEGATIVE = re.compile(r"-\.?\d")
@@ -101,7 +103,7 @@ def _run(words: list[str]) -> int:
         near = get_close_matches(name, COMMANDS, n=1)
         hint = f"did you mean {near[0]!r}?" if near else f"the commands are {', '.join(COMMANDS)}"
         top.error(f"there is no command {name!r}; {hint}")
-    command = cast(Command, importlib.import_module(f".commands.{name}", __package__))
+    command = _command(name)
     parser = argparse.ArgumentParser(
         prog=f"armangle {name}",
         description=command.HELP,
@@ -115,6 +117,10 @@ def _run(words: list[str]) -> int:
     return command.run(parser.parse_intermixed_args(values))  # files and options in any order
 
 
+def _command(name: str) -> Command:
+    return cast(Command, importlib.import_module(f".commands.{name}", __package__))
+
+
 def _formatter(prog: str) -> argparse.HelpFormatter:
     return argparse.RawDescriptionHelpFormatter(prog, max_help_position=26, width=79)
 
@@ -124,7 +130,7 @@ def _top_parser() -> argparse.ArgumentParser:
     listed = "\n".join(f"  {name:{width}}  {line}" for name, line in COMMANDS.items())
     parser = argparse.ArgumentParser(
         prog="armangle",
-        usage="armangle [-h] [--version] [--cmake-dir] COMMAND ...",
+        usage="armangle [-h] [--version] [--cmake-dir] [--print-completion SHELL] COMMAND ...",
         description="Exact inverse kinematics for 7-axis S-R-S arms.",
         epilog=f"commands:\n{listed}\n\n{_EPILOG}",
         formatter_class=_formatter,
@@ -134,7 +140,27 @@ def _top_parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--cmake-dir", action=_CMakeDir, nargs=0, help="show where CMake finds the C++ headers and exit"
     )
+    parser.add_argument(
+        "--print-completion", action=_Completion, choices=SHELLS, metavar="SHELL",
+        help="print completions for bash, zsh or tcsh and exit (extra: completion)",
+    )  # fmt: skip
     return parser
+
+
+class _Completion(argparse.Action):
+    """Prints a shell's completions of every command whose extra is installed."""
+
+    def __call__(self, parser: argparse.ArgumentParser, _: object, shell: Any, *rest: object) -> None:
+        shtab = needed("shtab", "completions need", "completion")
+        commands = parser.add_subparsers()
+        for name, line in COMMANDS.items():
+            try:
+                command = _command(name)
+            except MissingExtraError:
+                continue
+            command.configure(commands.add_parser(name, help=line, allow_abbrev=False))
+        print(shtab.complete(parser, shell=shell))
+        parser.exit()
 
 
 class _Version(argparse.Action):

@@ -21,6 +21,7 @@ from ..files.sheets import plain
 from ..files.tables import save
 from ..motion.joint_path import JointPath
 from ..status import Status
+from ..timing.trajectory import Trajectory
 from .tables import WIDTH, colourful, paragraph, plain_text
 
 _PATIENCE = 0.5
@@ -140,7 +141,7 @@ def head_and_tail(rows: Sequence[Sequence[str]]) -> list[Sequence[str]]:
     return [*rows[:_SHOWN], ["..."] * len(rows[0]), *rows[-_SHOWN:]]
 
 
-def write(value: JointPath | Floats, file: str) -> None:
+def write(value: JointPath | Trajectory | Floats, file: str) -> None:
     """Save a motion or poses and say so on stderr."""
     with progress(f"writing {file}"):
         save(value, file)

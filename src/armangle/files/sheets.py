@@ -95,6 +95,8 @@ def _write_json(sheet: Sheet, file: BinaryIO) -> None:
 
 def _write_yaml(sheet: Sheet, file: BinaryIO) -> None:
     if not sheet.joint_names:
+        if sheet.kind == "trajectory":
+            raise InputError("a trajectory without joint names cannot be saved as .yaml")
         raise InputError(f"{sheet.kind} cannot be saved as .yaml, which is for trajectories")
     write_joint_trajectory(sheet.joint_names, sheet.blocks, file)
 

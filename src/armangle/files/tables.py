@@ -5,7 +5,7 @@ Radians, metres and unit quaternions throughout.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import singledispatch
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from .._arrays import JOINTS, Floats, Ints, PathLike, as_floats, frozen
+from .._arrays import JOINTS, Floats, Ints, PathLike, as_poses, frozen
 from ..errors import FileFormatError, InputError, ShapeError
 from ..motion.joint_path import JointPath
 from ..poses import COLUMNS, UNIT_TOLERANCE, poses_from_rows, rows_from_poses
@@ -25,9 +25,9 @@ from .csv_blocks import CsvBlock, CsvFile
 from .joint_rows import JOINT_COLUMNS, NO_GC, OPTIONAL, codes, row_fault, unsaid_fault
 from .replacing import replacing
 from .sheets import WRITERS, Sheet, ending
+from .trajectories import RATES, TrajectoryTable, holds_trajectory, load_trajectory
 
 _HEADINGS = {"q": JOINT_COLUMNS, "pose": COLUMNS}
-_RATES = {name: tuple(f"{name}{i}" for i in range(1, JOINTS + 1)) for name in ("qd", "qdd")}
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +50,8 @@ class JointTable:
         `Status` of each row.
     margin : ndarray, shape (N,)
         Least distance of a joint to one of its limits, rad; NaN where the file does not say.
+    trajectory : TrajectoryTable or None
+        Times, velocities and accelerations of the same rows, where the file is a trajectory.
     """
 
     s: Floats
@@ -58,6 +60,7 @@ class JointTable:
     gc: Ints
     status: NDArray[np.int8]
     margin: Floats
+    trajectory: TrajectoryTable | None = None
 
     def __post_init__(self) -> None:
         for name in ("s", "q", "psi", "gc", "status", "margin"):
@@ -82,7 +85,7 @@ def save(value: Any, path: PathLike) -> None:
 
     Parameters
     ----------
-    value : JointPath, JointTable, Trajectory, or array_like of shape (4, 4) or (N, 4, 4)
+    value : JointPath, JointTable, Trajectory, TrajectoryTable, or array_like of shape (4, 4) or (N, 4, 4)
         A trajectory has the columns t (s), s, q1..q7 (rad), qd1..qd7 (rad/s), qdd1..qdd7 (rad/s²), and alone
         can be YAML: a ROS ``trajectory_msgs/JointTrajectory``. Any other motion has the columns s, q1..q7
         (rad), psi (rad), gc, status, margin (rad); poses have x, y, z
@@ -118,7 +121,7 @@ def sheet_of(value: Any) -> Sheet:
     """Return the columns that a value is saved as; a new type registers its own."""
     if not isinstance(value, (np.ndarray, list, tuple)):
         raise InputError(f"a {type(value).__name__} cannot be saved, wanted a path or poses (N, 4, 4)")
-    poses = as_floats("poses", value, (4, 4))
+    poses = as_poses("poses", value)
     if poses.ndim > 3:
         raise ShapeError(f"poses has shape {poses.shape}, wanted (4, 4) or (N, 4, 4)")
     frames = poses.reshape(-1, 4, 4)
@@ -136,8 +139,14 @@ def _(value: JointPath | JointTable) -> Sheet:
 
 @sheet_of.register
 def _(value: Trajectory) -> Sheet:
-    blocks = {name: getattr(value, name) for name in ("t", "s", "q", "qd", "qdd")}
-    return Sheet("trajectory", blocks, _HEADINGS | _RATES, value.path.arm.joint_names)
+    blocks = {name: getattr(value, name) for name in ("t", "s", *RATES)}
+    return Sheet("trajectory", blocks, RATES, value.path.arm.joint_names)
+
+
+@sheet_of.register
+def _(value: TrajectoryTable) -> Sheet:
+    blocks = {name: getattr(value, name) for name in ("t", "s", *RATES)}
+    return Sheet("trajectory", blocks, RATES, value.joint_names)
 
 
 # -- reading -----------------------------------------------------------------------------------------
@@ -217,7 +226,8 @@ def load_joints(path: PathLike) -> JointTable:
     ----------
     path : path
         CSV with the columns q1..q7 (rad) in any order and, where known, s, psi, gc, status, margin; or a
-        file ending in .npz or .json.
+        file ending in .npz or .json. Of a trajectory the times, velocities and accelerations are in
+        ``trajectory``; `load_trajectory` returns them alone.
 
     Returns
     -------
@@ -240,6 +250,13 @@ def load_joints(path: PathLike) -> JointTable:
     ...     load_joints(f"{folder}/a.csv").q.tolist()
     [[0.0, 0.5, 0.0, -1.0, 0.0, 1.0, 0.0]]
     """
+    if Path(path).suffix.lower() == ".yaml":
+        raise FileFormatError("a trajectory, which load_trajectory reads", source=str(path))
+    table = _joints_of(path)
+    return replace(table, trajectory=load_trajectory(path)) if holds_trajectory(path) else table
+
+
+def _joints_of(path: PathLike) -> JointTable:
     if Path(path).suffix.lower() in (".npz", ".json"):
         return _joints_from_blocks(path)
     file = CsvFile(path, JOINT_COLUMNS, OPTIONAL, ("status",))

@@ -52,7 +52,7 @@ class Axes:
         if square < _PARALLEL_SINE**2:
             foot = self.foot(self.points[i], j)
             return float(np.linalg.norm(foot - self.points[i])), foot
-        foot = self.points[j] + v * float(np.cross(u, between) @ normal) / square
+        foot = self.points[j] - v * float(np.cross(u, between) @ normal) / square
         return float(abs(between @ normal)) / square**0.5, foot
 
     def foot(self, point: FloatArray, i: int) -> FloatArray:
@@ -84,14 +84,9 @@ class Axes:
         """Return the points (3,) of axis 4 nearest to axis 3 and to axis 5, m."""
         return self.perpendicular(2, 3)[1], self.perpendicular(4, 3)[1]
 
-    def worst_miss(self) -> tuple[float, float, float]:
-        """Return how far shoulder, elbow and wrist are from one common point each, m."""
-        upper, fore = self.elbow_ends()
-        return (
-            max(self.misses("shoulder").values()),
-            float(np.linalg.norm(upper - fore)),
-            max(self.misses("wrist").values()),
-        )
+    def worst_miss(self) -> tuple[float, float]:
+        """Return how far the axes of shoulder and wrist are from one common point each, m."""
+        return max(self.misses("shoulder").values()), max(self.misses("wrist").values())
 
     def worst_squareness(self) -> float:
         """Return how far the worst two neighbours are from a right angle, rad."""
@@ -144,7 +139,7 @@ def reasons_against(axes: Axes, angle: float, length: float) -> list[Reason]:
             detail = ", ".join(what.format(millimetres(-miss)) for miss, what in misses)
             sentence = f"{names} miss a common {where} point by {millimetres(worst)} ({detail})"
             reasons.append(Reason(sentence, worst, True))
-    reasons += _elbow_reasons(axes, length)
+    reasons += _elbow_reasons(axes)
     return sorted(reasons, key=lambda reason: -reason.size)
 
 
@@ -159,17 +154,10 @@ def _square_sentence(i: int, axes: Axes) -> str:
     return f"neighbours are not orthogonal: {apart}"
 
 
-def _elbow_reasons(axes: Axes, length: float) -> list[Reason]:
-    """Return what is wrong with the elbow: two elbow points, or an arm of no length."""
+def _elbow_reasons(axes: Axes) -> list[Reason]:
+    """Return which link has no length: axis 4 runs through its other end."""
     reasons = []
     upper, fore = axes.elbow_ends()
-    _, miss, _ = axes.worst_miss()
-    if miss > length:
-        sentence = (
-            "axes 3, 4 and 5 miss a common elbow point: upper arm and forearm are "
-            f"{millimetres(miss)} apart along axis 4"
-        )
-        reasons.append(Reason(sentence, miss, True))
     for where, part, end in (("shoulder", "upper arm", upper), ("wrist", "forearm", fore)):
         size = float(np.linalg.norm(axes.centre(where) - end))
         if size <= _NO_LENGTH:

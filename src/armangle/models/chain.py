@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..poses import pose
 from .description import ArmDescription
 
 FloatArray = NDArray[np.float64]
@@ -110,7 +111,7 @@ class Chain:
 def chain_of(arm: ArmDescription) -> Chain:
     """Return the chain of an arm: joint i turns about the z axis of DH frame i-1.
 
-    Source: Faria et al. (2018), Table 1 and Eq. (1), with a_3 and a_4 added.
+    Source: Faria et al. (2018), Table 1 and Eq. (1), with a_3, a_4 and d_4 added.
     """
     origins = [arm.base, *(_link(arm, row) for row in range(7))]
     joints = tuple(
@@ -129,7 +130,7 @@ def chain_of(arm: ArmDescription) -> Chain:
 
 def _link(arm: ArmDescription, row: int) -> FloatArray:
     """Return the (4, 4) step over link ``row`` with the joint at q = 0."""
-    step = translation([0.0, 0.0, (arm.d_bs, 0.0, arm.d_se, 0.0, arm.d_ew, 0.0, arm.d_wf)[row]])
+    step = translation([0.0, 0.0, (arm.d_bs, 0.0, arm.d_se, arm.d_4, arm.d_ew, 0.0, arm.d_wf)[row]])
     step[0, 3] = (0.0, 0.0, arm.a_3, arm.a_4, 0.0, 0.0, 0.0)[row]
     back, on = _QUARTER_TURN_BACK_X, _QUARTER_TURN_X
     twist = (back, on, on, back, back, on, np.eye(4))[row]
@@ -165,10 +166,7 @@ def rigid_inverse(pose: FloatArray) -> FloatArray:
 
 def from_rpy(xyz: ArrayLike, rpy: ArrayLike) -> FloatArray:
     """Return the frame (4, 4) of a shift (3,), m, and turns about the fixed x, y, z axes, rad."""
-    roll, pitch, yaw = np.asarray(rpy, dtype=np.float64)
-    ex, ey, ez = np.eye(3)
-    turn = rotation_about(ez, yaw) @ rotation_about(ey, pitch) @ rotation_about(ex, roll)
-    return np.asarray(translation(xyz) @ turn, dtype=np.float64)
+    return pose(xyz, rpy=rpy)
 
 
 def to_rpy(pose: FloatArray) -> tuple[float, float, float]:

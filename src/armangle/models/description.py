@@ -11,7 +11,7 @@ from .._arrays import JOINTS, frozen
 from ..errors import ShapeError
 
 LENGTHS = ("d_bs", "d_se", "d_ew", "d_wf")
-ELBOW_OFFSETS = ("a_3", "a_4")
+ELBOW_OFFSETS = ("a_3", "a_4", "d_4")
 JOINT_ROWS = ("signs", "offsets", "lower", "upper", "velocity", "acceleration")
 FRAMES = ("base", "tool")
 _INFINITE = (float("inf"),) * JOINTS
@@ -30,7 +30,7 @@ class ArmDescription:
 
     The pose of the tip is ``base @ DH(theta) @ tool`` with ``theta_i = signs_i q_i + offsets_i``
     and the classic Denavit-Hartenberg rows of the paper's Table 1, to which the lateral elbow
-    offsets ``a_3`` and ``a_4`` are added.
+    offsets ``a_3`` and ``a_4`` and the gap ``d_4`` are added.
 
     Parameters
     ----------
@@ -38,6 +38,8 @@ class ArmDescription:
         Base to shoulder, shoulder to elbow, elbow to wrist, wrist to flange, m.
     a_3, a_4 : float
         Lateral elbow offsets of links 3 and 4, m; zero for an elbow without offset.
+    d_4 : float
+        Gap along axis 4 from the upper arm to the forearm, m; zero where they lie in one plane.
     lower, upper : tuple of 7 float
         Joint limits in q, rad; infinite where there is none.
     signs : tuple of 7 int
@@ -64,6 +66,7 @@ class ArmDescription:
     d_wf: float
     a_3: float = 0.0
     a_4: float = 0.0
+    d_4: float = 0.0
     lower: tuple[float, ...] = _MINUS_INFINITE
     upper: tuple[float, ...] = _INFINITE
     signs: tuple[int, ...] = (1,) * JOINTS
@@ -102,7 +105,7 @@ class ImportReport:
         Names of the two links.
     joint_names : tuple of 7 str
         From base to tip.
-    shoulder_miss, elbow_miss, wrist_miss : float
+    shoulder_miss, wrist_miss : float
         How far the axes of the file miss the common point, m.
     angle_miss : float
         How far the worst two neighbouring axes are from a right angle, rad.
@@ -120,7 +123,6 @@ class ImportReport:
     tip: str
     joint_names: tuple[str, ...]
     shoulder_miss: float
-    elbow_miss: float
     wrist_miss: float
     angle_miss: float
     residual_position: float
@@ -132,7 +134,6 @@ class ImportReport:
         """What was read and how exactly it is met, in mm and degrees, a line each."""
         rows = (
             ("three shoulder axes miss a point by", self.shoulder_miss * 1e3, "mm"),
-            ("axes 3 and 5 meet axis 4 apart by", self.elbow_miss * 1e3, "mm"),
             ("three wrist axes miss a point by", self.wrist_miss * 1e3, "mm"),
             ("neighbouring axes are square within", np.degrees(self.angle_miss), "deg"),
             ("position agrees with the file within", self.residual_position * 1e3, "mm"),

@@ -10,8 +10,8 @@ frames does not. The same arm can be written in several ways. The one chosen her
 - of the senses still free, those with the fewest and smallest zeros, then the least turn in
   ``base``, then the fewest minus signs.
 
-Elbow offsets (lateral, across axis 4) are ``a_3`` and ``a_4``. Shoulder or wrist axes in another
-order (roll, pitch, yaw) are zeros of joints 2 and 6.
+Elbow offsets are ``a_3`` and ``a_4``, across axis 4, and ``d_4``, a gap along it.
+Shoulder or wrist axes in another order (roll, pitch, yaw) are zeros of joints 2 and 6.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ def describe_chain(
     angle : float, optional
         How far from right angles neighbouring axes may be, rad.
     length : float, optional
-        How far axes may miss the shoulder, elbow and wrist points, m. Elbow offsets and lengths
+        How far axes may miss the shoulder and wrist points, m. Elbow offsets and lengths
         are kept, whatever it is, unless they are below ``ZERO_LENGTH``.
 
     Returns
@@ -89,7 +89,7 @@ class Nearness:
     Parameters
     ----------
     miss : float
-        How far axes miss the shoulder, elbow or wrist point at most, m.
+        How far axes miss the shoulder or wrist point at most, m.
     tilt : float
         How far the worst two neighbours are from a right angle, rad.
     srs : bool
@@ -171,10 +171,11 @@ def _above(value: float) -> str:
 def _writings(chain: Chain, axes: Axes) -> Iterator[ArmDescription]:
     """Yield the arm, without its tool, in every choice of senses with no negative length."""
     shoulder, wrist = axes.centre("shoulder"), axes.centre("wrist")
-    elbow = np.mean(axes.elbow_ends(), axis=0)
-    spans = {0: shoulder, 2: elbow - shoulder, 4: wrist - elbow, 6: _tip(chain) - wrist}
+    upper, fore = axes.elbow_ends()
+    spans = {0: shoulder, 2: upper - shoulder, 3: fore - upper, 4: wrist - fore, 6: _tip(chain) - wrist}
     choices: list[tuple[int, ...]] = [(1, -1)] * JOINTS
-    for joint, span in spans.items():
+    for joint in (0, 2, 4, 6):
+        span = spans[joint]
         along = float(span @ axes.directions[joint])
         if abs(along) > ZERO_LENGTH:
             choices[joint] = (1,) if along > 0.0 else (-1,)
@@ -219,6 +220,7 @@ def _write(
         d_wf=size(6, z[6]),
         a_3=size(2, x[2]),
         a_4=size(4, x[3]),
+        d_4=size(3, z[3]),
         signs=signs,
         offsets=(0.0, *turns, 0.0),
         base=_tidy(base, axes),
@@ -316,14 +318,13 @@ def _velocity_notes(chain: Chain) -> tuple[str, ...]:
 def _report(chain: Chain, axes: Axes, arm: ArmDescription) -> ImportReport:
     """Return how far the chain is from the arm."""
     position, rotation = residual(chain, arm)
-    shoulder, elbow, wrist = axes.worst_miss()
+    shoulder, wrist = axes.worst_miss()
     return ImportReport(
         source=chain.source,
         base=chain.base,
         tip=chain.tip,
         joint_names=arm.joint_names,
         shoulder_miss=shoulder,
-        elbow_miss=elbow,
         wrist_miss=wrist,
         angle_miss=axes.worst_squareness(),
         residual_position=position,

@@ -18,7 +18,7 @@ _SEED = 11
 _MOST_STEPS = 12
 _LEAST_STEP = 1e-9  # m or rad
 _DIFFERENCE = 1e-6  # m or rad
-_LENGTHS = ("d_se", "d_ew", "a_3", "a_4")  # d_bs and d_wf are shifts of base and tool
+_LENGTHS = ("d_se", "d_ew", "a_3", "a_4", "d_4")  # d_bs and d_wf are shifts of base and tool
 _ZEROS = range(1, JOINTS - 1)  # the zeros of joints 1 and 7 are turns of base and tool
 
 

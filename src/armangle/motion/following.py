@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from .._arrays import JOINTS, as_floats, chosen, named, one_posture
+from .._arrays import JOINTS, as_poses, chosen, named, one_posture
 from ..arm.allowed import Allowed, allowed_arcs
 from ..arm.arm import Arm
 from ..errors import InputError, ShapeError
@@ -92,7 +92,7 @@ def follow(
 
     Source: Faria et al. (2018), Fig. 10, Eq. (36).
     """
-    frames = np.ascontiguousarray(as_floats("poses", poses, (4, 4)))
+    frames = np.ascontiguousarray(as_poses("poses", poses, arm._handle))
     if frames.ndim != 3:
         raise ShapeError(f"poses has shape {frames.shape}, wanted (N, 4, 4)")
     joints = one_posture("start", start)

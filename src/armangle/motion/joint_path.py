@@ -17,6 +17,9 @@ from ..status import STATUSES, Status
 from .paths import Path, checked_parameters
 
 _ORDERS = 3
+_TURN = 2 * np.pi
+_OF_A_JOINT = (Status.JOINT_JUMP, Status.LIMITS, Status.WINDING_EXHAUSTED)
+"""Outcomes of a step that one joint shows best."""
 
 
 class Placed(NamedTuple):
@@ -293,9 +296,9 @@ class JointPath:
                 return f" {str(error).capitalize()}."
         solved = np.flatnonzero(self.status[:at] == Status.OK)
         before = self.q[solved[-1]] if len(solved) else self.start
-        if self.status[at] != Status.JOINT_JUMP or before is None:
+        if self.status[at] not in _OF_A_JOINT or before is None:
             return ""
-        outside = np.maximum(self.arm.lower - before, before - self.arm.upper)
+        outside = self._beyond(before)
         if outside.max() > 0:
             joint = int(np.argmax(outside))
             degrees = np.degrees(outside[joint])
@@ -304,11 +307,31 @@ class JointPath:
         if not np.isfinite(psi):
             return ""
         held = self.arm.inverse(self.poses[at], psi, gc, seed=before, unreachable="nan")
-        move = np.abs(held - before)
-        if not np.isfinite(move).all():
+        if not np.isfinite(held).all():
             return ""
-        joint = int(np.argmax(move))
-        return f" With the arm angle held, joint {joint + 1} would move {np.degrees(move[joint]):.4g} deg."
+        return self._held(at, before, held)
+
+    def _held(self, at: int, before: Floats, held: Floats) -> str:
+        """Return what the joints would do from `before` to pose `at` if the arm angle stayed."""
+        near = held + _TURN * np.round((before - held) / _TURN)
+        if self.status[at] == Status.JOINT_JUMP:
+            move = np.abs(near - before)
+            joint = int(np.argmax(move))
+            return (
+                f" With the arm angle held, joint {joint + 1} would move {np.degrees(move[joint]):.4g} deg."
+            )
+        beyond = self._beyond(near)
+        joint = int(np.argmax(beyond))
+        if not beyond[joint] > 0:
+            return ""
+        side = "upper" if near[joint] > self.arm.upper[joint] else "lower"
+        limit = np.degrees(getattr(self.arm, side)[joint])
+        passed = f"would pass its {side} limit of {limit:.4g} deg by {np.degrees(beyond[joint]):.4g} deg"
+        return f" With the arm angle held, joint {joint + 1} {passed}."
+
+    def _beyond(self, q: Floats) -> Floats:
+        """Return how far each joint of q is outside its limits, rad; negative within them."""
+        return np.maximum(self.arm.lower - q, q - self.arm.upper)
 
     def raise_for_status(self) -> None:
         """Raise `PathError` with the explanation, unless the path is ok."""

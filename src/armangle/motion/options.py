@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from .._arrays import CONFIGURATIONS, JOINTS, Floats, as_floats, as_gc, as_number, chosen, named
+from .._arrays import CONFIGURATIONS, JOINTS, Floats, as_floats, as_gc, as_number, chosen, named, one_or_seven
 from ..arm.arm import MOST_MARGIN, Arm
 from ..errors import ConfigurationError, InputError, NotFiniteError, ShapeError
 from .policies import POLICIES, Policy
@@ -50,7 +50,7 @@ _UNBOUNDED = np.concatenate([[1.0], np.full(2 * JOINTS, np.inf), np.zeros(JOINTS
 
 
 def joint_bound(arm: Arm, name: str, value: Bound, stated: Floats) -> Floats:
-    """Return a bound as (7,), infinite where there is none; True stands for what the arm states.
+    """Return a bound as (7,), infinite where there is none; True: what the arm states; a number: for all.
 
     Raises
     ------
@@ -66,9 +66,7 @@ def joint_bound(arm: Arm, name: str, value: Bound, stated: Floats) -> Floats:
         if np.isinf(stated).all():
             raise InputError(f"{name}=True takes the arm's own, and {arm.name or 'the arm'} states none")
         return stated
-    bound = as_floats(name, value, (JOINTS,))
-    if bound.ndim != 1:
-        raise ShapeError(f"{name} has shape {bound.shape}, wanted ({JOINTS},)")
+    bound = one_or_seven(name, value)
     if np.isnan(bound).any():
         raise NotFiniteError(f"{name} holds nan, wanted numbers > 0")
     if not (bound > 0).all():

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from .._arrays import Floats, as_floats, as_number, chosen, frozen, one_pose
+from .._arrays import Floats, as_floats, as_number, as_poses, chosen, frozen, one_pose
 from ..errors import InputError, NotFiniteError, ShapeError
 
 LineOrientation = Literal["shortest", "fixed"]
@@ -236,7 +236,7 @@ class Waypoints(Path):
     _segments: Floats = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        poses = np.ascontiguousarray(as_floats("poses", self.poses, (4, 4))).copy()
+        poses = np.ascontiguousarray(as_poses("poses", self.poses)).copy()
         if poses.ndim != 3 or len(poses) == 0:
             raise ShapeError(f"poses has shape {poses.shape}, wanted (N, 4, 4) with N of 1 or more")
         _core.check_transforms(poses, "pose")

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import CONFIGURATIONS, Floats, as_floats, as_number, one_posture
+from .._arrays import CONFIGURATIONS, Floats, as_number, as_poses, one_posture
 from ..arm.arm import MOST_MARGIN, Arm
 from ..arm.diagnosis import Diagnosis, Verdict, branch_of
 from ..errors import ConfigurationError, InputError, ShapeError
@@ -112,7 +112,7 @@ def plan(
     Source: Faria et al. (2018), Eqs. (12)-(35), over a whole path.
     """
     if not isinstance(path, Path):
-        frames = as_floats("path", path, (4, 4))
+        frames = as_poses("path", path, arm._handle)
         if frames.ndim != 3:
             raise ShapeError(f"path has shape {frames.shape}, wanted a Path, or poses (N, 4, 4)")
         if len(frames) == 0:
@@ -130,9 +130,9 @@ def plan(
     ok, branch, plane, stretches, open_, start_gap, goal_gap, reports = found
     for name, gap in (("start", start_gap), ("goal", goal_gap)):
         if gap > START_GAP:
+            off, most = (f"{angle:.3g} rad ({np.degrees(angle):.3g} deg)" for angle in (gap, START_GAP))
             raise InputError(
-                f"{name} belongs to another pose than the path's: a joint is {gap:.3g} rad off, "
-                f"wanted at most {START_GAP:g}"
+                f"{name} belongs to another pose than the path's: a joint is {off} off, wanted at most {most}"
             )
     diagnosis = Diagnosis(tuple(map(branch_of, reports)))
     curve = Curve(path._segments, stretches, plane, branch) if len(stretches) else None

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from .._arrays import JOINTS, Floats, as_floats, broadcast, check_angles
+from .._arrays import JOINTS, Floats, as_floats, as_poses, broadcast, check_angles
 from ..arm.allowed import Allowed, allowed_arcs, one_allowed
 from ..arm.arm import Arm
 from ..errors import ShapeError
@@ -101,10 +101,10 @@ def resolve(
     """
     angles = as_floats("psi", psi)
     check_angles("psi", angles)
-    arcs = arm.feasible(pose, gc, singularity_margin=singularity_margin)
+    arcs = own = arm.feasible(pose, gc, singularity_margin=singularity_margin)
     if allowed is not None:
-        poses = np.broadcast_to(as_floats("pose", pose, (4, 4)), (*arcs.shape, 4, 4))
-        arcs = arcs & allowed_arcs(allowed, poses)
+        poses = np.broadcast_to(as_poses("pose", pose, arm._handle), (*arcs.shape, 4, 4))
+        arcs = own & allowed_arcs(allowed, poses)
     index = np.arange(len(arcs._count)).reshape(arcs.shape)
     shape, pair = broadcast([("arcs", index, 0), ("psi", angles, 0)])
     out, code = np.empty(shape), np.empty(shape, dtype=np.int8)
@@ -113,8 +113,9 @@ def resolve(
         core_policy(policy, dt), arcs._count, arcs._psi,
         np.ascontiguousarray(pair[0]).reshape(-1), np.ascontiguousarray(pair[1]).reshape(-1), *flat,
     )  # fmt: skip
-    reasons = arcs._status[pair[0]]
-    code[...] = np.where(reasons != Status.OK, reasons, code)
+    reasons = np.broadcast_to(np.asarray(own.status), arcs.shape).reshape(-1)[pair[0]]
+    shut = arcs._count[pair[0]] == 0
+    code[...] = np.where(shut, np.where(reasons == Status.OK, Status.NOT_ALLOWED, reasons), code)
     return Resolution(out[()], code if shape else STATUSES[code[()]])
 
 
@@ -143,7 +144,8 @@ def step(
     With bounds the arm angle is the nearest to the policy's wish whose joints keep them. **What is returned
     with OK keeps them**, judged by the joints themselves: ``v = (q - q_now) / dt`` has
     ``|v| <= velocity`` and ``|v - velocity_now| <= acceleration * dt``; and every joint can still brake
-    before its limit. Where no arm angle does, the status is VELOCITY_LIMIT, ACCELERATION_LIMIT or JOINT_JUMP.
+    before its limit. Where no arm angle does, the status is the first condition without which one would:
+    NOT_ALLOWED, ACCELERATION_LIMIT, VELOCITY_LIMIT, WINDING_EXHAUSTED, LIMITS, and JOINT_JUMP if none is.
 
     Parameters
     ----------
@@ -162,14 +164,16 @@ def step(
         axis itself, which stays still where the wrist passes near the base axis.
     max_joint_step : float, optional
         Largest move of a joint, rad; 0.2 by default. A policy that asks for more gets the arm angle nearest
-        to its wish that fits; what the pose alone forces beyond it is JOINT_JUMP.
+        to its wish that fits, in whatever arc; what the pose alone forces beyond it is JOINT_JUMP, what a
+        limit forces LIMITS or WINDING_EXHAUSTED, what `allowed` forces NOT_ALLOWED.
     allowed : ArcSet or function (4, 4) -> ArcSet, optional
         Arcs of the user's own, intersected.
     singularity_margin : float
         As in `Arm.feasible`, rad.
-    velocity : array_like, shape (7,), or True, optional
-        Greatest joint speeds, rad/s, > 0; True: the arm's own, ``arm.velocity``. Needs `dt`.
-    acceleration : array_like, shape (7,), or True, optional
+    velocity : float, array_like of shape (7,), or True, optional
+        Greatest joint speeds, rad/s, > 0; a number for all joints; True: the arm's own, ``arm.velocity``.
+        Needs `dt`.
+    acceleration : float, array_like of shape (7,), or True, optional
         Greatest joint accelerations, rad/s², > 0; True: ``arm.acceleration``. Needs `dt` and `velocity_now`.
     velocity_now : array_like, shape (7,), optional
         Joint velocities of the step before, rad/s.
@@ -197,7 +201,7 @@ def step(
     native = core_policy(policy, dt)
     count = psi = bounds = None
     if allowed is not None:
-        count, psi = one_allowed(allowed, as_floats("pose", pose, (4, 4)))
+        count, psi = one_allowed(allowed, as_poses("pose", pose, arm._handle))
     if velocity is not None or acceleration is not None:
         bounds = step_bounds(arm, velocity, acceleration, velocity_now, dt)
     rest = count, psi, bounds, Step, STATUSES
@@ -206,7 +210,7 @@ def step(
     if plain is not None:
         return plain
     options = checked_options(gc, carry, max_joint_step, singularity_margin)
-    joints, frame = as_floats("q_now", q_now, (JOINTS,)), as_floats("pose", pose, (4, 4))
+    joints, frame = as_floats("q_now", q_now, (JOINTS,)), as_poses("pose", pose, arm._handle)
     if joints.ndim != 1 or frame.ndim != 2:
         raise ShapeError(
             f"q_now has shape {joints.shape} and pose {frame.shape}, wanted (7,) and (4, 4); "

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._arrays import CONFIGURATIONS, JOINTS, Floats, as_floats
+from .._arrays import CONFIGURATIONS, JOINTS, Floats, as_poses
 from ..arm.arm import Arm
 from ..arm.configuration import gc_signs
 from ..colours import BLACK, FULL_TURN, JOINT_COLOURS, MID, unjoined, wrapped_degrees
@@ -58,7 +58,7 @@ def feasible_map(
     """
     curve = motion if isinstance(motion, JointPath) else None
     arm, poses = (motion.arm, motion.poses) if isinstance(motion, JointPath) else motion
-    frames = as_floats("poses", poses, (4, 4))
+    frames = as_poses("poses", poses)
     if frames.ndim != 3 or not len(frames):
         raise ShapeError(f"poses has shape {frames.shape}, wanted (N, 4, 4) with N > 0")
     s = curve.s if curve is not None else np.linspace(0.0, 1.0, len(frames))

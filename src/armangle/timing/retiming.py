@@ -63,9 +63,9 @@ def retime(
     ----------
     path : JointPath
         From `plan` or `follow`; it must be ok.
-    velocity, acceleration : array_like, shape (7,), or True
-        Bounds, rad/s and rad/s², > 0; True: the arm's own. Infinite: none.
-    jerk : array_like, shape (7,), optional
+    velocity, acceleration : float, array_like of shape (7,), or True
+        Bounds, rad/s and rad/s², > 0; a number for all joints; True: the arm's own. Infinite: none.
+    jerk : float, or array_like of shape (7,), optional
         Bounds, rad/s³, > 0.
     tool_speed : float, optional
         Constant speed of the tool's origin, m/s, > 0, between a ramp at either end. Where joints cannot
@@ -131,7 +131,7 @@ def _checked(
     a = joint_bound(path.arm, "acceleration", acceleration, path.arm.acceleration)
     if np.isinf(a).any():
         raise InputError(
-            "a timing needs a bound on the acceleration of every joint: acceleration=(7,) in rad/s²"
+            "a timing needs a bound on the acceleration of every joint: acceleration=, in rad/s²"
         )
     if not np.abs(path.derivatives(np.linspace(0.0, 1.0, GRID))[:, 0]).max() > RESTS:
         raise InputError("no joint moves along the path: there is nothing to time")

@@ -84,7 +84,9 @@ def _explain(arm: Arm, pose: Floats, args: argparse.Namespace) -> int:
         raise InputError("--explain takes one pose, without --psi and -o")
     diagnosis = arm.explain(pose)
     if args.json:
-        show_json({"ok": diagnosis.ok, "branches": [asdict(branch) for branch in diagnosis.branches]})
+        branches = [asdict(branch) for branch in diagnosis.branches]
+        nearest = {"nearest": diagnosis.nearest, "nearest_gap": diagnosis.nearest_gap}
+        show_json({"ok": diagnosis.ok, "branches": branches} | nearest)
     else:
         show(diagnosis.explain())
     return 0 if diagnosis.ok else 1

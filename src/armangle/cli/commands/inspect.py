@@ -82,13 +82,13 @@ def _links(args: argparse.Namespace) -> tuple[str | None, str | None]:
 
 
 def _show(arm: Arm, report: ImportReport) -> None:
-    miss = max(report.shoulder_miss, report.elbow_miss, report.wrist_miss)
+    miss = max(report.shoulder_miss, report.wrist_miss)
     exact = miss <= LENGTH_TOLERANCE and report.angle_miss <= ANGLE_TOLERANCE
     show(paint(f"{arm.name}: S-R-S" if exact else f"{arm.name}: the S-R-S arm fitted to it", "bold"))
     for line in str(report).splitlines():
         show(paint(paragraph(line), "bold") if line.startswith("note: ") else paragraph(line))
     show()
-    lengths = ("d_bs", "d_se", "d_ew", "d_wf", "a_3", "a_4")
+    lengths = ("d_bs", "d_se", "d_ew", "d_wf", "a_3", "a_4", "d_4")
     show(paragraph(f"lengths mm: {', '.join(f'{name} {getattr(arm, name) * 1e3:.6g}' for name in lengths)}"))
     show(f"reach mm, shoulder to wrist: {arm.reach * 1e3:.6g}")
     for name, frame in (("base", arm.base), ("tool", arm.tool)):

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...arm.arm import Arm
 from ...models.catalogue import CatalogueEntry, catalogue, load_robot
+from ...models.description import ELBOW_OFFSETS
 from ..arguments import add_json
 from ..screen import degrees, show, show_json
 from ..tables import paint, paragraph, table
@@ -17,7 +18,7 @@ from ..tables import paint, paragraph, table
 HELP = "List the arms of the catalogue, all or by words, or what is known of one."
 EXAMPLE = "  armangle robots\n  armangle robots yaskawa\n  armangle robots kuka_iiwa7_r800"
 
-_LENGTHS = ("d_bs", "d_se", "d_ew", "d_wf", "a_3", "a_4")
+_LENGTHS = ("d_bs", "d_se", "d_ew", "d_wf", "a_3", "a_4", "d_4")
 _DOUBTS = ("lengths", "limits", "velocity")
 
 
@@ -63,7 +64,7 @@ def _arm(entry: CatalogueEntry) -> Arm:
 
 
 def _offset(entry: CatalogueEntry) -> str:
-    return "offset" if entry.description.a_3 or entry.description.a_4 else "in line"
+    return "offset" if any(getattr(entry.description, name) for name in ELBOW_OFFSETS) else "in line"
 
 
 def _doubtful(entry: CatalogueEntry) -> str:

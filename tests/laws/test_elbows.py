@@ -1,4 +1,4 @@
-"""Arms whose upper arm or forearm is elbow offset alone, d_se = 0 or d_ew = 0: the laws of every arm hold."""
+"""Every law for elbows of every kind: links that are offset alone, d_se = 0 or d_ew = 0, and gaps d_4."""
 
 from __future__ import annotations
 
@@ -10,23 +10,29 @@ from support.strategies import Array, frame, postures, unlimited
 import armangle as aa
 
 LINKS = {
-    # d_se, d_ew, a_3, a_4 in m
-    "forearm": (0.28, 0.0, 0.0, -0.28),
-    "forearm, longer": (0.3, 0.0, 0.02, 0.41),
-    "upper arm": (0.0, 0.35, 0.3, 0.0),
-    "upper arm, offset forearm": (0.0, 0.35, -0.25, 0.04),
-    "both": (0.0, 0.0, 0.3, -0.25),
-    "both, one way": (0.0, 0.0, -0.2, -0.33),
-    "hardly a length": (1e-7, 0.4, 0.3, 0.0),
+    # d_se, d_ew, a_3, a_4, d_4 in m
+    "forearm": (0.28, 0.0, 0.0, -0.28, 0.0),
+    "forearm, longer": (0.3, 0.0, 0.02, 0.41, 0.0),
+    "upper arm": (0.0, 0.35, 0.3, 0.0, 0.0),
+    "upper arm, offset forearm": (0.0, 0.35, -0.25, 0.04, 0.0),
+    "both": (0.0, 0.0, 0.3, -0.25, 0.0),
+    "both, one way": (0.0, 0.0, -0.2, -0.33, 0.0),
+    "hardly a length": (1e-7, 0.4, 0.3, 0.0, 0.0),
+    "gap": (0.41, 0.31, 0.0, 0.0, 0.0114),
+    "gap, links of one length": (0.4, 0.4, 0.0, 0.0, -0.02),
+    "wide gap": (0.3, 0.4, 0.0, 0.0, 0.25),
+    "gap and offsets": (0.3, 0.35, 0.045, -0.06, -0.1),
+    "gap and slant": (0.3, 0.0, 0.0, 0.3, 0.05),
+    "hardly a gap": (0.4, 0.39, 0.0, 0.0, 1e-9),
 }
 REGIMES = ("uniform", "near_singular", "singular", "on_limit", "at_reach", "folded")
 
 
 def slanted(name: str, seed: int = 0) -> aa.Arm:
     """An arm of `LINKS` with random signs, zeros, limits and frames."""
-    d_se, d_ew, a_3, a_4 = LINKS[name]
+    d_se, d_ew, a_3, a_4, d_4 = LINKS[name]
     rng = np.random.default_rng([seed, list(LINKS).index(name)])
-    plain = aa.Arm(d_bs=0.2, d_se=d_se, d_ew=d_ew, d_wf=0.1, a_3=a_3, a_4=a_4)
+    plain = aa.Arm(d_bs=0.2, d_se=d_se, d_ew=d_ew, d_wf=0.1, a_3=a_3, a_4=a_4, d_4=d_4)
     signs, offsets = rng.choice([-1, 1], 7), rng.choice([0.0, np.pi / 2, -np.pi / 2, 0.3], 7)
     middle, half = rng.uniform(-1, 1, 7), rng.uniform(1.0, 3.5, 7)
     middle[3] = signs[3] * (plain.delta - offsets[3])
@@ -44,10 +50,10 @@ def angle_between(one: Array, other: Array) -> Array:
 @pytest.mark.parametrize("name", LINKS)
 def test_the_links_are_as_long_as_their_slant(name: str) -> None:
     arm = slanted(name)
-    d_se, d_ew, a_3, a_4 = LINKS[name]
+    d_se, d_ew, a_3, a_4, d_4 = LINKS[name]
     upper, fore = np.hypot(d_se, a_3), np.hypot(d_ew, a_4)
-    assert arm.reach == pytest.approx(upper + fore, abs=1e-15)
-    assert arm.inner_reach == pytest.approx(abs(upper - fore), abs=1e-15)
+    assert arm.reach == pytest.approx(np.hypot(upper + fore, d_4), abs=1e-15)
+    assert arm.inner_reach == pytest.approx(np.hypot(upper - fore, d_4), abs=1e-15)
     q = np.random.default_rng(1).uniform(-np.pi, np.pi, (500, 7))
     frames = unlimited(arm).frames(q)
     wrist, shoulder = frames[..., 5, :3, 3], frames[..., 1, :3, 3]
@@ -100,6 +106,39 @@ def test_feasible_is_within_limits(name: str, seed: int) -> None:
     found = classify(arm, pose, gc, psi)
     assert found.wrong == []
     assert found.samples == psi.size and found.clear > 0.2 * found.samples
+
+
+@pytest.mark.parametrize("name", LINKS)
+def test_batches_intervals_and_paths_agree_with_one_pose(name: str) -> None:
+    arm = slanted(name)
+    q = postures(arm, "uniform", 64)
+    pose, psi, gc = unlimited(arm).forward(q)
+    one = np.array([unlimited(arm).inverse(p, a, int(g)) for p, a, g in zip(pose, psi, gc, strict=True)])
+    np.testing.assert_allclose(unlimited(arm).inverse(pose, psi, gc), one, atol=1e-12)
+    for joint in (1, 2, 3, 5, 6, 7):
+        values = arm.joint_function(pose[0], int(gc[0]), joint).value(np.linspace(-3, 3, 50))
+        solved = unlimited(arm).inverse(pose[0], np.linspace(-3, 3, 50), int(gc[0]))[:, joint - 1]
+        assert angle_between(values, solved).max() < 1e-9
+
+
+@pytest.mark.parametrize("name", [name for name in LINKS if LINKS[name][4]])
+def test_plans_over_a_gap_are_certified_and_true(name: str) -> None:
+    arm = slanted(name).with_(lower=None, upper=None)
+    arm = arm.with_(lower=[-2.9] * 7, upper=[2.9] * 7)
+    rng = np.random.default_rng(5)
+    done = 0
+    for q in rng.uniform(-1.5, 1.5, (12, 7)):
+        pose = arm.forward(q)[0]
+        end = pose.copy()
+        end[:3, 3] += rng.normal(scale=0.03, size=3)
+        path = aa.plan(arm, aa.Line(pose, end), start=q)
+        if not path.ok:
+            continue
+        done += 1
+        assert path.certified
+        np.testing.assert_allclose(arm.forward(path.q)[0], path.poses, atol=1e-9)
+        assert arm.within_limits(path.q).all()
+    assert done >= 6
 
 
 @pytest.mark.parametrize(("links", "what"), [({"d_ew": 0.0}, "forearm"), ({"d_se": 9e-7}, "upper arm"),

@@ -1,0 +1,73 @@
+// Poses of positions and orientations as people write them.
+#include "elements.hpp"
+
+namespace binding {
+
+using namespace armangle;
+
+namespace {
+
+/// How an orientation is written.
+enum class Orientation : int { wxyz, xyzw, rpy, rotvec };
+
+Problem check_finite(const double* x, int count, double& value) noexcept {
+    for (int i = 0; i < count; ++i)
+        if (!std::isfinite(x[i])) return value = x[i], Problem::pose_not_finite;
+    return Problem::none;
+}
+
+Problem check_orientation(Orientation kind, const double* x, double& value) noexcept {
+    if (kind == Orientation::wxyz || kind == Orientation::xyzw) {
+        const Problem problem = check_finite(x, 4, value);
+        if (problem != Problem::none) return problem;
+        value = std::sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2] + x[3] * x[3]);
+        return std::fabs(value - 1.0) <= tolerance::unit ? Problem::none : Problem::not_unit;
+    }
+    for (int i = 0; i < 3; ++i)
+        if (!(std::fabs(x[i]) <= tolerance::largest_angle)) return value = x[i], Problem::joints_not_finite;
+    return Problem::none;
+}
+
+Mat3<double> rotation_of(Orientation kind, const double* x) noexcept {
+    switch (kind) {
+        case Orientation::wxyz: return from_quaternion(x[0], x[1], x[2], x[3]);
+        case Orientation::xyzw: return from_quaternion(x[3], x[0], x[1], x[2]);
+        case Orientation::rpy: return from_rpy(x[0], x[1], x[2]);
+        case Orientation::rotvec: break;
+    }
+    return from_rotation_vector({x[0], x[1], x[2]});
+}
+
+/// Writes poses of orientations; `name` is the argument that they came as.
+void rotations_many(Orientation kind, Floats numbers, Floats out, const char* name) {
+    const Buffer in(numbers), to(out, true);
+    for_each<2>(name, {&in, &to}, {1, 2}, 1, [&](const Py_ssize_t* at, double& value) {
+        const double* x = in.data<double>() + at[0];
+        const Problem problem = check_orientation(kind, x, value);
+        if (problem == Problem::none)
+            store_pose({rotation_of(kind, x), {0, 0, 0}}, to.data<double>() + at[1]);
+        return problem;
+    });
+}
+
+void check_transforms(Floats poses, const char* argument) {
+    const Buffer p(poses);
+    for_each<1>(argument, {&p}, {2}, 1, [&](const Py_ssize_t* at, double& value) {
+        return check_pose(p.data<double>() + at[0], value);
+    });
+}
+
+}  // namespace
+
+void bind_poses(nb::module_& m) {
+    using namespace nb::literals;
+    nb::enum_<Orientation>(m, "Orientation")
+        .value("WXYZ", Orientation::wxyz)
+        .value("XYZW", Orientation::xyzw)
+        .value("RPY", Orientation::rpy)
+        .value("ROTVEC", Orientation::rotvec);
+    m.def("check_transforms", &check_transforms, "poses"_a, "argument"_a);
+    m.def("rotations_many", &rotations_many, "kind"_a, "numbers"_a, "out"_a, "name"_a);
+}
+
+}  // namespace binding

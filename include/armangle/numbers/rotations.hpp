@@ -1,0 +1,62 @@
+// Rotations as people write them: a quaternion, turns about fixed axes, an axis times an angle.
+#pragma once
+
+#include "angles.hpp"
+#include "linalg.hpp"
+
+namespace armangle {
+
+/// Rotation of v about a unit axis by the angle of sc (Rodrigues).
+template <class T>
+Vec3<T> rotated(const Vec3<double>& v, const Vec3<double>& axis, const SinCos<T>& sc) noexcept {
+    const Vec3<T> across = spread<T>(cross(axis, v)), along = spread<T>(axis * dot(axis, v));
+    return spread<T>(v) * sc.cos + across * sc.sin + along * (T(1.0) - sc.cos);
+}
+
+/// The rotation about a unit axis by an angle (rad).
+inline Mat3<double> rotation(const Vec3<double>& axis, double angle) noexcept {
+    const SinCos<double> sc = sin_cos(angle);
+    return {rotated(Vec3<double>{1, 0, 0}, axis, sc), rotated(Vec3<double>{0, 1, 0}, axis, sc),
+            rotated(Vec3<double>{0, 0, 1}, axis, sc)};
+}
+
+/// The rotation of w + x i + y j + z k, which is made unit; it must not be 0.
+inline Mat3<double> from_quaternion(double w, double x, double y, double z) noexcept {
+    const double length = sqrt(w * w + x * x + y * y + z * z);
+    w /= length;
+    x /= length;
+    y /= length;
+    z /= length;
+    return {{1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)},
+            {2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)},
+            {2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)}};
+}
+
+/// Turns about the fixed axes x, then y, then z (rad), as in URDF: Rz(yaw) Ry(pitch) Rx(roll).
+inline Mat3<double> from_rpy(double roll, double pitch, double yaw) noexcept {
+    return rotation({0, 0, 1}, yaw) * rotation({0, 1, 0}, pitch) * rotation({1, 0, 0}, roll);
+}
+
+/// The rotation about the direction of v by its length (rad).
+inline Mat3<double> from_rotation_vector(const Vec3<double>& v) noexcept {
+    const double largest = max(max(abs(v.x), abs(v.y)), abs(v.z));
+    if (largest == 0) return {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    const Vec3<double> scaled{v.x / largest, v.y / largest, v.z / largest};  // no square that underflows
+    const double length = norm(scaled);
+    return rotation(scaled * (1.0 / length), largest * length);
+}
+
+/// The nearest rotation to a matrix that is one within 1e-6, by two steps of Newton: R (3 - R^T R) / 2.
+inline Mat3<double> orthonormal(Mat3<double> r) noexcept {
+    for (int pass = 0; pass < 2; ++pass) {
+        const double xx = dot(r.x, r.x), yy = dot(r.y, r.y), zz = dot(r.z, r.z);
+        const double xy = dot(r.x, r.y), yz = dot(r.y, r.z), zx = dot(r.z, r.x);
+        const Mat3<double> step{{0.5 * (3 - xx), -0.5 * xy, -0.5 * zx},
+                                {-0.5 * xy, 0.5 * (3 - yy), -0.5 * yz},
+                                {-0.5 * zx, -0.5 * yz, 0.5 * (3 - zz)}};
+        r = r * step;
+    }
+    return r;
+}
+
+}  // namespace armangle

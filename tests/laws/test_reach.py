@@ -1,0 +1,158 @@
+"""The nearest pose within reach, and poses in float32 that rounding puts out of it."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+import re
+
+import numpy as np
+import pytest
+from support.strategies import Array
+
+import armangle as aa
+
+EPS = float(np.finfo(np.float32).eps)
+NAMES = ("kuka_iiwa7_r800", "openarm_v10", "barrett_wam7")
+
+
+def placed(name: str) -> aa.Arm:
+    """A robot on a slanted base, with a tool of its own."""
+    arm = aa.Arm.from_catalogue(name)
+    base = aa.pose([0.4, -0.3, 0.2], rpy=[0.3, -0.5, 1.0])
+    return arm.with_(base=base).with_tool(aa.pose([0.02, 0.03, 0.1], rotvec=[0.4, 0.1, -0.2]))
+
+
+def unequal() -> aa.Arm:
+    """Links so different that there is an inner reach."""
+    return aa.Arm(d_bs=0.3, d_se=0.5, d_ew=0.3, d_wf=0.1, base=aa.pose([1, 2, 3], rpy=[1, 2, 3]))
+
+
+def size(arm: aa.Arm) -> float:
+    ends = np.linalg.norm(arm.base[:3, 3]) + np.linalg.norm(arm.tool[:3, 3])
+    return float(arm.reach + abs(arm.d_bs) + abs(arm.d_wf) + ends)
+
+
+def wrist(arm: aa.Arm, pose: Array) -> Array:
+    """The wrist seen from the shoulder, in the frame of the base."""
+    flange = np.linalg.inv(arm.base) @ pose @ np.linalg.inv(arm.tool)
+    return flange[:3, 3] - arm.d_wf * flange[:3, 2] - np.array([0, 0, arm.d_bs])
+
+
+@pytest.mark.parametrize("arm", [*map(placed, NAMES), unequal()], ids=lambda arm: arm.name or "unequal")
+def test_no_pose_of_that_orientation_within_reach_is_nearer(arm: aa.Arm) -> None:
+    rng = np.random.default_rng(1)
+    beyond = 0
+    for pose in arm.forward(rng.uniform(-3, 3, (60, 7)))[0]:
+        pose[:3, 3] += rng.normal(size=3) * rng.choice([0.05, 0.5, 2.0])
+        found = arm.explain(pose)
+        assert found.nearest is not None
+        distance = np.linalg.norm(wrist(arm, pose))
+        excess = max(distance - arm.reach, arm.inner_reach - distance, 0.0)
+        assert abs(found.nearest_gap - excess) <= 1e-13 * size(arm)
+        moved = np.linalg.norm(found.nearest[:3, 3] - pose[:3, 3])
+        assert abs(moved - found.nearest_gap) <= 1e-13 * size(arm)
+        assert (found.nearest[:3, :3] == pose[:3, :3]).all()
+        arm.inverse(found.nearest, 0.3, 2)  # within reach: raises if it were not
+        if found.nearest_gap == 0:
+            assert (found.nearest == pose).all()
+            continue
+        beyond += 1
+        tries = found.nearest_gap * 0.999 * rng.normal(size=(200, 3))
+        tries *= np.minimum(1, 0.999 * found.nearest_gap / np.linalg.norm(tries, axis=1, keepdims=True))
+        near = np.repeat(pose[None], 200, axis=0)
+        near[:, :3, 3] += tries
+        assert np.isnan(arm.inverse(near, 0.3, 2, unreachable="nan")).all()
+    assert beyond >= 10
+
+
+def test_a_wrist_on_the_shoulder_goes_out_to_the_inner_reach() -> None:
+    arm = unequal()
+    flange = np.eye(4)
+    flange[2, 3] = arm.d_bs + arm.d_wf
+    found = arm.explain(arm.base @ flange)
+    assert found.nearest_gap == pytest.approx(arm.inner_reach, abs=1e-14)
+    assert found.nearest is not None
+    assert np.linalg.norm(wrist(arm, found.nearest)) == pytest.approx(arm.inner_reach, abs=1e-12)
+
+
+def test_the_explanation_says_where_and_copies_keep_it() -> None:
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    far = aa.pose([2.0, 0.0, 0.34], rpy=[0, np.pi / 2, 0])
+    found = arm.explain(far)
+    line = (
+        "The nearest pose within reach, in the same orientation, is 1074 mm away: x, y, z = 0.926, 0, 0.34 m."
+    )
+    assert found.explain().endswith(line)
+    assert "nearest pose" not in arm.explain(arm.forward(np.zeros(7))[0]).explain()
+    for again in (copy.deepcopy(found), pickle.loads(pickle.dumps(found))):
+        assert again.explain() == found.explain()
+        assert (again.nearest == found.nearest).all()
+        with pytest.raises(ValueError, match="read-only"):
+            again.nearest[0, 0] = 1
+    path = aa.plan(arm, np.stack([far, far])).diagnosis
+    assert path is not None
+    assert path.nearest is None
+
+
+# -- float32 -----------------------------------------------------------------------------------------
+
+
+def rounded(arm: aa.Arm, count: int) -> tuple[Array, Array, Array]:
+    """Float32 poses of random postures, a quarter of them stretched, a quarter folded as far as it goes."""
+    rng = np.random.default_rng(7)
+    q = rng.uniform(-3, 3, (count, 7))
+    at = np.arange(count) % 4
+    theta = np.where(
+        at == 1, arm.delta, np.where(at == 2, arm.delta + np.pi, arm.signs[3] * q[:, 3] + arm.offsets[3])
+    )
+    q[:, 3] = arm.signs[3] * (theta - arm.offsets[3])
+    pose, psi, gc = arm.forward(q, undefined="nan")
+    some = np.isfinite(psi)
+    return pose[some].astype(np.float32), psi[some], gc[some]
+
+
+def test_a_hundred_thousand_float32_poses_are_solved_to_their_own_rounding() -> None:
+    arms = [placed(NAMES[0]), aa.Arm.from_catalogue(NAMES[0]), placed(NAMES[2]), unequal()]
+    for arm in arms:
+        poses, psi, gc = rounded(arm, 25_000)
+        plain = arm.inverse(poses.astype(np.float64), psi, gc, unreachable="nan")
+        assert np.isnan(plain).any()  # else nothing is tested here
+        q = arm.inverse(poses, psi, gc)
+        assert np.isfinite(q).all()
+        back = arm.forward(q, undefined="nan")[0]
+        off = np.linalg.norm(back[:, :3, 3] - poses[:, :3, 3], axis=1)
+        assert off.max() <= 3 * EPS * size(arm)
+        assert np.abs(back[:, :3, :3] - poses[:, :3, :3]).max() <= 3 * EPS
+        assert (arm.inverse(poses[17], psi[17], gc[17]) == q[17]).all()  # one alone is one of many
+
+
+def test_every_function_takes_a_float32_pose_at_its_reach() -> None:
+    arm = aa.Arm.from_catalogue(NAMES[0]).with_(lower=np.full(7, -6.0), upper=np.full(7, 6.0))
+    poses, psi, gc = rounded(arm, 4000)
+    out = np.isnan(arm.inverse(poses.astype(np.float64), psi, gc, unreachable="nan")).any(axis=1)
+    pose, angle, branch = poses[out][0], float(psi[out][0]), int(gc[out][0])
+    q = arm.inverse(pose, angle, branch)
+    assert np.isfinite(arm.inverse_all(pose, angle)).all()
+    assert arm.self_motion(pose, angle, branch).shape == (7,)
+    for arcs in (arm.feasible(pose, branch), arm.feasible_all(pose), arm.joint_feasible(pose, branch)):
+        assert (np.asarray(arcs.status) != aa.Status.UNREACHABLE).all()
+    assert np.isfinite(arm.joint_function(pose, branch, 1).value(0.2))
+    assert aa.step(arm, q, pose).status is aa.Status.OK
+    assert aa.resolve(arm, pose, angle, branch).status is aa.Status.OK
+    assert aa.follow(arm, pose[None], start=q).ok
+    assert aa.plan(arm, pose[None]).ok
+    assert arm.explain(pose).ok
+    assert pose.dtype == np.float32  # as it came
+    skew = pose.copy()
+    skew[0, 0] += 1e-3
+    with pytest.raises(aa.NotRotationError, match="not orthonormal"):
+        arm.inverse(skew, angle, branch)
+
+
+def test_what_is_farther_than_rounding_is_out_of_reach_in_float32_too() -> None:
+    arm = aa.Arm.from_catalogue(NAMES[0])
+    far = aa.pose([arm.reach + arm.d_wf + 1e-4, 0, arm.d_bs], rpy=[0, np.pi / 2, 0])
+    with pytest.raises(aa.UnreachableError, match=re.escape("pose is out of reach by 0.1")):
+        arm.inverse(far.astype(np.float32), 0.0, 0)
+    assert aa.step(arm, np.zeros(7), far.astype(np.float32)).status is aa.Status.UNREACHABLE
