@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import os
 import stat
-import time
 import tracemalloc
 import zipfile
 from copy import copy
@@ -222,10 +221,8 @@ TOML = {
 def test_toml_of_junk(tmp_path: Path, text: str, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "r.toml"
     file.write_text(text)
-    began = time.perf_counter()
     with pytest.raises(aa.FileFormatError, match=rf"r\.toml: {TOML[text]}"):
         read_robot(file)
-    assert time.perf_counter() - began < 2
     assert main(["fk", "--robot", str(file), *["0"] * 7]) == 2
     assert "r.toml:" in capsys.readouterr().err
 

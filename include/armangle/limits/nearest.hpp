@@ -346,8 +346,9 @@ private:
              bool negative) const noexcept {
         if (!(c.weight > 0)) return;
         const Boxes sign(c.sign);
-        const Boxes theta = !negative ? j.theta : (hinge ? -j.theta : j.theta + pi);
-        const Boxes way = hinge && negative ? -sign : sign;
+        const bool mirrored = hinge && negative;  // a pivot turns by half a turn instead
+        const Boxes straight = negative ? j.theta + pi : j.theta;
+        const Boxes theta = mirrored ? -j.theta : straight, way = mirrored ? -sign : sign;
         const Boxes q = to_q(theta, sign, Boxes(c.offset), Boxes(c.lower), Boxes(c.upper), Boxes(c.near));
         const Boxes off = q - Boxes(c.near), weight(c.weight);
         const Boxes least = least_off(c, q, j.travel);
