@@ -34,7 +34,7 @@ check:  ## all tests, and which ten took longest
 
 laws:  ## the laws with EXAMPLES=5000 random examples each, and SEED= that of the day
 	ARMANGLE_LAWS_COUNT=$(EXAMPLES) ARMANGLE_LAWS_SEED=$(SEED) $(PYTHON) -m pytest $(PARALLEL) \
-	    tests/laws/test_kinematics.py tests/laws/test_feasible.py tests/laws/test_near_shoulder.py
+	    tests/laws/test_kinematics.py tests/laws/test_feasible.py tests/laws/test_near_shoulder.py tests/motion/test_tracking.py
 
 nearest:  ## the law of solve against a dense grid in all branches, for SECONDS=600, first seed SEED=
 	$(PYTHON) tests/laws/long_nearest.py $(SECONDS) $(SEED)

@@ -17,6 +17,8 @@ INVERSE_BATCH, FEASIBLE_BATCH, FOLLOW_POSES, SINGLE_CALLS = 200_000, 50_000, 20_
 PATH_START = np.radians([-5.4101, -26.4986, -48.1542, -61.6500, 152.6198, 114.4466, 8.1812])
 PATH_LENGTH = 0.25  # m along the tool's z axis, there and back (paper, section 6.2)
 ELBOW_BENT = 0.1  # rad: a stretched arm's pose, rounded to float32, is out of reach
+SOLVE_BATCH, NAIVE_POSES = 10_000, 20
+NAIVE_GRID = 360  # arm angles in each of the eight branches
 LARGEST_STEP = 10.0  # rad: random postures near a singularity may well move more than a loop would allow
 
 
@@ -128,11 +130,40 @@ def single_step() -> Workload:
         for joints, pose in arguments:
             step(robot, joints, pose, max_joint_step=LARGEST_STEP)
 
-    return Workload("one aa.step call", SINGLE_CALLS, run, {"": 14.0})
+    return Workload("one aa.step call", SINGLE_CALLS, run, {"": 10.0})
+
+
+def solving() -> list[Workload]:
+    """Return the nearest posture to a seed anywhere: a batch, single calls, and the naive way, a grid."""
+    robot = arm()
+    q = postures(SOLVE_BATCH)
+    pose, near = robot.forward(q)[0], np.roll(q, 1, axis=0)
+    arguments = [(p.copy(), seed.copy()) for p, seed in zip(pose[:SINGLE_CALLS], near, strict=False)]
+    branches, angles = np.meshgrid(np.arange(8), np.linspace(-np.pi, np.pi, NAIVE_GRID))
+
+    def single() -> None:
+        for frame, seed in arguments:
+            robot.solve(frame, seed)
+
+    def naive() -> None:
+        for frame, seed in arguments[:NAIVE_POSES]:
+            found = robot.inverse(frame, angles, branches, seed=seed)
+            far = np.linalg.norm(found - seed, axis=-1)
+            far[~robot.within_limits(found)] = np.inf
+            found[np.unravel_index(np.argmin(far), far.shape)]
+
+    return [
+        Workload(
+            f"solve, batch of {SOLVE_BATCH:,}, a seed anywhere", SOLVE_BATCH,
+            lambda: robot.solve(pose, near), {"": 40.0},
+        ),
+        Workload("one arm.solve call, a seed anywhere", SINGLE_CALLS, single, {"": 80.0}),
+        Workload(f"the naive way: a grid of 8 × {NAIVE_GRID} by arm.inverse", NAIVE_POSES, naive, {}),
+    ]  # fmt: skip
 
 
 def other_calls() -> list[Workload]:
-    """Return single calls without a goal of their own."""
+    """Return single calls of what is neither inverse, step nor solve."""
     robot = arm()
     q = postures(SINGLE_CALLS)
     pose, _, gc = robot.forward(q)
@@ -146,9 +177,14 @@ def other_calls() -> list[Workload]:
         for frame, branch in arguments:
             robot.feasible(frame, branch)
 
+    def feasible_all() -> None:
+        for frame, _ in arguments:
+            robot.feasible_all(frame)
+
     return [
-        Workload("one arm.forward call", SINGLE_CALLS, forward, {}),
-        Workload("one arm.feasible call", SINGLE_CALLS, feasible, {}),
+        Workload("one arm.forward call", SINGLE_CALLS, forward, {"": 8.0}),
+        Workload("one arm.feasible call", SINGLE_CALLS, feasible, {"": 25.0}),
+        Workload("one arm.feasible_all call", SINGLE_CALLS, feasible_all, {"": 40.0}),
     ]
 
 
@@ -157,4 +193,5 @@ def goal_rows() -> list[Workload]:
     inverse, feasible = batches()
     return [
         inverse, batch_into_array(), feasible, follow(), *single_inverses(), single_step(), *other_calls(),
+        *solving(),
     ]  # fmt: skip

@@ -3,6 +3,7 @@
 // A batch of arc sets travels as flat arrays: `count` per set; for each arc its two ends as angle, joint (0:
 // none), side and value in q.
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/unique_ptr.h>
 #include <nanobind/stl/vector.h>
 
 #include <memory>
@@ -104,6 +105,39 @@ ArcColumns feasible_many(const ArmHandle& self, Floats pose, Ints gc, double mar
     refuse(first_problem(outcomes, most_threads), p, 2, "pose");
     join(parts, whole);
     return whole.release();
+}
+
+/// The sets of one pose: made into arrays where Python asks for them.
+struct ArcsOfOne {
+    Collected sets;
+    nb::object arrays;
+
+    nb::object columns() {
+        if (!arrays.is_valid()) arrays = sets.release();
+        return arrays;
+    }
+};
+
+/// The sets of one pose, a small (4,4) matrix, or None where an argument is not plain: the general way then
+/// converts it, or says what is wrong.
+std::unique_ptr<ArcsOfOne> feasible_one(const ArmHandle& self, nb::handle pose, nb::handle gc_object,
+                                        nb::handle margin_object, nb::handle psi_margin,
+                                        nb::handle discriminant, Wanted wanted, nb::handle threads) {
+    double margin, psi_wide, threshold, m[16], value;
+    long long gc, one;
+    if (!as_double(margin_object, margin) || !(margin >= 0 && margin <= most_margin)) return nullptr;
+    if (!as_double(psi_margin, psi_wide) || !(psi_wide >= 0 && psi_wide <= most_margin)) return nullptr;
+    if (!as_double(discriminant, threshold) || !(threshold >= 0)) return nullptr;
+    if (!as_index(threads, one) || one != 1 || !as_index(gc_object, gc)) return nullptr;
+    SmallMatrix matrix;
+    if (!matrix.read(pose, 4, 4, m) || matrix.precision() > 0) return nullptr;
+    auto out = std::make_unique<ArcsOfOne>();
+    out->sets.reserve(static_cast<std::size_t>(sets_of(wanted)));
+    const bool plain = margin == 0 && psi_wide == 0;
+    const LimitTable own = plain ? LimitTable{} : limit_table(self.arm, margin, psi_wide, threshold);
+    const Request request{self, plain ? self.limits : own, wanted};
+    if (collect_pose(request, m, gc, out->sets, value) != Problem::none) return nullptr;
+    return out;
 }
 
 /// One joint's function of psi on one circle and branch.
@@ -257,6 +291,9 @@ void bind_arcs(nb::module_& m, nb::class_<ArmHandle>& arm) {
         .value("CONSTANT", Case::constant);
     arm.def("feasible_many", &feasible_many, "pose"_a, "gc"_a, "margin"_a, "psi_margin"_a, "discriminant"_a,
             "wanted"_a, "threads"_a);
+    nb::class_<ArcsOfOne>(m, "ArcsOfOne").def("columns", &ArcsOfOne::columns);
+    arm.def("feasible_one", &feasible_one, "pose"_a.none(), "gc"_a.none(), "margin"_a.none(),
+            "psi_margin"_a.none(), "discriminant"_a.none(), "wanted"_a, "threads"_a.none());
     arm.def("joint_function", &joint_function, "pose"_a, "gc"_a, "joint"_a);
     nb::class_<JointFunctionHandle>(m, "JointFunction")
         .def(

@@ -177,6 +177,32 @@ inline nb::object new_array7() {
     return new_array(seven);
 }
 
+inline nb::object new_array44() {
+    static PyObject* shape = nb::make_tuple(4, 4).release().ptr();
+    return new_array(shape);
+}
+
+/// numpy.float64(value).
+inline nb::object numpy_float(double value) {
+    static PyObject* type = nb::object(nb::module_::import_("numpy").attr("float64")).release().ptr();
+    const nb::object number = nb::float_(value);
+    PyObject* arguments[] = {number.ptr()};
+    PyObject* made = PyObject_Vectorcall(type, arguments, 1, nullptr);
+    if (!made) throw nb::python_error();
+    return nb::steal(made);
+}
+
+/// numpy.int64 of a global configuration; the eight are made once.
+inline nb::object numpy_index(int gc) {
+    static PyObject* known = [] {
+        const nb::object type = nb::module_::import_("numpy").attr("int64");
+        nb::list all;
+        for (int k = 0; k < armangle::configurations; ++k) all.append(type(k));
+        return nb::tuple(all).release().ptr();
+    }();
+    return nb::borrow(PyTuple_GET_ITEM(known, gc));
+}
+
 /// A named tuple of a Python class, without the class's own __new__.
 template <class... Items>
 nb::object new_named(nb::handle kind, Items&&... items) {
@@ -279,5 +305,6 @@ void bind_arcs(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_stepping(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_planning(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_solving(nb::module_& m, nb::class_<ArmHandle>& arm);
+void bind_tracking(nb::module_& m);
 
 }  // namespace binding

@@ -17,12 +17,22 @@ void copy(nb::handle from, double* to, std::initializer_list<Py_ssize_t> extents
     std::memcpy(to, b.data<double>(), count * sizeof(double));
 }
 
+<<<<<<< HEAD
+/// lengths: d_bs d_se d_ew d_wf a_3 a_4; joints: sign, offset, lower, upper one after the other; transforms:
+/// 16 each; the vector of the reference.
+void construct(ArmHandle* self, Floats lengths, Floats joint_map, Floats base, Floats tool,
+               armangle::Reference reference, Floats vector) {
+    armangle::ArmParameters p;
+    double length[6], map[4 * armangle::joints], transform[16], along[3];
+    copy(lengths, length, {6});
+=======
 /// lengths: d_bs d_se d_ew d_wf a_3 a_4 d_4; joints: sign, offset, lower, upper one after the other;
 /// transforms: 16 each.
 void construct(ArmHandle* self, Floats lengths, Floats joint_map, Floats base, Floats tool) {
     armangle::ArmParameters p;
     double length[7], map[4 * armangle::joints], transform[16];
     copy(lengths, length, {7});
+>>>>>>> main
     p.d_bs = length[0], p.d_se = length[1], p.d_ew = length[2], p.d_wf = length[3], p.a_3 = length[4],
     p.a_4 = length[5], p.d_4 = length[6];
     copy(joint_map, map, {4 * armangle::joints});
@@ -34,6 +44,9 @@ void construct(ArmHandle* self, Floats lengths, Floats joint_map, Floats base, F
     p.base = armangle::load_pose(transform);
     copy(tool, transform, {4, 4});
     p.tool = armangle::load_pose(transform);
+    copy(vector, along, {3});
+    p.reference = reference;
+    p.reference_vector = {along[0], along[1], along[2]};
     const armangle::Arm arm = armangle::make_arm(p);
     new (self) ArmHandle{arm, armangle::limit_table(arm)};
 }
@@ -85,16 +98,27 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     m.attr("MAX_JOINT_STEP") = armangle::StepOptions{}.max_joint_step;
     binding::bind_status(m);
     binding::bind_refusal(m);
+<<<<<<< HEAD
+    nb::enum_<armangle::Reference>(m, "Reference")
+        .value("BASE", armangle::Reference::base)
+        .value("VECTOR", armangle::Reference::vector)
+        .value("STEREOGRAPHIC", armangle::Reference::stereographic);
+=======
     binding::bind_poses(m);
+>>>>>>> main
     nb::class_<ArmHandle> arm(m, "Arm");
     arm.def("__init__", &binding::construct, nb::arg("lengths"), nb::arg("joint_map"), nb::arg("base"),
-            nb::arg("tool"));
+            nb::arg("tool"), nb::arg("reference"), nb::arg("vector"));
     arm.def_prop_ro("reach", [](const ArmHandle& a) { return a.arm.reach; });
     arm.def_prop_ro("inner_reach", [](const ArmHandle& a) { return a.arm.inner_reach; });
     arm.def_prop_ro("delta", [](const ArmHandle& a) { return a.arm.delta_angle; });
+    arm.def_prop_ro("joint_middle", [](const ArmHandle& a) {
+        return std::vector<double>(a.arm.joint_middle, a.arm.joint_middle + armangle::joints);
+    });
     binding::bind_kinematics(m, arm);
     binding::bind_arcs(m, arm);
     binding::bind_stepping(m, arm);
     binding::bind_planning(m, arm);
     binding::bind_solving(m, arm);
+    binding::bind_tracking(m);
 }

@@ -69,6 +69,20 @@ Problem check_joints(const double* q, double& value) noexcept {
     return Problem::none;
 }
 
+/// A plain forward: (pose, psi, gc) of one small vector (7,). None where it is not plain, or the arm angle
+/// does not exist: the general call then says what.
+nb::object forward_one(const ArmHandle& self, nb::handle q) {
+    double joint[joints], value;
+    if (!SmallMatrix().read(q, 1, joints, joint) || check_joints(joint, value) != Problem::none)
+        return nb::none();
+    const Posture posture = forward(self.arm, joint);
+    if (std::isnan(posture.psi)) return nb::none();
+    nb::object pose = new_array44();
+    const Buffer to(pose, true);
+    store_pose(posture.pose, to.data<double>());
+    return nb::make_tuple(pose, numpy_float(posture.psi), numpy_index(posture.gc));
+}
+
 void forward_many(const ArmHandle& self, Floats q, Floats pose, Floats psi, Ints gc, bool nan, int threads) {
     const Buffer in(q), p(pose, true), a(psi, true), g(gc, true);
     for_each<4>("q", {&in, &p, &a, &g}, {1, 2, 0, 0}, threads, [&](const Py_ssize_t* at, double& value) {
@@ -92,6 +106,39 @@ void frames_many(const ArmHandle& self, Floats q, Floats out, int threads) {
         frames(self.arm, in.data<double>() + at[0], frame);
         for (int i = 0; i <= joints; ++i) store_pose(frame[i], to.data<double>() + at[1] + 16 * i);
         return Problem::none;
+    });
+}
+
+void elbow_many(const ArmHandle& self, Floats q, Floats out, int threads) {
+    const Buffer in(q), to(out, true);
+    for_each<2>("q", {&in, &to}, {1, 1}, threads, [&](const Py_ssize_t* at, double& value) {
+        const Problem problem = check_joints(in.data<double>() + at[0], value);
+        if (problem != Problem::none) return problem;
+        const Vec3<double> elbow = elbow_position(self.arm, in.data<double>() + at[0]);
+        const double place[3] = {elbow.x, elbow.y, elbow.z};
+        std::memcpy(to.data<double>() + at[1], place, sizeof(place));
+        return Problem::none;
+    });
+}
+
+void psi_towards_many(const ArmHandle& self, Floats pose, Ints gc, Wish wish, Floats target, Floats out,
+                      bool nan, int threads) {
+    const Buffer p(pose), g(gc), t(target), to(out, true);
+    for_each<4>("pose", {&p, &g, &t, &to}, {2, 0, 1, 0}, threads, [&](const Py_ssize_t* at, double& value) {
+        const double* m = p.data<double>() + at[0];
+        const Problem problem = check_pose(m, value);
+        if (problem != Problem::none) return problem;
+        const long long branch = g.data<long long>()[at[1]];
+        if (branch < 0 || branch >= configurations)
+            return value = static_cast<double>(branch), Problem::gc_range;
+        const double* v = t.data<double>() + at[2];
+        const SelfMotion<double> motion = self_motion(self.arm, load_pose(m), static_cast<int>(branch));
+        const WishedPsi found = psi_towards(self.arm, motion, {wish, 0.0, {v[0], v[1], v[2]}});
+        to.data<double>()[at[3]] = found.psi;
+        if (nan || found.why == Indifferent::no) return Problem::none;
+        if (is_unreachable(motion.circle)) return value = motion.circle.triangle.excess, Problem::unreachable;
+        if (is_folded(motion.circle)) return Problem::folded;
+        return found.why == Indifferent::still ? Problem::still : Problem::on_axis;
     });
 }
 
@@ -163,8 +210,16 @@ void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm) {
     arm.def("inverse_one", &inverse_one, "pose"_a.none(), "psi"_a.none(), "gc"_a.none());
     arm.def("inverse_many", &inverse_many, "pose"_a, "psi"_a, "gc"_a, "seed"_a.none(), "out"_a, "limits"_a,
             "unreachable"_a, "threads"_a);
+    arm.def("forward_one", &forward_one, "q"_a.none());
     arm.def("forward_many", &forward_many, "q"_a, "pose"_a, "psi"_a, "gc"_a, "nan"_a, "threads"_a);
     arm.def("frames_many", &frames_many, "q"_a, "out"_a, "threads"_a);
+    nb::enum_<Wish>(m, "Wish")
+        .value("PSI", Wish::psi)
+        .value("POINT", Wish::point)
+        .value("DIRECTION", Wish::direction);
+    arm.def("elbow_many", &elbow_many, "q"_a, "out"_a, "threads"_a);
+    arm.def("psi_towards_many", &psi_towards_many, "pose"_a, "gc"_a, "wish"_a, "target"_a, "out"_a, "nan"_a,
+            "threads"_a);
     arm.def("jacobian_many", &jacobian_many, "q"_a, "out"_a, "threads"_a);
     arm.def("self_motion_many", &self_motion_many, "pose"_a, "psi"_a, "gc"_a, "out"_a, "threads"_a);
     arm.def("nearest_pose", &nearest_pose, "pose"_a, "out"_a);

@@ -41,7 +41,12 @@ void bind_refusal(nb::module_& m) {
         .value("UNREACHABLE", Problem::unreachable)
         .value("FOLDED", Problem::folded)
         .value("JOINT_LIMIT", Problem::joint_limit)
+<<<<<<< HEAD
+        .value("STILL", Problem::still)
+        .value("ON_AXIS", Problem::on_axis);
+=======
         .value("NOT_UNIT", Problem::not_unit);
+>>>>>>> main
     nb::register_exception_translator(&translate);
     m.def(
         "on_refusal",

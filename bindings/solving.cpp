@@ -115,7 +115,8 @@ nb::object solve_one(const ArmHandle& self, nb::handle pose, nb::handle near, Me
     SmallMatrix matrix;
     if (!matrix.read(pose, 4, 4, m) || matrix.precision() > 0) return nb::none();
     if (!near.is_none() && !SmallMatrix().read(near, 1, joints, q)) return nb::none();
-    refuse_one(check_pose(m, value), "pose", value);
+    const Problem problem = check_pose(m, value);
+    refuse_one(problem, "pose", value);
     for (int j = 0; !near.is_none() && j < joints; ++j)
         if (!(std::fabs(q[j]) <= tolerance::largest_angle))
             refuse_one(Problem::joints_not_finite, "near", q[j]);

@@ -17,6 +17,14 @@ void make_policy(Policy* self, Rule rule, double K, double alpha, Outside outsid
     new (self) Policy{rule, K, alpha, outside};
 }
 
+/// Rule::towards: `target` is a point or a direction; psi is of Wish::psi.
+Policy towards(Wish wish, double psi, Floats target, double K, Outside outside) {
+    const Buffer at(target);
+    if (!at.is_array('d', {3})) throw std::invalid_argument("3 numbers were expected");
+    const double* v = at.data<double>();
+    return {Rule::towards, K, Policy{}.alpha, outside, {wish, psi, {v[0], v[1], v[2]}}};
+}
+
 /// The options of a step as Python code usually writes them: gc None or 0..7, carry "psi" or "elbow",
 /// max_joint_step None or a float > 0, the margin a float. False for anything else: the general way then
 /// converts it, or says what is wrong.
@@ -163,13 +171,17 @@ void follow_all(const ArmHandle& self, Floats start, Floats poses, const FollowO
     }
 }
 
-/// Next psi of each (set, psi): eq. (36) or another rule.
-void resolve_many(const Policy& policy, Ints count, Floats psi_arcs, Ints index, Floats psi, Floats out,
-                  Codes status) {
+/// Next psi of each (set, psi): eq. (36) or another rule; of a wish for the elbow, `wish` is that for psi.
+void resolve_many(const Policy& policy, Ints count, Floats psi_arcs, Ints index, Floats psi, Floats wish,
+                  Floats out, Codes status) {
     const ArcArrays arcs(count, psi_arcs);
     const Buffer i(index), x(psi), to(out, true), code(status, true);
+    Buffer wished;
+    if (!wish.is_none()) wished.get(wish);
+    Policy now = policy;
     for (Py_ssize_t k = 0; k < i.shape(0); ++k) {
-        const Resolution r = resolve(policy, arcs.load(i.data<long long>()[k], 0), x.data<double>()[k]);
+        if (wished.held()) now.towards = {Wish::psi, wished.data<double>()[k], {}};
+        const Resolution r = resolve(now, arcs.load(i.data<long long>()[k], 0), x.data<double>()[k]);
         to.data<double>()[k] = r.psi, code.data<std::int8_t>()[k] = static_cast<std::int8_t>(r.status);
     }
 }
@@ -181,14 +193,17 @@ void bind_stepping(nb::module_& m, nb::class_<ArmHandle>& arm) {
     nb::enum_<Rule>(m, "Rule")
         .value("REPULSION", Rule::repulsion)
         .value("HOLD", Rule::hold)
-        .value("CENTRE", Rule::centre);
+        .value("CENTRE", Rule::centre)
+        .value("TOWARDS", Rule::towards);
     nb::enum_<Outside>(m, "Outside").value("NEAREST", Outside::nearest).value("STOP", Outside::stop);
     nb::enum_<Carry>(m, "Carry").value("PSI", Carry::psi).value("ELBOW", Carry::elbow);
     nb::enum_<OnFail>(m, "OnFail")
         .value("STOP", OnFail::stop)
         .value("HOLD", OnFail::hold)
         .value("SKIP", OnFail::skip);
-    nb::class_<Policy>(m, "Policy").def("__init__", &make_policy, "rule"_a, "K"_a, "alpha"_a, "outside"_a);
+    nb::class_<Policy>(m, "Policy")
+        .def("__init__", &make_policy, "rule"_a, "K"_a, "alpha"_a, "outside"_a)
+        .def_static("towards", &towards, "wish"_a, "psi"_a, "target"_a, "K"_a, "outside"_a);
     arm.def("step_one", &step_one, "q_now"_a.none(), "pose"_a.none(), "policy"_a, "gc"_a.none(),
             "carry"_a.none(), "max_joint_step"_a.none(), "singularity_margin"_a.none(),
             "allowed_count"_a.none(), "allowed_psi"_a.none(), "bounds"_a.none(), "kind"_a, "statuses"_a);
@@ -197,8 +212,8 @@ void bind_stepping(nb::module_& m, nb::class_<ArmHandle>& arm) {
              "max_joint_step"_a.none(), "singularity_margin"_a, "on_fail"_a, "lookahead"_a);
     arm.def("follow_all", &follow_all, "start"_a, "poses"_a, "options"_a, "allowed_count"_a.none(),
             "allowed_psi"_a.none(), "bounds"_a.none(), "columns"_a);
-    m.def("resolve_many", &resolve_many, "policy"_a, "count"_a, "psi_arcs"_a, "index"_a, "psi"_a, "out"_a,
-          "status"_a);
+    m.def("resolve_many", &resolve_many, "policy"_a, "count"_a, "psi_arcs"_a, "index"_a, "psi"_a,
+          "wish"_a.none(), "out"_a, "status"_a);
     m.def("gain", &gain, "rate"_a, "dt"_a);
 }
 

@@ -64,20 +64,23 @@ Arm iiwa() {
     return make_arm(p);
 }
 
-/// Random feasible poses: joints uniform within the limits, and what forward kinematics makes of them.
+/// Random feasible poses: joints uniform within the limits, and what forward kinematics makes of them. Seeds
+/// near a posture are it, disturbed by 0.05 rad a joint; any other posture is a seed anywhere.
 struct Data {
-    std::vector<double> q, matrix, psi, y, x;
+    std::vector<double> q, near, matrix, psi, y, x;
     std::vector<long long> gc;
     std::vector<Pose<double>> pose;
 
     Data(const Arm& arm, std::size_t n)
-        : q(7 * n), matrix(16 * n), psi(n), y(7 * n), x(7 * n), gc(n), pose(n) {
-        std::mt19937_64 random(2018);
+        : q(7 * n), near(7 * n), matrix(16 * n), psi(n), y(7 * n), x(7 * n), gc(n), pose(n) {
+        std::mt19937_64 random(2018), other(2019);
+        std::normal_distribution<double> disturbed(0.0, 0.05);
         for (std::size_t i = 0; i < n; ++i) {
             double* joint = &q[7 * i];
             for (int j = 0; j < joints; ++j)
                 joint[j] =
                     std::uniform_real_distribution<double>(arm.limits.lower[j], arm.limits.upper[j])(random);
+            for (int j = 0; j < joints; ++j) near[7 * i + j] = joint[j] + disturbed(other);
             const Posture at = forward(arm, joint);
             store_pose(at.pose, &matrix[16 * i]);
             pose[i] = load_pose(&matrix[16 * i]);
@@ -128,6 +131,26 @@ struct Bench {
 
     /// From the posture of the pose: forward kinematics, arcs, eq. (36), inverse, checks of continuity.
     void step_one(std::size_t i) const { keep(step(arm, limits, &data.q[7 * i], data.pose[i], options)); }
+
+    void solve(std::size_t i, const double* near, Metric metric) const {
+        NearestOptions wanted;
+        wanted.near = near;
+        wanted.metric = metric;
+        keep(nearest_posture(arm, limits, data.pose[i], wanted));
+    }
+    const double* other(std::size_t i) const { return &data.q[7 * ((i + 1) % poses)]; }
+    void solve_far(std::size_t i) const { solve(i, other(i), Metric::l2); }
+    void solve_near(std::size_t i) const { solve(i, &data.near[7 * i], Metric::l2); }
+    void solve_max(std::size_t i) const { solve(i, other(i), Metric::max); }
+    void solve_best(std::size_t i) const { solve(i, nullptr, Metric::margin); }
+
+    void solutions(std::size_t i) const {
+        NearestOptions wanted;
+        wanted.near = other(i);
+        Nearests found;
+        nearest_postures(arm, limits, data.pose[i], wanted, found);
+        keep(found);
+    }
 
     void forward_one(std::size_t i) const { keep(forward(arm, &data.q[7 * i])); }
 
@@ -225,8 +248,10 @@ void print_calls(const char* name, std::size_t calls, const Call& call) {
 }
 
 void print_throughput(Bench& bench, int rounds) {
-    Row rows[] = {{"inverse", {}, {}}, {"arcs_one_gc", {}, {}}, {"full_step", {}, {}},
-                  {"forward", {}, {}}, {"arcs_all_gc", {}, {}}, {"inverse_batch", {}, {}}};
+    Row rows[] = {{"inverse", {}, {}},    {"arcs_one_gc", {}, {}}, {"full_step", {}, {}},
+                  {"forward", {}, {}},    {"arcs_all_gc", {}, {}}, {"inverse_batch", {}, {}},
+                  {"solve", {}, {}},      {"solve_near", {}, {}},  {"solve_max", {}, {}},
+                  {"solve_best", {}, {}}, {"solutions", {}, {}}};
     std::vector<double> yards;
     const auto each = [&](auto member) {
         return [&bench, member] {
@@ -245,6 +270,11 @@ void print_throughput(Bench& bench, int rounds) {
         measure(rows[3], bench, each(&Bench::forward_one));
         measure(rows[4], bench, each(&Bench::arcs_all));
         measure(rows[5], bench, [&bench] { bench.inverse_batch(); });
+        measure(rows[6], bench, each(&Bench::solve_far));
+        measure(rows[7], bench, each(&Bench::solve_near));
+        measure(rows[8], bench, each(&Bench::solve_max));
+        measure(rows[9], bench, each(&Bench::solve_best));
+        measure(rows[10], bench, each(&Bench::solutions));
         yards.push_back(bench.yard());
     }
     std::printf("yard %.2f\n", quantile(yards, 0.5));
@@ -272,5 +302,6 @@ int main(int count, char** argument) {
     print_calls("inverse", calls, [](std::size_t i) { bench.inverse_one(i); });
     print_calls("arcs_one_gc", calls, [](std::size_t i) { bench.arcs_one(i); });
     print_calls("full_step", calls, [](std::size_t i) { bench.step_one(i); });
+    print_calls("solve", calls, [](std::size_t i) { bench.solve_far(i); });
     return 0;
 }

@@ -19,13 +19,12 @@ inline KDL::Frame to_kdl(const Pose<double>& p) {
             KDL::Vector(p.position.x, p.position.y, p.position.z)};
 }
 
-/// KDL::ChainIkSolverPos of an S-R-S arm, in closed form: q_init says the branch and the arm angle to stay
-/// near.
+/// KDL::ChainIkSolverPos of an S-R-S arm: the posture of the pose that is nearest to q_init.
 ///
-/// The elbow stays as near to that of q_init as the joint limits allow. The branch of q_init is kept where it
-/// holds a solution; else the solution of the other seven that moves its furthest joint least. No solution is
-/// an error code with the library's own sentence in strError; q_out is then left alone. `arm` must be the
-/// chain's: same frames, same joint coordinates.
+/// Nearest of all there are, of all branches, arm angles and windings within the limits, by the root of the
+/// sum of squares (nearest_posture); a q_init that solves the pose is returned as it is. For a loop that must
+/// not change its branch see armangle::step. No solution is an error code with the library's own sentence in
+/// strError; q_out is then left alone. `arm` must be the chain's: same frames, same joint coordinates.
 class ChainIkSolverPos : public KDL::ChainIkSolverPos {
 public:
     static constexpr int first_error = -100;  // error = first_error - Status
@@ -39,10 +38,11 @@ public:
         for (unsigned i = 0; i < joints; ++i) seed[i] = q_init(i);
         const Pose<double> pose = from_kdl(p_in);
         if (!is_finite(seed) || !is_rigid(pose)) return error = E_UNDEFINED;
-        Joints q;
-        const Status status = solve(seed, pose, q);
-        if (status != Status::OK) return error = first_error - static_cast<int>(status);
-        for (unsigned i = 0; i < joints; ++i) q_out(i) = q.q[i];
+        NearestOptions options;
+        options.near = seed;
+        const Nearest found = nearest_posture(arm_, limits_, pose, options);
+        if (found.status != Status::OK) return error = first_error - static_cast<int>(found.status);
+        for (unsigned i = 0; i < joints; ++i) q_out(i) = found.q[i];
         return error = E_NOERROR;
     }
 
@@ -55,36 +55,6 @@ public:
     }
 
 private:
-    /// One branch: the feasible psi nearest to the elbow axis z3 of the seed, and its joints.
-    Status solve_branch(const Circle<double>& c, int gc, const Vec3<double>& z3, const double* seed,
-                        Joints& q) const noexcept {
-        const SelfMotion<double> m = self_motion(arm_, c, configuration(gc));
-        ArcSet arcs;
-        const Status status = feasible(m, limits_, arcs);
-        if (status != Status::OK) return status;
-        q = joints_within_limits(arm_, directions(m, sin_cos(nearest(arcs, arm_angle(c, z3)))), seed);
-        return Status::OK;
-    }
-
-    Status solve(const double* seed, const Pose<double>& pose, Joints& q) const noexcept {
-        const Chain now = chain(arm_, seed);
-        const Circle<double> c = circle(arm_, flange_pose(arm_, pose));
-        const int own = index(configuration(arm_, now.theta));
-        const Status status = solve_branch(c, own, now.z3, seed, q);
-        if (status == Status::OK) return status;
-        double least = infinity;
-        for (int gc = 0; gc < configurations; ++gc) {
-            Joints other;
-            if (gc == own || solve_branch(c, gc, now.z3, seed, other) != Status::OK) continue;
-            const double move = detail::largest_move(other.q, seed);
-            if (move < least) {
-                least = move;
-                q = other;
-            }
-        }
-        return least < infinity ? Status::OK : status;
-    }
-
     Arm arm_;
     LimitTable limits_;
 };

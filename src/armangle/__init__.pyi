@@ -80,12 +80,19 @@ from .motion.policies import (
     Centre as Centre,
     Hold as Hold,
     Repulsion as Repulsion,
+    Towards as Towards,
 )
 from .motion.stepping import (
     Resolution as Resolution,
     Step as Step,
     resolve as resolve,
     step as step,
+)
+from .motion.tracking import (
+    HandFilter as HandFilter,
+    Tracked as Tracked,
+    Tracker as Tracker,
+    Tracking as Tracking,
 )
 from .poses import pose as pose
 from .status import Status as Status

@@ -300,11 +300,20 @@ def _refusal(problem: Problem, name: str, index: Shape, value: float) -> Armangl
                 f"the wrist of {where} lies on the shoulder: "
                 "the arm is folded and the arm angle is not defined"
             )
+<<<<<<< HEAD
+        case Problem.STILL:
+            return UnreachableError(f"the arm is stretched or folded at {where}: psi does not move its elbow")
+        case Problem.ON_AXIS:
+            return UnreachableError(
+                f"every psi at {where} is as good: the point lies on the axis shoulder-wrist, or the "
+                "direction along it"
+=======
         case Problem.NOT_UNIT:
             order = " ".join(name)
             return InputError(
                 f"{where} has length {value:.9g}, wanted a unit quaternion {order} "
                 f"within {_core.UNIT_TOLERANCE:g}"
+>>>>>>> main
             )
         case Problem.UNREACHABLE:
             return UnreachableError(f"{where} is out of reach by {value * MILLIMETRES:.6g} mm")

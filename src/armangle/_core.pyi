@@ -89,6 +89,20 @@ class Problem(enum.Enum):
 
     JOINT_LIMIT = 10
 
+<<<<<<< HEAD
+    STILL = 11
+
+    ON_AXIS = 12
+
+def on_refusal(function: Callable[[Problem, str, tuple[int, ...], float], object]) -> None: ...
+
+class Reference(enum.Enum):
+    BASE = 0
+
+    VECTOR = 1
+
+    STEREOGRAPHIC = 2
+=======
     NOT_UNIT = 11
 
 def on_refusal(function: Callable[[Problem, str, tuple[int, ...], float], object]) -> None: ...
@@ -105,9 +119,10 @@ class Orientation(enum.Enum):
 def check_transforms(poses: numpy.typing.NDArray[numpy.float64], argument: str) -> None: ...
 
 def rotations_many(kind: Orientation, numbers: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64], name: str) -> None: ...
+>>>>>>> main
 
 class Arm:
-    def __init__(self, lengths: numpy.typing.NDArray[numpy.float64], joint_map: numpy.typing.NDArray[numpy.float64], base: numpy.typing.NDArray[numpy.float64], tool: numpy.typing.NDArray[numpy.float64]) -> None: ...
+    def __init__(self, lengths: numpy.typing.NDArray[numpy.float64], joint_map: numpy.typing.NDArray[numpy.float64], base: numpy.typing.NDArray[numpy.float64], tool: numpy.typing.NDArray[numpy.float64], reference: Reference, vector: numpy.typing.NDArray[numpy.float64]) -> None: ...
 
     @property
     def reach(self) -> float: ...
@@ -118,13 +133,22 @@ class Arm:
     @property
     def delta(self) -> float: ...
 
+    @property
+    def joint_middle(self) -> list[float]: ...
+
     def inverse_one(self, pose: object | None, psi: object | None, gc: object | None) -> Any: ...
 
     def inverse_many(self, pose: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], seed: numpy.typing.NDArray[numpy.float64] | None, out: numpy.typing.NDArray[numpy.float64], limits: Enforce, unreachable: Enforce, threads: int) -> None: ...
 
+    def forward_one(self, q: object | None) -> Any: ...
+
     def forward_many(self, q: numpy.typing.NDArray[numpy.float64], pose: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], nan: bool, threads: int) -> None: ...
 
     def frames_many(self, q: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64], threads: int) -> None: ...
+
+    def elbow_many(self, q: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64], threads: int) -> None: ...
+
+    def psi_towards_many(self, pose: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], wish: Wish, target: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64], nan: bool, threads: int) -> None: ...
 
     def jacobian_many(self, q: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64], threads: int) -> None: ...
 
@@ -137,6 +161,8 @@ class Arm:
     def limit_margin_many(self, q: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> None: ...
 
     def feasible_many(self, pose: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], margin: float, psi_margin: float, discriminant: float, wanted: Wanted, threads: int) -> tuple[numpy.typing.NDArray[numpy.int64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int8], numpy.typing.NDArray[numpy.int8], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int8]]: ...
+
+    def feasible_one(self, pose: object | None, gc: object | None, margin: object | None, psi_margin: object | None, discriminant: object | None, wanted: Wanted, threads: object | None) -> "std::unique_ptr<binding::(anonymous namespace)::ArcsOfOne, std::default_delete<binding::(anonymous namespace)::ArcsOfOne> >": ...
 
     def joint_function(self, pose: numpy.typing.NDArray[numpy.float64], gc: int, joint: int) -> JointFunction: ...
 
@@ -168,6 +194,13 @@ class Enforce(enum.Enum):
     RAISE = 1
 
     NAN = 2
+
+class Wish(enum.Enum):
+    PSI = 0
+
+    POINT = 1
+
+    DIRECTION = 2
 
 class Side(enum.Enum):
     NONE = 0
@@ -209,6 +242,9 @@ class Case(enum.Enum):
 
     CONSTANT = 3
 
+class ArcsOfOne:
+    def columns(self) -> Any: ...
+
 class JointFunction:
     def value(self, psi: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> None: ...
 
@@ -236,6 +272,8 @@ class Rule(enum.Enum):
 
     CENTRE = 2
 
+    TOWARDS = 3
+
 class Outside(enum.Enum):
     NEAREST = 0
 
@@ -256,10 +294,13 @@ class OnFail(enum.Enum):
 class Policy:
     def __init__(self, rule: Rule, K: float, alpha: float, outside: Outside) -> None: ...
 
+    @staticmethod
+    def towards(wish: Wish, psi: float, target: numpy.typing.NDArray[numpy.float64], K: float, outside: Outside) -> Policy: ...
+
 class FollowOptions:
     def __init__(self, policy: Policy, gc: int | None, carry: Carry, max_joint_step: float | None, singularity_margin: float, on_fail: OnFail, lookahead: int) -> None: ...
 
-def resolve_many(policy: Policy, count: numpy.typing.NDArray[numpy.int64], psi_arcs: numpy.typing.NDArray[numpy.float64], index: numpy.typing.NDArray[numpy.int64], psi: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64], status: numpy.typing.NDArray[numpy.int8]) -> None: ...
+def resolve_many(policy: Policy, count: numpy.typing.NDArray[numpy.int64], psi_arcs: numpy.typing.NDArray[numpy.float64], index: numpy.typing.NDArray[numpy.int64], psi: numpy.typing.NDArray[numpy.float64], wish: numpy.typing.NDArray[numpy.float64] | None, out: numpy.typing.NDArray[numpy.float64], status: numpy.typing.NDArray[numpy.int8]) -> None: ...
 
 def gain(rate: float, dt: float) -> float: ...
 
@@ -305,3 +346,26 @@ class Metric(enum.Enum):
 
 class SolveOptions:
     def __init__(self, metric: Metric, weight: numpy.typing.NDArray[numpy.float64], branches: int, margin: float) -> None: ...
+
+class Tracking(enum.IntEnum):
+    FOLLOWING = 0
+
+    LAGGING = 1
+
+    NEAREST = 2
+
+    HELD = 3
+
+def smooth_hand(omega: float, patience: float, jump: float, turn: float, samples: numpy.typing.NDArray[numpy.float64], dt: float, poses: numpy.typing.NDArray[numpy.float64]) -> None: ...
+
+class Tracker:
+    def __init__(self, arm: Arm, numbers: numpy.typing.NDArray[numpy.float64]) -> None: ...
+
+    @property
+    def q(self) -> Any: ...
+
+    def start(self, q: numpy.typing.NDArray[numpy.float64]) -> None: ...
+
+    def step_one(self, pose: object | None, elbow: object | None, dt: float, reconfigure: int, kind: object, trackings: object, statuses: object) -> Any: ...
+
+    def run(self, poses: numpy.typing.NDArray[numpy.float64], q: numpy.typing.NDArray[numpy.float64]) -> None: ...

@@ -1,7 +1,7 @@
-"""The law of `solve` on as many cases as there is time for: python tests/laws/long_nearest.py [s] [first seed].
+"""The law of `solve` on as many cases as there is time for: python tests/laws/long_nearest.py [s] [seed].
 
-No posture on a grid of 4001 arm angles in all eight branches, the best of them polished by 60 golden sections,
-is nearer than the one that `solve` returns.
+No posture on a grid of 4001 arm angles in all eight branches, the best of them polished by 60 golden
+sections, is nearer than the one that `solve` returns.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ ROUNDING = 1e-10
 
 
 def excess(case: Case) -> float:
-    """Return by how much `solve` costs more than the grid (negative: less); NaN where neither has a posture."""
+    """Return by how much `solve` costs more than the grid (negative: less); NaN without a posture."""
     best = brute_force(case, GRID)
     found = case.solve()
     if not found.ok:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from support import draw
@@ -184,6 +186,10 @@ def test_a_locked_joint_keeps_its_single_arm_angles() -> None:
     pose = IIWA.forward(Q)[0]
     found = locked.solve(pose, near=Q + 0.05)
     assert found.ok and found.q == pytest.approx(Q, abs=1e-9)
+    for metric in ("l2", "max"):
+        far = Q + np.array([0.3, 0.0, 1.0, 2.5, 0.0, 0.0, 0.0])  # the elbow costs most
+        first = locked.solutions(pose, near=far, metric=metric)[0]
+        assert locked.solve(pose, near=far, metric=metric).distance == first.distance
     each = locked.solutions(pose, near=Q)
     assert len(each) > 1 and all(one.q[2] == pytest.approx(Q[2], abs=1e-9) for one in each)
     assert all(np.abs(IIWA.forward(one.q)[0] - pose).max() < 1e-12 for one in each)
@@ -233,3 +239,26 @@ def test_empty_batches_are_answered() -> None:
     assert IIWA.solve(none, near=Q).q.shape == (0, 7)
     assert IIWA.solutions(none, near=Q).q.shape == (0, 0, 7)
     assert IIWA.best(np.empty((3, 0, 4, 4))).psi.shape == (3, 0)
+
+
+@pytest.mark.parametrize("ending", ["csv", "npz", "json"])
+def test_solutions_are_saved_as_joint_rows(ending: str, tmp_path: Path) -> None:
+    pose = IIWA.forward(Q)[0]
+    far = pose + 3 * np.eye(4, k=3)
+    file = tmp_path / f"joints.{ending}"
+    for value in (IIWA.solve(pose, near=Q), IIWA.solve(np.stack([pose, far]), near=Q), IIWA.solutions(pose)):
+        aa.save(value, file)
+        rows = aa.load_joints(file)
+        assert np.array_equal(rows.q, np.reshape(value.q, (-1, 7)), equal_nan=True)
+        assert np.array_equal(rows.gc, np.ravel(value.gc))
+    with pytest.raises(aa.ShapeError, match="may be joints or poses: joints are saved as a JointPath or"):
+        aa.save(Q, file)
+
+
+def test_a_bad_pose_is_named_with_its_value() -> None:
+    pose = IIWA.forward(Q)[0]
+    with pytest.raises(aa.NotRotationError, match=r"\|RᵀR - I\| is 0\.00138"):
+        IIWA.solve(np.round(pose, 3), near=Q)
+    pose[0, 3] = np.nan
+    with pytest.raises(aa.NotFiniteError, match="pose holds nan"):
+        IIWA.solve(pose, near=Q)

@@ -23,6 +23,9 @@ POLICIES = [
     aa.Hold(),
     aa.Centre(K=0.3),
     aa.Centre(K=1.0),
+    aa.Towards(psi=2.0, K=0.3),
+    aa.Towards(point=[0.3, 0.8, 0.4], K=1.0),
+    aa.Towards(direction="up"),
 ]
 any_policy = pytest.mark.parametrize("policy", POLICIES, ids=repr)
 

@@ -165,6 +165,7 @@ SEARCHED = {
     "nearest posture": "which",
     "solutions": "which",
     "teleoperation": "howto/teleoperation",
+    "elbow up": "howto/elbow_up",
     "MoveIt": "coming_from",
     "KDL": "coming_from",
     "ikpy": "coming_from",

@@ -43,6 +43,7 @@ def test_the_counter_counts(counts: dict[str, int]) -> None:
         "follow",
         "bounded_step",
         "lookahead",
+        "tracker",
     ],
 )
 def test_allocates_nothing(counts: dict[str, int], name: str) -> None:

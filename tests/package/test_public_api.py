@@ -21,8 +21,9 @@ from support.strategies import arms
 import armangle as aa
 
 ROOT = Path(__file__).parents[2]
-SCOPE = {cls.__name__: cls for cls in (aa.Arm, aa.ArcSet, aa.Repulsion, aa.Hold, aa.Centre)}
+SCOPE = {cls.__name__: cls for cls in (aa.Arm, aa.ArcSet, aa.Repulsion, aa.Hold, aa.Centre, aa.Towards)}
 POLICIES = [aa.Repulsion(0.2, 7), aa.Repulsion(rate=2.0), aa.Hold("stop"), aa.Centre(0.3)]
+POLICIES += [aa.Towards(psi=0.2), aa.Towards(point=[1, 2, 3], rate=1.0), aa.Towards(direction="up")]
 NAMES = [name for name in aa.__all__ if not isinstance(getattr(aa, name), str)]
 
 

@@ -176,7 +176,11 @@ def test_repulsion_is_equation_36() -> None:
 
 def test_repulsion_names_every_policy() -> None:
     policies = [aa.Repulsion(rate=2.0), aa.Hold(), aa.Centre(K=0.2), aa.Centre(rate=3.0)]
+    policies += [aa.Towards(psi=0.5, K=0.2), aa.Towards(psi=0.5, rate=1.0)]
     names = _labels(plots.repulsion(policies, dt=0.01))
+    assert {"towards 28.65°, K = 0.2", "towards 28.65°, rate 1 1/s"} < names
+    with pytest.raises(aa.InputError, match="whose wish is an arm angle only at a pose: wanted psi="):
+        plots.repulsion(aa.Towards(direction="up"))
     assert {"α = 20, rate 2 1/s", "hold", "centre, K = 0.2", "centre, rate 3 1/s"} < names
     assert len(_labels(plots.repulsion())) == 5
     for arc in ((1.0, 1.0), (0.0, 7.0)):

@@ -53,13 +53,14 @@ ALLOWED: list[Any] = ["nonsense", 0.5, lambda pose: 1]
 
 METHODS = ("forward", "inverse", "inverse_all", "jacobian", "self_motion", "limit_margin", "within_limits",
            "feasible", "joint_feasible", "joint_function", "explain", "solve",
-           "solutions", "best")  # fmt: skip
+           "solutions", "best", "elbow", "with_reference")  # fmt: skip
 FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "Arm": (aa.Arm, {"d_bs": 0.34, "d_se": 0.4, "d_ew": 0.4, "d_wf": 0.126}),
     "ArcSet": (aa.ArcSet, {"intervals": [[0.0, 1.0]]}),
     "Repulsion": (aa.Repulsion, {}),
     "Hold": (aa.Hold, {}),
     "Centre": (aa.Centre, {}),
+    "Towards": (aa.Towards, {}),
     "gc_index": (aa.gc_index, {"signs": [1, 1, 1]}),
     "gc_signs": (aa.gc_signs, {"gc": 3}),
     "nearest_rotation": (aa.nearest_rotation, {"pose": POSE}),
@@ -67,6 +68,12 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "resolve": (aa.resolve, {"arm": ARM, "pose": POSE, "psi": PSI, "gc": GC}),
     "retime": (aa.retime, {"path": aa.follow(ARM, TWO, start=Q), "acceleration": np.ones(7)}),
     "step": (aa.step, {"arm": ARM, "q_now": Q, "pose": POSE}),
+    "Tracker": (aa.Tracker, {"arm": ARM}),
+    "Tracker.start": (aa.Tracker(ARM).start, {"q": Q}),
+    "Tracker.step": (aa.Tracker(ARM).step, {"pose": POSE}),
+    "Tracker.run": (aa.Tracker(ARM).run, {"poses": POSE[None]}),
+    "HandFilter": (aa.HandFilter, {}),
+    "HandFilter.smooth": (aa.HandFilter().smooth, {"poses": POSE[None], "dt": 0.01}),
     "follow": (aa.follow, {"arm": ARM, "poses": POSE[None], "start": Q}),
     "plan": (aa.plan, {"arm": ARM, "path": POSE[None]}),
     "Objective": (aa.Objective, {}),
@@ -83,8 +90,13 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "JointFunction.value": (ARM.joint_function(POSE, GC, 1).value, {"psi": 0.1}),
     "JointFunction.derivative": (ARM.joint_function(POSE, GC, 1).derivative, {"psi": 0.1}),
     **{f"Arm.{name}": (getattr(ARM, name), {}) for name in METHODS},
+    "Arm.psi_towards": (ARM.psi_towards, {"pose": POSE, "gc": GC, "point": [0.0, 0.0, 1.0]}),
+    "Arm.psi_towards along": (ARM.psi_towards, {"pose": POSE, "gc": GC, "direction": "up"}),
 }
 POINTS: list[Any] = [*WORDS, 0.1, [1.0, 2.0], [NAN, 0.0, 0.0], [0.0, INF, 0.0], [[0.0, 0.0, 1.0]], [1j] * 3]
+VECTORS: list[Any] = [v for v in POINTS if v is not None and v != [[0.0, 0.0, 1.0]]]
+PLACES: list[Any] = [*VECTORS, [0.0, 0.0, 1e4]]
+ALONG: list[Any] = [*VECTORS, "north", [0.0, 0.0, 0.0]]
 WEIGHT: list[Any] = [*NUMBER, None, -1.0, INF]
 GOOD = {"q": Q, "pose": POSE, "psi": PSI, "gc": GC, "joint": 1, "near": Q}
 BAD: dict[str, list[Any]] = {
@@ -101,6 +113,7 @@ BAD: dict[str, list[Any]] = {
     "signs": [*SEVEN, Q, np.zeros(7)], "offsets": [*SEVEN, changed(Q, INF), changed(Q, 1e9)],
     "base": [v for v in POSES if v is not None], "tool": [v for v in POSES if v is not None],
     "velocity": [*BOUND, -Q, np.zeros(7)], "acceleration": [*BOUND, -Q, np.zeros(7)],
+    "reference": ["nonsense", object(), 0.1, [1.0, 2.0], [NAN, 0.0, 1.0], [0.0, 0.0, 0.0], [1j] * 3],
     "intervals": ["nonsense", object(), [1.0, 2.0, 3.0], [[1.0]], [[2.0, 1.0]], [[NAN, 1.0]], [[0, INF]],
                   [[0, 1e9]], [[0.0, 0.1]] * 17, [[1j, 2]], [[0.0, 1.0], [2.0]]],
     "K": [*NUMBER, -0.1, 1.1, None, True], "alpha": [*POSITIVE, None, True, INF],
@@ -114,10 +127,19 @@ BAD: dict[str, list[Any]] = {
     "direction": [*POINTS, [0.0, 0.0, 0.0]], "angle": [*NUMBER, None, INF, 1e4],
     "advance": [*NUMBER, None, INF, 1e4], "s": [*ANGLES, -0.1, 1.1],
     "order": ["nonsense", None, 0, 4, 1.5, NAN], "near": [v for v in JOINTS if v is not None],
-    "metric": CHOICE, "prefer": CHOICE,
+    "metric": CHOICE, "prefer": CHOICE, "filter": ["nonsense", 0.5, object(), aa.HandFilter],
+    "length": [*POSITIVE, None, INF], "elbow_margin": MARGIN, "reconfigure": INDEX,
+    "elbow": ["nonsense", object(), 0.1, [1.0, 2.0], [[0.0, 0.0, 1.0]], [1j] * 3], "omega": [*POSITIVE, None],
+    "patience": [*NUMBER, -1.0, None], "jump": [*POSITIVE, None], "turn": [*POSITIVE, None],
     "weight": ["nonsense", object(), Q[:6], changed(Q, NAN), Q + 1j, -np.ones(7), np.zeros(7)],
 }  # fmt: skip
 BAD_HERE: dict[tuple[str, str], list[Any]] = {
+    **{(name, "point"): PLACES for name in ("Towards", "Arm.psi_towards")},
+    **{(name, "direction"): ALONG for name in ("Towards", "Arm.psi_towards along")},
+    ("Arm.psi_towards", "direction"): ["up"],
+    ("Arm.psi_towards along", "point"): [[0.0, 0.0, 1.0]],
+    **{(name, "gc"): [*INDEX, None] for name in ("Arm.psi_towards", "Arm.psi_towards along")},
+    ("Towards", "psi"): [v for v in ANGLES if v is not None],
     ("retime", "path"): ["nonsense", None, 0.5, POSE],
     ("gc_index", "signs"): ["nonsense", object(), None, [1, 1], [1, 1, 0], [1, NAN, 1], 1],
     ("nearest_rotation", "pose"): [*WORDS, 0.1, POSE[:3], changed(POSE, NAN), changed(POSE, INF)],
@@ -135,6 +157,12 @@ BAD_HERE: dict[tuple[str, str], list[Any]] = {
     ("pose", "matrix"): [
         v for v in [*WORDS, 0.1, np.ones((3, 3)), -np.eye(3), POSE, NAN * np.eye(3)] if v is not None
     ],
+    # a number stands for all joints, and a sample that is no pose is one that did not come
+    **{("Tracker", name): ["nonsense", object(), Q[:6], changed(Q, NAN), Q + 1j, -Q, -1.0]
+       for name in ("velocity", "acceleration")},
+    **{(name, "poses"): [*WORDS, 0.1, POSE[:3], POSE, POSE.astype(complex)]
+       for name in ("Tracker.run", "HandFilter.smooth")},
+    ("Tracker.step", "pose"): [*WORDS, 0.1, POSE[:3], TWO, POSE.astype(complex)],
     ("Objective", "limits"): WEIGHT,
     ("plan", "start"): [v for v in JOINTS if v is not None],
     ("plan", "gc"): [*INDEX, [], [8], ["x"]],
@@ -165,11 +193,11 @@ def rows() -> Iterator[tuple[str, str, Any]]:
 def test_every_public_function_and_argument_is_in_the_matrix() -> None:
     named = {name.split(".")[0] for name in FUNCTIONS} | OTHERS
     results = {"ArcEnd", "Branch", "Diagnosis", "ImportReport", "JointFunction", "JointPath", "JointTable"}
-    results |= {"Opening", "Path", "PathPoint", "Resolution", "Solution", "Solutions", "SpeedLoss", "Step"}
+    results |= {"Opening", "Path", "PathPoint", "Resolution", "Solution", "Solutions", "SpeedLoss", "Step", "Tracked"}
     results |= {"Trajectory", "TrajectoryPoint", "TrajectoryTable"}
     public = {name: getattr(aa, name) for name in aa.__all__}
     faults = {n for n, v in public.items() if isinstance(v, type) and issubclass(v, Exception)}
-    constants = {n for n, v in public.items() if not callable(v)} | {"Status", "Verdict"}
+    constants = {n for n, v in public.items() if not callable(v)} | {"Status", "Tracking", "Verdict"}
     assert set(public) - named - results - faults - constants == set()
     for name, (function, _) in FUNCTIONS.items():
         for parameter in inspect.signature(function).parameters:

@@ -12,7 +12,7 @@ from support.needs import need
 import armangle as aa
 from armangle.cli import paper_example
 from armangle.viewer import Viewer, ViewerState
-from armangle.viewer.controls import CENTRE, HOLD, REPEL
+from armangle.viewer.controls import CENTRE, HOLD, REPEL, TOWARDS
 
 PAPER_ARM, PAPER_Q, PAPER_POSES = paper_example.example()
 
@@ -119,6 +119,7 @@ def test_the_policy_is_what_the_panel_says() -> None:
         (aa.Hold(), HOLD, (False, False)),
         (aa.Centre(K=0.3), CENTRE, (True, False)),
         (aa.Repulsion(K=0.2, alpha=7.0), REPEL, (True, True)),
+        (aa.Towards(point=[0.0, 1.0, 0.5], K=0.4), TOWARDS, (True, False)),
     ):
         viewer = Viewer(ViewerState(PAPER_ARM, policy=policy), port=0)
         controls = viewer.controls

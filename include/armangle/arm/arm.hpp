@@ -11,6 +11,10 @@
 
 namespace armangle {
 
+/// From what psi is measured: the half-plane through the axis of joint 1, that of a vector of the user's, or
+/// a plane carried over the sphere of directions (reference_plane.hpp).
+enum class Reference : std::uint8_t { base, vector, stereographic };
+
 /// What a user states. Lengths in m, angles in rad, limits in the robot's own joint coordinates q.
 /// theta_i = sign_i q_i + offset_i are the angles of the DH rows (Table 1, with a_3 and a_4 for an offset
 /// elbow).
@@ -21,6 +25,8 @@ struct ArmParameters {
     Limits limits;
     Pose<double> base = identity_pose();
     Pose<double> tool = identity_pose();
+    Reference reference = Reference::base;
+    Vec3<double> reference_vector{0, 0, 1};  // of Reference::vector, in the frame that poses are given in
 };
 
 /// The parameters with everything that depends on them alone. make_arm is the only maker, and an arm is read,
@@ -36,6 +42,7 @@ struct Arm : ArmParameters {
     bool has_base, has_tool;
     Pose<double> base_inverse, tool_inverse;
     double joint_middle[joint_slots];  // of the limits
+    Mat3<double> reference_frame;      // its z along the reference vector, in the frame of the DH rows
 
 private:
     Arm() noexcept = default;
@@ -52,10 +59,18 @@ inline bool is_identity(const Pose<double>& p) noexcept {
            same(p.position, 0, 0, 0);
 }
 
+/// A frame whose z has the direction of v; its x is near that of x or y, whichever is farther from v.
+inline Mat3<double> frame_along(const Vec3<double>& v) noexcept {
+    const Vec3<double> z = v * (1.0 / norm(v));
+    const Vec3<double> near = abs(z.x) <= abs(z.y) ? Vec3<double>{1, 0, 0} : Vec3<double>{0, 1, 0};
+    const Vec3<double> across = near - z * dot(z, near), x = across * (1.0 / norm(across));
+    return {x, cross(z, x), z};
+}
+
 }  // namespace detail
 
 /// The arm of these parameters, which must be finite (limits may be infinite), d_se, d_ew > 0, lower <=
-/// upper.
+/// upper; the reference vector must have a length.
 inline Arm make_arm(const ArmParameters& parameters) noexcept {
     Arm arm{};
     static_cast<ArmParameters&>(arm) = parameters;
@@ -79,6 +94,7 @@ inline Arm make_arm(const ArmParameters& parameters) noexcept {
     arm.has_tool = !detail::is_identity(arm.tool);
     arm.base_inverse = inverted(arm.base);
     arm.tool_inverse = inverted(arm.tool);
+    arm.reference_frame = detail::frame_along(arm.base_inverse.rotation * arm.reference_vector);
     arm.sign[joints] = 1.0;  // the last slot is nobody's
     arm.offset[joints] = 0.0;
     arm.limits.lower[joints] = -infinity;

@@ -79,6 +79,18 @@ inline void frames(const Arm& arm, const double* q, Pose<double> (&out)[joints +
                  [&](int i, const Pose<double>& frame) { out[i] = arm.has_base ? arm.base * frame : frame; });
 }
 
+/// The elbow E at joint values q, m in the frame that poses are given in: the origin of DH frame 3, where the
+/// axis of joint 4 meets the plane of shoulder and wrist. |S-E| is La and |E-W| is Lb, also of an offset
+/// elbow.
+inline Vec3<double> elbow_position(const Arm& arm, const double* q) noexcept {
+    double theta[joint_slots];
+    Vec3<double> out{};
+    detail::walk(arm, joint_lanes(q), theta, [&](int i, const Pose<double>& frame) noexcept {
+        if (i == 3) out = arm.has_base ? (arm.base * frame).position : frame.position;
+    });
+    return out;
+}
+
 /// Six rows, seven columns: rows 0-2 linear velocity of the tool's origin, rows 3-5 angular velocity, per
 /// rad/s of q.
 struct Jacobian {

@@ -1,18 +1,10 @@
-// Joint values q and model angles theta, windings, and the distance to limits: the only lines that know the
-// joint map.
+// Joint values q and model angles theta, and the windings between them: the only lines that know the joint
+// map.
 #pragma once
 
 #include "arm.hpp"
 
 namespace armangle {
-
-/// Seven values as lanes; the eighth is 0.
-using JointLanes = Lane<joint_slots>;
-
-ARMANGLE_INLINE JointLanes joint_lanes(const double* q) noexcept {
-    const double padded[joint_slots] = {q[0], q[1], q[2], q[3], q[4], q[5], q[6], 0.0};
-    return JointLanes::of(padded);
-}
 
 /// theta of a joint value q.
 template <class T>
@@ -66,19 +58,6 @@ ARMANGLE_INLINE bool is_finite(const JointLanes& q) noexcept {
     return all(abs(q) <= JointLanes(tolerance::largest_angle));
 }
 inline bool is_finite(const double* q) noexcept { return is_finite(joint_lanes(q)); }
-
-/// Least distance to a limit over all joints; infinite without limits, NaN where a joint is not finite.
-ARMANGLE_INLINE double limit_margin(const Limits& limits, const JointLanes& q) noexcept {
-    if (any(is_nan(q))) return not_a_number;  // min would pass over it
-    return least(min(q - JointLanes::load(limits.lower), JointLanes::load(limits.upper) - q));
-}
-inline double limit_margin(const Limits& limits, const double* q) noexcept {
-    return limit_margin(limits, joint_lanes(q));
-}
-
-inline bool within_limits(const Limits& limits, const double* q, double slack) noexcept {
-    return limit_margin(limits, q) >= -slack;
-}
 
 namespace detail {
 

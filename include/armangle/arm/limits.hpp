@@ -1,14 +1,23 @@
-// Joint limits, in the robot's own joint coordinates q. They are not the arm: a step's box, limits drawn in
-// by a margin and limits moved out to explain a refusal are Limits like any others.
+// Joint limits, and how far joints are from them, in the robot's own joint coordinates q. They are not the
+// arm: a step's box, limits drawn in by a margin and limits moved out to explain a refusal are Limits like
+// any others.
 #pragma once
 
-#include "../numbers/scalar.hpp"
+#include "../numbers/lane.hpp"
 
 namespace armangle {
 
 inline constexpr int joints = 7;
 /// Arrays over joints hold one more entry, so that they fill whole registers: a joint that is always 0.
 inline constexpr int joint_slots = 8;
+
+/// Seven values as lanes; the eighth is 0.
+using JointLanes = Lane<joint_slots>;
+
+ARMANGLE_INLINE JointLanes joint_lanes(const double* q) noexcept {
+    const double padded[joint_slots] = {q[0], q[1], q[2], q[3], q[4], q[5], q[6], 0.0};
+    return JointLanes::of(padded);
+}
 
 /// rad; +-infinity: no limit. The last slot stays without one.
 struct Limits {
@@ -36,6 +45,19 @@ inline Limits drawn_in(Limits limits, double margin) noexcept {
         limits.upper[j] -= margin;
     }
     return limits;
+}
+
+/// Least distance to a limit over all joints; infinite without limits, NaN where a joint is not finite.
+ARMANGLE_INLINE double limit_margin(const Limits& limits, const JointLanes& q) noexcept {
+    if (any(is_nan(q))) return not_a_number;  // min would pass over it
+    return least(min(q - JointLanes::load(limits.lower), JointLanes::load(limits.upper) - q));
+}
+inline double limit_margin(const Limits& limits, const double* q) noexcept {
+    return limit_margin(limits, joint_lanes(q));
+}
+
+inline bool within_limits(const Limits& limits, const double* q, double slack) noexcept {
+    return limit_margin(limits, q) >= -slack;
 }
 
 }  // namespace armangle

@@ -35,7 +35,7 @@ ARMANGLE_INLINE Triad<T> triad(const Arm& arm, const Pose<T>& flange, const Norm
     return t;
 }
 
-/// The triad of the paper's psi.
+/// The triad of the arm's psi.
 template <class T>
 ARMANGLE_INLINE Triad<T> triad(const Arm& arm, const Pose<T>& flange) noexcept {
     return triad(arm, flange,
@@ -63,7 +63,7 @@ ARMANGLE_INLINE Circle<T> circle_on(const Arm& arm, const Triad<T>& triad, const
     return c;
 }
 
-/// Circle of a pose 0T7 in the paper's psi.
+/// Circle of a pose 0T7 in the arm's psi.
 template <class T>
 ARMANGLE_INLINE Circle<T> circle(const Arm& arm, const Pose<T>& flange) noexcept {
     return circle_on(arm, triad(arm, flange), flange);

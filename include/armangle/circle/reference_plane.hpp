@@ -1,29 +1,86 @@
-// The reference half-plane, psi = 0: the virtual arm with theta_3 = 0. Eq. (5)-(8).
+// The reference half-plane, psi = 0. Eq. (5)-(8).
 //
-// Another meaning of psi is another function of this shape in a file beside this one: it returns a unit
-// vector orthogonal to the axis w, and everything above it follows.
+// Each meaning of psi is a function of the wrist p = S->W (m) and its direction w = p / |p|, which returns a
+// unit vector orthogonal to w: the elbow axis z_3 at psi = 0. Everything above it follows.
+//
+//   base            the virtual arm with theta_3 = 0: the plane through the axis of joint 1. Singular where
+//                   the wrist lies on that axis, on either side of the shoulder.
+//   vector          the plane through a fixed vector of the user's; singular along it, on either side.
+//   stereographic   the normal that the wrist has over the shoulder, carried to w the shortest way: singular
+//                   where the wrist is straight below it, and nowhere else. Elias and Wen (2024),
+//                   stereographic SEW angle.
 #pragma once
 
 #include "../arm/arm.hpp"
 
 namespace armangle {
 
-/// Axis z_3 of the virtual arm: the normal of the reference half-plane; p = S->W (m), w = p / |p|.
-/// z = (p_y, -p_x, 0) / r; where the wrist lies on the base axis (eq. (5), second case) theta_1 = 0 of the
-/// convention.
+namespace detail {
+
+/// Whether the wrist lies on the z axis. Close to the shoulder the distance alone cannot tell: the direction
+/// must also be within 30 degrees of the axis.
 template <class T>
-ARMANGLE_INLINE Vec3<T> reference_normal(const Arm& arm, const Vec3<T>& p, const Vec3<T>& w) noexcept {
-    const T r = hypot(p.x, p.y);
-    // Close to the shoulder the distance alone cannot tell: the direction must also be within 30 degrees of
-    // the axis.
+ARMANGLE_INLINE auto is_on_axis(const Arm& arm, const Vec3<T>& w, const T& r) noexcept {
     const auto above = w.x * w.x + w.y * w.y <= T(0.25);
-    const auto on_axis = above & (r <= T(tolerance::reference * arm.reach));
+    return above & (r <= T(tolerance::reference * arm.reach));
+}
+
+/// The y axis of the other way round, made orthogonal to w, which is near +-z: theta_1 = 0.
+template <class T>
+ARMANGLE_INLINE Vec3<T> convention_normal(const Vec3<T>& w, const T& m) noexcept {
+    return {w.x * w.y * m, (w.y * w.y - T(1.0)) * m, w.z * w.y * m};
+}
+
+/// z = (p_y, -p_x, 0) / r, the normal of the plane through w and the z axis; where the wrist lies on that
+/// axis (eq. (5), second case) theta_1 = 0 of the convention.
+template <class T>
+ARMANGLE_INLINE Vec3<T> normal_about_z(const Arm& arm, const Vec3<T>& p, const Vec3<T>& w) noexcept {
+    const T r = hypot(p.x, p.y);
+    const auto on_axis = is_on_axis(arm, w, r);
     const T k = T(1.0) / select(on_axis, T(1.0), r);
     const Vec3<T> regular{p.y * k, -(p.x * k), T(0.0)};
     if (!any(on_axis)) return regular;
     const T m = T(1.0) / sqrt(select(on_axis, T(1.0) - w.y * w.y, T(1.0)));
-    const Vec3<T> convention{w.x * w.y * m, (w.y * w.y - T(1.0)) * m, w.z * w.y * m};
-    return select(on_axis, convention, regular);
+    return select(on_axis, convention_normal(w, m), regular);
+}
+
+/// The same about the vector of the arm's reference.
+template <class T>
+Vec3<T> normal_about_vector(const Arm& arm, const Vec3<T>& p, const Vec3<T>& w) noexcept {
+    const auto& [x, y, z] = arm.reference_frame;
+    const Mat3<T> frame{spread<T>(x), spread<T>(y), spread<T>(z)};
+    return frame * normal_about_z(arm, transposed_times(frame, p), transposed_times(frame, w));
+}
+
+/// -y carried from z to w by the rotation that takes the one to the other the shortest way:
+/// (w_x w_y k, w_y^2 k - 1, w_y) with k = 1 / (1 + w_z), below the shoulder as (1 - w_z) / (w_x^2 + w_y^2),
+/// which loses no digits there. Straight below: theta_1 = 0 of the convention.
+template <class T>
+Vec3<T> stereographic_normal(const Arm& arm, const Vec3<T>& p, const Vec3<T>& w) noexcept {
+    const T one(1.0), across = w.x * w.x + w.y * w.y;
+    const auto below = w.z < T(0.0);
+    const auto lost = below & is_on_axis(arm, w, hypot(p.x, p.y));
+    const T k = select(below, one - w.z, one) / select(below, select(lost, one, across), one + w.z);
+    const Vec3<T> carried{w.x * w.y * k, w.y * w.y * k - one, w.y};
+    if (!any(lost)) return carried;
+    const T m = one / sqrt(select(lost, one - w.y * w.y, one));
+    return select(lost, convention_normal(w, m), carried);
+}
+
+/// Not inlined, and by value: a reference to p or w would keep them in memory on the usual way too.
+template <class T>
+[[gnu::noinline, gnu::cold]] Vec3<T> other_normal(const Arm& arm, Vec3<T> p, Vec3<T> w) noexcept {
+    return arm.reference == Reference::vector ? normal_about_vector(arm, p, w)
+                                              : stereographic_normal(arm, p, w);
+}
+
+}  // namespace detail
+
+/// Axis z_3 of the elbow at psi = 0: the normal of the reference half-plane; p = S->W (m), w = p / |p|.
+template <class T>
+ARMANGLE_INLINE Vec3<T> reference_normal(const Arm& arm, const Vec3<T>& p, const Vec3<T>& w) noexcept {
+    if (arm.reference != Reference::base) [[unlikely]] return detail::other_normal(arm, p, w);
+    return detail::normal_about_z(arm, p, w);
 }
 
 }  // namespace armangle

@@ -25,7 +25,7 @@ ARMANGLE_INLINE SelfMotion<T> self_motion(const Arm& arm, const Circle<T>& circl
     return {circle, gc, elbow(arm, circle.triangle, gc.elbow)};
 }
 
-/// Of a pose as the user sees it, in the paper's psi.
+/// Of a pose as the user sees it, in the arm's psi.
 template <class T>
 ARMANGLE_INLINE SelfMotion<T> self_motion(const Arm& arm, const Pose<T>& pose,
                                           const Configuration<T>& gc) noexcept {

@@ -88,14 +88,24 @@ struct ElbowBranches {
     double cut[24];
 };
 
-/// Ends of what is blocked, of a branch without arcs.
+/// Ends of blocked arcs that no other covers: where arcs touch, a branch that is blocked all round is not.
 struct Touching {
     int count = 0;
     double psi[2 * Blocked::capacity];
 
-    void add(double lower, double upper) noexcept {
-        psi[count++] = lower;
-        psi[count++] = upper;
+    void collect(const Blocked& blocked) noexcept {
+        for (int i = 0; i < blocked.count; ++i)
+            for (const double end : {blocked.arc[i].lower, blocked.arc[i].upper})
+                if (!covered(blocked, end)) psi[count++] = end;
+    }
+
+    static bool covered(const Blocked& blocked, double psi) noexcept {
+        for (int i = 0; i < blocked.count; ++i) {
+            const double lower = blocked.arc[i].lower, upper = blocked.arc[i].upper;
+            const double at = lift(psi, 0.5 * (lower + upper));
+            if (at > lower + nearest_rule::apart && at < upper - nearest_rule::apart) return true;
+        }
+        return false;
     }
 };
 
@@ -119,11 +129,7 @@ public:
         Nearest out;
         if (keep_near(out)) return out;
         out = nothing();
-        if (out.status != Status::OK) {
-            for (int gc = 0; gc < configurations; ++gc) touching_points(gc, nullptr);
-            return best_.gc < 0 ? out : result();
-        }
-        survey();
+        if (out.status == Status::OK) survey();
         // The elbow's own cost is the same for every psi. Where costs are a maximum it would hide what the
         // other joints cost, so that each elbow is searched without it, and the two are compared with it.
         const unsigned parts[] = {squares() ? every_branch : elbow_branches,
@@ -131,6 +137,8 @@ public:
         Best found;
         for (const unsigned branches : parts) {
             best_ = Best{};
+            for (int gc = 0; gc < configurations; ++gc)
+                if (branches >> gc & 1) touching_points(gc, nullptr);
             singular_points(branches);
             search(branches, -1);
             polish();
@@ -139,7 +147,7 @@ public:
             ceiling_ = with_elbow(found);
         }
         best_ = found;
-        return result();
+        return best_.gc < 0 && out.status != Status::OK ? out : result();
     }
 
     void all(Nearests& out) noexcept {
@@ -235,10 +243,8 @@ private:
             append(sides[wrist].wrist, both);
             ArcSet& arcs = arcs_.arcs[gc];
             touching_[gc].count = 0;
-            for (int i = 0; i < both.count && !both.all; ++i)
-                touching_[gc].add(both.arc[i].lower, both.arc[i].upper);
             arcs_.status[gc] = finish(limits_, sides[shoulder].f, sides[wrist].f, both, arcs);
-            if (!arcs.empty()) touching_[gc].count = 0;
+            if (arcs.empty() && !both.all) touching_[gc].collect(both);
             for (int side = 0; side < 2; ++side)
                 if (e.lost[side]) keep(arcs_.arcs[gc], split_arc(e, side), Status::LIMITS, arcs_.status[gc]);
             if (options_.allowed) keep(arcs, *options_.allowed, Status::NOT_ALLOWED, arcs_.status[gc]);
@@ -341,6 +347,13 @@ private:
         return out;
     }
 
+    /// Whether the winding on the other side of `near` is beyond the limits, as it then is up to the next
+    /// cut: q stays the nearest winding, however far it is.
+    static auto alone(const JointCost& c, const Boxes& q, const Boxes& off) noexcept {
+        const Boxes rival = q - select(off < Boxes(0.0), Boxes(-two_pi), Boxes(two_pi));
+        return (rival < Boxes(c.lower - tolerance::angle)) | (Boxes(c.upper + tolerance::angle) < rival);
+    }
+
     /// What one joint costs over eight boxes; negative: in the branch whose hinge is negative.
     void add(BoxCosts& sum, const JointBoxes& j, const JointCost& c, bool hinge,
              bool negative) const noexcept {
@@ -362,7 +375,7 @@ private:
         sum.slope = sum.slope + Boxes(2.0) * weight * off * rate.middle;
         sum.second = sum.second + (square(rate) + d * second) * (Boxes(2.0) * weight);
         sum.least = sum.least + weight * least * least;
-        if (c.wide) sum.smooth &= bits(abs(q - Boxes(c.centre())) + j.travel < Boxes(pi));
+        if (c.wide) sum.smooth &= bits((abs(off) + j.travel < Boxes(pi)) | alone(c, q, off));
     }
 
     BoxCosts no_costs() const noexcept {
@@ -399,7 +412,8 @@ private:
     /// wanted = v + epsilon u of a lost side, where the convention's first angle is 0 and the last is theta.
     double lost_wish(const ElbowBranches& e, int side, double theta) const noexcept {
         const JointCost &a = joint_[4 * side], &b = joint_[4 * side + 2];
-        return b.sign * (theta - b.offset) - b.near + epsilon(e, side) * (a.sign * (0.0 - a.offset) - a.near);
+        const double first = to_q(0.0, a.sign, a.offset), last = to_q(theta, b.sign, b.offset);
+        return last - b.near + epsilon(e, side) * (first - a.near);
     }
 
     /// The cheapest shares of `wanted` within the limits; infinite cost where there are none.

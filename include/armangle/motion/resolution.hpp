@@ -4,21 +4,31 @@
 // for all.
 #pragma once
 
+#include "../circle/towards.hpp"
 #include "../limits/arcs.hpp"
 #include "../status.hpp"
 
 namespace armangle {
 
-enum class Rule : std::uint8_t { repulsion, hold, centre };
+enum class Rule : std::uint8_t { repulsion, hold, centre, towards };
 enum class Outside : std::uint8_t { nearest, stop };
 
-/// K in [0, 1] per step; alpha > 0, of eq. (36).
+/// K in [0, 1] per step; alpha > 0, of eq. (36); a wish, of Rule::towards.
 struct Policy {
     Rule rule = Rule::repulsion;
     double K = 0.1;
     double alpha = 20.0;
     Outside outside = Outside::nearest;
+    Towards towards{};
 };
+
+/// The policy on one self-motion: a wish for the elbow becomes a wish for psi, NaN where every psi is as
+/// good.
+inline Policy settled(Policy policy, const Arm& arm, const SelfMotion<double>& m) noexcept {
+    if (policy.rule == Rule::towards)
+        policy.towards = {Wish::psi, psi_towards(arm, m, policy.towards).psi, {}};
+    return policy;
+}
 
 /// K per step of a rate (1/s) over dt (s): K = 1 - exp(-rate dt), so that the motion does not depend on the
 /// step.
@@ -32,10 +42,20 @@ inline double repelled(const Policy& p, const Arc& arc, double psi) noexcept {
     return psi + p.K * 0.5 * width * (std::exp(-p.alpha * share) - std::exp(-p.alpha * (1.0 - share)));
 }
 
+/// To the place of the arc that is nearest to the wished psi, by the share K of the way within the arc. What
+/// is wished beyond the arc is nearest to the end on its side of the middle.
+inline double drawn(const Policy& p, const Arc& arc, double psi) noexcept {
+    if (is_nan(p.towards.psi)) return psi;
+    const double wish = lift(p.towards.psi, 0.5 * (arc.lower + arc.upper));
+    const double goal = min(max(wish, arc.lower), arc.upper);
+    return goal + (1.0 - p.K) * (psi - goal);
+}
+
 inline double moved(const Policy& p, const Arc& arc, double psi) noexcept {
     switch (p.rule) {
         case Rule::repulsion: return repelled(p, arc, psi);
         case Rule::centre: return psi + p.K * (0.5 * (arc.lower + arc.upper) - psi);
+        case Rule::towards: return drawn(p, arc, psi);
         case Rule::hold: return psi;
     }
     return psi;
@@ -48,10 +68,15 @@ struct Resolution {
     Status status;
 };
 
-/// The next psi. On the full circle psi stays; outside every arc it goes to the nearer end, or stops.
+/// The next psi. On the full circle only a wish moves it, the shorter way; outside every arc it goes to the
+/// nearer end, or stops. The wish of the policy is one for psi (settled).
 inline Resolution resolve(const Policy& policy, const ArcSet& arcs, double psi) noexcept {
     if (arcs.empty()) return {wrap(psi), Status::LIMITS};
-    if (arcs.full) return {wrap(psi), Status::OK};
+    if (arcs.full) {
+        const double here = wrap(psi);
+        if (policy.rule != Rule::towards) return {here, Status::OK};
+        return {wrap(detail::drawn(policy, {here - pi, here + pi, 0, 0}, here)), Status::OK};
+    }
     const Place place = find(arcs, psi);
     if (place.index < 0) {
         if (policy.outside == Outside::stop) return {wrap(psi), Status::OUTSIDE};

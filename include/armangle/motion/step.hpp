@@ -91,30 +91,34 @@ ARMANGLE_INLINE Status choose_windings(const Arm& arm, const Directions<double>&
 
 /// The psi that the policy wants of what is `ahead`, in the arc that holds psi if there is some; NaN if
 /// nothing is.
-inline double wish_ahead(const StepOptions& options, const ArcSet& arcs, double psi) noexcept {
-    if (!options.ahead || options.ahead->empty()) return not_a_number;
-    Policy policy = options.policy;
+inline double wish_ahead(Policy policy, const ArcSet* ahead, const ArcSet& arcs, double psi) noexcept {
+    if (!ahead || ahead->empty()) return not_a_number;
     policy.outside = Outside::nearest;
     const Place place = find(arcs, psi);
-    if (place.index < 0 || contains(*options.ahead, psi)) return resolve(policy, *options.ahead, psi).psi;
+    if (place.index < 0 || contains(*ahead, psi)) return resolve(policy, *ahead, psi).psi;
     ArcSet here, near;
     make_empty(here);
     here.arc[here.count++] = arcs.arc[place.index];
     here.full = arcs.full;
-    intersect(here, *options.ahead, near);
-    return resolve(policy, near.empty() ? *options.ahead : near, psi).psi;
+    intersect(here, *ahead, near);
+    return resolve(policy, near.empty() ? *ahead : near, psi).psi;
 }
 
 /// The psi that the policy wants, or the nearest to it that keeps the bounds: of what is `ahead`, else of the
 /// arcs.
+<<<<<<< HEAD
+[[gnu::noinline]] inline Resolution resolve_bounded(const BoundedStep& step, const Policy& policy,
+                                                    const ArcSet* ahead, const ArcSet& arcs, double psi,
+=======
 [[gnu::noinline]] inline Resolution resolve_bounded(const BoundedStep& step, const StepOptions& options,
                                                     const ArcSet& own, const ArcSet& arcs, double psi,
+>>>>>>> main
                                                     double wish) noexcept {
     ArcSet within, further;
-    const double there = wish_ahead(options, arcs, psi);
+    const double there = wish_ahead(policy, ahead, arcs, psi);
     if (!is_nan(there)) {
         if (step.keeps(there)) return {there, Status::OK};
-        step.within(*options.ahead, {}, further);
+        step.within(*ahead, {}, further);
         const double found = step.nearest(further, there);
         if (!is_nan(found)) return {found, Status::OK};
         wish = there;
@@ -145,6 +149,14 @@ inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_
         intersect(own, *options.allowed, arcs);
         if (arcs.empty()) return stay(Status::NOT_ALLOWED);
     }
+<<<<<<< HEAD
+    const Policy policy = settled(options.policy, arm, m);
+    Resolution next = resolve(policy, arcs, psi);
+    if (options.bounds && next.status == Status::OK) {
+        const BoundedStep bounded{arm, m, f, q_now, *options.bounds, options.max_joint_step};
+        next = detail::resolve_bounded(bounded, policy, options.ahead, arcs, psi, next.psi);
+    }
+=======
     const ArcSet& open = options.allowed ? arcs : own;
     Resolution next = resolve(options.policy, open, psi);
     if (next.status != Status::OK) return stay(next.status);
@@ -153,6 +165,7 @@ inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_
         next = detail::resolve_bounded(bounded, options, own, open, psi, next.psi);
     };
     if (options.bounds) within_bounds(*options.bounds);
+>>>>>>> main
     if (next.status != Status::OK) return stay(next.status);
     detail::Lifted to;
     next.status = detail::choose_windings(arm, directions(m, sin_cos(next.psi)), here, to);

@@ -31,7 +31,12 @@ enum class Problem : int {
     unreachable,  // value: m beyond the reach, or inside the inner reach
     folded,
     joint_limit,  // value: joint 1..7
+<<<<<<< HEAD
+    still,        // psi does not move the elbow
+    on_axis,      // the elbow is nowhere nearer to what is wished
+=======
     not_unit,     // value: the length of a quaternion
+>>>>>>> main
 };
 
 /// The first problem of a batch: which, where, and the value that shows it.

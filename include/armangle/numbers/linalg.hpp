@@ -70,6 +70,12 @@ ARMANGLE_INLINE Mat3<T> operator*(const Mat3<T>& a, const Mat3<T>& b) noexcept {
     return {a * b.x, a * b.y, a * b.z};
 }
 
+/// r^T v: of a rotation the way back.
+template <class T>
+ARMANGLE_INLINE Vec3<T> transposed_times(const Mat3<T>& r, const Vec3<T>& v) noexcept {
+    return {dot(r.x, v), dot(r.y, v), dot(r.z, v)};
+}
+
 /// A rigid transform: rotation and position (m).
 template <class T>
 struct Pose {

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -41,6 +41,9 @@ class ArcEnd:
     joint: int | None
     side: EndSide
     value: float
+
+
+_ARRAYS = ("_count", "_psi", "_joint", "_side", "_value", "_status", "_start")
 
 
 def _nested(items: list[Any], shape: Shape) -> Any:
@@ -87,7 +90,7 @@ class ArcSet:
     True
     """
 
-    __slots__ = ("_count", "_joint", "_psi", "_side", "_start", "_status", "_value", "shape")
+    __slots__ = (*_ARRAYS, "_of", "shape")
 
     shape: Shape
     _count: Ints
@@ -97,6 +100,7 @@ class ArcSet:
     _value: Floats
     _status: NDArray[np.int8]
     _start: Ints
+    _of: _core.ArcsOfOne  # what fills the arrays on first use, where one pose was asked
 
     def __init__(self, intervals: ArrayLike = ()) -> None:
         psi = as_floats("intervals", np.empty((0, 2)) if _is_nothing(intervals) else intervals, (2,))
@@ -128,11 +132,7 @@ class ArcSet:
             status = np.where(count > 0, Status.OK, Status.LIMITS).astype(np.int8)
         start = np.zeros(len(count) + 1, dtype=np.int64)
         np.cumsum(count, out=start[1:])
-        fields: dict[str, NDArray[Any]] = {
-            "_count": count, "_psi": psi, "_joint": joint, "_side": side,
-            "_value": value, "_status": status, "_start": start,
-        }  # fmt: skip
-        for name, array in fields.items():
+        for name, array in zip(_ARRAYS, (count, psi, joint, side, value, status, start), strict=True):
             object.__setattr__(self, name, frozen(array))
         object.__setattr__(self, "shape", shape)
 
@@ -142,6 +142,23 @@ class ArcSet:
         new = cls.__new__(cls)
         new._fill(shape, *arrays)
         return new
+
+    @classmethod
+    def _of_one(cls, shape: Shape, sets: _core.ArcsOfOne) -> ArcSet:
+        """Return the sets of one pose: a control loop's call, whose arrays are made where they are read."""
+        new = cls.__new__(cls)
+        object.__setattr__(new, "shape", shape)
+        object.__setattr__(new, "_of", sets)
+        return new
+
+    if not TYPE_CHECKING:  # a type checker is to know the attributes that there are
+
+        def __getattr__(self, name: str) -> Any:
+            """Fill the arrays of one pose, which are asked for the first time."""
+            if name not in _ARRAYS:
+                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            self._fill(self.shape, *self._of.columns())
+            return getattr(self, name)
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(f"ArcSet is frozen: {name} cannot be set")

@@ -18,6 +18,7 @@ from .._arrays import (
     Floats,
     Ints,
     PathLike,
+    Shape,
     as_floats,
     as_gc,
     as_number,
@@ -55,19 +56,21 @@ from .joint_function import JointFunction
 from .question import METRICS as _METRICS
 from .question import MetricName, Prefer, Question
 from .solution import Solution, Solutions
+from .wish import Direction, as_wish
 
 __all__ = ["MOST_MARGIN", "Arm", "nearest_rotation"]
 
 Enforce = Literal["ignore", "raise", "nan"]
 Unreachable = Literal["raise", "nan"]
+Reference = ArrayLike | Literal["base", "stereographic"]
 
 BOUNDS = ("velocity", "acceleration")
 LEAST_LINK = 1e-6  # m: of upper arm and forearm; a shorter one is a mistake of units
 MOST_MARGIN: float = _core.MOST_MARGIN
 _ENFORCE = named(_core.Enforce)
 _UNREACHABLE = ("raise", "nan")
+_REFERENCES = {n: v for n, v in named(_core.Reference).items() if v is not _core.Reference.VECTOR}
 _GC_ORDER = np.arange(CONFIGURATIONS, dtype=np.int64)
-_SETS_OF = {Wanted.BRANCH: (), Wanted.JOINTS: (JOINTS,), Wanted.BRANCHES: (CONFIGURATIONS,)}
 _FIELDS = fields(ArmDescription)
 _OPTIONAL = (*JOINT_ROWS, *FRAMES, "joint_names")  # None stands for the default
 
@@ -92,6 +95,7 @@ class ArmArguments(TypedDict, total=False):
     acceleration: ArrayLike | None
     name: str
     joint_names: tuple[str, ...] | None
+    reference: Reference
     notes: tuple[str, ...] | str
     import_report: ImportReport | None
 
@@ -145,6 +149,8 @@ class Arm:
         default.
     name : str
         Name of the arm.
+    reference : "base", "stereographic" or array_like, shape (3,)
+        From what the arm angle is measured: see `with_reference`.
 
     Raises
     ------
@@ -181,6 +187,7 @@ class Arm:
     acceleration: Floats
     name: str
     joint_names: tuple[str, ...]
+    reference: str | tuple[float, ...]
     notes: tuple[str, ...]
     import_report: ImportReport | None
     _handle: _core.Arm
@@ -196,7 +203,8 @@ class Arm:
         values = _checked(given)
         lengths = np.array([values[name] for name in (*LENGTHS, *ELBOW_OFFSETS)])
         joints = np.concatenate([values[name] for name in ("signs", "offsets", "lower", "upper")])
-        handle = _core.Arm(lengths, joints, values["base"], values["tool"])
+        kind, vector = _core_reference(values["reference"])
+        handle = _core.Arm(lengths, joints, values["base"], values["tool"], kind, vector)
         for name, value in {**values, "import_report": report, "_handle": handle}.items():
             object.__setattr__(self, name, value)
 
@@ -373,6 +381,47 @@ class Arm:
         """
         return self.with_(tool=self.tool @ as_transform("tool", tool))
 
+    def with_reference(self, reference: Reference) -> Arm:
+        """Return a copy whose arm angle is measured from another reference plane.
+
+        The postures stay, and everything that takes or returns psi speaks of the new one: `forward`,
+        `inverse`, arcs, policies, plans, files. The two differ by an angle of the pose (and not of the branch
+        or the joints), so arcs are the same postures, shifted.
+
+        Parameters
+        ----------
+        reference : "base", "stereographic" or array_like, shape (3,)
+            "base": psi is 0 where the elbow lies in the plane of the wrist and the axis of joint 1, as the
+            paper has it; it turns by half a turn where the wrist passes that axis, above or below the
+            shoulder. A vector, of any length, in the frame that poses are given in: the same with this
+            vector in place of the axis; singular where the wrist lies along it, on either side.
+            "stereographic": the plane that "base" has where the wrist is straight above the shoulder (along
+            the axis of joint 1), carried to the wrist's direction the shortest way; singular where the wrist
+            is straight below the shoulder and nowhere else. At singular places a convention holds: psi is
+            defined there, but jumps beside.
+
+        Returns
+        -------
+        Arm
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, InputError
+
+        Source: Elias and Wen (2024), "Redundancy parameterization and inverse kinematics of 7-DOF revolute
+        manipulators": conventional and stereographic SEW angle.
+
+        Examples
+        --------
+        >>> arm = Arm.from_catalogue("kuka_iiwa7_r800")
+        >>> other = arm.with_reference("stereographic")
+        >>> q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+        >>> pose, psi, gc = other.forward(q)
+        >>> bool(np.allclose(other.inverse(pose, psi, gc), q)), bool(np.isclose(psi, arm.forward(q)[1]))
+        (True, False)
+        """
+        return self.with_(reference=reference)
+
     def _numbers(self) -> dict[str, Any]:
         return {field.name: getattr(self, field.name) for field in _FIELDS}
 
@@ -444,6 +493,10 @@ class Arm:
 
         Source: Faria et al. (2018), Eqs. (1)-(11).
         """
+        if isinstance(undefined, str) and undefined == "raise" and type(threads) is int and threads == 1:
+            plain: tuple[Floats, np.float64, np.int64] | None = self._handle.forward_one(q)
+            if plain is not None:
+                return plain
         joints = as_floats("q", q, (JOINTS,))
         batch = joints.shape[:-1]
         pose, psi, gc = np.empty((*batch, 4, 4)), np.empty(batch), np.empty(batch, dtype=np.int64)
@@ -624,6 +677,107 @@ class Arm:
         self._handle.frames_many(joints, out, as_threads(threads))
         return out
 
+    def elbow(self, q: ArrayLike, *, threads: int = 1) -> Floats:
+        """Return where the elbow is.
+
+        It is the point where the axis of joint 4 meets the plane of shoulder and wrist: the corner E of the
+        triangle shoulder-elbow-wrist, the origin of DH frame 3. On an arm without elbow offset both links
+        end there. With offsets it lies a_3 beside the end of the upper arm on axis 3, and its distances from
+        shoulder and wrist are hypot(d_se, a_3) and hypot(d_ew, a_4) at any q.
+
+        Parameters
+        ----------
+        q : array_like, shape (..., 7)
+            Joint values, rad. Limits are not enforced.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        ndarray, shape (..., 3)
+            m, in the frame that poses are given in.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError
+
+        Source: Faria et al. (2018), Table 1, Eq. (1).
+
+        Examples
+        --------
+        >>> from armangle import Arm
+        >>> arm = Arm(d_bs=0.34, d_se=0.4, d_ew=0.4, d_wf=0.126)
+        >>> arm.elbow([0, np.pi / 2, 0, 1, 0, 0, 0]).round(3).tolist()
+        [0.4, 0.0, 0.34]
+        """
+        joints = as_floats("q", q, (JOINTS,))
+        out = np.empty((*joints.shape[:-1], 3))
+        self._handle.elbow_many(joints, out, as_threads(threads))
+        return out
+
+    def psi_towards(
+        self,
+        pose: ArrayLike,
+        gc: ArrayLike,
+        point: ArrayLike | None = None,
+        *,
+        direction: Direction | None = None,
+        undefined: Unreachable = "raise",
+        threads: int = 1,
+    ) -> Floats | np.float64:
+        """Return the arm angle that brings the elbow nearest to a point, or farthest along a direction.
+
+        In closed form: the elbow is on a circle about the axis shoulder-wrist. Limits are not asked: the
+        nearest arm angle that keeps them is ``arm.feasible(pose, gc).nearest(psi)``, and for a moving arm
+        the policy `armangle.Towards`.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        gc : array_like of int, shape (...)
+            Global configuration 0..7.
+        point : array_like, shape (..., 3)
+            m, in the frame that poses are given in; or
+        direction : array_like, shape (..., 3), or a word
+            Of any length, in that frame; "up" (+z), "down", "left" (+y), "right", "forward" (+x), "back".
+        undefined : "raise" or "nan"
+            Where all arm angles are alike, or there is none: raise, or return NaN. That is where the arm is
+            stretched or folded, so that its elbow stays where it is; where the point lies on the axis
+            shoulder-wrist, or the direction along it; and out of reach.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        float64, shape (...)
+            Arm angle in (-π, π], rad.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, NotRotationError, ConfigurationError, InputError
+            If an argument is not usable.
+        UnreachableError
+            Where it is undefined: which of the reasons.
+
+        Examples
+        --------
+        >>> from armangle import Arm
+        >>> arm = Arm.from_catalogue("kuka_iiwa7_r800")
+        >>> pose, psi, gc = arm.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+        >>> up = arm.psi_towards(pose, gc, direction="up")
+        >>> here, there = arm.elbow(arm.inverse(pose, [psi, up], gc))[:, 2]
+        >>> bool(there > here)
+        True
+        """
+        wish, target = as_wish(point, direction)
+        given = [("pose", as_floats("pose", pose, (4, 4)), 2), ("gc", as_gc(gc), 0)]
+        batch, (poses, branches, targets) = broadcast([*given, ("point or direction", target, 1)])
+        out = np.empty(batch)
+        nan = chosen("undefined", undefined, _UNREACHABLE) == "nan"
+        self._handle.psi_towards_many(poses, branches, wish, targets, out, nan, as_threads(threads))
+        return out[()]
+
     # -- differential ------------------------------------------------------------------------------
 
     def jacobian(self, q: ArrayLike, *, threads: int = 1) -> Floats:
@@ -770,10 +924,8 @@ class Arm:
 
         Source: Faria et al. (2018), Eqs. (25), (31), (32), (35).
         """
-        margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
-        paper = as_number("paper_margin", paper_margin, 0.0, MOST_MARGIN)
-        threshold = as_number("paper_discriminant", paper_discriminant, 0.0, np.inf)
-        return self._arcs(pose, gc, margin, paper, threshold, Wanted.BRANCH, threads)
+        margins = singularity_margin, paper_margin, paper_discriminant
+        return self._arcs(pose, gc, *margins, Wanted.BRANCH, (), threads)
 
     def feasible_all(self, pose: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1) -> ArcSet:
         """Return the feasible arm angles of all eight global configurations; entry k is GC k, always.
@@ -798,8 +950,7 @@ class Arm:
 
         Source: Faria et al. (2018), Eqs. (2), (25).
         """
-        margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
-        return self._arcs(pose, 0, margin, 0.0, 0.0, Wanted.BRANCHES, threads)
+        return self._arcs(pose, 0, singularity_margin, 0.0, 0.0, Wanted.BRANCHES, (CONFIGURATIONS,), threads)
 
     def joint_feasible(
         self, pose: ArrayLike, gc: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1
@@ -826,19 +977,25 @@ class Arm:
 
         Source: Faria et al. (2018), Eq. (25).
         """
-        margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
-        return self._arcs(pose, gc, margin, 0.0, 0.0, Wanted.JOINTS, threads)
+        return self._arcs(pose, gc, singularity_margin, 0.0, 0.0, Wanted.JOINTS, (JOINTS,), threads)
 
     def _arcs(
         self, pose: ArrayLike, gc: ArrayLike, margin: float, paper: float, threshold: float,
-        wanted: Wanted, threads: int,
+        wanted: Wanted, sets: Shape, threads: int,
     ) -> ArcSet:  # fmt: skip
+        """Return the sets of each pose, of shape (*batch, *sets)."""
+        of_one = self._handle.feasible_one(pose, gc, margin, paper, threshold, wanted, threads)
+        if of_one is not None:
+            return ArcSet._of_one(sets, of_one)
+        margin = as_number("singularity_margin", margin, 0.0, MOST_MARGIN)
+        paper = as_number("paper_margin", paper, 0.0, MOST_MARGIN)
+        threshold = as_number("paper_discriminant", threshold, 0.0, np.inf)
         named = [("pose", as_poses("pose", pose, self._handle), 2), ("gc", as_gc(gc), 0)]
         batch, (poses, branches) = broadcast(named)
         columns = self._handle.feasible_many(
             poses, branches, margin, paper, threshold, wanted, as_threads(threads)
         )
-        return ArcSet._from_core((*batch, *_SETS_OF[wanted]), columns)
+        return ArcSet._from_core((*batch, *sets), columns)
 
     def solve(
         self,
@@ -1098,6 +1255,7 @@ def _checked(given: dict[str, Any]) -> dict[str, Any]:
         values[name] = _seven(name, values[name], infinite=name not in ("signs", "offsets"))
     for name in FRAMES:
         values[name] = as_transform(name, values[name])
+    values["reference"] = _checked_reference(values["reference"])
     values["joint_names"] = _checked_names(values["name"], values["joint_names"])
     notes = values["notes"]
     values["notes"] = (notes,) if isinstance(notes, str) else tuple(notes)
@@ -1149,6 +1307,26 @@ def _checked_names(name: str, joint_names: tuple[str, ...]) -> tuple[str, ...]:
     if len(names) != JOINTS or len({*names}) != JOINTS or not all(isinstance(n, str) for n in names):
         raise InputError(f"joint_names is {joint_names!r}, wanted {JOINTS} different strings")
     return names
+
+
+def _checked_reference(reference: Reference) -> str | tuple[float, ...]:
+    """Return a word, or a vector as a tuple."""
+    if isinstance(reference, str):
+        return chosen("reference", reference, _REFERENCES)
+    vector = as_floats("reference", reference, (3,))
+    if vector.ndim != 1:
+        raise ShapeError(f"reference has shape {vector.shape}, wanted (3,)")
+    if not np.isfinite(vector).all():
+        raise NotFiniteError(f"reference is {vector.tolist()}, wanted finite numbers")
+    if not (vector != 0).any():
+        raise InputError("reference is zero, wanted a direction")
+    return tuple((vector / np.abs(vector).max()).tolist())
+
+
+def _core_reference(reference: str | tuple[float, ...]) -> tuple[_core.Reference, Floats]:
+    if isinstance(reference, str):
+        return _REFERENCES[reference], np.array([0.0, 0.0, 1.0])
+    return _core.Reference.VECTOR, np.array(reference)
 
 
 def _check_rows(values: dict[str, Any]) -> None:

@@ -8,7 +8,6 @@ from numpy.typing import ArrayLike, NDArray
 from .._arrays import Floats, as_floats
 from .arm import Arm
 
-ELBOW_FRAME = 3
 SHOULDER, ELBOW, WRIST = 1, 3, 5
 
 
@@ -60,7 +59,7 @@ def elbow_points(arm: Arm, pose: ArrayLike, gc: int, psi: ArrayLike) -> Floats:
     UnreachableError
         If the pose is out of reach.
     """
-    return arm.frames(arm.inverse(pose, psi, gc))[..., ELBOW_FRAME, :3, 3]
+    return arm.elbow(arm.inverse(pose, psi, gc))
 
 
 def blockers(

@@ -6,7 +6,7 @@ import json
 import sys
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from enum import Enum
 from typing import Any
@@ -22,7 +22,7 @@ from ..files.tables import save
 from ..motion.joint_path import JointPath
 from ..status import Status
 from ..timing.trajectory import Trajectory
-from .tables import WIDTH, colourful, paragraph, plain_text
+from .tables import WIDTH, colourful, paint, paragraph, plain_text, table
 
 _PATIENCE = 0.5
 _IN_ASCII = str.maketrans("█·", "#.")
@@ -139,6 +139,25 @@ def head_and_tail(rows: Sequence[Sequence[str]]) -> list[Sequence[str]]:
     if len(rows) <= _MOST_ROWS:
         return list(rows)
     return [*rows[:_SHOWN], ["..."] * len(rows[0]), *rows[-_SHOWN:]]
+
+
+def show_posture(arm: Arm, q: Floats, psi: float, gc: int) -> None:
+    """Print a posture joint by joint, with limits and margins."""
+    show(f"{paint('psi', 'bold')} {degrees(psi)} deg, {paint('gc', 'bold')} {gc} ({signs_text(gc)})\n")
+    margins = joint_margins(arm, q)
+    rows = [
+        [str(i + 1), arm.joint_names[i], degrees(q[i]), degrees(arm.lower[i], 2), degrees(arm.upper[i], 2),
+         degrees(margins[i], 2)]
+        for i in range(len(q))
+    ]  # fmt: skip
+    show(table(["joint", "name", "q deg", "lower", "upper", "margin"], rows, left=(1,)))
+
+
+def show_many(q: Floats, outcomes: Iterable[str]) -> None:
+    """Print postures (N, 7) and what came out of each, a row a pose."""
+    pairs = enumerate(zip(q, outcomes, strict=True))
+    rows = [[str(i), *(degrees(v, 2) for v in joints), name] for i, (joints, name) in pairs]
+    show(table(["row", *(f"q{i}" for i in range(1, 8)), "deg"], head_and_tail(rows), left=(8,)))
 
 
 def write(value: JointPath | Trajectory | Floats, file: str) -> None:

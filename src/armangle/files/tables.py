@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 
 from .. import _core
 from .._arrays import JOINTS, Floats, Ints, PathLike, as_poses, frozen
+from ..arm.solution import Solution, Solutions
 from ..errors import FileFormatError, InputError, ShapeError
-from ..motion.joint_path import JointPath
+from ..motion.joint_path import JointPath, even_parameters
 from ..poses import COLUMNS, UNIT_TOLERANCE, poses_from_rows, rows_from_poses
-from ..status import STATUSES
+from ..status import STATUSES, Status
 from ..timing.trajectory import Trajectory
 from .archive_blocks import number_block, read_blocks, word_block
 from .csv_blocks import CsvBlock, CsvFile
@@ -85,10 +86,11 @@ def save(value: Any, path: PathLike) -> None:
 
     Parameters
     ----------
-    value : JointPath, JointTable, Trajectory, TrajectoryTable, or array_like of shape (4, 4) or (N, 4, 4)
+    value : JointPath, JointTable, Solution, Solutions, Trajectory, TrajectoryTable, or array_like (N, 4, 4)
         A trajectory has the columns t (s), s, q1..q7 (rad), qd1..qd7 (rad/s), qdd1..qdd7 (rad/s²), and alone
         can be YAML: a ROS ``trajectory_msgs/JointTrajectory``. Any other motion has the columns s, q1..q7
-        (rad), psi (rad), gc, status, margin (rad); poses have x, y, z
+        (rad), psi (rad), gc, status, margin (rad), and so have solutions, s even over them;
+        poses, also one of shape (4, 4), have x, y, z
         (m), qw, qx, qy, qz. In NPZ and JSON q1..q7 are one array ``q`` (N, 7), and a pose's seven numbers
         one array ``pose`` (N, 7).
     path : path
@@ -121,6 +123,11 @@ def sheet_of(value: Any) -> Sheet:
     """Return the columns that a value is saved as; a new type registers its own."""
     if not isinstance(value, (np.ndarray, list, tuple)):
         raise InputError(f"a {type(value).__name__} cannot be saved, wanted a path or poses (N, 4, 4)")
+    if np.shape(value)[-1:] == (JOINTS,):
+        raise ShapeError(
+            f"an array {np.shape(value)} may be joints or poses: joints are saved as a JointPath or "
+            "a Solution, seven numbers of a pose by armangle.pose(p[:3], wxyz=p[3:])"
+        )
     poses = as_poses("poses", value)
     if poses.ndim > 3:
         raise ShapeError(f"poses has shape {poses.shape}, wanted (4, 4) or (N, 4, 4)")
@@ -135,6 +142,24 @@ def _(value: JointPath | JointTable) -> Sheet:
     names = np.array([status.name for status in STATUSES])[value.status]
     blocks = {name: getattr(value, name) for name in ("s", "q", "psi", "gc")}
     return Sheet("joints", blocks | {"status": names, "margin": value.margin}, _HEADINGS)
+
+
+@sheet_of.register
+def _(value: Solution) -> Sheet:
+    q = value.q.reshape(-1, JOINTS)
+    return _solution_rows(q, value.psi, value.gc, value.margin, np.ravel(value.status))
+
+
+@sheet_of.register
+def _(value: Solutions) -> Sheet:
+    status = np.full(len(value), Status.OK)  # of one pose, or len() says so
+    return _solution_rows(value.q, value.psi, value.gc, value.margin, status)
+
+
+def _solution_rows(q: Floats, psi: Any, gc: Any, margin: Any, status: NDArray[Any]) -> Sheet:
+    names = np.array([status.name for status in STATUSES])[status]
+    blocks = {"s": even_parameters(len(q)), "q": q, "psi": np.ravel(psi), "gc": np.ravel(gc)}
+    return Sheet("joints", blocks | {"status": names, "margin": np.ravel(margin)}, _HEADINGS)
 
 
 @sheet_of.register

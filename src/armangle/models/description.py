@@ -54,6 +54,8 @@ class ArmDescription:
         Name of the arm.
     joint_names : tuple of 7 str
         Names of the joints in the source.
+    reference : "base", "stereographic" or tuple of 3 float
+        From what the arm angle is measured: `Arm.with_reference`.
     notes : tuple of str
         What a user should know of these numbers; two arms that differ in these alone are equal.
 
@@ -77,6 +79,7 @@ class ArmDescription:
     acceleration: tuple[float, ...] = _INFINITE
     name: str = "arm"
     joint_names: tuple[str, ...] = tuple(f"joint_{i}" for i in range(1, JOINTS + 1))
+    reference: str | tuple[float, ...] = "base"
     notes: tuple[str, ...] = field(default=(), repr=False, compare=False)
 
     def __post_init__(self) -> None:

@@ -39,7 +39,7 @@ def checked_options(
 def core_policy(policy: Policy, dt: float | None) -> Any:
     """Return a policy as the core takes it, for a step of `dt` s."""
     if not isinstance(policy, POLICIES):
-        raise InputError(f"policy is {policy!r}, wanted Repulsion, Hold or Centre")
+        raise InputError(f"policy is {policy!r}, wanted Repulsion, Hold, Centre or Towards")
     return policy._native(dt)
 
 

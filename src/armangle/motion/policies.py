@@ -6,9 +6,13 @@ from dataclasses import dataclass, field, fields
 from numbers import Real
 from typing import Any, Literal
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from .. import _core
-from .._arrays import named
-from ..errors import PolicyError
+from .._arrays import Floats, named
+from ..arm.wish import Direction, as_wish
+from ..errors import PolicyError, ShapeError
 
 Outside = Literal["nearest", "stop"]
 _LONGEST = 1e9  # s, of a step
@@ -157,5 +161,87 @@ class Centre(_Rule):
         return self._fixed if self.rate is None else self._of_gain(_gain(self.rate, dt))
 
 
-Policy = Repulsion | Hold | Centre
-POLICIES = (Repulsion, Hold, Centre)
+@dataclass(frozen=True)
+class Towards(_Rule):
+    """Moves the arm angle to a wish, as near as its arc allows: an arm angle, or a place for the elbow.
+
+    Exactly one of psi, point and direction. The arm angle moves by the share K of the way and stays on the
+    arc it is on, at whose nearer end it waits where the wish lies beyond. On the full circle it goes the
+    shorter way. A point or a direction becomes an arm angle at each pose anew (`Arm.psi_towards`); where all
+    arm angles are alike - the arm stretched, the point on the axis shoulder-wrist - there is no wish, and
+    the arm angle stays.
+
+    Parameters
+    ----------
+    psi : float, optional
+        Arm angle, rad, any real within ±1e6; or
+    point : array_like, shape (3,), optional
+        What the elbow shall be near, m, in the frame that poses are given in; or
+    direction : array_like, shape (3,), or "up", "down", "left", "right", "forward" or "back", optional
+        Along which the elbow shall be as far as it goes, in that frame: x forward, y left, z up.
+    K : float
+        Share of the way per step, in [0, 1].
+    rate : float, optional
+        Strength per second (1/s), instead of K: K = 1 - exp(-rate·dt).
+    outside : "nearest" or "stop"
+        Where the arm angle lies in no arc: go to the nearer end, or stop with a status.
+
+    Raises
+    ------
+    PolicyError
+        If not exactly one wish is given, or a number is out of range.
+    ShapeError, NotFiniteError, InputError
+        If the point or the direction is none.
+
+    Examples
+    --------
+    >>> Towards(direction="up", K=1.0)
+    Towards(psi=None, point=None, direction='up', K=1.0, rate=None, outside='nearest')
+    """
+
+    psi: float | None = None
+    point: ArrayLike | None = None
+    direction: Direction | None = None
+    K: float = 0.1
+    rate: float | None = None
+    outside: Outside = "nearest"
+    _wish: Any = field(init=False, repr=False, compare=False)
+    _fixed: Any = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        given = [name for name in ("psi", "point", "direction") if getattr(self, name) is not None]
+        if len(given) != 1:
+            these = " and ".join(given) or "no wish"
+            raise PolicyError(f"{these} given, wanted one of psi, point, direction")
+        _check_number("K", self.K, 0.0, 1.0, False)
+        if self.rate is not None:
+            _check_number("rate", self.rate, 0.0, 1e9, False)
+        _check_outside(self.outside)
+        object.__setattr__(self, "_wish", self._checked_wish())
+        object.__setattr__(self, "_fixed", self._of_gain(self.K))
+
+    def _checked_wish(self) -> tuple[_core.Wish, float, Floats]:
+        """Return the wish as the core takes it; point and direction are kept as tuples, or as the word."""
+        if self.psi is not None:
+            _check_number("psi", self.psi, -_core.LARGEST_ANGLE, _core.LARGEST_ANGLE, False)
+            return _core.Wish.PSI, float(self.psi), np.zeros(3)
+        kind, target = as_wish(self.point, self.direction)
+        name = kind.name.lower()
+        if target.ndim != 1:
+            raise ShapeError(f"{name} has shape {target.shape}, wanted (3,)")
+        value = getattr(self, name)
+        if not isinstance(value, str):
+            object.__setattr__(self, name, tuple(np.asarray(value, dtype=float).tolist()))
+        return kind, float("nan"), target
+
+    def _of_gain(self, K: float) -> Any:
+        kind, psi, target = self._wish
+        return _core.Policy.towards(kind, psi, target, K, _OUTSIDE[self.outside])
+
+    def _native(self, dt: float | None) -> Any:
+        """Return what the core takes, for a step of `dt` s."""
+        return self._fixed if self.rate is None else self._of_gain(_gain(self.rate, dt))
+
+
+Policy = Repulsion | Hold | Centre | Towards
+POLICIES = (Repulsion, Hold, Centre, Towards)

@@ -20,9 +20,10 @@ from .options import (
     core_policy,
     step_bounds,
 )
-from .policies import Policy, Repulsion
+from .policies import Policy, Repulsion, Towards
 
 DEFAULT_POLICY = Repulsion()
+_DEFAULT_RULE = core_policy(DEFAULT_POLICY, None)
 
 
 class Resolution(NamedTuple):
@@ -70,7 +71,7 @@ def resolve(
         Present arm angle, rad, any real.
     gc : array_like of int, shape (...)
         Global configuration 0..7.
-    policy : Repulsion, Hold or Centre
+    policy : Repulsion, Hold, Centre or Towards
         How the arm angle moves on its arc.
     dt : float, optional
         Time of the step, s; needed by a policy with ``rate=``.
@@ -106,16 +107,26 @@ def resolve(
         poses = np.broadcast_to(as_poses("pose", pose, arm._handle), (*arcs.shape, 4, 4))
         arcs = own & allowed_arcs(allowed, poses)
     index = np.arange(len(arcs._count)).reshape(arcs.shape)
-    shape, pair = broadcast([("arcs", index, 0), ("psi", angles, 0)])
+    native = core_policy(policy, dt)
+    named = [("arcs", index, 0), ("psi", angles, 0)]
+    if isinstance(policy, Towards) and policy.psi is None:
+        wanted = arm.psi_towards(pose, gc, policy.point, direction=policy.direction, undefined="nan")
+        named.append(("pose", np.asarray(wanted), 0))
+    shape, arrays = broadcast(named)
     out, code = np.empty(shape), np.empty(shape, dtype=np.int8)
-    flat = out.reshape(-1), code.reshape(-1)
+    sets, psi_now, *wish = (np.ascontiguousarray(array).reshape(-1) for array in arrays)
     _core.resolve_many(
-        core_policy(policy, dt), arcs._count, arcs._psi,
-        np.ascontiguousarray(pair[0]).reshape(-1), np.ascontiguousarray(pair[1]).reshape(-1), *flat,
+        native, arcs._count, arcs._psi, sets, psi_now, wish[0] if wish else None,
+        out.reshape(-1), code.reshape(-1),
     )  # fmt: skip
+<<<<<<< HEAD
+    reasons = arcs._status[arrays[0]]
+    code[...] = np.where(reasons != Status.OK, reasons, code)
+=======
     reasons = np.broadcast_to(np.asarray(own.status), arcs.shape).reshape(-1)[pair[0]]
     shut = arcs._count[pair[0]] == 0
     code[...] = np.where(shut, np.where(reasons == Status.OK, Status.NOT_ALLOWED, reasons), code)
+>>>>>>> main
     return Resolution(out[()], code if shape else STATUSES[code[()]])
 
 
@@ -156,7 +167,7 @@ def step(
         Tool frame to go to, position in m.
     gc : int, optional
         Global configuration 0..7 of the new posture; that of `q_now` by default.
-    policy : Repulsion, Hold or Centre
+    policy : Repulsion, Hold, Centre or Towards
     dt : float, optional
         Time of the step, s; needed by a policy with ``rate=``.
     carry : "psi" or "elbow"
@@ -198,15 +209,16 @@ def step(
     >>> step(arm, q, pose).status.name
     'OK'
     """
-    native = core_policy(policy, dt)
+    native = _DEFAULT_RULE if policy is DEFAULT_POLICY else core_policy(policy, dt)
     count = psi = bounds = None
     if allowed is not None:
         count, psi = one_allowed(allowed, as_poses("pose", pose, arm._handle))
     if velocity is not None or acceleration is not None:
         bounds = step_bounds(arm, velocity, acceleration, velocity_now, dt)
-    rest = count, psi, bounds, Step, STATUSES
     core_step = arm._handle.step_one
-    plain: Step | None = core_step(q_now, pose, native, gc, carry, max_joint_step, singularity_margin, *rest)
+    plain: Step | None = core_step(
+        q_now, pose, native, gc, carry, max_joint_step, singularity_margin, count, psi, bounds, Step, STATUSES
+    )
     if plain is not None:
         return plain
     options = checked_options(gc, carry, max_joint_step, singularity_margin)
@@ -217,5 +229,5 @@ def step(
             "follow takes sequences"
         )
     joints, frame = np.ascontiguousarray(joints), np.ascontiguousarray(frame)
-    converted: Step = core_step(joints, frame, native, *options, *rest)
+    converted: Step = core_step(joints, frame, native, *options, count, psi, bounds, Step, STATUSES)
     return converted

@@ -15,7 +15,7 @@ from ..colours import CURVES, PALE, VERMILION
 from ..errors import InputError
 from ..motion.joint_path import JointPath
 from ..motion.options import core_policy
-from ..motion.policies import Centre, Policy, Repulsion
+from ..motion.policies import Centre, Policy, Repulsion, Towards
 from ..timing.trajectory import Trajectory
 from .style import flat_axes, grid_axes, outer_legend
 
@@ -88,8 +88,10 @@ def _change(policy: Policy, arcs: ArcSet, psi: Floats, dt: float | None) -> Floa
     """Return the step of the core's own policy at each psi, rad."""
     out, code = np.empty(len(psi)), np.empty(len(psi), dtype=np.int8)
     index = np.zeros(len(psi), dtype=np.int64)
+    if isinstance(policy, Towards) and policy.psi is None:
+        raise InputError(f"policies holds {policy!r}, whose wish is an arm angle only at a pose: wanted psi=")
     policy_now, angles = core_policy(policy, dt), np.ascontiguousarray(psi)
-    _core.resolve_many(policy_now, arcs._count, arcs._psi, index, angles, out, code)
+    _core.resolve_many(policy_now, arcs._count, arcs._psi, index, angles, None, out, code)
     return (out - psi + np.pi) % (2 * np.pi) - np.pi
 
 
@@ -103,6 +105,10 @@ def _policy_text(policy: Policy) -> str:
             return f"centre, K = {policy.K:g}"
         case Centre():
             return f"centre, rate {policy.rate:g} 1/s"
+        case Towards(psi=float() | int() as psi, rate=None):
+            return f"towards {np.degrees(psi):.4g}°, K = {policy.K:g}"
+        case Towards(psi=float() | int() as psi):
+            return f"towards {np.degrees(psi):.4g}°, rate {policy.rate:g} 1/s"
     return "hold"
 
 

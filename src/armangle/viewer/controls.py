@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -12,7 +13,7 @@ from .._arrays import CONFIGURATIONS, JOINTS
 from ..arm.configuration import gc_signs
 from ..errors import InputError
 from ..motion.joint_path import JointPath
-from ..motion.policies import Centre, Hold, Policy, Repulsion
+from ..motion.policies import Centre, Hold, Policy, Repulsion, Towards
 from .entry import pose_of_text, text_of_pose
 from .panels import (
     arcs_panel,
@@ -33,6 +34,7 @@ EXPORT_NAME = "posture.json"
 HOLD = "hold ψ"
 REPEL = "repel ψ from the ends of its arc (eq. 36)"
 CENTRE = "pull ψ to the middle of its arc"
+TOWARDS = "move the elbow to where it is wished: up, or as the program says"
 _GREATEST_ALPHA = 100.0
 
 Act = Callable[[Callable[[], object]], None]
@@ -94,11 +96,12 @@ class Controls:
         policy = self._state.policy
         gain = 0.1 if isinstance(policy, Hold) else float(policy.K)
         alpha = float(policy.alpha) if isinstance(policy, Repulsion) else Repulsion().alpha
+        self._wish = policy if isinstance(policy, Towards) else Towards(direction="up")
         with self._gui.add_folder("Arm angle"):
             self.psi = self._gui.add_slider("ψ (deg)", -180.0, 180.0, 0.1, 0.0)
             self._arcs = self._gui.add_html("")
             self.policy = self._gui.add_dropdown(
-                "dragging", (HOLD, REPEL, CENTRE), initial_value=_policy_name(policy),
+                "dragging", (HOLD, REPEL, CENTRE, TOWARDS), initial_value=_policy_name(policy),
                 hint="What the arm angle does while the tool is dragged, or moved by numbers.",
             )  # fmt: skip
             self._gain = self._gui.add_slider("K", 0.0, 1.0, 0.01, gain)
@@ -213,6 +216,7 @@ class Controls:
             HOLD: Hold(),
             REPEL: Repulsion(K=gain, alpha=alpha),
             CENTRE: Centre(K=gain),
+            TOWARDS: replace(self._wish, K=gain),
         }
         self._state.policy = policies[self.policy.value]
 
@@ -282,6 +286,8 @@ def _policy_name(policy: Policy) -> str:
             return REPEL
         case Centre():
             return CENTRE
+        case Towards():
+            return TOWARDS
     return HOLD
 
 

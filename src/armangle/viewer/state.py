@@ -69,7 +69,7 @@ class ViewerState:
     arm : Arm
     start : array_like, shape (7,), optional
         Joints to begin with and to reset to, rad, within the limits; `opening_posture` by default.
-    policy : Repulsion, Hold or Centre
+    policy : Repulsion, Hold, Centre or Towards
         How the arm angle moves while the tool does; it is held by default.
 
     Attributes

@@ -67,7 +67,7 @@ void solves_what_kdl_says(const armangle::Arm& arm) {
     std::uniform_real_distribution<double> unit(-1.0, 1.0);
     KDL::JntArray q(joints), seed(joints), found(joints);
     double worst = 0, furthest_same = 0;
-    bool solved = true, inside = true;
+    bool solved = true, inside = true, nearest = true;
     for (int k = 0; k < 5000; ++k) {
         for (unsigned i = 0; i < joints; ++i) {
             q(i) = arm.limits.upper[i] * unit(random);
@@ -77,6 +77,7 @@ void solves_what_kdl_says(const armangle::Arm& arm) {
         forward.JntToCart(q, pose);
         solved = solved && inverse.CartToJnt(seed, pose, found) == KDL::SolverI::E_NOERROR;
         inside = inside && armangle::within_limits(arm.limits, found.data.data(), 1e-9);
+        nearest = nearest && (found.data - seed.data).norm() <= (q.data - seed.data).norm() + 1e-12;
         forward.JntToCart(found, again);
         worst = std::fmax(worst, KDL::diff(pose, again).vel.Norm() + KDL::diff(pose, again).rot.Norm());
         inverse.CartToJnt(q, pose, found);  // from the solution itself
@@ -84,8 +85,9 @@ void solves_what_kdl_says(const armangle::Arm& arm) {
     }
     check(solved, "every pose that KDL reaches within the limits is solved");
     check(inside, "the solution is within the limits");
+    check(nearest, "the solution is no further from the seed than the posture that made the pose");
     check(worst < 1e-12, "KDL's forward kinematics of the solution is the pose");
-    check(furthest_same < 1e-6, "a seed that solves the pose is the solution");
+    check(furthest_same < 1e-12, "a seed that solves the pose is the solution");
 }
 
 void refuses(const armangle::Arm& arm) {

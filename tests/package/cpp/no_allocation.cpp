@@ -158,5 +158,20 @@ int main() {
                         sections, 4);
         follow(arm, limits, in.q, in.matrix, count, bounded, OnFail::hold, {nullptr, 0}, rows, &ahead);
     });
+    TrackerOptions tracked;
+    for (int j = 0; j < joints; ++j) {
+        tracked.velocity[j] = 2.0;
+        tracked.acceleration[j] = 50.0;
+    }
+    static Tracker tracker(arm, tracked);
+    report("tracker", [&] {
+        tracker.start(in.q);
+        for (std::size_t i = 0; i < count; ++i) {
+            const Pose<double> hand = load_pose(in.matrix + 16 * i);
+            Command command;
+            command.pose = &hand;
+            for (int k = 0; k < 20; ++k) out.psi[i] = tracker.step(command).psi;
+        }
+    });
     return 0;
 }

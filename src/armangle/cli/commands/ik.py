@@ -1,4 +1,4 @@
-"""``armangle ik``: pose, arm angle and global configuration to joints."""
+"""``armangle ik``: pose to joints, the nearest of all or those of an arm angle and global configuration."""
 
 from __future__ import annotations
 
@@ -9,29 +9,34 @@ import numpy as np
 
 from ..._arrays import CONFIGURATIONS, Floats
 from ...arm.arm import Arm
+from ...arm.question import METRICS
 from ...errors import InputError
 from ...motion.joint_path import JointPath, blank_rows, even_parameters
 from ...status import STATUSES, Status
 from ..arguments import POSE_HELP, add_arm, add_json, add_output, angle, joints, poses, the_arm
 from ..screen import (
     degrees,
-    head_and_tail,
     joint_margins,
     note,
     progress,
     show,
     show_json,
-    signs_text,
+    show_many,
+    show_posture,
     unsolved_text,
     violations,
     write,
 )
+from ..solving import solve
 from ..tables import paint, table
 
 HELP = """\
-Pose, arm angle psi and global configuration gc to the one posture they define.
+Pose to joints: without --psi the posture nearest to --near, of all branches,
+arm angles and windings; with --psi and --gc the one posture that they define.
 Joint limits are enforced: outside them there is no solution."""
 EXAMPLE = """\
+  armangle ik --robot kuka_iiwa7_r800 --pose 0.4,0.1,0.6,0,1,0,0 \\
+      --near 0,20,0,-60,0,60,0
   armangle ik --robot kuka_iiwa7_r800 --psi 58.5882 --gc 3 \\
       --pose -0.117424,-0.146412,1.020287,0.425538,-0.432663,0.352360,0.712434"""
 
@@ -39,13 +44,21 @@ EXAMPLE = """\
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
     parser.add_argument("--pose", required=True, metavar="POSE", help=f"{POSE_HELP}; or a FILE of poses")
-    parser.add_argument("--psi", type=angle, metavar="DEG", help="arm angle")
-    which = parser.add_mutually_exclusive_group(required=True)
+    parser.add_argument(
+        "--near", metavar="Q",
+        help="q1,..,q7 in degrees: the joints to be nearest to; else the middle of the ranges",
+    )  # fmt: skip
+    parser.add_argument(
+        "--metric", choices=[*METRICS], default="l2",
+        help="of near: root of the sum of squares, or the largest move (default l2)",
+    )  # fmt: skip
+    parser.add_argument("--psi", type=angle, metavar="DEG", help="arm angle; needs --gc or --all")
+    which = parser.add_mutually_exclusive_group()
     which.add_argument("--explain", action="store_true", help="which branches hold the pose, and if not, why")
     which.add_argument("--gc", type=int, choices=range(CONFIGURATIONS), help="global configuration")
-    which.add_argument("--all", action="store_true", help="all eight")
+    which.add_argument("--all", action="store_true", help="each branch and arc; with --psi all eight")
     add_arm(parser)
-    parser.add_argument("--seed", metavar="Q", help="q1,..,q7 in degrees: of several turns take the nearest")
+    parser.add_argument("--seed", metavar="Q", help="with --psi: q1,..,q7 in degrees, take the nearest turns")
     add_output(parser, "joints")
     add_json(parser)
 
@@ -54,11 +67,17 @@ def run(args: argparse.Namespace) -> int:
     """Print the posture or postures; status 1 where there is none within the limits."""
     arm = the_arm(args)
     pose = poses("--pose", args.pose)
-    seed = None if args.seed is None else joints("--seed", args.seed)
     if args.explain:
         return _explain(arm, pose, args)
     if args.psi is None:
-        raise InputError("--psi is missing: the arm angle in degrees")
+        return solve(arm, pose, args)
+    if args.near is not None or args.metric != "l2":
+        raise InputError(
+            "--near and --metric go without --psi, which leaves nothing to choose but turns: --seed"
+        )
+    if args.gc is None and not args.all:
+        raise InputError("--psi needs --gc or --all; without --psi the nearest posture is found")
+    seed = None if args.seed is None else joints("--seed", args.seed)
     if args.all and (pose.ndim == 3 or args.output is not None):
         raise InputError("--all takes one pose and prints it; name a --gc for a file of poses or for -o")
     if args.all:
@@ -70,9 +89,9 @@ def run(args: argparse.Namespace) -> int:
     if args.json:
         _show_json(path, pose.ndim == 2)
     elif pose.ndim == 3:
-        _show_many(path)
+        show_many(path.q, [STATUSES[code].name for code in path.status])
     elif path.ok:
-        _show_one(arm, path.q[0], args.psi, args.gc)
+        show_posture(arm, path.q[0], args.psi, args.gc)
     if not path.ok:
         note(f"armangle: {_reason(arm, path, args.psi, args.gc, seed, pose.ndim == 2)}")
     return 0 if path.ok else 1
@@ -122,23 +141,6 @@ def _reason(arm: Arm, path: JointPath, psi: float, gc: int, seed: Floats | None,
     )
     outside = f"psi {degrees(psi, 2)} deg is not feasible: {violations(arm, q)}"
     return f"{where}{outside}. Feasible with gc {gc}: {arcs} deg."
-
-
-def _show_one(arm: Arm, q: Floats, psi: float, gc: int) -> None:
-    show(f"{paint('psi', 'bold')} {degrees(psi)} deg, {paint('gc', 'bold')} {gc} ({signs_text(gc)})\n")
-    margins = joint_margins(arm, q)
-    rows = [
-        [str(i + 1), arm.joint_names[i], degrees(q[i]), degrees(arm.lower[i], 2), degrees(arm.upper[i], 2),
-         degrees(margins[i], 2)]
-        for i in range(len(q))
-    ]  # fmt: skip
-    show(table(["joint", "name", "q deg", "lower", "upper", "margin"], rows, left=(1,)))
-
-
-def _show_many(path: JointPath) -> None:
-    names = [STATUSES[code].name for code in path.status]
-    rows = [[str(i), *(degrees(v, 2) for v in q), names[i]] for i, q in enumerate(path.q)]
-    show(table(["row", *(f"q{i}" for i in range(1, 8)), "deg"], head_and_tail(rows), left=(8,)))
 
 
 def _show_json(path: JointPath, single: bool) -> None:

@@ -1,0 +1,168 @@
+"""Run `armangle.Tracker` beside mink and pink on the same hands, with the same bounds and the same hand filter.
+
+    python benchmarks/tracking.py [--peers PYTHON] [--arm kuka_iiwa14_r820] [--seeds 8] [--seconds 10] [--dt 0.004]
+
+PYTHON is an interpreter with ``pip install mink pin-pink daqp``. Per stream: RMS distance of the tool from the hand
+without noise, over the ticks at which the hand has been in reach for 0.5 s; ticks that break a bound on speed,
+acceleration or position (1e-6 relative); freezes (0.5 s without motion, more than 20 mm from a hand in reach); programmes
+without solution; time per tick.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+import armangle as aa
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE.parent / "tests"))
+from support import streams  # noqa: E402  # the same hands as the tests'
+
+Floats = NDArray[np.float64]
+
+ACCELERATION = 10.0
+SLACK = 1e-6
+FROZEN, FAR, STILL = 0.5, 0.02, 1e-6  # s, m, rad/s
+OURS = "armangle"
+ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+
+
+@dataclass(frozen=True)
+class Row:
+    """One method on one stream."""
+
+    rms: float
+    p99: float
+    turn: float
+    violations: int
+    freezes: int
+    failed: int
+    micros: float
+
+
+def judge(arm: aa.Arm, stream: streams.Stream, start: Floats, q: Floats, failed: int, micros: float) -> Row:
+    """Return what a motion is worth, from its joints alone."""
+    dt = stream.dt
+    metres, radians = streams.errors(arm, q, stream.true)
+    ok = streams.judged(arm, stream.true, dt)
+    v = np.diff(q, axis=0, prepend=start[None]) / dt
+    a = np.diff(v, axis=0, prepend=np.zeros((1, 7))) / dt
+    broken = (np.abs(v) > arm.velocity * (1 + SLACK)).any(1) | (np.abs(a) > ACCELERATION * (1 + SLACK)).any(1)
+    broken |= ((q < arm.lower - SLACK) | (q > arm.upper + SLACK)).any(1)
+    stuck = (np.abs(v).max(1) < STILL) & ok & (metres > FAR)
+    window = round(FROZEN / dt)
+    runs = np.convolve(stuck, np.ones(window), "valid") >= window
+    return Row(
+        float(np.sqrt((metres[ok] ** 2).mean())) * 1e3,
+        float(np.quantile(metres[ok], 0.99)) * 1e3,
+        float(np.degrees(np.sqrt((radians[ok] ** 2).mean()))),
+        int(broken.sum()),
+        int((np.diff(runs.astype(int), prepend=0) > 0).sum()),
+        failed,
+        micros,
+    )
+
+
+def ours(arm: aa.Arm, stream: streams.Stream, start: Floats) -> Row:
+    """Return the tracker's row; the time is that of its loop in C++."""
+    tracker = aa.Tracker(arm, stream.dt, acceleration=ACCELERATION, filter=aa.HandFilter())
+    tracker.start(start)
+    before = time.perf_counter()
+    q = tracker.run(stream.samples)
+    micros = (time.perf_counter() - before) / len(q) * 1e6
+    return judge(arm, stream, start, q, 0, micros)
+
+
+def peers(
+    python: str, module: str, arm: aa.Arm, given: dict[str, streams.Stream], start: Floats
+) -> dict[str, dict[str, Row]]:
+    """Return a peer's rows by method and stream."""
+    one = next(iter(given.values()))
+    with tempfile.TemporaryDirectory() as folder:
+        urdf, problem, out = (Path(folder) / name for name in ("arm.urdf", "streams.npz", "out.npz"))
+        urdf.write_text(arm.to_urdf(), encoding="utf-8")
+        filtered = {key: aa.HandFilter().smooth(s.samples, s.dt) for key, s in given.items()}
+        np.savez(problem, start=start, dt=one.dt, lower=arm.lower, upper=arm.upper, velocity=arm.velocity,
+                 acceleration=np.full(7, ACCELERATION), **filtered)  # fmt: skip
+        command = [python, "-m", "adapters.track_worker", module, str(problem), str(urdf), str(out)]
+        subprocess.run(command, check=True, cwd=HERE, env=os.environ | ONE_THREAD)
+        found = dict(np.load(out))
+    rows: dict[str, dict[str, Row]] = {}
+    for name, key in {tuple(full.split("|")[:2]) for full in found}:
+        result = {what: found[f"{name}|{key}|{what}"] for what in ("q", "times", "failed")}
+        micros = float(result["times"].mean()) * 1e6
+        rows.setdefault(name, {})[key] = judge(
+            arm, given[key], start, result["q"], int(result["failed"]), micros
+        )
+    return rows
+
+
+def table(rows: dict[str, dict[str, Row]], seeds: int) -> str:
+    """Return the table in Markdown, the best RMS error of each scenario in bold, and the goals."""
+    names = [OURS, *sorted(set(rows) - {OURS})]
+    lines = ["| scenario | " + " | ".join(names) + " |", "|---" * (len(names) + 1) + "|"]
+    won = ahead = 0
+    for scenario in streams.SCENARIOS:
+        keys = [f"{scenario}-{seed}" for seed in range(seeds)]
+        mean = {name: np.mean([rows[name][key].rms for key in keys]) for name in names}
+        tail = {name: np.mean([rows[name][key].p99 for key in keys]) for name in names}
+        turn = {name: np.mean([rows[name][key].turn for key in keys]) for name in names}
+        best = min(mean, key=lambda name: mean[name])
+        ahead += best == OURS
+        won += sum(min(names, key=lambda name: rows[name][key].rms) == OURS for key in keys)
+        cells = [f"{mean[n]:.3g} / {tail[n]:.3g} / {turn[n]:.3g}" for n in names]
+        cells = [f"**{cell}**" if n == best else cell for n, cell in zip(names, cells, strict=True)]
+        lines.append(f"| {scenario} | " + " | ".join(cells) + " |")
+    for what, label in (
+        ("violations", "ticks that break a bound"),
+        ("freezes", "freezes"),
+        ("failed", "no solution"),
+    ):
+        cells = [str(sum(getattr(row, what) for row in rows[n].values())) for n in names]
+        lines.append(f"| {label} | " + " | ".join(cells) + " |")
+    micros = {n: np.mean([row.micros for row in rows[n].values()]) for n in names}
+    lines.append("| µs a tick | " + " | ".join(f"{micros[n]:.3g}" for n in names) + " |")
+    lines += ["", "Cells: RMS mm / 99 % mm / RMS degrees, means over the streams."]
+    if len(names) > 1:
+        faster = min(micros[n] for n in names[1:]) / micros[OURS]
+        lines.append(f"Ahead of the best of them in {ahead} of {len(streams.SCENARIOS)} means, "
+                     f"{won} of {len(streams.SCENARIOS) * seeds} streams; {faster:.3g} times less time.")  # fmt: skip
+    return "\n".join(lines)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--peers", metavar="PYTHON")
+    parser.add_argument("--only", default="mink,pink")
+    parser.add_argument("--arm", default="kuka_iiwa14_r820")
+    parser.add_argument("--seeds", type=int, default=8)
+    parser.add_argument("--seconds", type=float, default=10.0)
+    parser.add_argument("--dt", type=float, default=0.004)
+    given = parser.parse_args()
+    arm = aa.Arm.from_catalogue(given.arm)
+    start = streams.posture(arm)
+    hands = {
+        f"{scenario}-{seed}": streams.stream(arm, scenario, seed, dt=given.dt, seconds=given.seconds)
+        for scenario in streams.SCENARIOS
+        for seed in range(given.seeds)
+    }
+    rows = {OURS: {key: ours(arm, hand, start) for key, hand in hands.items()}}
+    if given.peers:
+        for module in given.only.split(","):
+            rows |= peers(given.peers, module, arm, hands, start)
+    print(f"{given.arm}, {given.seeds} hands of {given.seconds:g} s, dt = {given.dt:g} s\n")
+    print(table(rows, given.seeds))
+
+
+if __name__ == "__main__":
+    main()

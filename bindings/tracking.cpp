@@ -1,0 +1,131 @@
+// The tracker: a posture every tick.
+#include "refusal.hpp"
+
+namespace binding {
+
+using namespace armangle;
+
+namespace {
+
+/// Numbers in a row, as Python gives the options: dt, length, still_margin, elbow_margin,
+/// singularity_margin, omega, patience, jump, turn; then seven velocities and seven accelerations.
+constexpr int option_count = 9;
+
+void make_tracker(Tracker* self, const ArmHandle& arm, Floats numbers) {
+    const Buffer given(numbers);
+    if (!given.is_array('d', {option_count + 2 * joints}))
+        throw std::invalid_argument("23 numbers were expected");
+    const double* x = given.data<double>();
+    TrackerOptions o;
+    o.dt = x[0];
+    o.length = x[1];
+    o.still_margin = x[2];
+    o.elbow_margin = x[3];
+    o.singularity_margin = x[4];
+    o.hand = {x[5], x[6], x[7], x[8]};
+    for (int j = 0; j < joints; ++j) {
+        o.velocity[j] = x[option_count + j];
+        o.acceleration[j] = x[option_count + joints + j];
+    }
+    new (self) Tracker(arm.arm, o);
+}
+
+void start_tracker(Tracker& self, Floats q) {
+    const Buffer given(q);
+    if (!given.is_array('d', {joints})) throw std::invalid_argument("7 joint values were expected");
+    self.start(given.data<double>());
+}
+
+nb::object at(nb::handle values, int index) {
+    PyObject* item = PyTuple_GetItem(values.ptr(), index);
+    if (!item) throw nb::python_error();
+    return nb::borrow(item);
+}
+
+nb::object joint_array(const double* values) {
+    nb::object array = new_array7();
+    std::memcpy(Buffer(array, true).data<double>(), values, joints * sizeof(double));
+    return array;
+}
+
+/// A named tuple `kind` of (q, velocity, status, distance, gap, psi, gc, why), or None where pose or elbow is
+/// no small matrix: the general way then converts it, or says what is wrong.
+nb::object track_one(Tracker& self, nb::handle pose, nb::handle elbow, double dt, int reconfigure,
+                     nb::handle kind, nb::handle trackings, nb::handle statuses) {
+    double m[16], point[3];
+    if (!SmallMatrix().read(pose, 4, 4, m)) return nb::none();
+    if (!elbow.is_none() && !SmallMatrix().read(elbow, 1, 3, point)) return nb::none();
+    const Pose<double> wanted = load_pose(m);
+    const Vec3<double> hint{point[0], point[1], point[2]};
+    Command command;
+    double value = 0;
+    if (check_pose(m, value) == Problem::none) command.pose = &wanted;
+    if (!elbow.is_none()) command.elbow = &hint;
+    command.dt = dt;
+    command.reconfigure = reconfigure;
+    const Tracked now = self.step(command);
+    return new_named(kind, joint_array(now.q), joint_array(now.velocity),
+                     at(trackings, static_cast<int>(now.status)), now.distance, now.gap, now.psi, now.gc,
+                     at(statuses, static_cast<int>(now.why)));
+}
+
+/// Ticks over poses (n, 4, 4); writes q (n, 7).
+void track_many(Tracker& self, Floats poses, Floats q) {
+    const Buffer in(poses), out(q, true);
+    const Py_ssize_t n = in.shape(0);
+    if (!in.is_array('d', {n, 4, 4}) || !out.is_array('d', {n, joints}))
+        throw std::invalid_argument("poses (n, 4, 4) and joints (n, 7) were expected");
+    nb::gil_scoped_release release;
+    for (Py_ssize_t i = 0; i < n; ++i) {
+        const double* m = in.data<double>() + 16 * i;
+        const Pose<double> wanted = load_pose(m);
+        Command command;
+        double value = 0;
+        if (check_pose(m, value) == Problem::none) command.pose = &wanted;
+        const Tracked now = self.step(command);
+        std::memcpy(out.data<double>() + joints * i, now.q, joints * sizeof(double));
+    }
+}
+
+/// The poses (n, 4, 4) that a hand's filter (omega, patience, jump, turn) makes of samples, every dt s.
+void smooth_hand(double omega, double patience, double jump, double turn, Floats samples, double dt,
+                 Floats poses) {
+    const Buffer in(samples), out(poses, true);
+    const Py_ssize_t n = in.shape(0);
+    if (!in.is_array('d', {n, 4, 4}) || !out.is_array('d', {n, 4, 4}))
+        throw std::invalid_argument("samples and poses (n, 4, 4) were expected");
+    Hand hand({omega, patience, jump, turn});
+    bool begun = false;
+    for (Py_ssize_t i = 0; i < n; ++i) {
+        const double* m = in.data<double>() + 16 * i;
+        const Pose<double> sample = load_pose(m);
+        double value = 0;
+        const bool valid = check_pose(m, value) == Problem::none;
+        if (valid && !begun) hand.start(sample);
+        begun |= valid;
+        hand.tick(valid ? &sample : nullptr, dt);
+        store_pose(hand.pose(), out.data<double>() + 16 * i);
+    }
+}
+
+}  // namespace
+
+void bind_tracking(nb::module_& m) {
+    using namespace nb::literals;
+    nb::enum_<Tracking>(m, "Tracking", nb::is_arithmetic())
+        .value("FOLLOWING", Tracking::FOLLOWING)
+        .value("LAGGING", Tracking::LAGGING)
+        .value("NEAREST", Tracking::NEAREST)
+        .value("HELD", Tracking::HELD);
+    m.def("smooth_hand", &smooth_hand, "omega"_a, "patience"_a, "jump"_a, "turn"_a, "samples"_a, "dt"_a,
+          "poses"_a);
+    nb::class_<Tracker>(m, "Tracker")
+        .def("__init__", &make_tracker, "arm"_a, "numbers"_a)
+        .def_prop_ro("q", [](const Tracker& self) { return joint_array(self.q()); })
+        .def("start", &start_tracker, "q"_a)
+        .def("step_one", &track_one, "pose"_a.none(), "elbow"_a.none(), "dt"_a, "reconfigure"_a, "kind"_a,
+             "trackings"_a, "statuses"_a)
+        .def("run", &track_many, "poses"_a, "q"_a);
+}
+
+}  // namespace binding

@@ -1,0 +1,107 @@
+// Least squares over seven joints in a box: min 1/2 x' H x - g' x, lower <= x <= upper.
+//
+// An active set: solve for the free joints; stop at the first bound on the way and hold the joint there, or,
+// where no bound is in the way, let the joint go whose bound costs most. Every sweep lowers the cost, so that
+// a sweep that runs out of turns still returns a point of the box that is better than its start.
+// Source: J. Nocedal, S. Wright, Numerical Optimization (2006), algorithm 16.3.
+#pragma once
+
+#include "limits.hpp"
+
+namespace armangle {
+
+struct JointQuadratic {
+    double H[joints][joints];  // symmetric, positive definite
+    double g[joints];
+};
+
+namespace box_rule {
+inline constexpr int sweeps = 24;
+inline constexpr double pull = 1e-12;  // a bound that is pulled at by less than this share of g is left alone
+}  // namespace box_rule
+
+namespace detail {
+
+/// Solves H x = g for the joints marked free, the others held at x. Cholesky, in place.
+inline void solve_free(const JointQuadratic& p, const bool (&free)[joints], double (&x)[joints]) noexcept {
+    int index[joints], n = 0;
+    for (int j = 0; j < joints; ++j)
+        if (free[j]) index[n++] = j;
+    double L[joints][joints], y[joints];
+    for (int a = 0; a < n; ++a) {
+        y[a] = p.g[index[a]];
+        for (int j = 0; j < joints; ++j)
+            if (!free[j]) y[a] -= p.H[index[a]][j] * x[j];
+        for (int b = 0; b <= a; ++b) {
+            double sum = p.H[index[a]][index[b]];
+            for (int k = 0; k < b; ++k) sum -= L[a][k] * L[b][k];
+            L[a][b] = a == b ? sqrt(max(sum, 1e-300)) : sum / L[b][b];
+        }
+        for (int k = 0; k < a; ++k) y[a] -= L[a][k] * y[k];
+        y[a] /= L[a][a];
+    }
+    for (int a = n - 1; a >= 0; --a) {
+        for (int k = a + 1; k < n; ++k) y[a] -= L[k][a] * y[k];
+        y[a] /= L[a][a];
+        x[index[a]] = y[a];
+    }
+}
+
+}  // namespace detail
+
+/// The unbounded minimum.
+inline void minimise(const JointQuadratic& p, double (&x)[joints]) noexcept {
+    static constexpr bool free[joints] = {true, true, true, true, true, true, true};
+    detail::solve_free(p, free, x);
+}
+
+/// The minimum in the box; x is where to begin.
+inline void minimise(const JointQuadratic& p, const double* lower, const double* upper,
+                     double (&x)[joints]) noexcept {
+    bool free[joints];
+    double scale = 0;
+    for (int j = 0; j < joints; ++j) {
+        x[j] = min(max(x[j], lower[j]), upper[j]);
+        free[j] = x[j] > lower[j] && x[j] < upper[j];
+        scale = max(scale, abs(p.g[j]));
+    }
+    for (int sweep = 0; sweep < box_rule::sweeps; ++sweep) {
+        double y[joints], share = 1.0;
+        for (int j = 0; j < joints; ++j) y[j] = x[j];
+        detail::solve_free(p, free, y);
+        int blocking = -1;
+        for (int j = 0; j < joints; ++j) {
+            if (!free[j]) continue;
+            const double bound = y[j] < lower[j] ? lower[j] : upper[j];
+            if (y[j] >= lower[j] && y[j] <= upper[j]) continue;
+            const double part = (bound - x[j]) / (y[j] - x[j]);
+            if (part < share || blocking < 0) {
+                share = min(part, share);
+                blocking = j;
+            }
+        }
+        for (int j = 0; j < joints; ++j)
+            if (free[j]) x[j] = min(max(x[j] + share * (y[j] - x[j]), lower[j]), upper[j]);
+        if (blocking >= 0) {
+            x[blocking] = y[blocking] < lower[blocking] ? lower[blocking] : upper[blocking];
+            free[blocking] = false;
+            continue;
+        }
+        double worst = box_rule::pull * scale;
+        int released = -1;
+        for (int j = 0; j < joints; ++j) {
+            if (free[j] || !(lower[j] < upper[j])) continue;
+            double slope = -p.g[j];
+            for (int k = 0; k < joints; ++k) slope += p.H[j][k] * x[k];
+            const double gain = x[j] <= lower[j] ? -slope : slope;
+            if (gain > worst) {
+                worst = gain;
+                released = j;
+            }
+        }
+        if (released < 0) return;
+        free[released] = true;
+    }
+}
+
+}  // namespace armangle

@@ -1,0 +1,52 @@
+// Where the elbow shall be: the psi that brings it nearest to a point, or farthest along a direction.
+//
+// From the shoulder S the elbow of a self-motion is, with g = GC_4 and the triad (w, e, z) of its circle,
+//   E(psi) - S = La (w cos(kappa) + g sin(kappa) (e cos(psi) - z sin(psi))),
+// a circle about w. What a vector v gains of it is v . E(psi) = const + g La sin(kappa) (v.e cos - v.z sin),
+// greatest at psi = atan2(-g v.z, g v.e). |P - E(psi)|^2 = const - 2 (P - S) . E(psi): the nearest elbow to a
+// point P is the farthest along v = P - S.
+#pragma once
+
+#include "self_motion.hpp"
+
+namespace armangle {
+
+enum class Wish : std::uint8_t { psi, point, direction };
+
+/// What is wished of the elbow: its psi, or a point that it shall be near (m), or a direction to go along,
+/// both in the frame that poses are given in.
+struct Towards {
+    Wish wish = Wish::psi;
+    double psi = not_a_number;  // rad; of Wish::psi
+    Vec3<double> target{};
+};
+
+/// Why there is no such psi: every elbow of the circle is as good as another.
+enum class Indifferent : std::uint8_t {
+    no,
+    still,    // the arm is stretched or folded (or out of reach): psi does not move the elbow
+    on_axis,  // the point lies on the axis shoulder-wrist, or the direction along it
+};
+
+struct WishedPsi {
+    double psi;  // rad in (-pi, pi]; NaN where there is none
+    Indifferent why;
+};
+
+/// The psi at which the elbow of the self-motion is where it is wished, as near as its circle comes.
+inline WishedPsi psi_towards(const Arm& arm, const SelfMotion<double>& m, const Towards& towards) noexcept {
+    if (towards.wish == Wish::psi) return {wrap(towards.psi), Indifferent::no};
+    const Circle<double>& c = m.circle;
+    if (is_folded(c) || c.triangle.kappa.sin == 0.0) return {not_a_number, Indifferent::still};
+    Vec3<double> v = arm.has_base ? arm.base_inverse.rotation * towards.target : towards.target;
+    double size = norm(v);
+    if (towards.wish == Wish::point) {
+        v = v + arm.base_inverse.position - Vec3<double>{0, 0, arm.d_bs};
+        size += arm.size;
+    }
+    const double along_e = dot(c.e, v), along_z = dot(c.z, v);
+    if (!(hypot(along_e, along_z) > tolerance::vanishing * size)) return {not_a_number, Indifferent::on_axis};
+    return {wrap(atan2(-m.gc.elbow * along_z, m.gc.elbow * along_e)), Indifferent::no};
+}
+
+}  // namespace armangle

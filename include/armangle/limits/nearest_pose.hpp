@@ -1,0 +1,155 @@
+// The pose nearest to a command that is out of reach: first the reach, which joint 4 alone decides, then the
+// limits.
+//
+// The wrist's distance r from the shoulder depends on joint 4 alone, r^2 = La^2 + Lb^2 + 2 La Lb cos(theta_4
+// - delta), so that joint 4's interval on one side of the stretched arm is an interval of r. Drawing the
+// wrist along its ray from the shoulder into it costs the gap and no rotation: with the orientation held, no
+// posture comes nearer. Where limits forbid all arm angles of that pose too, the least sqrt(|dp|^2 + (length
+// angle)^2) is looked for by a Gauss-Newton method in the box of the limits.
+#pragma once
+
+#include "../arm/box_least_squares.hpp"
+#include "../circle/posture.hpp"
+#include "../numbers/twist.hpp"
+#include "feasible.hpp"
+
+namespace armangle {
+
+/// Distances of the wrist from the shoulder (m).
+struct ReachShell {
+    double inner, outer;
+};
+
+namespace nearest_pose_rule {
+inline constexpr int rounds = 15;         // of Gauss-Newton
+inline constexpr double longest = 0.5;    // rad: a round's longest move of a joint
+inline constexpr double damping = 1e-9;   // of H, in m^2/rad^2
+inline constexpr double settled = 1e-13;  // rad: moves below it are none
+}  // namespace nearest_pose_rule
+
+namespace detail {
+
+/// theta_4 - delta of a joint value, on the turn about the stretched arm.
+inline double elbow_bend(const Arm& arm, double q_4) noexcept {
+    return wrap(to_theta(arm, 3, q_4) - arm.delta_angle);
+}
+
+inline double wrist_distance(const Arm& arm, double bend) noexcept {
+    const double half = sin_cos(0.5 * bend).sin;
+    return sqrt(max(arm.reach * arm.reach - 4.0 * arm.upper_arm * arm.forearm * half * half, 0.0));
+}
+
+}  // namespace detail
+
+/// The limits with joint 4 kept on the side of the stretched arm on which q_4 stands, at least `margin` (rad)
+/// off straight and off folded; a joint that is nearer already is not driven away.
+inline Limits on_one_side(const Arm& arm, double q_4, double margin) noexcept {
+    Limits out = arm.limits;
+    const double bend = detail::elbow_bend(arm, q_4), side = bend < 0 ? -1.0 : 1.0;
+    const double straight = q_4 - arm.sign[3] * bend;  // on q_4's own turn
+    const double a = straight + arm.sign[3] * side * margin,
+                 b = straight + arm.sign[3] * side * (pi - margin);
+    const double lower = max(out.lower[3], min(a, b)), upper = min(out.upper[3], max(a, b));
+    out.lower[3] = min(lower, q_4);
+    out.upper[3] = max(upper, q_4);
+    if (lower > upper) out.lower[3] = out.upper[3] = q_4;
+    return out;
+}
+
+/// What joint 4 within these limits, all on one side of the stretched arm, leaves.
+inline ReachShell reach_shell(const Arm& arm, const Limits& limits) noexcept {
+    const double a = detail::wrist_distance(arm, detail::elbow_bend(arm, limits.lower[3])),
+                 b = detail::wrist_distance(arm, detail::elbow_bend(arm, limits.upper[3]));
+    return {min(a, b), max(a, b)};
+}
+
+/// A pose with its wrist drawn into a shell.
+struct Drawn {
+    Pose<double> pose;  // as the user sees it
+    double gap;         // m, from the wrist of the command to the shell; 0 inside
+};
+
+/// `now` is the flange of the present posture: its ray is taken where the command's wrist lies on the
+/// shoulder.
+inline Drawn drawn_in_reach(const Arm& arm, const ReachShell& shell, const Pose<double>& command,
+                            const Pose<double>& now) noexcept {
+    Pose<double> flange = flange_pose(arm, command);
+    const Triad<double> t = triad(arm, flange);
+    const double kept = min(max(t.distance, shell.inner), shell.outer), gap = abs(t.distance - kept);
+    if (!(gap > tolerance::reach * arm.size)) return {command, 0.0};
+    const Vec3<double> ray = is_folded(t) ? triad(arm, now).w : t.w;
+    flange.position = flange.position + ray * (kept - t.distance);
+    return {user_pose(arm, flange), gap};
+}
+
+/// A posture and its distance from a command.
+struct Relaxed {
+    Joints at;
+    double distance;  // m
+};
+
+namespace detail {
+
+inline double distance(const Arm& arm, const double* q, const Pose<double>& command, double length,
+                       Twist& rest) noexcept {
+    rest = difference(user_pose(arm, chain(arm, q).flange), command);
+    return size(rest, length);
+}
+
+/// Normal equations of the distance: H = J' W J, g = J' W rest.
+inline JointQuadratic normal_equations(const Jacobian& J, const Twist& rest, double length,
+                                       double damping) noexcept {
+    const double w = length * length, weight[6] = {1, 1, 1, w, w, w};
+    const double r[6] = {rest.linear.x,  rest.linear.y,  rest.linear.z,
+                         rest.angular.x, rest.angular.y, rest.angular.z};
+    JointQuadratic out;
+    for (int i = 0; i < joints; ++i) {
+        out.g[i] = 0;
+        for (int k = 0; k < 6; ++k) out.g[i] += J.entry[k][i] * weight[k] * r[k];
+        for (int j = 0; j <= i; ++j) {
+            double sum = i == j ? damping : 0.0;
+            for (int k = 0; k < 6; ++k) sum += J.entry[k][i] * weight[k] * J.entry[k][j];
+            out.H[i][j] = out.H[j][i] = sum;
+        }
+    }
+    return out;
+}
+
+}  // namespace detail
+
+/// A posture within limits from which no small move comes nearer, from `start`, after at most so many rounds.
+inline Relaxed relaxed(const Arm& arm, const Limits& limits, const Joints& start, const Pose<double>& command,
+                       double length, int rounds = nearest_pose_rule::rounds) noexcept {
+    Relaxed best{start, 0};
+    for (int j = 0; j < joints; ++j) best.at.q[j] = min(max(start.q[j], limits.lower[j]), limits.upper[j]);
+    Twist rest;
+    best.distance = detail::distance(arm, best.at.q, command, length, rest);
+    double damping = nearest_pose_rule::damping;
+    for (int round = 0; round < rounds; ++round) {
+        const JointQuadratic p = detail::normal_equations(jacobian(arm, best.at.q), rest, length, damping);
+        double lower[joints], upper[joints], move[joints] = {}, longest = 0;
+        for (int j = 0; j < joints; ++j) {
+            lower[j] = max(limits.lower[j] - best.at.q[j], -nearest_pose_rule::longest);
+            upper[j] = min(limits.upper[j] - best.at.q[j], nearest_pose_rule::longest);
+        }
+        minimise(p, lower, upper, move);
+        Relaxed next = best;
+        for (int j = 0; j < joints; ++j) {
+            next.at.q[j] = min(max(best.at.q[j] + move[j], limits.lower[j]), limits.upper[j]);
+            longest = max(longest, abs(move[j]));
+        }
+        if (!(longest > nearest_pose_rule::settled)) break;
+        Twist next_rest;
+        next.distance = detail::distance(arm, next.at.q, command, length, next_rest);
+        if (next.distance < best.distance) {
+            best = next;
+            rest = next_rest;
+            damping = max(0.1 * damping, nearest_pose_rule::damping);
+        } else {
+            damping *= 100.0;
+        }
+    }
+    return best;
+}
+
+}  // namespace armangle

@@ -1,0 +1,139 @@
+// What a hand, a camera or a network sends, made into a pose and its velocity for every tick.
+//
+// A critically damped g-h filter on position and on rotation follows a constant velocity without lag:
+//
+//     predicted = pose + velocity T,  r = measured - predicted,  pose = predicted + (1 - a^2) r,
+//     velocity += (1 - a)^2 / T r,    a = exp(-omega T).
+//
+// A sample far from its prediction is an outlier until it has lasted: the pose goes on as predicted, slowing
+// down, and only what stays where it jumped to for `patience` is believed.
+// Source: E. Brookner, Tracking and Kalman Filtering Made Easy (1998), section 1.2.
+#pragma once
+
+#include "../numbers/twist.hpp"
+
+namespace armangle {
+
+struct HandFilter {
+    double omega = 40.0;     // 1/s; infinite: samples are taken as they come
+    double patience = 0.12;  // s that a jump must last to be believed; 0: every sample is believed
+    double jump = 0.04;      // m: further from its prediction a sample is a jump
+    double turn = 0.35;      // rad: the same of rotations
+};
+
+namespace hand_rule {
+inline constexpr double stale = 0.06;    // s: a sample repeated for longer is a hand at rest
+inline constexpr double slowing = 0.15;  // s in which a prediction without samples loses its speed
+inline constexpr double fastest = 20.0;  // m/s and rad/s: a difference of samples beyond it is a jump
+}  // namespace hand_rule
+
+class Hand {
+public:
+    explicit Hand(const HandFilter& options) noexcept : options_(options) {}
+
+    void start(const Pose<double>& pose) noexcept {
+        pose_ = sample_ = suspect_ = pose;
+        velocity_ = Twist{};
+        age_ = suspected_ = 0;
+        held_ = false;
+    }
+
+    /// One tick of dt s; `sample` is null where none came, or none that is a pose.
+    void tick(const Pose<double>* sample, double dt) noexcept {
+        age_ += dt;
+        held_ = false;
+        const bool fresh = sample && (!same(*sample, sample_) || age_ > hand_rule::stale);
+        if (!sample || !fresh) {
+            if (!sample || suspected_ > 0) return wait(dt, !sample || suspected_ > 0);
+            if (is_plain()) return rest_plain();
+            pose_ = moved_by(pose_, velocity_ * dt);
+            since_ += dt;
+            return;
+        }
+        if (is_jump(*sample, dt)) return doubt(*sample, dt);
+        suspected_ = 0;
+        is_plain() ? take(*sample, dt) : blend(*sample, dt);
+        remember(*sample);
+    }
+
+    const Pose<double>& pose() const noexcept { return pose_; }
+    const Twist& velocity() const noexcept { return velocity_; }
+    bool held() const noexcept { return held_; }
+    Pose<double> predicted(double ahead) const noexcept { return moved_by(pose_, velocity_ * ahead); }
+
+private:
+    bool is_plain() const noexcept { return !(options_.omega < infinity); }
+
+    static bool same(const Pose<double>& a, const Pose<double>& b) noexcept {
+        const auto equal = [](const Vec3<double>& u, const Vec3<double>& v) {
+            return u.x == v.x && u.y == v.y && u.z == v.z;
+        };
+        return equal(a.position, b.position) && equal(a.rotation.x, b.rotation.x) &&
+               equal(a.rotation.y, b.rotation.y) && equal(a.rotation.z, b.rotation.z);
+    }
+
+    bool far(const Twist& t) const noexcept {
+        return norm(t.linear) > options_.jump || norm(t.angular) > options_.turn;
+    }
+
+    bool is_jump(const Pose<double>& sample, double dt) const noexcept {
+        return options_.patience > 0 && far(difference(moved_by(pose_, velocity_ * dt), sample));
+    }
+
+    /// A sample that jumped: waited for, until it has stayed where it is for long enough.
+    void doubt(const Pose<double>& sample, double dt) noexcept {
+        const bool stays = suspected_ > 0 && !far(difference(suspect_, sample));
+        suspected_ = stays ? suspected_ + age_ : dt;
+        suspect_ = sample;
+        remember(sample);
+        if (suspected_ < options_.patience) return wait(dt, true);
+        start(sample);
+    }
+
+    /// No sample to believe: on as predicted, slowing down.
+    void wait(double dt, bool held) noexcept {
+        held_ = held;
+        since_ += dt;
+        pose_ = moved_by(pose_, velocity_ * dt);
+        velocity_ = velocity_ * std::exp(-dt / hand_rule::slowing);
+    }
+
+    void rest_plain() noexcept {
+        if (age_ > 2.0 * period_) velocity_ = Twist{};
+    }
+
+    /// Taken as it comes; the velocity is that between the last two samples.
+    void take(const Pose<double>& sample, double) noexcept {
+        const Twist speed = difference(pose_, sample) * (1.0 / age_);
+        const bool possible =
+            norm(speed.linear) < hand_rule::fastest && norm(speed.angular) < hand_rule::fastest;
+        velocity_ = possible ? speed : Twist{};
+        period_ = age_;
+        pose_ = sample;
+    }
+
+    void blend(const Pose<double>& sample, double dt) noexcept {
+        const Pose<double> predicted = moved_by(pose_, velocity_ * dt);
+        const Twist rest = difference(predicted, sample);
+        const double T = since_ + dt, a = std::exp(-options_.omega * T);
+        pose_ = moved_by(predicted, rest * (1.0 - a * a));
+        velocity_ = velocity_ + rest * ((1.0 - a) * (1.0 - a) / T);
+    }
+
+    void remember(const Pose<double>& sample) noexcept {
+        sample_ = sample;
+        age_ = 0;
+        since_ = 0;
+    }
+
+    HandFilter options_;
+    Pose<double> pose_ = identity_pose(), sample_ = identity_pose(), suspect_ = identity_pose();
+    Twist velocity_;
+    double age_ = 0;        // s since the sample changed
+    double since_ = 0;      // s since a sample was believed
+    double period_ = 0;     // s between samples
+    double suspected_ = 0;  // s that a jump has lasted
+    bool held_ = false;
+};
+
+}  // namespace armangle

@@ -1,0 +1,536 @@
+// The loop for hands, joysticks, cameras and policies: every tick a posture, whatever the command.
+//
+//   command -> hand (filter) -> goal: exact arcs, else the reach clamp and its arcs, else the least
+//   relaxation
+//                            -> move: exact inside the box of moves that the bounds allow, else least squares
+//
+// The bounds are kept by the joints alone: |v| <= velocity, |v - v_before| <= acceleration dt, and after
+// every tick v^2 / (2 acceleration) <= the room to each limit, so that braking is possible whatever the next
+// ticks last: braking by dt' covers (v - a dt') dt' and leaves (v - a dt')^2 / 2a <= v^2 / 2a - that.
+//
+// The branch is read off the joints: the arm passes through theta_2 = 0 and theta_6 = 0, where two branches
+// meet. Joint 4 stays on its side of the stretched arm.
+#pragma once
+
+#include "../limits/nearest_pose.hpp"
+#include "hand_filter.hpp"
+
+namespace armangle {
+
+enum class Tracking : std::uint8_t {
+    FOLLOWING,  // the tool is where the hand is
+    LAGGING,    // on its way, as fast as the bounds allow
+    NEAREST,    // the hand is out of reach: at, or on the way to, the nearest pose
+    HELD,       // no sample to believe: on as predicted
+};
+
+struct TrackerOptions {
+    double dt = 0.004;                 // s
+    double velocity[joints];           // rad/s; infinite: no bound
+    double acceleration[joints];       // rad/s^2; infinite: no bound
+    double length = 0.2;               // m that a radian counts as
+    double still_margin = 0.05;        // rad off straight that joint 4 keeps at rest
+    double elbow_margin = 0.35;        // rad off straight that it keeps while the hand is fast
+    double singularity_margin = 0.35;  // rad off theta_2, theta_6 = 0 where arcs allow it
+    HandFilter hand;
+};
+
+/// What a tick is given. A pose that is none, or a null, holds the hand as predicted.
+struct Command {
+    const Pose<double>* pose = nullptr;
+    const Vec3<double>* elbow = nullptr;  // the elbow is wanted towards this point (m), as poses are given
+    double dt = 0;                        // s of this tick; 0: that of the options
+    int reconfigure = -1;                 // 0..7: go to this branch, through what lies between
+};
+
+struct Tracked {
+    double q[joint_slots];
+    double velocity[joints];  // rad/s, (q - q before) / dt
+    Tracking status;
+    double distance;  // m, of the tool from the hand: sqrt(|dp|^2 + (length angle)^2)
+    double gap;       // m by which the hand's wrist is outside what joint 4 reaches
+    double psi;       // in (-pi, pi]
+    int gc;
+    Status why;  // what keeps the tool from the hand
+};
+
+namespace track_rule {
+inline constexpr double exact = 1e-9;      // m: a tool this near is there
+inline constexpr double rounding = 2e-15;  // rad: what a sum of joint values may round away
+inline constexpr double outside = 1e-9;    // rad: joints this far out of the box were rounded there
+inline constexpr double soft = 0.05;       // rad kept off limits where arcs allow it
+inline constexpr double braking = 0.6;     // share of the acceleration that an approach is planned with
+inline constexpr double turning = 0.3;     // the same of psi
+inline constexpr double ticks = 3.0;       // an approach ends no faster than geometrically over so many
+inline constexpr double regular = 1e-4;    // of H, m^2/rad^2
+inline constexpr double preview = 0.25;    // s ahead for which psi is chosen
+inline constexpr double fast = 0.4;        // m/s of the wrist at which the elbow's margin is full
+inline constexpr double smoothing = 0.3;   // s over which that margin changes
+inline constexpr double crossing = 0.3;    // rad of theta_2, theta_6 within which both branches are weighed
+inline constexpr double leap = 3.0;        // m/s: a goal that moves faster has jumped
+inline constexpr double unsure = 0.05;     // an elbow hint this near the shoulder-wrist line says nothing
+inline constexpr double standing = 0.02;   // rad/s: slower than this in all joints the arm stands
+inline constexpr double stall = 0.3;       // s of standing away from a goal after which the arm turns to it
+inline constexpr double turned = 0.05;     // rad from the goal's posture at which turning is over
+inline constexpr double worth = 0.005;     // m that another start of the relaxation must gain
+inline constexpr int rounds = 6, starts = 16;  // of the relaxation in one tick
+}  // namespace track_rule
+
+class Tracker {
+public:
+    Tracker(const Arm& arm, const TrackerOptions& options) noexcept
+        : arm_(arm), options_(options), hand_(options.hand) {
+        Limits soft = arm.limits;
+        for (int j = 0; j < joints; ++j) {
+            const double room = min(track_rule::soft, 0.1 * (soft.upper[j] - soft.lower[j]));
+            soft.lower[j] += room;
+            soft.upper[j] -= room;
+        }
+        plain_ = limit_table(arm, arm.limits);
+        clear_ = limit_table(arm, soft, options.singularity_margin);
+        double middle[joint_slots];
+        for (int j = 0; j < joint_slots; ++j) middle[j] = arm.joint_middle[j];
+        start(middle);
+    }
+
+    /// At rest at q, which is taken into the limits.
+    void start(const double* q) noexcept {
+        for (int j = 0; j < joints; ++j) {
+            q_.q[j] = min(max(q[j], arm_.limits.lower[j]), arm_.limits.upper[j]);
+            v_[j] = 0;
+        }
+        q_.q[joints] = 0;
+        margin_ = options_.still_margin;
+        relaxing_ = false;
+        turning_to_ = -1;
+        stalled_ = 0;
+        goal_pose_ = user_pose(arm_, chain(arm_, q_.q).flange);
+        hand_.start(goal_pose_);
+    }
+
+    const double* q() const noexcept { return q_.q; }
+
+    Tracked step(const Command& command) noexcept {
+        const bool timed = command.dt > 0 && command.dt < infinity;
+        const bool valid =
+            command.pose && is_rigid(*command.pose) && norm(command.pose->position) <= tolerance::length;
+        Tick t{timed ? command.dt : options_.dt, chain(arm_, q_.q)};
+        t.elbow = command.elbow;
+        t.gc = configuration(arm_, t.now.theta);
+        if (command.reconfigure >= 0 && command.reconfigure < configurations &&
+            command.reconfigure != index(t.gc))
+            turning_to_ = command.reconfigure;
+        hand_.tick(valid ? command.pose : nullptr, t.dt);
+        box(t);
+        Goal goal;
+        seek(t, goal);
+        Joints next;
+        const bool in_branch = turning_to_ < 0 || turning_to_ == index(t.gc);
+        if (in_branch && exact(t, goal, next)) {
+            stalled_ = 0;
+            turning_to_ = -1;
+        } else if (turning_to_ >= 0) {
+            turn(t, goal, next);
+        } else {
+            approach(t, goal, next);
+        }
+        goal_pose_ = goal.pose;
+        return finish(t, goal, next, valid);
+    }
+
+private:
+    struct Tick {
+        double dt;
+        Chain now;
+        Configuration<double> gc{};
+        double lower[joints] = {}, upper[joints] = {};  // rad/s: what the next velocity may be
+        const Vec3<double>* elbow = nullptr;
+    };
+
+    /// Where to go: a pose that the arm can take, and a posture of it.
+    struct Goal {
+        Pose<double> pose;
+        Joints at;
+        double psi = 0, gap = 0;
+        Status why = Status::OK;
+        bool posture_only = false;  // the pose may have no arc: only this posture
+    };
+
+    // -- bounds
+
+    /// The velocities that keep the bounds and from which every joint can still brake.
+    void box(Tick& t) const noexcept {
+        const Limits limits =
+            elbow_turns(t) ? arm_.limits : on_one_side(arm_, q_.q[3], options_.still_margin);
+        for (int j = 0; j < joints; ++j) {
+            const double a = options_.acceleration[j], most = options_.velocity[j];
+            const double change = max(a * t.dt - track_rule::rounding / t.dt, 0.0);
+            const double down = fastest(q_.q[j] - limits.lower[j], a, t.dt),
+                         up = fastest(limits.upper[j] - q_.q[j], a, t.dt);
+            t.lower[j] = max(-min(most, down), v_[j] - change);
+            t.upper[j] = min(min(most, up), v_[j] + change);
+            if (!(t.lower[j] <= t.upper[j])) {  // only by rounding: brake
+                const double slower = v_[j] > 0 ? v_[j] - change : v_[j] + change;
+                t.lower[j] = t.upper[j] = slower;
+            }
+        }
+    }
+
+    /// The largest v with v dt + v^2 / 2a <= room.
+    static double fastest(double room, double a, double dt) noexcept {
+        if (!(room > 0)) return 0.0;
+        if (!(room < infinity)) return infinity;
+        return 2.0 * room / (dt + sqrt(dt * dt + 2.0 * room / a));
+    }
+
+    /// The factor k, in 1/s, of an approach k d over moves d with which every joint can stop there.
+    double pace(const double (&d)[joints], double dt) const noexcept {
+        double k = 1.0 / (track_rule::ticks * dt);
+        for (int j = 0; j < joints; ++j) {
+            const double way = abs(d[j]);
+            if (!(way > 0)) continue;
+            k = min(k, sqrt(2.0 * track_rule::braking * options_.acceleration[j] / way));
+            k = min(k, options_.velocity[j] / way);
+        }
+        return k;
+    }
+
+    // -- the goal
+
+    void seek(const Tick& t, Goal& goal) noexcept {
+        const Pose<double>& wanted = hand_.pose();
+        const Circle<double> c = circle(arm_, flange_pose(arm_, wanted));
+        grow_margin(t, c);
+        const Limits limits = on_one_side(arm_, elbow_side(t), margin_);
+        const ReachShell shell = reach_shell(arm_, limits);
+        const Drawn drawn = drawn_in_reach(arm_, shell, wanted, t.now.flange);
+        goal.pose = drawn.pose;
+        goal.gap = drawn.gap;
+        if (drawn.gap > 0) goal.why = reason(c);
+        if (posture_of(t, goal)) {
+            relaxing_ = false;
+            return;
+        }
+        goal.why = Status::LIMITS;
+        relax(t, wanted, limits, goal);
+    }
+
+    bool elbow_turns(const Tick& t) const noexcept {
+        return turning_to_ >= 0 && configuration(turning_to_).elbow != t.gc.elbow;
+    }
+
+    /// A value of joint 4 on the side of the stretched arm where the goal is.
+    double elbow_side(const Tick& t) const noexcept {
+        if (!elbow_turns(t)) return q_.q[3];
+        return q_.q[3] - 2.0 * arm_.sign[3] * detail::elbow_bend(arm_, q_.q[3]);
+    }
+
+    /// The elbow keeps further from straight while the wrist is fast: near straight it has to accelerate as 1
+    /// / sin of its bend to follow.
+    void grow_margin(const Tick& t, const Circle<double>& c) noexcept {
+        const Vec3<double> wrist_in_base = c.w * c.distance + Vec3<double>{0, 0, arm_.d_bs};
+        const Vec3<double> wrist = arm_.base.rotation * wrist_in_base + arm_.base.position;
+        const Twist& hand = hand_.velocity();
+        const double speed = norm(hand.linear + cross(hand.angular, wrist - hand_.pose().position));
+        const double share = min(speed / track_rule::fast, 1.0);
+        const double wanted =
+            options_.still_margin + share * max(options_.elbow_margin - options_.still_margin, 0.0);
+        margin_ += (wanted - margin_) * -std::expm1(-t.dt / track_rule::smoothing);
+    }
+
+    Status reason(const Circle<double>& c) const noexcept {
+        if (is_folded(c)) return Status::FOLDED;
+        if (is_unreachable(c)) return Status::UNREACHABLE;
+        const ReachShell limits = reach_shell(arm_, on_one_side(arm_, q_.q[3], 0.0));
+        const bool beyond = c.distance < limits.inner || c.distance > limits.outer;
+        return beyond ? Status::ELBOW_LIMIT : Status::ELBOW_MARGIN;
+    }
+
+    /// The posture of the goal's pose to go to; false where limits leave none. Beside theta_2 = 0 and theta_6
+    /// = 0 the branch beyond is weighed too.
+    bool posture_of(const Tick& t, Goal& goal) const noexcept {
+        const Circle<double> c = circle(arm_, flange_pose(arm_, goal.pose));
+        double least = infinity;
+        if (turning_to_ >= 0) {
+            offer(t, c, configuration(turning_to_), least, goal);
+            return least < infinity;
+        }
+        const bool shoulder = abs(wrap(t.now.theta[1])) < track_rule::crossing,
+                   wrist = abs(wrap(t.now.theta[5])) < track_rule::crossing;
+        for (int flip = 0; flip < 4; ++flip) {
+            if ((flip & 1 && !shoulder) || (flip & 2 && !wrist)) continue;
+            Configuration<double> gc = t.gc;
+            if (flip & 1) gc.shoulder = -gc.shoulder;
+            if (flip & 2) gc.wrist = -gc.wrist;
+            offer(t, c, gc, least, goal);
+        }
+        return least < infinity;
+    }
+
+    void offer(const Tick& t, const Circle<double>& c, const Configuration<double>& gc, double& least,
+               Goal& goal) const noexcept {
+        const SelfMotion<double> m = self_motion(arm_, c, gc);
+        const double psi = choose_psi(t, m);
+        if (is_nan(psi)) return;
+        const Joints at = joints_within_limits(arm_, directions(m, sin_cos(psi)), q_.q);
+        double cost = 0;
+        for (int j = 0; j < joints; ++j) cost += (at.q[j] - q_.q[j]) * (at.q[j] - q_.q[j]);
+        if (!(cost < least)) return;
+        least = cost;
+        goal.at = at;
+        goal.psi = psi;
+    }
+
+    /// The psi to go to on a self-motion: that of the present elbow, turned towards the hint, and kept off
+    /// limits and singularities there and where the hand will be; NaN where limits leave none.
+    double choose_psi(const Tick& t, const SelfMotion<double>& m) const noexcept {
+        const JointFunctions<double> f = joint_functions(m);
+        ArcSet arcs, clear;
+        if (detail::moving_joints(f, plain_, arcs) != Status::OK) return not_a_number;
+        detail::moving_joints(f, clear_, clear);
+        const double held = arm_angle(m.circle, t.now.z3);
+        return in_clear_part(arcs, clear, held, foreseen(m, hinted(t, m, held)));
+    }
+
+    /// Of the arc that holds the present psi the clear part, else that arc, else any.
+    static double in_clear_part(const ArcSet& arcs, const ArcSet& clear, double held, double wish) noexcept {
+        const Place place = find(arcs, held);
+        if (place.index < 0) return nearest(arcs, wish);
+        if (arcs.full) return clear.empty() ? wrap(wish) : nearest(clear, wish);
+        ArcSet here, both;
+        make_empty(here);
+        here.arc[here.count++] = arcs.arc[place.index];
+        intersect(here, clear, both);
+        return nearest(both.empty() ? here : both, wish);
+    }
+
+    /// psi turned towards the elbow hint, by the share of it that lies across the shoulder-wrist line.
+    double hinted(const Tick& t, const SelfMotion<double>& m, double held) const noexcept {
+        if (!t.elbow) return held;
+        Pose<double> point = identity_pose();
+        point.position = *t.elbow;
+        if (arm_.has_base) point = arm_.base_inverse * point;
+        const Vec3<double> d = point.position - Vec3<double>{0, 0, arm_.d_bs};
+        const Circle<double>& c = m.circle;
+        const double along = dot(d, c.w), across = norm(d - c.w * along), far = norm(d);
+        if (!(across > track_rule::unsure * far) || !(far < infinity)) return held;
+        const double g = m.gc.elbow, psi = atan2(-g * dot(c.z, d), g * dot(c.e, d));
+        return held + across / far * wrap(psi - held);
+    }
+
+    /// psi of the elbow that will be clear where the hand will be.
+    double foreseen(const SelfMotion<double>& m, double psi) const noexcept {
+        const Twist& hand = hand_.velocity();
+        if (turning_to_ >= 0 || size(hand, options_.length) * track_rule::preview < tolerance::angle)
+            return psi;
+        const Pose<double> there = hand_.predicted(track_rule::preview);
+        const SelfMotion<double> ahead = self_motion(arm_, circle(arm_, flange_pose(arm_, there)), m.gc);
+        if (is_folded(ahead.circle) || is_unreachable(ahead.circle)) return psi;
+        ArcSet clear;
+        if (detail::moving_joints(joint_functions(ahead), clear_, clear) != Status::OK) return psi;
+        const auto axis = [](const Triad<double>& on, double angle) {
+            const SinCos<double> at = sin_cos(angle);
+            return combine(on.z, at.cos, on.e, at.sin);
+        };
+        const double then = arm_angle(ahead.circle, axis(m.circle, psi));
+        return arm_angle(m.circle, axis(ahead.circle, nearest(clear, then)));
+    }
+
+    /// No arm angle of the goal is within limits: a posture from which no small move comes nearer to the
+    /// hand, from the one of before, or from the best of closed-form starts clamped to the limits.
+    void relax(const Tick& t, const Pose<double>& wanted, const Limits& limits, Goal& goal) noexcept {
+        Twist rest;
+        const Joints before = relaxing_ ? relaxed_ : q_;
+        Joints from = before;
+        double least = detail::distance(arm_, before.q, wanted, options_.length, rest);
+        if (relaxing_) least -= track_rule::worth;
+        const SelfMotion<double> m = self_motion(arm_, circle(arm_, flange_pose(arm_, goal.pose)), t.gc);
+        for (int i = 0; i < track_rule::starts; ++i) {
+            const SinCos<double> at = sin_cos(two_pi / track_rule::starts * i);
+            Joints one = joints_within_limits(arm_, directions(m, at), q_.q);
+            for (int j = 0; j < joints; ++j) one.q[j] = min(max(one.q[j], limits.lower[j]), limits.upper[j]);
+            const double off = detail::distance(arm_, one.q, wanted, options_.length, rest);
+            if (!(off < least)) continue;
+            least = off;
+            from = one;
+        }
+        relaxed_ = relaxed(arm_, limits, from, wanted, options_.length, track_rule::rounds).at;
+        relaxing_ = true;
+        goal.at = relaxed_;
+        const Chain there = chain(arm_, relaxed_.q);
+        goal.pose = user_pose(arm_, there.flange);
+        goal.psi = arm_angle(triad(arm_, there.flange), there.z3);
+        goal.posture_only = true;
+    }
+
+    // -- the move
+
+    /// A posture of the goal's pose that the bounds allow now; false where there is none.
+    bool exact(const Tick& t, const Goal& goal, Joints& next) const noexcept {
+        if (goal.posture_only) return taken(t, goal.at.q, next);
+        Limits narrow;
+        for (int j = 0; j < joints; ++j) {
+            narrow.lower[j] = q_.q[j] + t.lower[j] * t.dt;
+            narrow.upper[j] = q_.q[j] + t.upper[j] * t.dt;
+        }
+        const LimitTable table = limit_table(arm_, narrow);
+        const Circle<double> c = circle(arm_, flange_pose(arm_, goal.pose));
+        const auto crosses = [&](int j) {
+            const ThetaRange range = theta_range(arm_, narrow, j);
+            const double middle = wrap(0.5 * (range.lower + range.upper));
+            return abs(middle) <= 0.5 * (range.upper - range.lower);
+        };
+        const bool shoulder = crosses(1), wrist = crosses(5);
+        for (int flip = 0; flip < 4; ++flip) {
+            if ((flip & 1 && !shoulder) || (flip & 2 && !wrist)) continue;
+            Configuration<double> gc = t.gc;
+            if (flip & 1) gc.shoulder = -gc.shoulder;
+            if (flip & 2) gc.wrist = -gc.wrist;
+            if (exact_in(t, self_motion(arm_, c, gc), table, goal.psi, next)) return true;
+        }
+        return false;
+    }
+
+    bool exact_in(const Tick& t, const SelfMotion<double>& m, const LimitTable& table, double wish,
+                  Joints& next) const noexcept {
+        static constexpr double inside[] = {0, 1e-6, 1e-3, 0.1, 0.5};  // shares of the way to the middle
+        const JointFunctions<double> f = joint_functions(m);
+        ArcSet arcs;
+        if (feasible(m, f, table, arcs) != Status::OK) return false;
+        const double psi = nearest(arcs, turned(t, m, f, wish));
+        const Place place = find(arcs, psi);
+        if (place.index < 0) return false;
+        const Arc& arc = arcs.arc[place.index];
+        const double middle = arcs.full ? place.psi : 0.5 * (arc.lower + arc.upper);
+        for (const double share : inside) {
+            const double at = place.psi + share * (middle - place.psi);
+            if (taken(t, joints_near(arm_, directions(m, sin_cos(at)), q_.q).q, next)) return true;
+        }
+        return false;
+    }
+
+    /// psi one tick further towards a wish, so that it can come to rest there.
+    double turned(const Tick& t, const SelfMotion<double>& m, const JointFunctions<double>& f,
+                  double wish) const noexcept {
+        const double held = arm_angle(m.circle, t.now.z3), way = wrap(wish - held);
+        const Joints slope = rate(arm_, f, sin_cos(held));
+        double most = infinity, hardest = infinity;
+        for (int j = 0; j < joints; ++j) {
+            most = min(most, 0.5 * options_.velocity[j] / abs(slope.q[j]));
+            hardest = min(hardest, track_rule::turning * options_.acceleration[j] / abs(slope.q[j]));
+        }
+        const double speed = min(most, sqrt(2.0 * hardest * abs(way)));
+        return held + copysign(min(abs(way) / track_rule::ticks, speed * t.dt), way);
+    }
+
+    /// Whether the bounds allow these joints next, which are then drawn in by what was rounded.
+    bool taken(const Tick& t, const double* wanted, Joints& next) const noexcept {
+        for (int j = 0; j < joints; ++j) {
+            const double move = wanted[j] - q_.q[j], least = t.lower[j] * t.dt, most = t.upper[j] * t.dt;
+            if (!(move >= least - track_rule::outside && move <= most + track_rule::outside)) return false;
+            next.q[j] = move < least ? q_.q[j] + least : (move > most ? q_.q[j] + most : wanted[j]);
+        }
+        next.q[joints] = 0;
+        return true;
+    }
+
+    /// As far towards the goal as the bounds allow: the tool first, the posture with what is left.
+    void approach(const Tick& t, const Goal& goal, Joints& next) noexcept {
+        const Pose<double> here = user_pose(arm_, t.now.flange);
+        const Twist lead = goal_velocity(t, goal), rest = difference(here, goal.pose) - lead * t.dt;
+        const Jacobian J = jacobian(arm_, q_.q);
+        JointQuadratic p = detail::normal_equations(J, rest, options_.length, track_rule::regular);
+        double tool[joints], way[joints], v[joints];
+        minimise(p, tool);
+        for (int j = 0; j < joints; ++j) way[j] = goal.at.q[j] - q_.q[j];
+        p = detail::normal_equations(J, lead + rest * pace(tool, t.dt), options_.length, track_rule::regular);
+        const double k = pace(way, t.dt);
+        for (int j = 0; j < joints; ++j) {
+            p.g[j] += track_rule::regular * k * way[j];
+            v[j] = v_[j];
+        }
+        minimise(p, t.lower, t.upper, v);
+        watch(t, v);
+        go(t, v, next);
+    }
+
+    /// A tool that stands still although its goal can be taken is held by a joint at its limit that has to
+    /// turn back: the arm then turns to the goal's posture.
+    void watch(const Tick& t, const double (&v)[joints]) noexcept {
+        double fastest = 0;
+        for (const double speed : v) fastest = max(fastest, abs(speed));
+        stalled_ = fastest < track_rule::standing ? stalled_ + t.dt : 0.0;
+        if (stalled_ < track_rule::stall) return;
+        stalled_ = 0;
+        turning_to_ = index(t.gc);
+    }
+
+    /// Straight to the goal's posture, whatever the tool does on the way.
+    void turn(const Tick& t, const Goal& goal, Joints& next) noexcept {
+        double way[joints], v[joints], longest = 0;
+        for (int j = 0; j < joints; ++j) {
+            way[j] = goal.at.q[j] - q_.q[j];
+            longest = max(longest, abs(way[j]));
+        }
+        const double k = pace(way, t.dt);
+        if (longest < track_rule::turned && turning_to_ == index(t.gc)) turning_to_ = -1;
+        for (int j = 0; j < joints; ++j) v[j] = min(max(k * way[j], t.lower[j]), t.upper[j]);
+        go(t, v, next);
+    }
+
+    void go(const Tick& t, const double (&v)[joints], Joints& next) const noexcept {
+        for (int j = 0; j < joints; ++j) next.q[j] = q_.q[j] + v[j] * t.dt;
+        next.q[joints] = 0;
+    }
+
+    /// How fast the goal moves; nothing where it has jumped.
+    Twist goal_velocity(const Tick& t, const Goal& goal) const noexcept {
+        if (goal.why == Status::OK) return hand_.velocity();
+        const Twist speed = difference(goal_pose_, goal.pose) * (1.0 / t.dt);
+        const bool leapt = !(size(speed, options_.length) < track_rule::leap);
+        return leapt ? Twist{} : speed;
+    }
+
+    // -- the answer
+
+    Tracked finish(const Tick& t, const Goal& goal, const Joints& next, bool valid) noexcept {
+        Tracked out{};
+        bool fastest = false;
+        for (int j = 0; j < joints; ++j) {
+            const double to = min(max(next.q[j], arm_.limits.lower[j]), arm_.limits.upper[j]);
+            v_[j] = (to - q_.q[j]) / t.dt;
+            q_.q[j] = out.q[j] = to;
+            out.velocity[j] = v_[j];
+            fastest |= abs(v_[j]) >= options_.velocity[j] * (1.0 - track_rule::exact);
+        }
+        const Chain now = chain(arm_, q_.q);
+        const Pose<double> tool = user_pose(arm_, now.flange);
+        out.distance = size(difference(tool, hand_.pose()), options_.length);
+        out.gap = goal.gap;
+        const Triad<double> on = triad(arm_, flange_pose(arm_, tool));
+        out.psi = arm_angle(on, now.z3);
+        out.gc = index(configuration(arm_, now.theta));
+        out.status = out.distance <= track_rule::exact ? Tracking::FOLLOWING : Tracking::LAGGING;
+        out.why = out.status == Tracking::FOLLOWING ? Status::OK : goal.why;
+        if (out.status == Tracking::LAGGING && goal.why != Status::OK) out.status = Tracking::NEAREST;
+        if (out.status == Tracking::LAGGING)
+            out.why = fastest ? Status::VELOCITY_LIMIT : Status::ACCELERATION_LIMIT;
+        if (hand_.held()) out.status = Tracking::HELD;
+        if (!valid) out.why = Status::BAD_INPUT;
+        return out;
+    }
+
+    Arm arm_;
+    TrackerOptions options_;
+    Hand hand_;
+    LimitTable plain_, clear_;
+    Joints q_{}, relaxed_{};
+    double v_[joints] = {};
+    double margin_ = 0;
+    int turning_to_ = -1;  // the branch whose posture is gone to joint by joint; -1: none
+    double stalled_ = 0;   // s that the arm has stood away from its goal
+    bool relaxing_ = false;
+    Pose<double> goal_pose_ = identity_pose();
+};
+
+}  // namespace armangle

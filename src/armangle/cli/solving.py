@@ -1,0 +1,107 @@
+"""`armangle ik` without an arm angle: the nearest posture of each pose, or one for each branch and arc."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+import numpy as np
+
+from .._arrays import Floats
+from ..arm.arm import Arm
+from ..arm.solution import Solution
+from ..errors import InputError
+from ..motion.joint_path import JointPath, even_parameters
+from ..status import STATUSES, Status
+from .arguments import joints
+from .screen import (
+    degrees,
+    note,
+    progress,
+    show,
+    show_json,
+    show_many,
+    show_posture,
+    unsolved_text,
+    write,
+)
+from .tables import table
+
+
+def solve(arm: Arm, pose: Floats, args: argparse.Namespace) -> int:
+    """Print what is nearest to --near, or to the middle of the ranges; status 1 where there is no posture."""
+    _check(args, pose.ndim == 2)
+    if args.near is None:
+        near, name = np.array(arm._handle.joint_middle), "the middle of the joint ranges"
+    else:
+        near, name = joints("--near", args.near), "--near"
+    if args.all:
+        return _all(arm, pose, near, name, args)
+    single, frames = pose.ndim == 2, pose.reshape(-1, 4, 4)
+    with progress("solving"):
+        found = arm.solve(frames, near, metric=args.metric, gc=args.gc)
+    if args.output is not None:
+        write(_path(arm, frames, found), args.output)
+    names = np.array([status.name for status in STATUSES])[found.status]
+    if args.json:
+        pick = 0 if single else slice(None)
+        values = {key: getattr(found, key)[pick] for key in ("q", "psi", "gc", "distance", "margin")}
+        show_json(values | {"status": names[pick], "near": near, "metric": args.metric})
+    elif not single:
+        show(f"nearest to {name}\n")
+        show_many(found.q, names)
+    elif np.all(found.ok):
+        one = Solution(*(np.asarray(column)[0] for column in found))
+        show_posture(arm, one.q, float(one.psi), int(one.gc))
+        show(f"\nnearest to {name}:\n{_far(args.metric, float(one.distance))}")
+    if np.all(found.ok):
+        return 0
+    failed = np.flatnonzero(~np.asarray(found.ok))
+    where = "" if single else f"{len(failed)} of {len(frames)} poses fail; pose {failed[0]}: "
+    why = STATUSES[int(np.ravel(found.status)[failed[0]])]
+    note(f"armangle: {where}{unsolved_text(arm, frames[failed[0]], args.gc or 0, why)}")
+    return 1
+
+
+def _all(arm: Arm, pose: Floats, near: Floats, name: str, args: argparse.Namespace) -> int:
+    """Print one posture for each branch and arc, the nearest first."""
+    found = arm.solutions(pose, near, metric=args.metric, gc=args.gc)
+    if args.json:
+        columns = {key: getattr(found, key) for key in ("q", "psi", "gc", "distance", "margin", "status")}
+        show_json(columns | {"near": near, "metric": args.metric})
+    elif len(found):
+        show(f"one posture for each branch and arc, nearest to {name}; all in degrees\n")
+        rows = [
+            [str(one.gc), degrees(float(one.psi), 0), *(degrees(v, 1) for v in one.q),
+             degrees(float(one.distance), 1), degrees(float(one.margin), 1)]
+            for one in found
+        ]  # fmt: skip
+        show(table(["gc", "psi", *(f"q{i}" for i in range(1, 8)), args.metric, "margin"], rows))
+    if len(found):
+        return 0
+    assert isinstance(found.status, Status)
+    note(f"armangle: {unsolved_text(arm, pose, args.gc or 0, found.status)}")
+    return 1
+
+
+def _check(args: argparse.Namespace, single: bool) -> None:
+    """Raise where options do not go together."""
+    if args.seed is not None:
+        raise InputError("--seed goes with --psi; without an arm angle wanted --near")
+    if args.all and (not single or args.output is not None):
+        raise InputError("--all takes one pose and prints it; leave it out for a file of poses or for -o")
+
+
+def _far(metric: str, distance: float) -> str:
+    if metric == "max":
+        return f"no joint is further than {degrees(distance, 2)} deg from it"
+    return f"{degrees(distance, 2)} deg from it (root of the sum of squares)"
+
+
+def _path(arm: Arm, frames: Floats, found: Solution) -> JointPath:
+    """Return one row a pose, each with its status."""
+    residual, ok = np.full(len(frames), np.nan), np.asarray(found.ok)
+    reached = arm.forward(found.q[ok], undefined="nan")[0]
+    residual[ok] = np.linalg.norm(reached[:, :3, 3] - frames[ok, :3, 3], axis=1)
+    rows: dict[str, Any] = {key: getattr(found, key) for key in ("q", "psi", "gc", "status", "margin")}
+    return JointPath(arm=arm, s=even_parameters(len(frames)), poses=frames, residual=residual, **rows)

@@ -1,0 +1,324 @@
+"""The loop for hands, joysticks, cameras and policies: a posture every tick, whatever the command."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .. import _core
+from .._arrays import CONFIGURATIONS, JOINTS, Floats, as_floats, as_gc, as_number, one_posture
+from ..arm.arm import Arm
+from ..errors import ConfigurationError, InputError, ShapeError
+from ..status import STATUSES, Status
+from .options import LONGEST_STEP, Bound, joint_bound
+
+if TYPE_CHECKING:
+    from .._core import Tracking as Tracking
+else:  # names and numbers stand in the core alone; this one is pickled as armangle's own
+    Tracking = IntEnum("Tracking", {one.name: one.value for one in _core.Tracking}, module=__name__)
+
+_TRACKINGS = tuple(Tracking)
+_MOST_MARGIN = 1.0  # rad
+_LONGEST = 1e3  # m, of what a radian counts as
+_POINT = 3
+
+
+class Tracked(NamedTuple):
+    """What a tick leads to.
+
+    ``q (7,)`` rad; ``velocity (7,)`` rad/s, ``(q - q before) / dt``: a position controller follows far better
+    with it; ``status`` a `Tracking`: FOLLOWING (the tool is where the hand is, within 1e-9 m), LAGGING (on
+    its way, as fast as the bounds allow), NEAREST (the hand is out of reach: at, or on the way to, the
+    nearest pose) or HELD (no sample to believe: on as predicted); ``distance`` of the tool from the hand,
+    m, ``sqrt(|dp|² + (length·angle)²)``; ``gap`` by which the hand's wrist is outside of what joint 4
+    reaches, m; ``psi`` rad in (-π, π]; ``gc`` 0..7; ``why`` a `Status`: what keeps the tool from the hand.
+    """
+
+    q: Floats
+    velocity: Floats
+    status: Tracking
+    distance: float
+    gap: float
+    psi: float
+    gc: int
+    why: Status
+
+
+@dataclass(frozen=True)
+class HandFilter:
+    """How samples of a hand become a smooth motion: a critically damped filter, and a gate for outliers.
+
+    Constant velocities are followed without lag, an acceleration a with a lag of about a / omega².
+
+    Parameters
+    ----------
+    omega : float
+        Bandwidth, 1/s; infinite: samples are taken as they come.
+    patience : float
+        Time that a jump must last to be believed, s; 0: every sample is believed.
+    jump : float
+        A sample further from its prediction is a jump, m.
+    turn : float
+        The same of its rotation, rad.
+
+    Raises
+    ------
+    InputError
+        If a number is out of its range.
+
+    Examples
+    --------
+    >>> HandFilter(omega=30.0).patience
+    0.12
+    """
+
+    omega: float = 40.0
+    patience: float = 0.12
+    jump: float = 0.04
+    turn: float = 0.35
+
+    def __post_init__(self) -> None:
+        as_number("omega", self.omega, 0.0, np.inf, low_open=True)
+        as_number("patience", self.patience, 0.0, LONGEST_STEP)
+        as_number("jump", self.jump, 0.0, np.inf, low_open=True)
+        as_number("turn", self.turn, 0.0, np.inf, low_open=True)
+
+    def smooth(self, poses: ArrayLike, dt: float) -> Floats:
+        """Return what a `Tracker` with this filter takes for the hand at each of the samples (n, 4, 4).
+
+        Parameters
+        ----------
+        poses : array_like, shape (n, 4, 4)
+            One sample a tick; one equal to the sample before, or one that is no pose, is none. Until the first
+            pose comes the identity is returned.
+        dt : float
+            Time of a tick, s.
+
+        Raises
+        ------
+        ShapeError, InputError
+
+        Examples
+        --------
+        >>> HandFilter().smooth(np.repeat(np.eye(4)[None], 3, axis=0), 0.01).shape
+        (3, 4, 4)
+        """
+        samples = np.ascontiguousarray(as_floats("poses", poses, (4, 4)))
+        if samples.ndim != 3:
+            raise ShapeError(f"poses has shape {samples.shape}, wanted (n, 4, 4)")
+        out = np.empty_like(samples)
+        time = as_number("dt", dt, 0.0, LONGEST_STEP, low_open=True)
+        _core.smooth_hand(self.omega, self.patience, self.jump, self.turn, samples, time, out)
+        return out
+
+
+_AS_THEY_COME = HandFilter(omega=np.inf, patience=0.0)
+
+
+class Tracker:
+    """Follows a hand, a joystick, a camera or a policy: every tick a posture, whatever the command.
+
+    Not to be confused with `step`, which refuses what it cannot reach exactly: a tracker goes to the nearest
+    pose that it can take, never stands still while a better one is in reach, and never jumps. Where the hand
+    can be followed exactly it is; where bounds forbid it the tool follows as fast as they allow; where
+    the wrist is out of reach it stops at the reach with the orientation held; where limits forbid the pose it
+    goes where no small move comes nearer. The branch is kept, but for theta_2 = 0 and theta_6 = 0, where two
+    branches meet and the arm passes through.
+
+    The joints returned keep, judged by themselves, ``|v| <= velocity`` and ``|v - v before| <=
+    acceleration·dt`` with ``v = (q - q before) / dt``, and can always brake before their limits.
+
+    Parameters
+    ----------
+    arm : Arm
+    dt : float
+        Time of a tick, s.
+    velocity : array_like, shape (7,), a number, True or None
+        Greatest joint speeds, rad/s, > 0; True: the arm's own; None: no bound.
+    acceleration : array_like, shape (7,), a number, True or None
+        Greatest joint accelerations, rad/s², > 0. Arms in the catalogue state none, so that the default is a
+        cautious 10 rad/s² for every joint.
+    filter : HandFilter, optional
+        For samples with noise or outliers, or slower than the loop. None: samples are taken as they come.
+    length : float
+        How many metres a radian counts as where position and rotation are weighed, m.
+    elbow_margin : float
+        How far off straight joint 4 stays while the hand is fast, rad; at rest it may come within 0.05 rad.
+    singularity_margin : float
+        How far off theta_2 = 0 and theta_6 = 0 the arm angle is chosen where that is possible, rad.
+
+    Raises
+    ------
+    InputError, NotFiniteError, ShapeError
+
+    Examples
+    --------
+    >>> arm = Arm.from_catalogue("kuka_iiwa14_r820")
+    >>> tracker = Tracker(arm, dt=0.004)
+    >>> tracker.start([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+    >>> pose = arm.forward(tracker.q)[0].copy()
+    >>> pose[2, 3] += 0.01
+    >>> for _ in range(100):
+    ...     now = tracker.step(pose)
+    >>> now.status.name
+    'FOLLOWING'
+    """
+
+    def __init__(
+        self,
+        arm: Arm,
+        dt: float = 0.004,
+        velocity: Bound = True,
+        acceleration: Bound = 10.0,
+        filter: HandFilter | None = None,  # noqa: A002  # the word that users look for
+        *,
+        length: float = 0.2,
+        elbow_margin: float = 0.35,
+        singularity_margin: float = 0.35,
+    ) -> None:
+        if not isinstance(arm, Arm):
+            raise InputError(f"arm is {arm!r:.50}, wanted an Arm")
+        if filter is not None and not isinstance(filter, HandFilter):
+            raise InputError(f"filter is {filter!r:.50}, wanted a HandFilter or None")
+        hand = filter or _AS_THEY_COME
+        still = 0.05
+        numbers = [
+            as_number("dt", dt, 0.0, LONGEST_STEP, low_open=True),
+            as_number("length", length, 0.0, _LONGEST, low_open=True),
+            still,
+            as_number("elbow_margin", elbow_margin, still, _MOST_MARGIN),
+            as_number("singularity_margin", singularity_margin, 0.0, _MOST_MARGIN),
+            hand.omega,
+            hand.patience,
+            hand.jump,
+            hand.turn,
+        ]
+        fastest = joint_bound(arm, "velocity", _each(velocity), arm.velocity)
+        hardest = joint_bound(arm, "acceleration", _each(acceleration), arm.acceleration)
+        self._core = _core.Tracker(arm._handle, np.concatenate([numbers, fastest, hardest]))
+        self._arm = arm
+        self._dt = numbers[0]
+
+    @property
+    def arm(self) -> Arm:
+        """The arm that is moved."""
+        return self._arm
+
+    @property
+    def dt(self) -> float:
+        """Time of a tick, s."""
+        return self._dt
+
+    @property
+    def q(self) -> Floats:
+        """The present joints (7,), rad."""
+        return np.array(self._core.q)
+
+    def start(self, q: ArrayLike) -> None:
+        """Begin at rest at the joints `q` (7,), rad, drawn into the limits.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, InputError
+        """
+        self._core.start(one_posture("q", q))
+
+    def step(
+        self,
+        pose: ArrayLike,
+        elbow: ArrayLike | None = None,
+        *,
+        dt: float | None = None,
+        reconfigure: int | None = None,
+    ) -> Tracked:
+        """Return the joints of the next tick. Never raises on geometry, nor on samples that are no pose.
+
+        Parameters
+        ----------
+        pose : array_like, shape (4, 4)
+            The hand: where the tool is wanted, position in m. One that holds NaN, or is no rigid transform,
+            counts as a sample that did not come.
+        elbow : array_like, shape (3,), optional
+            A point, m, towards which the elbow is wanted: a tracker on the operator's elbow. The nearer it is
+            to the line from shoulder to wrist the less it counts.
+        dt : float, optional
+            Time of this tick, s, where it is not that of the others.
+        reconfigure : int, optional
+            Branch 0..7 to go to from this tick on, through what lies between; the tool leaves the hand on
+            the way.
+
+        Returns
+        -------
+        Tracked
+
+        Raises
+        ------
+        ShapeError, InputError, ConfigurationError
+
+        Examples
+        --------
+        >>> arm = Arm.from_catalogue("kuka_iiwa14_r820")
+        >>> tracker = Tracker(arm)
+        >>> tracker.start([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+        >>> far = arm.forward(tracker.q)[0].copy()
+        >>> far[0, 3] += 5.0
+        >>> tracker.step(far).why.name
+        'UNREACHABLE'
+        """
+        time = self._dt if dt is None else as_number("dt", dt, 0.0, LONGEST_STEP, low_open=True)
+        branch = -1 if reconfigure is None else _branch(reconfigure)
+        rest = time, branch, Tracked, _TRACKINGS, STATUSES
+        plain: Tracked | None = self._core.step_one(pose, elbow, *rest)
+        if plain is not None:
+            return plain
+        frame = np.ascontiguousarray(as_floats("pose", pose, (4, 4)))
+        if frame.ndim != 2:
+            raise ShapeError(f"pose has shape {frame.shape}, wanted (4, 4); run takes sequences")
+        hint = None if elbow is None else np.ascontiguousarray(as_floats("elbow", elbow, (_POINT,)))
+        if hint is not None and hint.ndim != 1:
+            raise ShapeError(f"elbow has shape {hint.shape}, wanted (3,)")
+        converted: Tracked = self._core.step_one(frame, hint, *rest)
+        return converted
+
+    def run(self, poses: ArrayLike) -> Floats:
+        """Return the joints (n, 7), rad, of a tick for each of the poses (n, 4, 4): a whole stream.
+
+        Raises
+        ------
+        ShapeError, InputError
+
+        Examples
+        --------
+        >>> arm = Arm.from_catalogue("kuka_iiwa14_r820")
+        >>> tracker = Tracker(arm)
+        >>> tracker.start([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+        >>> tracker.run(np.repeat(arm.forward(tracker.q)[0][None], 5, axis=0)).shape
+        (5, 7)
+        """
+        stream = np.ascontiguousarray(as_floats("poses", poses, (4, 4)))
+        if stream.ndim != 3:
+            raise ShapeError(f"poses has shape {stream.shape}, wanted (n, 4, 4)")
+        out = np.empty((len(stream), JOINTS))
+        self._core.run(stream, out)
+        return out
+
+    def __repr__(self) -> str:
+        return f"<Tracker of {self._arm.name or 'an arm'}, dt = {self._dt:g} s>"
+
+
+def _each(bound: Bound) -> Bound:
+    """Return a bound that is one number as one for each joint."""
+    if bound is None or isinstance(bound, bool) or np.ndim(bound) != 0:
+        return bound
+    return np.full(JOINTS, as_floats("bound", bound))
+
+
+def _branch(gc: int) -> int:
+    wanted = as_gc(gc)
+    if wanted.ndim or not 0 <= wanted < CONFIGURATIONS:
+        raise ConfigurationError(f"reconfigure is {gc!r}, wanted an integer from 0 to 7")
+    return int(wanted)

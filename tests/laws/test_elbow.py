@@ -1,0 +1,154 @@
+"""Where the elbow is, and the arm angle that brings it nearest to a point or farthest along a direction."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+from support import draw
+from support.laws import gap
+from support.strategies import REGIMES, Array, arms, postures
+
+import armangle as aa
+
+any_arm = pytest.mark.parametrize("arm", arms(), ids=lambda arm: arm.name)
+any_regime = pytest.mark.parametrize("regime", REGIMES)
+PSI = np.linspace(-np.pi, np.pi, 181)
+WORDS = {
+    "up": [0, 0, 1], "down": [0, 0, -1], "left": [0, 1, 0], "right": [0, -1, 0],
+    "forward": [1, 0, 0], "back": [-1, 0, 0],
+}  # fmt: skip
+IIWA = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+Q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+POSE, PSI_NOW, GC = IIWA.forward(Q)
+UPRIGHT = IIWA.forward(np.zeros(7))[0]
+
+
+def shoulder_and_wrist(arm: aa.Arm, q: Array) -> tuple[Array, Array]:
+    """Both in the frame that poses are given in, m, shape (..., 3)."""
+    frames = arm.frames(q)
+    return frames[..., 1, :3, 3], frames[..., 5, :3, 3]
+
+
+@any_arm
+@any_regime
+def test_the_elbow_is_a_link_from_shoulder_and_wrist(arm: aa.Arm, regime: str) -> None:
+    q = postures(arm, regime, draw.count(100), 1)
+    shoulder, wrist = shoulder_and_wrist(arm, q)
+    elbow = arm.elbow(q)
+    assert gap(np.linalg.norm(elbow - shoulder, axis=-1), np.hypot(arm.d_se, arm.a_3)) <= 1e-14
+    assert gap(np.linalg.norm(elbow - wrist, axis=-1), np.hypot(arm.d_ew, arm.a_4)) <= 1e-14
+    axis = arm.frames(q)[:, 3, :3, 2]  # of joint 4
+    assert gap(np.einsum("ni,ni->n", elbow - shoulder, axis), 0) <= 1e-14
+    assert np.array_equal(elbow, arm.frames(q)[:, 3, :3, 3])
+
+
+def distances(arm: aa.Arm, pose: Array, gc: Array, psi: Array, point: Array) -> Array:
+    """Of the elbow from a point, m; psi (..., k)."""
+    elbow = arm.elbow(arm.inverse(pose[..., None, :, :], psi, gc[..., None]))
+    return np.asarray(np.linalg.norm(elbow - point[..., None, :], axis=-1))
+
+
+@any_arm
+@any_regime
+def test_no_arm_angle_brings_the_elbow_nearer(arm: aa.Arm, regime: str) -> None:
+    pose, _, gc = arm.forward(postures(arm, regime, draw.count(40), 2))
+    rng = draw.generator(3)
+    point = arm.base[:3, 3] + rng.uniform(-1, 1, (len(gc), 3))
+    psi = arm.psi_towards(pose, gc, point, undefined="nan")
+    defined = ~np.isnan(psi)
+    assert defined.any() or regime in ("at_reach", "folded")
+    pose, gc, point, psi = pose[defined], gc[defined], point[defined], psi[defined]
+    assert ((psi > -np.pi) & (psi <= np.pi)).all()
+    nearest = distances(arm, pose, gc, psi[:, None], point)
+    assert (nearest <= distances(arm, pose, gc, PSI + psi[:, None], point) + 1e-13).all()
+    # stationary: the two sides are alike
+    ahead, behind = (distances(arm, pose, gc, psi[:, None] + h, point) for h in (1e-3, -1e-3))
+    assert gap(ahead, behind) <= 1e-12
+
+
+@any_arm
+@pytest.mark.parametrize("word", WORDS)
+def test_no_arm_angle_brings_the_elbow_farther_along(arm: aa.Arm, word: str) -> None:
+    pose, _, gc = arm.forward(postures(arm, "uniform", draw.count(40), 4))
+    psi = arm.psi_towards(pose, gc, direction=word)
+    along = np.array(WORDS[word], dtype=float)
+    assert np.array_equal(psi, arm.psi_towards(pose, gc, direction=3.0 * along))
+
+    def height(angles: Array) -> Array:
+        return np.asarray(arm.elbow(arm.inverse(pose[:, None], angles, gc[:, None])) @ along)
+
+    best = height(psi[:, None])
+    assert (best >= height(PSI + psi[:, None]) - 1e-14).all()
+    assert gap(height(psi[:, None] + 1e-3), height(psi[:, None] - 1e-3)) <= 1e-12
+    # a point far away is a direction
+    far = arm.psi_towards(pose, gc, arm.base[:3, 3] + 999.0 * along)
+    assert (height(far[:, None]) >= best - 1e-3).all()
+
+
+def test_the_elbow_is_its_own_nearest_point() -> None:
+    for arm in arms():
+        q = postures(arm, "uniform", 50, 5)
+        pose, psi, gc = arm.forward(q)
+        assert gap(np.sin((arm.psi_towards(pose, gc, arm.elbow(q)) - psi) / 2), 0) <= 1e-9
+
+
+def test_batches_broadcast_and_agree_with_single_calls() -> None:
+    pose, _, gc = IIWA.forward(postures(IIWA, "uniform", 6, 6).reshape(2, 3, 7))
+    points = np.random.default_rng(1).uniform(-1, 1, (4, 1, 1, 3))
+    psi = IIWA.psi_towards(pose, gc, points)
+    assert psi.shape == (4, 2, 3)
+    assert psi[3, 1, 2] == IIWA.psi_towards(pose[1, 2], gc[1, 2], points[3, 0, 0])
+    assert np.array_equal(psi, IIWA.psi_towards(pose, gc, points, threads=0))
+    assert isinstance(IIWA.psi_towards(POSE, GC, direction="up"), np.float64)
+    assert IIWA.elbow(Q).shape == (3,) and IIWA.elbow(np.zeros((0, 2, 7))).shape == (0, 2, 3)
+    assert IIWA.psi_towards(np.zeros((0, 4, 4)), 0, direction="up").shape == (0,)
+
+
+def test_both_elbows_of_a_pose_go_to_the_same_place() -> None:
+    psi = IIWA.psi_towards(POSE, [GC, GC ^ 2], direction="up")
+    elbows = IIWA.elbow(IIWA.inverse(POSE, psi, [GC, GC ^ 2]))
+    assert gap(elbows[0], elbows[1]) <= 1e-14
+
+
+def beyond(x: float) -> Array:
+    pose = np.eye(4)
+    pose[0, 3] = x
+    return pose
+
+
+AXIS = [0.0, 0.0, 0.5]  # on the base axis; the wrist of BENT is there too
+BENT = IIWA.forward([0.0, 0.6, 0.0, 1.2, 0.0, 0.6, 0.0])[0]
+
+
+@pytest.mark.parametrize(
+    ("pose", "wish", "message"),
+    [
+        (UPRIGHT, {"point": [1.0, 0, 0]}, "stretched or folded at pose[1]: psi does not move its elbow"),
+        (UPRIGHT, {"direction": "left"}, "stretched or folded at pose[1]"),
+        (BENT, {"point": AXIS}, "every psi at pose[1] is as good: the point lies on the axis"),
+        (BENT, {"direction": "up"}, "every psi at pose[1] is as good"),
+        (beyond(2.0), {"direction": "up"}, "pose[1] is out of reach by"),
+    ],
+)
+def test_where_every_arm_angle_is_alike_it_is_said(pose: Array, wish: dict[str, Any], message: str) -> None:
+    poses = np.stack([POSE, pose])
+    with pytest.raises(aa.UnreachableError, match=re.escape(message)):
+        IIWA.psi_towards(poses, 0, **wish)
+    assert np.isnan(IIWA.psi_towards(poses, 0, **wish, undefined="nan")).tolist() == [False, True]
+
+
+def test_a_wish_is_one_of_two_and_a_vector() -> None:
+    for wish in ({}, {"point": [0, 0, 1], "direction": "up"}):
+        with pytest.raises(aa.InputError, match="wanted exactly one of them"):
+            IIWA.psi_towards(POSE, GC, **wish)
+    with pytest.raises(aa.InputError, match="direction is 'north', wanted one of 'up', 'down', 'left'"):
+        IIWA.psi_towards(POSE, GC, direction="north")
+    with pytest.raises(aa.InputError, match="direction is zero"):
+        IIWA.psi_towards(POSE, GC, direction=[[0, 0, 1], [0, 0, 0]])
+    with pytest.raises(aa.InputError, match="point holds 5000, wanted m within ±1000"):
+        IIWA.psi_towards(POSE, GC, [0, 0, 5000.0])
+    with pytest.raises(aa.ShapeError, match=r"pose \(3,\), gc \(\), point or direction \(2,\)"):
+        IIWA.psi_towards(np.stack([POSE] * 3), GC, np.zeros((2, 3)))

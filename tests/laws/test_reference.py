@@ -1,0 +1,147 @@
+"""Other references of psi: the same postures under another number, on every arm and in every regime."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from support import draw
+from support.laws import JOINT, POSE, circle_gap, gap, is_regular
+from support.strategies import REGIMES, Array, arms, postures, unlimited
+
+import armangle as aa
+
+any_arm = pytest.mark.parametrize("arm", arms(), ids=lambda arm: arm.name)
+any_regime = pytest.mark.parametrize("regime", REGIMES)
+REFERENCES: list[Any] = ["stereographic", (1.0, 0.0, 0.0), (0.3, -2.0, 0.5)]
+any_reference = pytest.mark.parametrize("reference", REFERENCES, ids=str)
+IIWA = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+Q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+
+
+@any_arm
+@any_regime
+@any_reference
+def test_the_round_trip_holds(arm: aa.Arm, regime: str, reference: Any) -> None:
+    other = unlimited(arm).with_reference(reference)
+    q = postures(arm, regime, draw.count(60), 1)
+    pose, psi, gc = other.forward(q)
+    back = other.inverse(pose, psi, gc, seed=q)
+    assert gap(other.forward(back, undefined="nan")[0], pose) <= POSE
+    regular = is_regular(arm, q, pose)
+    assert gap(back[regular], q[regular]) <= JOINT
+    assert np.array_equal(pose, arm.forward(q)[0]) and np.array_equal(gc, arm.forward(q)[2])
+
+
+@any_arm
+@any_reference
+def test_one_angle_of_the_pose_turns_one_psi_into_the_other(arm: aa.Arm, reference: Any) -> None:
+    free, other = unlimited(arm), unlimited(arm).with_reference(reference)
+    q = postures(arm, "uniform", draw.count(60), 2)
+    pose, psi, _ = free.forward(q)
+    shift = other.forward(q)[1] - psi
+    angles = draw.generator(1).uniform(-np.pi, np.pi, len(q))
+    there = free.inverse_all(pose, angles)
+    here = other.inverse_all(pose, angles + shift)
+    clear = is_regular(arm, there, pose[:, None]).all(axis=-1)
+    assert clear.any()
+    assert circle_gap(there[clear], here[clear]).max(initial=0) <= JOINT
+
+
+@any_arm
+@any_reference
+def test_feasible_sets_are_the_same_postures(arm: aa.Arm, reference: Any) -> None:
+    other = arm.with_reference(reference)
+    q = postures(arm, "uniform", draw.count(40), 3)
+    pose, psi, gc = arm.forward(q)
+    shift = other.forward(q)[1] - psi
+    mine, theirs = arm.feasible(pose, gc), other.feasible(pose, gc)
+    assert np.array_equal(mine.is_full, theirs.is_full)
+    grid = np.linspace(-np.pi, np.pi, 90, endpoint=False)
+    for p in range(len(q)):
+        ends = np.concatenate([[100.0], mine[p].intervals.ravel()])
+        sure = circle_gap(grid[:, None], ends).min(axis=-1) > 1e-6
+        sure |= bool(mine.is_full[p])
+        assert np.array_equal(mine[p].contains(grid)[sure], theirs[p].contains(grid + shift[p])[sure])
+        assert theirs[p].measure == pytest.approx(mine[p].measure, abs=1e-6)
+
+
+@any_arm
+def test_the_axis_of_joint_1_as_a_vector_is_the_base(arm: aa.Arm) -> None:
+    other = arm.with_reference(arm.base[:3, 2])
+    q = postures(arm, "uniform", draw.count(60), 4)
+    regular = is_regular(arm, q, arm.forward(q)[0])
+    assert circle_gap(other.forward(q)[1], arm.forward(q)[1])[regular].max() <= 1e-9
+
+
+@any_reference
+def test_a_step_that_carries_the_elbow_does_not_depend_on_the_reference(reference: Any) -> None:
+    other = IIWA.with_reference(reference)
+    poses = np.repeat(IIWA.forward(Q)[0][None], 30, axis=0)
+    poses[:, 2, 3] += np.linspace(0, 0.05, 30)
+    for policy in (aa.Repulsion(), aa.Centre(K=0.1), aa.Towards(direction="up", K=0.2)):
+        one, two = (aa.follow(a, poses, start=Q, policy=policy, carry="elbow") for a in (IIWA, other))
+        assert one.ok and two.ok
+        assert gap(one.q, two.q) <= 1e-9
+        assert circle_gap(two.psi, other.forward(two.q)[1]).max() <= 1e-9
+    path = aa.plan(other, poses)
+    assert path.ok and circle_gap(path.psi, other.forward(path.q)[1]).max() <= 1e-9
+    found = other.solve(poses[3], near=Q)
+    assert gap(found.q, IIWA.solve(poses[3], near=Q).q) <= 1e-9
+    assert circle_gap(found.psi, other.forward(found.q)[1]) <= 1e-9
+    shift = other.forward(found.q)[1] - IIWA.forward(found.q)[1]
+    up = [a.psi_towards(poses[3], found.gc, direction="up") for a in (IIWA, other)]
+    assert circle_gap(up[1], up[0] + shift) <= 1e-12
+
+
+def around(height: float, radius: float) -> Array:
+    """Poses of the iiwa whose wrist goes round the base axis at a height above the shoulder, m."""
+    turn = np.linspace(-np.pi, np.pi, 25)
+    poses = np.zeros((25, 4, 4)) + np.eye(4)
+    poses[:, 0, 3], poses[:, 1, 3] = radius * np.cos(turn), radius * np.sin(turn)
+    poses[:, 2, 3] = 0.34 + 0.126 + height
+    return poses
+
+
+def elbow_spread(arm: aa.Arm, poses: Array) -> float:
+    """How far apart the elbows of psi = 0.3 are, m."""
+    elbows = arm.elbow(arm.inverse(poses, 0.3, 0))
+    return float(np.ptp(elbows, axis=0).max())
+
+
+def test_stereographic_is_singular_below_the_shoulder_alone() -> None:
+    other = IIWA.with_reference("stereographic")
+    assert elbow_spread(other, around(0.6, 1e-6)) <= 1e-5 < 0.1 < elbow_spread(IIWA, around(0.6, 1e-6))
+    assert elbow_spread(other, around(-0.6, 1e-6)) > 0.1
+    # straight above, both are the convention's
+    above = around(0.6, 0.0)[0]
+    assert gap(other.inverse(above, 0.3, 0), IIWA.inverse(above, 0.3, 0)) <= 1e-12
+    for height in (0.6, -0.6):
+        for radius in (0.0, 1e-9, 1e-7, 1e-5, 1e-3):
+            poses = around(height, radius)
+            assert gap(other.forward(other.inverse(poses, 1.1, 0))[0], poses) <= POSE
+
+
+def test_it_is_part_of_the_arm() -> None:
+    for reference in ("stereographic", (0.5, 1.0, -0.25)):
+        other = IIWA.with_reference(reference)
+        assert other.reference == reference and other != IIWA
+        assert eval(repr(other), {"Arm": aa.Arm}).reference == reference
+        assert other.with_reference("base") == IIWA
+    assert IIWA.with_reference([0, 0, 8]).reference == (0.0, 0.0, 1.0)
+    assert IIWA.reference == "base" and "reference" not in repr(IIWA)
+
+
+@pytest.mark.parametrize(
+    ("reference", "message"),
+    [
+        ("world", "reference is 'world', wanted one of 'base', 'stereographic'"),
+        ([0.0, 0, 0], "reference is zero, wanted a direction"),
+        ([[0.0, 0, 1]], r"reference has shape \(1, 3\), wanted \(3,\)"),
+        ([np.inf, 0, 1], "reference is .*, wanted finite numbers"),
+    ],
+)
+def test_a_reference_is_a_word_or_a_vector(reference: Any, message: str) -> None:
+    with pytest.raises(aa.InputError, match=message):
+        IIWA.with_reference(reference)

@@ -1,0 +1,174 @@
+"""The policy Towards: to the wished arm angle, or elbow, as near as the arcs allow."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from support.laws import circle_gap
+from support.strategies import TURN, Array, arms, postures, unlimited
+
+import armangle as aa
+from armangle import Status
+
+IIWA = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+START = np.array([0.3, 0.6, -0.2, 1.3, 0.4, 0.9, 0.1])
+POSE, PSI, GC = IIWA.forward(START)
+
+
+def own_arc(arcs: aa.ArcSet, psi: float) -> tuple[float, float]:
+    """The arc of one set that psi is on, moved by whole turns so that it holds psi itself."""
+    if arcs.is_full:
+        return psi - np.pi, psi + np.pi
+    low, high = min(arcs, key=lambda arc: max((psi - arc[0]) % TURN - (arc[1] - arc[0]), 0.0))
+    low = psi - (psi - low + 1e-9) % TURN + 1e-9
+    return low, low + (high - min(arcs, key=lambda arc: circle_gap(arc[0], low))[0])
+
+
+def cases() -> list[tuple[aa.Arm, Array, Array, Array]]:
+    """(arm, pose, psi, gc) of postures within limits, and of an arm whose circles are all full."""
+    drawn = [(arm, *arm.forward(postures(arm, "uniform", 40, 1))) for arm in arms()]
+    free = unlimited(IIWA)
+    return [*drawn, (free, *free.forward(postures(IIWA, "uniform", 40, 1)))]
+
+
+def test_the_wish_or_the_nearest_end_and_never_another_arc() -> None:
+    rng = np.random.default_rng(2)
+    reached = waited = 0
+    for arm, pose, psi, gc in cases():
+        arcs = arm.feasible(pose, gc)
+        for _ in range(3):
+            wish = float(rng.uniform(-9, 9))
+            now = aa.resolve(arm, pose, psi, gc, policy=aa.Towards(psi=wish, K=1.0))
+            assert (now.status == Status.OK).all()
+            for p in np.flatnonzero(arcs.contains(psi)):
+                low, high = own_arc(arcs[p], psi[p])
+                if (wish - low) % TURN <= high - low:
+                    reached += 1
+                    assert circle_gap(now.psi[p], wish) <= 1e-14
+                else:
+                    waited += 1
+                    end = low if circle_gap(low, wish) < circle_gap(high, wish) else high
+                    assert circle_gap(now.psi[p], end) <= 1e-9
+    assert min(reached, waited) >= 500
+
+
+@pytest.mark.parametrize("K", [0.0, 0.25, 1.0])
+def test_a_share_of_the_way_is_gone_within_the_arc(K: float) -> None:
+    rng = np.random.default_rng(4)
+    for arm, pose, psi, gc in cases()[::3]:
+        arcs = arm.feasible(pose, gc)
+        wish = float(rng.uniform(-9, 9))
+        ends = aa.resolve(arm, pose, psi, gc, policy=aa.Towards(psi=wish, K=1.0)).psi
+        now = aa.resolve(arm, pose, psi, gc, policy=aa.Towards(psi=wish, K=K)).psi
+        assert arcs.contains(now).all()
+        for p in np.flatnonzero(arcs.contains(psi)):
+            low, high = own_arc(arcs[p], psi[p])
+            way = (ends[p] - psi[p] + np.pi) % TURN - np.pi  # or the other way round
+            other = way - np.sign(way) * TURN
+            if not low - 1e-9 <= psi[p] + way <= high + 1e-9:
+                way = other
+            assert circle_gap(now[p], psi[p] + K * way) <= 1e-9
+
+
+def test_on_the_full_circle_it_goes_the_shorter_way() -> None:
+    free = unlimited(IIWA)
+    for wish in (-3.0, -1.0, 2.5, 3.1, 40.0):
+        now = aa.resolve(free, POSE, 3.0, GC, policy=aa.Towards(psi=wish, K=0.5))
+        assert circle_gap(now.psi, 3.0) == pytest.approx(circle_gap(wish, 3.0) / 2, abs=1e-13)
+        assert circle_gap(now.psi, wish) == pytest.approx(circle_gap(wish, 3.0) / 2, abs=1e-13)
+
+
+WISHES = [{"point": [0.3, 0.8, 0.4]}, {"direction": "up"}, {"direction": [1, -1, 0.2]}]
+
+
+@pytest.mark.parametrize("wish", WISHES)
+def test_an_elbow_wished_somewhere_goes_there(wish: dict[str, Any]) -> None:
+    policy = aa.Towards(**wish, K=1.0)
+    for arm, pose, psi, gc in cases():
+        wanted = arm.psi_towards(pose, gc, **wish, undefined="nan")
+        now = aa.resolve(arm, pose, psi, gc, policy=policy)
+        for p in range(0, len(psi), 4):
+            same = psi[p] if np.isnan(wanted[p]) else None
+            one = aa.Hold() if same is not None else aa.Towards(psi=wanted[p], K=1.0)
+            assert now.psi[p] == aa.resolve(arm, pose[p], psi[p], gc[p], policy=one).psi
+
+
+def test_no_arm_angle_of_the_arc_is_nearer_to_the_point() -> None:
+    point = np.array([0.3, 0.8, 0.4])
+    for arm, pose, psi, gc in cases():
+        arcs = arm.feasible(pose, gc)
+        now = aa.resolve(arm, pose, psi, gc, policy=aa.Towards(point=point, K=1.0)).psi
+        for p in np.flatnonzero(arcs.contains(psi))[::5]:
+            grid = np.append(np.linspace(*own_arc(arcs[p], psi[p]), 101), now[p])
+            elbow = arm.elbow(arm.inverse(pose[p], grid, gc[p]))
+            far = np.linalg.norm(elbow - point, axis=-1)
+            assert far[-1] <= far.min() + 1e-9
+
+
+def test_step_and_resolve_wish_alike() -> None:
+    for wish in ({"psi": 1.2}, {"point": [0.3, 0.8, 0.4]}, {"direction": "up"}):
+        policy = aa.Towards(**wish, K=0.7)
+        stepped = aa.step(IIWA, START, POSE, policy=policy, max_joint_step=np.inf)
+        assert stepped.status is Status.OK
+        assert circle_gap(stepped.psi, aa.resolve(IIWA, POSE, PSI, GC, policy=policy).psi) <= 1e-14
+
+
+def test_following_brings_the_elbow_up_and_keeps_it_there() -> None:
+    poses = np.repeat(POSE[None], 80, axis=0)
+    poses[:, :3, 3] += np.linspace(0, 1, 80)[:, None] * [0.03, -0.15, 0.05]
+    path = aa.follow(IIWA, poses, start=START, policy=aa.Towards(direction="up", K=0.2))
+    assert path.ok
+    wanted = IIWA.psi_towards(poses, path.gc, direction="up")
+    wanted = IIWA.feasible(poses, path.gc).nearest(wanted)
+    assert circle_gap(path.psi, wanted)[40:].max() <= 0.02 < circle_gap(path.psi, wanted)[0]
+
+
+def test_without_a_wish_the_arm_angle_stays() -> None:
+    q = np.array([0.0, 0.6, 0.0, 1.2, 0.0, 0.6, 0.0])  # the wrist over the shoulder: up is along the axis
+    pose, psi, gc = IIWA.forward(q)
+    assert aa.resolve(IIWA, pose, psi, gc, policy=aa.Towards(direction="up", K=1.0)) == (psi, Status.OK)
+    held = aa.step(IIWA, q, pose, policy=aa.Towards(direction="up", K=1.0))
+    assert held.status is Status.OK and circle_gap(held.psi, psi) <= 1e-15
+    stretched = IIWA.forward(np.zeros(7))[0]
+    assert aa.resolve(IIWA, stretched, 0.3, 0, policy=aa.Towards(point=[1.0, 0, 0], K=1.0)).psi == 0.3
+
+
+def test_outside_every_arc_it_does_as_it_is_told() -> None:
+    arcs = aa.ArcSet([[PSI + 0.5, PSI + 0.6]])
+    for outside, status in (("nearest", Status.OK), ("stop", Status.OUTSIDE)):
+        policy = aa.Towards(psi=PSI + 0.6, K=1.0, outside=outside)
+        now = aa.resolve(IIWA, POSE, PSI, GC, policy=policy, allowed=arcs)
+        assert now.status is status
+        assert circle_gap(now.psi, PSI + (0.5 if outside == "nearest" else 0.0)) <= 1e-12
+
+
+def test_a_rate_does_not_depend_on_the_step_time() -> None:
+    ends = []
+    for steps in (10, 1000):
+        psi, policy = PSI, aa.Towards(psi=PSI + 0.4, rate=2.0)
+        for _ in range(steps):
+            psi = aa.resolve(IIWA, POSE, psi, GC, policy=policy, dt=1.0 / steps).psi
+        ends.append(float(psi))
+    assert circle_gap(ends[0], ends[1]) <= 1e-12
+    assert circle_gap(ends[0], PSI + 0.4) == pytest.approx(0.4 * np.exp(-2.0), abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("wishes", "message"),
+    [
+        ({}, "no wish given, wanted one of psi, point, direction"),
+        ({"psi": 0.1, "direction": "up"}, "psi and direction given, wanted one"),
+        ({"point": [[0.0, 0.0, 1.0]]}, r"point has shape \(1, 3\), wanted \(3,\)"),
+    ],
+)
+def test_exactly_one_wish(wishes: dict[str, Any], message: str) -> None:
+    with pytest.raises(aa.InputError, match=message):
+        aa.Towards(**wishes)
+
+
+def test_it_is_a_value() -> None:
+    policy = aa.Towards(point=np.array([0.0, 1, 2]), rate=2.0)
+    assert policy == aa.Towards(point=(0.0, 1.0, 2.0), rate=2.0) and hash(policy)
+    assert eval(repr(policy), {"Towards": aa.Towards}) == policy

@@ -1,0 +1,330 @@
+"""The laws of the tracker: bounds judged by the joints alone, no freeze, no jump, exact where it can be."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from support import draw, streams
+
+import armangle as aa
+
+Array = NDArray[np.float64]
+
+ARMS = ("kuka_iiwa14_r820", "realman_rm75_b", "openarm_v10")
+DT = 0.004
+HARDEST = 10.0
+STILL = 0.05  # rad off straight that joint 4 keeps at rest
+TICKS = 340_000 if draw.COUNT else 34_000
+ARM_OF = {name: aa.Arm.from_catalogue(name) for name in ARMS}
+
+
+@pytest.fixture(params=ARMS)
+def arm(request: pytest.FixtureRequest) -> aa.Arm:
+    return ARM_OF[request.param]
+
+
+def tracker_at(arm: aa.Arm, q: Array, **options: object) -> aa.Tracker:
+    tracker = aa.Tracker(arm, DT, **options)  # type: ignore[arg-type]
+    tracker.start(q)
+    return tracker
+
+
+def settled(tracker: aa.Tracker, pose: Array, seconds: float) -> aa.Tracked:
+    for _ in range(round(seconds / DT)):
+        now = tracker.step(pose)
+    return now
+
+
+def moved(pose: Array, by: Array) -> Array:
+    out = pose.copy()
+    out[:3, 3] += by
+    return out
+
+
+def random_rotation(rng: np.random.Generator) -> Array:
+    axis = rng.normal(size=3)
+    return streams.rotation(rng.uniform(0, np.pi) * axis[None] / np.linalg.norm(axis))[0]
+
+
+def hostile(arm: aa.Arm, rng: np.random.Generator) -> Array:
+    """One command of a kind drawn anew."""
+    pose = np.eye(4)
+    kind = rng.integers(6)
+    if kind == 0:  # anywhere, in reach or metres away
+        pose[:3, :3] = random_rotation(rng)
+        pose[:3, 3] = rng.normal(size=3) * rng.choice([0.3, 1.0, 5.0])
+    elif kind == 1:  # within limits
+        pose = arm.forward(rng.uniform(arm.lower, arm.upper))[0].copy()
+    elif kind == 2:  # the wrist in the shoulder
+        pose[:3, :3] = random_rotation(rng)
+        pose[:3, 3] = [0, 0, arm.d_bs]
+        pose[:3, 3] += pose[:3, 2] * arm.d_wf
+        pose = arm.base @ pose @ arm.tool
+    elif kind == 3:
+        pose[rng.integers(3), rng.integers(4)] = rng.choice([np.nan, np.inf, 1e300])
+    elif kind == 4:  # no rotation
+        pose[:3, :3] *= rng.uniform(-2, 2)
+    else:  # stretched out along a random ray
+        pose[:3, :3] = random_rotation(rng)
+        pose[:3, 3] = (arm.d_se + arm.d_ew) * rng.normal(size=3)
+    return pose
+
+
+def hostile_steps(arm: aa.Arm, ticks: int, seed: int) -> tuple[Array, Array]:
+    """Joints (n + 1, 7) and times (n) of a run of hostile ticks."""
+    rng = np.random.default_rng([seed, ticks])
+    tracker = tracker_at(arm, streams.posture(arm), filter=rng.choice(np.array([None, aa.HandFilter()])))
+    q, times = [tracker.q], []
+    pose = hostile(arm, rng)
+    while len(times) < ticks:
+        pose = hostile(arm, rng)
+        elbow = rng.choice(np.array([None, 1])) and rng.normal(size=3)
+        for _ in range(rng.integers(1, 400)):
+            dt = DT * (1.0 if rng.random() < 0.5 else rng.uniform(0.1, 5.0))
+            now = tracker.step(pose, elbow, dt=dt)
+            assert now.distance >= 0
+            q.append(now.q)
+            times.append(dt)
+    return np.array(q), np.array(times)
+
+
+def check_bounds(arm: aa.Arm, q: Array, dt: Array, hardest: float = HARDEST) -> None:
+    v = np.diff(q, axis=0) / dt[:, None]
+    before = np.concatenate([np.zeros((1, 7)), v[:-1]])
+    assert np.isfinite(q).all()
+    assert (q >= arm.lower).all()
+    assert (q <= arm.upper).all()
+    assert (np.abs(v) <= arm.velocity * (1 + 1e-9)).all()
+    assert (np.abs(v - before) <= hardest * dt[:, None] * (1 + 1e-9) + 1e-12).all()
+    room = np.where(v > 0, arm.upper - q[1:], q[1:] - arm.lower)
+    assert (v**2 / (2 * hardest) <= room + 1e-9).all()
+
+
+def test_hostile_ticks_keep_the_bounds_judged_by_the_joints_alone(arm: aa.Arm) -> None:
+    q, dt = hostile_steps(arm, TICKS, draw.SEED)
+    check_bounds(arm, q, dt)
+    bend = arm.signs[3] * q[:, 3] + arm.offsets[3]
+    bend = np.mod(bend - arm._handle.delta + np.pi, 2 * np.pi) - np.pi
+    assert (np.sign(bend) == np.sign(bend[0])).all(), "the elbow went through straight"
+
+
+@pytest.mark.parametrize("scenario", streams.SCENARIOS)
+@pytest.mark.parametrize("dt", [0.01, 0.004, 0.001])
+def test_streams_keep_the_bounds(arm: aa.Arm, scenario: str, dt: float) -> None:
+    stream = streams.stream(arm, scenario, 3, dt=dt, seconds=6.0)
+    tracker = aa.Tracker(arm, dt, filter=aa.HandFilter())
+    tracker.start(streams.posture(arm))
+    q = np.concatenate([tracker.q[None], tracker.run(stream.samples)])
+    check_bounds(arm, q, np.full(len(q) - 1, dt))
+
+
+def test_run_is_step_in_a_loop(arm: aa.Arm) -> None:
+    stream = streams.stream(arm, "glitch", 1, seconds=3.0)
+    start = streams.posture(arm)
+    one = tracker_at(arm, start, filter=aa.HandFilter())
+    other = tracker_at(arm, start, filter=aa.HandFilter())
+    looped = np.array([one.step(pose).q for pose in stream.samples])
+    assert np.array_equal(looped, other.run(stream.samples))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_smooth_hand_inside_is_followed_exactly(arm: aa.Arm, seed: int) -> None:
+    stream = streams.stream(arm, "inside", seed, seconds=20.0, noise=False)
+    q = tracker_at(arm, streams.posture(arm)).run(stream.true)
+    metres, radians = streams.errors(arm, q, stream.true)
+    ok = streams.judged(arm, stream.true, DT)
+    assert ((metres + radians)[ok] < 1e-8).mean() > 0.9
+
+
+def reachable(arm: aa.Arm, rng: np.random.Generator, start: Array, spread: float) -> Array:
+    """A pose with room around it, in the branch of `start`."""
+    middle, width = 0.5 * (arm.lower + arm.upper), arm.upper - arm.lower
+    inside = middle + np.clip(start - middle + spread * rng.normal(size=7), -0.45 * width, 0.45 * width)
+    return arm.forward(inside)[0].copy()
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_command_at_rest_in_reach_is_met_exactly_and_for_ever(arm: aa.Arm, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    start = streams.posture(arm)
+    tracker = tracker_at(arm, start)
+    now = settled(tracker, reachable(arm, rng, start, 0.1), 3.0)
+    assert now.status == aa.Tracking.FOLLOWING
+    assert now.why == aa.Status.OK
+    assert now.distance <= 1e-9
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_no_chatter_at_rest_whatever_the_command(arm: aa.Arm, seed: int) -> None:
+    rng = np.random.default_rng([seed, 5])
+    tracker = tracker_at(arm, streams.posture(arm))
+    pose = hostile(arm, rng)
+    settled(tracker, pose, 30.0)
+    q = np.concatenate([tracker.q[None], tracker.run(np.repeat(pose[None], 2500, axis=0))])
+    assert np.abs(np.diff(q, axis=0)).sum() < 1e-9
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_tool_returns_to_exact_after_the_hand_was_out_of_reach(arm: aa.Arm, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    start = streams.posture(arm)
+    tracker = tracker_at(arm, start)
+    home = arm.forward(start)[0]
+    away = moved(home, 2.0 * rng.normal(size=3))
+    assert settled(tracker, away, 1.0).status == aa.Tracking.NEAREST
+    back = settled(tracker, home, 12.0)
+    assert back.status == aa.Tracking.FOLLOWING
+
+
+def test_out_of_reach_the_gap_is_that_of_joint_4_and_the_rotation_is_held() -> None:
+    arm = ARM_OF["kuka_iiwa14_r820"]
+    start = streams.posture(arm)
+    home = arm.forward(start)[0]
+    shoulder = np.array([0, 0, arm.d_bs])
+    outer = np.sqrt(arm.d_se**2 + arm.d_ew**2 + 2 * arm.d_se * arm.d_ew * np.cos(STILL))
+    for far in (0.3, 0.6, 1.5):
+        away = moved(home, far * (home[:3, 3] - shoulder) / np.linalg.norm(home[:3, 3] - shoulder))
+        now = settled(tracker_at(arm, start), away, 12.0)
+        wrist = away[:3, 3] - arm.d_wf * away[:3, 2]
+        assert now.status == aa.Tracking.NEAREST
+        assert now.why == aa.Status.UNREACHABLE
+        assert now.gap == pytest.approx(np.linalg.norm(wrist - shoulder) - outer, abs=1e-12)
+        assert now.distance == pytest.approx(now.gap, abs=1e-9)
+        reached = arm.forward(now.q)[0]
+        assert np.abs(reached[:3, :3] - away[:3, :3]).max() < 1e-9
+
+
+def test_single_outliers_do_not_disturb_the_tool(arm: aa.Arm) -> None:
+    plain = streams.stream(arm, "inside", 2, seconds=20.0)
+    hit = plain.samples.copy()
+    rng = np.random.default_rng(0)
+    for k in rng.choice(np.flatnonzero(plain.fresh)[50:-50], 12, replace=False):
+        until = k + 1 + np.argmax(plain.fresh[k + 1 :])
+        hit[k:until, :3, 3] += 0.3 * rng.normal(size=3)
+    start = streams.posture(arm)
+    one = tracker_at(arm, start, filter=aa.HandFilter()).run(plain.samples)
+    other = tracker_at(arm, start, filter=aa.HandFilter()).run(hit)
+    apart = arm.forward(one)[0][:, :3, 3] - arm.forward(other)[0][:, :3, 3]
+    assert np.linalg.norm(apart, axis=1).max() < 5e-3
+
+
+def test_a_jump_that_lasts_is_believed() -> None:
+    arm = ARM_OF["kuka_iiwa14_r820"]
+    start = streams.posture(arm)
+    tracker = tracker_at(arm, start, filter=aa.HandFilter(patience=0.12))
+    pose = moved(arm.forward(start)[0], np.array([0, 0.2, 0]))
+    assert tracker.step(pose).status == aa.Tracking.HELD
+    assert settled(tracker, pose, 3.0).status == aa.Tracking.FOLLOWING
+
+
+def through(arm: aa.Arm, q: Array, joint: int, seconds: float) -> Array:
+    """Poses of a joint that swings smoothly through 0, the others still."""
+    s = np.linspace(0, 1, round(seconds / DT))
+    swing = np.repeat(q[None], len(s), axis=0)
+    swing[:, joint] = q[joint] * (1 - 2 * s**3 * (10 - 15 * s + 6 * s**2))
+    return np.asarray(arm.forward(swing)[0])
+
+
+@pytest.mark.parametrize("joint", [1, 5])
+def test_the_arm_passes_through_where_branches_meet(joint: int) -> None:
+    arm = ARM_OF["kuka_iiwa14_r820"]
+    q = np.radians([10.0, 30.0, 20.0, -80.0, 30.0, 30.0, 10.0])
+    poses = through(arm, q, joint, 3.0)
+    out = tracker_at(arm, q).run(poses)
+    metres, radians = streams.errors(arm, out, poses)
+    assert np.maximum(metres, 0.2 * radians).max() < 1e-4
+
+
+def test_an_elbow_hint_turns_the_elbow_and_leaves_the_tool() -> None:
+    arm = ARM_OF["kuka_iiwa14_r820"]
+    start = streams.posture(arm)
+    pose = arm.forward(start)[0]
+    tracker = tracker_at(arm, start)
+    wrist = pose[:3, 3] - arm.d_wf * pose[:3, 2]
+    shoulder = np.array([0.0, 0.0, arm.d_bs])
+    along = (wrist - shoulder) / np.linalg.norm(wrist - shoulder)
+
+    def elbow_towards(q: Array, hint: Array) -> float:
+        elbow = arm.frames(q)[3, :3, 3] - shoulder
+        across, wanted = (x - along * (x @ along) for x in (elbow, hint - shoulder))
+        return float(across @ wanted / np.linalg.norm(across) / np.linalg.norm(wanted))
+
+    hint = shoulder + np.array([0.1, 0.5, 0.3])
+    before = elbow_towards(start, hint)
+    for _ in range(2000):
+        now = tracker.step(pose, hint)
+        assert now.distance < 1e-9
+    assert elbow_towards(now.q, hint) > max(before, 0.999)
+
+
+@pytest.mark.parametrize("hint", ["shoulder", "wrist", "nan"])
+def test_an_elbow_hint_that_says_nothing_moves_nothing(hint: str) -> None:
+    arm = ARM_OF["kuka_iiwa14_r820"]
+    start = streams.posture(arm)
+    pose = arm.forward(start)[0]
+    tracker, shoulder = tracker_at(arm, start), np.array([0.0, 0.0, arm.d_bs])
+    point = {"shoulder": shoulder, "wrist": pose[:3, 3] - arm.d_wf * pose[:3, 2], "nan": np.full(3, np.nan)}
+    now = tracker.step(pose, point[hint])
+    assert np.abs(now.q - tracker_at(arm, start).step(pose).q).max() == 0
+
+
+@pytest.mark.parametrize("gc", range(8))
+def test_reconfigure_leads_to_another_branch_within_the_bounds(gc: int) -> None:
+    arm = ARM_OF["kuka_iiwa14_r820"]
+    start = streams.posture(arm)
+    pose = arm.forward(start)[0]
+    tracker = tracker_at(arm, start)
+    q = [tracker.q]
+    for _ in range(3000):
+        now = tracker.step(pose, reconfigure=gc if len(q) == 1 else None)
+        q.append(now.q)
+    check_bounds(arm, np.array(q), np.full(len(q) - 1, DT))
+    assert now.gc == gc
+    assert now.status == aa.Tracking.FOLLOWING
+
+
+def test_without_bounds_a_tick_is_enough() -> None:
+    arm = ARM_OF["kuka_iiwa14_r820"]
+    start = streams.posture(arm)
+    tracker = tracker_at(arm, start, velocity=None, acceleration=None)
+    now = tracker.step(moved(arm.forward(start)[0], np.array([0.05, 0.1, -0.05])))
+    assert now.status == aa.Tracking.FOLLOWING
+
+
+def test_the_values_of_a_tick() -> None:
+    arm = ARM_OF["kuka_iiwa14_r820"]
+    start = streams.posture(arm)
+    tracker = tracker_at(arm, start)
+    now = tracker.step(moved(arm.forward(start)[0], np.array([0.0, 0.3, 0.0])).tolist())
+    assert np.array_equal(now.velocity, (now.q - start) / DT)
+    assert np.array_equal(now.q, tracker.q)
+    assert now.status == aa.Tracking.LAGGING
+    assert now.why == aa.Status.ACCELERATION_LIMIT
+    pose, psi, gc = arm.forward(now.q)
+    assert (now.psi, now.gc) == (pytest.approx(psi), gc)
+    assert tracker.step(np.full((4, 4), np.nan)).status == aa.Tracking.HELD
+    assert tracker.step(np.full((4, 4), np.nan)).why == aa.Status.BAD_INPUT
+
+
+def test_bad_input_is_refused() -> None:
+    arm = ARM_OF["kuka_iiwa14_r820"]
+    with pytest.raises(aa.InputError, match="dt is 0, wanted a number in"):
+        aa.Tracker(arm, 0.0)
+    with pytest.raises(aa.InputError, match="filter is 3, wanted a HandFilter or None"):
+        aa.Tracker(arm, filter=3)  # type: ignore[arg-type]
+    with pytest.raises(aa.InputError, match="omega is 0, wanted a number in"):
+        aa.HandFilter(omega=0.0)
+    with pytest.raises(aa.InputError, match="acceleration holds -1, wanted numbers > 0"):
+        aa.Tracker(arm, acceleration=-1.0)
+    tracker = aa.Tracker(arm)
+    with pytest.raises(aa.ShapeError, match=r"pose has shape \(2, 4, 4\), wanted \(4, 4\); run takes"):
+        tracker.step(np.tile(np.eye(4), (2, 1, 1)))
+    with pytest.raises(aa.ShapeError, match=r"elbow has shape \(2, 3\), wanted \(3,\)"):
+        tracker.step(np.eye(4), np.zeros((2, 3)))
+    with pytest.raises(aa.ConfigurationError, match="reconfigure is 8, wanted an integer from 0 to 7"):
+        tracker.step(np.eye(4), reconfigure=8)
+    with pytest.raises(aa.ShapeError, match=r"poses has shape \(4, 4\), wanted \(n, 4, 4\)"):
+        tracker.run(np.eye(4))
+    with pytest.raises(aa.NotFiniteError, match="q"):
+        tracker.start(np.full(7, np.nan))
