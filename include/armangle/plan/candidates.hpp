@@ -4,34 +4,25 @@
 
 #include <algorithm>
 
-#include "../arm/joints.hpp"
-#include "tube.hpp"
+#include "objective.hpp"
 
 namespace armangle {
 
-/// What a plan strives for: first the largest least margin, up to `enough`; then margin along the way and
-/// little travel.
-struct Objective {
-    double limits = 1, singularities = 1, travel = 1;  // weights, >= 0
-    double enough = 0.35;                              // rad: margins beyond it count no more
-};
-
 /// One posture: q lies within the limits, in one of the windings that they leave.
 struct Candidate {
-    double phi, margin, cost;
+    double phi;
+    Rating worth;
     double q[joint_slots];
     std::uint32_t arc;
 };
 
 namespace candidate_rule {
-inline constexpr double spacing = 0.2;      // of neighbouring postures in phi (rad)
-inline constexpr double beside = 5e-3;      // of the phi where a joint's windings end (rad)
-inline constexpr int least = 5;             // postures on an arc, however narrow
-inline constexpr double move = 0.5;         // a joint moves at most this from one to the next (rad) ...
-inline constexpr int passes = 4;            // ... after at most so many insertions between
-inline constexpr int windings = 2;          // of a joint, either way from the middle of its range
-inline constexpr double reference = 0.1;    // margin of cost 1 (rad)
-inline constexpr double cost_floor = 1e-3;  // margins below cost no more (rad)
+inline constexpr double spacing = 0.2;  // of neighbouring postures in phi (rad)
+inline constexpr double beside = 5e-3;  // of the phi where a joint's windings end (rad)
+inline constexpr int least = 5;         // postures on an arc, however narrow
+inline constexpr double move = 0.5;     // a joint moves at most this from one to the next (rad) ...
+inline constexpr int passes = 4;        // ... after at most so many insertions between
+inline constexpr int windings = 2;      // of a joint, either way from the middle of its range
 }  // namespace candidate_rule
 
 namespace detail {
@@ -58,12 +49,6 @@ struct EightThetas {
         for (double& t : theta[3]) t = atan2(l.motion.elbow.theta_4.sin, l.motion.elbow.theta_4.cos);
     }
 };
-
-/// Distance of a hinge's theta from 0 and +-pi.
-inline double hinge_clearance(double theta) noexcept {
-    const double size = abs(theta);
-    return min(size, pi - size);
-}
 
 }  // namespace detail
 
@@ -108,31 +93,8 @@ public:
         x.phi = phi;
         x.arc = arc;
         for (int j = 0; j < joints; ++j) x.q[j] = q[j];
-        rate(x);
-        x.margin = infinity;
+        x.worth = {infinity, rating(task_, objective_, q).cost};
         all.push_back(x);
-    }
-
-    /// Margin and cost of a posture.
-    void rate(Candidate& x) const noexcept {
-        double least = infinity, cost = 0;
-        const auto take = [&](double distance, double weight) {
-            if (!(weight > 0)) return;
-            least = min(least, distance / weight);
-            const double shown =
-                candidate_rule::reference * weight / max(distance, candidate_rule::cost_floor);
-            cost += shown * shown;
-        };
-        for (int j = 0; j < joints; ++j) {
-            if (j == 3) continue;  // the same for every phi
-            if (task_.limits.lower[j] > -infinity) take(x.q[j] - task_.limits.lower[j], objective_.limits);
-            if (task_.limits.upper[j] < infinity) take(task_.limits.upper[j] - x.q[j], objective_.limits);
-        }
-        for (int j : {1, 5})
-            take(detail::hinge_clearance(wrap(to_theta(task_.arm, j, x.q[j]))) - task_.table.margin,
-                 objective_.singularities);
-        x.margin = least;
-        x.cost = cost;
     }
 
 private:
@@ -257,7 +219,7 @@ private:
         }
         for (int j = 0; j < joints;) {
             for (int i = 0; i < joints; ++i) x.q[i] = q[i] + two_pi * at[i];
-            rate(x);
+            x.worth = rating(task_, objective_, x.q);
             all.push_back(x);
             for (j = 0; j < joints && ++at[j] > last[j]; ++j) at[j] = first[j];
         }

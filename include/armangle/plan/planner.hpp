@@ -40,6 +40,12 @@ inline constexpr int samples = 5;  // of an empty range, to explain it
 
 namespace detail {
 
+/// Distance of a hinge's theta from 0 and +-pi.
+inline double hinge_clearance(double theta) noexcept {
+    const double size = abs(theta);
+    return min(size, pi - size);
+}
+
 class Planner {
 public:
     Planner(const Arm& arm, const Segment* segments, std::size_t n, const double* rows, std::size_t row_count,
@@ -154,7 +160,7 @@ private:
         } else if (anchored) {
             out.margin = way.margin;
             out.travel = way.cost;
-            out.elbow_margin = elbow_margin(t, way);
+            out.elbow_margin = least_elbow_margin(t, way);
         }
         return out;
     }
@@ -203,18 +209,11 @@ private:
                          l.motion.circle.z * sc.cos + l.motion.circle.e * sc.sin);
     }
 
-    double elbow_margin(const Tube& t, const Way& way) const noexcept {
+    double least_elbow_margin(const Tube& t, const Way& way) const noexcept {
         double least = infinity;
-        const Objective& o = options_.objective;
-        for (std::size_t k = 0; k < way.rows.size(); ++k) {
-            const double q = way.rows[k].q[3];
-            if (o.limits > 0)
-                least = min(least, min(q - task_.limits.lower[3], task_.limits.upper[3] - q) / o.limits);
-            const auto& eta = t.sections[k].motion.circle.triangle.eta;
-            if (o.singularities > 0)
-                least = min(
-                    least, (hinge_clearance(atan2(eta.sin, eta.cos)) - task_.table.margin) / o.singularities);
-        }
+        for (std::size_t k = 0; k < way.rows.size(); ++k)
+            least = min(least, elbow_margin(task_, options_.objective, way.rows[k].q[3],
+                                            t.sections[k].motion.circle.triangle.eta));
         return least;
     }
 

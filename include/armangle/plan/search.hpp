@@ -104,7 +104,7 @@ private:
         for (std::size_t i = 0; i < n; ++i) {
             const Candidate& x = here_.all[i];
             std::uint32_t from = 0;
-            if (x.margin >= floor_) label_[i] = k == 0 ? Label{x.margin, 0} : join(k, x, from);
+            if (x.worth.margin >= floor_) label_[i] = k == 0 ? Label{x.worth.margin, 0} : join(k, x, from);
             alive = alive || label_[i].cost < infinity;
             back_.push_back(from);
             phi_.push_back(x.phi);
@@ -139,7 +139,7 @@ private:
 
     Label join(std::size_t k, const Candidate& x, std::uint32_t& from) const noexcept {
         const Section &l = tube_.sections[k], &b = tube_.sections[k - 1];
-        const double ds = l.s - b.s, here = ds * x.cost;
+        const double ds = l.s - b.s, here = ds * x.worth.cost;
         Label best;
         for (std::size_t i = 0; i < before_.all.size(); ++i) {
             const Candidate& y = before_.all[i];
@@ -148,7 +148,7 @@ private:
             if (turn > link_rule::turn || !(label_before_[i].cost < infinity)) continue;
             const double travel = moved(x, y);
             if (!(travel < infinity) || !joined(b, y, l, x)) continue;
-            const Label now{min(label_before_[i].margin, x.margin),
+            const Label now{min(label_before_[i].margin, x.worth.margin),
                             label_before_[i].cost + here + objective_.travel * travel};
             if (better(now, best)) {
                 best = now;
@@ -208,6 +208,7 @@ private:
             const EightThetas solved(l, phi);
             for (int j = 0; j < joints; ++j) x.q[j] = lift(to_q(task_.arm, j, solved.theta[j][0]), next.q[j]);
             x.arc = nearest_arc(tube_, l, x.phi);
+            x.worth = rating(task_, objective_, x.q);
         }
         if (start_.given) std::copy(start_.q, start_.q + joints, way_.rows[0].q);
         // an infinite joint is lifted from the start on
