@@ -346,7 +346,8 @@ private:
              bool negative) const noexcept {
         if (!(c.weight > 0)) return;
         const Boxes sign(c.sign);
-        const Boxes theta = !negative ? j.theta : (hinge ? -j.theta : j.theta + pi);
+        const Boxes mirrored = hinge ? -j.theta : j.theta + pi;
+        const Boxes theta = negative ? mirrored : j.theta;
         const Boxes way = hinge && negative ? -sign : sign;
         const Boxes q = to_q(theta, sign, Boxes(c.offset), Boxes(c.lower), Boxes(c.upper), Boxes(c.near));
         const Boxes off = q - Boxes(c.near), weight(c.weight);
