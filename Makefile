@@ -6,9 +6,9 @@ EXAMPLES ?= 5000
 SEED ?= $(shell date +%Y%m%d)
 PARALLEL = -n auto --dist loadfile
 LOWEST = numpy==1.26.0 pytest==8.0.0 hypothesis==6.100.0 matplotlib==3.8.0
-FUZZERS = inverse feasible step plan
+FUZZERS = inverse feasible step plan nearest
 
-.PHONY: help ci lint tidy format test check laws docs bench timings realtime fuzz sanitize wheels manylinux accuracy test-lowest
+.PHONY: help ci lint tidy format test check laws nearest docs bench timings realtime fuzz sanitize wheels manylinux accuracy test-lowest
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "%-12s %s\n", $$1, $$2}' Makefile
@@ -35,6 +35,9 @@ check:  ## all tests, and which ten took longest
 laws:  ## the laws with EXAMPLES=5000 random examples each, and SEED= that of the day
 	ARMANGLE_LAWS_COUNT=$(EXAMPLES) ARMANGLE_LAWS_SEED=$(SEED) $(PYTHON) -m pytest $(PARALLEL) \
 	    tests/laws/test_kinematics.py tests/laws/test_feasible.py tests/laws/test_near_shoulder.py
+
+nearest:  ## the law of solve against a dense grid in all branches, for SECONDS=600, first seed SEED=
+	$(PYTHON) tests/laws/long_nearest.py $(SECONDS) $(SEED)
 
 docs:  ## the pages, warnings as errors
 	$(PYTHON) -m sphinx -W --keep-going -b html docs docs/_build/html

@@ -1,6 +1,7 @@
 """Sphinx configuration. Pictures are made from the library's own data while the pages are built."""
 
 import sys
+from importlib import metadata
 from pathlib import Path
 
 import armangle
@@ -12,6 +13,8 @@ project = "armangle"
 author = "The armangle authors"
 copyright = "the armangle authors"
 release = version = armangle.__version__
+ADDRESSES = dict(text.split(", ", 1) for text in metadata.metadata("armangle").get_all("Project-URL") or ())
+REPOSITORY = ADDRESSES.get("Repository")  # of pyproject.toml; without one the pages have no link to it
 
 extensions = [
     "myst_parser",
@@ -19,6 +22,7 @@ extensions = [
     "sphinx.ext.napoleon",
     "sphinx_gallery.gen_gallery",
     "sphinxcontrib.bibtex",
+    "sphinx_copybutton",
     "mathml",
     "made_here",
 ]
@@ -59,10 +63,23 @@ sphinx_gallery_conf = {
 }
 
 html_theme = "furo"
-html_title = "armangle"
+html_title = f"armangle {release}"
+html_short_title = "armangle"
 html_static_path = ["_static"]
 html_css_files = ["armangle.css"]
 html_math_renderer = "mathml"
 html_copy_source = False
 html_show_sphinx = False
 html_theme_options = {"navigation_with_keys": True}
+if REPOSITORY:
+    html_theme_options |= {
+        "source_repository": REPOSITORY,
+        "source_branch": "main",
+        "source_directory": "docs/",
+    }
+
+# What a button copies: what was typed, without prompts and without what was printed.
+copybutton_prompt_text = r">>> |\.\.\. |\$ "
+copybutton_prompt_is_regexp = True
+copybutton_only_copy_prompt_lines = True
+copybutton_exclude = ".linenos, .gp, .go"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 from pathlib import Path
 
@@ -48,6 +49,9 @@ def test_robots(capsys: Capture) -> None:
     assert "reach: greatest distance of the wrist from the shoulder" in text
     listed = json.loads(out(capsys, "robots", "--json"))
     assert [entry["name"] for entry in listed] == list(aa.catalogue())
+    found = out(capsys, "robots", "Fourier", "left")
+    assert [name for name in aa.catalogue() if name in found] == list(aa.catalogue("left fourier"))
+    assert "Source:" in out(capsys, "robots", "iiwa7")
     for name in aa.catalogue():
         assert name in out(capsys, "robots", name)
         facts = json.loads(out(capsys, "robots", name, "--json"))
@@ -234,6 +238,60 @@ def test_inspect_and_what_it_saves(capsys: Capture, tmp_path: Path) -> None:
     wanted = json.loads(out(capsys, "fk", "--robot", "openarm_v10", *words))["pose"]
     for source in (("--robot", str(to)), ("--urdf", str(tmp_path / "arm.urdf"))):
         assert json.loads(out(capsys, "fk", *source, *words))["pose"] == pytest.approx(wanted)
+
+
+def near_urdf(tmp_path: Path) -> str:
+    """Write an arm whose joint 2 sits 12 mm beside axis 1, and return its name."""
+    text = aa.Arm(d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1, velocity=[1] * 7).to_urdf()
+    first, rest = text.split('<joint name="joint_2"', 1)
+    rest = re.sub(r'xyz="[^"]*"', 'xyz="0.012 0 0.3"', rest, count=1)
+    (tmp_path / "near.urdf").write_text(f'{first}<joint name="joint_2"{rest}')
+    return str(tmp_path / "near.urdf")
+
+
+def test_inspect_advises_options_that_there_are(capsys: Capture, tmp_path: Path) -> None:
+    file = near_urdf(tmp_path)
+    assert main(["inspect", file]) == 1
+    said = " ".join(capsys.readouterr().err.split())
+    advised = re.search(r"a length tolerance of (\S+) mm takes that arm", said)
+    assert advised is not None
+    options = ["--length-tolerance", advised[1], "--angle-tolerance", "0.01"]
+    text = out(capsys, "inspect", file, *options, "-o", str(tmp_path / "near.toml"))
+    assert "arm: the S-R-S arm fitted to it" in text and "position agrees with the file within" in text
+    q = "10,20,30,-40,50,60,70"
+    near = out(capsys, "fk", "--urdf", file, "--length-tolerance", advised[1], q)
+    assert near == out(capsys, "fk", "--urdf", file, "--length-tolerance", "50", q)
+    assert main(["fk", "--urdf", file, q]) == 2
+    assert main(["fk", *ROBOT, "--length-tolerance", "1", q]) == 2
+    assert "--length-tolerance goes with --urdf" in capsys.readouterr().err
+    for words in (["--length-tolerance", "200"], ["--length-tolerance", "-1"], ["--angle-tolerance", "90"]):
+        assert main(["inspect", file, *words]) == 2
+
+
+def test_limits_of_continuous_joints_are_not_passed_over(capsys: Capture, tmp_path: Path) -> None:
+    text = aa.Arm(d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1, lower=[-1] * 7, upper=[1] * 7).to_urdf()
+    (tmp_path / "arm.urdf").write_text(text.replace('type="revolute"', 'type="continuous"'))
+    file = str(tmp_path / "arm.urdf")
+    to = ["-o", str(tmp_path / "arm.toml")]
+    assert "note: joint 'joint_1' is continuous" in " ".join(out(capsys, "inspect", file, *to).split())
+    report = json.loads(out(capsys, "inspect", file, "--json"))
+    assert any("NOT used" in line for line in report["notes"])
+    assert main(["fk", "--urdf", file, "0,0,0,0,0,0,0"]) == 0
+    assert "joint 'joint_7' is continuous" in " ".join(capsys.readouterr().err.split())
+    used = out(capsys, "inspect", file, "--continuous-limits", "use", *to)
+    assert "57.30" in used and "used all the same" in " ".join(used.split())
+
+
+def test_inspect_lists_near_chains_with_their_residual(capsys: Capture, tmp_path: Path) -> None:
+    text = Path(near_urdf(tmp_path)).read_text()
+    links = text[text.index("<link") : text.index("</robot>")]
+    names = {part.split('"')[0] for part in links.split('name="')[1:]}
+    for name in names:
+        links = links.replace(f'"{name}"', f'"{name}_b"')
+    (tmp_path / "two.urdf").write_text(text.replace("</robot>", links + "</robot>"))
+    assert main(["inspect", str(tmp_path / "two.urdf")]) == 2
+    said = " ".join(capsys.readouterr().err.split())
+    assert "--base base --tip tip near S-R-S: off by 12 mm, 0 deg; nearest arm within" in said
 
 
 def test_inspect_shows_signs_zeros_and_frames(capsys: Capture, tmp_path: Path) -> None:

@@ -34,10 +34,38 @@ EXACT_ARMS = {
     "yaskawa_sia20d": (0.41, 0.49, 0.42, 0.18, "++++---"),
     "openarm_v10": (0.1225, 0.22, 0.216, 0.0205, "++++++-"),
     "human_arm_right": (0.21, 0.276, 0.287, 0.0, "++-+--+"),
+    "human_arm_left": (0.21, 0.276, 0.287, 0.0, "-++++-+"),
+    "agilex_nero": (0.138, 0.31, 0.27, 0.0235, "+-+++++"),
+    "elephant_myarm_300_pi": (0.165, 0.11, 0.126, 0.056, "+++++-+"),
+    "yaskawa_sia30d": (0.598, 0.875, 0.61, 0.217, "++++---"),
+    "aldebaran_romeo_left": (0.1721, 0.205, 0.1823, 0.0, "+-+++-+"),
+    "aldebaran_romeo_right": (0.1721, 0.205, 0.1823, 0.0, "-++-+++"),
+    "simple_humanoid_left": (0.21, 0.263, 0.247, 0.0, "++-+--+"),
+    "simple_humanoid_right": (0.21, 0.263, 0.247, 0.0, "-+-+--+"),
+    "fourier_gr2t2_left": (0.23, 0.2555, 0.2185, 0.0, "++-+--+"),
+    "fourier_gr2t2_right": (0.23, 0.2555, 0.2185, 0.0, "-+-+--+"),
+    "fourier_gr2t2d_left": (0.23, 0.34, 0.261, 0.0, "++-+--+"),
+    "fourier_gr2t2d_right": (0.23, 0.34, 0.261, 0.0, "-+-+--+"),
+    "fourier_gr2t2v2_left": (0.23, 0.2555, 0.21955, 0.0, "++-+--+"),
+    "fourier_gr2t2v2_right": (0.23, 0.2555, 0.21955, 0.0, "-+-+--+"),
 }
 OFFSET_ARMS = {
     "barrett_wam7": (0.346, 0.55, 0.3, 0.06, 0.045, -0.045),
     "yaskawa_sia5d": (0.31, 0.27, 0.27, 0.145, 0.085, -0.06),
+    "rokae_ar5_left": (0.1745, 0.314, 0.272, 0.0, 0.01, -0.01),
+    "rokae_ar5_right": (0.1745, 0.314, 0.272, 0.0, 0.01, -0.01),
+    "rainbow_rby1_left": (0.23412, 0.276, 0.256, 0.1548, 0.031, -0.031),
+    "rainbow_rby1_right": (0.23412, 0.276, 0.256, 0.1548, 0.031, -0.031),
+    "rainbow_rby1_leader_left": (0.140955, 0.196, 0.1765, 0.0, 0.031, -0.031),
+    "rainbow_rby1_leader_right": (0.140955, 0.196, 0.1765, 0.0, 0.031, -0.031),
+    "pollen_reachy2_left": (0.19025, 0.28, 0.0, 0.1, 0.0, -0.28),
+    "iit_icub_left": (0.10786, 0.15228, 0.1373, 0.0, -0.015, 0.015),
+    "iit_icub_right": (0.10786, 0.15228, 0.1373, 0.0, 0.015, -0.015),
+    "iit_icub_2_5_right": (0.10699, 0.15906, 0.1423, 0.02505, 0.015, -0.015),
+    "jvrc1_left": (0.24, 0.305, 0.239, 0.0, 0.004, -0.004),
+    "jvrc1_right": (0.24, 0.305, 0.239, 0.0, 0.004, -0.004),
+    "openloong_left": (0.2026, 0.3, 0.30025, 0.0008, -0.024, 0.024),
+    "openloong_right": (0.2026, 0.3, 0.30025, 0.0008, -0.024, 0.024),
 }
 FILES = {
     # name: file, tip of the entry in the tip of the file, position (m) and rotation (rad) agreed
@@ -56,6 +84,15 @@ def test_names_are_those_of_the_known_robots():
     assert catalogue() == tuple(sorted([*EXACT_ARMS, *OFFSET_ARMS]))
 
 
+def test_words_find_names():
+    assert len(catalogue()) >= 35
+    assert catalogue("") == catalogue()
+    assert catalogue("Yaskawa") == ("yaskawa_sia10d", "yaskawa_sia20d", "yaskawa_sia30d", "yaskawa_sia5d")
+    assert catalogue("right rainbow") == ("rainbow_rby1_leader_right", "rainbow_rby1_right")
+    assert catalogue("sia-5") == ("yaskawa_sia5d",)
+    assert catalogue("no such arm") == ()
+
+
 @pytest.mark.parametrize("name", EXACT_ARMS)
 def test_exact_arm_has_its_numbers(name):
     *lengths, signs = EXACT_ARMS[name]
@@ -68,7 +105,8 @@ def test_exact_arm_has_its_numbers(name):
 @pytest.mark.parametrize("name", OFFSET_ARMS)
 def test_offset_arm_has_its_numbers(name):
     arm = load_robot(name).description
-    assert tuple(getattr(arm, key) for key in (*LENGTHS, "a_3", "a_4")) == OFFSET_ARMS[name]
+    lengths = [getattr(arm, key) for key in (*LENGTHS, "a_3", "a_4")]
+    assert lengths == pytest.approx(OFFSET_ARMS[name], abs=5e-6)
 
 
 @pytest.mark.parametrize("name", catalogue())
@@ -262,8 +300,9 @@ def test_unreadable_file_is_refused(tmp_path):
         ("iiwa7", "no robot 'iiwa7'; did you mean 'kuka_iiwa7_r800'?"),
         ("KUKA LBR iiwa 7", "did you mean 'kuka_iiwa7_r800'?"),
         ("kuka", "did you mean 'kuka_iiwa14_r820' or 'kuka_iiwa7_r800' or 'kuka_lwr4_plus' or 'kuka_med"),
+        ("fourier left", "did you mean 'fourier_gr2t2_left' or 'fourier_gr2t2d_left'"),
         ("kuka_iiva7_r800", "did you mean 'kuka_iiwa7_r800'"),
-        ("zzz", "the catalogue has no robot 'zzz'; barrett_wam7, human_arm_right, kuka_iiwa14"),
+        ("zzz", "the catalogue has no robot 'zzz'; it has agilex, aldebaran, barrett, elephant, four"),
         ("../robots/openarm_v10", "no robot '../robots/openarm_v10'; did you mean"),
     ],
 )

@@ -144,15 +144,15 @@ FLANGE = '<body name="{}"/>'
 @pytest.mark.parametrize(
     ("world", "found"),
     [
-        (tower(7), ["b7"]),
-        (tower(7, FLANGE.format("flange")), ["flange"]),
-        (tower(7, FLANGE.format("flange") + FLANGE.format("camera")), ["flange", "camera"]),
-        (tower(8), ["b7"]),
+        (tower(7), [("b7", ["b7"])]),
+        (tower(7, FLANGE.format("flange")), [("flange", ["flange"])]),
+        (tower(7, FLANGE.format("flange") + FLANGE.format("camera")), [("b7", ["flange", "camera"])]),
+        (tower(8), []),
         (tower(6), []),
     ],
 )
 def test_candidates_end_at_the_last_fixed_body(mujoco, world, found):
-    assert [tip for _, tip in mjcf_candidates(model_of(world))] == found
+    assert [(one.tip, list(one.ends)) for one in mjcf_candidates(model_of(world))] == found
 
 
 @pytest.mark.parametrize(
@@ -161,8 +161,12 @@ def test_candidates_end_at_the_last_fixed_body(mujoco, world, found):
         (tower(7), ("no", None), "no body 'no' (base); the bodies are: world, b1, b2"),
         (tower(7), (None, "no"), "no body 'no' (tip); the bodies are: world, b1, b2"),
         (tower(7), ("b3", "b1"), "no path down from body 'b3' to 'b1'"),
-        (tower(6), (None, None), "name it; no body has seven hinges above it"),
-        (tower(7, FLANGE.format("x") + FLANGE.format("y")), (None, None), "candidates: x, y"),
+        (tower(6), (None, None), "no chain of 7 rotating joints is found, walking up"),
+        (
+            tower(7, FLANGE.format("x") + FLANGE.format("y")),
+            (None, None),
+            "candidates: 'world' to 'b7' (not S-R-S; or tip x, y)",
+        ),
         (tower(6), (None, "b6"), "6 hinges from 'world' to 'b6', wanted 7: h1, h2, h3, h4, h5, h6"),
         (tower(7), ("b7", "b7"), "0 hinges from 'b7' to 'b7', wanted 7: none"),
         (
@@ -182,7 +186,7 @@ def test_refusals_name_what_is_wrong(mujoco, world, ends, message):
 def test_a_coupled_joint_is_refused(mujoco):
     rest = '<equality><joint joint1="h3" joint2="h1"/></equality>'
     with pytest.raises(FileFormatError, match="joint 'h3' on the path is coupled to another joint"):
-        read_mjcf(model_of(tower(7), rest))
+        read_mjcf(model_of(tower(7), rest), tip="b7")
 
 
 def test_unreadable_models_are_refused(mujoco, tmp_path):

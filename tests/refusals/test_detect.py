@@ -90,8 +90,8 @@ def test_reasons_are_ranked_whatever_their_kind():
     assert len(caught.value.reasons) == 2
 
 
-@pytest.mark.parametrize("millimetre, near", [(0.03, True), (19.0, True), (21.0, False)])
-def test_near_means_at_most_twenty_millimetres(millimetre, near):
+@pytest.mark.parametrize("millimetre, near", [(0.03, True), (29.0, True), (31.0, False)])
+def test_near_means_at_most_thirty_millimetres(millimetre, near):
     with pytest.raises(NotSRSError) as caught:
         describe_chain(broken_chain(2, shift(0, 1e-3 * millimetre, 0)))
     assert caught.value.near is near

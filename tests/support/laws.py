@@ -17,7 +17,7 @@ JOINT = 1e-9
 """Largest difference of a joint that comes back, rad; and the clearance at which limits are decided."""
 
 EPS = float(np.finfo(float).eps)
-WINDOW = np.array([-1e-9, 0.0, 1e-9])
+WINDOW = np.array([-2e-9, -1e-9, 0.0, 1e-9, 2e-9])
 JOINT_COUNT = 7
 PIVOTS = np.array([1, 0, 1, 0, 1, 0, 1], dtype=bool)
 BEND_OF = np.array([0, 0, 0, 1, 2, 2, 2])
@@ -104,7 +104,8 @@ def classify(arm: aa.Arm, pose: Array, gc: Array, psi: Array) -> Verdict:
     """feasible <=> within limits, for each joint and for all, where the joints are clear of their limits.
 
     Clear is further from a limit than 1e-9 rad and than rounding of psi and pose moves the joint. A sample
-    whose joint is beyond its limit at a psi 1e-9 rad away lies in a piece that is dropped by definition.
+    whose joint is beyond its limit at a psi 1e-9 rad away lies in a piece that is dropped by definition;
+    where both hinges come within 1e-9 rad of 0, two such pieces follow one another.
     """
     real = truth(arm, pose, gc, psi)
     clear = real.distance > JOINT + 1e-15 + real.blur

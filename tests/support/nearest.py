@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 import armangle as aa
 
@@ -13,6 +14,7 @@ from .strategies import Array, generated_arm
 
 GOLDEN = (np.sqrt(5) - 1) / 2
 POLISHES = 60
+SLACK = 1e-14  # rad beyond a limit, of rounding: more would let the grid pass an end that solve keeps
 
 
 @dataclass(frozen=True)
@@ -42,7 +44,7 @@ class Case:
 
     def costs(self, q: Array) -> Array:
         """Return what postures (..., 7) cost; infinite beyond the limits."""
-        within = self.arm.within_limits(q, 1e-11)
+        within = self.arm.within_limits(q, SLACK)
         if self.prefer == "margin":
             return np.where(within, -self.arm.limit_margin(q), np.inf)
         off = np.sqrt(self.weight) * np.abs(q - self.near)
@@ -90,32 +92,31 @@ def cases(count: int, seed: int) -> list[Case]:
 def brute_force(case: Case, grid: int) -> float:
     """Return the least cost on a grid of psi in all branches, its best points polished by golden section."""
     psi = np.linspace(-np.pi, np.pi, grid, endpoint=False)
-    step = 2 * np.pi / grid
-    arm, best = case.arm, np.inf
+    arm, arcs = case.arm, case.arm.feasible_all(case.pose)
+    if np.all(arcs.is_empty):
+        return np.inf
     two = np.isfinite(arm.lower) & np.isfinite(arm.upper)
-    seed = np.where(two, (np.where(two, arm.lower, 0.0) + np.where(two, arm.upper, 0.0)) / 2, 0.0)
-    seed = seed if case.prefer == "margin" else case.near
+    middle = (np.where(two, arm.lower, 0.0) + np.where(two, arm.upper, 0.0)) / 2
+    seed = middle if case.prefer == "margin" else case.near
 
-    def at(gc: int, angle: Array) -> Array:
-        poses = np.broadcast_to(case.pose, (*angle.shape, 4, 4))
-        return case.costs(arm.inverse(poses, angle, gc, seed=seed, unreachable="nan"))
+    def at(gc: NDArray[np.int64], angle: Array) -> Array:
+        return case.costs(arm.inverse(case.pose, angle, gc, seed=seed, unreachable="nan"))
 
-    for gc in range(8):
-        arcs = arm.feasible(case.pose, gc)
-        if arcs.is_empty:
-            continue
-        on_grid = np.where(arcs.contains(psi), at(gc, psi), np.inf)
-        ends = at(gc, arcs.intervals.ravel())
-        best = min(best, float(on_grid.min()), float(ends.min()))
-        low = np.flatnonzero((on_grid <= np.roll(on_grid, 1)) & (on_grid <= np.roll(on_grid, -1)))
-        low = low[on_grid[low] < best + 0.2][:40]
-        if not len(low):
-            continue
-        a, b = psi[low] - step, psi[low] + step
-        for _ in range(POLISHES):
-            x, y = b - GOLDEN * (b - a), a + GOLDEN * (b - a)
-            fx, fy = (np.where(arcs.contains(z), at(gc, z), np.inf) for z in (x, y))
-            left = fx < fy
-            a, b = np.where(left, a, x), np.where(left, y, b)
-            best = min(best, float(fx.min()), float(fy.min()))
-    return best
+    gc = np.flatnonzero(np.asarray(arcs.count) > 0)
+    on_grid = np.where(arcs[gc][:, None].contains(psi), at(gc[:, None], psi), np.inf)
+    least = on_grid.min()
+    for one in gc:
+        least = min(least, at(one, arcs[one].intervals.ravel()).min())
+    valleys = (on_grid <= np.roll(on_grid, 1, axis=1)) & (on_grid <= np.roll(on_grid, -1, axis=1))
+    row, column = np.nonzero(valleys & (on_grid < least + 0.2))
+    if not len(row):
+        return float(least)
+    branch, here = gc[row], arcs[gc[row]]
+    a, b = psi[column] - 2 * np.pi / grid, psi[column] + 2 * np.pi / grid
+    for _ in range(POLISHES):
+        tried = np.stack([b - GOLDEN * (b - a), a + GOLDEN * (b - a)])
+        cost = np.where(here.contains(tried), at(branch, tried), np.inf)
+        left = cost[0] < cost[1]
+        a, b = np.where(left, a, tried[0]), np.where(left, tried[1], b)
+        least = min(least, cost.min())
+    return float(least)

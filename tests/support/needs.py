@@ -50,6 +50,14 @@ def no_models(reason: str) -> NoReturn:
     pytest.skip(f"{reason} (set {MODELS_FOLDER})")
 
 
+def case(name: str) -> Path:
+    """Return the path of a small file, beside the models, that shows an oddity of real ones; or skip."""
+    path = MODELS.with_name("cases") / name
+    if not path.is_file():
+        pytest.skip(f"no file {path}")
+    return path
+
+
 def model(name: str) -> Path:
     """Return the path of a real robot file, or skip."""
     path = MODELS / f"{name}.urdf"

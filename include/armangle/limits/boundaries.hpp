@@ -80,14 +80,20 @@ ARMANGLE_INLINE void solve_pivots(const LimitTable& t, const JointFunctions<doub
     const Slots g = of_pivots(f, [](P p) { return p.g; }), u = g * Slots::load(t.u), v = g * Slots::load(t.v);
     const Slots a = u * U.s + v * V.s, b = u * U.c + v * V.c, c = u * U.k + v * V.k;
     const ArcLanes arc = negative_arcs(atan2(a, b), atan2(half_chord(mul_add(a, a, b * b) - c * c), -c));
-    const Slots width = arc.upper - arc.lower;
-    const Slots room = room_in(arc.lower, swap_halves(arc.lower), swap_halves(width)) + Slots::load(t.room);
+    const Slots width = arc.upper - arc.lower, other_width = swap_halves(width),
+                whole(two_pi - tolerance::angle);
+    // A limit that is broken for every psi has no end: its arc's seam lies anywhere, so that it cuts nothing,
+    // and in an overlap the other limit's arc says all.
+    const auto cut_off = Slots::load(t.room) == Slots(0.0);
+    const auto endless = (whole <= width) & (other_width < whole) & cut_off;
+    const Slots overlap = room_in(arc.lower, swap_halves(arc.lower), other_width) + Slots::load(t.room);
+    const Slots room = select(whole <= other_width, Slots(infinity), overlap);
     const auto cut = room < width;
     const Slots upper = select(cut, arc.lower + room, arc.upper), length = upper - arc.lower;
     arc.lower.store(out.lower);
     upper.store(out.upper);
     out.constant = bits(is_constant(Pivot<Slots>{U, V, g}));
-    out.kept = bits(length >= Slots(tolerance::angle)) & t.limited & ~out.constant;
+    out.kept = bits(length >= Slots(tolerance::angle)) & t.limited & ~out.constant & ~bits(endless);
     out.cut = bits(cut);
 }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import MISSING, Field, fields
 from inspect import Parameter, Signature
@@ -119,7 +120,8 @@ class Arm:
     Parameters
     ----------
     d_bs, d_se, d_ew, d_wf : float
-        Base to shoulder, shoulder to elbow, elbow to wrist, wrist to flange, m; the two links at least 1e-6.
+        Base to shoulder, shoulder to elbow, elbow to wrist, wrist to flange, m; d_se and d_ew may be 0 beside
+        an elbow offset, which makes the links hypot(d_se, a_3) and hypot(d_ew, a_4), at least 1e-6, long.
     lower, upper : array_like, shape (7,), optional
         Joint limits in q, rad, lower <= upper. Any: beyond ±π, of one sign, wider than a turn, infinite
         (the default).
@@ -224,6 +226,7 @@ class Arm:
         *,
         angle_tolerance: float = 1e-5,
         length_tolerance: float = 2e-5,
+        continuous_limits: str = "ignore",
     ) -> Arm:
         """Return the arm between two links of a URDF, in that file's own joint coordinates and frames.
 
@@ -232,10 +235,14 @@ class Arm:
         source : path or str or bytes
             A URDF file, or its XML text.
         base, tip : str, optional
-            Names of the two links; guessed where the file leaves one choice.
+            Names of the two links; guessed where the file leaves one choice of seven rotating joints, or one
+            that is S-R-S.
         angle_tolerance, length_tolerance : float
-            How far axes may be from exact (rad, m) to be snapped; the residual that remains is kept in
-            ``import_report``.
+            How far axes may be from exact (rad, m). Beyond the default the arm is the nearest in the mean
+            square; what then differs from the file is kept in ``import_report``.
+        continuous_limits : {"ignore", "use"}
+            Limits of a continuous joint, which by the rules of URDF has none, though some files state them.
+            Where they are ignored, a warning and a note of ``import_report`` say so.
 
         Returns
         -------
@@ -248,7 +255,7 @@ class Arm:
         NotSRSError
             If the arm is not S-R-S; the message says which axes miss which point, and by how much.
         """
-        chain = read_urdf(source, base=base, tip=tip)
+        chain = read_urdf(source, base=base, tip=tip, continuous_limits=continuous_limits)
         description, report = describe_chain(chain, angle=angle_tolerance, length=length_tolerance)
         return cls._from_description(description, report)
 
@@ -1072,8 +1079,10 @@ def _checked(given: dict[str, Any]) -> dict[str, Any]:
     """Return all numbers of an arm, arrays read-only; those not given, or given as None, by default."""
     values = _complete(given)
     for name in (*LENGTHS, *ELBOW_OFFSETS):
-        low = LEAST_LINK if name in ("d_se", "d_ew") else -_core.LENGTH_LIMIT
+        low = 0.0 if name in ("d_se", "d_ew") else -_core.LENGTH_LIMIT
         values[name] = as_number(f"{name} (m)", values[name], low, _core.LENGTH_LIMIT)
+    _check_link("upper arm", "d_se", "a_3", values)
+    _check_link("forearm", "d_ew", "a_4", values)
     for name in JOINT_ROWS:
         values[name] = _seven(name, values[name], infinite=name not in ("signs", "offsets"))
     for name in FRAMES:
@@ -1097,6 +1106,16 @@ def _complete(given: dict[str, Any]) -> dict[str, Any]:
         raise TypeError(f"Arm() missing {len(missing)} required keyword-only {arguments}")
     default = {f.name: _default(f) for f in _FIELDS}
     return default | {n: value for n, value in given.items() if value is not None or n not in _OPTIONAL}
+
+
+def _check_link(what: str, along: str, across: str, values: dict[str, Any]) -> None:
+    """Raise where the upper arm or forearm, slanted by its elbow offset, has no length."""
+    length = math.hypot(values[along], values[across])
+    if length < LEAST_LINK:
+        raise InputError(
+            f"{along} (m) is {values[along]:g} and {across} is {values[across]:g}: "
+            f"the {what} is {length:g} m long, wanted at least {LEAST_LINK:g}"
+        )
 
 
 def _seven(name: str, value: ArrayLike, *, infinite: bool) -> Floats:

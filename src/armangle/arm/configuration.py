@@ -17,7 +17,7 @@ def gc_signs(gc: ArrayLike) -> Ints:
     Parameters
     ----------
     gc : array_like of int, shape (...)
-        Index 0..7 = (θ2 < 0) + 2·(θ4 < δ) + 4·(θ6 < 0).
+        Index 0..7 = (θ2 < 0) + 2·(θ4 − δ < 0) + 4·(θ6 < 0), each angle wrapped.
 
     Returns
     -------

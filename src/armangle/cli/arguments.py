@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 
@@ -15,8 +16,10 @@ from ..errors import InputError, ShapeError
 from ..files.sheets import ending
 from ..files.tables import load_poses
 from ..models.catalogue import read_robot
+from ..models.detect import MAX_ANGLE, MAX_LENGTH
 from ..models.mjcf import is_mjcf
 from ..poses import COLUMNS, UNIT_TOLERANCE, poses_from_rows
+from .screen import note
 
 DEGREE = math.pi / 180
 _FILES = (".csv", ".npz", ".json")
@@ -31,6 +34,23 @@ def add_arm(parser: argparse.ArgumentParser, *, required: bool = True) -> None:
     one.add_argument("--urdf", metavar="FILE", help="a robot description: URDF or MJCF (.xml)")
     group.add_argument("--base", metavar="LINK", help="with --urdf: first link; guessed if left out")
     group.add_argument("--tip", metavar="LINK", help="with --urdf: last link; guessed if left out")
+    add_import(group)
+
+
+def add_import(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
+    """Add --length-tolerance, --angle-tolerance and --continuous-limits, for files of robots."""
+    parser.add_argument(
+        "--length-tolerance", type=length_up_to(MAX_LENGTH), metavar="MM",
+        help="take an arm whose axes miss shoulder, elbow or wrist by up to this; the fitted one",
+    )  # fmt: skip
+    parser.add_argument(
+        "--angle-tolerance", type=angle_up_to(MAX_ANGLE), metavar="DEG",
+        help="take an arm whose neighbouring axes are not square by up to this; the fitted one",
+    )  # fmt: skip
+    parser.add_argument(
+        "--continuous-limits", choices=("ignore", "use"), default="ignore",
+        help="limits that a continuous joint of a URDF states (default ignore)",
+    )  # fmt: skip
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
@@ -65,19 +85,34 @@ def _output(text: str) -> str:
 def the_arm(args: argparse.Namespace) -> Arm:
     """Return the arm that --robot or --urdf names."""
     if args.urdf is not None:
-        return arm_of_file(args.urdf, args.base, args.tip)
-    for option in ("base", "tip"):
+        return arm_of_file(args.urdf, args.base, args.tip, args)
+    for option in ("base", "tip", "length_tolerance", "angle_tolerance"):
         if getattr(args, option) is not None:
-            raise InputError(f"--{option} goes with --urdf, not with --robot")
+            raise InputError(f"--{option.replace('_', '-')} goes with --urdf, not with --robot")
     if Path(args.robot).suffix == ".toml":
         return Arm._from_description(read_robot(args.robot).description)
     return Arm.from_catalogue(args.robot)
 
 
-def arm_of_file(file: str, base: str | None, tip: str | None) -> Arm:
-    """Return the arm between two links of a URDF, or two bodies of an MJCF."""
-    read = Arm.from_mjcf if is_mjcf(file) else Arm.from_urdf
-    return read(file, base=base, tip=tip)
+def arm_of_file(
+    file: str, base: str | None, tip: str | None, args: argparse.Namespace, *, show_notes: bool = True
+) -> Arm:
+    """Return the arm between two links of a URDF or bodies of an MJCF, by the options of `add_import`."""
+    options = {
+        key: getattr(args, key)
+        for key in ("length_tolerance", "angle_tolerance")
+        if getattr(args, key) is not None
+    }
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        if is_mjcf(file):
+            arm = Arm.from_mjcf(file, base=base, tip=tip, **options)
+        else:
+            limits = args.continuous_limits
+            arm = Arm.from_urdf(file, base=base, tip=tip, continuous_limits=limits, **options)
+    for warning in caught if show_notes else ():
+        note(f"armangle: {warning.message}")
+    return arm
 
 
 def number(text: str) -> float:
@@ -94,6 +129,18 @@ def number(text: str) -> float:
 def angle(text: str) -> float:
     """Return degrees as rad, for argparse."""
     return number(text) * DEGREE
+
+
+def length_up_to(highest: float) -> Callable[[str], float]:
+    """Return what reads millimetres as m, for argparse, from 0 to `highest` m."""
+
+    def read(text: str) -> float:
+        value = number(text) / 1e3
+        if not 0 <= value <= highest:
+            raise argparse.ArgumentTypeError(f"{text.strip()} mm, wanted 0 to {1e3 * highest:g} mm")
+        return value
+
+    return read
 
 
 def angle_up_to(highest: float, *, positive: bool = False) -> Callable[[str], float]:

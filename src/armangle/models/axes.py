@@ -18,6 +18,7 @@ from .chain import Chain, FloatArray
 UPPER_ARM, FOREARM = 2, 3
 
 _PARALLEL_SINE = 1e-9
+_NO_LENGTH = 4e-5  # m; each of a link's two lengths may be taken as zero up to half of it
 _CENTRES = {"shoulder": (0, 1, 2), "wrist": (4, 5, 6)}
 
 
@@ -171,7 +172,7 @@ def _elbow_reasons(axes: Axes, length: float) -> list[Reason]:
         reasons.append(Reason(sentence, miss, True))
     for where, part, end in (("shoulder", "upper arm", upper), ("wrist", "forearm", fore)):
         size = float(np.linalg.norm(axes.centre(where) - end))
-        if size <= length:
+        if size <= _NO_LENGTH:
             sentence = f"axis 4 passes through the {where} point: the {part} has no length"
             reasons.append(Reason(sentence, float("inf"), False))
     return reasons

@@ -65,13 +65,30 @@ class CatalogueEntry:
     velocity_trusted: bool
 
 
-def catalogue() -> tuple[str, ...]:
+def catalogue(search: str = "") -> tuple[str, ...]:
     """Return the names of the known robots, sorted.
+
+    Parameters
+    ----------
+    search : str, optional
+        Words, in any order and case: only names that hold all of them.
+
+    Returns
+    -------
+    tuple of str
+        Names for ``Arm.from_catalogue``; the maker comes first, an arm of a pair ends with its side.
 
     >>> "kuka_iiwa7_r800" in catalogue()
     True
+    >>> catalogue("kuka iiwa")
+    ('kuka_iiwa14_r820', 'kuka_iiwa7_r800')
     """
-    return tuple(sorted(path.stem for path in ROBOTS.glob("*.toml")))
+    words = _words(search)
+    return tuple(sorted(path.stem for path in ROBOTS.glob("*.toml") if all(w in path.stem for w in words)))
+
+
+def _words(text: str) -> list[str]:
+    return re.findall(r"[a-z0-9]+", text.lower())
 
 
 def load_robot(name: str) -> CatalogueEntry:
@@ -88,14 +105,21 @@ def load_robot(name: str) -> CatalogueEntry:
     known = catalogue()
     if name not in known:
         near = _near(str(name), known)
-        hint = f"did you mean {' or '.join(map(repr, near))}?" if near else ", ".join(known)
+        hint = (
+            f"did you mean {' or '.join(map(repr, near))}?" if near else f"it has {', '.join(_makers(known))}"
+        )
         raise UnknownRobotError(f"the catalogue has no robot {name!r}; {hint}")
     return read_robot(ROBOTS / f"{name}.toml")
 
 
+def _makers(known: Sequence[str]) -> list[str]:
+    """Return the first words of the names, each once."""
+    return sorted({name.partition("_")[0] for name in known})
+
+
 def _near(name: str, known: Sequence[str]) -> list[str]:
     """Return the names that hold all words of `name`; else those spelt alike; else those with most words."""
-    words = [word for word in re.split(r"[^a-z0-9]+", name.lower()) if len(word) > 1 or word.isdigit()]
+    words = [word for word in _words(name) if len(word) > 1 or word.isdigit()]
     held = {robot: sum(word in robot for word in words) for robot in known}
     most = max(held.values())
     fullest = [robot for robot in known if most and held[robot] == most]

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -28,13 +28,17 @@ from ..errors import InputError, NotSRSError
 from .axes import POSTURES, ROUNDING, Axes, millimetres, reasons_against, rotation_angle, worst_difference
 from .chain import Chain, FloatArray, chain_of, rigid_inverse
 from .description import ArmDescription, ImportReport
+from .fit import fit
 
 ANGLE_TOLERANCE = 1e-5
 LENGTH_TOLERANCE = 2e-5
+ZERO_LENGTH = 2e-5
 MAX_ANGLE = 0.1
 MAX_LENGTH = 0.1
-NEAR_LENGTH = 20e-3
+NEAR_LENGTH = 30e-3
+NEAR_ANGLE = math.radians(2.0)
 SUSPICIOUS_VELOCITY = 10.0
+SUSPICIOUS_LIMIT = 20.0  # rad: no arm turns a joint three times, but many files state degrees
 
 _NOISE = 1e-12
 _LENGTH_DIGITS = 12
@@ -54,12 +58,13 @@ def describe_chain(
         How far from right angles neighbouring axes may be, rad.
     length : float, optional
         How far axes may miss the shoulder, elbow and wrist points, m. Elbow offsets and lengths
-        up to it are taken as zero.
+        are kept, whatever it is, unless they are below ``ZERO_LENGTH``.
 
     Returns
     -------
     ArmDescription
-        Exactly S-R-S, in the joint coordinates and frames of the chain.
+        Exactly S-R-S, in the joint coordinates and frames of the chain: the chain itself with its
+        errors of rounding taken away, or, beyond the default tolerances, the arm fitted to it.
     ImportReport
         How far the chain itself is from that.
 
@@ -71,8 +76,56 @@ def describe_chain(
     _check_tolerances(angle, length)
     axes = Axes(*chain.lines())
     _refuse_unless_srs(chain, axes, angle, length)
-    arm = _with_tool(chain, axes, min(_writings(chain, axes, length), key=_cost))
+    exact = not reasons_against(axes, ANGLE_TOLERANCE, LENGTH_TOLERANCE)
+    arm = _snapped(chain) if exact else fitted_arm(chain)
+    arm = replace(arm, notes=(*chain.notes, *_limit_notes(chain), *_velocity_notes(chain)))
     return arm, _report(chain, axes, arm)
+
+
+@dataclass(frozen=True)
+class Nearness:
+    """How far seven axes are from those of an S-R-S arm.
+
+    Parameters
+    ----------
+    miss : float
+        How far axes miss the shoulder, elbow or wrist point at most, m.
+    tilt : float
+        How far the worst two neighbours are from a right angle, rad.
+    srs : bool
+        Whether the axes are S-R-S within the default tolerances.
+    near : bool
+        Whether they are S-R-S but for at most ``NEAR_LENGTH`` and ``NEAR_ANGLE``.
+    """
+
+    miss: float
+    tilt: float
+    srs: bool
+    near: bool
+
+
+def nearness(axes: Axes) -> Nearness:
+    """Return how far seven axes are from those of an S-R-S arm."""
+    miss, tilt = max(axes.worst_miss()), axes.worst_squareness()
+    srs = not reasons_against(axes, ANGLE_TOLERANCE, LENGTH_TOLERANCE)
+    near = not srs and not reasons_against(axes, NEAR_ANGLE, NEAR_LENGTH)
+    return Nearness(miss, tilt, srs, near)
+
+
+def fitted_arm(chain: Chain) -> ArmDescription:
+    """Return the S-R-S arm that is fitted to a chain, in its joint coordinates, limits and frames."""
+    return _snapped(replace(chain_of(fit(_snapped(chain), chain)), name=chain.name))
+
+
+def residual(chain: Chain, arm: ArmDescription) -> tuple[float, float]:
+    """Return the greatest distance (m) and angle (rad) found between the tips of a chain and an arm."""
+    return worst_difference(chain_of(arm), chain)
+
+
+def _snapped(chain: Chain) -> ArmDescription:
+    """Return the arm whose axes are those of the chain at q = 0, moved into place."""
+    axes = Axes(*chain.lines())
+    return _with_tool(chain, axes, min(_writings(chain, axes), key=_cost))
 
 
 def _check_tolerances(angle: float, length: float) -> None:
@@ -87,19 +140,35 @@ def _refuse_unless_srs(chain: Chain, axes: Axes, angle: float, length: float) ->
     reasons = reasons_against(axes, angle, length)
     if not reasons:
         return
-    worst = max(reason.size for reason in reasons)
-    near = all(reason.is_length for reason in reasons) and worst <= NEAR_LENGTH
     sentences = tuple(reason.sentence for reason in reasons)
     message = f"{chain.name!r} ({chain.base} to {chain.tip}) is not S-R-S: {'; '.join(sentences)}."
-    if near:
-        message += (
-            f" It is near S-R-S: nothing is off by more than {millimetres(worst)}; a length "
-            "tolerance above that takes it as the nearest S-R-S arm and reports the residual."
-        )
-    raise NotSRSError(message, sentences, near)
+    found = nearness(axes)
+    if found.near:
+        message += f" {_near_sentence(chain, found, angle, length)}"
+    raise NotSRSError(message, sentences, found.near)
 
 
-def _writings(chain: Chain, axes: Axes, length: float) -> Iterator[ArmDescription]:
+def _near_sentence(chain: Chain, found: Nearness, angle: float, length: float) -> str:
+    """Say how near the chain is to S-R-S, and which tolerances take the fitted arm instead."""
+    position, rotation = residual(chain, fitted_arm(chain))
+    off = [f"{millimetres(found.miss)}"] if found.miss > length else []
+    off += [f"{np.degrees(found.tilt):.4g} deg"] if found.tilt > angle else []
+    wanted = [f"a length tolerance of {_above(1e3 * found.miss)} mm"] if found.miss > length else []
+    wanted += [f"an angle tolerance of {_above(math.degrees(found.tilt))} deg"] if found.tilt > angle else []
+    return (
+        f"It is near S-R-S: nothing is off by more than {' and '.join(off)}. The S-R-S arm fitted to it "
+        f"differs from it by up to {millimetres(position)} and {np.degrees(rotation):.3g} deg at the tip; "
+        f"{' and '.join(wanted)} {'take' if len(wanted) > 1 else 'takes'} that arm."
+    )
+
+
+def _above(value: float) -> str:
+    """Return a number of three digits above the value."""
+    step = 10.0 ** (math.floor(math.log10(value)) - 2)
+    return f"{(math.floor(value / step) + 1) * step:.3g}"
+
+
+def _writings(chain: Chain, axes: Axes) -> Iterator[ArmDescription]:
     """Yield the arm, without its tool, in every choice of senses with no negative length."""
     shoulder, wrist = axes.centre("shoulder"), axes.centre("wrist")
     elbow = np.mean(axes.elbow_ends(), axis=0)
@@ -107,10 +176,10 @@ def _writings(chain: Chain, axes: Axes, length: float) -> Iterator[ArmDescriptio
     choices: list[tuple[int, ...]] = [(1, -1)] * JOINTS
     for joint, span in spans.items():
         along = float(span @ axes.directions[joint])
-        if abs(along) > length:
+        if abs(along) > ZERO_LENGTH:
             choices[joint] = (1,) if along > 0.0 else (-1,)
     for signs in product(*choices):
-        yield _write(chain, axes, signs, spans, length)
+        yield _write(chain, axes, signs, spans)
 
 
 def _tip(chain: Chain) -> FloatArray:
@@ -123,7 +192,6 @@ def _write(
     axes: Axes,
     signs: tuple[int, ...],
     spans: dict[int, FloatArray],
-    length: float,
 ) -> ArmDescription:
     """Return the arm for one choice of signs.
 
@@ -137,7 +205,7 @@ def _write(
 
     def size(joint: int, direction: FloatArray) -> float:
         along = float(spans[joint] @ direction)
-        return 0.0 if abs(along) <= length else _rounded(along)
+        return 0.0 if abs(along) <= ZERO_LENGTH else _rounded(along)
 
     d_bs = size(0, z[0])
     base = np.eye(4)
@@ -168,7 +236,7 @@ def _with_tool(chain: Chain, axes: Axes, arm: ArmDescription) -> ArmDescription:
         upper=tuple(joint.upper for joint in chain.joints),
         velocity=tuple(joint.velocity for joint in chain.joints),
         joint_names=tuple(joint.name for joint in chain.joints),
-        notes=(*chain.notes, *_velocity_notes(chain)),
+        notes=chain.notes,
     )
 
 
@@ -222,6 +290,19 @@ def _cost(arm: ArmDescription) -> tuple[int, float, float, int, tuple[int, ...]]
     return some, round(sum(zeros), _COST_DIGITS), round(turned, _COST_DIGITS), sum(minus), minus
 
 
+def _limit_notes(chain: Chain) -> tuple[str, ...]:
+    """Return a note where the limits are an exporter's default, or look like degrees."""
+    ends = [(joint.lower, joint.upper) for joint in chain.joints]
+    if all(lower == upper == 0.0 for lower, upper in ends):
+        return ("all limits are 0 to 0, so that no joint may move: state the true ones",)
+    wide = [
+        f"{joint.name!r} {joint.lower:g} to {joint.upper:g}"
+        for joint in chain.joints
+        if any(SUSPICIOUS_LIMIT < abs(end) < math.inf for end in (joint.lower, joint.upper))
+    ]
+    return (f"limits look like degrees where rad are wanted: joint {', '.join(wide)}",) if wide else ()
+
+
 def _velocity_notes(chain: Chain) -> tuple[str, ...]:
     """Return a note for each speed that looks like a template's."""
     return tuple(
@@ -234,7 +315,7 @@ def _velocity_notes(chain: Chain) -> tuple[str, ...]:
 
 def _report(chain: Chain, axes: Axes, arm: ArmDescription) -> ImportReport:
     """Return how far the chain is from the arm."""
-    position, rotation = worst_difference(chain_of(arm), chain)
+    position, rotation = residual(chain, arm)
     shoulder, elbow, wrist = axes.worst_miss()
     return ImportReport(
         source=chain.source,

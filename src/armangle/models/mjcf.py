@@ -1,6 +1,7 @@
 """Kinematic chains from MJCF, read with the ``mujoco`` package (extra ``mujoco``).
 
-Bodies take the place of links, hinges that of revolute joints; a site may be the tip. What the
+Bodies take the place of links, hinges that of revolute joints; a site may be the tip. Shapes, meshes and
+actuators are taken out before the model is compiled: they need not be there, and take their time. What the
 axes mean is the business of :mod:`armangle.models.detect`.
 """
 
@@ -15,11 +16,17 @@ import numpy as np
 
 from .._arrays import JOINTS
 from ..errors import FileFormatError, needed
+from .candidates import Candidate, RigidBody, Tree, TreeJoint, find_candidates, guess, unknown
 from .chain import Chain, FloatArray, Joint, rotation_about, translation
 
 _KINDS = ("free", "ball", "slide", "hinge")
 _HINGE = 3
 _PIECE = 4096
+_SHAPES = (
+    "actuators", "sensors", "keys", "tendons", "pairs", "excludes", "tuples", "skins",
+    "flexes", "geoms", "cameras", "lights", "meshes", "hfields", "materials", "textures", "plugins",
+)  # fmt: skip
+_LEAST_MASS = 1e-3  # kg, and kg m^2: bodies whose mass came from their shapes
 
 
 def read_mjcf(source: str | os.PathLike[str], base: str | None = None, tip: str | None = None) -> Chain:
@@ -30,10 +37,10 @@ def read_mjcf(source: str | os.PathLike[str], base: str | None = None, tip: str 
     source : str or path
         A file, or the XML text itself (a str that begins with ``<``).
     base : str, optional
-        Name of a body; the world where left out.
+        Name of a body.
     tip : str, optional
-        Name of a body or site at or below ``base``; where left out, the one body that is reached
-        through exactly seven hinges and carries no further fixed body.
+        Name of a body or site below ``base``. What is left out is guessed: the only chain of seven hinges,
+        or the only one of several that is S-R-S. :func:`mjcf_candidates` lists the choices.
 
     Returns
     -------
@@ -50,11 +57,12 @@ def read_mjcf(source: str | os.PathLike[str], base: str | None = None, tip: str 
     return _Model(source).chain(base, tip)
 
 
-def mjcf_candidates(source: str | os.PathLike[str], base: str | None = None) -> tuple[tuple[str, str], ...]:
-    """Return the pairs (base, tip) of bodies with exactly seven hinges between, in file order."""
+def mjcf_candidates(source: str | os.PathLike[str], base: str | None = None) -> list[Candidate]:
+    """Return every chain of seven hinges between bodies, S-R-S first; with ``base`` only those from there."""
     model = _Model(source)
-    start = "world" if base is None else base
-    return tuple((start, tip) for tip in model.tips(start))
+    if base is not None:
+        model.body(base, "base")
+    return find_candidates(model.tree(), model.between, base)
 
 
 def is_mjcf(path: str | os.PathLike[str]) -> bool:
@@ -72,7 +80,7 @@ def is_mjcf(path: str | os.PathLike[str]) -> bool:
 
 
 class _Model:
-    """A compiled MuJoCo model, asked for its tree alone."""
+    """A compiled MuJoCo model without shapes, asked for its tree alone."""
 
     def __init__(self, source: str | os.PathLike[str]) -> None:
         self.mujoco: Any = needed("mujoco", "reading MJCF needs", "mujoco")
@@ -80,9 +88,10 @@ class _Model:
         self.source = "XML text" if text else str(source)
         if not text and not Path(source).is_file():
             self.fail("no such file")
-        load = getattr(self.mujoco.MjModel, "from_xml_string" if text else "from_xml_path")
+        load = getattr(self.mujoco.MjSpec, "from_string" if text else "from_file")
         try:
-            self.model: Any = load(str(source))
+            spec: Any = load(str(source))
+            self.model: Any = _bare(spec, self.mujoco.mjtEq.mjEQ_JOINT).compile()
         except ValueError as error:
             self.fail(f"mujoco refuses it: {str(error).strip()}")
 
@@ -102,8 +111,7 @@ class _Model:
         """Return the index of a body that must be there."""
         found = self.find("body", name)
         if found is None:
-            names = ", ".join(self.name("body", i) for i in range(self.model.nbody))
-            self.fail(f"no body {name!r} ({role}); the bodies are: {names}")
+            self.fail(unknown("body", name, role, [self.name("body", i) for i in range(self.model.nbody)]))
         return found
 
     def joints(self, body: int) -> range:
@@ -123,46 +131,63 @@ class _Model:
             body = int(self.model.body_parentid[body])
         return way[::-1]
 
-    def tips(self, base: str) -> list[str]:
-        """Return the bodies reached through exactly seven hinges and nothing else."""
+    def tree(self) -> Tree:
+        """Return the rigid bodies of the model and the joints between them."""
+        tree, body_of, free = Tree(), dict[int, int](), set(range(self.model.njnt)) - self.coupled()
+        carried = [0] * self.model.nbody
+        for body in range(1, self.model.nbody):
+            carried[int(self.model.body_parentid[body])] += not self.joints(body)
+        for body in range(self.model.nbody):
+            under = body_of[int(self.model.body_parentid[body])] if body else None
+            joints = self.joints(body)
+            for joint in joints:
+                tree.bodies.append(RigidBody())
+                rotates = joint in free and int(self.model.jnt_type[joint]) == _HINGE
+                above = under if under is not None and joint == joints[0] else len(tree.bodies) - 2
+                tree.joints.append(TreeJoint(self.name("joint", joint), rotates, above, len(tree.bodies) - 1))
+            if not body:
+                tree.bodies.append(RigidBody())
+            body_of[body] = len(tree.bodies) - 1 if joints or under is None else under
+            tree.bodies[body_of[body]].add(self.name("body", body), carried[body])
+        return tree
+
+    def coupled(self) -> set[int]:
+        """Return the joints that an equality moves with another."""
+        equal = self.model.eq_type == self.mujoco.mjtEq.mjEQ_JOINT
+        return {int(joint) for joint in self.model.eq_obj1id[equal]}
+
+    def between(self, base: str, tip: str) -> Chain:
+        """Return the chain between two bodies, or a body and a site."""
         start = self.body(base, "base")
-        hinges = {start: 0}
-        for body in range(start + 1, self.model.nbody):
-            above = hinges.get(int(self.model.body_parentid[body]))
-            kinds = [int(self.model.jnt_type[joint]) for joint in self.joints(body)]
-            if above is not None and all(kind == _HINGE for kind in kinds):
-                hinges[body] = above + len(kinds)
-        fixed = {int(self.model.body_parentid[b]) for b in hinges if b and not self.joints(b)}
-        ends = [body for body, count in hinges.items() if count == JOINTS and body not in fixed]
-        return [self.name("body", body) for body in ends]
-
-    def guess(self, base: str) -> str:
-        """Return the one tip that there is."""
-        tips = self.tips(base)
-        if len(tips) != 1:
-            what = f"candidates: {', '.join(tips)}" if tips else "no body has seven hinges above it"
-            self.fail(f"the tip under body {base!r} is not unique, name it; {what}")
-        return tips[0]
-
-    def chain(self, base: str | None, tip: str | None) -> Chain:
-        first = "world" if base is None else base
-        start = self.body(first, "base")
-        last = self.guess(first) if tip is None else tip
-        site = None if self.find("body", last) is not None else self.find("site", last)
-        end = self.body(last, "tip") if site is None else int(self.model.site_bodyid[site])
+        site = None if self.find("body", tip) is not None else self.find("site", tip)
+        end = self.body(tip, "tip") if site is None else int(self.model.site_bodyid[site])
         frame, joints = np.eye(4), list[Joint]()
         for body in self.path(start, end):
             frame = frame @ _frame(self.model.body_pos[body], self.model.body_quat[body])
             for index in self.joints(body):
                 joints.append(self.hinge(index, frame))
                 frame = translation(-self.model.jnt_pos[index])
-        if len(joints) != JOINTS:
-            names = ", ".join(joint.name for joint in joints) or "none"
-            self.fail(f"{len(joints)} hinges from {first!r} to {last!r}, wanted {JOINTS}: {names}")
         if site is not None:
             frame = frame @ _frame(self.model.site_pos[site], self.model.site_quat[site])
         name = self.model.names.split(b"\0", 1)[0].decode() or "arm"
-        return Chain(name, first, last, tuple(joints), frame, self.source)
+        return Chain(name, base, tip, tuple(joints), frame, self.source)
+
+    def chain(self, base: str | None, tip: str | None) -> Chain:
+        """Return the chain of seven hinges from base to tip, the missing ones guessed."""
+        if base is not None:
+            self.body(base, "base")
+        if tip is None:
+            base, tip = guess(self.tree(), self.between, base, None, self.fail)
+        elif base is None:
+            site = None if self.find("body", tip) is not None else self.find("site", tip)
+            above = tip if site is None else self.name("body", int(self.model.site_bodyid[site]))
+            self.body(above, "tip")
+            base = self.tree().base_above(above)
+        chain = self.between(base, tip)
+        if len(chain.joints) != JOINTS:
+            names = ", ".join(joint.name for joint in chain.joints) or "none"
+            self.fail(f"{len(chain.joints)} hinges from {base!r} to {tip!r}, wanted {JOINTS}: {names}")
+        return chain
 
     def hinge(self, index: int, frame: FloatArray) -> Joint:
         """Return a joint whose body sits at ``frame`` at the model's reference position."""
@@ -171,8 +196,7 @@ class _Model:
         kind = int(model.jnt_type[index])
         if kind != _HINGE:
             self.fail(f"joint {name!r} on the path is {_KINDS[kind]}, wanted hinge")
-        coupled = model.eq_type == self.mujoco.mjtEq.mjEQ_JOINT
-        if index in model.eq_obj1id[coupled]:
+        if index in self.coupled():
             self.fail(f"joint {name!r} on the path is coupled to another joint")
         axis = np.array(model.jnt_axis[index], dtype=np.float64)
         back = rotation_about(axis, -np.float64(model.qpos0[model.jnt_qposadr[index]]))
@@ -180,6 +204,25 @@ class _Model:
         lower, upper = model.jnt_range[index] if limited else (-np.inf, np.inf)
         origin = frame @ translation(model.jnt_pos[index]) @ back
         return Joint(name, origin, axis, float(lower), float(upper))
+
+
+def _bare(spec: Any, joint_equality: Any) -> Any:
+    """Return a specification freed of all that is no body, joint or site."""
+    unwanted = [equality for equality in spec.equalities if equality.type != joint_equality]
+    for kind in _SHAPES:
+        unwanted += getattr(spec, kind)
+    for element in unwanted:
+        if hasattr(spec, "delete"):
+            spec.delete(element)
+        else:  # mujoco of early 2025
+            element.delete()
+    for site in spec.sites:
+        site.material = ""
+    spec.compiler.boundmass = max(spec.compiler.boundmass, _LEAST_MASS)
+    spec.compiler.boundinertia = max(spec.compiler.boundinertia, _LEAST_MASS)
+    spec.compiler.balanceinertia = True
+    spec.compiler.fusestatic = False
+    return spec
 
 
 def _frame(position: FloatArray, quaternion: FloatArray) -> FloatArray:

@@ -6,24 +6,31 @@ ignored. What the axes mean is the business of :mod:`armangle.models.detect`.
 
 from __future__ import annotations
 
+import math
 import os
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from .._arrays import JOINTS
-from ..errors import UrdfError
+from ..errors import InputError, UrdfError
+from .candidates import Candidate, RigidBody, Tree, TreeJoint, find_candidates, guess, unknown
 from .chain import Chain, FloatArray, Joint, from_rpy, rigid_inverse
 from .urdf_write import write_urdf
-from .urdf_xml import XACRO_ADVICE, JointElement, RobotElement, parse_robot
+from .urdf_xml import JointElement, RobotElement, parse_robot
 
 Step = tuple[JointElement, bool]
 
 MAX_LENGTH = 100.0
+HUGE_LIMIT = 1e6  # rad: more than the largest angle that the core takes
+_NOT_USED = "NOT used"
 
 
-def chain_along(robot: RobotElement, base: str, tip: str, steps: Sequence[Step]) -> Chain:
+def chain_along(
+    robot: RobotElement, base: str, tip: str, steps: Sequence[Step], continuous_limits: str = "ignore"
+) -> Chain:
     """Return the chain of a path, fixed joints folded into the next frame.
 
     Parameters
@@ -34,6 +41,8 @@ def chain_along(robot: RobotElement, base: str, tip: str, steps: Sequence[Step])
         The links at the ends of the path.
     steps : sequence of (JointElement, bool)
         Joints from base to tip, each with True where it is walked from parent to child.
+    continuous_limits : {"ignore", "use"}, optional
+        What is done with limits that a continuous joint states.
 
     Raises
     ------
@@ -44,17 +53,18 @@ def chain_along(robot: RobotElement, base: str, tip: str, steps: Sequence[Step])
     notes: list[str] = []
     frame = np.eye(4)
     for element, downward in steps:
+        robot.refuse_xacro(element)
         origin = _origin(robot, element)
         frame = frame @ origin if downward else frame
         if element.kind != "fixed":
             axis = _axis(robot, element) * (1.0 if downward else -1.0)
-            lower, upper = _limits(robot, element)
+            lower, upper = _limits(robot, element, continuous_limits, notes)
             velocity = _velocity(robot, element, notes)
             joints.append(Joint(element.name, frame, axis, lower, upper, velocity))
             frame = np.eye(4)
         frame = frame if downward else frame @ rigid_inverse(origin)
     name = robot.name or "arm"
-    return Chain(name, base, tip, tuple(joints), frame, robot.source, tuple(notes))
+    return Chain(name, base, tip, tuple(joints), frame, robot.source, (*notes, *robot.notes))
 
 
 def _origin(robot: RobotElement, joint: JointElement) -> FloatArray:
@@ -83,38 +93,56 @@ def _axis(robot: RobotElement, joint: JointElement) -> FloatArray:
     return np.asarray(scaled / np.linalg.norm(scaled), dtype=np.float64)
 
 
-def _limits(robot: RobotElement, joint: JointElement) -> tuple[float, float]:
-    """Return lower and upper limit, rad; infinite for a continuous joint."""
-    if joint.kind == "continuous":
-        return float("-inf"), float("inf")
+def _limits(
+    robot: RobotElement, joint: JointElement, continuous_limits: str, notes: list[str]
+) -> tuple[float, float]:
+    """Return lower and upper limit, rad; infinite where there is none."""
     given = joint.parts["limit"].attributes if "limit" in joint.parts else {}
+    continuous = joint.kind == "continuous"
     if "lower" not in given and "upper" not in given:
-        robot.fail(f"revolute joint {joint.name!r} has no limits (lower, upper)", joint)
+        if not continuous:
+            robot.fail(f"revolute joint {joint.name!r} has no limits (lower, upper)", joint)
+        return -math.inf, math.inf
     lower, upper = (_number(robot, joint, key) or 0.0 for key in ("lower", "upper"))
     if lower > upper:
         robot.fail(
             f"joint {joint.name!r}: lower limit {lower:g} is above upper limit {upper:g}",
             joint.parts["limit"],
         )
-    return lower, upper
+    if continuous and lower < upper:
+        used = continuous_limits == "use"
+        what = "used all the same" if used else f"{_NOT_USED} (option continuous_limits: use)"
+        notes.append(
+            f"joint {joint.name!r} is continuous, which means no limits, but states "
+            f"{lower:g} to {upper:g} rad: they are {what}"
+        )
+    if continuous and not (lower < upper and continuous_limits == "use"):
+        return -math.inf, math.inf
+    return _unless_huge(joint, "lower", lower, notes), _unless_huge(joint, "upper", upper, notes)
+
+
+def _unless_huge(joint: JointElement, key: str, limit: float, notes: list[str]) -> float:
+    """Return a limit, infinite and noted where it is so large that it means none."""
+    if abs(limit) < HUGE_LIMIT:
+        return limit
+    notes.append(f"{key} limit of joint {joint.name!r} is {limit:g} rad: taken as none")
+    return -math.inf if key == "lower" else math.inf
 
 
 def _velocity(robot: RobotElement, joint: JointElement, notes: list[str]) -> float:
-    """Return the greatest speed, rad/s; infinite where missing or zero."""
+    """Return the greatest speed, rad/s; infinite where it is missing, zero, negative or infinite."""
     velocity = _number(robot, joint, "velocity")
     if velocity is None:
-        return float("inf")
-    if velocity < 0.0:
-        robot.fail(f"joint {joint.name!r}: velocity {velocity:g} is negative", joint.parts["limit"])
-    if velocity == 0.0:
-        notes.append(f"velocity of joint {joint.name!r} is 0: taken as not given")
-        return float("inf")
+        return math.inf
+    if not 0.0 < velocity < math.inf:
+        notes.append(f"velocity of joint {joint.name!r} is {velocity:g}: taken as not given")
+        return math.inf
     return velocity
 
 
 def _number(robot: RobotElement, joint: JointElement, key: str) -> float | None:
     """Return one number of the joint's limit, None where it is not given."""
-    values = robot.numbers(joint, "limit", key, 1)
+    values = robot.numbers(joint, "limit", key, 1, infinite=True)
     return None if values is None else float(values[0])
 
 
@@ -126,9 +154,17 @@ MAX_BYTES = 32 * 2**20
 
 _MOVING = ("revolute", "continuous")
 _REFUSED = ("prismatic", "floating", "planar")
+_CONTINUOUS_LIMITS = ("ignore", "use")
+_UTF8_MARK = b"\xef\xbb\xbf"
 
 
-def read_urdf(source: Source, base: str | None = None, tip: str | None = None) -> Chain:
+def read_urdf(
+    source: Source,
+    base: str | None = None,
+    tip: str | None = None,
+    *,
+    continuous_limits: str = "ignore",
+) -> Chain:
     """Return the chain of seven joints from base link to tip link.
 
     Parameters
@@ -136,39 +172,65 @@ def read_urdf(source: Source, base: str | None = None, tip: str | None = None) -
     source : str, bytes or path
         A file, or the XML text itself (bytes, or a str that begins with ``<``).
     base, tip : str, optional
-        Link names. What is left out is guessed, and refused if the guess is not unique:
-        :func:`urdf_candidates` lists the choices.
+        Link names. What is left out is guessed: the only chain of seven rotating joints, or the only one of
+        several that is S-R-S. :func:`urdf_candidates` lists the choices.
+    continuous_limits : {"ignore", "use"}, optional
+        URDF says that a continuous joint has no limits; some files state them nevertheless.
 
     Returns
     -------
     Chain
-        In the file's own frames and joint coordinates; a continuous joint has no limits.
+        In the file's own frames and joint coordinates. Its notes say what was not taken as it stands.
 
     Raises
     ------
     UrdfError
         With file, line and column, and the name of the link or joint.
     """
+    if continuous_limits not in _CONTINUOUS_LIMITS:
+        raise InputError(f"continuous_limits is {continuous_limits!r}, wanted one of {_CONTINUOUS_LIMITS}")
     robot = _load(source)
+    above = _parents(robot)
+    for role, link in (("base", base), ("tip", tip)):
+        if link is not None and link not in robot.links:
+            robot.fail(unknown("link", link, role, list(robot.links)))
     if base is None or tip is None:
-        base, tip = _guess(robot, base, tip)
-    steps = _path(robot, base, tip)
+        base, tip = guess(_tree(robot, above), _Reader(robot, above), base, tip, robot.fail)
+    steps = _path(robot, above, base, tip)
     moving = [joint for joint, _ in steps if joint.kind != "fixed"]
     for joint in moving:
         _refuse_unless_rotating(robot, joint)
     if len(moving) != JOINTS:
         names = ", ".join(joint.name for joint in moving) or "none"
         robot.fail(f"{len(moving)} moving joints from {base!r} to {tip!r}, wanted {JOINTS}: {names}")
-    return chain_along(robot, base, tip, steps)
+    chain = chain_along(robot, base, tip, steps, continuous_limits)
+    for line in chain.notes:
+        if _NOT_USED in line:
+            warnings.warn(line, UserWarning, stacklevel=3)
+    return chain
 
 
-def urdf_candidates(source: Source) -> tuple[tuple[str, str], ...]:
-    """Return the pairs (base, tip) with exactly seven rotating joints between, in file order.
+def urdf_candidates(source: Source, base: str | None = None) -> list[Candidate]:
+    """Return every chain of seven rotating joints of a file, S-R-S first.
 
-    The base is a root link; the tip is reached through seven moving joints and carries no further
-    fixed link. Parameters and errors are those of :func:`read_urdf`.
+    Parameters and errors are those of :func:`read_urdf`; with ``base`` only chains from there.
     """
-    return tuple(_candidates(_load(source)))
+    robot = _load(source)
+    above = _parents(robot)
+    if base is not None and base not in robot.links:
+        robot.fail(unknown("link", base, "base", list(robot.links)))
+    return find_candidates(_tree(robot, above), _Reader(robot, above), base)
+
+
+class _Reader:
+    """Reads the chain between two links of one robot."""
+
+    def __init__(self, robot: RobotElement, above: dict[str, JointElement]) -> None:
+        self.robot = robot
+        self.above = above
+
+    def __call__(self, base: str, tip: str) -> Chain:
+        return chain_along(self.robot, base, tip, _path(self.robot, self.above, base, tip))
 
 
 def _load(source: Source) -> RobotElement:
@@ -176,10 +238,8 @@ def _load(source: Source) -> RobotElement:
     if isinstance(source, bytes):
         return _parse(source, "XML text")
     if isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<"):
-        return _parse(source.lstrip("\ufeff \t\r\n"), "XML text")
+        return _parse(source, "XML text")
     path = Path(source)
-    if path.suffix == ".xacro":
-        raise UrdfError(f"this is xacro, not URDF; {XACRO_ADVICE}", source=str(path))
     try:
         if path.stat().st_size > MAX_BYTES:
             raise UrdfError(_too_large(path.stat().st_size), source=str(path))
@@ -195,9 +255,16 @@ def _load(source: Source) -> RobotElement:
 
 
 def _parse(text: str | bytes, source: str) -> RobotElement:
+    """Return the links and joints of a document; blank lines before it count, but do not harm."""
     if len(text) > MAX_BYTES:
         raise UrdfError(_too_large(len(text)), source=source)
-    return parse_robot(text, source)
+    if isinstance(text, str):
+        document: str | bytes = text.lstrip("\ufeff \t\r\n")
+    else:
+        document = text.removeprefix(_UTF8_MARK).lstrip(b" \t\r\n")
+    blank = text[: len(text) - len(document)]
+    skipped = blank.count("\n") if isinstance(blank, str) else blank.count(b"\n")
+    return parse_robot(document, source, skipped)
 
 
 def _too_large(size: int) -> str:
@@ -205,17 +272,18 @@ def _too_large(size: int) -> str:
 
 
 def _parents(robot: RobotElement) -> dict[str, JointElement]:
-    """Return the joint above each link that has one."""
+    """Return the joint above each link that has one; joints at links that are not there are noted."""
     above: dict[str, JointElement] = {}
     for joint in robot.joints.values():
         parent, child = _ends(robot, joint)
-        for link in (parent, child):
-            if link not in robot.links:
-                robot.fail(f"joint {joint.name!r} names a link {link!r} that is not there", joint)
-        if child in above:
+        lost = [link for link in (parent, child) if link not in robot.links]
+        if lost:
+            robot.notes.append(f"joint {joint.name!r} names a link {lost[0]!r} that is not there: left out")
+        elif child in above:
             robot.fail(f"link {child!r} hangs on two joints, "
                        f"{above[child].name!r} and {joint.name!r}", joint)  # fmt: skip
-        above[child] = joint
+        else:
+            above[child] = joint
     return above
 
 
@@ -242,63 +310,43 @@ def _way_up(robot: RobotElement, link: str, above: dict[str, JointElement]) -> l
     return list(way)
 
 
-def _path(robot: RobotElement, base: str, tip: str) -> list[Step]:
+def _path(robot: RobotElement, above: dict[str, JointElement], base: str, tip: str) -> list[Step]:
     """Return the joints from base to tip, each with True where it is walked parent to child."""
-    for role, link in (("base", base), ("tip", tip)):
-        if link not in robot.links:
-            robot.fail(f"no link {link!r} ({role}); the links are: {', '.join(robot.links)}")
-    above = _parents(robot)
     up, down = (_way_up(robot, link, above) for link in (base, tip))
     if up[-1] != down[-1]:
-        robot.fail(f"no path from {base!r} to {tip!r}: their roots are {up[-1]!r} and {down[-1]!r}")
+        lost = "".join(f"; {note}" for note in robot.notes if "that is not there" in note)
+        robot.fail(f"no path from {base!r} to {tip!r}: their roots are {up[-1]!r} and {down[-1]!r}{lost}")
     while up and down and up[-1] == down[-1]:
         up.pop()
         down.pop()
     return [(above[link], False) for link in up] + [(above[link], True) for link in down[::-1]]
 
 
-def _guess(robot: RobotElement, base: str | None, tip: str | None) -> tuple[str, str]:
-    """Return base and tip, the missing ones guessed."""
-    if tip is not None:
-        if tip not in robot.links:
-            robot.fail(f"no link {tip!r} (tip); the links are: {', '.join(robot.links)}")
-        return _way_up(robot, tip, _parents(robot))[-1], tip
-    if base is not None and base not in robot.links:
-        robot.fail(f"no link {base!r} (base); the links are: {', '.join(robot.links)}")
-    found = _candidates(robot, base)
-    if not found:
-        robot.fail(
-            f"no link is reached through exactly {JOINTS} rotating joints"
-            f"{f' from {base!r}' if base else ''}; name base and tip among the links: "
-            f"{', '.join(robot.links)}"
-        )
-    if len(found) > 1:
-        pairs = ", ".join(f"{first!r} to {last!r}" for first, last in found)
-        robot.fail(f"base and tip are not unique, name them; candidates: {pairs}")
-    return found[0]
-
-
-def _candidates(robot: RobotElement, base: str | None = None) -> list[tuple[str, str]]:
-    """Return (base, tip) pairs, from the given base or from every root."""
-    above = _parents(robot)
-    below: dict[str, list[tuple[JointElement, str]]] = {link: [] for link in robot.links}
+def _tree(robot: RobotElement, above: dict[str, JointElement]) -> Tree:
+    """Return the rigid bodies of the file and the joints between them."""
+    below: dict[str, list[str]] = {link: [] for link in robot.links}
     for child, joint in above.items():
-        below[_ends(robot, joint)[0]].append((joint, child))
-    roots = [link for link in robot.links if link not in above]
-    if base is not None:
-        _way_up(robot, base, above)
-        roots = [base]
-    pairs: list[tuple[str, str]] = []
-    for root in roots:
-        pending = [(root, 0)]
-        while pending:
-            link, count = pending.pop()
-            steps = [(child, int(joint.kind != "fixed")) for joint, child in below[link]
-                     if joint.kind == "fixed" or _rotates(joint)]  # fmt: skip
-            if count == JOINTS and all(moved for _, moved in steps):
-                pairs.append((root, link))
-            pending += [(child, count + moved) for child, moved in steps[::-1] if count + moved <= JOINTS]
-    return pairs
+        below[_ends(robot, joint)[0]].append(child)
+    tree, body_of = Tree(), dict[str, int]()
+    pending = [link for link in robot.links if link not in above][::-1]
+    while pending:
+        link = pending.pop()
+        if link not in above or above[link].kind != "fixed":
+            body_of[link] = len(tree.bodies)
+            tree.bodies.append(RigidBody())
+        else:
+            body_of[link] = body_of[_ends(robot, above[link])[0]]
+        fixed = [child for child in below[link] if above[child].kind == "fixed"]
+        tree.bodies[body_of[link]].add(link, len(fixed))
+        pending += below[link][::-1]
+    for link in robot.links:
+        if link not in body_of:
+            _way_up(robot, link, above)  # says which loop it hangs on
+    for child, joint in above.items():
+        if joint.kind != "fixed":
+            ends = (body_of[_ends(robot, joint)[0]], body_of[child])
+            tree.joints.append(TreeJoint(joint.name, _rotates(joint), *ends))
+    return tree
 
 
 def _rotates(joint: JointElement) -> bool:

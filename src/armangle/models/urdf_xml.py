@@ -14,6 +14,9 @@ from ..errors import UrdfError
 
 _JOINT_PARTS = ("parent", "child", "origin", "axis", "limit", "mimic")
 _ROBOT_DEPTH, _PART_DEPTH, _DETAIL_DEPTH = 1, 2, 3
+_XACRO = "xacro:"
+_DEFINITIONS = ("xacro:property", "xacro:arg", "xacro:macro")
+_CONDITIONS = ("xacro:if", "xacro:unless")
 
 
 @dataclass
@@ -32,36 +35,48 @@ class JointElement(Element):
     name: str = ""
     kind: str = ""
     parts: dict[str, Element] = field(default_factory=dict)
+    xacro: tuple[str, Element] | None = None
 
 
 @dataclass
 class RobotElement:
-    """The ``<robot>``: its name, its links, its joints in file order."""
+    """The ``<robot>``: its name, its links, its joints in file order, and what was left out of it."""
 
     source: str
     name: str = ""
     links: dict[str, Element] = field(default_factory=dict)
     joints: dict[str, JointElement] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
 
     def fail(self, message: str, at: Element | None = None) -> NoReturn:
         """Raise :class:`UrdfError` at an element of this file."""
         line, column = (at.line, at.column) if at else (None, None)
         raise UrdfError(message, source=self.source, line=line, column=column)
 
-    def numbers(self, joint: JointElement, part: str, key: str, count: int) -> NDArray[np.float64] | None:
-        """Return ``count`` finite numbers of an attribute inside a joint, None where absent."""
+    def refuse_xacro(self, joint: JointElement) -> None:
+        """Raise :class:`UrdfError` where a joint holds a tag of xacro."""
+        if joint.xacro is not None:
+            tag, at = joint.xacro
+            self.fail(f"joint {joint.name!r} holds <{tag}>: {_NOT_URDF}", at)
+
+    def numbers(
+        self, joint: JointElement, part: str, key: str, count: int, *, infinite: bool = False
+    ) -> NDArray[np.float64] | None:
+        """Return ``count`` numbers of an attribute inside a joint, None where absent; finite, or not NaN."""
         element = joint.parts.get(part)
         text = element.attributes.get(key) if element else None
         if text is None:
             return None
         what = f"joint {joint.name!r}: <{part} {key}={text!r}>"
+        if "${" in text or "$(" in text:
+            self.fail(f"{what} is an expression of xacro; {XACRO_ADVICE}", element)
         try:
             values = np.array([float(word) for word in text.split()])
         except ValueError:
             self.fail(f"{what} is not {count} number{'s' * (count > 1)}", element)
         if values.size != count:
             self.fail(f"{what} has {values.size} numbers, wanted {count}", element)
-        if not np.isfinite(values).all():
+        if np.isnan(values).any() or not (infinite or np.isfinite(values).all()):
             self.fail(f"{what} is not finite", element)
         return values
 
@@ -69,10 +84,16 @@ class RobotElement:
 class _Reader:
     """Collects a :class:`RobotElement` from the events of one expat parser."""
 
-    def __init__(self, source: str) -> None:
+    def __init__(self, source: str, skipped: int) -> None:
         self.robot = RobotElement(source)
-        self.depth = 0
+        self.skipped = skipped
+        self.open: list[str] = []
         self.joint: JointElement | None = None
+        self.condition: tuple[str, Element] | None = None
+        self.left_out: dict[str, list[int]] = {}
+        self.macros: set[str] = set()
+        self.includes = False
+        self.calls: list[tuple[str, Element]] = []
         self.parser = expat.ParserCreate()
         self.parser.StartDoctypeDeclHandler = self._refuse_doctype
         self.parser.StartElementHandler = self._start
@@ -80,24 +101,56 @@ class _Reader:
 
     def _here(self) -> Element:
         parser = self.parser
-        return Element({}, parser.CurrentLineNumber, parser.CurrentColumnNumber + 1)
+        return Element({}, parser.CurrentLineNumber + self.skipped, parser.CurrentColumnNumber + 1)
 
     def _refuse_doctype(self, *_: object) -> None:
         message = "a DOCTYPE is refused: a robot needs none, and entities can expand without bound"
         self.robot.fail(message, self._here())
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
-        self.depth += 1
+        self.open.append(tag)
         element = self._here()
         element.attributes = attributes
-        if tag.startswith("xacro:"):
-            self.robot.fail(f"this is xacro, not URDF (<{tag}>); {XACRO_ADVICE}", element)
-        if self.depth == _ROBOT_DEPTH:
+        depth = len(self.open)
+        if tag.startswith(_XACRO):
+            self._start_xacro(tag, element)
+        elif depth == _ROBOT_DEPTH:
             self._start_robot(tag, element)
-        elif self.depth == _PART_DEPTH and tag in ("link", "joint"):
+        elif tag in ("link", "joint") and self.condition and self.open[-2] == self.condition[0]:
+            self.robot.fail(f"<{self.condition[0]}> decides on a {tag}: {_NOT_URDF}", self.condition[1])
+        elif depth == _PART_DEPTH and tag in ("link", "joint"):
             self._start_part(tag, element)
-        elif self.depth == _DETAIL_DEPTH and self.joint and tag in _JOINT_PARTS:
+        elif depth == _DETAIL_DEPTH and self.joint and tag in _JOINT_PARTS:
             self.joint.parts[tag] = element
+
+    def _start_xacro(self, tag: str, element: Element) -> None:
+        """Note a tag of xacro; what could make links or joints is refused, here or at the end of the file."""
+        if "xacro:macro" in self.open[:-1]:
+            return  # part of a definition: nothing by itself
+        self.left_out.setdefault(tag, []).append(element.line)
+        outside = all(other.startswith(_XACRO) for other in self.open[1:-1])
+        if self.joint is not None:
+            self.joint.xacro = tag, element
+        elif tag == "xacro:include":
+            self.includes = True
+        elif tag == "xacro:macro":
+            self.macros.add(element.attributes.get("name", ""))
+        elif tag in _CONDITIONS:
+            self.condition = tag, element
+        elif outside and tag not in _DEFINITIONS:
+            self.calls.append((tag, element))
+
+    def finish(self) -> RobotElement:
+        """Return the robot; a call is refused where its macro is or may be defined."""
+        for tag, element in self.calls:
+            if self.includes or tag.removeprefix(_XACRO) in self.macros:
+                self.robot.fail(f"<{tag}> calls a macro: {_NOT_URDF}", element)
+        for tag, lines in self.left_out.items():
+            if not self.robot.links:
+                self.robot.fail(f"no link outside <{tag}>: {_NOT_URDF}", Element({}, lines[0], 1))
+            more = f" and {len(lines) - 1} more" if len(lines) > 1 else ""
+            self.robot.notes.append(f"<{tag}> in line {lines[0]}{more} is left over from xacro: left out")
+        return self.robot
 
     def _start_robot(self, tag: str, element: Element) -> None:
         if tag != "robot":
@@ -118,15 +171,16 @@ class _Reader:
         self.robot.joints[name] = self.joint
 
     def _end(self, _tag: str) -> None:
-        if self.depth == _PART_DEPTH:
-            self.joint = None
-        self.depth -= 1
+        if len(self.open) == _PART_DEPTH:
+            self.joint = self.condition = None
+        self.open.pop()
 
 
 XACRO_ADVICE = "run xacro first: xacro FILE.urdf.xacro > FILE.urdf"
+_NOT_URDF = f"this is xacro, not URDF; {XACRO_ADVICE}"
 
 
-def parse_robot(text: str | bytes, source: str) -> RobotElement:
+def parse_robot(text: str | bytes, source: str, skipped: int = 0) -> RobotElement:
     """Return the links and joints of a URDF text.
 
     Parameters
@@ -135,21 +189,25 @@ def parse_robot(text: str | bytes, source: str) -> RobotElement:
         The whole document.
     source : str
         What to call it in messages.
+    skipped : int, optional
+        Lines of the file before the document.
 
     Raises
     ------
     UrdfError
-        Not XML, a DOCTYPE, xacro, not a robot, a name missing or twice.
+        Not XML, a DOCTYPE, xacro that makes links or joints, not a robot, a name missing or twice.
     """
-    reader = _Reader(source)
+    reader = _Reader(source, skipped)
     parse: Callable[[str | bytes, bool], int] = reader.parser.Parse
     try:
         parse(text, True)
     except expat.ExpatError as error:
         message = f"not XML: {expat.ErrorString(error.code)}"
-        raise UrdfError(message, source=source, line=error.lineno, column=error.offset + 1) from None
+        raise UrdfError(
+            message, source=source, line=error.lineno + skipped, column=error.offset + 1
+        ) from None
     except UrdfError:
         raise
     except (LookupError, ValueError) as error:  # an encoding that does not exist, text that has none
         raise UrdfError(f"not XML: {error}", source=source) from None
-    return reader.robot
+    return reader.finish()

@@ -12,17 +12,18 @@ from ...errors import FileFormatError, NotSRSError
 from ...files.replacing import replacing
 from ...models.catalogue import robot_toml
 from ...models.description import ImportReport
+from ...models.detect import ANGLE_TOLERANCE, LENGTH_TOLERANCE
 from ...models.mjcf import is_mjcf, mjcf_candidates
 from ...models.urdf import urdf_candidates
 from ...poses import COLUMNS, rows_from_poses
-from ..arguments import add_json, arm_of_file
+from ..arguments import add_import, add_json, arm_of_file
 from ..screen import degrees, note, show, show_json
 from ..tables import paint, paragraph, table
 
 HELP = """\
 Read a URDF, or an MJCF (needs the package mujoco), between two links: is the
 arm S-R-S, how exactly, and which numbers describe it. Base and tip are guessed,
-or their choices listed, where left out."""
+or their choices listed, S-R-S ones first, where left out."""
 EXAMPLE = "  armangle inspect robot.urdf --base link_0 --tip link_ee -o robot.toml"
 
 _SAME = 1e-12  # m, and of a rotation's entries
@@ -33,6 +34,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", metavar="FILE", help="a URDF or MJCF")
     parser.add_argument("--base", metavar="LINK", help="first link")
     parser.add_argument("--tip", metavar="LINK", help="last link")
+    add_import(parser)
     parser.add_argument("-o", "--output", metavar="FILE.toml", help="write the numbers, for --robot")
     add_json(parser)
 
@@ -41,7 +43,7 @@ def run(args: argparse.Namespace) -> int:
     """Print the import report and the numbers; status 1 where the arm is not S-R-S."""
     base, tip = _links(args)
     try:
-        arm = arm_of_file(args.file, base, tip)
+        arm = arm_of_file(args.file, base, tip, args, show_notes=False)
     except NotSRSError as error:
         if args.json:
             show_json({"srs": False, "base": base, "tip": tip, "near": error.near, "reasons": error.reasons})
@@ -64,35 +66,35 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _links(args: argparse.Namespace) -> tuple[str, str]:
+def _links(args: argparse.Namespace) -> tuple[str | None, str | None]:
     """Return base and tip, the missing ones guessed; all choices are listed where there are several."""
-    if args.base is not None and args.tip is not None:
+    if args.tip is not None:
         return args.base, args.tip
-    mjcf = is_mjcf(args.file)
-    pairs = [
-        (base, tip)
-        for base, tip in (mjcf_candidates(args.file, args.base) if mjcf else urdf_candidates(args.file))
-        if args.base in (None, base) and args.tip in (None, tip)
-    ]
-    if len(pairs) > 1:
-        listed = "\n".join(f"  --base {base} --tip {tip}" for base, tip in pairs)
-        message = f"several chains have seven rotating joints; name one of\n{listed}"
+    find = mjcf_candidates if is_mjcf(args.file) else urdf_candidates
+    found = find(args.file, args.base)
+    exact = [one for one in found if one.rank() == 0]
+    chosen = exact if len(exact) == 1 else found
+    if len(chosen) > 1 or (chosen and len(chosen[0].ends) > 1):
+        lines = [f"  --base {one.base} --tip {one.tip}  {one.verdict()}{one.other_tips()}" for one in found]
+        message = "name base and tip; chains of seven rotating joints:\n" + "\n".join(lines)
         raise FileFormatError(message, source=args.file)
-    return pairs[0] if pairs else (args.base, args.tip)
+    return (chosen[0].base, chosen[0].tip) if chosen else (args.base, args.tip)
 
 
 def _show(arm: Arm, report: ImportReport) -> None:
-    show(paint(f"{arm.name}: S-R-S", "bold"))
+    miss = max(report.shoulder_miss, report.elbow_miss, report.wrist_miss)
+    exact = miss <= LENGTH_TOLERANCE and report.angle_miss <= ANGLE_TOLERANCE
+    show(paint(f"{arm.name}: S-R-S" if exact else f"{arm.name}: the S-R-S arm fitted to it", "bold"))
     for line in str(report).splitlines():
-        show(paragraph(line))
+        show(paint(paragraph(line), "bold") if line.startswith("note: ") else paragraph(line))
     show()
     lengths = ("d_bs", "d_se", "d_ew", "d_wf", "a_3", "a_4")
-    show(f"lengths mm: {', '.join(f'{name} {getattr(arm, name) * 1e3:.6g}' for name in lengths)}")
+    show(paragraph(f"lengths mm: {', '.join(f'{name} {getattr(arm, name) * 1e3:.6g}' for name in lengths)}"))
     show(f"reach mm, shoulder to wrist: {arm.reach * 1e3:.6g}")
     for name, frame in (("base", arm.base), ("tool", arm.tool)):
-        row = ",".join(f"{value:.6g}" for value in rows_from_poses(frame[None])[0].round(9) + 0.0)
+        row = ",".join(f"{value:.6g}" for value in rows_from_poses(frame[None])[0].round(6) + 0.0)
         same = np.allclose(frame, np.eye(4), rtol=0, atol=_SAME)
-        show(f"{name} {','.join(COLUMNS)}: {'identity' if same else row}")
+        show(paragraph(f"{name} {','.join(COLUMNS)}: {'identity' if same else row}"))
     show()
     joints = [
         [str(i + 1), name, degrees(arm.lower[i], 2), degrees(arm.upper[i], 2), f"{arm.signs[i]:+d}",

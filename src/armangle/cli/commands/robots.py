@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -13,8 +14,8 @@ from ..arguments import add_json
 from ..screen import degrees, show, show_json
 from ..tables import paint, paragraph, table
 
-HELP = "List the arms of the catalogue, or what is known of one."
-EXAMPLE = "  armangle robots kuka_iiwa7_r800"
+HELP = "List the arms of the catalogue, all or by words, or what is known of one."
+EXAMPLE = "  armangle robots\n  armangle robots yaskawa\n  armangle robots kuka_iiwa7_r800"
 
 _LENGTHS = ("d_bs", "d_se", "d_ew", "d_wf", "a_3", "a_4")
 _DOUBTS = ("lengths", "limits", "velocity")
@@ -22,27 +23,39 @@ _DOUBTS = ("lengths", "limits", "velocity")
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
-    parser.add_argument("name", nargs="?", metavar="NAME", help="show one arm")
+    parser.add_argument("name", nargs="*", metavar="NAME", help="one arm, or words to search for")
     add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print a table of all arms, or one arm."""
-    if args.name is not None:
-        entry = load_robot(args.name)
+    """Print a table of all arms, or of those that words find, or one arm."""
+    search = " ".join(args.name)
+    names = (search,) if search in catalogue() else catalogue(search)
+    if len(names) < 2:
+        entry = load_robot(names[0] if names else search)
         if args.json:
             show_json(_facts(entry))
         else:
             _show_one(entry)
         return 0
-    entries = [load_robot(name) for name in catalogue()]
+    entries = [load_robot(name) for name in names]
     if args.json:
         show_json([_facts(entry) for entry in entries])
-        return 0
-    rows = [[e.name, e.title, f"{_arm(e).reach * 1e3:.0f}", _offset(e), _doubtful(e)] for e in entries]
-    show(table(["name", "arm", "reach mm", "elbow", "not trusted"], rows, left=(0, 1, 3, 4)))
-    show("\nreach: greatest distance of the wrist from the shoulder")
+    else:
+        _show_all(entries)
     return 0
+
+
+def _show_all(entries: Sequence[CatalogueEntry]) -> None:
+    """Print a table, a blank line between makers of several arms."""
+    rows: list[list[str]] = []
+    makers = [entry.name.partition("_")[0] for entry in entries]
+    for before, maker, entry in zip(["", *makers], makers, entries, strict=False):
+        if rows and maker != before and max(makers.count(maker), makers.count(before)) > 1:
+            rows.append([""] * 4)
+        rows.append([entry.name, f"{_arm(entry).reach * 1e3:.0f}", _offset(entry), _doubtful(entry)])
+    show(table(["name", "reach mm", "elbow", "not trusted"], rows, left=(0, 2, 3)))
+    show(f"\n{len(entries)} arms; reach: greatest distance of the wrist from the shoulder")
 
 
 def _arm(entry: CatalogueEntry) -> Arm:

@@ -1,0 +1,280 @@
+"""Chains of seven rotating joints in the tree of a robot, and which of them are S-R-S.
+
+A reader hands in its file as rigid bodies and the joints between them. A chain is looked for by walking *up*
+from every joint: what stands under an arm (a waist, a lift, a free base) and what it carries (a gripper)
+does not count.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from functools import cached_property
+from typing import NoReturn
+
+from .._arrays import JOINTS
+from ..errors import FileFormatError
+from .axes import Axes, millimetres
+from .chain import Chain
+from .detect import Nearness, fitted_arm, nearness, residual
+
+_MOST_NAMES = 20
+_MOST_TIPS = 4
+_MOST_JOINTS = 300  # of a tree in which every run of seven joints is measured; a robot has fewer
+
+
+@dataclass
+class RigidBody:
+    """Links that do not move in one another.
+
+    Parameters
+    ----------
+    links : list of str
+        Their names, the topmost first.
+    ends : list of str
+        Those that carry no further link of this body.
+    parting : str
+        The lowest link that is above all ends; the end itself where there is one.
+    """
+
+    links: list[str] = field(default_factory=list)
+    ends: list[str] = field(default_factory=list)
+    parting: str = ""
+    parted: bool = False
+
+    def add(self, link: str, carried: int) -> None:
+        """Append a link, after those above it, which carries so many links of this body."""
+        self.links.append(link)
+        if carried == 0:
+            self.ends.append(link)
+        if not self.parted:
+            self.parting = link
+        self.parted = self.parted or carried > 1
+
+
+@dataclass(frozen=True)
+class TreeJoint:
+    """A joint between two rigid bodies, by their numbers; it rotates, or moves otherwise."""
+
+    name: str
+    rotates: bool
+    above: int
+    below: int
+
+
+@dataclass(eq=False)
+class Tree:
+    """Rigid bodies and the joints between them, in file order."""
+
+    bodies: list[RigidBody] = field(default_factory=list)
+    joints: list[TreeJoint] = field(default_factory=list)
+
+    @cached_property
+    def over(self) -> dict[int, int]:
+        """The joint that carries each body, for those that are carried."""
+        return {joint.below: number for number, joint in enumerate(self.joints)}
+
+    @cached_property
+    def under(self) -> list[list[int]]:
+        """The joints that each body carries."""
+        carried: list[list[int]] = [[] for _ in self.bodies]
+        for number, joint in enumerate(self.joints):
+            carried[joint.above].append(number)
+        return carried
+
+    def body_of(self, link: str) -> int:
+        """Return the body that a link belongs to."""
+        return next(number for number, body in enumerate(self.bodies) if link in body.links)
+
+    def way_up(self, body: int) -> list[int]:
+        """Return at most seven joints from a body upwards, in order from base to tip, all rotating."""
+        over, way = self.over, list[int]()
+        while len(way) < JOINTS and body in over and self.joints[over[body]].rotates:
+            way.append(over[body])
+            body = self.joints[over[body]].above
+        return way[::-1]
+
+    def may_begin(self, body: int) -> bool:
+        """Return whether an arm may begin at a body: the root, a branching, or what a lift carries."""
+        root = body not in self.over
+        return root or len(self.under[body]) > 1 or not self.joints[self.over[body]].rotates
+
+    def branches(self, body: int) -> bool:
+        """Return whether more than one joint that rotates begins at a body."""
+        return sum(self.joints[number].rotates for number in self.under[body]) > 1
+
+    def may_end(self, body: int) -> bool:
+        """Return whether an arm may end at a body: a leaf, a branching, or before a sliding joint."""
+        under = self.under[body]
+        return len(under) != 1 or not self.joints[under[0]].rotates
+
+    def base_above(self, tip: str) -> str:
+        """Return the base of the seven rotating joints above a link; the root link where there are fewer."""
+        body = self.body_of(tip)
+        way = self.way_up(body)
+        if len(way) == JOINTS and self.bodies[self.joints[way[0]].above].links:
+            return self.bodies[self.joints[way[0]].above].links[0]
+        while body in self.over:
+            body = self.joints[self.over[body]].above
+        return self.bodies[body].links[0]
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """Seven rotating joints between two links of a file, and how near to S-R-S they are.
+
+    Parameters
+    ----------
+    base, tip : str
+        The topmost link of the body that carries the first joint, and the lowest link above all ends of the
+        body behind the last.
+    ends : tuple of str
+        Where that last body has several ends, their names: each may be the tip.
+    joints : tuple of 7 str
+        From base to tip.
+    nearness : Nearness or None
+        How far the axes are from those of an S-R-S arm; None where the joints cannot be read.
+    residual : float
+        Greatest distance found between the nearest S-R-S arm and the file, m; NaN where the chain is not
+        near.
+    """
+
+    base: str
+    tip: str
+    ends: tuple[str, ...]
+    joints: tuple[str, ...]
+    nearness: Nearness | None
+    residual: float
+
+    def verdict(self) -> str:
+        """Return in words how near to S-R-S the chain is."""
+        if self.nearness is None:
+            return "cannot be read"
+        if self.nearness.srs:
+            return "S-R-S"
+        if not self.nearness.near:
+            return "not S-R-S"
+        off = f"off by {millimetres(self.nearness.miss)}, {round(math.degrees(self.nearness.tilt), 4):g} deg"
+        return f"near S-R-S: {off}; nearest arm within {millimetres(self.residual)}"
+
+    def rank(self) -> int:
+        """Return 0 for S-R-S, 1 for near, 2 for others."""
+        if self.nearness is not None and self.nearness.srs:
+            return 0
+        return 1 if self.nearness is not None and self.nearness.near else 2
+
+    def __str__(self) -> str:
+        """Both ends, the other tips there are, and the verdict, in one line."""
+        return f"{self.base!r} to {self.tip!r} ({self.verdict()}{self.other_tips()})"
+
+    def other_tips(self) -> str:
+        """Return in words which other links may be the tip; empty where there are none."""
+        others = [end for end in self.ends if end != self.tip]
+        return f"; or tip {listed(others, _MOST_TIPS)}" if others else ""
+
+
+def listed(names: Sequence[str], most: int = _MOST_NAMES) -> str:
+    """Return names in one line, of many only the first."""
+    more = f", and {len(names) - most} more" if len(names) > most else ""
+    return ", ".join(names[:most]) + more
+
+
+def unknown(what: str, name: str, role: str, names: Sequence[str]) -> str:
+    """Return the message for a name that a file does not hold."""
+    near = get_close_matches(name, names, n=3)
+    hint = f"did you mean {' or '.join(map(repr, near))}? " if near else ""
+    plural = {"link": "links", "body": "bodies"}[what]
+    return f"no {what} {name!r} ({role}); {hint}the {plural} are: {listed(names)}"
+
+
+def find_candidates(
+    tree: Tree, chain: Callable[[str, str], Chain], base: str | None = None
+) -> list[Candidate]:
+    """Return every chain of seven rotating joints: S-R-S first, then near ones, then others in file order.
+
+    A chain begins at the root, where the tree branches, after a joint that does not rotate, or at ``base``;
+    it ends at a leaf, where the tree branches, or before a joint that does not rotate; in
+    between the tree does not branch. One that is S-R-S may run anywhere, one that is near may begin or end
+    anywhere.
+
+    Parameters
+    ----------
+    tree : Tree
+        The file.
+    chain : callable
+        Reads the chain between two links.
+    base : str, optional
+        A link: only chains from its body are wanted.
+    """
+    wanted = None if base is None else tree.body_of(base)
+    anywhere = len(tree.joints) <= _MOST_JOINTS
+    found = []
+    for joint in tree.joints:
+        way = tree.way_up(joint.below)
+        if len(way) < JOINTS:
+            continue
+        start = tree.joints[way[0]].above
+        first, last = tree.bodies[start], tree.bodies[joint.below]
+        begins, stops = wanted == start or tree.may_begin(start), tree.may_end(joint.below)
+        whole = begins and stops and not any(tree.branches(tree.joints[number].below) for number in way[:-1])
+        if not first.links or not last.links or wanted not in (None, start) or not (whole or anywhere):
+            continue
+        ends = (base or first.links[0], last.parting)
+        how = _nearness(chain, ends)
+        if whole or (how is not None and (how.srs or (how.near and (begins or stops)))):
+            off = _residual(chain(*ends)) if how is not None and how.near else math.nan
+            names = tuple(tree.joints[number].name for number in way)
+            found.append(Candidate(*ends, tuple(last.ends), names, how, off))
+    return sorted(found, key=Candidate.rank)
+
+
+def _nearness(chain: Callable[[str, str], Chain], ends: tuple[str, str]) -> Nearness | None:
+    """Return how near to S-R-S a chain is, None where it cannot be read."""
+    try:
+        return nearness(Axes(*chain(*ends).lines()))
+    except FileFormatError:
+        return None
+
+
+def _residual(chain: Chain) -> float:
+    """Return the greatest distance found between a chain and the S-R-S arm fitted to it, m."""
+    return residual(chain, fitted_arm(chain))[0]
+
+
+def guess(
+    tree: Tree,
+    chain: Callable[[str, str], Chain],
+    base: str | None,
+    tip: str | None,
+    fail: Callable[[str], NoReturn],
+) -> tuple[str, str]:
+    """Return base and tip, the missing ones guessed; ``fail`` is told why it cannot be done.
+
+    Parameters
+    ----------
+    tree, chain
+        As in :func:`find_candidates`.
+    base, tip : str, optional
+        Links of the tree.
+    fail : callable
+        Raises the error of the file's format.
+    """
+    if tip is not None:
+        return tree.base_above(tip), tip
+    found = find_candidates(tree, chain, base)
+    if not found:
+        where = f" begins at {base!r}" if base else " is found"
+        others = find_candidates(tree, chain) if base else []
+        choices = f"; the file has {_lines(others)}" if others else ""
+        fail(f"no chain of {JOINTS} rotating joints{where}, walking up from every joint{choices}")
+    exact = [one for one in found if one.nearness is not None and one.nearness.srs]
+    chosen = exact if len(exact) == 1 else found
+    if len(chosen) > 1 or len(chosen[0].ends) > 1:
+        fail(f"base and tip are not unique, name them; candidates: {_lines(chosen)}")
+    return chosen[0].base, chosen[0].tip
+
+
+def _lines(candidates: Sequence[Candidate]) -> str:
+    return "; ".join(map(str, candidates))

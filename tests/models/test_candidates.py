@@ -1,0 +1,189 @@
+"""Which chains of a robot are offered: by walking up from every joint, S-R-S ones first."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from support.chain import RandomArm, joint_xml, pose_error, random_frame, rpy, urdf_forward
+
+from armangle.errors import UrdfError
+from armangle.models.candidates import Candidate, listed
+from armangle.models.urdf import read_urdf, urdf_candidates
+
+LIMIT = '<limit lower="-2" upper="2" velocity="1"/>'
+STRAIGHT = ((0, 0, 0.3), (0, 0, 0), (0, 0, 0.2), (0, 0, 0.2), (0, 0, 0.2), (0, 0, 0.19), (0, 0, 0))
+
+
+def origin(xyz: Sequence[float], angles: Sequence[float] = (0, 0, 0)) -> str:
+    return f'<origin xyz="{" ".join(map(repr, xyz))}" rpy="{" ".join(map(repr, angles))}"/>'
+
+
+def arm(
+    name: str, base: str, count: int = 7, places: Sequence[Sequence[float]] = STRAIGHT, rest: str = ""
+) -> str:
+    """Return links and joints of a straight arm, axes z and y in turn, and what it carries at `NAME_7`."""
+    text, parent = [], base
+    for i in range(count):
+        link, axis = f"{name}_{i + 1}", "0 1 0" if i % 2 else "0 0 1"
+        inside = f'{origin(places[i % 7])}<axis xyz="{axis}"/>{LIMIT}'
+        text.append(f'<link name="{link}"/>' + joint_xml(f"{name}_j{i + 1}", parent, link, inside=inside))
+        parent = link
+    return "".join(text) + rest
+
+
+def robot(*parts: str) -> str:
+    return f'<robot name="made"><link name="foot"/>{"".join(parts)}</robot>'
+
+
+def under(kind: str, link: str = "torso", parent: str = "foot", name: str = "lift") -> str:
+    """Return a link on a joint of some kind."""
+    return f'<link name="{link}"/>' + joint_xml(name, parent, link, kind, LIMIT + '<axis xyz="0 0 1"/>')
+
+
+def fixed(link: str, parent: str) -> str:
+    return f'<link name="{link}"/>' + joint_xml(f"{link}_on_{parent}", parent, link, "fixed")
+
+
+def ends(text: str) -> list[tuple[str, str]]:
+    return [(one.base, one.tip) for one in urdf_candidates(text)]
+
+
+GRIPPER = under("prismatic", "finger", "a_7", "slide")
+HINGED = under("revolute", "jaw", "a_7", "jaw_hinge")
+FINGERS = under("revolute", "f", "a_7", "f_hinge") + under("revolute", "g", "a_7", "g_hinge")
+MIMIC = '<link name="m"/>' + joint_xml("mimic", "a_7", "m", "revolute", LIMIT + '<mimic joint="a_j1"/>')
+WHOLE = {
+    "root": (robot(arm("a", "foot")), [("foot", "a_7")]),
+    "fixed links": (
+        robot(fixed("plate", "foot"), arm("a", "plate"), fixed("hand", "a_7"), fixed("tcp", "hand")),
+        [("foot", "tcp")],
+    ),
+    "lift": (robot(under("prismatic"), arm("a", "torso")), [("torso", "a_7")]),
+    "free base": (robot(under("floating"), arm("a", "torso")), [("torso", "a_7")]),
+    "planar base": (robot(under("planar"), arm("a", "torso")), [("torso", "a_7")]),
+    "waist of two arms": (
+        robot(under("revolute"), arm("a", "torso"), arm("b", "torso")),
+        [("torso", "a_7"), ("torso", "b_7")],
+    ),
+    "waist of one arm": (robot(under("revolute"), arm("a", "torso")), [("torso", "a_7")]),
+    "waist and head": (
+        robot(under("revolute"), under("revolute", "head", "torso", "neck"), arm("a", "torso")),
+        [("torso", "a_7")],
+    ),
+    "gripper": (robot(arm("a", "foot", rest=GRIPPER)), [("foot", "a_7")]),
+    "gripper of one hinge": (robot(arm("a", "foot", rest=HINGED)), [("foot", "a_7")]),
+    "hand": (robot(arm("a", "foot", rest=FINGERS)), [("foot", "a_7")]),
+    "mimic": (robot(arm("a", "foot", rest=MIMIC)), [("foot", "a_7")]),
+    "arm of six": (robot(under("revolute"), arm("a", "torso", 6), arm("b", "torso", 6)), []),
+    "arm of five on two joints": (
+        robot(under("revolute"), under("revolute", "chest", "torso", "pitch"), arm("a", "chest", 5)),
+        [("foot", "a_5")],
+    ),
+}
+
+
+@pytest.mark.parametrize("case", WHOLE)
+def test_the_arm_is_offered_whatever_carries_it_and_whatever_it_carries(case: str) -> None:
+    text, wanted = WHOLE[case]
+    found = urdf_candidates(text)
+    assert ends(text) == wanted
+    assert [one.rank() for one in found] == [0 if one.tip != "a_5" else 2 for one in found]
+    if len(found) == 1 and found[0].rank() == 0:
+        assert [joint.name for joint in read_urdf(text).joints] == [f"a_j{i}" for i in range(1, 8)]
+
+
+def test_exact_chains_come_first_then_near_ones_with_their_residual() -> None:
+    near = [list(place) for place in STRAIGHT]
+    near[1] = [0.012, 0, 0]
+    odd = [list(place) for place in STRAIGHT]
+    odd[1] = [0.2, 0, 0]
+    text = robot(arm("odd", "foot", places=odd), arm("near", "foot", places=near), arm("a", "foot"))
+    found = urdf_candidates(text)
+    assert [one.tip for one in found] == ["a_7", "near_7", "odd_7"]
+    assert [one.rank() for one in found] == [0, 1, 2]
+    assert found[0].verdict() == "S-R-S" and found[2].verdict() == "not S-R-S"
+    assert re.fullmatch(
+        r"near S-R-S: off by 12 mm, 0 deg; nearest arm within 2\d\.\d+ mm", found[1].verdict()
+    )
+    assert read_urdf(text).tip == "a_7"  # the only one that is S-R-S
+
+
+def test_two_exact_arms_have_to_be_named() -> None:
+    text = robot(under("revolute"), arm("a", "torso"), arm("b", "torso"))
+    with pytest.raises(
+        UrdfError, match="not unique, name them; candidates: 'torso' to 'a_7' \\(S-R-S\\); 'tor"
+    ):
+        read_urdf(text)
+    assert (read_urdf(text, tip="b_7").base, read_urdf(text, base="torso", tip="a_7").tip) == ("torso", "a_7")
+
+
+def test_a_base_asks_for_the_chains_from_there() -> None:
+    text = robot(under("revolute"), fixed("chest", "torso"), arm("a", "chest"), arm("b", "torso", 6))
+    assert [one.base for one in urdf_candidates(text, "chest")] == ["chest"]
+    assert read_urdf(text, base="chest").tip == "a_7"
+    message = "begins at 'a_1', walking up from every joint; the file has 'torso' to 'a_7' (S-R-S)"
+    with pytest.raises(UrdfError, match=re.escape(message)):
+        read_urdf(text, base="a_1")
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_a_generated_arm_is_found_on_any_tree(seed: int) -> None:
+    """Arms in random frames on random trees: the right joints, and the file's own kinematics."""
+    rng = np.random.default_rng(seed)
+    made = RandomArm(rng, elbow_offset=seed % 2 == 1, right_angles=seed % 4 >= 2)
+    points, directions = made.axes()
+    text, parent, last = ['<robot name="r"><link name="root"/>'], "root", np.eye(4)
+    kinds = rng.choice(["revolute", "prismatic", "floating", "continuous"], rng.integers(0, 4))
+    for i, kind in enumerate(kinds):
+        text.append(under(kind, f"low{i}", parent, f"below{i}"))
+        parent = f"low{i}"
+    if len(kinds):  # a second branch: what is below the arm is no part of it
+        text.append(under("revolute", "head", parent, "neck"))
+    for i in range(7):
+        frame = random_frame(rng, 0.3)
+        frame[:3, 3] = points[i]
+        step = np.linalg.inv(last) @ frame
+        axis = frame[:3, :3].T @ directions[i]
+        inside = origin(step[:3, 3].tolist(), rpy(step)) + LIMIT
+        inside += f'<axis xyz="{" ".join(map(repr, axis.tolist()))}"/>'
+        text.append(f'<link name="l{i}"/>' + joint_xml(f"q{i}", parent, f"l{i}", inside=inside))
+        parent, last = f"l{i}", frame
+    text.append(under(rng.choice(["prismatic", "revolute", "fixed"]), "hand", parent, "wrist"))
+    whole = "".join(text) + "</robot>"
+    found = [one for one in urdf_candidates(whole) if one.rank() == 0]
+    assert [one.joints for one in found] == [tuple(f"q{i}" for i in range(7))]
+    chain = read_urdf(whole)
+    zero = {f"below{i}": 0.0 for i in range(len(kinds))} | {"wrist": 0.0}
+    q = rng.uniform(-2, 2, 7)
+    named = zero | {f"q{i}": value for i, value in enumerate(q)}
+    own = np.linalg.inv(urdf_forward(whole, chain.base, zero)) @ urdf_forward(whole, chain.tip, named)
+    assert max(pose_error(chain.forward(q), own)) <= 1e-9
+
+
+def test_a_chain_that_cannot_be_read_is_offered_as_such() -> None:
+    text = robot(arm("a", "foot")).replace('<axis xyz="0 1 0"/>', '<axis xyz="0 0 0"/>', 1)
+    (found,) = urdf_candidates(text)
+    assert (found.verdict(), found.rank()) == ("cannot be read", 2)
+    with pytest.raises(UrdfError, match="joint 'a_j2' has a zero axis"):
+        read_urdf(text)
+
+
+def test_long_lists_of_names_are_cut() -> None:
+    assert listed(["a", "b"]) == "a, b"
+    assert listed([f"link_{i}" for i in range(300)], 3) == "link_0, link_1, link_2, and 297 more"
+    many = robot(*(fixed(f"part_{i}", "foot") for i in range(300)))
+    with pytest.raises(UrdfError, match="and 281 more") as caught:
+        read_urdf(many, tip="nowhere")
+    assert len(str(caught.value)) < 400
+
+
+def test_a_body_with_many_ends_names_the_link_where_they_part() -> None:
+    hand = fixed("palm", "a_7") + "".join(fixed(f"pad_{i}", "palm") for i in range(6))
+    (found,) = urdf_candidates(robot(arm("a", "foot", rest=hand)))
+    assert isinstance(found, Candidate)
+    assert (found.tip, len(found.ends)) == ("palm", 6)
+    assert str(found) == "'foot' to 'palm' (S-R-S; or tip pad_0, pad_1, pad_2, pad_3, and 2 more)"
+    assert read_urdf(robot(arm("a", "foot", rest=hand)), tip="palm").tip == "palm"

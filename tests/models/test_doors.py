@@ -1,0 +1,298 @@
+"""What files of real robots say oddly, and is read all the same: each with its note."""
+
+from __future__ import annotations
+
+import re
+import warnings
+
+import numpy as np
+import pytest
+from support.chain import Chain, broken_chain, joint_xml, shift, simple_urdf, turn
+from support.needs import case, model, need
+
+import armangle as aa
+from armangle.errors import InputError, NotSRSError, UrdfError
+from armangle.models.axes import Axes
+from armangle.models.detect import NEAR_ANGLE, describe_chain, nearness
+from armangle.models.fit import fit
+from armangle.models.mjcf import read_mjcf
+from armangle.models.urdf import Source, read_urdf
+
+INF = float("inf")
+X, Z = np.eye(3)[0], np.eye(3)[2]
+PLAIN = aa.Arm(d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1, velocity=[1] * 7)
+
+
+def with_limit(kind: str, limit: str) -> str:
+    """Return a chain whose third joint has another type and limit."""
+    inside = f'<axis xyz="0 0 1"/><limit {limit}/>' if limit else '<axis xyz="0 0 1"/>'
+    return simple_urdf(j3=joint_xml("j3", "l2", "l3", kind, inside))
+
+
+STATED = 'lower="-1.5" upper="1.25" velocity="1"'
+
+
+@pytest.mark.parametrize(("use", "wanted"), [("ignore", (-INF, INF)), ("use", (-1.5, 1.25))])
+def test_limits_of_a_continuous_joint_are_noted_and_used_if_wanted(use, wanted):
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        chain = read_urdf(with_limit("continuous", STATED), continuous_limits=use)
+    assert (chain.joints[2].lower, chain.joints[2].upper) == wanted
+    (note,) = chain.notes
+    assert note.startswith("joint 'j3' is continuous, which means no limits, but states -1.5 to 1.25 rad: ")
+    done = {"ignore": "NOT used (option continuous_limits: use)", "use": "used all the same"}[use]
+    assert note.endswith(f"they are {done}")
+    assert [str(warning.message) for warning in caught] == ([note] if use == "ignore" else [])
+
+
+@pytest.mark.parametrize("limit", ["", 'velocity="1"', 'lower="0" upper="0" velocity="1"'])
+@pytest.mark.parametrize("use", ["ignore", "use"])
+def test_a_continuous_joint_that_states_none_has_none_and_no_note(limit, use):
+    chain = read_urdf(with_limit("continuous", limit), continuous_limits=use)
+    assert (chain.joints[2].lower, chain.joints[2].upper, chain.notes) == (-INF, INF, ())
+
+
+def test_an_arm_says_that_its_limits_are_not_used():
+    text = PLAIN.with_(lower=[-1] * 7, upper=[1] * 7).to_urdf()
+    text = text.replace('type="revolute"', 'type="continuous"')
+    with pytest.warns(UserWarning, match="joint 'joint_1' is continuous, .* NOT used") as caught:
+        arm = aa.Arm.from_urdf(text)
+    assert caught[0].filename == __file__
+    assert len(arm.notes) == 7 and np.isinf(arm.lower).all()
+    assert "note: joint 'joint_7' is continuous" in str(arm.import_report)
+    used = aa.Arm.from_urdf(text, continuous_limits="use")
+    assert (used.lower == -1).all() and (used.upper == 1).all()
+    with pytest.raises(InputError, match="continuous_limits is 'yes', wanted one of"):
+        aa.Arm.from_urdf(text, continuous_limits="yes")
+
+
+@pytest.mark.parametrize("velocity", ["-1", "-0.5", "inf", "0"])
+def test_a_speed_that_means_none_is_none(velocity):
+    chain = read_urdf(with_limit("revolute", f'lower="-1" upper="1" velocity="{velocity}"'))
+    assert chain.joints[2].velocity == INF
+    assert chain.notes == (f"velocity of joint 'j3' is {float(velocity):g}: taken as not given",)
+
+
+@pytest.mark.parametrize("huge", ["1e16", "2147483648", "1.8e308", "inf", "1e6"])
+def test_a_limit_that_means_none_is_none(huge):
+    chain = read_urdf(with_limit("revolute", f'lower="-{huge}" upper="{huge}"'))
+    assert (chain.joints[2].lower, chain.joints[2].upper) == (-INF, INF)
+    assert all(note.endswith("rad: taken as none") for note in chain.notes) and len(chain.notes) == 2
+    chain = read_urdf(with_limit("revolute", f'lower="-1" upper="{huge}"'))
+    assert (chain.joints[2].lower, chain.joints[2].upper) == (-1.0, INF)
+
+
+def limited(lower: float, upper: float) -> Chain:
+    return read_urdf(PLAIN.with_(lower=[lower] * 7, upper=[upper] * 7).to_urdf())
+
+
+def test_limits_that_cannot_be_meant_are_noted():
+    assert describe_chain(limited(0.0, 0.0))[1].notes == (
+        "all limits are 0 to 0, so that no joint may move: state the true ones",
+    )
+    (note,) = describe_chain(limited(-170.0, 170.0))[1].notes
+    assert note.startswith("limits look like degrees where rad are wanted: joint 'joint_1' -170 to 170, ")
+    assert describe_chain(limited(-2 * np.pi, 6 * np.pi))[1].notes == ()
+
+
+LEFTOVERS = (
+    '<xacro:property name="width" value=".2"/>',
+    '<xacro:arg name="a" default="b"/>',
+    '<xacro:macro name="unused"><link name="a"/><joint name="b"/></xacro:macro>',
+    '<xacro:nowhere_defined name="gripper"/>',
+    '<xacro:include filename="materials.xacro"/>',
+    '<xacro:if value="1"><gazebo/></xacro:if>',
+    '<link name="x"><xacro:inertia m="1"/></link>',
+    '<gazebo><xacro:unused_too/></gazebo>',
+)
+
+
+@pytest.mark.parametrize("leftover", LEFTOVERS)
+def test_a_tag_of_xacro_that_makes_no_joint_is_left_out(leftover):
+    chain = read_urdf(simple_urdf(leftover), "l0", "l7")
+    tag = re.findall(r"<(xacro:\w+)", leftover)[0]
+    assert chain.notes == (f"<{tag}> in line 18 is left over from xacro: left out",)
+    plain = read_urdf(simple_urdf())
+    q = np.linspace(-1, 1, 7)
+    np.testing.assert_array_equal(chain.forward(q), plain.forward(q))
+
+
+def test_many_tags_of_a_kind_are_one_note():
+    chain = read_urdf(simple_urdf(LEFTOVERS[0] * 5), "l0", "l7")
+    assert chain.notes == ("<xacro:property> in line 18 and 4 more is left over from xacro: left out",)
+
+
+def test_a_macro_that_is_called_is_named_with_its_line(tmp_path):
+    path = tmp_path / "arm.urdf"
+    macro = '<xacro:macro name="arm">\n<link name="a"/>\n</xacro:macro>'
+    path.write_text(f"<robot>\n{macro}\n <xacro:arm/>\n</robot>")
+    with pytest.raises(UrdfError) as caught:
+        read_urdf(path)
+    assert str(caught.value).startswith(f"{path}:5:2: <xacro:arm> calls a macro: this is xacro, not URDF")
+
+
+def test_a_file_is_judged_by_what_it_holds_and_not_by_its_name(tmp_path):
+    path = tmp_path / "arm.urdf.xacro"
+    path.write_text(simple_urdf())
+    assert len(read_urdf(path).joints) == 7
+
+
+@pytest.mark.parametrize("start", ["\n", "\r\n\t ", "\ufeff", "\ufeff\n\n"])
+def test_blank_lines_may_come_first_in_text_bytes_and_files(start, tmp_path):
+    text = start + '<?xml version="1.0" encoding="utf-8"?>\n' + simple_urdf()
+    path = tmp_path / "arm.urdf"
+    path.write_bytes(text.encode())
+    sources: tuple[Source, ...] = (text, text.encode(), path)
+    for source in sources:
+        assert len(read_urdf(source).joints) == 7
+    wrong = text.replace("<link", "<link/><link", 1)
+    for source in (wrong, wrong.encode()):
+        with pytest.raises(UrdfError) as caught:
+            read_urdf(source)
+        assert caught.value.line == 3 + start.count("\n")
+
+
+@pytest.mark.parametrize("ends", [("world", "l0"), ("l0", "lost"), ("here", "there")])
+def test_a_joint_at_a_link_that_is_not_there_is_left_out(ends):
+    text = simple_urdf(joint_xml("dangling", *ends, "fixed"))
+    chain = read_urdf(text)
+    lost = next(end for end in ends if not re.fullmatch(r"l\d", end))
+    assert (chain.base, chain.tip) == ("l0", "l7")
+    assert chain.notes == (f"joint 'dangling' names a link {lost!r} that is not there: left out",)
+
+
+# near arms
+
+
+TILTED = {
+    # what is off: joint, frame, near
+    "13 mm": (1, shift(0, 0.013, 0), True),
+    "13 mm and 0.02 deg": (1, shift(0, 0.013, 0) @ turn(X, 4e-4), True),
+    "0.3 deg alone": (5, turn(X, 5e-3), True),
+    "29 mm": (2, shift(0, 0.029, 0), True),
+    "31 mm": (2, shift(0, 0.031, 0), False),
+    "1.9 deg": (6, turn(X, np.radians(1.9)), True),
+    "2.1 deg": (6, turn(X, np.radians(2.1)), False),
+}
+
+
+@pytest.mark.parametrize("off", TILTED)
+def test_near_is_said_with_the_residual_and_with_tolerances_that_work(off):
+    joint, frame, near = TILTED[off]
+    chain = broken_chain(joint, frame)
+    with pytest.raises(NotSRSError) as caught:
+        describe_chain(chain)
+    message = str(caught.value)
+    assert caught.value.near is near is ("It is near S-R-S" in message)
+    if not near:
+        return
+    lengths = re.findall(r"a length tolerance of (\S+) mm", message)
+    angles = re.findall(r"an angle tolerance of (\S+) deg", message)
+    assert bool(angles) is ("deg" in off) and (lengths or "mm" not in off)
+    length, angle = (float(values[0]) if values else 0.0 for values in (lengths, angles))
+    arm, report = describe_chain(chain, length=max(length / 1e3, 2e-5), angle=max(np.radians(angle), 1e-5))
+    said = re.search(r"differs from it by up to (\S+) mm and (\S+) deg at the tip", message)
+    assert said is not None
+    assert float(said[1]) == pytest.approx(1e3 * report.residual_position, rel=1e-3)
+    assert float(said[2]) == pytest.approx(np.degrees(report.residual_rotation), rel=1e-2)
+    q = np.random.default_rng(0).uniform(-np.pi, np.pi, (200, 7))
+    made = aa.Arm._from_description(arm)
+    apart = np.linalg.norm((made.forward(q)[0] - chain.forward(q))[:, :3, 3], axis=-1)
+    assert apart.max() <= report.residual_position * (1 + 1e-6)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_the_fitted_arm_is_nearer_than_the_snapped_one_and_a_minimum(seed):
+    rng = np.random.default_rng(seed)
+    chain = broken_chain(0, np.eye(4), seed)
+    for joint in (1, 2, 4, 6):
+        moved = list(chain.joints)
+        axis = rng.normal(size=3)
+        frame = turn(axis / np.linalg.norm(axis), rng.normal(scale=3e-3))
+        frame[:3, 3] = rng.normal(scale=4e-3, size=3)
+        moved[joint] = type(moved[joint])(f"j{joint}", frame @ moved[joint].origin, moved[joint].axis)
+        chain = Chain(chain.name, chain.base, chain.tip, tuple(moved), chain.tip_origin)
+    arm, report = describe_chain(chain, length=0.1, angle=0.1)
+    q = rng.uniform(-np.pi, np.pi, (2000, 7))
+
+    def mean_square(candidate: aa.Arm) -> float:
+        difference = candidate.forward(q)[0] - chain.forward(q)
+        turned = np.linalg.norm(difference[:, :3, :3], axis=(1, 2)) ** 2 / 2
+        return float((difference[:, :3, 3] ** 2).sum(axis=1).mean() + (candidate.reach**2 * turned).mean())
+
+    fitted = aa.Arm._from_description(arm)
+    least = mean_square(fitted)
+    for name in ("d_se", "d_ew", "a_3", "a_4"):
+        for step in (-8e-3, 8e-3):
+            assert mean_square(fitted.with_(**{name: getattr(fitted, name) + step})) > least
+    for frame in (shift(8e-3, 0, 0), shift(0, 0, -8e-3), turn(Z, 16e-3)):
+        assert mean_square(fitted.with_(base=fitted.base @ frame)) > least
+        assert mean_square(fitted.with_(tool=frame @ fitted.tool)) > least
+    assert report.residual_position < 0.1
+
+
+def test_an_exact_arm_is_its_own_fit():
+    chain = read_urdf(aa.Arm(d_bs=0.3, d_se=0.4, d_ew=0.35, d_wf=0.1, a_3=0.03, a_4=-0.02).to_urdf())
+    arm, _ = describe_chain(chain)
+    again = fit(arm, chain)
+    for name in ("d_se", "d_ew", "a_3", "a_4"):
+        assert getattr(again, name) == pytest.approx(getattr(arm, name), abs=1e-12)
+
+
+FITTED = {
+    # file: residual of the arm snapped at q = 0 in mm, and of the fitted one, as measured before
+    "kinova_gen3_7dof": (49.6, 30.4),
+    "kuka_iiwa14_rosi": (0.9, 0.6),
+}
+
+
+@pytest.mark.parametrize("name", FITTED)
+def test_a_real_near_arm_is_fitted(name):
+    snapped, fitted = FITTED[name]
+    _, report = describe_chain(read_urdf(model(name)), length=0.03)
+    assert 1e3 * report.residual_position <= fitted < snapped
+
+
+def test_nearness_names_both_bounds():
+    found = nearness(Axes(*broken_chain(1, shift(0, 0.013, 0) @ turn(X, 4e-4)).lines()))
+    assert (found.srs, found.near) == (False, True)
+    assert found.miss == pytest.approx(0.013, rel=0.02) and found.tilt == pytest.approx(4e-4)
+    assert NEAR_ANGLE > 4e-4
+
+
+# the small files of the findings
+
+
+READ = (
+    "01_rpy_wrist_d_ew_0.urdf", "02_velocity_minus_1.urdf", "03_xacro_leftover.urdf", "05_lift_arm.urdf",
+    "08_limit_1e16.urdf", "09_limits_all_zero.urdf", "10_limits_in_degrees.urdf", "11_newline_first.urdf",
+    "12_parent_world_undeclared.urdf", "13_no_xacro_in_it.urdf.xacro", "14_velocity_inf.urdf",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("name", READ)
+def test_each_case_is_read_and_met(name):
+    arm = aa.Arm.from_urdf(case(name))
+    report = arm.import_report
+    assert report is not None and report.residual_position <= 1e-9
+    q = np.random.default_rng(0).uniform(-np.pi, np.pi, (100, 7))
+    chain = read_urdf(case(name), report.base, report.tip)
+    np.testing.assert_allclose(arm.forward(q)[0], chain.forward(q), atol=1e-9)
+    quiet = name in ("01_rpy_wrist_d_ew_0.urdf", "05_lift_arm.urdf", "11_newline_first.urdf", READ[9])
+    assert bool(arm.notes) is not quiet
+
+
+def test_a_near_arm_keeps_its_elbow_offset():
+    file = case("07_near_with_elbow_offset.urdf")
+    arms = [aa.Arm.from_urdf(file, length_tolerance=length) for length in (0.0196, 0.0201)]
+    assert arms[0] == arms[1]
+    assert 0.015 < arms[0].a_3 < 0.045
+
+
+def test_mjcf_needs_no_meshes():
+    need("mujoco")
+    arm = aa.Arm.from_mjcf(case("16_mjcf_mesh_missing.xml"))
+    assert (arm.d_bs, arm.d_se, arm.d_ew) == pytest.approx((0.3, 0.4, 0.39))
+    with pytest.raises(aa.ArmangleError, match="no chain of 7 rotating joints is found") as caught:
+        read_mjcf(case("17_mjcf_six_hinges.xml"))
+    assert "not unique" not in str(caught.value)
