@@ -1,5 +1,9 @@
 // Candidates on one section of a tube: joint values with their windings, distances to limits and
 // singularities, and cost.
+//
+//     arc of phi   [--o---o---o---oo-o---]     evenly, closer where joints turn fast, and beside the phi at
+//                                  ^           which a joint of more than a turn meets its limit;
+//     windings      q_1, q_1 + 2 pi, ...       each that the limits leave is a posture of its own
 #pragma once
 
 #include <algorithm>

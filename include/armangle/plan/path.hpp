@@ -1,8 +1,11 @@
 // Paths of the tool: poses at any parameter s in [0, 1], with every derivative, in one form for all kinds.
 //
+//     s = 0 |--- segment ---|------ segment ------|--- segment ---| s = 1
+//                           t = 0             t = 1
+//
 // A segment moves the point by p(t) = origin + t along + a cos(beta t) + b sin(beta t) and the frame by
-// R(t) = Rot(axis, alpha t) R_0, t in [0, 1]: a line, an arc, a screw are choices of the constants. Templated
-// on the scalar.
+// R(t) = Rot(axis, alpha t) R_0, t in [0, 1]: a line, an arc and a screw are choices of the constants. The
+// formulas are templates of the scalar.
 #pragma once
 
 #include <cstddef>

@@ -1,6 +1,11 @@
 // The whole path at once: for each branch the tube, the best way through it, a smooth curve, and its proof;
 // or why there is none.
 //
+//     path -> tube -> candidates -> search -> relax -> curve -> certify -> plan
+//                                     | no way           ^         | a limit is broken there
+//                                     v                  |         v
+//                                  diagnose              +--- more sections
+//
 // Unlike the rest of the library this allocates: its memory grows with the path.
 #pragma once
 

@@ -1,5 +1,12 @@
-// Smoothing of a way inside its tube: least joint travel and margin over continuous phi, by Gauss-Newton on a
-// tridiagonal system.
+// Smoothing of a way inside its tube: least joint travel and margin over continuous phi.
+//
+//     phi |======.....=======            the postures of the grid (x) slide along their arcs to where travel
+//         |   x.      .x                 and cost balance (.); neighbours alone are coupled, so that one
+//         |   . `x..x'  .                step is a tridiagonal system
+//         +------------------- s
+//
+// Gauss-Newton steps with Marquardt's damping (D. Marquardt, 1963), each solved by the Thomas algorithm
+// (Gaussian elimination of a tridiagonal matrix, without pivoting).
 #pragma once
 
 #include "search.hpp"

@@ -1,9 +1,14 @@
 // Search of a branch's tube: which sections the start reaches, and the best way through, by dynamic
-// programming.
+// programming (R. Bellman, 1957).
+//
+//     phi | o   o---o   o        o  postures of a section    - links
+//         | o--o \  o---o--o
+//         |       o-o            a posture without a link to the start is dead; a section of dead ones ends
+//         +---------------- s    the way
 //
 // A link joins postures of neighbouring sections whose arcs have a common part between them and whose joints,
-// with their windings, differ little: |dq|, not |dpsi|. Two labels: least margin so far, then cost; the final
-// way is of least cost among those that keep the best margin.
+// with their windings, differ little: |dq|, not |dpsi|. There are two labels: the least margin so far, then
+// the cost; the final way is of least cost among those that keep the best margin.
 #pragma once
 
 #include <algorithm>
