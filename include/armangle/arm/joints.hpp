@@ -39,6 +39,7 @@ struct ThetaRange {
     double lower, upper;
 };
 
+/// The range of theta that joint j's limits leave; a sign of -1 turns it round.
 inline ThetaRange theta_range(const Arm& arm, const Limits& limits, int j) noexcept {
     const double a = to_theta(arm, j, limits.lower[j]), b = to_theta(arm, j, limits.upper[j]);
     return {min(a, b), max(a, b)};
@@ -76,6 +77,7 @@ inline double limit_margin(const Limits& limits, const double* q) noexcept {
     return limit_margin(limits, joint_lanes(q));
 }
 
+/// Whether no joint lies outside its limits by more than the slack (rad).
 inline bool within_limits(const Limits& limits, const double* q, double slack) noexcept {
     return limit_margin(limits, q) >= -slack;
 }

@@ -97,6 +97,7 @@ struct LimitTable {
 
 namespace detail {
 
+/// Which of a joint's own limits, in q, is the lower (upper) one of theta.
 inline Side limit_side(const Arm& arm, int joint, bool lower_theta) noexcept {
     return (arm.sign[joint] > 0) == lower_theta ? Side::lower : Side::upper;
 }

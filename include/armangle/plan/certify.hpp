@@ -7,9 +7,8 @@
 //
 // For every joint there is a condition that is positive where the joint, with its winding, is within its
 // limits:
-//   pivot of less than a turn: the direction (V, U) stays in the open cone of its limits, so the lifted
-//   angle,
-//     which is continuous, cannot change its winding;
+//   pivot of less than a turn: the direction (V, U) stays in the open cone of its limits, so that the
+//     lifted angle, which is continuous, cannot change its winding;
 //   pivot of a turn or more: the direction stays in a sector of +-60 degrees about an angle that is lifted
 //     from stretch to stretch, and within its limits by the same boundary functions;
 //   hinge, elbow: sin > 0 keeps the half turn, and so the winding; cos is between those of its limits.

@@ -116,12 +116,14 @@ inline AxisAngle shortest_rotation(const Mat3<double>& from, const Mat3<double>&
 
 namespace detail {
 
+/// The segment that stays at a pose.
 inline Segment still(double start, double end, const Pose<double>& from) noexcept {
     const Vec3<double> nought{0, 0, 0};
     return {start,     end, from.position, nought, nought, nought, 0.0, orthonormal(from.rotation),
             {0, 0, 1}, 0.0};
 }
 
+/// Turns a segment from its first rotation to another, the short way.
 inline void turn_to(Segment& g, const Mat3<double>& to) noexcept {
     const AxisAngle turn = shortest_rotation(g.rotation, orthonormal(to));
     g.axis = turn.axis;

@@ -180,12 +180,14 @@ private:
         return out;
     }
 
+    /// Index of the first section without an arc; the number of sections where there is none.
     static std::size_t first_empty(const Tube& t) noexcept {
         std::size_t k = 0;
         while (k < t.sections.size() && t.sections[k].status == Status::OK) ++k;
         return k;
     }
 
+    /// Why the sections from `at` on have no arc.
     void explain_empty(const Tube& t, std::size_t at, BranchReport& out) const {
         std::size_t end = at;
         const auto out_of_reach = [](Status s) { return s == Status::UNREACHABLE || s == Status::FOLDED; };
@@ -213,6 +215,7 @@ private:
         explain_limits(task_, motions, out);
     }
 
+    /// psi of the arm angle of a section that is nearest to phi.
     double nearest_psi(const Tube& t, const Section& l, double phi) const noexcept {
         ArcSet arcs;
         make_empty(arcs);
@@ -224,6 +227,7 @@ private:
                          l.motion.circle.z * sc.cos + l.motion.circle.e * sc.sin);
     }
 
+    /// The margin that joint 4 keeps along a way.
     double least_elbow_margin(const Tube& t, const Way& way) const noexcept {
         double least = infinity;
         for (std::size_t k = 0; k < way.rows.size(); ++k)
@@ -296,10 +300,12 @@ private:
         return true;
     }
 
+    /// The curve of what is planned so far.
     Curve curve(const Plan& x) const noexcept {
         return {task_.arm, task_.plane, x.gc, {task_.segments, task_.segment_count}, x.stretches};
     }
 
+    /// Draws the spline of a way into a plan, its first posture on the way's windings.
     void draw(const Tube& t, const Way& way, const std::vector<double>& base, Plan& out) const {
         std::vector<double> s, phi;
         for (const std::size_t k : knots(t, base, way.rows.size())) {
