@@ -36,7 +36,6 @@ struct EightThetas {
     double theta[joints][8];
 
     EightThetas(const Section& l, const double* phi) noexcept {
-        using Slots = Lane<8>;
         const SinCos<Slots> sc = sin_cos(Slots::load(phi));
         const auto at = [&](const Harmonic<double>& f) {
             return mul_add(Slots(f.s), sc.sin, mul_add(Slots(f.c), sc.cos, Slots(f.k)));
