@@ -46,6 +46,39 @@ def examples_of(page: Path) -> list[doctest.Example]:
     return found
 
 
+SPOKEN = [
+    path.relative_to(ROOT)
+    for place in ("README.md", "CONTRIBUTING.md", "architecture.toml", "docs", "benchmarks", "examples")
+    for path in ([ROOT / place] if (ROOT / place).is_file() else sorted((ROOT / place).rglob("*")))
+    if path.suffix in {".md", ".svg", ".toml", ".rst"} and "_build" not in path.parts
+]
+
+
+def missing_headers(text: str) -> list[str]:
+    """The headers that a text names and that stand nowhere; `room/x.hpp` must lie in its room."""
+    headers = [
+        "/" + h.as_posix()
+        for place in ("include", "bindings", "examples", "benchmarks", "fuzz")
+        for h in (ROOT / place).rglob("*.hpp")
+    ]
+    named = set(re.findall(r"(?<![\w./])(?:\w+/)*\w+\.hpp\b", text))
+    return sorted(
+        n for n in named if not any(h.endswith("/" + n) for h in headers) and not n.startswith("kdl/")
+    )
+
+
+@pytest.mark.parametrize("path", SPOKEN, ids=str)
+def test_headers_that_are_named_exist(path: Path) -> None:
+    assert not missing_headers((ROOT / path).read_text(encoding="utf-8"))
+
+
+def test_a_header_that_moved_is_seen() -> None:
+    assert missing_headers("`circle/inverse.hpp: joints`, `posture.hpp`, `arm/posture.hpp`") == [
+        "arm/posture.hpp",
+        "circle/inverse.hpp",
+    ]
+
+
 @pytest.mark.parametrize("name", PAGES)
 def test_examples_of_a_page_print_what_they_show(name: str) -> None:
     page = ROOT / name

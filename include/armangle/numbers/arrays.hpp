@@ -35,7 +35,7 @@ enum class Problem : int {
     still,        // psi does not move the elbow
     on_axis,      // the elbow is nowhere nearer to what is wished
 =======
-    not_unit,     // value: the length of a quaternion
+    not_unit,  // value: the length of a quaternion
 >>>>>>> main
 };
 
