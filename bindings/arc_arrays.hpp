@@ -13,8 +13,10 @@ public:
         if (!count_.is('l') || !psi_.is('d'))
             throw std::invalid_argument("arc arrays of int64 and float64 were expected");
         first_.reserve(static_cast<std::size_t>(count_.shape(0)));
-        for (Py_ssize_t i = 0; i < count_.shape(0); ++i)
-            first_.push_back(arcs_), arcs_ += static_cast<std::size_t>(count_.data<long long>()[i]);
+        for (Py_ssize_t i = 0; i < count_.shape(0); ++i) {
+            first_.push_back(arcs_);
+            arcs_ += static_cast<std::size_t>(count_.data<long long>()[i]);
+        }
     }
 
     std::size_t sets() const noexcept { return first_.size(); }
@@ -26,8 +28,10 @@ public:
         armangle::ArcSet out;
         const long long n = count_.data<long long>()[set];
         const double* x = psi_.data<double>() + 2 * first(set);
-        if (n == 1 && x[1] - x[0] >= armangle::two_pi - armangle::tolerance::angle)
-            return armangle::make_full(out), out;
+        if (n == 1 && x[1] - x[0] >= armangle::two_pi - armangle::tolerance::angle) {
+            armangle::make_full(out);
+            return out;
+        }
         for (out.count = 0; out.count < n; ++out.count)
             out.arc[out.count] = {x[2 * out.count], x[2 * out.count + 1],
                                   static_cast<armangle::Tag>(tag + 2 * out.count),

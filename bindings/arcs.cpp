@@ -24,7 +24,8 @@ namespace {
 enum class Wanted : int { branch, joints, branches };
 
 constexpr int sets_of(Wanted wanted) noexcept {
-    return wanted == Wanted::branch ? 1 : (wanted == Wanted::joints ? joints : configurations);
+    if (wanted == Wanted::branch) return 1;
+    return wanted == Wanted::joints ? joints : configurations;
 }
 
 struct Request {
@@ -43,10 +44,16 @@ void collect_branches(const Request& r, const Pose<double>& pose, Collected& to)
 Problem collect_pose(const Request& r, const double* m, long long gc, Collected& to, double& value) {
     const Problem problem = check_pose(m, value);
     if (problem != Problem::none) return problem;
-    if (gc < 0 || gc >= configurations) return value = static_cast<double>(gc), Problem::gc_range;
+    if (gc < 0 || gc >= configurations) {
+        value = static_cast<double>(gc);
+        return Problem::gc_range;
+    }
     const Arm& arm = r.self.arm;
     const Pose<double> pose = load_pose(m);
-    if (r.wanted == Wanted::branches) return collect_branches(r, pose, to), Problem::none;
+    if (r.wanted == Wanted::branches) {
+        collect_branches(r, pose, to);
+        return Problem::none;
+    }
     const Configuration<double> g = configuration(static_cast<int>(gc));
     const SelfMotion<double> motion = self_motion(arm, pose, g);
     const JointFunctions<double> f = joint_functions(motion);
@@ -224,12 +231,12 @@ nb::typed<nb::tuple, Ints, Floats, Ints> combine(SetOperation operation, Ints co
     const auto ends_of_a = static_cast<std::int64_t>(2 * a.arcs());
     std::vector<std::int64_t> counts, source;
     std::vector<double> arcs;
+    constexpr int in_b = 2 * ArcSet::capacity;  // tags beyond it are of b
     ArcSet out;
     for (Py_ssize_t i = 0; i < ia.shape(0); ++i) {
         const auto at_a = ia.data<long long>()[i], at_b = ib.data<long long>()[i];
-        const ArcSet left = a.load(at_a, 1), right = operation == SetOperation::complement
-                                                         ? ArcSet{}
-                                                         : b.load(at_b, 1 + 2 * ArcSet::capacity);
+        const ArcSet left = a.load(at_a, 1),
+                     right = operation == SetOperation::complement ? ArcSet{} : b.load(at_b, 1 + in_b);
         if (operation == SetOperation::intersection)
             intersect(left, right, out);
         else if (operation == SetOperation::union_)
@@ -240,11 +247,12 @@ nb::typed<nb::tuple, Ints, Floats, Ints> combine(SetOperation operation, Ints co
         for (int k = 0; k < out.count; ++k) {
             arcs.insert(arcs.end(), {out.arc[k].lower, out.arc[k].upper});
             for (const Tag tag : {out.arc[k].lower_tag, out.arc[k].upper_tag}) {
-                const bool from_a = tag <= 2 * ArcSet::capacity;
-                source.push_back(out.full || tag == 0 ? -1
-                                 : from_a ? static_cast<std::int64_t>(2 * a.first(at_a)) + tag - 1
-                                          : ends_of_a + static_cast<std::int64_t>(2 * b.first(at_b)) + tag -
-                                                1 - 2 * ArcSet::capacity);
+                std::int64_t end = -1;
+                if (!out.full && tag > in_b)
+                    end = ends_of_a + static_cast<std::int64_t>(2 * b.first(at_b)) + tag - 1 - in_b;
+                else if (!out.full && tag > 0)
+                    end = static_cast<std::int64_t>(2 * a.first(at_a)) + tag - 1;
+                source.push_back(end);
             }
         }
     }

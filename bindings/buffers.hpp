@@ -93,10 +93,16 @@ private:
 
 /// A number that Python code writes as float or int; false for anything else.
 inline bool as_double(nb::handle h, double& out) noexcept {
-    if (PyFloat_Check(h.ptr())) return out = PyFloat_AS_DOUBLE(h.ptr()), true;
+    if (PyFloat_Check(h.ptr())) {
+        out = PyFloat_AS_DOUBLE(h.ptr());
+        return true;
+    }
     if (PyLong_CheckExact(h.ptr())) {
         out = PyLong_AsDouble(h.ptr());
-        if (out == -1.0 && PyErr_Occurred()) return PyErr_Clear(), false;
+        if (out == -1.0 && PyErr_Occurred()) {
+            PyErr_Clear();
+            return false;
+        }
         return true;
     }
     return false;
@@ -288,8 +294,9 @@ private:
 inline bool as_index(nb::handle h, long long& out) noexcept {
     if (PyBool_Check(h.ptr()) || !PyIndex_Check(h.ptr())) return false;
     out = PyNumber_AsSsize_t(h.ptr(), nullptr);
-    if (out == -1 && PyErr_Occurred()) return PyErr_Clear(), false;
-    return true;
+    if (out != -1 || !PyErr_Occurred()) return true;
+    PyErr_Clear();
+    return false;
 }
 
 /// The bound arm: the arm, and its limits without margin.

@@ -41,13 +41,16 @@ struct Grown {
         if (wanted <= capacity) return;
         std::unique_ptr<T[]> larger(new T[wanted]);
         if (size) std::memcpy(larger.get(), data, size * sizeof(T));
-        own = std::move(larger), data = own.get(), capacity = wanted;
+        own = std::move(larger);
+        data = own.get();
+        capacity = wanted;
     }
     void room_for(std::size_t more) {
         if (size + more > capacity) reserve(size + more + capacity / 2);
     }
     void borrow(const Grown& whole, std::size_t first, std::size_t count) {
-        data = whole.data + first, capacity = count;
+        data = whole.data + first;
+        capacity = count;
     }
 
     nb::object release(std::size_t columns) {
@@ -68,28 +71,38 @@ struct Collected {
 
     /// Room for so many sets.
     void reserve(std::size_t sets) {
-        count.reserve(sets), status.reserve(sets);
-        psi.reserve(ends * sets), value.reserve(ends * sets), joint.reserve(ends * sets),
-            side.reserve(ends * sets);
+        count.reserve(sets);
+        status.reserve(sets);
+        psi.reserve(ends * sets);
+        value.reserve(ends * sets);
+        joint.reserve(ends * sets);
+        side.reserve(ends * sets);
     }
     /// The room that another has for the sets from `first` on.
     void borrow(const Collected& whole, std::size_t first, std::size_t sets) {
-        count.borrow(whole.count, first, sets), status.borrow(whole.status, first, sets);
-        psi.borrow(whole.psi, ends * first, ends * sets),
-            value.borrow(whole.value, ends * first, ends * sets);
-        joint.borrow(whole.joint, ends * first, ends * sets),
-            side.borrow(whole.side, ends * first, ends * sets);
+        count.borrow(whole.count, first, sets);
+        status.borrow(whole.status, first, sets);
+        psi.borrow(whole.psi, ends * first, ends * sets);
+        value.borrow(whole.value, ends * first, ends * sets);
+        joint.borrow(whole.joint, ends * first, ends * sets);
+        side.borrow(whole.side, ends * first, ends * sets);
     }
 
     void add(const Arm& arm, double margin, const Configuration<double>& gc, const ArcSet& set,
              Status outcome) {
-        count.room_for(1), status.room_for(1);
-        count.data[count.size++] = set.count, status.data[status.size++] = static_cast<std::int8_t>(outcome);
+        count.room_for(1);
+        status.room_for(1);
+        count.data[count.size++] = set.count;
+        status.data[status.size++] = static_cast<std::int8_t>(outcome);
         const auto ends = static_cast<std::size_t>(2 * set.count);
-        psi.room_for(ends), value.room_for(ends), joint.room_for(ends), side.room_for(ends);
+        psi.room_for(ends);
+        value.room_for(ends);
+        joint.room_for(ends);
+        side.room_for(ends);
         for (int i = 0; i < set.count; ++i) {
             const Arc& arc = set.arc[i];
-            psi.data[psi.size++] = arc.lower, psi.data[psi.size++] = arc.upper;
+            psi.data[psi.size++] = arc.lower;
+            psi.data[psi.size++] = arc.upper;
             for (const Tag tag : {arc.lower_tag, arc.upper_tag}) {
                 joint.data[joint.size++] = static_cast<std::int8_t>(tag_joint(tag));
                 side.data[side.size++] = static_cast<std::int8_t>(tag_side(tag));
@@ -112,8 +125,10 @@ inline void join(std::vector<Collected>& parts, Collected& whole) {
     std::remove_reference_t<decltype(to)> all;
     std::size_t total = 0;
     bool outgrown = false;
-    for (const Collected& part : parts)
-        total += (part.*member).size, outgrown |= (part.*member).own != nullptr;
+    for (const Collected& part : parts) {
+        total += (part.*member).size;
+        outgrown |= (part.*member).own != nullptr;
+    }
     for (Collected& part : parts) {
         auto& from = part.*member;
         if (!from.own || from.size < total) continue;

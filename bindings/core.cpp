@@ -28,8 +28,10 @@ void construct(ArmHandle* self, Floats lengths, Floats joint_map, Floats base, F
     p.a_4 = length[5], p.d_4 = length[6];
     copy(joint_map, map, {4 * armangle::joints});
     for (int i = 0; i < armangle::joints; ++i) {
-        p.sign[i] = map[i], p.offset[i] = map[armangle::joints + i];
-        p.limits.lower[i] = map[2 * armangle::joints + i], p.limits.upper[i] = map[3 * armangle::joints + i];
+        p.sign[i] = map[i];
+        p.offset[i] = map[armangle::joints + i];
+        p.limits.lower[i] = map[2 * armangle::joints + i];
+        p.limits.upper[i] = map[3 * armangle::joints + i];
     }
     copy(base, transform, {4, 4});
     p.base = armangle::load_pose(transform);

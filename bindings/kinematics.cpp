@@ -65,7 +65,10 @@ void inverse_many(const ArmHandle& self, Floats pose, Floats psi, Ints gc, Float
 
 Problem check_joints(const double* q, double& value) noexcept {
     for (int j = 0; j < joints; ++j)
-        if (!(std::fabs(q[j]) <= tolerance::largest_angle)) return value = q[j], Problem::joints_not_finite;
+        if (!(std::fabs(q[j]) <= tolerance::largest_angle)) {
+            value = q[j];
+            return Problem::joints_not_finite;
+        }
     return Problem::none;
 }
 
@@ -129,8 +132,10 @@ void psi_towards_many(const ArmHandle& self, Floats pose, Ints gc, Wish wish, Fl
         const Problem problem = check_pose(m, value);
         if (problem != Problem::none) return problem;
         const long long branch = g.data<long long>()[at[1]];
-        if (branch < 0 || branch >= configurations)
-            return value = static_cast<double>(branch), Problem::gc_range;
+        if (branch < 0 || branch >= configurations) {
+            value = static_cast<double>(branch);
+            return Problem::gc_range;
+        }
         const double* v = t.data<double>() + at[2];
         const SelfMotion<double> motion = self_motion(self.arm, load_pose(m), static_cast<int>(branch));
         const WishedPsi found = psi_towards(self.arm, motion, {wish, 0.0, {v[0], v[1], v[2]}});
@@ -157,7 +162,9 @@ void self_motion_many(const ArmHandle& self, Floats pose, Floats psi, Ints gc, F
     const Buffer p(pose), a(psi), g(gc), to(out, true);
     for_each<4>("pose", {&p, &a, &g, &to}, {2, 0, 0, 1}, threads, [&](const Py_ssize_t* at, double& value) {
         InverseBatch b;
-        b.pose = {p.data<double>() + at[0], 0}, b.psi = {a.data<double>() + at[1], 0}, b.seed = {nullptr, 0};
+        b.pose = {p.data<double>() + at[0], 0};
+        b.psi = {a.data<double>() + at[1], 0};
+        b.seed = {nullptr, 0};
         b.gc = {g.data<long long>() + at[2], 0};
         const Problem problem = detail::check_element(self.arm, b, 0, value);
         if (problem != Problem::none) return problem;

@@ -108,8 +108,14 @@ nb::object plan_path(const ArmHandle& self, Floats segments, Floats rows, Floats
     const Buffer g(segments), r(rows), w(weights);
     Buffer from, to;
     PlanOptions options;
-    if (!start.is_none()) from.get(start), options.start = from.data<double>();
-    if (!goal.is_none()) to.get(goal), options.goal = to.data<double>();
+    if (!start.is_none()) {
+        from.get(start);
+        options.start = from.data<double>();
+    }
+    if (!goal.is_none()) {
+        to.get(goal);
+        options.goal = to.data<double>();
+    }
     const double* weight = w.data<double>();
     options.objective = {weight[0], weight[1], weight[2], weight[3]};
     options.branches = branches, options.singularity_margin = singularity_margin,

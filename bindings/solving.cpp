@@ -66,7 +66,8 @@ public:
         for (int j = 0; near && j < joints; ++j)
             if (!(std::fabs(near[j]) <= tolerance::largest_angle))
                 return outcome.report(Problem::joints_not_finite, i, near[j]);
-        const ArcSet* allowed = allowed_.empty() ? nullptr : &allowed_[allowed_.size() > 1 ? i : 0];
+        const std::size_t own = allowed_.size() > 1 ? i : 0;
+        const ArcSet* allowed = allowed_.empty() ? nullptr : &allowed_[own];
         const Pose<double> pose = load_pose(m);
         solve(arm_.arm, table_, pose, nearest_options(options_, near, allowed));
     }

@@ -96,8 +96,10 @@ nb::object step_one(const ArmHandle& self, nb::handle q_now, nb::handle pose, co
         if (!(std::fabs(q[j]) <= tolerance::largest_angle))
             refuse_one(Problem::joints_not_finite, "q_now", q[j]);
     ArcSet allowed;
-    if (!allowed_count.is_none())
-        allowed = ArcArrays(allowed_count, allowed_psi).load(0, 0), options.allowed = &allowed;
+    if (!allowed_count.is_none()) {
+        allowed = ArcArrays(allowed_count, allowed_psi).load(0, 0);
+        options.allowed = &allowed;
+    }
     const GivenBounds given(bounds, options);
     const Limits limits(self, margin);
     const Pose<double> frame = load_pose(m);
@@ -182,7 +184,8 @@ void resolve_many(const Policy& policy, Ints count, Floats psi_arcs, Ints index,
     for (Py_ssize_t k = 0; k < i.shape(0); ++k) {
         if (wished.held()) now.towards = {Wish::psi, wished.data<double>()[k], {}};
         const Resolution r = resolve(now, arcs.load(i.data<long long>()[k], 0), x.data<double>()[k]);
-        to.data<double>()[k] = r.psi, code.data<std::int8_t>()[k] = static_cast<std::int8_t>(r.status);
+        to.data<double>()[k] = r.psi;
+        code.data<std::int8_t>()[k] = static_cast<std::int8_t>(r.status);
     }
 }
 

@@ -12,7 +12,7 @@ import armangle as aa
 from armangle import plots
 
 arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
-q = np.radians([-5.4101, -26.4986, -48.1542, -61.6500, 152.6198, 114.4466, 8.1812])  # the paper's (37)
+q = np.radians([-5.4101, -26.4986, -48.1542, -61.6500, 152.6198, 114.4466, 8.1812])
 
 pose, psi, gc = arm.forward(q)
 print(f"psi = {np.degrees(psi):.4f} deg, gc = {gc}")

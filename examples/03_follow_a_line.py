@@ -1,9 +1,9 @@
 """
-03. The paper's line
-====================
+03. Follow a line
+=================
 
-From the posture (37), a quarter of a metre along the tool's z axis, with eq. (36) moving the elbow away from
-the joint limits.
+A quarter of a metre along the tool's z axis, from a posture near the limits, with the elbow moving away from
+them.
 """
 
 import matplotlib.pyplot as plt
@@ -19,7 +19,7 @@ poses = np.tile(pose, (251, 1, 1))
 poses[:, :3, 3] += np.linspace(0.0, 0.25, 251)[:, None] * pose[:3, 2]
 
 # %%
-# Different alpha, the same K (the paper's figure 13a and c; the values of alpha are ours).
+# Different alpha, the same K.
 
 runs = {
     f"alpha = {alpha}": aa.follow(arm, poses, start=start, policy=aa.Repulsion(K=0.1, alpha=alpha))

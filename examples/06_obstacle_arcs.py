@@ -3,8 +3,7 @@
 =====================
 
 An obstacle that the elbow must not touch blocks arcs of the arm angle. ``allowed=`` intersects what is left
-with the feasible arcs (the paper's section 6), and eq. (36) then keeps away from the obstacle as it does from
-joint limits.
+with the feasible arcs, and ``Repulsion`` then keeps away from the obstacle as it does from joint limits.
 """
 
 import matplotlib.pyplot as plt

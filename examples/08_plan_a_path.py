@@ -2,8 +2,8 @@
 08. Around a dead end
 =====================
 
-On this line the elbow must make up its mind early. Eq. (36) looks at one pose at a time: it keeps away from
-the ends of the arc that it is in, until that arc closes. ``plan`` sees the whole path.
+On this line the elbow must make up its mind early. ``Repulsion`` looks at one pose at a time: it keeps away
+from the ends of the arc that it is in, until that arc closes. ``plan`` sees the whole path.
 """
 
 import matplotlib.pyplot as plt

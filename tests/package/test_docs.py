@@ -2,6 +2,7 @@
 
 import doctest
 import inspect
+import json
 import re
 import shutil
 import subprocess
@@ -9,9 +10,10 @@ import sys
 import zlib
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
-from support.needs import need
+from support.needs import need, need_tool
 
 import armangle
 
@@ -28,6 +30,7 @@ TOOLS = (
     "latex2mathml",
     "matplotlib",
 )
+PEER = re.compile(r"^>>> (?:import|from) (\w+)", re.MULTILINE)
 FENCE = re.compile(r"^```pycon\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
@@ -43,9 +46,44 @@ def examples_of(page: Path) -> list[doctest.Example]:
     return found
 
 
+SPOKEN = [
+    path.relative_to(ROOT)
+    for place in ("README.md", "CONTRIBUTING.md", "architecture.toml", "docs", "benchmarks", "examples")
+    for path in ([ROOT / place] if (ROOT / place).is_file() else sorted((ROOT / place).rglob("*")))
+    if path.suffix in {".md", ".svg", ".toml", ".rst"} and "_build" not in path.parts
+]
+
+
+def missing_headers(text: str) -> list[str]:
+    """The headers that a text names and that stand nowhere; `room/x.hpp` must lie in its room."""
+    headers = [
+        "/" + h.as_posix()
+        for place in ("include", "bindings", "examples", "benchmarks", "fuzz")
+        for h in (ROOT / place).rglob("*.hpp")
+    ]
+    named = set(re.findall(r"(?<![\w./])(?:\w+/)*\w+\.hpp\b", text))
+    return sorted(
+        n for n in named if not any(h.endswith("/" + n) for h in headers) and not n.startswith("kdl/")
+    )
+
+
+@pytest.mark.parametrize("path", SPOKEN, ids=str)
+def test_headers_that_are_named_exist(path: Path) -> None:
+    assert not missing_headers((ROOT / path).read_text(encoding="utf-8"))
+
+
+def test_a_header_that_moved_is_seen() -> None:
+    assert missing_headers("`circle/inverse.hpp: joints`, `posture.hpp`, `arm/posture.hpp`") == [
+        "arm/posture.hpp",
+        "circle/inverse.hpp",
+    ]
+
+
 @pytest.mark.parametrize("name", PAGES)
 def test_examples_of_a_page_print_what_they_show(name: str) -> None:
     page = ROOT / name
+    for imported in PEER.findall(page.read_text(encoding="utf-8")):
+        need(imported)
     case = doctest.DocTest(examples_of(page), {}, name, str(page), 0, None)
     report: list[str] = []
     result = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS).run(case, out=report.append)
@@ -152,3 +190,86 @@ def test_every_picture_drawn_is_shown(site: Path) -> None:
     drawn = {path.name for path in (site.parent / "docs" / "_made").glob("*.svg")}
     pages = "".join(page.read_text(encoding="utf-8") for page in (site.parent / "docs").rglob("*.md"))
     assert {name for name in drawn if f"_made/{name}" not in pages} == set()
+
+
+# What a newcomer types into the search box, and the page that answers.
+SEARCHED = {
+    "closest": "which",
+    "nearest posture": "which",
+    "solutions": "which",
+    "teleoperation": "howto/teleoperation",
+    "elbow up": "howto/elbow_up",
+    "MoveIt": "coming_from",
+    "KDL": "coming_from",
+    "ikpy": "coming_from",
+    "pinocchio": "coming_from",
+    "redundancy": "faq",
+    "null space": "faq",
+    "joint limits": "howto/limits",
+    "singularity": "howto/limits",
+    "ROS": "interop",
+    "gripper": "faq",
+    "URDF": "howto/urdf",
+}
+
+
+@pytest.mark.parametrize("words", SEARCHED)
+def test_what_a_newcomer_searches_finds_its_page(site: Path, words: str) -> None:
+    stem = need("sphinx.search.en").SearchEnglish({}).stem
+    text = (site / "searchindex.js").read_text(encoding="utf-8")
+    index = json.loads(text.removeprefix("Search.setIndex(").removesuffix(")"))
+    for word in words.lower().split():
+        found = (index[kind].get(stem(word), []) for kind in ("titleterms", "terms"))
+        numbers = [n for one in found for n in (one if isinstance(one, list) else [one])]
+        assert SEARCHED[words] in {index["docnames"][n] for n in numbers}
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    chromium = need_tool("chromium")
+    with need("playwright.sync_api").sync_playwright() as playwright:
+        running = playwright.chromium.launch(executable_path=chromium, args=["--headless", "--no-sandbox"])
+        yield running
+        running.close()
+
+
+# Right edges (px) of what is cut off by nothing that scrolls, where they lie beyond the window.
+BEYOND = """() => [...document.querySelectorAll('article *')].filter(element => {
+    for (let at = element.parentElement; at && at !== document.body; at = at.parentElement)
+        if (getComputedStyle(at).overflowX !== 'visible') return false;
+    const box = element.getBoundingClientRect();
+    return box.width > 0 && box.right > innerWidth + 1;
+}).map(element => `${element.tagName} ends at ${Math.round(element.getBoundingClientRect().right)}`)"""
+CUT = """() => [...document.querySelectorAll('article pre')]
+    .filter(element => element.scrollWidth > element.clientWidth + 1).map(element => element.innerText)"""
+DESKTOP, PHONE = 1280, 390
+
+
+@pytest.mark.parametrize("width", [DESKTOP, PHONE])
+def test_nothing_runs_off_a_page(site: Path, browser: Any, width: int) -> None:
+    view = browser.new_page(viewport={"width": width, "height": 900})
+    pages = sorted(path for path in site.rglob("*.html") if "_static" not in path.parts)
+    wrong = []
+    for path in pages:
+        view.goto(path.as_uri())
+        if view.evaluate("document.documentElement.scrollWidth > innerWidth") or view.evaluate(BEYOND):
+            wrong.append(f"{path.relative_to(site)}: {view.evaluate(BEYOND)[:3]}")
+        if width == DESKTOP and view.evaluate(CUT):  # a phone scrolls long lines within their box
+            wrong.append(f"{path.relative_to(site)}: longer than its box:\n{view.evaluate(CUT)[0]}")
+    view.close()
+    assert len(pages) > 50 and not wrong, "\n".join(wrong)
+
+
+def test_code_can_be_copied_without_prompts(site: Path, browser: Any) -> None:
+    view = browser.new_page()
+    view.goto((site / "which.html").as_uri())
+    buttons = view.locator("button.copybtn")
+    assert buttons.count() == view.locator("article pre").count() > 3
+    view.close()
+
+
+def test_every_page_leads_on_and_says_the_version(site: Path) -> None:
+    for name in ("which", "howto/plan", "howto/teleoperation", "theory/plan"):
+        page = (site / f"{name}.html").read_text(encoding="utf-8")
+        assert 'class="next-page"' in page and 'class="prev-page"' in page
+        assert f"armangle {armangle.__version__}" in page

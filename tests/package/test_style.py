@@ -19,7 +19,7 @@ FILES = [
     for ending in ("hpp", "cpp")
     for path in sorted((ROOT / folder).rglob(f"*.{ending}"))
 ]
-PLAIN = [path for path in FILES if path.parts[0] == "include"]
+PLAIN = [path for path in FILES if path.parts[0] in ("include", "bindings")]
 
 
 def code_of(text: str) -> str:

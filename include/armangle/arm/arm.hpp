@@ -67,10 +67,17 @@ inline Mat3<double> frame_along(const Vec3<double>& v) noexcept {
     return {x, cross(z, x), z};
 }
 
+/// Direction of a link of this length, from its offset and its part along the axis.
+inline SinCos<double> slant(double offset, double along, double length) noexcept {
+    if (!(length > 0)) return {0.0, 1.0};
+    return {offset / length, along / length};
+}
+
 }  // namespace detail
 
-/// The arm of these parameters, which must be finite (limits may be infinite), d_se, d_ew > 0, lower <=
-/// upper; the reference vector must have a length.
+/// The arm of these parameters, which must be finite (limits may be infinite), lower <= upper. Without both
+/// links (d_se, d_ew > 0) there is no elbow: forward kinematics holds, and every pose is UNREACHABLE.
+/// The reference vector must have a length.
 inline Arm make_arm(const ArmParameters& parameters) noexcept {
     Arm arm{};
     static_cast<ArmParameters&>(arm) = parameters;
@@ -84,9 +91,11 @@ inline Arm make_arm(const ArmParameters& parameters) noexcept {
         arm.reach = hypot(arm.reach, arm.d_4);
         arm.inner_reach = hypot(arm.inner_reach, arm.d_4);
     }
+    const bool linked = arm.upper_arm > 0 && arm.forearm > 0;
+    if (!linked) arm.inner_reach = infinity;
     arm.size = arm.reach + abs(arm.d_bs) + abs(arm.d_wf) + norm(arm.base.position) + norm(arm.tool.position);
-    arm.shoulder_slant = {arm.a_3 / arm.upper_arm, arm.d_se / arm.upper_arm};
-    arm.wrist_slant = {arm.a_4 / arm.forearm, arm.d_ew / arm.forearm};
+    arm.shoulder_slant = detail::slant(arm.a_3, arm.d_se, arm.upper_arm);
+    arm.wrist_slant = detail::slant(arm.a_4, arm.d_ew, arm.forearm);
     const auto &s = arm.shoulder_slant, &w = arm.wrist_slant;
     arm.delta = {w.sin * s.cos - w.cos * s.sin, w.cos * s.cos + w.sin * s.sin};
     arm.delta_angle = atan2(arm.delta.sin, arm.delta.cos);

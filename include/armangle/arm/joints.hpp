@@ -31,6 +31,7 @@ struct ThetaRange {
     double lower, upper;
 };
 
+/// The range of theta that joint j's limits leave; a sign of -1 turns it round.
 inline ThetaRange theta_range(const Arm& arm, const Limits& limits, int j) noexcept {
     const double a = to_theta(arm, j, limits.lower[j]), b = to_theta(arm, j, limits.upper[j]);
     return {min(a, b), max(a, b)};

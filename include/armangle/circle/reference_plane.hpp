@@ -79,7 +79,8 @@ template <class T>
 /// Axis z_3 of the elbow at psi = 0: the normal of the reference half-plane; p = S->W (m), w = p / |p|.
 template <class T>
 ARMANGLE_INLINE Vec3<T> reference_normal(const Arm& arm, const Vec3<T>& p, const Vec3<T>& w) noexcept {
-    if (arm.reference != Reference::base) [[unlikely]] return detail::other_normal(arm, p, w);
+    if (arm.reference != Reference::base) [[unlikely]]
+        return detail::other_normal(arm, p, w);
     return detail::normal_about_z(arm, p, w);
 }
 

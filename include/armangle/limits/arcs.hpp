@@ -1,4 +1,9 @@
 // ArcSet: closed arcs on the circle, their algebra, and the tags of their ends. Knows no robot.
+//
+//        -pi                 0                 pi
+//         |====]    [=======]        [==========|     two arcs: the last one goes over the seam, lower in
+//              ^    ^                                 [-pi, pi), upper up to a turn further
+//              tags: the joint and the limit that end an arc
 #pragma once
 
 #include <cstdint>

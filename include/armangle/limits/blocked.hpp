@@ -1,11 +1,14 @@
 // What limits block, as a list of arcs, and the arcs that are left.
 //
+//     joint 1 blocks    [xxxx]
+//     joint 2 blocks       [xxxxx]        [xxx]
+//     joint 5 blocks                        [xxxx]
+//     left            ==]        [========]      [==     one sweep from the lowest lower end on
+//
 // What a limit blocks is one arc, or the common part of two (a pivot with more than half a turn, a gap
-// between two pieces of a hinge). No tangent, no derivative sign, no sampling; limits of any sign, beyond
-// +-pi or infinite are the same rule.
+// between two pieces of a hinge). The rule needs no tangent, no sign of a derivative and no sampling, and is
+// the same for limits of any sign, beyond +-pi or infinite.
 #pragma once
-
-#include <bit>
 
 #include "boundaries.hpp"
 
@@ -71,9 +74,13 @@ inline double constant_hinge(const Hinge<double>& h, const Pivot<double>& p) noe
 
 }  // namespace detail
 
-/// Pivots as bits of PivotArcs' lanes: joints 1 and 3; 5 and 7; all.
-inline constexpr unsigned shoulder_pivots = 0x33, wrist_pivots = 0xcc, all_pivots = 0xff;
-constexpr unsigned pivot_bits(int pivot) noexcept { return 0x11u << pivot; }
+/// A pivot as bits of PivotArcs' lanes: that of its lower limit and that of its upper one.
+constexpr unsigned pivot_bits(int pivot) noexcept { return 1u << pivot | 1u << (pivots + pivot); }
+
+/// Joints 1 and 3; 5 and 7; all; and one bit for each pivot instead of two.
+inline constexpr unsigned shoulder_pivots = pivot_bits(0) | pivot_bits(1),
+                          wrist_pivots = pivot_bits(2) | pivot_bits(3),
+                          all_pivots = shoulder_pivots | wrist_pivots, each_pivot = (1u << pivots) - 1;
 
 /// Blocks what the limits of some pivots forbid.
 inline void block_pivots(const LimitTable& t, const JointFunctions<double>& f, const Boundaries& b,
@@ -81,17 +88,15 @@ inline void block_pivots(const LimitTable& t, const JointFunctions<double>& f, c
     if (t.psi_margin > 0)
         for (int p = 0; p < pivots; ++p)
             if (which >> p & 1) detail::avoid_paper_singularity(t, f, p, out);
-    for (unsigned left = b.pivot.constant & which & all_pivots >> pivots; left; left &= left - 1) {
-        const int p = std::countr_zero(left);
+    for_each_bit(b.pivot.constant & which & each_pivot, [&](int p) {
         const Pivot<double>& pivot = f.pivot[p];
         const double k = pivot.g / hypot(pivot.U.k, pivot.V.k);
         out.all |= !t.cone[p].contains({pivot.U.k * k, pivot.V.k * k});
-    }
-    for (unsigned left = b.pivot.kept & which; left; left &= left - 1) {
-        const int i = std::countr_zero(left);
+    });
+    for_each_bit(b.pivot.kept & which, [&](int i) {
         const Tag tag = t.tag[i], other = t.tag[(i + pivots) % (2 * pivots)];
         out.add({b.pivot.lower[i], b.pivot.upper[i], tag, b.pivot.cut >> i & 1 ? other : tag});
-    }
+    });
 }
 
 /// Blocks what the limits of a hinge (0, 1 for joints 2, 6) forbid.

@@ -1,10 +1,13 @@
 // Each limit as a boundary function B(psi) = a sin + b cos + c, and the arc on which it is negative:
 // forbidden. Eq. (32), (35).
 //
+//     B |   .--.                  .-    {B < 0} is one arc, (phi + alpha, phi - alpha + 2 pi), with
+//       |  /    \                /      phi = atan2(a, b), where B is largest, and
+//     0 +-/-phi--\--------------/--     alpha = acos(-c / hypot(a, b)).
+//       |/        `-._______.-'
+//
 //   pivot  g (U cos L - V sin L) >= 0 at the lower limit, <= 0 at the upper: the cone from one to the other;
 //   hinge  cos(near) - H >= 0 and H - cos(far) >= 0, near and far being the limits of |theta|.
-// {B < 0} is one arc, (phi + alpha, phi - alpha + 2 pi) with phi = atan2(a, b), alpha = acos(-c / hypot(a,
-// b)).
 #pragma once
 
 #include "../circle/joint_function.hpp"

@@ -1,5 +1,8 @@
 // Feasible arcs: all psi of a pose and branch that keep every joint within its limits, and what ends them.
-// Eq. (25).
+// Eq. (25): Psi_all is the intersection of Psi_i over the joints.
+//
+//     self-motion -> joint functions -> boundaries -> blocked arcs -> what is left, tagged
+//     (circle/)      (circle/)          (32), (35)    blocked.hpp     here
 #pragma once
 
 #include "blocked.hpp"

@@ -1,9 +1,8 @@
 // Joint values over boxes of psi, eight boxes at a time: value, rate and second derivative at the middle of
 // each, and how far they move within it.
 //
-//        theta(m) +- travel        theta is inside the band over the whole box; the band's width shrinks with
-//        r^2 about
-//   ____/~~~~~~~~~~~~~~\____       the tangent, so bounds made from it are of second order.
+//        theta(m) +- travel      theta is inside the band over the whole box; the band's width shrinks with
+//   ____/~~~~~~~~~~~~~~\____     r^2 about the tangent, so bounds made from it are of second order.
 //       m-r     m     m+r
 //
 // With D = sin^2(theta_2) = 1 - H^2 (theta_6 on the wrist's side) and the numerators N of eq. (29):

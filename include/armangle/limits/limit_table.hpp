@@ -1,4 +1,9 @@
 // The limits of an arm, turned once into what the boundary functions take.
+//
+//          upper \     / lower           a pivot's limits are a cone of directions (V, U): narrow up to half
+//                 \   /                  a turn, wide beyond it, free from a whole turn on;
+//                  \ /  theta inside     a hinge's are one or two pieces of |theta| in [0, pi], each with a
+//     --------------o--------------      near and a far end
 #pragma once
 
 #include "arcs.hpp"
@@ -92,6 +97,7 @@ struct LimitTable {
 
 namespace detail {
 
+/// Which of a joint's own limits, in q, is the lower (upper) one of theta.
 inline Side limit_side(const Arm& arm, int joint, bool lower_theta) noexcept {
     return (arm.sign[joint] > 0) == lower_theta ? Side::lower : Side::upper;
 }

@@ -3,12 +3,10 @@
 //
 // cost(psi) is smooth between the ends of arcs. Branch and bound over boxes of psi:
 //
-//   cost |\      _          every box has a lower bound, of first order by the band of each joint, of second
-//   by
-//        | \    / \         cost' and cost'' over the box. Boxes whose bound is above the best cost known are
-//        dropped, |  \__/   \___     boxes on which cost' has one sign leave one end, boxes with cost'' > 0
-//        are finished by
-//        +------------- psi Newton's method. What is left is split into eight, one lane each.
+//   cost |\      _          Every box has a lower bound, of first order by the band of each joint, of second
+//        | \    / \         by cost' and cost'' over the box. Boxes whose bound is above the best cost known
+//        |  \__/   \___     are dropped, boxes on which cost' has one sign leave one end, and boxes with
+//        +------------- psi cost'' > 0 are finished by Newton's method. The rest is split into eight lanes.
 //
 // Source: E. R. Hansen, Global optimization using interval analysis (1980): monotonicity, convexity and
 // midpoint tests.

@@ -95,6 +95,13 @@ Jet<T, K> abs(const Jet<T, K>& a) noexcept {
     return select(a < Jet<T, K>(0.0), -a, a);
 }
 
+/// A whole turn is constant: it moves the value alone.
+template <class T, int K>
+Jet<T, K> wrap(Jet<T, K> a) noexcept {
+    a.coefficient[0] = wrap(a.coefficient[0]);
+    return a;
+}
+
 template <class T, int K>
 Jet<T, K> sqrt(const Jet<T, K>& a) noexcept {
     Jet<T, K> out;

@@ -1,37 +1,32 @@
 // Candidates on one section of a tube: joint values with their windings, distances to limits and
 // singularities, and cost.
+//
+//     arc of phi   [--o---o---o---oo-o---]     evenly, closer where joints turn fast, and beside the phi at
+//                                  ^           which a joint of more than a turn meets its limit;
+//     windings      q_1, q_1 + 2 pi, ...       each that the limits leave is a posture of its own
 #pragma once
 
 #include <algorithm>
 
-#include "../arm/joints.hpp"
-#include "tube.hpp"
+#include "objective.hpp"
 
 namespace armangle {
 
-/// What a plan strives for: first the largest least margin, up to `enough`; then margin along the way and
-/// little travel.
-struct Objective {
-    double limits = 1, singularities = 1, travel = 1;  // weights, >= 0
-    double enough = 0.35;                              // rad: margins beyond it count no more
-};
-
 /// One posture: q lies within the limits, in one of the windings that they leave.
 struct Candidate {
-    double phi, margin, cost;
+    double phi;
+    Rating worth;
     double q[joint_slots];
     std::uint32_t arc;
 };
 
 namespace candidate_rule {
-inline constexpr double spacing = 0.2;      // of neighbouring postures in phi (rad)
-inline constexpr double beside = 5e-3;      // of the phi where a joint's windings end (rad)
-inline constexpr int least = 5;             // postures on an arc, however narrow
-inline constexpr double move = 0.5;         // a joint moves at most this from one to the next (rad) ...
-inline constexpr int passes = 4;            // ... after at most so many insertions between
-inline constexpr int windings = 2;          // of a joint, either way from the middle of its range
-inline constexpr double reference = 0.1;    // margin of cost 1 (rad)
-inline constexpr double cost_floor = 1e-3;  // margins below cost no more (rad)
+inline constexpr double spacing = 0.2;  // of neighbouring postures in phi (rad)
+inline constexpr double beside = 5e-3;  // of the phi where a joint's windings end (rad)
+inline constexpr int least = 5;         // postures on an arc, however narrow
+inline constexpr double move = 0.5;     // a joint moves at most this from one to the next (rad) ...
+inline constexpr int passes = 4;        // ... after at most so many insertions between
+inline constexpr int windings = 2;      // of a joint, either way from the middle of its range
 }  // namespace candidate_rule
 
 namespace detail {
@@ -41,7 +36,6 @@ struct EightThetas {
     double theta[joints][8];
 
     EightThetas(const Section& l, const double* phi) noexcept {
-        using Slots = Lane<8>;
         const SinCos<Slots> sc = sin_cos(Slots::load(phi));
         const auto at = [&](const Harmonic<double>& f) {
             return mul_add(Slots(f.s), sc.sin, mul_add(Slots(f.c), sc.cos, Slots(f.k)));
@@ -59,12 +53,6 @@ struct EightThetas {
     }
 };
 
-/// Distance of a hinge's theta from 0 and +-pi.
-inline double hinge_clearance(double theta) noexcept {
-    const double size = abs(theta);
-    return min(size, pi - size);
-}
-
 }  // namespace detail
 
 /// Joint values that a section can be reached at.
@@ -73,24 +61,22 @@ struct Window {
     double lower[joints], upper[joints];
 };
 
-/// The postures of a section from which a plan is made.
+/// Makes the postures of a section from which a plan is made.
 class Candidates {
 public:
-    std::vector<Candidate> all;
-
     Candidates(const Task& task, const Objective& objective) : task_(task), objective_(objective) {}
 
     /// On every arc evenly, closer where joints move fast; every winding that the limits leave is a posture
     /// of its own.
-    void fill(const Tube& tube, const Section& l) {
-        all.clear();
+    void fill(const Tube& tube, const Section& l, const Window& window, std::vector<Candidate>& out) {
+        out.clear();
         if (l.status != Status::OK) return;
         for (std::uint32_t k = 0; k < l.count; ++k) {
             spread_over(tube.arc(l)[k], l.full);
             add_ends(l, tube.arc(l)[k]);
-            solve(l, 0);
-            for (int pass = 0; pass < candidate_rule::passes && refine(); ++pass) solve(l, pass + 1);
-            for (const Point& p : points_) put(p, k);
+            solve(l, points_);
+            for (int pass = 0; pass < candidate_rule::passes && refine(l); ++pass) {}
+            for (const Point& p : points_) put(p, k, window, out);
         }
     }
 
@@ -98,55 +84,31 @@ public:
     /// null.
     void set_reference(const double* q) noexcept { reference_ = q; }
 
-    /// Only windings between these joint values from now on.
-    void set_window(const Window& window) noexcept { window_ = window; }
-
-    /// The one posture q.
-    void fix(double phi, std::uint32_t arc, const double* q) {
-        all.clear();
+    /// The posture q, which a plan must begin or end with, whatever its margin.
+    Candidate fixed(double phi, std::uint32_t arc, const double* q) const noexcept {
         Candidate x{};
         x.phi = phi;
         x.arc = arc;
         for (int j = 0; j < joints; ++j) x.q[j] = q[j];
-        rate(x);
-        x.margin = infinity;
-        all.push_back(x);
-    }
-
-    /// Margin and cost of a posture.
-    void rate(Candidate& x) const noexcept {
-        double least = infinity, cost = 0;
-        const auto take = [&](double distance, double weight) {
-            if (!(weight > 0)) return;
-            least = min(least, distance / weight);
-            const double shown =
-                candidate_rule::reference * weight / max(distance, candidate_rule::cost_floor);
-            cost += shown * shown;
-        };
-        for (int j = 0; j < joints; ++j) {
-            if (j == 3) continue;  // the same for every phi
-            if (task_.limits.lower[j] > -infinity) take(x.q[j] - task_.limits.lower[j], objective_.limits);
-            if (task_.limits.upper[j] < infinity) take(task_.limits.upper[j] - x.q[j], objective_.limits);
-        }
-        for (int j : {1, 5})
-            take(detail::hinge_clearance(wrap(to_theta(task_.arm, j, x.q[j]))) - task_.table.margin,
-                 objective_.singularities);
-        x.margin = least;
-        x.cost = cost;
+        x.worth = {infinity, rating(task_, objective_, q).cost};
+        return x;
     }
 
 private:
     struct Point {
         double phi, theta[joints];
-        int pass;
+    };
+
+    /// Turns that a winding may add to q, first to last; none if last < first.
+    struct Turns {
+        int first, last;
     };
 
     void spread_over(const Arc& arc, bool full) {
         points_.clear();
         const double width = arc.upper - arc.lower;
         const int n = std::max(candidate_rule::least, static_cast<int>(width / candidate_rule::spacing) + 1);
-        for (int i = 0; i < n; ++i)
-            points_.push_back({arc.lower + width * (i + (full ? 0.0 : 0.5)) / n, {}, 0});
+        for (int i = 0; i < n; ++i) points_.push_back({arc.lower + width * (i + (full ? 0.0 : 0.5)) / n, {}});
     }
 
     /// Points beside those phi where a joint of more than a turn comes to a limit: the ends of its windings.
@@ -164,7 +126,7 @@ private:
                 for (int i = 0; i < ends.count; ++i)
                     for (const double side : {-candidate_rule::beside, candidate_rule::beside}) {
                         const double phi = lift(ends.psi[i] + side, 0.5 * (arc.lower + arc.upper));
-                        if (phi > arc.lower && phi < arc.upper) points_.push_back({phi, {}, 0});
+                        if (phi > arc.lower && phi < arc.upper) points_.push_back({phi, {}});
                     }
             }
         }
@@ -173,64 +135,57 @@ private:
                   [](const Point& a, const Point& b) { return a.phi < b.phi; });
     }
 
-    void solve(const Section& l, int pass) noexcept {
-        std::size_t i = 0;
-        while (i < points_.size()) {
-            double phi[8] = {};
-            std::size_t of[8];
-            int n = 0;
-            for (; i < points_.size() && n < 8; ++i)
-                if (points_[i].pass == pass) {
-                    phi[n] = points_[i].phi;
-                    of[n++] = i;
-                }
-            if (!n) return;
+    /// theta of points from their phi, eight at a time.
+    static void solve(const Section& l, std::vector<Point>& points) noexcept {
+        constexpr std::size_t eight = 8;
+        for (std::size_t first = 0; first < points.size(); first += eight) {
+            const std::size_t n = std::min(eight, points.size() - first);
+            double phi[eight] = {};
+            for (std::size_t k = 0; k < n; ++k) phi[k] = points[first + k].phi;
             const detail::EightThetas solved(l, phi);
-            for (int k = 0; k < n; ++k)
-                for (int j = 0; j < joints; ++j) points_[of[k]].theta[j] = solved.theta[j][k];
+            for (std::size_t k = 0; k < n; ++k)
+                for (int j = 0; j < joints; ++j) points[first + k].theta[j] = solved.theta[j][k];
         }
     }
 
+    static double largest_turn(const Point& a, const Point& b) noexcept {
+        double most = 0;
+        for (int j = 0; j < joints; ++j) most = std::max(most, abs(wrap(b.theta[j] - a.theta[j])));
+        return most;
+    }
+
     /// Puts a point between neighbours that differ much; whether there were any.
-    bool refine() {
+    bool refine(const Section& l) {
+        between_.clear();
+        after_.clear();
+        for (std::size_t i = 0; i + 1 < points_.size(); ++i) {
+            if (largest_turn(points_[i], points_[i + 1]) <= candidate_rule::move) continue;
+            after_.push_back(i);
+            between_.push_back({0.5 * (points_[i].phi + points_[i + 1].phi), {}});
+        }
+        if (between_.empty()) return false;
+        solve(l, between_);
         finer_.clear();
-        bool more = false;
+        std::size_t next = 0;
         for (std::size_t i = 0; i < points_.size(); ++i) {
             finer_.push_back(points_[i]);
-            if (i + 1 == points_.size()) break;
-            double most = 0;
-            for (int j = 0; j < joints; ++j)
-                most = std::max(most, abs(wrap(points_[i + 1].theta[j] - points_[i].theta[j])));
-            if (most <= candidate_rule::move) continue;
-            more = true;
-            const int pass = std::max(points_[i].pass, points_[i + 1].pass);
-            finer_.push_back({0.5 * (points_[i].phi + points_[i + 1].phi), {}, pass});
-        }
-        if (!more) return false;
-        int last = 0;
-        for (const Point& p : points_) last = std::max(last, p.pass);
-        for (std::size_t i = 0, old = 0; i < finer_.size(); ++i) {
-            if (old < points_.size() && finer_[i].phi == points_[old].phi)
-                ++old;
-            else
-                finer_[i].pass = last + 1;
+            if (next < after_.size() && after_[next] == i) finer_.push_back(between_[next++]);
         }
         points_.swap(finer_);
         return true;
     }
 
-    /// The windings of joint j within its limits: first and last turn to add to q; none if last < first.
-    /// Those that the section before leads to; at the first section some about the middle, one of a joint
-    /// whose winding cannot change.
-    void turns(int j, double q, int& first, int& last) const noexcept {
+    /// The windings of joint j within its limits: those that the section before leads to; at the first
+    /// section some about the middle, one of a joint whose winding cannot change.
+    Turns turns(int j, double q, const Window& window) const noexcept {
         const double l = task_.limits.lower[j], u = task_.limits.upper[j], far = tolerance::largest_angle;
         const double fewest = ceil((max(l, -far) - tolerance::angle - q) / two_pi),
                      most = floor((min(u, far) + tolerance::angle - q) / two_pi);
         double from = fewest, to = most;
         const bool unlimited = is_unlimited(task_.limits, j);  // any turn will do
-        if (window_.set && !unlimited) {
-            from = max(from, ceil((window_.lower[j] - q) / two_pi));
-            to = min(to, floor((window_.upper[j] - q) / two_pi));
+        if (window.set && !unlimited) {
+            from = max(from, ceil((window.lower[j] - q) / two_pi));
+            to = min(to, floor((window.upper[j] - q) / two_pi));
         } else {
             const bool fixed = j % 2 == 1 || unlimited;
             const double near = fixed && reference_ ? reference_[j] : armangle::middle(task_.limits, j);
@@ -239,35 +194,35 @@ private:
             from = max(from, middle - spread);
             to = min(to, middle + spread);
         }
-        first = static_cast<int>(from);
-        last = static_cast<int>(to);
+        return {static_cast<int>(from), static_cast<int>(to)};
     }
 
-    void put(const Point& p, std::uint32_t arc) {
-        int first[joints], last[joints], at[joints];
-        Candidate x{};
-        x.phi = p.phi;
-        x.arc = arc;
+    void put(const Point& p, std::uint32_t arc, const Window& window, std::vector<Candidate>& out) const {
+        Turns range[joints];
+        int at[joints];
         double q[joints];
         for (int j = 0; j < joints; ++j) {
             q[j] = to_q(task_.arm, j, p.theta[j]);
-            turns(j, q[j], first[j], last[j]);
-            if (last[j] < first[j]) return;
-            at[j] = first[j];
+            range[j] = turns(j, q[j], window);
+            if (range[j].last < range[j].first) return;
+            at[j] = range[j].first;
         }
-        for (int j = 0; j < joints;) {
+        Candidate x{};
+        x.phi = p.phi;
+        x.arc = arc;
+        for (int j = 0; j < joints;) {  // `at` counts through all windings, joint 1 fastest
             for (int i = 0; i < joints; ++i) x.q[i] = q[i] + two_pi * at[i];
-            rate(x);
-            all.push_back(x);
-            for (j = 0; j < joints && ++at[j] > last[j]; ++j) at[j] = first[j];
+            x.worth = rating(task_, objective_, x.q);
+            out.push_back(x);
+            for (j = 0; j < joints && ++at[j] > range[j].last; ++j) at[j] = range[j].first;
         }
     }
 
     const Task& task_;
     const Objective& objective_;
     const double* reference_ = nullptr;
-    Window window_;
-    std::vector<Point> points_, finer_;
+    std::vector<Point> points_, between_, finer_;
+    std::vector<std::size_t> after_;  // points_[after_[i]] is followed by between_[i]
 };
 
 }  // namespace armangle

@@ -1,16 +1,18 @@
 // Proof that a curve keeps its limits between all samples: interval arithmetic on the boundary functions
 // along it.
 //
-// For every joint a condition that is positive where the joint, with its winding, is within its limits:
-//   pivot of less than a turn   the direction (V, U) stays in the open cone of its limits, so the lifted
-//   angle, which is
-//                               continuous, cannot change its winding;
-//   pivot of a turn or more     the direction stays in a sector of +-60 degrees about an angle that is lifted
-//   from stretch to
-//                               stretch, and within its limits by the same boundary functions;
-//   hinge, elbow                sin > 0 keeps the half turn, and so the winding; cos is between those of its
-//   limits.
-// A stretch is proven by its range, or by the mean value form f(m) + f'(S)(S - m); else it is halved.
+//     f |   /~~~~~\  <- range over the stretch          proven where the band lies above 0: by the range, or
+//       |  /~~~~~~~\~~                                  by the mean value form f(m) + f'(S) (S - m); else the
+//     0 +--[---S---]---- s                              stretch is halved
+//
+// For every joint there is a condition that is positive where the joint, with its winding, is within its
+// limits:
+//   pivot of less than a turn: the direction (V, U) stays in the open cone of its limits, so that the
+//     lifted angle, which is continuous, cannot change its winding;
+//   pivot of a turn or more: the direction stays in a sector of +-60 degrees about an angle that is lifted
+//     from stretch to stretch, and within its limits by the same boundary functions;
+//   hinge, elbow: sin > 0 keeps the half turn, and so the winding; cos is between those of its limits.
+// Source: R. E. Moore, Interval Analysis (1966): the mean value form and bisection.
 #pragma once
 
 #include "curve.hpp"

@@ -1,9 +1,13 @@
 // The result of a plan: phi as a cubic spline over s, and from it every posture of the path by the
 // closed-form inverse.
 //
-// Twice continuously differentiable: a cubic B-spline whose control values are the way's polyline at the
-// Greville abscissae (Schoenberg's spline). It reproduces lines and never leaves the hull of the neighbouring
-// values, so it does not overshoot.
+//     phi |      o..o          o  the way's polyline: control values at the Greville abscissae
+//         |    .'    `o        .  the spline: within the hull of its neighbours, so it does not overshoot
+//         | o.'        `..o       out of a narrow tube; it reproduces lines
+//         +------------------ s
+//
+// The curve is a cubic B-spline, twice continuously differentiable. Source: I. J. Schoenberg, On spline
+// functions (1967): the variation diminishing spline.
 #pragma once
 
 #include <algorithm>

@@ -1,8 +1,11 @@
 // Paths of the tool: poses at any parameter s in [0, 1], with every derivative, in one form for all kinds.
 //
+//     s = 0 |--- segment ---|------ segment ------|--- segment ---| s = 1
+//                           t = 0             t = 1
+//
 // A segment moves the point by p(t) = origin + t along + a cos(beta t) + b sin(beta t) and the frame by
-// R(t) = Rot(axis, alpha t) R_0, t in [0, 1]: a line, an arc, a screw are choices of the constants. Templated
-// on the scalar.
+// R(t) = Rot(axis, alpha t) R_0, t in [0, 1]: a line, an arc and a screw are choices of the constants. The
+// formulas are templates of the scalar.
 #pragma once
 
 #include <cstddef>
@@ -92,12 +95,14 @@ inline AxisAngle shortest_rotation(const Mat3<double>& from, const Mat3<double>&
 
 namespace detail {
 
+/// The segment that stays at a pose.
 inline Segment still(double start, double end, const Pose<double>& from) noexcept {
     const Vec3<double> nought{0, 0, 0};
     return {start,     end, from.position, nought, nought, nought, 0.0, orthonormal(from.rotation),
             {0, 0, 1}, 0.0};
 }
 
+/// Turns a segment from its first rotation to another, the short way.
 inline void turn_to(Segment& g, const Mat3<double>& to) noexcept {
     const AxisAngle turn = shortest_rotation(g.rotation, orthonormal(to));
     g.axis = turn.axis;

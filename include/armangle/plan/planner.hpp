@@ -1,6 +1,11 @@
 // The whole path at once: for each branch the tube, the best way through it, a smooth curve, and its proof;
 // or why there is none.
 //
+//     path -> tube -> candidates -> search -> relax -> curve -> certify -> plan
+//                                     | no way           ^         | a limit is broken there
+//                                     v                  |         v
+//                                  diagnose              +--- more sections
+//
 // Unlike the rest of the library this allocates: its memory grows with the path.
 #pragma once
 
@@ -39,6 +44,12 @@ inline constexpr int samples = 5;  // of an empty range, to explain it
 }  // namespace plan_rule
 
 namespace detail {
+
+/// Distance of a hinge's theta from 0 and +-pi.
+inline double hinge_clearance(double theta) noexcept {
+    const double size = abs(theta);
+    return min(size, pi - size);
+}
 
 class Planner {
 public:
@@ -86,12 +97,18 @@ private:
         return a.travel < b.travel;
     }
 
-    /// The posture of given joints on a section; false where it is of another branch, outside what is
+    /// The hinge that lies nearest to 0 or +-pi: there the arm angle does not say how the joints beside it
+    /// share their turn.
+    double clearance(const double* q) const noexcept {
+        return min(hinge_clearance(wrap(to_theta(task_.arm, 1, q[1]))),
+                   hinge_clearance(wrap(to_theta(task_.arm, 5, q[5]))));
+    }
+
+    /// The posture of given joints on a section; not `given` where it is of another branch, outside what is
     /// allowed, or singular.
-    bool anchor(const Tube& tube, const Section& l, const double* q, Anchor& out,
-                double& gap) const noexcept {
+    Anchor anchor(const Tube& tube, const Section& l, const double* q) const noexcept {
         const Chain now = chain(task_.arm, q);
-        out.given = true;
+        Anchor out;
         out.phi = arm_angle(l.motion.circle, now.z3);
         const Joints solved = joints_near(task_.arm, directions(l.motion, sin_cos(out.phi)), q);
         double most = 0;
@@ -99,35 +116,34 @@ private:
             out.q[j] = solved.q[j];
             most = max(most, abs(solved.q[j] - q[j]));
         }
-        if (index(configuration(task_.arm, now.theta)) != tube.gc) return false;
-        for (int j :
-             {1, 5})  // there the arm angle does not say how joints 1 and 3 (5 and 7) share their turn
-            if (most > tolerance::angle &&
-                hinge_clearance(wrap(to_theta(task_.arm, j, out.q[j]))) < proof::least_margin)
-                return false;
-        gap = most;
-        if (l.status != Status::OK || !within_limits(task_.limits, out.q, tolerance::angle)) return false;
-        for (int j : {1, 5})
-            if (hinge_clearance(wrap(to_theta(task_.arm, j, out.q[j]))) <
-                task_.table.margin - tolerance::angle)
-                return false;
+        const double clear = clearance(out.q);
+        if (index(configuration(task_.arm, now.theta)) != tube.gc) return out;
+        if (most > tolerance::angle && clear < proof::least_margin) return out;
+        out.gap = most;
+        if (l.status != Status::OK || !within_limits(task_.limits, out.q, tolerance::angle)) return out;
+        if (clear < task_.table.margin - tolerance::angle) return out;
         out.arc = nearest_arc(tube, l, out.phi);
         const Arc& a = tube.arc(l)[out.arc];
         out.phi = lift(out.phi, 0.5 * (a.lower + a.upper));
-        return true;
+        out.given = true;
+        return out;
     }
 
-    bool anchors(const Tube& tube, Anchor& start, Anchor& goal, BranchReport* report) {
-        const bool starts =
-            !options_.start || anchor(tube, tube.sections.front(), options_.start, start, plan_.start_gap);
-        const bool ends =
-            !options_.goal || anchor(tube, tube.sections.back(), options_.goal, goal, plan_.goal_gap);
-        if (report && !(starts && ends)) {
-            report->verdict = starts ? Verdict::goal : Verdict::start;
-            report->from = report->to = starts ? 1.0 : 0.0;
-            report->status = Status::OUTSIDE;
-        }
-        return starts && ends;
+    /// What a plan must begin and end with, and whether a branch's tube holds it.
+    struct Ends {
+        Anchor start, goal;
+        bool starts, arrives;
+
+        bool held() const noexcept { return starts && arrives; }
+    };
+
+    Ends ends(const Tube& tube) const noexcept {
+        Ends out;
+        if (options_.start) out.start = anchor(tube, tube.sections.front(), options_.start);
+        if (options_.goal) out.goal = anchor(tube, tube.sections.back(), options_.goal);
+        out.starts = !options_.start || out.start.given;
+        out.arrives = !options_.goal || out.goal.given;
+        return out;
     }
 
     /// Whether a branch has a way, how good, and if not, why.
@@ -135,36 +151,43 @@ private:
         BranchReport out;
         out.gc = gc;
         const Tube t = tube(task_, gc, base_);
-        Anchor start, goal;
-        const bool anchored = anchors(t, start, goal, &out);
+        const Ends fixed = ends(t);
+        plan_.start_gap = max(plan_.start_gap, fixed.start.gap);  // 0 but in the branch of the start
+        plan_.goal_gap = max(plan_.goal_gap, fixed.goal.gap);
+        if (!fixed.held()) {
+            out.verdict = fixed.starts ? Verdict::goal : Verdict::start;
+            out.from = out.to = fixed.starts ? 1.0 : 0.0;
+            out.status = Status::OUTSIDE;
+        }
         Way way;
-        if (out.verdict != Verdict::start) {
-            if (!anchored) goal.given = false;
-            way = Search(task_, t, options_.objective, start, goal).run(-infinity);
+        if (fixed.starts) {
+            way = Search(task_, t, options_.objective, fixed.start, fixed.goal).run(-infinity);
             if (way.reached) out.reached = t.sections[way.reached - 1].s;
         }
         if (const std::size_t at = first_empty(t); at < t.sections.size()) {
             explain_empty(t, at, out);
-        } else if (anchored && !way.whole) {
+        } else if (fixed.held() && !way.whole) {
             out.verdict = Verdict::dead_end;
             out.status = Status::LIMITS;
             out.from = out.reached;
             out.to = way.reached < t.sections.size() ? t.sections[way.reached].s : 1.0;
             if (way.reached) out.nearest_psi = nearest_psi(t, t.sections[way.reached], way.rows.back().phi);
-        } else if (anchored) {
+        } else if (fixed.held()) {
             out.margin = way.margin;
             out.travel = way.cost;
-            out.elbow_margin = elbow_margin(t, way);
+            out.elbow_margin = least_elbow_margin(t, way);
         }
         return out;
     }
 
+    /// Index of the first section without an arc; the number of sections where there is none.
     static std::size_t first_empty(const Tube& t) noexcept {
         std::size_t k = 0;
         while (k < t.sections.size() && t.sections[k].status == Status::OK) ++k;
         return k;
     }
 
+    /// Why the sections from `at` on have no arc.
     void explain_empty(const Tube& t, std::size_t at, BranchReport& out) const {
         std::size_t end = at;
         const auto out_of_reach = [](Status s) { return s == Status::UNREACHABLE || s == Status::FOLDED; };
@@ -192,6 +215,7 @@ private:
         explain_limits(task_, motions, out);
     }
 
+    /// psi of the arm angle of a section that is nearest to phi.
     double nearest_psi(const Tube& t, const Section& l, double phi) const noexcept {
         ArcSet arcs;
         make_empty(arcs);
@@ -203,18 +227,12 @@ private:
                          l.motion.circle.z * sc.cos + l.motion.circle.e * sc.sin);
     }
 
-    double elbow_margin(const Tube& t, const Way& way) const noexcept {
+    /// The margin that joint 4 keeps along a way.
+    double least_elbow_margin(const Tube& t, const Way& way) const noexcept {
         double least = infinity;
-        const Objective& o = options_.objective;
-        for (std::size_t k = 0; k < way.rows.size(); ++k) {
-            const double q = way.rows[k].q[3];
-            if (o.limits > 0)
-                least = min(least, min(q - task_.limits.lower[3], task_.limits.upper[3] - q) / o.limits);
-            const auto& eta = t.sections[k].motion.circle.triangle.eta;
-            if (o.singularities > 0)
-                least = min(
-                    least, (hinge_clearance(atan2(eta.sin, eta.cos)) - task_.table.margin) / o.singularities);
-        }
+        for (std::size_t k = 0; k < way.rows.size(); ++k)
+            least = min(least, elbow_margin(task_, options_.objective, way.rows[k].q[3],
+                                            t.sections[k].motion.circle.triangle.eta));
         return least;
     }
 
@@ -255,9 +273,8 @@ private:
         std::vector<double> base = base_;
         for (int round = 0; round < plan_rule::rounds; ++round) {
             const Tube t = tube(task_, report.gc, base);
-            Anchor start, goal;
-            if (!anchors(t, start, goal, nullptr)) break;
-            if (!follow_way(t, start, goal, base, out)) break;
+            const Ends fixed = ends(t);
+            if (!fixed.held() || !follow_way(t, fixed, base, out)) break;
             out.proof = certify(curve(out), task_.limits, options_.singularity_margin);
             if (out.proof.violated.empty()) return true;
             add_sections(out, base);
@@ -271,23 +288,24 @@ private:
         return false;
     }
 
-    bool follow_way(const Tube& t, const Anchor& start, const Anchor& goal, const std::vector<double>& base,
-                    Plan& out) const {
-        Search search(task_, t, options_.objective, start, goal);
+    bool follow_way(const Tube& t, const Ends& fixed, const std::vector<double>& base, Plan& out) const {
+        Search search(task_, t, options_.objective, fixed.start, fixed.goal);
         const Way best = search.run(-infinity);
         if (!best.whole) return false;
         const double floor = link_rule::keep * min(best.margin, options_.objective.enough);
         Way way = search.run(floor);
         if (!way.whole) way = best;
-        relax(task_, t, options_.objective, way, start.given, goal.given, floor);
+        relax(task_, t, options_.objective, way, fixed.start.given, fixed.goal.given, floor);
         draw(t, way, base, out);
         return true;
     }
 
+    /// The curve of what is planned so far.
     Curve curve(const Plan& x) const noexcept {
         return {task_.arm, task_.plane, x.gc, {task_.segments, task_.segment_count}, x.stretches};
     }
 
+    /// Draws the spline of a way into a plan, its first posture on the way's windings.
     void draw(const Tube& t, const Way& way, const std::vector<double>& base, Plan& out) const {
         std::vector<double> s, phi;
         for (const std::size_t k : knots(t, base, way.rows.size())) {
@@ -324,8 +342,12 @@ private:
     /// The curve of a branch as far as the start leads.
     void partial(int gc) {
         const Tube t = tube(task_, gc, base_);
-        Anchor start, goal;
-        if (options_.start && !anchor(t, t.sections.front(), options_.start, start, plan_.start_gap)) return;
+        Anchor start;
+        if (options_.start) {
+            start = anchor(t, t.sections.front(), options_.start);
+            if (!start.given) return;
+        }
+        const Anchor goal;
         Way way = Search(task_, t, options_.objective, start, goal).run(-infinity);
         if (way.reached < 2) return;
         relax(task_, t, options_.objective, way, start.given, false,

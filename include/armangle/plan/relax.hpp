@@ -1,5 +1,12 @@
-// Smoothing of a way inside its tube: least joint travel and margin over continuous phi, by Gauss-Newton on a
-// tridiagonal system.
+// Smoothing of a way inside its tube: least joint travel and margin over continuous phi.
+//
+//     phi |======.....=======            the postures of the grid (x) slide along their arcs to where travel
+//         |   x.      .x                 and cost balance (.); neighbours alone are coupled, so that one
+//         |   . `x..x'  .                step is a tridiagonal system
+//         +------------------- s
+//
+// Gauss-Newton steps with Marquardt's damping (D. Marquardt, 1963), each solved by the Thomas algorithm
+// (Gaussian elimination of a tridiagonal matrix, without pivoting).
 #pragma once
 
 #include "search.hpp"
@@ -21,12 +28,7 @@ class Relaxation {
 public:
     Relaxation(const Task& task, const Tube& tube, const Objective& objective, Way& way, bool first_fixed,
                bool last_fixed, double floor)
-        : task_(task),
-          tube_(tube),
-          objective_(objective),
-          way_(way),
-          rating_(task, objective),
-          floor_(floor) {
+        : task_(task), tube_(tube), objective_(objective), way_(way), floor_(floor) {
         n_ = way.rows.size();
         free_.assign(n_, true);
         if (first_fixed) free_[0] = false;
@@ -100,31 +102,23 @@ private:
         return w * sum;
     }
 
+    /// Cost of a posture's distances, each taken as linear in phi (Gauss-Newton). The second derivative of
+    /// c = 1 / d^2 is then 3 c'^2 / (2 c); so written it stays positive on the tangent below the floor.
     double barrier(std::size_t k) {
-        const Candidate& x = way_.rows[k];
-        double sum = 0;
-        const auto take = [&](double distance, double rate, double weight) {
-            if (!(weight > 0)) return;
-            const double d = max(distance, candidate_rule::cost_floor),
-                         r = candidate_rule::reference * weight / d, size = share(k) * r * r;
-            sum += size;
-            gradient_[k] -= 2 * size * rate / d;
-            diagonal_[k] += 6 * size * rate * rate / (d * d);
-        };
+        using Slope = Jet<double, 1>;
+        Slope q[joints];
         for (int j = 0; j < joints; ++j) {
-            if (j == 3) continue;
-            const double rate = slope(k)[j];
-            if (task_.limits.lower[j] > -infinity)
-                take(x.q[j] - task_.limits.lower[j], rate, objective_.limits);
-            if (task_.limits.upper[j] < infinity)
-                take(task_.limits.upper[j] - x.q[j], -rate, objective_.limits);
+            q[j].coefficient[0] = way_.rows[k].q[j];
+            q[j].coefficient[1] = slope(k)[j];
         }
-        for (int j : {1, 5}) {
-            const double theta = wrap(to_theta(task_.arm, j, x.q[j])), out = theta < 0 ? -1.0 : 1.0;
-            const double rate = task_.arm.sign[j] * out * slope(k)[j], m = task_.table.margin;
-            take(abs(theta) - m, rate, objective_.singularities);
-            take(pi - abs(theta) - m, -rate, objective_.singularities);
-        }
+        double sum = 0;
+        distances(task_, objective_, q, [&](const Slope& distance, double weight) {
+            const Slope here = Slope(share(k)) * cost(distance, weight);
+            const double slope = here.coefficient[1];
+            sum += here.value();
+            gradient_[k] += slope;
+            diagonal_[k] += 1.5 * slope * slope / here.value();
+        });
         return sum;
     }
 
@@ -159,8 +153,9 @@ private:
                 const EightThetas solved(l, phi);
                 for (int j = 0; j < joints; ++j)
                     x.q[j] = lift(to_q(task_.arm, j, solved.theta[j][0]), old.q[j]);
-                rating_.rate(x);
-                if (!within_limits(task_.limits, x.q, tolerance::angle) || x.margin < min(floor_, old.margin))
+                x.worth = rating(task_, objective_, x.q);
+                if (!within_limits(task_.limits, x.q, tolerance::angle) ||
+                    x.worth.margin < min(floor_, old.worth.margin))
                     continue;
                 most = max(most, abs(x.phi - old.phi));
                 way_.rows[k] = x;
@@ -183,7 +178,6 @@ private:
     const Tube& tube_;
     const Objective& objective_;
     Way& way_;
-    Candidates rating_;
     double floor_;
     std::size_t n_;
     std::vector<bool> free_;

@@ -1,9 +1,14 @@
 // Search of a branch's tube: which sections the start reaches, and the best way through, by dynamic
-// programming.
+// programming (R. Bellman, 1957).
+//
+//     phi | o   o---o   o        o  postures of a section    - links
+//         | o--o \  o---o--o
+//         |       o-o            a posture without a link to the start is dead; a section of dead ones ends
+//         +---------------- s    the way
 //
 // A link joins postures of neighbouring sections whose arcs have a common part between them and whose joints,
-// with their windings, differ little: |dq|, not |dpsi|. Two labels: least margin so far, then cost; the final
-// way is of least cost among those that keep the best margin.
+// with their windings, differ little: |dq|, not |dpsi|. There are two labels: the least margin so far, then
+// the cost; the final way is of least cost among those that keep the best margin.
 #pragma once
 
 #include <algorithm>
@@ -26,6 +31,7 @@ struct Anchor {
     double phi = 0;
     std::uint32_t arc = 0;
     double q[joints] = {};
+    double gap = 0;  // rad: how far q lies from the joints that were asked
 };
 
 /// A way through the sections, as far as it leads.
@@ -48,12 +54,8 @@ public:
           objective_(objective),
           start_(start),
           goal_(goal),
-          here_(task, objective),
-          before_(task, objective) {
-        if (goal.given) {
-            here_.set_reference(goal.q);
-            before_.set_reference(goal.q);
-        }
+          candidates_(task, objective) {
+        if (goal.given) candidates_.set_reference(goal.q);
     }
 
     /// The way of the best labels; postures below `floor` are left out, and with a floor the cost alone
@@ -61,6 +63,7 @@ public:
     Way run(double floor) {
         floor_ = floor;
         way_ = Way{};
+        here_.clear();
         first_.clear();
         back_.clear();
         phi_.clear();
@@ -77,6 +80,25 @@ public:
 private:
     struct Label {
         double margin = -infinity, cost = infinity;
+
+        bool alive() const noexcept { return cost < infinity; }
+    };
+
+    /// The label of a posture, and the posture of the section before that it comes from.
+    struct Link {
+        Label label;
+        std::uint32_t from = 0;
+    };
+
+    /// The postures of one section, and how each is reached.
+    struct Layer {
+        std::vector<Candidate> postures;
+        std::vector<Link> links;
+
+        void clear() noexcept {
+            postures.clear();
+            links.clear();
+        }
     };
 
     bool better(const Label& a, const Label& b) const noexcept {
@@ -85,38 +107,35 @@ private:
         return a.margin >= b.margin - link_rule::tie && a.cost < b.cost;
     }
 
+    /// Takes `here_` to section k; false, and nothing changed, where no posture of it links to one before.
     bool advance(std::size_t k) {
-        std::swap(here_.all, before_.all);
-        std::swap(label_, label_before_);
+        next_.clear();
         const Section& l = tube_.sections[k];
         if (k == 0 && start_.given)
-            here_.fix(start_.phi, start_.arc, start_.q);
+            next_.postures.push_back(candidates_.fixed(start_.phi, start_.arc, start_.q));
         else if (k + 1 == tube_.sections.size() && goal_.given)
-            here_.fix(goal_.phi, goal_.arc, goal_.q);
-        else {
-            here_.set_window(window(k));
-            here_.fill(tube_, l);
-        }
-        const std::size_t n = here_.all.size();
-        label_.assign(n, Label{});
-        first_.push_back(back_.size());
+            next_.postures.push_back(candidates_.fixed(goal_.phi, goal_.arc, goal_.q));
+        else
+            candidates_.fill(tube_, l, window(k), next_.postures);
         bool alive = false;
-        for (std::size_t i = 0; i < n; ++i) {
-            const Candidate& x = here_.all[i];
-            std::uint32_t from = 0;
-            if (x.margin >= floor_) label_[i] = k == 0 ? Label{x.margin, 0} : join(k, x, from);
-            alive = alive || label_[i].cost < infinity;
-            back_.push_back(from);
-            phi_.push_back(x.phi);
+        for (const Candidate& x : next_.postures) {
+            const Link link = reached_by(k, x);
+            alive = alive || link.label.alive();
+            next_.links.push_back(link);
         }
-        if (!alive) {  // what the last section holds is what finish() reads
-            back_.resize(first_.back());
-            phi_.resize(first_.back());
-            first_.pop_back();
-            std::swap(here_.all, before_.all);
-            std::swap(label_, label_before_);
+        if (!alive) return false;
+        first_.push_back(back_.size());
+        for (std::size_t i = 0; i < next_.postures.size(); ++i) {
+            back_.push_back(next_.links[i].from);
+            phi_.push_back(next_.postures[i].phi);
         }
-        return alive;
+        std::swap(here_, next_);
+        return true;
+    }
+
+    Link reached_by(std::size_t k, const Candidate& x) const noexcept {
+        if (!(x.worth.margin >= floor_)) return {};
+        return k == 0 ? Link{{x.worth.margin, 0}, 0} : join(k, x);
     }
 
     /// Joint values within a move of what the section before was reached at.
@@ -127,33 +146,31 @@ private:
             out.lower[j] = infinity;
             out.upper[j] = -infinity;
         }
-        for (std::size_t i = 0; i < before_.all.size(); ++i) {
-            if (!(label_before_[i].cost < infinity)) continue;
+        for (std::size_t i = 0; i < here_.postures.size(); ++i) {
+            if (!here_.links[i].label.alive()) continue;
             for (int j = 0; j < joints; ++j) {
-                out.lower[j] = min(out.lower[j], before_.all[i].q[j] - link_rule::move);
-                out.upper[j] = max(out.upper[j], before_.all[i].q[j] + link_rule::move);
+                out.lower[j] = min(out.lower[j], here_.postures[i].q[j] - link_rule::move);
+                out.upper[j] = max(out.upper[j], here_.postures[i].q[j] + link_rule::move);
             }
         }
         return out;
     }
 
-    Label join(std::size_t k, const Candidate& x, std::uint32_t& from) const noexcept {
+    /// The best link of a posture x of section k to those of the section before.
+    Link join(std::size_t k, const Candidate& x) const noexcept {
         const Section &l = tube_.sections[k], &b = tube_.sections[k - 1];
-        const double ds = l.s - b.s, here = ds * x.cost;
-        Label best;
-        for (std::size_t i = 0; i < before_.all.size(); ++i) {
-            const Candidate& y = before_.all[i];
+        const double ds = l.s - b.s, rated = ds * x.worth.cost;
+        Link best;
+        for (std::size_t i = 0; i < here_.postures.size(); ++i) {
+            const Candidate& y = here_.postures[i];
+            const Label& old = here_.links[i].label;
             double turn = abs(x.phi - y.phi);
             turn = turn > pi ? abs(turn - two_pi * round(turn * (1.0 / two_pi))) : turn;
-            if (turn > link_rule::turn || !(label_before_[i].cost < infinity)) continue;
+            if (turn > link_rule::turn || !old.alive()) continue;
             const double travel = moved(x, y);
             if (!(travel < infinity) || !joined(b, y, l, x)) continue;
-            const Label now{min(label_before_[i].margin, x.margin),
-                            label_before_[i].cost + here + objective_.travel * travel};
-            if (better(now, best)) {
-                best = now;
-                from = static_cast<std::uint32_t>(i);
-            }
+            const Label now{min(old.margin, x.worth.margin), old.cost + rated + objective_.travel * travel};
+            if (better(now, best.label)) best = {now, static_cast<std::uint32_t>(i)};
         }
         return best;
     }
@@ -187,17 +204,17 @@ private:
 
     void finish() {
         std::size_t best = 0;
-        for (std::size_t i = 1; i < label_.size(); ++i)
-            if (better(label_[i], label_[best])) best = i;
-        way_.margin = label_[best].margin;
-        way_.cost = label_[best].cost;
+        for (std::size_t i = 1; i < here_.links.size(); ++i)
+            if (better(here_.links[i].label, here_.links[best].label)) best = i;
+        way_.margin = here_.links[best].label.margin;
+        way_.cost = here_.links[best].label.cost;
         trace(best);
     }
 
     /// Back along the links; joints from phi again, lifted next to those after.
     void trace(std::size_t at) {
         way_.rows.resize(way_.reached);
-        way_.rows.back() = here_.all[at];
+        way_.rows.back() = here_.postures[at];
         for (std::size_t k = way_.reached; k-- > 1;) {
             at = back_[first_[k] + at];
             const Candidate& next = way_.rows[k];
@@ -208,6 +225,7 @@ private:
             const EightThetas solved(l, phi);
             for (int j = 0; j < joints; ++j) x.q[j] = lift(to_q(task_.arm, j, solved.theta[j][0]), next.q[j]);
             x.arc = nearest_arc(tube_, l, x.phi);
+            x.worth = rating(task_, objective_, x.q);
         }
         if (start_.given) std::copy(start_.q, start_.q + joints, way_.rows[0].q);
         // an infinite joint is lifted from the start on
@@ -220,10 +238,10 @@ private:
     const Tube& tube_;
     const Objective& objective_;
     const Anchor &start_, &goal_;
-    Candidates here_, before_;
-    std::vector<Label> label_, label_before_;
-    std::vector<std::size_t> first_;
-    std::vector<std::uint32_t> back_;
+    Candidates candidates_;
+    Layer here_, next_;                // the last section reached, and the one being tried
+    std::vector<std::size_t> first_;   // of each section, its first posture in back_ and phi_
+    std::vector<std::uint32_t> back_;  // the posture of the section before that each one comes from
     std::vector<double> phi_;
     double floor_ = -infinity;
     Way way_;

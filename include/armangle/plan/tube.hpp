@@ -1,6 +1,11 @@
 // The tube of one branch: exact feasible arcs at parameters of a path chosen so that neighbours look alike.
 //
-// Arcs are the nodes, never a grid of psi: a narrow one is there like a wide one. All in phi
+//     phi | |   | | |   |          | an arc of a section. Where an arc moves, comes, goes or splits, sections
+//         | |   |   |   |            are put between until neighbours are alike.
+//         |     | |     |
+//         +--------------- s
+//
+// Arcs are the nodes, never a grid of psi: a narrow one is there like a wide one. All angles are phi
 // (smooth_plane.hpp).
 #pragma once
 

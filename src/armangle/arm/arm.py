@@ -680,8 +680,8 @@ class Arm:
     def elbow(self, q: ArrayLike, *, threads: int = 1) -> Floats:
         """Return where the elbow is.
 
-        It is the point of joint 4's axis that is nearest to the shoulder, the origin of DH frame 3: hypot(d_se,
-        a_3) from the shoulder and hypot(d_ew, a_4, d_4) from the wrist at any q. On an arm without elbow
+        It is the point of joint 4's axis that is nearest to the shoulder, the origin of DH frame 3: at any q
+        hypot(d_se, a_3) from the shoulder and hypot(d_ew, a_4, d_4) from the wrist. On an arm without elbow
         offset both links end there; with a_3 it lies beside the end of the upper arm on axis 3.
 
         Parameters

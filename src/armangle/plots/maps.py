@@ -17,6 +17,7 @@ from ..motion.joint_path import JointPath
 from ..status import Status
 from .style import ARM_ANGLE, angle_ticks, grid_axes
 
+_SEAM = 0.4  # pt
 _FULL = np.array([[[-np.pi, np.pi]]])
 _NOT_KNOWN: dict[str, Any] = {"facecolor": "white", "edgecolor": MID, "hatch": "///", "lw": 0}
 
@@ -116,7 +117,10 @@ def _cells(panel: Any, intervals: Floats, sides: Floats, colour: str) -> None:
     left, right = sides[row].T
     corners = np.stack([left, low, right, low, right, high, left, high], axis=-1).reshape(-1, 4, 2)
     panel.add_collection(
-        PolyCollection(list(corners), facecolors=colour, edgecolors="none", antialiaseds=False)
+        # Edges of the same colour: between cells that only touch, a scaled picture shows white lines.
+        PolyCollection(
+            list(corners), facecolors=colour, edgecolors=colour, linewidths=_SEAM, antialiaseds=False
+        )
     )
 
 

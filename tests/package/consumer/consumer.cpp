@@ -99,6 +99,35 @@ void bad_input_is_a_status(const armangle::Arm& arm) {
     check(status(mirrored, q) == armangle::Status::BAD_INPUT, "a reflection is refused");
 }
 
+/// Nobody's arm: no length is given.
+void an_arm_without_links_reaches_nothing() {
+    using armangle::Status;
+    armangle::ArmParameters one_link;
+    one_link.d_ew = 0.4;
+    const double q[armangle::joints] = {0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5};
+    for (const armangle::ArmParameters& parameters : {armangle::ArmParameters{}, one_link}) {
+        const armangle::Arm arm = armangle::make_arm(parameters);
+        const armangle::LimitTable limits = armangle::limit_table(arm);
+        const armangle::Posture at = armangle::forward(arm, q);
+        check(std::isfinite(at.pose.position.x) && at.gc >= 0 && at.gc < 8, "forward needs no links");
+        armangle::Pose<double> away = at.pose;
+        away.position.x += 0.1;
+        for (const armangle::Pose<double>& pose : {at.pose, away}) {
+            const armangle::Inverse back = armangle::inverse(arm, pose, 0.3, at.gc);
+            check(back.status == Status::UNREACHABLE && std::isnan(back.q[0]), "inverse says unreachable");
+            const armangle::Step next = armangle::step(arm, limits, q, pose, {});
+            check(next.status == Status::UNREACHABLE && next.q[3] == q[3], "a step stays, and says why");
+            armangle::AllArcs all;
+            armangle::feasible_all(arm, pose, limits, all);
+            for (int gc = 0; gc < armangle::configurations; ++gc)
+                check(all.status[gc] == Status::UNREACHABLE && all.arcs[gc].empty(), "no branch has an arc");
+            const armangle::Nearest nearest =
+                armangle::nearest_posture(arm, limits, pose, armangle::NearestOptions{});
+            check(nearest.status == Status::UNREACHABLE, "no posture is the nearest");
+        }
+    }
+}
+
 }  // namespace
 
 int main() {
@@ -107,5 +136,6 @@ int main() {
     round_trips(arm);
     inverse_says_why(arm);
     bad_input_is_a_status(arm);
+    an_arm_without_links_reaches_nothing();
     return failures != 0;
 }
