@@ -1,11 +1,11 @@
-"""Run `armangle.Tracker` beside mink and pink on the same hands, with the same bounds and the same hand filter.
+"""Run `armangle.Tracker` beside mink and pink: the same hands, the same bounds, the same hand filter.
 
-    python benchmarks/tracking.py [--peers PYTHON] [--arm kuka_iiwa14_r820] [--seeds 8] [--seconds 10] [--dt 0.004]
+    python benchmarks/tracking.py [--peers PYTHON] [--arm NAME] [--seeds 8] [--seconds 10] [--dt 0.004]
 
-PYTHON is an interpreter with ``pip install mink pin-pink daqp``. Per stream: RMS distance of the tool from the hand
-without noise, over the ticks at which the hand has been in reach for 0.5 s; ticks that break a bound on speed,
-acceleration or position (1e-6 relative); freezes (0.5 s without motion, more than 20 mm from a hand in reach); programmes
-without solution; time per tick.
+PYTHON is an interpreter with ``pip install mink pin-pink daqp``. Per stream: RMS distance of the tool from
+the hand without noise, over the ticks at which the hand has been in reach for 0.5 s; ticks that break a bound
+on speed, acceleration or position (1e-6 relative); freezes (0.5 s without motion, more than 20 mm from a hand
+in reach); programmes without solution; time per tick.
 """
 
 from __future__ import annotations
@@ -135,8 +135,11 @@ def table(rows: dict[str, dict[str, Row]], seeds: int) -> str:
     lines += ["", "Cells: RMS mm / 99 % mm / RMS degrees, means over the streams."]
     if len(names) > 1:
         faster = min(micros[n] for n in names[1:]) / micros[OURS]
-        lines.append(f"Ahead of the best of them in {ahead} of {len(streams.SCENARIOS)} means, "
-                     f"{won} of {len(streams.SCENARIOS) * seeds} streams; {faster:.3g} times less time.")  # fmt: skip
+        scenarios = len(streams.SCENARIOS)
+        lines.append(
+            f"Ahead of the best of them in {ahead} of {scenarios} means and {won} of {scenarios * seeds} "
+            f"streams; {faster:.3g} times less time."
+        )
     return "\n".join(lines)
 
 

@@ -1,9 +1,9 @@
 """Follow streams of poses with mink or pink: ``python -m adapters.track_worker STREAMS.npz URDF OUT.npz``.
 
-Differential inverse kinematics, one quadratic programme a tick, with the peer's own speed and position limits.
-Accelerations: mink has no limit of them, so that its speeds go through a limiter (no joint changes its speed by
-more than the bound, each can brake before its limit); pink has a limit of its own. Where a programme has no solution
-the arm stands still, which the bounds of the row then show.
+Differential inverse kinematics, one quadratic programme a tick, with the peer's own speed and position
+limits. Accelerations: mink has no limit of them, so that its speeds go through a limiter (no joint changes
+its speed by more than the bound, each can brake before its limit); pink has a limit of its own. Where a
+programme has no solution the arm stands still, which the bounds of the row then show.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@
 #include "limits/blocked.hpp"
 #include "limits/feasible.hpp"
 #include "limits/nearest.hpp"
-#include "limits/nearest_pose.hpp"
+#include "limits/relaxed.hpp"
 #include "motion/resolution.hpp"
 #include "motion/bounds.hpp"
 #include "motion/step.hpp"

@@ -12,7 +12,7 @@
 // meet. Joint 4 stays on its side of the stretched arm.
 #pragma once
 
-#include "../limits/nearest_pose.hpp"
+#include "../limits/relaxed.hpp"
 #include "hand_filter.hpp"
 
 namespace armangle {
@@ -428,7 +428,9 @@ private:
         for (int j = 0; j < joints; ++j) {
             const double move = wanted[j] - q_.q[j], least = t.lower[j] * t.dt, most = t.upper[j] * t.dt;
             if (!(move >= least - track_rule::outside && move <= most + track_rule::outside)) return false;
-            next.q[j] = move < least ? q_.q[j] + least : (move > most ? q_.q[j] + most : wanted[j]);
+            next.q[j] = wanted[j];
+            if (move < least) next.q[j] = q_.q[j] + least;
+            if (move > most) next.q[j] = q_.q[j] + most;
         }
         next.q[joints] = 0;
         return true;

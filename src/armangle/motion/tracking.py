@@ -10,16 +10,21 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from .._arrays import CONFIGURATIONS, JOINTS, Floats, as_floats, as_gc, as_number, one_posture
+from .._arrays import CONFIGURATIONS, JOINTS, Floats, as_floats, as_number, one_posture
 from ..arm.arm import Arm
 from ..errors import ConfigurationError, InputError, ShapeError
 from ..status import STATUSES, Status
 from .options import LONGEST_STEP, Bound, joint_bound
 
+
+class _Tracking(IntEnum):
+    """What became of a tick: FOLLOWING, LAGGING, NEAREST or HELD; see `Tracked`."""
+
+
 if TYPE_CHECKING:
     from .._core import Tracking as Tracking
 else:  # names and numbers stand in the core alone; this one is pickled as armangle's own
-    Tracking = IntEnum("Tracking", {one.name: one.value for one in _core.Tracking}, module=__name__)
+    Tracking = _Tracking("Tracking", {one.name: one.value for one in _core.Tracking}, module=__name__)
 
 _TRACKINGS = tuple(Tracking)
 _MOST_MARGIN = 1.0  # rad
@@ -93,8 +98,8 @@ class HandFilter:
         Parameters
         ----------
         poses : array_like, shape (n, 4, 4)
-            One sample a tick; one equal to the sample before, or one that is no pose, is none. Until the first
-            pose comes the identity is returned.
+            One sample a tick; one equal to the sample before, or one that is no pose, is none.
+            Until the first pose comes the identity is returned.
         dt : float
             Time of a tick, s.
 
@@ -111,7 +116,7 @@ class HandFilter:
         if samples.ndim != 3:
             raise ShapeError(f"poses has shape {samples.shape}, wanted (n, 4, 4)")
         out = np.empty_like(samples)
-        time = as_number("dt", dt, 0.0, LONGEST_STEP, low_open=True)
+        time = _seconds(dt)
         _core.smooth_hand(self.omega, self.patience, self.jump, self.turn, samples, time, out)
         return out
 
@@ -174,7 +179,7 @@ class Tracker:
         dt: float = 0.004,
         velocity: Bound = True,
         acceleration: Bound = 10.0,
-        filter: HandFilter | None = None,  # noqa: A002  # the word that users look for
+        filter: HandFilter | None = None,
         *,
         length: float = 0.2,
         elbow_margin: float = 0.35,
@@ -187,7 +192,7 @@ class Tracker:
         hand = filter or _AS_THEY_COME
         still = 0.05
         numbers = [
-            as_number("dt", dt, 0.0, LONGEST_STEP, low_open=True),
+            _seconds(dt),
             as_number("length", length, 0.0, _LONGEST, low_open=True),
             still,
             as_number("elbow_margin", elbow_margin, still, _MOST_MARGIN),
@@ -197,8 +202,8 @@ class Tracker:
             hand.jump,
             hand.turn,
         ]
-        fastest = joint_bound(arm, "velocity", _each(velocity), arm.velocity)
-        hardest = joint_bound(arm, "acceleration", _each(acceleration), arm.acceleration)
+        fastest = joint_bound(arm, "velocity", _each("velocity", velocity), arm.velocity)
+        hardest = joint_bound(arm, "acceleration", _each("acceleration", acceleration), arm.acceleration)
         self._core = _core.Tracker(arm._handle, np.concatenate([numbers, fastest, hardest]))
         self._arm = arm
         self._dt = numbers[0]
@@ -269,7 +274,7 @@ class Tracker:
         >>> tracker.step(far).why.name
         'UNREACHABLE'
         """
-        time = self._dt if dt is None else as_number("dt", dt, 0.0, LONGEST_STEP, low_open=True)
+        time = self._dt if dt is None else _seconds(dt)
         branch = -1 if reconfigure is None else _branch(reconfigure)
         rest = time, branch, Tracked, _TRACKINGS, STATUSES
         plain: Tracked | None = self._core.step_one(pose, elbow, *rest)
@@ -310,15 +315,21 @@ class Tracker:
         return f"<Tracker of {self._arm.name or 'an arm'}, dt = {self._dt:g} s>"
 
 
-def _each(bound: Bound) -> Bound:
+def _each(name: str, bound: Bound) -> Bound:
     """Return a bound that is one number as one for each joint."""
     if bound is None or isinstance(bound, bool) or np.ndim(bound) != 0:
         return bound
-    return np.full(JOINTS, as_floats("bound", bound))
+    return np.full(JOINTS, as_floats(name, bound))
 
 
-def _branch(gc: int) -> int:
-    wanted = as_gc(gc)
-    if wanted.ndim or not 0 <= wanted < CONFIGURATIONS:
-        raise ConfigurationError(f"reconfigure is {gc!r}, wanted an integer from 0 to 7")
-    return int(wanted)
+def _seconds(dt: float) -> float:
+    if isinstance(dt, bool):
+        raise InputError(f"dt is {dt}, wanted a time in s")
+    return as_number("dt", dt, 0.0, LONGEST_STEP, low_open=True)
+
+
+def _branch(reconfigure: int) -> int:
+    index = np.asarray(reconfigure)
+    if index.dtype.kind not in "iu" or index.ndim or not 0 <= index < CONFIGURATIONS:
+        raise ConfigurationError(f"reconfigure is {reconfigure!r:.50}, wanted an integer from 0 to 7")
+    return int(index)

@@ -8,7 +8,7 @@
 // angle)^2) is looked for by a Gauss-Newton method in the box of the limits.
 #pragma once
 
-#include "../arm/box_least_squares.hpp"
+#include "../arm/joint_quadratic.hpp"
 #include "../circle/posture.hpp"
 #include "../numbers/twist.hpp"
 #include "feasible.hpp"
@@ -20,12 +20,12 @@ struct ReachShell {
     double inner, outer;
 };
 
-namespace nearest_pose_rule {
+namespace relaxed_rule {
 inline constexpr int rounds = 15;         // of Gauss-Newton
 inline constexpr double longest = 0.5;    // rad: a round's longest move of a joint
 inline constexpr double damping = 1e-9;   // of H, in m^2/rad^2
 inline constexpr double settled = 1e-13;  // rad: moves below it are none
-}  // namespace nearest_pose_rule
+}  // namespace relaxed_rule
 
 namespace detail {
 
@@ -119,18 +119,18 @@ inline JointQuadratic normal_equations(const Jacobian& J, const Twist& rest, dou
 
 /// A posture within limits from which no small move comes nearer, from `start`, after at most so many rounds.
 inline Relaxed relaxed(const Arm& arm, const Limits& limits, const Joints& start, const Pose<double>& command,
-                       double length, int rounds = nearest_pose_rule::rounds) noexcept {
+                       double length, int rounds = relaxed_rule::rounds) noexcept {
     Relaxed best{start, 0};
     for (int j = 0; j < joints; ++j) best.at.q[j] = min(max(start.q[j], limits.lower[j]), limits.upper[j]);
     Twist rest;
     best.distance = detail::distance(arm, best.at.q, command, length, rest);
-    double damping = nearest_pose_rule::damping;
+    double damping = relaxed_rule::damping;
     for (int round = 0; round < rounds; ++round) {
         const JointQuadratic p = detail::normal_equations(jacobian(arm, best.at.q), rest, length, damping);
         double lower[joints], upper[joints], move[joints] = {}, longest = 0;
         for (int j = 0; j < joints; ++j) {
-            lower[j] = max(limits.lower[j] - best.at.q[j], -nearest_pose_rule::longest);
-            upper[j] = min(limits.upper[j] - best.at.q[j], nearest_pose_rule::longest);
+            lower[j] = max(limits.lower[j] - best.at.q[j], -relaxed_rule::longest);
+            upper[j] = min(limits.upper[j] - best.at.q[j], relaxed_rule::longest);
         }
         minimise(p, lower, upper, move);
         Relaxed next = best;
@@ -138,13 +138,13 @@ inline Relaxed relaxed(const Arm& arm, const Limits& limits, const Joints& start
             next.at.q[j] = min(max(best.at.q[j] + move[j], limits.lower[j]), limits.upper[j]);
             longest = max(longest, abs(move[j]));
         }
-        if (!(longest > nearest_pose_rule::settled)) break;
+        if (!(longest > relaxed_rule::settled)) break;
         Twist next_rest;
         next.distance = detail::distance(arm, next.at.q, command, length, next_rest);
         if (next.distance < best.distance) {
             best = next;
             rest = next_rest;
-            damping = max(0.1 * damping, nearest_pose_rule::damping);
+            damping = max(0.1 * damping, relaxed_rule::damping);
         } else {
             damping *= 100.0;
         }
