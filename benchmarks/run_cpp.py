@@ -33,7 +33,8 @@ NAMES = {
     "solutions": "solutions: one for each branch and arc",
 }
 GOALS = {
-    "inverse": 0.6, "arcs_one_gc": 1.8, "full_step": 2.5, "arcs_all_gc": 8.0, "solve": 60.0, "solve_near": 60.0,
+    "inverse": 0.6, "arcs_one_gc": 1.8, "full_step": 2.5, "arcs_all_gc": 8.0,
+    "solve": 60.0, "solve_near": 60.0,
 }  # fmt: skip
 BATCH_GOALS = {"avx512": 0.25, "avx2": 0.45}
 PAPER = {  # Table 2, µs: mean, standard deviation, maximum of 10 000 poses, as printed there

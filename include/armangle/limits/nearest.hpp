@@ -80,7 +80,7 @@ struct ElbowBranches {
     bool open = false;
     SelfMotion<double> motion;  // with positive hinges
     JointFunctions<double> functions;
-    bool lost[2];  // the side's first and last joint are one axis for every psi
+    bool lost[2] = {};  // the side's first and last joint are one axis for every psi
     double cost_4;
     int cuts = 0;
     double cut[24];
@@ -745,7 +745,7 @@ private:
         for (int elbow = 0; elbow < 2; ++elbow) {
             const ElbowBranches& e = elbow_[elbow];
             for (int side = 0; side < 2; ++side) {
-                if (e.lost[side] || !e.open) continue;
+                if (!e.open || e.lost[side]) continue;
                 const Hinge<double>& h = e.functions.hinge[side];
                 const double top = atan2(h.H.s, h.H.c);
                 if (h.high.below_one <= tolerance::touching) touch(elbow, side, top, branches);

@@ -132,7 +132,8 @@ class ArcSet:
             status = np.where(count > 0, Status.OK, Status.LIMITS).astype(np.int8)
         start = np.zeros(len(count) + 1, dtype=np.int64)
         np.cumsum(count, out=start[1:])
-        for name, array in zip(_ARRAYS, (count, psi, joint, side, value, status, start), strict=True):
+        arrays: tuple[NDArray[Any], ...] = (count, psi, joint, side, value, status, start)
+        for name, array in zip(_ARRAYS, arrays, strict=True):
             object.__setattr__(self, name, frozen(array))
         object.__setattr__(self, "shape", shape)
 
