@@ -141,7 +141,10 @@ void psi_towards_many(const ArmHandle& self, Floats pose, Ints gc, Wish wish, Fl
         const WishedPsi found = psi_towards(self.arm, motion, {wish, 0.0, {v[0], v[1], v[2]}});
         to.data<double>()[at[3]] = found.psi;
         if (nan || found.why == Indifferent::no) return Problem::none;
-        if (is_unreachable(motion.circle)) return value = motion.circle.triangle.excess, Problem::unreachable;
+        if (is_unreachable(motion.circle)) {
+            value = motion.circle.triangle.excess;
+            return Problem::unreachable;
+        }
         if (is_folded(motion.circle)) return Problem::folded;
         return found.why == Indifferent::still ? Problem::still : Problem::on_axis;
     });

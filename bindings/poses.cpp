@@ -11,8 +11,10 @@ namespace {
 enum class Orientation : int { wxyz, xyzw, rpy, rotvec };
 
 Problem check_finite(const double* x, int count, double& value) noexcept {
-    for (int i = 0; i < count; ++i)
-        if (!std::isfinite(x[i])) return value = x[i], Problem::pose_not_finite;
+    for (int i = 0; i < count; ++i) {
+        value = x[i];
+        if (!std::isfinite(value)) return Problem::pose_not_finite;
+    }
     return Problem::none;
 }
 
@@ -23,8 +25,10 @@ Problem check_orientation(Orientation kind, const double* x, double& value) noex
         value = std::sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2] + x[3] * x[3]);
         return std::fabs(value - 1.0) <= tolerance::unit ? Problem::none : Problem::not_unit;
     }
-    for (int i = 0; i < 3; ++i)
-        if (!(std::fabs(x[i]) <= tolerance::largest_angle)) return value = x[i], Problem::joints_not_finite;
+    for (int i = 0; i < 3; ++i) {
+        value = x[i];
+        if (!(std::fabs(value) <= tolerance::largest_angle)) return Problem::joints_not_finite;
+    }
     return Problem::none;
 }
 

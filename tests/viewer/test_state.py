@@ -452,7 +452,7 @@ def test_rows_of_a_joint_file_that_are_not_solved_stay_in_its_motion(tmp_path: P
         assert np.isnan(again.q[100:first]).all() and np.isnan(again.poses[100:first]).all()
         assert motion.explain().startswith(again.explain())  # which lacks by how much the pose is missed
     poses[100:110] = PAPER_POSES[200:210]  # a jump
-    motion = aa.follow(PAPER_ARM, poses, start=PAPER_Q, on_fail="hold")
+    motion = aa.follow(PAPER_ARM, poses, start=PAPER_Q, on_fail="hold", max_joint_step=0.1)
     save(motion, tmp_path / "joints.csv")
     again = motion_of(PAPER_ARM, load_joints(tmp_path / "joints.csv"))
     held = motion.status != aa.Status.OK
