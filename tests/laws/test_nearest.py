@@ -225,13 +225,14 @@ def test_no_posture_says_why() -> None:
         ({"gc": 8}, aa.ConfigurationError, "gc is 8, wanted an integer from 0 to 7, or several"),
         ({"gc": []}, aa.ConfigurationError, "gc has"),
         ({"metric": "l3"}, aa.InputError, "metric is 'l3', wanted one of 'l2', 'max'"),
+        ({"metric": ["l2"]}, aa.InputError, "metric is .*, wanted one of 'l2', 'max'"),
         ({"prefer": "far"}, aa.InputError, "prefer is 'far', wanted one of 'near', 'margin'"),
         ({"near": np.full(7, np.inf)}, aa.NotFiniteError, "near"),
     ],
 )
 def test_bad_questions_are_refused(arguments: dict[str, object], error: type[Exception], words: str) -> None:
     with pytest.raises(error, match=words):
-        IIWA.solve(IIWA.forward(Q)[0], **{"near": Q, **arguments})  # type: ignore[arg-type]
+        IIWA.solve(IIWA.forward(Q)[0], **{"near": Q, **arguments})  # type: ignore[arg-type]  # wrong kinds
 
 
 def test_empty_batches_are_answered() -> None:

@@ -139,7 +139,7 @@ def test_refusals() -> None:
     with pytest.raises(aa.InputError, match="order is 4, wanted 1, 2 or 3"):
         aa.Line(a, b).derivative(0.0, 4)
     with pytest.raises(aa.InputError, match="orientation is 'carried', wanted one of 'shortest', 'fixed'"):
-        aa.Line(a, b, "carried")  # type: ignore[arg-type]
+        aa.Line(a, b, "carried")  # type: ignore[arg-type]  # wrong on purpose
     with pytest.raises(aa.InputError, match="start, via and end lie on a line, wanted three points"):
         aa.CircularArc(a, (a + b)[:3, 3] / 2, b)
     with pytest.raises(aa.InputError, match="direction is zero, wanted a direction"):

@@ -25,7 +25,7 @@ def arm(request: pytest.FixtureRequest) -> aa.Arm:
 
 
 def tracker_at(arm: aa.Arm, q: Array, **options: object) -> aa.Tracker:
-    tracker = aa.Tracker(arm, DT, **options)  # type: ignore[arg-type]
+    tracker = aa.Tracker(arm, DT, **options)  # type: ignore[arg-type]  # any options
     tracker.start(q)
     return tracker
 
@@ -318,6 +318,10 @@ def test_bad_input_is_refused() -> None:
     with pytest.raises(aa.InputError, match="acceleration holds -1, wanted numbers > 0"):
         aa.Tracker(arm, acceleration=-1.0)
     tracker = aa.Tracker(arm)
+    for early in (lambda: tracker.step(np.eye(4)), lambda: tracker.run(np.eye(4)[None]), lambda: tracker.q):
+        with pytest.raises(aa.InputError, match=r"has not begun: call start\(q\) first"):
+            early()
+    tracker.start(np.zeros(7))
     with pytest.raises(aa.ShapeError, match=r"pose has shape \(2, 4, 4\), wanted \(4, 4\); run takes"):
         tracker.step(np.tile(np.eye(4), (2, 1, 1)))
     with pytest.raises(aa.ShapeError, match=r"elbow has shape \(2, 3\), wanted \(3,\)"):

@@ -51,6 +51,12 @@ BOUND: list[Any] = [-0.1, 0.0, NAN, *(v for v in SEVEN if not isinstance(v, floa
 POLICY: list[Any] = ["nonsense", 0.5, object(), aa.Repulsion]
 ALLOWED: list[Any] = ["nonsense", 0.5, lambda pose: 1]
 
+def started(tracker: aa.Tracker) -> aa.Tracker:
+    """Return a tracker at rest at Q."""
+    tracker.start(Q)
+    return tracker
+
+
 METHODS = ("forward", "inverse", "inverse_all", "jacobian", "self_motion", "limit_margin", "within_limits",
            "feasible", "joint_feasible", "joint_function", "explain", "solve",
            "solutions", "best", "elbow", "with_reference")  # fmt: skip
@@ -70,8 +76,8 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "step": (aa.step, {"arm": ARM, "q_now": Q, "pose": POSE}),
     "Tracker": (aa.Tracker, {"arm": ARM}),
     "Tracker.start": (aa.Tracker(ARM).start, {"q": Q}),
-    "Tracker.step": (aa.Tracker(ARM).step, {"pose": POSE}),
-    "Tracker.run": (aa.Tracker(ARM).run, {"poses": POSE[None]}),
+    "Tracker.step": (started(aa.Tracker(ARM)).step, {"pose": POSE}),
+    "Tracker.run": (started(aa.Tracker(ARM)).run, {"poses": POSE[None]}),
     "HandFilter": (aa.HandFilter, {}),
     "HandFilter.smooth": (aa.HandFilter().smooth, {"poses": POSE[None], "dt": 0.01}),
     "follow": (aa.follow, {"arm": ARM, "poses": POSE[None], "start": Q}),

@@ -556,7 +556,10 @@ class Arm:
         Source: Faria et al. (2018), Eqs. (12)-(24), in a form that holds the pose in every case.
         """
         plainly = isinstance(limits, str) and limits == "ignore" and isinstance(unreachable, str)
-        if plainly and unreachable == "raise" and seed is None and out is None and threads == 1:
+        if (
+            plainly and unreachable == "raise" and seed is None and out is None
+            and type(threads) is int and threads == 1
+        ):  # fmt: skip
             plain: Floats | None = self._handle.inverse_one(pose, psi, gc)
             if plain is not None:
                 return plain
@@ -1059,7 +1062,7 @@ class Arm:
         (True, 0.0)
         """
         plain = weight is None and gc is None and allowed is None and singularity_margin == 0.0
-        if plain and prefer == "near" and near is not None and metric in _METRICS:
+        if plain and prefer == "near" and near is not None and isinstance(metric, str) and metric in _METRICS:
             one = self._handle.solve_one(pose, near, _METRICS[metric], Solution, STATUSES)
             if one is not None:
                 return cast(Solution, one)

@@ -207,6 +207,7 @@ class Tracker:
         self._core = _core.Tracker(arm._handle, np.concatenate([numbers, fastest, hardest]))
         self._arm = arm
         self._dt = numbers[0]
+        self._started = False
 
     @property
     def arm(self) -> Arm:
@@ -221,6 +222,7 @@ class Tracker:
     @property
     def q(self) -> Floats:
         """The present joints (7,), rad."""
+        self._check_started()
         return np.array(self._core.q)
 
     def start(self, q: ArrayLike) -> None:
@@ -231,6 +233,12 @@ class Tracker:
         ShapeError, NotFiniteError, InputError
         """
         self._core.start(one_posture("q", q))
+        self._started = True
+
+    def _check_started(self) -> None:
+        """Refuse to command joints from a posture that nobody stated."""
+        if not self._started:
+            raise InputError("the tracker has not begun: call start(q) first, with the joints where they are")
 
     def step(
         self,
@@ -274,6 +282,7 @@ class Tracker:
         >>> tracker.step(far).why.name
         'UNREACHABLE'
         """
+        self._check_started()
         time = self._dt if dt is None else _seconds(dt)
         branch = -1 if reconfigure is None else _branch(reconfigure)
         rest = time, branch, Tracked, _TRACKINGS, STATUSES
@@ -304,6 +313,7 @@ class Tracker:
         >>> tracker.run(np.repeat(arm.forward(tracker.q)[0][None], 5, axis=0)).shape
         (5, 7)
         """
+        self._check_started()
         stream = np.ascontiguousarray(as_floats("poses", poses, (4, 4)))
         if stream.ndim != 3:
             raise ShapeError(f"poses has shape {stream.shape}, wanted (n, 4, 4)")
