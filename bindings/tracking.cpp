@@ -52,7 +52,7 @@ nb::object joint_array(const double* values) {
 /// no small matrix: the general way then converts it, or says what is wrong.
 nb::object track_one(Tracker& self, nb::handle pose, nb::handle elbow, double dt, int reconfigure,
                      nb::handle kind, nb::handle trackings, nb::handle statuses) {
-    double m[16], point[3];
+    double m[16], point[3]{};
     if (!SmallMatrix().read(pose, 4, 4, m)) return nb::none();
     if (!elbow.is_none() && !SmallMatrix().read(elbow, 1, 3, point)) return nb::none();
     const Pose<double> wanted = load_pose(m);
