@@ -19,6 +19,7 @@ _NAMES = {
     "arm.arm": "Arm nearest_rotation",
     "arm.configuration": "gc_index gc_signs",
     "arm.diagnosis": "Branch Diagnosis Opening Verdict",
+    "arm.freedom": "Freedom",
     "arm.joint_function": "JointFunction",
     "arm.solution": "Solution Solutions",
     "errors": "ArmangleError ConfigurationError FileFormatError InputError LimitError MissingExtraError "
@@ -36,6 +37,7 @@ _NAMES = {
     "motion.stepping": "Resolution Step resolve step",
     "motion.tracking": "HandFilter Tracked Tracker Tracking",
     "poses": "pose",
+    "reach.placement": "Placement place",
     "status": "Status",
     "timing.retiming": "retime",
     "timing.trajectory": "SpeedLoss Trajectory TrajectoryPoint",

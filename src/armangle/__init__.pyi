@@ -25,6 +25,7 @@ from .arm.diagnosis import (
     Opening as Opening,
     Verdict as Verdict,
 )
+from .arm.freedom import Freedom as Freedom
 from .arm.joint_function import JointFunction as JointFunction
 from .arm.solution import Solution as Solution
 from .arm.solution import Solutions as Solutions
@@ -95,6 +96,10 @@ from .motion.tracking import (
     Tracking as Tracking,
 )
 from .poses import pose as pose
+from .reach.placement import (
+    Placement as Placement,
+    place as place,
+)
 from .status import Status as Status
 from .timing.retiming import retime as retime
 from .timing.trajectory import (
