@@ -54,7 +54,9 @@ def test_no_pose_all_out_of_reach_and_one() -> None:
     assert none.reached.tolist() == [[0.0, 0.0]] and none.missed() == ()
     far = aa.place(arm, aa.pose([[9.0, 0.0, 0.0]] * 3), [0.0], [0.0])
     assert far.reached[0, 0] == 0 and [k for k, _ in far.missed()] == [0, 1, 2]
-    one = aa.place(arm, grasps(np.random.default_rng(1), 1), np.linspace(-0.4, 0.4, 9), np.linspace(-0.4, 0.4, 9))
+    one = aa.place(
+        arm, grasps(np.random.default_rng(1), 1), np.linspace(-0.4, 0.4, 9), np.linspace(-0.4, 0.4, 9)
+    )
     assert one.reached.max() == 1.0
     assert one.arm is arm and "of 1 reached from" in str(one)
 

@@ -1081,9 +1081,7 @@ class Arm:
         status = codes[..., 2].astype(np.int8) if batch else STATUSES[int(codes[2])]
         return Freedom(gc, widths[..., 0], widths[..., 1], arcs, status)
 
-    def feasible_yaw(
-        self, pose: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1
-    ) -> ArcSet:
+    def feasible_yaw(self, pose: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1) -> ArcSet:
         """Return all turns about axis 1 of the base at which a pose can be held: exact arcs.
 
         A turn α stands for the pose turned by α about the axis of joint 1, which is the robot turned by -α
@@ -1120,9 +1118,7 @@ class Arm:
         """
         return self._turns(pose, Turned.BASE, singularity_margin, threads)
 
-    def feasible_roll(
-        self, pose: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1
-    ) -> ArcSet:
+    def feasible_roll(self, pose: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1) -> ArcSet:
         """Return all turns about axis 7 at which a pose can be held: exact arcs.
 
         A turn ρ stands for the pose turned by ρ about the axis of joint 7. For a tool whose working axis

@@ -178,7 +178,16 @@ def place(
     arm._handle.place_many(flat, weights, at, margin, rows, as_threads(threads))
     yaw, stretch, reached = (frozen(np.ascontiguousarray(c).reshape(len(along), -1)) for c in rows.T)
     return Placement(
-        arm, frozen(flat), frozen(weights), frozen(along), frozen(across), height, margin, reached, yaw, stretch
+        arm,
+        frozen(flat),
+        frozen(weights),
+        frozen(along),
+        frozen(across),
+        height,
+        margin,
+        reached,
+        yaw,
+        stretch,
     )
 
 
