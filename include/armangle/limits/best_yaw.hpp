@@ -1,10 +1,10 @@
 // Where to put the robot: for one base position, the yaw of the base at which most poses can be held.
 //
-// Each pose gives exact arcs of yaw (turns.hpp). One sweep over all their ends finds the stretch of yaw that
+// Each pose gives exact arcs of yaw (turn_arcs.hpp). One sweep over all their ends finds the stretch of yaw that
 // the greatest weight of poses shares: between ends nothing changes, so no scan over yaw can find more.
 #pragma once
 
-#include "turns.hpp"
+#include "turn_arcs.hpp"
 
 namespace armangle {
 
