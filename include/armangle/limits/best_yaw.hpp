@@ -1,7 +1,7 @@
 // Where to put the robot: for one base position, the yaw of the base at which most poses can be held.
 //
-// Each pose gives exact arcs of yaw (turn_arcs.hpp). One sweep over all their ends finds the stretch of yaw that
-// the greatest weight of poses shares: between ends nothing changes, so no scan over yaw can find more.
+// Each pose gives exact arcs of yaw (turn_arcs.hpp). One sweep over all their ends finds the stretch of yaw
+// that the greatest weight of poses shares: between ends nothing changes, so no scan over yaw can find more.
 #pragma once
 
 #include "turn_arcs.hpp"
