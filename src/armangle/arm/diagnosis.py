@@ -134,8 +134,8 @@ class Branch:
                 return f"the goal {_ANCHOR}"
             case Verdict.UNRESOLVED if self.given_up:
                 return (
-                    f"given up, so that nothing is known: {self.sections} sections were searched, from the start "
-                    f"as far as s = {self.reached:.4g}."
+                    f"given up, so that nothing is known: {self.sections} sections were searched, "
+                    f"from the start as far as s = {self.reached:.4g}."
                 )
             case Verdict.UNRESOLVED:
                 return f"every curve that was tried breaks a limit between the samples{where}."
@@ -224,8 +224,8 @@ class Diagnosis:
 
 def branch_of(report: tuple[Any, ...]) -> Branch:
     """Return the branch that a report of the core stands for."""
-    gc, verdict, status, s_from, s_to, excess, reached, margin, elbow, cost, psi, blocking, openings = report[:13]
-    sections, given_up = report[13:]
+    gc, verdict, status, s_from, s_to, excess, reached, margin, elbow, cost, psi, *rest = report
+    blocking, openings, sections, given_up = rest
     found = [Opening(joint, "upper" if upper else "lower", extra) for joint, upper, extra in openings]
     return Branch(
         gc=gc, verdict=Verdict(verdict), status=STATUSES[status], s_from=s_from, s_to=s_to, excess=excess,
