@@ -90,8 +90,8 @@ def _show(found: Placement, rows: int) -> None:
     for k in order:
         i, j = np.unravel_index(int(k), found.reached.shape)
         lines.append(
-            [f"{found.reached[i, j]:g}", f"{found.x[i]:.3f}", f"{found.y[j]:.3f}", degrees(found.yaw[i, j], 1),
-             degrees(found.stretch[i, j], 1)]
+            [f"{found.reached[i, j]:g}", f"{found.x[i]:.3f}", f"{found.y[j]:.3f}",
+             degrees(found.yaw[i, j], 1), degrees(found.stretch[i, j], 1)]
         )  # fmt: skip
     show(f"of {counted(len(found.poses), 'pose')}, the arm {found.arm.name or ''} holds".rstrip())
     show()
