@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._arrays import Floats
 from ..colours import BLACK, JOINT_COLOURS
 from .style import flat_axes
 
@@ -70,9 +71,9 @@ def placement(found: Placement, *, ax: Any = None) -> Any:
     return panel
 
 
-def _edges(line: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    """Return the edges of cells about positions in any order that is rising; one cell of 0.1 m for one."""
+def _edges(line: Floats) -> Floats:
+    """Return the edges of cells about rising positions; of one position a cell of 0.1 m."""
     if len(line) == 1:
-        return line[0] + np.array([-0.05, 0.05])
+        return np.array([line[0] - 0.05, line[0] + 0.05])
     middle = 0.5 * (line[1:] + line[:-1])
     return np.concatenate([[2 * line[0] - middle[0]], middle, [2 * line[-1] - middle[-1]]])

@@ -80,8 +80,7 @@ def _line(option: str, text: str, step: float) -> Floats:
     count = int((last - first) / step * (1 + 1e-12)) + 1
     if count > _MOST:
         raise InputError(f"--step {step:g} makes {count} positions along {option}, wanted at most {_MOST}")
-    positions: Floats = first + step * np.arange(count)
-    return positions
+    return np.array([first + step * k for k in range(count)])
 
 
 def _show(found: Placement, rows: int) -> None:
