@@ -174,6 +174,66 @@ inline void complement(const ArcSet& a, ArcSet& out) noexcept {
     detail::merge(out);
 }
 
+/// The union of many arcs of any lift and length, which may overlap: one sweep over their lower ends.
+class UnionOfArcs {
+public:
+    void add(Arc arc) noexcept {
+        if (arc.upper - arc.lower >= two_pi - tolerance::angle) return add_full();
+        if (count_ == capacity) join();
+        if (full_ || count_ == capacity) return;
+        const double start = wrap(arc.lower) >= pi ? -pi : wrap(arc.lower);
+        arc.upper += start - arc.lower;
+        arc.lower = start;
+        int at = count_++;
+        for (; at > 0 && arc_[at - 1].lower > arc.lower; --at) arc_[at] = arc_[at - 1];
+        arc_[at] = arc;
+    }
+
+    void add_full() noexcept { full_ = true; }
+
+    /// Whether the arcs so far cover the circle.
+    bool full() noexcept {
+        if (!full_) join();
+        return full_;
+    }
+
+    void finish(ArcSet& out) noexcept {
+        if (full()) return make_full(out);
+        make_empty(out);
+        for (int i = 0; i < count_; ++i) detail::push(out, arc_[i]);
+    }
+
+private:
+    static constexpr int capacity = 64;
+    int count_ = 0;
+    bool full_ = false;
+    Arc arc_[capacity];
+
+    /// Makes one of arcs that overlap or touch; the last may lie over the seam on any number of the first.
+    void join() noexcept {
+        int kept = 0;
+        for (int i = 1; i < count_; ++i)
+            if (!swallow(arc_[kept], arc_[i], 0.0)) arc_[++kept] = arc_[i];
+        count_ = count_ ? kept + 1 : 0;
+        int first = 0;
+        while (first + 1 < count_ && swallow(arc_[count_ - 1], arc_[first], two_pi)) ++first;
+        for (int i = first; i < count_; ++i) arc_[i - first] = arc_[i];
+        count_ -= first;
+        full_ = count_ == 1 && arc_[0].upper - arc_[0].lower >= two_pi - tolerance::angle;
+    }
+
+    /// Adds `next`, a turn further or not, to an arc that begins before it; false where a gap is between
+    /// them.
+    static bool swallow(Arc& arc, const Arc& next, double turn) noexcept {
+        if (next.lower + turn - arc.upper >= tolerance::angle) return false;
+        if (next.upper + turn > arc.upper) {
+            arc.upper = next.upper + turn;
+            arc.upper_tag = next.upper_tag;
+        }
+        return true;
+    }
+};
+
 /// Total length in rad.
 inline double measure(const ArcSet& set) noexcept {
     double sum = 0;

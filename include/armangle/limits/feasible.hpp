@@ -276,14 +276,16 @@ struct Sides {
     Blocked shoulder, wrist;
 };
 
-inline void block_sides(const LimitTable& t, const SelfMotion<double>& m, Sides& out) noexcept {
+/// `which` are the pivots whose limits count.
+inline void block_sides(const LimitTable& t, const SelfMotion<double>& m, unsigned which,
+                        Sides& out) noexcept {
     out.f = joint_functions(m);
     Boundaries b;
     boundaries(t, out.f, b);
     for (int half = 0; half < hinges; ++half) {
         Blocked& side = half == 0 ? out.shoulder : out.wrist;
         block_hinge(t, out.f, b, half, side);
-        block_pivots(t, out.f, b, half == 0 ? shoulder_pivots : wrist_pivots, side);
+        block_pivots(t, out.f, b, which & (half == 0 ? shoulder_pivots : wrist_pivots), side);
     }
 }
 
@@ -301,7 +303,7 @@ inline void feasible_all(const Arm& arm, const Pose<double>& pose, const LimitTa
         detail::Sides sides[2];
         for (int negative = 0; status == Status::OK && negative < 2; ++negative) {
             m.gc.shoulder = m.gc.wrist = negative ? -1.0 : 1.0;
-            detail::block_sides(t, m, sides[negative]);
+            detail::block_sides(t, m, all_pivots, sides[negative]);
         }
         for (int branch = 0; branch < 4; ++branch) {
             const int shoulder = branch & 1, wrist = branch >> 1, gc = shoulder + 2 * side + 4 * wrist;

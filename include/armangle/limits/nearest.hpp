@@ -203,7 +203,7 @@ private:
         for (int negative = 0; negative < 2; ++negative) {
             SelfMotion<double> m = e.motion;
             m.gc.shoulder = m.gc.wrist = negative ? -1.0 : 1.0;
-            block_sides(limits_, m, sides[negative]);
+            block_sides(limits_, m, all_pivots, sides[negative]);
             for (int side = 0; side < 2; ++side)
                 if (e.lost[side]) block_lost(sides[negative], side);
         }
