@@ -89,6 +89,9 @@ template <class Each>
 template <class Each>
 void each_branch(const Arm& arm, const Circle<double>& circle, const LimitTable& own, unsigned which,
                  const Each& each) noexcept {
+    unsigned counted = all_joints;
+    for (int p = 0; p < pivots; ++p)
+        if (!(which & pivot_bits(p))) counted &= ~(1u << pivot_joint[p]);
     for (int side = 0; side < 2; ++side) {
         SelfMotion<double> m = self_motion(arm, circle, {1.0, side ? -1.0 : 1.0, 1.0});
         const Status status = elbow_status(m, own);
@@ -119,7 +122,10 @@ void each_branch(const Arm& arm, const Circle<double>& circle, const LimitTable&
                 }
                 Blocked both = sides[shoulder].shoulder;
                 append(sides[wrist].wrist, both);
-                now = finish(*table, sides[shoulder].f, sides[wrist].f, both, arcs);
+                const JointFunctions<double>&of_shoulder = sides[shoulder].f, &of_wrist = sides[wrist].f;
+                now = finish(*table, of_shoulder, of_wrist, both, arcs);
+                if (may_isolate(*table, both, arcs))
+                    now = add_isolated(*table, m, of_shoulder, of_wrist, both, arcs, counted);
             }
             if (each(gc, now, arcs, sides[shoulder].f, sides[wrist].f)) return;
         }
