@@ -55,14 +55,14 @@ Problem collect_pose(const Request& r, const double* m, long long gc, Collected&
         return Problem::none;
     }
     const Configuration<double> g = configuration(static_cast<int>(gc));
-    const SelfMotion<double> motion = self_motion(arm, pose, g);
-    const JointFunctions<double> f = joint_functions(motion);
     ArcSet set;
     if (r.wanted == Wanted::branch) {
-        const Status status = feasible(motion, f, r.limits, set);
+        const Status status = feasible(arm, pose, static_cast<int>(gc), r.limits, set);
         to.add(arm, r.limits.margin, g, set, status);
         return Problem::none;
     }
+    const SelfMotion<double> motion = self_motion(arm, pose, g);
+    const JointFunctions<double> f = joint_functions(motion);
     for (int joint = 0; joint < joints; ++joint) {
         const Status status = joint_arcs(motion, f, r.limits, joint, set);
         to.add(arm, r.limits.margin, g, set, status);
