@@ -20,8 +20,8 @@ using namespace armangle;
 
 namespace {
 
-/// What is asked of a pose: Psi_all of one branch, Psi_i of its seven joints, Psi_all of all eight branches, or
-/// what a scene alone leaves of one branch.
+/// What is asked of a pose: Psi_all of one branch, Psi_i of its seven joints, Psi_all of all eight branches,
+/// or what a scene alone leaves of one branch.
 enum class Wanted : int { branch, joints, branches, clear };
 
 constexpr int sets_of(Wanted wanted) noexcept {
@@ -51,7 +51,8 @@ void collect_branches(const Request& r, const Pose<double>& pose, Collected& to)
     feasible_all(r.self.arm, pose, r.limits, all);
     Cleared cleared[2];  // links 3 and 4 know the sign of the elbow alone
     if (r.scene)
-        for (const int gc : {0, 2}) clear(r.self.arm, *r.scene, self_motion(r.self.arm, pose, gc), cleared[gc / 2]);
+        for (const int gc : {0, 2})
+            clear(r.self.arm, *r.scene, self_motion(r.self.arm, pose, gc), cleared[gc / 2]);
     for (int k = 0; k < configurations; ++k) {
         const Configuration<double> gc = configuration(k);
         if (r.scene)

@@ -17,8 +17,9 @@ namespace binding {
 
 using namespace armangle;
 
-/// count per set; for each arc its two ends as angle, joint, side and value in q; status per set. With a scene
-/// also for each end the pair of obstacle and link that made it, and per set the pair that blocks all alone.
+/// count per set; for each arc its two ends as angle, joint, side and value in q; status per set. With a
+/// scene also for each end the pair of obstacle and link that made it, and per set the pair that blocks all
+/// alone.
 using ArcColumns = nb::typed<nb::tuple, Ints, Floats, Codes, Codes, Floats, Codes, nb::object, nb::object>;
 
 /// Values as a NumPy array of so many columns, without a copy.

@@ -24,8 +24,11 @@ void check_rows(const Buffer& rows, Py_ssize_t width) {
 }
 
 Solid solid_of(const Arm& arm, const double* row) noexcept {
-    const Solid solid{static_cast<SolidKind>(static_cast<int>(row[0])), row[1], vector_of(row + 2),
-                      vector_of(row + 5), {vector_of(row + 8), vector_of(row + 11), vector_of(row + 14)}};
+    const Solid solid{static_cast<SolidKind>(static_cast<int>(row[0])),
+                      row[1],
+                      vector_of(row + 2),
+                      vector_of(row + 5),
+                      {vector_of(row + 8), vector_of(row + 11), vector_of(row + 14)}};
     switch (static_cast<Within>(static_cast<int>(row[17]))) {
         case Within::user: return arm.has_base ? placed(arm.base_inverse, solid) : solid;
         case Within::tool: return arm.has_tool ? placed(arm.tool, solid) : solid;
@@ -53,8 +56,8 @@ void fill_blocks(const std::vector<std::size_t>& ids, const std::vector<Solid>& 
     }
 }
 
-/// Rows of solids: those of the user, then of link 0 from `first_base` on, then what is held from `first_held`
-/// on; rows of rods of links 3 and 4; which pairs may touch, a byte each.
+/// Rows of solids: those of the user, then of link 0 from `first_base` on, then what is held from
+/// `first_held` on; rows of rods of links 3 and 4; which pairs may touch, a byte each.
 void make_scene(SceneHandle* self, const ArmHandle& arm, Floats solids, Py_ssize_t first_base,
                 Py_ssize_t first_held, Floats rods, Codes ignored, double clearance) {
     const Buffer rows(solids), links(rods), touch(ignored);
@@ -123,8 +126,7 @@ void store_proximity(const Arm& arm, const Proximity& found, double* out, long l
     out[1] = found.psi_rate;
     const Vec3<double> points[2] = {found.on_link, found.on_obstacle};
     for (int k = 0; k < 2; ++k) {
-        const Vec3<double> p =
-            arm.has_base ? arm.base.rotation * points[k] + arm.base.position : points[k];
+        const Vec3<double> p = arm.has_base ? arm.base.rotation * points[k] + arm.base.position : points[k];
         out[2 + 3 * k] = p.x;
         out[3 + 3 * k] = p.y;
         out[4 + 3 * k] = p.z;
@@ -142,27 +144,26 @@ Problem reached(const SelfMotion<double>& m, double& value) noexcept {
 void proximity_many(const ArmHandle& self, const SceneHandle& scene, Floats pose, Floats psi, Ints gc,
                     Floats out, Ints pair, int threads) {
     const Buffer p(pose), a(psi), g(gc), to(out, true), who(pair, true);
-    for_each<5>("pose", {&p, &a, &g, &to, &who}, {2, 0, 0, 1, 0}, threads,
-                [&](const Py_ssize_t* at, double& value) {
-                    const double* m = p.data<double>() + at[0];
-                    const Problem problem = check_pose(m, value);
-                    if (problem != Problem::none) return problem;
-                    const long long branch = g.data<long long>()[at[2]];
-                    value = static_cast<double>(branch);
-                    if (branch < 0 || branch >= configurations) return Problem::gc_range;
-                    const SelfMotion<double> motion =
-                        self_motion(self.arm, load_pose(m), static_cast<int>(branch));
-                    if (const Problem far = reached(motion, value); far != Problem::none) return far;
-                    const double angle = a.data<double>()[at[1]];
-                    store_proximity(self.arm, proximity(self.arm, scene.view, motion, angle),
-                                    to.data<double>() + at[3], who.data<long long>() + at[4]);
-                    return Problem::none;
-                });
+    for_each<5>(
+        "pose", {&p, &a, &g, &to, &who}, {2, 0, 0, 1, 0}, threads, [&](const Py_ssize_t* at, double& value) {
+            const double* m = p.data<double>() + at[0];
+            const Problem problem = check_pose(m, value);
+            if (problem != Problem::none) return problem;
+            const long long branch = g.data<long long>()[at[2]];
+            value = static_cast<double>(branch);
+            if (branch < 0 || branch >= configurations) return Problem::gc_range;
+            const SelfMotion<double> motion = self_motion(self.arm, load_pose(m), static_cast<int>(branch));
+            if (const Problem far = reached(motion, value); far != Problem::none) return far;
+            const double angle = a.data<double>()[at[1]];
+            store_proximity(self.arm, proximity(self.arm, scene.view, motion, angle),
+                            to.data<double>() + at[3], who.data<long long>() + at[4]);
+            return Problem::none;
+        });
 }
 
 /// The widest psi of each (pose, gc) within the limits: psi, its nearest pair, and the status of the limits.
-void widest_many(const ArmHandle& self, const SceneHandle& scene, Floats pose, Ints gc, double margin, Floats psi,
-                 Floats out, Ints pair, Ints status, int threads) {
+void widest_many(const ArmHandle& self, const SceneHandle& scene, Floats pose, Ints gc, double margin,
+                 Floats psi, Floats out, Ints pair, Ints status, int threads) {
     const Buffer p(pose), g(gc), a(psi, true), to(out, true), who(pair, true), code(status, true);
     const LimitTable table = limit_table(self.arm, margin);
     for_each<6>("pose", {&p, &g, &a, &to, &who, &code}, {2, 0, 0, 1, 0, 0}, threads,
@@ -203,8 +204,8 @@ void bind_scenes(nb::module_& m, nb::class_<ArmHandle>& arm) {
     m.attr("MOST_LINKS") = most_links;
     m.attr("MOST_OBSTACLES") = most_obstacles;
     nb::class_<SceneHandle>(m, "Scene")
-        .def("__init__", &make_scene, "arm"_a, "solids"_a, "first_base"_a, "first_held"_a, "rods"_a, "ignored"_a,
-             "clearance"_a);
+        .def("__init__", &make_scene, "arm"_a, "solids"_a, "first_base"_a, "first_held"_a, "rods"_a,
+             "ignored"_a, "clearance"_a);
     arm.def("resting_links", &resting_links, "rods"_a, "link"_a);
     arm.def("proximity_many", &proximity_many, "scene"_a, "pose"_a, "psi"_a, "gc"_a, "out"_a, "pair"_a,
             "threads"_a);

@@ -62,7 +62,7 @@ class NotSRSError(InputError):
 
 
 class SceneError(InputError):
-    """A shape, a scene or a body is not usable as given; ``shape``, ``name`` and ``value`` say what of which."""
+    """A shape, scene or body is not usable as given; ``shape``, ``name``, ``value`` say what of which."""
 
     shape: str
     name: str

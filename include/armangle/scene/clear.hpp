@@ -46,7 +46,10 @@ inline MetPart met(const Pose<double>& frame, const Part& part, double clearance
 class Clearing {
 public:
     Clearing(const Arm& arm, const Scene& scene, const SelfMotion<double>& m, Covered& out) noexcept
-        : scene_(scene), out_(out), axis_(axis_frame(arm, m.circle)), to_axis_(inverted(axis_)),
+        : scene_(scene),
+          out_(out),
+          axis_(axis_frame(arm, m.circle)),
+          to_axis_(inverted(axis_)),
           frames_(axis_frames(arm, m)) {
         for (int k = 0; k < scene.part_count; ++k) {
             const Part& part = scene.parts[k];
@@ -98,7 +101,8 @@ private:
                 }
                 continue;
             }
-            const Eight g = q.x - Eight(part.along), apart = rho - Eight(part.off), near = R + Eight(part.length);
+            const Eight g = q.x - Eight(part.along), apart = rho - Eight(part.off),
+                        near = R + Eight(part.length);
             for_each_bit(bits(mul_add(g, g, apart * apart) < near * near), [&](int i) {
                 const Vec3<double> at{q.x[i], q.y[i], q.z[i]};
                 if (part.kind == MetPart::Kind::sphere)
@@ -154,7 +158,8 @@ private:
     }
 
     void add(const Turned& arc, int id, int part) noexcept {
-        if (arc.half > 0 && !scene_.may_touch(id, part)) cover(out_, arc.centre, arc.half, pair_tag(id, part));
+        if (arc.half > 0 && !scene_.may_touch(id, part))
+            cover(out_, arc.centre, arc.half, pair_tag(id, part));
     }
 
     Tag against_ground(const Solid& held, int link) const noexcept {
@@ -204,8 +209,8 @@ inline void open_arcs(const Covered& covered, ArcSet& out) noexcept {
     }
 }
 
-/// The psi at which no link touches an obstacle, whatever the joint limits. Of any branch: links 3 and 4 do not
-/// depend on GC_2 and GC_6.
+/// The psi at which no link touches an obstacle, whatever the joint limits. Of any branch: links 3 and 4 do
+/// not depend on GC_2 and GC_6.
 inline void clear(const Arm& arm, const Scene& scene, const SelfMotion<double>& m, Cleared& out) noexcept {
     make_empty(out.arcs);
     out.blocking = 0;

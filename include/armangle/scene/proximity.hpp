@@ -19,8 +19,11 @@ namespace detail {
 class Nearby {
 public:
     Nearby(const Arm& arm, const Scene& scene, const SelfMotion<double>& m, double psi) noexcept
-        : scene_(scene), axis_(axis_frame(arm, m.circle)), frames_(axis_frames(arm, m)),
-          turn_(sin_cos(psi)), best_{infinity, 0, {}, {}, 0.0} {}
+        : scene_(scene),
+          axis_(axis_frame(arm, m.circle)),
+          frames_(axis_frames(arm, m)),
+          turn_(sin_cos(psi)),
+          best_{infinity, 0, {}, {}, 0.0} {}
 
     Proximity find(bool turning_alone) noexcept {
         const Pose<double> to_axis = inverted(axis_);
@@ -37,8 +40,8 @@ private:
             if (scene_.may_touch(id, k)) continue;
             const Part& part = scene_.parts[k];
             const Rod rod = placed(part.lower ? frames_.lower : frames_.upper, part.rod);
-            keep(nearest(turned_by(rod.begin, turn_), turned_by(rod.end, turn_), solid), rod.radius, solid, id, k,
-                 true);
+            keep(nearest(turned_by(rod.begin, turn_), turned_by(rod.end, turn_), solid), rod.radius, solid,
+                 id, k, true);
         }
     }
 
@@ -92,8 +95,8 @@ inline Proximity proximity(const Arm& arm, const Scene& scene, const SelfMotion<
     return detail::Nearby(arm, scene, m, psi).find(turning_alone);
 }
 
-/// The psi of `own` (arcs within the limits, not empty) at which what turns keeps farthest from the obstacles,
-/// and the pair that is nearest there.
+/// The psi of `own` (arcs within the limits, not empty) at which what turns keeps farthest from the
+/// obstacles, and the pair that is nearest there.
 struct Widest {
     double psi;
     Proximity nearest;
@@ -106,9 +109,10 @@ inline constexpr int halvings = 40;
 inline constexpr double thinnest = 0.999;
 }  // namespace widest_rule
 
-/// The arcs that are left shrink as the clearance grows, so that the greatest clearance that leaves one is found
-/// by bisection. Where parts are so deep in obstacles that no clearance helps, psi is NaN.
-inline Widest widest(const Arm& arm, const Scene& scene, const SelfMotion<double>& m, const ArcSet& own) noexcept {
+/// The arcs that are left shrink as the clearance grows, so that the greatest clearance that leaves one is
+/// found by bisection. Where parts are so deep in obstacles that no clearance helps, psi is NaN.
+inline Widest widest(const Arm& arm, const Scene& scene, const SelfMotion<double>& m,
+                     const ArcSet& own) noexcept {
     ArcSet cleared, left, found;
     const auto leaves = [&](double clearance) {
         Scene asked = scene;

@@ -20,9 +20,7 @@ struct Rod {
     Vec3<double> begin, end;
     double radius;
 
-    bool is_sphere() const noexcept {
-        return begin.x == end.x && begin.y == end.y && begin.z == end.z;
-    }
+    bool is_sphere() const noexcept { return begin.x == end.x && begin.y == end.y && begin.z == end.z; }
 };
 
 enum class SolidKind : std::uint8_t { ball, capsule, box, half_space };
@@ -30,8 +28,9 @@ enum class SolidKind : std::uint8_t { ball, capsule, box, half_space };
 /// One convex obstacle.
 struct Solid {
     SolidKind kind;
-    double radius;     // m, of what the core is thickened by
-    Vec3<double> a;    // ball, box: centre; capsule: one end; half-space: unit normal, normal . x >= offset is free
+    double radius;  // m, of what the core is thickened by
+    Vec3<double>
+        a;  // ball, box: centre; capsule: one end; half-space: unit normal, normal . x >= offset is free
     Vec3<double> b;     // capsule: other end; box: half edges; half-space: {offset, 0, 0}
     Mat3<double> axes;  // of a box
 };
@@ -93,12 +92,14 @@ inline double foot(const Vec3<double>& a, const Vec3<double>& d, const Vec3<doub
 
 inline Approach between(const Vec3<double>& p, const Vec3<double>& q) noexcept { return {p, q, norm(p - q)}; }
 
-inline Approach nearer(const Approach& a, const Approach& b) noexcept { return b.distance < a.distance ? b : a; }
+inline Approach nearer(const Approach& a, const Approach& b) noexcept {
+    return b.distance < a.distance ? b : a;
+}
 
 /// Segments a + s d, c + t e: the ends against the other one, and where the common perpendicular meets both.
 /// By cross products, which keep their digits where the two are nearly parallel.
 inline Approach segment_segment(const Vec3<double>& a, const Vec3<double>& b, const Vec3<double>& c,
-                               const Vec3<double>& f) noexcept {
+                                const Vec3<double>& f) noexcept {
     const Vec3<double> d = b - a, e = f - c, across = cross(d, e), r = c - a;
     Approach best = between(a, c + e * foot(c, e, a));
     best = nearer(best, between(b, c + e * foot(c, e, b)));
@@ -117,10 +118,11 @@ inline Vec3<double> beyond(const Vec3<double>& p, const Vec3<double>& half) noex
     return {part(p.x, half.x), part(p.y, half.y), part(p.z, half.z)};
 }
 
-/// The share t of the segment a + t d that is nearest to a box about the origin. Half the slope of the squared
-/// distance, d . beyond, rises and is linear between the places where the segment crosses a face's plane.
-/// Where the segment lies in the box: the middle of what does.
-inline double nearest_to_box(const Vec3<double>& a, const Vec3<double>& d, const Vec3<double>& half) noexcept {
+/// The share t of the segment a + t d that is nearest to a box about the origin. Half the slope of the
+/// squared distance, d . beyond, rises and is linear between the places where the segment crosses a face's
+/// plane. Where the segment lies in the box: the middle of what does.
+inline double nearest_to_box(const Vec3<double>& a, const Vec3<double>& d,
+                             const Vec3<double>& half) noexcept {
     const auto slope = [&](double t) { return dot(d, beyond(a + d * t, half)); };
     double low = 0, high = 1, first = infinity, last = -infinity;
     double slope_low = slope(0.0), slope_high = slope(1.0);

@@ -2,14 +2,14 @@
 //
 // Coordinates: x along the line, the circle's (y, z) across it; psi adds to the azimuth atan2(z, y).
 //
-//        z|    o p(psi)                    least distance of p's circle from q:    h = hypot(g, rho_p - rho_q)
-//         |   /                            greatest:                               H = hypot(g, rho_p + rho_q)
-//         |  / rho_p     x q               g: how far apart the two are along the line
-//         | /        rho_q
+//        z|    o p(psi)                    least distance of p's circle from q:    h = hypot(g, rho_p -
+//        rho_q)
+//         |   /                            greatest:                               H = hypot(g, rho_p +
+//         rho_q) |  / rho_p     x q               g: how far apart the two are along the line | / rho_q
 //      ---+-------------- y                d^2 = h^2 + (H^2 - h^2) sin^2((psi - centre) / 2)
 //
-// Each function says which psi are blocked: an arc about a centre, so wide on both sides. No arccosine, and no
-// difference of nearly equal numbers at a tangency.
+// Each function says which psi are blocked: an arc about a centre, so wide on both sides. No arccosine, and
+// no difference of nearly equal numbers at a tangency.
 #pragma once
 
 #include "solids.hpp"
@@ -51,12 +51,12 @@ inline Turned point_plane(const Vec3<double>& p, const Vec3<double>& normal, dou
     return {azimuth_between(p, normal) + pi, 2.0 * atan2(sqrt(swing + k), sqrt(swing - k))};
 }
 
-/// A segment in the plane of the line and the direction of azimuth 90 degrees, on one side of the line: points
-/// (w, r), r >= 0. `opposite` where it lies on the other side and was mirrored.
+/// A segment in the plane of the line and the direction of azimuth 90 degrees, on one side of the line:
+/// points (w, r), r >= 0. `opposite` where it lies on the other side and was mirrored.
 ///
-/// With x = rho_q cos(psi - azimuth of q + 90 degrees), how far q is from the line along the plane at psi, the
-/// squared distance of a point is (w - q_w)^2 + r^2 + rho_q^2 - 2 r x: it falls as x grows, for all points of
-/// the segment. So what is blocked is x above one threshold, and that is one arc.
+/// With x = rho_q cos(psi - azimuth of q + 90 degrees), how far q is from the line along the plane at psi,
+/// the squared distance of a point is (w - q_w)^2 + r^2 + rho_q^2 - 2 r x: it falls as x grows, for all
+/// points of the segment. So what is blocked is x above one threshold, and that is one arc.
 struct PlanarRod {
     double w, r, along_w, along_r;  // one end, and the unit direction to the other
     double length;
@@ -101,8 +101,8 @@ inline Turned planar_arc(const PlanarRod& rod, const Vec3<double>& q, double rho
             2.0 * atan2(sqrt(rho - threshold), sqrt(rho + threshold))};
 }
 
-/// The one or two pieces of a segment, seen at psi = 0, that lies in that plane (y = 0 at both ends). An end off
-/// the line by rounding alone is on it.
+/// The one or two pieces of a segment, seen at psi = 0, that lies in that plane (y = 0 at both ends). An end
+/// off the line by rounding alone is on it.
 inline int planar_rods(Vec3<double> a, Vec3<double> b, PlanarRod (&out)[2]) noexcept {
     if (abs(a.z) < planar_rounding * abs(a.x)) a.z = 0;
     if (abs(b.z) < planar_rounding * abs(b.x)) b.z = 0;

@@ -9,8 +9,8 @@
 //
 //   since F less that line plus A t (h - t) / 2 is a least of concave functions that are >= 0 at both ends.
 //
-// So every psi is blocked by a witness, proven free, or in a sliver that counts as blocked. Witnesses reach an
-// end from the blocked side, as Newton's method does.
+// So every psi is blocked by a witness, proven free, or in a sliver that counts as blocked. Witnesses reach
+// an end from the blocked side, as Newton's method does.
 #pragma once
 
 #include "turning.hpp"
@@ -65,8 +65,9 @@ public:
     /// Calls blocked(lower, upper) for arcs that together are all that is blocked.
     template <class Blocked>
     void find(const Blocked& blocked) noexcept {
-        const Vec3<double> middle = (rod_.begin + rod_.end) * 0.5, centre =
-            solid_.kind == SolidKind::capsule ? (solid_.a + solid_.b) * 0.5 : solid_.a;
+        const Vec3<double> middle = (rod_.begin + rod_.end) * 0.5, centre = solid_.kind == SolidKind::capsule
+                                                                                ? (solid_.a + solid_.b) * 0.5
+                                                                                : solid_.a;
         const double start = azimuth_between(middle, centre) + pi;  // where contact is least likely
         const Sample first = at(start);
         if (first.F >= 2.0 * amplitude_) return;

@@ -48,6 +48,10 @@ class ArcEnd:
     obstacle: str | None = None
     link: str | None = None
 
+    def __repr__(self) -> str:
+        who = "" if self.obstacle is None else f", obstacle={self.obstacle!r}, link={self.link!r}"
+        return f"ArcEnd(joint={self.joint}, side={self.side!r}, value={self.value!r}{who})"
+
 
 _ARRAYS = ("_count", "_psi", "_joint", "_side", "_value", "_status", "_start")
 
@@ -419,7 +423,8 @@ class ArcSet:
             reason = np.where(self._count[index_a] == 0, self._status[index_a], other._status[index_b])
             reason = np.where(reason == Status.OK, Status.LIMITS, reason)
             status = np.where(count > 0, Status.OK, reason).astype(np.int8)
-        names, pair = (), None
+        names: Names = ()
+        pair = None
         if self._pair is not None or other._pair is not None:
             names = (*self._names, *other._names)
             mine, theirs = (_pairs_of(s) for s in (self, other))

@@ -52,7 +52,8 @@ from ..scenes.body import Body
 from ..scenes.clearance import Clearance, Widest, clearance_of
 from ..scenes.ready import Ready, make_ready
 from ..scenes.scene import Scene, as_shapes
-from ..scenes.shapes import HOLDABLE, Shape as SceneShape
+from ..scenes.shapes import HOLDABLE
+from ..scenes.shapes import Shape as SceneShape
 from ..status import STATUSES
 from .allowed import Allowed
 from .arcs import ArcSet
@@ -484,6 +485,10 @@ class Arm:
         ready = make_ready(self, scene)
         object.__setattr__(self, "_ready", (scene, ready))
         return ready
+
+    def _needed(self, scene: Scene) -> Ready:
+        """Return a scene made ready, where there must be one."""
+        return self._scene(scene) or make_ready(self, scene)
 
     def _numbers(self) -> dict[str, Any]:
         return {field.name: getattr(self, field.name) for field in _FIELDS}
@@ -1078,7 +1083,8 @@ class Arm:
         ArcSet, shape (...)
             Each end names its obstacle and link. Where it is empty, ``status`` says why: POSE_BLOCKED where
             hand or base meet an obstacle, which no arm angle changes, CLEARANCE else; and ``blocking`` names
-            the pair, where one alone blocks the whole circle. Of more than 16 arcs the narrowest are left out.
+            the pair, where one alone blocks the whole circle. Of more than 16 arcs the narrowest are
+            left out.
 
         Raises
         ------
@@ -1087,7 +1093,8 @@ class Arm:
         Examples
         --------
         >>> import armangle as aa
-        >>> arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_body(aa.Body.bones(upper_arm=0.09, forearm=0.08))
+        >>> arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+        >>> arm = arm.with_body(aa.Body.bones(upper_arm=0.09, forearm=0.08))
         >>> q = np.array([0.0, 0.6, 0.0, -1.4, 0.0, 0.9, 0.0])
         >>> pose, psi, gc = arm.forward(q)
         >>> scene = aa.Scene([aa.Ball(arm.elbow(q) + [0, 0, 0.2], 0.12, name="lamp")])
@@ -1095,8 +1102,7 @@ class Arm:
         >>> bool(arcs.contains(psi)), arcs.ends[0][0].obstacle, arcs.ends[0][0].link
         (False, 'lamp', 'upper_arm')
         """
-        if scene is None:
-            raise SceneError("scene", "scene", None, "an armangle.Scene")
+        self._needed(scene)
         return self._arcs(pose, gc, 0.0, 0.0, 0.0, Wanted.CLEAR, (), threads, scene)
 
     def clearance(
@@ -1128,20 +1134,25 @@ class Arm:
         named = [("pose", as_poses("pose", pose, self._handle), 2), ("psi", as_floats("psi", psi), 0)]
         check_angles("psi", named[1][1])
         batch, (poses, angles, branches) = broadcast([*named, ("gc", as_gc(gc), 0)])
-        ready = make_ready(self, scene) if scene is None else self._scene(scene)
-        assert ready is not None
+        ready = self._needed(scene)
         out, pair = np.empty((*batch, 8)), np.empty(batch, dtype=np.int64)
         self._handle.proximity_many(ready.handle, poses, angles, branches, out, pair, as_threads(threads))
         return clearance_of(ready, out, pair)
 
     def widest(
-        self, pose: ArrayLike, gc: ArrayLike, scene: Scene, *, singularity_margin: float = 0.0, threads: int = 1
+        self,
+        pose: ArrayLike,
+        gc: ArrayLike,
+        scene: Scene,
+        *,
+        singularity_margin: float = 0.0,
+        threads: int = 1,
     ) -> Widest:
         """Return the feasible arm angle that keeps the links farthest from the obstacles.
 
         The arcs that keep clear shrink as the clearance that is asked grows; the greatest that leaves one is
-        found by bisection. Where nothing is clear it is the arm angle that fails by least: a distance below the
-        scene's clearance says by how much.
+        found by bisection. Where nothing is clear it is the arm angle that fails by least: a distance below
+        the scene's clearance says by how much.
 
         Parameters
         ----------
@@ -1167,8 +1178,7 @@ class Arm:
         margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
         named = [("pose", as_poses("pose", pose, self._handle), 2), ("gc", as_gc(gc), 0)]
         batch, (poses, branches) = broadcast(named)
-        ready = make_ready(self, scene) if scene is None else self._scene(scene)
-        assert ready is not None
+        ready = self._needed(scene)
         psi, out = np.empty(batch), np.empty((*batch, 8))
         pair, status = (np.empty(batch, dtype=np.int64) for _ in range(2))
         self._handle.widest_many(

@@ -18,10 +18,10 @@ class Body:
     Parameters
     ----------
     links : mapping of int to sequence of Ball or Capsule
-        By DH frame 0..7, in which the shapes are given, m (`Arm.frames`): 3 is the upper arm, its y axis along
-        it, 4 the forearm, its z axis along it. Radii > 0. Those of links 1, 2, 5 and 6 must be centred on axis
-        1, 3, 5 or 7: the z axis of frames 2 and 6, the y axis of frames 1 and 5. A name of a shape names its
-        link in results; without one it is "link_3".
+        By DH frame 0..7, in which the shapes are given, m (`Arm.frames`): 3 is the upper arm, its y axis
+        along it, 4 the forearm, its z axis along it. Radii > 0. Those of links 1, 2, 5 and 6 must be centred
+        on axis 1, 3, 5 or 7: the z axis of frames 2 and 6, the y axis of frames 1 and 5. A name of a shape
+        names its link in results; without one it is "link_3".
 
     Raises
     ------
@@ -42,11 +42,11 @@ class Body:
         for frame, shapes in links.items():
             if isinstance(frame, bool) or not isinstance(frame, int) or not 0 <= frame <= JOINTS:
                 raise SceneError("Body", "links", frame, f"a DH frame, an integer from 0 to {JOINTS}")
-            rows.append((frame, as_shapes(f"Body link {frame}", shapes, RODS)))
-        for frame, shapes in rows:
-            for at, shape in enumerate(shapes):
-                if not shape.radius > 0:
-                    raise SceneError(f"Body link {frame}", f"shapes[{at}].radius", shape.radius, "a radius > 0 (m)")
+            listed = as_shapes(f"Body link {frame}", shapes, RODS)
+            for at, shape in enumerate(listed):
+                if not getattr(shape, "radius") > 0:  # noqa: B009
+                    raise SceneError(f"Body link {frame}", f"shapes[{at}]", shape, "a radius > 0 (m)")
+            rows.append((frame, listed))
         _set(self, links=tuple(sorted(rows, key=lambda row: row[0])), _bones=None)
 
     @classmethod
@@ -88,7 +88,9 @@ class Body:
         more = ", plates=True" if plates else ""
         return f"Body.bones(upper_arm={upper_arm!r}, forearm={forearm!r}{more})"
 
-    def _shapes(self, d_se: float, d_ew: float, a_3: float, a_4: float, d_4: float) -> list[tuple[int, Shape]]:
+    def _shapes(
+        self, d_se: float, d_ew: float, a_3: float, a_4: float, d_4: float
+    ) -> list[tuple[int, Shape]]:
         """Return (DH frame, shape) of an arm with these lengths."""
         if self._bones is None:
             return [(frame, shape) for frame, shapes in self.links for shape in shapes]

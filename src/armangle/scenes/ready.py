@@ -15,7 +15,9 @@ from .scene import Scene
 from .shapes import Shape
 
 LINKS_OF_A_PAIR = 256  # the core says a pair as obstacle * 256 + link
-_AXES = {1: "axis 1 (its y axis)", 2: "axis 3 (its z axis)", 5: "axis 5 (its y axis)", 6: "axis 7 (its z axis)"}
+_AXES = {
+    1: "axis 1 (its y axis)", 2: "axis 3 (its z axis)", 5: "axis 5 (its y axis)", 6: "axis 7 (its z axis)",
+}  # fmt: skip
 
 
 class Ready(NamedTuple):
@@ -64,7 +66,8 @@ def make_ready(arm: Built, scene: Scene) -> Ready:
     if not isinstance(scene, Scene):
         raise SceneError("scene", "scene", scene, "an armangle.Scene")
     if arm.body is None and not arm.hand:
-        raise SceneError("arm", "body", None, "a body: arm.with_body(Body.bones(upper_arm=0.09, forearm=0.08))")
+        how = "arm.with_body(Body.bones(upper_arm=0.09, forearm=0.08))"
+        raise SceneError("arm", "body", None, f"a body: {how}")
     parts, base, held = _sorted_links(arm)
     links = [*parts, *base, *held]
     for what, listed, most in (("parts of links 3 and 4", parts, _core.MOST_PARTS),
@@ -132,11 +135,10 @@ def _ignored(
     out = np.zeros((len(obstacles), len(links)), dtype=np.int8)
     names = [link.name for link in links]
     for at, (obstacle, link) in enumerate(scene.ignore):
-        for what, name, known in (("obstacle", obstacle, obstacles), ("link", link, names)):
+        for what, name, known in (("an obstacle", obstacle, obstacles), ("a link", link, names)):
             if name not in known:
                 listed = ", ".join(dict.fromkeys(known)) or "none"
-                raise SceneError("Scene", f"ignore[{at}]", name, f"the name of an {what} (there are: {listed})"
-                                 if what == "obstacle" else f"the name of a {what} (there are: {listed})")  # fmt: skip
+                raise SceneError("Scene", f"ignore[{at}]", name, f"the name of {what} (there are: {listed})")
         rows = [i for i, name in enumerate(obstacles) if name == obstacle]
         out[np.ix_(rows, [i for i, name in enumerate(names) if name == link])] = 1
     first = len(scene.shapes)

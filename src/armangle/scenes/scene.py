@@ -33,7 +33,8 @@ class Scene:
     Examples
     --------
     >>> import armangle as aa
-    >>> scene = aa.Scene([aa.Ball([0.4, 0, 0.5], 0.1, name="lamp"), aa.HalfSpace([0, 0, 1], 0)], clearance=0.02)
+    >>> lamp = aa.Ball([0.4, 0, 0.5], 0.1, name="lamp")
+    >>> scene = aa.Scene([lamp, aa.HalfSpace([0, 0, 1], 0)], clearance=0.02)
     >>> scene.names
     ('lamp', 'half_space_1')
     """

@@ -41,7 +41,8 @@ def _length(shape: str, name: str, value: float, *, positive: bool = False, sign
     except (TypeError, ValueError, OverflowError):
         raise SceneError(shape, name, value, "a number (m)") from None
     if not low <= number <= LARGEST or (positive and number == 0):
-        raise SceneError(shape, name, number, f"a length in {'(' if positive else '['}{low:g}, {LARGEST:g}] m")
+        bracket = "(" if positive else "["
+        raise SceneError(shape, name, number, f"a length in {bracket}{low:g}, {LARGEST:g}] m")
     return number
 
 
@@ -109,9 +110,7 @@ class Capsule:
     radius: float
     name: str | None = None
 
-    def __init__(
-        self, begin: ArrayLike, end: ArrayLike, radius: float, *, name: str | None = None
-    ) -> None:
+    def __init__(self, begin: ArrayLike, end: ArrayLike, radius: float, *, name: str | None = None) -> None:
         _set(self, begin=_point("Capsule", "begin", begin), end=_point("Capsule", "end", end))
         _set(self, radius=_length("Capsule", "radius", radius), name=_named("Capsule", name))
 
