@@ -76,23 +76,24 @@ Problem collect_pose(const Request& r, const double* m, long long gc, Collected&
         return Problem::none;
     }
     const Configuration<double> g = configuration(static_cast<int>(gc));
-    const SelfMotion<double> motion = self_motion(arm, pose, g);
-    Cleared cleared;
-    if (r.scene) clear(arm, *r.scene, motion, cleared);
-    if (r.wanted == Wanted::clear) {
-        to.add(arm, 0.0, g, cleared.arcs, cleared.status, cleared.blocking);
-        return Problem::none;
-    }
-    const JointFunctions<double> f = joint_functions(motion);
     ArcSet set;
-    if (r.wanted == Wanted::branch) {
-        const Status status = feasible(motion, f, r.limits, set);
-        if (r.scene)
-            add_clear(r, g, cleared, set, status, to);
+    if (r.scene || r.wanted == Wanted::clear) {
+        const SelfMotion<double> motion = self_motion(arm, pose, g);
+        Cleared cleared;
+        clear(arm, *r.scene, motion, cleared);
+        if (r.wanted == Wanted::clear)
+            to.add(arm, 0.0, g, cleared.arcs, cleared.status, cleared.blocking);
         else
-            to.add(arm, r.limits.margin, g, set, status);
+            add_clear(r, g, cleared, set, feasible(motion, r.limits, set), to);
         return Problem::none;
     }
+    if (r.wanted == Wanted::branch) {
+        const Status status = feasible(arm, pose, static_cast<int>(gc), r.limits, set);
+        to.add(arm, r.limits.margin, g, set, status);
+        return Problem::none;
+    }
+    const SelfMotion<double> motion = self_motion(arm, pose, g);
+    const JointFunctions<double> f = joint_functions(motion);
     for (int joint = 0; joint < joints; ++joint) {
         const Status status = joint_arcs(motion, f, r.limits, joint, set);
         to.add(arm, r.limits.margin, g, set, status);

@@ -114,4 +114,5 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     binding::bind_planning(m, arm);
     binding::bind_solving(m, arm);
     binding::bind_tracking(m);
+    binding::bind_reach(m, arm);
 }

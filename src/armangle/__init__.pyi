@@ -25,6 +25,7 @@ from .arm.diagnosis import (
     Opening as Opening,
     Verdict as Verdict,
 )
+from .arm.freedom import Freedom as Freedom
 from .arm.joint_function import JointFunction as JointFunction
 from .arm.solution import Solution as Solution
 from .arm.solution import Solutions as Solutions
@@ -68,9 +69,11 @@ from .motion.joint_path import (
 )
 from .motion.paths import (
     CircularArc as CircularArc,
+    Deviation as Deviation,
     Line as Line,
     Path as Path,
     Screw as Screw,
+    Segments as Segments,
     Waypoints as Waypoints,
 )
 from .motion.planning import (
@@ -96,6 +99,10 @@ from .motion.tracking import (
     Tracking as Tracking,
 )
 from .poses import pose as pose
+from .reach.placement import (
+    Placement as Placement,
+    place as place,
+)
 from .scenes.body import Body as Body
 from .scenes.clearance import (
     Clearance as Clearance,

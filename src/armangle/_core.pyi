@@ -194,6 +194,14 @@ class Arm:
 
     def solutions_many(self, pose: numpy.typing.NDArray[numpy.float64], near: numpy.typing.NDArray[numpy.float64] | None, options: SolveOptions, allowed_count: numpy.typing.NDArray[numpy.int64] | None, allowed_psi: numpy.typing.NDArray[numpy.float64] | None, threads: int) -> tuple[numpy.typing.NDArray[numpy.int64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int8]]: ...
 
+    def reachable_many(self, pose: numpy.typing.NDArray[numpy.float64], margin: float, out: numpy.typing.NDArray[numpy.int64], threads: int) -> None: ...
+
+    def freedom_many(self, pose: numpy.typing.NDArray[numpy.float64], margin: float, widths: numpy.typing.NDArray[numpy.float64], codes: numpy.typing.NDArray[numpy.int64], threads: int) -> None: ...
+
+    def turns_many(self, pose: numpy.typing.NDArray[numpy.float64], turned: Turned, margin: float, threads: int) -> tuple[numpy.typing.NDArray[numpy.int64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int8], numpy.typing.NDArray[numpy.int8], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int8], object, object]: ...
+
+    def place_many(self, pose: numpy.typing.NDArray[numpy.float64], weight: numpy.typing.NDArray[numpy.float64], position: numpy.typing.NDArray[numpy.float64], margin: float, out: numpy.typing.NDArray[numpy.float64], threads: int) -> None: ...
+
 class SolidKind(enum.Enum):
     BALL = 0
 
@@ -356,7 +364,7 @@ class Verdict(enum.IntEnum):
 
     UNRESOLVED = 6
 
-SEGMENT_WIDTH: int = 28
+SEGMENT_WIDTH: int = 43
 
 STRETCH_WIDTH: int = 22
 
@@ -367,6 +375,10 @@ def path_line(start: numpy.typing.NDArray[numpy.float64], end: numpy.typing.NDAr
 def path_screw(start: numpy.typing.NDArray[numpy.float64], point: numpy.typing.NDArray[numpy.float64], direction: numpy.typing.NDArray[numpy.float64], angle: float, advance: float, carried: bool, end: numpy.typing.NDArray[numpy.float64] | None, out: numpy.typing.NDArray[numpy.float64]) -> None: ...
 
 def arc_through(start: numpy.typing.NDArray[numpy.float64], via: numpy.typing.NDArray[numpy.float64], end: numpy.typing.NDArray[numpy.float64]) -> tuple[Any, ...]: ...
+
+def path_gap(segments: numpy.typing.NDArray[numpy.float64]) -> tuple[Any, ...]: ...
+
+def path_joined(segments: numpy.typing.NDArray[numpy.float64], radius: float) -> tuple[Any, ...]: ...
 
 def path_poses(segments: numpy.typing.NDArray[numpy.float64], s: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> None: ...
 
@@ -406,3 +418,8 @@ class Tracker:
     def step_one(self, pose: object | None, elbow: object | None, dt: float, reconfigure: int, kind: object, trackings: object, statuses: object) -> Any: ...
 
     def run(self, poses: numpy.typing.NDArray[numpy.float64], q: numpy.typing.NDArray[numpy.float64]) -> None: ...
+
+class Turned(enum.Enum):
+    BASE = 0
+
+    TOOL = 1

@@ -60,7 +60,8 @@ def started(tracker: aa.Tracker) -> aa.Tracker:
 
 METHODS = ("forward", "inverse", "inverse_all", "jacobian", "self_motion", "limit_margin", "within_limits",
            "joint_feasible", "joint_function", "explain", "solve",
-           "solutions", "best", "elbow", "with_reference")  # fmt: skip
+           "solutions", "best", "elbow", "with_reference", "reachable", "freedom", "feasible_yaw",
+           "feasible_roll")  # fmt: skip
 SCENES = ("clear", "clearance", "widest", "feasible", "feasible_all")
 BALL = aa.Ball([0.4, 0.0, 0.5], 0.1, name="lamp")
 SCENE, BODY = aa.Scene([BALL]), aa.Body.bones(upper_arm=0.09, forearm=0.08)
@@ -86,11 +87,13 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "HandFilter.smooth": (aa.HandFilter().smooth, {"poses": POSE[None], "dt": 0.01}),
     "follow": (aa.follow, {"arm": ARM, "poses": POSE[None], "start": Q}),
     "plan": (aa.plan, {"arm": ARM, "path": POSE[None]}),
+    "place": (aa.place, {"arm": ARM, "poses": TWO, "x": [0.0], "y": [0.0]}),
     "Objective": (aa.Objective, {}),
     "Line": (aa.Line, {"start": POSE, "end": POSE}),
     "CircularArc": (aa.CircularArc, {"start": POSE, "via": [1.0, 2.0, 3.0], "end": POSE}),
     "Screw": (aa.Screw, {"start": POSE, "point": [0.0] * 3, "direction": [0.0, 0.0, 1.0], "angle": 1.0}),
     "Waypoints": (aa.Waypoints, {"poses": POSE[None]}),
+    "Segments": (aa.Segments, {"paths": [aa.Line(POSE, TWO[1])]}),
     "Path.pose": (aa.Line(POSE, POSE).pose, {"s": 0.5}),
     "Path.derivative": (aa.Line(POSE, POSE).derivative, {"s": 0.5}),
     "JointPath.at": (aa.plan(ARM, POSE[None]).at, {"s": 0.5}),
@@ -123,6 +126,7 @@ VECTORS: list[Any] = [v for v in POINTS if v is not None and v != [[0.0, 0.0, 1.
 PLACES: list[Any] = [*VECTORS, [0.0, 0.0, 1e4]]
 ALONG: list[Any] = [*VECTORS, "north", [0.0, 0.0, 0.0]]
 WEIGHT: list[Any] = [*NUMBER, None, -1.0, INF]
+VECTOR: list[Any] = ["nonsense", object(), None, [NAN, 0.0], [1j], [1e4], [[0.0]], []]
 GOOD = {"q": Q, "pose": POSE, "psi": PSI, "gc": GC, "joint": 1, "near": Q}
 BAD: dict[str, list[Any]] = {
     "q": JOINTS, "q_now": JOINTS, "start": JOINTS, "seed": [v for v in JOINTS if v is not None],
@@ -139,8 +143,10 @@ BAD: dict[str, list[Any]] = {
     "base": [v for v in POSES if v is not None], "tool": [v for v in POSES if v is not None],
     "velocity": [*BOUND, -Q, np.zeros(7)], "acceleration": [*BOUND, -Q, np.zeros(7)],
     "reference": ["nonsense", object(), 0.1, [1.0, 2.0], [NAN, 0.0, 1.0], [0.0, 0.0, 0.0], [1j] * 3],
-    "center": POINTS, "begin": POINTS, "size": [*POINTS, [0.1, -0.1, 0.1]], "normal": [*POINTS, [0.0] * 3],
-    "radius": [*NUMBER, None, -0.1, INF], "offset": [*NUMBER, None, INF, 1e4], "clearance": [*NUMBER, -0.1, INF],
+    "center": POINTS, "begin": POINTS, "size": [*POINTS, [0.1, -0.1, 0.1]],
+    "normal": [*POINTS, [0.0] * 3],
+    "radius": [*NUMBER, None, -0.1, INF], "offset": [*NUMBER, None, INF, 1e4],
+    "clearance": [*NUMBER, -0.1, INF],
     "scene": ["nonsense", 3, object(), [BALL]], "ignore": ["nonsense", 3, [1], [("a",)]],
     "shapes": ["nonsense", None, 3, [3], [SCENE]], "body": ["nonsense", 3, object()],
     "plates": ["nonsense", 1, None], "hand": ["nonsense", 3, [3], [SCENE]],
@@ -153,16 +159,19 @@ BAD: dict[str, list[Any]] = {
     "velocity_now": SEVEN, "lookahead": ["nonsense", object(), NAN, -1, 1.5, True, None],
     "rate": [*NUMBER, -1.0, True], "dt": [*POSITIVE, True], "path": [*POSES, POSE],
     "goal": [v for v in JOINTS if v is not None], "objective": ["nonsense", None, 1.0, aa.Objective],
-    "samples": ["nonsense", None, 0, 1, 2.5, True], "limit_margin": [*NUMBER, None, -0.1, 2.2, INF],
+    "samples": ["nonsense", 0, 1, 2.5, True], "limit_margin": [*NUMBER, None, -0.1, 2.2, INF],
     "singularities": WEIGHT, "travel": WEIGHT, "enough": WEIGHT, "end": POSES,
     "orientation": [*CHOICE, None, []], "via": POINTS, "point": POINTS,
     "direction": [*POINTS, [0.0, 0.0, 0.0]], "angle": [*NUMBER, None, INF, 1e4],
     "advance": [*NUMBER, None, INF, 1e4], "s": [*ANGLES, -0.1, 1.1],
     "order": ["nonsense", None, 0, 4, 1.5, NAN], "near": [v for v in JOINTS if v is not None],
+    "x": [*VECTOR, 0.1], "y": [*VECTOR, 0.1], "z": [*NUMBER, None, INF, 1e4],
     "metric": CHOICE, "prefer": CHOICE, "filter": ["nonsense", 0.5, object(), aa.HandFilter],
     "length": [*POSITIVE, None, INF], "elbow_margin": MARGIN, "reconfigure": INDEX,
     "elbow": ["nonsense", object(), 0.1, [1.0, 2.0], [[0.0, 0.0, 1.0]], [1j] * 3], "omega": [*POSITIVE, None],
     "patience": [*NUMBER, -1.0, None], "jump": [*POSITIVE, None], "turn": [*POSITIVE, None],
+    "blend": [*NUMBER, None, -0.1, INF],
+    "paths": ["nonsense", None, 0.5, [], [POSE], [aa.Line(POSE, POSE), 1], aa.Line(POSE, POSE)],
     "weight": ["nonsense", object(), Q[:6], changed(Q, NAN), Q + 1j, -np.ones(7), np.zeros(7)],
 }  # fmt: skip
 BAD_HERE: dict[tuple[str, str], list[Any]] = {
@@ -199,6 +208,9 @@ BAD_HERE: dict[tuple[str, str], list[Any]] = {
         for name in ("Tracker.run", "HandFilter.smooth")
     },
     ("Tracker.step", "pose"): [*WORDS, 0.1, POSE[:3], TWO, POSE.astype(complex)],
+    ("place", "poses"): [*WORDS, 0.1, POSE[:3], POSE, changed(TWO, NAN), TWO.astype(complex)],
+    ("place", "weight"): ["nonsense", object(), 1.0, [1.0], [NAN, 1.0], [-1.0, 1.0]],
+    ("place", "singularity_margin"): MARGIN,
     ("Objective", "limits"): WEIGHT,
     ("plan", "start"): [v for v in JOINTS if v is not None],
     ("plan", "gc"): [*INDEX, [], [8], ["x"]],
@@ -228,9 +240,19 @@ def rows() -> Iterator[tuple[str, str, Any]]:
 
 def test_every_public_function_and_argument_is_in_the_matrix() -> None:
     named = {name.split(".")[0] for name in FUNCTIONS} | OTHERS
-    results = {"ArcEnd", "Branch", "Diagnosis", "ImportReport", "JointFunction", "JointPath", "JointTable"}
+    results = {
+        "ArcEnd",
+        "Branch",
+        "Deviation",
+        "Diagnosis",
+        "ImportReport",
+        "JointFunction",
+        "JointPath",
+        "JointTable",
+    }
     results |= {"Opening", "Path", "PathPoint", "Resolution", "Solution", "Solutions", "SpeedLoss", "Step"}
-    results |= {"Clearance", "Widest", "Tracked", "Trajectory", "TrajectoryPoint", "TrajectoryTable"}
+    results |= {"Clearance", "Widest", "Freedom", "Placement", "Tracked", "Trajectory", "TrajectoryPoint"}
+    results |= {"TrajectoryTable"}
     public = {name: getattr(aa, name) for name in aa.__all__}
     faults = {n for n, v in public.items() if isinstance(v, type) and issubclass(v, Exception)}
     constants = {n for n, v in public.items() if not callable(v)} | {"Status", "Tracking", "Verdict"}

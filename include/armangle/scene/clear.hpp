@@ -157,7 +157,7 @@ private:
         });
     }
 
-    void add(const Turned& arc, int id, int part) noexcept {
+    void add(const BlockedArc& arc, int id, int part) noexcept {
         if (arc.half > 0 && !scene_.may_touch(id, part))
             cover(out_, arc.centre, arc.half, pair_tag(id, part));
     }

@@ -17,11 +17,11 @@
 namespace armangle {
 
 /// |psi - centre| < half is blocked; half 0: nothing, pi: everything.
-struct Turned {
+struct BlockedArc {
     double centre, half;
 };
 
-inline constexpr Turned turned_nothing{0.0, 0.0}, turned_all{0.0, pi};
+inline constexpr BlockedArc blocks_nothing{0.0, 0.0}, blocks_all{0.0, pi};
 
 /// Distance from the line.
 template <class T>
@@ -35,19 +35,19 @@ inline double azimuth_between(const Vec3<double>& p, const Vec3<double>& q) noex
 }
 
 /// A point p that turns comes nearer than R to the point q: two circles on one axis.
-inline Turned point_point(const Vec3<double>& p, const Vec3<double>& q, double R) noexcept {
+inline BlockedArc point_point(const Vec3<double>& p, const Vec3<double>& q, double R) noexcept {
     const double rho_p = off_axis(p), rho_q = off_axis(q), g = p.x - q.x;
     const double h = hypot(g, rho_p - rho_q), H = hypot(g, rho_p + rho_q);
-    if (R <= h) return turned_nothing;
-    if (R > H) return turned_all;
+    if (R <= h) return blocks_nothing;
+    if (R > H) return blocks_all;
     return {azimuth_between(p, q), 2.0 * atan2(sqrt((R - h) * (R + h)), sqrt((H - R) * (H + R)))};
 }
 
 /// A point p that turns comes below normal . x = limit.
-inline Turned point_plane(const Vec3<double>& p, const Vec3<double>& normal, double limit) noexcept {
+inline BlockedArc point_plane(const Vec3<double>& p, const Vec3<double>& normal, double limit) noexcept {
     const double swing = off_axis(p) * off_axis(normal), k = limit - normal.x * p.x;
-    if (k <= -swing) return turned_nothing;
-    if (k > swing) return turned_all;
+    if (k <= -swing) return blocks_nothing;
+    if (k > swing) return blocks_all;
     return {azimuth_between(p, normal) + pi, 2.0 * atan2(sqrt(swing + k), sqrt(swing - k))};
 }
 
@@ -94,9 +94,10 @@ ARMANGLE_INLINE T planar_threshold(const PlanarRod& rod, const T& q_w, const T& 
 }
 
 /// The arc of a threshold, of a ball at q.
-inline Turned planar_arc(const PlanarRod& rod, const Vec3<double>& q, double rho, double threshold) noexcept {
-    if (threshold >= rho) return turned_nothing;
-    if (threshold < -rho) return turned_all;
+inline BlockedArc planar_arc(const PlanarRod& rod, const Vec3<double>& q, double rho,
+                             double threshold) noexcept {
+    if (threshold >= rho) return blocks_nothing;
+    if (threshold < -rho) return blocks_all;
     return {atan2(q.z, q.y) + (rod.opposite ? half_pi : -half_pi),
             2.0 * atan2(sqrt(rho - threshold), sqrt(rho + threshold))};
 }

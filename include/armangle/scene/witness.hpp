@@ -32,7 +32,7 @@ inline constexpr double rounding = 4e-16;
 
 namespace detail {
 
-/// Turned by psi.
+/// BlockedArc by psi.
 inline Vec3<double> turned_by(const Vec3<double>& p, const SinCos<double>& psi) noexcept {
     return {p.x, p.y * psi.cos - p.z * psi.sin, p.y * psi.sin + p.z * psi.cos};
 }
@@ -104,7 +104,7 @@ public:
 private:
     struct Sample {
         double psi, F;
-        Turned arc;  // of the nearest points
+        BlockedArc arc;  // of the nearest points
     };
     struct Stretch {
         double a, F_a, b, F_b;
@@ -116,7 +116,7 @@ private:
         const SinCos<double> turn = sin_cos(psi);
         const Vec3<double> a = turned_by(rod_.begin, turn), b = turned_by(rod_.end, turn);
         const Approach pair = nearest(a, b, solid_);
-        Turned arc = point_point(pair.on_rod, pair.on_solid, R_);
+        BlockedArc arc = point_point(pair.on_rod, pair.on_solid, R_);
         arc.centre += psi;
         return {psi, (pair.distance - R_) * (pair.distance + R_), arc};
     }
@@ -124,7 +124,7 @@ private:
     /// The blocked arc about a blocked sample: witness after witness, until its ends stay.
     Stretch grown(const Sample& from) noexcept {
         Stretch arc{from.psi, 0.0, from.psi, 0.0};
-        const auto include = [&arc](const Turned& turned, double near) {
+        const auto include = [&arc](const BlockedArc& turned, double near) {
             const double centre = lift(turned.centre, near);
             arc.a = min(arc.a, centre - turned.half);
             arc.b = max(arc.b, centre + turned.half);

@@ -94,7 +94,8 @@ def _pairs_of(arcs: ArcSet) -> Ints:
 class ArcSet:
     """Closed arcs on the circle, of shape () for one pose or of the shape of a batch.
 
-    The arcs of one set are disjoint and in rising order; `lower` is in [-π, π), `upper` in
+    The arcs of one set are disjoint and in rising order, isolated angles among them as arcs of no width (a
+    locked joint leaves one or two); `lower` is in [-π, π), `upper` in
     [lower, lower + 2π]. The full circle is the one arc [-π, π] without ends. Values are frozen.
 
     Made by `Arm.feasible`, `Arm.joint_feasible`, by `ArcSet(intervals)` or by the operators
@@ -104,7 +105,7 @@ class ArcSet:
     ----------
     intervals : array_like, shape (k, 2)
         Arcs [lower, upper] in rad, of any lift, upper >= lower; overlapping ones are joined, those
-        of 2π or more are the full circle, points are dropped. At most 16.
+        of 2π or more are the full circle; a point is an arc of no width. At most 16.
 
     Raises
     ------

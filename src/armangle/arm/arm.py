@@ -33,7 +33,7 @@ from .._arrays import (
     one_pose,
     output,
 )
-from .._core import Wanted
+from .._core import Turned, Wanted
 from ..errors import ConfigurationError, InputError, LimitError, NotFiniteError, SceneError, ShapeError
 from ..models.catalogue import load_robot
 from ..models.description import (
@@ -58,6 +58,7 @@ from ..status import STATUSES
 from .allowed import Allowed
 from .arcs import ArcSet
 from .diagnosis import Diagnosis, branch_of
+from .freedom import Freedom
 from .joint_function import JointFunction
 from .question import METRICS as _METRICS
 from .question import MetricName, Prefer, Question
@@ -1205,6 +1206,159 @@ class Arm:
             poses, branches, margin, paper, threshold, wanted, as_threads(threads), handle
         )
         return ArcSet._from_core((*batch, *sets), columns, ready)
+
+    def reachable(
+        self, pose: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1
+    ) -> NDArray[np.bool_] | np.bool_:
+        """Return whether any posture within the limits holds a pose: any branch, any arm angle.
+
+        Exact, by closed form, in less than a microsecond a pose of a batch; which branches and how much of
+        them is `freedom`, and why not is `explain`.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        singularity_margin : float
+            As in `feasible`, rad.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        bool, shape (...)
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, NotRotationError, InputError
+
+        Examples
+        --------
+        >>> from armangle import Arm, pose
+        >>> arm = Arm.from_catalogue("kuka_iiwa7_r800")
+        >>> arm.reachable([pose([0.5, 0.0, 0.5]), pose([1.5, 0.0, 0.5])]).tolist()
+        [True, False]
+        """
+        margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
+        poses = as_poses("pose", pose, self._handle)
+        out = np.empty(poses.shape[:-2], np.int64)
+        self._handle.reachable_many(poses, margin, out, as_threads(threads))
+        return out.astype(np.bool_)[()]
+
+    def freedom(self, pose: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1) -> Freedom:
+        """Return which branches hold a pose, and over how much of their circles.
+
+        The numbers of `feasible_all` without its arcs: nine bytes a pose, for maps and statistics.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        singularity_margin : float
+            As in `feasible`, rad.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        Freedom
+            ``gc``, ``total``, ``widest``, ``arcs``, ``status``, each of shape (...). Never raises on
+            geometry.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, NotRotationError, InputError
+
+        Source: Faria et al. (2018), Eqs. (2), (25).
+
+        Examples
+        --------
+        >>> from armangle import Arm, pose
+        >>> arm = Arm.from_catalogue("kuka_iiwa7_r800")
+        >>> has = arm.freedom(pose([0.4, 0.0, 0.5], rpy=[0.0, 3.0, 0.0]))
+        >>> f"{has.gc:08b}", bool(has.total > has.widest > 0)
+        ('11111111', True)
+        """
+        margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
+        poses = as_poses("pose", pose, self._handle)
+        batch = poses.shape[:-2]
+        widths, codes = np.empty((*batch, 2)), np.empty((*batch, 3), np.int64)
+        self._handle.freedom_many(poses, margin, widths, codes, as_threads(threads))
+        gc, arcs = (codes[..., k].astype(np.uint8)[()] for k in (0, 1))
+        status = codes[..., 2].astype(np.int8) if batch else STATUSES[int(codes[2])]
+        return Freedom(gc, widths[..., 0], widths[..., 1], arcs, status)
+
+    def feasible_yaw(self, pose: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1) -> ArcSet:
+        """Return all turns about axis 1 of the base at which a pose can be held: exact arcs.
+
+        A turn α stands for the pose turned by α about the axis of joint 1, which is the robot turned by -α
+        under a pose that stays. Only joint 1 sees such a turn: it moves by α and the other joints stay. So
+        the arcs follow from the feasible arm angles of the other joints, in closed form, for any tool.
+        The intersection (``&``) of several poses' sets is where one turn serves them all.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        singularity_margin : float
+            As in `feasible`, rad.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        ArcSet, shape (...)
+            Arcs of α, rad, from the pose given: ``0 in`` it where `reachable` is true. Ends name joint 1 and
+            the limit it comes to. Empty, with the reason in ``status``, where the other joints allow nothing.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, NotRotationError, InputError
+
+        Examples
+        --------
+        >>> from armangle import Arm, pose
+        >>> arm = Arm.from_catalogue("openarm_v10")
+        >>> turns = arm.feasible_yaw(pose([0.1, 0.3, 0.2]))
+        >>> bool(0.0 < turns.measure < 2 * np.pi)
+        True
+        """
+        return self._turns(pose, Turned.BASE, singularity_margin, threads)
+
+    def feasible_roll(self, pose: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1) -> ArcSet:
+        """Return all turns about axis 7 at which a pose can be held: exact arcs.
+
+        A turn ρ stands for the pose turned by ρ about the axis of joint 7. For a tool whose working axis
+        lies along that axis (drill, screwdriver, suction cup, welding torch along the flange) these are all
+        rolls of the tool that the limits allow; for another tool a turn about axis 7 moves its tip.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        singularity_margin : float
+            As in `feasible`, rad.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        ArcSet, shape (...)
+            Arcs of ρ, rad, from the pose given. Ends name joint 7 and the limit it comes to.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, NotRotationError, InputError
+        """
+        return self._turns(pose, Turned.TOOL, singularity_margin, threads)
+
+    def _turns(self, pose: ArrayLike, turned: Turned, margin: float, threads: int) -> ArcSet:
+        """Return the turns of each pose, of shape (...)."""
+        margin = as_number("singularity_margin", margin, 0.0, MOST_MARGIN)
+        poses = as_poses("pose", pose, self._handle)
+        flat = np.ascontiguousarray(poses).reshape(-1, 4, 4)
+        columns = self._handle.turns_many(flat, turned, margin, as_threads(threads))
+        return ArcSet._from_core(poses.shape[:-2], columns)
 
     def solve(
         self,

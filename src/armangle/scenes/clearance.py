@@ -17,8 +17,8 @@ class Clearance(NamedTuple):
     ``distance (...)`` between their surfaces, m; where they meet it is negative, as deep as the radii of the
     two reach at most. ``obstacle (...)`` and ``link (...)`` are their names, for a batch arrays of objects,
     None where there is no pair at all (the distance is then infinite). ``psi_rate (...)`` is what the
-    distance gains with the arm angle, m/rad. ``points (..., 2, 3)`` are the nearest points of the two surfaces, of the
-    link and of the obstacle, m, in the frame that poses are given in.
+    distance gains with the arm angle, m/rad. ``points (..., 2, 3)`` are the nearest points of the two
+    surfaces, of the link and of the obstacle, m, in the frame that poses are given in.
     """
 
     distance: float | Floats
