@@ -176,7 +176,9 @@ inline void join(std::vector<Collected>& parts, Collected& whole) {
         join<&Collected::value>(parts, whole);
     join<&Collected::joint>(parts, whole), join<&Collected::side>(parts, whole),
         join<&Collected::status>(parts, whole);
-    if (whole.with_scene) join<&Collected::pair>(parts, whole), join<&Collected::blocking>(parts, whole);
+    if (!whole.with_scene) return;
+    join<&Collected::pair>(parts, whole);
+    join<&Collected::blocking>(parts, whole);
 }
 
 }  // namespace binding

@@ -1,13 +1,13 @@
 // The arm angles at which nothing touches, exactly, and who blocks the others.
 //
 //     obstacles seen from the circle's axis -> each pair's blocked arc -> their union -> what is left, tagged
-//     (8 balls at a time)                      turning, witness           covered        here
+//     (8 balls at a time)                      blocked_arc, witnesses      covered        here
 #pragma once
 
 #include "../limits/feasible.hpp"
 #include "covered.hpp"
 #include "scene.hpp"
-#include "witness.hpp"
+#include "witnesses.hpp"
 
 namespace armangle {
 

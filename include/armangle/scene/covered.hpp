@@ -78,7 +78,9 @@ inline void cover(Covered& set, double centre, double half, Tag tag) noexcept {
         set.all = true;
         return;
     }
-    const double turn = added.lower < -pi ? two_pi : (added.lower >= pi ? -two_pi : 0.0);
+    double turn = 0;
+    if (added.lower < -pi) turn = two_pi;
+    if (added.lower >= pi) turn = -two_pi;
     added.lower += turn;
     added.upper += turn;
     int at = set.count++;

@@ -114,7 +114,7 @@ inline Approach segment_segment(const Vec3<double>& a, const Vec3<double>& b, co
 
 /// How far a point is beyond a box about the origin, along each of its axes.
 inline Vec3<double> beyond(const Vec3<double>& p, const Vec3<double>& half) noexcept {
-    const auto part = [](double x, double h) { return x > h ? x - h : (x < -h ? x + h : 0.0); };
+    const auto part = [](double x, double h) { return copysign(max(abs(x) - h, 0.0), x); };
     return {part(p.x, half.x), part(p.y, half.y), part(p.z, half.z)};
 }
 

@@ -22,9 +22,12 @@ _NO_AXES = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 def _point(shape: str, name: str, value: ArrayLike) -> Point:
     """Return three finite numbers, m."""
     try:
-        array = np.asarray(value, dtype=np.float64)
+        array = np.asarray(value)
+        if array.dtype.kind not in "fiu":
+            raise TypeError
     except (TypeError, ValueError):
         raise SceneError(shape, name, value, "three numbers (m)") from None
+    array = array.astype(np.float64)
     if array.shape != (3,):
         raise SceneError(shape, name, value, f"three numbers (m), not shape {array.shape}")
     if not (np.abs(array) <= LARGEST).all():

@@ -13,7 +13,7 @@
 // an end from the blocked side, as Newton's method does.
 #pragma once
 
-#include "turning.hpp"
+#include "blocked_arc.hpp"
 
 namespace armangle {
 
