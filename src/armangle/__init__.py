@@ -24,7 +24,7 @@ _NAMES = {
     "arm.solution": "Solution Solutions",
     "errors": "ArmangleError ConfigurationError FileFormatError InputError LimitError MissingExtraError "
     "NoSolutionError NotFiniteError NotRotationError NotSRSError OutputError PathError PolicyError "
-    "PortError ShapeError UnknownRobotError UnreachableError UrdfError",
+    "PortError SceneError ShapeError UnknownRobotError UnreachableError UrdfError",
     "files.tables": "JointTable load_joints load_poses save",
     "files.trajectories": "TrajectoryTable load_trajectory",
     "models.catalogue": "catalogue",
@@ -38,6 +38,10 @@ _NAMES = {
     "motion.tracking": "HandFilter Tracked Tracker Tracking",
     "poses": "pose",
     "reach.placement": "Placement place",
+    "scenes.body": "Body",
+    "scenes.clearance": "Clearance Widest",
+    "scenes.scene": "Scene",
+    "scenes.shapes": "Ball Box Capsule HalfSpace",
     "status": "Status",
     "timing.retiming": "retime",
     "timing.trajectory": "SpeedLoss Trajectory TrajectoryPoint",

@@ -44,6 +44,7 @@ from .errors import (
     PathError as PathError,
     PolicyError as PolicyError,
     PortError as PortError,
+    SceneError as SceneError,
     ShapeError as ShapeError,
     UnknownRobotError as UnknownRobotError,
     UnreachableError as UnreachableError,
@@ -101,6 +102,18 @@ from .poses import pose as pose
 from .reach.placement import (
     Placement as Placement,
     place as place,
+)
+from .scenes.body import Body as Body
+from .scenes.clearance import (
+    Clearance as Clearance,
+    Widest as Widest,
+)
+from .scenes.scene import Scene as Scene
+from .scenes.shapes import (
+    Ball as Ball,
+    Box as Box,
+    Capsule as Capsule,
+    HalfSpace as HalfSpace,
 )
 from .status import Status as Status
 from .timing.retiming import retime as retime

@@ -35,7 +35,7 @@ from .._arrays import (
     output,
 )
 from .._core import Turned, Wanted
-from ..errors import ConfigurationError, InputError, LimitError, NotFiniteError, ShapeError
+from ..errors import ConfigurationError, InputError, LimitError, NotFiniteError, SceneError, ShapeError
 from ..models.catalogue import catalogue, load_robot
 from ..models.description import (
     ELBOW_OFFSETS,
@@ -49,6 +49,12 @@ from ..models.detect import describe_chain
 from ..models.mjcf import read_mjcf
 from ..models.urdf import Source, read_urdf, write_urdf
 from ..poses import as_transform, nearest_rotation
+from ..scenes.body import Body
+from ..scenes.clearance import Clearance, Widest, clearance_of
+from ..scenes.ready import Ready, make_ready
+from ..scenes.scene import Scene, as_shapes
+from ..scenes.shapes import HOLDABLE
+from ..scenes.shapes import Shape as SceneShape
 from ..status import STATUSES
 from .allowed import Allowed
 from .arcs import ArcSet
@@ -98,6 +104,8 @@ class ArmArguments(TypedDict, total=False):
     name: str
     joint_names: tuple[str, ...] | None
     reference: Reference
+    body: Body | None
+    hand: Iterable[SceneShape]
     notes: tuple[str, ...] | str
     import_report: ImportReport | None
 
@@ -153,6 +161,10 @@ class Arm:
         Name of the arm.
     reference : "base", "stereographic" or array_like, shape (3,)
         From what the arm angle is measured: see `with_reference`.
+    body : Body, optional
+        What the links look like: see `with_body`.
+    hand : sequence of Ball, Capsule or Box
+        What is fixed to the tool: see `with_hand`.
 
     Raises
     ------
@@ -169,7 +181,7 @@ class Arm:
     [0.1, 0.2, 0.3, -0.4, 0.5, 0.6, 0.7]
     """
 
-    __slots__ = (*(field.name for field in _FIELDS), "import_report", "_handle")
+    __slots__ = (*(field.name for field in _FIELDS), "import_report", "_handle", "_ready")
     __signature__ = _signature()  # of the keywords that __init__ takes and checks by the list of fields
 
     d_bs: float
@@ -190,9 +202,12 @@ class Arm:
     name: str
     joint_names: tuple[str, ...]
     reference: str | tuple[float, ...]
+    body: Body | None
+    hand: tuple[SceneShape, ...]
     notes: tuple[str, ...]
     import_report: ImportReport | None
     _handle: _core.Arm
+    _ready: tuple[Scene, Ready] | None  # the scene asked last, made ready
 
     def __init__(self, *unnamed: Never, **numbers: Unpack[ArmArguments]) -> None:
         if unnamed:
@@ -207,7 +222,9 @@ class Arm:
         joints = np.concatenate([values[name] for name in ("signs", "offsets", "lower", "upper")])
         kind, vector = _core_reference(values["reference"])
         handle = _core.Arm(lengths, joints, values["base"], values["tool"], kind, vector)
-        for name, value in {**values, "import_report": report, "_handle": handle}.items():
+        for name, value in {
+            **values, "import_report": report, "_handle": handle, "_ready": None,
+        }.items():  # fmt: skip
             object.__setattr__(self, name, value)
 
     def __setattr__(self, name: str, value: object) -> None:
@@ -423,6 +440,57 @@ class Arm:
         (True, False)
         """
         return self.with_(reference=reference)
+
+    def with_body(self, body: Body | None) -> Arm:
+        """Return a copy whose links have a shape, so that scenes can be asked.
+
+        Parameters
+        ----------
+        body : Body or None
+            Such as ``Body.bones(upper_arm=0.09, forearm=0.08)``; None takes it away.
+
+        Returns
+        -------
+        Arm
+
+        Raises
+        ------
+        SceneError
+        """
+        return self.with_(body=body)
+
+    def with_hand(self, shapes: Iterable[SceneShape]) -> Arm:
+        """Return a copy with shapes fixed to its tool: a hand, and what it carries.
+
+        Parameters
+        ----------
+        shapes : sequence of Ball, Capsule or Box
+            In the tool frame, m. Without a name they are called "hand".
+
+        Returns
+        -------
+        Arm
+
+        Raises
+        ------
+        SceneError
+        """
+        return self.with_(hand=tuple(as_shapes("hand", shapes, HOLDABLE)))
+
+    def _scene(self, scene: Scene | None) -> Ready | None:
+        """Return a scene made ready for this arm; that asked last is kept."""
+        if scene is None:
+            return None
+        last = self._ready
+        if last is not None and last[0] is scene:
+            return last[1]
+        ready = make_ready(self, scene)
+        object.__setattr__(self, "_ready", (scene, ready))
+        return ready
+
+    def _needed(self, scene: Scene) -> Ready:
+        """Return a scene made ready, where there must be one."""
+        return self._scene(scene) or make_ready(self, scene)
 
     def _numbers(self) -> dict[str, Any]:
         return {field.name: getattr(self, field.name) for field in _FIELDS}
@@ -910,6 +978,7 @@ class Arm:
         singularity_margin: float = 0.0,
         paper_margin: float = 0.0,
         paper_discriminant: float = 1e-3,
+        scene: Scene | None = None,
         threads: int = 1,
     ) -> ArcSet:
         """Return the arm angles that keep all joints within their limits, Ψ_all.
@@ -927,6 +996,8 @@ class Arm:
             discriminant of Eq. (30) is within `paper_discriminant` of zero.
         paper_discriminant : float
             Its threshold, >= 0.
+        scene : Scene, optional
+            Obstacles that links keep clear of too; the arm needs a body. Ends that they make name them.
         threads : int
             Threads for a batch; 0 for all cores.
 
@@ -942,9 +1013,16 @@ class Arm:
         Source: Faria et al. (2018), Eqs. (25), (31), (32), (35).
         """
         margins = singularity_margin, paper_margin, paper_discriminant
-        return self._arcs(pose, gc, *margins, Wanted.BRANCH, (), threads)
+        return self._arcs(pose, gc, *margins, Wanted.BRANCH, (), threads, scene)
 
-    def feasible_all(self, pose: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1) -> ArcSet:
+    def feasible_all(
+        self,
+        pose: ArrayLike,
+        *,
+        singularity_margin: float = 0.0,
+        scene: Scene | None = None,
+        threads: int = 1,
+    ) -> ArcSet:
         """Return the feasible arm angles of all eight global configurations; entry k is GC k, always.
 
         Parameters
@@ -953,6 +1031,8 @@ class Arm:
             Tool frame, position in m.
         singularity_margin : float
             As in `feasible`, rad.
+        scene : Scene, optional
+            As in `feasible`.
         threads : int
             Threads for a batch; 0 for all cores.
 
@@ -967,7 +1047,8 @@ class Arm:
 
         Source: Faria et al. (2018), Eqs. (2), (25).
         """
-        return self._arcs(pose, 0, singularity_margin, 0.0, 0.0, Wanted.BRANCHES, (CONFIGURATIONS,), threads)
+        sets = (CONFIGURATIONS,)
+        return self._arcs(pose, 0, singularity_margin, 0.0, 0.0, Wanted.BRANCHES, sets, threads, scene)
 
     def joint_feasible(
         self, pose: ArrayLike, gc: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1
@@ -996,23 +1077,149 @@ class Arm:
         """
         return self._arcs(pose, gc, singularity_margin, 0.0, 0.0, Wanted.JOINTS, (JOINTS,), threads)
 
+    def clear(self, pose: ArrayLike, gc: ArrayLike, scene: Scene, *, threads: int = 1) -> ArcSet:
+        """Return the arm angles at which no link touches an obstacle, whatever the joint limits.
+
+        Exact: an end is where a link and an obstacle are as far apart as the scene's clearance asks.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        gc : array_like of int, shape (...)
+            Global configuration 0..7; of its signs the elbow's alone matters.
+        scene : Scene
+            Obstacles; the arm needs a body (`with_body`) or a hand (`with_hand`).
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        ArcSet, shape (...)
+            Each end names its obstacle and link. Where it is empty, ``status`` says why: POSE_BLOCKED where
+            hand or base meet an obstacle, which no arm angle changes, CLEARANCE else; and ``blocking`` names
+            the pair, where one alone blocks the whole circle. Of more than 16 arcs the narrowest are
+            left out.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, NotRotationError, ConfigurationError, SceneError
+
+        Examples
+        --------
+        >>> import armangle as aa
+        >>> arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+        >>> arm = arm.with_body(aa.Body.bones(upper_arm=0.09, forearm=0.08))
+        >>> q = np.array([0.0, 0.6, 0.0, -1.4, 0.0, 0.9, 0.0])
+        >>> pose, psi, gc = arm.forward(q)
+        >>> scene = aa.Scene([aa.Ball(arm.elbow(q) + [0, 0, 0.2], 0.12, name="lamp")])
+        >>> arcs = arm.clear(pose, gc, scene)
+        >>> bool(arcs.contains(psi)), arcs.ends[0][0].obstacle, arcs.ends[0][0].link
+        (False, 'lamp', 'upper_arm')
+        """
+        self._needed(scene)
+        return self._arcs(pose, gc, 0.0, 0.0, 0.0, Wanted.CLEAR, (), threads, scene)
+
+    def clearance(
+        self, pose: ArrayLike, psi: ArrayLike, gc: ArrayLike, scene: Scene, *, threads: int = 1
+    ) -> Clearance:
+        """Return how near a posture comes to the obstacles, and which pair of obstacle and link is nearest.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        psi : array_like, shape (...)
+            Arm angle, rad, any real.
+        gc : array_like of int, shape (...)
+            Global configuration 0..7.
+        scene : Scene
+            Its `clearance` is not taken off: distances are those of surfaces.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        Clearance
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, NotRotationError, ConfigurationError, SceneError, UnreachableError
+        """
+        named = [("pose", as_poses("pose", pose, self._handle), 2), ("psi", as_floats("psi", psi), 0)]
+        check_angles("psi", named[1][1])
+        batch, (poses, angles, branches) = broadcast([*named, ("gc", as_gc(gc), 0)])
+        ready = self._needed(scene)
+        out, pair = np.empty((*batch, 8)), np.empty(batch, dtype=np.int64)
+        self._handle.proximity_many(ready.handle, poses, angles, branches, out, pair, as_threads(threads))
+        return clearance_of(ready, out, pair)
+
+    def widest(
+        self,
+        pose: ArrayLike,
+        gc: ArrayLike,
+        scene: Scene,
+        *,
+        singularity_margin: float = 0.0,
+        threads: int = 1,
+    ) -> Widest:
+        """Return the feasible arm angle that keeps the links farthest from the obstacles.
+
+        The arcs that keep clear shrink as the clearance that is asked grows; the greatest that leaves one is
+        found by bisection. Where nothing is clear it is the arm angle that fails by least: a distance below
+        the scene's clearance says by how much.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        gc : array_like of int, shape (...)
+            Global configuration 0..7.
+        scene : Scene
+        singularity_margin : float
+            As in `feasible`, rad.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        Widest
+
+        Raises
+        ------
+        As `clear`.
+        """
+        arcs = self._arcs(pose, gc, singularity_margin, 0.0, 0.0, Wanted.BRANCH, (), threads, scene)
+        margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
+        named = [("pose", as_poses("pose", pose, self._handle), 2), ("gc", as_gc(gc), 0)]
+        batch, (poses, branches) = broadcast(named)
+        ready = self._needed(scene)
+        psi, out = np.empty(batch), np.empty((*batch, 8))
+        pair, status = (np.empty(batch, dtype=np.int64) for _ in range(2))
+        self._handle.widest_many(
+            ready.handle, poses, branches, margin, psi, out, pair, status, as_threads(threads)
+        )
+        return Widest(arcs, psi[()], clearance_of(ready, out, pair))
+
     def _arcs(
         self, pose: ArrayLike, gc: ArrayLike, margin: float, paper: float, threshold: float,
-        wanted: Wanted, sets: Shape, threads: int,
+        wanted: Wanted, sets: Shape, threads: int, scene: Scene | None = None,
     ) -> ArcSet:  # fmt: skip
         """Return the sets of each pose, of shape (*batch, *sets)."""
-        of_one = self._handle.feasible_one(pose, gc, margin, paper, threshold, wanted, threads)
+        ready = self._scene(scene)
+        handle = None if ready is None else ready.handle
+        of_one = self._handle.feasible_one(pose, gc, margin, paper, threshold, wanted, threads, handle)
         if of_one is not None:
-            return ArcSet._of_one(sets, of_one)
+            return ArcSet._of_one(sets, of_one, ready)
         margin = as_number("singularity_margin", margin, 0.0, MOST_MARGIN)
         paper = as_number("paper_margin", paper, 0.0, MOST_MARGIN)
         threshold = as_number("paper_discriminant", threshold, 0.0, np.inf)
         named = [("pose", as_poses("pose", pose, self._handle), 2), ("gc", as_gc(gc), 0)]
         batch, (poses, branches) = broadcast(named)
         columns = self._handle.feasible_many(
-            poses, branches, margin, paper, threshold, wanted, as_threads(threads)
+            poses, branches, margin, paper, threshold, wanted, as_threads(threads), handle
         )
-        return ArcSet._from_core((*batch, *sets), columns)
+        return ArcSet._from_core((*batch, *sets), columns, ready)
 
     def reachable(
         self, pose: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1
@@ -1427,6 +1634,9 @@ def _checked(given: dict[str, Any]) -> dict[str, Any]:
         values[name] = as_transform(name, values[name])
     values["reference"] = _checked_reference(values["reference"])
     values["joint_names"] = _checked_names(values["name"], values["joint_names"])
+    if not isinstance(values["body"], Body | None):
+        raise SceneError("arm", "body", values["body"], "an armangle.Body, or None")
+    values["hand"] = as_shapes("hand", values["hand"], HOLDABLE)
     notes = values["notes"]
     values["notes"] = (notes,) if isinstance(notes, str) else tuple(notes)
     _check_rows(values)
