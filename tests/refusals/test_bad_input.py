@@ -181,7 +181,7 @@ BAD_HERE: dict[tuple[str, str], list[Any]] = {
     ("Arm.psi_towards", "direction"): ["up"],
     ("Arm.psi_towards along", "point"): [[0.0, 0.0, 1.0]],
     **{(name, "gc"): [*INDEX, None] for name in ("Arm.psi_towards", "Arm.psi_towards along")},
-    ("Solution.row", "index"): [*INDEX, 2, None, (0, 0), (0.5,)],
+    ("Solution.row", "index"): [*(v for v in INDEX if v != -1), 2, -3, None, (0, 0), (0.5,)],
     ("Towards", "psi"): [v for v in ANGLES if v is not None],
     ("retime", "path"): ["nonsense", None, 0.5, POSE],
     ("gc_index", "signs"): ["nonsense", object(), None, [1, 1], [1, 1, 0], [1, NAN, 1], 1],
