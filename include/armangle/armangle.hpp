@@ -31,3 +31,6 @@
 #include "motion/tracker.hpp"
 #include "batch/inverse_batch.hpp"
 #include "batch/parallel.hpp"
+#include "near/forward.hpp"
+#include "near/inverse.hpp"
+#include "near/inverse_range.hpp"

@@ -70,6 +70,7 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "gc_index": (aa.gc_index, {"signs": [1, 1, 1]}),
     "gc_signs": (aa.gc_signs, {"gc": 3}),
     "nearest_rotation": (aa.nearest_rotation, {"pose": POSE}),
+    "dh_chain": (aa.dh_chain, {"rows": np.zeros((7, 4))}),
     "pose": (aa.pose, {"xyz": [0.1, 0.2, 0.3]}),
     "resolve": (aa.resolve, {"arm": ARM, "pose": POSE, "psi": PSI, "gc": GC}),
     "retime": (aa.retime, {"path": aa.follow(ARM, TWO, start=Q), "acceleration": np.ones(7)}),
@@ -119,6 +120,9 @@ BAD: dict[str, list[Any]] = {
     "signs": [*SEVEN, Q, np.zeros(7)], "offsets": [*SEVEN, changed(Q, INF), changed(Q, 1e9)],
     "base": [v for v in POSES if v is not None], "tool": [v for v in POSES if v is not None],
     "velocity": [*BOUND, -Q, np.zeros(7)], "acceleration": [*BOUND, -Q, np.zeros(7)],
+    "chain": ["nonsense", object(), 0.1, POSE, [POSE] * 7, [POSE] * 8, changed(np.stack([POSE] * 8), NAN)],
+    "rows": [*WORDS, 0.1, np.zeros((6, 4)), np.zeros((2, 7, 4)), changed(np.zeros((7, 4)), NAN)],
+    "modified": ["nonsense", None, 1],
     "reference": ["nonsense", object(), 0.1, [1.0, 2.0], [NAN, 0.0, 1.0], [0.0, 0.0, 0.0], [1j] * 3],
     "intervals": ["nonsense", object(), [1.0, 2.0, 3.0], [[1.0]], [[2.0, 1.0]], [[NAN, 1.0]], [[0, INF]],
                   [[0, 1e9]], [[0.0, 0.1]] * 17, [[1j, 2]], [[0.0, 1.0], [2.0]]],
@@ -198,7 +202,8 @@ def rows() -> Iterator[tuple[str, str, Any]]:
 
 def test_every_public_function_and_argument_is_in_the_matrix() -> None:
     named = {name.split(".")[0] for name in FUNCTIONS} | OTHERS
-    results = {"ArcEnd", "Branch", "Diagnosis", "ImportReport", "JointFunction", "JointPath", "JointTable"}
+    results = {"ArcEnd", "Branch", "Deviation", "Diagnosis", "ImportReport", "JointFunction", "JointPath"}
+    results |= {"JointTable"}
     results |= {"Opening", "Path", "PathPoint", "Resolution", "Solution", "Solutions", "SpeedLoss", "Step"}
     results |= {"Tracked", "Trajectory", "TrajectoryPoint", "TrajectoryTable"}
     public = {name: getattr(aa, name) for name in aa.__all__}
