@@ -101,7 +101,8 @@ def _chain_notes(chain: Chain, arm: ArmDescription) -> tuple[str, ...]:
         return ()
     return (
         "only nearly S-R-S: the chain of the file is kept, and psi and gc are those of the S-R-S arm fitted "
-        f"to it, which differs by up to {millimetres(position)} and {math.degrees(rotation):.3g} deg at the tip",
+        f"to it, which differs by up to {millimetres(position)} and {math.degrees(rotation):.3g} deg at the "
+        "tip",
     )
 
 
