@@ -92,6 +92,8 @@ void bind_status(nb::module_& m) {
         .value("NOT_REACHED", Status::NOT_REACHED)
         .value("BAD_INPUT", Status::BAD_INPUT)
         .value("NOT_ALLOWED", Status::NOT_ALLOWED)
+        .value("POSE_BLOCKED", Status::POSE_BLOCKED)
+        .value("CLEARANCE", Status::CLEARANCE)
         .value("NEAR_SINGULAR", Status::NEAR_SINGULAR)
         .value("NO_CONVERGENCE", Status::NO_CONVERGENCE)
         .def_prop_ro(
@@ -145,10 +147,12 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
                      [](const NearArmHandle& a) { return binding::joint_middle(a.arm.nominal); });
     near.def_prop_ro("deviations", &binding::deviations);
     binding::bind_near_kinematics(near);
+    binding::bind_scenes(m, arm);
     binding::bind_kinematics(m, arm);
     binding::bind_arcs(m, arm);
     binding::bind_stepping(m, arm);
     binding::bind_planning(m, arm);
     binding::bind_solving(m, arm);
     binding::bind_tracking(m);
+    binding::bind_reach(m, arm);
 }

@@ -19,13 +19,14 @@ from .arm.configuration import (
     gc_index as gc_index,
     gc_signs as gc_signs,
 )
-from .arm.deviation import Deviation as Deviation
+from .arm.deviation import ChainDeviation as ChainDeviation
 from .arm.diagnosis import (
     Branch as Branch,
     Diagnosis as Diagnosis,
     Opening as Opening,
     Verdict as Verdict,
 )
+from .arm.freedom import Freedom as Freedom
 from .arm.joint_function import JointFunction as JointFunction
 from .arm.solution import Solution as Solution
 from .arm.solution import Solutions as Solutions
@@ -44,6 +45,7 @@ from .errors import (
     PathError as PathError,
     PolicyError as PolicyError,
     PortError as PortError,
+    SceneError as SceneError,
     ShapeError as ShapeError,
     UnknownRobotError as UnknownRobotError,
     UnreachableError as UnreachableError,
@@ -69,9 +71,11 @@ from .motion.joint_path import (
 )
 from .motion.paths import (
     CircularArc as CircularArc,
+    Deviation as Deviation,
     Line as Line,
     Path as Path,
     Screw as Screw,
+    Segments as Segments,
     Waypoints as Waypoints,
 )
 from .motion.planning import (
@@ -97,6 +101,22 @@ from .motion.tracking import (
     Tracking as Tracking,
 )
 from .poses import pose as pose
+from .reach.placement import (
+    Placement as Placement,
+    place as place,
+)
+from .scenes.body import Body as Body
+from .scenes.clearance import (
+    Clearance as Clearance,
+    Widest as Widest,
+)
+from .scenes.scene import Scene as Scene
+from .scenes.shapes import (
+    Ball as Ball,
+    Box as Box,
+    Capsule as Capsule,
+    HalfSpace as HalfSpace,
+)
 from .status import Status as Status
 from .timing.retiming import retime as retime
 from .timing.trajectory import (

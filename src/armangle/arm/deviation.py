@@ -23,7 +23,7 @@ _SINGULAR_JOINTS = (1, 3, 5)
 
 
 @dataclass(frozen=True)
-class Deviation:
+class ChainDeviation:
     """How far the tip of an arm's own chain is from that of its nominal arm, over postures within the limits.
 
     Parameters
@@ -55,10 +55,10 @@ class Deviation:
 
 
 @lru_cache(maxsize=64)
-def deviation_of(arm: Arm) -> Deviation:
+def deviation_of(arm: Arm) -> ChainDeviation:
     """Return the deviation of an arm; zero where it has no chain of its own."""
     if arm.chain is None:
-        return Deviation()
+        return ChainDeviation()
     rng = np.random.default_rng(_SEED)
     q = _postures(arm, rng, _POSTURES)
     true, near = arm.forward(q, undefined="nan")[0], arm.nominal.forward(q, undefined="nan")[0]
@@ -66,7 +66,7 @@ def deviation_of(arm: Arm) -> Deviation:
     chord = np.linalg.norm((true - near)[:, :3, :3], axis=(-2, -1)) / np.sqrt(8.0)
     rotation = 2.0 * np.arcsin(np.minimum(chord, 1.0))
     first, second, third = (_band(arm, rng, joint) for joint in _SINGULAR_JOINTS)
-    return Deviation(
+    return ChainDeviation(
         float(np.sqrt(np.mean(position**2))),
         float(position.max()),
         float(np.sqrt(np.mean(rotation**2))),

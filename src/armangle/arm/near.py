@@ -23,6 +23,7 @@ _ASKED = {
     "explain_pose": "explain",
     "step_one": "step",
     "follow_all": "follow",
+    "turns_many": "feasible_yaw",
     "plan_path": "plan",
     "curve_through": "JointPath",
 }
