@@ -521,7 +521,7 @@ class Arm:
 
     def _needed(self, scene: Scene) -> Ready:
         """Return a scene made ready, where there must be one."""
-        return cast(Ready, self._scene(scene))
+        return self._scene(scene) or make_ready(self, scene)
 
     def _numbers(self) -> dict[str, Any]:
         return {field.name: getattr(self, field.name) for field in _FIELDS}
