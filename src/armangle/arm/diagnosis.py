@@ -8,7 +8,7 @@ from enum import IntEnum
 from typing import TYPE_CHECKING, Any, Literal
 
 from .. import _core
-from .._arrays import MILLIMETRES, Floats, frozen
+from .._arrays import MILLIMETRES, Floats, frozen, in_millimetres
 from ..status import STATUSES, Status
 
 _ANCHOR = "lies outside the limits, in another global configuration, or where no arm angle gives it."
@@ -56,7 +56,8 @@ class Branch:
         all limits; this is exact. DEAD_END: every section has arm angles, but none of those that the start
         leads to leads on. START, GOAL: that posture lies outside the limits or in another branch, or is
         singular, so that no arm angle gives it.
-        UNRESOLVED: the sections join up, but every curve through them that was tried breaks a limit between.
+        UNRESOLVED: the sections join up, but every curve through them that was tried breaks a limit between;
+        or the search was given up (`given_up`).
     status : Status
         The outcome of the poses in question.
     s_from, s_to : float
@@ -78,6 +79,10 @@ class Branch:
         Joints 1..7 whose limits together leave no arm angle; none of them can be left out.
     openings : tuple of Opening
         Single limits that would leave one, least first.
+    sections : int
+        Places of the path at which the feasible arcs were looked at.
+    given_up : bool
+        Of UNRESOLVED: whether the search ended because it had tried as much as one plan may.
     """
 
     gc: int
@@ -93,6 +98,8 @@ class Branch:
     nearest_psi: float = math.nan
     blocking: tuple[int, ...] = ()
     openings: tuple[Opening, ...] = ()
+    sections: int = 0
+    given_up: bool = False
 
     @property
     def ok(self) -> bool:
@@ -125,6 +132,11 @@ class Branch:
                 return f"the start {_ANCHOR}"
             case Verdict.GOAL:
                 return f"the goal {_ANCHOR}"
+            case Verdict.UNRESOLVED if self.given_up:
+                return (
+                    f"given up, so that nothing is known: {self.sections} sections were searched, "
+                    f"from the start as far as s = {self.reached:.4g}."
+                )
             case Verdict.UNRESOLVED:
                 return f"every curve that was tried breaks a limit between the samples{where}."
 
@@ -203,7 +215,8 @@ class Diagnosis:
             place = ", ".join(f"{value:.6g}" for value in self.nearest[:3, 3])
             tail = [
                 f"The nearest pose within reach, in the same orientation, is "
-                f"{self.nearest_gap * MILLIMETRES:.4g} mm away: x, y, z = {place} m."
+                f"{self.nearest_gap * MILLIMETRES:.4g} mm away: x, y, z = {place} m"
+                f"{in_millimetres(self.nearest_gap) or '.'}"
             ]
         return "\n".join(
             head + [f"GC {', '.join(map(str, gcs))}: {text}" for text, gcs in lines.items()] + tail
@@ -212,11 +225,12 @@ class Diagnosis:
 
 def branch_of(report: tuple[Any, ...]) -> Branch:
     """Return the branch that a report of the core stands for."""
-    gc, verdict, status, s_from, s_to, excess, reached, margin, elbow, cost, psi, blocking, openings = report
+    gc, verdict, status, s_from, s_to, excess, reached, margin, elbow, cost, psi, *rest = report
+    blocking, openings, sections, given_up = rest
     found = [Opening(joint, "upper" if upper else "lower", extra) for joint, upper, extra in openings]
     return Branch(
         gc=gc, verdict=Verdict(verdict), status=STATUSES[status], s_from=s_from, s_to=s_to, excess=excess,
         reached=reached, margin=margin, elbow_margin=elbow, cost=cost, nearest_psi=psi,
         blocking=tuple(joint for joint in range(1, 8) if blocking >> (joint - 1) & 1),
-        openings=tuple(sorted(found, key=lambda o: o.extra)),
+        openings=tuple(sorted(found, key=lambda o: o.extra)), sections=sections, given_up=given_up,
     )  # fmt: skip
