@@ -41,10 +41,9 @@ void kuka_inverse(const ArmHandle& self, Floats pose, Floats e1, Ints status, Fl
                     const double* m = p.data<double>() + at[0];
                     const Problem problem = check_pose(m, value);
                     if (problem != Problem::none) return problem;
-                    const Inverse found = kuka::inverse(
-                        self.arm, load_pose(m), e.data<double>()[at[1]],
-                        static_cast<int>(s.data<long long>()[at[2]]),
-                        near.held() ? near.data<double>() + at[3] : nullptr);
+                    const Inverse found = kuka::inverse(self.arm, load_pose(m), e.data<double>()[at[1]],
+                                                        static_cast<int>(s.data<long long>()[at[2]]),
+                                                        near.held() ? near.data<double>() + at[3] : nullptr);
                     std::memcpy(q.data<double>() + at[4], found.q, joints * sizeof(double));
                     code.data<long long>()[at[5]] = static_cast<long long>(found.status);
                     return Problem::none;
@@ -67,8 +66,8 @@ ArcColumns kuka_e1_arcs(const ArmHandle& self, Floats pose, Ints status) {
             break;
         }
         ArcSet set;
-        const Status why = kuka::e1_arcs(self.arm, load_pose(m), static_cast<int>(s.data<long long>()[i]),
-                                         self.limits, set);
+        const Status why =
+            kuka::e1_arcs(self.arm, load_pose(m), static_cast<int>(s.data<long long>()[i]), self.limits, set);
         whole.add(self.arm, 0.0, configuration(0), set, why);
     }
     refuse(outcome, p, 2, "pose");
@@ -81,8 +80,8 @@ void bind_kuka(nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
     arm.def_prop_ro("is_kuka", [](const ArmHandle& self) { return kuka::is_alike(self.arm); });
     arm.def("kuka_codes", &kuka_codes, "q"_a, "codes"_a, "threads"_a);
-    arm.def("kuka_inverse", &kuka_inverse, "pose"_a, "e1"_a, "status"_a, "seed"_a.none(), "out"_a, "outcome"_a,
-            "threads"_a);
+    arm.def("kuka_inverse", &kuka_inverse, "pose"_a, "e1"_a, "status"_a, "seed"_a.none(), "out"_a,
+            "outcome"_a, "threads"_a);
     arm.def("kuka_e1_arcs", &kuka_e1_arcs, "pose"_a, "status"_a);
 }
 
