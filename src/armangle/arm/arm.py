@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import MISSING, Field, fields
+from dataclasses import MISSING, Field, fields, replace
 from inspect import Parameter, Signature
 from typing import Any, Literal, Never, TypedDict, Unpack, cast, final
 
@@ -54,10 +54,10 @@ from ..scenes.ready import Ready, make_ready
 from ..scenes.scene import Scene, as_shapes
 from ..scenes.shapes import HOLDABLE
 from ..scenes.shapes import Shape as SceneShape
-from ..status import STATUSES
+from ..status import STATUSES, Status
 from .allowed import Allowed
 from .arcs import ArcSet
-from .diagnosis import Diagnosis, branch_of
+from .diagnosis import Branch, Diagnosis, Verdict, branch_of
 from .freedom import Freedom
 from .joint_function import JointFunction
 from .question import METRICS as _METRICS
@@ -1370,6 +1370,7 @@ class Arm:
         prefer: Prefer = "near",
         gc: int | Iterable[int] | None = None,
         allowed: Allowed | None = None,
+        scene: Scene | None = None,
         singularity_margin: float = 0.0,
         threads: int = 1,
     ) -> Solution:
@@ -1398,6 +1399,8 @@ class Arm:
             Global configurations that may be used; all by default.
         allowed : ArcSet or function (4, 4) -> ArcSet, optional
             Arcs of the user's own, intersected.
+        scene : Scene, optional
+            Obstacles that links keep clear of, as in `feasible`.
         singularity_margin : float
             As in `feasible`, rad.
         threads : int
@@ -1423,11 +1426,14 @@ class Arm:
         (True, 0.0)
         """
         plain = weight is None and gc is None and allowed is None and singularity_margin == 0.0
+        plain = plain and scene is None
         if plain and prefer == "near" and near is not None and isinstance(metric, str) and metric in _METRICS:
             one = self._handle.solve_one(pose, near, _METRICS[metric], Solution, STATUSES)
             if one is not None:
                 return cast(Solution, one)
-        asked = Question(self, pose, near, metric, weight, prefer, gc, allowed, singularity_margin, threads)
+        asked = Question(
+            self, pose, near, metric, weight, prefer, gc, allowed, scene, singularity_margin, threads
+        )
         return asked.solve()
 
     def solutions(
@@ -1440,6 +1446,7 @@ class Arm:
         prefer: Prefer = "near",
         gc: int | Iterable[int] | None = None,
         allowed: Allowed | None = None,
+        scene: Scene | None = None,
         singularity_margin: float = 0.0,
         threads: int = 1,
     ) -> Solutions:
@@ -1456,7 +1463,7 @@ class Arm:
             The seed, rad.
         weight : array_like, shape (7,) or scalar, optional
             Weights of the joints.
-        metric, prefer, gc, allowed, singularity_margin, threads
+        metric, prefer, gc, allowed, scene, singularity_margin, threads
             As in `solve`.
 
         Returns
@@ -1477,7 +1484,9 @@ class Arm:
         >>> [(found.gc, round(found.distance, 2)) for found in arm.solutions(arm.forward(q)[0], near=q)][:2]
         [(2, 0.0), (0, 2.95)]
         """
-        asked = Question(self, pose, near, metric, weight, prefer, gc, allowed, singularity_margin, threads)
+        asked = Question(
+            self, pose, near, metric, weight, prefer, gc, allowed, scene, singularity_margin, threads
+        )
         return asked.solutions()
 
     def best(
@@ -1486,6 +1495,7 @@ class Arm:
         *,
         gc: int | Iterable[int] | None = None,
         allowed: Allowed | None = None,
+        scene: Scene | None = None,
         singularity_margin: float = 0.0,
         threads: int = 1,
     ) -> Solution:
@@ -1497,7 +1507,7 @@ class Arm:
         ----------
         pose : array_like, shape (..., 4, 4)
             Tool frame, position in m.
-        gc, allowed, singularity_margin, threads
+        gc, allowed, scene, singularity_margin, threads
             As in `solve`.
 
         Returns
@@ -1517,16 +1527,23 @@ class Arm:
         >>> round(float(np.degrees(arm.best(pose).margin)), 1)
         51.2
         """
-        asked = Question(self, pose, None, "l2", None, "margin", gc, allowed, singularity_margin, threads)
+        asked = Question(
+            self, pose, None, "l2", None, "margin", gc, allowed, scene, singularity_margin, threads
+        )
         return asked.solve()
 
-    def explain(self, pose: ArrayLike, *, singularity_margin: float = 0.0) -> Diagnosis:
+    def explain(
+        self, pose: ArrayLike, *, scene: Scene | None = None, singularity_margin: float = 0.0
+    ) -> Diagnosis:
         """Return for each global configuration whether a pose can be held within all limits, and if not, why.
 
         Parameters
         ----------
         pose : array_like, shape (4, 4)
             Tool frame, position in m.
+        scene : Scene, optional
+            Obstacles, as in `feasible`: a branch that the limits leave open and they do not names the pair that
+            is nearest where it fails by least, and by how much.
         singularity_margin : float
             As in `feasible`, rad.
 
@@ -1552,9 +1569,30 @@ class Arm:
         segment = np.empty((1, _core.SEGMENT_WIDTH))
         _core.path_waypoints(frame[None], segment)
         branches = tuple(map(branch_of, self._handle.explain_pose(segment, margin)))
+        if scene is not None:
+            branches = tuple(self._meets(branch, frame, scene, margin) for branch in branches)
         nearest = np.empty((4, 4))
         gap = self._handle.nearest_pose(frame, nearest)
         return Diagnosis(branches, path=False, nearest=nearest, nearest_gap=gap)
+
+    def _meets(self, branch: Branch, pose: Floats, scene: Scene, margin: float) -> Branch:
+        """Return a branch's finding, or that obstacles leave nothing of what its limits leave."""
+        if not branch.ok:
+            return branch
+        found = self.widest(pose, branch.gc, scene, singularity_margin=margin)
+        if found.arcs.count:
+            return branch
+        near = found.nearest
+        if found.arcs.status == Status.POSE_BLOCKED or np.isnan(found.psi):
+            pair = found.arcs.blocking
+            return replace(branch, verdict=Verdict.IMPOSSIBLE, status=found.arcs.status, touching=pair)
+        return replace(
+            branch,
+            verdict=Verdict.IMPOSSIBLE,
+            status=Status.CLEARANCE,
+            touching=(near.obstacle, near.link),
+            short=float(scene.clearance - near.distance),
+        )
 
     def joint_function(self, pose: ArrayLike, gc: int, joint: int) -> JointFunction:
         """Return one joint as a function of the arm angle, at a fixed pose and global configuration.
