@@ -156,7 +156,8 @@ def step(
     with OK keeps them**, judged by the joints themselves: ``v = (q - q_now) / dt`` has
     ``|v| <= velocity`` and ``|v - velocity_now| <= acceleration * dt``; and every joint can still brake
     before its limit. Where no arm angle does, the status is the first condition without which one would:
-    CLEARANCE, NOT_ALLOWED, ACCELERATION_LIMIT, VELOCITY_LIMIT, WINDING_EXHAUSTED, LIMITS, and JOINT_JUMP if none is.
+    CLEARANCE, NOT_ALLOWED, ACCELERATION_LIMIT, VELOCITY_LIMIT, WINDING_EXHAUSTED, LIMITS, and JOINT_JUMP if
+    none is.
 
     Parameters
     ----------
