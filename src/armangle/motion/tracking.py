@@ -13,6 +13,7 @@ from .. import _core
 from .._arrays import CONFIGURATIONS, JOINTS, Floats, as_floats, as_number, chosen, one_posture
 from .._core import Wish
 from ..arm.arm import Arm
+from ..arm.near import unsupported
 from ..arm.wish import DIRECTIONS, Direction
 from ..errors import ConfigurationError, InputError, ShapeError
 from ..status import STATUSES, Status
@@ -206,6 +207,8 @@ class Tracker:
             hand.jump,
             hand.turn,
         ]
+        if arm.chain is not None:
+            raise unsupported("Tracker")
         fastest = joint_bound(arm, "velocity", _each("velocity", velocity), arm.velocity)
         hardest = joint_bound(arm, "acceleration", _each("acceleration", acceleration), arm.acceleration)
         self._core = _core.Tracker(arm._handle, np.concatenate([numbers, fastest, hardest]))
