@@ -2,12 +2,13 @@
 //
 //          axis 1                            y_3  where the upper arm points
 //            |  . ' theta_1 = const          At theta_2 = 0 the upper arm points along axis 1 and theta_1 is
-//     -------o------- y_3 over psi           free: theta_1(psi) jumps by half a turn there, psi(theta_1) passes
+//     -------o------- y_3 over psi           free: theta_1(psi) jumps by half a turn there, psi(theta_1)
+//     passes
 //        . ' |                               smoothly, with theta_2 of either sign.
 //
-// Beside theta_2 = 0 (theta_6 = 0) joint 1 (5) leads, and the two branches that meet there are one sheet. With
-// any joint that is locked the arm angle is led by it. The arm angle is a root of U cos - V sin = 0 (pivot) or
-// H - cos = 0 (hinge), which are harmonics of it: eq. (26), (27).
+// Beside theta_2 = 0 (theta_6 = 0) joint 1 (5) leads, and the two branches that meet there are one sheet.
+// With any joint that is locked the arm angle is led by it. The arm angle is a root of U cos - V sin = 0
+// (pivot) or H - cos = 0 (hinge), which are harmonics of it: eq. (26), (27).
 #pragma once
 
 #include <type_traits>

@@ -55,8 +55,8 @@ ARMANGLE_INLINE Frames<T> frames(const SelfMotion<T>& m, const SinCos<T>& psi) n
     return out;
 }
 
-/// Joints 1 to 3 of theta_1 and sin(theta_2). theta_3 from theta_1 and not from eq. (19), which loses theta_1 +
-/// theta_3 where theta_2 vanishes.
+/// Joints 1 to 3 of theta_1 and sin(theta_2). theta_3 from theta_1 and not from eq. (19), which loses theta_1
+/// + theta_3 where theta_2 vanishes.
 template <class T>
 ARMANGLE_INLINE void put_shoulder(const Frames<T>& f, const SinCos<T>& theta_1, const T& sin_2,
                                   Directions<T>& d) noexcept {
@@ -90,9 +90,9 @@ ARMANGLE_INLINE Directions<T> directions(const SelfMotion<T>& m, const SinCos<T>
     const T h2 = hypot(f.y3.x, f.y3.y);
     const auto singular_1 = shoulder_singular(m), flat_2 = h2 == zero;
     const auto lost_1 = singular_1 | flat_2;
-    put_shoulder(f,
-                 SinCos<T>{select(lost_1, zero, gc.shoulder * f.y3.y), select(lost_1, one, gc.shoulder * f.y3.x)},
-                 gc.shoulder * h2, d);
+    put_shoulder(
+        f, SinCos<T>{select(lost_1, zero, gc.shoulder * f.y3.y), select(lost_1, one, gc.shoulder * f.y3.x)},
+        gc.shoulder * h2, d);
     d.y[3] = m.elbow.theta_4.sin;
     d.x[3] = m.elbow.theta_4.cos;  // (4)
     const T h6 = hypot(f.n1.z, f.n2.z);

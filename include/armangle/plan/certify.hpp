@@ -12,9 +12,9 @@
 //   pivot of a turn or more: the direction stays in a sector of +-60 degrees about an angle that is lifted
 //     from stretch to stretch, and within its limits by the same boundary functions;
 //   hinge, elbow: sin > 0 keeps the half turn, and so the winding; cos is between those of its limits.
-// Where a joint leads (led.hpp) its theta is a polynomial of s, and in place of sin > 0 of the hinge beside it
-// the root that phi is must stay simple, and the hinge within +-60 degrees; so it may pass 0.
-// Source: R. E. Moore, Interval Analysis (1966): the mean value form and bisection.
+// Where a joint leads (led.hpp) its theta is a polynomial of s, and in place of sin > 0 of the hinge beside
+// it the root that phi is must stay simple, and the hinge within +-60 degrees; so it may pass 0. Source: R.
+// E. Moore, Interval Analysis (1966): the mean value form and bisection.
 #pragma once
 
 #include "curve.hpp"
@@ -36,8 +36,8 @@ inline constexpr double least_margin = 1e-5;
 /// The root that a leading joint gives is simple: the square of its slope stays above this, so that what
 /// rounding does to it stays below the slack.
 inline constexpr double least_slope_square = 1e-8;
-inline constexpr double gap = 1e-9;       // between the joints at the end of a stretch and at the next one (rad)
-inline constexpr double join = 1e-12;     // by which a stretch may overlap the next segment (of s)
+inline constexpr double gap = 1e-9;    // between the joints at the end of a stretch and at the next one (rad)
+inline constexpr double join = 1e-12;  // by which a stretch may overlap the next segment (of s)
 inline constexpr double sector = pi / 3;  // half width (rad)
 inline constexpr double sector_step =
     2.2;                                 // of its middle from one to the next (rad); 2 sector + this < 2 pi
@@ -105,11 +105,11 @@ enum class PivotKind { turning, narrow, wide };
 /// What is to be proven of a curve, made once.
 struct Claim {
     const Curve& curve;
-    const Limits& limits;  // to prove
-    double sine_square;    // of the singularity margin
-    HalfTurn hinge[2][2], elbow;  // of joints 2 and 6: of positive and negative theta
+    const Limits& limits;                   // to prove
+    double sine_square;                     // of the singularity margin
+    HalfTurn hinge[2][2], elbow;            // of joints 2 and 6: of positive and negative theta
     double hinge_lower[2], hinge_upper[2];  // theta, drawn in by the slack, its turns left out
-    bool locked[joints] = {};     // joints that lead all the way and stand still
+    bool locked[joints] = {};               // joints that lead all the way and stand still
     PivotKind kind[pivots];
     double lower[pivots], upper[pivots];  // theta, drawn in by the slack
     SinCos<Interval> at_lower[pivots], at_upper[pivots];
@@ -154,8 +154,8 @@ struct Claim {
         return ok;
     }
 
-    /// Whether a joint leads all the way without moving, at a value within its limits: of these the limits of a
-    /// locked joint leave no other.
+    /// Whether a joint leads all the way without moving, at a value within its limits: of these the limits of
+    /// a locked joint leave no other.
     static bool stands_still(const Curve& c, const Limits& limits, int j) noexcept {
         const double theta = c.stretches.front().coefficient[0];
         for (const Stretch& x : c.stretches) {
@@ -219,7 +219,8 @@ struct Claim {
                         v = crosses ? d.x[j] : f.pivot[p].g * f.pivot[p].V.at(here.phi);
                 if (p % 2 == 0 && !crosses) out.add(u * u + v * v - T(sine_square));
                 if (lead == j) {
-                    if (!crosses) out.add(u * here.theta.sin + v * here.theta.cos);  // and not half a turn away
+                    if (!crosses)
+                        out.add(u * here.theta.sin + v * here.theta.cos);  // and not half a turn away
                     if (!locked[j] && lower[p] > -infinity) out.add(value - T(lower[p]));
                     if (!locked[j] && upper[p] < infinity) out.add(T(upper[p]) - value);
                     continue;

@@ -1,16 +1,19 @@
 // Ways that pass from branch to branch where two of them meet, and ways that begin or end there.
 //
-//     theta_2 |.          GC 0            At theta_2 = 0 the postures of two branches are the same, and theta_1 is
-//             |  ` .                      free: a motion that keeps theta_1 passes through. phi does not describe
-//           0 +------`o-----------> s     it there (every theta_1 belongs to one phi), theta_1 does: it leads, and
+//     theta_2 |.          GC 0            At theta_2 = 0 the postures of two branches are the same, and
+//     theta_1 is
+//             |  ` .                      free: a motion that keeps theta_1 passes through. phi does not
+//             describe
+//           0 +------`o-----------> s     it there (every theta_1 belongs to one phi), theta_1 does: it
+//           leads, and
 //             |         ` . _             phi follows (led.hpp).
 //             |     GC 1      ` '
 //
 // The search is that of search.hpp over the postures of several branches at once, and of grids of the leading
-// angle beside theta_2 = 0 (theta_6 = 0). Links join postures of one branch, or of two that meet there, by |dq|
-// alone. Each row then is moved along the fastest of phi, theta_1 and theta_5, in which no joint is infinitely
-// fast, to the least travel; runs of rows with the same one become splines that go over into each other twice
-// differentiably. Whatever is found is proven by certify.hpp, or dropped.
+// angle beside theta_2 = 0 (theta_6 = 0). Links join postures of one branch, or of two that meet there, by
+// |dq| alone. Each row then is moved along the fastest of phi, theta_1 and theta_5, in which no joint is
+// infinitely fast, to the least travel; runs of rows with the same one become splines that go over into each
+// other twice differentiably. Whatever is found is proven by certify.hpp, or dropped.
 #pragma once
 
 #include "certify.hpp"
@@ -24,20 +27,22 @@ inline constexpr double grid = 0.25;   // of the theta that leads (rad)
 inline constexpr double move = 0.8;    // of a joint from section to section (rad)
 inline constexpr double leads = 3.0;   // a pivot leads where it turns so many times as fast as phi ...
 inline constexpr double keeps = 1.0;   // ... and may still lead at the next row where it turns so fast
-inline constexpr double slope = 1e-2;  // of the tie of a leading angle, at least
+inline constexpr double slope = 1e-3;  // of the tie of a leading angle, at least
 inline constexpr int rounds = 40;      // of smoothing
 inline constexpr double step = 0.3;    // of a row in one round (rad)
 inline constexpr double done = 1e-7;   // share of the energy that a last round saves
 inline constexpr double probe = 1e-5;  // of a row, for its slope (rad)
-inline constexpr double reference = 0.1, floor = 1e-3;  // cost of a distance d from a limit: (reference / d)^2
+inline constexpr double reference = 0.1,
+                        floor = 1e-3;  // cost of a distance d from a limit: (reference / d)^2
 inline constexpr std::size_t most_sections = 4000;
-inline constexpr double beside[] = {0.01, 0.03, 0.08, 0.2, 0.45};  // of the step at a fixed end: more sections
+inline constexpr double beside[] = {0.01, 0.03, 0.08, 0.2,
+                                    0.45};  // of the step at a fixed end: more sections
 }  // namespace crossing_rule
 
 /// What a crossing is asked for.
 struct CrossingTask {
-    std::vector<int> branches;      // that may be passed
-    std::vector<double> sections;   // s, rising from 0 to 1
+    std::vector<int> branches;     // that may be passed
+    std::vector<double> sections;  // s, rising from 0 to 1
     Anchor start, goal;
 };
 
@@ -112,8 +117,10 @@ private:
     /// Postures of a section on a grid of the theta that leads, beside hinge h.
     void fill_led(const Section& l, int gc, int h, const Window& window, Candidates& candidates,
                   Postures& out) const {
-        const double nearest = 2 * std::asin(min(1.0, std::sqrt(max(0.0, 0.5 * l.functions.hinge[h].high.below_one))));
-        if (l.status == Status::UNREACHABLE || l.status == Status::FOLDED || nearest > crossing_rule::near) return;
+        const double nearest =
+            2 * std::asin(min(1.0, std::sqrt(max(0.0, 0.5 * l.functions.hinge[h].high.below_one))));
+        if (l.status == Status::UNREACHABLE || l.status == Status::FOLDED || nearest > crossing_rule::near)
+            return;
         const int joint = leading_joint(h), j = hinge_joint[h];
         const double own = (h == 0 ? configuration(gc).shoulder : configuration(gc).wrist);
         const double from = asked_.start.given  ? to_theta(task_.arm, joint - 1, asked_.start.q[joint - 1])
@@ -128,7 +135,8 @@ private:
                 if (!(led.slope_square > crossing_rule::slope * crossing_rule::slope)) continue;
                 const Directions<double> d = led_directions(l.motion, led.psi, joint, theta);
                 const double angle = atan2(d.y[j], d.x[j]);
-                if (abs(angle) > crossing_rule::near || (angle * own < 0) || (angle == 0 && own < 0)) continue;
+                if (abs(angle) > crossing_rule::near || (angle * own < 0) || (angle == 0 && own < 0))
+                    continue;
                 double all[joint_slots];
                 angles(d).store(all);
                 candidates.put_posture(atan2(led.psi.sin, led.psi.cos), all, window, out);
@@ -231,7 +239,8 @@ private:
     }
 
     /// Takes the link of a posture to a block of those before, where it is the cheapest so far.
-    void link(Node& x, int gc, const Block& block, const std::vector<Node>& before, double ds) const noexcept {
+    void link(Node& x, int gc, const Block& block, const std::vector<Node>& before,
+              double ds) const noexcept {
         const int differ = gc ^ block.gc;
         if (differ != 0 && differ != 1 && differ != 4) return;
         const Move move = nearest_winding(task_, x.posture, block.windings, crossing_rule::move);
@@ -305,8 +314,8 @@ private:
         row.side = t.slope(sin_cos(row.phi)) > 0 ? -1.0 : 1.0;
     }
 
-    /// Each row moves along the fastest of phi, theta_1 and theta_5; a pivot leads on to rows beside while it is
-    /// no slower than phi, so that what leads changes where either would do.
+    /// Each row moves along the fastest of phi, theta_1 and theta_5; a pivot leads on to rows beside while it
+    /// is no slower than phi, so that what leads changes where either would do.
     void choose_leads() {
         const std::size_t n = rows_.size();
         std::vector<int> lead(n, 0);
@@ -328,7 +337,8 @@ private:
         for (std::size_t k = n - 1; k-- > 0;) spread(k, k + 1);
         for (std::size_t k = 0; k < n; ++k) {
             set_lead(rows_[k], lead[k]);
-            if (lead[k] == 0 && k && rows_[k - 1].lead == 0) rows_[k].x = rows_[k].phi = lift(rows_[k].phi, rows_[k - 1].phi);
+            if (lead[k] == 0 && k && rows_[k - 1].lead == 0)
+                rows_[k].x = rows_[k].phi = lift(rows_[k].phi, rows_[k - 1].phi);
         }
     }
 
@@ -350,14 +360,16 @@ private:
     }
     double share(std::size_t k) const noexcept {
         const std::size_t n = rows_.size();
-        return 0.5 * ((k ? rows_[k].s - rows_[k - 1].s : 0.0) + (k + 1 < n ? rows_[k + 1].s - rows_[k].s : 0.0));
+        return 0.5 *
+               ((k ? rows_[k].s - rows_[k - 1].s : 0.0) + (k + 1 < n ? rows_[k + 1].s - rows_[k].s : 0.0));
     }
 
     /// dq of each row along what it moves along, by differences.
     void find_slopes() {
         for (Row& row : rows_) {
             Row left = row, right = row;
-            const bool both = put(left, row.x - crossing_rule::probe) && put(right, row.x + crossing_rule::probe);
+            const bool both =
+                put(left, row.x - crossing_rule::probe) && put(right, row.x + crossing_rule::probe);
             for (int j = 0; j < joints; ++j)
                 row.slope[j] = both ? (right.q[j] - left.q[j]) / (2 * crossing_rule::probe) : 0.0;
         }
@@ -402,7 +414,8 @@ private:
             for (std::size_t k = 0; k < n; ++k) {
                 const double step = min(max(move[k], -crossing_rule::step), crossing_rule::step);
                 Row row = rows_[k];
-                if (!row.fixed && put(row, row.x + step) && within_limits(task_.limits, row.q, 0.0)) rows_[k] = row;
+                if (!row.fixed && put(row, row.x + step) && within_limits(task_.limits, row.q, 0.0))
+                    rows_[k] = row;
             }
             const double then = energy();
             if (then < now) {
@@ -422,10 +435,12 @@ private:
         for (int j = 0; j < joints; ++j) {
             if (j == 3) continue;
             for (const double sign : {-1.0, 1.0}) {
-                const double d = sign < 0 ? task_.limits.upper[j] - row.q[j] : row.q[j] - task_.limits.lower[j];
+                const double d =
+                    sign < 0 ? task_.limits.upper[j] - row.q[j] : row.q[j] - task_.limits.lower[j];
                 if (!(d < infinity)) continue;
                 const double held = max(d, crossing_rule::floor);
-                const double c = share(k) * crossing_rule::reference * crossing_rule::reference / (held * held);
+                const double c =
+                    share(k) * crossing_rule::reference * crossing_rule::reference / (held * held);
                 const double slope = -2 * c / held * sign * row.slope[j];
                 gradient += slope;
                 diagonal += 1.5 * slope * slope / max(c, 1e-300);
@@ -448,7 +463,8 @@ private:
         return {lift(angle.value(), near), angle.coefficient[1], 2 * angle.coefficient[2]};
     }
 
-    /// Splines of the runs of rows that move along the same; each goes over into the next with two derivatives.
+    /// Splines of the runs of rows that move along the same; each goes over into the next with two
+    /// derivatives.
     std::vector<Stretch> draw() const {
         std::vector<Stretch> out;
         const std::size_t n = rows_.size();

@@ -28,8 +28,8 @@ struct Stretch {
     double start, end, coefficient[4];
     double q[joints], psi;          // at its start, lifted: what values inside are lifted by
     double q_end[joints], psi_end;  // at its end
-    double lead = 0, side = 0;      // the joint that leads, 1..7, and which root phi is; 0: phi itself is given
-    double branch = -1;             // its branch, where it is another than the curve's
+    double lead = 0, side = 0;  // the joint that leads, 1..7, and which root phi is; 0: phi itself is given
+    double branch = -1;         // its branch, where it is another than the curve's
 };
 
 inline constexpr std::size_t stretch_width = sizeof(Stretch) / sizeof(double);
@@ -121,8 +121,9 @@ struct Curve {
         const Joints q = joints_within_limits(arm, here.angles, near);
         for (int j = 0; j < joint_slots; ++j) out.q[j] = q.q[j];
         const Circle<double>& c = here.motion.circle;
-        out.psi = lift(arm_angle(circle(arm, flange_pose(arm, out.pose)), c.z * here.phi.cos + c.e * here.phi.sin),
-                       near_psi);
+        out.psi =
+            lift(arm_angle(circle(arm, flange_pose(arm, out.pose)), c.z * here.phi.cos + c.e * here.phi.sin),
+                 near_psi);
         Configuration<double> sign = here.motion.gc;
         if (x.lead == 1) sign.shoulder = here.angles.y[1];
         if (x.lead == 5) sign.wrist = here.angles.y[5];

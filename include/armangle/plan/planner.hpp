@@ -374,11 +374,12 @@ private:
         return out;
     }
 
-    /// The posture of given joints at an end of the path, also where theta_2 or theta_6 vanishes: there theta_1
-    /// (theta_5) is kept, and phi follows.
+    /// The posture of given joints at an end of the path, also where theta_2 or theta_6 vanishes: there
+    /// theta_1 (theta_5) is kept, and phi follows.
     Anchor meeting_anchor(double s, const double* q) const noexcept {
         const Chain now = chain(task_.arm, q);
-        const SelfMotion<double> m = self_motion(task_.arm, task_.circle_at(s), configuration(task_.arm, now.theta));
+        const SelfMotion<double> m =
+            self_motion(task_.arm, task_.circle_at(s), configuration(task_.arm, now.theta));
         Anchor out;
         out.phi = arm_angle(m.circle, now.z3);
         const double shoulder = abs(std::sin(now.theta[1])), wrist = abs(std::sin(now.theta[5]));
@@ -428,11 +429,12 @@ private:
         return drawn.solve(x, s, phi_at(x, s), s < 0.5 * (x.start + x.end) ? x.q : x.q_end, x.psi);
     }
 
-    /// Looks for a way that passes from branch to branch, or begins or ends where two meet, where no branch has
-    /// a proven one, or those from a given start (goal) take more than twice its travel.
+    /// Looks for a way that passes from branch to branch, or begins or ends where two meet, where no branch
+    /// has a proven one, or those from a given start (goal) take more than twice its travel.
     void cross() {
         const bool proven = plan_.ok && plan_.proof.certified(), free = !options_.start && !options_.goal;
-        if (options_.singularity_margin > 0 || base_.size() > crossing_rule::most_sections || (proven && free))
+        if (options_.singularity_margin > 0 || base_.size() > crossing_rule::most_sections ||
+            (proven && free))
             return;
         for (const int elbow : {0, 2}) {
             const int meet = meeting(elbow);
@@ -440,7 +442,8 @@ private:
             CrossingTask asked;
             if (options_.start) asked.start = meeting_anchor(0.0, options_.start);
             if (options_.goal) asked.goal = meeting_anchor(1.0, options_.goal);
-            if (!hold(asked.start, options_.start, elbow) || !hold(asked.goal, options_.goal, elbow)) continue;
+            if (!hold(asked.start, options_.start, elbow) || !hold(asked.goal, options_.goal, elbow))
+                continue;
             const double* end = options_.start ? options_.start : options_.goal;
             const int own = end ? index(configuration(task_.arm, chain(task_.arm, end).theta)) : 0;
             for (int gc = elbow; gc < configurations; ++gc)
@@ -504,7 +507,8 @@ private:
         double least = infinity, least_elbow = infinity;
         for (const Stretch& x : drawn.stretches)
             for (int i = 0; i <= plan_rule::looks; ++i) {
-                const PlacedPosture here = curve_at(drawn, x, x.start + (x.end - x.start) * i / plan_rule::looks);
+                const PlacedPosture here =
+                    curve_at(drawn, x, x.start + (x.end - x.start) * i / plan_rule::looks);
                 through |= 1u << here.gc;
                 for (int j = 0; j < joints; ++j) {
                     double& to = j == 3 ? least_elbow : least;
@@ -621,8 +625,9 @@ private:
     /// Rising parameters from 0 to 1, each once.
     static void tidy(std::vector<double>& s) {
         std::sort(s.begin(), s.end());
-        s.erase(std::unique(s.begin(), s.end(), [](double a, double b) { return b - a <= parameter_rule::same; }),
-                s.end());
+        s.erase(
+            std::unique(s.begin(), s.end(), [](double a, double b) { return b - a <= parameter_rule::same; }),
+            s.end());
         s.front() = 0;
         s.back() = 1;
     }
