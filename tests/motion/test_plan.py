@@ -45,7 +45,7 @@ def check_continuous(result: aa.JointPath, s: np.ndarray, depth: int = 3) -> Non
 
 
 def check_whole(result: aa.JointPath) -> None:
-    """A path that is ok is on its poses, in the branches named, continuous and within limits, at 10001 places."""
+    """A path that is ok is on its poses, in the branches named, continuous and within limits, everywhere."""
     arm, here = result.arm, result.at(DENSE)
     np.testing.assert_allclose(arm.forward(here.q)[0], here.pose, atol=1e-12)
     assert arm.within_limits(here.q, tol=1e-9).all()

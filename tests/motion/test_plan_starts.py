@@ -153,7 +153,7 @@ def test_every_line_from_a_home_posture(home: np.ndarray, tilt: float) -> None:
 
 
 def test_planar_lines_pass_where_two_branches_meet() -> None:
-    """Lines in the arm's plane: theta2 or theta6 passes 0, and the plan is as smooth as the plane's motion."""
+    """Lines in the arm's plane: theta2 or theta6 passes 0; the plan is as smooth as the plane's motion."""
     rng, crossed = generator(5), 0
     for _ in range(count(25)):
         path, q = planar_motion(IIWA, rng)
@@ -180,7 +180,7 @@ def test_a_way_back_ends_where_it_began() -> None:
 
 @pytest.mark.parametrize("tilt", [0.0, 0.01, 0.1, 1.0])
 def test_refusals_of_singular_starts_are_not_refuted(tilt: float) -> None:
-    """No way from a start, but one from where the arm can turn to with the tool at rest: that is never so.
+    """No way from a start, but one from where the arm can turn with the tool at rest: that is never so.
 
     At exactly 0 joint 1 (5) may turn by itself as long as the tool has not begun to move; a plan, which follows
     s from the first, has no row for that, and so the law leaves it out.

@@ -75,7 +75,7 @@ def planar_motion(arm: aa.Arm, rng: np.random.Generator) -> tuple[aa.Line, np.nd
 def turned_at_standing_tool(
     arm: aa.Arm, start: np.ndarray, move: float = 0.4, shown: int = 20
 ) -> list[np.ndarray]:
-    """Some postures that the self-motion leads to from `start`, within limits, `move` (rad) from each to the next."""
+    """Some postures that the self-motion leads to, within limits and with steps of less than `move` (rad)."""
     pose, psi, gc = arm.forward(start)
     found: list[np.ndarray] = []
     for way in (1, -1):

@@ -84,8 +84,8 @@ class Branch:
     given_up : bool
         Of UNRESOLVED: whether the search ended because it had tried as much as one plan may.
     through : tuple of int
-        Other global configurations that the way passes through; it crosses where θ2 = 0 or θ6 = 0, where the two
-        are one posture. The margins are then those to limits alone.
+        Other global configurations that the way passes through; it crosses at θ2 = 0 or θ6 = 0, where the
+        two are one posture. The margins are then those to limits alone.
     """
 
     gc: int
@@ -125,7 +125,8 @@ class Branch:
                 least = math.degrees(min(self.margin, self.elbow_margin))
                 if self.through:
                     others = ", ".join(map(str, self.through))
-                    return f"the whole path is possible, passing through GC {others}, {least:.3g}° from the nearest limit."
+                    way = f"the whole path is possible, passing through GC {others}"
+                    return f"{way}, {least:.3g}° from the nearest limit."
                 return f"the whole path is possible, {least:.3g}° from the nearest limit or singularity."
             case Verdict.UNREACHABLE:
                 if self.status == Status.FOLDED:
