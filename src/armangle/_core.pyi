@@ -186,7 +186,7 @@ class Arm:
 
     def plan_path(self, segments: numpy.typing.NDArray[numpy.float64], rows: numpy.typing.NDArray[numpy.float64], start: numpy.typing.NDArray[numpy.float64] | None, goal: numpy.typing.NDArray[numpy.float64] | None, branches: int, weights: numpy.typing.NDArray[numpy.float64], singularity_margin: float, limit_margin: float) -> Any: ...
 
-    def curve_at(self, segments: numpy.typing.NDArray[numpy.float64], stretches: numpy.typing.NDArray[numpy.float64], plane: numpy.typing.NDArray[numpy.float64], gc: int, s: numpy.typing.NDArray[numpy.float64], q: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], pose: numpy.typing.NDArray[numpy.float64], margin: numpy.typing.NDArray[numpy.float64], residual: numpy.typing.NDArray[numpy.float64]) -> None: ...
+    def curve_at(self, segments: numpy.typing.NDArray[numpy.float64], stretches: numpy.typing.NDArray[numpy.float64], plane: numpy.typing.NDArray[numpy.float64], gc: int, s: numpy.typing.NDArray[numpy.float64], q: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], branch: numpy.typing.NDArray[numpy.float64], pose: numpy.typing.NDArray[numpy.float64], margin: numpy.typing.NDArray[numpy.float64], residual: numpy.typing.NDArray[numpy.float64]) -> None: ...
 
     def curve_derivatives(self, segments: numpy.typing.NDArray[numpy.float64], stretches: numpy.typing.NDArray[numpy.float64], plane: numpy.typing.NDArray[numpy.float64], gc: int, s: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> None: ...
 
@@ -412,7 +412,7 @@ class Verdict(enum.IntEnum):
 
 SEGMENT_WIDTH: int = 43
 
-STRETCH_WIDTH: int = 22
+STRETCH_WIDTH: int = 25
 
 def path_waypoints(poses: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> None: ...
 

@@ -230,7 +230,7 @@ def test_a_crossing_that_leaps_is_not_certified() -> None:
         broken = x.stretches.copy()
         broken[led[-1], column] = value
         curve = type(x)(x.segments, broken, x.plane, x.gc)
-        ends = curve.at(IIWA._handle, np.nextafter(broken[led[-1], :2], 0.5))
+        ends = curve.at(IIWA._handle, broken[led[-1], :2] + [1e-12, -1e-12])
         broken[led[-1], 6:13], broken[led[-1], 14:21] = ends.q
         open_, _ = IIWA._handle.certify_curve(x.segments, broken, x.plane, x.gc, 0.0)
         assert len(open_)
