@@ -488,7 +488,6 @@ private:
             out.stretches = crossing.run(out.gc, links_);
             if (out.stretches.empty()) return false;
             const double* q = crossing.first();
-            const Circle<double> c = task_.circle_at(0.0);
             const Chain first = chain(task_.arm, q);
             const double psi = arm_angle(triad(task_.arm, flange_pose(task_.arm, task_.pose(0.0))), first.z3);
             lift_stretches(curve(out), out.stretches, q, psi);
