@@ -182,8 +182,8 @@ def test_a_way_back_ends_where_it_began() -> None:
 def test_refusals_of_singular_starts_are_not_refuted(tilt: float) -> None:
     """No way from a start, but one from where the arm can turn with the tool at rest: that is never so.
 
-    At exactly 0 joint 1 (5) may turn by itself as long as the tool has not begun to move; a plan, which follows
-    s from the first, has no row for that, and so the law leaves it out.
+    At exactly 0 joint 1 (5) may turn by itself as long as the tool has not begun to move; a plan, which
+    follows s from the first, has no row for that, and so the law leaves it out.
     """
     move = 0.4 if tilt else 0.02
     rng = generator(11, int(1000 * tilt))

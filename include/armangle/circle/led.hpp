@@ -33,14 +33,14 @@ Harmonic<T> tie(const JointFunctions<T>& f, int joint, const SinCos<T>& theta) n
 
 /// An arm angle that is led, and the square of the slope that the tie has there: near 0 it does not lead.
 template <class T>
-struct LedAngle {
+struct Led {
     SinCos<T> psi;
     T slope_square;
 };
 
 /// The root of a tie on one side: where it falls (1) or rises (-1) with the arm angle.
 template <class T>
-LedAngle<T> led_angle(const Harmonic<T>& f, const T& side) noexcept {
+Led<T> led_angle(const Harmonic<T>& f, const T& side) noexcept {
     const T square = f.s * f.s + f.c * f.c;
     T room = square - f.k * f.k;
     if constexpr (std::is_same_v<T, double>) room = max(room, 0.0);

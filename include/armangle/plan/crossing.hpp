@@ -123,15 +123,14 @@ private:
             return;
         const int joint = leading_joint(h), j = hinge_joint[h];
         const double own = (h == 0 ? configuration(gc).shoulder : configuration(gc).wrist);
-        const double from = asked_.start.given  ? to_theta(task_.arm, joint - 1, asked_.start.q[joint - 1])
-                            : asked_.goal.given ? to_theta(task_.arm, joint - 1, asked_.goal.q[joint - 1])
-                                                : 0.0;
+        const Anchor& end = asked_.start.given ? asked_.start : asked_.goal;
+        const double from = end.given ? to_theta(task_.arm, joint - 1, end.q[joint - 1]) : 0.0;
         const int n = static_cast<int>(two_pi / crossing_rule::grid);
         for (int i = 0; i < n; ++i) {
             const SinCos<double> theta = sin_cos(from + two_pi * i / n);
             const Harmonic<double> f = tie(l.functions, joint, theta);
             for (const double side : {-1.0, 1.0}) {
-                const LedAngle<double> led = led_angle(f, side);
+                const Led<double> led = led_angle(f, side);
                 if (!(led.slope_square > crossing_rule::slope * crossing_rule::slope)) continue;
                 const Directions<double> d = led_directions(l.motion, led.psi, joint, theta);
                 const double angle = atan2(d.y[j], d.x[j]);
@@ -273,7 +272,7 @@ private:
             d = directions(m, phi);
         } else {
             const SinCos<double> theta = sin_cos(x);
-            const LedAngle<double> led = led_angle(tie(joint_functions(m), row.lead, theta), row.side);
+            const Led<double> led = led_angle(tie(joint_functions(m), row.lead, theta), row.side);
             if (!(led.slope_square > crossing_rule::slope * crossing_rule::slope)) return false;
             phi = led.psi;
             d = led_directions(m, phi, row.lead, theta);

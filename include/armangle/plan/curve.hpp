@@ -104,7 +104,7 @@ struct Curve {
         const int joint = static_cast<int>(x.lead);
         out.functions = joint_functions(out.motion);
         out.theta = sin_cos(value);
-        const LedAngle<T> led = led_angle(tie(out.functions, joint, out.theta), T(x.side));
+        const Led<T> led = led_angle(tie(out.functions, joint, out.theta), T(x.side));
         out.phi = led.psi;
         out.room = led.slope_square;
         out.angles = led_directions(out.motion, out.phi, joint, out.theta);

@@ -394,7 +394,7 @@ private:
             const Harmonic<double> f = tie(joint_functions(m), joint, theta);
             out.gap = infinity;
             for (const double side : {-1.0, 1.0}) {
-                const LedAngle<double> led = led_angle(f, side);
+                const Led<double> led = led_angle(f, side);
                 const Joints solved = joints_near(task_.arm, led_directions(m, led.psi, joint, theta), q);
                 const double gap = largest_move(solved.q, q);
                 if (!(gap < out.gap)) continue;
