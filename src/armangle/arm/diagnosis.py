@@ -79,6 +79,11 @@ class Branch:
         Joints 1..7 whose limits together leave no arm angle; none of them can be left out.
     openings : tuple of Opening
         Single limits that would leave one, least first.
+    touching : tuple of (str, str), or None
+        Of IMPOSSIBLE with an obstacle in the way: its name and the link's, the pair that comes too near where
+        the branch fails by least.
+    short : float
+        How much nearer than the scene's clearance that is, m; NaN where no arm angle changes it.
     sections : int
         Places of the path at which the feasible arcs were looked at.
     given_up : bool
@@ -101,6 +106,8 @@ class Branch:
     nearest_psi: float = math.nan
     blocking: tuple[int, ...] = ()
     openings: tuple[Opening, ...] = ()
+    touching: tuple[str, str] | None = None
+    short: float = math.nan
     sections: int = 0
     given_up: bool = False
     through: tuple[int, ...] = ()
@@ -132,6 +139,8 @@ class Branch:
                 if self.status == Status.FOLDED:
                     return f"the wrist lies on the shoulder{where}; no arm angle is defined there."
                 return f"the wrist is out of reach{where}, by up to {self.excess * MILLIMETRES:.4g} mm."
+            case Verdict.IMPOSSIBLE if self.status in (Status.CLEARANCE, Status.POSE_BLOCKED):
+                return self._blocked()
             case Verdict.IMPOSSIBLE:
                 return f"no arm angle keeps all limits{where}: {self._why()}"
             case Verdict.DEAD_END:
@@ -147,6 +156,16 @@ class Branch:
                 )
             case Verdict.UNRESOLVED:
                 return f"every curve that was tried breaks a limit between the samples{where}."
+
+    def _blocked(self) -> str:
+        sentence = STATUSES[self.status].sentence
+        if self.touching is None:
+            return f"{sentence[0].lower()}{sentence[1:]}"
+        obstacle, link = self.touching
+        if self.status == Status.POSE_BLOCKED:
+            return f"{link} meets {obstacle} at this pose, whatever the arm angle."
+        by = "" if math.isnan(self.short) else f" {self.short * MILLIMETRES:.3g} mm"
+        return f"within the limits {link} comes{by} too near to {obstacle}, whatever the arm angle."
 
     def _why(self) -> str:
         if self.status == Status.ELBOW_MARGIN:
