@@ -52,11 +52,11 @@ inline double psi_carried(const Arm& arm, const SelfMotion<double>& m, const Joi
 
 /// The psi that an elbow hint wishes, and how much it says: 0 where its point lies on the line from shoulder
 /// to wrist, or its direction along it; 1 across.
-struct HintedPsi {
+struct ElbowChoice {
     double psi, confidence;
 };
 
-inline HintedPsi hinted_psi(const Arm& arm, const SelfMotion<double>& m, const Towards& hint) noexcept {
+inline ElbowChoice hinted_psi(const Arm& arm, const SelfMotion<double>& m, const Towards& hint) noexcept {
     const WishedPsi wished = psi_towards(arm, m, hint);
     Vec3<double> v = arm.has_base ? arm.base_inverse.rotation * hint.target : hint.target;
     if (hint.wish == Wish::point) v = v + arm.base_inverse.position - Vec3<double>{0, 0, arm.d_bs};

@@ -302,7 +302,7 @@ private:
         if (detail::moving_joints(m, f, plain_, arcs) != Status::OK) return not_a_number;
         detail::moving_joints(m, f, clear_, clear);
         const double carried = psi_carried(arm_, m, f, t.now.z3, q_.q, options_.velocity);
-        HintedPsi hint{0.0, 0.0};
+        ElbowChoice hint{0.0, 0.0};
         if (t.elbow) hint = hinted_psi(arm_, m, *t.elbow);
         const double turn = hint.confidence * wrap(hint.psi - carried) +
                             (1.0 - hint.confidence) * regular(t) * wrap(foreseen(m, carried) - carried);
