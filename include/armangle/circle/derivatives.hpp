@@ -28,7 +28,8 @@ ARMANGLE_INLINE Vec3<Dual> with_partials(const Vec3<double>& at, const Vec3<Dual
 }
 
 /// omega x v for eight omegas.
-ARMANGLE_INLINE Vec3<Dual::Partials> turned(const Vec3<Dual::Partials>& omega, const Vec3<double>& v) noexcept {
+ARMANGLE_INLINE Vec3<Dual::Partials> turned(const Vec3<Dual::Partials>& omega,
+                                            const Vec3<double>& v) noexcept {
     const Dual::Partials x(v.x), y(v.y), z(v.z);
     return {omega.y * z - omega.z * y, omega.z * x - omega.x * z, omega.x * y - omega.y * x};
 }
@@ -54,19 +55,29 @@ ARMANGLE_INLINE Dual::Partials unit(int k) noexcept {
 /// UNREACHABLE, FOLDED, BAD_INPUT as there; then all numbers are NaN.
 inline Derivatives inverse_derivative(const Arm& arm, const Pose<double>& pose, double psi, int gc) noexcept {
     Derivatives out;
-    const Inverse solved = inverse(arm, pose, psi, gc);
-    out.status = solved.status;
+    out.status = Status::BAD_INPUT;
     for (int j = 0; j < joints; ++j) {
-        out.q[j] = solved.q[j];
+        out.q[j] = not_a_number;
         for (double& partial : out.entry[j]) partial = not_a_number;
     }
-    if (out.status != Status::OK) return out;
+    if (gc < 0 || gc >= configurations || !(abs(psi) <= tolerance::largest_angle) || !is_rigid(pose))
+        return out;
     const Pose<Dual> moved = detail::moving(pose, {detail::unit(0), detail::unit(1), detail::unit(2)},
                                             {detail::unit(3), detail::unit(4), detail::unit(5)});
     const Configuration<double> signs = configuration(gc);
     const SelfMotion<Dual> m =
         self_motion<Dual>(arm, moved, {Dual(signs.shoulder), Dual(signs.elbow), Dual(signs.wrist)});
+    out.status = is_unreachable(m.circle) ? Status::UNREACHABLE : Status::FOLDED;
+    if (is_unreachable(m.circle) || is_folded(m.circle)) return out;
+    out.status = Status::OK;
     const Directions<Dual> d = directions(m, sin_cos(Dual(psi, detail::unit(6))));
+    Directions<double> values;
+    for (int j = 0; j < joint_slots; ++j) {
+        values.y[j] = d.y[j].value;
+        values.x[j] = d.x[j].value;
+    }
+    const Joints solved = joints_within_limits(arm, values, nullptr);
+    for (int j = 0; j < joints; ++j) out.q[j] = solved.q[j];
     for (int j = 0; j < joints; ++j) {
         double partial[Dual::variables];
         const Dual theta = atan2(d.y[j], d.x[j]);
@@ -98,7 +109,7 @@ inline void psi_gradient(const Arm& arm, const double* q, double (&out)[joints])
         axis[1][i] = a.y;
         axis[2][i] = a.z;
     }
-    const auto lanes = [](const double(&row)[joint_slots]) { return Dual::Partials::load(row); };
+    const auto lanes = [](const double (&row)[joint_slots]) { return Dual::Partials::load(row); };
     const Pose<Dual> moved =
         detail::moving(user_pose(arm, frame[joints]), {lanes(column[0]), lanes(column[1]), lanes(column[2])},
                        {lanes(column[3]), lanes(column[4]), lanes(column[5])});
@@ -109,8 +120,7 @@ inline void psi_gradient(const Arm& arm, const double* q, double (&out)[joints])
     double partial[Dual::variables];
     atan2(dot(c.e, z3), dot(c.z, z3)).partial.store(partial);
     const bool exists = !is_folded(c);
-    for (int j = 0; j < joints; ++j)
-        out[j] = exists && abs(partial[j]) < infinity ? partial[j] : infinity;
+    for (int j = 0; j < joints; ++j) out[j] = exists && abs(partial[j]) < infinity ? partial[j] : infinity;
 }
 
 }  // namespace armangle

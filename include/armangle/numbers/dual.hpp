@@ -1,7 +1,7 @@
 // Dual: a value and its partial derivatives by eight variables, as a scalar.
 //
-// The formulas of the library run on it as they are: (a, a') (b, b') = (a b, a' b + a b'), and so on, give all
-// partials of a result in one pass, exact to rounding.
+// The formulas of the library run on it as they are: (a, a') (b, b') = (a b, a' b + a b'), and so on, give
+// all partials of a result in one pass, exact to rounding.
 #pragma once
 
 #include "angles.hpp"
