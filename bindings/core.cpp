@@ -63,6 +63,7 @@ void bind_status(nb::module_& m) {
         .value("NOT_REACHED", Status::NOT_REACHED)
         .value("BAD_INPUT", Status::BAD_INPUT)
         .value("NOT_ALLOWED", Status::NOT_ALLOWED)
+        .value("PARTIAL", Status::PARTIAL)
         .def_prop_ro(
             "sentence", [](Status status) { return armangle::sentence(status); },
             "The outcome as one sentence.");

@@ -20,9 +20,10 @@ enum class Status : std::int8_t {
     NOT_REACHED = 11,
     BAD_INPUT = 12,
     NOT_ALLOWED = 13,
+    PARTIAL = 14,
 };
 
-inline constexpr int status_count = 14;
+inline constexpr int status_count = 15;
 
 constexpr const char* sentence(Status status) noexcept {
     switch (status) {
@@ -46,6 +47,7 @@ constexpr const char* sentence(Status status) noexcept {
         case Status::ACCELERATION_LIMIT: return "A joint would accelerate beyond its acceleration limit.";
         case Status::NOT_REACHED: return "The pose was not tried: the motion stopped before it.";
         case Status::NOT_ALLOWED: return "The branches or arcs that the caller allows leave no arm angle.";
+        case Status::PARTIAL: return "The step goes as far towards the pose as bounds, or the reach, allow.";
         case Status::BAD_INPUT: return "The pose is no rigid transform, or a number is not finite.";
     }
     return "";

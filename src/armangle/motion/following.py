@@ -18,6 +18,7 @@ from .options import (
     CARRIES,
     Bound,
     Carry,
+    Outside,
     checked_options,
     core_policy,
     no_bounds,
@@ -47,6 +48,7 @@ def follow(
     velocity: Bound = None,
     acceleration: Bound = None,
     velocity_now: ArrayLike | None = None,
+    outside: Outside = "refuse",
     lookahead: int = 0,
     blend: float = 0.0,
     samples: int | None = None,
@@ -103,10 +105,12 @@ def follow(
     joints = one_posture("start", start)
     failing = _ON_FAIL[chosen("on_fail", on_fail, _ON_FAIL)]
     native = core_policy(policy, dt)
-    branch, kept, most, margin = checked_options(gc, carry, max_joint_step, singularity_margin)
+    branch, kept, most, margin, time, beyond = checked_options(
+        gc, carry, max_joint_step, singularity_margin, dt, outside
+    )
     window = _window(lookahead, len(frames))
     options = _core.FollowOptions(
-        native, branch, CARRIES[kept], most, margin, on_fail=failing, lookahead=window
+        native, branch, CARRIES[kept], most, margin, time, beyond == "nearest", on_fail=failing, lookahead=window
     )
     bounds = no_bounds() if window else None
     if velocity is not None or acceleration is not None:

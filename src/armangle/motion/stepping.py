@@ -16,6 +16,7 @@ from ..status import STATUSES, Status
 from .options import (
     Bound,
     Carry,
+    Outside,
     checked_options,
     core_policy,
     step_bounds,
@@ -45,6 +46,8 @@ class Step(NamedTuple):
     gc: int
     status: Status
     margin: float
+    velocity: Floats
+    why: Status
 
 
 def resolve(
@@ -140,6 +143,7 @@ def step(
     velocity: Bound = None,
     acceleration: Bound = None,
     velocity_now: ArrayLike | None = None,
+    outside: Outside = "refuse",
 ) -> Step:
     """Return the joints for the next pose of a control loop: one pass of the paper's figure 10.
 
@@ -212,11 +216,12 @@ def step(
         bounds = step_bounds(arm, velocity, acceleration, velocity_now, dt)
     core_step = arm._handle.step_one
     plain: Step | None = core_step(
-        q_now, pose, native, gc, carry, max_joint_step, singularity_margin, count, psi, bounds, Step, STATUSES
-    )
+        q_now, pose, native, gc, carry, max_joint_step, singularity_margin, dt, outside, count, psi, bounds,
+        Step, STATUSES,
+    )  # fmt: skip
     if plain is not None:
         return plain
-    options = checked_options(gc, carry, max_joint_step, singularity_margin)
+    options = checked_options(gc, carry, max_joint_step, singularity_margin, dt, outside)
     joints, frame = as_floats("q_now", q_now, (JOINTS,)), as_poses("pose", pose, arm._handle)
     if joints.ndim != 1 or frame.ndim != 2:
         raise ShapeError(
