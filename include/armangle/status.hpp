@@ -20,10 +20,14 @@ enum class Status : std::int8_t {
     NOT_REACHED = 11,
     BAD_INPUT = 12,
     NOT_ALLOWED = 13,
-    PARTIAL = 14,
+    POSE_BLOCKED = 14,
+    CLEARANCE = 15,
+    NEAR_SINGULAR = 16,
+    NO_CONVERGENCE = 17,
+    PARTIAL = 18,
 };
 
-inline constexpr int status_count = 15;
+inline constexpr int status_count = 19;
 
 constexpr const char* sentence(Status status) noexcept {
     switch (status) {
@@ -47,6 +51,13 @@ constexpr const char* sentence(Status status) noexcept {
         case Status::ACCELERATION_LIMIT: return "A joint would accelerate beyond its acceleration limit.";
         case Status::NOT_REACHED: return "The pose was not tried: the motion stopped before it.";
         case Status::NOT_ALLOWED: return "The branches or arcs that the caller allows leave no arm angle.";
+        case Status::NEAR_SINGULAR:
+            return "Two branches of the nearly S-R-S arm meet here: the posture is not certain.";
+        case Status::NO_CONVERGENCE:
+            return "The posture of the nearly S-R-S arm was not found within the iterations allowed.";
+        case Status::POSE_BLOCKED:
+            return "The hand, or the base, meets an obstacle at this pose, whatever the arm angle.";
+        case Status::CLEARANCE: return "No arm angle keeps clear of the obstacles within all limits.";
         case Status::PARTIAL: return "The step goes as far towards the pose as bounds, or the reach, allow.";
         case Status::BAD_INPUT: return "The pose is no rigid transform, or a number is not finite.";
     }

@@ -19,6 +19,7 @@ from .arm.configuration import (
     gc_index as gc_index,
     gc_signs as gc_signs,
 )
+from .arm.deviation import ChainDeviation as ChainDeviation
 from .arm.diagnosis import (
     Branch as Branch,
     Diagnosis as Diagnosis,
@@ -44,6 +45,7 @@ from .errors import (
     PathError as PathError,
     PolicyError as PolicyError,
     PortError as PortError,
+    SceneError as SceneError,
     ShapeError as ShapeError,
     UnknownRobotError as UnknownRobotError,
     UnreachableError as UnreachableError,
@@ -61,6 +63,7 @@ from .files.trajectories import (
 )
 from .models.catalogue import catalogue as catalogue
 from .models.description import ImportReport as ImportReport
+from .models.dh import dh_chain as dh_chain
 from .motion.following import follow as follow
 from .motion.joint_path import (
     JointPath as JointPath,
@@ -101,6 +104,18 @@ from .poses import pose as pose
 from .reach.placement import (
     Placement as Placement,
     place as place,
+)
+from .scenes.body import Body as Body
+from .scenes.clearance import (
+    Clearance as Clearance,
+    Widest as Widest,
+)
+from .scenes.scene import Scene as Scene
+from .scenes.shapes import (
+    Ball as Ball,
+    Box as Box,
+    Capsule as Capsule,
+    HalfSpace as HalfSpace,
 )
 from .status import Status as Status
 from .timing.retiming import retime as retime

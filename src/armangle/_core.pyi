@@ -62,7 +62,15 @@ class Status(enum.IntEnum):
 
     NOT_ALLOWED = 13
 
-    PARTIAL = 14
+    POSE_BLOCKED = 14
+
+    CLEARANCE = 15
+
+    NEAR_SINGULAR = 16
+
+    NO_CONVERGENCE = 17
+
+    PARTIAL = 18
 
     @property
     def sentence(self) -> str:
@@ -96,6 +104,10 @@ class Problem(enum.Enum):
     ON_AXIS = 12
 
     NOT_UNIT = 13
+
+    NEAR_SINGULAR = 14
+
+    NO_CONVERGENCE = 15
 
 def on_refusal(function: Callable[[Problem, str, tuple[int, ...], float], object]) -> None: ...
 
@@ -134,6 +146,12 @@ class Arm:
     @property
     def joint_middle(self) -> list[float]: ...
 
+    def resting_links(self, rods: numpy.typing.NDArray[numpy.float64], link: numpy.typing.NDArray[numpy.int64]) -> None: ...
+
+    def proximity_many(self, scene: Scene, pose: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], out: numpy.typing.NDArray[numpy.float64], pair: numpy.typing.NDArray[numpy.int64], threads: int) -> None: ...
+
+    def widest_many(self, scene: Scene, pose: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], margin: float, psi: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64], pair: numpy.typing.NDArray[numpy.int64], status: numpy.typing.NDArray[numpy.int64], threads: int) -> None: ...
+
     def inverse_one(self, pose: object | None, psi: object | None, gc: object | None) -> Any: ...
 
     def inverse_many(self, pose: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], seed: numpy.typing.NDArray[numpy.float64] | None, out: numpy.typing.NDArray[numpy.float64], limits: Enforce, unreachable: Enforce, threads: int) -> None: ...
@@ -146,27 +164,27 @@ class Arm:
 
     def elbow_many(self, q: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64], threads: int) -> None: ...
 
-    def psi_towards_many(self, pose: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], wish: Wish, target: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64], nan: bool, threads: int) -> None: ...
-
     def jacobian_many(self, q: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64], threads: int) -> None: ...
-
-    def self_motion_many(self, pose: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], out: numpy.typing.NDArray[numpy.float64], threads: int) -> None: ...
-
-    def nearest_pose(self, pose: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> float: ...
 
     def settle_many(self, poses: numpy.typing.NDArray[numpy.float64], precision: float) -> None: ...
 
     def limit_margin_many(self, q: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> None: ...
 
-    def feasible_many(self, pose: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], margin: float, psi_margin: float, discriminant: float, wanted: Wanted, threads: int) -> tuple[numpy.typing.NDArray[numpy.int64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int8], numpy.typing.NDArray[numpy.int8], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int8]]: ...
+    def psi_towards_many(self, pose: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], wish: Wish, target: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64], nan: bool, threads: int) -> None: ...
 
-    def feasible_one(self, pose: object | None, gc: object | None, margin: object | None, psi_margin: object | None, discriminant: object | None, wanted: Wanted, threads: object | None) -> ArcsOfOne: ...
+    def self_motion_many(self, pose: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], out: numpy.typing.NDArray[numpy.float64], threads: int) -> None: ...
+
+    def nearest_pose(self, pose: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> float: ...
+
+    def feasible_many(self, pose: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], margin: float, psi_margin: float, discriminant: float, wanted: Wanted, threads: int, scene: Scene | None) -> tuple[numpy.typing.NDArray[numpy.int64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int8], numpy.typing.NDArray[numpy.int8], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int8], object, object]: ...
+
+    def feasible_one(self, pose: object | None, gc: object | None, margin: object | None, psi_margin: object | None, discriminant: object | None, wanted: Wanted, threads: object | None, scene: Scene | None) -> ArcsOfOne: ...
 
     def joint_function(self, pose: numpy.typing.NDArray[numpy.float64], gc: int, joint: int) -> JointFunction: ...
 
-    def step_one(self, q_now: object | None, pose: object | None, policy: Policy, gc: object | None, carry: object | None, max_joint_step: object | None, singularity_margin: object | None, dt: object | None, outside: object | None, allowed_count: object | None, allowed_psi: object | None, bounds: object | None, kind: object, statuses: object) -> Any: ...
+    def step_one(self, q_now: object | None, pose: object | None, policy: Policy, gc: object | None, carry: object | None, max_joint_step: object | None, singularity_margin: object | None, dt: object | None, outside: object | None, allowed_count: object | None, allowed_psi: object | None, bounds: object | None, kind: object, statuses: object, scene: Scene | None) -> Any: ...
 
-    def follow_all(self, start: numpy.typing.NDArray[numpy.float64], poses: numpy.typing.NDArray[numpy.float64], options: FollowOptions, allowed_count: numpy.typing.NDArray[numpy.int64] | None, allowed_psi: numpy.typing.NDArray[numpy.float64] | None, bounds: numpy.typing.NDArray[numpy.float64] | None, columns: tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int64], numpy.typing.NDArray[numpy.int8], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64]]) -> None: ...
+    def follow_all(self, start: numpy.typing.NDArray[numpy.float64], poses: numpy.typing.NDArray[numpy.float64], options: FollowOptions, allowed_count: numpy.typing.NDArray[numpy.int64] | None, allowed_psi: numpy.typing.NDArray[numpy.float64] | None, bounds: numpy.typing.NDArray[numpy.float64] | None, columns: tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int64], numpy.typing.NDArray[numpy.int8], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64]], scene: Scene | None) -> None: ...
 
     def plan_path(self, segments: numpy.typing.NDArray[numpy.float64], rows: numpy.typing.NDArray[numpy.float64], start: numpy.typing.NDArray[numpy.float64] | None, goal: numpy.typing.NDArray[numpy.float64] | None, branches: int, weights: numpy.typing.NDArray[numpy.float64], singularity_margin: float, limit_margin: float) -> Any: ...
 
@@ -182,17 +200,82 @@ class Arm:
 
     def solve_one(self, pose: object | None, near: object | None, metric: Metric, kind: object, statuses: object) -> Any: ...
 
-    def solve_many(self, pose: numpy.typing.NDArray[numpy.float64], near: numpy.typing.NDArray[numpy.float64] | None, options: SolveOptions, allowed_count: numpy.typing.NDArray[numpy.int64] | None, allowed_psi: numpy.typing.NDArray[numpy.float64] | None, q: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], distance: numpy.typing.NDArray[numpy.float64], status: numpy.typing.NDArray[numpy.int8], margin: numpy.typing.NDArray[numpy.float64], threads: int) -> None: ...
+    def solve_many(self, pose: numpy.typing.NDArray[numpy.float64], near: numpy.typing.NDArray[numpy.float64] | None, options: SolveOptions, allowed_count: numpy.typing.NDArray[numpy.int64] | None, allowed_psi: numpy.typing.NDArray[numpy.float64] | None, q: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], distance: numpy.typing.NDArray[numpy.float64], status: numpy.typing.NDArray[numpy.int8], margin: numpy.typing.NDArray[numpy.float64], threads: int, scene: Scene | None) -> None: ...
 
-    def solutions_many(self, pose: numpy.typing.NDArray[numpy.float64], near: numpy.typing.NDArray[numpy.float64] | None, options: SolveOptions, allowed_count: numpy.typing.NDArray[numpy.int64] | None, allowed_psi: numpy.typing.NDArray[numpy.float64] | None, threads: int) -> tuple[numpy.typing.NDArray[numpy.int64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int8]]: ...
+    def solutions_many(self, pose: numpy.typing.NDArray[numpy.float64], near: numpy.typing.NDArray[numpy.float64] | None, options: SolveOptions, allowed_count: numpy.typing.NDArray[numpy.int64] | None, allowed_psi: numpy.typing.NDArray[numpy.float64] | None, threads: int, scene: Scene | None) -> tuple[numpy.typing.NDArray[numpy.int64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int8]]: ...
 
     def reachable_many(self, pose: numpy.typing.NDArray[numpy.float64], margin: float, out: numpy.typing.NDArray[numpy.int64], threads: int) -> None: ...
 
     def freedom_many(self, pose: numpy.typing.NDArray[numpy.float64], margin: float, widths: numpy.typing.NDArray[numpy.float64], codes: numpy.typing.NDArray[numpy.int64], threads: int) -> None: ...
 
-    def turns_many(self, pose: numpy.typing.NDArray[numpy.float64], turned: Turned, margin: float, threads: int) -> tuple[numpy.typing.NDArray[numpy.int64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int8], numpy.typing.NDArray[numpy.int8], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int8]]: ...
+    def turns_many(self, pose: numpy.typing.NDArray[numpy.float64], turned: Turned, margin: float, threads: int) -> tuple[numpy.typing.NDArray[numpy.int64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int8], numpy.typing.NDArray[numpy.int8], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int8], object, object]: ...
 
     def place_many(self, pose: numpy.typing.NDArray[numpy.float64], weight: numpy.typing.NDArray[numpy.float64], position: numpy.typing.NDArray[numpy.float64], margin: float, out: numpy.typing.NDArray[numpy.float64], threads: int) -> None: ...
+
+class NearArm:
+    def __init__(self, lengths: numpy.typing.NDArray[numpy.float64], joint_map: numpy.typing.NDArray[numpy.float64], base: numpy.typing.NDArray[numpy.float64], tool: numpy.typing.NDArray[numpy.float64], reference: Reference, vector: numpy.typing.NDArray[numpy.float64], chain: numpy.typing.NDArray[numpy.float64]) -> None: ...
+
+    @property
+    def reach(self) -> float: ...
+
+    @property
+    def inner_reach(self) -> float: ...
+
+    @property
+    def delta(self) -> float: ...
+
+    @property
+    def joint_middle(self) -> list[float]: ...
+
+    @property
+    def deviations(self) -> list[list[float]]: ...
+
+    def inverse_one(self, pose: object | None, psi: object | None, gc: object | None) -> Any: ...
+
+    def inverse_many(self, pose: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], seed: numpy.typing.NDArray[numpy.float64] | None, out: numpy.typing.NDArray[numpy.float64], limits: Enforce, unreachable: Enforce, threads: int) -> None: ...
+
+    def forward_one(self, q: object | None) -> Any: ...
+
+    def forward_many(self, q: numpy.typing.NDArray[numpy.float64], pose: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], nan: bool, threads: int) -> None: ...
+
+    def frames_many(self, q: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64], threads: int) -> None: ...
+
+    def elbow_many(self, q: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64], threads: int) -> None: ...
+
+    def jacobian_many(self, q: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64], threads: int) -> None: ...
+
+    def settle_many(self, poses: numpy.typing.NDArray[numpy.float64], precision: float) -> None: ...
+
+    def limit_margin_many(self, q: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> None: ...
+
+    def self_motion_many(self, pose: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], out: numpy.typing.NDArray[numpy.float64], threads: int) -> None: ...
+
+class SolidKind(enum.Enum):
+    BALL = 0
+
+    CAPSULE = 1
+
+    BOX = 2
+
+    HALF_SPACE = 3
+
+class Within(enum.Enum):
+    USER = 0
+
+    BASE = 1
+
+    FLANGE = 2
+
+    TOOL = 3
+
+MOST_PARTS: int = 64
+
+MOST_LINKS: int = 254
+
+MOST_OBSTACLES: int = 65000
+
+class Scene:
+    def __init__(self, arm: Arm, solids: numpy.typing.NDArray[numpy.float64], first_base: int, first_held: int, rods: numpy.typing.NDArray[numpy.float64], ignored: numpy.typing.NDArray[numpy.int8], clearance: float) -> None: ...
 
 class Enforce(enum.Enum):
     IGNORE = 0
@@ -225,12 +308,16 @@ class Side(enum.Enum):
 
     FAR_SINGULAR = 7
 
+    OBSTACLE = 8
+
 class Wanted(enum.Enum):
     BRANCH = 0
 
     JOINTS = 1
 
     BRANCHES = 2
+
+    CLEAR = 3
 
 class SetOperation(enum.Enum):
     INTERSECTION = 0
@@ -249,7 +336,7 @@ class Case(enum.Enum):
     CONSTANT = 3
 
 class ArcsOfOne:
-    def columns(self) -> Any: ...
+    def column(self, index: int) -> Any: ...
 
 class JointFunction:
     def value(self, psi: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> None: ...
@@ -342,6 +429,8 @@ def arc_through(start: numpy.typing.NDArray[numpy.float64], via: numpy.typing.ND
 def path_gap(segments: numpy.typing.NDArray[numpy.float64]) -> tuple[Any, ...]: ...
 
 def path_joined(segments: numpy.typing.NDArray[numpy.float64], radius: float) -> tuple[Any, ...]: ...
+
+RADIAN: float = 0.2
 
 def path_poses(segments: numpy.typing.NDArray[numpy.float64], s: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> None: ...
 

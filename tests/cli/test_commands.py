@@ -270,6 +270,22 @@ def test_follow_reports_where_it_fails(capsys: Capture, line: Path, tmp_path: Pa
         (("--policy", "centre", "--K", "0.01"), "Centre(K=0.01, rate=None, outside='nearest')"),
         (("--rate", "1", "--dt", "0.01"), "Repulsion(K=0.1, alpha=20.0, rate=1.0, outside='nearest')"),
         (("--outside", "stop"), "Repulsion(K=0.1, alpha=20.0, rate=None, outside='stop')"),
+        (
+            ("--policy", "towards", "--psi", "90", "--K", "0.05"),
+            f"Towards(psi={np.pi / 2}, point=None, direction=None, K=0.05, rate=None, outside='nearest')",
+        ),
+        (
+            ("--policy", "towards", "--direction", "up"),
+            "Towards(psi=None, point=None, direction='up', K=0.1, rate=None, outside='nearest')",
+        ),
+        (
+            ("--policy", "towards", "--direction=0,-1,0", "--rate", "2", "--dt", "0.01"),
+            "Towards(psi=None, point=None, direction=(0.0, -1.0, 0.0), K=0.1, rate=2.0, outside='nearest')",
+        ),
+        (
+            ("--policy", "towards", "--point=0.1,0.2,0.3"),
+            "Towards(psi=None, point=(0.1, 0.2, 0.3), direction=None, K=0.1, rate=None, outside='nearest')",
+        ),
     ],
 )
 def test_follow_with_policies(capsys: Capture, line: Path, options: tuple[str, ...], policy: str) -> None:
@@ -468,3 +484,21 @@ def test_ik_explain(capsys: Capture) -> None:
     assert main(["ik", *ROBOT, "--pose", far, "--explain", "--json"]) == 1
     assert json.loads(capsys.readouterr().out)["branches"][7]["gc"] == 7
     assert main(["ik", *ROBOT, "--pose", far, "--explain", "--psi", "3"]) == 2
+
+
+def test_a_chain_that_is_nearly_srs_is_kept_where_asked(capsys: Capture, tmp_path: Path) -> None:
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    half = np.pi / 2
+    alpha = [-half, half + 1e-3, half, -half, -half, half, 0.0]
+    d = [0.34, 0.0005, 0.4, 0.0, 0.4, 0.0, 0.126]
+    mine = arm.with_(chain=aa.dh_chain(np.column_stack([np.zeros(7), alpha, d, np.zeros(7)])))
+    file = tmp_path / "mine.urdf"
+    file.write_text(mine.to_urdf())
+    q = np.radians([10, 20, 30, 40, 50, 60, 70])
+    told = json.loads(out(capsys, "fk", "--urdf", str(file), "--inexact", "10,20,30,40,50,60,70", "--json"))
+    at = told["pose"]
+    assert np.abs(np.array(at[:3]) - mine.forward(q)[0][:3, 3]).max() <= 1e-12
+    assert main(["fk", "--urdf", str(file), "10,20,30,40,50,60,70"]) == 2
+    assert "near S-R-S" in capsys.readouterr().err
+    assert main(["fk", "--robot", "kuka_iiwa7_r800", "--inexact", "10,20,30,40,50,60,70"]) == 2
+    assert "--inexact goes with --urdf" in capsys.readouterr().err

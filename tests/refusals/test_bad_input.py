@@ -59,9 +59,12 @@ def started(tracker: aa.Tracker) -> aa.Tracker:
 
 
 METHODS = ("forward", "inverse", "inverse_all", "jacobian", "self_motion", "limit_margin", "within_limits",
-           "feasible", "joint_feasible", "joint_function", "explain", "solve",
+           "joint_feasible", "joint_function", "explain", "solve",
            "solutions", "best", "elbow", "with_reference", "reachable", "freedom", "feasible_yaw",
            "feasible_roll")  # fmt: skip
+SCENES = ("clear", "clearance", "widest", "feasible", "feasible_all")
+BALL = aa.Ball([0.4, 0.0, 0.5], 0.1, name="lamp")
+SCENE, BODY = aa.Scene([BALL]), aa.Body.bones(upper_arm=0.09, forearm=0.08)
 FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "Arm": (aa.Arm, {"d_bs": 0.34, "d_se": 0.4, "d_ew": 0.4, "d_wf": 0.126}),
     "ArcSet": (aa.ArcSet, {"intervals": [[0.0, 1.0]]}),
@@ -72,6 +75,7 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "gc_index": (aa.gc_index, {"signs": [1, 1, 1]}),
     "gc_signs": (aa.gc_signs, {"gc": 3}),
     "nearest_rotation": (aa.nearest_rotation, {"pose": POSE}),
+    "dh_chain": (aa.dh_chain, {"rows": np.zeros((7, 4))}),
     "pose": (aa.pose, {"xyz": [0.1, 0.2, 0.3]}),
     "resolve": (aa.resolve, {"arm": ARM, "pose": POSE, "psi": PSI, "gc": GC}),
     "retime": (aa.retime, {"path": aa.follow(ARM, TWO, start=Q), "acceleration": np.ones(7)}),
@@ -93,6 +97,7 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "Segments": (aa.Segments, {"paths": [aa.Line(POSE, TWO[1])]}),
     "Path.pose": (aa.Line(POSE, POSE).pose, {"s": 0.5}),
     "Path.derivative": (aa.Line(POSE, POSE).derivative, {"s": 0.5}),
+    "Solution.row": (ARM.solve(TWO).row, {"index": 0}),
     "JointPath.at": (aa.plan(ARM, POSE[None]).at, {"s": 0.5}),
     "JointPath.derivatives": (aa.plan(ARM, POSE[None]).derivatives, {"s": 0.5}),
     "ArcSet.contains": (aa.ArcSet([[0.0, 1.0]]).contains, {"psi": 0.1}),
@@ -100,6 +105,21 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "JointFunction.value": (ARM.joint_function(POSE, GC, 1).value, {"psi": 0.1}),
     "JointFunction.derivative": (ARM.joint_function(POSE, GC, 1).derivative, {"psi": 0.1}),
     **{f"Arm.{name}": (getattr(ARM, name), {}) for name in METHODS},
+    "Ball": (aa.Ball, {"center": [0.0, 0.0, 1.0], "radius": 0.1}),
+    "Capsule": (aa.Capsule, {"begin": [0.0] * 3, "end": [0.0, 0.0, 1.0], "radius": 0.1}),
+    "Box": (aa.Box, {"pose": POSE, "size": [0.1, 0.2, 0.3]}),
+    "HalfSpace": (aa.HalfSpace, {"normal": [0.0, 0.0, 1.0], "offset": 0.1}),
+    "Scene": (aa.Scene, {}),
+    "Body": (aa.Body, {"links": {3: [BALL]}}),
+    "Body.bones": (aa.Body.bones, {"upper_arm": 0.1, "forearm": 0.1}),
+    "Arm.with_body": (ARM.with_body, {"body": BODY}),
+    "Arm.with_hand": (ARM.with_hand, {"shapes": [BALL]}),
+    **{
+        f"Arm.{name}": (getattr(ARM.with_body(BODY), name), {"pose": POSE, "gc": GC, "scene": SCENE})
+        for name in ("clear", "widest", "feasible")
+    },
+    "Arm.clearance": (ARM.with_body(BODY).clearance, {"pose": POSE, "psi": PSI, "gc": GC, "scene": SCENE}),
+    "Arm.feasible_all": (ARM.with_body(BODY).feasible_all, {"pose": POSE, "scene": SCENE}),
     "Arm.psi_towards": (ARM.psi_towards, {"pose": POSE, "gc": GC, "point": [0.0, 0.0, 1.0]}),
     "Arm.psi_towards along": (ARM.psi_towards, {"pose": POSE, "gc": GC, "direction": "up"}),
 }
@@ -124,11 +144,24 @@ BAD: dict[str, list[Any]] = {
     "signs": [*SEVEN, Q, np.zeros(7)], "offsets": [*SEVEN, changed(Q, INF), changed(Q, 1e9)],
     "base": [v for v in POSES if v is not None], "tool": [v for v in POSES if v is not None],
     "velocity": [*BOUND, -Q, np.zeros(7)], "acceleration": [*BOUND, -Q, np.zeros(7)],
+    "chain": ["nonsense", object(), 0.1, POSE, [POSE] * 7, [POSE] * 8, changed(np.stack([POSE] * 8), NAN)],
+    "rows": [*WORDS, 0.1, np.zeros((6, 4)), np.zeros((2, 7, 4)), changed(np.zeros((7, 4)), NAN)],
+    "modified": ["nonsense", None, 1],
     "reference": ["nonsense", object(), 0.1, [1.0, 2.0], [NAN, 0.0, 1.0], [0.0, 0.0, 0.0], [1j] * 3],
+    "center": POINTS, "begin": POINTS, "size": [*POINTS, [0.1, -0.1, 0.1]],
+    "normal": [*POINTS, [0.0] * 3],
+    "radius": [*NUMBER, None, -0.1, INF], "offset": [*NUMBER, None, INF, 1e4],
+    "clearance": [*NUMBER, -0.1, INF],
+    "scene": ["nonsense", 3, object(), [BALL]], "ignore": ["nonsense", 3, [1], [("a",)]],
+    "shapes": ["nonsense", None, 3, [3], [SCENE]], "body": ["nonsense", 3, object()],
+    "plates": ["nonsense", 1, None], "hand": ["nonsense", 3, [3], [SCENE]],
+    "links": ["nonsense", None, 3, {}, {8: [BALL]}, {True: [BALL]}],
+    "upper_arm": [*POSITIVE, None, INF], "forearm": [*POSITIVE, None, INF],
     "intervals": ["nonsense", object(), [1.0, 2.0, 3.0], [[1.0]], [[2.0, 1.0]], [[NAN, 1.0]], [[0, INF]],
                   [[0, 1e9]], [[0.0, 0.1]] * 17, [[1j, 2]], [[0.0, 1.0], [2.0]]],
     "K": [*NUMBER, -0.1, 1.1, None, True], "alpha": [*POSITIVE, None, True, INF],
-    "tool_speed": POSITIVE, "cycle": [*NUMBER, -1.0, 2.0], "sample": POSITIVE, "jerk": [*BOUND, -Q],
+    "tool_speed": POSITIVE, "tolerance": [*NUMBER, -0.1, 2.0],
+    "cycle": [*NUMBER, -1.0, 2.0], "sample": POSITIVE, "jerk": [*BOUND, -Q],
     "velocity_now": SEVEN, "lookahead": ["nonsense", object(), NAN, -1, 1.5, True, None],
     "rate": [*NUMBER, -1.0, True], "dt": [*POSITIVE, True], "path": [*POSES, POSE],
     "goal": [v for v in JOINTS if v is not None], "objective": ["nonsense", None, 1.0, aa.Objective],
@@ -153,6 +186,7 @@ BAD_HERE: dict[tuple[str, str], list[Any]] = {
     ("Arm.psi_towards", "direction"): ["up"],
     ("Arm.psi_towards along", "point"): [[0.0, 0.0, 1.0]],
     **{(name, "gc"): [*INDEX, None] for name in ("Arm.psi_towards", "Arm.psi_towards along")},
+    ("Solution.row", "index"): [*(v for v in INDEX if v != -1), 2, -3, None, (0, 0), (0.5,)],
     ("Towards", "psi"): [v for v in ANGLES if v is not None],
     ("retime", "path"): ["nonsense", None, 0.5, POSE],
     ("gc_index", "signs"): ["nonsense", object(), None, [1, 1], [1, 1, 0], [1, NAN, 1], 1],
@@ -188,7 +222,7 @@ BAD_HERE: dict[tuple[str, str], list[Any]] = {
     ("plan", "start"): [v for v in JOINTS if v is not None],
     ("plan", "gc"): [*INDEX, [], [8], ["x"]],
     **{(name, "start"): POSES for name in ("Line", "CircularArc", "Screw")},
-    **{(f"Arm.{name}", "gc"): [*INDEX, None] for name in METHODS},
+    **{(f"Arm.{name}", "gc"): [*INDEX, None] for name in (*METHODS, *SCENES)},
     **{(f"Arm.{name}", "gc"): [*INDEX, [], [8], ["x"]] for name in ("solve", "solutions", "best")},
     **{(name, "gc"): [*INDEX, None] for name in ("gc_signs", "resolve")},
 }
@@ -216,6 +250,7 @@ def test_every_public_function_and_argument_is_in_the_matrix() -> None:
     results = {
         "ArcEnd",
         "Branch",
+        "ChainDeviation",
         "Deviation",
         "Diagnosis",
         "ImportReport",
@@ -224,7 +259,8 @@ def test_every_public_function_and_argument_is_in_the_matrix() -> None:
         "JointTable",
     }
     results |= {"Opening", "Path", "PathPoint", "Resolution", "Solution", "Solutions", "SpeedLoss", "Step"}
-    results |= {"Freedom", "Placement", "Tracked", "Trajectory", "TrajectoryPoint", "TrajectoryTable"}
+    results |= {"Clearance", "Widest", "Freedom", "Placement", "Tracked", "Trajectory", "TrajectoryPoint"}
+    results |= {"TrajectoryTable"}
     public = {name: getattr(aa, name) for name in aa.__all__}
     faults = {n for n, v in public.items() if isinstance(v, type) and issubclass(v, Exception)}
     constants = {n for n, v in public.items() if not callable(v)} | {"Status", "Tracking", "Verdict"}

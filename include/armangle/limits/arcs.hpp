@@ -18,7 +18,7 @@
 namespace armangle {
 
 /// An opaque mark of an end: who made it.
-using Tag = std::uint8_t;
+using Tag = std::uint32_t;
 
 struct Arc {
     double lower, upper;  // lower in [-pi, pi), upper in [lower, lower + 2 pi]

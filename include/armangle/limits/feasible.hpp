@@ -295,10 +295,9 @@ inline void block_sides(const LimitTable& t, const SelfMotion<double>& m, unsign
 /// one.
 inline void feasible_all(const Arm& arm, const Pose<double>& pose, const LimitTable& t,
                          AllArcs& out) noexcept {
-    SelfMotion<double> m = self_motion(arm, pose, 0);
+    const Circle<double> on = circle(arm, flange_pose(arm, pose));
     for (int side = 0; side < 2; ++side) {
-        m.gc.elbow = side ? -1.0 : 1.0;
-        m.elbow = elbow(arm, m.circle.triangle, m.gc.elbow);
+        SelfMotion<double> m = self_motion(arm, on, configuration(2 * side));
         const Status status = elbow_status(m, t);
         detail::Sides sides[2];
         for (int negative = 0; status == Status::OK && negative < 2; ++negative) {

@@ -20,14 +20,15 @@ enum class Side : std::uint8_t {
     near_margin,
     far_margin,
     near_singular,
-    far_singular
+    far_singular,
+    obstacle
 };
 
 constexpr Tag make_tag(int joint, Side side) noexcept {
-    return static_cast<Tag>(joint * 8 + static_cast<int>(side));
+    return static_cast<Tag>(joint * 16 + static_cast<int>(side));
 }
-constexpr int tag_joint(Tag tag) noexcept { return tag >> 3; }  // 1..7, or 0 for none
-constexpr Side tag_side(Tag tag) noexcept { return static_cast<Side>(tag & 7); }
+constexpr int tag_joint(Tag tag) noexcept { return tag >> 4 & 15; }  // 1..7, or 0 for none
+constexpr Side tag_side(Tag tag) noexcept { return static_cast<Side>(tag & 15); }
 
 inline constexpr int pivots = 4, hinges = 2, pieces = 2;
 inline constexpr int pivot_joint[pivots] = {0, 2, 4, 6};

@@ -2,20 +2,23 @@
 // continuity.
 //
 //     the psi that the policy wants                                    nearly always
-//     else the nearest psi that one step leads to, in this branch or in one that meets it (theta_2, theta_6 = 0)
-//     else, under bounds, as far towards the pose as they allow; out of reach, if asked, to the nearest pose
+//     else the nearest psi that one step leads to, in this branch or in one that meets it (theta_2, theta_6 =
+//     0) else, under bounds, as far towards the pose as they allow; out of reach, if asked, to the nearest
+//     pose
 #pragma once
 
 #include "../circle/posture.hpp"
 #include "../limits/relaxed.hpp"
-#include "approach.hpp"
+#include "pace.hpp"
 #include "bounds.hpp"
+#include "../scene/clear.hpp"
 #include "resolution.hpp"
 
 namespace armangle {
 
 namespace step_rule {
-inline constexpr double length = 0.2;  // m that a radian counts as, of the nearest pose where limits forbid all
+inline constexpr double length =
+    0.2;  // m that a radian counts as, of the nearest pose where limits forbid all
 }  // namespace step_rule
 
 /// What is carried from one pose to the next: the number psi (the paper), or the elbow axis itself.
@@ -29,9 +32,10 @@ struct StepOptions {
     // 0..7; or -1: that of the present joints, or one that meets it where they pass theta_2 or theta_6 = 0
     int gc = -1;
     const ArcSet* allowed = nullptr;  // arcs of the user's own, intersected
+    const Scene* scene = nullptr;     // obstacles that links keep clear of
     const Bounds* bounds = nullptr;   // on speeds and accelerations
     const ArcSet* ahead =
-        nullptr;  // with bounds: the part of the arcs from which the poses ahead can be reached
+        nullptr;           // with bounds: the part of the arcs from which the poses ahead can be reached
     bool nearest = false;  // go to the nearest pose where none of the pose's postures is within the limits
 };
 
@@ -47,8 +51,8 @@ struct Step {
     Status why;               // what keeps q from the pose
 };
 
-/// Largest step of a joint (rad) that is taken for a motion and not for a jump, in dt s: 20 rad/s, and 0.2 rad
-/// where dt is long or not known.
+/// Largest step of a joint (rad) that is taken for a motion and not for a jump, in dt s: 20 rad/s, and 0.2
+/// rad where dt is long or not known.
 inline double default_joint_step(double dt) noexcept { return dt < 0.01 ? 20.0 * dt : 0.2; }
 
 namespace detail {
@@ -127,17 +131,20 @@ inline Step step_to(const Arm& arm, const double* q_now, const double* q, double
     return out;
 }
 
-/// A pose in one branch: its arcs, what the caller allows of them, and the psi that the policy wants.
+/// A pose in one branch: its arcs, what the caller and obstacles leave of them, and the psi that the policy
+/// wants.
 struct Branch {
     SelfMotion<double> motion;
     JointFunctions<double> functions;
-    ArcSet own, allowed;
-    bool limited;  // by `allowed`
+    ArcSet own, allowed, clear;
+    bool limited, obstructed;  // by `allowed`, by obstacles
     Status status;
     Policy policy;
     double wish;
 
-    const ArcSet& arcs() const noexcept { return limited ? allowed : own; }
+    /// Whatever stands about.
+    const ArcSet& asked() const noexcept { return limited ? allowed : own; }
+    const ArcSet& arcs() const noexcept { return obstructed ? clear : asked(); }
 };
 
 /// Fills in the branch of `motion`, from psi.
@@ -145,13 +152,18 @@ ARMANGLE_INLINE void look(const Arm& arm, const LimitTable& limits, double psi, 
                           Branch& out) noexcept {
     out.functions = joint_functions(out.motion);
     out.status = feasible(out.motion, out.functions, limits, out.own);
-    out.limited = false;
+    out.limited = out.obstructed = false;
     if (out.status != Status::OK) return;
     if (options.allowed) {
         out.limited = true;
         intersect(out.own, *options.allowed, out.allowed);
         if (out.allowed.empty()) out.status = Status::NOT_ALLOWED;
         if (out.allowed.empty()) return;
+    }
+    if (options.scene) {
+        out.status = keep_clear(arm, *options.scene, out.motion, out.asked(), out.clear);
+        out.obstructed = true;
+        if (out.status != Status::OK) return;
     }
     out.policy = settled(options.policy, arm, out.motion);
     const Resolution next = resolve(out.policy, out.arcs(), psi);
@@ -217,10 +229,12 @@ public:
         if (exact(psi, out)) return finished(Status::OK, Status::OK, out);
         const Status why = refusal();
         const bool blocked = why == Status::LIMITS || why == Status::WINDING_EXHAUSTED;
+        if (options_.scene) return halted(own.motion.circle, why);  // the way to a posture may not be clear
         if (options_.bounds && approach(blocked ? pi : infinity, out))
             return finished(Status::PARTIAL, why, out);
         const bool beyond = why == Status::UNREACHABLE || why == Status::FOLDED ||
-                            why == Status::ELBOW_LIMIT || why == Status::ELBOW_MARGIN || why == Status::LIMITS;
+                            why == Status::ELBOW_LIMIT || why == Status::ELBOW_MARGIN ||
+                            why == Status::LIMITS;
         if (options_.nearest && beyond) return to_nearest(pose, why);
         return halted(own.motion.circle, why);
     }
@@ -242,7 +256,8 @@ private:
         branch_[0] = &own;
         count_ = 1;
         const bool hopeless = own.status != Status::OK && own.status != Status::LIMITS &&
-                              own.status != Status::NOT_ALLOWED && own.status != Status::OUTSIDE;
+                              own.status != Status::NOT_ALLOWED && own.status != Status::OUTSIDE &&
+                              own.status != Status::CLEARANCE;
         if (options_.gc >= 0 || hopeless) return;
         const bool shoulder = crosses(0), wrist = crosses(1);
         for (int flip = 1; flip < 4; ++flip) {
@@ -258,15 +273,17 @@ private:
 
     /// Why no branch has a step: of their reasons the one that the least would mend.
     Status refusal() const noexcept {
-        static constexpr Status order[] = {Status::NOT_ALLOWED,    Status::ACCELERATION_LIMIT,
-                                           Status::VELOCITY_LIMIT, Status::WINDING_EXHAUSTED,
-                                           Status::LIMITS,         Status::JOINT_JUMP};
+        static constexpr Status order[] = {
+            Status::NOT_ALLOWED,       Status::CLEARANCE, Status::ACCELERATION_LIMIT, Status::VELOCITY_LIMIT,
+            Status::WINDING_EXHAUSTED, Status::LIMITS,    Status::JOINT_JUMP};
         Status of[4];
         for (int i = 0; i < count_; ++i) {
             const Branch& b = *branch_[i];
             const bool shut = b.status == Status::LIMITS || b.status == Status::NOT_ALLOWED;
             of[i] = b.status;
             if (b.status == Status::OK || (i > 0 && shut)) of[i] = bounded(b).refusal(b.own, b.arcs());
+            const bool met = options_.scene && b.status == Status::OK && of[i] == Status::NOT_ALLOWED;
+            if (met && bounded(b).leads_to(b.asked())) of[i] = Status::CLEARANCE;
             const bool speed = of[i] == Status::VELOCITY_LIMIT || of[i] == Status::ACCELERATION_LIMIT;
             if (shut && speed) of[i] = Status::JOINT_JUMP;  // no speed leads to a branch without arcs
         }
@@ -276,8 +293,8 @@ private:
         return of[0];
     }
 
-    /// A posture of the pose that one step leads to: that of the psi nearest to the wish; where the wish itself
-    /// is none, of the branch whose joints move least.
+    /// A posture of the pose that one step leads to: that of the psi nearest to the wish; where the wish
+    /// itself is none, of the branch whose joints move least.
     bool exact(double psi, Step& out) const noexcept {
         double least = infinity;
         const Carry way = options_.carry == Carry::psi ? Carry::elbow : Carry::psi;
@@ -419,8 +436,7 @@ inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_
     if (own.status != Status::OK || options.bounds)
         return detail::step_aside(arm, limits, q_now, now, pose, psi, options, own);
     detail::Lifted to;
-    const Status windings =
-        detail::choose_windings(arm, directions(own.motion, sin_cos(own.wish)), here, to);
+    const Status windings = detail::choose_windings(arm, directions(own.motion, sin_cos(own.wish)), here, to);
     if (windings != Status::OK || !(detail::largest_move(to.q, here) <= options.max_joint_step))
         return detail::step_aside(arm, limits, q_now, now, pose, psi, options, own);
     Step out;

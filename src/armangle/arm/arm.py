@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import MISSING, Field, fields
+from dataclasses import MISSING, Field, fields, replace
 from inspect import Parameter, Signature
 from typing import Any, Literal, Never, TypedDict, Unpack, cast, final
 
@@ -15,10 +15,12 @@ from .. import _core
 from .._arrays import (
     CONFIGURATIONS,
     JOINTS,
+    MILLIMETRES,
     Floats,
     Ints,
     PathLike,
     Shape,
+    as_flag,
     as_floats,
     as_gc,
     as_number,
@@ -34,8 +36,8 @@ from .._arrays import (
     output,
 )
 from .._core import Turned, Wanted
-from ..errors import ConfigurationError, InputError, LimitError, NotFiniteError, ShapeError
-from ..models.catalogue import load_robot
+from ..errors import ConfigurationError, InputError, LimitError, NotFiniteError, SceneError, ShapeError
+from ..models.catalogue import catalogue, load_robot
 from ..models.description import (
     ELBOW_OFFSETS,
     FRAMES,
@@ -48,12 +50,20 @@ from ..models.detect import describe_chain
 from ..models.mjcf import read_mjcf
 from ..models.urdf import Source, read_urdf, write_urdf
 from ..poses import as_transform, nearest_rotation
-from ..status import STATUSES
+from ..scenes.body import Body
+from ..scenes.clearance import Clearance, Widest, clearance_of
+from ..scenes.ready import Ready, make_ready
+from ..scenes.scene import Scene, as_shapes
+from ..scenes.shapes import HOLDABLE
+from ..scenes.shapes import Shape as SceneShape
+from ..status import STATUSES, Status
 from .allowed import Allowed
 from .arcs import ArcSet
-from .diagnosis import Diagnosis, branch_of
+from .deviation import ChainDeviation, deviation_of
+from .diagnosis import Branch, Diagnosis, Verdict, branch_of
 from .freedom import Freedom
 from .joint_function import JointFunction
+from .near import NearHandle, check_near, moved_ends, unsupported
 from .question import METRICS as _METRICS
 from .question import MetricName, Prefer, Question
 from .solution import Solution, Solutions
@@ -73,7 +83,7 @@ _UNREACHABLE = ("raise", "nan")
 _REFERENCES = {n: v for n, v in named(_core.Reference).items() if v is not _core.Reference.VECTOR}
 _GC_ORDER = np.arange(CONFIGURATIONS, dtype=np.int64)
 _FIELDS = fields(ArmDescription)
-_OPTIONAL = (*JOINT_ROWS, *FRAMES, "joint_names")  # None stands for the default
+_OPTIONAL = (*JOINT_ROWS, *FRAMES, "joint_names", "chain")  # None stands for the default
 
 
 class ArmArguments(TypedDict, total=False):
@@ -97,6 +107,9 @@ class ArmArguments(TypedDict, total=False):
     name: str
     joint_names: tuple[str, ...] | None
     reference: Reference
+    chain: ArrayLike | None
+    body: Body | None
+    hand: Iterable[SceneShape]
     notes: tuple[str, ...] | str
     import_report: ImportReport | None
 
@@ -152,6 +165,15 @@ class Arm:
         Name of the arm.
     reference : "base", "stereographic" or array_like, shape (3,)
         From what the arm angle is measured: see `with_reference`.
+    chain : array_like, shape (8, 4, 4), optional
+        The arm's own chain where it is only nearly S-R-S, as a calibration gives it: the pose of the tip is
+        ``chain[0] Rz(q_1) chain[1] ... Rz(q_7) chain[7]``. The other numbers are then those of the nominal
+        arm, which lends psi and gc; poses, joints and limits are the chain's. See `armangle.dh_chain` and
+        `deviation`.
+    body : Body, optional
+        What the links look like: see `with_body`.
+    hand : sequence of Ball, Capsule or Box
+        What is fixed to the tool: see `with_hand`.
 
     Raises
     ------
@@ -168,7 +190,7 @@ class Arm:
     [0.1, 0.2, 0.3, -0.4, 0.5, 0.6, 0.7]
     """
 
-    __slots__ = (*(field.name for field in _FIELDS), "import_report", "_handle")
+    __slots__ = (*(field.name for field in _FIELDS), "import_report", "_handle", "_ready")
     __signature__ = _signature()  # of the keywords that __init__ takes and checks by the list of fields
 
     d_bs: float
@@ -189,9 +211,13 @@ class Arm:
     name: str
     joint_names: tuple[str, ...]
     reference: str | tuple[float, ...]
+    chain: Floats | None
+    body: Body | None
+    hand: tuple[SceneShape, ...]
     notes: tuple[str, ...]
     import_report: ImportReport | None
     _handle: _core.Arm
+    _ready: tuple[Scene, Ready] | None  # the scene asked last, made ready
 
     def __init__(self, *unnamed: Never, **numbers: Unpack[ArmArguments]) -> None:
         if unnamed:
@@ -205,8 +231,15 @@ class Arm:
         lengths = np.array([values[name] for name in (*LENGTHS, *ELBOW_OFFSETS)])
         joints = np.concatenate([values[name] for name in ("signs", "offsets", "lower", "upper")])
         kind, vector = _core_reference(values["reference"])
-        handle = _core.Arm(lengths, joints, values["base"], values["tool"], kind, vector)
-        for name, value in {**values, "import_report": report, "_handle": handle}.items():
+        given_to_core = lengths, joints, values["base"], values["tool"], kind, vector
+        if values["chain"] is None:
+            handle = _core.Arm(*given_to_core)
+        else:
+            handle = cast(_core.Arm, NearHandle(*given_to_core, values["chain"]))
+            check_near(values["name"], handle)
+        for name, value in {
+            **values, "import_report": report, "_handle": handle, "_ready": None,
+        }.items():  # fmt: skip
             object.__setattr__(self, name, value)
 
     def __setattr__(self, name: str, value: object) -> None:
@@ -244,6 +277,7 @@ class Arm:
         angle_tolerance: float = 1e-5,
         length_tolerance: float = 2e-5,
         continuous_limits: str = "ignore",
+        exact: bool = True,
     ) -> Arm:
         """Return the arm between two links of a URDF, in that file's own joint coordinates and frames.
 
@@ -260,6 +294,10 @@ class Arm:
         continuous_limits : {"ignore", "use"}
             Limits of a continuous joint, which by the rules of URDF has none, though some files state them.
             Where they are ignored, a warning and a note of ``import_report`` say so.
+        exact : bool
+            False: keep the file's own chain where it is only nearly S-R-S (axes within 30 mm and 2 deg, or
+            the tolerances where they are larger). Poses and joints are then the file's own to rounding; psi
+            and gc are those of the S-R-S arm fitted to it. See `deviation`, and docs: howto/calibrated.
 
         Returns
         -------
@@ -273,7 +311,9 @@ class Arm:
             If the arm is not S-R-S; the message says which axes miss which point, and by how much.
         """
         chain = read_urdf(source, base=base, tip=tip, continuous_limits=continuous_limits)
-        description, report = describe_chain(chain, angle=angle_tolerance, length=length_tolerance)
+        description, report = describe_chain(
+            chain, angle=angle_tolerance, length=length_tolerance, exact=as_flag("exact", exact)
+        )
         return cls._from_description(description, report)
 
     @classmethod
@@ -285,6 +325,7 @@ class Arm:
         *,
         angle_tolerance: float = 1e-5,
         length_tolerance: float = 2e-5,
+        exact: bool = True,
     ) -> Arm:
         """Return the arm between two bodies of a MuJoCo model; needs the extra ``mujoco``.
 
@@ -296,6 +337,8 @@ class Arm:
             Names of two bodies, or of a site as the tip; guessed where the file leaves one choice.
         angle_tolerance, length_tolerance : float
             As in `from_urdf`, rad and m.
+        exact : bool
+            As in `from_urdf`.
 
         Returns
         -------
@@ -309,7 +352,9 @@ class Arm:
             As `from_urdf`.
         """
         chain = read_mjcf(source, base=base, tip=tip)
-        description, report = describe_chain(chain, angle=angle_tolerance, length=length_tolerance)
+        description, report = describe_chain(
+            chain, angle=angle_tolerance, length=length_tolerance, exact=as_flag("exact", exact)
+        )
         return cls._from_description(description, report)
 
     @classmethod
@@ -349,6 +394,9 @@ class Arm:
             As `Arm`.
         """
         kept: dict[str, Any] = {**self._numbers(), "import_report": self.import_report}
+        if self.chain is not None and "chain" not in changes and not changes.keys().isdisjoint(FRAMES):
+            frames = {name: as_transform(name, _given_frame(changes, name, kept[name])) for name in FRAMES}
+            kept["chain"] = moved_ends(self.chain, (self.base, self.tool), (frames["base"], frames["tool"]))
         return Arm(**{**kept, **changes})
 
     def with_tool(self, tool: ArrayLike) -> Arm:
@@ -423,6 +471,59 @@ class Arm:
         """
         return self.with_(reference=reference)
 
+    def with_body(self, body: Body | None) -> Arm:
+        """Return a copy whose links have a shape, so that scenes can be asked.
+
+        Parameters
+        ----------
+        body : Body or None
+            Such as ``Body.bones(upper_arm=0.09, forearm=0.08)``; None takes it away.
+
+        Returns
+        -------
+        Arm
+
+        Raises
+        ------
+        SceneError
+        """
+        return self.with_(body=body)
+
+    def with_hand(self, shapes: Iterable[SceneShape]) -> Arm:
+        """Return a copy with shapes fixed to its tool: a hand, and what it carries.
+
+        Parameters
+        ----------
+        shapes : sequence of Ball, Capsule or Box
+            In the tool frame, m. Without a name they are called "hand".
+
+        Returns
+        -------
+        Arm
+
+        Raises
+        ------
+        SceneError
+        """
+        return self.with_(hand=tuple(as_shapes("hand", shapes, HOLDABLE)))
+
+    def _scene(self, scene: Scene | None) -> Ready | None:
+        """Return a scene made ready for this arm; that asked last is kept."""
+        if scene is None:
+            return None
+        if self.chain is not None:
+            raise unsupported("scene=")
+        last = self._ready
+        if last is not None and last[0] is scene:
+            return last[1]
+        ready = make_ready(self, scene)
+        object.__setattr__(self, "_ready", (scene, ready))
+        return ready
+
+    def _needed(self, scene: Scene) -> Ready:
+        """Return a scene made ready, where there must be one."""
+        return self._scene(scene) or make_ready(self, scene)
+
     def _numbers(self) -> dict[str, Any]:
         return {field.name: getattr(self, field.name) for field in _FIELDS}
 
@@ -439,13 +540,26 @@ class Arm:
         return _rebuilt, ({**self._numbers(), "import_report": self.import_report},)
 
     def __repr__(self) -> str:
-        """Return what makes this arm again: all that is not the default."""
+        """Return what makes this arm again: its name in the catalogue, or all that is not the default."""
+        if self.name in catalogue() and self == Arm.from_catalogue(self.name):
+            return f"Arm.from_catalogue({self.name!r})"
         shown = [
             f"{field.name}={_source_text(getattr(self, field.name))}"
             for field in _FIELDS
             if field.repr and not np.array_equal(getattr(self, field.name), _default(field))
         ]
         return f"Arm({', '.join(shown)})"
+
+    def __str__(self) -> str:
+        """Return the arm to be read: lengths in mm, limits in degrees."""
+        offsets = [name for name in ELBOW_OFFSETS if getattr(self, name)]
+        lengths = ", ".join(f"{n} {getattr(self, n) * MILLIMETRES:.6g}" for n in (*LENGTHS, *offsets))
+        ranges = zip(np.degrees(self.lower), np.degrees(self.upper), strict=True)
+        limits = ", ".join(f"{lower:.5g} to {upper:.5g}" for lower, upper in ranges)
+        return (
+            f"{self.name or 'arm'}: {lengths} mm, reach {self.reach * MILLIMETRES:.6g} mm\n"
+            f"limits of joints 1 to 7: {limits} deg"
+        )
 
     @property
     def reach(self) -> float:
@@ -461,6 +575,19 @@ class Arm:
     def delta(self) -> float:
         """Model angle θ4 of the stretched arm, rad; 0 without elbow offset."""
         return float(self._handle.delta)
+
+    @property
+    def nominal(self) -> Arm:
+        """The S-R-S arm that lends psi and gc: the arm itself, or the one beside its own chain."""
+        return self if self.chain is None else self.with_(chain=None)
+
+    @property
+    def deviation(self) -> ChainDeviation:
+        """How far the arm's own chain is from its nominal arm, and where its branches merge.
+
+        Measured at the first use over random postures within the limits; all zero without a chain.
+        """
+        return deviation_of(self)
 
     # -- kinematics ----------------------------------------------------------------------------------
 
@@ -896,6 +1023,7 @@ class Arm:
         singularity_margin: float = 0.0,
         paper_margin: float = 0.0,
         paper_discriminant: float = 1e-3,
+        scene: Scene | None = None,
         threads: int = 1,
     ) -> ArcSet:
         """Return the arm angles that keep all joints within their limits, Ψ_all.
@@ -913,6 +1041,8 @@ class Arm:
             discriminant of Eq. (30) is within `paper_discriminant` of zero.
         paper_discriminant : float
             Its threshold, >= 0.
+        scene : Scene, optional
+            Obstacles that links keep clear of too; the arm needs a body. Ends that they make name them.
         threads : int
             Threads for a batch; 0 for all cores.
 
@@ -928,9 +1058,16 @@ class Arm:
         Source: Faria et al. (2018), Eqs. (25), (31), (32), (35).
         """
         margins = singularity_margin, paper_margin, paper_discriminant
-        return self._arcs(pose, gc, *margins, Wanted.BRANCH, (), threads)
+        return self._arcs(pose, gc, *margins, Wanted.BRANCH, (), threads, scene)
 
-    def feasible_all(self, pose: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1) -> ArcSet:
+    def feasible_all(
+        self,
+        pose: ArrayLike,
+        *,
+        singularity_margin: float = 0.0,
+        scene: Scene | None = None,
+        threads: int = 1,
+    ) -> ArcSet:
         """Return the feasible arm angles of all eight global configurations; entry k is GC k, always.
 
         Parameters
@@ -939,6 +1076,8 @@ class Arm:
             Tool frame, position in m.
         singularity_margin : float
             As in `feasible`, rad.
+        scene : Scene, optional
+            As in `feasible`.
         threads : int
             Threads for a batch; 0 for all cores.
 
@@ -953,7 +1092,8 @@ class Arm:
 
         Source: Faria et al. (2018), Eqs. (2), (25).
         """
-        return self._arcs(pose, 0, singularity_margin, 0.0, 0.0, Wanted.BRANCHES, (CONFIGURATIONS,), threads)
+        sets = (CONFIGURATIONS,)
+        return self._arcs(pose, 0, singularity_margin, 0.0, 0.0, Wanted.BRANCHES, sets, threads, scene)
 
     def joint_feasible(
         self, pose: ArrayLike, gc: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1
@@ -982,23 +1122,149 @@ class Arm:
         """
         return self._arcs(pose, gc, singularity_margin, 0.0, 0.0, Wanted.JOINTS, (JOINTS,), threads)
 
+    def clear(self, pose: ArrayLike, gc: ArrayLike, scene: Scene, *, threads: int = 1) -> ArcSet:
+        """Return the arm angles at which no link touches an obstacle, whatever the joint limits.
+
+        Exact: an end is where a link and an obstacle are as far apart as the scene's clearance asks.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        gc : array_like of int, shape (...)
+            Global configuration 0..7; of its signs the elbow's alone matters.
+        scene : Scene
+            Obstacles; the arm needs a body (`with_body`) or a hand (`with_hand`).
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        ArcSet, shape (...)
+            Each end names its obstacle and link. Where it is empty, ``status`` says why: POSE_BLOCKED where
+            hand or base meet an obstacle, which no arm angle changes, CLEARANCE else; and ``blocking`` names
+            the pair, where one alone blocks the whole circle. Of more than 16 arcs the narrowest are
+            left out.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, NotRotationError, ConfigurationError, SceneError
+
+        Examples
+        --------
+        >>> import armangle as aa
+        >>> arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+        >>> arm = arm.with_body(aa.Body.bones(upper_arm=0.09, forearm=0.08))
+        >>> q = np.array([0.0, 0.6, 0.0, -1.4, 0.0, 0.9, 0.0])
+        >>> pose, psi, gc = arm.forward(q)
+        >>> scene = aa.Scene([aa.Ball(arm.elbow(q) + [0, 0, 0.2], 0.12, name="lamp")])
+        >>> arcs = arm.clear(pose, gc, scene)
+        >>> bool(arcs.contains(psi)), arcs.ends[0][0].obstacle, arcs.ends[0][0].link
+        (False, 'lamp', 'upper_arm')
+        """
+        self._needed(scene)
+        return self._arcs(pose, gc, 0.0, 0.0, 0.0, Wanted.CLEAR, (), threads, scene)
+
+    def clearance(
+        self, pose: ArrayLike, psi: ArrayLike, gc: ArrayLike, scene: Scene, *, threads: int = 1
+    ) -> Clearance:
+        """Return how near a posture comes to the obstacles, and which pair of obstacle and link is nearest.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        psi : array_like, shape (...)
+            Arm angle, rad, any real.
+        gc : array_like of int, shape (...)
+            Global configuration 0..7.
+        scene : Scene
+            Its `clearance` is not taken off: distances are those of surfaces.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        Clearance
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, NotRotationError, ConfigurationError, SceneError, UnreachableError
+        """
+        named = [("pose", as_poses("pose", pose, self._handle), 2), ("psi", as_floats("psi", psi), 0)]
+        check_angles("psi", named[1][1])
+        batch, (poses, angles, branches) = broadcast([*named, ("gc", as_gc(gc), 0)])
+        ready = self._needed(scene)
+        out, pair = np.empty((*batch, 8)), np.empty(batch, dtype=np.int64)
+        self._handle.proximity_many(ready.handle, poses, angles, branches, out, pair, as_threads(threads))
+        return clearance_of(ready, out, pair)
+
+    def widest(
+        self,
+        pose: ArrayLike,
+        gc: ArrayLike,
+        scene: Scene,
+        *,
+        singularity_margin: float = 0.0,
+        threads: int = 1,
+    ) -> Widest:
+        """Return the feasible arm angle that keeps the links farthest from the obstacles.
+
+        The arcs that keep clear shrink as the clearance that is asked grows; the greatest that leaves one is
+        found by bisection. Where nothing is clear it is the arm angle that fails by least: a distance below
+        the scene's clearance says by how much.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        gc : array_like of int, shape (...)
+            Global configuration 0..7.
+        scene : Scene
+        singularity_margin : float
+            As in `feasible`, rad.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        Widest
+
+        Raises
+        ------
+        As `clear`.
+        """
+        arcs = self._arcs(pose, gc, singularity_margin, 0.0, 0.0, Wanted.BRANCH, (), threads, scene)
+        margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
+        named = [("pose", as_poses("pose", pose, self._handle), 2), ("gc", as_gc(gc), 0)]
+        batch, (poses, branches) = broadcast(named)
+        ready = self._needed(scene)
+        psi, out = np.empty(batch), np.empty((*batch, 8))
+        pair, status = (np.empty(batch, dtype=np.int64) for _ in range(2))
+        self._handle.widest_many(
+            ready.handle, poses, branches, margin, psi, out, pair, status, as_threads(threads)
+        )
+        return Widest(arcs, psi[()], clearance_of(ready, out, pair))
+
     def _arcs(
         self, pose: ArrayLike, gc: ArrayLike, margin: float, paper: float, threshold: float,
-        wanted: Wanted, sets: Shape, threads: int,
+        wanted: Wanted, sets: Shape, threads: int, scene: Scene | None = None,
     ) -> ArcSet:  # fmt: skip
         """Return the sets of each pose, of shape (*batch, *sets)."""
-        of_one = self._handle.feasible_one(pose, gc, margin, paper, threshold, wanted, threads)
+        ready = self._scene(scene)
+        handle = None if ready is None else ready.handle
+        of_one = self._handle.feasible_one(pose, gc, margin, paper, threshold, wanted, threads, handle)
         if of_one is not None:
-            return ArcSet._of_one(sets, of_one)
+            return ArcSet._of_one(sets, of_one, ready)
         margin = as_number("singularity_margin", margin, 0.0, MOST_MARGIN)
         paper = as_number("paper_margin", paper, 0.0, MOST_MARGIN)
         threshold = as_number("paper_discriminant", threshold, 0.0, np.inf)
         named = [("pose", as_poses("pose", pose, self._handle), 2), ("gc", as_gc(gc), 0)]
         batch, (poses, branches) = broadcast(named)
         columns = self._handle.feasible_many(
-            poses, branches, margin, paper, threshold, wanted, as_threads(threads)
+            poses, branches, margin, paper, threshold, wanted, as_threads(threads), handle
         )
-        return ArcSet._from_core((*batch, *sets), columns)
+        return ArcSet._from_core((*batch, *sets), columns, ready)
 
     def reachable(
         self, pose: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1
@@ -1163,6 +1429,7 @@ class Arm:
         prefer: Prefer = "near",
         gc: int | Iterable[int] | None = None,
         allowed: Allowed | None = None,
+        scene: Scene | None = None,
         singularity_margin: float = 0.0,
         threads: int = 1,
     ) -> Solution:
@@ -1191,6 +1458,8 @@ class Arm:
             Global configurations that may be used; all by default.
         allowed : ArcSet or function (4, 4) -> ArcSet, optional
             Arcs of the user's own, intersected.
+        scene : Scene, optional
+            Obstacles that links keep clear of, as in `feasible`.
         singularity_margin : float
             As in `feasible`, rad.
         threads : int
@@ -1216,11 +1485,14 @@ class Arm:
         (True, 0.0)
         """
         plain = weight is None and gc is None and allowed is None and singularity_margin == 0.0
+        plain = plain and scene is None
         if plain and prefer == "near" and near is not None and isinstance(metric, str) and metric in _METRICS:
             one = self._handle.solve_one(pose, near, _METRICS[metric], Solution, STATUSES)
             if one is not None:
                 return cast(Solution, one)
-        asked = Question(self, pose, near, metric, weight, prefer, gc, allowed, singularity_margin, threads)
+        asked = Question(
+            self, pose, near, metric, weight, prefer, gc, allowed, scene, singularity_margin, threads
+        )
         return asked.solve()
 
     def solutions(
@@ -1233,6 +1505,7 @@ class Arm:
         prefer: Prefer = "near",
         gc: int | Iterable[int] | None = None,
         allowed: Allowed | None = None,
+        scene: Scene | None = None,
         singularity_margin: float = 0.0,
         threads: int = 1,
     ) -> Solutions:
@@ -1249,7 +1522,7 @@ class Arm:
             The seed, rad.
         weight : array_like, shape (7,) or scalar, optional
             Weights of the joints.
-        metric, prefer, gc, allowed, singularity_margin, threads
+        metric, prefer, gc, allowed, scene, singularity_margin, threads
             As in `solve`.
 
         Returns
@@ -1270,7 +1543,9 @@ class Arm:
         >>> [(found.gc, round(found.distance, 2)) for found in arm.solutions(arm.forward(q)[0], near=q)][:2]
         [(2, 0.0), (0, 2.95)]
         """
-        asked = Question(self, pose, near, metric, weight, prefer, gc, allowed, singularity_margin, threads)
+        asked = Question(
+            self, pose, near, metric, weight, prefer, gc, allowed, scene, singularity_margin, threads
+        )
         return asked.solutions()
 
     def best(
@@ -1279,6 +1554,7 @@ class Arm:
         *,
         gc: int | Iterable[int] | None = None,
         allowed: Allowed | None = None,
+        scene: Scene | None = None,
         singularity_margin: float = 0.0,
         threads: int = 1,
     ) -> Solution:
@@ -1290,7 +1566,7 @@ class Arm:
         ----------
         pose : array_like, shape (..., 4, 4)
             Tool frame, position in m.
-        gc, allowed, singularity_margin, threads
+        gc, allowed, scene, singularity_margin, threads
             As in `solve`.
 
         Returns
@@ -1310,16 +1586,23 @@ class Arm:
         >>> round(float(np.degrees(arm.best(pose).margin)), 1)
         51.2
         """
-        asked = Question(self, pose, None, "l2", None, "margin", gc, allowed, singularity_margin, threads)
+        asked = Question(
+            self, pose, None, "l2", None, "margin", gc, allowed, scene, singularity_margin, threads
+        )
         return asked.solve()
 
-    def explain(self, pose: ArrayLike, *, singularity_margin: float = 0.0) -> Diagnosis:
+    def explain(
+        self, pose: ArrayLike, *, scene: Scene | None = None, singularity_margin: float = 0.0
+    ) -> Diagnosis:
         """Return for each global configuration whether a pose can be held within all limits, and if not, why.
 
         Parameters
         ----------
         pose : array_like, shape (4, 4)
             Tool frame, position in m.
+        scene : Scene, optional
+            Obstacles, as in `feasible`: a branch that the limits leave open and they do not names the pair
+            that is nearest where it fails by least, and by how much.
         singularity_margin : float
             As in `feasible`, rad.
 
@@ -1345,9 +1628,30 @@ class Arm:
         segment = np.empty((1, _core.SEGMENT_WIDTH))
         _core.path_waypoints(frame[None], segment)
         branches = tuple(map(branch_of, self._handle.explain_pose(segment, margin)))
+        if scene is not None:
+            branches = tuple(self._meets(branch, frame, scene, margin) for branch in branches)
         nearest = np.empty((4, 4))
         gap = self._handle.nearest_pose(frame, nearest)
         return Diagnosis(branches, path=False, nearest=nearest, nearest_gap=gap)
+
+    def _meets(self, branch: Branch, pose: Floats, scene: Scene, margin: float) -> Branch:
+        """Return a branch's finding, or that obstacles leave nothing of what its limits leave."""
+        if not branch.ok:
+            return branch
+        found = self.widest(pose, branch.gc, scene, singularity_margin=margin)
+        if found.arcs.count:
+            return branch
+        near = found.nearest
+        if found.arcs.status == Status.POSE_BLOCKED or np.isnan(found.psi):
+            pair = found.arcs.blocking
+            return replace(branch, verdict=Verdict.IMPOSSIBLE, status=found.arcs.status, touching=pair)
+        return replace(
+            branch,
+            verdict=Verdict.IMPOSSIBLE,
+            status=Status.CLEARANCE,
+            touching=(str(near.obstacle), str(near.link)),
+            short=float(scene.clearance - near.distance),
+        )
 
     def joint_function(self, pose: ArrayLike, gc: int, joint: int) -> JointFunction:
         """Return one joint as a function of the arm angle, at a fixed pose and global configuration.
@@ -1412,7 +1716,11 @@ def _checked(given: dict[str, Any]) -> dict[str, Any]:
     for name in FRAMES:
         values[name] = as_transform(name, values[name])
     values["reference"] = _checked_reference(values["reference"])
+    values["chain"] = _checked_chain(values["chain"])
     values["joint_names"] = _checked_names(values["name"], values["joint_names"])
+    if not isinstance(values["body"], Body | None):
+        raise SceneError("arm", "body", values["body"], "an armangle.Body, or None")
+    values["hand"] = as_shapes("hand", values["hand"], HOLDABLE)
     notes = values["notes"]
     values["notes"] = (notes,) if isinstance(notes, str) else tuple(notes)
     _check_rows(values)
@@ -1431,6 +1739,24 @@ def _complete(given: dict[str, Any]) -> dict[str, Any]:
         raise TypeError(f"Arm() missing {len(missing)} required keyword-only {arguments}")
     default = {f.name: _default(f) for f in _FIELDS}
     return default | {n: value for n, value in given.items() if value is not None or n not in _OPTIONAL}
+
+
+def _given_frame(changes: ArmArguments, name: str, kept: Floats) -> ArrayLike:
+    """Return a frame as it is changed: None stands for none."""
+    if name not in changes:
+        return kept
+    given = cast(ArrayLike | None, changes.get(name))
+    return np.eye(4) if given is None else given
+
+
+def _checked_chain(value: ArrayLike | None) -> Floats | None:
+    """Return eight rigid transforms, read-only, or None."""
+    if value is None:
+        return None
+    links = as_floats("chain", value, (JOINTS + 1, 4, 4))
+    if links.ndim != 3:
+        raise ShapeError(f"chain has shape {links.shape}, wanted {(JOINTS + 1, 4, 4)}")
+    return frozen(np.array([as_transform(f"chain[{k}]", link) for k, link in enumerate(links)]))
 
 
 def _check_link(what: str, along: str, across: str, values: dict[str, Any]) -> None:

@@ -8,7 +8,7 @@ from enum import IntEnum
 from typing import TYPE_CHECKING, Any, Literal
 
 from .. import _core
-from .._arrays import MILLIMETRES, Floats, frozen
+from .._arrays import MILLIMETRES, Floats, frozen, in_millimetres
 from ..status import STATUSES, Status
 
 _ANCHOR = "lies outside the limits, in another global configuration, or where no arm angle gives it."
@@ -79,6 +79,11 @@ class Branch:
         Joints 1..7 whose limits together leave no arm angle; none of them can be left out.
     openings : tuple of Opening
         Single limits that would leave one, least first.
+    touching : tuple of (str, str), or None
+        Of IMPOSSIBLE with an obstacle in the way: its name and the link's, the pair that comes too near where
+        the branch fails by least.
+    short : float
+        How much nearer than the scene's clearance that is, m; NaN where no arm angle changes it.
     sections : int
         Places of the path at which the feasible arcs were looked at.
     given_up : bool
@@ -98,6 +103,8 @@ class Branch:
     nearest_psi: float = math.nan
     blocking: tuple[int, ...] = ()
     openings: tuple[Opening, ...] = ()
+    touching: tuple[str, str] | None = None
+    short: float = math.nan
     sections: int = 0
     given_up: bool = False
 
@@ -124,6 +131,8 @@ class Branch:
                 if self.status == Status.FOLDED:
                     return f"the wrist lies on the shoulder{where}; no arm angle is defined there."
                 return f"the wrist is out of reach{where}, by up to {self.excess * MILLIMETRES:.4g} mm."
+            case Verdict.IMPOSSIBLE if self.status in (Status.CLEARANCE, Status.POSE_BLOCKED):
+                return self._blocked()
             case Verdict.IMPOSSIBLE:
                 return f"no arm angle keeps all limits{where}: {self._why()}"
             case Verdict.DEAD_END:
@@ -139,6 +148,16 @@ class Branch:
                 )
             case Verdict.UNRESOLVED:
                 return f"every curve that was tried breaks a limit between the samples{where}."
+
+    def _blocked(self) -> str:
+        sentence = STATUSES[self.status].sentence
+        if self.touching is None:
+            return f"{sentence[0].lower()}{sentence[1:]}"
+        obstacle, link = self.touching
+        if self.status == Status.POSE_BLOCKED:
+            return f"{link} meets {obstacle} at this pose, whatever the arm angle."
+        by = "" if math.isnan(self.short) else f" {self.short * MILLIMETRES:.3g} mm"
+        return f"within the limits {link} comes{by} too near to {obstacle}, whatever the arm angle."
 
     def _why(self) -> str:
         if self.status == Status.ELBOW_MARGIN:
@@ -215,7 +234,8 @@ class Diagnosis:
             place = ", ".join(f"{value:.6g}" for value in self.nearest[:3, 3])
             tail = [
                 f"The nearest pose within reach, in the same orientation, is "
-                f"{self.nearest_gap * MILLIMETRES:.4g} mm away: x, y, z = {place} m."
+                f"{self.nearest_gap * MILLIMETRES:.4g} mm away: x, y, z = {place} m"
+                f"{in_millimetres(self.nearest_gap) or '.'}"
             ]
         return "\n".join(
             head + [f"GC {', '.join(map(str, gcs))}: {text}" for text, gcs in lines.items()] + tail

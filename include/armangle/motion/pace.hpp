@@ -1,8 +1,9 @@
 // Towards a posture by one step, so that every joint can come to rest there.
 //
 //    speed |      ____________
-//          |     /            \        no faster than v^2 = 2 a s, a being a share of what the joint may brake
-//          |    /              \__     with, and at the end geometrically, so that steps do not overrun it
+//          |     /            \        no faster than v^2 = 2 a s, a being a share of what the joint may
+//          brake |    /              \__     with, and at the end geometrically, so that steps do not overrun
+//          it
 //          +---------------------------- way
 //
 // All joints keep to one straight line: one of them goes as fast as it may.
