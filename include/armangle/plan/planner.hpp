@@ -297,12 +297,7 @@ private:
         out.from = t.sections[at].s;
         out.excess = 0;
         out.status = t.sections[(at + end - 1) / 2].status;
-        std::vector<SelfMotion<double>> motions;
-        const std::size_t count = end - at, shown = std::min<std::size_t>(count, plan_rule::samples);
-        motions.reserve(shown);
-        for (std::size_t i = 0; i < shown; ++i)
-            motions.push_back(t.sections[at + (2 * i + 1) * count / (2 * shown)].motion);
-        explain_limits(task_, motions, out);
+        explain_limits(task_, t, at, end, plan_rule::samples, out);
     }
 
     /// psi of the arm angle of a section that is nearest to phi.
