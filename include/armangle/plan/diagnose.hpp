@@ -95,10 +95,10 @@ inline unsigned blocking_joints(const LimitTable& limits, const SelfMotion<doubl
 }  // namespace detail
 
 namespace opening_rule {
-inline constexpr int between = 4;        // self-motions looked at from one section to the next
-inline constexpr int golden = 30;        // sections of the golden ratio about the worst of them
-inline constexpr double spare = 0.01;    // share of an opening of a path that is added to it ...
-inline constexpr double least = 1e-6;    // ... and what is added in any case (rad)
+inline constexpr int between = 4;      // self-motions looked at from one section to the next
+inline constexpr int golden = 30;      // sections of the golden ratio about the worst of them
+inline constexpr double spare = 0.01;  // share of an opening of a path that is added to it ...
+inline constexpr double least = 1e-6;  // ... and what is added in any case (rad)
 }  // namespace opening_rule
 
 namespace detail {
