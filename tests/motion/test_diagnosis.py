@@ -209,4 +209,4 @@ def test_an_opening_of_a_path_opens_all_of_it_and_is_hardly_more_than_it_takes()
                 sign = 1 if opening.side == "upper" else -1
                 limits[opening.side][opening.joint - 1] += sign * opening.extra * share
                 arcs = arm.with_(**limits).feasible(line.pose(s), branch.gc)
-                assert not np.asarray(arcs.is_empty).any() == wanted, (seed, opening)
+                assert np.asarray(arcs.is_empty).any() != wanted, (seed, opening)

@@ -259,7 +259,7 @@ def test_a_singularity_margin_leaves_no_crossing() -> None:
 @pytest.mark.parametrize("joint", [1, 2, 3, 5, 6, 7])
 @pytest.mark.parametrize("room", [0.0, 1e-9, 1e-7, 1e-5, 1e-4])
 def test_a_locked_joint_leads(joint: int, room: float) -> None:
-    """Along motions by construction: the path of postures whose joint stands still, within limits that lock it."""
+    """Where there is a way with a hundredth of a degree of room, there is one with none."""
     rng, done = generator(21, joint), 0
     for _ in range(3):
         q = rng.uniform(-1, 1, 7)
@@ -268,7 +268,7 @@ def test_a_locked_joint_leads(joint: int, room: float) -> None:
         lower, upper = IIWA.lower.copy(), IIWA.upper.copy()
         lower[joint - 1], upper[joint - 1] = q[joint - 1] - room, q[joint - 1] + room
         arm = IIWA.with_(lower=lower, upper=upper)
-        # a free plan with the joint in a box of a hundredth of a degree says whether there is a way at all
+        # a box of a hundredth of a degree, which arcs can follow, says whether there is a way
         lower[joint - 1], upper[joint - 1] = q[joint - 1] - 2e-4, q[joint - 1] + 2e-4
         wide = aa.plan(IIWA.with_(lower=lower, upper=upper), line(q, shift), start=q, samples=30)
         result = aa.plan(arm, line(q, shift), start=q, samples=30)
