@@ -248,6 +248,8 @@ class NearArm:
 
     def self_motion_many(self, pose: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], out: numpy.typing.NDArray[numpy.float64], threads: int) -> None: ...
 
+    def feasible_many(self, pose: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], margin: float, wanted: Wanted, unproven: numpy.typing.NDArray[numpy.float64], threads: int) -> tuple[numpy.typing.NDArray[numpy.int64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int8], numpy.typing.NDArray[numpy.int8], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int8], object, object]: ...
+
 class SolidKind(enum.Enum):
     BALL = 0
 
@@ -307,6 +309,8 @@ class Side(enum.Enum):
     FAR_SINGULAR = 7
 
     OBSTACLE = 8
+
+    UNPROVEN = 9
 
 class Wanted(enum.Enum):
     BRANCH = 0
