@@ -33,7 +33,7 @@ def joints(tmp_path: Path) -> Path:
 def test_a_joint_file_becomes_a_trajectory_within_its_bounds(
     joints: Path, ending: str, capsys: Capture
 ) -> None:
-    need("toppra")
+    need("scipy")
     to = joints.with_suffix(f".out.{ending}")
     words = ["retime", str(joints), *ROBOT, "--acceleration", "300", "--velocity", "60", "-o", str(to)]
     assert main(words) == 0
@@ -52,8 +52,7 @@ def test_a_joint_file_becomes_a_trajectory_within_its_bounds(
 
 
 def test_seven_bounds_and_the_jerk(joints: Path, capsys: Capture) -> None:
-    need("toppra")
-    need("ruckig")
+    need("scipy")
     seven = ",".join(["200"] * 7)
     assert main(["retime", str(joints), *ROBOT, "--acceleration", seven, "--json"]) == 0
     fast = json.loads(capsys.readouterr().out)["duration"]
@@ -101,3 +100,18 @@ def test_without_its_package_completions_say_what_to_install(
     assert "pip install 'armangle[completion]'" in " ".join(capsys.readouterr().err.split())
     assert main(["--print-completion", "fish"]) == 2
     assert "invalid choice: 'fish'" in capsys.readouterr().err
+
+
+def test_the_trajectory_is_drawn_and_corners_may_be_kept(joints: Path, capsys: Capture) -> None:
+    need("scipy")
+    need("matplotlib")
+    picture = joints.with_suffix(".svg")
+    words = ["retime", str(joints), *ROBOT, "--acceleration", "300", "--jerk", "3000", "--json"]
+    assert main([*words, "--plot", str(picture)]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert 0 < facts["deviation"]["position"] <= 1e-4
+    assert "<svg" in picture.read_text()
+    assert main([*words, "--tolerance", "0"]) == 0
+    kept = json.loads(capsys.readouterr().out)
+    assert kept["deviation"] == {"position": 0.0, "rotation": 0.0}
+    assert kept["duration"] > facts["duration"]

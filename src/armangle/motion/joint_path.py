@@ -23,10 +23,11 @@ _OF_A_JOINT = (Status.JOINT_JUMP, Status.LIMITS, Status.WINDING_EXHAUSTED)
 
 
 class Placed(NamedTuple):
-    """Rows of a curve at parameters s: joints, arm angle, pose, least limit margin, residual."""
+    """Rows of a curve at parameters s: joints, arm angle, branch, pose, least limit margin, residual."""
 
     q: Floats
     psi: Floats
+    gc: Floats
     pose: Floats
     margin: Floats
     residual: Floats
@@ -41,7 +42,7 @@ class Curve:
     segments, stretches, plane : ndarray
         As the core writes them.
     gc : int
-        Global configuration 0..7, the same along the curve.
+        Global configuration 0..7 at its start; another one where it passes θ2 = 0 or θ6 = 0.
     """
 
     segments: Floats
@@ -62,7 +63,9 @@ class Curve:
     def at(self, handle: _core.Arm, s: Floats) -> Placed:
         """Return the rows at s (N,), each up to `end`; `handle` is the arm's."""
         n = len(s)
-        rows = Placed(np.empty((n, JOINTS)), np.empty(n), np.empty((n, 4, 4)), np.empty(n), np.empty(n))
+        rows = Placed(
+            np.empty((n, JOINTS)), np.empty(n), np.empty(n), np.empty((n, 4, 4)), np.empty(n), np.empty(n)
+        )
         handle.curve_at(self.segments, self.stretches, self.plane, self.gc, s, *rows)
         return rows
 
@@ -208,7 +211,8 @@ class JointPath:
         q[inside], psi[inside] = placed.q, placed.psi
         pose = np.empty((at.size, 4, 4))
         _core.path_poses(curve.segments, np.ascontiguousarray(flat), pose)
-        gc = np.where(inside, curve.gc, -1)
+        gc = np.full(at.size, -1, dtype=np.int64)
+        gc[inside] = placed.gc
         shape = at.shape
         return PathPoint(
             q=q.reshape(*shape, JOINTS),
@@ -305,7 +309,8 @@ class JointPath:
             try:
                 self.arm.inverse(self.poses[at], 0.0, 0)
             except UnreachableError as error:
-                return f" {str(error).capitalize()}."
+                said = str(error).capitalize()
+                return f" {said}{'' if said.endswith('?') else '.'}"
         solved = np.flatnonzero(self.status[:at] == Status.OK)
         before = self.q[solved[-1]] if len(solved) else self.start
         if self.status[at] not in _OF_A_JOINT or before is None:
@@ -314,7 +319,8 @@ class JointPath:
         if outside.max() > 0:
             joint = int(np.argmax(outside))
             degrees = np.degrees(outside[joint])
-            return f" Joint {joint + 1} starts {degrees:.4g} deg outside its limits."
+            unit = " Joints are in rad: were these degrees?" if np.abs(before).max() > _TURN else ""
+            return f" Joint {joint + 1} starts {degrees:.4g} deg outside its limits.{unit}"
         _, psi, gc = self.arm.forward(before, undefined="nan")
         if not np.isfinite(psi):
             return ""
@@ -329,8 +335,12 @@ class JointPath:
         if self.status[at] == Status.JOINT_JUMP:
             move = np.abs(near - before)
             joint = int(np.argmax(move))
+            first = (
+                " Begin at arm.solve(poses[0], near=start).q." if at == 0 and self.start is not None else ""
+            )
             return (
                 f" With the arm angle held, joint {joint + 1} would move {np.degrees(move[joint]):.4g} deg."
+                f"{first}"
             )
         beyond = self._beyond(near)
         joint = int(np.argmax(beyond))
