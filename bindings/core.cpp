@@ -153,6 +153,7 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     binding::bind_near_kinematics(near);
     binding::bind_near_arcs(near);
     binding::bind_stepping(m, arm);
+    binding::bind_near_stepping(near);
     binding::bind_planning(m, arm);
     binding::bind_solving(m, arm);
     binding::bind_tracking(m);

@@ -49,3 +49,5 @@
 #include "near/hull.hpp"
 #include "near/corrected_motion.hpp"
 #include "near/feasible.hpp"
+#include "near/step.hpp"
+#include "near/follow.hpp"

@@ -262,7 +262,7 @@ private:
     bool end_at(const Hull& hull, const SinCos<double> (&angle)[joints], int j, double theta, bool lower,
                 Tag tag, Piece& piece) const noexcept {
         double psi = 0;
-        if (!root(hull, angle, j, theta, psi)) return false;
+        if (!root(hull, angle, j, theta, psi) || !(abs(psi - hull.psi) <= 2.0 * hull.half)) return false;
         if (lower && psi > piece.lower) {
             piece.lower = psi;
             piece.lower_tag = tag;
