@@ -146,6 +146,59 @@ ArcColumns feasible_many(const ArmHandle& self, Floats pose, Ints gc, double mar
     return whole.release();
 }
 
+/// The proven sets of a nearly S-R-S arm; `unproven` takes the measure of what is left out, one a set.
+ArcColumns near_feasible_many(const NearArmHandle& self, Floats pose, Ints gc, double margin, Wanted wanted,
+                              Floats unproven, int threads) {
+    const Buffer p(pose), g(gc), lost(unproven, true);
+    const Grid<2> grid({&p, &g}, {2, 0});
+    const auto sets = static_cast<std::size_t>(sets_of(wanted));
+    const Arm& arm = self.arm.nominal;
+    Collected whole;
+    whole.reserve(grid.size() * sets);
+    std::vector<Collected> parts(most_threads);
+    Outcome outcomes[most_threads];
+    const auto solve = [&](const Pose<double>& frame, int branch, std::size_t flat, Collected& to) {
+        ProvenArcs found;
+        for (std::size_t k = 0; k < sets; ++k) {
+            const int joint = wanted == Wanted::joints ? static_cast<int>(k) : -1;
+            const int of = wanted == Wanted::branches ? static_cast<int>(k) : branch;
+            feasible(self.arm, frame, of, arm.limits, margin, found, joint);
+            to.add(arm, margin, configuration(of), found.arcs, found.status);
+            lost.data<double>()[flat * sets + k] = found.unproven;
+        }
+    };
+    const auto collect = [&](std::size_t begin, std::size_t end, Collected& to, Outcome& outcome) {
+        grid.for_runs(begin, end,
+                      [&](std::size_t flat, const Py_ssize_t* at, const Py_ssize_t* step, std::size_t count) {
+                          for (std::size_t i = 0; i < count; ++i) {
+                              const auto k = static_cast<Py_ssize_t>(i);
+                              double value = 0;
+                              const double* m = p.data<double>() + at[0] + k * step[0];
+                              const long long branch = g.data<long long>()[at[1] + k * step[1]];
+                              Problem problem = check_pose(m, value);
+                              if (problem == Problem::none && (branch < 0 || branch >= configurations)) {
+                                  problem = Problem::gc_range;
+                                  value = static_cast<double>(branch);
+                              }
+                              if (problem != Problem::none) return outcome.report(problem, flat + i, value);
+                              solve(load_pose(m), static_cast<int>(branch), flat + i, to);
+                          }
+                      });
+    };
+    {
+        nb::gil_scoped_release release;
+        parallel(grid.size(), threads, [&](std::size_t begin, std::size_t end, std::size_t thread) {
+            Collected mine;
+            mine.borrow(whole, begin * sets, (end - begin) * sets);
+            collect(begin, end, mine, outcomes[thread]);
+            parts[thread] = std::move(mine);
+        });
+    }
+    refuse(first_problem(outcomes, most_threads), p, 2, "pose");
+    join(parts, whole);
+    return whole.release();
+}
+
 /// The sets of one pose: made into arrays where Python asks for them.
 struct ArcsOfOne {
     Collected sets;
@@ -308,6 +361,12 @@ void query(Ints count, Floats psi_arcs, Ints index, Floats psi, Floats out, bool
 
 }  // namespace
 
+void bind_near_arcs(nb::class_<NearArmHandle>& arm) {
+    using namespace nb::literals;
+    arm.def("feasible_many", &near_feasible_many, "pose"_a, "gc"_a, "margin"_a, "wanted"_a, "unproven"_a,
+            "threads"_a);
+}
+
 void bind_arcs(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
     nb::enum_<Side>(m, "Side")
@@ -319,7 +378,8 @@ void bind_arcs(nb::module_& m, nb::class_<ArmHandle>& arm) {
         .value("FAR_MARGIN", Side::far_margin)
         .value("NEAR_SINGULAR", Side::near_singular)
         .value("FAR_SINGULAR", Side::far_singular)
-        .value("OBSTACLE", Side::obstacle);
+        .value("OBSTACLE", Side::obstacle)
+        .value("UNPROVEN", Side::unproven);
     nb::enum_<Wanted>(m, "Wanted")
         .value("BRANCH", Wanted::branch)
         .value("JOINTS", Wanted::joints)

@@ -314,6 +314,8 @@ void bind_refusal(nb::module_& m);
 void bind_poses(nb::module_& m);
 void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_near_kinematics(nb::class_<NearArmHandle>& arm);
+void bind_near_arcs(nb::class_<NearArmHandle>& arm);
+void bind_near_stepping(nb::class_<NearArmHandle>& arm);
 void bind_scenes(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_arcs(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_stepping(nb::module_& m, nb::class_<ArmHandle>& arm);

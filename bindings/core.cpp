@@ -147,11 +147,13 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     near.def_prop_ro("joint_middle",
                      [](const NearArmHandle& a) { return binding::joint_middle(a.arm.nominal); });
     near.def_prop_ro("deviations", &binding::deviations);
-    binding::bind_near_kinematics(near);
     binding::bind_scenes(m, arm);
     binding::bind_kinematics(m, arm);
     binding::bind_arcs(m, arm);
+    binding::bind_near_kinematics(near);
+    binding::bind_near_arcs(near);
     binding::bind_stepping(m, arm);
+    binding::bind_near_stepping(near);
     binding::bind_planning(m, arm);
     binding::bind_solving(m, arm);
     binding::bind_tracking(m);

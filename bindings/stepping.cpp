@@ -94,9 +94,21 @@ struct Limits {
           table(with_margin ? *with_margin : arm.limits) {}
 };
 
+Step next_step(const ArmHandle& self, double margin, const double* q, const Pose<double>& pose,
+               const StepOptions& options) noexcept {
+    const Limits limits(self, margin);
+    return step(self.arm, limits.table, q, pose, options);
+}
+
+Step next_step(const NearArmHandle& self, double margin, const double* q, const Pose<double>& pose,
+               const StepOptions& options) noexcept {
+    return step(self.arm, margin, q, pose, options);
+}
+
 /// A named tuple `kind` of (q, psi, gc, status of `statuses`, margin, velocity, why), or None where q or pose
 /// is no small matrix, or an option not as usual: the general way then converts them, or says what is wrong.
-nb::object step_one(const ArmHandle& self, nb::handle q_now, nb::handle pose, const Policy& policy,
+template <class Handle>
+nb::object step_one(const Handle& self, nb::handle q_now, nb::handle pose, const Policy& policy,
                     nb::handle gc, nb::handle carry, nb::handle max_joint_step, nb::handle singularity_margin,
                     nb::handle dt, nb::handle outside, nb::handle allowed_count, nb::handle allowed_psi,
                     nb::handle bounds, nb::handle kind, nb::handle statuses, const SceneHandle* scene) {
@@ -119,11 +131,11 @@ nb::object step_one(const ArmHandle& self, nb::handle q_now, nb::handle pose, co
     }
     options.scene = scene ? &scene->view : nullptr;
     const GivenBounds given(bounds, options);
-    const Limits limits(self, margin);
     const Pose<double> frame = load_pose(m);
     const bool rounded = matrix.precision() > 0;
-    const Step next = step(self.arm, limits.table, q,
-                           rounded ? within_rounding(self.arm, frame, matrix.precision()) : frame, options);
+    const Step next =
+        next_step(self, margin, q,
+                  rounded ? within_rounding(nominal(self.arm), frame, matrix.precision()) : frame, options);
     const auto seven = [](const double* values) {
         nb::object array = new_array7();
         const Buffer to(array, true);
@@ -163,7 +175,29 @@ void make_follow_options(FollowOptions* self, const Policy& policy, std::optiona
 /// Columns that `follow` fills, a row a pose.
 using FollowColumns = nb::typed<nb::tuple, Floats, Floats, Ints, Codes, Floats, Floats>;
 
-void follow_all(const ArmHandle& self, Floats start, Floats poses, const FollowOptions& wanted,
+void run(const ArmHandle& self, const double* start, const Buffer& p, const FollowOptions& wanted,
+         const StepOptions& options, Strided<const ArcSet> allowed, const FollowRows& rows) {
+    const auto n = static_cast<std::size_t>(p.shape(0));
+    const Limits limits(self, wanted.singularity_margin);
+    const std::size_t window = wanted.lookahead;
+    std::vector<AheadSection> sections(window ? Lookahead::sections_for(window) : 0);
+    Lookahead ahead(self.arm, limits.table, p.data<double>(), n, allowed, options.scene, options.bounds,
+                    options.max_joint_step, sections.data(), window);
+    nb::gil_scoped_release release;
+    follow(self.arm, limits.table, start, p.data<double>(), n, options, wanted.on_fail, allowed, rows,
+           window ? &ahead : nullptr);
+}
+
+/// Bounds, scenes and a window ahead are refused before this.
+void run(const NearArmHandle& self, const double* start, const Buffer& p, const FollowOptions& wanted,
+         const StepOptions& options, Strided<const ArcSet> allowed, const FollowRows& rows) {
+    nb::gil_scoped_release release;
+    follow(self.arm, wanted.singularity_margin, start, p.data<double>(), static_cast<std::size_t>(p.shape(0)),
+           options, wanted.on_fail, allowed, rows);
+}
+
+template <class Handle>
+void follow_all(const Handle& self, Floats start, Floats poses, const FollowOptions& wanted,
                 Ints allowed_count, Floats allowed_psi, Floats bounds, const FollowColumns& columns,
                 const SceneHandle* scene) {
     const Buffer s(start), p(poses), q_out(columns[0], true), psi_out(columns[1], true),
@@ -189,17 +223,19 @@ void follow_all(const ArmHandle& self, Floats start, Floats poses, const FollowO
     const Strided<const ArcSet> allowed{sets.empty() ? nullptr : sets.data(), sets.size() > 1 ? 1 : 0};
     StepOptions options = wanted.step;
     options.scene = scene ? &scene->view : nullptr;
-    const Limits limits(self, wanted.singularity_margin);
     const GivenBounds given(bounds, options);
-    const std::size_t window = wanted.lookahead;
-    std::vector<AheadSection> sections(window ? Lookahead::sections_for(window) : 0);
-    Lookahead ahead(self.arm, limits.table, p.data<double>(), n, allowed, options.scene, options.bounds,
-                    options.max_joint_step, sections.data(), window);
-    {
-        nb::gil_scoped_release release;
-        follow(self.arm, limits.table, s.data<double>(), p.data<double>(), n, options, wanted.on_fail,
-               allowed, rows, window ? &ahead : nullptr);
-    }
+    run(self, s.data<double>(), p, wanted, options, allowed, rows);
+}
+
+template <class Handle>
+void bind_both(nb::class_<Handle>& arm) {
+    using namespace nb::literals;
+    arm.def("step_one", &step_one<Handle>, "q_now"_a.none(), "pose"_a.none(), "policy"_a, "gc"_a.none(),
+            "carry"_a.none(), "max_joint_step"_a.none(), "singularity_margin"_a.none(), "dt"_a.none(),
+            "outside"_a.none(), "allowed_count"_a.none(), "allowed_psi"_a.none(), "bounds"_a.none(), "kind"_a,
+            "statuses"_a, "scene"_a.none());
+    arm.def("follow_all", &follow_all<Handle>, "start"_a, "poses"_a, "options"_a, "allowed_count"_a.none(),
+            "allowed_psi"_a.none(), "bounds"_a.none(), "columns"_a, "scene"_a.none());
 }
 
 /// Next psi of each (set, psi): eq. (36) or another rule; of a wish for the elbow, `wish` is that for psi.
@@ -220,6 +256,8 @@ void resolve_many(const Policy& policy, Ints count, Floats psi_arcs, Ints index,
 
 }  // namespace
 
+void bind_near_stepping(nb::class_<NearArmHandle>& arm) { bind_both(arm); }
+
 void bind_stepping(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
     nb::enum_<Rule>(m, "Rule")
@@ -236,17 +274,12 @@ void bind_stepping(nb::module_& m, nb::class_<ArmHandle>& arm) {
     nb::class_<Policy>(m, "Policy")
         .def("__init__", &make_policy, "rule"_a, "K"_a, "alpha"_a, "outside"_a)
         .def_static("towards", &towards, "wish"_a, "psi"_a, "target"_a, "K"_a, "outside"_a);
-    arm.def("step_one", &step_one, "q_now"_a.none(), "pose"_a.none(), "policy"_a, "gc"_a.none(),
-            "carry"_a.none(), "max_joint_step"_a.none(), "singularity_margin"_a.none(), "dt"_a.none(),
-            "outside"_a.none(), "allowed_count"_a.none(), "allowed_psi"_a.none(), "bounds"_a.none(), "kind"_a,
-            "statuses"_a, "scene"_a.none());
     nb::class_<FollowOptions>(m, "FollowOptions")
         .def("__init__", &make_follow_options, "policy"_a, "gc"_a.none(), "carry"_a,
              "max_joint_step"_a.none(), "singularity_margin"_a, "dt"_a.none(), "nearest"_a, "on_fail"_a,
              "lookahead"_a);
     m.attr("LONGEST_STEP") = longest_step;
-    arm.def("follow_all", &follow_all, "start"_a, "poses"_a, "options"_a, "allowed_count"_a.none(),
-            "allowed_psi"_a.none(), "bounds"_a.none(), "columns"_a, "scene"_a.none());
+    bind_both(arm);
     m.def("resolve_many", &resolve_many, "policy"_a, "count"_a, "psi_arcs"_a, "index"_a, "psi"_a,
           "wish"_a.none(), "out"_a, "status"_a);
     m.def("gain", &gain, "rate"_a, "dt"_a);

@@ -48,3 +48,8 @@
 #include "near/forward.hpp"
 #include "near/inverse.hpp"
 #include "near/inverse_range.hpp"
+#include "near/hull.hpp"
+#include "near/corrected_motion.hpp"
+#include "near/feasible.hpp"
+#include "near/step.hpp"
+#include "near/follow.hpp"

@@ -265,6 +265,12 @@ class NearArm:
 
     def self_motion_many(self, pose: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], out: numpy.typing.NDArray[numpy.float64], threads: int) -> None: ...
 
+    def feasible_many(self, pose: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], margin: float, wanted: Wanted, unproven: numpy.typing.NDArray[numpy.float64], threads: int) -> tuple[numpy.typing.NDArray[numpy.int64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int8], numpy.typing.NDArray[numpy.int8], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int8], object, object]: ...
+
+    def step_one(self, q_now: object | None, pose: object | None, policy: Policy, gc: object | None, carry: object | None, max_joint_step: object | None, singularity_margin: object | None, dt: object | None, outside: object | None, allowed_count: object | None, allowed_psi: object | None, bounds: object | None, kind: object, statuses: object, scene: Scene | None) -> Any: ...
+
+    def follow_all(self, start: numpy.typing.NDArray[numpy.float64], poses: numpy.typing.NDArray[numpy.float64], options: FollowOptions, allowed_count: numpy.typing.NDArray[numpy.int64] | None, allowed_psi: numpy.typing.NDArray[numpy.float64] | None, bounds: numpy.typing.NDArray[numpy.float64] | None, columns: tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int64], numpy.typing.NDArray[numpy.int8], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64]], scene: Scene | None) -> None: ...
+
 class SolidKind(enum.Enum):
     BALL = 0
 
@@ -324,6 +330,8 @@ class Side(enum.Enum):
     FAR_SINGULAR = 7
 
     OBSTACLE = 8
+
+    UNPROVEN = 9
 
 class Wanted(enum.Enum):
     BRANCH = 0

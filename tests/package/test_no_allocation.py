@@ -44,6 +44,10 @@ def test_the_counter_counts(counts: dict[str, int]) -> None:
         "bounded_step",
         "lookahead",
         "tracker",
+        "near_arm",
+        "near_inverse",
+        "near_feasible",
+        "near_follow",
     ],
 )
 def test_allocates_nothing(counts: dict[str, int], name: str) -> None:

@@ -21,7 +21,8 @@ enum class Side : std::uint8_t {
     far_margin,
     near_singular,
     far_singular,
-    obstacle
+    obstacle,
+    unproven  // of a nearly S-R-S arm: beyond it nothing is proven
 };
 
 constexpr Tag make_tag(int joint, Side side) noexcept {

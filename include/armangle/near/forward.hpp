@@ -23,6 +23,9 @@ struct NearArm {
     LinkDeviation deviation[joints + 1];  // of D_k
     double wrist_shift, turn;  // how far the wrist of N(theta) can be from that of T(theta), m, rad
     Vec3<double> wrist;        // the nominal wrist in the frame of the tip, m
+    double swing[joints + 1];  // m: by how much of its turning frame a link's deviation moves the wrist
+    double ahead[joints],
+        behind[joints];  // m: of links from a joint's frame to the wrist, and from the first
 };
 
 /// The arm whose limits, psi and GC an arm has: itself, or the one that stands for it.
@@ -111,7 +114,7 @@ inline NearArm make_near_arm(const ArmParameters& parameters,
                              const Pose<double> (&links)[joints + 1]) noexcept {
     constexpr int sweeps =
         32;  // neighbouring axes are nearly square, so that frames hardly disturb each other
-    NearArm out{make_arm(parameters), {}, {}, 0.0, 0.0, {}};
+    NearArm out{make_arm(parameters), {}, {}, 0.0, 0.0, {}, {}, {}, {}};
     const Arm& arm = out.nominal;
     Pose<double> nominal[joints + 1];
     detail::nominal_links(arm, nominal);
@@ -136,6 +139,11 @@ inline NearArm make_near_arm(const ArmParameters& parameters,
             out.deviation[k].position + out.deviation[k].rotation * (lever[k] + out.wrist_shift);
         out.turn += out.deviation[k].rotation;
     }
+    for (int k = 0; k <= joints; ++k)
+        out.swing[k] = out.deviation[k].position + out.deviation[k].rotation * (lever[k] + out.wrist_shift);
+    out.ahead[joints - 1] = norm(out.link[joints].rotation * out.wrist + out.link[joints].position);
+    for (int k = joints - 1; k > 0; --k) out.ahead[k - 1] = out.ahead[k] + norm(out.link[k].position);
+    for (int k = 1; k < joints; ++k) out.behind[k] = out.behind[k - 1] + norm(out.link[k].position);
     return out;
 }
 

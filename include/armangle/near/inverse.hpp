@@ -242,41 +242,45 @@ ARMANGLE_INLINE Found<T> find_posture(const NearArm& arm, const Pose<T>& pose, c
     return out;
 }
 
-/// Solves for Newton's step by elimination with pivots, where the closed form does not lead; false where a
-/// pivot vanishes.
-inline bool solve(const SevenEquations<double>& f, double (&b)[joints]) noexcept {
-    double A[joints][joints];
-    const auto spelt = [](const SevenEquations<double>::Row& row, int k) {
-        const double entry[joints] = {row.wrist.x, row.wrist.y, row.wrist.z, row.turn.x,
-                                      row.turn.y,  row.turn.z,  row.psi};
-        return entry[k];
-    };
-    for (int k = 0; k < joints; ++k) {
-        b[k] = spelt(f.left, k);
-        for (int i = 0; i < joints; ++i) A[k][i] = spelt(f.column[i], k);
+/// The inverse of the seven equations' Jacobian: row i is joint i + 1, columns as the rows of the equations.
+struct InverseSlope {
+    SevenEquations<double>::Row row[joints];
+
+    double times(int i, const SevenEquations<double>::Row& x) const noexcept {
+        return dot(row[i].wrist, x.wrist) + dot(row[i].turn, x.turn) + row[i].psi * x.psi;
+    }
+};
+
+/// By elimination with pivots, where the closed form may not lead; false where a pivot vanishes. Gauss and
+/// Jordan, in place of the identity beside it.
+inline bool invert(const SevenEquations<double>& f, InverseSlope& out) noexcept {
+    double A[joints][2 * joints] = {};
+    for (int i = 0; i < joints; ++i) {
+        const auto& c = f.column[i];
+        const double column[joints] = {c.wrist.x, c.wrist.y, c.wrist.z, c.turn.x, c.turn.y, c.turn.z, c.psi};
+        for (int k = 0; k < joints; ++k) A[k][i] = column[k];
+        A[i][joints + i] = 1.0;
     }
     for (int k = 0; k < joints; ++k) {
         int best = k;
         for (int i = k + 1; i < joints; ++i)
             if (abs(A[i][k]) > abs(A[best][k])) best = i;
-        if (!(abs(A[best][k]) > near_rule::pivot)) return false;
-        for (int j = k; j < joints; ++j) {
+        const double pivot = A[best][k];
+        if (!(abs(pivot) > near_rule::pivot)) return false;
+        for (int j = k; j < 2 * joints; ++j) {
             const double kept = A[k][j];
-            A[k][j] = A[best][j];
-            A[best][j] = kept;
+            A[k][j] = A[best][j] / pivot;
+            if (best != k) A[best][j] = kept;
         }
-        const double kept = b[k];
-        b[k] = b[best];
-        b[best] = kept;
-        for (int i = k + 1; i < joints; ++i) {
-            const double factor = A[i][k] / A[k][k];
-            for (int j = k + 1; j < joints; ++j) A[i][j] -= factor * A[k][j];
-            b[i] -= factor * b[k];
+        for (int i = 0; i < joints; ++i) {
+            if (i == k) continue;
+            const double factor = A[i][k];
+            for (int j = k; j < 2 * joints; ++j) A[i][j] -= factor * A[k][j];
         }
     }
-    for (int k = joints - 1; k >= 0; --k) {
-        for (int j = k + 1; j < joints; ++j) b[k] -= A[k][j] * b[j];
-        b[k] /= A[k][k];
+    for (int i = 0; i < joints; ++i) {
+        const double* x = A[i] + joints;
+        out.row[i] = {{x[0], x[1], x[2]}, {x[3], x[4], x[5]}, x[6]};
     }
     return true;
 }
@@ -299,8 +303,12 @@ inline Status newton(const NearArm& arm, const Pose<double>& pose, const PsiPlan
         double step[joints], longest = 0;
         if (left <= near_rule::settled || (solved && !(left < before)) || !(left < infinity)) break;
         before = left;
-        if (!solve(now, step)) break;
-        for (int j = 0; j < joints; ++j) longest = max(longest, abs(step[j]));
+        InverseSlope back;
+        if (!invert(now, back)) break;
+        for (int j = 0; j < joints; ++j) {
+            step[j] = back.times(j, now.left);
+            longest = max(longest, abs(step[j]));
+        }
         if (longest > near_rule::largest_step)
             for (double& part : step) part *= near_rule::largest_step / longest;
         turn_by(step, angle);
@@ -326,6 +334,14 @@ inline void bend_by(double bend, const Arm& arm, const Configuration<double>& gc
     bent(angle[5], {0, 1}, gc.wrist);
 }
 
+/// The posture of (pose, psi, GC) where the quick way leads to it.
+inline bool solve_quickly(const NearArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
+                          const Configuration<double>& gc, SinCos<double> (&angle)[joints]) noexcept {
+    const Found<double> found = find_posture(arm, pose, plane, gc);
+    for (int j = 0; j < joints; ++j) angle[j] = found.angle[j];
+    return found.left <= near_rule::settled;
+}
+
 /// The posture of (pose, psi, GC) of a pose that may be within reach. Where neither the quick way nor short
 /// steps lead to it, they begin again from a bend of the branch's own.
 inline Status solve_angles(const NearArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
@@ -333,9 +349,7 @@ inline Status solve_angles(const NearArm& arm, const Pose<double>& pose, const P
     const auto begin = [&angle](const Found<double>& from) {
         for (int j = 0; j < joints; ++j) angle[j] = from.angle[j];
     };
-    const Found<double> found = find_posture(arm, pose, plane, gc);
-    begin(found);
-    if (found.left <= near_rule::settled) return Status::OK;
+    if (solve_quickly(arm, pose, plane, gc, angle)) return Status::OK;
     const Found<double> start = correct(arm, pose, plane, gc, near_rule::more_corrections);
     begin(start);
     Status status = newton(arm, pose, plane, gc, angle);
@@ -405,14 +419,16 @@ inline Inverse self_motion_rate(const NearArm& arm, const Pose<double>& pose, do
     const Pose<double> exact{orthonormal(pose.rotation), pose.position};
     const detail::PsiPlane<double> plane(triad(nominal, flange_pose(nominal, exact)), sin_cos(psi));
     SinCos<double> angle[joints];
-    double theta[joints], step[joints];
+    double theta[joints];
     detail::theta_of(nominal, out.q, theta);
     detail::sin_cos_all(theta, angle);
-    detail::SevenEquations<double> f = detail::seven_equations(arm, exact, plane, angle);
-    f.left = {{0, 0, 0}, {0, 0, 0}, dot(plane.along, detail::elbow_axis(angle))};
-    if (!detail::solve(f, step)) out.status = Status::NEAR_SINGULAR;
+    const detail::SevenEquations<double> f = detail::seven_equations(arm, exact, plane, angle);
+    const detail::SevenEquations<double>::Row by_psi{
+        {0, 0, 0}, {0, 0, 0}, dot(plane.along, detail::elbow_axis(angle))};
+    detail::InverseSlope back;
+    if (!detail::invert(f, back)) out.status = Status::NEAR_SINGULAR;
     for (int j = 0; j < joints; ++j)
-        out.q[j] = out.status == Status::OK ? nominal.sign[j] * step[j] : not_a_number;
+        out.q[j] = out.status == Status::OK ? nominal.sign[j] * back.times(j, by_psi) : not_a_number;
     return out;
 }
 

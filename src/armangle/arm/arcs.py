@@ -17,11 +17,12 @@ from ..errors import InputError, ShapeError
 from ..scenes.ready import Ready
 from ..status import STATUSES, Status
 
-EndSide = Literal["lower", "upper", "singular", "user", "obstacle"]
+EndSide = Literal["lower", "upper", "singular", "user", "obstacle", "unproven"]
 _WORDS: dict[Side, EndSide | None] = {
     Side.NONE: None, Side.LOWER: "lower", Side.UPPER: "upper", Side.USER: "user",
     Side.NEAR_MARGIN: "singular", Side.FAR_MARGIN: "singular",
     Side.NEAR_SINGULAR: "singular", Side.FAR_SINGULAR: "singular", Side.OBSTACLE: "obstacle",
+    Side.UNPROVEN: "unproven",
 }  # fmt: skip
 
 
@@ -33,9 +34,9 @@ class ArcEnd:
     ----------
     joint : int or None
         Joint 1..7, or None for an end that the user set, or an obstacle.
-    side : "lower", "upper", "singular", "user" or "obstacle"
-        The limit that is reached there, a singularity or its margin, an arc of the user's own, or an obstacle
-        of a scene that a link would touch.
+    side : "lower", "upper", "singular", "user", "obstacle" or "unproven"
+        The limit that is reached there, a singularity or its margin, an arc of the user's own, an obstacle
+        of a scene that a link would touch, or, of an arm with a chain of its own, the end of what is proven.
     value : float
         The value of that joint there, rad in robot coordinates; NaN without a joint.
     obstacle, link : str or None
@@ -121,7 +122,7 @@ class ArcSet:
     True
     """
 
-    __slots__ = (*_ARRAYS, *_OF_SCENES, "_of", "_start", "shape")
+    __slots__ = (*_ARRAYS, *_OF_SCENES, "_of", "_start", "_unproven", "shape")
 
     shape: Shape
     _count: Ints
@@ -134,6 +135,7 @@ class ArcSet:
     _pair: Ints | None  # of each end, its place in _names; -1: no obstacle's; None: no scene was asked
     _blocking: Ints | None  # the same of each set, which a pair alone leaves empty
     _names: Names  # (obstacle, link)
+    _unproven: Floats | None  # of each set, rad; None: all is proven
     _of: tuple[_core.ArcsOfOne, Ready | None]  # what fills the arrays on first use, where one pose was asked
 
     def __init__(self, intervals: ArrayLike = ()) -> None:
@@ -164,6 +166,7 @@ class ArcSet:
         pair: Ints | None = None,
         blocking: Ints | None = None,
         names: Names = (),
+        unproven: Floats | None = None,
     ) -> None:
         if status is None:
             status = np.where(count > 0, Status.OK, Status.LIMITS).astype(np.int8)
@@ -172,6 +175,7 @@ class ArcSet:
             object.__setattr__(self, name, frozen(array))
         for name, found in zip(_OF_SCENES, (pair, blocking, names), strict=True):
             object.__setattr__(self, name, frozen(found) if isinstance(found, np.ndarray) else found)
+        object.__setattr__(self, "_unproven", None if unproven is None else frozen(unproven))
         object.__setattr__(self, "shape", shape)
 
     @classmethod
@@ -204,6 +208,8 @@ class ArcSet:
                     self._fill(self.shape, *_with_names(columns, ready))
                     return getattr(self, name)
                 found = sets.column(_COLUMNS[name]) if name != "_names" else ()
+            elif name == "_unproven":
+                found = None
             else:
                 raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
             object.__setattr__(self, name, found)
@@ -215,7 +221,7 @@ class ArcSet:
     def __getstate__(self) -> tuple[Any, ...]:
         return (
             self.shape, self._count, self._psi, self._joint, self._side, self._value, self._status,
-            self._pair, self._blocking, self._names,
+            self._pair, self._blocking, self._names, self._unproven,
         )  # fmt: skip
 
     def __setstate__(self, state: tuple[Any, ...]) -> None:
@@ -238,6 +244,16 @@ class ArcSet:
     def status(self) -> NDArray[np.int8] | Status:
         """Why a set is empty: a `Status` for shape (), int8 codes of the set's shape for a batch."""
         return self._status.reshape(self.shape) if self.shape else STATUSES[self._status[0]]
+
+    @property
+    def unproven(self) -> Floats | np.float64:
+        """How much of the circle is left out because nothing is proven of it, rad, of the set's shape.
+
+        0 but for arms with a chain of their own, whose branches merge beside singularities (`Arm.feasible`).
+        """
+        if self._unproven is None:
+            return np.zeros(self.shape)[()]
+        return self._unproven.reshape(self.shape)[()]
 
     @property
     def blocking(self) -> Any:
@@ -390,7 +406,8 @@ class ArcSet:
             np.shape(picked),
             (count, self._psi[rows], self._joint[rows], self._side[rows], self._value[rows],
              self._status[index], None if self._pair is None else self._pair[rows],
-             None if self._blocking is None else self._blocking[index], self._names),
+             None if self._blocking is None else self._blocking[index], self._names,
+             None if self._unproven is None else self._unproven[index]),
         )  # fmt: skip
 
     # -- algebra -------------------------------------------------------------------------------------

@@ -1156,7 +1156,9 @@ class Arm:
         Returns
         -------
         ArcSet, shape (...)
-            Empty with the reason in ``status`` where there is none; never raises on geometry.
+            Empty with the reason in ``status`` where there is none; never raises on geometry. Of an arm with
+            a chain of its own every arm angle in it is proven, and ends are those of the true joints; what
+            is proven neither way is left out, and ``unproven`` says how much that is.
 
         Raises
         ------
@@ -1358,6 +1360,8 @@ class Arm:
         wanted: Wanted, sets: Shape, threads: int, scene: Scene | None = None,
     ) -> ArcSet:  # fmt: skip
         """Return the sets of each pose, of shape (*batch, *sets)."""
+        if self.chain is not None:
+            return self._proven_arcs(pose, gc, margin, paper, wanted, sets, threads, scene)
         ready = self._scene(scene)
         handle = None if ready is None else ready.handle
         of_one = self._handle.feasible_one(pose, gc, margin, paper, threshold, wanted, threads, handle)
@@ -1372,6 +1376,23 @@ class Arm:
             poses, branches, margin, paper, threshold, wanted, as_threads(threads), handle
         )
         return ArcSet._from_core((*batch, *sets), columns, ready)
+
+    def _proven_arcs(
+        self, pose: ArrayLike, gc: ArrayLike, margin: float, paper: float, wanted: Wanted, sets: Shape,
+        threads: int, scene: Scene | None,
+    ) -> ArcSet:  # fmt: skip
+        """Return the sets of the true chain."""
+        self._scene(scene)
+        if as_number("paper_margin", paper, 0.0, MOST_MARGIN) != 0.0:
+            raise unsupported("paper_margin=")
+        margin = as_number("singularity_margin", margin, 0.0, MOST_MARGIN)
+        named = [("pose", as_poses("pose", pose, self._handle), 2), ("gc", as_gc(gc), 0)]
+        batch, (poses, branches) = broadcast(named)
+        unproven = np.zeros((*batch, *sets)).reshape(-1)
+        handle = cast(NearHandle, self._handle)
+        columns = handle.feasible_many(poses, branches, margin, wanted, unproven, as_threads(threads))
+        of_no_scene = (None, None, ())
+        return ArcSet._from_core((*batch, *sets), (*tuple(columns)[:6], *of_no_scene, unproven))
 
     def reachable(
         self, pose: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1

@@ -21,8 +21,6 @@ _ASKED = {
     "psi_towards_many": "psi_towards",
     "joint_function": "joint_function",
     "explain_pose": "explain",
-    "step_one": "step",
-    "follow_all": "follow",
     "turns_many": "feasible_yaw",
     "plan_path": "plan",
     "curve_through": "JointPath",

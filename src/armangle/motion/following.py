@@ -20,6 +20,7 @@ from .options import (
     Bound,
     Carry,
     Outside,
+    check_chain,
     checked_options,
     core_policy,
     no_bounds,
@@ -113,6 +114,8 @@ def follow(
         gc, carry, max_joint_step, singularity_margin, dt, outside
     )
     window = _window(lookahead, len(frames))
+    if arm.chain is not None:
+        check_chain(policy, velocity, acceleration, outside, lookahead)
     options = _core.FollowOptions(
         native, branch, CARRIES[kept], most, margin, time, beyond == "nearest",
         on_fail=failing, lookahead=window,

@@ -10,8 +10,9 @@ from numpy.typing import ArrayLike
 from .. import _core
 from .._arrays import CONFIGURATIONS, JOINTS, Floats, as_floats, as_gc, as_number, chosen, named, one_or_seven
 from ..arm.arm import MOST_MARGIN, Arm
+from ..arm.near import unsupported
 from ..errors import ConfigurationError, InputError, NotFiniteError, ShapeError
-from .policies import POLICIES, Policy
+from .policies import POLICIES, Policy, Towards
 
 Carry = Literal["psi", "elbow"]
 Outside = Literal["refuse", "nearest"]
@@ -42,6 +43,20 @@ def checked_options(
     if dt is not None:
         dt = as_number("dt", dt, 0.0, LONGEST_STEP, low_open=True)
     return gc, kept, max_joint_step, margin, dt, _OUTSIDE[chosen("outside", outside, _OUTSIDE)]
+
+
+def check_chain(
+    policy: Policy, velocity: Bound, acceleration: Bound, outside: Outside, lookahead: int = 0
+) -> None:
+    """Raise for what a step of an arm with a chain of its own cannot be asked."""
+    if isinstance(policy, Towards) and policy.psi is None:
+        raise unsupported("Towards a point or direction")
+    if velocity is not None or acceleration is not None:
+        raise unsupported("a step with velocity= or acceleration=")
+    if outside != "refuse":
+        raise unsupported("outside=")
+    if lookahead:
+        raise unsupported("lookahead=")
 
 
 def core_policy(policy: Policy, dt: float | None) -> Any:

@@ -18,6 +18,7 @@ from .options import (
     Bound,
     Carry,
     Outside,
+    check_chain,
     checked_options,
     core_policy,
     step_bounds,
@@ -201,7 +202,8 @@ def step(
         Obstacles that links keep clear of: their arcs are taken off those within the limits. The arm needs a
         body (`Arm.with_body`). Between two poses nothing is proven.
     singularity_margin : float
-        As in `Arm.feasible`, rad.
+        As in `Arm.feasible`, rad. One above the bands of `Arm.deviation` keeps an arm with a chain of its own
+        out of them.
     velocity : float, array_like of shape (7,), or True, optional
         Greatest joint speeds, rad/s, > 0; a number for all joints; True: the arm's own, ``arm.velocity``.
         Needs `dt`.
@@ -241,6 +243,8 @@ def step(
     """
     native = _DEFAULT_RULE if policy is DEFAULT_POLICY else core_policy(policy, dt)
     count = psi = bounds = None
+    if arm.chain is not None:
+        check_chain(policy, velocity, acceleration, outside)
     if allowed is not None:
         count, psi = one_allowed(allowed, as_poses("pose", pose, arm._handle))
     if velocity is not None or acceleration is not None:

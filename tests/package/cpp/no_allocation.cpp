@@ -173,5 +173,24 @@ int main() {
             for (int k = 0; k < 20; ++k) out.psi[i] = tracker.step(command).psi;
         }
     });
+    static Pose<double> links[joints + 1];
+    detail::nominal_links(arm, links);
+    for (Pose<double>& link : links) link.position.x += 1e-4;
+    static NearArm near = make_near_arm(p, links);
+    report("near_arm", [&] { near = make_near_arm(p, links); });
+    report("near_inverse", [] {
+        const Posture at = forward(near, in.q);
+        out.psi[0] = inverse(near, at.pose, at.psi, at.gc).q[0];
+    });
+    report("near_feasible", [] {
+        ProvenArcs arcs;
+        const Posture at = forward(near, in.q);
+        feasible(near, at.pose, at.gc, near.nominal.limits, 0.0, arcs);
+        out.psi[0] = arcs.unproven;
+    });
+    report("near_follow", [] {
+        const FollowRows rows{out.q, out.psi, out.margin, out.residual, out.gc, out.status};
+        follow(near, 0.0, in.q, in.matrix, count, StepOptions{}, OnFail::hold, {nullptr, 0}, rows);
+    });
     return 0;
 }

@@ -1,0 +1,228 @@
+"""Laws of the arcs of nearly S-R-S arms: in them all limits hold, out of them one breaks, ends are limits."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.calibrated import ARMS, Array, Z, calibrated, off, postures
+from support.chain import turn
+from support.draw import count, generator
+from support.laws import circle_gap
+
+import armangle as aa
+from armangle.models.chain import chain_of, links_of
+
+CLEAR = 1e-9  # rad of a joint: nearer to a limit nothing is decided
+EVERY = pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS.keys())
+
+
+def walk(arm: aa.Arm, q: Array) -> tuple[Array, Array, Array]:
+    """Tip, axes and points of the true chain, by nothing of the package."""
+    pose, axes, points = arm.chain[0], [], []
+    for angle, link in zip(q, arm.chain[1:], strict=True):
+        axes.append(pose[:3, 2])
+        points.append(pose[:3, 3])
+        pose = pose @ turn(Z, angle) @ link
+    return pose, np.array(axes), np.array(points)
+
+
+def every_posture(arm: aa.Arm, pose: Array, psi: float, gc: int, starts: Array) -> list[Array]:
+    """All postures of (pose, psi, gc) that Newton finds from many starts; its row of psi are differences."""
+    found: list[Array] = []
+    for start in starts:
+        q = start.copy()
+        for _ in range(25):
+            at, axes, points = walk(arm, q)
+            spin = pose[:3, :3] @ at[:3, :3].T
+            vee = 0.5 * np.array([spin[2, 1] - spin[1, 2], spin[0, 2] - spin[2, 0], spin[1, 0] - spin[0, 1]])
+            psi_at = psi_of(arm, pose, q)
+            left = np.concatenate([(pose - at)[:3, 3], vee, [(psi - psi_at + np.pi) % (2 * np.pi) - np.pi]])
+            if np.abs(left).max() < 1e-12:
+                break
+            rows = np.zeros((7, 7))
+            rows[:3] = np.cross(axes, at[:3, 3] - points).T
+            rows[3:6] = axes.T
+            for j in range(3):
+                moved = q.copy()
+                moved[j] += 1e-7
+                rows[6, j] = ((psi_of(arm, pose, moved) - psi_at + np.pi) % (2 * np.pi) - np.pi) / 1e-7
+            step = np.linalg.lstsq(rows, left, rcond=1e-10)[0]
+            q = q + step * min(1.0, 0.5 / max(np.abs(step).max(), 1e-300))
+        else:
+            continue
+        if arm.nominal.forward(q)[2] != gc:
+            continue
+        if all(circle_gap(q, other).max() > 1e-6 for other in found):
+            found.append(q)
+    return found
+
+
+def psi_of(arm: aa.Arm, pose: Array, q: Array) -> float:
+    """The arm angle at q: the nominal elbow axis about the wrist of a pose, from its reference plane."""
+    nominal = arm.nominal
+    flange = np.linalg.inv(arm.base) @ pose @ np.linalg.inv(arm.tool)
+    p = flange[:3, 3] - arm.d_wf * flange[:3, 2] - [0.0, 0.0, arm.d_bs]
+    w = p / np.linalg.norm(p)
+    z = np.array([p[1], -p[0], 0.0]) / np.hypot(p[0], p[1])
+    axis = np.linalg.inv(arm.base)[:3, :3] @ nominal.frames(q)[3, :3, 2]
+    return float(np.arctan2(np.cross(w, z) @ axis, z @ axis))
+
+
+def within(arm: aa.Arm, q: Array) -> float:
+    """Least distance of a joint to its limits, on the winding that suits it best."""
+    middle, half = 0.5 * (arm.lower + arm.upper), 0.5 * (arm.upper - arm.lower)
+    return float(np.where(half >= np.pi, np.inf, half - circle_gap(q, middle)).min())
+
+
+@EVERY
+def test_every_psi_of_an_arc_keeps_the_limits_and_every_other_breaks_one(arm: aa.Arm) -> None:
+    rng = generator(21)
+    n = count(12)
+    q = postures(arm, n, 22)
+    pose, _, gc = arm.forward(q)
+    gc[::3] = rng.integers(0, 8, len(gc[::3]))
+    arcs = arm.feasible(pose, gc)
+    assert arcs.shape == (n,)
+    decided = 0
+    for i in range(n):
+        angles = rng.uniform(-np.pi, np.pi, 60)
+        joints = arm.inverse(pose[i], angles, gc[i], unreachable="nan")
+        held = arcs[i].contains(angles)
+        for angle, row, inside in zip(angles, joints, held, strict=True):
+            if not np.isfinite(row[0]):
+                assert not inside, (i, angle)
+                continue
+            margin = within(arm, row)
+            if abs(margin) <= CLEAR:
+                continue
+            if inside:
+                assert margin > 0, (i, angle, margin)
+            elif margin > 0:
+                assert arcs[i].unproven > 0.0, (i, angle, margin)
+            decided += 1
+    assert decided > 20 * n
+
+
+@EVERY
+def test_ends_are_the_true_joints_at_their_limits(arm: aa.Arm) -> None:
+    q = postures(arm, 20, 23)
+    pose, _, gc = arm.forward(q)
+    met = 0
+    for i in range(len(q)):
+        arcs = arm.feasible(pose[i], gc[i])
+        for (lower, upper), ends in zip(arcs.intervals, arcs.ends, strict=True):
+            for psi, end in zip((lower, upper), ends, strict=True):
+                if end.joint is None:
+                    assert end.side == "unproven" and arcs.unproven > 0.0
+                    continue
+                at = arm.inverse(pose[i], psi, gc[i], unreachable="nan")[end.joint - 1]
+                if np.isfinite(at):
+                    assert circle_gap(at, end.value) <= 1e-10
+                    met += 1
+    assert met > 10
+
+
+@pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "openarm_v10"])
+def test_against_newton_from_dense_starts(name: str) -> None:
+    arm = calibrated(name, 1.0, 1.0, seed=3)
+    rng = generator(24)
+    asked = 0
+    for q in postures(arm, 2, 25):
+        pose, _, gc = arm.forward(q)
+        arcs = arm.feasible(pose, gc)
+        for psi in rng.uniform(-np.pi, np.pi, 5):
+            starts = rng.uniform(-np.pi, np.pi, (12, 7))
+            near = arm.nominal.inverse(pose, psi, gc, unreachable="nan")
+            starts = np.vstack([starts, near[None]]) if np.isfinite(near).all() else starts
+            margins = [within(arm, found) for found in every_posture(arm, pose, psi, int(gc), starts)]
+            if not margins or min(abs(m) for m in margins) <= CLEAR:
+                continue
+            asked += 1
+            if psi in arcs:
+                assert min(margins) > 0
+            elif max(margins) > 0:
+                assert arcs.unproven > 0.0
+    assert asked >= 5
+
+
+@pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "openarm_v10", "yaskawa_sia5d"])
+def test_without_deviation_the_arcs_are_the_exact_ones(name: str) -> None:
+    arm = aa.Arm.from_catalogue(name)
+    near = arm.with_(chain=links_of(chain_of(arm._description())))
+    pose, _, gc = arm.forward(postures(arm, 30, 26))
+    compared = 0
+    for i in range(len(pose)):
+        exact, proven = arm.feasible(pose[i], gc[i]), near.feasible(pose[i], gc[i])
+        if proven.unproven > 0.0:
+            continue
+        difference = (exact & ~proven).measure + (proven & ~exact).measure
+        assert difference <= 1e-9 * (1 + exact.count)
+        compared += 1
+    assert compared >= 25
+
+
+def test_the_naive_way_keeps_the_nominal_arcs_and_breaks_limits() -> None:
+    """What the exact arm's arcs say of the true one is wrong near every end."""
+    arm = ARMS["kuka_iiwa7_r800 2.0 mm"]
+    pose, _, gc = arm.forward(postures(arm, 60, 27))
+    broken = [0, 0]
+    for i in range(len(pose)):
+        for k, arcs in enumerate((arm.nominal.feasible(pose[i], gc[i]), arm.feasible(pose[i], gc[i]))):
+            for lower, upper in arcs.intervals:
+                inside = np.linspace(lower + 1e-6, upper - 1e-6, 40)
+                joints = arm.inverse(pose[i], inside, gc[i], unreachable="nan")
+                broken[k] += sum(within(arm, row) < -CLEAR for row in joints if np.isfinite(row[0]))
+    assert broken[0] > 0 and broken[1] == 0
+
+
+def test_shapes_joints_and_branches() -> None:
+    arm = ARMS["openarm_v10 1.0 mm"]
+    pose, _, gc = arm.forward(postures(arm, 3, 28))
+    one, all_gc, each = arm.feasible(pose, gc), arm.feasible_all(pose), arm.joint_feasible(pose, gc)
+    assert one.shape == (3,) and all_gc.shape == (3, 8) and each.shape == (3, 7)
+    assert one.unproven.shape == (3,) and aa.ArcSet([[0.0, 1.0]]).unproven == 0.0
+    for i in range(3):
+        assert all_gc[i, int(gc[i])].intervals.tolist() == one[i].intervals.tolist()
+        if all_gc[i].unproven.max() == 0.0 and each[i].unproven.max() == 0.0:
+            together = each[i, 0]
+            for joint in range(1, 7):
+                together = together & each[i, joint]
+            assert abs(together.measure - one[i].measure) <= 1e-8
+    wide = arm.feasible(pose[0], gc[0])
+    kept = arm.feasible(pose[0], gc[0], singularity_margin=0.3)
+    assert kept.measure <= wide.measure
+    for psi in np.linspace(-3, 3, 40):
+        if psi in kept:
+            theta = arm.signs * arm.inverse(pose[0], psi, gc[0]) + arm.offsets
+            theta[3] -= arm.delta
+            assert (np.abs(np.sin(theta[1:6:2])) >= np.sin(0.3) - 1e-9).all()
+
+
+def test_a_locked_joint_leaves_isolated_angles() -> None:
+    base = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    links = off(links_of(chain_of(base._description())), 0.5, 0.5, generator(29))
+    q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+    arm = base.with_(chain=links)
+    lower, upper = arm.lower.copy(), arm.upper.copy()
+    lower[2] = upper[2] = q[2]
+    locked = arm.with_(lower=lower, upper=upper)
+    pose, psi, gc = locked.forward(q)
+    arcs = locked.feasible(pose, gc)
+    assert any(abs(a - psi) <= 1e-9 and abs(b - psi) <= 1e-9 for a, b in arcs.intervals)
+
+
+def test_reasons_of_empty_sets() -> None:
+    arm = ARMS["kuka_iiwa7_r800 1.0 mm"]
+    pose, _, gc = arm.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+    far = pose.copy()
+    far[0, 3] += 2.0
+    assert arm.feasible(far, gc).status == aa.Status.UNREACHABLE
+    lower, upper = arm.lower.copy(), arm.upper.copy()
+    lower[3], upper[3] = 0.5, 1.0
+    assert arm.with_(lower=lower, upper=upper).feasible(pose, 2).status == aa.Status.ELBOW_LIMIT
+    assert arm.feasible(pose, gc, singularity_margin=1.4).status == aa.Status.ELBOW_MARGIN
+    lower, upper = arm.lower.copy(), arm.upper.copy()
+    lower[0], upper[0] = 3.0, 3.1
+    assert arm.with_(lower=lower, upper=upper).feasible(pose, gc).status == aa.Status.LIMITS
+    with pytest.raises(aa.InputError, match="paper_margin= is not made for an arm with a chain"):
+        arm.feasible(pose, gc, paper_margin=0.1)

@@ -1,0 +1,114 @@
+"""Steps of nearly S-R-S arms: the true pose is met, within the true limits, and nothing jumps."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.calibrated import ARMS, NAMES, postures
+from support.draw import generator
+from support.laws import POSE, circle_gap, gap
+
+import armangle as aa
+from armangle.models.chain import chain_of, links_of
+
+EVERY = pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS.keys())
+POLICIES = (aa.Repulsion(), aa.Hold(), aa.Centre(0.2), aa.Towards(psi=0.5, K=0.3))
+
+
+def nudged(pose: np.ndarray, rng: np.random.Generator, size: float = 1e-3) -> np.ndarray:
+    """A pose a little further."""
+    return aa.pose(size * rng.normal(size=3)) @ pose @ aa.pose([0, 0, 0], rotvec=size * rng.normal(size=3))
+
+
+@EVERY
+def test_a_step_meets_the_true_pose_or_says_why_not(arm: aa.Arm) -> None:
+    rng = generator(41)
+    taken = 0
+    for i, q in enumerate(postures(arm, 12, 42)):
+        pose = nudged(arm.forward(q)[0], rng)
+        now = aa.step(arm, q, pose, policy=POLICIES[i % 4])
+        if now.status != aa.Status.OK:
+            assert now.q.tolist() == q.tolist()
+            continue
+        taken += 1
+        at, psi, gc = arm.forward(now.q)
+        assert gap(at, pose) <= POSE and gc == now.gc == arm.forward(q)[2]
+        assert circle_gap(psi, now.psi) <= 1e-10
+        assert arm.limit_margin(now.q) >= -1e-9 and np.abs(now.q - q).max() <= 0.2
+        # the naive way, a step of the nominal arm, misses it
+        naive = aa.step(arm.nominal, q, pose)
+        assert naive.status != aa.Status.OK or gap(arm.forward(naive.q)[0], pose) > 1e5 * POSE
+    assert taken >= 5
+
+
+@EVERY
+def test_follow_is_step_in_a_loop(arm: aa.Arm) -> None:
+    rng = generator(43)
+    q = postures(arm, 1, 44)[0] * 0.5
+    poses = [arm.forward(q)[0]]
+    for _ in range(6):
+        poses.append(nudged(poses[-1], rng, 3e-3))
+    done = aa.follow(arm, np.array(poses), start=q, on_fail="hold")
+    now = q
+    for i, pose in enumerate(poses):
+        one = aa.step(arm, now, pose)
+        assert one.status == done.status[i] and one.q.tolist() == done.q[i].tolist()
+        now = one.q
+    assert done.residual.max() <= POSE or (done.status != aa.Status.OK).any()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_without_deviation_it_is_the_exact_step(name: str) -> None:
+    arm = aa.Arm.from_catalogue(name)
+    near = arm.with_(chain=links_of(chain_of(arm._description())))
+    rng = generator(45)
+    compared = 0
+    for i, q in enumerate(postures(arm, 12, 46)):
+        pose, _, gc = arm.forward(q)
+        pose = nudged(pose, rng)
+        if near.feasible(pose, gc).unproven > 0.0:
+            continue
+        policy = POLICIES[i % 4]
+        exact, kept = aa.step(arm, q, pose, policy=policy), aa.step(near, q, pose, policy=policy)
+        if exact.status != aa.Status.OK or np.abs(exact.q - q).max() > 0.19:
+            continue
+        assert kept.status == exact.status
+        assert gap(kept.q, exact.q) <= 1e-7 and circle_gap(kept.psi, exact.psi) <= 1e-7
+        compared += 1
+    assert compared >= 6
+
+
+def test_a_wish_too_far_is_shortened_and_a_pose_too_far_is_a_jump() -> None:
+    arm = ARMS["kuka_iiwa7_r800 1.0 mm"]
+    q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+    pose, psi, gc = arm.forward(q)
+    far = aa.step(arm, q, pose, policy=aa.Towards(psi=float(psi) + 1.0, K=1.0))
+    assert far.status == aa.Status.OK
+    assert 0.15 < np.abs(far.q - q).max() <= 0.2 and far.psi > psi + 0.05
+    there = pose.copy()
+    there[:3, 3] += [0.0, 0.2, 0.1]
+    assert aa.step(arm, q, there).status == aa.Status.JOINT_JUMP
+    there[:3, 3] += 2.0
+    assert aa.step(arm, q, there).status == aa.Status.UNREACHABLE
+    none = aa.ArcSet([[psi + 1.0, psi + 1.1]]) & ~arm.feasible(pose, gc)
+    assert aa.step(arm, q, pose, allowed=none).status == aa.Status.NOT_ALLOWED
+
+
+@pytest.mark.parametrize(
+    ("asked", "what"),
+    [
+        ({"velocity": np.ones(7), "dt": 0.1}, "velocity="),
+        ({"policy": aa.Towards(point=[0.0, 0.0, 1.0])}, "Towards a point"),
+    ],
+)
+def test_what_a_chain_cannot_be_asked_is_refused_by_name(asked: dict[str, object], what: str) -> None:
+    arm = ARMS["kuka_iiwa7_r800 1.0 mm"]
+    q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+    pose = arm.forward(q)[0]
+    refusal = f"{what}.* is not made for an arm with a chain"
+    with pytest.raises(aa.InputError, match=refusal):
+        aa.step(arm, q, pose, **asked)
+    with pytest.raises(aa.InputError, match=refusal):
+        aa.follow(arm, pose[None], start=q, **asked)
+    with pytest.raises(aa.InputError, match="lookahead= is not made for"):
+        aa.follow(arm, pose[None], start=q, lookahead=1)

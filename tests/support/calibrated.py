@@ -1,0 +1,51 @@
+"""Arms of the catalogue as a calibration would find them: links off at random."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+import armangle as aa
+from armangle.models.chain import chain_of, links_of
+from support.chain import turn
+from support.draw import generator
+
+Array = NDArray[np.float64]
+NAMES = ("kuka_iiwa7_r800", "openarm_v10", "barrett_wam7", "yaskawa_sia5d", "iit_icub_left")
+CALIBRATIONS = ((0.1, 0.1), (1.0, 1.0), (2.0, 5.0))  # mm, mrad
+Z = np.array([0.0, 0.0, 1.0])
+
+
+def off(links: Array, mm: float, mrad: float, rng: np.random.Generator) -> Array:
+    """Links moved by random shifts and turns of this size."""
+    shifts, turns = (size * 1e-3 / 3**0.5 * rng.normal(size=(8, 3)) for size in (mm, mrad))
+    return np.array([link @ aa.pose(s, rotvec=t) for link, s, t in zip(links, shifts, turns, strict=True)])
+
+
+def calibrated(name: str, mm: float, mrad: float, seed: int = 0) -> aa.Arm:
+    """An arm of the catalogue whose links are off at random."""
+    arm = aa.Arm.from_catalogue(name)
+    rng = generator(seed, round(10 * mm), len(name))
+    return arm.with_(chain=off(links_of(chain_of(arm._description())), mm, mrad, rng))
+
+
+def plain_forward(arm: aa.Arm, q: Array) -> Array:
+    """The tip of a chain, walked link by link."""
+    pose = arm.chain[0]
+    for angle, link in zip(q, arm.chain[1:], strict=True):
+        pose = pose @ turn(Z, angle) @ link
+    return pose
+
+
+def postures(arm: aa.Arm, n: int, *seed: int) -> Array:
+    return generator(*seed).uniform(arm.lower, arm.upper, (n, 7))
+
+
+def off_singular(arm: aa.Arm, q: Array, least: float) -> Array:
+    """Whether theta_2, theta_4 - delta and theta_6 are away from singular (rad)."""
+    theta = arm.signs * q + arm.offsets
+    theta[:, 3] -= arm.delta
+    return (np.abs(np.sin(theta[:, 1:6:2])) > np.sin(least)).all(axis=1)
+
+
+ARMS = {f"{name} {mm} mm": calibrated(name, mm, mrad) for name in NAMES for mm, mrad in CALIBRATIONS}
