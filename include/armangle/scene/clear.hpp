@@ -93,10 +93,11 @@ private:
             const Eight R = radius + Eight(part.reach);
             if (part.kind == MetPart::Kind::planar) {
                 for (int piece = 0; piece < part.pieces; ++piece) {
-                    const Eight x_least = planar_threshold(part.piece[piece], q.x, rho, R);
-                    for_each_bit(bits(x_least < rho), [&](int i) {
+                    const PlanarRod& rod = part.piece[piece];
+                    for_each_bit(bits(meets_planar(rod, q.x, rho, R)), [&](int i) {
                         const Vec3<double> at{q.x[i], q.y[i], q.z[i]};
-                        add(planar_arc(part.piece[piece], at, rho[i], x_least[i]), id(block, i), k);
+                        add(planar_arc(rod, at, rho[i], planar_threshold(rod, at.x, rho[i], R[i])),
+                            id(block, i), k);
                     });
                 }
                 continue;
