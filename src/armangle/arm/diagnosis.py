@@ -88,6 +88,9 @@ class Branch:
         Places of the path at which the feasible arcs were looked at.
     given_up : bool
         Of UNRESOLVED: whether the search ended because it had tried as much as one plan may.
+    through : tuple of int
+        Other global configurations that the way passes through; it crosses at θ2 = 0 or θ6 = 0, where the
+        two are one posture. The margins are then those to limits alone.
     """
 
     gc: int
@@ -107,6 +110,7 @@ class Branch:
     short: float = math.nan
     sections: int = 0
     given_up: bool = False
+    through: tuple[int, ...] = ()
 
     @property
     def ok(self) -> bool:
@@ -126,6 +130,10 @@ class Branch:
                 if not path:
                     return "solved within all limits."
                 least = math.degrees(min(self.margin, self.elbow_margin))
+                if self.through:
+                    others = ", ".join(map(str, self.through))
+                    way = f"the whole path is possible, passing through GC {others}"
+                    return f"{way}, {least:.3g}° from the nearest limit."
                 return f"the whole path is possible, {least:.3g}° from the nearest limit or singularity."
             case Verdict.UNREACHABLE:
                 if self.status == Status.FOLDED:
@@ -245,11 +253,12 @@ class Diagnosis:
 def branch_of(report: tuple[Any, ...]) -> Branch:
     """Return the branch that a report of the core stands for."""
     gc, verdict, status, s_from, s_to, excess, reached, margin, elbow, cost, psi, *rest = report
-    blocking, openings, sections, given_up = rest
+    blocking, openings, sections, given_up, through = rest
     found = [Opening(joint, "upper" if upper else "lower", extra) for joint, upper, extra in openings]
     return Branch(
         gc=gc, verdict=Verdict(verdict), status=STATUSES[status], s_from=s_from, s_to=s_to, excess=excess,
         reached=reached, margin=margin, elbow_margin=elbow, cost=cost, nearest_psi=psi,
         blocking=tuple(joint for joint in range(1, 8) if blocking >> (joint - 1) & 1),
         openings=tuple(sorted(found, key=lambda o: o.extra)), sections=sections, given_up=given_up,
+        through=tuple(other for other in range(8) if through >> other & 1),
     )  # fmt: skip
