@@ -15,7 +15,7 @@ from armangle import plots
 arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_body(aa.Body.bones(upper_arm=0.09, forearm=0.08))
 start = np.radians([20.0, 45.0, 10.0, -80.0, 10.0, 60.0, 0.0])
 first, psi, gc = arm.forward(start)
-beside = arm.elbow(start)[:2] + [-0.04, 0.18]  # a pole behind the elbow, on the side it moves to
+beside = arm.elbow(start)[:2] + np.array([-0.04, 0.18])  # a pole behind the elbow, on the side it moves to
 pole = aa.Capsule([*beside, 0.0], [*beside, 1.2], 0.04, name="pole")
 scene = aa.Scene([pole, aa.HalfSpace([0, 0, 1], 0.0, name="floor")], clearance=0.005)
 

@@ -114,6 +114,17 @@ private:
         }
     }
 
+    /// Whether a part comes near a ball around a solid at any psi.
+    static bool meets_bound(const MetPart& part, double along, double off, double radius) noexcept {
+        const double R = radius + part.reach;
+        if (part.kind != MetPart::Kind::planar)
+            return hypot(along - part.along, off - part.off) < R + part.length;
+        bool meets = false;
+        for (int piece = 0; piece < part.pieces; ++piece)
+            meets |= meets_planar(part.piece[piece], along, off, R);
+        return meets;
+    }
+
     int id(int block, int i) const noexcept { return scene_.ball_id[8 * block + i]; }
 
     void against_solid(const Solid& solid, const Pose<double>& frame, int id) noexcept {
@@ -125,8 +136,7 @@ private:
         Solid here = solid;
         for (int k = 0; k < scene_.part_count; ++k) {
             const MetPart& part = part_[k];
-            if (hypot(bound.centre.x - part.along, off - part.off) >= bound.radius + part.reach + part.length)
-                continue;
+            if (!meets_bound(part, bound.centre.x, off, bound.radius)) continue;
             if (!turned) here = placed(frame, solid);
             turned = true;
             const double R = solid.radius + part.reach;
