@@ -40,5 +40,5 @@ assert (arm.clearance(poses, kept.psi, kept.gc, scene).distance > 0.005 - 1e-9).
 last = arm.feasible(poses[-1], gc, scene=scene)
 for end in last.ends[0]:
     print(f"{end.obstacle} touches {end.link}" if end.obstacle else f"joint {end.joint}, {end.side} limit")
-plots.circle(arm, poses[-1], gc, psi=float(kept.psi[-1]), allowed=arm.clear(poses[-1], gc, scene))
+plots.circle(arm, poses[-1], gc, psi=float(kept.psi[-1]), scene=scene)
 plt.show()
