@@ -70,6 +70,8 @@ class Status(enum.IntEnum):
 
     NO_CONVERGENCE = 17
 
+    PARTIAL = 18
+
     @property
     def sentence(self) -> str:
         """The outcome as one sentence."""
@@ -180,7 +182,7 @@ class Arm:
 
     def joint_function(self, pose: numpy.typing.NDArray[numpy.float64], gc: int, joint: int) -> JointFunction: ...
 
-    def step_one(self, q_now: object | None, pose: object | None, policy: Policy, gc: object | None, carry: object | None, max_joint_step: object | None, singularity_margin: object | None, allowed_count: object | None, allowed_psi: object | None, bounds: object | None, kind: object, statuses: object, scene: Scene | None) -> Any: ...
+    def step_one(self, q_now: object | None, pose: object | None, policy: Policy, gc: object | None, carry: object | None, max_joint_step: object | None, singularity_margin: object | None, dt: object | None, outside: object | None, allowed_count: object | None, allowed_psi: object | None, bounds: object | None, kind: object, statuses: object, scene: Scene | None) -> Any: ...
 
     def follow_all(self, start: numpy.typing.NDArray[numpy.float64], poses: numpy.typing.NDArray[numpy.float64], options: FollowOptions, allowed_count: numpy.typing.NDArray[numpy.int64] | None, allowed_psi: numpy.typing.NDArray[numpy.float64] | None, bounds: numpy.typing.NDArray[numpy.float64] | None, columns: tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int64], numpy.typing.NDArray[numpy.int8], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64]], scene: Scene | None) -> None: ...
 
@@ -398,7 +400,9 @@ class Policy:
     def towards(wish: Wish, psi: float, target: numpy.typing.NDArray[numpy.float64], K: float, outside: Outside) -> Policy: ...
 
 class FollowOptions:
-    def __init__(self, policy: Policy, gc: int | None, carry: Carry, max_joint_step: float | None, singularity_margin: float, on_fail: OnFail, lookahead: int) -> None: ...
+    def __init__(self, policy: Policy, gc: int | None, carry: Carry, max_joint_step: float | None, singularity_margin: float, dt: float | None, nearest: bool, on_fail: OnFail, lookahead: int) -> None: ...
+
+LONGEST_STEP: float = 1000000000.0
 
 def resolve_many(policy: Policy, count: numpy.typing.NDArray[numpy.int64], psi_arcs: numpy.typing.NDArray[numpy.float64], index: numpy.typing.NDArray[numpy.int64], psi: numpy.typing.NDArray[numpy.float64], wish: numpy.typing.NDArray[numpy.float64] | None, out: numpy.typing.NDArray[numpy.float64], status: numpy.typing.NDArray[numpy.int8]) -> None: ...
 
@@ -451,7 +455,7 @@ class Metric(enum.Enum):
     MARGIN = 2
 
 class SolveOptions:
-    def __init__(self, metric: Metric, weight: numpy.typing.NDArray[numpy.float64], branches: int, margin: float) -> None: ...
+    def __init__(self, metric: Metric, weight: numpy.typing.NDArray[numpy.float64], branches: int, margin: float, length: float) -> None: ...
 
 class Tracking(enum.IntEnum):
     FOLLOWING = 0
@@ -461,6 +465,8 @@ class Tracking(enum.IntEnum):
     NEAREST = 2
 
     HELD = 3
+
+    TURNING = 4
 
 def smooth_hand(omega: float, patience: float, jump: float, turn: float, samples: numpy.typing.NDArray[numpy.float64], dt: float, poses: numpy.typing.NDArray[numpy.float64]) -> None: ...
 
