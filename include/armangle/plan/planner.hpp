@@ -15,6 +15,7 @@
 #include "certify.hpp"
 #include "diagnose.hpp"
 #include "tube.hpp"
+#include "optimise.hpp"
 #include "relax.hpp"
 
 namespace armangle {
@@ -41,6 +42,7 @@ struct Plan {
 namespace plan_rule {
 inline constexpr int rounds = 4;   // of new sections where a proof saw a violation
 inline constexpr int samples = 5;  // of an empty range, to explain it
+inline constexpr int looks = 4;    // for the least margin, in a stretch
 }  // namespace plan_rule
 
 namespace detail {
@@ -65,6 +67,7 @@ public:
             if (i + 1 < base_.size()) wrists.push_back(wrist(0.5 * (base_[i] + base_[i + 1])));
         }
         task_.plane = smooth_plane(wrists);
+        task_.length = turned_length(task_, base_);
     }
 
     Plan run() {
@@ -86,15 +89,14 @@ private:
         return triad(task_.arm, flange_pose(task_.arm, task_.pose(s))).w;
     }
 
-    /// Order of branches: those with a way first, by least margin, then by the margin that the arm angle
-    /// decides, then by cost.
+    /// Order of branches: those with a way first, by the objective, then by the least margin.
     static bool before(const BranchReport& a, const BranchReport& b) noexcept {
         if ((a.verdict == Verdict::ok) != (b.verdict == Verdict::ok)) return a.verdict == Verdict::ok;
         if (a.verdict != Verdict::ok) return a.reached > b.reached;
+        if (a.cost != b.cost) return a.cost < b.cost;
         const double x = min(a.margin, a.elbow_margin), y = min(b.margin, b.elbow_margin);
         if (abs(x - y) > link_rule::tie) return x > y;
-        if (abs(a.margin - b.margin) > link_rule::tie) return a.margin > b.margin;
-        return a.travel < b.travel;
+        return a.margin > b.margin;
     }
 
     /// The hinge that lies nearest to 0 or +-pi: there the arm angle does not say how the joints beside it
@@ -137,6 +139,12 @@ private:
         bool held() const noexcept { return starts && arrives; }
     };
 
+    static FixedEnds fixed_ends(const Ends& ends, const double* q) noexcept {
+        FixedEnds out{ends.start.given, ends.goal.given, {}};
+        std::copy(q, q + joints, out.q);
+        return out;
+    }
+
     Ends ends(const Tube& tube) const noexcept {
         Ends out;
         if (options_.start) out.start = anchor(tube, tube.sections.front(), options_.start);
@@ -173,8 +181,13 @@ private:
             out.to = way.reached < t.sections.size() ? t.sections[way.reached].s : 1.0;
             if (way.reached) out.nearest_psi = nearest_psi(t, t.sections[way.reached], way.rows.back().phi);
         } else if (fixed.held()) {
-            out.margin = way.margin;
-            out.travel = way.cost;
+            const FixedEnds ends = fixed_ends(fixed, way.rows[0].q);
+            Optimum& best = coarse_[static_cast<std::size_t>(gc)] =
+                coarse_optimum(task_, options_.objective, t, way, ends);
+            if (!best.found()) best = as_it_is(task_, options_.objective, gc, ends, along(t, way, base_));
+            out.margin = best.found() ? best.margin : way.margin;
+            out.cost = best.energy;
+            out.stationarity = best.stationarity;
             out.elbow_margin = least_elbow_margin(t, way);
         }
         return out;
@@ -267,15 +280,25 @@ private:
         if (farthest != plan_.branches.end()) partial(farthest->gc);
     }
 
-    /// Way, curve and proof of a branch that has a way; new sections where the curve breaks a limit. False if
-    /// it always does.
+    /// Curve and proof of a branch that has a way: the curve of least objective; where that is not proven, a
+    /// smooth one along the way, with new sections where it breaks a limit. False if it always does.
     bool realise(BranchReport& report, Plan& out) {
         std::vector<double> base = base_;
+        Plan best;
         for (int round = 0; round < plan_rule::rounds; ++round) {
             const Tube t = tube(task_, report.gc, base);
             const Ends fixed = ends(t);
-            if (!fixed.held() || !follow_way(t, fixed, base, out)) break;
-            out.proof = certify(curve(out), task_.limits, options_.singularity_margin);
+            if (!fixed.held()) break;
+            if (round == 0 && optimise(t, fixed, report, best)) {
+                out = std::move(best);
+                return true;
+            }
+            if (!follow_way(t, fixed, base, report, out)) break;
+            if (out.proof.certified()) return true;
+            if (!best.stretches.empty() && best.proof.violated.empty()) {
+                out = std::move(best);
+                return true;
+            }
             if (out.proof.violated.empty()) return true;
             add_sections(out, base);
         }
@@ -288,7 +311,19 @@ private:
         return false;
     }
 
-    bool follow_way(const Tube& t, const Ends& fixed, const std::vector<double>& base, Plan& out) const {
+    /// The curve of least objective near the branch's coarse one; whether it is proven.
+    bool optimise(const Tube& t, const Ends& fixed, BranchReport& report, Plan& out) const {
+        const Optimum& coarse = coarse_[static_cast<std::size_t>(report.gc)];
+        if (!coarse.found()) return false;
+        const Optimum best = fine_optimum(task_, options_.objective, t.gc, fixed_ends(fixed, coarse.q), coarse.curve);
+        if (!best.found()) return false;
+        draw(t, best, fixed.start.given ? fixed.start.q : best.q, report, out);
+        return out.proof.certified();
+    }
+
+    /// A curve along the way of the search; of least objective on its own knots where that is proven too.
+    bool follow_way(const Tube& t, const Ends& fixed, const std::vector<double>& base, BranchReport& report,
+                    Plan& out) const {
         Search search(task_, t, options_.objective, fixed.start, fixed.goal);
         const Way best = search.run(-infinity);
         if (!best.whole) return false;
@@ -296,7 +331,19 @@ private:
         Way way = search.run(floor);
         if (!way.whole) way = best;
         relax(task_, t, options_.objective, way, fixed.start.given, fixed.goal.given, floor);
-        draw(t, way, base, out);
+        const double* first = way.rows[0].q;
+        const Spline drawn = along(t, way, base);
+        const FixedEnds ends = fixed_ends(fixed, first);
+        draw(t, as_it_is(task_, options_.objective, t.gc, ends, drawn), first, report, out);
+        if (!out.proof.certified()) return true;
+        Plan better;
+        BranchReport its = report;
+        const Optimum least = fine_optimum(task_, options_.objective, t.gc, ends, drawn);
+        if (least.found()) draw(t, least, first, its, better);
+        if (least.found() && better.proof.certified()) {
+            out = std::move(better);
+            report = its;
+        }
         return true;
     }
 
@@ -305,20 +352,49 @@ private:
         return {task_.arm, task_.plane, x.gc, {task_.segments, task_.segment_count}, x.stretches};
     }
 
-    /// Draws the spline of a way into a plan, its first posture on the way's windings.
-    void draw(const Tube& t, const Way& way, const std::vector<double>& base, Plan& out) const {
+    /// The smooth curve of a way.
+    Spline along(const Tube& t, const Way& way, const std::vector<double>& base) const {
         std::vector<double> s, phi;
         for (const std::size_t k : knots(t, base, way.rows.size())) {
             s.push_back(t.sections[k].s);
             phi.push_back(way.rows[k].phi);
         }
+        return spline(s, s, phi);
+    }
+
+    /// Draws a spline into a plan, its first posture on the windings next to q.
+    void draw(const Tube& t, const Spline& drawn, const double* q, Plan& out) const {
         out.gc = t.gc;
-        out.stretches = smooth_stretches(s, phi);
+        out.stretches = stretches_of(drawn, {task_.segments, task_.segment_count});
         const Circle<double>& c = t.sections[0].motion.circle;
-        const SinCos<double> sc = sin_cos(way.rows[0].phi);
+        const SinCos<double> sc = sin_cos(drawn.control.front());
         const double psi =
             arm_angle(triad(task_.arm, flange_pose(task_.arm, task_.pose(0.0))), c.z * sc.cos + c.e * sc.sin);
-        lift_stretches(curve(out), out.stretches, way.rows[0].q, psi);
+        lift_stretches(curve(out), out.stretches, q, psi);
+    }
+
+    /// The same of an optimum, with its proof, and what it is worth in the report.
+    void draw(const Tube& t, const Optimum& x, const double* q, BranchReport& report, Plan& out) const {
+        draw(t, x.curve, q, out);
+        out.proof = certify(curve(out), task_.limits, options_.singularity_margin);
+        report.cost = x.energy;
+        report.stationarity = x.stationarity;
+        report.margin = least_margin(curve(out));
+    }
+
+    /// The least margin along a curve, looked at in every stretch; joint 4 apart.
+    double least_margin(const Curve& drawn) const noexcept {
+        double least = infinity;
+        const auto look = [&](const double* q) {
+            least = min(least, rating(task_, options_.objective, q).margin);
+        };
+        for (const Stretch& x : drawn.stretches) {
+            look(x.q);
+            for (int i = 1; i < plan_rule::looks; ++i)
+                look(drawn.at(x.start + (x.end - x.start) * i / plan_rule::looks).q);
+        }
+        look(drawn.stretches.back().q_end);
+        return least;
     }
 
     /// Sections about each violation, so that the tube has exact arcs there.
@@ -352,10 +428,11 @@ private:
         if (way.reached < 2) return;
         relax(task_, t, options_.objective, way, start.given, false,
               link_rule::keep * min(way.margin, options_.objective.enough));
-        draw(t, way, base_, plan_);
+        draw(t, along(t, way, base_), way.rows[0].q, plan_);
     }
 
     const PlanOptions& options_;
+    Optimum coarse_[configurations];  // of each branch, on few knots
     std::vector<double> base_;
     Task task_;
     Plan plan_;

@@ -53,6 +53,7 @@ struct Task {
     const Segment* segments;
     std::size_t segment_count;
     SmoothPlane plane;
+    double length = 1;  // how far the path turns the arm (rad), 1 at least
 
     Pose<double> pose(double s) const noexcept {
         return pose_at(segments[segment_index(segments, segment_count, s)], s);
@@ -125,9 +126,8 @@ inline SolvedSection solve_section(const Task& task, int gc, double s) noexcept 
 
 inline double gap(const Vec3<double>& a, const Vec3<double>& b) noexcept { return norm(a - b); }
 
-/// Largest turn (rad, as a chord) of the wrist's direction, the tool and the elbow between two sections.
-inline double turned(const Section& a, const Section& b) noexcept {
-    const auto &p = a.motion.circle, &q = b.motion.circle;
+/// Largest turn (rad, as a chord) of the wrist's direction, the tool and the elbow between two places.
+inline double turned(const Circle<double>& p, const Circle<double>& q) noexcept {
     const double wrist = gap(p.w, q.w), elbow = hypot(p.triangle.eta.sin - q.triangle.eta.sin,
                                                       p.triangle.eta.cos - q.triangle.eta.cos);
     const auto column = [](const Circle<double>& c, double Vec3<double>::* i) {
@@ -197,7 +197,7 @@ private:
     }
 
     bool alike(const SolvedSection& left, const SolvedSection& right, int depth) const noexcept {
-        if (depth < tube_rule::turn_depth && turned(left.section, right.section) > tube_rule::turn)
+        if (depth < tube_rule::turn_depth && turned(left.section.motion.circle, right.section.motion.circle) > tube_rule::turn)
             return false;
         const Change now = depth < tube_rule::event_depth ? change(left, right) : Change::small;
         return now == Change::small || (now == Change::shifted && depth >= tube_rule::shift_depth);
@@ -256,6 +256,19 @@ inline std::vector<double> base_parameters(const Segment* segments, std::size_t 
     }
     out.push_back(1.0);
     return out;
+}
+
+/// How far a path turns wrist, tool and elbow (rad), 1 at least; places out of reach do not count.
+inline double turned_length(const Task& task, const std::vector<double>& base) noexcept {
+    double sum = 0;
+    Circle<double> before = task.circle_at(base.front());
+    for (const double s : base) {
+        const Circle<double> here = task.circle_at(s);
+        const double turn = detail::turned(before, here);
+        if (turn < infinity) sum += turn;
+        before = here;
+    }
+    return max(1.0, sum);
 }
 
 /// The sections that become knots of the curve: all of `base`, and of those between only such as lie no
