@@ -52,6 +52,28 @@ nb::tuple arc_through_points(Floats from, Floats via, Floats to) {
                           nb::make_tuple(arc.axis.x, arc.axis.y, arc.axis.z), arc.angle);
 }
 
+/// The first segment of several that does not begin where the one before it ends, and how far off (m or rad);
+/// their number where all do.
+nb::tuple path_gap(Floats segments) {
+    const Buffer g(segments);
+    const auto n = static_cast<std::size_t>(g.shape(0));
+    for (std::size_t i = 1; i < n; ++i) {
+        const double off = gap(as_segments(g)[i - 1], as_segments(g)[i]);
+        if (!(off <= path_rule::apart)) return nb::make_tuple(i, off);
+    }
+    return nb::make_tuple(n, 0.0);
+}
+
+/// Segments one after the other with rounded corners, and by how much they are off those given: m, rad.
+nb::tuple path_joined(Floats segments, double radius) {
+    const Buffer g(segments);
+    const Joined path = joined({as_segments(g), static_cast<std::size_t>(g.shape(0))}, radius);
+    nb::object out = new_array(nb::make_tuple(path.segments.size(), segment_width));
+    std::memcpy(Buffer(out, true).data<double>(), path.segments.data(),
+                path.segments.size() * sizeof(Segment));
+    return nb::make_tuple(out, path.off_position, path.off_rotation);
+}
+
 /// Poses (4x4) at s.
 void path_poses(Floats segments, Floats s, Floats out) {
     const Buffer g(segments), x(s), to(out, true);
@@ -70,17 +92,14 @@ void path_derivatives(Floats segments, Floats s, Floats out) {
     for (Py_ssize_t i = 0; i < x.shape(0); ++i) {
         const double at = x.data<double>()[i];
         const Segment& segment = as_segments(g)[segment_index(as_segments(g), n, at)];
-        const Vec3<Jet<double, 3>> p = pose_at(segment, Jet<double, 3>::variable(at)).position;
-        const Vec3<double> w = angular_velocity(segment);
+        const auto s_jet = Jet<double, 3>::variable(at);
+        const Vec3<Jet<double, 3>> p = pose_at(segment, s_jet).position, w = angular_velocity(segment, s_jet);
         double* row = to.data<double>() + 18 * i;
         for (int k = 1; k <= 3; ++k, row += 6) {
-            const double factorial = k == 3 ? 6.0 : k, spin = k == 1 ? 1.0 : 0.0;
-            const double values[6] = {p.x.coefficient[k] * factorial,
-                                      p.y.coefficient[k] * factorial,
-                                      p.z.coefficient[k] * factorial,
-                                      w.x * spin,
-                                      w.y * spin,
-                                      w.z * spin};
+            const double factorial = k == 3 ? 6.0 : k, below = k == 3 ? 2.0 : 1.0;  // k!, (k - 1)!
+            const double values[6] = {p.x.coefficient[k] * factorial, p.y.coefficient[k] * factorial,
+                                      p.z.coefficient[k] * factorial, w.x.coefficient[k - 1] * below,
+                                      w.y.coefficient[k - 1] * below, w.z.coefficient[k - 1] * below};
             std::memcpy(row, values, sizeof(values));
         }
     }
@@ -253,6 +272,8 @@ void bind_planning(nb::module_& m, nb::class_<ArmHandle>& arm) {
     m.def("path_screw", &path_screw, "start"_a, "point"_a, "direction"_a, "angle"_a, "advance"_a, "carried"_a,
           "end"_a.none(), "out"_a);
     m.def("arc_through", &arc_through_points, "start"_a, "via"_a, "end"_a);
+    m.def("path_gap", &path_gap, "segments"_a);
+    m.def("path_joined", &path_joined, "segments"_a, "radius"_a);
     m.def("path_poses", &path_poses, "segments"_a, "s"_a, "out"_a);
     m.def("path_derivatives", &path_derivatives, "segments"_a, "s"_a, "out"_a);
     m.def("interval_many", &interval_many, "operation"_a, "a"_a, "b"_a, "out"_a);

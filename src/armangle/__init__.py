@@ -30,7 +30,7 @@ _NAMES = {
     "models.description": "ImportReport",
     "motion.following": "follow",
     "motion.joint_path": "JointPath PathPoint",
-    "motion.paths": "CircularArc Line Path Screw Waypoints",
+    "motion.paths": "CircularArc Deviation Line Path Screw Segments Waypoints",
     "motion.planning": "Objective plan",
     "motion.policies": "Centre Hold Repulsion Towards",
     "motion.stepping": "Resolution Step resolve step",

@@ -67,9 +67,11 @@ from .motion.joint_path import (
 )
 from .motion.paths import (
     CircularArc as CircularArc,
+    Deviation as Deviation,
     Line as Line,
     Path as Path,
     Screw as Screw,
+    Segments as Segments,
     Waypoints as Waypoints,
 )
 from .motion.planning import (

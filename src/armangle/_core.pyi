@@ -315,7 +315,7 @@ class Verdict(enum.IntEnum):
 
     UNRESOLVED = 6
 
-SEGMENT_WIDTH: int = 28
+SEGMENT_WIDTH: int = 43
 
 STRETCH_WIDTH: int = 22
 
@@ -326,6 +326,10 @@ def path_line(start: numpy.typing.NDArray[numpy.float64], end: numpy.typing.NDAr
 def path_screw(start: numpy.typing.NDArray[numpy.float64], point: numpy.typing.NDArray[numpy.float64], direction: numpy.typing.NDArray[numpy.float64], angle: float, advance: float, carried: bool, end: numpy.typing.NDArray[numpy.float64] | None, out: numpy.typing.NDArray[numpy.float64]) -> None: ...
 
 def arc_through(start: numpy.typing.NDArray[numpy.float64], via: numpy.typing.NDArray[numpy.float64], end: numpy.typing.NDArray[numpy.float64]) -> tuple[Any, ...]: ...
+
+def path_gap(segments: numpy.typing.NDArray[numpy.float64]) -> tuple[Any, ...]: ...
+
+def path_joined(segments: numpy.typing.NDArray[numpy.float64], radius: float) -> tuple[Any, ...]: ...
 
 def path_poses(segments: numpy.typing.NDArray[numpy.float64], s: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> None: ...
 

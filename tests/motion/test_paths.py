@@ -35,7 +35,16 @@ def paths() -> list[tuple[str, aa.Path]]:
         ("straight screw", aa.Screw(a, b[:3, 3], [0.0, 0.0, 2.0], 0.0, advance=0.4)),
         ("waypoints", aa.Waypoints(np.stack([a, b, b, c, a]))),
         ("one pose", aa.Waypoints(a[None])),
+        ("segments", aa.Segments(three())),
+        ("blended", aa.Segments(three(), blend=0.3)),
+        ("blended to the middles", aa.Segments(three(), blend=9.0)),
     ]
+
+
+def three() -> list[aa.Path]:
+    """A line, an arc and a screw, each from where the one before it ends."""
+    a, b, c, via = frame(1), frame(2), frame(3), frame(4)[:3, 3]
+    return [aa.Line(a, b), aa.CircularArc(b, via, c), aa.Screw(c, [0.1, 0.4, 0.2], [0.3, 0.2, -1], 1.5, 0.2)]
 
 
 ALL = pytest.mark.parametrize("path", [p for _, p in paths()], ids=[n for n, _ in paths()])
@@ -51,7 +60,7 @@ def test_every_pose_is_a_rotation_and_a_position(path: aa.Path) -> None:
 
 @ALL
 def test_derivatives_are_limits_of_differences(path: aa.Path) -> None:
-    h = 1e-4
+    h = 1e-5
     inner = np.array([0.13, 0.31, 0.44, 0.68, 0.93])
     before, here, after = path.pose(inner - h), path.pose(inner), path.pose(inner + h)
     speed = path.derivative(inner)
@@ -158,3 +167,154 @@ def test_refusals() -> None:
         aa.Waypoints(np.empty((0, 4, 4)))
     with pytest.raises(aa.NotRotationError, match=r"the rotation of pose\[1\] is not orthonormal"):
         aa.Waypoints(np.stack([a, 2 * b - np.diag([0, 0, 0, 1.0])]))
+
+
+# -- several paths -----------------------------------------------------------------------------------
+
+
+def both_sides(path: aa.Path, order: int) -> tuple[np.ndarray, np.ndarray]:
+    """Derivatives just before and just behind the joints of the pieces."""
+    inner = path.breaks[1:-1]
+    return path.derivative(np.nextafter(inner, 0), order), path.derivative(inner, order)
+
+
+@pytest.mark.parametrize("blend", [1e-3, 0.3, 9.0])
+def test_blends_are_twice_differentiable_and_plain_corners_are_not(blend: float) -> None:
+    path = aa.Segments(three(), blend=blend)
+    inner = path.breaks[1:-1]
+    np.testing.assert_allclose(path.pose(np.nextafter(inner, 0)), path.pose(inner), atol=1e-12)
+    for order in (1, 2):
+        before, after = both_sides(path, order)
+        changing = np.abs(path.derivative(np.linspace(0, 1, 5001), order + 1)).max()
+        rounding_of_s = 1e-14
+        np.testing.assert_allclose(before, after, rtol=1e-12, atol=rounding_of_s * changing)
+    before, after = both_sides(aa.Segments(three()), 1)
+    assert np.abs(before - after).max(axis=1).min() > 0.1
+
+
+def angle_between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Angle of the rotation from one frame to another, for small ones too."""
+    return 2 * np.arcsin(np.clip(np.linalg.norm(a - b, axis=(-2, -1)) / np.sqrt(8), 0, 1))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_deviation_bounds_position_and_rotation_at_once(seed: int) -> None:
+    """Beside the path with corners sampled densely: at one and the same of its poses both bounds hold."""
+    a, b, c, d = (frame(20 + 4 * seed + k) for k in range(4))
+    parts = [aa.Line(a, b), aa.CircularArc(b, frame(90 + seed)[:3, 3], c), aa.Line(c, d)]
+    round_, plain = aa.Segments(parts, blend=0.25), aa.Segments(parts).pose(np.linspace(0, 1, 20_001))
+    share = []
+    for s in np.linspace(0, 1, 301):
+        here = round_.pose(s)
+        away = np.linalg.norm(plain[:, :3, 3] - here[:3, 3], axis=1) / round_.deviation.position
+        turned = angle_between(plain[:, :3, :3], here[:3, :3]) / round_.deviation.rotation
+        share.append(np.maximum(away, turned).min())
+    assert 0.1 < max(share) <= 1.02
+
+
+def test_the_deviation_at_a_right_angle_is_attained() -> None:
+    a, b, c = (np.eye(4) for _ in range(3))
+    b[0, 3], c[:2, 3] = 0.4, (0.4, 0.3)
+    path = aa.Segments([aa.Line(a, b), aa.Line(b, c)], blend=0.1)
+    s = np.append(np.linspace(0, 1, 20_001), path.breaks[1:3].mean())
+    points = path.pose(s)[:, :3, 3]
+    off = np.minimum(np.abs(points[:, 1]), np.abs(points[:, 0] - 0.4)).max()
+    assert off == pytest.approx(path.deviation.position, rel=1e-12)
+    assert path.deviation == (pytest.approx(3 / 16 * 0.1), 0.0)
+    far = np.linalg.norm(points - b[:3, 3], axis=1) > 0.1 + 1e-9
+    assert (np.minimum(np.abs(points[:, 1]), np.abs(points[:, 0] - 0.4))[far] < 1e-15).all()
+    assert np.abs(np.diff(path.derivative(np.linspace(0, 1, 9)), axis=0)).max() > 0.1
+
+
+def test_blends_of_neighbours_meet_in_the_middle_of_a_short_piece() -> None:
+    poses = np.stack([np.eye(4)] * 4)
+    poses[:, :3, 3] = [[0, 0, 0], [0.5, 0, 0], [0.5, 0.02, 0], [0, 0.02, 0]]
+    path = aa.Segments([aa.Waypoints(poses)], blend=0.1)
+    middle = np.array([0.5, 0.01, 0])
+    points = path.pose(path.breaks)[:, :3, 3]
+    assert np.linalg.norm(points - middle, axis=1).min() < 1e-14
+    assert len(path.breaks) == 5  # line, two blends, line: nothing is left between the blends
+
+
+def test_plain_segments_are_the_paths_one_after_the_other() -> None:
+    path, parts = aa.Segments(three()), three()
+    for k, (low, high) in enumerate(zip(path.breaks[:-1], path.breaks[1:], strict=True)):
+        np.testing.assert_allclose(path.pose(low + (high - low) * S[:-1]), parts[k].pose(S[:-1]), atol=1e-14)
+    assert path.deviation == (0, 0)
+    added = parts[0] + parts[1] + parts[2]
+    np.testing.assert_allclose(added.pose(S), path.pose(S), atol=1e-14)
+
+
+def test_pieces_that_stand_still_are_left_out_unless_all_do() -> None:
+    line = aa.Line(frame(1), frame(2))
+    stay = aa.Waypoints(frame(2)[None])
+    np.testing.assert_array_equal(aa.Segments([line, stay], 0.1).pose(S), line.pose(S))
+    still = aa.Segments([stay, stay])
+    np.testing.assert_allclose(still.pose(S), np.broadcast_to(frame(2), (len(S), 4, 4)), atol=4e-15)
+
+
+def test_what_does_not_join_is_refused() -> None:
+    line, other = aa.Line(frame(1), frame(2)), aa.Line(frame(3), frame(1))
+    with pytest.raises(aa.InputError, match=r"path 1 begins .* from where the one before it ends"):
+        line + other
+    with pytest.raises(aa.InputError, match="wanted a list of Line, CircularArc, Screw"):
+        aa.Segments([])
+    with pytest.raises(aa.InputError, match="path 0 has blends already"):
+        aa.Segments([aa.Segments(three(), 0.1)], 0.1)
+    with pytest.raises(TypeError):
+        line + 3  # type: ignore[operator]
+
+
+# -- moved along -------------------------------------------------------------------------------------
+
+ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+Q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+
+
+def corner() -> list[aa.Path]:
+    """Two lines with a turn of the tool in the second, within reach."""
+    a, b, c = (ARM.forward(Q)[0].copy() for _ in range(3))
+    b[:3, 3] += [0.0, -0.15, 0.05]
+    c[:3, 3] += [0.1, -0.15, -0.05]
+    c[:3, :3] = c[:3, :3] @ aa.pose([0, 0, 0], rotvec=[0.0, 0.3, 0.2])[:3, :3]
+    return [aa.Line(a, b), aa.Line(b, c)]
+
+
+def test_a_plan_round_a_corner_is_proven_and_smooth_in_the_joints() -> None:
+    found = aa.plan(ARM, corner(), start=Q, blend=0.04)
+    assert found.certified
+    assert isinstance(found.path, aa.Segments)
+    assert "Corners are rounded by at most 7.5 mm and 0.97" in found.explain()
+    inner = found.path.breaks[1:-1]
+    before, after = found.derivatives(np.nextafter(inner, 0)), found.derivatives(inner)
+    for order in (0, 1):
+        np.testing.assert_allclose(
+            before[:, order], after[:, order], atol=1e-6 * np.abs(after[:, order]).max()
+        )
+    sharp = aa.plan(ARM, corner(), start=Q)
+    assert sharp.certified
+    jump = sharp.derivatives(np.nextafter(sharp.path.breaks[1:-1], 0)) - sharp.derivatives(
+        sharp.path.breaks[1:-1]
+    )
+    assert np.abs(jump[:, 0]).max() > 0.1
+
+
+def test_samples_are_rows_of_waypoints_too_and_without_them_the_poses() -> None:
+    poses = np.stack([corner()[0].pose(0.0), corner()[0].pose(1.0), corner()[1].pose(1.0)])
+    three_rows, many = aa.plan(ARM, poses, start=Q), aa.plan(ARM, poses, start=Q, samples=101)
+    assert (len(three_rows), len(many)) == (3, 101)
+    np.testing.assert_array_equal(three_rows.poses, poses)
+    np.testing.assert_allclose(many.poses[50], poses[1], atol=1e-15)
+    assert len(aa.plan(ARM, poses, start=Q, blend=0.01)) == 200
+
+
+@pytest.mark.parametrize("blend", [0.0, 0.04])
+def test_follow_goes_along_a_list_and_stays_on_it_between_its_rows(blend: float) -> None:
+    found = aa.follow(ARM, corner(), start=Q, blend=blend, samples=120)
+    path = aa.Segments(corner(), blend)
+    assert found.ok
+    assert set(path.breaks) <= set(found.s)
+    at = found.at(np.linspace(0, 1, 777))
+    np.testing.assert_allclose(ARM.forward(at.q)[0], path.pose(np.linspace(0, 1, 777)), atol=1e-12)
+    same = aa.follow(ARM, path.pose(found.s), start=Q)
+    assert np.array_equal(same.q, found.q)

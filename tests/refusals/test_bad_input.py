@@ -51,6 +51,7 @@ BOUND: list[Any] = [-0.1, 0.0, NAN, *(v for v in SEVEN if not isinstance(v, floa
 POLICY: list[Any] = ["nonsense", 0.5, object(), aa.Repulsion]
 ALLOWED: list[Any] = ["nonsense", 0.5, lambda pose: 1]
 
+
 def started(tracker: aa.Tracker) -> aa.Tracker:
     """Return a tracker at rest at Q."""
     tracker.start(Q)
@@ -87,6 +88,7 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "CircularArc": (aa.CircularArc, {"start": POSE, "via": [1.0, 2.0, 3.0], "end": POSE}),
     "Screw": (aa.Screw, {"start": POSE, "point": [0.0] * 3, "direction": [0.0, 0.0, 1.0], "angle": 1.0}),
     "Waypoints": (aa.Waypoints, {"poses": POSE[None]}),
+    "Segments": (aa.Segments, {"paths": [aa.Line(POSE, TWO[1])]}),
     "Path.pose": (aa.Line(POSE, POSE).pose, {"s": 0.5}),
     "Path.derivative": (aa.Line(POSE, POSE).derivative, {"s": 0.5}),
     "JointPath.at": (aa.plan(ARM, POSE[None]).at, {"s": 0.5}),
@@ -127,7 +129,7 @@ BAD: dict[str, list[Any]] = {
     "velocity_now": SEVEN, "lookahead": ["nonsense", object(), NAN, -1, 1.5, True, None],
     "rate": [*NUMBER, -1.0, True], "dt": [*POSITIVE, True], "path": [*POSES, POSE],
     "goal": [v for v in JOINTS if v is not None], "objective": ["nonsense", None, 1.0, aa.Objective],
-    "samples": ["nonsense", None, 0, 1, 2.5, True], "limit_margin": [*NUMBER, None, -0.1, 2.2, INF],
+    "samples": ["nonsense", 0, 1, 2.5, True], "limit_margin": [*NUMBER, None, -0.1, 2.2, INF],
     "singularities": WEIGHT, "travel": WEIGHT, "enough": WEIGHT, "end": POSES,
     "orientation": [*CHOICE, None, []], "via": POINTS, "point": POINTS,
     "direction": [*POINTS, [0.0, 0.0, 0.0]], "angle": [*NUMBER, None, INF, 1e4],
@@ -137,6 +139,8 @@ BAD: dict[str, list[Any]] = {
     "length": [*POSITIVE, None, INF], "elbow_margin": MARGIN, "reconfigure": INDEX,
     "elbow": ["nonsense", object(), 0.1, [1.0, 2.0], [[0.0, 0.0, 1.0]], [1j] * 3], "omega": [*POSITIVE, None],
     "patience": [*NUMBER, -1.0, None], "jump": [*POSITIVE, None], "turn": [*POSITIVE, None],
+    "blend": [*NUMBER, None, -0.1, INF],
+    "paths": ["nonsense", None, 0.5, [], [POSE], [aa.Line(POSE, POSE), 1], aa.Line(POSE, POSE)],
     "weight": ["nonsense", object(), Q[:6], changed(Q, NAN), Q + 1j, -np.ones(7), np.zeros(7)],
 }  # fmt: skip
 BAD_HERE: dict[tuple[str, str], list[Any]] = {
@@ -164,10 +168,14 @@ BAD_HERE: dict[tuple[str, str], list[Any]] = {
         v for v in [*WORDS, 0.1, np.ones((3, 3)), -np.eye(3), POSE, NAN * np.eye(3)] if v is not None
     ],
     # a number stands for all joints, and a sample that is no pose is one that did not come
-    **{("Tracker", name): ["nonsense", object(), Q[:6], changed(Q, NAN), Q + 1j, -Q, -1.0]
-       for name in ("velocity", "acceleration")},
-    **{(name, "poses"): [*WORDS, 0.1, POSE[:3], POSE, POSE.astype(complex)]
-       for name in ("Tracker.run", "HandFilter.smooth")},
+    **{
+        ("Tracker", name): ["nonsense", object(), Q[:6], changed(Q, NAN), Q + 1j, -Q, -1.0]
+        for name in ("velocity", "acceleration")
+    },
+    **{
+        (name, "poses"): [*WORDS, 0.1, POSE[:3], POSE, POSE.astype(complex)]
+        for name in ("Tracker.run", "HandFilter.smooth")
+    },
     ("Tracker.step", "pose"): [*WORDS, 0.1, POSE[:3], TWO, POSE.astype(complex)],
     ("Objective", "limits"): WEIGHT,
     ("plan", "start"): [v for v in JOINTS if v is not None],
@@ -198,7 +206,16 @@ def rows() -> Iterator[tuple[str, str, Any]]:
 
 def test_every_public_function_and_argument_is_in_the_matrix() -> None:
     named = {name.split(".")[0] for name in FUNCTIONS} | OTHERS
-    results = {"ArcEnd", "Branch", "Diagnosis", "ImportReport", "JointFunction", "JointPath", "JointTable"}
+    results = {
+        "ArcEnd",
+        "Branch",
+        "Deviation",
+        "Diagnosis",
+        "ImportReport",
+        "JointFunction",
+        "JointPath",
+        "JointTable",
+    }
     results |= {"Opening", "Path", "PathPoint", "Resolution", "Solution", "Solutions", "SpeedLoss", "Step"}
     results |= {"Tracked", "Trajectory", "TrajectoryPoint", "TrajectoryTable"}
     public = {name: getattr(aa, name) for name in aa.__all__}

@@ -6,11 +6,29 @@
 
 namespace armangle {
 
-/// Rotation of v about a unit axis by the angle of sc (Rodrigues).
+namespace detail {
+
+/// v cos + (axis x v) sin + axis (axis . v) (1 - cos) of the three vectors (Rodrigues).
+template <class T>
+Vec3<T> rodrigues(const Vec3<T>& v, const Vec3<T>& across, const Vec3<T>& along,
+                  const SinCos<T>& sc) noexcept {
+    return v * sc.cos + across * sc.sin + along * (T(1.0) - sc.cos);
+}
+
+}  // namespace detail
+
+/// Rotation of v, a constant, about a unit axis by the angle of sc.
 template <class T>
 Vec3<T> rotated(const Vec3<double>& v, const Vec3<double>& axis, const SinCos<T>& sc) noexcept {
     const Vec3<T> across = spread<T>(cross(axis, v)), along = spread<T>(axis * dot(axis, v));
-    return spread<T>(v) * sc.cos + across * sc.sin + along * (T(1.0) - sc.cos);
+    return detail::rodrigues(spread<T>(v), across, along, sc);
+}
+
+/// Rotation of v, of any scalar, about a unit axis by the angle of sc.
+template <class T>
+Vec3<T> turned(const Vec3<T>& v, const Vec3<double>& axis, const SinCos<T>& sc) noexcept {
+    const Vec3<T> about = spread<T>(axis);
+    return detail::rodrigues(v, cross(about, v), about * dot(about, v), sc);
 }
 
 /// The rotation about a unit axis by an angle (rad).

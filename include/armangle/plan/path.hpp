@@ -1,55 +1,125 @@
 // Paths of the tool: poses at any parameter s in [0, 1], with every derivative, in one form for all kinds.
 //
-//     s = 0 |--- segment ---|------ segment ------|--- segment ---| s = 1
-//                           t = 0             t = 1
+//     s = 0 |--- segment ---|------ segment ------|--- segment ---| s = 1        corners
+//     s = 0 |--- segment -|blend|--- segment ---|blend|- segment -| s = 1        rounded: C2
 //
 // A segment moves the point by p(t) = origin + t along + a cos(beta t) + b sin(beta t) and the frame by
 // R(t) = Rot(axis, alpha t) R_0, t in [0, 1]: a line, an arc and a screw are choices of the constants. The
 // formulas are templates of the scalar.
+//
+// A blend adds the end of one motion and the beginning of the next: with u in [0, 1] the first has come to
+// t = e(u), the second to t = h(u), both of degree 4,
+//     e = 2 u - 2 u^3 + u^4   e(1) = 1, e'(1) = e''(1) = 0; e'(0) = 2, e''(0) = 0
+//     h = 2 u^3 - u^4         h(0) = h'(0) = h''(0) = 0; h'(1) = 2, h''(1) = 0
+// so that pose, velocity and acceleration go over into either neighbour, whatever their kinds. No pose of it
+// is further from one of the path's than min(1 - e, h) <= 3/16 of what was cut off, in m and in rad.
 #pragma once
 
 #include <cstddef>
+#include <span>
+#include <vector>
 
 #include "../numbers/rotations.hpp"
 #include "../numbers/tolerances.hpp"
 
 namespace armangle {
 
+/// How a point and a frame move over t in [0, 1], from where they are.
+struct Motion {
+    Vec3<double> along, a, b;
+    double beta;
+    Vec3<double> axis;  // in the frame of the poses; a unit vector
+    double alpha;
+};
+
 struct Segment {
     double start, end;  // the range of s
-    Vec3<double> origin, along, a, b;
-    double beta;
+    Vec3<double> origin;
     Mat3<double> rotation;  // at t = 0
-    Vec3<double> axis;      // in the frame of the poses; a unit vector
-    double alpha;
+    Motion motion;
+    Motion next;     // of a blend: what begins while `motion` ends
+    double blended;  // 1: a blend of both; 0: `motion` alone
 };
 
 /// The doubles of a segment: how one travels through an array.
 inline constexpr std::size_t segment_width = sizeof(Segment) / sizeof(double);
 
+namespace path_rule {
+inline constexpr double radian = 0.2;      // m that a radian counts as in the size of a motion
+inline constexpr double off = 3.0 / 16.0;  // greatest min(1 - e, h): the share of a cut that a blend is off
+inline constexpr double apart = 1e-9;      // m and rad: segments that join no better do not
+}  // namespace path_rule
+
+namespace detail {
+
+/// Where the segment is, u in [0, 1].
+template <class T>
+T share(const Segment& g, const T& s) noexcept {
+    return (s - T(g.start)) / (T(g.end) - T(g.start));
+}
+
+/// e(u) and h(u) of a blend.
+template <class T>
+T ending(const T& u) noexcept {
+    return u * (T(2.0) + u * u * (u - T(2.0)));
+}
+template <class T>
+T beginning(const T& u) noexcept {
+    return u * u * u * (T(2.0) - u);
+}
+
+/// A frame turned about the axis of a motion, as far as at t.
+template <class T>
+Mat3<T> turned(const Mat3<T>& frame, const Motion& w, const T& t) noexcept {
+    if (w.alpha == 0) return frame;
+    const SinCos<T> sc = sin_cos(T(w.alpha) * t);
+    return {turned(frame.x, w.axis, sc), turned(frame.y, w.axis, sc), turned(frame.z, w.axis, sc)};
+}
+
+}  // namespace detail
+
 /// Pose of a segment at s.
 template <class T>
 Pose<T> pose_at(const Segment& g, const T& s) noexcept {
-    const T t = (s - T(g.start)) / (T(g.end) - T(g.start));
+    const T u = detail::share(g, s);
+    const T t = g.blended != 0 ? detail::ending(u) : u;
+    const Motion& w = g.motion;
     Pose<T> out;
-    out.position = spread<T>(g.origin) + spread<T>(g.along) * t;
-    if (g.beta != 0) {
-        const SinCos<T> sc = sin_cos(T(g.beta) * t);
-        out.position = out.position + spread<T>(g.a) * sc.cos + spread<T>(g.b) * sc.sin;
+    out.position = spread<T>(g.origin) + spread<T>(w.along) * t;
+    if (w.beta != 0) {
+        const SinCos<T> sc = sin_cos(T(w.beta) * t);
+        out.position = out.position + spread<T>(w.a) * sc.cos + spread<T>(w.b) * sc.sin;
     }
     const auto& [x, y, z] = g.rotation;
-    if (g.alpha == 0) {
+    if (w.alpha == 0) {
         out.rotation = {spread<T>(x), spread<T>(y), spread<T>(z)};
     } else {
-        const SinCos<T> sc = sin_cos(T(g.alpha) * t);
-        out.rotation = {rotated(x, g.axis, sc), rotated(y, g.axis, sc), rotated(z, g.axis, sc)};
+        const SinCos<T> sc = sin_cos(T(w.alpha) * t);
+        out.rotation = {rotated(x, w.axis, sc), rotated(y, w.axis, sc), rotated(z, w.axis, sc)};
     }
+    if (g.blended == 0) return out;
+    const Motion& n = g.next;
+    const T h = detail::beginning(u);
+    out.position = out.position + spread<T>(n.along) * h;
+    if (n.beta != 0) {
+        const SinCos<T> sc = sin_cos(T(n.beta) * h);
+        out.position = out.position + spread<T>(n.a) * (sc.cos - T(1.0)) + spread<T>(n.b) * sc.sin;
+    }
+    out.rotation = detail::turned(out.rotation, n, h);
     return out;
 }
 
-/// Angular velocity per unit of s, constant on a segment.
-inline Vec3<double> angular_velocity(const Segment& g) noexcept {
-    return g.axis * (g.alpha / (g.end - g.start));
+/// Angular velocity per unit of s, in the frame of the poses.
+template <class T>
+Vec3<T> angular_velocity(const Segment& g, const T& s) noexcept {
+    const T rate = T(1.0) / (T(g.end) - T(g.start));
+    const Vec3<T> first = spread<T>(g.motion.axis * g.motion.alpha) * rate;
+    if (g.blended == 0) return first;
+    const T u = detail::share(g, s);
+    const T starts = u * u * (T(6.0) - T(4.0) * u);  // h'; e' = 2 - h'
+    const SinCos<T> sc = sin_cos(T(g.next.alpha) * detail::beginning(u));
+    return spread<T>(g.next.axis * g.next.alpha) * (rate * starts) +
+           turned(first * (T(2.0) - starts), g.next.axis, sc);
 }
 
 /// The segment that holds s; at a joint of two the later one.
@@ -98,15 +168,15 @@ namespace detail {
 /// The segment that stays at a pose.
 inline Segment still(double start, double end, const Pose<double>& from) noexcept {
     const Vec3<double> nought{0, 0, 0};
-    return {start,     end, from.position, nought, nought, nought, 0.0, orthonormal(from.rotation),
-            {0, 0, 1}, 0.0};
+    const Motion none{nought, nought, nought, 0.0, {0, 0, 1}, 0.0};
+    return {start, end, from.position, orthonormal(from.rotation), none, none, 0.0};
 }
 
 /// Turns a segment from its first rotation to another, the short way.
 inline void turn_to(Segment& g, const Mat3<double>& to) noexcept {
     const AxisAngle turn = shortest_rotation(g.rotation, orthonormal(to));
-    g.axis = turn.axis;
-    g.alpha = turn.angle;
+    g.motion.axis = turn.axis;
+    g.motion.alpha = turn.angle;
 }
 
 }  // namespace detail
@@ -115,7 +185,7 @@ inline void turn_to(Segment& g, const Mat3<double>& to) noexcept {
 inline Segment line(double start, double end, const Pose<double>& from, const Pose<double>& to,
                     bool fixed) noexcept {
     Segment g = detail::still(start, end, from);
-    g.along = to.position - from.position;
+    g.motion.along = to.position - from.position;
     if (!fixed) detail::turn_to(g, to.rotation);
     return g;
 }
@@ -127,14 +197,14 @@ inline Segment screw(double start, double end, const Pose<double>& from, const V
     Segment g = detail::still(start, end, from);
     const Vec3<double> arm = from.position - point, axial = direction * dot(direction, arm);
     g.origin = point + axial;
-    g.along = direction * advance;
-    g.a = arm - axial;
-    g.b = cross(direction, g.a);
-    g.beta = angle;
+    g.motion.along = direction * advance;
+    g.motion.a = arm - axial;
+    g.motion.b = cross(direction, g.motion.a);
+    g.motion.beta = angle;
     if (angle == 0) g.origin = from.position;
     if (carried) {
-        g.axis = direction;
-        g.alpha = angle;
+        g.motion.axis = direction;
+        g.motion.alpha = angle;
     }
     return g;
 }
@@ -163,6 +233,112 @@ inline ArcThrough arc_through(const Vec3<double>& from, const Vec3<double>& via,
 inline Segment arc_to(Segment g, const Pose<double>& to) noexcept {
     detail::turn_to(g, to.rotation);
     return g;
+}
+
+/// How far the tool's origin goes (m) and how far the frame turns (rad) in a motion.
+inline double length(const Motion& w) noexcept {
+    return norm(Vec3<double>{norm(w.along), w.beta * norm(w.a), 0});
+}
+inline double turn(const Motion& w) noexcept { return abs(w.alpha); }
+
+/// The largest angle that a sine or cosine of the segment goes through (rad).
+inline double largest_angle(const Segment& g) noexcept {
+    const double first = max(abs(g.motion.alpha), abs(g.motion.beta));
+    return g.blended != 0 ? 2 * (first + max(abs(g.next.alpha), abs(g.next.beta))) : first;
+}
+
+/// The size of a segment, m: sqrt(length^2 + (radian turn)^2).
+inline double size(const Segment& g) noexcept {
+    const auto of = [](const Motion& w) {
+        return norm(Vec3<double>{length(w), path_rule::radian * turn(w), 0});
+    };
+    return of(g.motion) + (g.blended != 0 ? of(g.next) : 0.0);
+}
+
+namespace detail {
+
+/// What is left of a segment, no blend, between two of its t.
+inline Segment part(const Segment& g, double from, double to) noexcept {
+    Segment out = g;
+    const Motion& w = g.motion;
+    const double share = to - from;
+    const SinCos<double> moved = sin_cos(w.beta * from);
+    out.start = g.start + (g.end - g.start) * from;
+    out.end = g.start + (g.end - g.start) * to;
+    out.origin = g.origin + w.along * from;
+    out.rotation = turned(g.rotation, w, from);
+    out.motion.along = w.along * share;
+    out.motion.a = w.a * moved.cos + w.b * moved.sin;
+    out.motion.b = w.b * moved.cos - w.a * moved.sin;
+    out.motion.beta = w.beta * share;
+    out.motion.alpha = w.alpha * share;
+    return out;
+}
+
+}  // namespace detail
+
+/// A path of one segment after the other, and by how much at most its poses are off those of the segments
+/// given: m and rad, both at once.
+struct Joined {
+    std::vector<Segment> segments;
+    double off_position = 0, off_rotation = 0;
+};
+
+/// Segments one after the other, s shared out by their sizes, those that stand still left out. Corners are
+/// rounded: a blend begins and ends `radius` (m, by size) from its corner, or at the middle of a segment that
+/// is shorter than two of them. With radius 0 there are none; segments that are blends may be given only
+/// then.
+inline Joined joined(std::span<const Segment> given, double radius) {
+    Joined out;
+    std::vector<Segment> whole;
+    double total = 0;
+    for (const Segment& g : given) {
+        if (!(size(g) > 0)) continue;
+        whole.push_back(g);
+        whole.back().start = total;
+        total += size(g);
+        whole.back().end = total;
+    }
+    if (whole.empty()) {
+        out.segments.push_back(given.front());
+        out.segments.back().start = 0;
+        out.segments.back().end = 1;
+        return out;
+    }
+    double before = 0;  // share of the segment that the blend before it has taken
+    for (std::size_t i = 0; i < whole.size(); ++i) {
+        const Segment& g = whole[i];
+        if (i + 1 == whole.size() || radius == 0) {
+            out.segments.push_back(radius == 0 ? g : detail::part(g, before, 1));
+            continue;
+        }
+        const Segment& after = whole[i + 1];
+        const double cut = min(radius, 0.5 * min(size(g), size(after)));
+        const double left = cut / size(g), taken = cut / size(after);
+        if (1 - left > before) out.segments.push_back(detail::part(g, before, 1 - left));
+        Segment blend = detail::part(g, 1 - left, 1);
+        blend.next = detail::part(after, 0, taken).motion;
+        blend.end += cut;
+        blend.blended = 1;
+        out.off_position =
+            max(out.off_position, path_rule::off * max(length(blend.motion), length(blend.next)));
+        out.off_rotation = max(out.off_rotation, path_rule::off * max(turn(blend.motion), turn(blend.next)));
+        out.segments.push_back(blend);
+        before = taken;
+    }
+    for (Segment& g : out.segments) {
+        g.start /= total;
+        g.end /= total;
+    }
+    for (std::size_t i = 0; i + 1 < out.segments.size(); ++i) out.segments[i].end = out.segments[i + 1].start;
+    out.segments.back().end = 1;
+    return out;
+}
+
+/// How far a segment begins from where the one before it ends: m, or rad where that is more.
+inline double gap(const Segment& before, const Segment& after) noexcept {
+    const Pose<double> from = pose_at(before, before.end), to = pose_at(after, after.start);
+    return max(norm(to.position - from.position), shortest_rotation(from.rotation, to.rotation).angle);
 }
 
 }  // namespace armangle

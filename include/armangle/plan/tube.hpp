@@ -247,7 +247,7 @@ inline std::vector<double> base_parameters(const Segment* segments, std::size_t 
     for (std::size_t i = 0; i + 1 < given.size(); ++i) {
         const double gap = given[i + 1] - given[i];
         const Segment& g = segments[segment_index(segments, n, given[i] + 0.5 * gap)];
-        const double turn = max(abs(g.alpha), abs(g.beta)) * gap / (g.end - g.start);
+        const double turn = largest_angle(g) * gap / (g.end - g.start);
         const int steps = std::max(
             1,
             static_cast<int>(std::ceil(max(gap * parameter_rule::least_steps, turn / parameter_rule::turn) -

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from collections.abc import Sequence
+from typing import Literal, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from .._arrays import JOINTS, as_poses, chosen, named, one_posture
+from .._arrays import JOINTS, Floats, as_poses, chosen, named, one_posture
 from ..arm.allowed import Allowed, allowed_arcs
 from ..arm.arm import Arm
 from ..errors import InputError, ShapeError
@@ -22,6 +23,7 @@ from .options import (
     no_bounds,
     step_bounds,
 )
+from .paths import Path, Waypoints, as_path, sample_count
 from .policies import Policy
 from .stepping import DEFAULT_POLICY
 
@@ -31,7 +33,7 @@ _ON_FAIL = named(_core.OnFail)
 
 def follow(
     arm: Arm,
-    poses: ArrayLike,
+    poses: Path | Sequence[Path] | ArrayLike,
     *,
     start: ArrayLike,
     gc: int | None = None,
@@ -46,6 +48,8 @@ def follow(
     acceleration: Bound = None,
     velocity_now: ArrayLike | None = None,
     lookahead: int = 0,
+    blend: float = 0.0,
+    samples: int | None = None,
 ) -> JointPath:
     """Return the motion along a sequence of poses: `step` in a loop, bit for bit, in C++.
 
@@ -62,8 +66,9 @@ def follow(
     Parameters
     ----------
     arm : Arm
-    poses : array_like, shape (N, 4, 4)
-        Tool frames, position in m. The first is stepped to from `start`.
+    poses : array_like of shape (N, 4, 4), Line, CircularArc, Screw, or a list of them
+        Tool frames, position in m. The first is stepped to from `start`. A path is followed at `samples`
+        poses, evenly in s, and where its pieces join.
     start : array_like, shape (7,)
         Joints before the first pose, rad.
     gc, policy, dt, carry, max_joint_step, singularity_margin
@@ -80,6 +85,8 @@ def follow(
         and are 0 where the posture stays.
     lookahead : int
         Poses beyond the present one that every step sees, 0 or more.
+    blend, samples
+        Of a path, as in `plan`.
 
     Returns
     -------
@@ -92,9 +99,7 @@ def follow(
 
     Source: Faria et al. (2018), Fig. 10, Eq. (36).
     """
-    frames = np.ascontiguousarray(as_poses("poses", poses, arm._handle))
-    if frames.ndim != 3:
-        raise ShapeError(f"poses has shape {frames.shape}, wanted (N, 4, 4)")
+    path, s, frames = _sampled(arm, poses, blend, samples)
     joints = one_posture("start", start)
     failing = _ON_FAIL[chosen("on_fail", on_fail, _ON_FAIL)]
     native = core_policy(policy, dt)
@@ -117,7 +122,24 @@ def follow(
     rows = blank_rows(n)
     columns = tuple(rows[name] for name in ("q", "psi", "gc", "status", "margin", "residual"))
     arm._handle.follow_all(joints, frames, options, count, psi, bounds, columns)
-    return JointPath(arm=arm, s=even_parameters(n), poses=frames.copy(), start=joints, **rows)
+    return JointPath(arm=arm, s=s, poses=frames.copy(), start=joints, path=path, **rows)
+
+
+def _sampled(
+    arm: Arm, poses: Path | Sequence[Path] | ArrayLike, blend: float, samples: int | None
+) -> tuple[Path | None, Floats, Floats]:
+    """Return the path, its s and its poses (N, 4, 4) there; of poses that are given no path."""
+    path = as_path(poses, blend)
+    if path is None:
+        frames = np.ascontiguousarray(as_poses("poses", cast("ArrayLike", poses), arm._handle))
+        if frames.ndim != 3:
+            raise ShapeError(f"poses has shape {frames.shape}, wanted (N, 4, 4)")
+        if blend == 0 and samples is None:
+            return None, even_parameters(len(frames)), frames
+        points = Waypoints(frames)
+        path = as_path(points, blend) or points
+    s = np.union1d(np.linspace(0.0, 1.0, sample_count(samples)), path.breaks)
+    return path, s, path.pose(s)
 
 
 def _window(lookahead: int, n: int) -> int:

@@ -14,7 +14,7 @@ from ..arm.arm import Arm
 from ..arm.diagnosis import Diagnosis
 from ..errors import PathError, UnreachableError
 from ..status import STATUSES, Status
-from .paths import Path, checked_parameters
+from .paths import Path, Segments, checked_parameters
 
 _ORDERS = 3
 _TURN = 2 * np.pi
@@ -249,8 +249,7 @@ class JointPath:
         one_branch = len(self) > 0 and bool((self.gc == self.gc[0]).all())
         if self.diagnosis is not None or not self.ok or not one_branch:
             raise PathError(f"the path has no values between its rows: {self.explain()}")
-        segments = np.empty((max(len(self) - 1, 1), _core.SEGMENT_WIDTH))
-        _core.path_waypoints(np.ascontiguousarray(self.poses), segments)
+        segments = self.path._segments if self.path is not None else self._straight()
         rows = self.s, self.q, self.psi
         if len(self) == 1:
             rows = np.array([0.0, 1.0]), np.repeat(self.q, 2, axis=0), np.repeat(self.psi, 2)
@@ -259,6 +258,12 @@ class JointPath:
         curve = Curve(segments, stretches, plane, int(self.gc[0]))
         object.__setattr__(self, "curve", curve)
         return curve
+
+    def _straight(self) -> Floats:
+        """Return the segments from pose to pose."""
+        segments = np.empty((max(len(self) - 1, 1), _core.SEGMENT_WIDTH))
+        _core.path_waypoints(np.ascontiguousarray(self.poses), segments)
+        return segments
 
     def explain(self) -> str:
         """Return in words whether the path holds, and if not, where and why it fails."""
@@ -269,13 +274,20 @@ class JointPath:
         if at is None:
             proven = ", and proven between them" if self.certified else ""
             count = "The one pose is" if one else f"All {len(self)} poses are"
-            return f"{count} solved within all limits{proven}.{self._unproven()}"
+            return f"{count} solved within all limits{proven}.{self._rounded()}{self._unproven()}"
         done = int((self.status == Status.OK).sum())
         sentence = STATUSES[self.status[at]].sentence
         if one:
             return f"The one pose is not solved. {sentence}{self._detail(at)}"
         where = f"pose {at} (s = {self.s[at]:.4g}) is the first that is not"
         return f"{done} of {len(self)} poses are solved; {where}. {sentence}{self._detail(at)}"
+
+    def _rounded(self) -> str:
+        """Return by how much rounded corners are off, as a sentence with a space before it, or nothing."""
+        if not isinstance(self.path, Segments) or max(self.path.deviation) == 0:
+            return ""
+        position, rotation = self.path.deviation
+        return f" Corners are rounded by at most {1e3 * position:.3g} mm and {np.degrees(rotation):.3g} deg."
 
     def _unproven(self) -> str:
         """Return where a planned path is not proven, as a sentence with a space before it, or nothing."""

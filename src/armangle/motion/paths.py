@@ -1,9 +1,10 @@
-"""Paths of the tool: a line, an arc, a screw, or through given poses; poses and derivatives at any s."""
+"""Paths of the tool: a line, an arc, a screw, through poses, or several one after the other."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,6 +17,7 @@ LineOrientation = Literal["shortest", "fixed"]
 ArcOrientation = Literal["shortest", "fixed", "carried"]
 _LARGEST_TURN = 1e3  # rad
 _ORDERS = 3
+SAMPLES = 200
 
 
 def _vector(name: str, value: ArrayLike) -> Floats:
@@ -40,6 +42,12 @@ class Path:
     def breaks(self) -> Floats:
         """The s where one piece ends and the next begins, 0 and 1 among them, shape (k,)."""
         return np.append(self._segments[:, 0], 1.0)
+
+    def __add__(self, other: Path) -> Segments:
+        """Return this path and then another, as `Segments`."""
+        if not isinstance(other, Path):
+            return NotImplemented
+        return Segments((self, other))
 
     def pose(self, s: ArrayLike) -> Floats:
         """Return the tool's pose.
@@ -249,3 +257,99 @@ class Waypoints(Path):
 
     def __repr__(self) -> str:
         return f"<Waypoints of {len(self)} poses>"
+
+
+class Deviation(NamedTuple):
+    """By how much a path with rounded corners is at most off the path with corners.
+
+    ``position`` m and ``rotation`` rad: both hold at once, for one and the same pose of it.
+    """
+
+    position: float
+    rotation: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Segments(Path):
+    """Paths one after the other; with `blend`, their corners are rounded.
+
+    Without blends the tool's velocity jumps from piece to piece. With them pose, velocity and acceleration
+    are continuous: within `blend` of a corner the end of one piece and the beginning of the next are
+    added, position and rotation alike. `s` is shared out by size, ``sqrt(length² + (0.2 m · turn)²)``;
+    pieces that stand still are left out.
+
+    Not to be confused with `Waypoints`, which share out s evenly. ``line + arc`` is the same without blend.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        Each begins where the one before it ends, within 1e-9 m and rad.
+    blend : float
+        How far before and behind a corner a blend reaches, m, >= 0; at most to the middle of a piece.
+        ``deviation`` says what that comes to: 3/16 of it at most.
+
+    Raises
+    ------
+    InputError
+        If there is no path or something else in the list, a path begins elsewhere than the one before it
+        ends, the radius is out of range, or a path that is to be blended has blends already.
+
+    Examples
+    --------
+    >>> a, b, c = (np.eye(4) for _ in range(3))
+    >>> b[0, 3], c[:2, 3] = 0.4, (0.4, 0.3)
+    >>> corner = Segments([Line(a, b), Line(b, c)], blend=0.1)
+    >>> round(corner.deviation.position, 5), corner.breaks.round(3).tolist()
+    (0.01875, [0.0, 0.429, 0.714, 1.0])
+    """
+
+    paths: Sequence[Path]
+    blend: float = 0.0
+    deviation: Deviation = field(init=False)
+    _segments: Floats = field(init=False)
+
+    def __post_init__(self) -> None:
+        paths = tuple(self.paths) if isinstance(self.paths, (list, tuple)) else ()
+        if not paths or not all(isinstance(path, Path) for path in paths):
+            raise InputError(f"paths is {self.paths!r:.100}, wanted a list of Line, CircularArc, Screw, ..")
+        radius = as_number("blend (m)", self.blend, 0.0, _core.LENGTH_LIMIT)
+        for k, path in enumerate(paths):
+            if radius > 0 and isinstance(path, Segments) and path.blend > 0:
+                raise InputError(f"paths: path {k} has blends already, wanted blend= of the whole")
+        given = np.concatenate([path._segments for path in paths])
+        first, gap = _core.path_gap(given)
+        if first < len(given):
+            owner = int(
+                np.searchsorted(np.cumsum([len(path._segments) for path in paths]), first, side="right")
+            )
+            raise InputError(
+                f"paths: path {owner} begins {gap:.3g} m or rad from where the one before it ends, "
+                "wanted the same pose"
+            )
+        segments, position, rotation = _core.path_joined(given, radius)
+        nested = [path.deviation for path in paths if isinstance(path, Segments)]
+        off = Deviation(*(max(column) for column in zip((position, rotation), *nested, strict=True)))
+        self._set(paths=paths, blend=radius, deviation=off, _segments=frozen(segments))
+
+    def __repr__(self) -> str:
+        rounded = f", blend={self.blend:g}" if self.blend > 0 else ""
+        return f"<Segments of {len(self.paths)} paths{rounded}>"
+
+
+def as_path(path: Any, blend: float = 0.0) -> Path | None:
+    """Return a path, several of them as one, with its corners rounded; None if it is neither."""
+    radius = as_number("blend (m)", blend, 0.0, _core.LENGTH_LIMIT)
+    if isinstance(path, (list, tuple)) and path and all(isinstance(each, Path) for each in path):
+        return Segments(path, radius)
+    if isinstance(path, Path):
+        return Segments((path,), radius) if radius > 0 else path
+    return None
+
+
+def sample_count(samples: int | None) -> int:
+    """Return how many rows are asked for, `SAMPLES` where nothing is said."""
+    if samples is None:
+        return SAMPLES
+    if isinstance(samples, bool) or not isinstance(samples, (int, np.integer)) or samples < 2:
+        raise InputError(f"samples is {samples!r:.100}, wanted an integer of 2 or more")
+    return int(samples)

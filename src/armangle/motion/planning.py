@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,10 +14,9 @@ from ..arm.arm import MOST_MARGIN, Arm
 from ..arm.diagnosis import Diagnosis, Verdict, branch_of
 from ..errors import ConfigurationError, InputError, ShapeError
 from ..status import Status
-from .joint_path import Curve, JointPath, blank_rows
-from .paths import Path, Waypoints
+from .joint_path import Curve, JointPath, blank_rows, even_parameters
+from .paths import Path, Waypoints, as_path, sample_count
 
-SAMPLES = 200
 START_GAP = 0.05
 END_STEP = 1e-6  # of s: how far from a fixed end the joints are looked at again
 END_GAP = 0.01  # rad: what the joints may differ there
@@ -60,13 +59,14 @@ _DEFAULT_OBJECTIVE = Objective()
 
 def plan(
     arm: Arm,
-    path: Path | ArrayLike,
+    path: Path | Sequence[Path] | ArrayLike,
     *,
+    blend: float = 0.0,
     start: ArrayLike | None = None,
     goal: ArrayLike | None = None,
     gc: int | Iterable[int] | None = None,
     objective: Objective = _DEFAULT_OBJECTIVE,
-    samples: int = SAMPLES,
+    samples: int | None = None,
     singularity_margin: float = 0.0,
     limit_margin: float = 0.0,
 ) -> JointPath:
@@ -82,8 +82,11 @@ def plan(
     Parameters
     ----------
     arm : Arm
-    path : Line, CircularArc, Screw, Waypoints, or array_like of shape (N, 4, 4)
-        Where the tool goes; positions in m. Poses are `Waypoints`: the rows are at exactly those poses.
+    path : Line, CircularArc, Screw, Waypoints, a list of them, or array_like of shape (N, 4, 4)
+        Where the tool goes; positions in m. Poses are `Waypoints`, a list is `Segments`.
+    blend : float
+        Corners of the path are rounded from this far before them to this far behind, m: position and
+        rotation twice differentiable. ``path.deviation`` of the result says how far off that is at most.
     start, goal : array_like, shape (7,), optional
         Joints at s = 0 and s = 1, rad. They fix the global configuration, the arm angle and the windings
         there; without them the best are chosen. They must belong to the path's first and last pose, within
@@ -91,8 +94,9 @@ def plan(
     gc : int or iterable of int, optional
         Global configurations to consider; all by default.
     objective : Objective
-    samples : int
-        Rows of the result for a `Path`, 2 or more.
+    samples : int, optional
+        Rows of the result, evenly in s, 2 or more. Without it the rows are at exactly the poses given, or
+        200 for any other path and where corners are rounded.
     singularity_margin : float
         As in `Arm.feasible`, rad.
     limit_margin : float
@@ -111,22 +115,24 @@ def plan(
 
     Source: Faria et al. (2018), Eqs. (12)-(35), over a whole path.
     """
-    if not isinstance(path, Path):
-        frames = as_poses("path", path, arm._handle)
+    whole = as_path(path, blend)
+    if whole is None:
+        frames = as_poses("path", cast("ArrayLike", path), arm._handle)
         if frames.ndim != 3:
             raise ShapeError(f"path has shape {frames.shape}, wanted a Path, or poses (N, 4, 4)")
         if len(frames) == 0:
             return _empty(arm)
-        path = Waypoints(frames)
+        points = Waypoints(frames)
+        whole = as_path(points, blend) or points
     if not isinstance(objective, Objective):
         raise InputError(f"objective is {objective!r:.100}, wanted an Objective")
-    rows = _rows(path, samples)
+    rows = _rows(whole, samples)
     singular = as_number("singularity_margin (rad)", singularity_margin, 0.0, MOST_MARGIN)
     kept = _limit_margin(arm, limit_margin)
     first = None if start is None else one_posture("start", start)
     last = None if goal is None else one_posture("goal", goal)
     weights = np.array([objective.limits, objective.singularities, objective.travel, objective.enough])
-    found = arm._handle.plan_path(path._segments, rows, first, last, _branches(gc), weights, singular, kept)
+    found = arm._handle.plan_path(whole._segments, rows, first, last, _branches(gc), weights, singular, kept)
     ok, branch, plane, stretches, open_, start_gap, goal_gap, reports = found
     for name, gap in (("start", start_gap), ("goal", goal_gap)):
         if gap > START_GAP:
@@ -135,13 +141,13 @@ def plan(
                 f"{name} belongs to another pose than the path's: a joint is {off} off, wanted at most {most}"
             )
     diagnosis = Diagnosis(tuple(map(branch_of, reports)))
-    curve = Curve(path._segments, stretches, plane, branch) if len(stretches) else None
-    result = _result(arm, path, rows, curve, diagnosis, ok, open_)
+    curve = Curve(whole._segments, stretches, plane, branch) if len(stretches) else None
+    result = _result(arm, whole, rows, curve, diagnosis, ok, open_)
     broken = _broken_end(result, first, last)
     if broken is None:
         return result
     branches = tuple(replace(b, verdict=broken) if b.verdict == Verdict.OK else b for b in diagnosis.branches)
-    return _result(arm, path, rows, None, Diagnosis(branches), False, open_)
+    return _result(arm, whole, rows, None, Diagnosis(branches), False, open_)
 
 
 def _broken_end(result: JointPath, first: Floats | None, last: Floats | None) -> Verdict | None:
@@ -174,7 +180,8 @@ def _result(
         columns["gc"][done], columns["status"][done] = curve.gc, Status.OK
     if not ok:
         columns["status"][min(reached, n - 1)] = _reason(diagnosis)
-    poses = path.poses if isinstance(path, Waypoints) and len(path) == n else path.pose(rows)
+    given = isinstance(path, Waypoints) and np.array_equal(rows, even_parameters(len(path)))
+    poses = path.poses if isinstance(path, Waypoints) and given else path.pose(rows)
     return JointPath(
         arm=arm, s=rows, poses=np.asarray(poses), **columns, certified=bool(ok) and len(open_) == 0,
         uncertified=open_ if ok else np.array([[0.0, 1.0]]), diagnosis=diagnosis, path=path, curve=curve,
@@ -186,13 +193,11 @@ def _reason(diagnosis: Diagnosis) -> Status:
     return best.status if best.status != Status.OK else Status.LIMITS
 
 
-def _rows(path: Path, samples: int) -> Floats:
-    if isinstance(path, Waypoints):
-        n = len(path)
-        return np.arange(n) / (n - 1) if n > 1 else np.zeros(1)
-    if isinstance(samples, bool) or not isinstance(samples, (int, np.integer)) or samples < 2:
-        raise InputError(f"samples is {samples!r:.100}, wanted an integer of 2 or more")
-    return np.linspace(0.0, 1.0, int(samples))
+def _rows(path: Path, samples: int | None) -> Floats:
+    """Return the s of the rows: of the poses given, or evenly spaced."""
+    if samples is None and isinstance(path, Waypoints):
+        return even_parameters(len(path))
+    return np.linspace(0.0, 1.0, sample_count(samples))
 
 
 def _limit_margin(arm: Arm, value: float) -> float:
