@@ -198,25 +198,6 @@ def test_margins_asked_are_kept_between_the_rows() -> None:
     assert margins(IIWA, result.at(DENSE).q).min() > margin
 
 
-def test_the_least_margin_comes_first_and_weights_are_open() -> None:
-    q = np.array([0.3, 0.6, 0.2, -1.4, 0.4, 0.9, 0.5])
-    first = IIWA.forward(q)[0]
-    last = first.copy()
-    last[:3, 3] += [0.05, -0.35, 0.1]
-    path = aa.Line(first, last)
-    ranked = [min(b.margin, b.elbow_margin) for b in aa.plan(IIWA, path).diagnosis.branches]
-    assert (np.diff(ranked) <= 1e-12).all()  # margins alike to rounding are ranked by travel
-    safe = aa.plan(IIWA, path, gc=2)
-    weights = aa.Objective(limits=0.01, singularities=0.01, enough=0.01, travel=10)
-    lazy = aa.plan(IIWA, path, gc=2, objective=weights)
-
-    def travel(result: aa.JointPath) -> float:
-        return float(np.abs(np.diff(result.at(DENSE).q, axis=0)).sum())
-
-    assert travel(lazy) < travel(safe)
-    assert lazy.certified
-
-
 def test_start_and_goal_are_met_with_their_windings() -> None:
     q0 = np.array([0.2, 0.6, 0.1, -1.3, 0.2, 0.9, -4.0])
     pose, psi, gc = TURNING.forward(q0)

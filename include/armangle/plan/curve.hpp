@@ -197,8 +197,8 @@ inline std::vector<Stretch> stretches_of(const Spline& x, std::span<const Segmen
         double l = x.breaks[i];
         while (l < x.breaks[i + 1]) {
             while (next + 1 < segments.size() && segments[next].end <= l) ++next;
-            const double r = next + 1 < segments.size() ? min(segments[next].end, x.breaks[i + 1])
-                                                        : x.breaks[i + 1];
+            const double r =
+                next + 1 < segments.size() ? min(segments[next].end, x.breaks[i + 1]) : x.breaks[i + 1];
             const double b0 = detail::blossom(c, t, {l, l, l}), b1 = detail::blossom(c, t, {l, l, r});
             const double b2 = detail::blossom(c, t, {l, r, r}), b3 = detail::blossom(c, t, {r, r, r});
             Stretch& to = out.emplace_back();

@@ -19,22 +19,19 @@ namespace armangle {
 
 namespace descent_rule {
 inline constexpr int rounds = 60;
-inline constexpr double step = 0.4;      // of phi in one round (rad)
-inline constexpr double done = 1e-9;     // share of the objective that another step would save
-inline constexpr double rough = 1e-4;    // the same where curves are only compared
-inline constexpr double tiny = 1e-12;    // an objective below this is 0
-inline constexpr double wall = 1e-4;     // r of the cost that keeps limits whatever the weights (rad) ...
-inline constexpr double before = 0.02;   // ... and the distance where it begins (rad)
-inline constexpr double sharp = 1e-4;    // share of the objective that more knots may still save
-inline constexpr int levels = 6;         // halvings of an interval
-inline constexpr std::size_t points = 4;  // of an interval, where segments do not cut it
+inline constexpr double step = 0.4;     // of phi in one round (rad)
+inline constexpr double done = 1e-9;    // share of the objective that another step would save
+inline constexpr double rough = 1e-4;   // the same where curves are only compared
+inline constexpr double tiny = 1e-12;   // an objective below this is 0
+inline constexpr double wall = 1e-4;    // r of the cost that keeps limits whatever the weights (rad) ...
+inline constexpr double before = 0.02;  // ... and the distance where it begins (rad)
+inline constexpr double sharp = 1e-4;   // share of the objective that more knots may still save
+inline constexpr double even = 4;       // an integrand that varies by less on an interval is integrated well,
+inline constexpr double small = 5e-3;   // and one whose share of the objective is less
+inline constexpr int levels = 6;        // halvings of an interval
+inline constexpr std::size_t points = 4;           // of an interval, where segments do not cut it
 inline constexpr std::size_t most_points = 20000;  // of a curve: beyond, an interval has one
 }  // namespace descent_rule
-
-/// The terms of an objective, each without its weight.
-struct Terms {
-    double travel = 0, limits = 0, singularities = 0, psi = 0;
-};
 
 namespace detail {
 
@@ -44,8 +41,8 @@ using SeriesInPhi = Jet<SeriesInS, 3>;
 /// Where the objective is integrated: all of it that phi does not change.
 struct GaussPoint {
     double s, weight;
-    std::size_t cell;             // its interval: control values cell .. cell + 3 count
-    double basis[4], slope[4];    // of those, in phi and dphi/ds
+    std::size_t cell;           // its interval: control values cell .. cell + 3 count
+    double basis[4], slope[4];  // of those, in phi and dphi/ds
     JointFunctions<SeriesInS> functions;
     double theta_4, theta_4_rate;
     bool wished;
@@ -54,19 +51,19 @@ struct GaussPoint {
 
 /// Nodes and weights of Gauss's rules on [0, 1] with 1 to 4 points. Source: Abramowitz and Stegun, 25.4.30.
 inline double gauss_node(std::size_t n, std::size_t k) noexcept {
-    constexpr double node[4][4] = {{0.5},
-                                   {0.21132486540518712, 0.7886751345948129},
-                                   {0.1127016653792583, 0.5, 0.8872983346207417},
-                                   {0.06943184420297371, 0.33000947820757187, 0.6699905217924281,
-                                    0.9305681557970263}};
+    constexpr double node[4][4] = {
+        {0.5},
+        {0.21132486540518712, 0.7886751345948129},
+        {0.1127016653792583, 0.5, 0.8872983346207417},
+        {0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970263}};
     return node[n - 1][k];
 }
 inline double gauss_weight(std::size_t n, std::size_t k) noexcept {
-    constexpr double weight[4][4] = {{1.0},
-                                     {0.5, 0.5},
-                                     {0.2777777777777778, 0.4444444444444444, 0.2777777777777778},
-                                     {0.17392742256872693, 0.32607257743127307, 0.32607257743127307,
-                                      0.17392742256872693}};
+    constexpr double weight[4][4] = {
+        {1.0},
+        {0.5, 0.5},
+        {0.2777777777777778, 0.4444444444444444, 0.2777777777777778},
+        {0.17392742256872693, 0.32607257743127307, 0.32607257743127307, 0.17392742256872693}};
     return weight[n - 1][k];
 }
 
@@ -124,8 +121,7 @@ inline Quadrature quadrature(const Task& task, int gc, const std::vector<double>
                                   detail::blossom(one, about, {p.s, p.s, l})) /
                                  (r - l);
                 }
-                const Segment& segment =
-                    task.segments[segment_index(task.segments, task.segment_count, p.s)];
+                const Segment& segment = task.segments[segment_index(task.segments, task.segment_count, p.s)];
                 const Pose<SeriesInS> pose = pose_at(segment, SeriesInS::variable(p.s));
                 const SelfMotion<SeriesInS> motion =
                     self_motion(task.arm, circle(task.arm, flange_pose(task.arm, pose), task.plane),
@@ -187,8 +183,8 @@ public:
         return saving_ / max(here_.energy, descent_rule::tiny);
     }
 
-    /// Breaks with those intervals halved on which the spline bends too sharply for its knots; all of them
-    /// where it stays as it is.
+    /// Breaks with those intervals halved on which the spline bends too sharply for its knots, or the
+    /// integrand rises too fast for its points.
     std::vector<double> finer(double narrowest) const {
         const std::vector<double>& breaks = quadrature_->breaks;
         const std::size_t n = breaks.size() - 1;
@@ -206,24 +202,33 @@ public:
         for (std::size_t i = 0; i < n; ++i) {
             out.push_back(breaks[i]);
             const double h = breaks[i + 1] - breaks[i];
-            const double jump = max(i ? abs(third[i] - third[i - 1]) : 0.0,
-                                    i + 1 < n ? abs(third[i + 1] - third[i]) : 0.0);
+            const double jump =
+                max(i ? abs(third[i] - third[i - 1]) : 0.0, i + 1 < n ? abs(third[i + 1] - third[i]) : 0.0);
             const double slope = h * h * jump / 24;  // about what dphi/ds errs
-            if (h > narrowest && here_.stiffness[i] * h * slope * slope > allowed)
-                out.push_back(breaks[i] + 0.5 * h);
+            const Interior& f = here_.interior[i];
+            const bool bends = f.stiffness * h * slope * slope > allowed;
+            const bool rises =
+                f.most > descent_rule::even * f.least && f.most * h > descent_rule::small * energy();
+            if (h > narrowest && (bends || rises)) out.push_back(breaks[i] + 0.5 * h);
         }
         out.push_back(breaks.back());
         return out;
     }
 
 private:
+    /// What is seen of the integrand on an interval: its ends, and half its second derivative by dphi/ds.
+    struct Interior {
+        double most = 0, least = infinity, stiffness = 0;
+    };
+
     /// The objective of a curve with its derivatives by the control values.
     struct Assembly {
         double energy = infinity;
         Terms terms;
         double margin = infinity;
-        double q[joints];                         // at the first point
-        std::vector<double> gradient, stiffness;  // stiffness: half of d2/d(dphi/ds)2 on each interval
+        double q[joints];  // at the first point
+        std::vector<double> gradient;
+        std::vector<Interior> interior;           // of each interval
         std::vector<std::array<double, 4>> band;  // row i: second derivatives by i and i - 0, 1, 2, 3
     };
 
@@ -243,8 +248,8 @@ private:
     double saving_ = 0, slope_ = 0;
 
     bool assemble(const std::vector<double>& control, Assembly& out) const;
-    bool integrand(const detail::GaussPoint& p, double phi, double v, const double* predicted_from,
-                   double ds, double* q, double* rate, Integrand& f, Terms& terms) const noexcept;
+    bool integrand(const detail::GaussPoint& p, double phi, double v, const double* predicted_from, double ds,
+                   double* q, double* rate, Integrand& f, Terms& terms) const noexcept;
     bool solve(double damping);
     bool advance();
 };
@@ -302,7 +307,8 @@ inline bool Descent::integrand(const detail::GaussPoint& p, double phi, double v
         if (weight(objective_, kind) > 0) f.margin = min(f.margin, distance.value());
         if (!(distance.value() < max(objective_.enough, descent_rule::before))) return;
         const Jet<double, 2> c = cost(distance, objective_.enough);
-        const Jet<double, 2> bound(descent_rule::before), held = max(distance, Jet<double, 2>(descent_rule::tiny));
+        const Jet<double, 2> bound(descent_rule::before),
+            held = max(distance, Jet<double, 2>(descent_rule::tiny));
         const Jet<double, 2> wall = Jet<double, 2>(descent_rule::wall) / held -
                                     Jet<double, 2>(descent_rule::wall / descent_rule::before);
         Jet<double, 2> here = Jet<double, 2>(scale * weight(objective_, kind)) * c;
@@ -329,7 +335,7 @@ inline bool Descent::assemble(const std::vector<double>& control, Assembly& out)
     out.terms = {};
     out.margin = infinity;
     out.gradient.assign(n, 0.0);
-    out.stiffness.assign(n - 3, 0.0);
+    out.interior.assign(n - 3, {});
     out.band.assign(n, {});
     double q[joints], rate[joints] = {}, last = 0;
     for (int j = 0; j < joints; ++j) q[j] = ends_.q[j];
@@ -351,7 +357,10 @@ inline bool Descent::assemble(const std::vector<double>& control, Assembly& out)
         last = p.s;
         out.energy += p.weight * f.value;
         out.margin = min(out.margin, f.margin);
-        out.stiffness[p.cell] = max(out.stiffness[p.cell], 0.5 * f.v_v);
+        Interior& inside = out.interior[p.cell];
+        inside.most = max(inside.most, f.value);
+        inside.least = min(inside.least, f.value);
+        inside.stiffness = max(inside.stiffness, 0.5 * f.v_v);
         for (std::size_t a = 0; a < 4; ++a) {
             out.gradient[p.cell + a] += p.weight * (f.phi * p.basis[a] + f.v * p.slope[a]);
             const double to_phi = p.weight * (f.phi_phi * p.basis[a] + f.phi_v * p.slope[a]);
@@ -388,7 +397,8 @@ inline bool Descent::solve(double damping) {
     }
     for (std::size_t i = 0; i < n; ++i) {
         step_[i] = fixed(i) ? 0.0 : -here_.gradient[i];
-        for (std::size_t k = 1; k <= std::min<std::size_t>(i, 3); ++k) step_[i] -= factor_[i][k] * step_[i - k];
+        for (std::size_t k = 1; k <= std::min<std::size_t>(i, 3); ++k)
+            step_[i] -= factor_[i][k] * step_[i - k];
     }
     for (std::size_t i = 0; i < n; ++i) step_[i] /= factor_[i][0];
     slope_ = 0;

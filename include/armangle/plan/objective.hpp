@@ -1,7 +1,8 @@
 // What a plan strives for, as one number: an integral along the way, the less the better.
 //
 //     cost \                                cost(d) = (r / d - r / enough)^2 of a distance d (rad), 0 beyond
-//           \ <- its tangent below           `enough`: its slopes along a way are the same line on Jet<double>
+//           \ <- its tangent below           `enough`: its slopes along a way are the same line on
+//           Jet<double>
 //            `-.__
 //     ------|-----|------> distance
 //         floor  enough
@@ -25,8 +26,17 @@ struct Objective {
     double enough = 0.35;                                         // rad: distances beyond it cost nothing
 };
 
+/// The terms of an objective along a curve, each without its weight.
+struct Terms {
+    double travel = 0, limits = 0, singularities = 0, psi = 0;
+
+    double weighed(const Objective& w) const noexcept {
+        return w.travel * travel + w.limits * limits + w.singularities * singularities + w.psi * psi;
+    }
+};
+
 namespace objective_rule {
-inline constexpr double reference = 0.1;  // r of the cost (rad)
+inline constexpr double reference = 0.2;  // r of the cost (rad)
 inline constexpr double floor = 1e-3;     // below this distance the cost is its tangent (rad)
 }  // namespace objective_rule
 

@@ -13,18 +13,18 @@
 namespace armangle {
 
 namespace optimum_rule {
-inline constexpr int coarse = 12;      // intervals of the curves that are compared ...
-inline constexpr int middling = 48;    // ... and where none of those keeps the limits
-inline constexpr int held = 48;        // constant angles that are tried where the start is open
-inline constexpr int layers = 48;      // sections on which they are looked at first
-inline constexpr int descents = 2;     // of the starting curves, the best ones
+inline constexpr int coarse = 12;          // intervals of the curves that are compared ...
+inline constexpr int middling = 48;        // ... and where none of those keeps the limits
+inline constexpr int held = 48;            // constant angles that are tried where the start is open
+inline constexpr int layers = 48;          // sections on which they are looked at first
+inline constexpr int descents = 2;         // of the starting curves, the best ones
 inline constexpr double narrowest = 1e-4;  // interval that is not halved (of s)
 }  // namespace optimum_rule
 
 /// A curve of a branch and what it is worth.
 struct Optimum {
     Spline curve;
-    double energy = infinity;       // the objective
+    double energy = infinity;        // the objective, and the wall before the limits
     double stationarity = infinity;  // the share of it that another step would save
     Terms terms;
     double margin = -infinity;  // rad: the least distance at its Gauss points
@@ -36,8 +36,12 @@ struct Optimum {
 namespace detail {
 
 inline Optimum result(Descent& descent, const std::vector<double>& breaks) {
-    Optimum out{{breaks, descent.control()}, descent.energy(), descent.stationarity(), descent.terms(),
-                descent.margin(), {}};
+    Optimum out{{breaks, descent.control()},
+                descent.energy(),
+                descent.stationarity(),
+                descent.terms(),
+                descent.margin(),
+                {}};
     std::copy(descent.first_q(), descent.first_q() + joints, out.q);
     return out;
 }
@@ -46,7 +50,7 @@ inline Optimum result(Descent& descent, const std::vector<double>& breaks) {
 class Comparison {
 public:
     Comparison(const Task& task, const Objective& objective, const Tube& tube, const Way& way,
-              const FixedEnds& ends)
+               const FixedEnds& ends)
         : task_(task), objective_(objective), tube_(tube), way_(way), ends_(ends) {
         for (const Section& l : tube.sections) s_.push_back(l.s);
     }
@@ -110,7 +114,8 @@ private:
             if (l.full) continue;
             const Arc& a = tube_.arc(l)[nearest_arc(tube_, l, phi[k])];
             const double middle = 0.5 * (a.lower + a.upper);
-            if (abs(lift(phi[k], middle) - middle) > 0.5 * (a.upper - a.lower) + tolerance::angle) return false;
+            if (abs(lift(phi[k], middle) - middle) > 0.5 * (a.upper - a.lower) + tolerance::angle)
+                return false;
         }
         return true;
     }
@@ -168,7 +173,8 @@ inline Optimum as_it_is(const Task& task, const Objective& objective, int gc, co
 
 /// The optimum next to a curve, on as many knots as its bends need; none where the curve itself leaves the
 /// limits.
-inline Optimum fine_optimum(const Task& task, const Objective& objective, int gc, FixedEnds ends, Spline now) {
+inline Optimum fine_optimum(const Task& task, const Objective& objective, int gc, FixedEnds ends,
+                            Spline now) {
     Optimum out;
     for (int level = 0; level <= descent_rule::levels; ++level) {
         const Quadrature q = quadrature(task, gc, now.breaks, true);

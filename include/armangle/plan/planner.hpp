@@ -186,7 +186,7 @@ private:
                 coarse_optimum(task_, options_.objective, t, way, ends);
             if (!best.found()) best = as_it_is(task_, options_.objective, gc, ends, along(t, way, base_));
             out.margin = best.found() ? best.margin : way.margin;
-            out.cost = best.energy;
+            out.cost = best.found() ? best.terms.weighed(options_.objective) : infinity;
             out.stationarity = best.stationarity;
             out.elbow_margin = least_elbow_margin(t, way);
         }
@@ -315,7 +315,8 @@ private:
     bool optimise(const Tube& t, const Ends& fixed, BranchReport& report, Plan& out) const {
         const Optimum& coarse = coarse_[static_cast<std::size_t>(report.gc)];
         if (!coarse.found()) return false;
-        const Optimum best = fine_optimum(task_, options_.objective, t.gc, fixed_ends(fixed, coarse.q), coarse.curve);
+        const Optimum best =
+            fine_optimum(task_, options_.objective, t.gc, fixed_ends(fixed, coarse.q), coarse.curve);
         if (!best.found()) return false;
         draw(t, best, fixed.start.given ? fixed.start.q : best.q, report, out);
         return out.proof.certified();
@@ -377,7 +378,7 @@ private:
     void draw(const Tube& t, const Optimum& x, const double* q, BranchReport& report, Plan& out) const {
         draw(t, x.curve, q, out);
         out.proof = certify(curve(out), task_.limits, options_.singularity_margin);
-        report.cost = x.energy;
+        report.cost = x.found() ? x.terms.weighed(options_.objective) : infinity;
         report.stationarity = x.stationarity;
         report.margin = least_margin(curve(out));
     }

@@ -113,8 +113,7 @@ private:
         }
         double sum = 0;
         distances(task_, q, [&](const Slope& distance, Kind kind) {
-            const Slope here =
-                Slope(share(k) * weight(objective_, kind)) * cost(distance, objective_.enough);
+            const Slope here = Slope(share(k) * weight(objective_, kind)) * cost(distance, objective_.enough);
             if (!(here.value() > 0)) return;
             const double slope = here.coefficient[1];
             sum += here.value();

@@ -197,7 +197,8 @@ private:
     }
 
     bool alike(const SolvedSection& left, const SolvedSection& right, int depth) const noexcept {
-        if (depth < tube_rule::turn_depth && turned(left.section.motion.circle, right.section.motion.circle) > tube_rule::turn)
+        if (depth < tube_rule::turn_depth &&
+            turned(left.section.motion.circle, right.section.motion.circle) > tube_rule::turn)
             return false;
         const Change now = depth < tube_rule::event_depth ? change(left, right) : Change::small;
         return now == Change::small || (now == Change::shifted && depth >= tube_rule::shift_depth);
@@ -258,13 +259,23 @@ inline std::vector<double> base_parameters(const Segment* segments, std::size_t 
     return out;
 }
 
-/// How far a path turns wrist, tool and elbow (rad), 1 at least; places out of reach do not count.
+/// How far a path turns the direction of the wrist, the tool and the elbow (rad; at each step that which
+/// turns most), 1 at least. Places out of reach do not count.
 inline double turned_length(const Task& task, const std::vector<double>& base) noexcept {
+    struct Facing {
+        Vec3<double> wrist, x, z, elbow;
+    };
+    const auto at = [&task](double s) {
+        const Circle<double> c = task.circle_at(s);
+        const Mat3<double> tool = task.pose(s).rotation;
+        return Facing{c.w, tool.x, tool.z, {c.triangle.eta.cos, c.triangle.eta.sin, 0}};
+    };
     double sum = 0;
-    Circle<double> before = task.circle_at(base.front());
+    Facing before = at(base.front());
     for (const double s : base) {
-        const Circle<double> here = task.circle_at(s);
-        const double turn = detail::turned(before, here);
+        const Facing here = at(s);
+        const double turn = max(max(detail::gap(before.wrist, here.wrist), detail::gap(before.x, here.x)),
+                                max(detail::gap(before.z, here.z), detail::gap(before.elbow, here.elbow)));
         if (turn < infinity) sum += turn;
         before = here;
     }
