@@ -12,6 +12,7 @@
 #include "arc_arrays.hpp"
 #include "collected.hpp"
 #include "refusal.hpp"
+#include "scene_handle.hpp"
 
 namespace binding {
 
@@ -19,12 +20,12 @@ using namespace armangle;
 
 namespace {
 
-/// What is asked of a pose: Psi_all of one branch, Psi_i of its seven joints, or Psi_all of all eight
-/// branches.
-enum class Wanted : int { branch, joints, branches };
+/// What is asked of a pose: Psi_all of one branch, Psi_i of its seven joints, Psi_all of all eight branches,
+/// or what a scene alone leaves of one branch.
+enum class Wanted : int { branch, joints, branches, clear };
 
 constexpr int sets_of(Wanted wanted) noexcept {
-    if (wanted == Wanted::branch) return 1;
+    if (wanted == Wanted::branch || wanted == Wanted::clear) return 1;
     return wanted == Wanted::joints ? joints : configurations;
 }
 
@@ -32,13 +33,33 @@ struct Request {
     const ArmHandle& self;
     const LimitTable& limits;
     Wanted wanted;
+    const Scene* scene;  // or null
 };
+
+/// The arcs within the limits, and of them what the scene leaves.
+void add_clear(const Request& r, const Configuration<double>& gc, const Cleared& cleared, const ArcSet& own,
+               Status status, Collected& to) {
+    ArcSet left;
+    intersect(own, cleared.arcs, left);
+    if (status == Status::OK && left.empty())
+        status = cleared.status == Status::OK ? Status::CLEARANCE : cleared.status;
+    to.add(r.self.arm, r.limits.margin, gc, left, status, cleared.blocking);
+}
 
 void collect_branches(const Request& r, const Pose<double>& pose, Collected& to) {
     AllArcs all;
     feasible_all(r.self.arm, pose, r.limits, all);
-    for (int k = 0; k < configurations; ++k)
-        to.add(r.self.arm, r.limits.margin, configuration(k), all.arcs[k], all.status[k]);
+    Cleared cleared[2];  // links 3 and 4 know the sign of the elbow alone
+    if (r.scene)
+        for (const int gc : {0, 2})
+            clear(r.self.arm, *r.scene, self_motion(r.self.arm, pose, gc), cleared[gc / 2]);
+    for (int k = 0; k < configurations; ++k) {
+        const Configuration<double> gc = configuration(k);
+        if (r.scene)
+            add_clear(r, gc, cleared[gc.elbow < 0], all.arcs[k], all.status[k], to);
+        else
+            to.add(r.self.arm, r.limits.margin, gc, all.arcs[k], all.status[k]);
+    }
 }
 
 Problem collect_pose(const Request& r, const double* m, long long gc, Collected& to, double& value) {
@@ -55,14 +76,24 @@ Problem collect_pose(const Request& r, const double* m, long long gc, Collected&
         return Problem::none;
     }
     const Configuration<double> g = configuration(static_cast<int>(gc));
-    const SelfMotion<double> motion = self_motion(arm, pose, g);
-    const JointFunctions<double> f = joint_functions(motion);
     ArcSet set;
+    if (r.scene || r.wanted == Wanted::clear) {
+        const SelfMotion<double> motion = self_motion(arm, pose, g);
+        Cleared cleared;
+        clear(arm, *r.scene, motion, cleared);
+        if (r.wanted == Wanted::clear)
+            to.add(arm, 0.0, g, cleared.arcs, cleared.status, cleared.blocking);
+        else
+            add_clear(r, g, cleared, set, feasible(motion, r.limits, set), to);
+        return Problem::none;
+    }
     if (r.wanted == Wanted::branch) {
-        const Status status = feasible(motion, f, r.limits, set);
+        const Status status = feasible(arm, pose, static_cast<int>(gc), r.limits, set);
         to.add(arm, r.limits.margin, g, set, status);
         return Problem::none;
     }
+    const SelfMotion<double> motion = self_motion(arm, pose, g);
+    const JointFunctions<double> f = joint_functions(motion);
     for (int joint = 0; joint < joints; ++joint) {
         const Status status = joint_arcs(motion, f, r.limits, joint, set);
         to.add(arm, r.limits.margin, g, set, status);
@@ -88,14 +119,15 @@ Problem collect_pose(const Request& r, const double* m, long long gc, Collected&
 
 /// Arrays of the sets of all elements.
 ArcColumns feasible_many(const ArmHandle& self, Floats pose, Ints gc, double margin, double psi_margin,
-                         double discriminant, Wanted wanted, int threads) {
+                         double discriminant, Wanted wanted, int threads, const SceneHandle* scene) {
     const Buffer p(pose), g(gc);
     const Grid<2> grid({&p, &g}, {2, 0});
     const bool plain = margin == 0 && psi_margin == 0;
     const LimitTable own = plain ? LimitTable{} : limit_table(self.arm, margin, psi_margin, discriminant);
-    const Request request{self, plain ? self.limits : own, wanted};
+    const Request request{self, plain ? self.limits : own, wanted, scene ? &scene->view : nullptr};
     const auto sets = static_cast<std::size_t>(sets_of(request.wanted));
     Collected whole;
+    whole.with_scene = scene != nullptr;
     whole.reserve(grid.size() * sets);
     std::vector<Collected> parts(most_threads);
     Outcome outcomes[most_threads];
@@ -129,7 +161,8 @@ struct ArcsOfOne {
 /// converts it, or says what is wrong.
 std::unique_ptr<ArcsOfOne> feasible_one(const ArmHandle& self, nb::handle pose, nb::handle gc_object,
                                         nb::handle margin_object, nb::handle psi_margin,
-                                        nb::handle discriminant, Wanted wanted, nb::handle threads) {
+                                        nb::handle discriminant, Wanted wanted, nb::handle threads,
+                                        const SceneHandle* scene) {
     double margin, psi_wide, threshold, m[16], value;
     long long gc, one;
     if (!as_double(margin_object, margin) || !(margin >= 0 && margin <= most_margin)) return nullptr;
@@ -139,10 +172,11 @@ std::unique_ptr<ArcsOfOne> feasible_one(const ArmHandle& self, nb::handle pose, 
     SmallMatrix matrix;
     if (!matrix.read(pose, 4, 4, m) || matrix.precision() > 0) return nullptr;
     auto out = std::make_unique<ArcsOfOne>();
+    out->sets.with_scene = scene != nullptr;
     out->sets.reserve(static_cast<std::size_t>(sets_of(wanted)));
     const bool plain = margin == 0 && psi_wide == 0;
     const LimitTable own = plain ? LimitTable{} : limit_table(self.arm, margin, psi_wide, threshold);
-    const Request request{self, plain ? self.limits : own, wanted};
+    const Request request{self, plain ? self.limits : own, wanted, scene ? &scene->view : nullptr};
     if (collect_pose(request, m, gc, out->sets, value) != Problem::none) return nullptr;
     return out;
 }
@@ -283,11 +317,13 @@ void bind_arcs(nb::module_& m, nb::class_<ArmHandle>& arm) {
         .value("NEAR_MARGIN", Side::near_margin)
         .value("FAR_MARGIN", Side::far_margin)
         .value("NEAR_SINGULAR", Side::near_singular)
-        .value("FAR_SINGULAR", Side::far_singular);
+        .value("FAR_SINGULAR", Side::far_singular)
+        .value("OBSTACLE", Side::obstacle);
     nb::enum_<Wanted>(m, "Wanted")
         .value("BRANCH", Wanted::branch)
         .value("JOINTS", Wanted::joints)
-        .value("BRANCHES", Wanted::branches);
+        .value("BRANCHES", Wanted::branches)
+        .value("CLEAR", Wanted::clear);
     nb::enum_<SetOperation>(m, "SetOperation")
         .value("INTERSECTION", SetOperation::intersection)
         .value("UNION", SetOperation::union_)
@@ -298,10 +334,10 @@ void bind_arcs(nb::module_& m, nb::class_<ArmHandle>& arm) {
         .value("SINGULAR", Case::singular)
         .value("CONSTANT", Case::constant);
     arm.def("feasible_many", &feasible_many, "pose"_a, "gc"_a, "margin"_a, "psi_margin"_a, "discriminant"_a,
-            "wanted"_a, "threads"_a);
+            "wanted"_a, "threads"_a, "scene"_a.none());
     nb::class_<ArcsOfOne>(m, "ArcsOfOne").def("columns", &ArcsOfOne::columns);
     arm.def("feasible_one", &feasible_one, "pose"_a.none(), "gc"_a.none(), "margin"_a.none(),
-            "psi_margin"_a.none(), "discriminant"_a.none(), "wanted"_a, "threads"_a.none());
+            "psi_margin"_a.none(), "discriminant"_a.none(), "wanted"_a, "threads"_a.none(), "scene"_a.none());
     arm.def("joint_function", &joint_function, "pose"_a, "gc"_a, "joint"_a);
     nb::class_<JointFunctionHandle>(m, "JointFunction")
         .def(

@@ -308,10 +308,12 @@ struct ArmHandle {
 void bind_refusal(nb::module_& m);
 void bind_poses(nb::module_& m);
 void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm);
+void bind_scenes(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_arcs(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_stepping(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_planning(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_solving(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_tracking(nb::module_& m);
+void bind_reach(nb::module_& m, nb::class_<ArmHandle>& arm);
 
 }  // namespace binding

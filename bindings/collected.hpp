@@ -17,8 +17,10 @@ namespace binding {
 
 using namespace armangle;
 
-/// count per set; for each arc its two ends as angle, joint, side and value in q; status per set.
-using ArcColumns = nb::typed<nb::tuple, Ints, Floats, Codes, Codes, Floats, Codes>;
+/// count per set; for each arc its two ends as angle, joint, side and value in q; status per set. With a
+/// scene also for each end the pair of obstacle and link that made it, and per set the pair that blocks all
+/// alone.
+using ArcColumns = nb::typed<nb::tuple, Ints, Floats, Codes, Codes, Floats, Codes, nb::object, nb::object>;
 
 /// Values as a NumPy array of so many columns, without a copy.
 template <class T>
@@ -68,6 +70,8 @@ struct Collected {
     Grown<std::int64_t> count;
     Grown<double> psi, value;
     Grown<std::int8_t> joint, side, status;
+    Grown<std::int64_t> pair, blocking;  // with a scene: obstacle * 256 + link, -1: none
+    bool with_scene = false;
 
     /// Room for so many sets.
     void reserve(std::size_t sets) {
@@ -77,6 +81,9 @@ struct Collected {
         value.reserve(ends * sets);
         joint.reserve(ends * sets);
         side.reserve(ends * sets);
+        if (!with_scene) return;
+        pair.reserve(ends * sets);
+        blocking.reserve(sets);
     }
     /// The room that another has for the sets from `first` on.
     void borrow(const Collected& whole, std::size_t first, std::size_t sets) {
@@ -86,10 +93,18 @@ struct Collected {
         value.borrow(whole.value, ends * first, ends * sets);
         joint.borrow(whole.joint, ends * first, ends * sets);
         side.borrow(whole.side, ends * first, ends * sets);
+        with_scene = whole.with_scene;
+        if (!with_scene) return;
+        pair.borrow(whole.pair, ends * first, ends * sets);
+        blocking.borrow(whole.blocking, first, sets);
+    }
+
+    static std::int64_t pair_of(Tag tag) noexcept {
+        return tag_obstacle(tag) < 0 ? -1 : 256 * tag_obstacle(tag) + tag_link(tag);
     }
 
     void add(const Arm& arm, double margin, const Configuration<double>& gc, const ArcSet& set,
-             Status outcome) {
+             Status outcome, Tag blocks_all = 0) {
         count.room_for(1);
         status.room_for(1);
         count.data[count.size++] = set.count;
@@ -109,11 +124,19 @@ struct Collected {
                 value.data[value.size++] = end_value(arm, margin, gc, tag);
             }
         }
+        if (!with_scene) return;
+        blocking.room_for(1);
+        blocking.data[blocking.size++] = pair_of(blocks_all);
+        pair.room_for(ends);
+        for (int i = 0; i < set.count; ++i)
+            for (const Tag tag : {set.arc[i].lower_tag, set.arc[i].upper_tag})
+                pair.data[pair.size++] = pair_of(tag);
     }
 
     ArcColumns release() {
         return nb::make_tuple(count.release(1), psi.release(2), joint.release(2), side.release(2),
-                              value.release(2), status.release(1));
+                              value.release(2), status.release(1), with_scene ? pair.release(2) : nb::none(),
+                              with_scene ? blocking.release(1) : nb::none());
     }
 };
 
@@ -153,6 +176,9 @@ inline void join(std::vector<Collected>& parts, Collected& whole) {
         join<&Collected::value>(parts, whole);
     join<&Collected::joint>(parts, whole), join<&Collected::side>(parts, whole),
         join<&Collected::status>(parts, whole);
+    if (!whole.with_scene) return;
+    join<&Collected::pair>(parts, whole);
+    join<&Collected::blocking>(parts, whole);
 }
 
 }  // namespace binding

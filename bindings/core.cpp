@@ -63,6 +63,8 @@ void bind_status(nb::module_& m) {
         .value("NOT_REACHED", Status::NOT_REACHED)
         .value("BAD_INPUT", Status::BAD_INPUT)
         .value("NOT_ALLOWED", Status::NOT_ALLOWED)
+        .value("POSE_BLOCKED", Status::POSE_BLOCKED)
+        .value("CLEARANCE", Status::CLEARANCE)
         .def_prop_ro(
             "sentence", [](Status status) { return armangle::sentence(status); },
             "The outcome as one sentence.");
@@ -105,10 +107,12 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     arm.def_prop_ro("joint_middle", [](const ArmHandle& a) {
         return std::vector<double>(a.arm.joint_middle, a.arm.joint_middle + armangle::joints);
     });
+    binding::bind_scenes(m, arm);
     binding::bind_kinematics(m, arm);
     binding::bind_arcs(m, arm);
     binding::bind_stepping(m, arm);
     binding::bind_planning(m, arm);
     binding::bind_solving(m, arm);
     binding::bind_tracking(m);
+    binding::bind_reach(m, arm);
 }

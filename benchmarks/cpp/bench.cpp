@@ -119,7 +119,7 @@ struct Bench {
 
     void arcs_one(std::size_t i) const {
         ArcSet set;
-        keep(feasible(self_motion(arm, data.pose[i], static_cast<int>(data.gc[i])), limits, set));
+        keep(feasible(arm, data.pose[i], static_cast<int>(data.gc[i]), limits, set));
         keep(set);
     }
 

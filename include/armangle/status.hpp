@@ -20,9 +20,11 @@ enum class Status : std::int8_t {
     NOT_REACHED = 11,
     BAD_INPUT = 12,
     NOT_ALLOWED = 13,
+    POSE_BLOCKED = 14,
+    CLEARANCE = 15,
 };
 
-inline constexpr int status_count = 14;
+inline constexpr int status_count = 16;
 
 constexpr const char* sentence(Status status) noexcept {
     switch (status) {
@@ -46,6 +48,9 @@ constexpr const char* sentence(Status status) noexcept {
         case Status::ACCELERATION_LIMIT: return "A joint would accelerate beyond its acceleration limit.";
         case Status::NOT_REACHED: return "The pose was not tried: the motion stopped before it.";
         case Status::NOT_ALLOWED: return "The branches or arcs that the caller allows leave no arm angle.";
+        case Status::POSE_BLOCKED:
+            return "The hand, or the base, meets an obstacle at this pose, whatever the arm angle.";
+        case Status::CLEARANCE: return "No arm angle keeps clear of the obstacles within all limits.";
         case Status::BAD_INPUT: return "The pose is no rigid transform, or a number is not finite.";
     }
     return "";

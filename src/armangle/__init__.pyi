@@ -25,6 +25,7 @@ from .arm.diagnosis import (
     Opening as Opening,
     Verdict as Verdict,
 )
+from .arm.freedom import Freedom as Freedom
 from .arm.joint_function import JointFunction as JointFunction
 from .arm.solution import Solution as Solution
 from .arm.solution import Solutions as Solutions
@@ -43,6 +44,7 @@ from .errors import (
     PathError as PathError,
     PolicyError as PolicyError,
     PortError as PortError,
+    SceneError as SceneError,
     ShapeError as ShapeError,
     UnknownRobotError as UnknownRobotError,
     UnreachableError as UnreachableError,
@@ -97,6 +99,22 @@ from .motion.tracking import (
     Tracking as Tracking,
 )
 from .poses import pose as pose
+from .reach.placement import (
+    Placement as Placement,
+    place as place,
+)
+from .scenes.body import Body as Body
+from .scenes.clearance import (
+    Clearance as Clearance,
+    Widest as Widest,
+)
+from .scenes.scene import Scene as Scene
+from .scenes.shapes import (
+    Ball as Ball,
+    Box as Box,
+    Capsule as Capsule,
+    HalfSpace as HalfSpace,
+)
 from .status import Status as Status
 from .timing.retiming import retime as retime
 from .timing.trajectory import (

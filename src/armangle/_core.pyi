@@ -62,6 +62,10 @@ class Status(enum.IntEnum):
 
     NOT_ALLOWED = 13
 
+    POSE_BLOCKED = 14
+
+    CLEARANCE = 15
+
     @property
     def sentence(self) -> str:
         """The outcome as one sentence."""
@@ -132,6 +136,12 @@ class Arm:
     @property
     def joint_middle(self) -> list[float]: ...
 
+    def resting_links(self, rods: numpy.typing.NDArray[numpy.float64], link: numpy.typing.NDArray[numpy.int64]) -> None: ...
+
+    def proximity_many(self, scene: Scene, pose: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], out: numpy.typing.NDArray[numpy.float64], pair: numpy.typing.NDArray[numpy.int64], threads: int) -> None: ...
+
+    def widest_many(self, scene: Scene, pose: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], margin: float, psi: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64], pair: numpy.typing.NDArray[numpy.int64], status: numpy.typing.NDArray[numpy.int64], threads: int) -> None: ...
+
     def inverse_one(self, pose: object | None, psi: object | None, gc: object | None) -> Any: ...
 
     def inverse_many(self, pose: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], seed: numpy.typing.NDArray[numpy.float64] | None, out: numpy.typing.NDArray[numpy.float64], limits: Enforce, unreachable: Enforce, threads: int) -> None: ...
@@ -156,9 +166,9 @@ class Arm:
 
     def limit_margin_many(self, q: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> None: ...
 
-    def feasible_many(self, pose: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], margin: float, psi_margin: float, discriminant: float, wanted: Wanted, threads: int) -> tuple[numpy.typing.NDArray[numpy.int64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int8], numpy.typing.NDArray[numpy.int8], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int8]]: ...
+    def feasible_many(self, pose: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], margin: float, psi_margin: float, discriminant: float, wanted: Wanted, threads: int, scene: Scene | None) -> tuple[numpy.typing.NDArray[numpy.int64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int8], numpy.typing.NDArray[numpy.int8], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int8], object, object]: ...
 
-    def feasible_one(self, pose: object | None, gc: object | None, margin: object | None, psi_margin: object | None, discriminant: object | None, wanted: Wanted, threads: object | None) -> ArcsOfOne: ...
+    def feasible_one(self, pose: object | None, gc: object | None, margin: object | None, psi_margin: object | None, discriminant: object | None, wanted: Wanted, threads: object | None, scene: Scene | None) -> ArcsOfOne: ...
 
     def joint_function(self, pose: numpy.typing.NDArray[numpy.float64], gc: int, joint: int) -> JointFunction: ...
 
@@ -183,6 +193,41 @@ class Arm:
     def solve_many(self, pose: numpy.typing.NDArray[numpy.float64], near: numpy.typing.NDArray[numpy.float64] | None, options: SolveOptions, allowed_count: numpy.typing.NDArray[numpy.int64] | None, allowed_psi: numpy.typing.NDArray[numpy.float64] | None, q: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], distance: numpy.typing.NDArray[numpy.float64], status: numpy.typing.NDArray[numpy.int8], margin: numpy.typing.NDArray[numpy.float64], threads: int) -> None: ...
 
     def solutions_many(self, pose: numpy.typing.NDArray[numpy.float64], near: numpy.typing.NDArray[numpy.float64] | None, options: SolveOptions, allowed_count: numpy.typing.NDArray[numpy.int64] | None, allowed_psi: numpy.typing.NDArray[numpy.float64] | None, threads: int) -> tuple[numpy.typing.NDArray[numpy.int64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int8]]: ...
+
+    def reachable_many(self, pose: numpy.typing.NDArray[numpy.float64], margin: float, out: numpy.typing.NDArray[numpy.int64], threads: int) -> None: ...
+
+    def freedom_many(self, pose: numpy.typing.NDArray[numpy.float64], margin: float, widths: numpy.typing.NDArray[numpy.float64], codes: numpy.typing.NDArray[numpy.int64], threads: int) -> None: ...
+
+    def turns_many(self, pose: numpy.typing.NDArray[numpy.float64], turned: Turned, margin: float, threads: int) -> tuple[numpy.typing.NDArray[numpy.int64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int8], numpy.typing.NDArray[numpy.int8], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int8], object, object]: ...
+
+    def place_many(self, pose: numpy.typing.NDArray[numpy.float64], weight: numpy.typing.NDArray[numpy.float64], position: numpy.typing.NDArray[numpy.float64], margin: float, out: numpy.typing.NDArray[numpy.float64], threads: int) -> None: ...
+
+class SolidKind(enum.Enum):
+    BALL = 0
+
+    CAPSULE = 1
+
+    BOX = 2
+
+    HALF_SPACE = 3
+
+class Within(enum.Enum):
+    USER = 0
+
+    BASE = 1
+
+    FLANGE = 2
+
+    TOOL = 3
+
+MOST_PARTS: int = 64
+
+MOST_LINKS: int = 254
+
+MOST_OBSTACLES: int = 65000
+
+class Scene:
+    def __init__(self, arm: Arm, solids: numpy.typing.NDArray[numpy.float64], first_base: int, first_held: int, rods: numpy.typing.NDArray[numpy.float64], ignored: numpy.typing.NDArray[numpy.int8], clearance: float) -> None: ...
 
 class Enforce(enum.Enum):
     IGNORE = 0
@@ -215,12 +260,16 @@ class Side(enum.Enum):
 
     FAR_SINGULAR = 7
 
+    OBSTACLE = 8
+
 class Wanted(enum.Enum):
     BRANCH = 0
 
     JOINTS = 1
 
     BRANCHES = 2
+
+    CLEAR = 3
 
 class SetOperation(enum.Enum):
     INTERSECTION = 0
@@ -369,3 +418,8 @@ class Tracker:
     def step_one(self, pose: object | None, elbow: object | None, dt: float, reconfigure: int, kind: object, trackings: object, statuses: object) -> Any: ...
 
     def run(self, poses: numpy.typing.NDArray[numpy.float64], q: numpy.typing.NDArray[numpy.float64]) -> None: ...
+
+class Turned(enum.Enum):
+    BASE = 0
+
+    TOOL = 1

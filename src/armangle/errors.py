@@ -61,6 +61,31 @@ class NotSRSError(InputError):
         self.near = near
 
 
+class SceneError(InputError):
+    """A shape, scene or body is not usable as given; ``shape``, ``name``, ``value`` say what of which."""
+
+    shape: str
+    name: str
+    value: Any
+
+    def __init__(self, shape: str, name: str, value: Any, wanted: str) -> None:
+        super().__init__(f"{shape}: {name} is {value!r:.200}, wanted {wanted}")
+        self.shape = shape
+        self.name = name
+        self.value = value
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _remade, (type(self), self.args[0], self.__dict__)
+
+
+def _remade(kind: type[SceneError], message: str, attributes: dict[str, Any]) -> SceneError:
+    """Return a copy of an error, whose constructor takes more than its message."""
+    new = kind.__new__(kind, message)
+    new.args = (message,)
+    new.__dict__.update(attributes)
+    return new
+
+
 class FileFormatError(InputError):
     """A file does not say what it should; the message begins with file, line and column."""
 

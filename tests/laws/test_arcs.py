@@ -161,13 +161,30 @@ def test_membership_has_a_slack_of_a_nanoradian() -> None:
     assert -2e-9 + TURN not in arcs
 
 
-def test_overlapping_arcs_join_and_points_are_dropped() -> None:
+def test_overlapping_arcs_join() -> None:
     assert aa.ArcSet([[0, 1], [0.5, 2]]).intervals.tolist() == [[0, 2]]
     assert aa.ArcSet([[0, 1], [1, 2]]).count == 1
-    assert aa.ArcSet([[0.5, 0.5]]).is_empty
     assert aa.ArcSet([[0, 7]]).is_full
     assert aa.ArcSet([[0, 4], [3, TURN]]).is_full
     assert aa.ArcSet([[5, 6]]).intervals[0, 0] == pytest.approx(5 - TURN, abs=1e-15)
+
+
+def test_an_isolated_angle_is_an_arc_of_no_width() -> None:
+    point = aa.ArcSet([[0.5, 0.5]])
+    assert (point.count, point.measure, point.is_empty) == (1, 0.0, False)
+    assert 0.5 in point and 0.5 + TURN in point and 0.6 not in point
+    assert point.nearest(2.0) == 0.5
+    assert eval(repr(point), {"ArcSet": aa.ArcSet}) == point
+    wide, beside = aa.ArcSet([[0.0, 1.0]]), aa.ArcSet([[1.0, 2.0]])
+    assert (point & wide) == (wide & point) == (point & point) == (point & ~aa.ArcSet()) == point
+    assert (point & beside).is_empty
+    assert (point | beside).intervals.tolist() == [[0.5, 0.5], [1.0, 2.0]]
+    assert (point | wide) == wide
+    assert (~point).is_full and (~(point | beside) == ~beside)
+    assert (wide & beside).is_empty  # where wide arcs only touch there is none
+    over_the_seam = aa.ArcSet([[np.pi, np.pi]])
+    assert over_the_seam.intervals.tolist() == [[-np.pi, -np.pi]]
+    assert over_the_seam & aa.ArcSet([[3.0, 4.0]]) == over_the_seam
 
 
 def test_the_ends_are_carried_through() -> None:

@@ -233,6 +233,82 @@ def test_empty_batches(shape: tuple[int, ...]) -> None:
         assert arcs.contains(np.empty(wanted)).shape == wanted
 
 
+HINGES = [1, 5]
+
+
+@pytest.mark.parametrize("joint", [0, 1, 2, 4, 5, 6])
+@pytest.mark.parametrize("half_range", [0.0, 0.5e-9, 1e-8])
+def test_a_locked_joint_leaves_isolated_psi(joint: int, half_range: float) -> None:
+    rng = draw.generator(13)
+    for arm in arms()[::2]:
+        for q in rng.uniform(np.maximum(arm.lower, -6), np.minimum(arm.upper, 6), (draw.count(3), 7)):
+            lower, upper = arm.lower.copy(), arm.upper.copy()
+            lower[joint], upper[joint] = q[joint] - half_range, q[joint] + half_range
+            locked = arm.with_(lower=lower, upper=upper)
+            pose, psi, gc = locked.forward(q)
+            arcs, alone = locked.feasible(pose, gc), locked.joint_feasible(pose, gc)[joint]
+            assert arcs.status is aa.Status.OK
+            assert psi in arcs and psi in alone
+            assert alone.count in (1, 2)
+            assert locked.feasible_all(pose)[int(gc)] == arcs
+            assert (alone & arcs).count == arcs.count
+            assert aa.step(locked, q, pose).status is aa.Status.OK
+            assert locked.solve(pose, near=q).status is aa.Status.OK
+            if half_range > 0:
+                continue
+            assert arcs.measure == 0.0
+            assert arcs.nearest(psi + 0.1) in arcs
+            for at, ends in zip(arcs.intervals[:, 0], arcs.ends, strict=True):
+                assert {end.joint for end in ends} == {joint + 1}
+                rate = abs(unlimited(locked).self_motion(pose, at, gc)[joint])
+                off = circle_gap(locked.inverse(pose, at, gc, seed=q)[joint], q[joint])
+                assert off <= 1e-12 + 16 * EPS * rate
+
+
+def test_a_joint_locked_where_it_stops_turning_leaves_its_psi() -> None:
+    """At its extreme a joint's function has a double root, or two that rounding parts: a parabola is flat."""
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    pose, _, gc = arm.forward([0.3, 0.6, -0.2, -1.3, 0.4, 0.9, 0.1])
+    for joint in (0, 5):
+        turning = arm.joint_function(pose, gc, joint + 1)
+        for psi in turning.stationary:
+            q = arm.inverse(pose, psi, gc)
+            lower, upper = np.full(7, -np.pi), np.full(7, np.pi)
+            lower[joint] = upper[joint] = q[joint]
+            found = arm.with_(lower=lower, upper=upper).feasible(pose, gc)
+            assert found.count >= 1
+            assert circle_gap(found.intervals, psi).max() <= 1e-7
+            assert abs(arm.inverse(pose, found.intervals[0, 0], gc)[joint] - q[joint]) <= 1e-12
+
+
+@pytest.mark.parametrize("width", [0.5, 0.01])
+@pytest.mark.parametrize("off", [0.0, 1e-16, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11, 1e-10, 1e-9])
+def test_a_posture_amid_its_limits_beside_a_singular_one_has_arcs(off: float, width: float) -> None:
+    rng = draw.generator(14)
+    for arm in arms()[::3]:
+        for hinge in HINGES:
+            theta = rng.uniform(-2.5, 2.5, (draw.count(4), 7))
+            theta[:, [1, 5]] = rng.uniform(0.3, 1.5, (len(theta), 2)) * rng.choice([-1, 1], (len(theta), 2))
+            theta[:, 3] = arm.delta + rng.uniform(0.4, 1.5, len(theta)) * rng.choice([-1, 1], len(theta))
+            theta[:, hinge] = off * rng.choice([-1, 1], len(theta))
+            for q in joint_values(arm, theta):
+                boxed = arm.with_(lower=q - width, upper=q + width)
+                pose, psi, gc = boxed.forward(q)
+                assert psi in boxed.feasible(pose, gc)
+                assert psi in boxed.feasible_all(pose)[int(gc)]
+
+
+def test_where_two_joints_are_one_axis_their_sum_must_fit() -> None:
+    """theta_2 = 0: theta_1 + theta_3 is given by the pose, and their limits leave it or not."""
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    q = np.array([0.4, 0.0, 0.7, -1.2, 0.3, 0.8, 0.5])
+    pose, psi, gc = arm.forward(q)
+    for shift, fits in ((0.0, True), (0.009, True), (0.011, False)):
+        middle = q + np.array([shift, 0, shift, 0, 0, 0, 0])
+        boxed = arm.with_(lower=middle - 0.01, upper=middle + 0.01)
+        assert (psi in boxed.feasible(pose, gc)) == fits
+
+
 def mended(arm: aa.Arm) -> MendedArm:
     """The same arm for the second implementation."""
     names = (

@@ -328,3 +328,19 @@ def test_without_matplotlib_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setitem(sys.modules, "matplotlib.pyplot", None)
     with pytest.raises(aa.MissingExtraError, match=r"pip install 'armangle\[plot\]'"):
         plots.repulsion()
+
+
+def test_placement_draws_what_is_held_and_the_best_base() -> None:
+    arm = aa.Arm.from_catalogue("openarm_v10")
+    poses = aa.pose(np.random.default_rng(1).uniform(-0.4, 0.4, (20, 3)), rpy=[0.0, np.pi, 0.0])
+    found = aa.place(arm, poses, np.linspace(-0.3, 0.3, 7), np.linspace(-0.2, 0.2, 5))
+    ax = plots.placement(found)
+    drawn = ax.collections[0].get_array()
+    assert np.allclose(np.asarray(drawn).reshape(5, 7), found.reached.T)
+    marks = {line.get_label(): line for line in ax.lines}
+    assert np.allclose(marks["best base"].get_xydata(), found.best()[:2, 3])
+    assert len(marks["poses"].get_xydata()) == 20
+    arrows = ax.collections[1]
+    assert np.allclose(np.hypot(arrows.U, arrows.V), 1.0)
+    one = aa.place(arm, [], [0.0], [0.0])
+    assert plots.placement(one, ax=plt.subplots()[1]).get_title()

@@ -59,8 +59,12 @@ def started(tracker: aa.Tracker) -> aa.Tracker:
 
 
 METHODS = ("forward", "inverse", "inverse_all", "jacobian", "self_motion", "limit_margin", "within_limits",
-           "feasible", "joint_feasible", "joint_function", "explain", "solve",
-           "solutions", "best", "elbow", "with_reference")  # fmt: skip
+           "joint_feasible", "joint_function", "explain", "solve",
+           "solutions", "best", "elbow", "with_reference", "reachable", "freedom", "feasible_yaw",
+           "feasible_roll")  # fmt: skip
+SCENES = ("clear", "clearance", "widest", "feasible", "feasible_all")
+BALL = aa.Ball([0.4, 0.0, 0.5], 0.1, name="lamp")
+SCENE, BODY = aa.Scene([BALL]), aa.Body.bones(upper_arm=0.09, forearm=0.08)
 FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "Arm": (aa.Arm, {"d_bs": 0.34, "d_se": 0.4, "d_ew": 0.4, "d_wf": 0.126}),
     "ArcSet": (aa.ArcSet, {"intervals": [[0.0, 1.0]]}),
@@ -83,6 +87,7 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "HandFilter.smooth": (aa.HandFilter().smooth, {"poses": POSE[None], "dt": 0.01}),
     "follow": (aa.follow, {"arm": ARM, "poses": POSE[None], "start": Q}),
     "plan": (aa.plan, {"arm": ARM, "path": POSE[None]}),
+    "place": (aa.place, {"arm": ARM, "poses": TWO, "x": [0.0], "y": [0.0]}),
     "Objective": (aa.Objective, {}),
     "Line": (aa.Line, {"start": POSE, "end": POSE}),
     "CircularArc": (aa.CircularArc, {"start": POSE, "via": [1.0, 2.0, 3.0], "end": POSE}),
@@ -98,6 +103,21 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "JointFunction.value": (ARM.joint_function(POSE, GC, 1).value, {"psi": 0.1}),
     "JointFunction.derivative": (ARM.joint_function(POSE, GC, 1).derivative, {"psi": 0.1}),
     **{f"Arm.{name}": (getattr(ARM, name), {}) for name in METHODS},
+    "Ball": (aa.Ball, {"center": [0.0, 0.0, 1.0], "radius": 0.1}),
+    "Capsule": (aa.Capsule, {"begin": [0.0] * 3, "end": [0.0, 0.0, 1.0], "radius": 0.1}),
+    "Box": (aa.Box, {"pose": POSE, "size": [0.1, 0.2, 0.3]}),
+    "HalfSpace": (aa.HalfSpace, {"normal": [0.0, 0.0, 1.0], "offset": 0.1}),
+    "Scene": (aa.Scene, {}),
+    "Body": (aa.Body, {"links": {3: [BALL]}}),
+    "Body.bones": (aa.Body.bones, {"upper_arm": 0.1, "forearm": 0.1}),
+    "Arm.with_body": (ARM.with_body, {"body": BODY}),
+    "Arm.with_hand": (ARM.with_hand, {"shapes": [BALL]}),
+    **{
+        f"Arm.{name}": (getattr(ARM.with_body(BODY), name), {"pose": POSE, "gc": GC, "scene": SCENE})
+        for name in ("clear", "widest", "feasible")
+    },
+    "Arm.clearance": (ARM.with_body(BODY).clearance, {"pose": POSE, "psi": PSI, "gc": GC, "scene": SCENE}),
+    "Arm.feasible_all": (ARM.with_body(BODY).feasible_all, {"pose": POSE, "scene": SCENE}),
     "Arm.psi_towards": (ARM.psi_towards, {"pose": POSE, "gc": GC, "point": [0.0, 0.0, 1.0]}),
     "Arm.psi_towards along": (ARM.psi_towards, {"pose": POSE, "gc": GC, "direction": "up"}),
 }
@@ -106,6 +126,7 @@ VECTORS: list[Any] = [v for v in POINTS if v is not None and v != [[0.0, 0.0, 1.
 PLACES: list[Any] = [*VECTORS, [0.0, 0.0, 1e4]]
 ALONG: list[Any] = [*VECTORS, "north", [0.0, 0.0, 0.0]]
 WEIGHT: list[Any] = [*NUMBER, None, -1.0, INF]
+VECTOR: list[Any] = ["nonsense", object(), None, [NAN, 0.0], [1j], [1e4], [[0.0]], []]
 GOOD = {"q": Q, "pose": POSE, "psi": PSI, "gc": GC, "joint": 1, "near": Q}
 BAD: dict[str, list[Any]] = {
     "q": JOINTS, "q_now": JOINTS, "start": JOINTS, "seed": [v for v in JOINTS if v is not None],
@@ -122,6 +143,15 @@ BAD: dict[str, list[Any]] = {
     "base": [v for v in POSES if v is not None], "tool": [v for v in POSES if v is not None],
     "velocity": [*BOUND, -Q, np.zeros(7)], "acceleration": [*BOUND, -Q, np.zeros(7)],
     "reference": ["nonsense", object(), 0.1, [1.0, 2.0], [NAN, 0.0, 1.0], [0.0, 0.0, 0.0], [1j] * 3],
+    "center": POINTS, "begin": POINTS, "size": [*POINTS, [0.1, -0.1, 0.1]],
+    "normal": [*POINTS, [0.0] * 3],
+    "radius": [*NUMBER, None, -0.1, INF], "offset": [*NUMBER, None, INF, 1e4],
+    "clearance": [*NUMBER, -0.1, INF],
+    "scene": ["nonsense", 3, object(), [BALL]], "ignore": ["nonsense", 3, [1], [("a",)]],
+    "shapes": ["nonsense", None, 3, [3], [SCENE]], "body": ["nonsense", 3, object()],
+    "plates": ["nonsense", 1, None], "hand": ["nonsense", 3, [3], [SCENE]],
+    "links": ["nonsense", None, 3, {}, {8: [BALL]}, {True: [BALL]}],
+    "upper_arm": [*POSITIVE, None, INF], "forearm": [*POSITIVE, None, INF],
     "intervals": ["nonsense", object(), [1.0, 2.0, 3.0], [[1.0]], [[2.0, 1.0]], [[NAN, 1.0]], [[0, INF]],
                   [[0, 1e9]], [[0.0, 0.1]] * 17, [[1j, 2]], [[0.0, 1.0], [2.0]]],
     "K": [*NUMBER, -0.1, 1.1, None, True], "alpha": [*POSITIVE, None, True, INF],
@@ -135,6 +165,7 @@ BAD: dict[str, list[Any]] = {
     "direction": [*POINTS, [0.0, 0.0, 0.0]], "angle": [*NUMBER, None, INF, 1e4],
     "advance": [*NUMBER, None, INF, 1e4], "s": [*ANGLES, -0.1, 1.1],
     "order": ["nonsense", None, 0, 4, 1.5, NAN], "near": [v for v in JOINTS if v is not None],
+    "x": [*VECTOR, 0.1], "y": [*VECTOR, 0.1], "z": [*NUMBER, None, INF, 1e4],
     "metric": CHOICE, "prefer": CHOICE, "filter": ["nonsense", 0.5, object(), aa.HandFilter],
     "length": [*POSITIVE, None, INF], "elbow_margin": MARGIN, "reconfigure": INDEX,
     "elbow": ["nonsense", object(), 0.1, [1.0, 2.0], [[0.0, 0.0, 1.0]], [1j] * 3], "omega": [*POSITIVE, None],
@@ -177,11 +208,14 @@ BAD_HERE: dict[tuple[str, str], list[Any]] = {
         for name in ("Tracker.run", "HandFilter.smooth")
     },
     ("Tracker.step", "pose"): [*WORDS, 0.1, POSE[:3], TWO, POSE.astype(complex)],
+    ("place", "poses"): [*WORDS, 0.1, POSE[:3], POSE, changed(TWO, NAN), TWO.astype(complex)],
+    ("place", "weight"): ["nonsense", object(), 1.0, [1.0], [NAN, 1.0], [-1.0, 1.0]],
+    ("place", "singularity_margin"): MARGIN,
     ("Objective", "limits"): WEIGHT,
     ("plan", "start"): [v for v in JOINTS if v is not None],
     ("plan", "gc"): [*INDEX, [], [8], ["x"]],
     **{(name, "start"): POSES for name in ("Line", "CircularArc", "Screw")},
-    **{(f"Arm.{name}", "gc"): [*INDEX, None] for name in METHODS},
+    **{(f"Arm.{name}", "gc"): [*INDEX, None] for name in (*METHODS, *SCENES)},
     **{(f"Arm.{name}", "gc"): [*INDEX, [], [8], ["x"]] for name in ("solve", "solutions", "best")},
     **{(name, "gc"): [*INDEX, None] for name in ("gc_signs", "resolve")},
 }
@@ -217,7 +251,8 @@ def test_every_public_function_and_argument_is_in_the_matrix() -> None:
         "JointTable",
     }
     results |= {"Opening", "Path", "PathPoint", "Resolution", "Solution", "Solutions", "SpeedLoss", "Step"}
-    results |= {"Tracked", "Trajectory", "TrajectoryPoint", "TrajectoryTable"}
+    results |= {"Clearance", "Widest", "Freedom", "Placement", "Tracked", "Trajectory", "TrajectoryPoint"}
+    results |= {"TrajectoryTable"}
     public = {name: getattr(aa, name) for name in aa.__all__}
     faults = {n for n, v in public.items() if isinstance(v, type) and issubclass(v, Exception)}
     constants = {n for n, v in public.items() if not callable(v)} | {"Status", "Tracking", "Verdict"}

@@ -35,11 +35,25 @@ ARMANGLE_INLINE Triad<T> triad(const Arm& arm, const Pose<T>& flange, const Norm
     return t;
 }
 
+namespace detail {
+
+/// Not inlined, and by value: a reference to the flange would keep it in memory on the usual way too.
+template <class T>
+[[gnu::noinline, gnu::cold]] Triad<T> other_triad(const Arm& arm, Pose<T> flange) noexcept {
+    return triad(arm, flange,
+                 [&arm](const Vec3<T>& p, const Vec3<T>& w) noexcept { return reference_normal(arm, p, w); });
+}
+
+}  // namespace detail
+
 /// The triad of the arm's psi.
 template <class T>
 ARMANGLE_INLINE Triad<T> triad(const Arm& arm, const Pose<T>& flange) noexcept {
-    return triad(arm, flange,
-                 [&arm](const Vec3<T>& p, const Vec3<T>& w) noexcept { return reference_normal(arm, p, w); });
+    if (arm.reference != Reference::base) [[unlikely]]
+        return detail::other_triad(arm, flange);
+    return triad(arm, flange, [&arm](const Vec3<T>& p, const Vec3<T>& w) noexcept {
+        return detail::normal_about_z(arm, p, w);
+    });
 }
 
 /// The circle: its triad, the tool's axes in it (w.x_7, w.y_7, w.z_7; the same for e and z), and the arm's

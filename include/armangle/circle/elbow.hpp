@@ -56,6 +56,17 @@ ARMANGLE_INLINE SinCos<T> lean(const Elbow<T>& elbow, const SinCos<T>& in_plane)
     return {hypot(in_plane.sin, in_plane.cos * elbow.tilt.sin), in_plane.cos * elbow.tilt.cos};
 }
 
+/// How far S-W leans out of the plane across axis 4: its sine is d_4 / |S-W|.
+template <class T>
+ARMANGLE_INLINE SinCos<T> tilt(const Arm& arm, const Triangle<T>& t) noexcept {
+    if (arm.d_4 == 0) return {T(0.0), T(1.0)};
+    const T side = hypot(arm.upper_arm + arm.forearm * t.eta.cos, arm.forearm * t.eta.sin);
+    const T inverse_length = T(1.0) / hypot(side, T(arm.d_4));
+    return {arm.d_4 * inverse_length, side * inverse_length};
+}
+
+/// The elbow of a triangle. In one expression: a struct filled in two steps is copied in registers wider than
+/// the stores that made it, and waits for them (7 % of a step, benchmarks/run_cpp.py).
 template <class T>
 ARMANGLE_INLINE Elbow<T> elbow(const Arm& arm, const Triangle<T>& t, T gc_4) noexcept {
     // mul_add and not a * b + c * d: g++ 12 fuses such pairs of sum and difference in spite of
@@ -66,17 +77,9 @@ ARMANGLE_INLINE Elbow<T> elbow(const Arm& arm, const Triangle<T>& t, T gc_4) noe
     const T sin_lower =
         mul_add(t.eta.sin, t.kappa.cos, -(t.eta.cos * t.kappa.sin));  // of eta - kappa, at the wrist
     const T cos_lower = mul_add(t.eta.cos, t.kappa.cos, t.eta.sin * t.kappa.sin);
-    Elbow<T> e{sum(arm.delta, gc_4 * t.eta.sin, t.eta.cos),
-               sum(arm.shoulder_slant, -(gc_4 * t.kappa.sin), t.kappa.cos),
-               sum(arm.wrist_slant, gc_4 * sin_lower, cos_lower),
-               {T(0.0), T(1.0)},
-               arm.d_4 != 0};
-    if (e.tilted) {
-        const T side = hypot(arm.upper_arm + arm.forearm * t.eta.cos, arm.forearm * t.eta.sin);
-        const T inverse_length = T(1.0) / hypot(side, T(arm.d_4));
-        e.tilt = {arm.d_4 * inverse_length, side * inverse_length};
-    }
-    return e;
+    return {sum(arm.delta, gc_4 * t.eta.sin, t.eta.cos),
+            sum(arm.shoulder_slant, -(gc_4 * t.kappa.sin), t.kappa.cos),
+            sum(arm.wrist_slant, gc_4 * sin_lower, cos_lower), tilt(arm, t), arm.d_4 != 0};
 }
 
 }  // namespace armangle

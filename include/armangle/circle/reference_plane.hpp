@@ -67,20 +67,16 @@ Vec3<T> stereographic_normal(const Arm& arm, const Vec3<T>& p, const Vec3<T>& w)
     return select(lost, convention_normal(w, m), carried);
 }
 
-/// Not inlined, and by value: a reference to p or w would keep them in memory on the usual way too.
-template <class T>
-[[gnu::noinline, gnu::cold]] Vec3<T> other_normal(const Arm& arm, Vec3<T> p, Vec3<T> w) noexcept {
-    return arm.reference == Reference::vector ? normal_about_vector(arm, p, w)
-                                              : stereographic_normal(arm, p, w);
-}
-
 }  // namespace detail
 
 /// Axis z_3 of the elbow at psi = 0: the normal of the reference half-plane; p = S->W (m), w = p / |p|.
 template <class T>
 ARMANGLE_INLINE Vec3<T> reference_normal(const Arm& arm, const Vec3<T>& p, const Vec3<T>& w) noexcept {
-    if (arm.reference != Reference::base) [[unlikely]]
-        return detail::other_normal(arm, p, w);
+    switch (arm.reference) {
+        case Reference::vector: return detail::normal_about_vector(arm, p, w);
+        case Reference::stereographic: return detail::stereographic_normal(arm, p, w);
+        case Reference::base: break;
+    }
     return detail::normal_about_z(arm, p, w);
 }
 

@@ -29,18 +29,14 @@ ARMANGLE_INLINE SelfMotion<T> self_motion(const Arm& arm, const Circle<T>& circl
 template <class T>
 ARMANGLE_INLINE SelfMotion<T> self_motion(const Arm& arm, const Pose<T>& pose,
                                           const Configuration<T>& gc) noexcept {
-    SelfMotion<T> m{circle(arm, flange_pose(arm, pose)), gc, {}};
-    m.elbow = elbow(arm, m.circle.triangle, gc.elbow);
-    return m;
+    return self_motion(arm, circle(arm, flange_pose(arm, pose)), gc);
 }
 
 /// The same of the branch with index gc, 0..7. The signs are made after the circle, which needs all
 /// registers.
 ARMANGLE_INLINE SelfMotion<double> self_motion(const Arm& arm, const Pose<double>& pose, int gc) noexcept {
-    SelfMotion<double> m{circle(arm, flange_pose(arm, pose)), {}, {}};
-    m.gc = configuration(gc);
-    m.elbow = elbow(arm, m.circle.triangle, m.gc.elbow);
-    return m;
+    const Circle<double> on = circle(arm, flange_pose(arm, pose));
+    return self_motion(arm, on, configuration(gc));
 }
 
 /// Whether theta_1 (theta_2 = 0 or pi) vanishes as a direction for *every* psi: arm straight along the base

@@ -4,6 +4,9 @@
 //         |====]    [=======]        [==========|     two arcs: the last one goes over the seam, lower in
 //              ^    ^                                 [-pi, pi), upper up to a turn further
 //              tags: the joint and the limit that end an arc
+//
+// An arc shorter than the tolerance is an isolated psi: a locked joint, or a posture beside a singular one,
+// is feasible there alone. It stays in intersections and unions; the closure of a complement passes over it.
 #pragma once
 
 #include <cstdint>
@@ -15,10 +18,10 @@
 namespace armangle {
 
 /// An opaque mark of an end: who made it.
-using Tag = std::uint8_t;
+using Tag = std::uint32_t;
 
 struct Arc {
-    double lower, upper;  // lower in [-pi, pi), upper in (lower, lower + 2 pi]
+    double lower, upper;  // lower in [-pi, pi), upper in [lower, lower + 2 pi]
     Tag lower_tag, upper_tag;
 };
 
@@ -44,9 +47,11 @@ inline void make_full(ArcSet& set) noexcept {
 
 namespace detail {
 
-/// Puts an arc of any lift in; one shorter than the tolerance is a touching point and is dropped.
-inline void push(ArcSet& set, Arc arc) noexcept {
-    if (arc.upper - arc.lower < tolerance::angle || set.count == ArcSet::capacity) return;
+inline bool is_isolated(const Arc& arc) noexcept { return arc.upper - arc.lower < tolerance::angle; }
+
+/// Puts an arc of any lift in.
+inline void put(ArcSet& set, Arc arc) noexcept {
+    if (set.count == ArcSet::capacity) return;
     double turn = 0;
     if (arc.lower >= pi) turn = -two_pi;
     if (arc.lower < -pi) turn = two_pi;
@@ -55,6 +60,11 @@ inline void push(ArcSet& set, Arc arc) noexcept {
     int at = set.count++;
     for (; at > 0 && set.arc[at - 1].lower > arc.lower; --at) set.arc[at] = set.arc[at - 1];
     set.arc[at] = arc;
+}
+
+/// Puts in what is no touching point.
+inline void push(ArcSet& set, const Arc& arc) noexcept {
+    if (!is_isolated(arc)) put(set, arc);
 }
 
 /// Joins arcs whose gap is shorter than the tolerance, over the seam too.
@@ -89,7 +99,7 @@ inline void make_arc(ArcSet& set, double lower, double upper, Tag lower_tag, Tag
     make_empty(set);
     if (upper - lower >= two_pi - tolerance::angle) return make_full(set);
     const double start = wrap(lower) >= pi ? -pi : wrap(lower);
-    detail::push(set, {start, start + (upper - lower), lower_tag, upper_tag});
+    detail::put(set, {start, start + (upper - lower), lower_tag, upper_tag});
 }
 
 /// The set of n arcs (lower, upper, lower, ...) that are already as a set has them, to the bit; false where
@@ -101,12 +111,33 @@ inline bool make_ordered(ArcSet& set, const double* ends, int n) noexcept {
     if (!(ends[0] >= -pi && ends[2 * n - 2] < pi)) return false;
     for (int i = 0; i < n; ++i) {
         const double lower = ends[2 * i], upper = ends[2 * i + 1];
-        if (lower - reach < tolerance::angle || upper - lower < tolerance::angle) return false;
+        if (lower - reach < tolerance::angle || upper < lower) return false;
         set.arc[i] = {lower, reach = upper, 0, 0};
     }
     set.count = n;
     return true;
 }
+
+namespace detail {
+
+/// Puts in what an arc p has in common with q, of any lift: an isolated one as it is, and no point at which
+/// they only touch.
+inline void put_common(ArcSet& set, const Arc& p, const Arc& q) noexcept {
+    const Arc& narrow = is_isolated(p) ? p : q;
+    const Arc& other = is_isolated(p) ? q : p;
+    if (is_isolated(narrow)) {
+        const double middle = 0.5 * (narrow.lower + narrow.upper);
+        if (middle >= other.lower - tolerance::angle && middle <= other.upper + tolerance::angle)
+            put(set, narrow);
+        return;
+    }
+    if (q.lower >= p.upper || q.upper <= p.lower) return;
+    const bool later = q.lower > p.lower, earlier = q.upper < p.upper;
+    push(set, {later ? q.lower : p.lower, earlier ? q.upper : p.upper, later ? q.lower_tag : p.lower_tag,
+               earlier ? q.upper_tag : p.upper_tag});
+}
+
+}  // namespace detail
 
 /// a and b
 inline void intersect(const ArcSet& a, const ArcSet& b, ArcSet& out) noexcept {
@@ -121,14 +152,9 @@ inline void intersect(const ArcSet& a, const ArcSet& b, ArcSet& out) noexcept {
     make_empty(out);
     for (int i = 0; i < a.count; ++i) {
         for (int j = 0; j < b.count; ++j) {
-            const Arc &p = a.arc[i], &q = b.arc[j];
-            for (const double turn : {-two_pi, 0.0, two_pi}) {
-                const double lower = q.lower + turn, upper = q.upper + turn;
-                if (lower >= p.upper || upper <= p.lower) continue;
-                const bool later = lower > p.lower, earlier = upper < p.upper;
-                detail::push(out, {later ? lower : p.lower, earlier ? upper : p.upper,
-                                   later ? q.lower_tag : p.lower_tag, earlier ? q.upper_tag : p.upper_tag});
-            }
+            const Arc& q = b.arc[j];
+            for (const double turn : {-two_pi, 0.0, two_pi})
+                detail::put_common(out, a.arc[i], {q.lower + turn, q.upper + turn, q.lower_tag, q.upper_tag});
         }
     }
     detail::merge(out);
@@ -148,22 +174,65 @@ inline void complement(const ArcSet& a, ArcSet& out) noexcept {
     detail::merge(out);
 }
 
-/// a or b
-inline void unite(const ArcSet& a, const ArcSet& b, ArcSet& out) noexcept {
-    if (a.empty()) {
-        out = b;
-        return;
+/// The union of many arcs of any lift and length, which may overlap: one sweep over their lower ends.
+class UnionOfArcs {
+public:
+    void add(Arc arc) noexcept {
+        if (arc.upper - arc.lower >= two_pi - tolerance::angle) return add_full();
+        if (count_ == capacity) join();
+        if (full_ || count_ == capacity) return;
+        const double start = wrap(arc.lower) >= pi ? -pi : wrap(arc.lower);
+        arc.upper += start - arc.lower;
+        arc.lower = start;
+        int at = count_++;
+        for (; at > 0 && arc_[at - 1].lower > arc.lower; --at) arc_[at] = arc_[at - 1];
+        arc_[at] = arc;
     }
-    if (b.empty()) {
-        out = a;
-        return;
+
+    void add_full() noexcept { full_ = true; }
+
+    /// Whether the arcs so far cover the circle.
+    bool full() noexcept {
+        if (!full_) join();
+        return full_;
     }
-    ArcSet not_a, not_b, neither;
-    complement(a, not_a);
-    complement(b, not_b);
-    intersect(not_a, not_b, neither);
-    complement(neither, out);
-}
+
+    void finish(ArcSet& out) noexcept {
+        if (full()) return make_full(out);
+        make_empty(out);
+        for (int i = 0; i < count_; ++i) detail::push(out, arc_[i]);
+    }
+
+private:
+    static constexpr int capacity = 64;
+    int count_ = 0;
+    bool full_ = false;
+    Arc arc_[capacity];
+
+    /// Makes one of arcs that overlap or touch; the last may lie over the seam on any number of the first.
+    void join() noexcept {
+        int kept = 0;
+        for (int i = 1; i < count_; ++i)
+            if (!swallow(arc_[kept], arc_[i], 0.0)) arc_[++kept] = arc_[i];
+        count_ = count_ ? kept + 1 : 0;
+        int first = 0;
+        while (first + 1 < count_ && swallow(arc_[count_ - 1], arc_[first], two_pi)) ++first;
+        for (int i = first; i < count_; ++i) arc_[i - first] = arc_[i];
+        count_ -= first;
+        full_ = count_ == 1 && arc_[0].upper - arc_[0].lower >= two_pi - tolerance::angle;
+    }
+
+    /// Adds `next`, a turn further or not, to an arc that begins before it; false where a gap is between
+    /// them.
+    static bool swallow(Arc& arc, const Arc& next, double turn) noexcept {
+        if (next.lower + turn - arc.upper >= tolerance::angle) return false;
+        if (next.upper + turn > arc.upper) {
+            arc.upper = next.upper + turn;
+            arc.upper_tag = next.upper_tag;
+        }
+        return true;
+    }
+};
 
 /// Total length in rad.
 inline double measure(const ArcSet& set) noexcept {
@@ -196,6 +265,27 @@ inline Place find(const ArcSet& set, double psi, double slack = tolerance::angle
 }
 
 inline bool contains(const ArcSet& set, double psi) noexcept { return find(set, psi).index >= 0; }
+
+/// a or b
+inline void unite(const ArcSet& a, const ArcSet& b, ArcSet& out) noexcept {
+    if (a.empty()) {
+        out = b;
+        return;
+    }
+    if (b.empty()) {
+        out = a;
+        return;
+    }
+    ArcSet not_a, not_b, neither;
+    complement(a, not_a);
+    complement(b, not_b);
+    intersect(not_a, not_b, neither);
+    complement(neither, out);
+    for (const ArcSet* set : {&a, &b})
+        for (int i = 0; i < set->count; ++i)
+            if (detail::is_isolated(set->arc[i]) && !contains(out, set->arc[i].lower))
+                detail::put(out, set->arc[i]);
+}
 
 /// psi if it is in the set, else the nearer end on the circle, the lower one on a tie; NaN of an empty set.
 inline double nearest(const ArcSet& set, double psi) noexcept {

@@ -170,4 +170,25 @@ inline void free_arcs(const Blocked& blocked, ArcSet& out) noexcept {
     out.count = count;
 }
 
+/// Where blocked arcs touch, or leave less than the tolerance between them: the same sweep. Such a place has
+/// no width where rounding alone parts the arcs.
+inline void narrow_gaps(const Blocked& blocked, ArcSet& out) noexcept {
+    make_empty(out);
+    if (blocked.count == 0) return;
+    int order[Blocked::capacity];
+    detail::sort_arcs(blocked, order);
+    double reach = blocked.furthest - two_pi;
+    Tag tag = blocked.furthest_tag;
+    for (int k = 0; k < blocked.count; ++k) {
+        const Arc& here = blocked.arc[order[k]];
+        const double width = here.lower - reach, middle = 0.5 * (here.lower + reach);
+        if (abs(width) < tolerance::angle) {
+            const bool point = width <= tolerance::same_psi;
+            detail::put(out, {point ? middle : reach, point ? middle : here.lower, tag, here.lower_tag});
+        }
+        tag = here.upper > reach ? here.upper_tag : tag;
+        reach = max(reach, here.upper);
+    }
+}
+
 }  // namespace armangle

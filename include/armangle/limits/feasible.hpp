@@ -59,12 +59,88 @@ inline void tell_opposite_limits(const LimitTable& t, const JointFunctions<doubl
 
 /// The set that is left; the joint functions are those of the shoulder's sign and of the wrist's.
 inline Status finish(const LimitTable& t, const JointFunctions<double>& shoulder,
-                     const JointFunctions<double>& wrist, Blocked& blocked, ArcSet& out) noexcept {
+                     const JointFunctions<double>& wrist, const Blocked& blocked, ArcSet& out) noexcept {
     free_arcs(blocked, out);
     if (!out.full) {
         tell_opposite_limits(t, shoulder, wrist, out);
         mark_jumps(shoulder, out);
     }
+    return out.empty() ? Status::LIMITS : Status::OK;
+}
+
+/// Whether the first and the last joint of a side, turning about one axis, can share their turn within their
+/// limits: the pose fixes theta_last + theta_first (theta_last - theta_first where the hinge between them is
+/// pi).
+inline bool can_share(const LimitTable& t, const Directions<double>& d, int side) noexcept {
+    const int first = 4 * side, last = first + 2;
+    const double way = d.x[first + 1] < 0 ? -1.0 : 1.0;
+    const ThetaRange &a = t.range[2 * side], &b = t.range[2 * side + 1];
+    const double lower = b.lower + min(way * a.lower, way * a.upper) - tolerance::isolated,
+                 upper = b.upper + max(way * a.lower, way * a.upper) + tolerance::isolated;
+    if (!(upper - lower < two_pi)) return true;
+    const double wanted = atan2(d.y[last], d.x[last]) + way * atan2(d.y[first], d.x[first]);
+    const double at = lift(wanted, 0.5 * (lower + upper));
+    return at >= lower && at <= upper;
+}
+
+/// Whether the joints of `which`, a bit each, are within the limits at these directions.
+inline bool allows(const LimitTable& t, const Configuration<double>& gc, const Directions<double>& d,
+                   unsigned which) noexcept {
+    for (int h = 0; h < hinges; ++h) {
+        const int j = hinge_joint[h], negative = (h == 0 ? gc.shoulder : gc.wrist) < 0;
+        const double angle = atan2(abs(d.y[j]), d.x[j]);
+        bool inside = false;
+        for (int k = 0; k < t.piece_count[h][negative]; ++k) {
+            const HingePiece& piece = t.piece[h][negative][k];
+            inside |= angle >= piece.near.angle - tolerance::isolated &&
+                      angle <= piece.far.angle + tolerance::isolated;
+        }
+        if (which >> j & 1 && !inside) return false;
+        const unsigned both = 5u << (j - 1);
+        if (abs(d.y[j]) <= tolerance::one_axis) {
+            if ((which & both) == both && !can_share(t, d, h)) return false;
+            continue;
+        }
+        for (const int pivot : {2 * h, 2 * h + 1}) {
+            const int i = pivot_joint[pivot];
+            const double k = 1.0 / hypot(d.y[i], d.x[i]);
+            if (which >> i & 1 && !t.cone[pivot].contains({d.y[i] * k, d.x[i] * k}, tolerance::isolated))
+                return false;
+        }
+    }
+    return true;
+}
+
+inline constexpr unsigned all_joints = (1u << joints) - 1;
+
+/// Whether the blocked arcs may leave psi that are feasible by themselves: those of a locked joint, and those
+/// beside a singular posture, where a joint turns through its whole range on an arc below the tolerance.
+inline bool may_isolate(const LimitTable& t, const Blocked& blocked, const ArcSet& out) noexcept {
+    return t.locked || (out.empty() && !blocked.all);
+}
+
+/// Adds them, where blocked arcs touch and the joints of `which`, a bit each, are within their limits; the
+/// joint functions as in finish().
+[[gnu::noinline, gnu::cold]] inline Status add_isolated(const LimitTable& t, const SelfMotion<double>& motion,
+                                                        const JointFunctions<double>& shoulder,
+                                                        const JointFunctions<double>& wrist,
+                                                        const Blocked& blocked, ArcSet& out,
+                                                        unsigned which = all_joints) noexcept {
+    SelfMotion<double> m = motion;
+    m.gc = {shoulder.hinge[0].g, m.gc.elbow, wrist.hinge[1].g};
+    ArcSet gaps, added;
+    narrow_gaps(blocked, gaps);
+    make_empty(added);
+    for (int i = 0; i < gaps.count; ++i) {
+        const Arc& gap = gaps.arc[i];
+        bool inside = false;
+        for (const double psi : {0.5 * (gap.lower + gap.upper), gap.lower, gap.upper})
+            inside = inside || allows(t, m.gc, directions(m, sin_cos(psi)), which);
+        if (inside) put(added, gap);
+    }
+    tell_opposite_limits(t, shoulder, wrist, added);
+    mark_jumps(shoulder, added);
+    for (int i = 0; i < added.count; ++i) put(out, added.arc[i]);
     return out.empty() ? Status::LIMITS : Status::OK;
 }
 
@@ -80,14 +156,24 @@ ARMANGLE_INLINE Status elbow_status(const SelfMotion<double>& m, const LimitTabl
 
 namespace detail {
 
-/// The psi that all joints but the fourth leave.
-inline Status moving_joints(const JointFunctions<double>& f, const LimitTable& t, ArcSet& out) noexcept {
+/// The arcs that all joints but the fourth leave, and what they block.
+inline Status free_of_all(const JointFunctions<double>& f, const LimitTable& t, Blocked& blocked,
+                          ArcSet& out) noexcept {
     Boundaries b;
     boundaries(t, f, b);
-    Blocked blocked;
     for (int h = 0; h < hinges; ++h) block_hinge(t, f, b, h, blocked);
     block_pivots(t, f, b, all_pivots, blocked);
     return finish(t, f, f, blocked, out);
+}
+
+/// The psi that all joints but the fourth leave.
+ARMANGLE_INLINE Status moving_joints(const SelfMotion<double>& m, const JointFunctions<double>& f,
+                                     const LimitTable& t, ArcSet& out) noexcept {
+    Blocked blocked;
+    const Status status = free_of_all(f, t, blocked, out);
+    if (!may_isolate(t, blocked, out)) [[likely]]
+        return status;
+    return add_isolated(t, m, f, f, blocked, out);
 }
 
 }  // namespace detail
@@ -97,11 +183,37 @@ ARMANGLE_INLINE Status feasible(const SelfMotion<double>& m, const JointFunction
                                 const LimitTable& t, ArcSet& out) noexcept {
     make_empty(out);
     const Status elbow = elbow_status(m, t);
-    return elbow == Status::OK ? detail::moving_joints(f, t, out) : elbow;
+    return elbow == Status::OK ? detail::moving_joints(m, f, t, out) : elbow;
 }
 
 ARMANGLE_INLINE Status feasible(const SelfMotion<double>& m, const LimitTable& t, ArcSet& out) noexcept {
     return feasible(m, joint_functions(m), t, out);
+}
+
+namespace detail {
+
+/// The same where the self-motion is not kept.
+[[gnu::noinline, gnu::cold]] inline Status feasible_again(const Arm& arm, const Pose<double>& pose, int gc,
+                                                          const LimitTable& t, ArcSet& out) noexcept {
+    return feasible(self_motion(arm, pose, gc), t, out);
+}
+
+}  // namespace detail
+
+/// Psi_all of a pose (as the user sees it) in branch gc, 0..7. It keeps nothing of the self-motion, which
+/// would cost registers.
+ARMANGLE_INLINE Status feasible(const Arm& arm, const Pose<double>& pose, int gc, const LimitTable& t,
+                                ArcSet& out) noexcept {
+    const SelfMotion<double> m = self_motion(arm, pose, gc);
+    const JointFunctions<double> f = joint_functions(m);
+    const Status elbow = elbow_status(m, t);
+    make_empty(out);
+    if (elbow != Status::OK) return elbow;
+    Blocked blocked;
+    const Status status = detail::free_of_all(f, t, blocked, out);
+    if (!detail::may_isolate(t, blocked, out)) [[likely]]
+        return status;
+    return detail::feasible_again(arm, pose, gc, t, out);
 }
 
 /// Psi_i of one joint (0..6), with the status of that joint alone.
@@ -121,7 +233,9 @@ inline Status joint_arcs(const SelfMotion<double>& m, const JointFunctions<doubl
         if (pivot_joint[p] == joint) block_pivots(t, f, b, pivot_bits(p), blocked);
     for (int h = 0; h < hinges; ++h)
         if (hinge_joint[h] == joint) block_hinge(t, f, b, h, blocked);
-    return detail::finish(t, f, f, blocked, out);
+    const Status status = detail::finish(t, f, f, blocked, out);
+    if (!detail::may_isolate(t, blocked, out)) return status;
+    return detail::add_isolated(t, m, f, f, blocked, out, 1u << joint);
 }
 
 /// Value in q of the end that a tag marks; NaN for a user's end.
@@ -162,14 +276,16 @@ struct Sides {
     Blocked shoulder, wrist;
 };
 
-inline void block_sides(const LimitTable& t, const SelfMotion<double>& m, Sides& out) noexcept {
+/// `which` are the pivots whose limits count.
+inline void block_sides(const LimitTable& t, const SelfMotion<double>& m, unsigned which,
+                        Sides& out) noexcept {
     out.f = joint_functions(m);
     Boundaries b;
     boundaries(t, out.f, b);
     for (int half = 0; half < hinges; ++half) {
         Blocked& side = half == 0 ? out.shoulder : out.wrist;
         block_hinge(t, out.f, b, half, side);
-        block_pivots(t, out.f, b, half == 0 ? shoulder_pivots : wrist_pivots, side);
+        block_pivots(t, out.f, b, which & (half == 0 ? shoulder_pivots : wrist_pivots), side);
     }
 }
 
@@ -179,15 +295,14 @@ inline void block_sides(const LimitTable& t, const SelfMotion<double>& m, Sides&
 /// one.
 inline void feasible_all(const Arm& arm, const Pose<double>& pose, const LimitTable& t,
                          AllArcs& out) noexcept {
-    SelfMotion<double> m = self_motion(arm, pose, 0);
+    const Circle<double> on = circle(arm, flange_pose(arm, pose));
     for (int side = 0; side < 2; ++side) {
-        m.gc.elbow = side ? -1.0 : 1.0;
-        m.elbow = elbow(arm, m.circle.triangle, m.gc.elbow);
+        SelfMotion<double> m = self_motion(arm, on, configuration(2 * side));
         const Status status = elbow_status(m, t);
         detail::Sides sides[2];
         for (int negative = 0; status == Status::OK && negative < 2; ++negative) {
             m.gc.shoulder = m.gc.wrist = negative ? -1.0 : 1.0;
-            detail::block_sides(t, m, sides[negative]);
+            detail::block_sides(t, m, all_pivots, sides[negative]);
         }
         for (int branch = 0; branch < 4; ++branch) {
             const int shoulder = branch & 1, wrist = branch >> 1, gc = shoulder + 2 * side + 4 * wrist;
@@ -196,7 +311,10 @@ inline void feasible_all(const Arm& arm, const Pose<double>& pose, const LimitTa
             if (status != Status::OK) continue;
             Blocked both = sides[shoulder].shoulder;
             detail::append(sides[wrist].wrist, both);
-            out.status[gc] = detail::finish(t, sides[shoulder].f, sides[wrist].f, both, out.arcs[gc]);
+            const JointFunctions<double>&of_shoulder = sides[shoulder].f, &of_wrist = sides[wrist].f;
+            out.status[gc] = detail::finish(t, of_shoulder, of_wrist, both, out.arcs[gc]);
+            if (detail::may_isolate(t, both, out.arcs[gc])) [[unlikely]]
+                out.status[gc] = detail::add_isolated(t, m, of_shoulder, of_wrist, both, out.arcs[gc]);
         }
     }
 }

@@ -20,14 +20,15 @@ enum class Side : std::uint8_t {
     near_margin,
     far_margin,
     near_singular,
-    far_singular
+    far_singular,
+    obstacle
 };
 
 constexpr Tag make_tag(int joint, Side side) noexcept {
-    return static_cast<Tag>(joint * 8 + static_cast<int>(side));
+    return static_cast<Tag>(joint * 16 + static_cast<int>(side));
 }
-constexpr int tag_joint(Tag tag) noexcept { return tag >> 3; }  // 1..7, or 0 for none
-constexpr Side tag_side(Tag tag) noexcept { return static_cast<Side>(tag & 7); }
+constexpr int tag_joint(Tag tag) noexcept { return tag >> 4 & 15; }  // 1..7, or 0 for none
+constexpr Side tag_side(Tag tag) noexcept { return static_cast<Side>(tag & 15); }
 
 inline constexpr int pivots = 4, hinges = 2, pieces = 2;
 inline constexpr int pivot_joint[pivots] = {0, 2, 4, 6};
@@ -55,14 +56,14 @@ struct Cone {
     bool straight;    // half a turn: both limits have one boundary function
     SinCos<double> lower, upper, middle;
 
-    /// Whether a unit direction lies in the cone, or within the angular tolerance of it.
-    bool contains(const SinCos<double>& at) const noexcept {
+    /// Whether a unit direction lies in the cone, or within `slack` of it.
+    bool contains(const SinCos<double>& at, double slack = tolerance::angle) const noexcept {
         const double above = at.sin * lower.cos - at.cos * lower.sin,
                      below = upper.sin * at.cos - upper.cos * at.sin;
-        const bool behind_lower = above >= -tolerance::angle, before_upper = below >= -tolerance::angle;
+        const bool behind_lower = above >= -slack, before_upper = below >= -slack;
         if (wide) return free | behind_lower | before_upper;
         const double ahead = at.cos * middle.cos + at.sin * middle.sin;
-        return free | (behind_lower & before_upper & (ahead >= -tolerance::angle));
+        return free | (behind_lower & before_upper & (ahead >= -slack));
     }
 };
 
@@ -90,6 +91,8 @@ struct LimitTable {
     Tag tag[2 * pivots];
     int piece_count[hinges][2];  // [hinge][theta < 0]
     HingePiece piece[hinges][2][pieces];
+    ThetaRange range[pivots];
+    bool locked;  // some joint but the fourth has a range below tolerance::locked
     Cone elbow, cone[pivots];
     double psi_margin,
         discriminant;  // the paper's psi_sing +- epsilon, eq. (31), and when it holds; 0: not used
@@ -123,6 +126,7 @@ inline void fill_hinge(LimitTable& t, const Arm& arm, const Limits& limits, int 
                        int negative) noexcept {
     const int j = hinge_joint[hinge];
     const ThetaRange range = theta_range(arm, limits, j);
+    t.locked |= range.upper - range.lower <= tolerance::locked;
     const double l = negative ? -range.upper : range.lower;
     const double u = negative ? -range.lower : range.upper;
     const Tag lower_tag = make_tag(j + 1, limit_side(arm, j, !negative));
@@ -143,7 +147,9 @@ inline void fill_hinge(LimitTable& t, const Arm& arm, const Limits& limits, int 
 
 inline void fill_pivot(LimitTable& t, const Arm& arm, const Limits& limits, int pivot) noexcept {
     const int j = pivot_joint[pivot];
-    t.cone[pivot] = cone(theta_range(arm, limits, j));
+    t.range[pivot] = theta_range(arm, limits, j);
+    t.locked |= t.range[pivot].upper - t.range[pivot].lower <= tolerance::locked;
+    t.cone[pivot] = cone(t.range[pivot]);
     const Cone& c = t.cone[pivot];
     t.room[pivot] = t.room[pivots + pivot] = c.wide ? 0.0 : infinity;
     if (!c.free) t.limited |= 1u << pivot | 1u << (pivots + pivot);

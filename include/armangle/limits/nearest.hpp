@@ -86,27 +86,6 @@ struct ElbowBranches {
     double cut[24];
 };
 
-/// Ends of blocked arcs that no other covers: where arcs touch, a branch that is blocked all round is not.
-struct Touching {
-    int count = 0;
-    double psi[2 * Blocked::capacity];
-
-    void collect(const Blocked& blocked) noexcept {
-        for (int i = 0; i < blocked.count; ++i)
-            for (const double end : {blocked.arc[i].lower, blocked.arc[i].upper})
-                if (!covered(blocked, end)) psi[count++] = end;
-    }
-
-    static bool covered(const Blocked& blocked, double psi) noexcept {
-        for (int i = 0; i < blocked.count; ++i) {
-            const double lower = blocked.arc[i].lower, upper = blocked.arc[i].upper;
-            const double at = lift(psi, 0.5 * (lower + upper));
-            if (at > lower + nearest_rule::apart && at < upper - nearest_rule::apart) return true;
-        }
-        return false;
-    }
-};
-
 /// Shares of two joints that turn about one axis, where the hinge between them is 0 or pi: only
 /// v = wanted - epsilon u is fixed by the pose, u and v being what they are off `near`.
 struct Split {
@@ -135,8 +114,6 @@ public:
         Best found;
         for (const unsigned branches : parts) {
             best_ = Best{};
-            for (int gc = 0; gc < configurations; ++gc)
-                if (branches >> gc & 1) touching_points(gc, nullptr);
             singular_points(branches);
             search(branches, -1);
             polish();
@@ -153,7 +130,6 @@ public:
         out.status = nothing().status;
         if (out.status == Status::OK) survey();
         for (int gc = 0; gc < configurations; ++gc) {
-            touching_points(gc, &out);
             for (int arc = 0; arc < arcs_.arcs[gc].count; ++arc) {
                 best_ = Best{};
                 search(1u << gc, arc);
@@ -227,7 +203,7 @@ private:
         for (int negative = 0; negative < 2; ++negative) {
             SelfMotion<double> m = e.motion;
             m.gc.shoulder = m.gc.wrist = negative ? -1.0 : 1.0;
-            block_sides(limits_, m, sides[negative]);
+            block_sides(limits_, m, all_pivots, sides[negative]);
             for (int side = 0; side < 2; ++side)
                 if (e.lost[side]) block_lost(sides[negative], side);
         }
@@ -240,9 +216,10 @@ private:
             Blocked both = sides[shoulder].shoulder;
             append(sides[wrist].wrist, both);
             ArcSet& arcs = arcs_.arcs[gc];
-            touching_[gc].count = 0;
             arcs_.status[gc] = finish(limits_, sides[shoulder].f, sides[wrist].f, both, arcs);
-            if (arcs.empty() && !both.all) touching_[gc].collect(both);
+            if (may_isolate(limits_, both, arcs))
+                arcs_.status[gc] =
+                    add_isolated(limits_, e.motion, sides[shoulder].f, sides[wrist].f, both, arcs);
             for (int side = 0; side < 2; ++side)
                 if (e.lost[side]) keep(arcs_.arcs[gc], split_arc(e, side), Status::LIMITS, arcs_.status[gc]);
             if (options_.allowed) keep(arcs, *options_.allowed, Status::NOT_ALLOWED, arcs_.status[gc]);
@@ -719,25 +696,6 @@ private:
         try_point(gc, psi, true);
     }
 
-    /// A branch without arcs may still hold the pose at single psi, where blocked arcs touch: a joint locked
-    /// by equal limits, or two joints on their limits at once. The best of them, or all.
-    void touching_points(int gc, Nearests* all) noexcept {
-        const Touching& t = touching_[gc];
-        for (int i = 0; i < t.count; ++i) {
-            const double psi = wrap(t.psi[i]);
-            if (limits_.margin > 0 || (options_.allowed && !contains(*options_.allowed, psi))) continue;
-            if (!all) {
-                try_point(gc, psi, false);
-                continue;
-            }
-            bool known = false;
-            for (int k = 0; k < i; ++k) known |= abs(wrap(t.psi[k] - psi)) <= nearest_rule::apart;
-            best_ = Best{};
-            if (!known) try_point(gc, psi, false);
-            if (best_.gc >= 0) insert(*all, result());
-        }
-    }
-
     /// Isolated psi at which two joints are one axis: the posture may share the turn between them as it
     /// likes.
     void singular_points(unsigned branches) noexcept {
@@ -849,7 +807,6 @@ private:
     Circle<double> circle_;
     ElbowBranches elbow_[2];
     AllArcs arcs_;
-    Touching touching_[configurations];
     Best best_;
     double ceiling_ = infinity;  // what another elbow costs
     double first_ = 0;

@@ -124,7 +124,7 @@ private:
         for (double psi : {arc.lower, 0.5 * (arc.lower + arc.upper), arc.upper}) {
             ArcSet reached;
             links_.reach(from_, psi, to_, to_.arcs, reached);
-            for (int i = 0; i < reached.count; ++i) push(known, reached.arc[i]);
+            for (int i = 0; i < reached.count; ++i) put(known, reached.arc[i]);
         }
     }
 
@@ -140,7 +140,7 @@ private:
         }
     }
 
-    static void put(const Arc& arc, double psi, bool linked, Probes& out) noexcept {
+    static void probe(const Arc& arc, double psi, bool linked, Probes& out) noexcept {
         for (double turn : {0.0, two_pi})
             if (psi + turn >= arc.lower && psi + turn <= arc.upper) out.add(psi + turn, linked);
     }
@@ -152,8 +152,8 @@ private:
         for (int k = 0; k <= parts; ++k)
             out.add(k == parts ? arc.upper : arc.lower + width * k / parts, false);
         for (int i = 0; i < known.count; ++i)
-            for (double end : {known.arc[i].lower, known.arc[i].upper}) put(arc, end, true, out);
-        for (int i = 0; i < doubtful.count; ++i) put(arc, doubtful.psi[i], false, out);
+            for (double end : {known.arc[i].lower, known.arc[i].upper}) probe(arc, end, true, out);
+        for (int i = 0; i < doubtful.count; ++i) probe(arc, doubtful.psi[i], false, out);
     }
 
     /// The last linked psi on the way from one that is to one that is not.
@@ -173,7 +173,7 @@ private:
             const double lower = k > 0 ? last_linked(p.psi[k], p.psi[k - 1]) : p.psi[k];
             while (k + 1 < p.count && p.linked[k + 1]) ++k;
             const double upper = k + 1 < p.count ? last_linked(p.psi[k], p.psi[k + 1]) : p.psi[k];
-            push(out, {lower, upper, 0, 0});
+            put(out, {lower, upper, 0, 0});
         }
     }
 

@@ -39,6 +39,7 @@ namespace detail {
 /// Eq. (36): repelled from both ends, still in the middle.
 inline double repelled(const Policy& p, const Arc& arc, double psi) noexcept {
     const double width = arc.upper - arc.lower, share = (psi - arc.lower) / width;
+    if (!(width > 0)) return psi;
     return psi + p.K * 0.5 * width * (std::exp(-p.alpha * share) - std::exp(-p.alpha * (1.0 - share)));
 }
 

@@ -146,8 +146,13 @@ inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_
         if (arcs.empty()) return stay(Status::NOT_ALLOWED);
     }
     const ArcSet& open = options.allowed ? arcs : own;
-    StepOptions asked = options;
-    asked.policy = settled(options.policy, arm, m);
+    StepOptions with_psi;  // a wish for the elbow, as one for psi
+    const bool wished = options.policy.rule == Rule::towards;
+    if (wished) {
+        with_psi = options;
+        with_psi.policy = settled(options.policy, arm, m);
+    }
+    const StepOptions& asked = wished ? with_psi : options;
     Resolution next = resolve(asked.policy, open, psi);
     if (next.status != Status::OK) return stay(next.status);
     const auto within_bounds = [&](const Bounds& bounds) {

@@ -286,8 +286,8 @@ private:
     double choose_psi(const Tick& t, const SelfMotion<double>& m) const noexcept {
         const JointFunctions<double> f = joint_functions(m);
         ArcSet arcs, clear;
-        if (detail::moving_joints(f, plain_, arcs) != Status::OK) return not_a_number;
-        detail::moving_joints(f, clear_, clear);
+        if (detail::moving_joints(m, f, plain_, arcs) != Status::OK) return not_a_number;
+        detail::moving_joints(m, f, clear_, clear);
         const double held = arm_angle(m.circle, t.now.z3);
         return in_clear_part(arcs, clear, held, foreseen(m, hinted(t, m, held)));
     }
@@ -327,7 +327,7 @@ private:
         const SelfMotion<double> ahead = self_motion(arm_, circle(arm_, flange_pose(arm_, there)), m.gc);
         if (is_folded(ahead.circle) || is_unreachable(ahead.circle)) return psi;
         ArcSet clear;
-        if (detail::moving_joints(joint_functions(ahead), clear_, clear) != Status::OK) return psi;
+        if (detail::moving_joints(ahead, joint_functions(ahead), clear_, clear) != Status::OK) return psi;
         const auto axis = [](const Triad<double>& on, double angle) {
             const SinCos<double> at = sin_cos(angle);
             return combine(on.z, at.cos, on.e, at.sin);

@@ -8,6 +8,16 @@ namespace armangle::tolerance {
 
 /// Angles closer than this are one angle: membership in arcs and limits, merging of pieces (rad).
 inline constexpr double angle = 1e-9;
+/// psi of one place, computed in two ways, differ by less than this: some units in the last place of pi
+/// (rad).
+inline constexpr double same_psi = 4e-15;
+/// A hinge this near to 0 or pi makes one axis of the joints before and behind it: they share their turn as
+/// they like, which moves the tool by less than this share of its distance (rad).
+inline constexpr double one_axis = 1e-12;
+/// A joint whose limits are this near to each other leaves arcs that may be shorter than `angle` (rad).
+inline constexpr double locked = 1e-6;
+/// A psi that is feasible by itself leaves no joint further beyond its limit than this (rad).
+inline constexpr double isolated = 1e-11;
 /// Wrist closer to the base axis than this share of the reach: the reference plane is the convention's
 /// (ratio).
 inline constexpr double reference = 1e-7;

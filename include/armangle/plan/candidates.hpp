@@ -20,13 +20,31 @@ struct Candidate {
     std::uint32_t arc;
 };
 
+/// The postures of one phi: all its windings, joint 1 counted fastest, from the lowest ones `q` on.
+struct Windings {
+    std::uint32_t first;  // of them, among the postures of the section
+    double phi, q[joints];
+    int count[joints];
+};
+
+/// The postures of one section.
+struct Postures {
+    std::vector<Candidate> all;
+    std::vector<Windings> groups;
+
+    void clear() noexcept {
+        all.clear();
+        groups.clear();
+    }
+};
+
 namespace candidate_rule {
 inline constexpr double spacing = 0.2;  // of neighbouring postures in phi (rad)
 inline constexpr double beside = 5e-3;  // of the phi where a joint's windings end (rad)
 inline constexpr int least = 5;         // postures on an arc, however narrow
 inline constexpr double move = 0.5;     // a joint moves at most this from one to the next (rad) ...
 inline constexpr int passes = 4;        // ... after at most so many insertions between
-inline constexpr int windings = 2;      // of a joint, either way from the middle of its range
+inline constexpr int windings = 2;      // of a joint at most, either way from the middle of its range
 }  // namespace candidate_rule
 
 namespace detail {
@@ -64,11 +82,13 @@ struct Window {
 /// Makes the postures of a section from which a plan is made.
 class Candidates {
 public:
-    Candidates(const Task& task, const Objective& objective) : task_(task), objective_(objective) {}
+    /// spread: windings of a joint of more than a turn at the first section, either way from the nearest one.
+    Candidates(const Task& task, const Objective& objective, int spread)
+        : task_(task), objective_(objective), spread_(spread) {}
 
     /// On every arc evenly, closer where joints move fast; every winding that the limits leave is a posture
     /// of its own.
-    void fill(const Tube& tube, const Section& l, const Window& window, std::vector<Candidate>& out) {
+    void fill(const Tube& tube, const Section& l, const Window& window, Postures& out) {
         out.clear();
         if (l.status != Status::OK) return;
         for (std::uint32_t k = 0; k < l.count; ++k) {
@@ -80,18 +100,25 @@ public:
         }
     }
 
-    /// Joints that the windings of a first section are chosen near, where they cannot change on the way; or
-    /// null.
+    /// Joints that the windings of a first section are chosen near, instead of the middle of their ranges.
     void set_reference(const double* q) noexcept { reference_ = q; }
 
+    /// Whether the limits leave more windings at the first section than were taken.
+    bool left_windings_out() const noexcept { return left_out_; }
+
     /// The posture q, which a plan must begin or end with, whatever its margin.
-    Candidate fixed(double phi, std::uint32_t arc, const double* q) const noexcept {
+    void put_fixed(double phi, std::uint32_t arc, const double* q, Postures& out) const {
         Candidate x{};
-        x.phi = phi;
+        Windings alone{};
+        x.phi = alone.phi = phi;
         x.arc = arc;
-        for (int j = 0; j < joints; ++j) x.q[j] = q[j];
+        for (int j = 0; j < joints; ++j) {
+            x.q[j] = alone.q[j] = q[j];
+            alone.count[j] = 1;
+        }
         x.worth = {infinity, rating(task_, objective_, q).cost};
-        return x;
+        out.all.push_back(x);
+        out.groups.push_back(alone);
     }
 
 private:
@@ -177,7 +204,7 @@ private:
 
     /// The windings of joint j within its limits: those that the section before leads to; at the first
     /// section some about the middle, one of a joint whose winding cannot change.
-    Turns turns(int j, double q, const Window& window) const noexcept {
+    Turns turns(int j, double q, const Window& window) noexcept {
         const double l = task_.limits.lower[j], u = task_.limits.upper[j], far = tolerance::largest_angle;
         const double fewest = ceil((max(l, -far) - tolerance::angle - q) / two_pi),
                      most = floor((min(u, far) + tolerance::angle - q) / two_pi);
@@ -187,39 +214,46 @@ private:
             from = max(from, ceil((window.lower[j] - q) / two_pi));
             to = min(to, floor((window.upper[j] - q) / two_pi));
         } else {
-            const bool fixed = j % 2 == 1 || unlimited;
-            const double near = fixed && reference_ ? reference_[j] : armangle::middle(task_.limits, j);
+            const bool fixed =
+                j % 2 == 1 || unlimited;  // a winding that cannot change, or makes no difference
+            const double near = reference_ ? reference_[j] : armangle::middle(task_.limits, j);
             const double middle = min(max(round((near - q) / two_pi), fewest), most),
-                         spread = fixed ? 0 : candidate_rule::windings;
+                         spread = fixed ? 0 : spread_;
+            left_out_ = left_out_ || (!fixed && (from < middle - spread || to > middle + spread));
             from = max(from, middle - spread);
             to = min(to, middle + spread);
         }
         return {static_cast<int>(from), static_cast<int>(to)};
     }
 
-    void put(const Point& p, std::uint32_t arc, const Window& window, std::vector<Candidate>& out) const {
-        Turns range[joints];
-        int at[joints];
-        double q[joints];
+    void put(const Point& p, std::uint32_t arc, const Window& window, Postures& out) {
+        Windings group{};
+        group.first = static_cast<std::uint32_t>(out.all.size());
+        group.phi = p.phi;
         for (int j = 0; j < joints; ++j) {
-            q[j] = to_q(task_.arm, j, p.theta[j]);
-            range[j] = turns(j, q[j], window);
-            if (range[j].last < range[j].first) return;
-            at[j] = range[j].first;
+            const double q = to_q(task_.arm, j, p.theta[j]);
+            const Turns range = turns(j, q, window);
+            if (range.last < range.first) return;
+            group.q[j] = q + two_pi * range.first;
+            group.count[j] = range.last - range.first + 1;
         }
         Candidate x{};
         x.phi = p.phi;
         x.arc = arc;
+        int at[joints] = {};
         for (int j = 0; j < joints;) {  // `at` counts through all windings, joint 1 fastest
-            for (int i = 0; i < joints; ++i) x.q[i] = q[i] + two_pi * at[i];
+            for (int i = 0; i < joints; ++i) x.q[i] = group.q[i] + two_pi * at[i];
             x.worth = rating(task_, objective_, x.q);
-            out.push_back(x);
-            for (j = 0; j < joints && ++at[j] > range[j].last; ++j) at[j] = range[j].first;
+            out.all.push_back(x);
+            for (j = 0; j < joints && ++at[j] == group.count[j]; ++j) at[j] = 0;
         }
+        out.groups.push_back(group);
     }
 
     const Task& task_;
     const Objective& objective_;
+    int spread_;
+    bool left_out_ = false;
     const double* reference_ = nullptr;
     std::vector<Point> points_, between_, finer_;
     std::vector<std::size_t> after_;  // points_[after_[i]] is followed by between_[i]

@@ -17,7 +17,8 @@ enum class Verdict : std::uint8_t {
     dead_end,     // every s has arm angles, but they do not join up from the start to the end
     start,        // the start lies outside the limits, or in another branch
     goal,         // the same of the goal
-    unresolved,   // a way through the sections, of which no smooth curve was proven free of violations
+    unresolved,  // a way through the sections, of which no smooth curve was proven free of violations; or the
+                 // search was given up
 };
 
 /// A limit that, alone moved out by `extra` rad, leaves an arm angle.
@@ -39,6 +40,8 @@ struct BranchReport {
     double cost = not_a_number;          // the objective of the curve
     double stationarity = not_a_number;  // the share of it that another step of the descent would save
     double nearest_psi = not_a_number;
+    unsigned sections = 0;  // that were looked at
+    bool given_up = false;  // the sections or links that a plan may try were spent before it was known
     unsigned blocking = 0;  // bit j: joint j + 1 is one of those that leave no arm angle
     std::vector<Opening> openings;
 };

@@ -43,6 +43,15 @@ namespace plan_rule {
 inline constexpr int rounds = 4;   // of new sections where a proof saw a violation
 inline constexpr int samples = 5;  // of an empty range, to explain it
 inline constexpr int looks = 4;    // for the least margin, in a stretch
+/// Links that are tried per section asked, over all branches, before a search is given up, and as many again
+/// to draw what it found: some ten times what an arm without turns takes, some 2 s for 250 poses.
+inline constexpr long long links = 300000;
+inline constexpr long long least_sections = 250;  // a short path may try as many as this one
+inline constexpr double beside =
+    0.2;  // of phi: where the posture nearest to a start beside its pose is sought (rad)
+inline constexpr double end_step =
+    1e-9;  // of the first stretch (the last): how near to an end it is looked at
+inline constexpr double end_move = 1e-3;  // that a joint may move there (rad); more is a jump
 }  // namespace plan_rule
 
 namespace detail {
@@ -59,6 +68,7 @@ public:
             const PlanOptions& options)
         : options_(options),
           base_(base_parameters(segments, n, rows, row_count)),
+          links_(allowance()),
           task_{arm, drawn_in(arm.limits, options.limit_margin), {}, segments, n, {}} {
         task_.table = limit_table(arm, task_.limits, options.singularity_margin);
         std::vector<Vec3<double>> wrists;
@@ -106,17 +116,49 @@ private:
                    hinge_clearance(wrap(to_theta(task_.arm, 5, q[5]))));
     }
 
+    /// Where on a section the posture of phi is, seen from given joints: its joints next to them, and the
+    /// largest difference.
+    double placed(const Section& l, double phi, const double* near, double* q) const noexcept {
+        const Joints solved = joints_near(task_.arm, directions(l.motion, sin_cos(phi)), near);
+        for (int j = 0; j < joints; ++j) q[j] = solved.q[j];
+        return largest_move(q, near);
+    }
+
+    /// phi of the posture of a section that is nearest to joints which are not quite on it, from a first
+    /// guess on: by sections of the golden ratio's size.
+    double nearest_phi(const Section& l, double phi, const double* near) const noexcept {
+        const double share = 0.5 * (std::sqrt(5.0) - 1.0);
+        double q[joints], low = phi - plan_rule::beside, high = phi + plan_rule::beside;
+        double left = high - share * (high - low), right = low + share * (high - low);
+        double at_left = placed(l, left, near, q), at_right = placed(l, right, near, q);
+        while (high - low > tolerance::angle) {
+            if (at_left < at_right) {
+                high = right;
+                right = left;
+                at_right = at_left;
+                left = high - share * (high - low);
+                at_left = placed(l, left, near, q);
+            } else {
+                low = left;
+                left = right;
+                at_left = at_right;
+                right = low + share * (high - low);
+                at_right = placed(l, right, near, q);
+            }
+        }
+        return 0.5 * (low + high);
+    }
+
     /// The posture of given joints on a section; not `given` where it is of another branch, outside what is
     /// allowed, or singular.
     Anchor anchor(const Tube& tube, const Section& l, const double* q) const noexcept {
         const Chain now = chain(task_.arm, q);
         Anchor out;
         out.phi = arm_angle(l.motion.circle, now.z3);
-        const Joints solved = joints_near(task_.arm, directions(l.motion, sin_cos(out.phi)), q);
-        double most = 0;
-        for (int j = 0; j < joints; ++j) {
-            out.q[j] = solved.q[j];
-            most = max(most, abs(solved.q[j] - q[j]));
+        double most = placed(l, out.phi, q, out.q);
+        if (most > tolerance::angle) {
+            out.phi = nearest_phi(l, out.phi, q);
+            most = placed(l, out.phi, q, out.q);
         }
         const double clear = clearance(out.q);
         if (index(configuration(task_.arm, now.theta)) != tube.gc) return out;
@@ -167,15 +209,17 @@ private:
             out.from = out.to = fixed.starts ? 1.0 : 0.0;
             out.status = Status::OUTSIDE;
         }
+        out.sections = static_cast<unsigned>(t.sections.size());
         Way way;
         if (fixed.starts) {
-            way = Search(task_, t, options_.objective, fixed.start, fixed.goal).run(-infinity);
+            way = widest(t, fixed);
             if (way.reached) out.reached = t.sections[way.reached - 1].s;
         }
         if (const std::size_t at = first_empty(t); at < t.sections.size()) {
             explain_empty(t, at, out);
         } else if (fixed.held() && !way.whole) {
-            out.verdict = Verdict::dead_end;
+            out.given_up = way.given_up || t.coarse;
+            out.verdict = out.given_up ? Verdict::unresolved : Verdict::dead_end;
             out.status = Status::LIMITS;
             out.from = out.reached;
             out.to = way.reached < t.sections.size() ? t.sections[way.reached].s : 1.0;
@@ -191,6 +235,46 @@ private:
             out.elbow_margin = least_elbow_margin(t, way);
         }
         return out;
+    }
+
+    /// The best way with as few windings at a free start as give `enough` margin, or with all that are tried.
+    Way widest(const Tube& t, const Ends& fixed) {
+        Way best;
+        for (int spread = 0; spread <= candidate_rule::windings; ++spread) {
+            Way way =
+                Search(task_, t, options_.objective, fixed.start, fixed.goal, spread, links_).run(-infinity);
+            const bool more = way.more && !way.given_up, spent = way.given_up;
+            if (spread == 0 || better(way, best)) {
+                best = std::move(way);
+                spread_[t.gc] = spread;
+            }
+            best.given_up = spent && !best.whole;
+            if (!more || (best.whole && winds_well(best))) break;
+        }
+        return best;
+    }
+
+    static bool better(const Way& a, const Way& b) noexcept {
+        if (a.whole != b.whole) return a.whole;
+        return a.whole ? a.margin > b.margin + link_rule::tie : a.reached > b.reached;
+    }
+
+    /// Whether other windings cannot make a way better: it keeps more than its margin, or than is asked, from
+    /// the limits of all joints that have several.
+    bool winds_well(const Way& way) const noexcept {
+        const double enough = min(way.margin + link_rule::tie, options_.objective.enough);
+        for (const Candidate& x : way.rows)
+            for (int p = 0; p < pivots && options_.objective.limits > 0; ++p) {
+                const int j = pivot_joint[p];
+                const double low = task_.limits.lower[j], high = task_.limits.upper[j];
+                if (high - low > two_pi && min(x.q[j] - low, high - x.q[j]) < enough) return false;
+            }
+        return true;
+    }
+
+    /// Links that may be tried.
+    long long allowance() const noexcept {
+        return plan_rule::links * std::max(static_cast<long long>(base_.size()), plan_rule::least_sections);
     }
 
     /// Index of the first section without an arc; the number of sections where there is none.
@@ -252,6 +336,7 @@ private:
     /// The first branch, in order, whose curve is proven; else the first without a violation; else how far
     /// one leads.
     void choose() {
+        links_ = std::max(links_, 0LL) + allowance();
         Plan first;
         bool any = false;
         for (BranchReport& report : plan_.branches) {
@@ -294,6 +379,10 @@ private:
                 return true;
             }
             if (!follow_way(t, fixed, base, report, out)) break;
+            if (!holds_ends(fixed, out)) {
+                report.verdict = leaps(fixed.start, out, false) ? Verdict::start : Verdict::goal;
+                return false;
+            }
             if (out.proof.certified()) return true;
             if (!best.stretches.empty() && best.proof.violated.empty()) {
                 out = std::move(best);
@@ -311,6 +400,24 @@ private:
         return false;
     }
 
+    /// Whether the curve begins (ends) elsewhere than at an anchor, or leaves it in a jump: at a posture with
+    /// theta_2 or theta_6 at 0 or pi the joints are no continuous function of the arm angle.
+    bool leaps(const Anchor& anchor, const Plan& out, bool end) const noexcept {
+        if (!anchor.given) return false;
+        const Curve drawn = curve(out);
+        const Stretch& x = end ? out.stretches.back() : out.stretches.front();
+        const double inside = plan_rule::end_step * (x.end - x.start);
+        for (const double s : {end ? x.end : x.start, end ? x.end - inside : x.start + inside}) {
+            const PlacedPosture here = drawn.at(s);
+            for (int j = 0; j < joints; ++j)
+                if (!(abs(here.q[j] - anchor.q[j]) <= plan_rule::end_move)) return true;
+        }
+        return false;
+    }
+    bool holds_ends(const Ends& fixed, const Plan& out) const noexcept {
+        return !leaps(fixed.start, out, false) && !leaps(fixed.goal, out, true);
+    }
+
     /// The curve of least objective near the branch's coarse one; whether it is proven.
     bool optimise(const Tube& t, const Ends& fixed, BranchReport& report, Plan& out) const {
         const Optimum& coarse = coarse_[static_cast<std::size_t>(report.gc)];
@@ -319,13 +426,14 @@ private:
             fine_optimum(task_, options_.objective, t.gc, fixed_ends(fixed, coarse.q), coarse.curve);
         if (!best.found()) return false;
         draw(t, best, fixed.start.given ? fixed.start.q : best.q, report, out);
-        return out.proof.certified();
+        if (!holds_ends(fixed, out)) out.stretches.clear();
+        return !out.stretches.empty() && out.proof.certified();
     }
 
     /// A curve along the way of the search; of least objective on its own knots where that is proven too.
     bool follow_way(const Tube& t, const Ends& fixed, const std::vector<double>& base, BranchReport& report,
-                    Plan& out) const {
-        Search search(task_, t, options_.objective, fixed.start, fixed.goal);
+                    Plan& out) {
+        Search search(task_, t, options_.objective, fixed.start, fixed.goal, spread_[t.gc], links_);
         const Way best = search.run(-infinity);
         if (!best.whole) return false;
         const double floor = link_rule::keep * min(best.margin, options_.objective.enough);
@@ -341,7 +449,7 @@ private:
         BranchReport its = report;
         const Optimum least = fine_optimum(task_, options_.objective, t.gc, ends, drawn);
         if (least.found()) draw(t, least, first, its, better);
-        if (least.found() && better.proof.certified()) {
+        if (least.found() && better.proof.certified() && holds_ends(fixed, better)) {
             out = std::move(better);
             report = its;
         }
@@ -425,7 +533,8 @@ private:
             if (!start.given) return;
         }
         const Anchor goal;
-        Way way = Search(task_, t, options_.objective, start, goal).run(-infinity);
+        links_ = allowance();
+        Way way = Search(task_, t, options_.objective, start, goal, spread_[gc], links_).run(-infinity);
         if (way.reached < 2) return;
         relax(task_, t, options_.objective, way, start.given, false,
               link_rule::keep * min(way.margin, options_.objective.enough));
@@ -435,6 +544,8 @@ private:
     const PlanOptions& options_;
     Optimum coarse_[configurations];  // of each branch, on few knots
     std::vector<double> base_;
+    long long links_;                  // that may still be tried
+    int spread_[configurations] = {};  // of each branch: the windings that its way was found with
     Task task_;
     Plan plan_;
 };

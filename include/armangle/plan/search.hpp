@@ -38,6 +38,8 @@ struct Anchor {
 struct Way {
     std::size_t reached = 0;  // sections 0 .. reached - 1 are joined to the start
     bool whole = false;
+    bool given_up = false;      // the links that a plan may try were spent
+    bool more = false;          // there are windings that were not tried
     double margin = -infinity;  // least over the way, without joint 4
     double cost = infinity;
     std::vector<Candidate> rows;
@@ -47,14 +49,16 @@ namespace detail {
 
 class Search {
 public:
+    /// spread: of windings at a free start (candidates.hpp); links: how many more may be tried, counted down.
     Search(const Task& task, const Tube& tube, const Objective& objective, const Anchor& start,
-           const Anchor& goal)
+           const Anchor& goal, int spread, long long& links)
         : task_(task),
           tube_(tube),
           objective_(objective),
           start_(start),
           goal_(goal),
-          candidates_(task, objective) {
+          candidates_(task, objective, spread),
+          links_(links) {
         if (goal.given) candidates_.set_reference(goal.q);
     }
 
@@ -72,6 +76,8 @@ public:
             if (!advance(k)) break;
             way_.reached = k + 1;
         }
+        way_.given_up = links_ < 0;
+        way_.more = candidates_.left_windings_out();
         way_.whole = way_.reached == n;
         if (way_.reached) finish();
         return std::move(way_);
@@ -92,7 +98,7 @@ private:
 
     /// The postures of one section, and how each is reached.
     struct Layer {
-        std::vector<Candidate> postures;
+        Postures postures;
         std::vector<Link> links;
 
         void clear() noexcept {
@@ -112,22 +118,24 @@ private:
         next_.clear();
         const Section& l = tube_.sections[k];
         if (k == 0 && start_.given)
-            next_.postures.push_back(candidates_.fixed(start_.phi, start_.arc, start_.q));
+            candidates_.put_fixed(start_.phi, start_.arc, start_.q, next_.postures);
         else if (k + 1 == tube_.sections.size() && goal_.given)
-            next_.postures.push_back(candidates_.fixed(goal_.phi, goal_.arc, goal_.q));
+            candidates_.put_fixed(goal_.phi, goal_.arc, goal_.q, next_.postures);
         else
             candidates_.fill(tube_, l, window(k), next_.postures);
         bool alive = false;
-        for (const Candidate& x : next_.postures) {
+        for (const Candidate& x : next_.postures.all) {
+            if (k) links_ -= static_cast<long long>(here_.postures.groups.size());
+            if (links_ < 0) return false;
             const Link link = reached_by(k, x);
             alive = alive || link.label.alive();
             next_.links.push_back(link);
         }
         if (!alive) return false;
         first_.push_back(back_.size());
-        for (std::size_t i = 0; i < next_.postures.size(); ++i) {
+        for (std::size_t i = 0; i < next_.postures.all.size(); ++i) {
             back_.push_back(next_.links[i].from);
-            phi_.push_back(next_.postures[i].phi);
+            phi_.push_back(next_.postures.all[i].phi);
         }
         std::swap(here_, next_);
         return true;
@@ -146,11 +154,11 @@ private:
             out.lower[j] = infinity;
             out.upper[j] = -infinity;
         }
-        for (std::size_t i = 0; i < here_.postures.size(); ++i) {
+        for (std::size_t i = 0; i < here_.postures.all.size(); ++i) {
             if (!here_.links[i].label.alive()) continue;
             for (int j = 0; j < joints; ++j) {
-                out.lower[j] = min(out.lower[j], here_.postures[i].q[j] - link_rule::move);
-                out.upper[j] = max(out.upper[j], here_.postures[i].q[j] + link_rule::move);
+                out.lower[j] = min(out.lower[j], here_.postures.all[i].q[j] - link_rule::move);
+                out.upper[j] = max(out.upper[j], here_.postures.all[i].q[j] + link_rule::move);
             }
         }
         return out;
@@ -161,30 +169,47 @@ private:
         const Section &l = tube_.sections[k], &b = tube_.sections[k - 1];
         const double ds = l.s - b.s, rated = ds * x.worth.cost;
         Link best;
-        for (std::size_t i = 0; i < here_.postures.size(); ++i) {
-            const Candidate& y = here_.postures[i];
-            const Label& old = here_.links[i].label;
-            double turn = abs(x.phi - y.phi);
+        for (const Windings& group : here_.postures.groups) {
+            double turn = abs(x.phi - group.phi);
             turn = turn > pi ? abs(turn - two_pi * round(turn * (1.0 / two_pi))) : turn;
-            if (turn > link_rule::turn || !old.alive()) continue;
-            const double travel = moved(x, y);
-            if (!(travel < infinity) || !joined(b, y, l, x)) continue;
-            const Label now{min(old.margin, x.worth.margin), old.cost + rated + objective_.travel * travel};
-            if (better(now, best.label)) best = {now, static_cast<std::uint32_t>(i)};
+            if (turn > link_rule::turn) continue;
+            const Move now = move(x, group);
+            if (!(now.travel < infinity)) continue;
+            const Candidate& y = here_.postures.all[now.from];
+            const Label& old = here_.links[now.from].label;
+            if (!old.alive() || !joined(b, y, l, x)) continue;
+            const Label label{min(old.margin, x.worth.margin),
+                              old.cost + rated + objective_.travel * now.travel};
+            if (better(label, best.label)) best = {label, now.from};
         }
         return best;
     }
 
-    /// Length of the joints' move, or infinity if one of them moves too far.
-    double moved(const Candidate& a, const Candidate& b) const noexcept {
+    /// The joints' move to a posture: from which winding, and how long; infinite where a joint moves too far.
+    struct Move {
+        std::uint32_t from;
+        double travel;
+    };
+
+    /// The move from the winding that is nearest: any other is more than half a turn away.
+    Move move(const Candidate& to, const Windings& group) const noexcept {
         double sum = 0;
+        int at = 0, stride = 1;
         for (int j = 0; j < joints; ++j) {
-            double d = a.q[j] - b.q[j];
-            if (abs(d) > link_rule::move && is_unlimited(task_.limits, j)) d = wrap(d);
-            if (abs(d) > link_rule::move) return infinity;
+            double d = to.q[j] - group.q[j];
+            if (abs(d) > link_rule::move) {
+                const double turns = round(d * (1.0 / two_pi));
+                d -= two_pi * turns;
+                if (abs(d) > link_rule::move) return {0, infinity};
+                if (!is_unlimited(task_.limits, j)) {
+                    if (turns < 0 || turns >= group.count[j]) return {0, infinity};
+                    at += static_cast<int>(turns) * stride;
+                }
+            }
+            stride *= group.count[j];
             sum += d * d;
         }
-        return sqrt(sum);
+        return {group.first + static_cast<std::uint32_t>(at), sqrt(sum)};
     }
 
     /// Whether the two arcs have a common part between the two postures.
@@ -214,7 +239,7 @@ private:
     /// Back along the links; joints from phi again, lifted next to those after.
     void trace(std::size_t at) {
         way_.rows.resize(way_.reached);
-        way_.rows.back() = here_.postures[at];
+        way_.rows.back() = here_.postures.all[at];
         for (std::size_t k = way_.reached; k-- > 1;) {
             at = back_[first_[k] + at];
             const Candidate& next = way_.rows[k];
@@ -239,6 +264,7 @@ private:
     const Objective& objective_;
     const Anchor &start_, &goal_;
     Candidates candidates_;
+    long long& links_;
     Layer here_, next_;                // the last section reached, and the one being tried
     std::vector<std::size_t> first_;   // of each section, its first posture in back_ and phi_
     std::vector<std::uint32_t> back_;  // the posture of the section before that each one comes from

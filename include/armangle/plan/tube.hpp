@@ -76,6 +76,7 @@ struct Section {
 /// All sections of one branch, in rising s.
 struct Tube {
     int gc = 0;
+    bool coarse = false;  // neighbours are unlike somewhere, and there were sections enough
     std::vector<Section> sections;
     std::vector<Arc> arcs;
 
@@ -103,6 +104,8 @@ inline constexpr double turn = 0.15;  // wrist, tool and elbow turn at most this
 inline constexpr double shift = 0.3;  // an end moves at most this share of its arc ...
 inline constexpr double still = 0.02;  // ... unless by less than this (rad)
 inline constexpr int turn_depth = 16, shift_depth = 5, event_depth = 12;  // halvings spent on each
+inline constexpr std::size_t block = 256;           // steps that are halved together ...
+inline constexpr std::size_t most_between = 16384;  // ... with at most so many sections between theirs
 }  // namespace tube_rule
 
 namespace detail {
@@ -177,13 +180,16 @@ public:
 
     Tube build(const std::vector<double>& base) {
         tube_.sections.reserve(base.size() + base.size() / 2);
-        SolvedSection left = solve_section(task_, tube_.gc, base[0]);
-        add(left);
-        for (std::size_t i = 1; i < base.size(); ++i) {
-            SolvedSection right = solve_section(task_, tube_.gc, base[i]);
-            between(left, right, 0);
-            add(right);
-            left = right;
+        SolvedSection first = solve_section(task_, tube_.gc, base[0]);
+        add(first);
+        for (std::size_t from = 0; from + 1 < base.size(); from += tube_rule::block) {
+            const std::size_t to = std::min(from + tube_rule::block, base.size() - 1);
+            row_.assign(1, first);
+            for (std::size_t i = from + 1; i <= to; ++i)
+                row_.push_back(solve_section(task_, tube_.gc, base[i]));
+            first = row_.back();
+            halve();
+            for (std::size_t i = 1; i < row_.size(); ++i) add(row_[i]);
         }
         return std::move(tube_);
     }
@@ -204,18 +210,36 @@ private:
         return now == Change::small || (now == Change::shifted && depth >= tube_rule::shift_depth);
     }
 
-    /// Sections between two, by halving, until neighbours are alike.
-    void between(const SolvedSection& left, const SolvedSection& right, int depth) {
-        const double s = 0.5 * (left.section.s + right.section.s);
-        if (alike(left, right, depth) || s <= left.section.s || s >= right.section.s) return;
-        SolvedSection middle = solve_section(task_, tube_.gc, s);
-        between(left, middle, depth + 1);
-        add(middle);
-        between(middle, right, depth + 1);
+    /// Sections between those of the row, by halving, until neighbours are alike: all steps at once, so that
+    /// where there are enough of them none has been left out for the sake of another.
+    void halve() {
+        const std::size_t most = row_.size() + tube_rule::most_between;
+        unlike_.assign(row_.size() - 1, true);
+        for (int depth = 0; depth <= tube_rule::turn_depth; ++depth) {
+            finer_.assign(1, row_[0]);
+            still_unlike_.clear();
+            for (std::size_t i = 0; i + 1 < row_.size(); ++i) {
+                const SolvedSection &left = row_[i], &right = row_[i + 1];
+                const double s = 0.5 * (left.section.s + right.section.s);
+                const bool halved =
+                    unlike_[i] && s > left.section.s && s < right.section.s && !alike(left, right, depth);
+                const bool room = finer_.size() + (row_.size() - i) < most;
+                tube_.coarse = tube_.coarse || (halved && !room);
+                if (halved && room) finer_.push_back(solve_section(task_, tube_.gc, s));
+                still_unlike_.insert(still_unlike_.end(), halved && room ? 2 : 1, halved && room);
+                finer_.push_back(right);
+            }
+            const bool done = finer_.size() == row_.size();
+            row_.swap(finer_);
+            unlike_.swap(still_unlike_);
+            if (done) return;
+        }
     }
 
     const Task& task_;
     Tube tube_;
+    std::vector<SolvedSection> row_, finer_;
+    std::vector<bool> unlike_, still_unlike_;  // of the steps of a row: whether its ends may be unlike
 };
 
 }  // namespace detail

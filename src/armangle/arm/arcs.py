@@ -14,13 +14,14 @@ from .. import _core
 from .._arrays import Floats, Ints, Shape, as_floats, check_angles, frozen
 from .._core import SetOperation, Side
 from ..errors import InputError, ShapeError
+from ..scenes.ready import Ready
 from ..status import STATUSES, Status
 
-EndSide = Literal["lower", "upper", "singular", "user"]
+EndSide = Literal["lower", "upper", "singular", "user", "obstacle"]
 _WORDS: dict[Side, EndSide | None] = {
     Side.NONE: None, Side.LOWER: "lower", Side.UPPER: "upper", Side.USER: "user",
     Side.NEAR_MARGIN: "singular", Side.FAR_MARGIN: "singular",
-    Side.NEAR_SINGULAR: "singular", Side.FAR_SINGULAR: "singular",
+    Side.NEAR_SINGULAR: "singular", Side.FAR_SINGULAR: "singular", Side.OBSTACLE: "obstacle",
 }  # fmt: skip
 
 
@@ -31,19 +32,32 @@ class ArcEnd:
     Parameters
     ----------
     joint : int or None
-        Joint 1..7, or None for an end that the user set.
-    side : "lower", "upper", "singular" or "user"
-        The limit that is reached there, a singularity or its margin, or an arc of the user's own.
+        Joint 1..7, or None for an end that the user set, or an obstacle.
+    side : "lower", "upper", "singular", "user" or "obstacle"
+        The limit that is reached there, a singularity or its margin, an arc of the user's own, or an obstacle
+        of a scene that a link would touch.
     value : float
-        The value of that joint there, rad in robot coordinates; NaN for a user's end.
+        The value of that joint there, rad in robot coordinates; NaN without a joint.
+    obstacle, link : str or None
+        The two that would touch.
     """
 
     joint: int | None
     side: EndSide
     value: float
+    obstacle: str | None = None
+    link: str | None = None
+
+    def __repr__(self) -> str:
+        who = "" if self.obstacle is None else f", obstacle={self.obstacle!r}, link={self.link!r}"
+        return f"ArcEnd(joint={self.joint}, side={self.side!r}, value={self.value!r}{who})"
 
 
 _ARRAYS = ("_count", "_psi", "_joint", "_side", "_value", "_status", "_start")
+
+
+_OF_SCENES = ("_pair", "_blocking", "_names")
+Names = tuple[tuple[str, str] | None, ...]
 
 
 def _nested(items: list[Any], shape: Shape) -> Any:
@@ -60,10 +74,28 @@ def _is_nothing(value: object) -> bool:
     return isinstance(value, (tuple, list)) and not value
 
 
+def _with_names(arrays: tuple[Any, ...], ready: Ready | None) -> tuple[Any, ...]:
+    """Return arrays whose pairs are places in a list of names, where the core's are numbers of a scene."""
+    if ready is None:
+        return arrays
+    *plain, pair, blocking = arrays
+    known, place = np.unique(np.concatenate([pair.ravel(), blocking]), return_inverse=True)
+    none = int((known < 0).sum())  # -1 stays -1
+    place = place.ravel() - none
+    names = tuple(ready.pair(int(code)) for code in known[none:])
+    return *plain, place[: pair.size].reshape(pair.shape), place[pair.size :], names
+
+
+def _pairs_of(arcs: ArcSet) -> Ints:
+    """Return a copy of the places of a set's pairs, -1 for all where no scene was asked."""
+    return np.full(arcs._psi.shape, -1) if arcs._pair is None else arcs._pair.copy()
+
+
 class ArcSet:
     """Closed arcs on the circle, of shape () for one pose or of the shape of a batch.
 
-    The arcs of one set are disjoint and in rising order; `lower` is in [-π, π), `upper` in
+    The arcs of one set are disjoint and in rising order, isolated angles among them as arcs of no width (a
+    locked joint leaves one or two); `lower` is in [-π, π), `upper` in
     [lower, lower + 2π]. The full circle is the one arc [-π, π] without ends. Values are frozen.
 
     Made by `Arm.feasible`, `Arm.joint_feasible`, by `ArcSet(intervals)` or by the operators
@@ -73,7 +105,7 @@ class ArcSet:
     ----------
     intervals : array_like, shape (k, 2)
         Arcs [lower, upper] in rad, of any lift, upper >= lower; overlapping ones are joined, those
-        of 2π or more are the full circle, points are dropped. At most 16.
+        of 2π or more are the full circle; a point is an arc of no width. At most 16.
 
     Raises
     ------
@@ -90,7 +122,7 @@ class ArcSet:
     True
     """
 
-    __slots__ = (*_ARRAYS, "_of", "shape")
+    __slots__ = (*_ARRAYS, *_OF_SCENES, "_of", "shape")
 
     shape: Shape
     _count: Ints
@@ -100,7 +132,10 @@ class ArcSet:
     _value: Floats
     _status: NDArray[np.int8]
     _start: Ints
-    _of: _core.ArcsOfOne  # what fills the arrays on first use, where one pose was asked
+    _pair: Ints | None  # of each end, its place in _names; -1: no obstacle's; None: no scene was asked
+    _blocking: Ints | None  # the same of each set, which a pair alone leaves empty
+    _names: Names  # (obstacle, link)
+    _of: tuple[_core.ArcsOfOne, Ready | None]  # what fills the arrays on first use, where one pose was asked
 
     def __init__(self, intervals: ArrayLike = ()) -> None:
         psi = as_floats("intervals", np.empty((0, 2)) if _is_nothing(intervals) else intervals, (2,))
@@ -127,6 +162,9 @@ class ArcSet:
         side: NDArray[np.int8],
         value: Floats,
         status: NDArray[np.int8] | None,
+        pair: Ints | None = None,
+        blocking: Ints | None = None,
+        names: Names = (),
     ) -> None:
         if status is None:
             status = np.where(count > 0, Status.OK, Status.LIMITS).astype(np.int8)
@@ -135,30 +173,33 @@ class ArcSet:
         arrays: tuple[NDArray[Any], ...] = (count, psi, joint, side, value, status, start)
         for name, array in zip(_ARRAYS, arrays, strict=True):
             object.__setattr__(self, name, frozen(array))
+        for name, found in zip(_OF_SCENES, (pair, blocking, names), strict=True):
+            object.__setattr__(self, name, frozen(found) if isinstance(found, np.ndarray) else found)
         object.__setattr__(self, "shape", shape)
 
     @classmethod
-    def _from_core(cls, shape: Shape, arrays: tuple[Any, ...]) -> ArcSet:
-        """Return the batch that the core's arrays (count, psi, joint, side, value, status) hold."""
+    def _from_core(cls, shape: Shape, arrays: tuple[Any, ...], ready: Ready | None = None) -> ArcSet:
+        """Return the batch that the core's arrays hold: count, psi, joint, side, value, status, pairs."""
         new = cls.__new__(cls)
-        new._fill(shape, *arrays)
+        new._fill(shape, *_with_names(arrays, ready))
         return new
 
     @classmethod
-    def _of_one(cls, shape: Shape, sets: _core.ArcsOfOne) -> ArcSet:
+    def _of_one(cls, shape: Shape, sets: _core.ArcsOfOne, ready: Ready | None = None) -> ArcSet:
         """Return the sets of one pose: a control loop's call, whose arrays are made where they are read."""
         new = cls.__new__(cls)
         object.__setattr__(new, "shape", shape)
-        object.__setattr__(new, "_of", sets)
+        object.__setattr__(new, "_of", (sets, ready))
         return new
 
     if not TYPE_CHECKING:  # a type checker is to know the attributes that there are
 
         def __getattr__(self, name: str) -> Any:
             """Fill the arrays of one pose, which are asked for the first time."""
-            if name not in _ARRAYS:
+            if name not in _ARRAYS and name not in _OF_SCENES:
                 raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-            self._fill(self.shape, *self._of.columns())
+            sets, ready = self._of
+            self._fill(self.shape, *_with_names(sets.columns(), ready))
             return getattr(self, name)
 
     def __setattr__(self, name: str, value: object) -> None:
@@ -167,15 +208,17 @@ class ArcSet:
     def __getstate__(self) -> tuple[Any, ...]:
         return (
             self.shape, self._count, self._psi, self._joint, self._side, self._value, self._status,
+            self._pair, self._blocking, self._names,
         )  # fmt: skip
 
     def __setstate__(self, state: tuple[Any, ...]) -> None:
         shape, *arrays = state
+        arrays, of_scenes = arrays[:6], arrays[6:]
         count, psi = arrays[0], arrays[1]
         known = (count >= 0).all() and (count <= _core.ARC_CAPACITY).all() and count.sum() == len(psi)
         if not known or any(len(array) != len(psi) for array in arrays[2:5]) or len(arrays[5]) != len(count):
             raise InputError("this state is not that of an ArcSet: its arrays do not belong together")
-        self._fill(shape, *(array.copy() for array in arrays))
+        self._fill(shape, *(array.copy() for array in arrays), *of_scenes)
 
     # -- what a set is ---------------------------------------------------------------------------
 
@@ -188,6 +231,15 @@ class ArcSet:
     def status(self) -> NDArray[np.int8] | Status:
         """Why a set is empty: a `Status` for shape (), int8 codes of the set's shape for a batch."""
         return self._status.reshape(self.shape) if self.shape else STATUSES[self._status[0]]
+
+    @property
+    def blocking(self) -> Any:
+        """The pair (obstacle, link) that alone leaves a set empty; None where there is none; nested lists."""
+        codes = np.full(len(self._count), -1) if self._blocking is None else self._blocking
+        return _nested([self._named(int(code)) for code in codes], self.shape)
+
+    def _named(self, code: int) -> tuple[str, str] | None:
+        return self._names[code] if code >= 0 else None
 
     @property
     def is_empty(self) -> NDArray[np.bool_] | np.bool_:
@@ -231,10 +283,12 @@ class ArcSet:
         out: list[tuple[ArcEnd, ...]] = []
         for arc in range(self._start[index], self._start[index + 1]):
             pair = []
-            for joint, code, value in zip(self._joint[arc], self._side[arc], self._value[arc], strict=True):
+            who = (None, None) if self._pair is None else [self._named(int(k)) for k in self._pair[arc]]
+            of_arc = zip(self._joint[arc], self._side[arc], self._value[arc], who, strict=True)
+            for joint, code, value, names in of_arc:
                 side = _WORDS[Side(code)]
                 if side is not None:
-                    pair.append(ArcEnd(int(joint) or None, side, float(value)))
+                    pair.append(ArcEnd(int(joint) or None, side, float(value), *(names or ())))
             out.append(tuple(pair))
         return out
 
@@ -326,7 +380,8 @@ class ArcSet:
         return ArcSet._from_core(
             np.shape(picked),
             (count, self._psi[rows], self._joint[rows], self._side[rows], self._value[rows],
-             self._status[index]),
+             self._status[index], None if self._pair is None else self._pair[rows],
+             None if self._blocking is None else self._blocking[index], self._names),
         )  # fmt: skip
 
     # -- algebra -------------------------------------------------------------------------------------
@@ -369,7 +424,14 @@ class ArcSet:
             reason = np.where(self._count[index_a] == 0, self._status[index_a], other._status[index_b])
             reason = np.where(reason == Status.OK, Status.LIMITS, reason)
             status = np.where(count > 0, Status.OK, reason).astype(np.int8)
-        return ArcSet._from_core(a.shape, (count, psi, joint, side, value, status))
+        names: Names = ()
+        pair = None
+        if self._pair is not None or other._pair is not None:
+            names = (*self._names, *other._names)
+            mine, theirs = (_pairs_of(s) for s in (self, other))
+            theirs[theirs >= 0] += len(self._names)
+            pair = carried(mine, theirs, -1)
+        return ArcSet._from_core(a.shape, (count, psi, joint, side, value, status, pair, None, names))
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, ArcSet):

@@ -33,8 +33,8 @@ from .._arrays import (
     one_pose,
     output,
 )
-from .._core import Wanted
-from ..errors import ConfigurationError, InputError, LimitError, NotFiniteError, ShapeError
+from .._core import Turned, Wanted
+from ..errors import ConfigurationError, InputError, LimitError, NotFiniteError, SceneError, ShapeError
 from ..models.catalogue import load_robot
 from ..models.description import (
     ELBOW_OFFSETS,
@@ -48,10 +48,17 @@ from ..models.detect import describe_chain
 from ..models.mjcf import read_mjcf
 from ..models.urdf import Source, read_urdf, write_urdf
 from ..poses import as_transform, nearest_rotation
+from ..scenes.body import Body
+from ..scenes.clearance import Clearance, Widest, clearance_of
+from ..scenes.ready import Ready, make_ready
+from ..scenes.scene import Scene, as_shapes
+from ..scenes.shapes import HOLDABLE
+from ..scenes.shapes import Shape as SceneShape
 from ..status import STATUSES
 from .allowed import Allowed
 from .arcs import ArcSet
 from .diagnosis import Diagnosis, branch_of
+from .freedom import Freedom
 from .joint_function import JointFunction
 from .question import METRICS as _METRICS
 from .question import MetricName, Prefer, Question
@@ -96,6 +103,8 @@ class ArmArguments(TypedDict, total=False):
     name: str
     joint_names: tuple[str, ...] | None
     reference: Reference
+    body: Body | None
+    hand: Iterable[SceneShape]
     notes: tuple[str, ...] | str
     import_report: ImportReport | None
 
@@ -151,6 +160,10 @@ class Arm:
         Name of the arm.
     reference : "base", "stereographic" or array_like, shape (3,)
         From what the arm angle is measured: see `with_reference`.
+    body : Body, optional
+        What the links look like: see `with_body`.
+    hand : sequence of Ball, Capsule or Box
+        What is fixed to the tool: see `with_hand`.
 
     Raises
     ------
@@ -167,7 +180,7 @@ class Arm:
     [0.1, 0.2, 0.3, -0.4, 0.5, 0.6, 0.7]
     """
 
-    __slots__ = (*(field.name for field in _FIELDS), "import_report", "_handle")
+    __slots__ = (*(field.name for field in _FIELDS), "import_report", "_handle", "_ready")
     __signature__ = _signature()  # of the keywords that __init__ takes and checks by the list of fields
 
     d_bs: float
@@ -188,9 +201,12 @@ class Arm:
     name: str
     joint_names: tuple[str, ...]
     reference: str | tuple[float, ...]
+    body: Body | None
+    hand: tuple[SceneShape, ...]
     notes: tuple[str, ...]
     import_report: ImportReport | None
     _handle: _core.Arm
+    _ready: tuple[Scene, Ready] | None  # the scene asked last, made ready
 
     def __init__(self, *unnamed: Never, **numbers: Unpack[ArmArguments]) -> None:
         if unnamed:
@@ -205,7 +221,9 @@ class Arm:
         joints = np.concatenate([values[name] for name in ("signs", "offsets", "lower", "upper")])
         kind, vector = _core_reference(values["reference"])
         handle = _core.Arm(lengths, joints, values["base"], values["tool"], kind, vector)
-        for name, value in {**values, "import_report": report, "_handle": handle}.items():
+        for name, value in {
+            **values, "import_report": report, "_handle": handle, "_ready": None,
+        }.items():  # fmt: skip
             object.__setattr__(self, name, value)
 
     def __setattr__(self, name: str, value: object) -> None:
@@ -421,6 +439,57 @@ class Arm:
         (True, False)
         """
         return self.with_(reference=reference)
+
+    def with_body(self, body: Body | None) -> Arm:
+        """Return a copy whose links have a shape, so that scenes can be asked.
+
+        Parameters
+        ----------
+        body : Body or None
+            Such as ``Body.bones(upper_arm=0.09, forearm=0.08)``; None takes it away.
+
+        Returns
+        -------
+        Arm
+
+        Raises
+        ------
+        SceneError
+        """
+        return self.with_(body=body)
+
+    def with_hand(self, shapes: Iterable[SceneShape]) -> Arm:
+        """Return a copy with shapes fixed to its tool: a hand, and what it carries.
+
+        Parameters
+        ----------
+        shapes : sequence of Ball, Capsule or Box
+            In the tool frame, m. Without a name they are called "hand".
+
+        Returns
+        -------
+        Arm
+
+        Raises
+        ------
+        SceneError
+        """
+        return self.with_(hand=tuple(as_shapes("hand", shapes, HOLDABLE)))
+
+    def _scene(self, scene: Scene | None) -> Ready | None:
+        """Return a scene made ready for this arm; that asked last is kept."""
+        if scene is None:
+            return None
+        last = self._ready
+        if last is not None and last[0] is scene:
+            return last[1]
+        ready = make_ready(self, scene)
+        object.__setattr__(self, "_ready", (scene, ready))
+        return ready
+
+    def _needed(self, scene: Scene) -> Ready:
+        """Return a scene made ready, where there must be one."""
+        return self._scene(scene) or make_ready(self, scene)
 
     def _numbers(self) -> dict[str, Any]:
         return {field.name: getattr(self, field.name) for field in _FIELDS}
@@ -895,6 +964,7 @@ class Arm:
         singularity_margin: float = 0.0,
         paper_margin: float = 0.0,
         paper_discriminant: float = 1e-3,
+        scene: Scene | None = None,
         threads: int = 1,
     ) -> ArcSet:
         """Return the arm angles that keep all joints within their limits, Ψ_all.
@@ -912,6 +982,8 @@ class Arm:
             discriminant of Eq. (30) is within `paper_discriminant` of zero.
         paper_discriminant : float
             Its threshold, >= 0.
+        scene : Scene, optional
+            Obstacles that links keep clear of too; the arm needs a body. Ends that they make name them.
         threads : int
             Threads for a batch; 0 for all cores.
 
@@ -927,9 +999,16 @@ class Arm:
         Source: Faria et al. (2018), Eqs. (25), (31), (32), (35).
         """
         margins = singularity_margin, paper_margin, paper_discriminant
-        return self._arcs(pose, gc, *margins, Wanted.BRANCH, (), threads)
+        return self._arcs(pose, gc, *margins, Wanted.BRANCH, (), threads, scene)
 
-    def feasible_all(self, pose: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1) -> ArcSet:
+    def feasible_all(
+        self,
+        pose: ArrayLike,
+        *,
+        singularity_margin: float = 0.0,
+        scene: Scene | None = None,
+        threads: int = 1,
+    ) -> ArcSet:
         """Return the feasible arm angles of all eight global configurations; entry k is GC k, always.
 
         Parameters
@@ -938,6 +1017,8 @@ class Arm:
             Tool frame, position in m.
         singularity_margin : float
             As in `feasible`, rad.
+        scene : Scene, optional
+            As in `feasible`.
         threads : int
             Threads for a batch; 0 for all cores.
 
@@ -952,7 +1033,8 @@ class Arm:
 
         Source: Faria et al. (2018), Eqs. (2), (25).
         """
-        return self._arcs(pose, 0, singularity_margin, 0.0, 0.0, Wanted.BRANCHES, (CONFIGURATIONS,), threads)
+        sets = (CONFIGURATIONS,)
+        return self._arcs(pose, 0, singularity_margin, 0.0, 0.0, Wanted.BRANCHES, sets, threads, scene)
 
     def joint_feasible(
         self, pose: ArrayLike, gc: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1
@@ -981,23 +1063,302 @@ class Arm:
         """
         return self._arcs(pose, gc, singularity_margin, 0.0, 0.0, Wanted.JOINTS, (JOINTS,), threads)
 
+    def clear(self, pose: ArrayLike, gc: ArrayLike, scene: Scene, *, threads: int = 1) -> ArcSet:
+        """Return the arm angles at which no link touches an obstacle, whatever the joint limits.
+
+        Exact: an end is where a link and an obstacle are as far apart as the scene's clearance asks.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        gc : array_like of int, shape (...)
+            Global configuration 0..7; of its signs the elbow's alone matters.
+        scene : Scene
+            Obstacles; the arm needs a body (`with_body`) or a hand (`with_hand`).
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        ArcSet, shape (...)
+            Each end names its obstacle and link. Where it is empty, ``status`` says why: POSE_BLOCKED where
+            hand or base meet an obstacle, which no arm angle changes, CLEARANCE else; and ``blocking`` names
+            the pair, where one alone blocks the whole circle. Of more than 16 arcs the narrowest are
+            left out.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, NotRotationError, ConfigurationError, SceneError
+
+        Examples
+        --------
+        >>> import armangle as aa
+        >>> arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+        >>> arm = arm.with_body(aa.Body.bones(upper_arm=0.09, forearm=0.08))
+        >>> q = np.array([0.0, 0.6, 0.0, -1.4, 0.0, 0.9, 0.0])
+        >>> pose, psi, gc = arm.forward(q)
+        >>> scene = aa.Scene([aa.Ball(arm.elbow(q) + [0, 0, 0.2], 0.12, name="lamp")])
+        >>> arcs = arm.clear(pose, gc, scene)
+        >>> bool(arcs.contains(psi)), arcs.ends[0][0].obstacle, arcs.ends[0][0].link
+        (False, 'lamp', 'upper_arm')
+        """
+        self._needed(scene)
+        return self._arcs(pose, gc, 0.0, 0.0, 0.0, Wanted.CLEAR, (), threads, scene)
+
+    def clearance(
+        self, pose: ArrayLike, psi: ArrayLike, gc: ArrayLike, scene: Scene, *, threads: int = 1
+    ) -> Clearance:
+        """Return how near a posture comes to the obstacles, and which pair of obstacle and link is nearest.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        psi : array_like, shape (...)
+            Arm angle, rad, any real.
+        gc : array_like of int, shape (...)
+            Global configuration 0..7.
+        scene : Scene
+            Its `clearance` is not taken off: distances are those of surfaces.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        Clearance
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, NotRotationError, ConfigurationError, SceneError, UnreachableError
+        """
+        named = [("pose", as_poses("pose", pose, self._handle), 2), ("psi", as_floats("psi", psi), 0)]
+        check_angles("psi", named[1][1])
+        batch, (poses, angles, branches) = broadcast([*named, ("gc", as_gc(gc), 0)])
+        ready = self._needed(scene)
+        out, pair = np.empty((*batch, 8)), np.empty(batch, dtype=np.int64)
+        self._handle.proximity_many(ready.handle, poses, angles, branches, out, pair, as_threads(threads))
+        return clearance_of(ready, out, pair)
+
+    def widest(
+        self,
+        pose: ArrayLike,
+        gc: ArrayLike,
+        scene: Scene,
+        *,
+        singularity_margin: float = 0.0,
+        threads: int = 1,
+    ) -> Widest:
+        """Return the feasible arm angle that keeps the links farthest from the obstacles.
+
+        The arcs that keep clear shrink as the clearance that is asked grows; the greatest that leaves one is
+        found by bisection. Where nothing is clear it is the arm angle that fails by least: a distance below
+        the scene's clearance says by how much.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        gc : array_like of int, shape (...)
+            Global configuration 0..7.
+        scene : Scene
+        singularity_margin : float
+            As in `feasible`, rad.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        Widest
+
+        Raises
+        ------
+        As `clear`.
+        """
+        arcs = self._arcs(pose, gc, singularity_margin, 0.0, 0.0, Wanted.BRANCH, (), threads, scene)
+        margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
+        named = [("pose", as_poses("pose", pose, self._handle), 2), ("gc", as_gc(gc), 0)]
+        batch, (poses, branches) = broadcast(named)
+        ready = self._needed(scene)
+        psi, out = np.empty(batch), np.empty((*batch, 8))
+        pair, status = (np.empty(batch, dtype=np.int64) for _ in range(2))
+        self._handle.widest_many(
+            ready.handle, poses, branches, margin, psi, out, pair, status, as_threads(threads)
+        )
+        return Widest(arcs, psi[()], clearance_of(ready, out, pair))
+
     def _arcs(
         self, pose: ArrayLike, gc: ArrayLike, margin: float, paper: float, threshold: float,
-        wanted: Wanted, sets: Shape, threads: int,
+        wanted: Wanted, sets: Shape, threads: int, scene: Scene | None = None,
     ) -> ArcSet:  # fmt: skip
         """Return the sets of each pose, of shape (*batch, *sets)."""
-        of_one = self._handle.feasible_one(pose, gc, margin, paper, threshold, wanted, threads)
+        ready = self._scene(scene)
+        handle = None if ready is None else ready.handle
+        of_one = self._handle.feasible_one(pose, gc, margin, paper, threshold, wanted, threads, handle)
         if of_one is not None:
-            return ArcSet._of_one(sets, of_one)
+            return ArcSet._of_one(sets, of_one, ready)
         margin = as_number("singularity_margin", margin, 0.0, MOST_MARGIN)
         paper = as_number("paper_margin", paper, 0.0, MOST_MARGIN)
         threshold = as_number("paper_discriminant", threshold, 0.0, np.inf)
         named = [("pose", as_poses("pose", pose, self._handle), 2), ("gc", as_gc(gc), 0)]
         batch, (poses, branches) = broadcast(named)
         columns = self._handle.feasible_many(
-            poses, branches, margin, paper, threshold, wanted, as_threads(threads)
+            poses, branches, margin, paper, threshold, wanted, as_threads(threads), handle
         )
-        return ArcSet._from_core((*batch, *sets), columns)
+        return ArcSet._from_core((*batch, *sets), columns, ready)
+
+    def reachable(
+        self, pose: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1
+    ) -> NDArray[np.bool_] | np.bool_:
+        """Return whether any posture within the limits holds a pose: any branch, any arm angle.
+
+        Exact, by closed form, in less than a microsecond a pose of a batch; which branches and how much of
+        them is `freedom`, and why not is `explain`.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        singularity_margin : float
+            As in `feasible`, rad.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        bool, shape (...)
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, NotRotationError, InputError
+
+        Examples
+        --------
+        >>> from armangle import Arm, pose
+        >>> arm = Arm.from_catalogue("kuka_iiwa7_r800")
+        >>> arm.reachable([pose([0.5, 0.0, 0.5]), pose([1.5, 0.0, 0.5])]).tolist()
+        [True, False]
+        """
+        margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
+        poses = as_poses("pose", pose, self._handle)
+        out = np.empty(poses.shape[:-2], np.int64)
+        self._handle.reachable_many(poses, margin, out, as_threads(threads))
+        return out.astype(np.bool_)[()]
+
+    def freedom(self, pose: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1) -> Freedom:
+        """Return which branches hold a pose, and over how much of their circles.
+
+        The numbers of `feasible_all` without its arcs: nine bytes a pose, for maps and statistics.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        singularity_margin : float
+            As in `feasible`, rad.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        Freedom
+            ``gc``, ``total``, ``widest``, ``arcs``, ``status``, each of shape (...). Never raises on
+            geometry.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, NotRotationError, InputError
+
+        Source: Faria et al. (2018), Eqs. (2), (25).
+
+        Examples
+        --------
+        >>> from armangle import Arm, pose
+        >>> arm = Arm.from_catalogue("kuka_iiwa7_r800")
+        >>> has = arm.freedom(pose([0.4, 0.0, 0.5], rpy=[0.0, 3.0, 0.0]))
+        >>> f"{has.gc:08b}", bool(has.total > has.widest > 0)
+        ('11111111', True)
+        """
+        margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
+        poses = as_poses("pose", pose, self._handle)
+        batch = poses.shape[:-2]
+        widths, codes = np.empty((*batch, 2)), np.empty((*batch, 3), np.int64)
+        self._handle.freedom_many(poses, margin, widths, codes, as_threads(threads))
+        gc, arcs = (codes[..., k].astype(np.uint8)[()] for k in (0, 1))
+        status = codes[..., 2].astype(np.int8) if batch else STATUSES[int(codes[2])]
+        return Freedom(gc, widths[..., 0], widths[..., 1], arcs, status)
+
+    def feasible_yaw(self, pose: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1) -> ArcSet:
+        """Return all turns about axis 1 of the base at which a pose can be held: exact arcs.
+
+        A turn α stands for the pose turned by α about the axis of joint 1, which is the robot turned by -α
+        under a pose that stays. Only joint 1 sees such a turn: it moves by α and the other joints stay. So
+        the arcs follow from the feasible arm angles of the other joints, in closed form, for any tool.
+        The intersection (``&``) of several poses' sets is where one turn serves them all.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        singularity_margin : float
+            As in `feasible`, rad.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        ArcSet, shape (...)
+            Arcs of α, rad, from the pose given: ``0 in`` it where `reachable` is true. Ends name joint 1 and
+            the limit it comes to. Empty, with the reason in ``status``, where the other joints allow nothing.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, NotRotationError, InputError
+
+        Examples
+        --------
+        >>> from armangle import Arm, pose
+        >>> arm = Arm.from_catalogue("openarm_v10")
+        >>> turns = arm.feasible_yaw(pose([0.1, 0.3, 0.2]))
+        >>> bool(0.0 < turns.measure < 2 * np.pi)
+        True
+        """
+        return self._turns(pose, Turned.BASE, singularity_margin, threads)
+
+    def feasible_roll(self, pose: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1) -> ArcSet:
+        """Return all turns about axis 7 at which a pose can be held: exact arcs.
+
+        A turn ρ stands for the pose turned by ρ about the axis of joint 7. For a tool whose working axis
+        lies along that axis (drill, screwdriver, suction cup, welding torch along the flange) these are all
+        rolls of the tool that the limits allow; for another tool a turn about axis 7 moves its tip.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        singularity_margin : float
+            As in `feasible`, rad.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        ArcSet, shape (...)
+            Arcs of ρ, rad, from the pose given. Ends name joint 7 and the limit it comes to.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, NotRotationError, InputError
+        """
+        return self._turns(pose, Turned.TOOL, singularity_margin, threads)
+
+    def _turns(self, pose: ArrayLike, turned: Turned, margin: float, threads: int) -> ArcSet:
+        """Return the turns of each pose, of shape (...)."""
+        margin = as_number("singularity_margin", margin, 0.0, MOST_MARGIN)
+        poses = as_poses("pose", pose, self._handle)
+        flat = np.ascontiguousarray(poses).reshape(-1, 4, 4)
+        columns = self._handle.turns_many(flat, turned, margin, as_threads(threads))
+        return ArcSet._from_core(poses.shape[:-2], columns)
 
     def solve(
         self,
@@ -1259,6 +1620,9 @@ def _checked(given: dict[str, Any]) -> dict[str, Any]:
         values[name] = as_transform(name, values[name])
     values["reference"] = _checked_reference(values["reference"])
     values["joint_names"] = _checked_names(values["name"], values["joint_names"])
+    if not isinstance(values["body"], Body | None):
+        raise SceneError("arm", "body", values["body"], "an armangle.Body, or None")
+    values["hand"] = as_shapes("hand", values["hand"], HOLDABLE)
     notes = values["notes"]
     values["notes"] = (notes,) if isinstance(notes, str) else tuple(notes)
     _check_rows(values)

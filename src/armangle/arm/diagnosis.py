@@ -56,7 +56,8 @@ class Branch:
         all limits; this is exact. DEAD_END: every section has arm angles, but none of those that the start
         leads to leads on. START, GOAL: that posture lies outside the limits or in another branch, or is
         singular, so that no arm angle gives it.
-        UNRESOLVED: the sections join up, but every curve through them that was tried breaks a limit between.
+        UNRESOLVED: the sections join up, but every curve through them that was tried breaks a limit between;
+        or the search was given up (`given_up`).
     status : Status
         The outcome of the poses in question.
     s_from, s_to : float
@@ -81,6 +82,10 @@ class Branch:
         Joints 1..7 whose limits together leave no arm angle; none of them can be left out.
     openings : tuple of Opening
         Single limits that would leave one, least first.
+    sections : int
+        Places of the path at which the feasible arcs were looked at.
+    given_up : bool
+        Of UNRESOLVED: whether the search ended because it had tried as much as one plan may.
     """
 
     gc: int
@@ -97,6 +102,8 @@ class Branch:
     nearest_psi: float = math.nan
     blocking: tuple[int, ...] = ()
     openings: tuple[Opening, ...] = ()
+    sections: int = 0
+    given_up: bool = False
 
     @property
     def ok(self) -> bool:
@@ -129,6 +136,11 @@ class Branch:
                 return f"the start {_ANCHOR}"
             case Verdict.GOAL:
                 return f"the goal {_ANCHOR}"
+            case Verdict.UNRESOLVED if self.given_up:
+                return (
+                    f"given up, so that nothing is known: {self.sections} sections were searched, "
+                    f"from the start as far as s = {self.reached:.4g}."
+                )
             case Verdict.UNRESOLVED:
                 return f"every curve that was tried breaks a limit between the samples{where}."
 
@@ -216,12 +228,12 @@ class Diagnosis:
 
 def branch_of(report: tuple[Any, ...]) -> Branch:
     """Return the branch that a report of the core stands for."""
-    gc, verdict, status, s_from, s_to, excess, reached, margin, elbow, cost, still, psi, *why = report
-    blocking, openings = why
+    gc, verdict, status, s_from, s_to, excess, reached, margin, elbow, cost, still, psi, *rest = report
+    blocking, openings, sections, given_up = rest
     found = [Opening(joint, "upper" if upper else "lower", extra) for joint, upper, extra in openings]
     return Branch(
         gc=gc, verdict=Verdict(verdict), status=STATUSES[status], s_from=s_from, s_to=s_to, excess=excess,
-        reached=reached, margin=margin, elbow_margin=elbow, cost=cost, stationarity=still,
-        nearest_psi=psi, blocking=tuple(joint for joint in range(1, 8) if blocking >> (joint - 1) & 1),
-        openings=tuple(sorted(found, key=lambda o: o.extra)),
+        reached=reached, margin=margin, elbow_margin=elbow, cost=cost, stationarity=still, nearest_psi=psi,
+        blocking=tuple(joint for joint in range(1, 8) if blocking >> (joint - 1) & 1),
+        openings=tuple(sorted(found, key=lambda o: o.extra)), sections=sections, given_up=given_up,
     )  # fmt: skip

@@ -24,6 +24,7 @@ COMMANDS = {
     "arcs": "the arm angles that keep all joints within their limits",
     "follow": "step along a file of poses",
     "plan": "plan a whole file of poses, proven between them, or say why not",
+    "place": "where to put the robot for a file of poses, with the best yaw",
     "retime": "times for a joint file: a trajectory within the joints' bounds",
     "plot": "draw the circle, the joints, a motion or a feasible map into a file",
     "view": "show the arm in the browser and move it by hand",

@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from .._arrays import JOINTS, frozen
 from ..errors import ShapeError
+from ..scenes.body import Body
+from ..scenes.shapes import Shape
 
 LENGTHS = ("d_bs", "d_se", "d_ew", "d_wf")
 ELBOW_OFFSETS = ("a_3", "a_4", "d_4")
@@ -56,6 +58,10 @@ class ArmDescription:
         Names of the joints in the source.
     reference : "base", "stereographic" or tuple of 3 float
         From what the arm angle is measured: `Arm.with_reference`.
+    body : Body or None
+        What the links look like: `Arm.with_body`.
+    hand : tuple of Ball, Capsule or Box
+        What is fixed to the tool, in its frame: `Arm.with_hand`.
     notes : tuple of str
         What a user should know of these numbers; two arms that differ in these alone are equal.
 
@@ -80,6 +86,8 @@ class ArmDescription:
     name: str = "arm"
     joint_names: tuple[str, ...] = tuple(f"joint_{i}" for i in range(1, JOINTS + 1))
     reference: str | tuple[float, ...] = "base"
+    body: Body | None = None
+    hand: tuple[Shape, ...] = ()
     notes: tuple[str, ...] = field(default=(), repr=False, compare=False)
 
     def __post_init__(self) -> None:

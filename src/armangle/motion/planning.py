@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, cast
 
 import numpy as np
@@ -18,8 +18,6 @@ from .joint_path import Curve, JointPath, blank_rows, even_parameters
 from .paths import Path, Waypoints, as_path, sample_count
 
 START_GAP = 0.05
-END_STEP = 1e-6  # of s: how far from a fixed end the joints are looked at again
-END_GAP = 0.01  # rad: what the joints may differ there
 _MOST_WEIGHT = 1e6
 
 
@@ -95,7 +93,7 @@ def plan(
     start, goal : array_like, shape (7,), optional
         Joints at s = 0 and s = 1, rad. They fix the global configuration, the arm angle and the windings
         there; without them the best are chosen. They must belong to the path's first and last pose, within
-        0.05 rad.
+        0.05 rad: the row there is the nearest posture of that pose.
     gc : int or iterable of int, optional
         Global configurations to consider; all by default.
     objective : Objective
@@ -147,27 +145,7 @@ def plan(
             )
     diagnosis = Diagnosis(tuple(map(branch_of, reports)))
     curve = Curve(whole._segments, stretches, plane, branch) if len(stretches) else None
-    result = _result(arm, whole, rows, curve, diagnosis, ok, open_)
-    broken = _broken_end(result, first, last)
-    if broken is None:
-        return result
-    branches = tuple(replace(b, verdict=broken) if b.verdict == Verdict.OK else b for b in diagnosis.branches)
-    return _result(arm, whole, rows, None, Diagnosis(branches), False, open_)
-
-
-def _broken_end(result: JointPath, first: Floats | None, last: Floats | None) -> Verdict | None:
-    """Return the verdict on a fixed end that the curve does not hold, or leaves in a jump; None if both hold.
-
-    At a posture with θ2 or θ6 at 0 or π the joints are no continuous function of the arm angle: a curve of
-    psi may begin there and be elsewhere in q at once.
-    """
-    for joints, s, verdict in ((first, 0.0, Verdict.START), (last, 1.0, Verdict.GOAL)):
-        if joints is None or not result.ok:
-            continue
-        inside = abs(s - END_STEP)
-        if not np.abs(result.at([s, inside]).q - joints).max() <= END_GAP:
-            return verdict
-    return None
+    return _result(arm, whole, rows, curve, diagnosis, ok, open_)
 
 
 def _result(

@@ -13,6 +13,7 @@ Examples
 """
 
 from ..colours import JOINT_COLOURS
+from .bases import placement
 from .figures import arm_frames, stick_figure
 from .maps import feasible_map
 from .motions import path, repulsion
@@ -26,6 +27,7 @@ __all__ = [
     "feasible_map",
     "joint_profiles",
     "path",
+    "placement",
     "repulsion",
     "stick_figure",
     "virtual_arm",

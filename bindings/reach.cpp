@@ -1,0 +1,154 @@
+// What can be reached: freedom of poses, turns of base and tool, and where to put the base.
+#include <algorithm>
+#include <memory>
+#include <vector>
+
+#include "collected.hpp"
+#include "elements.hpp"
+
+namespace binding {
+
+using namespace armangle;
+
+namespace {
+
+/// The table of the arm's limits, drawn in where a margin is asked.
+LimitTable table(const ArmHandle& self, double margin) {
+    return margin > 0 ? limit_table(self.arm, margin) : self.limits;
+}
+
+void reachable_many(const ArmHandle& self, Floats pose, double margin, Ints out, int threads) {
+    const Buffer in(pose), to(out, true);
+    const LimitTable limits = table(self, margin);
+    for_each<2>("pose", {&in, &to}, {2, 0}, threads, [&](const Py_ssize_t* at, double& value) {
+        const double* m = in.data<double>() + at[0];
+        const Problem problem = check_pose(m, value);
+        if (problem != Problem::none) return problem;
+        to.data<long long>()[at[1]] = is_reachable(self.arm, load_pose(m), limits);
+        return Problem::none;
+    });
+}
+
+/// widths: total and widest; codes: gc, arcs, status.
+void freedom_many(const ArmHandle& self, Floats pose, double margin, Floats widths, Ints codes, int threads) {
+    const Buffer in(pose), wide(widths, true), code(codes, true);
+    const LimitTable limits = table(self, margin);
+    for_each<3>("pose", {&in, &wide, &code}, {2, 1, 1}, threads, [&](const Py_ssize_t* at, double& value) {
+        const double* m = in.data<double>() + at[0];
+        const Problem problem = check_pose(m, value);
+        if (problem != Problem::none) return problem;
+        const Freedom f = freedom(self.arm, load_pose(m), limits);
+        double* to = wide.data<double>() + at[1];
+        to[0] = f.total;
+        to[1] = f.widest;
+        long long* c = code.data<long long>() + at[2];
+        c[0] = f.gc;
+        c[1] = f.arcs;
+        c[2] = static_cast<long long>(f.status);
+        return Problem::none;
+    });
+}
+
+[[gnu::noinline]] void turns_range(const ArmHandle& self, const LimitTable& limits, Turned turned,
+                                   const double* poses, std::size_t begin, std::size_t end, Collected& to,
+                                   Outcome& outcome) {
+    for (std::size_t i = begin; i < end; ++i) {
+        double value = 0;
+        const Problem problem = check_pose(poses + 16 * i, value);
+        if (problem != Problem::none) return outcome.report(problem, i, value);
+        ArcSet set;
+        const Status status = turn_arcs(self.arm, load_pose(poses + 16 * i), limits, turned, set);
+        to.add(self.arm, 0.0, configuration(0), set, status);
+    }
+}
+
+/// The turns of each pose (n, 4, 4).
+ArcColumns turns_many(const ArmHandle& self, Floats pose, Turned turned, double margin, int threads) {
+    const Buffer p(pose);
+    const auto n = static_cast<std::size_t>(p.shape(0));
+    const LimitTable limits = table(self, margin);
+    Collected whole;
+    whole.reserve(n);
+    std::vector<Collected> parts(most_threads);
+    Outcome outcomes[most_threads];
+    {
+        nb::gil_scoped_release release;
+        parallel(n, threads, [&](std::size_t begin, std::size_t end, std::size_t thread) {
+            Collected mine;
+            mine.borrow(whole, begin, end - begin);
+            turns_range(self, limits, turned, p.data<double>(), begin, end, mine, outcomes[thread]);
+            parts[thread] = std::move(mine);
+        });
+    }
+    refuse(first_problem(outcomes, most_threads), p, 2, "pose");
+    join(parts, whole);
+    return whole.release();
+}
+
+/// Best yaw of one base position over the poses; `events` and `set` are room to work in.
+BestYaw place_at(const ArmHandle& self, const LimitTable& limits, const std::vector<Pose<double>>& poses,
+                 const double* weight, const Vec3<double>& at, std::vector<YawEvent>& events) {
+    events.clear();
+    double always = 0, at_seam = 0;
+    ArcSet set;
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+        yaw_arcs(self.arm, poses[i], at, limits, set);
+        if (set.full) {
+            always += weight[i];
+            continue;
+        }
+        for (int k = 0; k < set.count; ++k) {
+            const Arc& arc = set.arc[k];
+            const bool over = arc.upper >= pi;
+            events.push_back({arc.lower, weight[i]});
+            events.push_back({over ? arc.upper - two_pi : arc.upper, -weight[i]});
+            if (over) at_seam += weight[i];
+        }
+    }
+    std::sort(events.begin(), events.end(), [](const YawEvent& a, const YawEvent& b) {
+        return a.yaw != b.yaw ? a.yaw < b.yaw : a.weight > b.weight;
+    });
+    return best_yaw(events.data(), static_cast<int>(events.size()), always + at_seam);
+}
+
+/// For each base position (k, 3): yaw, stretch and weight reached, (k, 3).
+void place_many(const ArmHandle& self, Floats pose, Floats weight, Floats position, double margin, Floats out,
+                int threads) {
+    const Buffer p(pose), w(weight), at(position), to(out, true);
+    const LimitTable limits = table(self, margin);
+    const auto n = static_cast<std::size_t>(p.shape(0)), k = static_cast<std::size_t>(at.shape(0));
+    std::vector<Pose<double>> poses(n);
+    Outcome outcome;
+    for (std::size_t i = 0; i < n; ++i) {
+        double value = 0;
+        const Problem problem = check_pose(p.data<double>() + 16 * i, value);
+        if (problem != Problem::none) outcome.report(problem, i, value);
+        poses[i] = load_pose(p.data<double>() + 16 * i);
+    }
+    refuse(outcome, p, 2, "poses");
+    nb::gil_scoped_release release;
+    parallel(k, threads, [&](std::size_t begin, std::size_t end, std::size_t) {
+        std::vector<YawEvent> events;
+        for (std::size_t i = begin; i < end; ++i) {
+            const double* x = at.data<double>() + 3 * i;
+            const BestYaw best = place_at(self, limits, poses, w.data<double>(), {x[0], x[1], x[2]}, events);
+            double* row = to.data<double>() + 3 * i;
+            row[0] = best.yaw;
+            row[1] = best.stretch;
+            row[2] = best.reached;
+        }
+    });
+}
+
+}  // namespace
+
+void bind_reach(nb::module_& m, nb::class_<ArmHandle>& arm) {
+    using namespace nb::literals;
+    nb::enum_<Turned>(m, "Turned").value("BASE", Turned::base).value("TOOL", Turned::tool);
+    arm.def("reachable_many", &reachable_many, "pose"_a, "margin"_a, "out"_a, "threads"_a);
+    arm.def("freedom_many", &freedom_many, "pose"_a, "margin"_a, "widths"_a, "codes"_a, "threads"_a);
+    arm.def("turns_many", &turns_many, "pose"_a, "turned"_a, "margin"_a, "threads"_a);
+    arm.def("place_many", &place_many, "pose"_a, "weight"_a, "position"_a, "margin"_a, "out"_a, "threads"_a);
+}
+
+}  // namespace binding

@@ -1,0 +1,23 @@
+// A scene that is made ready for one arm: the arrays that the core's view looks at.
+#pragma once
+
+#include <vector>
+
+#include "buffers.hpp"
+
+namespace binding {
+
+struct SceneHandle {
+    std::vector<armangle::BallBlock> blocks;
+    std::vector<std::uint16_t> ball_id, solid_id;
+    std::vector<armangle::Solid> solids, held;
+    std::vector<armangle::Part> parts;
+    std::vector<std::uint8_t> ignored;
+    armangle::Scene view;
+
+    SceneHandle() = default;
+    SceneHandle(const SceneHandle&) = delete;  // the view looks into the vectors
+    SceneHandle& operator=(const SceneHandle&) = delete;
+};
+
+}  // namespace binding

@@ -1,0 +1,85 @@
+// Where to put the robot: for one base position, the yaw of the base at which most poses can be held.
+//
+// Each pose gives exact arcs of yaw (turn_arcs.hpp). One sweep over all their ends finds the stretch of yaw
+// that the greatest weight of poses shares: between ends nothing changes, so no scan over yaw can find more.
+#pragma once
+
+#include "turn_arcs.hpp"
+
+namespace armangle {
+
+/// A pose's weight comes (positive) or goes (negative) at a yaw of the sweep, in (-pi, pi].
+struct YawEvent {
+    double yaw, weight;
+};
+
+/// Best yaw of a base position.
+struct BestYaw {
+    double yaw;      // rad: middle of the widest of the best stretches
+    double stretch;  // rad: its length, 2 pi where every yaw is alike
+    double reached;  // weight of the poses held
+};
+
+/// The yaw at which the base, moved to `at` (m, in the frame that poses are given in) with its rotation kept,
+/// holds a pose: turns about axis 1, counted about the z of that frame. Axis 1 must be along it: up +1,
+/// hanging -1.
+inline Status yaw_arcs(const Arm& arm, const Pose<double>& pose, const Vec3<double>& at, const LimitTable& t,
+                       ArcSet& out) noexcept {
+    Pose<double> base = arm.base;
+    base.position = at;
+    Pose<double> flange = inverted(base) * pose;
+    if (arm.has_tool) flange = flange * arm.tool_inverse;
+    ArcSet turns;
+    const Status status = detail::TurnArcs(arm, t, Turned::base).find(circle(arm, flange), turns);
+    // the base turned by alpha is the pose turned by -alpha
+    make_empty(out);
+    if (turns.full) {
+        make_full(out);
+        return status;
+    }
+    const bool upright = arm.base.rotation.z.z > 0;
+    for (int i = 0; i < turns.count; ++i) {
+        Arc arc = turns.arc[i];
+        if (upright) arc = {-arc.upper, -arc.lower, arc.upper_tag, arc.lower_tag};
+        detail::push(out, arc);
+    }
+    return status;
+}
+
+/// Best yaw of events in rising order of yaw, the weight just before the first being `before`. Stretches
+/// shorter than the angular tolerance are not taken.
+inline BestYaw best_yaw(const YawEvent* events, int count, double before) noexcept {
+    if (count == 0) return {0.0, two_pi, before};
+    const auto length = [&](int i) {
+        return i + 1 < count ? events[i + 1].yaw - events[i].yaw : events[0].yaw + two_pi - events[i].yaw;
+    };
+    double now = before, best = -infinity;
+    for (int i = 0; i < count; ++i) {
+        now += events[i].weight;
+        if (length(i) >= tolerance::angle) best = max(best, now);
+    }
+    const double enough = best - 1e-9 * abs(best);  // sums of weights round
+    // a run of sections as good as the best may lie over the seam: begin behind one that is not
+    int first = 0;
+    now = before;
+    for (int i = 0; i < count; ++i) {
+        now += events[i].weight;
+        if (now < enough) first = i + 1;
+    }
+    if (first == 0) return {0.0, two_pi, best};
+    now = before;
+    for (int i = 0; i < first; ++i) now += events[i].weight;
+    BestYaw out{0.0, -1.0, best};
+    double run = 0;
+    for (int k = 0; k < count; ++k) {
+        const int i = (first + k) % count;
+        now = i == 0 ? before + events[0].weight : now + events[i].weight;
+        run = now < enough ? 0.0 : run + length(i);
+        if (run <= out.stretch || now < enough) continue;
+        out.stretch = run;
+        out.yaw = wrap(events[i].yaw + length(i) - 0.5 * run);
+    }
+    return out;
+}
+
+}  // namespace armangle

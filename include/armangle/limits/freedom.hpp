@@ -1,0 +1,196 @@
+// How much freedom a pose has: which of the eight branches hold it, and over how much of their circles. The
+// numbers of feasible_all() without its sets.
+#pragma once
+
+#include "feasible.hpp"
+
+namespace armangle {
+
+/// Freedom of one pose over all branches.
+struct Freedom {
+    double total;       // rad: measure of all feasible arcs
+    double widest;      // rad: of the longest of them
+    std::uint8_t gc;    // bit k: branch k holds the pose, if only at an isolated psi
+    std::uint8_t arcs;  // how many
+    Status status;      // OK, or what stands in the way in the branch that comes nearest to holding it
+};
+
+namespace detail {
+
+/// Where theta_2 (side 0; theta_6: side 1) is 0 or pi, the joints on its two sides turn about one axis, and
+/// only what they turn together counts: with along = cos(theta_2), the second is theta_3 + along theta_1, and
+/// has the range that both leave; the first has none.
+inline Limits shared_limits(const Arm& arm, Limits limits, int side, double along) noexcept {
+    const int first = 4 * side, second = first + 2;
+    const ThetaRange a = theta_range(arm, limits, first), b = theta_range(arm, limits, second);
+    const double lower = b.lower + min(along * a.lower, along * a.upper),
+                 upper = b.upper + max(along * a.lower, along * a.upper);
+    const double p = to_q(arm, second, lower), q = to_q(arm, second, upper);
+    limits.lower[first] = -infinity;
+    limits.upper[first] = infinity;
+    limits.lower[second] = min(p, q);
+    limits.upper[second] = max(p, q);
+    return limits;
+}
+
+/// cos(theta_2) (side 0; of theta_6: side 1) of a circle on which it stays at 0 or pi: +1 or -1.
+inline double lost_side(const JointFunctions<double>& f, int side) noexcept {
+    return f.hinge[side].H.at({0.0, 1.0}) < 0 ? -1.0 : 1.0;
+}
+
+/// One psi of a branch at which a hinge comes to 0 or pi: the two joints beside it may share their turn as
+/// they like, so that a posture may hold there though no arc does.
+struct Needle {
+    double along[hinges];       // cos(theta) of the hinges at 0 or pi, 0 of another
+    Limits limits;              // with the two ranges on a side made one
+    double theta[joint_slots];  // the first joint of such a side is 0, the second what both turn
+};
+
+/// The posture at psi, the turns of sides whose hinge is at 0 or pi made one.
+inline Needle needle(const Arm& arm, const SelfMotion<double>& m, double psi) noexcept {
+    const Directions<double> d = directions(m, sin_cos(psi));
+    Needle n{{0, 0}, arm.limits, {}};
+    angles(d).store(n.theta);
+    for (int side = 0; side < hinges; ++side) {
+        const int first = 4 * side, hinge = first + 1, second = first + 2;
+        if (abs(d.y[hinge]) > tolerance::singular) continue;
+        n.along[side] = d.x[hinge] < 0 ? -1.0 : 1.0;
+        n.limits = shared_limits(arm, n.limits, side, n.along[side]);
+        n.theta[second] += n.along[side] * n.theta[first];
+        n.theta[first] = 0;
+    }
+    return n;
+}
+
+/// Whether all joints of a needle but `except` (0..6, or -1) hold.
+inline bool holds(const Arm& arm, const Needle& n, int except) noexcept {
+    bool inside = true;
+    for (int j = 0; j < joints; ++j)
+        inside &= j == except || cone(theta_range(arm, n.limits, j)).contains(sin_cos(n.theta[j]));
+    return inside;
+}
+
+/// each(needle) for the isolated singular psi of a branch, whose hinges are those of two joint functions.
+template <class Each>
+[[gnu::cold]] void each_needle(const Arm& arm, const SelfMotion<double>& m,
+                               const JointFunctions<double>& shoulder, const JointFunctions<double>& wrist,
+                               const Each& each) noexcept {
+    for (const Hinge<double>& h : {shoulder.hinge[0], wrist.hinge[1]}) {
+        if (is_constant(h)) continue;
+        const double top = atan2(h.H.s, h.H.c);
+        if (h.high.below_one <= tolerance::touching) each(needle(arm, m, top));
+        if (h.low.above_minus_one <= tolerance::touching) each(needle(arm, m, top + pi));
+    }
+}
+
+/// The arcs of the eight branches of a circle, one after the other, as each(gc, status, arcs, and the joint
+/// functions of its shoulder and wrist); stops where `each` says true. `which` are the pivots whose limits
+/// count.
+template <class Each>
+void each_branch(const Arm& arm, const Circle<double>& circle, const LimitTable& own, unsigned which,
+                 const Each& each) noexcept {
+    unsigned counted = all_joints;
+    for (int p = 0; p < pivots; ++p)
+        if (!(which & pivot_bits(p))) counted &= ~(1u << pivot_joint[p]);
+    for (int side = 0; side < 2; ++side) {
+        SelfMotion<double> m = self_motion(arm, circle, {1.0, side ? -1.0 : 1.0, 1.0});
+        const Status status = elbow_status(m, own);
+        const bool lost[hinges] = {status == Status::OK && shoulder_singular(m),
+                                   status == Status::OK && wrist_singular(m)};
+        Sides sides[2];
+        LimitTable shared;
+        const LimitTable* table = &own;
+        if (lost[0] || lost[1]) {
+            const JointFunctions<double> f = joint_functions(m);
+            Limits limits = arm.limits;
+            for (int k = 0; k < hinges; ++k)
+                if (lost[k]) limits = shared_limits(arm, limits, k, lost_side(f, k));
+            shared = limit_table(arm, limits, own.margin);
+            table = &shared;
+        }
+        bool made[2] = {false, false};
+        for (int branch = 0; branch < 4; ++branch) {
+            const int shoulder = branch & 1, wrist = branch >> 1, gc = shoulder + 2 * side + 4 * wrist;
+            ArcSet arcs;
+            Status now = status;
+            if (status == Status::OK) {
+                for (const int negative : {shoulder, wrist}) {
+                    if (made[negative]) continue;
+                    m.gc.shoulder = m.gc.wrist = negative ? -1.0 : 1.0;
+                    block_sides(*table, m, which, sides[negative]);
+                    made[negative] = true;
+                }
+                Blocked both = sides[shoulder].shoulder;
+                append(sides[wrist].wrist, both);
+                const JointFunctions<double>&of_shoulder = sides[shoulder].f, &of_wrist = sides[wrist].f;
+                now = finish(*table, of_shoulder, of_wrist, both, arcs);
+                if (may_isolate(*table, both, arcs))
+                    now = add_isolated(*table, m, of_shoulder, of_wrist, both, arcs, counted);
+            }
+            if (each(gc, now, arcs, sides[shoulder].f, sides[wrist].f)) return;
+        }
+    }
+}
+
+/// Whether a branch without arcs holds the pose at an isolated psi at which two joints are one axis.
+inline bool holds_at_needle(const Arm& arm, const Circle<double>& circle, const LimitTable& t, int gc,
+                            const JointFunctions<double>& shoulder,
+                            const JointFunctions<double>& wrist) noexcept {
+    if (t.margin > 0 || !(may_jump(shoulder.hinge[0]) || may_jump(wrist.hinge[1]))) return false;
+    const SelfMotion<double> m = self_motion(arm, circle, configuration(gc));
+    if (elbow_status(m, t) != Status::OK) return false;
+    bool held = false;
+    each_needle(arm, m, shoulder, wrist, [&](const Needle& n) { held |= holds(arm, n, -1); });
+    return held;
+}
+
+/// Of two reasons the one that came nearer to a posture.
+inline Status nearer_reason(Status a, Status b) noexcept {
+    const auto rank = [](Status s) {
+        switch (s) {
+            case Status::OK: return 0;
+            case Status::LIMITS: return 1;
+            case Status::ELBOW_MARGIN: return 2;
+            case Status::ELBOW_LIMIT: return 3;
+            default: return 4;
+        }
+    };
+    return rank(b) < rank(a) ? b : a;
+}
+
+}  // namespace detail
+
+/// Freedom of a pose (as the user sees it) within the limits of the table, which is of arm.limits.
+inline Freedom freedom(const Arm& arm, const Pose<double>& pose, const LimitTable& t) noexcept {
+    Freedom out{0, 0, 0, 0, Status::UNREACHABLE};
+    const Circle<double> c = circle(arm, flange_pose(arm, pose));
+    if (is_folded(c)) out.status = Status::FOLDED;
+    const auto add = [&](int gc, Status status, const ArcSet& arcs, const auto& shoulder, const auto& wrist) {
+        if (status == Status::LIMITS && detail::holds_at_needle(arm, c, t, gc, shoulder, wrist))
+            status = Status::OK;
+        out.status = detail::nearer_reason(out.status, status);
+        out.gc = static_cast<std::uint8_t>(out.gc | (status == Status::OK) << gc);
+        out.arcs = static_cast<std::uint8_t>(out.arcs + arcs.count);
+        out.total += measure(arcs);
+        for (int i = 0; i < arcs.count; ++i)
+            out.widest = max(out.widest, arcs.arc[i].upper - arcs.arc[i].lower);
+        return false;
+    };
+    detail::each_branch(arm, c, t, all_pivots, add);
+    return out;
+}
+
+/// Whether any branch and arm angle holds a pose within the limits.
+inline bool is_reachable(const Arm& arm, const Pose<double>& pose, const LimitTable& t) noexcept {
+    bool held = false;
+    const Circle<double> c = circle(arm, flange_pose(arm, pose));
+    const auto look = [&](int gc, Status status, const ArcSet&, const auto& shoulder, const auto& wrist) {
+        held = status == Status::OK ||
+               (status == Status::LIMITS && detail::holds_at_needle(arm, c, t, gc, shoulder, wrist));
+        return held;
+    };
+    detail::each_branch(arm, c, t, all_pivots, look);
+    return held;
+}
+
+}  // namespace armangle

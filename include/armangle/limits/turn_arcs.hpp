@@ -1,0 +1,182 @@
+// All turns of the base, and all rolls of the tool, at which a pose can be held: exact arcs.
+//
+// A pose turned by alpha about axis 1 has the same postures with theta_1 + alpha for theta_1: F_1 alone sees
+// the yaw. A posture at psi holds it where lower <= theta_1(psi) + alpha <= upper, so an arc of psi that
+// all other joints leave holds the turns
+//
+//     alpha in [lower - max theta_1, upper - min theta_1],
+//
+// extremes over the arc of the lifted theta_1, at its ends or where theta_1' = 0, eq. (30). Their union over
+// arcs and branches is all. The same with joint 7 for a roll about axis 7.
+#pragma once
+
+#include "freedom.hpp"
+
+namespace armangle {
+
+/// What is turned: the base about axis 1, or the tool about axis 7.
+enum class Turned : std::uint8_t { base, tool };
+
+namespace detail {
+
+/// Ranges of a lifted angle over an arc; one more for each jump within the arc.
+struct Swings {
+    int count = 0;
+    double least[3], most[3];
+};
+
+/// The psi of a walk over an arc in rising order: its ends, quarters, stationary psi, jumps.
+struct Walk {
+    static constexpr int capacity = 8;
+    int count = 0;
+    double psi[capacity];
+    bool is_jump[capacity] = {};
+
+    /// Puts psi in its place, if it lies between the ends; an end that is a jump is marked.
+    void insert(double at, double lower, double upper, bool jumps = false) noexcept {
+        if (jumps && abs(wrap(at - lower)) <= tolerance::angle) is_jump[0] = true;
+        if (jumps && abs(wrap(at - upper)) <= tolerance::angle) is_jump[count - 1] = true;
+        at += two_pi * std::ceil((lower - at) / two_pi);
+        if (!(at - lower > tolerance::angle && upper - at > tolerance::angle) || count == capacity) return;
+        int k = count++;
+        for (; k > 0 && psi[k - 1] > at; --k) {
+            psi[k] = psi[k - 1];
+            is_jump[k] = is_jump[k - 1];
+        }
+        psi[k] = at;
+        is_jump[k] = jumps;
+    }
+};
+
+/// Range of theta of a pivot beside a hinge over [lower, upper], lifted from the principal value at the lower
+/// end on. Where theta jumps by pi (theta_2 or theta_6 comes to 0 or pi, or so near that arcs do not tell it)
+/// the range in between is not taken: joint and neighbour swing together there, and the arc knows neither.
+inline Swings swings(const Pivot<double>& p, const Hinge<double>& h, double lower, double upper) noexcept {
+    using Lanes = Lane<Walk::capacity>;
+    Walk walk;
+    walk.psi[walk.count++] = lower;
+    walk.psi[walk.count++] = upper;
+    for (int k = 1; k < 4; ++k) walk.insert(lower + k * half_pi, lower, upper);
+    const bool above = h.high.below_one <= tolerance::touching,
+               below = h.low.above_minus_one <= tolerance::touching;
+    if (!is_constant(h) && (above || below)) {
+        const double top = atan2(h.H.s, h.H.c);
+        for (const double jump : {top, top + pi})
+            if (jump == top ? above : below) walk.insert(jump, lower, upper, true);
+    } else {
+        const Profile special = profile(p);
+        for (int k = 0; k < special.stationary.count; ++k)
+            walk.insert(special.stationary.psi[k], lower, upper);
+    }
+    for (int k = walk.count; k < Walk::capacity; ++k) walk.psi[k] = upper;
+    const SinCos<Lanes> at = sin_cos(Lanes::load(walk.psi));
+    const auto over = [&at](const Harmonic<double>& h) {
+        return mul_add(Lanes(h.s), at.sin, mul_add(Lanes(h.c), at.cos, Lanes(h.k)));
+    };
+    double theta[Walk::capacity];
+    atan2(Lanes(p.g) * over(p.U), Lanes(p.g) * over(p.V)).store(theta);
+    const Harmonic<double> slope = slope_numerator(p);
+    Swings out;
+    // at a jump (U, V) vanishes: its direction is that of the tangent, in or out
+    const auto tangent = [&](double psi, double sign) {
+        const SinCos<double> jump = sin_cos(psi);
+        return atan2(sign * p.g * p.U.slope(jump), sign * p.g * p.V.slope(jump));
+    };
+    double now = walk.is_jump[0] ? tangent(lower, 1.0) : theta[0];
+    const auto open = [&out, &now] {
+        out.least[out.count] = out.most[out.count] = now;
+        ++out.count;
+    };
+    open();
+    for (int k = 1; k < walk.count; ++k) {
+        const double from = walk.is_jump[k - 1] ? tangent(walk.psi[k - 1], 1.0) : theta[k - 1],
+                     to = walk.is_jump[k] ? tangent(walk.psi[k], -1.0) : theta[k];
+        if (walk.is_jump[k - 1] && k > 1) {
+            now = from;
+            open();
+        }
+        double moved = wrap(to - from);
+        const bool rising = slope.at(sin_cos(0.5 * (walk.psi[k - 1] + walk.psi[k]))) > 0;
+        if (moved < -tolerance::angle && rising) moved += two_pi;
+        if (moved > tolerance::angle && !rising) moved -= two_pi;
+        now += moved;
+        out.least[out.count - 1] = min(out.least[out.count - 1], now);
+        out.most[out.count - 1] = max(out.most[out.count - 1], now);
+    }
+    return out;
+}
+
+/// What is turned, and what its joint may be.
+class TurnArcs {
+public:
+    TurnArcs(const Arm& arm, const LimitTable& t, Turned turned) noexcept
+        : arm_(arm), t_(t), side_(turned == Turned::base ? 0 : 1), end_(side_ == 0 ? 0 : pivots - 1) {}
+
+    Status find(const Circle<double>& c, ArcSet& out) noexcept {
+        Status reason = is_folded(c) ? Status::FOLDED : Status::UNREACHABLE;
+        const auto add = [&](int gc, Status status, const ArcSet& arcs, const auto& shoulder,
+                             const auto& wrist) {
+            reason = nearer_reason(reason, status);
+            if (!arcs.empty())
+                add_arcs(self_motion(arm_, c, configuration(gc)), arcs, side_ ? wrist : shoulder);
+            if (t_.margin == 0 && (status == Status::OK || status == Status::LIMITS) &&
+                (may_jump(shoulder.hinge[0]) || may_jump(wrist.hinge[1])))
+                add_needles(self_motion(arm_, c, configuration(gc)), shoulder, wrist);
+            return turns_.full();
+        };
+        each_branch(arm_, c, t_, all_pivots & ~pivot_bits(end_), add);
+        turns_.finish(out);
+        return out.empty() ? reason : Status::OK;
+    }
+
+private:
+    const Arm& arm_;
+    const LimitTable& t_;
+    int side_, end_;
+    UnionOfArcs turns_;
+
+    /// The turns at which joint `joint` of these limits holds, its theta being from least to most.
+    void add(const Limits& limits, int joint, double along, double least, double most) noexcept {
+        const ThetaRange range = theta_range(arm_, limits, joint);
+        if (!(range.upper - range.lower < two_pi)) return turns_.add_full();
+        const double a = along * (range.lower - most), b = along * (range.upper - least);
+        turns_.add({min(a, b), max(a, b), make_tag(joint + 1, limit_side(arm_, joint, along > 0)),
+                    make_tag(joint + 1, limit_side(arm_, joint, along < 0))});
+    }
+
+    void add_arcs(const SelfMotion<double>& m, const ArcSet& arcs, const JointFunctions<double>& f) noexcept {
+        const bool lost = side_ == 0 ? shoulder_singular(m) : wrist_singular(m);
+        const double along = lost ? lost_side(f, side_) : 1.0;
+        const Limits limits = lost ? shared_limits(arm_, arm_.limits, side_, along) : arm_.limits;
+        const int pivot = lost ? 2 * side_ + 1 : end_;
+        for (int i = 0; i < arcs.count && !turns_.full(); ++i) {
+            const Swings s = swings(f.pivot[pivot], f.hinge[side_], arcs.arc[i].lower, arcs.arc[i].upper);
+            for (int k = 0; k < s.count; ++k)
+                add(limits, pivot_joint[pivot], side_ == 0 ? along : 1.0, s.least[k], s.most[k]);
+        }
+    }
+
+    /// Where two joints are one axis at one psi alone.
+    void add_needles(const SelfMotion<double>& m, const JointFunctions<double>& shoulder,
+                     const JointFunctions<double>& wrist) noexcept {
+        if (elbow_status(m, t_) != Status::OK) return;
+        each_needle(arm_, m, shoulder, wrist, [&](const Needle& n) {
+            const double along = n.along[side_];
+            const int joint = along != 0 ? 4 * side_ + 2 : pivot_joint[end_];
+            if (!holds(arm_, n, joint)) return;
+            add(n.limits, joint, along < 0 && side_ == 0 ? -1.0 : 1.0, n.theta[joint], n.theta[joint]);
+        });
+    }
+};
+
+}  // namespace detail
+
+/// Angles alpha (rad) such that the pose turned by alpha about axis 1 of the base, or about axis 7 (the
+/// flange's z), is held within the limits by some branch and arm angle. Ends carry joint 1 or 7 and its limit
+/// (joint 3 where joints 1 and 3 are one axis). OK, or why there is none: what blocks the *other* joints.
+inline Status turn_arcs(const Arm& arm, const Pose<double>& pose, const LimitTable& t, Turned turned,
+                        ArcSet& out) noexcept {
+    return detail::TurnArcs(arm, t, turned).find(circle(arm, flange_pose(arm, pose)), out);
+}
+
+}  // namespace armangle

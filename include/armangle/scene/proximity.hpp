@@ -1,0 +1,148 @@
+// How near an arm is to what stands about it, at one psi; and the psi at which it keeps farthest away.
+#pragma once
+
+#include "clear.hpp"
+
+namespace armangle {
+
+/// The nearest pair of a posture.
+struct Proximity {
+    double distance;  // m between the surfaces; where they meet negative, as deep as the radii reach at most
+    Tag pair;         // obstacle and link; 0: there is no pair
+    Vec3<double> on_link, on_obstacle;  // points of their surfaces, in the DH base
+    double psi_rate;                    // of the distance, m / rad
+};
+
+namespace detail {
+
+/// Collects the nearest pair.
+class Nearby {
+public:
+    Nearby(const Arm& arm, const Scene& scene, const SelfMotion<double>& m, double psi) noexcept
+        : scene_(scene),
+          axis_(axis_frame(arm, m.circle)),
+          frames_(axis_frames(arm, m)),
+          turn_(sin_cos(psi)),
+          best_{infinity, 0, {}, {}, 0.0} {}
+
+    Proximity find(bool turning_alone) noexcept {
+        const Pose<double> to_axis = inverted(axis_);
+        for_ground(scene_, [&](const Solid& solid, int id) { against_parts(placed(to_axis, solid), id); });
+        for (int h = 0; h < scene_.held_count; ++h)
+            against_parts(placed(frames_.flange, scene_.held[h]), scene_.first_held + h);
+        if (!turning_alone) at_rest(to_axis);
+        return best_;
+    }
+
+private:
+    void against_parts(const Solid& solid, int id) noexcept {
+        for (int k = 0; k < scene_.part_count; ++k) {
+            if (scene_.may_touch(id, k)) continue;
+            const Part& part = scene_.parts[k];
+            const Rod rod = placed(part.lower ? frames_.lower : frames_.upper, part.rod);
+            keep(nearest(turned_by(rod.begin, turn_), turned_by(rod.end, turn_), solid), rod.radius, solid,
+                 id, k, true);
+        }
+    }
+
+    /// What psi does not move: the hand against the ground, and link 0 against the obstacles.
+    void at_rest(const Pose<double>& to_axis) noexcept {
+        for (int h = 0; h < scene_.held_count; ++h) {
+            const Solid held = placed(frames_.flange, scene_.held[h]);
+            for_ground(scene_, [&](const Solid& solid, int id) {
+                const int link = scene_.part_count + scene_.base_count + h;
+                if (!scene_.may_touch(id, link))
+                    keep(nearest(held, placed(to_axis, solid)), held.radius, solid, id, link, false);
+            });
+        }
+        for_ground(scene_, [&](const Solid& base, int own) {
+            if (own < scene_.first_base) return;
+            const int link = scene_.part_count + own - scene_.first_base;
+            for_ground(scene_, [&](const Solid& solid, int id) {
+                if (id < scene_.first_base && !scene_.may_touch(id, link))
+                    keep(nearest(placed(to_axis, base), placed(to_axis, solid)), base.radius, solid, id, link,
+                         false);
+            });
+        });
+    }
+
+    void keep(const Approach& pair, double link_radius, const Solid& solid, int id, int link,
+              bool turns) noexcept {
+        const double distance = pair.distance - link_radius - solid.radius;
+        if (!(distance < best_.distance)) return;
+        const Vec3<double> away = pair.on_rod - pair.on_solid;
+        const double length = norm(away), sign = pair.distance < 0 ? -1.0 : 1.0;
+        const Vec3<double> n = length > 0 ? away * (sign / length) : Vec3<double>{0, 0, 0};
+        const auto in_base = [&](const Vec3<double>& p) { return axis_.rotation * p + axis_.position; };
+        best_ = {distance, pair_tag(id, link), in_base(pair.on_rod - n * link_radius),
+                 in_base(pair.on_solid + n * solid.radius),
+                 turns ? n.z * pair.on_rod.y - n.y * pair.on_rod.z : 0.0};
+    }
+
+    const Scene& scene_;
+    Pose<double> axis_;
+    AxisFrames frames_;
+    SinCos<double> turn_;
+    Proximity best_;
+};
+
+}  // namespace detail
+
+/// The nearest pair at psi, of a pose that can be reached; `turning_alone` leaves out those that psi does not
+/// move.
+inline Proximity proximity(const Arm& arm, const Scene& scene, const SelfMotion<double>& m, double psi,
+                           bool turning_alone = false) noexcept {
+    return detail::Nearby(arm, scene, m, psi).find(turning_alone);
+}
+
+/// The psi of `own` (arcs within the limits, not empty) at which what turns keeps farthest from the
+/// obstacles, and the pair that is nearest there.
+struct Widest {
+    double psi;
+    Proximity nearest;
+};
+
+namespace widest_rule {
+/// Bisections of the clearance; they leave 1e-12 of the range.
+inline constexpr int halvings = 40;
+/// A clearance may be negative down to this share of the thinnest part: cores stay apart.
+inline constexpr double thinnest = 0.999;
+}  // namespace widest_rule
+
+/// The arcs that are left shrink as the clearance grows, so that the greatest clearance that leaves one is
+/// found by bisection. Where parts are so deep in obstacles that no clearance helps, psi is NaN.
+inline Widest widest(const Arm& arm, const Scene& scene, const SelfMotion<double>& m,
+                     const ArcSet& own) noexcept {
+    ArcSet cleared, left, found;
+    const auto leaves = [&](double clearance) {
+        Scene asked = scene;
+        asked.clearance = clearance;
+        Covered covered;
+        detail::Clearing(arm, asked, m, covered).parts_against_all();
+        open_arcs(covered, cleared);
+        intersect(own, cleared, left);
+        if (left.empty()) return false;
+        found = left;
+        return true;
+    };
+    double low = -infinity, high = 2.0 * arm.size;
+    for (int k = 0; k < scene.part_count; ++k)
+        low = max(low, -widest_rule::thinnest * scene.parts[k].rod.radius);
+    const Widest none{not_a_number, {not_a_number, 0, {}, {}, not_a_number}};
+    if (own.empty() || scene.part_count == 0 || !leaves(low)) return none;
+    if (leaves(high)) low = high;
+    for (int k = 0; k < widest_rule::halvings && low < high; ++k) {
+        const double middle = 0.5 * (low + high);
+        if (leaves(middle))
+            low = middle;
+        else
+            high = middle;
+    }
+    const Arc* best = &found.arc[0];
+    for (int i = 1; i < found.count; ++i)
+        if (found.arc[i].upper - found.arc[i].lower > best->upper - best->lower) best = &found.arc[i];
+    const double psi = wrap(0.5 * (best->lower + best->upper));
+    return {psi, proximity(arm, scene, m, psi, true)};
+}
+
+}  // namespace armangle

@@ -1,0 +1,217 @@
+// Shapes: rods, of which links are made, and solids, which stand about; what is nearest between them.
+//
+//      rod:  (=====)      solid:  a ball, a capsule, a box, a half-space, each a core thickened by a radius
+//            a     b      core:   a point, a segment, a box, a half-space
+//
+// Distances are those of the cores; the radii are taken off by whoever asks. Exact in all cases, parallel
+// segments and segments inside a box too. Source: the least of a convex function over a segment or a square,
+// which lies inside or on the border.
+#pragma once
+
+#include <cstdint>
+
+#include "../numbers/linalg.hpp"
+#include "../numbers/angles.hpp"
+
+namespace armangle {
+
+/// A segment thickened by a radius (m): a capsule, or a sphere where both ends are one point.
+struct Rod {
+    Vec3<double> begin, end;
+    double radius;
+
+    bool is_sphere() const noexcept { return begin.x == end.x && begin.y == end.y && begin.z == end.z; }
+};
+
+enum class SolidKind : std::uint8_t { ball, capsule, box, half_space };
+
+/// One convex obstacle.
+struct Solid {
+    SolidKind kind;
+    double radius;  // m, of what the core is thickened by
+    Vec3<double>
+        a;  // ball, box: centre; capsule: one end; half-space: unit normal, normal . x >= offset is free
+    Vec3<double> b;     // capsule: other end; box: half edges; half-space: {offset, 0, 0}
+    Mat3<double> axes;  // of a box
+};
+
+/// The same solid seen from another frame.
+inline Solid placed(const Pose<double>& frame, const Solid& solid) noexcept {
+    Solid out = solid;
+    if (solid.kind == SolidKind::half_space) {
+        out.a = frame.rotation * solid.a;
+        out.b.x = solid.b.x + dot(out.a, frame.position);
+        return out;
+    }
+    out.a = frame.rotation * solid.a + frame.position;
+    if (solid.kind == SolidKind::capsule) out.b = frame.rotation * solid.b + frame.position;
+    if (solid.kind == SolidKind::box) out.axes = frame.rotation * solid.axes;
+    return out;
+}
+
+inline Rod placed(const Pose<double>& frame, const Rod& rod) noexcept {
+    return {frame.rotation * rod.begin + frame.position, frame.rotation * rod.end + frame.position,
+            rod.radius};
+}
+
+/// A rod as a solid.
+inline Solid as_solid(const Rod& rod) noexcept {
+    const SolidKind kind = rod.is_sphere() ? SolidKind::ball : SolidKind::capsule;
+    return {kind, rod.radius, rod.begin, rod.end, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+}
+
+/// A ball around a solid, radius included; a half-space has none.
+struct Ball {
+    Vec3<double> centre;
+    double radius;
+};
+
+inline Ball around(const Solid& solid) noexcept {
+    if (solid.kind == SolidKind::capsule)
+        return {(solid.a + solid.b) * 0.5, 0.5 * norm(solid.b - solid.a) + solid.radius};
+    if (solid.kind == SolidKind::box) return {solid.a, norm(solid.b) + solid.radius};
+    return {solid.a, solid.radius};
+}
+
+/// Two points, one of each core, and their distance (m; of a half-space negative behind its plane).
+struct Approach {
+    Vec3<double> on_rod, on_solid;
+    double distance;
+};
+
+namespace detail {
+
+/// Of x, what lies within [0, 1].
+inline double to_unit(double x) noexcept { return min(max(x, 0.0), 1.0); }
+
+/// Where on the segment from a, along d, the point q is nearest: a share of d.
+inline double foot(const Vec3<double>& a, const Vec3<double>& d, const Vec3<double>& q) noexcept {
+    const double square = dot(d, d);
+    return square > 0 ? to_unit(dot(q - a, d) / square) : 0.0;
+}
+
+inline Approach between(const Vec3<double>& p, const Vec3<double>& q) noexcept { return {p, q, norm(p - q)}; }
+
+inline Approach nearer(const Approach& a, const Approach& b) noexcept {
+    return b.distance < a.distance ? b : a;
+}
+
+/// Segments a + s d, c + t e: the ends against the other one, and where the common perpendicular meets both.
+/// By cross products, which keep their digits where the two are nearly parallel.
+inline Approach segment_segment(const Vec3<double>& a, const Vec3<double>& b, const Vec3<double>& c,
+                                const Vec3<double>& f) noexcept {
+    const Vec3<double> d = b - a, e = f - c, across = cross(d, e), r = c - a;
+    Approach best = between(a, c + e * foot(c, e, a));
+    best = nearer(best, between(b, c + e * foot(c, e, b)));
+    best = nearer(best, between(a + d * foot(a, d, c), c));
+    best = nearer(best, between(a + d * foot(a, d, f), f));
+    const double square = dot(across, across);
+    if (!(square > 0)) return best;
+    const double s = dot(cross(r, e), across) / square, t = dot(cross(r, d), across) / square;
+    if (s > 0 && s < 1 && t > 0 && t < 1) best = nearer(best, between(a + d * s, c + e * t));
+    return best;
+}
+
+/// How far a point is beyond a box about the origin, along each of its axes.
+inline Vec3<double> beyond(const Vec3<double>& p, const Vec3<double>& half) noexcept {
+    const auto part = [](double x, double h) { return copysign(max(abs(x) - h, 0.0), x); };
+    return {part(p.x, half.x), part(p.y, half.y), part(p.z, half.z)};
+}
+
+/// The share t of the segment a + t d that is nearest to a box about the origin. Half the slope of the
+/// squared distance, d . beyond, rises and is linear between the places where the segment crosses a face's
+/// plane. Where the segment lies in the box: the middle of what does.
+inline double nearest_to_box(const Vec3<double>& a, const Vec3<double>& d,
+                             const Vec3<double>& half) noexcept {
+    const auto slope = [&](double t) { return dot(d, beyond(a + d * t, half)); };
+    double low = 0, high = 1, first = infinity, last = -infinity;
+    double slope_low = slope(0.0), slope_high = slope(1.0);
+    const auto look = [&](double t) {
+        if (!(t >= 0 && t <= 1)) return;
+        const double here = slope(t);
+        if (here == 0) {
+            first = min(first, t);
+            last = max(last, t);
+        } else if (here < 0 && t > low) {
+            low = t;
+            slope_low = here;
+        } else if (here > 0 && t < high) {
+            high = t;
+            slope_high = here;
+        }
+    };
+    if (slope_low > 0) return 0;
+    if (slope_high < 0) return 1;
+    look(0);
+    look(1);
+    const double start[3] = {a.x, a.y, a.z}, along[3] = {d.x, d.y, d.z}, reach[3] = {half.x, half.y, half.z};
+    for (int k = 0; k < 3; ++k) {
+        if (along[k] == 0) continue;
+        look((reach[k] - start[k]) / along[k]);
+        look((-reach[k] - start[k]) / along[k]);
+    }
+    if (first <= last) return 0.5 * (first + last);
+    const double rise = slope_high - slope_low;
+    return rise > 0 ? to_unit(low - slope_low * (high - low) / rise) : low;
+}
+
+inline Approach segment_box(const Vec3<double>& a, const Vec3<double>& b, const Solid& box) noexcept {
+    const Vec3<double> begin = transposed_times(box.axes, a - box.a), d = transposed_times(box.axes, b - a);
+    const double t = nearest_to_box(begin, d, box.b);
+    const Vec3<double> p = begin + d * t, out = beyond(p, box.b), on_rod = a + (b - a) * t;
+    return {on_rod, box.a + box.axes * (p - out), norm(out)};
+}
+
+/// The corner of a box by its bits, and so the ends of its twelve edges.
+inline Vec3<double> corner(const Solid& box, int bits) noexcept {
+    const Vec3<double> inside{bits & 1 ? box.b.x : -box.b.x, bits & 2 ? box.b.y : -box.b.y,
+                              bits & 4 ? box.b.z : -box.b.z};
+    return box.a + box.axes * inside;
+}
+
+}  // namespace detail
+
+/// Approach points of a rod's segment and a solid's core.
+inline Approach nearest(const Vec3<double>& a, const Vec3<double>& b, const Solid& solid) noexcept {
+    switch (solid.kind) {
+        case SolidKind::ball: return detail::between(a + (b - a) * detail::foot(a, b - a, solid.a), solid.a);
+        case SolidKind::capsule: return detail::segment_segment(a, b, solid.a, solid.b);
+        case SolidKind::box: return detail::segment_box(a, b, solid);
+        case SolidKind::half_space: break;
+    }
+    const double at_a = dot(solid.a, a) - solid.b.x, at_b = dot(solid.a, b) - solid.b.x;
+    const Vec3<double>& deeper = at_b < at_a ? b : a;
+    const double depth = min(at_a, at_b);
+    return {deeper, deeper - solid.a * depth, depth};
+}
+
+/// Approach points of two solids' cores, of which not both are half-spaces; on_rod is of the first.
+inline Approach nearest(const Solid& first, const Solid& second) noexcept {
+    if (first.kind == SolidKind::half_space) {
+        const Approach turned = nearest(second, first);
+        return {turned.on_solid, turned.on_rod, turned.distance};
+    }
+    if (first.kind == SolidKind::ball) return nearest(first.a, first.a, second);
+    if (first.kind == SolidKind::capsule) return nearest(first.a, first.b, second);
+    Approach best{first.a, first.a, infinity};
+    for (int from = 0; from < 8; ++from)
+        for (int axis = 1; axis < 8; axis *= 2)
+            if (!(from & axis))
+                best = detail::nearer(
+                    best, nearest(detail::corner(first, from), detail::corner(first, from | axis), second));
+    if (second.kind == SolidKind::half_space) return best;
+    // the second's core may touch a face of the box, or lie within it
+    const auto other_way = [&](const Vec3<double>& a, const Vec3<double>& b) {
+        const Approach found = nearest(a, b, first);
+        best = detail::nearer(best, {found.on_solid, found.on_rod, found.distance});
+    };
+    if (second.kind == SolidKind::ball) other_way(second.a, second.a);
+    if (second.kind == SolidKind::capsule) other_way(second.a, second.b);
+    if (second.kind != SolidKind::box) return best;
+    for (int from = 0; from < 8; ++from)
+        for (int axis = 1; axis < 8; axis *= 2)
+            if (!(from & axis)) other_way(detail::corner(second, from), detail::corner(second, from | axis));
+    return best;
+}
+
+}  // namespace armangle

@@ -1,0 +1,169 @@
+// Rods against solids of any kind: arcs that are certified, from a few distances.
+//
+// F(psi) = distance^2 - R^2 is the least of k - 2 rho_p rho_q cos(psi - c) over pairs of points, one of each.
+//   Witness: the two nearest points at one psi are such a pair, and their own arc is blocked, exactly.
+//   Proof: between a and b = a + h where F is at least F_a and F_b, with A at least the 2 rho_p rho_q of all
+//   pairs that can block (those with rho_q < rho_p + R),
+//
+//     F(a + t) >= F_a + (F_b - F_a) t / h - A t (h - t) / 2
+//
+//   since F less that line plus A t (h - t) / 2 is a least of concave functions that are >= 0 at both ends.
+//
+// So every psi is blocked by a witness, proven free, or in a sliver that counts as blocked. Witnesses reach
+// an end from the blocked side, as Newton's method does.
+#pragma once
+
+#include "blocked_arc.hpp"
+
+namespace armangle {
+
+namespace witness_rule {
+/// A stretch shorter than this (rad) that is neither proven free nor witnessed counts as blocked.
+inline constexpr double sliver = 1e-10;
+/// Steps of an end that are shorter are rounding (rad).
+inline constexpr double settled = 1e-14;
+/// Distances asked of one pair; of what is left then, all counts as blocked.
+inline constexpr int most_queries = 400;
+/// What a step of Newton's kind takes at most; from the second on it doubles the digits.
+inline constexpr int most_steps = 60;
+/// Rounding of F as a share of the squares of all coordinates.
+inline constexpr double rounding = 4e-16;
+}  // namespace witness_rule
+
+namespace detail {
+
+/// BlockedArc by psi.
+inline Vec3<double> turned_by(const Vec3<double>& p, const SinCos<double>& psi) noexcept {
+    return {p.x, p.y * psi.cos - p.z * psi.sin, p.y * psi.sin + p.z * psi.cos};
+}
+
+/// Greatest distance from the line, and greatest square of coordinates, of a solid's core.
+struct Extent {
+    double off_axis, square;
+};
+
+inline Extent extent(const Solid& solid) noexcept {
+    const auto grown = [](const Extent& e, const Vec3<double>& p) {
+        return Extent{max(e.off_axis, off_axis(p)), max(e.square, dot(p, p))};
+    };
+    Extent out = grown({0.0, 0.0}, solid.a);
+    if (solid.kind == SolidKind::capsule) out = grown(out, solid.b);
+    if (solid.kind == SolidKind::box)
+        for (int bits = 0; bits < 8; ++bits) out = grown(out, corner(solid, bits));
+    return out;
+}
+
+/// One rod and one solid, which is no half-space.
+class Witnesses {
+public:
+    Witnesses(const Rod& rod, const Solid& solid, double R) noexcept : rod_(rod), solid_(solid), R_(R) {
+        const Extent mine = extent(as_solid(rod)), other = extent(solid);
+        amplitude_ = 2.0 * mine.off_axis * min(other.off_axis, mine.off_axis + R);
+        noise_ = witness_rule::rounding * (mine.square + other.square);
+    }
+
+    /// Calls blocked(lower, upper) for arcs that together are all that is blocked.
+    template <class Blocked>
+    void find(const Blocked& blocked) noexcept {
+        const Vec3<double> middle = (rod_.begin + rod_.end) * 0.5, centre = solid_.kind == SolidKind::capsule
+                                                                                ? (solid_.a + solid_.b) * 0.5
+                                                                                : solid_.a;
+        const double start = azimuth_between(middle, centre) + pi;  // where contact is least likely
+        const Sample first = at(start);
+        if (first.F >= 2.0 * amplitude_) return;
+        if (first.F <= 0) {
+            const Stretch arc = grown(first);
+            blocked(arc.a, arc.b);
+            push({arc.b, 0.0, arc.a + two_pi, 0.0});
+        } else {
+            push({start, first.F, start + two_pi, first.F});
+        }
+        while (count_ > 0) {
+            const Stretch cell = stack_[--count_];
+            if (!(cell.b > cell.a) || proven(cell)) continue;
+            if (cell.b - cell.a < witness_rule::sliver || queries_ >= witness_rule::most_queries ||
+                count_ + 2 > most_stretches) {
+                blocked(cell.a, cell.b);
+                continue;
+            }
+            const Sample here = at(split(cell));
+            if (here.F > 0) {
+                push({cell.a, cell.F_a, here.psi, here.F});
+                push({here.psi, here.F, cell.b, cell.F_b});
+                continue;
+            }
+            const Stretch arc = grown(here);
+            blocked(arc.a, arc.b);
+            push({cell.a, cell.F_a, arc.a, 0.0});
+            push({arc.b, 0.0, cell.b, cell.F_b});
+        }
+    }
+
+    int queries() const noexcept { return queries_; }
+
+private:
+    struct Sample {
+        double psi, F;
+        BlockedArc arc;  // of the nearest points
+    };
+    struct Stretch {
+        double a, F_a, b, F_b;
+    };
+    static constexpr int most_stretches = 64;
+
+    Sample at(double psi) noexcept {
+        ++queries_;
+        const SinCos<double> turn = sin_cos(psi);
+        const Vec3<double> a = turned_by(rod_.begin, turn), b = turned_by(rod_.end, turn);
+        const Approach pair = nearest(a, b, solid_);
+        BlockedArc arc = point_point(pair.on_rod, pair.on_solid, R_);
+        arc.centre += psi;
+        return {psi, (pair.distance - R_) * (pair.distance + R_), arc};
+    }
+
+    /// The blocked arc about a blocked sample: witness after witness, until its ends stay.
+    Stretch grown(const Sample& from) noexcept {
+        Stretch arc{from.psi, 0.0, from.psi, 0.0};
+        const auto include = [&arc](const BlockedArc& turned, double near) {
+            const double centre = lift(turned.centre, near);
+            arc.a = min(arc.a, centre - turned.half);
+            arc.b = max(arc.b, centre + turned.half);
+        };
+        include(from.arc, from.psi);
+        for (const bool upper : {false, true}) {
+            for (int step = 0; step < witness_rule::most_steps && arc.b - arc.a < two_pi; ++step) {
+                const double end = upper ? arc.b : arc.a;
+                const Sample here = at(end);
+                if (here.F >= -noise_) break;
+                include(here.arc, end);
+                if (abs((upper ? arc.b : arc.a) - end) < witness_rule::settled) break;
+            }
+        }
+        arc.b = min(arc.b, arc.a + two_pi);
+        return arc;
+    }
+
+    bool proven(const Stretch& s) const noexcept {
+        const double h = s.b - s.a, rise = s.F_b - s.F_a, t = 0.5 * h - rise / (amplitude_ * h);
+        if (!(t > 0 && t < h)) return amplitude_ == 0 || s.F_a > 0 || s.F_b > 0;
+        return s.F_a + rise * t / h - 0.5 * amplitude_ * t * (h - t) >= 0;
+    }
+
+    /// Where the bound of a stretch is least, not too near to its ends.
+    double split(const Stretch& s) const noexcept {
+        const double h = s.b - s.a, t = 0.5 * h - (s.F_b - s.F_a) / (amplitude_ * h);
+        return s.a + min(max(t, 0.125 * h), 0.875 * h);
+    }
+
+    void push(const Stretch& s) noexcept { stack_[count_++] = s; }
+
+    const Rod& rod_;
+    const Solid& solid_;
+    double R_, amplitude_, noise_;
+    int queries_ = 0, count_ = 0;
+    Stretch stack_[most_stretches];
+};
+
+}  // namespace detail
+
+}  // namespace armangle

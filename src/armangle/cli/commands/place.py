@@ -1,0 +1,113 @@
+"""``armangle place``: where to put the robot for a file of poses."""
+
+from __future__ import annotations
+
+import argparse
+
+import numpy as np
+
+from ..._arrays import Floats
+from ...errors import InputError
+from ...files.tables import load_poses
+from ...poses import COLUMNS, rows_from_poses
+from ...reach.placement import Placement, place
+from ..arguments import add_arm, add_json, add_singularity_margin, number, the_arm
+from ..screen import counted, degrees, note, progress, show, show_json
+from ..tables import table
+
+HELP = """\
+Where to put a robot so that it holds the poses of a file: base positions on a
+grid, each with its exactly best yaw."""
+EXAMPLE = """\
+  armangle place grasps.csv --robot openarm_v10 \\
+      --x -0.5,0.5 --y -0.5,0.5 --step 0.05"""
+
+_ROWS = 10
+_MOST = 1_000_000  # positions
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments."""
+    parser.add_argument("path", metavar="PATH", help="poses in the world, with the columns x,y,z,qw,qx,qy,qz")
+    for axis in ("x", "y"):
+        parser.add_argument(
+            f"--{axis}", required=True, metavar="FROM,TO", help=f"where axis 1 may stand along {axis}, m"
+        )
+    parser.add_argument(
+        "--step", type=number, default=0.05, metavar="M", help="between positions (default 0.05)"
+    )
+    parser.add_argument("--z", type=number, default=0.0, metavar="M", help="height of the base (default 0)")
+    parser.add_argument(
+        "--rows", type=int, default=_ROWS, metavar="N", help=f"best positions shown ({_ROWS})"
+    )
+    add_arm(parser)
+    add_singularity_margin(parser)
+    add_json(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print the best bases; status 1 where nothing is reached from any."""
+    arm = the_arm(args)
+    x, y = _line("--x", args.x, args.step), _line("--y", args.y, args.step)
+    if len(x) * len(y) > _MOST:
+        raise InputError(f"--step {args.step:g} makes {len(x) * len(y)} positions, wanted at most {_MOST}")
+    if args.rows < 1:
+        raise InputError(f"--rows is {args.rows}, wanted 1 or more")
+    with progress(f"reading {args.path}"):
+        poses = load_poses(args.path)
+    with progress(f"placing at {counted(len(x) * len(y), 'position')}"):
+        found = place(arm, poses, x, y, z=args.z, singularity_margin=args.singularity_margin)
+    if args.json:
+        show_json(_facts(found))
+    else:
+        _show(found, args.rows)
+    if found.reached.max() > 0:
+        return 0
+    note("armangle: no pose can be held from any of these positions")
+    return 1
+
+
+def _line(option: str, text: str, step: float) -> Floats:
+    """Return the positions of FROM,TO."""
+    try:
+        first, last = (number(part) for part in text.split(","))
+    except (ValueError, argparse.ArgumentTypeError):
+        raise InputError(f"{option} is {text!r}, wanted FROM,TO in metres, as -0.5,0.5") from None
+    if not step > 0:
+        raise InputError(f"--step is {step:g}, wanted metres above 0")
+    if last < first:
+        raise InputError(f"{option} is {text!r}, wanted FROM <= TO")
+    count = int((last - first) / step * (1 + 1e-12)) + 1
+    if count > _MOST:
+        raise InputError(f"--step {step:g} makes {count} positions along {option}, wanted at most {_MOST}")
+    return np.array([first + step * k for k in range(count)])
+
+
+def _show(found: Placement, rows: int) -> None:
+    order = np.lexsort((-found.stretch.ravel(), -found.reached.ravel()))[:rows]
+    lines = []
+    for k in order:
+        i, j = np.unravel_index(int(k), found.reached.shape)
+        lines.append(
+            [f"{found.reached[i, j]:g}", f"{found.x[i]:.3f}", f"{found.y[j]:.3f}",
+             degrees(found.yaw[i, j], 1), degrees(found.stretch[i, j], 1)]
+        )  # fmt: skip
+    show(f"of {counted(len(found.poses), 'pose')}, the arm {found.arm.name or ''} holds".rstrip())
+    show()
+    show(table(["held", "x m", "y m", "best yaw deg", "yaw may vary by deg"], lines))
+    reasons: dict[str, int] = {}
+    for _, why in found.missed():
+        reasons[why.sentence] = reasons.get(why.sentence, 0) + 1
+    if reasons:
+        show("\nnot held from the first of these:")
+    for sentence, count in reasons.items():
+        show(f"  {counted(count, 'pose')}: {sentence}")
+
+
+def _facts(found: Placement) -> dict[str, object]:
+    base = dict(zip(COLUMNS, rows_from_poses(found.best()[None])[0].tolist(), strict=True))
+    missed = [{"pose": k, "status": why.name} for k, why in found.missed()]
+    return {
+        "poses": len(found.poses), "x": found.x, "y": found.y, "z": found.z, "reached": found.reached,
+        "yaw": found.yaw, "stretch": found.stretch, "best": base, "missed": missed,
+    }  # fmt: skip

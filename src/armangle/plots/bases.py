@@ -1,0 +1,79 @@
+"""Base placement: how much is held from each position, and at which yaw."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .._arrays import Floats
+from ..colours import BLACK, JOINT_COLOURS
+from .style import flat_axes
+
+if TYPE_CHECKING:
+    from ..reach.placement import Placement
+
+_ARROWS = 21  # along each side at most
+
+
+def placement(found: Placement, *, ax: Any = None) -> Any:
+    """Draw how much of a set of poses is held from each base position, and the best yaw there.
+
+    Parameters
+    ----------
+    found : Placement
+        What `armangle.place` returned.
+    ax : axes, optional
+        A new figure by default.
+
+    Returns
+    -------
+    matplotlib axes
+        Seen from above, in metres. Dark is more; an arrow points where the base's x axis points at the best
+        yaw, and is left out where every yaw is alike; the cross is `Placement.best`, dots are the poses.
+
+    Raises
+    ------
+    MissingExtraError
+        Without matplotlib.
+    """
+    panel = flat_axes(ax, (7.0, 5.6))
+    x, y = found.x, found.y
+    held = panel.pcolormesh(
+        _edges(x),
+        _edges(y),
+        found.reached.T,
+        cmap="Blues",
+        vmin=0.0,
+        vmax=max(float(found.weight.sum()), 1e-9),
+    )
+    if ax is None:
+        panel.figure.colorbar(held, ax=panel, label="held (sum of weights)")
+    every = [slice(None, None, -(-len(line) // _ARROWS)) for line in (x, y)]
+    yaw, chosen = found.yaw[every[0], every[1]], (found.stretch < 2 * np.pi - 1e-6) & (found.reached > 0)
+    shown = chosen[every[0], every[1]]
+    across, along = np.meshgrid(x[every[0]], y[every[1]], indexing="ij")
+    panel.quiver(
+        across[shown], along[shown], np.cos(yaw[shown]), np.sin(yaw[shown]),
+        pivot="mid", scale=1.4 * _ARROWS, width=0.004, color=BLACK,
+    )  # fmt: skip
+    if len(found.poses):
+        panel.plot(
+            *found.poses[:, :2, 3].T, ".", color=JOINT_COLOURS[0], ms=4, mew=0, label="poses", zorder=3
+        )
+    best = found.best()
+    panel.plot(*best[:2, 3], "x", color=JOINT_COLOURS[5], ms=10, mew=2.5, label="best base", zorder=4)
+    panel.set_aspect("equal")
+    panel.set_xlabel("x (m)")
+    panel.set_ylabel("y (m)")
+    panel.set_title(f"{found.arm.name or 'arm'}: {found}".replace(", which", ",\nwhich"), fontsize=9)
+    panel.legend(loc="upper right", fontsize=8)
+    return panel
+
+
+def _edges(line: Floats) -> Floats:
+    """Return the edges of cells about rising positions; of one position a cell of 0.1 m."""
+    if len(line) == 1:
+        return np.array([line[0] - 0.05, line[0] + 0.05])
+    middle = 0.5 * (line[1:] + line[:-1])
+    return np.concatenate([[2 * line[0] - middle[0]], middle, [2 * line[-1] - middle[-1]]])

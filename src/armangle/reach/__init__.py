@@ -1,0 +1,1 @@
+"""What an arm reaches: where to put it."""

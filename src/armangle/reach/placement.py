@@ -1,0 +1,222 @@
+"""Where to put a robot so that it reaches what it must: base positions, each with its best yaw."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._arrays import Floats, as_floats, as_number, as_poses, as_threads, frozen
+from .._core import LENGTH_LIMIT
+from ..arm.arm import MOST_MARGIN, Arm
+from ..errors import InputError, NotFiniteError, ShapeError
+from ..poses import as_transform
+from ..status import STATUSES, Status
+
+_UPRIGHT = 1e-6  # rad: how far axis 1 may lean; a base that is turned about z then moves no pose by more
+
+
+@dataclass(frozen=True)
+class Placement:
+    """What a robot reaches from each base position, at the best yaw there.
+
+    Attributes
+    ----------
+    arm : Arm
+        The arm that was placed.
+    poses : ndarray, shape (n, 4, 4)
+        The poses it should hold, in the world.
+    weight : ndarray, shape (n,)
+        What each of them counts.
+    x, y : ndarray, shapes (nx,), (ny,)
+        Base positions, m; `z` is the height of all.
+    reached : ndarray, shape (nx, ny)
+        Sum of the weights of the poses held at the best yaw.
+    yaw : ndarray, shape (nx, ny)
+        That yaw in (-π, π], rad: the middle of the widest stretch of yaws that hold as much.
+    stretch : ndarray, shape (nx, ny)
+        Length of this stretch, rad; 2π where every yaw holds as much.
+    """
+
+    arm: Arm
+    poses: Floats = field(repr=False)
+    weight: Floats = field(repr=False)
+    x: Floats = field(repr=False)
+    y: Floats = field(repr=False)
+    z: float
+    singularity_margin: float
+    reached: Floats = field(repr=False)
+    yaw: Floats = field(repr=False)
+    stretch: Floats = field(repr=False)
+
+    def base(self, i: int, j: int) -> Floats:
+        """Return the base (4, 4) of position (x[i], y[j]) at its best yaw, for ``arm.with_(base=...)``."""
+        sine, cosine = np.sin(self.yaw[i, j]), np.cos(self.yaw[i, j])
+        out = np.eye(4)
+        turn = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+        out[:3, :3] = turn @ self.arm.base[:3, :3]
+        out[:3, 3] = self.x[i], self.y[j], self.z
+        return out
+
+    def _best_index(self) -> tuple[int, int]:
+        """Return the position that reaches most; of several the one with the widest stretch."""
+        most = self.reached >= self.reached.max() - 1e-9 * max(1.0, abs(float(self.reached.max())))
+        i, j = np.unravel_index(int(np.argmax(np.where(most, self.stretch, -1.0))), self.reached.shape)
+        return int(i), int(j)
+
+    def best(self) -> Floats:
+        """Return the base (4, 4) that reaches most; of several the one that leaves yaw the most room."""
+        return self.base(*self._best_index())
+
+    def missed(self, base: ArrayLike | None = None) -> tuple[tuple[int, Status], ...]:
+        """Return the poses that the arm cannot hold from a base, and why not.
+
+        Parameters
+        ----------
+        base : array_like, shape (4, 4), optional
+            A base in the world; that of `best` by default.
+
+        Returns
+        -------
+        tuple of (int, Status)
+            Index of each such pose, and the reason in the branch that comes nearest to holding it.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, NotRotationError
+        """
+        there = self.arm.with_(base=self.best() if base is None else as_transform("base", base))
+        if not len(self.poses):
+            return ()
+        has = there.freedom(self.poses, singularity_margin=self.singularity_margin)
+        codes = np.asarray(has.status)
+        return tuple((int(k), STATUSES[int(codes[k])]) for k in np.flatnonzero(codes != Status.OK))
+
+    def __str__(self) -> str:
+        """Return the best base as a sentence."""
+        i, j = self._best_index()
+        return (
+            f"{self.reached[i, j]:g} of {self.weight.sum():g} reached from x = {self.x[i]:g} m, "
+            f"y = {self.y[j]:g} m, yaw {np.degrees(self.yaw[i, j]):.1f}°, which may vary over "
+            f"{np.degrees(self.stretch[i, j]):.1f}°"
+        )
+
+
+def place(
+    arm: Arm,
+    poses: ArrayLike,
+    x: ArrayLike,
+    y: ArrayLike,
+    *,
+    z: float = 0.0,
+    weight: ArrayLike | None = None,
+    singularity_margin: float = 0.0,
+    threads: int = 0,
+) -> Placement:
+    """Return how much of a set of poses an arm holds from each base position, at the exactly best yaw.
+
+    The yaw is not scanned: each pose gives exact arcs of yaw (`Arm.feasible_yaw`), and one sweep over all
+    their ends finds the yaw that holds the greatest weight, so that no scan can find more.
+
+    Parameters
+    ----------
+    arm : Arm
+        Its axis 1 must be upright, or hang straight down; of ``arm.base`` the rotation is kept.
+    poses : array_like, shape (n, 4, 4)
+        Tool frames in the world, position in m; n may be 0.
+    x, y : array_like, shapes (nx,), (ny,)
+        Where axis 1 may stand, m: all pairs are tried.
+    z : float
+        Height of the base's origin (frame 0, from which d_bs counts), m.
+    weight : array_like, shape (n,), optional
+        What each pose counts, >= 0; 1 by default.
+    singularity_margin : float
+        As in `Arm.feasible`, rad.
+    threads : int
+        Threads over the positions; 0 for all cores.
+
+    Returns
+    -------
+    Placement
+        ``reached``, ``yaw``, ``stretch`` of shape (nx, ny); ``best()`` is the base to take, and ``missed()``
+        what it does not hold, with reasons.
+
+    Raises
+    ------
+    ShapeError, NotFiniteError, NotRotationError, InputError
+        If an argument is not usable, or axis 1 leans.
+
+    Examples
+    --------
+    >>> import armangle as aa, numpy as np
+    >>> arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    >>> grasps = aa.pose([[0.6, 0.2, 0.3], [0.6, -0.4, 0.3], [1.9, 0.0, 0.3]], rpy=[0.0, np.pi, 0.0])
+    >>> found = aa.place(arm, grasps, x=np.linspace(-0.5, 0.5, 11), y=[0.0])
+    >>> float(found.reached.max()), [(k, why.name) for k, why in found.missed()]
+    (2.0, [(2, 'UNREACHABLE')])
+    """
+    if not isinstance(arm, Arm):
+        raise InputError(f"arm is {type(arm).__name__}, wanted an Arm")
+    lean = float(np.arccos(min(1.0, abs(float(arm.base[2, 2])))))
+    if np.hypot(arm.base[0, 2], arm.base[1, 2]) > _UPRIGHT:
+        raise InputError(
+            f"arm.base leans axis 1 by {np.degrees(lean):.3g} deg, wanted it upright or straight down: "
+            "the yaw that place() chooses is a turn about a vertical axis 1"
+        )
+    wanted = as_poses("poses", np.empty((0, 4, 4)) if _is_empty(poses) else poses, arm._handle)
+    if wanted.ndim != 3:
+        raise ShapeError(f"poses has shape {wanted.shape}, wanted (n, 4, 4)")
+    along, across = _line("x", x), _line("y", y)
+    height = as_number("z", z, -LENGTH_LIMIT, LENGTH_LIMIT)
+    margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
+    weights = _weights(weight, len(wanted))
+    at = np.empty((len(along) * len(across), 3))
+    at[:, 0], at[:, 1], at[:, 2] = np.repeat(along, len(across)), np.tile(across, len(along)), height
+    rows = np.empty((len(at), 3))
+    flat = np.ascontiguousarray(wanted)
+    arm._handle.place_many(flat, weights, at, margin, rows, as_threads(threads))
+    yaw, stretch, reached = (frozen(np.ascontiguousarray(c).reshape(len(along), -1)) for c in rows.T)
+    return Placement(
+        arm,
+        frozen(flat),
+        frozen(weights),
+        frozen(along),
+        frozen(across),
+        height,
+        margin,
+        reached,
+        yaw,
+        stretch,
+    )
+
+
+def _is_empty(poses: ArrayLike) -> bool:
+    """Return whether poses is an empty sequence."""
+    return isinstance(poses, (list, tuple)) and not poses
+
+
+def _line(name: str, values: ArrayLike) -> Floats:
+    """Return positions along an axis, at least one, finite and not beyond any workshop."""
+    out = np.array(as_floats(name, values))
+    if out.ndim != 1 or not len(out):
+        raise ShapeError(f"{name} has shape {out.shape}, wanted (n,) with n >= 1")
+    if not np.isfinite(out).all():
+        raise NotFiniteError(f"{name} is {out[~np.isfinite(out)][0]}, wanted finite numbers")
+    if (np.abs(out) > LENGTH_LIMIT).any():
+        raise InputError(f"{name} reaches {np.abs(out).max():g} m, wanted metres within {LENGTH_LIMIT:g}")
+    return out
+
+
+def _weights(weight: ArrayLike | None, count: int) -> Floats:
+    """Return the weight of each pose."""
+    if weight is None:
+        return np.ones(count)
+    out = np.array(as_floats("weight", weight))
+    if out.shape != (count,):
+        raise ShapeError(f"weight has shape {out.shape}, wanted ({count},), one for each pose")
+    if not np.isfinite(out).all():
+        raise NotFiniteError("weight holds a number that is not finite, wanted finite ones")
+    if (out < 0).any():
+        raise InputError(f"weight[{int(np.argmax(out < 0))}] is {out.min():g}, wanted weights >= 0")
+    return out

@@ -1,0 +1,1 @@
+"""What stands about an arm, and what its links look like."""

@@ -1,0 +1,93 @@
+"""A scene: what stands about the arm."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from .. import _core
+from ..errors import SceneError
+from .shapes import SHAPES, Shape, _length, _set
+
+Pairs = tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Obstacles, in the frame that poses are given in.
+
+    Parameters
+    ----------
+    shapes : sequence of Ball, Capsule, Box or HalfSpace
+        Their names must differ; one without a name is called by its kind and place, such as "box_2".
+    clearance : float
+        Least distance that links keep from all obstacles, m, >= 0.
+    ignore : iterable of (str, str)
+        Pairs (obstacle, link) that may touch, such as ("table", "link_0"): the arm stands on its table.
+
+    Raises
+    ------
+    SceneError
+        Naming the shape, what is wrong with it, and what was wanted.
+
+    Examples
+    --------
+    >>> import armangle as aa
+    >>> lamp = aa.Ball([0.4, 0, 0.5], 0.1, name="lamp")
+    >>> scene = aa.Scene([lamp, aa.HalfSpace([0, 0, 1], 0)], clearance=0.02)
+    >>> scene.names
+    ('lamp', 'half_space_1')
+    """
+
+    shapes: tuple[Shape, ...]
+    clearance: float
+    ignore: Pairs
+
+    def __init__(
+        self, shapes: Sequence[Shape] = (), *, clearance: float = 0.0, ignore: Iterable[tuple[str, str]] = ()
+    ) -> None:
+        listed = as_shapes("Scene", shapes, SHAPES)
+        if len(listed) > _core.MOST_OBSTACLES:
+            raise SceneError("Scene", "shapes", len(listed), f"at most {_core.MOST_OBSTACLES} shapes")
+        _set(self, shapes=listed, clearance=_length("Scene", "clearance", clearance), ignore=as_pairs(ignore))
+        names = self.names
+        for at, name in enumerate(names):
+            if name in names[:at]:
+                raise SceneError(f"shapes[{at}]", "name", name, "a name that no other shape of the scene has")
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the obstacles, in the order of the shapes."""
+        return tuple(shape.name or f"{_word(shape)}_{at}" for at, shape in enumerate(self.shapes))
+
+
+def _word(shape: Shape) -> str:
+    """Return the kind of a shape in lower case: half_space."""
+    return "".join(f"_{c.lower()}" if c.isupper() else c for c in type(shape).__name__).lstrip("_")
+
+
+def as_shapes(owner: str, shapes: Iterable[Shape], kinds: tuple[type, ...]) -> tuple[Shape, ...]:
+    """Return shapes as a tuple, each of the kinds that are wanted there."""
+    wanted = ", ".join(kind.__name__ for kind in kinds)
+    if isinstance(shapes, (str, bytes)) or not isinstance(shapes, Iterable):
+        raise SceneError(owner, "shapes", shapes, f"a sequence of {wanted}")
+    listed = tuple(shapes)
+    for at, shape in enumerate(listed):
+        if not isinstance(shape, kinds):
+            raise SceneError(owner, f"shapes[{at}]", shape, wanted)
+    return listed
+
+
+def as_pairs(ignore: Iterable[tuple[str, str]]) -> Pairs:
+    """Return pairs of names."""
+    wanted = "pairs of names (obstacle, link)"
+    if isinstance(ignore, (str, bytes)) or not isinstance(ignore, Iterable):
+        raise SceneError("Scene", "ignore", ignore, wanted)
+    pairs = []
+    for at, pair in enumerate(ignore):
+        if isinstance(pair, (str, bytes)) or not isinstance(pair, Sequence) or len(pair) != 2:
+            raise SceneError("Scene", f"ignore[{at}]", pair, wanted)
+        if not all(isinstance(name, str) for name in pair):
+            raise SceneError("Scene", f"ignore[{at}]", pair, wanted)
+        pairs.append((str(pair[0]), str(pair[1])))
+    return tuple(pairs)

@@ -1,0 +1,136 @@
+"""Freedom, and turns of base and tool: against the arcs of poses that are turned by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support import draw
+from support.planned_arms import random_arm
+
+import armangle as aa
+
+NARROW = ["openarm_v10", "motoman_sia5d", "kuka_iiwa7_r800", "barrett_wam"]
+Poses = np.ndarray
+
+
+def turned(arm: aa.Arm, pose: Poses, angle: Poses, of_base: bool) -> Poses:
+    """The pose turned about axis 1 of the base, or about axis 7."""
+    turn = np.zeros((*np.shape(angle), 4, 4))
+    turn[..., 2, 2] = turn[..., 3, 3] = 1.0
+    turn[..., 0, 0] = turn[..., 1, 1] = np.cos(angle)
+    turn[..., 1, 0] = np.sin(angle)
+    turn[..., 0, 1] = -np.sin(angle)
+    frame = arm.base if of_base else arm.tool
+    inverse = np.linalg.inv(frame)
+    return frame @ turn @ inverse @ pose if of_base else pose @ inverse @ turn @ frame
+
+
+def poses_of(arm: aa.Arm, rng: np.random.Generator, count: int) -> Poses:
+    """Poses in and near the limits, some with theta_2 or theta_6 exactly 0."""
+    bound = np.pi
+    lower, upper = np.maximum(arm.lower, -bound), np.minimum(arm.upper, bound)
+    q = rng.uniform(lower - 0.3, upper + 0.3, (count, 7))
+    for joint in (1, 5):
+        q[rng.random(count) < 0.1, joint] = -arm.offsets[joint] * arm.signs[joint]
+    return arm.forward(q, undefined="nan")[0]
+
+
+def arms(rng: np.random.Generator) -> list[aa.Arm]:
+    base, tool = np.eye(4), aa.pose([0.05, 0.02, 0.1], rpy=[0.3, 0.2, 0.1])
+    base[:3, 3] = 0.1, 0.2, 0.3
+    own = [aa.Arm.from_catalogue(name) for name in NARROW if name in aa.catalogue()]
+    return [*own, *(random_arm(rng).with_(base=base, tool=tool) for _ in range(6))]
+
+
+def test_freedom_is_the_sum_of_feasible_all() -> None:
+    rng = draw.generator(16, 1)
+    for arm in arms(rng):
+        poses = poses_of(arm, rng, 60)
+        poses[-1, :3, 3] += 10.0
+        arcs = arm.feasible_all(poses)
+        has = arm.freedom(poses)
+        assert np.allclose(has.total, arcs.measure.sum(axis=-1), rtol=0, atol=1e-12)
+        bits = (~arcs.is_empty) @ (1 << np.arange(8))
+        assert (bits & ~has.gc == 0).all()  # an isolated arm angle may hold a pose that no arc does
+        assert np.array_equal(has.gc != 0, np.asarray(has.status) == aa.Status.OK)
+        assert np.array_equal(arm.reachable(poses), has.gc != 0)
+        assert has.status[-1] == aa.Status.UNREACHABLE and not has.gc[-1]
+        assert np.array_equal(has.arcs, arcs.count.sum(axis=-1))
+
+
+def test_a_branch_that_freedom_adds_is_one_that_solve_finds() -> None:
+    arm = aa.Arm.from_catalogue("openarm_v10")
+    rng = draw.generator(16, 2)
+    poses = poses_of(arm, rng, draw.count(200))
+    has, arcs = arm.freedom(poses), arm.feasible_all(poses)
+    alone = (has.gc != 0) & arcs.is_empty.all(axis=-1)
+    assert arm.solve(poses[alone]).ok.all() if alone.any() else True
+    assert np.array_equal(arm.solve(poses).ok | (has.gc == 0), np.ones(len(poses), bool))
+
+
+@pytest.mark.parametrize("of_base", [True, False])
+def test_a_turn_is_in_the_arcs_where_the_turned_pose_is_reachable(of_base: bool) -> None:
+    rng = draw.generator(16, 3, of_base)
+    checked = 0
+    for arm in arms(rng):
+        for pose in poses_of(arm, rng, 12):
+            arcs = arm.feasible_yaw(pose) if of_base else arm.feasible_roll(pose)
+            angle = rng.uniform(-np.pi, np.pi, 120)
+            ends = arcs.intervals[~np.isnan(arcs.intervals)].ravel()
+            if len(ends) and not arcs.is_full:
+                near = rng.choice(ends, 60) + rng.choice([-1, 1], 60) * 10.0 ** rng.uniform(-7, -1, 60)
+                angle = np.concatenate([angle, near])
+            holds = np.asarray(arcs.contains(angle))
+            there = turned(arm, pose, angle, of_base)
+            says = arm.reachable(there)
+            differ = holds != says
+            if differ.any():  # an arm angle alone may hold a pose; solve knows it
+                differ[differ] = holds[differ] != arm.solve(there[differ]).ok
+            if differ.any() and len(ends):
+                away = np.abs((angle[differ, None] - ends + np.pi) % (2 * np.pi) - np.pi).min(axis=-1)
+                assert (away < 1e-7).all()
+            elif differ.any():
+                raise AssertionError((pose, angle[differ]))
+            checked += len(angle)
+    assert checked > 10_000
+
+
+def test_ends_name_the_joint_that_turns_and_its_limit() -> None:
+    arm = aa.Arm.from_catalogue("openarm_v10")
+    pose = aa.pose([0.1, 0.3, 0.2])
+    for arcs, joint in ((arm.feasible_yaw(pose), 1), (arm.feasible_roll(pose), 7)):
+        assert not arcs.is_full and arcs.count > 0
+        for pair in arcs.ends:
+            assert [end.joint for end in pair] == [joint, joint]
+            assert [end.value for end in pair] == [
+                {"lower": arm.lower, "upper": arm.upper}[end.side][joint - 1] for end in pair
+            ]
+
+
+def test_where_the_arm_is_straight_along_its_base_axis_joints_1_and_3_share_the_turn() -> None:
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_(
+        lower=np.radians([-20, -120, -30, -120, -170, -120, -175]),
+        upper=np.radians([20, 120, 30, 120, 170, 120, 175]),
+    )
+    candle = arm.forward(np.zeros(7))[0]
+    turns = arm.feasible_yaw(candle)
+    # 50 degrees either way by joints 1 and 3 alone; wrist and arm angle give more
+    assert turns.contains(np.radians([-49.9, 0.0, 49.9])).all()
+    for angle in np.radians([-49.9, 30.0, 49.9]):
+        assert arm.solve(turned(arm, candle, angle, True)).ok
+
+
+def test_no_pose_is_no_turn_and_batches_are_their_poses() -> None:
+    arm = aa.Arm.from_catalogue("openarm_v10")
+    poses = poses_of(arm, draw.generator(16, 4), 20).reshape(4, 5, 4, 4)
+    turns = arm.feasible_yaw(poses)
+    assert turns.shape == (4, 5)
+    assert turns[2, 3] == arm.feasible_yaw(poses[2, 3])
+    assert arm.feasible_yaw(poses, threads=2) == turns
+    assert arm.feasible_roll(np.empty((0, 4, 4))).shape == (0,)
+    assert arm.reachable(np.empty((0, 4, 4))).shape == (0,)
+    assert arm.freedom(np.empty((0, 4, 4))).gc.shape == (0,)
+    far = arm.feasible_yaw(aa.pose([9.0, 0.0, 0.0]))
+    assert far.is_empty and far.status is aa.Status.UNREACHABLE
+    one = arm.freedom(poses[0, 0])
+    assert isinstance(one.status, aa.Status) and one.gc.shape == ()

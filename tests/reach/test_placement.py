@@ -1,0 +1,76 @@
+"""Base placement: no scanned yaw finds more, and what is said to be reached is."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import armangle as aa
+
+
+def grasps(rng: np.random.Generator, count: int) -> np.ndarray:
+    """Tools that point down within 60 degrees, on a table."""
+    angles = np.stack(
+        [rng.uniform(-1, 1, count), np.pi + rng.uniform(-1, 1, count), rng.uniform(-np.pi, np.pi, count)], -1
+    )
+    return aa.pose(rng.uniform([-0.6, -0.6, 0.0], [0.6, 0.6, 0.4], (count, 3)), rpy=angles)
+
+
+def at(base: np.ndarray, arm: aa.Arm, yaw: float) -> aa.Arm:
+    """The arm at a base's position, turned by `yaw`."""
+    frame = base.copy()
+    turn = np.array([[np.cos(yaw), -np.sin(yaw), 0], [np.sin(yaw), np.cos(yaw), 0], [0, 0, 1]])
+    frame[:3, :3] = turn @ arm.base[:3, :3]
+    return arm.with_(base=frame)
+
+
+@pytest.mark.parametrize("name", ["openarm_v10", "kuka_iiwa7_r800"])
+@pytest.mark.parametrize("hanging", [False, True])
+def test_no_scanned_yaw_beats_it(name: str, hanging: bool) -> None:
+    arm = aa.Arm.from_catalogue(name)
+    if hanging:
+        arm = arm.with_(base=np.diag([1.0, -1.0, -1.0, 1.0]))
+    rng = np.random.default_rng(3)
+    poses, weight = grasps(rng, 60), rng.uniform(0.5, 2.0, 60)
+    found = aa.place(arm, poses, [-0.3, 0.1], [-0.2, 0.3], z=0.5 if hanging else 0.0, weight=weight)
+    for i in range(2):
+        for j in range(2):
+            base = found.base(i, j)
+            held = weight[arm.with_(base=base).reachable(poses)].sum()
+            assert held == pytest.approx(found.reached[i, j], abs=1e-9)
+            for yaw in np.linspace(-np.pi, np.pi, 181):
+                assert weight[at(base, arm, yaw).reachable(poses)].sum() <= found.reached[i, j] + 1e-9
+            half = 0.499 * found.stretch[i, j]
+            for yaw in (found.yaw[i, j] - half, found.yaw[i, j] + half):
+                assert weight[at(base, arm, yaw).reachable(poses)].sum() == pytest.approx(held, abs=1e-9)
+    lost = {k for k, _ in found.missed()}
+    assert lost == set(np.flatnonzero(~arm.with_(base=found.best()).reachable(poses)))
+    assert all(why is not aa.Status.OK for _, why in found.missed())
+
+
+def test_no_pose_all_out_of_reach_and_one() -> None:
+    arm = aa.Arm.from_catalogue("openarm_v10")
+    none = aa.place(arm, [], [0.0], [0.0, 0.1])
+    assert none.reached.tolist() == [[0.0, 0.0]] and none.missed() == ()
+    far = aa.place(arm, aa.pose([[9.0, 0.0, 0.0]] * 3), [0.0], [0.0])
+    assert far.reached[0, 0] == 0 and [k for k, _ in far.missed()] == [0, 1, 2]
+    one = aa.place(
+        arm, grasps(np.random.default_rng(1), 1), np.linspace(-0.4, 0.4, 9), np.linspace(-0.4, 0.4, 9)
+    )
+    assert one.reached.max() == 1.0
+    assert one.arm is arm and "of 1 reached from" in str(one)
+
+
+def test_threads_change_nothing() -> None:
+    arm = aa.Arm.from_catalogue("openarm_v10")
+    poses = grasps(np.random.default_rng(2), 40)
+    a, b = (aa.place(arm, poses, np.linspace(0, 0.3, 4), [0.1], threads=n) for n in (1, 3))
+    assert np.array_equal(a.yaw, b.yaw) and np.array_equal(a.reached, b.reached)
+
+
+def test_a_base_that_leans_is_refused_with_its_angle() -> None:
+    base = np.eye(4)
+    base[:3, :3] = aa.pose([0, 0, 0], rpy=[0.1, 0, 0])[:3, :3]
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_(base=base)
+    with pytest.raises(aa.InputError, match=r"leans axis 1 by 5.73 deg"):
+        aa.place(arm, [], [0.0], [0.0])

@@ -1,0 +1,309 @@
+"""Arcs that a scene leaves, against distances of the postures of `inverse`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from support.draw import count, generator
+from support.touching import distances
+
+import armangle as aa
+
+BONES = aa.Body.bones(upper_arm=0.07, forearm=0.06, plates=True)
+SPHERES = aa.Body({
+    2: [aa.Ball([0, 0, 0.1], 0.06)],
+    3: [aa.Ball([0.03, -0.1, 0.04], 0.05), aa.Ball([0, 0, 0], 0.08)],
+    4: [aa.Capsule([0, 0, -0.05], [0, 0, 0.05], 0.06),
+        aa.Capsule([0.02, 0.05, 0.1], [0.03, -0.06, 0.18], 0.03)],
+    5: [aa.Capsule([0, 0.02, 0], [0, 0.09, 0], 0.05)],
+})  # fmt: skip
+OFFSET = aa.Arm(
+    d_bs=0.3, d_se=0.31, d_ew=0.28, d_wf=0.1, a_3=0.02, a_4=-0.03, d_4=0.06,
+    base=aa.pose([0.4, -0.2, 0.7], rpy=[0.3, 1.2, -0.5]), tool=aa.pose([0.02, 0.05, 0.1], rpy=[0.4, 0, 1]),
+)  # fmt: skip
+CATALOGUE = ("kuka_iiwa7_r800", "barrett_wam7", "yaskawa_sia5d", "openarm_v10")
+ARMS = [*map(aa.Arm.from_catalogue, CATALOGUE), OFFSET]
+BODIES = {"bones": BONES, "spheres": SPHERES}
+
+
+def shoulder(arm: aa.Arm) -> Any:
+    """Where the shoulder is."""
+    return arm.frames(np.zeros(7))[1, :3, 3]
+
+
+def obstacle(arm: aa.Arm, rng: np.random.Generator, kind: int) -> Any:
+    """A random shape within reach of the links."""
+    along = rng.normal(size=3)
+    centre = shoulder(arm) + along / np.linalg.norm(along) * rng.uniform(0.2, 1.1) * arm.d_se * 1.6
+    radius = rng.uniform(0.0, 0.08)
+    if kind == 0:
+        return aa.Ball(centre, radius)
+    if kind == 1:
+        return aa.Capsule(centre, centre + rng.normal(size=3) * 0.15, radius)
+    if kind == 2:
+        return aa.Box(aa.pose(centre, rpy=rng.uniform(-3, 3, 3)), rng.uniform(0, 0.3, 3), radius)
+    return aa.HalfSpace(along, float(along @ (shoulder(arm) - 0.4 * along)) / np.linalg.norm(along))
+
+
+def posed(arm: aa.Arm, rng: np.random.Generator, gc: int) -> tuple[Any, int]:
+    """A pose that the arm reaches with its limits, and a branch."""
+    span = np.where(np.isfinite(arm.lower), arm.lower, -3.0), np.where(np.isfinite(arm.upper), arm.upper, 3.0)
+    return arm.forward(rng.uniform(*span))[0], gc
+
+
+@pytest.mark.core
+@pytest.mark.parametrize("body", BODIES)
+@pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.name)
+def test_a_psi_is_clear_if_and_only_if_no_link_touches(arm: aa.Arm, body: str) -> None:
+    rng = generator(1, len(arm.name))
+    arm = arm.with_body(BODIES[body])
+    for k in range(count(12)):
+        pose, gc = posed(arm, rng, k % 8)
+        kept = float(rng.choice([0.0, 0.015]))
+        scene = aa.Scene([obstacle(arm, rng, (k + j) % 4) for j in range(1 + k % 3)], clearance=kept)
+        arcs = arm.clear(pose, gc, scene)
+        psi = rng.uniform(-np.pi, np.pi, 60)
+        limits = arcs.intervals.ravel() if arcs.ends else np.empty(0)
+        beside = [limits + sign * 10 ** rng.uniform(-8.9, -3) for sign in (-1, 1)]
+        psi = np.concatenate([psi, *beside])
+        least = distances(arm, arm.inverse(pose, psi, gc), scene)[0].min(axis=-1)
+        near = np.array([np.min(np.abs(np.angle(np.exp(1j * (limits - x)))), initial=9.0) for x in psi])
+        wrong = (arcs.contains(psi) != (least >= kept)) & (near > 1e-9) & (np.abs(least - kept) > 1e-14)
+        assert not wrong.any(), (k, psi[wrong], least[wrong] - kept)
+
+
+@pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.name)
+def test_an_end_is_where_the_named_pair_is_as_near_as_is_asked(arm: aa.Arm) -> None:
+    rng = generator(2, len(arm.name))
+    checked = 0
+    for k in range(count(16)):
+        body = [BONES, SPHERES][k % 2]
+        arm = arm.with_body(body)
+        pose, gc = posed(arm, rng, k % 8)
+        scene = aa.Scene([obstacle(arm, rng, (k + j) % 4) for j in range(3)], clearance=0.01)
+        arcs = arm.clear(pose, gc, scene)
+        for (lower, upper), pair in zip(arcs, arcs.ends, strict=True):
+            for psi, end in zip((lower, upper), pair, strict=False):
+                apart, names = distances(arm, arm.inverse(pose, psi, gc), scene)
+                assert abs(apart.min() - 0.01) < 1e-12
+                mine = [apart[i] for i, name in enumerate(names) if name == (end.obstacle, end.link)]
+                assert abs(min(mine) - 0.01) < 1e-12
+                assert (end.joint, end.side) == (None, "obstacle") and np.isnan(end.value)
+                checked += 1
+    assert checked > 5
+
+
+def test_without_the_obstacle_that_an_end_names_the_end_moves() -> None:
+    rng, arm = generator(3), ARMS[0].with_body(BONES)
+    moved = 0
+    for k in range(30):
+        pose, gc = posed(arm, rng, k % 8)
+        scene = aa.Scene([obstacle(arm, rng, 0) for _ in range(3)])
+        arcs = arm.clear(pose, gc, scene)
+        for (lower, _), pair in zip(arcs, arcs.ends, strict=True):
+            for end in pair[:1]:
+                left = [s for s, name in zip(scene.shapes, scene.names, strict=True) if name != end.obstacle]
+                assert arm.clear(pose, gc, aa.Scene(left)).contains(lower - 1e-7)
+                moved += 1
+    assert moved > 10
+
+
+def test_links_three_and_four_know_the_sign_of_the_elbow_alone() -> None:
+    rng, arm = generator(4), ARMS[2].with_body(SPHERES)
+    pose = posed(arm, rng, 0)[0]
+    scene = aa.Scene([obstacle(arm, rng, k % 4) for k in range(6)])
+    of_all = [arm.clear(pose, gc, scene) for gc in range(8)]
+    for gc in range(8):
+        assert of_all[gc] == of_all[gc & 2]
+    assert of_all[0] != of_all[2]
+
+
+def test_a_ball_on_a_joints_axis_is_of_both_links() -> None:
+    rng, arm = generator(5), OFFSET
+    twice = [
+        ({2: [aa.Ball([0, 0, 0.12], 0.05)]}, {3: [aa.Ball([-arm.a_3, 0.12 - arm.d_se, 0], 0.05)]}),
+        ({5: [aa.Ball([0, 0.12, 0], 0.05)]}, {4: [aa.Ball([0, 0, arm.d_ew - 0.12], 0.05)]}),
+    ]
+    for first, second in twice:
+        for _ in range(20):
+            pose, gc = posed(arm, rng, 0)
+            scene = aa.Scene([obstacle(arm, rng, 0)])
+            a, b = (arm.with_body(aa.Body(body)).clear(pose, gc, scene) for body in (first, second))
+            assert np.allclose(a.intervals, b.intervals, rtol=0, atol=1e-12)
+
+
+def test_arcs_shrink_as_the_clearance_grows() -> None:
+    rng, arm = generator(6), ARMS[1].with_body(BONES)
+    for k in range(20):
+        pose, gc = posed(arm, rng, k % 8)
+        shapes = [obstacle(arm, rng, (k + j) % 4) for j in range(2)]
+        wide, narrow = (arm.clear(pose, gc, aa.Scene(shapes, clearance=c)) for c in (0.01, 0.03))
+        assert (narrow & ~wide).measure < 1e-9
+
+
+def test_a_scene_is_the_common_part_of_its_shapes() -> None:
+    rng, arm = generator(7), ARMS[3].with_body(BONES)
+    for k in range(20):
+        pose, gc = posed(arm, rng, k % 8)
+        shapes = [obstacle(arm, rng, (k + j) % 4) for j in range(3)]
+        one, two, three = (arm.clear(pose, gc, aa.Scene([shape])) for shape in shapes)
+        both = one & two & three
+        whole = arm.clear(pose, gc, aa.Scene(shapes))
+        assert np.allclose(both.intervals, whole.intervals, rtol=0, atol=1e-12)
+
+
+def test_scene_and_base_moved_together_change_nothing() -> None:
+    rng, arm = generator(8), ARMS[1].with_body(BONES)
+    shift = aa.pose([0.3, -0.1, 0.2], rpy=[0.4, -0.3, 1.0])
+    there = arm.with_(base=shift @ arm.base)
+    for k in range(10):
+        pose, gc = posed(arm, rng, k % 8)
+        box = obstacle(arm, rng, 2)
+        moved = aa.Box(shift @ np.array(box.pose), box.size, box.radius)
+        a, b = arm.clear(pose, gc, aa.Scene([box])), there.clear(shift @ pose, gc, aa.Scene([moved]))
+        assert np.allclose(a.intervals, b.intervals, rtol=0, atol=1e-9)
+
+
+def circle_of_a_ball(arm: aa.Arm, pose: Any, gc: int) -> tuple[Any, Any, Any]:
+    """Shoulder, unit direction to the wrist, and elbow at psi = 0."""
+    frames = arm.frames(arm.inverse(pose, 0.0, gc))
+    along = frames[5, :3, 3] - frames[1, :3, 3]
+    return frames[1, :3, 3], along / np.linalg.norm(along), frames[3, :3, 3]
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_tangent_from_both_sides(side: int) -> None:
+    arm = ARMS[0].with_body(aa.Body({3: [aa.Ball([0, 0, 0], 0.05, name="elbow")]}))
+    pose = arm.forward([0.3, 0.7, 0.2, -1.3, 0.4, 0.8, 0.1])[0]
+    start, along, elbow = circle_of_a_ball(arm, pose, 0)
+    foot = start + along * ((elbow - start) @ along)
+    across = (elbow - foot) / np.linalg.norm(elbow - foot)
+    radius = float(np.linalg.norm(elbow - foot))
+    least, greatest = 0.1, 2 * radius + 0.1
+    centre = foot + across * (radius + 0.1)
+    beside = arm.clear(pose, 0, aa.Scene([aa.Ball(centre, least * (1 + side * 1e-9) - 0.05)]))
+    assert bool(beside.is_full) == (side < 0)
+    around = arm.clear(pose, 0, aa.Scene([aa.Ball(centre, greatest * (1 + side * 1e-9) - 0.05, name="b")]))
+    assert bool(around.is_empty) == (side > 0)
+    assert around.blocking == (("b", "elbow") if side > 0 else None)
+    on_axis = arm.clear(pose, 0, aa.Scene([aa.Ball(foot, radius * (1 + side * 1e-12) - 0.05)]))
+    assert bool(on_axis.is_empty) == (side > 0) and bool(on_axis.is_full) == (side < 0)
+
+
+def test_a_straight_arm_has_all_or_nothing() -> None:
+    arm = ARMS[0].with_body(aa.Body.bones(upper_arm=0.05, forearm=0.05))
+    pose, _, gc = arm.forward([0.3, 0.7, 0.2, 0.0, 0.4, 0.8, 0.1])
+    start, along, _ = circle_of_a_ball(arm, pose, int(gc))
+    beside = np.cross(along, [0, 0, 1.0])
+    beside /= np.linalg.norm(beside)
+    for distance, full in ((0.101, True), (0.099, False)):
+        for share in (0.0, 0.3, 0.5, 0.9):
+            scene = aa.Scene([aa.Ball(start + along * share * 0.8 + beside * distance, 0.05)])
+            arcs = arm.clear(pose, gc, scene)
+            assert bool(arcs.is_full) == full and bool(arcs.is_empty) != full
+    assert arm.clear(pose, gc, scene).status == aa.Status.CLEARANCE
+
+
+def test_a_needle_and_a_near_miss() -> None:
+    arm = ARMS[0].with_body(aa.Body.bones(upper_arm=0.05, forearm=0.04))
+    pose, _, gc = arm.forward([0.3, 0.7, 0.2, -1.3, 0.4, 0.8, 0.1])
+    frames = arm.frames(arm.inverse(pose, 0.4, gc))
+    side = frames[4, :3, 0]
+    middle = (frames[4, :3, 3] + frames[5, :3, 3]) / 2
+    for radius in (0.0, 0.001):
+        for gap in (-50e-6, 50e-6):
+            touch = middle + side * (0.04 + radius + gap)
+            plate = aa.pose(touch + 0.1 * side, matrix=frames[4, :3, :3])
+            for shape in (
+                aa.Ball(touch, radius),
+                aa.Capsule(touch, touch + 0.1 * side, radius),
+                aa.Box(plate, [0.2, 0, 0], radius),
+            ):
+                arcs = arm.clear(pose, gc, aa.Scene([shape]))
+                assert bool(arcs.contains(0.4)) == (gap > 0), (shape, gap)
+
+
+def test_more_gaps_than_a_set_holds_leave_the_widest() -> None:
+    arm = ARMS[0].with_body(aa.Body({3: [aa.Ball([0, 0, 0], 0.002)]}))
+    pose = arm.forward([0.3, 0.7, 0.2, -1.3, 0.4, 0.8, 0.1])[0]
+    places = arm.elbow(arm.inverse(pose, np.linspace(-3, 3, 100), 0))
+    scene = aa.Scene([aa.Ball(place, 0.002) for place in places])
+    arcs = arm.clear(pose, 0, scene)
+    assert 1 < arcs.count <= 16
+    psi = np.linspace(-np.pi, np.pi, 3000)
+    inside = arcs.contains(psi)
+    assert inside.any()
+    assert distances(arm, arm.inverse(pose, psi[inside], 0), scene)[0].min() > -1e-9
+
+
+@pytest.mark.core
+def test_feasible_with_a_scene_is_both() -> None:
+    rng, arm = generator(9), ARMS[0].with_body(BONES)
+    scene = aa.Scene([obstacle(arm, rng, k % 4) for k in range(4)])
+    poses = np.stack([posed(arm, rng, 0)[0] for _ in range(20)])
+    gc = np.arange(20) % 8
+    both = arm.feasible(poses, gc, scene=scene)
+    apart = arm.feasible(poses, gc) & arm.clear(poses, gc, scene)
+    assert both == apart
+    assert repr(both.ends) == repr(apart.ends)
+    every = arm.feasible_all(poses, scene=scene, threads=2)
+    for k in range(20):
+        assert every[k, gc[k]] == both[k]
+        one = arm.feasible(poses[k], int(gc[k]), scene=scene)
+        assert one == both[k] and repr(one.ends) == repr(both[k].ends) and one.status == both.status[k]
+
+
+def test_a_hand_that_meets_an_obstacle_blocks_the_pose() -> None:
+    arm = ARMS[0].with_body(BONES).with_hand([aa.Box(aa.pose([0, 0, 0.1]), [0.1, 0.1, 0.2], name="part")])
+    pose, _, gc = arm.forward([0.0, 0.6, 0.0, -1.4, 0.0, 0.9, 0.0])
+    tip = moved_tip(pose, 0.2)
+    for depth in (1e-9, -1e-9):
+        scene = aa.Scene([aa.HalfSpace([0, 0, 1], tip + depth, name="table")])
+        arcs = arm.clear(pose, gc, scene)
+        assert (arcs.status == aa.Status.POSE_BLOCKED) == (depth > 0)
+        assert arcs.blocking == (("table", "part") if depth > 0 else None)
+    free = aa.Scene([aa.HalfSpace([0, 0, 1], tip + 0.01, name="table")], ignore=[("table", "part")])
+    assert arm.clear(pose, gc, free).status != aa.Status.POSE_BLOCKED
+
+
+def moved_tip(pose: Any, length: float) -> float:
+    """The lowest height of a hand 0.1 m wide and so long."""
+    corners = [pose @ [x, y, z, 1.0] for x in (-0.05, 0.05) for y in (-0.05, 0.05) for z in (0.0, length)]
+    return float(min(corner[2] for corner in corners))
+
+
+def test_what_the_hand_carries_blocks_the_upper_arm_and_not_its_own_link() -> None:
+    rod = aa.Capsule([0, 0, 0.0], [-0.4, 0, 0.0], 0.02, name="rod")
+    body = aa.Body({
+        3: [aa.Capsule([0, -0.4, 0], [0, 0, 0], 0.08, name="upper")],
+        6: [aa.Ball([0, 0, 0.02], 0.05, name="wrist")], 7: [aa.Ball([0, 0, 0], 0.05)],
+    })  # fmt: skip
+    arm = ARMS[0].with_body(body).with_hand([rod])
+    rng, seen = generator(10), set()
+    for k in range(300):
+        pose, gc = posed(arm, rng, k % 8)
+        arcs = arm.clear(pose, gc, aa.Scene())
+        seen |= {(end.obstacle, end.link) for pair in arcs.ends for end in pair}
+        for (lower, _), _pair in zip(arcs, arcs.ends, strict=True):
+            near = arm.clearance(pose, lower, gc, aa.Scene())
+            assert abs(near.distance) < 1e-12 or arcs.is_full
+    assert ("rod", "upper") in seen
+    assert all(link == "upper" for _, link in seen)
+
+
+def test_base_and_table_may_touch_where_the_scene_says_so() -> None:
+    body = aa.Body({0: [aa.Capsule([0, 0, 0.02], [0, 0, 0.15], 0.08)], 3: [aa.Ball([0, -0.2, 0], 0.08)]})
+    arm = ARMS[0].with_body(body)
+    pose, _, gc = arm.forward([0.0, 0.6, 0.0, -1.4, 0.0, 0.9, 0.0])
+    table = aa.HalfSpace([0, 0, 1], 0.0, name="table")
+    blocked = arm.clear(pose, gc, aa.Scene([table]))
+    assert blocked.status == aa.Status.POSE_BLOCKED and blocked.blocking == ("table", "link_0")
+    assert arm.clear(pose, gc, aa.Scene([table], ignore=[("table", "link_0")])).status == aa.Status.OK
+
+
+def test_out_of_reach_is_said() -> None:
+    arm = ARMS[0].with_body(BONES)
+    far = aa.pose([3.0, 0, 0])
+    assert arm.clear(far, 0, aa.Scene([aa.Ball([0, 0, 1], 0.1)])).status == aa.Status.UNREACHABLE

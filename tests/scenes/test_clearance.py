@@ -1,0 +1,98 @@
+"""The nearest pair, its rate and its points; and the arm angle that keeps farthest away."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.draw import count, generator
+from support.touching import distances
+
+import armangle as aa
+
+BONES = aa.Body.bones(upper_arm=0.05, forearm=0.04, plates=True)
+ARM = aa.Arm.from_catalogue("barrett_wam7").with_body(BONES)
+WRITTEN = ARM.with_(base=aa.pose([0.2, 0.1, -0.3], rpy=[0.1, 0.4, 0.2]))
+
+
+def shapes(rng: np.random.Generator) -> list[object]:
+    """One of each kind, away from the base."""
+    near = WRITTEN.frames(np.zeros(7))[1, :3, 3]
+    places = near + rng.normal(size=(3, 3)) * 0.5
+    return [
+        aa.Ball(places[0], 0.05, name="ball"),
+        aa.Capsule(places[1], places[1] + rng.normal(size=3) * 0.2, 0.03, name="rod"),
+        aa.Box(aa.pose(places[2], rpy=rng.uniform(-3, 3, 3)), rng.uniform(0, 0.3, 3), 0.01, name="box"),
+        aa.HalfSpace([0.2, 0.1, 1], -0.9, name="floor"),
+    ]
+
+
+def test_the_nearest_pair_is_that_of_all_distances() -> None:
+    rng = generator(1)
+    for _ in range(count(20)):
+        scene = aa.Scene(shapes(rng))
+        q = rng.uniform(-1.5, 1.5, 7)
+        pose, psi, gc = WRITTEN.forward(q)
+        apart, names = distances(WRITTEN, WRITTEN.inverse(pose, psi, gc), scene)
+        near = WRITTEN.clearance(pose, psi, gc, scene)
+        assert abs(near.distance - apart.min()) < 1e-9
+        assert (near.obstacle, near.link) == names[int(np.argmin(apart))]
+        if near.distance > 0:
+            assert abs(np.linalg.norm(near.points[0] - near.points[1]) - near.distance) < 1e-12
+        step = 1e-6
+        before, after = (WRITTEN.clearance(pose, psi + s, gc, scene) for s in (-step, step))
+        if before.obstacle == after.obstacle and before.link == after.link and near.distance > 0:
+            assert abs((after.distance - before.distance) / (2 * step) - near.psi_rate) < 1e-5
+
+
+def test_a_batch_is_each_of_its_poses() -> None:
+    rng = generator(2)
+    scene = aa.Scene(shapes(rng))
+    poses, psi, gc = WRITTEN.forward(rng.uniform(-1.5, 1.5, (2, 5, 7)))
+    many = WRITTEN.clearance(poses, psi, gc, scene, threads=2)
+    assert many.distance.shape == (2, 5) and many.points.shape == (2, 5, 2, 3)
+    for at in np.ndindex(2, 5):
+        one = WRITTEN.clearance(poses[at], psi[at], gc[at], scene)
+        assert (one.distance, one.obstacle, one.link) == (many.distance[at], many.obstacle[at], many.link[at])
+        assert np.array_equal(one.points, many.points[at])
+
+
+def test_without_obstacles_nothing_is_near() -> None:
+    pose, psi, gc = ARM.forward(np.full(7, 0.3))
+    near = ARM.clearance(pose, psi, gc, aa.Scene())
+    assert near.distance == np.inf and near.obstacle is None and near.link is None
+    assert ARM.clear(pose, gc, aa.Scene()).is_full
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_no_arm_angle_is_wider(seed: int) -> None:
+    rng = generator(3, seed)
+    scene = aa.Scene(shapes(rng), clearance=0.01)
+    span = np.maximum(WRITTEN.lower, -1.5), np.minimum(WRITTEN.upper, 1.5)
+    pose, _, gc = WRITTEN.forward(rng.uniform(*span))
+    found = WRITTEN.widest(pose, gc, scene)
+    own = WRITTEN.feasible(pose, gc)
+    grid = np.linspace(-np.pi, np.pi, 2001)
+    grid = grid[own.contains(grid)]
+    every = WRITTEN.clearance(np.broadcast_to(pose, (len(grid), 4, 4)), grid, gc, scene).distance
+    assert own.contains(found.psi)
+    assert found.nearest.distance >= every.max() - 1e-9
+    assert found.arcs == WRITTEN.feasible(pose, gc, scene=scene)
+    assert (found.nearest.distance < 0.01) == bool(found.arcs.is_empty)
+
+
+def test_a_refusal_says_by_how_much() -> None:
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_body(aa.Body.bones(upper_arm=0.05, forearm=0.05))
+    pose, _, gc = arm.forward([0.3, 0.7, 0.2, -1.3, 0.4, 0.8, 0.1])
+    start = arm.frames(np.zeros(7))[1, :3, 3]
+    scene = aa.Scene([aa.Ball(start + np.array([0, 0.08, 0]), 0.05, name="post")])
+    assert arm.clear(pose, gc, scene).status == aa.Status.CLEARANCE
+    assert arm.clear(pose, gc, scene).blocking == ("post", "upper_arm")
+    found = arm.widest(pose, gc, scene)
+    assert found.nearest.distance == pytest.approx(-0.02, abs=1e-9)
+
+
+def test_limits_that_leave_nothing_leave_no_widest() -> None:
+    pose, _, gc = ARM.forward(np.full(7, 0.3))
+    narrow = ARM.with_(lower=np.full(7, 2.0), upper=np.full(7, 2.1))
+    found = narrow.widest(pose, gc, aa.Scene([aa.Ball([0, 0, 1], 0.1)]))
+    assert np.isnan(found.psi) and np.isnan(found.nearest.distance) and found.nearest.obstacle is None

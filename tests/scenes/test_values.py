@@ -1,0 +1,113 @@
+"""Shapes, scenes and bodies are frozen values; what is wrong with them is said at once."""
+
+from __future__ import annotations
+
+import dataclasses
+import pickle
+from typing import Any
+
+import numpy as np
+import pytest
+
+import armangle as aa
+
+SCOPE = {name: getattr(aa, name) for name in ("Ball", "Capsule", "Box", "HalfSpace", "Scene", "Body", "Arm")}
+VALUES = [
+    aa.Ball([1, 2, 3], 0.1),
+    aa.Capsule([0, 0, 0], [0, 0, 1], 0.1, name="post"),
+    aa.Box(aa.pose([0, 0, 1], rpy=[0.1, 0.2, 0.3]), [1, 2, 3], 0.01, name="box"),
+    aa.HalfSpace([0, 0, 1], 0.2),
+    aa.Scene([aa.Ball([1, 2, 3], 0.1, name="lamp")], clearance=0.1, ignore=[("lamp", "upper_arm")]),
+    aa.Body({3: [aa.Ball([0, 0, 0], 0.1)], 4: [aa.Capsule([0, 0, 0], [0, 0, 0.1], 0.2)]}),
+    aa.Body.bones(upper_arm=0.1, forearm=0.09, plates=True),
+]
+ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+
+
+@pytest.mark.parametrize("value", VALUES, ids=lambda value: type(value).__name__)
+def test_a_value_is_frozen_and_its_repr_pastes_back(value: Any) -> None:
+    assert eval(repr(value), SCOPE) == value
+    assert hash(value) == hash(pickle.loads(pickle.dumps(value)))
+    assert pickle.loads(pickle.dumps(value)) == value
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        value.name = "other"
+
+
+def test_an_arm_keeps_its_body_and_hand() -> None:
+    arm = ARM.with_body(VALUES[5]).with_hand([VALUES[2]])
+    again = pickle.loads(pickle.dumps(arm))
+    assert again == arm and again.body == VALUES[5] and again.hand == (VALUES[2],)
+    assert eval(repr(arm), {**SCOPE}) == arm
+    assert arm != ARM and arm.with_body(None).with_hand([]) == ARM
+    assert arm.with_tool(np.eye(4)).body == arm.body
+
+
+def test_names_are_those_given_or_kind_and_place() -> None:
+    box = aa.Box(np.eye(4), [1, 1, 1], name="b")
+    scene = aa.Scene([aa.Ball([0, 0, 0], 1), box, aa.HalfSpace([0, 0, 1], 0)])
+    assert scene.names == ("ball_0", "b", "half_space_2")
+
+
+WRONG: list[tuple[Any, str]] = [
+    (lambda: aa.Ball([0, 0, float("nan")], 0.1), r"Ball: center is \[0.0, 0.0, nan\], wanted finite"),
+    (lambda: aa.Ball([0, 0], 0.1), r"Ball: center is \[0, 0\], wanted three numbers \(m\), not shape \(2,\)"),
+    (lambda: aa.Ball("x", 0.1), "Ball: center is 'x', wanted three numbers"),
+    (lambda: aa.Ball([0, 0, 0], -0.1), r"Ball: radius is -0.1, wanted a length in \[0, 1000\] m"),
+    (lambda: aa.Ball([0, 0, 0], "x"), "Ball: radius is 'x', wanted a number"),
+    (lambda: aa.Ball([0, 0, 0], 0.1, name=3), "Ball: name is 3, wanted a word"),
+    (lambda: aa.Ball([2500.0, 0, 0], 0.1), "wanted finite numbers within ±1000 m"),
+    (lambda: aa.Capsule([0, 0, 0], [0, 0, np.inf], 0.1), "Capsule: end is"),
+    (lambda: aa.Box(np.eye(3), [1, 1, 1]), "Box: pose is"),
+    (lambda: aa.Box(np.eye(4), [1, -1, 1]), r"Box: size is \(1.0, -1.0, 1.0\), wanted edges >= 0"),
+    (lambda: aa.HalfSpace([0, 0, 0], 1), "HalfSpace: normal is .*, wanted a direction"),
+    (lambda: aa.Scene("x"), "Scene: shapes is 'x', wanted a sequence of Ball, Capsule, Box, HalfSpace"),
+    (lambda: aa.Scene([3]), r"Scene: shapes\[0\] is 3, wanted Ball"),
+    (lambda: aa.Scene([VALUES[0], VALUES[0]]).names, None),
+    (lambda: aa.Scene([VALUES[1], VALUES[1]]), r"shapes\[1\]: name is 'post', wanted a name that no other"),
+    (lambda: aa.Scene([], clearance=-1), "Scene: clearance is -1.0"),
+    (lambda: aa.Scene([], ignore=["ab"]), r"Scene: ignore\[0\] is 'ab', wanted pairs of names"),
+    (lambda: aa.Body({}), "Body: links is {}, wanted a mapping"),
+    (lambda: aa.Body({8: [VALUES[0]]}), "Body: links is 8, wanted a DH frame, an integer from 0 to 7"),
+    (lambda: aa.Body({3: [VALUES[2]]}), r"Body link 3: shapes\[0\] is Box.*, wanted Ball, Capsule"),
+    (lambda: aa.Body({3: [aa.Ball([0, 0, 0], 0.0)]}), r"Body link 3: shapes\[0\] is .*, wanted a radius > 0"),
+    (lambda: aa.Body.bones(upper_arm=0.0, forearm=0.1), r"Body.bones: upper_arm is 0.0, wanted a length in"),
+    (lambda: ARM.with_body(3), "arm: body is 3, wanted an armangle.Body, or None"),
+    (lambda: ARM.with_hand([VALUES[3]]), r"hand: shapes\[0\] is HalfSpace.*, wanted Ball, Capsule, Box"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("make", "message"), WRONG, ids=[str(k) for k in range(len(WRONG))])
+def test_what_is_wrong_is_said(make: Any, message: str | None) -> None:
+    if message is None:
+        make()
+        return
+    with pytest.raises(aa.SceneError, match=message) as caught:
+        make()
+    assert isinstance(caught.value, aa.InputError)
+    again = pickle.loads(pickle.dumps(caught.value))
+    assert str(again) == str(caught.value) and again.shape == caught.value.shape
+
+
+def test_an_arm_without_a_body_cannot_be_asked() -> None:
+    scene = aa.Scene([VALUES[0]])
+    with pytest.raises(aa.SceneError, match=r"arm: body is None, wanted a body: arm.with_body\(Body.bones"):
+        ARM.clear(np.eye(4), 0, scene)
+    with pytest.raises(aa.SceneError, match="scene is None, wanted an armangle"):
+        ARM.with_body(VALUES[5]).clear(np.eye(4), 0, None)
+    with pytest.raises(aa.SceneError, match="scene is 3, wanted an armangle"):
+        ARM.with_body(VALUES[5]).feasible(np.eye(4), 0, scene=3)
+
+
+@pytest.mark.parametrize("link", [1, 2, 5, 6])
+def test_a_shape_that_no_closed_form_knows_is_refused(link: int) -> None:
+    arm = ARM.with_body(aa.Body({link: [aa.Ball([0.1, 0.05, 0.02], 0.05)]}))
+    with pytest.raises(aa.SceneError, match=rf"Body link {link}: center is .*, wanted a shape centred on"):
+        arm.clear(np.eye(4), 0, aa.Scene())
+
+
+def test_names_in_ignore_must_be_known() -> None:
+    arm = ARM.with_body(VALUES[6])
+    for pair, what in ((("shelf", "upper_arm"), "obstacle"), (("lamp", "elbow"), "link")):
+        scene = aa.Scene([aa.Ball([1, 2, 3], 0.1, name="lamp")], ignore=[pair])
+        with pytest.raises(aa.SceneError, match=rf"Scene: ignore\[0\] is .*, wanted the name of an? {what}"):
+            arm.clear(np.eye(4), 0, scene)
