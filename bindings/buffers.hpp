@@ -305,9 +305,15 @@ struct ArmHandle {
     armangle::LimitTable limits;
 };
 
+/// The bound arm that is only nearly S-R-S. It is no ArmHandle: what is not made for it cannot take it.
+struct NearArmHandle {
+    armangle::NearArm arm;
+};
+
 void bind_refusal(nb::module_& m);
 void bind_poses(nb::module_& m);
 void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm);
+void bind_near_kinematics(nb::class_<NearArmHandle>& arm);
 void bind_scenes(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_arcs(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_stepping(nb::module_& m, nb::class_<ArmHandle>& arm);

@@ -19,8 +19,8 @@ void copy(nb::handle from, double* to, std::initializer_list<Py_ssize_t> extents
 
 /// lengths: d_bs d_se d_ew d_wf a_3 a_4 d_4; joints: sign, offset, lower, upper one after the other;
 /// transforms: 16 each; the vector of the reference.
-void construct(ArmHandle* self, Floats lengths, Floats joint_map, Floats base, Floats tool,
-               armangle::Reference reference, Floats vector) {
+armangle::ArmParameters parameters(Floats lengths, Floats joint_map, Floats base, Floats tool,
+                                   armangle::Reference reference, Floats vector) {
     armangle::ArmParameters p;
     double length[7], map[4 * armangle::joints], transform[16], along[3];
     copy(lengths, length, {7});
@@ -40,8 +40,37 @@ void construct(ArmHandle* self, Floats lengths, Floats joint_map, Floats base, F
     copy(vector, along, {3});
     p.reference = reference;
     p.reference_vector = {along[0], along[1], along[2]};
-    const armangle::Arm arm = armangle::make_arm(p);
+    return p;
+}
+
+void construct(ArmHandle* self, Floats lengths, Floats joint_map, Floats base, Floats tool,
+               armangle::Reference reference, Floats vector) {
+    const armangle::Arm arm =
+        armangle::make_arm(parameters(lengths, joint_map, base, tool, reference, vector));
     new (self) ArmHandle{arm, armangle::limit_table(arm)};
+}
+
+/// chain: eight transforms, 16 numbers each.
+void construct_near(NearArmHandle* self, Floats lengths, Floats joint_map, Floats base, Floats tool,
+                    armangle::Reference reference, Floats vector, Floats chain) {
+    constexpr int links = armangle::joints + 1;
+    double numbers[16 * links];
+    armangle::Pose<double> link[links];
+    copy(chain, numbers, {links, 4, 4});
+    for (int k = 0; k < links; ++k) link[k] = armangle::load_pose(numbers + 16 * k);
+    new (self) NearArmHandle{
+        armangle::make_near_arm(parameters(lengths, joint_map, base, tool, reference, vector), link)};
+}
+
+std::vector<double> joint_middle(const armangle::Arm& arm) {
+    return {arm.joint_middle, arm.joint_middle + armangle::joints};
+}
+
+/// Of each link, base to tip: m and rad from the nominal one.
+std::vector<std::vector<double>> deviations(const NearArmHandle& self) {
+    std::vector<std::vector<double>> out;
+    for (const armangle::LinkDeviation& d : self.arm.deviation) out.push_back({d.position, d.rotation});
+    return out;
 }
 
 /// The outcomes as a Python IntEnum. It is pickled by the public name, which is the same for every
@@ -65,6 +94,8 @@ void bind_status(nb::module_& m) {
         .value("NOT_ALLOWED", Status::NOT_ALLOWED)
         .value("POSE_BLOCKED", Status::POSE_BLOCKED)
         .value("CLEARANCE", Status::CLEARANCE)
+        .value("NEAR_SINGULAR", Status::NEAR_SINGULAR)
+        .value("NO_CONVERGENCE", Status::NO_CONVERGENCE)
         .def_prop_ro(
             "sentence", [](Status status) { return armangle::sentence(status); },
             "The outcome as one sentence.");
@@ -104,9 +135,18 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     arm.def_prop_ro("reach", [](const ArmHandle& a) { return a.arm.reach; });
     arm.def_prop_ro("inner_reach", [](const ArmHandle& a) { return a.arm.inner_reach; });
     arm.def_prop_ro("delta", [](const ArmHandle& a) { return a.arm.delta_angle; });
-    arm.def_prop_ro("joint_middle", [](const ArmHandle& a) {
-        return std::vector<double>(a.arm.joint_middle, a.arm.joint_middle + armangle::joints);
-    });
+    arm.def_prop_ro("joint_middle", [](const ArmHandle& a) { return binding::joint_middle(a.arm); });
+    using binding::NearArmHandle;
+    nb::class_<NearArmHandle> near(m, "NearArm");
+    near.def("__init__", &binding::construct_near, nb::arg("lengths"), nb::arg("joint_map"), nb::arg("base"),
+             nb::arg("tool"), nb::arg("reference"), nb::arg("vector"), nb::arg("chain"));
+    near.def_prop_ro("reach", [](const NearArmHandle& a) { return a.arm.nominal.reach; });
+    near.def_prop_ro("inner_reach", [](const NearArmHandle& a) { return a.arm.nominal.inner_reach; });
+    near.def_prop_ro("delta", [](const NearArmHandle& a) { return a.arm.nominal.delta_angle; });
+    near.def_prop_ro("joint_middle",
+                     [](const NearArmHandle& a) { return binding::joint_middle(a.arm.nominal); });
+    near.def_prop_ro("deviations", &binding::deviations);
+    binding::bind_near_kinematics(near);
     binding::bind_scenes(m, arm);
     binding::bind_kinematics(m, arm);
     binding::bind_arcs(m, arm);

@@ -32,7 +32,27 @@ nb::object inverse_one(const ArmHandle& self, nb::handle pose, nb::handle psi_ob
     return out;
 }
 
-void inverse_many(const ArmHandle& self, Floats pose, Floats psi, Ints gc, Floats seed, Floats out,
+/// One plain inverse of a nearly S-R-S arm.
+nb::object near_inverse_one(const NearArmHandle& self, nb::handle pose, nb::handle psi_object,
+                            nb::handle gc_object) {
+    double psi, m[16];
+    long long gc;
+    SmallMatrix matrix;
+    if (!as_double(psi_object, psi) || !as_index(gc_object, gc) || gc < 0 || gc >= configurations)
+        return nb::none();
+    if (!matrix.read(pose, 4, 4, m) || matrix.precision() > 0) return nb::none();
+    double value;
+    if (check_pose(m, value) != Problem::none) return nb::none();
+    const Inverse found = inverse(self.arm, load_pose(m), psi, static_cast<int>(gc));
+    if (found.status != Status::OK) return nb::none();
+    nb::object out = new_array7();
+    const Buffer to(out, true);
+    std::memcpy(to.data<double>(), found.q, joints * sizeof(double));
+    return out;
+}
+
+template <class Handle>
+void inverse_many(const Handle& self, Floats pose, Floats psi, Ints gc, Floats seed, Floats out,
                   Enforce limits, Enforce unreachable, int threads) {
     const Buffer p(pose), a(psi), g(gc), q(out, true);
     Buffer s;
@@ -74,7 +94,8 @@ Problem check_joints(const double* q, double& value) noexcept {
 
 /// A plain forward: (pose, psi, gc) of one small vector (7,). None where it is not plain, or the arm angle
 /// does not exist: the general call then says what.
-nb::object forward_one(const ArmHandle& self, nb::handle q) {
+template <class Handle>
+nb::object forward_one(const Handle& self, nb::handle q) {
     double joint[joints], value;
     if (!SmallMatrix().read(q, 1, joints, joint) || check_joints(joint, value) != Problem::none)
         return nb::none();
@@ -86,7 +107,8 @@ nb::object forward_one(const ArmHandle& self, nb::handle q) {
     return nb::make_tuple(pose, numpy_float(posture.psi), numpy_index(posture.gc));
 }
 
-void forward_many(const ArmHandle& self, Floats q, Floats pose, Floats psi, Ints gc, bool nan, int threads) {
+template <class Handle>
+void forward_many(const Handle& self, Floats q, Floats pose, Floats psi, Ints gc, bool nan, int threads) {
     const Buffer in(q), p(pose, true), a(psi, true), g(gc, true);
     for_each<4>("q", {&in, &p, &a, &g}, {1, 2, 0, 0}, threads, [&](const Py_ssize_t* at, double& value) {
         const double* joint = in.data<double>() + at[0];
@@ -100,7 +122,8 @@ void forward_many(const ArmHandle& self, Floats q, Floats pose, Floats psi, Ints
     });
 }
 
-void frames_many(const ArmHandle& self, Floats q, Floats out, int threads) {
+template <class Handle>
+void frames_many(const Handle& self, Floats q, Floats out, int threads) {
     const Buffer in(q), to(out, true);
     for_each<2>("q", {&in, &to}, {1, 3}, threads, [&](const Py_ssize_t* at, double& value) {
         const Problem problem = check_joints(in.data<double>() + at[0], value);
@@ -112,7 +135,8 @@ void frames_many(const ArmHandle& self, Floats q, Floats out, int threads) {
     });
 }
 
-void elbow_many(const ArmHandle& self, Floats q, Floats out, int threads) {
+template <class Handle>
+void elbow_many(const Handle& self, Floats q, Floats out, int threads) {
     const Buffer in(q), to(out, true);
     for_each<2>("q", {&in, &to}, {1, 1}, threads, [&](const Py_ssize_t* at, double& value) {
         const Problem problem = check_joints(in.data<double>() + at[0], value);
@@ -150,7 +174,8 @@ void psi_towards_many(const ArmHandle& self, Floats pose, Ints gc, Wish wish, Fl
     });
 }
 
-void jacobian_many(const ArmHandle& self, Floats q, Floats out, int threads) {
+template <class Handle>
+void jacobian_many(const Handle& self, Floats q, Floats out, int threads) {
     const Buffer in(q), to(out, true);
     for_each<2>("q", {&in, &to}, {1, 2}, threads, [&](const Py_ssize_t* at, double& value) {
         const Problem problem = check_joints(in.data<double>() + at[0], value);
@@ -179,11 +204,32 @@ void self_motion_many(const ArmHandle& self, Floats pose, Floats psi, Ints gc, F
     });
 }
 
-void limit_margin_many(const ArmHandle& self, Floats q, Floats out) {
+/// dq/dpsi of a nearly S-R-S arm.
+void near_self_motion_many(const NearArmHandle& self, Floats pose, Floats psi, Ints gc, Floats out,
+                           int threads) {
+    const Buffer p(pose), a(psi), g(gc), to(out, true);
+    for_each<4>("pose", {&p, &a, &g, &to}, {2, 0, 0, 1}, threads, [&](const Py_ssize_t* at, double& value) {
+        InverseBatch b;
+        b.pose = {p.data<double>() + at[0], 0};
+        b.psi = {a.data<double>() + at[1], 0};
+        b.seed = {nullptr, 0};
+        b.gc = {g.data<long long>() + at[2], 0};
+        const Problem problem = detail::check_numbers(self.arm, b, 0, value);
+        if (problem != Problem::none) return problem;
+        const Pose<double> frame = load_pose(b.pose.data);
+        const Inverse dq = self_motion_rate(self.arm, frame, *b.psi.data, static_cast<int>(*b.gc.data));
+        if (dq.status == Status::UNREACHABLE) value = reach_excess(self.arm, frame);
+        std::memcpy(to.data<double>() + at[3], dq.q, joints * sizeof(double));
+        return detail::problem_of(dq.status);
+    });
+}
+
+template <class Handle>
+void limit_margin_many(const Handle& self, Floats q, Floats out) {
     const Buffer in(q), to(out, true);
     for_each<2>("q", {&in, &to}, {1, 0}, 1, [&](const Py_ssize_t* at, double& value) {
         const Problem problem = check_joints(in.data<double>() + at[0], value);
-        to.data<double>()[at[1]] = limit_margin(self.arm.limits, in.data<double>() + at[0]);
+        to.data<double>()[at[1]] = limit_margin(nominal(self.arm).limits, in.data<double>() + at[0]);
         return problem;
     });
 }
@@ -197,16 +243,32 @@ double nearest_pose(const ArmHandle& self, Floats pose, Floats out) {
 }
 
 /// Poses as they would be without the rounding of their numbers to `precision`.
-void settle_many(const ArmHandle& self, Floats poses, double precision) {
+template <class Handle>
+void settle_many(const Handle& self, Floats poses, double precision) {
     const Buffer in_place(poses, true);
     for_each<1>("pose", {&in_place}, {2}, 1, [&](const Py_ssize_t* at, double&) {
         double* m = in_place.data<double>() + at[0];
         double last_row[4];
         std::memcpy(last_row, m + 12, sizeof(last_row));
-        store_pose(within_rounding(self.arm, load_pose(m), precision), m);
+        store_pose(within_rounding(nominal(self.arm), load_pose(m), precision), m);
         std::memcpy(m + 12, last_row, sizeof(last_row));  // not ours to mend
         return Problem::none;
     });
+}
+
+/// What an exact arm and a nearly S-R-S one answer in the same words.
+template <class Handle>
+void bind_both(nb::class_<Handle>& arm) {
+    using namespace nb::literals;
+    arm.def("inverse_many", &inverse_many<Handle>, "pose"_a, "psi"_a, "gc"_a, "seed"_a.none(), "out"_a,
+            "limits"_a, "unreachable"_a, "threads"_a);
+    arm.def("forward_one", &forward_one<Handle>, "q"_a.none());
+    arm.def("forward_many", &forward_many<Handle>, "q"_a, "pose"_a, "psi"_a, "gc"_a, "nan"_a, "threads"_a);
+    arm.def("frames_many", &frames_many<Handle>, "q"_a, "out"_a, "threads"_a);
+    arm.def("elbow_many", &elbow_many<Handle>, "q"_a, "out"_a, "threads"_a);
+    arm.def("jacobian_many", &jacobian_many<Handle>, "q"_a, "out"_a, "threads"_a);
+    arm.def("settle_many", &settle_many<Handle>, "poses"_a, "precision"_a);
+    arm.def("limit_margin_many", &limit_margin_many<Handle>, "q"_a, "out"_a);
 }
 
 }  // namespace
@@ -218,23 +280,22 @@ void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm) {
         .value("RAISE", Enforce::raise)
         .value("NAN", Enforce::nan);
     arm.def("inverse_one", &inverse_one, "pose"_a.none(), "psi"_a.none(), "gc"_a.none());
-    arm.def("inverse_many", &inverse_many, "pose"_a, "psi"_a, "gc"_a, "seed"_a.none(), "out"_a, "limits"_a,
-            "unreachable"_a, "threads"_a);
-    arm.def("forward_one", &forward_one, "q"_a.none());
-    arm.def("forward_many", &forward_many, "q"_a, "pose"_a, "psi"_a, "gc"_a, "nan"_a, "threads"_a);
-    arm.def("frames_many", &frames_many, "q"_a, "out"_a, "threads"_a);
+    bind_both(arm);
     nb::enum_<Wish>(m, "Wish")
         .value("PSI", Wish::psi)
         .value("POINT", Wish::point)
         .value("DIRECTION", Wish::direction);
-    arm.def("elbow_many", &elbow_many, "q"_a, "out"_a, "threads"_a);
     arm.def("psi_towards_many", &psi_towards_many, "pose"_a, "gc"_a, "wish"_a, "target"_a, "out"_a, "nan"_a,
             "threads"_a);
-    arm.def("jacobian_many", &jacobian_many, "q"_a, "out"_a, "threads"_a);
     arm.def("self_motion_many", &self_motion_many, "pose"_a, "psi"_a, "gc"_a, "out"_a, "threads"_a);
     arm.def("nearest_pose", &nearest_pose, "pose"_a, "out"_a);
-    arm.def("settle_many", &settle_many, "poses"_a, "precision"_a);
-    arm.def("limit_margin_many", &limit_margin_many, "q"_a, "out"_a);
+}
+
+void bind_near_kinematics(nb::class_<NearArmHandle>& arm) {
+    using namespace nb::literals;
+    arm.def("inverse_one", &near_inverse_one, "pose"_a.none(), "psi"_a.none(), "gc"_a.none());
+    bind_both(arm);
+    arm.def("self_motion_many", &near_self_motion_many, "pose"_a, "psi"_a, "gc"_a, "out"_a, "threads"_a);
 }
 
 }  // namespace binding

@@ -43,7 +43,9 @@ void bind_refusal(nb::module_& m) {
         .value("JOINT_LIMIT", Problem::joint_limit)
         .value("STILL", Problem::still)
         .value("ON_AXIS", Problem::on_axis)
-        .value("NOT_UNIT", Problem::not_unit);
+        .value("NOT_UNIT", Problem::not_unit)
+        .value("NEAR_SINGULAR", Problem::near_singular)
+        .value("NO_CONVERGENCE", Problem::no_convergence);
     nb::register_exception_translator(&translate);
     m.def(
         "on_refusal",

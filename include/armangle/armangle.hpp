@@ -41,3 +41,6 @@
 #include "motion/tracker.hpp"
 #include "batch/inverse_batch.hpp"
 #include "batch/parallel.hpp"
+#include "near/forward.hpp"
+#include "near/inverse.hpp"
+#include "near/inverse_range.hpp"

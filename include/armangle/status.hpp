@@ -22,9 +22,11 @@ enum class Status : std::int8_t {
     NOT_ALLOWED = 13,
     POSE_BLOCKED = 14,
     CLEARANCE = 15,
+    NEAR_SINGULAR = 16,
+    NO_CONVERGENCE = 17,
 };
 
-inline constexpr int status_count = 16;
+inline constexpr int status_count = 18;
 
 constexpr const char* sentence(Status status) noexcept {
     switch (status) {
@@ -48,6 +50,10 @@ constexpr const char* sentence(Status status) noexcept {
         case Status::ACCELERATION_LIMIT: return "A joint would accelerate beyond its acceleration limit.";
         case Status::NOT_REACHED: return "The pose was not tried: the motion stopped before it.";
         case Status::NOT_ALLOWED: return "The branches or arcs that the caller allows leave no arm angle.";
+        case Status::NEAR_SINGULAR:
+            return "Two branches of the nearly S-R-S arm meet here: the posture is not certain.";
+        case Status::NO_CONVERGENCE:
+            return "The posture of the nearly S-R-S arm was not found within the iterations allowed.";
         case Status::POSE_BLOCKED:
             return "The hand, or the base, meets an obstacle at this pose, whatever the arm angle.";
         case Status::CLEARANCE: return "No arm angle keeps clear of the obstacles within all limits.";

@@ -19,6 +19,7 @@ from .arm.configuration import (
     gc_index as gc_index,
     gc_signs as gc_signs,
 )
+from .arm.deviation import ChainDeviation as ChainDeviation
 from .arm.diagnosis import (
     Branch as Branch,
     Diagnosis as Diagnosis,
@@ -62,6 +63,7 @@ from .files.trajectories import (
 )
 from .models.catalogue import catalogue as catalogue
 from .models.description import ImportReport as ImportReport
+from .models.dh import dh_chain as dh_chain
 from .motion.following import follow as follow
 from .motion.joint_path import (
     JointPath as JointPath,

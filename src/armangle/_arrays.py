@@ -18,6 +18,7 @@ from .errors import (
     ConfigurationError,
     InputError,
     LimitError,
+    NoSolutionError,
     NotFiniteError,
     NotRotationError,
     ShapeError,
@@ -268,6 +269,13 @@ def as_threads(threads: int) -> int:
     return int(threads)
 
 
+def as_flag(name: str, value: object) -> bool:
+    """Return True or False; nothing else stands for them."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise InputError(f"{name} is {value!r}, wanted True or False")
+    return bool(value)
+
+
 def _refusal(problem: Problem, name: str, index: Shape, value: float) -> ArmangleError:
     """Return the error of a problem that the core found with the argument `name`, at an index of its batch.
 
@@ -315,6 +323,8 @@ def _refusal(problem: Problem, name: str, index: Shape, value: float) -> Armangl
             )
         case Problem.UNREACHABLE:
             return UnreachableError(f"{where} is out of reach by {value * MILLIMETRES:.6g} mm")
+        case Problem.NEAR_SINGULAR | Problem.NO_CONVERGENCE:
+            return NoSolutionError(f"{where}: {_core.Status[problem.name].sentence}")
     return ArmangleError(problem.name)
 
 

@@ -468,3 +468,21 @@ def test_ik_explain(capsys: Capture) -> None:
     assert main(["ik", *ROBOT, "--pose", far, "--explain", "--json"]) == 1
     assert json.loads(capsys.readouterr().out)["branches"][7]["gc"] == 7
     assert main(["ik", *ROBOT, "--pose", far, "--explain", "--psi", "3"]) == 2
+
+
+def test_a_chain_that_is_nearly_srs_is_kept_where_asked(capsys: Capture, tmp_path: Path) -> None:
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    half = np.pi / 2
+    alpha = [-half, half + 1e-3, half, -half, -half, half, 0.0]
+    d = [0.34, 0.0005, 0.4, 0.0, 0.4, 0.0, 0.126]
+    mine = arm.with_(chain=aa.dh_chain(np.column_stack([np.zeros(7), alpha, d, np.zeros(7)])))
+    file = tmp_path / "mine.urdf"
+    file.write_text(mine.to_urdf())
+    q = np.radians([10, 20, 30, 40, 50, 60, 70])
+    told = json.loads(out(capsys, "fk", "--urdf", str(file), "--inexact", "10,20,30,40,50,60,70", "--json"))
+    at = told["pose"]
+    assert np.abs(np.array(at[:3]) - mine.forward(q)[0][:3, 3]).max() <= 1e-12
+    assert main(["fk", "--urdf", str(file), "10,20,30,40,50,60,70"]) == 2
+    assert "near S-R-S" in capsys.readouterr().err
+    assert main(["fk", "--robot", "kuka_iiwa7_r800", "--inexact", "10,20,30,40,50,60,70"]) == 2
+    assert "--inexact goes with --urdf" in capsys.readouterr().err

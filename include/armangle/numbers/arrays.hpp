@@ -30,10 +30,12 @@ enum class Problem : int {
     joints_not_finite,
     unreachable,  // value: m beyond the reach, or inside the inner reach
     folded,
-    joint_limit,  // value: joint 1..7
-    still,        // psi does not move the elbow
-    on_axis,      // the elbow is nowhere nearer to what is wished
-    not_unit,     // value: the length of a quaternion
+    joint_limit,     // value: joint 1..7
+    still,           // psi does not move the elbow
+    on_axis,         // the elbow is nowhere nearer to what is wished
+    not_unit,        // value: the length of a quaternion
+    near_singular,   // of a nearly S-R-S arm: branches meet
+    no_convergence,  // of a nearly S-R-S arm
 };
 
 /// The first problem of a batch: which, where, and the value that shows it.

@@ -65,13 +65,14 @@ inline Mat3<double> from_rotation_vector(const Vec3<double>& v) noexcept {
 }
 
 /// The nearest rotation to a matrix that is one within 1e-6, by two steps of Newton: R (3 - R^T R) / 2.
-inline Mat3<double> orthonormal(Mat3<double> r) noexcept {
+template <class T>
+Mat3<T> orthonormal(Mat3<T> r) noexcept {
     for (int pass = 0; pass < 2; ++pass) {
-        const double xx = dot(r.x, r.x), yy = dot(r.y, r.y), zz = dot(r.z, r.z);
-        const double xy = dot(r.x, r.y), yz = dot(r.y, r.z), zx = dot(r.z, r.x);
-        const Mat3<double> step{{0.5 * (3 - xx), -0.5 * xy, -0.5 * zx},
-                                {-0.5 * xy, 0.5 * (3 - yy), -0.5 * yz},
-                                {-0.5 * zx, -0.5 * yz, 0.5 * (3 - zz)}};
+        const T xx = dot(r.x, r.x), yy = dot(r.y, r.y), zz = dot(r.z, r.z);
+        const T xy = dot(r.x, r.y), yz = dot(r.y, r.z), zx = dot(r.z, r.x), three(3.0);
+        const Mat3<T> step{{0.5 * (three - xx), -0.5 * xy, -0.5 * zx},
+                           {-0.5 * xy, 0.5 * (three - yy), -0.5 * yz},
+                           {-0.5 * zx, -0.5 * yz, 0.5 * (three - zz)}};
         r = r * step;
     }
     return r;

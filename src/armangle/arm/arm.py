@@ -19,6 +19,7 @@ from .._arrays import (
     Ints,
     PathLike,
     Shape,
+    as_flag,
     as_floats,
     as_gc,
     as_number,
@@ -57,9 +58,11 @@ from ..scenes.shapes import Shape as SceneShape
 from ..status import STATUSES
 from .allowed import Allowed
 from .arcs import ArcSet
+from .deviation import ChainDeviation, deviation_of
 from .diagnosis import Diagnosis, branch_of
 from .freedom import Freedom
 from .joint_function import JointFunction
+from .near import NearHandle, check_near, moved_ends, unsupported
 from .question import METRICS as _METRICS
 from .question import MetricName, Prefer, Question
 from .solution import Solution, Solutions
@@ -79,7 +82,7 @@ _UNREACHABLE = ("raise", "nan")
 _REFERENCES = {n: v for n, v in named(_core.Reference).items() if v is not _core.Reference.VECTOR}
 _GC_ORDER = np.arange(CONFIGURATIONS, dtype=np.int64)
 _FIELDS = fields(ArmDescription)
-_OPTIONAL = (*JOINT_ROWS, *FRAMES, "joint_names")  # None stands for the default
+_OPTIONAL = (*JOINT_ROWS, *FRAMES, "joint_names", "chain")  # None stands for the default
 
 
 class ArmArguments(TypedDict, total=False):
@@ -103,6 +106,7 @@ class ArmArguments(TypedDict, total=False):
     name: str
     joint_names: tuple[str, ...] | None
     reference: Reference
+    chain: ArrayLike | None
     body: Body | None
     hand: Iterable[SceneShape]
     notes: tuple[str, ...] | str
@@ -160,6 +164,11 @@ class Arm:
         Name of the arm.
     reference : "base", "stereographic" or array_like, shape (3,)
         From what the arm angle is measured: see `with_reference`.
+    chain : array_like, shape (8, 4, 4), optional
+        The arm's own chain where it is only nearly S-R-S, as a calibration gives it: the pose of the tip is
+        ``chain[0] Rz(q_1) chain[1] ... Rz(q_7) chain[7]``. The other numbers are then those of the nominal
+        arm, which lends psi and gc; poses, joints and limits are the chain's. See `armangle.dh_chain` and
+        `deviation`.
     body : Body, optional
         What the links look like: see `with_body`.
     hand : sequence of Ball, Capsule or Box
@@ -201,6 +210,7 @@ class Arm:
     name: str
     joint_names: tuple[str, ...]
     reference: str | tuple[float, ...]
+    chain: Floats | None
     body: Body | None
     hand: tuple[SceneShape, ...]
     notes: tuple[str, ...]
@@ -220,7 +230,12 @@ class Arm:
         lengths = np.array([values[name] for name in (*LENGTHS, *ELBOW_OFFSETS)])
         joints = np.concatenate([values[name] for name in ("signs", "offsets", "lower", "upper")])
         kind, vector = _core_reference(values["reference"])
-        handle = _core.Arm(lengths, joints, values["base"], values["tool"], kind, vector)
+        given_to_core = lengths, joints, values["base"], values["tool"], kind, vector
+        if values["chain"] is None:
+            handle = _core.Arm(*given_to_core)
+        else:
+            handle = cast(_core.Arm, NearHandle(*given_to_core, values["chain"]))
+            check_near(values["name"], handle)
         for name, value in {
             **values, "import_report": report, "_handle": handle, "_ready": None,
         }.items():  # fmt: skip
@@ -261,6 +276,7 @@ class Arm:
         angle_tolerance: float = 1e-5,
         length_tolerance: float = 2e-5,
         continuous_limits: str = "ignore",
+        exact: bool = True,
     ) -> Arm:
         """Return the arm between two links of a URDF, in that file's own joint coordinates and frames.
 
@@ -277,6 +293,10 @@ class Arm:
         continuous_limits : {"ignore", "use"}
             Limits of a continuous joint, which by the rules of URDF has none, though some files state them.
             Where they are ignored, a warning and a note of ``import_report`` say so.
+        exact : bool
+            False: keep the file's own chain where it is only nearly S-R-S (axes within 30 mm and 2 deg, or
+            the tolerances where they are larger). Poses and joints are then the file's own to rounding; psi
+            and gc are those of the S-R-S arm fitted to it. See `deviation`, and docs: howto/calibrated.
 
         Returns
         -------
@@ -290,7 +310,9 @@ class Arm:
             If the arm is not S-R-S; the message says which axes miss which point, and by how much.
         """
         chain = read_urdf(source, base=base, tip=tip, continuous_limits=continuous_limits)
-        description, report = describe_chain(chain, angle=angle_tolerance, length=length_tolerance)
+        description, report = describe_chain(
+            chain, angle=angle_tolerance, length=length_tolerance, exact=as_flag("exact", exact)
+        )
         return cls._from_description(description, report)
 
     @classmethod
@@ -302,6 +324,7 @@ class Arm:
         *,
         angle_tolerance: float = 1e-5,
         length_tolerance: float = 2e-5,
+        exact: bool = True,
     ) -> Arm:
         """Return the arm between two bodies of a MuJoCo model; needs the extra ``mujoco``.
 
@@ -313,6 +336,8 @@ class Arm:
             Names of two bodies, or of a site as the tip; guessed where the file leaves one choice.
         angle_tolerance, length_tolerance : float
             As in `from_urdf`, rad and m.
+        exact : bool
+            As in `from_urdf`.
 
         Returns
         -------
@@ -326,7 +351,9 @@ class Arm:
             As `from_urdf`.
         """
         chain = read_mjcf(source, base=base, tip=tip)
-        description, report = describe_chain(chain, angle=angle_tolerance, length=length_tolerance)
+        description, report = describe_chain(
+            chain, angle=angle_tolerance, length=length_tolerance, exact=as_flag("exact", exact)
+        )
         return cls._from_description(description, report)
 
     @classmethod
@@ -366,6 +393,9 @@ class Arm:
             As `Arm`.
         """
         kept: dict[str, Any] = {**self._numbers(), "import_report": self.import_report}
+        if self.chain is not None and "chain" not in changes and not changes.keys().isdisjoint(FRAMES):
+            frames = {name: as_transform(name, _given_frame(changes, name, kept[name])) for name in FRAMES}
+            kept["chain"] = moved_ends(self.chain, (self.base, self.tool), (frames["base"], frames["tool"]))
         return Arm(**{**kept, **changes})
 
     def with_tool(self, tool: ArrayLike) -> Arm:
@@ -480,6 +510,8 @@ class Arm:
         """Return a scene made ready for this arm; that asked last is kept."""
         if scene is None:
             return None
+        if self.chain is not None:
+            raise unsupported("scene=")
         last = self._ready
         if last is not None and last[0] is scene:
             return last[1]
@@ -529,6 +561,19 @@ class Arm:
     def delta(self) -> float:
         """Model angle θ4 of the stretched arm, rad; 0 without elbow offset."""
         return float(self._handle.delta)
+
+    @property
+    def nominal(self) -> Arm:
+        """The S-R-S arm that lends psi and gc: the arm itself, or the one beside its own chain."""
+        return self if self.chain is None else self.with_(chain=None)
+
+    @property
+    def deviation(self) -> ChainDeviation:
+        """How far the arm's own chain is from its nominal arm, and where its branches merge.
+
+        Measured at the first use over random postures within the limits; all zero without a chain.
+        """
+        return deviation_of(self)
 
     # -- kinematics ----------------------------------------------------------------------------------
 
@@ -1619,6 +1664,7 @@ def _checked(given: dict[str, Any]) -> dict[str, Any]:
     for name in FRAMES:
         values[name] = as_transform(name, values[name])
     values["reference"] = _checked_reference(values["reference"])
+    values["chain"] = _checked_chain(values["chain"])
     values["joint_names"] = _checked_names(values["name"], values["joint_names"])
     if not isinstance(values["body"], Body | None):
         raise SceneError("arm", "body", values["body"], "an armangle.Body, or None")
@@ -1641,6 +1687,24 @@ def _complete(given: dict[str, Any]) -> dict[str, Any]:
         raise TypeError(f"Arm() missing {len(missing)} required keyword-only {arguments}")
     default = {f.name: _default(f) for f in _FIELDS}
     return default | {n: value for n, value in given.items() if value is not None or n not in _OPTIONAL}
+
+
+def _given_frame(changes: ArmArguments, name: str, kept: Floats) -> ArrayLike:
+    """Return a frame as it is changed: None stands for none."""
+    if name not in changes:
+        return kept
+    given = cast(ArrayLike | None, changes.get(name))
+    return np.eye(4) if given is None else given
+
+
+def _checked_chain(value: ArrayLike | None) -> Floats | None:
+    """Return eight rigid transforms, read-only, or None."""
+    if value is None:
+        return None
+    links = as_floats("chain", value, (JOINTS + 1, 4, 4))
+    if links.ndim != 3:
+        raise ShapeError(f"chain has shape {links.shape}, wanted {(JOINTS + 1, 4, 4)}")
+    return frozen(np.array([as_transform(f"chain[{k}]", link) for k, link in enumerate(links)]))
 
 
 def _check_link(what: str, along: str, across: str, values: dict[str, Any]) -> None:

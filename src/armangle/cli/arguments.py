@@ -7,6 +7,7 @@ import math
 import warnings
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -27,13 +28,17 @@ POSE_HELP = "x,y,z,qw,qx,qy,qz: metres and a unit quaternion"
 
 
 def add_arm(parser: argparse.ArgumentParser, *, required: bool = True) -> None:
-    """Add --robot, --urdf, --base and --tip."""
+    """Add --robot, --urdf, --base, --tip and --inexact, and what `add_import` adds."""
     group = parser.add_argument_group("the arm")
     one = group.add_mutually_exclusive_group(required=required)
     one.add_argument("--robot", metavar="NAME", help="of the catalogue (armangle robots), or a FILE.toml")
     one.add_argument("--urdf", metavar="FILE", help="a robot description: URDF or MJCF (.xml)")
     group.add_argument("--base", metavar="LINK", help="with --urdf: first link; guessed if left out")
     group.add_argument("--tip", metavar="LINK", help="with --urdf: last link; guessed if left out")
+    group.add_argument(
+        "--inexact", action="store_true", default=None,
+        help="with --urdf: keep the chain of a file that is only nearly S-R-S, as a calibrated robot's",
+    )  # fmt: skip
     add_import(group)
 
 
@@ -85,7 +90,7 @@ def the_arm(args: argparse.Namespace) -> Arm:
     """Return the arm that --robot or --urdf names."""
     if args.urdf is not None:
         return arm_of_file(args.urdf, args.base, args.tip, args)
-    for option in ("base", "tip", "length_tolerance", "angle_tolerance"):
+    for option in ("base", "tip", "inexact", "length_tolerance", "angle_tolerance"):
         if getattr(args, option) is not None:
             raise InputError(f"--{option.replace('_', '-')} goes with --urdf, not with --robot")
     if Path(args.robot).suffix == ".toml":
@@ -97,11 +102,13 @@ def arm_of_file(
     file: str, base: str | None, tip: str | None, args: argparse.Namespace, *, show_notes: bool = True
 ) -> Arm:
     """Return the arm between two links of a URDF or bodies of an MJCF, by the options of `add_import`."""
-    options = {
+    options: dict[str, Any] = {
         key: getattr(args, key)
         for key in ("length_tolerance", "angle_tolerance")
         if getattr(args, key) is not None
     }
+    if getattr(args, "inexact", None):  # `inspect` writes exact arms, and has no such option
+        options["exact"] = False
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         if is_mjcf(file):

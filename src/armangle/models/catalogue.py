@@ -19,7 +19,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from .._arrays import JOINTS
-from ..errors import FileFormatError, UnknownRobotError
+from ..errors import FileFormatError, InputError, UnknownRobotError
 from .description import ELBOW_OFFSETS, FRAMES, LENGTHS, ArmDescription
 
 ROBOTS = Path(__file__).with_name("robots")
@@ -179,7 +179,16 @@ def robot_toml(arm: ArmDescription, *, title: str, source: str, tip: str) -> str
         The arm.
     title, source, tip : str
         Maker and type, where the numbers come from, which frame the tip is.
+
+    Raises
+    ------
+    InputError
+        If the arm has a chain of its own, which such a file cannot hold.
     """
+    if arm.chain is not None:
+        raise InputError(
+            "a robot file holds exact S-R-S arms, and this one has a chain of its own: write a URDF"
+        )
     lines = [f"# {line}" for note in arm.notes for line in note.splitlines()]
     words = dict(zip(_WORDS, (title, source, tip), strict=True))
     lines += [f"{key} = {_toml_text(value)}" for key, value in words.items()]

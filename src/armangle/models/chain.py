@@ -109,23 +109,48 @@ class Chain:
 
 
 def chain_of(arm: ArmDescription) -> Chain:
-    """Return the chain of an arm: joint i turns about the z axis of DH frame i-1.
+    """Return the chain of an arm: its own, or that of its lengths: joint i turns about the z axis of DH frame
+    i-1.
 
     Source: Faria et al. (2018), Table 1 and Eq. (1), with a_3, a_4 and d_4 added.
     """
-    origins = [arm.base, *(_link(arm, row) for row in range(7))]
+    if arm.chain is None:
+        origins = [arm.base, *(_link(arm, row) for row in range(7))]
+        origins[7] = origins[7] @ arm.tool
+        senses = [float(sign) for sign in arm.signs]
+    else:
+        origins, senses = list(arm.chain), [1.0] * 7
     joints = tuple(
         Joint(
             name=arm.joint_names[i],
             origin=origins[i],
-            axis=np.array([0.0, 0.0, float(arm.signs[i])]),
+            axis=np.array([0.0, 0.0, senses[i]]),
             lower=arm.lower[i],
             upper=arm.upper[i],
             velocity=arm.velocity[i],
         )
         for i in range(7)
     )
-    return Chain(arm.name, "base", "tip", joints, origins[7] @ arm.tool)
+    return Chain(arm.name, "base", "tip", joints, origins[7])
+
+
+def links_of(chain: Chain) -> FloatArray:
+    """Return the frames (8, 4, 4) between the joints: a tip is L0 Rz(q1) L1 ... Rz(q7) L7."""
+    turns = [_onto(joint.axis) for joint in chain.joints]
+    befores = [np.eye(4), *(turn.T for turn in turns)]
+    origins = [*(joint.origin for joint in chain.joints), chain.tip_origin]
+    afters = [*turns, np.eye(4)]
+    return np.array([b @ o @ a for b, o, a in zip(befores, origins, afters, strict=True)])
+
+
+def _onto(axis: FloatArray) -> FloatArray:
+    """Return a turn (4, 4) whose z axis is a unit vector (3,)."""
+    start = np.eye(3)[int(np.argmin(np.abs(axis)))]
+    x = np.cross(start, axis)
+    x /= np.linalg.norm(x)
+    turn = np.eye(4)
+    turn[:3, :3] = np.column_stack([x, np.cross(axis, x), axis])
+    return turn
 
 
 def _link(arm: ArmDescription, row: int) -> FloatArray:

@@ -58,6 +58,9 @@ class ArmDescription:
         Names of the joints in the source.
     reference : "base", "stereographic" or tuple of 3 float
         From what the arm angle is measured: `Arm.with_reference`.
+    chain : ndarray of shape (8, 4, 4), optional
+        The arm's own chain where it is only nearly S-R-S: its tip is ``chain[0] Rz(q_1) chain[1] ...
+        Rz(q_7) chain[7]``. The other numbers are then those of the nominal arm; read-only.
     body : Body or None
         What the links look like: `Arm.with_body`.
     hand : tuple of Ball, Capsule or Box
@@ -86,6 +89,7 @@ class ArmDescription:
     name: str = "arm"
     joint_names: tuple[str, ...] = tuple(f"joint_{i}" for i in range(1, JOINTS + 1))
     reference: str | tuple[float, ...] = "base"
+    chain: NDArray[np.float64] | None = None
     body: Body | None = None
     hand: tuple[Shape, ...] = ()
     notes: tuple[str, ...] = field(default=(), repr=False, compare=False)
@@ -102,6 +106,8 @@ class ArmDescription:
             if frame.shape != (4, 4):
                 raise ShapeError(f"{name} has shape {frame.shape}, wanted (4, 4)")
             object.__setattr__(self, name, frozen(frame))
+        if self.chain is not None:
+            object.__setattr__(self, "chain", frozen(np.array(self.chain, dtype=np.float64)))
 
 
 @dataclass(frozen=True)

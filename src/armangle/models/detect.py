@@ -26,7 +26,7 @@ import numpy as np
 from .._arrays import JOINTS
 from ..errors import InputError, NotSRSError
 from .axes import POSTURES, ROUNDING, Axes, millimetres, reasons_against, rotation_angle, worst_difference
-from .chain import Chain, FloatArray, chain_of, rigid_inverse
+from .chain import Chain, FloatArray, chain_of, links_of, rigid_inverse
 from .description import ArmDescription, ImportReport
 from .fit import fit
 
@@ -46,9 +46,13 @@ _COST_DIGITS = 6
 
 
 def describe_chain(
-    chain: Chain, *, angle: float = ANGLE_TOLERANCE, length: float = LENGTH_TOLERANCE
+    chain: Chain,
+    *,
+    angle: float = ANGLE_TOLERANCE,
+    length: float = LENGTH_TOLERANCE,
+    exact: bool = True,
 ) -> tuple[ArmDescription, ImportReport]:
-    """Return the S-R-S arm that a chain of seven joints is.
+    """Return the S-R-S arm that a chain of seven joints is, or nearly is.
 
     Parameters
     ----------
@@ -59,6 +63,9 @@ def describe_chain(
     length : float, optional
         How far axes may miss the shoulder and wrist points, m. Elbow offsets and lengths
         are kept, whatever it is, unless they are below ``ZERO_LENGTH``.
+    exact : bool, optional
+        False: the chain is kept as it is, beside the arm, where the two differ; axes may then miss by
+        ``NEAR_ANGLE`` and ``NEAR_LENGTH``, or by the tolerances where they are larger.
 
     Returns
     -------
@@ -75,11 +82,28 @@ def describe_chain(
     """
     _check_tolerances(angle, length)
     axes = Axes(*chain.lines())
+    if not exact:
+        angle, length = max(angle, NEAR_ANGLE), max(length, NEAR_LENGTH)
     _refuse_unless_srs(chain, axes, angle, length)
-    exact = not reasons_against(axes, ANGLE_TOLERANCE, LENGTH_TOLERANCE)
-    arm = _snapped(chain) if exact else fitted_arm(chain)
-    arm = replace(arm, notes=(*chain.notes, *_limit_notes(chain), *_velocity_notes(chain)))
+    snaps = not reasons_against(axes, ANGLE_TOLERANCE, LENGTH_TOLERANCE)
+    arm = _snapped(chain) if snaps else fitted_arm(chain)
+    notes = (*chain.notes, *_limit_notes(chain), *_velocity_notes(chain))
+    arm = replace(arm, notes=notes if exact else (*notes, *_chain_notes(chain, arm)))
+    if not exact and max(residual(chain, arm)) > ROUNDING:
+        arm = replace(arm, chain=links_of(chain))
     return arm, _report(chain, axes, arm)
+
+
+def _chain_notes(chain: Chain, arm: ArmDescription) -> tuple[str, ...]:
+    """Return a note of how far a kept chain is from the arm that lends it psi and gc."""
+    position, rotation = residual(chain, arm)
+    if max(position, rotation) <= ROUNDING:
+        return ()
+    return (
+        "only nearly S-R-S: the chain of the file is kept, and psi and gc are those of the S-R-S arm fitted "
+        f"to it, which differs by up to {millimetres(position)} and {math.degrees(rotation):.3g} deg at the "
+        "tip",
+    )
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from .. import _core
 from .._arrays import CONFIGURATIONS, JOINTS, Floats, as_floats, as_number, one_posture
 from ..arm.arm import Arm
+from ..arm.near import unsupported
 from ..errors import ConfigurationError, InputError, ShapeError
 from ..status import STATUSES, Status
 from .options import LONGEST_STEP, Bound, joint_bound
@@ -202,6 +203,8 @@ class Tracker:
             hand.jump,
             hand.turn,
         ]
+        if arm.chain is not None:
+            raise unsupported("Tracker")
         fastest = joint_bound(arm, "velocity", _each("velocity", velocity), arm.velocity)
         hardest = joint_bound(arm, "acceleration", _each("acceleration", acceleration), arm.acceleration)
         self._core = _core.Tracker(arm._handle, np.concatenate([numbers, fastest, hardest]))

@@ -1,0 +1,419 @@
+// (pose, psi, GC) -> q of a nearly S-R-S arm.
+//
+// Every true posture is the nominal posture of a corrected pose X = N(theta) T(theta)^-1 pose. Where theta is
+// the nominal inverse of X, N(theta) is X itself: so X <- X (T(theta)^-1 pose) is the whole correction, and
+// T(theta)^-1 pose what is left to do. One correction shrinks it by about deviation / (lever sin theta_2 or
+// _6); the rest is Newton on the seven equations (pose, psi), with their Jacobian in closed form.
+#pragma once
+
+#include "../numbers/rotations.hpp"
+#include "forward.hpp"
+
+namespace armangle {
+
+namespace near_rule {
+inline constexpr int corrections = 1;                            // of the pose, before Newton takes over
+inline constexpr int more_corrections = 8;                       // where that does not lead to the posture
+inline constexpr int quick_steps = 4;                            // of Newton in closed form
+inline constexpr int newton_steps = 24;                          // of Newton with short steps
+inline constexpr int bends = 4;                                  // tried where two branches are near
+inline constexpr double bend[bends] = {0.01, 0.03, 0.1, 0.003};  // rad
+inline constexpr double settled = 2e-14;     // of what is left (ratio): another step would change rounding
+inline constexpr double residual = 1e-12;    // largest that is taken for an answer (ratio; m of a metre)
+inline constexpr double largest_step = 0.5;  // rad, of Newton
+inline constexpr double pivot = 1e-9;        // of the Jacobian (ratio): below it two branches meet
+/// Newton has never failed farther than this from theta_2, theta_6 = 0 or a stretched elbow (rad): sine.
+inline constexpr double band_sine = 0.17;
+}  // namespace near_rule
+
+namespace detail {
+
+/// psi on the circle of the true pose, as a plane that corrected poses can take up.
+template <class T>
+struct PsiPlane {
+    Vec3<T> across;  // e cos(psi) - z sin(psi): the elbow axis z_3 is orthogonal to it
+    Vec3<T> along;   // e sin(psi) + z cos(psi): and on the side of this
+
+    PsiPlane(const Triad<T>& on, const SinCos<T>& psi) noexcept
+        : across(combine(on.e, psi.cos, on.z, -psi.sin)), along(combine(on.e, psi.sin, on.z, psi.cos)) {}
+
+    /// The normal at psi = 0 of a wrist p = S->W (m), w = p / |p|: the one whose z_3 has this psi.
+    Vec3<T> normal(const Arm& arm, const Vec3<T>& p, const Vec3<T>& w) const noexcept {
+        const Vec3<T> in_plane = w - across * dot(across, w);
+        const Vec3<T> along = in_plane * (T(1.0) / norm(in_plane)), z = cross(across, along);
+        if (arm.d_4 == 0) return z;
+        const T distance = norm(p), tilt = arm.d_4 / distance;  // z_3 leans by it along w
+        const T a = tilt / norm(in_plane), b = sqrt(max(T(1.0) - a * a, T(0.0)));
+        const Vec3<T> z_3 = combine(along, a, z, b);
+        return (z_3 - w * tilt) * (T(1.0) / sqrt(max(T(1.0) - tilt * tilt, T(tolerance::vanishing))));
+    }
+};
+
+/// Unit directions of the nominal posture of a pose 0T7 at the plane's psi; out of reach, of the nearest
+/// wrist.
+template <class T>
+ARMANGLE_INLINE void nominal_posture(const Arm& arm, const Pose<T>& flange, const PsiPlane<T>& plane,
+                                     const Configuration<T>& gc, SinCos<T>* angle) noexcept {
+    Triad<T> on = triad(arm, flange,
+                        [&](const Vec3<T>& p, const Vec3<T>& w) noexcept { return plane.normal(arm, p, w); });
+    on.distance = min(max(on.distance, T(arm.inner_reach)), T(arm.reach));
+    const Directions<T> d =
+        directions(self_motion(arm, circle_on(arm, on, flange), gc), SinCos<T>{T(0.0), T(1.0)});
+    for (int j = 0; j < joints; ++j) {
+        const T length = hypot(d.y[j], d.x[j]), scale = T(1.0) / select(length == T(0.0), T(1.0), length);
+        angle[j] = {d.y[j] * scale, select(length == T(0.0), T(1.0), d.x[j] * scale)};
+    }
+}
+
+/// a^-1 b
+template <class T>
+ARMANGLE_INLINE Pose<T> from_to(const Pose<T>& a, const Pose<T>& b) noexcept {
+    const Mat3<T>& r = a.rotation;
+    return {{transposed_times(r, b.rotation.x), transposed_times(r, b.rotation.y),
+             transposed_times(r, b.rotation.z)},
+            transposed_times(r, b.position - a.position)};
+}
+
+/// |x| + |y| + |z|; max would pass over a NaN.
+template <class T>
+ARMANGLE_INLINE T taxi_length(const Vec3<T>& v) noexcept {
+    return abs(v.x) + abs(v.y) + abs(v.z);
+}
+
+/// How far a pose is from the identity: the shift as a share of `size`, and the turn in rad.
+template <class T>
+ARMANGLE_INLINE T remainder(const Pose<T>& p, double size) noexcept {
+    const Mat3<T>& r = p.rotation;
+    const Vec3<T> turn{r.y.z - r.z.y, r.z.x - r.x.z, r.x.y - r.y.x};
+    return taxi_length(p.position) * T(1.0 / size) + T(0.5) * taxi_length(turn);
+}
+
+/// Directions of a posture, and how far it is from what is wanted: shift as a share of the size, turn and psi
+/// in rad.
+template <class T>
+struct Found {
+    SinCos<T> angle[joints];
+    T left;
+};
+
+/// The posture after so many corrections of the pose. A lane that is settled stays, whatever its neighbours
+/// need.
+template <class T>
+ARMANGLE_INLINE Found<T> correct(const NearArm& arm, const Pose<T>& pose, const PsiPlane<T>& plane,
+                                 const Configuration<T>& gc, int corrections) noexcept {
+    const double size = max(1.0, arm.nominal.size);
+    Pose<T> wanted = pose;
+    Found<T> out;
+    out.left = T(infinity);
+    for (int pass = 0;; ++pass) {
+        SinCos<T> angle[joints];
+        nominal_posture(arm.nominal, flange_pose(arm.nominal, wanted), plane, gc, angle);
+        const Pose<T> rest = from_to(tip(arm, angle), pose);
+        const auto settled = out.left <= T(near_rule::settled);
+        for (int j = 0; j < joints; ++j)
+            out.angle[j] = {select(settled, out.angle[j].sin, angle[j].sin),
+                            select(settled, out.angle[j].cos, angle[j].cos)};
+        out.left = select(settled, out.left, remainder(rest, size));
+        if (pass == corrections || all(out.left <= T(near_rule::settled))) return out;
+        wanted = wanted * rest;
+    }
+}
+
+/// The seven equations at a posture: how far wrist (m, as a share of the reach), turn and psi are from those
+/// wanted, and the columns of their Jacobian. The wrist and not the tip, whose rows would nearly be those of
+/// the turn. psi by its elbow axis z_3, which must be orthogonal to the plane's `across`; dz_3 = a_i x z_3 of
+/// the nominal axes i = 1, 2, 3.
+template <class T>
+struct SevenEquations {
+    struct Row {
+        Vec3<T> wrist, turn;
+        T psi;
+    };
+    Row left, column[joints];
+
+    T size() const noexcept { return taxi_length(left.wrist) + taxi_length(left.turn) + abs(left.psi); }
+};
+
+template <class T>
+ARMANGLE_INLINE SevenEquations<T> seven_equations(const NearArm& arm, const Pose<T>& pose,
+                                                  const PsiPlane<T>& plane, const SinCos<T>* angle) noexcept {
+    Pose<T> frame[joints + 1];
+    walk_links(arm, angle, [&frame](int k, const Pose<T>& at) noexcept { frame[k] = at; });
+    const Pose<T>& now = frame[joints];
+    const Vec3<T> in_tip = spread<T>(arm.wrist), wrist = now.rotation * in_tip + now.position;
+    const T per_reach(1.0 / arm.nominal.reach), zero(0.0);
+    const Vec3<T> z_3 = elbow_axis(angle), z_0{zero, zero, T(1.0)}, z_1{-angle[0].sin, angle[0].cos, zero},
+                  z_2{angle[0].cos * angle[1].sin, angle[0].sin * angle[1].sin, angle[1].cos};
+    const Vec3<T> nominal_axis[3] = {z_0, z_1, z_2};
+    SevenEquations<T> out;
+    out.left.wrist = (pose.rotation * in_tip + pose.position - wrist) * per_reach;
+    out.left.turn = (cross(now.rotation.x, pose.rotation.x) + cross(now.rotation.y, pose.rotation.y) +
+                     cross(now.rotation.z, pose.rotation.z)) *
+                    T(0.5);
+    out.left.psi = -dot(plane.across, z_3);
+    for (int i = 0; i < joints; ++i) {
+        const Vec3<T>& axis = frame[i].rotation.z;
+        out.column[i].wrist = cross(axis, wrist - frame[i].position) * per_reach;
+        out.column[i].turn = axis;
+        out.column[i].psi = i < 3 ? dot(plane.across, cross(nominal_axis[i], z_3)) : zero;
+    }
+    return out;
+}
+
+template <class T>
+ARMANGLE_INLINE T triple(const Vec3<T>& a, const Vec3<T>& b, const Vec3<T>& c) noexcept {
+    return dot(a, cross(b, c));
+}
+
+/// Newton's step in closed form: joints 5-7 by the rows of the turn, a 3x3 block, then joints 1-4 by what is
+/// left of wrist and psi, by Cramer's rule. Where a determinant vanishes the step is no number.
+template <class T>
+ARMANGLE_INLINE void newton_step(const SevenEquations<T>& f, T (&step)[joints]) noexcept {
+    const auto* c = f.column;
+    const Vec3<T> r_5 = cross(c[5].turn, c[6].turn), r_6 = cross(c[6].turn, c[4].turn),
+                  r_7 = cross(c[4].turn, c[5].turn);
+    const T per_det = T(1.0) / dot(c[4].turn, r_5);
+    const auto turned_back = [&](const Vec3<T>& v) {
+        return Vec3<T>{dot(r_5, v) * per_det, dot(r_6, v) * per_det, dot(r_7, v) * per_det};
+    };
+    const auto moved = [&](const Vec3<T>& x) {  // the wrist, by joints 5-7
+        return c[4].wrist * x.x + c[5].wrist * x.y + c[6].wrist * x.z;
+    };
+    const Vec3<T> rest = turned_back(f.left.turn), s = f.left.wrist - moved(rest);
+    Vec3<T> back[4], w[4];
+    for (int i = 0; i < 4; ++i) {
+        back[i] = turned_back(c[i].turn);
+        w[i] = c[i].wrist - moved(back[i]);
+    }
+    const T h = f.left.psi, g_0 = c[0].psi, g_1 = c[1].psi, g_2 = c[2].psi;
+    const Vec3<T> n_0 = cross(w[0], w[3]), n_1 = cross(w[1], w[3]), n_2 = cross(w[2], w[3]);
+    const T m_12 = dot(w[1], n_2), m_02 = dot(w[0], n_2), m_01 = dot(w[0], n_1);
+    const T s_0 = dot(s, n_0), s_1 = dot(s, n_1), s_2 = dot(s, n_2);
+    const T per = T(1.0) / (g_1 * m_02 - g_0 * m_12 - g_2 * m_01);
+    step[0] = (g_1 * s_2 - g_2 * s_1 - h * m_12) * per;
+    step[1] = (h * m_02 - g_0 * s_2 + g_2 * s_0) * per;
+    step[2] = (g_0 * s_1 - g_1 * s_0 - h * m_01) * per;
+    step[3] = (g_1 * triple(w[0], w[2], s) - g_0 * triple(w[1], w[2], s) - g_2 * triple(w[0], w[1], s) +
+               h * triple(w[0], w[1], w[2])) *
+              per;
+    const Vec3<T> last =
+        rest - (back[0] * step[0] + back[1] * step[1] + back[2] * step[2] + back[3] * step[3]);
+    step[4] = last.x;
+    step[5] = last.y;
+    step[6] = last.z;
+}
+
+/// theta + step
+template <class T>
+ARMANGLE_INLINE void turn_by(const T (&step)[joints], SinCos<T>* angle) noexcept {
+    for (int j = 0; j < joints; ++j) {
+        const SinCos<T> by = sin_cos(step[j]), from = angle[j];
+        angle[j] = {mul_add(from.sin, by.cos, from.cos * by.sin),
+                    mul_add(from.cos, by.cos, -(from.sin * by.sin))};
+    }
+}
+
+/// Whether a posture is of the branch, and its elbow on the side that psi says.
+template <class T>
+ARMANGLE_INLINE auto is_of(const Arm& arm, const PsiPlane<T>& plane, const Configuration<T>& gc,
+                           const SinCos<T>* angle) noexcept {
+    const T bend = angle[3].sin * arm.delta.cos - angle[3].cos * arm.delta.sin;
+    return (angle[1].sin * gc.shoulder >= T(0.0)) & (bend * gc.elbow >= T(0.0)) &
+           (angle[5].sin * gc.wrist >= T(0.0)) & (dot(plane.along, elbow_axis(angle)) > T(0.0));
+}
+
+/// The posture of (pose, psi, GC) by one correction and Newton's steps; `left` is infinite where it is of
+/// another branch, NaN where a step was none.
+template <class T>
+ARMANGLE_INLINE Found<T> find_posture(const NearArm& arm, const Pose<T>& pose, const PsiPlane<T>& plane,
+                                      const Configuration<T>& gc) noexcept {
+    Found<T> out = correct(arm, pose, plane, gc, near_rule::corrections);
+    for (int pass = 0; !all(out.left <= T(near_rule::settled)); ++pass) {
+        const SevenEquations<T> now = seven_equations(arm, pose, plane, out.angle);
+        out.left = select(out.left <= T(near_rule::settled), out.left, now.size());
+        if (pass == near_rule::quick_steps) break;
+        const auto settled = out.left <= T(near_rule::settled);
+        T step[joints];
+        newton_step(now, step);
+        for (T& part : step) part = select(settled, T(0.0), part);
+        turn_by(step, out.angle);
+    }
+    out.left = select(is_of(arm.nominal, plane, gc, out.angle), out.left, T(infinity));
+    return out;
+}
+
+/// Solves for Newton's step by elimination with pivots, where the closed form does not lead; false where a
+/// pivot vanishes.
+inline bool solve(const SevenEquations<double>& f, double (&b)[joints]) noexcept {
+    double A[joints][joints];
+    const auto spelt = [](const SevenEquations<double>::Row& row, int k) {
+        const double entry[joints] = {row.wrist.x, row.wrist.y, row.wrist.z, row.turn.x,
+                                      row.turn.y,  row.turn.z,  row.psi};
+        return entry[k];
+    };
+    for (int k = 0; k < joints; ++k) {
+        b[k] = spelt(f.left, k);
+        for (int i = 0; i < joints; ++i) A[k][i] = spelt(f.column[i], k);
+    }
+    for (int k = 0; k < joints; ++k) {
+        int best = k;
+        for (int i = k + 1; i < joints; ++i)
+            if (abs(A[i][k]) > abs(A[best][k])) best = i;
+        if (!(abs(A[best][k]) > near_rule::pivot)) return false;
+        for (int j = k; j < joints; ++j) {
+            const double kept = A[k][j];
+            A[k][j] = A[best][j];
+            A[best][j] = kept;
+        }
+        const double kept = b[k];
+        b[k] = b[best];
+        b[best] = kept;
+        for (int i = k + 1; i < joints; ++i) {
+            const double factor = A[i][k] / A[k][k];
+            for (int j = k + 1; j < joints; ++j) A[i][j] -= factor * A[k][j];
+            b[i] -= factor * b[k];
+        }
+    }
+    for (int k = joints - 1; k >= 0; --k) {
+        for (int j = k + 1; j < joints; ++j) b[k] -= A[k][j] * b[j];
+        b[k] /= A[k][k];
+    }
+    return true;
+}
+
+/// Whether two branches are near to meeting: |sin| of theta_2, theta_4 - delta or theta_6 small.
+inline bool near_singular(const Arm& arm, const SinCos<double>* angle) noexcept {
+    const double bend = angle[3].sin * arm.delta.cos - angle[3].cos * arm.delta.sin;
+    return !(min(min(abs(angle[1].sin), abs(angle[5].sin)), abs(bend)) > near_rule::band_sine);
+}
+
+/// Newton with short steps from a posture, in place, where the quick way did not lead to it.
+inline Status newton(const NearArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
+                     const Configuration<double>& gc, SinCos<double> (&angle)[joints]) noexcept {
+    bool solved = false;
+    double before = infinity;
+    for (int pass = 0; pass < near_rule::newton_steps; ++pass) {
+        const SevenEquations<double> now = seven_equations(arm, pose, plane, angle);
+        const double left = now.size();
+        solved = left <= near_rule::residual;
+        double step[joints], longest = 0;
+        if (left <= near_rule::settled || (solved && !(left < before)) || !(left < infinity)) break;
+        before = left;
+        if (!solve(now, step)) break;
+        for (int j = 0; j < joints; ++j) longest = max(longest, abs(step[j]));
+        if (longest > near_rule::largest_step)
+            for (double& part : step) part *= near_rule::largest_step / longest;
+        turn_by(step, angle);
+    }
+    if (solved && is_of(arm.nominal, plane, gc, angle)) return Status::OK;
+    return solved || near_singular(arm.nominal, angle) ? Status::NEAR_SINGULAR : Status::NO_CONVERGENCE;
+}
+
+/// Bends the angles of theta_2, theta_4 - delta and theta_6 that are nearer to singular than this on the side
+/// of the branch, to begin again where its postures lie.
+inline void bend_by(double bend, const Arm& arm, const Configuration<double>& gc,
+                    SinCos<double> (&angle)[joints]) noexcept {
+    const SinCos<double> by = sin_cos(bend);
+    const auto bent = [&](SinCos<double>& at, const SinCos<double>& zero, double side) {
+        const double sine = at.sin * zero.cos - at.cos * zero.sin,
+                     cosine = at.cos * zero.cos + at.sin * zero.sin;
+        if (abs(sine) >= by.sin) return;
+        const double s = side * by.sin, c = copysign(by.cos, cosine);
+        at = {s * zero.cos + c * zero.sin, c * zero.cos - s * zero.sin};
+    };
+    bent(angle[1], {0, 1}, gc.shoulder);
+    bent(angle[3], arm.delta, gc.elbow);
+    bent(angle[5], {0, 1}, gc.wrist);
+}
+
+/// The posture of (pose, psi, GC) of a pose that may be within reach. Where neither the quick way nor short
+/// steps lead to it, they begin again from a bend of the branch's own.
+inline Status solve_angles(const NearArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
+                           const Configuration<double>& gc, SinCos<double> (&angle)[joints]) noexcept {
+    const auto begin = [&angle](const Found<double>& from) {
+        for (int j = 0; j < joints; ++j) angle[j] = from.angle[j];
+    };
+    const Found<double> found = find_posture(arm, pose, plane, gc);
+    begin(found);
+    if (found.left <= near_rule::settled) return Status::OK;
+    const Found<double> start = correct(arm, pose, plane, gc, near_rule::more_corrections);
+    begin(start);
+    Status status = newton(arm, pose, plane, gc, angle);
+    for (int k = 0; k < near_rule::bends && status != Status::OK; ++k) {
+        begin(start);
+        bend_by(near_rule::bend[k], arm.nominal, gc, angle);
+        status = newton(arm, pose, plane, gc, angle);
+    }
+    return status;
+}
+
+/// theta in (-pi, pi] of a posture; the eighth slot is 0.
+inline JointLanes theta_of(const SinCos<double> (&angle)[joints]) noexcept {
+    double y[joint_slots] = {}, x[joint_slots] = {0, 0, 0, 0, 0, 0, 0, 1};
+    for (int j = 0; j < joints; ++j) {
+        y[j] = angle[j].sin;
+        x[j] = angle[j].cos;
+    }
+    return atan2(JointLanes::of(y), JointLanes::of(x));
+}
+
+/// Why a pose has no posture before any is looked for; OK where one may be.
+inline Status reach_status(const NearArm& arm, const Triad<double>& on) noexcept {
+    const Arm& nominal = arm.nominal;
+    const double outside = max(on.distance - nominal.reach, nominal.inner_reach - on.distance);
+    if (!(outside <= arm.wrist_shift + tolerance::reach * nominal.size)) return Status::UNREACHABLE;
+    return is_folded(on) ? Status::FOLDED : Status::OK;
+}
+
+}  // namespace detail
+
+/// (pose, psi, GC) -> q of the true chain, as inverse() of the exact arm. Pose and psi are kept to
+/// near_rule::residual, GC exactly: else NEAR_SINGULAR where branches meet, or NO_CONVERGENCE. A rotation
+/// that is one within its tolerance stands for the nearest exact one.
+inline Inverse inverse(const NearArm& arm, const Pose<double>& pose, double psi, int gc,
+                       const double* seed = nullptr) noexcept {
+    constexpr double no = not_a_number;
+    Inverse out{{no, no, no, no, no, no, no, 0.0}, Status::BAD_INPUT, no};
+    if (gc < 0 || gc >= configurations || !(abs(psi) <= tolerance::largest_angle)) return out;
+    if (!is_rigid(pose) || (seed && !is_finite(seed))) return out;
+    const Arm& nominal = arm.nominal;
+    const Pose<double> exact{orthonormal(pose.rotation), pose.position};
+    const Triad<double> on = triad(nominal, flange_pose(nominal, exact));
+    out.status = detail::reach_status(arm, on);
+    if (out.status != Status::OK) return out;
+    SinCos<double> angle[joints];
+    out.status = detail::solve_angles(arm, exact, {on, sin_cos(psi)}, configuration(gc), angle);
+    if (out.status != Status::OK) return out;
+    const JointLanes near = seed ? joint_lanes(seed) : JointLanes::load(nominal.joint_middle);
+    to_q(detail::theta_of(angle), JointLanes::load(nominal.sign), JointLanes::load(nominal.offset),
+         JointLanes::load(nominal.limits.lower), JointLanes::load(nominal.limits.upper), near)
+        .store(out.q);
+    out.margin = limit_margin(nominal.limits, out.q);
+    return out;
+}
+
+/// How far (m) the wrist of a pose is out of the nominal reach; <= 0 within.
+inline double reach_excess(const NearArm& arm, const Pose<double>& pose) noexcept {
+    return circle(arm.nominal, flange_pose(arm.nominal, pose)).triangle.excess;
+}
+
+/// dq/dpsi (rad/rad) of the true chain at (pose, psi, GC), in `q`: Newton's step for a unit of psi.
+inline Inverse self_motion_rate(const NearArm& arm, const Pose<double>& pose, double psi, int gc) noexcept {
+    Inverse out = inverse(arm, pose, psi, gc);
+    if (out.status != Status::OK) return out;
+    const Arm& nominal = arm.nominal;
+    const Pose<double> exact{orthonormal(pose.rotation), pose.position};
+    const detail::PsiPlane<double> plane(triad(nominal, flange_pose(nominal, exact)), sin_cos(psi));
+    SinCos<double> angle[joints];
+    double theta[joints], step[joints];
+    detail::theta_of(nominal, out.q, theta);
+    detail::sin_cos_all(theta, angle);
+    detail::SevenEquations<double> f = detail::seven_equations(arm, exact, plane, angle);
+    f.left = {{0, 0, 0}, {0, 0, 0}, dot(plane.along, detail::elbow_axis(angle))};
+    if (!detail::solve(f, step)) out.status = Status::NEAR_SINGULAR;
+    for (int j = 0; j < joints; ++j)
+        out.q[j] = out.status == Status::OK ? nominal.sign[j] * step[j] : not_a_number;
+    return out;
+}
+
+}  // namespace armangle

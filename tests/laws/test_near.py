@@ -1,0 +1,247 @@
+"""Laws of arms that are only nearly S-R-S: the true chain is met, not the nominal arm beside it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.chain import turn
+from support.draw import count, generator
+from support.laws import POSE, circle_gap, gap
+
+import armangle as aa
+from armangle.models.chain import chain_of, links_of
+
+Array = np.ndarray
+NAMES = ("kuka_iiwa7_r800", "openarm_v10", "barrett_wam7", "yaskawa_sia5d", "iit_icub_left")
+CALIBRATIONS = ((0.1, 0.1), (1.0, 1.0), (2.0, 5.0))  # mm, mrad
+Z = np.array([0.0, 0.0, 1.0])
+
+
+def off(links: Array, mm: float, mrad: float, rng: np.random.Generator) -> Array:
+    """Links moved by random shifts and turns of this size."""
+    shifts, turns = (size * 1e-3 / 3**0.5 * rng.normal(size=(8, 3)) for size in (mm, mrad))
+    return np.array([link @ aa.pose(s, rotvec=t) for link, s, t in zip(links, shifts, turns, strict=True)])
+
+
+def calibrated(name: str, mm: float, mrad: float, seed: int = 0) -> aa.Arm:
+    """An arm of the catalogue whose links are off at random."""
+    arm = aa.Arm.from_catalogue(name)
+    rng = generator(seed, round(10 * mm), len(name))
+    return arm.with_(chain=off(links_of(chain_of(arm._description())), mm, mrad, rng))
+
+
+def plain_forward(arm: aa.Arm, q: Array) -> Array:
+    """The tip of a chain, walked link by link."""
+    pose = arm.chain[0]
+    for angle, link in zip(q, arm.chain[1:], strict=True):
+        pose = pose @ turn(Z, angle) @ link
+    return pose
+
+
+def postures(arm: aa.Arm, n: int, *seed: int) -> Array:
+    return generator(*seed).uniform(arm.lower, arm.upper, (n, 7))
+
+
+def off_singular(arm: aa.Arm, q: Array, least: float) -> Array:
+    """Whether theta_2, theta_4 - delta and theta_6 are away from singular (rad)."""
+    theta = arm.signs * q + arm.offsets
+    theta[:, 3] -= arm.delta
+    return (np.abs(np.sin(theta[:, 1:6:2])) > np.sin(least)).all(axis=1)
+
+
+ARMS = {f"{name} {mm} mm": calibrated(name, mm, mrad) for name in NAMES for mm, mrad in CALIBRATIONS}
+EVERY = pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS.keys())
+
+
+@EVERY
+def test_forward_is_the_chain_walked_link_by_link(arm: aa.Arm) -> None:
+    q = postures(arm, 20, 1)
+    pose, _, gc = arm.forward(q)
+    assert gap(pose, np.array([plain_forward(arm, row) for row in q])) <= POSE
+    frames = arm.frames(q)
+    assert gap(frames[:, 7] @ arm.tool, pose) <= POSE
+    assert gap(arm.elbow(q), frames[:, 3, :3, 3]) == 0.0
+    assert gap(gc, arm.nominal.forward(q)[2]) == 0
+    for row, frame in zip(q, frames, strict=True):  # joint i turns about z of frame i - 1
+        for joint in range(7):
+            moved = row.copy()
+            moved[joint] += 0.7
+            axis = frame[joint, :3, 2] * arm.signs[joint]
+            spun = turn(axis, 0.7)
+            spun[:3, 3] = frame[joint, :3, 3] - spun[:3, :3] @ frame[joint, :3, 3]
+            assert gap(spun @ plain_forward(arm, row), plain_forward(arm, moved)) <= POSE
+
+
+@EVERY
+def test_the_inverse_meets_the_true_pose_or_says_why_not(arm: aa.Arm) -> None:
+    q = postures(arm, count(400), 2)
+    pose, psi, gc = arm.forward(q)
+    again = arm.inverse(pose, psi, gc, seed=q, unreachable="nan")
+    solved = np.isfinite(again[:, 0])
+    at, psi_at, gc_at = arm.forward(again[solved])
+    assert gap(at, pose[solved]) <= POSE
+    assert circle_gap(psi_at, psi[solved]).max() <= 1e-11
+    assert (gc_at == gc[solved]).all()
+    clear = off_singular(arm, q, np.radians(10.0))
+    assert solved[clear].all()
+    assert gap(again[clear], q[clear]) <= 1e-9
+    assert solved.mean() >= 0.99
+    # the naive way, the joints of the nominal arm, is off by the deviation
+    naive = arm.nominal.inverse(pose[clear], psi[clear], gc[clear], unreachable="nan")
+    reached = np.isfinite(naive[:, 0])
+    away = np.linalg.norm((arm.forward(naive[reached])[0] - pose[clear][reached])[:, :3, 3], axis=-1)
+    assert np.median(away) > 1e4 * POSE
+
+
+@EVERY
+def test_all_branches_meet_the_pose(arm: aa.Arm) -> None:
+    pose, psi, _ = arm.forward(postures(arm, 20, 3))
+    rows = arm.inverse_all(pose, psi, unreachable="nan")
+    for gc in range(8):
+        q = rows[:, gc]
+        solved = np.isfinite(q[:, 0])
+        at, psi_at, gc_at = arm.forward(q[solved])
+        assert gap(at, pose[solved]) <= POSE and circle_gap(psi_at, psi[solved]).max(initial=0.0) <= 1e-11
+        assert (gc_at == gc).all()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_without_deviation_it_is_the_exact_arm(name: str) -> None:
+    arm = aa.Arm.from_catalogue(name)
+    near = arm.with_(chain=links_of(chain_of(arm._description())))
+    q = postures(arm, 300, 4)
+    q = q[off_singular(arm, q, 0.05)]
+    exact, kept = arm.forward(q), near.forward(q)
+    assert gap(exact[0], kept[0]) <= 1e-12 and (exact[2] == kept[2]).all()
+    assert circle_gap(exact[1], kept[1]).max() <= 1e-12
+    pose, psi, gc = exact
+    assert gap(arm.inverse(pose, psi, gc), near.inverse(pose, psi, gc)) <= 1e-12
+    assert gap(arm.frames(q), near.frames(q)) <= 1e-12
+    assert gap(arm.jacobian(q), near.jacobian(q)) <= 1e-12
+    assert gap(arm.self_motion(pose, psi, gc), near.self_motion(pose, psi, gc)) <= 1e-9
+    assert near.deviation.position_max <= 1e-12 and near.deviation.bands == (0.0, 0.0, 0.0)
+    assert arm.deviation == aa.ChainDeviation()
+
+
+@EVERY
+def test_derivatives_are_those_of_the_true_chain(arm: aa.Arm) -> None:
+    q = postures(arm, 20, 5)
+    q = q[off_singular(arm, q, 0.2)]
+    step = 1e-6
+    for row in q[:5]:
+        numeric = np.zeros((6, 7))
+        for j in range(7):
+            moved = [plain_forward(arm, row + s * step * np.eye(7)[j]) for s in (1, -1)]
+            numeric[:3, j] = (moved[0] - moved[1])[:3, 3] / (2 * step)
+            spin = (moved[0] - moved[1])[:3, :3] @ plain_forward(arm, row)[:3, :3].T / (2 * step)
+            numeric[3:, j] = spin[2, 1], spin[0, 2], spin[1, 0]
+        assert gap(arm.jacobian(row), numeric) <= 1e-8
+    pose, psi, gc = arm.forward(q)
+    ahead, behind = (arm.inverse(pose, psi + s * step, gc, seed=q) for s in (1, -1))
+    rate = arm.self_motion(pose, psi, gc)
+    assert gap((ahead - behind) / (2 * step), rate) <= 1e-6 * (1 + np.abs(rate).max())
+    assert gap(np.einsum("nij,nj->ni", arm.jacobian(q), rate), 0.0) <= 1e-9 * (1 + np.abs(rate).max())
+
+
+@EVERY
+def test_one_call_is_the_batch(arm: aa.Arm) -> None:
+    q = postures(arm, 30, 6)
+    q = q[off_singular(arm, q, 0.2)]
+    pose, psi, gc = arm.forward(q)
+    many = arm.inverse(pose, psi, gc)
+    for i in range(len(q)):
+        assert gap(arm.inverse(pose[i], psi[i], gc[i]), many[i]) == 0.0
+        alone = arm.forward(q[i])
+        assert gap(alone[0], pose[i]) == 0.0 and alone[1] == psi[i] and alone[2] == gc[i]
+    assert gap(arm.inverse(pose, psi, gc, threads=2), many) == 0.0
+
+
+def test_what_geometry_has_no_answer_for_says_why() -> None:
+    arm = ARMS["kuka_iiwa7_r800 1.0 mm"]
+    far = np.eye(4)
+    far[0, 3] = 2.0
+    with pytest.raises(aa.UnreachableError, match="out of reach by"):
+        arm.inverse(far, 0.0, 0)
+    # where two branches meet: the inverse is right, or says so
+    q = postures(arm, 4000, 7)
+    q[:, 5] = 1e-4 * generator(8).uniform(-1, 1, 4000)
+    pose, psi, gc = arm.forward(q)
+    again = arm.inverse(pose, psi, gc, unreachable="nan")
+    lost = ~np.isfinite(again[:, 0])
+    assert lost.sum() > 0
+    assert gap(arm.forward(again[~lost])[0], pose[~lost]) <= POSE
+    with pytest.raises(aa.NoSolutionError, match="branches of the nearly S-R-S arm meet"):
+        arm.inverse(pose[lost][0], psi[lost][0], gc[lost][0])
+    assert arm.deviation.bands[2] > 0.0
+
+
+def test_a_file_that_is_nearly_srs_keeps_its_chain() -> None:
+    made = calibrated("kuka_iiwa7_r800", 1.0, 1.0)
+    with pytest.raises(aa.NotSRSError, match="near S-R-S"):
+        aa.Arm.from_urdf(made.to_urdf())
+    read = aa.Arm.from_urdf(made.to_urdf(), exact=False)
+    q = postures(made, 50, 9)
+    assert gap(read.forward(q)[0], made.forward(q)[0]) <= POSE
+    assert read.deviation.position_rms < made.deviation.position_rms  # fitted, where the other was not
+    assert "only nearly S-R-S" in str(read.import_report)
+    assert 0.0 < read.deviation.position_rms <= read.deviation.position_max < 0.01
+    assert "mrad rms" in str(read.deviation)
+    exact = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    assert aa.Arm.from_urdf(exact.to_urdf(), exact=False).chain is None
+
+
+def test_the_arm_as_a_value_keeps_its_chain() -> None:
+    arm = ARMS["openarm_v10 1.0 mm"]
+    q = postures(arm, 10, 10)
+    tool = aa.pose([0.0, 0.01, 0.1], rpy=[0.1, 0.2, 0.3])
+    base = aa.pose([0.5, 0.0, 1.0], rpy=[0.0, 0.3, 0.0])
+    assert gap(arm.with_tool(tool).forward(q)[0], arm.forward(q)[0] @ tool) <= POSE
+    moved = arm.with_(base=base @ arm.base)
+    assert gap(moved.forward(q)[0], base @ arm.forward(q)[0]) <= POSE
+    assert gap(moved.forward(q)[1], arm.forward(q)[1]) <= 1e-9
+    import pickle
+
+    assert pickle.loads(pickle.dumps(arm)) == arm
+    assert eval(repr(arm), {"Arm": aa.Arm}) == arm
+    assert arm.nominal.chain is None and arm.nominal != arm and arm.nominal.nominal is not arm
+    assert arm.with_reference("stereographic").chain is not None
+
+
+def test_a_dh_table_is_a_chain() -> None:
+    half = np.pi / 2
+    alpha = np.array([-half, half, half, -half, -half, half, 0.0])
+    d = np.array([0.34, 0.0, 0.4, 0.0, 0.4, 0.0, 0.126])
+    arm = aa.Arm(d_bs=0.34, d_se=0.4, d_ew=0.4, d_wf=0.126)
+    q = generator(11).uniform(-2, 2, (10, 7))
+    table = np.column_stack([np.zeros(7), alpha, d, np.zeros(7)])
+    same = arm.with_(chain=aa.dh_chain(table))
+    assert gap(same.forward(q)[0], arm.forward(q)[0]) <= POSE
+    tool, base = aa.pose([0.1, 0.2, 0.3], rpy=[0.1, 0, 0]), aa.pose([0, 0, 1.0])
+    ended = arm.with_(tool=tool, base=base, chain=aa.dh_chain(table, tool=tool, base=base))
+    assert gap(ended.forward(q)[0], base @ arm.forward(q)[0] @ tool) <= POSE
+    # Craig's order: alpha and a belong to the link before
+    craig = np.column_stack([np.zeros(7), np.roll(alpha, 1), d, np.zeros(7)])
+    assert gap(aa.dh_chain(craig, modified=True)[0], np.eye(4)) == 0.0
+    assert gap(arm.with_(chain=aa.dh_chain(craig, modified=True)).forward(q)[0], arm.forward(q)[0]) <= POSE
+    turned = table.copy()
+    turned[1, 3] = 0.01
+    shifted = q.copy()
+    shifted[:, 1] += 0.01
+    assert gap(arm.with_(chain=aa.dh_chain(turned)).forward(q)[0], arm.forward(shifted)[0]) <= POSE
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda arm, pose, q: arm.psi_towards(pose, 0, [0.0, 0.0, 1.0]),
+        lambda arm, pose, q: arm.explain(pose),
+        lambda arm, pose, q: arm.joint_function(pose, 0, 1),
+        lambda arm, pose, q: aa.plan(arm, pose[None]),
+        lambda arm, pose, q: aa.Tracker(arm),
+    ],
+)
+def test_what_is_not_made_for_a_chain_is_refused_by_name(ask: object) -> None:
+    arm = ARMS["kuka_iiwa7_r800 1.0 mm"]
+    q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+    with pytest.raises(aa.InputError, match=r"is not made for an arm with a chain of its own: use arm\."):
+        ask(arm, arm.forward(q)[0], q)
