@@ -1,4 +1,4 @@
-"""The objective of a plan by plain sums over many samples: independent of series, splines and Gauss points."""
+"""The objective of a plan by plain sums over many samples: no series, no splines, no Gauss points."""
 
 from __future__ import annotations
 

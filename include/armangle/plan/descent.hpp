@@ -192,7 +192,8 @@ public:
         for (std::size_t i = 0; i < n; ++i) {
             double t[6];
             detail::knots_about(breaks, i, t);
-            const double l = breaks[i], r = breaks[i + 1], h = r - l, *c = &control_[i];
+            const double l = breaks[i], r = breaks[i + 1], h = r - l;
+            const double* c = &control_[i];
             const double cubic = detail::blossom(c, t, {r, r, r}) - 3 * detail::blossom(c, t, {l, r, r}) +
                                  3 * detail::blossom(c, t, {l, l, r}) - detail::blossom(c, t, {l, l, l});
             third[i] = 6 * cubic / (h * h * h);
@@ -297,7 +298,12 @@ inline bool Descent::integrand(const detail::GaussPoint& p, double phi, double v
         joint[j].coefficient[1] = by_phi;
         joint[j].coefficient[2] = 0.5 * by_phi_2;
     }
-    for (double* x : {&f.phi, &f.v, &f.phi_phi, &f.phi_v, &f.v_v}) *x *= 2 * objective_.travel;
+    const double twice = 2 * objective_.travel;
+    f.phi *= twice;
+    f.v *= twice;
+    f.phi_phi *= twice;
+    f.phi_v *= twice;
+    f.v_v *= twice;
     f.value = objective_.travel * travel;
     terms.travel += p.weight * travel;
     bool inside = true;

@@ -15,7 +15,7 @@
 #include "certify.hpp"
 #include "diagnose.hpp"
 #include "tube.hpp"
-#include "optimise.hpp"
+#include "optimum.hpp"
 #include "relax.hpp"
 
 namespace armangle {
