@@ -274,6 +274,7 @@ void bind_planning(nb::module_& m, nb::class_<ArmHandle>& arm) {
     m.def("arc_through", &arc_through_points, "start"_a, "via"_a, "end"_a);
     m.def("path_gap", &path_gap, "segments"_a);
     m.def("path_joined", &path_joined, "segments"_a, "radius"_a);
+    m.attr("RADIAN") = path_rule::radian;
     m.def("path_poses", &path_poses, "segments"_a, "s"_a, "out"_a);
     m.def("path_derivatives", &path_derivatives, "segments"_a, "s"_a, "out"_a);
     m.def("interval_many", &interval_many, "operation"_a, "a"_a, "b"_a, "out"_a);

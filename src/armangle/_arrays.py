@@ -36,6 +36,7 @@ AnyArray = TypeVar("AnyArray", bound=NDArray[Any])
 JOINTS: int = _core.JOINTS
 CONFIGURATIONS: int = _core.CONFIGURATIONS
 MILLIMETRES = 1e3
+FAR = 20.0  # m: a pose this far beyond the reach was hardly meant in m
 MOST_THREADS = 1024
 
 
@@ -58,7 +59,7 @@ def as_poses(name: str, value: ArrayLike, arm: _core.Arm | None = None) -> Float
     """
     array = _numbers(name, matrix_of(value), (4, 4))
     if array.shape[-2:] != (4, 4):
-        raise ShapeError(f"{name} has shape {array.shape}, wanted (..., 4, 4){_meant(name, array.shape)}")
+        raise ShapeError(f"{name} has shape {array.shape}, wanted (..., 4, 4){looks_like(name, array.shape)}")
     poses = _aligned(array.astype(np.float64, copy=False), (4, 4))
     if arm is not None and array.dtype.kind == "f" and array.dtype.itemsize < poses.itemsize:
         arm.settle_many(poses, float(np.finfo(array.dtype).eps))
@@ -81,11 +82,16 @@ def matrix_of(value: Any) -> Any:
     return value
 
 
+def in_millimetres(excess: float) -> str:
+    """Return what a pose `excess` m beyond the reach lets suspect, or ''."""
+    return ": positions are in m, were these in mm?" if excess > FAR else ""
+
+
 def _plain(value: Any) -> bool:
     return isinstance(value, (list, tuple, np.ndarray, float, int, np.number))
 
 
-def _meant(name: str, shape: Shape) -> str:
+def looks_like(name: str, shape: Shape) -> str:
     """Return what a shape that is none of a pose looks like, and the call that makes poses of it."""
     if shape[-2:] == (3, 4):
         return f": without its last row; armangle.pose({name}[..., 3], matrix={name}[..., :3])"
@@ -322,7 +328,9 @@ def _refusal(problem: Problem, name: str, index: Shape, value: float) -> Armangl
                 f"within {_core.UNIT_TOLERANCE:g}"
             )
         case Problem.UNREACHABLE:
-            return UnreachableError(f"{where} is out of reach by {value * MILLIMETRES:.6g} mm")
+            return UnreachableError(
+                f"{where} is out of reach by {value * MILLIMETRES:.6g} mm{in_millimetres(value)}"
+            )
         case Problem.NEAR_SINGULAR | Problem.NO_CONVERGENCE:
             return NoSolutionError(f"{where}: {_core.Status[problem.name].sentence}")
     return ArmangleError(problem.name)

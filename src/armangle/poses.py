@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _core
-from ._arrays import Floats, as_floats, as_poses, broadcast, frozen, one_pose
+from ._arrays import Floats, as_floats, as_poses, broadcast, frozen, looks_like, one_pose
 from ._core import Orientation
 from .errors import InputError, NotFiniteError
 
@@ -73,7 +73,7 @@ def pose(
     given = {name: value for name, value in named.items() if value is not None}
     if len(given) > 1:
         raise InputError(f"{' and '.join(given)} are given, wanted one orientation, or none for the identity")
-    places = as_floats("xyz", xyz, (3,), ": positions, m")
+    places = as_floats("xyz", xyz, (3,), _instead_of_positions(xyz) or ": positions, m")
     if not np.isfinite(places).all():
         at = [int(i) for i in np.argwhere(~np.isfinite(places))[0]]
         raise NotFiniteError(f"xyz{at} is {places[tuple(at)]}, wanted finite numbers in m")
@@ -86,6 +86,15 @@ def pose(
     out[...] = turns
     out[..., :3, 3] = shifts
     return out
+
+
+def _instead_of_positions(xyz: ArrayLike) -> str:
+    """Return what an argument that holds no positions looks like, or ''."""
+    try:
+        shape = np.shape(xyz)
+    except ValueError:  # a ragged list
+        return ""
+    return ": it is a pose already" if shape[-2:] == (4, 4) else looks_like("xyz", shape)
 
 
 def _turns(name: str, value: ArrayLike) -> Floats:

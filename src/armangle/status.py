@@ -13,9 +13,16 @@ _OF_NUMBERS = tuple("bcdoxXneEfFgG%")
 class _Outcome(IntEnum):
     """What became of a pose: an int that prints as its name; ``sentence`` says it in words.
 
+    It is true where it is OK, although OK is the number 0: ``if step.status:`` is what it reads as.
+
     >>> f"{Status.LIMITS}: {Status.LIMITS:d}"
     'LIMITS: 5'
+    >>> bool(Status.OK), bool(Status.LIMITS)
+    (True, False)
     """
+
+    def __bool__(self) -> bool:
+        return self.name == "OK"
 
     def __str__(self) -> str:
         return self.name

@@ -270,6 +270,22 @@ def test_follow_reports_where_it_fails(capsys: Capture, line: Path, tmp_path: Pa
         (("--policy", "centre", "--K", "0.01"), "Centre(K=0.01, rate=None, outside='nearest')"),
         (("--rate", "1", "--dt", "0.01"), "Repulsion(K=0.1, alpha=20.0, rate=1.0, outside='nearest')"),
         (("--outside", "stop"), "Repulsion(K=0.1, alpha=20.0, rate=None, outside='stop')"),
+        (
+            ("--policy", "towards", "--psi", "90", "--K", "0.05"),
+            f"Towards(psi={np.pi / 2}, point=None, direction=None, K=0.05, rate=None, outside='nearest')",
+        ),
+        (
+            ("--policy", "towards", "--direction", "up"),
+            "Towards(psi=None, point=None, direction='up', K=0.1, rate=None, outside='nearest')",
+        ),
+        (
+            ("--policy", "towards", "--direction=0,-1,0", "--rate", "2", "--dt", "0.01"),
+            "Towards(psi=None, point=None, direction=(0.0, -1.0, 0.0), K=0.1, rate=2.0, outside='nearest')",
+        ),
+        (
+            ("--policy", "towards", "--point=0.1,0.2,0.3"),
+            "Towards(psi=None, point=(0.1, 0.2, 0.3), direction=None, K=0.1, rate=None, outside='nearest')",
+        ),
     ],
 )
 def test_follow_with_policies(capsys: Capture, line: Path, options: tuple[str, ...], policy: str) -> None:

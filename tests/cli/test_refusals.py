@@ -92,6 +92,10 @@ BAD_WORDS = {
     (*FOLLOW, GOOD, "--alpha", "0"): "alpha is 0.0, wanted a number in (0, 1e+06]",
     (*FOLLOW, GOOD, "--policy", "hold", "--K", "1"): "--K does not go with --policy hold",
     (*FOLLOW, GOOD, "--policy", "centre", "--alpha", "1"): "--alpha does not go with --policy centre",
+    (*FOLLOW, GOOD, "--psi", "1"): "--psi does not go with --policy repulsion",
+    (*FOLLOW, GOOD, "--policy", "towards"): "no wish given, wanted one of psi, point, direction",
+    (*FOLLOW, GOOD, "--policy", "towards", "--point", "1,2"): "--point has 2 numbers, wanted 3: x,y,z",
+    (*FOLLOW, GOOD, "--policy", "towards", "--direction", "north"): "wanted one of 'up'",
     (*FOLLOW, GOOD, "--rate", "1", "--K", "1"): "--K and --rate are one and the same",
     ("inspect", "no.urdf"): "no.urdf: no such file",
 }

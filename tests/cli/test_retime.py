@@ -33,7 +33,7 @@ def joints(tmp_path: Path) -> Path:
 def test_a_joint_file_becomes_a_trajectory_within_its_bounds(
     joints: Path, ending: str, capsys: Capture
 ) -> None:
-    need("toppra")
+    need("scipy")
     to = joints.with_suffix(f".out.{ending}")
     words = ["retime", str(joints), *ROBOT, "--acceleration", "300", "--velocity", "60", "-o", str(to)]
     assert main(words) == 0
@@ -52,8 +52,7 @@ def test_a_joint_file_becomes_a_trajectory_within_its_bounds(
 
 
 def test_seven_bounds_and_the_jerk(joints: Path, capsys: Capture) -> None:
-    need("toppra")
-    need("ruckig")
+    need("scipy")
     seven = ",".join(["200"] * 7)
     assert main(["retime", str(joints), *ROBOT, "--acceleration", seven, "--json"]) == 0
     fast = json.loads(capsys.readouterr().out)["duration"]

@@ -215,6 +215,25 @@ def test_no_posture_says_why() -> None:
     assert IIWA.solve(pose, near=Q).raise_for_status().ok
 
 
+def test_a_row_of_a_batch_is_what_one_pose_gives() -> None:
+    seeds = Q + 0.3 * np.sin(np.arange(42.0)).reshape(2, 3, 7)
+    poses = IIWA.forward(seeds)[0]
+    poses[1, 2, 0, 3] += 3
+    batch = IIWA.solve(poses, near=Q)
+    for at in np.ndindex(2, 3):
+        row, one = batch.row(at), IIWA.solve(poses[at], near=Q)
+        assert [type(field) for field in row] == [type(field) for field in one]
+        for mine, theirs in zip(row, one, strict=True):
+            assert np.array_equal(mine, theirs, equal_nan=True)
+    assert IIWA.solve(poses[0], near=Q).row(-1).gc == batch.row((0, 2)).gc
+    assert repr(batch.row((1, 2))) == "<Solution: none, UNREACHABLE>"
+    for bad in (0, (0, 3), (2, 0), (0, 1, 0), 1.0, (0, True), "0"):
+        with pytest.raises(
+            aa.InputError, match=r"index is .*, wanted that of one pose of a batch of shape \(2, 3\)"
+        ):
+            batch.row(bad)  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize(
     ("arguments", "error", "words"),
     [

@@ -86,6 +86,18 @@ def test_batches_broadcast_and_an_element_does_not_depend_on_its_batch() -> None
     assert (aa.pose([1, 2, 3], matrix=np.eye(3)) == aa.pose([1, 2, 3])).all()
 
 
+def test_what_is_no_position_is_told_what_it_looks_like() -> None:
+    looks = {
+        (7,): r"it looks like x y z and a quaternion; armangle.pose\(xyz\[..., :3\], wxyz=xyz",
+        (5, 6): r"it looks like x y z and three angles; armangle.pose\(xyz\[..., :3\], rpy=xyz",
+        (4, 4): "it is a pose already",
+        (2,): "positions, m",
+    }
+    for shape, words in looks.items():
+        with pytest.raises(aa.ShapeError, match=rf"xyz has shape .*, wanted \(..., 3\): {words}"):
+            aa.pose(np.zeros(shape))
+
+
 def test_pinocchio_reads_the_same_rotations() -> None:
     pin = pytest.importorskip("pinocchio")
     rng = np.random.default_rng(7)

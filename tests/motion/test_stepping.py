@@ -352,7 +352,29 @@ def test_a_failed_path_says_by_how_much() -> None:
     beyond = START.copy()
     beyond[0] = IIWA.upper[0] + 0.3
     said = aa.follow(IIWA, [pose], start=beyond).explain()
-    assert "Joint 1 starts 17.19 deg outside its limits." in said
+    assert said.endswith("Joint 1 starts 17.19 deg outside its limits.")
+    said = aa.follow(IIWA, [pose], start=np.degrees(START)).explain()
+    assert said.endswith(" deg outside its limits. Joints are in rad: were these degrees?")
+    away = IIWA.forward(START + np.eye(7)[0])[0]
+    path = aa.follow(IIWA, [away, pose], start=START)
+    assert path.explain().endswith("Begin at arm.solve(poses[0], near=start).q.")
+    assert aa.follow(IIWA, [away], start=IIWA.solve(away, near=START).q).ok
+    path = aa.follow(IIWA, [pose, away], start=START)
+    assert path.first_failure == 1 and "Begin at" not in path.explain()
+
+
+def test_poses_in_millimetres_are_suspected() -> None:
+    pose = IIWA.forward(START)[0].copy()
+    pose[:3, 3] *= 1000
+    hint = "positions are in m, were these in mm?"
+    with pytest.raises(aa.UnreachableError, match=f"pose is out of reach by .* mm: {hint[:-1]}"):
+        IIWA.inverse(pose, 0.0, 0)
+    assert IIWA.explain(pose).explain().endswith(hint)
+    assert aa.follow(IIWA, [pose], start=START).explain().endswith(hint)
+    pose[:3, 3] /= 100  # 10 times as far as it can be is a mistake, but not that one
+    assert "were these" not in IIWA.explain(pose).explain()
+    with pytest.raises(aa.UnreachableError, match=r"arm.explain.pose. says by how much"):
+        IIWA.solve(pose).raise_for_status()
 
 
 @pytest.mark.parametrize("status", Status, ids=lambda s: s.name)

@@ -27,6 +27,40 @@ def test_a_status_prints_as_its_name_and_counts_as_its_number() -> None:
         assert repr(status) == f"<Status.{status.name}: {int(status)}>"
 
 
+def test_a_status_is_true_where_it_is_ok() -> None:
+    assert [status for status in aa.Status if status] == [aa.Status.OK]
+    assert aa.Status.OK == 0 and not np.int8(aa.Status.OK)
+
+
+def test_an_arm_of_the_catalogue_is_shown_by_its_name_and_printed_to_be_read() -> None:
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    assert repr(arm) == "Arm.from_catalogue('kuka_iiwa7_r800')"
+    other = arm.with_(lower=arm.lower + 0.1)  # of the same name, but not that arm
+    assert repr(other).startswith("Arm(d_bs=0.34,") and eval(repr(other), {"Arm": aa.Arm}) == other
+    assert str(arm).splitlines() == [
+        "kuka_iiwa7_r800: d_bs 340, d_se 400, d_ew 400, d_wf 126 mm, reach 800 mm",
+        "limits of joints 1 to 7: -170 to 170, -120 to 120, -170 to 170, -120 to 120, -170 to 170, "
+        "-120 to 120, -175 to 175 deg",
+    ]
+    offset = aa.Arm(**LENGTHS, a_3=0.05)
+    assert str(offset).startswith("arm: d_bs 300, d_se 400, d_ew 400, d_wf 100, a_3 50 mm, reach ")
+    assert "-inf to inf" in str(offset)
+
+
+def test_a_solution_is_shown_on_one_line() -> None:
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    q = [0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5]
+    pose = arm.forward(q)[0]
+    far = pose + np.array([[0, 0, 0, 9.0], [0] * 4, [0] * 4, [0] * 4])
+    found = arm.solve(pose, near=q)
+    assert repr(found) == str(found)
+    assert repr(found).startswith("Solution(q=[0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5], psi=")
+    assert ", gc=2, distance=0, status=OK, margin=" in repr(found)
+    assert repr(arm.solve(far)) == "<Solution: none, UNREACHABLE>"
+    batch = arm.solve(np.stack([pose, far, pose]))
+    assert repr(batch) == "<Solution of a batch (3,): 2 of 3 poses have a posture>"
+
+
 def test_an_import_report_reads_in_mm_and_degrees() -> None:
     report = aa.ImportReport(
         source="arm.urdf", base="link_0", tip="link_7", joint_names=tuple("abcdefg"),

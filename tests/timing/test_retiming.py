@@ -12,8 +12,7 @@ from support.strategies import CATALOGUE, Array
 
 import armangle as aa
 
-need("toppra")
-need("ruckig")
+need("scipy")
 
 ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_(acceleration=np.full(7, 5.0))
 Q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
@@ -77,7 +76,13 @@ def test_it_stays_on_the_path_from_rest_to_rest(path: aa.JointPath, options: dic
     assert np.all(np.diff(at.s) >= 0)
     assert at.s[0] == 0
     assert at.s[-1] == pytest.approx(1, abs=1e-9)
-    assert np.abs(ARM.forward(at.q)[0] - path.at(at.s).pose).max() < 1e-12
+    away = ARM.forward(at.q)[0] - path.at(at.s).pose
+    assert np.linalg.norm(away[:, :3, 3], axis=1).max() <= max(found.deviation.position, 1e-12)
+    assert np.linalg.norm(away[:, :3, :3], axis=(1, 2)).max() / np.sqrt(2) <= max(
+        found.deviation.rotation, 1e-12
+    )
+    assert max(found.deviation) == 0 or (path is not LINE and "jerk" in options)
+    assert np.hypot(found.deviation.position, 0.2 * found.deviation.rotation) <= 1e-4
     assert np.abs(at.qd[[0, -1]]).max() < 1e-6
     assert found.t[-1] == found.duration
     rows = found.at(found.t)
@@ -91,8 +96,8 @@ def test_it_keeps_the_bounds_at_ten_thousand_times(path: aa.JointPath, options: 
     found = aa.retime(path, **options)
     times = np.linspace(0, found.duration, 10_000)
     at = found.at(times)
-    assert np.all(np.abs(at.qd) <= ARM.velocity * (1 + 1e-3))
-    assert np.all(np.abs(at.qdd) <= 5.0 * (1 + 1e-3))
+    assert np.all(np.abs(at.qd) <= ARM.velocity * (1 + 1e-4))
+    assert np.all(np.abs(at.qdd) <= 5.0 * (1 + 1e-4))
     if "jerk" in options:
         change = np.abs(np.diff(at.qdd, axis=0)) / np.diff(times)[:, None]
         assert change.max() <= 50.0 * (1 + 5e-3)
@@ -170,6 +175,81 @@ def test_jumps_of_velocity_at_corners_fit_in_the_cycle() -> None:
     assert np.all(jump <= 5.0 * (cycle + 3 * found.duration / 50_000) * 1.01)
 
 
+# -- bounded jerk ------------------------------------------------------------------------------------
+
+
+def test_a_followed_line_is_no_chain_of_stops() -> None:
+    """200 poses of one line: rounded by next to nothing, nearly as fast as without a bound on jerk."""
+    arm = aa.Arm.from_catalogue("kuka_iiwa14_r820")
+    q = np.radians([0, 40, 20, -80, 0, 60, 0])
+    first = arm.forward(q)[0]
+    last = first.copy()
+    last[1, 3] += 0.2
+    poses = aa.Line(first, last).pose(np.linspace(0, 1, 200))
+    path = aa.follow(arm, poses, start=q, policy=aa.Hold())
+    free, found = (aa.retime(path, acceleration=10.0, **given) for given in ({}, {"jerk": 100.0}))
+    assert free.duration <= found.duration <= 1.4 * free.duration
+    assert found.deviation.position < 1e-9
+    stops = aa.retime(aa.follow(arm, poses[:20], start=q, policy=aa.Hold()), acceleration=10.0, jerk=100.0,
+                      tolerance=0.0)  # fmt: skip
+    assert stops.deviation == (0.0, 0.0)
+    assert stops.duration > 2 * found.duration
+
+
+def test_corners_are_rounded_no_further_than_said() -> None:
+    corner = np.stack([shifted(0, 0, 0), shifted(-0.1, 0, 0), shifted(-0.2, 0.02, 0)])
+    path = aa.plan(ARM, corner, start=Q)
+    durations = []
+    for tolerance in (1e-5, 1e-4, 1e-3):
+        found = aa.retime(path, jerk=JERK, tolerance=tolerance)
+        at = found.at(np.linspace(0, found.duration, 5001))
+        away = np.linalg.norm((ARM.forward(at.q)[0] - path.at(at.s).pose)[:, :3, 3], axis=1).max()
+        assert 0.3 * found.deviation.position < away <= found.deviation.position <= tolerance
+        assert "Corners are rounded by at most" in found.explain()
+        assert np.abs(at.qdd).max() <= 5.0 * (1 + 1e-6)
+        durations.append(found.duration)
+    assert max(durations) < aa.retime(path, jerk=JERK, tolerance=0.0).duration
+    loose = aa.retime(path, tolerance=1e-3)
+    assert loose.deviation.position > 0
+    assert loose.duration <= aa.retime(path, cycle=0).duration
+
+
+def test_where_stopping_is_faster_it_stops() -> None:
+    """Back the way it came: rounding would creep round the turn."""
+    there = aa.plan(ARM, np.stack([shifted(0, 0, 0), shifted(0.1, 0, 0), shifted(0.0, 0.001, 0)]), start=Q)
+    found, stops = (aa.retime(there, jerk=JERK, tolerance=tolerance) for tolerance in (1e-5, 0.0))
+    assert found.duration <= stops.duration
+    assert found.deviation == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("way", [0.0, 1e-6, 1e-5, 1e-4])
+@pytest.mark.parametrize("jerk", [None, 50.0])
+@pytest.mark.parametrize("seed", range(1))
+def test_standing_tools_and_the_shortest_lines_are_timed(way: float, jerk: float | None, seed: int) -> None:
+    """Joints that come to rest inside the path: rounding is no corner, and no program fails."""
+    rng = np.random.default_rng(seed)
+    q = Q + rng.uniform(-0.3, 0.3, 7)
+    first, psi, gc = ARM.forward(q)
+    last = first.copy()
+    last[:3, 3] += way * np.array([0.6, -0.48, 0.64])
+    goal = ARM.inverse(last, psi + 0.4, gc, seed=q)
+    found = aa.retime(aa.plan(ARM, aa.Line(first, last), start=q, goal=goal), jerk=jerk)
+    assert len(found.timing.t) < 2000
+    at = found.at(np.linspace(0, found.duration, 10_000))
+    assert np.abs(at.qd).max() <= ARM.velocity.max()
+    assert np.abs(at.qdd).max() <= 5.0 * (1 + 1e-3)
+    assert np.abs(at.qd[[0, -1]]).max() < 1e-6
+    if jerk is not None:
+        change = np.abs(np.diff(at.qdd, axis=0)).max() / (found.duration / 9999)
+        assert change <= jerk * (1 + 5e-3)
+
+
+def test_one_number_bounds_all_joints() -> None:
+    many = aa.retime(LINE, velocity=np.full(7, 1.5), acceleration=np.full(7, 4.0), jerk=np.full(7, 40.0))
+    one = aa.retime(LINE, velocity=1.5, acceleration=4.0, jerk=40.0)
+    assert np.array_equal(many.q, one.q)
+
+
 # -- tool speed --------------------------------------------------------------------------------------
 
 
@@ -230,7 +310,7 @@ def test_a_tool_at_rest_has_no_speed() -> None:
     assert "the tool rests while joint" in lost.sentence
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(6))
 def test_any_arm_and_line_within_two_thousandths(seed: int) -> None:
     rng = np.random.default_rng(seed)
     arm = aa.Arm.from_catalogue(CATALOGUE[seed % len(CATALOGUE)])
@@ -267,16 +347,11 @@ def test_what_cannot_be_timed_is_refused() -> None:
         aa.retime(bare, acceleration=None)
 
 
-@pytest.mark.parametrize(("package", "options"), [("toppra", {}), ("ruckig", {"jerk": JERK})])
-def test_a_missing_package_is_named(package: str, options: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    from armangle.timing import by_toppra
-
+@pytest.mark.parametrize("options", [{}, {"jerk": JERK}])
+def test_a_missing_package_is_named(options: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     def missing(name: str) -> Any:
         raise ImportError(name)
 
-    by_toppra._classes.cache_clear()
     monkeypatch.setattr("importlib.import_module", missing)
-    with pytest.raises(
-        aa.MissingExtraError, match=rf"timing needs .*{package}.*pip install 'armangle\[time\]'"
-    ):
+    with pytest.raises(aa.MissingExtraError, match=r"timing needs .*scipy.*pip install 'armangle\[time\]'"):
         aa.retime(LINE, **options)

@@ -12,7 +12,7 @@ from support.needs import need
 
 import armangle as aa
 
-need("toppra")
+need("scipy")
 
 ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_(acceleration=np.full(7, 5.0))
 START = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])

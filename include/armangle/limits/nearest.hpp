@@ -99,36 +99,27 @@ public:
         : arm_(arm), limits_(limits), pose_(pose), options_(options) {
         for (int j = 0; j < joints; ++j) joint_[j] = joint_cost(j);
         circle_ = circle(arm, flange_pose(arm, pose));
-        for (int elbow = 0; elbow < 2; ++elbow) open(elbow);
+        for (int elbow = 0; elbow < 2; ++elbow) bend(elbow);
     }
 
     Nearest best() noexcept {
         Nearest out;
         if (keep_near(out)) return out;
-        out = nothing();
-        if (out.status == Status::OK) survey();
         // The elbow's own cost is the same for every psi. Where costs are a maximum it would hide what the
         // other joints cost, so that each elbow is searched without it, and the two are compared with it.
-        const unsigned parts[] = {squares() ? every_branch : elbow_branches,
-                                  squares() ? 0u : elbow_branches << 2};
-        Best found;
-        for (const unsigned branches : parts) {
-            best_ = Best{};
-            singular_points(branches);
-            search(branches, -1);
-            polish();
-            const double now = with_elbow(best_), before = with_elbow(found);
-            if (now < before || (now == before && best_.cost < found.cost)) found = best_;
-            ceiling_ = with_elbow(found);
-        }
+        place_boxes();
+        const Best found = squares() ? of_both_elbows() : of_each_elbow();
         best_ = found;
-        return best_.gc < 0 && out.status != Status::OK ? out : result();
+        if (best_.gc >= 0) return result();
+        out = nothing();
+        return out.status != Status::OK ? out : result();
     }
 
     void all(Nearests& out) noexcept {
+        place_boxes();
+        for (int elbow = 0; elbow < 2; ++elbow) survey(elbow);
         out.count = 0;
         out.status = nothing().status;
-        if (out.status == Status::OK) survey();
         for (int gc = 0; gc < configurations; ++gc) {
             for (int arc = 0; arc < arcs_.arcs[gc].count; ++arc) {
                 best_ = Best{};
@@ -147,8 +138,40 @@ private:
         bool stationary = false;
     };
 
-    static constexpr unsigned every_branch = 0xff,
-                              elbow_branches = 0x33;  // of the first elbow: gc 0, 1, 4, 5
+    static constexpr unsigned elbow_branches = 0x33;  // of the first elbow: gc 0, 1, 4, 5
+
+    /// Costs are a sum: the elbow that costs less is looked at first, and the other where it might do better.
+    Best of_both_elbows() noexcept {
+        const double cost = elbow_[0].cost_4;
+        const int first = elbow_[1].cost_4 < cost - tie(cost);
+        unsigned branches = 0;
+        for (const int elbow : {first, 1 - first}) {
+            if (branches != 0 && dropped(elbow_[elbow].cost_4)) break;
+            survey(elbow);
+            branches |= elbow_branches << 2 * elbow;
+            singular_points(elbow);
+            offer_middles(elbow_branches << 2 * elbow, -1);
+        }
+        search_boxes(branches, -1);
+        polish();
+        return best_;
+    }
+
+    Best of_each_elbow() noexcept {
+        Best found;
+        for (int elbow = 0; elbow < 2; ++elbow) {
+            if (elbow_[elbow].cost_4 > with_elbow(found)) continue;
+            survey(elbow);
+            best_ = Best{};
+            singular_points(elbow);
+            search(elbow_branches << 2 * elbow, -1);
+            polish();
+            const double now = with_elbow(best_), before = with_elbow(found);
+            if (now < before || (now == before && best_.cost < found.cost)) found = best_;
+            ceiling_ = with_elbow(found);
+        }
+        return found;
+    }
 
     // -- the problem
 
@@ -173,8 +196,8 @@ private:
         return c;
     }
 
-    /// One elbow: its joint functions, and the arcs of its four branches.
-    void open(int elbow) noexcept {
+    /// One elbow: joint 4, which all its branches share, and why none of them has an arc, if that is so.
+    void bend(int elbow) noexcept {
         ElbowBranches& e = elbow_[elbow];
         e.motion = self_motion(arm_, circle_, Configuration<double>{1.0, elbow ? -1.0 : 1.0, 1.0});
         const Status status = elbow_status(e.motion, limits_);
@@ -183,14 +206,18 @@ private:
             make_empty(arcs_.arcs[gc]);
             arcs_.status[gc] = status;
         }
-        if (status != Status::OK) return;
-        e.open = true;
-        e.functions = joint_functions(e.motion);
-        e.lost[0] = shoulder_singular(e.motion);
-        e.lost[1] = wrist_singular(e.motion);
+        e.open = status == Status::OK;
         const JointCost& c = joint_[3];
         const double theta_4 = atan2(e.motion.elbow.theta_4.sin, e.motion.elbow.theta_4.cos);
         e.cost_4 = cost_of(c, to_q(theta_4, c.sign, c.offset, c.lower, c.upper, c.near) - c.near);
+    }
+
+    /// The joint functions of one elbow, and the arcs of its four branches.
+    void open(int elbow) noexcept {
+        ElbowBranches& e = elbow_[elbow];
+        e.functions = joint_functions(e.motion);
+        e.lost[0] = shoulder_singular(e.motion);
+        e.lost[1] = wrist_singular(e.motion);
         fill_arcs(elbow);
         fill_cuts(e);
     }
@@ -514,19 +541,24 @@ private:
 
     // -- branch and bound
 
-    /// Bounds of all branches over even boxes round the circle; the seed's own psi is the middle of one.
-    void survey() noexcept {
+    /// Even boxes round the circle; the seed's own psi is the middle of one.
+    void place_boxes() noexcept {
+        const bool seeded = options_.near && options_.metric != Metric::margin;
+        first_ = seeded ? carried() : -pi + pi / nearest_rule::first_boxes;
+    }
+
+    /// Bounds of one elbow's branches over these boxes.
+    void survey(int elbow) noexcept {
+        const ElbowBranches& e = elbow_[elbow];
+        if (!e.open) return;
+        open(elbow);
         constexpr int n = nearest_rule::first_boxes;
         const double width = two_pi / n;
-        first_ = options_.near && options_.metric != Metric::margin ? carried() : -pi + 0.5 * width;
         const Boxes r(0.5 * width);
-        for (int elbow = 0; elbow < 2; ++elbow) {
-            const ElbowBranches& e = elbow_[elbow];
-            for (int i = 0; i < n; i += 8) {
-                double middle[8];
-                for (int k = 0; k < 8; ++k) middle[k] = first_ + width * (i + k);
-                if (e.open) survey_eight(e, elbow, i, Boxes::load(middle), r);
-            }
+        for (int i = 0; i < n; i += 8) {
+            double middle[8];
+            for (int k = 0; k < 8; ++k) middle[k] = first_ + width * (i + k);
+            survey_eight(e, elbow, i, Boxes::load(middle), r);
         }
     }
 
@@ -555,6 +587,25 @@ private:
 
     /// The best posture of some branches; of one arc alone where it is not -1.
     void search(unsigned branches, int only_arc) noexcept {
+        offer_middles(branches, only_arc);
+        search_boxes(branches, only_arc);
+    }
+
+    /// A first posture to compare with: the best middle of a box.
+    void offer_middles(unsigned branches, int only_arc) noexcept {
+        constexpr int n = nearest_rule::first_boxes;
+        for (int gc = 0; gc < configurations; ++gc) {
+            if (arcs_.arcs[gc].empty() || !(branches >> gc & 1)) continue;
+            for (int i = 0; i < n; ++i) {
+                const double psi = first_ + two_pi / n * i;
+                if (value_[gc][i] < best_.cost && holds(gc, only_arc, psi))
+                    offer(gc, psi, value_[gc][i], false);
+            }
+        }
+    }
+
+    /// The boxes in rising order of their bounds, until none can hold anything better.
+    void search_boxes(unsigned branches, int only_arc) noexcept {
         constexpr int n = nearest_rule::first_boxes;
         const double width = two_pi / n;
         double least[configurations * n];
@@ -562,11 +613,9 @@ private:
         for (int gc = 0; gc < configurations; ++gc) {
             if (arcs_.arcs[gc].empty() || !(branches >> gc & 1)) continue;
             for (int i = 0; i < n; ++i) {
-                const double psi = first_ + width * i;
-                if (value_[gc][i] < best_.cost && holds(gc, only_arc, psi))
-                    offer(gc, psi, value_[gc][i], false);
                 least[count] = least_[gc][i];
-                box[count++] = gc * n + i;
+                box[count] = gc * n + i;
+                count += !dropped(least_[gc][i]);
             }
         }
         while (count > 0) {
@@ -696,29 +745,27 @@ private:
         try_point(gc, psi, true);
     }
 
-    /// Isolated psi at which two joints are one axis: the posture may share the turn between them as it
-    /// likes.
-    void singular_points(unsigned branches) noexcept {
-        if (limits_.margin > 0) return;
-        for (int elbow = 0; elbow < 2; ++elbow) {
-            const ElbowBranches& e = elbow_[elbow];
-            for (int side = 0; side < 2; ++side) {
-                if (!e.open || e.lost[side]) continue;
-                const Hinge<double>& h = e.functions.hinge[side];
-                const double top = atan2(h.H.s, h.H.c);
-                if (h.high.below_one <= tolerance::touching) touch(elbow, side, top, branches);
-                if (h.low.above_minus_one <= tolerance::touching) touch(elbow, side, top + pi, branches);
-            }
+    /// Isolated psi of an elbow at which two joints are one axis: the posture may share the turn between them
+    /// as it likes.
+    void singular_points(int elbow) noexcept {
+        const ElbowBranches& e = elbow_[elbow];
+        if (limits_.margin > 0 || !e.open) return;
+        for (int side = 0; side < 2; ++side) {
+            if (e.lost[side]) continue;
+            const Hinge<double>& h = e.functions.hinge[side];
+            const double top = atan2(h.H.s, h.H.c);
+            if (h.high.below_one <= tolerance::touching) touch(elbow, side, top);
+            if (h.low.above_minus_one <= tolerance::touching) touch(elbow, side, top + pi);
         }
     }
 
-    void touch(int elbow, int side, double psi, unsigned branches) noexcept {
+    void touch(int elbow, int side, double psi) noexcept {
         const Pivot<double>& p = elbow_[elbow].functions.pivot[2 * side];
         const SinCos<double> at = sin_cos(psi);
         if (hypot(p.U.at(at), p.V.at(at)) > tolerance::singular) return;
         for (int branch = 0; branch < 4; ++branch) {
             const int gc = gc_of(elbow, branch);
-            if (!(options_.branches & branches & 1u << gc)) continue;
+            if (!(options_.branches >> gc & 1)) continue;
             if (options_.allowed && !contains(*options_.allowed, psi)) continue;
             try_point(gc, psi, true);
         }
@@ -746,14 +793,18 @@ private:
     }
 
     /// The seed itself, where it is a posture of the pose: nothing is nearer.
-    bool keep_near(Nearest& out) const noexcept {
+    bool keep_near(Nearest& out) noexcept {
         if (!options_.near || options_.metric == Metric::margin) return false;
         if (!within_limits(arm_.limits, options_.near, 0.0)) return false;
         const Posture here = forward(arm_, options_.near);
         if (here.psi != here.psi || !(options_.branches >> here.gc & 1)) return false;
         if (!same_pose(here.pose)) return false;
         if (options_.allowed && !contains(*options_.allowed, here.psi)) return false;
-        if (limits_.margin > 0 && !contains(arcs_.arcs[here.gc], here.psi)) return false;
+        if (limits_.margin > 0) {
+            const int elbow = here.gc >> 1 & 1;
+            if (elbow_[elbow].open) open(elbow);
+            if (!contains(arcs_.arcs[here.gc], here.psi)) return false;
+        }
         out = finished(options_.near, here.psi, here.gc);
         return true;
     }

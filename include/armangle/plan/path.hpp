@@ -50,22 +50,24 @@ inline constexpr double off = 3.0 / 16.0;  // greatest min(1 - e, h): the share 
 inline constexpr double apart = 1e-9;      // m and rad: segments that join no better do not
 }  // namespace path_rule
 
+/// e(u) of a blend: how far the motion that ends has come.
+template <class T>
+T ending(const T& u) noexcept {
+    return u * (T(2.0) + u * u * (u - T(2.0)));
+}
+
+/// h(u) of a blend: how far the motion that begins has come.
+template <class T>
+T beginning(const T& u) noexcept {
+    return u * u * u * (T(2.0) - u);
+}
+
 namespace detail {
 
 /// Where the segment is, u in [0, 1].
 template <class T>
 T share(const Segment& g, const T& s) noexcept {
     return (s - T(g.start)) / (T(g.end) - T(g.start));
-}
-
-/// e(u) and h(u) of a blend.
-template <class T>
-T ending(const T& u) noexcept {
-    return u * (T(2.0) + u * u * (u - T(2.0)));
-}
-template <class T>
-T beginning(const T& u) noexcept {
-    return u * u * u * (T(2.0) - u);
 }
 
 /// A frame turned about the axis of a motion, as far as at t.
@@ -82,7 +84,7 @@ Mat3<T> turned(const Mat3<T>& frame, const Motion& w, const T& t) noexcept {
 template <class T>
 Pose<T> pose_at(const Segment& g, const T& s) noexcept {
     const T u = detail::share(g, s);
-    const T t = g.blended != 0 ? detail::ending(u) : u;
+    const T t = g.blended != 0 ? ending(u) : u;
     const Motion& w = g.motion;
     Pose<T> out;
     out.position = spread<T>(g.origin) + spread<T>(w.along) * t;
@@ -99,7 +101,7 @@ Pose<T> pose_at(const Segment& g, const T& s) noexcept {
     }
     if (g.blended == 0) return out;
     const Motion& n = g.next;
-    const T h = detail::beginning(u);
+    const T h = beginning(u);
     out.position = out.position + spread<T>(n.along) * h;
     if (n.beta != 0) {
         const SinCos<T> sc = sin_cos(T(n.beta) * h);
@@ -117,7 +119,7 @@ Vec3<T> angular_velocity(const Segment& g, const T& s) noexcept {
     if (g.blended == 0) return first;
     const T u = detail::share(g, s);
     const T starts = u * u * (T(6.0) - T(4.0) * u);  // h'; e' = 2 - h'
-    const SinCos<T> sc = sin_cos(T(g.next.alpha) * detail::beginning(u));
+    const SinCos<T> sc = sin_cos(T(g.next.alpha) * beginning(u));
     return spread<T>(g.next.axis * g.next.alpha) * (rate * starts) +
            turned(first * (T(2.0) - starts), g.next.axis, sc);
 }

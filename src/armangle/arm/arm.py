@@ -15,6 +15,7 @@ from .. import _core
 from .._arrays import (
     CONFIGURATIONS,
     JOINTS,
+    MILLIMETRES,
     Floats,
     Ints,
     PathLike,
@@ -36,7 +37,7 @@ from .._arrays import (
 )
 from .._core import Turned, Wanted
 from ..errors import ConfigurationError, InputError, LimitError, NotFiniteError, SceneError, ShapeError
-from ..models.catalogue import load_robot
+from ..models.catalogue import catalogue, load_robot
 from ..models.description import (
     ELBOW_OFFSETS,
     FRAMES,
@@ -539,13 +540,26 @@ class Arm:
         return _rebuilt, ({**self._numbers(), "import_report": self.import_report},)
 
     def __repr__(self) -> str:
-        """Return what makes this arm again: all that is not the default."""
+        """Return what makes this arm again: its name in the catalogue, or all that is not the default."""
+        if self.name in catalogue() and self == Arm.from_catalogue(self.name):
+            return f"Arm.from_catalogue({self.name!r})"
         shown = [
             f"{field.name}={_source_text(getattr(self, field.name))}"
             for field in _FIELDS
             if field.repr and not np.array_equal(getattr(self, field.name), _default(field))
         ]
         return f"Arm({', '.join(shown)})"
+
+    def __str__(self) -> str:
+        """Return the arm to be read: lengths in mm, limits in degrees."""
+        offsets = [name for name in ELBOW_OFFSETS if getattr(self, name)]
+        lengths = ", ".join(f"{n} {getattr(self, n) * MILLIMETRES:.6g}" for n in (*LENGTHS, *offsets))
+        ranges = zip(np.degrees(self.lower), np.degrees(self.upper), strict=True)
+        limits = ", ".join(f"{lower:.5g} to {upper:.5g}" for lower, upper in ranges)
+        return (
+            f"{self.name or 'arm'}: {lengths} mm, reach {self.reach * MILLIMETRES:.6g} mm\n"
+            f"limits of joints 1 to 7: {limits} deg"
+        )
 
     @property
     def reach(self) -> float:

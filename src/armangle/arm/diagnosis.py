@@ -8,7 +8,7 @@ from enum import IntEnum
 from typing import TYPE_CHECKING, Any, Literal
 
 from .. import _core
-from .._arrays import MILLIMETRES, Floats, frozen
+from .._arrays import MILLIMETRES, Floats, frozen, in_millimetres
 from ..status import STATUSES, Status
 
 _ANCHOR = "lies outside the limits, in another global configuration, or where no arm angle gives it."
@@ -219,7 +219,8 @@ class Diagnosis:
             place = ", ".join(f"{value:.6g}" for value in self.nearest[:3, 3])
             tail = [
                 f"The nearest pose within reach, in the same orientation, is "
-                f"{self.nearest_gap * MILLIMETRES:.4g} mm away: x, y, z = {place} m."
+                f"{self.nearest_gap * MILLIMETRES:.4g} mm away: x, y, z = {place} m"
+                f"{in_millimetres(self.nearest_gap) or '.'}"
             ]
         return "\n".join(
             head + [f"GC {', '.join(map(str, gcs))}: {text}" for text, gcs in lines.items()] + tail

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._arrays import JOINTS, Floats, Ints, frozen
-from ..errors import NoSolutionError, UnreachableError
+from ..errors import InputError, NoSolutionError, UnreachableError
 from ..status import STATUSES, Status
 
 _OUT_OF_REACH = (Status.UNREACHABLE, Status.FOLDED)
@@ -22,6 +22,8 @@ class Solution(NamedTuple):
     in the metric asked, rad, NaN without a seed; ``status (...)`` an `Status`, of a batch its codes as
     int8; ``margin (...)`` least distance of a joint to one of its limits, rad. Where the status is not
     OK the numbers are NaN and gc is -1.
+
+    It is a tuple of these six, so that ``q, psi, *_ = solution``; of a batch too: `row` gives one pose's.
     """
 
     q: Floats
@@ -36,6 +38,47 @@ class Solution(NamedTuple):
         """Whether there is a posture, shape (...)."""
         found = np.asarray(self.status) == Status.OK
         return found if found.ndim else bool(found)
+
+    def row(self, index: int | tuple[int, ...]) -> Solution:
+        """Return the solution of one pose of a batch.
+
+        Not to be confused with ``solution[index]``, which is one of the six fields.
+
+        Parameters
+        ----------
+        index : int or tuple of int
+            The pose, one integer for each axis of the batch.
+
+        Returns
+        -------
+        Solution
+            Of one pose.
+
+        Raises
+        ------
+        InputError
+            If the index is not of one pose of the batch.
+
+        Examples
+        --------
+        >>> import armangle as aa
+        >>> arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+        >>> q = np.array([[0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5], [0.2, 0.5, 0.1, -1.1, 0.2, 0.7, 0.4]])
+        >>> two = arm.solve(arm.forward(q)[0], near=q)
+        >>> two.row(1).gc, len(two)
+        (2, 6)
+        """
+        codes = np.asarray(self.status)
+        at = index if isinstance(index, tuple) else (index,)
+        whole = all(isinstance(i, (int, np.integer)) and not isinstance(i, bool) for i in at)
+        known = whole and len(at) == codes.ndim
+        if not known or not all(-n <= i < n for i, n in zip(at, codes.shape, strict=True)):
+            raise InputError(
+                f"index is {index!r:.50}, wanted that of one pose of a batch of shape {codes.shape}"
+            )
+        one = [np.asarray(column)[at] for column in self]
+        q, psi, gc, distance, status, margin = one
+        return Solution(q, float(psi), int(gc), float(distance), STATUSES[int(status)], float(margin))
 
     def raise_for_status(self) -> Solution:
         """Return the solution itself; raise where there is none.
@@ -56,7 +99,21 @@ class Solution(NamedTuple):
         where = f"pose{list(at)}: " if at else ""
         more = f" ({len(bad)} of {codes.size} poses have none)" if at else ""
         kind = UnreachableError if status in _OUT_OF_REACH else NoSolutionError
-        raise kind(f"{where}{status.sentence}{more}")
+        raise kind(f"{where}{status.sentence}{more} arm.explain(pose) says by how much, and what would help.")
+
+    def __repr__(self) -> str:
+        """Return the fields of one pose to six digits; of a batch how many poses have a posture."""
+        codes = np.asarray(self.status)
+        if codes.ndim:
+            found = int((codes == Status.OK).sum())
+            return f"<Solution of a batch {codes.shape}: {found} of {codes.size} poses have a posture>"
+        if self.status != Status.OK:
+            return f"<Solution: none, {self.status}>"
+        joints = ", ".join(f"{x:.6g}" for x in self.q)
+        return (
+            f"Solution(q=[{joints}], psi={self.psi:.6g}, gc={self.gc}, distance={self.distance:.6g}, "
+            f"status={self.status}, margin={self.margin:.6g})"
+        )
 
 
 class Solutions:

@@ -305,7 +305,8 @@ class JointPath:
             try:
                 self.arm.inverse(self.poses[at], 0.0, 0)
             except UnreachableError as error:
-                return f" {str(error).capitalize()}."
+                said = str(error).capitalize()
+                return f" {said}{'' if said.endswith('?') else '.'}"
         solved = np.flatnonzero(self.status[:at] == Status.OK)
         before = self.q[solved[-1]] if len(solved) else self.start
         if self.status[at] not in _OF_A_JOINT or before is None:
@@ -314,7 +315,8 @@ class JointPath:
         if outside.max() > 0:
             joint = int(np.argmax(outside))
             degrees = np.degrees(outside[joint])
-            return f" Joint {joint + 1} starts {degrees:.4g} deg outside its limits."
+            unit = " Joints are in rad: were these degrees?" if np.abs(before).max() > _TURN else ""
+            return f" Joint {joint + 1} starts {degrees:.4g} deg outside its limits.{unit}"
         _, psi, gc = self.arm.forward(before, undefined="nan")
         if not np.isfinite(psi):
             return ""
@@ -329,8 +331,12 @@ class JointPath:
         if self.status[at] == Status.JOINT_JUMP:
             move = np.abs(near - before)
             joint = int(np.argmax(move))
+            first = (
+                " Begin at arm.solve(poses[0], near=start).q." if at == 0 and self.start is not None else ""
+            )
             return (
                 f" With the arm angle held, joint {joint + 1} would move {np.degrees(move[joint]):.4g} deg."
+                f"{first}"
             )
         beyond = self._beyond(near)
         joint = int(np.argmax(beyond))

@@ -64,7 +64,10 @@ def joint_bound(arm: Arm, name: str, value: Bound, stated: Floats) -> Floats:
         return np.full(JOINTS, np.inf)
     if value is True:
         if np.isinf(stated).all():
-            raise InputError(f"{name}=True takes the arm's own, and {arm.name or 'the arm'} states none")
+            raise InputError(
+                f"{name}=True takes the arm's own, and {arm.name or 'the arm'} states none: "
+                f"give {name}=, one number for all joints or seven"
+            )
         return stated
     bound = one_or_seven(name, value)
     if np.isnan(bound).any():

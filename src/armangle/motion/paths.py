@@ -18,6 +18,8 @@ ArcOrientation = Literal["shortest", "fixed", "carried"]
 _LARGEST_TURN = 1e3  # rad
 _ORDERS = 3
 SAMPLES = 200
+RADIAN: float = _core.RADIAN
+"""What a radian counts as in the size of a motion, m."""
 
 
 def _vector(name: str, value: ArrayLike) -> Floats:
@@ -267,6 +269,9 @@ class Deviation(NamedTuple):
 
     position: float
     rotation: float
+
+
+NO_DEVIATION = Deviation(0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

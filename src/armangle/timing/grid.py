@@ -14,8 +14,8 @@ RESTS = 1e-9
 """The tool rests where it moves by less per unit of s, m."""
 CLOSE = 1e-9
 """Breaks nearer to the next one than this are that one."""
-SMOOTH = 1e-9
-"""Share of |q'| by which it may jump at a break that is no corner: rounding."""
+SMOOTH = 1e-6
+"""Share of the greatest |q'| of a path by which it may jump at a break that is no corner: rounding."""
 
 
 @runtime_checkable
@@ -54,6 +54,8 @@ class Grid(NamedTuple):
 def breaks(motion: Motion) -> Floats:
     """Return the s where derivatives of q may jump, 0 and 1 among them."""
     rows: Any = motion
+    if hasattr(motion, "breaks"):
+        return np.asarray(rows.breaks)
     path = motion.path.breaks if motion.path is not None else rows.s
     curve = getattr(motion, "curve", None)
     knots = curve.knots if curve is not None else np.empty(0)
@@ -76,19 +78,28 @@ def grid(motion: Motion, count: int, least: int, more: Floats) -> Grid:
     return Grid(s, after, before)
 
 
+def composed(d: Floats, first: Floats, second: Floats, third: Floats) -> Floats:
+    """Return the derivatives (N, 3, 7) of q(s(r)) from those of q(s), and s', s'', s''' (N,)."""
+    d1, d2, d3 = d.transpose(1, 0, 2)
+    r1, r2, r3 = first[:, None], second[:, None], third[:, None]
+    return np.stack([d1 * r1, d2 * r1**2 + d1 * r2, d3 * r1**3 + 3 * d2 * r1 * r2 + d1 * r3], axis=1)
+
+
 def corners(g: Grid) -> Floats:
     """Return |q' after - q' before|, (N + 1, 7), with 0 where the two differ by rounding."""
     jump = np.abs(g.after[:, 0] - g.before[:, 0])
-    size = np.maximum(np.abs(g.after[:, 0]), np.abs(g.before[:, 0])).max(axis=1, keepdims=True)
-    return np.where(jump > SMOOTH * size, jump, 0.0)
+    return np.where(jump > SMOOTH * np.abs(g.after[:, 0]).max(), jump, 0.0)
 
 
 def tool_derivatives(motion: Motion, s: Floats) -> tuple[Floats, Floats]:
     """Return p' and p'' of the tool's origin, m per unit of s and of its square, (N, 3) each."""
+    rows: Any = motion
+    if hasattr(motion, "tool_derivatives"):
+        first, second = rows.tool_derivatives(s)
+        return first, second
     if motion.path is not None:
         first, second = (np.asarray(motion.path.derivative(s, order))[:, :3] for order in (1, 2))
         return first, second
-    rows: Any = motion
     if len(rows.s) == 1:
         return np.zeros((len(s), 3)), np.zeros((len(s), 3))
     piece = np.clip(np.searchsorted(rows.s, s, side="right") - 1, 0, len(rows.s) - 2)

@@ -11,19 +11,27 @@ from .._arrays import Floats, as_number
 from ..errors import InputError
 from ..motion.joint_path import JointPath
 from ..motion.options import Bound, joint_bound
-from .by_ruckig import smooth
-from .by_toppra import fastest
-from .grid import RESTS, Grid, Motion, corners, grid, tool_derivatives
+from ..motion.paths import NO_DEVIATION, Deviation
+from .fastest import fastest, smooth
+from .grid import RESTS, Grid, Motion, breaks, corners, grid, tool_derivatives
+from .rounding import rounded
 from .tool_speed import not_held, speed_lost
 from .trajectory import Timing, Trajectory, joined, sampled
 
-GRID = 400
+GRID, LEAST_BETWEEN_BREAKS = 400, 4
+"""Intervals of s that are looked at, and least between two breaks."""
+WITH_JERK, LEAST_WITH_JERK = 200, 1
+"""The same where bounds are asked for at several places in each."""
+MOST_STOPS = 8
+"""Corners up to which stopping at each of them is tried too."""
+TOLERANCE = 1e-4
+"""What a tool may be off where corners are rounded, unless said otherwise, m."""
 CYCLE = 1e-3
-LEAST_BETWEEN_BREAKS = 4
 FINER, MOST_FINER = 4, 6
 OVER = 1.001
 """Where bounds are exceeded between grid points by more than this, the grid is made finer there."""
 CHECKED = 4000
+MOST_TOLERANCE = 1.0
 _MOST_SPEED = 1e6
 _SLOWEST = 1e-12
 
@@ -34,6 +42,7 @@ class _Bounds(NamedTuple):
     jerk: Floats | None
     tool_speed: float | None
     cycle: float
+    tolerance: float
 
 
 def retime(
@@ -42,22 +51,24 @@ def retime(
     velocity: Bound = True,
     acceleration: Bound = True,
     jerk: ArrayLike | None = None,
+    tolerance: float | None = None,
     tool_speed: float | None = None,
     cycle: float = CYCLE,
     sample: float = 0.01,
 ) -> Trajectory:
     """Return a trajectory along a joint path that keeps joint velocities and accelerations, rest to rest.
 
-    Every posture lies on the Cartesian path: only s(t) is chosen. Without `jerk` it is time-optimal (toppra,
-    from dq/ds and d²q/ds² in closed form; never a spline through samples). With `jerk` ruckig times s alone,
-    under bounds on s that follow from the derivatives of q: safe, not optimal.
+    Every posture lies on the Cartesian path: only s(t) is chosen. It is time-optimal, from dq/ds and d²q/ds²
+    in closed form; with `jerk` nearly so, from d³q/ds³ too.
 
-    Bounds hold at 400 points of the path or more, by toppra or by the bounds on s. Between them they are
-    looked at ten times as closely; where they are exceeded by 0.1 % there are more points, and by what is
-    left the whole motion is slowed down. Anywhere, 0.1 % is the most that has been seen.
+    Bounds hold at hundreds of points of the path. Between them they are looked at ten times as closely;
+    where they are exceeded by 0.1 % there are more points, and by what is left the whole motion is slowed
+    down.
 
-    At a corner of the path, as between given poses, the joints' velocities would have to jump; the motion
-    stops there, or slows down until the jump is one that the joints can make within a `cycle`.
+    At a corner of the path, as between poses that were followed, the joints' velocities would have to jump.
+    Without `jerk` the motion slows down until the jump is one that the joints can make within a `cycle`.
+    With `jerk` corners are rounded: within `tolerance` the tool leaves the path, ``deviation`` of the result
+    says how far; only where corners are few, and stopping at them is faster, the motion does that.
 
     Parameters
     ----------
@@ -67,12 +78,15 @@ def retime(
         Bounds, rad/s and rad/s², > 0; a number for all joints; True: the arm's own. Infinite: none.
     jerk : float, or array_like of shape (7,), optional
         Bounds, rad/s³, > 0.
+    tolerance : float, optional
+        How far the tool may leave the path at a corner, m, where a radian counts as 0.2 m; 0: never, the
+        motion then stops at every corner. 0.1 mm with `jerk` unless given, 0 without.
     tool_speed : float, optional
         Constant speed of the tool's origin, m/s, > 0, between a ramp at either end. Where joints cannot
         follow, the tool slows down; ``speed_lost`` of the result says where first, and why.
     cycle : float
         Time within which a joint's velocity may jump by what its acceleration allows, s: the controller's
-        cycle, 1 ms by default. 0: the motion stops at every corner. With `jerk` it always does.
+        cycle, 1 ms by default. 0, or with `jerk`: the motion stops at every corner that is not rounded.
     sample : float
         Time between the rows of the result, s, > 0.
 
@@ -86,30 +100,54 @@ def retime(
     PathError
         If the path is not ok, or no timing keeps the bounds.
     MissingExtraError
-        Without toppra (ruckig for `jerk`): pip install 'armangle[time]'.
+        Without scipy: pip install 'armangle[time]'.
     InputError, ShapeError, NotFiniteError
         If a number is out of range, or the arm states no velocity or acceleration.
 
-    Source: Pham and Pham (2018), TOPP-RA; Berscheid and Kröger (2021), ruckig.
+    Source: Verscheure et al. (2009); Debrouwere et al. (2013).
     """
-    bounds = _checked(path, velocity, acceleration, jerk, tool_speed, cycle)
+    bounds = _checked(path, velocity, acceleration, jerk, tolerance, tool_speed, cycle)
     step = as_number("sample", sample, 0.0, _MOST_SPEED, low_open=True)
-    more = np.empty(0)
-    for _ in range(MOST_FINER):
-        g = grid(path, GRID, LEAST_BETWEEN_BREAKS, more)
-        timing = _timed(path, g, bounds)
-        s, factor = _excess(path, g, timing, bounds)
-        if factor.max() <= OVER:
-            break
-        more = np.union1d(more, _finer(g.s, s[factor > OVER]))
-    over = float(factor.max())
-    timing = timing.slower(over if bounds.jerk is not None else max(over, 1.0))
+    path, g, timing, off = min(_ways(path, bounds), key=lambda way: way.timing.duration)
     lost = None
     if bounds.tool_speed is not None:
         jump = bounds.acceleration * (bounds.cycle if bounds.jerk is None else 0.0)
         given = bounds.tool_speed, bounds.velocity, bounds.acceleration, jump
         lost = speed_lost(path, g, *given) or not_held(path, timing, bounds.tool_speed)
-    return sampled(path, timing, step, bounds.tool_speed, lost)
+    return sampled(path, timing, step, bounds.tool_speed, lost, off)
+
+
+class _Way(NamedTuple):
+    path: Motion
+    grid: Grid
+    timing: Timing
+    deviation: Deviation
+
+
+def _ways(path: Motion, b: _Bounds) -> list[_Way]:
+    """Return timings of the path with its corners, if these are few or none is to be rounded, and without."""
+    first = grid(path, GRID, 1, np.empty(0))
+    many = np.count_nonzero(corners(first).any(axis=1))
+    if b.tolerance == 0 or many == 0:
+        return [_Way(path, *_kept(path, b), NO_DEVIATION)]
+    smoothed, off = rounded(path, breaks(path), b.tolerance)
+    found = [_Way(smoothed, *_kept(smoothed, b), off)]
+    return found if many > MOST_STOPS else [*found, _Way(path, *_kept(path, b), NO_DEVIATION)]
+
+
+def _kept(path: Motion, b: _Bounds) -> tuple[Grid, Timing]:
+    """Return the timing that keeps the bounds, between the points of the grid too, and the grid."""
+    more = np.empty(0)
+    density = (GRID, LEAST_BETWEEN_BREAKS) if b.jerk is None else (WITH_JERK, LEAST_WITH_JERK)
+    for _ in range(MOST_FINER if b.jerk is None else 1):
+        g = grid(path, *density, more)
+        timing = _timed(path, g, b)
+        s, factor = _excess(path, g, timing, b)
+        if factor.max() <= OVER:
+            break
+        more = np.union1d(more, _finer(g.s, s[factor > OVER]))
+    over = float(factor.max())
+    return g, timing.slower(over if b.jerk is not None else max(over, 1.0))
 
 
 def _finer(s: Floats, bad: Floats) -> Floats:
@@ -120,8 +158,8 @@ def _finer(s: Floats, bad: Floats) -> Floats:
 
 
 def _checked(
-    path: Motion, velocity: Bound, acceleration: Bound, jerk: ArrayLike | None, tool_speed: float | None,
-    cycle: float,
+    path: Motion, velocity: Bound, acceleration: Bound, jerk: ArrayLike | None, tolerance: float | None,
+    tool_speed: float | None, cycle: float,
 ) -> _Bounds:  # fmt: skip
     if not isinstance(path, Motion):
         raise InputError(f"path is {path!r:.100}, wanted a JointPath")
@@ -139,7 +177,9 @@ def _checked(
     speed = None
     if tool_speed is not None:
         speed = as_number("tool_speed", tool_speed, 0.0, _MOST_SPEED, low_open=True)
-    return _Bounds(v, a, j, speed, as_number("cycle", cycle, 0.0, 1.0))
+    given = (TOLERANCE if j is not None else 0.0) if tolerance is None else tolerance
+    off = as_number("tolerance (m)", given, 0.0, MOST_TOLERANCE)
+    return _Bounds(v, a, j, speed, as_number("cycle", cycle, 0.0, 1.0), off)
 
 
 def _timed(path: Motion, g: Grid, b: _Bounds) -> Timing:
@@ -158,7 +198,7 @@ def _timed(path: Motion, g: Grid, b: _Bounds) -> Timing:
         if b.jerk is None:
             pieces.append(fastest(part, b.acceleration, most))
         else:
-            pieces.append(smooth(part, b.velocity, b.acceleration, b.jerk, float(most.min())))
+            pieces.append(smooth(path.derivatives, part, (b.velocity, b.acceleration, b.jerk), most))
     return joined(pieces)
 
 
@@ -195,7 +235,7 @@ def _excess(path: Motion, g: Grid, timing: Timing, b: _Bounds) -> tuple[Floats, 
 
 def _times_between(g: Grid, timing: Timing) -> Floats:
     """Return times inside the pieces of a timing, and such at which s is inside the intervals of the grid."""
-    inside = np.array([0.02, 0.08, 0.16, 0.3, 0.5, 0.7, 0.84, 0.92, 0.98])
+    inside = np.array([1e-6, 0.02, 0.08, 0.16, 0.3, 0.5, 0.7, 0.84, 0.92, 0.98, 1 - 1e-6])
     t = (timing.t[:-1, None] + np.diff(timing.t)[:, None] * inside).reshape(-1)
     dense = np.union1d(t, np.linspace(0.0, timing.duration, CHECKED))
     places = (g.s[:-1, None] + np.diff(g.s)[:, None] * inside).reshape(-1)

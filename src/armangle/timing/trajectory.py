@@ -8,28 +8,26 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import Floats, Ints, as_floats, frozen
+from .._arrays import Floats, as_floats, frozen
 from ..errors import InputError
+from ..motion.paths import NO_DEVIATION, Deviation
 from .grid import Motion
 
 
 @dataclass(frozen=True, eq=False)
 class Timing:
-    """s(t) with three derivatives at the beginning of each piece.
+    """s(t) by pieces: polynomials of the time since the beginning of each.
 
     Parameters
     ----------
     t : ndarray, shape (K + 1,)
         Where pieces begin, and the end, s.
-    s, speed, acceleration, jerk : ndarray, shape (K,)
-        s, ds/dt, d²s/dt², d³s/dt³ at the beginning of each; the jerk is constant on it.
+    coefficients : ndarray, shape (K, 6)
+        s = sum over k of ``coefficients[:, k] x**k``, x the time since the piece began.
     """
 
     t: Floats
-    s: Floats
-    speed: Floats
-    acceleration: Floats
-    jerk: Floats
+    coefficients: Floats
 
     @property
     def duration(self) -> float:
@@ -38,41 +36,64 @@ class Timing:
 
     def at(self, t: Floats) -> tuple[Floats, Floats, Floats]:
         """Return s, ds/dt and d²s/dt² at times (N,)."""
-        k = self._piece(t)
-        x, v, a, j = t - self.t[k], self.speed[k], self.acceleration[k], self.jerk[k]
-        s = self.s[k] + x * (v + x * (a / 2 + x * j / 6))
-        return np.clip(s, 0.0, 1.0), np.maximum(v + x * (a + x * j / 2), 0.0), a + x * j
+        s, speed, acceleration, _ = self._orders(t)
+        return np.clip(s, 0.0, 1.0), np.maximum(speed, 0.0), acceleration
 
     def jerk_at(self, t: Floats) -> Floats:
         """Return d³s/dt³ at times (N,)."""
-        return np.asarray(self.jerk[self._piece(t)])
+        return self._orders(t)[3]
 
-    def _piece(self, t: Floats) -> Ints:
-        return np.clip(np.searchsorted(self.t, t, side="right") - 1, 0, len(self.s) - 1)
+    def _orders(self, t: Floats) -> tuple[Floats, ...]:
+        """Return s and its first three derivatives, by Taylor's shift of the polynomials."""
+        k = np.clip(np.searchsorted(self.t, t, side="right") - 1, 0, len(self.coefficients) - 1)
+        x, c = t - self.t[k], self.coefficients[k].T
+        found = []
+        for _ in range(4):
+            found.append(sum(each * x**power for power, each in enumerate(c)))
+            c = c[1:] * np.arange(1, len(c))[:, None]
+        return tuple(np.asarray(each) for each in found)
 
     def slower(self, factor: float) -> Timing:
         """Return the same motion that takes `factor` times as long."""
-        k = factor
-        return Timing(self.t * k, self.s, self.speed / k, self.acceleration / k**2, self.jerk / k**3)
+        return Timing(self.t * factor, self.coefficients / factor ** np.arange(_TERMS))
+
+
+_TERMS = 6
 
 
 def from_speeds(s: Floats, speed: Floats) -> Timing:
     """Return the timing of speeds ds/dt at s (N + 1,), the acceleration constant between neighbours."""
     step = np.diff(s)
     duration = 2 * step / (speed[1:] + speed[:-1])
-    acceleration = np.diff(speed**2) / (2 * step)
-    t = np.concatenate([[0.0], np.cumsum(duration)])
-    return Timing(t, s[:-1], speed[:-1], acceleration, np.zeros(len(step)))
+    coefficients = np.zeros((len(step), _TERMS))
+    coefficients[:, 0], coefficients[:, 1] = s[:-1], speed[:-1]
+    coefficients[:, 2] = np.diff(speed**2) / (4 * step)
+    return Timing(np.concatenate([[0.0], np.cumsum(duration)]), coefficients)
+
+
+def through(t: Floats, s: Floats, speed: Floats, acceleration: Floats) -> Timing:
+    """Return the timing with given s, ds/dt and d²s/dt² at times (K + 1,): of degree 5 between."""
+    h = np.diff(t)
+    v, a = speed[:-1] * h, acceleration[:-1] * h**2 / 2
+    left = np.diff(s) - v - a
+    slope = speed[1:] * h - v - 2 * a
+    bend = acceleration[1:] * h**2 / 2 - a
+    terms = [
+        s[:-1],
+        v,
+        a,
+        10 * left - 4 * slope + bend,
+        7 * slope - 15 * left - 2 * bend,
+        6 * left - 3 * slope + bend,
+    ]
+    return Timing(t, np.stack(terms, axis=1) / h[:, None] ** np.arange(_TERMS))
 
 
 def joined(pieces: list[Timing]) -> Timing:
     """Return timings one after the other."""
     begins = np.concatenate([[0.0], np.cumsum([piece.duration for piece in pieces])])
     t = np.concatenate([p.t[:-1] + b for p, b in zip(pieces, begins[:-1], strict=True)])
-    columns = (
-        np.concatenate([getattr(p, name) for p in pieces]) for name in ("s", "speed", "acceleration", "jerk")
-    )
-    return Timing(np.append(t, begins[-1]), *columns)
+    return Timing(np.append(t, begins[-1]), np.concatenate([piece.coefficients for piece in pieces]))
 
 
 _SLACK = 1e-12
@@ -146,6 +167,8 @@ class Trajectory:
         The constant tool speed that was asked for, m/s.
     speed_lost : SpeedLoss or None
         Where it cannot be held, first.
+    deviation : Deviation
+        By how much the tool is off the path where corners were rounded, m and rad.
     """
 
     path: Motion
@@ -157,6 +180,7 @@ class Trajectory:
     timing: Timing
     tool_speed: float | None = None
     speed_lost: SpeedLoss | None = None
+    deviation: Deviation = NO_DEVIATION
     _arrays: tuple[str, ...] = field(default=("t", "s", "q", "qd", "qdd"), init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -205,6 +229,9 @@ class Trajectory:
     def explain(self) -> str:
         """Return in words how long the motion takes, and whether a tool speed that was asked for is held."""
         text = f"{self.duration:.6g} s along the path."
+        if max(self.deviation) > 0:
+            position, rotation = 1e3 * self.deviation.position, np.degrees(self.deviation.rotation)
+            text += f" Corners are rounded by at most {position:.3g} mm and {rotation:.3g} deg."
         if self.tool_speed is None:
             return text
         if self.speed_lost is None:
@@ -224,10 +251,11 @@ def motion_at(path: Motion, timing: Timing, t: Floats) -> tuple[Floats, Floats, 
 
 
 def sampled(
-    path: Motion, timing: Timing, step: float, tool_speed: float | None, lost: SpeedLoss | None
-) -> Trajectory:
+    path: Motion, timing: Timing, step: float, tool_speed: float | None, lost: SpeedLoss | None,
+    off: Deviation,
+) -> Trajectory:  # fmt: skip
     """Return the trajectory of a timing with rows every `step` s, and one at its end."""
     count = max(int(np.ceil(timing.duration / step - 1e-9)), 1)
     t = np.append(np.arange(count) * step, timing.duration)
     s, qd, qdd = motion_at(path, timing, t)
-    return Trajectory(path, t, s, np.asarray(path.at(s).q), qd, qdd, timing, tool_speed, lost)
+    return Trajectory(path, t, s, np.asarray(path.at(s).q), qd, qdd, timing, tool_speed, lost, off)

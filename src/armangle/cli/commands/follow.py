@@ -13,21 +13,29 @@ from ...files.tables import load_poses
 from ...motion.following import follow
 from ...motion.joint_path import JointPath
 from ...motion.options import MAX_JOINT_STEP
-from ...motion.policies import Centre, Hold, Policy, Repulsion
+from ...motion.policies import Centre, Hold, Policy, Repulsion, Towards
 from ...status import STATUSES, Status
 from ..arguments import (
     add_arm,
     add_json,
     add_output,
     add_singularity_margin,
+    angle,
     angle_up_to,
     joints,
     number,
+    numbers,
     the_arm,
 )
 from ..screen import counted, degrees, note, plural, progress, show, show_json, violations, write
 from ..tables import paint, table
 
+_POLICIES: dict[str, tuple[Any, tuple[str, ...]]] = {  # and which options each takes
+    "repulsion": (Repulsion, ("K", "alpha", "rate")),
+    "hold": (Hold, ()),
+    "centre": (Centre, ("K", "rate")),
+    "towards": (Towards, ("psi", "point", "direction", "K", "rate")),
+}
 HELP = """\
 Step along a file of poses from given joints: eq. (36) moves the arm angle, the
 global configuration stays, limits hold, and no joint jumps."""
@@ -55,7 +63,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_policy(group: Any) -> None:
-    group.add_argument("--policy", choices=("repulsion", "hold", "centre"), default="repulsion")
+    group.add_argument("--policy", choices=tuple(_POLICIES), default="repulsion")
+    group.add_argument("--psi", type=angle, metavar="DEG", help="towards: this arm angle")
+    group.add_argument("--point", metavar="X,Y,Z", help="towards: the elbow near this, m")
+    group.add_argument("--direction", metavar="D", help="towards: the elbow far up, down, left, ... or x,y,z")
     group.add_argument("--K", type=number, metavar="K", help="strength per pose, 0 to 1 (default 0.1)")
     group.add_argument("--alpha", type=number, metavar="A", help="repulsion: larger is later (default 20)")
     group.add_argument("--rate", type=number, metavar="R", help="--K per second, with --dt")
@@ -64,13 +75,16 @@ def _add_policy(group: Any) -> None:
 
 
 def _policy(args: argparse.Namespace) -> Policy:
-    given = {name: getattr(args, name) for name in ("K", "alpha", "rate") if getattr(args, name) is not None}
-    takes = {"repulsion": ("K", "alpha", "rate"), "hold": (), "centre": ("K", "rate")}[args.policy]
+    options = dict.fromkeys(name for _, takes in _POLICIES.values() for name in takes)
+    given = {name: getattr(args, name) for name in options if getattr(args, name) is not None}
+    made, takes = _POLICIES[args.policy]
     for name in given.keys() - set(takes):
         raise InputError(f"--{name} does not go with --policy {args.policy}")
     if "K" in given and "rate" in given:
         raise InputError("--K and --rate are one and the same per pose and per second: give one")
-    made = {"repulsion": Repulsion, "hold": Hold, "centre": Centre}[args.policy]
+    for name in given.keys() & {"point", "direction"}:
+        if name == "point" or "," in given[name]:
+            given[name] = numbers(f"--{name}", given[name], "x,y,z", 3)
     policy: Policy = made(outside=args.outside, **given)
     return policy
 

@@ -35,7 +35,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
     bounds.add_argument(
         "--acceleration", metavar="A", help="deg/s^2; default: the arm's own, if it states one"
     )
-    bounds.add_argument("--jerk", metavar="J", help="deg/s^3; then the motion stops at every corner")
+    bounds.add_argument("--jerk", metavar="J", help="deg/s^3; corners are rounded then")
+    bounds.add_argument(
+        "--tolerance",
+        type=number,
+        metavar="M",
+        help="what the tool may be off there, m (default 0.0001 with --jerk)",
+    )
     bounds.add_argument("--tool-speed", type=number, metavar="V", help="constant speed of the tool, m/s")
     parser.add_argument(
         "--sample", type=number, default=0.01, metavar="S", help="time between rows (default 0.01)"
@@ -55,13 +61,14 @@ def run(args: argparse.Namespace) -> int:
         path = motion_of(arm, load_joints(args.joints))
     with progress("timing"):
         found = retime(
-            path, velocity=velocity, acceleration=acceleration, jerk=jerk, tool_speed=args.tool_speed,
-            sample=args.sample,
+            path, velocity=velocity, acceleration=acceleration, jerk=jerk, tolerance=args.tolerance,
+            tool_speed=args.tool_speed, sample=args.sample,
         )  # fmt: skip
     if args.output is not None:
         write(found, args.output)
     if args.json:
         facts = {"duration": found.duration, "rows": len(found), "explanation": found.explain()}
+        facts |= {"deviation": found.deviation._asdict()}
         show_json(facts | {"output": args.output})
     else:
         _show(arm, found)

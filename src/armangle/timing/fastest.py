@@ -1,0 +1,343 @@
+"""The fastest s(t) along given derivatives of q: linear programs in y = (ds/dt)², solved by HiGHS of scipy.
+
+    q̇² = q'² y        q̈ = q'' y + q' y' / 2        q⃛ = √y (q''' y + 3/2 q'' y' + q' y'' / 2)
+
+Velocities and accelerations are linear in y: one program. A bound j on the jerk is not, but the tangent of
+j / √y lies below it, so that each of a sequence of linear programs is safe and none is slower than the last.
+
+Source: Verscheure et al. (2009), Time-optimal path tracking for robots; Debrouwere et al. (2013),
+Time-optimal path following for robots with convex-concave constraints.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .. import errors
+from .._arrays import JOINTS, Floats
+from ..errors import PathError
+from .grid import Grid, composed
+from .trajectory import Timing, from_speeds, through
+
+LEAST_MEAN = 1e-4
+"""Share of the mean speed of s that is the least of interest, and its inverse the greatest."""
+KNOTS, FEWEST = 80, 20
+"""Intervals of a spline of y, and of one for a short piece."""
+WITHIN, SHARES = np.array([0.06, 0.5, 0.94]), np.array([0.25, 0.5, 0.25])
+"""Where in an interval of the spline bounds are asked for, and what of it each stands for."""
+CALM = 4
+"""Knots over which a first guess is made calm."""
+TOLERANCE, MATTERS = 1e-6, 0.5
+"""Within which share HiGHS keeps a bound; what share of it must be used for it to be in a program."""
+GROWTH = 4.0
+"""By what factor y may grow or shrink in one program."""
+ROUNDS, GAIN = 30, 1e-3
+"""Most linear programs in a sequence, and the gain in time at which it ends."""
+PIECES = 4
+"""Pieces of s(t) in an interval of the spline."""
+
+
+def needed(name: str) -> Any:
+    """Return a package of the extra ``time``.
+
+    Raises
+    ------
+    MissingExtraError
+    """
+    return errors.needed(name, "timing needs", "time")
+
+
+def fastest(g: Grid, acceleration: Floats, most: Floats) -> Timing:
+    """Return the fastest timing from rest to rest, without a stop between.
+
+    Parameters
+    ----------
+    g : Grid
+        s and the derivatives of q.
+    acceleration : ndarray, shape (7,)
+        rad/s².
+    most : ndarray, shape (N + 1,)
+        Greatest ds/dt at each s, 1/s.
+
+    Raises
+    ------
+    MissingExtraError
+    PathError
+        If there is none.
+    """
+    return from_speeds(g.s, np.sqrt(_squares(g, acceleration, most)))
+
+
+def _squares(g: Grid, acceleration: Floats, most: Floats) -> Floats:
+    """Return y at the grid points, straight between them: the acceleration of s is constant there."""
+    sparse = needed("scipy.sparse")
+    n = len(g.s)
+    step = np.diff(g.s)
+    unit = _limited(most, g, acceleration) ** 2
+    first, second = np.arange(n - 1), np.arange(1, n)
+    rows = []
+    for joint in np.flatnonzero(np.isfinite(acceleration)):
+        for side, at in ((g.after[:-1], first), (g.before[1:], second)):
+            slope = side[:, 0, joint] / (2 * step)
+            here = sparse.csr_matrix((side[:, 1, joint], (first, at)), shape=(n - 1, n))
+            ends = np.concatenate([-slope, slope]), (np.tile(first, 2), np.concatenate([first, second]))
+            rows.append((here + sparse.csr_matrix(ends, shape=(n - 1, n))) / acceleration[joint])
+    matrix = sparse.vstack(rows) @ sparse.diags(unit)
+    highest = np.ones(n)
+    highest[[0, -1]] = 0.0
+    both = sparse.vstack([matrix, -matrix])
+    return np.asarray(unit * _solved(-np.ones(n), both, np.ones(both.shape[0]), highest))
+
+
+def _limited(most: Floats, g: Grid, acceleration: Floats) -> Floats:
+    """Return greatest ds/dt with an upper end where no joint moves: there s has no speed of its own."""
+    step = np.diff(g.s)
+    travel = np.sum(np.abs(g.after[:-1, 0]) * step[:, None], axis=0)
+    slow = 2 * np.sqrt(np.max(travel / acceleration))
+    cruise = float(np.sum(step * np.minimum(1 / np.maximum(most[1:], 1e-300), 1e300)))
+    return np.asarray(np.minimum(most, float(g.s[-1] - g.s[0]) / (LEAST_MEAN * max(cruise, slow))))
+
+
+def _solved(
+    cost: Floats, matrix: Any, bound: Floats, highest: Floats | float, lowest: Floats | float = 0.0
+) -> Floats:
+    """Return the z in [lowest, highest] of least cost with matrix z <= bound."""
+    optimize = needed("scipy.optimize")
+    ends = np.stack([np.broadcast_to(end, cost.shape) for end in (lowest, highest)], axis=1)
+    found = optimize.linprog(cost / np.abs(cost).max(), A_ub=matrix, b_ub=bound, bounds=ends, method="highs")
+    if found.x is None:
+        raise PathError(f"no timing keeps the bounds along the path: {found.message}")
+    return np.asarray(np.clip(found.x, lowest, highest))
+
+
+class _Course(NamedTuple):
+    """A piece of s from rest to rest over r in [0, 1], s = first + (last - first) (10 r³ - 15 r⁴ + 6 r⁵).
+
+    s leaves rest as r³, so that dr/dt need not vanish at the ends however small the jerk.
+    """
+
+    first: float
+    last: float
+
+    def s(self, r: Floats) -> Floats:
+        """Return s at r, between the ends."""
+        return np.clip(
+            self.first + (self.last - self.first) * r**3 * (10 - 15 * r + 6 * r**2), self.first, self.last
+        )
+
+    def rates(self, r: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return ds/dr, d²s/dr², d³s/dr³."""
+        length = self.last - self.first
+        left = 1 - r
+        return (
+            length * 30 * (r * left) ** 2,
+            length * 60 * r * left * (1 - 2 * r),
+            length * 60 * (1 - 6 * r * left),
+        )
+
+    def derivatives(self, of_s: Callable[[Floats], Floats], r: Floats) -> Floats:
+        """Return q', q'', q''' with respect to r, (N, 3, 7)."""
+        return composed(of_s(np.clip(self.s(r), self.first, np.nextafter(self.last, 0))), *self.rates(r))
+
+    def r(self, s: Floats) -> Floats:
+        """Return the r of rising s, to about 1e-6."""
+        table = np.linspace(0, 1, 20_001)
+        return np.interp(s, self.s(table), table)
+
+
+def smooth(
+    derivatives: Callable[[Floats], Floats], g: Grid, bounds: tuple[Floats, Floats, Floats], most: Floats
+) -> Timing:
+    """Return a fast timing from rest to rest, without a stop between, that bounds the jerk too.
+
+    Parameters
+    ----------
+    derivatives : function of s (N,)
+        q', q'', q''', (N, 3, 7).
+    g : Grid
+    bounds : three ndarray, shape (7,)
+        rad/s, rad/s², rad/s³.
+    most : ndarray, shape (N + 1,)
+        Greatest ds/dt at each s of the grid, 1/s.
+
+    Raises
+    ------
+    MissingExtraError
+    PathError
+        If there is none.
+    """
+    course = _Course(float(g.s[0]), float(g.s[-1]))
+    _, acceleration, jerk = bounds
+    count = min(KNOTS, max(FEWEST, len(g.s)))
+    even = np.linspace(0.0, 1.0, count + 1)
+    places = np.union1d(_within(even), course.r(_within(g.s)))
+    fast, bent, _ = _reach(course, derivatives, bounds, g.s, most, places)
+    knots = _quantiles(places, 1 / np.minimum(fast, bent), count)
+    places = np.union1d(places, _within(knots))
+    fast, bent, (q1, q2, q3) = _reach(course, derivatives, bounds, g.s, most, places)
+    spline = _Spline(knots, places)
+    turned = [_rows(spline, (q2, q1 / 2), joint) / a for joint, a in _bounded(acceleration)]
+    jolted = [_rows(spline, (q3, 1.5 * q2, q1 / 2), joint) / j for joint, j in _bounded(jerk)]
+    unit = spline.shape(np.minimum(fast, bent) ** 2)
+    return spline.timing(course, unit * _Programs(spline, unit, fast**2, turned, jolted).best())
+
+
+def _reach(
+    course: _Course, derivatives: Callable[[Floats], Floats], bounds: tuple[Floats, Floats, Floats],
+    s: Floats, most: Floats, places: Floats,
+) -> tuple[Floats, Floats, Floats]:  # fmt: skip
+    """Return dr/dt by speeds alone, about that by the rest, and q', q'', q''' with respect to r (3, N, 7)."""
+    velocity, acceleration, jerk = bounds
+    q1, q2, q3 = d = course.derivatives(derivatives, places).transpose(1, 0, 2)
+    with np.errstate(divide="ignore"):
+        fast = np.min(velocity / np.abs(q1), axis=1)
+        fast = np.minimum(fast, np.interp(course.s(places), s, most) / course.rates(places)[0])
+        bent = np.minimum(np.sqrt(acceleration / np.abs(q2)), np.cbrt(jerk / np.abs(q3))).min(axis=1)
+    mean = 1 / np.mean(1 / np.minimum(fast, bent))
+    highest = mean / LEAST_MEAN
+    return np.asarray(np.minimum(fast, highest)), np.asarray(np.minimum(bent, highest)), d
+
+
+def _quantiles(places: Floats, slowness: Floats, count: int) -> Floats:
+    """Return knots from 0 to 1, evenly spread over half of r and half of the time that is spent there."""
+    spent = np.concatenate([[0.0], np.cumsum(np.diff(places) * (slowness[1:] + slowness[:-1]) / 2)])
+    share = 0.5 * (places + places[0] + (spent / spent[-1]) * (1 - 2 * places[0]))
+    knots = np.interp(np.linspace(share[0], share[-1], count + 1), share, places)
+    knots[[0, -1]] = 0.0, 1.0
+    return np.asarray(knots)
+
+
+def _within(ends: Floats) -> Floats:
+    """Return places within intervals."""
+    return np.asarray((ends[:-1, None] + np.diff(ends)[:, None] * WITHIN).reshape(-1))
+
+
+def _bounded(bounds: Floats) -> list[tuple[int, float]]:
+    return [(j, float(bounds[j])) for j in range(JOINTS) if np.isfinite(bounds[j])]
+
+
+def _diagonal(values: Floats) -> Any:
+    return needed("scipy.sparse").diags(values)
+
+
+class _Spline:
+    """y(r) by cubic B-splines, its values and two derivatives at places."""
+
+    def __init__(self, knots: Floats, places: Floats) -> None:
+        self._knots = np.concatenate([np.zeros(3), knots, np.ones(3)])
+        self.ends, self._places = knots, places
+        self.count = len(knots) + 2
+        self.orders = [self.order(places, order) for order in range(3)]
+        self.values = self.orders[0]
+
+    def order(self, at: Floats, order: int) -> Any:
+        """Return the values, or derivatives, of all B-splines at places, (N, K)."""
+        basis = needed("scipy.interpolate").BSpline
+        if order == 0:
+            return basis.design_matrix(at, self._knots, 3).tocsr()
+        values = basis(self._knots, np.eye(self.count), 3).derivative(order)(at)
+        return needed("scipy.sparse").csr_matrix(values)
+
+    def shape(self, reach: Floats) -> Floats:
+        """Return coefficients of the form of `reach` (at the places), below it and without steep slopes."""
+        middles = np.convolve(self._knots[1:-1], np.ones(3) / 3, mode="valid")
+        low = np.log(np.interp(middles, self._places, reach))
+        padded = np.pad(low, 2 * CALM, mode="edge")
+        eroded = np.min(np.lib.stride_tricks.sliding_window_view(padded, 2 * CALM + 1), axis=1)
+        return np.exp(np.convolve(eroded, np.ones(2 * CALM + 1) / (2 * CALM + 1), mode="valid"))
+
+    def timing(self, course: _Course, coefficients: Floats) -> Timing:
+        """Return s(t) through the spline's s, ds/dt and d²s/dt² at many r."""
+        basis = needed("scipy.interpolate").BSpline
+        y = basis(self._knots, coefficients, 3)
+        r = np.append((self.ends[:-1, None] + np.diff(self.ends)[:, None] * np.arange(PIECES) / PIECES), 1.0)
+        nodes, weights = np.polynomial.legendre.leggauss(4)
+        inner = r[:-1, None] + np.diff(r)[:, None] * (nodes + 1) / 2
+        spent = np.sum(weights / 2 / np.sqrt(y(inner)), axis=1) * np.diff(r)
+        rate, bend, _ = course.rates(r)
+        speed = np.sqrt(y(r))
+        return through(
+            np.concatenate([[0.0], np.cumsum(spent)]), course.s(r), rate * speed,
+            bend * speed**2 + rate * y.derivative()(r) / 2,
+        )  # fmt: skip
+
+
+def _rows(spline: _Spline, factors: tuple[Floats, ...], joint: int) -> Any:
+    """Return the rows of sum factor_k[:, joint] y^(k)."""
+    return sum(
+        _diagonal(factor[:, joint]) @ matrix for factor, matrix in zip(factors, spline.orders, strict=False)
+    )
+
+
+class _Programs:
+    """The sequence of linear programs in z, y = unit z, and the time that is to be the least.
+
+    Bounds are asked for at many places; a program holds those that matter, more where one is broken.
+    """
+
+    def __init__(
+        self, spline: _Spline, unit: Floats, most: Floats, turned: list[Any], jolted: list[Any]
+    ) -> None:
+        stack = needed("scipy.sparse").vstack
+        units = _diagonal(unit)
+        self._linear = stack([_diagonal(1 / most) @ spline.values, *turned]).tocsr() @ units
+        self._jolted = stack(jolted).tocsr() @ units
+        self._y = stack([spline.values] * len(jolted)).tocsr() @ units
+        width = np.diff(spline.ends)
+        self._weights = np.outer(width, SHARES).reshape(-1)
+        self._values = spline.order(_within(spline.ends), 0) @ units
+
+    def _time(self, z: Floats) -> float:
+        return float(np.sum(self._weights / np.sqrt(self._values @ z)))
+
+    def _ratios(self, z: Floats) -> tuple[Floats, Floats]:
+        """Return what shares of their bounds are used: of velocity and acceleration, and of jerk."""
+        return np.abs(self._linear @ z), np.abs(self._jolted @ z) * np.sqrt(self._y @ z)
+
+    def best(self) -> Floats:
+        """Return the z at which the sequence ends."""
+        z = np.ones(self._values.shape[1])
+        linear, jolted = self._ratios(z)
+        z *= (1 - TOLERANCE) / max(linear.max(), jolted.max() ** (2 / 3))  # all bounds are homogeneous
+        time = self._time(z)
+        asked = [np.zeros(len(linear), dtype=bool), np.zeros(len(jolted), dtype=bool)]
+        for _ in range(ROUNDS):
+            for kept, used in zip(asked, self._ratios(z), strict=True):
+                kept |= used > MATTERS
+            found = self._next(z, asked)
+            shares = np.linspace(0.0, 1.0, 11)[1:]
+            times = [self._time(z + share * (found - z)) for share in shares]
+            k = int(np.argmin(times))
+            gain = 1 - times[k] / time
+            if gain > 0:
+                z, time = z + shares[k] * (found - z), times[k]
+            if gain < GAIN:
+                break
+        return z
+
+    def _next(self, z: Floats, asked: list[Any]) -> Floats:
+        """Return the best z where 1 / √y is replaced by its tangent at the z before."""
+        y = self._values @ z
+        cost = -(self._values.T @ (self._weights * y**-1.5))
+        while True:
+            found = _solved(cost, *self._program(z, asked), GROWTH * z, z / GROWTH)
+            broken = [used > 1 + 10 * TOLERANCE for used in self._ratios(found)]
+            new = [over & ~kept for over, kept in zip(broken, asked, strict=True)]
+            if not any(each.any() for each in new):
+                return found
+            for kept, each in zip(asked, new, strict=True):
+                kept |= each
+
+    def _program(self, z: Floats, asked: list[Any]) -> tuple[Any, Floats]:
+        """Return the rows and bounds that are asked for."""
+        sparse = needed("scipy.sparse")
+        linear, jolted, here = self._linear[asked[0]], self._jolted[asked[1]], self._y[asked[1]]
+        y = here @ z
+        tangent = _diagonal(0.5 * y**-1.5) @ here
+        scale = _diagonal(np.sqrt(y) / 1.5)
+        rows = [linear, -linear, scale @ (jolted + tangent), scale @ (tangent - jolted)]
+        matrix = sparse.vstack(rows).tocsr()
+        return matrix, np.ones(matrix.shape[0])

@@ -1,0 +1,108 @@
+"""A smooth curve in the joints through the postures of a path with corners: what a bound on jerk needs."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._arrays import JOINTS, Floats
+from ..arm.arm import Arm
+from ..motion.paths import RADIAN, Deviation
+from .fastest import needed
+from .grid import Motion
+
+LOOKED_AT, SURE = np.array([0.1, 0.3, 0.5, 0.7, 0.9]), 0.9
+"""Where between two nodes it is looked at how far off the tool is, and what share of the most shows there."""
+HALVINGS = 12
+"""How often nodes come closer to one another at most."""
+STEP = 1e-6
+"""Of s, for a difference."""
+_ROOT_8 = np.sqrt(8.0)  # of |R - S| to 2 sin(half the angle)
+
+
+class Rounded:
+    """A cubic spline through postures of a joint path: twice differentiable, without corners.
+
+    Not to be confused with `Segments`, whose blends are poses: these are joints, so that a path that has
+    been followed can be timed.
+
+    Parameters
+    ----------
+    motion : JointPath
+        What is smoothed.
+    breaks : ndarray, shape (K,)
+        The s of the postures, from 0 to 1.
+    """
+
+    def __init__(self, motion: Motion, breaks: Floats) -> None:
+        self._motion, self.breaks = motion, breaks
+        self._spline = needed("scipy.interpolate").CubicSpline(breaks, np.asarray(motion.at(breaks).q))
+
+    @property
+    def arm(self) -> Arm:
+        """The arm that moves."""
+        return self._motion.arm
+
+    @property
+    def path(self) -> Any:
+        """Where the tool would go with corners."""
+        return self._motion.path
+
+    def at(self, s: ArrayLike, /) -> Any:
+        """Return a value with the field q, (..., 7) rad."""
+        return SimpleNamespace(q=self._spline(s))
+
+    def derivatives(self, s: ArrayLike, /) -> Floats:
+        """Return q', q'', q''' with respect to s, (..., 3, 7)."""
+        orders = np.stack([self._spline(s, order) for order in (1, 2, 3)])
+        return np.moveaxis(orders, 0, -2).reshape(*np.shape(s), 3, JOINTS)
+
+    def tool_derivatives(self, s: Floats) -> tuple[Floats, Floats]:
+        """Return p' and p'' of the tool's origin, (N, 3) each: J q', and its change over a short step."""
+        low = np.clip(s - STEP, 0.0, 1.0 - 2 * STEP)
+        middle, before, after = (self._tool_velocity(at) for at in (s, low, low + 2 * STEP))
+        return middle, (after - before) / (2 * STEP)
+
+    def _tool_velocity(self, s: Floats) -> Floats:
+        slope = self._spline(s, 1)[..., None]
+        return np.asarray((self.arm.jacobian(self._spline(s)) @ slope)[:, :3, 0])
+
+    def deviations(self) -> tuple[Floats, Floats]:
+        """Return by how much the tool is off between each two nodes at most, m and rad, (K - 1,) each."""
+        s = self.breaks[:-1, None] + np.diff(self.breaks)[:, None] * LOOKED_AT
+        here, there = (
+            np.asarray(self.arm.forward(q, undefined="nan")[0]) for q in (self.at(s).q, self._motion.at(s).q)
+        )
+        away = np.linalg.norm(here[..., :3, 3] - there[..., :3, 3], axis=-1)
+        chord = np.linalg.norm(here[..., :3, :3] - there[..., :3, :3], axis=(-2, -1)) / _ROOT_8
+        return away.max(axis=1) / SURE, 2 * np.arcsin(np.minimum(chord, 1.0)).max(axis=1) / SURE
+
+
+def rounded(motion: Motion, breaks: Floats, tolerance: float) -> tuple[Motion, Deviation]:
+    """Return the motion without corners, and by how much at most the tool is off.
+
+    Parameters
+    ----------
+    motion : JointPath
+    breaks : ndarray, shape (K,)
+        Where derivatives of q may jump: the first nodes. Halves follow where the tool is off too far.
+    tolerance : float
+        What the tool may be off, m; a radian counts as `RADIAN` m.
+
+    Raises
+    ------
+    MissingExtraError
+    """
+    nodes = breaks
+    for _ in range(HALVINGS):
+        found = Rounded(motion, nodes)
+        position, rotation = found.deviations()
+        off = np.hypot(position, RADIAN * rotation) > tolerance
+        if not off.any():
+            break
+        near = off | np.append(off[1:], False) | np.append(False, off[:-1])
+        nodes = np.union1d(nodes, (nodes[:-1] + np.diff(nodes) / 2)[near])
+    return found, Deviation(float(position.max()), float(rotation.max()))
