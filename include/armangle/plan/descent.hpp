@@ -275,7 +275,8 @@ inline bool Descent::integrand(const detail::GaussPoint& p, double phi, double v
     theta[3] = SeriesInPhi(0.0);
     theta[3].coefficient[0].coefficient[0] = p.theta_4;
     theta[3].coefficient[0].coefficient[1] = p.theta_4_rate;
-    Jet<double, 2> joint[joints];
+    using Curved = Jet<double, 2>;  // in phi
+    Curved joint[joints];
     double travel = 0;
     for (int j = 0; j < joints; ++j) {
         const double sign = task_.arm.sign[j];
@@ -308,21 +309,22 @@ inline bool Descent::integrand(const detail::GaussPoint& p, double phi, double v
     terms.travel += p.weight * travel;
     bool inside = true;
     const double scale = task_.length * task_.length;
-    distances(task_, joint, [&](const Jet<double, 2>& distance, Kind kind) {
+    distances(task_, joint, [&](const Curved& distance, Kind kind) {
         if (!(distance.value() > 0)) inside = false;
         if (weight(objective_, kind) > 0) f.margin = min(f.margin, distance.value());
         if (!(distance.value() < max(objective_.enough, descent_rule::before))) return;
-        const Jet<double, 2> c = cost(distance, objective_.enough);
-        const Jet<double, 2> bound(descent_rule::before),
-            held = max(distance, Jet<double, 2>(descent_rule::tiny));
-        const Jet<double, 2> wall = Jet<double, 2>(descent_rule::wall) / held -
-                                    Jet<double, 2>(descent_rule::wall / descent_rule::before);
-        Jet<double, 2> here = Jet<double, 2>(scale * weight(objective_, kind)) * c;
-        if (distance < bound) here = here + Jet<double, 2>(scale) * wall * wall;
-        f.value += here.value();
-        f.phi += here.coefficient[1];
-        f.phi_phi += 2 * here.coefficient[2];
-        (kind == Kind::limit ? terms.limits : terms.singularities) += p.weight * scale * c.value();
+        const Curved near = cost(distance, objective_.enough);
+        Curved sum = Curved(weight(objective_, kind)) * near;
+        if (distance.value() < descent_rule::before) {
+            const Curved held = max(distance, Curved(descent_rule::tiny));
+            const Curved wall =
+                Curved(descent_rule::wall) / held - Curved(descent_rule::wall / descent_rule::before);
+            sum = sum + wall * wall;
+        }
+        f.value += scale * sum.value();
+        f.phi += scale * sum.coefficient[1];
+        f.phi_phi += scale * 2 * sum.coefficient[2];
+        (kind == Kind::limit ? terms.limits : terms.singularities) += p.weight * scale * near.value();
     });
     if (p.wished) {
         const SinCos<double> off = sin_cos(phi - p.wish);
