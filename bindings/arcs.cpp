@@ -149,11 +149,12 @@ ArcColumns feasible_many(const ArmHandle& self, Floats pose, Ints gc, double mar
 /// The sets of one pose: made into arrays where Python asks for them.
 struct ArcsOfOne {
     Collected sets;
-    nb::object arrays;
+    nb::object made[Collected::columns];
 
-    nb::object columns() {
-        if (!arrays.is_valid()) arrays = sets.release();
-        return arrays;
+    nb::object column(std::size_t index) {
+        if (index >= Collected::columns) throw nb::index_error();
+        if (!made[index].is_valid()) made[index] = sets.column(index);
+        return made[index];
     }
 };
 
@@ -335,7 +336,7 @@ void bind_arcs(nb::module_& m, nb::class_<ArmHandle>& arm) {
         .value("CONSTANT", Case::constant);
     arm.def("feasible_many", &feasible_many, "pose"_a, "gc"_a, "margin"_a, "psi_margin"_a, "discriminant"_a,
             "wanted"_a, "threads"_a, "scene"_a.none());
-    nb::class_<ArcsOfOne>(m, "ArcsOfOne").def("columns", &ArcsOfOne::columns);
+    nb::class_<ArcsOfOne>(m, "ArcsOfOne").def("column", &ArcsOfOne::column, "index"_a);
     arm.def("feasible_one", &feasible_one, "pose"_a.none(), "gc"_a.none(), "margin"_a.none(),
             "psi_margin"_a.none(), "discriminant"_a.none(), "wanted"_a, "threads"_a.none(), "scene"_a.none());
     arm.def("joint_function", &joint_function, "pose"_a, "gc"_a, "joint"_a);

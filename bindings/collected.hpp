@@ -59,14 +59,15 @@ struct Grown {
         T* kept = own.release();
         nb::capsule owner(kept, [](void* p) noexcept { delete[] static_cast<T*>(p); });
         const std::size_t rows = size / columns;
-        if (columns == 1) return nb::cast(nb::ndarray<nb::numpy, T>(kept, {rows}, owner));
-        return nb::cast(nb::ndarray<nb::numpy, T>(kept, {rows, columns}, owner));
+        if (columns == 1) return nb::cast(nb::ndarray<nb::numpy, const T>(kept, {rows}, owner));
+        return nb::cast(nb::ndarray<nb::numpy, const T>(kept, {rows, columns}, owner));
     }
 };
 
 /// Arc sets under construction.
 struct Collected {
-    static constexpr std::size_t ends = 5;  // a set, as a rule: two arcs and a half
+    static constexpr std::size_t ends = 5;     // a set, as a rule: two arcs and a half
+    static constexpr std::size_t columns = 8;  // of ArcColumns
     Grown<std::int64_t> count;
     Grown<double> psi, value;
     Grown<std::int8_t> joint, side, status;
@@ -133,10 +134,23 @@ struct Collected {
                 pair.data[pair.size++] = pair_of(tag);
     }
 
+    /// One of the columns of ArcColumns, once.
+    nb::object column(std::size_t index) {
+        switch (index) {
+            case 0: return count.release(1);
+            case 1: return psi.release(2);
+            case 2: return joint.release(2);
+            case 3: return side.release(2);
+            case 4: return value.release(2);
+            case 5: return status.release(1);
+            case 6: return with_scene ? pair.release(2) : nb::none();
+            default: return with_scene ? blocking.release(1) : nb::none();
+        }
+    }
+
     ArcColumns release() {
-        return nb::make_tuple(count.release(1), psi.release(2), joint.release(2), side.release(2),
-                              value.release(2), status.release(1), with_scene ? pair.release(2) : nb::none(),
-                              with_scene ? blocking.release(1) : nb::none());
+        return nb::make_tuple(column(0), column(1), column(2), column(3), column(4), column(5), column(6),
+                              column(7));
     }
 };
 

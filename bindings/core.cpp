@@ -155,4 +155,5 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     binding::bind_solving(m, arm);
     binding::bind_tracking(m);
     binding::bind_reach(m, arm);
+    binding::bind_kuka(arm);
 }

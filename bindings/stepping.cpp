@@ -6,6 +6,7 @@
 
 #include "arc_arrays.hpp"
 #include "refusal.hpp"
+#include "scene_handle.hpp"
 
 namespace binding {
 
@@ -83,7 +84,7 @@ struct Limits {
 nb::object step_one(const ArmHandle& self, nb::handle q_now, nb::handle pose, const Policy& policy,
                     nb::handle gc, nb::handle carry, nb::handle max_joint_step, nb::handle singularity_margin,
                     nb::handle allowed_count, nb::handle allowed_psi, nb::handle bounds, nb::handle kind,
-                    nb::handle statuses) {
+                    nb::handle statuses, const SceneHandle* scene) {
     double q[joints], m[16], value = 0, margin = 0;
     StepOptions options;
     options.policy = policy;
@@ -100,6 +101,7 @@ nb::object step_one(const ArmHandle& self, nb::handle q_now, nb::handle pose, co
         allowed = ArcArrays(allowed_count, allowed_psi).load(0, 0);
         options.allowed = &allowed;
     }
+    options.scene = scene ? &scene->view : nullptr;
     const GivenBounds given(bounds, options);
     const Limits limits(self, margin);
     const Pose<double> frame = load_pose(m);
@@ -137,7 +139,8 @@ void make_follow_options(FollowOptions* self, const Policy& policy, std::optiona
 using FollowColumns = nb::typed<nb::tuple, Floats, Floats, Ints, Codes, Floats, Floats>;
 
 void follow_all(const ArmHandle& self, Floats start, Floats poses, const FollowOptions& wanted,
-                Ints allowed_count, Floats allowed_psi, Floats bounds, const FollowColumns& columns) {
+                Ints allowed_count, Floats allowed_psi, Floats bounds, const FollowColumns& columns,
+                const SceneHandle* scene) {
     const Buffer s(start), p(poses), q_out(columns[0], true), psi_out(columns[1], true),
         gc_out(columns[2], true), status_out(columns[3], true), margin_out(columns[4], true),
         residual_out(columns[5], true);
@@ -160,11 +163,12 @@ void follow_all(const ArmHandle& self, Floats start, Floats poses, const FollowO
                           gc_out.data<long long>(),  status_out.data<std::int8_t>()};
     const Strided<const ArcSet> allowed{sets.empty() ? nullptr : sets.data(), sets.size() > 1 ? 1 : 0};
     StepOptions options = wanted.step;
+    options.scene = scene ? &scene->view : nullptr;
     const Limits limits(self, wanted.singularity_margin);
     const GivenBounds given(bounds, options);
     const std::size_t window = wanted.lookahead;
     std::vector<AheadSection> sections(window ? Lookahead::sections_for(window) : 0);
-    Lookahead ahead(self.arm, limits.table, p.data<double>(), n, allowed, options.bounds,
+    Lookahead ahead(self.arm, limits.table, p.data<double>(), n, allowed, options.scene, options.bounds,
                     options.max_joint_step, sections.data(), window);
     {
         nb::gil_scoped_release release;
@@ -209,12 +213,13 @@ void bind_stepping(nb::module_& m, nb::class_<ArmHandle>& arm) {
         .def_static("towards", &towards, "wish"_a, "psi"_a, "target"_a, "K"_a, "outside"_a);
     arm.def("step_one", &step_one, "q_now"_a.none(), "pose"_a.none(), "policy"_a, "gc"_a.none(),
             "carry"_a.none(), "max_joint_step"_a.none(), "singularity_margin"_a.none(),
-            "allowed_count"_a.none(), "allowed_psi"_a.none(), "bounds"_a.none(), "kind"_a, "statuses"_a);
+            "allowed_count"_a.none(), "allowed_psi"_a.none(), "bounds"_a.none(), "kind"_a, "statuses"_a,
+            "scene"_a.none());
     nb::class_<FollowOptions>(m, "FollowOptions")
         .def("__init__", &make_follow_options, "policy"_a, "gc"_a.none(), "carry"_a,
              "max_joint_step"_a.none(), "singularity_margin"_a, "on_fail"_a, "lookahead"_a);
     arm.def("follow_all", &follow_all, "start"_a, "poses"_a, "options"_a, "allowed_count"_a.none(),
-            "allowed_psi"_a.none(), "bounds"_a.none(), "columns"_a);
+            "allowed_psi"_a.none(), "bounds"_a.none(), "columns"_a, "scene"_a.none());
     m.def("resolve_many", &resolve_many, "policy"_a, "count"_a, "psi_arcs"_a, "index"_a, "psi"_a,
           "wish"_a.none(), "out"_a, "status"_a);
     m.def("gain", &gain, "rate"_a, "dt"_a);

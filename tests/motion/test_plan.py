@@ -45,14 +45,17 @@ def check_continuous(result: aa.JointPath, s: np.ndarray, depth: int = 3) -> Non
 
 
 def check_whole(result: aa.JointPath) -> None:
-    """A path that is ok is on its poses, in one branch, continuous and within limits, at 10001 places."""
+    """A path that is ok is on its poses, in the branches named, continuous and within limits, everywhere."""
     arm, here = result.arm, result.at(DENSE)
     np.testing.assert_allclose(arm.forward(here.q)[0], here.pose, atol=1e-12)
     assert arm.within_limits(here.q, tol=1e-9).all()
     check_continuous(result, DENSE)
     if result.certified:
         assert len(result.uncertified) == 0
-        assert (arm.forward(here.q)[2] == result.gc[0]).all()
+        assert (arm.forward(here.q)[2] == here.gc).all()
+        assert result.diagnosis is not None
+        first = result.diagnosis[int(result.gc[0])]
+        assert set(here.gc.tolist()) - {first.gc} == set(first.through)
         assert arm.within_limits(here.q).all()
 
 

@@ -145,6 +145,13 @@ struct BoundedStep {
         return found;
     }
 
+    /// Whether some step within the bounds leads to these arcs.
+    bool leads_to(const ArcSet& arcs) const noexcept {
+        ArcSet left;
+        within(arcs, {}, left);
+        return !left.empty();
+    }
+
     /// Why no step within the bounds leads to `arcs`, what the caller allows of the feasible ones, `own`: the
     /// first condition without which there is such a step. A jump is what neither limits nor the caller
     /// force.
@@ -156,7 +163,7 @@ struct BoundedStep {
             within(to, kept, left);
             return !left.empty();
         };
-        if (leads(own, {})) return Status::NOT_ALLOWED;
+        if (leads_to(own)) return Status::NOT_ALLOWED;
         if (leads(arcs, {.acceleration = false})) return Status::ACCELERATION_LIMIT;
         if (leads(arcs, {.velocity = false, .acceleration = false})) return Status::VELOCITY_LIMIT;
         if (leads(whole, {.turns = false})) return Status::WINDING_EXHAUSTED;

@@ -5,6 +5,7 @@
 #include "../circle/posture.hpp"
 #include "bounds.hpp"
 #include "../limits/feasible.hpp"
+#include "../scene/clear.hpp"
 #include "resolution.hpp"
 
 namespace armangle {
@@ -18,6 +19,7 @@ struct StepOptions {
     double max_joint_step = 0.2;      // rad; a larger move of any joint is JOINT_JUMP
     int gc = -1;                      // 0..7, or -1: that of the present joints
     const ArcSet* allowed = nullptr;  // arcs of the user's own, intersected
+    const Scene* scene = nullptr;     // obstacles that links keep clear of
     const Bounds* bounds = nullptr;   // on speeds and accelerations
     const ArcSet* ahead =
         nullptr;  // with bounds: the part of the arcs from which the poses ahead can be reached
@@ -138,14 +140,19 @@ inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_
     const auto stay = [&](Status why) { return detail::stayed(arm, q_now, now, m.circle, why); };
     const double psi = detail::carried_psi(arm, now, m.circle, options.carry);
     const JointFunctions<double> f = joint_functions(m);
-    ArcSet own, arcs;
+    ArcSet own, arcs, clear_arcs;
     const Status reason = feasible(m, f, limits, own);
     if (reason != Status::OK) return stay(reason);
     if (options.allowed) {
         intersect(own, *options.allowed, arcs);
         if (arcs.empty()) return stay(Status::NOT_ALLOWED);
     }
-    const ArcSet& open = options.allowed ? arcs : own;
+    const ArcSet& asked_for = options.allowed ? arcs : own;  // whatever stands about
+    if (options.scene) {
+        const Status blocked = keep_clear(arm, *options.scene, m, asked_for, clear_arcs);
+        if (blocked != Status::OK) return stay(blocked);
+    }
+    const ArcSet& open = options.scene ? clear_arcs : asked_for;
     StepOptions with_psi;  // a wish for the elbow, as one for psi
     const bool wished = options.policy.rule == Rule::towards;
     if (wished) {
@@ -158,6 +165,8 @@ inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_
     const auto within_bounds = [&](const Bounds& bounds) {
         const BoundedStep bounded{arm, m, f, q_now, bounds, options.max_joint_step};
         next = detail::resolve_bounded(bounded, asked, own, open, psi, next.psi);
+        if (options.scene && next.status == Status::NOT_ALLOWED && bounded.leads_to(asked_for))
+            next.status = Status::CLEARANCE;
     };
     if (options.bounds) within_bounds(*options.bounds);
     if (next.status != Status::OK) return stay(next.status);

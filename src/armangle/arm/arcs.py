@@ -53,10 +53,9 @@ class ArcEnd:
         return f"ArcEnd(joint={self.joint}, side={self.side!r}, value={self.value!r}{who})"
 
 
-_ARRAYS = ("_count", "_psi", "_joint", "_side", "_value", "_status", "_start")
-
-
+_ARRAYS = ("_count", "_psi", "_joint", "_side", "_value", "_status")
 _OF_SCENES = ("_pair", "_blocking", "_names")
+_COLUMNS = {name: index for index, name in enumerate((*_ARRAYS, *_OF_SCENES[:2]))}  # of the core
 Names = tuple[tuple[str, str] | None, ...]
 
 
@@ -122,7 +121,7 @@ class ArcSet:
     True
     """
 
-    __slots__ = (*_ARRAYS, *_OF_SCENES, "_of", "shape")
+    __slots__ = (*_ARRAYS, *_OF_SCENES, "_of", "_start", "shape")
 
     shape: Shape
     _count: Ints
@@ -131,7 +130,7 @@ class ArcSet:
     _side: NDArray[np.int8]
     _value: Floats
     _status: NDArray[np.int8]
-    _start: Ints
+    _start: Ints  # the first arc of each set; made of the counts where it is asked for
     _pair: Ints | None  # of each end, its place in _names; -1: no obstacle's; None: no scene was asked
     _blocking: Ints | None  # the same of each set, which a pair alone leaves empty
     _names: Names  # (obstacle, link)
@@ -168,9 +167,7 @@ class ArcSet:
     ) -> None:
         if status is None:
             status = np.where(count > 0, Status.OK, Status.LIMITS).astype(np.int8)
-        start = np.zeros(len(count) + 1, dtype=np.int64)
-        np.cumsum(count, out=start[1:])
-        arrays: tuple[NDArray[Any], ...] = (count, psi, joint, side, value, status, start)
+        arrays: tuple[NDArray[Any], ...] = (count, psi, joint, side, value, status)
         for name, array in zip(_ARRAYS, arrays, strict=True):
             object.__setattr__(self, name, frozen(array))
         for name, found in zip(_OF_SCENES, (pair, blocking, names), strict=True):
@@ -195,12 +192,22 @@ class ArcSet:
     if not TYPE_CHECKING:  # a type checker is to know the attributes that there are
 
         def __getattr__(self, name: str) -> Any:
-            """Fill the arrays of one pose, which are asked for the first time."""
-            if name not in _ARRAYS and name not in _OF_SCENES:
+            """Return what is asked for the first time: an array of one pose, or where each set begins."""
+            if name == "_start":
+                found = np.zeros(len(self._count) + 1, dtype=np.int64)
+                np.cumsum(self._count, out=found[1:])
+                frozen(found)
+            elif name in _COLUMNS or name == "_names":
+                sets, ready = self._of
+                if ready is not None:
+                    columns = tuple(sets.column(index) for index in range(len(_COLUMNS)))
+                    self._fill(self.shape, *_with_names(columns, ready))
+                    return getattr(self, name)
+                found = sets.column(_COLUMNS[name]) if name != "_names" else ()
+            else:
                 raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-            sets, ready = self._of
-            self._fill(self.shape, *_with_names(sets.columns(), ready))
-            return getattr(self, name)
+            object.__setattr__(self, name, found)
+            return found
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(f"ArcSet is frozen: {name} cannot be set")
@@ -344,6 +351,8 @@ class ArcSet:
         return out.reshape(shape)
 
     def _pair_with(self, angles: Floats) -> tuple[Shape, Ints, Floats]:
+        if not self.shape:
+            return angles.shape, np.zeros(angles.size, dtype=np.int64), np.ascontiguousarray(angles).ravel()
         index = np.arange(len(self._count)).reshape(self.shape)
         try:
             index, angles = np.broadcast_arrays(index, angles)

@@ -22,6 +22,7 @@ from .._arrays import (
     chosen,
 )
 from ..errors import ConfigurationError, InputError, NotFiniteError, ShapeError
+from ..scenes.scene import Scene
 from ..status import STATUSES, Status
 from .allowed import Allowed, allowed_arcs
 from .solution import Solution, Solutions
@@ -41,8 +42,8 @@ class Question:
 
     def __init__(
         self, arm: Arm, pose: ArrayLike, near: ArrayLike | None, metric: str, weight: ArrayLike | None,
-        prefer: str, gc: int | Iterable[int] | None, allowed: Allowed | None, singularity_margin: float,
-        threads: int,
+        prefer: str, gc: int | Iterable[int] | None, allowed: Allowed | None, scene: Scene | None,
+        singularity_margin: float, threads: int,
     ) -> None:  # fmt: skip
         named = [("pose", as_poses("pose", pose, arm._handle), 2)]
         if near is not None:
@@ -57,6 +58,8 @@ class Question:
         self.options = _core.SolveOptions(kind, _weights(weight), _branches(gc), margin)
         self.handle = arm._handle
         self.threads = as_threads(threads)
+        ready = arm._scene(scene)
+        self.scene = None if ready is None else ready.handle
         self.allowed: tuple[Any, Any] = (None, None)
         if allowed is not None:
             arcs = allowed_arcs(allowed, arrays[0])
@@ -83,6 +86,7 @@ class Question:
             status,
             margin,
             self.threads,
+            self.scene,
         )
         if not self.batch:
             outcome: Status = STATUSES[int(status[0])]
@@ -92,7 +96,9 @@ class Question:
 
     def solutions(self) -> Solutions:
         """Return the nearest posture of each branch and arc of each pose."""
-        columns = self.handle.solutions_many(self.poses, self.near, self.options, *self.allowed, self.threads)
+        columns = self.handle.solutions_many(
+            self.poses, self.near, self.options, *self.allowed, self.threads, self.scene
+        )
         return Solutions(self.batch, columns)
 
 

@@ -13,6 +13,7 @@ from .._arrays import JOINTS, Floats, as_poses, chosen, named, one_posture
 from ..arm.allowed import Allowed, allowed_arcs
 from ..arm.arm import Arm
 from ..errors import InputError, ShapeError
+from ..scenes.scene import Scene
 from .joint_path import JointPath, blank_rows, even_parameters
 from .options import (
     CARRIES,
@@ -42,6 +43,7 @@ def follow(
     carry: Carry = "psi",
     max_joint_step: float | None = None,
     allowed: Allowed | None = None,
+    scene: Scene | None = None,
     singularity_margin: float = 0.0,
     on_fail: OnFail = "stop",
     velocity: Bound = None,
@@ -75,6 +77,8 @@ def follow(
         As in `step`; `dt` is the time from pose to pose.
     allowed : ArcSet of shape () or (N,), or function (4, 4) -> ArcSet, optional
         Arcs of the user's own, intersected.
+    scene : Scene, optional
+        As in `step`; with `lookahead` the poses ahead are asked too.
     on_fail : "stop", "hold" or "skip"
         What to do with a pose that cannot be stepped to: end there (rows behind are NaN, NOT_REACHED); stay
         in the posture and go on (its row repeats the posture); or leave its row NaN and go on.
@@ -121,7 +125,9 @@ def follow(
         count, psi = arcs._count, arcs._psi
     rows = blank_rows(n)
     columns = tuple(rows[name] for name in ("q", "psi", "gc", "status", "margin", "residual"))
-    arm._handle.follow_all(joints, frames, options, count, psi, bounds, columns)
+    ready = arm._scene(scene)
+    about = None if ready is None else ready.handle
+    arm._handle.follow_all(joints, frames, options, count, psi, bounds, columns, about)
     return JointPath(arm=arm, s=s, poses=frames.copy(), start=joints, path=path, **rows)
 
 

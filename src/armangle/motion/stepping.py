@@ -12,6 +12,7 @@ from .._arrays import JOINTS, Floats, as_floats, as_poses, broadcast, check_angl
 from ..arm.allowed import Allowed, allowed_arcs, one_allowed
 from ..arm.arm import Arm
 from ..errors import ShapeError
+from ..scenes.scene import Scene
 from ..status import STATUSES, Status
 from .options import (
     Bound,
@@ -56,6 +57,7 @@ def resolve(
     policy: Policy = DEFAULT_POLICY,
     dt: float | None = None,
     allowed: Allowed | None = None,
+    scene: Scene | None = None,
     singularity_margin: float = 0.0,
 ) -> Resolution:
     """Return the next arm angle at a pose, from the present one and the feasible arcs.
@@ -77,6 +79,8 @@ def resolve(
         Time of the step, s; needed by a policy with ``rate=``.
     allowed : ArcSet or function (4, 4) -> ArcSet, optional
         Arcs of the user's own, intersected: task-space obstacles (the paper's section 6).
+    scene : Scene, optional
+        As in `step`.
     singularity_margin : float
         As in `Arm.feasible`, rad.
 
@@ -102,7 +106,7 @@ def resolve(
     """
     angles = as_floats("psi", psi)
     check_angles("psi", angles)
-    arcs = own = arm.feasible(pose, gc, singularity_margin=singularity_margin)
+    arcs = own = arm.feasible(pose, gc, singularity_margin=singularity_margin, scene=scene)
     if allowed is not None:
         poses = np.broadcast_to(as_poses("pose", pose, arm._handle), (*arcs.shape, 4, 4))
         arcs = own & allowed_arcs(allowed, poses)
@@ -136,6 +140,7 @@ def step(
     carry: Carry = "psi",
     max_joint_step: float | None = None,
     allowed: Allowed | None = None,
+    scene: Scene | None = None,
     singularity_margin: float = 0.0,
     velocity: Bound = None,
     acceleration: Bound = None,
@@ -151,7 +156,8 @@ def step(
     with OK keeps them**, judged by the joints themselves: ``v = (q - q_now) / dt`` has
     ``|v| <= velocity`` and ``|v - velocity_now| <= acceleration * dt``; and every joint can still brake
     before its limit. Where no arm angle does, the status is the first condition without which one would:
-    NOT_ALLOWED, ACCELERATION_LIMIT, VELOCITY_LIMIT, WINDING_EXHAUSTED, LIMITS, and JOINT_JUMP if none is.
+    CLEARANCE, NOT_ALLOWED, ACCELERATION_LIMIT, VELOCITY_LIMIT, WINDING_EXHAUSTED, LIMITS, and JOINT_JUMP if
+    none is.
 
     Parameters
     ----------
@@ -174,6 +180,9 @@ def step(
         limit forces LIMITS or WINDING_EXHAUSTED, what `allowed` forces NOT_ALLOWED.
     allowed : ArcSet or function (4, 4) -> ArcSet, optional
         Arcs of the user's own, intersected.
+    scene : Scene, optional
+        Obstacles that links keep clear of: their arcs are taken off those within the limits. The arm needs a
+        body (`Arm.with_body`). Between two poses nothing is proven.
     singularity_margin : float
         As in `Arm.feasible`, rad.
     velocity : float, array_like of shape (7,), or True, optional
@@ -210,10 +219,13 @@ def step(
         count, psi = one_allowed(allowed, as_poses("pose", pose, arm._handle))
     if velocity is not None or acceleration is not None:
         bounds = step_bounds(arm, velocity, acceleration, velocity_now, dt)
+    ready = arm._scene(scene)
+    about = None if ready is None else ready.handle
     core_step = arm._handle.step_one
     plain: Step | None = core_step(
-        q_now, pose, native, gc, carry, max_joint_step, singularity_margin, count, psi, bounds, Step, STATUSES
-    )
+        q_now, pose, native, gc, carry, max_joint_step, singularity_margin, count, psi, bounds, Step,
+        STATUSES, about,
+    )  # fmt: skip
     if plain is not None:
         return plain
     options = checked_options(gc, carry, max_joint_step, singularity_margin)
@@ -224,5 +236,5 @@ def step(
             "follow takes sequences"
         )
     joints, frame = np.ascontiguousarray(joints), np.ascontiguousarray(frame)
-    converted: Step = core_step(joints, frame, native, *options, count, psi, bounds, Step, STATUSES)
+    converted: Step = core_step(joints, frame, native, *options, count, psi, bounds, Step, STATUSES, about)
     return converted
