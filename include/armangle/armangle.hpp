@@ -37,6 +37,7 @@
 #include "motion/step.hpp"
 #include "motion/lookahead.hpp"
 #include "motion/follow.hpp"
+#include "motion/elbow_choice.hpp"
 #include "motion/hand_filter.hpp"
 #include "motion/tracker.hpp"
 #include "batch/inverse_batch.hpp"

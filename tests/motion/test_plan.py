@@ -104,7 +104,8 @@ def test_over_the_base_axis_the_joints_hardly_move(offset: float) -> None:
     assert np.abs(np.diff(result.psi)).max() > 1.0  # the paper's psi turns there all the same
     np.testing.assert_allclose(IIWA.inverse(result.poses, result.psi, result.gc), result.q, atol=1e-9)
     stepped = aa.follow(IIWA, poses, start=result.q[0])
-    assert np.abs(np.diff(stepped.q, axis=0)).max() > 0.1  # step by step, psi gives way late
+    assert stepped.ok
+    assert np.abs(np.diff(stepped.q, axis=0)).max() < 0.03  # where psi cannot be held, the elbow is
 
 
 @pytest.mark.parametrize("turns", [1.2, 1.7, -1.4])

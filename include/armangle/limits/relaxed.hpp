@@ -39,10 +39,16 @@ inline double wrist_distance(const Arm& arm, double bend) noexcept {
     return sqrt(max(arm.reach * arm.reach - 4.0 * arm.upper_arm * arm.forearm * half * half, 0.0));
 }
 
+/// The bend, in [0, pi], at which the wrist has this distance from the shoulder: 0 beyond reach.
+inline double bend_of(const Arm& arm, double distance) noexcept {
+    const double gone = arm.reach * arm.reach - distance * distance;
+    return 2.0 * std::asin(min(sqrt(max(gone, 0.0) / (4.0 * arm.upper_arm * arm.forearm)), 1.0));
+}
+
 }  // namespace detail
 
 /// The limits with joint 4 kept on the side of the stretched arm on which q_4 stands, at least `margin` (rad)
-/// off straight and off folded; a joint that is nearer already is not driven away.
+/// off straight and off folded, where its limits leave that.
 inline Limits on_one_side(const Arm& arm, double q_4, double margin) noexcept {
     Limits out = arm.limits;
     const double bend = detail::elbow_bend(arm, q_4), side = bend < 0 ? -1.0 : 1.0;
@@ -50,9 +56,9 @@ inline Limits on_one_side(const Arm& arm, double q_4, double margin) noexcept {
     const double a = straight + arm.sign[3] * side * margin,
                  b = straight + arm.sign[3] * side * (pi - margin);
     const double lower = max(out.lower[3], min(a, b)), upper = min(out.upper[3], max(a, b));
-    out.lower[3] = min(lower, q_4);
-    out.upper[3] = max(upper, q_4);
-    if (lower > upper) out.lower[3] = out.upper[3] = q_4;
+    if (lower > upper) return out;
+    out.lower[3] = lower;
+    out.upper[3] = upper;
     return out;
 }
 
