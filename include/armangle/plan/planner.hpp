@@ -451,7 +451,7 @@ private:
     }
 
     /// Looks for a way that passes from branch to branch, or begins or ends where two meet, where no branch
-    /// has a proven one, or those from a given start (goal) take more than twice its travel.
+    /// has a proven one, or where those from a given start (goal) are worth less by the objective.
     void cross() {
         const bool proven = plan_.ok && plan_.proof.certified(), free = !options_.start && !options_.goal;
         if (options_.singularity_margin > 0 || base_.size() > crossing_rule::most_sections ||
@@ -474,7 +474,7 @@ private:
             asked.sections = crossing_sections(asked);
             Plan found;
             if (!draw_crossing(asked, found)) continue;
-            if (proven && !(2 * travel(curve(found)) < travel(curve(plan_)))) continue;
+            if (proven && !(objective(curve(found)) < objective(curve(plan_)))) continue;
             take(found);
             return;
         }
