@@ -25,6 +25,7 @@
 #include "limits/best_yaw.hpp"
 #include "limits/nearest.hpp"
 #include "limits/relaxed.hpp"
+#include "limits/nearest_outside.hpp"
 #include "scene/solids.hpp"
 #include "scene/blocked_arc.hpp"
 #include "scene/witnesses.hpp"

@@ -455,7 +455,7 @@ class Metric(enum.Enum):
     MARGIN = 2
 
 class SolveOptions:
-    def __init__(self, metric: Metric, weight: numpy.typing.NDArray[numpy.float64], branches: int, margin: float) -> None: ...
+    def __init__(self, metric: Metric, weight: numpy.typing.NDArray[numpy.float64], branches: int, margin: float, length: float) -> None: ...
 
 class Tracking(enum.IntEnum):
     FOLLOWING = 0
@@ -465,6 +465,8 @@ class Tracking(enum.IntEnum):
     NEAREST = 2
 
     HELD = 3
+
+    TURNING = 4
 
 def smooth_hand(omega: float, patience: float, jump: float, turn: float, samples: numpy.typing.NDArray[numpy.float64], dt: float, poses: numpy.typing.NDArray[numpy.float64]) -> None: ...
 

@@ -22,6 +22,7 @@ enum class Tracking : std::uint8_t {
     LAGGING,    // on its way, as fast as the bounds allow
     NEAREST,    // the hand is out of reach: at, or on the way to, the nearest pose
     HELD,       // no sample to believe: on as predicted
+    TURNING,    // on its way to another posture, joint by joint: the tool leaves the hand
 };
 
 struct TrackerOptions {
@@ -530,6 +531,7 @@ private:
         if (out.status == Tracking::LAGGING)
             out.why = fastest ? Status::VELOCITY_LIMIT : Status::ACCELERATION_LIMIT;
         if (hand_.held()) out.status = Tracking::HELD;
+        if (turning_to_ >= 0) out.status = Tracking::TURNING;
         if (!valid) out.why = Status::BAD_INPUT;
         return out;
     }

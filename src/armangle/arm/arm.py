@@ -65,7 +65,7 @@ from .freedom import Freedom
 from .joint_function import JointFunction
 from .near import NearHandle, check_near, moved_ends, unsupported
 from .question import METRICS as _METRICS
-from .question import MetricName, Prefer, Question
+from .question import Beyond, MetricName, Prefer, Question, relaxing_length
 from .solution import Solution, Solutions
 from .wish import Direction, as_wish
 
@@ -1431,6 +1431,8 @@ class Arm:
         allowed: Allowed | None = None,
         scene: Scene | None = None,
         singularity_margin: float = 0.0,
+        outside: Beyond = "stop",
+        length: float = 0.2,
         threads: int = 1,
     ) -> Solution:
         """Return the posture of a pose that is nearest to a seed, of all there are.
@@ -1462,6 +1464,15 @@ class Arm:
             Obstacles that links keep clear of, as in `feasible`.
         singularity_margin : float
             As in `feasible`, rad.
+        outside : "stop" or "nearest"
+            "nearest": where a pose has no posture, the posture of the nearest pose that the arm can take,
+            `arm.forward(found.q)[0]`; ``status`` still says why the pose itself has none. A wrist out of
+            reach is drawn towards the shoulder into what joint 4 reaches and the orientation kept: no posture
+            of that orientation is nearer. Where limits forbid that too it is the least of
+            ``sqrt(|dp|² + (length·angle)²)``, sought from many starts. Of all branches and arm angles, so not
+            with `gc`, `allowed` or `scene`.
+        length : float
+            With "nearest": how many metres a radian counts as, m.
         threads : int
             Threads for a batch; 0 for all cores.
 
@@ -1483,16 +1494,23 @@ class Arm:
         >>> found = arm.solve(arm.forward(q)[0], near=q)
         >>> found.q.tolist() == q, found.distance
         (True, 0.0)
+
+        >>> far = arm.forward(q)[0].copy()
+        >>> far[0, 3] += 2.0
+        >>> beside = arm.solve(far, near=q, outside="nearest")
+        >>> beside.status.name, round(float(np.linalg.norm(far - arm.forward(beside.q)[0])), 3)
+        ('UNREACHABLE', 1.767)
         """
         plain = weight is None and gc is None and allowed is None and singularity_margin == 0.0
-        plain = plain and scene is None
+        plain = plain and scene is None and outside == "stop"
         if plain and prefer == "near" and near is not None and isinstance(metric, str) and metric in _METRICS:
             one = self._handle.solve_one(pose, near, _METRICS[metric], Solution, STATUSES)
             if one is not None:
                 return cast(Solution, one)
         asked = Question(
-            self, pose, near, metric, weight, prefer, gc, allowed, scene, singularity_margin, threads
-        )
+            self, pose, near, metric, weight, prefer, gc, allowed, scene, singularity_margin, threads,
+            relaxing_length(outside, length, gc, allowed, scene),
+        )  # fmt: skip
         return asked.solve()
 
     def solutions(
