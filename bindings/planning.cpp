@@ -109,8 +109,8 @@ nb::tuple as_tuple(const BranchReport& r) {
     nb::list openings;
     for (const Opening& o : r.openings) openings.append(nb::make_tuple(o.joint, o.upper, o.extra));
     return nb::make_tuple(r.gc, static_cast<int>(r.verdict), static_cast<int>(r.status), r.from, r.to,
-                          r.excess, r.reached, r.margin, r.elbow_margin, r.travel, r.nearest_psi, r.blocking,
-                          openings, r.sections, r.given_up, r.through);
+                          r.excess, r.reached, r.margin, r.elbow_margin, r.cost, r.stationarity,
+                          r.nearest_psi, r.blocking, openings, r.sections, r.given_up, r.through);
 }
 
 nb::object as_array(const std::vector<double>& values, std::size_t width) {
@@ -136,7 +136,7 @@ nb::object plan_path(const ArmHandle& self, Floats segments, Floats rows, Floats
         options.goal = to.data<double>();
     }
     const double* weight = w.data<double>();
-    options.objective = {weight[0], weight[1], weight[2], weight[3]};
+    options.objective = {weight[0], weight[1], weight[2], 100.0, weight[3]};
     options.branches = branches, options.singularity_margin = singularity_margin,
     options.limit_margin = limit_margin;
     Plan out;

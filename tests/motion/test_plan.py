@@ -100,10 +100,11 @@ def test_over_the_base_axis_the_joints_hardly_move(offset: float) -> None:
     result = aa.plan(IIWA, poses)
     assert result.certified
     check_whole(result)
-    assert np.abs(np.diff(result.q, axis=0)).max() < 0.03
+    assert np.abs(np.diff(result.q, axis=0)).max() < 0.005
     assert np.abs(np.diff(result.psi)).max() > 1.0  # the paper's psi turns there all the same
     np.testing.assert_allclose(IIWA.inverse(result.poses, result.psi, result.gc), result.q, atol=1e-9)
-    stepped = aa.follow(IIWA, poses, start=result.q[0])
+    aside = IIWA.inverse(poses[0], result.psi[0] + 1.0, result.gc[0])
+    stepped = aa.follow(IIWA, poses, start=aside)
     assert stepped.ok
     assert np.abs(np.diff(stepped.q, axis=0)).max() < 0.03  # where psi cannot be held, the elbow is
 
@@ -200,25 +201,6 @@ def test_margins_asked_are_kept_between_the_rows() -> None:
     result = aa.plan(IIWA, aa.Line(first, last), limit_margin=margin, singularity_margin=margin)
     assert result.certified
     assert margins(IIWA, result.at(DENSE).q).min() > margin
-
-
-def test_the_least_margin_comes_first_and_weights_are_open() -> None:
-    q = np.array([0.3, 0.6, 0.2, -1.4, 0.4, 0.9, 0.5])
-    first = IIWA.forward(q)[0]
-    last = first.copy()
-    last[:3, 3] += [0.05, -0.35, 0.1]
-    path = aa.Line(first, last)
-    ranked = [min(b.margin, b.elbow_margin) for b in aa.plan(IIWA, path).diagnosis.branches]
-    assert (np.diff(ranked) <= 1e-12).all()  # margins alike to rounding are ranked by travel
-    safe = aa.plan(IIWA, path, gc=2)
-    weights = aa.Objective(limits=0.01, singularities=0.01, enough=0.01, travel=10)
-    lazy = aa.plan(IIWA, path, gc=2, objective=weights)
-
-    def travel(result: aa.JointPath) -> float:
-        return float(np.abs(np.diff(result.at(DENSE).q, axis=0)).sum())
-
-    assert travel(lazy) < travel(safe)
-    assert lazy.certified
 
 
 def test_start_and_goal_are_met_with_their_windings() -> None:

@@ -47,7 +47,8 @@ def test_how_fast_a_start_is_left_does_not_count() -> None:
     """Of many rows the first is a short way: a posture near its limit is left within a few of them."""
     near = CALM.copy()
     near[6] = IIWA.upper[6] - 0.001
-    result = aa.plan(IIWA, plain_line(near), start=near, samples=10000)
+    hurried = aa.Objective(limits=1e5)
+    result = aa.plan(IIWA, plain_line(near), start=near, samples=10000, objective=hurried)
     assert result.certified
     assert np.abs(result.derivatives(1e-5)[0]).max() > 1e3
     np.testing.assert_allclose(result.q[0], near, atol=1e-9)
@@ -68,9 +69,8 @@ def test_many_turns_cost_little_and_lose_nothing(limit: float) -> None:
     result = aa.plan(arm, plain_line())
     assert time.process_time() - before < MOST_SECONDS
     assert result.certified
-    least = [min(b.margin, b.elbow_margin) for b in result.diagnosis.branches]
-    own = [min(b.margin, b.elbow_margin) for b in aa.plan(IIWA, plain_line()).diagnosis.branches]
-    assert max(least) >= max(own) - 1e-6
+    own = aa.plan(IIWA, plain_line()).diagnosis.branches[0]
+    assert result.diagnosis.branches[0].cost <= own.cost * (1 + 1e-6)
 
 
 def test_turns_that_a_path_uses_up_are_found() -> None:

@@ -543,7 +543,8 @@ private:
             x.push_back(x.empty() || lead != 0 ? row.x : lift(row.x, x.back()));
         }
         const int gc = led.gc;
-        std::vector<double> control = control_values(s, x);
+        Spline drawn = spline(s, s, x);
+        std::vector<double>& control = drawn.control;
         if (!out.empty()) {
             const Curve so_far{task_.arm, task_.plane, gc, {task_.segments, task_.segment_count}, out};
             const Joint3 before = at_end(so_far, out.back(), lead, x.front());
@@ -552,20 +553,11 @@ private:
             control[1] = before.value + before.slope * h / 3;
             control[2] = control[1] + both * (before.curvature * h / 6 + (control[1] - control[0]) / h);
         }
-        for (std::size_t i = 0; i + 1 < s.size(); ++i) {
-            double t[6];
-            for (std::size_t k = 0; k < 6; ++k) t[k] = s[std::clamp<std::size_t>(i + k, 2, s.size() + 1) - 2];
-            const double l = s[i], r = s[i + 1];
-            const double b0 = blossom(&control[i], t, {l, l, l}), b1 = blossom(&control[i], t, {l, l, r});
-            const double b2 = blossom(&control[i], t, {l, r, r}), b3 = blossom(&control[i], t, {r, r, r});
-            Stretch& y = out.emplace_back();
-            y.start = l;
-            y.end = r;
-            const double power[4] = {b0, 3 * (b1 - b0), 3 * (b2 - 2 * b1 + b0), b3 - 3 * b2 + 3 * b1 - b0};
-            for (int k = 0; k < 4; ++k) y.coefficient[k] = power[k];
+        for (Stretch& y : stretches_of(drawn, {})) {
             y.lead = lead;
             y.side = led.side;
             y.branch = gc;
+            out.push_back(y);
         }
         return true;
     }

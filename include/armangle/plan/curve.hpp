@@ -6,8 +6,9 @@
 //         | o.'        `..o       out of a narrow tube; it reproduces lines
 //         +------------------ s
 //
-// The curve is a cubic B-spline, twice continuously differentiable. Source: I. J. Schoenberg, On spline
-// functions (1967): the variation diminishing spline.
+// The curve is a cubic B-spline, twice continuously differentiable. Sources: I. J. Schoenberg, On spline
+// functions (1967): the variation diminishing spline; L. Ramshaw, Blossoming (1987): control values as values
+// of the polar form, by which knots are inserted.
 #pragma once
 
 #include <algorithm>
@@ -175,44 +176,82 @@ inline double blossom(const double* c, const double* t, const double (&u)[3]) no
     return d[3];
 }
 
-/// Control values of Schoenberg's spline of a polyline (s, phi).
-inline std::vector<double> control_values(const std::vector<double>& s, const std::vector<double>& phi) {
-    const std::size_t n = s.size();
-    const auto knot = [&](std::size_t i) { return s[std::clamp<std::size_t>(i, 3, n + 2) - 3]; };
-    std::vector<double> out(n + 2);
-    std::size_t at = 0;
-    for (std::size_t j = 0; j < n + 2; ++j) {
-        const double x = (knot(j + 1) + knot(j + 2) + knot(j + 3)) / 3;
-        while (at + 2 < n && s[at + 1] < x) ++at;
-        const double share = min(max((x - s[at]) / (s[at + 1] - s[at]), 0.0), 1.0);
-        out[j] = (1 - share) * phi[at] + share * phi[at + 1];
-    }
-    out.front() = phi.front();
-    out.back() = phi.back();
-    return out;
+/// The six knots about interval i of the breaks (i - 2 .. i + 3), the ends repeated.
+inline void knots_about(const std::vector<double>& breaks, std::size_t i, double (&t)[6]) noexcept {
+    for (std::size_t k = 0; k < 6; ++k)
+        t[k] = breaks[std::clamp<std::size_t>(i + k, 2, breaks.size() + 1) - 2];
+}
+
+/// The three knots whose mean is the Greville abscissa of control value j.
+inline void knots_of_control(const std::vector<double>& breaks, std::size_t j, double (&t)[3]) noexcept {
+    for (std::size_t k = 0; k < 3; ++k)
+        t[k] = breaks[std::clamp<std::size_t>(j + 1 + k, 3, breaks.size() + 2) - 3];
 }
 
 }  // namespace detail
 
-/// phi over the stretches of s as a C2 spline near the values phi (equal at both ends). s: two or more,
-/// rising.
-inline std::vector<Stretch> smooth_stretches(const std::vector<double>& s, const std::vector<double>& phi) {
+/// phi as a C2 cubic spline: n breaks of s (two or more, rising) and n + 2 control values.
+struct Spline {
+    std::vector<double> breaks, control;
+};
+
+/// Schoenberg's spline of a polyline (s, phi): its values at the Greville abscissae are the control values.
+/// Equal to the polyline at both ends.
+inline Spline spline(const std::vector<double>& breaks, const std::vector<double>& s,
+                     const std::vector<double>& phi) {
     const std::size_t n = s.size();
-    const std::vector<double> c = detail::control_values(s, phi);
-    std::vector<Stretch> out(n - 1);
-    for (std::size_t i = 0; i + 1 < n; ++i) {
+    Spline out{breaks, std::vector<double>(breaks.size() + 2)};
+    std::size_t at = 0;
+    for (std::size_t j = 0; j < out.control.size(); ++j) {
+        double t[3];
+        detail::knots_of_control(breaks, j, t);
+        const double x = (t[0] + t[1] + t[2]) / 3;
+        while (at + 2 < n && s[at + 1] < x) ++at;
+        const double share = min(max((x - s[at]) / (s[at + 1] - s[at]), 0.0), 1.0);
+        out.control[j] = (1 - share) * phi[at] + share * phi[at + 1];
+    }
+    out.control.front() = phi.front();
+    out.control.back() = phi.back();
+    return out;
+}
+
+/// The same function on more breaks, of which the old ones are some: knots are inserted.
+inline Spline refined(const Spline& old, const std::vector<double>& breaks) {
+    Spline out{breaks, std::vector<double>(breaks.size() + 2)};
+    std::size_t at = 0;
+    for (std::size_t j = 0; j < out.control.size(); ++j) {
+        const double from = breaks[std::clamp<std::size_t>(j, 1, breaks.size() - 1) - 1];
+        while (at + 2 < old.breaks.size() && old.breaks[at + 1] <= from) ++at;
+        double about[6], t[3];
+        detail::knots_about(old.breaks, at, about);
+        detail::knots_of_control(breaks, j, t);
+        out.control[j] = detail::blossom(&old.control[at], about, t);
+    }
+    return out;
+}
+
+/// The stretches of a spline, cut at the ends of segments too, so that each lies within one.
+inline std::vector<Stretch> stretches_of(const Spline& x, std::span<const Segment> segments) {
+    std::vector<Stretch> out;
+    std::size_t next = 0;  // the first segment that ends behind the place reached
+    for (std::size_t i = 0; i + 1 < x.breaks.size(); ++i) {
         double t[6];
-        for (int k = 0; k < 6; ++k) {
-            const std::size_t at = i + static_cast<std::size_t>(k);  // knots i-2 .. i+3, ends repeated
-            t[k] = s[std::clamp<std::size_t>(at, 2, n + 1) - 2];
+        detail::knots_about(x.breaks, i, t);
+        const double* c = &x.control[i];
+        double l = x.breaks[i];
+        while (l < x.breaks[i + 1]) {
+            while (next + 1 < segments.size() && segments[next].end <= l) ++next;
+            const double r =
+                next + 1 < segments.size() ? min(segments[next].end, x.breaks[i + 1]) : x.breaks[i + 1];
+            const double b0 = detail::blossom(c, t, {l, l, l}), b1 = detail::blossom(c, t, {l, l, r});
+            const double b2 = detail::blossom(c, t, {l, r, r}), b3 = detail::blossom(c, t, {r, r, r});
+            Stretch& to = out.emplace_back();
+            to.start = l;
+            to.end = r;
+            const double power[4] = {b0, 3 * (b1 - b0), 3 * (b2 - 2 * b1 + b0), b3 - 3 * b2 + 3 * b1 - b0};
+            for (int k = 0; k < 4; ++k) to.coefficient[k] = power[k];
+            l = r;
         }
-        const double l = s[i], r = s[i + 1];
-        const double b0 = detail::blossom(&c[i], t, {l, l, l}), b1 = detail::blossom(&c[i], t, {l, l, r});
-        const double b2 = detail::blossom(&c[i], t, {l, r, r}), b3 = detail::blossom(&c[i], t, {r, r, r});
-        out[i].start = l;
-        out[i].end = r;
-        const double power[4] = {b0, 3 * (b1 - b0), 3 * (b2 - 2 * b1 + b0), b3 - 3 * b2 + 3 * b1 - b0};
-        for (int k = 0; k < 4; ++k) out[i].coefficient[k] = power[k];
     }
     return out;
 }

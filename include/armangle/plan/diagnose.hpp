@@ -37,7 +37,8 @@ struct BranchReport {
     double reached = 0;            // s up to which the start leads
     double margin = not_a_number;  // rad, least along the way (asked margins deducted); joint 4 apart:
     double elbow_margin = not_a_number;
-    double travel = not_a_number;  // cost of the way
+    double cost = not_a_number;          // the objective of the curve
+    double stationarity = not_a_number;  // the share of it that another step of the descent would save
     double nearest_psi = not_a_number;
     unsigned through = 0;   // bit k: the way passes through branch k too, where the two meet
     unsigned sections = 0;  // that were looked at

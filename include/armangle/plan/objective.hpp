@@ -1,11 +1,11 @@
-// What a plan strives for, as one function of a posture: the distances that it keeps, and what each costs.
+// What a plan strives for, as one number: an integral along the way, the less the better.
 //
-//     cost \  <- its tangent from the floor down
-//           \                            cost(d) = (0.1 w / d)^2 of a distance d (rad) and its weight w;
-//            `.                          its slope along a way is the same line on Jet<double, 1>
-//              `-..____
-//     ------|-----------> distance
-//         floor
+//     cost \                                cost(d) = (r / d - r / enough)^2 of a distance d (rad), 0 beyond
+//           \ <- its tangent below           `enough`: its slopes along a way are the same line on
+//           Jet<double>
+//            `-.__
+//     ------|-----|------> distance
+//         floor  enough
 #pragma once
 
 #include "../arm/joints.hpp"
@@ -14,15 +14,29 @@
 
 namespace armangle {
 
-/// What a plan strives for: first the largest least margin, up to `enough`; then margin along the way and
-/// little travel.
+/// What a plan weighs; the terms are integrals over s from 0 to 1, and a weight multiplies its term:
+///   travel         |dq/ds|^2                          (rad^2)
+///   limits         cost of the distances to limits    (1), times length^2
+///   singularities  the same of theta_2, theta_6 to 0 and +-pi
+///   psi            2 - 2 cos(psi - wish)              (about rad^2), times length^2
+/// length: how far the path turns the arm (rad, 1 at least; tube.hpp: turned), so that a path twice as long
+/// is weighed as its halves are.
 struct Objective {
-    double limits = 1, singularities = 1, travel = 1;  // weights, >= 0
-    double enough = 0.35;                              // rad: margins beyond it count no more
+    double limits = 1, singularities = 1, travel = 1, psi = 100;  // weights, >= 0
+    double enough = 0.35;                                         // rad: distances beyond it cost nothing
+};
+
+/// The terms of an objective along a curve, each without its weight.
+struct Terms {
+    double travel = 0, limits = 0, singularities = 0, psi = 0;
+
+    double weighed(const Objective& w) const noexcept {
+        return w.travel * travel + w.limits * limits + w.singularities * singularities + w.psi * psi;
+    }
 };
 
 namespace objective_rule {
-inline constexpr double reference = 0.1;  // distance of cost 1 at weight 1 (rad)
+inline constexpr double reference = 0.2;  // r of the cost (rad)
 inline constexpr double floor = 1e-3;     // below this distance the cost is its tangent (rad)
 }  // namespace objective_rule
 
@@ -30,56 +44,64 @@ inline constexpr double floor = 1e-3;     // below this distance the cost is its
 /// distance 0, where a posture may begin, and its slope keeps pointing outward: a constant would leave such a
 /// posture where it is.
 template <class T>
-T cost(const T& distance, double weight) noexcept {
+T cost(const T& distance, double enough) noexcept {
+    if (!(distance < T(enough)) || enough <= objective_rule::floor) return T(0.0);
     const T held = max(distance, T(objective_rule::floor));
-    const T root = T(objective_rule::reference * weight) / held;
-    return root * root * (T(1.0) + T(2.0) * (held - distance) / held);
+    const T share = T(objective_rule::reference) / held;
+    const T near = share - T(objective_rule::reference / enough);
+    return near * near + T(2.0) * near * share * (held - distance) / held;
+}
+
+/// What a distance is from.
+enum class Kind { limit, singularity };
+
+inline double weight(const Objective& objective, Kind kind) noexcept {
+    return kind == Kind::limit ? objective.limits : objective.singularities;
 }
 
 namespace detail {
 
-/// take(distance, weight) of joint j's limits.
+/// take(distance, kind) of joint j's limits.
 template <class T, class Take>
-void limit_distances(const Task& task, const Objective& objective, int j, const T& q, const Take& take) {
-    if (!(objective.limits > 0)) return;
-    if (task.limits.lower[j] > -infinity) take(q - T(task.limits.lower[j]), objective.limits);
-    if (task.limits.upper[j] < infinity) take(T(task.limits.upper[j]) - q, objective.limits);
+void limit_distances(const Task& task, int j, const T& q, const Take& take) {
+    if (task.limits.lower[j] > -infinity) take(q - T(task.limits.lower[j]), Kind::limit);
+    if (task.limits.upper[j] < infinity) take(T(task.limits.upper[j]) - q, Kind::limit);
 }
 
-/// take(distance, weight) of the angles 0 and +-pi of theta, where a joint is singular.
+/// take(distance, kind) of the angles 0 and +-pi of theta, where a joint is singular.
 template <class T, class Take>
-void singular_distances(const Task& task, const Objective& objective, const T& theta, const Take& take) {
-    if (!(objective.singularities > 0)) return;
+void singular_distances(const Task& task, const T& theta, const Take& take) {
     const T size = abs(wrap(theta));
-    take(size - T(task.table.margin), objective.singularities);
-    take(T(pi - task.table.margin) - size, objective.singularities);
+    take(size - T(task.table.margin), Kind::singularity);
+    take(T(pi - task.table.margin) - size, Kind::singularity);
 }
 
 }  // namespace detail
 
-/// take(distance, weight) of all distances that phi decides: not those of joint 4, which is the same for
-/// every phi.
+/// take(distance, kind) of all distances that phi decides: not those of joint 4, which is the same for every
+/// phi.
 template <class T, class Take>
-void distances(const Task& task, const Objective& objective, const T* q, const Take& take) {
+void distances(const Task& task, const T* q, const Take& take) {
     for (int j = 0; j < joints; ++j)
-        if (j != 3) detail::limit_distances(task, objective, j, q[j], take);
+        if (j != 3) detail::limit_distances(task, j, q[j], take);
     for (const int j : {1, 5}) {
         const T theta = to_theta(q[j], T(task.arm.sign[j]), T(task.arm.offset[j]));
-        detail::singular_distances(task, objective, theta, take);
+        detail::singular_distances(task, theta, take);
     }
 }
 
 /// What a posture is worth.
 struct Rating {
-    double margin = infinity;  // rad: the least distance, each divided by its weight
-    double cost = 0;
+    double margin = infinity;  // rad: the least distance
+    double cost = 0;           // of all distances, weighed
 };
 
 inline Rating rating(const Task& task, const Objective& objective, const double* q) noexcept {
     Rating out;
-    distances(task, objective, q, [&out](double distance, double weight) {
-        out.margin = min(out.margin, distance / weight);
-        out.cost += cost(distance, weight);
+    distances(task, q, [&](double distance, Kind kind) {
+        if (!(weight(objective, kind) > 0)) return;
+        out.margin = min(out.margin, distance);
+        out.cost += weight(objective, kind) * cost(distance, objective.enough);
     });
     return out;
 }
@@ -88,9 +110,11 @@ inline Rating rating(const Task& task, const Objective& objective, const double*
 inline double elbow_margin(const Task& task, const Objective& objective, double q_4,
                            const SinCos<double>& eta) noexcept {
     double least = infinity;
-    const auto take = [&least](double distance, double weight) { least = min(least, distance / weight); };
-    detail::limit_distances(task, objective, 3, q_4, take);
-    detail::singular_distances(task, objective, atan2(eta.sin, eta.cos), take);
+    const auto take = [&](double distance, Kind kind) {
+        if (weight(objective, kind) > 0) least = min(least, distance);
+    };
+    detail::limit_distances(task, 3, q_4, take);
+    detail::singular_distances(task, atan2(eta.sin, eta.cos), take);
     return least;
 }
 

@@ -15,6 +15,7 @@
 #include "crossing.hpp"
 #include "diagnose.hpp"
 #include "tube.hpp"
+#include "optimum.hpp"
 #include "relax.hpp"
 
 namespace armangle {
@@ -79,6 +80,7 @@ public:
             if (i + 1 < base_.size()) wrists.push_back(wrist(0.5 * (base_[i] + base_[i + 1])));
         }
         task_.plane = smooth_plane(wrists);
+        task_.length = turned_length(task_, base_);
     }
 
     Plan run() {
@@ -101,15 +103,14 @@ private:
         return triad(task_.arm, flange_pose(task_.arm, task_.pose(s))).w;
     }
 
-    /// Order of branches: those with a way first, by least margin, then by the margin that the arm angle
-    /// decides, then by cost.
+    /// Order of branches: those with a way first, by the objective, then by the least margin.
     static bool before(const BranchReport& a, const BranchReport& b) noexcept {
         if ((a.verdict == Verdict::ok) != (b.verdict == Verdict::ok)) return a.verdict == Verdict::ok;
         if (a.verdict != Verdict::ok) return a.reached > b.reached;
+        if (a.cost != b.cost) return a.cost < b.cost;
         const double x = min(a.margin, a.elbow_margin), y = min(b.margin, b.elbow_margin);
         if (abs(x - y) > link_rule::tie) return x > y;
-        if (abs(a.margin - b.margin) > link_rule::tie) return a.margin > b.margin;
-        return a.travel < b.travel;
+        return a.margin > b.margin;
     }
 
     /// The hinge that lies nearest to 0 or +-pi: there the arm angle does not say how the joints beside it
@@ -184,6 +185,12 @@ private:
         bool held() const noexcept { return starts && arrives; }
     };
 
+    static FixedEnds fixed_ends(const Ends& ends, const double* q) noexcept {
+        FixedEnds out{ends.start.given, ends.goal.given, {}};
+        std::copy(q, q + joints, out.q);
+        return out;
+    }
+
     Ends ends(const Tube& tube) const noexcept {
         Ends out;
         if (options_.start) out.start = anchor(tube, tube.sections.front(), options_.start);
@@ -222,8 +229,13 @@ private:
             out.to = way.reached < t.sections.size() ? t.sections[way.reached].s : 1.0;
             if (way.reached) out.nearest_psi = nearest_psi(t, t.sections[way.reached], way.rows.back().phi);
         } else if (fixed.held()) {
-            out.margin = way.margin;
-            out.travel = way.cost;
+            const FixedEnds ends = fixed_ends(fixed, way.rows[0].q);
+            Optimum& best = coarse_[static_cast<std::size_t>(gc)] =
+                coarse_optimum(task_, options_.objective, t, way, ends);
+            if (!best.found()) best = as_it_is(task_, options_.objective, gc, ends, along(t, way, base_));
+            out.margin = best.found() ? best.margin : way.margin;
+            out.cost = best.found() ? best.terms.weighed(options_.objective) : infinity;
+            out.stationarity = best.stationarity;
             out.elbow_margin = least_elbow_margin(t, way);
         }
         return out;
@@ -256,12 +268,10 @@ private:
     bool winds_well(const Way& way) const noexcept {
         const double enough = min(way.margin + link_rule::tie, options_.objective.enough);
         for (const Candidate& x : way.rows)
-            for (int p = 0; p < pivots; ++p) {
+            for (int p = 0; p < pivots && options_.objective.limits > 0; ++p) {
                 const int j = pivot_joint[p];
                 const double low = task_.limits.lower[j], high = task_.limits.upper[j];
-                if (high - low > two_pi &&
-                    min(x.q[j] - low, high - x.q[j]) < enough * options_.objective.limits)
-                    return false;
+                if (high - low > two_pi && min(x.q[j] - low, high - x.q[j]) < enough) return false;
             }
         return true;
     }
@@ -445,12 +455,23 @@ private:
         }
         return sum;
     }
+    /// The objective of a curve, by sums over the same places.
+    double objective(const Curve& drawn) const noexcept {
+        double near = 0;
+        for (const Stretch& x : drawn.stretches)
+            for (int i = 0; i < plan_rule::looks; ++i) {
+                const double s = x.start + (x.end - x.start) * (i + 0.5) / plan_rule::looks;
+                near += (x.end - x.start) / plan_rule::looks *
+                        rating(task_, options_.objective, curve_at(drawn, x, s).q).cost;
+            }
+        return options_.objective.travel * travel(drawn) + task_.length * task_.length * near;
+    }
     static PlacedPosture curve_at(const Curve& drawn, const Stretch& x, double s) noexcept {
         return drawn.solve(x, s, phi_at(x, s), s < 0.5 * (x.start + x.end) ? x.q : x.q_end, x.psi);
     }
 
     /// Looks for a way that passes from branch to branch, or begins or ends where two meet, where no branch
-    /// has a proven one, or those from a given start (goal) take more than twice its travel.
+    /// has a proven one, or where those from a given start (goal) are worth less by the objective.
     void cross() {
         const bool proven = plan_.ok && plan_.proof.certified(), free = !options_.start && !options_.goal;
         const int locked = proven ? 0 : locked_joint();
@@ -474,7 +495,7 @@ private:
             asked.sections = crossing_sections(asked);
             Plan found;
             if (!draw_crossing(asked, found)) continue;
-            if (proven && !(2 * travel(curve(found)) < travel(curve(plan_)))) continue;
+            if (proven && !(objective(curve(found)) < objective(curve(plan_)))) continue;
             take(found);
             return;
         }
@@ -543,7 +564,8 @@ private:
             x.reached = 1;
             x.margin = least;
             x.elbow_margin = least_elbow;
-            x.travel = travel(drawn);
+            x.cost = objective(drawn);
+            x.stationarity = not_a_number;
             x.through = through & ~(1u << x.gc);
             x.given_up = false;
         }
@@ -553,19 +575,29 @@ private:
         plan_.proof = found.proof;
     }
 
-    /// Way, curve and proof of a branch that has a way; new sections where the curve breaks a limit. False if
-    /// it always does.
+    /// Curve and proof of a branch that has a way: the curve of least objective; where that is not proven, a
+    /// smooth one along the way, with new sections where it breaks a limit. False if it always does.
     bool realise(BranchReport& report, Plan& out) {
         std::vector<double> base = base_;
+        Plan best;
         for (int round = 0; round < plan_rule::rounds; ++round) {
             const Tube t = tube(task_, report.gc, base);
             const Ends fixed = ends(t);
-            if (!fixed.held() || !follow_way(t, fixed, base, out)) break;
+            if (!fixed.held()) break;
+            if (round == 0 && optimise(t, fixed, report, best)) {
+                out = std::move(best);
+                return true;
+            }
+            if (!follow_way(t, fixed, base, report, out)) break;
             if (!holds_ends(fixed, out)) {
                 report.verdict = leaps(fixed.start, out, false) ? Verdict::start : Verdict::goal;
                 return false;
             }
-            out.proof = certify(curve(out), task_.limits, options_.singularity_margin);
+            if (out.proof.certified()) return true;
+            if (!best.stretches.empty() && best.proof.violated.empty()) {
+                out = std::move(best);
+                return true;
+            }
             if (out.proof.violated.empty()) return true;
             add_sections(out, base);
         }
@@ -596,7 +628,21 @@ private:
         return !leaps(fixed.start, out, false) && !leaps(fixed.goal, out, true);
     }
 
-    bool follow_way(const Tube& t, const Ends& fixed, const std::vector<double>& base, Plan& out) {
+    /// The curve of least objective near the branch's coarse one; whether it is proven.
+    bool optimise(const Tube& t, const Ends& fixed, BranchReport& report, Plan& out) const {
+        const Optimum& coarse = coarse_[static_cast<std::size_t>(report.gc)];
+        if (!coarse.found()) return false;
+        const Optimum best =
+            fine_optimum(task_, options_.objective, t.gc, fixed_ends(fixed, coarse.q), coarse.curve);
+        if (!best.found()) return false;
+        draw(t, best, fixed.start.given ? fixed.start.q : best.q, report, out);
+        if (!holds_ends(fixed, out)) out.stretches.clear();
+        return !out.stretches.empty() && out.proof.certified();
+    }
+
+    /// A curve along the way of the search; of least objective on its own knots where that is proven too.
+    bool follow_way(const Tube& t, const Ends& fixed, const std::vector<double>& base, BranchReport& report,
+                    Plan& out) {
         Search search(task_, t, options_.objective, fixed.start, fixed.goal, spread_[t.gc], links_);
         const Way best = search.run(-infinity);
         if (!best.whole) return false;
@@ -604,7 +650,19 @@ private:
         Way way = search.run(floor);
         if (!way.whole) way = best;
         relax(task_, t, options_.objective, way, fixed.start.given, fixed.goal.given, floor);
-        draw(t, way, base, out);
+        const double* first = way.rows[0].q;
+        const Spline drawn = along(t, way, base);
+        const FixedEnds ends = fixed_ends(fixed, first);
+        draw(t, as_it_is(task_, options_.objective, t.gc, ends, drawn), first, report, out);
+        if (!out.proof.certified()) return true;
+        Plan better;
+        BranchReport its = report;
+        const Optimum least = fine_optimum(task_, options_.objective, t.gc, ends, drawn);
+        if (least.found()) draw(t, least, first, its, better);
+        if (least.found() && better.proof.certified() && holds_ends(fixed, better)) {
+            out = std::move(better);
+            report = its;
+        }
         return true;
     }
 
@@ -613,20 +671,49 @@ private:
         return {task_.arm, task_.plane, x.gc, {task_.segments, task_.segment_count}, x.stretches};
     }
 
-    /// Draws the spline of a way into a plan, its first posture on the way's windings.
-    void draw(const Tube& t, const Way& way, const std::vector<double>& base, Plan& out) const {
+    /// The smooth curve of a way.
+    Spline along(const Tube& t, const Way& way, const std::vector<double>& base) const {
         std::vector<double> s, phi;
         for (const std::size_t k : knots(t, base, way.rows.size())) {
             s.push_back(t.sections[k].s);
             phi.push_back(way.rows[k].phi);
         }
+        return spline(s, s, phi);
+    }
+
+    /// Draws a spline into a plan, its first posture on the windings next to q.
+    void draw(const Tube& t, const Spline& drawn, const double* q, Plan& out) const {
         out.gc = t.gc;
-        out.stretches = smooth_stretches(s, phi);
+        out.stretches = stretches_of(drawn, {task_.segments, task_.segment_count});
         const Circle<double>& c = t.sections[0].motion.circle;
-        const SinCos<double> sc = sin_cos(way.rows[0].phi);
+        const SinCos<double> sc = sin_cos(drawn.control.front());
         const double psi =
             arm_angle(triad(task_.arm, flange_pose(task_.arm, task_.pose(0.0))), c.z * sc.cos + c.e * sc.sin);
-        lift_stretches(curve(out), out.stretches, way.rows[0].q, psi);
+        lift_stretches(curve(out), out.stretches, q, psi);
+    }
+
+    /// The same of an optimum, with its proof, and what it is worth in the report.
+    void draw(const Tube& t, const Optimum& x, const double* q, BranchReport& report, Plan& out) const {
+        draw(t, x.curve, q, out);
+        out.proof = certify(curve(out), task_.limits, options_.singularity_margin);
+        report.cost = x.found() ? x.terms.weighed(options_.objective) : infinity;
+        report.stationarity = x.stationarity;
+        report.margin = least_margin(curve(out));
+    }
+
+    /// The least margin along a curve, looked at in every stretch; joint 4 apart.
+    double least_margin(const Curve& drawn) const noexcept {
+        double least = infinity;
+        const auto look = [&](const double* q) {
+            least = min(least, rating(task_, options_.objective, q).margin);
+        };
+        for (const Stretch& x : drawn.stretches) {
+            look(x.q);
+            for (int i = 1; i < plan_rule::looks; ++i)
+                look(drawn.at(x.start + (x.end - x.start) * i / plan_rule::looks).q);
+        }
+        look(drawn.stretches.back().q_end);
+        return least;
     }
 
     /// Sections about each violation, so that the tube has exact arcs there.
@@ -666,10 +753,11 @@ private:
         if (way.reached < 2) return;
         relax(task_, t, options_.objective, way, start.given, false,
               link_rule::keep * min(way.margin, options_.objective.enough));
-        draw(t, way, base_, plan_);
+        draw(t, along(t, way, base_), way.rows[0].q, plan_);
     }
 
     const PlanOptions& options_;
+    Optimum coarse_[configurations];  // of each branch, on few knots
     std::vector<double> base_;
     long long links_;                  // that may still be tried
     int spread_[configurations] = {};  // of each branch: the windings that its way was found with

@@ -103,7 +103,7 @@ private:
     }
 
     /// Cost of a posture's distances, each taken as linear in phi (Gauss-Newton). The second derivative of
-    /// c = 1 / d^2 is then 3 c'^2 / (2 c); so written it stays positive on the tangent below the floor.
+    /// c = 1 / d^2 would be 3 c'^2 / (2 c); so written it stays positive on the tangent below the floor.
     double barrier(std::size_t k) {
         using Slope = Jet<double, 1>;
         Slope q[joints];
@@ -112,8 +112,9 @@ private:
             q[j].coefficient[1] = slope(k)[j];
         }
         double sum = 0;
-        distances(task_, objective_, q, [&](const Slope& distance, double weight) {
-            const Slope here = Slope(share(k)) * cost(distance, weight);
+        distances(task_, q, [&](const Slope& distance, Kind kind) {
+            const Slope here = Slope(share(k) * weight(objective_, kind)) * cost(distance, objective_.enough);
+            if (!(here.value() > 0)) return;
             const double slope = here.coefficient[1];
             sum += here.value();
             gradient_[k] += slope;

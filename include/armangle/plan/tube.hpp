@@ -53,6 +53,7 @@ struct Task {
     const Segment* segments;
     std::size_t segment_count;
     SmoothPlane plane;
+    double length = 1;  // how far the path turns the arm (rad), 1 at least
 
     Pose<double> pose(double s) const noexcept {
         return pose_at(segments[segment_index(segments, segment_count, s)], s);
@@ -129,9 +130,8 @@ inline SolvedSection solve_section(const Task& task, int gc, double s) noexcept 
 
 inline double gap(const Vec3<double>& a, const Vec3<double>& b) noexcept { return norm(a - b); }
 
-/// Largest turn (rad, as a chord) of the wrist's direction, the tool and the elbow between two sections.
-inline double turned(const Section& a, const Section& b) noexcept {
-    const auto &p = a.motion.circle, &q = b.motion.circle;
+/// Largest turn (rad, as a chord) of the wrist's direction, the tool and the elbow between two places.
+inline double turned(const Circle<double>& p, const Circle<double>& q) noexcept {
     const double wrist = gap(p.w, q.w), elbow = hypot(p.triangle.eta.sin - q.triangle.eta.sin,
                                                       p.triangle.eta.cos - q.triangle.eta.cos);
     const auto column = [](const Circle<double>& c, double Vec3<double>::* i) {
@@ -204,7 +204,8 @@ private:
     }
 
     bool alike(const SolvedSection& left, const SolvedSection& right, int depth) const noexcept {
-        if (depth < tube_rule::turn_depth && turned(left.section, right.section) > tube_rule::turn)
+        if (depth < tube_rule::turn_depth &&
+            turned(left.section.motion.circle, right.section.motion.circle) > tube_rule::turn)
             return false;
         const Change now = depth < tube_rule::event_depth ? change(left, right) : Change::small;
         return now == Change::small || (now == Change::shifted && depth >= tube_rule::shift_depth);
@@ -291,6 +292,29 @@ inline std::vector<double> base_parameters(const Segment* segments, std::size_t 
     }
     out.push_back(1.0);
     return out;
+}
+
+/// How far a path turns the direction of the wrist, the tool and the elbow (rad; at each step that which
+/// turns most), 1 at least. Places out of reach do not count.
+inline double turned_length(const Task& task, const std::vector<double>& base) noexcept {
+    struct Facing {
+        Vec3<double> wrist, x, z, elbow;
+    };
+    const auto at = [&task](double s) {
+        const Circle<double> c = task.circle_at(s);
+        const Mat3<double> tool = task.pose(s).rotation;
+        return Facing{c.w, tool.x, tool.z, {c.triangle.eta.cos, c.triangle.eta.sin, 0}};
+    };
+    double sum = 0;
+    Facing before = at(base.front());
+    for (const double s : base) {
+        const Facing here = at(s);
+        const double turn = max(max(detail::gap(before.wrist, here.wrist), detail::gap(before.x, here.x)),
+                                max(detail::gap(before.z, here.z), detail::gap(before.elbow, here.elbow)));
+        if (turn < infinity) sum += turn;
+        before = here;
+    }
+    return max(1.0, sum);
 }
 
 /// The sections that become knots of the curve: all of `base`, and of those between only such as lie no

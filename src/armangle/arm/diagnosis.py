@@ -67,12 +67,15 @@ class Branch:
     reached : float
         The s up to which the start leads.
     margin : float
-        Least distance to limits and singularities along the way that the arm angle decides, rad;
-        NaN without a way.
+        Least distance to limits and singularities along its curve that the arm angle decides, rad;
+        NaN without a way. Of the curve returned it is looked up closely, of others at a few places.
     elbow_margin : float
         The same of joint 4, which no arm angle changes.
     cost : float
-        Joint travel and nearness to limits along the way.
+        The `Objective` of its curve: the less the better; branches that have a way are ranked by it.
+    stationarity : float
+        The share of the objective that another step of Newton's method would save, 0 at an optimum. Of the
+        curve returned it is below 1e-8, unless that one alone was proven; of others it is rougher.
     nearest_psi : float
         Where a dead end closes: the feasible arm angle nearest to the last one, rad; else NaN.
     blocking : tuple of int
@@ -103,6 +106,7 @@ class Branch:
     margin: float = math.nan
     elbow_margin: float = math.nan
     cost: float = math.nan
+    stationarity: float = math.nan
     nearest_psi: float = math.nan
     blocking: tuple[int, ...] = ()
     openings: tuple[Opening, ...] = ()
@@ -252,12 +256,12 @@ class Diagnosis:
 
 def branch_of(report: tuple[Any, ...]) -> Branch:
     """Return the branch that a report of the core stands for."""
-    gc, verdict, status, s_from, s_to, excess, reached, margin, elbow, cost, psi, *rest = report
+    gc, verdict, status, s_from, s_to, excess, reached, margin, elbow, cost, still, psi, *rest = report
     blocking, openings, sections, given_up, through = rest
     found = [Opening(joint, "upper" if upper else "lower", extra) for joint, upper, extra in openings]
     return Branch(
         gc=gc, verdict=Verdict(verdict), status=STATUSES[status], s_from=s_from, s_to=s_to, excess=excess,
-        reached=reached, margin=margin, elbow_margin=elbow, cost=cost, nearest_psi=psi,
+        reached=reached, margin=margin, elbow_margin=elbow, cost=cost, stationarity=still, nearest_psi=psi,
         blocking=tuple(joint for joint in range(1, 8) if blocking >> (joint - 1) & 1),
         openings=tuple(sorted(found, key=lambda o: o.extra)), sections=sections, given_up=given_up,
         through=tuple(other for other in range(8) if through >> other & 1),

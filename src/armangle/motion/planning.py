@@ -23,17 +23,21 @@ _MOST_WEIGHT = 1e6
 
 @dataclass(frozen=True)
 class Objective:
-    """What a plan strives for: the largest least margin, then margin along the way and little joint travel.
+    """What a plan weighs: a sum of integrals along the path, s from 0 to 1, the less the better.
+
+    A weight multiplies its term and nothing else, so that more weight never makes the term larger at the
+    optimum. Margins count times the square of how far the path turns the arm (rad, at least 1), so that a
+    path is weighed as its parts are.
 
     Parameters
     ----------
     limits, singularities : float
-        Weights of the distances to joint limits and to singularities (θ2, θ6 at 0 or π), >= 0; twice the
-        weight counts a distance as half. 0 leaves them out; limits hold all the same.
+        Weights, >= 0, of (0.2 / d - 0.2 / enough)² for every distance d (rad) to a joint limit or to a
+        singularity (θ2, θ6 at 0 or π) below `enough`. Limits hold whatever the weight.
     travel : float
-        Weight of the joints' travel, >= 0.
+        Weight, >= 0, of Σ (dq/ds)²: joint motion, even and without detours.
     enough : float
-        Margin beyond which more counts no more, rad.
+        Distance beyond which more counts no more, rad; 0 leaves the margins out.
 
     Raises
     ------
@@ -73,7 +77,8 @@ def plan(
     Not to be confused with `follow`, which goes from pose to pose and can run into dead ends.
 
     For each global configuration the exact feasible arcs at adaptively chosen s are linked into a tube, the
-    best way through is searched, smoothed to a twice differentiable arm angle, and proven by interval
+    best way through is searched; from it and from arm angles that are held, a twice differentiable arm angle
+    descends to an optimum of the objective; of the global configurations the best is proven by interval
     arithmetic: ``certified`` says that the limits (and the margins asked) hold on all of [0, 1], not at the
     rows alone.
 

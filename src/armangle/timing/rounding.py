@@ -18,6 +18,8 @@ LOOKED_AT, SURE = np.array([0.1, 0.3, 0.5, 0.7, 0.9]), 0.9
 """Where between two nodes it is looked at how far off the tool is, and what share of the most shows there."""
 HALVINGS = 12
 """How often nodes come closer to one another at most."""
+LONGEST = 1 / 32
+"""Of s, between the first nodes."""
 STEP = 1e-6
 """Of s, for a difference."""
 _ROOT_8 = np.sqrt(8.0)  # of |R - S| to 2 sin(half the angle)
@@ -88,7 +90,8 @@ def rounded(motion: Motion, breaks: Floats, tolerance: float) -> tuple[Motion, D
     ----------
     motion : JointPath
     breaks : ndarray, shape (K,)
-        Where derivatives of q may jump: the first nodes. Halves follow where the tool is off too far.
+        Where derivatives of q may jump: the first nodes, with halves where they lie far apart. More halves
+        follow where the tool is off too far.
     tolerance : float
         What the tool may be off, m; a radian counts as `RADIAN` m.
 
@@ -97,6 +100,8 @@ def rounded(motion: Motion, breaks: Floats, tolerance: float) -> tuple[Motion, D
     MissingExtraError
     """
     nodes = breaks
+    while (long := np.diff(nodes) > LONGEST).any():
+        nodes = np.union1d(nodes, (nodes[:-1] + np.diff(nodes) / 2)[long])
     for _ in range(HALVINGS):
         found = Rounded(motion, nodes)
         position, rotation = found.deviations()

@@ -1,0 +1,438 @@
+// The curve of least objective near a given one: phi as a spline, moved until its own stationarity holds.
+//
+//     phi |  o      o           o  control values: all that moves
+//         |   `.__.' `.  o      x  Gauss points: there the objective is integrated, and limits must hold;
+//         |   x  x   x`.'          what a control value changes are the points of its four intervals,
+//         +------------------ s    so that the second derivatives are a band of seven
+//
+// Newton's method with Marquardt's damping (D. Marquardt, 1963). The first and second derivatives of the
+// objective are exact: theta of each joint is a series in phi of series in s (jet.hpp). Intervals on which
+// the curve still bends too sharply for its knots are halved, and the descent goes on.
+#pragma once
+
+#include <array>
+
+#include "curve.hpp"
+#include "objective.hpp"
+
+namespace armangle {
+
+namespace descent_rule {
+inline constexpr int rounds = 60;
+inline constexpr double step = 0.4;     // of phi in one round (rad)
+inline constexpr double done = 1e-9;    // share of the objective that another step would save
+inline constexpr double rough = 1e-4;   // the same where curves are only compared
+inline constexpr double tiny = 1e-12;   // an objective below this is 0
+inline constexpr double wall = 1e-4;    // r of the cost that keeps limits whatever the weights (rad) ...
+inline constexpr double before = 0.02;  // ... and the distance where it begins (rad)
+inline constexpr double sharp = 1e-4;   // share of the objective that more knots may still save
+inline constexpr double even = 4;       // an integrand that varies by less on an interval is integrated well,
+inline constexpr double small = 5e-3;   // and one whose share of the objective is less
+inline constexpr int levels = 6;        // halvings of an interval
+inline constexpr std::size_t points = 4;           // of an interval, where segments do not cut it
+inline constexpr std::size_t most_points = 20000;  // of a curve: beyond, an interval has one
+}  // namespace descent_rule
+
+namespace detail {
+
+using SeriesInS = Jet<double, 1>;
+using SeriesInPhi = Jet<SeriesInS, 3>;
+
+/// Where the objective is integrated: all of it that phi does not change.
+struct GaussPoint {
+    double s, weight;
+    std::size_t cell;           // its interval: control values cell .. cell + 3 count
+    double basis[4], slope[4];  // of those, in phi and dphi/ds
+    JointFunctions<SeriesInS> functions;
+    double theta_4, theta_4_rate;
+    bool wished;
+    double wish;  // phi
+};
+
+/// Nodes and weights of Gauss's rules on [0, 1] with 1 to 4 points. Source: Abramowitz and Stegun, 25.4.30.
+inline double gauss_node(std::size_t n, std::size_t k) noexcept {
+    constexpr double node[4][4] = {
+        {0.5},
+        {0.21132486540518712, 0.7886751345948129},
+        {0.1127016653792583, 0.5, 0.8872983346207417},
+        {0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970263}};
+    return node[n - 1][k];
+}
+inline double gauss_weight(std::size_t n, std::size_t k) noexcept {
+    constexpr double weight[4][4] = {
+        {1.0},
+        {0.5, 0.5},
+        {0.2777777777777778, 0.4444444444444444, 0.2777777777777778},
+        {0.17392742256872693, 0.32607257743127307, 0.32607257743127307, 0.17392742256872693}};
+    return weight[n - 1][k];
+}
+
+/// s sin + c cos + k as a series in phi.
+inline SeriesInPhi series(const Harmonic<SeriesInS>& f, const SinCos<double>& phi) noexcept {
+    const SinCos<SeriesInS> at{SeriesInS(phi.sin), SeriesInS(phi.cos)};
+    SeriesInPhi out;
+    out.coefficient[0] = f.at(at);
+    out.coefficient[1] = f.slope(at);
+    out.coefficient[2] = SeriesInS(-0.5) * (out.coefficient[0] - f.k);
+    out.coefficient[3] = SeriesInS(-1.0 / 6.0) * out.coefficient[1];
+    return out;
+}
+
+}  // namespace detail
+
+/// The Gauss points of a branch on given breaks of s.
+struct Quadrature {
+    std::vector<double> breaks;
+    std::vector<detail::GaussPoint> points;
+};
+
+/// With `cut` no rule reaches over the end of a segment, where the path's velocity jumps.
+inline Quadrature quadrature(const Task& task, int gc, const std::vector<double>& breaks, bool cut) {
+    using detail::SeriesInS;
+    Quadrature out{breaks, {}};
+    const bool many = breaks.size() * descent_rule::points > descent_rule::most_points;
+    std::vector<double> ends;
+    std::size_t next = 0;
+    for (std::size_t i = 0; i + 1 < breaks.size(); ++i) {
+        const double l = breaks[i], r = breaks[i + 1];
+        ends.assign(1, l);
+        while (cut && next + 1 < task.segment_count && task.segments[next].end < r) {
+            if (task.segments[next].end > l) ends.push_back(task.segments[next].end);
+            ++next;
+        }
+        ends.push_back(r);
+        const std::size_t cells = ends.size() - 1;
+        const std::size_t n = many ? 1 : (descent_rule::points + cells - 1) / cells;
+        double about[6];
+        detail::knots_about(breaks, i, about);
+        for (std::size_t c = 0; c < cells; ++c) {
+            for (std::size_t k = 0; k < n; ++k) {
+                detail::GaussPoint& p = out.points.emplace_back();
+                const double width = ends[c + 1] - ends[c];
+                p.s = ends[c] + width * detail::gauss_node(n, k);
+                p.weight = width * detail::gauss_weight(n, k);
+                p.cell = i;
+                for (int b = 0; b < 4; ++b) {
+                    double one[4] = {};
+                    one[b] = 1;
+                    p.basis[b] = detail::blossom(one, about, {p.s, p.s, p.s});
+                    p.slope[b] = 3 *
+                                 (detail::blossom(one, about, {p.s, p.s, r}) -
+                                  detail::blossom(one, about, {p.s, p.s, l})) /
+                                 (r - l);
+                }
+                const Segment& segment = task.segments[segment_index(task.segments, task.segment_count, p.s)];
+                const Pose<SeriesInS> pose = pose_at(segment, SeriesInS::variable(p.s));
+                const SelfMotion<SeriesInS> motion =
+                    self_motion(task.arm, circle(task.arm, flange_pose(task.arm, pose), task.plane),
+                                spread<SeriesInS>(configuration(gc)));
+                p.functions = joint_functions(motion);
+                const SeriesInS theta_4 = atan2(motion.elbow.theta_4.sin, motion.elbow.theta_4.cos);
+                p.theta_4 = theta_4.value();
+                p.theta_4_rate = theta_4.coefficient[1];
+                p.wished = false;
+            }
+        }
+    }
+    return out;
+}
+
+/// Which ends of a curve stay, and joints at s = 0 that the windings are counted from.
+struct FixedEnds {
+    bool first, last;
+    double q[joints];
+};
+
+/// A curve of a branch and its objective, going down.
+class Descent {
+public:
+    Descent(const Task& task, const Objective& objective, const FixedEnds& ends)
+        : task_(task), objective_(objective), ends_(ends) {}
+
+    /// Stands on a curve whose breaks are those of the quadrature; false where it leaves the limits.
+    bool stand(const Quadrature& quadrature, std::vector<double> control) {
+        quadrature_ = &quadrature;
+        control_ = std::move(control);
+        return assemble(control_, here_);
+    }
+
+    double energy() const noexcept { return here_.energy; }
+    const Terms& terms() const noexcept { return here_.terms; }
+    const std::vector<double>& control() const noexcept { return control_; }
+    /// The least distance at a Gauss point, of those that the objective weighs (rad).
+    double margin() const noexcept { return here_.margin; }
+    const double* first_q() const noexcept { return here_.q; }
+
+    /// Goes down until another step would save no more than this share of the objective.
+    void run(double done) {
+        double damping = 1e-3;
+        for (int round = 0; round < descent_rule::rounds && damping < 1e9; ++round) {
+            if (!solve(damping)) {
+                damping *= 10;
+                continue;
+            }
+            if (saving_ <= done * max(here_.energy, descent_rule::tiny)) return;
+            damping = advance() ? max(damping * 0.1, 1e-9) : damping * 10;
+        }
+    }
+
+    /// The share of the objective that a step of Newton's method would save: 0 at a stationary curve,
+    /// infinite where the curve is no minimum.
+    double stationarity() {
+        if (!solve(0)) return infinity;
+        return saving_ / max(here_.energy, descent_rule::tiny);
+    }
+
+    /// Breaks with those intervals halved on which the spline bends too sharply for its knots, or the
+    /// integrand rises too fast for its points.
+    std::vector<double> finer(double narrowest) const {
+        const std::vector<double>& breaks = quadrature_->breaks;
+        const std::size_t n = breaks.size() - 1;
+        std::vector<double> third(n), out;
+        for (std::size_t i = 0; i < n; ++i) {
+            double t[6];
+            detail::knots_about(breaks, i, t);
+            const double l = breaks[i], r = breaks[i + 1], h = r - l;
+            const double* c = &control_[i];
+            const double cubic = detail::blossom(c, t, {r, r, r}) - 3 * detail::blossom(c, t, {l, r, r}) +
+                                 3 * detail::blossom(c, t, {l, l, r}) - detail::blossom(c, t, {l, l, l});
+            third[i] = 6 * cubic / (h * h * h);
+        }
+        const double allowed =
+            descent_rule::sharp * max(here_.energy, descent_rule::tiny) / static_cast<double>(n);
+        for (std::size_t i = 0; i < n; ++i) {
+            out.push_back(breaks[i]);
+            const double h = breaks[i + 1] - breaks[i];
+            const double jump =
+                max(i ? abs(third[i] - third[i - 1]) : 0.0, i + 1 < n ? abs(third[i + 1] - third[i]) : 0.0);
+            const double slope = h * h * jump / 24;  // about what dphi/ds errs
+            const Interior& f = here_.interior[i];
+            const bool bends = f.stiffness * h * slope * slope > allowed;
+            const bool rises =
+                f.most > descent_rule::even * f.least && f.most * h > descent_rule::small * energy();
+            if (h > narrowest && (bends || rises)) out.push_back(breaks[i] + 0.5 * h);
+        }
+        out.push_back(breaks.back());
+        return out;
+    }
+
+private:
+    /// What is seen of the integrand on an interval: its ends, and half its second derivative by dphi/ds.
+    struct Interior {
+        double most = 0, least = infinity, stiffness = 0;
+    };
+
+    /// The objective of a curve with its derivatives by the control values.
+    struct Assembly {
+        double energy = infinity;
+        Terms terms;
+        double margin = infinity;
+        double q[joints];  // at the first point
+        std::vector<double> gradient;
+        std::vector<Interior> interior;           // of each interval
+        std::vector<std::array<double, 4>> band;  // row i: second derivatives by i and i - 0, 1, 2, 3
+    };
+
+    /// The integrand at one point and its derivatives by phi and v = dphi/ds.
+    struct Integrand {
+        double value = 0, phi = 0, v = 0, phi_phi = 0, phi_v = 0, v_v = 0;
+        double margin = infinity;
+    };
+
+    const Task& task_;
+    const Objective& objective_;
+    FixedEnds ends_;
+    const Quadrature* quadrature_ = nullptr;
+    std::vector<double> control_, tried_, step_;
+    std::vector<std::array<double, 4>> factor_;
+    Assembly here_, there_;
+    double saving_ = 0, slope_ = 0;
+
+    bool assemble(const std::vector<double>& control, Assembly& out) const;
+    bool integrand(const detail::GaussPoint& p, double phi, double v, const double* predicted_from, double ds,
+                   double* q, double* rate, Integrand& f, Terms& terms) const noexcept;
+    bool solve(double damping);
+    bool advance();
+};
+
+/// Objective and derivatives at one point; false beyond a limit. q, rate: joints of the point before (its
+/// place ds ahead), replaced by those of this one; the first point's are lifted next to q.
+inline bool Descent::integrand(const detail::GaussPoint& p, double phi, double v, const double* before,
+                               double ds, double* q, double* rate, Integrand& f,
+                               Terms& terms) const noexcept {
+    using detail::SeriesInPhi;
+    SeriesInPhi theta[joints];
+    const SinCos<double> at = sin_cos(phi);
+    for (int i = 0; i < pivots; ++i) {
+        const Pivot<detail::SeriesInS>& pivot = p.functions.pivot[i];
+        const SeriesInPhi g(pivot.g), u = detail::series(pivot.U, at), w = detail::series(pivot.V, at);
+        theta[pivot_joint[i]] = atan2(g * u, g * w);
+        if (i % 2) continue;
+        const Hinge<detail::SeriesInS>& hinge = p.functions.hinge[i / 2];
+        theta[hinge_joint[i / 2]] =
+            atan2(SeriesInPhi(hinge.g) * sqrt(u * u + w * w), detail::series(hinge.H, at));
+    }
+    theta[3] = SeriesInPhi(0.0);
+    theta[3].coefficient[0].coefficient[0] = p.theta_4;
+    theta[3].coefficient[0].coefficient[1] = p.theta_4_rate;
+    using Curved = Jet<double, 2>;  // in phi
+    Curved joint[joints];
+    double travel = 0;
+    for (int j = 0; j < joints; ++j) {
+        const double sign = task_.arm.sign[j];
+        const auto& c = theta[j].coefficient;
+        const double by_phi = sign * c[1].value(), by_phi_2 = 2 * sign * c[2].value(),
+                     by_phi_3 = 6 * sign * c[3].value();
+        const double r = sign * c[0].coefficient[1] + by_phi * v;  // dq/ds
+        const double r_phi = sign * c[1].coefficient[1] + by_phi_2 * v;
+        const double r_phi_phi = 2 * sign * c[2].coefficient[1] + by_phi_3 * v;
+        const double near = before[j] + (ds > 0 ? 0.5 * ds * (rate[j] + r) : 0.0);
+        q[j] = lift(to_q(task_.arm, j, c[0].value()), near);
+        rate[j] = r;
+        travel += r * r;
+        f.phi += r * r_phi;
+        f.v += r * by_phi;
+        f.phi_phi += r_phi * r_phi + r * r_phi_phi;
+        f.phi_v += by_phi * r_phi + r * by_phi_2;
+        f.v_v += by_phi * by_phi;
+        joint[j].coefficient[0] = q[j];
+        joint[j].coefficient[1] = by_phi;
+        joint[j].coefficient[2] = 0.5 * by_phi_2;
+    }
+    const double twice = 2 * objective_.travel;
+    f.phi *= twice;
+    f.v *= twice;
+    f.phi_phi *= twice;
+    f.phi_v *= twice;
+    f.v_v *= twice;
+    f.value = objective_.travel * travel;
+    terms.travel += p.weight * travel;
+    bool inside = true;
+    const double scale = task_.length * task_.length;
+    distances(task_, joint, [&](const Curved& distance, Kind kind) {
+        if (!(distance.value() > 0)) inside = false;
+        if (weight(objective_, kind) > 0) f.margin = min(f.margin, distance.value());
+        if (!(distance.value() < max(objective_.enough, descent_rule::before))) return;
+        const Curved near = cost(distance, objective_.enough);
+        Curved sum = Curved(weight(objective_, kind)) * near;
+        if (distance.value() < descent_rule::before) {
+            const Curved held = max(distance, Curved(descent_rule::tiny));
+            const Curved wall =
+                Curved(descent_rule::wall) / held - Curved(descent_rule::wall / descent_rule::before);
+            sum = sum + wall * wall;
+        }
+        f.value += scale * sum.value();
+        f.phi += scale * sum.coefficient[1];
+        f.phi_phi += scale * 2 * sum.coefficient[2];
+        (kind == Kind::limit ? terms.limits : terms.singularities) += p.weight * scale * near.value();
+    });
+    if (p.wished) {
+        const SinCos<double> off = sin_cos(phi - p.wish);
+        const double w = 2 * objective_.psi * scale;
+        f.value += w * (1 - off.cos);
+        f.phi += w * off.sin;
+        f.phi_phi += w * off.cos;
+        terms.psi += p.weight * 2 * scale * (1 - off.cos);
+    }
+    return inside && f.value < infinity;
+}
+
+inline bool Descent::assemble(const std::vector<double>& control, Assembly& out) const {
+    const std::size_t n = control.size();
+    out.energy = 0;
+    out.terms = {};
+    out.margin = infinity;
+    out.gradient.assign(n, 0.0);
+    out.interior.assign(n - 3, {});
+    out.band.assign(n, {});
+    double q[joints], rate[joints] = {}, last = 0;
+    for (int j = 0; j < joints; ++j) q[j] = ends_.q[j];
+    bool first = true;
+    for (const detail::GaussPoint& p : quadrature_->points) {
+        const double* c = &control[p.cell];
+        double phi = 0, v = 0;
+        for (int a = 0; a < 4; ++a) {
+            phi += p.basis[a] * c[a];
+            v += p.slope[a] * c[a];
+        }
+        Integrand f;
+        if (!integrand(p, phi, v, q, first ? 0.0 : p.s - last, q, rate, f, out.terms)) {
+            out.energy = infinity;
+            return false;
+        }
+        if (first) std::copy(q, q + joints, out.q);
+        first = false;
+        last = p.s;
+        out.energy += p.weight * f.value;
+        out.margin = min(out.margin, f.margin);
+        Interior& inside = out.interior[p.cell];
+        inside.most = max(inside.most, f.value);
+        inside.least = min(inside.least, f.value);
+        inside.stiffness = max(inside.stiffness, 0.5 * f.v_v);
+        for (std::size_t a = 0; a < 4; ++a) {
+            out.gradient[p.cell + a] += p.weight * (f.phi * p.basis[a] + f.v * p.slope[a]);
+            const double to_phi = p.weight * (f.phi_phi * p.basis[a] + f.phi_v * p.slope[a]);
+            const double to_v = p.weight * (f.phi_v * p.basis[a] + f.v_v * p.slope[a]);
+            for (std::size_t b = 0; b <= a; ++b)
+                out.band[p.cell + a][a - b] += to_phi * p.basis[b] + to_v * p.slope[b];
+        }
+    }
+    return true;
+}
+
+/// step_ = -(H + damping |diag H|)^-1 gradient by Cholesky's L D L^T of the band; false where that is not
+/// positive definite. Fixed ends do not move.
+inline bool Descent::solve(double damping) {
+    const std::size_t n = control_.size();
+    factor_.resize(n);
+    step_.resize(n);
+    const auto fixed = [&](std::size_t i) { return (i == 0 && ends_.first) || (i + 1 == n && ends_.last); };
+    for (std::size_t i = 0; i < n; ++i) {
+        for (std::size_t k = std::min<std::size_t>(i, 3) + 1; k-- > 0;) {
+            const std::size_t j = i - k;
+            double sum = here_.band[i][k];
+            if (k == 0) sum += damping * abs(sum) + descent_rule::tiny;
+            if (fixed(i) || fixed(j)) sum = k == 0 ? 1.0 : 0.0;
+            for (std::size_t m = i > 3 ? i - 3 : 0; m < j; ++m)
+                if (j - m <= 3) sum -= factor_[i][i - m] * factor_[m][0] * factor_[j][j - m];
+            if (k == 0) {
+                if (!(sum > 0)) return false;
+                factor_[i][0] = sum;
+            } else {
+                factor_[i][k] = sum / factor_[j][0];
+            }
+        }
+    }
+    for (std::size_t i = 0; i < n; ++i) {
+        step_[i] = fixed(i) ? 0.0 : -here_.gradient[i];
+        for (std::size_t k = 1; k <= std::min<std::size_t>(i, 3); ++k)
+            step_[i] -= factor_[i][k] * step_[i - k];
+    }
+    for (std::size_t i = 0; i < n; ++i) step_[i] /= factor_[i][0];
+    slope_ = 0;
+    for (std::size_t i = n; i-- > 0;) {
+        for (std::size_t k = 1; k <= 3 && i + k < n; ++k) step_[i] -= factor_[i + k][k] * step_[i + k];
+        slope_ += step_[i] * here_.gradient[i];
+    }
+    saving_ = -0.5 * slope_;
+    return true;
+}
+
+/// Takes the step, or a part of it that lowers the objective within the limits; false where none does.
+inline bool Descent::advance() {
+    double most = 0;
+    for (const double x : step_) most = max(most, abs(x));
+    double share = min(1.0, descent_rule::step / most);
+    for (int half = 0; half < 5; ++half, share *= 0.5) {
+        tried_ = control_;
+        for (std::size_t i = 0; i < tried_.size(); ++i) tried_[i] += share * step_[i];
+        if (!assemble(tried_, there_) || !(there_.energy <= here_.energy + 1e-4 * share * slope_)) continue;
+        control_.swap(tried_);
+        std::swap(here_, there_);
+        std::copy(here_.q, here_.q + joints, ends_.q);
+        return true;
+    }
+    return false;
+}
+
+}  // namespace armangle

@@ -1,0 +1,148 @@
+"""Laws of a plan's curve: an optimum of its objective, and never worse than an arm angle that is held."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.plan_objective import SAMPLES, held, length, planned, reversals, terms
+from support.planned_arms import IIWA, random_arm
+
+import armangle as aa
+
+EVEN = np.linspace(0, 1, SAMPLES)
+IIWA_14 = aa.Arm.from_catalogue("kuka_iiwa14_r820")
+POSTURE = np.array([0.3, 0.6, 0.2, -1.4, 0.4, 0.9, 0.5])
+
+
+def line(arm: aa.Arm, q: np.ndarray, shift: np.ndarray) -> aa.Line:
+    first = arm.forward(q)[0]
+    last = first.copy()
+    last[:3, 3] += shift
+    return aa.Line(first, last)
+
+
+def case(seed: int) -> tuple[aa.Arm, aa.Path, np.ndarray | None]:
+    """An arm, a short path from a posture within its limits, and that posture or None."""
+    rng = np.random.default_rng(seed)
+    arm = random_arm(rng)
+    q = rng.uniform(arm.lower + 0.15, arm.upper - 0.15)
+    shift = rng.normal(size=3)
+    path: aa.Path = line(arm, q, shift * rng.uniform(0.02, 0.25) / np.linalg.norm(shift))
+    if rng.integers(0, 3) == 0:
+        first = arm.forward(q)[0]
+        path = aa.Screw(first, first[:3, 3] + shift * 0.1, rng.normal(size=3), rng.uniform(-1, 1))
+    return arm, path, q if rng.integers(0, 3) else None
+
+
+def free_lines(count: int) -> list[tuple[np.ndarray, aa.Line, aa.JointPath]]:
+    """Lines of 0.2 m on which a held arm angle keeps 6 degrees, with that motion."""
+    rng = np.random.default_rng(1)
+    out: list[tuple[np.ndarray, aa.Line, aa.JointPath]] = []
+    while len(out) < count:
+        q = rng.uniform(IIWA_14.lower + 0.3, IIWA_14.upper - 0.3)
+        shift = rng.normal(size=3)
+        path = line(IIWA_14, q, 0.2 * shift / np.linalg.norm(shift))
+        hold = aa.follow(IIWA_14, path.pose(np.linspace(0, 1, 200)), start=q, policy=aa.Hold("stop"))
+        clear = np.minimum(hold.margin, np.abs(hold.q[:, [1, 5]]).min(axis=1))
+        if hold.ok and clear.min() > np.radians(6):
+            out.append((q, path, hold))
+    return out
+
+
+@pytest.mark.parametrize("block", range(4))
+def test_never_worse_than_an_arm_angle_that_is_held(block: int) -> None:
+    compared = 0
+    for seed in range(8 * block, 8 * block + 8):
+        arm, path, start = case(seed)
+        result = aa.plan(arm, path, start=start, samples=20)
+        if not result.ok:
+            continue
+        own = terms(arm, path, planned(result)).total
+        for seen in (arm, arm.with_reference("stereographic")):
+            angles = np.linspace(-3, 3, 5) if start is None else [seen.forward(start)[1]]
+            branches = range(8) if start is None else [int(seen.forward(start)[2])]
+            for psi in angles:
+                for gc in branches:
+                    q = held(seen, path, float(psi), gc, result.q[0] if start is None else start)
+                    if q is not None:
+                        compared += 1
+                        assert own <= terms(arm, path, q).total * (1 + 1e-6), (seed, psi, gc)
+    assert compared > 0
+
+
+def test_smooth_and_short_on_free_lines_where_the_arm_angle_could_be_held() -> None:
+    ratios, turns = [], []
+    for q, path, hold in free_lines(12):
+        result = aa.plan(IIWA_14, path, start=q)
+        assert result.certified
+        ratios.append(np.linalg.norm(np.diff(result.q, axis=0)) / np.linalg.norm(np.diff(hold.q, axis=0)))
+        turns.append(reversals(result.q) - reversals(hold.q))
+    assert np.median(ratios) < 1.0
+    assert max(ratios) < 1.02
+    assert np.median(turns) <= 0
+
+
+@pytest.mark.parametrize("seed", [3, 4, 5, 7, 13, 60, 61, 83])
+def test_the_cost_said_is_that_of_the_curve_and_no_nearby_curve_has_less(seed: int) -> None:
+    arm, path, start = case(seed)
+    result = aa.plan(arm, path, start=start)
+    if not result.certified:
+        return
+    best = result.diagnosis.branches[0]
+    own = terms(arm, path, planned(result)).total
+    assert best.cost == pytest.approx(own, rel=2e-3)
+    assert best.stationarity < 1e-8
+    rng = np.random.default_rng(seed)
+    here, poses = result.at(EVEN), path.pose(EVEN)
+    for _ in range(6):
+        at, width = rng.uniform(0, 1), rng.uniform(0.1, 0.5)
+        bump = np.exp(-(((EVEN - at) / width) ** 2)) * (EVEN if start is not None else 1.0)
+        for size in (-0.02, 0.02):
+            q = arm.inverse(poses, here.psi + size * bump, here.gc, seed=here.q)
+            moved = terms(arm, path, q).total
+            assert moved > own * (1 - 1e-5)
+
+
+@pytest.mark.parametrize("name", ["limits", "singularities", "travel"])
+def test_more_weight_never_makes_a_term_larger(name: str) -> None:
+    q, shift, gc = np.array([1.59, 0.4, -1.12, -1.13, -1.26, 0.4, -1.38]), [0.0, -0.3, 0.0], 0
+    if name == "singularities":
+        q, shift, gc = POSTURE, [0.05, -0.35, 0.1], 2
+    path = line(IIWA, q, np.array(shift))
+    values = []
+    for weight in (0.01, 0.1, 1.0, 10.0, 100.0, 1000.0):
+        result = aa.plan(IIWA, path, gc=gc, objective=aa.Objective(**{name: weight}, enough=1.2))
+        assert result.certified
+        values.append(getattr(terms(IIWA, path, planned(result), enough=1.2), name))
+    assert (np.diff(values) <= 1e-4 * np.array(values[:-1]) + 1e-9).all(), values
+    assert values[-1] < 0.95 * values[0], values
+
+
+def test_a_goal_is_not_left_and_returned_to() -> None:
+    for q, path, hold in free_lines(6):
+        result = aa.plan(IIWA_14, path, start=q, goal=hold.q[-1])
+        assert result.certified
+        assert reversals(result.q) <= reversals(hold.q) + 2
+        assert np.ptp(result.psi) < np.ptp(hold.psi) + np.radians(6)
+
+
+def test_the_margin_said_is_that_of_the_curve() -> None:
+    for seed in range(12):
+        arm, path, start = case(seed)
+        result = aa.plan(arm, path, start=start)
+        if not result.certified:
+            continue
+        best = result.diagnosis.branches[0]
+        q = planned(result)
+        theta = np.abs(arm.signs * q + arm.offsets)[:, [1, 5]]
+        moving = [0, 1, 2, 4, 5, 6]
+        limits = np.minimum(q - arm.lower, arm.upper - q)[:, moving].min()
+        true = min(limits, theta.min(), (np.pi - theta).min())
+        assert best.margin == pytest.approx(true, abs=np.radians(0.1))
+
+
+def test_paths_are_weighed_by_what_they_turn() -> None:
+    path = line(IIWA, POSTURE, np.array([0.02, -0.05, 0.0]))
+    assert length(IIWA, path) == 1.0
+    turn = aa.Screw(IIWA.forward(POSTURE)[0], [0.5, 0.0, 0.5], [0.0, 0.0, 1.0], 2.0)
+    assert length(IIWA, turn) == pytest.approx(2.0, rel=0.01)

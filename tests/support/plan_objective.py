@@ -1,0 +1,98 @@
+"""The objective of a plan by plain sums over many samples: no series, no splines, no Gauss points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+import armangle as aa
+
+SAMPLES = 2001
+REFERENCE, ENOUGH = 0.2, 0.35
+
+
+@dataclass
+class Terms:
+    """Of a motion over s in [0, 1], each without its weight."""
+
+    travel: float
+    limits: float
+    singularities: float
+
+    @property
+    def total(self) -> float:
+        return self.travel + self.limits + self.singularities
+
+
+def length(arm: aa.Arm, path: aa.Path, steps: int = 2001) -> float:
+    """How far the path turns the wrist's direction, the tool and the elbow, rad; 1 at least."""
+    frames = arm.frames(np.zeros(7))
+    shoulder = frames[1, :3, 3]
+    poses = path.pose(np.linspace(0, 1, steps))
+    flange_to_wrist = np.linalg.inv(arm.tool) @ np.array([0, 0, -arm.d_wf, 1.0])
+    wrist = (poses @ flange_to_wrist)[:, :3] - shoulder
+    reach = np.linalg.norm(wrist, axis=1)
+    upper, lower = np.hypot(arm.d_se, arm.a_3), np.hypot(arm.d_ew, arm.a_4)
+    cosine = np.clip((reach**2 - upper**2 - lower**2) / (2 * upper * lower), -1, 1)
+    elbow = np.stack([cosine, np.sqrt(1 - cosine**2)], axis=1)
+    chords = [
+        np.linalg.norm(np.diff(x, axis=0), axis=1)
+        for x in (wrist / reach[:, None], elbow, poses[:, :3, 0], poses[:, :3, 2])
+    ]
+    return max(1.0, float(np.max(chords, axis=0).sum()))
+
+
+def nearness(distance: np.ndarray, enough: float) -> np.ndarray:
+    """The cost of distances (..., k), summed over k."""
+    share = REFERENCE / np.maximum(distance, 1e-12)
+    return (np.where(distance < enough, share - REFERENCE / enough, 0.0) ** 2).sum(axis=-1)
+
+
+def terms(
+    arm: aa.Arm, path: aa.Path, q: np.ndarray, enough: float = ENOUGH, limit_margin: float = 0.0
+) -> Terms:
+    """The terms of joints (N, 7) at s evenly from 0 to 1."""
+    moving = [0, 1, 2, 4, 5, 6]
+    steps = np.diff(q, axis=0)
+    theta = arm.signs * q + arm.offsets
+    hinges = np.abs(np.angle(np.exp(1j * theta[:, [1, 5]])))
+    bounds = np.concatenate([q - arm.lower, arm.upper - q], axis=1)[:, moving + [7 + j for j in moving]]
+    weight = length(arm, path) ** 2
+    mean = lambda x: float((0.5 * (x[1:] + x[:-1])).mean()) * weight  # noqa: E731
+    return Terms(
+        travel=float((steps**2).sum()) * len(steps),
+        limits=mean(nearness(bounds - limit_margin, enough)),
+        singularities=mean(nearness(np.concatenate([hinges, np.pi - hinges], axis=1), enough)),
+    )
+
+
+def held(arm: aa.Arm, path: aa.Path, psi: float, gc: int, seed: np.ndarray) -> np.ndarray | None:
+    """The joints with the arm angle held at psi (in the arm's reference), (SAMPLES, 7), or None."""
+    poses = path.pose(np.linspace(0, 1, SAMPLES))
+    q = arm.inverse(poses, psi, gc, seed=seed, unreachable="nan")
+    if not np.isfinite(q).all():
+        return None
+    q = np.unwrap(q, axis=0)
+    q += 2 * np.pi * np.round((seed - q[0]) / (2 * np.pi))
+    if not arm.within_limits(q).all() or np.abs(np.diff(q, axis=0)).max() > 0.3:
+        return None
+    return q
+
+
+def planned(result: aa.JointPath) -> np.ndarray:
+    """The joints of a plan, (SAMPLES, 7)."""
+    return result.at(np.linspace(0, 1, SAMPLES)).q
+
+
+def reversals(q: np.ndarray, still: float = 1e-3) -> int:
+    """How often joints (N, 7) turn back by more than `still` (rad), summed over the joints."""
+    count = 0
+    for joint in q.T:
+        way, farthest = 0.0, joint[0]
+        for x in joint:
+            if way * (farthest - x) > still:
+                count += 1
+            if abs(x - farthest) > still or way * (x - farthest) > 0:
+                way, farthest = (np.sign(x - farthest) if abs(x - farthest) > still else way), x
+    return count
