@@ -197,8 +197,9 @@ def test_a_followed_line_is_no_chain_of_stops() -> None:
 
 
 def test_corners_are_rounded_no_further_than_said() -> None:
-    corner = np.stack([shifted(0, 0, 0), shifted(-0.1, 0, 0), shifted(-0.2, 0.02, 0)])
-    path = aa.plan(ARM, corner, start=Q)
+    corner = [shifted(0, 0, 0), shifted(0, -0.1, 0), shifted(0.02, -0.2, 0)]
+    lines = [aa.Line(*corner[:2]), aa.Line(*corner[1:])]
+    path = aa.follow(ARM, lines, start=Q, policy=aa.Hold(), samples=25)
     durations = []
     for tolerance in (3e-5, 1e-4, 1e-3):
         found = aa.retime(path, jerk=JERK, tolerance=tolerance)
@@ -310,7 +311,7 @@ def test_a_tool_at_rest_has_no_speed() -> None:
     assert "the tool rests while joint" in lost.sentence
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(4))
 def test_any_arm_and_line_within_two_thousandths(seed: int) -> None:
     rng = np.random.default_rng(seed)
     arm = aa.Arm.from_catalogue(CATALOGUE[seed % len(CATALOGUE)])

@@ -20,7 +20,7 @@ from .trajectory import Timing, Trajectory, joined, sampled
 
 GRID, LEAST_BETWEEN_BREAKS = 400, 4
 """Intervals of s that are looked at, and least between two breaks."""
-WITH_JERK, LEAST_WITH_JERK = 200, 1
+WITH_JERK, LEAST_WITH_JERK = 200, 2
 """The same where bounds are asked for at several places in each."""
 MOST_STOPS = 8
 """Corners up to which stopping at each of them is tried too."""
