@@ -28,6 +28,7 @@ enum class Status : std::int8_t {
 
 inline constexpr int status_count = 18;
 
+/// An outcome in words.
 constexpr const char* sentence(Status status) noexcept {
     switch (status) {
         case Status::OK: return "The pose is solved within all limits.";
