@@ -96,6 +96,7 @@ void bind_status(nb::module_& m) {
         .value("CLEARANCE", Status::CLEARANCE)
         .value("NEAR_SINGULAR", Status::NEAR_SINGULAR)
         .value("NO_CONVERGENCE", Status::NO_CONVERGENCE)
+        .value("PARTIAL", Status::PARTIAL)
         .def_prop_ro(
             "sentence", [](Status status) { return armangle::sentence(status); },
             "The outcome as one sentence.");
@@ -155,4 +156,5 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     binding::bind_solving(m, arm);
     binding::bind_tracking(m);
     binding::bind_reach(m, arm);
+    binding::bind_kuka(arm);
 }

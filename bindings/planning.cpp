@@ -110,7 +110,7 @@ nb::tuple as_tuple(const BranchReport& r) {
     for (const Opening& o : r.openings) openings.append(nb::make_tuple(o.joint, o.upper, o.extra));
     return nb::make_tuple(r.gc, static_cast<int>(r.verdict), static_cast<int>(r.status), r.from, r.to,
                           r.excess, r.reached, r.margin, r.elbow_margin, r.travel, r.nearest_psi, r.blocking,
-                          openings, r.sections, r.given_up);
+                          openings, r.sections, r.given_up, r.through);
 }
 
 nb::object as_array(const std::vector<double>& values, std::size_t width) {
@@ -167,17 +167,18 @@ Curve as_curve(const ArmHandle& self, const Buffer& segments, const Buffer& stre
              static_cast<std::size_t>(stretches.shape(0))}};
 }
 
-/// q, psi, pose, least limit margin and residual at s.
+/// q, psi, branch (as a float), pose, least limit margin and residual at s.
 void curve_at(const ArmHandle& self, Floats segments, Floats stretches, Floats plane, int gc, Floats s,
-              Floats q, Floats psi, Floats pose, Floats margin, Floats residual) {
+              Floats q, Floats psi, Floats branch, Floats pose, Floats margin, Floats residual) {
     const Buffer g(segments), x(stretches), v(plane), at(s), q_out(q, true), psi_out(psi, true),
         pose_out(pose, true);
-    const Buffer margin_out(margin, true), residual_out(residual, true);
+    const Buffer margin_out(margin, true), residual_out(residual, true), branch_out(branch, true);
     const Curve curve = as_curve(self, g, x, v, gc);
     for (Py_ssize_t i = 0; i < at.shape(0); ++i) {
         const PlacedPosture here = curve.at(at.data<double>()[i]);
         std::memcpy(q_out.data<double>() + joints * i, here.q, joints * sizeof(double));
         psi_out.data<double>()[i] = here.psi;
+        branch_out.data<double>()[i] = here.gc;
         store_pose(here.pose, pose_out.data<double>() + 16 * i);
         margin_out.data<double>()[i] = limit_margin(self.arm.limits, here.q);
         residual_out.data<double>()[i] = position_error(self.arm, chain(self.arm, here.q), here.pose);
@@ -281,7 +282,7 @@ void bind_planning(nb::module_& m, nb::class_<ArmHandle>& arm) {
     arm.def("plan_path", &plan_path, "segments"_a, "rows"_a, "start"_a.none(), "goal"_a.none(), "branches"_a,
             "weights"_a, "singularity_margin"_a, "limit_margin"_a);
     arm.def("curve_at", &curve_at, "segments"_a, "stretches"_a, "plane"_a, "gc"_a, "s"_a, "q"_a, "psi"_a,
-            "pose"_a, "margin"_a, "residual"_a);
+            "branch"_a, "pose"_a, "margin"_a, "residual"_a);
     arm.def("curve_derivatives", &curve_derivatives, "segments"_a, "stretches"_a, "plane"_a, "gc"_a, "s"_a,
             "out"_a);
     arm.def("curve_through", &curve_through, "segments"_a, "s"_a, "q"_a, "psi"_a, "gc"_a);

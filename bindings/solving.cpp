@@ -4,6 +4,7 @@
 #include "arc_arrays.hpp"
 #include "collected.hpp"
 #include "refusal.hpp"
+#include "scene_handle.hpp"
 
 namespace binding {
 
@@ -17,12 +18,14 @@ struct SolveOptions {
     double weight[joints];
     unsigned branches;
     double margin;
+    double length;  // m that a radian counts as where a pose has no posture; 0: none is sought
 };
 
-void make_solve_options(SolveOptions* self, Metric metric, Floats weight, unsigned branches, double margin) {
+void make_solve_options(SolveOptions* self, Metric metric, Floats weight, unsigned branches, double margin,
+                        double length) {
     const Buffer w(weight);
     if (!w.is_array('d', {joints})) throw std::invalid_argument("7 weights were expected");
-    new (self) SolveOptions{metric, {}, branches, margin};
+    new (self) SolveOptions{metric, {}, branches, margin, length};
     std::memcpy(self->weight, w.data<double>(), sizeof(self->weight));
 }
 
@@ -40,9 +43,10 @@ NearestOptions nearest_options(const SolveOptions& o, const double* near, const 
 class Work {
 public:
     Work(const ArmHandle& arm, Floats pose, Floats near, Ints allowed_count, Floats allowed_psi,
-         const SolveOptions& o)
+         const SolveOptions& o, const SceneHandle* scene)
         : arm_(arm),
           options_(o),
+          scene_(scene ? &scene->view : nullptr),
           table_(o.margin == 0 ? arm.limits : limit_table(arm.arm, arm.arm.limits, o.margin)) {
         pose_.get(pose);
         if (!near.is_none()) near_.get(near);
@@ -69,12 +73,21 @@ public:
         const std::size_t own = allowed_.size() > 1 ? i : 0;
         const ArcSet* allowed = allowed_.empty() ? nullptr : &allowed_[own];
         const Pose<double> pose = load_pose(m);
-        solve(arm_.arm, table_, pose, nearest_options(options_, near, allowed));
+        NearestOptions options = nearest_options(options_, near, allowed);
+        Cleared cleared[2];
+        for (int side = 0; scene_ && side < 2; ++side) {
+            clear(arm_.arm, *scene_, self_motion(arm_.arm, pose, 2 * side), cleared[side]);
+            options.clear[side] = &cleared[side].arcs;
+            const bool some = cleared[side].status == Status::OK;
+            options.blocked[side] = some ? Status::CLEARANCE : cleared[side].status;
+        }
+        solve(arm_.arm, table_, pose, options);
     }
 
 private:
     const ArmHandle& arm_;
     const SolveOptions& options_;
+    const Scene* scene_;
     LimitTable table_;
     Buffer pose_, near_;
     std::vector<ArcSet> allowed_;
@@ -83,8 +96,8 @@ private:
 /// Writes into q (n, 7), psi, distance, margin (n,) of float64, gc (n,) of int64, status (n,) of int8.
 void solve_many(const ArmHandle& self, Floats pose, Floats near, const SolveOptions& options,
                 Ints allowed_count, Floats allowed_psi, Floats q, Floats psi, Ints gc, Floats distance,
-                Codes status, Floats margin, int threads) {
-    const Work work(self, pose, near, allowed_count, allowed_psi, options);
+                Codes status, Floats margin, int threads, const SceneHandle* scene) {
+    const Work work(self, pose, near, allowed_count, allowed_psi, options, scene);
     const Buffer q_out(q, true), psi_out(psi, true), gc_out(gc, true), distance_out(distance, true);
     const Buffer status_out(status, true), margin_out(margin, true);
     Outcome outcomes[most_threads];
@@ -95,7 +108,9 @@ void solve_many(const ArmHandle& self, Floats pose, Floats near, const SolveOpti
                 work.one(i, outcomes[thread],
                          [&](const Arm& arm, const LimitTable& table, const Pose<double>& at,
                              const NearestOptions& o) noexcept {
-                             const Nearest found = nearest_posture(arm, table, at, o);
+                             const Nearest found = options.length > 0
+                                                       ? nearest_outside(arm, table, at, o, options.length)
+                                                       : nearest_posture(arm, table, at, o);
                              std::memcpy(q_out.data<double>() + joints * i, found.q, joints * sizeof(double));
                              psi_out.data<double>()[i] = found.psi;
                              gc_out.data<long long>()[i] = found.gc;
@@ -137,8 +152,8 @@ nb::object solve_one(const ArmHandle& self, nb::handle pose, nb::handle near, Me
 /// How many postures each pose has, what is known of each in the order of the poses, and why there is none.
 nb::typed<nb::tuple, Ints, Floats, Floats, Ints, Floats, Floats, Codes> solutions_many(
     const ArmHandle& self, Floats pose, Floats near, const SolveOptions& options, Ints allowed_count,
-    Floats allowed_psi, int threads) {
-    const Work work(self, pose, near, allowed_count, allowed_psi, options);
+    Floats allowed_psi, int threads, const SceneHandle* scene) {
+    const Work work(self, pose, near, allowed_count, allowed_psi, options, scene);
     std::vector<std::vector<Nearest>> parts(most_threads);
     std::vector<std::int64_t> count(work.size()), gc;
     std::vector<std::int8_t> status(work.size());
@@ -183,13 +198,13 @@ void bind_solving(nb::module_& m, nb::class_<ArmHandle>& arm) {
         .value("MAX", Metric::max)
         .value("MARGIN", Metric::margin);
     nb::class_<SolveOptions>(m, "SolveOptions")
-        .def("__init__", &make_solve_options, "metric"_a, "weight"_a, "branches"_a, "margin"_a);
+        .def("__init__", &make_solve_options, "metric"_a, "weight"_a, "branches"_a, "margin"_a, "length"_a);
     arm.def("solve_one", &solve_one, "pose"_a.none(), "near"_a.none(), "metric"_a, "kind"_a, "statuses"_a);
     arm.def("solve_many", &solve_many, "pose"_a, "near"_a.none(), "options"_a, "allowed_count"_a.none(),
-            "allowed_psi"_a.none(), "q"_a, "psi"_a, "gc"_a, "distance"_a, "status"_a, "margin"_a,
-            "threads"_a);
+            "allowed_psi"_a.none(), "q"_a, "psi"_a, "gc"_a, "distance"_a, "status"_a, "margin"_a, "threads"_a,
+            "scene"_a.none());
     arm.def("solutions_many", &solutions_many, "pose"_a, "near"_a.none(), "options"_a,
-            "allowed_count"_a.none(), "allowed_psi"_a.none(), "threads"_a);
+            "allowed_count"_a.none(), "allowed_psi"_a.none(), "threads"_a, "scene"_a.none());
 }
 
 }  // namespace binding

@@ -6,12 +6,15 @@
 
 #include "arc_arrays.hpp"
 #include "refusal.hpp"
+#include "scene_handle.hpp"
 
 namespace binding {
 
 using namespace armangle;
 
 namespace {
+
+constexpr double longest_step = 1e9;  // s
 
 void make_policy(Policy* self, Rule rule, double K, double alpha, Outside outside) {
     new (self) Policy{rule, K, alpha, outside};
@@ -25,11 +28,18 @@ Policy towards(Wish wish, double psi, Floats target, double K, Outside outside) 
     return {Rule::towards, K, Policy{}.alpha, outside, {wish, psi, {v[0], v[1], v[2]}}};
 }
 
+/// One of two words; false for anything else.
+bool read_word(nb::handle word, const char* no, const char* yes, bool& is_yes) noexcept {
+    if (!PyUnicode_CheckExact(word.ptr())) return false;
+    is_yes = PyUnicode_CompareWithASCIIString(word.ptr(), yes) == 0;
+    return is_yes || PyUnicode_CompareWithASCIIString(word.ptr(), no) == 0;
+}
+
 /// The options of a step as Python code usually writes them: gc None or 0..7, carry "psi" or "elbow",
-/// max_joint_step None or a float > 0, the margin a float. False for anything else: the general way then
-/// converts it, or says what is wrong.
+/// max_joint_step None or a float > 0, the margin a float, dt None or a float > 0, outside "refuse" or
+/// "nearest". False for anything else: the general way then converts it, or says what is wrong.
 bool read_options(nb::handle gc, nb::handle carry, nb::handle max_joint_step, nb::handle singularity_margin,
-                  StepOptions& o, double& margin) noexcept {
+                  nb::handle dt, nb::handle outside, StepOptions& o, double& margin) noexcept {
     if (!gc.is_none()) {
         if (!PyLong_CheckExact(gc.ptr())) return false;
         int overflow = 0;
@@ -37,10 +47,16 @@ bool read_options(nb::handle gc, nb::handle carry, nb::handle max_joint_step, nb
         if (overflow || index < 0 || index >= configurations) return false;
         o.gc = static_cast<int>(index);
     }
-    if (!PyUnicode_CheckExact(carry.ptr())) return false;
-    const bool elbow = PyUnicode_CompareWithASCIIString(carry.ptr(), "elbow") == 0;
-    if (!elbow && PyUnicode_CompareWithASCIIString(carry.ptr(), "psi") != 0) return false;
+    bool elbow = false;
+    if (!read_word(carry, "psi", "elbow", elbow) || !read_word(outside, "refuse", "nearest", o.nearest))
+        return false;
     o.carry = elbow ? Carry::elbow : Carry::psi;
+    if (!dt.is_none()) {
+        if (!PyFloat_CheckExact(dt.ptr())) return false;
+        o.dt = PyFloat_AS_DOUBLE(dt.ptr());
+        if (!(o.dt > 0 && o.dt <= longest_step)) return false;
+    }
+    o.max_joint_step = default_joint_step(o.dt);
     if (!max_joint_step.is_none()) {
         if (!PyFloat_CheckExact(max_joint_step.ptr())) return false;
         o.max_joint_step = PyFloat_AS_DOUBLE(max_joint_step.ptr());
@@ -78,18 +94,19 @@ struct Limits {
           table(with_margin ? *with_margin : arm.limits) {}
 };
 
-/// A named tuple `kind` of (q, psi, gc, status of `statuses`, margin), or None where q or pose is no small
-/// matrix, or an option not as usual: the general way then converts them, or says what is wrong.
+/// A named tuple `kind` of (q, psi, gc, status of `statuses`, margin, velocity, why), or None where q or pose
+/// is no small matrix, or an option not as usual: the general way then converts them, or says what is wrong.
 nb::object step_one(const ArmHandle& self, nb::handle q_now, nb::handle pose, const Policy& policy,
                     nb::handle gc, nb::handle carry, nb::handle max_joint_step, nb::handle singularity_margin,
-                    nb::handle allowed_count, nb::handle allowed_psi, nb::handle bounds, nb::handle kind,
-                    nb::handle statuses) {
+                    nb::handle dt, nb::handle outside, nb::handle allowed_count, nb::handle allowed_psi,
+                    nb::handle bounds, nb::handle kind, nb::handle statuses, const SceneHandle* scene) {
     double q[joints], m[16], value = 0, margin = 0;
     StepOptions options;
     options.policy = policy;
     SmallMatrix matrix;
     if (!SmallMatrix().read(q_now, 1, joints, q) || !matrix.read(pose, 4, 4, m)) return nb::none();
-    if (!read_options(gc, carry, max_joint_step, singularity_margin, options, margin)) return nb::none();
+    if (!read_options(gc, carry, max_joint_step, singularity_margin, dt, outside, options, margin))
+        return nb::none();
     const Problem problem = check_pose(m, value);
     refuse_one(problem, "pose", value);
     for (int j = 0; j < joints; ++j)
@@ -100,18 +117,26 @@ nb::object step_one(const ArmHandle& self, nb::handle q_now, nb::handle pose, co
         allowed = ArcArrays(allowed_count, allowed_psi).load(0, 0);
         options.allowed = &allowed;
     }
+    options.scene = scene ? &scene->view : nullptr;
     const GivenBounds given(bounds, options);
     const Limits limits(self, margin);
     const Pose<double> frame = load_pose(m);
     const bool rounded = matrix.precision() > 0;
     const Step next = step(self.arm, limits.table, q,
                            rounded ? within_rounding(self.arm, frame, matrix.precision()) : frame, options);
-    nb::object joint_values = new_array7();
-    const Buffer to(joint_values, true);
-    std::memcpy(to.data<double>(), next.q, joints * sizeof(double));
-    PyObject* status = PyTuple_GetItem(statuses.ptr(), static_cast<Py_ssize_t>(next.status));
-    if (!status) throw nb::python_error();
-    return new_named(kind, joint_values, next.psi, next.gc, nb::handle(status), next.margin);
+    const auto seven = [](const double* values) {
+        nb::object array = new_array7();
+        const Buffer to(array, true);
+        std::memcpy(to.data<double>(), values, joints * sizeof(double));
+        return array;
+    };
+    const auto named = [&statuses](Status status) {
+        PyObject* name = PyTuple_GetItem(statuses.ptr(), static_cast<Py_ssize_t>(status));
+        if (!name) throw nb::python_error();
+        return nb::handle(name);
+    };
+    return new_named(kind, seven(next.q), next.psi, next.gc, named(next.status), next.margin,
+                     seven(next.velocity), named(next.why));
 }
 
 /// What `follow` is asked for, beside the poses.
@@ -123,21 +148,24 @@ struct FollowOptions {
 };
 
 void make_follow_options(FollowOptions* self, const Policy& policy, std::optional<int> gc, Carry carry,
-                         std::optional<double> max_joint_step, double singularity_margin, OnFail on_fail,
-                         std::size_t lookahead) {
+                         std::optional<double> max_joint_step, double singularity_margin,
+                         std::optional<double> dt, bool nearest, OnFail on_fail, std::size_t lookahead) {
     new (self) FollowOptions{{}, singularity_margin, on_fail, lookahead};
     StepOptions& step = self->step;
     step.policy = policy;
     step.carry = carry;
     if (gc) step.gc = *gc;
-    if (max_joint_step) step.max_joint_step = *max_joint_step;
+    if (dt) step.dt = *dt;
+    step.max_joint_step = max_joint_step ? *max_joint_step : default_joint_step(step.dt);
+    step.nearest = nearest;
 }
 
 /// Columns that `follow` fills, a row a pose.
 using FollowColumns = nb::typed<nb::tuple, Floats, Floats, Ints, Codes, Floats, Floats>;
 
 void follow_all(const ArmHandle& self, Floats start, Floats poses, const FollowOptions& wanted,
-                Ints allowed_count, Floats allowed_psi, Floats bounds, const FollowColumns& columns) {
+                Ints allowed_count, Floats allowed_psi, Floats bounds, const FollowColumns& columns,
+                const SceneHandle* scene) {
     const Buffer s(start), p(poses), q_out(columns[0], true), psi_out(columns[1], true),
         gc_out(columns[2], true), status_out(columns[3], true), margin_out(columns[4], true),
         residual_out(columns[5], true);
@@ -160,11 +188,12 @@ void follow_all(const ArmHandle& self, Floats start, Floats poses, const FollowO
                           gc_out.data<long long>(),  status_out.data<std::int8_t>()};
     const Strided<const ArcSet> allowed{sets.empty() ? nullptr : sets.data(), sets.size() > 1 ? 1 : 0};
     StepOptions options = wanted.step;
+    options.scene = scene ? &scene->view : nullptr;
     const Limits limits(self, wanted.singularity_margin);
     const GivenBounds given(bounds, options);
     const std::size_t window = wanted.lookahead;
     std::vector<AheadSection> sections(window ? Lookahead::sections_for(window) : 0);
-    Lookahead ahead(self.arm, limits.table, p.data<double>(), n, allowed, options.bounds,
+    Lookahead ahead(self.arm, limits.table, p.data<double>(), n, allowed, options.scene, options.bounds,
                     options.max_joint_step, sections.data(), window);
     {
         nb::gil_scoped_release release;
@@ -208,13 +237,16 @@ void bind_stepping(nb::module_& m, nb::class_<ArmHandle>& arm) {
         .def("__init__", &make_policy, "rule"_a, "K"_a, "alpha"_a, "outside"_a)
         .def_static("towards", &towards, "wish"_a, "psi"_a, "target"_a, "K"_a, "outside"_a);
     arm.def("step_one", &step_one, "q_now"_a.none(), "pose"_a.none(), "policy"_a, "gc"_a.none(),
-            "carry"_a.none(), "max_joint_step"_a.none(), "singularity_margin"_a.none(),
-            "allowed_count"_a.none(), "allowed_psi"_a.none(), "bounds"_a.none(), "kind"_a, "statuses"_a);
+            "carry"_a.none(), "max_joint_step"_a.none(), "singularity_margin"_a.none(), "dt"_a.none(),
+            "outside"_a.none(), "allowed_count"_a.none(), "allowed_psi"_a.none(), "bounds"_a.none(), "kind"_a,
+            "statuses"_a, "scene"_a.none());
     nb::class_<FollowOptions>(m, "FollowOptions")
         .def("__init__", &make_follow_options, "policy"_a, "gc"_a.none(), "carry"_a,
-             "max_joint_step"_a.none(), "singularity_margin"_a, "on_fail"_a, "lookahead"_a);
+             "max_joint_step"_a.none(), "singularity_margin"_a, "dt"_a.none(), "nearest"_a, "on_fail"_a,
+             "lookahead"_a);
+    m.attr("LONGEST_STEP") = longest_step;
     arm.def("follow_all", &follow_all, "start"_a, "poses"_a, "options"_a, "allowed_count"_a.none(),
-            "allowed_psi"_a.none(), "bounds"_a.none(), "columns"_a);
+            "allowed_psi"_a.none(), "bounds"_a.none(), "columns"_a, "scene"_a.none());
     m.def("resolve_many", &resolve_many, "policy"_a, "count"_a, "psi_arcs"_a, "index"_a, "psi"_a,
           "wish"_a.none(), "out"_a, "status"_a);
     m.def("gain", &gain, "rate"_a, "dt"_a);

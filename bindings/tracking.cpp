@@ -50,13 +50,13 @@ nb::object joint_array(const double* values) {
 
 /// A named tuple `kind` of (q, velocity, status, distance, gap, psi, gc, why), or None where pose or elbow is
 /// no small matrix: the general way then converts it, or says what is wrong.
-nb::object track_one(Tracker& self, nb::handle pose, nb::handle elbow, double dt, int reconfigure,
+nb::object track_one(Tracker& self, nb::handle pose, nb::handle elbow, Wish wish, double dt, int reconfigure,
                      nb::handle kind, nb::handle trackings, nb::handle statuses) {
     double m[16], point[3]{};
     if (!SmallMatrix().read(pose, 4, 4, m)) return nb::none();
     if (!elbow.is_none() && !SmallMatrix().read(elbow, 1, 3, point)) return nb::none();
     const Pose<double> wanted = load_pose(m);
-    const Vec3<double> hint{point[0], point[1], point[2]};
+    const Towards hint{wish, 0.0, {point[0], point[1], point[2]}};
     Command command;
     double value = 0;
     if (check_pose(m, value) == Problem::none) command.pose = &wanted;
@@ -116,15 +116,16 @@ void bind_tracking(nb::module_& m) {
         .value("FOLLOWING", Tracking::FOLLOWING)
         .value("LAGGING", Tracking::LAGGING)
         .value("NEAREST", Tracking::NEAREST)
-        .value("HELD", Tracking::HELD);
+        .value("HELD", Tracking::HELD)
+        .value("TURNING", Tracking::TURNING);
     m.def("smooth_hand", &smooth_hand, "omega"_a, "patience"_a, "jump"_a, "turn"_a, "samples"_a, "dt"_a,
           "poses"_a);
     nb::class_<Tracker>(m, "Tracker")
         .def("__init__", &make_tracker, "arm"_a, "numbers"_a)
         .def_prop_ro("q", [](const Tracker& self) { return joint_array(self.q()); })
         .def("start", &start_tracker, "q"_a)
-        .def("step_one", &track_one, "pose"_a.none(), "elbow"_a.none(), "dt"_a, "reconfigure"_a, "kind"_a,
-             "trackings"_a, "statuses"_a)
+        .def("step_one", &track_one, "pose"_a.none(), "elbow"_a.none(), "wish"_a, "dt"_a, "reconfigure"_a,
+             "kind"_a, "trackings"_a, "statuses"_a)
         .def("run", &track_many, "poses"_a, "q"_a);
 }
 

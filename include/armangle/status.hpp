@@ -24,9 +24,10 @@ enum class Status : std::int8_t {
     CLEARANCE = 15,
     NEAR_SINGULAR = 16,
     NO_CONVERGENCE = 17,
+    PARTIAL = 18,
 };
 
-inline constexpr int status_count = 18;
+inline constexpr int status_count = 19;
 
 /// An outcome in words.
 constexpr const char* sentence(Status status) noexcept {
@@ -58,6 +59,7 @@ constexpr const char* sentence(Status status) noexcept {
         case Status::POSE_BLOCKED:
             return "The hand, or the base, meets an obstacle at this pose, whatever the arm angle.";
         case Status::CLEARANCE: return "No arm angle keeps clear of the obstacles within all limits.";
+        case Status::PARTIAL: return "The step goes as far towards the pose as bounds, or the reach, allow.";
         case Status::BAD_INPUT: return "The pose is no rigid transform, or a number is not finite.";
     }
     return "";

@@ -1,6 +1,7 @@
 """The public names, for type checkers; __init__.py imports them when they are first used."""
 
 from . import errors as errors
+from . import kuka as kuka
 from . import plots as plots
 from . import viewer as viewer
 from ._core import (

@@ -42,7 +42,7 @@ BAD_WORDS = {
     ): "a.txt: ending '.txt' is not known, wanted one of .csv, .npz, .json",
     ("fk", *ROBOT, "-o", "no/a.csv", *ZEROS): "no/a.csv: cannot be written: No such file or directory",
     ("robots", "kuca"): "the catalogue has no robot 'kuca'",
-    (*IK,): "the following arguments are required: --pose",
+    (*IK,): "one of the arguments --pose --kuka is required",
     (*IK, "--pose", "1,2,3"): "--pose has 3 numbers, wanted 7: x,y,z,qw,qx,qy,qz",
     (
         *IK,

@@ -100,3 +100,18 @@ def test_without_its_package_completions_say_what_to_install(
     assert "pip install 'armangle[completion]'" in " ".join(capsys.readouterr().err.split())
     assert main(["--print-completion", "fish"]) == 2
     assert "invalid choice: 'fish'" in capsys.readouterr().err
+
+
+def test_the_trajectory_is_drawn_and_corners_may_be_kept(joints: Path, capsys: Capture) -> None:
+    need("scipy")
+    need("matplotlib")
+    picture = joints.with_suffix(".svg")
+    words = ["retime", str(joints), *ROBOT, "--acceleration", "300", "--jerk", "3000", "--json"]
+    assert main([*words, "--plot", str(picture)]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert 0 < facts["deviation"]["position"] <= 1e-4
+    assert "<svg" in picture.read_text()
+    assert main([*words, "--tolerance", "0"]) == 0
+    kept = json.loads(capsys.readouterr().out)
+    assert kept["deviation"] == {"position": 0.0, "rotation": 0.0}
+    assert kept["duration"] > facts["duration"]

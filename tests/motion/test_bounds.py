@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support import draw
 from support.strategies import REGIMES, Array, arms, postures
 
 import armangle as aa
@@ -65,8 +66,11 @@ def test_what_is_ok_keeps_the_bounds(arm: aa.Arm, regime: str) -> None:
                 assert np.all(arm.within_limits(found.q, tol=1e-9))
                 assert brakes(arm, found.q, velocity, hardest, dt)
                 assert np.abs(arm.forward(found.q)[0] - pose).max() < 1e-11
-            else:
-                assert np.array_equal(found.q, q)
+            else:  # a joint that can brake no more before its limit is stopped by it
+                stopped = (found.q <= arm.lower) | (found.q >= arm.upper)
+                assert np.all((np.abs(found.velocity - now) <= hardest * dt * (1 + 1e-9)) | stopped)
+                assert np.all(np.abs(found.velocity) <= np.maximum(fastest, np.abs(now)))
+                assert arm.limit_margin(found.q) >= min(arm.limit_margin(q), 0) - ROUNDING
     assert done or regime in ("on_limit", "folded", "singular", "near_singular", "at_reach")
 
 
@@ -105,7 +109,7 @@ def test_the_nearest_arm_angle_to_the_wish_is_taken() -> None:
         _, psi, gc = IIWA.forward(q)
         found = aa.step(IIWA, q, pose, policy=policy, dt=dt, velocity=SPEED)
         wish = aa.resolve(IIWA, pose, psi, gc, policy=policy).psi
-        if found.status != aa.Status.OK:
+        if found.status != aa.Status.OK or found.gc != gc:
             continue
         near = circle * 0.05 + found.psi
         all_q = IIWA.inverse(np.broadcast_to(pose, (len(near), 4, 4)), near, gc)
@@ -155,7 +159,7 @@ def test_follow_is_step_in_a_loop_bit_for_bit(on_fail: Any, hardest: float | Non
             continue
         now = aa.step(IIWA, q, pose, velocity_now=velocity, **options)
         velocity, q = (now.q - q) / dt, now.q
-        assert path.status[row] == now.status
+        assert path.status[row] == (now.status if on_fail == "hold" else now.why)
         if now.status == aa.Status.OK or on_fail == "hold":
             assert np.array_equal(path.q[row], q)
         else:
@@ -194,7 +198,8 @@ def test_the_arms_own_bounds() -> None:
     assert np.array_equal(own.q, aa.step(IIWA, HOME, pose, dt=0.01, velocity=IIWA.velocity).q)
     arm = IIWA.with_(acceleration=np.full(7, 5.0))
     still = np.zeros(7)
-    assert aa.step(arm, HOME, pose, dt=0.01, acceleration=True, velocity_now=still).status == 10
+    hard = aa.step(arm, HOME, pose, dt=0.01, acceleration=True, velocity_now=still)
+    assert (hard.status, hard.why) == (aa.Status.PARTIAL, aa.Status.ACCELERATION_LIMIT)
 
 
 # -- reasons -----------------------------------------------------------------------------------------
@@ -204,30 +209,192 @@ def test_each_bound_has_its_status() -> None:
     bent = HOME + 0.05 * np.eye(7)[3]
     pose = IIWA.forward(bent)[0]
     still: dict[str, Any] = {"dt": 0.01, "velocity_now": np.zeros(7)}
-    assert aa.step(IIWA, HOME, pose, velocity=np.full(7, 4.0), dt=0.01).status == aa.Status.VELOCITY_LIMIT
+    assert aa.step(IIWA, HOME, pose, velocity=np.full(7, 4.0), dt=0.01).why == aa.Status.VELOCITY_LIMIT
     assert aa.step(IIWA, HOME, pose, velocity=np.full(7, 6.0), dt=0.01).status == aa.Status.OK
     hard = aa.step(IIWA, HOME, pose, acceleration=np.full(7, 400.0), **still)
-    assert hard.status == aa.Status.ACCELERATION_LIMIT
+    assert (hard.status, hard.why) == (aa.Status.PARTIAL, aa.Status.ACCELERATION_LIMIT)
     assert aa.step(IIWA, HOME, pose, acceleration=np.full(7, 600.0), **still).status == aa.Status.OK
     leap = aa.step(IIWA, HOME, pose, velocity=np.full(7, 6.0), dt=0.01, max_joint_step=0.04)
-    assert leap.status == aa.Status.JOINT_JUMP
+    assert (leap.status, leap.why) == (aa.Status.PARTIAL, aa.Status.JOINT_JUMP)
+    assert 0.04 - 1e-9 <= np.abs(leap.q - HOME).max() <= 0.04
+    leap = aa.step(IIWA, HOME, pose, dt=0.01, max_joint_step=0.04)
+    assert (leap.status, leap.why) == (aa.Status.JOINT_JUMP, aa.Status.JOINT_JUMP)
     assert np.array_equal(leap.q, HOME)
+    assert np.array_equal(leap.velocity, np.zeros(7))
 
 
-def test_a_joint_too_fast_to_brake_before_its_limit_is_refused() -> None:
+def test_a_joint_too_fast_to_brake_before_its_limit_brakes() -> None:
     near = HOME.copy()
     near[3] = IIWA.lower[3] + 0.02
     now = np.array([0, 0, 0, -0.5, 0, 0, 0])
     pose = moved(IIWA, near, 0.01 * now)
     slow: dict[str, Any] = {"dt": 0.01, "velocity_now": now}
-    refused = aa.step(IIWA, near, pose, acceleration=np.full(7, 3.0), **slow)
-    assert refused.status == aa.Status.ACCELERATION_LIMIT
+    braked = aa.step(IIWA, near, pose, acceleration=np.full(7, 3.0), **slow)
+    assert (braked.status, braked.why) == (aa.Status.PARTIAL, aa.Status.ACCELERATION_LIMIT)
+    assert abs(braked.velocity[3] - (-0.5 + 3.0 * 0.01)) <= 1e-9
     assert aa.step(IIWA, near, pose, acceleration=np.full(7, 30.0), **slow).status == aa.Status.OK
+
+
+# -- as far as it can --------------------------------------------------------------------------------
+
+
+def run(pose: Array, q: Array, dt: float, ticks: int, **options: Any) -> tuple[list[aa.Step], Array]:
+    """Steps towards a pose that stands still, and the largest acceleration, rad/s²."""
+    steps, velocity, hardest = [], np.zeros(7), 0.0
+    for _ in range(ticks):
+        more = {"velocity_now": velocity} if "acceleration" in options else {}
+        now = aa.step(IIWA, q, pose, dt=dt, velocity=True, **options, **more)
+        assert np.array_equal(now.velocity, (now.q - q) / dt)
+        hardest = max(hardest, np.abs(now.velocity - velocity).max() / dt)
+        q, velocity = now.q, now.velocity
+        steps.append(now)
+    return steps, np.array(hardest)
+
+
+def off(now: aa.Step, pose: Array) -> float:
+    return float(np.abs(IIWA.forward(now.q)[0] - pose).max())
+
+
+@pytest.mark.parametrize("policy", [aa.Repulsion(), aa.Hold(), aa.Centre(rate=5.0)], ids=repr)
+@pytest.mark.parametrize("dt", [1e-3, 4e-3, 0.01, 0.05])
+@pytest.mark.parametrize("shift", [[0, 0.005, 0], [0.1, -0.2, 0.1], [1e-5, 0, 0]], ids=str)
+def test_a_target_aside_is_come_to_and_rested_on(policy: aa.Repulsion, dt: float, shift: list[float]) -> None:
+    q = np.radians([10, 40, 0, -80, 0, 60, 0])
+    pose = IIWA.forward(q)[0].copy()
+    pose[:3, 3] += shift
+    ticks = int(1.2 / dt)
+    steps, _ = run(pose, q, dt, ticks, policy=policy)
+    assert steps[-1].status is aa.Status.OK and off(steps[-1], pose) < 1e-12
+    steps, hardest = run(pose, q, dt, ticks, policy=policy, acceleration=10.0)
+    assert hardest <= 10.0 * (1 + 1e-9)
+    at = [now.status for now in steps].index(aa.Status.OK)
+    resting = max(4, int(0.1 / dt))
+    assert all(now.status is aa.Status.OK for now in steps[at + resting :])  # no chatter
+    assert off(steps[-1], pose) < 1e-12
+    for now in steps[:at]:
+        assert now.status is aa.Status.PARTIAL
+        assert now.why in (aa.Status.ACCELERATION_LIMIT, aa.Status.VELOCITY_LIMIT, aa.Status.JOINT_JUMP)
+
+
+def test_one_joint_goes_as_fast_as_it_may() -> None:
+    q = np.radians([10, 40, 0, -80, 0, 60, 0])
+    pose = IIWA.forward(q)[0].copy()
+    pose[:3, 3] += [0.1, -0.2, 0.1]
+    now = aa.step(IIWA, q, pose, dt=0.01, velocity=True)
+    assert now.status is aa.Status.PARTIAL
+    assert np.abs(np.abs(now.velocity) / IIWA.velocity).max() == pytest.approx(1.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("outside", ["refuse", "nearest"])
+@pytest.mark.parametrize("acceleration", [None, 10.0])
+@pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "openarm_v10", "rokae_xmate_er7_pro"])
+def test_a_hostile_stream_breaks_no_bound(name: str, acceleration: float | None, outside: Any) -> None:
+    arm = aa.Arm.from_catalogue(name)
+    rng = np.random.default_rng(3)
+    dt, fastest = 0.004, np.where(np.isfinite(arm.velocity), arm.velocity, 2.0)
+    low, high = np.maximum(arm.lower, -6), np.minimum(arm.upper, 6)
+    q, velocity = rng.uniform(low, high), np.zeros(7)
+    seen = set()
+    for tick in range(draw.count(1500)):
+        if tick % 40 == 0:
+            pose = arm.forward(rng.uniform(low, high))[0].copy()
+            pose[:3, 3] += rng.choice([0.0, 0.02, 1.0]) * rng.normal(size=3)
+        bounds = {} if acceleration is None else {"acceleration": acceleration, "velocity_now": velocity}
+        now = aa.step(arm, q, pose, dt=dt, velocity=fastest, outside=outside, **bounds)
+        assert np.all(np.abs(now.velocity) <= fastest)
+        if acceleration is not None:
+            assert np.abs(now.velocity - velocity).max() <= acceleration * dt * (1 + 1e-9)
+        assert arm.limit_margin(now.q) >= -ROUNDING
+        if now.status is aa.Status.OK:
+            assert np.abs(arm.forward(now.q)[0] - pose).max() < 1e-9
+        elif now.status is not aa.Status.PARTIAL and acceleration is None:
+            assert np.array_equal(now.q, q)
+        q, velocity = now.q, now.velocity
+        seen.add(now.status)
+    assert aa.Status.PARTIAL in seen
+    assert outside == "refuse" or seen <= {aa.Status.OK, aa.Status.PARTIAL}
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-4, 1e-3])
+def test_noise_does_not_lock_a_bounded_loop(noise: float) -> None:
+    rng = np.random.default_rng(8)
+    for _ in range(draw.count(4)):
+        q = rng.uniform(0.6 * IIWA.lower, 0.6 * IIWA.upper)
+        q[[1, 3, 5]] = 0.6, -1.2, 0.8
+        poses = line(q, tuple(rng.uniform(-0.1, 0.1, 3)), 250)
+        velocity = np.zeros(7)
+        for pose in [*poses, *[poses[-1]] * 100]:
+            dt = 0.01 * rng.uniform(0.5, 1.5)
+            now = aa.step(
+                IIWA, q + rng.normal(0, 1, 7) * noise, pose, dt=dt, velocity=True, acceleration=15.0,
+                velocity_now=velocity,
+            )  # fmt: skip
+            q, velocity = now.q, now.velocity
+        assert np.linalg.norm(IIWA.forward(q)[0][:3, 3] - pose[:3, 3]) <= 1e-9 + 5 * noise
+
+
+def test_out_of_reach_it_brakes_or_goes_to_the_nearest_pose() -> None:
+    q = np.radians([10, 40, 0, -80, 0, 60, 0])
+    pose = IIWA.forward(q)[0].copy()
+    shoulder = np.array([0, 0, IIWA.d_bs])
+    along = pose[:3, 3] - IIWA.d_wf * pose[:3, 2] - shoulder
+    pose[:3, 3] += 2.0 * along / np.linalg.norm(along)
+    moving = np.array([0.3, -0.2, 0, 0, 0, 0.1, 0])
+    now = aa.step(IIWA, q, pose, dt=0.01, acceleration=10.0, velocity_now=moving)
+    assert (now.status, now.why) == (aa.Status.UNREACHABLE, aa.Status.UNREACHABLE)
+    assert np.abs(now.velocity - np.array([0.2, -0.1, 0, 0, 0, 0, 0])).max() <= 1e-12
+    assert now.gc == IIWA.forward(now.q)[2] and abs(now.psi - IIWA.forward(now.q)[1]) <= 1e-12
+    steps, _ = run(pose, q, 0.01, 400, acceleration=10.0, outside="nearest", policy=aa.Hold())
+    assert {(now.status, now.why) for now in steps} == {(aa.Status.PARTIAL, aa.Status.UNREACHABLE)}
+    last = IIWA.forward(steps[-1].q)[0]
+    gap = np.linalg.norm(along) + 2.0 - IIWA.d_se - IIWA.d_ew
+    assert np.linalg.norm(last[:3, 3] - pose[:3, 3]) == pytest.approx(gap, abs=1e-9)
+    assert np.abs(last[:3, :3] - pose[:3, :3]).max() <= 1e-9
+    assert np.abs(steps[-1].velocity).max() == 0.0
+
+
+def test_beyond_its_limits_it_comes_as_near_as_small_moves_lead() -> None:
+    q = np.radians([10, 40, 0, -80, 0, 60, 170])
+    rolled = IIWA.forward(q)[0] @ aa.pose([0, 0, 0], rpy=[0, 0, np.radians(100)])
+    tight = IIWA.with_(lower=q - 0.2, upper=q + np.array([0.2] * 6 + [0.05]))
+    assert aa.step(tight, q, rolled).status is aa.Status.LIMITS
+    now = aa.step(tight, q, rolled, outside="nearest")
+    assert (now.status, now.why) == (aa.Status.PARTIAL, aa.Status.LIMITS)
+    for _ in range(20):
+        now = aa.step(tight, now.q, rolled, outside="nearest")
+    again = aa.step(tight, now.q, rolled, outside="nearest")
+    assert np.abs(again.q - now.q).max() <= 1e-9  # at rest there
+
+    def distance(joints: Array) -> float:
+        here = IIWA.forward(joints)[0]
+        turn = np.arccos(np.clip((np.trace(here[:3, :3].T @ rolled[:3, :3]) - 1) / 2, -1, 1))
+        return float(np.hypot(np.linalg.norm(here[:3, 3] - rolled[:3, 3]), 0.2 * turn))
+
+    rng = np.random.default_rng(9)
+    for move in rng.normal(0, 1e-3, (200, 7)):
+        assert distance(np.clip(now.q + move, tight.lower, tight.upper)) >= distance(now.q) - 1e-9
+    assert distance(now.q) < distance(q)
+
+
+def test_without_bounds_or_dt_the_largest_step_follows_dt() -> None:
+    q = np.radians([10, 40, 0, -80, 0, 60, 0])
+    pose = moved(IIWA, q, np.array([0.05, 0, 0, 0, 0, 0, 0]))
+    assert aa.step(IIWA, q, pose, policy=aa.Hold()).status is aa.Status.OK
+    assert np.isnan(aa.step(IIWA, q, pose, policy=aa.Hold()).velocity).all()
+    slow = aa.step(IIWA, q, pose, policy=aa.Hold(), dt=0.01)
+    assert slow.status is aa.Status.OK
+    assert slow.velocity[0] == pytest.approx(5.0, abs=1e-9)
+    assert aa.step(IIWA, q, pose, policy=aa.Hold(), dt=1e-3).status is aa.Status.JOINT_JUMP
+    assert aa.step(IIWA, q, pose, policy=aa.Hold(), dt=1e-3, max_joint_step=0.2).status is aa.Status.OK
+    assert aa.follow(IIWA, pose[None], start=q, policy=aa.Hold(), dt=1e-3).status[0] == aa.Status.JOINT_JUMP
 
 
 @pytest.mark.parametrize(
     ("options", "error", "message"),
     [
+        ({"dt": 0.0}, aa.InputError, "dt is 0"),
+        ({"dt": -1.0}, aa.InputError, "dt is -1"),
+        ({"outside": "near"}, aa.InputError, "outside is 'near', wanted"),
         ({"velocity": SPEED}, aa.InputError, "need dt, the time of a step in s"),
         ({"velocity": SPEED, "dt": 0.0}, aa.InputError, "dt is 0"),
         ({"velocity": SPEED[:3], "dt": 1.0}, aa.ShapeError, r"velocity has shape \(3,\)"),

@@ -156,9 +156,11 @@ def test_it_saves_many_and_harms_none() -> None:
         rng = np.random.default_rng(seed)
         arm = narrow_arm(rng)
         q, poses = bent_line(arm, rng, 60)
-        plain = reached(aa.follow(arm, poses, start=q))
-        ahead = reached(aa.follow(arm, poses, start=q, lookahead=60))
+        gc = int(arm.forward(q)[2])
+        plain = reached(aa.follow(arm, poses, start=q, gc=gc))
+        ahead = reached(aa.follow(arm, poses, start=q, gc=gc, lookahead=60))
         assert ahead >= plain
+        assert reached(aa.follow(arm, poses, start=q, lookahead=60)) >= ahead
         saved += ahead > plain
     assert saved > 20
 

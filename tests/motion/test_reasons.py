@@ -24,9 +24,10 @@ def turned(q: Array, angle: float) -> Array:
 
 
 def moves(arm: aa.Arm, q: Array, pose: Array) -> tuple[Array, Array]:
-    """The largest move of a joint for each psi of the branch of q, and the joints there, lifted next to q."""
-    gc = arm.forward(q)[2]
-    there = arm.inverse(pose, PSI, gc)
+    """The largest move of a joint for each psi and branch on q's side of the stretched elbow, and the joints
+    there, lifted next to q."""
+    gc = arm.forward(q)[2] ^ np.array([0, 1, 4, 5])
+    there = arm.inverse(pose, PSI, gc[:, None]).reshape(-1, 7)
     near = there + TURN * np.round((q - there) / TURN)
     return np.abs(near - q).max(axis=1), near
 

@@ -7,8 +7,9 @@ import pickle
 import numpy as np
 import pytest
 from reference import mended_arcs
+from support import draw
 from support.laws import circle_gap, gap
-from support.strategies import TURN, Array, arms, bends, postures, unlimited
+from support.strategies import TURN, Array, arms, bends, joint_values, postures, unlimited
 
 import armangle as aa
 from armangle import Status
@@ -78,8 +79,9 @@ def test_follow_is_step_in_a_loop_bit_for_bit(policy: aa.Repulsion, carry: str, 
 def test_a_step_is_a_named_tuple_like_any_other() -> None:
     now = aa.step(IIWA, START, IIWA.forward(START)[0])
     again = pickle.loads(pickle.dumps(now))
-    assert type(again) is aa.Step and again[1:] == now[1:] and (again.q == now.q).all()
-    assert now._replace(gc=7).gc == 7 and now._fields == ("q", "psi", "gc", "status", "margin")
+    assert type(again) is aa.Step and again[1:5] == now[1:5] and (again.q == now.q).all()
+    assert now._fields == ("q", "psi", "gc", "status", "margin", "velocity", "why")
+    assert now._replace(gc=7).gc == 7
     with pytest.raises(TypeError, match="unhashable"):
         hash(now)
 
@@ -198,6 +200,142 @@ def test_a_shortened_step_goes_as_far_as_it_may() -> None:
     assert 0.2 - 1e-9 <= np.abs(now.q - q).max() <= 0.2
     whole = aa.step(IIWA, q, pose, max_joint_step=np.inf)
     assert whole.psi == wish
+
+
+HOMES = [
+    [0, 0, 0, -90, 0, 90, 0],
+    [0, 0, 0, 90, 0, -90, 0],
+    [0, 45, 0, -90, 0, 0, 0],
+    [30, 0, 20, -90, 0, 60, 0],
+    [30, 0.001, 20, -90, 0, 60, 0],
+    [30, 40, 20, -90, 10, -0.1, 0],
+    [0, 0, 0, 0, 0, 0, 0],
+]
+DIRECTIONS = np.array([d for d in np.ndindex(3, 3, 3) if d != (1, 1, 1)]) - 1.0
+
+
+@pytest.mark.parametrize("home", HOMES, ids=str)
+@pytest.mark.parametrize("carry", ["psi", "elbow"])
+def test_a_posture_on_a_singularity_is_stepped_to_and_from(home: list[float], carry: str) -> None:
+    q = np.radians(home)
+    own = aa.step(IIWA, q, IIWA.forward(q)[0], policy=aa.Hold(), carry=carry)
+    assert own.status is Status.OK
+    assert np.abs(own.q - q).max() <= 1e-12
+    if home[3] == 0:  # the stretched arm can only draw in
+        return
+    for direction in DIRECTIONS:
+        path = aa.follow(
+            IIWA, line(IIWA, q, 0.1 * direction / np.linalg.norm(direction), 200), start=q, carry=carry
+        )
+        assert path.ok
+        assert np.abs(np.diff(np.vstack([q, path.q]), axis=0)).max() <= 0.2
+        assert path.residual.max() <= 1e-12
+
+
+@pytest.mark.parametrize("hinge", [1, 5])
+@pytest.mark.parametrize("off", [0.0, 1e-16, 1e-14, 1e-12, 1e-10, 1e-8])
+def test_any_posture_beside_a_singularity_steps_to_its_own_pose(hinge: int, off: float) -> None:
+    rng = np.random.default_rng(6)
+    for arm in arms()[::3]:
+        for q in postures(arm, "uniform", 6):
+            q[hinge] = joint_values(arm, np.full((1, 7), off * rng.choice([-1, 1])))[0, hinge]
+            boxed = arm.with_(lower=q - 0.05, upper=q + 0.05)
+            now = aa.step(boxed, q, boxed.forward(q)[0], policy=aa.Hold())
+            assert now.status is Status.OK
+            assert np.abs(now.q - q).max() <= 0.05
+            assert gap(boxed.forward(now.q)[0], boxed.forward(q)[0]) <= 1e-12
+
+
+def planar_motion(rng: np.random.Generator) -> tuple[Array, Array] | None:
+    """A line in the plane of the arm, and joints 2, 4, 6 along it by Newton's method, or None."""
+    q = np.zeros(7)
+    q[[1, 3, 5]] = rng.uniform([-1.5, -1.8, -1.8], [1.5, 1.8, 1.8])
+    angle, length = rng.uniform(0, TURN), rng.uniform(0.1, 0.4)
+    poses = line(IIWA, q, [length * np.cos(angle), 0, length * np.sin(angle)], 120)
+    rows = []
+    for pose in poses:
+        for _ in range(20):
+            short = (pose[:3, 3] - IIWA.forward(q)[0][:3, 3])[[0, 2]]
+            turn = IIWA.forward(q)[0][:3, :3].T @ pose[:3, :3]
+            slip = np.array([*short, np.arctan2(turn[0, 2], turn[0, 0])])
+            slopes = IIWA.jacobian(q)[[0, 2, 4]][:, [1, 3, 5]]
+            move = np.linalg.solve(slopes, slip)
+            if np.abs(move).max() > 0.3:
+                return None
+            q = q.copy()
+            q[[1, 3, 5]] += move
+        rows.append(q)
+    way = np.array(rows)
+    smooth = np.abs(np.diff(way, axis=0)).max() <= 0.1 and np.abs(np.sin(way[:, 3])).min() > 0.05
+    return (poses, way) if smooth and IIWA.limit_margin(way).min() > 0.03 else None
+
+
+@pytest.mark.parametrize("carry", ["psi", "elbow"])
+def test_branches_that_meet_are_passed_through_as_smoothly_as_the_joints_can(carry: str) -> None:
+    rng = np.random.default_rng(5)
+    crossed = 0
+    while crossed < 6:
+        found = planar_motion(rng)
+        if not found:
+            continue
+        poses, way = found
+        crosses = bool((np.sign(way[0, [1, 5]]) != np.sign(way[-1, [1, 5]])).any())
+        crossed += crosses
+        for policy in (aa.Repulsion(), aa.Hold()):
+            path = aa.follow(IIWA, poses, start=way[0], policy=policy, carry=carry)
+            assert path.ok
+            assert np.abs(path.q - way).max() <= 1e-9
+            assert (len(set(path.gc)) > 1) == crosses
+        if crosses:  # the branch that is asked for is kept
+            held = aa.follow(IIWA, poses, start=way[0], gc=int(IIWA.forward(way[0])[2]), carry=carry)
+            assert set(held.gc[held.status == Status.OK]) == {held.gc[0]}
+
+
+@pytest.mark.parametrize("offset", [1e-3, 3e-4, 0.0])
+def test_a_wrist_that_passes_the_base_axis_is_followed_smoothly(offset: float) -> None:
+    start, poses = beside_the_axis(offset)
+    arm = unlimited(IIWA)
+    held = aa.follow(arm, poses, start=start)
+    elbow = aa.follow(arm, poses, start=start, carry="elbow")
+    assert held.ok and elbow.ok
+    assert np.abs(np.diff(held.q, axis=0)).max() <= 0.2
+
+
+@pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "rokae_xmate_er7_pro", "barrett_wam7"])
+@pytest.mark.parametrize("away", [0.1, 0.003])
+def test_a_step_to_a_near_posture_is_found(name: str, away: float) -> None:
+    """Whatever the policy wishes: a posture within limits and `max_joint_step` shows that there is one."""
+    arm = aa.Arm.from_catalogue(name)
+    rng = np.random.default_rng(4)
+    low, high = np.maximum(arm.lower, -TURN), np.minimum(arm.upper, TURN)
+    tried = 0
+    while tried < draw.count(120):
+        q = rng.uniform(low, high)
+        if rng.random() < 0.3:
+            at = rng.integers(7)
+            q[at] = rng.choice([low[at], high[at]])  # beside a limit, or the end of the turns
+        near = q + rng.uniform(-away, away, 7)
+        if not arm.within_limits(near) or abs(np.sin(q[3] - arm.delta)) < 2 * away:
+            continue
+        tried += 1
+        assert aa.step(arm, q, arm.forward(near)[0]).status is Status.OK
+
+
+@pytest.mark.parametrize("joint", [0, 1, 2, 4, 5, 6])
+@any_policy
+def test_a_motion_with_a_locked_joint_is_followed(policy: aa.Repulsion, joint: int) -> None:
+    lower, upper = IIWA.lower.copy(), IIWA.upper.copy()
+    lower[joint] = upper[joint] = START[joint]
+    arm = IIWA.with_(lower=lower, upper=upper)
+    move = np.where(np.arange(7) == joint, 0, [0.3, 0.2, -0.3, 0.2, 0.3, -0.2, 0.4])
+    way = START + np.linspace(0, 1, 40)[:, None] * move
+    for lookahead in (0, 10):
+        path = aa.follow(arm, arm.forward(way)[0], start=START, policy=policy, lookahead=lookahead)
+        assert path.ok
+        assert np.abs(path.q[:, joint] - START[joint]).max() <= 1e-11
+        assert np.abs(np.diff(path.q, axis=0)).max() <= 0.2
+        if joint != 2:  # where two of its arm angles meet, joint 3 may go on with either
+            assert np.abs(path.q - way).max() <= 1e-9
 
 
 @pytest.mark.parametrize("offset", [1e-4, 0.0])

@@ -174,6 +174,7 @@ BAD: dict[str, list[Any]] = {
     "x": [*VECTOR, 0.1], "y": [*VECTOR, 0.1], "z": [*NUMBER, None, INF, 1e4],
     "metric": CHOICE, "prefer": CHOICE, "filter": ["nonsense", 0.5, object(), aa.HandFilter],
     "length": [*POSITIVE, None, INF], "elbow_margin": MARGIN, "reconfigure": INDEX,
+    "elbow_direction": ["nonsense", object(), 0.1, [1.0, 2.0], [1j] * 3],
     "elbow": ["nonsense", object(), 0.1, [1.0, 2.0], [[0.0, 0.0, 1.0]], [1j] * 3], "omega": [*POSITIVE, None],
     "patience": [*NUMBER, -1.0, None], "jump": [*POSITIVE, None], "turn": [*POSITIVE, None],
     "blend": [*NUMBER, None, -0.1, INF],

@@ -18,15 +18,20 @@ struct Directions {
     T y[joint_slots], x[joint_slots];
 };
 
-/// The seven angles as directions. theta_3 and theta_7 from theta_1 and theta_5 and not from eq. (19), (24),
-/// which lose theta_1 + theta_3 (theta_5 + theta_7) where theta_2 (theta_6) vanishes.
+/// What the angles are read from: the columns of 0R3 and the first two rows of 4R7 with the last entry of the
+/// third.
 template <class T>
-ARMANGLE_INLINE Directions<T> directions(const SelfMotion<T>& m, const SinCos<T>& psi) noexcept {
+struct Frames {
+    Vec3<T> x3, y3, z3, n1, n2;
+    T n33;
+};
+
+/// Eq. (15), (20).
+template <class T>
+ARMANGLE_INLINE Frames<T> frames(const SelfMotion<T>& m, const SinCos<T>& psi) noexcept {
     const Circle<T>& c = m.circle;
     const Elbow<T>& elbow = m.elbow;
-    const Configuration<T>& gc = m.gc;
-    const T zero(0.0), one(1.0);
-    Directions<T> d;
+    Frames<T> out;
     // shoulder: columns of 0R3, eq. (15)
     const Vec3<T> f = combine(c.e, psi.cos, c.z, -psi.sin);
     Vec3<T> w = c.w, z3 = combine(c.z, psi.cos, c.e, psi.sin);
@@ -34,20 +39,9 @@ ARMANGLE_INLINE Directions<T> directions(const SelfMotion<T>& m, const SinCos<T>
         w = combine(c.w, elbow.tilt.cos, z3, -elbow.tilt.sin);
         z3 = combine(c.w, elbow.tilt.sin, z3, elbow.tilt.cos);
     }
-    const Vec3<T> x3 = combine(w, elbow.beta.sin, f, elbow.beta.cos),
-                  y3 = combine(w, elbow.beta.cos, f, -elbow.beta.sin);
-    const T h2 = hypot(y3.x, y3.y);
-    const auto singular_1 = shoulder_singular(m), flat_2 = h2 == zero;
-    const auto lost_1 = singular_1 | flat_2;
-    const T c1 = select(lost_1, one, gc.shoulder * y3.x), s1 = select(lost_1, zero, gc.shoulder * y3.y);
-    d.y[0] = s1;
-    d.x[0] = c1;  // (17)
-    d.y[1] = gc.shoulder * h2;
-    d.x[1] = y3.z;  // (18)
-    d.y[2] = c1 * x3.y - s1 * x3.x;
-    d.x[2] = s1 * z3.x - c1 * z3.y;  // for (19)
-    d.y[3] = elbow.theta_4.sin;
-    d.x[3] = elbow.theta_4.cos;  // (4)
+    out.x3 = combine(w, elbow.beta.sin, f, elbow.beta.cos);
+    out.y3 = combine(w, elbow.beta.cos, f, -elbow.beta.sin);
+    out.z3 = z3;
     // wrist: entries of 4R7, eq. (20)
     const Vec3<T> g = combine(c.tool_e, psi.cos, c.tool_z, -psi.sin);                 // f . tool axes
     Vec3<T> tool_w = c.tool_w, n2 = combine(c.tool_z, -psi.cos, c.tool_e, -psi.sin);  // second row
@@ -55,18 +49,57 @@ ARMANGLE_INLINE Directions<T> directions(const SelfMotion<T>& m, const SinCos<T>
         tool_w = combine(c.tool_w, elbow.tilt.cos, n2, elbow.tilt.sin);
         n2 = combine(c.tool_w, -elbow.tilt.sin, n2, elbow.tilt.cos);
     }
-    const Vec3<T> n1 = combine(tool_w, elbow.gamma.sin, g, elbow.gamma.cos);  // first row
-    const T n33 = tool_w.z * elbow.gamma.cos - g.z * elbow.gamma.sin;
-    const T h6 = hypot(n1.z, n2.z);
+    out.n1 = combine(tool_w, elbow.gamma.sin, g, elbow.gamma.cos);  // first row
+    out.n2 = n2;
+    out.n33 = tool_w.z * elbow.gamma.cos - g.z * elbow.gamma.sin;
+    return out;
+}
+
+/// Joints 1 to 3 of theta_1 and sin(theta_2). theta_3 from theta_1 and not from eq. (19), which loses theta_1
+/// + theta_3 where theta_2 vanishes.
+template <class T>
+ARMANGLE_INLINE void put_shoulder(const Frames<T>& f, const SinCos<T>& theta_1, const T& sin_2,
+                                  Directions<T>& d) noexcept {
+    d.y[0] = theta_1.sin;
+    d.x[0] = theta_1.cos;  // (17)
+    d.y[1] = sin_2;
+    d.x[1] = f.y3.z;  // (18)
+    d.y[2] = theta_1.cos * f.x3.y - theta_1.sin * f.x3.x;
+    d.x[2] = theta_1.sin * f.z3.x - theta_1.cos * f.z3.y;  // for (19)
+}
+
+/// Joints 5 to 7 of theta_5 and sin(theta_6), likewise; theta_5 may be of any length, as theta_1.
+template <class T>
+ARMANGLE_INLINE void put_wrist(const Frames<T>& f, const SinCos<T>& theta_5, const T& sin_6,
+                               Directions<T>& d) noexcept {
+    d.y[4] = theta_5.sin;
+    d.x[4] = theta_5.cos;  // (22)
+    d.y[5] = sin_6;
+    d.x[5] = f.n33;  // (23)
+    d.y[6] = theta_5.cos * f.n2.x - theta_5.sin * f.n1.x;
+    d.x[6] = theta_5.cos * f.n2.y - theta_5.sin * f.n1.y;  // for (24)
+}
+
+/// The seven angles as directions.
+template <class T>
+ARMANGLE_INLINE Directions<T> directions(const SelfMotion<T>& m, const SinCos<T>& psi) noexcept {
+    const Configuration<T>& gc = m.gc;
+    const T zero(0.0), one(1.0);
+    const Frames<T> f = frames(m, psi);
+    Directions<T> d;
+    const T h2 = hypot(f.y3.x, f.y3.y);
+    const auto singular_1 = shoulder_singular(m), flat_2 = h2 == zero;
+    const auto lost_1 = singular_1 | flat_2;
+    put_shoulder(
+        f, SinCos<T>{select(lost_1, zero, gc.shoulder * f.y3.y), select(lost_1, one, gc.shoulder * f.y3.x)},
+        gc.shoulder * h2, d);
+    d.y[3] = m.elbow.theta_4.sin;
+    d.x[3] = m.elbow.theta_4.cos;  // (4)
+    const T h6 = hypot(f.n1.z, f.n2.z);
     const auto singular_5 = wrist_singular(m), flat_6 = h6 == zero;
     const auto lost_5 = singular_5 | flat_6;
-    const T c5 = select(lost_5, one, gc.wrist * n1.z), s5 = select(lost_5, zero, gc.wrist * n2.z);
-    d.y[4] = s5;
-    d.x[4] = c5;  // (22)
-    d.y[5] = gc.wrist * h6;
-    d.x[5] = n33;  // (23)
-    d.y[6] = c5 * n2.x - s5 * n1.x;
-    d.x[6] = c5 * n2.y - s5 * n1.y;  // for (24)
+    put_wrist(f, SinCos<T>{select(lost_5, zero, gc.wrist * f.n2.z), select(lost_5, one, gc.wrist * f.n1.z)},
+              gc.wrist * h6, d);
     d.y[7] = zero;
     d.x[7] = one;
     return d;

@@ -53,7 +53,7 @@ inline Needle needle(const Arm& arm, const SelfMotion<double>& m, double psi) no
     angles(d).store(n.theta);
     for (int side = 0; side < hinges; ++side) {
         const int first = 4 * side, hinge = first + 1, second = first + 2;
-        if (abs(d.y[hinge]) > tolerance::singular) continue;
+        if (abs(d.y[hinge]) > tolerance::one_axis) continue;
         n.along[side] = d.x[hinge] < 0 ? -1.0 : 1.0;
         n.limits = shared_limits(arm, n.limits, side, n.along[side]);
         n.theta[second] += n.along[side] * n.theta[first];
@@ -66,7 +66,8 @@ inline Needle needle(const Arm& arm, const SelfMotion<double>& m, double psi) no
 inline bool holds(const Arm& arm, const Needle& n, int except) noexcept {
     bool inside = true;
     for (int j = 0; j < joints; ++j)
-        inside &= j == except || cone(theta_range(arm, n.limits, j)).contains(sin_cos(n.theta[j]));
+        inside &= j == except ||
+                  cone(theta_range(arm, n.limits, j)).contains(sin_cos(n.theta[j]), tolerance::isolated);
     return inside;
 }
 

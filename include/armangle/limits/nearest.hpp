@@ -27,6 +27,8 @@ struct NearestOptions {
     double weight[joints] = {1, 1, 1, 1, 1, 1, 1};   // w >= 0, of l2 and max
     unsigned branches = (1u << configurations) - 1;  // a bit for each gc that may be used
     const ArcSet* allowed = nullptr;                 // arcs of the user's own, intersected
+    const ArcSet* clear[2] = {};                     // of GC_4 = +1, -1: arcs that obstacles leave, or null
+    Status blocked[2] = {};                          // what to say where they leave nothing
 };
 
 /// On any status but OK the numbers are NaN and gc is -1.
@@ -259,6 +261,8 @@ private:
             for (int side = 0; side < 2; ++side)
                 if (e.lost[side]) keep(arcs_.arcs[gc], split_arc(e, side), Status::LIMITS, arcs_.status[gc]);
             if (options_.allowed) keep(arcs, *options_.allowed, Status::NOT_ALLOWED, arcs_.status[gc]);
+            if (options_.clear[elbow])
+                keep(arcs, *options_.clear[elbow], options_.blocked[elbow], arcs_.status[gc]);
         }
     }
 
@@ -790,9 +794,15 @@ private:
         for (int branch = 0; branch < 4; ++branch) {
             const int gc = gc_of(elbow, branch);
             if (!(options_.branches >> gc & 1)) continue;
-            if (options_.allowed && !contains(*options_.allowed, psi)) continue;
-            try_point(gc, psi, true);
+            if (may_be(gc, psi)) try_point(gc, psi, true);
         }
+    }
+
+    /// Whether the caller and the obstacles allow psi.
+    bool may_be(int gc, double psi) const noexcept {
+        const ArcSet* clear = options_.clear[configuration(gc).elbow < 0];
+        if (clear && !contains(*clear, psi)) return false;
+        return !options_.allowed || contains(*options_.allowed, psi);
     }
 
     // -- results
@@ -809,8 +819,9 @@ private:
 
     /// Why there is no posture: the reason of the branch that came furthest; OK where some branch has arcs.
     Nearest nothing() const noexcept {
-        static constexpr Status order[] = {Status::OK,           Status::NOT_ALLOWED, Status::LIMITS,
-                                           Status::ELBOW_MARGIN, Status::ELBOW_LIMIT, Status::FOLDED};
+        static constexpr Status order[] = {Status::OK,           Status::NOT_ALLOWED, Status::CLEARANCE,
+                                           Status::POSE_BLOCKED, Status::LIMITS,      Status::ELBOW_MARGIN,
+                                           Status::ELBOW_LIMIT,  Status::FOLDED};
         for (const Status status : order)
             for (int gc = 0; gc < configurations; ++gc)
                 if ((options_.branches >> gc & 1) && arcs_.status[gc] == status) return refused(status);
@@ -824,7 +835,7 @@ private:
         const Posture here = forward(arm_, options_.near);
         if (here.psi != here.psi || !(options_.branches >> here.gc & 1)) return false;
         if (!same_pose(here.pose)) return false;
-        if (options_.allowed && !contains(*options_.allowed, here.psi)) return false;
+        if (!may_be(here.gc, here.psi)) return false;
         if (limits_.margin > 0) {
             const int elbow = here.gc >> 1 & 1;
             if (elbow_[elbow].open) open(elbow);

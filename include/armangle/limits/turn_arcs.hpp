@@ -17,6 +17,10 @@ namespace armangle {
 /// What is turned: the base about axis 1, or the tool about axis 7.
 enum class Turned : std::uint8_t { base, tool };
 
+namespace turn_rule {
+inline constexpr double noise = 1e-6;  // rad: a move against the slope up to this is rounding, beside a jump
+}  // namespace turn_rule
+
 namespace detail {
 
 /// Ranges of a lifted angle over an arc; one more for each jump within the arc.
@@ -97,8 +101,8 @@ inline Swings swings(const Pivot<double>& p, const Hinge<double>& h, double lowe
         }
         double moved = wrap(to - from);
         const bool rising = slope.at(sin_cos(0.5 * (walk.psi[k - 1] + walk.psi[k]))) > 0;
-        if (moved < -tolerance::angle && rising) moved += two_pi;
-        if (moved > tolerance::angle && !rising) moved -= two_pi;
+        if (moved < -turn_rule::noise && rising) moved += two_pi;
+        if (moved > turn_rule::noise && !rising) moved -= two_pi;
         now += moved;
         out.least[out.count - 1] = min(out.least[out.count - 1], now);
         out.most[out.count - 1] = max(out.most[out.count - 1], now);
@@ -150,22 +154,30 @@ private:
         const Limits limits = lost ? shared_limits(arm_, arm_.limits, side_, along) : arm_.limits;
         const int pivot = lost ? 2 * side_ + 1 : end_;
         for (int i = 0; i < arcs.count && !turns_.full(); ++i) {
-            const Swings s = swings(f.pivot[pivot], f.hinge[side_], arcs.arc[i].lower, arcs.arc[i].upper);
+            const Arc& arc = arcs.arc[i];
+            if (is_isolated(arc) && !lost) {
+                add_needle(needle(arm_, m, 0.5 * (arc.lower + arc.upper)));
+                continue;
+            }
+            const Swings s = swings(f.pivot[pivot], f.hinge[side_], arc.lower, arc.upper);
             for (int k = 0; k < s.count; ++k)
                 add(limits, pivot_joint[pivot], side_ == 0 ? along : 1.0, s.least[k], s.most[k]);
         }
+    }
+
+    /// A posture by itself, whose hinge may be 0 or pi.
+    void add_needle(const Needle& n) noexcept {
+        const double along = n.along[side_];
+        const int joint = along != 0 ? 4 * side_ + 2 : pivot_joint[end_];
+        if (!holds(arm_, n, joint)) return;
+        add(n.limits, joint, along < 0 && side_ == 0 ? -1.0 : 1.0, n.theta[joint], n.theta[joint]);
     }
 
     /// Where two joints are one axis at one psi alone.
     void add_needles(const SelfMotion<double>& m, const JointFunctions<double>& shoulder,
                      const JointFunctions<double>& wrist) noexcept {
         if (elbow_status(m, t_) != Status::OK) return;
-        each_needle(arm_, m, shoulder, wrist, [&](const Needle& n) {
-            const double along = n.along[side_];
-            const int joint = along != 0 ? 4 * side_ + 2 : pivot_joint[end_];
-            if (!holds(arm_, n, joint)) return;
-            add(n.limits, joint, along < 0 && side_ == 0 ? -1.0 : 1.0, n.theta[joint], n.theta[joint]);
-        });
+        each_needle(arm_, m, shoulder, wrist, [this](const Needle& n) { add_needle(n); });
     }
 };
 

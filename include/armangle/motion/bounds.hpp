@@ -118,10 +118,19 @@ struct BoundedStep {
         intersect(here, arcs, out);
     }
 
+    /// The joints at psi. Two that turn about one axis share what the pose asks of them, so that they move
+    /// alike, as far as the bounds allow.
+    Joints at(double psi) const noexcept {
+        const Directions<double> d = directions(motion, sin_cos(psi));
+        Joints q = joints_near(arm, d, q_now);
+        for (const int h : hinge_joint)
+            if (abs(d.y[h]) <= tolerance::one_axis) share(h, d.x[h] < 0, q);
+        return q;
+    }
+
     /// Whether the joints at psi keep the bounds.
     bool keeps(double psi) const noexcept {
-        const Joints q = joints_near(arm, directions(motion, sin_cos(psi)), q_now);
-        return detail::keeps(arm, bounds, q_now, q.q, largest_step);
+        return detail::keeps(arm, bounds, q_now, at(psi).q, largest_step);
     }
 
     /// The psi of the set nearest to `wish` that keeps the bounds, or NaN. An end that breaks them by
@@ -145,6 +154,13 @@ struct BoundedStep {
         return found;
     }
 
+    /// Whether some step within the bounds leads to these arcs.
+    bool leads_to(const ArcSet& arcs) const noexcept {
+        ArcSet left;
+        within(arcs, {}, left);
+        return !left.empty();
+    }
+
     /// Why no step within the bounds leads to `arcs`, what the caller allows of the feasible ones, `own`: the
     /// first condition without which there is such a step. A jump is what neither limits nor the caller
     /// force.
@@ -156,13 +172,28 @@ struct BoundedStep {
             within(to, kept, left);
             return !left.empty();
         };
-        if (leads(own, {})) return Status::NOT_ALLOWED;
+        if (leads_to(own)) return Status::NOT_ALLOWED;
         if (leads(arcs, {.acceleration = false})) return Status::ACCELERATION_LIMIT;
         if (leads(arcs, {.velocity = false, .acceleration = false})) return Status::VELOCITY_LIMIT;
         if (leads(whole, {.turns = false})) return Status::WINDING_EXHAUSTED;
         if (leads(whole, {.limits = false, .turns = false})) return Status::LIMITS;
         return leads(arcs, {.largest_step = false, .acceleration = false}) ? Status::JOINT_JUMP
                                                                            : Status::VELOCITY_LIMIT;
+    }
+
+private:
+    /// Joints h - 1 and h + 1, between which hinge h is 0, or pi: v + eps u = wanted, u and v being their
+    /// moves.
+    void share(int h, bool flipped, Joints& q) const noexcept {
+        const int a = h - 1, b = h + 1;
+        const double eps = arm.sign[a] * arm.sign[b] * (flipped ? -1.0 : 1.0);
+        const double wanted = wrap((q.q[b] - q_now[b]) + eps * (q.q[a] - q_now[a]));
+        const MoveBox box = detail::move_box(arm, bounds, q_now, largest_step, {});
+        const double from = max(min(eps * box.lower[a], eps * box.upper[a]), wanted - box.upper[b]),
+                     to = min(max(eps * box.lower[a], eps * box.upper[a]), wanted - box.lower[b]);
+        const double half = min(max(0.5 * wanted, from), to);
+        q.q[a] = q_now[a] + eps * half;
+        q.q[b] = q_now[b] + (wanted - half);
     }
 };
 

@@ -9,8 +9,8 @@
 
 namespace armangle {
 
-/// What to do with a pose that cannot be stepped to: end there; stay and go on; or leave its row open and go
-/// on.
+/// What to do with a pose that is not reached by its step: end there; keep what the step led to and go on; or
+/// leave its row open and go on.
 enum class OnFail : std::uint8_t { stop, hold, skip };
 
 /// Rows of the result, one a pose; arrays of n (q: 7 n).
@@ -78,15 +78,15 @@ inline void follow(const Arm& arm, const LimitTable& limits, const double* start
         const bool ok = next.status == Status::OK;
         if (ahead && !ok) ahead->forget();
         if (options.bounds) detail::carry_velocity(next.q, q, bounds);
+        for (int j = 0; j < joints; ++j) q[j] = next.q[j];
+        if (ok || options.bounds || options.nearest) now = chain(arm, q);
         stopped = !ok && on_fail == OnFail::stop;
         if (!ok && on_fail != OnFail::hold) {
-            detail::open_row(rows, i, next.status);
+            detail::open_row(rows, i, next.why);
             continue;
         }
         psi = begun ? lift(next.psi, psi) : next.psi;
         begun = true;
-        for (int j = 0; j < joints; ++j) q[j] = next.q[j];
-        if (ok) now = chain(arm, q);
         detail::fill_row(rows, i, next, psi, position_error(arm, now, pose));
     }
 }

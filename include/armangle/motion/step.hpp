@@ -1,13 +1,25 @@
 // One pass of fig. 10, from the present joints to the next: arcs, eq. (36), inverse, and the checks of
 // continuity.
+//
+//     the psi that the policy wants                                    nearly always
+//     else the nearest psi that one step leads to, in this branch or in one that meets it (theta_2, theta_6 =
+//     0) else, under bounds, as far towards the pose as they allow; out of reach, if asked, to the nearest
+//     pose
 #pragma once
 
 #include "../circle/posture.hpp"
+#include "../limits/relaxed.hpp"
+#include "pace.hpp"
 #include "bounds.hpp"
-#include "../limits/feasible.hpp"
+#include "../scene/clear.hpp"
 #include "resolution.hpp"
 
 namespace armangle {
+
+namespace step_rule {
+inline constexpr double length =
+    0.2;  // m that a radian counts as, of the nearest pose where limits forbid all
+}  // namespace step_rule
 
 /// What is carried from one pose to the next: the number psi (the paper), or the elbow axis itself.
 enum class Carry : std::uint8_t { psi, elbow };
@@ -15,22 +27,33 @@ enum class Carry : std::uint8_t { psi, elbow };
 struct StepOptions {
     Policy policy;
     Carry carry = Carry::psi;
-    double max_joint_step = 0.2;      // rad; a larger move of any joint is JOINT_JUMP
-    int gc = -1;                      // 0..7, or -1: that of the present joints
+    double max_joint_step = 0.2;  // rad; a larger move of any joint is JOINT_JUMP
+    double dt = not_a_number;     // s, of this step; NaN where nobody knows
+    // 0..7; or -1: that of the present joints, or one that meets it where they pass theta_2 or theta_6 = 0
+    int gc = -1;
     const ArcSet* allowed = nullptr;  // arcs of the user's own, intersected
+    const Scene* scene = nullptr;     // obstacles that links keep clear of
     const Bounds* bounds = nullptr;   // on speeds and accelerations
     const ArcSet* ahead =
-        nullptr;  // with bounds: the part of the arcs from which the poses ahead can be reached
+        nullptr;           // with bounds: the part of the arcs from which the poses ahead can be reached
+    bool nearest = false;  // go to the nearest pose where none of the pose's postures is within the limits
 };
 
-/// On any status but OK, q is the present posture.
+/// OK: the posture holds the pose. PARTIAL: it is as far towards it as bounds, or the reach, allow. Any other
+/// status: nothing moves, or, where accelerations are bound, every joint brakes.
 struct Step {
     double q[joint_slots];
     double psi;  // in (-pi, pi]
     int gc;
     Status status;
-    double margin;  // rad: least distance of a joint of q to one of its limits, negative outside
+    double margin;            // rad: least distance of a joint of q to one of its limits, negative outside
+    double velocity[joints];  // rad/s: (q - q_now) / dt; NaN without dt
+    Status why;               // what keeps q from the pose
 };
+
+/// Largest step of a joint (rad) that is taken for a motion and not for a jump, in dt s: 20 rad/s, and 0.2
+/// rad where dt is long or not known.
+inline double default_joint_step(double dt) noexcept { return dt < 0.01 ? 20.0 * dt : 0.2; }
 
 namespace detail {
 
@@ -66,64 +89,336 @@ ARMANGLE_INLINE Status choose_windings(const Arm& arm, const Directions<double>&
     return out.margin >= -tolerance::angle ? Status::OK : Status::LIMITS;
 }
 
-/// No step: the present posture, and why.
+/// The speeds of a step, its margin and its words.
+inline void complete(const Arm& arm, const double* q_now, double dt, Status status, Status why,
+                     Step& out) noexcept {
+    for (int i = 0; i < joints; ++i) out.velocity[i] = (out.q[i] - q_now[i]) / dt;
+    out.margin = limit_margin(arm.limits, out.q);
+    out.status = status;
+    out.why = why;
+}
+
+/// A step to joints whose pose is not that of the step.
+inline Step step_to(const Arm& arm, const double* q_now, const double* q, double dt, Status status,
+                    Status why) noexcept {
+    Step out{};
+    for (int i = 0; i < joints; ++i) out.q[i] = q[i];
+    const Posture there = forward(arm, out.q);
+    out.psi = there.psi;
+    out.gc = there.gc;
+    complete(arm, q_now, dt, status, why, out);
+    return out;
+}
+
+/// No step, and why: the present posture, psi on the circle of the pose.
 [[gnu::noinline]] inline Step stayed(const Arm& arm, const double* q_now, const Chain& now,
-                                     const Circle<double>& c, Status why) noexcept {
+                                     const Circle<double>& c, double dt, Status why) noexcept {
     Step out{};
     for (int i = 0; i < joints; ++i) out.q[i] = q_now[i];
     out.psi = carried_psi(arm, now, c, Carry::psi);
     out.gc = index(configuration(arm, now.theta));
-    out.status = why;
-    out.margin = limit_margin(arm.limits, q_now);
+    complete(arm, q_now, dt, why, why, out);
     return out;
 }
 
 /// No step: q_now as it came, psi NaN.
-[[gnu::noinline]] inline Step refused(const Arm& arm, const double* q_now) noexcept {
+[[gnu::noinline]] inline Step refused(const Arm& arm, const double* q_now, double dt) noexcept {
     Step out{};
     for (int i = 0; i < joints; ++i) out.q[i] = q_now[i];
     out.psi = not_a_number;
     out.gc = -1;
-    out.status = Status::BAD_INPUT;
-    out.margin = limit_margin(arm.limits, q_now);
+    complete(arm, q_now, dt, Status::BAD_INPUT, Status::BAD_INPUT, out);
     return out;
+}
+
+/// A pose in one branch: its arcs, what the caller and obstacles leave of them, and the psi that the policy
+/// wants.
+struct Branch {
+    SelfMotion<double> motion;
+    JointFunctions<double> functions;
+    ArcSet own, allowed, clear;
+    bool limited, obstructed;  // by `allowed`, by obstacles
+    Status status;
+    Policy policy;
+    double wish;
+
+    /// Whatever stands about.
+    const ArcSet& asked() const noexcept { return limited ? allowed : own; }
+    const ArcSet& arcs() const noexcept { return obstructed ? clear : asked(); }
+};
+
+/// Fills in the branch of `motion`, from psi.
+ARMANGLE_INLINE void look(const Arm& arm, const LimitTable& limits, double psi, const StepOptions& options,
+                          Branch& out) noexcept {
+    out.functions = joint_functions(out.motion);
+    out.status = feasible(out.motion, out.functions, limits, out.own);
+    out.limited = out.obstructed = false;
+    if (out.status != Status::OK) return;
+    if (options.allowed) {
+        out.limited = true;
+        intersect(out.own, *options.allowed, out.allowed);
+        if (out.allowed.empty()) out.status = Status::NOT_ALLOWED;
+        if (out.allowed.empty()) return;
+    }
+    if (options.scene) {
+        out.status = keep_clear(arm, *options.scene, out.motion, out.asked(), out.clear);
+        out.obstructed = true;
+        if (out.status != Status::OK) return;
+    }
+    out.policy = settled(options.policy, arm, out.motion);
+    const Resolution next = resolve(out.policy, out.arcs(), psi);
+    out.status = next.status;
+    out.wish = next.psi;
 }
 
 /// The psi that the policy wants of what is `ahead`, in the arc that holds psi if there is some; NaN if
 /// nothing is.
-inline double wish_ahead(const StepOptions& options, const ArcSet& arcs, double psi) noexcept {
-    if (!options.ahead || options.ahead->empty()) return not_a_number;
-    Policy policy = options.policy;
+inline double wish_ahead(const Branch& branch, const ArcSet* ahead, double psi) noexcept {
+    if (!ahead || ahead->empty()) return not_a_number;
+    Policy policy = branch.policy;
     policy.outside = Outside::nearest;
-    const Place place = find(arcs, psi);
-    if (place.index < 0 || contains(*options.ahead, psi)) return resolve(policy, *options.ahead, psi).psi;
+    const Place place = find(branch.arcs(), psi);
+    if (place.index < 0 || contains(*ahead, psi)) return resolve(policy, *ahead, psi).psi;
     ArcSet here, near;
     make_empty(here);
-    here.arc[here.count++] = arcs.arc[place.index];
-    here.full = arcs.full;
-    intersect(here, *options.ahead, near);
-    return resolve(policy, near.empty() ? *options.ahead : near, psi).psi;
+    here.arc[here.count++] = branch.arcs().arc[place.index];
+    here.full = branch.arcs().full;
+    intersect(here, *ahead, near);
+    return resolve(policy, near.empty() ? *ahead : near, psi).psi;
 }
 
 /// The psi that the policy wants, or the nearest to it that keeps the bounds: of what is `ahead`, else of the
-/// arcs.
-[[gnu::noinline]] inline Resolution resolve_bounded(const BoundedStep& step, const StepOptions& options,
-                                                    const ArcSet& own, const ArcSet& arcs, double psi,
-                                                    double wish) noexcept {
-    ArcSet within, further;
-    const double there = wish_ahead(options, arcs, psi);
+/// arcs; NaN where none does. Before that the policy is asked from `other`, the psi that the other way to
+/// carry gives: where the plane from which psi is measured swings round, the elbow need not; where the elbow
+/// stands over the base axis, the plane is the steadier.
+inline double bounded_psi(const BoundedStep& step, const Branch& branch, const ArcSet* ahead, double psi,
+                          double other) noexcept {
+    ArcSet within;
+    const double there = wish_ahead(branch, ahead, psi);
+    double wish = branch.wish;
     if (!is_nan(there)) {
-        if (step.keeps(there)) return {there, Status::OK};
-        step.within(*options.ahead, {}, further);
-        const double found = step.nearest(further, there);
-        if (!is_nan(found)) return {found, Status::OK};
+        if (step.keeps(there)) return there;
+        step.within(*ahead, {}, within);
+        const double found = step.nearest(within, there);
+        if (!is_nan(found)) return found;
         wish = there;
     }
-    if (step.keeps(wish)) return {wish, Status::OK};
-    step.within(arcs, {}, within);
-    const double found = step.nearest(within, wish);
-    if (!is_nan(found)) return {found, Status::OK};
-    return {psi, step.refusal(own, arcs)};
+    if (step.keeps(wish)) return wish;
+    const Resolution held = resolve(branch.policy, branch.arcs(), other);
+    if (is_nan(there) && held.status == Status::OK && step.keeps(held.psi)) return held.psi;
+    step.within(branch.arcs(), {}, within);
+    return step.nearest(within, wish);
+}
+
+/// What is tried where the psi that the policy wants is no step.
+class StepAside {
+public:
+    StepAside(const Arm& arm, const LimitTable& limits, const double* q_now, const Chain& now,
+              const StepOptions& options) noexcept
+        : arm_(arm),
+          limits_(limits),
+          q_now_(q_now),
+          now_(now),
+          options_(options),
+          bounds_(options.bounds ? *options.bounds : no_bounds) {}
+
+    /// `own` is the pose in the branch of the joints, psi what they carry to it.
+    Step operator()(const Pose<double>& pose, double psi, const Branch& own) noexcept {
+        Step out;
+        gather(own, psi);
+        if (exact(psi, out)) return finished(Status::OK, Status::OK, out);
+        const Status why = refusal();
+        const bool blocked = why == Status::LIMITS || why == Status::WINDING_EXHAUSTED;
+        if (options_.scene) return halted(own.motion.circle, why);  // the way to a posture may not be clear
+        if (options_.bounds && approach(blocked ? pi : infinity, out))
+            return finished(Status::PARTIAL, why, out);
+        const bool beyond = why == Status::UNREACHABLE || why == Status::FOLDED ||
+                            why == Status::ELBOW_LIMIT || why == Status::ELBOW_MARGIN ||
+                            why == Status::LIMITS;
+        if (options_.nearest && beyond) return to_nearest(pose, why);
+        return halted(own.motion.circle, why);
+    }
+
+private:
+    BoundedStep bounded(const Branch& b) const noexcept {
+        return {arm_, b.motion, b.functions, q_now_, bounds_, options_.max_joint_step};
+    }
+
+    /// Whether a step may take a hinge through 0 or pi.
+    bool crosses(int hinge) const noexcept {
+        const int j = hinge_joint[hinge];
+        const double theta = now_.theta[j], off = abs(theta - pi * round(theta / pi));
+        return off <= min(options_.max_joint_step, bounds_.velocity[j] * bounds_.dt);
+    }
+
+    /// The branches that a step may end in: `own`, and those that meet it within a step.
+    void gather(const Branch& own, double psi) noexcept {
+        branch_[0] = &own;
+        count_ = 1;
+        const bool hopeless = own.status != Status::OK && own.status != Status::LIMITS &&
+                              own.status != Status::NOT_ALLOWED && own.status != Status::OUTSIDE &&
+                              own.status != Status::CLEARANCE;
+        if (options_.gc >= 0 || hopeless) return;
+        const bool shoulder = crosses(0), wrist = crosses(1);
+        for (int flip = 1; flip < 4; ++flip) {
+            if ((flip & 1 && !shoulder) || (flip & 2 && !wrist)) continue;
+            Branch& b = beside_[count_ - 1];
+            b.motion = own.motion;
+            if (flip & 1) b.motion.gc.shoulder = -b.motion.gc.shoulder;
+            if (flip & 2) b.motion.gc.wrist = -b.motion.gc.wrist;
+            look(arm_, limits_, psi, options_, b);
+            branch_[count_++] = &b;
+        }
+    }
+
+    /// Why no branch has a step: of their reasons the one that the least would mend.
+    Status refusal() const noexcept {
+        static constexpr Status order[] = {
+            Status::NOT_ALLOWED,       Status::CLEARANCE, Status::ACCELERATION_LIMIT, Status::VELOCITY_LIMIT,
+            Status::WINDING_EXHAUSTED, Status::LIMITS,    Status::JOINT_JUMP};
+        Status of[4];
+        for (int i = 0; i < count_; ++i) {
+            const Branch& b = *branch_[i];
+            const bool shut = b.status == Status::LIMITS || b.status == Status::NOT_ALLOWED;
+            of[i] = b.status;
+            if (b.status == Status::OK || (i > 0 && shut)) of[i] = bounded(b).refusal(b.own, b.arcs());
+            const bool met = options_.scene && b.status == Status::OK && of[i] == Status::NOT_ALLOWED;
+            if (met && bounded(b).leads_to(b.asked())) of[i] = Status::CLEARANCE;
+            const bool speed = of[i] == Status::VELOCITY_LIMIT || of[i] == Status::ACCELERATION_LIMIT;
+            if (shut && speed) of[i] = Status::JOINT_JUMP;  // no speed leads to a branch without arcs
+        }
+        for (const Status why : order)
+            for (int i = 0; i < count_; ++i)
+                if (of[i] == why) return why;
+        return of[0];
+    }
+
+    /// A posture of the pose that one step leads to: that of the psi nearest to the wish; where the wish
+    /// itself is none, of the branch whose joints move least.
+    bool exact(double psi, Step& out) const noexcept {
+        double least = infinity;
+        const Carry way = options_.carry == Carry::psi ? Carry::elbow : Carry::psi;
+        const double other = carried_psi(arm_, now_, branch_[0]->motion.circle, way);
+        for (int i = 0; i < count_; ++i) {
+            const Branch& b = *branch_[i];
+            if (b.status != Status::OK) continue;
+            const BoundedStep step = bounded(b);
+            const double found = bounded_psi(step, b, i == 0 ? options_.ahead : nullptr, psi, other);
+            if (is_nan(found)) continue;
+            const Joints to = step.at(found);
+            const double move = largest_move(to.q, q_now_);
+            if (!(move < least)) continue;
+            least = move;
+            for (int j = 0; j < joint_slots; ++j) out.q[j] = to.q[j];
+            out.psi = found;
+            out.gc = index(b.motion.gc);
+            if (found == b.wish) break;
+        }
+        return least < infinity;
+    }
+
+    /// As far as a step may go towards a posture of the pose; false where there is none to which no joint has
+    /// further than `longest`. From a limit that alone is in the way no joint goes all the way round.
+    bool approach(double longest, Step& out) const noexcept {
+        double fastest = 0;
+        for (int i = 0; i < count_; ++i) {
+            const Branch& b = *branch_[i];
+            if (b.status != Status::OK) continue;
+            const Joints to = joints_within_limits(arm_, directions(b.motion, sin_cos(b.wish)), q_now_);
+            if (!(largest_move(to.q, q_now_) <= longest)) continue;
+            double way[joints];
+            for (int j = 0; j < joints; ++j) way[j] = to.q[j] - q_now_[j];
+            const double k = pace(way, bounds_.dt, bounds_.velocity, bounds_.acceleration);
+            if (!(k > fastest)) continue;
+            fastest = k;
+            go(way, k, out);
+        }
+        return fastest > 0;
+    }
+
+    /// The moves k d dt, as far as the bounds allow each.
+    void go(const double (&d)[joints], double k, Step& out) const noexcept {
+        double share = k * bounds_.dt;
+        for (int j = 0; j < joints; ++j) share = min(share, options_.max_joint_step / abs(d[j]));
+        const MoveBox box = move_box(arm_, bounds_, q_now_, options_.max_joint_step, {});
+        for (int j = 0; j < joints; ++j) {
+            const bool open = box.lower[j] <= box.upper[j];
+            const double move = open ? min(max(share * d[j], box.lower[j]), box.upper[j]) : braked(j);
+            out.q[j] = q_now_[j] + move;
+        }
+        place(out);
+    }
+
+    /// The move of a joint that brakes as hard as it may, within its limits.
+    double braked(int j) const noexcept {
+        const double v = bounds_.velocity_now[j], slower = abs(v) - bounds_.acceleration[j] * bounds_.dt;
+        const double move = slower > 0 ? copysign(slower * bounds_.dt, v) : 0.0;
+        const double room = v > 0 ? arm_.limits.upper[j] - q_now_[j] : arm_.limits.lower[j] - q_now_[j];
+        return v > 0 ? min(move, max(room, 0.0)) : max(move, min(room, 0.0));
+    }
+
+    void place(Step& out) const noexcept {
+        out.q[joints] = 0;
+        const Posture there = forward(arm_, out.q);
+        out.psi = there.psi;
+        out.gc = there.gc;
+    }
+
+    /// To the pose with its wrist drawn into what joint 4 reaches; where no arm angle of it is within limits,
+    /// to a posture from which no small move comes nearer.
+    Step to_nearest(const Pose<double>& pose, Status why) noexcept {
+        Step out;
+        const Limits side = on_one_side(arm_, q_now_[3], limits_.margin);
+        const Drawn drawn = drawn_in_reach(arm_, reach_shell(arm_, side), pose, now_.flange);
+        Branch own;
+        own.motion = self_motion(arm_, drawn.pose, configuration(arm_, now_.theta));
+        const double psi = carried_psi(arm_, now_, own.motion.circle, options_.carry);
+        look(arm_, limits_, psi, options_, own);
+        gather(own, psi);
+        if (exact(psi, out) || approach(pi, out)) return finished(Status::PARTIAL, why, out);
+        Joints start;
+        for (int j = 0; j < joints; ++j) start.q[j] = q_now_[j];
+        start.q[joints] = 0;
+        const Joints to = relaxed(arm_, side, start, pose, step_rule::length).at;
+        double way[joints];
+        for (int j = 0; j < joints; ++j) way[j] = to.q[j] - q_now_[j];
+        go(way, pace(way, bounds_.dt, bounds_.velocity, bounds_.acceleration), out);
+        return finished(Status::PARTIAL, why, out);
+    }
+
+    /// Nothing moves; where accelerations are bound every joint brakes.
+    Step halted(const Circle<double>& c, Status why) const noexcept {
+        bool moving = false;
+        for (int j = 0; j < joints; ++j)
+            moving |= bounds_.acceleration[j] < infinity && bounds_.velocity_now[j] != 0;
+        if (!moving) return stayed(arm_, q_now_, now_, c, options_.dt, why);
+        Step out;
+        for (int j = 0; j < joints; ++j)
+            out.q[j] = q_now_[j] + (bounds_.acceleration[j] < infinity ? braked(j) : 0.0);
+        place(out);
+        return finished(why, why, out);
+    }
+
+    Step& finished(Status status, Status why, Step& out) const noexcept {
+        complete(arm_, q_now_, options_.dt, status, why, out);
+        return out;
+    }
+
+    const Arm& arm_;
+    const LimitTable& limits_;
+    const double* q_now_;
+    const Chain& now_;
+    const StepOptions& options_;
+    const Bounds& bounds_;
+    const Branch* branch_[4] = {};
+    Branch beside_[3];
+    int count_ = 0;
+};
+
+[[gnu::noinline]] inline Step step_aside(const Arm& arm, const LimitTable& limits, const double* q_now,
+                                         const Chain& now, const Pose<double>& pose, double psi,
+                                         const StepOptions& options, const Branch& own) noexcept {
+    return StepAside(arm, limits, q_now, now, options)(pose, psi, own);
 }
 
 }  // namespace detail
@@ -132,49 +427,26 @@ inline double wish_ahead(const StepOptions& options, const ArcSet& arcs, double 
 inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_now, const Chain& now,
                       const Pose<double>& pose, const StepOptions& options) noexcept {
     const JointLanes here = joint_lanes(q_now);
-    if (!is_rigid(pose) || !is_finite(here)) return detail::refused(arm, q_now);
-    const SelfMotion<double> m =
+    if (!is_rigid(pose) || !is_finite(here)) return detail::refused(arm, q_now, options.dt);
+    detail::Branch own;
+    own.motion =
         self_motion(arm, pose, options.gc < 0 ? configuration(arm, now.theta) : configuration(options.gc));
-    const auto stay = [&](Status why) { return detail::stayed(arm, q_now, now, m.circle, why); };
-    const double psi = detail::carried_psi(arm, now, m.circle, options.carry);
-    const JointFunctions<double> f = joint_functions(m);
-    ArcSet own, arcs;
-    const Status reason = feasible(m, f, limits, own);
-    if (reason != Status::OK) return stay(reason);
-    if (options.allowed) {
-        intersect(own, *options.allowed, arcs);
-        if (arcs.empty()) return stay(Status::NOT_ALLOWED);
-    }
-    const ArcSet& open = options.allowed ? arcs : own;
-    StepOptions with_psi;  // a wish for the elbow, as one for psi
-    const bool wished = options.policy.rule == Rule::towards;
-    if (wished) {
-        with_psi = options;
-        with_psi.policy = settled(options.policy, arm, m);
-    }
-    const StepOptions& asked = wished ? with_psi : options;
-    Resolution next = resolve(asked.policy, open, psi);
-    if (next.status != Status::OK) return stay(next.status);
-    const auto within_bounds = [&](const Bounds& bounds) {
-        const BoundedStep bounded{arm, m, f, q_now, bounds, options.max_joint_step};
-        next = detail::resolve_bounded(bounded, asked, own, open, psi, next.psi);
-    };
-    if (options.bounds) within_bounds(*options.bounds);
-    if (next.status != Status::OK) return stay(next.status);
+    const double psi = detail::carried_psi(arm, now, own.motion.circle, options.carry);
+    detail::look(arm, limits, psi, options, own);
+    if (own.status != Status::OK || options.bounds)
+        return detail::step_aside(arm, limits, q_now, now, pose, psi, options, own);
     detail::Lifted to;
-    next.status = detail::choose_windings(arm, directions(m, sin_cos(next.psi)), here, to);
-    if (next.status != Status::OK || !(detail::largest_move(to.q, here) <= options.max_joint_step)) {
-        within_bounds(options.bounds ? *options.bounds : no_bounds);
-        if (next.status != Status::OK) return stay(next.status);
-        next.status = detail::choose_windings(arm, directions(m, sin_cos(next.psi)), here, to);
-    }
-    if (next.status != Status::OK) return stay(next.status);
+    const Status windings = detail::choose_windings(arm, directions(own.motion, sin_cos(own.wish)), here, to);
+    if (windings != Status::OK || !(detail::largest_move(to.q, here) <= options.max_joint_step))
+        return detail::step_aside(arm, limits, q_now, now, pose, psi, options, own);
     Step out;
     to.q.store(out.q);
-    out.psi = next.psi;
-    out.gc = index(m.gc);
+    for (int i = 0; i < joints; ++i) out.velocity[i] = (out.q[i] - q_now[i]) / options.dt;
+    out.psi = own.wish;
+    out.gc = index(own.motion.gc);
     out.status = Status::OK;
     out.margin = to.margin;
+    out.why = Status::OK;
     return out;
 }
 

@@ -12,7 +12,7 @@
 // meet. Joint 4 stays on its side of the stretched arm.
 #pragma once
 
-#include "../limits/relaxed.hpp"
+#include "elbow_choice.hpp"
 #include "hand_filter.hpp"
 
 namespace armangle {
@@ -22,25 +22,26 @@ enum class Tracking : std::uint8_t {
     LAGGING,    // on its way, as fast as the bounds allow
     NEAREST,    // the hand is out of reach: at, or on the way to, the nearest pose
     HELD,       // no sample to believe: on as predicted
+    TURNING,    // on its way to another posture, joint by joint: the tool leaves the hand
 };
 
 struct TrackerOptions {
-    double dt = 0.004;                 // s
-    double velocity[joints];           // rad/s; infinite: no bound
-    double acceleration[joints];       // rad/s^2; infinite: no bound
-    double length = 0.2;               // m that a radian counts as
-    double still_margin = 0.05;        // rad off straight that joint 4 keeps at rest
-    double elbow_margin = 0.35;        // rad off straight that it keeps while the hand is fast
-    double singularity_margin = 0.35;  // rad off theta_2, theta_6 = 0 where arcs allow it
+    double dt = 0.004;                // s
+    double velocity[joints];          // rad/s; infinite: no bound
+    double acceleration[joints];      // rad/s^2; infinite: no bound
+    double length = 0.2;              // m that a radian counts as
+    double still_margin = 0.05;       // rad off straight that joint 4 keeps at rest
+    double elbow_margin = 0.35;       // rad off straight that it keeps while the hand is fast
+    double singularity_margin = 0.0;  // rad off theta_2, theta_6 = 0 where arcs allow it
     HandFilter hand;
 };
 
 /// What a tick is given. A pose that is none, or a null, holds the hand as predicted.
 struct Command {
     const Pose<double>* pose = nullptr;
-    const Vec3<double>* elbow = nullptr;  // the elbow is wanted towards this point (m), as poses are given
-    double dt = 0;                        // s of this tick; 0: that of the options
-    int reconfigure = -1;                 // 0..7: go to this branch, through what lies between
+    const Towards* elbow = nullptr;  // where the elbow is wanted: a point or a direction; null: no matter
+    double dt = 0;                   // s of this tick; 0: that of the options
+    int reconfigure = -1;            // 0..7: go to this branch, through what lies between
 };
 
 struct Tracked {
@@ -63,15 +64,16 @@ inline constexpr double braking = 0.6;     // share of the acceleration that an 
 inline constexpr double turning = 0.3;     // the same of psi
 inline constexpr double ticks = 3.0;       // an approach ends no faster than geometrically over so many
 inline constexpr double regular = 1e-4;    // of H, m^2/rad^2
-inline constexpr double preview = 0.25;    // s ahead for which psi is chosen
-inline constexpr double fast = 0.4;        // m/s of the wrist at which the elbow's margin is full
-inline constexpr double smoothing = 0.3;   // s over which that margin changes
+inline constexpr double preview = 0.15;    // s ahead for which psi is chosen
+inline constexpr double fast = 0.1;        // m/s of the wrist at which the elbow's margin is full
+inline constexpr double growing = 0.1;     // s over which that margin grows
+inline constexpr double shrinking = 2.0;   // s over which it shrinks
 inline constexpr double crossing = 0.3;    // rad of theta_2, theta_6 within which both branches are weighed
 inline constexpr double leap = 3.0;        // m/s: a goal that moves faster has jumped
-inline constexpr double unsure = 0.05;     // an elbow hint this near the shoulder-wrist line says nothing
 inline constexpr double standing = 0.02;   // rad/s: slower than this in all joints the arm stands
 inline constexpr double stall = 0.3;       // s of standing away from a goal after which the arm turns to it
 inline constexpr double turned = 0.05;     // rad from the goal's posture at which turning is over
+inline constexpr double irregular = 0.7;   // sine of theta_2, theta_6 below which psi is turned less
 inline constexpr double worth = 0.005;     // m that another start of the relaxation must gain
 inline constexpr int rounds = 6, starts = 16;  // of the relaxation in one tick
 }  // namespace track_rule
@@ -123,10 +125,8 @@ public:
         hand_.tick(valid ? command.pose : nullptr, t.dt);
         box(t);
         Goal goal;
-        seek(t, goal);
         Joints next;
-        const bool in_branch = turning_to_ < 0 || turning_to_ == index(t.gc);
-        if (in_branch && exact(t, goal, next)) {
+        if (seek(t, goal, next)) {
             stalled_ = 0;
             turning_to_ = -1;
         } else if (turning_to_ >= 0) {
@@ -144,7 +144,7 @@ private:
         Chain now;
         Configuration<double> gc{};
         double lower[joints] = {}, upper[joints] = {};  // rad/s: what the next velocity may be
-        const Vec3<double>* elbow = nullptr;
+        const Towards* elbow = nullptr;
     };
 
     /// Where to go: a pose that the arm can take, and a posture of it.
@@ -197,22 +197,33 @@ private:
 
     // -- the goal
 
-    void seek(const Tick& t, Goal& goal) noexcept {
+    /// The goal, and the joints of the next tick if they can be there. While the elbow keeps up with the hand
+    /// it is followed right up to the reach; else the elbow keeps its margin.
+    bool seek(const Tick& t, Goal& goal, Joints& next) noexcept {
         const Pose<double>& wanted = hand_.pose();
         const Circle<double> c = circle(arm_, flange_pose(arm_, wanted));
         grow_margin(t, c);
-        const Limits limits = on_one_side(arm_, elbow_side(t), margin_);
-        const ReachShell shell = reach_shell(arm_, limits);
-        const Drawn drawn = drawn_in_reach(arm_, shell, wanted, t.now.flange);
+        const bool in_branch = turning_to_ < 0 || turning_to_ == index(t.gc);
+        const double still = options_.still_margin, margin = max(margin_, ahead_);
+        if (in_branch && within(t, c, still, goal) && !(goal.gap > 0) && exact(t, goal, next)) return true;
+        if (!within(t, c, margin, goal)) relax(t, on_one_side(arm_, elbow_side(t), margin), goal);
+        return in_branch && exact(t, goal, next);
+    }
+
+    /// The hand drawn into what joint 4 reaches with this margin, and a posture there; false where limits
+    /// leave none.
+    bool within(const Tick& t, const Circle<double>& c, double margin, Goal& goal) noexcept {
+        const Pose<double>& wanted = hand_.pose();
+        const Limits limits = on_one_side(arm_, elbow_side(t), margin);
+        const Drawn drawn = drawn_in_reach(arm_, reach_shell(arm_, limits), wanted, t.now.flange);
         goal.pose = drawn.pose;
         goal.gap = drawn.gap;
-        if (drawn.gap > 0) goal.why = reason(c);
+        goal.why = drawn.gap > 0 ? reason(c) : Status::OK;
         if (posture_of(t, goal)) {
             relaxing_ = false;
-            return;
+            return true;
         }
-        goal.why = Status::LIMITS;
-        relax(t, wanted, limits, goal);
+        return false;
     }
 
     bool elbow_turns(const Tick& t) const noexcept {
@@ -225,17 +236,20 @@ private:
         return q_.q[3] - 2.0 * arm_.sign[3] * detail::elbow_bend(arm_, q_.q[3]);
     }
 
-    /// The elbow keeps further from straight while the wrist is fast: near straight it has to accelerate as 1
-    /// / sin of its bend to follow.
+    /// The elbow keeps off straight while the wrist is fast, and bends in time for a wrist that comes in.
     void grow_margin(const Tick& t, const Circle<double>& c) noexcept {
-        const Vec3<double> wrist_in_base = c.w * c.distance + Vec3<double>{0, 0, arm_.d_bs};
-        const Vec3<double> wrist = arm_.base.rotation * wrist_in_base + arm_.base.position;
+        const Vec3<double> wrist = c.w * c.distance, from_base = wrist + Vec3<double>{0, 0, arm_.d_bs};
         const Twist& hand = hand_.velocity();
-        const double speed = norm(hand.linear + cross(hand.angular, wrist - hand_.pose().position));
-        const double share = min(speed / track_rule::fast, 1.0);
+        const Vec3<double> arm_to_hand =
+            arm_.base.rotation * from_base + arm_.base.position - hand_.pose().position;
+        const Vec3<double> speed =
+            arm_.base_inverse.rotation * (hand.linear + cross(hand.angular, arm_to_hand));
+        const double share = min(norm(speed) / track_rule::fast, 1.0);
         const double wanted =
             options_.still_margin + share * max(options_.elbow_margin - options_.still_margin, 0.0);
-        margin_ += (wanted - margin_) * -std::expm1(-t.dt / track_rule::smoothing);
+        const double lasting = wanted > margin_ ? track_rule::growing : track_rule::shrinking;
+        margin_ += (wanted - margin_) * -std::expm1(-t.dt / lasting);
+        ahead_ = bend_ahead(arm_, wrist, speed, options_.velocity[3], options_.acceleration[3]);
     }
 
     Status reason(const Circle<double>& c) const noexcept {
@@ -281,15 +295,26 @@ private:
         goal.psi = psi;
     }
 
-    /// The psi to go to on a self-motion: that of the present elbow, turned towards the hint, and kept off
-    /// limits and singularities there and where the hand will be; NaN where limits leave none.
+    /// The psi to go to on a self-motion: that of least motion, turned towards the hint, or else to where
+    /// joints will have room; kept off limits and singularities; NaN where limits leave none.
     double choose_psi(const Tick& t, const SelfMotion<double>& m) const noexcept {
         const JointFunctions<double> f = joint_functions(m);
         ArcSet arcs, clear;
         if (detail::moving_joints(m, f, plain_, arcs) != Status::OK) return not_a_number;
         detail::moving_joints(m, f, clear_, clear);
-        const double held = arm_angle(m.circle, t.now.z3);
-        return in_clear_part(arcs, clear, held, foreseen(m, hinted(t, m, held)));
+        const double carried = psi_carried(arm_, m, f, t.now.z3, q_.q, options_.velocity);
+        ElbowChoice hint{0.0, 0.0};
+        if (t.elbow) hint = hinted_psi(arm_, m, *t.elbow);
+        const double turn = hint.confidence * wrap(hint.psi - carried) +
+                            (1.0 - hint.confidence) * regular(t) * wrap(foreseen(m, carried) - carried);
+        return in_clear_part(arcs, clear, carried, carried + turn);
+    }
+
+    /// 1, and less towards theta_2 and theta_6 = 0, which the arm passes best as it comes.
+    static double regular(const Tick& t) noexcept {
+        const double sine = min(abs(sin_cos(t.now.theta[1]).sin), abs(sin_cos(t.now.theta[5]).sin));
+        const double share = min(sine / track_rule::irregular, 1.0);
+        return share * share;
     }
 
     /// Of the arc that holds the present psi the clear part, else that arc, else any.
@@ -304,21 +329,7 @@ private:
         return nearest(both.empty() ? here : both, wish);
     }
 
-    /// psi turned towards the elbow hint, by the share of it that lies across the shoulder-wrist line.
-    double hinted(const Tick& t, const SelfMotion<double>& m, double held) const noexcept {
-        if (!t.elbow) return held;
-        Pose<double> point = identity_pose();
-        point.position = *t.elbow;
-        if (arm_.has_base) point = arm_.base_inverse * point;
-        const Vec3<double> d = point.position - Vec3<double>{0, 0, arm_.d_bs};
-        const Circle<double>& c = m.circle;
-        const double along = dot(d, c.w), across = norm(d - c.w * along), far = norm(d);
-        if (!(across > track_rule::unsure * far) || !(far < infinity)) return held;
-        const double g = m.gc.elbow, psi = atan2(-g * dot(c.z, d), g * dot(c.e, d));
-        return held + across / far * wrap(psi - held);
-    }
-
-    /// psi of the elbow that will be clear where the hand will be.
+    /// psi of the elbow whose joints will have room where the hand will be.
     double foreseen(const SelfMotion<double>& m, double psi) const noexcept {
         const Twist& hand = hand_.velocity();
         if (turning_to_ >= 0 || size(hand, options_.length) * track_rule::preview < tolerance::angle)
@@ -326,19 +337,20 @@ private:
         const Pose<double> there = hand_.predicted(track_rule::preview);
         const SelfMotion<double> ahead = self_motion(arm_, circle(arm_, flange_pose(arm_, there)), m.gc);
         if (is_folded(ahead.circle) || is_unreachable(ahead.circle)) return psi;
-        ArcSet clear;
-        if (detail::moving_joints(ahead, joint_functions(ahead), clear_, clear) != Status::OK) return psi;
         const auto axis = [](const Triad<double>& on, double angle) {
             const SinCos<double> at = sin_cos(angle);
             return combine(on.z, at.cos, on.e, at.sin);
         };
         const double then = arm_angle(ahead.circle, axis(m.circle, psi));
-        return arm_angle(m.circle, axis(ahead.circle, nearest(clear, then)));
+        const double turn = turn_to_room(arm_, ahead, then, q_.q, options_.singularity_margin);
+        return arm_angle(m.circle, axis(ahead.circle, then + turn));
     }
 
     /// No arm angle of the goal is within limits: a posture from which no small move comes nearer to the
     /// hand, from the one of before, or from the best of closed-form starts clamped to the limits.
-    void relax(const Tick& t, const Pose<double>& wanted, const Limits& limits, Goal& goal) noexcept {
+    void relax(const Tick& t, const Limits& limits, Goal& goal) noexcept {
+        const Pose<double>& wanted = hand_.pose();
+        goal.why = Status::LIMITS;
         Twist rest;
         const Joints before = relaxing_ ? relaxed_ : q_;
         Joints from = before;
@@ -412,7 +424,8 @@ private:
     /// psi one tick further towards a wish, so that it can come to rest there.
     double turned(const Tick& t, const SelfMotion<double>& m, const JointFunctions<double>& f,
                   double wish) const noexcept {
-        const double held = arm_angle(m.circle, t.now.z3), way = wrap(wish - held);
+        const double held = psi_carried(arm_, m, f, t.now.z3, q_.q, options_.velocity),
+                     way = wrap(wish - held);
         const Joints slope = rate(arm_, f, sin_cos(held));
         double most = infinity, hardest = infinity;
         for (int j = 0; j < joints; ++j) {
@@ -518,6 +531,7 @@ private:
         if (out.status == Tracking::LAGGING)
             out.why = fastest ? Status::VELOCITY_LIMIT : Status::ACCELERATION_LIMIT;
         if (hand_.held()) out.status = Tracking::HELD;
+        if (turning_to_ >= 0) out.status = Tracking::TURNING;
         if (!valid) out.why = Status::BAD_INPUT;
         return out;
     }
@@ -528,7 +542,8 @@ private:
     LimitTable plain_, clear_;
     Joints q_{}, relaxed_{};
     double v_[joints] = {};
-    double margin_ = 0;
+    double margin_ = 0;    // rad off straight that joint 4 keeps while the hand is so fast
+    double ahead_ = 0;     // the same, in time for the hand
     int turning_to_ = -1;  // the branch whose posture is gone to joint by joint; -1: none
     double stalled_ = 0;   // s that the arm has stood away from its goal
     bool relaxing_ = false;

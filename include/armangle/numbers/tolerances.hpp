@@ -1,7 +1,7 @@
 // The tolerances of the geometry, one reason each: no formula of arm/, circle/, limits/ or batch/ holds a
 // literal of its own. How far a search or a proof looks is no tolerance: those numbers stand, named, beside
 // their algorithm (namespaces ahead_rule, candidate_rule, link_rule, relax_rule, tube_rule, parameter_rule,
-// plan_rule, proof).
+// turn_rule, plan_rule, proof).
 #pragma once
 
 namespace armangle::tolerance {

@@ -121,6 +121,13 @@ public:
         out.groups.push_back(alone);
     }
 
+    /// A posture of given theta, in the windings that the limits leave.
+    void put_posture(double phi, const double* theta, const Window& window, Postures& out) {
+        Point p{phi, {}};
+        std::copy(theta, theta + joints, p.theta);
+        put(p, 0, window, out);
+    }
+
 private:
     struct Point {
         double phi, theta[joints];

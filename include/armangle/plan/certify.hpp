@@ -12,7 +12,9 @@
 //   pivot of a turn or more: the direction stays in a sector of +-60 degrees about an angle that is lifted
 //     from stretch to stretch, and within its limits by the same boundary functions;
 //   hinge, elbow: sin > 0 keeps the half turn, and so the winding; cos is between those of its limits.
-// Source: R. E. Moore, Interval Analysis (1966): the mean value form and bisection.
+// Where a joint leads (led.hpp) its theta is a polynomial of s, and in place of sin > 0 of the hinge beside
+// it the root that phi is must stay simple, and the hinge within +-60 degrees; so it may pass 0. Source: R.
+// E. Moore, Interval Analysis (1966): the mean value form and bisection.
 #pragma once
 
 #include "curve.hpp"
@@ -31,7 +33,11 @@ inline constexpr double broken = 4e-9;
 /// Singularities are proven farther away than this (rad), whatever the margin asked: there values round well,
 /// and lift.
 inline constexpr double least_margin = 1e-5;
-inline constexpr double join = 1e-12;     // by which a stretch may overlap the next segment (of s)
+/// The root that a leading joint gives is simple: the square of its slope stays above this, so that what
+/// rounding does to it stays below the slack.
+inline constexpr double least_slope_square = 1e-8;
+inline constexpr double gap = 1e-9;    // between the joints at the end of a stretch and at the next one (rad)
+inline constexpr double join = 1e-12;  // by which a stretch may overlap the next segment (of s)
 inline constexpr double sector = pi / 3;  // half width (rad)
 inline constexpr double sector_step =
     2.2;                                 // of its middle from one to the next (rad); 2 sector + this < 2 pi
@@ -80,11 +86,9 @@ struct HalfTurn {
     Interval cos_near{0.0}, cos_far{0.0};
 };
 
-/// Of theta = centre + g |a| + 2 pi k within (lower, upper), for the winding k of `theta`.
-inline HalfTurn half_turn(const ThetaRange& range, double centre, double g, double theta, double a) noexcept {
+/// Of theta = turn + g |a| within (lower, upper); turn = centre + 2 pi k.
+inline HalfTurn half_turn(const ThetaRange& range, double turn, double g) noexcept {
     const double lower = range.lower, upper = range.upper;
-    const double base = theta - g * a;  // centre + 2 pi k
-    const double turn = centre + two_pi * round((base - centre) / two_pi);
     const double near = (g > 0 ? lower - turn : turn - upper) + proof::slack,
                  far = (g > 0 ? upper - turn : turn - lower) - proof::slack;
     HalfTurn out;
@@ -101,9 +105,11 @@ enum class PivotKind { turning, narrow, wide };
 /// What is to be proven of a curve, made once.
 struct Claim {
     const Curve& curve;
-    const Limits& limits;  // to prove
-    double sine_square;    // of the singularity margin
-    HalfTurn shoulder, wrist, elbow;
+    const Limits& limits;                   // to prove
+    double sine_square;                     // of the singularity margin
+    HalfTurn hinge[2][2], elbow;            // of joints 2 and 6: of positive and negative theta
+    double hinge_lower[2], hinge_upper[2];  // theta, drawn in by the slack, its turns left out
+    bool locked[joints] = {};               // joints that lead all the way and stand still
     PivotKind kind[pivots];
     double lower[pivots], upper[pivots];  // theta, drawn in by the slack
     SinCos<Interval> at_lower[pivots], at_upper[pivots];
@@ -112,14 +118,21 @@ struct Claim {
         const Arm& arm = c.arm;
         const Interval sine = sin_cos(Interval(max(margin, proof::least_margin))).sin;
         sine_square = square(sine).hi;
-        const Configuration<double> sign = configuration(c.gc);
-        const auto theta = [&](int j) { return to_theta(arm, j, c.stretches.front().q[j]); };
-        const auto part = [&](int j, double centre, double g) {
-            return half_turn(theta_range(arm, limits, j), centre, g, theta(j), abs(wrap(theta(j) - centre)));
+        const auto turn = [&](int j, double centre) {
+            const double theta = to_theta(arm, j, c.stretches.front().q[j]);
+            return centre + two_pi * round((theta - centre) / two_pi);
         };
-        shoulder = part(1, 0.0, sign.shoulder);
-        wrist = part(5, 0.0, sign.wrist);
-        elbow = part(3, arm.delta_angle, sign.elbow);
+        for (int h = 0; h < hinges; ++h) {
+            const int j = hinge_joint[h];
+            const ThetaRange range = theta_range(arm, limits, j);
+            const double whole = turn(j, 0.0);
+            for (const bool negative : {false, true})
+                hinge[h][negative] = half_turn(range, whole, negative ? -1.0 : 1.0);
+            hinge_lower[h] = range.lower - whole + proof::slack;
+            hinge_upper[h] = range.upper - whole - proof::slack;
+        }
+        elbow = half_turn(theta_range(arm, limits, 3), turn(3, arm.delta_angle), configuration(c.gc).elbow);
+        for (int j = 0; j < joints; ++j) locked[j] = stands_still(c, limits, j);
         for (int p = 0; p < pivots; ++p) {
             const int j = pivot_joint[p];
             const ThetaRange range = theta_range(arm, limits, j);
@@ -134,9 +147,24 @@ struct Claim {
     }
 
     bool possible() const noexcept {
-        bool ok = !shoulder.empty && !wrist.empty && !elbow.empty;
-        for (int p = 0; p < pivots; ++p) ok = ok && lower[p] < upper[p];
+        bool ok = !elbow.empty;
+        for (int h = 0; h < hinges; ++h)
+            ok = ok && (locked[hinge_joint[h]] || !hinge[h][0].empty || !hinge[h][1].empty);
+        for (int p = 0; p < pivots; ++p) ok = ok && (locked[pivot_joint[p]] || lower[p] < upper[p]);
         return ok;
+    }
+
+    /// Whether a joint leads all the way without moving, at a value within its limits: of these the limits of
+    /// a locked joint leave no other.
+    static bool stands_still(const Curve& c, const Limits& limits, int j) noexcept {
+        const double theta = c.stretches.front().coefficient[0];
+        for (const Stretch& x : c.stretches) {
+            bool still = x.lead == j + 1 && x.coefficient[0] == theta;
+            for (int k = 1; k <= 3; ++k) still = still && x.coefficient[k] == 0;
+            if (!still) return false;
+        }
+        const double q = to_q(c.arm, j, theta);
+        return q >= limits.lower[j] && q <= limits.upper[j];
     }
 
     template <class T>
@@ -166,28 +194,64 @@ struct Claim {
     /// All conditions over a range of s; false where they cannot hold.
     template <class T>
     bool evaluate(const Stretch& x, const T& s, const double* middle, Conditions<T>& out) const noexcept {
-        const SelfMotion<T> m = curve.motion_at(x, s);
-        const JointFunctions<T> f = joint_functions(m);
-        const SinCos<T>& eta = m.circle.triangle.eta;
-        const SinCos<T> phi = sin_cos(phi_at(x, s));
+        const T value = phi_at(x, s);
+        const PlacedDirections<T> here = curve.place(x, s, value);
+        const Directions<T>& d = here.angles;
+        const JointFunctions<T> f = x.lead == 0 ? joint_functions(here.motion) : here.functions;
+        const int lead = static_cast<int>(x.lead) - 1;
+        const Configuration<double> sign = configuration(curve.branch(x));
+        const SinCos<T>& eta = here.motion.circle.triangle.eta;
         out.add(eta.sin * eta.sin - T(sine_square));
         limit_half_turn(elbow, eta.cos, out);
-        limit_half_turn(shoulder, f.hinge[0].H.at(phi), out);
-        limit_half_turn(wrist, f.hinge[1].H.at(phi), out);
-        for (int p = 0; p < pivots; ++p) {
-            const T u = f.pivot[p].g * f.pivot[p].U.at(phi), v = f.pivot[p].g * f.pivot[p].V.at(phi);
-            if (p % 2 == 0) out.add(u * u + v * v - T(sine_square));
-            if (kind[p] == PivotKind::turning && !turning(p, u, v, middle[p], out)) return false;
-            if (kind[p] != PivotKind::narrow && kind[p] != PivotKind::wide) continue;
-            const T above = beyond(u, v, at_lower[p]), below = -beyond(u, v, at_upper[p]);
-            if (kind[p] == PivotKind::wide) {
-                out.add_either(above, below);
+        if (lead >= 0) out.add(here.room - T(proof::least_slope_square));
+        for (int h = 0; h < hinges; ++h) {
+            const bool crosses = lead == pivot_joint[2 * h];
+            if (crosses) {
+                limit_crossing(h, d.y[hinge_joint[h]], d.x[hinge_joint[h]], out);
             } else {
-                out.add(above);
-                out.add(below);
+                const HalfTurn& half = hinge[h][(h == 0 ? sign.shoulder : sign.wrist) < 0];
+                if (half.empty && !locked[hinge_joint[h]]) return false;
+                if (!locked[hinge_joint[h]]) limit_half_turn(half, f.hinge[h].H.at(here.phi), out);
+            }
+            for (const int p : {2 * h, 2 * h + 1}) {
+                const int j = pivot_joint[p];
+                const T u = crosses ? d.y[j] : f.pivot[p].g * f.pivot[p].U.at(here.phi),
+                        v = crosses ? d.x[j] : f.pivot[p].g * f.pivot[p].V.at(here.phi);
+                if (p % 2 == 0 && !crosses) out.add(u * u + v * v - T(sine_square));
+                if (lead == j) {
+                    if (!crosses)
+                        out.add(u * here.theta.sin + v * here.theta.cos);  // and not half a turn away
+                    if (!locked[j] && lower[p] > -infinity) out.add(value - T(lower[p]));
+                    if (!locked[j] && upper[p] < infinity) out.add(T(upper[p]) - value);
+                    continue;
+                }
+                if (!limit_pivot(p, u, v, middle[p], out)) return false;
             }
         }
         return true;
+    }
+
+    /// A pivot within its limits, and in its winding.
+    template <class T>
+    bool limit_pivot(int p, const T& u, const T& v, double middle, Conditions<T>& out) const noexcept {
+        if (kind[p] == PivotKind::turning) return turning(p, u, v, middle, out);
+        const T above = beyond(u, v, at_lower[p]), below = -beyond(u, v, at_upper[p]);
+        if (kind[p] == PivotKind::wide) {
+            out.add_either(above, below);
+        } else {
+            out.add(above);
+            out.add(below);
+        }
+        return true;
+    }
+
+    /// A hinge within +-60 degrees, and within its limits where these are nearer.
+    template <class T>
+    void limit_crossing(int h, const T& sine, const T& cosine, Conditions<T>& out) const noexcept {
+        out.add(cosine - T(sin_cos(Interval(proof::sector)).cos));
+        const double l = hinge_lower[h], u = hinge_upper[h];
+        if (l > -proof::sector) out.add(beyond(sine, cosine, sin_cos(Interval(min(l, proof::sector)))));
+        if (u < proof::sector) out.add(-beyond(sine, cosine, sin_cos(Interval(max(u, -proof::sector)))));
     }
 };
 
@@ -213,10 +277,13 @@ public:
             leave(curve_.stretches.front().start, curve_.stretches.back().end);
             return proof_;
         }
+        const Stretch* before = nullptr;
         for (const Stretch& x : curve_.stretches) {
             const Segment& g = curve_.segment(x);
             const bool within = x.start >= g.start - proof::join && x.end <= g.end + proof::join;
-            if (within && prove(x, x.start, x.end, 0)) continue;
+            const bool joined = !before || largest_move(before->q_end, x.q) <= proof::gap;
+            before = &x;
+            if (within && joined && prove(x, x.start, x.end, 0)) continue;
             leave(x.start, x.end);
             lifted_ = false;
             look(x);

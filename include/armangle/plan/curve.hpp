@@ -14,7 +14,7 @@
 #include <span>
 #include <vector>
 
-#include "../circle/posture.hpp"
+#include "../circle/led.hpp"
 #include "../numbers/jet.hpp"
 #include "path.hpp"
 #include "../circle/smooth_plane.hpp"
@@ -22,15 +22,19 @@
 namespace armangle {
 
 /// phi on one stretch [start, end] of s: c0 + c1 t + c2 t^2 + c3 t^3, t in [0, 1]; a stretch lies within one
-/// segment. Doubles alone, so that a curve travels as an array.
+/// segment. Where a joint leads (led.hpp), its theta instead, and phi follows. Doubles alone, so that a curve
+/// travels as an array.
 struct Stretch {
     double start, end, coefficient[4];
     double q[joints], psi;          // at its start, lifted: what values inside are lifted by
     double q_end[joints], psi_end;  // at its end
+    double lead = 0, side = 0;  // the joint that leads, 1..7, and which root phi is; 0: phi itself is given
+    double branch = -1;         // its branch, where it is another than the curve's
 };
 
 inline constexpr std::size_t stretch_width = sizeof(Stretch) / sizeof(double);
 
+/// phi, or theta of the joint that leads.
 template <class T>
 T phi_at(const Stretch& x, const T& s) noexcept {
     const T t = (s - T(x.start)) / (T(x.end) - T(x.start));
@@ -41,7 +45,19 @@ T phi_at(const Stretch& x, const T& s) noexcept {
 /// One place of a curve.
 struct PlacedPosture {
     double q[joint_slots], psi;
+    int gc;
     Pose<double> pose;
+};
+
+/// The same on any scalar: what phi is chosen on, phi, the angles, and where a joint leads its theta and the
+/// room that it has to (led.hpp: slope_square).
+template <class T>
+struct PlacedDirections {
+    SelfMotion<T> motion;
+    JointFunctions<T> functions;
+    SinCos<T> phi, theta;
+    T room;
+    Directions<T> angles;
 };
 
 /// A view: the arm, the path and the stretches belong to others.
@@ -65,31 +81,53 @@ struct Curve {
         return stretches[low];
     }
 
+    /// The branch of a stretch. Where joint 1 (5) leads, the sign of theta_2 (theta_6) may change along it.
+    int branch(const Stretch& x) const noexcept { return x.branch < 0 ? gc : static_cast<int>(x.branch); }
+
     /// The self-motion in phi at s, on any scalar.
     template <class T>
     SelfMotion<T> motion_at(const Stretch& x, const T& s) const noexcept {
         const Circle<T> c = circle(arm, flange_pose(arm, pose_at(segment(x), s)), plane);
-        return self_motion(arm, c, spread<T>(configuration(gc)));
+        return self_motion(arm, c, spread<T>(configuration(branch(x))));
     }
 
-    /// Directions of the seven angles at s, on any scalar.
+    /// The posture at s whose phi is `value`, or whose leading theta it is, on any scalar.
     template <class T>
-    Directions<T> directions_at(const Stretch& x, const T& s, const T& phi) const noexcept {
-        return directions(motion_at(x, s), sin_cos(phi));
+    PlacedDirections<T> place(const Stretch& x, const T& s, const T& value) const noexcept {
+        PlacedDirections<T> out;
+        out.motion = motion_at(x, s);
+        if (x.lead == 0) {
+            out.phi = sin_cos(value);
+            out.angles = directions(out.motion, out.phi);
+            return out;
+        }
+        const int joint = static_cast<int>(x.lead);
+        out.functions = joint_functions(out.motion);
+        out.theta = sin_cos(value);
+        const Led<T> led = led_angle(tie(out.functions, joint, out.theta), T(x.side));
+        out.phi = led.psi;
+        out.room = led.slope_square;
+        out.angles = led_directions(out.motion, out.phi, joint, out.theta);
+        return out;
     }
 
     /// Posture at s with joints in the winding next to `near` that lies within the limits (psi next to
-    /// near_psi).
-    PlacedPosture solve(const Stretch& x, double s, double phi, const double* near,
+    /// near_psi). value: phi, or theta of the joint that leads.
+    PlacedPosture solve(const Stretch& x, double s, double value, const double* near,
                         double near_psi) const noexcept {
         PlacedPosture out;
         out.pose = pose_at(segment(x), s);
-        const Joints q = joints_within_limits(arm, directions_at(x, s, phi), near);
+        const PlacedDirections<double> here = place(x, s, value);
+        const Joints q = joints_within_limits(arm, here.angles, near);
         for (int j = 0; j < joint_slots; ++j) out.q[j] = q.q[j];
-        const Pose<double> flange = flange_pose(arm, out.pose);
-        const Circle<double> c = circle(arm, flange, plane);
-        const SinCos<double> sc = sin_cos(phi);
-        out.psi = lift(arm_angle(circle(arm, flange), c.z * sc.cos + c.e * sc.sin), near_psi);
+        const Circle<double>& c = here.motion.circle;
+        out.psi =
+            lift(arm_angle(circle(arm, flange_pose(arm, out.pose)), c.z * here.phi.cos + c.e * here.phi.sin),
+                 near_psi);
+        Configuration<double> sign = here.motion.gc;
+        if (x.lead == 1) sign.shoulder = here.angles.y[1];
+        if (x.lead == 5) sign.wrist = here.angles.y[5];
+        out.gc = index(sign);
         return out;
     }
 
@@ -107,7 +145,7 @@ struct Curve {
         using J = Jet<double, 3>;
         const Stretch& x = stretch(s);
         const J at = J::variable(s);
-        const Directions<J> d = directions_at(x, at, phi_at(x, at));
+        const Directions<J> d = place(x, at, phi_at(x, at)).angles;
         for (int j = 0; j < joints; ++j) {
             const J theta = atan2(d.y[j], d.x[j]);
             for (int k = 1; k <= 3; ++k)

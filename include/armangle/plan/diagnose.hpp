@@ -39,6 +39,7 @@ struct BranchReport {
     double elbow_margin = not_a_number;
     double travel = not_a_number;  // cost of the way
     double nearest_psi = not_a_number;
+    unsigned through = 0;   // bit k: the way passes through branch k too, where the two meet
     unsigned sections = 0;  // that were looked at
     bool given_up = false;  // the sections or links that a plan may try were spent before it was known
     unsigned blocking = 0;  // bit j: joint j + 1 is one of those that leave no arm angle

@@ -12,7 +12,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "certify.hpp"
+#include "crossing.hpp"
 #include "diagnose.hpp"
 #include "tube.hpp"
 #include "relax.hpp"
@@ -47,6 +47,9 @@ inline constexpr long long links = 300000;
 inline constexpr long long least_sections = 250;  // a short path may try as many as this one
 inline constexpr double beside =
     0.2;  // of phi: where the posture nearest to a start beside its pose is sought (rad)
+inline constexpr double beside_singular = 0.02;  // |sin| of theta_2, theta_6 of an end that is led (rad)
+inline constexpr double widest_gap = 0.05;       // of an end from the posture that it is taken to (rad)
+inline constexpr int looks = 8;                  // of a stretch, for its travel and its least margin
 inline constexpr double end_step =
     1e-9;  // of the first stretch (the last): how near to an end it is looked at
 inline constexpr double end_move = 1e-3;  // that a joint may move there (rad); more is a jump
@@ -84,6 +87,7 @@ public:
                          [](const BranchReport& a, const BranchReport& b) { return before(a, b); });
         plan_.plane = task_.plane;
         choose();
+        cross();
         std::stable_sort(plan_.branches.begin(), plan_.branches.end(),
                          [this](const BranchReport& a, const BranchReport& b) {
                              return a.gc == plan_.gc ? b.gc != plan_.gc : (b.gc != plan_.gc && before(a, b));
@@ -354,6 +358,180 @@ private:
         if (farthest != plan_.branches.end()) partial(farthest->gc);
     }
 
+    // ---- ways through several branches (crossing.hpp)
+
+    /// Hinges that come near 0 on some section of the path, by the bit of their sign in gc.
+    int meeting(int elbow) const noexcept {
+        int out = 0;
+        for (const double s : base_) {
+            const SelfMotion<double> m = self_motion(task_.arm, task_.circle_at(s), configuration(elbow));
+            if (is_unreachable(m.circle) || is_folded(m.circle)) continue;
+            const JointFunctions<double> f = joint_functions(m);
+            const double most = 1.0 - std::cos(crossing_rule::near);
+            for (int h = 0; h < hinges; ++h)
+                if (f.hinge[h].high.below_one < most) out |= h == 0 ? 1 : 4;
+        }
+        return out;
+    }
+
+    /// The posture of given joints at an end of the path, also where theta_2 or theta_6 vanishes: there
+    /// theta_1 (theta_5) is kept, and phi follows.
+    Anchor meeting_anchor(double s, const double* q) const noexcept {
+        const Chain now = chain(task_.arm, q);
+        const SelfMotion<double> m =
+            self_motion(task_.arm, task_.circle_at(s), configuration(task_.arm, now.theta));
+        Anchor out;
+        out.phi = arm_angle(m.circle, now.z3);
+        const double shoulder = abs(std::sin(now.theta[1])), wrist = abs(std::sin(now.theta[5]));
+        if (min(shoulder, wrist) > plan_rule::beside_singular) {
+            Section l{};
+            l.motion = m;
+            if (placed(l, out.phi, q, out.q) > tolerance::angle) out.phi = nearest_phi(l, out.phi, q);
+            out.gap = placed(l, out.phi, q, out.q);
+        } else {
+            const int joint = shoulder < wrist ? 1 : 5;
+            const SinCos<double> theta = sin_cos(now.theta[joint - 1]);
+            const Harmonic<double> f = tie(joint_functions(m), joint, theta);
+            out.gap = infinity;
+            for (const double side : {-1.0, 1.0}) {
+                const Led<double> led = led_angle(f, side);
+                const Joints solved = joints_near(task_.arm, led_directions(m, led.psi, joint, theta), q);
+                const double gap = largest_move(solved.q, q);
+                if (!(gap < out.gap)) continue;
+                out.gap = gap;
+                out.phi = atan2(led.psi.sin, led.psi.cos);
+                std::copy(solved.q, solved.q + joints, out.q);
+            }
+        }
+        out.given = out.gap <= plan_rule::widest_gap && within_limits(task_.limits, out.q, tolerance::angle);
+        return out;
+    }
+
+    /// Joint travel of a curve: the integral of |dq/ds|^2.
+    double travel(const Curve& drawn) const noexcept {
+        double sum = 0;
+        for (const Stretch& x : drawn.stretches) {
+            double before[joints];
+            std::copy(x.q, x.q + joints, before);
+            for (int i = 1; i <= plan_rule::looks; ++i) {
+                const double s = x.start + (x.end - x.start) * i / plan_rule::looks;
+                const PlacedPosture now = curve_at(drawn, x, s);
+                for (int j = 0; j < joints; ++j) {
+                    const double d = now.q[j] - before[j];
+                    sum += d * d * plan_rule::looks / (x.end - x.start);
+                    before[j] = now.q[j];
+                }
+            }
+        }
+        return sum;
+    }
+    static PlacedPosture curve_at(const Curve& drawn, const Stretch& x, double s) noexcept {
+        return drawn.solve(x, s, phi_at(x, s), s < 0.5 * (x.start + x.end) ? x.q : x.q_end, x.psi);
+    }
+
+    /// Looks for a way that passes from branch to branch, or begins or ends where two meet, where no branch
+    /// has a proven one, or those from a given start (goal) take more than twice its travel.
+    void cross() {
+        const bool proven = plan_.ok && plan_.proof.certified(), free = !options_.start && !options_.goal;
+        if (options_.singularity_margin > 0 || base_.size() > crossing_rule::most_sections ||
+            (proven && free))
+            return;
+        for (const int elbow : {0, 2}) {
+            const int meet = meeting(elbow);
+            if (!meet) continue;
+            CrossingTask asked;
+            if (options_.start) asked.start = meeting_anchor(0.0, options_.start);
+            if (options_.goal) asked.goal = meeting_anchor(1.0, options_.goal);
+            if (!hold(asked.start, options_.start, elbow) || !hold(asked.goal, options_.goal, elbow))
+                continue;
+            const double* end = options_.start ? options_.start : options_.goal;
+            const int own = end ? index(configuration(task_.arm, chain(task_.arm, end).theta)) : 0;
+            for (int gc = elbow; gc < configurations; ++gc)
+                if ((gc & 2) == elbow && (options_.branches >> gc & 1u) && (!end || !((gc ^ own) & ~meet)))
+                    asked.branches.push_back(gc);
+            if (asked.branches.empty()) continue;
+            asked.sections = crossing_sections(asked);
+            Plan found;
+            if (!draw_crossing(asked, found)) continue;
+            if (proven && !(2 * travel(curve(found)) < travel(curve(plan_)))) continue;
+            take(found);
+            return;
+        }
+    }
+
+    /// Whether an end that is asked belongs to a posture of this side of the elbow.
+    bool hold(const Anchor& anchor, const double* q, int elbow) noexcept {
+        if (!q) return true;
+        return anchor.given && (index(configuration(task_.arm, chain(task_.arm, q).theta)) & 2) == elbow;
+    }
+
+    /// Sections of all branches passed, and some close to an end that is fixed.
+    std::vector<double> crossing_sections(const CrossingTask& asked) const {
+        std::vector<double> out = base_;
+        if (base_.size() <= plan_rule::least_sections)
+            for (const int gc : asked.branches) {
+                const Tube t = tube(task_, gc, base_);
+                if (t.sections.size() > base_.size() + plan_rule::least_sections) continue;
+                for (const Section& x : t.sections) out.push_back(x.s);
+            }
+        for (const double share : crossing_rule::beside) {
+            if (asked.start.given) out.push_back(share * base_[1]);
+            if (asked.goal.given) out.push_back(1.0 - share * (1.0 - base_[base_.size() - 2]));
+        }
+        tidy(out);
+        return out;
+    }
+
+    bool draw_crossing(CrossingTask& asked, Plan& out) {
+        for (int round = 0; round < plan_rule::rounds; ++round) {
+            Crossing crossing(task_, asked);
+            out.stretches = crossing.run(out.gc, links_);
+            if (out.stretches.empty()) return false;
+            const double* q = crossing.first();
+            const Chain first = chain(task_.arm, q);
+            const double psi = arm_angle(triad(task_.arm, flange_pose(task_.arm, task_.pose(0.0))), first.z3);
+            lift_stretches(curve(out), out.stretches, q, psi);
+            out.proof = certify(curve(out), task_.limits, 0.0);
+            const bool held = !leaps(asked.start, out, false) && !leaps(asked.goal, out, true);
+            if (held && out.proof.certified()) return true;
+            add_sections(out, asked.sections);
+        }
+        return false;
+    }
+
+    /// Makes a way through several branches the plan.
+    void take(Plan& found) {
+        const Curve drawn = curve(found);
+        unsigned through = 0;
+        double least = infinity, least_elbow = infinity;
+        for (const Stretch& x : drawn.stretches)
+            for (int i = 0; i <= plan_rule::looks; ++i) {
+                const PlacedPosture here =
+                    curve_at(drawn, x, x.start + (x.end - x.start) * i / plan_rule::looks);
+                through |= 1u << here.gc;
+                for (int j = 0; j < joints; ++j) {
+                    double& to = j == 3 ? least_elbow : least;
+                    to = min(to, min(here.q[j] - task_.limits.lower[j], task_.limits.upper[j] - here.q[j]));
+                }
+            }
+        for (BranchReport& x : plan_.branches) {
+            if (x.gc != found.gc) continue;
+            x.verdict = Verdict::ok;
+            x.status = Status::OK;
+            x.from = x.to = 0;
+            x.reached = 1;
+            x.margin = least;
+            x.elbow_margin = least_elbow;
+            x.travel = travel(drawn);
+            x.through = through & ~(1u << x.gc);
+            x.given_up = false;
+        }
+        plan_.ok = true;
+        plan_.gc = found.gc;
+        plan_.stretches.swap(found.stretches);
+        plan_.proof = found.proof;
+    }
+
     /// Way, curve and proof of a branch that has a way; new sections where the curve breaks a limit. False if
     /// it always does.
     bool realise(BranchReport& report, Plan& out) {
@@ -440,12 +618,17 @@ private:
                  {s, s - 0.25 * width, s + 0.25 * width, x.start - 0.5 * width, x.end + 0.5 * width})
                 if (at > 0 && at < 1) base.push_back(at);
         }
-        std::sort(base.begin(), base.end());
-        base.erase(std::unique(base.begin(), base.end(),
-                               [](double a, double b) { return b - a <= parameter_rule::same; }),
-                   base.end());
-        base.front() = 0;
-        base.back() = 1;
+        tidy(base);
+    }
+
+    /// Rising parameters from 0 to 1, each once.
+    static void tidy(std::vector<double>& s) {
+        std::sort(s.begin(), s.end());
+        s.erase(
+            std::unique(s.begin(), s.end(), [](double a, double b) { return b - a <= parameter_rule::same; }),
+            s.end());
+        s.front() = 0;
+        s.back() = 1;
     }
 
     /// The curve of a branch as far as the start leads.

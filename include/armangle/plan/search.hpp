@@ -47,6 +47,35 @@ struct Way {
 
 namespace detail {
 
+/// The joints' move to a posture: from which winding of another phi, and how long; infinite where a joint
+/// moves too far.
+struct Move {
+    std::uint32_t from;
+    double travel;
+};
+
+/// The move from the winding that is nearest: any other is more than half a turn away.
+inline Move nearest_winding(const Task& task, const Candidate& to, const Windings& group,
+                            double most) noexcept {
+    double sum = 0;
+    int at = 0, stride = 1;
+    for (int j = 0; j < joints; ++j) {
+        double d = to.q[j] - group.q[j];
+        if (abs(d) > most) {
+            const double turns = round(d * (1.0 / two_pi));
+            d -= two_pi * turns;
+            if (abs(d) > most) return {0, infinity};
+            if (!is_unlimited(task.limits, j)) {
+                if (turns < 0 || turns >= group.count[j]) return {0, infinity};
+                at += static_cast<int>(turns) * stride;
+            }
+        }
+        stride *= group.count[j];
+        sum += d * d;
+    }
+    return {group.first + static_cast<std::uint32_t>(at), sqrt(sum)};
+}
+
 class Search {
 public:
     /// spread: of windings at a free start (candidates.hpp); links: how many more may be tried, counted down.
@@ -173,7 +202,7 @@ private:
             double turn = abs(x.phi - group.phi);
             turn = turn > pi ? abs(turn - two_pi * round(turn * (1.0 / two_pi))) : turn;
             if (turn > link_rule::turn) continue;
-            const Move now = move(x, group);
+            const Move now = nearest_winding(task_, x, group, link_rule::move);
             if (!(now.travel < infinity)) continue;
             const Candidate& y = here_.postures.all[now.from];
             const Label& old = here_.links[now.from].label;
@@ -183,33 +212,6 @@ private:
             if (better(label, best.label)) best = {label, now.from};
         }
         return best;
-    }
-
-    /// The joints' move to a posture: from which winding, and how long; infinite where a joint moves too far.
-    struct Move {
-        std::uint32_t from;
-        double travel;
-    };
-
-    /// The move from the winding that is nearest: any other is more than half a turn away.
-    Move move(const Candidate& to, const Windings& group) const noexcept {
-        double sum = 0;
-        int at = 0, stride = 1;
-        for (int j = 0; j < joints; ++j) {
-            double d = to.q[j] - group.q[j];
-            if (abs(d) > link_rule::move) {
-                const double turns = round(d * (1.0 / two_pi));
-                d -= two_pi * turns;
-                if (abs(d) > link_rule::move) return {0, infinity};
-                if (!is_unlimited(task_.limits, j)) {
-                    if (turns < 0 || turns >= group.count[j]) return {0, infinity};
-                    at += static_cast<int>(turns) * stride;
-                }
-            }
-            stride *= group.count[j];
-            sum += d * d;
-        }
-        return {group.first + static_cast<std::uint32_t>(at), sqrt(sum)};
     }
 
     /// Whether the two arcs have a common part between the two postures.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import MISSING, Field, fields
+from dataclasses import MISSING, Field, fields, replace
 from inspect import Parameter, Signature
 from typing import Any, Literal, Never, TypedDict, Unpack, cast, final
 
@@ -56,16 +56,16 @@ from ..scenes.ready import Ready, make_ready
 from ..scenes.scene import Scene, as_shapes
 from ..scenes.shapes import HOLDABLE
 from ..scenes.shapes import Shape as SceneShape
-from ..status import STATUSES
+from ..status import STATUSES, Status
 from .allowed import Allowed
 from .arcs import ArcSet
 from .deviation import ChainDeviation, deviation_of
-from .diagnosis import Diagnosis, branch_of
+from .diagnosis import Branch, Diagnosis, Verdict, branch_of
 from .freedom import Freedom
 from .joint_function import JointFunction
 from .near import NearHandle, check_near, moved_ends, unsupported
 from .question import METRICS as _METRICS
-from .question import MetricName, Prefer, Question
+from .question import Beyond, MetricName, Prefer, Question, relaxing_length
 from .solution import Solution, Solutions
 from .wish import Direction, as_wish
 
@@ -1429,7 +1429,10 @@ class Arm:
         prefer: Prefer = "near",
         gc: int | Iterable[int] | None = None,
         allowed: Allowed | None = None,
+        scene: Scene | None = None,
         singularity_margin: float = 0.0,
+        outside: Beyond = "stop",
+        length: float = 0.2,
         threads: int = 1,
     ) -> Solution:
         """Return the posture of a pose that is nearest to a seed, of all there are.
@@ -1457,8 +1460,19 @@ class Arm:
             Global configurations that may be used; all by default.
         allowed : ArcSet or function (4, 4) -> ArcSet, optional
             Arcs of the user's own, intersected.
+        scene : Scene, optional
+            Obstacles that links keep clear of, as in `feasible`.
         singularity_margin : float
             As in `feasible`, rad.
+        outside : "stop" or "nearest"
+            "nearest": where a pose has no posture, the posture of the nearest pose that the arm can take,
+            `arm.forward(found.q)[0]`; ``status`` still says why the pose itself has none. A wrist out of
+            reach is drawn towards the shoulder into what joint 4 reaches and the orientation kept: no posture
+            of that orientation is nearer. Where limits forbid that too it is the least of
+            ``sqrt(|dp|² + (length·angle)²)``, sought from many starts. Of all branches and arm angles, so not
+            with `gc`, `allowed` or `scene`.
+        length : float
+            With "nearest": how many metres a radian counts as, m.
         threads : int
             Threads for a batch; 0 for all cores.
 
@@ -1480,13 +1494,23 @@ class Arm:
         >>> found = arm.solve(arm.forward(q)[0], near=q)
         >>> found.q.tolist() == q, found.distance
         (True, 0.0)
+
+        >>> far = arm.forward(q)[0].copy()
+        >>> far[0, 3] += 2.0
+        >>> beside = arm.solve(far, near=q, outside="nearest")
+        >>> beside.status.name, round(float(np.linalg.norm(far - arm.forward(beside.q)[0])), 3)
+        ('UNREACHABLE', 1.767)
         """
         plain = weight is None and gc is None and allowed is None and singularity_margin == 0.0
+        plain = plain and scene is None and outside == "stop"
         if plain and prefer == "near" and near is not None and isinstance(metric, str) and metric in _METRICS:
             one = self._handle.solve_one(pose, near, _METRICS[metric], Solution, STATUSES)
             if one is not None:
                 return cast(Solution, one)
-        asked = Question(self, pose, near, metric, weight, prefer, gc, allowed, singularity_margin, threads)
+        asked = Question(
+            self, pose, near, metric, weight, prefer, gc, allowed, scene, singularity_margin, threads,
+            relaxing_length(outside, length, gc, allowed, scene),
+        )  # fmt: skip
         return asked.solve()
 
     def solutions(
@@ -1499,6 +1523,7 @@ class Arm:
         prefer: Prefer = "near",
         gc: int | Iterable[int] | None = None,
         allowed: Allowed | None = None,
+        scene: Scene | None = None,
         singularity_margin: float = 0.0,
         threads: int = 1,
     ) -> Solutions:
@@ -1515,7 +1540,7 @@ class Arm:
             The seed, rad.
         weight : array_like, shape (7,) or scalar, optional
             Weights of the joints.
-        metric, prefer, gc, allowed, singularity_margin, threads
+        metric, prefer, gc, allowed, scene, singularity_margin, threads
             As in `solve`.
 
         Returns
@@ -1536,7 +1561,9 @@ class Arm:
         >>> [(found.gc, round(found.distance, 2)) for found in arm.solutions(arm.forward(q)[0], near=q)][:2]
         [(2, 0.0), (0, 2.95)]
         """
-        asked = Question(self, pose, near, metric, weight, prefer, gc, allowed, singularity_margin, threads)
+        asked = Question(
+            self, pose, near, metric, weight, prefer, gc, allowed, scene, singularity_margin, threads
+        )
         return asked.solutions()
 
     def best(
@@ -1545,6 +1572,7 @@ class Arm:
         *,
         gc: int | Iterable[int] | None = None,
         allowed: Allowed | None = None,
+        scene: Scene | None = None,
         singularity_margin: float = 0.0,
         threads: int = 1,
     ) -> Solution:
@@ -1556,7 +1584,7 @@ class Arm:
         ----------
         pose : array_like, shape (..., 4, 4)
             Tool frame, position in m.
-        gc, allowed, singularity_margin, threads
+        gc, allowed, scene, singularity_margin, threads
             As in `solve`.
 
         Returns
@@ -1576,16 +1604,23 @@ class Arm:
         >>> round(float(np.degrees(arm.best(pose).margin)), 1)
         51.2
         """
-        asked = Question(self, pose, None, "l2", None, "margin", gc, allowed, singularity_margin, threads)
+        asked = Question(
+            self, pose, None, "l2", None, "margin", gc, allowed, scene, singularity_margin, threads
+        )
         return asked.solve()
 
-    def explain(self, pose: ArrayLike, *, singularity_margin: float = 0.0) -> Diagnosis:
+    def explain(
+        self, pose: ArrayLike, *, scene: Scene | None = None, singularity_margin: float = 0.0
+    ) -> Diagnosis:
         """Return for each global configuration whether a pose can be held within all limits, and if not, why.
 
         Parameters
         ----------
         pose : array_like, shape (4, 4)
             Tool frame, position in m.
+        scene : Scene, optional
+            Obstacles, as in `feasible`: a branch that the limits leave open and they do not names the pair
+            that is nearest where it fails by least, and by how much.
         singularity_margin : float
             As in `feasible`, rad.
 
@@ -1611,9 +1646,30 @@ class Arm:
         segment = np.empty((1, _core.SEGMENT_WIDTH))
         _core.path_waypoints(frame[None], segment)
         branches = tuple(map(branch_of, self._handle.explain_pose(segment, margin)))
+        if scene is not None:
+            branches = tuple(self._meets(branch, frame, scene, margin) for branch in branches)
         nearest = np.empty((4, 4))
         gap = self._handle.nearest_pose(frame, nearest)
         return Diagnosis(branches, path=False, nearest=nearest, nearest_gap=gap)
+
+    def _meets(self, branch: Branch, pose: Floats, scene: Scene, margin: float) -> Branch:
+        """Return a branch's finding, or that obstacles leave nothing of what its limits leave."""
+        if not branch.ok:
+            return branch
+        found = self.widest(pose, branch.gc, scene, singularity_margin=margin)
+        if found.arcs.count:
+            return branch
+        near = found.nearest
+        if found.arcs.status == Status.POSE_BLOCKED or np.isnan(found.psi):
+            pair = found.arcs.blocking
+            return replace(branch, verdict=Verdict.IMPOSSIBLE, status=found.arcs.status, touching=pair)
+        return replace(
+            branch,
+            verdict=Verdict.IMPOSSIBLE,
+            status=Status.CLEARANCE,
+            touching=(str(near.obstacle), str(near.link)),
+            short=float(scene.clearance - near.distance),
+        )
 
     def joint_function(self, pose: ArrayLike, gc: int, joint: int) -> JointFunction:
         """Return one joint as a function of the arm angle, at a fixed pose and global configuration.

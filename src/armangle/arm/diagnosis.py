@@ -79,10 +79,18 @@ class Branch:
         Joints 1..7 whose limits together leave no arm angle; none of them can be left out.
     openings : tuple of Opening
         Single limits that would leave one, least first.
+    touching : tuple of (str, str), or None
+        Of IMPOSSIBLE with an obstacle in the way: its name and the link's, the pair that comes too near where
+        the branch fails by least.
+    short : float
+        How much nearer than the scene's clearance that is, m; NaN where no arm angle changes it.
     sections : int
         Places of the path at which the feasible arcs were looked at.
     given_up : bool
         Of UNRESOLVED: whether the search ended because it had tried as much as one plan may.
+    through : tuple of int
+        Other global configurations that the way passes through; it crosses at θ2 = 0 or θ6 = 0, where the
+        two are one posture. The margins are then those to limits alone.
     """
 
     gc: int
@@ -98,8 +106,11 @@ class Branch:
     nearest_psi: float = math.nan
     blocking: tuple[int, ...] = ()
     openings: tuple[Opening, ...] = ()
+    touching: tuple[str, str] | None = None
+    short: float = math.nan
     sections: int = 0
     given_up: bool = False
+    through: tuple[int, ...] = ()
 
     @property
     def ok(self) -> bool:
@@ -119,11 +130,17 @@ class Branch:
                 if not path:
                     return "solved within all limits."
                 least = math.degrees(min(self.margin, self.elbow_margin))
+                if self.through:
+                    others = ", ".join(map(str, self.through))
+                    way = f"the whole path is possible, passing through GC {others}"
+                    return f"{way}, {least:.3g}° from the nearest limit."
                 return f"the whole path is possible, {least:.3g}° from the nearest limit or singularity."
             case Verdict.UNREACHABLE:
                 if self.status == Status.FOLDED:
                     return f"the wrist lies on the shoulder{where}; no arm angle is defined there."
                 return f"the wrist is out of reach{where}, by up to {self.excess * MILLIMETRES:.4g} mm."
+            case Verdict.IMPOSSIBLE if self.status in (Status.CLEARANCE, Status.POSE_BLOCKED):
+                return self._blocked()
             case Verdict.IMPOSSIBLE:
                 return f"no arm angle keeps all limits{where}: {self._why()}"
             case Verdict.DEAD_END:
@@ -139,6 +156,16 @@ class Branch:
                 )
             case Verdict.UNRESOLVED:
                 return f"every curve that was tried breaks a limit between the samples{where}."
+
+    def _blocked(self) -> str:
+        sentence = STATUSES[self.status].sentence
+        if self.touching is None:
+            return f"{sentence[0].lower()}{sentence[1:]}"
+        obstacle, link = self.touching
+        if self.status == Status.POSE_BLOCKED:
+            return f"{link} meets {obstacle} at this pose, whatever the arm angle."
+        by = "" if math.isnan(self.short) else f" {self.short * MILLIMETRES:.3g} mm"
+        return f"within the limits {link} comes{by} too near to {obstacle}, whatever the arm angle."
 
     def _why(self) -> str:
         if self.status == Status.ELBOW_MARGIN:
@@ -226,11 +253,12 @@ class Diagnosis:
 def branch_of(report: tuple[Any, ...]) -> Branch:
     """Return the branch that a report of the core stands for."""
     gc, verdict, status, s_from, s_to, excess, reached, margin, elbow, cost, psi, *rest = report
-    blocking, openings, sections, given_up = rest
+    blocking, openings, sections, given_up, through = rest
     found = [Opening(joint, "upper" if upper else "lower", extra) for joint, upper, extra in openings]
     return Branch(
         gc=gc, verdict=Verdict(verdict), status=STATUSES[status], s_from=s_from, s_to=s_to, excess=excess,
         reached=reached, margin=margin, elbow_margin=elbow, cost=cost, nearest_psi=psi,
         blocking=tuple(joint for joint in range(1, 8) if blocking >> (joint - 1) & 1),
         openings=tuple(sorted(found, key=lambda o: o.extra)), sections=sections, given_up=given_up,
+        through=tuple(other for other in range(8) if through >> other & 1),
     )  # fmt: skip

@@ -202,3 +202,14 @@ def poses(name: str, text: str) -> Floats:
 def is_file(text: str) -> bool:
     """Return whether a word names a file rather than numbers."""
     return Path(text).suffix.lower() in _FILES or Path(text).is_file()
+
+
+def joint_bounds(name: str, text: str | None, unit: str, stated: Floats) -> Floats:
+    """Return one number, or seven, of degrees as (7,) in rad; what the arm states where there is none."""
+    if text is None:
+        return stated
+    count = len(text.replace(",", " ").split())
+    found = numbers(name, text, f"one number or {JOINTS}, {unit}", count if count == 1 else JOINTS)
+    if not (found > 0).all():
+        raise InputError(f"{name} holds {found.min():g}, wanted numbers > 0 in {unit}")
+    return np.broadcast_to(found * DEGREE, (JOINTS,)).copy()

@@ -26,6 +26,7 @@ COMMANDS = {
     "plan": "plan a whole file of poses, proven between them, or say why not",
     "place": "where to put the robot for a file of poses, with the best yaw",
     "retime": "times for a joint file: a trajectory within the joints' bounds",
+    "track": "follow a stream of poses as a tracker would: error, speeds, statuses",
     "plot": "draw the circle, the joints, a motion or a feasible map into a file",
     "view": "show the arm in the browser and move it by hand",
 }

@@ -19,6 +19,7 @@ from ..arm.configuration import gc_signs
 from ..errors import UnreachableError
 from ..files.sheets import plain
 from ..files.tables import save
+from ..files.trajectories import TrajectoryTable
 from ..motion.joint_path import JointPath
 from ..status import Status
 from ..timing.trajectory import Trajectory
@@ -160,7 +161,7 @@ def show_many(q: Floats, outcomes: Iterable[str]) -> None:
     show(table(["row", *(f"q{i}" for i in range(1, 8)), "deg"], head_and_tail(rows), left=(8,)))
 
 
-def write(value: JointPath | Trajectory | Floats, file: str) -> None:
+def write(value: JointPath | Trajectory | TrajectoryTable | Floats, file: str) -> None:
     """Save a motion or poses and say so on stderr."""
     with progress(f"writing {file}"):
         save(value, file)

@@ -13,11 +13,13 @@ from .._arrays import JOINTS, Floats, as_poses, chosen, named, one_posture
 from ..arm.allowed import Allowed, allowed_arcs
 from ..arm.arm import Arm
 from ..errors import InputError, ShapeError
+from ..scenes.scene import Scene
 from .joint_path import JointPath, blank_rows, even_parameters
 from .options import (
     CARRIES,
     Bound,
     Carry,
+    Outside,
     checked_options,
     core_policy,
     no_bounds,
@@ -42,11 +44,13 @@ def follow(
     carry: Carry = "psi",
     max_joint_step: float | None = None,
     allowed: Allowed | None = None,
+    scene: Scene | None = None,
     singularity_margin: float = 0.0,
     on_fail: OnFail = "stop",
     velocity: Bound = None,
     acceleration: Bound = None,
     velocity_now: ArrayLike | None = None,
+    outside: Outside = "refuse",
     lookahead: int = 0,
     blend: float = 0.0,
     samples: int | None = None,
@@ -60,8 +64,8 @@ def follow(
     avoided if there is a way around it from the posture at which it comes into sight**, with one per cent
     of the speed to spare. Where there is none, the motion goes as far as it can. Bounds on acceleration
     are kept as without lookahead, but met ahead only by keeping half of the speed back: a way around may
-    then be missed. The turns left to a joint with more than one are not foreseen. `plan` sees the whole
-    path.
+    then be missed. The turns left to a joint with more than one are not foreseen, nor is another branch that
+    meets this one at θ₂ = 0 or θ₆ = 0: it is taken where the own one ends. `plan` sees the whole path.
 
     Parameters
     ----------
@@ -71,18 +75,20 @@ def follow(
         poses, evenly in s, and where its pieces join.
     start : array_like, shape (7,)
         Joints before the first pose, rad.
-    gc, policy, dt, carry, max_joint_step, singularity_margin
+    gc, policy, dt, carry, max_joint_step, singularity_margin, outside
         As in `step`; `dt` is the time from pose to pose.
     allowed : ArcSet of shape () or (N,), or function (4, 4) -> ArcSet, optional
         Arcs of the user's own, intersected.
+    scene : Scene, optional
+        As in `step`; with `lookahead` the poses ahead are asked too.
     on_fail : "stop", "hold" or "skip"
-        What to do with a pose that cannot be stepped to: end there (rows behind are NaN, NOT_REACHED); stay
-        in the posture and go on (its row repeats the posture); or leave its row NaN and go on.
+        What to do with a pose that its step does not reach: end there (rows behind are NaN, NOT_REACHED);
+        keep what the step led to, with bounds as far as they allow (PARTIAL), else the posture as it was, and
+        go on; or leave its row NaN and go on. A row left open has the step's ``why`` as its status.
     velocity, acceleration
         As in `step`; every OK row keeps them.
     velocity_now : array_like, shape (7,), optional
-        Joint velocities before the first step, rad/s; at rest by default. They are carried from row to row,
-        and are 0 where the posture stays.
+        Joint velocities before the first step, rad/s; at rest by default. They are carried from row to row.
     lookahead : int
         Poses beyond the present one that every step sees, 0 or more.
     blend, samples
@@ -103,11 +109,14 @@ def follow(
     joints = one_posture("start", start)
     failing = _ON_FAIL[chosen("on_fail", on_fail, _ON_FAIL)]
     native = core_policy(policy, dt)
-    branch, kept, most, margin = checked_options(gc, carry, max_joint_step, singularity_margin)
+    branch, kept, most, margin, time, beyond = checked_options(
+        gc, carry, max_joint_step, singularity_margin, dt, outside
+    )
     window = _window(lookahead, len(frames))
     options = _core.FollowOptions(
-        native, branch, CARRIES[kept], most, margin, on_fail=failing, lookahead=window
-    )
+        native, branch, CARRIES[kept], most, margin, time, beyond == "nearest",
+        on_fail=failing, lookahead=window,
+    )  # fmt: skip
     bounds = no_bounds() if window else None
     if velocity is not None or acceleration is not None:
         before = np.zeros(JOINTS) if velocity_now is None else velocity_now
@@ -121,7 +130,9 @@ def follow(
         count, psi = arcs._count, arcs._psi
     rows = blank_rows(n)
     columns = tuple(rows[name] for name in ("q", "psi", "gc", "status", "margin", "residual"))
-    arm._handle.follow_all(joints, frames, options, count, psi, bounds, columns)
+    ready = arm._scene(scene)
+    about = None if ready is None else ready.handle
+    arm._handle.follow_all(joints, frames, options, count, psi, bounds, columns, about)
     return JointPath(arm=arm, s=s, poses=frames.copy(), start=joints, path=path, **rows)
 
 

@@ -23,10 +23,11 @@ _OF_A_JOINT = (Status.JOINT_JUMP, Status.LIMITS, Status.WINDING_EXHAUSTED)
 
 
 class Placed(NamedTuple):
-    """Rows of a curve at parameters s: joints, arm angle, pose, least limit margin, residual."""
+    """Rows of a curve at parameters s: joints, arm angle, branch, pose, least limit margin, residual."""
 
     q: Floats
     psi: Floats
+    gc: Floats
     pose: Floats
     margin: Floats
     residual: Floats
@@ -41,7 +42,7 @@ class Curve:
     segments, stretches, plane : ndarray
         As the core writes them.
     gc : int
-        Global configuration 0..7, the same along the curve.
+        Global configuration 0..7 at its start; another one where it passes θ2 = 0 or θ6 = 0.
     """
 
     segments: Floats
@@ -62,7 +63,9 @@ class Curve:
     def at(self, handle: _core.Arm, s: Floats) -> Placed:
         """Return the rows at s (N,), each up to `end`; `handle` is the arm's."""
         n = len(s)
-        rows = Placed(np.empty((n, JOINTS)), np.empty(n), np.empty((n, 4, 4)), np.empty(n), np.empty(n))
+        rows = Placed(
+            np.empty((n, JOINTS)), np.empty(n), np.empty(n), np.empty((n, 4, 4)), np.empty(n), np.empty(n)
+        )
         handle.curve_at(self.segments, self.stretches, self.plane, self.gc, s, *rows)
         return rows
 
@@ -208,7 +211,8 @@ class JointPath:
         q[inside], psi[inside] = placed.q, placed.psi
         pose = np.empty((at.size, 4, 4))
         _core.path_poses(curve.segments, np.ascontiguousarray(flat), pose)
-        gc = np.where(inside, curve.gc, -1)
+        gc = np.full(at.size, -1, dtype=np.int64)
+        gc[inside] = placed.gc
         shape = at.shape
         return PathPoint(
             q=q.reshape(*shape, JOINTS),

@@ -14,15 +14,21 @@ from ..errors import ConfigurationError, InputError, NotFiniteError, ShapeError
 from .policies import POLICIES, Policy
 
 Carry = Literal["psi", "elbow"]
-Options = tuple[int | None, Carry, float | None, float]
+Outside = Literal["refuse", "nearest"]
+Options = tuple[int | None, Carry, float | None, float, float | None, Outside]
 
 MAX_JOINT_STEP: float = _core.MAX_JOINT_STEP
+LONGEST_STEP: float = _core.LONGEST_STEP
+"""Longest time of a step, s."""
+
 CARRIES = named(_core.Carry)
+_OUTSIDE: dict[str, Outside] = {"refuse": "refuse", "nearest": "nearest"}
 
 
 def checked_options(
-    gc: int | None, carry: Carry, max_joint_step: float | None, singularity_margin: float
-) -> Options:
+    gc: int | None, carry: Carry, max_joint_step: float | None, singularity_margin: float,
+    dt: float | None, outside: Outside,
+) -> Options:  # fmt: skip
     """Return options of any numeric type as those the core reads, or raise."""
     kept: Carry = "elbow" if chosen("carry", carry, CARRIES) == "elbow" else "psi"
     if gc is not None:
@@ -33,7 +39,9 @@ def checked_options(
     if max_joint_step is not None:
         max_joint_step = as_number("max_joint_step", max_joint_step, 0.0, np.inf, low_open=True)
     margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
-    return gc, kept, max_joint_step, margin
+    if dt is not None:
+        dt = as_number("dt", dt, 0.0, LONGEST_STEP, low_open=True)
+    return gc, kept, max_joint_step, margin, dt, _OUTSIDE[chosen("outside", outside, _OUTSIDE)]
 
 
 def core_policy(policy: Policy, dt: float | None) -> Any:
@@ -45,7 +53,6 @@ def core_policy(policy: Policy, dt: float | None) -> Any:
 
 Bound = ArrayLike | bool | None
 
-LONGEST_STEP = 1e9  # s
 _UNBOUNDED = np.concatenate([[1.0], np.full(2 * JOINTS, np.inf), np.zeros(JOINTS)])
 
 

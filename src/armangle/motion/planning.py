@@ -153,9 +153,9 @@ def _result(
         done = rows <= curve.end
         reached = int(done.sum())
         placed = curve.at(arm._handle, np.ascontiguousarray(rows[done]))
-        for name in ("q", "psi", "margin", "residual"):
+        for name in ("q", "psi", "gc", "margin", "residual"):
             columns[name][done] = getattr(placed, name)
-        columns["gc"][done], columns["status"][done] = curve.gc, Status.OK
+        columns["status"][done] = Status.OK
     if not ok:
         columns["status"][min(reached, n - 1)] = _reason(diagnosis)
     given = isinstance(path, Waypoints) and np.array_equal(rows, even_parameters(len(path)))

@@ -12,10 +12,12 @@ from .._arrays import JOINTS, Floats, as_floats, as_poses, broadcast, check_angl
 from ..arm.allowed import Allowed, allowed_arcs, one_allowed
 from ..arm.arm import Arm
 from ..errors import ShapeError
+from ..scenes.scene import Scene
 from ..status import STATUSES, Status
 from .options import (
     Bound,
     Carry,
+    Outside,
     checked_options,
     core_policy,
     step_bounds,
@@ -34,10 +36,15 @@ class Resolution(NamedTuple):
 
 
 class Step(NamedTuple):
-    """What a step leads to. On any status but OK the posture is the present one: nothing moves.
+    """What a step leads to.
 
-    ``q (7,)`` rad, continuous with the present joints; ``psi`` rad in (-π, π]; ``gc`` 0..7; ``status``;
-    ``margin`` least distance of a joint of q to one of its limits, rad.
+    OK: the posture holds the pose. PARTIAL: it is as far towards it as bounds, or the reach, allow. On any
+    other status nothing moves; where accelerations are bound, every joint brakes.
+
+    ``q (7,)`` rad, continuous with the present joints; ``psi`` rad in (-π, π]; ``gc`` 0..7, another than
+    before where the joints passed θ₂ = 0 or θ₆ = 0; ``status``; ``margin`` least distance of a joint of q to
+    one of its limits, rad; ``velocity (7,)`` rad/s, ``(q - q_now) / dt``, NaN without `dt`; ``why`` a
+    `Status`: what keeps the posture from the pose, OK where nothing does.
     """
 
     q: Floats
@@ -45,6 +52,8 @@ class Step(NamedTuple):
     gc: int
     status: Status
     margin: float
+    velocity: Floats
+    why: Status
 
 
 def resolve(
@@ -56,6 +65,7 @@ def resolve(
     policy: Policy = DEFAULT_POLICY,
     dt: float | None = None,
     allowed: Allowed | None = None,
+    scene: Scene | None = None,
     singularity_margin: float = 0.0,
 ) -> Resolution:
     """Return the next arm angle at a pose, from the present one and the feasible arcs.
@@ -77,6 +87,8 @@ def resolve(
         Time of the step, s; needed by a policy with ``rate=``.
     allowed : ArcSet or function (4, 4) -> ArcSet, optional
         Arcs of the user's own, intersected: task-space obstacles (the paper's section 6).
+    scene : Scene, optional
+        As in `step`.
     singularity_margin : float
         As in `Arm.feasible`, rad.
 
@@ -102,7 +114,7 @@ def resolve(
     """
     angles = as_floats("psi", psi)
     check_angles("psi", angles)
-    arcs = own = arm.feasible(pose, gc, singularity_margin=singularity_margin)
+    arcs = own = arm.feasible(pose, gc, singularity_margin=singularity_margin, scene=scene)
     if allowed is not None:
         poses = np.broadcast_to(as_poses("pose", pose, arm._handle), (*arcs.shape, 4, 4))
         arcs = own & allowed_arcs(allowed, poses)
@@ -136,22 +148,30 @@ def step(
     carry: Carry = "psi",
     max_joint_step: float | None = None,
     allowed: Allowed | None = None,
+    scene: Scene | None = None,
     singularity_margin: float = 0.0,
     velocity: Bound = None,
     acceleration: Bound = None,
     velocity_now: ArrayLike | None = None,
+    outside: Outside = "refuse",
 ) -> Step:
     """Return the joints for the next pose of a control loop: one pass of the paper's figure 10.
 
     Feasible arcs at the new pose, next arm angle by the policy, closed-form inverse, and the checks that make
     the motion continuous: q is lifted next to `q_now`; a joint whose turns are used up, or a joint that would
-    move more than `max_joint_step`, is a status, and the posture stays.
+    move more than `max_joint_step`, is a status, and the posture stays. Where θ₂ or θ₆ passes 0, two branches
+    meet and the joints go on into the other one.
 
     With bounds the arm angle is the nearest to the policy's wish whose joints keep them. **What is returned
-    with OK keeps them**, judged by the joints themselves: ``v = (q - q_now) / dt`` has
+    with OK or PARTIAL keeps them**, judged by the joints themselves: ``v = (q - q_now) / dt`` has
     ``|v| <= velocity`` and ``|v - velocity_now| <= acceleration * dt``; and every joint can still brake
-    before its limit. Where no arm angle does, the status is the first condition without which one would:
-    NOT_ALLOWED, ACCELERATION_LIMIT, VELOCITY_LIMIT, WINDING_EXHAUSTED, LIMITS, and JOINT_JUMP if none is.
+    before its limit. (Given a `velocity_now` with which a joint cannot, it brakes as hard as it may.)
+
+    Where no arm angle does, ``why`` is the first condition without which one would: NOT_ALLOWED, CLEARANCE,
+    ACCELERATION_LIMIT, VELOCITY_LIMIT, WINDING_EXHAUSTED, LIMITS, and JOINT_JUMP if none is. With bounds the
+    step then goes as far towards a posture of the pose as they allow, all joints along one straight line, and
+    the steps that follow come to rest on the pose: PARTIAL. Without bounds nothing moves, nor with a `scene`,
+    for nobody knows whether that line is clear.
 
     Parameters
     ----------
@@ -161,19 +181,25 @@ def step(
     pose : array_like, shape (4, 4)
         Tool frame to go to, position in m.
     gc : int, optional
-        Global configuration 0..7 of the new posture; that of `q_now` by default.
+        Global configuration 0..7 of the new posture. By default that of `q_now`, or one that meets it within
+        the step at θ₂ = 0 or θ₆ = 0.
     policy : Repulsion, Hold, Centre or Towards
     dt : float, optional
-        Time of the step, s; needed by a policy with ``rate=``.
+        Time of the step, s; needed by a policy with ``rate=``, by bounds, and for ``velocity``.
     carry : "psi" or "elbow"
         What is kept from posture to posture before the policy acts: the number psi (the paper), or the elbow
-        axis itself, which stays still where the wrist passes near the base axis.
+        axis itself, which stays still where the wrist passes near the base axis. Where the one is no step,
+        the other is tried.
     max_joint_step : float, optional
-        Largest move of a joint, rad; 0.2 by default. A policy that asks for more gets the arm angle nearest
-        to its wish that fits, in whatever arc; what the pose alone forces beyond it is JOINT_JUMP, what a
-        limit forces LIMITS or WINDING_EXHAUSTED, what `allowed` forces NOT_ALLOWED.
+        Largest move of a joint, rad; by default 0.2, with `dt` below 10 ms 20 rad/s of it. A policy that asks
+        for more gets the arm angle nearest to its wish that fits, in whatever arc; what the pose alone forces
+        beyond it is JOINT_JUMP, what a limit forces LIMITS or WINDING_EXHAUSTED, what `allowed` forces
+        NOT_ALLOWED.
     allowed : ArcSet or function (4, 4) -> ArcSet, optional
         Arcs of the user's own, intersected.
+    scene : Scene, optional
+        Obstacles that links keep clear of: their arcs are taken off those within the limits. The arm needs a
+        body (`Arm.with_body`). Between two poses nothing is proven.
     singularity_margin : float
         As in `Arm.feasible`, rad.
     velocity : float, array_like of shape (7,), or True, optional
@@ -183,6 +209,11 @@ def step(
         Greatest joint accelerations, rad/s², > 0; True: ``arm.acceleration``. Needs `dt` and `velocity_now`.
     velocity_now : array_like, shape (7,), optional
         Joint velocities of the step before, rad/s.
+    outside : "refuse" or "nearest"
+        Where no arm angle of the pose is within reach and limits: say so; or go on to the nearest pose,
+        PARTIAL. That is the pose of the same orientation with its wrist drawn into what joint 4 reaches;
+        where limits forbid that too, one from which no small move of the joints comes nearer
+        (``sqrt(|dp|² + (0.2 m · angle)²)``).
 
     Returns
     -------
@@ -203,6 +234,10 @@ def step(
     >>> pose[2, 3] += 0.001
     >>> step(arm, q, pose).status.name
     'OK'
+    >>> pose[2, 3] += 0.02                                    # too far for one tick of 1 ms
+    >>> now = step(arm, q, pose, dt=0.001, velocity=True)
+    >>> now.status.name, now.why.name
+    ('PARTIAL', 'VELOCITY_LIMIT')
     """
     native = _DEFAULT_RULE if policy is DEFAULT_POLICY else core_policy(policy, dt)
     count = psi = bounds = None
@@ -210,13 +245,16 @@ def step(
         count, psi = one_allowed(allowed, as_poses("pose", pose, arm._handle))
     if velocity is not None or acceleration is not None:
         bounds = step_bounds(arm, velocity, acceleration, velocity_now, dt)
+    ready = arm._scene(scene)
+    about = None if ready is None else ready.handle
     core_step = arm._handle.step_one
     plain: Step | None = core_step(
-        q_now, pose, native, gc, carry, max_joint_step, singularity_margin, count, psi, bounds, Step, STATUSES
-    )
+        q_now, pose, native, gc, carry, max_joint_step, singularity_margin, dt, outside, count, psi, bounds,
+        Step, STATUSES, about,
+    )  # fmt: skip
     if plain is not None:
         return plain
-    options = checked_options(gc, carry, max_joint_step, singularity_margin)
+    options = checked_options(gc, carry, max_joint_step, singularity_margin, dt, outside)
     joints, frame = as_floats("q_now", q_now, (JOINTS,)), as_poses("pose", pose, arm._handle)
     if joints.ndim != 1 or frame.ndim != 2:
         raise ShapeError(
@@ -224,5 +262,5 @@ def step(
             "follow takes sequences"
         )
     joints, frame = np.ascontiguousarray(joints), np.ascontiguousarray(frame)
-    converted: Step = core_step(joints, frame, native, *options, count, psi, bounds, Step, STATUSES)
+    converted: Step = core_step(joints, frame, native, *options, count, psi, bounds, Step, STATUSES, about)
     return converted

@@ -10,16 +10,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from .._arrays import CONFIGURATIONS, JOINTS, Floats, as_floats, as_number, one_posture
+from .._arrays import CONFIGURATIONS, JOINTS, Floats, as_floats, as_number, chosen, one_posture
+from .._core import Wish
 from ..arm.arm import Arm
 from ..arm.near import unsupported
+from ..arm.wish import DIRECTIONS, Direction
 from ..errors import ConfigurationError, InputError, ShapeError
 from ..status import STATUSES, Status
 from .options import LONGEST_STEP, Bound, joint_bound
 
 
 class _Tracking(IntEnum):
-    """What became of a tick: FOLLOWING, LAGGING, NEAREST or HELD; see `Tracked`."""
+    """What became of a tick: FOLLOWING, LAGGING, NEAREST, HELD or TURNING; see `Tracked`."""
 
 
 if TYPE_CHECKING:
@@ -39,9 +41,11 @@ class Tracked(NamedTuple):
     ``q (7,)`` rad; ``velocity (7,)`` rad/s, ``(q - q before) / dt``: a position controller follows far better
     with it; ``status`` a `Tracking`: FOLLOWING (the tool is where the hand is, within 1e-9 m), LAGGING (on
     its way, as fast as the bounds allow), NEAREST (the hand is out of reach: at, or on the way to, the
-    nearest pose) or HELD (no sample to believe: on as predicted); ``distance`` of the tool from the hand,
-    m, ``sqrt(|dp|² + (length·angle)²)``; ``gap`` by which the hand's wrist is outside of what joint 4
-    reaches, m; ``psi`` rad in (-π, π]; ``gc`` 0..7; ``why`` a `Status`: what keeps the tool from the hand.
+    nearest pose), HELD (no sample to believe: on as predicted) or TURNING (to the branch of `reconfigure`, or
+    out of a corner of the limits, joint by joint: the tool leaves the hand); ``distance`` of the tool from
+    the hand, m, ``sqrt(|dp|² + (length·angle)²)``; ``gap`` by which the hand's wrist is outside of what
+    joint 4 reaches, m; ``psi`` rad in (-π, π]; ``gc`` 0..7; ``why`` a `Status`: what keeps the tool from
+    the hand.
     """
 
     q: Floats
@@ -153,9 +157,11 @@ class Tracker:
     length : float
         How many metres a radian counts as where position and rotation are weighed, m.
     elbow_margin : float
-        How far off straight joint 4 stays while the hand is fast, rad; at rest it may come within 0.05 rad.
+        How far off straight joint 4 stays while the hand moves, rad; at rest it may come within 0.05 rad. It
+        bends further, up to 0.8 rad, in time for a hand that comes in faster than joint 4 could follow.
     singularity_margin : float
-        How far off theta_2 = 0 and theta_6 = 0 the arm angle is chosen where that is possible, rad.
+        How far off theta_2 = 0 and theta_6 = 0 the arm angle is chosen where that is possible, rad; 0: the
+        arm passes through them.
 
     Raises
     ------
@@ -184,7 +190,7 @@ class Tracker:
         *,
         length: float = 0.2,
         elbow_margin: float = 0.35,
-        singularity_margin: float = 0.35,
+        singularity_margin: float = 0.0,
     ) -> None:
         if not isinstance(arm, Arm):
             raise InputError(f"arm is {arm!r:.50}, wanted an Arm")
@@ -248,6 +254,7 @@ class Tracker:
         pose: ArrayLike,
         elbow: ArrayLike | None = None,
         *,
+        elbow_direction: Direction | None = None,
         dt: float | None = None,
         reconfigure: int | None = None,
     ) -> Tracked:
@@ -260,7 +267,11 @@ class Tracker:
             counts as a sample that did not come.
         elbow : array_like, shape (3,), optional
             A point, m, towards which the elbow is wanted: a tracker on the operator's elbow. The nearer it is
-            to the line from shoulder to wrist the less it counts.
+            to the line from shoulder to wrist the less it counts; NaN says nothing.
+        elbow_direction : array_like, shape (3,), or a word, optional
+            Instead of `elbow`: a direction in the frame that poses are given in, of any length, or "up",
+            "down", "left", "right", "forward", "back". The more it is along the line from shoulder to wrist
+            the less it counts.
         dt : float, optional
             Time of this tick, s, where it is not that of the others.
         reconfigure : int, optional
@@ -288,16 +299,19 @@ class Tracker:
         self._check_started()
         time = self._dt if dt is None else _seconds(dt)
         branch = -1 if reconfigure is None else _branch(reconfigure)
-        rest = time, branch, Tracked, _TRACKINGS, STATUSES
-        plain: Tracked | None = self._core.step_one(pose, elbow, *rest)
+        hint, wish = _hint(elbow, elbow_direction)
+        rest = wish, time, branch, Tracked, _TRACKINGS, STATUSES
+        plain: Tracked | None = self._core.step_one(pose, hint, *rest)
         if plain is not None:
             return plain
         frame = np.ascontiguousarray(as_floats("pose", pose, (4, 4)))
         if frame.ndim != 2:
             raise ShapeError(f"pose has shape {frame.shape}, wanted (4, 4); run takes sequences")
-        hint = None if elbow is None else np.ascontiguousarray(as_floats("elbow", elbow, (_POINT,)))
-        if hint is not None and hint.ndim != 1:
-            raise ShapeError(f"elbow has shape {hint.shape}, wanted (3,)")
+        if hint is not None:
+            name = "elbow" if wish == Wish.POINT else "elbow_direction"
+            hint = np.ascontiguousarray(as_floats(name, hint, (_POINT,)))
+            if hint.ndim != 1:
+                raise ShapeError(f"{name} has shape {hint.shape}, wanted (3,)")
         converted: Tracked = self._core.step_one(frame, hint, *rest)
         return converted
 
@@ -333,6 +347,17 @@ def _each(name: str, bound: Bound) -> Bound:
     if bound is None or isinstance(bound, bool) or np.ndim(bound) != 0:
         return bound
     return np.full(JOINTS, as_floats(name, bound))
+
+
+def _hint(elbow: ArrayLike | None, direction: Direction | None) -> tuple[ArrayLike | None, Wish]:
+    """Return the vector of an elbow hint, and what it is."""
+    if direction is None:
+        return elbow, Wish.POINT
+    if elbow is not None:
+        raise InputError("elbow and elbow_direction are given, wanted one of them or none")
+    if isinstance(direction, str):
+        return DIRECTIONS[chosen("elbow_direction", direction, DIRECTIONS)], Wish.DIRECTION
+    return direction, Wish.DIRECTION
 
 
 def _seconds(dt: float) -> float:

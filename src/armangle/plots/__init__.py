@@ -18,6 +18,7 @@ from .figures import arm_frames, stick_figure
 from .maps import feasible_map
 from .motions import path, repulsion
 from .one_pose import circle, joint_profiles
+from .times import tracking, trajectory
 from .virtual import virtual_arm, virtual_plane
 
 __all__ = [
@@ -30,6 +31,8 @@ __all__ = [
     "placement",
     "repulsion",
     "stick_figure",
+    "tracking",
+    "trajectory",
     "virtual_arm",
     "virtual_plane",
 ]

@@ -154,7 +154,7 @@ int main() {
     static AheadSection sections[Lookahead::sections_for(4)];
     report("lookahead", [&] {
         const FollowRows rows{out.q, out.psi, out.margin, out.residual, out.gc, out.status};
-        Lookahead ahead(arm, limits, in.matrix, count, {nullptr, 0}, &bounds, bounded.max_joint_step,
+        Lookahead ahead(arm, limits, in.matrix, count, {nullptr, 0}, nullptr, &bounds, bounded.max_joint_step,
                         sections, 4);
         follow(arm, limits, in.q, in.matrix, count, bounded, OnFail::hold, {nullptr, 0}, rows, &ahead);
     });

@@ -6,6 +6,7 @@ import argparse
 
 import numpy as np
 
+from ... import kuka
 from ..._arrays import Floats
 from ...arm.arm import Arm
 from ...errors import InputError
@@ -38,6 +39,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "q", nargs="+", metavar="Q", help="seven joints in degrees, fixed, or a joint FILE in radians"
     )
     add_arm(parser)
+    parser.add_argument(
+        "--kuka", action="store_true", help="also as a KUKA's frame: X..C (mm, deg), E1, Status, Turn"
+    )
     add_output(parser, "poses")
     add_json(parser)
 
@@ -53,15 +57,20 @@ def run(args: argparse.Namespace) -> int:
     with progress("placing the tool"):
         pose, psi, gc = arm.forward(q, undefined="nan")
     within = arm.within_limits(q)
+    frames = [kuka.to_frame(arm, row) for row in np.atleast_2d(q)] if args.kuka else []
     if args.output is not None:
         write(pose, args.output)
     if args.json:
         seven = rows_from_poses(pose.reshape(-1, 4, 4)).reshape(*np.shape(psi), len(COLUMNS))
-        show_json({"pose": seven, "matrix": pose, "psi": psi, "gc": gc, "within_limits": within})
+        facts = {"pose": seven, "matrix": pose, "psi": psi, "gc": gc, "within_limits": within}
+        codes = [{"e1": f.e1, "status": f.status, "turn": f.turn, "abc": kuka.abc(f.pose)} for f in frames]
+        show_json(facts | ({"kuka": codes if file else codes[0]} if codes else {}))
     elif file:
         _show_many(pose, np.asarray(psi), np.asarray(gc), np.asarray(arm.limit_margin(q)))
     else:
         _show_one(arm, q, pose, float(psi), int(gc))
+    for frame in frames if not args.json else ():
+        show(f"{paint('KUKA', 'bold')}    {kuka.text(frame)}")
     if not np.all(within):
         first = int(np.argmin(np.atleast_1d(within)))
         where = f"row {first}: " if file else ""

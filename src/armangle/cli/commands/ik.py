@@ -7,6 +7,7 @@ from dataclasses import asdict
 
 import numpy as np
 
+from ... import kuka
 from ..._arrays import CONFIGURATIONS, Floats
 from ...arm.arm import Arm
 from ...arm.question import METRICS
@@ -43,7 +44,12 @@ EXAMPLE = """\
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
-    parser.add_argument("--pose", required=True, metavar="POSE", help=f"{POSE_HELP}; or a FILE of poses")
+    where = parser.add_mutually_exclusive_group(required=True)
+    where.add_argument("--pose", metavar="POSE", help=f"{POSE_HELP}; or a FILE of poses")
+    where.add_argument(
+        "--kuka", metavar="FRAME",
+        help="X,Y,Z,A,B,C,E1,Status[,Turn] of a KUKA: mm and degrees; E1 and Status choose the posture",
+    )  # fmt: skip
     parser.add_argument(
         "--near", metavar="Q",
         help="q1,..,q7 in degrees: the joints to be nearest to; else the middle of the ranges",
@@ -66,6 +72,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Print the posture or postures; status 1 where there is none within the limits."""
     arm = the_arm(args)
+    if args.kuka is not None:
+        return _kuka(arm, args)
     pose = poses("--pose", args.pose)
     if args.explain:
         return _explain(arm, pose, args)
@@ -95,6 +103,42 @@ def run(args: argparse.Namespace) -> int:
     if not path.ok:
         note(f"armangle: {_reason(arm, path, args.psi, args.gc, seed, pose.ndim == 2)}")
     return 0 if path.ok else 1
+
+
+_NOT_WITH_KUKA = ("near", "psi", "explain", "gc", "all", "output")
+
+
+def _kuka(arm: Arm, args: argparse.Namespace) -> int:
+    """Print the joints of a KUKA's frame; status 1 where they are outside their limits."""
+    for option in _NOT_WITH_KUKA:
+        if getattr(args, option) not in (None, False):
+            raise InputError(f"--{option} does not go with --kuka: E1 and Status choose the posture")
+    words = args.kuka.split(",")
+    if len(words) not in (8, 9):
+        raise InputError(f"--kuka holds {len(words)} numbers, wanted X,Y,Z,A,B,C,E1,Status or these and Turn")
+    try:
+        values = np.array([float(word) for word in words[:7]])
+        codes = [int(word) for word in words[7:]]
+    except ValueError:
+        raise InputError(f"--kuka is {args.kuka!r}, wanted numbers; Status and Turn are integers") from None
+    tool = kuka.pose(values[:3] / 1e3, np.radians(values[3:6]))
+    seed = None if args.seed is None else joints("--seed", args.seed)
+    e1 = float(np.radians(values[6]))
+    if len(codes) == 2:
+        q = kuka.from_frame(arm, kuka.KukaFrame(tool, e1, *codes), seed=seed)
+    else:
+        q = kuka.from_e1(arm, tool, e1, codes[0], seed=seed)
+    _, psi, gc = arm.forward(q, undefined="nan")
+    frame = kuka.to_frame(arm, q)
+    inside = bool(arm.within_limits(q))
+    if args.json:
+        show_json({"q": q, "psi": psi, "gc": gc, "turn": frame.turn, "within_limits": inside})
+    else:
+        show_posture(arm, q, float(psi), int(gc))
+        show(f"{paint('KUKA', 'bold')}    {kuka.text(frame)}")
+    if not inside:
+        note(f"armangle: outside its limits: {violations(arm, q)}")
+    return 0 if inside else 1
 
 
 def _explain(arm: Arm, pose: Floats, args: argparse.Namespace) -> int:

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import Any
 
 from ..._arrays import CONFIGURATIONS, Floats
 from ...arm.arm import Arm
 from ...errors import FileFormatError, InputError
-from ...files.replacing import replacing
 from ...files.tables import load_joints, load_poses
 from ...motion.joint_path import JointPath
 from ..arguments import POSE_HELP, add_arm, add_json, add_singularity_margin, angle, joints, pose, the_arm
 from ..motions import motion_of
+from ..pictures import drawing, write_picture
 from ..screen import note, progress, show_json
 
 HELP = """\
@@ -27,7 +26,6 @@ EXAMPLE = """\
       --q -5.4101,-26.4986,-48.1542,-61.65,152.6198,114.4466,8.1812"""
 
 _OF_A_POSE = ("circle", "profiles")
-_DOTS = 150
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -51,11 +49,9 @@ def run(args: argparse.Namespace) -> int:
     """Draw and write the picture."""
     _check(args)
     arm = the_arm(args)
+    plt = drawing()
     from ... import plots
-    from ...plots.style import pyplot
 
-    drawing = pyplot()
-    drawing.switch_backend("Agg")  # into a file: no display is needed
     shown: JointPath | tuple[Arm, Floats] | None = None
     with progress(f"drawing {args.output}"):
         if args.picture in _OF_A_POSE:
@@ -66,8 +62,8 @@ def run(args: argparse.Namespace) -> int:
         else:
             shown = _motion_or_poses(arm, args.file)
             axes = plots.feasible_map(shown, gc=args.gc, singularity_margin=args.singularity_margin)
-        _write(axes, args.output)
-    drawing.close("all")
+        write_picture(axes, args.output)
+    plt.close("all")
     if args.json:
         show_json({"picture": args.picture, "robot": arm.name, "output": args.output})
     else:
@@ -122,13 +118,3 @@ def _motion_or_poses(arm: Arm, file: str) -> JointPath | tuple[Arm, Floats]:
             raise FileFormatError(
                 f"neither joints ({no_joints}) nor poses ({no_poses})", source=file
             ) from None
-
-
-def _write(axes: Any, output: str) -> None:
-    first = axes if hasattr(axes, "figure") else axes[0]
-    ending = Path(output).suffix.lower().lstrip(".")
-    known = first.figure.canvas.get_supported_filetypes()
-    if ending not in known:
-        raise InputError(f"-o {output}: unknown ending, wanted one of .png, .svg, .pdf")
-    with replacing(output) as file:
-        first.figure.savefig(file, format=ending, dpi=_DOTS)

@@ -6,14 +6,15 @@ import argparse
 
 import numpy as np
 
-from ..._arrays import JOINTS, Floats
+from ..._arrays import JOINTS
 from ...arm.arm import Arm
 from ...errors import InputError
 from ...files.tables import load_joints
 from ...timing.retiming import retime
 from ...timing.trajectory import Trajectory
-from ..arguments import DEGREE, add_arm, add_json, add_output, number, numbers, the_arm
+from ..arguments import add_arm, add_json, add_output, joint_bounds, number, the_arm
 from ..motions import motion_of
+from ..pictures import add_picture, draw
 from ..screen import degrees, progress, show, show_json, write
 from ..tables import paint, table
 
@@ -29,6 +30,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
     parser.add_argument("joints", metavar="JOINTS", help="the columns q1..q7, as plan and follow write them")
     add_output(parser, "trajectory", more=", .yaml (ROS)")
+    add_picture(parser, "joints, velocities and accelerations over time")
     add_arm(parser)
     bounds = parser.add_argument_group("bounds")
     bounds.add_argument("--velocity", metavar="V", help="of the joints, deg/s; default: the arm's own")
@@ -52,11 +54,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Write the trajectory and print how long it takes; status 1 where no timing keeps the bounds."""
     arm = the_arm(args)
-    velocity = _bound("--velocity", args.velocity, "deg/s", arm.velocity)
-    acceleration = _bound("--acceleration", args.acceleration, "deg/s^2", arm.acceleration)
+    velocity = joint_bounds("--velocity", args.velocity, "deg/s", arm.velocity)
+    acceleration = joint_bounds("--acceleration", args.acceleration, "deg/s^2", arm.acceleration)
     if np.isinf(acceleration).all():
         raise InputError("--acceleration is missing: the arm states none; wanted deg/s^2")
-    jerk = None if args.jerk is None else _bound("--jerk", args.jerk, "deg/s^3", np.full(JOINTS, np.inf))
+    jerk = (
+        None if args.jerk is None else joint_bounds("--jerk", args.jerk, "deg/s^3", np.full(JOINTS, np.inf))
+    )
     with progress(f"reading {args.joints}"):
         path = motion_of(arm, load_joints(args.joints))
     with progress("timing"):
@@ -66,24 +70,15 @@ def run(args: argparse.Namespace) -> int:
         )  # fmt: skip
     if args.output is not None:
         write(found, args.output)
+    if args.plot is not None:
+        draw("trajectory", args.plot, found, velocity=velocity, acceleration=acceleration)
     if args.json:
         facts = {"duration": found.duration, "rows": len(found), "explanation": found.explain()}
         facts |= {"deviation": found.deviation._asdict()}
-        show_json(facts | {"output": args.output})
+        show_json(facts | {"output": args.output, "plot": args.plot})
     else:
         _show(arm, found)
     return 0
-
-
-def _bound(name: str, text: str | None, unit: str, stated: Floats) -> Floats:
-    """Return one number, or seven, of degrees as (7,) in rad; what the arm states where there is none."""
-    if text is None:
-        return stated
-    count = len(text.replace(",", " ").split())
-    found = numbers(name, text, f"one number or {JOINTS}, {unit}", count if count == 1 else JOINTS)
-    if not (found > 0).all():
-        raise InputError(f"{name} holds {found.min():g}, wanted numbers > 0 in {unit}")
-    return np.broadcast_to(found * DEGREE, (JOINTS,)).copy()
 
 
 def _show(arm: Arm, found: Trajectory) -> None:

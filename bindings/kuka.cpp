@@ -1,0 +1,88 @@
+// KUKA's names for a posture: E1, Status, Turn.
+#include "armangle/kuka.hpp"
+
+#include <vector>
+
+#include "collected.hpp"
+#include "elements.hpp"
+
+namespace binding {
+
+using namespace armangle;
+
+namespace {
+
+/// codes: Status and Turn of each q.
+void kuka_codes(const ArmHandle& self, Floats q, Ints codes, int threads) {
+    const Buffer in(q), to(codes, true);
+    for_each<2>("q", {&in, &to}, {1, 1}, threads, [&](const Py_ssize_t* at, double& value) {
+        const double* joint = in.data<double>() + at[0];
+        for (int j = 0; j < joints; ++j)
+            if (!(std::fabs(joint[j]) <= tolerance::largest_angle)) {
+                value = joint[j];
+                return Problem::joints_not_finite;
+            }
+        long long* code = to.data<long long>() + at[1];
+        code[0] = kuka::status(self.arm, joint);
+        code[1] = kuka::turn(joint);
+        return Problem::none;
+    });
+}
+
+/// Joints of each pose, E1 and Status, and what became of it.
+void kuka_inverse(const ArmHandle& self, Floats pose, Floats e1, Ints status, Floats seed, Floats out,
+                  Ints outcome, int threads) {
+    const Buffer p(pose), e(e1), s(status), q(out, true), code(outcome, true);
+    Buffer near;
+    if (!seed.is_none()) near.get(seed);
+    const Buffer* const buffers[] = {&p, &e, &s, near.held() ? &near : nullptr, &q, &code};
+    for_each<6>("pose", {buffers[0], buffers[1], buffers[2], buffers[3], buffers[4], buffers[5]},
+                {2, 0, 0, 1, 1, 0}, threads, [&](const Py_ssize_t* at, double& value) {
+                    const double* m = p.data<double>() + at[0];
+                    const Problem problem = check_pose(m, value);
+                    if (problem != Problem::none) return problem;
+                    const Inverse found = kuka::inverse(self.arm, load_pose(m), e.data<double>()[at[1]],
+                                                        static_cast<int>(s.data<long long>()[at[2]]),
+                                                        near.held() ? near.data<double>() + at[3] : nullptr);
+                    std::memcpy(q.data<double>() + at[4], found.q, joints * sizeof(double));
+                    code.data<long long>()[at[5]] = static_cast<long long>(found.status);
+                    return Problem::none;
+                });
+}
+
+/// The values of E1 within the limits, of each pose (n, 4, 4) and Status (n,).
+ArcColumns kuka_e1_arcs(const ArmHandle& self, Floats pose, Ints status) {
+    const Buffer p(pose), s(status);
+    const auto n = static_cast<std::size_t>(p.shape(0));
+    Collected whole;
+    whole.reserve(n);
+    Outcome outcome;
+    for (std::size_t i = 0; i < n; ++i) {
+        double value = 0;
+        const double* m = p.data<double>() + 16 * i;
+        const Problem problem = check_pose(m, value);
+        if (problem != Problem::none) {
+            outcome.report(problem, i, value);
+            break;
+        }
+        ArcSet set;
+        const Status why =
+            kuka::e1_arcs(self.arm, load_pose(m), static_cast<int>(s.data<long long>()[i]), self.limits, set);
+        whole.add(self.arm, 0.0, configuration(0), set, why);
+    }
+    refuse(outcome, p, 2, "pose");
+    return whole.release();
+}
+
+}  // namespace
+
+void bind_kuka(nb::class_<ArmHandle>& arm) {
+    using namespace nb::literals;
+    arm.def_prop_ro("is_kuka", [](const ArmHandle& self) { return kuka::is_alike(self.arm); });
+    arm.def("kuka_codes", &kuka_codes, "q"_a, "codes"_a, "threads"_a);
+    arm.def("kuka_inverse", &kuka_inverse, "pose"_a, "e1"_a, "status"_a, "seed"_a.none(), "out"_a,
+            "outcome"_a, "threads"_a);
+    arm.def("kuka_e1_arcs", &kuka_e1_arcs, "pose"_a, "status"_a);
+}
+
+}  // namespace binding

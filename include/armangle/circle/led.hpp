@@ -1,0 +1,63 @@
+// A self-motion led by a joint: its angle is given, and the arm angle follows.
+//
+//          axis 1                            y_3  where the upper arm points
+//            |  . ' theta_1 = const          At theta_2 = 0 the upper arm points along axis 1 and theta_1 is
+//     -------o------- y_3 over psi           free: theta_1(psi) jumps by half a turn there, psi(theta_1)
+//     passes
+//        . ' |                               smoothly, with theta_2 of either sign.
+//
+// Beside theta_2 = 0 (theta_6 = 0) joint 1 (5) leads, and the two branches that meet there are one sheet.
+// With any joint that is locked the arm angle is led by it. The arm angle is a root of U cos - V sin = 0
+// (pivot) or H - cos = 0 (hinge), which are harmonics of it: eq. (26), (27).
+#pragma once
+
+#include <type_traits>
+
+#include "joint_function.hpp"
+
+namespace armangle {
+
+/// What vanishes at the arm angles at which a joint (1..7, but 4) stands at theta; a pivot also half a turn
+/// from it.
+template <class T>
+Harmonic<T> tie(const JointFunctions<T>& f, int joint, const SinCos<T>& theta) noexcept {
+    if (joint % 2 == 0) {
+        Harmonic<T> out = f.hinge[joint / 4].H;
+        out.k = out.k - theta.cos;
+        return out;
+    }
+    const Pivot<T>& p = f.pivot[joint / 2];
+    return {p.U.s * theta.cos - p.V.s * theta.sin, p.U.c * theta.cos - p.V.c * theta.sin,
+            p.U.k * theta.cos - p.V.k * theta.sin};
+}
+
+/// An arm angle that is led, and the square of the slope that the tie has there: near 0 it does not lead.
+template <class T>
+struct Led {
+    SinCos<T> psi;
+    T slope_square;
+};
+
+/// The root of a tie on one side: where it falls (1) or rises (-1) with the arm angle.
+template <class T>
+Led<T> led_angle(const Harmonic<T>& f, const T& side) noexcept {
+    const T square = f.s * f.s + f.c * f.c;
+    T room = square - f.k * f.k;
+    if constexpr (std::is_same_v<T, double>) room = max(room, 0.0);
+    const T root = side * sqrt(room), inverse = T(1.0) / square;
+    return {{(f.c * root - f.s * f.k) * inverse, -(f.s * root + f.c * f.k) * inverse}, room};
+}
+
+/// The seven angles where a joint leads with theta: of joint 1 (5) the sign of theta_2 (theta_6) is what
+/// comes out.
+template <class T>
+Directions<T> led_directions(const SelfMotion<T>& m, const SinCos<T>& psi, int joint,
+                             const SinCos<T>& theta) noexcept {
+    Directions<T> d = directions(m, psi);
+    const Frames<T> f = frames(m, psi);
+    if (joint == 1) put_shoulder(f, theta, f.y3.x * theta.cos + f.y3.y * theta.sin, d);
+    if (joint == 5) put_wrist(f, theta, f.n1.z * theta.cos + f.n2.z * theta.sin, d);
+    return d;
+}
+
+}  // namespace armangle

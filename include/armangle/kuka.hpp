@@ -1,0 +1,163 @@
+// How a KUKA LBR's controller names a posture: pose, E1, Status, Turn.
+//
+// E1 is the value of axis A3 and not an angle of the elbow's circle: of 1288 frames taught on robots, of
+// three public projects, all agree with it (docs: kuka.md). With A3 given the wrist in frame 2 is
+//
+//     (x2, y2, z2) = (-s4 c3 d_ew, -s4 s3 d_ew, d_se + c4 d_ew),
+//
+// which A1 and A2 carry to the wrist p of the pose: |y2| is how far it stays beside their plane, so that
+// x = +-sqrt(p_x^2 + p_y^2 - y2^2) is how far it lies before axis 1, behind it where Status bit 0 is set;
+// A2 turns (x2, z2) into (x, p_z), and A1 turns (x, y2) into (p_x, p_y).
+#pragma once
+
+#include "armangle.hpp"
+
+namespace armangle::kuka {
+
+/// Bits of Status: the wrist behind axis 1 (overhead), A4 < 0, A6 < 0.
+inline constexpr int overhead = 1, bent_back = 2, wrist_down = 4, status_bits = 8, turn_bits = 1 << joints;
+
+/// Whether an arm is built as those controllers expect: no elbow offset, all joints 0 where it is stretched.
+inline bool is_alike(const Arm& arm) noexcept {
+    bool alike = arm.a_3 == 0 && arm.a_4 == 0 && arm.d_4 == 0;
+    for (int j = 0; j < joints; ++j) alike &= arm.offset[j] == 0;
+    return alike;
+}
+
+/// Turn of joints q: bit i - 1 is set where A_i < 0.
+inline int turn(const double* q) noexcept {
+    int bits = 0;
+    for (int j = 0; j < joints; ++j) bits |= (q[j] < 0) << j;
+    return bits;
+}
+
+/// Status of joints q.
+inline int status(const Arm& arm, const double* q) noexcept {
+    const Chain c = chain(arm, q);
+    const Vec3<double> wrist = c.flange.position - c.flange.rotation.z * arm.d_wf;
+    const SinCos<double> first = sin_cos(c.theta[0]);
+    const bool behind = wrist.x * first.cos + wrist.y * first.sin < -tolerance::reference * arm.reach;
+    return behind * overhead + (q[3] < 0) * bent_back + (q[5] < 0) * wrist_down;
+}
+
+/// Joints of a pose with A3 at e1 and the given Status: OK and unique, each joint on the turn within its
+/// limits that is nearest to the seed. LIMITS: no posture of this Status has A3 there, whatever its limits.
+inline Inverse inverse(const Arm& arm, const Pose<double>& pose, double e1, int wanted,
+                       const double* seed = nullptr) noexcept {
+    constexpr double no = not_a_number;
+    Inverse out{{no, no, no, no, no, no, no, 0.0}, Status::BAD_INPUT, no};
+    if (!is_alike(arm) || wanted < 0 || wanted >= status_bits || !(abs(e1) <= tolerance::largest_angle))
+        return out;
+    if (!is_rigid(pose) || (seed && !is_finite(seed))) return out;
+    const auto side = [&](int bit, int joint) { return wanted & bit ? -arm.sign[joint] : arm.sign[joint]; };
+    Configuration<double> gc{1.0, side(bent_back, 3), side(wrist_down, 5)};
+    const SelfMotion<double> m = self_motion(arm, pose, gc);
+    out.status = is_unreachable(m.circle) ? Status::UNREACHABLE : Status::FOLDED;
+    if (out.status == Status::UNREACHABLE || is_folded(m.circle)) return out;
+    const SinCos<double> third = sin_cos(to_theta(arm, 2, e1)), &fourth = m.elbow.theta_4;
+    const double x2 = -fourth.sin * third.cos * arm.d_ew, y2 = -fourth.sin * third.sin * arm.d_ew,
+                 z2 = arm.d_se + fourth.cos * arm.d_ew;
+    const Vec3<double> p = m.circle.w * m.circle.distance;
+    const double room = p.x * p.x + p.y * p.y - y2 * y2,
+                 rounding = 2 * tolerance::reach * arm.size * arm.reach;
+    out.status = Status::LIMITS;
+    if (room < -rounding) return out;
+    const double x = (wanted & overhead ? -1.0 : 1.0) * sqrt(max(room, 0.0));
+    const double theta_1 = wrap(atan2(p.y, p.x) - atan2(y2, x)),
+                 theta_2 = atan2(x * z2 - p.z * x2, x * x2 + p.z * z2);
+    double q[joint_slots] = {to_q(arm, 0, theta_1), to_q(arm, 1, theta_2), e1,
+                             to_q(arm, 3, atan2(fourth.sin, fourth.cos))};
+    gc.shoulder = theta_2 < 0 ? -1.0 : 1.0;
+    const double psi = arm_angle(m.circle, chain(arm, q).z3);
+    out = armangle::inverse(arm, pose, psi, index(gc), seed);
+    if (out.status != Status::OK) return out;
+    // where A2 is 0 the inverse leaves A1 at 0: A1 and A3 turn one axis, and E1 says how they share it
+    if (abs(sin_cos(theta_2).sin) <= tolerance::angle) {
+        const double near = seed ? seed[0] : arm.joint_middle[0];
+        out.q[0] = to_q(theta_1, arm.sign[0], arm.offset[0], arm.limits.lower[0], arm.limits.upper[0], near);
+        out.q[2] = e1;
+        out.margin = limit_margin(arm.limits, out.q);
+    }
+    return out;
+}
+
+namespace detail {
+
+/// Adds the values of A3 over one arc on which the wrist stays on one side of axis 1, if it is `behind`.
+inline void add_values(const Arm& arm, const SelfMotion<double>& m, const JointFunctions<double>& f,
+                       double lower, double upper, bool behind, UnionOfArcs& out) noexcept {
+    const Directions<double> d = directions(m, sin_cos(0.5 * (lower + upper)));
+    const double size = hypot(d.x[0], d.y[0]);
+    const double ahead = (m.circle.w.x * d.x[0] + m.circle.w.y * d.y[0]) / (size > 0 ? size : 1.0);
+    if ((ahead < 0) != behind) return;
+    const armangle::detail::Swings s = armangle::detail::swings(f.pivot[1], f.hinge[0], lower, upper);
+    for (int k = 0; k < s.count; ++k) {
+        const double a = to_q(arm, 2, s.least[k]), b = to_q(arm, 2, s.most[k]);
+        out.add({min(a, b), max(a, b), 0, 0});
+    }
+}
+
+/// Adds the values of A3 where A2 is 0: A1 and A3 then share what the pose asks of both, as their ranges
+/// allow, and the wrist lies before axis 1 where -sin(A4) cos(A3) says so.
+inline void add_shared(const Arm& arm, const armangle::detail::Needle& n, bool behind,
+                       UnionOfArcs& out) noexcept {
+    constexpr int first = 0, third = 2, fourth = 3;
+    if (n.along[0] == 0 || !armangle::detail::holds(arm, n, -1)) return;
+    const ThetaRange a = theta_range(arm, arm.limits, first), b = theta_range(arm, arm.limits, third);
+    const double along = n.along[0], from = n.theta[third] - along * a.lower,
+                 to = n.theta[third] - along * a.upper;
+    const bool forward = -sin_cos(n.theta[fourth]).sin > 0;
+    const double middle = forward == behind ? pi : 0.0;
+    ArcSet shared, own, before, both, all;
+    make_arc(shared, min(from, to), max(from, to), 0, 0);
+    make_arc(own, b.lower, b.upper, 0, 0);
+    make_arc(before, middle - half_pi, middle + half_pi, 0, 0);
+    intersect(shared, own, both);
+    intersect(both, before, all);
+    for (int i = 0; i < all.count; ++i) {
+        const double p = to_q(arm, third, all.arc[i].lower), q = to_q(arm, third, all.arc[i].upper);
+        out.add({min(p, q), max(p, q), 0, 0});
+    }
+}
+
+}  // namespace detail
+
+/// Values of E1 at which postures of a Status hold a pose within all limits.
+inline armangle::Status e1_arcs(const Arm& arm, const Pose<double>& pose, int wanted, const LimitTable& t,
+                                ArcSet& out) noexcept {
+    make_empty(out);
+    if (!is_alike(arm) || wanted < 0 || wanted >= status_bits) return Status::BAD_INPUT;
+    UnionOfArcs values;
+    Status why = Status::UNREACHABLE;
+    for (const double shoulder : {1.0, -1.0}) {
+        const Configuration<double> gc{shoulder, (wanted & bent_back ? -1.0 : 1.0) * arm.sign[3],
+                                       (wanted & wrist_down ? -1.0 : 1.0) * arm.sign[5]};
+        const SelfMotion<double> m = self_motion(arm, pose, gc);
+        const JointFunctions<double> f = joint_functions(m);
+        ArcSet arcs;
+        why = armangle::detail::nearer_reason(why, feasible(m, f, t, arcs));
+        // the wrist passes axis 1's side plane where A1 is square to it
+        const Pivot<double>& first = f.pivot[0];
+        const auto square = [&](double u, double v) { return m.circle.w.y * u + m.circle.w.x * v; };
+        const Roots sides =
+            roots({square(first.U.s, first.V.s), square(first.U.c, first.V.c), square(first.U.k, first.V.k)});
+        for (int i = 0; i < arcs.count; ++i) {
+            armangle::detail::Walk cuts;
+            cuts.psi[cuts.count++] = arcs.arc[i].lower;
+            cuts.psi[cuts.count++] = arcs.arc[i].upper;
+            for (int k = 0; k < sides.count; ++k)
+                cuts.insert(sides.psi[k], arcs.arc[i].lower, arcs.arc[i].upper);
+            for (int k = 1; k < cuts.count; ++k)
+                detail::add_values(arm, m, f, cuts.psi[k - 1], cuts.psi[k], wanted & overhead, values);
+        }
+        if (t.margin > 0 || is_unreachable(m.circle) || is_folded(m.circle)) continue;
+        armangle::detail::each_needle(arm, m, f, f, [&](const armangle::detail::Needle& n) {
+            detail::add_shared(arm, n, wanted & overhead, values);
+        });
+    }
+    values.finish(out);
+    if (!out.empty()) return Status::OK;
+    return why == Status::OK ? Status::LIMITS : why;
+}
+
+}  // namespace armangle::kuka

@@ -1,0 +1,139 @@
+// Where the elbow goes while the tool follows a hand that nobody knows beforehand.
+//
+//   psi carried      the psi of a new pose that moves the joints least
+//   psi with room    near it, the one whose joints keep away from limits and from theta_2, theta_6 = 0
+//   bend ahead       how far the elbow has to be bent already, to be in time for the hand that comes in:
+//
+//        bend |        .-- b(t + tau) of the hand          near straight r ~ L (1 - b^2 / 8), so that a hand
+//             |   ____/                                    that comes in at constant speed asks b of sqrt(t):
+//        now -|--/---- max (b(t + tau) - way(tau))         joint 4 has neither the speed nor the acceleration
+//             +------------------ tau
+#pragma once
+
+#include <cmath>
+
+#include "../circle/towards.hpp"
+#include "../limits/joint_boxes.hpp"
+#include "../limits/relaxed.hpp"
+
+namespace armangle {
+
+namespace elbow_rule {
+inline constexpr double longest = 0.05;      // rad that psi is carried in a tick
+inline constexpr double unsure = 0.05;       // an elbow hint this near the shoulder-wrist line says nothing
+inline constexpr double room = 0.05;         // cost of a joint near its limit
+inline constexpr double edge = 1.05;         // that cost is x^2 / (edge - x^2) at a share x of half the range
+inline constexpr double beyond = 100.0;      // cost of a joint beyond its limit
+inline constexpr double singular = 0.1;      // cost of a rad^2 within the margin of theta_2, theta_6 = 0
+inline constexpr double turning = 0.1;       // cost of a rad^2 that psi turns
+inline constexpr double horizon = 0.6;       // s that the elbow looks ahead
+inline constexpr int glances = 8;            // at so many times
+inline constexpr double acceleration = 0.7;  // share of joint 4's acceleration that it counts on
+inline constexpr double most = 0.8;          // rad: it is not bent further beforehand
+}  // namespace elbow_rule
+
+/// psi of a self-motion that moves the joints least from q, speeds weighed by their bounds (rad/s): that of
+/// the same elbow axis, and one Gauss-Newton step.
+inline double psi_carried(const Arm& arm, const SelfMotion<double>& m, const JointFunctions<double>& f,
+                          const Vec3<double>& z3, const double* q, const double* fastest) noexcept {
+    const double held = arm_angle(m.circle, z3);
+    const SinCos<double> at = sin_cos(held);
+    const Joints there = joints_near(arm, directions(m, at), q), slope = rate(arm, f, at);
+    double along = 0, size = 0;
+    for (int j = 0; j < joints; ++j) {
+        if (!(abs(slope.q[j]) < infinity)) return held;
+        const double weight = fastest[j] < infinity ? 1.0 / (fastest[j] * fastest[j]) : 1.0;
+        along += weight * slope.q[j] * (there.q[j] - q[j]);
+        size += weight * slope.q[j] * slope.q[j];
+    }
+    if (!(size > 0)) return held;
+    return held - min(max(along / size, -elbow_rule::longest), elbow_rule::longest);
+}
+
+/// The psi that an elbow hint wishes, and how much it says: 0 where its point lies on the line from shoulder
+/// to wrist, or its direction along it; 1 across.
+struct ElbowChoice {
+    double psi, confidence;
+};
+
+inline ElbowChoice hinted_psi(const Arm& arm, const SelfMotion<double>& m, const Towards& hint) noexcept {
+    const WishedPsi wished = psi_towards(arm, m, hint);
+    Vec3<double> v = arm.has_base ? arm.base_inverse.rotation * hint.target : hint.target;
+    if (hint.wish == Wish::point) v = v + arm.base_inverse.position - Vec3<double>{0, 0, arm.d_bs};
+    const double far = norm(v), across = norm(v - m.circle.w * dot(v, m.circle.w));
+    if (wished.why != Indifferent::no || !(across > elbow_rule::unsure * far) || !(far < infinity))
+        return {0.0, 0.0};
+    return {wished.psi, across / far};
+}
+
+namespace detail {
+
+/// What eight arm angles cost: joints near their limits, lifted next to q, and hinges near 0 and pi.
+inline Boxes crowding(const Arm& arm, const SelfMotion<double>& m, const JointFunctions<double>& f,
+                      const SinCos<Boxes>& at, const double* q, double margin) noexcept {
+    Boxes cost(0.0);
+    const auto value = [&at](const Harmonic<double>& h) { return spread(h).at(at); };
+    for (int side = 0; side < hinges; ++side) {
+        const Pivot<double>&first = f.pivot[2 * side], &last = f.pivot[2 * side + 1];
+        const double g = side == 0 ? m.gc.shoulder : m.gc.wrist;
+        const Boxes u = value(first.U), v = value(first.V);
+        const Boxes bend = atan2(hypot(u, v), value(f.hinge[side].H)), half_turn(g > 0 ? 0.0 : pi);
+        const Boxes theta[3] = {atan2(u, v) + half_turn, Boxes(g) * bend,
+                                atan2(value(last.U), value(last.V)) + half_turn};
+        for (int k = 0; k < 3; ++k) {
+            const int j = 4 * side + k;
+            const double half = 0.5 * (arm.limits.upper[j] - arm.limits.lower[j]);
+            if (!(half > 0) || !(half < infinity)) continue;
+            const Boxes there = lift(to_q(theta[k], Boxes(arm.sign[j]), Boxes(arm.offset[j])), Boxes(q[j]));
+            const Boxes share = (there - Boxes(arm.joint_middle[j])) * Boxes(1.0 / half), x = share * share;
+            cost = cost + select(x < Boxes(1.0), Boxes(elbow_rule::room) * x / (Boxes(elbow_rule::edge) - x),
+                                 Boxes(elbow_rule::beyond) * x);
+        }
+        const Boxes near = max(Boxes(margin) - bend, Boxes(0.0)),
+                    far = max(bend - Boxes(pi - margin), Boxes(0.0));
+        cost = cost + Boxes(elbow_rule::singular) * (near * near + far * far);
+    }
+    return cost;
+}
+
+}  // namespace detail
+
+/// How far psi should turn from `psi` for joints with more room: the least cost of sixteen turns.
+inline double turn_to_room(const Arm& arm, const SelfMotion<double>& m, double psi, const double* q,
+                           double margin) noexcept {
+    static constexpr int parts = 2;
+    static constexpr double turns[parts][joint_slots] = {{0, 0.02, -0.02, 0.06, -0.06, 0.15, -0.15, 0.3},
+                                                         {-0.3, 0.55, -0.55, 0.9, -0.9, 1.4, -1.4, 2.2}};
+    const JointFunctions<double> f = joint_functions(m);
+    double least = infinity, best = 0;
+    for (const auto& part : turns) {
+        const Boxes turn = Boxes::load(part);
+        const Boxes cost = detail::crowding(arm, m, f, sin_cos(Boxes(psi) + turn), q, margin) +
+                           Boxes(elbow_rule::turning) * turn * turn;
+        for (int i = 0; i < joint_slots; ++i) {
+            if (!(cost[i] < least)) continue;
+            least = cost[i];
+            best = part[i];
+        }
+    }
+    return best;
+}
+
+/// How far off straight (rad) the elbow has to be bent now so that joint 4, from rest and with this speed and
+/// acceleration, will be in time for a wrist that goes on at `speed` from `wrist` (m, seen from the
+/// shoulder).
+inline double bend_ahead(const Arm& arm, const Vec3<double>& wrist, const Vec3<double>& speed, double fastest,
+                         double hardest) noexcept {
+    const double a = elbow_rule::acceleration * hardest, ramp = fastest / a;
+    if (is_nan(ramp)) return 0.0;  // no bounds: always in time
+    double need = 0;
+    for (int i = 1; i <= elbow_rule::glances; ++i) {
+        const double after = elbow_rule::horizon * i / elbow_rule::glances;
+        const double bend = detail::bend_of(arm, norm(wrist + speed * after));
+        const double way = after < ramp ? 0.5 * a * after * after : fastest * (after - 0.5 * ramp);
+        need = max(need, bend - way);
+    }
+    return min(need, elbow_rule::most);
+}
+
+}  // namespace armangle

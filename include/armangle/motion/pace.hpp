@@ -1,0 +1,37 @@
+// Towards a posture by one step, so that every joint can come to rest there.
+//
+//    speed |      ____________
+//          |     /            \        no faster than v^2 = 2 a s, a being a share of what the joint may
+//          brake |    /              \__     with, and at the end geometrically, so that steps do not overrun
+//          it
+//          +---------------------------- way
+//
+// All joints keep to one straight line: one of them goes as fast as it may.
+#pragma once
+
+#include "../arm/limits.hpp"
+
+namespace armangle {
+
+namespace approach_rule {
+inline constexpr double braking = 0.6;  // share of the acceleration that an approach is planned with
+inline constexpr double ticks = 3.0;    // an approach ends no faster than geometrically over so many steps
+}  // namespace approach_rule
+
+/// The factor k, in 1/s, of an approach k d over moves d (rad) with which every joint can stop there; bounds
+/// in rad/s and rad/s^2, infinite where there is none. Without accelerations the last step is a whole one.
+inline double pace(const double (&d)[joints], double dt, const double* velocity,
+                   const double* acceleration) noexcept {
+    double k = 1.0 / dt;
+    for (int j = 0; j < joints; ++j) {
+        const double way = abs(d[j]);
+        if (!(way > 0)) continue;
+        k = min(k, velocity[j] / way);
+        if (!(acceleration[j] < infinity)) continue;
+        k = min(k, 1.0 / (approach_rule::ticks * dt));
+        k = min(k, sqrt(2.0 * approach_rule::braking * acceleration[j] / way));
+    }
+    return k;
+}
+
+}  // namespace armangle

@@ -1,0 +1,531 @@
+// Ways that pass from branch to branch where two of them meet, and ways that begin or end there.
+//
+//     theta_2 |.          GC 0            At theta_2 = 0 the postures of two branches are the same, and
+//     theta_1 is
+//             |  ` .                      free: a motion that keeps theta_1 passes through. phi does not
+//             describe
+//           0 +------`o-----------> s     it there (every theta_1 belongs to one phi), theta_1 does: it
+//           leads, and
+//             |         ` . _             phi follows (led.hpp).
+//             |     GC 1      ` '
+//
+// The search is that of search.hpp over the postures of several branches at once, and of grids of the leading
+// angle beside theta_2 = 0 (theta_6 = 0). Links join postures of one branch, or of two that meet there, by
+// |dq| alone. Each row then is moved along the fastest of phi, theta_1 and theta_5, in which no joint is
+// infinitely fast, to the least travel; runs of rows with the same one become splines that go over into each
+// other twice differentiably. Whatever is found is proven by certify.hpp, or dropped.
+#pragma once
+
+#include "certify.hpp"
+#include "search.hpp"
+
+namespace armangle {
+
+namespace crossing_rule {
+inline constexpr double near = 0.35;   // |theta| of a hinge up to which the pivot beside it may lead (rad)
+inline constexpr double grid = 0.25;   // of the theta that leads (rad)
+inline constexpr double move = 0.8;    // of a joint from section to section (rad)
+inline constexpr double leads = 3.0;   // a pivot leads where it turns so many times as fast as phi ...
+inline constexpr double keeps = 1.0;   // ... and may still lead at the next row where it turns so fast
+inline constexpr double slope = 1e-3;  // of the tie of a leading angle, at least
+inline constexpr int rounds = 40;      // of smoothing
+inline constexpr double step = 0.3;    // of a row in one round (rad)
+inline constexpr double done = 1e-7;   // share of the energy that a last round saves
+inline constexpr double probe = 1e-5;  // of a row, for its slope (rad)
+inline constexpr double reference = 0.1,
+                        floor = 1e-3;  // cost of a distance d from a limit: (reference / d)^2
+inline constexpr std::size_t most_sections = 4000;
+inline constexpr double beside[] = {0.01, 0.03, 0.08, 0.2,
+                                    0.45};  // of the step at a fixed end: more sections
+}  // namespace crossing_rule
+
+/// What a crossing is asked for.
+struct CrossingTask {
+    std::vector<int> branches;     // that may be passed
+    std::vector<double> sections;  // s, rising from 0 to 1
+    Anchor start, goal;
+};
+
+namespace detail {
+
+/// Joint that turns about one axis with the joint two further on where hinge h is 0.
+inline int leading_joint(int h) noexcept { return pivot_joint[2 * h] + 1; }
+
+class Crossing {
+public:
+    Crossing(const Task& task, const CrossingTask& asked) : task_(task), asked_(asked) {}
+
+    /// The stretches of a way, with the branch it begins in; none where there is no way.
+    std::vector<Stretch> run(int& gc, long long& links) {
+        if (!search(links)) return {};
+        choose_leads();
+        relax();
+        choose_leads();
+        relax();
+        gc = rows_.front().gc;
+        return draw();
+    }
+
+    /// Joints that the way begins with.
+    const double* first() const noexcept { return rows_.front().q; }
+
+private:
+    struct Node {
+        Candidate posture;
+        double hinge[2], rated, cost = infinity;
+        std::uint32_t from = 0;
+    };
+
+    struct Block {  // the windings of one phi
+        Windings windings;
+        int gc;
+    };
+
+    /// One row of the way: where it is, along what it moves, and its joints.
+    struct Row {
+        double s;
+        int gc, lead = 0;
+        double side = 0, x = 0;  // phi or theta of the joint that leads
+        double q[joint_slots], slope[joints];
+        double phi;
+        Circle<double> circle;
+        bool fixed = false;
+    };
+
+    // ---- search
+
+    double limit_cost(const double* q) const noexcept {
+        double sum = 0;
+        for (int j = 0; j < joints; ++j) {
+            if (j == 3) continue;
+            for (const double d : {q[j] - task_.limits.lower[j], task_.limits.upper[j] - q[j]}) {
+                if (!(d < infinity)) continue;
+                const double share = crossing_rule::reference / max(d, crossing_rule::floor);
+                sum += share * share;
+            }
+        }
+        return sum;
+    }
+
+    Node node(const Candidate& x) const noexcept {
+        Node out{x, {}, limit_cost(x.q)};
+        for (int h = 0; h < hinges; ++h)
+            out.hinge[h] = wrap(to_theta(task_.arm, hinge_joint[h], x.q[hinge_joint[h]]));
+        return out;
+    }
+
+    /// Postures of a section on a grid of the theta that leads, beside hinge h.
+    void fill_led(const Section& l, int gc, int h, const Window& window, Candidates& candidates,
+                  Postures& out) const {
+        const double nearest =
+            2 * std::asin(min(1.0, std::sqrt(max(0.0, 0.5 * l.functions.hinge[h].high.below_one))));
+        if (l.status == Status::UNREACHABLE || l.status == Status::FOLDED || nearest > crossing_rule::near)
+            return;
+        const int joint = leading_joint(h), j = hinge_joint[h];
+        const double own = (h == 0 ? configuration(gc).shoulder : configuration(gc).wrist);
+        const Anchor& end = asked_.start.given ? asked_.start : asked_.goal;
+        const double from = end.given ? to_theta(task_.arm, joint - 1, end.q[joint - 1]) : 0.0;
+        const int n = static_cast<int>(two_pi / crossing_rule::grid);
+        for (int i = 0; i < n; ++i) {
+            const SinCos<double> theta = sin_cos(from + two_pi * i / n);
+            const Harmonic<double> f = tie(l.functions, joint, theta);
+            for (const double side : {-1.0, 1.0}) {
+                const Led<double> led = led_angle(f, side);
+                if (!(led.slope_square > crossing_rule::slope * crossing_rule::slope)) continue;
+                const Directions<double> d = led_directions(l.motion, led.psi, joint, theta);
+                const double angle = atan2(d.y[j], d.x[j]);
+                if (abs(angle) > crossing_rule::near || (angle * own < 0) || (angle == 0 && own < 0))
+                    continue;
+                double all[joint_slots];
+                angles(d).store(all);
+                candidates.put_posture(atan2(led.psi.sin, led.psi.cos), all, window, out);
+            }
+        }
+    }
+
+    bool search(long long& links) {
+        const Objective plain;
+        const std::size_t n = asked_.sections.size();
+        std::vector<std::vector<Node>> layers(n);
+        std::vector<std::vector<int>> branch(n);
+        std::vector<Candidates> candidates(asked_.branches.size(), Candidates(task_, plain, 0));
+        std::vector<Block> blocks, before;
+        Window window;
+        for (std::size_t k = 0; k < n; ++k) {
+            const double s = asked_.sections[k];
+            before.swap(blocks);
+            blocks.clear();
+            const bool first = k == 0 && asked_.start.given, last = k + 1 == n && asked_.goal.given;
+            for (std::size_t b = 0; b < asked_.branches.size(); ++b) {
+                const int gc = asked_.branches[b];
+                Postures here;
+                if (first || last) {
+                    const Anchor& end = first ? asked_.start : asked_.goal;
+                    if (own_branch(end) != gc) continue;
+                    candidates[b].put_fixed(end.phi, 0, end.q, here);
+                } else {
+                    Tube alone;
+                    const SolvedSection solved = solve_section(task_, gc, s);
+                    alone.sections.push_back(solved.section);
+                    alone.arcs.assign(solved.arcs.arc, solved.arcs.arc + solved.arcs.count);
+                    alone.sections[0].first = 0;
+                    alone.sections[0].count = static_cast<std::uint32_t>(solved.arcs.count);
+                    if (asked_.goal.given && !asked_.start.given) candidates[b].set_reference(asked_.goal.q);
+                    candidates[b].fill(alone, alone.sections[0], window, here);
+                    for (int h = 0; h < hinges; ++h)
+                        fill_led(alone.sections[0], gc, h, window, candidates[b], here);
+                }
+                const std::size_t at = layers[k].size();
+                for (Windings& w : here.groups) {
+                    w.first += static_cast<std::uint32_t>(at);
+                    blocks.push_back({w, gc});
+                }
+                for (const Candidate& x : here.all) {
+                    layers[k].push_back(node(x));
+                    branch[k].push_back(gc);
+                }
+            }
+            bool alive = false;
+            window.set = true;
+            for (int j = 0; j < joints; ++j) {
+                window.lower[j] = infinity;
+                window.upper[j] = -infinity;
+            }
+            for (std::size_t i = 0; i < layers[k].size(); ++i) {
+                Node& x = layers[k][i];
+                if (k == 0) {
+                    x.cost = 0;
+                } else {
+                    links -= static_cast<long long>(before.size());
+                    if (links < 0) return false;
+                    const double ds = s - asked_.sections[k - 1];
+                    for (const Block& block : before) link(x, branch[k][i], block, layers[k - 1], ds);
+                }
+                if (!(x.cost < infinity)) continue;
+                alive = true;
+                for (int j = 0; j < joints; ++j) {
+                    window.lower[j] = min(window.lower[j], x.posture.q[j] - crossing_rule::move);
+                    window.upper[j] = max(window.upper[j], x.posture.q[j] + crossing_rule::move);
+                }
+            }
+            if (!alive) return false;
+        }
+        std::size_t at = 0;
+        for (std::size_t i = 1; i < layers[n - 1].size(); ++i)
+            if (layers[n - 1][i].cost < layers[n - 1][at].cost) at = i;
+        rows_.resize(n);
+        for (std::size_t k = n; k-- > 0;) {
+            const Node& x = layers[k][at];
+            Row& row = rows_[k];
+            row.s = asked_.sections[k];
+            row.gc = branch[k][at];
+            row.phi = x.posture.phi;
+            row.circle = task_.circle_at(row.s);
+            std::copy(x.posture.q, x.posture.q + joints, row.q);
+            row.fixed = (k == 0 && asked_.start.given) || (k + 1 == n && asked_.goal.given);
+            at = x.from;
+        }
+        for (std::size_t k = 1; k < n; ++k)
+            for (int j = 0; j < joints; ++j)
+                if (is_unlimited(task_.limits, j)) rows_[k].q[j] = lift(rows_[k].q[j], rows_[k - 1].q[j]);
+        return true;
+    }
+
+    int own_branch(const Anchor& end) const noexcept {
+        double theta[joints];
+        for (int j = 0; j < joints; ++j) theta[j] = to_theta(task_.arm, j, end.q[j]);
+        return index(configuration(task_.arm, theta));
+    }
+
+    /// Takes the link of a posture to a block of those before, where it is the cheapest so far.
+    void link(Node& x, int gc, const Block& block, const std::vector<Node>& before,
+              double ds) const noexcept {
+        const int differ = gc ^ block.gc;
+        if (differ != 0 && differ != 1 && differ != 4) return;
+        const Move move = nearest_winding(task_, x.posture, block.windings, crossing_rule::move);
+        if (!(move.travel < infinity)) return;
+        const Node& y = before[move.from];
+        if (!(y.cost < infinity)) return;
+        if (differ) {
+            const int h = differ == 1 ? 0 : 1;
+            if (abs(x.hinge[h]) > crossing_rule::near || abs(y.hinge[h]) > crossing_rule::near) return;
+        }
+        const double cost = y.cost + move.travel * move.travel / ds + ds * x.rated;
+        if (!(cost < x.cost)) return;
+        x.cost = cost;
+        x.from = move.from;
+    }
+
+    // ---- rows
+
+    SelfMotion<double> motion(const Row& row) const noexcept {
+        return self_motion(task_.arm, row.circle, configuration(row.gc));
+    }
+
+    /// The row moved to x along what it moves along; false where that leads nowhere.
+    bool put(Row& row, double x) const noexcept {
+        const SelfMotion<double> m = motion(row);
+        Directions<double> d;
+        SinCos<double> phi;
+        if (row.lead == 0) {
+            phi = sin_cos(x);
+            d = directions(m, phi);
+        } else {
+            const SinCos<double> theta = sin_cos(x);
+            const Led<double> led = led_angle(tie(joint_functions(m), row.lead, theta), row.side);
+            if (!(led.slope_square > crossing_rule::slope * crossing_rule::slope)) return false;
+            phi = led.psi;
+            d = led_directions(m, phi, row.lead, theta);
+            Configuration<double> sign = m.gc;
+            (row.lead == 1 ? sign.shoulder : sign.wrist) = d.y[row.lead] < 0 ? -1.0 : 1.0;
+            row.gc = index(sign);
+        }
+        const Joints q = joints_near(task_.arm, d, row.q);
+        std::copy(q.q, q.q + joints, row.q);
+        row.x = x;
+        row.phi = row.lead == 0 ? x : lift(atan2(phi.sin, phi.cos), row.phi);
+        return true;
+    }
+
+    /// dtheta / dphi of the pivot that may lead beside hinge h; 0 where it may not, at |theta| beyond `near`.
+    double speed(const Row& row, int h) const noexcept {
+        const double theta = wrap(to_theta(task_.arm, hinge_joint[h], row.q[hinge_joint[h]]));
+        if (abs(theta) > 2 * crossing_rule::near) return 0;
+        const JointFunctions<double> f = joint_functions(motion(row));
+        const Harmonic<double> t = tie(f, leading_joint(h), leading_theta(row, h));
+        const double slope = abs(t.slope(sin_cos(row.phi)));
+        return slope > crossing_rule::slope ? slope / max(abs(std::sin(theta)), 1e-12) : 0.0;
+    }
+    SinCos<double> leading_theta(const Row& row, int h) const noexcept {
+        const int j = leading_joint(h) - 1;
+        return sin_cos(to_theta(task_.arm, j, row.q[j]));
+    }
+
+    /// Lets a pivot lead the row (0: none).
+    void set_lead(Row& row, int lead) const noexcept {
+        row.lead = lead;
+        if (lead == 0) {
+            row.x = row.phi;
+            return;
+        }
+        row.x = to_theta(task_.arm, lead - 1, row.q[lead - 1]);
+        const Harmonic<double> t = tie(joint_functions(motion(row)), lead, sin_cos(row.x));
+        row.side = t.slope(sin_cos(row.phi)) > 0 ? -1.0 : 1.0;
+    }
+
+    /// Each row moves along the fastest of phi, theta_1 and theta_5; a pivot leads on to rows beside while it
+    /// is no slower than phi, so that what leads changes where either would do.
+    void choose_leads() {
+        const std::size_t n = rows_.size();
+        std::vector<int> lead(n, 0);
+        for (std::size_t k = 0; k < n; ++k) {
+            double most = crossing_rule::leads;
+            for (int h = 0; h < hinges; ++h) {
+                const double now = speed(rows_[k], h);
+                if (now > most) {
+                    most = now;
+                    lead[k] = leading_joint(h);
+                }
+            }
+        }
+        const auto spread = [&](std::size_t k, std::size_t from) {
+            if (lead[k] != 0 || lead[from] == 0) return;
+            if (speed(rows_[k], lead[from] == 1 ? 0 : 1) > crossing_rule::keeps) lead[k] = lead[from];
+        };
+        for (std::size_t k = 1; k < n; ++k) spread(k, k - 1);
+        for (std::size_t k = n - 1; k-- > 0;) spread(k, k + 1);
+        for (std::size_t k = 0; k < n; ++k) {
+            set_lead(rows_[k], lead[k]);
+            if (lead[k] == 0 && k && rows_[k - 1].lead == 0)
+                rows_[k].x = rows_[k].phi = lift(rows_[k].phi, rows_[k - 1].phi);
+        }
+    }
+
+    // ---- smoothing: Gauss-Newton steps with Marquardt's damping, as relax.hpp
+
+    double energy() const noexcept {
+        double sum = 0;
+        for (std::size_t k = 0; k < rows_.size(); ++k) {
+            sum += share(k) * limit_cost(rows_[k].q);
+            if (k == 0) continue;
+            double d = 0;
+            for (int j = 0; j < joints; ++j) {
+                const double move = rows_[k].q[j] - rows_[k - 1].q[j];
+                d += move * move;
+            }
+            sum += d / (rows_[k].s - rows_[k - 1].s);
+        }
+        return sum;
+    }
+    double share(std::size_t k) const noexcept {
+        const std::size_t n = rows_.size();
+        return 0.5 *
+               ((k ? rows_[k].s - rows_[k - 1].s : 0.0) + (k + 1 < n ? rows_[k + 1].s - rows_[k].s : 0.0));
+    }
+
+    /// dq of each row along what it moves along, by differences.
+    void find_slopes() {
+        for (Row& row : rows_) {
+            Row left = row, right = row;
+            const bool both =
+                put(left, row.x - crossing_rule::probe) && put(right, row.x + crossing_rule::probe);
+            for (int j = 0; j < joints; ++j)
+                row.slope[j] = both ? (right.q[j] - left.q[j]) / (2 * crossing_rule::probe) : 0.0;
+        }
+    }
+
+    void relax() {
+        const std::size_t n = rows_.size();
+        if (n < 2) return;
+        std::vector<double> gradient(n), diagonal(n), off(n), move(n);
+        std::vector<Row> best;
+        double now = energy(), damping = 1e-3;
+        for (int round = 0; round < crossing_rule::rounds && damping < 1e6; ++round) {
+            find_slopes();
+            for (std::size_t k = 0; k < n; ++k) {
+                gradient[k] = diagonal[k] = off[k] = 0;
+                limit_slopes(k, gradient[k], diagonal[k]);
+            }
+            for (std::size_t k = 0; k + 1 < n; ++k) {
+                const Row &a = rows_[k], &b = rows_[k + 1];
+                const double w = 2 / (b.s - a.s);
+                for (int j = 0; j < joints; ++j) {
+                    const double d = b.q[j] - a.q[j];
+                    gradient[k] -= w * d * a.slope[j];
+                    gradient[k + 1] += w * d * b.slope[j];
+                    diagonal[k] += w * a.slope[j] * a.slope[j];
+                    diagonal[k + 1] += w * b.slope[j] * b.slope[j];
+                    off[k] -= w * a.slope[j] * b.slope[j];
+                }
+            }
+            double carried = 0, moved = 0;
+            for (std::size_t k = 0; k < n; ++k) {
+                const bool free = !rows_[k].fixed, linked = k > 0 && free && !rows_[k - 1].fixed;
+                const double below = linked ? off[k - 1] : 0.0;
+                const double pivot = (free ? diagonal[k] * (1 + damping) + 1e-12 : 1.0) - below * carried;
+                carried = (k + 1 < n && free && !rows_[k + 1].fixed ? off[k] : 0.0) / pivot;
+                moved = ((free ? -gradient[k] : 0.0) - below * moved) / pivot;
+                move[k] = moved;
+                diagonal[k] = carried;
+            }
+            for (std::size_t k = n - 1; k-- > 0;) move[k] -= diagonal[k] * move[k + 1];
+            best = rows_;
+            for (std::size_t k = 0; k < n; ++k) {
+                const double step = min(max(move[k], -crossing_rule::step), crossing_rule::step);
+                Row row = rows_[k];
+                if (!row.fixed && put(row, row.x + step) && within_limits(task_.limits, row.q, 0.0))
+                    rows_[k] = row;
+            }
+            const double then = energy();
+            if (then < now) {
+                const bool done = now - then < crossing_rule::done * now;
+                now = then;
+                damping = max(damping * 0.3, 1e-6);
+                if (done) return;
+            } else {
+                rows_ = best;
+                damping *= 10;
+            }
+        }
+    }
+
+    void limit_slopes(std::size_t k, double& gradient, double& diagonal) const noexcept {
+        const Row& row = rows_[k];
+        for (int j = 0; j < joints; ++j) {
+            if (j == 3) continue;
+            for (const double sign : {-1.0, 1.0}) {
+                const double d =
+                    sign < 0 ? task_.limits.upper[j] - row.q[j] : row.q[j] - task_.limits.lower[j];
+                if (!(d < infinity)) continue;
+                const double held = max(d, crossing_rule::floor);
+                const double c =
+                    share(k) * crossing_rule::reference * crossing_rule::reference / (held * held);
+                const double slope = -2 * c / held * sign * row.slope[j];
+                gradient += slope;
+                diagonal += 1.5 * slope * slope / max(c, 1e-300);
+            }
+        }
+    }
+
+    // ---- curve
+
+    /// Value, slope and curvature with respect to s of what leads (0: phi) at the end of a stretch.
+    struct Joint3 {
+        double value, slope, curvature;
+    };
+    Joint3 at_end(const Curve& curve, const Stretch& x, int lead, double near) const noexcept {
+        using J = Jet<double, 3>;
+        const J s = J::variable(x.end);
+        const PlacedDirections<J> here = curve.place(x, s, phi_at(x, s));
+        const J angle = lead == 0 ? atan2(here.phi.sin, here.phi.cos)
+                                  : atan2(here.angles.y[lead - 1], here.angles.x[lead - 1]);
+        return {lift(angle.value(), near), angle.coefficient[1], 2 * angle.coefficient[2]};
+    }
+
+    /// Splines of the runs of rows that move along the same; each goes over into the next with two
+    /// derivatives.
+    std::vector<Stretch> draw() const {
+        std::vector<Stretch> out;
+        const std::size_t n = rows_.size();
+        std::size_t from = 0;
+        while (from + 1 < n) {
+            const int lead = step_lead(from);
+            std::size_t to = from + 1;
+            while (to + 1 < n && step_lead(to) == lead) ++to;
+            if (!piece(from, to, lead, out)) return {};
+            from = to;
+        }
+        return out;
+    }
+
+    /// What leads from row k to the next: whatever leads either of them, the later one first.
+    int step_lead(std::size_t k) const noexcept {
+        return rows_[k + 1].lead != 0 ? rows_[k + 1].lead : rows_[k].lead;
+    }
+
+    bool piece(std::size_t from, std::size_t to, int lead, std::vector<Stretch>& out) const {
+        std::vector<double> s, x;
+        Row led = rows_[from];
+        set_lead(led, lead);
+        for (std::size_t k = from; k <= to; ++k) {
+            Row row = rows_[k];
+            if (row.lead != lead) set_lead(row, lead);
+            s.push_back(row.s);
+            x.push_back(x.empty() || lead != 0 ? row.x : lift(row.x, x.back()));
+        }
+        const int gc = led.gc;
+        std::vector<double> control = control_values(s, x);
+        if (!out.empty()) {
+            const Curve so_far{task_.arm, task_.plane, gc, {task_.segments, task_.segment_count}, out};
+            const Joint3 before = at_end(so_far, out.back(), lead, x.front());
+            const double h = s[1] - s[0], both = (s.size() > 2 ? s[2] : s[1]) - s[0];
+            control[0] = before.value;
+            control[1] = before.value + before.slope * h / 3;
+            control[2] = control[1] + both * (before.curvature * h / 6 + (control[1] - control[0]) / h);
+        }
+        for (std::size_t i = 0; i + 1 < s.size(); ++i) {
+            double t[6];
+            for (std::size_t k = 0; k < 6; ++k) t[k] = s[std::clamp<std::size_t>(i + k, 2, s.size() + 1) - 2];
+            const double l = s[i], r = s[i + 1];
+            const double b0 = blossom(&control[i], t, {l, l, l}), b1 = blossom(&control[i], t, {l, l, r});
+            const double b2 = blossom(&control[i], t, {l, r, r}), b3 = blossom(&control[i], t, {r, r, r});
+            Stretch& y = out.emplace_back();
+            y.start = l;
+            y.end = r;
+            const double power[4] = {b0, 3 * (b1 - b0), 3 * (b2 - 2 * b1 + b0), b3 - 3 * b2 + 3 * b1 - b0};
+            for (int k = 0; k < 4; ++k) y.coefficient[k] = power[k];
+            y.lead = lead;
+            y.side = led.side;
+            y.branch = gc;
+        }
+        return true;
+    }
+
+    const Task& task_;
+    const CrossingTask& asked_;
+    std::vector<Row> rows_;
+};
+
+}  // namespace detail
+
+}  // namespace armangle

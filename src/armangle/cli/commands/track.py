@@ -1,0 +1,155 @@
+"""``armangle track``: a stream of poses, one a tick, through the tracker."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+import numpy as np
+
+from ..._arrays import Floats
+from ...arm.arm import Arm
+from ...errors import InputError, PathError
+from ...files.tables import load_poses
+from ...files.trajectories import TrajectoryTable
+from ...motion.joint_path import even_parameters
+from ...motion.tracking import HandFilter, Tracked, Tracker, Tracking
+from ..arguments import add_arm, add_json, add_output, joint_bounds, joints, number, the_arm
+from ..pictures import add_picture, draw
+from ..screen import counted, degrees, fixed, plural, progress, show, show_json, violations, write
+from ..tables import table
+
+HELP = """\
+Follow a file of poses as the tracker of a teleoperated arm would, one pose a
+tick: how far the tool is from the hand, how fast joints are, and what became
+of each tick."""
+EXAMPLE = """\
+  armangle track hand.csv --robot kuka_iiwa7_r800 --rate 90 --plot hand.png"""
+
+_RATE = 250.0
+_ACCELERATION = 10.0  # rad/s^2, as `Tracker`
+_MM = 1e3
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments."""
+    parser.add_argument("path", metavar="POSES", help="poses with the columns x,y,z,qw,qx,qy,qz, one a tick")
+    parser.add_argument(
+        "--start", metavar="Q", help="q1,..,q7 in degrees; default: those farthest from limits at pose 1"
+    )
+    parser.add_argument(
+        "--rate", type=number, default=_RATE, metavar="HZ", help=f"ticks per second (default {_RATE:g})"
+    )
+    add_output(parser, "trajectory", more=", .yaml (ROS)")
+    add_picture(parser, "distance, speeds and statuses over time")
+    add_arm(parser)
+    bounds = parser.add_argument_group("bounds")
+    bounds.add_argument("--velocity", metavar="V", help="of the joints, deg/s; default: the arm's own")
+    bounds.add_argument(
+        "--acceleration", metavar="A", help=f"deg/s^2; default {np.degrees(_ACCELERATION):.0f}"
+    )
+    parser.add_argument("--filter", action="store_true", help="smooth the hand, hold outliers back")
+    add_json(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print what became of the ticks, and write them."""
+    arm = the_arm(args)
+    velocity = joint_bounds("--velocity", args.velocity, "deg/s", arm.velocity)
+    stated = np.full(len(velocity), _ACCELERATION)
+    acceleration = joint_bounds("--acceleration", args.acceleration, "deg/s^2", stated)
+    if not args.rate > 0:
+        raise InputError(f"--rate is {args.rate:g}, wanted ticks per second, more than 0")
+    with progress(f"reading {args.path}"):
+        frames = load_poses(args.path)
+    if not len(frames):
+        raise InputError(f"{args.path} holds no pose, wanted at least one")
+    tracker = Tracker(
+        arm, 1 / args.rate, velocity, acceleration, filter=HandFilter() if args.filter else None
+    )
+    tracker.start(_start(arm, args.start, frames[0]))
+    with progress(f"tracking {counted(len(frames), 'pose')}"):
+        first = tracker.q
+        ticks = [tracker.step(frame) for frame in frames]
+    if args.output is not None:
+        write(_rows(arm, first, ticks, tracker.dt), args.output)
+    if args.plot is not None:
+        draw(
+            "tracking",
+            args.plot,
+            ticks,
+            tracker.dt,
+            velocity=velocity if np.isfinite(velocity).all() else None,
+        )
+    facts = _summary(ticks, first, tracker.dt)
+    if args.json:
+        show_json(facts | {"output": args.output, "plot": args.plot})
+    else:
+        _show(arm, facts)
+    return 0
+
+
+def _start(arm: Arm, text: str | None, frame: Floats) -> Floats:
+    """Return the joints given, or the best at the first pose."""
+    if text is not None:
+        q = joints("--start", text)
+        if not arm.within_limits(q):
+            raise InputError(f"--start is outside the limits: {violations(arm, q)}")
+        return q
+    best = arm.best(frame)
+    if not best.ok:
+        raise PathError(f"no posture holds the first pose: {arm.explain(frame).explain()}; give --start")
+    return np.asarray(best.q)
+
+
+def _rates(ticks: list[Tracked], dt: float) -> tuple[Floats, Floats]:
+    """Return velocities and accelerations of the ticks, from rest, (n, 7) each."""
+    qd = np.stack([tick.velocity for tick in ticks])
+    return qd, np.diff(qd, axis=0, prepend=np.zeros((1, qd.shape[1]))) / dt
+
+
+def _rows(arm: Arm, first: Floats, ticks: list[Tracked], dt: float) -> TrajectoryTable:
+    qd, qdd = _rates(ticks, dt)
+    q = np.stack([first, *(tick.q for tick in ticks)])
+    rest = np.zeros((1, q.shape[1]))
+    t = np.asarray(dt * np.arange(len(q)), dtype=float)
+    return TrajectoryTable(
+        t, even_parameters(len(q)), q, np.vstack([rest, qd]), np.vstack([rest, qdd]), arm.joint_names
+    )
+
+
+def _summary(ticks: list[Tracked], first: Floats, dt: float) -> dict[str, Any]:
+    qd, qdd = _rates(ticks, dt)
+    away = np.array([tick.distance for tick in ticks])
+    status = np.array([int(tick.status) for tick in ticks])
+    return {
+        "ticks": len(ticks),
+        "dt": dt,
+        "start": first,
+        "status": {s.name: int((status == s).sum()) for s in Tracking},
+        "distance": {
+            "rms": float(np.sqrt(np.mean(away**2))),
+            "max": float(away.max()),
+            "last": float(away[-1]),
+        },
+        "gap": float(max(tick.gap for tick in ticks)),
+        "fastest": np.abs(qd).max(axis=0),
+        "hardest": np.abs(qdd).max(axis=0),
+    }
+
+
+def _show(arm: Arm, facts: dict[str, Any]) -> None:
+    away = facts["distance"]
+    rows = [
+        ["ticks", str(facts["ticks"]), f"of {facts['dt']:.4g} s"],
+        *([name, str(count), plural(count, "tick")] for name, count in facts["status"].items()),
+        ["distance from the hand, rms", fixed(_MM * away["rms"], 3), "mm"],
+        ["largest", fixed(_MM * away["max"], 3), "mm"],
+        ["hand beyond reach by", fixed(_MM * facts["gap"], 1), "mm"],
+    ]
+    show(table(["", "", ""], rows, left=(0, 2)).split("\n", 1)[1])
+    speeds = [
+        [str(j + 1), arm.joint_names[j], degrees(facts["fastest"][j], 2), degrees(facts["hardest"][j], 1)]
+        for j in range(len(facts["fastest"]))
+    ]
+    show(table(["joint", "name", "fastest deg/s", "hardest deg/s^2"], speeds, left=(1,)))

@@ -1,0 +1,49 @@
+"""Pictures into files: what ``plot`` and commands with ``--plot`` share."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from ..errors import InputError
+from ..files.replacing import replacing
+from .screen import note, progress
+
+_DOTS = 150
+
+
+def add_picture(parser: argparse.ArgumentParser, what: str) -> None:
+    """Add --plot for a picture of what the command found."""
+    parser.add_argument("--plot", metavar="FILE", help=f"draw {what}: .png, .svg or .pdf")
+
+
+def drawing() -> Any:
+    """Return pyplot, set to draw into files: no display is needed."""
+    from ..plots.style import pyplot
+
+    found = pyplot()
+    found.switch_backend("Agg")
+    return found
+
+
+def draw(name: str, output: str, *values: Any, **options: Any) -> None:
+    """Draw by a function of `plots` into a file."""
+    plt = drawing()
+    from .. import plots
+
+    with progress(f"drawing {output}"):
+        write_picture(getattr(plots, name)(*values, **options), output)
+    plt.close("all")
+    note(f"wrote {output}")
+
+
+def write_picture(axes: Any, output: str) -> None:
+    """Write the figure of axes by the file's ending."""
+    first = axes if hasattr(axes, "figure") else axes[0]
+    ending = Path(output).suffix.lower().lstrip(".")
+    known = first.figure.canvas.get_supported_filetypes()
+    if ending not in known:
+        raise InputError(f"{output}: unknown ending, wanted one of .png, .svg, .pdf")
+    with replacing(output) as file:
+        first.figure.savefig(file, format=ending, dpi=_DOTS)

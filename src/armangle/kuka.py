@@ -1,0 +1,384 @@
+"""How a KUKA LBR's controller names a posture: pose as X Y Z A B C, E1, Status and Turn.
+
+E1 is the value of axis A3, as the taught frames of Sunrise projects have it, and not the arm angle.
+Status names the branch: bit 0 is set where the wrist lies behind axis 1 (overhead), bit 1 where A4 < 0, bit 2
+where A6 < 0. Turn has a bit for each axis, set where its value is negative. For arms without elbow offsets
+whose joints are 0 where the arm is stretched: iiwa, Med, LBR 4.
+
+Examples
+--------
+>>> import armangle as aa
+>>> arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+>>> q = [0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5]
+>>> frame = aa.kuka.to_frame(arm, q)
+>>> frame.status, frame.turn, round(frame.e1, 6)
+(2, 8, 0.2)
+>>> aa.kuka.from_frame(arm, frame).round(9).tolist()
+[0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5]
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ._arrays import (
+    JOINTS,
+    Floats,
+    Ints,
+    as_floats,
+    as_poses,
+    as_threads,
+    broadcast,
+    check_angles,
+    chosen,
+)
+from ._core import ANGLE_TOLERANCE
+from .arm.arcs import ArcSet
+from .arm.arm import Arm
+from .errors import ConfigurationError, InputError, NoSolutionError, UnreachableError
+from .poses import pose as _pose
+from .status import STATUSES, Status
+
+__all__ = [
+    "KukaFrame",
+    "abc",
+    "e1_arcs",
+    "from_e1",
+    "from_frame",
+    "pose",
+    "status",
+    "text",
+    "to_e1",
+    "to_frame",
+    "turn",
+]
+
+_STATUSES, _TURNS = 8, 1 << JOINTS
+_UNSOLVED = ("raise", "nan")
+
+
+class KukaFrame(NamedTuple):
+    """A posture as the controller names it.
+
+    ``pose (4, 4)`` of the tool, m; ``e1`` value of A3, rad; ``status`` 0..7; ``turn`` 0..127.
+    """
+
+    pose: Floats
+    e1: float
+    status: int
+    turn: int
+
+
+def _checked(arm: Arm) -> Arm:
+    """Return the arm, if it is built as these controllers expect."""
+    if not isinstance(arm, Arm):
+        raise InputError(f"arm is {type(arm).__name__}, wanted an Arm")
+    if not arm._handle.is_kuka:
+        raise InputError(
+            f"arm {arm.name or ''} has elbow offsets (a_3, a_4, d_4) or zero offsets of joints: E1, Status "
+            "and Turn are known for arms without them, as iiwa, Med and LBR 4"
+        )
+    return arm
+
+
+def _codes(arm: Arm, q: ArrayLike, threads: int) -> Ints:
+    joints = as_floats("q", q, (JOINTS,))
+    out = np.empty((*joints.shape[:-1], 2), np.int64)
+    _checked(arm)._handle.kuka_codes(joints, out, as_threads(threads))
+    return out
+
+
+def status(arm: Arm, q: ArrayLike, *, threads: int = 1) -> Ints | np.int64:
+    """Return the Status of joints: +1 wrist behind axis 1, +2 A4 < 0, +4 A6 < 0.
+
+    Parameters
+    ----------
+    arm : Arm
+    q : array_like, shape (..., 7)
+        Joint values, rad.
+    threads : int
+        Threads for a batch; 0 for all cores.
+
+    Returns
+    -------
+    int64, shape (...)
+
+    Raises
+    ------
+    ShapeError, NotFiniteError, InputError
+    """
+    return _codes(arm, q, threads)[..., 0]
+
+
+def turn(arm: Arm, q: ArrayLike, *, threads: int = 1) -> Ints | np.int64:
+    """Return the Turn of joints: bit i - 1 is set where axis i is negative.
+
+    Parameters, errors and shape as `status`.
+    """
+    return _codes(arm, q, threads)[..., 1]
+
+
+def to_e1(arm: Arm, q: ArrayLike) -> Floats | np.float64:
+    """Return E1 of joints: the value of A3, rad.
+
+    Parameters
+    ----------
+    arm : Arm
+    q : array_like, shape (..., 7)
+        Joint values, rad.
+
+    Returns
+    -------
+    float64, shape (...)
+
+    Raises
+    ------
+    ShapeError, NotFiniteError, InputError
+    """
+    joints = as_floats("q", q, (JOINTS,))
+    check_angles("q", joints)
+    _checked(arm)
+    return joints[..., 2].copy()[()]
+
+
+def from_e1(
+    arm: Arm,
+    pose: ArrayLike,
+    e1: ArrayLike,
+    status: ArrayLike,
+    *,
+    seed: ArrayLike | None = None,
+    unreachable: Literal["raise", "nan"] = "raise",
+    threads: int = 1,
+) -> Floats:
+    """Return the joints of a pose with A3 at E1 and the given Status: closed form, and unique.
+
+    Parameters
+    ----------
+    arm : Arm
+    pose : array_like, shape (..., 4, 4)
+        Tool frame, position in m.
+    e1 : array_like, shape (...)
+        Value of A3, rad.
+    status : array_like of int, shape (...)
+        0..7.
+    seed : array_like, shape (..., 7), optional
+        Of joints of more than a turn, the winding nearest to it; and how A1 is wound where A2 is 0.
+    unreachable : "raise" or "nan"
+        Where there is no such posture.
+    threads : int
+        Threads for a batch; 0 for all cores.
+
+    Returns
+    -------
+    ndarray, shape (..., 7)
+        Joint values, rad. Limits are not enforced: `Arm.within_limits` says, and `e1_arcs` which E1 keep
+        them.
+
+    Raises
+    ------
+    ShapeError, NotFiniteError, NotRotationError, ConfigurationError, InputError
+    UnreachableError
+        If the pose is out of reach.
+    NoSolutionError
+        If the pose is in reach, but not with A3 there.
+    """
+    values, near = as_floats("e1", e1), None if seed is None else as_floats("seed", seed, (JOINTS,))
+    check_angles("e1", values)
+    given = [
+        ("pose", as_poses("pose", pose, _checked(arm)._handle), 2),
+        ("e1", values, 0),
+        ("status", _bits("status", status, _STATUSES), 0),
+    ]
+    if near is not None:
+        check_angles("seed", near)
+        given.append(("seed", near, 1))
+    batch, arrays = broadcast(given)
+    out, codes = np.empty((*batch, JOINTS)), np.empty(batch, np.int64)
+    wound = arrays[3] if near is not None else None
+    arm._handle.kuka_inverse(arrays[0], arrays[1], arrays[2], wound, out, codes, as_threads(threads))
+    if chosen("unreachable", unreachable, _UNSOLVED) == "raise" and (codes != Status.OK).any():
+        at = tuple(int(i) for i in np.argwhere(codes != Status.OK)[0])
+        why = STATUSES[int(codes[at])]
+        where = f"pose{list(at)}: " if at else ""
+        if why is not Status.LIMITS:
+            raise UnreachableError(f"{where}{why.sentence}")
+        value, wanted = float(arrays[1][at]), int(arrays[2][at])
+        raise NoSolutionError(
+            f"{where}no posture of status {wanted} has A3 at E1 = {np.degrees(value):.4f} deg: the wrist "
+            "would lie beside the plane of the upper arm by more than its distance from axis 1"
+        )
+    return out
+
+
+def e1_arcs(arm: Arm, pose: ArrayLike, status: ArrayLike) -> ArcSet:
+    """Return the values of E1 at which postures of a Status hold a pose within all limits.
+
+    Exact, from the feasible arm angles; within 1e-6 rad of A2 = 0, but not at it, to that width only.
+
+    Parameters
+    ----------
+    arm : Arm
+    pose : array_like, shape (..., 4, 4)
+        Tool frame, position in m.
+    status : array_like of int, shape (...)
+        0..7.
+
+    Returns
+    -------
+    ArcSet, shape (...)
+        Arcs of E1, rad; empty with the reason in ``status``.
+
+    Raises
+    ------
+    ShapeError, NotFiniteError, NotRotationError, ConfigurationError, InputError
+    """
+    named = [
+        ("pose", as_poses("pose", pose, _checked(arm)._handle), 2),
+        ("status", _bits("status", status, _STATUSES), 0),
+    ]
+    batch, (poses, wanted) = broadcast(named)
+    flat = np.ascontiguousarray(poses).reshape(-1, 4, 4)
+    return ArcSet._from_core(batch, arm._handle.kuka_e1_arcs(flat, np.ascontiguousarray(wanted).reshape(-1)))
+
+
+def to_frame(arm: Arm, q: ArrayLike) -> KukaFrame:
+    """Return a posture as the controller names it.
+
+    Parameters
+    ----------
+    arm : Arm
+    q : array_like, shape (7,)
+        Joint values, rad.
+
+    Returns
+    -------
+    KukaFrame
+
+    Raises
+    ------
+    ShapeError, NotFiniteError, InputError
+    """
+    joints = as_floats("q", q, (JOINTS,))
+    if joints.ndim != 1:
+        raise InputError(f"q has shape {joints.shape}, wanted ({JOINTS},): a frame is one posture")
+    codes = _codes(arm, joints, 1)
+    tool = arm.forward(joints, undefined="nan")[0]
+    return KukaFrame(tool, float(joints[2]), int(codes[0]), int(codes[1]))
+
+
+def from_frame(arm: Arm, frame: KukaFrame, *, seed: ArrayLike | None = None) -> Floats:
+    """Return the joints (7,) of a frame: pose, E1 and Status give them, and Turn must agree.
+
+    Parameters
+    ----------
+    arm : Arm
+    frame : KukaFrame
+        Or a tuple of pose, E1 (rad), Status, Turn.
+    seed : array_like, shape (7,), optional
+        As in `from_e1`.
+
+    Raises
+    ------
+    ShapeError, NotFiniteError, NotRotationError, UnreachableError, NoSolutionError
+        As `from_e1`.
+    ConfigurationError
+        If the posture has another Turn: the tool or base is not that of the frame.
+    """
+    try:
+        tool, e1, wanted, turns = frame
+    except (TypeError, ValueError):
+        raise InputError("frame is no KukaFrame, wanted pose, E1, Status and Turn") from None
+    bits = int(_bits("turn", turns, _TURNS))
+    q = from_e1(arm, tool, e1, wanted, seed=seed)
+    own = int(turn(arm, q))
+    differ = [i for i in range(JOINTS) if (own ^ bits) >> i & 1 and abs(q[i]) > ANGLE_TOLERANCE]
+    if differ:
+        wrong = ", ".join(f"A{i + 1}" for i in differ)
+        raise ConfigurationError(
+            f"turn is {bits}, but pose, E1 and Status give {own}: {wrong} differ; is tool or base another?"
+        )
+    return q
+
+
+def pose(xyz: ArrayLike, abc: ArrayLike) -> Floats:
+    """Return the pose (..., 4, 4) of X Y Z (m) and A B C (rad): turns about z, then the new y, then x.
+
+    Parameters
+    ----------
+    xyz : array_like, shape (..., 3)
+        m; the controller shows millimetres.
+    abc : array_like, shape (..., 3)
+        rad; the controller shows degrees.
+
+    Raises
+    ------
+    ShapeError, NotFiniteError, InputError
+    """
+    angles = as_floats("abc", abc, (3,))
+    check_angles("abc", angles)
+    return _pose(xyz, rpy=angles[..., ::-1])
+
+
+def abc(pose: ArrayLike) -> Floats:
+    """Return A, B, C (..., 3) of poses, rad: A and C in (-π, π], B in [-π/2, π/2]; C is 0 where B is ±π/2.
+
+    Parameters
+    ----------
+    pose : array_like, shape (..., 4, 4)
+
+    Raises
+    ------
+    ShapeError, NotFiniteError
+    """
+    frames = as_poses("pose", pose)
+    r = frames[..., :3, :3]
+    level = np.hypot(r[..., 0, 0], r[..., 1, 0])
+    b = np.arctan2(-r[..., 2, 0], level)
+    upright = level < 1e-9  # only A - C (or A + C) is known
+    a = np.where(upright, np.arctan2(-r[..., 0, 1], r[..., 1, 1]), np.arctan2(r[..., 1, 0], r[..., 0, 0]))
+    c = np.where(upright, 0.0, np.arctan2(r[..., 2, 1], r[..., 2, 2]))
+    return np.stack([a, b, c], axis=-1)
+
+
+def text(frame: KukaFrame) -> str:
+    """Return a frame as a pendant shows it, in millimetres and degrees.
+
+    Examples
+    --------
+    >>> print(text(KukaFrame(pose([0.5, 0, 0.3], [0, 3.14159265358979, 0]), 0.2, 2, 8)))
+    X 500.000, Y 0.000, Z 300.000, A 180.0000, B 0.0000, C 180.0000, E1 11.4592, Status 2, Turn 8
+    """
+    x, y, z = 1e3 * frame.pose[:3, 3]
+    a, b, c = np.degrees(abc(frame.pose))
+    return (
+        f"X {x:.3f}, Y {y:.3f}, Z {z:.3f}, A {a:.4f}, B {b:.4f}, C {c:.4f}, E1 {np.degrees(frame.e1):.4f}, "
+        f"Status {frame.status}, Turn {frame.turn}"
+    )
+
+
+def _bits(name: str, value: ArrayLike, count: int) -> Ints:
+    """Return bit fields 0..count-1 as int64."""
+    try:
+        given = np.asarray(value)
+    except ValueError:
+        given = np.asarray(object())
+    if given.dtype.kind not in "iu":
+        raise ConfigurationError(f"{name} is {_short(value)}, wanted integers from 0 to {count - 1}")
+    if given.size and ((given < 0) | (given >= count)).any():
+        wrong = given[(given < 0) | (given >= count)].flat[0]
+        raise ConfigurationError(f"{name} is {wrong}, wanted integers from 0 to {count - 1}")
+    return given.astype(np.int64)
+
+
+def _short(value: object) -> str:
+    """Return what was given, in few words."""
+    return (
+        type(value).__name__
+        if isinstance(value, Iterable) and not isinstance(value, str)
+        else repr(value)[:40]
+    )

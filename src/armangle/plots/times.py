@@ -1,0 +1,180 @@
+"""What happens over time: a trajectory with its rates, and how a tracker follows a hand."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._arrays import JOINTS, Floats, as_number
+from ..colours import BLUE, CURVES, FREE, MID, ORANGE, SKY, VERMILION
+from ..errors import InputError
+from ..motion.options import LONGEST_STEP, Bound, joint_bound
+from ..motion.tracking import Tracked, Tracking
+from ..timing.trajectory import Trajectory
+from .style import grid_axes
+
+RATES = ("q", "qd", "qdd")
+_UNITS = {"q": "deg", "qd": "deg/s", "qdd": "deg/s²"}
+_HEADS = {"q": "joint value", "qd": "velocity", "qdd": "acceleration"}
+_STATUS_COLOURS = {
+    Tracking.FOLLOWING: FREE, Tracking.LAGGING: SKY, Tracking.NEAREST: ORANGE, Tracking.HELD: MID,
+    Tracking.TURNING: BLUE,
+}  # fmt: skip
+_MM = 1e3
+ROOM = 0.08
+"""Share of an axis that is left beyond what is drawn."""
+
+
+def trajectory(
+    trajectory: Trajectory, *, velocity: Bound = None, acceleration: Bound = None, ax: Any = None
+) -> Any:
+    """Draw joint values, velocities and accelerations over time, with their limits.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        As `retime` returns it.
+    velocity, acceleration : float, array_like of shape (7,), or True, optional
+        Bounds to draw, rad/s and rad/s²; those of the arm by default, where it states any.
+    ax : array of 21 axes, optional
+        Seven rows of q, qd, qdd; a new figure by default.
+
+    Returns
+    -------
+    ndarray of matplotlib axes, shape (21,)
+
+    Raises
+    ------
+    MissingExtraError
+        Without matplotlib.
+    InputError, ShapeError, NotFiniteError
+        If it is no trajectory, or a bound is none.
+    """
+    if not isinstance(trajectory, Trajectory):
+        raise InputError(f"trajectory is a {type(trajectory).__name__}, wanted a Trajectory")
+    arm = trajectory.path.arm
+    fastest = arm.velocity if velocity is None else joint_bound(arm, "velocity", velocity, arm.velocity)
+    hardest = (
+        arm.acceleration
+        if acceleration is None
+        else joint_bound(arm, "acceleration", acceleration, arm.acceleration)
+    )
+    bounds = {"q": (arm.lower, arm.upper), "qd": (-fastest, fastest), "qdd": (-hardest, hardest)}
+    panels = grid_axes(ax, len(RATES) * JOINTS, len(RATES), (3.6, 1.25), sharex=True)
+    for k, panel in enumerate(panels):
+        joint, rate = divmod(k, len(RATES))
+        name = RATES[rate]
+        lower, upper = (np.degrees(bound[joint]) for bound in bounds[name])
+        drawn = np.degrees(getattr(trajectory, name)[:, joint])
+        panel.plot(trajectory.t, drawn, color=CURVES[0], lw=1.5)
+        _limits(panel, drawn, lower, upper)
+        panel.margins(x=0)
+        panel.set_ylabel(f"{name[0]}{joint + 1} ({_UNITS[name]})" if rate == 0 else "")
+        if joint == 0:
+            panel.set_title(f"{_HEADS[name]} ({_UNITS[name]})", fontsize=10)
+        if joint == JOINTS - 1:
+            panel.set_xlabel("time (s)")
+    if ax is None:
+        panels[0].figure.suptitle(f"{arm.name or 'arm'}: {trajectory.duration:.3g} s", fontsize=11)
+    return panels
+
+
+def _limits(panel: Any, drawn: Floats, lower: float, upper: float) -> None:
+    """Draw limits that the curve comes near to, as lines with what lies beyond them shaded."""
+    low, high = float(drawn.min()), float(drawn.max())
+    room = max(high - low, 1.0)
+    for limit, sign in ((lower, -1), (upper, 1)):
+        if not low - room <= limit <= high + room:
+            continue
+        panel.axhline(limit, color=VERMILION, lw=1.1, ls="--", label="limit")
+        panel.axhspan(limit, limit + sign * 1e5, color=VERMILION, alpha=0.12, lw=0)
+        low, high = min(low, limit), max(high, limit)
+    panel.set_ylim(low - ROOM * (high - low + room), high + ROOM * (high - low + room))
+
+
+def tracking(
+    ticks: Sequence[Tracked], dt: float, *, velocity: ArrayLike | None = None, ax: Any = None
+) -> Any:
+    """Draw how a tracker follows: distance, speeds and arm angle over what became of each tick.
+
+    Parameters
+    ----------
+    ticks : sequence of Tracked
+        As `Tracker.step` returns them, one after the other.
+    dt : float
+        Time of a tick, s.
+    velocity : float or array_like, shape (7,), optional
+        Bounds on the joints' speeds, rad/s: speeds are then drawn as shares of them.
+    ax : array of 3 axes, optional
+        For distance, speeds and arm angle; a new figure by default.
+
+    Returns
+    -------
+    ndarray of matplotlib axes, shape (3,)
+
+    Raises
+    ------
+    MissingExtraError
+        Without matplotlib.
+    InputError, ShapeError, NotFiniteError
+        If there is no tick, or a number is none.
+    """
+    if not isinstance(ticks, (list, tuple)) or not ticks or not all(isinstance(t, Tracked) for t in ticks):
+        raise InputError("ticks is empty or holds something else, wanted a list of Tracked")
+    step = as_number("dt", dt, 0.0, LONGEST_STEP, low_open=True)
+    t = np.asarray(step * np.arange(1.0, len(ticks) + 1))
+    panels = grid_axes(ax, 3, 1, (8.0, 2.1), sharex=True)
+    away, gap = (np.array([getattr(tick, name) for tick in ticks]) * _MM for name in ("distance", "gap"))
+    panels[0].plot(t, away, color=BLUE, lw=1.6, label="distance from the hand")
+    if gap.max() > 0:
+        panels[0].plot(t, gap, color=VERMILION, lw=1.3, ls="--", label="hand beyond reach")
+    panels[0].set_ylabel("distance (mm)")
+    panels[0].set_ylim(bottom=0)
+    _speeds(panels[1], t, np.stack([tick.velocity for tick in ticks]), velocity)
+    panels[2].plot(t, np.degrees(np.unwrap([tick.psi for tick in ticks])), color=BLUE, lw=1.6)
+    panels[2].set_ylabel("ψ (deg)")
+    panels[2].set_xlabel("time (s)")
+    statuses = np.array([int(tick.status) for tick in ticks])
+    for panel in panels:
+        panel.set_xlim(0.0, t[-1])
+        _shade(panel, np.asarray(t - step), t, statuses)
+    _legends(panels)
+    return panels
+
+
+def _speeds(panel: Any, t: Floats, speeds: Floats, velocity: ArrayLike | None) -> None:
+    """Draw the joints' speeds, as shares of their bounds where these are known."""
+    unit = np.radians(1.0) * np.ones(JOINTS)
+    if velocity is not None:
+        unit = np.broadcast_to(np.asarray(velocity, dtype=float), (JOINTS,)) / 100
+        for end in (-100, 100):
+            panel.axhline(end, color=VERMILION, lw=1.1, ls="--")
+    for joint in range(JOINTS):
+        panel.plot(t, speeds[:, joint] / unit[joint], color=CURVES[joint], lw=1.1, label=f"q{joint + 1}")
+    panel.set_ylabel("speed (deg/s)" if velocity is None else "speed (% of bound)")
+
+
+def _shade(panel: Any, begin: Any, end: Any, statuses: Any) -> None:
+    """Colour the time by what became of the ticks."""
+    cuts = np.flatnonzero(np.diff(statuses)) + 1
+    for first, last in zip([0, *cuts], [*cuts, len(statuses)], strict=True):
+        status = Tracking(statuses[first])
+        panel.axvspan(
+            begin[first], end[last - 1], color=_STATUS_COLOURS[status], alpha=0.35, lw=0, zorder=0,
+            label=status.name,
+        )  # fmt: skip
+
+
+def _legends(panels: Any) -> None:
+    """Put each panel's legend beside it: statuses beside the first, joints beside the second."""
+    for panel in panels[:2]:
+        shown = dict(zip(*panel.get_legend_handles_labels()[::-1], strict=True))
+        if panel is not panels[0]:
+            shown = {label: handle for label, handle in shown.items() if label.startswith("q")}
+        panel.legend(
+            shown.values(), shown.keys(), loc="upper left", bbox_to_anchor=(1.01, 1.03), frameon=False,
+            fontsize=8, labelspacing=0.25,
+        )  # fmt: skip

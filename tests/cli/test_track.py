@@ -1,0 +1,104 @@
+"""``armangle track``: a stream of poses through the tracker."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.needs import need
+
+import armangle as aa
+from armangle.cli import main
+
+ROBOT = ("--robot", "kuka_iiwa7_r800")
+ARM = aa.Arm.from_catalogue(ROBOT[1])
+START = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+DEGREES = ",".join(f"{angle:.17g}" for angle in np.degrees(START))
+Capture = pytest.CaptureFixture[str]
+
+
+@pytest.fixture
+def hand(tmp_path: Path) -> Path:
+    """A file of 200 poses that go out of reach and come back."""
+    poses = np.repeat(ARM.forward(START)[0][None], 200, axis=0)
+    poses[:, :2, 3] += np.sin(np.linspace(0, np.pi, 200))[:, None] ** 2 * np.array([0.7, 0.2])
+    aa.save(poses, tmp_path / "hand.csv")
+    return tmp_path / "hand.csv"
+
+
+def ran(hand: Path, **options: object) -> list[aa.Tracked]:
+    tracker = aa.Tracker(ARM, dt=1 / 100, **options)  # type: ignore[arg-type]
+    tracker.start(START)
+    return [tracker.step(pose) for pose in aa.load_poses(hand)]
+
+
+@pytest.mark.parametrize("ending", ["csv", "npz", "json", "yaml"])
+def test_what_is_written_is_what_a_tracker_does(hand: Path, ending: str, capsys: Capture) -> None:
+    to = hand.with_suffix(f".out.{ending}")
+    words = ["track", str(hand), *ROBOT, "--start", DEGREES, "--rate", "100"]
+    assert main([*words, "-o", str(to)]) == 0
+    assert "distance from the hand, rms" in capsys.readouterr().out
+    assert main([*words, "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    ticks = ran(hand)
+    found = aa.load_trajectory(to)
+    assert len(found) == len(ticks) + 1
+    np.testing.assert_allclose(found.q, np.stack([START, *(tick.q for tick in ticks)]), atol=1e-12)
+    np.testing.assert_allclose(np.diff(found.q, axis=0) / 0.01, found.qd[1:], atol=1e-9)
+    assert np.abs(found.qdd).max() <= 10.0 * (1 + 1e-9)
+    assert sum(facts["status"].values()) == len(ticks)
+    assert facts["status"] == {
+        status.name: sum(tick.status == status for tick in ticks) for status in aa.Tracking
+    }
+    assert facts["distance"]["max"] == pytest.approx(max(tick.distance for tick in ticks))
+    assert facts["gap"] == pytest.approx(max(tick.gap for tick in ticks))
+    np.testing.assert_allclose(facts["fastest"], np.abs(found.qd).max(axis=0))
+
+
+def test_bounds_and_the_filter_are_handed_on(hand: Path, capsys: Capture) -> None:
+    words = ["track", str(hand), *ROBOT, "--start", DEGREES, "--rate", "100", "--json", "--filter"]
+    assert main([*words, "--velocity", "30", "--acceleration", "100"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    ticks = ran(hand, velocity=np.radians(30.0), acceleration=np.radians(100.0), filter=aa.HandFilter())
+    assert facts["distance"]["last"] == pytest.approx(ticks[-1].distance, abs=1e-12)
+    assert np.degrees(max(facts["fastest"])) <= 30 * (1 + 1e-9)
+    assert np.degrees(max(facts["hardest"])) <= 100 * (1 + 1e-9)
+
+
+def test_it_starts_far_from_limits_and_draws(hand: Path, capsys: Capture) -> None:
+    need("matplotlib")
+    picture = hand.with_suffix(".png")
+    assert main(["track", str(hand), *ROBOT, "--json", "--plot", str(picture)]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    np.testing.assert_allclose(facts["start"], ARM.best(aa.load_poses(hand)[0]).q)
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert facts["plot"] == str(picture)
+
+
+@pytest.mark.parametrize(
+    ("words", "status", "message"),
+    [
+        (("--rate", "0"), 2, "--rate is 0, wanted ticks per second"),
+        (("--start", "0,0,0,-200,0,0,0"), 2, "--start is outside the limits"),
+        (("--velocity", "1,2"), 2, "--velocity has 2 numbers, wanted 7"),
+        (("--plot", "x.bmp2"), 2, "x.bmp2: unknown ending"),
+    ],
+)
+def test_what_it_refuses(
+    hand: Path, words: tuple[str, ...], status: int, message: str, capsys: Capture
+) -> None:
+    assert main(["track", str(hand), *ROBOT, *words]) == status
+    assert message in " ".join(capsys.readouterr().err.split())
+
+
+def test_a_first_pose_that_no_posture_holds_needs_a_start(hand: Path, capsys: Capture) -> None:
+    poses = aa.load_poses(hand).copy()
+    poses[:, 0, 3] += 3.0
+    aa.save(poses, hand)
+    assert main(["track", str(hand), *ROBOT]) == 1
+    assert "no posture holds the first pose" in " ".join(capsys.readouterr().err.split())
+    assert main(["track", str(hand), *ROBOT, "--start", DEGREES]) == 0
+    aa.save(np.empty((0, 4, 4)), hand)
+    assert main(["track", str(hand), *ROBOT]) == 2

@@ -1,0 +1,145 @@
+"""Steps, motions and solutions that keep clear of a scene."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.draw import count, generator
+from support.touching import distances
+
+import armangle as aa
+
+ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_body(aa.Body.bones(upper_arm=0.06, forearm=0.05))
+Q = np.radians([20, 45, 10, -80, 10, 60, 0])
+POSE, PSI, GC = ARM.forward(Q)
+LINE = np.tile(POSE, (200, 1, 1))
+LINE[:, 1, 3] += np.linspace(0.0, 0.1, 200)
+LAMP = aa.Scene([aa.Ball([0.28, 0.26, 0.6], 0.06, name="lamp")], clearance=0.01)
+
+
+def least(q: np.ndarray, scene: aa.Scene) -> float:
+    """Distance of the nearest pair over postures."""
+    return float(distances(ARM, q, scene)[0].min())
+
+
+def test_a_motion_goes_round_what_holding_psi_touches() -> None:
+    held = ARM.inverse(LINE, PSI, GC)
+    assert least(held, LAMP) < 0.0
+    path = aa.follow(ARM, LINE, start=Q, scene=LAMP)
+    assert path.ok and least(path.q, LAMP) >= 0.01 - 1e-9
+    assert least(aa.follow(ARM, LINE, start=Q, policy=aa.Hold()).q, LAMP) < 0.0
+
+
+def test_follow_is_step_in_a_loop_bit_for_bit() -> None:
+    path = aa.follow(ARM, LINE[:50], start=Q, scene=LAMP)
+    q = Q
+    for k in range(50):
+        now = aa.step(ARM, q, LINE[k], scene=LAMP)
+        assert now.status == aa.Status.OK
+        q = now.q
+        assert np.array_equal(q, path.q[k])
+
+
+def test_a_scene_is_what_its_arcs_are_as_allowed() -> None:
+    for pose in LINE[::20]:
+        arcs = ARM.clear(pose, GC, LAMP)
+        by_scene, by_arcs = aa.step(ARM, Q, pose, scene=LAMP), aa.step(ARM, Q, pose, allowed=arcs)
+        assert np.array_equal(by_scene.q, by_arcs.q)
+        found = aa.resolve(ARM, pose, PSI, GC, scene=LAMP), aa.resolve(ARM, pose, PSI, GC, allowed=arcs)
+        assert found[0] == found[1]
+    both = aa.step(ARM, Q, POSE, scene=LAMP, allowed=aa.ArcSet([[PSI - 0.2, PSI + 0.2]]))
+    assert both.status == aa.Status.OK
+
+
+def test_where_nothing_is_clear_the_status_says_so_and_nothing_moves() -> None:
+    around = aa.Scene([aa.Ball([0, 0, 0.34], 0.2, name="cage")])
+    now = aa.step(ARM, Q, POSE, scene=around)
+    assert now.status == aa.Status.CLEARANCE and np.array_equal(now.q, Q)
+    assert aa.follow(ARM, LINE[:3], start=Q, scene=around).status.tolist() == [15, 11, 11]
+    blocked = ARM.with_hand([aa.Ball([0, 0, 0], 0.1)])
+    floor = aa.Scene([aa.HalfSpace([0, 0, 1], POSE[2, 3])])
+    assert aa.step(blocked, Q, POSE, scene=floor).status == aa.Status.POSE_BLOCKED
+
+
+def test_an_obstacle_on_the_elbow_is_left_at_once_or_the_status_says_clearance() -> None:
+    elbow = ARM.elbow(Q)
+    small = aa.Scene([aa.Ball(elbow + np.array([0.0, 0.0, 0.05]), 0.001)])
+    large = aa.Scene([aa.Ball(elbow + np.array([0.0, 0.0, 0.05]), 0.2)])
+    assert not ARM.clear(POSE, GC, small).contains(PSI)
+    out = aa.step(ARM, Q, POSE, scene=small, max_joint_step=0.5)
+    assert out.status == aa.Status.OK and least(out.q, small) > -1e-9
+    assert aa.step(ARM, Q, POSE, scene=large).status == aa.Status.CLEARANCE
+    stop = aa.Repulsion(outside="stop")
+    assert aa.step(ARM, Q, POSE, scene=small, policy=stop).status == aa.Status.OUTSIDE
+
+
+def test_lookahead_goes_round_a_dead_end_made_by_obstacles() -> None:
+    line = np.tile(POSE, (200, 1, 1))
+    line[:, 1, 3] += np.linspace(0.0, 0.3, 200)
+    places = [[0.2763, 0.1045, 0.4830], [0.2085, 0.2854, 0.4624], [0.3333, 0.2607, 0.4953]]
+    pocket = aa.Scene([aa.Ball(p, r) for p, r in zip(places, (0.0172, 0.0497, 0.0158), strict=True)])
+    near, far = (
+        aa.follow(ARM, line, start=Q, scene=pocket, policy=aa.Hold(), max_joint_step=0.02, lookahead=n)
+        for n in (0, 150)
+    )
+    assert not near.ok and near.status[-1] == aa.Status.NOT_REACHED
+    assert aa.Status.CLEARANCE in near.status
+    assert far.ok and least(far.q, pocket) > -1e-9
+
+
+@pytest.mark.parametrize("metric", ["l2", "max"])
+def test_a_solution_is_clear_and_no_clear_posture_is_nearer(metric: str) -> None:
+    rng = generator(3)
+    grid = np.linspace(-np.pi, np.pi, 721)
+    for _ in range(count(6)):
+        near = rng.uniform(ARM.lower, ARM.upper) * 0.7
+        pose = ARM.forward(rng.uniform(ARM.lower, ARM.upper) * 0.7)[0]
+        places = rng.normal(size=(4, 3)) * 0.3 + [0, 0, 0.4]
+        scene = aa.Scene([aa.Ball(place, 0.06) for place in places])
+        found = ARM.solve(pose, near=near, metric=metric, scene=scene)
+        q = ARM.inverse_all(np.broadcast_to(pose, (721, 4, 4)), grid, seed=near).reshape(-1, 7)
+        q = q[ARM.within_limits(q)]
+        q = q[distances(ARM, q, scene)[0].min(axis=-1) > 0] if len(q) else q
+        if found.status != aa.Status.OK:
+            assert not len(q)
+            continue
+        assert least(found.q, scene) > -1e-9
+        cost = np.linalg.norm(q - near, axis=-1) if metric == "l2" else np.abs(q - near).max(axis=-1)
+        assert found.distance <= cost.min(initial=np.inf) + 1e-9
+        every = ARM.solutions(pose, near=near, metric=metric, scene=scene)
+        assert every[0].distance == found.distance
+        assert all(least(one.q, scene) > -1e-9 for one in every)
+        assert ARM.best(pose, scene=scene).margin >= found.margin - 1e-9
+
+
+def test_a_seed_that_touches_is_no_solution() -> None:
+    on = aa.Scene([aa.Ball(ARM.elbow(Q), 0.05)])
+    assert np.array_equal(ARM.solve(POSE, near=Q).q, Q)
+    away = ARM.solve(POSE, near=Q, scene=on)
+    assert away.status == aa.Status.OK and away.distance > 0.1 and least(away.q, on) > -1e-9
+    free = aa.Scene([aa.Ball([2.0, 0, 0], 0.05)])
+    assert np.array_equal(ARM.solve(POSE, near=Q, scene=free).q, Q)
+
+
+def test_why_there_is_no_solution() -> None:
+    around = aa.Scene([aa.Ball([0, 0.09, 0.34], 0.06, name="post")], clearance=0.005)
+    assert ARM.solve(POSE, near=Q, scene=around).status == aa.Status.CLEARANCE
+    why = ARM.explain(POSE, scene=around)
+    assert not why.ok
+    branch = why[int(GC)]
+    assert branch.status == aa.Status.CLEARANCE and branch.touching == ("post", "upper_arm")
+    assert branch.short == pytest.approx(0.005 + 0.03, abs=1e-9)
+    assert (
+        "within the limits upper_arm comes 35 mm too near to post, whatever the arm angle." in why.explain()
+    )
+    hand = ARM.with_hand([aa.Ball([0, 0, 0], 0.1, name="grip")])
+    floor = aa.Scene([aa.HalfSpace([0, 0, 1], POSE[2, 3], name="floor")])
+    assert hand.solve(POSE, near=Q, scene=floor).status == aa.Status.POSE_BLOCKED
+    assert (
+        "grip meets floor at this pose, whatever the arm angle." in hand.explain(POSE, scene=floor).explain()
+    )
+    assert ARM.explain(POSE, scene=LAMP).ok
+    with pytest.raises(
+        aa.NoSolutionError, match="No arm angle keeps clear of the obstacles within all limits"
+    ):
+        ARM.solve(POSE, near=Q, scene=around).raise_for_status()
