@@ -52,7 +52,7 @@ struct Nearests {
 namespace nearest_rule {
 inline constexpr int first_boxes = 16;      // of the whole circle, each elbow
 inline constexpr double narrowest = 1e-15;  // half width at which a box is not split again (rad)
-inline constexpr double tie = 1e-12;        // costs closer than this share of them are equal
+inline constexpr double tie = 1e-13;        // costs closer than this share of them are equal
 inline constexpr double apart = 1e-6;       // arm angles further apart are two solutions (rad)
 inline constexpr double same = 4e-15;  // a pose this near is the pose (of the arm's size; of a unit vector)
 inline constexpr int newton = 40, deepest = 20;
