@@ -18,12 +18,14 @@ struct SolveOptions {
     double weight[joints];
     unsigned branches;
     double margin;
+    double length;  // m that a radian counts as where a pose has no posture; 0: none is sought
 };
 
-void make_solve_options(SolveOptions* self, Metric metric, Floats weight, unsigned branches, double margin) {
+void make_solve_options(SolveOptions* self, Metric metric, Floats weight, unsigned branches, double margin,
+                        double length) {
     const Buffer w(weight);
     if (!w.is_array('d', {joints})) throw std::invalid_argument("7 weights were expected");
-    new (self) SolveOptions{metric, {}, branches, margin};
+    new (self) SolveOptions{metric, {}, branches, margin, length};
     std::memcpy(self->weight, w.data<double>(), sizeof(self->weight));
 }
 
@@ -106,7 +108,9 @@ void solve_many(const ArmHandle& self, Floats pose, Floats near, const SolveOpti
                 work.one(i, outcomes[thread],
                          [&](const Arm& arm, const LimitTable& table, const Pose<double>& at,
                              const NearestOptions& o) noexcept {
-                             const Nearest found = nearest_posture(arm, table, at, o);
+                             const Nearest found = options.length > 0
+                                                       ? nearest_outside(arm, table, at, o, options.length)
+                                                       : nearest_posture(arm, table, at, o);
                              std::memcpy(q_out.data<double>() + joints * i, found.q, joints * sizeof(double));
                              psi_out.data<double>()[i] = found.psi;
                              gc_out.data<long long>()[i] = found.gc;
@@ -194,7 +198,7 @@ void bind_solving(nb::module_& m, nb::class_<ArmHandle>& arm) {
         .value("MAX", Metric::max)
         .value("MARGIN", Metric::margin);
     nb::class_<SolveOptions>(m, "SolveOptions")
-        .def("__init__", &make_solve_options, "metric"_a, "weight"_a, "branches"_a, "margin"_a);
+        .def("__init__", &make_solve_options, "metric"_a, "weight"_a, "branches"_a, "margin"_a, "length"_a);
     arm.def("solve_one", &solve_one, "pose"_a.none(), "near"_a.none(), "metric"_a, "kind"_a, "statuses"_a);
     arm.def("solve_many", &solve_many, "pose"_a, "near"_a.none(), "options"_a, "allowed_count"_a.none(),
             "allowed_psi"_a.none(), "q"_a, "psi"_a, "gc"_a, "distance"_a, "status"_a, "margin"_a, "threads"_a,

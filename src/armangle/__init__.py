@@ -32,6 +32,7 @@ _NAMES = {
     "models.description": "ImportReport",
     "models.dh": "dh_chain",
     "motion.following": "follow",
+    "motion.joining": "join",
     "motion.joint_path": "JointPath PathPoint",
     "motion.paths": "CircularArc Deviation Line Path Screw Segments Waypoints",
     "motion.planning": "Objective plan",

@@ -66,6 +66,7 @@ from .models.catalogue import catalogue as catalogue
 from .models.description import ImportReport as ImportReport
 from .models.dh import dh_chain as dh_chain
 from .motion.following import follow as follow
+from .motion.joining import join as join
 from .motion.joint_path import (
     JointPath as JointPath,
     PathPoint as PathPoint,

@@ -182,3 +182,31 @@ def test_explain_refuses_bad_input() -> None:
         IIWA.explain(np.eye(4)[None])
     with pytest.raises(aa.NotRotationError, match="the rotation of pose is not orthonormal"):
         IIWA.explain(np.diag([2.0, 1.0, 1.0, 1.0]))
+
+
+def test_an_opening_of_a_path_opens_all_of_it_and_is_hardly_more_than_it_takes() -> None:
+    """On lines that no arm angle keeps within limits: arcs everywhere with the opening, not with 5 % less."""
+    s, seen, seed = np.linspace(0, 1, 1001), 0, 0
+    while seen < 20:
+        rng = np.random.default_rng([3, seed])
+        seed += 1
+        arm = random_arm(rng)
+        q = rng.uniform(arm.lower + 0.05, arm.upper - 0.05)
+        first = arm.forward(q)[0]
+        last = first.copy()
+        way = rng.normal(size=3)
+        last[:3, 3] += 0.3 * (arm.d_se + arm.d_ew) * way / np.linalg.norm(way)
+        line = aa.Line(first, last)
+        refused = aa.plan(arm, line, samples=2).diagnosis
+        assert refused is not None
+        for branch in refused.branches:
+            if branch.verdict != aa.Verdict.IMPOSSIBLE or not branch.openings:
+                continue
+            seen += 1
+            opening = branch.openings[0]
+            for share, wanted in ((1.0, True), (1 / 1.05, False)):
+                limits = {"lower": arm.lower.copy(), "upper": arm.upper.copy()}
+                sign = 1 if opening.side == "upper" else -1
+                limits[opening.side][opening.joint - 1] += sign * opening.extra * share
+                arcs = arm.with_(**limits).feasible(line.pose(s), branch.gc)
+                assert np.asarray(arcs.is_empty).any() != wanted, (seed, opening)

@@ -254,3 +254,30 @@ def test_a_crossing_has_derivatives_and_times() -> None:
 def test_a_singularity_margin_leaves_no_crossing() -> None:
     refused = aa.plan(IIWA, line(HOMES[0], np.array([0.1, 0, 0])), start=HOMES[0], singularity_margin=0.01)
     assert not refused.ok
+
+
+@pytest.mark.parametrize("joint", [1, 2, 3, 5, 6, 7])
+@pytest.mark.parametrize("room", [0.0, 1e-9, 1e-7, 1e-5, 1e-4])
+def test_a_locked_joint_leads(joint: int, room: float) -> None:
+    """Where there is a way with a hundredth of a degree of room, there is one with none."""
+    rng, done = generator(21, joint), 0
+    for _ in range(3):
+        q = rng.uniform(-1, 1, 7)
+        q[[1, 3, 5]] = 0.6, -1.2, 0.9
+        shift = rng.normal(size=3) * 0.03
+        lower, upper = IIWA.lower.copy(), IIWA.upper.copy()
+        lower[joint - 1], upper[joint - 1] = q[joint - 1] - room, q[joint - 1] + room
+        arm = IIWA.with_(lower=lower, upper=upper)
+        # a box of a hundredth of a degree, which arcs can follow, says whether there is a way
+        lower[joint - 1], upper[joint - 1] = q[joint - 1] - 2e-4, q[joint - 1] + 2e-4
+        wide = aa.plan(IIWA.with_(lower=lower, upper=upper), line(q, shift), start=q, samples=30)
+        result = aa.plan(arm, line(q, shift), start=q, samples=30)
+        if not wide.certified:
+            continue
+        done += 1
+        assert result.certified, result.explain()
+        here = result.at(DENSE)
+        assert np.abs(here.q[:, joint - 1] - q[joint - 1]).max() <= room + 1e-9
+        np.testing.assert_allclose(arm.forward(here.q)[0], here.pose, atol=1e-11)
+        assert arm.within_limits(here.q).all()
+    assert done

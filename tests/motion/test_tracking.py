@@ -304,13 +304,18 @@ def test_reconfigure_leads_to_another_branch_within_the_bounds(gc: int) -> None:
     start = streams.posture(arm)
     pose = arm.forward(start)[0]
     tracker = tracker_at(arm, start)
-    q = [tracker.q]
+    q, statuses = [tracker.q], []
     for _ in range(3000):
         now = tracker.step(pose, reconfigure=gc if len(q) == 1 else None)
         q.append(now.q)
+        statuses.append(now.status)
     check_bounds(arm, np.array(q), np.full(len(q) - 1, DT))
     assert now.gc == gc
     assert now.status == aa.Tracking.FOLLOWING
+    turning = np.array(statuses) == aa.Tracking.TURNING
+    other = gc != arm.forward(start)[2]
+    assert turning.any() == other, "leaving the hand is announced"
+    assert (np.diff(np.flatnonzero(turning)) == 1).all()
 
 
 def test_without_bounds_a_tick_is_enough() -> None:

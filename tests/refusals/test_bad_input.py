@@ -61,7 +61,7 @@ def started(tracker: aa.Tracker) -> aa.Tracker:
 METHODS = ("forward", "inverse", "inverse_all", "jacobian", "self_motion", "limit_margin", "within_limits",
            "joint_feasible", "joint_function", "explain", "solve",
            "solutions", "best", "elbow", "with_reference", "reachable", "freedom", "feasible_yaw",
-           "feasible_roll")  # fmt: skip
+           "feasible_roll", "inverse_derivative", "psi_gradient", "feasible_derivative")  # fmt: skip
 SCENES = ("clear", "clearance", "widest", "feasible", "feasible_all")
 BALL = aa.Ball([0.4, 0.0, 0.5], 0.1, name="lamp")
 SCENE, BODY = aa.Scene([BALL]), aa.Body.bones(upper_arm=0.09, forearm=0.08)
@@ -95,6 +95,7 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "Screw": (aa.Screw, {"start": POSE, "point": [0.0] * 3, "direction": [0.0, 0.0, 1.0], "angle": 1.0}),
     "Waypoints": (aa.Waypoints, {"poses": POSE[None]}),
     "Segments": (aa.Segments, {"paths": [aa.Line(POSE, TWO[1])]}),
+    "join": (aa.join, {"paths": [aa.follow(ARM, TWO, start=Q)]}),
     "Path.pose": (aa.Line(POSE, POSE).pose, {"s": 0.5}),
     "Path.derivative": (aa.Line(POSE, POSE).derivative, {"s": 0.5}),
     "Solution.row": (ARM.solve(TWO).row, {"index": 0}),
@@ -189,6 +190,7 @@ BAD_HERE: dict[tuple[str, str], list[Any]] = {
     **{(name, "gc"): [*INDEX, None] for name in ("Arm.psi_towards", "Arm.psi_towards along")},
     ("Solution.row", "index"): [*(v for v in INDEX if v != -1), 2, -3, None, (0, 0), (0.5,)],
     ("Towards", "psi"): [v for v in ANGLES if v is not None],
+    ("join", "paths"): ["nonsense", None, 0.5, [], [POSE], [aa.Line(POSE, POSE)], aa.Line(POSE, POSE)],
     ("retime", "path"): ["nonsense", None, 0.5, POSE],
     ("gc_index", "signs"): ["nonsense", object(), None, [1, 1], [1, 1, 0], [1, NAN, 1], 1],
     ("nearest_rotation", "pose"): [*WORDS, 0.1, POSE[:3], changed(POSE, NAN), changed(POSE, INF)],

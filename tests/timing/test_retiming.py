@@ -142,7 +142,7 @@ def test_a_straight_motion_with_jerk_is_nearly_as_fast_as_can_be(length: float) 
         [8],
     )
     ruckig.Ruckig(1).calculate(asked, best)
-    assert best.duration * (1 - 1e-6) <= found.duration <= best.duration * 1.02
+    assert best.duration * (1 - 1e-6) <= found.duration <= best.duration * 1.001
 
 
 @paths

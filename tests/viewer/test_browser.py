@@ -20,7 +20,7 @@ import armangle as aa
 from armangle import plots
 from armangle.cli import paper_example
 from armangle.viewer import Viewer, ViewerState
-from armangle.viewer.controls import HOLD, REPEL
+from armangle.viewer.controls import HOLD, REPEL, TRACK
 
 FLAGS = (
     "--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
@@ -253,6 +253,26 @@ def test_what_is_out_of_reach_turns_the_arm_red_and_shows_a_ghost(
     page.screenshot(path=folder / "9_refused.png")
     page.get_by_role("button", name="Reset").click()
     until(lambda: near(picture(page), "#D63027", 0.2).sum() < 200, "and no more")
+
+
+def test_the_hand_is_followed_to_the_nearest_pose_and_the_gap_is_drawn(
+    viewer: Viewer, page: Any, folder: Path
+) -> None:
+    number(page, "dragging").click()
+    page.get_by_role("option", name=TRACK).click()
+    until(lambda: viewer.state.policy is None, "the tracker is chosen")
+    assert not viewer.scene._gap.visible
+    type_pose(page, "0.3 -0.6 1.2", "0 90 0")
+    until(lambda: viewer.state.target is not None, "the target cannot be met")
+    says(page, "mm short of it.")
+    until(lambda: near(picture(page), "#D63027", 0.2).sum() > 1000, "the arm is red")
+    state = viewer.state
+    assert viewer.scene._gap.visible and viewer.scene._target.visible
+    ends = viewer.scene._gap.points[0]
+    np.testing.assert_allclose(ends, [state.pose[:3, 3], state.target[:3, 3]], atol=1e-6)
+    page.screenshot(path=folder / "11_tracked.png")
+    page.get_by_role("button", name="Reset").click()
+    until(lambda: not viewer.scene._gap.visible, "and no more")
 
 
 def test_the_policy_is_seen_and_off(viewer: Viewer, page: Any, folder: Path) -> None:

@@ -47,7 +47,7 @@ def test_every_arm_begins_bent_and_well_inside_its_limits(name: str) -> None:
     np.testing.assert_array_equal(state.q, opening_posture(state.arm))
     assert not state.arcs.is_empty
     assert state.reason(state.gc) is None
-    assert state.policy == aa.Hold() and state.target is None
+    assert state.policy is None and state.target is None
 
 
 def test_any_limits_have_a_posture_well_inside() -> None:
@@ -209,11 +209,43 @@ def test_a_refused_target_is_kept_until_the_next_wish() -> None:
         assert state.target is None
 
 
+def test_a_dragged_arm_follows_as_a_tracker_and_its_elbow_does_not_run_off() -> None:
+    rng = np.random.default_rng(11)
+    turned = []
+    for _ in range(40):
+        state = ViewerState(IIWA)
+        psi, wanted = state.psi, state.pose.copy()
+        wanted[:3, 3] += rng.uniform(-0.15, 0.15, 3)
+        assert state.set_pose(wanted).ok
+        np.testing.assert_allclose(state.pose, wanted, atol=1e-9)
+        turned.append(abs(state.psi - psi))
+    assert np.median(turned) < np.radians(10) and max(turned) < np.radians(45)
+
+
+def test_out_of_reach_it_goes_to_the_nearest_pose_and_says_how_far_it_is() -> None:
+    rng = np.random.default_rng(5)
+    for _ in range(10):
+        state = ViewerState(IIWA)
+        home, far = state.pose.copy(), state.pose.copy()
+        way = rng.normal(size=3)
+        far[:3, 3] += 1.5 * way / np.linalg.norm(way)
+        answer = state.set_pose(far)
+        assert not answer.ok
+        short = np.linalg.norm(far[:3, 3] - state.pose[:3, 3])
+        assert f"The tool is {1e3 * short:.0f} mm short of it." in answer.text
+        steps = ViewerState(IIWA, policy=aa.Hold())
+        steps.set_pose(far)
+        assert short <= np.linalg.norm(far[:3, 3] - steps.pose[:3, 3]) + 1e-6  # no worse than stopping
+        assert IIWA.within_limits(state.q)
+        assert state.set_pose(home).ok
+        np.testing.assert_allclose(state.pose, home, atol=1e-9)
+
+
 def test_the_arm_angle_is_held_while_the_tool_is_dragged() -> None:
     rng = np.random.default_rng(11)
     held = 0
     for _ in range(40):
-        state = ViewerState(IIWA)
+        state = ViewerState(IIWA, policy=aa.Hold())
         psi, wanted = state.psi, state.pose.copy()
         wanted[:3, 3] += rng.uniform(-0.15, 0.15, 3)
         if state.set_pose(wanted).ok:

@@ -47,18 +47,24 @@ inline double bend_of(const Arm& arm, double distance) noexcept {
 
 }  // namespace detail
 
-/// The limits with joint 4 kept on the side of the stretched arm on which q_4 stands, at least `margin` (rad)
-/// off straight and off folded, where its limits leave that.
-inline Limits on_one_side(const Arm& arm, double q_4, double margin) noexcept {
-    Limits out = arm.limits;
-    const double bend = detail::elbow_bend(arm, q_4), side = bend < 0 ? -1.0 : 1.0;
-    const double straight = q_4 - arm.sign[3] * bend;  // on q_4's own turn
+/// Keeps joint 4 on one side (+1, -1) of the stretched arm, on the turn of q_4, at least `margin` (rad) off
+/// straight and off folded; false, and nothing changed, where its limits leave no such value.
+inline bool keep_on_side(const Arm& arm, double q_4, double side, double margin, Limits& limits) noexcept {
+    const double straight = q_4 - arm.sign[3] * detail::elbow_bend(arm, q_4);
     const double a = straight + arm.sign[3] * side * margin,
                  b = straight + arm.sign[3] * side * (pi - margin);
-    const double lower = max(out.lower[3], min(a, b)), upper = min(out.upper[3], max(a, b));
-    if (lower > upper) return out;
-    out.lower[3] = lower;
-    out.upper[3] = upper;
+    const double lower = max(limits.lower[3], min(a, b)), upper = min(limits.upper[3], max(a, b));
+    if (lower > upper) return false;
+    limits.lower[3] = lower;
+    limits.upper[3] = upper;
+    return true;
+}
+
+/// The limits with joint 4 kept on the side of the stretched arm on which q_4 stands, where its own limits
+/// leave that.
+inline Limits on_one_side(const Arm& arm, double q_4, double margin) noexcept {
+    Limits out = arm.limits;
+    keep_on_side(arm, q_4, detail::elbow_bend(arm, q_4) < 0 ? -1.0 : 1.0, margin, out);
     return out;
 }
 

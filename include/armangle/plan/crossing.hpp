@@ -44,6 +44,8 @@ struct CrossingTask {
     std::vector<int> branches;     // that may be passed
     std::vector<double> sections;  // s, rising from 0 to 1
     Anchor start, goal;
+    int locked = 0;    // a joint, 1..7, that its limits leave no room: it leads all the way ...
+    double theta = 0;  // ... with this theta
 };
 
 namespace detail {
@@ -58,6 +60,10 @@ public:
     /// The stretches of a way, with the branch it begins in; none where there is no way.
     std::vector<Stretch> run(int& gc, long long& links) {
         if (!search(links)) return {};
+        if (asked_.locked) {
+            gc = rows_.front().gc;
+            return stand_still();
+        }
         choose_leads();
         relax();
         choose_leads();
@@ -143,6 +149,28 @@ private:
         }
     }
 
+    /// The postures of a section at which the locked joint stands where it must.
+    void fill_locked(const Section& l, int gc, const Window& window, Candidates& candidates,
+                     Postures& out) const {
+        if (l.status == Status::UNREACHABLE || l.status == Status::FOLDED) return;
+        const int j = asked_.locked - 1;
+        const SinCos<double> theta = sin_cos(asked_.theta);
+        const Harmonic<double> f = tie(l.functions, asked_.locked, theta);
+        for (const double side : {-1.0, 1.0}) {
+            const Led<double> led = led_angle(f, side);
+            if (!(led.slope_square > crossing_rule::slope * crossing_rule::slope)) continue;
+            const Directions<double> d = led_directions(l.motion, led.psi, asked_.locked, theta);
+            double all[joint_slots];
+            angles(d).store(all);
+            double now[joints];
+            for (int i = 0; i < joints; ++i) now[i] = all[i];
+            const bool there = abs(wrap(all[j] - asked_.theta)) < crossing_rule::slope;
+            if (!there || index(configuration(task_.arm, now)) != gc) continue;
+            all[j] = asked_.theta;
+            candidates.put_posture(atan2(led.psi.sin, led.psi.cos), all, window, out);
+        }
+    }
+
     bool search(long long& links) {
         const Objective plain;
         const std::size_t n = asked_.sections.size();
@@ -171,9 +199,13 @@ private:
                     alone.sections[0].first = 0;
                     alone.sections[0].count = static_cast<std::uint32_t>(solved.arcs.count);
                     if (asked_.goal.given && !asked_.start.given) candidates[b].set_reference(asked_.goal.q);
-                    candidates[b].fill(alone, alone.sections[0], window, here);
-                    for (int h = 0; h < hinges; ++h)
-                        fill_led(alone.sections[0], gc, h, window, candidates[b], here);
+                    const Section& l = alone.sections[0];
+                    if (asked_.locked) {
+                        fill_locked(l, gc, window, candidates[b], here);
+                    } else {
+                        candidates[b].fill(alone, l, window, here);
+                        for (int h = 0; h < hinges; ++h) fill_led(l, gc, h, window, candidates[b], here);
+                    }
                 }
                 const std::size_t at = layers[k].size();
                 for (Windings& w : here.groups) {
@@ -474,6 +506,23 @@ private:
             while (to + 1 < n && step_lead(to) == lead) ++to;
             if (!piece(from, to, lead, out)) return {};
             from = to;
+        }
+        return out;
+    }
+
+    /// The stretches from row to row where a locked joint leads.
+    std::vector<Stretch> stand_still() {
+        std::vector<Stretch> out;
+        for (Row& row : rows_) set_lead(row, asked_.locked);
+        for (std::size_t k = 0; k + 1 < rows_.size(); ++k) {
+            Stretch& x = out.emplace_back();
+            x.start = rows_[k].s;
+            x.end = rows_[k + 1].s;
+            for (double& c : x.coefficient) c = 0;
+            x.coefficient[0] = asked_.theta;
+            x.lead = asked_.locked;
+            x.side = rows_[k].side;
+            x.branch = rows_[k].gc;
         }
         return out;
     }

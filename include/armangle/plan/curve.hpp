@@ -120,6 +120,12 @@ struct Curve {
         const PlacedDirections<double> here = place(x, s, value);
         const Joints q = joints_within_limits(arm, here.angles, near);
         for (int j = 0; j < joint_slots; ++j) out.q[j] = q.q[j];
+        if (x.lead != 0) {  // to its last digit, which a locked joint leaves no room for
+            const int j = static_cast<int>(x.lead) - 1;
+            const double low = arm.limits.lower[j], high = arm.limits.upper[j];
+            const double led = lift(to_q(arm, j, value), out.q[j]), held = min(max(led, low), high);
+            out.q[j] = abs(held - led) <= tolerance::angle ? held : led;
+        }
         const Circle<double>& c = here.motion.circle;
         out.psi =
             lift(arm_angle(circle(arm, flange_pose(arm, out.pose)), c.z * here.phi.cos + c.e * here.phi.sin),

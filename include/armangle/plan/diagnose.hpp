@@ -94,18 +94,122 @@ inline unsigned blocking_joints(const LimitTable& limits, const SelfMotion<doubl
 
 }  // namespace detail
 
-/// Fills in who leaves no arm angle on these self-motions (each of them empty), and what would.
-inline void explain_limits(const Task& task, const std::vector<SelfMotion<double>>& motions,
+namespace opening_rule {
+inline constexpr int between = 4;      // self-motions looked at from one section to the next
+inline constexpr int golden = 30;      // sections of the golden ratio about the worst of them
+inline constexpr double spare = 0.01;  // share of an opening of a path that is added to it ...
+inline constexpr double least = 1e-6;  // ... and what is added in any case (rad)
+}  // namespace opening_rule
+
+namespace detail {
+
+/// How far one limit must move out so that arm angles are left at all s of a path; infinity where that alone
+/// does not help.
+class PathOpening {
+public:
+    /// motions: those of `s`, rising; the first of them that the limits leave no arm angle is `empty`.
+    PathOpening(const Task& task, int gc, const std::vector<double>& s,
+                const std::vector<SelfMotion<double>>& motions, std::size_t empty)
+        : task_(task), gc_(gc), s_(s), motions_(motions), empty_(empty) {}
+
+    double of(int joint, bool upper) const {
+        double most = opening(task_, motions_[empty_], joint, upper);
+        std::size_t worst = empty_;
+        const auto spared = [&] { return most * (1 + opening_rule::spare) + opening_rule::least; };
+        for (bool all = false; !all && most < infinity;) {
+            all = true;
+            LimitTable table = moved_out(joint, upper, spared());
+            for (std::size_t i = 0; i < motions_.size() && most < infinity; ++i) {
+                ArcSet arcs;
+                if (feasible(motions_[i], table, arcs) == Status::OK) continue;
+                most = opening(task_, motions_[i], joint, upper);
+                worst = i;
+                all = false;
+                if (most < infinity) table = moved_out(joint, upper, spared());
+            }
+            if (all) most = max(most, beside(worst, joint, upper));
+        }
+        return most < infinity ? spared() : infinity;
+    }
+
+private:
+    LimitTable moved_out(int joint, bool upper, double extra) const noexcept {
+        Limits wide = task_.limits;
+        (upper ? wide.upper : wide.lower)[joint] += upper ? extra : -extra;
+        return limit_table(task_.arm, wide, task_.table.margin);
+    }
+
+    /// The largest opening between the neighbours of a motion.
+    double beside(std::size_t at, int joint, bool upper) const noexcept {
+        const double share = 0.5 * (std::sqrt(5.0) - 1.0);
+        double low = s_[at ? at - 1 : 0], high = s_[std::min(at + 1, s_.size() - 1)], most = 0;
+        const auto here = [&](double s) {
+            const SelfMotion<double> m = self_motion(task_.arm, task_.circle_at(s), configuration(gc_));
+            const double extra = opens(task_, m, joint, upper, 0.0) ? 0.0 : opening(task_, m, joint, upper);
+            most = max(most, extra);
+            return extra;
+        };
+        double left = high - share * (high - low), right = low + share * (high - low);
+        double at_left = here(left), at_right = here(right);
+        for (int i = 0; i < opening_rule::golden; ++i) {
+            if (at_left > at_right) {
+                high = right;
+                right = left;
+                at_right = at_left;
+                left = high - share * (high - low);
+                at_left = here(left);
+            } else {
+                low = left;
+                left = right;
+                at_left = at_right;
+                right = low + share * (high - low);
+                at_right = here(right);
+            }
+        }
+        return most;
+    }
+
+    const Task& task_;
+    int gc_;
+    const std::vector<double>& s_;
+    const std::vector<SelfMotion<double>>& motions_;
+    std::size_t empty_;
+};
+
+}  // namespace detail
+
+/// Fills in who leaves no arm angle on these sections of a path (each of them empty), and which limit, moved
+/// out alone, would leave one at every s: some percent more than the least that does.
+inline void explain_limits(const Task& task, const Tube& tube, std::size_t from, std::size_t to, int shown,
                            BranchReport& out) {
-    for (const SelfMotion<double>& m : motions) out.blocking |= detail::blocking_joints(task.table, m);
-    for (int j = 0; j < joints; ++j) {
-        for (const bool upper : {false, true}) {
-            double extra = 0;
-            for (const SelfMotion<double>& m : motions)
-                extra = max(extra, detail::opening(task, m, j, upper));
-            if (extra < infinity) out.openings.push_back({j + 1, upper, extra});
+    const std::size_t count = to - from;
+    const std::size_t looks = std::min(count, static_cast<std::size_t>(shown));
+    for (std::size_t i = 0; i < looks; ++i) {
+        const Section& x = tube.sections[from + (2 * i + 1) * count / (2 * looks)];
+        out.blocking |= detail::blocking_joints(task.table, x.motion);
+    }
+    std::vector<double> s;
+    std::vector<SelfMotion<double>> motions;
+    std::size_t empty = 0;
+    for (std::size_t k = 0; k < tube.sections.size(); ++k) {
+        const Section& x = tube.sections[k];
+        if (k == from + count / 2) empty = s.size();
+        s.push_back(x.s);
+        motions.push_back(x.motion);
+        if (k + 1 == tube.sections.size()) break;
+        const Section& next = tube.sections[k + 1];
+        if (x.status == Status::OK && next.status == Status::OK) continue;
+        for (int i = 1; i < opening_rule::between; ++i) {
+            s.push_back(x.s + (next.s - x.s) * i / opening_rule::between);
+            motions.push_back(self_motion(task.arm, task.circle_at(s.back()), configuration(tube.gc)));
         }
     }
+    const detail::PathOpening path(task, tube.gc, s, motions, empty);
+    for (int j = 0; j < joints; ++j)
+        for (const bool upper : {false, true}) {
+            const double extra = path.of(j, upper);
+            if (extra < infinity) out.openings.push_back({j + 1, upper, extra});
+        }
 }
 
 /// One pose and branch: ok, unreachable or impossible, with what explains it.
@@ -122,7 +226,12 @@ inline BranchReport diagnose(const Task& task, double s, int gc) {
         case Status::FOLDED: out.verdict = Verdict::unreachable; return out;
         default: out.verdict = Verdict::impossible;
     }
-    explain_limits(task, {here.motion}, out);
+    out.blocking = detail::blocking_joints(task.table, here.motion);
+    for (int j = 0; j < joints; ++j)
+        for (const bool upper : {false, true}) {
+            const double extra = detail::opening(task, here.motion, j, upper);
+            if (extra < infinity) out.openings.push_back({j + 1, upper, extra});
+        }
     return out;
 }
 

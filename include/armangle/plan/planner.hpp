@@ -48,6 +48,7 @@ inline constexpr long long least_sections = 250;  // a short path may try as man
 inline constexpr double beside =
     0.2;  // of phi: where the posture nearest to a start beside its pose is sought (rad)
 inline constexpr double beside_singular = 0.02;  // |sin| of theta_2, theta_6 of an end that is led (rad)
+inline constexpr double locked = 1e-3;           // range below which a joint decides phi (rad)
 inline constexpr double widest_gap = 0.05;       // of an end from the posture that it is taken to (rad)
 inline constexpr int looks = 8;                  // of a stretch, for its travel and its least margin
 inline constexpr double end_step =
@@ -297,12 +298,7 @@ private:
         out.from = t.sections[at].s;
         out.excess = 0;
         out.status = t.sections[(at + end - 1) / 2].status;
-        std::vector<SelfMotion<double>> motions;
-        const std::size_t count = end - at, shown = std::min<std::size_t>(count, plan_rule::samples);
-        motions.reserve(shown);
-        for (std::size_t i = 0; i < shown; ++i)
-            motions.push_back(t.sections[at + (2 * i + 1) * count / (2 * shown)].motion);
-        explain_limits(task_, motions, out);
+        explain_limits(task_, t, at, end, plan_rule::samples, out);
     }
 
     /// psi of the arm angle of a section that is nearest to phi.
@@ -374,23 +370,47 @@ private:
         return out;
     }
 
+    /// A joint, 1..7, that its limits leave less than a thousandth of a radian, so that it decides phi; or 0.
+    /// Of several the one that they leave least.
+    int locked_joint() const noexcept {
+        int out = 0;
+        double least = plan_rule::locked;
+        for (int j = 0; j < joints; ++j) {
+            const double room = task_.limits.upper[j] - task_.limits.lower[j];
+            if (j == 3 || !(room < least)) continue;
+            least = room;
+            out = j + 1;
+        }
+        return out;
+    }
+
+    /// Lets a joint stand where the start or the goal has it, or in the middle of its limits.
+    void lock(CrossingTask& asked, int joint) const noexcept {
+        const int j = joint - 1;
+        const double* end = options_.start ? options_.start : options_.goal;
+        const double low = task_.limits.lower[j], high = task_.limits.upper[j];
+        const double middle = 0.5 * (low + high), q = end ? min(max(end[j], low), high) : middle;
+        asked.locked = joint;
+        asked.theta = to_theta(task_.arm, j, q);
+    }
+
     /// The posture of given joints at an end of the path, also where theta_2 or theta_6 vanishes: there
     /// theta_1 (theta_5) is kept, and phi follows.
-    Anchor meeting_anchor(double s, const double* q) const noexcept {
+    Anchor meeting_anchor(double s, const double* q, const CrossingTask& asked) const noexcept {
         const Chain now = chain(task_.arm, q);
         const SelfMotion<double> m =
             self_motion(task_.arm, task_.circle_at(s), configuration(task_.arm, now.theta));
         Anchor out;
         out.phi = arm_angle(m.circle, now.z3);
         const double shoulder = abs(std::sin(now.theta[1])), wrist = abs(std::sin(now.theta[5]));
-        if (min(shoulder, wrist) > plan_rule::beside_singular) {
+        if (!asked.locked && min(shoulder, wrist) > plan_rule::beside_singular) {
             Section l{};
             l.motion = m;
             if (placed(l, out.phi, q, out.q) > tolerance::angle) out.phi = nearest_phi(l, out.phi, q);
             out.gap = placed(l, out.phi, q, out.q);
         } else {
-            const int joint = shoulder < wrist ? 1 : 5;
-            const SinCos<double> theta = sin_cos(now.theta[joint - 1]);
+            const int beside = shoulder < wrist ? 1 : 5, joint = asked.locked ? asked.locked : beside;
+            const SinCos<double> theta = sin_cos(asked.locked ? asked.theta : now.theta[joint - 1]);
             const Harmonic<double> f = tie(joint_functions(m), joint, theta);
             out.gap = infinity;
             for (const double side : {-1.0, 1.0}) {
@@ -433,15 +453,16 @@ private:
     /// has a proven one, or those from a given start (goal) take more than twice its travel.
     void cross() {
         const bool proven = plan_.ok && plan_.proof.certified(), free = !options_.start && !options_.goal;
-        if (options_.singularity_margin > 0 || base_.size() > crossing_rule::most_sections ||
-            (proven && free))
-            return;
+        const int locked = proven ? 0 : locked_joint();
+        const bool margin = options_.singularity_margin > 0 && !locked;
+        if (margin || base_.size() > crossing_rule::most_sections || (proven && free)) return;
         for (const int elbow : {0, 2}) {
-            const int meet = meeting(elbow);
+            const int meet = locked ? 5 : meeting(elbow);
             if (!meet) continue;
             CrossingTask asked;
-            if (options_.start) asked.start = meeting_anchor(0.0, options_.start);
-            if (options_.goal) asked.goal = meeting_anchor(1.0, options_.goal);
+            if (locked) lock(asked, locked);
+            if (options_.start) asked.start = meeting_anchor(0.0, options_.start, asked);
+            if (options_.goal) asked.goal = meeting_anchor(1.0, options_.goal, asked);
             if (!hold(asked.start, options_.start, elbow) || !hold(asked.goal, options_.goal, elbow))
                 continue;
             const double* end = options_.start ? options_.start : options_.goal;
@@ -491,7 +512,7 @@ private:
             const Chain first = chain(task_.arm, q);
             const double psi = arm_angle(triad(task_.arm, flange_pose(task_.arm, task_.pose(0.0))), first.z3);
             lift_stretches(curve(out), out.stretches, q, psi);
-            out.proof = certify(curve(out), task_.limits, 0.0);
+            out.proof = certify(curve(out), task_.limits, options_.singularity_margin);
             const bool held = !leaps(asked.start, out, false) && !leaps(asked.goal, out, true);
             if (held && out.proof.certified()) return true;
             add_sections(out, asked.sections);

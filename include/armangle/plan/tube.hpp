@@ -103,7 +103,8 @@ inline constexpr double turn = 0.15;  // wrist, tool and elbow turn at most this
 inline constexpr double shift = 0.3;  // an end moves at most this share of its arc ...
 inline constexpr double still = 0.02;  // ... unless by less than this (rad)
 inline constexpr int turn_depth = 16, shift_depth = 5, event_depth = 12;  // halvings spent on each
-inline constexpr std::size_t block = 256;           // steps that are halved together ...
+inline constexpr double no_room = 5e-6;    // range of a joint for which sections are of little use (rad)
+inline constexpr std::size_t block = 256;  // steps that are halved together ...
 inline constexpr std::size_t most_between = 16384;  // ... with at most so many sections between theirs
 }  // namespace tube_rule
 
@@ -209,10 +210,20 @@ private:
         return now == Change::small || (now == Change::shifted && depth >= tube_rule::shift_depth);
     }
 
+    /// Few where a joint has next to no room: its arcs never overlap, and it leads instead (crossing.hpp).
+    std::size_t most_between() const noexcept {
+        const auto narrow = [this](int j) {
+            return task_.limits.upper[j] - task_.limits.lower[j] < tube_rule::no_room;
+        };
+        for (int j = 0; j < joints; ++j)
+            if (j != 3 && narrow(j)) return tube_rule::block;
+        return tube_rule::most_between;
+    }
+
     /// Sections between those of the row, by halving, until neighbours are alike: all steps at once, so that
     /// where there are enough of them none has been left out for the sake of another.
     void halve() {
-        const std::size_t most = row_.size() + tube_rule::most_between;
+        const std::size_t most = row_.size() + most_between();
         unlike_.assign(row_.size() - 1, true);
         for (int depth = 0; depth <= tube_rule::turn_depth; ++depth) {
             finer_.assign(1, row_[0]);

@@ -65,7 +65,7 @@ from .freedom import Freedom
 from .joint_function import JointFunction
 from .near import NearHandle, check_near, moved_ends, unsupported
 from .question import METRICS as _METRICS
-from .question import MetricName, Prefer, Question
+from .question import Beyond, MetricName, Prefer, Question, relaxing_length
 from .solution import Solution, Solutions
 from .wish import Direction, as_wish
 
@@ -971,6 +971,113 @@ class Arm:
         self._handle.self_motion_many(poses, angles, branches, out, as_threads(threads))
         return out
 
+    def inverse_derivative(
+        self, pose: ArrayLike, psi: ArrayLike, gc: ArrayLike, *, threads: int = 1
+    ) -> Floats:
+        """Return how the joints of `inverse` move with the pose and with the arm angle.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        psi : array_like, shape (...)
+            Arm angle, rad.
+        gc : array_like of int, shape (...)
+            Global configuration 0..7.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        ndarray, shape (..., 7, 7)
+            dq: columns 0-2 by the velocity of the tool's origin (rad/m), 3-5 by the angular velocity
+            (rad/rad), both in the frame that poses are given in, and column 6 by psi, which is `self_motion`.
+            The inverse of `jacobian` with `psi_gradient` as a seventh row. ±inf where a derivative does not
+            exist: joints 1-3 (5-7) where θ2 (θ6) is 0 or π, all where the elbow is stretched or folded.
+
+        Raises
+        ------
+        As `inverse`.
+
+        Examples
+        --------
+        >>> from armangle import Arm
+        >>> arm = Arm.from_catalogue("kuka_iiwa7_r800")
+        >>> q = [0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5]
+        >>> both = np.vstack([arm.jacobian(q), arm.psi_gradient(q)])
+        >>> bool(np.allclose(arm.inverse_derivative(*arm.forward(q)) @ both, np.eye(7), rtol=0, atol=1e-12))
+        True
+        """
+        batch, (poses, angles, branches) = broadcast(
+            [
+                ("pose", as_poses("pose", pose, self._handle), 2),
+                ("psi", as_floats("psi", psi), 0),
+                ("gc", as_gc(gc), 0),
+            ]
+        )
+        out = np.empty((*batch, JOINTS, JOINTS))
+        self._handle.inverse_derivative_many(poses, angles, branches, out, as_threads(threads))
+        return out
+
+    def psi_gradient(self, q: ArrayLike, *, threads: int = 1) -> Floats:
+        """Return how the arm angle moves with the joints.
+
+        Parameters
+        ----------
+        q : array_like, shape (..., 7)
+            Joint values, rad.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        ndarray, shape (..., 7)
+            dψ/dq, rad/rad, of the arm's own reference plane; inf where ψ does not exist.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError
+        """
+        joints = as_floats("q", q, (JOINTS,))
+        out = np.empty(joints.shape)
+        self._handle.psi_gradient_many(joints, out, as_threads(threads))
+        return out
+
+    def feasible_derivative(
+        self, pose: ArrayLike, gc: int, *, singularity_margin: float = 0.0
+    ) -> tuple[ArcSet, Floats]:
+        """Return the feasible arcs of one pose, and how their ends move with it.
+
+        Parameters
+        ----------
+        pose : array_like, shape (4, 4)
+            Tool frame, position in m.
+        gc : int
+            Global configuration 0..7.
+        singularity_margin : float
+            As in `feasible`, rad.
+
+        Returns
+        -------
+        ArcSet, ndarray of shape (k, 2, 6)
+            The arcs of `feasible`; for the lower and upper end of each, dψ by the velocity of the tool's
+            origin (rad/m) and by its angular velocity (rad/rad). NaN where an end does not move smoothly:
+            the full circle has no end, a jump none, and where a joint only touches its limit an arc is born.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, NotRotationError, ConfigurationError, InputError
+        """
+        margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
+        frame = one_pose("pose", pose, self._handle)
+        branch = as_gc(gc)
+        if branch.ndim:
+            raise ShapeError(f"gc has shape {branch.shape}, wanted one integer")
+        arcs = self.feasible(frame, branch[()], singularity_margin=margin)
+        out = np.full((int(arcs.count), 2, 6), np.nan)
+        self._handle.end_slopes_one(frame, int(branch), margin, out)
+        return arcs, out
+
     # -- limits --------------------------------------------------------------------------------------
 
     def limit_margin(self, q: ArrayLike) -> Floats | np.float64:
@@ -1431,6 +1538,8 @@ class Arm:
         allowed: Allowed | None = None,
         scene: Scene | None = None,
         singularity_margin: float = 0.0,
+        outside: Beyond = "stop",
+        length: float = 0.2,
         threads: int = 1,
     ) -> Solution:
         """Return the posture of a pose that is nearest to a seed, of all there are.
@@ -1462,6 +1571,15 @@ class Arm:
             Obstacles that links keep clear of, as in `feasible`.
         singularity_margin : float
             As in `feasible`, rad.
+        outside : "stop" or "nearest"
+            "nearest": where a pose has no posture, the posture of the nearest pose that the arm can take,
+            `arm.forward(found.q)[0]`; ``status`` still says why the pose itself has none. A wrist out of
+            reach is drawn towards the shoulder into what joint 4 reaches and the orientation kept: no posture
+            of that orientation is nearer. Where limits forbid that too it is the least of
+            ``sqrt(|dp|² + (length·angle)²)``, sought from many starts. Of all branches and arm angles, so not
+            with `gc`, `allowed` or `scene`.
+        length : float
+            With "nearest": how many metres a radian counts as, m.
         threads : int
             Threads for a batch; 0 for all cores.
 
@@ -1483,16 +1601,23 @@ class Arm:
         >>> found = arm.solve(arm.forward(q)[0], near=q)
         >>> found.q.tolist() == q, found.distance
         (True, 0.0)
+
+        >>> far = arm.forward(q)[0].copy()
+        >>> far[0, 3] += 2.0
+        >>> beside = arm.solve(far, near=q, outside="nearest")
+        >>> beside.status.name, round(float(np.linalg.norm(far - arm.forward(beside.q)[0])), 3)
+        ('UNREACHABLE', 1.767)
         """
         plain = weight is None and gc is None and allowed is None and singularity_margin == 0.0
-        plain = plain and scene is None
+        plain = plain and scene is None and outside == "stop"
         if plain and prefer == "near" and near is not None and isinstance(metric, str) and metric in _METRICS:
             one = self._handle.solve_one(pose, near, _METRICS[metric], Solution, STATUSES)
             if one is not None:
                 return cast(Solution, one)
         asked = Question(
-            self, pose, near, metric, weight, prefer, gc, allowed, scene, singularity_margin, threads
-        )
+            self, pose, near, metric, weight, prefer, gc, allowed, scene, singularity_margin, threads,
+            relaxing_length(outside, length, gc, allowed, scene),
+        )  # fmt: skip
         return asked.solve()
 
     def solutions(

@@ -26,7 +26,7 @@ else:  # names and numbers stand in the core alone; this one is pickled as arman
 
 @dataclass(frozen=True)
 class Opening:
-    """A joint limit that, moved out alone, would leave an arm angle.
+    """A joint limit that, moved out alone, would leave an arm angle: at a pose, or everywhere on a path.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ class Opening:
     side : "lower" or "upper"
         Which of its limits.
     extra : float
-        How much farther out it must be, rad.
+        How much farther out it must be, rad; of a path about 1 % more than the least that does.
     """
 
     joint: int

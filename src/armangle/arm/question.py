@@ -32,9 +32,12 @@ if TYPE_CHECKING:
 
 MetricName = Literal["l2", "max"]
 Prefer = Literal["near", "margin"]
+Beyond = Literal["stop", "nearest"]
 
 METRICS: dict[str, Any] = {"l2": _core.Metric.L2, "max": _core.Metric.MAX}
 _PREFER = ("near", "margin")
+_BEYOND = ("stop", "nearest")
+_LONGEST = 1e3  # m, of what a radian counts as
 
 
 class Question:
@@ -43,7 +46,7 @@ class Question:
     def __init__(
         self, arm: Arm, pose: ArrayLike, near: ArrayLike | None, metric: str, weight: ArrayLike | None,
         prefer: str, gc: int | Iterable[int] | None, allowed: Allowed | None, scene: Scene | None,
-        singularity_margin: float, threads: int,
+        singularity_margin: float, threads: int, length: float = 0.0,
     ) -> None:  # fmt: skip
         named = [("pose", as_poses("pose", pose, arm._handle), 2)]
         if near is not None:
@@ -55,7 +58,7 @@ class Question:
         if chosen("prefer", prefer, _PREFER) == "margin" or near is None:
             kind = _core.Metric.MARGIN
         self.near = np.ascontiguousarray(arrays[1]).reshape(-1, JOINTS) if near is not None else None
-        self.options = _core.SolveOptions(kind, _weights(weight), _branches(gc), margin)
+        self.options = _core.SolveOptions(kind, _weights(weight), _branches(gc), margin, length)
         self.handle = arm._handle
         self.threads = as_threads(threads)
         ready = arm._scene(scene)
@@ -100,6 +103,18 @@ class Question:
             self.poses, self.near, self.options, *self.allowed, self.threads, self.scene
         )
         return Solutions(self.batch, columns)
+
+
+def relaxing_length(outside: Beyond, length: float, *narrowed: object) -> float:
+    """Return how many metres a radian counts as where a pose has no posture; 0 where none is sought."""
+    metres = as_number("length", length, 0.0, _LONGEST, low_open=True)
+    if chosen("outside", outside, _BEYOND) == "stop":
+        return 0.0
+    if any(one is not None for one in narrowed):
+        raise InputError(
+            "outside is 'nearest', which takes all branches and arm angles: not with gc, allowed or scene"
+        )
+    return metres
 
 
 def _weights(weight: ArrayLike | None) -> Floats:

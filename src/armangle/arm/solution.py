@@ -21,7 +21,7 @@ class Solution(NamedTuple):
     ``q (..., 7)`` rad; ``psi (...)`` rad in (-π, π]; ``gc (...)`` 0..7; ``distance (...)`` to the seed
     in the metric asked, rad, NaN without a seed; ``status (...)`` an `Status`, of a batch its codes as
     int8; ``margin (...)`` least distance of a joint to one of its limits, rad. Where the status is not
-    OK the numbers are NaN and gc is -1.
+    OK the numbers are NaN and gc is -1; with ``outside="nearest"`` they are those of the nearest pose.
 
     It is a tuple of these six, so that ``q, psi, *_ = solution``; of a batch too: `row` gives one pose's.
     """
@@ -107,7 +107,7 @@ class Solution(NamedTuple):
         if codes.ndim:
             found = int((codes == Status.OK).sum())
             return f"<Solution of a batch {codes.shape}: {found} of {codes.size} poses have a posture>"
-        if self.status != Status.OK:
+        if not np.isfinite(self.q).all():
             return f"<Solution: none, {self.status}>"
         joints = ", ".join(f"{x:.6g}" for x in self.q)
         return (

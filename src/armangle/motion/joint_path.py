@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -74,6 +74,32 @@ class Curve:
         out = np.empty((len(s), _ORDERS, JOINTS))
         handle.curve_derivatives(self.segments, self.stretches, self.plane, self.gc, s, out)
         return out
+
+
+class AnyCurve(Protocol):
+    """What joints do along s: a `Curve`, or several one after the other."""
+
+    @property
+    def segments(self) -> Floats:
+        """The tool's way."""
+
+    @property
+    def gc(self) -> int:
+        """Global configuration at the start."""
+
+    @property
+    def end(self) -> float:
+        """The s where it ends."""
+
+    @property
+    def knots(self) -> Floats:
+        """The s between which it is smooth."""
+
+    def at(self, handle: _core.Arm, s: Floats) -> Placed:
+        """Return the rows at s (N,)."""
+
+    def derivatives(self, handle: _core.Arm, s: Floats) -> Floats:
+        """Return q', q'', q''' with respect to s, shape (N, 3, 7)."""
 
 
 class PathPoint(NamedTuple):
@@ -153,7 +179,7 @@ class JointPath:
     uncertified: Floats = field(default_factory=lambda: np.array([[0.0, 1.0]]))
     diagnosis: Diagnosis | None = None
     path: Path | None = None
-    curve: Curve | None = None
+    curve: AnyCurve | None = None
     start: Floats | None = None
 
     def __post_init__(self) -> None:
@@ -247,7 +273,7 @@ class JointPath:
         out[inside] = curve.derivatives(self.arm._handle, np.ascontiguousarray(flat[inside]))
         return out.reshape(*at.shape, _ORDERS, JOINTS)
 
-    def _curve(self) -> Curve:
+    def _curve(self) -> AnyCurve:
         if self.curve is not None:
             return self.curve
         one_branch = len(self) > 0 and bool((self.gc == self.gc[0]).all())

@@ -21,7 +21,7 @@ from .options import LONGEST_STEP, Bound, joint_bound
 
 
 class _Tracking(IntEnum):
-    """What became of a tick: FOLLOWING, LAGGING, NEAREST or HELD; see `Tracked`."""
+    """What became of a tick: FOLLOWING, LAGGING, NEAREST, HELD or TURNING; see `Tracked`."""
 
 
 if TYPE_CHECKING:
@@ -41,9 +41,11 @@ class Tracked(NamedTuple):
     ``q (7,)`` rad; ``velocity (7,)`` rad/s, ``(q - q before) / dt``: a position controller follows far better
     with it; ``status`` a `Tracking`: FOLLOWING (the tool is where the hand is, within 1e-9 m), LAGGING (on
     its way, as fast as the bounds allow), NEAREST (the hand is out of reach: at, or on the way to, the
-    nearest pose) or HELD (no sample to believe: on as predicted); ``distance`` of the tool from the hand,
-    m, ``sqrt(|dp|² + (length·angle)²)``; ``gap`` by which the hand's wrist is outside of what joint 4
-    reaches, m; ``psi`` rad in (-π, π]; ``gc`` 0..7; ``why`` a `Status`: what keeps the tool from the hand.
+    nearest pose), HELD (no sample to believe: on as predicted) or TURNING (to the branch of `reconfigure`, or
+    out of a corner of the limits, joint by joint: the tool leaves the hand); ``distance`` of the tool from
+    the hand, m, ``sqrt(|dp|² + (length·angle)²)``; ``gap`` by which the hand's wrist is outside of what
+    joint 4 reaches, m; ``psi`` rad in (-π, π]; ``gc`` 0..7; ``why`` a `Status`: what keeps the tool from
+    the hand.
     """
 
     q: Floats

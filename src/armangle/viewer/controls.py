@@ -31,6 +31,7 @@ _OPEN = (90, 98, 110)
 _BUTTONS_A_ROW = 4
 EXPORT_NAME = "posture.json"
 
+TRACK = "follow the hand, to the nearest pose"
 HOLD = "hold ψ"
 REPEL = "repel ψ from the ends of its arc (eq. 36)"
 CENTRE = "pull ψ to the middle of its arc"
@@ -94,15 +95,15 @@ class Controls:
 
     def _add_arm_angle(self) -> None:
         policy = self._state.policy
-        gain = 0.1 if isinstance(policy, Hold) else float(policy.K)
+        gain = 0.1 if policy is None or isinstance(policy, Hold) else float(policy.K)
         alpha = float(policy.alpha) if isinstance(policy, Repulsion) else Repulsion().alpha
         self._wish = policy if isinstance(policy, Towards) else Towards(direction="up")
         with self._gui.add_folder("Arm angle"):
             self.psi = self._gui.add_slider("ψ (deg)", -180.0, 180.0, 0.1, 0.0)
             self._arcs = self._gui.add_html("")
             self.policy = self._gui.add_dropdown(
-                "dragging", (HOLD, REPEL, CENTRE, TOWARDS), initial_value=_policy_name(policy),
-                hint="What the arm angle does while the tool is dragged, or moved by numbers.",
+                "dragging", (TRACK, HOLD, REPEL, CENTRE, TOWARDS), initial_value=_policy_name(policy),
+                hint="What the arm does while the tool is dragged, or moved by numbers.",
             )  # fmt: skip
             self._gain = self._gui.add_slider("K", 0.0, 1.0, 0.01, gain)
             self._alpha = self._gui.add_slider(
@@ -212,7 +213,8 @@ class Controls:
 
     def _set_policy(self) -> None:
         gain, alpha = float(self._gain.value), float(self._alpha.value)
-        policies: dict[str, Policy] = {
+        policies: dict[str, Policy | None] = {
+            TRACK: None,
             HOLD: Hold(),
             REPEL: Repulsion(K=gain, alpha=alpha),
             CENTRE: Centre(K=gain),
@@ -242,7 +244,7 @@ class Controls:
         self._status.content = status_panel(state)
         self._set_slider(self.psi, _rounded_degrees(state.psi))
         self._arcs.content = arcs_panel(state)
-        _show(self._gain, visible=not isinstance(state.policy, Hold))
+        _show(self._gain, visible=state.policy is not None and not isinstance(state.policy, Hold))
         _show(self._alpha, visible=isinstance(state.policy, Repulsion))
         for slider, q in zip(self.joints, state.q, strict=True):
             self._set_slider(slider, _rounded_degrees(q))
@@ -280,8 +282,10 @@ def slider_range(lower: float, upper: float) -> tuple[float, float]:
     return float(inward[0]), float(inward[1])
 
 
-def _policy_name(policy: Policy) -> str:
+def _policy_name(policy: Policy | None) -> str:
     match policy:
+        case None:
+            return TRACK
         case Repulsion():
             return REPEL
         case Centre():

@@ -50,6 +50,9 @@ class Scene:
         ]
         self._target = self._add_target(api, solids)
         none = np.zeros((1, 2, 3))
+        self._gap = api.add_line_segments(
+            "/gap", none, _REFUSED_RGB, thickness=_LINE * self._size, visible=False
+        )
         self._circle = api.add_line_segments(
             "/circle", none, np.zeros((1, 2, 3), dtype=np.uint8), thickness=_LINE * self._size
         )
@@ -116,13 +119,15 @@ class Scene:
             self._ghosts.points = figure_segments(figures).astype(np.float32)
 
     def _update_target(self) -> None:
-        """Show the pose that was not reached, and the arm in red as long as it is not."""
+        """Show the pose that was not reached, how far it is, and the arm in red as long as it is not."""
         target = self._state.target
         if target is not None:
             _place(self._target, rows_from_poses(target[None])[0])
+            ends = np.stack([self._state.pose[:3, 3], target[:3, 3]])
+            self._gap.points = ends[None].astype(np.float32)
         if self._target.visible == (target is not None):
             return
-        self._target.visible = target is not None
+        self._target.visible = self._gap.visible = target is not None
         for colour, node in self._solids:
             node.color = colour if target is None else _REFUSED_RGB
 

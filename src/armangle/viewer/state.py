@@ -27,11 +27,18 @@ from ..motion.joint_path import JointPath
 from ..motion.options import core_policy
 from ..motion.paths import Line
 from ..motion.policies import Hold, Policy
+from ..motion.tracking import Tracker, Tracking
 from ..status import STATUSES, Status
 from .opening import opening_posture
 
 _CIRCLE_SAMPLES = 181
 _LARGEST_MOVE = 1.0  # rad: a policy may act at full strength, but no joint flips over
+_TICK, _FASTEST, _HARDEST = 0.02, 3.0, 30.0  # s, rad/s, rad/s²: of the tracker that the hand drives
+_MOST_TICKS = 500
+_AT_REST, _RESTING_TICKS = (
+    1e-3,
+    30,
+)  # rad/s; for so many ticks, since an arm that stalls turns round after 0.3 s
 _ROUNDING = 1e-9  # rad that a posture may lie beyond a limit
 
 
@@ -69,8 +76,9 @@ class ViewerState:
     arm : Arm
     start : array_like, shape (7,), optional
         Joints to begin with and to reset to, rad, within the limits; `opening_posture` by default.
-    policy : Repulsion, Hold, Centre or Towards
-        How the arm angle moves while the tool does; it is held by default.
+    policy : Repulsion, Hold, Centre or Towards, optional
+        How the arm angle moves while the tool does. By default the arm is moved as a `Tracker` follows a
+        hand: to the nearest pose where the target cannot be met, the elbow with little motion.
 
     Attributes
     ----------
@@ -96,7 +104,7 @@ class ViewerState:
 
     arm: Arm
     start: ArrayLike | None = None
-    policy: Policy = field(default_factory=Hold)
+    policy: Policy | None = None
 
     q: Floats = field(init=False)
     pose: Floats = field(init=False)
@@ -111,7 +119,8 @@ class ViewerState:
     _home_row: int = field(init=False, default=0)
 
     def __post_init__(self) -> None:
-        core_policy(self.policy, None)  # refuses a rate
+        if self.policy is not None:
+            core_policy(self.policy, None)  # refuses a rate
         self._home = opening_posture(self.arm) if self.start is None else self._checked(self.start)
         self.reset()
 
@@ -181,7 +190,9 @@ class ViewerState:
         return self._say(False, f"Joint {joint} stops at its limit {degrees_text(q[joint - 1])}.")
 
     def set_pose(self, pose: ArrayLike) -> Answer:
-        """Move the tool towards a pose: in small steps, the arm angle by the policy, as far as it goes.
+        """Move the tool to a pose: as a tracker would, or in small steps with the arm angle by the policy.
+
+        A tracker ends at the nearest pose that the arm can take, steps where the next cannot be taken.
 
         Parameters
         ----------
@@ -191,7 +202,7 @@ class ViewerState:
         Returns
         -------
         Answer
-            Not ok where the arm had to stop on the way: why, in words; `target` is then the pose.
+            Not ok where the tool is not there: why, in words; `target` is then the pose.
 
         Raises
         ------
@@ -200,6 +211,8 @@ class ViewerState:
         wanted = nearest_rotation(pose)
         if wanted.ndim != 2:
             raise ShapeError(f"pose has shape {wanted.shape}, wanted (4, 4)")
+        if self.policy is None:
+            return self._track(wanted)
         path = follow(
             self.arm, ways_between(self.pose, wanted), start=self.q, policy=self.policy,
             carry="psi" if isinstance(self.policy, Hold) else "elbow", max_joint_step=_LARGEST_MOVE,
@@ -213,6 +226,25 @@ class ViewerState:
         failure = path.first_failure
         status = STATUSES[path.status[failure if failure is not None else -1]]
         return self._say(False, self._why(path.poses[failure or 0], self.gc, status))
+
+    def _track(self, wanted: Floats) -> Answer:
+        """Take the posture in which a tracker comes to rest that follows a hand at `wanted`."""
+        tracker = Tracker(self.arm, _TICK, _FASTEST, _HARDEST)
+        tracker.start(self.q)
+        resting = 0
+        for _ in range(_MOST_TICKS):
+            now = tracker.step(wanted)
+            resting = resting + 1 if np.abs(now.velocity).max() < _AT_REST else 0
+            if now.status == Tracking.FOLLOWING or resting > _RESTING_TICKS:
+                break
+        self._take(now.q)
+        if now.status == Tracking.FOLLOWING:
+            return self._say(True, "")
+        self.target = wanted
+        short = 1e3 * float(np.linalg.norm(wanted[:3, 3] - self.pose[:3, 3]))
+        return self._say(
+            False, f"{self._why(wanted, self.gc, now.why)} The tool is {short:.0f} mm short of it."
+        )
 
     def set_psi(self, psi: float) -> Answer:
         """Turn the elbow to an arm angle (rad), or to the nearest that is feasible; the tool stays."""

@@ -1,0 +1,179 @@
+"""Joint paths one after the other, as one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from .. import _core
+from .._arrays import Floats, Ints, frozen
+from ..errors import InputError, PathError
+from .joint_path import AnyCurve, JointPath, Placed
+from .paths import Path
+
+SAME_JOINTS = 1e-6
+"""By how much a joint may begin elsewhere than it ended, rad."""
+_TURN = 2 * np.pi
+
+
+class Chain(Path):
+    """The tool's way along several joint paths."""
+
+    def __init__(self, segments: Floats) -> None:
+        self._segments = frozen(segments)
+
+
+@dataclass(frozen=True, eq=False)
+class JoinedCurve:
+    """Curves one after the other, each over its part of s.
+
+    Parameters
+    ----------
+    curves : sequence of Curve
+    ends : ndarray, shape (K + 1,)
+        Where they begin and end in s.
+    turns : ndarray, shape (K,)
+        Whole turns that are added to the arm angle of each, rad.
+    segments : ndarray
+        Of the tool's way.
+    """
+
+    curves: Sequence[AnyCurve]
+    ends: Floats
+    turns: Floats
+    segments: Floats
+
+    @property
+    def end(self) -> float:
+        """The s where the curve ends."""
+        return 1.0
+
+    @property
+    def gc(self) -> int:
+        """Global configuration at the start."""
+        return self.curves[0].gc
+
+    @property
+    def knots(self) -> Floats:
+        """The s between which the curve is smooth, shape (k,)."""
+        spans = zip(self.ends[:-1], np.diff(self.ends), self.curves, strict=True)
+        return np.concatenate([low + width * curve.knots for low, width, curve in spans])
+
+    def at(self, handle: _core.Arm, s: Floats) -> Placed:
+        """Return the rows at s (N,); `handle` is the arm's."""
+        k, inner = self._parts(s)
+        rows = Placed(*(np.empty((len(s), *shape)) for shape in ((7,), (), (), (4, 4), (), ())))
+        for part, curve in enumerate(self.curves):
+            here = k == part
+            found = curve.at(handle, np.ascontiguousarray(inner[here]))
+            for row, values in zip(rows, found, strict=True):
+                row[here] = values
+            rows.psi[here] += self.turns[part]
+        return rows
+
+    def derivatives(self, handle: _core.Arm, s: Floats) -> Floats:
+        """Return q', q'', q''' with respect to s, shape (N, 3, 7)."""
+        k, inner = self._parts(s)
+        out = np.empty((len(s), 3, 7))
+        for part, curve in enumerate(self.curves):
+            here = k == part
+            width = self.ends[part + 1] - self.ends[part]
+            found = curve.derivatives(handle, np.ascontiguousarray(inner[here]))
+            out[here] = found / width ** np.arange(1, 4)[:, None]
+        return out
+
+    def _parts(self, s: Floats) -> tuple[Ints, Floats]:
+        """Return which curve each s is on, at a joint the later one, and where on it."""
+        k = np.clip(np.searchsorted(self.ends, s, side="right") - 1, 0, len(self.curves) - 1)
+        inner = (s - self.ends[k]) / (self.ends[k + 1] - self.ends[k])
+        return k, np.asarray(np.clip(inner, 0.0, 1.0))
+
+
+def join(paths: Sequence[JointPath]) -> JointPath:
+    """Return several joint paths as one: its rows are theirs, and `save`, `retime`, `at` take it as one.
+
+    Not to be confused with `Segments`, which are joined before a motion is planned: those are planned as a
+    whole, in one branch if need be, and may have blends.
+
+    Parameters
+    ----------
+    paths : sequence of JointPath
+        Of one arm, all solved. Each begins with the joints and the pose that the one before it ends with,
+        within 1e-6 rad and m. s is shared out by their rows.
+
+    Returns
+    -------
+    JointPath
+        Certified if all are.
+
+    Raises
+    ------
+    InputError
+        If there is none, they are of different arms, or one begins elsewhere than the one before it ends.
+    PathError
+        If one of them is not solved.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from armangle import Arm, Line, plan
+    >>> arm = Arm.from_catalogue("kuka_iiwa7_r800")
+    >>> q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+    >>> a = arm.forward(q)[0]
+    >>> b, c = a.copy(), a.copy()
+    >>> b[1, 3], c[1, 3], c[2, 3] = b[1, 3] - 0.1, c[1, 3] - 0.1, c[2, 3] - 0.1
+    >>> down = plan(arm, Line(a, b), start=q)
+    >>> join([down, plan(arm, Line(b, c), start=down.q[-1])])
+    <JointPath of 399 poses, certified>
+    """
+    if not isinstance(paths, (list, tuple)) or not paths or not all(isinstance(p, JointPath) for p in paths):
+        raise InputError(f"paths is {paths!r:.100}, wanted a list of JointPath")
+    first = paths[0]
+    for k, path in enumerate(paths):
+        if path.arm != first.arm:
+            raise InputError(f"paths: path {k} is of another arm than path 0")
+        if len(path) < 2:
+            raise InputError(f"paths: path {k} has {len(path)} rows, wanted 2 or more")
+        if not path.ok:
+            raise PathError(f"paths: path {k} is not solved: {path.explain()}")
+    for k, (before, after) in enumerate(pairwise(paths), start=1):
+        joint = np.abs(after.q[0] - before.q[-1]).max()
+        pose = np.abs(after.poses[0] - before.poses[-1]).max()
+        if not max(joint, pose) <= SAME_JOINTS:
+            raise InputError(
+                f"paths: path {k} begins {joint:.3g} rad and {pose:.3g} m from where path {k - 1} ends"
+            )
+    return _joined(paths)
+
+
+def _joined(paths: Sequence[JointPath]) -> JointPath:
+    counts = np.array([len(path) - 1 for path in paths])
+    ends = np.concatenate([[0.0], np.cumsum(counts)]) / counts.sum()
+    ends[-1] = 1.0
+    curves = [path._curve() for path in paths]
+    spans = list(zip(ends[:-1], np.diff(ends), strict=True))
+    segments = np.concatenate([curve.segments for curve in curves])
+    bounds = [low + width * curve.segments[:, :2] for (low, width), curve in zip(spans, curves, strict=True)]
+    segments[:, :2] = np.concatenate(bounds)
+    turns = np.zeros(len(paths))
+    for k in range(1, len(paths)):
+        before = paths[k - 1].psi[-1] + turns[k - 1]
+        turns[k] = _TURN * np.round((before - paths[k].psi[0]) / _TURN)
+    columns: dict[str, Any] = {
+        name: np.concatenate([getattr(path, name)[k > 0 :] for k, path in enumerate(paths)])
+        for name in ("poses", "q", "gc", "status", "margin", "residual")
+    }
+    parts = list(zip(paths, spans, turns, strict=True))
+    s = np.concatenate([(low + width * path.s)[k > 0 :] for k, (path, (low, width), _) in enumerate(parts)])
+    psi = np.concatenate([(path.psi + turn)[k > 0 :] for k, (path, _, turn) in enumerate(parts)])
+    open_ = [low + width * path.uncertified for path, (low, width), _ in parts if not path.certified]
+    s[-1] = 1.0
+    return JointPath(
+        arm=paths[0].arm, s=s, psi=psi, **columns, certified=not open_,
+        uncertified=np.concatenate(open_) if open_ else np.empty((0, 2)), path=Chain(segments),
+        curve=JoinedCurve(curves, ends, turns, segments), start=paths[0].start,
+    )  # fmt: skip

@@ -1,0 +1,162 @@
+"""Where a pose has no posture: `solve(outside="nearest")` finds that of the nearest pose the arm can take."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from support import draw, streams
+
+import armangle as aa
+
+Array = NDArray[np.float64]
+
+LENGTH = 0.2
+POSES = 400 if draw.COUNT else 30
+STARTS, ROUNDS = 200, 60
+ARM_OF = {name: aa.Arm.from_catalogue(name) for name in ("kuka_iiwa14_r820", "realman_rm75_b")}
+OUT_OF_REACH = (aa.Status.UNREACHABLE, aa.Status.FOLDED, aa.Status.ELBOW_LIMIT)
+
+
+@pytest.fixture(params=list(ARM_OF))
+def arm(request: pytest.FixtureRequest) -> aa.Arm:
+    return ARM_OF[request.param]
+
+
+def outside(arm: aa.Arm, rng: np.random.Generator, kind: str) -> Array:
+    """Poses without a posture: pushed out of reach, or turned beyond the limits."""
+    found = np.empty((0, 4, 4))
+    while len(found) < POSES:
+        poses = arm.forward(rng.uniform(arm.lower, arm.upper, (4 * POSES, 7)))[0].copy()
+        turns = rng.normal(size=(len(poses), 3))
+        if kind == "reach":
+            poses[:, :3, 3] += 0.3 * rng.normal(size=(len(poses), 3))
+            turns *= 0.5
+        poses[:, :3, :3] = streams.rotation(turns) @ poses[:, :3, :3]
+        status = np.asarray(arm.solve(poses).status)
+        wanted = np.isin(status, OUT_OF_REACH) if kind == "reach" else status == aa.Status.LIMITS
+        found = np.concatenate([found, poses[wanted]])
+    return found[:POSES]
+
+
+def apart(arm: aa.Arm, q: Array, poses: Array) -> tuple[Array, Array]:
+    """How far postures (n, 7) are from poses: moves (n, 3) in m, and turns (n, 3) in rad."""
+    there = arm.forward(q)[0]
+    relative = poses[:, :3, :3] @ np.swapaxes(there[:, :3, :3], 1, 2)
+    axis = np.stack([relative[:, 2, 1] - relative[:, 1, 2], relative[:, 0, 2] - relative[:, 2, 0],
+                     relative[:, 1, 0] - relative[:, 0, 1]], axis=-1)  # fmt: skip
+    size = np.linalg.norm(axis, axis=-1, keepdims=True)
+    angle = np.arctan2(size, np.trace(relative, axis1=1, axis2=2)[:, None] - 1)
+    return poses[:, :3, 3] - there[:, :3, 3], axis * angle / np.maximum(size, 1e-12)
+
+
+def distances(arm: aa.Arm, q: Array, poses: Array, length: float) -> Array:
+    moves, turns = apart(arm, q, poses)
+    return np.sqrt((moves**2).sum(-1) + length**2 * (turns**2).sum(-1))
+
+
+def searched(arm: aa.Arm, poses: Array, length: float, rng: np.random.Generator) -> Array:
+    """The least distance that damped least squares in the box of the limits finds from many starts."""
+    wanted = np.repeat(poses, STARTS, axis=0)
+    q = rng.uniform(arm.lower, arm.upper, (len(wanted), 7))
+    weight = np.r_[np.ones(3), np.full(3, length)]
+    off, damping = distances(arm, q, wanted, length), np.full(len(wanted), 1e-3)
+    for _ in range(ROUNDS):
+        J = arm.jacobian(q) * weight[:, None]
+        error = np.concatenate(apart(arm, q, wanted), axis=1) * weight
+        slope = np.einsum("nij,ni->nj", J, error)
+        free = ~(((q <= arm.lower) & (slope < 0)) | ((q >= arm.upper) & (slope > 0)))
+        J = J * free[:, None, :]
+        H = np.einsum("nki,nkj->nij", J, J) + damping[:, None, None] * np.eye(7)
+        step = np.linalg.solve(H, np.einsum("nij,ni->nj", J, error)[..., None])[..., 0]
+        trial = np.clip(q + np.clip(step, -0.5, 0.5), arm.lower, arm.upper)
+        new = distances(arm, trial, wanted, length)
+        better = new < off
+        q[better], off[better] = trial[better], new[better]
+        damping = np.where(better, damping * 0.3, damping * 5).clip(1e-9, 1e3)
+    return off.reshape(-1, STARTS).min(1)
+
+
+def test_a_pose_with_a_posture_is_solved_as_ever(arm: aa.Arm) -> None:
+    rng = np.random.default_rng(0)
+    q = rng.uniform(arm.lower, arm.upper, (100, 7))
+    poses, seeds = arm.forward(q)[0], q + 0.1 * rng.normal(size=q.shape)
+    for plain, other in zip(
+        arm.solve(poses, near=seeds), arm.solve(poses, near=seeds, outside="nearest"), strict=True
+    ):
+        assert np.array_equal(plain, other)
+
+
+@pytest.mark.parametrize("kind", ["reach", "limits"])
+def test_no_search_from_many_starts_comes_nearer(arm: aa.Arm, kind: str) -> None:
+    """Within 1 mm in 99 %: of the distance, or of the position where the orientation is held."""
+    rng = np.random.default_rng([draw.SEED, len(kind)])
+    poses = outside(arm, rng, kind)
+    found = arm.solve(poses, outside="nearest")
+    assert np.array_equal(found.status, arm.solve(poses).status)
+    assert (arm.limit_margin(found.q) >= -1e-9).all()
+    moves, turns = apart(arm, found.q, poses)
+    held = np.linalg.norm(turns, axis=1) < 1e-7
+    assert held.mean() > 0.5 or kind == "limits"
+    late = np.linalg.norm(moves, axis=1) - searched(arm, poses, 20.0, rng)
+    near = distances(arm, found.q, poses, LENGTH) - searched(arm, poses, LENGTH, rng)
+    excess = np.where(held, late, near)
+    assert (excess >= 1e-3).sum() <= max(1, POSES // 100)
+    assert np.median(excess) < 1e-4
+
+
+def test_a_wrist_out_of_reach_is_drawn_along_its_ray(arm: aa.Arm) -> None:
+    rng = np.random.default_rng(draw.SEED)
+    poses = outside(arm, rng, "reach")
+    found = arm.solve(poses, outside="nearest")
+    moves, turns = apart(arm, found.q, poses)
+    held = np.linalg.norm(turns, axis=1) < 1e-7
+    shoulder = (arm.base @ np.array([0, 0, arm.d_bs, 1.0]))[:3]
+    flange = poses @ np.linalg.inv(arm.tool)
+    wrist = flange[:, :3, 3] - arm.d_wf * flange[:, :3, 2]
+    ray = wrist - shoulder
+    far = np.linalg.norm(ray, axis=1)
+    bend = np.array([np.clip(0.0, arm.lower[3], arm.upper[3]), arm.lower[3], arm.upper[3]])
+    reach = np.sqrt(arm.d_se**2 + arm.d_ew**2 + 2 * arm.d_se * arm.d_ew * np.cos(bend))
+    gap = np.maximum(far - reach.max(), reach.min() - far)
+    assert held.sum() > 10
+    assert np.abs(np.linalg.norm(moves, axis=1) - gap)[held].max() < 1e-12
+    assert np.abs(np.cross(moves, ray))[held].max() < 1e-9
+
+
+def test_batches_threads_and_seeds(arm: aa.Arm) -> None:
+    rng = np.random.default_rng(2)
+    poses = np.concatenate([outside(arm, rng, "reach")[:4], outside(arm, rng, "limits")[:4]])
+    seeds = rng.uniform(arm.lower, arm.upper, (8, 7))
+    many = arm.solve(poses.reshape(2, 4, 4, 4), near=seeds.reshape(2, 4, 7), outside="nearest", threads=2)
+    assert many.q.shape == (2, 4, 7)
+    for i in range(8):
+        one = arm.solve(poses[i], near=seeds[i], outside="nearest")
+        assert np.array_equal(one.q, many.q.reshape(8, 7)[i])
+        assert one.distance == pytest.approx(np.linalg.norm(one.q - seeds[i]))
+        stretched = abs(one.q[3]) < 1e-6  # of either branch
+        assert stretched or one.gc == arm.forward(one.q)[2]
+        assert not one.ok
+        assert "q=[" in repr(one)
+
+
+def test_never_worse_than_the_pose_within_reach_and_a_clamp(arm: aa.Arm) -> None:
+    """The naive way: the nearest pose within reach, its posture nearest the limits, joints clamped."""
+    rng = np.random.default_rng(draw.SEED)
+    poses = outside(arm, rng, "limits")
+    found = arm.solve(poses, outside="nearest")
+    naive = [np.clip(arm.inverse(pose, psi, gc), arm.lower, arm.upper)
+             for pose in poses for psi in (0.0, 2.0) for gc in range(8)]  # fmt: skip
+    theirs = distances(arm, np.array(naive), np.repeat(poses, 16, axis=0), LENGTH).reshape(-1, 16).min(1)
+    assert (distances(arm, found.q, poses, LENGTH) <= theirs + 1e-9).all()
+
+
+def test_what_narrows_the_choice_is_refused(arm: aa.Arm) -> None:
+    pose = np.eye(4)
+    for narrowed in ({"gc": 2}, {"allowed": aa.ArcSet([[0.0, 1.0]])}):
+        with pytest.raises(aa.InputError, match="outside is 'nearest', which takes all branches"):
+            arm.solve(pose, outside="nearest", **narrowed)  # type: ignore[arg-type]  # any of them
+    with pytest.raises(aa.InputError, match="outside is 'far'"):
+        arm.solve(pose, outside="far")  # type: ignore[arg-type]  # no such word
+    with pytest.raises(aa.InputError, match="length is 0"):
+        arm.solve(pose, outside="nearest", length=0.0)

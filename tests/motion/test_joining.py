@@ -1,0 +1,86 @@
+"""Joint paths one after the other: everything about the whole is what its parts say."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.needs import need
+
+import armangle as aa
+
+ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+Q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+
+
+def three() -> list[aa.JointPath]:
+    """A plan along a line, a motion that was followed, and a plan along poses: each from where one ended."""
+    a, b, c, d = (ARM.forward(Q)[0].copy() for _ in range(4))
+    b[:3, 3] += [0.0, -0.12, 0.02]
+    c[:3, 3] += [-0.05, -0.12, -0.08]
+    d[:3, 3] += [-0.05, 0.0, -0.08]
+    first = aa.plan(ARM, aa.Line(a, b), start=Q, samples=50)
+    second = aa.follow(ARM, aa.Line(b, c).pose(np.linspace(0, 1, 31)), start=first.q[-1], policy=aa.Hold())
+    third = aa.plan(ARM, np.stack([c, d, c]), start=second.q[-1])
+    return [first, second, third]
+
+
+def test_the_whole_is_its_parts() -> None:
+    parts = three()
+    whole = aa.join(parts)
+    counts = np.array([len(part) - 1 for part in parts])
+    ends = np.concatenate([[0], np.cumsum(counts)]) / counts.sum()
+    assert len(whole) == counts.sum() + 1
+    assert whole.ok and not whole.certified
+    assert (np.diff(whole.s) > 0).all() and whole.s[0] == 0 and whole.s[-1] == 1
+    inner = np.linspace(0, 1, 101)[1:-1] + 3.7e-4  # between the rows
+    for part, low, high in zip(parts, ends[:-1], ends[1:], strict=True):
+        at, own = whole.at(low + (high - low) * inner), part.at(inner)
+        np.testing.assert_allclose(at.q, own.q, atol=1e-9)
+        np.testing.assert_allclose(at.pose, own.pose, atol=1e-12)
+        np.testing.assert_array_equal(at.gc, own.gc)
+        np.testing.assert_allclose(np.exp(1j * at.psi), np.exp(1j * own.psi), atol=1e-9)
+        rates = whole.derivatives(low + (high - low) * inner)
+        np.testing.assert_allclose(
+            rates[:, 0] * (high - low), part.derivatives(inner)[:, 0], rtol=1e-6, atol=1e-7
+        )
+    rows = whole.at(whole.s)
+    np.testing.assert_allclose(rows.q, whole.q, atol=1e-6)
+    np.testing.assert_allclose(ARM.forward(whole.q)[0], whole.poses, atol=1e-6)
+    assert np.abs(np.diff(whole.psi)).max() < np.pi
+    assert whole.uncertified.min() == pytest.approx(ends[1]) and whole.uncertified.max() <= 1
+
+
+def test_plans_that_are_proven_are_proven_as_one() -> None:
+    first, _, third = three()
+    whole = aa.join([third, aa.plan(ARM, aa.Line(third.poses[-1], third.poses[1]), start=third.q[-1])])
+    assert whole.certified and len(whole.uncertified) == 0
+    assert whole.explain().endswith("within all limits, and proven between them.")
+    assert aa.join([first]).certified
+
+
+def test_it_is_saved_and_timed_as_one(tmp_path: Path) -> None:
+    need("scipy")
+    whole = aa.join(three())
+    aa.save(whole, tmp_path / "whole.csv")
+    np.testing.assert_array_equal(aa.load_joints(tmp_path / "whole.csv").q, whole.q)
+    timed = aa.retime(whole, acceleration=5.0)
+    at = timed.at(np.linspace(0, timed.duration, 3000))
+    assert np.abs(at.qdd).max() <= 5.0 * (1 + 1e-3)
+    assert at.s[-1] == pytest.approx(1, abs=1e-9)
+
+
+def test_what_does_not_join_is_refused() -> None:
+    first, _, third = three()
+    with pytest.raises(aa.InputError, match=r"path 1 begins .* rad and .* m from where path 0 ends"):
+        aa.join([first, third])
+    with pytest.raises(aa.InputError, match=r"path 1 is of another arm"):
+        other = aa.Arm.from_catalogue("kuka_iiwa14_r820")
+        aa.join([first, aa.follow(other, other.forward(np.stack([Q, Q]))[0], start=Q)])
+    far = first.poses.copy()
+    far[:, 0, 3] += 3.0
+    with pytest.raises(aa.PathError, match=r"path 0 is not solved"):
+        aa.join([aa.follow(ARM, far, start=Q)])
+    with pytest.raises(aa.InputError, match=r"path 0 has 1 rows"):
+        aa.join([aa.follow(ARM, first.poses[:1], start=Q)])
