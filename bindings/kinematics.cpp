@@ -204,6 +204,37 @@ void self_motion_many(const ArmHandle& self, Floats pose, Floats psi, Ints gc, F
     });
 }
 
+/// dq by twist and psi, (..., 7, 7).
+void inverse_derivative_many(const ArmHandle& self, Floats pose, Floats psi, Ints gc, Floats out,
+                             int threads) {
+    const Buffer p(pose), a(psi), g(gc), to(out, true);
+    for_each<4>("pose", {&p, &a, &g, &to}, {2, 0, 0, 2}, threads, [&](const Py_ssize_t* at, double& value) {
+        InverseBatch b;
+        b.pose = {p.data<double>() + at[0], 0};
+        b.psi = {a.data<double>() + at[1], 0};
+        b.seed = {nullptr, 0};
+        b.gc = {g.data<long long>() + at[2], 0};
+        const Problem problem = detail::check_element(self.arm, b, 0, value);
+        if (problem != Problem::none) return problem;
+        const Derivatives d =
+            inverse_derivative(self.arm, load_pose(b.pose.data), *b.psi.data, static_cast<int>(*b.gc.data));
+        std::memcpy(to.data<double>() + at[3], d.entry, sizeof(d.entry));
+        return Problem::none;
+    });
+}
+
+void psi_gradient_many(const ArmHandle& self, Floats q, Floats out, int threads) {
+    const Buffer in(q), to(out, true);
+    for_each<2>("q", {&in, &to}, {1, 1}, threads, [&](const Py_ssize_t* at, double& value) {
+        const Problem problem = check_joints(in.data<double>() + at[0], value);
+        if (problem != Problem::none) return problem;
+        double gradient[joints];
+        psi_gradient(self.arm, in.data<double>() + at[0], gradient);
+        std::memcpy(to.data<double>() + at[1], gradient, sizeof(gradient));
+        return Problem::none;
+    });
+}
+
 /// dq/dpsi of a nearly S-R-S arm.
 void near_self_motion_many(const NearArmHandle& self, Floats pose, Floats psi, Ints gc, Floats out,
                            int threads) {
@@ -288,6 +319,9 @@ void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm) {
     arm.def("psi_towards_many", &psi_towards_many, "pose"_a, "gc"_a, "wish"_a, "target"_a, "out"_a, "nan"_a,
             "threads"_a);
     arm.def("self_motion_many", &self_motion_many, "pose"_a, "psi"_a, "gc"_a, "out"_a, "threads"_a);
+    arm.def("inverse_derivative_many", &inverse_derivative_many, "pose"_a, "psi"_a, "gc"_a, "out"_a,
+            "threads"_a);
+    arm.def("psi_gradient_many", &psi_gradient_many, "q"_a, "out"_a, "threads"_a);
     arm.def("nearest_pose", &nearest_pose, "pose"_a, "out"_a);
 }
 

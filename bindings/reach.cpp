@@ -140,6 +140,19 @@ void place_many(const ArmHandle& self, Floats pose, Floats weight, Floats positi
     });
 }
 
+/// Slopes of the ends of the feasible arcs of one pose, (count, 2, 6) in rows of six.
+void end_slopes_one(const ArmHandle& self, Floats pose, long long gc, double margin, Floats out) {
+    const Buffer p(pose), to(out, true);
+    const Pose<double> frame = load_pose(p.data<double>());
+    ArcSet arcs;
+    const SelfMotion<double> m = self_motion(self.arm, frame, static_cast<int>(gc));
+    (void)feasible(m, table(self, margin), arcs);
+    EndSlopes slopes;
+    end_slopes(self.arm, frame, static_cast<int>(gc), arcs, slopes);
+    for (Py_ssize_t i = 0; i < to.shape(0) && i < arcs.count; ++i)
+        std::memcpy(to.data<double>() + 12 * i, slopes.entry[i], sizeof(slopes.entry[i]));
+}
+
 }  // namespace
 
 void bind_reach(nb::module_& m, nb::class_<ArmHandle>& arm) {
@@ -148,6 +161,7 @@ void bind_reach(nb::module_& m, nb::class_<ArmHandle>& arm) {
     arm.def("reachable_many", &reachable_many, "pose"_a, "margin"_a, "out"_a, "threads"_a);
     arm.def("freedom_many", &freedom_many, "pose"_a, "margin"_a, "widths"_a, "codes"_a, "threads"_a);
     arm.def("turns_many", &turns_many, "pose"_a, "turned"_a, "margin"_a, "threads"_a);
+    arm.def("end_slopes_one", &end_slopes_one, "pose"_a, "gc"_a, "margin"_a, "out"_a);
     arm.def("place_many", &place_many, "pose"_a, "weight"_a, "position"_a, "margin"_a, "out"_a, "threads"_a);
 }
 

@@ -169,7 +169,9 @@ def test_the_api_page_has_every_public_member_and_no_other(site: Path) -> None:
     homes = {name for name in names if f"armangle.{name.rpartition('.')[2]}" in wanted}  # where it is written
     drawn = vars(armangle.plots)
     plots = {f"armangle.plots.{name}" for name in armangle.plots.__all__ if callable(drawn[name])}
-    assert names == wanted | homes | plots | {"armangle.errors"}
+    kuka = {"armangle.kuka", *(f"armangle.kuka.{name}" for name in armangle.kuka.__all__)}
+    fields = {f"armangle.kuka.KukaFrame.{name}" for name in armangle.kuka.KukaFrame._fields}
+    assert names == wanted | homes | plots | kuka | fields | {"armangle.errors"}
 
 
 def test_the_api_page_shows_the_arguments_of_an_arm(site: Path) -> None:

@@ -971,6 +971,113 @@ class Arm:
         self._handle.self_motion_many(poses, angles, branches, out, as_threads(threads))
         return out
 
+    def inverse_derivative(
+        self, pose: ArrayLike, psi: ArrayLike, gc: ArrayLike, *, threads: int = 1
+    ) -> Floats:
+        """Return how the joints of `inverse` move with the pose and with the arm angle.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        psi : array_like, shape (...)
+            Arm angle, rad.
+        gc : array_like of int, shape (...)
+            Global configuration 0..7.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        ndarray, shape (..., 7, 7)
+            dq: columns 0-2 by the velocity of the tool's origin (rad/m), 3-5 by the angular velocity
+            (rad/rad), both in the frame that poses are given in, and column 6 by psi, which is `self_motion`.
+            The inverse of `jacobian` with `psi_gradient` as a seventh row. ±inf where a derivative does not
+            exist: joints 1-3 (5-7) where θ2 (θ6) is 0 or π, all where the elbow is stretched or folded.
+
+        Raises
+        ------
+        As `inverse`.
+
+        Examples
+        --------
+        >>> from armangle import Arm
+        >>> arm = Arm.from_catalogue("kuka_iiwa7_r800")
+        >>> q = [0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5]
+        >>> both = np.vstack([arm.jacobian(q), arm.psi_gradient(q)])
+        >>> bool(np.allclose(arm.inverse_derivative(*arm.forward(q)) @ both, np.eye(7), rtol=0, atol=1e-12))
+        True
+        """
+        batch, (poses, angles, branches) = broadcast(
+            [
+                ("pose", as_poses("pose", pose, self._handle), 2),
+                ("psi", as_floats("psi", psi), 0),
+                ("gc", as_gc(gc), 0),
+            ]
+        )
+        out = np.empty((*batch, JOINTS, JOINTS))
+        self._handle.inverse_derivative_many(poses, angles, branches, out, as_threads(threads))
+        return out
+
+    def psi_gradient(self, q: ArrayLike, *, threads: int = 1) -> Floats:
+        """Return how the arm angle moves with the joints.
+
+        Parameters
+        ----------
+        q : array_like, shape (..., 7)
+            Joint values, rad.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        ndarray, shape (..., 7)
+            dψ/dq, rad/rad, of the arm's own reference plane; inf where ψ does not exist.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError
+        """
+        joints = as_floats("q", q, (JOINTS,))
+        out = np.empty(joints.shape)
+        self._handle.psi_gradient_many(joints, out, as_threads(threads))
+        return out
+
+    def feasible_derivative(
+        self, pose: ArrayLike, gc: int, *, singularity_margin: float = 0.0
+    ) -> tuple[ArcSet, Floats]:
+        """Return the feasible arcs of one pose, and how their ends move with it.
+
+        Parameters
+        ----------
+        pose : array_like, shape (4, 4)
+            Tool frame, position in m.
+        gc : int
+            Global configuration 0..7.
+        singularity_margin : float
+            As in `feasible`, rad.
+
+        Returns
+        -------
+        ArcSet, ndarray of shape (k, 2, 6)
+            The arcs of `feasible`; for the lower and upper end of each, dψ by the velocity of the tool's
+            origin (rad/m) and by its angular velocity (rad/rad). NaN where an end does not move smoothly:
+            the full circle has no end, a jump none, and where a joint only touches its limit an arc is born.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, NotRotationError, ConfigurationError, InputError
+        """
+        margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
+        frame = one_pose("pose", pose, self._handle)
+        branch = as_gc(gc)
+        if branch.ndim:
+            raise ShapeError(f"gc has shape {branch.shape}, wanted one integer")
+        arcs = self.feasible(frame, branch[()], singularity_margin=margin)
+        out = np.full((int(arcs.count), 2, 6), np.nan)
+        self._handle.end_slopes_one(frame, int(branch), margin, out)
+        return arcs, out
+
     # -- limits --------------------------------------------------------------------------------------
 
     def limit_margin(self, q: ArrayLike) -> Floats | np.float64:

@@ -1,0 +1,68 @@
+// Dual: a value and its partial derivatives by eight variables, as a scalar.
+//
+// The formulas of the library run on it as they are: (a, a') (b, b') = (a b, a' b + a b'), and so on, give
+// all partials of a result in one pass, exact to rounding.
+#pragma once
+
+#include "angles.hpp"
+
+namespace armangle {
+
+struct Dual {
+    static constexpr int variables = 8;
+    using Partials = Lane<variables>;
+
+    double value;
+    Partials partial;
+
+    Dual() noexcept = default;
+    ARMANGLE_INLINE Dual(double constant) noexcept : value(constant), partial(0.0) {}
+    ARMANGLE_INLINE Dual(double v, const Partials& p) noexcept : value(v), partial(p) {}
+
+    ARMANGLE_INLINE friend Dual operator+(const Dual& a, const Dual& b) noexcept {
+        return {a.value + b.value, a.partial + b.partial};
+    }
+    ARMANGLE_INLINE friend Dual operator-(const Dual& a, const Dual& b) noexcept {
+        return {a.value - b.value, a.partial - b.partial};
+    }
+    ARMANGLE_INLINE friend Dual operator-(const Dual& a) noexcept { return {-a.value, -a.partial}; }
+    ARMANGLE_INLINE friend Dual operator*(const Dual& a, const Dual& b) noexcept {
+        return {a.value * b.value, mul_add(a.partial, Partials(b.value), b.partial * Partials(a.value))};
+    }
+    ARMANGLE_INLINE friend Dual operator/(const Dual& a, const Dual& b) noexcept {
+        const double quotient = a.value / b.value;
+        return {quotient, (a.partial - b.partial * Partials(quotient)) * Partials(1.0 / b.value)};
+    }
+
+    friend bool operator<(const Dual& a, const Dual& b) noexcept { return a.value < b.value; }
+    friend bool operator>(const Dual& a, const Dual& b) noexcept { return a.value > b.value; }
+    friend bool operator<=(const Dual& a, const Dual& b) noexcept { return a.value <= b.value; }
+    friend bool operator>=(const Dual& a, const Dual& b) noexcept { return a.value >= b.value; }
+    friend bool operator==(const Dual& a, const Dual& b) noexcept { return a.value == b.value; }
+};
+
+ARMANGLE_INLINE Dual select(bool mask, const Dual& yes, const Dual& no) noexcept { return mask ? yes : no; }
+
+ARMANGLE_INLINE Dual mul_add(const Dual& a, const Dual& b, const Dual& c) noexcept { return a * b + c; }
+
+ARMANGLE_INLINE Dual abs(const Dual& a) noexcept { return a.value < 0 ? -a : a; }
+
+/// Where the value is 0 its slope is not finite.
+ARMANGLE_INLINE Dual sqrt(const Dual& a) noexcept {
+    const double root = sqrt(a.value);
+    return {root, a.partial * Dual::Partials(0.5 / root)};
+}
+
+ARMANGLE_INLINE SinCos<Dual> sin_cos(const Dual& a) noexcept {
+    const SinCos<double> now = sin_cos(a.value);
+    return {{now.sin, a.partial * Dual::Partials(now.cos)}, {now.cos, a.partial * Dual::Partials(-now.sin)}};
+}
+
+/// Angle of the direction (x, y), whose slope is (x y' - y x') / (x^2 + y^2).
+ARMANGLE_INLINE Dual atan2(const Dual& y, const Dual& x) noexcept {
+    const double size = mul_add(x.value, x.value, y.value * y.value);
+    const Dual::Partials turn = y.partial * Dual::Partials(x.value) - x.partial * Dual::Partials(y.value);
+    return {atan2(y.value, x.value), turn * Dual::Partials(1.0 / size)};
+}
+
+}  // namespace armangle

@@ -1,0 +1,118 @@
+"""Derivatives of the inverse, of the arm angle and of arcs: against the Jacobian and against differences."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support import draw
+
+import armangle as aa
+
+NAMES = [name for name in aa.catalogue() if name in {
+    "kuka_iiwa7_r800", "openarm_v10", "barrett_wam7", "kinova_movo7", "yaskawa_sia10d", "yaskawa_sia5d",
+}]  # fmt: skip
+STEP = 1e-6
+
+
+def arms() -> list[aa.Arm]:
+    tool, base = (
+        aa.pose([0.05, 0.02, 0.1], rpy=[0.3, 0.2, 0.1]),
+        aa.pose([0.1, 0.2, 0.3], rpy=[0.5, 0.4, 0.3]),
+    )
+    own = [aa.Arm.from_catalogue(name) for name in NAMES]
+    mounted = own[0].with_(tool=tool, base=base)
+    gap = aa.Arm(
+        d_bs=0.3, d_se=0.4, d_ew=0.35, d_wf=0.1, a_3=0.05, a_4=-0.03, d_4=0.04, signs=[1, -1] * 3 + [1]
+    )
+    return [
+        *own,
+        mounted,
+        mounted.with_reference("stereographic"),
+        mounted.with_reference([0.2, 0.5, 0.8]),
+        gap,
+    ]
+
+
+def joints_of(arm: aa.Arm, rng: np.random.Generator, count: int) -> np.ndarray:
+    """Joints within 2 rad, no closer to a singular posture than 0.2 rad."""
+    q = rng.uniform(-2, 2, (count, 7))
+    theta = arm.signs * q + arm.offsets
+    theta[:, 3] -= arm._handle.delta
+    return q[(np.abs(np.sin(theta[:, [1, 3, 5]])) > 0.2).all(axis=1)]
+
+
+def moved(pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
+    out = aa.pose(np.zeros(3), rotvec=twist[3:]) @ pose
+    out[:3, 3] = pose[:3, 3] + twist[:3]
+    return out
+
+
+@pytest.mark.parametrize("arm", arms(), ids=lambda arm: arm.name or "own")
+def test_it_is_the_inverse_of_jacobian_and_psi_gradient(arm: aa.Arm) -> None:
+    q = joints_of(arm, draw.generator(17, 3), draw.count(400))
+    pose, psi, gc = arm.forward(q)
+    inverse = arm.inverse_derivative(pose, psi, gc)
+    both = np.concatenate([arm.jacobian(q), arm.psi_gradient(q)[:, None]], axis=1)
+    size = np.abs(inverse).max(axis=(1, 2))
+    assert (
+        np.abs(inverse @ both - np.eye(7)).max(axis=(1, 2)) <= 1e-12 * size * np.abs(both).max((1, 2))
+    ).all()
+    assert np.allclose(inverse[..., 6], arm.self_motion(pose, psi, gc), rtol=1e-12, atol=1e-12)
+
+
+def test_it_is_the_limit_of_differences() -> None:
+    rng = draw.generator(17, 4)
+    for arm in arms():
+        for q in joints_of(arm, rng, 12):
+            pose, psi, gc = arm.forward(q)
+            slope = arm.inverse_derivative(pose, psi, gc)
+            for k in range(7):
+                twist = np.zeros(7)
+                twist[k] = STEP
+                ahead, behind = (
+                    arm.inverse(moved(pose, way * twist[:6]), psi + way * twist[6], gc, seed=q)
+                    for way in (1, -1)
+                )
+                difference = (ahead - behind) / (2 * STEP)
+                assert np.allclose(
+                    slope[:, k], difference, rtol=1e-5, atol=1e-5 * max(1, np.abs(slope).max())
+                )
+
+
+def test_ends_of_arcs_move_as_said() -> None:
+    rng = draw.generator(17, 5)
+    checked = 0
+    for name in ("kuka_iiwa7_r800", "openarm_v10"):
+        arm = aa.Arm.from_catalogue(name)
+        q = rng.uniform(arm.lower, arm.upper, (60, 7))
+        for pose, gc in zip(*arm.forward(q)[::2], strict=True):
+            arcs, slopes = arm.feasible_derivative(pose, int(gc))
+            assert slopes.shape == (int(arcs.count), 2, 6) and arcs == arm.feasible(pose, gc)
+            if arcs.is_full:
+                assert np.isnan(slopes).all()
+                continue
+            twist = rng.normal(size=6)
+            near = [arm.feasible(moved(pose, way * STEP * twist), gc) for way in (1, -1)]
+            if any(other.count != arcs.count for other in near):
+                continue
+            difference = (near[0].intervals - near[1].intervals + np.pi) % (2 * np.pi) - np.pi
+            said = slopes @ twist * 2 * STEP
+            known = np.isfinite(said) & (
+                np.abs(said) < 1e-3
+            )  # a joint that only touches moves as a root does
+            assert np.allclose(difference[known], said[known], rtol=1e-3, atol=1e-9)
+            checked += int(known.sum())
+    assert checked > 100
+
+
+def test_where_a_derivative_does_not_exist_it_is_infinite() -> None:
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    home = [0.0, 0.0, 0.0, -1.5, 0.0, 1.0, 0.0]
+    slope = arm.inverse_derivative(*arm.forward(home))
+    assert np.isinf(slope[:3]).all() and np.isfinite(slope[3:]).all()
+    straight = [0.3, 0.5, 0.2, 0.0, 0.1, 0.7, 0.4]
+    assert np.isinf(arm.inverse_derivative(*arm.forward(straight))[:, :6]).all()
+    with pytest.raises(aa.UnreachableError):
+        arm.inverse_derivative(aa.pose([9.0, 0, 0]), 0.0, 0)
+    assert arm.inverse_derivative(np.empty((0, 4, 4)), 0.0, 0).shape == (0, 7, 7)
+    assert arm.psi_gradient(np.zeros((3, 0, 7))).shape == (3, 0, 7)
