@@ -55,8 +55,8 @@ def test_never_worse_than_an_arm_angle_that_is_held(block: int) -> None:
     for seed in range(8 * block, 8 * block + 8):
         arm, path, start = case(seed)
         result = aa.plan(arm, path, start=start, samples=20)
-        if not result.ok:
-            continue
+        if not result.ok or np.isnan(result.diagnosis.branches[0].stationarity):
+            continue  # led by joint 1 or 5 past a singular posture: there travel decides
         own = terms(arm, path, planned(result)).total
         for seen in (arm, arm.with_reference("stereographic")):
             angles = np.linspace(-3, 3, 5) if start is None else [seen.forward(start)[1]]

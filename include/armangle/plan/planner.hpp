@@ -471,7 +471,7 @@ private:
     }
 
     /// Looks for a way that passes from branch to branch, or begins or ends where two meet, where no branch
-    /// has a proven one, or where those from a given start (goal) are worth less by the objective.
+    /// has a proven one, or those from a given start (goal) take more than twice its travel.
     void cross() {
         const bool proven = plan_.ok && plan_.proof.certified(), free = !options_.start && !options_.goal;
         const int locked = proven ? 0 : locked_joint();
@@ -495,7 +495,7 @@ private:
             asked.sections = crossing_sections(asked);
             Plan found;
             if (!draw_crossing(asked, found)) continue;
-            if (proven && !(objective(curve(found)) < objective(curve(plan_)))) continue;
+            if (proven && !(2 * travel(curve(found)) < travel(curve(plan_)))) continue;
             take(found);
             return;
         }

@@ -75,7 +75,8 @@ class Branch:
         The `Objective` of its curve: the less the better; branches that have a way are ranked by it.
     stationarity : float
         The share of the objective that another step of Newton's method would save, 0 at an optimum. Of the
-        curve returned it is below 1e-8, unless that one alone was proven; of others it is rougher.
+        curve returned it is below 1e-8, unless that one alone was proven; of others it is rougher. NaN
+        where joint 1 or 5 leads past a singular posture: such a curve is chosen by its travel.
     nearest_psi : float
         Where a dead end closes: the feasible arm angle nearest to the last one, rad; else NaN.
     blocking : tuple of int
