@@ -29,6 +29,7 @@ enum class Status : std::int8_t {
 
 inline constexpr int status_count = 19;
 
+/// An outcome in words.
 constexpr const char* sentence(Status status) noexcept {
     switch (status) {
         case Status::OK: return "The pose is solved within all limits.";

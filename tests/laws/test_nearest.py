@@ -37,6 +37,13 @@ def test_no_grid_finds_a_nearer_posture(case: Case) -> None:
     assert abs(cost(case, each[0]) - cost(case, found)) <= 1e-9 or cost(case, found) < cost(case, each[0])
 
 
+@pytest.mark.parametrize(("seed", "number"), [(81002, 101), (81049, 114), (81060, 172)])
+def test_valleys_as_narrow_as_rounding_are_searched(seed: int, number: int) -> None:
+    """Found by the long law: at a singular arm angle joints turn within 1e-12 rad of it."""
+    case = cases(number + 1, seed)[number]
+    assert cost(case, case.solve()) <= brute_force(case, 4001) + ROUNDING
+
+
 @pytest.mark.parametrize("arm", arms(), ids=lambda arm: arm.name)
 @pytest.mark.parametrize("regime", REGIMES)
 def test_a_posture_is_its_own_nearest(arm: aa.Arm, regime: str) -> None:

@@ -6,6 +6,7 @@ import pickle
 
 import numpy as np
 import pytest
+from support import draw
 from support.brute_force import finds_a_way, margins
 from support.planned_arms import IIWA, TURNING, random_arm
 
@@ -13,6 +14,7 @@ import armangle as aa
 
 DENSE = np.linspace(0, 1, 10001)
 THREE_DEGREES = np.radians(3)
+CASES = draw.count(10)  # of a block
 
 
 def random_case(seed: int) -> tuple[aa.Arm, aa.Path, np.ndarray | None]:
@@ -62,7 +64,7 @@ def check_whole(result: aa.JointPath) -> None:
 @pytest.mark.parametrize("block", range(6))
 def test_random_paths_against_brute_force(block: int) -> None:
     seen = {"whole": 0, "refused": 0}
-    for seed in range(20 * block, 20 * block + 20):
+    for seed in range(CASES * block, CASES * (block + 1)):
         arm, path, start = random_case(seed)
         result = aa.plan(arm, path, start=start, samples=50)
         if result.ok:

@@ -43,6 +43,7 @@ def test_the_counter_counts(counts: dict[str, int]) -> None:
         "follow",
         "bounded_step",
         "lookahead",
+        "scene",
         "tracker",
     ],
 )

@@ -131,6 +131,22 @@ def test_circle_shows_what_the_user_forbids_and_what_is_singular() -> None:
     assert any(abs(np.angle(np.exp(1j * (line.get_xdata()[0] - psi)))) < 1e-6 for line in crosses)
 
 
+def test_obstacles_have_a_ring_and_names_of_their_own() -> None:
+    arm = IIWA.with_body(aa.Body.bones(upper_arm=0.09, forearm=0.08))
+    at = arm.elbow(arm.inverse(POSE, PSI + 0.8, GC))
+    scene = aa.Scene([aa.Ball(at, 0.05, name="lamp"), aa.HalfSpace([0, 0, 1], 0.0)])
+    blocked = ~arm.clear(POSE, GC, scene)
+    assert blocked.count == 1
+    ax = plots.circle(arm, POSE, GC, psi=PSI, scene=scene)
+    dark = [bar for bar in ax.patches if bar.get_facecolor()[:3] == (64 / 255,) * 3]
+    assert min(bar.get_y() for bar in dark) == 9.0 and len(dark) >= 2
+    assert dark[0].get_width() == pytest.approx(blocked.measure)
+    assert [text.get_text() for text in ax.texts if text.get_text() == "lamp"] == ["lamp"]
+    inside = aa.Scene([aa.Ball(arm.frames(np.zeros(7))[1, :3, 3], 0.2, name="cage")])
+    ax = plots.circle(arm, POSE, GC, scene=inside)
+    assert "cage" in [text.get_text() for text in ax.texts]
+
+
 def test_circle_says_why_there_is_none() -> None:
     far = POSE.copy()
     far[:3, 3] *= 3

@@ -24,7 +24,8 @@ OFFSET = aa.Arm(
     base=aa.pose([0.4, -0.2, 0.7], rpy=[0.3, 1.2, -0.5]), tool=aa.pose([0.02, 0.05, 0.1], rpy=[0.4, 0, 1]),
 )  # fmt: skip
 CATALOGUE = ("kuka_iiwa7_r800", "barrett_wam7", "yaskawa_sia5d", "openarm_v10")
-ARMS = [*map(aa.Arm.from_catalogue, CATALOGUE), OFFSET]
+TURNED = OFFSET.with_reference("stereographic").with_(name="another zero")
+ARMS = [*map(aa.Arm.from_catalogue, CATALOGUE), OFFSET, TURNED]
 BODIES = {"bones": BONES, "spheres": SPHERES}
 
 

@@ -51,6 +51,7 @@ private:
 
 namespace detail {
 
+/// Whether a pose is the identity, to the bit.
 inline bool is_identity(const Pose<double>& p) noexcept {
     const auto same = [](const Vec3<double>& a, double x, double y, double z) {
         return a.x == x && a.y == y && a.z == z;

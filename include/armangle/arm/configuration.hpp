@@ -24,6 +24,7 @@ ARMANGLE_INLINE Configuration<T> spread(const Configuration<double>& gc) noexcep
     return {T(gc.shoulder), T(gc.elbow), T(gc.wrist)};
 }
 
+/// The index 0..7 of three signs.
 inline int index(const Configuration<double>& gc) noexcept {
     return (gc.shoulder < 0) + 2 * (gc.elbow < 0) + 4 * (gc.wrist < 0);
 }

@@ -69,6 +69,7 @@ ARMANGLE_INLINE Chain chain(const Arm& arm, const JointLanes& q) noexcept {
     return out;
 }
 
+/// The chain of seven joint values.
 inline Chain chain(const Arm& arm, const double* q) noexcept { return chain(arm, joint_lanes(q)); }
 
 /// The DH frames 0..7 at joint values q, in the frame that poses are given in: base 0Ti; the last is the
@@ -96,6 +97,7 @@ struct Jacobian {
     double entry[6][joints];
 };
 
+/// The geometric Jacobian of the tool: rows 0-2 linear, 3-5 angular velocity, as the user sees them.
 inline Jacobian jacobian(const Arm& arm, const double* q) noexcept {
     double theta[joint_slots];
     Pose<double> frame[joints + 1];

@@ -58,6 +58,7 @@ ARMANGLE_INLINE T to_q(T theta, T sign, T offset, T lower, T upper, T near) noex
 ARMANGLE_INLINE bool is_finite(const JointLanes& q) noexcept {
     return all(abs(q) <= JointLanes(tolerance::largest_angle));
 }
+/// The same of seven numbers.
 inline bool is_finite(const double* q) noexcept { return is_finite(joint_lanes(q)); }
 
 namespace detail {
@@ -66,6 +67,7 @@ namespace detail {
 ARMANGLE_INLINE double largest_move(const JointLanes& a, const JointLanes& b) noexcept {
     return -least(-abs(a - b));
 }
+/// The same of seven numbers each.
 inline double largest_move(const double* a, const double* b) noexcept {
     return largest_move(joint_lanes(a), joint_lanes(b));
 }

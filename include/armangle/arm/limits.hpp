@@ -14,6 +14,7 @@ inline constexpr int joint_slots = 8;
 /// Seven values as lanes; the eighth is 0.
 using JointLanes = Lane<joint_slots>;
 
+/// Seven joint values as lanes.
 ARMANGLE_INLINE JointLanes joint_lanes(const double* q) noexcept {
     const double padded[joint_slots] = {q[0], q[1], q[2], q[3], q[4], q[5], q[6], 0.0};
     return JointLanes::of(padded);
@@ -52,10 +53,12 @@ ARMANGLE_INLINE double limit_margin(const Limits& limits, const JointLanes& q) n
     if (any(is_nan(q))) return not_a_number;  // min would pass over it
     return least(min(q - JointLanes::load(limits.lower), JointLanes::load(limits.upper) - q));
 }
+/// The same of seven joint values.
 inline double limit_margin(const Limits& limits, const double* q) noexcept {
     return limit_margin(limits, joint_lanes(q));
 }
 
+/// Whether no joint is further than `slack` (rad) outside its limits.
 inline bool within_limits(const Limits& limits, const double* q, double slack) noexcept {
     return limit_margin(limits, q) >= -slack;
 }

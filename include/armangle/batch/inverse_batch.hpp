@@ -109,6 +109,7 @@ inline void solve_block(const Arm& arm, const LaneInput& in, const SelfMotion<Ba
     }
 }
 
+/// Writes seven NaN.
 inline void fill_nan(double* q) noexcept {
     for (int j = 0; j < joints; ++j) q[j] = not_a_number;
 }
@@ -123,6 +124,7 @@ inline void settle_element(const Arm& arm, const InverseBatch& b, std::size_t i,
     if (!geometry || b.unreachable != Enforce::nan) outcome.report(problem, i, value);
 }
 
+/// An element outside its limits: reports it, or fills it with NaN, as asked.
 inline void enforce_limits(const Arm& arm, const InverseBatch& b, std::size_t i, Outcome& outcome) noexcept {
     double* q = b.out.at(i);
     for (int j = 0; j < joints; ++j) {

@@ -11,7 +11,9 @@ template <class T>
 struct Harmonic {
     T s, c, k;
 
+    /// Its value at psi.
     T at(const SinCos<T>& psi) const noexcept { return mul_add(s, psi.sin, mul_add(c, psi.cos, k)); }
+    /// Its derivative at psi.
     T slope(const SinCos<T>& psi) const noexcept { return s * psi.cos - c * psi.sin; }
 };
 
@@ -36,6 +38,7 @@ struct Hinge {
 
 /// Whether theta does not depend on psi.
 inline bool is_constant(const Hinge<double>& h) noexcept { return h.swing <= tolerance::singular; }
+/// The same of a pivot: its direction does not move.
 template <class T>
 ARMANGLE_INLINE auto is_constant(const Pivot<T>& p) noexcept {
     const auto &u = p.U, &v = p.V;
@@ -50,6 +53,7 @@ struct JointFunctions {
     Hinge<T> hinge[2];
 };
 
+/// Of each coefficient the one that the mask picks.
 template <class M, class T>
 ARMANGLE_INLINE Harmonic<T> select(const M& mask, const Harmonic<T>& yes, const Harmonic<T>& no) noexcept {
     return {select(mask, yes.s, no.s), select(mask, yes.c, no.c), select(mask, yes.k, no.k)};
@@ -184,6 +188,7 @@ struct Roots {
     double psi[2];
 };
 
+/// The roots of a harmonic; none where it is constant.
 inline Roots roots(const Harmonic<double>& f) noexcept {
     const double h = hypot(f.s, f.c);
     if (h <= tolerance::singular * abs(f.k) || h == 0 || abs(f.k) > h) return {0, {}};

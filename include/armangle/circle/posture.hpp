@@ -131,6 +131,7 @@ ARMANGLE_INLINE JointLanes joints_near(const Arm& arm, const Directions<double>&
     return lift(to_q(angles(d), JointLanes::load(arm.sign), JointLanes::load(arm.offset)), near);
 }
 
+/// The same as seven joint values.
 inline Joints joints_near(const Arm& arm, const Directions<double>& d, const double* near) noexcept {
     Joints out;
     joints_near(arm, d, joint_lanes(near)).store(out.q);

@@ -32,13 +32,16 @@ struct ArcSet {
     bool full = false;
     Arc arc[capacity];
 
+    /// Whether there is no arc.
     bool empty() const noexcept { return count == 0; }
 };
 
+/// Makes a set the empty one.
 inline void make_empty(ArcSet& set) noexcept {
     set.count = 0;
     set.full = false;
 }
+/// Makes a set the whole circle.
 inline void make_full(ArcSet& set) noexcept {
     set.count = 1;
     set.full = true;
@@ -47,6 +50,7 @@ inline void make_full(ArcSet& set) noexcept {
 
 namespace detail {
 
+/// Whether an arc is one angle, within the tolerance.
 inline bool is_isolated(const Arc& arc) noexcept { return arc.upper - arc.lower < tolerance::angle; }
 
 /// Puts an arc of any lift in.
@@ -177,6 +181,7 @@ inline void complement(const ArcSet& a, ArcSet& out) noexcept {
 /// The union of many arcs of any lift and length, which may overlap: one sweep over their lower ends.
 class UnionOfArcs {
 public:
+    /// Adds an arc.
     void add(Arc arc) noexcept {
         if (arc.upper - arc.lower >= two_pi - tolerance::angle) return add_full();
         if (count_ == capacity) join();
@@ -189,6 +194,7 @@ public:
         arc_[at] = arc;
     }
 
+    /// Adds the whole circle.
     void add_full() noexcept { full_ = true; }
 
     /// Whether the arcs so far cover the circle.
@@ -197,6 +203,7 @@ public:
         return full_;
     }
 
+    /// Writes the union of what was added.
     void finish(ArcSet& out) noexcept {
         if (full()) return make_full(out);
         make_empty(out);
@@ -247,6 +254,7 @@ struct Place {
     double psi;
 };
 
+/// The arc that holds psi, or comes within `slack` (rad) of it; index -1 where none does.
 inline Place find(const ArcSet& set, double psi, double slack = tolerance::angle) noexcept {
     psi = wrap(psi);
     if (set.full) return {0, psi};
@@ -264,6 +272,7 @@ inline Place find(const ArcSet& set, double psi, double slack = tolerance::angle
     return {index, at};
 }
 
+/// Whether psi is in the set, within the angular tolerance.
 inline bool contains(const ArcSet& set, double psi) noexcept { return find(set, psi).index >= 0; }
 
 /// a or b

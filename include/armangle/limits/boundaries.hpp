@@ -150,6 +150,7 @@ ARMANGLE_INLINE void solve_hinges(const LimitTable& t, const JointFunctions<doub
 
 }  // namespace detail
 
+/// The boundary functions of all limits, solved.
 ARMANGLE_INLINE void boundaries(const LimitTable& t, const JointFunctions<double>& f,
                                 Boundaries& out) noexcept {
     detail::solve_pivots(t, f, out.pivot);

@@ -186,6 +186,7 @@ ARMANGLE_INLINE Status feasible(const SelfMotion<double>& m, const JointFunction
     return elbow == Status::OK ? detail::moving_joints(m, f, t, out) : elbow;
 }
 
+/// The same where the joint functions are not known yet.
 ARMANGLE_INLINE Status feasible(const SelfMotion<double>& m, const LimitTable& t, ArcSet& out) noexcept {
     return feasible(m, joint_functions(m), t, out);
 }
@@ -265,6 +266,7 @@ struct AllArcs {
 
 namespace detail {
 
+/// Blocks what another list blocks, too.
 inline void append(const Blocked& from, Blocked& to) noexcept {
     to.all |= from.all;
     for (int i = 0; i < from.count; ++i) to.add(from.arc[i]);

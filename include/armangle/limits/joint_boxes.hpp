@@ -33,6 +33,7 @@ struct SideBoxes {
 
 namespace detail {
 
+/// A harmonic with each coefficient in all lanes.
 ARMANGLE_INLINE Harmonic<Boxes> spread(const Harmonic<double>& f) noexcept {
     return {Boxes(f.s), Boxes(f.c), Boxes(f.k)};
 }
@@ -42,6 +43,7 @@ struct HarmonicBoxes {
     Enclosure<Boxes> value, slope;
 };
 
+/// A harmonic over boxes with the middles `at` and half widths r.
 ARMANGLE_INLINE HarmonicBoxes over(const Harmonic<double>& harmonic, const SinCos<Boxes>& at,
                                    const Boxes& r) noexcept {
     const Harmonic<Boxes> f = spread(harmonic);

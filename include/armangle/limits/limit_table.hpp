@@ -24,10 +24,13 @@ enum class Side : std::uint8_t {
     obstacle
 };
 
+/// The tag of a limit of joint 1..7.
 constexpr Tag make_tag(int joint, Side side) noexcept {
     return static_cast<Tag>(joint * 16 + static_cast<int>(side));
 }
+/// The joint of a tag.
 constexpr int tag_joint(Tag tag) noexcept { return tag >> 4 & 15; }  // 1..7, or 0 for none
+/// The side of a tag.
 constexpr Side tag_side(Tag tag) noexcept { return static_cast<Side>(tag & 15); }
 
 inline constexpr int pivots = 4, hinges = 2, pieces = 2;
@@ -67,6 +70,7 @@ struct Cone {
     }
 };
 
+/// The cone of a range of theta.
 inline Cone cone(const ThetaRange& range) noexcept {
     const double lower = range.lower, upper = range.upper;
     Cone out{};
@@ -105,11 +109,13 @@ inline Side limit_side(const Arm& arm, int joint, bool lower_theta) noexcept {
     return (arm.sign[joint] > 0) == lower_theta ? Side::lower : Side::upper;
 }
 
+/// The end of a range of |theta| at an angle, with its cosine.
 inline HingeEnd hinge_end(double angle, Tag tag) noexcept {
     const SinCos<double> half = sin_cos(0.5 * min(max(angle, 0.0), pi));
     return {angle, tag, 2.0 * half.sin * half.sin, 2.0 * half.cos * half.cos};
 }
 
+/// Adds a range of |theta|, less the margins, unless nothing is left of it.
 inline void add_piece(LimitTable& t, int hinge, int negative, HingePiece piece) noexcept {
     const int joint = hinge_joint[hinge] + 1;
     if (piece.near.angle < t.margin) piece.near = hinge_end(t.margin, make_tag(joint, Side::near_margin));
@@ -145,6 +151,7 @@ inline void fill_hinge(LimitTable& t, const Arm& arm, const Limits& limits, int 
     }
 }
 
+/// Fills in the limits of a pivot.
 inline void fill_pivot(LimitTable& t, const Arm& arm, const Limits& limits, int pivot) noexcept {
     const int j = pivot_joint[pivot];
     t.range[pivot] = theta_range(arm, limits, j);

@@ -51,8 +51,8 @@ struct Nearests {
 
 namespace nearest_rule {
 inline constexpr int first_boxes = 16;      // of the whole circle, each elbow
-inline constexpr double narrowest = 1e-12;  // half width at which a box is not split again (rad)
-inline constexpr double tie = 1e-12;        // costs closer than this share of them are equal
+inline constexpr double narrowest = 1e-15;  // half width at which a box is not split again (rad)
+inline constexpr double tie = 1e-13;        // costs closer than this share of them are equal
 inline constexpr double apart = 1e-6;       // arm angles further apart are two solutions (rad)
 inline constexpr double same = 4e-15;  // a pose this near is the pose (of the arm's size; of a unit vector)
 inline constexpr int newton = 40, deepest = 20;
@@ -66,6 +66,7 @@ struct JointCost {
     double sign, offset, lower, upper;
     bool wide;  // a full turn or more: it has windings to choose from
 
+    /// The value within the limits that is nearest to `near`.
     double centre() const noexcept { return min(max(near, lower), upper); }
 };
 
@@ -96,6 +97,7 @@ struct Split {
 
 class NearestSearch {
 public:
+    /// Everything that the pose decides before any psi is looked at.
     NearestSearch(const Arm& arm, const LimitTable& limits, const Pose<double>& pose,
                   const NearestOptions& options) noexcept
         : arm_(arm), limits_(limits), pose_(pose), options_(options) {
@@ -104,6 +106,7 @@ public:
         for (int elbow = 0; elbow < 2; ++elbow) bend(elbow);
     }
 
+    /// The nearest posture of all.
     Nearest best() noexcept {
         Nearest out;
         if (keep_near(out)) return out;
@@ -117,6 +120,7 @@ public:
         return out.status != Status::OK ? out : result();
     }
 
+    /// The nearest posture of each branch and arc.
     void all(Nearests& out) noexcept {
         place_boxes();
         for (int elbow = 0; elbow < 2; ++elbow) survey(elbow);
@@ -159,6 +163,7 @@ private:
         return best_;
     }
 
+    /// Costs are a maximum: each elbow by itself, and the second where its own cost does not rule it out.
     Best of_each_elbow() noexcept {
         Best found;
         for (int elbow = 0; elbow < 2; ++elbow) {
@@ -177,8 +182,10 @@ private:
 
     // -- the problem
 
+    /// Whether costs are a sum of squares.
     bool squares() const noexcept { return options_.metric == Metric::l2; }
 
+    /// What joint j (0..6) costs, by the metric asked.
     JointCost joint_cost(int j) const noexcept {
         JointCost c{};
         c.sign = arm_.sign[j];
@@ -224,8 +231,10 @@ private:
         fill_cuts(e);
     }
 
+    /// The index of a branch (shoulder + 2 wrist) of an elbow.
     static int gc_of(int elbow, int branch) noexcept { return (branch & 1) + 2 * elbow + 4 * (branch >> 1); }
 
+    /// The arcs of the four branches of an elbow, less what the caller does not allow.
     void fill_arcs(int elbow) noexcept {
         ElbowBranches& e = elbow_[elbow];
         Sides sides[2];
@@ -257,6 +266,7 @@ private:
         }
     }
 
+    /// Keeps of the arcs what lies `within`; where nothing is left the status says why.
     static void keep(ArcSet& arcs, const ArcSet& within, Status otherwise, Status& status) noexcept {
         const ArcSet before = arcs;
         intersect(before, within, arcs);
@@ -319,11 +329,13 @@ private:
 
     // -- the cost
 
+    /// What a joint costs that is d off `near`.
     double cost_of(const JointCost& c, double d) const noexcept {
         if (squares()) return c.weight * d * d;
         if (!(c.weight > 0)) return options_.metric == Metric::max ? 0.0 : -infinity;
         return c.weight * abs(d) - c.room;
     }
+    /// Two costs together.
     double both(double a, double b) const noexcept { return squares() ? a + b : max(a, b); }
 
     /// All joints; without joint 4 where costs are a maximum.
@@ -334,6 +346,7 @@ private:
         return sum;
     }
 
+    /// What a posture costs with joint 4; infinite where there is none.
     double with_elbow(const Best& b) const noexcept {
         if (b.gc < 0) return infinity;
         return squares() ? b.cost : max(b.cost, elbow_[b.gc >> 1 & 1].cost_4);
@@ -384,11 +397,13 @@ private:
         if (c.wide) sum.smooth &= bits((abs(off) + j.travel < Boxes(pi)) | alone(c, q, off));
     }
 
+    /// The costs of no joint: what sums and maxima begin with.
     BoxCosts no_costs() const noexcept {
         const Boxes start(squares() ? 0.0 : -infinity), zero(0.0);
         return {start, zero, {zero, zero}, start, 0xff};
     }
 
+    /// What the three joints of a side cost; negative: in the branch whose hinge is negative.
     BoxCosts side_costs(const ElbowBranches& e, const SideBoxes& boxes, int side, bool negative,
                         const SinCos<Boxes>& at, const Boxes& r) const noexcept {
         if (e.lost[side]) return lost_costs(e, side, negative, at, r);
@@ -448,6 +463,7 @@ private:
         return min(max(free, lower), upper);
     }
 
+    /// The same of a side whose first and last joint are one axis: the cheapest shares of their turn.
     BoxCosts lost_costs(const ElbowBranches& e, int side, bool negative, const SinCos<Boxes>& at,
                         const Boxes& r) const noexcept {
         const JointCost &a = joint_[4 * side], &b = joint_[4 * side + 2], &h = joint_[4 * side + 1];
@@ -511,6 +527,7 @@ private:
         return out;
     }
 
+    /// Gives two joints that are one axis at this posture the cheapest shares of their turn.
     void share(const ElbowBranches&, int side, bool flipped, Joints& q) const noexcept {
         const int i = 4 * side;
         const JointCost &a = joint_[i], &b = joint_[i + 2];
@@ -526,12 +543,14 @@ private:
         q.q[i + 2] = b.near + best.v;
     }
 
+    /// Offers the posture of a branch at psi, if it keeps the limits.
     void try_point(int gc, double psi, bool stationary) noexcept {
         const Joints q = posture(gc, psi);
         if (!within_limits(arm_.limits, q.q, tolerance::angle)) return;
         offer(gc, psi, cost_of(q.q), stationary);
     }
 
+    /// How far two costs may be apart and still be equal.
     static double tie(double cost) noexcept { return nearest_rule::tie * abs(cost); }
 
     /// Takes a posture if it is better. Within one basin a stationary point is known to more digits than its
@@ -566,6 +585,7 @@ private:
         }
     }
 
+    /// Bounds of an elbow's four branches over eight boxes, from box i on.
     void survey_eight(const ElbowBranches& e, int elbow, int i, const Boxes& middle,
                       const Boxes& r) noexcept {
         const SinCos<Boxes> at = sin_cos(middle);
@@ -635,6 +655,7 @@ private:
         }
     }
 
+    /// Whether psi lies in an arc of a branch; in arc only_arc alone where that is not -1.
     bool holds(int gc, int only_arc, double psi) const noexcept {
         const Place place = find(arcs_.arcs[gc], psi, 0.0);
         return place.index >= 0 && (only_arc < 0 || place.index == only_arc);
@@ -660,6 +681,7 @@ private:
         }
     }
 
+    /// Cuts a part of an arc where windings end, and descends into each piece.
     void cut(int gc, double from, double to) noexcept {
         const ElbowBranches& e = elbow_[gc >> 1 & 1];
         double at = from;
@@ -710,6 +732,7 @@ private:
         }
     }
 
+    /// What a branch costs over eight boxes.
     BoxCosts costs(int gc, const Boxes& middle, const Boxes& r) const noexcept {
         const ElbowBranches& e = elbow_[gc >> 1 & 1];
         const SinCos<Boxes> at = sin_cos(middle);
@@ -763,6 +786,7 @@ private:
         }
     }
 
+    /// Offers the postures at a psi where two joints of a side are one axis.
     void touch(int elbow, int side, double psi) noexcept {
         const Pivot<double>& p = elbow_[elbow].functions.pivot[2 * side];
         const SinCos<double> at = sin_cos(psi);
@@ -783,6 +807,7 @@ private:
 
     // -- results
 
+    /// No posture, and why.
     static Nearest refused(Status why) noexcept {
         Nearest out{};
         for (double& q : out.q) q = not_a_number;
@@ -820,6 +845,7 @@ private:
         return true;
     }
 
+    /// Whether another pose is the one asked for, but for rounding.
     bool same_pose(const Pose<double>& other) const noexcept {
         const auto far = [](const Vec3<double>& a, const Vec3<double>& b) {
             const Vec3<double> d = a - b;
@@ -830,6 +856,7 @@ private:
                max(max(far(r.x, s.x), far(r.y, s.y)), far(r.z, s.z)) <= nearest_rule::same;
     }
 
+    /// What is told of a posture.
     Nearest finished(const double* q, double psi, int gc) const noexcept {
         Nearest out{};
         for (int j = 0; j < joints; ++j) out.q[j] = q[j];
@@ -844,12 +871,14 @@ private:
         return out;
     }
 
+    /// What is told of the best posture found.
     Nearest result() const noexcept {
         if (best_.gc < 0) return refused(Status::LIMITS);
         const double psi = wrap(best_.psi);  // so that it is what inverse() gives at the psi that is told
         return finished(posture(best_.gc, psi).q, psi, best_.gc);
     }
 
+    /// Adds a posture by its rank; beyond the capacity none.
     void insert(Nearests& out, const Nearest& one) const noexcept {
         if (out.count == Nearests::capacity) return;
         const auto rank = [this](const Nearest& x) {

@@ -34,6 +34,7 @@ inline double elbow_bend(const Arm& arm, double q_4) noexcept {
     return wrap(to_theta(arm, 3, q_4) - arm.delta_angle);
 }
 
+/// |S-W| (m) at a bend of the elbow.
 inline double wrist_distance(const Arm& arm, double bend) noexcept {
     const double half = sin_cos(0.5 * bend).sin;
     return sqrt(max(arm.reach * arm.reach - 4.0 * arm.upper_arm * arm.forearm * half * half, 0.0));

@@ -19,7 +19,7 @@
 namespace armangle {
 
 namespace elbow_rule {
-inline constexpr double longest = 0.05;      // rad that psi is carried in a tick
+inline constexpr double longest = 0.2;       // rad that psi is carried in a tick
 inline constexpr double unsure = 0.05;       // an elbow hint this near the shoulder-wrist line says nothing
 inline constexpr double room = 0.05;         // cost of a joint near its limit
 inline constexpr double edge = 1.05;         // that cost is x^2 / (edge - x^2) at a share x of half the range

@@ -22,6 +22,7 @@ struct FollowRows {
 
 namespace detail {
 
+/// Fills a row that has no posture.
 inline void open_row(const FollowRows& rows, std::size_t i, Status status) noexcept {
     for (int j = 0; j < joints; ++j) rows.q[joints * i + static_cast<std::size_t>(j)] = not_a_number;
     rows.psi[i] = rows.margin[i] = rows.residual[i] = not_a_number;
@@ -29,6 +30,7 @@ inline void open_row(const FollowRows& rows, std::size_t i, Status status) noexc
     rows.status[i] = static_cast<std::int8_t>(status);
 }
 
+/// Fills a row with the posture of a step.
 inline void fill_row(const FollowRows& rows, std::size_t i, const Step& now, double psi,
                      double residual) noexcept {
     for (int j = 0; j < joints; ++j) rows.q[joints * i + static_cast<std::size_t>(j)] = now.q[j];

@@ -52,6 +52,7 @@ inline double drawn(const Policy& p, const Arc& arc, double psi) noexcept {
     return goal + (1.0 - p.K) * (psi - goal);
 }
 
+/// Where the rule of a policy moves psi within an arc.
 inline double moved(const Policy& p, const Arc& arc, double psi) noexcept {
     switch (p.rule) {
         case Rule::repulsion: return repelled(p, arc, psi);

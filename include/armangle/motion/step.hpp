@@ -131,83 +131,84 @@ inline Step step_to(const Arm& arm, const double* q_now, const double* q, double
     return out;
 }
 
-/// A pose in one branch: its arcs, what the caller and obstacles leave of them, and the psi that the policy
-/// wants.
+/// A pose in one branch, as others hold it: its arcs, what the caller leaves of them, and obstacles of that;
+/// and the psi that the policy wants.
 struct Branch {
+    const SelfMotion<double>* motion;
+    const JointFunctions<double>* functions;
+    const ArcSet *own, *asked, *arcs;
+    Status status;
+    double wish;
+};
+
+/// What a branch is made of.
+struct BranchParts {
     SelfMotion<double> motion;
     JointFunctions<double> functions;
     ArcSet own, allowed, clear;
-    bool limited, obstructed;  // by `allowed`, by obstacles
-    Status status;
-    Policy policy;
-    double wish;
-
-    /// Whatever stands about.
-    const ArcSet& asked() const noexcept { return limited ? allowed : own; }
-    const ArcSet& arcs() const noexcept { return obstructed ? clear : asked(); }
 };
 
-/// Fills in the branch of `motion`, from psi.
-ARMANGLE_INLINE void look(const Arm& arm, const LimitTable& limits, double psi, const StepOptions& options,
-                          Branch& out) noexcept {
-    out.functions = joint_functions(out.motion);
-    out.status = feasible(out.motion, out.functions, limits, out.own);
-    out.limited = out.obstructed = false;
-    if (out.status != Status::OK) return;
+/// The policy on one self-motion.
+inline Policy policy_on(const StepOptions& options, const Arm& arm, const SelfMotion<double>& m) noexcept {
+    return options.policy.rule == Rule::towards ? settled(options.policy, arm, m) : options.policy;
+}
+
+/// The branch of `parts.motion`, from psi.
+inline Branch look(const Arm& arm, const LimitTable& limits, double psi, const StepOptions& options,
+                   BranchParts& parts) noexcept {
+    parts.functions = joint_functions(parts.motion);
+    Branch out{&parts.motion, &parts.functions, &parts.own, &parts.own, &parts.own, Status::OK, psi};
+    out.status = feasible(parts.motion, parts.functions, limits, parts.own);
+    if (out.status != Status::OK) return out;
     if (options.allowed) {
-        out.limited = true;
-        intersect(out.own, *options.allowed, out.allowed);
-        if (out.allowed.empty()) out.status = Status::NOT_ALLOWED;
-        if (out.allowed.empty()) return;
+        intersect(parts.own, *options.allowed, parts.allowed);
+        out.asked = out.arcs = &parts.allowed;
+        if (parts.allowed.empty()) out.status = Status::NOT_ALLOWED;
+        if (parts.allowed.empty()) return out;
     }
     if (options.scene) {
-        out.status = keep_clear(arm, *options.scene, out.motion, out.asked(), out.clear);
-        out.obstructed = true;
-        if (out.status != Status::OK) return;
+        out.status = keep_clear(arm, *options.scene, parts.motion, *out.asked, parts.clear);
+        out.arcs = &parts.clear;
+        if (out.status != Status::OK) return out;
     }
-    out.policy = settled(options.policy, arm, out.motion);
-    const Resolution next = resolve(out.policy, out.arcs(), psi);
+    const Resolution next = resolve(policy_on(options, arm, parts.motion), *out.arcs, psi);
     out.status = next.status;
     out.wish = next.psi;
+    return out;
 }
 
 /// The psi that the policy wants of what is `ahead`, in the arc that holds psi if there is some; NaN if
 /// nothing is.
-inline double wish_ahead(const Branch& branch, const ArcSet* ahead, double psi) noexcept {
+inline double wish_ahead(const ArcSet& arcs, Policy policy, const ArcSet* ahead, double psi) noexcept {
     if (!ahead || ahead->empty()) return not_a_number;
-    Policy policy = branch.policy;
     policy.outside = Outside::nearest;
-    const Place place = find(branch.arcs(), psi);
+    const Place place = find(arcs, psi);
     if (place.index < 0 || contains(*ahead, psi)) return resolve(policy, *ahead, psi).psi;
     ArcSet here, near;
     make_empty(here);
-    here.arc[here.count++] = branch.arcs().arc[place.index];
-    here.full = branch.arcs().full;
+    here.arc[here.count++] = arcs.arc[place.index];
+    here.full = arcs.full;
     intersect(here, *ahead, near);
     return resolve(policy, near.empty() ? *ahead : near, psi).psi;
 }
 
-/// The psi that the policy wants, or the nearest to it that keeps the bounds: of what is `ahead`, else of the
-/// arcs; NaN where none does. Before that the policy is asked from `other`, the psi that the other way to
-/// carry gives: where the plane from which psi is measured swings round, the elbow need not; where the elbow
-/// stands over the base axis, the plane is the steadier.
-inline double bounded_psi(const BoundedStep& step, const Branch& branch, const ArcSet* ahead, double psi,
-                          double other) noexcept {
-    ArcSet within;
-    const double there = wish_ahead(branch, ahead, psi);
-    double wish = branch.wish;
-    if (!is_nan(there)) {
-        if (step.keeps(there)) return there;
-        step.within(*ahead, {}, within);
-        const double found = step.nearest(within, there);
-        if (!is_nan(found)) return found;
-        wish = there;
-    }
-    if (step.keeps(wish)) return wish;
-    const Resolution held = resolve(branch.policy, branch.arcs(), other);
-    if (is_nan(there) && held.status == Status::OK && step.keeps(held.psi)) return held.psi;
-    step.within(branch.arcs(), {}, within);
-    return step.nearest(within, wish);
+/// The joints of a psi, if they are a step: on the turns that they are on, and none further than it may.
+ARMANGLE_INLINE bool is_step(const Arm& arm, const SelfMotion<double>& m, double psi, const JointLanes& here,
+                             double longest, Lifted& to) noexcept {
+    const Status windings = choose_windings(arm, directions(m, sin_cos(psi)), here, to);
+    return windings == Status::OK && largest_move(to.q, here) <= longest;
+}
+
+/// A step that holds the pose.
+ARMANGLE_INLINE Step stepped(const Lifted& to, const double* q_now, double dt, double psi, int gc) noexcept {
+    Step out;
+    to.q.store(out.q);
+    for (int i = 0; i < joints; ++i) out.velocity[i] = (out.q[i] - q_now[i]) / dt;
+    out.psi = psi;
+    out.gc = gc;
+    out.status = out.why = Status::OK;
+    out.margin = to.margin;
+    return out;
 }
 
 /// What is tried where the psi that the policy wants is no step.
@@ -222,52 +223,78 @@ public:
           options_(options),
           bounds_(options.bounds ? *options.bounds : no_bounds) {}
 
-    /// `own` is the pose in the branch of the joints, psi what they carry to it.
-    Step operator()(const Pose<double>& pose, double psi, const Branch& own) noexcept {
+    /// `own`, if it is known, is the pose in the branch of the joints, whose wish is no step.
+    Step operator()(const Pose<double>& pose, double psi, const Branch* own) noexcept {
         Step out;
-        gather(own, psi);
+        BranchParts parts;
+        branch_[0] = own ? *own : begin(pose, psi, parts);
+        if (!own && plain(out)) return out;
         if (exact(psi, out)) return finished(Status::OK, Status::OK, out);
         const Status why = refusal();
         const bool blocked = why == Status::LIMITS || why == Status::WINDING_EXHAUSTED;
-        if (options_.scene) return halted(own.motion.circle, why);  // the way to a posture may not be clear
+        const Circle<double>& c = branch_[0].motion->circle;
+        if (options_.scene) return halted(c, why);  // the way to a posture may not be clear
         if (options_.bounds && approach(blocked ? pi : infinity, out))
             return finished(Status::PARTIAL, why, out);
         const bool beyond = why == Status::UNREACHABLE || why == Status::FOLDED ||
                             why == Status::ELBOW_LIMIT || why == Status::ELBOW_MARGIN ||
                             why == Status::LIMITS;
         if (options_.nearest && beyond) return to_nearest(pose, why);
-        return halted(own.motion.circle, why);
+        return halted(c, why);
     }
 
 private:
+    Configuration<double> branch() const noexcept {
+        return options_.gc < 0 ? configuration(arm_, now_.theta) : configuration(options_.gc);
+    }
+
+    /// The pose in the branch of the joints, and the psi that they carry to it.
+    Branch begin(const Pose<double>& pose, double& psi, BranchParts& parts) const noexcept {
+        parts.motion = self_motion(arm_, pose, branch());
+        psi = carried_psi(arm_, now_, parts.motion.circle, options_.carry);
+        return look(arm_, limits_, psi, options_, parts);
+    }
+
+    /// The psi that the policy wants, where nothing lies ahead that it should be kept for.
+    bool plain(Step& out) const noexcept {
+        const Branch& own = branch_[0];
+        if (own.status != Status::OK || options_.ahead) return false;
+        const JointLanes here = joint_lanes(q_now_);
+        Lifted to;
+        if (!is_step(arm_, *own.motion, own.wish, here, options_.max_joint_step, to)) return false;
+        out = stepped(to, q_now_, options_.dt, own.wish, index(own.motion->gc));
+        return !options_.bounds || keeps(arm_, bounds_, q_now_, out.q, options_.max_joint_step);
+    }
+
     BoundedStep bounded(const Branch& b) const noexcept {
-        return {arm_, b.motion, b.functions, q_now_, bounds_, options_.max_joint_step};
+        return {arm_, *b.motion, *b.functions, q_now_, bounds_, options_.max_joint_step};
     }
 
-    /// Whether a step may take a hinge through 0 or pi.
-    bool crosses(int hinge) const noexcept {
-        const int j = hinge_joint[hinge];
-        const double theta = now_.theta[j], off = abs(theta - pi * round(theta / pi));
-        return off <= min(options_.max_joint_step, bounds_.velocity[j] * bounds_.dt);
+    /// How far a hinge is from 0 and pi, where branches meet (rad).
+    double off_crossing(int hinge) const noexcept {
+        const double theta = now_.theta[hinge_joint[hinge]];
+        return abs(theta - pi * round(theta / pi));
     }
 
-    /// The branches that a step may end in: `own`, and those that meet it within a step.
-    void gather(const Branch& own, double psi) noexcept {
-        branch_[0] = &own;
-        count_ = 1;
+    /// Adds the branches that meet the own one within moves below `least`.
+    void gather(double psi, double least) noexcept {
+        const Branch& own = branch_[0];
         const bool hopeless = own.status != Status::OK && own.status != Status::LIMITS &&
                               own.status != Status::NOT_ALLOWED && own.status != Status::OUTSIDE &&
                               own.status != Status::CLEARANCE;
         if (options_.gc >= 0 || hopeless) return;
+        const auto crosses = [&](int hinge) {
+            const double fastest = bounds_.velocity[hinge_joint[hinge]] * bounds_.dt;
+            return off_crossing(hinge) <= min(min(options_.max_joint_step, fastest), least);
+        };
         const bool shoulder = crosses(0), wrist = crosses(1);
         for (int flip = 1; flip < 4; ++flip) {
             if ((flip & 1 && !shoulder) || (flip & 2 && !wrist)) continue;
-            Branch& b = beside_[count_ - 1];
-            b.motion = own.motion;
-            if (flip & 1) b.motion.gc.shoulder = -b.motion.gc.shoulder;
-            if (flip & 2) b.motion.gc.wrist = -b.motion.gc.wrist;
-            look(arm_, limits_, psi, options_, b);
-            branch_[count_++] = &b;
+            BranchParts& parts = beside_[count_ - 1];
+            parts.motion = *own.motion;
+            if (flip & 1) parts.motion.gc.shoulder = -parts.motion.gc.shoulder;
+            if (flip & 2) parts.motion.gc.wrist = -parts.motion.gc.wrist;
+            branch_[count_++] = look(arm_, limits_, psi, options_, parts);
         }
     }
 
@@ -278,12 +305,12 @@ private:
             Status::WINDING_EXHAUSTED, Status::LIMITS,    Status::JOINT_JUMP};
         Status of[4];
         for (int i = 0; i < count_; ++i) {
-            const Branch& b = *branch_[i];
+            const Branch& b = branch_[i];
             const bool shut = b.status == Status::LIMITS || b.status == Status::NOT_ALLOWED;
             of[i] = b.status;
-            if (b.status == Status::OK || (i > 0 && shut)) of[i] = bounded(b).refusal(b.own, b.arcs());
+            if (b.status == Status::OK || (i > 0 && shut)) of[i] = bounded(b).refusal(*b.own, *b.arcs);
             const bool met = options_.scene && b.status == Status::OK && of[i] == Status::NOT_ALLOWED;
-            if (met && bounded(b).leads_to(b.asked())) of[i] = Status::CLEARANCE;
+            if (met && bounded(b).leads_to(*b.asked)) of[i] = Status::CLEARANCE;
             const bool speed = of[i] == Status::VELOCITY_LIMIT || of[i] == Status::ACCELERATION_LIMIT;
             if (shut && speed) of[i] = Status::JOINT_JUMP;  // no speed leads to a branch without arcs
         }
@@ -293,28 +320,62 @@ private:
         return of[0];
     }
 
-    /// A posture of the pose that one step leads to: that of the psi nearest to the wish; where the wish
-    /// itself is none, of the branch whose joints move least.
-    bool exact(double psi, Step& out) const noexcept {
+    /// A posture of the pose that one step leads to; where psi cannot be held, of the branch whose joints
+    /// move least.
+    bool exact(double psi, Step& out) noexcept {
         double least = infinity;
-        const Carry way = options_.carry == Carry::psi ? Carry::elbow : Carry::psi;
-        const double other = carried_psi(arm_, now_, branch_[0]->motion.circle, way);
-        for (int i = 0; i < count_; ++i) {
-            const Branch& b = *branch_[i];
-            if (b.status != Status::OK) continue;
-            const BoundedStep step = bounded(b);
-            const double found = bounded_psi(step, b, i == 0 ? options_.ahead : nullptr, psi, other);
-            if (is_nan(found)) continue;
-            const Joints to = step.at(found);
-            const double move = largest_move(to.q, q_now_);
-            if (!(move < least)) continue;
-            least = move;
-            for (int j = 0; j < joint_slots; ++j) out.q[j] = to.q[j];
-            out.psi = found;
-            out.gc = index(b.motion.gc);
-            if (found == b.wish) break;
-        }
+        count_ = 1;
+        if (take(0, psi, options_.ahead, least, out) &&
+            (out.psi == branch_[0].wish || bounded(branch_[0]).keeps(psi)))
+            return true;
+        gather(psi, least);
+        for (int i = 1; i < count_; ++i) take(i, psi, nullptr, least, out);
         return least < infinity;
+    }
+
+    /// The posture of one branch, if its joints move less than `least`.
+    bool take(int i, double psi, const ArcSet* ahead, double& least, Step& out) const noexcept {
+        const Branch& b = branch_[i];
+        if (b.status != Status::OK) return false;
+        const BoundedStep step = bounded(b);
+        const double found = bounded_psi(step, b, ahead, psi);
+        if (is_nan(found)) return false;
+        const Joints to = step.at(found);
+        const double move = largest_move(to.q, q_now_);
+        if (!(move < least)) return false;
+        least = move;
+        for (int j = 0; j < joint_slots; ++j) out.q[j] = to.q[j];
+        out.psi = found;
+        out.gc = index(b.motion->gc);
+        return true;
+    }
+
+    /// The psi that the policy wants, or the nearest to it that keeps the bounds: of what is `ahead`, else of
+    /// the arcs; NaN where none does. Before that the policy is asked from the psi that the other way to
+    /// carry gives: where the plane from which psi is measured swings round, the elbow need not; where the
+    /// elbow stands over the base axis, the plane is the steadier.
+    double bounded_psi(const BoundedStep& step, const Branch& b, const ArcSet* ahead,
+                       double psi) const noexcept {
+        ArcSet within;
+        double wish = b.wish;
+        const double there =
+            ahead ? wish_ahead(*b.arcs, policy_on(options_, arm_, *b.motion), ahead, psi) : not_a_number;
+        if (!is_nan(there)) {
+            if (step.keeps(there)) return there;
+            step.within(*ahead, {}, within);
+            const double found = step.nearest(within, there);
+            if (!is_nan(found)) return found;
+            wish = there;
+        }
+        if (step.keeps(wish)) return wish;
+        const Carry way = options_.carry == Carry::psi ? Carry::elbow : Carry::psi;
+        const double other = carried_psi(arm_, now_, b.motion->circle, way);
+        if (is_nan(there) && abs(wrap(other - psi)) > tolerance::angle) {
+            const Resolution held = resolve(policy_on(options_, arm_, *b.motion), *b.arcs, other);
+            if (held.status == Status::OK && step.keeps(held.psi)) return held.psi;
+        }
+        step.within(*b.arcs, {}, within);
+        return step.nearest(within, wish);
     }
 
     /// As far as a step may go towards a posture of the pose; false where there is none to which no joint has
@@ -322,9 +383,9 @@ private:
     bool approach(double longest, Step& out) const noexcept {
         double fastest = 0;
         for (int i = 0; i < count_; ++i) {
-            const Branch& b = *branch_[i];
+            const Branch& b = branch_[i];
             if (b.status != Status::OK) continue;
-            const Joints to = joints_within_limits(arm_, directions(b.motion, sin_cos(b.wish)), q_now_);
+            const Joints to = joints_within_limits(arm_, directions(*b.motion, sin_cos(b.wish)), q_now_);
             if (!(largest_move(to.q, q_now_) <= longest)) continue;
             double way[joints];
             for (int j = 0; j < joints; ++j) way[j] = to.q[j] - q_now_[j];
@@ -370,11 +431,9 @@ private:
         Step out;
         const Limits side = on_one_side(arm_, q_now_[3], limits_.margin);
         const Drawn drawn = drawn_in_reach(arm_, reach_shell(arm_, side), pose, now_.flange);
-        Branch own;
-        own.motion = self_motion(arm_, drawn.pose, configuration(arm_, now_.theta));
-        const double psi = carried_psi(arm_, now_, own.motion.circle, options_.carry);
-        look(arm_, limits_, psi, options_, own);
-        gather(own, psi);
+        BranchParts parts;
+        double psi = 0;
+        branch_[0] = begin(drawn.pose, psi, parts);
         if (exact(psi, out) || approach(pi, out)) return finished(Status::PARTIAL, why, out);
         Joints start;
         for (int j = 0; j < joints; ++j) start.q[j] = q_now_[j];
@@ -410,14 +469,15 @@ private:
     const Chain& now_;
     const StepOptions& options_;
     const Bounds& bounds_;
-    const Branch* branch_[4] = {};
-    Branch beside_[3];
-    int count_ = 0;
+    Branch branch_[4];  // the first is that of the joints
+    BranchParts beside_[3];
+    int count_ = 1;
 };
 
 [[gnu::noinline]] inline Step step_aside(const Arm& arm, const LimitTable& limits, const double* q_now,
-                                         const Chain& now, const Pose<double>& pose, double psi,
-                                         const StepOptions& options, const Branch& own) noexcept {
+                                         const Chain& now, const Pose<double>& pose,
+                                         const StepOptions& options, double psi = 0,
+                                         const Branch* own = nullptr) noexcept {
     return StepAside(arm, limits, q_now, now, options)(pose, psi, own);
 }
 
@@ -428,26 +488,23 @@ inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_
                       const Pose<double>& pose, const StepOptions& options) noexcept {
     const JointLanes here = joint_lanes(q_now);
     if (!is_rigid(pose) || !is_finite(here)) return detail::refused(arm, q_now, options.dt);
-    detail::Branch own;
-    own.motion =
+    if (options.bounds || options.allowed || options.scene)
+        return detail::step_aside(arm, limits, q_now, now, pose, options);
+    const SelfMotion<double> m =
         self_motion(arm, pose, options.gc < 0 ? configuration(arm, now.theta) : configuration(options.gc));
-    const double psi = detail::carried_psi(arm, now, own.motion.circle, options.carry);
-    detail::look(arm, limits, psi, options, own);
-    if (own.status != Status::OK || options.bounds)
-        return detail::step_aside(arm, limits, q_now, now, pose, psi, options, own);
-    detail::Lifted to;
-    const Status windings = detail::choose_windings(arm, directions(own.motion, sin_cos(own.wish)), here, to);
-    if (windings != Status::OK || !(detail::largest_move(to.q, here) <= options.max_joint_step))
-        return detail::step_aside(arm, limits, q_now, now, pose, psi, options, own);
-    Step out;
-    to.q.store(out.q);
-    for (int i = 0; i < joints; ++i) out.velocity[i] = (out.q[i] - q_now[i]) / options.dt;
-    out.psi = own.wish;
-    out.gc = index(own.motion.gc);
-    out.status = Status::OK;
-    out.margin = to.margin;
-    out.why = Status::OK;
-    return out;
+    const double psi = detail::carried_psi(arm, now, m.circle, options.carry);
+    const JointFunctions<double> f = joint_functions(m);
+    ArcSet arcs;
+    Resolution next{psi, feasible(m, f, limits, arcs)};
+    if (next.status == Status::OK) {
+        next = resolve(detail::policy_on(options, arm, m), arcs, psi);
+        detail::Lifted to;
+        if (next.status == Status::OK && detail::is_step(arm, m, next.psi, here, options.max_joint_step, to))
+            [[likely]]
+            return detail::stepped(to, q_now, options.dt, next.psi, index(m.gc));
+    }
+    const detail::Branch own{&m, &f, &arcs, &arcs, &arcs, next.status, next.psi};
+    return detail::step_aside(arm, limits, q_now, now, pose, options, psi, &own);
 }
 
 /// The step from q_now to `pose`: one pass of fig. 10.

@@ -64,6 +64,8 @@ inline constexpr double braking = 0.6;     // share of the acceleration that an 
 inline constexpr double turning = 0.3;     // the same of psi
 inline constexpr double ticks = 3.0;       // an approach ends no faster than geometrically over so many
 inline constexpr double regular = 1e-4;    // of H, m^2/rad^2
+inline constexpr double damping = 4e-3;    // the same in addition, of a tool that is late
+inline constexpr double late = 0.0015;     // m from the hand at which all of it is added
 inline constexpr double preview = 0.15;    // s ahead for which psi is chosen
 inline constexpr double fast = 0.1;        // m/s of the wrist at which the elbow's margin is full
 inline constexpr double growing = 0.1;     // s over which that margin grows
@@ -205,8 +207,18 @@ private:
         grow_margin(t, c);
         const bool in_branch = turning_to_ < 0 || turning_to_ == index(t.gc);
         const double still = options_.still_margin, margin = max(margin_, ahead_);
-        if (in_branch && within(t, c, still, goal) && !(goal.gap > 0) && exact(t, goal, next)) return true;
-        if (!within(t, c, margin, goal)) relax(t, on_one_side(arm_, elbow_side(t), margin), goal);
+        const bool posture = within(t, c, margin, goal);
+        if (in_branch && goal.gap > 0) {
+            Goal nearer;
+            if (within(t, c, still, nearer) && !(nearer.gap > 0) && exact(t, nearer, next)) {
+                goal = nearer;
+                return true;
+            }
+        }
+        if (posture)
+            relaxing_ = false;
+        else
+            relax(t, on_one_side(arm_, elbow_side(t), margin), goal);
         return in_branch && exact(t, goal, next);
     }
 
@@ -219,11 +231,7 @@ private:
         goal.pose = drawn.pose;
         goal.gap = drawn.gap;
         goal.why = drawn.gap > 0 ? reason(c) : Status::OK;
-        if (posture_of(t, goal)) {
-            relaxing_ = false;
-            return true;
-        }
-        return false;
+        return posture_of(t, goal);
     }
 
     bool elbow_turns(const Tick& t) const noexcept {
@@ -453,15 +461,17 @@ private:
     void approach(const Tick& t, const Goal& goal, Joints& next) noexcept {
         const Pose<double> here = user_pose(arm_, t.now.flange);
         const Twist lead = goal_velocity(t, goal), rest = difference(here, goal.pose) - lead * t.dt;
+        const double late = min(size(rest, options_.length) / track_rule::late, 1.0);
+        const double damping = track_rule::regular + late * track_rule::damping;
         const Jacobian J = jacobian(arm_, q_.q);
-        JointQuadratic p = detail::normal_equations(J, rest, options_.length, track_rule::regular);
+        JointQuadratic p = detail::normal_equations(J, rest, options_.length, damping);
         double tool[joints], way[joints], v[joints];
         minimise(p, tool);
         for (int j = 0; j < joints; ++j) way[j] = goal.at.q[j] - q_.q[j];
-        p = detail::normal_equations(J, lead + rest * pace(tool, t.dt), options_.length, track_rule::regular);
+        p = detail::normal_equations(J, lead + rest * pace(tool, t.dt), options_.length, damping);
         const double k = pace(way, t.dt);
         for (int j = 0; j < joints; ++j) {
-            p.g[j] += track_rule::regular * k * way[j];
+            p.g[j] += damping * k * way[j];
             v[j] = v_[j];
         }
         minimise(p, t.lower, t.upper, v);

@@ -14,7 +14,9 @@ struct Strided {
     T* data;
     std::ptrdiff_t stride;
 
+    /// Element i.
     T* at(std::size_t i) const noexcept { return data + static_cast<std::ptrdiff_t>(i) * stride; }
+    /// The array from element i on.
     Strided from(std::size_t i) const noexcept { return {at(i), stride}; }
 };
 
@@ -44,6 +46,7 @@ struct Outcome {
     std::size_t index = 0;
     double value = 0;
 
+    /// Keeps a problem, if none was met at an earlier index.
     void report(Problem p, std::size_t i, double v) noexcept {
         if (problem == Problem::none || i < index) {
             problem = p;
@@ -58,6 +61,7 @@ inline Pose<double> load_pose(const double* m) noexcept {
     return {{{m[0], m[4], m[8]}, {m[1], m[5], m[9]}, {m[2], m[6], m[10]}}, {m[3], m[7], m[11]}};
 }
 
+/// Writes a pose as 16 numbers, row by row.
 inline void store_pose(const Pose<double>& p, double* m) noexcept {
     const auto& [x, y, z] = p.rotation;
     const double rows[16] = {x.x, y.x, z.x, p.position.x, x.y, y.y, z.y, p.position.y,

@@ -14,8 +14,11 @@ template <class T>
 struct Enclosure {
     T middle, radius;
 
+    /// The largest absolute value.
     T largest() const noexcept { return abs(middle) + radius; }
+    /// The lower end.
     T lower() const noexcept { return middle - radius; }
+    /// The upper end.
     T upper() const noexcept { return middle + radius; }
 
     ARMANGLE_INLINE friend Enclosure operator+(const Enclosure& a, const Enclosure& b) noexcept {
@@ -32,6 +35,7 @@ struct Enclosure {
     }
 };
 
+/// The square: one value taken twice.
 template <class T>
 ARMANGLE_INLINE Enclosure<T> square(const Enclosure<T>& a) noexcept {
     return {a.middle * a.middle, a.radius * (T(2.0) * abs(a.middle) + a.radius)};

@@ -35,8 +35,10 @@ struct Lane {
     }
 
     double operator[](int i) const noexcept { return part[i / width][i % width]; }
+    /// Writes lane i.
     void set(int i, double x) noexcept { part[i / width][i % width] = x; }
 
+    /// N numbers in a row.
     static Lane load(const double* from) noexcept {
         Lane out;
         __builtin_memcpy(out.part, from, sizeof(out.part));
@@ -48,6 +50,7 @@ struct Lane {
         for (int i = 0; i < registers; ++i) out.part[i] = detail::assemble<width>(values + i * width);
         return out;
     }
+    /// Writes N numbers in a row.
     void store(double* to) const noexcept { __builtin_memcpy(to, part, sizeof(part)); }
 
     // `#define` and not twenty hand-written bodies: every operator is "for each register, the same operator".
@@ -163,16 +166,19 @@ ARMANGLE_INLINE void for_each_bit(unsigned mask, const F& f) noexcept {
     for (unsigned left = mask; left != 0; left &= left - 1) f(std::countr_zero(left));
 }
 
+/// Whether some lane is true.
 template <int N>
 ARMANGLE_INLINE bool any(const LaneMask<N>& mask) noexcept {
     return bits(mask) != 0;
 }
 
+/// Whether every lane is true.
 template <int N>
 ARMANGLE_INLINE bool all(const LaneMask<N>& mask) noexcept {
     return !any(!mask);
 }
 
+/// Of each lane the one that the mask picks.
 template <int N>
 ARMANGLE_INLINE Lane<N> select(const LaneMask<N>& mask, const Lane<N>& yes, const Lane<N>& no) noexcept {
     Lane<N> out;
@@ -187,6 +193,7 @@ ARMANGLE_INLINE double least(const Lane<8>& x) noexcept {
     return min(min(a, b), min(c, d));
 }
 
+/// Square roots.
 template <int N>
 ARMANGLE_INLINE Lane<N> sqrt(const Lane<N>& x) noexcept {
     Lane<N> out;
@@ -194,6 +201,7 @@ ARMANGLE_INLINE Lane<N> sqrt(const Lane<N>& x) noexcept {
     return out;
 }
 
+/// a b + c, rounded as that of a double is.
 template <int N>
 ARMANGLE_INLINE Lane<N> mul_add(const Lane<N>& a, const Lane<N>& b, const Lane<N>& c) noexcept {
     Lane<N> out;
@@ -202,6 +210,7 @@ ARMANGLE_INLINE Lane<N> mul_add(const Lane<N>& a, const Lane<N>& b, const Lane<N
     return out;
 }
 
+/// Absolute values.
 template <int N>
 ARMANGLE_INLINE Lane<N> abs(const Lane<N>& x) noexcept {
     using Values = typename Lane<N>::Values;
@@ -211,6 +220,7 @@ ARMANGLE_INLINE Lane<N> abs(const Lane<N>& x) noexcept {
     return out;
 }
 
+/// Magnitudes with the signs of others.
 template <int N>
 ARMANGLE_INLINE Lane<N> copysign(const Lane<N>& magnitude, const Lane<N>& sign_of) noexcept {
     using Values = typename Lane<N>::Values;

@@ -22,16 +22,19 @@ struct Vec3 {
     ARMANGLE_INLINE friend Vec3 operator-(const Vec3& a) noexcept { return {-a.x, -a.y, -a.z}; }
 };
 
+/// The scalar product.
 template <class T>
 ARMANGLE_INLINE T dot(const Vec3<T>& a, const Vec3<T>& b) noexcept {
     return mul_add(a.x, b.x, mul_add(a.y, b.y, a.z * b.z));
 }
 
+/// The vector product.
 template <class T>
 ARMANGLE_INLINE Vec3<T> cross(const Vec3<T>& a, const Vec3<T>& b) noexcept {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
+/// The length.
 template <class T>
 ARMANGLE_INLINE T norm(const Vec3<T>& a) noexcept {
     return sqrt(dot(a, a));
@@ -49,6 +52,7 @@ ARMANGLE_INLINE Vec3<T> combine(const Vec3<T>& a, const T& x, const Vec3<T>& b, 
     return mul_add(a, x, b * y);
 }
 
+/// Of each component the one that the mask picks.
 template <class M, class T>
 ARMANGLE_INLINE Vec3<T> select(const M& mask, const Vec3<T>& yes, const Vec3<T>& no) noexcept {
     return {select(mask, yes.x, no.x), select(mask, yes.y, no.y), select(mask, yes.z, no.z)};
@@ -94,12 +98,14 @@ ARMANGLE_INLINE Vec3<T> spread(const Vec3<double>& v) noexcept {
     return {T(v.x), T(v.y), T(v.z)};
 }
 
+/// A pose with each number in all lanes.
 template <class T>
 ARMANGLE_INLINE Pose<T> spread(const Pose<double>& p) noexcept {
     return {{spread<T>(p.rotation.x), spread<T>(p.rotation.y), spread<T>(p.rotation.z)},
             spread<T>(p.position)};
 }
 
+/// The identity.
 ARMANGLE_INLINE Pose<double> identity_pose() noexcept {
     return {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
 }

@@ -50,16 +50,19 @@ ARMANGLE_INLINE auto is_nan(const T& x) noexcept {
     return !(x == x);
 }
 
+/// The lesser of two; a where neither is less, as beside a NaN.
 template <class T>
 ARMANGLE_INLINE T min(T a, T b) noexcept {
     return select(b < a, b, a);
 }
 
+/// The greater of two; a where neither is greater, as beside a NaN.
 template <class T>
 ARMANGLE_INLINE T max(T a, T b) noexcept {
     return select(a < b, b, a);
 }
 
+/// sqrt(a^2 + b^2), without care for overflow.
 template <class T>
 ARMANGLE_INLINE T hypot(T a, T b) noexcept {
     return sqrt(mul_add(a, a, b * b));
@@ -72,12 +75,14 @@ ARMANGLE_INLINE T round(T x) noexcept {
     return (x + shift) - shift;
 }
 
+/// The largest whole number up to x.
 template <class T>
 ARMANGLE_INLINE T floor(T x) noexcept {
     const T nearest = round(x);
     return nearest - select(x < nearest, T(1.0), T(0.0));
 }
 
+/// The least whole number from x on.
 template <class T>
 ARMANGLE_INLINE T ceil(T x) noexcept {
     const T nearest = round(x);

@@ -63,6 +63,17 @@ struct PlanarRod {
     bool opposite;
 };
 
+/// Whether balls at q_w along the line, rho off it, come nearer than R to a segment at any psi: they do where
+/// they do in the half-plane.
+template <class T>
+ARMANGLE_INLINE auto meets_planar(const PlanarRod& rod, const T& q_w, const T& rho, const T& R) noexcept {
+    const T g = q_w - T(rod.w), across = rho - T(rod.r);
+    const T along = mul_add(g, T(rod.along_w), across * T(rod.along_r));
+    const T foot = min(max(along, T(0.0)), T(rod.length));
+    const T x = g - foot * T(rod.along_w), y = across - foot * T(rod.along_r);
+    return mul_add(x, x, y * y) < R * R;
+}
+
 /// How far off the line, as a share of its place along it, a point on it may come out.
 inline constexpr double planar_rounding = 2e-15;
 

@@ -93,10 +93,11 @@ private:
             const Eight R = radius + Eight(part.reach);
             if (part.kind == MetPart::Kind::planar) {
                 for (int piece = 0; piece < part.pieces; ++piece) {
-                    const Eight x_least = planar_threshold(part.piece[piece], q.x, rho, R);
-                    for_each_bit(bits(x_least < rho), [&](int i) {
+                    const PlanarRod& rod = part.piece[piece];
+                    for_each_bit(bits(meets_planar(rod, q.x, rho, R)), [&](int i) {
                         const Vec3<double> at{q.x[i], q.y[i], q.z[i]};
-                        add(planar_arc(part.piece[piece], at, rho[i], x_least[i]), id(block, i), k);
+                        add(planar_arc(rod, at, rho[i], planar_threshold(rod, at.x, rho[i], R[i])),
+                            id(block, i), k);
                     });
                 }
                 continue;
@@ -113,6 +114,17 @@ private:
         }
     }
 
+    /// Whether a part comes near a ball around a solid at any psi.
+    static bool meets_bound(const MetPart& part, double along, double off, double radius) noexcept {
+        const double R = radius + part.reach;
+        if (part.kind != MetPart::Kind::planar)
+            return hypot(along - part.along, off - part.off) < R + part.length;
+        bool meets = false;
+        for (int piece = 0; piece < part.pieces; ++piece)
+            meets |= meets_planar(part.piece[piece], along, off, R);
+        return meets;
+    }
+
     int id(int block, int i) const noexcept { return scene_.ball_id[8 * block + i]; }
 
     void against_solid(const Solid& solid, const Pose<double>& frame, int id) noexcept {
@@ -124,8 +136,7 @@ private:
         Solid here = solid;
         for (int k = 0; k < scene_.part_count; ++k) {
             const MetPart& part = part_[k];
-            if (hypot(bound.centre.x - part.along, off - part.off) >= bound.radius + part.reach + part.length)
-                continue;
+            if (!meets_bound(part, bound.centre.x, off, bound.radius)) continue;
             if (!turned) here = placed(frame, solid);
             turned = true;
             const double R = solid.radius + part.reach;

@@ -22,8 +22,9 @@ namespace witness_rule {
 inline constexpr double sliver = 1e-10;
 /// Steps of an end that are shorter are rounding (rad).
 inline constexpr double settled = 1e-14;
-/// Distances asked of one pair; of what is left then, all counts as blocked.
-inline constexpr int most_queries = 400;
+/// Distances asked of one pair. Where they are spent the rod is halved, up to so many times: what is near to
+/// the line turns little, and a near miss there is proven at once. What is left at last counts as blocked.
+inline constexpr int most_queries = 200, most_halvings = 12;
 /// What a step of Newton's kind takes at most; from the second on it doubles the digits.
 inline constexpr int most_steps = 60;
 /// Rounding of F as a share of the squares of all coordinates.
@@ -64,7 +65,7 @@ public:
 
     /// Calls blocked(lower, upper) for arcs that together are all that is blocked.
     template <class Blocked>
-    void find(const Blocked& blocked) noexcept {
+    void find(const Blocked& blocked, int halvings = 0) noexcept {
         const Vec3<double> middle = (rod_.begin + rod_.end) * 0.5, centre = solid_.kind == SolidKind::capsule
                                                                                 ? (solid_.a + solid_.b) * 0.5
                                                                                 : solid_.a;
@@ -81,8 +82,10 @@ public:
         while (count_ > 0) {
             const Stretch cell = stack_[--count_];
             if (!(cell.b > cell.a) || proven(cell)) continue;
-            if (cell.b - cell.a < witness_rule::sliver || queries_ >= witness_rule::most_queries ||
-                count_ + 2 > most_stretches) {
+            const bool spent = queries_ >= witness_rule::most_queries || count_ + 2 > most_stretches;
+            if (spent && !rod_.is_sphere() && halvings < witness_rule::most_halvings)
+                return halve(blocked, halvings + 1);
+            if (spent || cell.b - cell.a < witness_rule::sliver) {
                 blocked(cell.a, cell.b);
                 continue;
             }
@@ -99,9 +102,15 @@ public:
         }
     }
 
-    int queries() const noexcept { return queries_; }
-
 private:
+    /// Both halves of the rod, all round.
+    template <class Blocked>
+    void halve(const Blocked& blocked, int halvings) const noexcept {
+        const Vec3<double> middle = (rod_.begin + rod_.end) * 0.5;
+        for (const Rod& half : {Rod{rod_.begin, middle, rod_.radius}, Rod{middle, rod_.end, rod_.radius}})
+            Witnesses(half, solid_, R_).find(blocked, halvings);
+    }
+
     struct Sample {
         double psi, F;
         BlockedArc arc;  // of the nearest points

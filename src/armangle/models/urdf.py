@@ -1,5 +1,6 @@
 """Kinematic chains from URDF and back: seven rotating joints on the path from base to tip.
 
+Here the numbers of a URDF are read: origins, axes, limits, speeds (`urdf_xml` has its elements, as text).
 Revolute, continuous and fixed joints count; joints off the path (a gripper, a second arm) are
 ignored. What the axes mean is the business of :mod:`armangle.models.detect`.
 """

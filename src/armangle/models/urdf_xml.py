@@ -1,4 +1,4 @@
-"""Links and joints of a URDF text, as written: no number is read before its joint is needed."""
+"""Links and joints of a URDF text, as written: no number is read before its joint is needed, in `urdf`."""
 
 from __future__ import annotations
 

@@ -47,8 +47,30 @@ class _Rule:
         return type(self), tuple(getattr(self, f.name) for f in named if f.init)
 
 
+class _Rated(_Rule):
+    """A policy of a strength K per step, or of a rate per second."""
+
+    K: float
+    rate: float | None
+    outside: Outside
+    _fixed: Any
+
+    def _check_strength(self) -> None:
+        _check_number("K", self.K, 0.0, 1.0, False)
+        if self.rate is not None:
+            _check_number("rate", self.rate, 0.0, 1e9, False)
+        _check_outside(self.outside)
+
+    def _of_gain(self, K: float) -> Any:
+        raise NotImplementedError
+
+    def _native(self, dt: float | None) -> Any:
+        """Return what the core takes, for a step of `dt` s."""
+        return self._fixed if self.rate is None else self._of_gain(_gain(self.rate, dt))
+
+
 @dataclass(frozen=True)
-class Repulsion(_Rule):
+class Repulsion(_Rated):
     """Repels the arm angle from both ends of its arc; Eq. (36).
 
     Not to be confused with `Centre`, which pulls to the middle from everywhere: with a large `alpha`
@@ -80,19 +102,12 @@ class Repulsion(_Rule):
     _fixed: Any = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        _check_number("K", self.K, 0.0, 1.0, False)
+        self._check_strength()
         _check_number("alpha", self.alpha, 0.0, 1e6, True)
-        if self.rate is not None:
-            _check_number("rate", self.rate, 0.0, 1e9, False)
-        _check_outside(self.outside)
         object.__setattr__(self, "_fixed", self._of_gain(self.K))
 
     def _of_gain(self, K: float) -> Any:
         return _core.Policy(_core.Rule.REPULSION, K, self.alpha, _OUTSIDE[self.outside])
-
-    def _native(self, dt: float | None) -> Any:
-        """Return what the core takes, for a step of `dt` s."""
-        return self._fixed if self.rate is None else self._of_gain(_gain(self.rate, dt))
 
 
 @dataclass(frozen=True)
@@ -123,7 +138,7 @@ class Hold(_Rule):
 
 
 @dataclass(frozen=True)
-class Centre(_Rule):
+class Centre(_Rated):
     """Pulls the arm angle to the middle of its arc by the share K of the distance.
 
     Parameters
@@ -147,22 +162,15 @@ class Centre(_Rule):
     _fixed: Any = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        _check_number("K", self.K, 0.0, 1.0, False)
-        if self.rate is not None:
-            _check_number("rate", self.rate, 0.0, 1e9, False)
-        _check_outside(self.outside)
+        self._check_strength()
         object.__setattr__(self, "_fixed", self._of_gain(self.K))
 
     def _of_gain(self, K: float) -> Any:
         return _core.Policy(_core.Rule.CENTRE, K, 1.0, _OUTSIDE[self.outside])
 
-    def _native(self, dt: float | None) -> Any:
-        """Return what the core takes, for a step of `dt` s."""
-        return self._fixed if self.rate is None else self._of_gain(_gain(self.rate, dt))
-
 
 @dataclass(frozen=True)
-class Towards(_Rule):
+class Towards(_Rated):
     """Moves the arm angle to a wish, as near as its arc allows: an arm angle, or a place for the elbow.
 
     Exactly one of psi, point and direction. The arm angle moves by the share K of the way and stays on the
@@ -213,10 +221,7 @@ class Towards(_Rule):
         if len(given) != 1:
             these = " and ".join(given) or "no wish"
             raise PolicyError(f"{these} given, wanted one of psi, point, direction")
-        _check_number("K", self.K, 0.0, 1.0, False)
-        if self.rate is not None:
-            _check_number("rate", self.rate, 0.0, 1e9, False)
-        _check_outside(self.outside)
+        self._check_strength()
         object.__setattr__(self, "_wish", self._checked_wish())
         object.__setattr__(self, "_fixed", self._of_gain(self.K))
 
@@ -237,10 +242,6 @@ class Towards(_Rule):
     def _of_gain(self, K: float) -> Any:
         kind, psi, target = self._wish
         return _core.Policy.towards(kind, psi, target, K, _OUTSIDE[self.outside])
-
-    def _native(self, dt: float | None) -> Any:
-        """Return what the core takes, for a step of `dt` s."""
-        return self._fixed if self.rate is None else self._of_gain(_gain(self.rate, dt))
 
 
 Policy = Repulsion | Hold | Centre | Towards

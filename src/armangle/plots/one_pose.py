@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike
 from .._arrays import JOINTS, one_pose
 from ..arm.arcs import ArcSet
 from ..arm.arm import Arm
-from ..colours import BLACK, FREE, JOINT_COLOURS, MID, PALE, VERMILION, pieces, unjoined
+from ..colours import BLACK, DARK, FREE, JOINT_COLOURS, MID, PALE, VERMILION, pieces, unjoined
 from ..errors import InputError
+from ..scenes.scene import Scene
 from ..status import Status
 from .style import ARM_ANGLE, angle_ticks, grid_axes, polar_axes
 
@@ -32,6 +33,7 @@ def circle(
     *,
     psi: float | None = None,
     allowed: ArcSet | None = None,
+    scene: Scene | None = None,
     singularity_margin: float = 0.0,
     ax: Axes | None = None,
 ) -> Axes:
@@ -51,6 +53,9 @@ def circle(
         Arm angle to mark, rad.
     allowed : ArcSet of shape (), optional
         Arcs of the user's own; what they forbid is grey in the outer ring.
+    scene : Scene, optional
+        Obstacles, as in `Arm.feasible`: a ring of their own, where each blocked arc bears the names of those
+        that end it, and dark in the outer ring.
     singularity_margin : float
         As in `Arm.feasible`, rad.
     ax : matplotlib polar axes, optional
@@ -74,9 +79,15 @@ def circle(
     polar = polar_axes(ax)
     for joint in range(1, JOINTS + 1):
         _ring(polar, each[joint - 1], joint)
-    outer = _INNER + JOINTS * _STEP + 0.35
-    every = arm.feasible(frame, gc, singularity_margin=singularity_margin)
-    _outer_ring(polar, [~each[i] for i in range(JOINTS)], allowed, outer)
+    outer = _INNER + (JOINTS + (scene is not None)) * _STEP + 0.35
+    every = arm.feasible(frame, gc, singularity_margin=singularity_margin, scene=scene)
+    blocked = dict(zip(JOINT_COLOURS, (~each[i] for i in range(JOINTS)), strict=True))
+    if scene is not None:
+        blocked[DARK] = ~arm.clear(frame, gc, scene)
+        _obstacle_ring(polar, arm.clear(frame, gc, scene))
+    if allowed is not None:
+        blocked[MID] = ~allowed
+    _outer_ring(polar, blocked, outer)
     feasible = every if allowed is None else every & allowed
     _arcs(polar, feasible, outer, _ALL_WIDTH, FREE, BLACK)
     _mark_singular(polar, arm, frame, gc, every)
@@ -84,7 +95,7 @@ def circle(
     if psi is not None:
         polar.plot([psi, psi], [_INNER, outer + _ALL_WIDTH], color=BLACK, lw=1.6, label="ψ")
         polar.plot([psi], [outer + _ALL_WIDTH], "o", color=BLACK, ms=6, clip_on=False)
-    _circle_legend(polar, allowed is not None, made=ax is None)
+    _circle_legend(polar, allowed is not None, scene is not None, made=ax is None)
     return polar  # type: ignore[no-any-return]  # matplotlib types it loosely
 
 
@@ -101,16 +112,27 @@ def _ring(polar: Any, feasible: ArcSet, joint: int) -> None:
     _arcs(polar, ~feasible, base, _WIDTH, JOINT_COLOURS[joint - 1], BLACK)
 
 
-def _outer_ring(polar: Any, blocked: list[ArcSet], allowed: ArcSet | None, base: float) -> None:
-    """Draw what is blocked, each piece shared by the joints that block it."""
-    colours = list(JOINT_COLOURS)
-    if allowed is not None:
-        blocked, colours = [*blocked, ~allowed], [*colours, MID]
-    ends = [angle for arcs in blocked for arc in arcs for angle in arc]
+def _obstacle_ring(polar: Any, clear: ArcSet) -> None:
+    """Draw what obstacles block, with the names of those that end each arc."""
+    base = _INNER + JOINTS * _STEP
+    _arcs(polar, clear, base, _WIDTH, FREE, PALE)
+    blocked = ~clear
+    _arcs(polar, blocked, base, _WIDTH, DARK, BLACK)
+    every = [*blocked.ends] if not blocked.is_full else [()]
+    for (lower, upper), ends in zip(blocked, every, strict=True):
+        names = dict.fromkeys(end.obstacle for end in ends) or dict.fromkeys((clear.blocking or [None])[:1])
+        text = ", ".join(name for name in names if name)
+        polar.text(0.5 * (lower + upper), base + _WIDTH / 2, text, ha="center", va="center", fontsize=7,
+                   color=FREE)  # fmt: skip
+
+
+def _outer_ring(polar: Any, blocked: dict[str, ArcSet], base: float) -> None:
+    """Draw what is blocked, each piece shared by the colours of those that block it."""
+    ends = [angle for arcs in blocked.values() for arc in arcs for angle in arc]
     cuts = np.unique(np.concatenate([(np.array(ends) + np.pi) % (2 * np.pi) - np.pi, [-np.pi, np.pi]]))
     for lower, upper in pairwise(cuts):
         middle = 0.5 * (lower + upper)
-        here = [colour for arcs, colour in zip(blocked, colours, strict=True) if middle in arcs]
+        here = [colour for colour, arcs in blocked.items() if middle in arcs]
         for k, colour in enumerate(here):
             share = _ALL_WIDTH / len(here)
             polar.bar(middle, share, upper - lower, base + k * share, color=colour, linewidth=0)
@@ -144,7 +166,7 @@ def _dress_circle(polar: Any, radius: float, gc: int, every: ArcSet, feasible: A
     polar.set_title(title, fontsize=10)
 
 
-def _circle_legend(polar: Any, user: bool, *, made: bool) -> None:
+def _circle_legend(polar: Any, user: bool, obstacles: bool, *, made: bool) -> None:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -153,6 +175,8 @@ def _circle_legend(polar: Any, user: bool, *, made: bool) -> None:
         for j in range(JOINTS)
     ]
     handles.append(Patch(fc=FREE, ec=BLACK, lw=0.6, label="feasible"))
+    if obstacles:
+        handles.append(Patch(fc=DARK, label=f"an obstacle blocks (ring {JOINTS + 1})"))
     if user:
         handles.append(Patch(fc=MID, label="not allowed by the user"))
     handles.append(Line2D([], [], marker="x", color=BLACK, ls="", mew=2, label="singular"))

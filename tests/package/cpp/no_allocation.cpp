@@ -158,6 +158,38 @@ int main() {
                         sections, 4);
         follow(arm, limits, in.q, in.matrix, count, bounded, OnFail::hold, {nullptr, 0}, rows, &ahead);
     });
+    static const Solid solids[] = {
+        {SolidKind::box, 0.01, {0.4, 0.2, 0.5}, {0.1, 0.1, 0.1}, identity_pose().rotation},
+        {SolidKind::capsule, 0.05, {-0.4, 0.2, 0.5}, {-0.4, 0.4, 0.9}, identity_pose().rotation},
+        {SolidKind::half_space, 0.0, {0, 0, 1}, {0, 0, 0}, identity_pose().rotation}};
+    static const std::uint16_t solid_id[] = {8, 9, 10};
+    static BallBlock block;
+    static std::uint16_t ball_id[8];
+    for (int k = 0; k < 8; ++k) {
+        block.x[k] = 0.1 * k - 0.4;
+        block.y[k] = 0.4;
+        block.z[k] = 0.5;
+        block.radius[k] = 0.05;
+        ball_id[k] = static_cast<std::uint16_t>(k);
+    }
+    static const Part parts[] = {{{{0, -0.4, 0}, {0, 0, 0}, 0.05}, false},
+                                 {{{0.02, 0.01, 0}, {0, 0, 0.4}, 0.05}, true}};
+    static const std::uint8_t ignored[11 * 2] = {};
+    static Scene scene{&block, ball_id, 1, solids, solid_id, 3, nullptr, 0, 11,
+                       parts,  2,       0, 11,     ignored,  2, 0.01,    0};
+    report("scene", [] {
+        for (std::size_t i = 0; i < count; ++i) {
+            const Pose<double> pose = load_pose(in.matrix + 16 * i);
+            const SelfMotion<double> m = self_motion(arm, pose, static_cast<int>(in.gc[i]));
+            ArcSet own;
+            feasible(m, limits, own);
+            out.margin[i] = proximity(arm, scene, m, in.psi[i]).distance;
+            out.psi[i] = widest(arm, scene, m, own).psi;
+            StepOptions among;
+            among.scene = &scene;
+            out.psi[i] += step(arm, limits, in.q, pose, among).psi;
+        }
+    });
     TrackerOptions tracked;
     for (int j = 0; j < joints; ++j) {
         tracked.velocity[j] = 2.0;

@@ -1,0 +1,97 @@
+"""Time arcs of obstacles, as multiples of `Arm.feasible` of one branch in the same run.
+
+    python benchmarks/scenes.py [--rounds 9]
+
+Batches of random feasible poses of an iiwa 7, one thread, CPU time; a row is the median of the rounds. The
+last rows are the naive way: a grid of 360 arm angles, `inverse` and `frames` for each, and the distance of a
+ball from both bones in NumPy, beside the exact arcs of the same ball.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable
+
+import numpy as np
+import workloads
+
+import armangle as aa
+
+POSES, GRID, NAIVE_POSES = 5000, 360, 20
+BONES = aa.Body.bones(upper_arm=0.09, forearm=0.08)
+SPHERES = aa.Body(
+    {
+        3: [aa.Ball([0.02, -0.4 + 0.05 * k, 0.0], 0.07) for k in range(8)],
+        4: [aa.Ball([0.02, 0.0, 0.05 * k], 0.07) for k in range(8)],
+    }
+)
+
+
+def obstacles(count: int, kind: str) -> aa.Scene:
+    """Return shapes of 2 to 6 cm within 1 m of the shoulder, none nearer than 0.3 m."""
+    rng = np.random.default_rng(count)
+    shapes = []
+    while len(shapes) < count:
+        place = rng.uniform(-1, 1, 3)
+        if np.linalg.norm(place) < 0.3:
+            continue
+        place += [0, 0, 0.34]
+        if kind == "balls":
+            shapes.append(aa.Ball(place, rng.uniform(0.02, 0.06)))
+        elif kind == "capsules":
+            shapes.append(aa.Capsule(place, place + rng.uniform(-0.2, 0.2, 3), 0.03))
+        else:
+            frame = aa.pose(place, rpy=rng.uniform(-3, 3, 3))
+            shapes.append(aa.Box(frame, rng.uniform(0.02, 0.2, 3)))
+    return aa.Scene(shapes)
+
+
+def naive(arm: aa.Arm, pose: workloads.Floats, gc: int, ball: aa.Ball) -> np.ndarray:
+    """Return which of 360 arm angles keep the ball off both bones."""
+    psi = np.linspace(-np.pi, np.pi, GRID, endpoint=False)
+    at = arm.frames(arm.inverse(pose, psi, gc))[:, :, :3, 3]
+    free = np.ones(GRID, dtype=bool)
+    for begin, end, radius in ((at[:, 1], at[:, 3], 0.09), (at[:, 3], at[:, 5], 0.08)):
+        along = end - begin
+        share = np.sum((ball.center - begin) * along, axis=1) / np.sum(along * along, axis=1)
+        near = begin + np.clip(share, 0, 1)[:, None] * along
+        free &= np.linalg.norm(near - ball.center, axis=1) >= radius + ball.radius
+    return free
+
+
+def nanoseconds(work: Callable[[], object], units: int) -> float:
+    """Return CPU time of one unit, ns."""
+    start = time.thread_time_ns()
+    work()
+    return (time.thread_time_ns() - start) / units
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--rounds", type=int, default=9)
+    rounds = parser.parse_args().rounds
+    arm = workloads.arm()
+    pose, _, gc = arm.forward(workloads.postures(POSES))
+    rows: list[tuple[str, Callable[[], object], int]] = [("feasible", lambda: arm.feasible(pose, gc), POSES)]
+    for name, body in (("2 bones", BONES), ("16 spheres", SPHERES)):
+        for kind, counts in (("balls", (8, 64, 1024)), ("capsules", (8,)), ("boxes", (8,))):
+            for count in counts:
+                robot, scene = arm.with_body(body), obstacles(count, kind)
+                rows.append(
+                    (f"{name} x {count} {kind}", lambda r=robot, s=scene: r.clear(pose, gc, s), POSES)
+                )
+    robot, ball = arm.with_body(BONES), obstacles(1, "balls")
+    rows.append(("one ball, exact", lambda: robot.clear(pose, gc, ball), POSES))
+    few = range(NAIVE_POSES)
+    grid = lambda: [naive(arm, pose[i], int(gc[i]), ball.shapes[0]) for i in few]  # noqa: E731
+    rows.append((f"one ball, grid of {GRID}", grid, NAIVE_POSES))
+    times = np.median([[nanoseconds(work, n) for _, work, n in rows] for _ in range(rounds)], axis=0)
+    for (name, _, _), ns in zip(rows, times, strict=True):
+        print(f"{name:24} {ns:10.0f} ns  {ns / times[0]:8.2f} x feasible")
+    print(f"grid / exact: {times[-1] / times[-2]:.0f}")
+
+
+if __name__ == "__main__":
+    main()
