@@ -136,7 +136,7 @@ nb::object plan_path(const ArmHandle& self, Floats segments, Floats rows, Floats
         options.goal = to.data<double>();
     }
     const double* weight = w.data<double>();
-    options.objective = {weight[0], weight[1], weight[2], 100.0, weight[3]};
+    options.objective = {weight[0], weight[1], weight[2], weight[3]};
     options.branches = branches, options.singularity_margin = singularity_margin,
     options.limit_margin = limit_margin;
     Plan out;

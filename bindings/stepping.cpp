@@ -228,7 +228,7 @@ void follow_all(const Handle& self, Floats start, Floats poses, const FollowOpti
 }
 
 template <class Handle>
-void bind_both(nb::class_<Handle>& arm) {
+void bind_stepping_of(nb::class_<Handle>& arm) {
     using namespace nb::literals;
     arm.def("step_one", &step_one<Handle>, "q_now"_a.none(), "pose"_a.none(), "policy"_a, "gc"_a.none(),
             "carry"_a.none(), "max_joint_step"_a.none(), "singularity_margin"_a.none(), "dt"_a.none(),
@@ -256,7 +256,7 @@ void resolve_many(const Policy& policy, Ints count, Floats psi_arcs, Ints index,
 
 }  // namespace
 
-void bind_near_stepping(nb::class_<NearArmHandle>& arm) { bind_both(arm); }
+void bind_near_stepping(nb::class_<NearArmHandle>& arm) { bind_stepping_of(arm); }
 
 void bind_stepping(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
@@ -279,7 +279,7 @@ void bind_stepping(nb::module_& m, nb::class_<ArmHandle>& arm) {
              "max_joint_step"_a.none(), "singularity_margin"_a, "dt"_a.none(), "nearest"_a, "on_fail"_a,
              "lookahead"_a);
     m.attr("LONGEST_STEP") = longest_step;
-    bind_both(arm);
+    bind_stepping_of(arm);
     m.def("resolve_many", &resolve_many, "policy"_a, "count"_a, "psi_arcs"_a, "index"_a, "psi"_a,
           "wish"_a.none(), "out"_a, "status"_a);
     m.def("gain", &gain, "rate"_a, "dt"_a);

@@ -45,8 +45,6 @@ struct GaussPoint {
     double basis[4], slope[4];  // of those, in phi and dphi/ds
     JointFunctions<SeriesInS> functions;
     double theta_4, theta_4_rate;
-    bool wished;
-    double wish;  // phi
 };
 
 /// Nodes and weights of Gauss's rules on [0, 1] with 1 to 4 points. Source: Abramowitz and Stegun, 25.4.30.
@@ -130,7 +128,6 @@ inline Quadrature quadrature(const Task& task, int gc, const std::vector<double>
                 const SeriesInS theta_4 = atan2(motion.elbow.theta_4.sin, motion.elbow.theta_4.cos);
                 p.theta_4 = theta_4.value();
                 p.theta_4_rate = theta_4.coefficient[1];
-                p.wished = false;
             }
         }
     }
@@ -326,14 +323,6 @@ inline bool Descent::integrand(const detail::GaussPoint& p, double phi, double v
         f.phi_phi += scale * 2 * sum.coefficient[2];
         (kind == Kind::limit ? terms.limits : terms.singularities) += p.weight * scale * near.value();
     });
-    if (p.wished) {
-        const SinCos<double> off = sin_cos(phi - p.wish);
-        const double w = 2 * objective_.psi * scale;
-        f.value += w * (1 - off.cos);
-        f.phi += w * off.sin;
-        f.phi_phi += w * off.cos;
-        terms.psi += p.weight * 2 * scale * (1 - off.cos);
-    }
     return inside && f.value < infinity;
 }
 

@@ -1,8 +1,7 @@
 // What a plan strives for, as one number: an integral along the way, the less the better.
 //
 //     cost \                                cost(d) = (r / d - r / enough)^2 of a distance d (rad), 0 beyond
-//           \ <- its tangent below           `enough`: its slopes along a way are the same line on
-//           Jet<double>
+//           \ <- its tangent below           `enough`: its slopes along a way are the same line on Jet
 //            `-.__
 //     ------|-----|------> distance
 //         floor  enough
@@ -18,20 +17,19 @@ namespace armangle {
 ///   travel         |dq/ds|^2                          (rad^2)
 ///   limits         cost of the distances to limits    (1), times length^2
 ///   singularities  the same of theta_2, theta_6 to 0 and +-pi
-///   psi            2 - 2 cos(psi - wish)              (about rad^2), times length^2
 /// length: how far the path turns the arm (rad, 1 at least; tube.hpp: turned), so that a path twice as long
 /// is weighed as its halves are.
 struct Objective {
-    double limits = 1, singularities = 1, travel = 1, psi = 100;  // weights, >= 0
-    double enough = 0.35;                                         // rad: distances beyond it cost nothing
+    double limits = 1, singularities = 1, travel = 1;  // weights, >= 0
+    double enough = 0.35;                              // rad: distances beyond it cost nothing
 };
 
 /// The terms of an objective along a curve, each without its weight.
 struct Terms {
-    double travel = 0, limits = 0, singularities = 0, psi = 0;
+    double travel = 0, limits = 0, singularities = 0;
 
     double weighed(const Objective& w) const noexcept {
-        return w.travel * travel + w.limits * limits + w.singularities * singularities + w.psi * psi;
+        return w.travel * travel + w.limits * limits + w.singularities * singularities;
     }
 };
 
