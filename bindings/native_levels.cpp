@@ -1,5 +1,4 @@
-// Prints the levels that a build for this processor needs: its best one, and the one that every processor
-// has.
+// Prints the level that a build for this processor needs: its best one.
 #include <cstdio>
 
 #include "levels.hpp"
@@ -7,9 +6,9 @@
 int main() {
     const bool is_x86 = binding::supports("sse2");
     if (binding::supports("avx512"))
-        std::puts("avx512;sse2");
+        std::puts("avx512");
     else if (binding::supports("avx2"))
-        std::puts("avx2;sse2");
+        std::puts("avx2");
     else
         std::puts(is_x86 ? "sse2" : "base");
 }

@@ -134,3 +134,17 @@ def test_no_pose_is_no_turn_and_batches_are_their_poses() -> None:
     assert far.is_empty and far.status is aa.Status.UNREACHABLE
     one = arm.freedom(poses[0, 0])
     assert isinstance(one.status, aa.Status) and one.gc.shape == ()
+
+
+def test_locked_joints_leave_single_turns() -> None:
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    q = np.array([0.3, 0.3, 0.2, -1.0, 0.3, 0.8, 0.5])
+    pose = arm.forward(q)[0]
+    for joints in ([0, 2], [0, 1], [2, 6], list(range(7))):
+        lower, upper = arm.lower.copy(), arm.upper.copy()
+        lower[joints] = upper[joints] = q[joints]
+        locked = arm.with_(lower=lower, upper=upper)
+        assert locked.reachable(pose)
+        assert 0.0 in locked.feasible_yaw(pose) and 0.0 in locked.feasible_roll(pose)
+        found = aa.place(locked, pose[None], [0.0], [0.0])
+        assert found.reached.item() == 1.0 and found.missed() == ()

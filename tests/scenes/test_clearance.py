@@ -96,3 +96,15 @@ def test_limits_that_leave_nothing_leave_no_widest() -> None:
     narrow = ARM.with_(lower=np.full(7, 2.0), upper=np.full(7, 2.1))
     found = narrow.widest(pose, gc, aa.Scene([aa.Ball([0, 0, 1], 0.1)]))
     assert np.isnan(found.psi) and np.isnan(found.nearest.distance) and found.nearest.obstacle is None
+
+
+def test_the_widest_beside_a_box_that_no_needle_of_a_link_is_proven_clear_of() -> None:
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_body(aa.Body.bones(upper_arm=0.05, forearm=0.045))
+    pose, _, gc = arm.forward([-1.92, 1.64, -2.01, 1.33, -1.72, 1.315, -0.55])
+    frame = aa.pose([-0.0755, -0.3947, 0.3366], rotvec=[1, 0, 0])
+    scene = aa.Scene([aa.Box(frame, (0.1, 0.2, 0.05))])
+    found = arm.widest(pose, gc, scene)
+    arcs = arm.feasible(pose, gc, scene=scene)
+    psi = np.linspace(-np.pi, np.pi, 721)
+    sampled = max(float(arm.clearance(pose, p, gc, scene).distance) for p in psi[arcs.contains(psi)])
+    assert found.psi in arcs and found.nearest.distance >= sampled - 1e-9

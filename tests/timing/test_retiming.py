@@ -356,3 +356,14 @@ def test_a_missing_package_is_named(options: Any, monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr("importlib.import_module", missing)
     with pytest.raises(aa.MissingExtraError, match=r"timing needs .*scipy.*pip install 'armangle\[time\]'"):
         aa.retime(LINE, **options)
+
+
+def test_an_infinite_jerk_is_no_bound() -> None:
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    start = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+    first = arm.forward(start)[0]
+    last = first.copy()
+    last[0, 3] += 0.05
+    path = aa.plan(arm, aa.Line(first, last), start=start)
+    free, unbound = (aa.retime(path, acceleration=3.0, jerk=jerk) for jerk in (None, np.inf))
+    assert unbound.duration == free.duration

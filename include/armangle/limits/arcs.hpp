@@ -207,7 +207,7 @@ public:
     void finish(ArcSet& out) noexcept {
         if (full()) return make_full(out);
         make_empty(out);
-        for (int i = 0; i < count_; ++i) detail::push(out, arc_[i]);
+        for (int i = 0; i < count_; ++i) detail::put(out, arc_[i]);
     }
 
 private:

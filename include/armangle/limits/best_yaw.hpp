@@ -41,23 +41,25 @@ inline Status yaw_arcs(const Arm& arm, const Pose<double>& pose, const Vec3<doub
     for (int i = 0; i < turns.count; ++i) {
         Arc arc = turns.arc[i];
         if (upright) arc = {-arc.upper, -arc.lower, arc.upper_tag, arc.lower_tag};
-        detail::push(out, arc);
+        detail::put(out, arc);
     }
     return status;
 }
 
 /// Best yaw of events in rising order of yaw, the weight just before the first being `before`. Stretches
-/// shorter than the angular tolerance are not taken.
+/// shorter than the angular tolerance are not taken, unless there is nothing else.
 inline BestYaw best_yaw(const YawEvent* events, int count, double before) noexcept {
     if (count == 0) return {0.0, two_pi, before};
     const auto length = [&](int i) {
         return i + 1 < count ? events[i + 1].yaw - events[i].yaw : events[0].yaw + two_pi - events[i].yaw;
     };
-    double now = before, best = -infinity;
+    double now = before, best = -infinity, peak = -infinity;
     for (int i = 0; i < count; ++i) {
         now += events[i].weight;
         if (length(i) >= tolerance::angle) best = max(best, now);
+        peak = max(peak, now);
     }
+    if (!(best > 0)) best = peak;                   // locked joints: nothing but single yaws holds anything
     const double enough = best - 1e-9 * abs(best);  // sums of weights round
     // a run of sections as good as the best may lie over the seam: begin behind one that is not
     int first = 0;

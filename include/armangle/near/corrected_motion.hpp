@@ -34,7 +34,7 @@ public:
     /// `on` is the circle of the centre; `psi_shift` how much an angle on it may differ from the true psi.
     CorrectedMotion(const Arm& arm, const Pose<double>& centre, const Triad<double>& on,
                     const Configuration<double>& gc, const PoseBall& ball, double psi_shift) noexcept
-        : gc_(gc), psi_shift_(psi_shift) {
+        : psi_shift_(psi_shift) {
         const double least = on.distance - ball.wrist, most = on.distance + ball.wrist;
         usable_ = least > arm.inner_reach && most < arm.reach && least > 0 && ball.turn < 1.0;
         if (!usable_) return;
@@ -110,7 +110,6 @@ private:
         return half * (abs(h.slope(middle)) + 0.5 * half * hypot(h.s, h.c));
     }
 
-    Configuration<double> gc_;
     double psi_shift_;
     bool usable_ = false;
     JointFunctions<double> f_;

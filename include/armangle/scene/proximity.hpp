@@ -129,7 +129,12 @@ inline Widest widest(const Arm& arm, const Scene& scene, const SelfMotion<double
     for (int k = 0; k < scene.part_count; ++k)
         low = max(low, -widest_rule::thinnest * scene.parts[k].rod.radius);
     const Widest none{not_a_number, {not_a_number, 0, {}, {}, not_a_number}};
-    if (own.empty() || scene.part_count == 0 || !leaves(low)) return none;
+    if (own.empty() || scene.part_count == 0) return none;
+    // near the core of a part little is proven free: only what touches at no clearance has to begin there
+    if (leaves(0.0))
+        low = 0.0;
+    else if (!leaves(low))
+        return none;
     if (leaves(high)) low = high;
     for (int k = 0; k < widest_rule::halvings && low < high; ++k) {
         const double middle = 0.5 * (low + high);

@@ -13,6 +13,8 @@
 // an end from the blocked side, as Newton's method does.
 #pragma once
 
+#include <initializer_list>
+
 #include "blocked_arc.hpp"
 
 namespace armangle {

@@ -1559,7 +1559,7 @@ class Arm:
         allowed: Allowed | None = None,
         scene: Scene | None = None,
         singularity_margin: float = 0.0,
-        outside: Beyond = "stop",
+        outside: Beyond = "refuse",
         length: float = 0.2,
         threads: int = 1,
     ) -> Solution:
@@ -1592,7 +1592,7 @@ class Arm:
             Obstacles that links keep clear of, as in `feasible`.
         singularity_margin : float
             As in `feasible`, rad.
-        outside : "stop" or "nearest"
+        outside : "refuse" or "nearest"
             "nearest": where a pose has no posture, the posture of the nearest pose that the arm can take,
             `arm.forward(found.q)[0]`; ``status`` still says why the pose itself has none. A wrist out of
             reach is drawn towards the shoulder into what joint 4 reaches and the orientation kept: no posture
@@ -1630,7 +1630,8 @@ class Arm:
         ('UNREACHABLE', 1.767)
         """
         plain = weight is None and gc is None and allowed is None and singularity_margin == 0.0
-        plain = plain and scene is None and outside == "stop"
+        plain = plain and isinstance(threads, int) and threads == 1
+        plain = plain and scene is None and outside == "refuse"
         if plain and prefer == "near" and near is not None and isinstance(metric, str) and metric in _METRICS:
             one = self._handle.solve_one(pose, near, _METRICS[metric], Solution, STATUSES)
             if one is not None:

@@ -11,7 +11,10 @@ from .. import _core
 from .._arrays import MILLIMETRES, Floats, frozen, in_millimetres
 from ..status import STATUSES, Status
 
-_ANCHOR = "lies outside the limits, in another global configuration, or where no arm angle gives it."
+_ANCHOR = (
+    "lies outside the limits, in another global configuration, or where no arm angle gives it; "
+    "or it is singular, and no way on from it was found."
+)
 
 
 class _Finding(IntEnum):

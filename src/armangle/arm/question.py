@@ -32,11 +32,11 @@ if TYPE_CHECKING:
 
 MetricName = Literal["l2", "max"]
 Prefer = Literal["near", "margin"]
-Beyond = Literal["stop", "nearest"]
+Beyond = Literal["refuse", "nearest"]
 
 METRICS: dict[str, Any] = {"l2": _core.Metric.L2, "max": _core.Metric.MAX}
 _PREFER = ("near", "margin")
-_BEYOND = ("stop", "nearest")
+_BEYOND = ("refuse", "nearest")
 _LONGEST = 1e3  # m, of what a radian counts as
 
 
@@ -108,7 +108,7 @@ class Question:
 def relaxing_length(outside: Beyond, length: float, *narrowed: object) -> float:
     """Return how many metres a radian counts as where a pose has no posture; 0 where none is sought."""
     metres = as_number("length", length, 0.0, _LONGEST, low_open=True)
-    if chosen("outside", outside, _BEYOND) == "stop":
+    if chosen("outside", outside, _BEYOND) == "refuse":
         return 0.0
     if any(one is not None for one in narrowed):
         raise InputError(

@@ -174,6 +174,8 @@ def _checked(
     if not np.abs(path.derivatives(np.linspace(0.0, 1.0, GRID))[:, 0]).max() > RESTS:
         raise InputError("no joint moves along the path: there is nothing to time")
     j = None if jerk is None else joint_bound(path.arm, "jerk", jerk, np.full(7, np.inf))
+    if j is not None and not np.isfinite(j).any():
+        j = None  # no bound
     speed = None
     if tool_speed is not None:
         speed = as_number("tool_speed", tool_speed, 0.0, _MOST_SPEED, low_open=True)
