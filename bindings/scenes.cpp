@@ -120,8 +120,8 @@ void resting_links(const ArmHandle& self, Floats rods, Ints link) {
     }
 }
 
-/// distance, psi_rate, six coordinates of two points in the user's frame, NaN where there is no pair; the pair
-/// is obstacle * 256 + link.
+/// distance, psi_rate, six coordinates of two points in the user's frame; the pair is obstacle * 256 + link.
+/// Without a pair the points are NaN.
 void store_proximity(const Arm& arm, const Proximity& found, double* out, long long* pair) noexcept {
     out[0] = found.distance;
     out[1] = found.psi_rate;
