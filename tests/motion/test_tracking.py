@@ -374,7 +374,7 @@ def test_bad_input_is_refused() -> None:
     with pytest.raises(aa.InputError, match="dt is 0, wanted a number in"):
         aa.Tracker(arm, 0.0)
     with pytest.raises(aa.InputError, match="filter is 3, wanted a HandFilter or None"):
-        aa.Tracker(arm, filter=3)  # type: ignore[arg-type]
+        aa.Tracker(arm, filter=3)  # type: ignore[arg-type]  # wrong on purpose
     with pytest.raises(aa.InputError, match="omega is 0, wanted a number in"):
         aa.HandFilter(omega=0.0)
     with pytest.raises(aa.InputError, match="acceleration holds -1, wanted numbers > 0"):
