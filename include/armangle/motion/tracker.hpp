@@ -529,8 +529,8 @@ private:
         Tracked out{};
         bool fastest = false, outside = false;
         for (int j = 0; j < joints; ++j) {
-            const double to = min(max(next.q[j], min(arm_.limits.lower[j], q_.q[j])),
-                                  max(arm_.limits.upper[j], q_.q[j]));
+            const double to =
+                min(max(next.q[j], min(arm_.limits.lower[j], q_.q[j])), max(arm_.limits.upper[j], q_.q[j]));
             outside |= to < arm_.limits.lower[j] || to > arm_.limits.upper[j];
             v_[j] = (to - q_.q[j]) / t.dt;
             q_.q[j] = out.q[j] = to;

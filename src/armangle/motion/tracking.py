@@ -252,8 +252,8 @@ class Tracker:
         worst = int(np.argmax(outside))
         if outside[worst] > 2 * np.pi:
             raise InputError(
-                f"q[{worst}] is {joints[worst]:g}, {outside[worst]:.4g} rad outside its limits. Joints are in "
-                "rad: were these degrees?"
+                f"q[{worst}] is {joints[worst]:g}, {outside[worst]:.4g} rad outside its limits. "
+                "Joints are in rad: were these degrees?"
             )
         self._core.start(joints)
         self._started = True
