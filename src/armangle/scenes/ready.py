@@ -42,7 +42,7 @@ class _Link(NamedTuple):
 
 
 class _Links(NamedTuple):
-    """Shapes of the arm by how they move: with the arm plane, not at all, with the pose alone, with a joint."""
+    """Shapes of the arm by how they move: with the arm plane, not at all, with the pose, with a joint."""
 
     parts: list[_Link]
     base: list[_Link]
