@@ -48,7 +48,7 @@ def test_what_swings_is_as_near_as_its_distances_say() -> None:
     body = aa.Body({
         1: [aa.Capsule([0.05, 0.1, 0.06], [0.06, -0.02, 0.06], 0.03, name="one")],
         2: [aa.Ball([0.06, 0.05, 0.1], 0.04, name="two")], 3: [aa.Ball([0, -0.1, 0.05], 0.05, name="three")],
-        5: [aa.Ball([0.05, -0.1, 0.02], 0.04, name="five")],
+        5: [aa.Ball([0.15, -0.15, 0.02], 0.04, name="five")],
         6: [aa.Ball([0.04, 0.05, 0.05], 0.04, name="six")],
     })  # fmt: skip
     rng, seen = generator(7), set()
