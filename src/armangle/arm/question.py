@@ -58,7 +58,7 @@ class Question:
         if chosen("prefer", prefer, _PREFER) == "margin" or near is None:
             kind = _core.Metric.MARGIN
         self.near = np.ascontiguousarray(arrays[1]).reshape(-1, JOINTS) if near is not None else None
-        self.options = _core.SolveOptions(kind, _weights(weight), _branches(gc), margin, length)
+        self.options = _core.SolveOptions(kind, joint_weights(weight), branch_bits(gc), margin, length)
         self.handle = arm._handle
         self.threads = as_threads(threads)
         ready = arm._scene(scene)
@@ -117,7 +117,7 @@ def relaxing_length(outside: Beyond, length: float, *narrowed: object) -> float:
     return metres
 
 
-def _weights(weight: ArrayLike | None) -> Floats:
+def joint_weights(weight: ArrayLike | None) -> Floats:
     """Return seven weights, one for all joints or one each."""
     if weight is None:
         return np.ones(JOINTS)
@@ -132,7 +132,7 @@ def _weights(weight: ArrayLike | None) -> Floats:
     return weights
 
 
-def _branches(gc: int | Iterable[int] | None) -> int:
+def branch_bits(gc: int | Iterable[int] | None) -> int:
     """Return a bit for each global configuration that may be used."""
     if gc is None:
         return (1 << CONFIGURATIONS) - 1
