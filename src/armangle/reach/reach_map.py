@@ -399,12 +399,11 @@ def reach_map(
 
     Examples
     --------
-    >>> import armangle as aa, tempfile
+    >>> import armangle as aa
     >>> arm = aa.Arm.from_catalogue("openarm_v10")
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     found = aa.reach_map(arm, folder + "/arm.zarr", spacing=0.1, tilt=np.radians(30))
-    ...     found.missing, float(found.section().max().round(2))
-    ((), 0.57)
+    >>> found = aa.reach_map(arm, "openarm.zarr", spacing=0.05)  # doctest: +SKIP
+    >>> found.missing, found.section("yaw").shape                # doctest: +SKIP
+    ((), (9, 18))
     """
     if not isinstance(arm, Arm):
         raise InputError(f"arm is {type(arm).__name__}, wanted an Arm")
