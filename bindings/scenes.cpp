@@ -121,15 +121,15 @@ void resting_links(const ArmHandle& self, Floats rods, Ints link) {
 }
 
 /// distance, psi_rate, six coordinates of two points in the user's frame; the pair is obstacle * 256 + link.
+/// Without a pair the points are NaN.
 void store_proximity(const Arm& arm, const Proximity& found, double* out, long long* pair) noexcept {
     out[0] = found.distance;
     out[1] = found.psi_rate;
     const Vec3<double> points[2] = {found.on_link, found.on_obstacle};
     for (int k = 0; k < 2; ++k) {
         const Vec3<double> p = arm.has_base ? arm.base.rotation * points[k] + arm.base.position : points[k];
-        out[2 + 3 * k] = p.x;
-        out[3 + 3 * k] = p.y;
-        out[4 + 3 * k] = p.z;
+        const double coordinates[3] = {p.x, p.y, p.z};
+        for (int i = 0; i < 3; ++i) out[2 + 3 * k + i] = found.pair ? coordinates[i] : not_a_number;
     }
     *pair = found.pair ? 256LL * tag_obstacle(found.pair) + tag_link(found.pair) : -1;
 }

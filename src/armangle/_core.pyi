@@ -488,6 +488,8 @@ class Tracking(enum.IntEnum):
 
     TURNING = 4
 
+    RETURNING = 5
+
 def smooth_hand(omega: float, patience: float, jump: float, turn: float, samples: numpy.typing.NDArray[numpy.float64], dt: float, poses: numpy.typing.NDArray[numpy.float64]) -> None: ...
 
 class Tracker:

@@ -60,7 +60,19 @@ def test_without_obstacles_nothing_is_near() -> None:
     pose, psi, gc = ARM.forward(np.full(7, 0.3))
     near = ARM.clearance(pose, psi, gc, aa.Scene())
     assert near.distance == np.inf and near.obstacle is None and near.link is None
+    assert np.isnan(near.points).all()
     assert ARM.clear(pose, gc, aa.Scene()).is_full
+
+
+def test_where_nothing_is_reached_nothing_is_near() -> None:
+    near, gc = ARM.forward(np.full(7, 0.3))[::2]
+    far = near.copy()
+    far[0, 3] += 5.0
+    found = ARM.widest(np.stack([far, near]), gc, aa.Scene([aa.Ball([1.0, 1.0, 1.0], 0.1)]))
+    assert found.nearest.obstacle.tolist() == [None, "ball_0"]
+    for value in (found.psi, found.nearest.distance, found.nearest.psi_rate, found.nearest.points):
+        rows = np.isfinite(value).reshape(2, -1)
+        assert not rows[0].any() and rows[1].all()
 
 
 @pytest.mark.parametrize("seed", range(6))

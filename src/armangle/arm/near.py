@@ -18,7 +18,9 @@ _ASKED = {
     "psi_towards_many": "psi_towards",
     "joint_function": "joint_function",
     "explain_pose": "explain",
-    "turns_many": "feasible_yaw",
+    "turns_many": "feasible_yaw or feasible_roll",
+    "end_slopes_one": "feasible_derivative",
+    "is_kuka": "aa.kuka",
     "plan_path": "plan",
     "curve_through": "JointPath",
 }
