@@ -11,6 +11,7 @@ from support.draw import count, generator
 from support.nearest import Case, brute_force
 
 import armangle as aa
+from armangle.arm.question import MetricName
 from armangle.models.chain import chain_of, links_of
 
 GRID = 301
@@ -59,8 +60,9 @@ def test_without_deviation_the_answers_are_those_of_the_exact_arm() -> None:
     q = postures(exact, count(20), 32)
     seeds = q + generator(33).normal(0, 0.3, q.shape)
     pose = exact.forward(q)[0]
-    for metric in ("l2", "max"):
-        a, b = (arm.solve(pose, seeds, metric=metric) for arm in (exact, near))  # type: ignore[arg-type]
+    metrics: tuple[MetricName, ...] = ("l2", "max")
+    for metric in metrics:
+        a, b = (arm.solve(pose, seeds, metric=metric) for arm in (exact, near))
         assert np.abs(a.distance - b.distance).max() <= 1e-9
         assert (a.gc == b.gc).all() and (a.status == b.status).all()
     assert np.abs(exact.best(pose).margin - near.best(pose).margin).max() <= 1e-9
