@@ -1,7 +1,7 @@
 // Arms with an offset wrist or shoulder: postures by the free joint, its arcs, the nearest posture.
 #include <vector>
 
-#include "armangle/offset/nearest.hpp"
+#include "armangle/offset.hpp"
 #include "elements.hpp"
 
 namespace binding {
@@ -105,7 +105,9 @@ void offset_feasible(const OffsetHandle& self, Floats pose, Ints gc, Floats ends
                             const Arc& arc = found.arcs.arc[k];
                             const Tag tag = end == 0 ? arc.lower_tag : arc.upper_tag;
                             const double free = end == 0 ? arc.lower : arc.upper;
-                            const int of = tag_joint(tag), i = 2 * k + end;
+                            const int of =
+                                tag_joint(tag) == 0 ? 0 : robot_joint(self.arm, tag_joint(tag) - 1) + 1;
+                            const int i = 2 * k + end;
                             e.data<double>()[at[2] + i] = free;
                             j.data<long long>()[at[3] + i] = of;
                             s.data<long long>()[at[4] + i] = static_cast<long long>(tag_side(tag));

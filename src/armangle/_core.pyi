@@ -72,6 +72,8 @@ class Status(enum.IntEnum):
 
     PARTIAL = 18
 
+    NO_POSTURE = 19
+
     @property
     def sentence(self) -> str:
         """The outcome as one sentence."""

@@ -19,7 +19,7 @@ namespace armangle {
 namespace offset_rule {
 inline constexpr int cells = 24;           // of the circle, to begin with
 inline constexpr double narrowest = 1e-9;  // rad: half width of a cell that is given up
-inline constexpr int most_cells = 6000;    // of one pose and branch, before the rest is given up
+inline constexpr int most_cells = 12000;   // below each of those, before the rest of it is given up
 inline constexpr int depth = 32;           // halvings of a cell; narrowest is reached before
 inline constexpr int root_steps = 60;
 inline constexpr double hidden = 1e-6;     // rad: of circle that is not proven and may hide an arc
@@ -199,7 +199,7 @@ private:
         if (!(slope.lo > 0 || slope.hi < 0)) return false;
         const auto gap = [this](double free) noexcept { return cells.inside(free); };
         if (!(gap(piece.lower) > -infinity && gap(piece.upper) > -infinity)) return false;
-        const Tag fold = make_tag(robot_joint(arm_, 4) + 1, Side::near_singular);
+        const Tag fold = make_tag(5, Side::near_singular);
         keep_positive(gap, fold, piece);
         return true;
     }
@@ -279,6 +279,7 @@ inline void feasible(const OffsetArm& arm, const Pose<double>& pose, int gc, Pro
     for (int k = 0; k < offset_rule::cells; ++k) {
         int top = 0;
         stack[top++] = {-pi + two_pi * k / offset_rule::cells, -pi + two_pi * (k + 1) / offset_rule::cells};
+        const int most = judge.looks() + offset_rule::most_cells;
         while (top > 0) {
             const Cell cell = stack[--top];
             OffsetCells::Over over;
@@ -287,8 +288,7 @@ inline void feasible(const OffsetArm& arm, const Pose<double>& pose, int gc, Pro
             if (known == Known::inside) pieces.add(piece);
             if (known != Known::open) continue;
             const double middle = 0.5 * (cell.lower + cell.upper), half = middle - cell.lower;
-            if (half < offset_rule::narrowest || top > offset_rule::depth ||
-                judge.looks() >= offset_rule::most_cells) {
+            if (half < offset_rule::narrowest || top > offset_rule::depth || judge.looks() >= most) {
                 out.unproven += cell.upper - cell.lower;
                 continue;
             }

@@ -135,7 +135,7 @@ class OffsetArm:
     def __init__(self, *unnamed: Never, a_1: float = 0.0, a_6: float = 0.0, **numbers: Any) -> None:
         if unnamed:
             raise TypeError(f"OffsetArm takes keywords alone, but {len(unnamed)} values came without")
-        for name in ("d_4", "chain", "reference", "body", "hand"):
+        for name in _NO_FIELDS:
             if name in numbers:
                 raise InputError(f"{name} is given, wanted none: an OffsetArm has no {name}")
         rows = Arm(**numbers)
@@ -231,7 +231,9 @@ class OffsetArm:
 
     # -- kinematics --------------------------------------------------------------------------------
 
-    def forward(self, q: ArrayLike, *, threads: int = 1) -> tuple[Floats, Floats | np.float64, Ints | np.int64]:
+    def forward(
+        self, q: ArrayLike, *, threads: int = 1
+    ) -> tuple[Floats, Floats | np.float64, Ints | np.int64]:
         """Return pose, value of the free joint and branch of joint values.
 
         Parameters
@@ -364,7 +366,9 @@ class OffsetArm:
         ------
         ShapeError, NotFiniteError, NotRotationError, ConfigurationError
         """
-        batch, (poses, branches) = broadcast([("pose", as_poses("pose", pose), 2), ("gc", _checked_gc(gc), 0)])
+        batch, (poses, branches) = broadcast(
+            [("pose", as_poses("pose", pose), 2), ("gc", _checked_gc(gc), 0)]
+        )
         most = _core.ARC_CAPACITY
         shape = (*batch, most, 2)
         ends, values, unproven = np.empty(shape), np.empty(shape), np.empty(batch)

@@ -143,7 +143,9 @@ def _chain_of(found: OffsetDescription) -> Chain:
 
 def _common_normal(p: FloatArray, u: FloatArray, r: FloatArray, v: FloatArray) -> FloatArray:
     """Return the nearest points of two lines that are not parallel, (2, 3)."""
-    along = np.linalg.solve(np.array([[u @ u, -(u @ v)], [u @ v, -(v @ v)]]), np.array([(r - p) @ u, (r - p) @ v]))
+    along = np.linalg.solve(
+        np.array([[u @ u, -(u @ v)], [u @ v, -(v @ v)]]), np.array([(r - p) @ u, (r - p) @ v])
+    )
     return np.array([p + along[0] * u, r + along[1] * v])
 
 
