@@ -1,4 +1,4 @@
-"""Arms with an offset wrist or shoulder: both doors, arcs beside a dense grid, the nearest beside it, bad input."""
+"""Arms with an offset wrist or shoulder: both doors, arcs and the nearest beside a dense grid, bad input."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ def random_arm(rng: np.random.Generator, *, mirrored: bool, widest: float = 6.0)
         **{"a_1" if mirrored else "a_6": rng.uniform(0.01, 0.15) * rng.choice([-1, 1])},
         d_bs=rng.uniform(-0.5, 0.5), d_se=rng.uniform(0.2, 0.4), d_ew=rng.uniform(0.2, 0.4),
         d_wf=rng.uniform(-0.2, 0.2), a_3=elbow[0], a_4=elbow[1], signs=rng.choice([-1, 1], 7),
-        offsets=rng.uniform(-2, 2, 7), lower=middle - half, upper=middle + half, base=frames[0], tool=frames[1],
+        offsets=rng.uniform(-2, 2, 7), lower=middle - half, upper=middle + half,
+        base=frames[0], tool=frames[1],
     )  # fmt: skip
 
 
@@ -199,8 +200,8 @@ def test_why_there_is_none() -> None:
         arm.inverse(far, 0.0, 0)
     assert np.isnan(arm.inverse(far, 0.0, 0, unreachable="nan")).all()
     q = [0.1, 0.4, 0.2, -1.8, 0.3, 2.0, 0.5]
-    locked = aa.OffsetArm(a_6=0.088, d_bs=0.333, d_se=0.316, d_ew=0.384, d_wf=0.107, lower=-0.01 + np.zeros(7),
-                          upper=0.01 + np.zeros(7))  # fmt: skip
+    tiny = np.full(7, 0.01)
+    locked = aa.OffsetArm(a_6=0.088, d_bs=0.333, d_se=0.316, d_ew=0.384, d_wf=0.107, lower=-tiny, upper=tiny)
     found = locked.solve(arm.forward(q)[0])
     assert not found.ok and found.gc == -1 and np.isnan(found.q).all()
 

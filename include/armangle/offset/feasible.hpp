@@ -12,7 +12,7 @@
 #include "../near/feasible.hpp"
 #include "../numbers/interval.hpp"
 #include "../numbers/jet.hpp"
-#include "posture.hpp"
+#include "offset_posture.hpp"
 
 namespace armangle {
 

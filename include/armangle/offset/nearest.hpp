@@ -142,7 +142,8 @@ private:
         const double at = to_q(over.middle, sign, rest.offset[j]);
         const double fewest = ceil((lower - at) / two_pi), most_turns = floor((upper - at) / two_pi);
         const double turn = min(max(round((near_[j] - at) / two_pi), fewest), max(fewest, most_turns));
-        double least = infinity, most = infinity, second = infinity, middle = at;
+        double least = infinity, most = infinity, second = infinity;
+        double middle = at;
         for (const double k : {turn - 1.0, turn, turn + 1.0}) {
             const double here = at + two_pi * k;
             const double from = max(here + off.lo, lower - tolerance::angle),

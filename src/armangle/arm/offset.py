@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, Literal, Never, NamedTuple, final
+from typing import Any, Literal, NamedTuple, Never, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,7 +25,6 @@ from .._arrays import (
     frozen,
 )
 from ..errors import ConfigurationError, InputError, NoSolutionError, UnreachableError
-from ..models.chain import chain_of
 from ..models.offset import OffsetDescription, describe_offset_chain, load_offset_robot
 from ..models.urdf import Source, read_urdf
 from ..status import STATUSES, Status
@@ -41,9 +40,9 @@ class OffsetSolution(NamedTuple):
     """The posture of an `OffsetArm` that is nearest to given joints, and why there is none.
 
     ``q (..., 7)`` rad; ``free (...)`` value of the free joint as an angle in (-π, π], rad; ``gc (...)`` 0..7;
-    ``distance (...)`` to the joints given, rad, NaN without; ``status (...)`` a `Status`, of a batch its codes as
-    int8; ``margin (...)`` least distance of a joint to one of its limits, rad. Where the status is not OK the numbers
-    are NaN and gc is -1.
+    ``distance (...)`` to the joints given, rad, NaN without; ``status (...)`` a `Status`, of a batch its
+    codes as int8; ``margin (...)`` least distance of a joint to one of its limits, rad. Where the status is
+    not OK the numbers are NaN and gc is -1.
     """
 
     q: Floats
@@ -83,19 +82,20 @@ class OffsetSolution(NamedTuple):
 class OffsetArm:
     """A 7-axis arm that is S-R-S but for one offset: between axes 6 and 7, or between axes 1 and 2.
 
-    Franka's arms, the xArm 7 and their like have such a wrist (a_6), PR2 and Fetch such a shoulder (a_1). The arm
-    angle does not exist there. What takes its place is the *free joint*: joint 7 of an offset wrist, joint 1 of an
-    offset shoulder. A pose, a value of the free joint and a branch gc have exactly one posture, in closed form, or
-    none. Bits of gc: 1 where theta_2 < 0 (offset shoulder: theta_6), 2 where theta_4 lies below the stretched arm's,
-    4 where cos(theta_5) < 0 (theta_3).
+    Franka's arms, the xArm 7 and their like have such a wrist (a_6), PR2 and Fetch such a shoulder (a_1).
+    The arm angle does not exist there. What takes its place is the *free joint*: joint 7 of an offset
+    wrist, joint 1 of an offset shoulder. A pose, a value of the free joint and a branch gc have exactly one
+    posture, in closed form, or none. Bits of gc: 1 where theta_2 < 0 (offset shoulder: theta_6), 2 where
+    theta_4 lies below the stretched arm's, 4 where cos(theta_5) < 0 (theta_3).
 
     Parameters
     ----------
     a_1, a_6 : float
         Offset between the axes of joints 1 and 2, or of joints 6 and 7, m: one of them.
     **numbers
-        As `Arm`: d_bs, d_se, d_ew, d_wf, a_3, a_4, signs, offsets, lower, upper, velocity, acceleration, base, tool,
-        name, joint_names. The pose of the tip is ``base @ DH(theta) @ tool`` with a_1 and a_6 in rows 1 and 6.
+        As `Arm`: d_bs, d_se, d_ew, d_wf, a_3, a_4, signs, offsets, lower, upper, velocity, acceleration,
+        base, tool, name, joint_names. The pose of the tip is ``base @ DH(theta) @ tool`` with a_1 and a_6
+        in rows 1 and 6.
 
     Attributes
     ----------
@@ -191,8 +191,8 @@ class OffsetArm:
         base, tip : str, optional
             Names of the two links; guessed where the file leaves one choice of seven rotating joints.
         angle_tolerance, length_tolerance : float
-            How far its forward kinematics may be from that of exactly square axes, rad, m. Files write right angles to
-            five digits or so; what they then differ by is below these.
+            How far its forward kinematics may be from that of exactly square axes, rad, m. Files write
+            right angles to five digits or so; what they then differ by is below these.
 
         Raises
         ------
@@ -209,8 +209,8 @@ class OffsetArm:
     @classmethod
     def _of(cls, found: OffsetDescription) -> OffsetArm:
         names = (
-            "d_bs", "d_se", "d_ew", "d_wf", "a_3", "a_4", "signs", "offsets", "lower", "upper", "velocity", "base",
-            "tool", "name", "joint_names",
+            "d_bs", "d_se", "d_ew", "d_wf", "a_3", "a_4", "signs", "offsets", "lower", "upper", "velocity",
+            "base", "tool", "name", "joint_names",
         )  # fmt: skip
         return cls(a_1=found.a_1, a_6=found.a_6, **{name: getattr(found.rows, name) for name in names})
 
@@ -283,11 +283,11 @@ class OffsetArm:
         gc : array_like of int, shape (...)
             Branch 0..7.
         seed : array_like, shape (..., 7), optional
-            Of several turns within a joint's limits the nearest to this is returned; without it, the nearest to the
-            middle of the range.
+            Of several turns within a joint's limits the nearest to this is returned; without it, the
+            nearest to the middle of the range.
         unreachable : "raise" or "nan"
-            What to do where there is no posture: at this value of the free joint the wrist is out of reach, or axis 5
-            cannot be square to axis 6 (`feasible` gives the values that have one).
+            What to do where there is no posture: at this value of the free joint the wrist is out of reach,
+            or axis 5 cannot be square to axis 6 (`feasible` gives the values that have one).
         threads : int
             Threads for a batch; 0 for all cores.
 
@@ -344,9 +344,10 @@ class OffsetArm:
     def feasible(self, pose: ArrayLike, gc: ArrayLike, *, threads: int = 1) -> ArcSet:
         """Return the values of the free joint with which a branch holds the pose within all limits.
 
-        Each arc is proven by interval arithmetic on the closed form; an end is a joint at its limit, or the fold where
-        two branches meet and the free joint turns back (``side`` "singular", of joint 5, or 3 of an offset shoulder).
-        What could not be proven, beside such places, is left out and counted in ``ArcSet.unproven``.
+        Each arc is proven by interval arithmetic on the closed form; an end is a joint at its limit, or the
+        fold where two branches meet and the free joint turns back (``side`` "singular", of joint 5, or 3 of
+        an offset shoulder). What could not be proven, beside such places, is left out and counted in
+        ``ArcSet.unproven``.
 
         Parameters
         ----------
@@ -404,14 +405,16 @@ class OffsetArm:
     ) -> OffsetSolution:
         """Return, of all postures of a pose within the limits, the one nearest to given joints.
 
-        Branch and bound over all branches, values of the free joint and turns: the nearest of all, not of a grid.
+        Branch and bound over all branches, values of the free joint and turns: the nearest of all, not of a
+        grid.
 
         Parameters
         ----------
         pose : array_like, shape (..., 4, 4)
             Tool frame, position in m.
         near : array_like, shape (..., 7), optional
-            Joint values to be near to, rad; without it the middles of the ranges (0 of a joint without limits).
+            Joint values to be near to, rad; without it the middles of the ranges (0 of a joint without
+            limits).
         weight : array_like, shape (7,) or one number, optional
             The distance is the root of the sum of ``weight * (q - near)**2``.
         gc : int or iterable of int, optional

@@ -1,4 +1,4 @@
-"""Arms with an offset wrist or an offset shoulder: their numbers, from the catalogue and from a chain of joints."""
+"""Arms with an offset wrist or shoulder: their numbers, from the catalogue and from a chain of joints."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from ..errors import NotSRSError, UnknownRobotError
 from .axes import millimetres, worst_difference
-from .chain import Chain, FloatArray, rigid_inverse, rotation_about
+from .chain import Chain, FloatArray, chain_of, rigid_inverse, rotation_about
 from .description import ArmDescription
 
 _SINES = (-1.0, 1.0, 1.0, -1.0, -1.0, 1.0)  # of the twists alpha_1 ... alpha_6 between neighbouring axes
@@ -22,8 +22,8 @@ _SQUARE = 0.2  # neighbouring axes further than this from square, as a cosine, a
 class OffsetDescription:
     """The numbers of an arm with one offset more than S-R-S.
 
-    ``rows`` are those of `ArmDescription`; ``a_1`` lies between the axes of joints 1 and 2, ``a_6`` between those of
-    joints 6 and 7, m, and one of them is 0.
+    ``rows`` are those of `ArmDescription`; ``a_1`` lies between the axes of joints 1 and 2, ``a_6`` between
+    those of joints 6 and 7, m, and one of them is 0.
     """
 
     rows: ArmDescription
@@ -42,19 +42,23 @@ def load_offset_robot(name: str) -> OffsetDescription:
     if name not in known:
         raise UnknownRobotError(f"there is no offset arm {name!r}; there are: {', '.join(sorted(known))}")
     table = known[name]
-    angles = {key: tuple(map(float, table[key])) for key in ("lower", "upper", "velocity")}
-    lengths = {key: float(table.get(key, 0.0)) for key in ("d_bs", "d_se", "d_ew", "d_wf", "a_3", "a_4")}
+    tool = rotation_about(np.array([0.0, 0.0, 1.0]), np.radians(np.float64(table.get("tool_turn_deg", 0.0))))
     rows = ArmDescription(
-        **lengths,
+        d_bs=table["d_bs"],
+        d_se=table["d_se"],
+        d_ew=table["d_ew"],
+        d_wf=table["d_wf"],
+        a_3=table["a_3"],
+        a_4=table["a_4"],
         signs=tuple(table["signs"]),
-        offsets=tuple(float(np.radians(x)) for x in table["offsets_deg"]),
+        offsets=tuple(np.radians(table["offsets_deg"]).tolist()),
+        lower=tuple(table["lower"]),
+        upper=tuple(table["upper"]),
+        velocity=tuple(table["velocity"]),
+        tool=tool,
         name=name,
-        **angles,
     )
-    if "tool_turn_deg" in table:
-        turn = np.radians(float(table["tool_turn_deg"]))
-        rows = replace(rows, tool=rotation_about(np.array([0.0, 0.0, 1.0]), turn))
-    return OffsetDescription(rows, float(table.get("a_1", 0.0)), float(table.get("a_6", 0.0)))
+    return OffsetDescription(rows, table.get("a_1", 0.0), table.get("a_6", 0.0))
 
 
 def _tables() -> dict[str, Any]:
@@ -64,8 +68,8 @@ def _tables() -> dict[str, Any]:
 def describe_offset_chain(chain: Chain, *, angle: float, length: float) -> OffsetDescription:
     """Return the numbers of a chain whose axes are those of an S-R-S arm but for a_1 or a_6.
 
-    The Denavit-Hartenberg rows are read off neighbouring axes, and accepted where their forward kinematics is that of
-    the chain within `length` (m) and `angle` (rad).
+    The Denavit-Hartenberg rows are read off neighbouring axes, and accepted where their forward kinematics
+    is that of the chain within `length` (m) and `angle` (rad).
     """
     if len(chain.joints) != 7:
         raise NotSRSError(f"{chain.source}: the chain has {len(chain.joints)} rotating joints, wanted 7")
@@ -73,7 +77,7 @@ def describe_offset_chain(chain: Chain, *, angle: float, length: float) -> Offse
     position, rotation = worst_difference(chain, _chain_of(found))
     if position > length or rotation > angle:
         raise NotSRSError(
-            f"{chain.source}: not an arm with one offset wrist or shoulder: its nearest rows of that kind miss "
+            f"{chain.source}: not an arm with one offset wrist or shoulder: its nearest rows miss "
             f"its forward kinematics by {millimetres(position)} and {rotation:.3g} rad"
         )
     if abs(found.a_1) > length and abs(found.a_6) > length:
@@ -93,7 +97,8 @@ def _read(chain: Chain) -> OffsetDescription:
     for i in range(6):
         if abs(axes[i] @ axes[i + 1]) > _SQUARE:
             raise NotSRSError(
-                f"{chain.source}: axes {i + 1} and {i + 2} are not square: not an arm with one offset wrist or shoulder"
+                f"{chain.source}: axes {i + 1} and {i + 2} are not square: "
+                "not an arm with one offset wrist or shoulder"
             )
         feet[i] = _common_normal(points[i], axes[i], points[i + 1], axes[i + 1])
     for i, way in ((2, feet[2, 0] - feet[1, 1]), (4, feet[4, 0] - feet[3, 1])):  # d_3 and d_5 are positive
@@ -130,8 +135,6 @@ def _read(chain: Chain) -> OffsetDescription:
 
 def _chain_of(found: OffsetDescription) -> Chain:
     """Return the chain of the numbers, the rows' own with a_1 and a_6 put in."""
-    from .chain import chain_of
-
     chain = chain_of(found.rows)
     joints = list(chain.joints)
     for row, offset in ((1, found.a_1), (6, found.a_6)):

@@ -11,7 +11,7 @@
 // docs/theory/offset_wrist.md.
 #pragma once
 
-#include "arm.hpp"
+#include "offset_arm.hpp"
 
 namespace armangle {
 

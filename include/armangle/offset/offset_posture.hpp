@@ -2,7 +2,7 @@
 // -> q.
 #pragma once
 
-#include "self_motion.hpp"
+#include "offset_motion.hpp"
 
 namespace armangle {
 
