@@ -85,19 +85,20 @@ private:
         double cost, slope, curvature;
     };
     Value value(const OffsetCells& cells, double free) const noexcept {
+        using Curve = Jet<double, 2>;
         Value out{cells.inside(free) >= 0, infinity, 0.0, 0.0};
         if (!out.feasible) return out;
-        Jet<double, 2> theta[joints];
+        Curve theta[joints];
         cells.at(free, theta);
-        Jet<double, 2> sum(0.0);
+        Curve sum(0.0);
         for (int j = 0; j < joints; ++j) {
             const double q = nearest_turn(j, theta[j].value());
             if (!(q >= arm_.rest.limits.lower[j] - tolerance::angle &&
                   q <= arm_.rest.limits.upper[j] + tolerance::angle))
                 out.feasible = false;
-            Jet<double, 2> off = Jet<double, 2>(arm_.rest.sign[j]) * theta[j];
+            Curve off = Curve(arm_.rest.sign[j]) * theta[j];
             off.coefficient[0] = q - near_[j];
-            sum = sum + Jet<double, 2>(weight_[j]) * (off * off);
+            sum = sum + Curve(weight_[j]) * (off * off);
         }
         out.cost = sum.coefficient[0];
         out.slope = sum.coefficient[1];

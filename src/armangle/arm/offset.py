@@ -33,7 +33,15 @@ from .arm import Arm
 from .question import branch_bits, joint_weights
 
 _UNREACHABLE = ("raise", "nan")
+_NO_FIELDS = ("d_4", "chain", "reference", "body", "hand", "import_report")
 _OUT_OF_REACH = (Status.UNREACHABLE, Status.NO_POSTURE)
+
+
+def _signature() -> Signature:
+    """Return the keywords of `OffsetArm` and their defaults, for help() and the pages."""
+    own = [Parameter(name, Parameter.KEYWORD_ONLY, default=0.0) for name in ("a_1", "a_6")]
+    shared = signature(Arm).parameters.values()
+    return Signature([*own, *(parameter for parameter in shared if parameter.name not in _NO_FIELDS)])
 
 
 class OffsetSolution(NamedTuple):
@@ -124,6 +132,7 @@ class OffsetArm:
     True
     """
 
+    __signature__ = _signature()  # of the keywords of `Arm` that it takes, and its own
     __slots__ = ("_handle", "a_1", "a_6", "free_joint", "rows")
 
     a_1: float
@@ -143,8 +152,8 @@ class OffsetArm:
         offsets = {n: as_number(f"{n} (m)", x, -limit, limit) for n, x in (("a_1", a_1), ("a_6", a_6))}
         if bool(offsets["a_1"]) == bool(offsets["a_6"]):
             raise InputError(
-                f"a_1 is {offsets['a_1']:g} and a_6 is {offsets['a_6']:g}, wanted one of them: with neither it is an "
-                "armangle.Arm, and with both there is no closed form"
+                f"a_1 is {offsets['a_1']:g} and a_6 is {offsets['a_6']:g}, wanted one of them: "
+                "with neither it is an armangle.Arm, and with both there is no closed form"
             )
         mirrored = offsets["a_1"] != 0.0
         lengths = np.array([rows.d_bs, rows.d_se, rows.d_ew, rows.d_wf, rows.a_3, rows.a_4])
@@ -440,7 +449,9 @@ class OffsetArm:
         """
         named: list[tuple[str, NDArray[Any], int]] = [("pose", as_poses("pose", pose), 2)]
         if near is not None:
-            named.append(("near", as_floats("near", near, (JOINTS,)), 1))
+            seed = as_floats("near", near, (JOINTS,))
+            check_angles("near", seed)
+            named.append(("near", seed, 1))
         batch, (poses, *seeds) = broadcast(named)
         q, numbers = np.empty((*batch, JOINTS)), np.empty((*batch, 3))
         codes = np.empty((*batch, 2), dtype=np.int64)
@@ -458,9 +469,6 @@ class OffsetArm:
 def _rebuilt(a_1: float, a_6: float, rows: Arm) -> OffsetArm:
     numbers = {name: value for name, value in rows._numbers().items() if name not in _NO_FIELDS}
     return OffsetArm(a_1=a_1, a_6=a_6, **numbers)
-
-
-_NO_FIELDS = ("d_4", "chain", "reference", "body", "hand")
 
 
 def _checked_gc(gc: ArrayLike) -> Ints:
