@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from inspect import Parameter, Signature, signature
 from typing import Any, Literal, NamedTuple, Never, final
 
 import numpy as np
