@@ -52,8 +52,9 @@ public:
         for (int gc = 0; gc < configurations; ++gc) {
             if (!(branches >> gc & 1u)) continue;
             const Status refusal = search(gc);
-            const auto rank = [](Status s) noexcept {
-                return s == Status::UNREACHABLE ? 0 : s == Status::NO_POSTURE ? 1 : 2;
+            const auto rank = [](Status status) noexcept {
+                if (status == Status::UNREACHABLE) return 0;
+                return status == Status::NO_POSTURE ? 1 : 2;
             };
             if (rank(refusal) > rank(why)) why = refusal;
         }
