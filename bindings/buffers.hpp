@@ -324,5 +324,6 @@ void bind_solving(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_tracking(nb::module_& m);
 void bind_reach(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_kuka(nb::class_<ArmHandle>& arm);
+void bind_xla(nb::module_& m, nb::class_<ArmHandle>& arm);
 
 }  // namespace binding
