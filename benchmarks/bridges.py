@@ -3,9 +3,9 @@
     python benchmarks/bridges.py [--count 4096] [--rounds 60]
 
 One thread each; the least wall time of all rounds, since XLA computes on threads of its own. In a round each
-row runs three times in a row, so that it finds its own numbers in the cache and not those of another row. "value" is one
-inverse of the batch, "and gradient" the gradient of a sum of its joints by the poses and arm angles as well.
-The last column is the ratio to NumPy's inverse of the same batch.
+row runs three times in a row, so that it finds its own numbers in the cache and not those of another row.
+"value" is one inverse of the batch, "and gradient" the gradient of a sum of its joints by the poses and arm
+angles as well. The last column is the ratio to NumPy's inverse of the same batch.
 """
 
 from __future__ import annotations
@@ -67,9 +67,8 @@ def main() -> None:
                 work()
                 least[name] = min(least[name], time.perf_counter() - start)
     for name, seconds in least.items():
-        print(
-            f"{name:26} {1e9 * seconds / options.count:8.1f} ns a pose {seconds / least['NumPy inverse']:8.2f}"
-        )
+        ratio = seconds / least["NumPy inverse"]
+        print(f"{name:26} {1e9 * seconds / options.count:8.1f} ns a pose {ratio:8.2f}")
 
 
 if __name__ == "__main__":

@@ -4,8 +4,8 @@ The numbers are the core's own, called by XLA without Python in between. Results
 given; the arithmetic is in float64, also where JAX is in its default float32.
 
 A compiled function cannot raise on what its numbers turn out to be. Where the geometry has no answer, and
-where the numbers are not finite, the result is NaN, as is usual in JAX; a matrix that is no rigid transform and
-a gc outside 0..7 end the computation with the error of XLA that says so.
+where the numbers are not finite, the result is NaN, as is usual in JAX; a matrix that is no rigid transform
+and a gc outside 0..7 end the computation with the error of XLA that says so.
 
 A derivative by a pose is along motions of a rigid body: tangents of the (..., 4, 4) matrix are projected on
 them, and gradients lie along them. There is no second derivative.
