@@ -54,3 +54,4 @@
 #include "near/feasible.hpp"
 #include "near/step.hpp"
 #include "near/follow.hpp"
+#include "near/nearest_posture.hpp"
