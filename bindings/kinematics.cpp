@@ -327,8 +327,8 @@ void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm) {
     arm.def("psi_towards_many", &psi_towards_many, "pose"_a, "gc"_a, "wish"_a, "target"_a, "out"_a, "nan"_a,
             "threads"_a);
     arm.def("self_motion_many", &self_motion_many, "pose"_a, "psi"_a, "gc"_a, "out"_a, "threads"_a);
-    arm.def("inverse_derivative_many", &inverse_derivative_many, "pose"_a, "psi"_a, "gc"_a, "out"_a,
-            "nan"_a, "threads"_a);
+    arm.def("inverse_derivative_many", &inverse_derivative_many, "pose"_a, "psi"_a, "gc"_a, "out"_a, "nan"_a,
+            "threads"_a);
     arm.def("inverse_pullback_many", &inverse_pullback_many, "pose"_a, "psi"_a, "gc"_a, "by_q"_a, "by_pose"_a,
             "by_psi"_a);
     arm.def("forward_pullback_many", &forward_pullback_many, "q"_a, "by_pose"_a, "by_psi"_a, "by_q"_a);

@@ -357,7 +357,7 @@ nb::capsule target_of() {
 }
 
 /// The handlers by name, for jax.ffi.register_ffi_target.
-nb::dict xla_targets() {
+nb::typed<nb::dict, nb::str, nb::object> xla_targets() {
     nb::dict targets;
     targets["forward"] = target_of<ForwardTask>();
     targets["forward_derivative"] = target_of<ForwardDerivativeTask>();
@@ -367,7 +367,7 @@ nb::dict xla_targets() {
     targets["freedom_gradient"] = target_of<FreedomGradientTask>();
     targets["limit_margin"] = target_of<LimitMarginTask>();
     targets["limit_margin_gradient"] = target_of<LimitMarginGradientTask>();
-    return targets;
+    return nb::borrow<nb::typed<nb::dict, nb::str, nb::object>>(targets);
 }
 
 }  // namespace
