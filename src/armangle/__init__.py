@@ -26,8 +26,10 @@ _NAMES = {
     "errors": "ArmangleError ConfigurationError FileFormatError InputError LimitError MissingExtraError "
     "NoSolutionError NotFiniteError NotRotationError NotSRSError OutputError PathError PolicyError "
     "PortError SceneError ShapeError UnknownRobotError UnreachableError UrdfError",
+    "files.scenes": "load_body load_scene",
     "files.tables": "JointTable load_joints load_poses save",
     "files.trajectories": "TrajectoryTable load_trajectory",
+    "models.body": "Body",
     "models.catalogue": "catalogue",
     "models.description": "ImportReport",
     "models.dh": "dh_chain",
@@ -41,7 +43,6 @@ _NAMES = {
     "motion.tracking": "HandFilter Tracked Tracker Tracking",
     "poses": "pose",
     "reach.placement": "Placement place",
-    "scenes.body": "Body",
     "scenes.clearance": "Clearance Widest",
     "scenes.scene": "Scene",
     "scenes.shapes": "Ball Box Capsule HalfSpace",

@@ -52,6 +52,7 @@ from .errors import (
     UnreachableError as UnreachableError,
     UrdfError as UrdfError,
 )
+from .files.scenes import load_body as load_body, load_scene as load_scene
 from .files.tables import (
     JointTable as JointTable,
     load_joints as load_joints,
@@ -107,7 +108,7 @@ from .reach.placement import (
     Placement as Placement,
     place as place,
 )
-from .scenes.body import Body as Body
+from .models.body import Body as Body
 from .scenes.clearance import (
     Clearance as Clearance,
     Widest as Widest,
