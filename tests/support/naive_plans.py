@@ -33,12 +33,13 @@ class Case:
     limit_margin: float = 0.0
     singularity_margin: float = 0.0
 
-    def plan(self, **more: object) -> aa.JointPath:
+    def plan(self, samples: int | None = None) -> aa.JointPath:
         """Return the plan."""
         return aa.plan(
             self.arm, self.path, start=self.start, goal=self.goal, objective=self.objective,
-            limit_margin=self.limit_margin, singularity_margin=self.singularity_margin, **more,
-        )  # type: ignore[arg-type]  # fmt: skip
+            limit_margin=self.limit_margin, singularity_margin=self.singularity_margin,
+            samples=samples,
+        )  # fmt: skip
 
     def cost(self, q: np.ndarray) -> float:
         """Return the objective of joints at s evenly, by plain sums."""
@@ -111,9 +112,9 @@ def case(seed: int, kind: str | None = None) -> Case:
     if kind in ("singular", "limits", "goal"):
         out.start = q
     if kind == "weights":
-        one = lambda: float(rng.choice([0.0, 0.01, 1.0, 100.0]))  # noqa: E731
+        limits, singularities = rng.choice([0.0, 0.01, 1.0, 100.0], 2)
         out.objective = aa.Objective(
-            limits=one(), singularities=one(), travel=float(rng.choice([0.01, 1.0, 100.0])),
+            limits=limits, singularities=singularities, travel=float(rng.choice([0.01, 1.0, 100.0])),
             enough=float(rng.choice([0.0, 0.05, 0.35, 1.0])),
         )  # fmt: skip
     if kind == "margins":

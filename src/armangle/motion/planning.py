@@ -195,8 +195,8 @@ def _finer(arm: Arm, curve: Curve, rows: Floats) -> Floats:
         parts = np.ceil(steps / ROW_STEP).astype(int)
         if (parts <= 1).all():
             return rows
-        pieces = [np.linspace(low, high, n + 1)[:-1] for low, high, n in zip(rows, rows[1:], parts.clip(1))]
-        rows = np.concatenate([*pieces, rows[-1:]])
+        ends = zip(rows[:-1], rows[1:], parts.clip(1), strict=True)
+        rows = np.concatenate([*(np.linspace(low, high, n + 1)[:-1] for low, high, n in ends), rows[-1:]])
 
 
 def _limit_margin(arm: Arm, value: float) -> float:
