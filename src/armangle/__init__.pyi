@@ -1,8 +1,10 @@
 """The public names, for type checkers; __init__.py imports them when they are first used."""
 
 from . import errors as errors
+from . import jax as jax
 from . import kuka as kuka
 from . import plots as plots
+from . import torch as torch
 from . import viewer as viewer
 from ._core import (
     ISA as ISA,
@@ -63,6 +65,7 @@ from .files.trajectories import (
     TrajectoryTable as TrajectoryTable,
     load_trajectory as load_trajectory,
 )
+from .models.body import Body as Body
 from .models.catalogue import catalogue as catalogue
 from .models.description import ImportReport as ImportReport
 from .models.dh import dh_chain as dh_chain
@@ -108,7 +111,11 @@ from .reach.placement import (
     Placement as Placement,
     place as place,
 )
-from .models.body import Body as Body
+from .reach.reach_map import (
+    ReachMap as ReachMap,
+    reach_map as reach_map,
+)
+from .reach.voxels import Voxels as Voxels
 from .scenes.clearance import (
     Clearance as Clearance,
     Widest as Widest,

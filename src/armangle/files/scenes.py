@@ -37,8 +37,8 @@ def load_scene(path: PathLike) -> Scene:
     In TOML: ``clearance`` (m), ``ignore`` (pairs of names), and any number of tables ``[[ball]]``
     (``center``, ``radius``), ``[[capsule]]`` (``begin``, ``end``, ``radius``), ``[[box]]`` (``size``,
     ``position``, and ``rpy`` in rad about fixed x, y, z, ``radius``), ``[[half_space]]`` (``normal``,
-    ``offset``), each with a ``name`` if wanted; lengths in m. Of MoveIt's text boxes and spheres are read as they are; cylinders and
-    closed meshes become balls and capsules that contain them.
+    ``offset``), each with a ``name`` if wanted; lengths in m. Of MoveIt's text boxes and spheres are
+    read as they are; cylinders and closed meshes become balls and capsules that contain them.
 
     Parameters
     ----------
