@@ -1,4 +1,4 @@
-"""search.hpp against a dense grid, and the glue of contrib/moveit against headers that stand in for MoveIt's."""
+"""search.hpp against a dense grid; the glue of contrib/moveit against headers that stand in for MoveIt's."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def test_search_is_never_worse_than_a_grid_and_ends_with_a_proof(tmp_path: Path)
     wrong = {name: count for name, count in counts.items() if name.startswith("wrong_")}
     assert len(wrong) == 8 and not any(wrong.values()), counts
     assert counts["narrow"] > 30 and counts["held"] == counts["beyond"] == 60 and counts["accepted"] > 20
-    assert counts["shown"] > 20 * counts["refused"]
+    assert counts["shown"] > 10 * counts["refused"]
 
 
 def test_the_glue_of_moveit_answers_what_moveit_asks(tmp_path: Path) -> None:
