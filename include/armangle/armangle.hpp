@@ -25,6 +25,7 @@
 #include "limits/freedom.hpp"
 #include "limits/turn_arcs.hpp"
 #include "limits/best_yaw.hpp"
+#include "limits/reduced_pose.hpp"
 #include "limits/nearest.hpp"
 #include "limits/relaxed.hpp"
 #include "limits/nearest_outside.hpp"
@@ -53,3 +54,4 @@
 #include "near/feasible.hpp"
 #include "near/step.hpp"
 #include "near/follow.hpp"
+#include "near/nearest_posture.hpp"

@@ -41,6 +41,8 @@ _NAMES = {
     "motion.tracking": "HandFilter Tracked Tracker Tracking",
     "poses": "pose",
     "reach.placement": "Placement place",
+    "reach.reach_map": "ReachMap reach_map",
+    "reach.voxels": "Voxels",
     "scenes.body": "Body",
     "scenes.clearance": "Clearance Widest",
     "scenes.scene": "Scene",

@@ -107,6 +107,11 @@ from .reach.placement import (
     Placement as Placement,
     place as place,
 )
+from .reach.reach_map import (
+    ReachMap as ReachMap,
+    reach_map as reach_map,
+)
+from .reach.voxels import Voxels as Voxels
 from .scenes.body import Body as Body
 from .scenes.clearance import (
     Clearance as Clearance,

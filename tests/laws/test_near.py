@@ -198,8 +198,6 @@ def test_a_dh_table_is_a_chain() -> None:
     ("joint_function", lambda arm, pose, q: arm.joint_function(pose, 0, 1)),
     ("plan", lambda arm, pose, q: aa.plan(arm, pose[None])),
     ("Tracker", lambda arm, pose, q: aa.Tracker(arm)),
-    ("solve", lambda arm, pose, q: arm.solve(pose, near=q)),
-    ("best", lambda arm, pose, q: arm.best(pose)),
     ("feasible_yaw", lambda arm, pose, q: arm.feasible_yaw(pose)),
     ("feasible_roll", lambda arm, pose, q: arm.feasible_roll(pose)),
     ("feasible_derivative", lambda arm, pose, q: arm.feasible_derivative(pose, 0)),

@@ -104,13 +104,6 @@ def test_an_arm_without_a_body_cannot_be_asked() -> None:
         ARM.with_body(VALUES[5]).feasible(np.eye(4), 0, scene=3)
 
 
-@pytest.mark.parametrize("link", [1, 2, 5, 6])
-def test_a_shape_that_no_closed_form_knows_is_refused(link: int) -> None:
-    arm = ARM.with_body(aa.Body({link: [aa.Ball([0.1, 0.05, 0.02], 0.05)]}))
-    with pytest.raises(aa.SceneError, match=rf"Body link {link}: center is .*, wanted a shape centred on"):
-        arm.clear(np.eye(4), 0, aa.Scene())
-
-
 def test_names_in_ignore_must_be_known() -> None:
     arm = ARM.with_body(VALUES[6])
     for pair, what in ((("shelf", "upper_arm"), "obstacle"), (("lamp", "elbow"), "link")):

@@ -1623,6 +1623,8 @@ class Arm:
             one = self._handle.solve_one(pose, near, _METRICS[metric], Solution, STATUSES)
             if one is not None:
                 return cast(Solution, one)
+        if self.chain is not None and outside == "nearest":
+            raise unsupported("outside='nearest'")
         asked = Question(
             self, pose, near, metric, weight, prefer, gc, allowed, scene, singularity_margin, threads,
             relaxing_length(outside, length, gc, allowed, scene),

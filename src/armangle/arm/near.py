@@ -15,9 +15,6 @@ from ..models.detect import MAX_ANGLE, MAX_LENGTH
 _ASKED = {
     "feasible_one": "feasible",
     "feasible_many": "feasible",
-    "solve_one": "solve",
-    "solve_many": "solve or best",
-    "solutions_many": "solutions",
     "psi_towards_many": "psi_towards",
     "joint_function": "joint_function",
     "explain_pose": "explain",

@@ -19,9 +19,9 @@ class Body:
     ----------
     links : mapping of int to sequence of Ball or Capsule
         By DH frame 0..7, in which the shapes are given, m (`Arm.frames`): 3 is the upper arm, its y axis
-        along it, 4 the forearm, its z axis along it. Radii > 0. Those of links 1, 2, 5 and 6 must be centred
-        on axis 1, 3, 5 or 7: the z axis of frames 2 and 6, the y axis of frames 1 and 5. A name of a shape
-        names its link in results; without one it is "link_3".
+        along it, 4 the forearm, its z axis along it. Radii > 0. Quickest are those of links 3 and 4, and of
+        links 1, 2, 5 and 6 those centred on axis 1, 3, 5 or 7: the z axis of frames 2 and 6, the y axis of
+        frames 1 and 5. A name of a shape names its link in results; without one it is "link_3".
 
     Raises
     ------
