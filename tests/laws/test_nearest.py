@@ -42,6 +42,18 @@ def test_valleys_as_narrow_as_rounding_are_searched(seed: int, number: int) -> N
     assert cost_of(case, case.solve()) <= brute_force(case, 4001) + ROUNDING
 
 
+BESIDE_SINGULAR = [(881021, 1), (882035, 124), (883038, 61), (884017, 111), (885017, 170), (886020, 122)]
+
+
+@pytest.mark.parametrize(("seed", "number"), BESIDE_SINGULAR)
+def test_a_cost_that_no_posture_has_excludes_nothing(seed: int, number: int) -> None:
+    """Found by the long law, up to 1.6 rad dearer: beside a singular psi a box's middle looked cheaper."""
+    case = cases(number + 1, seed)[number]
+    found = case.solve()
+    assert cost_of(case, found) <= brute_force(case, 4001) + ROUNDING
+    assert cost_of(case, found) == pytest.approx(float(case.costs(found.q)), abs=1e-12)
+
+
 @pytest.mark.parametrize(("seed", "number"), [(81042, 176), (81026, 140)])
 def test_nearer_than_rounding_the_pose_decides(seed: int, number: int) -> None:
     """Found by the long law: what a grid wins 5e-12 rad beside a singular psi is in the pose's last digit."""
