@@ -247,8 +247,8 @@ NEEDS: dict[str, dict[str, Any]] = {
 }  # fmt: skip
 FREE = {"arm", "name", "joint_names", "notes", "import_report"}
 """Values of other kinds, with tests of their own."""
-OTHERS = {"catalogue", "save", "load_poses", "load_joints", "load_trajectory"}
-"""Files and names: test_io_refusals, test_catalogue."""
+OTHERS = {"catalogue", "save", "load_poses", "load_joints", "load_trajectory", "load_scene", "load_body"}
+"""Files and names: test_io_refusals, test_catalogue, files/test_scenes."""
 
 
 def rows() -> Iterator[tuple[str, str, Any]]:

@@ -37,6 +37,7 @@ from .._arrays import (
 )
 from .._core import Turned, Wanted
 from ..errors import ConfigurationError, InputError, LimitError, NotFiniteError, SceneError, ShapeError
+from ..models.body import Body
 from ..models.catalogue import catalogue, load_robot
 from ..models.description import (
     ELBOW_OFFSETS,
@@ -50,7 +51,6 @@ from ..models.detect import describe_chain
 from ..models.mjcf import read_mjcf
 from ..models.urdf import Source, read_urdf, write_urdf
 from ..poses import as_transform, nearest_rotation
-from ..scenes.body import Body
 from ..scenes.clearance import Clearance, Widest, clearance_of
 from ..scenes.ready import Ready, make_ready
 from ..scenes.scene import Scene, as_shapes
