@@ -52,6 +52,20 @@ void freedom_many(const ArmHandle& self, Floats pose, double margin, Floats widt
     });
 }
 
+void freedom_gradient_many(const ArmHandle& self, Floats pose, double margin, Floats out, int threads) {
+    const Buffer in(pose), to(out, true);
+    const LimitTable limits = table(self, margin);
+    for_each<2>("pose", {&in, &to}, {2, 1}, threads, [&](const Py_ssize_t* at, double& value) {
+        const double* m = in.data<double>() + at[0];
+        const Problem problem = check_pose(m, value);
+        if (problem != Problem::none) return problem;
+        double slope[6];
+        freedom_gradient(self.arm, load_pose(m), limits, slope);
+        std::memcpy(to.data<double>() + at[1], slope, sizeof(slope));
+        return Problem::none;
+    });
+}
+
 [[gnu::noinline]] void turns_range(const ArmHandle& self, const LimitTable& limits, Turned turned,
                                    const double* poses, std::size_t begin, std::size_t end, Collected& to,
                                    Outcome& outcome) {
@@ -262,6 +276,7 @@ void bind_reach(nb::module_& m, nb::class_<ArmHandle>& arm) {
     nb::enum_<Turned>(m, "Turned").value("BASE", Turned::base).value("TOOL", Turned::tool);
     arm.def("reachable_many", &reachable_many, "pose"_a, "margin"_a, "out"_a, "threads"_a);
     arm.def("freedom_many", &freedom_many, "pose"_a, "margin"_a, "widths"_a, "codes"_a, "threads"_a);
+    arm.def("freedom_gradient_many", &freedom_gradient_many, "pose"_a, "margin"_a, "out"_a, "threads"_a);
     arm.def("turns_many", &turns_many, "pose"_a, "turned"_a, "margin"_a, "threads"_a);
     arm.def("end_slopes_one", &end_slopes_one, "pose"_a, "gc"_a, "margin"_a, "out"_a);
     arm.def("map_cells", &map_cells, "places"_a, "tilt"_a, "turn"_a, "margin"_a, "gc"_a, "freedom"_a,

@@ -15,6 +15,7 @@
 #include "circle/towards.hpp"
 #include "circle/posture.hpp"
 #include "circle/derivatives.hpp"
+#include "circle/pose_gradient.hpp"
 #include "circle/joint_function.hpp"
 #include "limits/arcs.hpp"
 #include "limits/limit_table.hpp"

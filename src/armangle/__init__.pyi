@@ -1,8 +1,10 @@
 """The public names, for type checkers; __init__.py imports them when they are first used."""
 
 from . import errors as errors
+from . import jax as jax
 from . import kuka as kuka
 from . import plots as plots
+from . import torch as torch
 from . import viewer as viewer
 from ._core import (
     ISA as ISA,
@@ -54,6 +56,7 @@ from .errors import (
     UnreachableError as UnreachableError,
     UrdfError as UrdfError,
 )
+from .files.scenes import load_body as load_body, load_scene as load_scene
 from .files.tables import (
     JointTable as JointTable,
     load_joints as load_joints,
@@ -64,6 +67,7 @@ from .files.trajectories import (
     TrajectoryTable as TrajectoryTable,
     load_trajectory as load_trajectory,
 )
+from .models.body import Body as Body
 from .models.catalogue import catalogue as catalogue
 from .models.description import ImportReport as ImportReport
 from .models.dh import dh_chain as dh_chain
@@ -115,7 +119,6 @@ from .reach.reach_map import (
     reach_map as reach_map,
 )
 from .reach.voxels import Voxels as Voxels
-from .scenes.body import Body as Body
 from .scenes.clearance import (
     Clearance as Clearance,
     Widest as Widest,

@@ -62,7 +62,8 @@ def started(tracker: aa.Tracker) -> aa.Tracker:
 METHODS = ("forward", "inverse", "inverse_all", "jacobian", "self_motion", "limit_margin", "within_limits",
            "joint_feasible", "joint_function", "explain", "solve",
            "solutions", "best", "elbow", "with_reference", "reachable", "freedom", "feasible_yaw",
-           "feasible_roll", "inverse_derivative", "psi_gradient", "feasible_derivative")  # fmt: skip
+           "feasible_roll", "inverse_derivative", "psi_gradient", "feasible_derivative",
+           "limit_margin_gradient", "freedom_gradient")  # fmt: skip
 SCENES = ("clear", "clearance", "widest", "feasible", "feasible_all")
 BALL = aa.Ball([0.4, 0.0, 0.5], 0.1, name="lamp")
 SCENE, BODY = aa.Scene([BALL]), aa.Body.bones(upper_arm=0.09, forearm=0.08)
@@ -233,6 +234,7 @@ BAD_HERE: dict[tuple[str, str], list[Any]] = {
     ("place", "weight"): ["nonsense", object(), 1.0, [1.0], [NAN, 1.0], [-1.0, 1.0]],
     ("place", "singularity_margin"): MARGIN,
     **{(name, "path"): [None, object(), 1.0, {"a": 1}, "", "a\0b"] for name in ("reach_map", "ReachMap")},
+    **{(name, "roll"): CHOICE for name in ("step", "follow", "Arm.solve")},
     ("reach_map", "spacing"): [*WORDS, NAN, INF, 0.0, -1.0, 1e-9, 1j],
     ("reach_map", "tilt"): [*WORDS, NAN, INF, 0.0, -1.0, 1e-9, 3.0, 1j],
     ("reach_map", "fields"): [None, object(), 1.0, (), ("gc", "nonsense"), [1j]],
@@ -257,7 +259,8 @@ NEEDS: dict[str, dict[str, Any]] = {
 FREE = {"arm", "name", "joint_names", "notes", "import_report"}
 """Values of other kinds, with tests of their own."""
 OTHERS = {"catalogue", "offset_catalogue", "save", "load_poses", "load_joints", "load_trajectory"}
-"""Files and names: test_io_refusals, test_catalogue."""
+OTHERS |= {"load_scene", "load_body"}
+"""Files and names: test_io_refusals, test_catalogue, files/test_scenes."""
 
 
 def rows() -> Iterator[tuple[str, str, Any]]:

@@ -37,6 +37,7 @@ from .._arrays import (
 )
 from .._core import Turned, Wanted
 from ..errors import ConfigurationError, InputError, LimitError, NotFiniteError, SceneError, ShapeError
+from ..models.body import Body
 from ..models.catalogue import catalogue, load_robot
 from ..models.description import (
     ELBOW_OFFSETS,
@@ -50,7 +51,6 @@ from ..models.detect import describe_chain
 from ..models.mjcf import read_mjcf
 from ..models.urdf import Source, read_urdf, write_urdf
 from ..poses import as_transform, nearest_rotation
-from ..scenes.body import Body
 from ..scenes.clearance import Clearance, Widest, clearance_of
 from ..scenes.ready import Ready, make_ready
 from ..scenes.scene import Scene, as_shapes
@@ -65,7 +65,8 @@ from .freedom import Freedom
 from .joint_function import JointFunction
 from .near import NearHandle, check_near, moved_ends, unsupported
 from .question import METRICS as _METRICS
-from .question import Beyond, MetricName, Prefer, Question, relaxing_length
+from .question import PREFER, Beyond, MetricName, Prefer, Question, relaxing_length, weights_of
+from .roll import ROLLS, Roll, check_free_roll, solve_free
 from .solution import Solution, Solutions
 from .wish import Direction, as_wish
 
@@ -972,7 +973,13 @@ class Arm:
         return out
 
     def inverse_derivative(
-        self, pose: ArrayLike, psi: ArrayLike, gc: ArrayLike, *, threads: int = 1
+        self,
+        pose: ArrayLike,
+        psi: ArrayLike,
+        gc: ArrayLike,
+        *,
+        unreachable: Unreachable = "raise",
+        threads: int = 1,
     ) -> Floats:
         """Return how the joints of `inverse` move with the pose and with the arm angle.
 
@@ -984,6 +991,8 @@ class Arm:
             Arm angle, rad.
         gc : array_like of int, shape (...)
             Global configuration 0..7.
+        unreachable : "raise" or "nan"
+            What to do where the geometry has no answer.
         threads : int
             Threads for a batch; 0 for all cores.
 
@@ -1010,7 +1019,8 @@ class Arm:
         """
         batch, (poses, angles, branches) = self._postures(pose, psi, gc)
         out = np.empty((*batch, JOINTS, JOINTS))
-        self._handle.inverse_derivative_many(poses, angles, branches, out, as_threads(threads))
+        nan = chosen("unreachable", unreachable, _UNREACHABLE) == "nan"
+        self._handle.inverse_derivative_many(poses, angles, branches, out, nan, as_threads(threads))
         return out
 
     def psi_gradient(self, q: ArrayLike, *, threads: int = 1) -> Floats:
@@ -1092,6 +1102,29 @@ class Arm:
         out = np.empty(joints.shape[:-1])
         self._handle.limit_margin_many(joints, out)
         return out[()]
+
+    def limit_margin_gradient(self, q: ArrayLike) -> Floats:
+        """Return how `limit_margin` moves with the joints.
+
+        Parameters
+        ----------
+        q : array_like, shape (..., 7)
+            Joint values, rad.
+
+        Returns
+        -------
+        ndarray, shape (..., 7)
+            rad/rad: +1 or -1 at the joint whose limit is nearest, the first of several; 0 elsewhere, and
+            without limits.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError
+        """
+        joints = as_floats("q", q, (JOINTS,))
+        out = np.empty(joints.shape)
+        self._handle.limit_margin_gradient_many(joints, out)
+        return out
 
     def within_limits(self, q: ArrayLike, tol: float = 0.0) -> NDArray[np.bool_] | np.bool_:
         """Return whether all joints are within their limits.
@@ -1462,6 +1495,37 @@ class Arm:
         status = codes[..., 2].astype(np.int8) if batch else STATUSES[int(codes[2])]
         return Freedom(gc, widths[..., 0], widths[..., 1], arcs, status)
 
+    def freedom_gradient(
+        self, pose: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1
+    ) -> Floats:
+        """Return how the total of `freedom` moves with the pose.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        singularity_margin : float
+            As in `feasible`, rad.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        ndarray, shape (..., 6)
+            By the velocity of the tool's origin (rad/m) and by its angular velocity (rad/rad), in the frame
+            that poses are given in: the ends of `feasible_derivative`, upper less lower, of all branches. 0
+            where a pose is not held, or on whole circles alone; NaN where an end does not move smoothly.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, NotRotationError, InputError
+        """
+        margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
+        poses = as_poses("pose", pose, self._handle)
+        out = np.empty((*poses.shape[:-2], 6))
+        self._handle.freedom_gradient_many(poses, margin, out, as_threads(threads))
+        return out
+
     def feasible_yaw(self, pose: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1) -> ArcSet:
         """Return all turns about axis 1 of the base at which a pose can be held: exact arcs.
 
@@ -1548,6 +1612,7 @@ class Arm:
         singularity_margin: float = 0.0,
         outside: Beyond = "refuse",
         length: float = 0.2,
+        roll: Roll = "pose",
         threads: int = 1,
     ) -> Solution:
         """Return the posture of a pose that is nearest to a seed, of all there are.
@@ -1588,6 +1653,12 @@ class Arm:
             with `gc`, `allowed` or `scene`.
         length : float
             With "nearest": how many metres a radian counts as, m.
+        roll : "pose" or "free"
+            "free": the tool may turn about its own z axis, as a drill, a torch, a suction cup may; the pose
+            taken is ``arm.forward(found.q)[0]``. Where that axis is axis 7 this is exact: no roll has a
+            nearer posture, and there is none only where `feasible_roll` is empty. For any other tool 72 turns
+            are asked, 5° apart, each with its exact arcs, and the best is taken. Not with
+            ``outside="nearest"``.
         threads : int
             Threads for a batch; 0 for all cores.
 
@@ -1618,18 +1689,41 @@ class Arm:
         """
         plain = weight is None and gc is None and allowed is None and singularity_margin == 0.0
         plain = plain and isinstance(threads, int) and threads == 1
-        plain = plain and scene is None and outside == "refuse"
+        plain = plain and scene is None and outside == "refuse" and isinstance(roll, str) and roll == "pose"
         if plain and prefer == "near" and near is not None and isinstance(metric, str) and metric in _METRICS:
             one = self._handle.solve_one(pose, near, _METRICS[metric], Solution, STATUSES)
             if one is not None:
                 return cast(Solution, one)
         if self.chain is not None and outside == "nearest":
             raise unsupported("outside='nearest'")
-        asked = Question(
-            self, pose, near, metric, weight, prefer, gc, allowed, scene, singularity_margin, threads,
-            relaxing_length(outside, length, gc, allowed, scene),
-        )  # fmt: skip
-        return asked.solve()
+        beyond = relaxing_length(outside, length, gc, allowed, scene)
+
+        def ask(arm: Arm, poses: ArrayLike, seeds: ArrayLike | None, weights: ArrayLike | None) -> Solution:
+            return Question(
+                arm,
+                poses,
+                seeds,
+                metric,
+                weights,
+                prefer,
+                gc,
+                allowed,
+                scene,
+                singularity_margin,
+                threads,
+                beyond,
+            ).solve()
+
+        if chosen("roll", roll, ROLLS) == "pose":
+            return ask(self, pose, near, weight)
+        if beyond:
+            raise InputError("roll is 'free', which does not go with outside='nearest'")
+        if self.chain is not None:
+            raise unsupported("roll='free'")
+        check_free_roll(self, scene)
+        by_margin = near is None or chosen("prefer", prefer, PREFER) == "margin"
+        kind = chosen("metric", metric, _METRICS)
+        return solve_free(self, pose, near, weights_of(weight), by_margin, kind, ask)
 
     def solutions(
         self,

@@ -31,7 +31,7 @@ from ..models.urdf import Source, read_urdf
 from ..status import STATUSES, Status
 from .arcs import ArcSet
 from .arm import Arm
-from .question import branch_bits, joint_weights
+from .question import branch_bits, weights_of
 
 _UNREACHABLE = ("raise", "nan")
 _NO_FIELDS = ("d_4", "chain", "reference", "body", "hand", "import_report")
@@ -458,7 +458,7 @@ class OffsetArm:
         codes = np.empty((*batch, 2), dtype=np.int64)
         by = seeds[0] if seeds else None
         self._handle.nearest_many(
-            poses, by, joint_weights(weight), branch_bits(gc), q, numbers, codes, as_threads(threads)
+            poses, by, weights_of(weight), branch_bits(gc), q, numbers, codes, as_threads(threads)
         )
         status = codes[..., 1].astype(np.int8)
         return OffsetSolution(
