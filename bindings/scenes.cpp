@@ -131,7 +131,7 @@ void store_proximity(const Arm& arm, const Proximity& found, double* out, long l
         out[3 + 3 * k] = p.y;
         out[4 + 3 * k] = p.z;
     }
-    *pair = found.pair ? 256LL * tag_obstacle(found.pair) + tag_link(found.pair) : -1;
+    *pair = pair_number(found.pair);
 }
 
 Problem reached(const SelfMotion<double>& m, double& value) noexcept {

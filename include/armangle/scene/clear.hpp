@@ -194,7 +194,7 @@ private:
     const Scene& scene_;
     Covered& out_;
     Pose<double> axis_, to_axis_;
-    AxisFrames frames_;
+    AxisFrames<double> frames_;
     MetPart part_[most_parts];
 };
 

@@ -81,7 +81,7 @@ private:
 
     const Scene& scene_;
     Pose<double> axis_;
-    AxisFrames frames_;
+    AxisFrames<double> frames_;
     SinCos<double> turn_;
     Proximity best_;
 };

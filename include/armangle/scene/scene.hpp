@@ -112,30 +112,49 @@ inline Pose<double> axis_frame(const Arm& arm, const Triad<double>& c) noexcept 
 }
 
 /// DH frames 3 and 4 at psi = 0, and 7, in the frame of the axis. Eq. (1), (15), (20).
+template <class T>
 struct AxisFrames {
-    Pose<double> upper, lower, flange;
+    Pose<T> upper, lower, flange;
 };
 
-inline AxisFrames axis_frames(const Arm& arm, const SelfMotion<double>& m) noexcept {
-    const Elbow<double>& e = m.elbow;
-    const Circle<double>& c = m.circle;
-    Vec3<double> w{1, 0, 0}, z3{0, 1, 0};
-    const Vec3<double> f{0, 0, 1};
+template <class T>
+inline AxisFrames<T> axis_frames(const Arm& arm, const SelfMotion<T>& m) noexcept {
+    const Elbow<T>& e = m.elbow;
+    const Circle<T>& c = m.circle;
+    const T zero(0.0), one(1.0);
+    Vec3<T> w{one, zero, zero}, z3{zero, one, zero};
+    const Vec3<T> f{zero, zero, one};
     if (e.tilted) {
-        w = {e.tilt.cos, -e.tilt.sin, 0};
-        z3 = {e.tilt.sin, e.tilt.cos, 0};
+        w = {e.tilt.cos, -e.tilt.sin, zero};
+        z3 = {e.tilt.sin, e.tilt.cos, zero};
     }
-    AxisFrames out;
-    const Vec3<double> x3 = combine(w, e.beta.sin, f, e.beta.cos),
-                       y3 = combine(w, e.beta.cos, f, -e.beta.sin);
-    out.upper = {{x3, y3, z3}, y3 * arm.d_se + x3 * arm.a_3};
-    const Vec3<double> x4 = combine(w, e.gamma.sin, f, e.gamma.cos),
-                       z4 = combine(w, e.gamma.cos, f, -e.gamma.sin);
-    out.lower = {{x4, -z3, z4}, out.upper.position + z3 * arm.d_4 + x4 * arm.a_4};
-    const Vec3<double> z7{c.tool_w.z, c.tool_z.z, c.tool_e.z};
+    AxisFrames<T> out;
+    const Vec3<T> x3 = combine(w, e.beta.sin, f, e.beta.cos), y3 = combine(w, e.beta.cos, f, -e.beta.sin);
+    out.upper = {{x3, y3, z3}, y3 * T(arm.d_se) + x3 * T(arm.a_3)};
+    const Vec3<T> x4 = combine(w, e.gamma.sin, f, e.gamma.cos),
+                  z4 = combine(w, e.gamma.cos, f, -e.gamma.sin);
+    out.lower = {{x4, -z3, z4}, out.upper.position + z3 * T(arm.d_4) + x4 * T(arm.a_4)};
+    const Vec3<T> z7{c.tool_w.z, c.tool_z.z, c.tool_e.z};
     out.flange = {{{c.tool_w.x, c.tool_z.x, c.tool_e.x}, {c.tool_w.y, c.tool_z.y, c.tool_e.y}, z7},
-                  Vec3<double>{c.distance, 0, 0} + z7 * arm.d_wf};
+                  Vec3<T>{c.distance, zero, zero} + z7 * T(arm.d_wf)};
     return out;
+}
+
+/// Frames 3, 4 and 7 of a posture, in the DH base.
+template <class T>
+struct LinkFrames {
+    Pose<T> upper, lower, flange;
+};
+
+/// Those of a self-motion at psi, with the flange that it is of.
+template <class T>
+inline LinkFrames<T> link_frames(const Arm& arm, const Pose<T>& flange, const SelfMotion<T>& m,
+                                 const SinCos<T>& psi) noexcept {
+    const Circle<T>& c = m.circle;
+    const AxisFrames<T> at = axis_frames(arm, m);
+    const Mat3<T> turned{c.w, combine(c.z, psi.cos, c.e, psi.sin), combine(c.e, psi.cos, c.z, -psi.sin)};
+    const Pose<T> axis{turned, {T(0.0), T(0.0), T(arm.d_bs)}};
+    return {axis * at.upper, axis * at.lower, flange};
 }
 
 }  // namespace armangle
