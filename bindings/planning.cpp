@@ -129,8 +129,7 @@ nb::object as_array(const std::vector<double>& values, std::size_t width) {
 /// A set of arcs whose ends are the user's.
 ArcSet of_user(nb::handle count, nb::handle psi) {
     ArcSet out = ArcArrays(count, psi).load(0, 0);
-    for (int i = 0; i < out.count; ++i)
-        out.arc[i].lower_tag = out.arc[i].upper_tag = make_tag(0, Side::user);
+    for (int i = 0; i < out.count; ++i) out.arc[i].lower_tag = out.arc[i].upper_tag = make_tag(0, Side::user);
     return out;
 }
 
@@ -153,9 +152,7 @@ public:
             const nb::object arcs = function_(s);
             out = of_user(arcs[0], arcs[1]);
             known_.emplace(s, out);
-        } catch (...) {
-            raised_ = std::current_exception();
-        }
+        } catch (...) { raised_ = std::current_exception(); }
     }
 
     void raise() const {
@@ -172,7 +169,8 @@ private:
 /// enough. allowed: count and arcs, the same for every s; allowed_at: a function of s that gives them.
 nb::object plan_path(const ArmHandle& self, Floats segments, Floats rows, Floats start, Floats goal,
                      unsigned branches, Floats weights, double singularity_margin, double limit_margin,
-                     const SceneHandle* scene, Ints allowed_count, Floats allowed_psi, nb::object allowed_at) {
+                     const SceneHandle* scene, Ints allowed_count, Floats allowed_psi,
+                     nb::object allowed_at) {
     const Buffer g(segments), r(rows), w(weights);
     Buffer from, to;
     PlanOptions options;

@@ -1,7 +1,8 @@
 // Proof that nothing touches between all samples of a curve: distances at both ends of a stretch, and how
 // hard they can bend between.
 //
-//     F |o                          F = distance^2 - R^2 of a pair of shapes is the least of g = |p - q|^2 - R^2
+//     F |o                          F = distance^2 - R^2 of a pair of shapes is the least of g = |p - q|^2 -
+//     R^2
 //       | `.             .o         over pairs of points. Where g'' <= A for all of them that can come nearer
 //       |   `-._______.-'           than R, over [a, b] with h = b - a,
 //     0 +------------------- s        F(a + t) >= F_a + (F_b - F_a) t / h - A t (h - t) / 2
@@ -95,10 +96,10 @@ inline Pose<T> seen_from(const Pose<T>& frame, const Pose<T>& other) noexcept {
 /// Two shapes that move against each other: what turns with psi or is held, and what stands or is held.
 struct MovingPair {
     enum class Kind : std::uint8_t { part_ground, part_held, held_ground } kind;
-    int mover;     // the part, or what is held
-    Solid solid;   // in the DH base; of part_held in frame 7
-    double R;      // m: centres of balls may come so near; radii, clearance and slack
-    Tag tag;       // who
+    int mover;    // the part, or what is held
+    Solid solid;  // in the DH base; of part_held in frame 7
+    double R;     // m: centres of balls may come so near; radii, clearance and slack
+    Tag tag;      // who
     double F_a = 0, F_b = 0;
 
     /// Of a half-space the depth itself, as it is linear; else the difference of squares.
@@ -223,7 +224,8 @@ void near_pairs(const MovingScene& moving, const PlacedScene& at, double h, cons
             const Vec3<Eight> off = q - spread<Eight>(rod.begin);
             const Eight share = min(max(dot(off, spread<Eight>(d)) * Eight(per), Eight(0.0)), Eight(1.0));
             const Vec3<Eight> rest = off - spread<Eight>(d) * share;
-            const Eight R = radius + Eight(moving.reach(moving.part(k), moving.sum_of_radii(rod.radius, 0.0), h));
+            const Eight R =
+                radius + Eight(moving.reach(moving.part(k), moving.sum_of_radii(rod.radius, 0.0), h));
             for_each_bit(bits(dot(rest, rest) < R * R), [&](int i) {
                 const int id = scene.ball_id[8 * block + i];
                 const Vec3<double> centre{balls.x[i], balls.y[i], balls.z[i]};

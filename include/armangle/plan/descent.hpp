@@ -41,9 +41,9 @@ using SeriesInPhi = Jet<SeriesInS, 3>;
 /// Where the objective is integrated: all of it that phi does not change.
 struct GaussPoint {
     double s, weight;
-    std::size_t cell;           // its interval: control values cell .. cell + 3 count
+    std::size_t cell;                 // its interval: control values cell .. cell + 3 count
     std::size_t first = 0, arcs = 0;  // of phi that obstacles and the user leave; 0: all
-    double basis[4], slope[4];  // of those, in phi and dphi/ds
+    double basis[4], slope[4];        // of those, in phi and dphi/ds
     JointFunctions<SeriesInS> functions;
     double theta_4, theta_4_rate;
 };

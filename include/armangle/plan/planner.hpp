@@ -28,9 +28,9 @@ struct PlanOptions {
     const double* goal = nullptr;
     unsigned branches = 0xff;  // bit k: GC k is asked
     Objective objective;
-    double singularity_margin = 0;  // rad
-    double limit_margin = 0;        // rad: limits are drawn in by this
-    const Scene* scene = nullptr;   // obstacles that links keep clear of
+    double singularity_margin = 0;                            // rad
+    double limit_margin = 0;                                  // rad: limits are drawn in by this
+    const Scene* scene = nullptr;                             // obstacles that links keep clear of
     std::function<void(double s, ArcSet& psi)> allowed = {};  // arcs of the user's own; none: all psi
     const ArcSet* allowed_everywhere = nullptr;               // where they are the same for every s
 };
@@ -139,7 +139,8 @@ private:
         Tag blocking = 0;
         const Status status = task_.keep_open(s, m, any, left, blocking);
         if (contains(left, phi)) return true;
-        why.why = status == Status::POSE_BLOCKED || status == Status::NOT_ALLOWED ? status : Status::CLEARANCE;
+        why.why =
+            status == Status::POSE_BLOCKED || status == Status::NOT_ALLOWED ? status : Status::CLEARANCE;
         if (!task_.scene) why.why = Status::NOT_ALLOWED;
         why.touching = blocking;
         if (why.why != Status::CLEARANCE) return false;

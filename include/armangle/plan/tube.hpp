@@ -55,7 +55,7 @@ struct Task {
     const Segment* segments;
     std::size_t segment_count;
     SmoothPlane plane;
-    double length = 1;  // how far the path turns the arm (rad), 1 at least
+    double length = 1;             // how far the path turns the arm (rad), 1 at least
     const Scene* scene = nullptr;  // obstacles that links keep clear of
     std::function<void(double s, ArcSet& psi)> allowed = {};  // arcs of the user's own; none: all psi
     const ArcSet* allowed_everywhere = nullptr;               // where they are the same for every s
@@ -70,8 +70,8 @@ struct Task {
     /// Whether anything but joints forbids phi.
     bool encumbered() const noexcept { return scene || allowed; }
 
-    /// What of `own`, arcs of phi within the limits, the user and the scene leave; `blocking` is the pair that
-    /// alone blocks all phi, 0 where none does.
+    /// What of `own`, arcs of phi within the limits, the user and the scene leave; `blocking` is the pair
+    /// that alone blocks all phi, 0 where none does.
     Status keep_open(double s, const SelfMotion<double>& m, const ArcSet& own, ArcSet& out,
                      Tag& blocking) const {
         ArcSet asked = own;

@@ -131,8 +131,7 @@ inline AxisFrames<T> axis_frames(const Arm& arm, const SelfMotion<T>& m) noexcep
     AxisFrames<T> out;
     const Vec3<T> x3 = combine(w, e.beta.sin, f, e.beta.cos), y3 = combine(w, e.beta.cos, f, -e.beta.sin);
     out.upper = {{x3, y3, z3}, y3 * T(arm.d_se) + x3 * T(arm.a_3)};
-    const Vec3<T> x4 = combine(w, e.gamma.sin, f, e.gamma.cos),
-                  z4 = combine(w, e.gamma.cos, f, -e.gamma.sin);
+    const Vec3<T> x4 = combine(w, e.gamma.sin, f, e.gamma.cos), z4 = combine(w, e.gamma.cos, f, -e.gamma.sin);
     out.lower = {{x4, -z3, z4}, out.upper.position + z3 * T(arm.d_4) + x4 * T(arm.a_4)};
     const Vec3<T> z7{c.tool_w.z, c.tool_z.z, c.tool_e.z};
     out.flange = {{{c.tool_w.x, c.tool_z.x, c.tool_e.x}, {c.tool_w.y, c.tool_z.y, c.tool_e.y}, z7},
