@@ -691,7 +691,7 @@ private:
             add_sections(out, base);
         }
         report.verdict = Verdict::unresolved;
-        report.status = Status::LIMITS;
+        report.status = task_.scene ? Status::CLEARANCE : Status::LIMITS;
         if (!out.proof.open.empty()) {
             report.from = out.proof.open.front();
             report.to = out.proof.open.back();

@@ -170,7 +170,8 @@ class Branch:
                     f"from the start as far as s = {self.reached:.4g}."
                 )
             case Verdict.UNRESOLVED:
-                return f"every curve that was tried breaks a limit, or touches, between the samples{where}."
+                breaks = "touches, or breaks a limit," if self.status == Status.CLEARANCE else "breaks a limit"
+                return f"every curve that was tried {breaks} between the samples{where}."
 
     def _anchor(self) -> str:
         if self.status == Status.NOT_ALLOWED:
