@@ -85,7 +85,10 @@ def main() -> None:
     robot, ball = arm.with_body(BONES), obstacles(1, "balls")
     rows.append(("one ball, exact", lambda: robot.clear(pose, gc, ball), POSES))
     few = range(NAIVE_POSES)
-    grid = lambda: [naive(arm, pose[i], int(gc[i]), ball.shapes[0]) for i in few]  # noqa: E731
+
+    def grid() -> object:
+        return [naive(arm, pose[i], int(gc[i]), ball.shapes[0]) for i in few]
+
     rows.append((f"one ball, grid of {GRID}", grid, NAIVE_POSES))
     times = np.median([[nanoseconds(work, n) for _, work, n in rows] for _ in range(rounds)], axis=0)
     for (name, _, _), ns in zip(rows, times, strict=True):

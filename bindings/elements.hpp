@@ -31,4 +31,64 @@ void for_each(const char* argument, const Buffer* const (&buffers)[N], const int
     refuse(armangle::first_problem(outcomes, armangle::most_threads), *buffers[0], inner[0], argument);
 }
 
+/// Whether seven joints are numbers that can be used, and which is not.
+inline armangle::Problem check_joints(const double* q, double& value) noexcept {
+    for (int j = 0; j < armangle::joints; ++j)
+        if (!(std::fabs(q[j]) <= armangle::tolerance::largest_angle)) {
+            value = q[j];
+            return armangle::Problem::joints_not_finite;
+        }
+    return armangle::Problem::none;
+}
+
+/// Applies one(q, out) to each row of joints; `rank` axes of the output belong to one row.
+template <class Out, class One>
+void for_each_joints(Floats q, nb::handle out, int rank, int threads, const One& one) {
+    const Buffer in(q), to(out, true);
+    for_each<2>("q", {&in, &to}, {1, rank}, threads, [&](const Py_ssize_t* at, double& value) {
+        const double* joint = in.data<double>() + at[0];
+        const armangle::Problem problem = check_joints(joint, value);
+        if (problem == armangle::Problem::none) one(joint, to.data<Out>() + at[1]);
+        return problem;
+    });
+}
+
+/// A pose, an arm angle and a branch: what an inverse is asked.
+struct Asked {
+    armangle::Pose<double> pose;
+    double psi;
+    int gc;
+};
+
+/// What is wrong with an element; of an arm with its own chain, whose reach its inverse finds, in its
+/// numbers.
+inline armangle::Problem check_asked(const armangle::Arm& arm, const armangle::InverseBatch& b,
+                                     double& value) noexcept {
+    return armangle::detail::check_element(arm, b, 0, value);
+}
+inline armangle::Problem check_asked(const armangle::NearArm& arm, const armangle::InverseBatch& b,
+                                     double& value) noexcept {
+    return armangle::detail::check_numbers(arm, b, 0, value);
+}
+
+/// Applies one(asked, out, value), which gives its own problem, to each posture that is asked of an arm.
+template <class AnyArm, class One>
+void for_each_asked(const AnyArm& arm, Floats pose, Floats psi, Ints gc, Floats out, int rank, int threads,
+                    const One& one) {
+    using namespace armangle;
+    const Buffer p(pose), a(psi), g(gc), to(out, true);
+    for_each<4>("pose", {&p, &a, &g, &to}, {2, 0, 0, rank}, threads,
+                [&](const Py_ssize_t* at, double& value) {
+                    InverseBatch b;
+                    b.pose = {p.data<double>() + at[0], 0};
+                    b.psi = {a.data<double>() + at[1], 0};
+                    b.seed = {nullptr, 0};
+                    b.gc = {g.data<long long>() + at[2], 0};
+                    const Problem problem = check_asked(arm, b, value);
+                    if (problem != Problem::none) return problem;
+                    const Asked asked{load_pose(b.pose.data), *b.psi.data, static_cast<int>(*b.gc.data)};
+                    return one(asked, to.data<double>() + at[3], value);
+                });
+}
+
 }  // namespace binding

@@ -83,15 +83,6 @@ void inverse_many(const Handle& self, Floats pose, Floats psi, Ints gc, Floats s
     refuse(first_problem(outcomes, most_threads), q, 1, "pose", "seed");
 }
 
-Problem check_joints(const double* q, double& value) noexcept {
-    for (int j = 0; j < joints; ++j)
-        if (!(std::fabs(q[j]) <= tolerance::largest_angle)) {
-            value = q[j];
-            return Problem::joints_not_finite;
-        }
-    return Problem::none;
-}
-
 /// A plain forward: (pose, psi, gc) of one small vector (7,). None where it is not plain, or the arm angle
 /// does not exist: the general call then says what.
 template <class Handle>
@@ -124,27 +115,20 @@ void forward_many(const Handle& self, Floats q, Floats pose, Floats psi, Ints gc
 
 template <class Handle>
 void frames_many(const Handle& self, Floats q, Floats out, int threads) {
-    const Buffer in(q), to(out, true);
-    for_each<2>("q", {&in, &to}, {1, 3}, threads, [&](const Py_ssize_t* at, double& value) {
-        const Problem problem = check_joints(in.data<double>() + at[0], value);
-        if (problem != Problem::none) return problem;
+    for_each_joints<double>(q, out, 3, threads, [&](const double* joint, double* to) {
         Pose<double> frame[joints + 1];
-        frames(self.arm, in.data<double>() + at[0], frame);
-        for (int i = 0; i <= joints; ++i) store_pose(frame[i], to.data<double>() + at[1] + 16 * i);
-        return Problem::none;
+        frames(self.arm, joint, frame);
+        for (int i = 0; i <= joints; ++i) store_pose(frame[i], to + 16 * i);
     });
 }
 
 template <class Handle>
 void elbow_many(const Handle& self, Floats q, Floats out, int threads) {
-    const Buffer in(q), to(out, true);
-    for_each<2>("q", {&in, &to}, {1, 1}, threads, [&](const Py_ssize_t* at, double& value) {
-        const Problem problem = check_joints(in.data<double>() + at[0], value);
-        if (problem != Problem::none) return problem;
-        const Vec3<double> elbow = elbow_position(self.arm, in.data<double>() + at[0]);
-        const double place[3] = {elbow.x, elbow.y, elbow.z};
-        std::memcpy(to.data<double>() + at[1], place, sizeof(place));
-        return Problem::none;
+    for_each_joints<double>(q, out, 1, threads, [&](const double* joint, double* to) {
+        const Vec3<double> elbow = elbow_position(self.arm, joint);
+        to[0] = elbow.x;
+        to[1] = elbow.y;
+        to[2] = elbow.z;
     });
 }
 
@@ -176,61 +160,32 @@ void psi_towards_many(const ArmHandle& self, Floats pose, Ints gc, Wish wish, Fl
 
 template <class Handle>
 void jacobian_many(const Handle& self, Floats q, Floats out, int threads) {
-    const Buffer in(q), to(out, true);
-    for_each<2>("q", {&in, &to}, {1, 2}, threads, [&](const Py_ssize_t* at, double& value) {
-        const Problem problem = check_joints(in.data<double>() + at[0], value);
-        if (problem != Problem::none) return problem;
-        const Jacobian j = jacobian(self.arm, in.data<double>() + at[0]);
-        std::memcpy(to.data<double>() + at[1], j.entry, sizeof(j.entry));
-        return Problem::none;
-    });
-}
-
-void self_motion_many(const ArmHandle& self, Floats pose, Floats psi, Ints gc, Floats out, int threads) {
-    const Buffer p(pose), a(psi), g(gc), to(out, true);
-    for_each<4>("pose", {&p, &a, &g, &to}, {2, 0, 0, 1}, threads, [&](const Py_ssize_t* at, double& value) {
-        InverseBatch b;
-        b.pose = {p.data<double>() + at[0], 0};
-        b.psi = {a.data<double>() + at[1], 0};
-        b.seed = {nullptr, 0};
-        b.gc = {g.data<long long>() + at[2], 0};
-        const Problem problem = detail::check_element(self.arm, b, 0, value);
-        if (problem != Problem::none) return problem;
-        const SelfMotion<double> m =
-            self_motion(self.arm, load_pose(b.pose.data), static_cast<int>(*b.gc.data));
-        const Joints dq = rate(self.arm, joint_functions(m), sin_cos(*b.psi.data));
-        std::memcpy(to.data<double>() + at[3], dq.q, joints * sizeof(double));
-        return Problem::none;
-    });
-}
-
-/// dq by twist and psi, (..., 7, 7).
-void inverse_derivative_many(const ArmHandle& self, Floats pose, Floats psi, Ints gc, Floats out,
-                             int threads) {
-    const Buffer p(pose), a(psi), g(gc), to(out, true);
-    for_each<4>("pose", {&p, &a, &g, &to}, {2, 0, 0, 2}, threads, [&](const Py_ssize_t* at, double& value) {
-        InverseBatch b;
-        b.pose = {p.data<double>() + at[0], 0};
-        b.psi = {a.data<double>() + at[1], 0};
-        b.seed = {nullptr, 0};
-        b.gc = {g.data<long long>() + at[2], 0};
-        const Problem problem = detail::check_element(self.arm, b, 0, value);
-        if (problem != Problem::none) return problem;
-        const Derivatives d =
-            inverse_derivative(self.arm, load_pose(b.pose.data), *b.psi.data, static_cast<int>(*b.gc.data));
-        std::memcpy(to.data<double>() + at[3], d.entry, sizeof(d.entry));
-        return Problem::none;
+    for_each_joints<double>(q, out, 2, threads, [&](const double* joint, double* to) {
+        const Jacobian j = jacobian(self.arm, joint);
+        std::memcpy(to, j.entry, sizeof(j.entry));
     });
 }
 
 void psi_gradient_many(const ArmHandle& self, Floats q, Floats out, int threads) {
-    const Buffer in(q), to(out, true);
-    for_each<2>("q", {&in, &to}, {1, 1}, threads, [&](const Py_ssize_t* at, double& value) {
-        const Problem problem = check_joints(in.data<double>() + at[0], value);
-        if (problem != Problem::none) return problem;
+    for_each_joints<double>(q, out, 1, threads, [&](const double* joint, double* to) {
         double gradient[joints];
-        psi_gradient(self.arm, in.data<double>() + at[0], gradient);
-        std::memcpy(to.data<double>() + at[1], gradient, sizeof(gradient));
+        psi_gradient(self.arm, joint, gradient);
+        std::memcpy(to, gradient, sizeof(gradient));
+    });
+}
+
+template <class Handle>
+void limit_margin_many(const Handle& self, Floats q, Floats out) {
+    for_each_joints<double>(q, out, 0, 1, [&](const double* joint, double* to) {
+        *to = limit_margin(nominal(self.arm).limits, joint);
+    });
+}
+
+void self_motion_many(const ArmHandle& self, Floats pose, Floats psi, Ints gc, Floats out, int threads) {
+    for_each_asked(self.arm, pose, psi, gc, out, 1, threads, [&](const Asked& asked, double* to, double&) {
+        const SelfMotion<double> m = self_motion(self.arm, asked.pose, asked.gc);
+        const Joints dq = rate(self.arm, joint_functions(m), sin_cos(asked.psi));
+        std::memcpy(to, dq.q, joints * sizeof(double));
         return Problem::none;
     });
 }
@@ -238,30 +193,22 @@ void psi_gradient_many(const ArmHandle& self, Floats q, Floats out, int threads)
 /// dq/dpsi of a nearly S-R-S arm.
 void near_self_motion_many(const NearArmHandle& self, Floats pose, Floats psi, Ints gc, Floats out,
                            int threads) {
-    const Buffer p(pose), a(psi), g(gc), to(out, true);
-    for_each<4>("pose", {&p, &a, &g, &to}, {2, 0, 0, 1}, threads, [&](const Py_ssize_t* at, double& value) {
-        InverseBatch b;
-        b.pose = {p.data<double>() + at[0], 0};
-        b.psi = {a.data<double>() + at[1], 0};
-        b.seed = {nullptr, 0};
-        b.gc = {g.data<long long>() + at[2], 0};
-        const Problem problem = detail::check_numbers(self.arm, b, 0, value);
-        if (problem != Problem::none) return problem;
-        const Pose<double> frame = load_pose(b.pose.data);
-        const Inverse dq = self_motion_rate(self.arm, frame, *b.psi.data, static_cast<int>(*b.gc.data));
-        if (dq.status == Status::UNREACHABLE) value = reach_excess(self.arm, frame);
-        std::memcpy(to.data<double>() + at[3], dq.q, joints * sizeof(double));
-        return detail::problem_of(dq.status);
-    });
+    for_each_asked(self.arm, pose, psi, gc, out, 1, threads,
+                   [&](const Asked& asked, double* to, double& value) {
+                       const Inverse dq = self_motion_rate(self.arm, asked.pose, asked.psi, asked.gc);
+                       if (dq.status == Status::UNREACHABLE) value = reach_excess(self.arm, asked.pose);
+                       std::memcpy(to, dq.q, joints * sizeof(double));
+                       return detail::problem_of(dq.status);
+                   });
 }
 
-template <class Handle>
-void limit_margin_many(const Handle& self, Floats q, Floats out) {
-    const Buffer in(q), to(out, true);
-    for_each<2>("q", {&in, &to}, {1, 0}, 1, [&](const Py_ssize_t* at, double& value) {
-        const Problem problem = check_joints(in.data<double>() + at[0], value);
-        to.data<double>()[at[1]] = limit_margin(nominal(self.arm).limits, in.data<double>() + at[0]);
-        return problem;
+/// dq by twist and psi, (..., 7, 7).
+void inverse_derivative_many(const ArmHandle& self, Floats pose, Floats psi, Ints gc, Floats out,
+                             int threads) {
+    for_each_asked(self.arm, pose, psi, gc, out, 2, threads, [&](const Asked& asked, double* to, double&) {
+        const Derivatives d = inverse_derivative(self.arm, asked.pose, asked.psi, asked.gc);
+        std::memcpy(to, d.entry, sizeof(d.entry));
+        return Problem::none;
     });
 }
 

@@ -14,18 +14,9 @@ namespace {
 
 /// codes: Status and Turn of each q.
 void kuka_codes(const ArmHandle& self, Floats q, Ints codes, int threads) {
-    const Buffer in(q), to(codes, true);
-    for_each<2>("q", {&in, &to}, {1, 1}, threads, [&](const Py_ssize_t* at, double& value) {
-        const double* joint = in.data<double>() + at[0];
-        for (int j = 0; j < joints; ++j)
-            if (!(std::fabs(joint[j]) <= tolerance::largest_angle)) {
-                value = joint[j];
-                return Problem::joints_not_finite;
-            }
-        long long* code = to.data<long long>() + at[1];
+    for_each_joints<long long>(q, codes, 1, threads, [&](const double* joint, long long* code) {
         code[0] = kuka::status(self.arm, joint);
         code[1] = kuka::turn(joint);
-        return Problem::none;
     });
 }
 

@@ -12,6 +12,8 @@ struct SceneHandle {
     std::vector<std::uint16_t> ball_id, solid_id;
     std::vector<armangle::Solid> solids, held;
     std::vector<armangle::Part> parts;
+    std::vector<armangle::SwingingPart> swings;
+    std::vector<armangle::OwnPair> own;
     std::vector<std::uint8_t> ignored;
     armangle::Scene view;
 

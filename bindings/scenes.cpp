@@ -57,9 +57,10 @@ void fill_blocks(const std::vector<std::size_t>& ids, const std::vector<Solid>& 
 }
 
 /// Rows of solids: those of the user, then of link 0 from `first_base` on, then what is held from
-/// `first_held` on; rows of rods of links 3 and 4; which pairs may touch, a byte each.
+/// `first_held` on; rows of rods of links 3 and 4, then of those that swing; which pairs may touch, a byte
+/// each; pairs (obstacle, link) of the arm's own.
 void make_scene(SceneHandle* self, const ArmHandle& arm, Floats solids, Py_ssize_t first_base,
-                Py_ssize_t first_held, Floats rods, Codes ignored, double clearance) {
+                Py_ssize_t first_held, Floats rods, Codes ignored, Ints own, double clearance) {
     const Buffer rows(solids), links(rods), touch(ignored);
     check_rows(rows, solid_width);
     check_rows(links, rod_width);
@@ -81,10 +82,19 @@ void make_scene(SceneHandle* self, const ArmHandle& arm, Floats solids, Py_ssize
     fill_blocks(balls, all, *self);
     for (Py_ssize_t k = 0; k < links.shape(0); ++k) {
         const double* row = links.data<double>() + k * rod_width;
-        self->parts.push_back({rod_of(row), row[0] == 4});
+        const int link = static_cast<int>(row[0]);
+        if (link == 3 || link == 4)
+            self->parts.push_back({rod_of(row), link == 4});
+        else
+            self->swings.push_back({rod_of(row), link});
     }
     const auto* bytes = touch.data<std::uint8_t>();
     self->ignored.assign(bytes, bytes + touch.shape(0) * touch.shape(1));
+    const Buffer pairs(own);
+    for (Py_ssize_t k = 0; k < pairs.shape(0); ++k) {
+        const long long* pair = pairs.data<long long>() + 2 * k;
+        self->own.push_back({static_cast<std::uint16_t>(pair[0]), static_cast<std::uint16_t>(pair[1])});
+    }
     const auto count = [](const auto& vector) { return static_cast<int>(vector.size()); };
     Scene& v = self->view;
     v.blocks = self->blocks.data();
@@ -98,6 +108,10 @@ void make_scene(SceneHandle* self, const ArmHandle& arm, Floats solids, Py_ssize
     v.first_held = static_cast<int>(first_held);
     v.parts = self->parts.data();
     v.part_count = count(self->parts);
+    v.swings = self->swings.data();
+    v.swing_count = count(self->swings);
+    v.own = self->own.data();
+    v.own_count = count(self->own);
     v.base_count = static_cast<int>(first_held - first_base);
     v.first_base = static_cast<int>(first_base);
     v.ignored = self->ignored.data();
@@ -106,14 +120,17 @@ void make_scene(SceneHandle* self, const ArmHandle& arm, Floats solids, Py_ssize
     v.base_tag = base_contact(v);
 }
 
-/// Where each rod rests, link 0, 3, 4, 7 or -1; the rods are taken there.
+/// Where each rod rests, link 0, 3, 4 or 7, or minus the link that it swings with; the rods are taken to
+/// where they rest, or swing about.
 void resting_links(const ArmHandle& self, Floats rods, Ints link) {
     const Buffer rows(rods, true), out(link, true);
     check_rows(rows, rod_width);
     for (Py_ssize_t k = 0; k < rows.shape(0); ++k) {
         double* row = rows.data<double>() + k * rod_width;
         Rod rod = rod_of(row);
-        out.data<long long>()[k] = resting_link(self.arm, static_cast<int>(row[0]), rod);
+        const int given = static_cast<int>(row[0]);
+        const Resting found = resting_link(self.arm, given, rod);
+        out.data<long long>()[k] = found.swings ? -given : found.link;
         row[0] = static_cast<double>(out.data<long long>()[k]);
         const double ends[6] = {rod.begin.x, rod.begin.y, rod.begin.z, rod.end.x, rod.end.y, rod.end.z};
         std::memcpy(row + 2, ends, sizeof(ends));
@@ -121,15 +138,15 @@ void resting_links(const ArmHandle& self, Floats rods, Ints link) {
 }
 
 /// distance, psi_rate, six coordinates of two points in the user's frame; the pair is obstacle * 256 + link.
+/// Without a pair the points are NaN.
 void store_proximity(const Arm& arm, const Proximity& found, double* out, long long* pair) noexcept {
     out[0] = found.distance;
     out[1] = found.psi_rate;
     const Vec3<double> points[2] = {found.on_link, found.on_obstacle};
     for (int k = 0; k < 2; ++k) {
         const Vec3<double> p = arm.has_base ? arm.base.rotation * points[k] + arm.base.position : points[k];
-        out[2 + 3 * k] = p.x;
-        out[3 + 3 * k] = p.y;
-        out[4 + 3 * k] = p.z;
+        const double coordinates[3] = {p.x, p.y, p.z};
+        for (int i = 0; i < 3; ++i) out[2 + 3 * k + i] = found.pair ? coordinates[i] : not_a_number;
     }
     *pair = pair_number(found.pair);
 }
@@ -205,7 +222,7 @@ void bind_scenes(nb::module_& m, nb::class_<ArmHandle>& arm) {
     m.attr("MOST_OBSTACLES") = most_obstacles;
     nb::class_<SceneHandle>(m, "Scene")
         .def("__init__", &make_scene, "arm"_a, "solids"_a, "first_base"_a, "first_held"_a, "rods"_a,
-             "ignored"_a, "clearance"_a);
+             "ignored"_a, "own"_a, "clearance"_a);
     arm.def("resting_links", &resting_links, "rods"_a, "link"_a);
     arm.def("proximity_many", &proximity_many, "scene"_a, "pose"_a, "psi"_a, "gc"_a, "out"_a, "pair"_a,
             "threads"_a);

@@ -39,15 +39,25 @@ NearestOptions nearest_options(const SolveOptions& o, const double* near, const 
     return out;
 }
 
+/// What an arm takes besides poses: its limits with the margin, or the margin itself.
+LimitTable limits_with(const ArmHandle& arm, double margin) {
+    return margin == 0 ? arm.limits : limit_table(arm.arm, arm.arm.limits, margin);
+}
+double limits_with(const NearArmHandle&, double margin) { return margin; }
+/// The same without a margin.
+const LimitTable& own_limits(const ArmHandle& arm) { return arm.limits; }
+double own_limits(const NearArmHandle&) { return 0.0; }
+
 /// The poses of a batch, seeds (or none) and allowed arcs (or none, or one set for all), checked one by one.
+template <class Handle>
 class Work {
 public:
-    Work(const ArmHandle& arm, Floats pose, Floats near, Ints allowed_count, Floats allowed_psi,
+    Work(const Handle& arm, Floats pose, Floats near, Ints allowed_count, Floats allowed_psi,
          const SolveOptions& o, const SceneHandle* scene)
         : arm_(arm),
           options_(o),
           scene_(scene ? &scene->view : nullptr),
-          table_(o.margin == 0 ? arm.limits : limit_table(arm.arm, arm.arm.limits, o.margin)) {
+          limits_(limits_with(arm, o.margin)) {
         pose_.get(pose);
         if (!near.is_none()) near_.get(near);
         if (allowed_count.is_none()) return;
@@ -75,29 +85,41 @@ public:
         const Pose<double> pose = load_pose(m);
         NearestOptions options = nearest_options(options_, near, allowed);
         Cleared cleared[2];
-        for (int side = 0; scene_ && side < 2; ++side) {
-            clear(arm_.arm, *scene_, self_motion(arm_.arm, pose, 2 * side), cleared[side]);
-            options.clear[side] = &cleared[side].arcs;
-            const bool some = cleared[side].status == Status::OK;
-            options.blocked[side] = some ? Status::CLEARANCE : cleared[side].status;
-        }
-        solve(arm_.arm, table_, pose, options);
+        if constexpr (std::is_same_v<Handle, ArmHandle>)
+            for (int side = 0; scene_ && side < 2; ++side) {
+                clear(arm_.arm, *scene_, self_motion(arm_.arm, pose, 2 * side), cleared[side]);
+                options.clear[side] = &cleared[side].arcs;
+                const bool some = cleared[side].status == Status::OK;
+                options.blocked[side] = some ? Status::CLEARANCE : cleared[side].status;
+            }
+        solve(arm_.arm, limits_, pose, options);
     }
 
 private:
-    const ArmHandle& arm_;
+    const Handle& arm_;
     const SolveOptions& options_;
     const Scene* scene_;
-    LimitTable table_;
+    decltype(limits_with(std::declval<Handle>(), 0.0)) limits_;
     Buffer pose_, near_;
     std::vector<ArcSet> allowed_;
 };
 
+/// The nearest posture; of the nearest pose that the arm can take where `length` is not 0.
+Nearest answer(const Arm& arm, const LimitTable& limits, const Pose<double>& pose, const NearestOptions& o,
+               double length) noexcept {
+    return length > 0 ? nearest_outside(arm, limits, pose, o, length) : nearest_posture(arm, limits, pose, o);
+}
+Nearest answer(const NearArm& arm, double margin, const Pose<double>& pose, const NearestOptions& o,
+               double) noexcept {
+    return nearest_posture(arm, margin, pose, o);
+}
+
 /// Writes into q (n, 7), psi, distance, margin (n,) of float64, gc (n,) of int64, status (n,) of int8.
-void solve_many(const ArmHandle& self, Floats pose, Floats near, const SolveOptions& options,
-                Ints allowed_count, Floats allowed_psi, Floats q, Floats psi, Ints gc, Floats distance,
-                Codes status, Floats margin, int threads, const SceneHandle* scene) {
-    const Work work(self, pose, near, allowed_count, allowed_psi, options, scene);
+template <class Handle>
+void solve_many(const Handle& self, Floats pose, Floats near, const SolveOptions& options, Ints allowed_count,
+                Floats allowed_psi, Floats q, Floats psi, Ints gc, Floats distance, Codes status,
+                Floats margin, int threads, const SceneHandle* scene) {
+    const Work<Handle> work(self, pose, near, allowed_count, allowed_psi, options, scene);
     const Buffer q_out(q, true), psi_out(psi, true), gc_out(gc, true), distance_out(distance, true);
     const Buffer status_out(status, true), margin_out(margin, true);
     Outcome outcomes[most_threads];
@@ -106,11 +128,9 @@ void solve_many(const ArmHandle& self, Floats pose, Floats near, const SolveOpti
         parallel(work.size(), threads, [&](std::size_t begin, std::size_t end, std::size_t thread) {
             for (std::size_t i = begin; i < end; ++i)
                 work.one(i, outcomes[thread],
-                         [&](const Arm& arm, const LimitTable& table, const Pose<double>& at,
+                         [&](const auto& arm, const auto& limits, const Pose<double>& at,
                              const NearestOptions& o) noexcept {
-                             const Nearest found = options.length > 0
-                                                       ? nearest_outside(arm, table, at, o, options.length)
-                                                       : nearest_posture(arm, table, at, o);
+                             const Nearest found = answer(arm, limits, at, o, options.length);
                              std::memcpy(q_out.data<double>() + joints * i, found.q, joints * sizeof(double));
                              psi_out.data<double>()[i] = found.psi;
                              gc_out.data<long long>()[i] = found.gc;
@@ -125,7 +145,8 @@ void solve_many(const ArmHandle& self, Floats pose, Floats near, const SolveOpti
 
 /// A named tuple `kind` of (q, psi, gc, distance, status of `statuses`, margin), or None where pose or near
 /// is no small matrix: the general way then converts it, or says what is wrong. near may be None.
-nb::object solve_one(const ArmHandle& self, nb::handle pose, nb::handle near, Metric metric, nb::handle kind,
+template <class Handle>
+nb::object solve_one(const Handle& self, nb::handle pose, nb::handle near, Metric metric, nb::handle kind,
                      nb::handle statuses) {
     double q[joints], m[16], value = 0;
     SmallMatrix matrix;
@@ -139,7 +160,7 @@ nb::object solve_one(const ArmHandle& self, nb::handle pose, nb::handle near, Me
     NearestOptions options;
     options.metric = metric;
     options.near = near.is_none() ? nullptr : q;
-    const Nearest found = nearest_posture(self.arm, self.limits, load_pose(m), options);
+    const Nearest found = nearest_posture(self.arm, own_limits(self), load_pose(m), options);
     nb::object joint_values = new_array7();
     const Buffer to(joint_values, true);
     std::memcpy(to.data<double>(), found.q, joints * sizeof(double));
@@ -150,10 +171,11 @@ nb::object solve_one(const ArmHandle& self, nb::handle pose, nb::handle near, Me
 }
 
 /// How many postures each pose has, what is known of each in the order of the poses, and why there is none.
+template <class Handle>
 nb::typed<nb::tuple, Ints, Floats, Floats, Ints, Floats, Floats, Codes> solutions_many(
-    const ArmHandle& self, Floats pose, Floats near, const SolveOptions& options, Ints allowed_count,
+    const Handle& self, Floats pose, Floats near, const SolveOptions& options, Ints allowed_count,
     Floats allowed_psi, int threads, const SceneHandle* scene) {
-    const Work work(self, pose, near, allowed_count, allowed_psi, options, scene);
+    const Work<Handle> work(self, pose, near, allowed_count, allowed_psi, options, scene);
     std::vector<std::vector<Nearest>> parts(most_threads);
     std::vector<std::int64_t> count(work.size()), gc;
     std::vector<std::int8_t> status(work.size());
@@ -164,10 +186,10 @@ nb::typed<nb::tuple, Ints, Floats, Floats, Ints, Floats, Floats, Codes> solution
         parallel(work.size(), threads, [&](std::size_t begin, std::size_t end, std::size_t thread) {
             for (std::size_t i = begin; i < end; ++i)
                 work.one(i, outcomes[thread],
-                         [&](const Arm& arm, const LimitTable& table, const Pose<double>& at,
+                         [&](const auto& arm, const auto& limits, const Pose<double>& at,
                              const NearestOptions& o) {
                              Nearests found;
-                             nearest_postures(arm, table, at, o, found);
+                             nearest_postures(arm, limits, at, o, found);
                              count[i] = found.count;
                              status[i] = static_cast<std::int8_t>(found.status);
                              parts[thread].insert(parts[thread].end(), found.found,
@@ -189,7 +211,21 @@ nb::typed<nb::tuple, Ints, Floats, Floats, Ints, Floats, Floats, Codes> solution
                           owned(std::move(status), 1));
 }
 
+template <class Handle>
+void bind_solving_of(nb::class_<Handle>& arm) {
+    using namespace nb::literals;
+    arm.def("solve_one", &solve_one<Handle>, "pose"_a.none(), "near"_a.none(), "metric"_a, "kind"_a,
+            "statuses"_a);
+    arm.def("solve_many", &solve_many<Handle>, "pose"_a, "near"_a.none(), "options"_a,
+            "allowed_count"_a.none(), "allowed_psi"_a.none(), "q"_a, "psi"_a, "gc"_a, "distance"_a,
+            "status"_a, "margin"_a, "threads"_a, "scene"_a.none());
+    arm.def("solutions_many", &solutions_many<Handle>, "pose"_a, "near"_a.none(), "options"_a,
+            "allowed_count"_a.none(), "allowed_psi"_a.none(), "threads"_a, "scene"_a.none());
+}
+
 }  // namespace
+
+void bind_near_solving(nb::class_<NearArmHandle>& arm) { bind_solving_of(arm); }
 
 void bind_solving(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
@@ -199,12 +235,7 @@ void bind_solving(nb::module_& m, nb::class_<ArmHandle>& arm) {
         .value("MARGIN", Metric::margin);
     nb::class_<SolveOptions>(m, "SolveOptions")
         .def("__init__", &make_solve_options, "metric"_a, "weight"_a, "branches"_a, "margin"_a, "length"_a);
-    arm.def("solve_one", &solve_one, "pose"_a.none(), "near"_a.none(), "metric"_a, "kind"_a, "statuses"_a);
-    arm.def("solve_many", &solve_many, "pose"_a, "near"_a.none(), "options"_a, "allowed_count"_a.none(),
-            "allowed_psi"_a.none(), "q"_a, "psi"_a, "gc"_a, "distance"_a, "status"_a, "margin"_a, "threads"_a,
-            "scene"_a.none());
-    arm.def("solutions_many", &solutions_many, "pose"_a, "near"_a.none(), "options"_a,
-            "allowed_count"_a.none(), "allowed_psi"_a.none(), "threads"_a, "scene"_a.none());
+    bind_solving_of(arm);
 }
 
 }  // namespace binding

@@ -117,7 +117,8 @@ void bind_tracking(nb::module_& m) {
         .value("LAGGING", Tracking::LAGGING)
         .value("NEAREST", Tracking::NEAREST)
         .value("HELD", Tracking::HELD)
-        .value("TURNING", Tracking::TURNING);
+        .value("TURNING", Tracking::TURNING)
+        .value("RETURNING", Tracking::RETURNING);
     m.def("smooth_hand", &smooth_hand, "omega"_a, "patience"_a, "jump"_a, "turn"_a, "samples"_a, "dt"_a,
           "poses"_a);
     nb::class_<Tracker>(m, "Tracker")

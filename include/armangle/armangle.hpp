@@ -53,3 +53,4 @@
 #include "near/feasible.hpp"
 #include "near/step.hpp"
 #include "near/follow.hpp"
+#include "near/nearest_posture.hpp"

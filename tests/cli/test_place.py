@@ -44,7 +44,9 @@ def test_the_best_bases_are_listed(grasps: str, capsys: pytest.CaptureFixture[st
 
 def test_nothing_in_reach_is_status_1(grasps: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["place", grasps, *ROBOT, "--x", "9,9", "--y", "0,0"]) == 1
-    assert "no pose can be held from any of these positions" in capsys.readouterr().err
+    said = capsys.readouterr()
+    assert "no pose can be held from any of these positions" in said.err
+    assert "yaw" not in said.out and "not held from any of these positions:" in said.out
 
 
 @pytest.mark.parametrize(("words", "said"), [

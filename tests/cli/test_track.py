@@ -29,7 +29,7 @@ def hand(tmp_path: Path) -> Path:
 
 
 def ran(hand: Path, **options: object) -> list[aa.Tracked]:
-    tracker = aa.Tracker(ARM, dt=1 / 100, **options)  # type: ignore[arg-type]
+    tracker = aa.Tracker(ARM, dt=1 / 100, **options)  # type: ignore[arg-type]  # any options
     tracker.start(START)
     return [tracker.step(pose) for pose in aa.load_poses(hand)]
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from support import draw
@@ -113,7 +115,7 @@ def test_batches_broadcast_and_none_is_found_is_said() -> None:
     (lambda arm, p: kuka.pose([0, 0, 0], [np.nan, 0, 0]), "abc"),
     (lambda arm, p: kuka.status("arm", [0.0] * 7), "arm"),
 ])  # fmt: skip
-def test_bad_input(call: object, said: str) -> None:
+def test_bad_input(call: Callable[[aa.Arm, np.ndarray], object], said: str) -> None:
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     with pytest.raises(aa.ArmangleError, match=said):
-        call(arm, arm.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])[0])  # type: ignore[operator]
+        call(arm, arm.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])[0])

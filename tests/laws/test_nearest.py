@@ -238,7 +238,7 @@ def test_a_row_of_a_batch_is_what_one_pose_gives() -> None:
         with pytest.raises(
             aa.InputError, match=r"index is .*, wanted that of one pose of a batch of shape \(2, 3\)"
         ):
-            batch.row(bad)  # type: ignore[arg-type]
+            batch.row(bad)  # type: ignore[arg-type]  # wrong on purpose
 
 
 @pytest.mark.parametrize(

@@ -262,7 +262,7 @@ def test_what_does_not_join_is_refused() -> None:
     with pytest.raises(aa.InputError, match="path 0 has blends already"):
         aa.Segments([aa.Segments(three(), 0.1)], 0.1)
     with pytest.raises(TypeError):
-        line + 3  # type: ignore[operator]
+        line + 3  # type: ignore[operator]  # wrong on purpose
 
 
 # -- moved along -------------------------------------------------------------------------------------

@@ -222,7 +222,8 @@ def test_one_pose_equal_poses_and_none() -> None:
     same = aa.plan(IIWA, np.repeat(pose[None], 6, axis=0))
     assert same.certified and np.abs(np.diff(same.q, axis=0)).max() < 0.05
     none = aa.plan(IIWA, np.empty((0, 4, 4)))
-    assert none.ok and len(none) == 0
+    assert none.ok and len(none) == 0 and not none.certified and len(none.uncertified) == 0
+    assert repr(none) == "<JointPath of 0 poses, ok>" and none.explain() == "There is no pose."
 
 
 def plain_line() -> aa.Line:

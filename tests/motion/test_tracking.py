@@ -318,6 +318,34 @@ def test_reconfigure_leads_to_another_branch_within_the_bounds(gc: int) -> None:
     assert (np.diff(np.flatnonzero(turning)) == 1).all()
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_a_start_outside_the_limits_is_said_and_led_in_within_the_bounds(arm: aa.Arm, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    start = streams.posture(arm)
+    beyond = rng.permutation(7)[: rng.integers(1, 4)]
+    off = np.where(rng.random(7) < 0.5, arm.lower - rng.uniform(0.01, 1.0, 7), arm.upper + 0.5)
+    start[beyond] = off[beyond]
+    tracker = tracker_at(arm, start)
+    assert np.array_equal(tracker.q, start), "nothing has moved yet"
+    home = arm.forward(streams.posture(arm))[0]
+    q, statuses = [tracker.q], []
+    for _ in range(3000):
+        now = tracker.step(home)
+        q.append(now.q)
+        statuses.append((now.status, now.why))
+    positions = np.array(q)
+    v = np.diff(positions, axis=0, prepend=positions[:1]) / DT
+    assert (np.abs(v) <= arm.velocity * (1 + 1e-9)).all()
+    assert (np.abs(np.diff(v, axis=0)) <= HARDEST * DT * (1 + 1e-9)).all()
+    outside = ((positions < arm.lower) | (positions > arm.upper)).any(1)
+    said = np.array([status == aa.Tracking.RETURNING for status, _ in statuses])
+    assert np.array_equal(said, outside[1:])
+    assert {why for status, why in statuses if status == aa.Tracking.RETURNING} == {aa.Status.LIMITS}
+    way = np.maximum(arm.lower - start, start - arm.upper).max()
+    assert said.sum() * DT <= 2 * np.sqrt(way / HARDEST) + way / arm.velocity.min() + 0.1
+    assert not outside[-1]
+
+
 def test_without_bounds_a_tick_is_enough() -> None:
     arm = ARM_OF["kuka_iiwa14_r820"]
     start = streams.posture(arm)
@@ -346,7 +374,7 @@ def test_bad_input_is_refused() -> None:
     with pytest.raises(aa.InputError, match="dt is 0, wanted a number in"):
         aa.Tracker(arm, 0.0)
     with pytest.raises(aa.InputError, match="filter is 3, wanted a HandFilter or None"):
-        aa.Tracker(arm, filter=3)  # type: ignore[arg-type]
+        aa.Tracker(arm, filter=3)  # type: ignore[arg-type]  # wrong on purpose
     with pytest.raises(aa.InputError, match="omega is 0, wanted a number in"):
         aa.HandFilter(omega=0.0)
     with pytest.raises(aa.InputError, match="acceleration holds -1, wanted numbers > 0"):
@@ -368,5 +396,7 @@ def test_bad_input_is_refused() -> None:
         tracker.step(np.eye(4), reconfigure=8)
     with pytest.raises(aa.ShapeError, match=r"poses has shape \(4, 4\), wanted \(n, 4, 4\)"):
         tracker.run(np.eye(4))
+    with pytest.raises(aa.InputError, match=r"q\[3\] is -80, .* outside its limits.*were these degrees"):
+        tracker.start([0.0, 1.0, 0.0, -80.0, 0.0, 10.0, 0.0])
     with pytest.raises(aa.NotFiniteError, match="q"):
         tracker.start(np.full(7, np.nan))

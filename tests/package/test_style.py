@@ -137,3 +137,29 @@ def test_clang_sees_no_comma_between_actions(tmp_path: Path) -> None:
     command = ["clang++", "-std=c++20", "-fsyntax-only", "-Wcomma", f"-I{ROOT / 'include'}", str(source)]
     printed = subprocess.run(command, capture_output=True, text=True, check=True).stderr
     assert "comma operator" not in printed, printed
+
+
+PYTHON = [
+    path
+    for folder in ("benchmarks", "docs", "examples", "fuzz", "src", "tests", "tools")
+    for path in sorted((ROOT / folder).rglob("*.py"))
+]
+SILENCED = re.compile(r"# (?:noqa(?:: [A-Z]+\d+(?:, [A-Z]+\d+)*)?|type: ignore(?:\[[\w, -]+\])?)(?P<why>.*)")
+
+
+def reasonless(text: str) -> list[int]:
+    """Lines that silence a tool and do not say why."""
+    lines = enumerate(text.splitlines(), 1)
+    return [n for n, line in lines for found in SILENCED.finditer(line) if not found["why"].strip(" -#")]
+
+
+def test_what_silences_a_tool_says_why() -> None:
+    found = {path: reasonless(path.read_text(encoding="utf-8")) for path in PYTHON}
+    assert not {str(path.relative_to(ROOT)): lines for path, lines in found.items() if lines}
+
+
+def test_a_reason_that_is_missing_is_seen() -> None:
+    noqa, ignore = "# no" + "qa: B009", "# type" + ": ignore[arg-type]"
+    assert reasonless(f"x = 1  {noqa}") == [1]
+    assert reasonless(f"x = 1\ny = 2  {ignore}") == [2]
+    assert not reasonless(f"x = 1  {noqa} - of the core's alone\ny = 2  {ignore}  # wrong on purpose")

@@ -124,13 +124,13 @@ def test_no_repr_of_many_rows_floods_the_screen() -> None:
 
 def test_arguments_of_an_arm_are_named() -> None:
     with pytest.raises(TypeError, match=r"Arm takes keywords alone, but 4 values .* wanted Arm\(d_bs="):
-        aa.Arm(0.3, 0.4, 0.4, 0.1)  # type: ignore[call-arg]
+        aa.Arm(0.3, 0.4, 0.4, 0.1)  # type: ignore[call-arg]  # wrong on purpose
     with pytest.raises(TypeError, match=r"^Arm\(\) got an unexpected keyword argument 'd_sw'"):
-        aa.Arm(**LENGTHS, d_sw=1)  # type: ignore[call-arg]
+        aa.Arm(**LENGTHS, d_sw=1)  # type: ignore[call-arg]  # wrong on purpose
     with pytest.raises(TypeError, match=r"^Arm\(\) missing 1 required keyword-only argument: 'd_wf'"):
-        aa.Arm(d_bs=0.3, d_se=0.4, d_ew=0.4)  # type: ignore[call-arg]
+        aa.Arm(d_bs=0.3, d_se=0.4, d_ew=0.4)  # type: ignore[call-arg]  # wrong on purpose
     with pytest.raises(TypeError, match=r"missing 2 required keyword-only arguments: 'd_ew', 'd_wf'$"):
-        aa.Arm(d_bs=0.3, d_se=0.4)  # type: ignore[call-arg]
+        aa.Arm(d_bs=0.3, d_se=0.4)  # type: ignore[call-arg]  # wrong on purpose
 
 
 def test_what_an_arm_is_made_of_is_listed_once() -> None:

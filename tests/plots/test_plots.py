@@ -14,7 +14,7 @@ import armangle as aa
 matplotlib = need("matplotlib")
 matplotlib.use("Agg")
 plt = need("matplotlib.pyplot")
-from armangle import plots  # noqa: E402
+from armangle import plots  # noqa: E402 - after the backend is chosen
 
 IIWA = aa.Arm.from_catalogue("kuka_iiwa7_r800")
 WAM = aa.Arm.from_catalogue("barrett_wam7")

@@ -45,7 +45,7 @@ def test_a_trajectory_is_drawn_with_its_rates_and_limits(timed: aa.Trajectory) -
 
 def test_what_is_no_trajectory_is_refused(timed: aa.Trajectory) -> None:
     with pytest.raises(aa.InputError, match="trajectory is a JointPath, wanted a Trajectory"):
-        plots.trajectory(timed.path)  # type: ignore[arg-type]
+        plots.trajectory(timed.path)  # type: ignore[arg-type]  # wrong on purpose
     with pytest.raises(aa.InputError, match="velocity holds -1"):
         plots.trajectory(timed, velocity=-1.0)
     with pytest.raises(aa.InputError, match="wanted 21"):
@@ -94,6 +94,6 @@ def test_a_hand_within_reach_is_not_drawn_beyond_it() -> None:
 @pytest.mark.parametrize("bad", [[], [3], None, "ticks"])
 def test_no_ticks_are_refused(bad: object) -> None:
     with pytest.raises(aa.InputError, match="ticks is empty or holds something else"):
-        plots.tracking(bad, 0.01)  # type: ignore[arg-type]
+        plots.tracking(bad, 0.01)  # type: ignore[arg-type]  # wrong on purpose
     with pytest.raises(aa.InputError, match="dt"):
         plots.tracking(ticks(0.0)[:1], 0.0)

@@ -53,6 +53,7 @@ def test_no_pose_all_out_of_reach_and_one() -> None:
     none = aa.place(arm, [], [0.0], [0.0, 0.1])
     assert none.reached.tolist() == [[0.0, 0.0]] and none.missed() == ()
     far = aa.place(arm, aa.pose([[9.0, 0.0, 0.0]] * 3), [0.0], [0.0])
+    assert str(far) == "0 of 3 reached from any of 1 positions"
     assert far.reached[0, 0] == 0 and [k for k, _ in far.missed()] == [0, 1, 2]
     one = aa.place(
         arm, grasps(np.random.default_rng(1), 1), np.linspace(-0.4, 0.4, 9), np.linspace(-0.4, 0.4, 9)

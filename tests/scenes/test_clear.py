@@ -19,6 +19,13 @@ SPHERES = aa.Body({
         aa.Capsule([0.02, 0.05, 0.1], [0.03, -0.06, 0.18], 0.03)],
     5: [aa.Capsule([0, 0.02, 0], [0, 0.09, 0], 0.05)],
 })  # fmt: skip
+SWINGING = aa.Body({
+    1: [aa.Capsule([0.03, 0.1, 0.06], [0.03, -0.02, 0.06], 0.03)],
+    2: [aa.Ball([0.05, 0.06, 0.1], 0.04), aa.Capsule([-0.05, 0.02, 0.1], [-0.04, 0, 0.2], 0.03)],
+    3: [aa.Ball([0.03, -0.1, 0.04], 0.05)],
+    5: [aa.Capsule([0.06, -0.1, 0.02], [0.05, -0.04, 0.03], 0.04)],
+    6: [aa.Ball([0.04, 0.05, 0.05], 0.04)],
+})  # fmt: skip
 OFFSET = aa.Arm(
     d_bs=0.3, d_se=0.31, d_ew=0.28, d_wf=0.1, a_3=0.02, a_4=-0.03, d_4=0.06,
     base=aa.pose([0.4, -0.2, 0.7], rpy=[0.3, 1.2, -0.5]), tool=aa.pose([0.02, 0.05, 0.1], rpy=[0.4, 0, 1]),
@@ -26,7 +33,7 @@ OFFSET = aa.Arm(
 CATALOGUE = ("kuka_iiwa7_r800", "barrett_wam7", "yaskawa_sia5d", "openarm_v10")
 TURNED = OFFSET.with_reference("stereographic").with_(name="another zero")
 ARMS = [*map(aa.Arm.from_catalogue, CATALOGUE), OFFSET, TURNED]
-BODIES = {"bones": BONES, "spheres": SPHERES}
+BODIES = {"bones": BONES, "spheres": SPHERES, "swinging": SWINGING}
 
 
 def shoulder(arm: aa.Arm) -> Any:
@@ -80,7 +87,7 @@ def test_an_end_is_where_the_named_pair_is_as_near_as_is_asked(arm: aa.Arm) -> N
     rng = generator(2, len(arm.name))
     checked = 0
     for k in range(count(16)):
-        body = [BONES, SPHERES][k % 2]
+        body = [BONES, SPHERES, SWINGING][k % 3]
         arm = arm.with_body(body)
         pose, gc = posed(arm, rng, k % 8)
         scene = aa.Scene([obstacle(arm, rng, (k + j) % 4) for j in range(3)], clearance=0.01)
@@ -89,7 +96,8 @@ def test_an_end_is_where_the_named_pair_is_as_near_as_is_asked(arm: aa.Arm) -> N
             for psi, end in zip((lower, upper), pair, strict=False):
                 apart, names = distances(arm, arm.inverse(pose, psi, gc), scene)
                 assert abs(apart.min() - 0.01) < 1e-12
-                mine = [apart[i] for i, name in enumerate(names) if name == (end.obstacle, end.link)]
+                told = {(end.obstacle, end.link), (end.link, end.obstacle)}
+                mine = [apart[i] for i, name in enumerate(names) if name in told]
                 assert abs(min(mine) - 0.01) < 1e-12
                 assert (end.joint, end.side) == (None, "obstacle") and np.isnan(end.value)
                 checked += 1
@@ -133,6 +141,37 @@ def test_a_ball_on_a_joints_axis_is_of_both_links() -> None:
             scene = aa.Scene([obstacle(arm, rng, 0)])
             a, b = (arm.with_body(aa.Body(body)).clear(pose, gc, scene) for body in (first, second))
             assert np.allclose(a.intervals, b.intervals, rtol=0, atol=1e-12)
+
+
+def test_a_ball_moves_with_the_link_that_it_is_of() -> None:
+    rng, differ = generator(11), {1: 0, 2: 0, 5: 0, 6: 0}
+    for k in range(40):
+        pose, _ = posed(OFFSET, rng, 0)
+        scene = aa.Scene([obstacle(OFFSET, rng, k % 4) for _ in range(3)])
+        for link in differ:
+            on = OFFSET.with_body(aa.Body({link: [aa.Ball([0.06, 0.05, 0.07], 0.05)]}))
+            of_all = [on.clear(pose, gc, scene) for gc in range(8)]
+            flipped = 1 if link in (1, 2) else 4
+            differ[link] += of_all[0] != of_all[flipped]
+            for gc in range(8):  # the other end of the arm decides nothing
+                assert np.allclose(
+                    of_all[gc].intervals, of_all[gc ^ 5 ^ flipped].intervals, rtol=0, atol=1e-9
+                )
+    assert min(differ.values()) > 3, differ
+
+
+@pytest.mark.parametrize("near", [0.0, 1e-9, 1e-6, 1e-3])
+def test_links_that_swing_fast_beside_a_singular_posture(near: float) -> None:
+    arm = ARMS[0].with_body(SWINGING)
+    rng = generator(12)
+    for k in range(6):
+        pose, psi, gc = arm.forward([0.4 * k, near, 0.3, -1.2, 0.4, 0.9, 0.1])
+        scene = aa.Scene([aa.Ball(shoulder(arm) + rng.normal(size=3) * 0.12, 0.03) for _ in range(3)])
+        arcs = arm.clear(pose, gc, scene)
+        asked = np.concatenate([psi + np.geomspace(1e-7, 1, 30), psi - np.geomspace(1e-7, 1, 30)])
+        least = distances(arm, arm.inverse(pose, asked, gc), scene)[0].min(axis=-1)
+        wrong = (arcs.contains(asked) != (least >= 0)) & (np.abs(least) > 1e-8)
+        assert not wrong.any(), (near, k, asked[wrong] - psi, least[wrong])
 
 
 def test_arcs_shrink_as_the_clearance_grows() -> None:

@@ -44,6 +44,30 @@ def test_the_nearest_pair_is_that_of_all_distances() -> None:
             assert abs((after.distance - before.distance) / (2 * step) - near.psi_rate) < 1e-5
 
 
+def test_what_swings_is_as_near_as_its_distances_say() -> None:
+    body = aa.Body({
+        1: [aa.Capsule([0.05, 0.1, 0.06], [0.06, -0.02, 0.06], 0.03, name="one")],
+        2: [aa.Ball([0.06, 0.05, 0.1], 0.04, name="two")], 3: [aa.Ball([0, -0.1, 0.05], 0.05, name="three")],
+        5: [aa.Ball([0.15, -0.15, 0.02], 0.04, name="five")],
+        6: [aa.Ball([0.04, 0.05, 0.05], 0.04, name="six")],
+    })  # fmt: skip
+    rng, seen = generator(7), set()
+    arm = WRITTEN.with_body(body)
+    for _ in range(count(60)):
+        scene = aa.Scene([s for s in shapes(rng) if not isinstance(s, aa.HalfSpace)])
+        pose, psi, gc = arm.forward(rng.uniform(-1.5, 1.5, 7))
+        apart, names = distances(arm, arm.inverse(pose, psi, gc), scene)
+        near = arm.clearance(pose, psi, gc, scene)
+        assert abs(near.distance - apart.min()) < 1e-9
+        assert {near.obstacle, near.link} == set(names[int(np.argmin(apart))])
+        seen |= {near.link, near.obstacle}
+        before, after = (arm.clearance(pose, psi + s, gc, scene) for s in (-1e-6, 1e-6))
+        if {before.link, after.link} == {near.link} and before.obstacle == after.obstacle:
+            slope = (after.distance - before.distance) / 2e-6
+            assert near.distance < 0 or abs(slope - near.psi_rate) < 1e-4 * max(1, abs(slope))
+    assert {"one", "two", "five", "six"} <= seen
+
+
 def test_a_batch_is_each_of_its_poses() -> None:
     rng = generator(2)
     scene = aa.Scene(shapes(rng))
@@ -60,7 +84,19 @@ def test_without_obstacles_nothing_is_near() -> None:
     pose, psi, gc = ARM.forward(np.full(7, 0.3))
     near = ARM.clearance(pose, psi, gc, aa.Scene())
     assert near.distance == np.inf and near.obstacle is None and near.link is None
+    assert np.isnan(near.points).all()
     assert ARM.clear(pose, gc, aa.Scene()).is_full
+
+
+def test_where_nothing_is_reached_nothing_is_near() -> None:
+    near, gc = ARM.forward(np.full(7, 0.3))[::2]
+    far = near.copy()
+    far[0, 3] += 5.0
+    found = ARM.widest(np.stack([far, near]), gc, aa.Scene([aa.Ball([1.0, 1.0, 1.0], 0.1)]))
+    assert found.nearest.obstacle.tolist() == [None, "ball_0"]
+    for value in (found.psi, found.nearest.distance, found.nearest.psi_rate, found.nearest.points):
+        rows = np.isfinite(value).reshape(2, -1)
+        assert not rows[0].any() and rows[1].all()
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -83,9 +83,9 @@ def cases(count: int, seed: int) -> list[Case]:
             near = q + rng.normal(0, 0.05, 7)
         pose = arm.forward(q, undefined="nan")[0]
         weight = rng.uniform(0, 2, 7) if rng.random() < 0.3 else np.ones(7)
-        metric: Any = rng.choice(["l2", "l2", "max"])
-        prefer: Any = rng.choice(["near", "near", "near", "margin"])
-        out.append(Case(number, arm, pose, near, weight, str(metric), str(prefer)))  # type: ignore[arg-type]
+        metric: Any = str(rng.choice(["l2", "l2", "max"]))
+        prefer: Any = str(rng.choice(["near", "near", "near", "margin"]))
+        out.append(Case(number, arm, pose, near, weight, metric, prefer))
     return out
 
 

@@ -59,7 +59,10 @@ def terms(
     hinges = np.abs(np.angle(np.exp(1j * theta[:, [1, 5]])))
     bounds = np.concatenate([q - arm.lower, arm.upper - q], axis=1)[:, moving + [7 + j for j in moving]]
     weight = length(arm, path) ** 2
-    mean = lambda x: float((0.5 * (x[1:] + x[:-1])).mean()) * weight  # noqa: E731
+
+    def mean(x: np.ndarray) -> float:
+        return float((0.5 * (x[1:] + x[:-1])).mean()) * weight
+
     return Terms(
         travel=float((steps**2).sum()) * len(steps),
         limits=mean(nearness(bounds - limit_margin, enough)),

@@ -57,13 +57,41 @@ def moved(frame: Floats, point: Floats) -> Floats:
 
 
 def distances(arm: aa.Arm, q: Floats, scene: aa.Scene) -> tuple[Floats, list[tuple[str, str]]]:
-    """Distances (..., pairs) of links 1..6 from obstacles, at joints (..., 7), and the pairs' names."""
+    """Distances (..., pairs) of links 1..6 from obstacles and from one another, and the pairs' names.
+
+    At joints (..., 7). Links side by side, and pairs that the scene lets touch, are left out.
+    """
     frames = arm.frames(q)
     assert arm.body is not None
+    rods = arm.body._shapes(arm.d_se, arm.d_ew, arm.a_3, arm.a_4, arm.d_4)
+    places = [tuple(moved(frames[..., link, :, :], p) for p in ends(rod)) for link, rod in rods]
     columns, names = [], []
-    for link, rod in arm.body._shapes(arm.d_se, arm.d_ew, arm.a_3, arm.a_4, arm.d_4):
-        begin, end = (moved(frames[..., link, :, :], p) for p in ends(rod))
+    for (link, rod), (begin, end) in zip(rods, places, strict=True):
         for obstacle, shape in zip(scene.names, scene.shapes, strict=True):
             columns.append(segment_distance(begin, end, shape) - rod.radius)
             names.append((obstacle, rod.name or f"link_{link}"))
+    for i, (link, rod) in enumerate(rods):
+        for k, (other, shape) in enumerate(rods[:i]):
+            pair = (shape.name or f"link_{other}", rod.name or f"link_{link}")
+            if abs(link - other) > 1 and not {pair, pair[::-1]} & set(scene.ignore):
+                columns.append(between(places[i], places[k]) - rod.radius - shape.radius)
+                names.append(pair)
     return np.stack(columns, axis=-1), names
+
+
+def between(one: Any, other: Any) -> Floats:
+    """Distances of segments whose ends are (..., 3): of the first, the point nearest to the second."""
+    begin, along = other[0], other[1] - other[0]
+    square = np.maximum((along * along).sum(-1), 1e-300)
+    low, high = np.zeros(begin.shape[:-1]), np.ones(begin.shape[:-1])
+
+    def at(share: Floats) -> Floats:
+        point = one[0] + share[..., None] * (one[1] - one[0])
+        foot = np.clip(((point - begin) * along).sum(-1) / square, 0.0, 1.0)
+        return np.linalg.norm(point - begin - foot[..., None] * along, axis=-1)
+
+    for _ in range(80):
+        left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+        nearer = at(left) <= at(right)
+        low, high = np.where(nearer, low, left), np.where(nearer, right, high)
+    return np.minimum(np.minimum(at(np.zeros_like(low)), at(np.ones_like(low))), at((low + high) / 2))

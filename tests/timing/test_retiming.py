@@ -324,7 +324,7 @@ def test_any_arm_and_line_within_two_thousandths(seed: int) -> None:
             aa.retime(path)
         return
     for options in ({}, {"tool_speed": 0.1}, {"jerk": np.full(7, 100.0)}):
-        found = aa.retime(path, **options)  # type: ignore[arg-type]
+        found = aa.retime(path, **options)  # type: ignore[arg-type]  # any options
         at = found.at(np.linspace(0, found.duration, 10_000))
         assert np.max(np.abs(at.qd) / arm.velocity) <= 1.002
         assert np.max(np.abs(at.qdd) / arm.acceleration) <= 1.002
@@ -340,12 +340,28 @@ def test_what_cannot_be_timed_is_refused() -> None:
     with pytest.raises(aa.InputError, match="no joint moves along the path: there is nothing to time"):
         aa.retime(aa.follow(ARM, shifted(0, 0, 0)[None], start=Q))
     with pytest.raises(aa.InputError, match="path is 3, wanted a JointPath"):
-        aa.retime(3)  # type: ignore[arg-type]
+        aa.retime(3)  # type: ignore[arg-type]  # wrong on purpose
     bare = aa.follow(ARM.with_(acceleration=None), curve_of_poses(9)[:2], start=Q)
     with pytest.raises(aa.InputError, match="acceleration=True takes the arm's own"):
         aa.retime(bare)
     with pytest.raises(aa.InputError, match="needs a bound on the acceleration of every joint"):
         aa.retime(bare, acceleration=None)
+
+
+@pytest.mark.parametrize("option", ["velocity", "acceleration", "tool_speed"])
+def test_a_motion_of_years_is_refused_before_its_rows_are_made(option: str) -> None:
+    path = aa.follow(ARM, curve_of_poses(9)[:2], start=Q)
+    bounds = {"velocity": 1.0, "acceleration": 5.0}
+    said = r"the motion takes \S+ s, more than 4000000 rows of sample = 0.01"
+    with pytest.raises(aa.InputError, match=said):
+        aa.retime(path, **bounds | {option: 1e-12})
+    assert len(aa.retime(path, **bounds | {option: 1e-4}, sample=10.0)) > 1
+    with pytest.raises(aa.InputError, match=rf"{option}.* is 1e-300, wanted"):
+        aa.retime(path, **bounds | {option: 1e-300})
+    with pytest.raises(aa.InputError, match="wanted a larger sample"):
+        aa.retime(path, **bounds, sample=1e-9)
+    with pytest.raises(aa.InputError, match=r"jerk\[0\] is 1e-300, wanted at least 1e-12"):
+        aa.retime(path, **bounds, jerk=1e-300)
 
 
 @pytest.mark.parametrize("options", [{}, {"jerk": JERK}])

@@ -26,7 +26,7 @@ def test_a_trajectory_is_frozen_and_says_what_it_is() -> None:
     with pytest.raises(ValueError, match="read-only"):
         found.q[0, 0] = 1.0
     with pytest.raises(AttributeError):
-        found.t = None  # type: ignore[misc, assignment]
+        found.t = None  # type: ignore[misc, assignment]  # wrong on purpose
     assert repr(found) == f"<Trajectory of {found.duration:.6g} s, {len(found)} rows>"
     assert found.explain() == f"{found.duration:.6g} s along the path."
     one = found.at(0.3)

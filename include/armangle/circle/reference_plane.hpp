@@ -52,19 +52,26 @@ Vec3<T> normal_about_vector(const Arm& arm, const Vec3<T>& p, const Vec3<T>& w) 
     return frame * normal_about_z(arm, transposed_times(frame, p), transposed_times(frame, w));
 }
 
-/// -y carried from z to w by the rotation that takes the one to the other the shortest way:
-/// (w_x w_y k, w_y^2 k - 1, w_y) with k = 1 / (1 + w_z), below the shoulder as (1 - w_z) / (w_x^2 + w_y^2),
-/// which loses no digits there. Straight below: theta_1 = 0 of the convention.
+/// `side`, orthogonal to a pole, carried from the pole to w by the rotation that takes the one to the other
+/// the shortest way. `image` is the stereographic image of w, (w + pole) / (1 + w . pole); `share` is w .
+/// side.
+template <class T>
+ARMANGLE_INLINE Vec3<T> carried(const Vec3<T>& side, const Vec3<T>& image, const T& share) noexcept {
+    return side - image * share;
+}
+
+/// -y carried from z to w. The image is (w_x k, w_y k, 1) with k = 1 / (1 + w_z), below the shoulder as
+/// (1 - w_z) / (w_x^2 + w_y^2), which loses no digits there. Straight below: theta_1 = 0 of the convention.
 template <class T>
 Vec3<T> stereographic_normal(const Arm& arm, const Vec3<T>& p, const Vec3<T>& w) noexcept {
     const T one(1.0), across = w.x * w.x + w.y * w.y;
     const auto below = w.z < T(0.0);
     const auto lost = below & is_on_axis(arm, w, hypot(p.x, p.y));
     const T k = select(below, one - w.z, one) / select(below, select(lost, one, across), one + w.z);
-    const Vec3<T> carried{w.x * w.y * k, w.y * w.y * k - one, w.y};
-    if (!any(lost)) return carried;
+    const Vec3<T> regular = carried({T(0.0), -one, T(0.0)}, {w.x * k, w.y * k, one}, -w.y);
+    if (!any(lost)) return regular;
     const T m = one / sqrt(select(lost, one - w.y * w.y, one));
-    return select(lost, convention_normal(w, m), carried);
+    return select(lost, convention_normal(w, m), regular);
 }
 
 }  // namespace detail

@@ -14,10 +14,11 @@ namespace armangle {
 struct SmoothPlane {
     Vec3<double> pole{0, 0, 1}, side{1, 0, 0};  // orthonormal
 
+    /// The normal at the wrist's direction w.
     template <class T>
     Vec3<T> operator()(const Vec3<T>&, const Vec3<T>& w) const noexcept {
-        const T share = dot(w, spread<T>(side)) / (T(1.0) + dot(w, spread<T>(pole)));
-        return spread<T>(side) - (w + spread<T>(pole)) * share;
+        const Vec3<T> image = (w + spread<T>(pole)) * (T(1.0) / (T(1.0) + dot(w, spread<T>(pole))));
+        return detail::carried(spread<T>(side), image, dot(w, spread<T>(side)));
     }
 };
 

@@ -95,13 +95,128 @@ struct Split {
     double u, v, cost;
 };
 
-class NearestSearch {
+/// What postures cost, by the metric asked.
+class PostureCosts {
+public:
+    PostureCosts(const Arm& arm, const NearestOptions& options) noexcept : arm_(arm), options_(options) {
+        for (int j = 0; j < joints; ++j) joint_[j] = joint_cost(j);
+    }
+
+protected:
+    /// Whether costs are a sum of squares.
+    bool squares() const noexcept { return options_.metric == Metric::l2; }
+
+    /// What joint j (0..6) costs, by the metric asked.
+    JointCost joint_cost(int j) const noexcept {
+        JointCost c{};
+        c.sign = arm_.sign[j];
+        c.offset = arm_.offset[j];
+        c.lower = arm_.limits.lower[j];
+        c.upper = arm_.limits.upper[j];
+        c.wide = !(c.upper - c.lower < two_pi);
+        c.near = options_.near ? options_.near[j] : arm_.joint_middle[j];
+        c.weight = options_.metric == Metric::max ? sqrt(options_.weight[j]) : options_.weight[j];
+        if (options_.metric != Metric::margin) return c;
+        const bool below = c.lower > -infinity, above = c.upper < infinity;
+        c.near = arm_.joint_middle[j];
+        c.weight = below && above ? 1.0 : 0.0;
+        c.room = below && above ? 0.5 * (c.upper - c.lower) : 0.0;
+        if (below && !above) c.near = c.lower + two_pi;  // any winding far from the only limit will do
+        if (above && !below) c.near = c.upper - two_pi;
+        return c;
+    }
+
+    /// What a joint costs that is d off `near`.
+    double cost_of(const JointCost& c, double d) const noexcept {
+        if (squares()) return c.weight * d * d;
+        if (!(c.weight > 0)) return options_.metric == Metric::max ? 0.0 : -infinity;
+        return c.weight * abs(d) - c.room;
+    }
+    /// Two costs together.
+    double both(double a, double b) const noexcept { return squares() ? a + b : max(a, b); }
+
+    /// All joints; without joint 4 where costs are a maximum.
+    double cost_of(const double* q) const noexcept {
+        double sum = cost_of(joint_[0], q[0] - joint_[0].near);
+        for (int j = 1; j < joints; ++j)
+            if (j != 3 || squares()) sum = both(sum, cost_of(joint_[j], q[j] - joint_[j].near));
+        return sum;
+    }
+
+    /// How far two costs may be apart and still be equal.
+    static double tie(double cost) noexcept { return nearest_rule::tie * abs(cost); }
+
+    // -- results
+
+    /// No posture, and why.
+    static Nearest refused(Status why) noexcept {
+        Nearest out{};
+        for (double& q : out.q) q = not_a_number;
+        out.psi = out.distance = out.margin = not_a_number;
+        out.gc = -1;
+        out.status = why;
+        return out;
+    }
+
+    /// Why there is no posture: the reason of the branch that came furthest; OK where some branch has arcs.
+    Nearest nothing(const Status (&of)[configurations]) const noexcept {
+        static constexpr Status order[] = {Status::OK,           Status::NOT_ALLOWED,   Status::CLEARANCE,
+                                           Status::POSE_BLOCKED, Status::NEAR_SINGULAR, Status::LIMITS,
+                                           Status::ELBOW_MARGIN, Status::ELBOW_LIMIT,   Status::FOLDED};
+        for (const Status status : order)
+            for (int gc = 0; gc < configurations; ++gc)
+                if ((options_.branches >> gc & 1) && of[gc] == status) return refused(status);
+        return refused(Status::UNREACHABLE);
+    }
+
+    /// Whether another pose is the one asked for, but for rounding.
+    bool same_pose(const Pose<double>& pose, const Pose<double>& other) const noexcept {
+        const auto far = [](const Vec3<double>& a, const Vec3<double>& b) {
+            const Vec3<double> d = a - b;
+            return max(max(abs(d.x), abs(d.y)), abs(d.z));
+        };
+        const auto &r = pose.rotation, &s = other.rotation;
+        return far(pose.position, other.position) <= nearest_rule::same * arm_.size &&
+               max(max(far(r.x, s.x), far(r.y, s.y)), far(r.z, s.z)) <= nearest_rule::same;
+    }
+
+    /// What is told of a posture.
+    Nearest finished(const double* q, double psi, int gc) const noexcept {
+        Nearest out{};
+        for (int j = 0; j < joints; ++j) out.q[j] = q[j];
+        out.psi = psi;
+        out.gc = gc;
+        out.status = Status::OK;
+        const double cost =
+            squares() ? cost_of(q) : max(cost_of(q), cost_of(joint_[3], q[3] - joint_[3].near));
+        out.distance = squares() ? sqrt(cost) : cost;
+        if (options_.metric == Metric::margin) out.distance = not_a_number;
+        out.margin = limit_margin(arm_.limits, q);
+        return out;
+    }
+
+    /// Adds a posture by its rank; beyond the capacity none.
+    void insert(Nearests& out, const Nearest& one) const noexcept {
+        if (out.count == Nearests::capacity) return;
+        const auto rank = [this](const Nearest& x) {
+            return options_.metric == Metric::margin ? -x.margin : x.distance;
+        };
+        int at = out.count++;
+        for (; at > 0 && rank(out.found[at - 1]) > rank(one); --at) out.found[at] = out.found[at - 1];
+        out.found[at] = one;
+    }
+
+    const Arm& arm_;
+    const NearestOptions& options_;
+    JointCost joint_[joints];
+};
+
+class NearestSearch : PostureCosts {
 public:
     /// Everything that the pose decides before any psi is looked at.
     NearestSearch(const Arm& arm, const LimitTable& limits, const Pose<double>& pose,
                   const NearestOptions& options) noexcept
-        : arm_(arm), limits_(limits), pose_(pose), options_(options) {
-        for (int j = 0; j < joints; ++j) joint_[j] = joint_cost(j);
+        : PostureCosts(arm, options), limits_(limits), pose_(pose) {
         circle_ = circle(arm, flange_pose(arm, pose));
         for (int elbow = 0; elbow < 2; ++elbow) bend(elbow);
     }
@@ -116,7 +231,7 @@ public:
         const Best found = squares() ? of_both_elbows() : of_each_elbow();
         best_ = found;
         if (best_.gc >= 0) return result();
-        out = nothing();
+        out = nothing(arcs_.status);
         return out.status != Status::OK ? out : result();
     }
 
@@ -125,7 +240,7 @@ public:
         place_boxes();
         for (int elbow = 0; elbow < 2; ++elbow) survey(elbow);
         out.count = 0;
-        out.status = nothing().status;
+        out.status = nothing(arcs_.status).status;
         for (int gc = 0; gc < configurations; ++gc) {
             for (int arc = 0; arc < arcs_.arcs[gc].count; ++arc) {
                 best_ = Best{};
@@ -181,29 +296,6 @@ private:
     }
 
     // -- the problem
-
-    /// Whether costs are a sum of squares.
-    bool squares() const noexcept { return options_.metric == Metric::l2; }
-
-    /// What joint j (0..6) costs, by the metric asked.
-    JointCost joint_cost(int j) const noexcept {
-        JointCost c{};
-        c.sign = arm_.sign[j];
-        c.offset = arm_.offset[j];
-        c.lower = arm_.limits.lower[j];
-        c.upper = arm_.limits.upper[j];
-        c.wide = !(c.upper - c.lower < two_pi);
-        c.near = options_.near ? options_.near[j] : arm_.joint_middle[j];
-        c.weight = options_.metric == Metric::max ? sqrt(options_.weight[j]) : options_.weight[j];
-        if (options_.metric != Metric::margin) return c;
-        const bool below = c.lower > -infinity, above = c.upper < infinity;
-        c.near = arm_.joint_middle[j];
-        c.weight = below && above ? 1.0 : 0.0;
-        c.room = below && above ? 0.5 * (c.upper - c.lower) : 0.0;
-        if (below && !above) c.near = c.lower + two_pi;  // any winding far from the only limit will do
-        if (above && !below) c.near = c.upper - two_pi;
-        return c;
-    }
 
     /// One elbow: joint 4, which all its branches share, and why none of them has an arc, if that is so.
     void bend(int elbow) noexcept {
@@ -328,23 +420,6 @@ private:
     }
 
     // -- the cost
-
-    /// What a joint costs that is d off `near`.
-    double cost_of(const JointCost& c, double d) const noexcept {
-        if (squares()) return c.weight * d * d;
-        if (!(c.weight > 0)) return options_.metric == Metric::max ? 0.0 : -infinity;
-        return c.weight * abs(d) - c.room;
-    }
-    /// Two costs together.
-    double both(double a, double b) const noexcept { return squares() ? a + b : max(a, b); }
-
-    /// All joints; without joint 4 where costs are a maximum.
-    double cost_of(const double* q) const noexcept {
-        double sum = cost_of(joint_[0], q[0] - joint_[0].near);
-        for (int j = 1; j < joints; ++j)
-            if (j != 3 || squares()) sum = both(sum, cost_of(joint_[j], q[j] - joint_[j].near));
-        return sum;
-    }
 
     /// What a posture costs with joint 4; infinite where there is none.
     double with_elbow(const Best& b) const noexcept {
@@ -549,9 +624,6 @@ private:
         if (!within_limits(arm_.limits, q.q, tolerance::angle)) return;
         offer(gc, psi, cost_of(q.q), stationary);
     }
-
-    /// How far two costs may be apart and still be equal.
-    static double tie(double cost) noexcept { return nearest_rule::tie * abs(cost); }
 
     /// Takes a posture if it is better. Within one basin a stationary point is known to more digits than its
     /// cost.
@@ -807,34 +879,13 @@ private:
 
     // -- results
 
-    /// No posture, and why.
-    static Nearest refused(Status why) noexcept {
-        Nearest out{};
-        for (double& q : out.q) q = not_a_number;
-        out.psi = out.distance = out.margin = not_a_number;
-        out.gc = -1;
-        out.status = why;
-        return out;
-    }
-
-    /// Why there is no posture: the reason of the branch that came furthest; OK where some branch has arcs.
-    Nearest nothing() const noexcept {
-        static constexpr Status order[] = {Status::OK,           Status::NOT_ALLOWED, Status::CLEARANCE,
-                                           Status::POSE_BLOCKED, Status::LIMITS,      Status::ELBOW_MARGIN,
-                                           Status::ELBOW_LIMIT,  Status::FOLDED};
-        for (const Status status : order)
-            for (int gc = 0; gc < configurations; ++gc)
-                if ((options_.branches >> gc & 1) && arcs_.status[gc] == status) return refused(status);
-        return refused(Status::UNREACHABLE);
-    }
-
     /// The seed itself, where it is a posture of the pose: nothing is nearer.
     bool keep_near(Nearest& out) noexcept {
         if (!options_.near || options_.metric == Metric::margin) return false;
         if (!within_limits(arm_.limits, options_.near, 0.0)) return false;
         const Posture here = forward(arm_, options_.near);
         if (here.psi != here.psi || !(options_.branches >> here.gc & 1)) return false;
-        if (!same_pose(here.pose)) return false;
+        if (!same_pose(pose_, here.pose)) return false;
         if (!may_be(here.gc, here.psi)) return false;
         if (limits_.margin > 0) {
             const int elbow = here.gc >> 1 & 1;
@@ -845,32 +896,6 @@ private:
         return true;
     }
 
-    /// Whether another pose is the one asked for, but for rounding.
-    bool same_pose(const Pose<double>& other) const noexcept {
-        const auto far = [](const Vec3<double>& a, const Vec3<double>& b) {
-            const Vec3<double> d = a - b;
-            return max(max(abs(d.x), abs(d.y)), abs(d.z));
-        };
-        const auto &r = pose_.rotation, &s = other.rotation;
-        return far(pose_.position, other.position) <= nearest_rule::same * arm_.size &&
-               max(max(far(r.x, s.x), far(r.y, s.y)), far(r.z, s.z)) <= nearest_rule::same;
-    }
-
-    /// What is told of a posture.
-    Nearest finished(const double* q, double psi, int gc) const noexcept {
-        Nearest out{};
-        for (int j = 0; j < joints; ++j) out.q[j] = q[j];
-        out.psi = psi;
-        out.gc = gc;
-        out.status = Status::OK;
-        const double cost =
-            squares() ? cost_of(q) : max(cost_of(q), cost_of(joint_[3], q[3] - joint_[3].near));
-        out.distance = squares() ? sqrt(cost) : cost;
-        if (options_.metric == Metric::margin) out.distance = not_a_number;
-        out.margin = limit_margin(arm_.limits, q);
-        return out;
-    }
-
     /// What is told of the best posture found.
     Nearest result() const noexcept {
         if (best_.gc < 0) return refused(Status::LIMITS);
@@ -878,22 +903,8 @@ private:
         return finished(posture(best_.gc, psi).q, psi, best_.gc);
     }
 
-    /// Adds a posture by its rank; beyond the capacity none.
-    void insert(Nearests& out, const Nearest& one) const noexcept {
-        if (out.count == Nearests::capacity) return;
-        const auto rank = [this](const Nearest& x) {
-            return options_.metric == Metric::margin ? -x.margin : x.distance;
-        };
-        int at = out.count++;
-        for (; at > 0 && rank(out.found[at - 1]) > rank(one); --at) out.found[at] = out.found[at - 1];
-        out.found[at] = one;
-    }
-
-    const Arm& arm_;
     const LimitTable& limits_;
     const Pose<double>& pose_;
-    const NearestOptions& options_;
-    JointCost joint_[joints];
 
     Circle<double> circle_;
     ElbowBranches elbow_[2];

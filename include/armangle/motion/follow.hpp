@@ -46,6 +46,34 @@ inline void carry_velocity(const double* to, const double* from, Bounds& bounds)
     for (int j = 0; j < joints; ++j) bounds.velocity_now[j] = (to[j] - from[j]) / bounds.dt;
 }
 
+/// The rows of n poses, each by take(pose, i, options), which steps on and gives the Step; `residual(pose)`
+/// is how far the tool then is from its pose, m. psi is lifted.
+template <class Take, class Residual>
+void follow_rows(const double* poses, std::size_t n, StepOptions options, OnFail on_fail,
+                 Strided<const ArcSet> allowed, const FollowRows& rows, const Take& take,
+                 const Residual& residual) noexcept {
+    double psi = 0;
+    bool stopped = false, begun = false;
+    for (std::size_t i = 0; i < n; ++i) {
+        if (stopped) {
+            open_row(rows, i, Status::NOT_REACHED);
+            continue;
+        }
+        const Pose<double> pose = load_pose(poses + 16 * i);
+        options.allowed = allowed.data ? allowed.at(i) : nullptr;
+        const Step next = take(pose, i, options);
+        const bool ok = next.status == Status::OK;
+        stopped = !ok && on_fail == OnFail::stop;
+        if (!ok && on_fail != OnFail::hold) {
+            open_row(rows, i, next.why);
+            continue;
+        }
+        psi = begun ? lift(next.psi, psi) : next.psi;
+        begun = true;
+        fill_row(rows, i, next, psi, residual(pose));
+    }
+}
+
 }  // namespace detail
 
 /// Follows n poses (16 doubles each, row-major) from `start`. `allowed` is null, one set, or one a pose. psi
@@ -62,33 +90,20 @@ inline void follow(const Arm& arm, const LimitTable& limits, const double* start
     double q[joint_slots] = {};
     for (int j = 0; j < joints; ++j) q[j] = start[j];
     Chain now = chain(arm, q);
-    double psi = 0;
-    bool stopped = false, begun = false;
-    for (std::size_t i = 0; i < n; ++i) {
-        if (stopped) {
-            detail::open_row(rows, i, Status::NOT_REACHED);
-            continue;
-        }
-        const Pose<double> pose = load_pose(poses + 16 * i);
-        options.allowed = allowed.data ? allowed.at(i) : nullptr;
+    const auto take = [&](const Pose<double>& pose, std::size_t i, StepOptions& asked) {
         if (ahead)
-            options.ahead =
-                ahead->at(i, q, options.gc < 0 ? configuration(arm, now.theta) : configuration(options.gc));
-        const Step next = step_from(arm, limits, q, now, pose, options);
+            asked.ahead =
+                ahead->at(i, q, asked.gc < 0 ? configuration(arm, now.theta) : configuration(asked.gc));
+        const Step next = step_from(arm, limits, q, now, pose, asked);
         const bool ok = next.status == Status::OK;
         if (ahead && !ok) ahead->forget();
-        if (options.bounds) detail::carry_velocity(next.q, q, bounds);
+        if (asked.bounds) detail::carry_velocity(next.q, q, bounds);
         for (int j = 0; j < joints; ++j) q[j] = next.q[j];
-        if (ok || options.bounds || options.nearest) now = chain(arm, q);
-        stopped = !ok && on_fail == OnFail::stop;
-        if (!ok && on_fail != OnFail::hold) {
-            detail::open_row(rows, i, next.why);
-            continue;
-        }
-        psi = begun ? lift(next.psi, psi) : next.psi;
-        begun = true;
-        detail::fill_row(rows, i, next, psi, position_error(arm, now, pose));
-    }
+        if (ok || asked.bounds || asked.nearest) now = chain(arm, q);
+        return next;
+    };
+    detail::follow_rows(poses, n, options, on_fail, allowed, rows, take,
+                        [&](const Pose<double>& pose) { return position_error(arm, now, pose); });
 }
 
 }  // namespace armangle

@@ -23,6 +23,7 @@ enum class Tracking : std::uint8_t {
     NEAREST,    // the hand is out of reach: at, or on the way to, the nearest pose
     HELD,       // no sample to believe: on as predicted
     TURNING,    // on its way to another posture, joint by joint: the tool leaves the hand
+    RETURNING,  // a joint stands outside its limits, where the arm began: on its way into them
 };
 
 struct TrackerOptions {
@@ -97,10 +98,10 @@ public:
         start(middle);
     }
 
-    /// At rest at q, which is taken into the limits.
+    /// At rest at q; joints outside their limits are led into them, within the bounds.
     void start(const double* q) noexcept {
         for (int j = 0; j < joints; ++j) {
-            q_.q[j] = min(max(q[j], arm_.limits.lower[j]), arm_.limits.upper[j]);
+            q_.q[j] = q[j];
             v_[j] = 0;
         }
         q_.q[joints] = 0;
@@ -160,7 +161,8 @@ private:
 
     // -- bounds
 
-    /// The velocities that keep the bounds and from which every joint can still brake.
+    /// The velocities that keep the bounds and from which every joint can still brake. A joint outside its
+    /// limits has to go in, as fast as one that came to rest there.
     void box(Tick& t) const noexcept {
         const Limits limits =
             elbow_turns(t) ? arm_.limits : on_one_side(arm_, q_.q[3], options_.still_margin);
@@ -171,6 +173,11 @@ private:
                          up = fastest(limits.upper[j] - q_.q[j], a, t.dt);
             t.lower[j] = max(-min(most, down), v_[j] - change);
             t.upper[j] = min(min(most, up), v_[j] + change);
+            const double over = q_.q[j] - arm_.limits.upper[j], under = arm_.limits.lower[j] - q_.q[j];
+            if (over > 0)
+                t.upper[j] = min(t.upper[j], max(v_[j] - change, -min(most, fastest(over, a, t.dt))));
+            if (under > 0)
+                t.lower[j] = max(t.lower[j], min(v_[j] + change, min(most, fastest(under, a, t.dt))));
             if (!(t.lower[j] <= t.upper[j])) {  // only by rounding: brake
                 const double slower = v_[j] > 0 ? v_[j] - change : v_[j] + change;
                 t.lower[j] = t.upper[j] = slower;
@@ -520,9 +527,11 @@ private:
 
     Tracked finish(const Tick& t, const Goal& goal, const Joints& next, bool valid) noexcept {
         Tracked out{};
-        bool fastest = false;
+        bool fastest = false, outside = false;
         for (int j = 0; j < joints; ++j) {
-            const double to = min(max(next.q[j], arm_.limits.lower[j]), arm_.limits.upper[j]);
+            const double to =
+                min(max(next.q[j], min(arm_.limits.lower[j], q_.q[j])), max(arm_.limits.upper[j], q_.q[j]));
+            outside |= to < arm_.limits.lower[j] || to > arm_.limits.upper[j];
             v_[j] = (to - q_.q[j]) / t.dt;
             q_.q[j] = out.q[j] = to;
             out.velocity[j] = v_[j];
@@ -542,6 +551,10 @@ private:
             out.why = fastest ? Status::VELOCITY_LIMIT : Status::ACCELERATION_LIMIT;
         if (hand_.held()) out.status = Tracking::HELD;
         if (turning_to_ >= 0) out.status = Tracking::TURNING;
+        if (outside) {
+            out.status = Tracking::RETURNING;
+            out.why = Status::LIMITS;
+        }
         if (!valid) out.why = Status::BAD_INPUT;
         return out;
     }

@@ -27,10 +27,10 @@ inline constexpr int depth = 16;              // halvings of a cell; narrowest i
 inline constexpr int root_steps = 8;
 }  // namespace near_rule
 
-/// Psi_all of a pose and branch: arcs whose every psi is proven, and the measure (rad) of what is proven
-/// neither way and left out.
+/// Psi_all of a pose and branch: arcs whose every psi is proven; what is proven neither way and left out, and
+/// its measure (rad).
 struct ProvenArcs {
-    ArcSet arcs;
+    ArcSet arcs, open;
     Status status;
     double unproven;
 };
@@ -152,7 +152,6 @@ public:
             double lower, upper;
         };
         Cell stack[near_rule::depth + 2];
-        make_empty(out.arcs);
         out.unproven = 0;
         for (int k = 0; k < near_rule::cells; ++k) {
             int top = 0;
@@ -163,6 +162,7 @@ public:
                 const double middle = 0.5 * (cell.lower + cell.upper), half = middle - cell.lower;
                 if (half < near_rule::narrowest || top > near_rule::depth || hulls_ >= near_rule::hulls) {
                     out.unproven += cell.upper - cell.lower;
+                    open_.add({cell.lower, cell.upper, 0, 0});
                     continue;
                 }
                 stack[top++] = {middle, cell.upper};
@@ -170,6 +170,8 @@ public:
             }
         }
         pieces_.finish(out.arcs, out.unproven);
+        double beyond_capacity = 0;
+        open_.finish(out.open, beyond_capacity);
         out.status = Status::OK;
         if (!out.arcs.empty()) return;
         out.status = out.unproven > 0 ? Status::NEAR_SINGULAR : Status::LIMITS;
@@ -308,7 +310,7 @@ private:
     const ThetaRanges& ranges_;
     int only_;
     CorrectedMotion coarse_;
-    Pieces pieces_;
+    Pieces pieces_, open_;
     int hulls_ = 0;
     Tag elbow_blocks_ = 0;    // the elbow's limit or margin that broke a cell
     bool only_elbow_ = true;  // and every other
@@ -320,6 +322,7 @@ private:
 inline void feasible(const NearArm& arm, const Pose<double>& pose, int gc, const Limits& limits,
                      double margin, ProvenArcs& out, int joint = -1) noexcept {
     make_empty(out.arcs);
+    make_empty(out.open);
     out.unproven = 0;
     const Pose<double> exact{orthonormal(pose.rotation), pose.position};
     const Triad<double> on = triad(arm.nominal, flange_pose(arm.nominal, exact));

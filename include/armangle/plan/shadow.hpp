@@ -7,7 +7,7 @@
 //
 // The least over phi is the least of the same pairs of points as at one phi, so that the bound of
 // clear_proof.hpp between two samples holds for it too, with speeds of a point at any phi that stands still
-// in phi.
+// in phi. Limbs that swing about a joint, and own links against each other, are left to the proof.
 #pragma once
 
 #include "clear_proof.hpp"
@@ -109,15 +109,17 @@ private:
         return self_motion(task_.arm, task_.circle_at(s), gc_);
     }
 
-    double F(const Place& at, const MovingPair& pair) const noexcept {
-        if (pair.kind == MovingPair::Kind::held_ground) {
+    double F(const Place& at, const WatchedPair& pair) const noexcept {
+        using Kind = WatchedPair::Kind;
+        if (pair.kind == Kind::held_ground) {
             const Solid held = placed(at.frames.flange, scene_.held[pair.mover]);
             return pair.F(nearest(held, placed(at.to_axis, pair.solid)).distance);
         }
         const Part& part = scene_.parts[pair.mover];
         const Rod rod = placed(part.lower ? at.frames.lower : at.frames.upper, part.rod);
-        const bool ground = pair.kind == MovingPair::Kind::part_ground;
-        return least_over_turns(rod, placed(ground ? at.to_axis : at.frames.flange, pair.solid), pair.R);
+        if (pair.kind == Kind::limb_ground)
+            return least_over_turns(rod, placed(at.to_axis, pair.solid), pair.R);
+        return least_over_turns(rod, placed(at.frames.flange, scene_.held[pair.other]), pair.R);
     }
 
     /// How hard shapes move over a stretch at any phi that is held.
@@ -126,10 +128,12 @@ private:
         const Segment& g =
             task_.segments[segment_index(task_.segments, task_.segment_count, 0.5 * (from + to))];
         const Enclosed s = Enclosed::variable(Interval(from, to)), any(Interval(-1.0, 1.0));
-        const Pose<Enclosed> flange = flange_pose(task_.arm, pose_at(g, s));
-        const Circle<Enclosed> c = circle(task_.arm, flange, task_.plane);
-        const SelfMotion<Enclosed> m = self_motion(task_.arm, c, spread<Enclosed>(gc_));
-        moving_.enclose(link_frames(task_.arm, flange, m, {any, any}));
+        SceneFrames<Enclosed> frames;
+        frames.flange = flange_pose(task_.arm, pose_at(g, s));
+        const Triad<Enclosed> on = triad(task_.arm, frames.flange, task_.plane);
+        const Elbow<Enclosed> bent = elbow(task_.arm, triangle(task_.arm, on.distance), Enclosed(gc_.elbow));
+        frames.plane = plane_frames(task_.arm, on, bent, {any, any});
+        moving_.enclose(frames, scene_.part_count);
     }
 
     void between(double from, double to) {
@@ -144,8 +148,8 @@ private:
         gather(place(middle), h);
         if (near_.empty()) return;
         const Place a = place(from), b = place(to);
-        std::vector<MovingPair> open;
-        for (MovingPair& pair : near_) {
+        std::vector<WatchedPair> open;
+        for (WatchedPair& pair : near_) {
             pair.F_a = F(a, pair);
             pair.F_b = F(b, pair);
             if (pair.F_a > 0 && pair.F_b > 0) open.push_back(pair);  // else a section sees it
@@ -155,49 +159,57 @@ private:
 
     /// The pairs that may come near within half a stretch, by balls about them.
     void gather(const Place& at, double h) {
-        using Kind = MovingPair::Kind;
-        const auto offer = [&](Kind kind, int mover, const Solid& solid, double radius, int id, int link) {
-            if (scene_.may_touch(id, link)) return;
-            const MovingPair pair{kind, mover, solid, moving_.sum_of_radii(radius, solid.radius),
-                                  pair_tag(id, link)};
-            const double more = 0.5 * moving_.of(pair).speed * h;
+        using Kind = WatchedPair::Kind;
+        const Solid none{SolidKind::ball, 0.0, {0, 0, 0}, {0, 0, 0}, {}};
+        const auto reach = [&](const WatchedPair& pair) { return 0.5 * moving_.of(pair).speed * h; };
+        const auto limb = [&](int k, const Solid& solid, const WatchedPair& pair) {
+            const double more = reach(pair);
             if (!(more < infinity)) return;
+            const Part& part = scene_.parts[k];
             if (solid.kind != SolidKind::half_space) {
-                Ball there = around(solid);
-                const Pose<double>& to = kind == Kind::part_held ? at.frames.flange : at.to_axis;
-                there.centre = to.rotation * there.centre + to.position;
-                const double R = there.radius + scene_.clearance + clear_proof::slack + more;
-                if (kind == Kind::held_ground) {
-                    const Ball own = around(placed(at.frames.flange, scene_.held[mover]));
-                    if (norm(own.centre - there.centre) >= R + own.radius) return;
-                } else {
-                    const Part& part = scene_.parts[mover];
-                    const Ball own =
-                        around(as_solid(placed(part.lower ? at.frames.lower : at.frames.upper, part.rod)));
-                    const double apart = off_axis(own.centre) - off_axis(there.centre);
-                    if (hypot(own.centre.x - there.centre.x, apart) >= R + own.radius) return;
-                }
+                const Ball there = around(solid),
+                           own = around(
+                               as_solid(placed(part.lower ? at.frames.lower : at.frames.upper, part.rod)));
+                const double apart = off_axis(own.centre) - off_axis(there.centre),
+                             R = moving_.sum_of_radii(own.radius, there.radius) + more;
+                if (hypot(own.centre.x - there.centre.x, apart) >= R) return;
             }
             near_.push_back(pair);
         };
         for_ground(scene_, [&](const Solid& solid, int id) {
+            const Solid here = placed(at.to_axis, solid);
             for (int k = 0; k < scene_.part_count; ++k)
-                offer(Kind::part_ground, k, solid, scene_.parts[k].rod.radius, id, k);
-            for (int held = 0; held < scene_.held_count; ++held)
-                offer(Kind::held_ground, held, solid, scene_.held[held].radius, id,
-                      scene_.part_count + scene_.base_count + held);
+                if (!scene_.may_touch(id, k))
+                    limb(k, here,
+                         {Kind::limb_ground, k, 0, solid,
+                          moving_.sum_of_radii(scene_.parts[k].rod.radius, solid.radius), pair_tag(id, k)});
+            for (int held = 0; held < scene_.held_count; ++held) {
+                const int link = scene_.part_count + scene_.base_count + held;
+                const WatchedPair pair{Kind::held_ground,
+                                       held,
+                                       0,
+                                       solid,
+                                       moving_.sum_of_radii(scene_.held[held].radius, solid.radius),
+                                       pair_tag(id, link)};
+                if (scene_.may_touch(id, link) || !(reach(pair) < infinity)) continue;
+                const double distance = nearest(placed(at.frames.flange, scene_.held[held]), here).distance;
+                if (distance < pair.R + reach(pair)) near_.push_back(pair);
+            }
         });
         for (int held = 0; held < scene_.held_count; ++held)
             for (int k = 0; k < scene_.part_count; ++k)
-                offer(Kind::part_held, k, scene_.held[held], scene_.parts[k].rod.radius,
-                      scene_.first_held + held, k);
+                if (!scene_.may_touch(scene_.first_held + held, k))
+                    limb(k, placed(at.frames.flange, scene_.held[held]),
+                         {Kind::limb_held, k, held, none,
+                          moving_.sum_of_radii(scene_.parts[k].rod.radius, scene_.held[held].radius),
+                          pair_tag(scene_.first_held + held, k)});
     }
 
     /// Needles of pairs that are clear at both ends.
-    void search(double from, double to, const std::vector<MovingPair>& pairs) {
+    void search(double from, double to, const std::vector<WatchedPair>& pairs) {
         const double h = to - from, middle = 0.5 * (from + to);
-        std::vector<MovingPair> left;
-        for (const MovingPair& pair : pairs)
+        std::vector<WatchedPair> left;
+        for (const WatchedPair& pair : pairs)
             if (!stays_positive(pair.F_a, pair.F_b, pair.bend(moving_.of(pair), h), h)) left.push_back(pair);
         if (left.empty()) return;
         if (h < shadow_rule::narrowest || budget_ <= 0) {
@@ -205,8 +217,8 @@ private:
             return;
         }
         const Place here = place(middle);
-        std::vector<MovingPair> low, high;
-        for (MovingPair& pair : left) {
+        std::vector<WatchedPair> low, high;
+        for (WatchedPair& pair : left) {
             const double F_m = F(here, pair);
             if (!(F_m > 0)) {
                 needle(from, middle, to, pair);
@@ -225,7 +237,7 @@ private:
     }
 
     /// Both ends of a shadow that holds `in`, and `in`.
-    void needle(double from, double in, double to, const MovingPair& pair) {
+    void needle(double from, double in, double to, const WatchedPair& pair) {
         found_.push_back(in);
         for (const double clear : {from, to}) {
             double outside = clear, inside = in;
@@ -240,8 +252,8 @@ private:
     const Task& task_;
     const Scene& scene_;
     Configuration<double> gc_;
-    MovingScene moving_;
-    std::vector<MovingPair> near_;
+    SceneMotion moving_;
+    std::vector<WatchedPair> near_;
     std::vector<double> found_;
     int budget_ = 0;
 };

@@ -29,6 +29,11 @@ ARMANGLE_INLINE T off_axis(const Vec3<T>& p) noexcept {
     return hypot(p.y, p.z);
 }
 
+/// A point, turned by psi about the line.
+inline Vec3<double> turned_by(const Vec3<double>& p, const SinCos<double>& psi) noexcept {
+    return {p.x, p.y * psi.cos - p.z * psi.sin, p.y * psi.sin + p.z * psi.cos};
+}
+
 /// By how much the azimuth of q is ahead of that of p.
 inline double azimuth_between(const Vec3<double>& p, const Vec3<double>& q) noexcept {
     return atan2(p.y * q.z - p.z * q.y, p.y * q.y + p.z * q.z);

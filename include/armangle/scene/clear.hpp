@@ -6,6 +6,7 @@
 
 #include "../limits/feasible.hpp"
 #include "covered.hpp"
+#include "moving_pair.hpp"
 #include "scene.hpp"
 #include "witnesses.hpp"
 
@@ -42,6 +43,32 @@ inline MetPart met(const Pose<double>& frame, const Part& part, double clearance
     return out;
 }
 
+/// What swings, in the frame of the axis.
+inline MovingRod moving(const Arm& arm, const SwingingPart& part, const Pose<double>& to_axis,
+                        const AxisFrames<double>& frames, const JointFunctions<double>& joint) noexcept {
+    const auto about = [&](const Pose<double>& home, const Vec3<double>& point, const Vec3<double>& axis,
+                           bool turns, const Swing& swing) {
+        return MovingRod(placed(home, part.rod), turns, swing, home.rotation * point + home.position,
+                         home.rotation * axis);
+    };
+    const Vec3<double> origin{0, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
+    switch (part.link) {
+        case 1: return about(to_axis, origin, z, false, Swing(joint.pivot[0], 1.0));
+        case 2: return about(frames.upper, {-arm.a_3, 0, 0}, y, true, Swing(joint.pivot[1], -1.0));
+        case 5: return about(frames.lower, origin, z, true, Swing(joint.pivot[2], 1.0));
+        default: return about(frames.flange, origin, z, false, Swing(joint.pivot[3], -1.0));
+    }
+}
+
+/// All that swings.
+inline void make_moving(const Arm& arm, const Scene& scene, const SelfMotion<double>& m,
+                        const Pose<double>& to_axis, const AxisFrames<double>& frames,
+                        MovingRod* out) noexcept {
+    if (scene.swing_count == 0) return;
+    const JointFunctions<double> joint = joint_functions(m);
+    for (int k = 0; k < scene.swing_count; ++k) out[k] = moving(arm, scene.swings[k], to_axis, frames, joint);
+}
+
 /// All pairs of one circle and branch.
 class Clearing {
 public:
@@ -55,6 +82,7 @@ public:
             const Part& part = scene.parts[k];
             part_[k] = met(part.lower ? frames_.lower : frames_.upper, part, scene.clearance);
         }
+        make_moving(arm, scene, m, to_axis_, frames_, swing_);
     }
 
     void parts_against_all() noexcept {
@@ -63,6 +91,8 @@ public:
             against_solid(scene_.solids[k], to_axis_, scene_.solid_id[k]);
         for (int k = 0; k < scene_.held_count && !out_.all; ++k)
             against_solid(scene_.held[k], frames_.flange, scene_.first_held + k);
+        for (int k = 0; k < scene_.swing_count && !out_.all; ++k) swing_against_all(k);
+        for (int k = 0; k < scene_.own_count && !out_.all; ++k) own_pair(scene_.own[k]);
     }
 
     /// The pair of a held shape and of the ground that touch at this pose; 0: none.
@@ -168,6 +198,78 @@ private:
         });
     }
 
+    void swing_against_all(int k) noexcept {
+        const MovingRod& rod = swing_[k];
+        const int link = scene_.first_swing_link() + k;
+        const double along = rod.centre().x, off = off_axis(rod.centre()),
+                     margin = rod.radius() + scene_.clearance;
+        for (int block = 0; block < scene_.block_count && !out_.all; ++block) {
+            const BallBlock& balls = scene_.blocks[block];
+            const Vec3<Eight> from{Eight::load(balls.x), Eight::load(balls.y), Eight::load(balls.z)};
+            const Mat3<Eight> rotation{spread<Eight>(to_axis_.rotation.x), spread<Eight>(to_axis_.rotation.y),
+                                       spread<Eight>(to_axis_.rotation.z)};
+            const Vec3<Eight> q = rotation * from + spread<Eight>(to_axis_.position);
+            const Eight reach = Eight::load(balls.radius) + Eight(margin + rod.bound());
+            const Vec3<Eight> apart = q - spread<Eight>(rod.centre());
+            const Eight g = q.x - Eight(along), across = off_axis(q) - Eight(off);
+            const Eight square = rod.turns() ? mul_add(g, g, across * across) : dot(apart, apart);
+            for_each_bit(bits(square < reach * reach), [&](int i) {
+                const Vec3<double> at{q.x[i], q.y[i], q.z[i]};
+                if (!scene_.may_touch(id(block, i), link))
+                    moved({rod, {SolidKind::ball, 0.0, at, at, {}}, balls.radius[i] + margin}, id(block, i),
+                          link);
+            });
+        }
+        const auto solid = [&](const Solid& given, const Pose<double>& frame, int id) {
+            if (scene_.may_touch(id, link)) return;
+            const Solid here = placed(frame, given);
+            const double reach = given.radius + margin;
+            if (given.kind != SolidKind::half_space && !comes_near(rod, around(here), margin)) return;
+            moved({rod, here, reach}, id, link);
+        };
+        for (int s = 0; s < scene_.solid_count && !out_.all; ++s)
+            solid(scene_.solids[s], to_axis_, scene_.solid_id[s]);
+        for (int s = 0; s < scene_.held_count && !out_.all; ++s)
+            solid(scene_.held[s], frames_.flange, scene_.first_held + s);
+    }
+
+    /// Whether what swings comes within `margin` of a ball at any psi.
+    static bool comes_near(const MovingRod& rod, const Ball& ball, double margin) noexcept {
+        const Vec3<double>&a = rod.centre(), &b = ball.centre;
+        const double apart = rod.turns() ? hypot(a.x - b.x, off_axis(a) - off_axis(b)) : norm(a - b);
+        return apart < rod.bound() + ball.radius + margin;
+    }
+
+    void moved(MovingPair pair, int id, int link) noexcept {
+        const bool all_asked = pair.find([&](double lower, double upper) {
+            cover(out_, 0.5 * (lower + upper), 0.5 * (upper - lower), pair_tag(id, link));
+        });
+        out_.coarse |= !all_asked;
+    }
+
+    /// Parts among each other do not move with psi; one that swings does, against any other.
+    void own_pair(const OwnPair& pair) noexcept {
+        const int first = pair.obstacle - scene_.first_swing_obstacle(), second = pair.link;
+        const bool swings = first < scene_.swing_count, both = second >= scene_.part_count;
+        if (!swings) {
+            const Rod &a = part_[first - scene_.swing_count].rod, &b = part_[second].rod;
+            if (nearest(a.begin, a.end, as_solid(b)).distance < a.radius + b.radius + scene_.clearance)
+                add(blocks_all, pair.obstacle, second);
+            return;
+        }
+        const MovingRod& a = swing_[first];
+        const MovingRod b =
+            both ? swing_[second - scene_.first_swing_link()] : MovingRod(part_[second].rod, true);
+        const double reach = a.radius() + b.radius() + scene_.clearance, near = reach + a.bound() + b.bound();
+        if (apart_at_least(a, b) < near) moved({a, b, reach}, pair.obstacle, second);
+    }
+
+    /// A lower bound of the distance of the centres of two rods' balls, over all psi.
+    static double apart_at_least(const MovingRod& a, const MovingRod& b) noexcept {
+        if (a.turns() == b.turns()) return norm(a.centre() - b.centre());
+        return hypot(a.centre().x - b.centre().x, off_axis(a.centre()) - off_axis(b.centre()));
+    }
+
     void add(const BlockedArc& arc, int id, int part) noexcept {
         if (arc.half > 0 && !scene_.may_touch(id, part))
             cover(out_, arc.centre, arc.half, pair_tag(id, part));
@@ -196,6 +298,7 @@ private:
     Pose<double> axis_, to_axis_;
     AxisFrames<double> frames_;
     MetPart part_[most_parts];
+    MovingRod swing_[most_parts];
 };
 
 }  // namespace detail

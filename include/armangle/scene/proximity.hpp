@@ -23,26 +23,48 @@ public:
           axis_(axis_frame(arm, m.circle)),
           frames_(axis_frames(arm, m)),
           turn_(sin_cos(psi)),
-          best_{infinity, 0, {}, {}, 0.0} {}
+          best_{infinity, 0, {}, {}, 0.0} {
+        for (int k = 0; k < scene.part_count; ++k)
+            rod_[k] = MovingRod(
+                placed(scene.parts[k].lower ? frames_.lower : frames_.upper, scene.parts[k].rod), true);
+        make_moving(arm, scene, m, inverted(axis_), frames_, rod_ + scene.part_count);
+    }
 
     Proximity find(bool turning_alone) noexcept {
         const Pose<double> to_axis = inverted(axis_);
-        for_ground(scene_, [&](const Solid& solid, int id) { against_parts(placed(to_axis, solid), id); });
+        for_ground(scene_, [&](const Solid& solid, int id) { against_rods(placed(to_axis, solid), id); });
         for (int h = 0; h < scene_.held_count; ++h)
-            against_parts(placed(frames_.flange, scene_.held[h]), scene_.first_held + h);
+            against_rods(placed(frames_.flange, scene_.held[h]), scene_.first_held + h);
+        for (int k = 0; k < scene_.own_count; ++k) own_pair(scene_.own[k], turning_alone);
         if (!turning_alone) at_rest(to_axis);
         return best_;
     }
 
 private:
-    void against_parts(const Solid& solid, int id) noexcept {
-        for (int k = 0; k < scene_.part_count; ++k) {
-            if (scene_.may_touch(id, k)) continue;
-            const Part& part = scene_.parts[k];
-            const Rod rod = placed(part.lower ? frames_.lower : frames_.upper, part.rod);
-            keep(nearest(turned_by(rod.begin, turn_), turned_by(rod.end, turn_), solid), rod.radius, solid,
-                 id, k, true);
+    /// Parts, then what swings.
+    int link_of(int k) const noexcept {
+        return k < scene_.part_count ? k : scene_.first_swing_link() + k - scene_.part_count;
+    }
+
+    void against_rods(const Solid& solid, int id) noexcept {
+        for (int k = 0; k < scene_.part_count + scene_.swing_count; ++k) {
+            if (scene_.may_touch(id, link_of(k))) continue;
+            const Rod rod = rod_[k].at(turn_);
+            keep(nearest(rod.begin, rod.end, solid), rod.radius, solid, id, link_of(k), &rod_[k]);
         }
+    }
+
+    void own_pair(const OwnPair& pair, bool turning_alone) noexcept {
+        const int first = pair.obstacle - scene_.first_swing_obstacle();
+        const bool swings = first < scene_.swing_count;
+        if (!swings && turning_alone) return;
+        const MovingRod& a = rod_[swings ? scene_.part_count + first : first - scene_.swing_count];
+        const int link = pair.link;
+        const MovingRod& b =
+            rod_[link < scene_.part_count ? link : link - scene_.base_count - scene_.held_count];
+        const Rod rod = b.at(turn_);
+        keep(nearest(rod.begin, rod.end, as_solid(a.at(turn_))), rod.radius, as_solid(a.at(turn_)),
+             pair.obstacle, link, &b, &a);
     }
 
     /// What psi does not move: the hand against the ground, and link 0 against the obstacles.
@@ -52,7 +74,7 @@ private:
             for_ground(scene_, [&](const Solid& solid, int id) {
                 const int link = scene_.part_count + scene_.base_count + h;
                 if (!scene_.may_touch(id, link))
-                    keep(nearest(held, placed(to_axis, solid)), held.radius, solid, id, link, false);
+                    keep(nearest(held, placed(to_axis, solid)), held.radius, solid, id, link);
             });
         }
         for_ground(scene_, [&](const Solid& base, int own) {
@@ -60,29 +82,32 @@ private:
             const int link = scene_.part_count + own - scene_.first_base;
             for_ground(scene_, [&](const Solid& solid, int id) {
                 if (id < scene_.first_base && !scene_.may_touch(id, link))
-                    keep(nearest(placed(to_axis, base), placed(to_axis, solid)), base.radius, solid, id, link,
-                         false);
+                    keep(nearest(placed(to_axis, base), placed(to_axis, solid)), base.radius, solid, id,
+                         link);
             });
         });
     }
 
+    /// `rod` and `other`: whose the points are, where they move with psi.
     void keep(const Approach& pair, double link_radius, const Solid& solid, int id, int link,
-              bool turns) noexcept {
+              const MovingRod* rod = nullptr, const MovingRod* other = nullptr) noexcept {
         const double distance = pair.distance - link_radius - solid.radius;
         if (!(distance < best_.distance)) return;
         const Vec3<double> away = pair.on_rod - pair.on_solid;
         const double length = norm(away), sign = pair.distance < 0 ? -1.0 : 1.0;
         const Vec3<double> n = length > 0 ? away * (sign / length) : Vec3<double>{0, 0, 0};
+        double rate = rod == nullptr ? 0.0 : dot(n, rod->velocity(pair.on_rod, turn_));
+        if (other != nullptr) rate -= dot(n, other->velocity(pair.on_solid, turn_));
         const auto in_base = [&](const Vec3<double>& p) { return axis_.rotation * p + axis_.position; };
         best_ = {distance, pair_tag(id, link), in_base(pair.on_rod - n * link_radius),
-                 in_base(pair.on_solid + n * solid.radius),
-                 turns ? n.z * pair.on_rod.y - n.y * pair.on_rod.z : 0.0};
+                 in_base(pair.on_solid + n * solid.radius), rate};
     }
 
     const Scene& scene_;
     Pose<double> axis_;
     AxisFrames<double> frames_;
     SinCos<double> turn_;
+    MovingRod rod_[2 * most_parts];
     Proximity best_;
 };
 
@@ -128,8 +153,10 @@ inline Widest widest(const Arm& arm, const Scene& scene, const SelfMotion<double
     double low = -infinity, high = 2.0 * arm.size;
     for (int k = 0; k < scene.part_count; ++k)
         low = max(low, -widest_rule::thinnest * scene.parts[k].rod.radius);
+    for (int k = 0; k < scene.swing_count; ++k)
+        low = max(low, -widest_rule::thinnest * scene.swings[k].rod.radius);
     const Widest none{not_a_number, {not_a_number, 0, {}, {}, not_a_number}};
-    if (own.empty() || scene.part_count == 0) return none;
+    if (own.empty() || scene.part_count + scene.swing_count == 0) return none;
     // near the core of a part little is proven free: only what touches at no clearance has to begin there
     if (leaves(0.0))
         low = 0.0;

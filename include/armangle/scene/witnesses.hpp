@@ -35,11 +35,6 @@ inline constexpr double rounding = 4e-16;
 
 namespace detail {
 
-/// BlockedArc by psi.
-inline Vec3<double> turned_by(const Vec3<double>& p, const SinCos<double>& psi) noexcept {
-    return {p.x, p.y * psi.cos - p.z * psi.sin, p.y * psi.sin + p.z * psi.cos};
-}
-
 /// Greatest distance from the line, and greatest square of coordinates, of a solid's core.
 struct Extent {
     double off_axis, square;

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import MISSING, Field, fields, replace
 from inspect import Parameter, Signature
 from typing import Any, Literal, Never, TypedDict, Unpack, cast, final
@@ -704,16 +704,10 @@ class Arm:
         out: Floats | None,
         threads: int,
     ) -> Floats:
-        named: list[tuple[str, NDArray[Any], int]] = [
-            ("pose", as_poses("pose", pose, self._handle), 2),
-            ("psi", as_floats("psi", psi), 0),
-            ("gc", as_gc(gc), 0),
-        ]
-        if seed is not None:
-            named.append(("seed", as_floats("seed", seed, (JOINTS,)), 1))
+        seeds = [] if seed is None else [("seed", as_floats("seed", seed, (JOINTS,)), 1)]
         beyond = _ENFORCE[chosen("limits", limits, _ENFORCE)]
         out_of_reach = _ENFORCE[chosen("unreachable", unreachable, _UNREACHABLE)]
-        batch, arrays = broadcast(named)
+        batch, arrays = self._postures(pose, psi, gc, *seeds)
         result = output(out, (*batch, JOINTS))
         # written while the arguments are read: memory they share is written aside
         shared = out is not None and any(np.may_share_memory(result, array) for array in arrays)
@@ -732,6 +726,28 @@ class Arm:
         if shared:
             result[...] = target
         return result
+
+    def _postures(
+        self, pose: ArrayLike, psi: ArrayLike, gc: ArrayLike, *more: tuple[str, NDArray[Any], int]
+    ) -> tuple[Shape, list[NDArray[Any]]]:
+        """Return poses, arm angles and branches, and what goes with them, of one batch shape."""
+        poses, angles = as_poses("pose", pose, self._handle), as_floats("psi", psi)
+        return broadcast([("pose", poses, 2), ("psi", angles, 0), ("gc", as_gc(gc), 0), *more])
+
+    def _branches(
+        self, pose: ArrayLike, gc: ArrayLike, *more: tuple[str, NDArray[Any], int]
+    ) -> tuple[Shape, list[NDArray[Any]]]:
+        """Return poses and branches, and what goes with them, of one batch shape."""
+        return broadcast([("pose", as_poses("pose", pose, self._handle), 2), ("gc", as_gc(gc), 0), *more])
+
+    def _of_joints(
+        self, one: Callable[[Floats, Floats, int], None], q: ArrayLike, row: Shape, threads: int
+    ) -> Floats:
+        """Return what the core says of each q: rows of this shape."""
+        joints = as_floats("q", q, (JOINTS,))
+        out = np.empty((*joints.shape[:-1], *row))
+        one(joints, out, as_threads(threads))
+        return out
 
     def inverse_all(
         self,
@@ -803,10 +819,7 @@ class Arm:
         >>> arm.frames([0, 0, 0, 0, 0, 0, 0])[:, 2, 3].round(3).tolist()
         [0.0, 0.34, 0.34, 0.74, 0.74, 1.14, 1.14, 1.266]
         """
-        joints = as_floats("q", q, (JOINTS,))
-        out = np.empty((*joints.shape[:-1], JOINTS + 1, 4, 4))
-        self._handle.frames_many(joints, out, as_threads(threads))
-        return out
+        return self._of_joints(self._handle.frames_many, q, (JOINTS + 1, 4, 4), threads)
 
     def elbow(self, q: ArrayLike, *, threads: int = 1) -> Floats:
         """Return where the elbow is.
@@ -840,10 +853,7 @@ class Arm:
         >>> arm.elbow([0, np.pi / 2, 0, 1, 0, 0, 0]).round(3).tolist()
         [0.4, 0.0, 0.34]
         """
-        joints = as_floats("q", q, (JOINTS,))
-        out = np.empty((*joints.shape[:-1], 3))
-        self._handle.elbow_many(joints, out, as_threads(threads))
-        return out
+        return self._of_joints(self._handle.elbow_many, q, (3,), threads)
 
     def psi_towards(
         self,
@@ -901,8 +911,7 @@ class Arm:
         True
         """
         wish, target = as_wish(point, direction)
-        given = [("pose", as_poses("pose", pose, self._handle), 2), ("gc", as_gc(gc), 0)]
-        batch, (poses, branches, targets) = broadcast([*given, ("point or direction", target, 1)])
+        batch, (poses, branches, targets) = self._branches(pose, gc, ("point or direction", target, 1))
         out = np.empty(batch)
         nan = chosen("undefined", undefined, _UNREACHABLE) == "nan"
         self._handle.psi_towards_many(poses, branches, wish, targets, out, nan, as_threads(threads))
@@ -930,10 +939,7 @@ class Arm:
         ------
         ShapeError, NotFiniteError
         """
-        joints = as_floats("q", q, (JOINTS,))
-        out = np.empty((*joints.shape[:-1], 6, JOINTS))
-        self._handle.jacobian_many(joints, out, as_threads(threads))
-        return out
+        return self._of_joints(self._handle.jacobian_many, q, (6, JOINTS), threads)
 
     def self_motion(self, pose: ArrayLike, psi: ArrayLike, gc: ArrayLike, *, threads: int = 1) -> Floats:
         """Return dq/dpsi at a fixed pose: the motion that leaves the tool where it is.
@@ -960,13 +966,7 @@ class Arm:
 
         Source: Faria et al. (2018), Eqs. (28), (33).
         """
-        batch, (poses, angles, branches) = broadcast(
-            [
-                ("pose", as_poses("pose", pose, self._handle), 2),
-                ("psi", as_floats("psi", psi), 0),
-                ("gc", as_gc(gc), 0),
-            ]
-        )
+        batch, (poses, angles, branches) = self._postures(pose, psi, gc)
         out = np.empty((*batch, JOINTS))
         self._handle.self_motion_many(poses, angles, branches, out, as_threads(threads))
         return out
@@ -1008,13 +1008,7 @@ class Arm:
         >>> bool(np.allclose(arm.inverse_derivative(*arm.forward(q)) @ both, np.eye(7), rtol=0, atol=1e-12))
         True
         """
-        batch, (poses, angles, branches) = broadcast(
-            [
-                ("pose", as_poses("pose", pose, self._handle), 2),
-                ("psi", as_floats("psi", psi), 0),
-                ("gc", as_gc(gc), 0),
-            ]
-        )
+        batch, (poses, angles, branches) = self._postures(pose, psi, gc)
         out = np.empty((*batch, JOINTS, JOINTS))
         self._handle.inverse_derivative_many(poses, angles, branches, out, as_threads(threads))
         return out
@@ -1038,10 +1032,7 @@ class Arm:
         ------
         ShapeError, NotFiniteError
         """
-        joints = as_floats("q", q, (JOINTS,))
-        out = np.empty(joints.shape)
-        self._handle.psi_gradient_many(joints, out, as_threads(threads))
-        return out
+        return self._of_joints(self._handle.psi_gradient_many, q, (JOINTS,), threads)
 
     def feasible_derivative(
         self, pose: ArrayLike, gc: int, *, singularity_margin: float = 0.0
@@ -1300,9 +1291,8 @@ class Arm:
         ------
         ShapeError, NotFiniteError, NotRotationError, ConfigurationError, SceneError, UnreachableError
         """
-        named = [("pose", as_poses("pose", pose, self._handle), 2), ("psi", as_floats("psi", psi), 0)]
-        check_angles("psi", named[1][1])
-        batch, (poses, angles, branches) = broadcast([*named, ("gc", as_gc(gc), 0)])
+        batch, (poses, angles, branches) = self._postures(pose, psi, gc)
+        check_angles("psi", angles)
         ready = self._needed(scene)
         out, pair = np.empty((*batch, 8)), np.empty(batch, dtype=np.int64)
         self._handle.proximity_many(ready.handle, poses, angles, branches, out, pair, as_threads(threads))
@@ -1345,8 +1335,7 @@ class Arm:
         """
         arcs = self._arcs(pose, gc, singularity_margin, 0.0, 0.0, Wanted.BRANCH, (), threads, scene)
         margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
-        named = [("pose", as_poses("pose", pose, self._handle), 2), ("gc", as_gc(gc), 0)]
-        batch, (poses, branches) = broadcast(named)
+        batch, (poses, branches) = self._branches(pose, gc)
         ready = self._needed(scene)
         psi, out = np.empty(batch), np.empty((*batch, 8))
         pair, status = (np.empty(batch, dtype=np.int64) for _ in range(2))
@@ -1370,8 +1359,7 @@ class Arm:
         margin = as_number("singularity_margin", margin, 0.0, MOST_MARGIN)
         paper = as_number("paper_margin", paper, 0.0, MOST_MARGIN)
         threshold = as_number("paper_discriminant", threshold, 0.0, np.inf)
-        named = [("pose", as_poses("pose", pose, self._handle), 2), ("gc", as_gc(gc), 0)]
-        batch, (poses, branches) = broadcast(named)
+        batch, (poses, branches) = self._branches(pose, gc)
         columns = self._handle.feasible_many(
             poses, branches, margin, paper, threshold, wanted, as_threads(threads), handle
         )
@@ -1386,8 +1374,7 @@ class Arm:
         if as_number("paper_margin", paper, 0.0, MOST_MARGIN) != 0.0:
             raise unsupported("paper_margin=")
         margin = as_number("singularity_margin", margin, 0.0, MOST_MARGIN)
-        named = [("pose", as_poses("pose", pose, self._handle), 2), ("gc", as_gc(gc), 0)]
-        batch, (poses, branches) = broadcast(named)
+        batch, (poses, branches) = self._branches(pose, gc)
         unproven = np.zeros((*batch, *sets)).reshape(-1)
         handle = cast(NearHandle, self._handle)
         columns = handle.feasible_many(poses, branches, margin, wanted, unproven, as_threads(threads))
@@ -1636,6 +1623,8 @@ class Arm:
             one = self._handle.solve_one(pose, near, _METRICS[metric], Solution, STATUSES)
             if one is not None:
                 return cast(Solution, one)
+        if self.chain is not None and outside == "nearest":
+            raise unsupported("outside='nearest'")
         asked = Question(
             self, pose, near, metric, weight, prefer, gc, allowed, scene, singularity_margin, threads,
             relaxing_length(outside, length, gc, allowed, scene),

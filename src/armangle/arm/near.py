@@ -15,13 +15,12 @@ from ..models.detect import MAX_ANGLE, MAX_LENGTH
 _ASKED = {
     "feasible_one": "feasible",
     "feasible_many": "feasible",
-    "solve_one": "solve",
-    "solve_many": "solve",
-    "solutions_many": "solutions",
     "psi_towards_many": "psi_towards",
     "joint_function": "joint_function",
     "explain_pose": "explain",
-    "turns_many": "feasible_yaw",
+    "turns_many": "feasible_yaw or feasible_roll",
+    "end_slopes_one": "feasible_derivative",
+    "is_kuka": "aa.kuka",
     "plan_path": "plan",
     "curve_through": "JointPath",
 }

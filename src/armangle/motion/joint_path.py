@@ -303,6 +303,8 @@ class JointPath:
         one = len(self) == 1
         if at is None:
             proven = ", and proven between them" if self.certified else ""
+            if len(self) == 0:
+                return "There is no pose."
             count = "The one pose is" if one else f"All {len(self)} poses are"
             return f"{count} solved within all limits{proven}.{self._rounded()}{self._unproven()}"
         done = int((self.status == Status.OK).sum())

@@ -234,6 +234,6 @@ def _branches(gc: int | Iterable[int] | None) -> int:
 
 def _empty(arm: Arm) -> JointPath:
     return JointPath(
-        arm=arm, s=np.empty(0), poses=np.empty((0, 4, 4)), **blank_rows(0), certified=True,
+        arm=arm, s=np.empty(0), poses=np.empty((0, 4, 4)), **blank_rows(0), uncertified=np.empty((0, 2)),
         diagnosis=Diagnosis(()),
     )  # fmt: skip

@@ -21,7 +21,7 @@ from .options import LONGEST_STEP, Bound, joint_bound
 
 
 class _Tracking(IntEnum):
-    """What became of a tick: FOLLOWING, LAGGING, NEAREST, HELD or TURNING; see `Tracked`."""
+    """What became of a tick: FOLLOWING, LAGGING, NEAREST, HELD, TURNING or RETURNING; see `Tracked`."""
 
 
 if TYPE_CHECKING:
@@ -41,9 +41,10 @@ class Tracked(NamedTuple):
     ``q (7,)`` rad; ``velocity (7,)`` rad/s, ``(q - q before) / dt``: a position controller follows far better
     with it; ``status`` a `Tracking`: FOLLOWING (the tool is where the hand is, within 1e-9 m), LAGGING (on
     its way, as fast as the bounds allow), NEAREST (the hand is out of reach: at, or on the way to, the
-    nearest pose), HELD (no sample to believe: on as predicted) or TURNING (to the branch of `reconfigure`, or
-    out of a corner of the limits, joint by joint: the tool leaves the hand); ``distance`` of the tool from
-    the hand, m, ``sqrt(|dp|² + (length·angle)²)``; ``gap`` by which the hand's wrist is outside of what
+    nearest pose), HELD (no sample to believe: on as predicted), TURNING (to the branch of `reconfigure`, or
+    out of a corner of the limits, joint by joint: the tool leaves the hand) or RETURNING (a joint stands
+    outside its limits, where `start` found it: on its way into them); ``distance`` of the tool from the
+    hand, m, ``sqrt(|dp|² + (length·angle)²)``; ``gap`` by which the hand's wrist is outside of what
     joint 4 reaches, m; ``psi`` rad in (-π, π]; ``gc`` 0..7; ``why`` a `Status`: what keeps the tool from
     the hand.
     """
@@ -235,13 +236,26 @@ class Tracker:
         return np.array(self._core.q)
 
     def start(self, q: ArrayLike) -> None:
-        """Begin at rest at the joints `q` (7,), rad, drawn into the limits.
+        """Begin at rest at the joints `q` (7,), rad.
+
+        Joints outside their limits are led into them within the bounds on speed and acceleration, and until
+        they are in the status of a tick is RETURNING: nothing jumps, and nothing is drawn in without a word.
 
         Raises
         ------
-        ShapeError, NotFiniteError, InputError
+        ShapeError, NotFiniteError
+        InputError
+            Also if a joint is more than a turn outside its limits.
         """
-        self._core.start(one_posture("q", q))
+        joints = one_posture("q", q)
+        outside = np.maximum(self._arm.lower - joints, joints - self._arm.upper)
+        worst = int(np.argmax(outside))
+        if outside[worst] > 2 * np.pi:
+            raise InputError(
+                f"q[{worst}] is {joints[worst]:g}, {outside[worst]:.4g} rad outside its limits. "
+                "Joints are in rad: were these degrees?"
+            )
+        self._core.start(joints)
         self._started = True
 
     def _check_started(self) -> None:

@@ -21,7 +21,7 @@ _UNITS = {"q": "deg", "qd": "deg/s", "qdd": "deg/s²"}
 _HEADS = {"q": "joint value", "qd": "velocity", "qdd": "acceleration"}
 _STATUS_COLOURS = {
     Tracking.FOLLOWING: FREE, Tracking.LAGGING: SKY, Tracking.NEAREST: ORANGE, Tracking.HELD: MID,
-    Tracking.TURNING: BLUE,
+    Tracking.TURNING: BLUE, Tracking.RETURNING: VERMILION,
 }  # fmt: skip
 _MM = 1e3
 ROOM = 0.08

@@ -96,6 +96,8 @@ class Placement:
     def __str__(self) -> str:
         """Return the best base as a sentence."""
         i, j = self._best_index()
+        if not self.reached[i, j] > 0:
+            return f"0 of {self.weight.sum():g} reached from any of {self.reached.size} positions"
         return (
             f"{self.reached[i, j]:g} of {self.weight.sum():g} reached from x = {self.x[i]:g} m, "
             f"y = {self.y[j]:g} m, yaw {np.degrees(self.yaw[i, j]):.1f}°, which may vary over "

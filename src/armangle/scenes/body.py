@@ -19,9 +19,9 @@ class Body:
     ----------
     links : mapping of int to sequence of Ball or Capsule
         By DH frame 0..7, in which the shapes are given, m (`Arm.frames`): 3 is the upper arm, its y axis
-        along it, 4 the forearm, its z axis along it. Radii > 0. Those of links 1, 2, 5 and 6 must be centred
-        on axis 1, 3, 5 or 7: the z axis of frames 2 and 6, the y axis of frames 1 and 5. A name of a shape
-        names its link in results; without one it is "link_3".
+        along it, 4 the forearm, its z axis along it. Radii > 0. Quickest are those of links 3 and 4, and of
+        links 1, 2, 5 and 6 those centred on axis 1, 3, 5 or 7: the z axis of frames 2 and 6, the y axis of
+        frames 1 and 5. A name of a shape names its link in results; without one it is "link_3".
 
     Raises
     ------
@@ -37,14 +37,15 @@ class Body:
 
     def __init__(self, links: Mapping[int, Iterable[Ball | Capsule]]) -> None:
         if not isinstance(links, Mapping) or not links:
-            raise SceneError("Body", "links", links, "a mapping of DH frame (0..7) to balls and capsules")
+            wanted = "a mapping of at least one DH frame (0..7) to balls and capsules, as {4: [Ball(...)]}"
+            raise SceneError("Body", "links", links, wanted)
         rows = []
         for frame, shapes in links.items():
             if isinstance(frame, bool) or not isinstance(frame, int) or not 0 <= frame <= JOINTS:
                 raise SceneError("Body", "links", frame, f"a DH frame, an integer from 0 to {JOINTS}")
             listed = as_shapes(f"Body link {frame}", shapes, RODS)
             for at, shape in enumerate(listed):
-                if not getattr(shape, "radius") > 0:  # noqa: B009
+                if isinstance(shape, Ball | Capsule) and shape.radius == 0:
                     raise SceneError(f"Body link {frame}", f"shapes[{at}]", shape, "a radius > 0 (m)")
             rows.append((frame, listed))
         _set(self, links=tuple(sorted(rows, key=lambda row: row[0])), _bones=None)

@@ -18,7 +18,7 @@ class Clearance(NamedTuple):
     two reach at most. ``obstacle (...)`` and ``link (...)`` are their names, for a batch arrays of objects,
     None where there is no pair at all (the distance is then infinite). ``psi_rate (...)`` is what the
     distance gains with the arm angle, m/rad. ``points (..., 2, 3)`` are the nearest points of the two
-    surfaces, of the link and of the obstacle, m, in the frame that poses are given in.
+    surfaces, of the link and of the obstacle, m, in the frame that poses are given in; NaN without a pair.
     """
 
     distance: float | Floats

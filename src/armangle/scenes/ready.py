@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .. import _core
-from .._arrays import Floats
+from .._arrays import JOINTS, Floats, Ints
 from .._core import Within
 from ..errors import SceneError
 from .body import Body
@@ -15,9 +16,6 @@ from .scene import Scene
 from .shapes import Shape
 
 LINKS_OF_A_PAIR = 256  # the core says a pair as obstacle * 256 + link
-_AXES = {
-    1: "axis 1 (its y axis)", 2: "axis 3 (its z axis)", 5: "axis 5 (its y axis)", 6: "axis 7 (its z axis)",
-}  # fmt: skip
 
 
 class Ready(NamedTuple):
@@ -35,11 +33,21 @@ class Ready(NamedTuple):
 
 
 class _Link(NamedTuple):
-    """A shape of the arm: the link it is of, its name, its row of numbers."""
+    """A shape of the arm: the link it was given for, that it moves with, its name, its row of numbers."""
 
+    given: int
     frame: int
     name: str
     row: list[float]
+
+
+class _Links(NamedTuple):
+    """Shapes of the arm by how they move: with the arm plane, not at all, with the pose, with a joint."""
+
+    parts: list[_Link]
+    base: list[_Link]
+    held: list[_Link]
+    swings: list[_Link]
 
 
 class Built(Protocol):
@@ -68,24 +76,30 @@ def make_ready(arm: Built, scene: Scene) -> Ready:
     if arm.body is None and not arm.hand:
         how = "arm.with_body(Body.bones(upper_arm=0.09, forearm=0.08))"
         raise SceneError("arm", "body", None, f"a body: {how}")
-    parts, base, held = _sorted_links(arm)
-    links = [*parts, *base, *held]
-    for what, listed, most in (("parts of links 3 and 4", parts, _core.MOST_PARTS),
+    mine = _sorted_links(arm)
+    links = [*mine.parts, *mine.base, *mine.held, *mine.swings]
+    turning = [*mine.swings, *mine.parts]
+    for what, listed, most in (("shapes of links 1 to 6", turning, _core.MOST_PARTS),
                                ("shapes of the arm", links, _core.MOST_LINKS)):  # fmt: skip
         if len(listed) > most:
             raise SceneError("arm", "body", len(listed), f"at most {most} {what}")
-    obstacles = [*scene.names, *(link.name for link in [*base, *held])]
+    own = [*mine.base, *mine.held, *turning]
+    obstacles = [*scene.names, *(link.name for link in own)]
     user = [[*shape._row(), Within.USER.value] for shape in scene.shapes]
-    solids = [*user, *(link.row for link in [*base, *held])]
-    ignored = _ignored(scene, obstacles, links, [*base, *held])
+    solids = [*user, *(link.row for link in [*mine.base, *mine.held])]
+    ignored = _ignored(scene, obstacles, links, own)
     first_base = len(user)
+    first_held = first_base + len(mine.base)
     handle = _core.Scene(
         arm._handle,
         np.array(solids, dtype=np.float64).reshape(-1, _SOLID_WIDTH),
         first_base,
-        first_base + len(base),
-        np.array([_rod(link) for link in parts], dtype=np.float64).reshape(-1, _ROD_WIDTH),
+        first_held,
+        np.array([_rod(link) for link in [*mine.parts, *mine.swings]], dtype=np.float64).reshape(
+            -1, _ROD_WIDTH
+        ),
         ignored,
+        _own_pairs(mine, first_held + len(mine.held), ignored),
         scene.clearance,
     )
     return Ready(handle, tuple(obstacles), tuple(link.name for link in links))
@@ -99,38 +113,45 @@ def _rod(link: _Link) -> list[float]:
     return [link.frame, link.row[1], *link.row[2:8]]
 
 
-def _sorted_links(arm: Built) -> tuple[list[_Link], list[_Link], list[_Link]]:
-    """Return what turns with psi, what rests on the ground, and what moves with the pose alone.
-
-    `frame` of the first is the link that a shape rests in; of the others the link that it was given for.
-    """
+def _sorted_links(arm: Built) -> _Links:
+    """Return the shapes of an arm, where they rest or what they swing about."""
     shapes = [] if arm.body is None else arm.body._shapes(arm.d_se, arm.d_ew, arm.a_3, arm.a_4, arm.d_4)
     rods: Floats = np.array([[frame, *shape._row()[1:8]] for frame, shape in shapes], dtype=np.float64)
     rods = rods.reshape(-1, _ROD_WIDTH)
     rest = np.zeros(len(rods), dtype=np.int64)
     arm._handle.resting_links(rods, rest)
-    parts, base, held = [], [], []
+    out = _Links([], [], [], [])
     for (given, shape), at, rod in zip(shapes, rest.tolist(), rods.tolist(), strict=True):
-        if at < 0:
-            raise SceneError(
-                f"Body link {given}", "center" if hasattr(shape, "center") else "begin, end",
-                tuple(shape._row()[2:8]), f"a shape centred on {_AXES[given]}",
-            )  # fmt: skip
         row = [*shape._row()[:2], *rod[2:], *shape._row()[8:]]
         name = shape.name or f"link_{given}"
-        if at in (3, 4):
-            parts.append(_Link(at, name, row))
+        if at < 0:
+            out.swings.append(_Link(given, given, name, row))
+        elif at in (3, 4):
+            out.parts.append(_Link(given, at, name, row))
         elif at == 0:
-            base.append(_Link(given, name, [*row, Within.BASE.value]))
+            out.base.append(_Link(given, at, name, [*row, Within.BASE.value]))
         else:
-            held.append(_Link(given, name, [*row, Within.FLANGE.value]))
-    held += [_Link(7, shape.name or "hand", [*shape._row(), Within.TOOL.value]) for shape in arm.hand]
-    return parts, base, held
+            out.held.append(_Link(given, at, name, [*row, Within.FLANGE.value]))
+    tool = [_Link(JOINTS, JOINTS, s.name or "hand", [*s._row(), Within.TOOL.value]) for s in arm.hand]
+    out.held.extend(tool)
+    return out
 
 
-def _ignored(
-    scene: Scene, obstacles: list[str], links: list[_Link], own: list[_Link]
-) -> np.ndarray[tuple[int, int], np.dtype[np.int8]]:
+def _own_pairs(mine: _Links, first_obstacle: int, ignored: NDArray[np.int8]) -> Ints:
+    """Return pairs (obstacle, link) of shapes of links 1 to 6 that are not to touch,."""
+    turning = [*mine.swings, *mine.parts]
+    first_swing = len(mine.parts) + len(mine.base) + len(mine.held)
+    places = [*range(first_swing, first_swing + len(mine.swings)), *range(len(mine.parts))]
+    pairs = [
+        (first_obstacle + i, places[j])
+        for i in range(len(turning))
+        for j in range(i + 1, len(turning))
+        if not ignored[first_obstacle + i, places[j]]
+    ]
+    return np.array(pairs, dtype=np.int64).reshape(-1, 2)
+
+
+def _ignored(scene: Scene, obstacles: list[str], links: list[_Link], own: list[_Link]) -> NDArray[np.int8]:
     """Return which pairs may touch: those that the scene says, and own links side by side."""
     out = np.zeros((len(obstacles), len(links)), dtype=np.int8)
     names = [link.name for link in links]
@@ -141,8 +162,10 @@ def _ignored(
                 raise SceneError("Scene", f"ignore[{at}]", name, f"the name of {what} (there are: {listed})")
         rows = [i for i, name in enumerate(obstacles) if name == obstacle]
         out[np.ix_(rows, [i for i, name in enumerate(names) if name == link])] = 1
+        both = [i for i, own_name in enumerate(obstacles) if own_name == link and i >= len(scene.shapes)]
+        out[np.ix_(both, [i for i, name in enumerate(names) if name == obstacle])] = 1
     first = len(scene.shapes)
     for i, mine in enumerate(own):
         for j, other in enumerate(links):
-            out[first + i, j] |= abs(mine.frame - other.frame) <= 1
+            out[first + i, j] |= abs(mine.given - other.given) <= 1
     return out

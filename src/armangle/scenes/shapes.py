@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from .. import _core
 from .._arrays import Floats
 from .._core import SolidKind
-from ..errors import ArmangleError, SceneError
+from ..errors import SceneError
 from ..poses import as_transform
 
 LARGEST = _core.LENGTH_LIMIT  # m: beyond it a length is not in metres
@@ -139,7 +139,7 @@ class Box:
 
     Raises
     ------
-    SceneError
+    SceneError, ShapeError, NotFiniteError, NotRotationError
 
     Examples
     --------
@@ -157,10 +157,7 @@ class Box:
     def __init__(
         self, pose: ArrayLike, size: ArrayLike, radius: float = 0.0, *, name: str | None = None
     ) -> None:
-        try:
-            frame = as_transform("pose", pose)
-        except ArmangleError as error:
-            raise SceneError("Box", "pose", pose, str(error)) from None
+        frame = as_transform("pose", pose)
         _point("Box", "pose", frame[:3, 3])
         edges = _point("Box", "size", size)
         if min(edges) < 0:

@@ -32,8 +32,12 @@ OVER = 1.001
 """Where bounds are exceeded between grid points by more than this, the grid is made finer there."""
 CHECKED = 4000
 MOST_TOLERANCE = 1.0
+MOST_ROWS = 4_000_000
+"""Rows of a trajectory: an hour at 1 kHz."""
 _MOST_SPEED = 1e6
 _SLOWEST = 1e-12
+_LEAST_BOUND = 1e-12
+"""Of speeds, accelerations and jerks: times from less are no numbers."""
 
 
 class _Bounds(NamedTuple):
@@ -109,6 +113,11 @@ def retime(
     bounds = _checked(path, velocity, acceleration, jerk, tolerance, tool_speed, cycle)
     step = as_number("sample", sample, 0.0, _MOST_SPEED, low_open=True)
     path, g, timing, off = min(_ways(path, bounds), key=lambda way: way.timing.duration)
+    if not timing.duration <= MOST_ROWS * step:
+        raise InputError(
+            f"the motion takes {timing.duration:.3g} s, more than {MOST_ROWS} rows of sample = {step:g} s: "
+            "wanted a larger sample, or bounds in rad/s, rad/s², rad/s³ and a tool_speed in m/s"
+        )
     lost = None
     if bounds.tool_speed is not None:
         jump = bounds.acceleration * (bounds.cycle if bounds.jerk is None else 0.0)
@@ -176,9 +185,13 @@ def _checked(
     j = None if jerk is None else joint_bound(path.arm, "jerk", jerk, np.full(7, np.inf))
     if j is not None and not np.isfinite(j).any():
         j = None  # no bound
+    for name, bound in (("velocity", v), ("acceleration", a), ("jerk", j)):
+        if bound is not None and bound.min() < _LEAST_BOUND:
+            k = int(np.argmin(bound))
+            raise InputError(f"{name}[{k}] is {bound[k]:g}, wanted at least {_LEAST_BOUND:g}")
     speed = None
     if tool_speed is not None:
-        speed = as_number("tool_speed", tool_speed, 0.0, _MOST_SPEED, low_open=True)
+        speed = as_number("tool_speed", tool_speed, _LEAST_BOUND, _MOST_SPEED)
     given = (TOLERANCE if j is not None else 0.0) if tolerance is None else tolerance
     off = as_number("tolerance (m)", given, 0.0, MOST_TOLERANCE)
     return _Bounds(v, a, j, speed, as_number("cycle", cycle, 0.0, 1.0), off)

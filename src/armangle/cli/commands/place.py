@@ -86,20 +86,22 @@ def _line(option: str, text: str, step: float) -> Floats:
 def _show(found: Placement, rows: int) -> None:
     order = np.lexsort((-found.stretch.ravel(), -found.reached.ravel()))[:rows]
     lines = []
-    for k in order:
+    for k in order[found.reached.ravel()[order] > 0]:
         i, j = np.unravel_index(int(k), found.reached.shape)
         lines.append(
             [f"{found.reached[i, j]:g}", f"{found.x[i]:.3f}", f"{found.y[j]:.3f}",
              degrees(found.yaw[i, j], 1), degrees(found.stretch[i, j], 1)]
         )  # fmt: skip
-    show(f"of {counted(len(found.poses), 'pose')}, the arm {found.arm.name or ''} holds".rstrip())
-    show()
-    show(table(["held", "x m", "y m", "best yaw deg", "yaw may vary by deg"], lines))
+    if lines:
+        show(f"of {counted(len(found.poses), 'pose')}, the arm {found.arm.name or ''} holds".rstrip())
+        show()
+        show(table(["held", "x m", "y m", "best yaw deg", "yaw may vary by deg"], lines))
+        show()
     reasons: dict[str, int] = {}
     for _, why in found.missed():
         reasons[why.sentence] = reasons.get(why.sentence, 0) + 1
     if reasons:
-        show("\nnot held from the first of these:")
+        show("not held from the first of these:" if lines else "not held from any of these positions:")
     for sentence, count in reasons.items():
         show(f"  {counted(count, 'pose')}: {sentence}")
 

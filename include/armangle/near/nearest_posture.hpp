@@ -1,0 +1,406 @@
+// The nearest posture of a pose of a nearly S-R-S arm: of all branches, all proven psi and all windings the
+// one that costs least, globally.
+//
+// Branch and bound over pieces of the arcs. What joints do over a piece is known from the corrected motion
+// (a bound of first order), and in a narrow piece from its hull, whose slopes tell where the cost only falls:
+// there an end is left. The rest is halved, and what is left at last is polished. Branches come in the order
+// of a first bound, and the arcs of one are asked for only where it may hold something nearer.
+//
+// Stretches that are proven neither way are searched too, by postures near_rule::unproven apart: one that
+// meets the pose and the limits is an answer like another, but nothing says that none is nearer.
+#pragma once
+
+#include "../limits/nearest.hpp"
+#include "feasible.hpp"
+
+namespace armangle {
+
+namespace near_rule {
+inline constexpr int first_pieces = 16;   // of the whole circle
+inline constexpr double polished = 1e-4;  // rad: half width of a piece that is polished
+inline constexpr double unproven = 2e-3;  // the same in a stretch that is not proven
+inline constexpr int polishes = 60;       // halvings, or golden sections, of a piece
+inline constexpr double golden = 0.6180339887498949;
+inline constexpr double elbow_tie = 1e-12;  // rad, of joint 4 where it alone decides
+}  // namespace near_rule
+
+namespace detail {
+
+class ProvenSearch : PostureCosts {
+public:
+    ProvenSearch(const NearArm& arm, double margin, const Pose<double>& pose,
+                 const NearestOptions& options) noexcept
+        : PostureCosts(arm.nominal, options),
+          near_(arm),
+          margin_(margin),
+          pose_{orthonormal(pose.rotation), pose.position},
+          on_(triad(arm.nominal, flange_pose(arm.nominal, pose_))) {
+        const Status reached = reach_status(arm, on_);
+        for (int gc = 0; gc < configurations; ++gc) {
+            const bool may = options.branches >> gc & 1;
+            status_[gc] = may ? reached : Status::NOT_ALLOWED;
+            if (may && reached == Status::OK) survey(gc);
+        }
+    }
+
+    /// The nearest posture of all.
+    Nearest best() noexcept {
+        Nearest out;
+        if (keep_near(out)) return out;
+        search();
+        // where costs are a maximum and joint 4 decides, the other joints choose among what it leaves
+        if (best_.gc >= 0 && !squares()) {
+            const Spot at = spot(best_.gc, best_.psi);
+            const double of_elbow = elbow_cost(at.q);
+            if (of_elbow >= best_.cost - near_rule::elbow_tie) {
+                elbow_most_ = of_elbow + near_rule::elbow_tie;
+                best_.cost = cost(at.q);
+                for (int gc = 0; gc < configurations; ++gc)
+                    if (status_[gc] == Status::OK) survey(gc);
+                search();
+            }
+        }
+        if (best_.gc >= 0) return result();
+        for (int gc = 0; gc < configurations; ++gc) ask(gc);
+        out = nothing(status_);
+        return out.status == Status::OK ? refused(Status::LIMITS) : out;
+    }
+
+    /// The nearest posture of each branch and arc.
+    void all(Nearests& out) noexcept {
+        out.count = 0;
+        for (int gc = 0; gc < configurations; ++gc) {
+            if (!ask(gc)) continue;
+            for (int arc = 0; arc < arcs_.arcs.count; ++arc) {
+                best_ = {};
+                search_arc(arcs_.arcs.arc[arc], gc, false);
+                if (best_.gc >= 0) insert(out, result());
+            }
+        }
+        out.status = out.count > 0 ? Status::OK : nothing(status_).status;
+    }
+
+private:
+    struct Best {
+        double cost = infinity, psi = 0;
+        int gc = -1;
+    };
+    /// A posture, and whether it meets pose, branch and limits.
+    struct Spot {
+        SinCos<double> angle[joints];
+        double q[joint_slots];
+        bool found = false, kept = false;
+    };
+
+    // -- postures
+
+    Spot spot(int gc, double psi) const noexcept {
+        Spot out;
+        const PsiPlane<double> plane(on_, sin_cos(psi));
+        out.found = open_ ? solve_quickly(near_, pose_, plane, configuration(gc), out.angle)
+                          : solve_angles(near_, pose_, plane, configuration(gc), out.angle) == Status::OK;
+        if (!out.found) return out;
+        double near[joint_slots] = {};
+        for (int j = 0; j < joints; ++j) near[j] = joint_[j].near;
+        const Limits& limits = arm_.limits;
+        to_q(theta_of(out.angle), JointLanes::load(arm_.sign), JointLanes::load(arm_.offset),
+             JointLanes::load(limits.lower), JointLanes::load(limits.upper), JointLanes::load(near))
+            .store(out.q);
+        out.kept = within_limits(limits, out.q, tolerance::angle);
+        return out;
+    }
+
+    double elbow_cost(const double* q) const noexcept { return cost_of(joint_[3], q[3] - joint_[3].near); }
+
+    /// What a posture costs: with joint 4, unless it alone has decided.
+    double cost(const double* q) const noexcept {
+        if (squares()) return cost_of(q);
+        const double of_elbow = elbow_cost(q);
+        if (elbow_most_ == infinity) return max(cost_of(q), of_elbow);
+        return of_elbow <= elbow_most_ ? cost_of(q) : infinity;
+    }
+
+    /// Offers a posture at psi.
+    double offer(int gc, double psi) noexcept {
+        const Spot at = spot(gc, psi);
+        return offer(gc, psi, at);
+    }
+    double offer(int gc, double psi, const Spot& at) noexcept {
+        const double here = at.kept ? cost(at.q) : infinity;
+        if (here < best_.cost) best_ = {here, psi, gc};
+        return here;
+    }
+
+    // -- bounds
+
+    /// Least |q - near| of a joint within `reach` of theta, over the windings that the limits leave.
+    static double least_off(const JointCost& c, double theta, double reach) noexcept {
+        const double lower = c.lower - tolerance::angle, upper = c.upper + tolerance::angle;
+        if (!(reach < pi)) return abs(c.centre() - c.near);
+        const double first = lift(to_q(theta, c.sign, c.offset), c.centre());
+        double out = infinity;
+        for (const double turn : {-two_pi, 0.0, two_pi}) {
+            const double from = max(first + turn - reach, lower), to = min(first + turn + reach, upper);
+            if (from <= to) out = min(out, max(max(from - c.near, c.near - to), 0.0));
+        }
+        return out;
+    }
+
+    /// No posture of a stretch costs less, where each joint is within `reach` of theta.
+    double bound(const double* theta, const double* reach) const noexcept {
+        double sum = squares() ? 0.0 : -infinity;
+        for (int j = 0; j < joints; ++j) {
+            const double off = least_off(joint_[j], theta[j], reach[j]);
+            if (!(off < infinity)) return infinity;  // a limit is broken
+            const double one = cost_of(joint_[j], off);
+            if (j == 3 && elbow_most_ < infinity) {
+                if (one > elbow_most_) return infinity;
+                continue;
+            }
+            sum = both(sum, one);
+        }
+        return sum;
+    }
+
+    /// Whether a posture of such a bound is worth a look.
+    bool dropped(double least) const noexcept {
+        return !(least < (best_.cost < infinity ? best_.cost - tie(best_.cost) : infinity));
+    }
+
+    /// First bounds of a branch, by what deviations can do at most.
+    void survey(int gc) noexcept {
+        const CorrectedMotion coarse(arm_, flange_pose(arm_, pose_), on_, configuration(gc),
+                                     {near_.wrist_shift, near_.turn}, 0.0);
+        const double half = pi / near_rule::first_pieces;
+        least_[gc] = infinity;
+        for (int i = 0; i < near_rule::first_pieces; ++i) {
+            const Coarse c = coarse.over(-pi + half * (2 * i + 1), half);
+            piece_least_[gc][i] = bound(c.theta, c.reach);
+            least_[gc] = min(least_[gc], piece_least_[gc][i]);
+        }
+    }
+
+    // -- branch and bound
+
+    /// The arcs of a branch, less what the caller does not allow; whether there is something to search.
+    bool ask(int gc) noexcept {
+        if (asked_ == gc) return true;
+        if (status_[gc] != Status::OK) return false;
+        asked_ = gc;
+        feasible(near_, pose_, gc, arm_.limits, margin_, arcs_);
+        if (options_.allowed) {
+            const ProvenArcs before = arcs_;
+            intersect(before.arcs, *options_.allowed, arcs_.arcs);
+            intersect(before.open, *options_.allowed, arcs_.open);
+            if (arcs_.arcs.empty() && !before.arcs.empty()) arcs_.status = Status::NOT_ALLOWED;
+        }
+        status_[gc] = arcs_.status;
+        if (!arcs_.open.empty() || !arcs_.arcs.empty()) return true;
+        asked_ = -1;
+        return false;
+    }
+
+    /// All branches in the order of their bounds.
+    void search() noexcept {
+        bool done[configurations] = {};
+        for (;;) {
+            int gc = -1;
+            for (int k = 0; k < configurations; ++k)
+                if (!done[k] && status_[k] == Status::OK && (gc < 0 || least_[k] < least_[gc])) gc = k;
+            if (gc < 0 || dropped(least_[gc])) return;
+            done[gc] = true;
+            if (!ask(gc)) continue;
+            for (int i = 0; i < arcs_.arcs.count; ++i) search_arc(arcs_.arcs.arc[i], gc, false);
+            for (int i = 0; i < arcs_.open.count; ++i) search_arc(arcs_.open.arc[i], gc, true);
+        }
+    }
+
+    /// One arc in pieces, in the order of their bounds.
+    void search_arc(const Arc& arc, int gc, bool open) noexcept {
+        constexpr int n = near_rule::first_pieces;
+        constexpr double width = two_pi / n;
+        struct {
+            double lower, upper, least;
+        } piece[2 * n + 2];
+        int count = 0;
+        open_ = open;
+        const int first = static_cast<int>(std::floor((arc.lower + pi) / width));
+        for (int k = first; count < 2 * n + 2; ++k) {
+            const double from = max(arc.lower, -pi + width * k), to = min(arc.upper, -pi + width * (k + 1));
+            if (from > arc.upper || (from == arc.upper && count > 0)) break;
+            if (to >= from) piece[count++] = {from, to, piece_least_[gc][(k % n + n) % n]};
+        }
+        while (count > 0) {
+            int at = 0;
+            for (int k = 1; k < count; ++k)
+                if (piece[k].least < piece[at].least) at = k;
+            if (dropped(piece[at].least)) break;
+            descend(gc, piece[at].lower, piece[at].upper);
+            piece[at] = piece[--count];
+        }
+        open_ = false;
+    }
+
+    /// Finds what is nearest in [from, to], or that nothing there is near enough.
+    void descend(int gc, double from, double to) noexcept {
+        const double middle = 0.5 * (from + to), half = 0.5 * (to - from);
+        const Spot at = spot(gc, middle);
+        const double before = best_.cost;
+        const bool improved = offer(gc, middle, at) < before;
+        const double narrowest = open_ ? near_rule::unproven : near_rule::polished;
+        if (at.found && half <= near_rule::first_turn * near_rule::widest_ball) {
+            const PsiPlane<double> plane(on_, sin_cos(middle));
+            const Coarse c = coarse_about(near_, pose_, on_, plane, at.angle, configuration(gc), half);
+            if (dropped(bound(c.theta, c.reach))) return;
+            Hull hull;
+            if (half <= near_rule::widest_hull &&
+                prove_hull(near_, pose_, plane, at.angle, middle, half, hull)) {
+                double reach[joints];
+                for (int j = 0; j < joints; ++j) reach[j] = hull.reach(j);
+                if (dropped(bound(hull.theta, reach))) return;
+                if (const double way = falling(hull, at, reach); way != 0) {
+                    offer(gc, middle + way * half);
+                    return;
+                }
+            }
+        }
+        if (half <= narrowest) {
+            if (!open_ || improved) polish(gc, from, to);
+            return;
+        }
+        descend(gc, from, middle);
+        descend(gc, middle, to);
+    }
+
+    /// The end of a hull towards which the cost only falls: -1 or 1; 0 where it may turn, or jump to another
+    /// winding.
+    double falling(const Hull& hull, const Spot& at, const double (&reach)[joints]) const noexcept {
+        if (!squares() || !at.kept) return 0.0;
+        double slope = 0, radius = 0;
+        for (int j = 0; j < joints; ++j) {
+            const JointCost& c = joint_[j];
+            const double off = at.q[j] - c.near;
+            if (c.wide && !(abs(off) + reach[j] < pi)) return 0.0;
+            const double most = abs(hull.slope[j]) + hull.slope_radius[j];
+            slope += c.weight * c.sign * off * hull.slope[j];
+            radius += c.weight * (reach[j] * most + abs(off) * hull.slope_radius[j]);
+        }
+        if (!(abs(slope) > radius)) return 0.0;
+        return slope > 0 ? -1.0 : 1.0;
+    }
+
+    /// dcost/dpsi where costs are squares; NaN where there is no posture.
+    double cost_slope(int gc, double psi) const noexcept {
+        const Spot at = spot(gc, psi);
+        if (!at.kept) return not_a_number;
+        const PsiPlane<double> plane(on_, sin_cos(psi));
+        InverseSlope back;
+        if (!invert(seven_equations(near_, pose_, plane, at.angle), back)) return not_a_number;
+        const double turning = dot(plane.along, elbow_axis(at.angle));
+        double out = 0;
+        for (int j = 0; j < joints; ++j)
+            out += joint_[j].weight * joint_[j].sign * (at.q[j] - joint_[j].near) * back.row[j].psi * turning;
+        return out;
+    }
+
+    /// The least cost of a narrow piece.
+    void polish(int gc, double from, double to) noexcept {
+        offer(gc, from);
+        offer(gc, to);
+        if (!squares()) return by_sections(gc, from, to);
+        double a = from, b = to, at_a = cost_slope(gc, a), at_b = cost_slope(gc, b);
+        if (is_nan(at_a) || is_nan(at_b)) return by_sections(gc, from, to);
+        if (!(at_a < 0 && at_b > 0)) return;  // an end costs least
+        for (int pass = 0; pass < near_rule::polishes && b - a > near_rule::residual; ++pass) {
+            const double secant = a - at_a * (b - a) / (at_b - at_a);
+            const bool even = pass % 3 == 2 || !(secant > a && secant < b);
+            const double psi = even ? 0.5 * (a + b) : secant, slope = cost_slope(gc, psi);
+            offer(gc, psi);
+            if (is_nan(slope)) return by_sections(gc, from, to);
+            if (slope == 0 || psi == a || psi == b) break;
+            (slope < 0 ? a : b) = psi;
+            (slope < 0 ? at_a : at_b) = slope;
+        }
+        settle(gc, 0.5 * (a + b));
+    }
+
+    /// Takes a stationary psi where its cost is that of the best but for rounding: it has more digits.
+    void settle(int gc, double psi) noexcept {
+        const Spot at = spot(gc, psi);
+        if (gc != best_.gc || !at.kept || !(abs(psi - best_.psi) <= near_rule::polished)) return;
+        const double here = cost(at.q);
+        if (here <= best_.cost + tie(best_.cost)) best_ = {here, psi, gc};
+    }
+
+    /// The same by golden sections.
+    void by_sections(int gc, double from, double to) noexcept {
+        double a = from, b = to;
+        double left = b - near_rule::golden * (b - a), right = a + near_rule::golden * (b - a);
+        double at_left = offer(gc, left), at_right = offer(gc, right);
+        for (int pass = 0; pass < near_rule::polishes && b - a > tolerance::angle; ++pass) {
+            if (at_left < at_right) {
+                b = right;
+                right = left;
+                at_right = at_left;
+                left = b - near_rule::golden * (b - a);
+                at_left = offer(gc, left);
+            } else {
+                a = left;
+                left = right;
+                at_left = at_right;
+                right = a + near_rule::golden * (b - a);
+                at_right = offer(gc, right);
+            }
+        }
+    }
+
+    // -- results
+
+    /// The seed itself, where it is a posture of the pose: nothing is nearer.
+    bool keep_near(Nearest& out) noexcept {
+        if (!options_.near || options_.metric == Metric::margin) return false;
+        if (!within_limits(arm_.limits, options_.near, 0.0)) return false;
+        const Posture here = forward(near_, options_.near);
+        if (is_nan(here.psi) || !(options_.branches >> here.gc & 1)) return false;
+        if (!same_pose(pose_, here.pose)) return false;
+        if (options_.allowed && !contains(*options_.allowed, here.psi)) return false;
+        if (margin_ > 0 && !(ask(here.gc) && contains(arcs_.arcs, here.psi))) return false;
+        out = finished(options_.near, here.psi, here.gc);
+        return true;
+    }
+
+    /// What is told of the best posture found.
+    Nearest result() noexcept {
+        const double psi = wrap(best_.psi);  // so that it is what inverse() gives at the psi that is told
+        return finished(spot(best_.gc, psi).q, psi, best_.gc);
+    }
+
+    const NearArm& near_;
+    double margin_;
+    Pose<double> pose_;
+    Triad<double> on_;
+    Status status_[configurations];
+    double least_[configurations], piece_least_[configurations][near_rule::first_pieces];
+    ProvenArcs arcs_;
+    int asked_ = -1;  // the branch whose arcs these are
+    Best best_;
+    double elbow_most_ = infinity;  // what joint 4 may cost
+    bool open_ = false;             // the stretch that is searched is not proven
+};
+
+}  // namespace detail
+
+/// The posture of a pose that is nearest to a seed, globally: over the allowed branches, all proven psi, all
+/// windings; and of what is not proven, the nearest found. `margin` (rad) is kept around singularities.
+inline Nearest nearest_posture(const NearArm& arm, double margin, const Pose<double>& pose,
+                               const NearestOptions& options) noexcept {
+    return detail::ProvenSearch(arm, margin, pose, options).best();
+}
+
+/// The nearest posture of each branch and proven arc, by rising distance.
+inline void nearest_postures(const NearArm& arm, double margin, const Pose<double>& pose,
+                             const NearestOptions& options, Nearests& out) noexcept {
+    detail::ProvenSearch(arm, margin, pose, options).all(out);
+}
+
+}  // namespace armangle

@@ -1,0 +1,208 @@
+// A rod that moves with psi in any way against a solid, or against another one: arcs that are certified.
+//
+// F(psi) = distance^2 - R^2 is the least of g = |x - y|^2 - R^2 over pairs of points, one of each. Over a
+// stretch of h rad let v and a be at most the speed and acceleration of x - y. A pair that blocks somewhere
+// on it is never farther apart than R + v h, so
+//
+//     -2 (R + v h) a  <=  g'' = 2 |x' - y'|^2 + 2 (x - y) . (x'' - y'')  <=  2 v^2 + 2 (R + v h) a  =  A.
+//
+//   Free: where F is F_a, F_b > 0 at both ends, F >= F_a + (F_b - F_a) t / h - A t (h - t) / 2, as in
+//   witnesses.hpp; or where both distances are longer than R by more than the points can move.
+//   Blocked: the nearest points of one end are a pair; where they are too near at the other end too, they are
+//   between, by the same bound from the other side.
+//
+// What is neither is halved; between a free and a blocked end the root is bracketed.
+#pragma once
+
+#include <initializer_list>
+
+#include "swing.hpp"
+
+namespace armangle {
+
+namespace moving_rule {
+/// Cells that the circle begins with.
+inline constexpr int cells = 8;
+/// A stretch shorter than this (rad) that is proven neither way counts as blocked; so short is a root's
+/// bracket.
+inline constexpr double sliver = 1e-10, bracket = 2e-13;
+/// Distances asked of one pair; what is left then counts as blocked.
+inline constexpr int most_queries = 2000;
+inline constexpr int most_steps = 100;
+}  // namespace moving_rule
+
+namespace detail {
+
+/// One pair.
+class MovingPair {
+public:
+    /// Against a solid at rest.
+    MovingPair(const MovingRod& rod, const Solid& solid, double R) noexcept
+        : rod_(rod), other_(nullptr), solid_(solid), R_(R) {}
+    /// Against a rod that moves too.
+    MovingPair(const MovingRod& rod, const MovingRod& other, double R) noexcept
+        : rod_(rod), other_(&other), solid_(as_solid(other.at({0.0, 1.0}))), R_(R) {}
+
+    /// Calls blocked(lower, upper) for arcs that together are all that is blocked. False where the distances
+    /// were spent, and what was left counts as blocked.
+    template <class Blocked>
+    bool find(const Blocked& blocked) noexcept {
+        Run run{0.0, 0.0, false};
+        const auto add = [&](const Stretch& s) {
+            if (run.any && run.upper == s.a.psi) {
+                run.upper = s.b.psi;
+                return;
+            }
+            if (run.any) blocked(run.lower, run.upper);
+            run = {s.a.psi, s.b.psi, true};
+        };
+        Sample last = at(pi);
+        for (int k = moving_rule::cells - 1; k >= 0; --k) {
+            const Sample here = at(k == 0 ? -pi : -pi + two_pi * k / moving_rule::cells);
+            push({here, last});
+            last = here;
+        }
+        while (count_ > 0) {
+            const Stretch s = stack_[--count_];
+            const double h = s.b.psi - s.a.psi;
+            const bool free_a = s.a.F > 0, free_b = s.b.F > 0, mixed = free_a != free_b;
+            if (!mixed && free_a && is_free(s, h)) continue;
+            const bool spent = queries_ >= moving_rule::most_queries || count_ + 3 > most_stretches;
+            if (spent || h < (mixed ? 1.5 * moving_rule::bracket : moving_rule::sliver) ||
+                (!mixed && !free_a && is_blocked(s, h))) {
+                add(s);
+                continue;
+            }
+            if (mixed) {
+                const Stretch root = bracketed(s);
+                push({root.b, s.b});
+                push(root);
+                push({s.a, root.a});
+                continue;
+            }
+            const Sample middle = at(0.5 * (s.a.psi + s.b.psi));
+            push({middle, s.b});
+            push({s.a, middle});
+        }
+        if (run.any) blocked(run.lower, run.upper);
+        return queries_ < moving_rule::most_queries;
+    }
+
+private:
+    struct Sample {
+        double psi, F, distance;
+        double share;        // of the rod's nearest point, along it
+        double other_share;  // of the other rod's
+        Vec3<double> fixed;  // of a solid at rest
+    };
+    struct Stretch {
+        Sample a, b;
+    };
+    struct Run {
+        double lower, upper;
+        bool any;
+    };
+    static constexpr int most_stretches = 96;
+
+    bool flat() const noexcept { return solid_.kind == SolidKind::half_space; }
+
+    Sample at(double psi) noexcept {
+        ++queries_;
+        const SinCos<double> turn = sin_cos(psi);
+        const Rod rod = rod_.at(turn);
+        const Vec3<double> along = rod.end - rod.begin;
+        if (other_ != nullptr) {
+            const Rod other = other_->at(turn);
+            const Approach pair = nearest(rod.begin, rod.end, as_solid(other));
+            return {psi,
+                    squared(pair.distance),
+                    pair.distance,
+                    foot(rod.begin, along, pair.on_rod),
+                    foot(other.begin, other.end - other.begin, pair.on_solid),
+                    {}};
+        }
+        const Approach pair = nearest(rod.begin, rod.end, solid_);
+        return {psi, squared(pair.distance), pair.distance, foot(rod.begin, along, pair.on_rod),
+                0.0, pair.on_solid};
+    }
+
+    /// F of a distance; of a half-space, whose distance has a sign, the distance less R.
+    double squared(double distance) const noexcept {
+        return flat() ? distance - R_ : (distance - R_) * (distance + R_);
+    }
+
+    /// F of the nearest points of a sample, at another psi.
+    double same_pair(const Sample& of, double psi) const noexcept {
+        const SinCos<double> turn = sin_cos(psi);
+        const auto point = [](const Rod& rod, double share) {
+            return rod.begin + (rod.end - rod.begin) * share;
+        };
+        const Vec3<double> p = point(rod_.at(turn), of.share);
+        if (flat()) return dot(solid_.a, p) - solid_.b.x - R_;
+        const Vec3<double> q = other_ == nullptr ? of.fixed : point(other_->at(turn), of.other_share);
+        return squared(norm(p - q));
+    }
+
+    Drift drift(const Stretch& s, double h) const noexcept {
+        const SinCos<double> middle = sin_cos(0.5 * (s.a.psi + s.b.psi));
+        Drift out = rod_.over(middle, 0.5 * h * above_rounding);
+        if (other_ == nullptr) return out;
+        const Drift other = other_->over(middle, 0.5 * h * above_rounding);
+        return {out.speed + other.speed, out.acceleration + other.acceleration, out.shift + other.shift};
+    }
+
+    /// Whether the line through two values > 0, less the most that a bend of A takes off, stays >= 0.
+    static bool above(double from, double to, double A, double h) noexcept {
+        const double rise = to - from, t = 0.5 * h - rise / (A * h);
+        if (!(t > 0 && t < h)) return A < infinity;
+        return from + rise * t / h - 0.5 * A * t * (h - t) >= 0;
+    }
+
+    bool is_free(const Stretch& s, double h) const noexcept {
+        const Drift m = drift(s, h);
+        if (min(s.a.distance, s.b.distance) - m.shift * above_rounding > R_) return true;
+        if (!(m.speed < infinity)) return false;
+        const double bend =
+            flat() ? m.acceleration : 2.0 * m.speed * m.speed + 2.0 * (R_ + m.speed * h) * m.acceleration;
+        return above(s.a.F, s.b.F, bend * above_rounding, h);
+    }
+
+    bool is_blocked(const Stretch& s, double h) const noexcept {
+        const Drift m = drift(s, h);
+        if (!(m.speed < infinity)) return false;
+        const double bend =
+            (flat() ? m.acceleration : 2.0 * (R_ + m.speed * h) * m.acceleration) * above_rounding;
+        const double a_at_b = same_pair(s.a, s.b.psi), b_at_a = same_pair(s.b, s.a.psi);
+        return (a_at_b <= 0 && above(-s.a.F, -a_at_b, bend, h)) ||
+               (b_at_a <= 0 && above(-b_at_a, -s.b.F, bend, h));
+    }
+
+    /// The root between a free and a blocked end: secants, every third step a bisection, never so near to an
+    /// end that the other one stays.
+    Stretch bracketed(Stretch s) noexcept {
+        for (int step = 0; step < moving_rule::most_steps; ++step) {
+            const double h = s.b.psi - s.a.psi;
+            if (h <= moving_rule::bracket) break;
+            const double share = step % 3 == 2 ? 0.5 : s.a.F / (s.a.F - s.b.F),
+                         room = 0.4 * moving_rule::bracket;
+            const double psi = s.a.psi + min(max(share * h, room), h - room);
+            if (!(psi > s.a.psi && psi < s.b.psi)) break;
+            const Sample here = at(psi);
+            ((here.F > 0) == (s.a.F > 0) ? s.a : s.b) = here;
+        }
+        return s;
+    }
+
+    void push(const Stretch& s) noexcept { stack_[count_++] = s; }
+
+    const MovingRod& rod_;
+    const MovingRod* other_;
+    Solid solid_;
+    double R_;
+    int queries_ = 0, count_ = 0;
+    Stretch stack_[most_stretches];
+};
+
+}  // namespace detail
+
+}  // namespace armangle

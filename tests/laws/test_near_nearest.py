@@ -1,0 +1,108 @@
+"""Laws of solve, solutions and best on nearly S-R-S arms: no dense grid of the true inverse finds better."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from support.calibrated import ARMS, postures
+from support.draw import count, generator
+from support.nearest import Case, brute_force
+
+import armangle as aa
+from armangle.arm.question import MetricName
+from armangle.models.chain import chain_of, links_of
+
+GRID = 301
+ROUNDING = 1e-10
+EVERY = pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS.keys())
+
+
+def cases(arm: aa.Arm, n: int, seed: int) -> list[Case]:
+    rng = generator(seed)
+    out = []
+    for number in range(n):
+        q, near = rng.uniform(arm.lower, arm.upper, (2, 7))
+        if number % 2:
+            near = q + rng.normal(0, 0.05, 7)
+        metric: Any = ("l2", "max", "l2")[number % 3]
+        prefer: Any = "margin" if number % 5 == 4 else "near"
+        weight = rng.uniform(0, 2, 7) if number % 4 == 3 else np.ones(7)
+        out.append(Case(number, arm, arm.forward(q)[0], near, weight, metric, prefer))
+    return out
+
+
+def cost(case: Case, found: aa.Solution) -> float:
+    return float(-found.margin if case.prefer == "margin" else found.distance)
+
+
+@EVERY
+def test_no_grid_of_the_true_inverse_finds_a_nearer_posture(arm: aa.Arm) -> None:
+    for case in cases(arm, count(2), 31):
+        found, best = case.solve(), brute_force(case, GRID)
+        if not found.ok:
+            assert best == np.inf, (case.number, found.status, best)
+            continue
+        assert cost(case, found) <= best + ROUNDING, case.number
+        assert arm.within_limits(found.q, 1e-9)
+        pose, psi, gc = arm.forward(found.q)
+        assert np.abs(pose - case.pose).max() <= 1e-12
+        assert gc == found.gc and abs(psi - found.psi) % (2 * np.pi) <= 1e-9
+        # the naive way: the nearest posture of the nominal arm misses the pose, or the limits
+        naive = arm.nominal.solve(case.pose, case.near, metric=case.metric, weight=case.weight)
+        assert not naive.ok or np.abs(arm.forward(naive.q)[0] - case.pose).max() > 1e-6
+
+
+def test_without_deviation_the_answers_are_those_of_the_exact_arm() -> None:
+    exact = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    near = exact.with_(chain=links_of(chain_of(exact._description())))
+    q = postures(exact, count(20), 32)
+    seeds = q + generator(33).normal(0, 0.3, q.shape)
+    pose = exact.forward(q)[0]
+    metrics: tuple[MetricName, ...] = ("l2", "max")
+    for metric in metrics:
+        a, b = (arm.solve(pose, seeds, metric=metric) for arm in (exact, near))
+        assert np.abs(a.distance - b.distance).max() <= 1e-9
+        assert (a.gc == b.gc).all() and (a.status == b.status).all()
+    assert np.abs(exact.best(pose).margin - near.best(pose).margin).max() <= 1e-9
+
+
+def test_solutions_are_one_for_each_branch_and_proven_arc() -> None:
+    arm = ARMS["kuka_iiwa7_r800 1.0 mm"]
+    q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+    pose = arm.forward(q)[0]
+    found, arcs = arm.solutions(pose, q), arm.feasible_all(pose)
+    assert len(found) == int(np.sum(arcs.count))
+    distances = [one.distance for one in found]
+    assert distances == sorted(distances) and found[0].distance <= 1e-12
+    for one in found:
+        assert one.psi in arcs[one.gc]
+        assert np.abs(arm.forward(one.q)[0] - pose).max() <= 1e-12
+
+
+def test_what_is_asked_is_kept() -> None:
+    arm = ARMS["openarm_v10 1.0 mm"]
+    q = postures(arm, 6, 34)
+    pose = arm.forward(q)[0]
+    assert np.array_equal(arm.solve(pose, q).q, q)  # a posture of the pose is its own nearest
+    near = q + 0.1
+    whole = arm.solve(pose, near)
+    assert np.array_equal(arm.solve(pose, near, threads=2).q, whole.q)
+    for i in range(len(q)):
+        one = arm.solve(pose[i], near[i])
+        assert np.array_equal(one.q, whole.q[i]) and one.psi == whole.psi[i]
+        kept = arm.solve(pose[i], near[i], gc=int(one.gc), allowed=aa.ArcSet([[0.5, 1.0]]))
+        assert (0.5 <= kept.psi <= 1.0 and kept.distance >= one.distance) if kept.ok else True
+        off = arm.solve(pose[i], near[i], singularity_margin=0.2)
+        if off.ok:
+            theta = arm.signs * off.q + arm.offsets
+            theta[3] -= arm.delta
+            assert (np.abs(np.sin(theta[1:6:2])) >= np.sin(0.2) - 1e-9).all()
+    far = pose[0].copy()
+    far[0, 3] += 5.0
+    assert arm.solve(far, near[0]).status == aa.Status.UNREACHABLE
+    with pytest.raises(aa.InputError, match="outside='nearest' is not made for an arm with a chain"):
+        arm.solve(far, near[0], outside="nearest")
+    with pytest.raises(aa.InputError, match="scene= is not made for an arm with a chain"):
+        arm.solve(far, near[0], scene=aa.Scene())
