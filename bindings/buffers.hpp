@@ -33,9 +33,17 @@ struct Int64 {
 struct Int8 {
     static constexpr auto name = nb::detail::const_name("numpy.int8");
 };
+struct UInt8 {
+    static constexpr auto name = nb::detail::const_name("numpy.uint8");
+};
+struct Float32 {
+    static constexpr auto name = nb::detail::const_name("numpy.float32");
+};
 using Floats = ArrayHandle<Float64>;
 using Ints = ArrayHandle<Int64>;
 using Codes = ArrayHandle<Int8>;
+using Bytes = ArrayHandle<UInt8>;
+using Singles = ArrayHandle<Float32>;
 
 /// A view on an object's memory, released with it. Elements are doubles or 64-bit integers.
 class Buffer {
@@ -325,5 +333,6 @@ void bind_near_solving(nb::class_<NearArmHandle>& arm);
 void bind_tracking(nb::module_& m);
 void bind_reach(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_kuka(nb::class_<ArmHandle>& arm);
+void bind_xla(nb::module_& m, nb::class_<ArmHandle>& arm);
 
 }  // namespace binding

@@ -160,4 +160,5 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     binding::bind_tracking(m);
     binding::bind_reach(m, arm);
     binding::bind_kuka(arm);
+    binding::bind_xla(m, arm);
 }

@@ -202,13 +202,73 @@ void near_self_motion_many(const NearArmHandle& self, Floats pose, Floats psi, I
                    });
 }
 
-/// dq by twist and psi, (..., 7, 7).
-void inverse_derivative_many(const ArmHandle& self, Floats pose, Floats psi, Ints gc, Floats out,
+/// dq by twist and psi, (..., 7, 7); with `nan`, NaN where the geometry has no answer.
+void inverse_derivative_many(const ArmHandle& self, Floats pose, Floats psi, Ints gc, Floats out, bool nan,
                              int threads) {
-    for_each_asked(self.arm, pose, psi, gc, out, 2, threads, [&](const Asked& asked, double* to, double&) {
-        const Derivatives d = inverse_derivative(self.arm, asked.pose, asked.psi, asked.gc);
-        std::memcpy(to, d.entry, sizeof(d.entry));
+    const Buffer p(pose), a(psi), g(gc), to(out, true);
+    for_each<4>("pose", {&p, &a, &g, &to}, {2, 0, 0, 2}, threads, [&](const Py_ssize_t* at, double& value) {
+        InverseBatch b;
+        b.pose = {p.data<double>() + at[0], 0};
+        b.psi = {a.data<double>() + at[1], 0};
+        b.seed = {nullptr, 0};
+        b.gc = {g.data<long long>() + at[2], 0};
+        const Problem problem = detail::check_element(self.arm, b, 0, value);
+        const bool geometry = problem == Problem::unreachable || problem == Problem::folded;
+        if (problem != Problem::none && !(nan && geometry)) return problem;
+        const Derivatives d =
+            inverse_derivative(self.arm, load_pose(b.pose.data), *b.psi.data, static_cast<int>(*b.gc.data));
+        std::memcpy(to.data<double>() + at[3], d.entry, sizeof(d.entry));
         return Problem::none;
+    });
+}
+
+/// Gradients by the joints (..., 7) taken back to poses (..., 4, 4) and psi; for the operators of torch.
+void inverse_pullback_many(const ArmHandle& self, Floats pose, Floats psi, Ints gc, Floats by_q,
+                           Floats by_pose, Floats by_psi) {
+    const Buffer p(pose), a(psi), g(gc), q(by_q), to(by_pose, true), to_psi(by_psi, true);
+    for_each<6>("pose", {&p, &a, &g, &q, &to, &to_psi}, {2, 0, 0, 1, 2, 0}, 1,
+                [&](const Py_ssize_t* at, double& value) {
+                    const double* m = p.data<double>() + at[0];
+                    const Problem problem = check_pose(m, value);
+                    if (problem != Problem::none) return problem;
+                    inverse_pullback(self.arm, load_pose(m), a.data<double>()[at[1]],
+                                     static_cast<int>(g.data<long long>()[at[2]]), q.data<double>() + at[3],
+                                     to.data<double>() + at[4], to_psi.data<double>()[at[5]]);
+                    return Problem::none;
+                });
+}
+
+/// Gradients by poses and psi taken back to the joints.
+void forward_pullback_many(const ArmHandle& self, Floats q, Floats by_pose, Floats by_psi, Floats by_q) {
+    const Buffer in(q), p(by_pose), a(by_psi), to(by_q, true);
+    for_each<4>("q", {&in, &p, &a, &to}, {1, 2, 0, 1}, 1, [&](const Py_ssize_t* at, double& value) {
+        const double* joint = in.data<double>() + at[0];
+        const Problem problem = check_joints(joint, value);
+        if (problem != Problem::none) return problem;
+        double gradient[joints];
+        forward_pullback(self.arm, joint, p.data<double>() + at[1], a.data<double>()[at[2]], gradient);
+        std::memcpy(to.data<double>() + at[3], gradient, sizeof(gradient));
+        return Problem::none;
+    });
+}
+
+/// Gradients by twists (..., 6) as gradients by the entries of poses.
+void pose_gradient_many(Floats pose, Floats by_twist, Floats by_pose) {
+    const Buffer p(pose), t(by_twist), to(by_pose, true);
+    for_each<3>("pose", {&p, &t, &to}, {2, 1, 2}, 1, [&](const Py_ssize_t* at, double&) {
+        double twist[6];
+        std::memcpy(twist, t.data<double>() + at[1], sizeof(twist));
+        pose_gradient(load_pose(p.data<double>() + at[0]), twist, to.data<double>() + at[2]);
+        return Problem::none;
+    });
+}
+
+template <class Handle>
+void limit_margin_gradient_many(const Handle& self, Floats q, Floats out) {
+    for_each_joints<double>(q, out, 1, 1, [&](const double* joint, double* to) {
+        double slope[joints];
+        limit_margin_gradient(nominal(self.arm).limits, joint, slope);
+        std::memcpy(to, slope, sizeof(slope));
     });
 }
 
@@ -247,6 +307,7 @@ void bind_both(nb::class_<Handle>& arm) {
     arm.def("jacobian_many", &jacobian_many<Handle>, "q"_a, "out"_a, "threads"_a);
     arm.def("settle_many", &settle_many<Handle>, "poses"_a, "precision"_a);
     arm.def("limit_margin_many", &limit_margin_many<Handle>, "q"_a, "out"_a);
+    arm.def("limit_margin_gradient_many", &limit_margin_gradient_many<Handle>, "q"_a, "out"_a);
 }
 
 }  // namespace
@@ -266,8 +327,12 @@ void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm) {
     arm.def("psi_towards_many", &psi_towards_many, "pose"_a, "gc"_a, "wish"_a, "target"_a, "out"_a, "nan"_a,
             "threads"_a);
     arm.def("self_motion_many", &self_motion_many, "pose"_a, "psi"_a, "gc"_a, "out"_a, "threads"_a);
-    arm.def("inverse_derivative_many", &inverse_derivative_many, "pose"_a, "psi"_a, "gc"_a, "out"_a,
+    arm.def("inverse_derivative_many", &inverse_derivative_many, "pose"_a, "psi"_a, "gc"_a, "out"_a, "nan"_a,
             "threads"_a);
+    arm.def("inverse_pullback_many", &inverse_pullback_many, "pose"_a, "psi"_a, "gc"_a, "by_q"_a, "by_pose"_a,
+            "by_psi"_a);
+    arm.def("forward_pullback_many", &forward_pullback_many, "q"_a, "by_pose"_a, "by_psi"_a, "by_q"_a);
+    m.def("pose_gradient_many", &pose_gradient_many, "pose"_a, "by_twist"_a, "by_pose"_a);
     arm.def("psi_gradient_many", &psi_gradient_many, "q"_a, "out"_a, "threads"_a);
     arm.def("nearest_pose", &nearest_pose, "pose"_a, "out"_a);
 }

@@ -1,6 +1,9 @@
 // What can be reached: freedom of poses, turns of base and tool, and where to put the base.
+#include <nanobind/stl/optional.h>
+
 #include <algorithm>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "collected.hpp"
@@ -45,6 +48,20 @@ void freedom_many(const ArmHandle& self, Floats pose, double margin, Floats widt
         c[0] = f.gc;
         c[1] = f.arcs;
         c[2] = static_cast<long long>(f.status);
+        return Problem::none;
+    });
+}
+
+void freedom_gradient_many(const ArmHandle& self, Floats pose, double margin, Floats out, int threads) {
+    const Buffer in(pose), to(out, true);
+    const LimitTable limits = table(self, margin);
+    for_each<2>("pose", {&in, &to}, {2, 1}, threads, [&](const Py_ssize_t* at, double& value) {
+        const double* m = in.data<double>() + at[0];
+        const Problem problem = check_pose(m, value);
+        if (problem != Problem::none) return problem;
+        double slope[6];
+        freedom_gradient(self.arm, load_pose(m), limits, slope);
+        std::memcpy(to.data<double>() + at[1], slope, sizeof(slope));
         return Problem::none;
     });
 }
@@ -140,6 +157,105 @@ void place_many(const ArmHandle& self, Floats pose, Floats weight, Floats positi
     });
 }
 
+/// The tilts and turns of a map's cells (rad), and whether each turn has its opposite at the other end.
+struct MapAngles {
+    const double *tilt, *turn;
+    std::size_t tilts, turns;
+    bool opposed;
+
+    MapAngles(const Buffer& of_tilt, const Buffer& of_turn)
+        : tilt(of_tilt.data<double>()),
+          turn(of_turn.data<double>()),
+          tilts(static_cast<std::size_t>(of_tilt.shape(0))),
+          turns(static_cast<std::size_t>(of_turn.shape(0))),
+          opposed(true) {
+        for (std::size_t k = 0; k < turns; ++k) opposed &= turn[k] == -turn[turns - 1 - k];
+    }
+    std::size_t cells() const { return tilts * turns; }
+};
+
+/// What is written of the cells of one place of the wrist; a null pointer is not asked.
+struct CellColumns {
+    std::uint8_t* gc;
+    float* freedom;
+    std::uint8_t *yaw, *roll;
+
+    CellColumns at(std::size_t k) const {
+        return {gc + k, freedom + k, yaw ? yaw + k : nullptr, roll ? roll + k : nullptr};
+    }
+    void write(const ReducedCell& cell, std::size_t k) const {
+        gc[k] = cell.gc;
+        freedom[k] = cell.freedom;
+        if (yaw) yaw[k] = cell.yaw;
+        if (roll) roll[k] = cell.roll;
+    }
+};
+
+/// The cells of one place, tilt by tilt; where turn and -turn have the same cell each is made once.
+void place_cells(const ReducedArm& arm, double r, double height, const MapAngles& d, const CellColumns& to) {
+    ReducedPlace place(arm, r, height);
+    if (!place.any()) {
+        for (std::size_t k = 0; k < d.cells(); ++k) to.write({}, k);
+        return;
+    }
+    const bool halved = arm.mirrored && d.opposed;
+    const std::size_t made = halved ? (d.turns + 1) / 2 : d.turns;
+    for (std::size_t i = 0; i < d.tilts; ++i) {
+        place.tilt(d.tilt[i]);
+        const CellColumns row = to.at(i * d.turns);
+        for (std::size_t k = 0; k < made; ++k) {
+            const ReducedCell cell = place.cell(d.turn[k], to.yaw != nullptr, to.roll != nullptr);
+            row.write(cell, k);
+            if (halved) row.write(cell, d.turns - 1 - k);
+        }
+    }
+}
+
+/// The cells (k, tilts, turns) of a map at places of the wrist (k, 2), r and height; yaw and roll or None.
+void map_cells(const ArmHandle& self, Floats places, Floats tilt, Floats turn, double margin, Bytes gc,
+               Singles freedom, std::optional<Bytes> yaw, std::optional<Bytes> roll, int threads) {
+    const Buffer at(places), tilts(tilt), turns(turn), to_gc(gc, true), to_freedom(freedom, true);
+    Buffer to_yaw, to_roll;
+    if (yaw) to_yaw.get(*yaw, true);
+    if (roll) to_roll.get(*roll, true);
+    const MapAngles directions(tilts, turns);
+    const CellColumns out{to_gc.data<std::uint8_t>(), to_freedom.data<float>(),
+                          yaw ? to_yaw.data<std::uint8_t>() : nullptr,
+                          roll ? to_roll.data<std::uint8_t>() : nullptr};
+    nb::gil_scoped_release release;
+    const ReducedArm arm = reduced_arm(self.arm, margin);
+    parallel(static_cast<std::size_t>(at.shape(0)), threads,
+             [&](std::size_t begin, std::size_t end, std::size_t) {
+                 for (std::size_t i = begin; i < end; ++i) {
+                     const double* place = at.data<double>() + 2 * i;
+                     place_cells(arm, place[0], place[1], directions, out.at(i * directions.cells()));
+                 }
+             });
+}
+
+/// Poses (n, 4, 4) of reduced coordinates (n, 6): r, height, tilt, turn, azimuth, roll.
+void poses_of_reduced(const ArmHandle& self, Floats coordinates, Floats out) {
+    const Buffer in(coordinates), to(out, true);
+    for (Py_ssize_t i = 0; i < in.shape(0); ++i) {
+        const double* c = in.data<double>() + 6 * i;
+        store_pose(pose_of(self.arm, {c[0], c[1], c[2], c[3], c[4], c[5]}), to.data<double>() + 16 * i);
+    }
+}
+
+/// Reduced coordinates (n, 6) of poses (n, 4, 4).
+void reduced_of_poses(const ArmHandle& self, Floats pose, Floats out) {
+    const Buffer in(pose), to(out, true);
+    for_each<2>("pose", {&in, &to}, {2, 1}, 1, [&](const Py_ssize_t* at, double& value) {
+        const double* m = in.data<double>() + at[0];
+        const Problem problem = check_pose(m, value);
+        if (problem != Problem::none) return problem;
+        const ReducedPose p = reduced_pose(self.arm, load_pose(m));
+        const double six[] = {p.r, p.height, p.tilt, p.turn, p.azimuth, p.roll};
+        std::memcpy(to.data<double>() + at[1], six, sizeof(six));
+        return Problem::none;
+    });
+}
+
 /// Slopes of the ends of the feasible arcs of one pose, (count, 2, 6) in rows of six.
 void end_slopes_one(const ArmHandle& self, Floats pose, long long gc, double margin, Floats out) {
     const Buffer p(pose), to(out, true);
@@ -160,8 +276,13 @@ void bind_reach(nb::module_& m, nb::class_<ArmHandle>& arm) {
     nb::enum_<Turned>(m, "Turned").value("BASE", Turned::base).value("TOOL", Turned::tool);
     arm.def("reachable_many", &reachable_many, "pose"_a, "margin"_a, "out"_a, "threads"_a);
     arm.def("freedom_many", &freedom_many, "pose"_a, "margin"_a, "widths"_a, "codes"_a, "threads"_a);
+    arm.def("freedom_gradient_many", &freedom_gradient_many, "pose"_a, "margin"_a, "out"_a, "threads"_a);
     arm.def("turns_many", &turns_many, "pose"_a, "turned"_a, "margin"_a, "threads"_a);
     arm.def("end_slopes_one", &end_slopes_one, "pose"_a, "gc"_a, "margin"_a, "out"_a);
+    arm.def("map_cells", &map_cells, "places"_a, "tilt"_a, "turn"_a, "margin"_a, "gc"_a, "freedom"_a,
+            "yaw"_a.none(), "roll"_a.none(), "threads"_a);
+    arm.def("poses_of_reduced", &poses_of_reduced, "coordinates"_a, "out"_a);
+    arm.def("reduced_of_poses", &reduced_of_poses, "pose"_a, "out"_a);
     arm.def("place_many", &place_many, "pose"_a, "weight"_a, "position"_a, "margin"_a, "out"_a, "threads"_a);
 }
 

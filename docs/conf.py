@@ -35,6 +35,7 @@ myst_heading_anchors = 3
 myst_links_external_new_tab = False
 
 default_role = "py:obj"
+autodoc_mock_imports = ["jax", "torch"]  # the pages need neither
 autodoc_typehints = "none"
 autodoc_member_order = "bysource"
 autodoc_preserve_defaults = True

@@ -41,6 +41,8 @@ _NAMES = {
     "motion.tracking": "HandFilter Tracked Tracker Tracking",
     "poses": "pose",
     "reach.placement": "Placement place",
+    "reach.reach_map": "ReachMap reach_map",
+    "reach.voxels": "Voxels",
     "scenes.body": "Body",
     "scenes.clearance": "Clearance Widest",
     "scenes.scene": "Scene",
@@ -50,7 +52,7 @@ _NAMES = {
     "timing.trajectory": "SpeedLoss Trajectory TrajectoryPoint",
 }
 _HOME = {name: module for module, names in _NAMES.items() for name in names.split()}
-_MODULES = ("errors", "kuka", "plots", "viewer")
+_MODULES = ("errors", "jax", "kuka", "plots", "torch", "viewer")
 
 __all__ = tuple(sorted(_HOME))
 

@@ -1,8 +1,10 @@
 """The public names, for type checkers; __init__.py imports them when they are first used."""
 
 from . import errors as errors
+from . import jax as jax
 from . import kuka as kuka
 from . import plots as plots
+from . import torch as torch
 from . import viewer as viewer
 from ._core import (
     ISA as ISA,
@@ -107,6 +109,11 @@ from .reach.placement import (
     Placement as Placement,
     place as place,
 )
+from .reach.reach_map import (
+    ReachMap as ReachMap,
+    reach_map as reach_map,
+)
+from .reach.voxels import Voxels as Voxels
 from .scenes.body import Body as Body
 from .scenes.clearance import (
     Clearance as Clearance,

@@ -172,7 +172,13 @@ def test_the_api_page_has_every_public_member_and_no_other(site: Path) -> None:
     plots = {f"armangle.plots.{name}" for name in armangle.plots.__all__ if callable(drawn[name])}
     kuka = {"armangle.kuka", *(f"armangle.kuka.{name}" for name in armangle.kuka.__all__)}
     fields = {f"armangle.kuka.KukaFrame.{name}" for name in armangle.kuka.KukaFrame._fields}
-    assert names == wanted | homes | plots | kuka | fields | {"armangle.errors"}
+    functions = ("forward", "inverse", "freedom", "limit_margin")
+    bridges = {
+        f"armangle.{library}{name}"
+        for library in ("torch", "jax")
+        for name in ("", ".Kinematics", *(f".Kinematics.{function}" for function in functions))
+    }
+    assert names == wanted | homes | plots | kuka | fields | bridges | {"armangle.errors"}
 
 
 def test_the_api_page_shows_the_arguments_of_an_arm(site: Path) -> None:

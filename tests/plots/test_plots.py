@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -360,3 +361,17 @@ def test_placement_draws_what_is_held_and_the_best_base() -> None:
     assert np.allclose(np.hypot(arrows.U, arrows.V), 1.0)
     one = aa.place(arm, [], [0.0], [0.0])
     assert plots.placement(one, ax=plt.subplots()[1]).get_title()
+
+
+def test_reach_draws_the_section_and_voxels_the_shares(tmp_path: Path) -> None:
+    need("zarr")
+    arm = aa.Arm.from_catalogue("openarm_v10")
+    found = aa.reach_map(arm, tmp_path / "a.zarr", spacing=0.1, tilt=0.4)
+    ax = plots.reach(found, "yaw")
+    drawn = np.asarray(ax.collections[0].get_array()).reshape(found.shape[1], found.shape[0])
+    assert np.allclose(np.nan_to_num(drawn), found.section("yaw").T)
+    with pytest.raises(aa.InputError, match="field is 'speed', wanted one of 'gc'"):
+        plots.reach(found, "speed")
+    voxels = found.voxels(0.2)
+    space = plots.voxels(voxels, arm)
+    assert np.allclose(space.collections[0].get_array(), voxels.share)

@@ -61,7 +61,8 @@ def started(tracker: aa.Tracker) -> aa.Tracker:
 METHODS = ("forward", "inverse", "inverse_all", "jacobian", "self_motion", "limit_margin", "within_limits",
            "joint_feasible", "joint_function", "explain", "solve",
            "solutions", "best", "elbow", "with_reference", "reachable", "freedom", "feasible_yaw",
-           "feasible_roll", "inverse_derivative", "psi_gradient", "feasible_derivative")  # fmt: skip
+           "feasible_roll", "inverse_derivative", "psi_gradient", "feasible_derivative",
+           "limit_margin_gradient", "freedom_gradient")  # fmt: skip
 SCENES = ("clear", "clearance", "widest", "feasible", "feasible_all")
 BALL = aa.Ball([0.4, 0.0, 0.5], 0.1, name="lamp")
 SCENE, BODY = aa.Scene([BALL]), aa.Body.bones(upper_arm=0.09, forearm=0.08)
@@ -89,6 +90,8 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "follow": (aa.follow, {"arm": ARM, "poses": POSE[None], "start": Q}),
     "plan": (aa.plan, {"arm": ARM, "path": POSE[None]}),
     "place": (aa.place, {"arm": ARM, "poses": TWO, "x": [0.0], "y": [0.0]}),
+    "reach_map": (aa.reach_map, {"arm": ARM, "path": "never.zarr"}),
+    "ReachMap": (aa.ReachMap, {"path": "never.zarr"}),
     "Objective": (aa.Objective, {}),
     "Line": (aa.Line, {"start": POSE, "end": POSE}),
     "CircularArc": (aa.CircularArc, {"start": POSE, "via": [1.0, 2.0, 3.0], "end": POSE}),
@@ -221,6 +224,14 @@ BAD_HERE: dict[tuple[str, str], list[Any]] = {
     ("place", "poses"): [*WORDS, 0.1, POSE[:3], POSE, changed(TWO, NAN), TWO.astype(complex)],
     ("place", "weight"): ["nonsense", object(), 1.0, [1.0], [NAN, 1.0], [-1.0, 1.0]],
     ("place", "singularity_margin"): MARGIN,
+    **{(name, "path"): [None, object(), 1.0, {"a": 1}, "", "a\0b"] for name in ("reach_map", "ReachMap")},
+    ("reach_map", "spacing"): [*WORDS, NAN, INF, 0.0, -1.0, 1e-9, 1j],
+    ("reach_map", "tilt"): [*WORDS, NAN, INF, 0.0, -1.0, 1e-9, 3.0, 1j],
+    ("reach_map", "fields"): [None, object(), 1.0, (), ("gc", "nonsense"), [1j]],
+    ("reach_map", "singularity_margin"): MARGIN,
+    ("reach_map", "part"): ["nonsense", object(), 1, (1,), (0, 3), (4, 3), (1.0, 3), (True, 3)],
+    ("reach_map", "scheduler"): ["nonsense", object(), 1.0, {"a": 1}],
+    ("reach_map", "progress"): ["nonsense", object(), 1.0],
     ("Objective", "limits"): WEIGHT,
     ("plan", "start"): [v for v in JOINTS if v is not None],
     ("plan", "gc"): [*INDEX, [], [8], ["x"]],
@@ -263,7 +274,7 @@ def test_every_public_function_and_argument_is_in_the_matrix() -> None:
     }
     results |= {"Opening", "Path", "PathPoint", "Resolution", "Solution", "Solutions", "SpeedLoss", "Step"}
     results |= {"Clearance", "Widest", "Freedom", "Placement", "Tracked", "Trajectory", "TrajectoryPoint"}
-    results |= {"TrajectoryTable"}
+    results |= {"TrajectoryTable", "Voxels"}
     public = {name: getattr(aa, name) for name in aa.__all__}
     faults = {n for n, v in public.items() if isinstance(v, type) and issubclass(v, Exception)}
     constants = {n for n, v in public.items() if not callable(v)} | {"Status", "Tracking", "Verdict"}

@@ -58,6 +58,22 @@ inline double limit_margin(const Limits& limits, const double* q) noexcept {
     return limit_margin(limits, joint_lanes(q));
 }
 
+/// How limit_margin moves with the joints: +1 or -1 at the joint whose limit is nearest, 0 elsewhere and
+/// without limits; NaN where a joint is not finite.
+inline void limit_margin_gradient(const Limits& limits, const double* q, double (&out)[joints]) noexcept {
+    const double least = limit_margin(limits, q);
+    int nearest = -1;
+    double slope = 0;
+    for (int j = 0; j < joints; ++j) {
+        out[j] = least == least ? 0.0 : not_a_number;
+        const bool lower = q[j] - limits.lower[j] == least;
+        if (nearest >= 0 || !(lower || limits.upper[j] - q[j] == least)) continue;
+        nearest = j;
+        slope = lower ? 1.0 : -1.0;
+    }
+    if (nearest >= 0 && least < infinity) out[nearest] = slope;
+}
+
 /// Whether no joint is further than `slack` (rad) outside its limits.
 inline bool within_limits(const Limits& limits, const double* q, double slack) noexcept {
     return limit_margin(limits, q) >= -slack;

@@ -5,7 +5,7 @@
 #pragma once
 
 #include "../circle/derivatives.hpp"
-#include "feasible.hpp"
+#include "freedom.hpp"
 
 namespace armangle {
 
@@ -33,6 +33,22 @@ inline void end_slopes(const Arm& arm, const Pose<double>& pose, int gc, const A
             if (!(abs(rate) > tolerance::angle && abs(rate) < infinity)) continue;
             for (int k = 0; k < 6; ++k) slope[k] = -d.entry[joint][k] / rate;
         }
+}
+
+/// How the total of freedom() moves with the twist (v, omega) of the pose: upper less lower ends of all arcs.
+/// NaN where an end does not move smoothly; 0 where the pose has no arc, or whole circles alone.
+inline void freedom_gradient(const Arm& arm, const Pose<double>& pose, const LimitTable& t,
+                             double (&out)[6]) noexcept {
+    for (double& slope : out) slope = 0;
+    EndSlopes slopes;
+    const auto add = [&](int gc, Status, const ArcSet& arcs, const auto&, const auto&) {
+        if (arcs.full) return false;
+        end_slopes(arm, pose, gc, arcs, slopes);
+        for (int i = 0; i < arcs.count; ++i)
+            for (int k = 0; k < 6; ++k) out[k] += slopes.entry[i][1][k] - slopes.entry[i][0][k];
+        return false;
+    };
+    detail::each_branch(arm, circle(arm, flange_pose(arm, pose)), t, all_pivots, add);
 }
 
 }  // namespace armangle

@@ -972,7 +972,13 @@ class Arm:
         return out
 
     def inverse_derivative(
-        self, pose: ArrayLike, psi: ArrayLike, gc: ArrayLike, *, threads: int = 1
+        self,
+        pose: ArrayLike,
+        psi: ArrayLike,
+        gc: ArrayLike,
+        *,
+        unreachable: Unreachable = "raise",
+        threads: int = 1,
     ) -> Floats:
         """Return how the joints of `inverse` move with the pose and with the arm angle.
 
@@ -984,6 +990,8 @@ class Arm:
             Arm angle, rad.
         gc : array_like of int, shape (...)
             Global configuration 0..7.
+        unreachable : "raise" or "nan"
+            What to do where the geometry has no answer.
         threads : int
             Threads for a batch; 0 for all cores.
 
@@ -1010,7 +1018,8 @@ class Arm:
         """
         batch, (poses, angles, branches) = self._postures(pose, psi, gc)
         out = np.empty((*batch, JOINTS, JOINTS))
-        self._handle.inverse_derivative_many(poses, angles, branches, out, as_threads(threads))
+        nan = chosen("unreachable", unreachable, _UNREACHABLE) == "nan"
+        self._handle.inverse_derivative_many(poses, angles, branches, out, nan, as_threads(threads))
         return out
 
     def psi_gradient(self, q: ArrayLike, *, threads: int = 1) -> Floats:
@@ -1092,6 +1101,29 @@ class Arm:
         out = np.empty(joints.shape[:-1])
         self._handle.limit_margin_many(joints, out)
         return out[()]
+
+    def limit_margin_gradient(self, q: ArrayLike) -> Floats:
+        """Return how `limit_margin` moves with the joints.
+
+        Parameters
+        ----------
+        q : array_like, shape (..., 7)
+            Joint values, rad.
+
+        Returns
+        -------
+        ndarray, shape (..., 7)
+            rad/rad: +1 or -1 at the joint whose limit is nearest, the first of several; 0 elsewhere, and
+            without limits.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError
+        """
+        joints = as_floats("q", q, (JOINTS,))
+        out = np.empty(joints.shape)
+        self._handle.limit_margin_gradient_many(joints, out)
+        return out
 
     def within_limits(self, q: ArrayLike, tol: float = 0.0) -> NDArray[np.bool_] | np.bool_:
         """Return whether all joints are within their limits.
@@ -1461,6 +1493,37 @@ class Arm:
         gc, arcs = (codes[..., k].astype(np.uint8)[()] for k in (0, 1))
         status = codes[..., 2].astype(np.int8) if batch else STATUSES[int(codes[2])]
         return Freedom(gc, widths[..., 0], widths[..., 1], arcs, status)
+
+    def freedom_gradient(
+        self, pose: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1
+    ) -> Floats:
+        """Return how the total of `freedom` moves with the pose.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        singularity_margin : float
+            As in `feasible`, rad.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        ndarray, shape (..., 6)
+            By the velocity of the tool's origin (rad/m) and by its angular velocity (rad/rad), in the frame
+            that poses are given in: the ends of `feasible_derivative`, upper less lower, of all branches. 0
+            where a pose is not held, or on whole circles alone; NaN where an end does not move smoothly.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, NotRotationError, InputError
+        """
+        margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
+        poses = as_poses("pose", pose, self._handle)
+        out = np.empty((*poses.shape[:-2], 6))
+        self._handle.freedom_gradient_many(poses, margin, out, as_threads(threads))
+        return out
 
     def feasible_yaw(self, pose: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1) -> ArcSet:
         """Return all turns about axis 1 of the base at which a pose can be held: exact arcs.

@@ -25,6 +25,7 @@ COMMANDS = {
     "follow": "step along a file of poses",
     "plan": "plan a whole file of poses, proven between them, or say why not",
     "place": "where to put the robot for a file of poses, with the best yaw",
+    "reach": "make, resume, verify a map of what an arm reaches",
     "retime": "times for a joint file: a trajectory within the joints' bounds",
     "track": "follow a stream of poses as a tracker would: error, speeds, statuses",
     "plot": "draw the circle, the joints, a motion or a feasible map into a file",

@@ -18,6 +18,7 @@ from .figures import arm_frames, stick_figure
 from .maps import feasible_map
 from .motions import path, repulsion
 from .one_pose import circle, joint_profiles
+from .reaches import reach, voxels
 from .times import tracking, trajectory
 from .virtual import virtual_arm, virtual_plane
 
@@ -29,10 +30,12 @@ __all__ = [
     "joint_profiles",
     "path",
     "placement",
+    "reach",
     "repulsion",
     "stick_figure",
     "tracking",
     "trajectory",
     "virtual_arm",
     "virtual_plane",
+    "voxels",
 ]

@@ -1,0 +1,381 @@
+// The kinematics as functions that XLA calls: the handlers behind armangle.jax. No mathematics here.
+//
+// A handler speaks XLA's C interface, whose header is a copy (xla/c_api.h): its version is the oldest that is
+// supported, and newer XLA take it. Elements lie one after the other; all arguments have the same batch.
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <unordered_map>
+
+#include "elements.hpp"
+#include "xla/c_api.h"
+
+namespace binding {
+
+using namespace armangle;
+
+namespace {
+
+/// Arms by the key that Python made of their numbers. They stay: compiled functions hold the key.
+class KeptArms {
+public:
+    void keep(std::int64_t key, const ArmHandle& arm) {
+        const std::lock_guard lock(mutex_);
+        if (!arms_.contains(key)) arms_.emplace(key, std::make_unique<ArmHandle>(arm));
+    }
+
+    const ArmHandle* find(std::int64_t key) {
+        const std::lock_guard lock(mutex_);
+        const auto found = arms_.find(key);
+        return found == arms_.end() ? nullptr : found->second.get();
+    }
+
+private:
+    std::mutex mutex_;
+    std::unordered_map<std::int64_t, std::unique_ptr<ArmHandle>> arms_;
+};
+
+KeptArms& kept_arms() {
+    static KeptArms arms;
+    return arms;
+}
+
+constexpr std::size_t most_elements = 64;  // of a block, whose numbers are converted on the stack
+constexpr std::size_t pose_size = 16;
+
+/// A block of elements: what is given and what is wanted of `count` of them, one after the other.
+struct Block {
+    const ArmHandle* self;
+    const LimitTable* limits;
+    std::size_t count;
+    const double* in;   // q, or the pose
+    const double* psi;  // of the inverse and its derivative
+    const long long* gc;
+    double* out;      // the first result
+    double* out_psi;  // of forward
+    long long* out_gc;
+    Outcome outcome;
+};
+
+/// Writes `count` NaN.
+void no_numbers(double* to, std::size_t count) {
+    for (std::size_t k = 0; k < count; ++k) to[k] = not_a_number;
+}
+
+/// one(element, its first number of the input, of the output) for joints that are numbers; NaN of others.
+template <class One>
+void each_posture(Block& b, std::size_t size, const One& one) {
+    for (std::size_t i = 0; i < b.count; ++i) {
+        const double* q = b.in + joints * i;
+        if (is_finite(q))
+            one(i, q, b.out + size * i);
+        else
+            no_numbers(b.out + size * i, size);
+    }
+}
+
+/// The same for poses: those that hold no numbers give NaN, those that are no poses are reported.
+template <class One>
+void each_pose(Block& b, std::size_t size, const One& one) {
+    for (std::size_t i = 0; i < b.count; ++i) {
+        const double* m = b.in + pose_size * i;
+        double value = 0;
+        const Problem problem = check_pose(m, value);
+        if (problem == Problem::none)
+            one(i, load_pose(m), b.out + size * i);
+        else
+            no_numbers(b.out + size * i, size);
+        if (problem != Problem::none && problem != Problem::pose_not_finite)
+            b.outcome.report(problem, i, value);
+    }
+}
+
+struct ForwardTask {
+    static constexpr std::size_t input = joints, output = pose_size;
+    static constexpr bool has_branch = false, gives_branch = true;
+    static void run(Block& b) {
+        for (std::size_t i = 0; i < b.count; ++i) {
+            b.out_psi[i] = not_a_number;
+            b.out_gc[i] = 0;
+        }
+        each_posture(b, output, [&b](std::size_t i, const double* q, double* pose) {
+            const Posture posture = forward(b.self->arm, q);
+            store_pose(posture.pose, pose);
+            b.out_psi[i] = posture.psi;
+            b.out_gc[i] = posture.gc;
+        });
+    }
+};
+
+/// Twist and psi by the joints: the Jacobian, and the gradient of psi as a seventh row.
+struct ForwardDerivativeTask {
+    static constexpr std::size_t input = joints, output = joints * joints;
+    static constexpr bool has_branch = false, gives_branch = false;
+    static void run(Block& b) {
+        each_posture(b, output, [&b](std::size_t, const double* q, double* to) {
+            const Jacobian j = jacobian(b.self->arm, q);
+            double gradient[joints];
+            psi_gradient(b.self->arm, q, gradient);
+            std::memcpy(to, j.entry, sizeof(j.entry));
+            std::memcpy(to + 6 * joints, gradient, sizeof(gradient));
+        });
+    }
+};
+
+struct InverseTask {
+    static constexpr std::size_t input = pose_size, output = joints;
+    static constexpr bool has_branch = true, gives_branch = false;
+    static void run(Block& b) {
+        InverseBatch batch;
+        batch.pose = {b.in, pose_size};
+        batch.psi = {b.psi, 1};
+        batch.seed = {nullptr, 0};
+        batch.gc = {b.gc, 1};
+        batch.out = {b.out, joints};
+        batch.unreachable = Enforce::nan;
+        inverse_range(b.self->arm, batch, 0, b.count, b.outcome);
+        if (b.outcome.problem == Problem::none) return;
+        b.outcome = {};  // numbers that are none give none, and are no problem; one may lie behind them
+        for (std::size_t i = 0; i < b.count; ++i) {
+            double value = 0;
+            const Problem problem = check_pose(b.in + pose_size * i, value);
+            if (problem != Problem::none && problem != Problem::pose_not_finite)
+                b.outcome.report(problem, i, value);
+            if (b.gc[i] < 0 || b.gc[i] >= configurations) b.outcome.report(Problem::gc_range, i, 0);
+        }
+    }
+};
+
+struct InverseDerivativeTask {
+    static constexpr std::size_t input = pose_size, output = joints * joints;
+    static constexpr bool has_branch = true, gives_branch = false;
+    static void run(Block& b) {
+        each_pose(b, output, [&b](std::size_t i, const Pose<double>& pose, double* to) {
+            const Derivatives d = inverse_derivative(b.self->arm, pose, b.psi[i], static_cast<int>(b.gc[i]));
+            std::memcpy(to, d.entry, sizeof(d.entry));
+        });
+    }
+};
+
+struct FreedomTask {
+    static constexpr std::size_t input = pose_size, output = 1;
+    static constexpr bool has_branch = false, gives_branch = false;
+    static void run(Block& b) {
+        each_pose(b, output, [&b](std::size_t, const Pose<double>& pose, double* to) {
+            *to = freedom(b.self->arm, pose, *b.limits).total;
+        });
+    }
+};
+
+struct FreedomGradientTask {
+    static constexpr std::size_t input = pose_size, output = 6;
+    static constexpr bool has_branch = false, gives_branch = false;
+    static void run(Block& b) {
+        each_pose(b, output, [&b](std::size_t, const Pose<double>& pose, double* to) {
+            double slope[output];
+            freedom_gradient(b.self->arm, pose, *b.limits, slope);
+            std::memcpy(to, slope, sizeof(slope));
+        });
+    }
+};
+
+struct LimitMarginTask {
+    static constexpr std::size_t input = joints, output = 1;
+    static constexpr bool has_branch = false, gives_branch = false;
+    static void run(Block& b) {
+        each_posture(b, output, [&b](std::size_t, const double* q, double* to) {
+            *to = limit_margin(b.self->arm.limits, q);
+        });
+    }
+};
+
+struct LimitMarginGradientTask {
+    static constexpr std::size_t input = joints, output = joints;
+    static constexpr bool has_branch = false, gives_branch = false;
+    static void run(Block& b) {
+        each_posture(b, output, [&b](std::size_t, const double* q, double* to) {
+            double slope[joints];
+            limit_margin_gradient(b.self->arm.limits, q, slope);
+            std::memcpy(to, slope, sizeof(slope));
+        });
+    }
+};
+
+XLA_FFI_Error* failed(const XLA_FFI_CallFrame& frame, XLA_FFI_Error_Code code, const std::string& why) {
+    XLA_FFI_Error_Create_Args args{};
+    args.struct_size = XLA_FFI_Error_Create_Args_STRUCT_SIZE;
+    args.message = why.c_str();
+    args.errc = code;
+    return frame.api->XLA_FFI_Error_Create(&args);
+}
+
+/// What is wrong with an element, in words; Python has better ones, but XLA cannot ask it.
+std::string words(const Outcome& outcome) {
+    const std::string at = " at element " + std::to_string(outcome.index) + " of the batch";
+    switch (outcome.problem) {
+        case Problem::gc_range: return "gc is outside 0..7" + at;
+        case Problem::pose_last_row: return "the last row of pose is not 0 0 0 1" + at;
+        case Problem::pose_reflection: return "the rotation of pose is a reflection" + at;
+        default: return "the rotation of pose is not orthonormal" + at;
+    }
+}
+
+const XLA_FFI_Buffer& argument(const XLA_FFI_CallFrame& frame, int k) {
+    return *static_cast<const XLA_FFI_Buffer*>(frame.args.args[k]);
+}
+
+const XLA_FFI_Buffer& result(const XLA_FFI_CallFrame& frame, int k) {
+    return *static_cast<const XLA_FFI_Buffer*>(frame.rets.rets[k]);
+}
+
+/// A scalar attribute; all of ours are there, since Python writes them.
+template <class T>
+T attribute(const XLA_FFI_CallFrame& frame, const char* name) {
+    for (std::int64_t k = 0; k < frame.attrs.size; ++k)
+        if (std::string_view(frame.attrs.names[k]->ptr, frame.attrs.names[k]->len) == name)
+            return *static_cast<const T*>(static_cast<const XLA_FFI_Scalar*>(frame.attrs.attrs[k])->value);
+    return T{};
+}
+
+/// Numbers of a block of a buffer as doubles: where they lie, or converted into `room`.
+template <class T>
+const double* read(const XLA_FFI_Buffer& buffer, std::size_t first, std::size_t count, double* room) {
+    const T* from = static_cast<const T*>(buffer.data) + first;
+    if constexpr (std::is_same_v<T, double>) return from;
+    for (std::size_t k = 0; k < count; ++k) room[k] = static_cast<double>(from[k]);
+    return room;
+}
+
+/// Where a block of results is written: in their place, or into `room`, to be converted.
+template <class T>
+double* target(const XLA_FFI_Buffer& buffer, std::size_t first, double* room) {
+    if constexpr (std::is_same_v<T, double>) return static_cast<T*>(buffer.data) + first;
+    return room;
+}
+
+template <class T>
+void write(const XLA_FFI_Buffer& buffer, std::size_t first, std::size_t count, const double* from) {
+    if constexpr (!std::is_same_v<T, double>) {
+        T* to = static_cast<T*>(buffer.data) + first;
+        for (std::size_t k = 0; k < count; ++k) to[k] = static_cast<T>(from[k]);
+    }
+}
+
+/// Poses whose numbers were rounded to float, as they were before.
+void settle(const Arm& arm, double* poses, std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i) {
+        double* m = poses + pose_size * i;
+        double value = 0;
+        if (check_pose(m, value) == Problem::pose_not_finite) continue;
+        double last_row[4];
+        std::memcpy(last_row, m + 12, sizeof(last_row));
+        store_pose(within_rounding(arm, load_pose(m), std::numeric_limits<float>::epsilon()), m);
+        std::memcpy(m + 12, last_row, sizeof(last_row));
+    }
+}
+
+/// All elements of a call, block by block; T is float or double.
+template <class Task, class T>
+Outcome over(const XLA_FFI_CallFrame& frame, const ArmHandle& self, const LimitTable& limits, std::size_t n) {
+    alignas(64) double in[Task::input * most_elements], out[Task::output * most_elements];
+    alignas(64) double psi[most_elements];
+    long long gc[most_elements];
+    Block b{};
+    b.self = &self;
+    b.limits = &limits;
+    for (std::size_t first = 0; first < n; first += most_elements) {
+        b.count = n - first < most_elements ? n - first : most_elements;
+        b.in = read<T>(argument(frame, 0), first * Task::input, b.count * Task::input, in);
+        if constexpr (Task::input == pose_size && !std::is_same_v<T, double>) settle(self.arm, in, b.count);
+        if constexpr (Task::has_branch) {
+            b.psi = read<T>(argument(frame, 1), first, b.count, psi);
+            const auto* branch = static_cast<const std::int32_t*>(argument(frame, 2).data) + first;
+            for (std::size_t k = 0; k < b.count; ++k) gc[k] = branch[k];
+            b.gc = gc;
+        }
+        b.out = target<T>(result(frame, 0), first * Task::output, out);
+        if constexpr (Task::gives_branch) {
+            b.out_psi = target<T>(result(frame, 1), first, psi);
+            b.out_gc = gc;
+        }
+        b.outcome = {};
+        Task::run(b);
+        if (b.outcome.problem != Problem::none) {
+            b.outcome.index += first;
+            return b.outcome;
+        }
+        write<T>(result(frame, 0), first * Task::output, b.count * Task::output, b.out);
+        if constexpr (Task::gives_branch) {
+            write<T>(result(frame, 1), first, b.count, b.out_psi);
+            auto* branch = static_cast<std::int32_t*>(result(frame, 2).data) + first;
+            for (std::size_t k = 0; k < b.count; ++k) branch[k] = static_cast<std::int32_t>(gc[k]);
+        }
+    }
+    return {};
+}
+
+/// The version of the interface that a handler was built for, which XLA asks first.
+bool told_version(const XLA_FFI_CallFrame& frame) {
+    for (auto* e = frame.extension_start; e; e = e->next) {
+        if (e->type != XLA_FFI_Extension_Metadata) continue;
+        XLA_FFI_Metadata& about = *reinterpret_cast<XLA_FFI_Metadata_Extension*>(e)->metadata;
+        about.api_version.major_version = XLA_FFI_API_MAJOR;
+        about.api_version.minor_version = XLA_FFI_API_MINOR;
+        return true;
+    }
+    return false;
+}
+
+template <class Task>
+XLA_FFI_Error* handler(XLA_FFI_CallFrame* call) noexcept {
+    const XLA_FFI_CallFrame& frame = *call;
+    if (told_version(frame) || frame.stage != XLA_FFI_ExecutionStage_EXECUTE) return nullptr;
+    const ArmHandle* self = kept_arms().find(attribute<std::int64_t>(frame, "arm"));
+    if (!self)
+        return failed(frame, XLA_FFI_Error_Code_NOT_FOUND,
+                      "this process does not know the arm of a compiled function: make its Kinematics first");
+    const XLA_FFI_Buffer& lead = argument(frame, 0);
+    std::size_t n = 1;
+    for (std::int64_t k = 0; k < lead.rank; ++k) n *= static_cast<std::size_t>(lead.dims[k]);
+    n /= Task::input;
+    const double margin = attribute<double>(frame, "margin");
+    LimitTable drawn;
+    if (margin > 0) drawn = limit_table(self->arm, margin);
+    const LimitTable& limits = margin > 0 ? drawn : self->limits;
+    const bool single = lead.dtype == XLA_FFI_DataType_F32;
+    const Outcome outcome =
+        single ? over<Task, float>(frame, *self, limits, n) : over<Task, double>(frame, *self, limits, n);
+    if (outcome.problem == Problem::none) return nullptr;
+    return failed(frame, XLA_FFI_Error_Code_INVALID_ARGUMENT, words(outcome));
+}
+
+template <class Task>
+nb::capsule target_of() {
+    XLA_FFI_Handler* const function = &handler<Task>;
+    return nb::capsule(reinterpret_cast<void*>(function), "xla._CUSTOM_CALL_TARGET");
+}
+
+/// The handlers by name, for jax.ffi.register_ffi_target.
+nb::typed<nb::dict, nb::str, nb::object> xla_targets() {
+    nb::dict targets;
+    targets["forward"] = target_of<ForwardTask>();
+    targets["forward_derivative"] = target_of<ForwardDerivativeTask>();
+    targets["inverse"] = target_of<InverseTask>();
+    targets["inverse_derivative"] = target_of<InverseDerivativeTask>();
+    targets["freedom"] = target_of<FreedomTask>();
+    targets["freedom_gradient"] = target_of<FreedomGradientTask>();
+    targets["limit_margin"] = target_of<LimitMarginTask>();
+    targets["limit_margin_gradient"] = target_of<LimitMarginGradientTask>();
+    return nb::borrow<nb::typed<nb::dict, nb::str, nb::object>>(targets);
+}
+
+}  // namespace
+
+void bind_xla(nb::module_& m, nb::class_<ArmHandle>& arm) {
+    using namespace nb::literals;
+    m.def("xla_targets", &xla_targets);
+    arm.def("keep", [](const ArmHandle& self, std::int64_t key) { kept_arms().keep(key, self); }, "key"_a);
+}
+
+}  // namespace binding

@@ -1,0 +1,283 @@
+// The four numbers of a pose that joints 2 to 6 see, and what a grid of them says: the cells of a reach map.
+//
+//        axis 1                     z_7 = cos(tilt) w + sin(tilt) (cos(turn) e + sin(turn) z)
+//          |      W . -> w
+//          |     .       p = W - S = (r cos(azimuth), r sin(azimuth), height)
+//          |  .          w = p / |p|, and the triad (w, e, z) of the circle whose psi counts from axis 1
+//          S ---- r
+//
+// Azimuth and roll are seen by joints 1 and 7 alone (turn_arcs.hpp). Of the rest the shoulder's limits see
+// (|p|, angle of p to axis 1), the wrist's (|p|, tilt), and the turn shifts the one set of psi against the
+// other: Psi_2..6 = S(r, height) and (W(|p|, tilt) - turn). So a cell costs a shift and an intersection.
+#pragma once
+
+#include "turn_arcs.hpp"
+
+namespace armangle {
+
+/// A pose in the coordinates that an S-R-S arm sees; azimuth and roll turn it about axes 1 and 7.
+struct ReducedPose {
+    double r, height;      // m: the wrist beside axis 1, and above the shoulder along it
+    double tilt, turn;     // rad: axis 7 against shoulder-wrist, and about it
+    double azimuth, roll;  // rad
+};
+
+/// What a cell of the map says of its centre.
+struct ReducedCell {
+    std::uint8_t gc;         // bit k: branch k holds it at some azimuth and roll
+    std::uint8_t yaw, roll;  // share of the azimuths (rolls) at which it is held at some roll (azimuth), in
+                             // 255ths, rounded down: 255 is every one
+    float freedom;           // rad: measure of the psi that joints 2 to 6 leave, summed over the branches
+};
+
+/// The arm as a map asks it: base and tool off, psi from axis 1; joints 1 and 7 without limits, or one of
+/// them.
+struct ReducedArm {
+    Arm free, yawed, rolled;
+    LimitTable free_table, yawed_table, rolled_table;
+    bool mirrored;  // turn and -turn have the same cell: joints 3 and 5 turn as far either way
+};
+
+namespace detail {
+
+inline Arm bare(const Arm& arm, bool keep_first, bool keep_last) noexcept {
+    ArmParameters p = arm;
+    p.base = p.tool = identity_pose();
+    p.reference = Reference::base;
+    for (const int joint : {keep_first ? joints : 0, keep_last ? joints : joints - 1}) {
+        p.limits.lower[joint] = -infinity;
+        p.limits.upper[joint] = infinity;
+    }
+    return make_arm(p);
+}
+
+inline bool is_symmetric(const Arm& arm, int joint) noexcept {
+    const ThetaRange range = theta_range(arm, arm.limits, joint);
+    return !(range.upper - range.lower < two_pi) || range.lower == -range.upper;
+}
+
+/// The flange of a reduced pose, in the frame of the DH rows.
+inline Pose<double> reduced_flange(const Arm& arm, const ReducedPose& at) noexcept {
+    const SinCos<double> azimuth = sin_cos(at.azimuth), tilt = sin_cos(at.tilt), turn = sin_cos(at.turn),
+                         roll = sin_cos(at.roll);
+    const Vec3<double> p{at.r * azimuth.cos, at.r * azimuth.sin, at.height};
+    const Vec3<double> w = p * (1.0 / norm(p)), z{azimuth.sin, -azimuth.cos, 0.0}, e = cross(w, z);
+    const Vec3<double> across = e * turn.cos + z * turn.sin, y = cross(w, across);
+    const Vec3<double> x = across * tilt.cos - w * tilt.sin, axis = w * tilt.cos + across * tilt.sin;
+    const Mat3<double> rotation{x * roll.cos + y * roll.sin, y * roll.cos - x * roll.sin, axis};
+    return {rotation, Vec3<double>{0.0, 0.0, arm.d_bs} + p + axis * arm.d_wf};
+}
+
+/// The psi that one half of the arm leaves, and its joint functions.
+struct Half {
+    JointFunctions<double> f;
+    ArcSet arcs;
+};
+
+}  // namespace detail
+
+/// What a map asks of an arm; the margin (rad) as in limit_table().
+inline ReducedArm reduced_arm(const Arm& arm, double margin) noexcept {
+    const Arm free = detail::bare(arm, false, false), yawed = detail::bare(arm, true, false),
+              rolled = detail::bare(arm, false, true);
+    const bool mirrored = arm.d_4 == 0 && detail::is_symmetric(arm, 2) && detail::is_symmetric(arm, 4);
+    return {free,
+            yawed,
+            rolled,
+            limit_table(free, margin),
+            limit_table(yawed, margin),
+            limit_table(rolled, margin),
+            mirrored};
+}
+
+/// The pose (as the user sees it) of reduced coordinates; r > 0, or the height not 0.
+inline Pose<double> pose_of(const Arm& arm, const ReducedPose& at) noexcept {
+    return user_pose(arm, detail::reduced_flange(arm, at));
+}
+
+/// Reduced coordinates of a pose (as the user sees it). Azimuth 0 where the wrist lies on axis 1, turn 0
+/// where axis 7 lies along shoulder-wrist.
+inline ReducedPose reduced_pose(const Arm& arm, const Pose<double>& pose) noexcept {
+    const Pose<double> flange = flange_pose(arm, pose);
+    const auto& [x7, y7, z7] = flange.rotation;
+    const Vec3<double> p = flange.position - Vec3<double>{0.0, 0.0, arm.d_bs} - z7 * arm.d_wf;
+    ReducedPose out{hypot(p.x, p.y), p.z, 0, 0, 0, 0};
+    if (out.r > 0) out.azimuth = atan2(p.y, p.x);
+    const double n = norm(p);
+    const SinCos<double> azimuth = sin_cos(out.azimuth);
+    const Vec3<double> w = n > 0 ? p * (1.0 / n) : Vec3<double>{0.0, 0.0, 1.0},
+                       z{azimuth.sin, -azimuth.cos, 0.0}, e = cross(w, z);
+    const double along = dot(w, z7), across = hypot(dot(e, z7), dot(z, z7));
+    out.tilt = atan2(across, along);
+    if (across > 0) out.turn = atan2(dot(z, z7), dot(e, z7));
+    const SinCos<double> turn = sin_cos(out.turn);
+    const Vec3<double> y = e * turn.sin - z * turn.cos;
+    out.roll = atan2(dot(y, x7), dot(y, y7));
+    return out;
+}
+
+/// The cells of one place of the wrist: the psi of the shoulder are found once, those of the wrist once a
+/// tilt.
+class ReducedPlace {
+public:
+    ReducedPlace(const ReducedArm& arm, double r, double height) noexcept
+        : arm_(arm), at_{r, height, 0, 0, 0, 0} {
+        const Vec3<double> p{r, 0.0, height};
+        const Pose<double> flange{identity_pose().rotation,
+                                  Vec3<double>{0.0, 0.0, arm.free.d_bs + arm.free.d_wf} + p};
+        circle_ = circle(arm.free, flange);
+        for (int side = 0; side < 2; ++side) {
+            const SelfMotion<double> m = self_motion(arm.free, circle_, configuration(2 * side));
+            holds_[side] = elbow_status(m, arm.free_table) == Status::OK;
+            any_ |= holds_[side];
+            plain_ &= !shoulder_singular(m);
+            for (int negative = 0; holds_[side] && negative < 2; ++negative)
+                find(m, negative, 0, shoulder_[side][negative]);
+        }
+    }
+
+    /// Whether the elbow lets the wrist be here at all; if not, all cells are empty.
+    bool any() const noexcept { return any_; }
+
+    /// The tilt of the cells that follow.
+    void tilt(double angle) noexcept {
+        at_.tilt = angle;
+        const SinCos<double> t = sin_cos(angle);
+        circle_.tool_w = {-t.sin, 0.0, t.cos};
+        circle_.tool_e = {t.cos, 0.0, t.sin};
+        circle_.tool_z = {0.0, -1.0, 0.0};  // (w, e, z) is left-handed: w x e = -z
+        tilted_plain_ = plain_;
+        for (int side = 0; side < 2; ++side) {
+            if (!holds_[side]) continue;
+            const SelfMotion<double> m = self_motion(arm_.free, circle_, configuration(2 * side));
+            tilted_plain_ &= !wrist_singular(m);
+            for (int negative = 0; negative < 2; ++negative) find(m, negative, 1, wrist_[side][negative]);
+        }
+    }
+
+    /// The cell at a turn in [-pi, pi]; of yaw and roll what is not asked stays 0.
+    ReducedCell cell(double turn, bool with_yaw, bool with_roll) noexcept {
+        if (!tilted_plain_) [[unlikely]]
+            return exact_cell(turn, with_yaw, with_roll);
+        ReducedCell out{};
+        double total = 0;
+        Share yaw(with_yaw, arm_.yawed_table.range[0]), roll(with_roll, arm_.rolled_table.range[pivots - 1]);
+        for (int side = 0; side < 2; ++side) {
+            if (!holds_[side]) continue;
+            for (int gc_2 = 0; gc_2 < 2; ++gc_2)
+                for (int gc_6 = 0; gc_6 < 2; ++gc_6) {
+                    const detail::Half &s = shoulder_[side][gc_2], &w = wrist_[side][gc_6];
+                    double branch = 0;
+                    each_overlap(s.arcs, w.arcs, turn, [&](double lower, double upper) {
+                        branch += upper - lower;
+                        if (!yaw.done) yaw.add(s.f.pivot[0], s.f.hinge[0], lower, upper);
+                        if (!roll.done)
+                            roll.add(w.f.pivot[pivots - 1], w.f.hinge[1], lower + turn, upper + turn);
+                    });
+                    out.gc = static_cast<std::uint8_t>(out.gc | (branch > 0) << (gc_2 + 2 * side + 4 * gc_6));
+                    total += branch;
+                }
+        }
+        out.freedom = static_cast<float>(total);
+        out.yaw = with_yaw ? yaw.of_circle(out.gc != 0) : std::uint8_t(0);
+        out.roll = with_roll ? roll.of_circle(out.gc != 0) : std::uint8_t(0);
+        return out;
+    }
+
+private:
+    const ReducedArm& arm_;
+    ReducedPose at_;
+    Circle<double> circle_;
+    bool holds_[2] = {}, any_ = false;
+    bool plain_ = true, tilted_plain_ = true;  // no hinge comes to 0 or pi, no joint is locked
+    detail::Half shoulder_[2][2], wrist_[2][2];
+
+    /// A share of the circle, of one joint's turns.
+    struct Share {
+        bool done;  // all, or not asked
+        ThetaRange range;
+        UnionOfArcs turns;
+
+        Share(bool wanted, const ThetaRange& of) noexcept
+            : done(!wanted || !(of.upper - of.lower < two_pi)), range(of) {}
+
+        void add(const Pivot<double>& pivot, const Hinge<double>& hinge, double lower,
+                 double upper) noexcept {
+            const detail::Swings s = detail::swings(pivot, hinge, lower, upper);
+            for (int k = 0; k < s.count; ++k)
+                turns.add({range.lower - s.most[k], range.upper - s.least[k], 0, 0});
+            done = turns.full();
+        }
+
+        std::uint8_t of_circle(bool held) noexcept {
+            if (!held) return 0;
+            return done ? std::uint8_t(255) : share(turns);
+        }
+    };
+
+    /// In 255ths, rounded down.
+    static std::uint8_t share(UnionOfArcs& turns) noexcept {
+        ArcSet set;
+        turns.finish(set);
+        return share(set);
+    }
+    static std::uint8_t share(const ArcSet& set) noexcept {
+        if (set.full) return 255;
+        return static_cast<std::uint8_t>(std::floor(min(254.0, 255.0 / two_pi * measure(set))));
+    }
+
+    /// The psi that the shoulder's joints (half 0; the wrist's, half 1) leave for one sign of the hinge.
+    void find(SelfMotion<double> m, int negative, int half, detail::Half& out) noexcept {
+        m.gc.shoulder = m.gc.wrist = negative ? -1.0 : 1.0;
+        detail::Sides sides;
+        detail::block_sides(arm_.free_table, m, all_pivots, sides);
+        free_arcs(half == 0 ? sides.shoulder : sides.wrist, out.arcs);
+        out.f = sides.f;
+        (half == 0 ? plain_ : tilted_plain_) &=
+            !arm_.free_table.locked && !detail::may_jump(sides.f.hinge[half]);
+    }
+
+    /// each(lower, upper) of what arcs of the shoulder share with arcs of the wrist, these turned back.
+    template <class Each>
+    static void each_overlap(const ArcSet& shoulder, const ArcSet& wrist, double turn,
+                             const Each& each) noexcept {
+        const auto give = [&each](double lower, double upper) {
+            if (upper - lower >= tolerance::angle) each(lower, upper);
+        };
+        for (int i = 0; i < shoulder.count; ++i) {
+            const Arc& a = shoulder.arc[i];
+            for (int k = 0; k < wrist.count; ++k) {
+                const Arc& b = wrist.arc[k];
+                double ahead = b.lower - turn - a.lower;  // of where b begins, in [0, 2 pi) behind a's begin
+                if (ahead < 0) ahead += two_pi;
+                if (ahead < 0) ahead += two_pi;
+                if (ahead >= two_pi) ahead -= two_pi;
+                const double from = a.lower + ahead, to = from + (b.upper - b.lower);
+                give(from, min(a.upper, to));
+                give(a.lower, min(a.upper, to - two_pi));
+            }
+        }
+    }
+
+    /// The same by the general functions, where two joints may be one axis or a joint is locked.
+    [[gnu::noinline, gnu::cold]] ReducedCell exact_cell(double turn, bool with_yaw,
+                                                        bool with_roll) const noexcept {
+        ReducedPose at = at_;
+        at.turn = turn;
+        const Pose<double> flange = detail::reduced_flange(arm_.free, at);
+        const Freedom f = freedom(arm_.free, flange, arm_.free_table);
+        ReducedCell out{f.gc, 0, 0, static_cast<float>(f.total)};
+        ArcSet set;
+        if (with_yaw) {
+            turn_arcs(arm_.yawed, flange, arm_.yawed_table, Turned::base, set);
+            out.yaw = share(set);
+        }
+        if (with_roll) {
+            turn_arcs(arm_.rolled, flange, arm_.rolled_table, Turned::tool, set);
+            out.roll = share(set);
+        }
+        return out;
+    }
+};
+
+}  // namespace armangle

@@ -1,0 +1,168 @@
+"""``armangle reach``: make, resume, verify and look at maps of what an arm reaches."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+
+from ...errors import InputError
+from ...reach.reach_map import ReachMap, reach_map
+from ...reach.store import FIELDS
+from ..arguments import DEGREE, add_arm, add_json, add_singularity_margin, angle, number, the_arm
+from ..screen import counted, note, show, show_json
+
+HELP = """\
+Make a map of what an arm reaches, in a Zarr store: a grid over the four numbers
+of a pose that joints 2 to 6 see. The same command goes on where one was killed.
+Without an arm: go on with FILE (--resume, --part, --scheduler), check its
+values (--verify), or say what is in it."""
+EXAMPLE = """\
+  armangle reach iiwa.zarr --robot kuka_iiwa7_r800 --spacing 0.02 --angle 5
+  armangle reach iiwa.zarr --part 17/200      # one task of a batch system
+  armangle reach iiwa.zarr --verify"""
+
+_SPACING, _ANGLE = 0.02, 5.0
+_SHOWN = 10  # tiles by number
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments."""
+    parser.add_argument("store", metavar="FILE", help="folder of the map, or an address that fsspec knows")
+    parser.add_argument("--spacing", type=number, metavar="M", help=f"of the wrist (default {_SPACING:g})")
+    parser.add_argument("--angle", type=angle, metavar="DEG", help=f"of axis 7 (default {_ANGLE:g})")
+    parser.add_argument(
+        "--fields", metavar="NAMES", help=f"of a cell, by commas (default {','.join(FIELDS)})"
+    )
+    parser.add_argument("--part", metavar="I/N", help="make the I-th of N shares alone")
+    parser.add_argument("--threads", type=int, default=0, metavar="N", help="0 for all cores (default)")
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask cluster that makes it")
+    parser.add_argument("--resume", action="store_true", help="without an arm: make what is missing")
+    parser.add_argument("--verify", action="store_true", help="compare all values with their check sums")
+    add_arm(parser, required=False)
+    add_singularity_margin(parser)
+    add_json(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Make, verify or show a map; status 1 where tiles are missing or wrong."""
+    made = args.robot is not None or args.urdf is not None
+    if args.verify:
+        if made:
+            raise InputError("--verify checks a map that is there, and takes no arm")
+        return _verify(ReachMap(args.store), args)
+    if made:
+        found = _make(args)
+    elif args.resume or args.part is not None or args.scheduler is not None:
+        _check_alone(args)
+        found = _resume(ReachMap(args.store), args)
+    else:
+        _check_alone(args)
+        found = ReachMap(args.store)
+    missing = found.missing
+    if args.json:
+        show_json(_facts(found, missing))
+    else:
+        _show(found, missing)
+    return 1 if missing and args.part is None else 0
+
+
+def _check_alone(args: argparse.Namespace) -> None:
+    """Refuse what a map that is there knows by itself."""
+    for option in ("spacing", "angle", "fields"):
+        if getattr(args, option) is not None:
+            raise InputError(f"--{option} goes with --robot or --urdf: {args.store} has its own")
+    if args.singularity_margin:
+        raise InputError(f"--singularity-margin goes with --robot or --urdf: {args.store} has its own")
+
+
+def _make(args: argparse.Namespace) -> ReachMap:
+    names = tuple(FIELDS) if args.fields is None else tuple(args.fields.split(","))
+    with _Meter(args.store) as meter:
+        return reach_map(
+            the_arm(args),
+            args.store,
+            spacing=_SPACING if args.spacing is None else args.spacing,
+            tilt=_ANGLE * DEGREE if args.angle is None else args.angle,
+            fields=names,
+            singularity_margin=args.singularity_margin,
+            threads=args.threads,
+            part=_part(args.part),
+            scheduler=args.scheduler,
+            progress=meter,
+        )
+
+
+def _resume(found: ReachMap, args: argparse.Namespace) -> ReachMap:
+    with _Meter(args.store) as meter:
+        return found.resume(
+            threads=args.threads, part=_part(args.part), scheduler=args.scheduler, progress=meter
+        )
+
+
+def _verify(found: ReachMap, args: argparse.Namespace) -> int:
+    with _Meter(f"verifying {args.store}") as meter:
+        wrong = found.verify(meter)
+    missing = found.missing
+    if args.json:
+        show_json({**_facts(found, missing), "wrong": list(wrong)})
+    elif not missing:
+        show(f"{args.store}: all {counted(found.tiles, 'tile')} are as they were written")
+    for what, tiles in (("not as written", wrong), ("missing", missing)):
+        if tiles:
+            note(f"armangle: {counted(len(tiles), 'tile')} {what}: {_listed(tiles)}")
+    if missing:
+        note("armangle: --resume makes them")
+    return 1 if missing else 0
+
+
+def _part(text: str | None) -> tuple[int, int] | None:
+    """Return I and N of I/N."""
+    if text is None:
+        return None
+    try:
+        first, last = (int(word) for word in text.split("/"))
+    except ValueError:
+        raise InputError(f"--part is {text!r}, wanted I/N, as 17/200") from None
+    return first, last
+
+
+def _listed(tiles: tuple[int, ...]) -> str:
+    more = f" and {len(tiles) - _SHOWN} more" if len(tiles) > _SHOWN else ""
+    return ", ".join(map(str, tiles[:_SHOWN])) + more
+
+
+def _facts(found: ReachMap, missing: tuple[int, ...]) -> dict[str, object]:
+    return {
+        "store": found.path, "robot": found.arm.name, "fields": list(found.fields),
+        "shape": list(found.shape), "spacing": found.spacing, "tiles": found.tiles, "missing": list(missing),
+    }  # fmt: skip
+
+
+def _show(found: ReachMap, missing: tuple[int, ...]) -> None:
+    r, z, tilts, turns = found.shape
+    show(f"{found.path}: what {found.arm.name or 'an arm'} reaches")
+    show(f"  {r} x {z} places of the wrist, {1e3 * found.spacing:g} mm apart")
+    show(f"  {tilts} x {turns} directions of axis 7, {180 / tilts:.4g} deg apart")
+    show(f"  fields {', '.join(found.fields)}")
+    show(f"  {found.tiles - len(missing)} of {counted(found.tiles, 'tile')} made")
+
+
+class _Meter:
+    """Shows on a terminal how many tiles are done and for how long it will go on."""
+
+    def __init__(self, what: str) -> None:
+        self._what, self._start = what, time.monotonic()
+        self._shown = sys.stderr.isatty()
+
+    def __enter__(self) -> _Meter:
+        return self
+
+    def __call__(self, done: int, total: int) -> None:
+        if self._shown:
+            left = (time.monotonic() - self._start) * (total - done) / done
+            print(f"\r{self._what}: {done} of {total}, {left:.0f} s left   ", end="", file=sys.stderr)
+
+    def __exit__(self, *_: object) -> None:
+        if self._shown:
+            print("\r\x1b[K", end="", file=sys.stderr, flush=True)

@@ -1,0 +1,269 @@
+"""The kinematics as functions of JAX, on the CPU: under jit, vmap, scan, grad and jvp.
+
+The numbers are the core's own, called by XLA without Python in between. Results have the dtype of what was
+given; the arithmetic is in float64, also where JAX is in its default float32.
+
+A compiled function cannot raise on what its numbers turn out to be. Where the geometry has no answer, and
+where the numbers are not finite, the result is NaN, as is usual in JAX; a matrix that is no rigid transform
+and a gc outside 0..7 end the computation with the error of XLA that says so.
+
+A derivative by a pose is along motions of a rigid body: tangents of the (..., 4, 4) matrix are projected on
+them, and gradients lie along them. There is no second derivative.
+
+Examples
+--------
+>>> import armangle as aa, jax, jax.numpy as jnp
+>>> arm = aa.jax.Kinematics(aa.Arm.from_catalogue("kuka_iiwa7_r800"))
+>>> q = jnp.array([0.1, 1.4, 0.2, -0.9, 0.3, 0.8, 0.5])
+>>> pose, psi, gc = jax.jit(arm.forward)(q)
+>>> slope = jax.grad(lambda psi: arm.limit_margin(arm.inverse(pose, psi, gc)))(psi)
+>>> round(float(slope), 3)                                       # which way psi leads from the nearest limit
+-0.086
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from . import _core
+from ._arrays import JOINTS, as_number, shape_text
+from ._kept import keep
+from .arm.arm import MOST_MARGIN, Arm
+from .errors import ConfigurationError, InputError, MissingExtraError, ShapeError, needed
+
+__all__ = ["Kinematics"]
+
+Array: TypeAlias = Any  # jax.Array, which type checkers know only where jax is installed
+
+jax = needed("jax", "armangle.jax needs", "jax")
+if not hasattr(jax, "ffi"):
+    raise MissingExtraError(f"armangle.jax needs jax 0.5 or newer, this is {jax.__version__}")
+jnp = needed("jax.numpy", "armangle.jax needs", "jax")
+
+for _name, _target in _core.xla_targets().items():
+    jax.ffi.register_ffi_target(f"armangle_{_name}", _target, platform="cpu")
+
+
+@dataclass(frozen=True)
+class Kinematics:
+    """An arm whose functions take and give arrays of JAX.
+
+    Attributes
+    ----------
+    arm : Arm
+        Exactly S-R-S: an arm with a chain of its own has no derivatives here. It is kept for as long as the
+        process lives, since compiled functions may ask for it.
+    """
+
+    arm: Arm
+    _key: int = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        key = keep(self.arm, "armangle.jax")
+        self.arm._handle.keep(key)
+        object.__setattr__(self, "_key", key)
+
+    def forward(self, q: Array) -> tuple[Array, Array, Array]:
+        """Return pose, arm angle and global configuration of joint values, as `Arm.forward`.
+
+        Parameters
+        ----------
+        q : Array, shape (..., 7)
+            Joint values, rad.
+
+        Returns
+        -------
+        pose : Array, shape (..., 4, 4)
+            Tool frame, position in m.
+        psi : Array, shape (...)
+            Arm angle in (-π, π], rad; NaN where it does not exist.
+        gc : Array of int32, shape (...)
+            Global configuration 0..7.
+
+        Raises
+        ------
+        ShapeError, InputError
+        """
+        pose, psi, gc = _forward(self._key, _array("q", q, (JOINTS,)))
+        return pose, psi, gc
+
+    def inverse(self, pose: Array, psi: Array, gc: Array) -> Array:
+        """Return the one posture that a pose, an arm angle and a global configuration define.
+
+        Parameters
+        ----------
+        pose : Array, shape (..., 4, 4)
+            Tool frame, position in m.
+        psi : Array, shape (...)
+            Arm angle, rad.
+        gc : Array of integers, shape (...)
+            Global configuration 0..7.
+
+        Returns
+        -------
+        Array, shape (..., 7)
+            Joint values, rad, in the dtype of `pose`; NaN out of reach.
+
+        Raises
+        ------
+        ShapeError, InputError, ConfigurationError
+        """
+        poses = _array("pose", pose, (4, 4))
+        angles, branches = _array("psi", psi, ()).astype(poses.dtype), jnp.asarray(gc)
+        if not jnp.issubdtype(branches.dtype, jnp.integer):
+            raise ConfigurationError(f"gc has type {branches.dtype}, wanted integers from 0 to 7")
+        try:
+            batch = jnp.broadcast_shapes(poses.shape[:-2], angles.shape, branches.shape)
+        except ValueError:
+            shapes = f"pose {poses.shape[:-2]}, psi {angles.shape}, gc {branches.shape}"
+            raise ShapeError(f"batch shapes do not broadcast: {shapes}") from None
+        return _inverse(
+            self._key,
+            jnp.broadcast_to(poses, (*batch, 4, 4)),
+            jnp.broadcast_to(angles, batch),
+            jnp.broadcast_to(branches.astype(jnp.int32), batch),
+        )
+
+    def freedom(self, pose: Array, *, singularity_margin: float = 0.0) -> Array:
+        """Return over how much of their circles all branches together hold a pose: `Freedom.total`.
+
+        Parameters
+        ----------
+        pose : Array, shape (..., 4, 4)
+            Tool frame, position in m.
+        singularity_margin : float
+            As in `Arm.feasible`, rad.
+
+        Returns
+        -------
+        Array, shape (...)
+            rad. Its gradient is 0 where a pose is not held: how far it is from being held is not in it.
+
+        Raises
+        ------
+        ShapeError, InputError
+        """
+        margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
+        return _freedom((self._key, margin), _array("pose", pose, (4, 4)))
+
+    def limit_margin(self, q: Array) -> Array:
+        """Return the least distance of a joint to one of its limits.
+
+        Parameters
+        ----------
+        q : Array, shape (..., 7)
+            Joint values, rad.
+
+        Returns
+        -------
+        Array, shape (...)
+            rad; negative outside, inf without limits.
+
+        Raises
+        ------
+        ShapeError, InputError
+        """
+        return _limit_margin(self._key, _array("q", q, (JOINTS,)))
+
+
+def _array(name: str, value: Any, tail: tuple[int, ...]) -> Array:
+    """Return an array of float32 or float64 of shape (..., *tail)."""
+    try:
+        array = jnp.asarray(value)
+    except (TypeError, ValueError):
+        raise InputError(f"{name} is not an array of real numbers, wanted shape {shape_text(tail)}") from None
+    if jnp.issubdtype(array.dtype, jnp.integer):
+        array = array.astype(float)
+    if array.dtype not in (np.float32, np.float64):
+        raise InputError(f"{name} has type {array.dtype}, wanted float32 or float64")
+    if array.ndim < len(tail) or array.shape[array.ndim - len(tail) :] != tail:
+        raise ShapeError(f"{name} has shape {array.shape}, wanted {shape_text(tail)}")
+    return array
+
+
+def _call(name: str, key: int, shapes: Any, *given: Array, margin: float = 0.0) -> Any:
+    """Call a handler of the core; `shapes` are (shape, dtype) of each result."""
+    results = tuple(jax.ShapeDtypeStruct(shape, dtype) for shape, dtype in shapes)
+    function = jax.ffi.ffi_call(f"armangle_{name}", results, vmap_method="broadcast_all")
+    found = function(*given, arm=np.int64(key), margin=np.float64(margin))
+    return found if len(found) > 1 else found[0]
+
+
+def _twist(pose: Array, moved: Array) -> Array:
+    """(v, omega) of a change of a pose: dp, and half the axial vector of dR Rᵀ less its transpose."""
+    turned = moved[..., :3, :3] @ jnp.swapaxes(pose[..., :3, :3], -1, -2)
+    skew = 0.5 * (turned - jnp.swapaxes(turned, -1, -2))
+    omega = jnp.stack([skew[..., 2, 1], skew[..., 0, 2], skew[..., 1, 0]], axis=-1)
+    return jnp.concatenate([moved[..., :3, 3], omega], axis=-1)
+
+
+def _moved(pose: Array, twist: Array) -> Array:
+    """The change of a pose that moves with (v, omega)."""
+    turned = jnp.cross(twist[..., 3:, None], pose[..., :3, :3], axis=-2)
+    columns = jnp.concatenate([turned, twist[..., :3, None]], axis=-1)
+    return jnp.concatenate([columns, jnp.zeros_like(columns[..., :1, :])], axis=-2)
+
+
+def _times(slope: Array, change: Array) -> Array:
+    return (slope @ change[..., None])[..., 0]
+
+
+def _forward_value(key: int, q: Array) -> Any:
+    batch = q.shape[:-1]
+    shapes = (((*batch, 4, 4), q.dtype), (batch, q.dtype), (batch, np.int32))
+    return _call("forward", key, shapes, q)
+
+
+def _forward_jvp(key: int, given: Any, changes: Any) -> Any:
+    (q,), (dq,) = given, changes
+    pose, psi, gc = _forward(key, q)
+    slope = _call("forward_derivative", key, [((*q.shape, JOINTS), q.dtype)], q)
+    both = _times(slope, dq)
+    none = np.zeros(gc.shape, jax.dtypes.float0)
+    return (pose, psi, gc), (_moved(pose, both[..., :6]), both[..., 6], none)
+
+
+def _inverse_value(key: int, pose: Array, psi: Array, gc: Array) -> Any:
+    return _call("inverse", key, [((*psi.shape, JOINTS), pose.dtype)], pose, psi, gc)
+
+
+def _inverse_jvp(key: int, given: Any, changes: Any) -> Any:
+    pose, psi, gc = given
+    slope = _call("inverse_derivative", key, [((*psi.shape, JOINTS, JOINTS), pose.dtype)], pose, psi, gc)
+    both = jnp.concatenate([_twist(pose, changes[0]), changes[1][..., None]], axis=-1)
+    return _inverse(key, pose, psi, gc), _times(slope, both)
+
+
+def _freedom_value(what: tuple[int, float], pose: Array) -> Any:
+    key, margin = what
+    return _call("freedom", key, [(pose.shape[:-2], pose.dtype)], pose, margin=margin)
+
+
+def _freedom_jvp(what: tuple[int, float], given: Any, changes: Any) -> Any:
+    (pose,), (moved,) = given, changes
+    key, margin = what
+    slope = _call("freedom_gradient", key, [((*pose.shape[:-2], 6), pose.dtype)], pose, margin=margin)
+    return _freedom(what, pose), (slope * _twist(pose, moved)).sum(-1)
+
+
+def _limit_margin_value(key: int, q: Array) -> Any:
+    return _call("limit_margin", key, [(q.shape[:-1], q.dtype)], q)
+
+
+def _limit_margin_jvp(key: int, given: Any, changes: Any) -> Any:
+    (q,), (dq,) = given, changes
+    slope = _call("limit_margin_gradient", key, [(q.shape, q.dtype)], q)
+    return _limit_margin(key, q), (slope * dq).sum(-1)
+
+
+_forward = jax.custom_jvp(_forward_value, nondiff_argnums=(0,))
+_forward.defjvp(_forward_jvp)
+_inverse = jax.custom_jvp(_inverse_value, nondiff_argnums=(0,))
+_inverse.defjvp(_inverse_jvp)
+_freedom = jax.custom_jvp(_freedom_value, nondiff_argnums=(0,))
+_freedom.defjvp(_freedom_jvp)
+_limit_margin = jax.custom_jvp(_limit_margin_value, nondiff_argnums=(0,))
+_limit_margin.defjvp(_limit_margin_jvp)

@@ -1,0 +1,77 @@
+"""Who makes the tiles of a map: threads of this process, or the workers of a Dask cluster."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from typing import Any
+
+from ..errors import InputError, OutputError, needed
+from .store import Store
+
+Progress = Callable[[int, int], None]
+"""Told how many tiles are done, of how many."""
+
+_VAIN_ROUNDS = 10  # of a cluster, in which no tile was finished, before it is given up
+
+
+def fill_tile(place: str, tile: int) -> None:
+    """Make one tile of the map at a place: what a worker imports and runs."""
+    Store(place).fill(tile)
+
+
+def fill_here(store: Store, tiles: Sequence[int], threads: int, progress: Progress | None) -> None:
+    """Make tiles in threads of this process (0: one for each core), each writing what it made."""
+    began, done = time.time(), 0
+    pool = ThreadPoolExecutor(threads or os.cpu_count() or 1)
+    try:
+        for future in as_completed([pool.submit(store.fill, tile) for tile in tiles]):
+            future.result()
+            done += 1
+            if progress is not None:
+                progress(done, len(tiles))
+    finally:
+        pool.shutdown(cancel_futures=True)
+    store.sweep(began)
+
+
+def check_scheduler(scheduler: Any) -> None:
+    """Raise where it is neither an address nor a client."""
+    address = isinstance(scheduler, str) and "://" in scheduler
+    if not address and not all(hasattr(scheduler, name) for name in ("map", "scheduler_info")):
+        wanted = "a distributed.Client, or an address such as tcp://host:8786"
+        raise InputError(f"scheduler is {scheduler!r:.50}, wanted {wanted}")
+
+
+def fill_on_cluster(store: Store, tiles: Sequence[int], scheduler: Any, progress: Progress | None) -> None:
+    """Make tiles by the workers of a Dask cluster, until none is missing.
+
+    Dask gives a task up when four of its workers have died, as they do where a batch system's time ends.
+    What was given up is asked again: a tile does not remember who tried.
+    """
+    distributed = needed("distributed", "a scheduler needs", "cluster")
+    given = isinstance(scheduler, distributed.Client)
+    client = scheduler if given else distributed.Client(scheduler)
+    began, wanted, left, vain = time.time(), len(tiles), list(tiles), 0
+    try:
+        while left:
+            futures = client.map(fill_tile, [store.place] * len(left), left, pure=False)
+            finished = 0
+            for future in distributed.as_completed(futures, raise_errors=False):
+                if future.status == "finished":
+                    finished += 1
+                    if progress is not None:
+                        progress(wanted - len(left) + finished, wanted)
+                elif not isinstance(future.exception(), distributed.KilledWorker):
+                    raise future.exception()
+            still = set(store.missing())
+            left = [tile for tile in left if tile in still]
+            vain = 0 if finished else vain + 1
+            if vain == _VAIN_ROUNDS:
+                raise OutputError(f"{store.place}: workers die before a tile is done, {vain} rounds long")
+    finally:
+        if not given:
+            client.close()
+    store.sweep(began)

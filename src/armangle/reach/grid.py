@@ -1,0 +1,94 @@
+"""The cells of a reach map: places of the wrist, directions of axis 7; and the tiles they are made in."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from .._arrays import Floats, frozen
+
+AXES = ("r", "z", "tilt", "turn")
+_CELLS = 2**20  # of a tile, about: some tenths of a second of one core
+_MOST_CELLS = 2**23  # of a tile: what a thread holds in memory at once, nine bytes each
+_TILES = 4096  # wanted at most: each is a file of every field
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A grid over the four numbers of a pose that joints 2 to 6 see, in tiles of `side` x `side` places.
+
+    Parameters
+    ----------
+    spacing : float
+        Between places of the wrist, m.
+    tilts, turns : int
+        How many tilts in [0, π] and turns in [-π, π]; cells stand at the middles.
+    side : int
+        Places along r, and along z, of a tile.
+    across, along : int
+        Tiles along r and along z.
+    """
+
+    spacing: float
+    tilts: int
+    turns: int
+    side: int
+    across: int
+    along: int
+
+    @classmethod
+    def of(cls, reach: float, spacing: float, angle: float) -> Grid:
+        """Return the grid over a half disc of radius `reach` (m), `angle` (rad) apart at most."""
+        tilts = max(1, math.ceil(math.pi / angle * (1 - 1e-12)))
+        half = max(1, math.ceil(reach / spacing * (1 - 1e-12)))
+        cells = 2 * half * half * 2 * tilts * tilts
+        wanted = min(max(_CELLS, cells // _TILES), _MOST_CELLS)
+        side = max(1, min(half, math.isqrt(wanted // (2 * tilts * tilts))))
+        across = math.ceil(half / side)
+        side = math.ceil(half / across)
+        return cls(spacing, tilts, 2 * tilts, side, across, 2 * across)
+
+    @property
+    def shape(self) -> tuple[int, int, int, int]:
+        """Cells along r, z, tilt and turn."""
+        return self.across * self.side, self.along * self.side, self.tilts, self.turns
+
+    @property
+    def tile(self) -> tuple[int, int, int, int]:
+        """Cells of a tile along each axis."""
+        return self.side, self.side, self.tilts, self.turns
+
+    @property
+    def tiles(self) -> int:
+        """How many tiles there are."""
+        return self.across * self.along
+
+    @property
+    def cells(self) -> int:
+        """How many cells there are."""
+        return math.prod(self.shape)
+
+    @cached_property
+    def axes(self) -> dict[str, Floats]:
+        """Middles of the cells along each axis, m and rad; those of z and turn lie even about 0."""
+        _, heights, tilts, turns = self.shape
+        steps = self.spacing, self.spacing, math.pi / tilts, 2 * math.pi / turns
+        first = 0.5, 0.5 * (1 - heights), 0.5, 0.5 * (1 - turns)
+        return {
+            name: frozen((np.arange(count, dtype=np.float64) + start) * step)
+            for name, count, start, step in zip(AXES, self.shape, first, steps, strict=True)
+        }
+
+    def window(self, tile: int) -> tuple[slice, slice]:
+        """Return where the places of a tile lie along r and z."""
+        i, j = divmod(tile, self.along)
+        return slice(i * self.side, (i + 1) * self.side), slice(j * self.side, (j + 1) * self.side)
+
+    def places(self, tile: int) -> Floats:
+        """Return r and z of the places of a tile, shape (side * side, 2), m."""
+        r, z = self.window(tile)
+        both = np.meshgrid(self.axes["r"][r], self.axes["z"][z], indexing="ij")
+        return np.ascontiguousarray(np.stack(both, axis=-1)).reshape(-1, 2)

@@ -1,0 +1,327 @@
+"""A reach map in a Zarr store: what it is of, its tiles, and which of them are whole.
+
+A tile is written field by field, then marked by a check sum of its values. Both are what they are whoever
+writes them, whenever and how often: a run that is killed anywhere loses the tiles it had in hand, and any
+number of processes may work on one store.
+"""
+
+from __future__ import annotations
+
+import os
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, fields
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._arrays import PathLike
+from .._core import ISA, __version__
+from ..arm.arm import Arm
+from ..errors import FileFormatError, InputError, MissingExtraError, OutputError, needed
+from ..models.description import ArmDescription
+from .grid import AXES, Grid
+
+FIELDS = {"gc": "u1", "freedom": "f2", "yaw": "u1", "roll": "u1"}
+"""What a map may hold of a cell, as it is stored."""
+
+_FORMAT = 1
+_OLDEST = (3, 1, 3)  # of zarr: before, files were written in place
+_MARK = "done"
+_LEFT_OUT = ("chain", "body", "hand", "notes")  # of an arm: what a map does not see
+_UNITS = {"r": "m", "z": "m", "tilt": "rad", "turn": "rad", "freedom": "rad", "yaw": "1/255", "roll": "1/255"}
+_LEFT_OVER = "*.partial"  # what a killed process had begun to write
+
+Tile = dict[str, NDArray[Any]]
+
+
+class Store:
+    """The Zarr group of one map, with the arm and the grid it is of."""
+
+    def __init__(self, place: PathLike) -> None:
+        """Open the map at a folder, or at an address that fsspec knows.
+
+        Raises
+        ------
+        FileFormatError
+            If there is no map.
+        MissingExtraError
+            Without zarr.
+        """
+        self.place = address(place)
+        group = _group(self.place)
+        if group is None or not group.attrs:
+            raise FileFormatError("there is no reach map", source=self.place)
+        self.facts: dict[str, Any] = dict(group.attrs)
+        if self.facts.get("format") != _FORMAT:
+            raise FileFormatError(
+                f"format is {self.facts.get('format')!r}, wanted {_FORMAT}: no reach map of this version",
+                source=self.place,
+            )
+        self._group = group
+        self.grid = Grid(**self.facts["grid"])
+        self.fields: tuple[str, ...] = tuple(self.facts["fields"])
+        self.margin = float(self.facts["singularity_margin"])
+
+    @cached_property
+    def arm(self) -> Arm:
+        """The arm, without body and hand."""
+        return Arm(**{name: _from_json(value) for name, value in self.facts["arm"].items()})
+
+    @cached_property
+    def arrays(self) -> dict[str, Any]:
+        """The fields as Zarr arrays."""
+        return {name: self._group[name] for name in self.fields}
+
+    @cached_property
+    def _marks(self) -> Any:
+        return self._group[_MARK]
+
+    # -- tiles -------------------------------------------------------------------------------------------
+    def computed(self, tile: int, threads: int = 1) -> Tile:
+        """Return the values of a tile, of its shape."""
+        grid = self.grid
+        places = grid.places(tile)
+        cells = (len(places), grid.tilts, grid.turns)
+        made: Tile = {"gc": np.empty(cells, np.uint8), "freedom": np.empty(cells, np.float32)}
+        made |= {name: np.empty(cells, np.uint8) for name in ("yaw", "roll") if name in self.fields}
+        self.arm._handle.map_cells(
+            places, grid.axes["tilt"], grid.axes["turn"], self.margin, made["gc"], made["freedom"],
+            made.get("yaw"), made.get("roll"), threads,
+        )  # fmt: skip
+        return {name: made[name].astype(FIELDS[name], copy=False).reshape(grid.tile) for name in self.fields}
+
+    def write(self, tile: int, values: Tile) -> None:
+        """Write the values of a tile, and when all are written its mark."""
+        with self.writing():
+            for name, array in self.arrays.items():
+                array[self.grid.window(tile)] = values[name]
+            self._marks[tile] = _check_sum(values.values())
+
+    def read(self, tile: int) -> Tile:
+        """Return what the store holds of a tile."""
+        return {name: array[self.grid.window(tile)] for name, array in self.arrays.items()}
+
+    def fill(self, tile: int) -> None:
+        """Compute and write a tile, unless it is marked.
+
+        Raises
+        ------
+        InputError
+            If this process computes with other instructions than the map was begun with.
+        OutputError
+            If the store cannot be written.
+        """
+        if self.facts["isa"] != ISA:
+            raise _of_another(self.place, "isa", self.facts["isa"], ISA)
+        if not self._mark(tile):
+            self.write(tile, self.computed(tile))
+
+    # -- marks -------------------------------------------------------------------------------------------
+    def missing(self) -> tuple[int, ...]:
+        """Return the tiles without a mark."""
+        return tuple(k for k, mark in enumerate(self._all_marks()) if not mark)
+
+    def broken(self) -> Iterator[tuple[int, bool]]:
+        """Return each marked tile, and whether its values are not those it was marked for; unmark these."""
+        for tile, mark in enumerate(self._all_marks()):
+            if not mark:
+                continue
+            try:
+                wrong = _check_sum(self.read(tile).values()) != mark
+            except Exception:  # whatever zarr, a codec or the file system says of a wounded file
+                wrong = True
+            if wrong:
+                with self.writing():
+                    self._marks[tile] = 0
+            yield tile, wrong
+
+    def _all_marks(self) -> list[int]:
+        try:
+            return [int(mark) for mark in self._marks[:]]
+        except Exception:  # one of them cannot be read
+            return [self._mark(tile) for tile in range(self.grid.tiles)]
+
+    def _mark(self, tile: int) -> int:
+        try:
+            return int(self._marks[tile])
+        except Exception:  # a wounded mark is none
+            return 0
+
+    def sweep(self, before: float) -> None:
+        """Remove what killed processes left half written before a time (s, of the system's clock)."""
+        if "://" in self.place:
+            return
+        for file in Path(self.place).rglob(_LEFT_OVER):
+            try:
+                if file.stat().st_mtime < before:
+                    file.unlink()
+            except OSError:  # another process was quicker, or the folder may not be written
+                continue
+
+    @contextmanager
+    def writing(self) -> Iterator[None]:
+        """Say that the store cannot be written, in place of what the file system says."""
+        try:
+            yield
+        except OSError as error:
+            raise OutputError(f"{self.place}: cannot be written: {error.strerror or error}") from error
+
+
+def address(place: PathLike) -> str:
+    """Return an absolute folder, or an address with its scheme as it is."""
+    if not isinstance(place, (str, os.PathLike)) or not str(place) or "\0" in str(place):
+        raise InputError(f"path is {place!r:.50}, wanted a folder, or an address that fsspec knows")
+    text = str(place)
+    return text if "://" in text else str(Path(text).absolute())
+
+
+def make_store(
+    arm: Arm, place: PathLike, grid: Grid, names: tuple[str, ...], singularity_margin: float
+) -> Store:
+    """Return the store of a map, made if there is none.
+
+    Raises
+    ------
+    InputError
+        If the place holds a map of something else, or something else.
+    OutputError
+        If it cannot be written.
+    """
+    facts: dict[str, Any] = {
+        "format": _FORMAT, "armangle": __version__, "isa": ISA, "arm": _to_json(arm), "grid": asdict(grid),
+        "fields": list(names), "singularity_margin": singularity_margin,
+    }  # fmt: skip
+    where = address(place)
+    try:
+        group = _group(where)
+        if group is None or not group.attrs:
+            _make(where, facts, grid)
+    except OSError as error:
+        raise OutputError(f"{where}: cannot be written: {error.strerror or error}") from error
+    store = Store(where)
+    for name, wanted in facts.items():
+        had = store.facts.get(name)
+        if had != wanted:
+            raise _of_another(where, name, had, wanted)
+    return store
+
+
+def _of_another(place: str, name: str, had: Any, wanted: Any) -> InputError:
+    """Return the refusal to go on with a map that is of something else."""
+    if isinstance(had, dict) and isinstance(wanted, dict):
+        names = [key for key in wanted if had.get(key) != wanted[key]]
+        what = f"{name} that differs in {', '.join(names)}"
+    else:
+        what = f"{name} {had!r}, not {wanted!r}"
+    more = f"; ARMANGLE_ISA={had} takes those instructions here" if name == "isa" else ""
+    return InputError(f"{place} is a map with {what}: give another place, or what it was begun with{more}")
+
+
+def _make(place: str, facts: dict[str, Any], grid: Grid) -> None:
+    """Write the arrays without values; what the map is of comes last, and makes it one."""
+    _check_free(place)
+    zarr = _zarr()
+    codecs = zarr.codecs.ZstdCodec(level=0), zarr.codecs.Crc32cCodec()
+    for name in facts["fields"]:
+        _array(place, name, grid.shape, grid.tile, FIELDS[name], AXES, codecs)
+    for name, middles in grid.axes.items():
+        _array(place, name, middles.shape, middles.shape, "f8", (name,), None)[:] = middles
+    _array(place, _MARK, (grid.tiles,), (1,), "u4", ("tile",), None)
+    zarr.open_group(_zarr_store(place), mode="a").attrs.put(facts)
+
+
+def _array(
+    place: str, name: str, shape: tuple[int, ...], chunks: tuple[int, ...], kind: str,
+    axes: tuple[str, ...], codecs: Any,
+) -> Any:  # fmt: skip
+    """Return an empty array of the store; one that is there already, of a killed run, if it is alike."""
+    zarr = _zarr()
+    try:
+        return zarr.create_array(
+            _zarr_store(place), name=name, shape=shape, chunks=chunks, dtype=kind, fill_value=0,
+            compressors=codecs, dimension_names=axes,
+            attributes={"units": _UNITS[name]} if name in _UNITS else {},
+        )  # fmt: skip
+    except zarr.errors.ContainsArrayError:
+        old = zarr.open_array(_zarr_store(place), path=name, mode="r+")
+        if (old.shape, old.chunks, old.dtype) != (shape, chunks, np.dtype(kind)):
+            raise InputError(
+                f"{place} holds the beginning of another map: remove it, or give another place"
+            ) from None
+        return old
+
+
+def _check_free(place: str) -> None:
+    """Raise where a folder holds anything but the beginning of a map."""
+    if "://" in place:
+        return
+    folder = Path(place)
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{place} is a file, wanted a folder for a Zarr store")
+    known = {*FIELDS, *AXES, _MARK, "zarr.json"}
+    strange = sorted({entry.name for entry in folder.iterdir()} - known) if folder.exists() else []
+    strange = [name for name in strange if not name.endswith(".partial")]
+    if strange:
+        raise InputError(f"{place} holds {strange[0]!r} and no reach map: give a folder that does not exist")
+
+
+def _group(place: str) -> Any:
+    """Return the Zarr group at a place, or None."""
+    zarr = _zarr()
+    if "://" not in place and not Path(place, "zarr.json").exists():
+        return None
+    try:
+        return zarr.open_group(_zarr_store(place), mode="r+")
+    except FileNotFoundError:
+        return None
+    except Exception as error:
+        raise FileFormatError(f"no Zarr group: {error}", source=place) from error
+
+
+def _zarr_store(place: str) -> Any:
+    storage = _zarr().storage
+    return storage.FsspecStore.from_url(place) if "://" in place else storage.LocalStore(place)
+
+
+def _zarr() -> Any:
+    zarr = needed("zarr", "a reach map needs", "reach")
+    needed("zarr.storage", "a reach map needs", "reach")
+    version = tuple(int(part) for part in zarr.__version__.split(".")[:3] if part.isdigit())
+    if version < _OLDEST:
+        wanted = ".".join(map(str, _OLDEST))
+        raise MissingExtraError(f"a reach map needs zarr {wanted} or newer, and here is {zarr.__version__}")
+    return zarr
+
+
+def _check_sum(arrays: Any) -> int:
+    """Return the CRC of the values of a tile, never 0: a mark that is 0 is none."""
+    sum_so_far = 0
+    for values in arrays:
+        sum_so_far = zlib.crc32(np.ascontiguousarray(values).view(np.uint8).data, sum_so_far)
+    return sum_so_far or 1
+
+
+def _to_json(arm: Arm) -> dict[str, Any]:
+    """Return what a map sees of an arm, in words and numbers; infinities as text."""
+    names = [field.name for field in fields(ArmDescription) if field.name not in _LEFT_OUT]
+    return {name: _plain(getattr(arm, name)) for name in names}
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        return _plain(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return [_plain(one) for one in value]
+    return str(value) if isinstance(value, float) and not np.isfinite(value) else value
+
+
+def _from_json(value: Any) -> Any:
+    if isinstance(value, list):
+        rows = [_from_json(one) for one in value]
+        return tuple(rows) if any(isinstance(one, str) for one in rows) else rows
+    return float(value) if value in ("inf", "-inf") else value

@@ -1,0 +1,89 @@
+"""Voxels: which share of all orientations a tool can have at places in space."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .._arrays import Floats, as_number, as_threads, frozen
+from ..arm.arm import MOST_MARGIN, Arm
+from ..errors import InputError
+from ..poses import pose
+
+_LEAST, _MOST = 1e-3, 10.0  # m
+_MOST_ORIENTATIONS = 100_000
+_MOST_VOXELS = 10_000_000
+_AT_ONCE = 200_000  # poses, 128 bytes each
+_FIRST, _SECOND = np.sqrt(2.0), 1.533751168755204288118041
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Voxels:
+    """Places of the tool, and the share of orientations that it can have there.
+
+    Attributes
+    ----------
+    position : ndarray, shape (n, 3)
+        Middles of the voxels, m, in the frame that poses are given in; those where no orientation that was
+        asked can be held are left out.
+    share : ndarray, shape (n,)
+        Share of the orientations that some posture within the limits holds there, in (0, 1].
+    spacing : float
+        Edge of a voxel, m.
+    orientations : int
+        How many orientations were asked at each.
+    """
+
+    position: Floats = field()
+    share: Floats
+    spacing: float
+    orientations: int
+
+    def __repr__(self) -> str:
+        return f"<{len(self.share)} Voxels of {self.spacing:g} m, {self.orientations} orientations each>"
+
+
+def voxels_of(arm: Arm, spacing: float, orientations: int, singularity_margin: float, threads: int) -> Voxels:
+    """Return the voxels of an arm: each orientation at each place asked of `Arm.reachable`."""
+    edge = as_number("spacing", spacing, _LEAST, _MOST)
+    whole = isinstance(orientations, (int, np.integer)) and not isinstance(orientations, bool)
+    if not whole or not 1 <= orientations <= _MOST_ORIENTATIONS:
+        wanted = f"an integer from 1 to {_MOST_ORIENTATIONS}"
+        raise InputError(f"orientations is {orientations!r:.50}, wanted {wanted}")
+    margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
+    workers = as_threads(threads)
+    shoulder = (arm.base @ [0.0, 0.0, arm.d_bs, 1.0])[:3]
+    radius = arm.reach + float(np.linalg.norm(arm.tool[:3, 3] + [0.0, 0.0, arm.d_wf]))
+    half = int(radius / edge) + 1
+    if (2 * half + 1) ** 3 > _MOST_VOXELS:
+        count = (2 * half + 1) ** 3
+        raise InputError(f"spacing is {edge:g} m: {count} voxels, wanted at most {_MOST_VOXELS}")
+    line = edge * np.arange(-half, half + 1)
+    around = np.stack(np.meshgrid(line, line, line, indexing="ij"), axis=-1).reshape(-1, 3)
+    places = shoulder + around[np.linalg.norm(around, axis=1) <= radius]
+    turned = pose(np.zeros(3), wxyz=even_orientations(int(orientations)))
+    share = np.empty(len(places))
+    step = max(1, _AT_ONCE // len(turned))
+    for first in range(0, len(places), step):
+        some = places[first : first + step]
+        poses = np.broadcast_to(turned, (len(some), *turned.shape)).copy()
+        poses[..., :3, 3] = some[:, None]
+        held = arm.reachable(poses, singularity_margin=margin, threads=workers)
+        share[first : first + step] = np.asarray(held).mean(axis=1)
+    some_held = share > 0
+    return Voxels(frozen(places[some_held]), frozen(share[some_held]), edge, int(orientations))
+
+
+def even_orientations(count: int) -> Floats:
+    """Return unit quaternions w x y z (count, 4), spread evenly over all rotations.
+
+    Source: Alexa (2022), "Super-Fibonacci spirals: fast, low-discrepancy sampling of SO(3)".
+    """
+    middle = np.arange(count) + 0.5
+    inner, outer = np.sqrt(middle / count), np.sqrt(1 - middle / count)
+    first, second = 2 * np.pi * middle / _FIRST, 2 * np.pi * middle / _SECOND
+    return np.stack(
+        [inner * np.sin(first), inner * np.cos(first), outer * np.sin(second), outer * np.cos(second)],
+        axis=-1,
+    )

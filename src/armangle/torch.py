@@ -1,0 +1,363 @@
+"""The kinematics as operators of torch, on the CPU, with gradients: needs torch 2.4 or newer.
+
+The numbers are the core's own; what torch adds is autograd, ``torch.compile`` without a graph break, and
+``torch.func.vmap``. Results have the dtype of what was given; the arithmetic is in float64.
+
+A gradient by a pose is a (..., 4, 4) tensor, and only its part along motions of a rigid body means anything:
+chained through whatever made the pose, it gives the right gradient; added to the pose it leaves the rigid
+motions. There is no second derivative.
+
+Examples
+--------
+>>> import armangle as aa, torch
+>>> arm = aa.torch.Kinematics(aa.Arm.from_catalogue("kuka_iiwa7_r800"))
+>>> q = torch.tensor([0.1, 1.4, 0.2, -0.9, 0.3, 0.8, 0.5], dtype=torch.float64)
+>>> pose, psi, gc = arm.forward(q)
+>>> psi.requires_grad_()
+tensor(0.2046, dtype=torch.float64, requires_grad=True)
+>>> arm.limit_margin(arm.inverse(pose, psi, gc)).backward()     # which way psi leads from the nearest limit
+>>> psi.grad
+tensor(-0.0864, dtype=torch.float64)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+
+from . import _core
+from ._arrays import as_floats, as_number, as_poses, chosen, shape_text
+from ._kept import keep, kept
+from .arm.arm import MOST_MARGIN, Arm
+from .errors import ConfigurationError, InputError, MissingExtraError, ShapeError, needed
+
+__all__ = ["Kinematics"]
+
+Tensor: TypeAlias = Any  # torch.Tensor, which type checkers know only where torch is installed
+Unreachable = Literal["raise", "nan"]
+
+torch = needed("torch", "armangle.torch needs", "torch")
+if not hasattr(torch.library, "custom_op"):
+    raise MissingExtraError(f"armangle.torch needs torch 2.4 or newer, this is {torch.__version__}")
+
+_UNREACHABLE = ("raise", "nan")
+
+
+@dataclass(frozen=True)
+class Kinematics:
+    """An arm whose functions take and give tensors, with gradients.
+
+    Attributes
+    ----------
+    arm : Arm
+        Exactly S-R-S: an arm with a chain of its own has no derivatives here. It is kept for as long as the
+        process lives, since compiled functions may ask for it.
+    """
+
+    arm: Arm
+    _key: int = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_key", keep(self.arm, "armangle.torch"))
+
+    def forward(self, q: Tensor, *, undefined: Unreachable = "raise") -> tuple[Tensor, Tensor, Tensor]:
+        """Return pose, arm angle and global configuration of joint values, as `Arm.forward`.
+
+        Parameters
+        ----------
+        q : Tensor, shape (..., 7)
+            Joint values, rad.
+        undefined : "raise" or "nan"
+            What to do where the arm angle does not exist.
+
+        Returns
+        -------
+        pose : Tensor, shape (..., 4, 4)
+            Tool frame, position in m.
+        psi : Tensor, shape (...)
+            Arm angle in (-π, π], rad.
+        gc : Tensor of int64, shape (...)
+            Global configuration 0..7; it has no gradient.
+
+        Raises
+        ------
+        ShapeError, InputError, NotFiniteError, UnreachableError
+        """
+        nan = chosen("undefined", undefined, _UNREACHABLE) == "nan"
+        pose, psi, gc = torch.ops.armangle.forward(_joints(q), self._key, nan)
+        return pose, psi, gc
+
+    def inverse(
+        self, pose: Tensor, psi: Tensor, gc: Tensor | int, *, unreachable: Unreachable = "raise"
+    ) -> Tensor:
+        """Return the one posture that a pose, an arm angle and a global configuration define.
+
+        Parameters
+        ----------
+        pose : Tensor, shape (..., 4, 4)
+            Tool frame, position in m.
+        psi : Tensor, shape (...)
+            Arm angle, rad.
+        gc : Tensor of integers, shape (...), or int
+            Global configuration 0..7.
+        unreachable : "raise" or "nan"
+            What to do where the geometry has no answer. The gradient of such an element is NaN too.
+
+        Returns
+        -------
+        Tensor, shape (..., 7)
+            Joint values, rad, in the dtype of `pose`. Gradients are infinite or NaN where those of
+            `Arm.inverse_derivative` are infinite.
+
+        Raises
+        ------
+        ShapeError, InputError, NotFiniteError, NotRotationError, ConfigurationError, UnreachableError
+        """
+        nan = chosen("unreachable", unreachable, _UNREACHABLE) == "nan"
+        poses, angles = _tensor("pose", pose, (4, 4)), _tensor("psi", psi, (), of=pose)
+        branches = torch.as_tensor(gc)
+        if branches.is_floating_point() or branches.is_complex() or branches.dtype == torch.bool:
+            raise ConfigurationError(f"gc has type {branches.dtype}, wanted integers from 0 to 7")
+        if poses.shape[:-2] == angles.shape == branches.shape and branches.dtype == torch.int64:
+            return torch.ops.armangle.inverse(poses, angles, branches, self._key, nan)
+        try:
+            batch = torch.broadcast_shapes(poses.shape[:-2], angles.shape, branches.shape)
+        except RuntimeError:
+            shapes = f"pose {tuple(poses.shape[:-2])}, psi {tuple(angles.shape)}, gc {tuple(branches.shape)}"
+            raise ShapeError(f"batch shapes do not broadcast: {shapes}") from None
+        given = poses.expand(*batch, 4, 4), angles.expand(batch), branches.to(torch.int64).expand(batch)
+        return torch.ops.armangle.inverse(*given, self._key, nan)
+
+    def freedom(self, pose: Tensor, *, singularity_margin: float = 0.0) -> Tensor:
+        """Return over how much of their circles all branches together hold a pose: `Freedom.total`.
+
+        Parameters
+        ----------
+        pose : Tensor, shape (..., 4, 4)
+            Tool frame, position in m.
+        singularity_margin : float
+            As in `Arm.feasible`, rad.
+
+        Returns
+        -------
+        Tensor, shape (...)
+            rad. Its gradient is 0 where a pose is not held: how far it is from being held is not in it.
+
+        Raises
+        ------
+        ShapeError, InputError, NotFiniteError, NotRotationError
+        """
+        margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
+        return torch.ops.armangle.freedom(_tensor("pose", pose, (4, 4)), self._key, margin)
+
+    def limit_margin(self, q: Tensor) -> Tensor:
+        """Return the least distance of a joint to one of its limits.
+
+        Parameters
+        ----------
+        q : Tensor, shape (..., 7)
+            Joint values, rad.
+
+        Returns
+        -------
+        Tensor, shape (...)
+            rad; negative outside, inf without limits.
+
+        Raises
+        ------
+        ShapeError, InputError, NotFiniteError
+        """
+        return torch.ops.armangle.limit_margin(_joints(q), self._key)
+
+
+def _tensor(name: str, value: Tensor, tail: tuple[int, ...], of: Tensor = None) -> Tensor:
+    """Return a tensor of real numbers of shape (..., *tail) in memory; numbers where `of` is one."""
+    if of is not None and isinstance(value, (int, float)):
+        value = torch.as_tensor(value, dtype=of.dtype)
+    if not isinstance(value, torch.Tensor):
+        raise InputError(f"{name} is {type(value).__name__}, wanted a torch.Tensor")
+    if value.dtype not in (torch.float64, torch.float32):
+        raise InputError(f"{name} has type {value.dtype}, wanted torch.float64 or torch.float32")
+    if value.device.type != "cpu":
+        raise InputError(f"{name} is a tensor on {value.device}, wanted numbers in memory: {name}.cpu()")
+    if value.ndim < len(tail) or tuple(value.shape[value.ndim - len(tail) :]) != tail:
+        raise ShapeError(f"{name} has shape {tuple(value.shape)}, wanted {shape_text(tail)}")
+    return value
+
+
+def _joints(q: Tensor) -> Tensor:
+    return _tensor("q", q, (7,))
+
+
+# -- the operators -------------------------------------------------------------------------------------
+
+
+def _given(tensor: Tensor) -> Any:
+    return tensor.detach().numpy()
+
+
+def _double(tensor: Tensor, inner: int = 0) -> Any:
+    """The numbers of a tensor as float64, its `inner` last axes contiguous."""
+    return as_floats("gradient", _given(tensor), tuple(tensor.shape[tensor.ndim - inner :]))
+
+
+def _as(dtype: Any, array: Any) -> Tensor:
+    return torch.as_tensor(array).to(dtype).contiguous()
+
+
+def _forward(q: Tensor, arm: int, nan: bool) -> tuple[Tensor, Tensor, Tensor]:
+    pose, psi, gc = kept(arm).forward(_given(q), undefined="nan" if nan else "raise")
+    return _as(q.dtype, pose), _as(q.dtype, psi), torch.as_tensor(gc)
+
+
+def _forward_pullback(q: Tensor, by_pose: Tensor, by_psi: Tensor, arm: int) -> Tensor:
+    out = np.empty(q.shape)
+    kept(arm)._handle.forward_pullback_many(_double(q, 1), _double(by_pose, 2), _double(by_psi), out)
+    return _as(q.dtype, out)
+
+
+def _inverse(pose: Tensor, psi: Tensor, gc: Tensor, arm: int, nan: bool) -> Tensor:
+    how: Unreachable = "nan" if nan else "raise"
+    return _as(pose.dtype, kept(arm).inverse(_given(pose), _given(psi), _given(gc), unreachable=how))
+
+
+def _inverse_pullback(pose: Tensor, psi: Tensor, gc: Tensor, by_q: Tensor, arm: int) -> tuple[Tensor, Tensor]:
+    known = kept(arm)
+    by_pose, by_psi = np.empty(pose.shape), np.empty(psi.shape)
+    poses = as_poses("pose", _given(pose), known._handle)
+    known._handle.inverse_pullback_many(poses, _double(psi), _given(gc), _double(by_q, 1), by_pose, by_psi)
+    return _as(pose.dtype, by_pose), _as(psi.dtype, by_psi)
+
+
+def _freedom(pose: Tensor, arm: int, margin: float) -> Tensor:
+    return _as(pose.dtype, kept(arm).freedom(_given(pose), singularity_margin=margin).total)
+
+
+def _freedom_pullback(pose: Tensor, by_total: Tensor, arm: int, margin: float) -> Tensor:
+    known, poses = kept(arm), as_poses("pose", _given(pose), kept(arm)._handle)
+    steepness = _double(by_total)[..., None]
+    slope = known.freedom_gradient(poses, singularity_margin=margin)
+    by_pose = np.empty(poses.shape)
+    _core.pose_gradient_many(poses, np.where(steepness == 0, 0.0, steepness * slope), by_pose)
+    return _as(pose.dtype, by_pose)
+
+
+def _limit_margin(q: Tensor, arm: int) -> Tensor:
+    return _as(q.dtype, kept(arm).limit_margin(_given(q)))
+
+
+def _limit_margin_gradient(q: Tensor, arm: int) -> Tensor:
+    return _as(q.dtype, kept(arm).limit_margin_gradient(_given(q)))
+
+
+def _define(name: str, schema: str, function: Any, shapes: Any) -> Any:
+    """Make an operator: its CPU function, its shapes for tracing, and its rule for vmap."""
+    operator = torch.library.custom_op(f"armangle::{name}", function, mutates_args=(), schema=schema)
+
+    def mapped(info: Any, axes: Any, *given: Any) -> Any:
+        moved = [
+            value if not isinstance(value, torch.Tensor)
+            else value.expand(info.batch_size, *value.shape) if axis is None
+            else value.movedim(axis, 0)
+            for value, axis in zip(given, axes, strict=True)
+        ]  # fmt: skip
+        found = operator(*moved)
+        return found, (0,) * len(found) if isinstance(found, tuple) else 0
+
+    operator.register_fake(shapes)
+    operator.register_vmap(mapped)
+    return operator
+
+
+def _like(k: int) -> Any:
+    """Return that a result has the shape and kind of argument k."""
+    return lambda *given: torch.empty_like(given[k], memory_format=torch.contiguous_format)
+
+
+def _tail(inner: int, *tail: int) -> Any:
+    """Return that a result has the batch axes of argument 0, all but `inner`, and a tail."""
+    return lambda lead, *_: lead.new_empty((*lead.shape[: lead.ndim - inner], *tail))
+
+
+def _forward_shapes(q: Tensor, *_: Any) -> Any:
+    batch = q.shape[:-1]
+    return q.new_empty((*batch, 4, 4)), q.new_empty(batch), q.new_empty(batch, dtype=torch.int64)
+
+
+def _pulled_shapes(pose: Tensor, psi: Tensor, *_: Any) -> Any:
+    return _like(0)(pose), _like(0)(psi)
+
+
+_to_q = _define(
+    "inverse", "(Tensor pose, Tensor psi, Tensor gc, int arm, bool nan) -> Tensor", _inverse, _tail(2, 7)
+)
+_to_pose = _define(
+    "forward", "(Tensor q, int arm, bool nan) -> (Tensor, Tensor, Tensor)", _forward, _forward_shapes
+)
+_to_total = _define("freedom", "(Tensor pose, int arm, float margin) -> Tensor", _freedom, _tail(2))
+_to_margin = _define("limit_margin", "(Tensor q, int arm) -> Tensor", _limit_margin, _tail(1))
+_define(
+    "inverse_pullback", "(Tensor pose, Tensor psi, Tensor gc, Tensor by_q, int arm) -> (Tensor, Tensor)",
+    _inverse_pullback, _pulled_shapes,
+)  # fmt: skip
+_define(
+    "forward_pullback", "(Tensor q, Tensor by_pose, Tensor by_psi, int arm) -> Tensor",
+    _forward_pullback, _like(0),
+)  # fmt: skip
+_define(
+    "freedom_pullback", "(Tensor pose, Tensor by_total, int arm, float margin) -> Tensor",
+    _freedom_pullback, _like(0),
+)  # fmt: skip
+_define("limit_margin_gradient", "(Tensor q, int arm) -> Tensor", _limit_margin_gradient, _like(0))
+
+
+# -- their gradients -----------------------------------------------------------------------------------
+
+
+def _save_forward(ctx: Any, inputs: Any, output: Any) -> None:
+    q, ctx.arm, _ = inputs
+    ctx.save_for_backward(q)
+    ctx.mark_non_differentiable(output[2])
+
+
+def _forward_backward(ctx: Any, by_pose: Tensor, by_psi: Tensor, _: Tensor) -> Any:
+    (q,) = ctx.saved_tensors
+    return torch.ops.armangle.forward_pullback(q, by_pose, by_psi, ctx.arm), None, None
+
+
+def _save_inverse(ctx: Any, inputs: Any, output: Any) -> None:
+    pose, psi, gc, ctx.arm, _ = inputs
+    ctx.save_for_backward(pose, psi, gc)
+
+
+def _inverse_backward(ctx: Any, by_q: Tensor) -> Any:
+    by_pose, by_psi = torch.ops.armangle.inverse_pullback(*ctx.saved_tensors, by_q, ctx.arm)
+    return by_pose, by_psi, None, None, None
+
+
+def _save_freedom(ctx: Any, inputs: Any, output: Any) -> None:
+    pose, ctx.arm, ctx.margin = inputs
+    ctx.save_for_backward(pose)
+
+
+def _freedom_backward(ctx: Any, by_total: Tensor) -> Any:
+    (pose,) = ctx.saved_tensors
+    return torch.ops.armangle.freedom_pullback(pose, by_total, ctx.arm, ctx.margin), None, None
+
+
+def _save_limit_margin(ctx: Any, inputs: Any, output: Any) -> None:
+    q, ctx.arm = inputs
+    ctx.save_for_backward(q)
+
+
+def _limit_margin_backward(ctx: Any, by_margin: Tensor) -> Any:
+    (q,) = ctx.saved_tensors
+    return by_margin[..., None] * torch.ops.armangle.limit_margin_gradient(q, ctx.arm), None
+
+
+_to_pose.register_autograd(_forward_backward, setup_context=_save_forward)
+_to_q.register_autograd(_inverse_backward, setup_context=_save_inverse)
+_to_total.register_autograd(_freedom_backward, setup_context=_save_freedom)
+_to_margin.register_autograd(_limit_margin_backward, setup_context=_save_limit_margin)

@@ -1,0 +1,166 @@
+"""The functions of JAX: the numbers of Arm under jit, vmap and scan, derivatives against differences."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from support import draw
+from support.needs import need
+
+import armangle as aa
+
+jax = need("jax")
+NAMES = ("kuka_iiwa7_r800", "openarm_v10", "barrett_wam7")
+
+
+@pytest.fixture(autouse=True)
+def double() -> Iterator[None]:
+    """Numbers in float64; each test leaves JAX as it was."""
+    before = jax.config.jax_enable_x64
+    jax.config.update("jax_enable_x64", True)
+    yield
+    jax.config.update("jax_enable_x64", before)
+
+
+def postures(name: str, count: int) -> tuple[aa.Arm, np.ndarray]:
+    arm = aa.Arm.from_catalogue(name).with_(base=aa.pose([0.1, 0.2, 0.3], rpy=[0.5, 0.4, 0.3]))
+    q = draw.generator(17, 31).uniform(arm.lower, arm.upper, (count, 7))
+    hinges = (arm.signs * q + arm.offsets)[:, [1, 3, 5]] - [0, arm._handle.delta, 0]
+    return arm, q[(np.abs(np.sin(hinges)) > 0.2).all(axis=1)]
+
+
+def rigid(twist: np.ndarray, pose: np.ndarray) -> np.ndarray:
+    out = aa.pose(np.zeros(3), rotvec=twist[..., 3:]) @ pose
+    out[..., :3, 3] = pose[..., :3, 3] + twist[..., :3]
+    return out
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_numbers_are_those_of_arm(name: str) -> None:
+    arm, q = postures(name, 200)
+    kinematics = aa.jax.Kinematics(arm)
+    pose, psi, gc = jax.jit(kinematics.forward)(q)
+    for found, wanted in zip((pose, psi, gc), arm.forward(q), strict=True):
+        assert np.array_equal(found, wanted)
+    assert np.array_equal(jax.jit(kinematics.inverse)(pose, psi, gc), arm.inverse(*arm.forward(q)))
+    assert np.array_equal(kinematics.freedom(pose), arm.freedom(np.array(pose)).total)
+    drawn = kinematics.freedom(pose, singularity_margin=0.1)
+    assert np.array_equal(drawn, arm.freedom(np.array(pose), singularity_margin=0.1).total)
+    assert np.array_equal(kinematics.limit_margin(q), arm.limit_margin(q))
+
+
+def test_float32_is_computed_in_float64() -> None:
+    jax.config.update("jax_enable_x64", False)
+    arm, q = postures("kuka_iiwa7_r800", 100)
+    kinematics = aa.jax.Kinematics(arm)
+    pose, psi, gc = kinematics.forward(q)
+    assert pose.dtype == np.float32
+    found = kinematics.inverse(pose, psi, gc)
+    assert found.dtype == np.float32
+    assert np.array_equal(found, arm.inverse(np.array(pose), np.array(psi), np.array(gc)).astype(np.float32))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_derivatives_are_the_limit_of_differences(name: str) -> None:
+    arm, q = postures(name, 30)
+    kinematics, rng, step = aa.jax.Kinematics(arm), draw.generator(17, 32), 1e-6
+    pose, psi, gc = arm.forward(q)
+    twist = rng.normal(size=(len(q), 7))
+    ahead, behind = (
+        arm.inverse(rigid(way * step * twist[:, :6], pose), psi + way * step * twist[:, 6], gc, seed=q)
+        for way in (1, -1)
+    )
+    moved = (rigid(step * twist[:, :6], pose) - rigid(-step * twist[:, :6], pose)) / (2 * step)
+
+    def inverse(frame: object, angle: object) -> object:
+        return kinematics.inverse(frame, angle, gc)
+
+    _, along = jax.jvp(inverse, (pose, psi), (moved, twist[:, 6]))
+    difference = (ahead - behind) / (2 * step)
+    assert np.allclose(along, difference, rtol=1e-5, atol=1e-5 * np.abs(difference).max())
+    weight = rng.normal(size=(len(q), 7))
+    by_pose, by_psi = jax.grad(lambda p, a: (weight * inverse(p, a)).sum(), argnums=(0, 1))(pose, psi)
+    said = (np.array(by_pose) * moved).sum((-1, -2)) + np.array(by_psi) * twist[:, 6]
+    assert np.allclose(said, (weight * np.array(along)).sum(-1), rtol=1e-7, atol=1e-7)
+    ends = [arm.forward(q + way * step * weight)[:2] for way in (1, -1)]
+    _, (dpose, dpsi, _) = jax.jvp(kinematics.forward, (q,), (weight,))
+    assert np.allclose(dpose, (ends[0][0] - ends[1][0]) / (2 * step), rtol=1e-5, atol=1e-6)
+    turned = (ends[0][1] - ends[1][1] + np.pi) % (2 * np.pi) - np.pi
+    assert np.allclose(dpsi, turned / (2 * step), rtol=1e-5, atol=1e-5)
+
+
+def test_derivatives_of_freedom_and_of_the_limit_margin_are_those_of_arm() -> None:
+    arm, q = postures("kuka_iiwa7_r800", 40)
+    kinematics, twist = aa.jax.Kinematics(arm), draw.generator(17, 33).normal(size=6)
+    pose = arm.forward(q)[0]
+    columns = np.concatenate(
+        [np.cross(twist[3:], pose[:, :3, :3], axisb=1, axisc=1), np.zeros((len(q), 3, 1))], 2
+    )
+    columns[..., 3] = twist[:3]
+    moved = np.concatenate([columns, np.zeros((len(q), 1, 4))], 1)
+    _, along = jax.jvp(kinematics.freedom, (pose,), (moved,))
+    assert np.allclose(along, arm.freedom_gradient(pose) @ twist, rtol=1e-10, atol=1e-10, equal_nan=True)
+    slope = jax.vmap(jax.grad(kinematics.limit_margin))(q)
+    assert np.array_equal(slope, arm.limit_margin_gradient(q))
+
+
+def test_vmap_and_scan_are_the_batch() -> None:
+    arm, q = postures("openarm_v10", 50)
+    kinematics = aa.jax.Kinematics(arm)
+    pose, psi, gc = arm.forward(q)
+    wanted = arm.inverse(pose, psi, gc[0])
+    assert np.array_equal(jax.vmap(lambda p, a: kinematics.inverse(p, a, gc[0]))(pose, psi), wanted)
+    assert np.array_equal(jax.vmap(kinematics.inverse, in_axes=(0, 0, None))(pose, psi, gc[0]), wanted)
+
+    def walked(psi_now: object, frame: object) -> tuple[object, object]:
+        return psi_now + 0.01, kinematics.inverse(frame, psi_now, gc[0])
+
+    _, along = jax.jit(lambda frames: jax.lax.scan(walked, 0.2, frames))(pose)
+    assert np.allclose(along, arm.inverse(pose, 0.2 + 0.01 * np.arange(len(q)), gc[0]), rtol=0, atol=1e-12)
+    steep = jax.grad(lambda a: jax.lax.scan(walked, a, pose)[1].sum())(0.2)
+    difference = [
+        arm.inverse(pose, 0.2 + way * 1e-6 + 0.01 * np.arange(len(q)), gc[0]).sum() for way in (1, -1)
+    ]
+    assert np.isclose(steep, (difference[0] - difference[1]) / 2e-6, rtol=1e-5)
+
+
+def test_what_has_no_answer_is_nan_and_what_is_no_pose_an_error() -> None:
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    kinematics = aa.jax.Kinematics(arm)
+    near, psi, gc = arm.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+    lost = np.full((4, 4), np.nan)
+    poses = np.stack([near, aa.pose([9.0, 0.0, 0.0]), lost])
+    found = jax.jit(kinematics.inverse)(poses, psi, gc)
+    assert np.isfinite(found[0]).all() and np.isnan(found[1:]).all()
+    assert np.isnan(kinematics.forward(np.full(7, np.nan))[0]).all()
+    for pose, branch, words in (
+        (2 * near, gc, "last row of pose"),
+        (np.diag([1.0, 1.0, -1.0, 1.0]), gc, "reflection"),
+        (np.diag([1.0, 1.2, 1.0, 1.0]), gc, "not orthonormal at element 1"),
+        (near, 8, "gc is outside 0..7 at element 1"),
+    ):
+        with pytest.raises(jax.errors.JaxRuntimeError, match=words):
+            jax.jit(kinematics.inverse)(
+                np.stack([lost, pose]), psi, np.array([0, branch])
+            ).block_until_ready()
+
+
+def test_what_cannot_be_taken_is_said() -> None:
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    kinematics = aa.jax.Kinematics(arm)
+    for call, error, words in (
+        (lambda: kinematics.forward(np.zeros(6)), aa.ShapeError, r"q has shape \(6,\)"),
+        (lambda: kinematics.forward("here"), aa.InputError, "q is not an array of real numbers"),
+        (lambda: kinematics.forward(np.zeros(7, complex)), aa.InputError, "q has type complex128"),
+        (lambda: kinematics.inverse(np.eye(4), 0.0, 0.5), aa.ConfigurationError, "gc has type float64"),
+        (
+            lambda: kinematics.inverse(np.zeros((3, 4, 4)), np.zeros(2), 0),
+            aa.ShapeError, "do not broadcast",
+        ),
+        (lambda: kinematics.freedom(np.eye(4), singularity_margin=-1), aa.InputError, "singularity_margin"),
+        (lambda: aa.jax.Kinematics(None), aa.InputError, "arm is NoneType, wanted an Arm"),
+    ):  # fmt: skip
+        with pytest.raises(error, match=words):
+            call()

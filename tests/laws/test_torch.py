@@ -1,0 +1,187 @@
+"""The operators of torch: the numbers of Arm, gradients against differences, compiled, mapped, refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support import draw
+from support.needs import need
+
+import armangle as aa
+
+torch = need("torch")
+OPERATORS = torch.ops.armangle
+NAMES = ("kuka_iiwa7_r800", "openarm_v10", "barrett_wam7")
+
+
+def postures(name: str, count: int) -> tuple[aa.Arm, np.ndarray]:
+    arm = aa.Arm.from_catalogue(name).with_(base=aa.pose([0.1, 0.2, 0.3], rpy=[0.5, 0.4, 0.3]))
+    rng = draw.generator(17, 21)
+    q = rng.uniform(arm.lower, arm.upper, (count, 7))
+    hinges = (arm.signs * q + arm.offsets)[:, [1, 3, 5]] - [0, arm._handle.delta, 0]
+    return arm, q[(np.abs(np.sin(hinges)) > 0.2).all(axis=1)]
+
+
+def rigid(twist: np.ndarray, pose: np.ndarray) -> np.ndarray:
+    out = aa.pose(np.zeros(3), rotvec=twist[..., 3:]) @ pose
+    out[..., :3, 3] = pose[..., :3, 3] + twist[..., :3]
+    return out
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_numbers_are_those_of_arm(name: str) -> None:
+    arm, q = postures(name, 40)
+    kinematics = aa.torch.Kinematics(arm)
+    joints = torch.from_numpy(q)
+    pose, psi, gc = kinematics.forward(joints)
+    for found, wanted in zip((pose, psi, gc), arm.forward(q), strict=True):
+        assert np.array_equal(found.numpy(), wanted)
+    assert np.array_equal(kinematics.inverse(pose, psi, gc).numpy(), arm.inverse(*arm.forward(q)))
+    assert np.array_equal(kinematics.freedom(pose).numpy(), arm.freedom(pose.numpy()).total)
+    assert np.array_equal(kinematics.limit_margin(joints).numpy(), arm.limit_margin(q))
+    single = kinematics.inverse(pose.float(), psi.float(), gc)
+    assert single.dtype == torch.float32 and np.allclose(single, kinematics.inverse(pose, psi, gc), atol=1e-2)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_gradients_are_the_limit_of_differences(name: str) -> None:
+    arm, q = postures(name, 30)
+    kinematics = aa.torch.Kinematics(arm)
+    rng, step = draw.generator(17, 22), 1e-6
+    weight, twist = rng.normal(size=(len(q), 7)), rng.normal(size=(len(q), 7))
+    pose, psi, gc = arm.forward(q)
+    given = [torch.from_numpy(value).requires_grad_() for value in (pose, psi)]
+    found = kinematics.inverse(*given, torch.from_numpy(gc))
+    (torch.from_numpy(weight) * found).sum().backward()
+    ahead, behind = (
+        arm.inverse(rigid(way * step * twist[:, :6], pose), psi + way * step * twist[:, 6], gc, seed=q)
+        for way in (1, -1)
+    )
+    difference = (weight * (ahead - behind)).sum(-1) / (2 * step)
+    moved = (rigid(step * twist[:, :6], pose) - rigid(-step * twist[:, :6], pose)) / (2 * step)
+    said = (given[0].grad.numpy() * moved).sum((-1, -2)) + given[1].grad.numpy() * twist[:, 6]
+    assert np.allclose(said, difference, rtol=1e-5, atol=1e-5 * np.abs(difference).max())
+    # forward, of the pose and of psi
+    joints = torch.from_numpy(q).requires_grad_()
+    by_pose, by_psi = rng.normal(size=(len(q), 4, 4)), rng.normal(size=len(q))
+    pose_of, psi_of, _ = kinematics.forward(joints)
+    ((torch.from_numpy(by_pose) * pose_of).sum() + (torch.from_numpy(by_psi) * psi_of).sum()).backward()
+    ends = [arm.forward(q + way * step * weight)[:2] for way in (1, -1)]
+    turned = (ends[0][1] - ends[1][1] + np.pi) % (2 * np.pi) - np.pi
+    difference = ((by_pose * (ends[0][0] - ends[1][0])).sum((-1, -2)) + by_psi * turned) / (2 * step)
+    assert np.allclose((joints.grad.numpy() * weight).sum(-1), difference, rtol=1e-5, atol=1e-6)
+
+
+def test_gradients_of_freedom_and_of_the_limit_margin() -> None:
+    arm, q = postures("kuka_iiwa7_r800", 60)
+    kinematics, rng, step = aa.torch.Kinematics(arm), draw.generator(17, 23), 1e-7
+    pose = arm.forward(q)[0]
+    given = torch.from_numpy(pose).requires_grad_()
+    kinematics.freedom(given).sum().backward()
+    twist = rng.normal(size=(len(q), 6))
+    ends = [arm.freedom(rigid(way * step * twist, pose)) for way in (1, -1)]
+    difference = (ends[0].total - ends[1].total) / (2 * step)
+    moved = (rigid(step * twist, pose) - rigid(-step * twist, pose)) / (2 * step)
+    said = (given.grad.numpy() * moved).sum((-1, -2))
+    # where an arc is born, or an end meets a touching joint, there is no slope that a difference could see
+    known = (ends[0].arcs == ends[1].arcs) & (np.abs(said) < 50)
+    assert known.sum() > 0.6 * len(q)
+    assert np.allclose(said[known], difference[known], rtol=1e-3, atol=1e-4)
+    joints = torch.from_numpy(q).requires_grad_()
+    kinematics.limit_margin(joints).sum().backward()
+    off = np.minimum(q - arm.lower, arm.upper - q).argmin(-1)
+    rows = np.arange(len(q))
+    sign = np.where((q - arm.lower)[rows, off] < (arm.upper - q)[rows, off], 1.0, -1.0)
+    wanted = np.zeros_like(q)
+    wanted[rows, off] = sign
+    assert np.array_equal(joints.grad.numpy(), wanted)
+
+
+def test_a_masked_element_out_of_reach_leaves_the_gradient_of_the_others() -> None:
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    kinematics = aa.torch.Kinematics(arm)
+    near, _, gc = arm.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+    poses = torch.from_numpy(np.stack([near, aa.pose([9.0, 0.0, 0.0])])).requires_grad_()
+    psi = torch.zeros(2, dtype=torch.float64)
+    q = kinematics.inverse(poses, psi, int(gc), unreachable="nan")
+    assert q[1].isnan().all()
+    q[0].sum().backward()
+    assert poses.grad.isfinite().all() and poses.grad[0].any() and not poses.grad[1].any()
+    with pytest.raises(aa.UnreachableError, match=r"pose\[1\] is out of reach"):
+        kinematics.inverse(poses, psi, int(gc))
+
+
+def test_opcheck_passes() -> None:
+    arm, q = postures("kuka_iiwa7_r800", 8)
+    kinematics = aa.torch.Kinematics(arm)
+    pose, psi, gc = (torch.from_numpy(value) for value in arm.forward(q))
+    joints = torch.from_numpy(q)
+    pose, psi, joints = (value.requires_grad_() for value in (pose, psi, joints))
+    key = kinematics._key
+    for operator, arguments in (
+        (OPERATORS.forward, (joints, key, False)),
+        (OPERATORS.inverse, (pose, psi, gc, key, False)),
+        (OPERATORS.freedom, (pose, key, 0.0)),
+        (OPERATORS.limit_margin, (joints, key)),
+    ):
+        assert set(torch.library.opcheck(operator.default, arguments).values()) == {"SUCCESS"}
+
+
+def test_it_compiles_without_a_break() -> None:
+    arm, q = postures("kuka_iiwa7_r800", 20)
+    kinematics = aa.torch.Kinematics(arm)
+
+    def away(joints: object, turn: object) -> object:
+        pose, psi, gc = kinematics.forward(joints)
+        return (
+            kinematics.limit_margin(kinematics.inverse(pose, psi + turn, gc)).sum()
+            + kinematics.freedom(pose).sum()
+        )
+
+    compiled = torch.compile(away, fullgraph=True, backend="aot_eager")
+    results = []
+    for function in (away, compiled):
+        joints = torch.from_numpy(q).requires_grad_()
+        turn = torch.full((len(q),), 0.01, dtype=torch.float64, requires_grad=True)
+        value = function(joints, turn)
+        value.backward()
+        results.append((value.detach(), joints.grad, turn.grad))
+    for plain, fused in zip(*results, strict=True):
+        assert torch.equal(plain, fused)
+
+
+def test_vmap_is_the_batch() -> None:
+    arm, q = postures("openarm_v10", 20)
+    kinematics = aa.torch.Kinematics(arm)
+    pose, psi, gc = (torch.from_numpy(value) for value in arm.forward(q))
+    mapped = torch.func.vmap(lambda p, a: kinematics.inverse(p, a, gc[0]))(pose, psi)
+    assert torch.equal(mapped, kinematics.inverse(pose, psi, gc[0]))
+    poses, angles, branches = torch.func.vmap(kinematics.forward, in_dims=1)(
+        torch.from_numpy(q).T.contiguous()
+    )
+    assert torch.equal(poses, pose) and torch.equal(angles, psi) and torch.equal(branches, gc)
+
+
+def test_what_cannot_be_taken_is_said() -> None:
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    kinematics = aa.torch.Kinematics(arm)
+    pose = torch.eye(4, dtype=torch.float64)
+    for call, error, words in (
+        (lambda: kinematics.forward(np.zeros(7)), aa.InputError, "q is ndarray, wanted a torch.Tensor"),
+        (lambda: kinematics.forward(torch.zeros(7).long()), aa.InputError, "q has type torch.int64"),
+        (lambda: kinematics.forward(torch.zeros(6)), aa.ShapeError, r"q has shape \(6,\)"),
+        (lambda: kinematics.forward(torch.zeros(7, device="meta")), aa.InputError, "a tensor on meta"),
+        (lambda: kinematics.inverse(pose, 0.0, 0.5), aa.ConfigurationError, "gc has type torch.float32"),
+        (lambda: kinematics.inverse(pose, 0.0, 9), aa.ConfigurationError, "gc is 9"),
+        (lambda: kinematics.inverse(2 * pose, 0.0, 0), aa.NotRotationError, "last row"),
+        (
+            lambda: kinematics.inverse(pose.expand(3, 4, 4), torch.zeros(2).double(), 0),
+            aa.ShapeError, "do not broadcast",
+        ),
+        (lambda: kinematics.inverse(pose, 0.0, 0, unreachable="no"), aa.InputError, "unreachable is 'no'"),
+        (lambda: kinematics.freedom(pose, singularity_margin=-1.0), aa.InputError, "singularity_margin"),
+        (lambda: aa.torch.Kinematics("iiwa"), aa.InputError, "arm is str, wanted an Arm"),
+        (lambda: OPERATORS.limit_margin(torch.zeros(7), 1), aa.InputError, "does not know the arm"),
+    ):  # fmt: skip
+        with pytest.raises(error, match=words):
+            call()

@@ -1,0 +1,354 @@
+"""Reach maps: values are those of the closed form; no death, wound or second writer changes a byte."""
+
+from __future__ import annotations
+
+import os
+import resource
+import signal
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support import draw
+from support.maps import ARMS, digest, made, process, small_tiles
+from support.needs import need
+from support.planned_arms import random_arm
+
+import armangle as aa
+
+need("zarr")
+
+
+def freed(arm: aa.Arm, *joints: int) -> aa.Arm:
+    """The arm whose joints (1..7) have no limits."""
+    lower, upper = arm.lower.copy(), arm.upper.copy()
+    for joint in joints:
+        lower[joint - 1], upper[joint - 1] = -np.inf, np.inf
+    return arm.with_(lower=lower, upper=upper)
+
+
+def cells_of(
+    found: aa.ReachMap, rng: np.random.Generator, count: int
+) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
+    """Random cells, and poses at their middles at a random azimuth and roll."""
+    index = tuple(rng.integers(0, n, count) for n in found.shape)
+    middles = [axis[k] for axis, k in zip(found.axes.values(), index, strict=True)]
+    return index, found.pose(np.column_stack([*middles, rng.uniform(-3, 3, (count, 2))]))
+
+
+def check_cells(arm: aa.Arm, found: aa.ReachMap, rng: np.random.Generator, count: int) -> int:
+    """Compare random cells with the closed form of poses there; how many of them are held."""
+    index, poses = cells_of(found, rng, count)
+    gc, freedom, yaw, roll = (np.asarray(found.values(name)[:])[index] for name in found.fields)
+    margin = found.singularity_margin
+    has = freed(arm, 1, 7).freedom(poses, singularity_margin=margin)
+    assert np.array_equal(gc, has.gc)
+    assert np.allclose(freedom, has.total, rtol=2.0**-11, atol=1e-6)
+    for share, turns in (
+        (yaw, freed(arm, 7).feasible_yaw(poses, singularity_margin=margin)),
+        (roll, freed(arm, 1).feasible_roll(poses, singularity_margin=margin)),
+    ):
+        exact = turns.measure / (2 * np.pi)
+        assert (share / 255 <= exact + 1e-12).all()  # never rounded up
+        assert (share / 255 > exact - 1 / 255 - 1e-9).all()
+        assert np.array_equal(share == 255, turns.is_full)
+    held = arm.freedom(poses, singularity_margin=margin).gc
+    assert (held & ~gc == 0).all()  # what is held with all limits is held at some azimuth and roll
+    return int((gc != 0).sum())
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_cells_are_what_the_closed_form_says_at_their_middles(name: str, tmp_path: Path) -> None:
+    found = made(name, tmp_path / "a.zarr", singularity_margin=0.05)
+    assert found.missing == () and found.verify() == ()
+    assert (
+        check_cells(aa.Arm.from_catalogue(name), found, draw.generator(16, 20, ARMS.index(name)), 1500) > 200
+    )
+
+
+def test_cells_of_random_arms_with_base_tool_signs_offsets(tmp_path: Path) -> None:
+    rng = draw.generator(16, 21)
+    held = 0
+    for k in range(6):
+        base, tool = np.eye(4), aa.pose([0.05, 0.02, 0.1], rpy=[0.3, 0.2, 0.1])
+        base[:3, 3] = 0.1, 0.2, 0.3
+        arm = random_arm(rng).with_(base=base, tool=tool)
+        found = aa.reach_map(arm, tmp_path / f"{k}.zarr", spacing=arm.reach / 4, tilt=0.5, threads=1)
+        assert found.arm == arm
+        held += check_cells(arm, found, rng, 300)
+    assert held > 200
+
+
+def test_locked_joints_fall_back_on_the_general_functions(tmp_path: Path) -> None:
+    arm = aa.Arm.from_catalogue("openarm_v10")
+    lower, upper = arm.lower.copy(), arm.upper.copy()
+    lower[2] = upper[2] = 0.0
+    locked = arm.with_(lower=lower, upper=upper)
+    found = aa.reach_map(locked, tmp_path / "a.zarr", spacing=0.1, tilt=0.4)
+    check_cells(locked, found, draw.generator(16, 22), 300)
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_coordinates_are_the_six_numbers_of_a_pose(name: str, tmp_path: Path) -> None:
+    found = made(name, tmp_path / "a.zarr", spacing=0.2, tilt=0.8)
+    rng = draw.generator(16, 23)
+    poses = found.sample(300, seed=5)
+    arm = found.arm
+    assert arm.reachable(poses).all() and np.array_equal(poses, found.sample(300, seed=5))
+    six = found.coordinates(poses)
+    assert np.allclose(found.pose(six), poses, atol=1e-12)
+    turned = six.copy()
+    turned[:, 4:] += rng.uniform(-2, 2, (300, 2))
+    bare = freed(arm, 1, 7)
+    before, after = bare.freedom(poses), bare.freedom(found.pose(turned))
+    assert np.array_equal(before.gc, after.gc) and np.allclose(before.total, after.total, atol=1e-8)
+    assert np.array_equal(found.at(poses).total, arm.freedom(poses).total)
+
+
+def test_samples_are_even_over_what_is_reached(tmp_path: Path) -> None:
+    found = made("human_arm_left", tmp_path / "a.zarr", spacing=0.2, tilt=0.8)
+    arm = found.arm
+    drawn = found.coordinates(found.sample(4000, seed=1))
+    rng = draw.generator(16, 24)
+    place = rng.uniform(-1, 1, (60_000, 3))
+    place = place[np.linalg.norm(place, axis=1) < 1] * arm.reach
+    tilt = np.arccos(rng.uniform(-1, 1, len(place)))
+    six = np.column_stack(
+        [np.hypot(*place[:, :2].T), place[:, 2], tilt, rng.uniform(-np.pi, np.pi, (len(place), 3))]
+    )
+    held = six[np.asarray(arm.reachable(found.pose(six)))]
+    for column in range(6):  # two samples of one distribution: Kolmogorov and Smirnov, one in 10^5 beyond
+        both = np.sort(np.concatenate([drawn[:, column], held[:, column]]))
+        apart = [np.searchsorted(np.sort(x[:, column]), both, side="right") / len(x) for x in (drawn, held)]
+        assert np.abs(apart[0] - apart[1]).max() < 2.5 * np.sqrt(1 / len(drawn) + 1 / len(held))
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_voxels_and_sections_count_what_is_held(name: str, tmp_path: Path) -> None:
+    found = made(name, tmp_path / "a.zarr", spacing=0.1, tilt=0.3)
+    arm = found.arm
+    voxels = found.voxels(0.2, orientations=40)
+    from armangle.reach.voxels import even_orientations
+
+    turned = aa.pose(np.zeros(3), wxyz=even_orientations(40))
+    for k in range(0, len(voxels.share), 7):
+        poses = turned.copy()
+        poses[:, :3, 3] = voxels.position[k]
+        assert arm.reachable(poses).mean() == voxels.share[k] > 0
+    section = found.section()
+    sines = np.sin(found.axes["tilt"])
+    held = (found.values("gc")[3, 5] != 0).mean(axis=1)
+    assert section[3, 5] == pytest.approx((held * sines).sum() / sines.sum())
+    assert section.shape == found.shape[:2] and 0 < section.max() <= 1 + 1e-12
+    assert (found.section("yaw") <= section + 1e-12).all() and (
+        found.section("roll") <= section + 1e-12
+    ).all()
+
+
+def test_orientations_are_spread_evenly() -> None:
+    from armangle.reach.voxels import even_orientations
+
+    q = even_orientations(2000)
+    assert np.allclose(np.linalg.norm(q, axis=1), 1)
+    nearest = np.sort(np.abs(q @ q.T), axis=1)[:, -2]  # each has its neighbour about as far as any other
+    angles = 2 * np.arccos(np.minimum(nearest, 1))
+    assert angles.min() > 0.5 * angles.max()
+
+
+# -- deaths, wounds, other writers ----------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_killed_at_random_times_and_resumed_every_byte_is_equal(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    small_tiles(monkeypatch)
+    options = {"spacing": 0.02, "tilt": 0.13}
+    whole = made(name, tmp_path / "whole.zarr", **options)
+    assert whole.tiles > 20
+    place, rng = tmp_path / "killed.zarr", draw.generator(16, 25, ARMS.index(name))
+    died = 0
+    for _ in range(3):
+        running = process(name, place, **options)
+        deadline = time.monotonic() + 60
+        while running.poll() is None and not (place / "done" / "c").is_dir() and time.monotonic() < deadline:
+            time.sleep(0.005)
+        time.sleep(rng.uniform(0, 0.15))
+        died += running.poll() is None
+        if running.poll() is None:
+            os.killpg(running.pid, signal.SIGKILL)
+        running.wait()
+        assert running.stderr is not None
+        running.stderr.close()
+    assert died > 0
+    resumed = made(name, place, **options)
+    assert resumed.missing == () and resumed.verify() == ()
+    assert digest(place) == digest(tmp_path / "whole.zarr")
+
+
+def test_killed_before_it_was_a_map(tmp_path: Path) -> None:
+    place, whole = tmp_path / "a.zarr", tmp_path / "whole.zarr"
+    made("openarm_v10", whole)
+    made("openarm_v10", place, part=(3, 3))
+    (place / "zarr.json").unlink()  # what is written last
+    for array in ("gc", "done", "turn"):
+        for file in (place / array).rglob("*"):
+            if file.is_file() and "c" in file.relative_to(place / array).parts:
+                file.unlink()
+    made("openarm_v10", place)
+    assert digest(place) == digest(whole)
+
+
+def test_two_processes_on_one_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    small_tiles(monkeypatch)
+    options = {"spacing": 0.03, "tilt": 0.13}
+    made("human_arm_left", tmp_path / "whole.zarr", **options)
+    both = [process("human_arm_left", tmp_path / "a.zarr", **options) for _ in range(2)]
+    for one in both:
+        assert one.communicate()[1] == "" and one.returncode == 0
+    assert digest(tmp_path / "a.zarr") == digest(tmp_path / "whole.zarr")
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_wounded_tiles_are_named_and_made_again(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    small_tiles(monkeypatch, 2**14)
+    place = tmp_path / "a.zarr"
+    found = made(name, place)
+    whole, along = digest(place), found._store.grid.along
+    tiles = [k for k in range(found.tiles) if found._store.read(k)["freedom"].any()][:6]
+    assert len(tiles) == 6
+
+    def file(field: str, tile: int) -> Path:
+        i, j = divmod(tile, along)
+        return place / field / "c" / (str(tile) if field == "done" else f"{i}/{j}/0/0")
+
+    truncated, flipped, removed, markless, wrong_mark, short_mark = tiles
+    old = file("freedom", truncated).read_bytes()
+    file("freedom", truncated).write_bytes(old[: len(old) // 2])
+    bits = bytearray(file("freedom", flipped).read_bytes())
+    bits[len(bits) // 2] ^= 4
+    file("freedom", flipped).write_bytes(bytes(bits))
+    file("gc", removed).unlink()  # a mark without its data
+    file("done", markless).unlink()
+    file("done", wrong_mark).write_bytes(b"\1\2\3\4")
+    (place / "freedom" / "c" / "0" / "left.0123.partial").write_bytes(b"x")
+    assert found.missing == (markless,)
+    assert set(aa.ReachMap(place).verify()) == {truncated, flipped, removed, wrong_mark}
+    file("done", short_mark).write_bytes(b"\1")  # half a mark is none
+    again = aa.ReachMap(place)
+    assert set(again.missing) == set(tiles)
+    assert made(name, place).missing == ()
+    assert digest(place) == whole
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_a_full_disk_is_said_and_resumed_from(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No file may grow beyond 2 kB, as if no block were left for more."""
+    small_tiles(monkeypatch)
+    made(name, tmp_path / "whole.zarr")
+    place = tmp_path / "a.zarr"
+    made(name, place, part=(1, 99))
+    old = resource.getrlimit(resource.RLIMIT_FSIZE)
+    ignored = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (2048, old[1]))
+    try:
+        with pytest.raises(aa.OutputError, match="cannot be written"):
+            made(name, place)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, old)
+        signal.signal(signal.SIGXFSZ, ignored)
+    made(name, place)
+    assert digest(place) == digest(tmp_path / "whole.zarr")
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_a_map_of_something_else_is_refused(name: str, tmp_path: Path) -> None:
+    place = tmp_path / "a.zarr"
+    made(name, place)
+    whole = digest(place)
+    for changes, said in (
+        ({"spacing": 0.04}, "grid that differs in spacing"),
+        ({"tilt": 0.3}, "grid that differs in tilts, turns"),
+        ({"singularity_margin": 0.1}, "singularity_margin 0.0, not 0.1"),
+        ({"fields": ("gc",)}, "fields"),
+    ):
+        with pytest.raises(aa.InputError, match=said):
+            made(name, place, **changes)
+    arm = aa.Arm.from_catalogue(name)
+    other = arm.with_(upper=arm.upper + 1e-9)
+    with pytest.raises(aa.InputError, match="arm that differs in upper: give another place"):
+        aa.reach_map(other, place, spacing=0.05, tilt=0.2)
+    assert digest(place) == whole
+
+
+def test_another_instruction_set_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from armangle.reach import store
+
+    place = tmp_path / "a.zarr"
+    begun = made("openarm_v10", place, part=(99, 99))
+    assert begun.missing
+    monkeypatch.setattr(store, "ISA", "other")
+    with pytest.raises(aa.InputError, match=r"isa '\w+', not 'other'.*ARMANGLE_ISA=\w+ takes"):
+        made("openarm_v10", place)
+    with pytest.raises(aa.InputError, match="not 'other'"):
+        aa.ReachMap(place).resume()
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_parts_make_the_whole_whatever_their_order(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    small_tiles(monkeypatch, 2**14)
+    made(name, tmp_path / "whole.zarr")
+    place = tmp_path / "a.zarr"
+    told: list[tuple[int, int]] = []
+    for i in (3, 1, 2):
+        found = made(name, place, part=(i, 3), progress=lambda *now: told.append(now))
+        assert (found.missing == ()) == (i == 2)
+    assert digest(place) == digest(tmp_path / "whole.zarr")
+    assert len(told) == found.tiles and told[-1][0] == told[-1][1]
+    assert f"{found.tiles} of {found.tiles} tiles made" in repr(found)
+
+
+def test_tiles_without_a_reachable_cell_count_as_made(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    small_tiles(monkeypatch, 2**12)
+    found = made("human_arm_left", tmp_path / "a.zarr", spacing=0.05, tilt=0.3)
+    empty = [k for k in range(found.tiles) if not found._store.read(k)["gc"].any()]
+    assert empty and found.missing == () and found.verify() == ()
+
+
+def test_xarray_opens_it(tmp_path: Path) -> None:
+    need("xarray")
+    found = made("openarm_v10", tmp_path / "a.zarr")
+    data = found.to_xarray()
+    assert tuple(data.sizes[name] for name in found.axes) == found.shape
+    assert np.array_equal(data["gc"].sel(r=0.21, z=0.11, method="nearest"), found.values("gc")[
+        int(np.abs(found.axes["r"] - 0.21).argmin()), int(np.abs(found.axes["z"] - 0.11).argmin())
+    ])  # fmt: skip
+    assert data["tilt"].attrs["units"] == "rad"
+
+
+def test_what_is_no_map(tmp_path: Path) -> None:
+    with pytest.raises(aa.FileFormatError, match="there is no reach map"):
+        aa.ReachMap(tmp_path / "none.zarr")
+    file = tmp_path / "file"
+    file.write_text("x")
+    with pytest.raises(aa.InputError, match="is a file, wanted a folder"):
+        made("openarm_v10", file)
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "thesis.tex").write_text("x")
+    with pytest.raises(aa.InputError, match=r"holds 'thesis.tex' and no reach map"):
+        made("openarm_v10", tmp_path / "full")
+    made("openarm_v10", tmp_path / "a.zarr", part=(99, 99))
+    (tmp_path / "a.zarr" / "zarr.json").write_text(
+        '{"zarr_format": 3, "node_type": "group", "attributes": {"a": 1}}'
+    )
+    with pytest.raises(aa.FileFormatError, match="format is None, wanted 1"):
+        made("openarm_v10", tmp_path / "a.zarr")
