@@ -116,17 +116,12 @@ inline bool stays_positive(double F_a, double F_b, double A, double h) noexcept 
     return F_a + rise * t / h - 0.5 * A * t * (h - t) > 0;
 }
 
-/// A frame turned about a line fixed to it: about y through (x, 0, 0), or about z through its origin.
+/// A frame turned about a line fixed to it: along y through (x, 0, 0).
 template <class T>
 inline Pose<T> turned_about_y(const Pose<T>& home, double x, const SinCos<T>& by) noexcept {
     const auto& [r, p] = home;
     const Vec3<T> ahead = combine(r.x, by.cos, r.z, -by.sin);
     return {{ahead, r.y, combine(r.x, by.sin, r.z, by.cos)}, p + (r.x - ahead) * T(x)};
-}
-template <class T>
-inline Pose<T> turned_about_z(const Pose<T>& home, const SinCos<T>& by) noexcept {
-    const auto& [r, p] = home;
-    return {{combine(r.x, by.cos, r.y, by.sin), combine(r.y, by.cos, r.x, -by.sin), r.z}, p};
 }
 
 /// The frames that a scene's shapes are fixed to, in the DH base. swinging: of links 1, 2, 5, 6 (swing.hpp).
