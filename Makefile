@@ -2,13 +2,14 @@
 PYTHON ?= $(if $(wildcard .venv/bin/python),.venv/bin/python,python3)
 SECONDS ?= 600
 COUNT ?= 10000000
+PATHS ?= 1000
 EXAMPLES ?= 5000
 SEED ?= $(shell date +%Y%m%d)
 PARALLEL = -n auto --dist loadfile
 LOWEST = numpy==1.26.0 pytest==8.0.0 hypothesis==6.100.0 matplotlib==3.8.0
 FUZZERS = inverse feasible step plan nearest
 
-.PHONY: help ci lint tidy format test check laws nearest docs bench timings realtime fuzz sanitize wheels manylinux accuracy test-lowest
+.PHONY: help ci lint tidy format test check laws nearest plans docs bench timings realtime fuzz sanitize wheels manylinux accuracy test-lowest
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "%-12s %s\n", $$1, $$2}' Makefile
@@ -38,6 +39,9 @@ laws:  ## the laws with EXAMPLES=5000 random examples each, and SEED= that of th
 
 nearest:  ## the law of solve against a dense grid in all branches, for SECONDS=600, first seed SEED=
 	$(PYTHON) tests/laws/long_nearest.py $(SECONDS) $(SEED)
+
+plans:  ## the law of plan beside the naive, on PATHS=1000 paths
+	$(PYTHON) tests/laws/long_plans.py $(PATHS)
 
 docs:  ## the pages, warnings as errors
 	$(PYTHON) -m sphinx -W --keep-going -b html docs docs/_build/html

@@ -142,14 +142,16 @@ def check_proven(result: aa.JointPath, start: np.ndarray) -> None:
 @pytest.mark.parametrize("tilt", [0.0, 1e-9, 1e-3, 0.01, 0.1])
 @pytest.mark.parametrize("home", HOMES, ids=["home", "mirrored", "wrist", "turned"])
 def test_every_line_from_a_home_posture(home: np.ndarray, tilt: float) -> None:
-    """Where robots start theta2 or theta6 is 0: 26 directions, 10 cm."""
+    """Where robots start theta2 or theta6 is 0: 26 directions, 10 cm; beside it the objective decides how
+    fast the singular posture is left."""
+    most = 0.02 if tilt < 1e-6 else 0.12
     start = home.copy()
     start[1 if home[1] == 0 else 5] = np.radians(tilt)
     ways = [np.array(d) for d in itertools.product((-1, 0, 1), repeat=3) if any(d)]
     for way in ways[:: 2 if tilt == 0 else 6]:
         result = aa.plan(IIWA, line(start, 0.1 * way / np.linalg.norm(way)), start=start, samples=100)
         check_proven(result, start)
-        assert np.abs(np.diff(result.q, axis=0)).max() < 0.02
+        assert np.abs(np.diff(result.q, axis=0)).max() < most
 
 
 def test_planar_lines_pass_where_two_branches_meet() -> None:
@@ -281,3 +283,16 @@ def test_a_locked_joint_leads(joint: int, room: float) -> None:
         np.testing.assert_allclose(arm.forward(here.q)[0], here.pose, atol=1e-11)
         assert arm.within_limits(here.q).all()
     assert done
+
+
+def test_no_joint_leaps_between_rows_that_are_left_to_plan() -> None:
+    rng = generator(31)
+    for _ in range(count(30)):
+        start = rng.uniform(IIWA.lower + 0.09, IIWA.upper - 0.09)
+        shift = rng.normal(size=3)
+        result = aa.plan(IIWA, line(start, shift * rng.uniform(0.05, 0.5)), start=start)
+        assert not result.certified or np.abs(np.diff(result.q, axis=0)).max() <= aa.motion.planning.ROW_STEP
+    first = wide({7: 7000}).forward(CALM)[0]
+    turns = aa.plan(wide({7: 7000}), aa.Screw(first, first[:3, 3], first[:3, 2], 20 * np.pi), start=CALM)
+    assert turns.certified and len(turns) > 200
+    assert np.abs(np.diff(turns.q, axis=0)).max() <= aa.motion.planning.ROW_STEP

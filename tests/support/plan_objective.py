@@ -9,7 +9,7 @@ import numpy as np
 import armangle as aa
 
 SAMPLES = 2001
-REFERENCE, ENOUGH = 0.2, 0.35
+REFERENCE, FLOOR, ENOUGH = 0.2, 0.02, 0.35
 
 
 @dataclass
@@ -44,14 +44,19 @@ def length(arm: aa.Arm, path: aa.Path, steps: int = 2001) -> float:
 
 
 def nearness(distance: np.ndarray, enough: float) -> np.ndarray:
-    """The cost of distances (..., k), summed over k."""
-    share = REFERENCE / np.maximum(distance, 1e-12)
-    return (np.where(distance < enough, share - REFERENCE / enough, 0.0) ** 2).sum(axis=-1)
+    """The cost of distances (..., k), summed over k; its tangent below the floor."""
+    if enough <= FLOOR:
+        return np.zeros(distance.shape[:-1])
+    held = np.maximum(distance, FLOOR)
+    near = REFERENCE / held - REFERENCE / enough
+    cost = near**2 + 2 * near * REFERENCE / held * (held - distance) / held
+    return np.where(distance < enough, cost, 0.0).sum(axis=-1)
 
 
 def terms(
-    arm: aa.Arm, path: aa.Path, q: np.ndarray, enough: float = ENOUGH, limit_margin: float = 0.0
-) -> Terms:
+    arm: aa.Arm, path: aa.Path, q: np.ndarray, enough: float = ENOUGH, limit_margin: float = 0.0,
+    singularity_margin: float = 0.0,
+) -> Terms:  # fmt: skip
     """The terms of joints (N, 7) at s evenly from 0 to 1."""
     moving = [0, 1, 2, 4, 5, 6]
     steps = np.diff(q, axis=0)
@@ -66,21 +71,10 @@ def terms(
     return Terms(
         travel=float((steps**2).sum()) * len(steps),
         limits=mean(nearness(bounds - limit_margin, enough)),
-        singularities=mean(nearness(np.concatenate([hinges, np.pi - hinges], axis=1), enough)),
+        singularities=mean(
+            nearness(np.concatenate([hinges, np.pi - hinges], axis=1) - singularity_margin, enough)
+        ),
     )
-
-
-def held(arm: aa.Arm, path: aa.Path, psi: float, gc: int, seed: np.ndarray) -> np.ndarray | None:
-    """The joints with the arm angle held at psi (in the arm's reference), (SAMPLES, 7), or None."""
-    poses = path.pose(np.linspace(0, 1, SAMPLES))
-    q = arm.inverse(poses, psi, gc, seed=seed, unreachable="nan")
-    if not np.isfinite(q).all():
-        return None
-    q = np.unwrap(q, axis=0)
-    q += 2 * np.pi * np.round((seed - q[0]) / (2 * np.pi))
-    if not arm.within_limits(q).all() or np.abs(np.diff(q, axis=0)).max() > 0.3:
-        return None
-    return q
 
 
 def planned(result: aa.JointPath) -> np.ndarray:

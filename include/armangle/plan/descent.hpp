@@ -19,16 +19,18 @@ namespace armangle {
 
 namespace descent_rule {
 inline constexpr int rounds = 60;
-inline constexpr double step = 0.4;     // of phi in one round (rad)
-inline constexpr double done = 1e-9;    // share of the objective that another step would save
-inline constexpr double rough = 1e-4;   // the same where curves are only compared
-inline constexpr double tiny = 1e-12;   // an objective below this is 0
-inline constexpr double wall = 1e-4;    // r of the cost that keeps limits whatever the weights (rad) ...
-inline constexpr double before = 0.02;  // ... and the distance where it begins (rad)
-inline constexpr double sharp = 1e-4;   // share of the objective that more knots may still save
-inline constexpr double even = 4;       // an integrand that varies by less on an interval is integrated well,
-inline constexpr double small = 5e-3;   // and one whose share of the objective is less
-inline constexpr int levels = 6;        // halvings of an interval
+inline constexpr double step = 0.4;    // of phi in one round (rad)
+inline constexpr double done = 1e-9;   // share of the objective that another step would save
+inline constexpr double rough = 1e-4;  // the same where curves are only compared
+inline constexpr double tiny = 1e-12;  // an objective below this is 0
+inline constexpr double wall = 1e-4;   // r of the cost that keeps limits whatever the weights (rad) ...
+inline constexpr double soft[] = {1e-2,
+                                  1e-3};  // ... and of softer ones, where it is too steep to slide along
+inline constexpr double before = 0.02;    // ... and the distance where it begins (rad)
+inline constexpr double sharp = 1e-4;     // share of the objective that more knots may still save
+inline constexpr double even = 4;      // an integrand that varies by less on an interval is integrated well,
+inline constexpr double small = 5e-3;  // and one whose share of the objective is less
+inline constexpr int levels = 6;       // halvings of an interval
 inline constexpr std::size_t points = 4;           // of an interval, where segments do not cut it
 inline constexpr std::size_t most_points = 20000;  // of a curve: beyond, an interval has one
 }  // namespace descent_rule
@@ -102,8 +104,10 @@ struct Quadrature {
     std::vector<Arc> open;  // the arcs of all points
 };
 
-/// With `cut` no rule reaches over the end of a segment, where the path's velocity jumps.
-inline Quadrature quadrature(const Task& task, int gc, const std::vector<double>& breaks, bool cut) {
+/// With `cut` no rule reaches over the end of a segment, where the path's velocity jumps. points: of an
+/// interval, 1 to 4.
+inline Quadrature quadrature(const Task& task, int gc, const std::vector<double>& breaks, bool cut,
+                             std::size_t points = descent_rule::points) {
     using detail::SeriesInS;
     Quadrature out{breaks, {}, {}};
     const bool many = breaks.size() * descent_rule::points > descent_rule::most_points;
@@ -118,7 +122,7 @@ inline Quadrature quadrature(const Task& task, int gc, const std::vector<double>
         }
         ends.push_back(r);
         const std::size_t cells = ends.size() - 1;
-        const std::size_t n = many ? 1 : (descent_rule::points + cells - 1) / cells;
+        const std::size_t n = many ? 1 : (points + cells - 1) / cells;
         double about[6];
         detail::knots_about(breaks, i, about);
         for (std::size_t c = 0; c < cells; ++c) {
@@ -179,17 +183,23 @@ public:
     double margin() const noexcept { return here_.margin; }
     const double* first_q() const noexcept { return here_.q; }
 
-    /// Goes down until another step would save no more than this share of the objective.
+    /// Goes down until another step would save no more than this share of the objective; where the wall stops
+    /// it before, from a softer wall on.
     void run(double done) {
-        double damping = 1e-3;
-        for (int round = 0; round < descent_rule::rounds && damping < 1e9; ++round) {
-            if (!solve(damping)) {
-                damping *= 10;
-                continue;
-            }
-            if (saving_ <= done * max(here_.energy, descent_rule::tiny)) return;
-            damping = advance() ? max(damping * 0.1, 1e-9) : damping * 10;
+        if (go_down(done)) return;
+        const std::vector<double> stopped = control_;
+        const double least = here_.energy;
+        for (const double wall : descent_rule::soft) {
+            wall_ = wall;
+            assemble(control_, here_);
+            go_down(descent_rule::rough);
         }
+        wall_ = descent_rule::wall;
+        if (assemble(control_, here_)) go_down(done);
+        if (here_.energy <= least) return;
+        control_ = stopped;
+        assemble(control_, here_);
+        std::copy(here_.q, here_.q + joints, ends_.q);
     }
 
     /// The share of the objective that a step of Newton's method would save: 0 at a stationary curve,
@@ -233,6 +243,20 @@ public:
     }
 
 private:
+    /// Steps until another would save no more than this share of the objective; whether that was reached.
+    bool go_down(double done) {
+        double damping = 1e-3;
+        for (int round = 0; round < descent_rule::rounds && damping < 1e9; ++round) {
+            if (!solve(damping)) {
+                damping *= 10;
+                continue;
+            }
+            if (saving_ <= done * max(here_.energy, descent_rule::tiny)) return true;
+            damping = advance() ? max(damping * 0.1, 1e-9) : damping * 10;
+        }
+        return false;
+    }
+
     /// What is seen of the integrand on an interval: its ends, and half its second derivative by dphi/ds.
     struct Interior {
         double most = 0, least = infinity, stiffness = 0;
@@ -262,7 +286,7 @@ private:
     std::vector<double> control_, tried_, step_;
     std::vector<std::array<double, 4>> factor_;
     Assembly here_, there_;
-    double saving_ = 0, slope_ = 0;
+    double saving_ = 0, slope_ = 0, wall_ = descent_rule::wall;
 
     bool assemble(const std::vector<double>& control, Assembly& out) const;
     bool integrand(const detail::GaussPoint& p, double phi, double v, const double* predicted_from, double ds,
@@ -330,10 +354,9 @@ inline bool Descent::integrand(const detail::GaussPoint& p, double phi, double v
         f.phi += scale * sum.coefficient[1];
         f.phi_phi += scale * 2 * sum.coefficient[2];
     };
-    const auto wall = [](const Curved& distance) {
+    const auto wall = [this](const Curved& distance) {
         const Curved held = max(distance, Curved(descent_rule::tiny));
-        const Curved near =
-            Curved(descent_rule::wall) / held - Curved(descent_rule::wall / descent_rule::before);
+        const Curved near = Curved(wall_) / held - Curved(wall_ / descent_rule::before);
         return near * near;
     };
     distances(task_, joint, [&](const Curved& distance, Kind kind) {

@@ -35,12 +35,13 @@ struct Terms {
 
 namespace objective_rule {
 inline constexpr double reference = 0.2;  // r of the cost (rad)
-inline constexpr double floor = 1e-3;     // below this distance the cost is its tangent (rad)
+inline constexpr double floor = 0.02;     // below this distance the cost is its tangent (rad)
 }  // namespace objective_rule
 
 /// Cost of a distance from a limit or a singularity. The tangent below the floor keeps the cost finite at
-/// distance 0, where a posture may begin, and its slope keeps pointing outward: a constant would leave such a
-/// posture where it is.
+/// distance 0, where a posture may begin, so that it is left calmly: no motion of least cost is faster than
+/// the root of what is to be saved. The slope keeps pointing outward: a constant would leave such a posture
+/// where it is.
 template <class T>
 T cost(const T& distance, double enough) noexcept {
     if (!(distance < T(enough)) || enough <= objective_rule::floor) return T(0.0);

@@ -13,12 +13,16 @@
 namespace armangle {
 
 namespace optimum_rule {
-inline constexpr int coarse = 12;          // intervals of the curves that are compared ...
-inline constexpr int middling = 48;        // ... and where none of those keeps the limits
-inline constexpr int held = 48;            // constant angles that are tried where the start is open
-inline constexpr int layers = 48;          // sections on which they are looked at first
-inline constexpr int descents = 2;         // of the starting curves, the best ones
-inline constexpr double narrowest = 1e-4;  // interval that is not halved (of s)
+inline constexpr int coarse = 12;       // intervals of the curves that are compared ...
+inline constexpr int middling = 48;     // ... and where none of those keeps the limits
+inline constexpr int held = 48;         // constant angles that are tried where the start is open
+inline constexpr std::size_t many = 6;  // starting curves beyond which a glance chooses the best of them ...
+inline constexpr int glances = 6;       // ... on so many intervals
+inline constexpr int layers = 48;       // sections on which they are looked at first
+inline constexpr int descents = 3;      // of the starting curves, the best ones
+inline constexpr double beside[] = {1e-4, 1e-3, 5e-3,
+                                    0.02};  // of a fixed end: more breaks, where it is left fast
+inline constexpr double narrowest = 1e-4;   // interval that is not halved (of s)
 }  // namespace optimum_rule
 
 /// A curve of a branch and what it is worth.
@@ -46,6 +50,8 @@ inline Optimum result(Descent& descent, const std::vector<double>& breaks) {
     return out;
 }
 
+inline bool less(const Optimum& a, const Optimum& b) noexcept { return a.energy < b.energy; }
+
 /// Where descents begin, and the best of them.
 class Comparison {
 public:
@@ -55,56 +61,74 @@ public:
         for (const Section& l : tube.sections) s_.push_back(l.s);
     }
 
-    /// The best of the descents on few knots; on more where no starting curve keeps the limits there.
-    Optimum run() {
+    /// The descents on few knots, the best first; on more where no starting curve keeps the limits there.
+    std::vector<Optimum> run() {
         start();
         for (const int intervals : {optimum_rule::coarse, optimum_rule::middling}) {
-            Optimum best = best_of(quadrature(task_, tube_.gc, even(intervals), false));
-            if (best.found()) return best;
+            std::vector<Optimum> best = best_of(quadrature(task_, tube_.gc, breaks(intervals), false));
+            if (!best.empty()) return best;
         }
         return {};
     }
 
 private:
-    static std::vector<double> even(int intervals) {
-        std::vector<double> out;
-        for (int i = 0; i <= intervals; ++i) out.push_back(static_cast<double>(i) / intervals);
+    /// Even breaks, and some beside a fixed end.
+    std::vector<double> breaks(int intervals) const {
+        std::vector<double> out{0.0};
+        for (const double s : optimum_rule::beside)
+            if (ends_.first) out.push_back(s);
+        for (int i = 1; i < intervals; ++i) out.push_back(static_cast<double>(i) / intervals);
+        for (std::size_t i = std::size(optimum_rule::beside); i-- > 0;)
+            if (ends_.last) out.push_back(1.0 - optimum_rule::beside[i]);
+        out.push_back(1.0);
         return out;
     }
 
-    /// psi - phi at a section: the angle between the two zeros.
-    double offset(const Section& l) const noexcept {
-        const Triad<double> own = triad(task_.arm, flange_pose(task_.arm, task_.pose(l.s)));
-        return arm_angle(own, l.motion.circle.z);
+    /// psi - phi along the sections, in a reference: the angle between the two zeros.
+    std::vector<double> offsets(Reference reference) const {
+        Arm arm = task_.arm;
+        arm.reference = reference;
+        std::vector<double> out;
+        for (const Section& l : tube_.sections) {
+            const Triad<double> own = triad(arm, flange_pose(arm, task_.pose(l.s)));
+            const double now = arm_angle(own, l.motion.circle.z);
+            out.push_back(out.empty() ? now : lift(now, out.back()));
+        }
+        return out;
     }
 
     void start() {
         curves_.clear();
-        std::vector<double> phi, turn;
+        std::vector<double> phi;
         for (const Candidate& x : way_.rows) phi.push_back(x.phi);
-        for (const Section& l : tube_.sections) {
-            const double now = offset(l);
-            turn.push_back(turn.empty() ? now : lift(now, turn.back()));
-        }
         const double first = phi.front(), last = phi.back();
         curves_.push_back(phi);
         if (ends_.first && ends_.last) {
             for (std::size_t k = 0; k < phi.size(); ++k) phi[k] = first + s_[k] * (last - first);
             curves_.push_back(phi);
-        } else if (ends_.first || ends_.last) {
-            held(ends_.first ? first : last, turn, ends_.first ? turn.front() : turn.back());
-        } else {
-            for (int i = 0; i < optimum_rule::held; ++i) held(i * two_pi / optimum_rule::held, turn, 0.0);
+            return;
         }
+        held(std::vector<double>(tube_.sections.size(), 0.0), first, last);
+        held(offsets(Reference::base), first, last);
+        held(offsets(Reference::stereographic), first, last);
+        if (task_.arm.reference == Reference::vector) held(offsets(Reference::vector), first, last);
     }
 
-    /// Adds the curves of constant phi and of constant psi that have `phi` where psi - phi is `zero`, as far
-    /// as they stay on arcs.
-    void held(double phi, const std::vector<double>& turn, double zero) {
-        std::vector<double> same(turn.size(), phi), psi;
-        for (const double t : turn) psi.push_back(phi + zero - t);
-        if (on_arcs(same)) curves_.push_back(std::move(same));
-        if (on_arcs(psi)) curves_.push_back(std::move(psi));
+    /// Adds the curves on which phi + turn is constant, through a fixed end, or with all constants, as far as
+    /// they stay on arcs.
+    void held(const std::vector<double>& turn, double first, double last) {
+        if (ends_.first) {
+            add(turn, first + turn.front());
+        } else if (ends_.last) {
+            add(turn, last + turn.back());
+        } else {
+            for (int i = 0; i < optimum_rule::held; ++i) add(turn, i * two_pi / optimum_rule::held);
+        }
+    }
+    void add(const std::vector<double>& turn, double sum) {
+        std::vector<double> phi;
+        for (const double t : turn) phi.push_back(sum - t);
+        if (on_arcs(phi)) curves_.push_back(std::move(phi));
     }
 
     bool on_arcs(const std::vector<double>& phi) const noexcept {
@@ -120,27 +144,43 @@ private:
         return true;
     }
 
-    Optimum best_of(const Quadrature& q) {
-        struct Start {
-            double energy;
-            std::size_t curve;
-        };
-        std::vector<Start> order;
-        for (std::size_t i = 0; i < curves_.size(); ++i) {
+    struct Start {
+        double energy;
+        std::size_t curve;
+    };
+
+    /// Those of the starting curves that keep the limits on a quadrature, the best first.
+    std::vector<Start> sorted(const Quadrature& q, const std::vector<Start>& curves) const {
+        std::vector<Start> out;
+        for (const Start& x : curves) {
             Descent descent(task_, objective_, ends_);
-            if (descent.stand(q, spline(q.breaks, s_, curves_[i]).control))
-                order.push_back({descent.energy(), i});
+            if (descent.stand(q, spline(q.breaks, s_, curves_[x.curve]).control))
+                out.push_back({descent.energy(), x.curve});
         }
-        std::stable_sort(order.begin(), order.end(),
+        std::stable_sort(out.begin(), out.end(),
                          [](const Start& a, const Start& b) { return a.energy < b.energy; });
-        Optimum best;
+        return out;
+    }
+
+    std::vector<Optimum> best_of(const Quadrature& q) const {
+        std::vector<Start> order;
+        for (std::size_t i = 0; i < curves_.size(); ++i) order.push_back({0.0, i});
+        if (order.size() > optimum_rule::many) {
+            const Quadrature few = quadrature(task_, tube_.gc, breaks(optimum_rule::glances), false, 2);
+            order = sorted(few, order);
+            if (order.size() > optimum_rule::many) order.resize(optimum_rule::many);
+            order.push_back({0.0, 0});
+        }
+        order = sorted(q, order);
+        std::vector<Optimum> out;
         for (std::size_t i = 0; i < order.size() && i < optimum_rule::descents; ++i) {
             Descent descent(task_, objective_, ends_);
             descent.stand(q, spline(q.breaks, s_, curves_[order[i].curve]).control);
             descent.run(descent_rule::rough);
-            if (descent.energy() < best.energy) best = detail::result(descent, q.breaks);
+            out.push_back(detail::result(descent, q.breaks));
         }
-        return best;
+        std::stable_sort(out.begin(), out.end(), less);
+        return out;
     }
 
     const Task& task_;
@@ -154,9 +194,9 @@ private:
 
 }  // namespace detail
 
-/// The best curve of a branch on few knots: of descents from its way and from the naive curves.
-inline Optimum coarse_optimum(const Task& task, const Objective& objective, const Tube& tube, const Way& way,
-                              const FixedEnds& ends) {
+/// The best curves of a branch on few knots, the best first: descents from its way and from the naive curves.
+inline std::vector<Optimum> coarse_optima(const Task& task, const Objective& objective, const Tube& tube,
+                                          const Way& way, const FixedEnds& ends) {
     return detail::Comparison(task, objective, tube, way, ends).run();
 }
 
@@ -188,6 +228,25 @@ inline Optimum fine_optimum(const Task& task, const Objective& objective, int gc
         if (finer.size() == now.breaks.size()) break;
         now = refined(now, finer);
     }
+    return out;
+}
+
+/// The optima next to several curves that are sorted by what they are worth, the best first; curves worth
+/// less than an optimum that was found are left out.
+inline std::vector<Optimum> fine_optima(const Task& task, const Objective& objective, int gc,
+                                        const FixedEnds& ends, const std::vector<Optimum>& coarse) {
+    std::vector<Optimum> out;
+    double least = infinity;
+    for (const Optimum& x : coarse) {
+        if (!(x.energy < least)) break;
+        FixedEnds own = ends;
+        std::copy(x.q, x.q + joints, own.q);
+        Optimum now = fine_optimum(task, objective, gc, own, x.curve);
+        if (!now.found()) continue;
+        least = min(least, now.energy);
+        out.push_back(std::move(now));
+    }
+    std::stable_sort(out.begin(), out.end(), detail::less);
     return out;
 }
 

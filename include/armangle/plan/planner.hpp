@@ -61,6 +61,8 @@ inline constexpr int looks = 8;                  // of a stretch, for its travel
 inline constexpr double end_step =
     1e-9;  // of the first stretch (the last): how near to an end it is looked at
 inline constexpr double end_move = 1e-3;  // that a joint may move there (rad); more is a jump
+inline constexpr int held_steps = 200;  // in which an arm angle is held, to see whether that can be done ...
+inline constexpr double held_move = 0.2;  // ... and that a joint moves in one at most (rad)
 }  // namespace plan_rule
 
 namespace detail {
@@ -290,9 +292,11 @@ private:
             if (way.reached) out.nearest_psi = nearest_psi(t, t.sections[way.reached], way.rows.back().phi);
         } else if (fixed.held()) {
             const FixedEnds ends = fixed_ends(fixed, way.rows[0].q);
-            Optimum& best = coarse_[static_cast<std::size_t>(gc)] =
-                coarse_optimum(task_, options_.objective, t, way, ends);
-            if (!best.found()) best = as_it_is(task_, options_.objective, gc, ends, along(t, way, base_));
+            std::vector<Optimum>& coarse = coarse_[static_cast<std::size_t>(gc)] =
+                coarse_optima(task_, options_.objective, t, way, ends);
+            if (coarse.empty())
+                coarse.push_back(as_it_is(task_, options_.objective, gc, ends, along(t, way, base_)));
+            const Optimum& best = coarse.front();
             out.margin = best.found() ? best.margin : way.margin;
             out.cost = best.found() ? best.terms.weighed(options_.objective) : infinity;
             out.stationarity = best.stationarity;
@@ -420,22 +424,22 @@ private:
         return least;
     }
 
-    /// The first branch, in order, whose curve is proven; else the first without a violation; else how far
-    /// one leads.
+    /// The best branch whose curve is proven; else the first without a violation; else how far one leads.
     void choose() {
         links_ = std::max(links_, 0LL) + allowance();
         Plan first;
         bool any = false;
+        double least = infinity;  // of the proven
         for (BranchReport& report : plan_.branches) {
-            if (report.verdict != Verdict::ok) break;
+            if (report.verdict != Verdict::ok || !(report.cost < least)) break;
             Plan now;
             if (!realise(report, now)) continue;
             const bool certified = now.proof.certified();
-            if (certified || !any) {
+            if (certified ? report.cost < least : !any) {
                 first = std::move(now);
                 any = true;
             }
-            if (certified) break;
+            if (certified) least = min(least, report.cost);
         }
         if (any) {
             plan_.ok = true;
@@ -559,8 +563,48 @@ private:
         return drawn.solve(x, s, phi_at(x, s), s < 0.5 * (x.start + x.end) ? x.q : x.q_end, x.psi);
     }
 
+    /// What it costs to hold the arm angle of the start (of the goal) in a reference, by sums; infinite where
+    /// that breaks a limit or margin, or a joint jumps.
+    double held_cost(Reference reference) const noexcept {
+        Arm arm = task_.arm;
+        arm.reference = reference;
+        const bool back = !options_.start;
+        const double* end = back ? options_.goal : options_.start;
+        double psi = 0, q[joints], sum = 0;
+        std::copy(end, end + joints, q);
+        const Chain now = chain(arm, q);
+        for (int i = 0; i <= plan_rule::held_steps; ++i) {
+            const double share = static_cast<double>(i) / plan_rule::held_steps;
+            const Circle<double> c = circle(arm, flange_pose(arm, task_.pose(back ? 1 - share : share)));
+            if (is_unreachable(c) || is_folded(c)) return infinity;
+            if (i == 0) psi = arm_angle(c, now.z3);
+            const SelfMotion<double> m = self_motion(arm, c, configuration(arm, now.theta));
+            const Joints here = joints_near(arm, directions(m, sin_cos(psi)), q);
+            if (!(largest_move(here.q, q) <= plan_rule::held_move)) return infinity;
+            for (int j = 0; j < joints; ++j) {
+                const double move = here.q[j] - q[j];
+                sum += options_.objective.travel * move * move * plan_rule::held_steps;
+                q[j] = here.q[j];
+            }
+            if (!within_limits(task_.limits, q, 0.0) || clearance(q) < task_.table.margin) return infinity;
+            const double half = i == 0 || i == plan_rule::held_steps ? 0.5 : 1.0;
+            sum += half / plan_rule::held_steps * task_.length * task_.length *
+                   rating(task_, options_.objective, q).cost;
+        }
+        return sum;
+    }
+
+    /// Whether a way through several branches is to be taken instead of a proven one: it costs less; or takes
+    /// less than half the travel, and costs no more than holding an arm angle, where that can be done.
+    bool calmer(const Curve& crossing, const Curve& proven) const noexcept {
+        const double cost = objective(crossing);
+        if (cost < objective(proven)) return true;
+        if (!(2 * travel(crossing) < travel(proven))) return false;
+        return cost <= min(held_cost(Reference::base), held_cost(Reference::stereographic));
+    }
+
     /// Looks for a way that passes from branch to branch, or begins or ends where two meet, where no branch
-    /// has a proven one, or those from a given start (goal) take more than twice its travel.
+    /// has a proven one, or those from a given start (goal) are less calm.
     void cross() {
         const bool proven = plan_.ok && plan_.proof.certified(), free = !options_.start && !options_.goal;
         const int locked = proven ? 0 : locked_joint();
@@ -584,7 +628,7 @@ private:
             asked.sections = crossing_sections(asked);
             Plan found;
             if (!draw_crossing(asked, found)) continue;
-            if (proven && !(2 * travel(curve(found)) < travel(curve(plan_)))) continue;
+            if (proven && !calmer(curve(found), curve(plan_))) continue;
             take(found);
             return;
         }
@@ -717,16 +761,16 @@ private:
         return !leaps(fixed.start, out, false) && !leaps(fixed.goal, out, true);
     }
 
-    /// The curve of least objective near the branch's coarse one; whether it is proven.
+    /// The curve of least objective near the branch's coarse ones; whether it is proven.
     bool optimise(const Tube& t, const Ends& fixed, BranchReport& report, Plan& out) const {
-        const Optimum& coarse = coarse_[static_cast<std::size_t>(report.gc)];
-        if (!coarse.found()) return false;
-        const Optimum best =
-            fine_optimum(task_, options_.objective, t.gc, fixed_ends(fixed, coarse.q), coarse.curve);
-        if (!best.found()) return false;
-        draw(t, best, fixed.start.given ? fixed.start.q : best.q, report, out);
-        if (!holds_ends(fixed, out)) out.stretches.clear();
-        return !out.stretches.empty() && out.proof.certified();
+        const std::vector<Optimum>& coarse = coarse_[static_cast<std::size_t>(report.gc)];
+        const FixedEnds ends = fixed_ends(fixed, coarse.front().q);
+        for (const Optimum& best : fine_optima(task_, options_.objective, t.gc, ends, coarse)) {
+            draw(t, best, fixed.start.given ? fixed.start.q : best.q, report, out);
+            if (holds_ends(fixed, out) && out.proof.certified()) return true;
+            if (!holds_ends(fixed, out)) out.stretches.clear();
+        }
+        return false;
     }
 
     /// A curve along the way of the search; of least objective on its own knots where that is proven too.
@@ -846,7 +890,7 @@ private:
     }
 
     const PlanOptions& options_;
-    Optimum coarse_[configurations];  // of each branch, on few knots
+    std::vector<Optimum> coarse_[configurations];  // of each branch, on few knots, the best first
     std::vector<double> base_;
     long long links_;                  // that may still be tried
     int spread_[configurations] = {};  // of each branch: the windings that its way was found with

@@ -21,6 +21,8 @@ from .joint_path import Curve, JointPath, blank_rows, even_parameters
 from .paths import Path, Waypoints, as_path, sample_count
 
 START_GAP = 0.05
+ROW_STEP = 0.2
+"""Most that a joint moves from row to row where the rows are left to `plan`, rad."""
 _MOST_WEIGHT = 1e6
 
 
@@ -104,7 +106,8 @@ def plan(
     objective : Objective
     samples : int, optional
         Rows of the result, evenly in s, 2 or more. Without it the rows are at exactly the poses given, or
-        200 for any other path and where corners are rounded.
+        200 for any other path and where corners are rounded, and more between where a joint would move more
+        than 0.2 rad from one to the next.
     singularity_margin : float
         As in `Arm.feasible`, rad.
     limit_margin : float
@@ -161,6 +164,8 @@ def plan(
             )
     diagnosis = Diagnosis(tuple(branch_of(report, ready) for report in reports))
     curve = Curve(whole._segments, stretches, plane, branch) if len(stretches) else None
+    if curve is not None and ok and samples is None and not isinstance(whole, Waypoints):
+        rows = _finer(arm, curve, rows)
     return _result(arm, whole, rows, curve, diagnosis, ok, open_)
 
 
@@ -206,6 +211,17 @@ def _rows(path: Path, samples: int | None) -> Floats:
     if samples is None and isinstance(path, Waypoints):
         return even_parameters(len(path))
     return np.linspace(0.0, 1.0, sample_count(samples))
+
+
+def _finer(arm: Arm, curve: Curve, rows: Floats) -> Floats:
+    """Return rows with as many between as it takes for no joint to move more than `ROW_STEP` in one."""
+    while True:
+        steps = np.abs(np.diff(curve.at(arm._handle, rows).q, axis=0)).max(axis=1)
+        parts = np.ceil(steps / ROW_STEP).astype(int)
+        if (parts <= 1).all():
+            return rows
+        ends = zip(rows[:-1], rows[1:], parts.clip(1), strict=True)
+        rows = np.concatenate([*(np.linspace(low, high, n + 1)[:-1] for low, high, n in ends), rows[-1:]])
 
 
 def _limit_margin(arm: Arm, value: float) -> float:

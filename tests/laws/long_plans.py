@@ -1,0 +1,58 @@
+"""The law of a plan beside the naive, on many paths: python tests/laws/long_plans.py [paths] [seed].
+
+Where an arm angle held (in either reference) or `Centre` keeps what is asked, the plan is certified and its
+objective is no more than theirs.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from support.naive_plans import EVEN, KINDS, Case, case
+from support.plan_objective import reversals
+
+ROUNDING = 1e-6
+
+
+def excess(asked: Case) -> tuple[float, int, str]:
+    """Return by what share the plan costs more than the best naive motion, how many more times joints turn
+    back, and what that motion is; NaN where none is feasible."""
+    naive = [(asked.cost(q), name, q) for name, q in asked.naive()]
+    if not naive:
+        return np.nan, 0, ""
+    least, name, _ = min(naive, key=lambda one: one[0])
+    result = asked.plan(samples=20)
+    if not result.certified:
+        return np.inf, 0, name
+    q = result.at(EVEN).q
+    turns = reversals(q) - min(reversals(other) for _, _, other in naive)
+    return asked.cost(q) / max(least, 1e-9) - 1.0, turns, name
+
+
+def main(paths: int, seed: int) -> int:
+    """Print every path on which a plan is worse, and return how many there are."""
+    worse, compared, turns = 0, 0, []
+    for at in range(seed, seed + paths):
+        asked = case(at)
+        more, back, name = excess(asked)
+        if np.isnan(more):
+            continue
+        compared += 1
+        turns.append(back)
+        if more > ROUNDING:
+            worse += 1
+            print(f"case {at} ({asked.kind}): dearer by {more:.2g} than {name}", flush=True)
+    middle = np.median(turns) if turns else np.nan
+    print(f"{paths} paths of {len(KINDS)} kinds, {compared} with a naive motion, {worse} plans dearer; "
+          f"reversals beyond the best naive: median {middle:g}, at most {max(turns, default=0)}")  # fmt: skip
+    return worse
+
+
+if __name__ == "__main__":
+    given = [int(word) for word in sys.argv[1:]]
+    sys.exit(1 if main(given[0] if given else 1000, given[1] if len(given) > 1 else 0) else 0)
