@@ -117,9 +117,9 @@ def test_a_needle_between_rows_is_seen_and_a_near_miss_is_certified(kind: str) -
 
 
 def test_what_blocks_every_psi_for_a_thousandth_of_the_way_is_found() -> None:
-    wrist = POSE[:3, 3] - POSE[:3, 2] * (BARE.d_wf)
+    wrist, across = POSE[:3, 3] - POSE[:3, 2] * BARE.d_wf, np.array([0.0, 0.1, 0.0])
     for s in (0.1234, 0.5004, 0.876):
-        scene = aa.Scene([aa.Ball(wrist + [0, 0.1 * s, 0], 0.0001, name="needle")])
+        scene = aa.Scene([aa.Ball(wrist + s * across, 0.0001, name="needle")])
         found = aa.plan(THIN, aa.Line(LINE[0], LINE[-1]), scene=scene)
         assert not found.ok and found.diagnosis is not None
         for branch in found.diagnosis.branches:

@@ -54,7 +54,7 @@ inline constexpr int evaluations = 256;  // spent on average on a stretch before
 }  // namespace proof
 
 /// What is asked of a curve beside limits and margins.
-struct Kept {
+struct AlsoKept {
     const Scene* scene = nullptr;     // that nothing touches
     const ArcSet* allowed = nullptr;  // that psi stays in one of these arcs
 };
@@ -305,7 +305,7 @@ bool all_positive(const Conditions<T>& c, const Lower& lower) noexcept {
 
 class Prover {
 public:
-    Prover(const Curve& curve, const Limits& limits, double margin, const Kept& kept)
+    Prover(const Curve& curve, const Limits& limits, double margin, const AlsoKept& kept)
         : curve_(curve), claim_(curve, limits, margin, kept.allowed) {
         budget_ = static_cast<long long>(curve.stretches.size() + 8) * proof::evaluations;
         if (kept.scene) clear_.emplace(curve, *kept.scene);
@@ -450,7 +450,7 @@ private:
 
 /// Proves limits (the arm's, or drawn in by the margin asked), a singularity margin (rad), and what else is
 /// kept, along a curve.
-inline Proof certify(const Curve& curve, const Limits& limits, double margin, const Kept& kept = {}) {
+inline Proof certify(const Curve& curve, const Limits& limits, double margin, const AlsoKept& kept = {}) {
     return detail::Prover(curve, limits, margin, kept).run();
 }
 

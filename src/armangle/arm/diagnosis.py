@@ -57,9 +57,9 @@ class Branch:
         Global configuration 0..7.
     verdict : Verdict
         OK: there is a way. UNREACHABLE: the wrist is out of reach. IMPOSSIBLE: at some s no arm angle keeps
-        all limits and clear of the scene; this is exact. DEAD_END: every section has arm angles, but none of those that the start
-        leads to leads on. START, GOAL: that posture lies outside the limits or in another branch, or is
-        singular, so that no arm angle gives it.
+        all limits and clear of the scene; this is exact. DEAD_END: every section has arm angles, but none of
+        those that the start leads to leads on. START, GOAL: that posture lies outside the limits or in
+        another branch, touches something, or is singular, so that no arm angle gives it.
         UNRESOLVED: the sections join up, but every curve through them that was tried breaks a limit between;
         or the search was given up (`given_up`).
     status : Status
@@ -170,8 +170,8 @@ class Branch:
                     f"from the start as far as s = {self.reached:.4g}."
                 )
             case Verdict.UNRESOLVED:
-                breaks = "touches, or breaks a limit," if self.status == Status.CLEARANCE else "breaks a limit"
-                return f"every curve that was tried {breaks} between the samples{where}."
+                touches = "touches, or " if self.status == Status.CLEARANCE else ""
+                return f"every curve that was tried {touches}breaks a limit between the samples{where}."
 
     def _anchor(self) -> str:
         if self.status == Status.NOT_ALLOWED:
