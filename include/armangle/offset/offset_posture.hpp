@@ -2,6 +2,7 @@
 // -> q.
 #pragma once
 
+#include "../numbers/rotations.hpp"
 #include "offset_motion.hpp"
 
 namespace armangle {
