@@ -18,7 +18,7 @@ import workloads
 
 import armangle as aa
 
-POSES, GRID, NAIVE_POSES = 5000, 360, 20
+POSES, GRID, NAIVE_POSES, CLOUD_POSES = 5000, 360, 20, 500
 BONES = aa.Body.bones(upper_arm=0.09, forearm=0.08)
 SPHERES = aa.Body(
     {
@@ -45,6 +45,22 @@ def obstacles(count: int, kind: str) -> aa.Scene:
             frame = aa.pose(place, rpy=rng.uniform(-3, 3, 3))
             shapes.append(aa.Box(frame, rng.uniform(0.02, 0.2, 3)))
     return aa.Scene(shapes)
+
+
+def room(count: int) -> aa.Scene:
+    """Return points on a floor, two walls and a few things about the arm, as a camera sees them."""
+    rng = np.random.default_rng(count)
+    points = rng.uniform((-2, -2, 0), (2, 2, 4), (count, 3))
+    each = np.arange(count) % 10
+    points[each < 4, 2] = -0.1
+    points[(each >= 4) & (each < 7), 0] = -1.5
+    points[(each == 7) | (each == 8), 1] = 1.6
+    things = each == 9
+    middles = np.array([[0.7, 0.5, 0.3], [0.6, -0.6, 0.2], [-0.3, 0.8, 0.5], [0.9, 0.0, 0.1]])
+    around = rng.normal(size=(int(things.sum()), 3))
+    around *= 0.12 / np.linalg.norm(around, axis=1)[:, None]
+    points[things] = middles[rng.integers(0, len(middles), len(around))] + around
+    return aa.Scene([aa.Cloud(points, 0.005)])
 
 
 def naive(arm: aa.Arm, pose: workloads.Floats, gc: int, ball: aa.Ball) -> np.ndarray:
@@ -82,6 +98,18 @@ def main() -> None:
                 rows.append(
                     (f"{name} x {count} {kind}", lambda r=robot, s=scene: r.clear(pose, gc, s), POSES)
                 )
+    for name, body in (("2 bones", BONES), ("16 spheres", SPHERES)):
+        for count in (10_000, 100_000, 1_000_000):
+            robot, scene = arm.with_body(body), room(count)
+            few_poses, few_gc = pose[:CLOUD_POSES], gc[:CLOUD_POSES]
+            robot.clear(few_poses[0], 0, scene)  # sorts the points once
+            rows.append(
+                (
+                    f"{name} x cloud of {count}",
+                    lambda r=robot, s=scene, p=few_poses, g=few_gc: r.clear(p, g, s),
+                    CLOUD_POSES,
+                )
+            )
     robot, ball = arm.with_body(BONES), obstacles(1, "balls")
     rows.append(("one ball, exact", lambda: robot.clear(pose, gc, ball), POSES))
     few = range(NAIVE_POSES)
@@ -92,7 +120,7 @@ def main() -> None:
     rows.append((f"one ball, grid of {GRID}", grid, NAIVE_POSES))
     times = np.median([[nanoseconds(work, n) for _, work, n in rows] for _ in range(rounds)], axis=0)
     for (name, _, _), ns in zip(rows, times, strict=True):
-        print(f"{name:24} {ns:10.0f} ns  {ns / times[0]:8.2f} x feasible")
+        print(f"{name:28} {ns:10.0f} ns  {ns / times[0]:8.2f} x feasible")
     print(f"grid / exact: {times[-1] / times[-2]:.0f}")
 
 

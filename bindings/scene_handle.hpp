@@ -9,6 +9,7 @@ namespace binding {
 
 struct SceneHandle {
     std::vector<armangle::BallBlock> blocks;
+    std::vector<armangle::BallGroup> groups, clusters;
     std::vector<std::uint16_t> ball_id, solid_id;
     std::vector<armangle::Solid> solids, held;
     std::vector<armangle::Part> parts;

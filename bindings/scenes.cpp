@@ -1,4 +1,6 @@
 // Scenes made ready for an arm, and how near the arm is to them.
+#include <algorithm>
+
 #include "elements.hpp"
 #include "scene_handle.hpp"
 
@@ -8,13 +10,16 @@ using namespace armangle;
 
 namespace {
 
-/// Whose frame a row of a solid is in: the user's, the DH base, DH frame 7, or the tool's.
-enum class Within : int { user, base, flange, tool };
+/// Whose frame a row of a solid is in: the user's, the DH base, DH frame 7, or the tool's. The row of points
+/// holds their place among the obstacles alone.
+enum class Within : int { user, base, flange, tool, points };
 
 /// kind, radius, a, b, three axes, and whose frame.
 constexpr Py_ssize_t solid_width = 18;
 /// DH frame, radius, begin, end.
 constexpr Py_ssize_t rod_width = 8;
+/// x, y, z, radius, and the obstacle it is of.
+constexpr Py_ssize_t point_width = 5;
 
 Vec3<double> vector_of(const double* x) noexcept { return {x[0], x[1], x[2]}; }
 
@@ -23,13 +28,15 @@ void check_rows(const Buffer& rows, Py_ssize_t width) {
         throw std::invalid_argument("rows of another width were expected");
 }
 
+Within frame_of(const double* row) noexcept { return static_cast<Within>(static_cast<int>(row[17])); }
+
 Solid solid_of(const Arm& arm, const double* row) noexcept {
     const Solid solid{static_cast<SolidKind>(static_cast<int>(row[0])),
                       row[1],
                       vector_of(row + 2),
                       vector_of(row + 5),
                       {vector_of(row + 8), vector_of(row + 11), vector_of(row + 14)}};
-    switch (static_cast<Within>(static_cast<int>(row[17]))) {
+    switch (frame_of(row)) {
         case Within::user: return arm.has_base ? placed(arm.base_inverse, solid) : solid;
         case Within::tool: return arm.has_tool ? placed(arm.tool, solid) : solid;
         default: return solid;
@@ -38,48 +45,124 @@ Solid solid_of(const Arm& arm, const double* row) noexcept {
 
 Rod rod_of(const double* row) noexcept { return {vector_of(row + 2), vector_of(row + 5), row[1]}; }
 
-/// The balls, eight a block.
-void fill_blocks(const std::vector<std::size_t>& ids, const std::vector<Solid>& solids, SceneHandle& to) {
+/// A ball of the user's, and its place among the obstacles.
+struct PlacedBall {
+    Vec3<double> centre;
+    double radius;
+    std::uint16_t id;
+};
+
+/// Bits of x (below 2^21), two zeros after each.
+std::uint64_t spaced(std::uint64_t x) noexcept {
+    x = (x | x << 32) & 0x1f00000000ffff;
+    x = (x | x << 16) & 0x1f0000ff0000ff;
+    x = (x | x << 8) & 0x100f00f00f00f00f;
+    x = (x | x << 4) & 0x10c30c30c30c30c3;
+    return (x | x << 2) & 0x1249249249249249;
+}
+
+/// The box about points.
+struct Bounds {
+    Vec3<double> low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity};
+
+    void hold(const Vec3<double>& p) noexcept {
+        low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+        high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+    }
+};
+
+/// Balls in Morton's order: what is near in it is near in space.
+void sort_by_place(std::vector<PlacedBall>& balls) {
+    Bounds bounds;
+    for (const PlacedBall& ball : balls) bounds.hold(ball.centre);
+    const Vec3<double> size = bounds.high - bounds.low;
+    const double extent = std::max({size.x, size.y, size.z, 1e-9});
+    const auto cell = [&](double x) { return spaced(static_cast<std::uint64_t>(x / extent * 2097151.0)); };
+    std::vector<std::pair<std::uint64_t, std::size_t>> order;
+    order.reserve(balls.size());
+    for (const PlacedBall& ball : balls) {
+        const Vec3<double> p = ball.centre - bounds.low;
+        order.emplace_back(cell(p.x) | cell(p.y) << 1 | cell(p.z) << 2, order.size());
+    }
+    std::sort(order.begin(), order.end());
+    std::vector<PlacedBall> sorted;
+    sorted.reserve(balls.size());
+    for (const auto& place : order) sorted.push_back(balls[place.second]);
+    balls = std::move(sorted);
+}
+
+/// Balls that each hold `each` units of members {centre, radius}; so many members are a unit.
+template <class Members>
+std::vector<BallGroup> grouped(const Members& members, std::size_t each, std::size_t unit) {
+    std::vector<BallGroup> out;
+    for (std::size_t begin = 0; begin < members.size(); begin += each * unit) {
+        const std::size_t end = std::min(members.size(), begin + each * unit);
+        Bounds bounds;
+        for (std::size_t k = begin; k < end; ++k) bounds.hold(members[k].centre);
+        BallGroup group{(bounds.low + bounds.high) * 0.5, 0.0, static_cast<int>(begin / unit),
+                        static_cast<int>((end - begin + unit - 1) / unit)};
+        for (std::size_t k = begin; k < end; ++k)
+            group.radius = std::max(group.radius, norm(members[k].centre - group.centre) + members[k].radius);
+        group.radius *= 1.0 + 1e-12;  // its own rounding
+        out.push_back(group);
+    }
+    return out;
+}
+
+/// The balls, eight a block, blocks in groups, groups in clusters.
+void fill_blocks(std::vector<PlacedBall>& balls, SceneHandle& to) {
     constexpr double nowhere = 1e8;  // m: what fills up the last block is reached by no arm
-    for (std::size_t first = 0; first < ids.size(); first += 8) {
+    const PlacedBall filler{{nowhere, nowhere, nowhere}, 0.0, no_ball};
+    sort_by_place(balls);
+    for (std::size_t first = 0; first < balls.size(); first += 8) {
         BallBlock block;
         for (std::size_t i = 0; i < 8; ++i) {
-            const bool is = first + i < ids.size();
-            const std::size_t id = is ? ids[first + i] : no_ball;
-            block.x[i] = is ? solids[id].a.x : nowhere;
-            block.y[i] = is ? solids[id].a.y : nowhere;
-            block.z[i] = is ? solids[id].a.z : nowhere;
-            block.radius[i] = is ? solids[id].radius : 0.0;
-            to.ball_id.push_back(static_cast<std::uint16_t>(id));
+            const PlacedBall& ball = first + i < balls.size() ? balls[first + i] : filler;
+            block.x[i] = ball.centre.x;
+            block.y[i] = ball.centre.y;
+            block.z[i] = ball.centre.z;
+            block.radius[i] = ball.radius;
+            to.ball_id.push_back(ball.id);
         }
         to.blocks.push_back(block);
     }
+    to.groups = grouped(balls, group_blocks, 8);
+    to.clusters = grouped(to.groups, group_groups, 1);
 }
 
-/// Rows of solids: those of the user, then of link 0 from `first_base` on, then what is held from
-/// `first_held` on; rows of rods of links 3 and 4, then of those that swing; which pairs may touch, a byte
-/// each; pairs (obstacle, link) of the arm's own.
+/// Rows of solids: those of the user (of clouds the points come apart), then of link 0 from `first_base` on,
+/// then what is held from `first_held` on; rows of rods of links 3 and 4, then of those that swing; which
+/// pairs may touch, a byte each; pairs (obstacle, link) of the arm's own.
 void make_scene(SceneHandle* self, const ArmHandle& arm, Floats solids, Py_ssize_t first_base,
-                Py_ssize_t first_held, Floats rods, Codes ignored, Ints own, double clearance) {
+                Py_ssize_t first_held, Floats cloud, Floats rods, Codes ignored, Ints own, double clearance) {
     const Buffer rows(solids), links(rods), touch(ignored);
     check_rows(rows, solid_width);
     check_rows(links, rod_width);
     new (self) SceneHandle();
-    std::vector<Solid> all;
-    std::vector<std::size_t> balls;
+    std::vector<PlacedBall> balls;
     for (Py_ssize_t k = 0; k < rows.shape(0); ++k) {
         const Solid solid = solid_of(arm.arm, rows.data<double>() + k * solid_width);
-        all.push_back(solid);
+        const auto id = static_cast<std::uint16_t>(k);
+        if (frame_of(rows.data<double>() + k * solid_width) == Within::points) continue;
         if (k >= first_held) {
             self->held.push_back(solid);
-        } else if (solid.kind == SolidKind::ball) {
-            balls.push_back(static_cast<std::size_t>(k));
+        } else if (solid.kind == SolidKind::ball && k < first_base) {
+            balls.push_back({solid.a, solid.radius, id});
         } else {
             self->solids.push_back(solid);
-            self->solid_id.push_back(static_cast<std::uint16_t>(k));
+            self->solid_id.push_back(id);
         }
     }
-    fill_blocks(balls, all, *self);
+    const Buffer points(cloud);
+    check_rows(points, point_width);
+    for (Py_ssize_t k = 0; k < points.shape(0); ++k) {
+        const double* row = points.data<double>() + k * point_width;
+        const Vec3<double> p = vector_of(row);
+        const Pose<double>& to = arm.arm.base_inverse;
+        balls.push_back({arm.arm.has_base ? to.rotation * p + to.position : p, row[3],
+                         static_cast<std::uint16_t>(row[4])});
+    }
+    fill_blocks(balls, *self);
     for (Py_ssize_t k = 0; k < links.shape(0); ++k) {
         const double* row = links.data<double>() + k * rod_width;
         const int link = static_cast<int>(row[0]);
@@ -100,6 +183,9 @@ void make_scene(SceneHandle* self, const ArmHandle& arm, Floats solids, Py_ssize
     v.blocks = self->blocks.data();
     v.ball_id = self->ball_id.data();
     v.block_count = count(self->blocks);
+    v.groups = self->groups.data();
+    v.clusters = self->clusters.data();
+    v.cluster_count = count(self->clusters);
     v.solids = self->solids.data();
     v.solid_id = self->solid_id.data();
     v.solid_count = count(self->solids);
@@ -216,13 +302,14 @@ void bind_scenes(nb::module_& m, nb::class_<ArmHandle>& arm) {
         .value("USER", Within::user)
         .value("BASE", Within::base)
         .value("FLANGE", Within::flange)
-        .value("TOOL", Within::tool);
+        .value("TOOL", Within::tool)
+        .value("POINTS", Within::points);
     m.attr("MOST_PARTS") = most_parts;
     m.attr("MOST_LINKS") = most_links;
     m.attr("MOST_OBSTACLES") = most_obstacles;
     nb::class_<SceneHandle>(m, "Scene")
-        .def("__init__", &make_scene, "arm"_a, "solids"_a, "first_base"_a, "first_held"_a, "rods"_a,
-             "ignored"_a, "own"_a, "clearance"_a);
+        .def("__init__", &make_scene, "arm"_a, "solids"_a, "first_base"_a, "first_held"_a, "cloud"_a,
+             "rods"_a, "ignored"_a, "own"_a, "clearance"_a);
     arm.def("resting_links", &resting_links, "rods"_a, "link"_a);
     arm.def("proximity_many", &proximity_many, "scene"_a, "pose"_a, "psi"_a, "gc"_a, "out"_a, "pair"_a,
             "threads"_a);

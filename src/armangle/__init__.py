@@ -27,6 +27,7 @@ _NAMES = {
     "errors": "ArmangleError ConfigurationError FileFormatError InputError LimitError MissingExtraError "
     "NoSolutionError NotFiniteError NotRotationError NotSRSError OutputError PathError PolicyError "
     "PortError SceneError ShapeError UnknownRobotError UnreachableError UrdfError",
+    "files.clouds": "load_cloud",
     "files.scenes": "load_body load_scene",
     "files.tables": "JointTable load_joints load_poses save",
     "files.trajectories": "TrajectoryTable load_trajectory",
@@ -49,7 +50,7 @@ _NAMES = {
     "reach.voxels": "Voxels",
     "scenes.clearance": "Clearance Widest",
     "scenes.scene": "Scene",
-    "scenes.shapes": "Ball Box Capsule HalfSpace",
+    "scenes.shapes": "Ball Box Capsule Cloud HalfSpace",
     "status": "Status",
     "timing.retiming": "retime",
     "timing.trajectory": "SpeedLoss Trajectory TrajectoryPoint",

@@ -56,6 +56,7 @@ from .errors import (
     UnreachableError as UnreachableError,
     UrdfError as UrdfError,
 )
+from .files.clouds import load_cloud as load_cloud
 from .files.scenes import load_body as load_body, load_scene as load_scene
 from .files.tables import (
     JointTable as JointTable,
@@ -128,6 +129,7 @@ from .scenes.shapes import (
     Ball as Ball,
     Box as Box,
     Capsule as Capsule,
+    Cloud as Cloud,
     HalfSpace as HalfSpace,
 )
 from .status import Status as Status

@@ -317,6 +317,8 @@ class Within(enum.Enum):
 
     TOOL = 3
 
+    POINTS = 4
+
 MOST_PARTS: int = 64
 
 MOST_LINKS: int = 254
@@ -324,7 +326,7 @@ MOST_LINKS: int = 254
 MOST_OBSTACLES: int = 65000
 
 class Scene:
-    def __init__(self, arm: Arm, solids: numpy.typing.NDArray[numpy.float64], first_base: int, first_held: int, rods: numpy.typing.NDArray[numpy.float64], ignored: numpy.typing.NDArray[numpy.int8], own: numpy.typing.NDArray[numpy.int64], clearance: float) -> None: ...
+    def __init__(self, arm: Arm, solids: numpy.typing.NDArray[numpy.float64], first_base: int, first_held: int, cloud: numpy.typing.NDArray[numpy.float64], rods: numpy.typing.NDArray[numpy.float64], ignored: numpy.typing.NDArray[numpy.int8], own: numpy.typing.NDArray[numpy.int64], clearance: float) -> None: ...
 
 class Enforce(enum.Enum):
     IGNORE = 0

@@ -114,6 +114,7 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "Capsule": (aa.Capsule, {"begin": [0.0] * 3, "end": [0.0, 0.0, 1.0], "radius": 0.1}),
     "Box": (aa.Box, {"pose": POSE, "size": [0.1, 0.2, 0.3]}),
     "HalfSpace": (aa.HalfSpace, {"normal": [0.0, 0.0, 1.0], "offset": 0.1}),
+    "Cloud": (aa.Cloud, {"points": [[0.0, 0.0, 1.0]], "radius": 0.1}),
     "Scene": (aa.Scene, {}),
     "Body": (aa.Body, {"links": {3: [BALL]}}),
     "Body.bones": (aa.Body.bones, {"upper_arm": 0.1, "forearm": 0.1}),
@@ -162,6 +163,7 @@ BAD: dict[str, list[Any]] = {
     "reference": ["nonsense", object(), 0.1, [1.0, 2.0], [NAN, 0.0, 1.0], [0.0, 0.0, 0.0], [1j] * 3],
     "center": POINTS, "begin": POINTS, "size": [*POINTS, [0.1, -0.1, 0.1]],
     "normal": [*POINTS, [0.0] * 3],
+    "points": [None, "x", [], [[]], [0.0] * 3, [[0.0, np.nan, 0.0]], [["x"] * 3]],
     "radius": [*NUMBER, None, -0.1, INF], "offset": [*NUMBER, None, INF, 1e4],
     "clearance": [*NUMBER, -0.1, INF],
     "scene": ["nonsense", 3, object(), [BALL]], "ignore": ["nonsense", 3, [1], [("a",)]],
@@ -259,7 +261,7 @@ NEEDS: dict[str, dict[str, Any]] = {
 FREE = {"arm", "name", "joint_names", "notes", "import_report"}
 """Values of other kinds, with tests of their own."""
 OTHERS = {"catalogue", "offset_catalogue", "save", "load_poses", "load_joints", "load_trajectory"}
-OTHERS |= {"load_scene", "load_body"}
+OTHERS |= {"load_scene", "load_body", "load_cloud"}
 """Files and names: test_io_refusals, test_catalogue, files/test_scenes."""
 
 

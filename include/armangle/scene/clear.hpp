@@ -69,6 +69,9 @@ inline void make_moving(const Arm& arm, const Scene& scene, const SelfMotion<dou
     for (int k = 0; k < scene.swing_count; ++k) out[k] = moving(arm, scene.swings[k], to_axis, frames, joint);
 }
 
+/// Larger groups (m) are not asked whether all that they can block is blocked: it never is.
+inline constexpr double covering_radius = 0.3;
+
 /// All pairs of one circle and branch.
 class Clearing {
 public:
@@ -86,7 +89,11 @@ public:
     }
 
     void parts_against_all() noexcept {
-        for (int k = 0; k < scene_.block_count && !out_.all; ++k) against_balls(k);
+        for_blocks(
+            scene_, [&](const BallGroup& group) { return adds(group); },
+            [&](int block) {
+                if (!out_.all) against_balls(block);
+            });
         for (int k = 0; k < scene_.solid_count && !out_.all; ++k)
             against_solid(scene_.solids[k], to_axis_, scene_.solid_id[k]);
         for (int k = 0; k < scene_.held_count && !out_.all; ++k)
@@ -108,6 +115,35 @@ public:
 
 private:
     using Eight = Lane<8>;
+
+    /// Whether a ball of a group may block what is not blocked yet.
+    bool adds(const BallGroup& group) const noexcept {
+        const Vec3<double> q = to_axis_.rotation * group.centre + to_axis_.position;
+        const double rho = off_axis(q);
+        for (int k = 0; k < scene_.part_count; ++k) {
+            const MetPart& part = part_[k];
+            if (meets_bound(part, q.x, rho, group.radius) && !is_covered(part, q, rho, group.radius))
+                return true;
+        }
+        return false;
+    }
+
+    /// Whether all that a ball and what lies in it can block of a part is blocked.
+    bool is_covered(const MetPart& part, const Vec3<double>& q, double rho, double radius) const noexcept {
+        if (out_.all) return true;
+        if (out_.count == 0 || radius > covering_radius) return false;
+        const double R = part.reach + radius;
+        const auto covered = [this](const BlockedArc& arc) {
+            return arc.half == 0 || (arc.half < pi && covers(out_, arc.centre, arc.half));
+        };
+        if (part.kind == MetPart::Kind::sphere) return covered(point_point(part.rod.begin, q, R));
+        if (part.kind != MetPart::Kind::planar) return false;
+        for (int piece = 0; piece < part.pieces; ++piece) {
+            const PlanarRod& rod = part.piece[piece];
+            if (!covered(planar_arc(rod, q, rho, planar_threshold(rod, q.x, rho, R)))) return false;
+        }
+        return true;
+    }
 
     void against_balls(int block) noexcept {
         const BallBlock& balls = scene_.blocks[block];
@@ -203,7 +239,11 @@ private:
         const int link = scene_.first_swing_link() + k;
         const double along = rod.centre().x, off = off_axis(rod.centre()),
                      margin = rod.radius() + scene_.clearance;
-        for (int block = 0; block < scene_.block_count && !out_.all; ++block) {
+        const auto near = [&](const BallGroup& group) {
+            const Vec3<double> centre = to_axis_.rotation * group.centre + to_axis_.position;
+            return !out_.all && comes_near(rod, {centre, group.radius}, margin);
+        };
+        for_blocks(scene_, near, [&](int block) {
             const BallBlock& balls = scene_.blocks[block];
             const Vec3<Eight> from{Eight::load(balls.x), Eight::load(balls.y), Eight::load(balls.z)};
             const Mat3<Eight> rotation{spread<Eight>(to_axis_.rotation.x), spread<Eight>(to_axis_.rotation.y),
@@ -215,11 +255,11 @@ private:
             const Eight square = rod.turns() ? mul_add(g, g, across * across) : dot(apart, apart);
             for_each_bit(bits(square < reach * reach), [&](int i) {
                 const Vec3<double> at{q.x[i], q.y[i], q.z[i]};
-                if (!scene_.may_touch(id(block, i), link))
+                if (!out_.all && !scene_.may_touch(id(block, i), link))
                     moved({rod, {SolidKind::ball, 0.0, at, at, {}}, balls.radius[i] + margin}, id(block, i),
                           link);
             });
-        }
+        });
         const auto solid = [&](const Solid& given, const Pose<double>& frame, int id) {
             if (scene_.may_touch(id, link)) return;
             const Solid here = placed(frame, given);
@@ -287,7 +327,11 @@ private:
             return norm(bound.centre - other.centre) >= bound.radius + other.radius + scene_.clearance;
         };
         Tag found = 0;
-        for_ground(scene_, [&](const Solid& solid, int id) {
+        const auto near = [&](const BallGroup& group) {
+            const double reach = bound.radius + group.radius + scene_.clearance;
+            return !found && norm(bound.centre - group.centre) < reach;
+        };
+        for_ground(scene_, near, [&](const Solid& solid, int id) {
             if (!found && !far(solid) && meets(solid, id)) found = pair_tag(id, link);
         });
         return found;
@@ -347,13 +391,17 @@ inline void clear(const Arm& arm, const Scene& scene, const SelfMotion<double>& 
 inline Tag base_contact(const Scene& scene) noexcept {
     const auto pair = [&](const Solid& base, int own, const Solid& solid, int id) -> Tag {
         const int link = scene.part_count + own - scene.first_base;
-        if (own < scene.first_base || id >= scene.first_base || scene.may_touch(id, link)) return 0;
+        if (id >= scene.first_base || scene.may_touch(id, link)) return 0;
         const double reach = base.radius + solid.radius + scene.clearance;
         return nearest(base, solid).distance < reach ? pair_tag(id, link) : 0;
     };
     Tag found = 0;
-    for_ground(scene, [&](const Solid& base, int own) {
-        for_ground(scene, [&](const Solid& solid, int id) {
+    for_base(scene, [&](const Solid& base, int own) {
+        const Ball bound = around(base);
+        const auto near = [&](const BallGroup& group) {
+            return norm(bound.centre - group.centre) < bound.radius + group.radius + scene.clearance;
+        };
+        for_ground(scene, near, [&](const Solid& solid, int id) {
             if (!found) found = pair(base, own, solid, id);
         });
     });

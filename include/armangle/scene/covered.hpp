@@ -62,6 +62,17 @@ inline void take_in(Covered& set, int at, Arc& arc) noexcept {
 
 }  // namespace detail
 
+/// Whether one piece holds the arc of `half` rad on both sides of `centre` (any lift).
+inline bool covers(const Covered& set, double centre, double half) noexcept {
+    if (set.all) return true;
+    for (int i = 0; i < set.count; ++i) {
+        const Arc& arc = set.arc[i];
+        const double middle = 0.5 * (arc.lower + arc.upper);
+        if (abs(wrap(centre - middle)) + half <= 0.5 * (arc.upper - arc.lower)) return true;
+    }
+    return false;
+}
+
 /// Adds the arc of `half` rad on both sides of `centre` (any lift), made by `tag`: nothing of 0, all of pi.
 inline void cover(Covered& set, double centre, double half, Tag tag) noexcept {
     if (set.all || 2.0 * half < tolerance::angle) return;

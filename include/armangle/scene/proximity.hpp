@@ -32,7 +32,10 @@ public:
 
     Proximity find(bool turning_alone) noexcept {
         const Pose<double> to_axis = inverted(axis_);
-        for_ground(scene_, [&](const Solid& solid, int id) { against_rods(placed(to_axis, solid), id); });
+        for (int k = 0; k < scene_.part_count + scene_.swing_count; ++k) at_[k] = rod_[k].at(turn_);
+        const auto nearer = [&](const BallGroup& group) { return comes_nearer(to_axis, group); };
+        for_ground(scene_, nearer,
+                   [&](const Solid& solid, int id) { against_rods(placed(to_axis, solid), id); });
         for (int h = 0; h < scene_.held_count; ++h)
             against_rods(placed(frames_.flange, scene_.held[h]), scene_.first_held + h);
         for (int k = 0; k < scene_.own_count; ++k) own_pair(scene_.own[k], turning_alone);
@@ -46,10 +49,21 @@ private:
         return k < scene_.part_count ? k : scene_.first_swing_link() + k - scene_.part_count;
     }
 
+    /// Whether a rod may be nearer to a ball of a group than the nearest pair so far.
+    bool comes_nearer(const Pose<double>& to_axis, const BallGroup& group) const noexcept {
+        const Vec3<double> centre = to_axis.rotation * group.centre + to_axis.position;
+        const Solid ball{SolidKind::ball, 0.0, centre, centre, {}};
+        for (int k = 0; k < scene_.part_count + scene_.swing_count; ++k) {
+            const double apart = nearest(at_[k].begin, at_[k].end, ball).distance;
+            if (apart - at_[k].radius - group.radius < best_.distance) return true;
+        }
+        return false;
+    }
+
     void against_rods(const Solid& solid, int id) noexcept {
         for (int k = 0; k < scene_.part_count + scene_.swing_count; ++k) {
             if (scene_.may_touch(id, link_of(k))) continue;
-            const Rod rod = rod_[k].at(turn_);
+            const Rod& rod = at_[k];
             keep(nearest(rod.begin, rod.end, solid), rod.radius, solid, id, link_of(k), &rod_[k]);
         }
     }
@@ -69,22 +83,25 @@ private:
 
     /// What psi does not move: the hand against the ground, and link 0 against the obstacles.
     void at_rest(const Pose<double>& to_axis) noexcept {
-        for (int h = 0; h < scene_.held_count; ++h) {
-            const Solid held = placed(frames_.flange, scene_.held[h]);
-            for_ground(scene_, [&](const Solid& solid, int id) {
-                const int link = scene_.part_count + scene_.base_count + h;
-                if (!scene_.may_touch(id, link))
-                    keep(nearest(held, placed(to_axis, solid)), held.radius, solid, id, link);
-            });
-        }
-        for_ground(scene_, [&](const Solid& base, int own) {
-            if (own < scene_.first_base) return;
-            const int link = scene_.part_count + own - scene_.first_base;
-            for_ground(scene_, [&](const Solid& solid, int id) {
-                if (id < scene_.first_base && !scene_.may_touch(id, link))
-                    keep(nearest(placed(to_axis, base), placed(to_axis, solid)), base.radius, solid, id,
-                         link);
-            });
+        for (int h = 0; h < scene_.held_count; ++h)
+            rest_against(placed(frames_.flange, scene_.held[h]), scene_.part_count + scene_.base_count + h,
+                         to_axis, most_obstacles);
+        for_base(scene_, [&](const Solid& base, int own) {
+            rest_against(placed(to_axis, base), scene_.part_count + own - scene_.first_base, to_axis,
+                         scene_.first_base);
+        });
+    }
+
+    /// A shape of the arm that rests against obstacles before `end`.
+    void rest_against(const Solid& mine, int link, const Pose<double>& to_axis, int end) noexcept {
+        const Ball bound = around(mine);
+        const auto nearer = [&](const BallGroup& group) {
+            const Vec3<double> centre = to_axis.rotation * group.centre + to_axis.position;
+            return norm(bound.centre - centre) - bound.radius - group.radius < best_.distance;
+        };
+        for_ground(scene_, nearer, [&](const Solid& solid, int id) {
+            if (id < end && !scene_.may_touch(id, link))
+                keep(nearest(mine, placed(to_axis, solid)), mine.radius, solid, id, link);
         });
     }
 
@@ -108,6 +125,7 @@ private:
     AxisFrames<double> frames_;
     SinCos<double> turn_;
     MovingRod rod_[2 * most_parts];
+    Rod at_[2 * most_parts];  // at psi
     Proximity best_;
 };
 

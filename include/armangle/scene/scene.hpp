@@ -40,6 +40,16 @@ struct BallBlock {
     double x[8], y[8], z[8], radius[8];
 };
 
+/// A ball that holds balls (or balls that hold groups) from `first` on, which lie together.
+struct BallGroup {
+    Vec3<double> centre;
+    double radius;
+    int first, count;
+};
+
+/// Blocks in a group, and groups in a group of those.
+inline constexpr int group_blocks = 8, group_groups = 16;
+
 inline constexpr int most_parts = 64, most_links = 254, most_obstacles = 65000;
 inline constexpr std::uint16_t no_ball = 0xffff;
 
@@ -50,7 +60,10 @@ struct Scene {
     const BallBlock* blocks;
     const std::uint16_t* ball_id;  // of each ball, eight a block; no_ball: none
     int block_count;
-    const Solid* solids;  // no balls
+    const BallGroup* groups;    // of blocks, all of them in order
+    const BallGroup* clusters;  // of groups, all of them in order
+    int cluster_count;
+    const Solid* solids;  // no balls of the user's
     const std::uint16_t* solid_id;
     int solid_count;
     const Solid* held;
@@ -112,16 +125,43 @@ inline Resting resting_link(const Arm& arm, int frame, Rod& rod) noexcept {
     }
 }
 
-/// visit(solid, obstacle) for all that stands on the ground, link 0 too.
+/// visit(block) for all blocks of balls, but those of groups of which meets(group) is false.
+template <class Meets, class Visit>
+inline void for_blocks(const Scene& scene, const Meets& meets, const Visit& visit) noexcept {
+    for (int c = 0; c < scene.cluster_count; ++c) {
+        const BallGroup& cluster = scene.clusters[c];
+        if (!meets(cluster)) continue;
+        for (int g = cluster.first; g < cluster.first + cluster.count; ++g) {
+            const BallGroup& group = scene.groups[g];
+            if (!meets(group)) continue;
+            for (int block = group.first; block < group.first + group.count; ++block) visit(block);
+        }
+    }
+}
+
+/// visit(solid, obstacle) for all that stands on the ground, link 0 too; meets(group) false leaves balls out.
+template <class Meets, class Visit>
+inline void for_ground(const Scene& scene, const Meets& meets, const Visit& visit) noexcept {
+    for_blocks(scene, meets, [&](int at) {
+        const BallBlock& block = scene.blocks[at];
+        for (int i = 0; i < 8; ++i) {
+            const std::uint16_t id = scene.ball_id[8 * at + i];
+            const Vec3<double> centre{block.x[i], block.y[i], block.z[i]};
+            if (id != no_ball) visit(Solid{SolidKind::ball, block.radius[i], centre, centre, {}}, id);
+        }
+    });
+    for (int k = 0; k < scene.solid_count; ++k) visit(scene.solids[k], scene.solid_id[k]);
+}
+/// visit(solid, obstacle) for the shapes of link 0.
+template <class Visit>
+inline void for_base(const Scene& scene, const Visit& visit) noexcept {
+    for (int k = 0; k < scene.solid_count; ++k)
+        if (scene.solid_id[k] >= scene.first_base) visit(scene.solids[k], scene.solid_id[k]);
+}
+
 template <class Visit>
 inline void for_ground(const Scene& scene, const Visit& visit) noexcept {
-    for (int k = 0; k < 8 * scene.block_count; ++k) {
-        if (scene.ball_id[k] == no_ball) continue;
-        const BallBlock& block = scene.blocks[k / 8];
-        const Vec3<double> centre{block.x[k % 8], block.y[k % 8], block.z[k % 8]};
-        visit(Solid{SolidKind::ball, block.radius[k % 8], centre, centre, {}}, scene.ball_id[k]);
-    }
-    for (int k = 0; k < scene.solid_count; ++k) visit(scene.solids[k], scene.solid_id[k]);
+    for_ground(scene, [](const BallGroup&) { return true; }, visit);
 }
 
 /// Where a circle is: x along shoulder-wrist, y the zero of psi, z = x X y; origin the shoulder. In the DH

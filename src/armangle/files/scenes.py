@@ -19,6 +19,7 @@ from ..models.cover import Rod, cover_cylinder, cover_mesh, merged, open_edges
 from ..poses import pose
 from ..scenes.scene import Scene
 from ..scenes.shapes import Ball, Box, Capsule, HalfSpace, Shape
+from .clouds import load_cloud
 
 PathLike = str | os.PathLike[str]
 
@@ -27,6 +28,7 @@ _KINDS: dict[str, tuple[Any, tuple[str, ...], tuple[str, ...]]] = {  # needed ke
     "capsule": (Capsule, ("begin", "end", "radius"), ("name",)),
     "box": (Box, ("size", "position"), ("rpy", "radius", "name")),
     "half_space": (HalfSpace, ("normal", "offset"), ("name",)),
+    "cloud": (load_cloud, ("file", "radius"), ("name",)),
 }
 _ROUND = 4  # rods for a round body or a mesh of MoveIt
 
@@ -34,11 +36,12 @@ _ROUND = 4  # rods for a round body or a mesh of MoveIt
 def load_scene(path: PathLike) -> Scene:
     """Return the scene of a TOML file, or of a ``.scene`` file that MoveIt saved.
 
-    In TOML: ``clearance`` (m), ``ignore`` (pairs of names), and any number of tables ``[[ball]]``
-    (``center``, ``radius``), ``[[capsule]]`` (``begin``, ``end``, ``radius``), ``[[box]]`` (``size``,
-    ``position``, and ``rpy`` in rad about fixed x, y, z, ``radius``), ``[[half_space]]`` (``normal``,
-    ``offset``), each with a ``name`` if wanted; lengths in m. Of MoveIt's text boxes and spheres are
-    read as they are; cylinders and closed meshes become balls and capsules that contain them.
+    In TOML: ``clearance`` (m), ``ignore`` (pairs of names), and any number of tables, lengths in m, each with
+    a ``name`` if wanted: ``[[ball]]`` (``center``, ``radius``), ``[[capsule]]`` (``begin``, ``end``,
+    ``radius``), ``[[box]]`` (``size``, ``position``, and ``rpy`` in rad about fixed x, y, z, ``radius``),
+    ``[[half_space]]`` (``normal``, ``offset``), ``[[cloud]]`` (``file``, as of `load_cloud`, ``radius``).
+    Of MoveIt's text boxes and spheres are read as they are; cylinders and closed meshes become balls and
+    capsules that contain them.
 
     Parameters
     ----------
@@ -68,7 +71,7 @@ def load_scene(path: PathLike) -> Scene:
     table = _toml(path)
     keys = {"clearance", "ignore", *_KINDS}
     _refuse_other_keys(str(path), table, keys)
-    shapes = [_shape(where, kind, row) for where, kind, row in _rows(path, table, _KINDS)]
+    shapes = [_shape(where, kind, row, Path(path).parent) for where, kind, row in _rows(path, table, _KINDS)]
     return Scene(shapes, clearance=table.get("clearance", 0.0), ignore=table.get("ignore", ()))
 
 
@@ -164,11 +167,15 @@ def _rows(path: PathLike, table: dict[str, Any], kinds: Any) -> Iterator[tuple[s
             yield f"{path} [[{kind}]] {at}", kind, row
 
 
-def _shape(where: str, kind: str, row: dict[str, Any]) -> Shape:
+def _shape(where: str, kind: str, row: dict[str, Any], folder: Path | None = None) -> Shape:
     make, wanted, more = _KINDS[kind]
     _refuse_other_keys(where, row, {*wanted, *more})
     _refuse_missing(where, row, wanted)
     values = dict(row)
+    if kind == "cloud":
+        if not isinstance(row["file"], str):
+            raise SceneError(where, "file", row["file"], "the name of a file")
+        values["path"] = (folder or Path()) / values.pop("file")
     try:
         if kind == "box":
             values["pose"] = pose(values.pop("position"), rpy=values.pop("rpy", [0.0, 0.0, 0.0]))

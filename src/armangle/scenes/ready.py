@@ -12,7 +12,7 @@ from .._arrays import JOINTS, Floats, Ints
 from .._core import Within
 from ..errors import SceneError
 from .scene import Pairs, Scene
-from .shapes import Shape
+from .shapes import Cloud, Shape
 
 LINKS_OF_A_PAIR = 256  # the core says a pair as obstacle * 256 + link
 
@@ -99,7 +99,8 @@ def make_ready(arm: Built, scene: Scene) -> Ready:
             raise SceneError("arm", "body", len(listed), f"at most {most} {what}")
     own = [*mine.base, *mine.held, *turning]
     obstacles = [*scene.names, *(link.name for link in own)]
-    user = [[*shape._row(), Within.USER.value] for shape in scene.shapes]
+    within = (Within.POINTS if isinstance(shape, Cloud) else Within.USER for shape in scene.shapes)
+    user = [[*shape._row(), where.value] for shape, where in zip(scene.shapes, within, strict=True)]
     solids = [*user, *(link.row for link in [*mine.base, *mine.held])]
     ignored = _ignored(scene, obstacles, links, own)
     for pair in () if arm.body is None else arm.body.ignore:
@@ -111,6 +112,7 @@ def make_ready(arm: Built, scene: Scene) -> Ready:
         np.array(solids, dtype=np.float64).reshape(-1, _SOLID_WIDTH),
         first_base,
         first_held,
+        _points(scene),
         np.array([_rod(link) for link in [*mine.parts, *mine.swings]], dtype=np.float64).reshape(
             -1, _ROD_WIDTH
         ),
@@ -121,7 +123,19 @@ def make_ready(arm: Built, scene: Scene) -> Ready:
     return Ready(handle, tuple(obstacles), tuple(link.name for link in links))
 
 
-_SOLID_WIDTH, _ROD_WIDTH = 18, 8
+_SOLID_WIDTH, _ROD_WIDTH, _POINT_WIDTH = 18, 8, 5
+
+
+def _points(scene: Scene) -> Floats:
+    """Return the points of all clouds: x, y, z, radius and place of their shape."""
+    clouds = [(at, shape) for at, shape in enumerate(scene.shapes) if isinstance(shape, Cloud)]
+    out = np.empty((sum(len(cloud.points) for _, cloud in clouds), _POINT_WIDTH))
+    first = 0
+    for at, cloud in clouds:
+        rows = out[first : first + len(cloud.points)]
+        rows[:, :3], rows[:, 3], rows[:, 4] = cloud.points, cloud.radius, at
+        first += len(rows)
+    return out
 
 
 def _rod(link: _Link) -> list[float]:

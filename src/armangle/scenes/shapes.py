@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from .._arrays import Floats
+from .._arrays import Floats, frozen
 from .._core import SolidKind
 from ..errors import SceneError
 from ..poses import as_transform
@@ -210,8 +211,86 @@ class HalfSpace:
         return [SolidKind.HALF_SPACE.value, 0.0, *self.normal, self.offset, 0.0, 0.0, *_NO_AXES]
 
 
-Shape = Ball | Capsule | Box | HalfSpace
-SHAPES = (Ball, Capsule, Box, HalfSpace)
+@dataclass(frozen=True, eq=False)
+class Cloud:
+    """Many points, each a ball of the same radius: what a camera sees.
+
+    One obstacle with one name. The points are sorted once, where a scene is asked first, so that millions of
+    them may be far away at little cost.
+
+    Parameters
+    ----------
+    points : array_like, shape (N, 3)
+        m, N >= 1; a copy is kept.
+    radius : float
+        m, >= 0: half the spacing of the points or more, for a surface without holes.
+    name : str, optional
+
+    Raises
+    ------
+    SceneError
+        Naming the first point that is not finite, or too far away to be in metres.
+
+    See Also
+    --------
+    load_cloud : from NPZ, NPY, CSV, PLY and PCD files.
+
+    Examples
+    --------
+    >>> import armangle as aa, numpy as np
+    >>> aa.Cloud(np.random.default_rng(1).normal(size=(1000, 3)), 0.01, name="seen")
+    Cloud(<1000 points>, radius=0.01, name='seen')
+    """
+
+    points: Floats
+    radius: float
+    name: str | None = None
+
+    def __init__(self, points: ArrayLike, radius: float, *, name: str | None = None) -> None:
+        wanted = "points (m), an array of shape (N, 3) with N >= 1"
+        try:
+            array = np.asarray(points)
+            if array.dtype.kind not in "fiu":
+                raise TypeError
+        except (TypeError, ValueError):
+            raise SceneError("Cloud", "points", points, wanted) from None
+        if array.ndim != 2 or array.shape[1] != 3 or not len(array):
+            raise SceneError("Cloud", "points", array.shape, wanted)
+        held = frozen(array.astype(np.float64))
+        bad = ~(np.abs(held) <= LARGEST).all(axis=1)
+        if bad.any():
+            at = int(bad.argmax())
+            raise SceneError(
+                "Cloud", f"points[{at}]", held[at].tolist(), f"finite numbers within ±{LARGEST:g} m"
+            )
+        _set(self, points=held, radius=_length("Cloud", "radius", radius), name=_named("Cloud", name))
+
+    def __repr__(self) -> str:
+        return f"Cloud(<{len(self.points)} points>, radius={self.radius!r}, name={self.name!r})"
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Cloud):
+            return NotImplemented
+        same = (self.radius, self.name) == (other.radius, other.name)
+        return same and np.array_equal(self.points, other.points)
+
+    def __hash__(self) -> int:
+        return hash((len(self.points), self.points[0].tobytes(), self.radius, self.name))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _cloud, (self.points, self.radius, self.name)
+
+    def _row(self) -> list[float]:
+        return [SolidKind.BALL.value, self.radius, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, *_NO_AXES]
+
+
+def _cloud(points: Floats, radius: float, name: str | None) -> Cloud:
+    """Return a cloud that comes back from a pickle."""
+    return Cloud(points, radius, name=name)
+
+
+Shape = Ball | Capsule | Box | HalfSpace | Cloud
+SHAPES = (Ball, Capsule, Box, HalfSpace, Cloud)
 RODS = (Ball, Capsule)
 HOLDABLE = (Ball, Capsule, Box)
 

@@ -1,0 +1,163 @@
+"""Clouds of points from NPZ, NPY, CSV, PLY and PCD files."""
+
+from __future__ import annotations
+
+import io
+import os
+from pathlib import Path
+from typing import Any, NoReturn
+
+import numpy as np
+
+from .._arrays import Floats
+from ..errors import SceneError
+from ..scenes.shapes import Cloud
+
+PathLike = str | os.PathLike[str]
+
+_AXES = ("x", "y", "z")
+_PLY_TYPES = {
+    "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4",
+    "double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4",
+    "float32": "f4", "float64": "f8",
+}  # fmt: skip
+_ENDINGS = (".npz", ".npy", ".csv", ".ply", ".pcd")
+
+
+def load_cloud(path: PathLike, radius: float, *, name: str | None = None) -> Cloud:
+    """Return the cloud of a file, without points that are not finite, which cameras write for nothing seen.
+
+    Parameters
+    ----------
+    path : path
+        ``.npy`` or ``.npz`` (``points``, or the only array) of shape (N, 3); ``.csv`` with the columns
+        x, y, z, with or without a line of names; ``.ply`` and ``.pcd``, as text or binary, not compressed. m.
+    radius : float
+        m, of each point.
+    name : str, optional
+
+    Returns
+    -------
+    Cloud
+
+    Raises
+    ------
+    SceneError
+        The file cannot be read, has no such columns, or no finite points.
+
+    Examples
+    --------
+    >>> import armangle as aa, numpy as np
+    >>> from pathlib import Path
+    >>> from tempfile import mkdtemp
+    >>> file = Path(mkdtemp()) / "seen.npz"
+    >>> np.savez(file, points=np.ones((20, 3)))
+    >>> aa.load_cloud(file, 0.01)
+    Cloud(<20 points>, radius=0.01, name=None)
+    """
+    kind = Path(path).suffix.lower()
+    if kind not in _ENDINGS:
+        _fail(path, f"a file ending in {', '.join(_ENDINGS)}")
+    try:
+        data = Path(path).read_bytes()
+    except (OSError, ValueError) as error:
+        _fail(path, f"a file that can be read ({getattr(error, 'strerror', None) or error})")
+    try:
+        points = {".npz": _npz, ".npy": _npy, ".csv": _csv, ".ply": _ply, ".pcd": _pcd}[kind](data)
+    except SceneError:
+        raise
+    except Exception as error:  # as many ways to fail as there are broken files
+        _fail(path, f"points x, y, z ({error or type(error).__name__})")
+    if points.ndim != 2 or points.shape[1] != len(_AXES) or points.dtype.kind not in "fiu":
+        _fail(path, f"points of shape (N, 3), not {points.shape} of {points.dtype}")
+    finite = points[np.isfinite(points).all(axis=1)]
+    if not len(finite):
+        _fail(path, "points, of which some are finite")
+    return Cloud(finite, radius, name=name)
+
+
+def _fail(path: PathLike, wanted: str) -> NoReturn:
+    raise SceneError("Cloud", "path", str(path), wanted)
+
+
+def _npy(data: bytes) -> Floats:
+    return np.asarray(np.load(io.BytesIO(data), allow_pickle=False))
+
+
+def _npz(data: bytes) -> Floats:
+    with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
+        names = list(arrays)
+        if "points" not in names and len(names) != 1:
+            raise ValueError(f"it holds {', '.join(names) or 'nothing'}, wanted points")
+        return np.asarray(arrays["points" if "points" in names else names[0]])
+
+
+def _csv(data: bytes) -> Floats:
+    text = data.decode("utf-8-sig")
+    first = text.split("\n", 1)[0].strip()
+    names = [word.strip().lower() for word in first.split(",")]
+    if not set(_AXES) <= set(names):
+        return np.loadtxt(io.StringIO(text), delimiter=",", ndmin=2)
+    columns = [names.index(axis) for axis in _AXES]
+    return np.loadtxt(io.StringIO(text), delimiter=",", skiprows=1, usecols=columns, ndmin=2)
+
+
+def _ply(data: bytes) -> Floats:
+    """Source: Turk, The PLY Polygon File Format (1994)."""
+    head, mark, body = data.partition(b"end_header")
+    if not mark or not head.startswith(b"ply"):
+        raise ValueError("it has no header of PLY")
+    body = body.split(b"\n", 1)[1]
+    form, elements = "", list[tuple[str, int, list[tuple[str, str]]]]()
+    for words in (line.split() for line in head.decode("ascii").splitlines()):
+        if words[:1] == ["format"]:
+            form = words[1]
+        elif words[:1] == ["element"]:
+            elements.append((words[1], int(words[2]), []))
+        elif words[:1] == ["property"]:
+            if words[1] == "list" and elements[-1][0] == "vertex":
+                raise ValueError("a list in its vertices")
+            if words[1] != "list":
+                elements[-1][2].append((words[2], _PLY_TYPES[words[1]]))
+    if not elements or elements[0][0] != "vertex":
+        raise ValueError("its first element is not vertex")
+    _, count, fields = elements[0]
+    if form == "ascii":
+        return _columns_of_text(body, count, [name for name, _ in fields])
+    order = {"binary_little_endian": "<", "binary_big_endian": ">"}[form]
+    return _columns_of_bytes(body, count, [(name, order + kind) for name, kind in fields])
+
+
+def _pcd(data: bytes) -> Floats:
+    """Source: the PCD file format of the Point Cloud Library, version 0.7."""
+    head, mark, body = data.partition(b"\nDATA ")
+    if not mark:
+        raise ValueError("it has no header of PCD")
+    form, body = body.split(b"\n", 1)
+    table = {words[0]: words[1:] for words in map(str.split, head.decode("ascii").splitlines()) if words}
+    count, names = int(table["POINTS"][0]), table["FIELDS"]
+    repeats = [int(word) for word in table.get("COUNT", ["1"] * len(names))]
+    if form.strip() == b"ascii":
+        spread = [name for name, times in zip(names, repeats, strict=True) for _ in range(times)]
+        return _columns_of_text(body, count, spread)
+    if form.strip() != b"binary":
+        raise ValueError(f"DATA {form.strip().decode()} is not read, only ascii and binary")
+    kinds = [f"<{kind.lower()}{size}" for kind, size in zip(table["TYPE"], table["SIZE"], strict=True)]
+    fields: list[Any] = []
+    for at, (name, kind, times) in enumerate(zip(names, kinds, repeats, strict=True)):
+        label = name if name in _AXES else f"{name}_{at}"  # PCD pads with fields that are all called _
+        fields.append((label, kind) if times == 1 else (label, kind, (times,)))
+    return _columns_of_bytes(body, count, fields)
+
+
+def _columns_of_text(body: bytes, count: int, names: list[str]) -> Floats:
+    columns = [names.index(axis) for axis in _AXES]
+    points = np.loadtxt(io.BytesIO(body), usecols=columns, max_rows=count, ndmin=2)
+    if len(points) != count:
+        raise ValueError(f"{len(points)} points, and {count} in its header")
+    return points
+
+
+def _columns_of_bytes(body: bytes, count: int, fields: list[Any]) -> Floats:
+    table = np.frombuffer(body, dtype=np.dtype(fields), count=count)
+    return np.column_stack([table[axis].astype(np.float64) for axis in _AXES])

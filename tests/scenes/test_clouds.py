@@ -1,0 +1,106 @@
+"""Clouds: the same arcs as their points as balls, whatever their order and number."""
+
+from __future__ import annotations
+
+import pickle
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from support.draw import count, generator
+from support.touching import distances
+
+import armangle as aa
+
+ARM = aa.Arm.from_catalogue("barrett_wam7").with_(base=aa.pose([0.1, 0.2, 0.3], rpy=[0.1, 0.2, 0.3]))
+BODY = aa.Body({
+    0: [aa.Ball([0, 0, 0.05], 0.05, name="foot")],
+    2: [aa.Ball([0.05, 0.03, 0.1], 0.04)],
+    3: [aa.Capsule([-ARM.a_3, -ARM.d_se, 0], [-ARM.a_3, 0, 0], 0.05), aa.Ball([0, 0, 0], 0.06)],
+    4: [aa.Capsule([0.02, 0.05, 0.1], [0.03, -0.06, 0.18], 0.03)],
+})  # fmt: skip
+BONES = aa.Body.bones(upper_arm=0.06, forearm=0.05, plates=True)
+HAND = [aa.Capsule([0, 0, 0], [0, 0, 0.1], 0.04, name="hand")]
+SHOULDER = ARM.frames(np.zeros(7))[1, :3, 3]
+
+
+def seen(rng: np.random.Generator, number: int, near: float = 0.25) -> NDArray[np.float64]:
+    """Points of a few patches and of dust around, none next to the shoulder."""
+    patches = SHOULDER + rng.normal(size=(4, 3)) * 0.4
+    points = patches[rng.integers(0, 4, 4 * number)] + rng.normal(size=(4 * number, 3)) * [0.1, 0.1, 0.005]
+    points[::5] = SHOULDER + rng.uniform(-1.2, 1.2, (len(points[::5]), 3))
+    far = np.linalg.norm(points - SHOULDER, axis=1) > near
+    return points[far][:number]
+
+
+def posed(rng: np.random.Generator, arm: aa.Arm) -> Any:
+    return arm.forward(rng.uniform(np.maximum(arm.lower, -2), np.minimum(arm.upper, 2)))[0]
+
+
+@pytest.mark.parametrize("body", [BODY, BONES], ids=["swinging", "bones"])
+@pytest.mark.parametrize("number", [1, 9, 300, 3000])
+def test_a_cloud_is_its_points(body: aa.Body, number: int) -> None:
+    rng = generator(1, number)
+    arm = ARM.with_body(body).with_hand(HAND)
+    for k in range(count(6)):
+        points = seen(rng, number)
+        pose, gc, psi = posed(rng, arm), k % 8, rng.uniform(-3, 3)
+        cloud = aa.Scene([aa.Cloud(points, 0.01, name="seen")], clearance=0.005)
+        balls = aa.Scene([aa.Ball(p, 0.01) for p in points], clearance=0.005)
+        shuffled = aa.Scene([aa.Cloud(rng.permutation(points), 0.01, name="seen")], clearance=0.005)
+        one, other = arm.clear(pose, gc, cloud), arm.clear(pose, gc, balls)
+        assert one.status == other.status and np.array_equal(one.intervals, other.intervals)
+        assert arm.clear(pose, gc, shuffled) == one
+        near, each = arm.clearance(pose, psi, gc, cloud), arm.clearance(pose, psi, gc, balls)
+        assert near.distance == each.distance and near.link == each.link
+        own = {None, "foot", "hand", "link_2", "link_3"}
+        assert near.obstacle == "seen" or near.obstacle in own
+        assert {end.obstacle for pair in one.ends for end in pair} <= {"seen", "foot", "hand", "link_2"}
+
+
+def test_what_groups_leave_out_touches_nothing() -> None:
+    rng = generator(2)
+    arm = ARM.with_body(BONES)
+    for k in range(count(4)):
+        points = seen(rng, 1500)
+        pose = posed(rng, arm)
+        arcs = arm.clear(pose, k % 8, aa.Scene([aa.Cloud(points, 0.015)]))
+        psi = rng.uniform(-np.pi, np.pi, 40)
+        q = arm.inverse(pose, psi, k % 8)
+        balls = aa.Scene([aa.Ball(p, 0.015) for p in points[rng.permutation(len(points))[:40]]])
+        assert (distances(arm, q, balls)[0].min(axis=-1)[arcs.contains(psi)] > -1e-9).all()
+        least = arm.clearance(
+            np.tile(pose, (40, 1, 1)), psi, k % 8, aa.Scene([aa.Cloud(points, 0.015)])
+        ).distance
+        assert np.array_equal(arcs.contains(psi), least >= 0)
+
+
+def test_the_ends_are_those_of_the_nearest_points_after_many_that_are_covered() -> None:
+    rng = generator(3)
+    arm = ARM.with_body(BONES)
+    pose = posed(rng, arm)
+    frames = arm.frames(arm.inverse(pose, 0.3, 0))
+    middle = (frames[4, :3, 3] + frames[5, :3, 3]) / 2
+    points = middle + rng.normal(size=(5000, 3)) * 0.02
+    arcs = arm.clear(pose, 0, aa.Scene([aa.Cloud(points, 0.0)]))
+    assert not arcs.contains(0.3)
+    for psi in arcs.intervals.ravel():
+        near = arm.clearance(pose, psi, 0, aa.Scene([aa.Cloud(points, 0.0)]))
+        assert abs(near.distance) < 1e-12
+
+
+def test_a_cloud_is_a_value() -> None:
+    points = np.arange(12.0).reshape(4, 3)
+    cloud = aa.Cloud(points.astype(np.float32), 0.1, name="seen")
+    assert cloud == aa.Cloud(points, 0.1, name="seen") != aa.Cloud(points + 1, 0.1, name="seen")
+    assert pickle.loads(pickle.dumps(cloud)) == cloud and hash(cloud) == hash(
+        aa.Cloud(points, 0.1, name="seen")
+    )
+    points[0] = 9.0
+    assert cloud.points[0, 0] == 0.0 and not cloud.points.flags.writeable
+    assert aa.Scene([cloud]).names == ("seen",)
+    with pytest.raises(aa.SceneError, match=r"Cloud: points\[2\] is \[6.0, inf, 8.0\], wanted finite"):
+        aa.Cloud([[0, 1, 2], [3, 4, 5], [6, np.inf, 8]], 0.1)
+    with pytest.raises(aa.SceneError, match=r"points\[1\] is .*within ±1000 m"):
+        aa.Cloud([[0, 1, 2], [3000, 4, 5]], 0.1)
