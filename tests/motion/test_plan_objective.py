@@ -7,22 +7,14 @@ import pytest
 from support.draw import count
 from support.naive_plans import KINDS
 from support.naive_plans import case as naive_case
-from support.plan_objective import SAMPLES, length, planned, reversals, terms
+from support.plan_objective import EVEN, length, line, planned, reversals, terms
 from support.planned_arms import IIWA, random_arm
 
 import armangle as aa
 
-EVEN = np.linspace(0, 1, SAMPLES)
 IIWA_14 = aa.Arm.from_catalogue("kuka_iiwa14_r820")
 FAILED = {"singular": (10, 74, 186, 602), "limits": (123, 531), "long": (65,), "weights": (45,)}
 POSTURE = np.array([0.3, 0.6, 0.2, -1.4, 0.4, 0.9, 0.5])
-
-
-def line(arm: aa.Arm, q: np.ndarray, shift: np.ndarray) -> aa.Line:
-    first = arm.forward(q)[0]
-    last = first.copy()
-    last[:3, 3] += shift
-    return aa.Line(first, last)
 
 
 def case(seed: int) -> tuple[aa.Arm, aa.Path, np.ndarray | None]:

@@ -25,8 +25,9 @@ struct PlanOptions {
     const double* goal = nullptr;
     unsigned branches = 0xff;  // bit k: GC k is asked
     Objective objective;
-    double singularity_margin = 0;  // rad
-    double limit_margin = 0;        // rad: limits are drawn in by this
+    const WishAlong* wish = nullptr;  // of the arm angle
+    double singularity_margin = 0;    // rad
+    double limit_margin = 0;          // rad: limits are drawn in by this
 };
 
 struct Plan {
@@ -83,6 +84,7 @@ public:
         }
         task_.plane = smooth_plane(wrists);
         task_.length = turned_length(task_, base_);
+        task_.wish = options.wish;
     }
 
     Plan run() {
@@ -459,14 +461,22 @@ private:
         }
         return sum;
     }
+    /// What an angle of a self-motion at s costs for being off the wish, weighed.
+    double unwished(const SelfMotion<double>& m, double angle, double s) const noexcept {
+        if (!task_.wish) return 0;
+        const Pose<double> flange = flange_pose(task_.arm, task_.pose(s));
+        return options_.objective.psi * wish_cost(angle - wished_angle(task_.arm, *task_.wish, flange, m, s));
+    }
     /// The objective of a curve, by sums over the same places.
     double objective(const Curve& drawn) const noexcept {
         double near = 0;
         for (const Stretch& x : drawn.stretches)
             for (int i = 0; i < plan_rule::looks; ++i) {
                 const double s = x.start + (x.end - x.start) * (i + 0.5) / plan_rule::looks;
+                const PlacedDirections<double> here = drawn.place(x, s, phi_at(x, s));
                 near += (x.end - x.start) / plan_rule::looks *
-                        rating(task_, options_.objective, curve_at(drawn, x, s).q).cost;
+                        (rating(task_, options_.objective, curve_at(drawn, x, s).q).cost +
+                         unwished(here.motion, atan2(here.phi.sin, here.phi.cos), s));
             }
         return options_.objective.travel * travel(drawn) + task_.length * task_.length * near;
     }
@@ -499,8 +509,9 @@ private:
             }
             if (!within_limits(task_.limits, q, 0.0) || clearance(q) < task_.table.margin) return infinity;
             const double half = i == 0 || i == plan_rule::held_steps ? 0.5 : 1.0;
-            sum += half / plan_rule::held_steps * task_.length * task_.length *
-                   rating(task_, options_.objective, q).cost;
+            const double here_cost =
+                rating(task_, options_.objective, q).cost + unwished(m, psi, back ? 1 - share : share);
+            sum += half / plan_rule::held_steps * task_.length * task_.length * here_cost;
         }
         return sum;
     }
@@ -510,7 +521,7 @@ private:
     bool calmer(const Curve& crossing, const Curve& proven) const noexcept {
         const double cost = objective(crossing);
         if (cost < objective(proven)) return true;
-        if (!(2 * travel(crossing) < travel(proven))) return false;
+        if (task_.wish || !(2 * travel(crossing) < travel(proven))) return false;
         return cost <= min(held_cost(Reference::base), held_cost(Reference::stereographic));
     }
 

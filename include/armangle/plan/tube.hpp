@@ -15,6 +15,7 @@
 
 #include "../limits/feasible.hpp"
 #include "path.hpp"
+#include "wished.hpp"
 #include "../circle/smooth_plane.hpp"
 
 namespace armangle {
@@ -53,13 +54,20 @@ struct Task {
     const Segment* segments;
     std::size_t segment_count;
     SmoothPlane plane;
-    double length = 1;  // how far the path turns the arm (rad), 1 at least
+    double length = 1;                // how far the path turns the arm (rad), 1 at least
+    const WishAlong* wish = nullptr;  // of the arm angle, where there is one
 
     Pose<double> pose(double s) const noexcept {
         return pose_at(segments[segment_index(segments, segment_count, s)], s);
     }
     Circle<double> circle_at(double s) const noexcept {
         return circle(arm, flange_pose(arm, pose(s)), plane);
+    }
+    /// phi that is wished in a branch at s; NaN where there is no wish.
+    double wished_phi(int gc, double s) const noexcept {
+        if (!wish) return not_a_number;
+        const SelfMotion<double> m = self_motion(arm, circle_at(s), configuration(gc));
+        return wished_angle(arm, *wish, flange_pose(arm, pose(s)), m, s);
     }
 };
 
