@@ -135,6 +135,10 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
             nb::arg("tool"), nb::arg("reference"), nb::arg("vector"));
     arm.def_prop_ro("reach", [](const ArmHandle& a) { return a.arm.reach; });
     arm.def_prop_ro("inner_reach", [](const ArmHandle& a) { return a.arm.inner_reach; });
+    arm.def("with_free_roll", [](const ArmHandle& a) {
+        const armangle::Arm free = armangle::with_free_roll(a.arm);
+        return ArmHandle{free, armangle::limit_table(free)};
+    });
     arm.def_prop_ro("delta", [](const ArmHandle& a) { return a.arm.delta_angle; });
     arm.def_prop_ro("joint_middle", [](const ArmHandle& a) { return binding::joint_middle(a.arm); });
     using binding::NearArmHandle;

@@ -26,8 +26,10 @@ _NAMES = {
     "errors": "ArmangleError ConfigurationError FileFormatError InputError LimitError MissingExtraError "
     "NoSolutionError NotFiniteError NotRotationError NotSRSError OutputError PathError PolicyError "
     "PortError SceneError ShapeError UnknownRobotError UnreachableError UrdfError",
+    "files.scenes": "load_body load_scene",
     "files.tables": "JointTable load_joints load_poses save",
     "files.trajectories": "TrajectoryTable load_trajectory",
+    "models.body": "Body",
     "models.catalogue": "catalogue",
     "models.description": "ImportReport",
     "models.dh": "dh_chain",
@@ -43,7 +45,6 @@ _NAMES = {
     "reach.placement": "Placement place",
     "reach.reach_map": "ReachMap reach_map",
     "reach.voxels": "Voxels",
-    "scenes.body": "Body",
     "scenes.clearance": "Clearance Widest",
     "scenes.scene": "Scene",
     "scenes.shapes": "Ball Box Capsule HalfSpace",

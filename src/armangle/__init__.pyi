@@ -54,6 +54,7 @@ from .errors import (
     UnreachableError as UnreachableError,
     UrdfError as UrdfError,
 )
+from .files.scenes import load_body as load_body, load_scene as load_scene
 from .files.tables import (
     JointTable as JointTable,
     load_joints as load_joints,
@@ -64,6 +65,7 @@ from .files.trajectories import (
     TrajectoryTable as TrajectoryTable,
     load_trajectory as load_trajectory,
 )
+from .models.body import Body as Body
 from .models.catalogue import catalogue as catalogue
 from .models.description import ImportReport as ImportReport
 from .models.dh import dh_chain as dh_chain
@@ -114,7 +116,6 @@ from .reach.reach_map import (
     reach_map as reach_map,
 )
 from .reach.voxels import Voxels as Voxels
-from .scenes.body import Body as Body
 from .scenes.clearance import (
     Clearance as Clearance,
     Widest as Widest,

@@ -225,6 +225,7 @@ BAD_HERE: dict[tuple[str, str], list[Any]] = {
     ("place", "weight"): ["nonsense", object(), 1.0, [1.0], [NAN, 1.0], [-1.0, 1.0]],
     ("place", "singularity_margin"): MARGIN,
     **{(name, "path"): [None, object(), 1.0, {"a": 1}, "", "a\0b"] for name in ("reach_map", "ReachMap")},
+    **{(name, "roll"): CHOICE for name in ("step", "follow", "Arm.solve")},
     ("reach_map", "spacing"): [*WORDS, NAN, INF, 0.0, -1.0, 1e-9, 1j],
     ("reach_map", "tilt"): [*WORDS, NAN, INF, 0.0, -1.0, 1e-9, 3.0, 1j],
     ("reach_map", "fields"): [None, object(), 1.0, (), ("gc", "nonsense"), [1j]],
@@ -235,7 +236,7 @@ BAD_HERE: dict[tuple[str, str], list[Any]] = {
     ("Objective", "limits"): WEIGHT,
     ("plan", "start"): [v for v in JOINTS if v is not None],
     ("plan", "gc"): [*INDEX, [], [8], ["x"]],
-    ("plan", "psi"): [*WORDS, NAN, INF, 1j, [], np.zeros((2, 2)), [0.0, NAN], lambda s: 1.0],
+    ("plan", "psi"): ["nonsense", object(), NAN, INF, 1j, [], np.zeros((2, 2)), [0.0, NAN], lambda s: 1.0],
     ("Objective", "psi"): WEIGHT,
     **{(name, "start"): POSES for name in ("Line", "CircularArc", "Screw")},
     **{(f"Arm.{name}", "gc"): [*INDEX, None] for name in (*METHODS, *SCENES)},
@@ -248,8 +249,8 @@ NEEDS: dict[str, dict[str, Any]] = {
 }  # fmt: skip
 FREE = {"arm", "name", "joint_names", "notes", "import_report"}
 """Values of other kinds, with tests of their own."""
-OTHERS = {"catalogue", "save", "load_poses", "load_joints", "load_trajectory"}
-"""Files and names: test_io_refusals, test_catalogue."""
+OTHERS = {"catalogue", "save", "load_poses", "load_joints", "load_trajectory", "load_scene", "load_body"}
+"""Files and names: test_io_refusals, test_catalogue, files/test_scenes."""
 
 
 def rows() -> Iterator[tuple[str, str, Any]]:

@@ -28,37 +28,113 @@ struct Coarse {
     double theta[joints], reach[joints], upper_arm;
 };
 
-/// The joint functions of a ball of poses 0T7, in one branch.
+/// What is known of a stretch: that it keeps what is asked, that it breaks it, or neither.
+enum class Known : std::uint8_t { inside, outside, open };
+
+/// The joint functions of a ball of poses 0T7, in one branch. usable() says whether there are any.
 class CorrectedMotion {
 public:
-    /// `on` is the circle of the centre; `psi_shift` how much an angle on it may differ from the true psi.
+    /// `on` is the circle of the centre.
     CorrectedMotion(const Arm& arm, const Pose<double>& centre, const Triad<double>& on,
-                    const Configuration<double>& gc, const PoseBall& ball, double psi_shift) noexcept
-        : psi_shift_(psi_shift) {
-        const double least = on.distance - ball.wrist, most = on.distance + ball.wrist;
-        usable_ = least > arm.inner_reach && most < arm.reach && least > 0 && ball.turn < 1.0;
-        if (!usable_) return;
+                    const Configuration<double>& gc) noexcept
+        : arm_(arm), distance_(on.distance), elbow_side_(gc.elbow) {
+        if (!(distance_ > arm.inner_reach && distance_ < arm.reach)) return;
         const SelfMotion<double> m = self_motion(arm, circle_on(arm, on, centre), gc);
         f_ = joint_functions(m);
-        bend_ = m.elbow.theta_4;
+        elbow_ = m.elbow;
+        known_ = true;
+    }
+
+    /// Takes a ball about the centre; `psi_shift` is how much an angle on its circle may differ from the true
+    /// psi.
+    void widen(const PoseBall& ball, double psi_shift) noexcept {
+        const double least = distance_ - ball.wrist, most = distance_ + ball.wrist;
+        psi_shift_ = psi_shift;
+        usable_ = known_ && least > arm_.inner_reach && most < arm_.reach && least > 0 && ball.turn < 1.0;
+        if (!usable_) return;
         double beta = 0, gamma = 0, tilt = 0;
+        bend_radius_ = 0;
         const auto seen = [&](double distance) {
-            const Elbow<double> e = elbow(arm, triangle(arm, distance), gc.elbow);
-            beta = max(beta, chord(e.beta, m.elbow.beta));
-            gamma = max(gamma, chord(e.gamma, m.elbow.gamma));
-            tilt = max(tilt, chord(e.tilt, m.elbow.tilt));
-            bend_radius_ = max(bend_radius_, chord(e.theta_4, bend_));
+            const Elbow<double> e = elbow(arm_, triangle(arm_, distance), elbow_side_);
+            beta = max(beta, chord(e.beta, elbow_.beta));
+            gamma = max(gamma, chord(e.gamma, elbow_.gamma));
+            tilt = max(tilt, chord(e.tilt, elbow_.tilt));
+            bend_radius_ = max(bend_radius_, chord(e.theta_4, elbow_.theta_4));
         };
         seen(least);
         seen(most);
         // the angle at the end of the longer link is greatest where the shorter one stands across S-W
-        const double La = arm.upper_arm, Lb = arm.forearm,
-                     across = sqrt(abs(La * La - Lb * Lb) + arm.d_4 * arm.d_4);
+        const double La = arm_.upper_arm, Lb = arm_.forearm,
+                     across = sqrt(abs(La * La - Lb * Lb) + arm_.d_4 * arm_.d_4);
         if (across > least && across < most) seen(across);
-        const double leaning = abs(m.elbow.tilt.sin / m.elbow.tilt.cos);
+        const double leaning = abs(elbow_.tilt.sin / elbow_.tilt.cos);
         const double lean = slack * (1.0 + 2.0 * leaning) * ball.wrist / least;
         shoulder_ = lean + beta + tilt;
         wrist_ = lean + gamma + tilt + ball.turn;
+    }
+
+    bool usable() const noexcept { return usable_; }
+
+    /// A limit as functions of psi: kept where both are >= 0, or one of them where `either`; each is known
+    /// within its slack. What is no limit is never broken: where it is not kept there may be no posture.
+    struct Condition {
+        Harmonic<double> low, high;
+        double low_slack, high_slack;
+        bool either, limit;
+
+        Known at(const SinCos<double>& psi) const noexcept {
+            const double a = low.at(psi), b = high.at(psi);
+            const bool in = either ? a > low_slack || b > high_slack : a > low_slack && b > high_slack;
+            if (in) return Known::inside;
+            const bool out = either ? a < -low_slack && b < -high_slack : a < -low_slack || b < -high_slack;
+            return out && limit ? Known::outside : Known::open;
+        }
+    };
+
+    /// Theta of a joint in [lower, upper], less than a turn, psi on the circle of the centre.
+    Condition condition(int joint, double lower, double upper) const noexcept {
+        const double radius = joint < 3 ? shoulder_ : wrist_;
+        Condition out{{0, 0, 0}, {0, 0, 0}, 1.0, 1.0, upper - lower > pi, true};
+        if (joint % 4 == 1) {
+            // |theta| within [near, far] of [0, pi]; a range that comes in again from behind stays open
+            const Hinge<double>& h = f_.hinge[joint / 4];
+            const double from = h.g > 0 ? lower : -upper, to = h.g > 0 ? upper : -lower;
+            if (from + two_pi < pi || to - two_pi > 0) return out;
+            const double near = min(max(from, 0.0), pi), far = min(max(to, 0.0), pi);
+            out.either = false;
+            out.low = {-h.H.s, -h.H.c, (near > 0 ? sin_cos(near).cos : 3.0) - h.H.k};
+            out.high = {h.H.s, h.H.c, h.H.k - (far < pi ? sin_cos(far).cos : -3.0)};
+            if (from > pi || to < 0) out.low.k = -3.0;
+        } else {
+            const SinCos<double> l = sin_cos(lower), u = sin_cos(upper);
+            if (joint == 3) {
+                const SinCos<double>& t = elbow_.theta_4;
+                out.low.k = t.sin * l.cos - t.cos * l.sin;
+                out.high.k = t.cos * u.sin - t.sin * u.cos;
+                out.low_slack = out.high_slack = bend_radius_;
+                return out;
+            }
+            const Pivot<double>& p = f_.pivot[joint / 2];
+            const auto across = [&p](double sine, double cosine) {
+                return Harmonic<double>{p.g * (p.U.s * cosine - p.V.s * sine),
+                                        p.g * (p.U.c * cosine - p.V.c * sine),
+                                        p.g * (p.U.k * cosine - p.V.k * sine)};
+            };
+            out.low = across(l.sin, l.cos);
+            out.high = across(-u.sin, -u.cos);
+        }
+        out.low_slack = radius + psi_shift_ * hypot(out.low.s, out.low.c);
+        out.high_slack = radius + psi_shift_ * hypot(out.high.s, out.high.c);
+        return out;
+    }
+
+    /// That the directions of the joints beside a hinge (0, 1) do not vanish: there a posture is.
+    Condition regular(int hinge) const noexcept {
+        const double radius = hinge == 0 ? shoulder_ : wrist_;
+        const Harmonic<double>& H = f_.hinge[hinge].H;
+        const double wide = radius + psi_shift_ * (hypot(H.s, H.c) + 1.0);
+        const double most = sqrt(max(1.0 - wide * wide, 0.0));
+        return {{-H.s, -H.c, most - H.k}, {H.s, H.c, most + H.k}, 0.0, 0.0, false, false};
     }
 
     /// The joints over |psi - middle| <= half, psi on the circle of the centre.
@@ -84,8 +160,8 @@ public:
             x[joint] = f_.hinge[h].H.at(at);
             off[joint] = hypot(off[pivot], spread(f_.hinge[h].H, at, wide) + (h == 0 ? shoulder_ : wrist_));
         }
-        y[3] = bend_.sin;
-        x[3] = bend_.cos;
+        y[3] = elbow_.theta_4.sin;
+        x[3] = elbow_.theta_4.cos;
         off[3] = bend_radius_;
         const JointLanes theta = atan2(JointLanes::of(y), JointLanes::of(x));
         for (int j = 0; j < joints; ++j) {
@@ -110,15 +186,16 @@ private:
         return half * (abs(h.slope(middle)) + 0.5 * half * hypot(h.s, h.c));
     }
 
-    double psi_shift_;
-    bool usable_ = false;
+    const Arm& arm_;
+    double distance_, elbow_side_;
+    bool known_ = false, usable_ = false;
     JointFunctions<double> f_;
-    SinCos<double> bend_{0.0, 1.0};
-    double bend_radius_ = 0, shoulder_ = 0, wrist_ = 0;
+    Elbow<double> elbow_;
+    double psi_shift_ = 0, bend_radius_ = 0, shoulder_ = 0, wrist_ = 0;
 };
 
 namespace near_rule {
-inline constexpr int balls = 3;  // tried over a cell
+inline constexpr int balls = 6;  // tried over a cell
 inline constexpr double first_turn =
     4.0;  // of a nominal frame over the half width of a cell, supposed at first
 }  // namespace near_rule
@@ -151,18 +228,17 @@ inline void frames_turn(const Coarse& c, double turn_of_pose, double (&turn)[joi
 
 }  // namespace detail
 
-/// Where the joints are over |psi - middle| <= half, by a posture at the middle: `angle`, on the plane of the
-/// pose's circle `on`.
-inline Coarse coarse_about(const NearArm& arm, const Pose<double>& pose, const Triad<double>& on,
-                           const detail::PsiPlane<double>& plane, const SinCos<double> (&angle)[joints],
-                           const Configuration<double>& gc, double half) noexcept {
+/// The motion over |psi - middle| <= half, by a posture at the middle: `angle`, on the plane of the pose's
+/// circle `on`. Its psi counts from the middle. `joints_over` takes where the joints are then.
+inline CorrectedMotion motion_about(const NearArm& arm, const Triad<double>& on,
+                                    const detail::PsiPlane<double>& plane,
+                                    const SinCos<double> (&angle)[joints], const Configuration<double>& gc,
+                                    double half, Coarse& joints_over) noexcept {
     const Arm& nominal = arm.nominal;
     double q[joints], turn[joints + 1];
     const JointLanes theta = detail::theta_of(angle);
     for (int j = 0; j < joints; ++j) q[j] = to_q(nominal, j, theta[j]);
-    const Pose<double> corrected =
-        user_pose(nominal, chain(nominal, q).flange) * (inverted(detail::tip(arm, angle)) * pose);
-    const Pose<double> centre = flange_pose(nominal, corrected);
+    const Pose<double> centre = chain(nominal, q).flange;
     const Triad<double> there = triad(
         nominal, centre,
         [&](const Vec3<double>& p, const Vec3<double>& w) noexcept { return plane.normal(nominal, p, w); });
@@ -170,15 +246,32 @@ inline Coarse coarse_about(const NearArm& arm, const Pose<double>& pose, const T
     const double psi_shift = 2.0 * lean * (lean + abs(nominal.d_4) / there.distance) * half;
     for (int k = 0; k <= joints; ++k) turn[k] = near_rule::first_turn * half;
     PoseBall ball = detail::turned_ball(arm, turn);
-    Coarse out{};
+    CorrectedMotion out(nominal, centre, there, gc);
     for (int pass = 0; pass < near_rule::balls; ++pass) {
-        out = CorrectedMotion(nominal, centre, there, gc, ball, psi_shift).over(0.0, half);
-        detail::frames_turn(out, ball.turn, turn);
+        out.widen(ball, psi_shift);
+        joints_over = out.over(0.0, half);
+        detail::frames_turn(joints_over, ball.turn, turn);
         const PoseBall kept = detail::turned_ball(arm, turn);
-        if (kept.wrist <= ball.wrist && kept.turn <= ball.turn) return out;
+        if (kept.wrist <= ball.wrist && kept.turn <= ball.turn) {
+            if (2.0 * kept.wrist < ball.wrist) {  // what is kept keeps itself
+                out.widen(kept, psi_shift);
+                joints_over = out.over(0.0, half);
+            }
+            return out;
+        }
         ball = {max(ball.wrist, 1.2 * kept.wrist), max(ball.turn, 1.2 * kept.turn)};
     }
-    for (double& reach : out.reach) reach = infinity;
+    out.widen({infinity, infinity}, psi_shift);
+    joints_over = out.over(0.0, half);
+    return out;
+}
+
+/// Where the joints are over |psi - middle| <= half.
+inline Coarse coarse_about(const NearArm& arm, const Triad<double>& on, const detail::PsiPlane<double>& plane,
+                           const SinCos<double> (&angle)[joints], const Configuration<double>& gc,
+                           double half) noexcept {
+    Coarse out;
+    motion_about(arm, on, plane, angle, gc, half, out);
     return out;
 }
 

@@ -3,9 +3,10 @@
 //     |--inside--|--?--|--outside--|--?--|--inside--|
 //                   ^ root            ^ root
 //
-// A cell of psi is judged by the corrected motion, first about the pose, then about the cell's own middle;
-// what is open then by a hull, in which a joint comes to its limit once; the rest is halved, and at last left
-// out.
+// Limits are functions of psi that the corrected motion knows within a slack: where they are farther from 0
+// all is said, and what is open are stretches about the ends. Those are looked at again about their own
+// middle, where the slack is less, or in a hull, in which a joint comes to its limit once. What stays open is
+// halved, and at last left out.
 //
 // An end is the psi at which the true joint is at its limit, to near_rule::residual. What is proven neither
 // way (beside a singularity, where branches merge) is left out, and its measure is counted.
@@ -18,12 +19,14 @@
 namespace armangle {
 
 namespace near_rule {
-inline constexpr int cells = 16;              // of the circle, to begin with
-inline constexpr double widest_ball = 0.1;    // rad: half width of a cell that is looked at about its middle
-inline constexpr double widest_hull = 0.025;  // rad: wider ones are hardly ever proven
-inline constexpr double narrowest = 2e-4;     // rad: half width of a cell that is given up
-inline constexpr int hulls = 500;             // of one pose and branch, before the rest is given up
-inline constexpr int depth = 16;              // halvings of a cell; narrowest is reached before
+inline constexpr int cells = 16;            // of a circle of which nothing is known to begin with
+inline constexpr double widest_ball = 0.2;  // rad: half width of a stretch that is looked at about its middle
+inline constexpr double widest_hull = 0.05;  // rad: wider ones are hardly ever proven
+inline constexpr double narrowest = 1e-4;    // rad: half width of a stretch that is given up
+inline constexpr double shrunk = 0.7;        // of a stretch: what is open then is worth another look as it is
+inline constexpr int looks = 500;            // of one pose and branch, before the rest is given up
+inline constexpr int hard = 2;               // long searches for a first posture
+inline constexpr int depth = 24;             // looks within looks; narrowest is reached before
 inline constexpr int root_steps = 8;
 }  // namespace near_rule
 
@@ -62,7 +65,7 @@ struct ThetaRanges {
 
 private:
     void add(int joint, double lower, double upper, Tag low, Tag high) noexcept {
-        one[count++] = {joint, 0.5 * (lower + upper), 0.5 * (upper - lower), low, high};
+        one[count++] = {joint, wrap(0.5 * (lower + upper)), 0.5 * (upper - lower), low, high};
     }
     void keep_off(int joint, double zero, double side, double margin) noexcept {
         const Tag near = make_tag(joint + 1, Side::near_margin), far = make_tag(joint + 1, Side::far_margin);
@@ -73,9 +76,6 @@ private:
 };
 
 namespace detail {
-
-/// What is known of a cell.
-enum class Known : std::uint8_t { inside, outside, open };
 
 /// A stretch [lower, upper] of psi within the limits, and what made its ends.
 struct Piece {
@@ -134,44 +134,49 @@ private:
     double lost_ = 0;
 };
 
+/// What a stretch is cut into where a motion tells more: pieces by rising psi, each inside, outside, or open
+/// with what is open there.
+struct Sections {
+    using Open = unsigned;  // a bit each range; then one each hinge, beside which a posture may not be
+    static constexpr int conditions = ThetaRanges::capacity + hinges;
+    static constexpr int capacity = 8 * conditions + 1;
+    struct Section {
+        double lower, upper;
+        Known known;
+        Open open;
+    };
+    int count = 0;
+    Section section[capacity];
+};
+inline constexpr Sections::Open hinge_bit = 1u << ThetaRanges::capacity;
+
 /// The work on one pose and branch.
 class ArcProof {
 public:
     ArcProof(const NearArm& arm, const Pose<double>& pose, const Triad<double>& on,
              const Configuration<double>& gc, const ThetaRanges& ranges, int only_joint) noexcept
-        : arm_(arm),
-          pose_(pose),
-          on_(on),
-          gc_(gc),
-          ranges_(ranges),
-          only_(only_joint),
-          coarse_(arm.nominal, flange_pose(arm.nominal, pose), on, gc, {arm.wrist_shift, arm.turn}, 0.0) {}
+        : arm_(arm), pose_(pose), on_(on), gc_(gc), ranges_(ranges), only_(only_joint) {}
 
     void run(ProvenArcs& out) noexcept {
-        struct Cell {
-            double lower, upper;
-        };
-        Cell stack[near_rule::depth + 2];
         out.unproven = 0;
-        for (int k = 0; k < near_rule::cells; ++k) {
-            int top = 0;
-            stack[top++] = {-pi + two_pi * k / near_rule::cells, -pi + two_pi * (k + 1) / near_rule::cells};
-            while (top > 0) {
-                const Cell cell = stack[--top];
-                if (settle(cell.lower, cell.upper)) continue;
-                const double middle = 0.5 * (cell.lower + cell.upper), half = middle - cell.lower;
-                if (half < near_rule::narrowest || top > near_rule::depth || hulls_ >= near_rule::hulls) {
-                    out.unproven += cell.upper - cell.lower;
-                    open_.add({cell.lower, cell.upper, 0, 0});
-                    continue;
-                }
-                stack[top++] = {middle, cell.upper};
-                stack[top++] = {cell.lower, middle};
-            }
+        CorrectedMotion all(arm_.nominal, flange_pose(arm_.nominal, pose_), on_, gc_);
+        all.widen({arm_.wrist_shift, arm_.turn}, 0.0);
+        Sections::Open every = hinge_bit | hinge_bit << 1;
+        for (int i = 0; i < ranges_.count; ++i)
+            if (only_ < 0 || ranges_.one[i].joint == only_) every |= 1u << i;
+        if (all.usable()) {
+            Sections sections;
+            part(all, every, -pi, pi, sections);
+            take(sections, 0.0, 0);
+        } else {
+            for (int k = 0; k < near_rule::cells; ++k)
+                settle(-pi + two_pi * k / near_rule::cells, -pi + two_pi * (k + 1) / near_rule::cells, every,
+                       0);
         }
         pieces_.finish(out.arcs, out.unproven);
         double beyond_capacity = 0;
         open_.finish(out.open, beyond_capacity);
+        out.unproven += unproven_;
         out.status = Status::OK;
         if (!out.arcs.empty()) return;
         out.status = out.unproven > 0 ? Status::NEAR_SINGULAR : Status::LIMITS;
@@ -181,66 +186,170 @@ public:
     }
 
 private:
-    /// Whether a joint that is within `reach` of theta keeps the range.
-    static Known verdict(const ThetaRanges::One& range, double theta, double reach) noexcept {
-        const double off = abs(wrap(theta - range.middle));
-        if (off + reach <= range.half) return Known::inside;
-        return off - reach > range.half ? Known::outside : Known::open;
+    using Open = Sections::Open;
+    using Condition = CorrectedMotion::Condition;
+
+    /// Parts [lower, upper] where a motion's conditions change; of those asked alone.
+    void part(const CorrectedMotion& motion, Open asked, double lower, double upper, Sections& out) noexcept {
+        Condition condition[Sections::conditions];
+        int bit[Sections::conditions], n = 0, ends = 0;
+        double at[Sections::capacity + 1];
+        for (int i = 0; i < ranges_.count; ++i) {
+            if (!(asked >> i & 1)) continue;
+            const ThetaRanges::One& r = ranges_.one[i];
+            bit[n] = i;
+            condition[n++] = motion.condition(r.joint, r.middle - r.half, r.middle + r.half);
+        }
+        for (int h = 0; h < hinges; ++h) {
+            if (!(asked & hinge_bit << h)) continue;
+            bit[n] = ThetaRanges::capacity + h;
+            condition[n++] = motion.regular(h);
+        }
+        const auto add = [&](double psi) {
+            int k = ends++;
+            for (; k > 0 && at[k - 1] > psi; --k) at[k] = at[k - 1];
+            at[k] = psi;
+        };
+        const auto cross = [&](Harmonic<double> f, double value) {
+            f.k -= value;
+            const Roots found = roots(f);
+            for (int i = 0; i < found.count; ++i) {
+                const double psi = lift(found.psi[i], 0.5 * (lower + upper));
+                if (psi > lower && psi < upper) add(psi);
+            }
+        };
+        add(lower);
+        add(upper);
+        for (int i = 0; i < n; ++i) {
+            const Condition& c = condition[i];
+            cross(c.low, c.low_slack);
+            cross(c.high, c.high_slack);
+            if (!c.limit) continue;
+            cross(c.low, -c.low_slack);
+            cross(c.high, -c.high_slack);
+        }
+        out.count = 0;
+        for (int k = 0; k + 1 < ends; ++k) {
+            if (!(at[k] < at[k + 1])) continue;
+            const Sections::Section now = section(condition, bit, n, at[k], at[k + 1]);
+            Sections::Section* last = out.count > 0 ? &out.section[out.count - 1] : nullptr;
+            if (last && last->known == now.known) {  // what is open together is looked at together
+                last->upper = now.upper;
+                last->open |= now.open;
+            } else {
+                out.section[out.count++] = now;
+            }
+        }
     }
 
-    /// The ranges that are open over a cell, a bit each, or that one is broken.
-    Known judge(const double* theta, const double* reach, unsigned& open) noexcept {
-        open = 0;
-        Tag broken = 0, by_elbow = 0;
-        for (int i = 0; i < ranges_.count; ++i) {
-            const ThetaRanges::One& range = ranges_.one[i];
-            if (only_ >= 0 && range.joint != only_) continue;
-            const Known one = verdict(range, theta[range.joint], reach[range.joint]);
-            if (one == Known::open) open |= 1u << i;
-            if (one != Known::outside) continue;
-            broken = range.low;
-            if (range.joint == 3) by_elbow = range.low;
+    /// What conditions say of [lower, upper], on which none of them changes.
+    Sections::Section section(const Condition* condition, const int* bit, int n, double lower,
+                              double upper) noexcept {
+        const SinCos<double> psi = sin_cos(0.5 * (lower + upper));
+        Sections::Section out{lower, upper, Known::inside, 0};
+        Open broken = 0;
+        for (int i = 0; i < n; ++i) {
+            const Known one = condition[i].at(psi);
+            if (one == Known::open) out.open |= 1u << bit[i];
+            if (one == Known::outside) broken |= 1u << bit[i];
         }
-        if (broken == 0) return open == 0 ? Known::inside : Known::open;
+        if (out.open != 0) out.known = Known::open;
+        if (broken != 0) out = {lower, upper, Known::outside, 0};
+        block(broken);
+        return out;
+    }
+
+    /// Remembers what breaks a stretch: whether it is the elbow, and it alone.
+    void block(Open broken) noexcept {
+        if (broken == 0) return;
+        Tag by_elbow = 0;
+        for (int i = 0; i < ranges_.count; ++i)
+            if ((broken >> i & 1) && ranges_.one[i].joint == 3) by_elbow = ranges_.one[i].low;
         if (by_elbow == 0) only_elbow_ = false;
         elbow_blocks_ = by_elbow;
-        return Known::outside;
     }
 
-    /// Whether a coarse look settles a cell, inside or outside.
-    bool decided(const Coarse& coarse, double lower, double upper) noexcept {
-        unsigned open = 0;
-        Known found = judge(coarse.theta, coarse.reach, open);
-        // where nothing is limited a posture must still be there
-        for (int j = 0; j < joints && found == Known::inside; ++j)
-            if (!(coarse.reach[j] < infinity)) found = Known::open;
-        if (found == Known::inside) pieces_.add({lower, upper, 0, 0});
-        return found != Known::open;
+    /// Keeps what is inside, and looks again at what is open; psi counts from `origin`.
+    void take(const Sections& parts, double origin, int depth) noexcept {
+        for (int i = 0; i < parts.count; ++i) {
+            const Sections::Section& one = parts.section[i];
+            if (one.known == Known::inside) pieces_.add({origin + one.lower, origin + one.upper, 0, 0});
+            if (one.known == Known::open) settle(origin + one.lower, origin + one.upper, one.open, depth + 1);
+        }
     }
 
-    /// Settles a cell, or leaves it to be halved.
-    bool settle(double lower, double upper) noexcept {
+    /// Settles both halves of a stretch, or gives it up.
+    void halve(double lower, double upper, Open open, int depth) noexcept {
+        const double middle = 0.5 * (lower + upper);
+        if (upper - middle < near_rule::narrowest || depth > near_rule::depth || looks_ >= near_rule::looks) {
+            unproven_ += upper - lower;
+            return open_.add({lower, upper, 0, 0});
+        }
+        settle(lower, middle, open, depth + 1);
+        settle(middle, upper, open, depth + 1);
+    }
+
+    /// Settles a stretch on which this is open.
+    void settle(double lower, double upper, Open open, int depth) noexcept {
         const double middle = 0.5 * (lower + upper), half = 0.5 * (upper - lower);
-        if (decided(coarse_.over(middle, half), lower, upper)) return true;
-        if (half > near_rule::widest_ball || hulls_ >= near_rule::hulls) return false;
-        ++hulls_;
+        const bool spent = depth > near_rule::depth || looks_ >= near_rule::looks;
+        if (spent || half > near_rule::widest_ball) return halve(lower, upper, open, depth);
+        ++looks_;
         SinCos<double> angle[joints];
         const PsiPlane<double> plane(on_, sin_cos(middle));
-        if (!solve_quickly(arm_, pose_, plane, gc_, angle)) return false;
-        if (decided(coarse_about(arm_, pose_, on_, plane, angle, gc_, half), lower, upper)) return true;
-        if (half > near_rule::widest_hull) return false;
+        if (!posture(plane, angle)) return halve(lower, upper, open, depth);
+        if (half <= near_rule::widest_hull && by_hull(plane, angle, lower, upper, open)) return;
+        Coarse over;
+        const CorrectedMotion motion = motion_about(arm_, on_, plane, angle, gc_, half, over);
+        if (!motion.usable()) return halve(lower, upper, open, depth);
+        Sections parts;
+        part(motion, open, -half, half, parts);
+        for (int i = 0; i < parts.count; ++i) {
+            const Sections::Section& one = parts.section[i];
+            const bool wide = one.upper - one.lower > 2.0 * near_rule::shrunk * half;
+            if (wide && one.known == Known::open) return halve(lower, upper, open, depth);
+        }
+        take(parts, middle, depth);
+    }
+
+    /// The posture at a psi: the quick way, or from that of the last psi.
+    bool posture(const PsiPlane<double>& plane, SinCos<double> (&angle)[joints]) noexcept {
+        if (!solve_quickly(arm_, pose_, plane, gc_, angle)) {
+            if (!begun_) {
+                if (hard_++ >= near_rule::hard) return false;
+                if (solve_angles(arm_, pose_, plane, gc_, angle) != Status::OK) return false;
+            } else {
+                for (int j = 0; j < joints; ++j) angle[j] = last_[j];
+                if (newton(arm_, pose_, plane, gc_, angle) != Status::OK) return false;
+            }
+        }
+        for (int j = 0; j < joints; ++j) last_[j] = angle[j];
+        begun_ = true;
+        return true;
+    }
+
+    /// Settles a stretch by a hull about a posture at its middle; false where the hull does not say.
+    bool by_hull(const PsiPlane<double>& plane, const SinCos<double> (&angle)[joints], double lower,
+                 double upper, Open open) noexcept {
         Hull hull;
+        const double middle = 0.5 * (lower + upper), half = 0.5 * (upper - lower);
         if (!prove_hull(arm_, pose_, plane, angle, middle, half, hull)) return false;
-        unsigned open = 0;
-        double reach[joints];
-        for (int j = 0; j < joints; ++j) reach[j] = hull.reach(j);
-        const Known found = judge(hull.theta, reach, open);
-        if (found == Known::inside) pieces_.add({lower, upper, 0, 0});
-        if (found != Known::open) return true;
-        only_elbow_ = false;
+        Open undecided = 0, broken = 0;
+        for (int i = 0; i < ranges_.count; ++i) {
+            if (!(open >> i & 1)) continue;
+            const ThetaRanges::One& r = ranges_.one[i];
+            const double off = abs(wrap(hull.theta[r.joint] - r.middle)), reach = hull.reach(r.joint);
+            if (off - reach > r.half)
+                broken |= 1u << i;
+            else if (!(off + reach <= r.half))
+                undecided |= 1u << i;
+        }
+        block(broken);
+        if (broken != 0) return true;
         Piece piece{lower, upper, 0, 0};
         for (int i = 0; i < ranges_.count; ++i)
-            if (open >> i & 1u && !cut(ranges_.one[i], hull, angle, piece)) return false;
+            if ((undecided >> i & 1) && !cut(ranges_.one[i], hull, angle, piece)) return false;
+        if (undecided != 0) only_elbow_ = false;
         pieces_.add(piece);
         return true;
     }
@@ -309,11 +418,13 @@ private:
     const Configuration<double>& gc_;
     const ThetaRanges& ranges_;
     int only_;
-    CorrectedMotion coarse_;
     Pieces pieces_, open_;
-    int hulls_ = 0;
-    Tag elbow_blocks_ = 0;    // the elbow's limit or margin that broke a cell
-    bool only_elbow_ = true;  // and every other
+    double unproven_ = 0;
+    int looks_ = 0, hard_ = 0;
+    bool begun_ = false;
+    SinCos<double> last_[joints];  // of the posture found last
+    Tag elbow_blocks_ = 0;         // the elbow's limit or margin that broke a cell
+    bool only_elbow_ = true;       // and every other
 };
 
 }  // namespace detail

@@ -4,11 +4,11 @@
 // for as theta_c + u t + rho with u = dtheta/dpsi at t = 0. With C the inverse Jacobian there, one Newton
 // step takes the box |rho_i| <= r_i into itself where
 //     e + G r < r,   e_i >= |C F(theta_c + u t, t)|_i,   G_ik >= |1 - C J|_ik over |t| <= h and the box,
-// so that for every t one posture lies in it, and no other (Krawczyk). G and e follow from the first and
-// second derivatives at the centre, which are cross products of the axes, and from bounds of the third: those
-// of turns are 1, those of the wrist the length of links that turn. Source: R. E. Moore, Interval Analysis
-// (1966); A. Neumaier, Interval Methods (1990), chapter 5. Rounding is not in the bounds: near_rule::rounding
-// stands for it.
+// so that for every t one posture lies in it, and no other (Krawczyk). G follows from the
+// first and second derivatives at the centre, e from the third too, all cross products of the axes; and both
+// from bounds of the next: those of turns are 1, those of the wrist the length of links that turn. Source: R.
+// E. Moore, Interval Analysis (1966); A. Neumaier, Interval Methods (1990), chapter 5. Rounding is not in the
+// bounds: near_rule::rounding stands for it.
 #pragma once
 
 #include "inverse.hpp"
@@ -44,10 +44,59 @@ struct HullCentre {
     double curved[joints];           // |C D2F[u, u]|
     double sheared[joints][joints];  // |C D2F[u, e_k]|
     double curvature;                // |D2F[u, u]|, wrist and turn
+    double jerked[joints];           // |C D3F[u, u, u]|
+    double jerk;                     // |D3F[u, u, u]|, wrist and turn
     struct {
         double wrist, turn, psi;
     } row[joints];  // sizes of the rows of C
 };
+
+/// How a frame turns while the joints before it turn at constant rates: its velocity and two derivatives.
+struct Spin {
+    Vec3<double> velocity, acceleration, jerk;
+
+    /// One more joint, whose axis turns with the frame before it.
+    void add(const Vec3<double>& axis, double rate) noexcept {
+        const Vec3<double> swept = cross(velocity, axis);
+        jerk = jerk + (cross(acceleration, axis) + cross(velocity, swept)) * rate;
+        acceleration = acceleration + swept * rate;
+        velocity = velocity + axis * rate;
+    }
+    /// First three derivatives of a vector of the frame.
+    Vec3<double> first(const Vec3<double>& v) const noexcept { return cross(velocity, v); }
+    Vec3<double> second(const Vec3<double>& v) const noexcept {
+        return cross(acceleration, v) + cross(velocity, first(v));
+    }
+    Vec3<double> third(const Vec3<double>& v) const noexcept {
+        const Vec3<double> moved = first(v);
+        return cross(jerk, v) + cross(acceleration, moved) * 2.0 + cross(velocity, cross(acceleration, v)) +
+               cross(velocity, cross(velocity, moved));
+    }
+};
+
+/// D3F[u, u, u]: at constant rates u of the joints and of psi. The tip does not turn at first order, so that
+/// its turn is the jerk alone.
+inline Row third_along(const NearArm& arm, const PsiPlane<double>& plane, const SinCos<double>* angle,
+                       const Vec3<double> (&nominal_axis)[3], const double (&u)[joints]) noexcept {
+    Vec3<double> axis[joints], origin[joints + 1];
+    walk_links(arm, angle, [&](int k, const Pose<double>& at) noexcept {
+        if (k < joints) axis[k] = at.rotation.z;
+        origin[k] = k < joints ? at.position : at.rotation * arm.wrist + at.position;
+    });
+    Spin spin{}, elbow{};
+    Row out{};
+    for (int k = 0; k < joints; ++k) {
+        spin.add(axis[k], u[k]);
+        out.wrist = out.wrist + spin.third(origin[k + 1] - origin[k]);
+        if (k < 3) elbow.add(nominal_axis[k], u[k]);
+    }
+    out.wrist = out.wrist * (1.0 / arm.nominal.reach);
+    out.turn = spin.jerk;
+    const Vec3<double> z = elbow_axis(angle);
+    out.psi = dot(plane.along, z - elbow.second(z) * 3.0) +
+              dot(plane.across, elbow.third(z) - elbow.first(z) * 3.0);
+    return out;
+}
 
 /// False where the posture is singular.
 inline bool hull_centre(const NearArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
@@ -96,6 +145,9 @@ inline bool hull_centre(const NearArm& arm, const Pose<double>& pose, const PsiP
     along_u.psi += -dot(plane.along, elbow_rate) - dot(plane.across, z_3);  // D2F[u, e_psi]
     for (int i = 0; i < joints; ++i) out.curved[i] = abs(out.back.times(i, along_u));
     out.curvature = max(norm(along_u.wrist), norm(along_u.turn));
+    const Row third = third_along(arm, plane, angle, nominal_axis, out.u);
+    for (int i = 0; i < joints; ++i) out.jerked[i] = abs(out.back.times(i, third));
+    out.jerk = max(norm(third.wrist), norm(third.turn));
     return true;
 }
 
@@ -114,9 +166,9 @@ inline ColumnRest column_rest(const NearArm& arm, const HullCentre& at, double h
         all += move[j];
         box += radius[j];
     }
-    const double third = all * all * all / 6.0 * max(1.0, lever);
-    still = 0.5 * half * half * at.curvature + third + box * max(1.0, lever) + taxi_length(at.f.left.wrist) +
-            taxi_length(at.f.left.turn);  // of pose and wrist
+    const double fourth = all * all * all * all / 24.0 * max(1.0, lever);
+    still = half * half * (0.5 * at.curvature + half / 6.0 * at.jerk) + fourth + box * max(1.0, lever) +
+            taxi_length(at.f.left.wrist) + taxi_length(at.f.left.turn);  // of pose and wrist
     ColumnRest out;
     double before = 0, behind = all;
     for (int k = 0; k < joints; ++k) {
@@ -162,10 +214,11 @@ inline bool prove_hull(const NearArm& arm, const Pose<double>& pose, const detai
     const double lever = arm.ahead[0] / arm.nominal.reach;
     double steps = 1.0, defect[joints], G[joints][joints];
     for (const double rate : at.u) steps += abs(rate);
-    const double third = half * steps * half * steps * half * steps / 6.0;
+    const double way = half * steps, fourth = way * way * way * way / 24.0;
     for (int i = 0; i < joints; ++i) {
         const double size = at.row[i].wrist * lever + at.row[i].turn + at.row[i].psi;
-        defect[i] = abs(at.back.times(i, at.f.left)) + 0.5 * half * half * at.curved[i] + size * third +
+        defect[i] = abs(at.back.times(i, at.f.left)) +
+                    half * half * (0.5 * at.curved[i] + half / 6.0 * at.jerked[i]) + size * fourth +
                     near_rule::rounding;
         out.radius[i] = near_rule::grown * defect[i];
     }

@@ -16,10 +16,11 @@
 namespace armangle {
 
 namespace near_rule {
-inline constexpr int first_pieces = 16;   // of the whole circle
-inline constexpr double polished = 1e-4;  // rad: half width of a piece that is polished
-inline constexpr double unproven = 2e-3;  // the same in a stretch that is not proven
-inline constexpr int polishes = 60;       // halvings, or golden sections, of a piece
+inline constexpr int first_pieces = 16;      // of the whole circle
+inline constexpr double widest_piece = 0.4;  // rad: half width of a piece that is looked at about its middle
+inline constexpr double polished = 1e-4;     // rad: half width of a piece that is polished
+inline constexpr double unproven = 2e-3;     // the same in a stretch that is not proven
+inline constexpr int polishes = 60;          // halvings, or golden sections, of a piece
 inline constexpr double golden = 0.6180339887498949;
 inline constexpr double elbow_tie = 1e-12;  // rad, of joint 4 where it alone decides
 }  // namespace near_rule
@@ -169,8 +170,8 @@ private:
 
     /// First bounds of a branch, by what deviations can do at most.
     void survey(int gc) noexcept {
-        const CorrectedMotion coarse(arm_, flange_pose(arm_, pose_), on_, configuration(gc),
-                                     {near_.wrist_shift, near_.turn}, 0.0);
+        CorrectedMotion coarse(arm_, flange_pose(arm_, pose_), on_, configuration(gc));
+        coarse.widen({near_.wrist_shift, near_.turn}, 0.0);
         const double half = pi / near_rule::first_pieces;
         least_[gc] = infinity;
         for (int i = 0; i < near_rule::first_pieces; ++i) {
@@ -248,9 +249,9 @@ private:
         const double before = best_.cost;
         const bool improved = offer(gc, middle, at) < before;
         const double narrowest = open_ ? near_rule::unproven : near_rule::polished;
-        if (at.found && half <= near_rule::first_turn * near_rule::widest_ball) {
+        if (at.found && half <= near_rule::widest_piece) {
             const PsiPlane<double> plane(on_, sin_cos(middle));
-            const Coarse c = coarse_about(near_, pose_, on_, plane, at.angle, configuration(gc), half);
+            const Coarse c = coarse_about(near_, on_, plane, at.angle, configuration(gc), half);
             if (dropped(bound(c.theta, c.reach))) return;
             Hull hull;
             if (half <= near_rule::widest_hull &&
