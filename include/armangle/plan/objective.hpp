@@ -17,7 +17,7 @@ namespace armangle {
 ///   travel         |dq/ds|^2                          (rad^2)
 ///   limits         cost of the distances to limits    (1), times length^2
 ///   singularities  the same of theta_2, theta_6 to 0 and +-pi
-///   psi            2 - 2 cos of the angle to what is wished (wished.hpp), times length^2
+///   psi            2 - 2 cos of the angle to what is wished (wish_along.hpp), times length^2
 /// length: how far the path turns the arm (rad, 1 at least; tube.hpp: turned), so that a path twice as long
 /// is weighed as its halves are.
 struct Objective {

@@ -15,7 +15,7 @@
 
 #include "../limits/feasible.hpp"
 #include "path.hpp"
-#include "wished.hpp"
+#include "wish_along.hpp"
 #include "../circle/smooth_plane.hpp"
 
 namespace armangle {
