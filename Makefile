@@ -40,8 +40,9 @@ laws:  ## the laws with EXAMPLES=5000 random examples each, and SEED= that of th
 nearest:  ## the law of solve against a dense grid in all branches, for SECONDS=600, first seed SEED=
 	$(PYTHON) tests/laws/long_nearest.py $(SECONDS) $(SEED)
 
-plans:  ## the law of plan beside the naive, on PATHS=1000 paths
+plans:  ## plans beside the naive and beside brute force, on PATHS=1000 paths each
 	$(PYTHON) tests/laws/long_plans.py $(PATHS)
+	$(PYTHON) tests/laws/long_optimum.py $(PATHS)
 
 docs:  ## the pages, warnings as errors
 	$(PYTHON) -m sphinx -W --keep-going -b html docs docs/_build/html

@@ -166,11 +166,12 @@ private:
 };
 
 /// (ok, gc, plane, stretches, open, start gap, goal gap, branches); weights: limits, singularities, travel,
-/// enough. allowed: count and arcs, the same for every s; allowed_at: a function of s that gives them.
+/// enough, psi. wished: psi at s evenly, or what the elbow shall be near or go along; None without a wish.
+/// allowed: count and arcs, the same for every s; allowed_at: a function of s that gives them.
 nb::object plan_path(const ArmHandle& self, Floats segments, Floats rows, Floats start, Floats goal,
                      unsigned branches, Floats weights, double singularity_margin, double limit_margin,
-                     const SceneHandle* scene, Ints allowed_count, Floats allowed_psi,
-                     nb::object allowed_at) {
+                     Wish wish, Floats wished, const SceneHandle* scene, Ints allowed_count,
+                     Floats allowed_psi, nb::object allowed_at) {
     const Buffer g(segments), r(rows), w(weights);
     Buffer from, to;
     PlanOptions options;
@@ -183,7 +184,16 @@ nb::object plan_path(const ArmHandle& self, Floats segments, Floats rows, Floats
         options.goal = to.data<double>();
     }
     const double* weight = w.data<double>();
-    options.objective = {weight[0], weight[1], weight[2], weight[3]};
+    options.objective = {weight[0], weight[1], weight[2], weight[3], weight[4]};
+    Buffer angles;
+    WishAlong along{wish, {}, nullptr, 0};
+    if (!wished.is_none()) {
+        angles.get(wished);
+        along.psi = angles.data<double>();
+        along.count = static_cast<std::size_t>(angles.shape(0));
+        if (wish != Wish::psi) along.target = as_vector(along.psi);
+        options.wish = &along;
+    }
     options.branches = branches, options.singularity_margin = singularity_margin,
     options.limit_margin = limit_margin;
     options.scene = scene ? &scene->view : nullptr;
@@ -339,8 +349,8 @@ void bind_planning(nb::module_& m, nb::class_<ArmHandle>& arm) {
     m.def("path_derivatives", &path_derivatives, "segments"_a, "s"_a, "out"_a);
     m.def("interval_many", &interval_many, "operation"_a, "a"_a, "b"_a, "out"_a);
     arm.def("plan_path", &plan_path, "segments"_a, "rows"_a, "start"_a.none(), "goal"_a.none(), "branches"_a,
-            "weights"_a, "singularity_margin"_a, "limit_margin"_a, "scene"_a.none(), "allowed_count"_a.none(),
-            "allowed_psi"_a.none(), "allowed_at"_a.none());
+            "weights"_a, "singularity_margin"_a, "limit_margin"_a, "wish"_a, "wished"_a.none(),
+            "scene"_a.none(), "allowed_count"_a.none(), "allowed_psi"_a.none(), "allowed_at"_a.none());
     arm.def("curve_at", &curve_at, "segments"_a, "stretches"_a, "plane"_a, "gc"_a, "s"_a, "q"_a, "psi"_a,
             "branch"_a, "pose"_a, "margin"_a, "residual"_a);
     arm.def("curve_derivatives", &curve_derivatives, "segments"_a, "stretches"_a, "plane"_a, "gc"_a, "s"_a,

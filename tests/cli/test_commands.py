@@ -468,6 +468,17 @@ def test_plan(capsys: Capture, line: Path, tmp_path: Path) -> None:
     assert "proven between" in out(capsys, "plan", str(line), *ROBOT)
 
 
+def test_plan_with_a_wish(capsys: Capture, line: Path, tmp_path: Path) -> None:
+    to, arm = tmp_path / "planned.npz", aa.Arm.from_catalogue(ROBOT[1])
+    for words, wish in (
+        (["--psi", "40"], np.radians(40)),
+        (["--direction", "up"], aa.Towards(direction="up")),
+    ):
+        out(capsys, "plan", str(line), *ROBOT, *words, "-o", str(to))
+        assert np.array_equal(aa.load_joints(to).q, aa.plan(arm, aa.load_poses(line), psi=wish).q)
+    assert main(["plan", str(line), *ROBOT, "--psi", "40", "--direction", "up"]) == 2
+
+
 def test_plan_says_why_there_is_no_way(capsys: Capture, line: Path, tmp_path: Path) -> None:
     poses = aa.load_poses(line).copy()
     poses[-1, 0, 3] += 3.0

@@ -9,6 +9,7 @@ import numpy as np
 import armangle as aa
 
 SAMPLES = 2001
+EVEN = np.linspace(0, 1, SAMPLES)
 REFERENCE, FLOOR, ENOUGH = 0.2, 0.02, 0.35
 
 
@@ -93,3 +94,11 @@ def reversals(q: np.ndarray, still: float = 1e-3) -> int:
             if abs(x - farthest) > still or way * (x - farthest) > 0:
                 way, farthest = (np.sign(x - farthest) if abs(x - farthest) > still else way), x
     return count
+
+
+def line(arm: aa.Arm, q: np.ndarray, shift: np.ndarray) -> aa.Line:
+    """A line of the tool from a posture."""
+    first = arm.forward(q)[0]
+    last = first.copy()
+    last[:3, 3] += shift
+    return aa.Line(first, last)

@@ -48,6 +48,7 @@ struct GaussPoint {
     double basis[4], slope[4];        // of those, in phi and dphi/ds
     JointFunctions<SeriesInS> functions;
     double theta_4, theta_4_rate;
+    double wished;  // phi; NaN where there is no wish
 };
 
 /// Nodes and weights of Gauss's rules on [0, 1] with 1 to 4 points. Source: Abramowitz and Stegun, 25.4.30.
@@ -150,6 +151,7 @@ inline Quadrature quadrature(const Task& task, int gc, const std::vector<double>
                 const SeriesInS theta_4 = atan2(motion.elbow.theta_4.sin, motion.elbow.theta_4.cos);
                 p.theta_4 = theta_4.value();
                 p.theta_4_rate = theta_4.coefficient[1];
+                p.wished = task.wished_phi(gc, p.s);
                 if (task.encumbered()) detail::leave_open(task, gc, p, out.open);
             }
         }
@@ -349,6 +351,14 @@ inline bool Descent::integrand(const detail::GaussPoint& p, double phi, double v
     terms.travel += p.weight * travel;
     bool inside = true;
     const double scale = task_.length * task_.length;
+    if (p.wished == p.wished) {
+        const SinCos<double> gap = sin_cos(phi - p.wished);
+        const double weighed = 2 * scale * objective_.psi;
+        f.value += weighed * (1 - gap.cos);
+        f.phi += weighed * gap.sin;
+        f.phi_phi += weighed * gap.cos;
+        terms.psi += 2 * p.weight * scale * (1 - gap.cos);
+    }
     const auto add = [&](const Curved& sum) {
         f.value += scale * sum.value();
         f.phi += scale * sum.coefficient[1];

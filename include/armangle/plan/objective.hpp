@@ -17,19 +17,21 @@ namespace armangle {
 ///   travel         |dq/ds|^2                          (rad^2)
 ///   limits         cost of the distances to limits    (1), times length^2
 ///   singularities  the same of theta_2, theta_6 to 0 and +-pi
+///   psi            2 - 2 cos of the angle to what is wished (wish_along.hpp), times length^2
 /// length: how far the path turns the arm (rad, 1 at least; tube.hpp: turned), so that a path twice as long
 /// is weighed as its halves are.
 struct Objective {
     double limits = 1, singularities = 1, travel = 1;  // weights, >= 0
     double enough = 0.35;                              // rad: distances beyond it cost nothing
+    double psi = 1;                                    // weight, where there is a wish
 };
 
 /// The terms of an objective along a curve, each without its weight.
 struct Terms {
-    double travel = 0, limits = 0, singularities = 0;
+    double travel = 0, limits = 0, singularities = 0, psi = 0;
 
     double weighed(const Objective& w) const noexcept {
-        return w.travel * travel + w.limits * limits + w.singularities * singularities;
+        return w.travel * travel + w.limits * limits + w.singularities * singularities + w.psi * psi;
     }
 };
 
@@ -50,6 +52,9 @@ T cost(const T& distance, double enough) noexcept {
     const T near = share - T(objective_rule::reference / enough);
     return near * near + T(2.0) * near * share * (held - distance) / held;
 }
+
+/// Cost of the angle between the arm angle and what is wished of it; 0 where nothing is.
+inline double wish_cost(double gap) noexcept { return gap == gap ? 2 - 2 * sin_cos(gap).cos : 0.0; }
 
 /// What a distance is from.
 enum class Kind { limit, singularity };

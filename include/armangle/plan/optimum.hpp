@@ -18,8 +18,10 @@ inline constexpr int middling = 48;     // ... and where none of those keeps the
 inline constexpr int held = 48;         // constant angles that are tried where the start is open
 inline constexpr std::size_t many = 6;  // starting curves beyond which a glance chooses the best of them ...
 inline constexpr int glances = 6;       // ... on so many intervals
-inline constexpr int layers = 48;       // sections on which they are looked at first
-inline constexpr int descents = 3;      // of the starting curves, the best ones
+inline constexpr double soon[] = {0.03, 0.1, 0.3};  // of s: in what a wish is come to from a fixed end
+inline constexpr double inset = 0.02;               // of a wish from the ends of its arc (rad)
+inline constexpr int layers = 48;                   // sections on which they are looked at first
+inline constexpr int descents = 3;                  // of the starting curves, the best ones
 inline constexpr double beside[] = {1e-4, 1e-3, 5e-3,
                                     0.02};  // of a fixed end: more breaks, where it is left fast
 inline constexpr double narrowest = 1e-4;   // interval that is not halved (of s)
@@ -103,6 +105,7 @@ private:
         for (const Candidate& x : way_.rows) phi.push_back(x.phi);
         const double first = phi.front(), last = phi.back();
         curves_.push_back(phi);
+        if (task_.wish && objective_.psi > 0) wish(first, last);
         if (ends_.first && ends_.last) {
             for (std::size_t k = 0; k < phi.size(); ++k) phi[k] = first + s_[k] * (last - first);
             curves_.push_back(phi);
@@ -112,6 +115,36 @@ private:
         held(offsets(Reference::base), first, last);
         held(offsets(Reference::stereographic), first, last);
         if (task_.arm.reference == Reference::vector) held(offsets(Reference::vector), first, last);
+    }
+
+    /// Adds the curves of what is wished, as near as the arcs allow, from (to) a fixed end sooner and later.
+    void wish(double first, double last) {
+        std::vector<double> wished;
+        for (const Section& l : tube_.sections) {
+            const double before = wished.empty() ? first : wished.back(),
+                         now = task_.wished_phi(tube_.gc, l.s);
+            wished.push_back(now == now ? lift(now, before) : before);
+        }
+        for (const double soon : optimum_rule::soon) {
+            std::vector<double> phi = wished;
+            for (std::size_t k = 0; k < phi.size(); ++k) {
+                if (ends_.first) phi[k] += (first - wished.front()) * std::exp(-s_[k] / soon);
+                if (ends_.last)
+                    phi[k] += (lift(last, wished.back()) - wished.back()) * std::exp((s_[k] - 1) / soon);
+                phi[k] = on_arc(tube_.sections[k], phi[k]);
+            }
+            curves_.push_back(std::move(phi));
+            if (!ends_.first && !ends_.last) break;
+        }
+    }
+
+    /// phi, or what of the nearest arc is nearest to it.
+    double on_arc(const Section& l, double phi) const noexcept {
+        if (l.full || l.count == 0) return phi;
+        const Arc& a = tube_.arc(l)[nearest_arc(tube_, l, phi)];
+        const double middle = 0.5 * (a.lower + a.upper), turn = lift(middle, phi) - middle;
+        const double inset = min(optimum_rule::inset, 0.5 * (a.upper - a.lower));
+        return min(max(phi, a.lower + turn + inset), a.upper + turn - inset);
     }
 
     /// Adds the curves on which phi + turn is constant, through a fixed end, or with all constants, as far as

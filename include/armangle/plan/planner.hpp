@@ -28,6 +28,7 @@ struct PlanOptions {
     const double* goal = nullptr;
     unsigned branches = 0xff;  // bit k: GC k is asked
     Objective objective;
+    const WishAlong* wish = nullptr;                          // of the arm angle
     double singularity_margin = 0;                            // rad
     double limit_margin = 0;                                  // rad: limits are drawn in by this
     const Scene* scene = nullptr;                             // obstacles that links keep clear of
@@ -62,6 +63,7 @@ inline constexpr double end_step =
     1e-9;  // of the first stretch (the last): how near to an end it is looked at
 inline constexpr double end_move = 1e-3;  // that a joint may move there (rad); more is a jump
 inline constexpr int held_steps = 200;  // in which an arm angle is held, to see whether that can be done ...
+inline constexpr double home = 5e-3;    // of theta_2, theta_6 from 0 or pi: the arm stands as at home (rad)
 inline constexpr double held_move = 0.2;  // ... and that a joint moves in one at most (rad)
 }  // namespace plan_rule
 
@@ -89,6 +91,7 @@ public:
         }
         task_.plane = smooth_plane(wrists);
         task_.length = turned_length(task_, base_);
+        task_.wish = options.wish;
         task_.scene = options.scene;
         task_.allowed = options.allowed;
         task_.allowed_everywhere = options.allowed_everywhere;
@@ -548,14 +551,22 @@ private:
         }
         return sum;
     }
+    /// What an angle of a self-motion at s costs for being off the wish, weighed.
+    double unwished(const SelfMotion<double>& m, double angle, double s) const noexcept {
+        if (!task_.wish) return 0;
+        const Pose<double> flange = flange_pose(task_.arm, task_.pose(s));
+        return options_.objective.psi * wish_cost(angle - wished_angle(task_.arm, *task_.wish, flange, m, s));
+    }
     /// The objective of a curve, by sums over the same places.
     double objective(const Curve& drawn) const noexcept {
         double near = 0;
         for (const Stretch& x : drawn.stretches)
             for (int i = 0; i < plan_rule::looks; ++i) {
                 const double s = x.start + (x.end - x.start) * (i + 0.5) / plan_rule::looks;
+                const PlacedDirections<double> here = drawn.place(x, s, phi_at(x, s));
                 near += (x.end - x.start) / plan_rule::looks *
-                        rating(task_, options_.objective, curve_at(drawn, x, s).q).cost;
+                        (rating(task_, options_.objective, curve_at(drawn, x, s).q).cost +
+                         unwished(here.motion, atan2(here.phi.sin, here.phi.cos), s));
             }
         return options_.objective.travel * travel(drawn) + task_.length * task_.length * near;
     }
@@ -588,19 +599,36 @@ private:
             }
             if (!within_limits(task_.limits, q, 0.0) || clearance(q) < task_.table.margin) return infinity;
             const double half = i == 0 || i == plan_rule::held_steps ? 0.5 : 1.0;
-            sum += half / plan_rule::held_steps * task_.length * task_.length *
-                   rating(task_, options_.objective, q).cost;
+            const double here_cost =
+                rating(task_, options_.objective, q).cost + unwished(m, psi, back ? 1 - share : share);
+            sum += half / plan_rule::held_steps * task_.length * task_.length * here_cost;
         }
         return sum;
     }
 
-    /// Whether a way through several branches is to be taken instead of a proven one: it costs less; or takes
-    /// less than half the travel, and costs no more than holding an arm angle, where that can be done.
+    /// The branches that a curve passes, as bits.
+    unsigned passed(const Curve& drawn) const noexcept {
+        unsigned out = 0;
+        for (const Stretch& x : drawn.stretches)
+            for (int i = 0; i <= plan_rule::looks; ++i)
+                out |= 1u << curve_at(drawn, x, x.start + (x.end - x.start) * i / plan_rule::looks).gc;
+        return out;
+    }
+
+    /// Whether a way through several branches is to be taken instead of a proven one: it costs less. Or it
+    /// takes less than half the travel, where the arm begins (ends) as at home and it costs no more than
+    /// holding an arm angle, or where it passes from branch to branch and no arm angle can be held.
     bool calmer(const Curve& crossing, const Curve& proven) const noexcept {
         const double cost = objective(crossing);
         if (cost < objective(proven)) return true;
-        if (!(2 * travel(crossing) < travel(proven))) return false;
-        return cost <= min(held_cost(Reference::base), held_cost(Reference::stereographic));
+        if (task_.wish || !(2 * travel(crossing) < travel(proven))) return false;
+        const double naive = min(held_cost(Reference::base), held_cost(Reference::stereographic));
+        double home = infinity;
+        for (const double* q : {options_.start, options_.goal})
+            if (q) home = min(home, clearance(q));
+        if (home < plan_rule::home) return cost <= naive;
+        const unsigned through = passed(crossing);
+        return (through & (through - 1)) && naive == infinity;
     }
 
     /// Looks for a way that passes from branch to branch, or begins or ends where two meet, where no branch
@@ -677,13 +705,12 @@ private:
     /// Makes a way through several branches the plan.
     void take(Plan& found) {
         const Curve drawn = curve(found);
-        unsigned through = 0;
+        const unsigned through = passed(drawn);
         double least = infinity, least_elbow = infinity;
         for (const Stretch& x : drawn.stretches)
             for (int i = 0; i <= plan_rule::looks; ++i) {
                 const PlacedPosture here =
                     curve_at(drawn, x, x.start + (x.end - x.start) * i / plan_rule::looks);
-                through |= 1u << here.gc;
                 for (int j = 0; j < joints; ++j) {
                     double& to = j == 3 ? least_elbow : least;
                     to = min(to, min(here.q[j] - task_.limits.lower[j], task_.limits.upper[j] - here.q[j]));

@@ -17,6 +17,7 @@
 #include "../limits/feasible.hpp"
 #include "../scene/clear.hpp"
 #include "path.hpp"
+#include "wish_along.hpp"
 #include "../circle/smooth_plane.hpp"
 
 namespace armangle {
@@ -55,8 +56,9 @@ struct Task {
     const Segment* segments;
     std::size_t segment_count;
     SmoothPlane plane;
-    double length = 1;             // how far the path turns the arm (rad), 1 at least
-    const Scene* scene = nullptr;  // obstacles that links keep clear of
+    double length = 1;                // how far the path turns the arm (rad), 1 at least
+    const WishAlong* wish = nullptr;  // of the arm angle, where there is one
+    const Scene* scene = nullptr;     // obstacles that links keep clear of
     std::function<void(double s, ArcSet& psi)> allowed = {};  // arcs of the user's own; none: all psi
     const ArcSet* allowed_everywhere = nullptr;               // where they are the same for every s
 
@@ -65,6 +67,12 @@ struct Task {
     }
     Circle<double> circle_at(double s) const noexcept {
         return circle(arm, flange_pose(arm, pose(s)), plane);
+    }
+    /// phi that is wished in a branch at s; NaN where there is no wish.
+    double wished_phi(int gc, double s) const noexcept {
+        if (!wish) return not_a_number;
+        const SelfMotion<double> m = self_motion(arm, circle_at(s), configuration(gc));
+        return wished_angle(arm, *wish, flange_pose(arm, pose(s)), m, s);
     }
 
     /// Whether anything but joints forbids phi.

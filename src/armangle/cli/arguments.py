@@ -219,6 +219,22 @@ def numbers(name: str, text: str, wanted: str, count: int) -> Floats:
     return np.array(values)
 
 
+def add_wish(group: Any, of: str = "") -> None:
+    """Add what may be wished of the arm angle; `of` says with what it goes."""
+    group.add_argument("--psi", type=angle, metavar="DEG", help=f"{of}this arm angle")
+    group.add_argument("--point", metavar="X,Y,Z", help=f"{of}the elbow near this, m")
+    group.add_argument("--direction", metavar="D", help=f"{of}the elbow far up, down, left, ... or x,y,z")
+
+
+def wish(given: dict[str, Any]) -> dict[str, Any]:
+    """Return options by name, those that hold a point or a direction read from their text."""
+    read = dict(given)
+    for name in given.keys() & {"point", "direction"}:
+        if name == "point" or "," in given[name]:
+            read[name] = numbers(f"--{name}", given[name], "x,y,z", 3)
+    return read
+
+
 def joints(name: str, text: str) -> Floats:
     """Return seven joint values given in degrees, rad."""
     return numbers(name, text, "q1,..,q7 in degrees", JOINTS) * DEGREE

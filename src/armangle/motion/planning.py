@@ -2,28 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import CONFIGURATIONS, Floats, as_number, as_poses, one_posture
+from .._arrays import CONFIGURATIONS, Floats, as_floats, as_number, as_poses, one_posture
+from .._core import LARGEST_ANGLE, Wish
 from ..arm.allowed import Allowed, one_allowed
 from ..arm.arcs import ArcSet
 from ..arm.arm import MOST_MARGIN, Arm
 from ..arm.diagnosis import Diagnosis, Verdict, branch_of
-from ..errors import ConfigurationError, InputError, ShapeError
+from ..errors import ConfigurationError, InputError, NotFiniteError, ShapeError
 from ..scenes.scene import Scene
 from ..status import Status
 from .joint_path import Curve, JointPath, blank_rows, even_parameters
 from .paths import Path, Waypoints, as_path, sample_count
+from .policies import Towards
 
 START_GAP = 0.05
 ROW_STEP = 0.2
 """Most that a joint moves from row to row where the rows are left to `plan`, rad."""
 _MOST_WEIGHT = 1e6
+_WISHES = 1025  # places at which a function of s is asked
 
 
 @dataclass(frozen=True)
@@ -43,6 +46,8 @@ class Objective:
         Weight, >= 0, of Σ (dq/ds)²: joint motion, even and without detours.
     enough : float
         Distance beyond which more counts no more, rad; 0 leaves the margins out.
+    psi : float
+        Weight, >= 0, of 2 - 2 cos(ψ - ψ wished): how far the arm angle is from the wish, where there is one.
 
     Raises
     ------
@@ -54,9 +59,10 @@ class Objective:
     singularities: float = 1.0
     travel: float = 1.0
     enough: float = 0.35
+    psi: float = 1.0
 
     def __post_init__(self) -> None:
-        for name in ("limits", "singularities", "travel"):
+        for name in ("limits", "singularities", "travel", "psi"):
             as_number(name, getattr(self, name), 0.0, _MOST_WEIGHT)
         as_number("enough (rad)", self.enough, 0.0, MOST_MARGIN)
 
@@ -72,6 +78,7 @@ def plan(
     start: ArrayLike | None = None,
     goal: ArrayLike | None = None,
     gc: int | Iterable[int] | None = None,
+    psi: ArrayLike | Callable[[Floats], ArrayLike] | Towards | None = None,
     objective: Objective = _DEFAULT_OBJECTIVE,
     samples: int | None = None,
     singularity_margin: float = 0.0,
@@ -103,6 +110,10 @@ def plan(
         0.05 rad: the row there is the nearest posture of that pose.
     gc : int or iterable of int, optional
         Global configurations to consider; all by default.
+    psi : float, array_like of shape (n,), function or Towards, optional
+        What is wished of the arm angle, rad: one for the whole path; n of them at s evenly from 0 to 1,
+        straight between; a function of s that takes an array; or where the elbow shall be, as a `Towards`,
+        of which only the wish counts. The plan comes as near as `objective` weighs it.
     objective : Objective
     samples : int, optional
         Rows of the result, evenly in s, 2 or more. Without it the rows are at exactly the poses given, or
@@ -149,10 +160,12 @@ def plan(
     kept = _limit_margin(arm, limit_margin)
     first = None if start is None else one_posture("start", start)
     last = None if goal is None else one_posture("goal", goal)
-    weights = np.array([objective.limits, objective.singularities, objective.travel, objective.enough])
+    weights = np.array(
+        [objective.limits, objective.singularities, objective.travel, objective.enough, objective.psi]
+    )
     ready = arm._scene(scene)
     found = arm._handle.plan_path(
-        whole._segments, rows, first, last, _branches(gc), weights, singular, kept,
+        whole._segments, rows, first, last, _branches(gc), weights, singular, kept, *_wished(psi),
         None if ready is None else ready.handle, *_asked(allowed, whole),
     )  # fmt: skip
     ok, branch, plane, stretches, open_, start_gap, goal_gap, reports = found
@@ -167,6 +180,27 @@ def plan(
     if curve is not None and ok and samples is None and not isinstance(whole, Waypoints):
         rows = _finer(arm, curve, rows)
     return _result(arm, whole, rows, curve, diagnosis, ok, open_)
+
+
+def _wished(psi: Any) -> tuple[Wish, Floats | None]:
+    """Return a wish as the core takes it: its kind, and ψ at s evenly, or the point or direction."""
+    if psi is None:
+        return Wish.PSI, None
+    if isinstance(psi, Towards):
+        kind, angle, target = psi._wish
+        return kind, np.array([angle]) if kind == Wish.PSI else target
+    if callable(psi):
+        psi = psi(even_parameters(_WISHES))
+        if np.shape(psi) != (_WISHES,):
+            raise ShapeError(f"psi of {_WISHES} s has shape {np.shape(psi)}, wanted ({_WISHES},)")
+    angles = np.atleast_1d(as_floats("psi", psi))
+    if angles.ndim != 1 or not angles.size:
+        raise ShapeError(f"psi has shape {angles.shape}, wanted one number or (n,)")
+    if not np.isfinite(angles).all():
+        raise NotFiniteError(f"psi holds {angles[~np.isfinite(angles)][0]}, wanted finite numbers")
+    if np.abs(angles).max() > LARGEST_ANGLE:
+        raise InputError(f"psi holds {np.abs(angles).max():g}, wanted rad within ±{LARGEST_ANGLE:g}")
+    return Wish.PSI, np.unwrap(angles)
 
 
 def _asked(allowed: Allowed | None, path: Path) -> tuple[Any, Any, Any]:

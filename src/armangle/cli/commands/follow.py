@@ -21,12 +21,12 @@ from ..arguments import (
     add_output,
     add_scene,
     add_singularity_margin,
-    angle,
+    add_wish,
     angle_up_to,
     joints,
     number,
-    numbers,
     the_arm,
+    wish,
     with_body,
 )
 from ..screen import counted, degrees, note, plural, progress, show, show_json, violations, write
@@ -67,9 +67,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def _add_policy(group: Any) -> None:
     group.add_argument("--policy", choices=tuple(_POLICIES), default="repulsion")
-    group.add_argument("--psi", type=angle, metavar="DEG", help="towards: this arm angle")
-    group.add_argument("--point", metavar="X,Y,Z", help="towards: the elbow near this, m")
-    group.add_argument("--direction", metavar="D", help="towards: the elbow far up, down, left, ... or x,y,z")
+    add_wish(group, "towards: ")
     group.add_argument("--K", type=number, metavar="K", help="strength per pose, 0 to 1 (default 0.1)")
     group.add_argument("--alpha", type=number, metavar="A", help="repulsion: larger is later (default 20)")
     group.add_argument("--rate", type=number, metavar="R", help="--K per second, with --dt")
@@ -85,10 +83,7 @@ def _policy(args: argparse.Namespace) -> Policy:
         raise InputError(f"--{name} does not go with --policy {args.policy}")
     if "K" in given and "rate" in given:
         raise InputError("--K and --rate are one and the same per pose and per second: give one")
-    for name in given.keys() & {"point", "direction"}:
-        if name == "point" or "," in given[name]:
-            given[name] = numbers(f"--{name}", given[name], "x,y,z", 3)
-    policy: Policy = made(outside=args.outside, **given)
+    policy: Policy = made(outside=args.outside, **wish(given))
     return policy
 
 

@@ -14,8 +14,19 @@ from ...errors import InputError
 from ...files.tables import load_poses
 from ...motion.joint_path import JointPath
 from ...motion.planning import plan
+from ...motion.policies import Towards
 from ...status import Status
-from ..arguments import add_arm, add_json, add_output, add_singularity_margin, angle_up_to, joints, the_arm
+from ..arguments import (
+    add_arm,
+    add_json,
+    add_output,
+    add_singularity_margin,
+    add_wish,
+    angle_up_to,
+    joints,
+    the_arm,
+    wish,
+)
 from ..screen import counted, degrees, note, plural, progress, show, show_json, write
 from ..tables import paint, table
 
@@ -41,6 +52,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--limit-margin", type=angle_up_to(np.pi), default=0.0, metavar="DEG",
         help="kept from every limit (default 0)",
     )  # fmt: skip
+    add_wish(parser.add_argument_group("what is wished of the arm angle"))
     add_json(parser)
 
 
@@ -50,12 +62,15 @@ def run(args: argparse.Namespace) -> int:
     start = None if args.start is None else joints("--start", args.start)
     goal = None if args.goal is None else joints("--goal", args.goal)
     _check_limit_margin(arm, args.limit_margin)
+    given = {name: getattr(args, name) for name in ("psi", "point", "direction")}
+    given = {name: value for name, value in given.items() if value is not None}
+    wished = Towards(**wish(given)) if given else None
     with progress(f"reading {args.path}"):
         frames = load_poses(args.path)
     with progress(f"planning {counted(len(frames), 'pose')}"):
         path = plan(
             arm, frames, start=start, goal=goal, gc=args.gc,
-            singularity_margin=args.singularity_margin, limit_margin=args.limit_margin,
+            singularity_margin=args.singularity_margin, limit_margin=args.limit_margin, psi=wished,
         )  # fmt: skip
     if args.output is not None:
         write(path, args.output)

@@ -1,0 +1,41 @@
+// What is wished of the arm angle along a path: psi over s, or a place for the elbow at every s.
+//
+//     psi | --.     wished            cost = 2 - 2 cos(psi - wished): the square of the angle between, near
+//         |  .-`----------            the wish, and without a jump where that is half a turn
+//         +--------------- s
+#pragma once
+
+#include <cstddef>
+
+#include "../circle/towards.hpp"
+#include "../numbers/angles.hpp"
+
+namespace armangle {
+
+/// A wish along a path: psi at s evenly from 0 to 1, straight between; or one point or direction for the
+/// elbow.
+struct WishAlong {
+    Wish kind = Wish::psi;
+    Vec3<double> target{};        // of Wish::point, Wish::direction
+    const double* psi = nullptr;  // of Wish::psi: `count` of them, one or more
+    std::size_t count = 0;
+
+    /// The psi wished at s.
+    double psi_at(double s) const noexcept {
+        if (count == 1) return psi[0];
+        const double x = min(max(s, 0.0), 1.0) * static_cast<double>(count - 1);
+        const std::size_t k = min(static_cast<std::size_t>(x), count - 2);
+        const double share = x - static_cast<double>(k);
+        return (1 - share) * psi[k] + share * psi[k + 1];
+    }
+};
+
+/// The wish at s as an angle of a self-motion there, whatever its reference; flange: its pose. NaN where any
+/// angle is as good.
+inline double wished_angle(const Arm& arm, const WishAlong& wish, const Pose<double>& flange,
+                           const SelfMotion<double>& m, double s) noexcept {
+    if (wish.kind != Wish::psi) return psi_towards(arm, m, {wish.kind, not_a_number, wish.target}).psi;
+    return wish.psi_at(s) - arm_angle(triad(arm, flange), m.circle.z);
+}
+
+}  // namespace armangle
