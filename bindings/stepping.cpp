@@ -265,7 +265,10 @@ void bind_stepping(nb::module_& m, nb::class_<ArmHandle>& arm) {
         .value("HOLD", Rule::hold)
         .value("CENTRE", Rule::centre)
         .value("TOWARDS", Rule::towards);
-    nb::enum_<Outside>(m, "Outside").value("NEAREST", Outside::nearest).value("STOP", Outside::stop);
+    nb::enum_<Outside>(m, "Outside")
+        .value("NEAREST", Outside::nearest)
+        .value("STOP", Outside::stop)
+        .value("ESCAPE", Outside::escape);
     nb::enum_<Carry>(m, "Carry").value("PSI", Carry::psi).value("ELBOW", Carry::elbow);
     nb::enum_<OnFail>(m, "OnFail")
         .value("STOP", OnFail::stop)

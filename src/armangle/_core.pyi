@@ -427,6 +427,8 @@ class Outside(enum.Enum):
 
     STOP = 1
 
+    ESCAPE = 2
+
 class Carry(enum.Enum):
     PSI = 0
 

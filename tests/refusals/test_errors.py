@@ -91,7 +91,7 @@ CASES: list[tuple[type[Exception], str, Callable[[], Any]]] = [
     (aa.PolicyError, r"K is -0.1, wanted a number in", lambda: aa.Centre(K=-0.1)),
     (aa.PolicyError, r"alpha is 0, wanted a number in \(0", lambda: aa.Repulsion(alpha=0)),
     (aa.PolicyError, r"rate is -1, wanted a number in", lambda: aa.Centre(rate=-1)),
-    (aa.PolicyError, r"outside is 'far', wanted 'nearest' or 'stop'", lambda: aa.Hold(outside="far")),
+    (aa.PolicyError, r"is 'far', wanted 'nearest', 'stop' or 'escape'", lambda: aa.Hold(outside="far")),
     (aa.PolicyError, r"dt is missing", lambda: aa.resolve(ARM, POSE, PSI, GC, policy=aa.Repulsion(rate=1.0))),
     (aa.PolicyError, r"dt is 0, wanted a number in \(0",
      lambda: aa.step(ARM, Q, POSE, policy=aa.Centre(rate=1.0), dt=0)),

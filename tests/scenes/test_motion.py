@@ -143,3 +143,48 @@ def test_why_there_is_no_solution() -> None:
         aa.NoSolutionError, match="No arm angle keeps clear of the obstacles within all limits"
     ):
         ARM.solve(POSE, near=Q, scene=around).raise_for_status()
+
+
+@pytest.mark.parametrize("bounded", [False, True])
+def test_escape_leads_out_and_never_nearer(bounded: bool) -> None:
+    rng = generator(5)
+    out = aa.Repulsion(outside="escape")
+    how = {"velocity": 2.0, "dt": 0.01} if bounded else {"max_joint_step": 0.02}
+    tried = escaped = 0
+    for _ in range(count(30)):
+        q = rng.uniform(ARM.lower, ARM.upper) * 0.6
+        pose, psi, gc = ARM.forward(q)
+        elbow = ARM.elbow(q) + rng.normal(size=3) * 0.04
+        beside = elbow + rng.normal(size=3) * 0.1
+        scene = aa.Scene([aa.Ball(elbow, 0.05, name="post"), aa.Ball(beside, 0.04)])
+        arcs = ARM.feasible(pose, gc, scene=scene)
+        if arcs.status != aa.Status.OK or arcs.contains(psi):
+            continue
+        tried += 1
+        assert aa.step(ARM, q, pose, scene=scene, **how).status == aa.Status.CLEARANCE  # refuses by itself
+        path = aa.follow(ARM, np.tile(pose, (300, 1, 1)), start=q, scene=scene, policy=out, **how)
+        done = np.isfinite(path.psi)
+        inside = done & (path.status == aa.Status.CLEARANCE)
+        gaps = distances(ARM, path.q[inside], scene)[0].min(axis=-1)
+        assert (np.diff(gaps) >= -1e-9).all() and (gaps < 0).all()
+        most = 0.02 + 1e-9
+        assert np.abs(np.diff(path.q[done], axis=0, prepend=q[None])).max(initial=0.0) <= most
+        if (path.status == aa.Status.OK).any():
+            escaped += 1
+            first = int((path.status == aa.Status.OK).argmax())
+            assert least(path.q[first], scene) > -1e-9 and (path.status[first:] == aa.Status.OK).all()
+            assert np.abs(ARM.forward(path.q[: first + 1])[0] - pose).max() < 1e-9  # the tool stays
+    assert tried >= 5 and escaped >= 0.5 * tried
+
+
+def test_an_escape_is_reported_and_where_there_is_no_way_out_nothing_moves() -> None:
+    on = aa.Scene([aa.Ball(ARM.elbow(Q), 0.05, name="post")])
+    out = aa.Hold(outside="escape")
+    now = aa.step(ARM, Q, POSE, scene=on, policy=out, max_joint_step=0.02)
+    assert now.status == aa.Status.CLEARANCE and now.why == aa.Status.OK
+    assert 0.019 < np.abs(now.q - Q).max() <= 0.02 and least(now.q, on) > least(Q, on)
+    assert np.array_equal(aa.step(ARM, Q, POSE, scene=on, max_joint_step=0.02).q, Q)
+    cage = aa.Scene([aa.Ball([0, 0, 0.34], 0.2, name="cage")])
+    held = aa.step(ARM, Q, POSE, scene=cage, policy=out)
+    assert held.status == held.why == aa.Status.CLEARANCE and np.array_equal(held.q, Q)
+    assert aa.step(ARM, Q, POSE, policy=out).q == pytest.approx(aa.step(ARM, Q, POSE, policy=aa.Hold()).q)

@@ -22,6 +22,11 @@ struct FollowRows {
 
 namespace detail {
 
+/// Whether a step leads to its pose, be it through what it still touches.
+inline bool holds_pose(const Step& step) noexcept {
+    return step.status == Status::OK || (step.status == Status::CLEARANCE && step.why == Status::OK);
+}
+
 /// Fills a row that has no posture.
 inline void open_row(const FollowRows& rows, std::size_t i, Status status) noexcept {
     for (int j = 0; j < joints; ++j) rows.q[joints * i + static_cast<std::size_t>(j)] = not_a_number;
@@ -62,7 +67,7 @@ void follow_rows(const double* poses, std::size_t n, StepOptions options, OnFail
         const Pose<double> pose = load_pose(poses + 16 * i);
         options.allowed = allowed.data ? allowed.at(i) : nullptr;
         const Step next = take(pose, i, options);
-        const bool ok = next.status == Status::OK;
+        const bool ok = holds_pose(next);
         stopped = !ok && on_fail == OnFail::stop;
         if (!ok && on_fail != OnFail::hold) {
             open_row(rows, i, next.why);
@@ -95,7 +100,7 @@ inline void follow(const Arm& arm, const LimitTable& limits, const double* start
             asked.ahead =
                 ahead->at(i, q, asked.gc < 0 ? configuration(arm, now.theta) : configuration(asked.gc));
         const Step next = step_from(arm, limits, q, now, pose, asked);
-        const bool ok = next.status == Status::OK;
+        const bool ok = detail::holds_pose(next);
         if (ahead && !ok) ahead->forget();
         if (asked.bounds) detail::carry_velocity(next.q, q, bounds);
         for (int j = 0; j < joints; ++j) q[j] = next.q[j];

@@ -11,7 +11,8 @@
 namespace armangle {
 
 enum class Rule : std::uint8_t { repulsion, hold, centre, towards };
-enum class Outside : std::uint8_t { nearest, stop };
+/// Outside every arc: to the nearer end in one step, nowhere, or in a scene out of it in as many as it takes.
+enum class Outside : std::uint8_t { nearest, stop, escape };
 
 /// K in [0, 1] per step; alpha > 0, of eq. (36); a wish, of Rule::towards.
 struct Policy {

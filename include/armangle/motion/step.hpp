@@ -11,14 +11,15 @@
 #include "../limits/relaxed.hpp"
 #include "pace.hpp"
 #include "bounds.hpp"
-#include "../scene/clear.hpp"
+#include "../scene/proximity.hpp"
 #include "resolution.hpp"
 
 namespace armangle {
 
 namespace step_rule {
 inline constexpr double length =
-    0.2;  // m that a radian counts as, of the nearest pose where limits forbid all
+    0.2;                             // m that a radian counts as, of the nearest pose where limits forbid all
+inline constexpr int halvings = 40;  // of the way out of a blocked arc, to what the bounds leave of it
 }  // namespace step_rule
 
 /// What is carried from one pose to the next: the number psi (the paper), or the elbow axis itself.
@@ -39,8 +40,9 @@ struct StepOptions {
     bool nearest = false;  // go to the nearest pose where none of the pose's postures is within the limits
 };
 
-/// OK: the posture holds the pose. PARTIAL: it is as far towards it as bounds, or the reach, allow. Any other
-/// status: nothing moves, or, where accelerations are bound, every joint brakes.
+/// OK: the posture holds the pose. PARTIAL: it is as far towards it as bounds, or the reach, allow. CLEARANCE
+/// with `why` OK: it holds the pose and still touches, on its way out (Outside::escape). Any other status:
+/// nothing moves, or, where accelerations are bound, every joint brakes.
 struct Step {
     double q[joint_slots];
     double psi;  // in (-pi, pi]
@@ -233,7 +235,10 @@ public:
         const Status why = refusal();
         const bool blocked = why == Status::LIMITS || why == Status::WINDING_EXHAUSTED;
         const Circle<double>& c = branch_[0].motion->circle;
-        if (options_.scene) return halted(c, why);  // the way to a posture may not be clear
+        if (options_.scene) {  // the way to another pose's posture may not be clear
+            const bool left = options_.policy.outside == Outside::escape && escape(psi, out);
+            return left ? finished(Status::CLEARANCE, Status::OK, out) : halted(c, why);
+        }
         if (options_.bounds && approach(blocked ? pi : infinity, out))
             return finished(Status::PARTIAL, why, out);
         const bool beyond = why == Status::UNREACHABLE || why == Status::FOLDED ||
@@ -376,6 +381,50 @@ private:
         }
         step.within(*b.arcs, {}, within);
         return step.nearest(within, wish);
+    }
+
+    /// Out of what links touch at psi, as far as a step may go, towards that end of the blocked arc to which
+    /// the joints have less far, if no link comes nearer to what it is nearest to; else to the other end.
+    /// False where psi is clear, or neither way is open.
+    bool escape(double psi, Step& out) const noexcept {
+        const Branch& b = branch_[0];
+        if (b.status != Status::OK || contains(*b.arcs, psi)) return false;
+        const Place now = find(*b.asked, psi);
+        if (now.index < 0) return false;
+        const Arc& asked = b.asked->arc[now.index];
+        double way[2] = {-infinity, infinity};
+        for (int i = 0; i < b.arcs->count; ++i) {
+            const Arc& arc = b.arcs->arc[i];
+            const double up = lift(arc.lower, now.psi + pi) - now.psi,
+                         down = lift(arc.upper, now.psi - pi) - now.psi;
+            if (b.asked->full || now.psi + up <= asked.upper + tolerance::angle) way[1] = min(way[1], up);
+            if (b.asked->full || now.psi + down >= asked.lower - tolerance::angle) way[0] = max(way[0], down);
+        }
+        const BoundedStep step = bounded(b);
+        const auto far = [&](double w) {
+            return abs(w) < infinity ? largest_move(step.at(now.psi + w).q, q_now_) : infinity;
+        };
+        const auto apart = [&](double at) {
+            return proximity(arm_, *options_.scene, *b.motion, at, true).distance;
+        };
+        const bool swap = far(way[1]) < far(way[0]);
+        const double here = apart(now.psi);
+        for (const double w : {way[swap], way[!swap]}) {
+            if (!(abs(w) < infinity)) continue;
+            double low = 0, high = 1;  // shares of the way; what the bounds leave of it
+            for (int k = 0; k < step_rule::halvings; ++k) {
+                const double middle = 0.5 * (low + high);
+                (step.keeps(now.psi + middle * w) ? low : high) = middle;
+            }
+            const double to = now.psi + low * w;
+            if (!(abs(low * w) > tolerance::angle) || !(apart(to) >= here)) continue;
+            const Joints q = step.at(to);
+            for (int j = 0; j < joint_slots; ++j) out.q[j] = q.q[j];
+            out.psi = wrap(to);
+            out.gc = index(b.motion->gc);
+            return true;
+        }
+        return false;
     }
 
     /// As far as a step may go towards a posture of the pose; false where there is none to which no joint has

@@ -14,14 +14,14 @@ from .._arrays import Floats, named
 from ..arm.wish import Direction, as_wish
 from ..errors import PolicyError, ShapeError
 
-Outside = Literal["nearest", "stop"]
+Outside = Literal["nearest", "stop", "escape"]
 _LONGEST = 1e9  # s, of a step
 _OUTSIDE = named(_core.Outside)
 
 
 def _check_outside(outside: str) -> None:
     if not isinstance(outside, str) or outside not in _OUTSIDE:
-        raise PolicyError(f"outside is {outside!r}, wanted 'nearest' or 'stop'")
+        raise PolicyError(f"outside is {outside!r}, wanted 'nearest', 'stop' or 'escape'")
 
 
 def _check_number(name: str, value: float, low: float, high: float, low_open: bool) -> None:
@@ -84,8 +84,9 @@ class Repulsion(_Rated):
         Range of the repulsion, > 0: the larger, the nearer to an end it begins.
     rate : float, optional
         Strength per second (1/s), instead of K: K = 1 - exp(-rate·dt), the same for every step time.
-    outside : "nearest" or "stop"
-        Where the arm angle lies in no arc: go to the nearer end, or stop with a status.
+    outside : "nearest", "stop" or "escape"
+        Where the arm angle lies in no arc: go to the nearer end in one step, or stop with a status. With
+        "escape" steps in a `scene` lead out of what they touch in as many as it takes: CLEARANCE until then.
 
     Raises
     ------
@@ -116,8 +117,9 @@ class Hold(_Rule):
 
     Parameters
     ----------
-    outside : "nearest" or "stop"
-        Where the arm angle lies in no arc: go to the nearer end, or stop with a status.
+    outside : "nearest", "stop" or "escape"
+        Where the arm angle lies in no arc: go to the nearer end in one step, or stop with a status. With
+        "escape" steps in a `scene` lead out of what they touch in as many as it takes: CLEARANCE until then.
 
     Raises
     ------
@@ -147,8 +149,9 @@ class Centre(_Rated):
         Share per step, in [0, 1].
     rate : float, optional
         Strength per second (1/s), instead of K: K = 1 - exp(-rate·dt).
-    outside : "nearest" or "stop"
-        Where the arm angle lies in no arc: go to the nearer end, or stop with a status.
+    outside : "nearest", "stop" or "escape"
+        Where the arm angle lies in no arc: go to the nearer end in one step, or stop with a status. With
+        "escape" steps in a `scene` lead out of what they touch in as many as it takes: CLEARANCE until then.
 
     Raises
     ------
@@ -191,8 +194,9 @@ class Towards(_Rated):
         Share of the way per step, in [0, 1].
     rate : float, optional
         Strength per second (1/s), instead of K: K = 1 - exp(-rate·dt).
-    outside : "nearest" or "stop"
-        Where the arm angle lies in no arc: go to the nearer end, or stop with a status.
+    outside : "nearest", "stop" or "escape"
+        Where the arm angle lies in no arc: go to the nearer end in one step, or stop with a status. With
+        "escape" steps in a `scene` lead out of what they touch in as many as it takes: CLEARANCE until then.
 
     Raises
     ------

@@ -42,8 +42,9 @@ class Resolution(NamedTuple):
 class Step(NamedTuple):
     """What a step leads to.
 
-    OK: the posture holds the pose. PARTIAL: it is as far towards it as bounds, or the reach, allow. On any
-    other status nothing moves; where accelerations are bound, every joint brakes.
+    OK: the posture holds the pose. PARTIAL: it is as far towards it as bounds, or the reach, allow. CLEARANCE
+    with `why` OK: it holds the pose and still touches, on its way out (a policy's ``outside="escape"``). On
+    any other status nothing moves; where accelerations are bound, every joint brakes.
 
     ``q (7,)`` rad, continuous with the present joints; ``psi`` rad in (-π, π]; ``gc`` 0..7, another than
     before where the joints passed θ₂ = 0 or θ₆ = 0; ``status``; ``margin`` least distance of a joint of q to
