@@ -33,7 +33,7 @@ POSES, MARGIN_POSES, PLACED = 50_000, 2_000, 200
 ARMS = {"iiwa 7": "kuka_iiwa7_r800", "OpenArm": "openarm_v10"}
 REACHABLE_GOAL = {"iiwa 7": 1.2, "OpenArm": 2.7}
 FINE = (0.01, 5.0)  # m, degrees: the map whose time and size are goals
-MANY = (0.007, 5.0)  # some 10^8 cells
+MANY = (0.0057, 5.0)  # some 10^8 cells
 LONG_TILES = 2**22  # cells: a second of one worker, for the comparison of schedulers
 
 
