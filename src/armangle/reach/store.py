@@ -35,6 +35,7 @@ USUAL = ("gc", "freedom", "yaw", "roll")
 _FORMAT = 1
 _OLDEST = (3, 1, 3)  # of zarr: before, files were written in place
 _MARK = "done"
+_MORE = ("yaw", "roll", "proven")  # what is computed only where it is held
 _LEFT_OUT = ("chain", "body", "hand", "notes")  # of an arm: what a map does not see
 _UNITS = {"r": "m", "z": "m", "tilt": "rad", "turn": "rad", "freedom": "rad", "yaw": "1/255", "roll": "1/255"}
 _LEFT_OVER = "*.partial"  # what a killed process had begun to write
@@ -92,11 +93,10 @@ class Store:
         places = grid.places(tile)
         cells = (len(places), grid.tilts, grid.turns)
         made: Tile = {"gc": np.empty(cells, np.uint8), "freedom": np.empty(cells, np.float32)}
-        more = ("yaw", "roll", "proven")
-        made |= {name: np.empty(cells, np.uint8) for name in more if name in self.fields}
+        made |= {name: np.empty(cells, np.uint8) for name in _MORE if name in self.fields}
         self.arm._handle.map_cells(
             places, grid.axes["tilt"], grid.axes["turn"], grid.steps, self.margin, made["gc"],
-            made["freedom"], *(made.get(name) for name in more), threads,
+            made["freedom"], made.get("yaw"), made.get("roll"), made.get("proven"), threads,
         )  # fmt: skip
         return {name: made[name].astype(FIELDS[name], copy=False).reshape(grid.tile) for name in self.fields}
 
