@@ -178,26 +178,35 @@ struct MapAngles {
 struct CellColumns {
     std::uint8_t* gc;
     float* freedom;
-    std::uint8_t *yaw, *roll;
+    std::uint8_t *yaw, *roll, *proven;
 
     CellColumns at(std::size_t k) const {
-        return {gc + k, freedom + k, yaw ? yaw + k : nullptr, roll ? roll + k : nullptr};
+        const auto moved = [k](std::uint8_t* column) { return column ? column + k : nullptr; };
+        return {gc + k, freedom + k, moved(yaw), moved(roll), moved(proven)};
     }
-    void write(const ReducedCell& cell, std::size_t k) const {
+    void write(const ReducedCell& cell, Proven certain, std::size_t k) const {
         gc[k] = cell.gc;
         freedom[k] = cell.freedom;
         if (yaw) yaw[k] = cell.yaw;
         if (roll) roll[k] = cell.roll;
+        if (proven) proven[k] = static_cast<std::uint8_t>(certain);
     }
 };
 
 /// The cells of one place, tilt by tilt; where turn and -turn have the same cell each is made once.
-void place_cells(const ReducedArm& arm, double r, double height, const MapAngles& d, const CellColumns& to) {
+void place_cells(const ReducedArm& arm, double r, double height, const MapAngles& d, const CellSize& half,
+                 const CellColumns& to) {
     ReducedPlace place(arm, r, height);
-    if (!place.any()) {
-        for (std::size_t k = 0; k < d.cells(); ++k) to.write({}, k);
+    if (!place.any() && !to.proven) {
+        for (std::size_t k = 0; k < d.cells(); ++k) to.write({}, Proven::unknown, k);
         return;
     }
+    const auto certain = [&](double tilt, double turn) {
+        double psi = 0;
+        int gc = -1;
+        place.widest(turn, psi, gc);
+        return proven_cell(arm, {r, height, tilt, turn, 0, 0}, half, psi, gc);
+    };
     const bool halved = arm.mirrored && d.opposed;
     const std::size_t made = halved ? (d.turns + 1) / 2 : d.turns;
     for (std::size_t i = 0; i < d.tilts; ++i) {
@@ -205,30 +214,37 @@ void place_cells(const ReducedArm& arm, double r, double height, const MapAngles
         const CellColumns row = to.at(i * d.turns);
         for (std::size_t k = 0; k < made; ++k) {
             const ReducedCell cell = place.cell(d.turn[k], to.yaw != nullptr, to.roll != nullptr);
-            row.write(cell, k);
-            if (halved) row.write(cell, d.turns - 1 - k);
+            const Proven known = to.proven ? certain(d.tilt[i], d.turn[k]) : Proven::unknown;
+            row.write(cell, known, k);
+            if (halved) row.write(cell, known, d.turns - 1 - k);
         }
     }
 }
 
-/// The cells (k, tilts, turns) of a map at places of the wrist (k, 2), r and height; yaw and roll or None.
-void map_cells(const ArmHandle& self, Floats places, Floats tilt, Floats turn, double margin, Bytes gc,
-               Singles freedom, std::optional<Bytes> yaw, std::optional<Bytes> roll, int threads) {
+/// The cells (k, tilts, turns) of a map at places of the wrist (k, 2), r and height; yaw, roll, and what is
+/// proven of cells `size` large along each axis (4,), or None.
+void map_cells(const ArmHandle& self, Floats places, Floats tilt, Floats turn, Floats size, double margin,
+               Bytes gc, Singles freedom, std::optional<Bytes> yaw, std::optional<Bytes> roll,
+               std::optional<Bytes> proven, int threads) {
     const Buffer at(places), tilts(tilt), turns(turn), to_gc(gc, true), to_freedom(freedom, true);
-    Buffer to_yaw, to_roll;
+    Buffer to_yaw, to_roll, to_proven;
+    const Buffer whole(size);
+    const double* w = whole.data<double>();
+    const CellSize half{0.5 * w[0], 0.5 * w[1], 0.5 * w[2], 0.5 * w[3]};
     if (yaw) to_yaw.get(*yaw, true);
     if (roll) to_roll.get(*roll, true);
+    if (proven) to_proven.get(*proven, true);
     const MapAngles directions(tilts, turns);
-    const CellColumns out{to_gc.data<std::uint8_t>(), to_freedom.data<float>(),
-                          yaw ? to_yaw.data<std::uint8_t>() : nullptr,
-                          roll ? to_roll.data<std::uint8_t>() : nullptr};
+    const CellColumns out{
+        to_gc.data<std::uint8_t>(), to_freedom.data<float>(), yaw ? to_yaw.data<std::uint8_t>() : nullptr,
+        roll ? to_roll.data<std::uint8_t>() : nullptr, proven ? to_proven.data<std::uint8_t>() : nullptr};
     nb::gil_scoped_release release;
     const ReducedArm arm = reduced_arm(self.arm, margin);
     parallel(static_cast<std::size_t>(at.shape(0)), threads,
              [&](std::size_t begin, std::size_t end, std::size_t) {
                  for (std::size_t i = begin; i < end; ++i) {
                      const double* place = at.data<double>() + 2 * i;
-                     place_cells(arm, place[0], place[1], directions, out.at(i * directions.cells()));
+                     place_cells(arm, place[0], place[1], directions, half, out.at(i * directions.cells()));
                  }
              });
 }
@@ -279,8 +295,8 @@ void bind_reach(nb::module_& m, nb::class_<ArmHandle>& arm) {
     arm.def("freedom_gradient_many", &freedom_gradient_many, "pose"_a, "margin"_a, "out"_a, "threads"_a);
     arm.def("turns_many", &turns_many, "pose"_a, "turned"_a, "margin"_a, "threads"_a);
     arm.def("end_slopes_one", &end_slopes_one, "pose"_a, "gc"_a, "margin"_a, "out"_a);
-    arm.def("map_cells", &map_cells, "places"_a, "tilt"_a, "turn"_a, "margin"_a, "gc"_a, "freedom"_a,
-            "yaw"_a.none(), "roll"_a.none(), "threads"_a);
+    arm.def("map_cells", &map_cells, "places"_a, "tilt"_a, "turn"_a, "size"_a, "margin"_a, "gc"_a,
+            "freedom"_a, "yaw"_a.none(), "roll"_a.none(), "proven"_a.none(), "threads"_a);
     arm.def("poses_of_reduced", &poses_of_reduced, "coordinates"_a, "out"_a);
     arm.def("reduced_of_poses", &reduced_of_poses, "pose"_a, "out"_a);
     arm.def("place_many", &place_many, "pose"_a, "weight"_a, "position"_a, "margin"_a, "out"_a, "threads"_a);

@@ -27,6 +27,7 @@
 #include "limits/turn_arcs.hpp"
 #include "limits/best_yaw.hpp"
 #include "limits/reduced_pose.hpp"
+#include "limits/proven_cell.hpp"
 #include "limits/nearest.hpp"
 #include "limits/relaxed.hpp"
 #include "limits/nearest_outside.hpp"

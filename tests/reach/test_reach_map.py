@@ -80,6 +80,37 @@ def test_cells_of_random_arms_with_base_tool_signs_offsets(tmp_path: Path) -> No
     assert held > 200
 
 
+@pytest.mark.parametrize("name", ARMS)
+def test_what_is_proven_of_a_cell_holds_everywhere_in_it(name: str, tmp_path: Path) -> None:
+    arm = aa.Arm.from_catalogue(name)
+    found = made(name, tmp_path / "a.zarr", spacing=0.1, tilt=0.5, fields=("gc", "proven"))
+    rng = draw.generator(16, 26, ARMS.index(name))
+    steps = np.array([0.01, 0.01, 0.02, 0.02])
+    distance, cone = arm.reach * rng.uniform(0.2, 1.1, 150), np.arccos(rng.uniform(-1, 1, 150))
+    places = np.column_stack([distance * np.sin(cone) + 0.005, distance * np.cos(cone)])
+    tilt, turn = rng.uniform(0.02, 3.1, 12), rng.uniform(-3, 3, 16)
+    cells = (len(places), 12, 16)
+    gc, proven, freedom = np.empty(cells, np.uint8), np.empty(cells, np.uint8), np.empty(cells, np.float32)
+    arm._handle.map_cells(places, tilt, turn, steps, 0.0, gc, freedom, None, None, proven, 1)
+    assert not ((proven == 1) & (gc == 0)).any() and not ((proven == 2) & (gc != 0)).any()
+    bare, checked = freed(arm, 1, 7), 0
+    for code, wanted in ((1, True), (2, False)):
+        at = np.argwhere(proven == code)
+        middle = np.column_stack([places[at[:, 0]], tilt[at[:, 1]], turn[at[:, 2]]])
+        for _ in range(20):  # corners and places between
+            off = np.where(
+                rng.random(middle.shape) < 0.5,
+                rng.choice([-1, 1], middle.shape),
+                rng.uniform(-1, 1, middle.shape),
+            )
+            six = np.column_stack([middle + 0.5 * steps * off, rng.uniform(-3, 3, (len(at), 2))])
+            assert (np.asarray(bare.reachable(found.pose(six))) == wanted).all()
+            checked += len(at)
+    assert checked > 50_000 and (proven == 1).sum() > 200 and (proven == 2).sum() > 2000
+    whole = np.asarray(found.values("proven")[:])
+    assert set(np.unique(whole)) <= {0, 1, 2} and (found.section("proven") <= found.section() + 1e-12).all()
+
+
 def test_locked_joints_fall_back_on_the_general_functions(tmp_path: Path) -> None:
     arm = aa.Arm.from_catalogue("openarm_v10")
     lower, upper = arm.lower.copy(), arm.upper.copy()

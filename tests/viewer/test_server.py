@@ -148,3 +148,21 @@ def test_play_runs_to_the_end_and_stops() -> None:
         assert not viewer.controls.playing
     finally:
         viewer.stop()
+
+
+def test_voxels_are_points_coloured_by_their_share() -> None:
+    need("viser")
+    from armangle.reach.voxels import voxels_of
+
+    found = voxels_of(PAPER_ARM, 0.3, 20, 0.0, 1)
+    shown = Viewer(_paper(), port=0)
+    try:
+        shown.show_voxels(found)
+        cloud = shown.scene._voxels
+        assert np.allclose(cloud.points, found.position, atol=1e-3)
+        order = np.argsort(found.share)
+        assert (np.diff(cloud.colors[order].astype(int).sum(axis=1)) >= -1).all()
+        shown.show_voxels(None)
+        assert shown.scene._voxels is None
+    finally:
+        shown.stop()

@@ -184,6 +184,23 @@ public:
         return out;
     }
 
+    /// The middle psi of the widest arc at a turn, and its branch; gc -1 where there is none.
+    void widest(double turn, double& psi, int& gc) const noexcept {
+        double most = 0;
+        gc = -1;
+        for (int side = 0; side < 2; ++side)
+            for (int branch = 0; holds_[side] && branch < 4; ++branch) {
+                const int gc_2 = branch & 1, gc_6 = branch >> 1;
+                each_overlap(shoulder_[side][gc_2].arcs, wrist_[side][gc_6].arcs, turn,
+                             [&](double lower, double upper) {
+                                 if (!(upper - lower > most)) return;
+                                 most = upper - lower;
+                                 psi = wrap(0.5 * (lower + upper));
+                                 gc = gc_2 + 2 * side + 4 * gc_6;
+                             });
+            }
+    }
+
 private:
     const ReducedArm& arm_;
     ReducedPose at_;

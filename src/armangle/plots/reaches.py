@@ -21,6 +21,7 @@ _LABELS = {
     "freedom": "mean freedom of the arm angle (rad)",
     "yaw": "mean share of azimuths",
     "roll": "mean share of rolls",
+    "proven": "share of directions proven to be held",
 }
 _LARGEST = 60.0  # pt², of a sphere where every orientation can be held
 

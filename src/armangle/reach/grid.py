@@ -71,15 +71,19 @@ class Grid:
         """How many cells there are."""
         return math.prod(self.shape)
 
+    @property
+    def steps(self) -> Floats:
+        """Extent of a cell along each axis, m, m, rad, rad."""
+        return np.array([self.spacing, self.spacing, math.pi / self.tilts, 2 * math.pi / self.turns])
+
     @cached_property
     def axes(self) -> dict[str, Floats]:
         """Middles of the cells along each axis, m and rad; those of z and turn lie even about 0."""
-        _, heights, tilts, turns = self.shape
-        steps = self.spacing, self.spacing, math.pi / tilts, 2 * math.pi / turns
+        _, heights, _, turns = self.shape
         first = 0.5, 0.5 * (1 - heights), 0.5, 0.5 * (1 - turns)
         return {
             name: frozen((np.arange(count, dtype=np.float64) + start) * step)
-            for name, count, start, step in zip(AXES, self.shape, first, steps, strict=True)
+            for name, count, start, step in zip(AXES, self.shape, first, self.steps.tolist(), strict=True)
         }
 
     def window(self, tile: int) -> tuple[slice, slice]:

@@ -16,8 +16,8 @@ from ..arm.near import unsupported
 from ..errors import InputError, needed
 from .filling import Progress, check_scheduler, fill_here, fill_on_cluster
 from .grid import Grid
-from .store import FIELDS, Store, address, make_store
-from .voxels import Voxels, voxels_of
+from .store import FIELDS, USUAL, Store, address, make_store
+from .voxels import ORIENTATIONS, Voxels, voxels_of
 
 _COORDINATES = 6
 _LEAST_SPACING, _LEAST_ANGLE, _MOST_ANGLE = 1e-4, math.radians(0.1), math.pi / 2
@@ -39,7 +39,9 @@ class ReachMap:
     at some azimuth and roll; ``freedom`` (float16), the measure of the arm angles that joints 2 to 6 leave,
     rad, over all branches; ``yaw`` and ``roll`` (uint8), the share of the azimuths (of the rolls) at which
     it is held at some roll (some azimuth), in 255ths and rounded down, so that 255 is every one.
-    A cell says nothing of the places between the middles; `at` does, exactly, without the table.
+    A cell says nothing of the places between the middles; `at` does, exactly, without the table. Where it
+    was asked for, ``proven`` (uint8) is certain of the whole cell: 1 that every pose in it is held at some
+    azimuth and roll, 2 that none is, 0 that nothing is known.
 
     Parameters
     ----------
@@ -161,7 +163,8 @@ class ReachMap:
         """Return the mean of a field over all directions of axis 7, for each place of the wrist.
 
         Directions count by their solid angle. Of ``gc`` it is the share of directions that are held at some
-        azimuth and roll; of ``freedom`` rad; of ``yaw`` and ``roll`` shares of the circle.
+        azimuth and roll; of ``freedom`` rad; of ``yaw`` and ``roll`` shares of the circle; of ``proven`` the
+        share of directions whose whole cells are proven to be held.
 
         Parameters
         ----------
@@ -180,7 +183,7 @@ class ReachMap:
         for tile in range(grid.tiles):
             window = grid.window(tile)
             held = self._store.arrays[name][window]
-            values = (held != 0) if name == "gc" else held
+            values = {"gc": held != 0, "proven": held == 1}.get(name, held)
             out[window] = np.einsum("rzij,i->rz", values, weight, dtype=np.float64)
         return out / 255.0 if name in ("yaw", "roll") else out
 
@@ -248,7 +251,7 @@ class ReachMap:
         self.arm._handle.reduced_of_poses(poses, out)
         return out
 
-    def voxels(self, spacing: float = 0.1, *, orientations: int = 100, threads: int = 0) -> Voxels:
+    def voxels(self, spacing: float = 0.1, *, orientations: int = ORIENTATIONS, threads: int = 0) -> Voxels:
         """Return where in space the tool can be, and with which share of all orientations.
 
         By closed form, with all limits, the arm's tool and its base: not from the table, whose numbers are
@@ -348,7 +351,7 @@ def reach_map(
     *,
     spacing: float = 0.02,
     tilt: float = math.radians(5.0),
-    fields: Iterable[str] = tuple(FIELDS),
+    fields: Iterable[str] = USUAL,
     singularity_margin: float = 0.0,
     threads: int = 0,
     part: tuple[int, int] | None = None,
@@ -369,8 +372,9 @@ def reach_map(
         Between places of the wrist, m; 1e-4 at least.
     tilt : float
         Between directions of axis 7, rad, 0.1° to 90°; a little less where it is no whole part of π.
-    fields : of "gc", "freedom", "yaw", "roll"
-        What to hold of each cell: see `ReachMap`.
+    fields : of "gc", "freedom", "yaw", "roll", "proven"
+        What to hold of each cell: see `ReachMap`. What is proven takes ten to a hundred times as long, and is
+        much of the map only where cells are small: 10 mm and 1°.
     singularity_margin : float
         As in `Arm.feasible`, rad.
     threads : int

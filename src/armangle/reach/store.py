@@ -26,12 +26,16 @@ from ..errors import FileFormatError, InputError, MissingExtraError, OutputError
 from ..models.description import ArmDescription
 from .grid import AXES, Grid
 
-FIELDS = {"gc": "u1", "freedom": "f2", "yaw": "u1", "roll": "u1"}
+FIELDS = {"gc": "u1", "freedom": "f2", "yaw": "u1", "roll": "u1", "proven": "u1"}
 """What a map may hold of a cell, as it is stored."""
+
+USUAL = ("gc", "freedom", "yaw", "roll")
+"""What it holds unless asked otherwise."""
 
 _FORMAT = 1
 _OLDEST = (3, 1, 3)  # of zarr: before, files were written in place
 _MARK = "done"
+_MORE = ("yaw", "roll", "proven")  # what is computed only where it is held
 _LEFT_OUT = ("chain", "body", "hand", "notes")  # of an arm: what a map does not see
 _UNITS = {"r": "m", "z": "m", "tilt": "rad", "turn": "rad", "freedom": "rad", "yaw": "1/255", "roll": "1/255"}
 _LEFT_OVER = "*.partial"  # what a killed process had begun to write
@@ -75,7 +79,8 @@ class Store:
     @cached_property
     def arrays(self) -> dict[str, Any]:
         """The fields as Zarr arrays."""
-        return {name: self._group[name] for name in self.fields}
+        with _zarr().config.set({"array.write_empty_chunks": True}):  # else zarr looks whether each is empty
+            return {name: self._group[name] for name in self.fields}
 
     @cached_property
     def _marks(self) -> Any:
@@ -88,10 +93,10 @@ class Store:
         places = grid.places(tile)
         cells = (len(places), grid.tilts, grid.turns)
         made: Tile = {"gc": np.empty(cells, np.uint8), "freedom": np.empty(cells, np.float32)}
-        made |= {name: np.empty(cells, np.uint8) for name in ("yaw", "roll") if name in self.fields}
+        made |= {name: np.empty(cells, np.uint8) for name in _MORE if name in self.fields}
         self.arm._handle.map_cells(
-            places, grid.axes["tilt"], grid.axes["turn"], self.margin, made["gc"], made["freedom"],
-            made.get("yaw"), made.get("roll"), threads,
+            places, grid.axes["tilt"], grid.axes["turn"], grid.steps, self.margin, made["gc"],
+            made["freedom"], made.get("yaw"), made.get("roll"), made.get("proven"), threads,
         )  # fmt: skip
         return {name: made[name].astype(FIELDS[name], copy=False).reshape(grid.tile) for name in self.fields}
 
@@ -226,7 +231,7 @@ def _make(place: str, facts: dict[str, Any], grid: Grid) -> None:
     """Write the arrays without values; what the map is of comes last, and makes it one."""
     _check_free(place)
     zarr = _zarr()
-    codecs = zarr.codecs.ZstdCodec(level=0), zarr.codecs.Crc32cCodec()
+    codecs = zarr.codecs.ZstdCodec(level=1), zarr.codecs.Crc32cCodec()
     for name in facts["fields"]:
         _array(place, name, grid.shape, grid.tile, FIELDS[name], AXES, codecs)
     for name, middles in grid.axes.items():

@@ -11,6 +11,7 @@ from ..arm.arm import MOST_MARGIN, Arm
 from ..errors import InputError
 from ..poses import pose
 
+ORIENTATIONS = 100  # asked at each place by default
 _LEAST, _MOST = 1e-3, 10.0  # m
 _MOST_ORIENTATIONS = 100_000
 _MOST_VOXELS = 10_000_000

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from .._arrays import Floats
 from ..colours import JOINT_COLOURS
 from ..poses import rows_from_poses
+from ..reach.voxels import Voxels
 from .solids import Solid
 from .state import ViewerState
 
@@ -25,6 +26,8 @@ _PANEL_SIDE = np.array([0.41, 0.34, 0.0])  # to the right as the eye sees it: th
 _GIZMO = 0.22
 _LINE, _GHOST_LINE = 0.012, 0.02
 _GRID_CELL = 0.1
+_FEW_RGB, _ALL_RGB = (60, 20, 90), (250, 230, 40)
+_POINT = 0.25  # of a voxel's edge: what lies behind is seen too
 
 
 class Scene:
@@ -41,7 +44,8 @@ class Scene:
     def __init__(self, server: Any, state: ViewerState, solids: list[Solid]) -> None:
         self._state = state
         self._size = state.arm.reach
-        api = server.scene
+        self._api = api = server.scene
+        self._voxels: Any = None
         api.set_up_direction("+z")
         self._add_room(server)
         self._frames = [api.add_frame(f"/arm/{i}", show_axes=False) for i in range(8)]
@@ -90,6 +94,17 @@ class Scene:
             ghost.color, ghost.opacity, ghost.cast_shadow = _REFUSED_RGB, _TARGET_OPACITY, False
         return node
 
+    def show_voxels(self, found: Voxels | None) -> None:
+        """Show where the tool can be, the lighter the more orientations it can have there; None: no more."""
+        if self._voxels is not None:
+            self._voxels.remove()
+            self._voxels = None
+        if found is not None:
+            self._voxels = self._api.add_point_cloud(
+                "/voxels", found.position.astype(np.float32), share_colours(found.share),
+                point_size=_POINT * found.spacing, point_shape="circle",
+            )  # fmt: skip
+
     def update(self, *, gizmo: bool) -> None:
         """Show the state; the gizmo is put on the tool unless a hand holds it."""
         state = self._state
@@ -130,6 +145,12 @@ class Scene:
         self._target.visible = self._gap.visible = target is not None
         for colour, node in self._solids:
             node.color = colour if target is None else _REFUSED_RGB
+
+
+def share_colours(share: Floats) -> NDArray[np.uint8]:
+    """Return the RGB (n, 3) of shares in [0, 1]: from few, dark, to all, light."""
+    mixed = np.outer(1 - share, _FEW_RGB) + np.outer(share, _ALL_RGB)
+    return np.round(mixed).astype(np.uint8)
 
 
 def segment_colours(blocker: NDArray[np.int64]) -> NDArray[np.uint8]:

@@ -18,6 +18,7 @@ from .._arrays import Floats
 from ..errors import PortError, needed
 from ..motion.joint_path import JointPath
 from ..poses import poses_from_rows
+from ..reach.voxels import Voxels
 from .controls import Controls
 from .meshes import solids_of
 from .scene import Scene
@@ -107,6 +108,17 @@ class Viewer:
 
     def _take_ghosts(self) -> None:
         self.scene.show_ghosts = bool(self.controls.ghosts.value)
+
+    def show_voxels(self, found: Voxels | None) -> None:
+        """Show where the tool can be and with which share of orientations; None takes it away.
+
+        Parameters
+        ----------
+        found : Voxels or None
+            What `ReachMap.voxels` returned.
+        """
+        with self._lock, self._server.atomic():
+            self.scene.show_voxels(found)
 
     def act(self, wish: Callable[[], object], *, gizmo: bool = True) -> None:
         """Run a wish on the state, alone, and show the state to all browsers."""

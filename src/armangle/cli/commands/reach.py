@@ -8,7 +8,7 @@ import time
 
 from ...errors import InputError
 from ...reach.reach_map import ReachMap, reach_map
-from ...reach.store import FIELDS
+from ...reach.store import FIELDS, USUAL
 from ..arguments import DEGREE, add_arm, add_json, add_singularity_margin, angle, number, the_arm
 from ..screen import counted, note, show, show_json
 
@@ -32,7 +32,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--spacing", type=number, metavar="M", help=f"of the wrist (default {_SPACING:g})")
     parser.add_argument("--angle", type=angle, metavar="DEG", help=f"of axis 7 (default {_ANGLE:g})")
     parser.add_argument(
-        "--fields", metavar="NAMES", help=f"of a cell, by commas (default {','.join(FIELDS)})"
+        "--fields",
+        metavar="NAMES",
+        help=f"of a cell, by commas, of {','.join(FIELDS)} (default all but proven)",
     )
     parser.add_argument("--part", metavar="I/N", help="make the I-th of N shares alone")
     parser.add_argument("--threads", type=int, default=0, metavar="N", help="0 for all cores (default)")
@@ -77,7 +79,7 @@ def _check_alone(args: argparse.Namespace) -> None:
 
 
 def _make(args: argparse.Namespace) -> ReachMap:
-    names = tuple(FIELDS) if args.fields is None else tuple(args.fields.split(","))
+    names = USUAL if args.fields is None else tuple(args.fields.split(","))
     with _Meter(args.store) as meter:
         return reach_map(
             the_arm(args),

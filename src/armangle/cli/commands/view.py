@@ -13,8 +13,9 @@ from ...files.tables import load_joints, load_poses
 from ...models.mjcf import is_mjcf
 from ...motion.following import follow
 from ...motion.joint_path import JointPath
+from ...reach.voxels import ORIENTATIONS, voxels_of
 from .. import paper_example
-from ..arguments import add_arm, add_json, joints, the_arm
+from ..arguments import add_arm, add_json, joints, number, the_arm
 from ..motions import motion_of, motions_along
 from ..screen import note, progress, show, show_json, violations
 
@@ -30,6 +31,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--path", metavar="FILE", help="a motion to play: joints, or poses to step along")
     parser.add_argument("--demo", action="store_true", help="play the paper's example (figure 13)")
     parser.add_argument("--start", metavar="Q", help="first joints q1,..,q7 in degrees")
+    parser.add_argument(
+        "--voxels", type=number, metavar="M", help="show where the tool can be, on a grid so far apart"
+    )
     parser.add_argument("--port", type=int, help="default: the first free one from 8080 on; 0: any")
     parser.add_argument("--host", default="127.0.0.1", help="address to serve at (default 127.0.0.1)")
     add_arm(parser, required=False)
@@ -49,6 +53,9 @@ def run(args: argparse.Namespace) -> int:
         viewer.ViewerState(arm, start), runs, port=args.port, host=args.host,
         urdf=meshes, base=args.base, tip=args.tip,
     )  # fmt: skip
+    if args.voxels is not None:
+        with progress("asking where the tool can be"):
+            shown.show_voxels(voxels_of(arm, args.voxels, ORIENTATIONS, 0.0, 0))
     if shown.note:
         note(f"armangle: {shown.note}")
     if args.json:
