@@ -51,7 +51,6 @@ sphinx_gallery_conf = {
     "examples_dirs": str(HERE.parent / "examples"),
     "gallery_dirs": "gallery",
     "filename_pattern": r"/\d\d_",
-    "ignore_pattern": r"/array_api_",  # an example of formulas, not of the gallery
     "within_subsection_order": "FileNameSortKey",
     "download_all_examples": False,
     "show_memory": False,

@@ -13,7 +13,7 @@ from support.needs import need
 
 import armangle as aa
 
-FILE = Path(__file__).resolve().parents[2] / "examples" / "array_api_inverse.py"
+FILE = Path(__file__).resolve().parents[2] / "contrib" / "array_api_inverse.py"
 OFFSETS = [0.1, -0.2, 0.3, 0.0, 0.5, -0.6, 0.7]
 MOVED = aa.pose([0.1, 0.2, 0.3], rpy=[0.5, 0.4, 0.3])
 
