@@ -1,7 +1,9 @@
 // Where the elbow goes while the tool follows a hand that nobody knows beforehand.
 //
 //   psi carried      the psi of a new pose that moves the joints least
-//   psi with room    near it, the one whose joints keep away from limits and from theta_2, theta_6 = 0
+//   psi with room    near it, the one whose joints are nearest to the middles of their ranges, and keep away
+//                    from limits and from theta_2, theta_6 = 0
+//   psi through      the one at which the arm will pass through theta_2 = 0 or theta_6 = 0
 //   bend ahead       how far the elbow has to be bent already, to be in time for the hand that comes in:
 //
 //        bend |        .-- b(t + tau) of the hand          near straight r ~ L (1 - b^2 / 8), so that a hand
@@ -15,14 +17,16 @@
 #include "../circle/towards.hpp"
 #include "../limits/joint_boxes.hpp"
 #include "../limits/relaxed.hpp"
+#include "hand_filter.hpp"
 
 namespace armangle {
 
 namespace elbow_rule {
-inline constexpr double longest = 0.2;       // rad that psi is carried in a tick
-inline constexpr double unsure = 0.05;       // an elbow hint this near the shoulder-wrist line says nothing
-inline constexpr double room = 0.05;         // cost of a joint near its limit
-inline constexpr double edge = 1.05;         // that cost is x^2 / (edge - x^2) at a share x of half the range
+inline constexpr double longest = 0.2;  // rad that psi is carried in a tick
+inline constexpr double unsure = 0.05;  // an elbow hint this near the shoulder-wrist line says nothing
+inline constexpr double centre = 0.1;   // cost of a joint off its middle: of x^2, x a share of half the range
+inline constexpr double room = 0.05;    // cost of a joint near its limit
+inline constexpr double edge = 1.05;    // that cost is x^2 / (edge - x^2)
 inline constexpr double beyond = 100.0;      // cost of a joint beyond its limit
 inline constexpr double singular = 0.1;      // cost of a rad^2 within the margin of theta_2, theta_6 = 0
 inline constexpr double turning = 0.1;       // cost of a rad^2 that psi turns
@@ -30,6 +34,10 @@ inline constexpr double horizon = 0.6;       // s that the elbow looks ahead
 inline constexpr int glances = 8;            // at so many times
 inline constexpr double acceleration = 0.7;  // share of joint 4's acceleration that it counts on
 inline constexpr double most = 0.8;          // rad: it is not bent further beforehand
+inline constexpr double foresight = 0.5;     // s within which a crossing is foreseen
+inline constexpr int looks = 5;              // at so many times
+inline constexpr double detour = 0.3;        // rad: psi does not turn further to pass through
+inline constexpr double spin = 0.5;  // share of their speed above which pivots should not have to turn
 }  // namespace elbow_rule
 
 /// psi of a self-motion that moves the joints least from q, speeds weighed by their bounds (rad/s): that of
@@ -86,8 +94,9 @@ inline Boxes crowding(const Arm& arm, const SelfMotion<double>& m, const JointFu
             if (!(half > 0) || !(half < infinity)) continue;
             const Boxes there = lift(to_q(theta[k], Boxes(arm.sign[j]), Boxes(arm.offset[j])), Boxes(q[j]));
             const Boxes share = (there - Boxes(arm.joint_middle[j])) * Boxes(1.0 / half), x = share * share;
-            cost = cost + select(x < Boxes(1.0), Boxes(elbow_rule::room) * x / (Boxes(elbow_rule::edge) - x),
-                                 Boxes(elbow_rule::beyond) * x);
+            cost = cost + Boxes(elbow_rule::centre) * x +
+                   select(x < Boxes(1.0), Boxes(elbow_rule::room) * x / (Boxes(elbow_rule::edge) - x),
+                          Boxes(elbow_rule::beyond) * x);
         }
         const Boxes near = max(Boxes(margin) - bend, Boxes(0.0)),
                     far = max(bend - Boxes(pi - margin), Boxes(0.0));
@@ -117,6 +126,66 @@ inline double turn_to_room(const Arm& arm, const SelfMotion<double>& m, double p
         }
     }
     return best;
+}
+
+/// Where the arm will pass through theta_2 = 0 or theta_6 = 0 if the elbow is in time.
+struct Crossing {
+    bool ahead = false;
+    Vec3<double> axis{0, 0, 1};  // of the elbow, z_3, when it does
+};
+
+namespace detail {
+
+/// As psi goes round, axis 3 (5) turns about the shoulder-wrist line on a cone, and axis 1 (7) stays: less
+/// than 0 where that lies outside of the cone, more inside. theta_2 (theta_6) can vanish where this does.
+inline double inside_cone(const SelfMotion<double>& m, int side) noexcept {
+    const SinCos<double> cone = lean(m.elbow, side == 0 ? m.elbow.beta : m.elbow.gamma);
+    return (side == 0 ? m.circle.w.z : m.circle.tool_w.z) - cone.cos;
+}
+
+/// Whether the pivots beside a hinge have more room if the hinge goes through 0, and they stay, than if each
+/// turns by half a turn.
+inline bool better_through(const Arm& arm, int side, const double* q) noexcept {
+    double stay = 0, turn = 0;
+    for (const int j : {4 * side, 4 * side + 2}) {
+        const double half = 0.5 * (arm.limits.upper[j] - arm.limits.lower[j]);
+        const double off = abs(q[j] - arm.joint_middle[j]);
+        stay += off * off / (half * half);
+        turn += (off - pi) * (off - pi) / (half * half);
+    }
+    return !(stay > turn);
+}
+
+}  // namespace detail
+
+/// The crossing that a hand leads to within a moment, if a turn of psi leads the elbow there and pivots would
+/// have to spin past it; z3 is the present axis of the elbow, fastest the bounds on speeds (rad/s).
+inline Crossing crossing_ahead(const Arm& arm, const Configuration<double>& gc, const Hand& hand,
+                               const Vec3<double>& z3, const double* q, const double* fastest) noexcept {
+    static constexpr double between = elbow_rule::foresight / elbow_rule::looks;
+    const auto at = [&](double time) {
+        return self_motion(arm, circle(arm, flange_pose(arm, hand.predicted(time))), gc);
+    };
+    double before[hinges]{};
+    for (int look = 0; look <= elbow_rule::looks; ++look) {
+        const SelfMotion<double> m = at(look * between);
+        if (is_folded(m.circle) || is_unreachable(m.circle)) return {};
+        for (int side = 0; side < hinges; ++side) {
+            const double last = before[side], now = before[side] = detail::inside_cone(m, side);
+            if (look == 0 || !(last * now <= 0) || last == now) continue;
+            if (!detail::better_through(arm, side, q)) continue;
+            const SelfMotion<double> there = at((look - now / (now - last)) * between);
+            const Harmonic<double>& H = joint_functions(there).hinge[side].H;
+            const double psi = atan2(H.s, H.c), way = abs(wrap(psi - arm_angle(there.circle, z3)));
+            const SinCos<double> cone = lean(there.elbow, side == 0 ? there.elbow.beta : there.elbow.gamma);
+            const double slowest = min(fastest[4 * side], fastest[4 * side + 2]);
+            const double spin = abs(now - last) / between / (way * cone.sin * cone.sin);
+            if (!(way <= elbow_rule::detour) || spin < elbow_rule::spin * slowest) continue;
+            const SinCos<double> turn = sin_cos(psi);
+            return {true, combine(there.circle.z, turn.cos, there.circle.e, turn.sin)};
+        }
+    }
+    return {};
 }
 
 /// How far off straight (rad) the elbow has to be bent now so that joint 4, from rest and with this speed and

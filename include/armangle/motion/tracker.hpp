@@ -212,6 +212,8 @@ private:
         const Pose<double>& wanted = hand_.pose();
         const Circle<double> c = circle(arm_, flange_pose(arm_, wanted));
         grow_margin(t, c);
+        crossing_ = Crossing{};
+        if (turning_to_ < 0) crossing_ = crossing_ahead(arm_, t.gc, hand_, t.now.z3, q_.q, options_.velocity);
         const bool in_branch = turning_to_ < 0 || turning_to_ == index(t.gc);
         const double still = options_.still_margin, margin = max(margin_, ahead_);
         const bool posture = within(t, c, margin, goal);
@@ -310,8 +312,9 @@ private:
         goal.psi = psi;
     }
 
-    /// The psi to go to on a self-motion: that of least motion, turned towards the hint, or else to where
-    /// joints will have room; kept off limits and singularities; NaN where limits leave none.
+    /// The psi to go to on a self-motion: that of least motion, turned towards the hint, or else to where the
+    /// arm will pass through theta_2 or theta_6 = 0, or else to where joints will have room; kept off limits
+    /// and singularities; NaN where limits leave none.
     double choose_psi(const Tick& t, const SelfMotion<double>& m) const noexcept {
         const JointFunctions<double> f = joint_functions(m);
         ArcSet arcs, clear;
@@ -320,8 +323,9 @@ private:
         const double carried = psi_carried(arm_, m, f, t.now.z3, q_.q, options_.velocity);
         ElbowChoice hint{0.0, 0.0};
         if (t.elbow) hint = hinted_psi(arm_, m, *t.elbow);
-        const double turn = hint.confidence * wrap(hint.psi - carried) +
-                            (1.0 - hint.confidence) * regular(t) * wrap(foreseen(m, carried) - carried);
+        const double own = crossing_.ahead ? wrap(arm_angle(m.circle, crossing_.axis) - carried)
+                                           : regular(t) * wrap(foreseen(m, carried) - carried);
+        const double turn = hint.confidence * wrap(hint.psi - carried) + (1.0 - hint.confidence) * own;
         return in_clear_part(arcs, clear, carried, carried + turn);
     }
 
@@ -565,8 +569,9 @@ private:
     LimitTable plain_, clear_;
     Joints q_{}, relaxed_{};
     double v_[joints] = {};
-    double margin_ = 0;    // rad off straight that joint 4 keeps while the hand is so fast
-    double ahead_ = 0;     // the same, in time for the hand
+    double margin_ = 0;  // rad off straight that joint 4 keeps while the hand is so fast
+    double ahead_ = 0;   // the same, in time for the hand
+    Crossing crossing_;
     int turning_to_ = -1;  // the branch whose posture is gone to joint by joint; -1: none
     double stalled_ = 0;   // s that the arm has stood away from its goal
     bool relaxing_ = false;
