@@ -97,6 +97,7 @@ void bind_status(nb::module_& m) {
         .value("NEAR_SINGULAR", Status::NEAR_SINGULAR)
         .value("NO_CONVERGENCE", Status::NO_CONVERGENCE)
         .value("PARTIAL", Status::PARTIAL)
+        .value("NO_POSTURE", Status::NO_POSTURE)
         .def_prop_ro(
             "sentence", [](Status status) { return armangle::sentence(status); },
             "The outcome as one sentence.");
@@ -135,6 +136,10 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
             nb::arg("tool"), nb::arg("reference"), nb::arg("vector"));
     arm.def_prop_ro("reach", [](const ArmHandle& a) { return a.arm.reach; });
     arm.def_prop_ro("inner_reach", [](const ArmHandle& a) { return a.arm.inner_reach; });
+    arm.def("with_free_roll", [](const ArmHandle& a) {
+        const armangle::Arm free = armangle::with_free_roll(a.arm);
+        return ArmHandle{free, armangle::limit_table(free)};
+    });
     arm.def_prop_ro("delta", [](const ArmHandle& a) { return a.arm.delta_angle; });
     arm.def_prop_ro("joint_middle", [](const ArmHandle& a) { return binding::joint_middle(a.arm); });
     using binding::NearArmHandle;
@@ -160,5 +165,6 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     binding::bind_tracking(m);
     binding::bind_reach(m, arm);
     binding::bind_kuka(arm);
+    binding::bind_offset(m);
     binding::bind_xla(m, arm);
 }

@@ -31,6 +31,8 @@ from .arm.diagnosis import (
 )
 from .arm.freedom import Freedom as Freedom
 from .arm.joint_function import JointFunction as JointFunction
+from .arm.offset import OffsetArm as OffsetArm
+from .arm.offset import OffsetSolution as OffsetSolution
 from .arm.solution import Solution as Solution
 from .arm.solution import Solutions as Solutions
 from .errors import (
@@ -54,6 +56,7 @@ from .errors import (
     UnreachableError as UnreachableError,
     UrdfError as UrdfError,
 )
+from .files.scenes import load_body as load_body, load_scene as load_scene
 from .files.tables import (
     JointTable as JointTable,
     load_joints as load_joints,
@@ -64,9 +67,11 @@ from .files.trajectories import (
     TrajectoryTable as TrajectoryTable,
     load_trajectory as load_trajectory,
 )
+from .models.body import Body as Body
 from .models.catalogue import catalogue as catalogue
 from .models.description import ImportReport as ImportReport
 from .models.dh import dh_chain as dh_chain
+from .models.offset import offset_catalogue as offset_catalogue
 from .motion.following import follow as follow
 from .motion.joining import join as join
 from .motion.joint_path import (
@@ -114,7 +119,6 @@ from .reach.reach_map import (
     reach_map as reach_map,
 )
 from .reach.voxels import Voxels as Voxels
-from .scenes.body import Body as Body
 from .scenes.clearance import (
     Clearance as Clearance,
     Widest as Widest,

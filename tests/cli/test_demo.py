@@ -76,9 +76,10 @@ def test_the_files(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_what_to_open_and_to_try_is_said_and_works(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    pytest.importorskip("matplotlib", reason="matplotlib draws the pictures: pip install 'armangle[plot]'")
+    figure = pytest.importorskip("matplotlib.figure", reason="pip install 'armangle[plot]'")
+    monkeypatch.setattr(figure.Figure, "savefig", lambda self, to, **_: to.write(b"as in test_the_files"))
     assert main(["demo", "-o", str(tmp_path)]) == 0
     text = capsys.readouterr().out
     assert (tmp_path / "overview.png").is_file()

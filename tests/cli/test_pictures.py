@@ -27,28 +27,25 @@ def files(tmp_path: Path) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("circle", *Q),
-        ("circle", *POSE, "--gc", "3", "--psi", "58", "--singularity-margin", "5"),
-        ("profiles", *Q),
-        ("profiles", *POSE, "--gc", "4"),
-        ("path", "joints.csv"),
-        ("map", "joints.csv", "--gc", "3"),
-        ("map", "poses.csv"),
-    ],
-    ids=" ".join,
-)
-@pytest.mark.parametrize(("ending", "begin"), [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF")])
+PNG, SVG, PDF = (".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF")
+
+
+@pytest.mark.parametrize(("words", "kind"), [
+    (("circle", *Q), PNG),
+    (("circle", *Q), SVG),
+    (("circle", *Q), PDF),
+    (("circle", *POSE, "--gc", "3", "--psi", "58", "--singularity-margin", "5"), PNG),
+    (("profiles", *Q), SVG),
+    (("profiles", *POSE, "--gc", "4"), PDF),
+    (("path", "joints.csv"), PNG),
+    (("map", "joints.csv", "--gc", "3"), SVG),
+    (("map", "poses.csv"), PDF),
+])  # fmt: skip
 def test_pictures_are_written(
-    words: tuple[str, ...],
-    ending: str,
-    begin: bytes,
-    files: Path,
-    capsys: Capture,
+    words: tuple[str, ...], kind: tuple[str, bytes], files: Path, capsys: Capture,
     monkeypatch: pytest.MonkeyPatch,
-) -> None:
+) -> None:  # fmt: skip
+    ending, begin = kind
     monkeypatch.chdir(files)
     assert main(["plot", *words, *ROBOT, "-o", f"picture{ending}"]) == 0
     assert (files / f"picture{ending}").read_bytes().startswith(begin)

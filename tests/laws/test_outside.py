@@ -12,7 +12,7 @@ import armangle as aa
 Array = NDArray[np.float64]
 
 LENGTH = 0.2
-POSES = 400 if draw.COUNT else 30
+POSES, SEARCHED = (400, 400) if draw.COUNT else (30, 15)
 STARTS, ROUNDS = 200, 60
 ARM_OF = {name: aa.Arm.from_catalogue(name) for name in ("kuka_iiwa14_r820", "realman_rm75_b")}
 OUT_OF_REACH = (aa.Status.UNREACHABLE, aa.Status.FOLDED, aa.Status.ELBOW_LIMIT)
@@ -91,7 +91,7 @@ def test_a_pose_with_a_posture_is_solved_as_ever(arm: aa.Arm) -> None:
 def test_no_search_from_many_starts_comes_nearer(arm: aa.Arm, kind: str) -> None:
     """Within 1 mm in 99 %: of the distance, or of the position where the orientation is held."""
     rng = np.random.default_rng([draw.SEED, len(kind)])
-    poses = outside(arm, rng, kind)
+    poses = outside(arm, rng, kind)[:SEARCHED]
     found = arm.solve(poses, outside="nearest")
     assert np.array_equal(found.status, arm.solve(poses).status)
     assert (arm.limit_margin(found.q) >= -1e-9).all()
@@ -101,7 +101,7 @@ def test_no_search_from_many_starts_comes_nearer(arm: aa.Arm, kind: str) -> None
     late = np.linalg.norm(moves, axis=1) - searched(arm, poses, 20.0, rng)
     near = distances(arm, found.q, poses, LENGTH) - searched(arm, poses, LENGTH, rng)
     excess = np.where(held, late, near)
-    assert (excess >= 1e-3).sum() <= max(1, POSES // 100)
+    assert (excess >= 1e-3).sum() <= max(1, SEARCHED // 100)
     assert np.median(excess) < 1e-4
 
 

@@ -5,6 +5,7 @@ No kinematics here comes from the package: two ways to one pose that do not shar
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Any
 from xml.etree import ElementTree
@@ -21,12 +22,15 @@ ALPHAS = np.array([-1, 1, 1, -1, -1, 1, 0]) * np.pi / 2
 
 def turn(axis: Array, angle: float) -> Array:
     """Return a homogeneous turn by Rodrigues' formula."""
-    c, s = np.cos(angle), np.sin(angle)
-    x, y, z = axis
-    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    frame = np.eye(4)
-    frame[:3, :3] = c * np.eye(3) + s * cross + (1 - c) * np.outer(axis, axis)
-    return frame
+    c, s = math.cos(angle), math.sin(angle)
+    x, y, z = (float(v) for v in axis)
+    k = 1 - c
+    return np.array([
+        [c + k * x * x, k * x * y - s * z, k * x * z + s * y, 0],
+        [k * x * y + s * z, c + k * y * y, k * y * z - s * x, 0],
+        [k * x * z - s * y, k * y * z + s * x, c + k * z * z, 0],
+        [0, 0, 0, 1],
+    ])  # fmt: skip
 
 
 def shift(x: float, y: float, z: float) -> Array:

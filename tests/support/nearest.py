@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -50,6 +50,26 @@ class Case:
         off = np.sqrt(self.weight) * np.abs(q - self.near)
         cost = np.linalg.norm(off, axis=-1) if self.metric == "l2" else off.max(axis=-1)
         return np.where(within, cost, np.inf)
+
+
+def cost_of(case: Case, found: aa.Solution) -> float:
+    """Return what a solution costs."""
+    return float(-found.margin if case.prefer == "margin" else found.distance)
+
+
+def least_beside(case: Case, count: int) -> float:
+    """Return the least cost that `solve` finds over poses as far away as the rounding of their numbers.
+
+    Within 1e-11 rad of a singular arm angle joints turn by so much that the pose's last digit decides.
+    """
+    rng = np.random.default_rng(case.number)
+    least = np.inf
+    for _ in range(count):
+        pose = case.pose.copy()
+        pose[:3] *= 1 + rng.choice([-1, 0, 1], size=(3, 4)) * np.finfo(float).eps / 2
+        found = replace(case, pose=pose).solve()
+        least = min(least, cost_of(case, found) if found.ok else np.inf)
+    return least
 
 
 def _arm(rng: np.random.Generator, number: int) -> aa.Arm:

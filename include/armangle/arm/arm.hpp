@@ -27,6 +27,9 @@ struct ArmParameters {
     Pose<double> tool = identity_pose();
     Reference reference = Reference::base;
     Vec3<double> reference_vector{0, 0, 1};  // of Reference::vector, in the frame that poses are given in
+    // Joint 7 stays where it is, and a pose is held with whatever roll about axis 7 that makes; its limits
+    // are infinite then.
+    bool roll_free = false;
 };
 
 /// The parameters with everything that depends on them alone. make_arm is the only maker, and an arm is read,
@@ -111,6 +114,15 @@ inline Arm make_arm(const ArmParameters& parameters) noexcept {
     arm.limits.upper[joints] = infinity;
     for (int j = 0; j < joint_slots; ++j) arm.joint_middle[j] = middle(arm.limits, j);
     return arm;
+}
+
+/// The arm whose joint 7 stays where it is: a pose is held with any roll about axis 7.
+inline Arm with_free_roll(const Arm& arm) noexcept {
+    ArmParameters p = arm;
+    p.roll_free = true;
+    p.limits.lower[joints - 1] = -infinity;
+    p.limits.upper[joints - 1] = infinity;
+    return make_arm(p);
 }
 
 /// 0T7 of a pose given by the user: base^-1 pose tool^-1.

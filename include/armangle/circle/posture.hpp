@@ -115,20 +115,39 @@ ARMANGLE_INLINE JointLanes angles(const Directions<double>& d) noexcept {
     return atan2(JointLanes::of(d.y), JointLanes::of(d.x));
 }
 
+namespace detail {
+
+/// These joint values, joint 7 as it is in `near`: of an arm whose roll is free.
+[[gnu::noinline, gnu::cold]] inline JointLanes with_held_roll(JointLanes q, JointLanes near) noexcept {
+    double out[joint_slots], held[joint_slots];
+    q.store(out);
+    near.store(held);
+    out[joints - 1] = held[joints - 1];
+    return JointLanes::load(out);
+}
+
+}  // namespace detail
+
 /// q of the directions: within the limits, nearest to `seed`, or to the middle of the range without one.
 inline Joints joints_within_limits(const Arm& arm, const Directions<double>& d, const double* seed) noexcept {
     const JointLanes near = seed ? joint_lanes(seed) : JointLanes::load(arm.joint_middle);
+    JointLanes q = to_q(angles(d), JointLanes::load(arm.sign), JointLanes::load(arm.offset),
+                        JointLanes::load(arm.limits.lower), JointLanes::load(arm.limits.upper), near);
+    if (arm.roll_free) [[unlikely]]
+        q = detail::with_held_roll(q, near);
     Joints out;
-    to_q(angles(d), JointLanes::load(arm.sign), JointLanes::load(arm.offset),
-         JointLanes::load(arm.limits.lower), JointLanes::load(arm.limits.upper), near)
-        .store(out.q);
+    q.store(out.q);
     return out;
 }
 
 /// q of the directions lifted next to `near`, whatever the limits: for continuity along a motion.
 ARMANGLE_INLINE JointLanes joints_near(const Arm& arm, const Directions<double>& d,
                                        const JointLanes& near) noexcept {
-    return lift(to_q(angles(d), JointLanes::load(arm.sign), JointLanes::load(arm.offset)), near);
+    const JointLanes q =
+        lift(to_q(angles(d), JointLanes::load(arm.sign), JointLanes::load(arm.offset)), near);
+    if (arm.roll_free) [[unlikely]]
+        return detail::with_held_roll(q, near);
+    return q;
 }
 
 /// The same as seven joint values.

@@ -618,7 +618,8 @@ private:
         q.q[i + 2] = b.near + best.v;
     }
 
-    /// Offers the posture of a branch at psi, if it keeps the limits.
+    /// Offers the posture of a branch at psi, if it keeps the limits. What boxes say of their middles is no
+    /// such cost: beside a singular psi, where both ends of a pivot are rounding, no posture need have it.
     void try_point(int gc, double psi, bool stationary) noexcept {
         const Joints q = posture(gc, psi);
         if (!within_limits(arm_.limits, q.q, tolerance::angle)) return;
@@ -690,14 +691,19 @@ private:
     /// A first posture to compare with: the best middle of a box.
     void offer_middles(unsigned branches, int only_arc) noexcept {
         constexpr int n = nearest_rule::first_boxes;
+        double least = best_.cost, at = 0;
+        int branch = -1;
         for (int gc = 0; gc < configurations; ++gc) {
             if (arcs_.arcs[gc].empty() || !(branches >> gc & 1)) continue;
             for (int i = 0; i < n; ++i) {
                 const double psi = first_ + two_pi / n * i;
-                if (value_[gc][i] < best_.cost && holds(gc, only_arc, psi))
-                    offer(gc, psi, value_[gc][i], false);
+                if (!(value_[gc][i] < least) || !holds(gc, only_arc, psi)) continue;
+                least = value_[gc][i];
+                at = psi;
+                branch = gc;
             }
         }
+        if (branch >= 0) try_point(branch, at, false);
     }
 
     /// The boxes in rising order of their bounds, until none can hold anything better.
@@ -789,8 +795,10 @@ private:
         bound = select(Boxes(0.0) < low, max(bound, bowl), bound);
         sum.value.store(value);
         sum.least.store(least);
-        for (int k = 0; k < 8; ++k)
-            if (value[k] < best_.cost) offer(gc, middle[k], value[k], false);
+        int cheapest = 0;
+        for (int k = 1; k < 8; ++k)
+            if (value[k] < value[cheapest]) cheapest = k;
+        if (value[cheapest] < best_.cost) try_point(gc, middle[cheapest], false);
         for (int k = 0; k < 8; ++k) {
             const bool smooth = sum.smooth >> k & 1;
             if (dropped(smooth ? bound[k] : least[k])) continue;

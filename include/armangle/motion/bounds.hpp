@@ -78,6 +78,10 @@ inline void window(const Arm& arm, const SelfMotion<double>& m, const JointFunct
         narrow.lower[i] = from[i] + box.lower[i];
         narrow.upper[i] = from[i] + box.upper[i];
     }
+    if (arm.roll_free) {  // the pose asks nothing of joint 7
+        narrow.lower[joints - 1] = -infinity;
+        narrow.upper[joints - 1] = infinity;
+    }
     feasible(m, f, limit_table(arm, narrow), out);
 }
 
@@ -187,7 +191,8 @@ private:
     void share(int h, bool flipped, Joints& q) const noexcept {
         const int a = h - 1, b = h + 1;
         const double eps = arm.sign[a] * arm.sign[b] * (flipped ? -1.0 : 1.0);
-        const double wanted = wrap((q.q[b] - q_now[b]) + eps * (q.q[a] - q_now[a]));
+        const bool nothing = arm.roll_free && b == joints - 1;
+        const double wanted = nothing ? 0.0 : wrap((q.q[b] - q_now[b]) + eps * (q.q[a] - q_now[a]));
         const MoveBox box = detail::move_box(arm, bounds, q_now, largest_step, {});
         const double from = max(min(eps * box.lower[a], eps * box.upper[a]), wanted - box.upper[b]),
                      to = min(max(eps * box.lower[a], eps * box.upper[a]), wanted - box.lower[b]);

@@ -37,6 +37,7 @@ from .._arrays import (
 )
 from .._core import Turned, Wanted
 from ..errors import ConfigurationError, InputError, LimitError, NotFiniteError, SceneError, ShapeError
+from ..models.body import Body
 from ..models.catalogue import catalogue, load_robot
 from ..models.description import (
     ELBOW_OFFSETS,
@@ -50,7 +51,6 @@ from ..models.detect import describe_chain
 from ..models.mjcf import read_mjcf
 from ..models.urdf import Source, read_urdf, write_urdf
 from ..poses import as_transform, nearest_rotation
-from ..scenes.body import Body
 from ..scenes.clearance import Clearance, Widest, clearance_of
 from ..scenes.ready import Ready, make_ready
 from ..scenes.scene import Scene, as_shapes
@@ -65,7 +65,8 @@ from .freedom import Freedom
 from .joint_function import JointFunction
 from .near import NearHandle, check_near, moved_ends, unsupported
 from .question import METRICS as _METRICS
-from .question import Beyond, MetricName, Prefer, Question, relaxing_length
+from .question import PREFER, Beyond, MetricName, Prefer, Question, relaxing_length, weights_of
+from .roll import ROLLS, Roll, check_free_roll, solve_free
 from .solution import Solution, Solutions
 from .wish import Direction, as_wish
 
@@ -1611,6 +1612,7 @@ class Arm:
         singularity_margin: float = 0.0,
         outside: Beyond = "refuse",
         length: float = 0.2,
+        roll: Roll = "pose",
         threads: int = 1,
     ) -> Solution:
         """Return the posture of a pose that is nearest to a seed, of all there are.
@@ -1651,6 +1653,12 @@ class Arm:
             with `gc`, `allowed` or `scene`.
         length : float
             With "nearest": how many metres a radian counts as, m.
+        roll : "pose" or "free"
+            "free": the tool may turn about its own z axis, as a drill, a torch, a suction cup may; the pose
+            taken is ``arm.forward(found.q)[0]``. Where that axis is axis 7 this is exact: no roll has a
+            nearer posture, and there is none only where `feasible_roll` is empty. For any other tool 72 turns
+            are asked, 5° apart, each with its exact arcs, and the best is taken. Not with
+            ``outside="nearest"``.
         threads : int
             Threads for a batch; 0 for all cores.
 
@@ -1681,18 +1689,41 @@ class Arm:
         """
         plain = weight is None and gc is None and allowed is None and singularity_margin == 0.0
         plain = plain and isinstance(threads, int) and threads == 1
-        plain = plain and scene is None and outside == "refuse"
+        plain = plain and scene is None and outside == "refuse" and isinstance(roll, str) and roll == "pose"
         if plain and prefer == "near" and near is not None and isinstance(metric, str) and metric in _METRICS:
             one = self._handle.solve_one(pose, near, _METRICS[metric], Solution, STATUSES)
             if one is not None:
                 return cast(Solution, one)
         if self.chain is not None and outside == "nearest":
             raise unsupported("outside='nearest'")
-        asked = Question(
-            self, pose, near, metric, weight, prefer, gc, allowed, scene, singularity_margin, threads,
-            relaxing_length(outside, length, gc, allowed, scene),
-        )  # fmt: skip
-        return asked.solve()
+        beyond = relaxing_length(outside, length, gc, allowed, scene)
+
+        def ask(arm: Arm, poses: ArrayLike, seeds: ArrayLike | None, weights: ArrayLike | None) -> Solution:
+            return Question(
+                arm,
+                poses,
+                seeds,
+                metric,
+                weights,
+                prefer,
+                gc,
+                allowed,
+                scene,
+                singularity_margin,
+                threads,
+                beyond,
+            ).solve()
+
+        if chosen("roll", roll, ROLLS) == "pose":
+            return ask(self, pose, near, weight)
+        if beyond:
+            raise InputError("roll is 'free', which does not go with outside='nearest'")
+        if self.chain is not None:
+            raise unsupported("roll='free'")
+        check_free_roll(self, scene)
+        by_margin = near is None or chosen("prefer", prefer, PREFER) == "margin"
+        kind = chosen("metric", metric, _METRICS)
+        return solve_free(self, pose, near, weights_of(weight), by_margin, kind, ask)
 
     def solutions(
         self,

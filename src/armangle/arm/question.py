@@ -35,7 +35,7 @@ Prefer = Literal["near", "margin"]
 Beyond = Literal["refuse", "nearest"]
 
 METRICS: dict[str, Any] = {"l2": _core.Metric.L2, "max": _core.Metric.MAX}
-_PREFER = ("near", "margin")
+PREFER = ("near", "margin")
 _BEYOND = ("refuse", "nearest")
 _LONGEST = 1e3  # m, of what a radian counts as
 
@@ -55,10 +55,10 @@ class Question:
         self.poses: Floats = np.ascontiguousarray(arrays[0]).reshape(-1, 4, 4)
         kind = METRICS[chosen("metric", metric, METRICS)]
         margin = as_number("singularity_margin", singularity_margin, 0.0, _core.MOST_MARGIN)
-        if chosen("prefer", prefer, _PREFER) == "margin" or near is None:
+        if chosen("prefer", prefer, PREFER) == "margin" or near is None:
             kind = _core.Metric.MARGIN
         self.near = np.ascontiguousarray(arrays[1]).reshape(-1, JOINTS) if near is not None else None
-        self.options = _core.SolveOptions(kind, _weights(weight), _branches(gc), margin, length)
+        self.options = _core.SolveOptions(kind, weights_of(weight), branch_bits(gc), margin, length)
         self.handle = arm._handle
         self.threads = as_threads(threads)
         ready = arm._scene(scene)
@@ -117,7 +117,7 @@ def relaxing_length(outside: Beyond, length: float, *narrowed: object) -> float:
     return metres
 
 
-def _weights(weight: ArrayLike | None) -> Floats:
+def weights_of(weight: ArrayLike | None) -> Floats:
     """Return seven weights, one for all joints or one each."""
     if weight is None:
         return np.ones(JOINTS)
@@ -132,7 +132,7 @@ def _weights(weight: ArrayLike | None) -> Floats:
     return weights
 
 
-def _branches(gc: int | Iterable[int] | None) -> int:
+def branch_bits(gc: int | Iterable[int] | None) -> int:
     """Return a bit for each global configuration that may be used."""
     if gc is None:
         return (1 << CONFIGURATIONS) - 1

@@ -14,12 +14,15 @@ import numpy as np
 from .._arrays import JOINTS, Floats
 from ..arm.arm import MOST_MARGIN, Arm
 from ..errors import InputError, ShapeError
+from ..files.scenes import load_body, load_scene
 from ..files.sheets import ending
 from ..files.tables import load_poses
+from ..models.body import Body
 from ..models.catalogue import read_robot
 from ..models.detect import MAX_ANGLE, MAX_LENGTH
 from ..models.mjcf import is_mjcf
 from ..poses import COLUMNS, UNIT_TOLERANCE, poses_from_rows
+from ..scenes.scene import Scene
 from .screen import note
 
 DEGREE = math.pi / 180
@@ -56,6 +59,46 @@ def add_import(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> Non
         "--continuous-limits", choices=("ignore", "use"), default="ignore",
         help="limits that a continuous joint of a URDF states (default ignore)",
     )  # fmt: skip
+
+
+def add_scene(parser: argparse.ArgumentParser) -> None:
+    """Add --scene and --body."""
+    group = parser.add_argument_group("obstacles")
+    group.add_argument(
+        "--scene", metavar="FILE", help="keep clear of what it holds: scene.toml, or MoveIt's .scene"
+    )
+    group.add_argument(
+        "--body", metavar="BODY",
+        help="with --scene, the arm's links: UPPER,FOREARM radii in mm, body.toml, or "
+        "a URDF or MJCF with collision shapes (default: the file of --urdf)",
+    )  # fmt: skip
+
+
+def with_body(arm: Arm, args: argparse.Namespace) -> tuple[Arm, Scene | None]:
+    """Return the arm with the body of --body, and the scene of --scene."""
+    if args.scene is None:
+        if args.body is not None:
+            raise InputError("--body goes with --scene")
+        return arm, None
+    scene = load_scene(args.scene)
+    text = args.urdf if args.body is None else args.body
+    if text is None:
+        raise InputError(
+            "--scene needs the shape of the arm's links: --body 90,80 (radii of the bones in mm)"
+        )
+    links = (args.base, args.tip) if args.urdf is not None else (None, None)
+    if Path(text).suffix.lower() == ".toml":
+        body = load_body(text)
+    elif not Path(text).is_file():
+        upper_arm, forearm = numbers("--body", text, "UPPER,FOREARM in mm, or a file", 2) / 1e3
+        body = Body.bones(upper_arm=float(upper_arm), forearm=float(forearm))
+    elif is_mjcf(text):
+        body = Body.from_mjcf(text, *links)
+    else:
+        body = Body.from_urdf(text, *links)
+    for line in body.notes:
+        note(f"armangle: {line}")
+    return arm.with_body(body), scene
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:

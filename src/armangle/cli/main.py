@@ -19,6 +19,7 @@ COMMANDS = {
     "demo": "run the paper's example and draw figure 13",
     "robots": "list the arms of the catalogue",
     "inspect": "read an arm from URDF or MJCF: is it S-R-S, and how exactly",
+    "body": "balls and capsules that contain a robot's collision shapes",
     "fk": "joints to pose, arm angle and global configuration",
     "ik": "pose, arm angle and global configuration to joints",
     "arcs": "the arm angles that keep all joints within their limits",

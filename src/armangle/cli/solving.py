@@ -12,6 +12,7 @@ from ..arm.arm import Arm
 from ..arm.solution import Solution
 from ..errors import InputError
 from ..motion.joint_path import JointPath, even_parameters
+from ..scenes.scene import Scene
 from ..status import STATUSES, Status
 from .arguments import joints
 from .screen import (
@@ -28,7 +29,7 @@ from .screen import (
 from .tables import table
 
 
-def solve(arm: Arm, pose: Floats, args: argparse.Namespace) -> int:
+def solve(arm: Arm, pose: Floats, scene: Scene | None, args: argparse.Namespace) -> int:
     """Print what is nearest to --near, or to the middle of the ranges; status 1 where there is no posture."""
     _check(args, pose.ndim == 2)
     if args.near is None:
@@ -36,10 +37,10 @@ def solve(arm: Arm, pose: Floats, args: argparse.Namespace) -> int:
     else:
         near, name = joints("--near", args.near), "--near"
     if args.all:
-        return _all(arm, pose, near, name, args)
+        return _all(arm, pose, near, name, scene, args)
     single, frames = pose.ndim == 2, pose.reshape(-1, 4, 4)
     with progress("solving"):
-        found = arm.solve(frames, near, metric=args.metric, gc=args.gc)
+        found = arm.solve(frames, near, metric=args.metric, gc=args.gc, scene=scene)
     if args.output is not None:
         write(_path(arm, frames, found), args.output)
     names = np.array([status.name for status in STATUSES])[found.status]
@@ -63,9 +64,11 @@ def solve(arm: Arm, pose: Floats, args: argparse.Namespace) -> int:
     return 1
 
 
-def _all(arm: Arm, pose: Floats, near: Floats, name: str, args: argparse.Namespace) -> int:
+def _all(
+    arm: Arm, pose: Floats, near: Floats, name: str, scene: Scene | None, args: argparse.Namespace
+) -> int:
     """Print one posture for each branch and arc, the nearest first."""
-    found = arm.solutions(pose, near, metric=args.metric, gc=args.gc)
+    found = arm.solutions(pose, near, metric=args.metric, gc=args.gc, scene=scene)
     if args.json:
         columns = {key: getattr(found, key) for key in ("q", "psi", "gc", "distance", "margin", "status")}
         show_json(columns | {"near": near, "metric": args.metric})

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -20,6 +21,12 @@ UPPER_ARM, FOREARM = 2, 3
 _PARALLEL_SINE = 1e-9
 _NO_LENGTH = 4e-5  # m; each of a link's two lengths may be taken as zero up to half of it
 _CENTRES = {"shoulder": (0, 1, 2), "wrist": (4, 5, 6)}
+
+
+def cross(u: FloatArray, v: FloatArray) -> FloatArray:
+    """Return u x v of two vectors (3,), in a tenth of the time that NumPy's takes for arrays of any shape."""
+    (a, b, c), (x, y, z) = u.tolist(), v.tolist()
+    return np.array([b * z - c * y, c * x - a * z, a * y - b * x])
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,19 +47,19 @@ class Axes:
     def squareness_error(self, i: int) -> float:
         """Return how far axes i and i+1 (from 0) are from a right angle, rad, in [0, pi/2]."""
         cosine = float(np.abs(self.directions[i] @ self.directions[i + 1]))
-        sine = float(np.linalg.norm(np.cross(self.directions[i], self.directions[i + 1])))
+        sine = float(np.linalg.norm(cross(self.directions[i], self.directions[i + 1])))
         return float(np.arctan2(cosine, sine))
 
     def perpendicular(self, i: int, j: int) -> tuple[float, FloatArray]:
         """Return the distance (m) of axes i and j, and where on axis j the perpendicular stands."""
         between = self.points[j] - self.points[i]
         u, v = self.directions[i], self.directions[j]
-        normal = np.cross(u, v)
+        normal = cross(u, v)
         square = float(normal @ normal)
         if square < _PARALLEL_SINE**2:
             foot = self.foot(self.points[i], j)
             return float(np.linalg.norm(foot - self.points[i])), foot
-        foot = self.points[j] - v * float(np.cross(u, between) @ normal) / square
+        foot = self.points[j] - v * float(cross(u, between) @ normal) / square
         return float(abs(between @ normal)) / square**0.5, foot
 
     def foot(self, point: FloatArray, i: int) -> FloatArray:
@@ -84,10 +91,12 @@ class Axes:
         """Return the points (3,) of axis 4 nearest to axis 3 and to axis 5, m."""
         return self.perpendicular(2, 3)[1], self.perpendicular(4, 3)[1]
 
+    @cached_property
     def worst_miss(self) -> tuple[float, float]:
         """Return how far the axes of shoulder and wrist are from one common point each, m."""
         return max(self.misses("shoulder").values()), max(self.misses("wrist").values())
 
+    @cached_property
     def worst_squareness(self) -> float:
         """Return how far the worst two neighbours are from a right angle, rad."""
         return max(self.squareness_error(i) for i in range(len(self.points) - 1))

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from .._arrays import JOINTS, frozen
 from ..errors import ShapeError
-from ..scenes.body import Body
 from ..scenes.shapes import Shape
+from .body import Body
 
 LENGTHS = ("d_bs", "d_se", "d_ew", "d_wf")
 ELBOW_OFFSETS = ("a_3", "a_4", "d_4")

@@ -25,7 +25,16 @@ import numpy as np
 
 from .._arrays import JOINTS
 from ..errors import InputError, NotSRSError
-from .axes import POSTURES, ROUNDING, Axes, millimetres, reasons_against, rotation_angle, worst_difference
+from .axes import (
+    POSTURES,
+    ROUNDING,
+    Axes,
+    cross,
+    millimetres,
+    reasons_against,
+    rotation_angle,
+    worst_difference,
+)
 from .chain import Chain, FloatArray, chain_of, links_of, rigid_inverse
 from .description import ArmDescription, ImportReport
 from .fit import fit
@@ -130,7 +139,7 @@ class Nearness:
 
 def nearness(axes: Axes) -> Nearness:
     """Return how far seven axes are from those of an S-R-S arm."""
-    miss, tilt = max(axes.worst_miss()), axes.worst_squareness()
+    miss, tilt = max(axes.worst_miss), axes.worst_squareness
     srs = not reasons_against(axes, ANGLE_TOLERANCE, LENGTH_TOLERANCE)
     near = not srs and not reasons_against(axes, NEAR_ANGLE, NEAR_LENGTH)
     return Nearness(miss, tilt, srs, near)
@@ -225,7 +234,7 @@ def _write(
     """
     z = _orthogonal_neighbours(axes.directions * np.array(signs)[:, None])
     twists = (-1, 1, 1, -1, -1, 1)
-    x = [t * np.cross(z[i], z[i + 1]) for i, t in enumerate(twists)]
+    x = [t * cross(z[i], z[i + 1]) for i, t in enumerate(twists)]
     turns = [_angle_about(z[i], x[i - 1], x[i]) for i in range(1, 6)]
 
     def size(joint: int, direction: FloatArray) -> float:
@@ -280,7 +289,7 @@ def _orthogonal_neighbours(directions: FloatArray) -> FloatArray:
 
 def _angle_about(axis: FloatArray, start: FloatArray, end: FloatArray) -> float:
     """Return the angle (rad, in (-pi, pi]) about ``axis`` that turns ``start`` to ``end``."""
-    angle = math.atan2(float(axis @ np.cross(start, end)), float(start @ end))
+    angle = math.atan2(float(axis @ cross(start, end)), float(start @ end))
     quarter = round(angle / (math.pi / 2.0))
     if abs(angle - quarter * math.pi / 2.0) <= _NOISE:
         return abs(quarter) * math.pi / 2.0 if abs(quarter) == 2 else quarter * math.pi / 2.0
@@ -297,7 +306,7 @@ def _tidy(frame: FloatArray, axes: Axes) -> FloatArray:
     For axes that are S-R-S within a tolerance only, what differs within the default tolerances
     counts as rounding too.
     """
-    exact = max(*axes.worst_miss(), axes.worst_squareness()) <= ROUNDING
+    exact = max(*axes.worst_miss, axes.worst_squareness) <= ROUNDING
     turn, shift = (_NOISE, _NOISE) if exact else (ANGLE_TOLERANCE, LENGTH_TOLERANCE)
     tidy = frame + 0.0
     tidy[:3, 3] = np.where(np.abs(frame[:3, 3]) <= shift, 0.0, frame[:3, 3])
@@ -342,7 +351,7 @@ def _velocity_notes(chain: Chain) -> tuple[str, ...]:
 def _report(chain: Chain, axes: Axes, arm: ArmDescription) -> ImportReport:
     """Return how far the chain is from the arm."""
     position, rotation = residual(chain, arm)
-    shoulder, wrist = axes.worst_miss()
+    shoulder, wrist = axes.worst_miss
     return ImportReport(
         source=chain.source,
         base=chain.base,
@@ -350,7 +359,7 @@ def _report(chain: Chain, axes: Axes, arm: ArmDescription) -> ImportReport:
         joint_names=arm.joint_names,
         shoulder_miss=shoulder,
         wrist_miss=wrist,
-        angle_miss=axes.worst_squareness(),
+        angle_miss=axes.worst_squareness,
         residual_position=position,
         residual_rotation=rotation,
         postures=POSTURES,

@@ -211,6 +211,15 @@ def read_urdf(
     return chain
 
 
+def read_text(source: Source) -> tuple[bytes, Path]:
+    """Return the bytes of a URDF that `read_urdf` has read, from its first tag on, and its folder."""
+    if isinstance(source, bytes):
+        return source.removeprefix(_UTF8_MARK).lstrip(), Path()
+    if isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<"):
+        return source.lstrip("\ufeff \t\r\n").encode(), Path()
+    return Path(source).read_bytes().removeprefix(_UTF8_MARK).lstrip(), Path(source).parent
+
+
 def urdf_candidates(source: Source, base: str | None = None) -> list[Candidate]:
     """Return every chain of seven rotating joints of a file, S-R-S first.
 

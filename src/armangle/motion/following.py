@@ -12,6 +12,7 @@ from .. import _core
 from .._arrays import JOINTS, Floats, as_poses, chosen, named, one_posture
 from ..arm.allowed import Allowed, allowed_arcs
 from ..arm.arm import Arm
+from ..arm.roll import Roll, last_margin
 from ..errors import InputError, ShapeError
 from ..scenes.scene import Scene
 from .joint_path import JointPath, blank_rows, even_parameters
@@ -23,8 +24,10 @@ from .options import (
     check_chain,
     checked_options,
     core_policy,
+    free_roll,
     no_bounds,
     step_bounds,
+    without_last,
 )
 from .paths import Path, Waypoints, as_path, sample_count
 from .policies import Policy
@@ -52,6 +55,7 @@ def follow(
     acceleration: Bound = None,
     velocity_now: ArrayLike | None = None,
     outside: Outside = "refuse",
+    roll: Roll = "pose",
     lookahead: int = 0,
     blend: float = 0.0,
     samples: int | None = None,
@@ -78,6 +82,8 @@ def follow(
         Joints before the first pose, rad.
     gc, policy, dt, carry, max_joint_step, singularity_margin, outside
         As in `step`; `dt` is the time from pose to pose.
+    roll : "pose" or "free"
+        As in `step`: joint 7 stays where `start` has it, and `JointPath.poses` are those that are held.
     allowed : ArcSet of shape () or (N,), or function (4, 4) -> ArcSet, optional
         Arcs of the user's own, intersected.
     scene : Scene, optional
@@ -135,8 +141,16 @@ def follow(
     columns = tuple(rows[name] for name in ("q", "psi", "gc", "status", "margin", "residual"))
     ready = arm._scene(scene)
     about = None if ready is None else ready.handle
-    arm._handle.follow_all(joints, frames, options, count, psi, bounds, columns, about)
-    return JointPath(arm=arm, s=s, poses=frames.copy(), start=joints, path=path, **rows)
+    free = free_roll(arm, roll, "start", joints, scene)
+    if free is not None and bounds is not None:
+        bounds = without_last(bounds)
+    (free or arm._handle).follow_all(joints, frames, options, count, psi, bounds, columns, about)
+    held = frames.copy()
+    if free is not None:
+        path, done = None, np.isfinite(rows["q"][:, 0])
+        rows["margin"] = np.minimum(rows["margin"], last_margin(arm, rows["q"]))
+        held[done] = arm.forward(rows["q"][done], undefined="nan")[0]
+    return JointPath(arm=arm, s=s, poses=held, start=joints, path=path, **rows)
 
 
 def _sampled(

@@ -11,6 +11,7 @@ from .. import _core
 from .._arrays import CONFIGURATIONS, JOINTS, Floats, as_floats, as_gc, as_number, chosen, named, one_or_seven
 from ..arm.arm import MOST_MARGIN, Arm
 from ..arm.near import unsupported
+from ..arm.roll import ROLLS, Roll, check_free_roll, is_along_axis_7, last_margin
 from ..errors import ConfigurationError, InputError, NotFiniteError, ShapeError
 from .policies import POLICIES, Policy, Towards
 
@@ -43,6 +44,31 @@ def checked_options(
     if dt is not None:
         dt = as_number("dt", dt, 0.0, LONGEST_STEP, low_open=True)
     return gc, kept, max_joint_step, margin, dt, _OUTSIDE[chosen("outside", outside, _OUTSIDE)]
+
+
+def free_roll(arm: Arm, roll: Roll, name: str, joints: Floats, scene: object) -> Any:
+    """Return the core's arm that holds joint 7 of `joints` still, or None where the roll is the pose's.
+
+    Raises
+    ------
+    InputError
+        If the tool's z axis is not axis 7, or joint 7 is outside its limits.
+    """
+    if chosen("roll", roll, ROLLS) == "pose":
+        return None
+    if arm.chain is not None:
+        raise unsupported("roll='free'")
+    if not is_along_axis_7(arm):
+        raise InputError(
+            "roll is 'free', which here is about axis 7, and the tool's z axis is another; "
+            "arm.solve takes it, pose by pose"
+        )
+    check_free_roll(arm, scene)
+    if last_margin(arm, joints) < 0:
+        raise InputError(
+            f"roll is 'free', and joint 7 of {name} stands outside its limits, where it would stay"
+        )
+    return arm._handle.with_free_roll()
 
 
 def check_chain(
@@ -118,6 +144,13 @@ def step_bounds(
         raise InputError("bounds on velocity and acceleration need dt, the time of a step in s")
     time = as_number("dt", dt, 0.0, LONGEST_STEP, low_open=True)
     return np.concatenate([[time], fastest, hardest, now])
+
+
+def without_last(bounds: Floats) -> Floats:
+    """Return bounds of which joint 7, which stays where it is, is told nothing that it did before."""
+    out = bounds.copy()
+    out[-1] = 0.0
+    return out
 
 
 def no_bounds() -> Floats:

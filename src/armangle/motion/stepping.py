@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from .._arrays import JOINTS, Floats, as_floats, as_poses, broadcast, check_angles
+from .._arrays import JOINTS, Floats, as_floats, as_poses, broadcast, check_angles, one_posture
 from ..arm.allowed import Allowed, allowed_arcs, one_allowed
 from ..arm.arm import Arm
+from ..arm.roll import Roll, last_margin
 from ..errors import ShapeError
 from ..scenes.scene import Scene
 from ..status import STATUSES, Status
@@ -21,7 +22,9 @@ from .options import (
     check_chain,
     checked_options,
     core_policy,
+    free_roll,
     step_bounds,
+    without_last,
 )
 from .policies import Policy, Repulsion, Towards
 
@@ -155,6 +158,7 @@ def step(
     acceleration: Bound = None,
     velocity_now: ArrayLike | None = None,
     outside: Outside = "refuse",
+    roll: Roll = "pose",
 ) -> Step:
     """Return the joints for the next pose of a control loop: one pass of the paper's figure 10.
 
@@ -216,6 +220,10 @@ def step(
         PARTIAL. That is the pose of the same orientation with its wrist drawn into what joint 4 reaches;
         where limits forbid that too, one from which no small move of the joints comes nearer
         (``sqrt(|dp|² + (0.2 m · angle)²)``).
+    roll : "pose" or "free"
+        "free": joint 7 stays where it is, and the pose is held with the roll about axis 7 that this makes:
+        drills, welding torches, suction cups. Of all rolls it is the one that moves joint 7 least, and none
+        is refused for it. The tool's z axis must be axis 7.
 
     Returns
     -------
@@ -252,12 +260,17 @@ def step(
     ready = arm._scene(scene)
     about = None if ready is None else ready.handle
     core_step = arm._handle.step_one
+    if not isinstance(roll, str) or roll != "pose":
+        joints = one_posture("q_now", q_now)
+        free = free_roll(arm, roll, "q_now", joints, scene)
+        core_step = core_step if free is None else free.step_one
+        bounds = bounds if bounds is None else without_last(bounds)
     plain: Step | None = core_step(
         q_now, pose, native, gc, carry, max_joint_step, singularity_margin, dt, outside, count, psi, bounds,
         Step, STATUSES, about,
     )  # fmt: skip
     if plain is not None:
-        return plain
+        return plain if roll == "pose" else plain._replace(margin=_least(arm, plain))
     options = checked_options(gc, carry, max_joint_step, singularity_margin, dt, outside)
     joints, frame = as_floats("q_now", q_now, (JOINTS,)), as_poses("pose", pose, arm._handle)
     if joints.ndim != 1 or frame.ndim != 2:
@@ -267,4 +280,9 @@ def step(
         )
     joints, frame = np.ascontiguousarray(joints), np.ascontiguousarray(frame)
     converted: Step = core_step(joints, frame, native, *options, count, psi, bounds, Step, STATUSES, about)
-    return converted
+    return converted if roll == "pose" else converted._replace(margin=_least(arm, converted))
+
+
+def _least(arm: Arm, now: Step) -> float:
+    """Return the margin of a step whose roll is free, joint 7 with it."""
+    return min(now.margin, float(last_margin(arm, now.q)))

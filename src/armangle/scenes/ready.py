@@ -11,8 +11,7 @@ from .. import _core
 from .._arrays import JOINTS, Floats, Ints
 from .._core import Within
 from ..errors import SceneError
-from .body import Body
-from .scene import Scene
+from .scene import Pairs, Scene
 from .shapes import Shape
 
 LINKS_OF_A_PAIR = 256  # the core says a pair as obstacle * 256 + link
@@ -50,6 +49,18 @@ class _Links(NamedTuple):
     swings: list[_Link]
 
 
+class Shaped(Protocol):
+    """What is asked of a body."""
+
+    @property
+    def ignore(self) -> Pairs:
+        """Pairs of links that may touch."""
+
+    def _shapes(
+        self, d_se: float, d_ew: float, a_3: float, a_4: float, d_4: float
+    ) -> list[tuple[int, Shape]]: ...
+
+
 class Built(Protocol):
     """What is asked of an arm."""
 
@@ -58,9 +69,12 @@ class Built(Protocol):
     a_3: float
     a_4: float
     d_4: float
-    body: Body | None
     hand: tuple[Shape, ...]
     _handle: _core.Arm
+
+    @property
+    def body(self) -> Shaped | None:
+        """What its links look like."""
 
 
 def make_ready(arm: Built, scene: Scene) -> Ready:
@@ -88,6 +102,8 @@ def make_ready(arm: Built, scene: Scene) -> Ready:
     user = [[*shape._row(), Within.USER.value] for shape in scene.shapes]
     solids = [*user, *(link.row for link in [*mine.base, *mine.held])]
     ignored = _ignored(scene, obstacles, links, own)
+    for pair in () if arm.body is None else arm.body.ignore:
+        _let_touch(ignored, len(scene.shapes), own, links, pair)
     first_base = len(user)
     first_held = first_base + len(mine.base)
     handle = _core.Scene(
@@ -151,6 +167,15 @@ def _own_pairs(mine: _Links, first_obstacle: int, ignored: NDArray[np.int8]) -> 
     return np.array(pairs, dtype=np.int64).reshape(-1, 2)
 
 
+def _let_touch(
+    ignored: NDArray[np.int8], first: int, own: list[_Link], links: list[_Link], pair: tuple[str, str]
+) -> None:
+    """Let two links touch, whichever of them is asked as the obstacle; own obstacles begin at `first`."""
+    for one, other in (pair, pair[::-1]):
+        rows = [first + i for i, link in enumerate(own) if link.name == one]
+        ignored[np.ix_(rows, [i for i, link in enumerate(links) if link.name == other])] = 1
+
+
 def _ignored(scene: Scene, obstacles: list[str], links: list[_Link], own: list[_Link]) -> NDArray[np.int8]:
     """Return which pairs may touch: those that the scene says, and own links side by side."""
     out = np.zeros((len(obstacles), len(links)), dtype=np.int8)
@@ -162,8 +187,7 @@ def _ignored(scene: Scene, obstacles: list[str], links: list[_Link], own: list[_
                 raise SceneError("Scene", f"ignore[{at}]", name, f"the name of {what} (there are: {listed})")
         rows = [i for i, name in enumerate(obstacles) if name == obstacle]
         out[np.ix_(rows, [i for i, name in enumerate(names) if name == link])] = 1
-        both = [i for i, own_name in enumerate(obstacles) if own_name == link and i >= len(scene.shapes)]
-        out[np.ix_(both, [i for i, name in enumerate(names) if name == obstacle])] = 1
+        _let_touch(out, len(scene.shapes), own, links, (obstacle, link))
     first = len(scene.shapes)
     for i, mine in enumerate(own):
         for j, other in enumerate(links):

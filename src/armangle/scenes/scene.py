@@ -78,16 +78,17 @@ def as_shapes(owner: str, shapes: Iterable[Shape], kinds: tuple[type, ...]) -> t
     return listed
 
 
-def as_pairs(ignore: Iterable[tuple[str, str]]) -> Pairs:
+def as_pairs(
+    ignore: Iterable[tuple[str, str]], owner: str = "Scene", wanted: str = "pairs of names (obstacle, link)"
+) -> Pairs:
     """Return pairs of names."""
-    wanted = "pairs of names (obstacle, link)"
     if isinstance(ignore, (str, bytes)) or not isinstance(ignore, Iterable):
-        raise SceneError("Scene", "ignore", ignore, wanted)
+        raise SceneError(owner, "ignore", ignore, wanted)
     pairs = []
     for at, pair in enumerate(ignore):
         if isinstance(pair, (str, bytes)) or not isinstance(pair, Sequence) or len(pair) != 2:
-            raise SceneError("Scene", f"ignore[{at}]", pair, wanted)
+            raise SceneError(owner, f"ignore[{at}]", pair, wanted)
         if not all(isinstance(name, str) for name in pair):
-            raise SceneError("Scene", f"ignore[{at}]", pair, wanted)
+            raise SceneError(owner, f"ignore[{at}]", pair, wanted)
         pairs.append((str(pair[0]), str(pair[1])))
     return tuple(pairs)

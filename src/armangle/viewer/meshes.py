@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import importlib
+from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 import numpy as np
 
 from .._arrays import JOINTS, Floats
 from ..arm.arm import Arm
-from ..models.chain import from_rpy
 from ..models.urdf import read_urdf
+from ..models.urdf_shapes import mesh_file, numbers_of, origin_of, placed_elements
 from .solids import DARK, GREY, Solid, capsules
 
 # A capsule stands for the links of these DH frames.
 _GROUPS = {0: (0, 1), 3: (2, 3), 4: (4, 5), 7: (6, 7)}
-_ROTATING = ("revolute", "continuous")
 
 
 @dataclass
@@ -58,24 +57,12 @@ def solids_of(
 def _visuals(arm: Arm, urdf: Path, base: str | None, tip: str | None) -> _Looks:
     """Read the visuals of all links that move with one of the seven joints or with the base."""
     chain = read_urdf(urdf, base=base, tip=tip)  # refuses what is no XML, and entities
-    root = ElementTree.fromstring(urdf.read_bytes())
-    rest = arm.frames(np.zeros(JOINTS))
-    moving = {joint.name: i + 1 for i, joint in enumerate(chain.joints)}
-    looks = _Looks()
-    pending = [(chain.base, 0, np.eye(4))]
-    links = {link.get("name"): link for link in root.findall("link")}
-    while pending:
-        name, frame, placed = pending.pop()
-        local = np.linalg.inv(rest[frame]) @ placed
-        for k, visual in enumerate(links[name].findall("visual")):
-            _read_visual(looks, visual, f"{name}_{k}", frame, local, urdf.parent)
-        for joint in root.findall("joint"):
-            parent, child = joint.find("parent"), joint.find("child")
-            if parent is None or child is None or parent.get("link") != name:
-                continue
-            after = moving.get(joint.get("name", ""), None if joint.get("type") in _ROTATING else frame)
-            if after is not None and joint.get("type") in (*_ROTATING, "fixed"):
-                pending.append((child.get("link", ""), after, placed @ _origin(joint)))
+    looks, seen = _Looks(), Counter[str]()
+    for link, frame, local, visual in placed_elements(
+        urdf.read_bytes(), chain, arm.frames(np.zeros(JOINTS)), "visual"
+    ):
+        _read_visual(looks, visual, f"{link}_{seen[link]}", frame, local, urdf.parent)
+        seen[link] += 1
     return looks
 
 
@@ -83,7 +70,7 @@ def _read_visual(looks: _Looks, visual: Any, name: str, frame: int, local: Float
     try:
         shape = visual.find("geometry")[0]
         mesh = _shape(shape, folder)
-        place = local @ _origin(visual)
+        place = local @ origin_of(visual)
         vertices = np.asarray(mesh.vertices) @ place[:3, :3].T + place[:3, 3]
         faces = np.asarray(mesh.faces)
         if not len(faces) or not np.isfinite(vertices).all():
@@ -100,11 +87,11 @@ def _shape(shape: Any, folder: Path) -> Any:
     trimesh = importlib.import_module("trimesh")
     match shape.tag:
         case "mesh":
-            mesh = trimesh.load(_mesh_file(shape.get("filename", ""), folder), force="mesh")
-            mesh.apply_scale(_numbers(shape.get("scale"), 3, 1.0))
+            mesh = trimesh.load(mesh_file(shape.get("filename", ""), folder), force="mesh")
+            mesh.apply_scale(numbers_of(shape.get("scale"), 3, 1.0))
             return mesh
         case "box":
-            return trimesh.creation.box(extents=_numbers(shape.get("size"), 3, 0.0))
+            return trimesh.creation.box(extents=numbers_of(shape.get("size"), 3, 0.0))
         case "cylinder":
             radius, length = float(shape.get("radius")), float(shape.get("length"))
             return trimesh.creation.cylinder(radius=radius, height=length)
@@ -113,45 +100,11 @@ def _shape(shape: Any, folder: Path) -> Any:
     raise ValueError(f"unknown geometry <{shape.tag}>")
 
 
-def _mesh_file(name: str, folder: Path) -> Path:
-    """Return the local file of a mesh name: a path, file://, or package:// looked for above the URDF."""
-    scheme, _, rest = name.rpartition("://")
-    if scheme == "file":
-        places = [Path(rest)]
-    elif scheme == "package":
-        package, _, inside = rest.partition("/")
-        above = (folder.resolve(), *folder.resolve().parents)
-        places = [p / package / inside for p in above] + [p / inside for p in above if p.name == package]
-    elif scheme:
-        raise ValueError(f"{name}: only local files are read")
-    else:
-        places = [folder / name]
-    for place in places:
-        if place.is_file():
-            return place
-    raise ValueError(f"{name}: no such file")
-
-
-def _origin(element: Any) -> Floats:
-    """Return the pose (4, 4) of an element's <origin>."""
-    origin = element.find("origin")
-    if origin is None:
-        return np.eye(4)
-    return from_rpy(_numbers(origin.get("xyz"), 3, 0.0), _numbers(origin.get("rpy"), 3, 0.0))
-
-
-def _numbers(text: str | None, count: int, default: float) -> Floats:
-    values = np.full(count, default) if text is None else np.array(text.split(), dtype=np.float64)
-    if len(values) != count:
-        raise ValueError(f"{text!r} has {len(values)} numbers, wanted {count}")
-    return values
-
-
 def _colour(visual: Any, default: tuple[int, int, int]) -> tuple[int, int, int]:
     """Return the RGB of a visual's own material."""
     colour = visual.find("material/color")
     if colour is None or colour.get("rgba") is None:
         return default
-    rgba = np.clip(_numbers(colour.get("rgba"), 4, 0.0), 0.0, 1.0)
+    rgba = np.clip(numbers_of(colour.get("rgba"), 4, 0.0), 0.0, 1.0)
     red, green, blue = (round(255 * float(part)) for part in rgba[:3])
     return red, green, blue

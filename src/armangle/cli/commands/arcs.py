@@ -10,8 +10,19 @@ import numpy as np
 from ..._arrays import CONFIGURATIONS, JOINTS, Floats
 from ...arm.arcs import ArcEnd, ArcSet
 from ...arm.arm import Arm
+from ...errors import InputError
 from ...status import Status
-from ..arguments import POSE_HELP, add_arm, add_json, add_singularity_margin, joints, pose, the_arm
+from ..arguments import (
+    POSE_HELP,
+    add_arm,
+    add_json,
+    add_scene,
+    add_singularity_margin,
+    joints,
+    pose,
+    the_arm,
+    with_body,
+)
 from ..screen import degrees, note, show, show_json, signs_text, unsolved_text
 from ..tables import paint, table
 
@@ -41,13 +52,16 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="what this joint alone allows; without a number every joint",
     )  # fmt: skip
     add_arm(parser)
+    add_scene(parser)
     add_singularity_margin(parser)
     add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Print the arcs; status 1 where there is none."""
-    arm = the_arm(args)
+    arm, scene = with_body(the_arm(args), args)
+    if scene is not None and args.joint is not None:
+        raise InputError("--scene does not go with --joint: obstacles block arm angles, whatever the joints")
     if args.q is not None:
         frame, _, own = arm.forward(joints("--q", args.q), undefined="nan")
         configurations = range(CONFIGURATIONS) if args.all else [int(own) if args.gc is None else args.gc]
@@ -57,7 +71,7 @@ def run(args: argparse.Namespace) -> int:
     found: list[Found] = []
     for gc in configurations:
         if args.joint is None:
-            arcs = arm.feasible(frame, gc, singularity_margin=args.singularity_margin)
+            arcs = arm.feasible(frame, gc, singularity_margin=args.singularity_margin, scene=scene)
             found.append((gc, None, arcs))
             continue
         each = arm.joint_feasible(frame, gc, singularity_margin=args.singularity_margin)
@@ -116,6 +130,8 @@ def _lines(arcs: ArcSet) -> list[tuple[str, str, str, str]]:
 
 
 def _end_text(end: ArcEnd) -> str:
+    if end.obstacle is not None:
+        return f"{end.link} at {end.obstacle}"
     return f"joint {end.joint} {end.side} {degrees(end.value, 1)}"
 
 
@@ -127,7 +143,12 @@ def _strip(arcs: ArcSet) -> str:
 
 
 def _facts(gc: int, joint: int | None, arcs: ArcSet) -> dict[str, Any]:
-    ends = [[{"joint": e.joint, "side": e.side, "value": e.value} for e in pair] for pair in arcs.ends]
+    ends = [[_end_facts(end) for end in pair] for pair in arcs.ends]
     facts: dict[str, Any] = {"gc": gc} if joint is None else {"gc": gc, "joint": joint}
     status = Status(int(arcs.status)).name
     return facts | {"status": status, "intervals": arcs.intervals, "ends": ends}
+
+
+def _end_facts(end: ArcEnd) -> dict[str, Any]:
+    facts: dict[str, Any] = {"joint": end.joint, "side": end.side, "value": end.value}
+    return facts if end.obstacle is None else facts | {"obstacle": end.obstacle, "link": end.link}

@@ -19,6 +19,7 @@ from ..arguments import (
     add_arm,
     add_json,
     add_output,
+    add_scene,
     add_singularity_margin,
     angle,
     angle_up_to,
@@ -26,6 +27,7 @@ from ..arguments import (
     number,
     numbers,
     the_arm,
+    with_body,
 )
 from ..screen import counted, degrees, note, plural, progress, show, show_json, violations, write
 from ..tables import paint, table
@@ -51,6 +53,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_output(parser, "joints")
     parser.add_argument("--gc", type=int, choices=range(CONFIGURATIONS), help="default: that of --start")
     add_arm(parser)
+    add_scene(parser)
     _add_policy(parser.add_argument_group("the arm angle"))
     parser.add_argument("--carry", choices=("psi", "elbow"), default="psi", help="what stays between poses")
     parser.add_argument(
@@ -91,7 +94,7 @@ def _policy(args: argparse.Namespace) -> Policy:
 
 def run(args: argparse.Namespace) -> int:
     """Write the joints and print a summary; status 1 where a pose is not solved."""
-    arm = the_arm(args)
+    arm, scene = with_body(the_arm(args), args)
     start = joints("--start", args.start)
     if not arm.within_limits(start):
         raise InputError(f"--start is outside the limits: {violations(arm, start)}")
@@ -102,7 +105,7 @@ def run(args: argparse.Namespace) -> int:
         path = follow(
             arm, frames, start=start, gc=args.gc, policy=policy, dt=args.dt, carry=args.carry,
             max_joint_step=args.max_joint_step, singularity_margin=args.singularity_margin,
-            on_fail=args.on_fail,
+            on_fail=args.on_fail, scene=scene,
         )  # fmt: skip
     if args.output is not None:
         write(path, args.output)

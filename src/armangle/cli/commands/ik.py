@@ -13,8 +13,20 @@ from ...arm.arm import Arm
 from ...arm.question import METRICS
 from ...errors import InputError
 from ...motion.joint_path import JointPath, blank_rows, even_parameters
+from ...scenes.scene import Scene
 from ...status import STATUSES, Status
-from ..arguments import POSE_HELP, add_arm, add_json, add_output, angle, joints, poses, the_arm
+from ..arguments import (
+    POSE_HELP,
+    add_arm,
+    add_json,
+    add_output,
+    add_scene,
+    angle,
+    joints,
+    poses,
+    the_arm,
+    with_body,
+)
 from ..screen import (
     degrees,
     joint_margins,
@@ -64,6 +76,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     which.add_argument("--gc", type=int, choices=range(CONFIGURATIONS), help="global configuration")
     which.add_argument("--all", action="store_true", help="each branch and arc; with --psi all eight")
     add_arm(parser)
+    add_scene(parser)
     parser.add_argument("--seed", metavar="Q", help="with --psi: q1,..,q7 in degrees, take the nearest turns")
     add_output(parser, "joints")
     add_json(parser)
@@ -71,14 +84,16 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print the posture or postures; status 1 where there is none within the limits."""
-    arm = the_arm(args)
+    arm, scene = with_body(the_arm(args), args)
+    if scene is not None and (args.kuka is not None or args.psi is not None):
+        raise InputError("--scene goes without --psi and --kuka: the arm angle is what it decides")
     if args.kuka is not None:
         return _kuka(arm, args)
     pose = poses("--pose", args.pose)
     if args.explain:
-        return _explain(arm, pose, args)
+        return _explain(arm, pose, scene, args)
     if args.psi is None:
-        return solve(arm, pose, args)
+        return solve(arm, pose, scene, args)
     if args.near is not None or args.metric != "l2":
         raise InputError(
             "--near and --metric go without --psi, which leaves nothing to choose but turns: --seed"
@@ -141,11 +156,11 @@ def _kuka(arm: Arm, args: argparse.Namespace) -> int:
     return 0 if inside else 1
 
 
-def _explain(arm: Arm, pose: Floats, args: argparse.Namespace) -> int:
+def _explain(arm: Arm, pose: Floats, scene: Scene | None, args: argparse.Namespace) -> int:
     """Print for every global configuration whether it holds the pose; status 1 where none does."""
     if pose.ndim == 3 or args.output is not None or args.psi is not None:
         raise InputError("--explain takes one pose, without --psi and -o")
-    diagnosis = arm.explain(pose)
+    diagnosis = arm.explain(pose, scene=scene)
     if args.json:
         branches = [asdict(branch) for branch in diagnosis.branches]
         nearest = {"nearest": diagnosis.nearest, "nearest_gap": diagnosis.nearest_gap}

@@ -1,0 +1,101 @@
+"""A roll of the tool that is free: what joint 7 does then, and which tools it serves."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from .._arrays import JOINTS, Floats, as_poses
+from ..errors import InputError
+from ..status import STATUSES, Status
+from .solution import Solution
+
+if TYPE_CHECKING:
+    from .arm import Arm
+
+Roll = Literal["pose", "free"]
+
+ROLLS = ("pose", "free")
+LADDER = 72
+"""Turns about the tool's z axis that are asked where it is not axis 7."""
+
+_LAST = JOINTS - 1
+_ALONG = 1e-9  # m, rad: how far the tool's z axis may be from axis 7, to be it
+
+
+def is_along_axis_7(arm: Arm) -> bool:
+    """Return whether the tool's z axis is the axis of joint 7, so that joint 7 alone sees a roll."""
+    return bool(np.abs(arm.tool[:2, 2:]).max() <= _ALONG)
+
+
+def check_free_roll(arm: Arm, scene: object) -> None:
+    """Raise where a roll cannot be free because obstacles would see it."""
+    if scene is not None and arm.hand:
+        raise InputError("roll is 'free', and what arm.with_hand holds would turn with it: not with scene")
+
+
+def last_margin(arm: Arm, q: Floats) -> Any:
+    """Return how far joint 7 is from its nearer limit, rad."""
+    return np.minimum(q[..., _LAST] - arm.lower[_LAST], arm.upper[_LAST] - q[..., _LAST])
+
+
+def solve_free(
+    arm: Arm, pose: Any, near: Any, weights: Floats, by_margin: bool, metric: str, ask: Any
+) -> Solution:
+    """Return the posture of each pose at its best roll; `ask(arm, pose, near, weights)` solves at one.
+
+    Where the tool's z axis is axis 7 no roll is tried: joints 1 to 6 do not see it, and joint 7 is free to
+    stand where the seed has it, or in the middle.
+    """
+    if not is_along_axis_7(arm):
+        return _on_ladder(arm, pose, near, weights, by_margin, ask)
+    kept = weights.copy()
+    kept[_LAST] = 0.0
+    if not kept.any():
+        raise InputError(
+            f"weight is {weights.tolist()}, and with a free roll joint 7 stands by itself: "
+            "wanted one of the others positive"
+        )
+    lower, upper = arm.lower.copy(), arm.upper.copy()
+    lower[_LAST], upper[_LAST] = -np.inf, np.inf
+    found: Solution = ask(arm.with_(lower=lower, upper=upper), pose, near, kept)
+    q = np.array(found.q)
+    least, most = arm.lower[_LAST], arm.upper[_LAST]
+    seed = np.asarray(0.0 if near is None else np.asarray(near, dtype=np.float64)[..., _LAST])
+    middle = 0.5 * (least + most) if np.isfinite(most - least) else np.clip(seed, least, most)
+    last = np.broadcast_to(middle if by_margin else np.clip(seed, least, most), q.shape[:-1])
+    q[..., _LAST] = np.where(np.isfinite(q[..., 0]), last, np.nan)
+    margin = np.minimum(found.margin, last_margin(arm, q))
+    extra = np.sqrt(weights[_LAST]) * np.abs(last - seed)
+    apart = np.hypot(found.distance, extra) if metric == "l2" else np.maximum(found.distance, extra)
+    if q.ndim > 1:
+        return found._replace(q=q, margin=margin, distance=apart)
+    return found._replace(q=q, margin=float(margin), distance=float(apart))
+
+
+def _on_ladder(arm: Arm, pose: Any, near: Any, weights: Floats, by_margin: bool, ask: Any) -> Solution:
+    """Return the best of `LADDER` turns about the tool's z axis, each with its exact arcs."""
+    poses = as_poses("pose", pose, arm._handle)
+    angles = np.arange(LADDER) * (2 * np.pi / LADDER)
+    turns = np.zeros((LADDER, 4, 4))
+    turns[:, 0, 0] = turns[:, 1, 1] = np.cos(angles)
+    turns[:, 1, 0] = np.sin(angles)
+    turns[:, 0, 1] = -turns[:, 1, 0]
+    turns[:, 2, 2] = turns[:, 3, 3] = 1.0
+    seeds = None if near is None else np.asarray(near, dtype=np.float64)[..., None, :]
+    found: Solution = ask(arm, poses[..., None, :, :] @ turns, seeds, weights)
+    ok = np.asarray(found.ok)
+    worth = np.where(ok, found.margin if by_margin else -np.asarray(found.distance), -np.inf)
+    best = worth.argmax(axis=-1)
+
+    def taken(column: Any) -> Any:
+        column = np.asarray(column)
+        index = best.reshape(*best.shape, *[1] * (column.ndim - best.ndim))
+        return np.take_along_axis(column, index, axis=best.ndim).squeeze(best.ndim)
+
+    q, psi, gc, distance, status, margin = (taken(column) for column in found)
+    if best.ndim:
+        return Solution(q, psi, gc, distance, status, margin)
+    outcome: Status = STATUSES[int(status)]
+    return Solution(q, float(psi), int(gc), float(distance), outcome, float(margin))

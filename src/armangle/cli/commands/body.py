@@ -1,0 +1,73 @@
+"""``armangle body``: balls and capsules that contain a robot's collision shapes."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+import numpy as np
+
+from ...files.replacing import replacing
+from ...files.scenes import body_toml
+from ...models.body import Body
+from ...models.mjcf import is_mjcf
+from ...scenes.shapes import Capsule
+from ..arguments import add_json
+from ..screen import note, show, show_json
+from ..tables import paragraph, table
+
+HELP = """\
+Balls and capsules that provably contain the collision shapes of a URDF or MJCF,
+link by link: the body that --scene asks for."""
+EXAMPLE = "  armangle body robot.urdf -o body.toml"
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments."""
+    parser.add_argument("file", metavar="FILE", help="a URDF or MJCF with collision shapes")
+    parser.add_argument("--base", metavar="LINK", help="first link; guessed if left out")
+    parser.add_argument("--tip", metavar="LINK", help="last link; guessed if left out")
+    parser.add_argument(
+        "--shapes", type=int, default=6, metavar="N", help="at most so many for one shape (default 6)"
+    )
+    parser.add_argument(
+        "--hulls", action="store_true", help="meshes that are not closed stand for their convex hulls"
+    )
+    parser.add_argument("-o", "--output", metavar="FILE.toml", help="write the body, for --body")
+    add_json(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print the body."""
+    if is_mjcf(args.file):
+        body = Body.from_mjcf(args.file, args.base, args.tip, shapes=args.shapes)
+    else:
+        body = Body.from_urdf(args.file, args.base, args.tip, shapes=args.shapes, hulls=args.hulls)
+    facts = [_facts(frame, shape) for frame, shapes in body.links for shape in shapes]
+    if args.json:
+        show_json({"shapes": facts, "ignore": body.ignore, "notes": body.notes})
+    else:
+        rows = [
+            [str(row["link"]), row["name"], row["kind"], f"{1e3 * row['radius']:.1f}",
+             f"{1e3 * row['length']:.1f}", f"{1e3 * row['volume']:.2f}"]
+            for row in facts
+        ]  # fmt: skip
+        show(table(["frame", "link", "shape", "radius mm", "length mm", "litres"], rows, left=(1, 2)))
+        show(f"\n{len(facts)} shapes, {1e3 * sum(row['volume'] for row in facts):.1f} litres")
+        for line in body.notes:
+            show(paragraph(line))
+    if args.output is not None:
+        with replacing(args.output) as file:
+            file.write(body_toml(body).encode())
+        note(f"wrote {args.output}")
+    return 0
+
+
+def _facts(frame: int, shape: Any) -> dict[str, Any]:
+    capsule = isinstance(shape, Capsule)
+    length = float(np.linalg.norm(np.subtract(shape.end, shape.begin))) if capsule else 0.0
+    volume = np.pi * shape.radius**2 * (length + 4 / 3 * shape.radius)
+    return {
+        "link": frame, "name": shape.name, "kind": "capsule" if capsule else "ball",
+        "radius": shape.radius, "length": length, "volume": float(volume),
+    }  # fmt: skip

@@ -1,0 +1,296 @@
+"""Scenes and bodies from files: TOML tables, and the text that MoveIt saves a planning scene as."""
+
+from __future__ import annotations
+
+import json
+import os
+import tomllib
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any, NoReturn
+
+import numpy as np
+
+from .._arrays import Floats
+from ..errors import ArmangleError, SceneError
+from ..models.body import Body
+from ..models.cover import Rod, cover_cylinder, cover_mesh, merged, open_edges
+from ..poses import pose
+from ..scenes.scene import Scene
+from ..scenes.shapes import Ball, Box, Capsule, HalfSpace, Shape
+
+PathLike = str | os.PathLike[str]
+
+_KINDS: dict[str, tuple[Any, tuple[str, ...], tuple[str, ...]]] = {  # needed keys, further keys
+    "ball": (Ball, ("center", "radius"), ("name",)),
+    "capsule": (Capsule, ("begin", "end", "radius"), ("name",)),
+    "box": (Box, ("size", "position"), ("rpy", "radius", "name")),
+    "half_space": (HalfSpace, ("normal", "offset"), ("name",)),
+}
+_ROUND = 4  # rods for a round body or a mesh of MoveIt
+
+
+def load_scene(path: PathLike) -> Scene:
+    """Return the scene of a TOML file, or of a ``.scene`` file that MoveIt saved.
+
+    In TOML: ``clearance`` (m), ``ignore`` (pairs of names), and any number of tables ``[[ball]]``
+    (``center``, ``radius``), ``[[capsule]]`` (``begin``, ``end``, ``radius``), ``[[box]]`` (``size``,
+    ``position``, and ``rpy`` in rad about fixed x, y, z, ``radius``), ``[[half_space]]`` (``normal``,
+    ``offset``), each with a ``name`` if wanted; lengths in m. Of MoveIt's text boxes and spheres are
+    read as they are; cylinders and closed meshes become balls and capsules that contain them.
+
+    Parameters
+    ----------
+    path : path
+
+    Returns
+    -------
+    Scene
+
+    Raises
+    ------
+    SceneError
+        Naming file, table and key.
+
+    Examples
+    --------
+    >>> import armangle as aa
+    >>> from pathlib import Path
+    >>> from tempfile import mkdtemp
+    >>> file = Path(mkdtemp()) / "cell.toml"
+    >>> _ = file.write_text('[[ball]]\\nname = "lamp"\\ncenter = [0.4, 0, 0.5]\\nradius = 0.1')
+    >>> aa.load_scene(file).names
+    ('lamp',)
+    """
+    if Path(path).suffix.lower() == ".scene":
+        return Scene(_Moveit(_text(path), str(path)).shapes())
+    table = _toml(path)
+    keys = {"clearance", "ignore", *_KINDS}
+    _refuse_other_keys(str(path), table, keys)
+    shapes = [_shape(where, kind, row) for where, kind, row in _rows(path, table, _KINDS)]
+    return Scene(shapes, clearance=table.get("clearance", 0.0), ignore=table.get("ignore", ()))
+
+
+def load_body(path: PathLike) -> Body:
+    """Return the body of a TOML file, such as ``armangle body -o`` writes.
+
+    Tables ``[[ball]]`` and ``[[capsule]]`` as of `load_scene`, each with ``link``, its DH frame 0..7, and
+    ``ignore``; or ``[bones]`` with ``upper_arm`` and ``forearm``, radii in m.
+
+    Parameters
+    ----------
+    path : path
+
+    Returns
+    -------
+    Body
+
+    Raises
+    ------
+    SceneError
+        Naming file, table and key.
+    """
+    table = _toml(path)
+    if "bones" in table:
+        _refuse_other_keys(str(path), table, {"bones"})
+        bones = table["bones"]
+        if not isinstance(bones, dict):
+            raise SceneError(str(path), "bones", bones, "a table [bones]")
+        _refuse_other_keys(f"{path} [bones]", bones, {"upper_arm", "forearm", "plates"})
+        _refuse_missing(f"{path} [bones]", bones, ("upper_arm", "forearm"))
+        return Body.bones(**bones)
+    _refuse_other_keys(str(path), table, {"ignore", "ball", "capsule"})
+    links: dict[int, list[Any]] = {}
+    for where, kind, row in _rows(path, table, ("ball", "capsule")):
+        _refuse_missing(where, row, ("link",))
+        links.setdefault(row["link"], []).append(_shape(where, kind, {k: row[k] for k in row if k != "link"}))
+    return Body(links, ignore=table.get("ignore", ()))
+
+
+def body_toml(body: Body) -> str:
+    """Return the text that `load_body` reads; of a body that is no `Body.bones`."""
+    lines = [f"# {note}" for note in body.notes]
+    if body.ignore:
+        lines.append(f"ignore = {json.dumps([list(pair) for pair in body.ignore])}")
+    for link, shapes in body.links:
+        for shape in shapes:
+            lines.append("")
+            if isinstance(shape, Ball):
+                lines += ["[[ball]]", f"center = {list(shape.center)!r}", f"radius = {shape.radius!r}"]
+            elif isinstance(shape, Capsule):
+                lines += ["[[capsule]]", f"begin = {list(shape.begin)!r}", f"end = {list(shape.end)!r}"]
+                lines += [f"radius = {shape.radius!r}"]
+            lines.append(f"link = {link}")
+            if shape.name is not None:
+                lines.append(f"name = {json.dumps(shape.name)}")
+    return "\n".join(lines).lstrip() + "\n"
+
+
+def _text(path: PathLike) -> str:
+    try:
+        return Path(path).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError, ValueError) as error:
+        why = getattr(error, "strerror", None) or str(error)
+        raise SceneError("file", "path", str(path), f"a text file that can be read ({why})") from None
+
+
+def _toml(path: PathLike) -> dict[str, Any]:
+    try:
+        return tomllib.loads(_text(path))
+    except tomllib.TOMLDecodeError as error:
+        raise SceneError("file", "path", str(path), f"TOML ({error})") from None
+
+
+def _refuse_other_keys(where: str, table: dict[str, Any], known: set[str]) -> None:
+    for key in table:
+        if key not in known:
+            raise SceneError(where, "key", key, f"one of {', '.join(sorted(known))}")
+
+
+def _refuse_missing(where: str, table: dict[str, Any], keys: tuple[str, ...]) -> None:
+    for key in keys:
+        if key not in table:
+            raise SceneError(where, key, None, "a value")
+
+
+def _rows(path: PathLike, table: dict[str, Any], kinds: Any) -> Iterator[tuple[str, str, dict[str, Any]]]:
+    """Yield the tables [[kind]] of a file, each with what to call it."""
+    for kind in kinds:
+        rows = table.get(kind, [])
+        if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
+            raise SceneError(str(path), kind, rows, f"tables [[{kind}]]")
+        for at, row in enumerate(rows):
+            yield f"{path} [[{kind}]] {at}", kind, row
+
+
+def _shape(where: str, kind: str, row: dict[str, Any]) -> Shape:
+    make, wanted, more = _KINDS[kind]
+    _refuse_other_keys(where, row, {*wanted, *more})
+    _refuse_missing(where, row, wanted)
+    values = dict(row)
+    try:
+        if kind == "box":
+            values["pose"] = pose(values.pop("position"), rpy=values.pop("rpy", [0.0, 0.0, 0.0]))
+        shape: Shape = make(**values)
+    except SceneError as error:
+        raise SceneError(f"{where}: {error.shape}", error.name, error.value, _wanted(error)) from None
+    except ArmangleError as error:
+        raise SceneError(where, "position, rpy", [row.get("position"), row.get("rpy")], str(error)) from None
+    return shape
+
+
+def _wanted(error: SceneError) -> str:
+    return str(error).rpartition(", wanted ")[2]
+
+
+class _Moveit:
+    """Reads the text of MoveIt's planning scenes: a name, then an object after each ``*``, then ``.``.
+
+    An object: its name; in the newer format its pose (three numbers, four numbers); how many shapes; each
+    with its pose and colour; in the newer format its subframes.
+    """
+
+    def __init__(self, text: str, source: str) -> None:
+        self.lines = [line.strip() for line in text.splitlines() if line.strip()]
+        self.source = source
+        self.at = 1
+
+    def fail(self, wanted: str) -> NoReturn:
+        line = self.lines[self.at] if self.at < len(self.lines) else "the end of the file"
+        raise SceneError(self.source, f"line {self.at + 1} (of those with text)", line, wanted)
+
+    def line(self) -> str:
+        if self.at >= len(self.lines):
+            self.fail("more lines")
+        self.at += 1
+        return self.lines[self.at - 1]
+
+    def numbers(self, count: int) -> Floats:
+        words = self.lines[self.at].split() if self.at < len(self.lines) else []
+        try:
+            values = np.array([float(word) for word in words])
+        except ValueError:
+            self.fail(f"{count} numbers")
+        if len(values) != count or not np.isfinite(values).all():
+            self.fail(f"{count} finite numbers")
+        self.at += 1
+        return values
+
+    def pose(self) -> Floats:
+        position, turn = self.numbers(3), self.numbers(4)
+        try:
+            return np.asarray(pose(position, xyzw=turn))
+        except ArmangleError:
+            self.at -= 1
+            self.fail("a quaternion x y z w of length 1")
+
+    def count(self) -> int:
+        value = float(self.numbers(1)[0])
+        if value < 0 or value != int(value):
+            self.at -= 1
+            self.fail("how many")
+        return int(value)
+
+    def shapes(self) -> list[Shape]:
+        out: list[Shape] = []
+        while self.at < len(self.lines) and self.lines[self.at] != ".":
+            if not self.line().startswith("*"):
+                self.at -= 1
+                self.fail("an object, '* NAME', or '.' after the last")
+            name = self.lines[self.at - 1][1:].strip() or f"object_{len(out)}"
+            out += self.object(name)
+        return out
+
+    def object(self, name: str) -> list[Shape]:
+        newer = self.at < len(self.lines) and len(self.lines[self.at].split()) > 1
+        frame = self.pose() if newer else np.eye(4)
+        rows = [self.shape(frame) for _ in range(self.count())]
+        if newer and self.at < len(self.lines) and self.lines[self.at].isdigit():
+            for _ in range(self.count()):
+                self.line()
+                self.pose()
+        made = [make for row in rows for make in row]
+        return [make(name if len(made) == 1 else f"{name}_{k}") for k, make in enumerate(made)]
+
+    def shape(self, frame: Floats) -> list[Callable[[str], Shape]]:
+        """Return what makes the shapes that one shape of the file becomes, given their names."""
+        kind = self.line()
+        rods: list[Rod] = []
+        size = np.zeros(3)
+        match kind:
+            case "box":
+                size = self.numbers(3)
+            case "sphere":
+                rods = [Rod(np.zeros(3), np.zeros(3), float(self.numbers(1)[0]))]
+            case "cylinder":
+                radius, length = self.numbers(2)
+                rods = cover_cylinder(float(radius), float(length), _ROUND)
+            case "mesh":
+                rods = self.mesh()
+            case _:
+                self.at -= 1
+                self.fail("box, sphere, cylinder or mesh")
+        place = frame @ self.pose()
+        self.numbers(4)  # its colour
+        if kind == "box":
+            return [lambda name: Box(place, size, name=name)]
+        return [partial(_as_shape, rod, place) for rod in rods]
+
+    def mesh(self) -> list[Rod]:
+        corners, triangles = (int(n) for n in self.numbers(2))
+        vertices = np.array([self.numbers(3) for _ in range(corners)]).reshape(-1, 3)
+        faces = np.array([self.numbers(3) for _ in range(triangles)], dtype=np.int64).reshape(-1, 3)
+        if not triangles or faces.min() < 0 or faces.max() >= corners:
+            self.fail("triangles of the mesh's own corners")
+        vertices, faces = merged(vertices, faces)
+        if open_edges(faces):
+            self.fail("a closed mesh before it")
+        return cover_mesh(vertices, faces, 2 * _ROUND)
+
+
+def _as_shape(rod: Rod, place: Floats, name: str) -> Shape:
+    begin, end = (place[:3, :3] @ p + place[:3, 3] for p in (rod.begin, rod.end))
+    if (rod.begin == rod.end).all():
+        return Ball(begin, rod.radius, name=name)
+    return Capsule(begin, end, rod.radius, name=name)

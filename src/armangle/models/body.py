@@ -1,0 +1,226 @@
+"""What the links of an arm look like."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from os import PathLike
+from typing import TYPE_CHECKING
+
+from .._arrays import JOINTS
+from ..errors import SceneError
+from ..scenes.scene import Pairs, as_pairs, as_shapes
+from ..scenes.shapes import RODS, Ball, Capsule, Shape, _length, _set
+
+if TYPE_CHECKING:
+    from .collision import Covered
+    from .cover import Rod
+    from .urdf import Source
+
+MOST_SHAPES = 32
+
+
+def _most_shapes(shapes: int) -> int:
+    """Return how many rods a shape may have."""
+    if isinstance(shapes, bool) or not isinstance(shapes, int) or not 1 <= shapes <= MOST_SHAPES:
+        raise SceneError("Body", "shapes", shapes, f"an integer from 1 to {MOST_SHAPES}")
+    return shapes
+
+
+def _flag(owner: str, name: str, value: bool) -> bool:
+    if not isinstance(value, bool):
+        raise SceneError(owner, name, value, "True or False")
+    return value
+
+
+def _as_shape(name: str, rod: Rod) -> Ball | Capsule:
+    if (rod.begin == rod.end).all():
+        return Ball(rod.begin, rod.radius, name=name)
+    return Capsule(rod.begin, rod.end, rod.radius, name=name)
+
+
+@dataclass(frozen=True)
+class Body:
+    """Balls and capsules that cover the links of an arm.
+
+    Parameters
+    ----------
+    links : mapping of int to sequence of Ball or Capsule
+        By DH frame 0..7, in which the shapes are given, m (`Arm.frames`): 3 is the upper arm, its y axis
+        along it, 4 the forearm, its z axis along it. Radii > 0. Quickest are those of links 3 and 4, and of
+        links 1, 2, 5 and 6 those centred on axis 1, 3, 5 or 7: the z axis of frames 2 and 6, the y axis of
+        frames 1 and 5. A name of a shape names its link in results; without one it is "link_3".
+
+    Raises
+    ------
+    SceneError
+
+    See Also
+    --------
+    Body.bones : the two capsules along the bones.
+    Body.from_urdf, Body.from_mjcf : covers of a robot file's collision shapes.
+    """
+
+    links: tuple[tuple[int, tuple[Shape, ...]], ...]
+    ignore: Pairs = ()
+    notes: tuple[str, ...] = field(default=(), compare=False)
+    _bones: tuple[float, float, bool] | None = None
+
+    def __init__(
+        self, links: Mapping[int, Iterable[Ball | Capsule]], *, ignore: Iterable[tuple[str, str]] = ()
+    ) -> None:
+        if not isinstance(links, Mapping) or not links:
+            wanted = "a mapping of at least one DH frame (0..7) to balls and capsules, as {4: [Ball(...)]}"
+            raise SceneError("Body", "links", links, wanted)
+        rows = []
+        for frame, shapes in links.items():
+            if isinstance(frame, bool) or not isinstance(frame, int) or not 0 <= frame <= JOINTS:
+                raise SceneError("Body", "links", frame, f"a DH frame, an integer from 0 to {JOINTS}")
+            listed = as_shapes(f"Body link {frame}", shapes, RODS)
+            for at, shape in enumerate(listed):
+                if isinstance(shape, Ball | Capsule) and shape.radius == 0:
+                    raise SceneError(f"Body link {frame}", f"shapes[{at}]", shape, "a radius > 0 (m)")
+            rows.append((frame, listed))
+        _set(self, links=tuple(sorted(rows, key=lambda row: row[0])), _bones=None)
+        _set(self, ignore=as_pairs(ignore, "Body", "pairs of names of links"), notes=())
+
+    @classmethod
+    def from_urdf(
+        cls,
+        source: Source,
+        base: str | None = None,
+        tip: str | None = None,
+        *,
+        shapes: int = 6,
+        hulls: bool = False,
+    ) -> Body:
+        """Return balls and capsules that contain every ``<collision>`` of the links from base to tip.
+
+        Boxes, cylinders and closed meshes lie within them with all that is inside: each piece of the surface
+        lies within one of them, and they are convex (docs: theory/scene). Needs the extra ``view`` where the
+        file has meshes.
+
+        Parameters
+        ----------
+        source : path or str or bytes
+            A URDF file, or its XML text.
+        base, tip : str, optional
+            As of `Arm.from_urdf`; shapes of links fixed to them count too.
+        shapes : int
+            At most so many for one box, cylinder or mesh, 1 to 32: more lie closer.
+        hulls : bool
+            Meshes that are not closed stand for their convex hull; else they are refused. Needs the extra
+            ``time``.
+
+        Returns
+        -------
+        Body
+            Its links have the names of the file. `notes` say what was left out: links that move by joints of
+            their own, and `ignore`, pairs of links whose covers met in all of 200 random postures.
+
+        Raises
+        ------
+        SceneError
+            Naming link and mesh: not found, not closed, far larger than the arm (in mm?), or no shape at all.
+        UrdfError, NotSRSError
+            As `Arm.from_urdf`.
+        """
+        from .collision import cover_urdf
+
+        most, flag = _most_shapes(shapes), _flag("Body.from_urdf", "hulls", hulls)
+        return cls._from_covered(cover_urdf(source, base, tip, most, flag))
+
+    @classmethod
+    def from_mjcf(
+        cls, source: str | PathLike[str], base: str | None = None, tip: str | None = None, *, shapes: int = 6
+    ) -> Body:
+        """Return balls and capsules that contain every colliding geom of a MuJoCo model's bodies.
+
+        As `from_urdf`; a mesh is its convex hull, an ellipsoid the box about it. Needs the extra ``mujoco``.
+
+        Parameters
+        ----------
+        source : path or str
+            A file, or the XML text itself.
+        base, tip : str, optional
+            As of `Arm.from_mjcf`.
+        shapes : int
+            At most so many for one box, cylinder, ellipsoid or mesh, 1 to 32.
+
+        Returns
+        -------
+        Body
+
+        Raises
+        ------
+        SceneError
+        MissingExtraError, FileFormatError, NotSRSError
+            As `Arm.from_mjcf`.
+        """
+        from .collision import cover_mjcf
+
+        return cls._from_covered(cover_mjcf(source, base, tip, _most_shapes(shapes)))
+
+    @classmethod
+    def _from_covered(cls, covered: Covered) -> Body:
+        links = {frame: [_as_shape(name, rod) for name, rod in rods] for frame, rods in covered.links.items()}
+        new = cls(links, ignore=covered.ignore)
+        _set(new, notes=tuple(covered.notes))
+        return new
+
+    @classmethod
+    def bones(cls, upper_arm: float, forearm: float, *, plates: bool = False) -> Body:
+        """Return a body of two capsules along the bones of whatever arm it is given to.
+
+        Parameters
+        ----------
+        upper_arm : float
+            Radius of the capsule on axis 3, from the shoulder to the foot of the elbow, d_se long; m, > 0.
+        forearm : float
+            Radius of that on axis 5, from its foot to the wrist, d_ew long; m, > 0.
+        plates : bool
+            With capsules of the same radii from those feet to the elbow's axis, where the elbow has offsets.
+
+        Returns
+        -------
+        Body
+            Its links are called "upper_arm" and "forearm".
+
+        Raises
+        ------
+        SceneError
+        """
+        new = cls.__new__(cls)
+        radii = (
+            _length("Body.bones", "upper_arm", upper_arm, positive=True),
+            _length("Body.bones", "forearm", forearm, positive=True),
+        )
+        _flag("Body.bones", "plates", plates)
+        _set(new, links=(), ignore=(), notes=(), _bones=(*radii, plates))
+        return new
+
+    def __repr__(self) -> str:
+        if self._bones is None:
+            more = f", ignore={self.ignore!r}" if self.ignore else ""
+            return f"Body({dict(self.links)!r}{more})"
+        upper_arm, forearm, plates = self._bones
+        more = ", plates=True" if plates else ""
+        return f"Body.bones(upper_arm={upper_arm!r}, forearm={forearm!r}{more})"
+
+    def _shapes(
+        self, d_se: float, d_ew: float, a_3: float, a_4: float, d_4: float
+    ) -> list[tuple[int, Shape]]:
+        """Return (DH frame, shape) of an arm with these lengths."""
+        if self._bones is None:
+            return [(frame, shape) for frame, shapes in self.links for shape in shapes]
+        upper_arm, forearm, plates = self._bones
+        foot = (-a_3, 0.0, 0.0)
+        shapes: list[tuple[int, Shape]] = [
+            (3, Capsule((-a_3, -d_se, 0.0), foot, upper_arm, name="upper_arm")),
+            (4, Capsule((0.0, 0.0, 0.0), (0.0, 0.0, d_ew), forearm, name="forearm")),
+        ]
+        if plates and (a_3 or d_4):
+            shapes.append((3, Capsule(foot, (0.0, 0.0, d_4), upper_arm, name="upper_arm")))
+        if plates and a_4:
+            shapes.append((4, Capsule((-a_4, 0.0, 0.0), (0.0, 0.0, 0.0), forearm, name="forearm")))
+        return shapes

@@ -1,0 +1,241 @@
+"""Covers of the collision shapes of a robot file: which DH frame carries them, and rods that contain them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._arrays import JOINTS, Floats
+from ..errors import ArmangleError, SceneError, needed
+from .chain import Chain, chain_of, rigid_inverse, rotation_about
+from .cover import Rod, cover_box, cover_cylinder, cover_mesh, merged, open_edges
+from .description import ArmDescription
+from .detect import describe_chain
+from .mjcf import mjcf_geoms
+from .urdf import Source, read_text, read_urdf
+from .urdf_shapes import mesh_file, numbers_of, origin_of, placed_elements
+
+TOO_LARGE = 10.0  # times the arm's own size: no link is, but a mesh in millimetres
+_POSTURES = 200
+_SEED = 11
+
+
+@dataclass
+class Covered:
+    """What was read: rods by DH frame, each with the link that it covers; and what a user should know."""
+
+    links: dict[int, list[tuple[str, Rod]]] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+    ignore: list[tuple[str, str]] = field(default_factory=list)
+
+    def add(self, frame: int, link: str, place: Floats, rods: list[Rod]) -> None:
+        """Add rods that are given in a frame `place` (4, 4) of the DH frame."""
+        turn, shift = place[:3, :3], place[:3, 3]
+        for begin, end, radius in rods:
+            moved = Rod(turn @ begin + shift, turn @ end + shift, radius)
+            self.links.setdefault(frame, []).append((link, moved))
+
+
+def dh_frames(arm: ArmDescription, q: Floats) -> Floats:
+    """Return the DH frames (8, 4, 4) of an exact arm at joints (7,), in the frame that poses are given in."""
+    chain = chain_of(arm)
+    frame, frames = np.eye(4), []
+    for joint, angle in zip(chain.joints, q, strict=True):
+        frame = frame @ joint.origin
+        frames.append(frame)
+        frame = frame @ rotation_about(joint.axis, angle)
+    return np.array([*frames, frame @ chain.tip_origin @ rigid_inverse(arm.tool)])
+
+
+def cover_urdf(source: Source, base: str | None, tip: str | None, shapes: int, hulls: bool) -> Covered:
+    """Return rods that contain every <collision> of the links from base to tip."""
+    chain = read_urdf(source, base=base, tip=tip)
+    arm = describe_chain(chain)[0]
+    text, folder = read_text(source)
+    out, left = Covered(), list[str]()
+    rest = dh_frames(arm, np.zeros(JOINTS))
+    try:
+        for link, frame, place, element in placed_elements(text, chain, rest, "collision", left):
+            rods = _urdf_rods(element, f"link {link!r} of {chain.source}", folder, shapes, hulls, _size(arm))
+            out.add(frame, link, place @ origin_of(element), rods)
+    except ValueError as error:
+        raise _refusal(f"collision of {chain.source}", error) from None
+    if left:
+        out.notes.append(f"not covered, since they move by joints of their own: {', '.join(left)}")
+    _finish(out, chain, arm)
+    return out
+
+
+def _refusal(where: str, error: ValueError) -> ArmangleError:
+    if isinstance(error, ArmangleError):
+        return error
+    return SceneError(where, "geometry", str(error), "a shape that can be read")
+
+
+def _size(arm: ArmDescription) -> float:
+    return arm.d_bs + arm.d_se + arm.d_ew + arm.d_wf
+
+
+def _urdf_rods(element: Any, where: str, folder: Path, shapes: int, hulls: bool, size: float) -> list[Rod]:
+    """Return rods that contain the shape of one <collision>, in its own frame."""
+    geometry = element.find("geometry")
+    shape = None if geometry is None or not len(geometry) else geometry[0]
+    if shape is None:
+        raise SceneError(where, "collision", None, "a <geometry> with a shape in it")
+    zero = np.zeros(3)
+    try:
+        match shape.tag:
+            case "sphere":
+                rods = [Rod(zero, zero, _positive(shape, "radius"))]
+            case "box":
+                rods = cover_box(numbers_of(shape.get("size"), 3), shapes)
+            case "cylinder":
+                rods = cover_cylinder(_positive(shape, "radius"), _positive(shape, "length"), shapes)
+            case "capsule":
+                half = np.array([0.0, 0.0, _positive(shape, "length") / 2])
+                rods = [Rod(-half, half, _positive(shape, "radius"))]
+            case "mesh":
+                return _mesh_rods(shape, where, folder, shapes, hulls, size)
+            case _:
+                raise ValueError(f"unknown geometry <{shape.tag}>")
+    except ValueError as error:
+        raise _refusal(where, error) from None
+    _refuse_unless_sized(where, shape.tag, max(2 * rod.radius for rod in rods), size)
+    return rods
+
+
+def _positive(shape: Any, name: str) -> float:
+    value = float(numbers_of(shape.get(name), 1)[0])
+    if value <= 0:
+        raise ValueError(f"{name} is {value}, wanted a length > 0")
+    return value
+
+
+def _mesh_rods(shape: Any, where: str, folder: Path, shapes: int, hulls: bool, size: float) -> list[Rod]:
+    name = shape.get("filename", "")
+    try:
+        path = mesh_file(name, folder)
+    except ValueError as error:
+        raise SceneError(where, "mesh", str(error), "a file") from None
+    trimesh: Any = needed("trimesh", "reading meshes needs", "view")
+    try:
+        mesh = trimesh.load(path, force="mesh")
+        mesh.apply_scale(numbers_of(shape.get("scale"), 3, 1.0))
+        vertices, faces = np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64)
+    except Exception as error:  # a mesh reader fails in as many ways as there are broken files
+        why = str(error) or type(error).__name__
+        raise SceneError(where, "mesh", name, f"a mesh that can be read ({why})") from None
+    return solid_rods(vertices, faces, where, name, shapes, hulls, size)
+
+
+def solid_rods(
+    vertices: Floats, faces: NDArray[np.int64], where: str, name: str, shapes: int, hulls: bool, size: float
+) -> list[Rod]:
+    """Return rods that contain a mesh and what is within it; refused where it has no inside, or no size.
+
+    With `hulls` a mesh that is not closed stands for its convex hull.
+    """
+    if not len(faces) or not np.isfinite(vertices).all():
+        raise SceneError(where, "mesh", name, "a mesh with triangles, of finite numbers")
+    _refuse_unless_sized(where, name, float(np.ptp(vertices, axis=0).max()), size)
+    vertices, faces = merged(vertices, faces)
+    lost = open_edges(faces)
+    if lost and not hulls:
+        wanted = f"a closed mesh, and {lost} of its edges are open; or hulls=True, for its convex hull"
+        raise SceneError(where, "mesh", name, wanted)
+    if lost:
+        trimesh: Any = needed("trimesh", "convex hulls need", "view")
+        needed("scipy", "convex hulls need", "time")
+        hull = trimesh.convex.convex_hull(vertices)
+        vertices, faces = np.asarray(hull.vertices, dtype=np.float64), np.asarray(hull.faces, dtype=np.int64)
+    return cover_mesh(vertices, faces, shapes)
+
+
+def _refuse_unless_sized(where: str, name: str, extent: float, size: float) -> None:
+    """Refuse a shape that is far larger than the arm: it is in other units."""
+    if extent > TOO_LARGE * size:
+        wanted = f'a shape in metres of an arm {size:.3g} m long (in mm? then scale="0.001 0.001 0.001")'
+        raise SceneError(where, name, f"{extent:.4g} m across", wanted)
+
+
+def cover_mjcf(source: Any, base: str | None, tip: str | None, shapes: int) -> Covered:
+    """Return rods that contain every colliding geom of the bodies from base to tip."""
+    chain, q, geoms, notes = mjcf_geoms(source, base, tip)
+    arm = describe_chain(chain)[0]
+    rest = dh_frames(arm, q)
+    out = Covered(notes=notes)
+    zero = np.zeros(3)
+    for geom in geoms:
+        where = f"geom {geom.name!r} of {chain.source}"
+        match geom.kind:
+            case "sphere":
+                rods = [Rod(zero, zero, geom.size[0])]
+            case "capsule":
+                half = np.array([0.0, 0.0, geom.size[1]])
+                rods = [Rod(-half, half, geom.size[0])]
+            case "cylinder":
+                rods = cover_cylinder(geom.size[0], 2 * geom.size[1], shapes)
+            case "box":
+                rods = cover_box(2 * np.array(geom.size), shapes)
+            case "ellipsoid":
+                rods = cover_box(2 * np.array(geom.size), shapes)
+            case "mesh":
+                rods = solid_rods(geom.vertices, geom.faces, where, "mesh", shapes, False, _size(arm))
+            case _:
+                _refuse_kind(where, geom.kind)
+        _refuse_unless_sized(where, geom.kind, max(2 * rod.radius for rod in rods), _size(arm))
+        out.add(geom.frame, geom.body, rigid_inverse(rest[geom.frame]) @ geom.place, rods)
+    _finish(out, chain, arm)
+    return out
+
+
+def _refuse_kind(where: str, kind: str) -> NoReturn:
+    raise SceneError(where, "type", kind, "sphere, capsule, cylinder, box, ellipsoid or mesh")
+
+
+def _finish(out: Covered, chain: Chain, arm: ArmDescription) -> None:
+    """Refuse what has no shape, and let links touch whose covers always do."""
+    if not out.links:
+        raise SceneError(chain.source, "collision", None, "a robot whose links have collision shapes")
+    out.ignore = always_touching(out, arm)
+    if out.ignore:
+        pairs = ", ".join(f"{one} and {other}" for one, other in out.ignore)
+        out.notes.append(f"not asked about each other, since their covers met in all of {_POSTURES} random "
+                         f"postures: {pairs}")  # fmt: skip
+
+
+def always_touching(covered: Covered, arm: ArmDescription) -> list[tuple[str, str]]:
+    """Return pairs of links, not side by side, whose covers meet in every one of many random postures."""
+    lower = np.maximum(np.array(arm.lower), -np.pi)
+    upper = np.minimum(np.array(arm.upper), np.pi)
+    rng = np.random.default_rng(_SEED)
+    found: set[tuple[str, str]] | None = None
+    for q in rng.uniform(lower, upper, (_POSTURES, JOINTS)):
+        frames = dh_frames(arm, q)
+        meeting = set[tuple[str, str]]()
+        placed = [
+            (frame, link, frames[frame][:3, :3] @ np.stack([rod.begin, rod.end], axis=1)
+             + frames[frame][:3, 3:], rod.radius)
+            for frame, rods in covered.links.items() for link, rod in rods
+        ]  # fmt: skip
+        for i, (frame, link, ends, radius) in enumerate(placed):
+            for other_frame, other, other_ends, other_radius in placed[:i]:
+                if abs(frame - other_frame) > 1 and (found is None or (other, link) in found):
+                    near = _segments_apart(ends.T, other_ends.T) < radius + other_radius
+                    meeting |= {(other, link)} if near else set()
+        found = meeting
+        if not found:
+            return []
+    return sorted(found or ())
+
+
+def _segments_apart(one: Floats, other: Floats) -> float:
+    """Return about how far two segments (2, 3) are apart, m, not too little: from points along the first."""
+    along = other[1] - other[0]
+    points = one[0] + np.linspace(0, 1, 33)[:, None] * (one[1] - one[0])
+    share = np.clip((points - other[0]) @ along / max(float(along @ along), 1e-300), 0, 1)
+    return float(np.linalg.norm(points - other[0] - share[:, None] * along, axis=1).min())

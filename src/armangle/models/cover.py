@@ -1,0 +1,201 @@
+"""Balls and capsules that contain a solid, provably.
+
+A rod is convex: it contains a box, a cylinder or a triangle whose corners (rims) it contains.
+A closed mesh is cut by planes across two directions u and v at most. A point of the solid in one of the
+cells lies on a line along u x v, which stays in the cell and leaves the solid through its surface on both
+sides; so a rod that contains the surface in the cell contains all of the solid there, hollow or not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._arrays import Floats
+
+_ROUNDING = 1e-9  # by how much a radius is enlarged, and at least so many metres
+_STEPS = 60  # of the way to the middle of a smallest ball
+_SHARES = (0.3, 0.4, 0.5, 0.6, 0.7)  # of a cell, where it may be cut
+_WORTH = 0.97  # a cut must leave less than this share of the volume
+_WIDER = (1.0, 1.05, 1.15, 1.3)  # radii that are tried, of the least that a direction allows
+
+
+class Rod(NamedTuple):
+    """A capsule, or a ball where both ends are one point; m."""
+
+    begin: Floats
+    end: Floats
+    radius: float
+
+    @property
+    def volume(self) -> float:
+        """In cubic metres."""
+        length = float(np.linalg.norm(self.end - self.begin))
+        return float(np.pi * self.radius**2 * (length + 4.0 / 3.0 * self.radius))
+
+    def excess(self, points: Floats) -> float:
+        """Return how far the farthest of points (N, 3) is outside, m; not positive: all are inside."""
+        along = self.end - self.begin
+        square = max(float(along @ along), 1e-300)
+        share = np.clip((points - self.begin) @ along / square, 0.0, 1.0)
+        return float(np.linalg.norm(points - self.begin - share[:, None] * along, axis=1).max() - self.radius)
+
+
+def around(points: Floats) -> Rod:
+    """Return the least of a few rods, along the points' own axes, that contain all points (N, 3)."""
+    middle = points.mean(axis=0)
+    axes = np.linalg.svd(points - middle, full_matrices=False)[2] if len(points) > 2 else np.eye(3)
+    centre = _middle(points)
+    rods = [_holding(points, centre, centre)]
+    for axis in axes:
+        along = points @ axis
+        across = points - along[:, None] * axis
+        foot = _middle(across)
+        foot -= axis * (foot @ axis)
+        off = np.linalg.norm(across - foot, axis=1)
+        for wider in _WIDER:
+            cap = np.sqrt(np.maximum((wider * off.max()) ** 2 - off**2, 0.0))
+            begin, end = float((along + cap).min()), float((along - cap).max())
+            if begin > end:
+                begin = end = (begin + end) / 2
+            rods.append(_holding(points, foot + begin * axis, foot + end * axis))
+    return min(rods, key=lambda rod: rod.volume)
+
+
+def _holding(points: Floats, begin: Floats, end: Floats) -> Rod:
+    """Return the rod about a segment that contains points, rounding included."""
+    radius = Rod(begin, end, 0.0).excess(points)
+    return Rod(begin, end, radius * (1.0 + _ROUNDING) + _ROUNDING)
+
+
+def _middle(points: Floats) -> Floats:
+    """Return a point near the middle of the smallest ball: each step goes towards the farthest point.
+
+    Source: Badoiu and Clarkson, Smaller core-sets for balls (2003).
+    """
+    centre = (points.min(axis=0) + points.max(axis=0)) / 2
+    for step in range(1, _STEPS):
+        farthest = points[((points - centre) ** 2).sum(axis=1).argmax()]
+        centre = centre + (farthest - centre) / (step + 1) ** 1.5
+    return np.asarray(centre, dtype=np.float64)
+
+
+def cover_cylinder(radius: float, length: float, most: int) -> list[Rod]:
+    """Return rods that contain a cylinder about the z axis: they contain the rims of its pieces."""
+    best: list[Rod] = []
+    for pieces in range(1, most + 1):
+        half = length / pieces / 2
+        rods = [_rims(radius, half, -length / 2 + (2 * k + 1) * half) for k in range(pieces)]
+        if not best or sum(r.volume for r in rods) < _WORTH * sum(r.volume for r in best):
+            best = rods
+    return best
+
+
+def _rims(radius: float, half: float, height: float) -> Rod:
+    """Return the least rod on the z axis that contains a cylinder of half a length about a height."""
+    rods = []
+    for back in np.linspace(0.0, half, 30):
+        end = np.array([0.0, 0.0, half - back])
+        reach = float(np.hypot(radius, back)) * (1.0 + _ROUNDING)
+        rods.append(Rod(np.array([0.0, 0.0, height]) - end, np.array([0.0, 0.0, height]) + end, reach))
+    return min(rods, key=lambda rod: rod.volume)
+
+
+def cover_box(size: Floats, most: int) -> list[Rod]:
+    """Return rods that contain a box about the origin with edges (3,): they contain corners of its pieces."""
+    return cover_mesh(*box_mesh(size), most)
+
+
+def box_mesh(size: Floats) -> tuple[Floats, NDArray[np.int64]]:
+    """Return corners (8, 3) and triangles (12, 3) of a box about the origin."""
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * np.asarray(size) / 2
+    sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    faces = [face for a, b, c, d in sides for face in ((a, b, c), (a, c, d))]
+    return corners, np.array(faces, dtype=np.int64)
+
+
+def cover_mesh(vertices: Floats, faces: NDArray[np.int64], most: int) -> list[Rod]:
+    """Return at most so many rods that together contain a closed mesh and all that is within it.
+
+    Parameters
+    ----------
+    vertices : ndarray, shape (V, 3)
+        m.
+    faces : ndarray of int, shape (F, 3)
+        Closed: see `open_edges`.
+    most : int
+        How many rods there may be.
+    """
+    triangles = vertices[faces]
+    corners = triangles.reshape(-1, 3)
+    directions = np.linalg.svd(corners - corners.mean(axis=0), full_matrices=False)[2][:2]
+    cells = [(triangles, around(corners))]
+    done: list[Rod] = []
+    while cells and len(cells) + len(done) < most:
+        at = max(range(len(cells)), key=lambda k: cells[k][1].volume)
+        triangles, rod = cells.pop(at)
+        best = min(_cuts(triangles, directions), key=_volume, default=None)
+        if best is None or _volume(best) > _WORTH * rod.volume:
+            done.append(rod)
+        else:
+            cells += best
+    return done + [rod for _, rod in cells]
+
+
+Cell = tuple[Floats, Rod]
+
+
+def _volume(cells: tuple[Cell, Cell]) -> float:
+    return cells[0][1].volume + cells[1][1].volume
+
+
+def _cuts(triangles: Floats, directions: Floats) -> Iterator[tuple[Cell, Cell]]:
+    """Return the ways to cut a cell in two, each half with its rod."""
+    for normal in directions:
+        height = triangles @ normal
+        low, high = float(height.min()), float(height.max())
+        for share in _SHARES:
+            halves = cut(triangles, normal, low + share * (high - low))
+            if min(map(len, halves)):
+                below, above = ((half, around(half.reshape(-1, 3))) for half in halves)
+                yield below, above
+
+
+def cut(triangles: Floats, normal: Floats, height: float) -> tuple[Floats, Floats]:
+    """Return triangles (N, 3, 3) below and above a plane, those across it in pieces."""
+    over = triangles @ normal - height
+    sides = over > 0
+    count = sides.sum(axis=1)
+    below, above = [triangles[count == 0]], [triangles[count == 3]]
+    for lone, alone, others in ((1, above, below), (2, below, above)):
+        across = count == lone
+        corner = (sides if lone == 1 else ~sides)[across].argmax(axis=1)
+        turn = (corner[:, None] + np.arange(3)) % 3
+        rows = np.arange(len(turn))[:, None]
+        points, away = triangles[across][rows, turn], over[across][rows, turn]
+        share = away[:, :1] / (away[:, :1] - away[:, 1:])
+        at = points[:, :1] + share[..., None] * (points[:, 1:] - points[:, :1])
+        alone.append(np.stack([points[:, 0], at[:, 0], at[:, 1]], axis=1))
+        others.append(np.stack([at[:, 0], points[:, 1], points[:, 2]], axis=1))
+        others.append(np.stack([at[:, 0], points[:, 2], at[:, 1]], axis=1))
+    return np.concatenate(below), np.concatenate(above)
+
+
+def merged(vertices: Floats, faces: NDArray[np.int64]) -> tuple[Floats, NDArray[np.int64]]:
+    """Return a mesh whose equal corners are one, and without triangles that are none."""
+    unique, index = np.unique(vertices, axis=0, return_inverse=True)
+    triangles = index.ravel()[faces]
+    a, b, c = triangles.T
+    return unique, triangles[(a != b) & (b != c) & (c != a)]
+
+
+def open_edges(faces: NDArray[np.int64]) -> int:
+    """Return how many edges are not met as often one way as the other: 0 where the mesh is closed."""
+    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    forward = edges[:, 0] < edges[:, 1]
+    pairs, index = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True)
+    balance = np.bincount(index.ravel(), np.where(forward, 1.0, -1.0), len(pairs))
+    return int((balance != 0).sum())

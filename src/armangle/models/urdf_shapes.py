@@ -1,0 +1,114 @@
+"""Where the shapes of a URDF are: of each visual or collision, the DH frame that carries it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+from xml.etree import ElementTree
+
+import numpy as np
+
+from .._arrays import Floats
+from .chain import Chain, from_rpy, rigid_inverse
+
+_ROTATING = ("revolute", "continuous")
+
+
+class PlacedElement(NamedTuple):
+    """One <visual> or <collision>: its link, the DH frame that carries it, and the link's frame in that."""
+
+    link: str
+    frame: int
+    place: Floats
+    element: Any
+
+
+def placed_elements(
+    text: bytes, chain: Chain, rest: Floats, tag: str, left: list[str] | None = None
+) -> Iterator[PlacedElement]:
+    """Return the elements of all links that move with the base or with one of the chain's joints alone.
+
+    Parameters
+    ----------
+    text : bytes
+        A URDF that `read_urdf` has read: XML without entities.
+    chain : Chain
+        What it read.
+    rest : ndarray, shape (8, 4, 4)
+        The DH frames at q = 0 in the chain's base link.
+    tag : str
+        "visual" or "collision".
+    left : list of str, optional
+        Takes the names of links that hang on joints of their own.
+    """
+    root = ElementTree.fromstring(text)
+    moving = {joint.name: i + 1 for i, joint in enumerate(chain.joints)}
+    links = {link.get("name"): link for link in root.findall("link")}
+    pending = [(chain.base, 0, np.eye(4))]
+    while pending:
+        name, frame, placed = pending.pop()
+        local = rigid_inverse(rest[frame]) @ placed
+        for element in links[name].findall(tag):
+            yield PlacedElement(name, frame, local, element)
+        for joint in root.findall("joint"):
+            parent, child = joint.find("parent"), joint.find("child")
+            if parent is None or child is None or parent.get("link") != name:
+                continue
+            rotates = joint.get("type") in _ROTATING
+            after = moving.get(joint.get("name", ""), None if rotates else frame)
+            if after is not None and (rotates or joint.get("type") == "fixed"):
+                pending.append((child.get("link", ""), after, placed @ origin_of(joint)))
+            elif left is not None:
+                left.append(child.get("link", ""))
+
+
+def origin_of(element: Any) -> Floats:
+    """Return the pose (4, 4) of an element's <origin>."""
+    origin = element.find("origin")
+    if origin is None:
+        return np.eye(4)
+    return from_rpy(numbers_of(origin.get("xyz"), 3, 0.0), numbers_of(origin.get("rpy"), 3, 0.0))
+
+
+def numbers_of(text: str | None, count: int, default: float | None = None) -> Floats:
+    """Return so many numbers of an attribute.
+
+    Raises
+    ------
+    ValueError
+        Another count, no numbers, not finite, or missing where there is no default.
+    """
+    if text is None and default is not None:
+        return np.full(count, default)
+    values = np.array((text or "").split(), dtype=np.float64)
+    if len(values) != count:
+        raise ValueError(f"{text!r} has {len(values)} numbers, wanted {count}")
+    if not np.isfinite(values).all():
+        raise ValueError(f"{text!r} is not finite")
+    return values
+
+
+def mesh_file(name: str, folder: Path) -> Path:
+    """Return the local file of a mesh name: a path, file://, or package:// looked for above the URDF.
+
+    Raises
+    ------
+    ValueError
+        There is none.
+    """
+    scheme, _, rest = name.rpartition("://")
+    if scheme == "file":
+        places = [Path(rest)]
+    elif scheme == "package":
+        package, _, inside = rest.partition("/")
+        above = (folder.resolve(), *folder.resolve().parents)
+        places = [p / package / inside for p in above] + [p / inside for p in above if p.name == package]
+    elif scheme:
+        raise ValueError(f"{name}: only local files are read")
+    else:
+        places = [folder / name]
+    for place in places:
+        if place.is_file():
+            return place
+    raise ValueError(f"{name}: no such file")

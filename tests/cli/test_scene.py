@@ -1,0 +1,111 @@
+"""``armangle body``, and ``--scene`` of the commands that keep clear."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import armangle as aa
+from armangle.cli.main import main
+
+ROBOT = ("--robot", "kuka_iiwa7_r800")
+Q = "20,45,10,-80,10,60,0"
+CELL = '[[ball]]\nname = "lamp"\ncenter = [0.28, 0.26, 0.6]\nradius = 0.05\n'
+
+
+@pytest.fixture
+def cell(tmp_path: Path) -> str:
+    path = tmp_path / "cell.toml"
+    path.write_text(CELL)
+    return str(path)
+
+
+def arm() -> aa.Arm:
+    return aa.Arm.from_catalogue("kuka_iiwa7_r800").with_body(aa.Body.bones(upper_arm=0.09, forearm=0.08))
+
+
+def test_arcs_name_the_obstacle_and_the_link(cell: str, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["arcs", *ROBOT, "--q", Q, "--scene", cell, "--body", "90,80"]
+    assert main(words) == 0
+    assert "forearm at lamp" in capsys.readouterr().out
+    assert main([*words, "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)[0]
+    pose, _, gc = arm().forward(np.radians([float(x) for x in Q.split(",")]))
+    wanted = arm().feasible(pose, gc, scene=aa.load_scene(cell))
+    assert np.allclose(facts["intervals"], wanted.intervals, rtol=0, atol=1e-12)
+    assert {"obstacle", "link"} <= set(facts["ends"][0][1]) | set(facts["ends"][0][0])
+
+
+def test_ik_and_follow_keep_clear(tmp_path: Path, cell: str, capsys: pytest.CaptureFixture[str]) -> None:
+    q = np.radians([float(x) for x in Q.split(",")])
+    pose = arm().forward(q)[0]
+    scene = aa.load_scene(cell)
+    poses = tmp_path / "poses.csv"
+    aa.save(np.tile(pose, (3, 1, 1)), poses)
+    words = ["ik", *ROBOT, "--pose", str(poses), "--near", Q, "--scene", cell, "--body", "90,80", "--json"]
+    assert main(words) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert arm().clearance(pose, found["psi"][0], found["gc"][0], scene).distance > -1e-9
+    words = ["follow", str(poses), *ROBOT, "--start", Q, "--scene", cell, "--body", "90,80"]
+    out = tmp_path / "out.csv"
+    assert main([*words, "-o", str(out)]) == 0
+    for row in aa.load_joints(out).q:
+        at, angle, branch = arm().forward(row)
+        assert arm().clearance(at, angle, branch, scene).distance > -1e-9
+
+
+def test_a_refusal_names_who_blocks(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    post = tmp_path / "post.toml"
+    post.write_text('[[ball]]\nname = "post"\ncenter = [0, 0.12, 0.34]\nradius = 0.06\n')
+    pose = arm().forward(np.radians([float(x) for x in Q.split(",")]))[0]
+    poses = tmp_path / "poses.csv"
+    aa.save(pose[None], poses)
+    words = ["arcs", *ROBOT, "--q", Q, "--scene", str(post), "--body", "90,80"]
+    assert main(words) == 1
+    assert "No arm angle keeps clear" in capsys.readouterr().err
+    shown = capsys.readouterr()
+    text = ",".join(f"{x:.17g}" for x in aa.load_poses(poses)[0][:3, 3])
+    assert main(
+        ["ik", *ROBOT, "--pose", f"{text},0,1,0,0", "--explain", "--scene", str(post), "--body", "90,80"]
+    )
+    shown = capsys.readouterr()
+    assert "post" in shown.out
+
+
+def test_a_body_is_printed_and_written(tmp_path: Path, capsys: pytest.CaptureFixture[str], cell: str) -> None:
+    text = aa.Arm.from_catalogue("kuka_iiwa7_r800").to_urdf()
+    shape = '<collision><geometry><cylinder radius="0.07" length="0.3"/></geometry></collision>'
+    robot, body = tmp_path / "robot.urdf", tmp_path / "body.toml"
+    robot.write_text(text.replace('<link name="link_3" />', f'<link name="link_3">{shape}</link>'))
+    assert main(["body", str(robot), "-o", str(body)]) == 0
+    assert "litres" in capsys.readouterr().out
+    assert aa.load_body(body) == aa.Body.from_urdf(robot)
+    assert main(["body", str(robot), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["shapes"][0]["name"] == "link_3"
+    for words in (["--urdf", str(robot)], [*ROBOT, "--body", str(body)], [*ROBOT, "--body", str(robot)]):
+        assert main(["arcs", *words, "--q", Q, "--scene", cell]) == 0
+    bare = tmp_path / "bare.urdf"
+    bare.write_text(text)
+    assert main(["body", str(bare)]) == 2
+    assert "collision shapes" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        (["--scene", "CELL"], "--scene needs the shape of the arm's links: --body 90,80"),
+        (["--body", "90,80"], "--body goes with --scene"),
+        (["--scene", "CELL", "--body", "90"], "--body has 1 numbers, wanted 2"),
+        (["--scene", "CELL", "--body", "90,x"], "'x' is not a number"),
+        (["--scene", "CELL", "--body", "90,80", "--joint", "2"], "--scene does not go with --joint"),
+        (["--scene", "none.toml", "--body", "90,80"], "none.toml"),
+    ],
+)
+def test_what_does_not_go_together_is_said(
+    words: list[str], why: str, cell: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["arcs", *ROBOT, "--q", Q, *(cell if word == "CELL" else word for word in words)]) == 2
+    assert why in capsys.readouterr().err

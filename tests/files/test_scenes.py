@@ -1,0 +1,184 @@
+"""Scenes and bodies from files, and what is wrong with them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import armangle as aa
+from armangle.files.scenes import body_toml
+
+CELL = """
+clearance = 0.02
+ignore = [["table", "link_0"]]
+[[ball]]
+name = "lamp"
+center = [0.4, 0, 0.5]
+radius = 0.1
+[[capsule]]
+begin = [0, 0, 1]
+end = [0, 1, 1]
+radius = 0.05
+[[box]]
+name = "table"
+size = [1, 2, 0.04]
+position = [0.5, 0, 0.2]
+rpy = [0, 0, 0.3]
+radius = 0.01
+[[half_space]]
+normal = [0, 0, 1]
+offset = -0.5
+"""
+MOVEIT = """(noname)+
+* shelf
+0.5 0 0.2
+0 0 0.7071067811865476 0.7071067811865476
+1
+box
+0.4 0.2 0.1
+0.1 0 0
+0 0 0 1
+0 0 0 0
+1
+handle
+0 0 0
+0 0 0 1
+* post
+0 1 0
+0 0 0 1
+2
+cylinder
+0.05 0.8
+0 0 0.4
+0 0 0 1
+0 0 0 0
+sphere
+0.1
+0 0 1
+0 0 0 1
+0 0 0 0
+0
+.
+"""
+OLD = """noname
+* box
+1
+box
+0.1 0.2 0.3
+1 2 3
+0 0 0 1
+0 0 0 0
+.
+"""
+
+
+def file(tmp_path: Path, text: str, name: str = "cell.toml") -> Path:
+    path = tmp_path / name
+    path.write_text(text)
+    return path
+
+
+def test_a_scene_is_what_its_tables_say(tmp_path: Path) -> None:
+    scene = aa.load_scene(file(tmp_path, CELL))
+    box = aa.Box(aa.pose([0.5, 0, 0.2], rpy=[0, 0, 0.3]), [1, 2, 0.04], 0.01, name="table")
+    assert set(scene.shapes) == {
+        aa.Ball([0.4, 0, 0.5], 0.1, name="lamp"), aa.Capsule([0, 0, 1], [0, 1, 1], 0.05), box,
+        aa.HalfSpace([0, 0, 1], -0.5),
+    }  # fmt: skip
+    assert scene.clearance == 0.02 and scene.ignore == (("table", "link_0"),)
+
+
+def test_the_scenes_of_moveit_are_read(tmp_path: Path) -> None:
+    scene = aa.load_scene(file(tmp_path, MOVEIT, "cell.scene"))
+    shelf = scene.shapes[0]
+    assert isinstance(shelf, aa.Box) and shelf.name == "shelf" and shelf.size == (0.4, 0.2, 0.1)
+    turned = aa.pose([0.5, 0.1, 0.2], rpy=[0, 0, np.pi / 2])
+    assert np.allclose(shelf.pose, turned, rtol=0, atol=1e-12)
+    posts = scene.shapes[1:]
+    assert all(name.startswith("post_") for name in scene.names[1:])
+    assert posts[-1] == aa.Ball([0, 1, 1], 0.1, name=scene.names[-1])
+    ends = [np.array([x, 1, z]) for x in (-0.05, 0.05) for z in (0.0, 0.8)]
+    for end in ends:  # the cylinder's rims
+        near = [np.linalg.norm(end - _nearest(post, end)) - post.radius for post in posts[:-1]]
+        assert min(near) < 1e-8
+    old = aa.load_scene(file(tmp_path, OLD, "old.scene")).shapes
+    assert old == (aa.Box(aa.pose([1, 2, 3]), [0.1, 0.2, 0.3], name="box"),)
+
+
+def _nearest(post: aa.Ball | aa.Capsule, point: np.ndarray) -> np.ndarray:
+    if isinstance(post, aa.Ball):
+        return np.array(post.center)
+    begin, along = np.array(post.begin), np.subtract(post.end, post.begin)
+    return begin + along * np.clip((point - begin) @ along / (along @ along), 0, 1)
+
+
+def test_a_body_comes_back_from_its_text(tmp_path: Path) -> None:
+    body = aa.Body(
+        {3: [aa.Ball([0, 0.1, 0.2], 0.1, name='a "b"')], 6: [aa.Capsule([0, 0, 0], [0, 0, 0.1], 0.05)]},
+        ignore=[("a", "link_6")],
+    )
+    assert aa.load_body(file(tmp_path, body_toml(body))) == body
+    bones = file(tmp_path, "[bones]\nupper_arm = 0.09\nforearm = 0.08", "bones.toml")
+    assert aa.load_body(bones) == aa.Body.bones(upper_arm=0.09, forearm=0.08)
+
+
+WRONG = [
+    ("[[bal]]\n", r"cell.toml: key is 'bal', wanted one of ball, box"),
+    ("[[ball]]\ncentre = [0, 0, 0]\nradius = 1", r"\[\[ball\]\] 0: key is 'centre', wanted one of center"),
+    ("[[ball]]\nradius = 1", r"\[\[ball\]\] 0: center is None, wanted a value"),
+    ("[[ball]]\ncenter = [0, 0]\nradius = 1", r"\[\[ball\]\] 0: Ball: center is \[0, 0\], wanted three"),
+    ("[[ball]]\ncenter = [0, 0, nan]\nradius = 1", "wanted finite numbers"),
+    ("[[box]]\nsize = [1, 1, 1]\nposition = [0, 0]", r"\[\[box\]\] 0: position, rpy"),
+    ("[ball]\nradius = 1", r"ball is .*, wanted tables \[\[ball\]\]"),
+    ("clearance = -1", "Scene: clearance is -1"),
+    ("clearance = ", "wanted TOML"),
+    (2 * "[[ball]]\ncenter = [0, 0, 0]\nradius = 1\nname = 'a'\n", "a name that no other"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "why"), WRONG, ids=[str(k) for k in range(len(WRONG))])
+def test_what_is_wrong_with_a_scene_is_said(tmp_path: Path, text: str, why: str) -> None:
+    with pytest.raises(aa.SceneError, match=why):
+        aa.load_scene(file(tmp_path, text))
+
+
+WRONG_TEXT = [
+    (MOVEIT.replace("box", "cone"), r"is 'cone', wanted box, sphere, cylinder or mesh"),
+    (MOVEIT.replace("0.4 0.2 0.1", "0.4 0.2"), r"line 7 .* is '0.4 0.2', wanted 3 finite numbers"),
+    (MOVEIT.replace("0 0 0 1", "0 0 0 0"), "a quaternion x y z w of length 1"),
+    ("x\nbox\n", "wanted an object"),
+    (OLD[:20], "wanted"),
+]
+
+
+@pytest.mark.parametrize(("text", "why"), WRONG_TEXT, ids=[str(k) for k in range(len(WRONG_TEXT))])
+def test_what_is_wrong_with_a_scene_of_moveit_is_said(tmp_path: Path, text: str, why: str) -> None:
+    with pytest.raises(aa.SceneError, match=why):
+        aa.load_scene(file(tmp_path, text, "cell.scene"))
+
+
+WRONG_BODY = [
+    ("[[ball]]\ncenter = [0, 0, 0]\nradius = 1", "link is None"),
+    ("[[ball]]\ncenter = [0, 0, 0]\nradius = 1\nlink = 9", "wanted a DH frame"),
+    ("[bones]\nupper_arm = 0.1", "forearm is None"),
+    ("[bones]\nupper_arm = 0.1\nforearm = 0.1\nthick = 1", "key is 'thick'"),
+    ("bones = 3", "wanted a table"), ("", "Body: links is"), ("[[box]]", "key is 'box'"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "why"), WRONG_BODY, ids=[str(k) for k in range(len(WRONG_BODY))])
+def test_what_is_wrong_with_a_body_is_said(tmp_path: Path, text: str, why: str) -> None:
+    with pytest.raises(aa.SceneError, match=why):
+        aa.load_body(file(tmp_path, text))
+
+
+@pytest.mark.parametrize("load", [aa.load_scene, aa.load_body])
+def test_a_file_that_is_not_there_is_refused(tmp_path: Path, load: Any) -> None:
+    with pytest.raises(aa.SceneError, match=r"no\.toml', wanted a text file that can be read"):
+        load(tmp_path / "no.toml")
+    (tmp_path / "b.toml").write_bytes(b"\xff\x00")
+    with pytest.raises(aa.SceneError, match="wanted a text file"):
+        load(tmp_path / "b.toml")
