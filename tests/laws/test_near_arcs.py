@@ -179,7 +179,7 @@ def test_an_arc_ends_where_its_branch_does() -> None:
     """Found by the long law: a hull over the stretched elbow goes on in the other branch."""
     arm = ARMS["iit_icub_left 2.0 mm"]
     q = np.random.default_rng([22, 78]).uniform(arm.lower, arm.upper, (79, 7))[78]
-    pose, _, gc = arm.forward(q)
+    pose = arm.forward(q)[0]
     for branch in range(8):
         arcs = arm.feasible(pose, branch)
         for lower, upper in arcs.intervals:

@@ -88,7 +88,7 @@ def test_a_hand_that_stands_is_reached_and_a_far_one_approached() -> None:
     far[0, 3] += 3.0
     for _ in range(1500):
         now = tracker.step(far)
-    assert now.status == aa.Tracking.NEAREST and now.gap > 1.0 and not now.velocity.any() or now.distance > 1.0
+    assert now.status == aa.Tracking.NEAREST and now.gap > 1.0
 
 
 def test_without_deviation_it_is_the_exact_arms_tracker() -> None:
