@@ -11,7 +11,9 @@ namespace {
 /// singularity_margin, omega, patience, jump, turn; then seven velocities and seven accelerations.
 constexpr int option_count = 9;
 
-void make_tracker(Tracker* self, const ArmHandle& arm, Floats numbers) {
+/// A tracker of one kind for the arms of that kind.
+template <class Loop, class Handle>
+void make_tracker(Loop* self, const Handle& arm, Floats numbers) {
     const Buffer given(numbers);
     if (!given.is_array('d', {option_count + 2 * joints}))
         throw std::invalid_argument("23 numbers were expected");
@@ -27,10 +29,11 @@ void make_tracker(Tracker* self, const ArmHandle& arm, Floats numbers) {
         o.velocity[j] = x[option_count + j];
         o.acceleration[j] = x[option_count + joints + j];
     }
-    new (self) Tracker(arm.arm, o);
+    new (self) Loop(arm.arm, o);
 }
 
-void start_tracker(Tracker& self, Floats q) {
+template <class Loop>
+void start_tracker(Loop& self, Floats q) {
     const Buffer given(q);
     if (!given.is_array('d', {joints})) throw std::invalid_argument("7 joint values were expected");
     self.start(given.data<double>());
@@ -50,7 +53,8 @@ nb::object joint_array(const double* values) {
 
 /// A named tuple `kind` of (q, velocity, status, distance, gap, psi, gc, why), or None where pose or elbow is
 /// no small matrix: the general way then converts it, or says what is wrong.
-nb::object track_one(Tracker& self, nb::handle pose, nb::handle elbow, Wish wish, double dt, int reconfigure,
+template <class Loop>
+nb::object track_one(Loop& self, nb::handle pose, nb::handle elbow, Wish wish, double dt, int reconfigure,
                      nb::handle kind, nb::handle trackings, nb::handle statuses) {
     double m[16], point[3]{};
     if (!SmallMatrix().read(pose, 4, 4, m)) return nb::none();
@@ -70,7 +74,8 @@ nb::object track_one(Tracker& self, nb::handle pose, nb::handle elbow, Wish wish
 }
 
 /// Ticks over poses (n, 4, 4); writes q (n, 7).
-void track_many(Tracker& self, Floats poses, Floats q) {
+template <class Loop>
+void track_many(Loop& self, Floats poses, Floats q) {
     const Buffer in(poses), out(q, true);
     const Py_ssize_t n = in.shape(0);
     if (!in.is_array('d', {n, 4, 4}) || !out.is_array('d', {n, joints}))
@@ -108,6 +113,18 @@ void smooth_hand(double omega, double patience, double jump, double turn, Floats
     }
 }
 
+template <class Loop, class Handle>
+void bind_tracker(nb::module_& m, const char* name) {
+    using namespace nb::literals;
+    nb::class_<Loop>(m, name)
+        .def("__init__", &make_tracker<Loop, Handle>, "arm"_a, "numbers"_a)
+        .def_prop_ro("q", [](const Loop& self) { return joint_array(self.q()); })
+        .def("start", &start_tracker<Loop>, "q"_a)
+        .def("step_one", &track_one<Loop>, "pose"_a.none(), "elbow"_a.none(), "wish"_a, "dt"_a,
+             "reconfigure"_a, "kind"_a, "trackings"_a, "statuses"_a)
+        .def("run", &track_many<Loop>, "poses"_a, "q"_a);
+}
+
 }  // namespace
 
 void bind_tracking(nb::module_& m) {
@@ -121,13 +138,8 @@ void bind_tracking(nb::module_& m) {
         .value("RETURNING", Tracking::RETURNING);
     m.def("smooth_hand", &smooth_hand, "omega"_a, "patience"_a, "jump"_a, "turn"_a, "samples"_a, "dt"_a,
           "poses"_a);
-    nb::class_<Tracker>(m, "Tracker")
-        .def("__init__", &make_tracker, "arm"_a, "numbers"_a)
-        .def_prop_ro("q", [](const Tracker& self) { return joint_array(self.q()); })
-        .def("start", &start_tracker, "q"_a)
-        .def("step_one", &track_one, "pose"_a.none(), "elbow"_a.none(), "wish"_a, "dt"_a, "reconfigure"_a,
-             "kind"_a, "trackings"_a, "statuses"_a)
-        .def("run", &track_many, "poses"_a, "q"_a);
+    bind_tracker<Tracker, ArmHandle>(m, "Tracker");
+    bind_tracker<CorrectedTracker, NearArmHandle>(m, "NearTracker");
 }
 
 }  // namespace binding

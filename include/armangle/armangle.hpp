@@ -57,3 +57,4 @@
 #include "near/step.hpp"
 #include "near/follow.hpp"
 #include "near/nearest_posture.hpp"
+#include "near/corrected_tracker.hpp"

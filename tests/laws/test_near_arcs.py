@@ -175,6 +175,18 @@ def test_the_naive_way_keeps_the_nominal_arcs_and_breaks_limits() -> None:
     assert broken[0] > 0 and broken[1] == 0
 
 
+def test_an_arc_ends_where_its_branch_does() -> None:
+    """Found by the long law: a hull over the stretched elbow goes on in the other branch."""
+    arm = ARMS["iit_icub_left 2.0 mm"]
+    q = np.random.default_rng([22, 78]).uniform(arm.lower, arm.upper, (79, 7))[78]
+    pose = arm.forward(q)[0]
+    for branch in range(8):
+        arcs = arm.feasible(pose, branch)
+        for lower, upper in arcs.intervals:
+            joints = arm.inverse(pose, np.linspace(lower, upper, 200), branch, unreachable="nan")
+            assert np.isfinite(joints[1:-1]).all(), (branch, lower, upper)
+
+
 def test_shapes_joints_and_branches() -> None:
     arm = ARMS["openarm_v10 1.0 mm"]
     pose, _, gc = arm.forward(postures(arm, 3, 28))

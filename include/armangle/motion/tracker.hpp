@@ -40,9 +40,10 @@ struct TrackerOptions {
 /// What a tick is given. A pose that is none, or a null, holds the hand as predicted.
 struct Command {
     const Pose<double>* pose = nullptr;
-    const Towards* elbow = nullptr;  // where the elbow is wanted: a point or a direction; null: no matter
-    double dt = 0;                   // s of this tick; 0: that of the options
-    int reconfigure = -1;            // 0..7: go to this branch, through what lies between
+    const Towards* elbow = nullptr;      // where the elbow is wanted: a point or a direction; null: no matter
+    double dt = 0;                       // s of this tick; 0: that of the options
+    int reconfigure = -1;                // 0..7: go to this branch, through what lies between
+    const Pose<double>* seen = nullptr;  // moves the hand to where this arm sees it; null: it stays
 };
 
 struct Tracked {
@@ -99,7 +100,10 @@ public:
     }
 
     /// At rest at q; joints outside their limits are led into them, within the bounds.
-    void start(const double* q) noexcept {
+    void start(const double* q) noexcept { start(q, user_pose(arm_, chain(arm_, q).flange)); }
+
+    /// The same with the hand elsewhere than the tool.
+    void start(const double* q, const Pose<double>& hand) noexcept {
         for (int j = 0; j < joints; ++j) {
             q_.q[j] = q[j];
             v_[j] = 0;
@@ -110,10 +114,12 @@ public:
         turning_to_ = -1;
         stalled_ = 0;
         goal_pose_ = user_pose(arm_, chain(arm_, q_.q).flange);
-        hand_.start(goal_pose_);
+        hand_.start(hand);
     }
 
     const double* q() const noexcept { return q_.q; }
+    /// The hand as it is believed, in the frame that poses are given in.
+    const Pose<double>& hand() const noexcept { return hand_.pose(); }
 
     Tracked step(const Command& command) noexcept {
         const bool timed = command.dt > 0 && command.dt < infinity;
@@ -126,6 +132,7 @@ public:
             command.reconfigure != index(t.gc))
             turning_to_ = command.reconfigure;
         hand_.tick(valid ? command.pose : nullptr, t.dt);
+        see(command.seen);
         box(t);
         Goal goal;
         Joints next;
@@ -158,6 +165,15 @@ private:
         Status why = Status::OK;
         bool posture_only = false;  // the pose may have no arc: only this posture
     };
+
+    /// Takes the hand, moved by `seen` where that is given.
+    void see(const Pose<double>* seen) noexcept {
+        wanted_ = hand_.pose();
+        speed_ = hand_.velocity();
+        if (!seen) return;
+        wanted_ = *seen * wanted_;
+        speed_ = {seen->rotation * speed_.linear, seen->rotation * speed_.angular};
+    }
 
     // -- bounds
 
@@ -209,7 +225,7 @@ private:
     /// The goal, and the joints of the next tick if they can be there. While the elbow keeps up with the hand
     /// it is followed right up to the reach; else the elbow keeps its margin.
     bool seek(const Tick& t, Goal& goal, Joints& next) noexcept {
-        const Pose<double>& wanted = hand_.pose();
+        const Pose<double>& wanted = wanted_;
         const Circle<double> c = circle(arm_, flange_pose(arm_, wanted));
         grow_margin(t, c);
         crossing_ = Crossing{};
@@ -234,7 +250,7 @@ private:
     /// The hand drawn into what joint 4 reaches with this margin, and a posture there; false where limits
     /// leave none.
     bool within(const Tick& t, const Circle<double>& c, double margin, Goal& goal) noexcept {
-        const Pose<double>& wanted = hand_.pose();
+        const Pose<double>& wanted = wanted_;
         const Limits limits = on_one_side(arm_, elbow_side(t), margin);
         const Drawn drawn = drawn_in_reach(arm_, reach_shell(arm_, limits), wanted, t.now.flange);
         goal.pose = drawn.pose;
@@ -256,9 +272,9 @@ private:
     /// The elbow keeps off straight while the wrist is fast, and bends in time for a wrist that comes in.
     void grow_margin(const Tick& t, const Circle<double>& c) noexcept {
         const Vec3<double> wrist = c.w * c.distance, from_base = wrist + Vec3<double>{0, 0, arm_.d_bs};
-        const Twist& hand = hand_.velocity();
+        const Twist& hand = speed_;
         const Vec3<double> arm_to_hand =
-            arm_.base.rotation * from_base + arm_.base.position - hand_.pose().position;
+            arm_.base.rotation * from_base + arm_.base.position - wanted_.position;
         const Vec3<double> speed =
             arm_.base_inverse.rotation * (hand.linear + cross(hand.angular, arm_to_hand));
         const double share = min(norm(speed) / track_rule::fast, 1.0);
@@ -350,10 +366,10 @@ private:
 
     /// psi of the elbow whose joints will have room where the hand will be.
     double foreseen(const SelfMotion<double>& m, double psi) const noexcept {
-        const Twist& hand = hand_.velocity();
+        const Twist& hand = speed_;
         if (turning_to_ >= 0 || size(hand, options_.length) * track_rule::preview < tolerance::angle)
             return psi;
-        const Pose<double> there = hand_.predicted(track_rule::preview);
+        const Pose<double> there = moved_by(wanted_, speed_ * track_rule::preview);
         const SelfMotion<double> ahead = self_motion(arm_, circle(arm_, flange_pose(arm_, there)), m.gc);
         if (is_folded(ahead.circle) || is_unreachable(ahead.circle)) return psi;
         const auto axis = [](const Triad<double>& on, double angle) {
@@ -368,7 +384,7 @@ private:
     /// No arm angle of the goal is within limits: a posture from which no small move comes nearer to the
     /// hand, from the one of before, or from the best of closed-form starts clamped to the limits.
     void relax(const Tick& t, const Limits& limits, Goal& goal) noexcept {
-        const Pose<double>& wanted = hand_.pose();
+        const Pose<double>& wanted = wanted_;
         goal.why = Status::LIMITS;
         Twist rest;
         const Joints before = relaxing_ ? relaxed_ : q_;
@@ -521,7 +537,7 @@ private:
 
     /// How fast the goal moves; nothing where it has jumped.
     Twist goal_velocity(const Tick& t, const Goal& goal) const noexcept {
-        if (goal.why == Status::OK) return hand_.velocity();
+        if (goal.why == Status::OK) return speed_;
         const Twist speed = difference(goal_pose_, goal.pose) * (1.0 / t.dt);
         const bool leapt = !(size(speed, options_.length) < track_rule::leap);
         return leapt ? Twist{} : speed;
@@ -543,7 +559,7 @@ private:
         }
         const Chain now = chain(arm_, q_.q);
         const Pose<double> tool = user_pose(arm_, now.flange);
-        out.distance = size(difference(tool, hand_.pose()), options_.length);
+        out.distance = size(difference(tool, wanted_), options_.length);
         out.gap = goal.gap;
         const Triad<double> on = triad(arm_, flange_pose(arm_, tool));
         out.psi = arm_angle(on, now.z3);
@@ -566,6 +582,8 @@ private:
     Arm arm_;
     TrackerOptions options_;
     Hand hand_;
+    Pose<double> wanted_ = identity_pose();  // the hand where this arm sees it
+    Twist speed_;                            // of it
     LimitTable plain_, clear_;
     Joints q_{}, relaxed_{};
     double v_[joints] = {};

@@ -6,7 +6,7 @@
 // Limits are functions of psi that the corrected motion knows within a slack: where they are farther from 0
 // all is said, and what is open are stretches about the ends. Those are looked at again about their own
 // middle, where the slack is less, or in a hull, in which a joint comes to its limit once. What stays open is
-// halved, and at last left out.
+// halved, in rounds over all of the circle, and at last left out.
 //
 // An end is the psi at which the true joint is at its limit, to near_rule::residual. What is proven neither
 // way (beside a singularity, where branches merge) is left out, and its measure is counted.
@@ -21,12 +21,14 @@ namespace armangle {
 namespace near_rule {
 inline constexpr int cells = 16;            // of a circle of which nothing is known to begin with
 inline constexpr double widest_ball = 0.2;  // rad: half width of a stretch that is looked at about its middle
-inline constexpr double widest_hull = 0.05;  // rad: wider ones are hardly ever proven
-inline constexpr double narrowest = 1e-4;    // rad: half width of a stretch that is given up
-inline constexpr double shrunk = 0.7;        // of a stretch: what is open then is worth another look as it is
-inline constexpr int looks = 500;            // of one pose and branch, before the rest is given up
-inline constexpr int hard = 2;               // long searches for a first posture
-inline constexpr int depth = 24;             // looks within looks; narrowest is reached before
+inline constexpr double widest_hull = 0.05;                      // rad: wider ones are hardly ever proven
+inline constexpr int rounds = 3;                                 // over what is left of the circle
+inline constexpr double narrowest[rounds] = {5e-3, 1e-3, 1e-4};  // rad: half width that is left to the next
+inline constexpr double shrunk = 0.7;  // of a stretch: what is open then is worth another look as it is
+inline constexpr int looks[rounds] = {400, 500, 600};  // of one pose and branch, all rounds together
+inline constexpr int hard = 2;                         // long searches for a first posture
+inline constexpr int lost = 30;                        // short ones from the last that led nowhere
+inline constexpr int depth = 24;                       // looks within looks; narrowest is reached before
 inline constexpr int root_steps = 8;
 }  // namespace near_rule
 
@@ -83,54 +85,54 @@ struct Piece {
     Tag lower_tag, upper_tag;
 };
 
-/// Collects the proven pieces of the circle, from -pi on.
+/// Collects pieces of the circle [-pi, pi], in any order.
 class Pieces {
 public:
-    Pieces() noexcept { make_empty(set_); }
-
-    /// A piece of no width is kept where limits make both ends: a locked joint is there alone.
+    /// A piece of no width is kept where limits make both ends: a locked joint is there alone. What is beyond
+    /// the capacity is lost.
     void add(Piece piece) noexcept {
         const bool ended = piece.lower_tag != 0 && piece.upper_tag != 0;
         if (ended && abs(piece.upper - piece.lower) < tolerance::angle) piece.upper = piece.lower;
         if (!(piece.upper > piece.lower || (ended && piece.upper == piece.lower))) return;
-        if (begun_ && piece.lower - last_.upper < tolerance::angle) {
-            last_.upper = max(last_.upper, piece.upper);
-            last_.upper_tag = piece.upper_tag;
+        if (count_ == capacity) {
+            lost_ += piece.upper - piece.lower;
             return;
         }
-        flush();
-        last_ = piece;
-        begun_ = true;
+        int k = count_++;
+        for (; k > 0 && piece_[k - 1].lower > piece.lower; --k) piece_[k] = piece_[k - 1];
+        piece_[k] = piece;
     }
-    /// The set, joined over the seam. What is beyond its capacity is counted as not proven.
+
+    /// The set, neighbours joined, also over the seam. What is lost is counted as not proven.
     void finish(ArcSet& out, double& lost) noexcept {
-        flush();
+        make_empty(out);
         lost += lost_;
-        if (set_.count == 1 && set_.arc[0].upper - set_.arc[0].lower >= two_pi - tolerance::angle)
+        for (int i = 0; i < count_;) {
+            Piece one = piece_[i];
+            for (++i; i < count_ && piece_[i].lower - one.upper < tolerance::angle; ++i) {
+                if (piece_[i].upper < one.upper) continue;
+                one.upper = piece_[i].upper;
+                one.upper_tag = piece_[i].upper_tag;
+            }
+            if (out.count == ArcSet::capacity)
+                lost += one.upper - one.lower;
+            else
+                put(out, {one.lower, one.upper, one.lower_tag, one.upper_tag});
+        }
+        if (out.count == 1 && out.arc[0].upper - out.arc[0].lower >= two_pi - tolerance::angle)
             return make_full(out);
-        merge(set_);
-        for (int i = 0; i < set_.count && !set_.full; ++i) {
-            Arc& arc = set_.arc[i];
+        merge(out);
+        for (int i = 0; i < out.count && !out.full; ++i) {
+            Arc& arc = out.arc[i];
             if (arc.lower_tag == 0) arc.lower_tag = make_tag(0, Side::unproven);
             if (arc.upper_tag == 0) arc.upper_tag = make_tag(0, Side::unproven);
         }
-        out = set_;
     }
 
 private:
-    void flush() noexcept {
-        if (!begun_) return;
-        begun_ = false;
-        if (set_.count == ArcSet::capacity) {
-            lost_ += last_.upper - last_.lower;
-            return;
-        }
-        put(set_, {last_.lower, last_.upper, last_.lower_tag, last_.upper_tag});
-    }
-
-    ArcSet set_;
-    Piece last_{};
-    bool begun_ = false;
+    static constexpr int capacity = 512;
+    int count_ = 0;
+    Piece piece_[capacity];
     double lost_ = 0;
 };
 
@@ -172,6 +174,13 @@ public:
             for (int k = 0; k < near_rule::cells; ++k)
                 settle(-pi + two_pi * k / near_rule::cells, -pi + two_pi * (k + 1) / near_rule::cells, every,
                        0);
+        }
+        // the whole circle is looked at before any place of it takes all looks
+        while (left_.count > 0 && ++round_ < near_rule::rounds) {
+            const Left now = left_;
+            left_.count = 0;
+            for (int i = 0; i < now.count; ++i)
+                settle(now.stretch[i].lower, now.stretch[i].upper, now.stretch[i].open, 0);
         }
         pieces_.finish(out.arcs, out.unproven);
         double beyond_capacity = 0;
@@ -278,10 +287,16 @@ private:
         }
     }
 
-    /// Settles both halves of a stretch, or gives it up.
+    /// Settles both halves of a stretch; leaves a narrow one to the next round, or gives it up.
     void halve(double lower, double upper, Open open, int depth) noexcept {
         const double middle = 0.5 * (lower + upper);
-        if (upper - middle < near_rule::narrowest || depth > near_rule::depth || looks_ >= near_rule::looks) {
+        const bool narrow = upper - middle < near_rule::narrowest[round_] || depth > near_rule::depth;
+        if (narrow || looks_ >= near_rule::looks[round_]) {
+            const bool last = round_ + 1 == near_rule::rounds || left_.count == Left::capacity;
+            if (!last) {
+                left_.stretch[left_.count++] = {lower, upper, open};
+                return;
+            }
             unproven_ += upper - lower;
             return open_.add({lower, upper, 0, 0});
         }
@@ -292,7 +307,7 @@ private:
     /// Settles a stretch on which this is open.
     void settle(double lower, double upper, Open open, int depth) noexcept {
         const double middle = 0.5 * (lower + upper), half = 0.5 * (upper - lower);
-        const bool spent = depth > near_rule::depth || looks_ >= near_rule::looks;
+        const bool spent = depth > near_rule::depth || looks_ >= near_rule::looks[round_];
         if (spent || half > near_rule::widest_ball) return halve(lower, upper, open, depth);
         ++looks_;
         SinCos<double> angle[joints];
@@ -312,6 +327,18 @@ private:
         take(parts, middle, depth);
     }
 
+    /// Whether a hull stays on the branch's side of theta_2, theta_4 - delta and theta_6 = 0.
+    bool keeps_branch(const Hull& hull) const noexcept {
+        const double zero[] = {0.0, arm_.nominal.delta_angle, 0.0},
+                     side[] = {gc_.shoulder, gc_.elbow, gc_.wrist};
+        for (int i = 0; i < 3; ++i) {
+            const int j = 2 * i + 1;
+            const double off = side[i] * wrap(hull.theta[j] - zero[i]), reach = hull.reach(j);
+            if (!(off > reach && off + reach < pi)) return false;
+        }
+        return true;
+    }
+
     /// The posture at a psi: the quick way, or from that of the last psi.
     bool posture(const PsiPlane<double>& plane, SinCos<double> (&angle)[joints]) noexcept {
         if (!solve_quickly(arm_, pose_, plane, gc_, angle)) {
@@ -320,7 +347,11 @@ private:
                 if (solve_angles(arm_, pose_, plane, gc_, angle) != Status::OK) return false;
             } else {
                 for (int j = 0; j < joints; ++j) angle[j] = last_[j];
-                if (newton(arm_, pose_, plane, gc_, angle) != Status::OK) return false;
+                if (lost_ >= near_rule::lost) return false;
+                if (newton(arm_, pose_, plane, gc_, angle) != Status::OK) {
+                    ++lost_;
+                    return false;
+                }
             }
         }
         for (int j = 0; j < joints; ++j) last_[j] = angle[j];
@@ -333,7 +364,7 @@ private:
                  double upper, Open open) noexcept {
         Hull hull;
         const double middle = 0.5 * (lower + upper), half = 0.5 * (upper - lower);
-        if (!prove_hull(arm_, pose_, plane, angle, middle, half, hull)) return false;
+        if (!prove_hull(arm_, pose_, plane, angle, middle, half, hull) || !keeps_branch(hull)) return false;
         Open undecided = 0, broken = 0;
         for (int i = 0; i < ranges_.count; ++i) {
             if (!(open >> i & 1)) continue;
@@ -418,9 +449,21 @@ private:
     const Configuration<double>& gc_;
     const ThetaRanges& ranges_;
     int only_;
+    /// What is left to the next round.
+    struct Left {
+        static constexpr int capacity = 256;
+        int count = 0;
+        struct {
+            double lower, upper;
+            Open open;
+        } stretch[capacity];
+    };
+
     Pieces pieces_, open_;
+    Left left_;
+    int round_ = 0;
     double unproven_ = 0;
-    int looks_ = 0, hard_ = 0;
+    int looks_ = 0, hard_ = 0, lost_ = 0;
     bool begun_ = false;
     SinCos<double> last_[joints];  // of the posture found last
     Tag elbow_blocks_ = 0;         // the elbow's limit or margin that broke a cell

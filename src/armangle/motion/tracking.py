@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,7 +13,6 @@ from .. import _core
 from .._arrays import CONFIGURATIONS, JOINTS, Floats, as_floats, as_number, chosen, one_posture
 from .._core import Wish
 from ..arm.arm import Arm
-from ..arm.near import unsupported
 from ..arm.wish import DIRECTIONS, Direction
 from ..errors import ConfigurationError, InputError, ShapeError
 from ..status import STATUSES, Status
@@ -210,11 +209,14 @@ class Tracker:
             hand.jump,
             hand.turn,
         ]
-        if arm.chain is not None:
-            raise unsupported("Tracker")
         fastest = joint_bound(arm, "velocity", _each("velocity", velocity), arm.velocity)
         hardest = joint_bound(arm, "acceleration", _each("acceleration", acceleration), arm.acceleration)
-        self._core = _core.Tracker(arm._handle, np.concatenate([numbers, fastest, hardest]))
+        given = np.concatenate([numbers, fastest, hardest])
+        self._core: _core.Tracker | _core.NearTracker
+        if arm.chain is None:
+            self._core = _core.Tracker(arm._handle, given)
+        else:
+            self._core = _core.NearTracker(cast(_core.NearArm, arm._handle), given)
         self._arm = arm
         self._dt = numbers[0]
         self._started = False
