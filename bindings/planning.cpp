@@ -1,7 +1,12 @@
 // Paths, plans, the curves they give, and what explains that there is none.
 #include "armangle/plan.hpp"
 
+#include <exception>
+#include <map>
+
+#include "arc_arrays.hpp"
 #include "refusal.hpp"
+#include "scene_handle.hpp"
 
 namespace binding {
 
@@ -110,7 +115,8 @@ nb::tuple as_tuple(const BranchReport& r) {
     for (const Opening& o : r.openings) openings.append(nb::make_tuple(o.joint, o.upper, o.extra));
     return nb::make_tuple(r.gc, static_cast<int>(r.verdict), static_cast<int>(r.status), r.from, r.to,
                           r.excess, r.reached, r.margin, r.elbow_margin, r.cost, r.stationarity,
-                          r.nearest_psi, r.blocking, openings, r.sections, r.given_up, r.through);
+                          r.nearest_psi, r.blocking, openings, r.sections, r.given_up, r.through,
+                          pair_number(r.touching), r.shortfall);
 }
 
 nb::object as_array(const std::vector<double>& values, std::size_t width) {
@@ -120,10 +126,51 @@ nb::object as_array(const std::vector<double>& values, std::size_t width) {
     return out;
 }
 
+/// A set of arcs whose ends are the user's.
+ArcSet of_user(nb::handle count, nb::handle psi) {
+    ArcSet out = ArcArrays(count, psi).load(0, 0);
+    for (int i = 0; i < out.count; ++i) out.arc[i].lower_tag = out.arc[i].upper_tag = make_tag(0, Side::user);
+    return out;
+}
+
+/// Arcs of psi that a Python function of s gives as (count, psi), each s asked once. What it raises is kept,
+/// and from then on no arc is left.
+class AskedArcs {
+public:
+    explicit AskedArcs(nb::object function) : function_(std::move(function)) {}
+
+    void at(double s, ArcSet& out) {
+        make_empty(out);
+        if (raised_) return;
+        const auto known = known_.find(s);
+        if (known != known_.end()) {
+            out = known->second;
+            return;
+        }
+        nb::gil_scoped_acquire held;
+        try {
+            const nb::object arcs = function_(s);
+            out = of_user(arcs[0], arcs[1]);
+            known_.emplace(s, out);
+        } catch (...) { raised_ = std::current_exception(); }
+    }
+
+    void raise() const {
+        if (raised_) std::rethrow_exception(raised_);
+    }
+
+private:
+    nb::object function_;
+    std::map<double, ArcSet> known_;
+    std::exception_ptr raised_;
+};
+
 /// (ok, gc, plane, stretches, open, start gap, goal gap, branches); weights: limits, singularities, travel,
-/// enough.
+/// enough. allowed: count and arcs, the same for every s; allowed_at: a function of s that gives them.
 nb::object plan_path(const ArmHandle& self, Floats segments, Floats rows, Floats start, Floats goal,
-                     unsigned branches, Floats weights, double singularity_margin, double limit_margin) {
+                     unsigned branches, Floats weights, double singularity_margin, double limit_margin,
+                     const SceneHandle* scene, Ints allowed_count, Floats allowed_psi,
+                     nb::object allowed_at) {
     const Buffer g(segments), r(rows), w(weights);
     Buffer from, to;
     PlanOptions options;
@@ -139,12 +186,23 @@ nb::object plan_path(const ArmHandle& self, Floats segments, Floats rows, Floats
     options.objective = {weight[0], weight[1], weight[2], weight[3]};
     options.branches = branches, options.singularity_margin = singularity_margin,
     options.limit_margin = limit_margin;
+    options.scene = scene ? &scene->view : nullptr;
+    ArcSet everywhere;
+    AskedArcs asked(allowed_at);
+    if (!allowed_count.is_none()) {
+        everywhere = of_user(allowed_count, allowed_psi);
+        options.allowed_everywhere = &everywhere;
+        options.allowed = [&everywhere](double, ArcSet& arcs) { arcs = everywhere; };
+    } else if (!allowed_at.is_none()) {
+        options.allowed = [&asked](double s, ArcSet& arcs) { asked.at(s, arcs); };
+    }
     Plan out;
     {
         nb::gil_scoped_release release;
         out = plan(self.arm, as_segments(g), static_cast<std::size_t>(g.shape(0)), r.data<double>(),
                    static_cast<std::size_t>(r.shape(0)), options);
     }
+    asked.raise();
     nb::object stretches = new_array(nb::make_tuple(out.stretches.size(), stretch_width));
     if (!out.stretches.empty())
         std::memcpy(Buffer(stretches, true).data<double>(), out.stretches.data(),
@@ -248,9 +306,10 @@ void interval_many(int operation, Floats a, Floats b, Floats out) {
 
 /// Unproven stretches of a curve, and the places seen to break a limit.
 nb::tuple certify_curve(const ArmHandle& self, Floats segments, Floats stretches, Floats plane, int gc,
-                        double singularity_margin) {
+                        double singularity_margin, const SceneHandle* scene) {
     const Buffer g(segments), x(stretches), v(plane);
-    const Proof proof = certify(as_curve(self, g, x, v, gc), self.arm.limits, singularity_margin);
+    const Proof proof = certify(as_curve(self, g, x, v, gc), self.arm.limits, singularity_margin,
+                                {scene ? &scene->view : nullptr, nullptr});
     return nb::make_tuple(as_array(proof.open, 2), as_array(proof.violated, 1));
 }
 
@@ -280,14 +339,15 @@ void bind_planning(nb::module_& m, nb::class_<ArmHandle>& arm) {
     m.def("path_derivatives", &path_derivatives, "segments"_a, "s"_a, "out"_a);
     m.def("interval_many", &interval_many, "operation"_a, "a"_a, "b"_a, "out"_a);
     arm.def("plan_path", &plan_path, "segments"_a, "rows"_a, "start"_a.none(), "goal"_a.none(), "branches"_a,
-            "weights"_a, "singularity_margin"_a, "limit_margin"_a);
+            "weights"_a, "singularity_margin"_a, "limit_margin"_a, "scene"_a.none(), "allowed_count"_a.none(),
+            "allowed_psi"_a.none(), "allowed_at"_a.none());
     arm.def("curve_at", &curve_at, "segments"_a, "stretches"_a, "plane"_a, "gc"_a, "s"_a, "q"_a, "psi"_a,
             "branch"_a, "pose"_a, "margin"_a, "residual"_a);
     arm.def("curve_derivatives", &curve_derivatives, "segments"_a, "stretches"_a, "plane"_a, "gc"_a, "s"_a,
             "out"_a);
     arm.def("curve_through", &curve_through, "segments"_a, "s"_a, "q"_a, "psi"_a, "gc"_a);
     arm.def("certify_curve", &certify_curve, "segments"_a, "stretches"_a, "plane"_a, "gc"_a,
-            "singularity_margin"_a);
+            "singularity_margin"_a, "scene"_a.none() = nb::none());
     arm.def("explain_pose", &explain_pose, "segment"_a, "singularity_margin"_a);
 }
 

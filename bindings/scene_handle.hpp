@@ -22,4 +22,9 @@ struct SceneHandle {
     SceneHandle& operator=(const SceneHandle&) = delete;
 };
 
+/// A pair as Python reads it: obstacle * 256 + link; -1: none.
+inline long long pair_number(armangle::Tag pair) noexcept {
+    return pair ? 256LL * armangle::tag_obstacle(pair) + armangle::tag_link(pair) : -1;
+}
+
 }  // namespace binding

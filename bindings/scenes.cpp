@@ -148,7 +148,7 @@ void store_proximity(const Arm& arm, const Proximity& found, double* out, long l
         const double coordinates[3] = {p.x, p.y, p.z};
         for (int i = 0; i < 3; ++i) out[2 + 3 * k + i] = found.pair ? coordinates[i] : not_a_number;
     }
-    *pair = found.pair ? 256LL * tag_obstacle(found.pair) + tag_link(found.pair) : -1;
+    *pair = pair_number(found.pair);
 }
 
 Problem reached(const SelfMotion<double>& m, double& value) noexcept {

@@ -59,6 +59,21 @@ def take_help(app: Sphinx) -> None:
     (Path(app.srcdir) / "_made" / "cli.md").write_text("\n".join(sections), encoding="utf-8")
 
 
+def compile_demo(app: Sphinx, failed: Exception | None) -> None:
+    """Write the script of the arm in the browser; without a compiler for it, one that says so."""
+    if failed or app.builder.format != "html":
+        return
+    sys.path.insert(0, str(Path(app.srcdir) / "browser"))
+    import build
+
+    try:
+        script = build.script()
+    except RuntimeError:
+        said = "These pages were built where no compiler for WebAssembly is."
+        script = f"document.getElementById('armangle-demo').textContent = '{said}';\n"
+    (Path(app.outdir) / "_static" / "armangle_demo.js").write_text(script, encoding="utf-8")
+
+
 def take_statuses(app: Sphinx) -> None:
     """Take the sentence of every status."""
     import armangle
@@ -116,6 +131,7 @@ def tidy_docstring(
 def setup(app: Sphinx) -> dict[str, bool]:
     """Hook the functions above into the build."""
     app.connect("builder-inited", make_pictures)
+    app.connect("build-finished", compile_demo)
     app.connect("builder-inited", take_benchmarks)
     app.connect("builder-inited", take_help)
     app.connect("builder-inited", list_the_rest)

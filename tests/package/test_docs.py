@@ -117,7 +117,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
         need(name)
     work = tmp_path_factory.mktemp("pages")
     made_by_builds = shutil.ignore_patterns("_build", "_made", "gallery", "__pycache__")
-    for folder in ("docs", "examples", "tests/reference"):
+    for folder in ("docs", "examples", "tests/reference", "include"):
         shutil.copytree(ROOT / folder, work / folder, ignore=made_by_builds)
     for file in ("CHANGELOG.md", "README.md", "architecture.toml"):
         shutil.copy(ROOT / file, work / file)

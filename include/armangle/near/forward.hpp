@@ -8,6 +8,7 @@
 #pragma once
 
 #include "../circle/posture.hpp"
+#include "../numbers/rotations.hpp"
 
 namespace armangle {
 
@@ -33,13 +34,6 @@ inline const Arm& nominal(const Arm& arm) noexcept { return arm; }
 inline const Arm& nominal(const NearArm& arm) noexcept { return arm.nominal; }
 
 namespace detail {
-
-/// Rz(angle) of a direction, as a pose.
-template <class T>
-ARMANGLE_INLINE Pose<T> turned_about_z(const Pose<T>& from, const SinCos<T>& angle) noexcept {
-    const auto& [x, y, z] = from.rotation;
-    return {{combine(x, angle.cos, y, angle.sin), combine(y, angle.cos, x, -angle.sin), z}, from.position};
-}
 
 inline Pose<double> along_z(double shift) noexcept {
     Pose<double> out = identity_pose();

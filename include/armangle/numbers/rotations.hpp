@@ -78,4 +78,15 @@ Mat3<T> orthonormal(Mat3<T> r) noexcept {
     return r;
 }
 
+namespace detail {
+
+/// Rz(angle) of a direction, as a pose.
+template <class T>
+ARMANGLE_INLINE Pose<T> turned_about_z(const Pose<T>& from, const SinCos<T>& angle) noexcept {
+    const auto& [x, y, z] = from.rotation;
+    return {{combine(x, angle.cos, y, angle.sin), combine(y, angle.cos, x, -angle.sin), z}, from.position};
+}
+
+}  // namespace detail
+
 }  // namespace armangle

@@ -12,7 +12,7 @@
 #endif
 
 // The small functions are called millions of times a second: a call each would cost more than what they do.
-#if defined(__GNUC__)
+#if defined(__GNUC__) && !defined(ARMANGLE_SMALL)
 #define ARMANGLE_INLINE [[gnu::always_inline]] inline
 #else
 #define ARMANGLE_INLINE inline

@@ -15,8 +15,14 @@
 // Where a joint leads (led.hpp) its theta is a polynomial of s, and in place of sin > 0 of the hinge beside
 // it the root that phi is must stay simple, and the hinge within +-60 degrees; so it may pass 0. Source: R.
 // E. Moore, Interval Analysis (1966): the mean value form and bisection.
+//
+// Arcs of psi that the user allows are one more pivot, whose direction is that of psi; obstacles are proven
+// by distances (clear_proof.hpp).
 #pragma once
 
+#include <optional>
+
+#include "clear_proof.hpp"
 #include "curve.hpp"
 #include "../limits/feasible.hpp"
 #include "../numbers/interval.hpp"
@@ -47,7 +53,13 @@ inline constexpr int depth = 14;         // halvings of a stretch
 inline constexpr int evaluations = 256;  // spent on average on a stretch before the rest is left unproven
 }  // namespace proof
 
-/// Stretches of s, and the places where a limit is seen to be broken.
+/// What is asked of a curve beside limits and margins.
+struct AlsoKept {
+    const Scene* scene = nullptr;     // that nothing touches
+    const ArcSet* allowed = nullptr;  // that psi stays in one of these arcs
+};
+
+/// Stretches of s, and the places where a limit is seen to be broken, or something touches.
 struct Proof {
     std::vector<double> open;      // ends of unproven stretches, two each, joined where they meet
     std::vector<double> violated;  // s
@@ -59,7 +71,7 @@ namespace detail {
 /// Of each row one entry must be positive: the only one, or either of two.
 template <class T>
 struct Conditions {
-    static constexpr int capacity = 24;
+    static constexpr int capacity = 28;
     struct Row {
         int entries;
         T entry[2];
@@ -106,6 +118,7 @@ enum class PivotKind { turning, narrow, wide };
 struct Claim {
     const Curve& curve;
     const Limits& limits;                   // to prove
+    const ArcSet* allowed;                  // of psi, to prove; null: any
     double sine_square;                     // of the singularity margin
     HalfTurn hinge[2][2], elbow;            // of joints 2 and 6: of positive and negative theta
     double hinge_lower[2], hinge_upper[2];  // theta, drawn in by the slack, its turns left out
@@ -114,7 +127,8 @@ struct Claim {
     double lower[pivots], upper[pivots];  // theta, drawn in by the slack
     SinCos<Interval> at_lower[pivots], at_upper[pivots];
 
-    Claim(const Curve& c, const Limits& l, double margin) noexcept : curve(c), limits(l) {
+    Claim(const Curve& c, const Limits& l, double margin, const ArcSet* arcs) noexcept
+        : curve(c), limits(l), allowed(arcs) {
         const Arm& arm = c.arm;
         const Interval sine = sin_cos(Interval(max(margin, proof::least_margin))).sin;
         sine_square = square(sine).hi;
@@ -191,9 +205,32 @@ struct Claim {
         return true;
     }
 
-    /// All conditions over a range of s; false where they cannot hold.
+    /// The arc that a stretch is proven to stay in: the one that psi is in at its middle; -1: none.
+    int arc_at(const Stretch& x, double s) const noexcept {
+        const double near = s < 0.5 * (x.start + x.end) ? x.psi : x.psi_end;
+        return find(*allowed, curve.solve(x, s, phi_at(x, s), x.q, near).psi, 0.0).index;
+    }
+
+    /// psi within an arc, drawn in by the slack: its direction within a cone.
     template <class T>
-    bool evaluate(const Stretch& x, const T& s, const double* middle, Conditions<T>& out) const noexcept {
+    void limit_psi(const Arc& arc, const Stretch& x, const T& s, const PlacedDirections<T>& here,
+                   Conditions<T>& out) const noexcept {
+        const Circle<T>& c = here.motion.circle;
+        const Triad<T> own = triad(curve.arm, flange_pose(curve.arm, pose_at(curve.segment(x), s)));
+        const Vec3<T> z3 = combine(c.z, here.phi.cos, c.e, here.phi.sin);
+        const T u = dot(own.e, z3), v = dot(own.z, z3);
+        const double l = arc.lower + proof::slack, r = arc.upper - proof::slack;
+        const T above = beyond(u, v, sin_cos(Interval(l))), below = -beyond(u, v, sin_cos(Interval(r)));
+        if (r - l > pi) return out.add_either(above, below);
+        out.add(above);
+        out.add(below);
+    }
+
+    /// All conditions over a range of s; false where they cannot hold. arc: of psi, that it stays in; null:
+    /// any.
+    template <class T>
+    bool evaluate(const Stretch& x, const T& s, const double* middle, const Arc* arc,
+                  Conditions<T>& out) const noexcept {
         const T value = phi_at(x, s);
         const PlacedDirections<T> here = curve.place(x, s, value);
         const Directions<T>& d = here.angles;
@@ -202,6 +239,7 @@ struct Claim {
         const Configuration<double> sign = configuration(curve.branch(x));
         const SinCos<T>& eta = here.motion.circle.triangle.eta;
         out.add(eta.sin * eta.sin - T(sine_square));
+        if (arc) limit_psi(*arc, x, s, here, out);
         limit_half_turn(elbow, eta.cos, out);
         if (lead >= 0) out.add(here.room - T(proof::least_slope_square));
         for (int h = 0; h < hinges; ++h) {
@@ -267,9 +305,10 @@ bool all_positive(const Conditions<T>& c, const Lower& lower) noexcept {
 
 class Prover {
 public:
-    Prover(const Curve& curve, const Limits& limits, double margin)
-        : curve_(curve), claim_(curve, limits, margin) {
+    Prover(const Curve& curve, const Limits& limits, double margin, const AlsoKept& kept)
+        : curve_(curve), claim_(curve, limits, margin, kept.allowed) {
         budget_ = static_cast<long long>(curve.stretches.size() + 8) * proof::evaluations;
+        if (kept.scene) clear_.emplace(curve, *kept.scene);
     }
 
     Proof run() {
@@ -283,8 +322,11 @@ public:
             const bool within = x.start >= g.start - proof::join && x.end <= g.end + proof::join;
             const bool joined = !before || largest_move(before->q_end, x.q) <= proof::gap;
             before = &x;
-            if (within && joined && prove(x, x.start, x.end, 0)) continue;
+            const bool limited = within && joined && prove(x, x.start, x.end, 0);
+            const bool clear = !clear_ || clear_->prove(x, proof_.violated);
+            if (limited && clear) continue;
             leave(x.start, x.end);
+            if (limited) continue;
             lifted_ = false;
             look(x);
         }
@@ -346,6 +388,12 @@ private:
     }
 
     bool stands(const Stretch& x, double from, double to, const double* middle) noexcept {
+        const Arc* arc = nullptr;
+        if (claim_.allowed && !claim_.allowed->full) {
+            const int at = claim_.arc_at(x, 0.5 * (from + to));
+            if (at < 0) return false;
+            arc = &claim_.allowed->arc[at];
+        }
         for (int p = 0; p < pivots; ++p)
             if (lifted_ && claim_.kind[p] == PivotKind::turning &&
                 !(abs(middle[p] - last_[p]) < proof::sector_step))
@@ -353,15 +401,15 @@ private:
         const Interval range(from, to);
         Conditions<Interval> plain;
         --budget_;
-        if (!claim_.evaluate(x, range, middle, plain)) return false;
+        if (!claim_.evaluate(x, range, middle, arc, plain)) return false;
         if (all_positive(plain, [&plain](int i, int k) { return plain.row[i].entry[k].lo; })) return true;
         budget_ -= 4;
         using J = Jet<Interval, 1>;
         const double m = 0.5 * (from + to);
         Conditions<J> slopes;
         Conditions<Interval> centre;
-        if (!claim_.evaluate(x, J::variable(range), middle, slopes) ||
-            !claim_.evaluate(x, Interval(m), middle, centre))
+        if (!claim_.evaluate(x, J::variable(range), middle, arc, slopes) ||
+            !claim_.evaluate(x, Interval(m), middle, arc, centre))
             return false;
         const Interval off = range - Interval(m);
         const auto lower = [&](int i, int k) {
@@ -374,12 +422,12 @@ private:
     /// Whether a limit is certainly passed at s, by more than what is drawn in.
     bool broken(const Stretch& x, double s, const double* middle) {
         Conditions<Interval> at;
-        bool bad = false;
+        bool bad = claim_.allowed && !claim_.allowed->full && claim_.arc_at(x, s) < 0;
         for (int p = 0; p < pivots; ++p)
             bad = bad || (claim_.kind[p] == PivotKind::turning &&
                           max(claim_.lower[p] - middle[p], middle[p] - claim_.upper[p]) > proof::broken);
         const auto fails = [](const Interval& f) { return f.hi < -proof::broken; };
-        if (claim_.evaluate(x, Interval(s), middle, at)) {
+        if (claim_.evaluate(x, Interval(s), middle, nullptr, at)) {
             for (int i = 0; i < at.count; ++i) {
                 const auto& row = at.row[i];
                 bad = bad || (fails(row.entry[0]) && (row.entries == 1 || fails(row.entry[1])));
@@ -391,6 +439,7 @@ private:
 
     const Curve& curve_;
     const Claim claim_;
+    std::optional<ClearProver> clear_;
     Proof proof_;
     long long budget_;
     bool lifted_ = false;
@@ -399,9 +448,10 @@ private:
 
 }  // namespace detail
 
-/// Proves limits (the arm's, or drawn in by the margin asked) and a singularity margin (rad) along a curve.
-inline Proof certify(const Curve& curve, const Limits& limits, double margin) {
-    return detail::Prover(curve, limits, margin).run();
+/// Proves limits (the arm's, or drawn in by the margin asked), a singularity margin (rad), and what else is
+/// kept, along a curve.
+inline Proof certify(const Curve& curve, const Limits& limits, double margin, const AlsoKept& kept = {}) {
+    return detail::Prover(curve, limits, margin, kept).run();
 }
 
 }  // namespace armangle

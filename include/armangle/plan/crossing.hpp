@@ -120,6 +120,16 @@ private:
         return out;
     }
 
+    /// Whether obstacles and the user leave phi at s.
+    bool open(double s, const SelfMotion<double>& m, double phi) const {
+        if (!task_.encumbered()) return true;
+        ArcSet any, left;
+        make_full(any);
+        Tag blocking = 0;
+        task_.keep_open(s, m, any, left, blocking);
+        return contains(left, phi);
+    }
+
     /// Postures of a section on a grid of the theta that leads, beside hinge h.
     void fill_led(const Section& l, int gc, int h, const Window& window, Candidates& candidates,
                   Postures& out) const {
@@ -142,6 +152,7 @@ private:
                 const double angle = atan2(d.y[j], d.x[j]);
                 if (abs(angle) > crossing_rule::near || (angle * own < 0) || (angle == 0 && own < 0))
                     continue;
+                if (!open(l.s, l.motion, atan2(led.psi.sin, led.psi.cos))) continue;
                 double all[joint_slots];
                 angles(d).store(all);
                 candidates.put_posture(atan2(led.psi.sin, led.psi.cos), all, window, out);
@@ -166,6 +177,7 @@ private:
             for (int i = 0; i < joints; ++i) now[i] = all[i];
             const bool there = abs(wrap(all[j] - asked_.theta)) < crossing_rule::slope;
             if (!there || index(configuration(task_.arm, now)) != gc) continue;
+            if (!open(l.s, l.motion, atan2(led.psi.sin, led.psi.cos))) continue;
             all[j] = asked_.theta;
             candidates.put_posture(atan2(led.psi.sin, led.psi.cos), all, window, out);
         }
@@ -445,7 +457,8 @@ private:
             for (std::size_t k = 0; k < n; ++k) {
                 const double step = min(max(move[k], -crossing_rule::step), crossing_rule::step);
                 Row row = rows_[k];
-                if (!row.fixed && put(row, row.x + step) && within_limits(task_.limits, row.q, 0.0))
+                if (!row.fixed && put(row, row.x + step) && within_limits(task_.limits, row.q, 0.0) &&
+                    open(row.s, motion(row), row.phi))
                     rows_[k] = row;
             }
             const double then = energy();

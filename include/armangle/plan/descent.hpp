@@ -43,8 +43,9 @@ using SeriesInPhi = Jet<SeriesInS, 3>;
 /// Where the objective is integrated: all of it that phi does not change.
 struct GaussPoint {
     double s, weight;
-    std::size_t cell;           // its interval: control values cell .. cell + 3 count
-    double basis[4], slope[4];  // of those, in phi and dphi/ds
+    std::size_t cell;                 // its interval: control values cell .. cell + 3 count
+    std::size_t first = 0, arcs = 0;  // of phi that obstacles and the user leave; 0: all
+    double basis[4], slope[4];        // of those, in phi and dphi/ds
     JointFunctions<SeriesInS> functions;
     double theta_4, theta_4_rate;
 };
@@ -78,12 +79,29 @@ inline SeriesInPhi series(const Harmonic<SeriesInS>& f, const SinCos<double>& ph
     return out;
 }
 
+/// The arcs of phi that obstacles and the user leave at a point. None at all is one that nothing is in.
+inline void leave_open(const Task& task, int gc, GaussPoint& p, std::vector<Arc>& arcs) {
+    const SelfMotion<double> m = self_motion(task.arm, task.circle_at(p.s), configuration(gc));
+    ArcSet any, left;
+    make_full(any);
+    Tag blocking = 0;
+    if (task.keep_open(p.s, m, any, left, blocking) != Status::OK) {
+        make_empty(left);
+        put(left, {0.0, 0.0, 0, 0});
+    }
+    if (left.full) return;
+    p.first = arcs.size();
+    p.arcs = static_cast<std::size_t>(left.count);
+    arcs.insert(arcs.end(), left.arc, left.arc + left.count);
+}
+
 }  // namespace detail
 
 /// The Gauss points of a branch on given breaks of s.
 struct Quadrature {
     std::vector<double> breaks;
     std::vector<detail::GaussPoint> points;
+    std::vector<Arc> open;  // the arcs of all points
 };
 
 /// With `cut` no rule reaches over the end of a segment, where the path's velocity jumps. points: of an
@@ -91,7 +109,7 @@ struct Quadrature {
 inline Quadrature quadrature(const Task& task, int gc, const std::vector<double>& breaks, bool cut,
                              std::size_t points = descent_rule::points) {
     using detail::SeriesInS;
-    Quadrature out{breaks, {}};
+    Quadrature out{breaks, {}, {}};
     const bool many = breaks.size() * descent_rule::points > descent_rule::most_points;
     std::vector<double> ends;
     std::size_t next = 0;
@@ -132,6 +150,7 @@ inline Quadrature quadrature(const Task& task, int gc, const std::vector<double>
                 const SeriesInS theta_4 = atan2(motion.elbow.theta_4.sin, motion.elbow.theta_4.cos);
                 p.theta_4 = theta_4.value();
                 p.theta_4_rate = theta_4.coefficient[1];
+                if (task.encumbered()) detail::leave_open(task, gc, p, out.open);
             }
         }
     }
@@ -330,22 +349,41 @@ inline bool Descent::integrand(const detail::GaussPoint& p, double phi, double v
     terms.travel += p.weight * travel;
     bool inside = true;
     const double scale = task_.length * task_.length;
+    const auto add = [&](const Curved& sum) {
+        f.value += scale * sum.value();
+        f.phi += scale * sum.coefficient[1];
+        f.phi_phi += scale * 2 * sum.coefficient[2];
+    };
+    const auto wall = [this](const Curved& distance) {
+        const Curved held = max(distance, Curved(descent_rule::tiny));
+        const Curved near = Curved(wall_) / held - Curved(wall_ / descent_rule::before);
+        return near * near;
+    };
     distances(task_, joint, [&](const Curved& distance, Kind kind) {
         if (!(distance.value() > 0)) inside = false;
         if (weight(objective_, kind) > 0) f.margin = min(f.margin, distance.value());
         if (!(distance.value() < max(objective_.enough, descent_rule::before))) return;
         const Curved near = cost(distance, objective_.enough);
         Curved sum = Curved(weight(objective_, kind)) * near;
-        if (distance.value() < descent_rule::before) {
-            const Curved held = max(distance, Curved(descent_rule::tiny));
-            const Curved wall = Curved(wall_) / held - Curved(wall_ / descent_rule::before);
-            sum = sum + wall * wall;
-        }
-        f.value += scale * sum.value();
-        f.phi += scale * sum.coefficient[1];
-        f.phi_phi += scale * 2 * sum.coefficient[2];
+        if (distance.value() < descent_rule::before) sum = sum + wall(distance);
+        add(sum);
         (kind == Kind::limit ? terms.limits : terms.singularities) += p.weight * scale * near.value();
     });
+    if (p.arcs == 0) return inside && f.value < infinity;
+    bool open = false;
+    for (std::size_t i = 0; i < p.arcs; ++i) {
+        const Arc& arc = quadrature_->open[p.first + i];
+        const double here = lift(phi, 0.5 * (arc.lower + arc.upper));
+        for (const double distance : {here - arc.lower, arc.upper - here}) {
+            if (!(here > arc.lower && here < arc.upper)) continue;
+            open = true;
+            if (!(distance < descent_rule::before)) continue;
+            Curved off(distance);
+            off.coefficient[1] = distance == here - arc.lower ? 1.0 : -1.0;
+            add(wall(off));
+        }
+    }
+    inside = inside && open;
     return inside && f.value < infinity;
 }
 

@@ -44,6 +44,8 @@ struct BranchReport {
     unsigned sections = 0;  // that were looked at
     bool given_up = false;  // the sections or links that a plan may try were spent before it was known
     unsigned blocking = 0;  // bit j: joint j + 1 is one of those that leave no arm angle
+    Tag touching = 0;       // the pair that does, or that fails by least; 0: obstacles are not the reason
+    double shortfall = not_a_number;  // m by which that pair is too near
     std::vector<Opening> openings;
 };
 

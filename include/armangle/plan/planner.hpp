@@ -10,6 +10,7 @@
 #pragma once
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "crossing.hpp"
@@ -17,6 +18,8 @@
 #include "tube.hpp"
 #include "optimum.hpp"
 #include "relax.hpp"
+#include "shadow.hpp"
+#include "../scene/proximity.hpp"
 
 namespace armangle {
 
@@ -25,8 +28,11 @@ struct PlanOptions {
     const double* goal = nullptr;
     unsigned branches = 0xff;  // bit k: GC k is asked
     Objective objective;
-    double singularity_margin = 0;  // rad
-    double limit_margin = 0;        // rad: limits are drawn in by this
+    double singularity_margin = 0;                            // rad
+    double limit_margin = 0;                                  // rad: limits are drawn in by this
+    const Scene* scene = nullptr;                             // obstacles that links keep clear of
+    std::function<void(double s, ArcSet& psi)> allowed = {};  // arcs of the user's own; none: all psi
+    const ArcSet* allowed_everywhere = nullptr;               // where they are the same for every s
 };
 
 struct Plan {
@@ -83,6 +89,9 @@ public:
         }
         task_.plane = smooth_plane(wrists);
         task_.length = turned_length(task_, base_);
+        task_.scene = options.scene;
+        task_.allowed = options.allowed;
+        task_.allowed_everywhere = options.allowed_everywhere;
     }
 
     Plan run() {
@@ -101,6 +110,52 @@ public:
     }
 
 private:
+    /// The tube of a branch: with sections in shadows of obstacles that those of `base` do not see.
+    Tube tube_on(int gc, const std::vector<double>& base) {
+        if (!task_.scene) return tube(task_, gc, base);
+        std::vector<double> all = base;
+        const std::vector<double>& more = shadows(gc & 2);
+        all.insert(all.end(), more.begin(), more.end());
+        tidy(all);
+        return tube(task_, gc, all);
+    }
+
+    /// Parameters in the shadows of obstacles between those of `base_`, on one side of the elbow.
+    const std::vector<double>& shadows(int elbow) {
+        std::optional<std::vector<double>>& found = shadows_[elbow ? 1 : 0];
+        if (!found) found = Shadows(task_, elbow).find(base_);
+        return *found;
+    }
+
+    /// The proof of a curve.
+    Proof proven(const Curve& drawn) const {
+        return certify(drawn, task_.limits, options_.singularity_margin,
+                       {task_.scene, task_.allowed_everywhere});
+    }
+
+    /// Whether obstacles or the user leave phi at s; if not, why.
+    bool open(double s, const SelfMotion<double>& m, double phi, Anchor& why) const {
+        if (!task_.encumbered()) return true;
+        ArcSet any, left;
+        make_full(any);
+        Tag blocking = 0;
+        const Status status = task_.keep_open(s, m, any, left, blocking);
+        if (contains(left, phi)) return true;
+        why.why =
+            status == Status::POSE_BLOCKED || status == Status::NOT_ALLOWED ? status : Status::CLEARANCE;
+        if (!task_.scene) why.why = Status::NOT_ALLOWED;
+        why.touching = blocking;
+        if (why.why != Status::CLEARANCE) return false;
+        const Proximity near = proximity(task_.arm, *task_.scene, m, phi);
+        if (near.distance < task_.scene->clearance) {
+            why.touching = near.pair;
+            why.shortfall = task_.scene->clearance - near.distance;
+        } else {
+            why.why = Status::NOT_ALLOWED;  // it is clear: what the user allows leaves it out
+        }
+        return false;
+    }
+
     Vec3<double> wrist(double s) const noexcept {
         return triad(task_.arm, flange_pose(task_.arm, task_.pose(s))).w;
     }
@@ -157,7 +212,7 @@ private:
 
     /// The posture of given joints on a section; not `given` where it is of another branch, outside what is
     /// allowed, or singular.
-    Anchor anchor(const Tube& tube, const Section& l, const double* q) const noexcept {
+    Anchor anchor(const Tube& tube, const Section& l, const double* q) const {
         const Chain now = chain(task_.arm, q);
         Anchor out;
         out.phi = arm_angle(l.motion.circle, now.z3);
@@ -170,6 +225,7 @@ private:
         if (index(configuration(task_.arm, now.theta)) != tube.gc) return out;
         if (most > tolerance::angle && clear < proof::least_margin) return out;
         out.gap = most;
+        if (!open(l.s, l.motion, out.phi, out)) return out;
         if (l.status != Status::OK || !within_limits(task_.limits, out.q, tolerance::angle)) return out;
         if (clear < task_.table.margin - tolerance::angle) return out;
         out.arc = nearest_arc(tube, l, out.phi);
@@ -193,7 +249,7 @@ private:
         return out;
     }
 
-    Ends ends(const Tube& tube) const noexcept {
+    Ends ends(const Tube& tube) const {
         Ends out;
         if (options_.start) out.start = anchor(tube, tube.sections.front(), options_.start);
         if (options_.goal) out.goal = anchor(tube, tube.sections.back(), options_.goal);
@@ -206,14 +262,17 @@ private:
     BranchReport survey(int gc) {
         BranchReport out;
         out.gc = gc;
-        const Tube t = tube(task_, gc, base_);
+        const Tube t = tube_on(gc, base_);
         const Ends fixed = ends(t);
         plan_.start_gap = max(plan_.start_gap, fixed.start.gap);  // 0 but in the branch of the start
         plan_.goal_gap = max(plan_.goal_gap, fixed.goal.gap);
         if (!fixed.held()) {
             out.verdict = fixed.starts ? Verdict::goal : Verdict::start;
             out.from = out.to = fixed.starts ? 1.0 : 0.0;
-            out.status = Status::OUTSIDE;
+            const Anchor& missing = fixed.starts ? fixed.goal : fixed.start;
+            out.status = missing.why;
+            out.touching = missing.touching;
+            out.shortfall = missing.shortfall;
         }
         out.sections = static_cast<unsigned>(t.sections.size());
         Way way;
@@ -227,6 +286,7 @@ private:
             out.given_up = way.given_up || t.coarse;
             out.verdict = out.given_up ? Verdict::unresolved : Verdict::dead_end;
             out.status = Status::LIMITS;
+            if (way.reached) explain_end(t, way, out);
             out.from = out.reached;
             out.to = way.reached < t.sections.size() ? t.sections[way.reached].s : 1.0;
             if (way.reached) out.nearest_psi = nearest_psi(t, t.sections[way.reached], way.rows.back().phi);
@@ -311,8 +371,36 @@ private:
         out.verdict = Verdict::impossible;
         out.from = t.sections[at].s;
         out.excess = 0;
-        out.status = t.sections[(at + end - 1) / 2].status;
+        const Section& middle = t.sections[(at + end - 1) / 2];
+        out.status = middle.status;
+        out.touching = middle.blocking;
+        if (out.status == Status::CLEARANCE) {
+            ArcSet own;
+            feasible(middle.motion, middle.functions, task_.table, own);
+            const Proximity near = armangle::widest(task_.arm, *task_.scene, middle.motion, own).nearest;
+            out.touching = near.pair ? near.pair : middle.blocking;
+            if (near.pair) out.shortfall = task_.scene->clearance - near.distance;
+        }
+        if (out.status == Status::CLEARANCE || out.status == Status::POSE_BLOCKED ||
+            out.status == Status::NOT_ALLOWED)
+            return;
         explain_limits(task_, t, at, end, plan_rule::samples, out);
+    }
+
+    /// Whether an obstacle, or the user, ends the arc in which a way ends.
+    void explain_end(const Tube& t, const Way& way, BranchReport& out) const noexcept {
+        if (!task_.encumbered()) return;
+        const Section& l = t.sections[way.reached - 1];
+        if (l.full || l.count == 0) return;
+        const Arc& a = t.arc(l)[way.rows.back().arc];
+        for (const Tag tag : {a.lower_tag, a.upper_tag}) {
+            if (tag_obstacle(tag) >= 0) {
+                out.status = Status::CLEARANCE;
+                out.touching = tag;
+            } else if (tag == make_tag(0, Side::user) && out.status == Status::LIMITS) {
+                out.status = Status::NOT_ALLOWED;
+            }
+        }
     }
 
     /// psi of the arm angle of a section that is nearest to phi.
@@ -410,7 +498,7 @@ private:
 
     /// The posture of given joints at an end of the path, also where theta_2 or theta_6 vanishes: there
     /// theta_1 (theta_5) is kept, and phi follows.
-    Anchor meeting_anchor(double s, const double* q, const CrossingTask& asked) const noexcept {
+    Anchor meeting_anchor(double s, const double* q, const CrossingTask& asked) const {
         const Chain now = chain(task_.arm, q);
         const SelfMotion<double> m =
             self_motion(task_.arm, task_.circle_at(s), configuration(task_.arm, now.theta));
@@ -437,7 +525,8 @@ private:
                 std::copy(solved.q, solved.q + joints, out.q);
             }
         }
-        out.given = out.gap <= plan_rule::widest_gap && within_limits(task_.limits, out.q, tolerance::angle);
+        out.given = out.gap <= plan_rule::widest_gap &&
+                    within_limits(task_.limits, out.q, tolerance::angle) && open(s, m, out.phi, out);
         return out;
     }
 
@@ -552,11 +641,11 @@ private:
     }
 
     /// Sections of all branches passed, and some close to an end that is fixed.
-    std::vector<double> crossing_sections(const CrossingTask& asked) const {
+    std::vector<double> crossing_sections(const CrossingTask& asked) {
         std::vector<double> out = base_;
         if (base_.size() <= plan_rule::least_sections)
             for (const int gc : asked.branches) {
-                const Tube t = tube(task_, gc, base_);
+                const Tube t = tube_on(gc, base_);
                 if (t.sections.size() > base_.size() + plan_rule::least_sections) continue;
                 for (const Section& x : t.sections) out.push_back(x.s);
             }
@@ -577,7 +666,7 @@ private:
             const Chain first = chain(task_.arm, q);
             const double psi = arm_angle(triad(task_.arm, flange_pose(task_.arm, task_.pose(0.0))), first.z3);
             lift_stretches(curve(out), out.stretches, q, psi);
-            out.proof = certify(curve(out), task_.limits, options_.singularity_margin);
+            out.proof = proven(curve(out));
             const bool held = !leaps(asked.start, out, false) && !leaps(asked.goal, out, true);
             if (held && out.proof.certified()) return true;
             add_sections(out, asked.sections);
@@ -625,7 +714,7 @@ private:
         std::vector<double> base = base_;
         Plan best;
         for (int round = 0; round < plan_rule::rounds; ++round) {
-            const Tube t = tube(task_, report.gc, base);
+            const Tube t = tube_on(report.gc, base);
             const Ends fixed = ends(t);
             if (!fixed.held()) break;
             if (round == 0 && optimise(t, fixed, report, best)) {
@@ -646,7 +735,7 @@ private:
             add_sections(out, base);
         }
         report.verdict = Verdict::unresolved;
-        report.status = Status::LIMITS;
+        report.status = task_.scene ? Status::CLEARANCE : Status::LIMITS;
         if (!out.proof.open.empty()) {
             report.from = out.proof.open.front();
             report.to = out.proof.open.back();
@@ -739,7 +828,7 @@ private:
     /// The same of an optimum, with its proof, and what it is worth in the report.
     void draw(const Tube& t, const Optimum& x, const double* q, BranchReport& report, Plan& out) const {
         draw(t, x.curve, q, out);
-        out.proof = certify(curve(out), task_.limits, options_.singularity_margin);
+        out.proof = proven(curve(out));
         report.cost = x.found() ? x.terms.weighed(options_.objective) : infinity;
         report.stationarity = x.stationarity;
         report.margin = least_margin(curve(out));
@@ -785,7 +874,7 @@ private:
 
     /// The curve of a branch as far as the start leads.
     void partial(int gc) {
-        const Tube t = tube(task_, gc, base_);
+        const Tube t = tube_on(gc, base_);
         Anchor start;
         if (options_.start) {
             start = anchor(t, t.sections.front(), options_.start);
@@ -805,6 +894,7 @@ private:
     std::vector<double> base_;
     long long links_;                  // that may still be tried
     int spread_[configurations] = {};  // of each branch: the windings that its way was found with
+    std::optional<std::vector<double>> shadows_[2];  // of each side of the elbow
     Task task_;
     Plan plan_;
 };

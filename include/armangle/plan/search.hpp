@@ -31,7 +31,10 @@ struct Anchor {
     double phi = 0;
     std::uint32_t arc = 0;
     double q[joints] = {};
-    double gap = 0;  // rad: how far q lies from the joints that were asked
+    double gap = 0;                   // rad: how far q lies from the joints that were asked
+    Status why = Status::OUTSIDE;     // where it is not given
+    Tag touching = 0;                 // the pair that is nearest then, if obstacles are the reason ...
+    double shortfall = not_a_number;  // ... and by how much it is too near (m)
 };
 
 /// A way through the sections, as far as it leads.

@@ -10,10 +10,12 @@
 #pragma once
 
 #include <algorithm>
+#include <functional>
 #include <utility>
 #include <vector>
 
 #include "../limits/feasible.hpp"
+#include "../scene/clear.hpp"
 #include "path.hpp"
 #include "../circle/smooth_plane.hpp"
 
@@ -53,13 +55,59 @@ struct Task {
     const Segment* segments;
     std::size_t segment_count;
     SmoothPlane plane;
-    double length = 1;  // how far the path turns the arm (rad), 1 at least
+    double length = 1;             // how far the path turns the arm (rad), 1 at least
+    const Scene* scene = nullptr;  // obstacles that links keep clear of
+    std::function<void(double s, ArcSet& psi)> allowed = {};  // arcs of the user's own; none: all psi
+    const ArcSet* allowed_everywhere = nullptr;               // where they are the same for every s
 
     Pose<double> pose(double s) const noexcept {
         return pose_at(segments[segment_index(segments, segment_count, s)], s);
     }
     Circle<double> circle_at(double s) const noexcept {
         return circle(arm, flange_pose(arm, pose(s)), plane);
+    }
+
+    /// Whether anything but joints forbids phi.
+    bool encumbered() const noexcept { return scene || allowed; }
+
+    /// What of `own`, arcs of phi within the limits, the user and the scene leave; `blocking` is the pair
+    /// that alone blocks all phi, 0 where none does.
+    Status keep_open(double s, const SelfMotion<double>& m, const ArcSet& own, ArcSet& out,
+                     Tag& blocking) const {
+        ArcSet asked = own;
+        blocking = 0;
+        if (allowed) {
+            ArcSet psi, phi;
+            make_empty(psi);
+            allowed(s, psi);
+            // psi of the arm is ahead of phi by the angle of phi's zero
+            const double ahead = arm_angle(triad(arm, flange_pose(arm, pose(s))), m.circle.z);
+            turn(psi, -ahead, phi);
+            intersect(own, phi, asked);
+        }
+        out = asked;
+        if (asked.empty()) return Status::NOT_ALLOWED;
+        if (!scene) return Status::OK;
+        Cleared cleared;
+        clear(arm, *scene, m, cleared);
+        blocking = cleared.blocking;
+        intersect(asked, cleared.arcs, out);
+        if (cleared.status != Status::OK) return cleared.status;
+        return out.empty() ? Status::CLEARANCE : Status::OK;
+    }
+
+private:
+    /// All arcs further on by an angle.
+    static void turn(const ArcSet& arcs, double by, ArcSet& out) noexcept {
+        make_empty(out);
+        if (arcs.full) return make_full(out);
+        for (int i = 0; i < arcs.count; ++i) {
+            Arc arc = arcs.arc[i];
+            const double lower = wrap(arc.lower + by);
+            arc.upper += lower - arc.lower;
+            arc.lower = lower;
+            detail::put(out, arc);
+        }
     }
 };
 
@@ -69,6 +117,7 @@ struct Section {
     SelfMotion<double> motion;
     JointFunctions<double> functions;
     Status status;
+    Tag blocking;  // the pair of an obstacle and a link that leaves no phi; 0: none does alone
     bool full;
     std::uint32_t first, count;  // its arcs
 };
@@ -117,13 +166,19 @@ struct SolvedSection {
     ArcSet arcs;
 };
 
-inline SolvedSection solve_section(const Task& task, int gc, double s) noexcept {
+inline SolvedSection solve_section(const Task& task, int gc, double s) {
     SolvedSection out;
     Section& x = out.section;
     x.s = s;
     x.motion = self_motion(task.arm, task.circle_at(s), configuration(gc));
     x.functions = joint_functions(x.motion);
     x.status = feasible(x.motion, x.functions, task.table, out.arcs);
+    x.blocking = 0;
+    if (task.encumbered() && x.status == Status::OK) {
+        const ArcSet own = out.arcs;
+        x.status = task.keep_open(s, x.motion, own, out.arcs, x.blocking);
+        if (x.status != Status::OK) make_empty(out.arcs);
+    }
     x.full = out.arcs.full;
     return out;
 }

@@ -45,7 +45,7 @@ inline MetPart met(const Pose<double>& frame, const Part& part, double clearance
 
 /// What swings, in the frame of the axis.
 inline MovingRod moving(const Arm& arm, const SwingingPart& part, const Pose<double>& to_axis,
-                        const AxisFrames& frames, const JointFunctions<double>& joint) noexcept {
+                        const AxisFrames<double>& frames, const JointFunctions<double>& joint) noexcept {
     const auto about = [&](const Pose<double>& home, const Vec3<double>& point, const Vec3<double>& axis,
                            bool turns, const Swing& swing) {
         return MovingRod(placed(home, part.rod), turns, swing, home.rotation * point + home.position,
@@ -62,7 +62,8 @@ inline MovingRod moving(const Arm& arm, const SwingingPart& part, const Pose<dou
 
 /// All that swings.
 inline void make_moving(const Arm& arm, const Scene& scene, const SelfMotion<double>& m,
-                        const Pose<double>& to_axis, const AxisFrames& frames, MovingRod* out) noexcept {
+                        const Pose<double>& to_axis, const AxisFrames<double>& frames,
+                        MovingRod* out) noexcept {
     if (scene.swing_count == 0) return;
     const JointFunctions<double> joint = joint_functions(m);
     for (int k = 0; k < scene.swing_count; ++k) out[k] = moving(arm, scene.swings[k], to_axis, frames, joint);
@@ -295,7 +296,7 @@ private:
     const Scene& scene_;
     Covered& out_;
     Pose<double> axis_, to_axis_;
-    AxisFrames frames_;
+    AxisFrames<double> frames_;
     MetPart part_[most_parts];
     MovingRod swing_[most_parts];
 };

@@ -105,7 +105,7 @@ private:
 
     const Scene& scene_;
     Pose<double> axis_;
-    AxisFrames frames_;
+    AxisFrames<double> frames_;
     SinCos<double> turn_;
     MovingRod rod_[2 * most_parts];
     Proximity best_;

@@ -131,29 +131,55 @@ inline Pose<double> axis_frame(const Arm& arm, const Triad<double>& c) noexcept 
 }
 
 /// DH frames 3 and 4 at psi = 0, and 7, in the frame of the axis. Eq. (1), (15), (20).
+template <class T>
 struct AxisFrames {
-    Pose<double> upper, lower, flange;
+    Pose<T> upper, lower, flange;
 };
 
-inline AxisFrames axis_frames(const Arm& arm, const SelfMotion<double>& m) noexcept {
-    const Elbow<double>& e = m.elbow;
-    const Circle<double>& c = m.circle;
-    Vec3<double> w{1, 0, 0}, z3{0, 1, 0};
-    const Vec3<double> f{0, 0, 1};
+/// Frames 3 and 4 where the plane's directions are w along shoulder-wrist, f off it, and z across it.
+template <class T>
+inline void plane_frames(const Arm& arm, const Elbow<T>& e, Vec3<T> w, Vec3<T> z, const Vec3<T>& f,
+                         Pose<T>& upper, Pose<T>& lower) noexcept {
     if (e.tilted) {
-        w = {e.tilt.cos, -e.tilt.sin, 0};
-        z3 = {e.tilt.sin, e.tilt.cos, 0};
+        const Vec3<T> along = combine(w, e.tilt.cos, z, -e.tilt.sin);
+        z = combine(w, e.tilt.sin, z, e.tilt.cos);
+        w = along;
     }
-    AxisFrames out;
-    const Vec3<double> x3 = combine(w, e.beta.sin, f, e.beta.cos),
-                       y3 = combine(w, e.beta.cos, f, -e.beta.sin);
-    out.upper = {{x3, y3, z3}, y3 * arm.d_se + x3 * arm.a_3};
-    const Vec3<double> x4 = combine(w, e.gamma.sin, f, e.gamma.cos),
-                       z4 = combine(w, e.gamma.cos, f, -e.gamma.sin);
-    out.lower = {{x4, -z3, z4}, out.upper.position + z3 * arm.d_4 + x4 * arm.a_4};
-    const Vec3<double> z7{c.tool_w.z, c.tool_z.z, c.tool_e.z};
+    const Vec3<T> x3 = combine(w, e.beta.sin, f, e.beta.cos), y3 = combine(w, e.beta.cos, f, -e.beta.sin);
+    upper = {{x3, y3, z}, y3 * T(arm.d_se) + x3 * T(arm.a_3)};
+    const Vec3<T> x4 = combine(w, e.gamma.sin, f, e.gamma.cos), z4 = combine(w, e.gamma.cos, f, -e.gamma.sin);
+    lower = {{x4, -z, z4}, upper.position + z * T(arm.d_4) + x4 * T(arm.a_4)};
+}
+
+template <class T>
+inline AxisFrames<T> axis_frames(const Arm& arm, const SelfMotion<T>& m) noexcept {
+    const Circle<T>& c = m.circle;
+    const T zero(0.0), one(1.0);
+    AxisFrames<T> out;
+    plane_frames<T>(arm, m.elbow, {one, zero, zero}, {zero, one, zero}, {zero, zero, one}, out.upper,
+                    out.lower);
+    const Vec3<T> z7{c.tool_w.z, c.tool_z.z, c.tool_e.z};
     out.flange = {{{c.tool_w.x, c.tool_z.x, c.tool_e.x}, {c.tool_w.y, c.tool_z.y, c.tool_e.y}, z7},
-                  Vec3<double>{c.distance, 0, 0} + z7 * arm.d_wf};
+                  Vec3<T>{c.distance, zero, zero} + z7 * T(arm.d_wf)};
+    return out;
+}
+
+/// Frames 3 and 4 of a posture, in the DH base.
+template <class T>
+struct PlaneFrames {
+    Pose<T> upper, lower;
+};
+
+/// Those of an elbow on an axis, at psi.
+template <class T>
+inline PlaneFrames<T> plane_frames(const Arm& arm, const Triad<T>& c, const Elbow<T>& elbow,
+                                   const SinCos<T>& psi) noexcept {
+    PlaneFrames<T> out;
+    plane_frames(arm, elbow, c.w, combine(c.z, psi.cos, c.e, psi.sin), combine(c.e, psi.cos, c.z, -psi.sin),
+                 out.upper, out.lower);
+    const Vec3<T> shoulder{T(0.0), T(0.0), T(arm.d_bs)};
+    out.upper.position = out.upper.position + shoulder;
+    out.lower.position = out.lower.position + shoulder;
     return out;
 }
 

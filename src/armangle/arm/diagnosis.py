@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from .. import _core
 from .._arrays import MILLIMETRES, Floats, frozen, in_millimetres
+from ..scenes.ready import Ready
 from ..status import STATUSES, Status
 
 _ANCHOR = (
@@ -56,9 +57,9 @@ class Branch:
         Global configuration 0..7.
     verdict : Verdict
         OK: there is a way. UNREACHABLE: the wrist is out of reach. IMPOSSIBLE: at some s no arm angle keeps
-        all limits; this is exact. DEAD_END: every section has arm angles, but none of those that the start
-        leads to leads on. START, GOAL: that posture lies outside the limits or in another branch, or is
-        singular, so that no arm angle gives it.
+        all limits and clear of the scene; this is exact. DEAD_END: every section has arm angles, but none of
+        those that the start leads to leads on. START, GOAL: that posture lies outside the limits or in
+        another branch, touches something, or is singular, so that no arm angle gives it.
         UNRESOLVED: the sections join up, but every curve through them that was tried breaks a limit between;
         or the search was given up (`given_up`).
     status : Status
@@ -87,8 +88,9 @@ class Branch:
     openings : tuple of Opening
         Single limits that would leave one, least first.
     touching : tuple of (str, str), or None
-        Of IMPOSSIBLE with an obstacle in the way: its name and the link's, the pair that comes too near where
-        the branch fails by least.
+        With an obstacle in the way its name and the link's. Of IMPOSSIBLE the pair that comes too near where
+        the branch fails by least; of START and GOAL the one that is nearest there; of DEAD_END one that
+        bounds the arc in which the way ends.
     short : float
         How much nearer than the scene's clearance that is, m; NaN where no arm angle changes it.
     sections : int
@@ -148,32 +150,48 @@ class Branch:
                     return f"the wrist lies on the shoulder{where}; no arm angle is defined there."
                 return f"the wrist is out of reach{where}, by up to {self.excess * MILLIMETRES:.4g} mm."
             case Verdict.IMPOSSIBLE if self.status in (Status.CLEARANCE, Status.POSE_BLOCKED):
-                return self._blocked()
+                return self._blocked(where, path)
+            case Verdict.IMPOSSIBLE if self.status == Status.NOT_ALLOWED:
+                return f"the arcs that the caller allows leave no arm angle{where}."
             case Verdict.IMPOSSIBLE:
                 return f"no arm angle keeps all limits{where}: {self._why()}"
             case Verdict.DEAD_END:
-                return f"a dead end at s = {self.s_from:.4g}: no arm angle that the start leads to leads on."
+                ahead = f"a dead end at s = {self.s_from:.4g}"
+                if self.touching is not None:
+                    ahead = f"{ahead} beside {self.touching[0]} ({self.touching[1]})"
+                return f"{ahead}: no arm angle that the start leads to leads on."
             case Verdict.START:
-                return f"the start {_ANCHOR}"
+                return f"the start {self._anchor()}"
             case Verdict.GOAL:
-                return f"the goal {_ANCHOR}"
+                return f"the goal {self._anchor()}"
             case Verdict.UNRESOLVED if self.given_up:
                 return (
                     f"given up, so that nothing is known: {self.sections} sections were searched, "
                     f"from the start as far as s = {self.reached:.4g}."
                 )
             case Verdict.UNRESOLVED:
-                return f"every curve that was tried breaks a limit between the samples{where}."
+                touches = "touches, or " if self.status == Status.CLEARANCE else ""
+                return f"every curve that was tried {touches}breaks a limit between the samples{where}."
 
-    def _blocked(self) -> str:
+    def _anchor(self) -> str:
+        if self.status == Status.NOT_ALLOWED:
+            return "lies outside the arcs that the caller allows."
+        if self.touching is None:
+            return _ANCHOR
+        obstacle, link = self.touching
+        if math.isnan(self.short):
+            return f"is blocked: {link} meets {obstacle}."
+        return f"is blocked: {link} comes {self.short * MILLIMETRES:.3g} mm too near to {obstacle}."
+
+    def _blocked(self, where: str, path: bool) -> str:
         sentence = STATUSES[self.status].sentence
         if self.touching is None:
-            return f"{sentence[0].lower()}{sentence[1:]}"
+            return f"{sentence[0].lower()}{sentence[1:-1]}{where}."
         obstacle, link = self.touching
         if self.status == Status.POSE_BLOCKED:
-            return f"{link} meets {obstacle} at this pose, whatever the arm angle."
+            return f"{link} meets {obstacle}{where if path else ' at this pose'}, whatever the arm angle."
         by = "" if math.isnan(self.short) else f" {self.short * MILLIMETRES:.3g} mm"
-        return f"within the limits {link} comes{by} too near to {obstacle}, whatever the arm angle."
+        return f"within the limits {link} comes{by} too near to {obstacle}{where}, whatever the arm angle."
 
     def _why(self) -> str:
         if self.status == Status.ELBOW_MARGIN:
@@ -258,10 +276,10 @@ class Diagnosis:
         )
 
 
-def branch_of(report: tuple[Any, ...]) -> Branch:
-    """Return the branch that a report of the core stands for."""
+def branch_of(report: tuple[Any, ...], ready: Ready | None = None) -> Branch:
+    """Return the branch that a report of the core stands for; `ready`: the scene that it is about."""
     gc, verdict, status, s_from, s_to, excess, reached, margin, elbow, cost, still, psi, *rest = report
-    blocking, openings, sections, given_up, through = rest
+    blocking, openings, sections, given_up, through, pair, short = rest
     found = [Opening(joint, "upper" if upper else "lower", extra) for joint, upper, extra in openings]
     return Branch(
         gc=gc, verdict=Verdict(verdict), status=STATUSES[status], s_from=s_from, s_to=s_to, excess=excess,
@@ -269,4 +287,5 @@ def branch_of(report: tuple[Any, ...]) -> Branch:
         blocking=tuple(joint for joint in range(1, 8) if blocking >> (joint - 1) & 1),
         openings=tuple(sorted(found, key=lambda o: o.extra)), sections=sections, given_up=given_up,
         through=tuple(other for other in range(8) if through >> other & 1),
+        touching=None if ready is None else ready.pair(pair), short=short,
     )  # fmt: skip

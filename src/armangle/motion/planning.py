@@ -10,9 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._arrays import CONFIGURATIONS, Floats, as_number, as_poses, one_posture
+from ..arm.allowed import Allowed, one_allowed
+from ..arm.arcs import ArcSet
 from ..arm.arm import MOST_MARGIN, Arm
 from ..arm.diagnosis import Diagnosis, Verdict, branch_of
 from ..errors import ConfigurationError, InputError, ShapeError
+from ..scenes.scene import Scene
 from ..status import Status
 from .joint_path import Curve, JointPath, blank_rows, even_parameters
 from .paths import Path, Waypoints, as_path, sample_count
@@ -73,6 +76,8 @@ def plan(
     samples: int | None = None,
     singularity_margin: float = 0.0,
     limit_margin: float = 0.0,
+    allowed: Allowed | None = None,
+    scene: Scene | None = None,
 ) -> JointPath:
     """Return a motion along the whole path, certified between its rows; or one that says why there is none.
 
@@ -81,8 +86,8 @@ def plan(
     For each global configuration the exact feasible arcs at adaptively chosen s are linked into a tube, the
     best way through is searched; from it and from arm angles that are held, a twice differentiable arm angle
     descends to an optimum of the objective; of the global configurations the best is proven by interval
-    arithmetic: ``certified`` says that the limits (and the margins asked) hold on all of [0, 1], not at the
-    rows alone.
+    arithmetic: ``certified`` says that the limits (and the margins asked) hold, and that nothing touches, on
+    all of [0, 1], not at the rows alone.
 
     Parameters
     ----------
@@ -107,6 +112,11 @@ def plan(
         As in `Arm.feasible`, rad.
     limit_margin : float
         Distance kept from every finite joint limit, rad.
+    allowed : ArcSet of shape (), or function (4, 4) -> ArcSet, optional
+        Arcs of psi of the user's own. A set is the same for the whole path, and ``certified`` covers it. A
+        function of the pose is asked wherever the search looks: nothing is known of it between.
+    scene : Scene, optional
+        Obstacles that links keep clear of. The arm needs a body (`Arm.with_body`) or a hand.
 
     Returns
     -------
@@ -118,6 +128,8 @@ def plan(
     ShapeError, NotFiniteError, NotRotationError, ConfigurationError
     InputError
         If a number is out of range, or `start` (`goal`) belongs to another pose.
+    SceneError
+        If the arm has no body, or the scene names what is not there.
 
     Source: Faria et al. (2018), Eqs. (12)-(35), over a whole path.
     """
@@ -138,7 +150,11 @@ def plan(
     first = None if start is None else one_posture("start", start)
     last = None if goal is None else one_posture("goal", goal)
     weights = np.array([objective.limits, objective.singularities, objective.travel, objective.enough])
-    found = arm._handle.plan_path(whole._segments, rows, first, last, _branches(gc), weights, singular, kept)
+    ready = arm._scene(scene)
+    found = arm._handle.plan_path(
+        whole._segments, rows, first, last, _branches(gc), weights, singular, kept,
+        None if ready is None else ready.handle, *_asked(allowed, whole),
+    )  # fmt: skip
     ok, branch, plane, stretches, open_, start_gap, goal_gap, reports = found
     for name, gap in (("start", start_gap), ("goal", goal_gap)):
         if gap > START_GAP:
@@ -146,11 +162,20 @@ def plan(
             raise InputError(
                 f"{name} belongs to another pose than the path's: a joint is {off} off, wanted at most {most}"
             )
-    diagnosis = Diagnosis(tuple(map(branch_of, reports)))
+    diagnosis = Diagnosis(tuple(branch_of(report, ready) for report in reports))
     curve = Curve(whole._segments, stretches, plane, branch) if len(stretches) else None
     if curve is not None and ok and samples is None and not isinstance(whole, Waypoints):
         rows = _finer(arm, curve, rows)
     return _result(arm, whole, rows, curve, diagnosis, ok, open_)
+
+
+def _asked(allowed: Allowed | None, path: Path) -> tuple[Any, Any, Any]:
+    """Return count and angles of arcs that are the same everywhere, or a function of s that gives them."""
+    if allowed is None:
+        return None, None, None
+    if isinstance(allowed, ArcSet) or not callable(allowed):
+        return (*one_allowed(allowed, np.eye(4)), None)
+    return None, None, lambda s: one_allowed(allowed, path.pose(s))
 
 
 def _result(

@@ -1,0 +1,427 @@
+// Proof that nothing touches between all samples of a curve: distances at both ends of a stretch, and how
+// hard they can bend between.
+//
+//     F |o                          F = distance^2 - R^2 of a pair of shapes is the least of g = |p - q|^2 -
+//     R^2
+//       | `.             .o         over pairs of points. Where g'' <= A for all of them that can come nearer
+//       |   `-._______.-'           than R, over [a, b] with h = b - a,
+//     0 +------------------- s        F(a + t) >= F_a + (F_b - F_a) t / h - A t (h - t) / 2
+//        a               b
+//
+// since g less the line through its ends, plus A t (h - t) / 2, is concave and not negative at both ends.
+// g'' = 2 (|p' - q'|^2 + (p - q) . (p'' - q'')) <= 2 (v^2 + (R + v h) a): v and a bound speed and
+// acceleration of all points of the two shapes over the stretch, by Jet<Interval, 2> of the frames that they
+// are fixed to; a pair of points that is nearer than R somewhere on it is within R + v h all along. Distances
+// are those of solids.hpp, so that a shape which has one there has its proof here. What is not proven is
+// halved. Of second order: a miss by m costs about 1 / sqrt(m) halvings less than a proof by speeds alone
+// would.
+#pragma once
+
+#include <vector>
+
+#include "../numbers/interval.hpp"
+#include "../scene/clear.hpp"
+#include "curve.hpp"
+
+namespace armangle {
+
+namespace clear_proof {
+/// Distances are proven with this to spare (m): more than the rounding of postures computed from the curve.
+inline constexpr double slack = 1e-9;
+/// A pair that is nearer than asked by more than this touches (m).
+inline constexpr double broken = 4e-9;
+inline constexpr int depth = 24;         // halvings of a stretch
+inline constexpr int evaluations = 200;  // of frames over a stretch, on average, before the rest is left
+}  // namespace clear_proof
+
+namespace detail {
+
+using Enclosed = Jet<Interval, 2>;
+
+/// Bounds over a stretch of s, of all points of a shape: m per unit of s, and of its square.
+struct Haste {
+    double speed = 0, bend = 0;
+};
+
+inline double greatest(const Interval& x) noexcept { return max(-x.lo, x.hi); }
+inline double greatest(const Vec3<Interval>& v) noexcept {
+    const Interval x = greatest(v.x), y = greatest(v.y), z = greatest(v.z);
+    return sqrt(x * x + y * y + z * z).hi;
+}
+
+/// Coefficient k of a vector of series.
+inline Vec3<Interval> coefficient(const Vec3<Enclosed>& v, int k) noexcept {
+    return {v.x.coefficient[k], v.y.coefficient[k], v.z.coefficient[k]};
+}
+
+/// Of a point fixed to a frame.
+inline Haste haste(const Pose<Enclosed>& frame, const Vec3<double>& p) noexcept {
+    const auto at = [&](int k) {
+        const Mat3<Interval> turn{coefficient(frame.rotation.x, k), coefficient(frame.rotation.y, k),
+                                  coefficient(frame.rotation.z, k)};
+        return greatest(turn * spread<Interval>(p) + coefficient(frame.position, k));
+    };
+    return {at(1), 2.0 * at(2)};
+}
+
+/// Of a segment: its points move as its ends do, or less.
+inline Haste haste(const Pose<Enclosed>& frame, const Rod& rod) noexcept {
+    const Haste a = haste(frame, rod.begin);
+    if (rod.is_sphere()) return a;
+    const Haste b = haste(frame, rod.end);
+    return {max(a.speed, b.speed), max(a.bend, b.bend)};
+}
+
+/// Of all points of a ball: its centre, and how far the rest can turn about it.
+inline Haste haste(const Pose<Enclosed>& frame, const Ball& ball) noexcept {
+    const auto turn = [&](int k) {
+        const double x = greatest(coefficient(frame.rotation.x, k)),
+                     y = greatest(coefficient(frame.rotation.y, k)),
+                     z = greatest(coefficient(frame.rotation.z, k));
+        return (x + y + z) * ball.radius;
+    };
+    const Haste c = haste(frame, ball.centre);
+    return {c.speed + turn(1), c.bend + 2.0 * turn(2)};
+}
+
+/// Two shapes of which one moves: a limb, which is a part of links 3 and 4 or one that swings, or what is
+/// held.
+struct WatchedPair {
+    enum class Kind : std::uint8_t { limb_ground, limb_held, limb_limb, held_ground } kind;
+    int mover, other;  // the limb, or what is held; and what it may meet, if that moves
+    Solid solid;       // what it may meet on the ground, in the DH base
+    double R;          // m: cores may come so near; radii, clearance and slack
+    Tag tag;           // who
+    double F_a = 0, F_b = 0;
+
+    bool plane() const noexcept {
+        return solid.kind == SolidKind::half_space &&
+               (kind == Kind::limb_ground || kind == Kind::held_ground);
+    }
+    /// Of a half-space the depth itself, as it is linear; else the difference of squares.
+    double F(double distance) const noexcept {
+        return plane() ? distance - R : (distance - R) * (distance + R);
+    }
+    /// A of this pair over a stretch of width h.
+    double bend(const Haste& w, double h) const noexcept {
+        return plane() ? w.bend : 2.0 * (w.speed * w.speed + (R + w.speed * h) * w.bend);
+    }
+};
+
+/// Whether F > 0 between two ends, where it is at least F_a, F_b > 0 and bends no more than A.
+inline bool stays_positive(double F_a, double F_b, double A, double h) noexcept {
+    if (!(F_a > 0 && F_b > 0 && A < infinity)) return false;
+    const double rise = F_b - F_a, t = A * h > 0 ? 0.5 * h - rise / (A * h) : -1.0;
+    if (!(t > 0 && t < h)) return true;
+    return F_a + rise * t / h - 0.5 * A * t * (h - t) > 0;
+}
+
+/// A frame turned about a line fixed to it: along y through (x, 0, 0).
+template <class T>
+inline Pose<T> turned_about_y(const Pose<T>& home, double x, const SinCos<T>& by) noexcept {
+    const auto& [r, p] = home;
+    const Vec3<T> ahead = combine(r.x, by.cos, r.z, -by.sin);
+    return {{ahead, r.y, combine(r.x, by.sin, r.z, by.cos)}, p + (r.x - ahead) * T(x)};
+}
+
+/// The frames that a scene's shapes are fixed to, in the DH base. swinging: of links 1, 2, 5, 6 (swing.hpp).
+template <class T>
+struct SceneFrames {
+    PlaneFrames<T> plane;
+    Pose<T> flange, swinging[4];
+};
+
+/// Where a link that swings stands among `swinging`.
+constexpr int swinging_place(int link) noexcept { return link < 3 ? link - 1 : link - 3; }
+
+/// Of a flange, a plane and the directions of the joints.
+template <class T>
+inline void add_swinging(const Arm& arm, const Directions<T>& d, SceneFrames<T>& out) noexcept {
+    const auto angle = [&d](int j, double sense) {
+        const T per = T(1.0) / sqrt(d.x[j] * d.x[j] + d.y[j] * d.y[j]);
+        return SinCos<T>{d.y[j] * per * T(sense), d.x[j] * per};
+    };
+    const Vec3<T> zero{T(0.0), T(0.0), T(0.0)}, x{T(1.0), T(0.0), T(0.0)}, y{T(0.0), T(1.0), T(0.0)},
+        z{T(0.0), T(0.0), T(1.0)};
+    out.swinging[0] = turned_about_z(Pose<T>{{x, y, z}, zero}, angle(0, 1.0));
+    out.swinging[1] = turned_about_y(out.plane.upper, -arm.a_3, angle(2, -1.0));
+    out.swinging[2] = turned_about_z(out.plane.lower, angle(4, 1.0));
+    out.swinging[3] = turned_about_z(out.flange, angle(6, -1.0));
+}
+
+/// The frame of a limb.
+template <class T>
+inline const Pose<T>& limb_frame(const Scene& scene, const SceneFrames<T>& f, int limb) noexcept {
+    if (limb < scene.part_count) return scene.parts[limb].lower ? f.plane.lower : f.plane.upper;
+    return f.swinging[swinging_place(scene.swings[limb - scene.part_count].link)];
+}
+inline const Rod& limb_rod(const Scene& scene, int limb) noexcept {
+    return limb < scene.part_count ? scene.parts[limb].rod : scene.swings[limb - scene.part_count].rod;
+}
+inline int limb_count(const Scene& scene) noexcept { return scene.part_count + scene.swing_count; }
+/// The place of a limb among the links, and the limb of a place.
+inline int limb_link(const Scene& scene, int limb) noexcept {
+    return limb < scene.part_count ? limb : scene.first_swing_link() + limb - scene.part_count;
+}
+inline int limb_of_link(const Scene& scene, int link) noexcept {
+    return link < scene.part_count ? link : link - scene.first_swing_link() + scene.part_count;
+}
+inline int limb_of_obstacle(const Scene& scene, int obstacle) noexcept {
+    const int at = obstacle - scene.first_swing_obstacle();
+    return at < scene.swing_count ? scene.part_count + at : at - scene.swing_count;
+}
+
+/// How hard the shapes of a scene move over a stretch.
+class SceneMotion {
+public:
+    explicit SceneMotion(const Scene& scene) : scene_(scene) {
+        limb_.resize(static_cast<std::size_t>(limb_count(scene)));
+        held_.resize(static_cast<std::size_t>(scene.held_count));
+    }
+
+    void enclose(const SceneFrames<Enclosed>& f, int limbs) {
+        for (int k = 0; k < limbs; ++k)
+            limb_[static_cast<std::size_t>(k)] = haste(limb_frame(scene_, f, k), limb_rod(scene_, k));
+        for (std::size_t h = 0; h < held_.size(); ++h) {
+            Ball core = around(scene_.held[h]);
+            core.radius -= scene_.held[h].radius;
+            held_[h] = haste(f.flange, core);
+        }
+    }
+
+    Haste of(const WatchedPair& pair) const noexcept {
+        using Kind = WatchedPair::Kind;
+        const Haste& a = pair.kind == Kind::held_ground ? held(pair.mover) : limb(pair.mover);
+        if (pair.kind == Kind::limb_ground || pair.kind == Kind::held_ground) return a;
+        const Haste& b = pair.kind == Kind::limb_held ? held(pair.other) : limb(pair.other);
+        return {a.speed + b.speed, a.bend + b.bend};
+    }
+    const Haste& limb(int k) const noexcept { return limb_[static_cast<std::size_t>(k)]; }
+    const Haste& held(int h) const noexcept { return held_[static_cast<std::size_t>(h)]; }
+    const Scene& scene() const noexcept { return scene_; }
+
+    /// How near the cores of two shapes may come.
+    double sum_of_radii(double one, double other) const noexcept {
+        return one + other + scene_.clearance + clear_proof::slack;
+    }
+
+private:
+    const Scene& scene_;
+    std::vector<Haste> limb_, held_;
+};
+
+/// Every moving shape in its place, in the DH base.
+struct PlacedScene {
+    std::vector<Rod> limb;
+    std::vector<Solid> held;
+
+    void place(const Scene& scene, const SceneFrames<double>& f) {
+        limb.clear();
+        held.clear();
+        for (int k = 0; k < limb_count(scene); ++k)
+            limb.push_back(placed(limb_frame(scene, f, k), limb_rod(scene, k)));
+        for (int h = 0; h < scene.held_count; ++h) held.push_back(placed(f.flange, scene.held[h]));
+    }
+
+    double distance(const WatchedPair& pair) const noexcept {
+        using Kind = WatchedPair::Kind;
+        const auto i = static_cast<std::size_t>(pair.mover), j = static_cast<std::size_t>(pair.other);
+        if (pair.kind == Kind::held_ground) return nearest(held[i], pair.solid).distance;
+        const Rod& rod = limb[i];
+        if (pair.kind == Kind::limb_ground) return nearest(rod.begin, rod.end, pair.solid).distance;
+        const Solid other = pair.kind == Kind::limb_held ? held[j] : as_solid(limb[j]);
+        return nearest(rod.begin, rod.end, other).distance;
+    }
+};
+
+/// Limbs against the balls of the ground, eight at a time: found(limb, ball, its centre and radius) of those
+/// within reach(limb) and their radius.
+template <class Reach, class Found>
+void near_balls(const Scene& scene, const std::vector<Rod>& limb, const Reach& reach, const Found& found) {
+    using Eight = Lane<8>;
+    for (int block = 0; block < scene.block_count; ++block) {
+        const BallBlock& balls = scene.blocks[block];
+        const Vec3<Eight> q{Eight::load(balls.x), Eight::load(balls.y), Eight::load(balls.z)};
+        const Eight radius = Eight::load(balls.radius);
+        for (int k = 0; k < static_cast<int>(limb.size()); ++k) {
+            const Rod& rod = limb[static_cast<std::size_t>(k)];
+            const Vec3<double> d = rod.end - rod.begin;
+            const double square = dot(d, d), per = square > 0 ? 1.0 / square : 0.0;
+            const Vec3<Eight> off = q - spread<Eight>(rod.begin);
+            const Eight share = min(max(dot(off, spread<Eight>(d)) * Eight(per), Eight(0.0)), Eight(1.0));
+            const Vec3<Eight> rest = off - spread<Eight>(d) * share;
+            const Eight R = radius + Eight(reach(k));
+            for_each_bit(bits(dot(rest, rest) < R * R), [&](int i) {
+                const int id = scene.ball_id[8 * block + i];
+                const Vec3<double> centre{balls.x[i], balls.y[i], balls.z[i]};
+                if (id != no_ball) found(k, Solid{SolidKind::ball, balls.radius[i], centre, centre, {}}, id);
+            });
+        }
+    }
+}
+
+/// What comes near to moving shapes that are placed: found(pair) for each pair that is within half a
+/// stretch's way of touching.
+template <class Found>
+void near_pairs(const SceneMotion& moving, const PlacedScene& at, double h, const Found& found) {
+    using Kind = WatchedPair::Kind;
+    const Scene& scene = moving.scene();
+    const Solid none{SolidKind::ball, 0.0, {0, 0, 0}, {0, 0, 0}, {}};
+    const auto offer = [&](const WatchedPair& pair) {
+        if (at.distance(pair) < pair.R + 0.5 * moving.of(pair).speed * h) found(pair);
+    };
+    const auto apart = [&](const Ball& a, const Ball& b, double speed) {
+        const double R = moving.sum_of_radii(a.radius, b.radius) + 0.5 * h * speed;
+        const Vec3<double> d = a.centre - b.centre;
+        return dot(d, d) >= R * R;
+    };
+    const auto reach = [&](int k) {
+        return moving.sum_of_radii(limb_rod(scene, k).radius, 0.0) + 0.5 * moving.limb(k).speed * h;
+    };
+    near_balls(scene, at.limb, reach, [&](int k, const Solid& ball, int id) {
+        const int link = limb_link(scene, k);
+        if (scene.may_touch(id, link)) return;
+        offer({Kind::limb_ground, k, 0, ball, moving.sum_of_radii(limb_rod(scene, k).radius, ball.radius),
+               pair_tag(id, link)});
+    });
+    for (int k = 0; k < limb_count(scene); ++k) {
+        const Rod& rod = at.limb[static_cast<std::size_t>(k)];
+        const Ball own = around(as_solid(rod));
+        const int link = limb_link(scene, k);
+        const auto far = [&](const Solid& solid, double speed) {
+            return solid.kind != SolidKind::half_space && apart(own, around(solid), speed);
+        };
+        for (int n = 0; n < scene.solid_count; ++n) {
+            const Solid& solid = scene.solids[n];
+            const int id = scene.solid_id[n];
+            if (scene.may_touch(id, link) || far(solid, moving.limb(k).speed)) continue;
+            offer({Kind::limb_ground, k, 0, solid, moving.sum_of_radii(rod.radius, solid.radius),
+                   pair_tag(id, link)});
+        }
+        for (int held = 0; held < scene.held_count; ++held) {
+            const Solid& solid = at.held[static_cast<std::size_t>(held)];
+            const int id = scene.first_held + held;
+            const bool away = far(solid, moving.limb(k).speed + moving.held(held).speed);
+            if (away || scene.may_touch(id, link)) continue;
+            offer({Kind::limb_held, k, held, none, moving.sum_of_radii(rod.radius, solid.radius),
+                   pair_tag(id, link)});
+        }
+    }
+    for (int n = 0; n < scene.own_count; ++n) {
+        const int a = limb_of_link(scene, scene.own[n].link),
+                  b = limb_of_obstacle(scene, scene.own[n].obstacle);
+        offer({Kind::limb_limb, a, b, none,
+               moving.sum_of_radii(limb_rod(scene, a).radius, limb_rod(scene, b).radius),
+               pair_tag(scene.own[n].obstacle, scene.own[n].link)});
+    }
+    for (int held = 0; held < scene.held_count; ++held) {
+        const Solid& solid = at.held[static_cast<std::size_t>(held)];
+        const Ball own = around(solid);
+        const int link = scene.part_count + scene.base_count + held;
+        for_ground(scene, [&](const Solid& ground, int id) {
+            const bool far =
+                ground.kind != SolidKind::half_space && apart(own, around(ground), moving.held(held).speed);
+            if (far || scene.may_touch(id, link)) return;
+            offer({Kind::held_ground, held, 0, ground, moving.sum_of_radii(solid.radius, ground.radius),
+                   pair_tag(id, link)});
+        });
+    }
+}
+
+/// The proof of one curve, stretch by stretch.
+class ClearProver {
+public:
+    ClearProver(const Curve& curve, const Scene& scene)
+        : curve_(curve), scene_(scene), moving_(scene), budget_(0) {}
+
+    /// Whether nothing touches on a stretch; where something does, a place is added to `violated`.
+    bool prove(const Stretch& x, std::vector<double>& violated) {
+        if (scene_.base_tag) {
+            violated.push_back(0.5 * (x.start + x.end));
+            return false;
+        }
+        budget_ += clear_proof::evaluations;
+        stretch_ = &x;
+        violated_ = &violated;
+        const double h = x.end - x.start;
+        enclose(x.start, x.end);
+        here_.place(scene_, frames(0.5 * (x.start + x.end)));
+        std::vector<WatchedPair> near;
+        near_pairs(moving_, here_, h, [&](const WatchedPair& pair) { near.push_back(pair); });
+        if (near.empty()) return true;
+        measure(x.start, near, [](WatchedPair& pair, double F) { pair.F_a = F; });
+        measure(x.end, near, [](WatchedPair& pair, double F) { pair.F_b = F; });
+        return stands(x.start, x.end, near, 0);
+    }
+
+private:
+    template <class T>
+    SceneFrames<T> frames(const T& s) const noexcept {
+        const Stretch& x = *stretch_;
+        const T value = phi_at(x, s);
+        SceneFrames<T> out;
+        out.flange = flange_pose(curve_.arm, pose_at(curve_.segment(x), s));
+        if (x.lead == 0 && scene_.swing_count == 0) {
+            const Triad<T> on = triad(curve_.arm, out.flange, curve_.plane);
+            const T side(configuration(curve_.branch(x)).elbow);
+            out.plane = plane_frames(
+                curve_.arm, on, elbow(curve_.arm, triangle(curve_.arm, on.distance), side), sin_cos(value));
+            return out;
+        }
+        const PlacedDirections<T> here = curve_.place(x, s, value);
+        out.plane = plane_frames<T>(curve_.arm, here.motion.circle, here.motion.elbow, here.phi);
+        if (scene_.swing_count) add_swinging(curve_.arm, here.angles, out);
+        return out;
+    }
+
+    void enclose(double from, double to) {
+        --budget_;
+        moving_.enclose(frames(Enclosed::variable(Interval(from, to))), limb_count(scene_));
+    }
+
+    template <class Take>
+    void measure(double s, std::vector<WatchedPair>& pairs, const Take& take) {
+        here_.place(scene_, frames(s));
+        for (WatchedPair& pair : pairs) {
+            const double distance = here_.distance(pair);
+            take(pair, pair.F(distance));
+            touches_ = touches_ || distance < pair.R - clear_proof::slack - clear_proof::broken;
+        }
+        if (touches_) violated_->push_back(s);
+    }
+
+    /// Whether no pair of a list touches between two s, at which they are measured; `moving_` encloses the
+    /// stretch.
+    bool stands(double from, double to, const std::vector<WatchedPair>& pairs, int depth) {
+        if (touches_) return touches_ = false;
+        const double h = to - from, middle = 0.5 * (from + to);
+        std::vector<WatchedPair> left;
+        for (const WatchedPair& pair : pairs)
+            if (!stays_positive(pair.F_a, pair.F_b, pair.bend(moving_.of(pair), h), h)) left.push_back(pair);
+        if (left.empty()) return true;
+        if (depth == clear_proof::depth || budget_ <= 0) return false;
+        std::vector<double> F;
+        measure(middle, left, [&F](WatchedPair&, double value) { F.push_back(value); });
+        if (touches_) return touches_ = false;
+        for (const bool upper : {false, true}) {
+            std::vector<WatchedPair> half = left;
+            for (std::size_t i = 0; i < half.size(); ++i) (upper ? half[i].F_a : half[i].F_b) = F[i];
+            enclose(upper ? middle : from, upper ? to : middle);
+            if (!stands(upper ? middle : from, upper ? to : middle, half, depth + 1)) return false;
+        }
+        return true;
+    }
+
+    const Curve& curve_;
+    const Scene& scene_;
+    SceneMotion moving_;
+    PlacedScene here_;
+    const Stretch* stretch_ = nullptr;
+    std::vector<double>* violated_ = nullptr;
+    long long budget_;
+    bool touches_ = false;
+};
+
+}  // namespace detail
+
+}  // namespace armangle

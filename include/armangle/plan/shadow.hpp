@@ -1,0 +1,263 @@
+// Where between sections an obstacle blocks some arm angle, so that no tube misses it, however thin it is.
+//
+//     phi |     section      section          In the plane of s and phi an obstacle is an island. Its shadow
+//         |        |    ()      |             on s is where the least distance over *all* phi is below R. An
+//         |        |            |             island between two sections throws its shadow between them:
+//         +--------|----==------|---- s       there a section is put at both its ends and in it.
+//
+// The least over phi is the least of the same pairs of points as at one phi, so that the bound of
+// clear_proof.hpp between two samples holds for it too, with speeds of a point at any phi that stands still
+// in phi. Limbs that swing about a joint, and own links against each other, are left to the proof.
+#pragma once
+
+#include "clear_proof.hpp"
+#include "tube.hpp"
+
+namespace armangle {
+
+namespace shadow_rule {
+inline constexpr double narrowest = 1e-6;  // of s: an island whose shadow is narrower is left to the proof
+inline constexpr int halvings = 20;        // of the way to an end of a shadow
+inline constexpr int evaluations = 32;     // over stretches, of all between two sections
+inline constexpr int starts = 4, queries = 96;  // of the least distance over phi, where it has no closed form
+inline constexpr double settled = 1e-7;         // m^2: to which that is found
+}  // namespace shadow_rule
+
+namespace detail {
+
+/// The least F = distance^2 - R^2 over all turns of a rod about the x axis, or less; a value that occurs
+/// where it is negative. Lemma: witnesses.hpp, with the amplitude of all pairs.
+inline double least_over_turns(const Rod& rod, const Solid& solid, double R) noexcept {
+    if (solid.kind == SolidKind::half_space) {
+        const double n = off_axis(solid.a);
+        const auto depth = [&](const Vec3<double>& p) {
+            return solid.a.x * p.x - n * off_axis(p) - solid.b.x - R;
+        };
+        return min(depth(rod.begin), depth(rod.end));
+    }
+    const auto of = [R](double distance) { return (distance - R) * (distance + R); };
+    if (solid.kind == SolidKind::ball) {
+        const double rho = off_axis(solid.a);
+        if (rod.is_sphere()) return of(hypot(rod.begin.x - solid.a.x, off_axis(rod.begin) - rho));
+        if (rod.begin.y == 0 && rod.end.y == 0 && rod.begin.z * rod.end.z >= 0) {
+            const Vec3<double> a{rod.begin.x, abs(rod.begin.z), 0}, b{rod.end.x, abs(rod.end.z), 0},
+                q{solid.a.x, rho, 0};
+            return of(norm(q - a - (b - a) * foot(a, b - a, q)));
+        }
+    }
+    const double amplitude = 2.0 * extent(as_solid(rod)).off_axis * extent(solid).off_axis;
+    struct Piece {
+        double a, F_a, b, F_b;
+        double lowest(double A) const noexcept {
+            const double h = b - a, rise = F_b - F_a, t = A * h > 0 ? 0.5 * h - rise / (A * h) : -1.0;
+            return t > 0 && t < h ? F_a + rise * t / h - 0.5 * A * t * (h - t) : min(F_a, F_b);
+        }
+    };
+    const auto at = [&](double psi) {
+        const SinCos<double> turn = sin_cos(psi);
+        return of(nearest(turned_by(rod.begin, turn), turned_by(rod.end, turn), solid).distance);
+    };
+    Piece piece[shadow_rule::queries + shadow_rule::starts];
+    int count = 0;
+    const double width = two_pi / shadow_rule::starts, first = at(0.0);
+    double best = first, before = first;
+    for (int i = 1; i <= shadow_rule::starts; ++i) {
+        const double here = i == shadow_rule::starts ? first : at(i * width);
+        piece[count++] = {(i - 1) * width, before, i * width, here};
+        best = min(best, here);
+        before = here;
+    }
+    for (int query = 0; best >= 0; ++query) {
+        int low = 0;
+        for (int i = 1; i < count; ++i)
+            if (piece[i].lowest(amplitude) < piece[low].lowest(amplitude)) low = i;
+        const double least = piece[low].lowest(amplitude);
+        if (query == shadow_rule::queries || best - least < shadow_rule::settled) return max(least, 0.0);
+        const Piece old = piece[low];
+        const double middle = 0.5 * (old.a + old.b), here = at(middle);
+        best = min(best, here);
+        piece[low] = {old.a, old.F_a, middle, here};
+        piece[count++] = {middle, here, old.b, old.F_b};
+    }
+    return best;
+}
+
+/// The shadows of a scene on a path, of one side of the elbow.
+class Shadows {
+public:
+    Shadows(const Task& task, int elbow)
+        : task_(task), scene_(*task.scene), gc_(configuration(elbow)), moving_(scene_) {}
+
+    /// Parameters between those of `base` for sections of what else would be missed.
+    std::vector<double> find(const std::vector<double>& base) {
+        for (std::size_t i = 0; i + 1 < base.size(); ++i) between(base[i], base[i + 1]);
+        return std::move(found_);
+    }
+
+private:
+    /// Everything at one s, seen from the circle's axis.
+    struct Place {
+        Pose<double> to_axis;
+        AxisFrames<double> frames;
+    };
+
+    Place place(double s) const noexcept {
+        const SelfMotion<double> m = motion(s);
+        return {inverted(axis_frame(task_.arm, m.circle)), axis_frames(task_.arm, m)};
+    }
+    SelfMotion<double> motion(double s) const noexcept {
+        return self_motion(task_.arm, task_.circle_at(s), gc_);
+    }
+
+    double F(const Place& at, const WatchedPair& pair) const noexcept {
+        using Kind = WatchedPair::Kind;
+        if (pair.kind == Kind::held_ground) {
+            const Solid held = placed(at.frames.flange, scene_.held[pair.mover]);
+            return pair.F(nearest(held, placed(at.to_axis, pair.solid)).distance);
+        }
+        const Part& part = scene_.parts[pair.mover];
+        const Rod rod = placed(part.lower ? at.frames.lower : at.frames.upper, part.rod);
+        if (pair.kind == Kind::limb_ground)
+            return least_over_turns(rod, placed(at.to_axis, pair.solid), pair.R);
+        return least_over_turns(rod, placed(at.frames.flange, scene_.held[pair.other]), pair.R);
+    }
+
+    /// How hard shapes move over a stretch at any phi that is held.
+    void enclose(double from, double to) {
+        --budget_;
+        const Segment& g =
+            task_.segments[segment_index(task_.segments, task_.segment_count, 0.5 * (from + to))];
+        const Enclosed s = Enclosed::variable(Interval(from, to)), any(Interval(-1.0, 1.0));
+        SceneFrames<Enclosed> frames;
+        frames.flange = flange_pose(task_.arm, pose_at(g, s));
+        const Triad<Enclosed> on = triad(task_.arm, frames.flange, task_.plane);
+        const Elbow<Enclosed> bent = elbow(task_.arm, triangle(task_.arm, on.distance), Enclosed(gc_.elbow));
+        frames.plane = plane_frames(task_.arm, on, bent, {any, any});
+        moving_.enclose(frames, scene_.part_count);
+    }
+
+    void between(double from, double to) {
+        const double h = to - from, middle = 0.5 * (from + to);
+        for (const double s : {from, middle, to}) {
+            const SelfMotion<double> m = motion(s);
+            if (is_unreachable(m.circle) || is_folded(m.circle)) return;
+        }
+        budget_ = shadow_rule::evaluations;
+        enclose(from, to);
+        near_.clear();
+        gather(place(middle), h);
+        if (near_.empty()) return;
+        const Place a = place(from), b = place(to);
+        std::vector<WatchedPair> open;
+        for (WatchedPair& pair : near_) {
+            pair.F_a = F(a, pair);
+            pair.F_b = F(b, pair);
+            if (pair.F_a > 0 && pair.F_b > 0) open.push_back(pair);  // else a section sees it
+        }
+        search(from, to, open);
+    }
+
+    /// The pairs that may come near within half a stretch, by balls about them.
+    void gather(const Place& at, double h) {
+        using Kind = WatchedPair::Kind;
+        const Solid none{SolidKind::ball, 0.0, {0, 0, 0}, {0, 0, 0}, {}};
+        const auto reach = [&](const WatchedPair& pair) { return 0.5 * moving_.of(pair).speed * h; };
+        const auto limb = [&](int k, const Solid& solid, const WatchedPair& pair) {
+            const double more = reach(pair);
+            if (!(more < infinity)) return;
+            const Part& part = scene_.parts[k];
+            if (solid.kind != SolidKind::half_space) {
+                const Ball there = around(solid),
+                           own = around(
+                               as_solid(placed(part.lower ? at.frames.lower : at.frames.upper, part.rod)));
+                const double apart = off_axis(own.centre) - off_axis(there.centre),
+                             R = moving_.sum_of_radii(own.radius, there.radius) + more;
+                if (hypot(own.centre.x - there.centre.x, apart) >= R) return;
+            }
+            near_.push_back(pair);
+        };
+        for_ground(scene_, [&](const Solid& solid, int id) {
+            const Solid here = placed(at.to_axis, solid);
+            for (int k = 0; k < scene_.part_count; ++k)
+                if (!scene_.may_touch(id, k))
+                    limb(k, here,
+                         {Kind::limb_ground, k, 0, solid,
+                          moving_.sum_of_radii(scene_.parts[k].rod.radius, solid.radius), pair_tag(id, k)});
+            for (int held = 0; held < scene_.held_count; ++held) {
+                const int link = scene_.part_count + scene_.base_count + held;
+                const WatchedPair pair{Kind::held_ground,
+                                       held,
+                                       0,
+                                       solid,
+                                       moving_.sum_of_radii(scene_.held[held].radius, solid.radius),
+                                       pair_tag(id, link)};
+                if (scene_.may_touch(id, link) || !(reach(pair) < infinity)) continue;
+                const double distance = nearest(placed(at.frames.flange, scene_.held[held]), here).distance;
+                if (distance < pair.R + reach(pair)) near_.push_back(pair);
+            }
+        });
+        for (int held = 0; held < scene_.held_count; ++held)
+            for (int k = 0; k < scene_.part_count; ++k)
+                if (!scene_.may_touch(scene_.first_held + held, k))
+                    limb(k, placed(at.frames.flange, scene_.held[held]),
+                         {Kind::limb_held, k, held, none,
+                          moving_.sum_of_radii(scene_.parts[k].rod.radius, scene_.held[held].radius),
+                          pair_tag(scene_.first_held + held, k)});
+    }
+
+    /// Needles of pairs that are clear at both ends.
+    void search(double from, double to, const std::vector<WatchedPair>& pairs) {
+        const double h = to - from, middle = 0.5 * (from + to);
+        std::vector<WatchedPair> left;
+        for (const WatchedPair& pair : pairs)
+            if (!stays_positive(pair.F_a, pair.F_b, pair.bend(moving_.of(pair), h), h)) left.push_back(pair);
+        if (left.empty()) return;
+        if (h < shadow_rule::narrowest || budget_ <= 0) {
+            found_.push_back(middle);
+            return;
+        }
+        const Place here = place(middle);
+        std::vector<WatchedPair> low, high;
+        for (WatchedPair& pair : left) {
+            const double F_m = F(here, pair);
+            if (!(F_m > 0)) {
+                needle(from, middle, to, pair);
+                continue;
+            }
+            low.push_back(pair);
+            low.back().F_b = F_m;
+            high.push_back(pair);
+            high.back().F_a = F_m;
+        }
+        if (low.empty()) return;
+        enclose(from, middle);
+        search(from, middle, low);
+        enclose(middle, to);
+        search(middle, to, high);
+    }
+
+    /// Both ends of a shadow that holds `in`, and `in`.
+    void needle(double from, double in, double to, const WatchedPair& pair) {
+        found_.push_back(in);
+        for (const double clear : {from, to}) {
+            double outside = clear, inside = in;
+            for (int k = 0; k < shadow_rule::halvings; ++k) {
+                const double middle = 0.5 * (outside + inside);
+                (F(place(middle), pair) > 0 ? outside : inside) = middle;
+            }
+            found_.push_back(inside);
+        }
+    }
+
+    const Task& task_;
+    const Scene& scene_;
+    Configuration<double> gc_;
+    SceneMotion moving_;
+    std::vector<WatchedPair> near_;
+    std::vector<double> found_;
+    int budget_ = 0;
+};
+
+}  // namespace detail
+
+}  // namespace armangle

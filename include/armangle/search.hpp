@@ -1,0 +1,242 @@
+// The questions of MoveIt's KinematicsBase, without a type of ROS: nearest to a seed, moves kept small,
+// joints held, a callback that decides, and the nearest posture where none is exact. contrib/moveit is the
+// glue.
+//
+// Moves kept small (consistency limits) and held joints are narrower limits, so that arcs answer them in
+// closed form. A callback is asked along the arcs of all branches, outward from the seed, and the walk ends
+// with a proof: no posture is left whose psi is further than half a resolution from one that was refused.
+#pragma once
+
+#include "limits/nearest_outside.hpp"
+
+namespace armangle {
+
+/// What a search is asked besides the pose.
+struct SearchOptions {
+    const double* seed = nullptr;         // 7 joint values (rad)
+    const double* consistency = nullptr;  // 7: how far each joint may be from the seed (rad, >= 0); null: any
+    unsigned held = 0;                    // bit j: joint j + 1 stays where the seed has it
+    double singularity_margin = 0.0;      // rad
+    double resolution = 0.05;             // rad of psi between postures that the callback is shown
+    double length = 0.0;                  // > 0: an approximate answer will do; m that a radian counts as
+};
+
+/// What a callback says of a posture.
+enum class Answer { accepted, refused, stop };
+
+/// The outcome. On OK the posture holds the pose; with options.length, and only then, there are numbers
+/// beside another status too: a posture within the window from which no small move comes nearer, `gap` from
+/// the pose.
+struct Found {
+    Nearest posture;  // NaN where there is none; its status is the outcome
+    double gap;       // m, a radian counting as options.length; 0 where the pose is held
+    int shown;        // postures that the callback saw
+    bool proven;      // of a callback that accepted none: all that there are were shown, to the resolution
+};
+
+/// The limits of a search: the arm's own, narrowed to the moves that are allowed, joints held.
+inline Limits search_window(const Arm& arm, const SearchOptions& options) noexcept {
+    Limits out = arm.limits;
+    for (int j = 0; j < joints; ++j) {
+        const bool held = options.held >> j & 1u;
+        if (!held && !options.consistency) continue;
+        const double room = held ? 0.0 : options.consistency[j];
+        out.lower[j] = max(out.lower[j], options.seed[j] - room);
+        out.upper[j] = min(out.upper[j], options.seed[j] + room);
+    }
+    return out;
+}
+
+namespace detail {
+
+/// One way along the arcs of one branch: psi that rise (way +1) or fall (-1) from a start, on a grid of the
+/// resolution, and the ends of all arcs that are passed.
+class ArcWalk {
+public:
+    ArcWalk() = default;
+    ArcWalk(const ArcSet& arcs, double start, double way, double resolution, bool with_start) noexcept
+        : arcs_(&arcs), start_(start), way_(way), resolution_(resolution), gone_(with_start ? -1e-12 : 0.0) {}
+
+    /// The next psi within the arcs, at most half a turn from the start; false where there is none.
+    bool next(double& psi) noexcept {
+        if (!arcs_) return false;
+        while (gone_ < pi) {
+            const double grid = min(resolution_ * (std::floor(gone_ / resolution_ + 1e-9) + 1.0), pi);
+            double ahead = gone_ < 0 ? 0.0 : grid;
+            bool end = false;
+            for (int i = 0; i < arcs_->count && !arcs_->full; ++i)
+                for (const double at : {arcs_->arc[i].lower, arcs_->arc[i].upper}) {
+                    const double off = distance_to(at);
+                    if (off <= gone_ || off > ahead) continue;
+                    ahead = off;
+                    end = true;
+                }
+            gone_ = ahead;
+            psi = wrap(start_ + way_ * ahead);
+            if (end || arcs_->full || contains(*arcs_, psi)) return true;
+        }
+        return false;
+    }
+
+private:
+    /// How far an angle is along the way, in [0, 2 pi).
+    double distance_to(double at) const noexcept {
+        const double off = way_ * (at - start_);
+        return off - two_pi * std::floor(off / two_pi);
+    }
+
+    const ArcSet* arcs_ = nullptr;
+    double start_ = 0, way_ = 1, resolution_ = 1, gone_ = 0;
+};
+
+/// The postures of all branches, of sixteen ways each time the one nearest to the seed.
+class OutwardWalk {
+public:
+    OutwardWalk(const Arm& arm, const LimitTable& limits, const Pose<double>& pose, const Nearest& first,
+                const SearchOptions& options) noexcept
+        : arm_(arm), seed_(options.seed) {
+        const double psi_then = forward(arm, seed_).psi;
+        for (int gc = 0; gc < configurations; ++gc) {
+            motion_[gc] = self_motion(arm, pose, gc);
+            const bool own = gc == first.gc;
+            const double start = own || std::isnan(psi_then) ? first.psi : psi_then;
+            if (feasible(motion_[gc], limits, arcs_[gc]) != Status::OK) continue;
+            for (int side = 0; side < 2; ++side) {
+                Way& way = ways_[2 * gc + side];
+                way.walk =
+                    ArcWalk(arcs_[gc], start, side ? -1.0 : 1.0, options.resolution, !own && side == 0);
+                advance(way, gc);
+            }
+        }
+    }
+
+    /// The next posture; false where all have been shown.
+    bool next(Nearest& out) noexcept {
+        int best = -1;
+        for (int k = 0; k < ways; ++k)
+            if (ways_[k].open && (best < 0 || ways_[k].at.distance < ways_[best].at.distance)) best = k;
+        if (best < 0) return false;
+        out = ways_[best].at;
+        advance(ways_[best], best / 2);
+        return true;
+    }
+
+private:
+    static constexpr int ways = 2 * configurations;
+    struct Way {
+        ArcWalk walk;
+        Nearest at;
+        bool open = false;
+    };
+
+    void advance(Way& way, int gc) noexcept {
+        double psi = 0;
+        way.open = way.walk.next(psi);
+        if (!way.open) return;
+        const Joints found = joints_within_limits(arm_, directions(motion_[gc], sin_cos(psi)), seed_);
+        double sum = 0;
+        for (int j = 0; j < joint_slots; ++j) way.at.q[j] = found.q[j];
+        for (int j = 0; j < joints; ++j) sum += (found.q[j] - seed_[j]) * (found.q[j] - seed_[j]);
+        way.at.psi = psi;
+        way.at.gc = gc;
+        way.at.status = Status::OK;
+        way.at.distance = sqrt(sum);
+    }
+
+    const Arm& arm_;
+    const double* seed_;
+    SelfMotion<double> motion_[configurations];
+    ArcSet arcs_[configurations];
+    Way ways_[ways];
+};
+
+/// Nothing found, for a reason.
+inline Found nothing(Status why) noexcept {
+    Found out{};
+    for (double& q : out.posture.q) q = not_a_number;
+    out.posture.psi = out.posture.distance = out.posture.margin = out.gap = not_a_number;
+    out.posture.gc = -1;
+    out.posture.status = why;
+    return out;
+}
+
+/// Lets a posture that does not hold the pose descend to where no small move comes nearer, or the seed, where
+/// that leads nearer; returns how far it is from the pose. The limits are those of the arm.
+inline double come_nearer(const Arm& boxed, const Pose<double>& pose, const SearchOptions& options,
+                          Nearest& posture) noexcept {
+    Joints from_posture{}, from_seed{};
+    for (int j = 0; j < joints; ++j) {
+        from_posture.q[j] = posture.q[j];
+        from_seed.q[j] = options.seed[j];
+    }
+    Twist rest;
+    double gap = distance(boxed, posture.q, pose, options.length, rest);
+    for (const Joints& start : {from_posture, from_seed}) {
+        const Relaxed found = relaxed(boxed, boxed.limits, start, pose, options.length);
+        if (!(found.distance < gap)) continue;
+        gap = found.distance;
+        for (int j = 0; j < joints; ++j) posture.q[j] = found.at.q[j];
+    }
+    const Posture at = forward(boxed, posture.q);
+    NearestOptions nearest;
+    nearest.near = options.seed;
+    posture.psi = at.psi;
+    posture.gc = at.gc;
+    posture.distance = joint_distance(posture.q, nearest);
+    return gap;
+}
+
+}  // namespace detail
+
+/// The posture that a callback accepts, asked first for the one nearest to the seed of all there are within
+/// the window, then outward over arcs and branches: Answer accept(const double* q). Of several windings the
+/// nearest to the seed is shown. OK; NOT_ALLOWED where all were refused (`proven`) or the callback stopped;
+/// BAD_INPUT; else why the window has no posture, whose nearest one is shown where options.length is given.
+template <class Accept>
+Found search(const Arm& arm, const Pose<double>& pose, const SearchOptions& options,
+             const Accept& accept) noexcept {
+    const bool usable = options.seed && is_finite(options.seed) && is_rigid(pose) && options.resolution > 0;
+    if (!usable) return detail::nothing(Status::BAD_INPUT);
+    const Limits window = search_window(arm, options);
+    for (int j = 0; j < joints; ++j)
+        if (!(window.lower[j] <= window.upper[j])) return detail::nothing(Status::LIMITS);
+    ArmParameters narrowed = arm;
+    narrowed.limits = window;
+    const Arm boxed = make_arm(narrowed);
+    const LimitTable limits = limit_table(boxed, options.singularity_margin);
+    NearestOptions nearest;
+    nearest.near = options.seed;
+    Found out{};
+    out.posture = nearest_posture(boxed, limits, pose, nearest);
+    const Status status = out.posture.status;
+    if (status != Status::OK) {
+        if (!(options.length > 0)) return detail::nothing(status);
+        out.posture = nearest_outside(boxed, limits, pose, nearest, options.length);
+        if (std::isnan(out.posture.q[0])) return detail::nothing(status);
+        out.gap = detail::come_nearer(boxed, pose, options, out.posture);
+    }
+    out.posture.margin = limit_margin(arm.limits, out.posture.q);
+    out.shown = 1;
+    Answer answer = accept(static_cast<const double*>(out.posture.q));
+    if (answer == Answer::accepted) return out;
+    if (status == Status::OK && answer == Answer::refused) {
+        detail::OutwardWalk walk(boxed, limits, pose, out.posture, options);
+        while (answer == Answer::refused && walk.next(out.posture)) {
+            out.posture.margin = limit_margin(arm.limits, out.posture.q);
+            ++out.shown;
+            answer = accept(static_cast<const double*>(out.posture.q));
+        }
+        if (answer == Answer::accepted) return out;
+    }
+    Found none = detail::nothing(Status::NOT_ALLOWED);
+    none.shown = out.shown;
+    none.proven = answer == Answer::refused && status == Status::OK;
+    return none;
+}
+
+/// The posture within the window that is nearest to the seed.
+inline Found search(const Arm& arm, const Pose<double>& pose, const SearchOptions& options) noexcept {
+    return search(arm, pose, options, [](const double*) noexcept { return Answer::accepted; });
+}
+
+}  // namespace armangle
