@@ -97,6 +97,7 @@ void bind_status(nb::module_& m) {
         .value("NEAR_SINGULAR", Status::NEAR_SINGULAR)
         .value("NO_CONVERGENCE", Status::NO_CONVERGENCE)
         .value("PARTIAL", Status::PARTIAL)
+        .value("NO_POSTURE", Status::NO_POSTURE)
         .def_prop_ro(
             "sentence", [](Status status) { return armangle::sentence(status); },
             "The outcome as one sentence.");
@@ -164,5 +165,6 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     binding::bind_tracking(m);
     binding::bind_reach(m, arm);
     binding::bind_kuka(arm);
+    binding::bind_offset(m);
     binding::bind_xla(m, arm);
 }

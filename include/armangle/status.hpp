@@ -25,9 +25,10 @@ enum class Status : std::int8_t {
     NEAR_SINGULAR = 16,
     NO_CONVERGENCE = 17,
     PARTIAL = 18,
+    NO_POSTURE = 19,
 };
 
-inline constexpr int status_count = 19;
+inline constexpr int status_count = 20;
 
 /// An outcome in words.
 constexpr const char* sentence(Status status) noexcept {
@@ -60,6 +61,7 @@ constexpr const char* sentence(Status status) noexcept {
             return "The hand, or the base, meets an obstacle at this pose, whatever the arm angle.";
         case Status::CLEARANCE: return "No arm angle keeps clear of the obstacles within all limits.";
         case Status::PARTIAL: return "The step goes as far towards the pose as bounds, or the reach, allow.";
+        case Status::NO_POSTURE: return "No posture holds this pose at this value of the free joint.";
         case Status::BAD_INPUT: return "The pose is no rigid transform, or a number is not finite.";
     }
     return "";

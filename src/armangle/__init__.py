@@ -22,6 +22,7 @@ _NAMES = {
     "arm.diagnosis": "Branch Diagnosis Opening Verdict",
     "arm.freedom": "Freedom",
     "arm.joint_function": "JointFunction",
+    "arm.offset": "OffsetArm OffsetSolution",
     "arm.solution": "Solution Solutions",
     "errors": "ArmangleError ConfigurationError FileFormatError InputError LimitError MissingExtraError "
     "NoSolutionError NotFiniteError NotRotationError NotSRSError OutputError PathError PolicyError "
@@ -33,6 +34,7 @@ _NAMES = {
     "models.catalogue": "catalogue",
     "models.description": "ImportReport",
     "models.dh": "dh_chain",
+    "models.offset": "offset_catalogue",
     "motion.following": "follow",
     "motion.joining": "join",
     "motion.joint_path": "JointPath PathPoint",

@@ -31,6 +31,8 @@ from .arm.diagnosis import (
 )
 from .arm.freedom import Freedom as Freedom
 from .arm.joint_function import JointFunction as JointFunction
+from .arm.offset import OffsetArm as OffsetArm
+from .arm.offset import OffsetSolution as OffsetSolution
 from .arm.solution import Solution as Solution
 from .arm.solution import Solutions as Solutions
 from .errors import (
@@ -69,6 +71,7 @@ from .models.body import Body as Body
 from .models.catalogue import catalogue as catalogue
 from .models.description import ImportReport as ImportReport
 from .models.dh import dh_chain as dh_chain
+from .models.offset import offset_catalogue as offset_catalogue
 from .motion.following import follow as follow
 from .motion.joining import join as join
 from .motion.joint_path import (

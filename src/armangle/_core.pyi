@@ -72,6 +72,8 @@ class Status(enum.IntEnum):
 
     PARTIAL = 18
 
+    NO_POSTURE = 19
+
     @property
     def sentence(self) -> str:
         """The outcome as one sentence."""
@@ -530,5 +532,18 @@ class Turned(enum.Enum):
     BASE = 0
 
     TOOL = 1
+
+class OffsetArm:
+    def __init__(self, lengths: numpy.typing.NDArray[numpy.float64], joint_rows: numpy.typing.NDArray[numpy.float64], base: numpy.typing.NDArray[numpy.float64], tool: numpy.typing.NDArray[numpy.float64], offset: float, mirrored: bool) -> None: ...
+
+    def forward_many(self, q: numpy.typing.NDArray[numpy.float64], pose: numpy.typing.NDArray[numpy.float64], free: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], threads: int) -> None: ...
+
+    def jacobian_many(self, q: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64], threads: int) -> None: ...
+
+    def inverse_many(self, pose: numpy.typing.NDArray[numpy.float64], free: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], seed: numpy.typing.NDArray[numpy.float64] | None, out: numpy.typing.NDArray[numpy.float64], outcome: numpy.typing.NDArray[numpy.int64], threads: int) -> None: ...
+
+    def feasible_many(self, pose: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], ends: numpy.typing.NDArray[numpy.float64], joint: numpy.typing.NDArray[numpy.int64], side: numpy.typing.NDArray[numpy.int64], values: numpy.typing.NDArray[numpy.float64], codes: numpy.typing.NDArray[numpy.int64], unproven: numpy.typing.NDArray[numpy.float64], threads: int) -> None: ...
+
+    def nearest_many(self, pose: numpy.typing.NDArray[numpy.float64], near: numpy.typing.NDArray[numpy.float64] | None, weight: numpy.typing.NDArray[numpy.float64], branches: int, out: numpy.typing.NDArray[numpy.float64], numbers: numpy.typing.NDArray[numpy.float64], codes: numpy.typing.NDArray[numpy.int64], threads: int) -> None: ...
 
 def xla_targets() -> dict[str, object]: ...

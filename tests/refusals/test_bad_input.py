@@ -21,6 +21,7 @@ ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800")
 Q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
 POSE, PSI, GC = ARM.forward(Q)
 TWO = ARM.forward(np.stack([Q, Q + 0.01]))[0]
+FR3 = aa.OffsetArm.from_catalogue("franka_fr3")
 NAN, INF = float("nan"), float("inf")
 
 
@@ -116,6 +117,13 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "Scene": (aa.Scene, {}),
     "Body": (aa.Body, {"links": {3: [BALL]}}),
     "Body.bones": (aa.Body.bones, {"upper_arm": 0.1, "forearm": 0.1}),
+    "OffsetArm": (aa.OffsetArm, {"a_6": 0.088, "d_bs": 0.34, "d_se": 0.4, "d_ew": 0.4, "d_wf": 0.126}),
+    "OffsetArm.forward": (FR3.forward, {"q": Q}),
+    "OffsetArm.jacobian": (FR3.jacobian, {"q": Q}),
+    "OffsetArm.inverse": (FR3.inverse, {"pose": POSE, "free": 0.1, "gc": 0, "unreachable": "nan"}),
+    "OffsetArm.feasible": (FR3.feasible, {"pose": POSE, "gc": 0}),
+    "OffsetArm.feasible_all": (FR3.feasible_all, {"pose": POSE}),
+    "OffsetArm.solve": (FR3.solve, {"pose": POSE}),
     "Arm.with_body": (ARM.with_body, {"body": BODY}),
     "Arm.with_hand": (ARM.with_hand, {"shapes": [BALL]}),
     **{
@@ -176,6 +184,7 @@ BAD: dict[str, list[Any]] = {
     "advance": [*NUMBER, None, INF, 1e4], "s": [*ANGLES, -0.1, 1.1],
     "order": ["nonsense", None, 0, 4, 1.5, NAN], "near": [v for v in JOINTS if v is not None],
     "x": [*VECTOR, 0.1], "y": [*VECTOR, 0.1], "z": [*NUMBER, None, INF, 1e4],
+    "a_1": [*NUMBER, None, INF, 1e6], "a_6": [*NUMBER, None, INF, 1e6], "free": ANGLES,
     "metric": CHOICE, "prefer": CHOICE, "filter": ["nonsense", 0.5, object(), aa.HandFilter],
     "length": [*POSITIVE, None, INF], "elbow_margin": MARGIN, "reconfigure": INDEX,
     "elbow_direction": ["nonsense", object(), 0.1, [1.0, 2.0], [1j] * 3],
@@ -240,6 +249,8 @@ BAD_HERE: dict[tuple[str, str], list[Any]] = {
     **{(f"Arm.{name}", "gc"): [*INDEX, None] for name in (*METHODS, *SCENES)},
     **{(f"Arm.{name}", "gc"): [*INDEX, [], [8], ["x"]] for name in ("solve", "solutions", "best")},
     **{(name, "gc"): [*INDEX, None] for name in ("gc_signs", "resolve")},
+    **{(f"OffsetArm.{name}", "gc"): [*INDEX, None] for name in ("inverse", "feasible")},
+    ("OffsetArm.solve", "gc"): [*INDEX, [], [8], ["x"]],
 }
 NEEDS: dict[str, dict[str, Any]] = {
     "samples": {"path": aa.Line(POSE, POSE)}, "dt": {"policy": aa.Repulsion(rate=1.0)},
@@ -247,7 +258,8 @@ NEEDS: dict[str, dict[str, Any]] = {
 }  # fmt: skip
 FREE = {"arm", "name", "joint_names", "notes", "import_report"}
 """Values of other kinds, with tests of their own."""
-OTHERS = {"catalogue", "save", "load_poses", "load_joints", "load_trajectory", "load_scene", "load_body"}
+OTHERS = {"catalogue", "offset_catalogue", "save", "load_poses", "load_joints", "load_trajectory"}
+OTHERS |= {"load_scene", "load_body"}
 """Files and names: test_io_refusals, test_catalogue, files/test_scenes."""
 
 
@@ -274,6 +286,7 @@ def test_every_public_function_and_argument_is_in_the_matrix() -> None:
         "JointTable",
     }
     results |= {"Opening", "Path", "PathPoint", "Resolution", "Solution", "Solutions", "SpeedLoss", "Step"}
+    results |= {"OffsetSolution"}
     results |= {"Clearance", "Widest", "Freedom", "Placement", "Tracked", "Trajectory", "TrajectoryPoint"}
     results |= {"TrajectoryTable", "Voxels"}
     public = {name: getattr(aa, name) for name in aa.__all__}

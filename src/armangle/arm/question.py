@@ -58,7 +58,7 @@ class Question:
         if chosen("prefer", prefer, PREFER) == "margin" or near is None:
             kind = _core.Metric.MARGIN
         self.near = np.ascontiguousarray(arrays[1]).reshape(-1, JOINTS) if near is not None else None
-        self.options = _core.SolveOptions(kind, weights_of(weight), _branches(gc), margin, length)
+        self.options = _core.SolveOptions(kind, weights_of(weight), branch_bits(gc), margin, length)
         self.arm, self.handle = arm, arm._handle
         self.threads = as_threads(threads)
         ready = arm._scene(scene)
@@ -137,7 +137,7 @@ def weights_of(weight: ArrayLike | None) -> Floats:
     return weights
 
 
-def _branches(gc: int | Iterable[int] | None) -> int:
+def branch_bits(gc: int | Iterable[int] | None) -> int:
     """Return a bit for each global configuration that may be used."""
     if gc is None:
         return (1 << CONFIGURATIONS) - 1

@@ -1,0 +1,168 @@
+// Arms with an offset wrist or shoulder: postures by the free joint, its arcs, the nearest posture.
+#include <vector>
+
+#include "armangle/offset.hpp"
+#include "elements.hpp"
+
+namespace binding {
+
+using namespace armangle;
+
+namespace {
+
+/// What Python makes of its numbers once: lengths d_bs, d_se, d_ew, d_wf, a_3, a_4; rows signs, offsets,
+/// lower, upper (4, 7).
+struct OffsetHandle {
+    OffsetArm arm;
+    OffsetHandle(Floats lengths, Floats joint_rows, Floats base, Floats tool, double offset, bool mirrored)
+        : arm(make_offset_arm(parameters(lengths, joint_rows, base, tool), offset, mirrored)) {}
+
+private:
+    static ArmParameters parameters(Floats lengths, Floats joint_rows, Floats base, Floats tool) {
+        const Buffer l(lengths), rows(joint_rows), b(base), t(tool);
+        ArmParameters out;
+        const double* x = l.data<double>();
+        out.d_bs = x[0];
+        out.d_se = x[1];
+        out.d_ew = x[2];
+        out.d_wf = x[3];
+        out.a_3 = x[4];
+        out.a_4 = x[5];
+        const double* r = rows.data<double>();
+        for (int j = 0; j < joints; ++j) {
+            out.sign[j] = r[j];
+            out.offset[j] = r[joints + j];
+            out.limits.lower[j] = r[2 * joints + j];
+            out.limits.upper[j] = r[3 * joints + j];
+        }
+        out.base = load_pose(b.data<double>());
+        out.tool = load_pose(t.data<double>());
+        return out;
+    }
+};
+
+/// Poses (n, 4, 4), values of the free joint and branches of the rows of q.
+void offset_forward(const OffsetHandle& self, Floats q, Floats pose, Floats free, Ints gc, int threads) {
+    const Buffer in(q), p(pose, true), f(free, true), g(gc, true);
+    for_each<4>("q", {&in, &p, &f, &g}, {1, 2, 0, 0}, threads, [&](const Py_ssize_t* at, double& value) {
+        const double* joint = in.data<double>() + at[0];
+        const Problem problem = check_joints(joint, value);
+        if (problem != Problem::none) return problem;
+        const OffsetPosture found = forward(self.arm, joint);
+        store_pose(found.pose, p.data<double>() + at[1]);
+        f.data<double>()[at[2]] = found.free;
+        g.data<long long>()[at[3]] = found.gc;
+        return Problem::none;
+    });
+}
+
+/// The Jacobian (n, 6, 7) of the rows of q.
+void offset_jacobian(const OffsetHandle& self, Floats q, Floats out, int threads) {
+    for_each_joints<double>(q, out, 2, threads, [&](const double* joint, double* to) {
+        const Jacobian found = jacobian(self.arm, joint);
+        std::memcpy(to, found.entry, sizeof(found.entry));
+    });
+}
+
+/// Joints of each pose, value of the free joint and branch, and what became of it.
+void offset_inverse(const OffsetHandle& self, Floats pose, Floats free, Ints gc, Floats seed, Floats out,
+                    Ints outcome, int threads) {
+    const Buffer p(pose), f(free), g(gc), q(out, true), code(outcome, true);
+    Buffer near;
+    if (!seed.is_none()) near.get(seed);
+    const Buffer* const by = near.held() ? &near : nullptr;
+    for_each<6>("pose", {&p, &f, &g, by, &q, &code}, {2, 0, 0, 1, 1, 0}, threads,
+                [&](const Py_ssize_t* at, double& value) {
+                    const double* m = p.data<double>() + at[0];
+                    const Problem problem = check_pose(m, value);
+                    if (problem != Problem::none) return problem;
+                    const Inverse found = inverse(self.arm, load_pose(m), f.data<double>()[at[1]],
+                                                  static_cast<int>(g.data<long long>()[at[2]]),
+                                                  by ? by->data<double>() + at[3] : nullptr);
+                    std::memcpy(q.data<double>() + at[4], found.q, joints * sizeof(double));
+                    code.data<long long>()[at[5]] = static_cast<long long>(found.status);
+                    return Problem::none;
+                });
+}
+
+/// Arcs of each pose and branch: ends (n, most, 2), their joints and sides and values, and (n, 2) count and
+/// status; what is not proven (n,).
+void offset_feasible(const OffsetHandle& self, Floats pose, Ints gc, Floats ends, Ints joint, Ints side,
+                     Floats values, Ints codes, Floats unproven, int threads) {
+    const Buffer p(pose), g(gc), e(ends, true), j(joint, true), s(side, true), v(values, true),
+        c(codes, true), u(unproven, true);
+    for_each<8>("pose", {&p, &g, &e, &j, &s, &v, &c, &u}, {2, 0, 2, 2, 2, 2, 1, 0}, threads,
+                [&](const Py_ssize_t* at, double& value) {
+                    const double* m = p.data<double>() + at[0];
+                    const Problem problem = check_pose(m, value);
+                    if (problem != Problem::none) return problem;
+                    const Pose<double> frame = load_pose(m);
+                    const int branch = static_cast<int>(g.data<long long>()[at[1]]);
+                    ProvenArcs found;
+                    feasible(self.arm, frame, branch, found);
+                    for (int k = 0; k < found.arcs.count; ++k)
+                        for (int end = 0; end < 2; ++end) {
+                            const Arc& arc = found.arcs.arc[k];
+                            const Tag tag = end == 0 ? arc.lower_tag : arc.upper_tag;
+                            const double free = end == 0 ? arc.lower : arc.upper;
+                            const int of =
+                                tag_joint(tag) == 0 ? 0 : robot_joint(self.arm, tag_joint(tag) - 1) + 1;
+                            const int i = 2 * k + end;
+                            e.data<double>()[at[2] + i] = free;
+                            j.data<long long>()[at[3] + i] = of;
+                            s.data<long long>()[at[4] + i] = static_cast<long long>(tag_side(tag));
+                            v.data<double>()[at[5] + i] = not_a_number;
+                            if (of == 0) continue;
+                            const Inverse posture = inverse(self.arm, frame, free, branch);
+                            v.data<double>()[at[5] + i] = posture.q[of - 1];
+                        }
+                    c.data<long long>()[at[6]] = found.arcs.count;
+                    c.data<long long>()[at[6] + 1] = static_cast<long long>(found.status);
+                    u.data<double>()[at[7]] = found.unproven;
+                    return Problem::none;
+                });
+}
+
+/// The nearest posture of each pose: q, (n, 3) free, distance and margin, and (n, 2) gc and status.
+void offset_nearest(const OffsetHandle& self, Floats pose, Floats near, Floats weight, long long branches,
+                    Floats out, Floats numbers, Ints codes, int threads) {
+    const Buffer p(pose), w(weight), q(out, true), n(numbers, true), c(codes, true);
+    Buffer seed;
+    if (!near.is_none()) seed.get(near);
+    const Buffer* const by = seed.held() ? &seed : nullptr;
+    for_each<5>(
+        "pose", {&p, by, &q, &n, &c}, {2, 1, 1, 1, 1}, threads, [&](const Py_ssize_t* at, double& value) {
+            const double* m = p.data<double>() + at[0];
+            Problem problem = check_pose(m, value);
+            const double* from = by ? by->data<double>() + at[1] : nullptr;
+            if (problem == Problem::none && from) problem = check_joints(from, value);
+            if (problem != Problem::none) return problem;
+            const OffsetNearest found =
+                nearest(self.arm, load_pose(m), from, w.data<double>(), static_cast<unsigned>(branches));
+            std::memcpy(q.data<double>() + at[2], found.q, joints * sizeof(double));
+            const double three[3] = {found.free, from ? found.distance : not_a_number, found.margin};
+            std::memcpy(n.data<double>() + at[3], three, sizeof(three));
+            c.data<long long>()[at[4]] = found.gc;
+            c.data<long long>()[at[4] + 1] = static_cast<long long>(found.status);
+            return Problem::none;
+        });
+}
+
+}  // namespace
+
+void bind_offset(nb::module_& m) {
+    using namespace nb::literals;
+    nb::class_<OffsetHandle>(m, "OffsetArm")
+        .def(nb::init<Floats, Floats, Floats, Floats, double, bool>(), "lengths"_a, "joint_rows"_a, "base"_a,
+             "tool"_a, "offset"_a, "mirrored"_a)
+        .def("forward_many", &offset_forward, "q"_a, "pose"_a, "free"_a, "gc"_a, "threads"_a)
+        .def("jacobian_many", &offset_jacobian, "q"_a, "out"_a, "threads"_a)
+        .def("inverse_many", &offset_inverse, "pose"_a, "free"_a, "gc"_a, "seed"_a.none(), "out"_a,
+             "outcome"_a, "threads"_a)
+        .def("feasible_many", &offset_feasible, "pose"_a, "gc"_a, "ends"_a, "joint"_a, "side"_a, "values"_a,
+             "codes"_a, "unproven"_a, "threads"_a)
+        .def("nearest_many", &offset_nearest, "pose"_a, "near"_a.none(), "weight"_a, "branches"_a, "out"_a,
+             "numbers"_a, "codes"_a, "threads"_a);
+}
+
+}  // namespace binding

@@ -1,0 +1,5 @@
+// Arms with an offset wrist or shoulder.
+#pragma once
+
+#include "armangle.hpp"
+#include "offset/nearest.hpp"

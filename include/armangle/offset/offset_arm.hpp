@@ -1,0 +1,90 @@
+// An arm with one offset more than S-R-S allows: between the axes of joints 6 and 7 (a_6), or of 1 and 2
+// (a_1).
+//
+//     shoulder S, elbow, W: axes 5 and 6 meet          W ----a_6---- axis 7
+//     a_1 is the same arm read from its tool: C T^-1 C = chain of theta_7 ... theta_1, C = half turn about x,
+//     the lengths in turn, the offsets a with the other sign
+//
+// All formulas are written for a_6. An arm with a_1 is mirrored on its way in and out.
+#pragma once
+
+#include "../circle/elbow.hpp"
+#include "../circle/posture.hpp"
+
+namespace armangle {
+
+/// An arm whose free joint, 7 (1 of a mirrored one), takes the place of psi. make_offset_arm is the only
+/// maker.
+struct OffsetArm {
+    Arm rest;       // the rows but for a_6, in the order of the formulas, without base and tool
+    double a_6;     // m, in that order
+    bool mirrored;  // whether that order is the robot's from joint 7 to joint 1
+    Limits limits;  // of the robot's joints, in their own order
+    Pose<double> base, tool, base_inverse, tool_inverse;
+};
+
+/// Which of the robot's joints (0..6) is joint j of the formulas, and the other way round.
+inline int robot_joint(const OffsetArm& arm, int j) noexcept { return arm.mirrored ? joints - 1 - j : j; }
+
+/// The arm of these rows with an offset between axes 6 and 7, or, `mirrored`, between axes 1 and 2.
+inline OffsetArm make_offset_arm(const ArmParameters& parameters, double offset, bool mirrored) noexcept {
+    ArmParameters rest = parameters;
+    rest.base = rest.tool = identity_pose();
+    if (mirrored) {
+        rest.d_bs = parameters.d_wf;
+        rest.d_se = parameters.d_ew;
+        rest.d_ew = parameters.d_se;
+        rest.d_wf = parameters.d_bs;
+        rest.a_3 = -parameters.a_4;
+        rest.a_4 = -parameters.a_3;
+        for (int j = 0; j < joints; ++j) {
+            const int from = joints - 1 - j;
+            rest.sign[j] = parameters.sign[from];
+            rest.offset[j] = parameters.offset[from];
+            rest.limits.lower[j] = parameters.limits.lower[from];
+            rest.limits.upper[j] = parameters.limits.upper[from];
+        }
+    }
+    return {make_arm(rest),
+            mirrored ? -offset : offset,
+            mirrored,
+            parameters.limits,
+            parameters.base,
+            parameters.tool,
+            inverted(parameters.base),
+            inverted(parameters.tool)};
+}
+
+/// C, a half turn about x.
+inline constexpr Pose<double> half_turn_about_x{{{1, 0, 0}, {0, -1, 0}, {0, 0, -1}}, {0, 0, 0}};
+
+/// C p^-1 C, the pose as a mirrored arm's formulas see it; its own inverse.
+inline Pose<double> mirrored_pose(const Pose<double>& p) noexcept {
+    return half_turn_about_x * inverted(p) * half_turn_about_x;
+}
+
+/// The 0T7 of the formulas for a pose given by the user.
+inline Pose<double> flange_pose(const OffsetArm& arm, const Pose<double>& pose) noexcept {
+    const Pose<double> flange = arm.base_inverse * pose * arm.tool_inverse;
+    return arm.mirrored ? mirrored_pose(flange) : flange;
+}
+
+/// The pose that the user sees for a 0T7 of the formulas.
+inline Pose<double> user_pose(const OffsetArm& arm, const Pose<double>& flange) noexcept {
+    return arm.base * (arm.mirrored ? mirrored_pose(flange) : flange) * arm.tool;
+}
+
+/// The DH frames 0..7 of the formulas at the robot's joint values; theta in their order is stored on the way.
+inline void frames(const OffsetArm& arm, const double* q, double (&theta)[joint_slots],
+                   Pose<double> (&out)[joints + 1]) noexcept {
+    double in_order[joints];
+    for (int j = 0; j < joints; ++j) in_order[j] = q[robot_joint(arm, j)];
+    // a_6 lies along x of frame 6, and joint 7 turns about its z: the rest follows from there
+    detail::walk(arm.rest, joint_lanes(in_order), theta,
+                 [&](int i, const Pose<double>& at) noexcept { out[i] = at; });
+    const Vec3<double> shift = out[6].rotation.x * arm.a_6;
+    out[6].position = out[6].position + shift;
+    out[7].position = out[7].position + shift;
+}
+
+}  // namespace armangle

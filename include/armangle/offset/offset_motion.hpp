@@ -1,0 +1,116 @@
+// The self-motion of an offset wrist in closed form: the posture of a pose, a value of theta_7, and a branch.
+//
+//     theta_7 given: axis 6 is y_6, W = p - a_6 x_6, w = W - S, rho = |w|
+//     theta_4 from rho (law of cosines), then in frame 4  w = (g, 0, h), g^2 + h^2 = rho^2
+//     axis 5 is z_4:  z_4 . w = h,  z_4 . y_6 = 0,  |z_4| = 1
+//       =>  z_4 = (h (w - t y_6) + r (w x y_6)) / (rho^2 - t^2),  t = w . y_6,  r = +-sqrt(g^2 - t^2)
+//       =>  theta_5 = atan2(-t / g, r / g)
+//
+// A posture needs |t| <= |g|: the line of axis 5 passes S at |g|, the plane across axis 6 at |t|. Where they
+// are equal, cos theta_5 = 0, two branches meet and theta_7 turns back. Derivation:
+// docs/theory/offset_wrist.md.
+#pragma once
+
+#include "offset_arm.hpp"
+
+namespace armangle {
+
+/// Signs of theta_2, theta_4 - delta and cos theta_5, with the index of configuration().
+using OffsetBranch = Configuration<double>;
+
+/// The branch of model angles in the order of the formulas.
+inline OffsetBranch offset_branch(const OffsetArm& arm, const double* theta) noexcept {
+    const auto sign = [](double angle) { return wrap(angle) < 0 ? -1.0 : 1.0; };
+    return {sign(theta[1]), sign(theta[3] - arm.rest.delta_angle),
+            abs(wrap(theta[4])) > half_pi ? -1.0 : 1.0};
+}
+
+/// What a pose fixes, and the branch: what is left is theta_7.
+struct OffsetMotion {
+    Vec3<double> from_shoulder;  // p - S: of frame 6's origin
+    Mat3<double> flange;
+    OffsetBranch branch;
+};
+
+/// The self-motion of a pose in a branch (0..7).
+inline OffsetMotion offset_motion(const OffsetArm& arm, const Pose<double>& pose, int gc) noexcept {
+    const Pose<double> flange = flange_pose(arm, pose);
+    const Vec3<double> at = mul_add(flange.rotation.z, -arm.rest.d_wf, flange.position);
+    return {at - Vec3<double>{0, 0, arm.rest.d_bs}, flange.rotation, configuration(gc)};
+}
+
+/// The frames at one theta_7, as far as g and t: whether there is a posture.
+template <class T>
+struct OffsetWrist {
+    Vec3<T> x6, y6, w;
+    T length;           // rho, m
+    SinCos<T> theta_4;  // means nothing out of reach
+    T g, h, t;          // m
+    T inside;           // m^2: g^2 - t^2, negative where no posture is
+    T excess;           // m beyond the reach, or inside the inner reach
+};
+
+/// Wrist and elbow at a theta_7.
+template <class T>
+OffsetWrist<T> offset_wrist(const OffsetArm& arm, const OffsetMotion& m, const SinCos<T>& theta_7) noexcept {
+    const Arm& rest = arm.rest;
+    const Vec3<T> x7 = spread<T>(m.flange.x), y7 = spread<T>(m.flange.y), s = spread<T>(m.from_shoulder);
+    OffsetWrist<T> out;
+    out.x6 = combine(x7, theta_7.cos, y7, -theta_7.sin);
+    out.y6 = combine(x7, theta_7.sin, y7, theta_7.cos);
+    out.w = mul_add(out.x6, T(-arm.a_6), s);
+    const T across = dot(x7, s) * theta_7.cos - dot(y7, s) * theta_7.sin;  // s . x_6: one sine of theta_7
+    const double fixed = dot(m.from_shoulder, m.from_shoulder) + arm.a_6 * arm.a_6;
+    out.length = sqrt(T(fixed) - T(2.0 * arm.a_6) * across);
+    const Triangle<T> triangle_now = triangle(rest, out.length);
+    out.excess = triangle_now.excess;
+    const T bend = T(m.branch.elbow) * triangle_now.eta.sin;
+    out.theta_4 = {T(rest.delta.sin) * triangle_now.eta.cos + T(rest.delta.cos) * bend,
+                   T(rest.delta.cos) * triangle_now.eta.cos - T(rest.delta.sin) * bend};
+    const auto& [s4, c4] = out.theta_4;
+    out.g = T(rest.a_3) * c4 + T(rest.d_se) * s4 + T(rest.a_4);
+    out.h = T(rest.d_se) * c4 - T(rest.a_3) * s4 + T(rest.d_ew);
+    out.t = dot(x7, s) * theta_7.sin + dot(y7, s) * theta_7.cos;  // x_6 is across y_6: s . y_6
+    out.inside = (out.g - out.t) * (out.g + out.t);
+    return out;
+}
+
+/// The seven angles as directions, where there is a posture: `root` is sqrt(g^2 - t^2).
+template <class T>
+Directions<T> directions(const OffsetMotion& m, const OffsetWrist<T>& wrist, const SinCos<T>& theta_7,
+                         const T& root) noexcept {
+    const auto& [s4, c4] = wrist.theta_4;
+    const T side = select(wrist.g < T(0.0), T(-1.0), T(1.0)), cosine = T(m.branch.wrist) * root;
+    const T r = side * cosine, size = T(1.0) / abs(wrist.g);
+    const SinCos<T> theta_5{-(side * wrist.t) * size, cosine * size};
+    const Vec3<T> across = cross(wrist.w, wrist.y6);
+    const T scale = T(1.0) / ((wrist.length - wrist.t) * (wrist.length + wrist.t));
+    const Vec3<T> flat = mul_add(wrist.y6, -wrist.t, wrist.w);
+    const Vec3<T> z4 = combine(flat, wrist.h * scale, across, r * scale);
+    const Vec3<T> forward = cross(z4, wrist.y6);  // y_6 = -s_5 x_4 + c_5 y_4
+    const Vec3<T> x4 = combine(wrist.y6, -theta_5.sin, forward, -theta_5.cos);
+    const Vec3<T> y4 = combine(wrist.y6, theta_5.cos, forward, -theta_5.sin);
+    Frames<T> f;
+    f.x3 = combine(x4, c4, z4, -s4);
+    f.y3 = combine(x4, s4, z4, c4);
+    f.z3 = -y4;
+    Directions<T> d;
+    const T h2 = hypot(f.y3.x, f.y3.y), shoulder = T(m.branch.shoulder);
+    const auto flat_2 = h2 == T(0.0);
+    put_shoulder(
+        f, SinCos<T>{select(flat_2, T(0.0), shoulder * f.y3.y), select(flat_2, T(1.0), shoulder * f.y3.x)},
+        shoulder * h2, d);
+    d.y[3] = s4;
+    d.x[3] = c4;
+    d.y[4] = theta_5.sin;
+    d.x[4] = theta_5.cos;
+    d.y[5] = -dot(z4, wrist.x6);
+    d.x[5] = dot(z4, spread<T>(m.flange.z));
+    d.y[6] = theta_7.sin;
+    d.x[6] = theta_7.cos;
+    d.y[7] = T(0.0);
+    d.x[7] = T(1.0);
+    return d;
+}
+
+}  // namespace armangle

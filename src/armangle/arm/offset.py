@@ -1,0 +1,480 @@
+"""An arm with an offset wrist or shoulder: `OffsetArm`, whose free joint takes the place of the arm angle."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from inspect import Parameter, Signature, signature
+from typing import Any, Literal, NamedTuple, Never, final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .. import _core
+from .._arrays import (
+    CONFIGURATIONS,
+    JOINTS,
+    Floats,
+    Ints,
+    as_floats,
+    as_gc,
+    as_number,
+    as_poses,
+    as_threads,
+    broadcast,
+    check_angles,
+    chosen,
+    frozen,
+)
+from ..errors import ConfigurationError, InputError, NoSolutionError, UnreachableError
+from ..models.offset import OffsetDescription, describe_offset_chain, load_offset_robot
+from ..models.urdf import Source, read_urdf
+from ..status import STATUSES, Status
+from .arcs import ArcSet
+from .arm import Arm
+from .question import branch_bits, weights_of
+
+_UNREACHABLE = ("raise", "nan")
+_NO_FIELDS = ("d_4", "chain", "reference", "body", "hand", "import_report")
+_OUT_OF_REACH = (Status.UNREACHABLE, Status.NO_POSTURE)
+
+
+def _signature() -> Signature:
+    """Return the keywords of `OffsetArm` and their defaults, for help() and the pages."""
+    own = [Parameter(name, Parameter.KEYWORD_ONLY, default=0.0) for name in ("a_1", "a_6")]
+    shared = signature(Arm).parameters.values()
+    return Signature([*own, *(parameter for parameter in shared if parameter.name not in _NO_FIELDS)])
+
+
+class OffsetSolution(NamedTuple):
+    """The posture of an `OffsetArm` that is nearest to given joints, and why there is none.
+
+    ``q (..., 7)`` rad; ``free (...)`` value of the free joint as an angle in (-π, π], rad; ``gc (...)`` 0..7;
+    ``distance (...)`` to the joints given, rad, NaN without; ``status (...)`` a `Status`, of a batch its
+    codes as int8; ``margin (...)`` least distance of a joint to one of its limits, rad. Where the status is
+    not OK the numbers are NaN and gc is -1.
+    """
+
+    q: Floats
+    free: np.float64 | Floats
+    gc: np.int64 | Ints
+    distance: np.float64 | Floats
+    status: Status | NDArray[np.int8]
+    margin: np.float64 | Floats
+
+    @property
+    def ok(self) -> bool | NDArray[np.bool_]:
+        """Whether there is a posture, shape (...)."""
+        found = np.asarray(self.status) == Status.OK
+        return found if found.ndim else bool(found)
+
+    def raise_for_status(self) -> OffsetSolution:
+        """Return the solution itself; raise where there is none.
+
+        Raises
+        ------
+        UnreachableError
+            If no value of the free joint brings the wrist within reach, or none has a posture.
+        NoSolutionError
+            If limits leave no posture.
+        """
+        codes = np.asarray(self.status)
+        bad = np.argwhere(codes != Status.OK)
+        if len(bad):
+            at = tuple(int(i) for i in bad[0])
+            status = STATUSES[int(codes[at])]
+            kind = UnreachableError if status in _OUT_OF_REACH else NoSolutionError
+            raise kind(f"{f'pose{list(at)}: ' if at else ''}{status.sentence}")
+        return self
+
+
+@final
+class OffsetArm:
+    """A 7-axis arm that is S-R-S but for one offset: between axes 6 and 7, or between axes 1 and 2.
+
+    Franka's arms, the xArm 7 and their like have such a wrist (a_6), PR2 and Fetch such a shoulder (a_1).
+    The arm angle does not exist there. What takes its place is the *free joint*: joint 7 of an offset
+    wrist, joint 1 of an offset shoulder. A pose, a value of the free joint and a branch gc have exactly one
+    posture, in closed form, or none. Bits of gc: 1 where theta_2 < 0 (offset shoulder: theta_6), 2 where
+    theta_4 lies below the stretched arm's, 4 where cos(theta_5) < 0 (theta_3).
+
+    Parameters
+    ----------
+    a_1, a_6 : float
+        Offset between the axes of joints 1 and 2, or of joints 6 and 7, m: one of them.
+    **numbers
+        As `Arm`: d_bs, d_se, d_ew, d_wf, a_3, a_4, signs, offsets, lower, upper, velocity, acceleration,
+        base, tool, name, joint_names. The pose of the tip is ``base @ DH(theta) @ tool`` with a_1 and a_6
+        in rows 1 and 6.
+
+    Attributes
+    ----------
+    rows : Arm
+        The S-R-S arm of the same numbers without a_1 and a_6: its fields are this arm's too.
+    a_1, a_6 : float
+    free_joint : int
+        7 or 1.
+
+    Raises
+    ------
+    ShapeError, NotFiniteError, NotRotationError, LimitError, InputError
+        As `Arm`, or where not exactly one of a_1 and a_6 is other than 0.
+
+    Source: docs, theory/offset_wrist.
+
+    Examples
+    --------
+    >>> arm = OffsetArm.from_catalogue("franka_fr3")
+    >>> pose, free, gc = arm.forward([0.1, 0.4, 0.2, -1.8, 0.3, 2.0, 0.5])
+    >>> arm.free_joint, round(float(free), 9)
+    (7, 0.5)
+    >>> arm.inverse(pose, free, gc).round(9).tolist()
+    [0.1, 0.4, 0.2, -1.8, 0.3, 2.0, 0.5]
+    >>> bool(free in arm.feasible(pose, gc))
+    True
+    """
+
+    __signature__ = _signature()  # of the keywords of `Arm` that it takes, and its own
+    __slots__ = ("_handle", "a_1", "a_6", "free_joint", "rows")
+
+    a_1: float
+    a_6: float
+    free_joint: Literal[1, 7]
+    rows: Arm
+    _handle: _core.OffsetArm
+
+    def __init__(self, *unnamed: Never, a_1: float = 0.0, a_6: float = 0.0, **numbers: Any) -> None:
+        if unnamed:
+            raise TypeError(f"OffsetArm takes keywords alone, but {len(unnamed)} values came without")
+        for name in _NO_FIELDS:
+            if name in numbers:
+                raise InputError(f"{name} is given, wanted none: an OffsetArm has no {name}")
+        rows = Arm(**numbers)
+        limit = _core.LENGTH_LIMIT
+        offsets = {n: as_number(f"{n} (m)", x, -limit, limit) for n, x in (("a_1", a_1), ("a_6", a_6))}
+        if bool(offsets["a_1"]) == bool(offsets["a_6"]):
+            raise InputError(
+                f"a_1 is {offsets['a_1']:g} and a_6 is {offsets['a_6']:g}, wanted one of them: "
+                "with neither it is an armangle.Arm, and with both there is no closed form"
+            )
+        mirrored = offsets["a_1"] != 0.0
+        lengths = np.array([rows.d_bs, rows.d_se, rows.d_ew, rows.d_wf, rows.a_3, rows.a_4])
+        joints = np.array([rows.signs, rows.offsets, rows.lower, rows.upper], dtype=np.float64)
+        handle = _core.OffsetArm(
+            lengths, joints, rows.base, rows.tool, offsets["a_1"] if mirrored else offsets["a_6"], mirrored
+        )
+        made = {**offsets, "rows": rows, "free_joint": 1 if mirrored else 7, "_handle": handle}
+        for name, value in made.items():
+            object.__setattr__(self, name, value)
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError(f"OffsetArm is frozen: {name} cannot be set")
+
+    # -- where it comes from -----------------------------------------------------------------------
+
+    @classmethod
+    def from_catalogue(cls, name: str) -> OffsetArm:
+        """Return an arm of ``armangle.offset_catalogue()``, such as "franka_fr3".
+
+        Raises
+        ------
+        UnknownRobotError
+            If there is none of this name.
+        """
+        return cls._of(load_offset_robot(name))
+
+    @classmethod
+    def from_urdf(
+        cls,
+        source: Source,
+        base: str | None = None,
+        tip: str | None = None,
+        *,
+        angle_tolerance: float = 5e-5,
+        length_tolerance: float = 2e-5,
+    ) -> OffsetArm:
+        """Return the arm between two links of a URDF, in that file's own joint coordinates and frames.
+
+        Parameters
+        ----------
+        source : path or str or bytes
+            A URDF file, or its XML text.
+        base, tip : str, optional
+            Names of the two links; guessed where the file leaves one choice of seven rotating joints.
+        angle_tolerance, length_tolerance : float
+            How far its forward kinematics may be from that of exactly square axes, rad, m. Files write
+            right angles to five digits or so; what they then differ by is below these.
+
+        Raises
+        ------
+        UrdfError
+            If the file cannot be read as a chain of seven rotating joints.
+        NotSRSError
+            If the arm has other offsets than these; the message says by how much.
+        """
+        angle = as_number("angle_tolerance", angle_tolerance, 0.0, 0.1)
+        length = as_number("length_tolerance", length_tolerance, 0.0, 0.1)
+        chain = read_urdf(source, base=base, tip=tip)
+        return cls._of(describe_offset_chain(chain, angle=angle, length=length))
+
+    @classmethod
+    def _of(cls, found: OffsetDescription) -> OffsetArm:
+        names = (
+            "d_bs", "d_se", "d_ew", "d_wf", "a_3", "a_4", "signs", "offsets", "lower", "upper", "velocity",
+            "base", "tool", "name", "joint_names",
+        )  # fmt: skip
+        return cls(a_1=found.a_1, a_6=found.a_6, **{name: getattr(found.rows, name) for name in names})
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, OffsetArm):
+            return NotImplemented
+        return (self.a_1, self.a_6) == (other.a_1, other.a_6) and self.rows == other.rows
+
+    def __hash__(self) -> int:
+        return hash((self.a_1, self.a_6, self.rows))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _rebuilt, (self.a_1, self.a_6, self.rows)
+
+    def __repr__(self) -> str:
+        offset = f"a_1={self.a_1!r}" if self.a_1 else f"a_6={self.a_6!r}"
+        return f"OffsetArm({offset}, {repr(self.rows)[4:]}"
+
+    # -- kinematics --------------------------------------------------------------------------------
+
+    def forward(
+        self, q: ArrayLike, *, threads: int = 1
+    ) -> tuple[Floats, Floats | np.float64, Ints | np.int64]:
+        """Return pose, value of the free joint and branch of joint values.
+
+        Parameters
+        ----------
+        q : array_like, shape (..., 7)
+            Joint values, rad. Limits are not enforced.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        pose : ndarray, shape (..., 4, 4)
+            Tool frame, position in m.
+        free : float64, shape (...)
+            Value of the free joint as an angle in (-π, π], rad.
+        gc : int64, shape (...)
+            Branch 0..7.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError
+        """
+        joints = as_floats("q", q, (JOINTS,))
+        batch = joints.shape[:-1]
+        pose, free, gc = np.empty((*batch, 4, 4)), np.empty(batch), np.empty(batch, dtype=np.int64)
+        self._handle.forward_many(joints, pose, free, gc, as_threads(threads))
+        return pose, free[()], gc[()]
+
+    def inverse(
+        self,
+        pose: ArrayLike,
+        free: ArrayLike,
+        gc: ArrayLike,
+        *,
+        seed: ArrayLike | None = None,
+        unreachable: Literal["raise", "nan"] = "raise",
+        threads: int = 1,
+    ) -> Floats:
+        """Return the one posture that a pose, a value of the free joint and a branch define.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        free : array_like, shape (...)
+            Value of the free joint as an angle, rad, any real.
+        gc : array_like of int, shape (...)
+            Branch 0..7.
+        seed : array_like, shape (..., 7), optional
+            Of several turns within a joint's limits the nearest to this is returned; without it, the
+            nearest to the middle of the range.
+        unreachable : "raise" or "nan"
+            What to do where there is no posture: at this value of the free joint the wrist is out of reach,
+            or axis 5 cannot be square to axis 6 (`feasible` gives the values that have one).
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        ndarray, shape (..., 7)
+            Joint values, rad. Limits are not enforced.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, NotRotationError, ConfigurationError, UnreachableError
+        """
+        skip = chosen("unreachable", unreachable, _UNREACHABLE) == "nan"
+        values = as_floats("free", free)
+        check_angles("free", values)
+        named: list[tuple[str, NDArray[Any], int]] = [
+            ("pose", as_poses("pose", pose), 2), ("free", values, 0), ("gc", _checked_gc(gc), 0),
+        ]  # fmt: skip
+        if seed is not None:
+            seeds = as_floats("seed", seed, (JOINTS,))
+            check_angles("seed", seeds)
+            named.append(("seed", seeds, 1))
+        batch, (poses, values, branches, *near) = broadcast(named)
+        q, codes = np.empty((*batch, JOINTS)), np.empty(batch, dtype=np.int64)
+        by = near[0] if near else None
+        self._handle.inverse_many(poses, values, branches, by, q, codes, as_threads(threads))
+        bad = np.argwhere(codes != Status.OK.value)
+        if len(bad) and not skip:
+            at = tuple(int(i) for i in bad[0])
+            status = STATUSES[int(codes[at])]
+            raise UnreachableError(f"pose{list(at) if at else ''}: {status.sentence}")
+        return q
+
+    def jacobian(self, q: ArrayLike, *, threads: int = 1) -> Floats:
+        """Return the geometric Jacobian of the tool, shape (..., 6, 7).
+
+        Rows 0-2 are linear, 3-5 angular velocity per rad/s of q, in the frame that poses are given in.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError
+        """
+        joints = as_floats("q", q, (JOINTS,))
+        out = np.empty((*joints.shape[:-1], 6, JOINTS))
+        self._handle.jacobian_many(joints, out, as_threads(threads))
+        return out
+
+    def limit_margin(self, q: ArrayLike) -> Floats | np.float64:
+        """Return the least distance of a joint to one of its limits, rad, shape (...); negative outside."""
+        return self.rows.limit_margin(q)
+
+    # -- which values of the free joint --------------------------------------------------------------
+
+    def feasible(self, pose: ArrayLike, gc: ArrayLike, *, threads: int = 1) -> ArcSet:
+        """Return the values of the free joint with which a branch holds the pose within all limits.
+
+        Each arc is proven by interval arithmetic on the closed form; an end is a joint at its limit, or the
+        fold where two branches meet and the free joint turns back (``side`` "singular", of joint 5, or 3 of
+        an offset shoulder). What could not be proven, beside such places, is left out and counted in
+        ``ArcSet.unproven``.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        gc : array_like of int, shape (...)
+            Branch 0..7.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        ArcSet
+            Of shape (...), its angles values of the free joint in rad; its status says why it is empty.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, NotRotationError, ConfigurationError
+        """
+        batch, (poses, branches) = broadcast(
+            [("pose", as_poses("pose", pose), 2), ("gc", _checked_gc(gc), 0)]
+        )
+        most = _core.ARC_CAPACITY
+        shape = (*batch, most, 2)
+        ends, values, unproven = np.empty(shape), np.empty(shape), np.empty(batch)
+        joint, side = np.empty(shape, dtype=np.int64), np.empty(shape, dtype=np.int64)
+        codes = np.empty((*batch, 2), dtype=np.int64)
+        self._handle.feasible_many(
+            poses, branches, ends, joint, side, values, codes, unproven, as_threads(threads)
+        )
+        count = codes[..., 0].reshape(-1)
+        kept = np.arange(most) < count[:, None]
+        columns = [array.reshape(-1, most, 2)[kept] for array in (ends, joint, side, values)]
+        angles, joints, sides, at = columns
+        status = codes[..., 1].reshape(-1).astype(np.int8)
+        of_no_scene = (None, None, ())
+        narrow = (joints.astype(np.int8), sides.astype(np.int8))
+        return ArcSet._from_core(
+            batch, (count.copy(), angles, *narrow, at, status, *of_no_scene, unproven.reshape(-1))
+        )
+
+    def feasible_all(self, pose: ArrayLike, *, threads: int = 1) -> ArcSet:
+        """Return the arcs of all eight branches of each pose, of shape (..., 8); otherwise as `feasible`."""
+        poses = as_poses("pose", pose)
+        return self.feasible(poses[..., None, :, :], np.arange(CONFIGURATIONS), threads=threads)
+
+    def solve(
+        self,
+        pose: ArrayLike,
+        near: ArrayLike | None = None,
+        *,
+        weight: ArrayLike | None = None,
+        gc: int | Iterable[int] | None = None,
+        threads: int = 1,
+    ) -> OffsetSolution:
+        """Return, of all postures of a pose within the limits, the one nearest to given joints.
+
+        Branch and bound over all branches, values of the free joint and turns: the nearest of all, not of a
+        grid.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        near : array_like, shape (..., 7), optional
+            Joint values to be near to, rad; without it the middles of the ranges (0 of a joint without
+            limits).
+        weight : array_like, shape (7,) or one number, optional
+            The distance is the root of the sum of ``weight * (q - near)**2``.
+        gc : int or iterable of int, optional
+            Branches that may be used; all by default.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        OffsetSolution
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, NotRotationError, ConfigurationError, InputError
+
+        Examples
+        --------
+        >>> arm = OffsetArm.from_catalogue("franka_fr3")
+        >>> q = np.array([0.1, 0.4, 0.2, -1.8, 0.3, 2.0, 0.5])
+        >>> found = arm.solve(arm.forward(q)[0], near=q)
+        >>> found.q.round(6).tolist(), found.status
+        ([0.1, 0.4, 0.2, -1.8, 0.3, 2.0, 0.5], <Status.OK: 0>)
+        """
+        named: list[tuple[str, NDArray[Any], int]] = [("pose", as_poses("pose", pose), 2)]
+        if near is not None:
+            seed = as_floats("near", near, (JOINTS,))
+            check_angles("near", seed)
+            named.append(("near", seed, 1))
+        batch, (poses, *seeds) = broadcast(named)
+        q, numbers = np.empty((*batch, JOINTS)), np.empty((*batch, 3))
+        codes = np.empty((*batch, 2), dtype=np.int64)
+        by = seeds[0] if seeds else None
+        self._handle.nearest_many(
+            poses, by, weights_of(weight), branch_bits(gc), q, numbers, codes, as_threads(threads)
+        )
+        status = codes[..., 1].astype(np.int8)
+        return OffsetSolution(
+            frozen(q), numbers[..., 0][()], codes[..., 0][()], numbers[..., 1][()],
+            status if batch else STATUSES[int(status)], numbers[..., 2][()],
+        )  # fmt: skip
+
+
+def _rebuilt(a_1: float, a_6: float, rows: Arm) -> OffsetArm:
+    numbers = {name: value for name, value in rows._numbers().items() if name not in _NO_FIELDS}
+    return OffsetArm(a_1=a_1, a_6=a_6, **numbers)
+
+
+def _checked_gc(gc: ArrayLike) -> Ints:
+    branches = as_gc(gc)
+    if ((branches < 0) | (branches >= CONFIGURATIONS)).any():
+        at = np.argwhere((branches < 0) | (branches >= CONFIGURATIONS))[0]
+        raise ConfigurationError(f"gc is {branches[tuple(at)]}, wanted 0 to 7")
+    return branches

@@ -1,0 +1,243 @@
+"""Arms with an offset wrist or shoulder: both doors, arcs and the nearest beside a dense grid, bad input."""
+
+from __future__ import annotations
+
+import pickle
+from typing import Any
+
+import numpy as np
+import pytest
+
+import armangle as aa
+from armangle.models.chain import Chain, chain_of
+from armangle.models.offset import OffsetDescription, describe_offset_chain
+from armangle.models.offset import _chain_of as chain_with_offsets
+
+CATALOGUE = aa.offset_catalogue()
+
+
+def random_arm(rng: np.random.Generator, *, mirrored: bool, widest: float = 6.0) -> aa.OffsetArm:
+    """Return an arm of random lengths, offsets, signs, limits, base and tool."""
+    middle, half = rng.uniform(-2, 2, 7), rng.uniform(0.2, widest / 2, 7)
+    frames = [aa.pose(rng.uniform(-1, 1, 3), rpy=rng.uniform(-3, 3, 3)) for _ in range(2)]
+    elbow = rng.uniform(-0.1, 0.1, 2) * rng.integers(0, 2)
+    return aa.OffsetArm(
+        **{"a_1" if mirrored else "a_6": rng.uniform(0.01, 0.15) * rng.choice([-1, 1])},
+        d_bs=rng.uniform(-0.5, 0.5), d_se=rng.uniform(0.2, 0.4), d_ew=rng.uniform(0.2, 0.4),
+        d_wf=rng.uniform(-0.2, 0.2), a_3=elbow[0], a_4=elbow[1], signs=rng.choice([-1, 1], 7),
+        offsets=rng.uniform(-2, 2, 7), lower=middle - half, upper=middle + half,
+        base=frames[0], tool=frames[1],
+    )  # fmt: skip
+
+
+def arms() -> list[aa.OffsetArm]:
+    """Return the catalogue's and some random arms, every other one mirrored."""
+    rng = np.random.default_rng(5)
+    return [aa.OffsetArm.from_catalogue(n) for n in CATALOGUE] + [
+        random_arm(rng, mirrored=bool(k % 2), widest=6.0 if k < 4 else 14.0) for k in range(6)
+    ]
+
+
+ARMS = arms()
+
+
+def within(arm: aa.OffsetArm, rng: np.random.Generator, count: int) -> Any:
+    """Return joint values within the limits."""
+    return rng.uniform(arm.rows.lower, arm.rows.upper, (count, 7))
+
+
+def numbers(arm: aa.OffsetArm) -> OffsetDescription:
+    """Return what the arm is made of."""
+    return OffsetDescription(arm.rows._description(), arm.a_1, arm.a_6)
+
+
+@pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.rows.name)
+def test_forward_is_the_chain_of_its_rows(arm: aa.OffsetArm) -> None:
+    q = np.random.default_rng(0).uniform(-3, 3, (200, 7))
+    pose, free, _ = arm.forward(q)
+    np.testing.assert_allclose(pose, chain_with_offsets(numbers(arm)).forward(q), rtol=0, atol=1e-13)
+    turns = (free - q[:, arm.free_joint - 1]) / (2 * np.pi)
+    np.testing.assert_allclose(turns, np.round(turns), atol=1e-12)
+
+
+@pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.rows.name)
+def test_every_posture_is_met_again_and_every_answer_holds_the_pose(arm: aa.OffsetArm) -> None:
+    q = within(arm, np.random.default_rng(1), 2000)
+    pose, free, gc = arm.forward(q)
+    again = arm.inverse(pose, free, gc, seed=q)
+    assert np.median(np.abs(again - q).max(axis=1)) < 1e-13
+    assert np.abs(again - q).max() < 1e-6  # beside singular postures alone
+    np.testing.assert_allclose(arm.forward(again)[0], pose, rtol=0, atol=1e-10)
+    others = arm.inverse(pose[:, None], free[:, None], np.arange(8), unreachable="nan")
+    there = np.isfinite(others[..., 0])
+    back, _, branch = arm.forward(others[there])
+    np.testing.assert_allclose(
+        back, np.broadcast_to(pose[:, None], (2000, 8, 4, 4))[there], rtol=0, atol=1e-10
+    )
+    assert (branch == np.broadcast_to(np.arange(8), there.shape)[there]).mean() > 0.999
+
+
+@pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.rows.name)
+def test_arcs_are_those_of_a_dense_grid(arm: aa.OffsetArm) -> None:
+    rng = np.random.default_rng(2)
+    pose, free, gc = arm.forward(within(arm, rng, 6))
+    sets = arm.feasible_all(pose)
+    assert sets.shape == (6, 8)
+    assert sets.unproven.max() < 1e-3
+    own = arm.feasible(pose, gc)
+    assert (own.contains(free) | (own.unproven > 1e-7)).all()
+    values = rng.uniform(-np.pi, np.pi, (6, 8, 400))
+    q = arm.inverse(pose[:, None, None], values, np.arange(8)[:, None], unreachable="nan")
+    margin = np.full(values.shape, -1.0)
+    there = np.isfinite(q[..., 0])
+    margin[there] = arm.limit_margin(q[there])
+    said = np.moveaxis(np.array([sets.contains(values[..., k]) for k in range(400)]), 0, -1)
+    unlike = said != (margin >= 0)
+    near = np.zeros_like(unlike)
+    for i, j, k in np.argwhere(unlike):  # an end within rounding decides nothing
+        ends = arm.feasible(pose[i], j).intervals.reshape(-1)
+        gap = np.abs((ends - values[i, j, k] + np.pi) % (2 * np.pi) - np.pi)
+        near[i, j, k] = (gap < 1e-7).any() or float(sets.unproven[i, j]) > 1e-7
+    assert not (unlike & ~near).any()
+
+
+@pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.rows.name)
+def test_an_end_is_a_joint_at_its_limit_or_a_fold(arm: aa.OffsetArm) -> None:
+    pose, _, gc = arm.forward(within(arm, np.random.default_rng(3), 40))
+    folded = 5 if arm.free_joint == 7 else 3
+    for i, ends in enumerate(arm.feasible(pose, gc).ends):
+        for lower, upper in filter(None, ends):
+            for end in (lower, upper):
+                if end.side == "unproven":
+                    continue
+                assert end.joint is not None
+                if end.side == "singular":
+                    assert end.joint == folded
+                    theta = arm.rows.signs[folded - 1] * end.value + arm.rows.offsets[folded - 1]
+                    assert abs(np.cos(theta)) < 1e-5, i
+                else:
+                    limit = getattr(arm.rows, end.side)[end.joint - 1]
+                    assert abs(end.value - limit) < 1e-9, i
+
+
+@pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.rows.name)
+def test_nothing_on_a_grid_is_nearer_than_solve(arm: aa.OffsetArm) -> None:
+    rng = np.random.default_rng(4)
+    q = within(arm, rng, 6)
+    near = np.where(np.arange(6)[:, None] % 2, q + rng.normal(0, 0.1, q.shape), within(arm, rng, 6))
+    weight = rng.uniform(0.2, 2, 7)
+    pose = arm.forward(q)[0]
+    found = arm.solve(pose, near, weight=weight)
+    assert found.ok.all()
+    assert found.margin.min() > -1e-9
+    np.testing.assert_allclose(arm.forward(found.q)[0], pose, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(found.distance, np.sqrt((weight * (found.q - near) ** 2).sum(-1)), atol=1e-12)
+    free = np.linspace(-np.pi, np.pi, 2001)
+    grid = arm.inverse(
+        pose[:, None, None], free, np.arange(8)[:, None], seed=near[:, None, None], unreachable="nan"
+    )
+    inside = np.isfinite(grid[..., 0])
+    inside[inside] = arm.limit_margin(grid[inside]) >= 0
+    cost = np.where(inside, np.sqrt((weight * (grid - near[:, None, None]) ** 2).sum(-1)), np.inf)
+    assert (found.distance <= cost.min(axis=(1, 2)) + 1e-9).all()
+    assert (found.distance <= np.sqrt((weight * (q - near) ** 2).sum(-1)) + 1e-9).all()
+    one = arm.solve(pose[0], near[0], gc=int(found.gc[0]))
+    assert one.gc == found.gc[0]
+
+
+@pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.rows.name)
+def test_the_jacobian_is_the_slope_of_forward(arm: aa.OffsetArm) -> None:
+    q, step = within(arm, np.random.default_rng(6), 1)[0], 1e-6
+    ahead, behind = (arm.forward(q + sign * step * np.eye(7))[0] for sign in (1, -1))
+    slope = (ahead - behind) / (2 * step)
+    turn = slope[:, :3, :3] @ arm.forward(q)[0][:3, :3].T
+    rows = np.vstack([slope[:, :3, 3].T, turn[:, 2, 1], turn[:, 0, 2], turn[:, 1, 0]])
+    np.testing.assert_allclose(arm.jacobian(q), rows, atol=1e-8)
+
+
+def test_a_solve_of_a_posture_near_itself_is_that_posture() -> None:
+    arm = ARMS[0]
+    q = within(arm, np.random.default_rng(7), 50)
+    found = arm.solve(arm.forward(q)[0], near=q)
+    np.testing.assert_allclose(found.q, q, atol=1e-9)
+
+
+@pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.rows.name)
+def test_a_chain_of_joints_is_read_back(arm: aa.OffsetArm) -> None:
+    chain = chain_with_offsets(numbers(arm))
+    found = describe_offset_chain(chain, angle=1e-9, length=1e-9)
+    q = np.random.default_rng(8).uniform(-3, 3, (50, 7))
+    np.testing.assert_allclose(chain_with_offsets(found).forward(q), chain.forward(q), atol=1e-10)
+    assert abs(abs(found.a_1) - abs(arm.a_1)) < 1e-10
+    assert abs(abs(found.a_6) - abs(arm.a_6)) < 1e-10
+
+
+def test_what_has_offsets_at_both_ends_or_elsewhere_is_refused() -> None:
+    rows = ARMS[0].rows._description()
+    both = chain_with_offsets(OffsetDescription(rows, 0.05, 0.088))
+    with pytest.raises(aa.NotSRSError, match="both ends"):
+        describe_offset_chain(both, angle=1e-5, length=1e-5)
+    plain: Chain = chain_of(rows)
+    bent = chain_with_offsets(OffsetDescription(rows, 0.0, 0.088))
+    joints = list(bent.joints)
+    origin = joints[2].origin.copy()
+    origin[:3, 3] += 0.01 * origin[:3, 0]
+    joints[2] = type(joints[2])(joints[2].name, origin, joints[2].axis)
+    with pytest.raises(aa.NotSRSError, match="miss"):
+        describe_offset_chain(
+            Chain(plain.name, "base", "tip", tuple(joints), bent.tip_origin), angle=1e-5, length=1e-5
+        )
+
+
+def test_why_there_is_none() -> None:
+    arm = aa.OffsetArm.from_catalogue("franka_fr3")
+    far = aa.pose([3.0, 0, 0])
+    assert arm.solve(far).status is aa.Status.UNREACHABLE
+    assert arm.feasible(far, 0).status is aa.Status.UNREACHABLE
+    with pytest.raises(aa.UnreachableError, match="out of reach"):
+        arm.solve(far).raise_for_status()
+    with pytest.raises(aa.UnreachableError, match="out of reach"):
+        arm.inverse(far, 0.0, 0)
+    assert np.isnan(arm.inverse(far, 0.0, 0, unreachable="nan")).all()
+    q = [0.1, 0.4, 0.2, -1.8, 0.3, 2.0, 0.5]
+    tiny = np.full(7, 0.01)
+    locked = aa.OffsetArm(a_6=0.088, d_bs=0.333, d_se=0.316, d_ew=0.384, d_wf=0.107, lower=-tiny, upper=tiny)
+    found = locked.solve(arm.forward(q)[0])
+    assert not found.ok and found.gc == -1 and np.isnan(found.q).all()
+
+
+def test_an_arm_is_a_frozen_value() -> None:
+    arm = ARMS[0]
+    assert pickle.loads(pickle.dumps(arm)) == arm
+    assert hash(pickle.loads(pickle.dumps(arm))) == hash(arm)
+    assert arm != aa.OffsetArm.from_catalogue("ufactory_xarm7")
+    assert eval(repr(arm), {"OffsetArm": aa.OffsetArm, "Arm": aa.Arm}) == arm
+    with pytest.raises(AttributeError, match="frozen"):
+        arm.a_6 = 0.1
+
+
+def test_bad_numbers_are_refused() -> None:
+    lengths = {"d_bs": 0.3, "d_se": 0.3, "d_ew": 0.3, "d_wf": 0.1}
+    with pytest.raises(aa.InputError, match="wanted one of them"):
+        aa.OffsetArm(**lengths)
+    with pytest.raises(aa.InputError, match="wanted one of them"):
+        aa.OffsetArm(a_1=0.1, a_6=0.1, **lengths)
+    with pytest.raises(aa.InputError, match="a_6"):
+        aa.OffsetArm(a_6=float("nan"), **lengths)
+    with pytest.raises(aa.InputError, match="d_4"):
+        aa.OffsetArm(a_6=0.1, d_4=0.1, **lengths)
+    with pytest.raises(aa.UnknownRobotError, match="franka_fr3"):
+        aa.OffsetArm.from_catalogue("franka")
+
+
+def test_empty_batches_and_threads() -> None:
+    arm = ARMS[0]
+    none = np.empty((0, 4, 4))
+    assert arm.solve(none).q.shape == (0, 7)
+    assert arm.feasible(none, np.empty(0, dtype=int)).shape == (0,)
+    assert arm.forward(np.empty((0, 7)))[0].shape == (0, 4, 4)
+    q = within(arm, np.random.default_rng(9), 8)
+    pose, free, gc = arm.forward(q)
+    one, two = arm.solve(pose, q), arm.solve(pose, q, threads=2)
+    np.testing.assert_array_equal(one.q, two.q)
+    np.testing.assert_array_equal(arm.inverse(pose, free, gc), arm.inverse(pose, free, gc, threads=2))
