@@ -114,14 +114,14 @@ Nearest answer(const NearArm& arm, double margin, const Pose<double>& pose, cons
     return nearest_posture(arm, margin, pose, o);
 }
 
-/// Writes into q (n, 7), psi, distance, margin (n,) of float64, gc (n,) of int64, status (n,) of int8.
+/// Writes into q (n, 7), psi, distance, margin, gap (n,) of float64, gc (n,) of int64, status (n,) of int8.
 template <class Handle>
 void solve_many(const Handle& self, Floats pose, Floats near, const SolveOptions& options, Ints allowed_count,
                 Floats allowed_psi, Floats q, Floats psi, Ints gc, Floats distance, Codes status,
-                Floats margin, int threads, const SceneHandle* scene) {
+                Floats margin, Floats gap, int threads, const SceneHandle* scene) {
     const Work<Handle> work(self, pose, near, allowed_count, allowed_psi, options, scene);
     const Buffer q_out(q, true), psi_out(psi, true), gc_out(gc, true), distance_out(distance, true);
-    const Buffer status_out(status, true), margin_out(margin, true);
+    const Buffer status_out(status, true), margin_out(margin, true), gap_out(gap, true);
     Outcome outcomes[most_threads];
     {
         nb::gil_scoped_release release;
@@ -137,14 +137,16 @@ void solve_many(const Handle& self, Floats pose, Floats near, const SolveOptions
                              distance_out.data<double>()[i] = found.distance;
                              status_out.data<std::int8_t>()[i] = static_cast<std::int8_t>(found.status);
                              margin_out.data<double>()[i] = found.margin;
+                             gap_out.data<double>()[i] = found.gap;
                          });
         });
     }
     refuse(first_problem(outcomes, most_threads), work.pose(), 2, "pose", "near");
 }
 
-/// A named tuple `kind` of (q, psi, gc, distance, status of `statuses`, margin), or None where pose or near
-/// is no small matrix: the general way then converts it, or says what is wrong. near may be None.
+/// A named tuple `kind` of (q, psi, gc, distance, status of `statuses`, margin, gap, pose), or None where
+/// pose or near is no small matrix: the general way then converts it, or says what is wrong. near may be
+/// None.
 template <class Handle>
 nb::object solve_one(const Handle& self, nb::handle pose, nb::handle near, Metric metric, nb::handle kind,
                      nb::handle statuses) {
@@ -166,8 +168,11 @@ nb::object solve_one(const Handle& self, nb::handle pose, nb::handle near, Metri
     std::memcpy(to.data<double>(), found.q, joints * sizeof(double));
     PyObject* status = PyTuple_GetItem(statuses.ptr(), static_cast<Py_ssize_t>(found.status));
     if (!status) throw nb::python_error();
+    nb::object held = new_array44();
+    const Buffer frame(held, true);
+    for (int i = 0; i < 16; ++i) frame.data<double>()[i] = found.status == Status::OK ? m[i] : not_a_number;
     return new_named(kind, joint_values, found.psi, found.gc, found.distance, nb::handle(status),
-                     found.margin);
+                     found.margin, found.gap, held);
 }
 
 /// How many postures each pose has, what is known of each in the order of the poses, and why there is none.
@@ -218,7 +223,7 @@ void bind_solving_of(nb::class_<Handle>& arm) {
             "statuses"_a);
     arm.def("solve_many", &solve_many<Handle>, "pose"_a, "near"_a.none(), "options"_a,
             "allowed_count"_a.none(), "allowed_psi"_a.none(), "q"_a, "psi"_a, "gc"_a, "distance"_a,
-            "status"_a, "margin"_a, "threads"_a, "scene"_a.none());
+            "status"_a, "margin"_a, "gap"_a, "threads"_a, "scene"_a.none());
     arm.def("solutions_many", &solutions_many<Handle>, "pose"_a, "near"_a.none(), "options"_a,
             "allowed_count"_a.none(), "allowed_psi"_a.none(), "threads"_a, "scene"_a.none());
 }

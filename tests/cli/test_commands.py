@@ -109,6 +109,20 @@ def test_ik_without_psi_is_the_nearest_posture(capsys: Capture) -> None:
     assert only["gc"] == 5
 
 
+def test_ik_outside_is_the_nearest_pose(capsys: Capture) -> None:
+    words = ("ik", *ROBOT, "--pose", "1.2,0,0.5,1,0,0,0", "--outside", "nearest")
+    assert main(words) == 1  # the pose itself has no posture
+    said = capsys.readouterr()
+    assert "out of reach" in " ".join(said.err.split())
+    assert main((*words, "--json")) == 1
+    facts = json.loads(capsys.readouterr().out)
+    arm = aa.Arm.from_catalogue(ROBOT[1])
+    found = arm.solve(aa.pose([1.2, 0.0, 0.5]), facts["near"], outside="nearest")
+    assert facts["q"] == found.q.tolist() and facts["gap"] == found.gap > 0.1
+    assert f"{1e3 * found.gap:.4g} mm from the one asked" in said.out
+    assert main((*words[:-2], "--psi", "0", "--gc", "0", *words[-2:])) == 2
+
+
 def test_ik_near_is_solve(capsys: Capture) -> None:
     arm, near = aa.Arm.from_catalogue(ROBOT[1]), np.radians([10.0, 30, -20, -80, 5, 40, 0])
     words = ("ik", *ROBOT, "--pose", POSE, "--near", "10,30,-20,-80,5,40,0", "--json")

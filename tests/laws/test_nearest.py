@@ -105,7 +105,8 @@ def test_batches_threads_and_calls_give_the_same_bits() -> None:
     one = IIWA.solve(pose[1, 3], near=near[1, 3])
     assert np.array_equal(one.q, whole.q[1, 3]) and one.psi == whole.psi[1, 3] and one.gc == whole.gc[1, 3]
     slow = IIWA.solve(pose[1, 3], near=near[1, 3], weight=1.0)
-    assert np.array_equal(one.q, slow.q) and one[1:] == slow[1:]
+    assert np.array_equal(one.q, slow.q) and one[1:7] == slow[1:7]
+    assert np.array_equal(one.pose, pose[1, 3]) and np.array_equal(one.pose, slow.pose) and one.gap == 0.0
 
 
 def test_weights_choose_who_moves() -> None:

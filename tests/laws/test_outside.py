@@ -99,6 +99,8 @@ def test_no_search_from_many_starts_comes_nearer(arm: aa.Arm, kind: str) -> None
     held = np.linalg.norm(turns, axis=1) < 1e-7
     assert held.mean() > 0.5 or kind == "limits"
     late = np.linalg.norm(moves, axis=1) - searched(arm, poses, 20.0, rng)
+    assert np.abs(found.pose - arm.forward(found.q)[0]).max() < 1e-12
+    assert np.abs(found.gap - distances(arm, found.q, poses, LENGTH)).max() < 1e-7
     near = distances(arm, found.q, poses, LENGTH) - searched(arm, poses, LENGTH, rng)
     excess = np.where(held, late, near)
     assert (excess >= 1e-3).sum() <= max(1, SEARCHED // 100)

@@ -39,6 +39,7 @@ struct Nearest {
     Status status;
     double distance;  // to `near` in the metric (rad); NaN of the margin
     double margin;    // rad: least distance of a joint of q to one of its limits
+    double gap;  // m: of the pose of q from the one asked, 0 unless it is sought outside (nearest_outside)
 };
 
 /// One posture for each branch and arc, by rising cost.
@@ -152,7 +153,7 @@ protected:
     static Nearest refused(Status why) noexcept {
         Nearest out{};
         for (double& q : out.q) q = not_a_number;
-        out.psi = out.distance = out.margin = not_a_number;
+        out.psi = out.distance = out.margin = out.gap = not_a_number;
         out.gc = -1;
         out.status = why;
         return out;

@@ -118,6 +118,8 @@ inline Nearest nearest_outside(const Arm& arm, const LimitTable& limits, const P
     Nearest out = nearest_posture(arm, limits, drawn[nearer], options);
     if (out.status != Status::OK) out = detail::least_relaxation(arm, asked, drawn, options, length);
     out.status = exact.status;
+    Twist rest;
+    out.gap = detail::distance(arm, out.q, asked, length, rest);
     return out;
 }
 

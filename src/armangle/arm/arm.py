@@ -1646,9 +1646,9 @@ class Arm:
             As in `feasible`, rad.
         outside : "refuse" or "nearest"
             "nearest": where a pose has no posture, the posture of the nearest pose that the arm can take,
-            `arm.forward(found.q)[0]`; ``status`` still says why the pose itself has none. A wrist out of
-            reach is drawn towards the shoulder into what joint 4 reaches and the orientation kept: no posture
-            of that orientation is nearer. Where limits forbid that too it is the least of
+            ``found.pose``, ``found.gap`` away; ``status`` still says why the pose itself has none. A wrist
+            out of reach is drawn towards the shoulder into what joint 4 reaches and the orientation kept: no
+            posture of that orientation is nearer. Where limits forbid that too it is the least of
             ``sqrt(|dp|² + (length·angle)²)``, sought from many starts. Of all branches and arm angles, so not
             with `gc`, `allowed` or `scene`.
         length : float
@@ -1665,8 +1665,9 @@ class Arm:
         Returns
         -------
         Solution
-            ``q (..., 7)``, ``psi``, ``gc``, ``distance``, ``status``, ``margin`` of shape (...). Never
-            raises on geometry: where there is no posture, ``status`` says why, q is NaN and gc is -1.
+            ``q (..., 7)``, ``psi``, ``gc``, ``distance``, ``status``, ``margin``, ``gap`` of shape (...),
+            ``pose (..., 4, 4)``. Never raises on geometry: where there is no posture, ``status`` says why, q
+            is NaN and gc is -1.
 
         Raises
         ------
@@ -1684,7 +1685,7 @@ class Arm:
         >>> far = arm.forward(q)[0].copy()
         >>> far[0, 3] += 2.0
         >>> beside = arm.solve(far, near=q, outside="nearest")
-        >>> beside.status.name, round(float(np.linalg.norm(far - arm.forward(beside.q)[0])), 3)
+        >>> beside.status.name, round(beside.gap, 3)
         ('UNREACHABLE', 1.767)
         """
         plain = weight is None and gc is None and allowed is None and singularity_margin == 0.0

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from .. import _core
 from .._arrays import (
@@ -23,7 +23,7 @@ from .._arrays import (
 )
 from ..errors import ConfigurationError, InputError, NotFiniteError, ShapeError
 from ..scenes.scene import Scene
-from ..status import STATUSES, Status
+from ..status import Status
 from .allowed import Allowed, allowed_arcs
 from .solution import Solution, Solutions
 
@@ -59,7 +59,7 @@ class Question:
             kind = _core.Metric.MARGIN
         self.near = np.ascontiguousarray(arrays[1]).reshape(-1, JOINTS) if near is not None else None
         self.options = _core.SolveOptions(kind, weights_of(weight), branch_bits(gc), margin, length)
-        self.handle = arm._handle
+        self.arm, self.handle = arm, arm._handle
         self.threads = as_threads(threads)
         ready = arm._scene(scene)
         self.scene = None if ready is None else ready.handle
@@ -75,7 +75,8 @@ class Question:
     def solve(self) -> Solution:
         """Return the nearest posture of each pose."""
         n = len(self.poses)
-        q, psi, distance, margin = np.empty((n, JOINTS)), np.empty(n), np.empty(n), np.empty(n)
+        q = np.empty((n, JOINTS))
+        psi, distance, margin, gap = (np.empty(n) for _ in range(4))
         gc, status = np.empty(n, np.int64), np.empty(n, np.int8)
         self.handle.solve_many(
             self.poses,
@@ -88,21 +89,25 @@ class Question:
             distance,
             status,
             margin,
+            gap,
             self.threads,
             self.scene,
         )
-        if not self.batch:
-            outcome: Status = STATUSES[int(status[0])]
-            return Solution(q[0], float(psi[0]), int(gc[0]), float(distance[0]), outcome, float(margin[0]))
-        shaped: list[NDArray[Any]] = [x.reshape(self.batch) for x in (psi, gc, distance, status, margin)]
-        return Solution(q.reshape((*self.batch, JOINTS)), *shaped)
+        pose, beside = self.poses.copy(), (status != Status.OK) & np.isfinite(gap)
+        pose[status != Status.OK] = np.nan
+        if beside.any():
+            pose[beside] = self.arm.forward(q[beside], undefined="nan")[0]
+        columns: list[Any] = [x.reshape(self.batch) for x in (psi, gc, distance, status, margin, gap)]
+        frames = pose.reshape((*self.batch, 4, 4))
+        every = Solution(*[q.reshape((*self.batch, JOINTS)), *columns, frames])
+        return every if self.batch else every.row(())
 
     def solutions(self) -> Solutions:
         """Return the nearest posture of each branch and arc of each pose."""
         columns = self.handle.solutions_many(
             self.poses, self.near, self.options, *self.allowed, self.threads, self.scene
         )
-        return Solutions(self.batch, columns)
+        return Solutions(self.batch, columns, self.poses.reshape((*self.batch, 4, 4)))
 
 
 def relaxing_length(outside: Beyond, length: float, *narrowed: object) -> float:

@@ -8,7 +8,6 @@ import numpy as np
 
 from .._arrays import JOINTS, Floats, as_poses
 from ..errors import InputError
-from ..status import STATUSES, Status
 from .solution import Solution
 
 if TYPE_CHECKING:
@@ -69,9 +68,11 @@ def solve_free(
     margin = np.minimum(found.margin, last_margin(arm, q))
     extra = np.sqrt(weights[_LAST]) * np.abs(last - seed)
     apart = np.hypot(found.distance, extra) if metric == "l2" else np.maximum(found.distance, extra)
+    pose, solved = np.array(found.pose), np.isfinite(q[..., 0])
+    pose[solved] = arm.forward(q[solved], undefined="nan")[0]
     if q.ndim > 1:
-        return found._replace(q=q, margin=margin, distance=apart)
-    return found._replace(q=q, margin=float(margin), distance=float(apart))
+        return found._replace(q=q, margin=margin, distance=apart, pose=pose)
+    return found._replace(q=q, margin=float(margin), distance=float(apart), pose=pose)
 
 
 def _on_ladder(arm: Arm, pose: Any, near: Any, weights: Floats, by_margin: bool, ask: Any) -> Solution:
@@ -94,8 +95,5 @@ def _on_ladder(arm: Arm, pose: Any, near: Any, weights: Floats, by_margin: bool,
         index = best.reshape(*best.shape, *[1] * (column.ndim - best.ndim))
         return np.take_along_axis(column, index, axis=best.ndim).squeeze(best.ndim)
 
-    q, psi, gc, distance, status, margin = (taken(column) for column in found)
-    if best.ndim:
-        return Solution(q, psi, gc, distance, status, margin)
-    outcome: Status = STATUSES[int(status)]
-    return Solution(q, float(psi), int(gc), float(distance), outcome, float(margin))
+    every = Solution(*(taken(column) for column in found))
+    return every if best.ndim else every.row(())

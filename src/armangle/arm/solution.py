@@ -20,10 +20,12 @@ class Solution(NamedTuple):
 
     ``q (..., 7)`` rad; ``psi (...)`` rad in (-π, π]; ``gc (...)`` 0..7; ``distance (...)`` to the seed
     in the metric asked, rad, NaN without a seed; ``status (...)`` an `Status`, of a batch its codes as
-    int8; ``margin (...)`` least distance of a joint to one of its limits, rad. Where the status is not
-    OK the numbers are NaN and gc is -1; with ``outside="nearest"`` they are those of the nearest pose.
+    int8; ``margin (...)`` least distance of a joint to one of its limits, rad; ``pose (..., 4, 4)`` that
+    q holds, and ``gap (...)`` by which it is off the one asked, ``sqrt(|dp|² + (length·angle)²)``, m. Where
+    the status is OK, the pose is the one asked and the gap 0. Else the numbers are NaN and gc is -1; with
+    ``outside="nearest"`` they are those of the nearest pose.
 
-    It is a tuple of these six, so that ``q, psi, *_ = solution``; of a batch too: `row` gives one pose's.
+    It is a tuple of these eight, so that ``q, psi, *_ = solution``; of a batch too: `row` gives one pose's.
     """
 
     q: Floats
@@ -32,6 +34,8 @@ class Solution(NamedTuple):
     distance: float | Floats
     status: Status | NDArray[np.int8]
     margin: float | Floats
+    gap: float | Floats
+    pose: Floats
 
     @property
     def ok(self) -> bool | NDArray[np.bool_]:
@@ -42,7 +46,7 @@ class Solution(NamedTuple):
     def row(self, index: int | tuple[int, ...]) -> Solution:
         """Return the solution of one pose of a batch.
 
-        Not to be confused with ``solution[index]``, which is one of the six fields.
+        Not to be confused with ``solution[index]``, which is one of the eight fields.
 
         Parameters
         ----------
@@ -66,7 +70,7 @@ class Solution(NamedTuple):
         >>> q = np.array([[0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5], [0.2, 0.5, 0.1, -1.1, 0.2, 0.7, 0.4]])
         >>> two = arm.solve(arm.forward(q)[0], near=q)
         >>> two.row(1).gc, len(two)
-        (2, 6)
+        (2, 8)
         """
         codes = np.asarray(self.status)
         at = index if isinstance(index, tuple) else (index,)
@@ -77,8 +81,10 @@ class Solution(NamedTuple):
                 f"index is {index!r:.50}, wanted that of one pose of a batch of shape {codes.shape}"
             )
         one = [np.asarray(column)[at] for column in self]
-        q, psi, gc, distance, status, margin = one
-        return Solution(q, float(psi), int(gc), float(distance), STATUSES[int(status)], float(margin))
+        q, psi, gc, distance, status, margin, gap, pose = one
+        return Solution(
+            q, float(psi), int(gc), float(distance), STATUSES[int(status)], float(margin), float(gap), pose
+        )
 
     def raise_for_status(self) -> Solution:
         """Return the solution itself; raise where there is none.
@@ -110,9 +116,10 @@ class Solution(NamedTuple):
         if not np.isfinite(self.q).all():
             return f"<Solution: none, {self.status}>"
         joints = ", ".join(f"{x:.6g}" for x in self.q)
+        off = "" if self.status == Status.OK else f", gap={self.gap:.6g}"
         return (
             f"Solution(q=[{joints}], psi={self.psi:.6g}, gc={self.gc}, distance={self.distance:.6g}, "
-            f"status={self.status}, margin={self.margin:.6g})"
+            f"status={self.status}, margin={self.margin:.6g}{off})"
         )
 
 
@@ -136,9 +143,10 @@ class Solutions:
         Why there is none, else OK.
     """
 
-    __slots__ = ("count", "distance", "gc", "margin", "psi", "q", "status")
+    __slots__ = ("_pose", "count", "distance", "gc", "margin", "psi", "q", "status")
 
-    def __init__(self, shape: tuple[int, ...], columns: tuple[Any, ...]) -> None:
+    def __init__(self, shape: tuple[int, ...], columns: tuple[Any, ...], pose: Floats) -> None:
+        self._pose = frozen(pose.copy())
         count, q, psi, gc, distance, margin, status = columns
         width = int(count.max(initial=0))
         filled = np.arange(width) < count[:, None]
@@ -170,7 +178,7 @@ class Solutions:
         number = range(self._one("[]"))[k]
         return Solution(
             self.q[number], float(self.psi[number]), int(self.gc[number]), float(self.distance[number]),
-            Status.OK, float(self.margin[number]),
+            Status.OK, float(self.margin[number]), 0.0, self._pose,
         )  # fmt: skip
 
     def _one(self, what: str) -> int:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .._arrays import Floats
+from .._arrays import MILLIMETRES, Floats
 from ..arm.arm import Arm
 from ..arm.solution import Solution
 from ..errors import InputError
@@ -40,21 +40,25 @@ def solve(arm: Arm, pose: Floats, scene: Scene | None, args: argparse.Namespace)
         return _all(arm, pose, near, name, scene, args)
     single, frames = pose.ndim == 2, pose.reshape(-1, 4, 4)
     with progress("solving"):
-        found = arm.solve(frames, near, metric=args.metric, gc=args.gc, scene=scene)
+        found = arm.solve(frames, near, metric=args.metric, gc=args.gc, scene=scene, outside=args.outside)
     if args.output is not None:
         write(_path(arm, frames, found), args.output)
     names = np.array([status.name for status in STATUSES])[found.status]
     if args.json:
         pick = 0 if single else slice(None)
-        values = {key: getattr(found, key)[pick] for key in ("q", "psi", "gc", "distance", "margin")}
+        values = {key: getattr(found, key)[pick] for key in ("q", "psi", "gc", "distance", "margin", "gap")}
         show_json(values | {"status": names[pick], "near": near, "metric": args.metric})
     elif not single:
         show(f"nearest to {name}\n")
         show_many(found.q, names)
-    elif np.all(found.ok):
-        one = Solution(*(np.asarray(column)[0] for column in found))
+    elif np.isfinite(found.q).all():
+        one = found.row(0)
         show_posture(arm, one.q, float(one.psi), int(one.gc))
         show(f"\nnearest to {name}:\n{_far(args.metric, float(one.distance))}")
+        if not one.ok:
+            off = f"{float(one.gap) * MILLIMETRES:.4g} mm"
+            show("\nof the nearest pose that can be held:")
+            show(f"{off} from the one asked; a radian counts as 200 mm")
     if np.all(found.ok):
         return 0
     failed = np.flatnonzero(~np.asarray(found.ok))

@@ -70,6 +70,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--metric", choices=[*METRICS], default="l2",
         help="of near: root of the sum of squares, or the largest move (default l2)",
     )  # fmt: skip
+    parser.add_argument(
+        "--outside", choices=["refuse", "nearest"], default="refuse",
+        help="nearest: where a pose cannot be held, that of the nearest that can",
+    )  # fmt: skip
     parser.add_argument("--psi", type=angle, metavar="DEG", help="arm angle; needs --gc or --all")
     which = parser.add_mutually_exclusive_group()
     which.add_argument("--explain", action="store_true", help="which branches hold the pose, and if not, why")
@@ -94,9 +98,9 @@ def run(args: argparse.Namespace) -> int:
         return _explain(arm, pose, scene, args)
     if args.psi is None:
         return solve(arm, pose, scene, args)
-    if args.near is not None or args.metric != "l2":
+    if args.near is not None or args.metric != "l2" or args.outside != "refuse":
         raise InputError(
-            "--near and --metric go without --psi, which leaves nothing to choose but turns: --seed"
+            "--near, --metric, --outside go without --psi, which leaves nothing to choose but turns: --seed"
         )
     if args.gc is None and not args.all:
         raise InputError("--psi needs --gc or --all; without --psi the nearest posture is found")
