@@ -249,7 +249,7 @@ def test_the_arm_passes_through_where_branches_meet(joint: int) -> None:
 
 
 def test_a_crossing_is_foreseen() -> None:
-    """Wherever psi begins it is in time for theta_6 = 0: 2.0 mm in the mean, 8.2 mm without foresight."""
+    """Wherever psi begins it is in time for theta_6 = 0: 1.7 mm in the mean, 8.2 mm without foresight."""
     arm = ARM_OF["kuka_iiwa14_r820"]
     worst, branches = [], []
     for seed in range(60):
@@ -264,7 +264,7 @@ def test_a_crossing_is_foreseen() -> None:
         worst.append(np.maximum(metres, 0.2 * radians).max())
         branches.append(arm.forward(joints[-1])[2] == gc ^ 4)
     assert np.mean(worst) < 3e-3
-    assert np.mean(branches) > 0.98, "the arm went through, not round"
+    assert all(branches), "the arm went through, not round"
 
 
 @pytest.mark.parametrize("kind", ["point", "direction"])

@@ -36,8 +36,8 @@ inline constexpr double acceleration = 0.7;  // share of joint 4's acceleration 
 inline constexpr double most = 0.8;          // rad: it is not bent further beforehand
 inline constexpr double foresight = 0.5;     // s within which a crossing is foreseen
 inline constexpr int looks = 5;              // at so many times
-inline constexpr double detour = 0.3;        // rad: psi does not turn further to pass through
-inline constexpr double spin = 0.5;  // share of their speed above which pivots should not have to turn
+inline constexpr double detour = 0.8;        // rad: psi does not turn further to pass through
+inline constexpr double spin = 2.0;          // times their greatest speed is too fast for pivots to go round
 }  // namespace elbow_rule
 
 /// psi of a self-motion that moves the joints least from q, speeds weighed by their bounds (rad/s): that of
