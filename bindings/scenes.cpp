@@ -62,7 +62,7 @@ std::uint64_t spaced(std::uint64_t x) noexcept {
 }
 
 /// The box about points.
-struct Bounds {
+struct PairBounds {
     Vec3<double> low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity};
 
     void hold(const Vec3<double>& p) noexcept {
@@ -73,7 +73,7 @@ struct Bounds {
 
 /// Balls in Morton's order: what is near in it is near in space.
 void sort_by_place(std::vector<PlacedBall>& balls) {
-    Bounds bounds;
+    PairBounds bounds;
     for (const PlacedBall& ball : balls) bounds.hold(ball.centre);
     const Vec3<double> size = bounds.high - bounds.low;
     const double extent = std::max({size.x, size.y, size.z, 1e-9});
@@ -97,7 +97,7 @@ std::vector<BallGroup> grouped(const Members& members, std::size_t each, std::si
     std::vector<BallGroup> out;
     for (std::size_t begin = 0; begin < members.size(); begin += each * unit) {
         const std::size_t end = std::min(members.size(), begin + each * unit);
-        Bounds bounds;
+        PairBounds bounds;
         for (std::size_t k = begin; k < end; ++k) bounds.hold(members[k].centre);
         BallGroup group{(bounds.low + bounds.high) * 0.5, 0.0, static_cast<int>(begin / unit),
                         static_cast<int>((end - begin + unit - 1) / unit)};
