@@ -89,6 +89,10 @@ void clear_of_ball(const SelfMotion<double>& m, Cleared& out) noexcept {
     scene.blocks = &block;
     scene.ball_id = id;
     scene.block_count = 1;
+    const BallGroup group{{block.x[0], block.y[0], block.z[0]}, block.radius[0], 0, 1};
+    scene.groups = &group;
+    scene.clusters = &group;
+    scene.cluster_count = 1;
     scene.first_held = scene.first_base = 1;
     scene.parts = parts;
     scene.part_count = 2;

@@ -162,6 +162,29 @@ def test_a_solve_of_a_posture_near_itself_is_that_posture() -> None:
     np.testing.assert_allclose(found.q, q, atol=1e-9)
 
 
+@pytest.mark.parametrize("name", CATALOGUE)
+def test_home_postures_whose_second_joint_is_zero_are_their_own_nearest(name: str) -> None:
+    arm = aa.OffsetArm.from_catalogue(name)
+    q = within(arm, np.random.default_rng(10), 12)
+    q[:, 1] = 0.0
+    found = arm.solve(arm.forward(q)[0], near=q)
+    np.testing.assert_allclose(found.q, q, atol=1e-8)
+    beside = arm.solve(arm.forward(q)[0], near=q + 1e-7)
+    assert beside.distance.max() < 1e-5
+
+
+@pytest.mark.parametrize("joint", range(7))
+def test_a_locked_joint_keeps_its_posture(joint: int) -> None:
+    arm = aa.OffsetArm.from_catalogue("franka_fr3")
+    for q in within(arm, np.random.default_rng(11), 6):
+        lower, upper = arm.rows.lower.copy(), arm.rows.upper.copy()
+        lower[joint] = upper[joint] = q[joint]
+        names = ("d_bs", "d_se", "d_ew", "d_wf", "a_3", "a_4", "offsets")
+        given = {name: getattr(arm.rows, name) for name in names}
+        locked = aa.OffsetArm(a_6=arm.a_6, lower=lower, upper=upper, **given)
+        assert locked.solve(locked.forward(q)[0], near=q).distance < 1e-6
+
+
 @pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.rows.name)
 def test_a_chain_of_joints_is_read_back(arm: aa.OffsetArm) -> None:
     chain = chain_with_offsets(numbers(arm))

@@ -145,7 +145,7 @@ private:
 class OffsetJudge {
 public:
     OffsetJudge(const OffsetArm& arm, const Pose<double>& pose, int gc, const ThetaRanges& ranges) noexcept
-        : cells(arm, pose, gc), arm_(arm), ranges_(ranges) {}
+        : cells(arm, pose, gc), ranges_(ranges) {}
 
     const OffsetCells cells;
 
@@ -223,20 +223,24 @@ private:
         return true;
     }
 
-    /// Cuts a piece to where a function that rises or falls all over it is not negative.
+    /// Cuts a piece to where a function that rises or falls all over it is not negative, up to rounding: of a
+    /// locked joint one value is left.
     template <class F>
     static void keep_positive(const F& f, Tag tag, Piece& piece) noexcept {
         const double a = f(piece.lower), b = f(piece.upper);
-        if (a >= 0 && b >= 0) return;
-        if (a < 0 && b < 0) {
+        const bool kept_a = a >= -tolerance::isolated, kept_b = b >= -tolerance::isolated;
+        if (kept_a && kept_b) return;
+        if (!kept_a && !kept_b) {
             piece.upper = piece.lower;
             piece.lower_tag = 0;
             piece.upper_tag = 0;
             return;
         }
-        const double at = root(f, piece.lower, a, piece.upper, b);
-        (a < 0 ? piece.lower : piece.upper) = at;
-        (a < 0 ? piece.lower_tag : piece.upper_tag) = tag;
+        const double kept = kept_a ? piece.lower : piece.upper;
+        const bool within = kept_a ? a > 0 : b > 0;
+        const double at = within ? root(f, piece.lower, a, piece.upper, b) : kept;
+        (kept_a ? piece.upper : piece.lower) = at;
+        (kept_a ? piece.upper_tag : piece.lower_tag) = tag;
     }
 
     /// The root of f in [a, b], whose ends have values of two signs: regula falsi (Illinois).
@@ -255,7 +259,6 @@ private:
         return 0.5 * (a + b);
     }
 
-    const OffsetArm& arm_;
     const ThetaRanges& ranges_;
     int looks_ = 0;
     bool exists_ = false, within_reach_ = false;

@@ -58,12 +58,15 @@ public:
             };
             if (rank(refusal) > rank(why)) why = refusal;
         }
+        for (int gc = 0; gc < configurations; gc += 2)
+            if (branches >> gc & 3u) offer_shared_turn(branches >> gc & 1u ? gc : gc + 1, gc);
         constexpr double no = not_a_number;
         OffsetNearest out{{no, no, no, no, no, no, no, 0.0}, no, -1, why, no, no};
         if (gc_ < 0) return out;
         double theta[joint_slots];
         OffsetCells(arm_, pose_, gc_).at(free_, theta);
-        for (int j = 0; j < joints; ++j) out.q[robot_joint(arm_, j)] = nearest_turn(j, theta[j]);
+        for (int j = 0; j < joints; ++j)
+            out.q[robot_joint(arm_, j)] = shared_ ? shared_q_[j] : nearest_turn(j, theta[j]);
         out.free = free_ <= -pi ? pi : free_;
         out.gc = gc_;
         out.status = Status::OK;
@@ -126,6 +129,54 @@ private:
         cost_ = now.cost;
         free_ = wrap(free);
         gc_ = gc;
+    }
+
+    /// Where theta_2 = 0, the axes of joints 1 and 3 are one, and share their turn as they like: no cell has
+    /// that posture. Gauss-Newton on sin(theta_2) (cos theta_1, sin theta_1) from the wanted value of the
+    /// free joint finds the one that is near; the shares are those of least cost within the limits.
+    void offer_shared_turn(int gc, int positive) noexcept {
+        const Arm& rest = arm_.rest;
+        const OffsetCells cells(arm_, pose_, positive);
+        double theta[joint_slots], ahead[joint_slots];
+        double free = near_[6];
+        for (int pass = 0; pass < offset_rule::newton; ++pass) {
+            const double step = 1e-6;
+            if (!(cells.inside(free) >= 0 && cells.inside(free + step) >= 0)) return;
+            cells.at(free, theta);
+            cells.at(free + step, ahead);
+            const SinCos<double> at = sin_cos(theta[0]), then = sin_cos(ahead[0]);
+            const double s = sin_cos(theta[1]).sin, t = sin_cos(ahead[1]).sin;
+            const double x = (t * then.cos - s * at.cos) / step, y = (t * then.sin - s * at.sin) / step;
+            if (!(x * x + y * y > 0)) break;
+            const double by = -s * (at.cos * x + at.sin * y) / (x * x + y * y);
+            if (!(abs(by) < 0.1)) return;
+            free += by;
+        }
+        if (!(cells.inside(free) >= 0)) return;
+        cells.at(free, theta);
+        if (!(abs(wrap(theta[1])) <= 1e-8)) return;
+        const double sum = theta[0] + theta[2];
+        const double from_1 = to_theta(rest, 0, near_[0]), from_3 = sum - to_theta(rest, 2, near_[2]);
+        const double other = from_1 + wrap(from_3 - from_1), weights = weight_[0] + weight_[2];
+        const double wanted = weights > 0 ? (weight_[0] * from_1 + weight_[2] * other) / weights : from_1;
+        double q[joints], cost = 0;
+        q[0] = min(max(to_q(rest, 0, wanted), rest.limits.lower[0]), rest.limits.upper[0]);
+        q[2] = nearest_turn(2, sum - to_theta(rest, 0, q[0]));
+        q[2] = min(max(q[2], rest.limits.lower[2]), rest.limits.upper[2]);
+        q[0] = nearest_turn(0, sum - to_theta(rest, 2, q[2]));
+        for (const int j : {1, 3, 4, 5, 6}) q[j] = nearest_turn(j, theta[j]);
+        for (int j = 0; j < joints; ++j) {
+            if (!(q[j] >= rest.limits.lower[j] - tolerance::angle &&
+                  q[j] <= rest.limits.upper[j] + tolerance::angle))
+                return;
+            cost += weight_[j] * (q[j] - near_[j]) * (q[j] - near_[j]);
+        }
+        if (!(cost < cost_)) return;
+        cost_ = cost;
+        free_ = wrap(free);
+        gc_ = gc;
+        shared_ = true;
+        for (int j = 0; j < joints; ++j) shared_q_[j] = q[j];
     }
 
     /// The least cost of joint j over a cell, and d(cost)/d(free); false where no turn is within the limits.
@@ -240,6 +291,8 @@ private:
     double near_[joints], weight_[joints];
     double cost_ = infinity, free_ = 0;
     int gc_ = -1, looks_ = 0;
+    bool shared_ = false;  // the best is a shared turn, of joints shared_q_
+    double shared_q_[joints] = {};
 };
 
 }  // namespace detail

@@ -431,18 +431,20 @@ private:
     void choose() {
         links_ = std::max(links_, 0LL) + allowance();
         Plan first;
-        bool any = false;
+        bool any = false, proven = false;
         double least = infinity;  // of the proven
         for (BranchReport& report : plan_.branches) {
-            if (report.verdict != Verdict::ok || !(report.cost < least)) break;
+            // a cost that no descent has found is infinite, and no reason to leave a path out
+            if (report.verdict != Verdict::ok || (proven && !(report.cost < least))) break;
             Plan now;
             if (!realise(report, now)) continue;
             const bool certified = now.proof.certified();
-            if (certified ? report.cost < least : !any) {
+            if (certified ? !proven || report.cost < least : !any) {
                 first = std::move(now);
                 any = true;
             }
             if (certified) least = min(least, report.cost);
+            proven = proven || certified;
         }
         if (any) {
             plan_.ok = true;

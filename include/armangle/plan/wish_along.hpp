@@ -7,6 +7,7 @@
 
 #include <cstddef>
 
+#include "../circle/posture.hpp"
 #include "../circle/towards.hpp"
 #include "../numbers/angles.hpp"
 
@@ -24,7 +25,7 @@ struct WishAlong {
     double psi_at(double s) const noexcept {
         if (count == 1) return psi[0];
         const double x = min(max(s, 0.0), 1.0) * static_cast<double>(count - 1);
-        const std::size_t k = min(static_cast<std::size_t>(x), count - 2);
+        const std::size_t whole = static_cast<std::size_t>(x), k = whole < count - 2 ? whole : count - 2;
         const double share = x - static_cast<double>(k);
         return (1 - share) * psi[k] + share * psi[k + 1];
     }

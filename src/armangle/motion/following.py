@@ -21,6 +21,7 @@ from .options import (
     Bound,
     Carry,
     Outside,
+    check_arm,
     check_chain,
     checked_options,
     core_policy,
@@ -112,6 +113,7 @@ def follow(
 
     Source: Faria et al. (2018), Fig. 10, Eq. (36).
     """
+    check_arm(arm)
     path, s, frames = _sampled(arm, poses, blend, samples)
     joints = one_posture("start", start)
     failing = _ON_FAIL[chosen("on_fail", on_fail, _ON_FAIL)]

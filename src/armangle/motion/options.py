@@ -125,6 +125,12 @@ def joint_bound(arm: Arm, name: str, value: Bound, stated: Floats) -> Floats:
     return bound
 
 
+def check_arm(arm: object) -> None:
+    """Raise where it is no `Arm`."""
+    if not isinstance(arm, Arm):
+        raise InputError(f"arm is {type(arm).__name__}, wanted an Arm")
+
+
 def step_bounds(
     arm: Arm, velocity: Bound, acceleration: Bound, velocity_now: ArrayLike | None, dt: float | None
 ) -> Floats:

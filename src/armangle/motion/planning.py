@@ -19,11 +19,13 @@ from ..errors import ConfigurationError, InputError, NotFiniteError, ShapeError
 from ..scenes.scene import Scene
 from ..status import Status
 from .joint_path import Curve, JointPath, blank_rows, even_parameters
+from .options import check_arm
 from .paths import Path, Waypoints, as_path, sample_count
 from .policies import Towards
 
 START_GAP = 0.05
 ROW_STEP = 0.2
+FINEST = 1e-9  # of s: rows nearer than this have none between
 """Most that a joint moves from row to row where the rows are left to `plan`, rad."""
 _MOST_WEIGHT = 1e6
 _WISHES = 1025  # places at which a function of s is asked
@@ -144,6 +146,7 @@ def plan(
 
     Source: Faria et al. (2018), Eqs. (12)-(35), over a whole path.
     """
+    check_arm(arm)
     whole = as_path(path, blend)
     if whole is None:
         frames = as_poses("path", cast("ArrayLike", path), arm._handle)
@@ -248,10 +251,13 @@ def _rows(path: Path, samples: int | None) -> Floats:
 
 
 def _finer(arm: Arm, curve: Curve, rows: Floats) -> Floats:
-    """Return rows with as many between as it takes for no joint to move more than `ROW_STEP` in one."""
+    """Return rows with as many between as it takes for no joint to move more than `ROW_STEP` in one.
+
+    A leap, as at a singular end, is left between two rows that lie within `FINEST` of each other.
+    """
     while True:
         steps = np.abs(np.diff(curve.at(arm._handle, rows).q, axis=0)).max(axis=1)
-        parts = np.ceil(steps / ROW_STEP).astype(int)
+        parts = np.where(np.diff(rows) > FINEST, np.ceil(steps / ROW_STEP), 1).astype(int)
         if (parts <= 1).all():
             return rows
         ends = zip(rows[:-1], rows[1:], parts.clip(1), strict=True)

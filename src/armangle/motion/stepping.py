@@ -19,6 +19,7 @@ from .options import (
     Bound,
     Carry,
     Outside,
+    check_arm,
     check_chain,
     checked_options,
     core_policy,
@@ -117,6 +118,7 @@ def resolve(
     >>> resolve(arm, pose, psi, gc).status.name
     'OK'
     """
+    check_arm(arm)
     angles = as_floats("psi", psi)
     check_angles("psi", angles)
     arcs = own = arm.feasible(pose, gc, singularity_margin=singularity_margin, scene=scene)
@@ -250,6 +252,7 @@ def step(
     >>> now.status.name, now.why.name
     ('PARTIAL', 'VELOCITY_LIMIT')
     """
+    check_arm(arm)
     native = _DEFAULT_RULE if policy is DEFAULT_POLICY else core_policy(policy, dt)
     count = psi = bounds = None
     if arm.chain is not None:

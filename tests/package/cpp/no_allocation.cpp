@@ -175,8 +175,24 @@ int main() {
     static const Part parts[] = {{{{0, -0.4, 0}, {0, 0, 0}, 0.05}, false},
                                  {{{0.02, 0.01, 0}, {0, 0, 0.4}, 0.05}, true}};
     static const std::uint8_t ignored[11 * 2] = {};
-    static Scene scene{&block, ball_id, 1, solids, solid_id, 3, nullptr, 0, 11,
-                       parts,  2,       0, 11,     ignored,  2, 0.01,    0};
+    static const BallGroup group{{0, 0.4, 0.5}, 0.6, 0, 1};
+    static Scene scene{};
+    scene.blocks = &block;
+    scene.ball_id = ball_id;
+    scene.block_count = 1;
+    scene.groups = &group;
+    scene.clusters = &group;
+    scene.cluster_count = 1;
+    scene.solids = solids;
+    scene.solid_id = solid_id;
+    scene.solid_count = 3;
+    scene.first_held = 11;
+    scene.first_base = 11;
+    scene.parts = parts;
+    scene.part_count = 2;
+    scene.ignored = ignored;
+    scene.link_count = 2;
+    scene.clearance = 0.01;
     report("scene", [] {
         for (std::size_t i = 0; i < count; ++i) {
             const Pose<double> pose = load_pose(in.matrix + 16 * i);

@@ -1,0 +1,65 @@
+"""Plans of straight lines beside the arm angle simply held: joint travel, reversals, duration.
+
+The lines are random, 0.2 m long, of a KUKA iiwa 7, and such that a held arm angle keeps 6 degrees from every
+limit. Ratios are plan / held, medians and worst over the lines.
+"""
+
+from __future__ import annotations
+
+import argparse
+
+import numpy as np
+
+import armangle as aa
+
+LENGTH, ROOM, ROWS = 0.2, np.radians(6.0), 200  # m, rad, rows
+ACCELERATION = 5.0  # rad/s^2
+
+
+def travel(q: np.ndarray) -> float:
+    """Return the root of the integral of |dq/ds|^2, rad."""
+    return float(np.sqrt((np.diff(q, axis=0) ** 2).sum() * (len(q) - 1)))
+
+
+def reversals(q: np.ndarray) -> int:
+    """Return how often a joint turns back."""
+    ways = np.sign(np.round(np.diff(q, axis=0), 9)).T
+    return int(sum((np.diff(way[way != 0]) != 0).sum() for way in ways))
+
+
+def main() -> None:
+    """Print the figures."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--lines", type=int, default=40)
+    parser.add_argument("--seed", type=int, default=0)
+    args = parser.parse_args()
+    arm, rng = aa.Arm.from_catalogue("kuka_iiwa7_r800"), np.random.default_rng(args.seed)
+    rows: list[tuple[float, int, int, float]] = []
+    refused = 0
+    while len(rows) + refused < args.lines:
+        start = rng.uniform(arm.lower * 0.8, arm.upper * 0.8)
+        first = arm.forward(start)[0]
+        way = rng.normal(size=3)
+        last = first.copy()
+        last[:3, 3] += LENGTH * way / np.linalg.norm(way)
+        line = aa.Line(first, last)
+        held = aa.follow(arm, line.pose(np.linspace(0, 1, ROWS)), start=start, policy=aa.Hold())
+        if not held.ok or held.curve is None or np.nanmin(held.margin) < ROOM:
+            continue
+        planned = aa.plan(arm, line, start=start)
+        if not planned.ok:
+            refused += 1
+            continue
+        times = [aa.retime(path, acceleration=ACCELERATION).duration for path in (planned, held)]
+        rows.append(
+            (travel(planned.q) / travel(held.q), reversals(planned.q), reversals(held.q), times[0] / times[1])
+        )
+    ratio, turns, turns_held, duration = np.array(rows).T
+    print(f"{len(rows)} lines, {refused} refused")
+    print(f"joint travel  {np.median(ratio):.3f}  worst {ratio.max():.3f}")
+    print(f"duration      {np.median(duration):.3f}  worst {duration.max():.3f}")
+    print(f"reversals     {np.median(turns):g} (held {np.median(turns_held):g}), most {turns.max():g}")
+
+
+if __name__ == "__main__":
+    main()
