@@ -15,7 +15,18 @@ from support.needs import need_tool
 ROOT = Path(__file__).parents[2]
 TEXT = (ROOT / "Makefile").read_text(encoding="utf-8")
 HELP = dict(re.findall(r"^([a-z-]+):.*?## (.*)$", TEXT, re.MULTILINE))
-FOLDERS = ("tests/", "tools/", "docs", "benchmarks/", "examples/", "fuzz/", ".ci/", "include/", "bindings/")
+FOLDERS = (
+    "contrib/",
+    "tests/",
+    "tools/",
+    "docs",
+    "benchmarks/",
+    "examples/",
+    "fuzz/",
+    ".ci/",
+    "include/",
+    "bindings/",
+)
 DRAWN = """
 from laws.test_kinematics import sample
 from support.strategies import arms
