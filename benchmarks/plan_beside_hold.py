@@ -44,7 +44,7 @@ def main() -> None:
         last[:3, 3] += LENGTH * way / np.linalg.norm(way)
         line = aa.Line(first, last)
         held = aa.follow(arm, line.pose(np.linspace(0, 1, ROWS)), start=start, policy=aa.Hold())
-        if not held.ok or held.curve is None or np.nanmin(held.margin) < ROOM:
+        if not held.ok or np.nanmin(held.margin) < ROOM:
             continue
         planned = aa.plan(arm, line, start=start)
         if not planned.ok:
