@@ -46,13 +46,17 @@ def main() -> None:
         held = aa.follow(arm, line.pose(np.linspace(0, 1, ROWS)), start=start, policy=aa.Hold())
         if not held.ok or np.nanmin(held.margin) < ROOM:
             continue
+        try:
+            held_time = aa.retime(held, acceleration=ACCELERATION).duration
+        except aa.PathError:  # a curve through the rows held would leave the limits between them
+            continue
         planned = aa.plan(arm, line, start=start)
         if not planned.ok:
             refused += 1
             continue
-        times = [aa.retime(path, acceleration=ACCELERATION).duration for path in (planned, held)]
+        time = aa.retime(planned, acceleration=ACCELERATION).duration
         rows.append(
-            (travel(planned.q) / travel(held.q), reversals(planned.q), reversals(held.q), times[0] / times[1])
+            (travel(planned.q) / travel(held.q), reversals(planned.q), reversals(held.q), time / held_time)
         )
     ratio, turns, turns_held, duration = np.array(rows).T
     print(f"{len(rows)} lines, {refused} refused")
