@@ -1,43 +1,12 @@
 // Arms with an offset wrist or shoulder: postures by the free joint, its arcs, the nearest posture.
-#include "armangle/offset.hpp"
 #include "elements.hpp"
+#include "offset_handle.hpp"
 
 namespace binding {
 
 using namespace armangle;
 
 namespace {
-
-/// What Python makes of its numbers once: lengths d_bs, d_se, d_ew, d_wf, a_3, a_4; rows signs, offsets,
-/// lower, upper (4, 7).
-struct OffsetHandle {
-    OffsetArm arm;
-    OffsetHandle(Floats lengths, Floats joint_rows, Floats base, Floats tool, double offset, bool mirrored)
-        : arm(make_offset_arm(parameters(lengths, joint_rows, base, tool), offset, mirrored)) {}
-
-private:
-    static ArmParameters parameters(Floats lengths, Floats joint_rows, Floats base, Floats tool) {
-        const Buffer l(lengths), rows(joint_rows), b(base), t(tool);
-        ArmParameters out;
-        const double* x = l.data<double>();
-        out.d_bs = x[0];
-        out.d_se = x[1];
-        out.d_ew = x[2];
-        out.d_wf = x[3];
-        out.a_3 = x[4];
-        out.a_4 = x[5];
-        const double* r = rows.data<double>();
-        for (int j = 0; j < joints; ++j) {
-            out.sign[j] = r[j];
-            out.offset[j] = r[joints + j];
-            out.limits.lower[j] = r[2 * joints + j];
-            out.limits.upper[j] = r[3 * joints + j];
-        }
-        out.base = load_pose(b.data<double>());
-        out.tool = load_pose(t.data<double>());
-        return out;
-    }
-};
 
 /// Poses (n, 4, 4), values of the free joint and branches of the rows of q.
 void offset_forward(const OffsetHandle& self, Floats q, Floats pose, Floats free, Ints gc, int threads) {
@@ -172,9 +141,10 @@ void offset_nearest(const OffsetHandle& self, Floats pose, Floats near, Floats w
 
 void bind_offset(nb::module_& m) {
     using namespace nb::literals;
-    nb::class_<OffsetHandle>(m, "OffsetArm")
-        .def(nb::init<Floats, Floats, Floats, Floats, double, bool>(), "lengths"_a, "joint_rows"_a, "base"_a,
-             "tool"_a, "offset"_a, "mirrored"_a)
+    nb::class_<OffsetHandle> arm(m, "OffsetArm");
+    bind_offset_stepping(arm);
+    arm.def(nb::init<Floats, Floats, Floats, Floats, double, bool>(), "lengths"_a, "joint_rows"_a, "base"_a,
+            "tool"_a, "offset"_a, "mirrored"_a)
         .def("forward_many", &offset_forward, "q"_a, "pose"_a, "free"_a, "gc"_a, "threads"_a)
         .def("frames_many", &offset_frames, "q"_a, "out"_a, "threads"_a)
         .def("jacobian_many", &offset_jacobian, "q"_a, "out"_a, "threads"_a)

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "arc_arrays.hpp"
+#include "offset_handle.hpp"
 #include "refusal.hpp"
 #include "scene_handle.hpp"
 
@@ -105,6 +106,18 @@ Step next_step(const NearArmHandle& self, double margin, const double* q, const 
     return step(self.arm, margin, q, pose, options);
 }
 
+Step next_step(const OffsetHandle& self, double, const double* q, const Pose<double>& pose,
+               const StepOptions& options) noexcept {
+    return step(self.arm, q, pose, options);
+}
+
+/// A pose of this relative precision, taken into the reach where its rounding alone put it outside.
+template <class Handle>
+Pose<double> as_meant(const Handle& self, const Pose<double>& pose, double precision) noexcept {
+    return precision > 0 ? within_rounding(nominal(self.arm), pose, precision) : pose;
+}
+Pose<double> as_meant(const OffsetHandle&, const Pose<double>& pose, double) noexcept { return pose; }
+
 /// A named tuple `kind` of (q, psi, gc, status of `statuses`, margin, velocity, why), or None where q or pose
 /// is no small matrix, or an option not as usual: the general way then converts them, or says what is wrong.
 template <class Handle>
@@ -131,11 +144,7 @@ nb::object step_one(const Handle& self, nb::handle q_now, nb::handle pose, const
     }
     options.scene = scene ? &scene->view : nullptr;
     const GivenBounds given(bounds, options);
-    const Pose<double> frame = load_pose(m);
-    const bool rounded = matrix.precision() > 0;
-    const Step next =
-        next_step(self, margin, q,
-                  rounded ? within_rounding(nominal(self.arm), frame, matrix.precision()) : frame, options);
+    const Step next = next_step(self, margin, q, as_meant(self, load_pose(m), matrix.precision()), options);
     const auto seven = [](const double* values) {
         nb::object array = new_array7();
         const Buffer to(array, true);
@@ -194,6 +203,13 @@ void run(const NearArmHandle& self, const double* start, const Buffer& p, const 
     nb::gil_scoped_release release;
     follow(self.arm, wanted.singularity_margin, start, p.data<double>(), static_cast<std::size_t>(p.shape(0)),
            options, wanted.on_fail, allowed, rows);
+}
+
+void run(const OffsetHandle& self, const double* start, const Buffer& p, const FollowOptions& wanted,
+         const StepOptions& options, Strided<const ArcSet> allowed, const FollowRows& rows) {
+    nb::gil_scoped_release release;
+    follow(self.arm, start, p.data<double>(), static_cast<std::size_t>(p.shape(0)), options, wanted.on_fail,
+           allowed, rows);
 }
 
 template <class Handle>
@@ -257,6 +273,7 @@ void resolve_many(const Policy& policy, Ints count, Floats psi_arcs, Ints index,
 }  // namespace
 
 void bind_near_stepping(nb::class_<NearArmHandle>& arm) { bind_stepping_of(arm); }
+void bind_offset_stepping(nb::class_<OffsetHandle>& arm) { bind_stepping_of(arm); }
 
 void bind_stepping(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;

@@ -1,4 +1,5 @@
 // The tracker: a posture every tick.
+#include "offset_handle.hpp"
 #include "refusal.hpp"
 
 namespace binding {
@@ -139,7 +140,8 @@ void bind_tracking(nb::module_& m) {
     m.def("smooth_hand", &smooth_hand, "omega"_a, "patience"_a, "jump"_a, "turn"_a, "samples"_a, "dt"_a,
           "poses"_a);
     bind_tracker<Tracker, ArmHandle>(m, "Tracker");
-    bind_tracker<CorrectedTracker, NearArmHandle>(m, "NearTracker");
+    bind_tracker<CorrectedTracker<NearArm>, NearArmHandle>(m, "NearTracker");
+    bind_tracker<CorrectedTracker<OffsetArm>, OffsetHandle>(m, "OffsetTracker");
 }
 
 }  // namespace binding

@@ -2,4 +2,5 @@
 #pragma once
 
 #include "armangle.hpp"
-#include "offset/nearest.hpp"
+#include "offset/step.hpp"
+#include "offset/correction.hpp"

@@ -53,8 +53,7 @@ constexpr const char* sentence(Status status) noexcept {
         case Status::ACCELERATION_LIMIT: return "A joint would accelerate beyond its acceleration limit.";
         case Status::NOT_REACHED: return "The pose was not tried: the motion stopped before it.";
         case Status::NOT_ALLOWED: return "The branches or arcs that the caller allows leave no arm angle.";
-        case Status::NEAR_SINGULAR:
-            return "Two branches of the nearly S-R-S arm meet here: the posture is not certain.";
+        case Status::NEAR_SINGULAR: return "Branches meet here, so that no one posture is certain.";
         case Status::NO_CONVERGENCE:
             return "The posture of the nearly S-R-S arm was not found within the iterations allowed.";
         case Status::POSE_BLOCKED:

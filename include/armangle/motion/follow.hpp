@@ -79,6 +79,23 @@ void follow_rows(const double* poses, std::size_t n, StepOptions options, OnFail
     }
 }
 
+/// Rows of n poses, each by step_on(q, pose, options) from the joints before, which stay where a pose is not
+/// met; `position(q)` is where the tool is, m.
+template <class StepOn, class Position>
+void follow_steps(const double* start, const double* poses, std::size_t n, const StepOptions& options,
+                  OnFail on_fail, Strided<const ArcSet> allowed, const FollowRows& rows,
+                  const StepOn& step_on, const Position& position) noexcept {
+    double q[joint_slots] = {};
+    for (int j = 0; j < joints; ++j) q[j] = start[j];
+    const auto take = [&](const Pose<double>& pose, std::size_t, const StepOptions& asked) {
+        const Step next = step_on(q, pose, asked);
+        for (int j = 0; j < joints; ++j) q[j] = next.q[j];
+        return next;
+    };
+    follow_rows(poses, n, options, on_fail, allowed, rows, take,
+                [&](const Pose<double>& pose) { return norm(position(q) - pose.position); });
+}
+
 }  // namespace detail
 
 /// Follows n poses (16 doubles each, row-major) from `start`. `allowed` is null, one set, or one a pose. psi

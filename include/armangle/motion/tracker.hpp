@@ -44,6 +44,7 @@ struct Command {
     double dt = 0;                       // s of this tick; 0: that of the options
     int reconfigure = -1;                // 0..7: go to this branch, through what lies between
     const Pose<double>* seen = nullptr;  // moves the hand to where this arm sees it; null: it stays
+    Vec3<double> drift{};                // m/s: of that place while the hand stays
 };
 
 struct Tracked {
@@ -132,7 +133,7 @@ public:
             command.reconfigure != index(t.gc))
             turning_to_ = command.reconfigure;
         hand_.tick(valid ? command.pose : nullptr, t.dt);
-        see(command.seen);
+        see(command);
         box(t);
         Goal goal;
         Joints next;
@@ -167,12 +168,13 @@ private:
     };
 
     /// Takes the hand, moved by `seen` where that is given.
-    void see(const Pose<double>* seen) noexcept {
+    void see(const Command& command) noexcept {
         wanted_ = hand_.pose();
         speed_ = hand_.velocity();
-        if (!seen) return;
-        wanted_ = *seen * wanted_;
-        speed_ = {seen->rotation * speed_.linear, seen->rotation * speed_.angular};
+        if (!command.seen) return;
+        const Pose<double>& seen = *command.seen;
+        wanted_ = seen * wanted_;
+        speed_ = {seen.rotation * speed_.linear + command.drift, seen.rotation * speed_.angular};
     }
 
     // -- bounds

@@ -18,6 +18,9 @@ inline constexpr int passes = 6;        // of one tick
 inline constexpr double stays = 1e-12;  // m, of the hand as the nominal arm sees it
 }  // namespace near_rule
 
+/// The number of a posture that says where the elbow is.
+inline double redundancy(const Posture& posture) noexcept { return posture.psi; }
+
 /// N(theta) T(theta)^-1 at joint values q: where the nominal tool is, seen from the true one.
 inline Pose<double> correction(const NearArm& arm, const double* q) noexcept {
     double theta[joints];
@@ -27,40 +30,66 @@ inline Pose<double> correction(const NearArm& arm, const double* q) noexcept {
     return user_pose(arm.nominal, chain(arm.nominal, q).flange) * inverted(detail::tip(arm, angle));
 }
 
+/// An elbow hint as the nominal arm sees it.
+inline Towards seen_hint(const NearArm&, const Pose<double>& seen, Towards elbow) noexcept {
+    elbow.target = seen.rotation * elbow.target;
+    if (elbow.wish == Wish::point) elbow.target = elbow.target + seen.position;
+    return elbow;
+}
+
+/// Where the nominal arm was shown the hand to be, and where the joints that this led to say that it is.
+struct Guess {
+    Pose<double> shown, found;
+};
+
+/// What to show next: of an arm whose deviation is small what was found.
+inline Pose<double> next_guess(const NearArm&, const Guess&, const Guess& now) noexcept { return now.found; }
+
+/// The tracker of an arm that has correction(arm, q), seen_hint(arm, seen, elbow), next_guess, nominal(arm)
+/// and forward(arm, q).
+template <class AnyArm>
 class CorrectedTracker {
 public:
-    CorrectedTracker(const NearArm& arm, const TrackerOptions& options) noexcept
-        : arm_(arm), length_(options.length), tracker_(arm.nominal, options) {
+    CorrectedTracker(const AnyArm& arm, const TrackerOptions& options) noexcept
+        : arm_(arm), length_(options.length), dt_(options.dt), tracker_(nominal(arm), options) {
         double middle[joint_slots];
-        for (int j = 0; j < joint_slots; ++j) middle[j] = arm.nominal.joint_middle[j];
+        for (int j = 0; j < joint_slots; ++j) middle[j] = nominal(arm).joint_middle[j];
         start(middle);
     }
 
     /// At rest at q, as Tracker.
-    void start(const double* q) noexcept { tracker_.start(q, forward(arm_, q).pose); }
+    void start(const double* q) noexcept {
+        tracker_.start(q, forward(arm_, q).pose);
+        drift_ = {0, 0, 0};
+    }
 
     const double* q() const noexcept { return tracker_.q(); }
 
     Tracked step(const Command& command) noexcept {
         const Tracker before = tracker_;
-        Pose<double> seen = correction(arm_, tracker_.q());
+        const double time = command.dt > 0 && command.dt < infinity ? command.dt : dt_;
+        const Pose<double> start = correction(arm_, tracker_.q());
+        Pose<double> seen = start;
+        Guess last{};
         Tracked out{};
         for (int pass = 0; pass < near_rule::passes; ++pass) {
             Towards elbow;
-            Command nominal = command;
-            nominal.seen = &seen;
+            Command told = command;
+            told.seen = &seen;
+            told.drift = drift_;
             if (command.elbow) {
-                elbow = *command.elbow;
-                elbow.target = seen.rotation * elbow.target;
-                if (elbow.wish == Wish::point) elbow.target = elbow.target + seen.position;
-                nominal.elbow = &elbow;
+                elbow = seen_hint(arm_, seen, *command.elbow);
+                told.elbow = &elbow;
             }
             tracker_ = before;
-            out = tracker_.step(nominal);
+            out = tracker_.step(told);
             const Pose<double> then = correction(arm_, out.q), &hand = tracker_.hand();
             if (size(difference(seen * hand, then * hand), length_) <= near_rule::stays) break;
-            seen = then;
+            const Guess now{seen, then};
+            seen = pass == 0 ? then : next_guess(arm_, last, now);
+            last = now;
         }
+        drift_ = (correction(arm_, out.q).position - start.position) * (1.0 / time);
         tell(out);
         return out;
     }
@@ -68,8 +97,8 @@ public:
 private:
     /// Tells of the true tool what was told of the nominal one.
     void tell(Tracked& out) const noexcept {
-        const Posture now = forward(arm_, out.q);
-        out.psi = now.psi;
+        const auto now = forward(arm_, out.q);
+        out.psi = redundancy(now);
         out.gc = now.gc;
         out.distance = size(difference(now.pose, tracker_.hand()), length_);
         if (out.status != Tracking::FOLLOWING || out.distance <= track_rule::exact) return;
@@ -77,8 +106,9 @@ private:
         out.why = Status::NO_CONVERGENCE;
     }
 
-    NearArm arm_;
-    double length_;
+    AnyArm arm_;
+    double length_, dt_;
+    Vec3<double> drift_{};  // m/s: of where the nominal arm sees a hand that stays
     Tracker tracker_;
 };
 

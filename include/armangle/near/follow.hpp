@@ -9,18 +9,14 @@ namespace armangle {
 /// Follows n poses (16 doubles each, row-major) from `start`. `allowed` is null, one set, or one a pose. psi
 /// is lifted.
 inline void follow(const NearArm& arm, double margin, const double* start, const double* poses, std::size_t n,
-                   StepOptions options, OnFail on_fail, Strided<const ArcSet> allowed,
+                   const StepOptions& options, OnFail on_fail, Strided<const ArcSet> allowed,
                    const FollowRows& rows) noexcept {
-    double q[joints];
-    for (int j = 0; j < joints; ++j) q[j] = start[j];
-    const auto take = [&](const Pose<double>& pose, std::size_t, const StepOptions& asked) {
-        const Step next = step(arm, margin, q, pose, asked);
-        for (int j = 0; j < joints; ++j) q[j] = next.q[j];  // where a pose is not met, q as it was
-        return next;
-    };
-    detail::follow_rows(poses, n, options, on_fail, allowed, rows, take, [&](const Pose<double>& pose) {
-        return norm(forward(arm, q).pose.position - pose.position);
-    });
+    detail::follow_steps(
+        start, poses, n, options, on_fail, allowed, rows,
+        [&](const double* q, const Pose<double>& pose, const StepOptions& asked) {
+            return step(arm, margin, q, pose, asked);
+        },
+        [&](const double* q) { return forward(arm, q).pose.position; });
 }
 
 }  // namespace armangle

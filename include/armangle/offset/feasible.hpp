@@ -266,8 +266,10 @@ private:
 
 }  // namespace detail
 
-/// The feasible arcs of the free joint of a pose in branch gc, of limits in the order of the formulas.
-inline void feasible(const OffsetArm& arm, const Pose<double>& pose, int gc, ProvenArcs& out) noexcept {
+/// The values of the free joint at which branch gc holds a pose within limits of the joints, in the robot's
+/// order.
+inline void feasible(const OffsetArm& arm, const Pose<double>& pose, int gc, const Limits& limits,
+                     ProvenArcs& out) noexcept {
     using namespace detail;
     struct Cell {
         double lower, upper;
@@ -275,7 +277,12 @@ inline void feasible(const OffsetArm& arm, const Pose<double>& pose, int gc, Pro
     make_empty(out.arcs);
     out.unproven = 0;
     const Pose<double> exact{orthonormal(pose.rotation), pose.position};
-    const ThetaRanges ranges(arm.rest, arm.rest.limits, 0.0, configuration(gc));
+    Limits in_order;
+    for (int j = 0; j < joints; ++j) {
+        in_order.lower[j] = limits.lower[robot_joint(arm, j)];
+        in_order.upper[j] = limits.upper[robot_joint(arm, j)];
+    }
+    const ThetaRanges ranges(arm.rest, in_order, 0.0, configuration(gc));
     OffsetJudge judge(arm, exact, gc, ranges);
     Pieces pieces;
     Cell stack[offset_rule::depth + 2];
@@ -302,6 +309,11 @@ inline void feasible(const OffsetArm& arm, const Pose<double>& pose, int gc, Pro
     pieces.finish(out.arcs, out.unproven);
     out.status = out.arcs.empty() ? judge.refusal() : Status::OK;
     if (out.arcs.empty() && out.unproven > offset_rule::hidden) out.status = Status::NEAR_SINGULAR;
+}
+
+/// The same within the arm's own limits.
+inline void feasible(const OffsetArm& arm, const Pose<double>& pose, int gc, ProvenArcs& out) noexcept {
+    feasible(arm, pose, gc, arm.own.limits, out);
 }
 
 }  // namespace armangle

@@ -75,14 +75,18 @@ OffsetWrist<T> offset_wrist(const OffsetArm& arm, const OffsetMotion& m, const S
     return out;
 }
 
-/// The seven angles as directions, where there is a posture: `root` is sqrt(g^2 - t^2).
+/// theta_5 where g is not 0: `root` is sqrt(g^2 - t^2).
+template <class T>
+SinCos<T> theta_5_of(const OffsetMotion& m, const OffsetWrist<T>& wrist, const T& root) noexcept {
+    const T side = select(wrist.g < T(0.0), T(-1.0), T(1.0)), size = T(1.0) / abs(wrist.g);
+    return {-(side * wrist.t) * size, T(m.branch.wrist) * root * size};
+}
+
+/// The seven angles as directions, where there is a posture of this theta_5: r = g cos theta_5.
 template <class T>
 Directions<T> directions(const OffsetMotion& m, const OffsetWrist<T>& wrist, const SinCos<T>& theta_7,
-                         const T& root) noexcept {
+                         const SinCos<T>& theta_5, const T& r) noexcept {
     const auto& [s4, c4] = wrist.theta_4;
-    const T side = select(wrist.g < T(0.0), T(-1.0), T(1.0)), cosine = T(m.branch.wrist) * root;
-    const T r = side * cosine, size = T(1.0) / abs(wrist.g);
-    const SinCos<T> theta_5{-(side * wrist.t) * size, cosine * size};
     const Vec3<T> across = cross(wrist.w, wrist.y6);
     const T scale = T(1.0) / ((wrist.length - wrist.t) * (wrist.length + wrist.t));
     const Vec3<T> flat = mul_add(wrist.y6, -wrist.t, wrist.w);
@@ -111,6 +115,14 @@ Directions<T> directions(const OffsetMotion& m, const OffsetWrist<T>& wrist, con
     d.y[7] = T(0.0);
     d.x[7] = T(1.0);
     return d;
+}
+
+/// The same, r known by `root`, sqrt(g^2 - t^2).
+template <class T>
+Directions<T> directions(const OffsetMotion& m, const OffsetWrist<T>& wrist, const SinCos<T>& theta_7,
+                         const T& root) noexcept {
+    const T side = select(wrist.g < T(0.0), T(-1.0), T(1.0));
+    return directions(m, wrist, theta_7, theta_5_of(m, wrist, root), side * T(m.branch.wrist) * root);
 }
 
 }  // namespace armangle

@@ -42,19 +42,68 @@ inline Jacobian jacobian(const OffsetArm& arm, const double* q) noexcept {
     return out;
 }
 
-/// The robot's joints of theta in the order of the formulas: each on the turn within its limits that is
-/// nearest to the seed, or to the middle of its range.
-inline void put_joints(const OffsetArm& arm, const double* theta, const double* seed, double* q) noexcept {
-    const Arm& rest = arm.rest;
+/// Directions in the order of the robot's joints.
+inline Directions<double> in_robot_order(const OffsetArm& arm, const Directions<double>& d) noexcept {
+    Directions<double> out = d;
     for (int j = 0; j < joints; ++j) {
-        const int k = robot_joint(arm, j);
-        const double near = seed ? seed[k] : rest.joint_middle[j];
-        q[k] = to_q(theta[j], rest.sign[j], rest.offset[j], rest.limits.lower[j], rest.limits.upper[j], near);
+        out.y[robot_joint(arm, j)] = d.y[j];
+        out.x[robot_joint(arm, j)] = d.x[j];
     }
+    return out;
 }
 
-/// (pose, free, GC) -> q. Else UNREACHABLE (the wrist, at this value of the free joint), NO_POSTURE (axis 5
-/// cannot be perpendicular to axis 6 there), or BAD_INPUT.
+namespace detail {
+
+/// theta_5 where g = 0, S on axis 5: joints 3 and 5 turn about that axis as they like. It is the seed's where
+/// that is of the branch, else 0 or pi.
+inline SinCos<double> free_theta_5(const OffsetArm& arm, const OffsetMotion& m, const double* seed) noexcept {
+    const double side = m.branch.wrist;
+    if (!seed) return {0.0, side};
+    const SinCos<double> wanted = sin_cos(to_theta(arm.rest, 4, seed[robot_joint(arm, 4)]));
+    return wanted.cos * side > 0 ? wanted : SinCos<double>{0.0, side};
+}
+
+/// theta_1 where theta_2 is 0 or pi, and joints 1 and 3 turn about one axis: the seed's, theta_3 takes the
+/// rest.
+inline void share_turn(const OffsetArm& arm, const double* seed, Directions<double>& d) noexcept {
+    if (!seed || !(abs(d.y[1]) <= tolerance::one_axis)) return;
+    const SinCos<double> a = sin_cos(to_theta(arm.rest, 0, seed[robot_joint(arm, 0)]));
+    const double flip = d.x[1] < 0 ? -1.0 : 1.0;  // about opposite axes they take from one another
+    const double back = d.y[0] * a.cos - d.x[0] * a.sin, along = d.x[0] * a.cos + d.y[0] * a.sin;
+    const double y = d.y[2] * along + flip * d.x[2] * back, x = d.x[2] * along - flip * d.y[2] * back;
+    d.y[0] = a.sin;
+    d.x[0] = a.cos;
+    d.y[2] = y;
+    d.x[2] = x;
+}
+
+}  // namespace detail
+
+/// The angles of a pose (its rotation exact), a value of the free joint and a branch, as directions in the
+/// robot's order, where the status is OK: else UNREACHABLE (the wrist, at this value of the free joint),
+/// NO_POSTURE (axis 5 cannot be square to axis 6 there) or NEAR_SINGULAR (every direction of axis 5 would
+/// do).
+inline Status directions(const OffsetArm& arm, const Pose<double>& exact, double free, int gc,
+                         const double* seed, Directions<double>& out) noexcept {
+    const OffsetMotion m = offset_motion(arm, exact, gc);
+    const SinCos<double> theta_7 = sin_cos(to_theta(arm.rest, 6, free));
+    const OffsetWrist<double> wrist = offset_wrist(arm, m, theta_7);
+    if (!(wrist.excess <= tolerance::reach * arm.rest.size)) return Status::UNREACHABLE;
+    const double square = wrist.length * wrist.length, across = square - wrist.t * wrist.t;
+    if (!(wrist.inside >= -tolerance::vanishing * square)) return Status::NO_POSTURE;
+    if (!(across > tolerance::touching * square)) return Status::NEAR_SINGULAR;
+    Directions<double> d;
+    if (abs(wrist.g) > tolerance::folded * arm.rest.reach)
+        d = directions(m, wrist, theta_7, sqrt(max(wrist.inside, 0.0)));
+    else
+        d = directions(m, wrist, theta_7, detail::free_theta_5(arm, m, seed), 0.0);
+    detail::share_turn(arm, seed, d);
+    out = in_robot_order(arm, d);
+    return Status::OK;
+}
+
+/// (pose, free, GC) -> q, each joint on the turn within its limits that is nearest to the seed, or to the
+/// middle of its range. Else a status of directions(), or BAD_INPUT.
 inline Inverse inverse(const OffsetArm& arm, const Pose<double>& pose, double free, int gc,
                        const double* seed = nullptr) noexcept {
     constexpr double no = not_a_number;
@@ -62,21 +111,11 @@ inline Inverse inverse(const OffsetArm& arm, const Pose<double>& pose, double fr
     if (gc < 0 || gc >= configurations || !(abs(free) <= tolerance::largest_angle)) return out;
     if (!is_rigid(pose) || (seed && !is_finite(seed))) return out;
     const Pose<double> exact{orthonormal(pose.rotation), pose.position};
-    const OffsetMotion m = offset_motion(arm, exact, gc);
-    const SinCos<double> theta_7 = sin_cos(to_theta(arm.rest, 6, free));
-    const OffsetWrist<double> wrist = offset_wrist(arm, m, theta_7);
-    out.status = Status::UNREACHABLE;
-    if (!(wrist.excess <= tolerance::reach * arm.rest.size)) return out;
-    out.status = Status::NO_POSTURE;
-    const double size = wrist.length * wrist.length;
-    if (!(wrist.inside >= -tolerance::vanishing * size) ||
-        !(abs(wrist.g) > tolerance::folded * arm.rest.reach))
-        return out;
-    const Directions<double> d = directions(m, wrist, theta_7, sqrt(max(wrist.inside, 0.0)));
-    double theta[joint_slots];
-    angles(d).store(theta);
-    put_joints(arm, theta, seed, out.q);
-    out.status = Status::OK;
+    Directions<double> d;
+    out.status = directions(arm, exact, free, gc, seed, d);
+    if (out.status != Status::OK) return out;
+    const Joints found = joints_within_limits(arm.own, d, seed);
+    for (int j = 0; j < joints; ++j) out.q[j] = found.q[j];
     out.margin = limit_margin(arm.own.limits, out.q);
     return out;
 }

@@ -12,6 +12,7 @@ from .. import _core
 from .._arrays import JOINTS, Floats, as_poses, chosen, named, one_posture
 from ..arm.allowed import Allowed, allowed_arcs
 from ..arm.arm import Arm
+from ..arm.offset import OffsetArm
 from ..arm.roll import Roll, last_margin
 from ..errors import InputError, ShapeError
 from ..scenes.scene import Scene
@@ -21,8 +22,9 @@ from .options import (
     Bound,
     Carry,
     Outside,
-    check_arm,
+    check_any_arm,
     check_chain,
+    check_offset,
     checked_options,
     core_policy,
     free_roll,
@@ -39,7 +41,7 @@ _ON_FAIL = named(_core.OnFail)
 
 
 def follow(
-    arm: Arm,
+    arm: Arm | OffsetArm,
     poses: Path | Sequence[Path] | ArrayLike,
     *,
     start: ArrayLike,
@@ -75,7 +77,7 @@ def follow(
 
     Parameters
     ----------
-    arm : Arm
+    arm : Arm or OffsetArm
     poses : array_like of shape (N, 4, 4), Line, CircularArc, Screw, or a list of them
         Tool frames, position in m. The first is stepped to from `start`. A path is followed at `samples`
         poses, evenly in s, and where its pieces join.
@@ -113,8 +115,8 @@ def follow(
 
     Source: Faria et al. (2018), Fig. 10, Eq. (36).
     """
-    check_arm(arm)
-    path, s, frames = _sampled(arm, poses, blend, samples)
+    check_any_arm(arm)
+    path, s, frames = _sampled(None if isinstance(arm, OffsetArm) else arm._handle, poses, blend, samples)
     joints = one_posture("start", start)
     failing = _ON_FAIL[chosen("on_fail", on_fail, _ON_FAIL)]
     native = core_policy(policy, dt)
@@ -122,14 +124,19 @@ def follow(
         gc, carry, max_joint_step, singularity_margin, dt, outside
     )
     window = _window(lookahead, len(frames))
-    if arm.chain is not None:
+    if isinstance(arm, OffsetArm):
+        check_offset(
+            policy, scene=scene, velocity=velocity, acceleration=acceleration, outside=outside, roll=roll,
+            carry=carry, singularity_margin=singularity_margin, lookahead=lookahead,
+        )  # fmt: skip
+    elif arm.chain is not None:
         check_chain(policy, velocity, acceleration, outside, lookahead)
     options = _core.FollowOptions(
         native, branch, CARRIES[kept], most, margin, time, beyond == "nearest",
         on_fail=failing, lookahead=window,
     )  # fmt: skip
     bounds = no_bounds() if window else None
-    if velocity is not None or acceleration is not None:
+    if not isinstance(arm, OffsetArm) and (velocity is not None or acceleration is not None):
         before = np.zeros(JOINTS) if velocity_now is None else velocity_now
         bounds = step_bounds(arm, velocity, acceleration, before, dt)
     n = len(frames)
@@ -141,6 +148,9 @@ def follow(
         count, psi = arcs._count, arcs._psi
     rows = blank_rows(n)
     columns = tuple(rows[name] for name in ("q", "psi", "gc", "status", "margin", "residual"))
+    if isinstance(arm, OffsetArm):
+        arm._handle.follow_all(joints, frames, options, count, psi, None, columns, None)
+        return JointPath(arm=arm, s=s, poses=frames, start=joints, path=path, **rows)
     ready = arm._scene(scene)
     about = None if ready is None else ready.handle
     free = free_roll(arm, roll, "start", joints, scene)
@@ -156,12 +166,12 @@ def follow(
 
 
 def _sampled(
-    arm: Arm, poses: Path | Sequence[Path] | ArrayLike, blend: float, samples: int | None
+    handle: _core.Arm | None, poses: Path | Sequence[Path] | ArrayLike, blend: float, samples: int | None
 ) -> tuple[Path | None, Floats, Floats]:
     """Return the path, its s and its poses (N, 4, 4) there; of poses that are given no path."""
     path = as_path(poses, blend)
     if path is None:
-        frames = np.ascontiguousarray(as_poses("poses", cast("ArrayLike", poses), arm._handle))
+        frames = np.ascontiguousarray(as_poses("poses", cast("ArrayLike", poses), handle))
         if frames.ndim != 3:
             raise ShapeError(f"poses has shape {frames.shape}, wanted (N, 4, 4)")
         if blend == 0 and samples is None:

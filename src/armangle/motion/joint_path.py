@@ -12,7 +12,8 @@ from .. import _core
 from .._arrays import JOINTS, Floats, Ints, frozen
 from ..arm.arm import Arm
 from ..arm.diagnosis import Diagnosis
-from ..errors import PathError, UnreachableError
+from ..arm.offset import OffsetArm
+from ..errors import InputError, PathError, UnreachableError
 from ..status import STATUSES, Status
 from .paths import Path, Segments, checked_parameters
 
@@ -134,7 +135,7 @@ class JointPath:
 
     Parameters
     ----------
-    arm : Arm
+    arm : Arm or OffsetArm
         The arm that moves.
     s : ndarray, shape (N,)
         Path parameter in [0, 1].
@@ -143,7 +144,7 @@ class JointPath:
     q : ndarray, shape (N, 7)
         Joint values, rad, lifted continuously over ±π.
     psi : ndarray, shape (N,)
-        Arm angle, rad, lifted continuously.
+        Arm angle, or the value of an `OffsetArm`'s free joint, rad, lifted continuously.
     gc : ndarray of int64, shape (N,)
         Global configuration of each row.
     status : ndarray of int8, shape (N,)
@@ -166,7 +167,7 @@ class JointPath:
         The joints before the first pose, rad, of `follow`.
     """
 
-    arm: Arm
+    arm: Arm | OffsetArm
     s: Floats
     poses: Floats
     q: Floats
@@ -204,6 +205,22 @@ class JointPath:
         bad = np.flatnonzero(self.status != Status.OK)
         return int(bad[0]) if len(bad) else None
 
+    @property
+    def srs_arm(self) -> Arm:
+        """The arm, where it is an `Arm`.
+
+        Raises
+        ------
+        InputError
+            If it is an `OffsetArm`, of which a path has its rows alone.
+        """
+        if isinstance(self.arm, OffsetArm):
+            raise InputError(
+                f"the path is of an OffsetArm, {self.arm.name!r}: it has its rows alone, and what needs an "
+                "Arm or values between rows is not made for it"
+            )
+        return self.arm
+
     def at(self, s: ArrayLike) -> PathPoint:
         """Return the motion at any s: the closed-form inverse at the pose and the arm angle there.
 
@@ -224,7 +241,7 @@ class JointPath:
         Raises
         ------
         InputError
-            If an s is not in [0, 1].
+            If an s is not in [0, 1], or the path is of an `OffsetArm`.
         PathError
             If no row is solved, or a path of `follow` is not whole.
         """
@@ -233,7 +250,7 @@ class JointPath:
         flat = at.reshape(-1)
         inside = flat <= curve.end
         q, psi = np.full((at.size, JOINTS), np.nan), np.full(at.size, np.nan)
-        placed = curve.at(self.arm._handle, np.ascontiguousarray(flat[inside]))
+        placed = curve.at(self.srs_arm._handle, np.ascontiguousarray(flat[inside]))
         q[inside], psi[inside] = placed.q, placed.psi
         pose = np.empty((at.size, 4, 4))
         _core.path_poses(curve.segments, np.ascontiguousarray(flat), pose)
@@ -270,7 +287,7 @@ class JointPath:
         flat = at.reshape(-1)
         inside = flat <= curve.end
         out = np.full((at.size, _ORDERS, JOINTS), np.nan)
-        out[inside] = curve.derivatives(self.arm._handle, np.ascontiguousarray(flat[inside]))
+        out[inside] = curve.derivatives(self.srs_arm._handle, np.ascontiguousarray(flat[inside]))
         return out.reshape(*at.shape, _ORDERS, JOINTS)
 
     def _curve(self) -> AnyCurve:
@@ -284,7 +301,7 @@ class JointPath:
         if len(self) == 1:
             rows = np.array([0.0, 1.0]), np.repeat(self.q, 2, axis=0), np.repeat(self.psi, 2)
         s, q, psi = map(np.ascontiguousarray, rows)
-        plane, stretches = self.arm._handle.curve_through(segments, s, q, psi, int(self.gc[0]))
+        plane, stretches = self.srs_arm._handle.curve_through(segments, s, q, psi, int(self.gc[0]))
         curve = Curve(segments, stretches, plane, int(self.gc[0]))
         object.__setattr__(self, "curve", curve)
         return curve
@@ -333,7 +350,7 @@ class JointPath:
         """Return by how much pose `at` fails, as a sentence with a space before it, or nothing."""
         if not np.isfinite(self.poses[at]).all():
             return ""
-        if self.status[at] == Status.UNREACHABLE:
+        if self.status[at] == Status.UNREACHABLE and isinstance(self.arm, Arm):
             try:
                 self.arm.inverse(self.poses[at], 0.0, 0)
             except UnreachableError as error:
@@ -349,7 +366,10 @@ class JointPath:
             degrees = np.degrees(outside[joint])
             unit = " Joints are in rad: were these degrees?" if np.abs(before).max() > _TURN else ""
             return f" Joint {joint + 1} starts {degrees:.4g} deg outside its limits.{unit}"
-        _, psi, gc = self.arm.forward(before, undefined="nan")
+        if isinstance(self.arm, OffsetArm):
+            _, psi, gc = self.arm.forward(before)
+        else:
+            _, psi, gc = self.arm.forward(before, undefined="nan")
         if not np.isfinite(psi):
             return ""
         held = self.arm.inverse(self.poses[at], psi, gc, seed=before, unreachable="nan")
@@ -367,7 +387,8 @@ class JointPath:
                 " Begin at arm.solve(poses[0], near=start).q." if at == 0 and self.start is not None else ""
             )
             return (
-                f" With the arm angle held, joint {joint + 1} would move {np.degrees(move[joint]):.4g} deg."
+                f" With {self._redundancy} held, joint {joint + 1} would move "
+                f"{np.degrees(move[joint]):.4g} deg."
                 f"{first}"
             )
         beyond = self._beyond(near)
@@ -377,7 +398,12 @@ class JointPath:
         side = "upper" if near[joint] > self.arm.upper[joint] else "lower"
         limit = np.degrees(getattr(self.arm, side)[joint])
         passed = f"would pass its {side} limit of {limit:.4g} deg by {np.degrees(beyond[joint]):.4g} deg"
-        return f" With the arm angle held, joint {joint + 1} {passed}."
+        return f" With {self._redundancy} held, joint {joint + 1} {passed}."
+
+    @property
+    def _redundancy(self) -> str:
+        """What moves the elbow, in words."""
+        return f"joint {self.arm.free_joint}" if isinstance(self.arm, OffsetArm) else "the arm angle"
 
     def _beyond(self, q: Floats) -> Floats:
         """Return how far each joint of q is outside its limits, rad; negative within them."""

@@ -11,6 +11,7 @@ from .. import _core
 from .._arrays import CONFIGURATIONS, JOINTS, Floats, as_floats, as_gc, as_number, chosen, named, one_or_seven
 from ..arm.arm import MOST_MARGIN, Arm
 from ..arm.near import unsupported
+from ..arm.offset import OffsetArm
 from ..arm.roll import ROLLS, Roll, check_free_roll, is_along_axis_7, last_margin
 from ..errors import ConfigurationError, InputError, NotFiniteError, ShapeError
 from .policies import POLICIES, Policy, Towards
@@ -97,7 +98,7 @@ Bound = ArrayLike | bool | None
 _UNBOUNDED = np.concatenate([[1.0], np.full(2 * JOINTS, np.inf), np.zeros(JOINTS)])
 
 
-def joint_bound(arm: Arm, name: str, value: Bound, stated: Floats) -> Floats:
+def joint_bound(arm: Arm | OffsetArm, name: str, value: Bound, stated: Floats) -> Floats:
     """Return a bound as (7,), infinite where there is none; True: what the arm states; a number: for all.
 
     Raises
@@ -129,6 +130,24 @@ def check_arm(arm: object) -> None:
     """Raise where it is no `Arm`."""
     if not isinstance(arm, Arm):
         raise InputError(f"arm is {type(arm).__name__}, wanted an Arm")
+
+
+def check_any_arm(arm: object) -> None:
+    """Raise where it is neither an `Arm` nor an `OffsetArm`."""
+    if not isinstance(arm, (Arm, OffsetArm)):
+        raise InputError(f"arm is {type(arm).__name__}, wanted an Arm or an OffsetArm")
+
+
+def check_offset(policy: Policy, **asked: Any) -> None:
+    """Raise for what a step of an arm with an offset wrist or shoulder cannot be asked."""
+    plain = {"carry": "psi", "outside": "refuse", "roll": "pose", "singularity_margin": 0.0, "lookahead": 0}
+    if isinstance(policy, Towards) and policy.psi is None:
+        asked["a policy Towards a point or direction"] = policy
+    for name, value in asked.items():
+        if value is None or value is False or (np.isscalar(value) and value == plain.get(name)):
+            continue
+        what = f"{name}=" if name.isidentifier() else name
+        raise InputError(f"{what} is not made for an OffsetArm, whose free joint takes the place of psi")
 
 
 def step_bounds(

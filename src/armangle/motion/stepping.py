@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,6 +12,7 @@ from .. import _core
 from .._arrays import JOINTS, Floats, as_floats, as_poses, broadcast, check_angles, one_posture
 from ..arm.allowed import Allowed, allowed_arcs, one_allowed
 from ..arm.arm import Arm
+from ..arm.offset import OffsetArm
 from ..arm.roll import Roll, last_margin
 from ..errors import ShapeError
 from ..scenes.scene import Scene
@@ -19,8 +21,10 @@ from .options import (
     Bound,
     Carry,
     Outside,
+    check_any_arm,
     check_arm,
     check_chain,
+    check_offset,
     checked_options,
     core_policy,
     free_roll,
@@ -145,7 +149,7 @@ def resolve(
 
 
 def step(
-    arm: Arm,
+    arm: Arm | OffsetArm,
     q_now: ArrayLike,
     pose: ArrayLike,
     *,
@@ -181,9 +185,12 @@ def step(
     the steps that follow come to rest on the pose: PARTIAL. Without bounds nothing moves, nor with a `scene`,
     for nobody knows whether that line is clear.
 
+    Of an `OffsetArm` psi is the value of the free joint, and branches meet at θ₂ = 0, at the stretched elbow and at the fold;
+    scenes, bounds, margins, ``carry``, ``roll`` and ``outside`` are not offered.
+
     Parameters
     ----------
-    arm : Arm
+    arm : Arm or OffsetArm
     q_now : array_like, shape (7,)
         Present joints, rad.
     pose : array_like, shape (4, 4)
@@ -252,13 +259,23 @@ def step(
     >>> now.status.name, now.why.name
     ('PARTIAL', 'VELOCITY_LIMIT')
     """
-    check_arm(arm)
+    check_any_arm(arm)
     native = _DEFAULT_RULE if policy is DEFAULT_POLICY else core_policy(policy, dt)
-    count = psi = bounds = None
+    given = gc, carry, max_joint_step, singularity_margin, dt, outside
+    handle = None if isinstance(arm, OffsetArm) else arm._handle
+    arcs = None, None
+    if allowed is not None:
+        arcs = one_allowed(allowed, as_poses("pose", pose, handle))
+    if isinstance(arm, OffsetArm):
+        check_offset(
+            policy, scene=scene, velocity=velocity, acceleration=acceleration, outside=outside, roll=roll,
+            carry=carry, singularity_margin=singularity_margin,
+        )  # fmt: skip
+        rest = *arcs, None, Step, STATUSES, None
+        return _asked(arm._handle.step_one, handle, q_now, pose, native, given, rest)
+    bounds = None
     if arm.chain is not None:
         check_chain(policy, velocity, acceleration, outside)
-    if allowed is not None:
-        count, psi = one_allowed(allowed, as_poses("pose", pose, arm._handle))
     if velocity is not None or acceleration is not None:
         bounds = step_bounds(arm, velocity, acceleration, velocity_now, dt)
     ready = arm._scene(scene)
@@ -269,22 +286,27 @@ def step(
         free = free_roll(arm, roll, "q_now", joints, scene)
         core_step = core_step if free is None else free.step_one
         bounds = bounds if bounds is None else without_last(bounds)
-    plain: Step | None = core_step(
-        q_now, pose, native, gc, carry, max_joint_step, singularity_margin, dt, outside, count, psi, bounds,
-        Step, STATUSES, about,
-    )  # fmt: skip
+    now = _asked(core_step, handle, q_now, pose, native, given, (*arcs, bounds, Step, STATUSES, about))
+    return now if roll == "pose" else now._replace(margin=_least(arm, now))
+
+
+def _asked(
+    core_step: Callable[..., Step | None], handle: _core.Arm | None, q_now: ArrayLike, pose: ArrayLike,
+    native: Any, given: tuple[Any, ...], rest: tuple[Any, ...],
+) -> Step:  # fmt: skip
+    """Return the core's step; what it cannot read as it comes is converted, or refused."""
+    plain = core_step(q_now, pose, native, *given, *rest)
     if plain is not None:
-        return plain if roll == "pose" else plain._replace(margin=_least(arm, plain))
-    options = checked_options(gc, carry, max_joint_step, singularity_margin, dt, outside)
-    joints, frame = as_floats("q_now", q_now, (JOINTS,)), as_poses("pose", pose, arm._handle)
+        return plain
+    options = checked_options(*given)
+    joints, frame = as_floats("q_now", q_now, (JOINTS,)), as_poses("pose", pose, handle)
     if joints.ndim != 1 or frame.ndim != 2:
         raise ShapeError(
             f"q_now has shape {joints.shape} and pose {frame.shape}, wanted (7,) and (4, 4); "
             "follow takes sequences"
         )
     joints, frame = np.ascontiguousarray(joints), np.ascontiguousarray(frame)
-    converted: Step = core_step(joints, frame, native, *options, count, psi, bounds, Step, STATUSES, about)
-    return converted if roll == "pose" else converted._replace(margin=_least(arm, converted))
+    return cast("Step", core_step(joints, frame, native, *options, *rest))
 
 
 def _least(arm: Arm, now: Step) -> float:

@@ -13,6 +13,7 @@ from .. import _core
 from .._arrays import CONFIGURATIONS, JOINTS, Floats, as_floats, as_number, chosen, one_posture
 from .._core import Wish
 from ..arm.arm import Arm
+from ..arm.offset import OffsetArm
 from ..arm.wish import DIRECTIONS, Direction
 from ..errors import ConfigurationError, InputError, ShapeError
 from ..status import STATUSES, Status
@@ -144,7 +145,7 @@ class Tracker:
 
     Parameters
     ----------
-    arm : Arm
+    arm : Arm or OffsetArm
     dt : float
         Time of a tick, s.
     velocity : array_like, shape (7,), a number, True or None
@@ -182,7 +183,7 @@ class Tracker:
 
     def __init__(
         self,
-        arm: Arm,
+        arm: Arm | OffsetArm,
         dt: float = 0.004,
         velocity: Bound = True,
         acceleration: Bound = 10.0,
@@ -192,8 +193,8 @@ class Tracker:
         elbow_margin: float = 0.35,
         singularity_margin: float = 0.0,
     ) -> None:
-        if not isinstance(arm, Arm):
-            raise InputError(f"arm is {arm!r:.50}, wanted an Arm")
+        if not isinstance(arm, (Arm, OffsetArm)):
+            raise InputError(f"arm is {arm!r:.50}, wanted an Arm or an OffsetArm")
         if filter is not None and not isinstance(filter, HandFilter):
             raise InputError(f"filter is {filter!r:.50}, wanted a HandFilter or None")
         hand = filter or _AS_THEY_COME
@@ -212,8 +213,10 @@ class Tracker:
         fastest = joint_bound(arm, "velocity", _each("velocity", velocity), arm.velocity)
         hardest = joint_bound(arm, "acceleration", _each("acceleration", acceleration), arm.acceleration)
         given = np.concatenate([numbers, fastest, hardest])
-        self._core: _core.Tracker | _core.NearTracker
-        if arm.chain is None:
+        self._core: _core.Tracker | _core.NearTracker | _core.OffsetTracker
+        if isinstance(arm, OffsetArm):
+            self._core = _core.OffsetTracker(arm._handle, given)
+        elif arm.chain is None:
             self._core = _core.Tracker(arm._handle, given)
         else:
             self._core = _core.NearTracker(cast(_core.NearArm, arm._handle), given)
@@ -222,7 +225,7 @@ class Tracker:
         self._started = False
 
     @property
-    def arm(self) -> Arm:
+    def arm(self) -> Arm | OffsetArm:
         """The arm that is moved."""
         return self._arm
 

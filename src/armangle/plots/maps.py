@@ -57,7 +57,7 @@ def feasible_map(
         If the poses are not (N, 4, 4), or gc is not in 0..7.
     """
     curve = motion if isinstance(motion, JointPath) else None
-    arm, poses = (motion.arm, motion.poses) if isinstance(motion, JointPath) else motion
+    arm, poses = (motion.srs_arm, motion.poses) if isinstance(motion, JointPath) else motion
     frames = as_poses("poses", poses)
     if frames.ndim != 3 or not len(frames):
         raise ShapeError(f"poses has shape {frames.shape}, wanted (N, 4, 4) with N > 0")

@@ -190,7 +190,7 @@ def _named(paths: Paths) -> dict[str, Shown]:
 
 
 def _arm(motion: Shown) -> Arm:
-    return motion.path.arm if isinstance(motion, Trajectory) else motion.arm
+    return motion.path.arm if isinstance(motion, Trajectory) else motion.srs_arm
 
 
 def _abscissa(motion: Shown) -> Floats:

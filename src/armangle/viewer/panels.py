@@ -119,8 +119,8 @@ def map_image(motion: JointPath) -> str:
     cells = np.full((len(rows), _MAP_HEIGHT), _LOST)
     posed = np.isfinite(motion.poses[rows]).all(axis=(1, 2))  # a joint file is silent on where it failed
     poses, gc = motion.poses[rows[posed]], gc[posed]
-    blocked = first_blocker(blockers(motion.arm, poses[:, None], gc[:, None], psi[None, :]))
-    lost = np.isin(motion.arm.feasible(poses, gc).status, (Status.UNREACHABLE, Status.FOLDED))
+    blocked = first_blocker(blockers(motion.srs_arm, poses[:, None], gc[:, None], psi[None, :]))
+    lost = np.isin(motion.srs_arm.feasible(poses, gc).status, (Status.UNREACHABLE, Status.FOLDED))
     cells[posed] = np.where(lost[:, None], _LOST, blocked)
     return "data:image/png;base64," + base64.b64encode(png(cells.T.astype(np.uint8), _PALETTE)).decode()
 

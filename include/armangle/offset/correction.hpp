@@ -1,0 +1,47 @@
+// The loop for hands of an arm with an offset: the tracker of its rows without the offset, shown the hand
+// where those have to go for the true tool to be there.
+//
+// The rows N and the arm T differ by a shift: along x of frame 6 behind the wrist, or of frame 1 before the
+// shoulder. It depends on the free joint alone, so that a tick is one equation in one number, and the secant
+// solves it in a few passes; what it does not, beside theta_6 = 0 (theta_2 of a mirrored arm), comes late.
+#pragma once
+
+#include "../near/corrected_tracker.hpp"
+#include "offset_posture.hpp"
+
+namespace armangle {
+
+namespace offset_rule {
+inline constexpr double farthest_secant = 20.0;  // of the last change of what was found
+}  // namespace offset_rule
+
+/// The number of a posture that says where the elbow is.
+inline double redundancy(const OffsetPosture& posture) noexcept { return posture.free; }
+
+/// The rows without the offset.
+inline const Arm& nominal(const OffsetArm& arm) noexcept { return arm.own; }
+
+/// Where the rows without the offset lead, seen from the true tool.
+inline Pose<double> correction(const OffsetArm& arm, const double* q) noexcept {
+    return user_pose(arm.own, chain(arm.own, q).flange) * inverted(forward(arm, q).pose);
+}
+
+/// What to show next: where the secant through the last two guesses says that what is found is what is shown.
+/// Both move along one curve, that of the free joint.
+inline Pose<double> next_guess(const OffsetArm&, const Guess& last, const Guess& now) noexcept {
+    const Vec3<double> off = now.found.position - now.shown.position;
+    const Vec3<double> change = off - (last.found.position - last.shown.position);
+    const double size = dot(change, change), share = dot(off, change) / size;
+    Pose<double> next = now.found;
+    if (size > 0 && abs(share) <= offset_rule::farthest_secant)
+        next.position = next.position - (now.found.position - last.found.position) * share;
+    return next;
+}
+
+/// An elbow hint as the rows see it: behind a_1 all is shifted, before a_6 nothing is.
+inline Towards seen_hint(const OffsetArm& arm, const Pose<double>& seen, Towards elbow) noexcept {
+    if (arm.mirrored && elbow.wish == Wish::point) elbow.target = elbow.target + seen.position;
+    return elbow;
+}
+
+}  // namespace armangle

@@ -1,0 +1,121 @@
+"""The laws of offset arms on many cases: python tests/laws/long_offset.py [cases] [seed]. `make offset` runs it.
+
+Random arms with signs, zero offsets, base and tool, every other one mirrored. Of `cases` postures each is
+met again by its own branch; of `cases` / 20 sets of arcs every value drawn is judged as the inverse judges
+it; of `cases` / 125 questions nothing on a grid of all branches is nearer than `solve`.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from laws.test_offset import random_arm
+
+import armangle as aa
+
+POSTURES_AN_ARM, SETS_AN_ARM, VALUES, QUESTIONS_AN_ARM, GRID = 500, 48, 365, 4, 4001
+NEAR_AN_END = 1e-7  # rad: nearer to an end than this rounding decides
+
+
+@dataclass
+class Counts:
+    """What was looked at, and what was wrong."""
+
+    postures: int = 0
+    off: float = 0.0
+    lost: int = 0
+    sets: int = 0
+    values: int = 0
+    misjudged: int = 0
+    unproven: int = 0
+    widest: float = 0.0
+    questions: int = 0
+    farther: int = 0
+
+
+def an_arm(rng: np.random.Generator, k: int) -> aa.OffsetArm:
+    return random_arm(rng, mirrored=bool(k % 2), widest=6.0 if k % 3 else 14.0)
+
+
+def look_at_postures(arm: aa.OffsetArm, rng: np.random.Generator, counts: Counts) -> None:
+    """Forward, inverse, forward."""
+    q = rng.uniform(arm.lower, arm.upper, (POSTURES_AN_ARM, 7))
+    pose, free, gc = arm.forward(q)
+    again = arm.inverse(pose, free, gc, seed=q, unreachable="nan")
+    met = np.isfinite(again[:, 0])
+    counts.postures += len(q)
+    counts.lost += int((~met).sum())
+    counts.off = max(counts.off, float(np.abs(arm.forward(again[met])[0] - pose[met]).max()))
+
+
+def look_at_arcs(arm: aa.OffsetArm, rng: np.random.Generator, counts: Counts) -> None:
+    """Each value of the free joint that is drawn, judged by the arcs and by the inverse."""
+    poses = arm.forward(rng.uniform(arm.lower, arm.upper, (SETS_AN_ARM // 8, 7)))[0]
+    sets = arm.feasible_all(poses)
+    counts.sets += SETS_AN_ARM
+    counts.unproven += int((sets.unproven > NEAR_AN_END).sum())
+    counts.widest = max(counts.widest, float(sets.unproven.max()))
+    free = rng.uniform(-np.pi, np.pi, (SETS_AN_ARM // 8, 8, VALUES))
+    q = arm.inverse(poses[:, None, None], free, np.arange(8)[:, None], unreachable="nan", limits="nan")
+    inside = np.isfinite(q[..., 0])
+    said = np.moveaxis(np.array([sets.contains(free[..., k]) for k in range(VALUES)]), 0, -1)
+    counts.values += free.size
+    for i, j, k in np.argwhere(said != inside):
+        ends = sets[int(i), int(j)].intervals.reshape(-1)
+        gap = np.abs((ends - free[i, j, k] + np.pi) % (2 * np.pi) - np.pi)
+        decided = not (gap < NEAR_AN_END).any() and not float(sets.unproven[i, j]) > NEAR_AN_END
+        counts.misjudged += int(decided)
+
+
+def look_at_nearest(arm: aa.OffsetArm, rng: np.random.Generator, counts: Counts) -> None:
+    """The nearest posture beside a grid."""
+    q = rng.uniform(arm.lower, arm.upper, (QUESTIONS_AN_ARM, 7))
+    near = np.where(
+        np.arange(QUESTIONS_AN_ARM)[:, None] % 2,
+        q + rng.normal(0, 0.1, q.shape),
+        rng.uniform(arm.lower, arm.upper, q.shape),
+    )
+    poses = arm.forward(q)[0]
+    found = arm.solve(poses, near)
+    free = np.linspace(-np.pi, np.pi, GRID)
+    for i in range(QUESTIONS_AN_ARM):
+        grid = arm.inverse(
+            poses[i], free, np.arange(8)[:, None], seed=near[i], unreachable="nan", limits="nan"
+        )
+        least = np.sqrt(np.nanmin(((grid - near[i]) ** 2).sum(-1), initial=np.inf))
+        counts.questions += 1
+        counts.farther += int(not found.distance[i] <= least + 1e-9)
+
+
+def main(cases: int, seed: int) -> int:
+    """Print the counts; return how many cases were wrong."""
+    rng, counts, k = np.random.default_rng(seed), Counts(), 0
+    while min(counts.postures / cases, 20 * counts.sets / cases, 125 * counts.questions / cases) < 1:
+        arm = an_arm(rng, k)
+        if counts.postures < cases:
+            look_at_postures(arm, rng, counts)
+        if 20 * counts.sets < cases:
+            look_at_arcs(arm, rng, counts)
+        if 125 * counts.questions < cases:
+            look_at_nearest(arm, rng, counts)
+        k += 1
+    print(
+        f"{k} arms: {counts.postures} postures, pose off by {counts.off:.1g} at most, {counts.lost} not met"
+    )
+    print(
+        f"{counts.values} values in {counts.sets} sets: {counts.misjudged} misjudged; {counts.unproven} sets "
+        f"with more than 1e-7 rad unproven, the most {counts.widest:.1g} rad"
+    )
+    print(f"{counts.questions} questions: {counts.farther} answered farther than a grid of {GRID} x 8")
+    return counts.lost + counts.misjudged + counts.farther
+
+
+if __name__ == "__main__":
+    given = [int(word) for word in sys.argv[1:]]
+    sys.exit(1 if main(given[0] if given else 200_000, given[1] if len(given) > 1 else 0) else 0)
