@@ -66,14 +66,14 @@ def main() -> None:
     other, psi, branch = iiwa.forward(p)
     near = q + rng.normal(0, 0.05, q.shape)
     start, poses = along(arm, STEPS)
-    few = slice(0, SOLVES)
+    few, held = slice(0, SOLVES), aa.Hold()
     rows: list[tuple[str, Callable[[], object], int]] = [
         ("inverse at a value of joint 7, batch", lambda: arm.inverse(pose, free, gc), INVERSE),
         ("`Arm.inverse` of an iiwa 7, batch", lambda: iiwa.inverse(other, psi, branch), INVERSE),
         ("arcs of one branch", lambda: arm.feasible(pose[:ARCS], gc[:ARCS]), ARCS),
         ("`solve` near a posture", lambda: arm.solve(pose[few], near[few]), SOLVES),
         ("`solve` for the middles of the ranges", lambda: arm.solve(pose[few]), SOLVES),
-        ("`follow`, free joint held, a pose", lambda: aa.follow(arm, poses, start=start, policy=aa.Hold()), STEPS),
+        ("`follow`, free joint held, a pose", lambda: aa.follow(arm, poses, start=start, policy=held), STEPS),
         ("`follow`, repelled from ends, a pose", lambda: aa.follow(arm, poses, start=start), STEPS),
     ]
     for grid in GRIDS:

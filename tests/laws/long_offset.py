@@ -1,4 +1,4 @@
-"""The laws of offset arms on many cases: python tests/laws/long_offset.py [cases] [seed]. `make offset` runs it.
+"""The laws of offset arms on many cases: python tests/laws/long_offset.py [cases] [seed], `make offset`.
 
 Random arms with signs, zero offsets, base and tool, every other one mirrored. Of `cases` postures each is
 met again by its own branch; of `cases` / 20 sets of arcs every value drawn is judged as the inverse judges

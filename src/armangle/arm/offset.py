@@ -729,6 +729,22 @@ class OffsetArm(FrozenValue):
         )  # fmt: skip
 
 
+def as_srs(arm: Arm | OffsetArm) -> Arm:
+    """Return an arm that is an `Arm`.
+
+    Raises
+    ------
+    InputError
+        If it is an `OffsetArm`.
+    """
+    if isinstance(arm, OffsetArm):
+        raise InputError(
+            f"{arm.name or 'the arm'} is an OffsetArm, of which a path has its rows alone: "
+            "what needs values between rows, or the arcs of an Arm, is not made for it"
+        )
+    return arm
+
+
 def _rebuilt(numbers: dict[str, Any]) -> OffsetArm:
     return OffsetArm(**numbers)
 

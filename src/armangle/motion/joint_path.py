@@ -12,8 +12,8 @@ from .. import _core
 from .._arrays import JOINTS, Floats, Ints, frozen
 from ..arm.arm import Arm
 from ..arm.diagnosis import Diagnosis
-from ..arm.offset import OffsetArm
-from ..errors import InputError, PathError, UnreachableError
+from ..arm.offset import OffsetArm, as_srs
+from ..errors import PathError, UnreachableError
 from ..status import STATUSES, Status
 from .paths import Path, Segments, checked_parameters
 
@@ -214,12 +214,7 @@ class JointPath:
         InputError
             If it is an `OffsetArm`, of which a path has its rows alone.
         """
-        if isinstance(self.arm, OffsetArm):
-            raise InputError(
-                f"the path is of an OffsetArm, {self.arm.name!r}: it has its rows alone, and what needs an "
-                "Arm or values between rows is not made for it"
-            )
-        return self.arm
+        return as_srs(self.arm)
 
     def at(self, s: ArrayLike) -> PathPoint:
         """Return the motion at any s: the closed-form inverse at the pose and the arm angle there.

@@ -185,8 +185,8 @@ def step(
     the steps that follow come to rest on the pose: PARTIAL. Without bounds nothing moves, nor with a `scene`,
     for nobody knows whether that line is clear.
 
-    Of an `OffsetArm` psi is the value of the free joint, and branches meet at θ₂ = 0, at the stretched elbow and at the fold;
-    scenes, bounds, margins, ``carry``, ``roll`` and ``outside`` are not offered.
+    Of an `OffsetArm` psi is the value of the free joint, and branches meet at θ₂ = 0, at the stretched elbow
+    and at the fold; scenes, bounds, margins, ``carry``, ``roll`` and ``outside`` are not offered.
 
     Parameters
     ----------

@@ -11,6 +11,7 @@ from .. import _core
 from .._arrays import JOINTS, Floats
 from ..arm.arcs import ArcSet
 from ..arm.arm import Arm
+from ..arm.offset import as_srs
 from ..colours import CURVES, PALE, VERMILION
 from ..errors import InputError
 from ..motion.joint_path import JointPath
@@ -190,7 +191,7 @@ def _named(paths: Paths) -> dict[str, Shown]:
 
 
 def _arm(motion: Shown) -> Arm:
-    return motion.path.arm if isinstance(motion, Trajectory) else motion.srs_arm
+    return as_srs(motion.path.arm if isinstance(motion, Trajectory) else motion.arm)
 
 
 def _abscissa(motion: Shown) -> Floats:
@@ -202,7 +203,7 @@ def _arm_angle(motion: Shown) -> Floats:
     """Return the arm angle at each row, rad, without jumps by whole turns."""
     if isinstance(motion, JointPath):
         return motion.psi
-    psi = np.asarray(motion.path.arm.forward(motion.q, undefined="nan")[1])
+    psi = np.asarray(as_srs(motion.path.arm).forward(motion.q, undefined="nan")[1])
     defined = np.isfinite(psi)
     psi[defined] = np.unwrap(psi[defined])
     return psi

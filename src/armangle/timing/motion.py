@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from .._arrays import Floats
 from ..arm.arm import Arm
+from ..arm.offset import OffsetArm
 
 RESTS = 1e-9
 """The tool rests where it moves by less per unit of s, m."""
@@ -21,7 +22,7 @@ class Motion(Protocol):
     """What is timed: a `JointPath`, or anything that gives q and its derivatives over s in [0, 1]."""
 
     @property
-    def arm(self) -> Arm:
+    def arm(self) -> Arm | OffsetArm:
         """The arm that moves."""
 
     @property

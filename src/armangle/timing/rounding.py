@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from .._arrays import JOINTS, Floats
 from ..arm.arm import Arm
+from ..arm.offset import as_srs
 from ..motion.paths import RADIAN, Deviation
 from .fastest import needed
 from .motion import Motion
@@ -46,7 +47,7 @@ class Rounded:
     @property
     def arm(self) -> Arm:
         """The arm that moves."""
-        return self._motion.arm
+        return as_srs(self._motion.arm)
 
     @property
     def path(self) -> Any:
