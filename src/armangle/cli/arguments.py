@@ -13,7 +13,8 @@ import numpy as np
 
 from .._arrays import JOINTS, Floats
 from ..arm.arm import MOST_MARGIN, Arm
-from ..errors import InputError, ShapeError
+from ..arm.offset import OffsetArm
+from ..errors import InputError, NotSRSError, ShapeError, UnknownRobotError
 from ..files.scenes import load_body, load_scene
 from ..files.sheets import ending
 from ..files.tables import load_poses
@@ -21,6 +22,7 @@ from ..models.body import Body
 from ..models.catalogue import read_robot
 from ..models.detect import MAX_ANGLE, MAX_LENGTH
 from ..models.mjcf import is_mjcf
+from ..models.offset import offset_catalogue
 from ..poses import COLUMNS, UNIT_TOLERANCE, poses_from_rows
 from ..scenes.scene import Scene
 from .screen import note
@@ -139,6 +141,23 @@ def the_arm(args: argparse.Namespace) -> Arm:
     if Path(args.robot).suffix == ".toml":
         return Arm._from_description(read_robot(args.robot).description)
     return Arm.from_catalogue(args.robot)
+
+
+def any_arm(args: argparse.Namespace) -> Arm | OffsetArm:
+    """Return the arm that --robot or --urdf names, be it one with an offset wrist or shoulder."""
+    try:
+        return the_arm(args)
+    except (NotSRSError, UnknownRobotError):
+        if args.urdf is None and args.robot in offset_catalogue():
+            return OffsetArm.from_catalogue(args.robot)
+        read = args.urdf and (OffsetArm.from_mjcf if is_mjcf(args.urdf) else OffsetArm.from_urdf)
+        if not read:
+            raise
+        try:
+            return read(args.urdf, args.base, args.tip)
+        except NotSRSError:
+            pass
+        raise
 
 
 def arm_of_file(

@@ -16,6 +16,7 @@ import numpy as np
 from .._arrays import Floats
 from ..arm.arm import Arm
 from ..arm.configuration import gc_signs
+from ..arm.offset import OffsetArm
 from ..errors import UnreachableError
 from ..files.sheets import plain
 from ..files.tables import save
@@ -110,12 +111,12 @@ def signs_text(gc: int) -> str:
     return ", ".join(f"{name} {'+' if sign > 0 else '-'}" for name, sign in signs)
 
 
-def joint_margins(arm: Arm, q: Floats) -> Floats:
+def joint_margins(arm: Arm | OffsetArm, q: Floats) -> Floats:
     """Return the distance of each joint to the nearer of its limits, rad, negative outside; shape of q."""
     return np.minimum(q - arm.lower, arm.upper - q)
 
 
-def violations(arm: Arm, q: Floats) -> str:
+def violations(arm: Arm | OffsetArm, q: Floats) -> str:
     """Return in words which joints of q (7,) are outside, and by how much; empty within."""
     found = []
     for i, margin in enumerate(joint_margins(arm, q)):
@@ -145,6 +146,11 @@ def head_and_tail(rows: Sequence[Sequence[str]]) -> list[Sequence[str]]:
 def show_posture(arm: Arm, q: Floats, psi: float, gc: int) -> None:
     """Print a posture joint by joint, with limits and margins."""
     show(f"{paint('psi', 'bold')} {degrees(psi)} deg, {paint('gc', 'bold')} {gc} ({signs_text(gc)})\n")
+    show_joints(arm, q)
+
+
+def show_joints(arm: Arm | OffsetArm, q: Floats) -> None:
+    """Print joints with limits and margins."""
     margins = joint_margins(arm, q)
     rows = [
         [str(i + 1), arm.joint_names[i], degrees(q[i]), degrees(arm.lower[i], 2), degrees(arm.upper[i], 2),

@@ -9,10 +9,12 @@ import numpy as np
 from ... import kuka
 from ..._arrays import Floats
 from ...arm.arm import Arm
+from ...arm.offset import OffsetArm
 from ...errors import InputError
 from ...files.tables import load_joints
 from ...poses import COLUMNS, rows_from_poses
-from ..arguments import add_arm, add_json, add_output, is_file, joints, the_arm
+from ..arguments import add_arm, add_json, add_output, any_arm, is_file, joints
+from ..offset import place_offset
 from ..screen import (
     degrees,
     fixed,
@@ -48,12 +50,14 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print where joints lead; status 1 where they are outside their limits."""
-    arm = the_arm(args)
+    arm = any_arm(args)
     file = len(args.q) == 1 and is_file(args.q[0])
     q = load_joints(args.q[0]).q if file else joints("Q", " ".join(args.q))
     if file and not np.isfinite(q).all():
         row = int(np.argmax(~np.isfinite(q).all(axis=1)))
         raise InputError(f"{args.q[0]}: row {row} has no joint values, wanted a motion without gaps")
+    if isinstance(arm, OffsetArm):
+        return place_offset(arm, q, args)
     with progress("placing the tool"):
         pose, psi, gc = arm.forward(q, undefined="nan")
     within = arm.within_limits(q)

@@ -10,6 +10,7 @@ import numpy as np
 from ... import kuka
 from ..._arrays import CONFIGURATIONS, Floats
 from ...arm.arm import Arm
+from ...arm.offset import OffsetArm
 from ...arm.question import METRICS
 from ...errors import InputError
 from ...motion.joint_path import JointPath, blank_rows, even_parameters
@@ -22,11 +23,12 @@ from ..arguments import (
     add_output,
     add_scene,
     angle,
+    any_arm,
     joints,
     poses,
-    the_arm,
     with_body,
 )
+from ..offset import solve_offset
 from ..screen import (
     degrees,
     joint_margins,
@@ -88,7 +90,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print the posture or postures; status 1 where there is none within the limits."""
-    arm, scene = with_body(the_arm(args), args)
+    named = any_arm(args)
+    if isinstance(named, OffsetArm):
+        if args.pose is None:
+            raise InputError("--kuka is of S-R-S arms, wanted --pose")
+        return solve_offset(named, poses("--pose", args.pose), args)
+    arm, scene = with_body(named, args)
     if scene is not None and (args.kuka is not None or args.psi is not None):
         raise InputError("--scene goes without --psi and --kuka: the arm angle is what it decides")
     if args.kuka is not None:

@@ -1,0 +1,74 @@
+"""`ik`, `fk`, `robots` and `inspect` of a Franka: the same words, joint 7 in place of the arm angle."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import armangle as aa
+from armangle.cli.main import main
+
+FR3 = aa.OffsetArm.from_catalogue("franka_fr3")
+Q = "10,20,10,-110,15,110,30"
+POSE = "0.4,0.1,0.5,0,1,0,0"
+
+
+def run(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, str]:
+    status = main(list(words))
+    out = capsys.readouterr()
+    return status, out.out, out.err
+
+
+@pytest.fixture
+def urdf(tmp_path: Path) -> str:
+    file = tmp_path / "fr3.urdf"
+    file.write_text(FR3.to_urdf())
+    return str(file)
+
+
+@pytest.mark.parametrize("source", ["catalogue", "file"])
+def test_ik_is_the_nearest_posture(capsys: pytest.CaptureFixture[str], urdf: str, source: str) -> None:
+    arm = ("--robot", "franka_fr3") if source == "catalogue" else ("--urdf", urdf)
+    status, text, _ = run(capsys, "ik", *arm, "--pose", POSE, "--near", Q, "--json")
+    found = json.loads(text)
+    assert status == 0 and found["free_joint"] == 7 and found["status"] == "OK"
+    pose = FR3.forward(found["q"])[0]
+    np.testing.assert_allclose(pose[:3, 3], [0.4, 0.1, 0.5], atol=1e-9)
+    near = np.radians([float(x) for x in Q.split(",")])
+    best = FR3.solve(pose, near)
+    assert abs(best.distance - found["distance"]) < 1e-9
+    status, text, _ = run(capsys, "ik", *arm, "--pose", POSE, "--near", Q)
+    assert status == 0 and "joint 7 takes the place of psi" in text
+
+
+def test_fk_says_pose_and_free_joint(capsys: pytest.CaptureFixture[str]) -> None:
+    status, text, _ = run(capsys, "fk", "--robot", "franka_fr3", *Q.split(","), "--json")
+    said = json.loads(text)
+    q = np.radians([float(x) for x in Q.split(",")])
+    pose, free, gc = FR3.forward(q)
+    np.testing.assert_allclose(said["matrix"], pose, atol=1e-12)
+    assert status == 0 and abs(said["free"] - free) < 1e-12 and said["gc"] == gc
+    status, text, _ = run(capsys, "fk", "--robot", "franka_fr3", *Q.split(","))
+    assert status == 0 and "joint 7 30.0000 deg" in text
+    status, _, err = run(capsys, "fk", "--robot", "franka_fr3", "0", "0", "0", "0", "0", "0", "0")
+    assert status == 1 and "joint 4" in err
+
+
+def test_why_there_is_none_and_what_does_not_go(capsys: pytest.CaptureFixture[str]) -> None:
+    status, _, err = run(capsys, "ik", "--robot", "franka_fr3", "--pose", "3,0,0,1,0,0,0")
+    assert status == 1 and "out of reach" in err
+    for words in (("--psi", "10", "--gc", "0"), ("--explain",), ("--all",), ("--outside", "nearest")):
+        status, _, err = run(capsys, "ik", "--robot", "franka_fr3", "--pose", POSE, *words)
+        assert status == 2 and "no arm angle" in " ".join(err.split())
+
+
+def test_other_commands_name_the_door(capsys: pytest.CaptureFixture[str], urdf: str) -> None:
+    status, _, err = run(capsys, "arcs", "--robot", "franka_fr3", "--pose", POSE)
+    assert status == 2 and "armangle.OffsetArm" in " ".join(err.split())
+    status, _, err = run(capsys, "inspect", urdf)
+    assert status == 1 and "armangle.OffsetArm" in " ".join(err.split())
+    status, text, _ = run(capsys, "robots")
+    assert status == 0 and "franka_fr3" in text
