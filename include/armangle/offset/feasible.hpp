@@ -71,15 +71,21 @@ public:
         JointOver joint[joints];
     };
 
-    /// All joints over the cell [middle - half, middle + half]. Where exists is open they hold for the
-    /// postures that there are; where it is outside they mean nothing.
-    Over over(double middle, double half) const noexcept {
+    /// A cell looked at as far as the wrist.
+    struct Begun {
+        double middle, half;
+        SinCos<Jet<Interval, 1>> theta_7;
+        OffsetWrist<Jet<Interval, 1>> wrist;
+    };
+
+    /// Whether there are postures over the cell [middle - half, middle + half], and joints 4 and 7.
+    void begin(double middle, double half, Begun& begun, Over& out) const noexcept {
         using Cell = Jet<Interval, 1>;
-        Over out{};
         const Cell free = Cell::variable({below(middle - half), above(middle + half)});
         const double sign = arm_.rest.sign[6];
-        const SinCos<Cell> theta_7 = sin_cos(Cell(sign) * free + Cell(arm_.rest.offset[6]));
-        const OffsetWrist<Cell> wrist = offset_wrist(arm_, motion_, theta_7);
+        begun = {middle, half, sin_cos(Cell(sign) * free + Cell(arm_.rest.offset[6])), {}};
+        begun.wrist = offset_wrist(arm_, motion_, begun.theta_7);
+        const OffsetWrist<Cell>& wrist = begun.wrist;
         const OffsetWrist<double> here = offset_wrist(arm_, motion_, sin_cos(to_theta(arm_.rest, 6, middle)));
         const double rounding = offset_rule::rounding * arm_.rest.size;
         const Interval reach = mean_value(wrist.excess, here.excess, half, rounding);
@@ -89,24 +95,24 @@ public:
         out.beyond = reach.lo > 0;
         if (reach.lo > 0 || inside.hi < 0) out.exists = Known::outside;
         if (reach.hi <= 0 && inside.lo > 0) out.exists = Known::inside;
-        if (out.exists == Known::outside) return out;
-        const Directions<Cell> d = directions(motion_, wrist, theta_7, sqrt(wrist.inside));
-        const bool certain = out.exists == Known::inside;
-        double theta[joint_slots];
-        SinCos<double> about[joints];
-        if (certain) at(middle, theta);
-        for (int j = 0; j < joints; ++j) {
-            if (certain) {
-                about[j] = sin_cos(theta[j]);
-            } else {  // the middle of the enclosure, as no posture need be at the middle of the cell
-                const double y = d.y[j].value().middle(), x = d.x[j].value().middle(), size = hypot(y, x);
-                about[j] =
-                    size > 0 && size < infinity ? SinCos<double>{y / size, x / size} : SinCos<double>{0, 1};
-                theta[j] = atan2(about[j].sin, about[j].cos);
-            }
-            out.joint[j] = joint_over(d.y[j], d.x[j], theta[j], about[j], certain ? half : infinity);
+        if (out.exists == Known::outside) return;
+        out.joint[3] = enclosed(wrist.theta_4.sin, wrist.theta_4.cos);
+        out.joint[6] = enclosed(begun.theta_7.sin, begun.theta_7.cos);
+    }
+
+    /// All joints over a cell that is not outside. Where exists is open they hold for the postures that there
+    /// are.
+    void finish(const Begun& begun, Over& out) const noexcept {
+        using Cell = Jet<Interval, 1>;
+        const Directions<Cell> d = directions(motion_, begun.wrist, begun.theta_7, sqrt(begun.wrist.inside));
+        if (out.exists != Known::inside) {  // no posture need be at the middle of the cell
+            for (int j = 0; j < joints; ++j) out.joint[j] = enclosed(d.y[j], d.x[j]);
+            return;
         }
-        return out;
+        double theta[joint_slots];
+        at(begun.middle, theta);
+        for (int j = 0; j < joints; ++j)
+            out.joint[j] = joint_over(d.y[j], d.x[j], theta[j], sin_cos(theta[j]), begun.half);
     }
 
 private:
@@ -117,6 +123,14 @@ private:
         if (!slope.bounded() || !(abs(middle) < infinity)) return over.value();
         const double reach = above(half * greater(abs(slope.lo), abs(slope.hi))) + rounding;
         return meet(over.value(), {middle - reach, middle + reach});
+    }
+
+    /// A joint about the middle of what its direction encloses.
+    static JointOver enclosed(const Jet<Interval, 1>& y, const Jet<Interval, 1>& x) noexcept {
+        const double down = y.value().middle(), along = x.value().middle(), size = hypot(down, along);
+        const bool known = size > 0 && size < infinity;
+        const SinCos<double> about = known ? SinCos<double>{down / size, along / size} : SinCos<double>{0, 1};
+        return joint_over(y, x, atan2(about.sin, about.cos), about, infinity);
     }
 
     static JointOver joint_over(const Jet<Interval, 1>& y, const Jet<Interval, 1>& x, double theta,
@@ -153,25 +167,24 @@ public:
     Known look(double lower, double upper, OffsetCells::Over& cell, Piece& piece) noexcept {
         ++looks_;
         piece = {lower, upper, 0, 0};
-        cell = cells.over(0.5 * (lower + upper), 0.5 * (upper - lower));
+        OffsetCells::Begun begun;
+        cells.begin(0.5 * (lower + upper), 0.5 * (upper - lower), begun, cell);
         if (cell.exists == Known::outside) {
             if (!cell.beyond) within_reach_ = true;
             return Known::outside;
         }
         within_reach_ = true;
+        for (int i = 0; i < ranges_.count; ++i) {  // before the other joints are computed
+            const int j = ranges_.one[i].joint;
+            if ((j == 3 || j == 6) && found(ranges_.one[i], cell.joint[j]) == Known::outside)
+                return broken(cell);
+        }
+        cells.finish(begun, cell);
         unsigned open = 0;
         for (int i = 0; i < ranges_.count; ++i) {
-            const ThetaRanges::One& range = ranges_.one[i];
-            const JointOver& joint = cell.joint[range.joint];
-            const double about = wrap(joint.middle - range.middle);
-            const double from = about + joint.off.lo, to = about + joint.off.hi;
-            if (from >= -range.half && to <= range.half) continue;
-            const bool turned_round = !(to < two_pi - range.half && from > range.half - two_pi);
-            if (!turned_round && (from > range.half || to < -range.half)) {
-                if (cell.exists == Known::inside) exists_ = true;
-                return Known::outside;
-            }
-            open |= 1u << i;
+            const Known kept = found(ranges_.one[i], cell.joint[ranges_.one[i].joint]);
+            if (kept == Known::outside) return broken(cell);
+            if (kept == Known::open) open |= 1u << i;
         }
         if (cell.exists == Known::open) {
             if (open != 0 || !cut_at_fold(cell.fold, piece)) return Known::open;
@@ -194,6 +207,21 @@ public:
     }
 
 private:
+    /// Whether a joint keeps a range over a cell.
+    static Known found(const ThetaRanges::One& range, const JointOver& joint) noexcept {
+        const double about = wrap(joint.middle - range.middle);
+        const double from = about + joint.off.lo, to = about + joint.off.hi;
+        if (from >= -range.half && to <= range.half) return Known::inside;
+        const bool turned_round = !(to < two_pi - range.half && from > range.half - two_pi);
+        return !turned_round && (from > range.half || to < -range.half) ? Known::outside : Known::open;
+    }
+
+    /// A cell on which a limit is broken throughout.
+    Known broken(const OffsetCells::Over& cell) noexcept {
+        exists_ = exists_ || cell.exists == Known::inside;
+        return Known::outside;
+    }
+
     /// Cuts a piece to where g^2 - t^2 is not negative: it rises or falls over the whole cell.
     bool cut_at_fold(const Interval& slope, Piece& piece) const noexcept {
         if (!(slope.lo > 0 || slope.hi < 0)) return false;

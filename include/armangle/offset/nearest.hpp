@@ -45,9 +45,15 @@ public:
         Status why = Status::UNREACHABLE;
         for (int gc = 0; gc < configurations; ++gc) {
             if (!(branches >> gc & 1u)) continue;
+            offer(OffsetCells(arm_, pose_, gc), gc, wrap(near_[6]), pi);
+        }
+        for (int gc = 0; gc < configurations; ++gc) {
+            if (!(branches >> gc & 1u)) continue;
             const OffsetCells cells(arm_, pose_, gc);
-            for (int k = 0; k < offset_rule::samples; ++k)
-                offer(cells, gc, -pi + two_pi * (k + 0.5) / offset_rule::samples, 0.0);
+            for (int k = 0; k < offset_rule::samples; ++k) {
+                const double free = -pi + two_pi * (k + 0.5) / offset_rule::samples;
+                if (!too_far(free, 0.0)) offer(cells, gc, free, 0.0);
+            }
         }
         for (int gc = 0; gc < configurations; ++gc) {
             if (!(branches >> gc & 1u)) continue;
@@ -76,6 +82,12 @@ public:
     }
 
 private:
+    /// Whether the free joint alone is farther, over [free - half, free + half], than the best known.
+    bool too_far(double free, double half) const noexcept {
+        const double least = max(abs(wrap(free - near_[6])) - half, 0.0);
+        return weight_[6] * least * least >= cost_ * (1.0 - offset_rule::tie) - 1e-24;
+    }
+
     /// q of joint j on the turn within its limits that is nearest to what is wanted.
     double nearest_turn(int j, double theta) const noexcept {
         const Arm& rest = arm_.rest;
@@ -238,6 +250,7 @@ private:
                             -pi + two_pi * (k + 1) / offset_rule::cells};
             while (top > 0) {
                 const Cell cell = stack[--top];
+                if (too_far(0.5 * (cell.lower + cell.upper), 0.5 * (cell.upper - cell.lower))) continue;
                 OffsetCells::Over over;
                 Piece piece;
                 const Known known = judge.look(cell.lower, cell.upper, over, piece);

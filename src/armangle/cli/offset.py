@@ -36,9 +36,8 @@ def solve_offset(arm: OffsetArm, pose: Floats, args: argparse.Namespace) -> int:
     elif not single:
         show_many(found.q, names)
     elif np.all(found.ok):
-        show(
-            f"{paint('gc', 'bold')} {int(np.ravel(found.gc)[0])}, joint {arm.free_joint} takes the place of psi\n"
-        )
+        branch = int(np.ravel(found.gc)[0])
+        show(f"{paint('gc', 'bold')} {branch}, joint {arm.free_joint} takes the place of psi\n")
         show_joints(arm, found.q[0])
     failed = np.flatnonzero(~np.asarray(found.ok))
     if not len(failed):
