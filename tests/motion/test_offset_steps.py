@@ -192,3 +192,11 @@ def test_a_wish_for_the_free_joint_is_met() -> None:
         np.testing.assert_allclose(FR3.forward(now.q)[0], pose, atol=1e-9)
         q = now.q
     assert abs(q[6] - (READY[6] - 0.4)) < 1e-6
+
+
+def test_what_takes_an_arm_alone_says_what_takes_both() -> None:
+    poses = FR3.forward(READY)[0][None]
+    with pytest.raises(aa.InputError, match="step, follow and Tracker"):
+        aa.plan(FR3, poses)
+    with pytest.raises(aa.InputError, match="step, follow and Tracker"):
+        aa.resolve(FR3, poses[0], 0.0, 0)

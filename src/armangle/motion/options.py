@@ -128,6 +128,8 @@ def joint_bound(arm: Arm | OffsetArm, name: str, value: Bound, stated: Floats) -
 
 def check_arm(arm: object) -> None:
     """Raise where it is no `Arm`."""
+    if isinstance(arm, OffsetArm):
+        raise InputError("arm is an OffsetArm, wanted an Arm: step, follow and Tracker take both")
     if not isinstance(arm, Arm):
         raise InputError(f"arm is {type(arm).__name__}, wanted an Arm")
 
