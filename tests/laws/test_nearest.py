@@ -309,3 +309,18 @@ def test_a_bad_pose_is_named_with_its_value() -> None:
     pose[0, 3] = np.nan
     with pytest.raises(aa.NotFiniteError, match="pose holds nan"):
         IIWA.solve(pose, near=Q)
+
+
+@pytest.mark.parametrize("room", [3e-5, 1e-9, 0.0])
+def test_a_cost_that_is_flat_at_a_limit_is_soon_settled(room: float) -> None:
+    # The elbow is stretched, so that joint 1 keeps its place whatever the arm angle, `room` off its limit.
+    # Its margin is the best one on whole arcs; boxes are not halved for the rounding of it.
+    q = [-1.5707696, 2.0034165, -1.5024317, 0.0, 1.2168686, -0.7783724, 0.0]
+    lower, upper = IIWA.lower.copy(), IIWA.upper.copy()
+    lower[0], upper[1] = q[0] - room, 2.9
+    arm = IIWA.with_(lower=lower, upper=upper)
+    best = arm.best(arm.forward(q)[0])
+    assert best.ok and abs(best.margin - room) < 1e-12
+    near = np.array(q) + 1e-6 * np.eye(7)[0]
+    nearest = arm.solve(arm.forward(q)[0], near=near, weight=np.eye(7)[0])
+    assert nearest.ok and nearest.distance < 1.1e-6

@@ -55,6 +55,7 @@ namespace nearest_rule {
 inline constexpr int first_boxes = 16;      // of the whole circle, each elbow
 inline constexpr double narrowest = 1e-15;  // half width at which a box is not split again (rad)
 inline constexpr double tie = 1e-13;        // costs closer than this share of them are equal
+inline constexpr double rounding = 4e-15;   // of a joint value (rad): what it costs is no better known
 inline constexpr double apart = 1e-6;       // arm angles further apart are two solutions (rad)
 inline constexpr double same = 4e-15;  // a pose this near is the pose (of the arm's size; of a unit vector)
 inline constexpr int newton = 40, deepest = 20;
@@ -101,7 +102,10 @@ struct Split {
 class PostureCosts {
 public:
     PostureCosts(const Arm& arm, const NearestOptions& options) noexcept : arm_(arm), options_(options) {
-        for (int j = 0; j < joints; ++j) joint_[j] = joint_cost(j);
+        for (int j = 0; j < joints; ++j) {
+            joint_[j] = joint_cost(j);
+            weights_ += joint_[j].weight;
+        }
     }
 
 protected:
@@ -145,8 +149,14 @@ protected:
         return sum;
     }
 
-    /// How far two costs may be apart and still be equal.
-    static double tie(double cost) noexcept { return nearest_rule::tie * abs(cost); }
+    /// How far two costs may be apart and still be equal. Where the cost stays near 0 on a whole arc (a joint
+    /// that the pose holds at a limit or at `near`), it is the rounding of the joint values that counts, not
+    /// its share.
+    double tie(double cost) const noexcept {
+        constexpr double d = nearest_rule::rounding;
+        const double rounded = squares() ? d * (2 * sqrt(weights_ * abs(cost)) + weights_ * d) : d * weights_;
+        return nearest_rule::tie * abs(cost) + rounded;
+    }
 
     // -- results
 
@@ -211,6 +221,7 @@ protected:
     const Arm& arm_;
     const NearestOptions& options_;
     JointCost joint_[joints];
+    double weights_ = 0;  // of all joints together
 };
 
 class NearestSearch : PostureCosts {
