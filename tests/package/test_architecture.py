@@ -131,6 +131,38 @@ def test_claims_hold_by_folder(pattern: str, home: str) -> None:
     assert {core_room(path) for path in found} == {home}, found
 
 
+STARTS_THREADS = re.compile(r"\b(?:Thread|ThreadPoolExecutor|ProcessPoolExecutor|start_new_thread)\(")
+
+
+def test_threads_start_where_the_page_says() -> None:
+    found = {
+        path.relative_to(SOURCES).as_posix()
+        for path in FILES
+        if STARTS_THREADS.search(path.read_text("utf-8"))
+    }
+    assert found == {"reach/filling.py", "viewer/server.py", "cli/screen.py"}
+    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    assert all(f"`{name}`" in page for name in found)
+
+
+def test_single_files_of_the_package_are_told() -> None:
+    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    ground = set(ORDER["python"][0]["ordered"])
+    for path in FILES:
+        if path.parent == SOURCES and path.stem not in ground:
+            assert f"`{path.name}`" in page, path.name
+
+
+JOINT_MAP = re.compile(r"\bsigns(?:\[[^\]]*\])? \*|\* (?:\w+\.)*signs\b(?!\[:)")
+
+
+def test_the_joint_map_stands_in_one_place() -> None:
+    """Theta = s q + o is `joint_map.hpp`; Python asks `arm/joint_map.py`."""
+    assert JOINT_MAP.search("theta = arm.signs * q + arm.offsets")
+    assert JOINT_MAP.search("(theta - offset) * self.signs") and JOINT_MAP.search("arm.signs[joint] * angle")
+    assert not [path for path in FILES if JOINT_MAP.search(path.read_text(encoding="utf-8"))]
+
+
 # Headers named after a subject, not after the one thing they define; fronts and adapters.
 SUBJECTS = {
     "scalar", "registers", "linalg", "angles", "arrays", "joints", "joint_map", "reference_plane", "path",

@@ -76,9 +76,7 @@ inline Jacobian jacobian(const NearArm& arm, const double* q) noexcept {
     Jacobian out;
     for (int i = 0; i < joints; ++i) {
         const Vec3<double> axis = frame[i].rotation.z * arm.nominal.sign[i];
-        const Vec3<double> linear = cross(axis, at - frame[i].position);
-        const double column[6] = {linear.x, linear.y, linear.z, axis.x, axis.y, axis.z};
-        for (int k = 0; k < 6; ++k) out.entry[k][i] = column[k];
+        detail::put_column(out, i, axis, at - frame[i].position);
     }
     return out;
 }
