@@ -32,11 +32,13 @@ ARMANGLE_INLINE Pose<T> tip(const NearArm& arm, const SinCos<T>* angle) noexcept
     return out;
 }
 
+/// Sine and cosine of seven angles, all in one register.
 inline void sin_cos_all(const double* theta, SinCos<double> (&out)[joints]) noexcept {
     const SinCos<JointLanes> both = sin_cos(joint_lanes(theta));
     for (int j = 0; j < joints; ++j) out[j] = {both.sin[j], both.cos[j]};
 }
 
+/// theta of seven joint values.
 inline void theta_of(const Arm& arm, const double* q, double (&theta)[joints]) noexcept {
     for (int j = 0; j < joints; ++j) theta[j] = to_theta(arm, j, q[j]);
 }
