@@ -87,6 +87,20 @@ def test_includes_point_down(path: Path) -> None:
         assert may_use(CORE, own, other), f"{path} includes {header}, which is not below it"
 
 
+OUTSIDE = [
+    path
+    for folder in ("bindings", "benchmarks", "contrib", "docs", "examples", "fuzz", "tests")
+    for path in sorted((ROOT / folder).rglob("*.[ch]pp"))
+    if "_build" not in path.parts
+]
+
+
+@pytest.mark.parametrize("path", OUTSIDE, ids=lambda path: str(path.relative_to(ROOT)))
+def test_what_is_included_from_outside_is_there(path: Path) -> None:
+    for name in re.findall(r"#include <armangle/([^>]+)>", path.read_text(encoding="utf-8")):
+        assert (HEADERS / name).is_file(), f"{path.name} includes armangle/{name}, which is not there"
+
+
 def test_every_room_exists() -> None:
     for room in PYTHON:
         assert list(SOURCES.glob(f"{room}*")), f"architecture.toml names {room}, which is not there"
