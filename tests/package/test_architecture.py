@@ -177,6 +177,47 @@ def test_the_joint_map_stands_in_one_place() -> None:
     assert not [path for path in FILES if JOINT_MAP.search(path.read_text(encoding="utf-8"))]
 
 
+FIRST_GUESS = {
+    "include/armangle/circle/forward.hpp": "inline Posture forward(",
+    "include/armangle/circle/inverse.hpp": "inline Inverse inverse(",
+    "include/armangle/arm/limits.hpp": "inline double limit_margin(",
+    "include/armangle/arm/joint_map.hpp": "return sign * q + offset;",
+    "include/armangle/arm/jacobian.hpp": "inline Jacobian jacobian(",
+    "include/armangle/limits/cone.hpp": "struct Cone {",
+    "include/armangle/motion/step.hpp": "Status choose_windings(",
+    "include/armangle/near/near_arm.hpp": "struct NearArm {",
+    "include/armangle/batch/parallel.hpp": "std::thread",
+    "src/armangle/models/urdf_origin.py": "def origin(",
+    "src/armangle/colours.py": "JOINT_COLOURS =",
+    "src/armangle/timing/grid.py": "def grid(",
+    "src/armangle/timing/motion.py": "class Motion(Protocol)",
+    "src/armangle/files/replacing.py": "def replacing(",
+}
+"""What a newcomer looks for, in the file whose name is the first guess, and in no other."""
+
+
+@pytest.mark.parametrize("name", FIRST_GUESS)
+def test_the_first_guess_is_right(name: str) -> None:
+    root = ROOT / "/".join(name.split("/")[:2])
+    holds = {
+        path.relative_to(ROOT).as_posix()
+        for path in root.rglob(f"*{Path(name).suffix}")
+        if FIRST_GUESS[name] in path.read_text(encoding="utf-8")
+    }
+    assert name in holds
+    rooms = {Path(other).parts[2] for other in holds - {name}}
+    assert rooms <= {"near", "offset", "kuka.hpp", "kdl.hpp"}, f"also in {holds - {name}}"
+
+
+@pytest.mark.parametrize("root", [HEADERS, SOURCES], ids=["core", "python"])
+def test_a_name_begins_with_its_folder_s_only_where_its_type_does(root: Path) -> None:
+    for path in sorted(root.rglob("*.hpp")) + sorted(root.rglob("*.py")):
+        if path.parent != root and path.stem.startswith((f"{path.parent.name}_", f"{path.parent.name}s_")):
+            name = "".join(word.capitalize() for word in path.stem.split("_"))
+            text = path.read_text(encoding="utf-8")
+            assert re.search(rf"\b(?:struct|class) {name}\b", text), f"{path} defines no {name}"
+
+
 # Headers named after a subject, not after the one thing they define; fronts and adapters.
 SUBJECTS = {
     "scalar", "registers", "linalg", "angles", "arrays", "joints", "joint_map", "reference_plane", "path",
