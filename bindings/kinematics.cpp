@@ -280,6 +280,20 @@ double nearest_pose(const ArmHandle& self, Floats pose, Floats out) {
     return nearest.gap;
 }
 
+/// theta of joint values, and joint values of theta: joint_map.hpp on arrays (..., 7).
+template <class Handle, bool to_model>
+void joint_map_many(const Handle& self, Floats from, Floats to) {
+    const Buffer in(from), out(to, true);
+    for_each<2>("q", {&in, &out}, {1, 1}, 1, [&](const Py_ssize_t* at, double&) {
+        for (int j = 0; j < joints; ++j) {
+            const double value = in.data<double>()[at[0] + j];
+            out.data<double>()[at[1] + j] =
+                to_model ? to_theta(nominal(self.arm), j, value) : to_q(nominal(self.arm), j, value);
+        }
+        return Problem::none;
+    });
+}
+
 /// Poses as they would be without the rounding of their numbers to `precision`.
 template <class Handle>
 void settle_many(const Handle& self, Floats poses, double precision) {
@@ -305,6 +319,8 @@ void bind_both(nb::class_<Handle>& arm) {
     arm.def("frames_many", &frames_many<Handle>, "q"_a, "out"_a, "threads"_a);
     arm.def("elbow_many", &elbow_many<Handle>, "q"_a, "out"_a, "threads"_a);
     arm.def("jacobian_many", &jacobian_many<Handle>, "q"_a, "out"_a, "threads"_a);
+    arm.def("theta_many", &joint_map_many<Handle, true>, "q"_a, "out"_a);
+    arm.def("q_many", &joint_map_many<Handle, false>, "theta"_a, "out"_a);
     arm.def("settle_many", &settle_many<Handle>, "poses"_a, "precision"_a);
     arm.def("limit_margin_many", &limit_margin_many<Handle>, "q"_a, "out"_a);
     arm.def("limit_margin_gradient_many", &limit_margin_gradient_many<Handle>, "q"_a, "out"_a);

@@ -6,6 +6,7 @@
 
 namespace armangle {
 
+/// What a batch does where limits or reach are not kept: nothing, report a problem, or write NaN.
 enum class Enforce : int { ignore, raise, nan };
 
 /// Arguments of a batched inverse. seed may be null. `gc` in 0..7.
@@ -49,6 +50,7 @@ inline Problem check_element(const Arm& arm, const InverseBatch& b, std::size_t 
     return Problem::none;
 }
 
+/// The arguments of as many elements as a lane holds.
 struct LaneInput {
     Pose<Batch> pose;
     Batch psi, bad;

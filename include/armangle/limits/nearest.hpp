@@ -22,6 +22,7 @@ namespace armangle {
 /// limit.
 enum class Metric : std::uint8_t { l2, max, margin };
 
+/// What the nearest posture is measured by, and which postures may be it.
 struct NearestOptions {
     Metric metric = Metric::l2;
     const double* near = nullptr;                    // 7 joint values (rad); null: the middles of the ranges
@@ -224,6 +225,7 @@ protected:
     double weights_ = 0;  // of all joints together
 };
 
+/// The search of one pose: the arcs of each branch, and the least cost on each of them.
 class NearestSearch : PostureCosts {
 public:
     /// Everything that the pose decides before any psi is looked at.

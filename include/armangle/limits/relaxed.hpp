@@ -104,6 +104,7 @@ struct Relaxed {
 
 namespace detail {
 
+/// How far the tool at q is from a pose, m: a radian counts `length`; `rest` is the way that is left.
 inline double distance(const Arm& arm, const double* q, const Pose<double>& command, double length,
                        Twist& rest) noexcept {
     rest = difference(user_pose(arm, chain(arm, q).flange), command);

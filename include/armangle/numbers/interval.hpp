@@ -26,8 +26,10 @@ struct Decision {
 
 namespace detail {
 
+/// A number that is less, or greater, by more than the rounding of one operation.
 inline double below(double x) noexcept { return x - (std::fabs(x) * 0x1p-52 + 1e-300); }
 inline double above(double x) noexcept { return x + (std::fabs(x) * 0x1p-52 + 1e-300); }
+/// The lesser and the greater, as the interval's own operations take it: by one comparison.
 inline double lesser(double a, double b) noexcept { return a < b ? a : b; }
 inline double greater(double a, double b) noexcept { return a < b ? b : a; }
 
@@ -39,6 +41,7 @@ inline constexpr double sin_cos_range = 1e3;
 
 }  // namespace detail
 
+/// All numbers from `lo` to `hi`.
 struct Interval {
     double lo, hi;
 
@@ -102,6 +105,7 @@ inline Interval abs(const Interval& a) noexcept {
     return {0.0, detail::greater(-a.lo, a.hi)};
 }
 
+/// The squares of its members: never negative, which a * a of an interval about 0 is.
 inline Interval square(const Interval& a) noexcept {
     const Interval product = a * a;
     return {a.lo <= 0 && a.hi >= 0 ? 0.0 : detail::greater(product.lo, 0.0), product.hi};
@@ -133,6 +137,7 @@ inline Interval meet(const Interval& a, const Interval& b) noexcept {
 
 namespace detail {
 
+/// Bounds of a sine or cosine, widened by its error and kept within [-1, 1].
 inline Interval near_unit(double lower, double upper) noexcept {
     return {greater(lower - sin_cos_error, -1.0), lesser(upper + sin_cos_error, 1.0)};
 }

@@ -6,6 +6,7 @@
 
 namespace armangle {
 
+/// A vector of three scalars.
 template <class T>
 struct Vec3 {
     T x, y, z;

@@ -112,6 +112,8 @@ inline HalfTurn half_turn(const ThetaRange& range, double turn, double g) noexce
     return out;
 }
 
+/// How a pivot is followed: a joint of a turn or more by sectors, else by its cone of up to, or over,
+/// half a turn.
 enum class PivotKind { turning, narrow, wide };
 
 /// What is to be proven of a curve, made once.
@@ -303,6 +305,7 @@ bool all_positive(const Conditions<T>& c, const Lower& lower) noexcept {
     return true;
 }
 
+/// Proves a curve stretch by stretch, or says where and why it cannot.
 class Prover {
 public:
     Prover(const Curve& curve, const Limits& limits, double margin, const AlsoKept& kept)

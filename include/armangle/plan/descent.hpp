@@ -397,6 +397,7 @@ inline bool Descent::integrand(const detail::GaussPoint& p, double phi, double v
     return inside && f.value < infinity;
 }
 
+/// Energy, gradient, and the band of second derivatives at these control values; false where a value is none.
 inline bool Descent::assemble(const std::vector<double>& control, Assembly& out) const {
     const std::size_t n = control.size();
     out.energy = 0;

@@ -28,6 +28,7 @@ struct Opening {
     double extra;
 };
 
+/// What a plan found in one branch: its way, or where and why there is none.
 struct BranchReport {
     int gc = 0;
     Verdict verdict = Verdict::ok;

@@ -41,6 +41,7 @@ struct Optimum {
 
 namespace detail {
 
+/// What a descent has reached.
 inline Optimum result(Descent& descent, const std::vector<double>& breaks) {
     Optimum out{{breaks, descent.control()},
                 descent.energy(),
@@ -52,6 +53,7 @@ inline Optimum result(Descent& descent, const std::vector<double>& breaks) {
     return out;
 }
 
+/// Whether one is better than another.
 inline bool less(const Optimum& a, const Optimum& b) noexcept { return a.energy < b.energy; }
 
 /// Where descents begin, and the best of them.

@@ -23,6 +23,7 @@
 
 namespace armangle {
 
+/// What a plan is asked besides the path.
 struct PlanOptions {
     const double* start = nullptr;  // joints that the plan begins with; fixes branch, arm angle and windings
     const double* goal = nullptr;
@@ -36,6 +37,7 @@ struct PlanOptions {
     const ArcSet* allowed_everywhere = nullptr;               // where they are the same for every s
 };
 
+/// A plan with its proof, or the report of why there is none.
 struct Plan {
     bool ok = false;
     int gc = -1;
@@ -75,6 +77,7 @@ inline double hinge_clearance(double theta) noexcept {
     return min(size, pi - size);
 }
 
+/// One plan: sections, search, curve and proof of each branch; docs/theory/plan.md.
 class Planner {
 public:
     Planner(const Arm& arm, const Segment* segments, std::size_t n, const double* rows, std::size_t row_count,

@@ -174,6 +174,7 @@ struct SolvedSection {
     ArcSet arcs;
 };
 
+/// The section of a branch at s: its arcs, or why it has none.
 inline SolvedSection solve_section(const Task& task, int gc, double s) {
     SolvedSection out;
     Section& x = out.section;
@@ -191,6 +192,7 @@ inline SolvedSection solve_section(const Task& task, int gc, double s) {
     return out;
 }
 
+/// How far two points or directions are apart.
 inline double gap(const Vec3<double>& a, const Vec3<double>& b) noexcept { return norm(a - b); }
 
 /// Largest turn (rad, as a chord) of the wrist's direction, the tool and the elbow between two places.
@@ -209,6 +211,8 @@ inline double turned(const Circle<double>& p, const Circle<double>& q) noexcept 
 /// or jumped.
 enum class Change { small, shifted, event };
 
+/// How much the arcs of one section moved from those of another: those that have one partner, and those
+/// that do not.
 inline Change against(const ArcSet& a, const ArcSet& b) noexcept {
     Change worst = Change::small;
     for (int i = 0; i < a.count; ++i) {
@@ -230,6 +234,7 @@ inline Change against(const ArcSet& a, const ArcSet& b) noexcept {
     return worst;
 }
 
+/// The same of two sections, whichever has more arcs.
 inline Change change(const SolvedSection& a, const SolvedSection& b) noexcept {
     if ((a.section.status == Status::OK) != (b.section.status == Status::OK)) return Change::event;
     if (a.section.status != Status::OK || (a.arcs.full && b.arcs.full)) return Change::small;
@@ -238,6 +243,7 @@ inline Change change(const SolvedSection& a, const SolvedSection& b) noexcept {
     return std::max(one, other);
 }
 
+/// The sections of one branch, halved until neighbours look alike.
 class TubeBuilder {
 public:
     TubeBuilder(const Task& task, int gc) : task_(task) { tube_.gc = gc; }

@@ -236,8 +236,9 @@ class Arm:
         if values["chain"] is None:
             handle = _core.Arm(*given_to_core)
         else:
-            handle = cast(_core.Arm, NearHandle(*given_to_core, values["chain"]))
-            check_near(values["name"], handle)
+            near = NearHandle(*given_to_core, values["chain"])
+            check_near(values["name"], near)
+            handle = cast(_core.Arm, near)
         for name, value in {
             **values, "import_report": report, "_handle": handle, "_ready": None,
         }.items():  # fmt: skip
