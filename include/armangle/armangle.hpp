@@ -47,7 +47,7 @@
 #include "motion/hand_filter.hpp"
 #include "motion/tracker.hpp"
 #include "batch/inverse_batch.hpp"
-#include "batch/derivative_batch.hpp"
+#include "batch/pullback_batch.hpp"
 #include "batch/parallel.hpp"
 #include "near/forward.hpp"
 #include "near/inverse.hpp"

@@ -1,4 +1,4 @@
-// Derivatives of the inverse over arrays, as lanes: the matrices, and gradients the way back.
+// Derivatives of the inverse over arrays, as lanes: gradients the way back, and the matrices.
 #pragma once
 
 #include "../circle/pose_gradient.hpp"
