@@ -45,7 +45,8 @@ void bind_refusal(nb::module_& m) {
         .value("ON_AXIS", Problem::on_axis)
         .value("NOT_UNIT", Problem::not_unit)
         .value("NEAR_SINGULAR", Problem::near_singular)
-        .value("NO_CONVERGENCE", Problem::no_convergence);
+        .value("NO_CONVERGENCE", Problem::no_convergence)
+        .value("NO_DERIVATIVE", Problem::no_derivative);
     nb::register_exception_translator(&translate);
     m.def(
         "on_refusal",

@@ -282,6 +282,15 @@ def as_flag(name: str, value: object) -> bool:
     return bool(value)
 
 
+_HINDRANCES = {
+    1: "where the wrist lies so that its arm angle jumps",
+    2: "where θ2 is 0 or π and joints 1 to 3 turn without bound",
+    4: "where the elbow is stretched or folded and the joints turn without bound",
+    6: "where θ6 is 0 or π and joints 5 to 7 turn without bound",
+    7: "which has no posture",
+}
+
+
 def _refusal(problem: Problem, name: str, index: Shape, value: float) -> ArmangleError:
     """Return the error of a problem that the core found with the argument `name`, at an index of its batch.
 
@@ -333,6 +342,11 @@ def _refusal(problem: Problem, name: str, index: Shape, value: float) -> Armangl
             )
         case Problem.NEAR_SINGULAR | Problem.NO_CONVERGENCE:
             return NoSolutionError(f"{where}: {_core.Status[problem.name].sentence}")
+        case Problem.NO_DERIVATIVE:
+            return UnreachableError(
+                f"there is no gradient at {where}, {_HINDRANCES[int(value)]}: leave that element out of what "
+                'is differentiated, or take NaN for it with unreachable="nan" (forward: undefined="nan")'
+            )
     return ArmangleError(problem.name)
 
 

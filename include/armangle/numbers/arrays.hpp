@@ -38,6 +38,7 @@ enum class Problem : int {
     not_unit,        // value: the length of a quaternion
     near_singular,   // of a nearly S-R-S arm: branches meet
     no_convergence,  // of a nearly S-R-S arm
+    no_derivative,   // value: the Hindrance
 };
 
 /// The first problem of a batch: which, where, and the value that shows it.

@@ -1002,8 +1002,9 @@ class Arm:
         ndarray, shape (..., 7, 7)
             dq: columns 0-2 by the velocity of the tool's origin (rad/m), 3-5 by the angular velocity
             (rad/rad), both in the frame that poses are given in, and column 6 by psi, which is `self_motion`.
-            The inverse of `jacobian` with `psi_gradient` as a seventh row. ±inf where a derivative does not
-            exist: joints 1-3 (5-7) where θ2 (θ6) is 0 or π, all where the elbow is stretched or folded.
+            The inverse of `jacobian` with `psi_gradient` as a seventh row. Infinite where a derivative does
+            not exist: joints 1-3 (5-7) where θ2 (θ6) is 0 or π; columns 0-5 of all joints where the elbow is
+            stretched or folded, and of all but joint 4 where psi jumps (the wrist over the base axis).
 
         Raises
         ------
@@ -1037,7 +1038,8 @@ class Arm:
         Returns
         -------
         ndarray, shape (..., 7)
-            dψ/dq, rad/rad, of the arm's own reference plane; inf where ψ does not exist.
+            dψ/dq, rad/rad, of the arm's own reference plane; inf where ψ does not exist, or jumps: for
+            the psi of the base axis where the wrist lies on it.
 
         Raises
         ------
