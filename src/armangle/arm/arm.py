@@ -62,6 +62,7 @@ from .arcs import ArcSet
 from .deviation import ChainDeviation, deviation_of
 from .diagnosis import Branch, Diagnosis, Verdict, branch_of
 from .freedom import Freedom
+from .frozen_value import FrozenValue
 from .joint_function import JointFunction
 from .near import NearHandle, check_near, moved_ends, unsupported
 from .question import METRICS as _METRICS
@@ -133,7 +134,7 @@ def _signature() -> Signature:
 
 
 @final
-class Arm:
+class Arm(FrozenValue):
     """A 7-axis arm with spherical shoulder, elbow and spherical wrist (S-R-S).
 
     The tip's pose is ``base @ DH(theta) @ tool`` with ``theta_i = signs_i q_i + offsets_i`` and the
@@ -239,13 +240,7 @@ class Arm:
             near = NearHandle(*given_to_core, values["chain"])
             check_near(values["name"], near)
             handle = cast(_core.Arm, near)
-        for name, value in {
-            **values, "import_report": report, "_handle": handle, "_ready": None,
-        }.items():  # fmt: skip
-            object.__setattr__(self, name, value)
-
-    def __setattr__(self, name: str, value: object) -> None:
-        raise AttributeError(f"Arm is frozen: {name} cannot be set; use with_()")
+        self._fill({**values, "import_report": report, "_handle": handle, "_ready": None})
 
     # -- where it comes from -------------------------------------------------------------------------
 
