@@ -174,7 +174,7 @@ class Arm(FrozenValue):
         `deviation`.
     body : Body, optional
         What the links look like: see `with_body`.
-    hand : sequence of Ball, Capsule or Box
+    hand : sequence of Ball, Capsule, Box or Hull
         What is fixed to the tool: see `with_hand`.
 
     Raises
@@ -491,7 +491,7 @@ class Arm(FrozenValue):
 
         Parameters
         ----------
-        shapes : sequence of Ball, Capsule or Box
+        shapes : sequence of Ball, Capsule, Box or Hull
             In the tool frame, m. Without a name they are called "hand".
 
         Returns
