@@ -236,7 +236,7 @@ BAD_HERE: dict[tuple[str, str], list[Any]] = {
     ("place", "weight"): ["nonsense", object(), 1.0, [1.0], [NAN, 1.0], [-1.0, 1.0]],
     ("place", "singularity_margin"): MARGIN,
     **{(name, "path"): [None, object(), 1.0, {"a": 1}, "", "a\0b"] for name in ("reach_map", "ReachMap")},
-    **{(name, "roll"): CHOICE for name in ("step", "follow", "Arm.solve")},
+    **{(name, "roll"): CHOICE for name in ("step", "follow", "plan", "Arm.solve")},
     ("reach_map", "spacing"): [*WORDS, NAN, INF, 0.0, -1.0, 1e-9, 1j],
     ("reach_map", "tilt"): [*WORDS, NAN, INF, 0.0, -1.0, 1e-9, 3.0, 1j],
     ("reach_map", "fields"): [None, object(), 1.0, (), ("gc", "nonsense"), [1j]],
