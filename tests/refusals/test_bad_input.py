@@ -244,7 +244,7 @@ BAD_HERE: dict[tuple[str, str], list[Any]] = {
     ("place", "weight"): ["nonsense", object(), 1.0, [1.0], [NAN, 1.0], [-1.0, 1.0]],
     ("place", "singularity_margin"): MARGIN,
     **{(name, "path"): [None, object(), 1.0, {"a": 1}, "", "a\0b"] for name in ("reach_map", "ReachMap")},
-    **{(name, "roll"): CHOICE for name in ("step", "follow", "Arm.solve")},
+    **{(name, "roll"): CHOICE for name in ("step", "follow", "plan", "Arm.solve")},
     ("Field", "distance"): [None, "x", [], [[]], [0.0] * 3, np.full((2, 2, 2), NAN), [[["x"] * 2] * 2] * 2],
     ("Field", "origin"): POINTS,
     ("Field", "spacing"): [*POSITIVE, None, INF],
