@@ -38,7 +38,7 @@
 #include "scene/scene.hpp"
 #include "scene/clear.hpp"
 #include "scene/proximity.hpp"
-#include "scene/limbs.hpp"
+#include "scene/scene_frames.hpp"
 #include "scene/straight_move.hpp"
 #include "motion/resolution.hpp"
 #include "motion/bounds.hpp"

@@ -21,7 +21,8 @@ GRIP = 0.03  # m
 
 
 def with_body(name: str) -> aa.Arm:
-    return aa.Arm.from_catalogue(name).with_body(BODY).with_hand([aa.Ball([0.0, 0.0, 0.12], GRIP, name="grip")])
+    grip = aa.Ball([0.0, 0.0, 0.12], GRIP, name="grip")
+    return aa.Arm.from_catalogue(name).with_body(BODY).with_hand([grip])
 
 
 @pytest.fixture(params=ARMS)
@@ -30,7 +31,7 @@ def arm(request: pytest.FixtureRequest) -> aa.Arm:
 
 
 def distance(arm: aa.Arm, scene: aa.Scene, q: Array) -> Array:
-    """Return the clearance of postures from forward kinematics and the arm angle: another way than a tick's."""
+    """Return the clearance of postures by the arm angle: another way than a tick's."""
     pose, psi, gc = arm.forward(q)
     return np.asarray(arm.clearance(pose, psi, gc, scene).distance)
 
@@ -185,7 +186,7 @@ def test_a_start_that_touches_is_refused_or_led_out() -> None:
     start = streams.posture(arm)
     scene, tool = wall(arm, start, -0.01)
     tracker = aa.Tracker(arm, DT, scene=scene)
-    with pytest.raises(aa.SceneError, match="'grip' is 0.02 m nearer to 'wall' than the clearance"):
+    with pytest.raises(aa.SceneError, match=r"'grip' is 0\.02 m nearer to 'wall' than the clearance"):
         tracker.start(start)
     with pytest.raises(aa.InputError, match="has not begun"):
         tracker.step(tool)

@@ -21,7 +21,7 @@
 
 #include "../numbers/interval.hpp"
 #include "../scene/clear.hpp"
-#include "../scene/limbs.hpp"
+#include "../scene/scene_frames.hpp"
 #include "curve.hpp"
 
 namespace armangle {

@@ -18,7 +18,7 @@
 #pragma once
 
 #include "../arm/forward.hpp"
-#include "limbs.hpp"
+#include "scene_frames.hpp"
 
 namespace armangle {
 
@@ -169,9 +169,13 @@ private:
             detail::add_swinging(arm_, [&theta](int j) { return sin_cos(theta[j]); }, f);
         for (int k = 0; k < detail::limb_count(scene_); ++k) {
             limb_[k] = placed(detail::limb_frame(scene_, f, k), detail::limb_rod(scene_, k));
-            link_[k] = k < scene_.part_count ? (scene_.parts[k].lower ? 4 : 3)
-                                             : scene_.swings[k - scene_.part_count].link;
+            link_[k] = link_of(k);
         }
+    }
+
+    int link_of(int limb) const noexcept {
+        if (limb >= scene_.part_count) return scene_.swings[limb - scene_.part_count].link;
+        return scene_.parts[limb].lower ? 4 : 3;
     }
 
     /// Sums of |d_j| up to each link.
