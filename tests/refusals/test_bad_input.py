@@ -197,6 +197,7 @@ BAD: dict[str, list[Any]] = {
     "a_1": [*NUMBER, None, INF, 1e6], "a_6": [*NUMBER, None, INF, 1e6], "free": ANGLES,
     "metric": CHOICE, "prefer": CHOICE, "filter": ["nonsense", 0.5, object(), aa.HandFilter],
     "length": [*POSITIVE, None, INF], "elbow_margin": MARGIN, "reconfigure": INDEX,
+    "soft_clearance": [*NUMBER, None, INF, -1.0],
     "elbow_direction": ["nonsense", object(), 0.1, [1.0, 2.0], [1j] * 3],
     "elbow": ["nonsense", object(), 0.1, [1.0, 2.0], [[0.0, 0.0, 1.0]], [1j] * 3], "omega": [*POSITIVE, None],
     "patience": [*NUMBER, -1.0, None], "jump": [*POSITIVE, None], "turn": [*POSITIVE, None],
