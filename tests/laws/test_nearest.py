@@ -269,7 +269,7 @@ def test_a_row_of_a_batch_is_what_one_pose_gives() -> None:
         ({"weight": [1, 2]}, aa.ShapeError, r"weight has shape \(2,\), wanted \(7,\) or one number"),
         ({"weight": np.full(7, np.nan)}, aa.NotFiniteError, "weight is .* wanted finite numbers"),
         ({"gc": 8}, aa.ConfigurationError, "gc is 8, wanted an integer from 0 to 7, or several"),
-        ({"gc": []}, aa.ConfigurationError, "gc has"),
+        ({"gc": []}, aa.ConfigurationError, "gc holds nothing"),
         ({"metric": "l3"}, aa.InputError, "metric is 'l3', wanted one of 'l2', 'max'"),
         ({"metric": ["l2"]}, aa.InputError, "metric is .*, wanted one of 'l2', 'max'"),
         ({"prefer": "far"}, aa.InputError, "prefer is 'far', wanted one of 'near', 'margin'"),

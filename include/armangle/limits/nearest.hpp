@@ -53,6 +53,7 @@ struct Nearests {
 namespace nearest_rule {
 inline constexpr int first_boxes = 16;      // of the whole circle, each elbow
 inline constexpr double narrowest = 1e-15;  // half width at which a box is not split again (rad)
+inline constexpr double settled = 1e-16;    // square of Newton's last move, of the radius of its box (rad)
 inline constexpr double tie = 1e-13;        // costs closer than this share of them are equal
 inline constexpr double apart = 1e-6;       // arm angles further apart are two solutions (rad)
 inline constexpr double same = 4e-15;  // a pose this near is the pose (of the arm's size; of a unit vector)
@@ -845,7 +846,7 @@ private:
             if (i > 3 && !(next > lower && next < upper)) next = 0.5 * (lower + upper);
             const double move = abs(next - psi);
             psi = next;
-            if (!(move > 1e-9)) break;
+            if (!(move > nearest_rule::narrowest && move * move > nearest_rule::settled * radius)) break;
             const BoxCosts at = costs(gc, Boxes(psi), Boxes(0.0));
             slope = at.slope[0];
             second = at.second.middle[0];

@@ -45,6 +45,9 @@ inline constexpr double largest_angle = 1e6;
 /// What a bound on a step allows is drawn in by this, so that the inverse's rounding does not break the bound
 /// (rad).
 inline constexpr double bound = 1e-12;
+/// A pose further away than this is refused: its last digit is 0.1 um, and squares of its distance soon
+/// overflow (m).
+inline constexpr double farthest = 1e9;
 /// A length above this is not in metres (m).
 inline constexpr double length = 1e3;
 
