@@ -111,7 +111,7 @@ def status(arm: Arm, q: ArrayLike, *, threads: int = 1) -> Ints | np.int64:
     ------
     ShapeError, NotFiniteError, InputError
     """
-    return _codes(arm, q, threads)[..., 0]
+    return _codes(arm, q, threads)[..., 0][()]
 
 
 def turn(arm: Arm, q: ArrayLike, *, threads: int = 1) -> Ints | np.int64:
@@ -119,7 +119,7 @@ def turn(arm: Arm, q: ArrayLike, *, threads: int = 1) -> Ints | np.int64:
 
     Parameters, errors and shape as `status`.
     """
-    return _codes(arm, q, threads)[..., 1]
+    return _codes(arm, q, threads)[..., 1][()]
 
 
 def to_e1(arm: Arm, q: ArrayLike) -> Floats | np.float64:
