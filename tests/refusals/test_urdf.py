@@ -127,7 +127,7 @@ REFUSED = {
 def test_what_is_neither_path_nor_text_is_refused_by_name(source):
     readers = aa.Arm.from_urdf, aa.OffsetArm.from_urdf, aa.Body.from_urdf, aa.Arm.from_mjcf
     for read in readers if importlib.util.find_spec("mujoco") else readers[:3]:
-        with pytest.raises(aa.InputError, match="source is .*, wanted the path of a file, or its XML text"):
+        with pytest.raises(aa.InputError, match=r"source is .*, wanted the path of a file, or its XML text"):
             read(source)
 
 
