@@ -55,6 +55,8 @@ inline constexpr int first_boxes = 16;      // of the whole circle, each elbow
 inline constexpr double narrowest = 1e-15;  // half width at which a box is not split again (rad)
 inline constexpr double settled = 1e-16;    // square of Newton's last move, of the radius of its box (rad)
 inline constexpr double tie = 1e-13;        // costs closer than this share of them are equal
+inline constexpr double noise = 1e-12;      // of a joint's value, where costs are a maximum (rad)
+inline constexpr int work = 2000;           // splits of a first box, and no more: 80 are the most of 10 000
 inline constexpr double apart = 1e-6;       // arm angles further apart are two solutions (rad)
 inline constexpr double same = 4e-15;  // a pose this near is the pose (of the arm's size; of a unit vector)
 inline constexpr int newton = 40, deepest = 20;
@@ -77,6 +79,7 @@ struct BoxCosts {
     Boxes value, slope;
     Enclosure<Boxes> second;
     Boxes least;      // no posture of the box costs less
+    Boxes noise;      // how far rounding may put value from what the posture there costs
     unsigned smooth;  // a bit for each box on which value, slope and second tell all
 };
 
@@ -101,7 +104,10 @@ struct Split {
 class PostureCosts {
 public:
     PostureCosts(const Arm& arm, const NearestOptions& options) noexcept : arm_(arm), options_(options) {
-        for (int j = 0; j < joints; ++j) joint_[j] = joint_cost(j);
+        for (int j = 0; j < joints; ++j) {
+            joint_[j] = joint_cost(j);
+            grain_ = both(grain_, joint_[j].weight);
+        }
     }
 
 protected:
@@ -145,8 +151,13 @@ protected:
         return sum;
     }
 
-    /// How far two costs may be apart and still be equal.
-    static double tie(double cost) noexcept { return nearest_rule::tie * abs(cost); }
+    /// How far two costs may be apart and still be equal: what rounding of the joints makes of them. Without
+    /// it a cost that psi does not change would be searched for the last digit of its noise.
+    double tie(double cost) const noexcept {
+        const double size = abs(cost);
+        return squares() ? nearest_rule::tie * (size + 2.0 * sqrt(size * grain_))
+                         : nearest_rule::tie * size + nearest_rule::noise * grain_;
+    }
 
     // -- results
 
@@ -211,6 +222,7 @@ protected:
     const Arm& arm_;
     const NearestOptions& options_;
     JointCost joint_[joints];
+    double grain_ = 0;  // what a radian costs, of all joints or of the dearest
 };
 
 class NearestSearch : PostureCosts {
@@ -451,7 +463,7 @@ private:
     }
 
     /// What one joint costs over eight boxes; negative: in the branch whose hinge is negative.
-    void add(BoxCosts& sum, const JointBoxes& j, const JointCost& c, bool hinge,
+    void add(BoxCosts& sum, const JointBoxes& j, const Boxes& noise, const JointCost& c, bool hinge,
              bool negative) const noexcept {
         if (!(c.weight > 0)) return;
         const Boxes sign(c.sign);
@@ -460,7 +472,7 @@ private:
         const Boxes theta = mirrored ? -j.theta : straight, way = mirrored ? -sign : sign;
         const Boxes q = to_q(theta, sign, Boxes(c.offset), Boxes(c.lower), Boxes(c.upper), Boxes(c.near));
         const Boxes off = q - Boxes(c.near), weight(c.weight);
-        const Boxes least = least_off(c, q, j.travel);
+        const Boxes least = least_off(c, q, hinge ? j.travel : j.travel + noise);
         if (!squares()) {
             sum.value = max(sum.value, weight * abs(off) - Boxes(c.room));
             sum.least = max(sum.least, weight * least - Boxes(c.room));
@@ -471,13 +483,14 @@ private:
         sum.slope = sum.slope + Boxes(2.0) * weight * off * rate.middle;
         sum.second = sum.second + (square(rate) + d * second) * (Boxes(2.0) * weight);
         sum.least = sum.least + weight * least * least;
+        if (!hinge) sum.noise = sum.noise + Boxes(2.0) * weight * abs(off) * noise;
         if (c.wide) sum.smooth &= bits((abs(off) + j.travel < Boxes(pi)) | alone(c, q, off));
     }
 
     /// The costs of no joint: what sums and maxima begin with.
     BoxCosts no_costs() const noexcept {
         const Boxes start(squares() ? 0.0 : -infinity), zero(0.0);
-        return {start, zero, {zero, zero}, start, 0xff};
+        return {start, zero, {zero, zero}, start, zero, 0xff};
     }
 
     /// What the three joints of a side cost; negative: in the branch whose hinge is negative.
@@ -485,7 +498,8 @@ private:
                         const SinCos<Boxes>& at, const Boxes& r) const noexcept {
         if (e.lost[side]) return lost_costs(e, side, negative, at, r);
         BoxCosts sum = no_costs();
-        for (int i = 0; i < 3; ++i) add(sum, boxes.joint[i], joint_[4 * side + i], i == 1, negative);
+        for (int i = 0; i < 3; ++i)
+            add(sum, boxes.joint[i], boxes.noise, joint_[4 * side + i], i == 1, negative);
         sum.smooth &= boxes.regular;
         return sum;
     }
@@ -493,9 +507,9 @@ private:
     /// The two sides and the elbow together.
     BoxCosts total(const ElbowBranches& e, const BoxCosts& a, const BoxCosts& b) const noexcept {
         const Boxes elbow(e.cost_4);
-        if (!squares()) return {max(a.value, b.value), a.slope, a.second, max(a.least, b.least), 0};
-        return {a.value + b.value + elbow, a.slope + b.slope, a.second + b.second, a.least + b.least + elbow,
-                a.smooth & b.smooth};
+        if (!squares()) return {max(a.value, b.value), a.slope, a.second, max(a.least, b.least), a.noise, 0};
+        return {a.value + b.value + elbow, a.slope + b.slope, a.second + b.second,
+                a.least + b.least + elbow, a.noise + b.noise, a.smooth & b.smooth};
     }
 
     // -- postures at which two joints are one axis
@@ -731,6 +745,7 @@ private:
             least[at] = least[--count];
             box[at] = box[count];
             const double middle = first_ + width * i;
+            work_ = nearest_rule::work;
             clip(gc, only_arc, middle - 0.5 * width, middle + 0.5 * width);
         }
     }
@@ -780,7 +795,7 @@ private:
     /// Splits [from, to], on which all windings stay, into eight boxes.
     void descend(int gc, double from, double to, int depth) noexcept {
         const double radius = (to - from) / 16;
-        if (radius < nearest_rule::narrowest || depth > nearest_rule::deepest) {
+        if (radius < nearest_rule::narrowest || depth > nearest_rule::deepest || --work_ < 0) {
             try_point(gc, from, false);
             try_point(gc, to, false);
             return;
@@ -794,7 +809,7 @@ private:
             sum.value - Boxes(0.5) * sum.slope * sum.slope / select(Boxes(0.0) < low, low, Boxes(1.0));
         Boxes bound = max(sum.least, sum.value - Boxes(radius) * abs(sum.slope) -
                                          Boxes(0.5 * radius * radius) * max(-low, Boxes(0.0)));
-        bound = select(Boxes(0.0) < low, max(bound, bowl), bound);
+        bound = select(Boxes(0.0) < low, max(bound, bowl), bound) - sum.noise;
         sum.value.store(value);
         sum.least.store(least);
         int cheapest = 0;
@@ -922,6 +937,7 @@ private:
     Best best_;
     double ceiling_ = infinity;  // what another elbow costs
     double first_ = 0;
+    int work_ = 0;  // splits left to a first box
     double least_[configurations][nearest_rule::first_boxes],
         value_[configurations][nearest_rule::first_boxes];
 };

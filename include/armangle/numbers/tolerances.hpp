@@ -6,6 +6,8 @@
 
 namespace armangle::tolerance {
 
+/// A direction whose terms are of size one is known to this, some units in the last place.
+inline constexpr double rounding = 1e-15;
 /// Angles closer than this are one angle: membership in arcs and limits, merging of pieces (rad).
 inline constexpr double angle = 1e-9;
 /// psi of one place, computed in two ways, differ by less than this: some units in the last place of pi
