@@ -74,6 +74,23 @@ struct JointCost {
     double centre() const noexcept { return min(max(near, lower), upper); }
 };
 
+/// Two lines below the largest cost of a joint over eight boxes, by the offset from their middles: one that
+/// rises and one that falls. Where they cross no posture costs less than there, up to the square of the
+/// width.
+struct Wedge {
+    Boxes rising, rise, falling, fall;  // value at the middle and slope; -infinity: no line
+
+    /// Takes a line, if it is higher at the middle than the one that is there.
+    void add(const Boxes& value, const Boxes& slope) noexcept {
+        const auto up = (Boxes(0.0) <= slope) & (rising < value),
+                   down = (slope <= Boxes(0.0)) & (falling < value);
+        rising = select(up, value, rising);
+        rise = select(up, slope, rise);
+        falling = select(down, value, falling);
+        fall = select(down, slope, fall);
+    }
+};
+
 /// Costs of eight boxes, summed over joints (their maximum in the other metrics).
 struct BoxCosts {
     Boxes value, slope;
@@ -81,6 +98,7 @@ struct BoxCosts {
     Boxes least;      // no posture of the box costs less
     Boxes noise;      // how far rounding may put value from what the posture there costs
     unsigned smooth;  // a bit for each box on which value, slope and second tell all
+    Wedge wedge;      // where costs are a maximum
 };
 
 /// What all branches of one elbow share: joint functions with positive hinges, and where windings end.
@@ -463,9 +481,12 @@ private:
     }
 
     /// What one joint costs over eight boxes; negative: in the branch whose hinge is negative.
-    void add(BoxCosts& sum, const JointBoxes& j, const Boxes& noise, const JointCost& c, bool hinge,
-             bool negative) const noexcept {
+    void add(BoxCosts& sum, const SideBoxes& boxes, int i, const JointCost& c, bool negative,
+             const Boxes& r) const noexcept {
         if (!(c.weight > 0)) return;
+        const JointBoxes& j = boxes.joint[i];
+        const Boxes& noise = boxes.noise;
+        const bool hinge = i == 1;
         const Boxes sign(c.sign);
         const bool mirrored = hinge && negative;  // a pivot turns by half a turn instead
         const Boxes straight = negative ? j.theta + pi : j.theta;
@@ -476,6 +497,13 @@ private:
         if (!squares()) {
             sum.value = max(sum.value, weight * abs(off) - Boxes(c.room));
             sum.least = max(sum.least, weight * least - Boxes(c.room));
+            const Boxes side = select(off < Boxes(0.0), Boxes(-1.0), Boxes(1.0)) * weight;
+            const Boxes bend = Boxes(0.5) * weight * j.second.largest() * r * r;
+            auto known = boxes.joint[0].travel < Boxes(infinity);
+            if (c.wide) known = known & ((abs(off) + j.travel < Boxes(pi)) | alone(c, q, off));
+            const Boxes line = side * off - Boxes(c.room) - bend;
+            sum.wedge.add(select(known, hinge ? line : line - weight * noise, Boxes(-infinity)),
+                          side * way * j.rate.middle);
             return;
         }
         const Enclosure<Boxes> d{off, j.travel}, rate = j.rate * way, second = j.second * way;
@@ -490,7 +518,7 @@ private:
     /// The costs of no joint: what sums and maxima begin with.
     BoxCosts no_costs() const noexcept {
         const Boxes start(squares() ? 0.0 : -infinity), zero(0.0);
-        return {start, zero, {zero, zero}, start, zero, 0xff};
+        return {start, zero, {zero, zero}, start, zero, 0xff, {start, zero, start, zero}};
     }
 
     /// What the three joints of a side cost; negative: in the branch whose hinge is negative.
@@ -498,8 +526,7 @@ private:
                         const SinCos<Boxes>& at, const Boxes& r) const noexcept {
         if (e.lost[side]) return lost_costs(e, side, negative, at, r);
         BoxCosts sum = no_costs();
-        for (int i = 0; i < 3; ++i)
-            add(sum, boxes.joint[i], boxes.noise, joint_[4 * side + i], i == 1, negative);
+        for (int i = 0; i < 3; ++i) add(sum, boxes, i, joint_[4 * side + i], negative, r);
         sum.smooth &= boxes.regular;
         return sum;
     }
@@ -507,9 +534,19 @@ private:
     /// The two sides and the elbow together.
     BoxCosts total(const ElbowBranches& e, const BoxCosts& a, const BoxCosts& b) const noexcept {
         const Boxes elbow(e.cost_4);
-        if (!squares()) return {max(a.value, b.value), a.slope, a.second, max(a.least, b.least), a.noise, 0};
-        return {a.value + b.value + elbow, a.slope + b.slope, a.second + b.second,
-                a.least + b.least + elbow, a.noise + b.noise, a.smooth & b.smooth};
+        if (!squares()) {
+            Wedge wedge = a.wedge;
+            wedge.add(b.wedge.rising, b.wedge.rise);
+            wedge.add(b.wedge.falling, b.wedge.fall);
+            return {max(a.value, b.value), a.slope, a.second, max(a.least, b.least), a.noise, 0, wedge};
+        }
+        return {a.value + b.value + elbow,
+                a.slope + b.slope,
+                a.second + b.second,
+                a.least + b.least + elbow,
+                a.noise + b.noise,
+                a.smooth & b.smooth,
+                {}};
     }
 
     // -- postures at which two joints are one axis
@@ -803,6 +840,7 @@ private:
         double middle[8];
         for (int k = 0; k < 8; ++k) middle[k] = from + radius * (2 * k + 1);
         const BoxCosts sum = costs(gc, Boxes::load(middle), Boxes(radius));
+        if (!squares()) return descend_wedges(gc, middle, radius, sum, depth);
         double value[8], least[8];
         const Boxes low = sum.second.lower();
         const Boxes bowl =
@@ -826,6 +864,29 @@ private:
                 newton(gc, middle[k], radius, slope, sum.second.middle[k]);
             else
                 descend(gc, middle[k] - radius, middle[k] + radius, depth + 1);
+        }
+    }
+
+    /// The same where costs are a maximum: of each box what lies below the best cost between its two lines.
+    void descend_wedges(int gc, const double (&middle)[8], double radius, const BoxCosts& sum,
+                        int depth) noexcept {
+        const Wedge& w = sum.wedge;
+        const Boxes none(-infinity), r(radius), steep = max(w.rise - w.fall, Boxes(1e-300));
+        const Boxes apart =
+            select((w.rising == none) & (w.falling == none), Boxes(0.0), w.falling - w.rising);
+        const Boxes cross = min(max(apart / steep, -r), r);
+        const Boxes bound = max(max(w.rising + w.rise * cross, w.falling + w.fall * cross), sum.least);
+        int lowest = 0;
+        for (int k = 1; k < 8; ++k)
+            if (bound[k] < bound[lowest]) lowest = k;
+        if (dropped(bound[lowest])) return;
+        try_point(gc, middle[lowest] + cross[lowest], false);
+        for (int k = 0; k < 8; ++k) {
+            if (dropped(bound[k])) continue;
+            double from = -radius, to = radius;
+            if (w.fall[k] < 0) from = max(from, (best_.cost - w.falling[k]) / w.fall[k]);
+            if (w.rise[k] > 0) to = min(to, (best_.cost - w.rising[k]) / w.rise[k]);
+            if (from <= to) descend(gc, middle[k] + from, middle[k] + to, depth + 1);
         }
     }
 
