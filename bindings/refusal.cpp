@@ -35,6 +35,7 @@ void bind_refusal(nb::module_& m) {
         .value("POSE_LAST_ROW", Problem::pose_last_row)
         .value("POSE_NOT_ROTATION", Problem::pose_not_rotation)
         .value("POSE_REFLECTION", Problem::pose_reflection)
+        .value("POSE_TOO_FAR", Problem::pose_too_far)
         .value("PSI_NOT_FINITE", Problem::psi_not_finite)
         .value("GC_RANGE", Problem::gc_range)
         .value("JOINTS_NOT_FINITE", Problem::joints_not_finite)

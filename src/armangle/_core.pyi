@@ -25,6 +25,8 @@ UNIT_TOLERANCE: float = 1e-06
 
 LARGEST_ANGLE: float = 1000000.0
 
+FARTHEST: float = 1000000000.0
+
 LENGTH_LIMIT: float = 1000.0
 
 ARC_CAPACITY: int = 32
@@ -89,27 +91,29 @@ class Problem(enum.Enum):
 
     POSE_REFLECTION = 4
 
-    PSI_NOT_FINITE = 5
+    POSE_TOO_FAR = 5
 
-    GC_RANGE = 6
+    PSI_NOT_FINITE = 6
 
-    JOINTS_NOT_FINITE = 7
+    GC_RANGE = 7
 
-    UNREACHABLE = 8
+    JOINTS_NOT_FINITE = 8
 
-    FOLDED = 9
+    UNREACHABLE = 9
 
-    JOINT_LIMIT = 10
+    FOLDED = 10
 
-    STILL = 11
+    JOINT_LIMIT = 11
 
-    ON_AXIS = 12
+    STILL = 12
 
-    NOT_UNIT = 13
+    ON_AXIS = 13
 
-    NEAR_SINGULAR = 14
+    NOT_UNIT = 14
 
-    NO_CONVERGENCE = 15
+    NEAR_SINGULAR = 15
+
+    NO_CONVERGENCE = 16
 
     NO_DERIVATIVE = 16
 

@@ -37,9 +37,11 @@ HUGE = [1e7, -1e300]
 ANGLES: list[Any] = [*WORDS, NAN, INF, *HUGE, 1j, [0.1, "x"], [[0.1], [0.1, 0.2]]]
 JOINTS: list[Any] = [*WORDS, 0.1, Q[:6], changed(Q, NAN), changed(Q, -INF), changed(Q, 1e9), [1j] * 7]
 ROTATION = POSE[:3, :3]
+FAR = POSE.copy()
+FAR[1, 3] = 1e300  # finite, but its square is not
 POSES: list[Any] = [
     *WORDS, 0.1, POSE[:3], ROTATION, changed(POSE, NAN), changed(POSE, INF), changed(POSE, 2.0),
-    np.diag([-1.0, 1, 1, 1]), np.zeros((4, 4)), np.ones((4, 4)), POSE.astype(complex),
+    np.diag([-1.0, 1, 1, 1]), np.zeros((4, 4)), np.ones((4, 4)), POSE.astype(complex), FAR,
 ]  # fmt: skip
 INDEX: list[Any] = ["nonsense", object(), 8, -1, 2.0, NAN, 10**30, True]
 NUMBER: list[Any] = ["nonsense", object(), NAN, 10**400, 1j]

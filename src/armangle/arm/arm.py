@@ -1644,7 +1644,8 @@ class Arm(FrozenValue):
             As in `feasible`, rad.
         outside : "refuse" or "nearest"
             "nearest": where a pose has no posture, the posture of the nearest pose that the arm can take,
-            ``found.pose``, ``found.gap`` away; ``status`` still says why the pose itself has none. A wrist
+            ``found.pose``, ``found.gap`` away; ``status`` still says why the pose itself has none. It keeps
+            the margin of singularities too, unless that leaves no posture at all (q is then NaN). A wrist
             out of reach is drawn towards the shoulder into what joint 4 reaches and the orientation kept: no
             posture of that orientation is nearer. Where limits forbid that too it is the least of
             ``sqrt(|dp|² + (length·angle)²)``, sought from many starts. Of all branches and arm angles, so not
