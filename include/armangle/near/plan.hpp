@@ -4,7 +4,7 @@
 //         ^                                  | a true joint is beyond a limit
 //         +----- limits drawn in by that ----+
 //
-// The objective is that of the nominal arm. Like all of plan/ this allocates.
+// The objective is that of the nominal arm. As plan/ this allocates.
 #pragma once
 
 #include "../plan/planner.hpp"
@@ -63,8 +63,9 @@ inline Plan plan(const NearArm& arm, const Segment* segments, std::size_t n, con
             BranchReport& report = now.branches.front();
             report.verdict = Verdict::unresolved;
             report.status = excess < infinity ? Status::LIMITS : Status::NEAR_SINGULAR;
-            report.from = now.proof.violated.front();
+            report.from = report.reached = now.proof.violated.front();
             report.to = now.proof.violated.back();
+            while (!now.stretches.empty() && now.stretches.back().end > report.from) now.stretches.pop_back();
         }
         const bool done = kept || !(excess < infinity);
         if (!found || kept) best = std::move(now);
