@@ -17,7 +17,7 @@
 // taken. Two shapes that move each have such a plane at their own corners; the sum counts.
 #pragma once
 
-#include "../arm/forward.hpp"
+#include "../arm/frames.hpp"
 #include "scene_frames.hpp"
 
 namespace armangle {
