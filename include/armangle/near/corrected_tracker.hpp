@@ -45,8 +45,8 @@ struct Guess {
 /// What to show next: of an arm whose deviation is small what was found.
 inline Pose<double> next_guess(const NearArm&, const Guess&, const Guess& now) noexcept { return now.found; }
 
-/// The tracker of an arm that has correction(arm, q), seen_hint(arm, seen, elbow), next_guess, nominal(arm)
-/// and forward(arm, q).
+/// A Tracker of the nominal arm, led so that the true tool is where the hand is, of an arm that has
+/// correction(arm, q), seen_hint(arm, seen, elbow), next_guess, nominal(arm) and forward(arm, q).
 template <class AnyArm>
 class CorrectedTracker {
 public:

@@ -30,6 +30,7 @@ inline constexpr int newton = 8;
 
 namespace detail {
 
+/// The search of one pose over the free joint, in all branches.
 class OffsetSearch {
 public:
     OffsetSearch(const OffsetArm& arm, const Pose<double>& pose, const double* near,

@@ -174,7 +174,7 @@ class Arm(FrozenValue):
         `deviation`.
     body : Body, optional
         What the links look like: see `with_body`.
-    hand : sequence of Ball, Capsule or Box
+    hand : sequence of Ball, Capsule, Box or Hull
         What is fixed to the tool: see `with_hand`.
 
     Raises
@@ -237,8 +237,9 @@ class Arm(FrozenValue):
         if values["chain"] is None:
             handle = _core.Arm(*given_to_core)
         else:
-            handle = cast(_core.Arm, NearHandle(*given_to_core, values["chain"]))
-            check_near(values["name"], handle)
+            near = NearHandle(*given_to_core, values["chain"])
+            check_near(values["name"], near)
+            handle = cast(_core.Arm, near)
         self._fill({**values, "import_report": report, "_handle": handle, "_ready": None})
 
     # -- where it comes from -------------------------------------------------------------------------
@@ -490,7 +491,7 @@ class Arm(FrozenValue):
 
         Parameters
         ----------
-        shapes : sequence of Ball, Capsule or Box
+        shapes : sequence of Ball, Capsule, Box or Hull
             In the tool frame, m. Without a name they are called "hand".
 
         Returns
@@ -996,8 +997,9 @@ class Arm(FrozenValue):
         ndarray, shape (..., 7, 7)
             dq: columns 0-2 by the velocity of the tool's origin (rad/m), 3-5 by the angular velocity
             (rad/rad), both in the frame that poses are given in, and column 6 by psi, which is `self_motion`.
-            The inverse of `jacobian` with `psi_gradient` as a seventh row. ±inf where a derivative does not
-            exist: joints 1-3 (5-7) where θ2 (θ6) is 0 or π, all where the elbow is stretched or folded.
+            The inverse of `jacobian` with `psi_gradient` as a seventh row. Infinite where a derivative does
+            not exist: joints 1-3 (5-7) where θ2 (θ6) is 0 or π; columns 0-5 of all joints where the elbow is
+            stretched or folded, and of all but joint 4 where psi jumps (the wrist over the base axis).
 
         Raises
         ------
@@ -1031,7 +1033,8 @@ class Arm(FrozenValue):
         Returns
         -------
         ndarray, shape (..., 7)
-            dψ/dq, rad/rad, of the arm's own reference plane; inf where ψ does not exist.
+            dψ/dq, rad/rad, of the arm's own reference plane; inf where ψ does not exist, or jumps: for
+            the psi of the base axis where the wrist lies on it.
 
         Raises
         ------
@@ -1641,7 +1644,8 @@ class Arm(FrozenValue):
             As in `feasible`, rad.
         outside : "refuse" or "nearest"
             "nearest": where a pose has no posture, the posture of the nearest pose that the arm can take,
-            ``found.pose``, ``found.gap`` away; ``status`` still says why the pose itself has none. A wrist
+            ``found.pose``, ``found.gap`` away; ``status`` still says why the pose itself has none. It keeps
+            the margin of singularities too, unless that leaves no posture at all (q is then NaN). A wrist
             out of reach is drawn towards the shoulder into what joint 4 reaches and the orientation kept: no
             posture of that orientation is nearer. Where limits forbid that too it is the least of
             ``sqrt(|dp|² + (length·angle)²)``, sought from many starts. Of all branches and arm angles, so not

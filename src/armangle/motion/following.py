@@ -130,7 +130,7 @@ def follow(
             carry=carry, singularity_margin=singularity_margin, lookahead=lookahead,
         )  # fmt: skip
     elif arm.chain is not None:
-        check_chain(policy, velocity, acceleration, outside, lookahead)
+        check_chain(arm, policy, velocity, acceleration, outside, lookahead)
     options = _core.FollowOptions(
         native, branch, CARRIES[kept], most, margin, time, beyond == "nearest",
         on_fail=failing, lookahead=window,
