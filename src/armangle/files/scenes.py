@@ -46,8 +46,8 @@ def load_scene(path: PathLike) -> Scene:
     ``[[half_space]]`` (``normal``, ``offset``), ``[[hull]]`` (``points``, or a ``file`` of them as of
     `load_cloud`, ``radius``), ``[[cloud]]`` (``file``, as of `load_cloud`, ``radius``), ``[[field]]``
     (``file``, as of `load_field`).
-    Of MoveIt's text boxes and spheres are read as they are; cylinders and closed meshes become balls and
-    capsules that contain them.
+    A file without any is refused, unless ``obstacles = []`` says that there are none. Of MoveIt's text boxes
+    and spheres are read as they are; cylinders and closed meshes become balls and capsules that contain them.
 
     Parameters
     ----------
@@ -73,11 +73,15 @@ def load_scene(path: PathLike) -> Scene:
     ('lamp',)
     """
     if Path(path).suffix.lower() == ".scene":
-        return Scene(_Moveit(_text(path), str(path)).shapes())
+        objects = _Moveit(_text(path), str(path)).shapes()
+        if not objects:
+            raise SceneError(str(path), "objects", None, "at least one object: nothing would stand about")
+        return Scene(objects)
     table = _toml(path)
-    keys = {"clearance", "ignore", *_KINDS}
+    keys = {"clearance", "ignore", "obstacles", *_KINDS}
     _refuse_other_keys(str(path), table, keys)
     shapes = [_shape(where, kind, row, Path(path).parent) for where, kind, row in _rows(path, table, _KINDS)]
+    _refuse_silence(str(path), table, shapes)
     return Scene(shapes, clearance=table.get("clearance", 0.0), ignore=table.get("ignore", ()))
 
 
@@ -155,6 +159,17 @@ def _refuse_other_keys(where: str, table: dict[str, Any], known: set[str]) -> No
     for key in table:
         if key not in known:
             raise SceneError(where, "key", key, f"one of {', '.join(sorted(known))}")
+
+
+def _refuse_silence(where: str, table: dict[str, Any], shapes: list[Shape]) -> None:
+    """Refuse a file of no obstacles that does not say so: it may be the wrong one, or cut off."""
+    if "obstacles" in table and (table["obstacles"] != [] or shapes):
+        raise SceneError(where, "obstacles", table["obstacles"], "[], and no table of a shape beside it")
+    if not shapes and "obstacles" not in table:
+        tables = ", ".join(f"[[{kind}]]" for kind in _KINDS)
+        raise SceneError(
+            where, "obstacles", None, f"a table {tables}, or obstacles = [] where there are none"
+        )
 
 
 def _refuse_missing(where: str, table: dict[str, Any], keys: tuple[str, ...]) -> None:
