@@ -9,7 +9,7 @@ PARALLEL = -n auto --dist loadfile
 LOWEST = numpy==1.26.0 pytest==8.0.0 hypothesis==6.100.0 matplotlib==3.8.0
 FUZZERS = inverse feasible step plan nearest
 
-.PHONY: help ci lint tidy format test check laws nearest plans docs bench timings realtime fuzz sanitize wheels manylinux accuracy test-lowest
+.PHONY: help ci lint tidy format test check laws nearest plans touching docs bench timings realtime fuzz sanitize wheels manylinux accuracy test-lowest
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "%-12s %s\n", $$1, $$2}' Makefile
@@ -44,6 +44,9 @@ nearest:  ## the law of solve against a dense grid in all branches, for SECONDS=
 plans:  ## plans beside the naive and beside brute force, on PATHS=1000 paths each
 	$(PYTHON) tests/laws/long_plans.py $(PATHS)
 	$(PYTHON) tests/laws/long_optimum.py $(PATHS)
+
+touching:  ## the law of obstacles against distances, on COUNT=10000000 arm angles, and against coal
+	$(PYTHON) tests/scenes/long_clear.py $(COUNT) $(SEED)
 
 docs:  ## the pages, warnings as errors
 	$(PYTHON) -m sphinx -W --keep-going -b html docs docs/_build/html
