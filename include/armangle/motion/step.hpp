@@ -140,6 +140,7 @@ struct Branch {
     const SelfMotion<double>* motion;
     const JointFunctions<double>* functions;
     const ArcSet *own, *asked, *arcs;
+    const ArcSet* kept;  // of these, where the policy acts: what keeps the soft clearance, or all of them
     Status status;
     double wish;
 };
@@ -148,7 +149,7 @@ struct Branch {
 struct BranchParts {
     SelfMotion<double> motion;
     JointFunctions<double> functions;
-    ArcSet own, allowed, clear;
+    ArcSet own, allowed, clear, soft;
 };
 
 /// The policy on one self-motion.
@@ -160,7 +161,8 @@ inline Policy policy_on(const StepOptions& options, const Arm& arm, const SelfMo
 inline Branch look(const Arm& arm, const LimitTable& limits, double psi, const StepOptions& options,
                    BranchParts& parts) noexcept {
     parts.functions = joint_functions(parts.motion);
-    Branch out{&parts.motion, &parts.functions, &parts.own, &parts.own, &parts.own, Status::OK, psi};
+    Branch out{&parts.motion, &parts.functions, &parts.own, &parts.own,
+               &parts.own,    &parts.own,       Status::OK, psi};
     out.status = feasible(parts.motion, parts.functions, limits, parts.own);
     if (out.status != Status::OK) return out;
     if (options.allowed) {
@@ -174,7 +176,15 @@ inline Branch look(const Arm& arm, const LimitTable& limits, double psi, const S
         out.arcs = &parts.clear;
         if (out.status != Status::OK) return out;
     }
-    const Resolution next = resolve(policy_on(options, arm, parts.motion), *out.arcs, psi);
+    out.kept = out.arcs;
+    Policy policy = policy_on(options, arm, parts.motion);
+    Resolution next = resolve(policy, *out.arcs, psi);
+    const bool soft = options.scene && options.scene->soft > 0 && next.status == Status::OK;
+    if (soft && keep_soft(arm, *options.scene, parts.motion, *out.arcs, psi, parts.soft)) {
+        out.kept = &parts.soft;
+        policy.outside = Outside::nearest;  // psi is within the arcs: its way to the soft ones is open
+        next = resolve(policy, parts.soft, psi);
+    }
     out.status = next.status;
     out.wish = next.psi;
     return out;
@@ -362,8 +372,12 @@ private:
     /// elbow stands over the base axis, the plane is the steadier.
     double bounded_psi(const BoundedStep& step, const Branch& b, const ArcSet* ahead,
                        double psi) const noexcept {
-        ArcSet within;
+        ArcSet within, both;
         double wish = b.wish;
+        if (ahead && b.kept != b.arcs) {
+            intersect(*ahead, *b.kept, both);
+            if (!both.empty()) ahead = &both;
+        }
         const double there =
             ahead ? wish_ahead(*b.arcs, policy_on(options_, arm_, *b.motion), ahead, psi) : not_a_number;
         if (!is_nan(there)) {
@@ -377,7 +391,9 @@ private:
         const Carry way = options_.carry == Carry::psi ? Carry::elbow : Carry::psi;
         const double other = carried_psi(arm_, now_, b.motion->circle, way);
         if (is_nan(there) && abs(wrap(other - psi)) > tolerance::angle) {
-            const Resolution held = resolve(policy_on(options_, arm_, *b.motion), *b.arcs, other);
+            Policy policy = policy_on(options_, arm_, *b.motion);
+            if (b.kept != b.arcs) policy.outside = Outside::nearest;
+            const Resolution held = resolve(policy, *b.kept, other);
             if (held.status == Status::OK && step.keeps(held.psi)) return held.psi;
         }
         step.within(*b.arcs, {}, within);
@@ -553,7 +569,7 @@ inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_
             [[likely]]
             return detail::stepped(to, q_now, options.dt, next.psi, index(m.gc));
     }
-    const detail::Branch own{&m, &f, &arcs, &arcs, &arcs, next.status, next.psi};
+    const detail::Branch own{&m, &f, &arcs, &arcs, &arcs, &arcs, next.status, next.psi};
     return detail::step_aside(arm, limits, q_now, now, pose, options, psi, &own);
 }
 

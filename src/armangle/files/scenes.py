@@ -40,14 +40,14 @@ _ROUND = 4  # rods for a round body or a mesh of MoveIt
 def load_scene(path: PathLike) -> Scene:
     """Return the scene of a TOML file, or of a ``.scene`` file that MoveIt saved.
 
-    In TOML: ``clearance`` (m), ``ignore`` (pairs of names), and any number of tables, lengths in m, each with
-    a ``name`` if wanted: ``[[ball]]`` (``center``, ``radius``), ``[[capsule]]`` (``begin``, ``end``,
-    ``radius``), ``[[box]]`` (``size``, ``position``, and ``rpy`` in rad about fixed x, y, z, ``radius``),
-    ``[[half_space]]`` (``normal``, ``offset``), ``[[hull]]`` (``points``, or a ``file`` of them as of
-    `load_cloud`, ``radius``), ``[[cloud]]`` (``file``, as of `load_cloud`, ``radius``), ``[[field]]``
-    (``file``, as of `load_field`).
-    A file without any is refused, unless ``obstacles = []`` says that there are none. Of MoveIt's text boxes
-    and spheres are read as they are; cylinders and closed meshes become balls and capsules that contain them.
+    In TOML: ``clearance`` and ``soft`` (m), ``ignore`` (pairs of names), and any number of tables, lengths in
+    m, each with a ``name`` if wanted: ``[[ball]]`` (``center``, ``radius``), ``[[capsule]]`` (``begin``,
+    ``end``, ``radius``), ``[[box]]`` (``size``, ``position``, and ``rpy`` in rad about fixed x, y, z,
+    ``radius``), ``[[half_space]]`` (``normal``, ``offset``), ``[[hull]]`` (``points``, or a ``file`` of them
+    as of `load_cloud`, ``radius``), ``[[cloud]]`` (``file``, as of `load_cloud`, ``radius``), ``[[field]]``
+    (``file``, as of `load_field`). A file without any is refused, unless ``obstacles = []`` says that there
+    are none. Of MoveIt's text boxes and spheres are read as they are; cylinders and closed meshes become
+    balls and capsules that contain them.
 
     Parameters
     ----------
@@ -78,11 +78,12 @@ def load_scene(path: PathLike) -> Scene:
             raise SceneError(str(path), "objects", None, "at least one object: nothing would stand about")
         return Scene(objects)
     table = _toml(path)
-    keys = {"clearance", "ignore", "obstacles", *_KINDS}
+    keys = {"clearance", "soft", "ignore", "obstacles", *_KINDS}
     _refuse_other_keys(str(path), table, keys)
     shapes = [_shape(where, kind, row, Path(path).parent) for where, kind, row in _rows(path, table, _KINDS)]
     _refuse_silence(str(path), table, shapes)
-    return Scene(shapes, clearance=table.get("clearance", 0.0), ignore=table.get("ignore", ()))
+    options = {key: table[key] for key in ("clearance", "soft", "ignore") if key in table}
+    return Scene(shapes, **options)
 
 
 def load_body(path: PathLike) -> Body:
