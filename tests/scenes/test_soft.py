@@ -31,7 +31,7 @@ def cases(seed: int) -> Any:
         shapes = balls(rng, 3)
         pose, psi, gc = ARM.forward(q)
         near = ARM.clearance(pose, psi, gc, aa.Scene(shapes))
-        if near.distance > HARD:
+        if HARD < near.distance < 0.08:
             found += 1
             yield q, pose, gc, shapes
 
@@ -92,6 +92,19 @@ def test_along_a_path_the_hard_clearance_is_kept_and_more_is_kept_than_without(l
         assert min(one.min() for one in apart) >= HARD - 1e-12
         gained.append(float((apart[1] >= HARD + SOFT).mean() - (apart[0] >= HARD + SOFT).mean()))
     assert len(gained) > 3 and np.mean(gained) >= 0 and max(gained) > 0, gained
+
+
+def test_the_policy_goes_on_from_the_soft_end_so_that_repulsion_is_no_nearer_than_without() -> None:
+    for q, pose, _, shapes in cases(5):
+        poses = np.tile(pose, (100, 1, 1))
+        poses[:, 1, 3] += np.linspace(0, 0.05, 100)
+        scenes = [aa.Scene(shapes, clearance=HARD, soft=soft) for soft in (0.0, SOFT)]
+        paths = [aa.follow(ARM, poses, start=q, scene=scene) for scene in scenes]
+        if all(path.ok for path in paths):
+            last = [
+                float(ARM.clearance(poses[-1], path.psi[-1], path.gc[-1], scenes[0]).distance) for path in paths
+            ]
+            assert last[1] >= min(last[0] - 0.01, HARD + SOFT - 1e-9), last
 
 
 def test_a_scene_file_says_it(tmp_path: Any) -> None:

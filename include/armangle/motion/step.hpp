@@ -157,6 +157,12 @@ inline Policy policy_on(const StepOptions& options, const Arm& arm, const SelfMo
     return options.policy.rule == Rule::towards ? settled(options.policy, arm, m) : options.policy;
 }
 
+/// The policy on arcs to whose nearest end psi is led first, where it is outside of them.
+inline Resolution led(Policy policy, const ArcSet& arcs, double psi) noexcept {
+    policy.outside = Outside::nearest;
+    return resolve(policy, arcs, find(arcs, psi).index < 0 ? nearest(arcs, psi) : psi);
+}
+
 /// The branch of `parts.motion`, from psi.
 inline Branch look(const Arm& arm, const LimitTable& limits, double psi, const StepOptions& options,
                    BranchParts& parts) noexcept {
@@ -177,13 +183,12 @@ inline Branch look(const Arm& arm, const LimitTable& limits, double psi, const S
         if (out.status != Status::OK) return out;
     }
     out.kept = out.arcs;
-    Policy policy = policy_on(options, arm, parts.motion);
+    const Policy policy = policy_on(options, arm, parts.motion);
     Resolution next = resolve(policy, *out.arcs, psi);
     const bool soft = options.scene && options.scene->soft > 0 && next.status == Status::OK;
     if (soft && keep_soft(arm, *options.scene, parts.motion, *out.arcs, psi, parts.soft)) {
         out.kept = &parts.soft;
-        policy.outside = Outside::nearest;  // psi is within the arcs: its way to the soft ones is open
-        next = resolve(policy, parts.soft, psi);
+        next = led(policy, parts.soft, psi);
     }
     out.status = next.status;
     out.wish = next.psi;
@@ -391,9 +396,9 @@ private:
         const Carry way = options_.carry == Carry::psi ? Carry::elbow : Carry::psi;
         const double other = carried_psi(arm_, now_, b.motion->circle, way);
         if (is_nan(there) && abs(wrap(other - psi)) > tolerance::angle) {
-            Policy policy = policy_on(options_, arm_, *b.motion);
-            if (b.kept != b.arcs) policy.outside = Outside::nearest;
-            const Resolution held = resolve(policy, *b.kept, other);
+            const Policy policy = policy_on(options_, arm_, *b.motion);
+            const Resolution held =
+                b.kept == b.arcs ? resolve(policy, *b.arcs, other) : led(policy, *b.kept, other);
             if (held.status == Status::OK && step.keeps(held.psi)) return held.psi;
         }
         step.within(*b.arcs, {}, within);
