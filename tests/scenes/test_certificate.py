@@ -111,7 +111,7 @@ def test_the_hand_against_what_stands_and_against_the_upper_arm() -> None:
         rows = path.at(DENSE)
         frames = arm.frames(rows.q)
         held = tuple(moved(rows.pose, p) for p in ends(rod))
-        mine = tuple(moved(frames[:, 3], p) for p in ends(upper.links[0][1][0]))  # type: ignore[arg-type]
+        mine = tuple(moved(frames[:, 3], p) for p in ends(upper.links[0][1][0]))
         apart = between(held, mine) - 0.08
         lamp = aa.Ball(rows.pose[1000, :3, 3] + rng.normal(size=3) * 0.2, 0.03)
         for one in (*held, *mine):

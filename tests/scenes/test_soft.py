@@ -101,9 +101,8 @@ def test_the_policy_goes_on_from_the_soft_end_so_that_repulsion_is_no_nearer_tha
         scenes = [aa.Scene(shapes, clearance=HARD, soft=soft) for soft in (0.0, SOFT)]
         paths = [aa.follow(ARM, poses, start=q, scene=scene) for scene in scenes]
         if all(path.ok for path in paths):
-            last = [
-                float(ARM.clearance(poses[-1], path.psi[-1], path.gc[-1], scenes[0]).distance) for path in paths
-            ]
+            ends = [(path.psi[-1], path.gc[-1]) for path in paths]
+            last = [ARM.clearance(poses[-1], psi, gc, scenes[0]).distance for psi, gc in ends]
             assert last[1] >= min(last[0] - 0.01, HARD + SOFT - 1e-9), last
 
 
