@@ -10,7 +10,7 @@ PARALLEL = -n auto --dist loadfile
 LOWEST = numpy==1.26.0 pytest==8.0.0 hypothesis==6.100.0 matplotlib==3.8.0
 FUZZERS = inverse feasible step plan nearest
 
-.PHONY: help ci lint tidy format test check laws nearest offset plans docs bench timings realtime fuzz sanitize wheels manylinux accuracy test-lowest
+.PHONY: help ci lint tidy format test check laws nearest offset plans docs bench timings realtime fuzz sanitize wheels manylinux accuracy test-lowest touching
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "%-12s %s\n", $$1, $$2}' Makefile
@@ -48,6 +48,9 @@ offset:  ## the laws of offset arms on CASES=200000 postures, and arcs and neare
 plans:  ## plans beside the naive and beside brute force, on PATHS=1000 paths each
 	$(PYTHON) tests/laws/long_plans.py $(PATHS)
 	$(PYTHON) tests/laws/long_optimum.py $(PATHS)
+
+touching:  ## the law of obstacles against distances, on COUNT=10000000 arm angles, and against coal
+	$(PYTHON) tests/scenes/long_clear.py $(COUNT) $(SEED)
 
 docs:  ## the pages, warnings as errors
 	$(PYTHON) -m sphinx -W --keep-going -b html docs docs/_build/html

@@ -182,7 +182,7 @@ void fill_hulls_and_fields(std::vector<Solid>& solids, const Buffer& corners, co
 /// pairs may touch, a byte each; pairs (obstacle, link) of the arm's own.
 void make_scene(SceneHandle* self, const ArmHandle& arm, Floats solids, Py_ssize_t first_base,
                 Py_ssize_t first_held, Floats cloud, Floats corners, Floats fields, Floats distances,
-                Floats rods, Codes ignored, Ints own, double clearance) {
+                Floats rods, Codes ignored, Ints own, double clearance, double soft) {
     const Buffer rows(solids), links(rods), touch(ignored);
     check_rows(rows, solid_width);
     check_rows(links, rod_width);
@@ -255,6 +255,7 @@ void make_scene(SceneHandle* self, const ArmHandle& arm, Floats solids, Py_ssize
     v.ignored = self->ignored.data();
     v.link_count = static_cast<int>(touch.shape(1));
     v.clearance = clearance;
+    v.soft = soft;
     v.base_tag = base_contact(v);
 }
 
@@ -363,7 +364,7 @@ void bind_scenes(nb::module_& m, nb::class_<ArmHandle>& arm) {
     m.attr("MOST_OBSTACLES") = most_obstacles;
     nb::class_<SceneHandle>(m, "Scene")
         .def("__init__", &make_scene, "arm"_a, "solids"_a, "first_base"_a, "first_held"_a, "cloud"_a,
-             "corners"_a, "fields"_a, "distances"_a, "rods"_a, "ignored"_a, "own"_a, "clearance"_a);
+             "corners"_a, "fields"_a, "distances"_a, "rods"_a, "ignored"_a, "own"_a, "clearance"_a, "soft"_a);
     arm.def("resting_links", &resting_links, "rods"_a, "link"_a);
     arm.def("proximity_many", &proximity_many, "scene"_a, "pose"_a, "psi"_a, "gc"_a, "out"_a, "pair"_a,
             "threads"_a);

@@ -354,7 +354,7 @@ MOST_LINKS: int = 254
 MOST_OBSTACLES: int = 65000
 
 class Scene:
-    def __init__(self, arm: Arm, solids: numpy.typing.NDArray[numpy.float64], first_base: int, first_held: int, cloud: numpy.typing.NDArray[numpy.float64], corners: numpy.typing.NDArray[numpy.float64], fields: numpy.typing.NDArray[numpy.float64], distances: numpy.typing.NDArray[numpy.float64], rods: numpy.typing.NDArray[numpy.float64], ignored: numpy.typing.NDArray[numpy.int8], own: numpy.typing.NDArray[numpy.int64], clearance: float) -> None: ...
+    def __init__(self, arm: Arm, solids: numpy.typing.NDArray[numpy.float64], first_base: int, first_held: int, cloud: numpy.typing.NDArray[numpy.float64], corners: numpy.typing.NDArray[numpy.float64], fields: numpy.typing.NDArray[numpy.float64], distances: numpy.typing.NDArray[numpy.float64], rods: numpy.typing.NDArray[numpy.float64], ignored: numpy.typing.NDArray[numpy.int8], own: numpy.typing.NDArray[numpy.int64], clearance: float, soft: float) -> None: ...
 
 class Enforce(enum.Enum):
     IGNORE = 0

@@ -144,7 +144,7 @@ WRONG = [
     ("[[ball]]\ncenter = [0, 0, nan]\nradius = 1", "wanted finite numbers"),
     ("[[box]]\nsize = [1, 1, 1]\nposition = [0, 0]", r"\[\[box\]\] 0: position, rpy"),
     ("[ball]\nradius = 1", r"ball is .*, wanted tables \[\[ball\]\]"),
-    ("clearance = -1", "Scene: clearance is -1"),
+    ("obstacles = []\nclearance = -1", "Scene: clearance is -1"),
     ("clearance = ", "wanted TOML"),
     (2 * "[[ball]]\ncenter = [0, 0, 0]\nradius = 1\nname = 'a'\n", "a name that no other"),
 ]  # fmt: skip
@@ -213,3 +213,21 @@ def test_hulls_and_fields_are_read(tmp_path: Path) -> None:
     ):  # fmt: skip
         with pytest.raises(aa.errors.SceneError, match=wanted):
             aa.load_scene(file(tmp_path, text))
+
+
+def test_a_file_without_obstacles_is_refused_unless_it_says_so(tmp_path: Path) -> None:
+    assert aa.load_scene(file(tmp_path, "obstacles = []\nclearance = 0.1")) == aa.Scene(clearance=0.1)
+    for text in ("", "clearance = 0.1", "# nothing"):
+        with pytest.raises(
+            aa.errors.SceneError, match=r"cell.toml: obstacles is None, wanted a table \[\[ball"
+        ):
+            aa.load_scene(file(tmp_path, text))
+    ball = "[[ball]]\ncenter = [0, 0, 0]\nradius = 1"
+    for text in (f"obstacles = []\n{ball}", "obstacles = [1]", "obstacles = 0"):
+        with pytest.raises(
+            aa.errors.SceneError, match=r"cell.toml: obstacles is .*, wanted \[\], and no table"
+        ):
+            aa.load_scene(file(tmp_path, text))
+    for text in ("", "(noname)+", "(noname)+\n."):
+        with pytest.raises(aa.errors.SceneError, match=r"cell.scene: objects is None, wanted at least one"):
+            aa.load_scene(file(tmp_path, text, "cell.scene"))

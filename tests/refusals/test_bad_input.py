@@ -175,7 +175,7 @@ BAD: dict[str, list[Any]] = {
     "normal": [*POINTS, [0.0] * 3],
     "points": [None, "x", [], [[]], [0.0] * 3, [[0.0, np.nan, 0.0]], [["x"] * 3]],
     "radius": [*NUMBER, None, -0.1, INF], "offset": [*NUMBER, None, INF, 1e4],
-    "clearance": [*NUMBER, -0.1, INF],
+    "clearance": [*NUMBER, -0.1, INF], "soft": [*NUMBER, -0.1, INF],
     "scene": ["nonsense", 3, object(), [BALL]], "ignore": ["nonsense", 3, [1], [("a",)]],
     "shapes": ["nonsense", None, 3, [3], [SCENE]], "body": ["nonsense", 3, object()],
     "plates": ["nonsense", 1, None], "hand": ["nonsense", 3, [3], [SCENE]],

@@ -141,6 +141,7 @@ struct Branch {
     const SelfMotion<double>* motion;
     const JointFunctions<double>* functions;
     const ArcSet *own, *asked, *arcs;
+    const ArcSet* kept;  // of these, where the policy acts: what keeps the soft clearance, or all of them
     Status status;
     double wish;
 };
@@ -149,7 +150,7 @@ struct Branch {
 struct BranchParts {
     SelfMotion<double> motion;
     JointFunctions<double> functions;
-    ArcSet own, allowed, clear;
+    ArcSet own, allowed, clear, soft;
 };
 
 /// The policy on one self-motion.
@@ -157,11 +158,18 @@ inline Policy policy_on(const StepOptions& options, const Arm& arm, const SelfMo
     return options.policy.rule == Rule::towards ? settled(options.policy, arm, m) : options.policy;
 }
 
+/// The policy on arcs to whose nearest end psi is led first, where it is outside of them.
+inline Resolution led(Policy policy, const ArcSet& arcs, double psi) noexcept {
+    policy.outside = Outside::nearest;
+    return resolve(policy, arcs, find(arcs, psi).index < 0 ? nearest(arcs, psi) : psi);
+}
+
 /// The branch of `parts.motion`, from psi.
 inline Branch look(const Arm& arm, const LimitTable& limits, double psi, const StepOptions& options,
                    BranchParts& parts) noexcept {
     parts.functions = joint_functions(parts.motion);
-    Branch out{&parts.motion, &parts.functions, &parts.own, &parts.own, &parts.own, Status::OK, psi};
+    Branch out{&parts.motion, &parts.functions, &parts.own, &parts.own,
+               &parts.own,    &parts.own,       Status::OK, psi};
     out.status = feasible(parts.motion, parts.functions, limits, parts.own);
     if (out.status != Status::OK) return out;
     if (options.allowed) {
@@ -175,7 +183,14 @@ inline Branch look(const Arm& arm, const LimitTable& limits, double psi, const S
         out.arcs = &parts.clear;
         if (out.status != Status::OK) return out;
     }
-    const Resolution next = resolve(policy_on(options, arm, parts.motion), *out.arcs, psi);
+    out.kept = out.arcs;
+    const Policy policy = policy_on(options, arm, parts.motion);
+    Resolution next = resolve(policy, *out.arcs, psi);
+    const bool soft = options.scene && options.scene->soft > 0 && next.status == Status::OK;
+    if (soft && keep_soft(arm, *options.scene, parts.motion, *out.arcs, psi, parts.soft)) {
+        out.kept = &parts.soft;
+        next = led(policy, parts.soft, psi);
+    }
     out.status = next.status;
     out.wish = next.psi;
     return out;
@@ -363,8 +378,12 @@ private:
     /// elbow stands over the base axis, the plane is the steadier.
     double bounded_psi(const BoundedStep& step, const Branch& b, const ArcSet* ahead,
                        double psi) const noexcept {
-        ArcSet within;
+        ArcSet within, both;
         double wish = b.wish;
+        if (ahead && b.kept != b.arcs) {
+            intersect(*ahead, *b.kept, both);
+            if (!both.empty()) ahead = &both;
+        }
         const double there =
             ahead ? wish_ahead(*b.arcs, policy_on(options_, arm_, *b.motion), ahead, psi) : not_a_number;
         if (!is_nan(there)) {
@@ -378,7 +397,9 @@ private:
         const Carry way = options_.carry == Carry::psi ? Carry::elbow : Carry::psi;
         const double other = carried_psi(arm_, now_, b.motion->circle, way);
         if (is_nan(there) && abs(wrap(other - psi)) > tolerance::angle) {
-            const Resolution held = resolve(policy_on(options_, arm_, *b.motion), *b.arcs, other);
+            const Policy policy = policy_on(options_, arm_, *b.motion);
+            const Resolution held =
+                b.kept == b.arcs ? resolve(policy, *b.arcs, other) : led(policy, *b.kept, other);
             if (held.status == Status::OK && step.keeps(held.psi)) return held.psi;
         }
         step.within(*b.arcs, {}, within);
@@ -555,7 +576,7 @@ inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_
             [[likely]]
             return detail::stepped(to, q_now, options.dt, next.psi, index(m.gc));
     }
-    const detail::Branch own{&m, &f, &arcs, &arcs, &arcs, next.status, next.psi};
+    const detail::Branch own{&m, &f, &arcs, &arcs, &arcs, &arcs, next.status, next.psi};
     return detail::step_aside(arm, limits, q_now, now, pose, options, psi, &own);
 }
 

@@ -394,6 +394,25 @@ inline void clear(const Arm& arm, const Scene& scene, const SelfMotion<double>& 
     out.status = out.arcs.empty() ? Status::CLEARANCE : Status::OK;
 }
 
+/// Of the arc of `open` that holds psi, what keeps the soft clearance too; false where nothing of it does, or
+/// no arc holds psi. What psi does not move is not asked.
+inline bool keep_soft(const Arm& arm, const Scene& scene, const SelfMotion<double>& m, const ArcSet& open,
+                      double psi, ArcSet& out) noexcept {
+    const Place place = find(open, psi);
+    if (place.index < 0) return false;
+    Scene asked = scene;
+    asked.clearance += scene.soft;
+    Covered covered;
+    detail::Clearing(arm, asked, m, covered).parts_against_all();
+    ArcSet here, far;
+    make_empty(here);
+    here.arc[here.count++] = open.arc[place.index];
+    here.full = open.full;
+    open_arcs(covered, far);
+    intersect(here, far, out);
+    return !out.empty();
+}
+
 /// The pair of link 0 and an obstacle of the user's that touch, whatever the pose; 0: none.
 inline Tag base_contact(const Scene& scene) noexcept {
     const auto pair = [&](const Solid& base, int own, const Solid& solid, int id) -> Tag {

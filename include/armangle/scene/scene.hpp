@@ -77,6 +77,7 @@ struct Scene {
     const std::uint8_t* ignored;  // [obstacle][link], 1: may touch
     int link_count;
     double clearance;  // of all pairs
+    double soft = 0;   // m beyond it, which policies keep where they can
     Tag base_tag;      // the pair of an obstacle and link 0 that touch, whatever the pose; 0: none
 
     bool may_touch(int obstacle, int link) const noexcept {

@@ -40,14 +40,14 @@ _ROUND = 4  # rods for a round body or a mesh of MoveIt
 def load_scene(path: PathLike) -> Scene:
     """Return the scene of a TOML file, or of a ``.scene`` file that MoveIt saved.
 
-    In TOML: ``clearance`` (m), ``ignore`` (pairs of names), and any number of tables, lengths in m, each with
-    a ``name`` if wanted: ``[[ball]]`` (``center``, ``radius``), ``[[capsule]]`` (``begin``, ``end``,
-    ``radius``), ``[[box]]`` (``size``, ``position``, and ``rpy`` in rad about fixed x, y, z, ``radius``),
-    ``[[half_space]]`` (``normal``, ``offset``), ``[[hull]]`` (``points``, or a ``file`` of them as of
-    `load_cloud`, ``radius``), ``[[cloud]]`` (``file``, as of `load_cloud`, ``radius``), ``[[field]]``
-    (``file``, as of `load_field`).
-    Of MoveIt's text boxes and spheres are read as they are; cylinders and closed meshes become balls and
-    capsules that contain them.
+    In TOML: ``clearance`` and ``soft`` (m), ``ignore`` (pairs of names), and any number of tables, lengths in
+    m, each with a ``name`` if wanted: ``[[ball]]`` (``center``, ``radius``), ``[[capsule]]`` (``begin``,
+    ``end``, ``radius``), ``[[box]]`` (``size``, ``position``, and ``rpy`` in rad about fixed x, y, z,
+    ``radius``), ``[[half_space]]`` (``normal``, ``offset``), ``[[hull]]`` (``points``, or a ``file`` of them
+    as of `load_cloud`, ``radius``), ``[[cloud]]`` (``file``, as of `load_cloud`, ``radius``), ``[[field]]``
+    (``file``, as of `load_field`). A file without any is refused, unless ``obstacles = []`` says that there
+    are none. Of MoveIt's text boxes and spheres are read as they are; cylinders and closed meshes become
+    balls and capsules that contain them.
 
     Parameters
     ----------
@@ -73,12 +73,17 @@ def load_scene(path: PathLike) -> Scene:
     ('lamp',)
     """
     if Path(path).suffix.lower() == ".scene":
-        return Scene(_Moveit(_text(path), str(path)).shapes())
+        objects = _Moveit(_text(path), str(path)).shapes()
+        if not objects:
+            raise SceneError(str(path), "objects", None, "at least one object: nothing would stand about")
+        return Scene(objects)
     table = _toml(path)
-    keys = {"clearance", "ignore", *_KINDS}
+    keys = {"clearance", "soft", "ignore", "obstacles", *_KINDS}
     _refuse_other_keys(str(path), table, keys)
     shapes = [_shape(where, kind, row, Path(path).parent) for where, kind, row in _rows(path, table, _KINDS)]
-    return Scene(shapes, clearance=table.get("clearance", 0.0), ignore=table.get("ignore", ()))
+    _refuse_silence(str(path), table, shapes)
+    options = {key: table[key] for key in ("clearance", "soft", "ignore") if key in table}
+    return Scene(shapes, **options)
 
 
 def load_body(path: PathLike) -> Body:
@@ -155,6 +160,17 @@ def _refuse_other_keys(where: str, table: dict[str, Any], known: set[str]) -> No
     for key in table:
         if key not in known:
             raise SceneError(where, "key", key, f"one of {', '.join(sorted(known))}")
+
+
+def _refuse_silence(where: str, table: dict[str, Any], shapes: list[Shape]) -> None:
+    """Refuse a file of no obstacles that does not say so: it may be the wrong one, or cut off."""
+    if "obstacles" in table and (table["obstacles"] != [] or shapes):
+        raise SceneError(where, "obstacles", table["obstacles"], "[], and no table of a shape beside it")
+    if not shapes and "obstacles" not in table:
+        tables = ", ".join(f"[[{kind}]]" for kind in _KINDS)
+        raise SceneError(
+            where, "obstacles", None, f"a table {tables}, or obstacles = [] where there are none"
+        )
 
 
 def _refuse_missing(where: str, table: dict[str, Any], keys: tuple[str, ...]) -> None:

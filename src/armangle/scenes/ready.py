@@ -123,6 +123,7 @@ def make_ready(arm: Built, scene: Scene) -> Ready:
         ignored,
         _own_pairs(mine, first_held + len(mine.held), ignored),
         scene.clearance,
+        scene.soft,
     )
     return Ready(handle, tuple(obstacles), tuple(link.name for link in links))
 

@@ -22,6 +22,10 @@ class Scene:
         Their names must differ; one without a name is called by its kind and place, such as "box_2".
     clearance : float
         Least distance that links keep from all obstacles, m, >= 0.
+    soft : float
+        Beyond `clearance`, m, >= 0: what `step` and `follow` keep too where the arm angle can. Their policy
+        then acts on the arm angles that are so far away; from between the two it leads there first, as fast
+        as `max_joint_step` allows. Where nothing is so far away it is as if there were none.
     ignore : iterable of (str, str)
         Pairs (obstacle, link) that may touch, such as ("table", "link_0"): the arm stands on its table.
 
@@ -42,14 +46,21 @@ class Scene:
     shapes: tuple[Shape, ...]
     clearance: float
     ignore: Pairs
+    soft: float
 
     def __init__(
-        self, shapes: Sequence[Shape] = (), *, clearance: float = 0.0, ignore: Iterable[tuple[str, str]] = ()
+        self,
+        shapes: Sequence[Shape] = (),
+        *,
+        clearance: float = 0.0,
+        soft: float = 0.0,
+        ignore: Iterable[tuple[str, str]] = (),
     ) -> None:
         listed = as_shapes("Scene", shapes, SHAPES)
         if len(listed) > _core.MOST_OBSTACLES:
             raise SceneError("Scene", "shapes", len(listed), f"at most {_core.MOST_OBSTACLES} shapes")
         _set(self, shapes=listed, clearance=_length("Scene", "clearance", clearance), ignore=as_pairs(ignore))
+        _set(self, soft=_length("Scene", "soft", soft))
         names = self.names
         for at, name in enumerate(names):
             if name in names[:at]:

@@ -158,11 +158,17 @@ int main() {
                         sections, 4);
         follow(arm, limits, in.q, in.matrix, count, bounded, OnFail::hold, {nullptr, 0}, rows, &ahead);
     });
+    static const Vec3<double> corners[] = {{-0.1, 0, 0}, {0.1, 0, 0}, {0, 0.1, 0}, {0, 0, 0.1}};
+    static const float distances[8] = {0.1f, 0.2f, 0.1f, 0.2f, 0.1f, 0.2f, 0.1f, 0.2f};
+    static const Field field{distances, {2, 2, 2}, 0.3};
+    static const Mat3<double> upright = identity_pose().rotation;
     static const Solid solids[] = {
+        {SolidKind::hull, 0.01, {0.3, -0.3, 0.5}, {0, 0, 0}, upright, corners, 4, 0.1},
+        {SolidKind::field, 0.0, {-0.4, -0.4, 0.6}, {0.15, 0.15, 0.15}, upright, nullptr, 0, 0, &field},
         {SolidKind::box, 0.01, {0.4, 0.2, 0.5}, {0.1, 0.1, 0.1}, identity_pose().rotation},
         {SolidKind::capsule, 0.05, {-0.4, 0.2, 0.5}, {-0.4, 0.4, 0.9}, identity_pose().rotation},
         {SolidKind::half_space, 0.0, {0, 0, 1}, {0, 0, 0}, identity_pose().rotation}};
-    static const std::uint16_t solid_id[] = {8, 9, 10};
+    static const std::uint16_t solid_id[] = {8, 9, 10, 11, 12};
     static BallBlock block;
     static std::uint16_t ball_id[8];
     for (int k = 0; k < 8; ++k) {
@@ -174,7 +180,7 @@ int main() {
     }
     static const Part parts[] = {{{{0, -0.4, 0}, {0, 0, 0}, 0.05}, false},
                                  {{{0.02, 0.01, 0}, {0, 0, 0.4}, 0.05}, true}};
-    static const std::uint8_t ignored[11 * 2] = {};
+    static const std::uint8_t ignored[13 * 2] = {};
     static const BallGroup group{{0, 0.4, 0.5}, 0.6, 0, 1};
     static Scene scene{};
     scene.blocks = &block;
@@ -185,14 +191,15 @@ int main() {
     scene.cluster_count = 1;
     scene.solids = solids;
     scene.solid_id = solid_id;
-    scene.solid_count = 3;
-    scene.first_held = 11;
-    scene.first_base = 11;
+    scene.solid_count = 5;
+    scene.first_held = 13;
+    scene.first_base = 13;
     scene.parts = parts;
     scene.part_count = 2;
     scene.ignored = ignored;
     scene.link_count = 2;
     scene.clearance = 0.01;
+    scene.soft = 0.02;
     report("scene", [] {
         for (std::size_t i = 0; i < count; ++i) {
             const Pose<double> pose = load_pose(in.matrix + 16 * i);
