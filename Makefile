@@ -9,7 +9,7 @@ PARALLEL = -n auto --dist loadfile
 LOWEST = numpy==1.26.0 pytest==8.0.0 hypothesis==6.100.0 matplotlib==3.8.0
 FUZZERS = inverse feasible step plan nearest
 
-.PHONY: help ci lint tidy format test check laws nearest plans docs bench timings realtime fuzz sanitize wheels manylinux accuracy test-lowest
+.PHONY: help ci lint tidy format test check laws nearest near plans docs bench timings realtime fuzz sanitize wheels manylinux accuracy test-lowest
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "%-12s %s\n", $$1, $$2}' Makefile
@@ -40,6 +40,9 @@ laws:  ## the laws with EXAMPLES=5000 random examples each, and SEED= that of th
 
 nearest:  ## the law of solve against a dense grid in all branches, for SECONDS=600, first seed SEED=
 	$(PYTHON) tests/laws/long_nearest.py $(SECONDS) $(SEED)
+
+near:  ## the law of proven arcs of nearly S-R-S arms, all of the catalogue, for SECONDS=600, first seed SEED=
+	$(PYTHON) tests/laws/long_near.py $(SECONDS) $(SEED)
 
 plans:  ## plans beside the naive and beside brute force, on PATHS=1000 paths each
 	$(PYTHON) tests/laws/long_plans.py $(PATHS)
