@@ -41,7 +41,7 @@ laws:  ## the laws with EXAMPLES=5000 random examples each, and SEED= that of th
 nearest:  ## the law of solve against a dense grid in all branches, for SECONDS=600, first seed SEED=
 	$(PYTHON) tests/laws/long_nearest.py $(SECONDS) $(SEED)
 
-near:  ## the law of proven arcs of nearly S-R-S arms, all of the catalogue, for SECONDS=600, first seed SEED=
+near:  ## the law of proven arcs of nearly S-R-S arms, all the catalogue, for SECONDS=600, first seed SEED=
 	$(PYTHON) tests/laws/long_near.py $(SECONDS) $(SEED)
 
 plans:  ## plans beside the naive and beside brute force, on PATHS=1000 paths each

@@ -44,7 +44,8 @@ def report(total: Verdict, circles: int, proven: int) -> None:
     print(
         f"{total.samples} samples of {circles} circles ({100 * proven / circles:.2f} % proven completely), "
         f"{total.decided} decided, {total.inside} of them in arcs, "
-        f"{total.by_newton} by Newton from anywhere, {total.unproven} left out as unproven, {len(total.wrong)} wrong",
+        f"{total.by_newton} by Newton from anywhere, {total.unproven} left out as unproven, "
+        f"{len(total.wrong)} wrong",
         flush=True,
     )
 
