@@ -169,6 +169,7 @@ public:
         if (all.usable()) {
             Sections sections;
             part(all, every, -pi, pi, sections);
+            prepare(sections);
             take(sections, 0.0, 0);
         } else {
             for (int k = 0; k < near_rule::cells; ++k)
@@ -196,6 +197,7 @@ public:
 
 private:
     using Open = Sections::Open;
+    using Several = Lane<register_width>;
     using Condition = CorrectedMotion::Condition;
 
     /// Parts [lower, upper] where a motion's conditions change; of those asked alone.
@@ -312,7 +314,7 @@ private:
         ++looks_;
         SinCos<double> angle[joints];
         const PsiPlane<double> plane(on_, sin_cos(middle));
-        if (!posture(plane, angle)) return halve(lower, upper, open, depth);
+        if (!posture(middle, plane, angle)) return halve(lower, upper, open, depth);
         if (half <= near_rule::widest_hull && by_hull(plane, angle, lower, upper, open)) return;
         Coarse over;
         const CorrectedMotion motion = motion_about(arm_, on_, plane, angle, gc_, half, over);
@@ -339,9 +341,37 @@ private:
         return true;
     }
 
+    /// The postures at the middles of what is open, the quick way, as lanes.
+    void prepare(const Sections& parts) noexcept {
+        double psi[register_width] = {};
+        for (int i = 0; i < parts.count && ready_ < register_width; ++i) {
+            const Sections::Section& one = parts.section[i];
+            const bool narrow = 0.5 * (one.upper - one.lower) <= near_rule::widest_ball;
+            if (one.known == Known::open && narrow) psi[ready_++] = 0.5 * (one.lower + one.upper);
+        }
+        if (ready_ == 0) return;
+        const SinCos<Several> at = sin_cos(Several::load(psi));
+        const Vec3<Several> e = spread<Several>(on_.e), z = spread<Several>(on_.z);
+        found_ =
+            find_posture(arm_, spread<Several>(pose_),
+                         PsiPlane<Several>(combine(e, at.cos, z, -at.sin), combine(e, at.sin, z, at.cos)),
+                         spread<Several>(gc_));
+        for (int i = 0; i < ready_; ++i) prepared_[i] = psi[i];
+    }
+
+    /// The posture at a psi, the quick way.
+    bool quickly(double psi, const PsiPlane<double>& plane, SinCos<double> (&angle)[joints]) const noexcept {
+        for (int i = 0; i < ready_; ++i) {
+            if (prepared_[i] != psi) continue;
+            for (int j = 0; j < joints; ++j) angle[j] = {found_.angle[j].sin[i], found_.angle[j].cos[i]};
+            return found_.left[i] <= near_rule::settled;
+        }
+        return solve_quickly(arm_, pose_, plane, gc_, angle);
+    }
+
     /// The posture at a psi: the quick way, or from that of the last psi.
-    bool posture(const PsiPlane<double>& plane, SinCos<double> (&angle)[joints]) noexcept {
-        if (!solve_quickly(arm_, pose_, plane, gc_, angle)) {
+    bool posture(double psi, const PsiPlane<double>& plane, SinCos<double> (&angle)[joints]) noexcept {
+        if (!quickly(psi, plane, angle)) {
             if (!begun_) {
                 if (hard_++ >= near_rule::hard) return false;
                 if (solve_angles(arm_, pose_, plane, gc_, angle) != Status::OK) return false;
@@ -465,6 +495,9 @@ private:
     double unproven_ = 0;
     int looks_ = 0, hard_ = 0, lost_ = 0;
     bool begun_ = false;
+    double prepared_[register_width];  // psi of the postures that are known, and these
+    int ready_ = 0;
+    Found<Several> found_;
     SinCos<double> last_[joints];  // of the posture found last
     Tag elbow_blocks_ = 0;         // the elbow's limit or margin that broke a cell
     bool only_elbow_ = true;       // and every other

@@ -19,6 +19,8 @@ inline constexpr int quick_steps = 4;                            // of Newton in
 inline constexpr int newton_steps = 24;                          // of Newton with short steps
 inline constexpr int bends = 4;                                  // tried where two branches are near
 inline constexpr double bend[bends] = {0.01, 0.03, 0.1, 0.003};  // rad
+inline constexpr double aside[] = {0.02, -0.02};                 // rad of psi: and then from beside
+inline constexpr int walk = 4;                                   // steps back from there
 inline constexpr double settled = 2e-14;     // of what is left (ratio): another step would change rounding
 inline constexpr double residual = 1e-12;    // largest that is taken for an answer (ratio; m of a metre)
 inline constexpr double largest_step = 0.5;  // rad, of Newton
@@ -37,6 +39,14 @@ struct PsiPlane {
 
     PsiPlane(const Triad<T>& on, const SinCos<T>& psi) noexcept
         : across(combine(on.e, psi.cos, on.z, -psi.sin)), along(combine(on.e, psi.sin, on.z, psi.cos)) {}
+
+    PsiPlane(const Vec3<T>& a, const Vec3<T>& b) noexcept : across(a), along(b) {}
+
+    /// That of another psi of the circle, `by` further.
+    PsiPlane turned(const T& by) const noexcept {
+        const SinCos<T> sc = sin_cos(by);
+        return {combine(across, sc.cos, along, -sc.sin), combine(along, sc.cos, across, sc.sin)};
+    }
 
     /// The normal at psi = 0 of a wrist p = S->W (m), w = p / |p|: the one whose z_3 has this psi.
     Vec3<T> normal(const Arm& arm, const Vec3<T>& p, const Vec3<T>& w) const noexcept {
@@ -344,14 +354,12 @@ inline bool solve_quickly(const NearArm& arm, const Pose<double>& pose, const Ps
     return found.left <= near_rule::settled;
 }
 
-/// The posture of (pose, psi, GC) of a pose that may be within reach. Where neither the quick way nor short
-/// steps lead to it, they begin again from a bend of the branch's own.
-inline Status solve_angles(const NearArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
-                           const Configuration<double>& gc, SinCos<double> (&angle)[joints]) noexcept {
+/// The posture where neither the quick way nor short steps lead to it: from a bend of the branch's own.
+inline Status solve_bent(const NearArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
+                         const Configuration<double>& gc, SinCos<double> (&angle)[joints]) noexcept {
     const auto begin = [&angle](const Found<double>& from) {
         for (int j = 0; j < joints; ++j) angle[j] = from.angle[j];
     };
-    if (solve_quickly(arm, pose, plane, gc, angle)) return Status::OK;
     const Found<double> start = correct(arm, pose, plane, gc, near_rule::more_corrections);
     begin(start);
     Status status = newton(arm, pose, plane, gc, angle);
@@ -360,6 +368,29 @@ inline Status solve_angles(const NearArm& arm, const Pose<double>& pose, const P
         bend_by(near_rule::bend[k], arm.nominal, gc, angle);
         status = newton(arm, pose, plane, gc, angle);
     }
+    return status;
+}
+
+/// The posture from one whose psi is `by` further, which comes back in steps.
+inline Status solve_beside(const NearArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
+                           double by, const Configuration<double>& gc,
+                           SinCos<double> (&angle)[joints]) noexcept {
+    const PsiPlane<double> beside = plane.turned(by);
+    Status status = Status::OK;
+    if (!solve_quickly(arm, pose, beside, gc, angle)) status = solve_bent(arm, pose, beside, gc, angle);
+    for (int k = near_rule::walk - 1; k >= 0 && status == Status::OK; --k)
+        status = newton(arm, pose, plane.turned(by * k / near_rule::walk), gc, angle);
+    return status;
+}
+
+/// The posture of (pose, psi, GC) of a pose that may be within reach: the quick way, from a bend, and at last
+/// from postures beside it, which lead on where two branches are nearer than bends are.
+inline Status solve_angles(const NearArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
+                           const Configuration<double>& gc, SinCos<double> (&angle)[joints]) noexcept {
+    if (solve_quickly(arm, pose, plane, gc, angle)) return Status::OK;
+    Status status = solve_bent(arm, pose, plane, gc, angle);
+    for (const double by : near_rule::aside)
+        if (status == Status::NEAR_SINGULAR) status = solve_beside(arm, pose, plane, by, gc, angle);
     return status;
 }
 

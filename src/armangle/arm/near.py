@@ -33,12 +33,12 @@ class NearHandle(_core.NearArm):
         raise unsupported(_ASKED.get(name, name.removesuffix("_many")))
 
 
-def unsupported(what: str) -> InputError:
+_NOMINAL = "arm.nominal, the S-R-S arm beside it, whose joints miss the true poses by arm.deviation"
+
+
+def unsupported(what: str, instead: str = _NOMINAL) -> InputError:
     """Return the error of a function that has no answer for an arm with a chain."""
-    return InputError(
-        f"{what} is not made for an arm with a chain of its own: use arm.nominal, the S-R-S arm beside it, "
-        "whose joints miss the true poses by arm.deviation"
-    )
+    return InputError(f"{what} is not made for an arm with a chain of its own: use {instead}")
 
 
 def check_near(name: str, handle: NearHandle) -> None:

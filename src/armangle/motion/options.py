@@ -84,11 +84,11 @@ def check_chain(
     """Raise for what a step of an arm with a chain of its own cannot be asked."""
     check_elbow_wish(arm, policy)
     if velocity is not None or acceleration is not None:
-        raise unsupported("a step with velocity= or acceleration=")
+        raise unsupported("a step with velocity= or acceleration=", "Tracker, which keeps both")
     if outside != "refuse":
         raise unsupported("outside=")
     if lookahead:
-        raise unsupported("lookahead=")
+        raise unsupported("lookahead=", "plan, which sees the whole path")
 
 
 def core_policy(policy: Policy, dt: float | None) -> Any:

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from .._arrays import Floats, as_floats, as_number, as_poses, as_threads, frozen
 from .._core import LENGTH_LIMIT
 from ..arm.arm import MOST_MARGIN, Arm
+from ..arm.near import unsupported
 from ..errors import InputError, NotFiniteError, ShapeError
 from ..poses import as_transform
 from ..status import STATUSES, Status
@@ -160,6 +161,8 @@ def place(
     """
     if not isinstance(arm, Arm):
         raise InputError(f"arm is {type(arm).__name__}, wanted an Arm")
+    if arm.chain is not None:
+        raise unsupported("place")
     lean = float(np.arccos(min(1.0, abs(float(arm.base[2, 2])))))
     if np.hypot(arm.base[0, 2], arm.base[1, 2]) > _UPRIGHT:
         raise InputError(

@@ -1,0 +1,45 @@
+"""The law of `make near` on a few circles, and that it sees arcs which are not those of the true chain."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.calibrated import ARMS, postures
+from support.draw import count, generator
+from support.near_law import Case, Verdict, cases, judge
+
+import armangle as aa
+
+
+def test_proven_arcs_beside_brute_force() -> None:
+    total, rng = Verdict(), generator(81)
+    for case in cases(1, count(44)):
+        total.add(judge(case, rng, 60))
+    assert not total.wrong, total.wrong[:3]
+    assert total.inside > 200 and total.decided > 1500 and total.by_newton > 50
+
+
+def test_the_arcs_of_the_nominal_arm_are_seen_to_be_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
+    arm = ARMS["kuka_iiwa7_r800 1.0 mm"]
+    poses, _, branch = arm.forward(postures(arm, 12, 82))
+    exact = aa.Arm.feasible
+    monkeypatch.setattr(aa.Arm, "feasible", lambda self, pose, gc: exact(self.nominal, pose, gc))
+    rng = np.random.default_rng(83)
+    wrong = sum(
+        len(judge(Case(arm, "nominal", pose, int(gc)), rng, 60).wrong)
+        for pose, gc in zip(poses, branch, strict=True)
+    )
+    assert wrong > 0
+
+
+def test_the_inverse_leads_into_the_last_of_an_arc_beside_a_singularity() -> None:
+    """Found by the law: up to where two branches meet the arc is right, and bends led past its posture."""
+    tried = 0
+    for case in cases(3, 44):
+        if not case.name.startswith("rainbow_rby1_leader_right"):
+            continue
+        for lower, upper in case.arm.feasible(case.pose, case.gc).intervals:
+            psi = np.linspace(lower, upper, 500)[1:-1]
+            assert np.isfinite(case.arm.inverse(case.pose, psi, case.gc, unreachable="nan")).all()
+            tried += 1
+    assert tried
