@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .._arrays import JOINTS, as_source
+from .._arrays import JOINTS, check_source
 from ..errors import InputError, UrdfError
 from .candidates import Candidate, RigidBody, Tree, TreeJoint, find_candidates, guess, unknown
 from .chain import Chain, FloatArray, Joint, from_rpy, rigid_inverse
@@ -245,7 +245,8 @@ class _Reader:
 
 def _load(source: Source) -> RobotElement:
     """Return the links and joints of a file or of XML text."""
-    if isinstance(as_source(source, bytes), bytes):
+    check_source(source, bytes)
+    if isinstance(source, bytes):
         return _parse(source, "XML text")
     if isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<"):
         return _parse(source, "XML text")
