@@ -66,11 +66,10 @@ def as_poses(name: str, value: ArrayLike, arm: _core.Arm | None = None) -> Float
     return poses
 
 
-def as_source(value: Any, *kinds: type) -> Any:
-    """Return `value`, which is a path or the text of a file."""
+def check_source(value: object, *kinds: type) -> None:
+    """Raise where `value` is neither a path nor the text of a file, nor one of `kinds`."""
     if not isinstance(value, (str, os.PathLike, *kinds)) or value == "":
         raise InputError(f"source is {value!r:.50}, wanted the path of a file, or its XML text")
-    return value
 
 
 def matrix_of(value: Any) -> Any:

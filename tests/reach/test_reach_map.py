@@ -415,3 +415,29 @@ def test_what_is_no_map(tmp_path: Path) -> None:
     )
     with pytest.raises(aa.FileFormatError, match="format is None, wanted 1"):
         made("openarm_v10", tmp_path / "a.zarr")
+
+
+def test_an_object_store_by_its_address(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The memory of fsspec stands for s3, gcs and the like: made, read, wounded, mended, refused."""
+    fsspec = need("fsspec")
+    small_tiles(monkeypatch, 2**12)
+    arm, place = aa.Arm.from_catalogue("openarm_v10"), f"memory://{tmp_path.name}/a.zarr"
+    half = aa.reach_map(arm, place, spacing=0.1, tilt=0.6, part=(1, 2))
+    assert half.missing
+    found = aa.reach_map(arm, place, spacing=0.1, tilt=0.6)
+    here = made("openarm_v10", tmp_path / "a.zarr", spacing=0.1, tilt=0.6)
+    assert found.path == place
+    for name in found.fields:
+        assert np.array_equal(aa.ReachMap(place).values(name), here.values(name))
+    files, chunk = fsspec.filesystem("memory"), f"/{tmp_path.name}/a.zarr/gc/c/0/1/0/0"
+    bits = bytearray(files.cat_file(chunk))
+    bits[len(bits) // 2] ^= 4
+    files.pipe_file(chunk, bytes(bits))
+    assert found.verify() == (1,)
+    assert found.resume().missing == ()
+    assert np.array_equal(found.values("gc"), here.values("gc"))
+    with pytest.raises(aa.InputError, match="is a map with grid that differs in spacing"):
+        aa.reach_map(arm, place, spacing=0.2, tilt=0.6)
+    with pytest.raises(aa.FileFormatError, match="there is no reach map"):
+        aa.ReachMap(f"memory://{tmp_path.name}/none.zarr")
+    files.rm(f"/{tmp_path.name}", recursive=True)

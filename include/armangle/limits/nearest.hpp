@@ -7,6 +7,7 @@
 //        | \    / \         by cost' and cost'' over the box. Boxes whose bound is above the best cost known
 //        |  \__/   \___     are dropped, boxes on which cost' has one sign leave one end, and boxes with
 //        +------------- psi cost'' > 0 are finished by Newton's method. The rest is split into eight lanes.
+//                           Where costs are a maximum, two lines below it take the place of cost' and cost''.
 //
 // Source: E. R. Hansen, Global optimization using interval analysis (1980): monotonicity, convexity and
 // midpoint tests.
@@ -58,7 +59,7 @@ inline constexpr double narrowest = 1e-15;  // half width at which a box is not 
 inline constexpr double settled = 1e-16;    // square of Newton's last move, of the radius of its box (rad)
 inline constexpr double tie = 1e-13;        // costs closer than this share of them are equal
 inline constexpr double noise = 1e-12;      // of a joint's value, where costs are a maximum (rad)
-inline constexpr int work = 2000;           // splits of a first box, and no more: 80 are the most of 10 000
+inline constexpr int work = 2000;           // splits of a first box, and no more: a hundred are many
 inline constexpr double apart = 1e-6;       // arm angles further apart are two solutions (rad)
 inline constexpr double same = 4e-15;  // a pose this near is the pose (of the arm's size; of a unit vector)
 inline constexpr int newton = 40, deepest = 20;

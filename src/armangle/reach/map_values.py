@@ -42,8 +42,8 @@ class MapValues:
     @property
     def dtype(self) -> np.dtype[Any]:
         """As it is stored."""
-        kept: np.dtype[Any] = np.dtype(self.array.dtype)
-        return kept
+        stored: np.dtype[Any] = np.dtype(self.array.dtype)
+        return stored
 
     def __getitem__(self, index: Any) -> Any:
         """Return values as an array; only the tiles that they lie in are read.
