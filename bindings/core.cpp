@@ -120,6 +120,7 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     m.attr("ROTATION_TOLERANCE") = armangle::tolerance::rotation;
     m.attr("UNIT_TOLERANCE") = armangle::tolerance::unit;
     m.attr("LARGEST_ANGLE") = armangle::tolerance::largest_angle;
+    m.attr("FARTHEST") = armangle::tolerance::farthest;
     m.attr("LENGTH_LIMIT") = armangle::tolerance::length;
     m.attr("ARC_CAPACITY") = armangle::ArcSet::capacity;
     m.attr("MOST_MARGIN") = armangle::most_margin;

@@ -167,11 +167,12 @@ private:
 
 /// (ok, gc, plane, stretches, open, start gap, goal gap, branches); weights: limits, singularities, travel,
 /// enough, psi. wished: psi at s evenly, or what the elbow shall be near or go along; None without a wish.
-/// allowed: count and arcs, the same for every s; allowed_at: a function of s that gives them.
+/// allowed: count and arcs, the same for every s; allowed_at: a function of s that gives them. held: q of
+/// joint 7 where the roll is free.
 nb::object plan_path(const ArmHandle& self, Floats segments, Floats rows, Floats start, Floats goal,
                      unsigned branches, Floats weights, double singularity_margin, double limit_margin,
                      Wish wish, Floats wished, const SceneHandle* scene, Ints allowed_count,
-                     Floats allowed_psi, nb::object allowed_at) {
+                     Floats allowed_psi, nb::object allowed_at, double held_q_7) {
     const Buffer g(segments), r(rows), w(weights);
     Buffer from, to;
     PlanOptions options;
@@ -196,6 +197,7 @@ nb::object plan_path(const ArmHandle& self, Floats segments, Floats rows, Floats
     }
     options.branches = branches, options.singularity_margin = singularity_margin,
     options.limit_margin = limit_margin;
+    options.held_q_7 = held_q_7;
     options.scene = scene ? &scene->view : nullptr;
     ArcSet everywhere;
     AskedArcs asked(allowed_at);
@@ -224,10 +226,10 @@ nb::object plan_path(const ArmHandle& self, Floats segments, Floats rows, Floats
                           as_array(out.proof.open, 2), out.start_gap, out.goal_gap, reports);
 }
 
-Curve as_curve(const ArmHandle& self, const Buffer& segments, const Buffer& stretches, const Buffer& plane,
+Curve as_curve(const Arm& arm, const Buffer& segments, const Buffer& stretches, const Buffer& plane,
                int gc) noexcept {
     const double* v = plane.data<double>();
-    return {self.arm,
+    return {arm,
             {as_vector(v), as_vector(v + 3)},
             gc,
             {as_segments(segments), static_cast<std::size_t>(segments.shape(0))},
@@ -235,19 +237,21 @@ Curve as_curve(const ArmHandle& self, const Buffer& segments, const Buffer& stre
              static_cast<std::size_t>(stretches.shape(0))}};
 }
 
-/// q, psi, branch (as a float), pose, least limit margin and residual at s.
-void curve_at(const ArmHandle& self, Floats segments, Floats stretches, Floats plane, int gc, Floats s,
-              Floats q, Floats psi, Floats branch, Floats pose, Floats margin, Floats residual) {
+/// q, psi, branch (as a float), pose, least limit margin and residual at s. roll_free: joint 7 stays, and the
+/// pose is the one that is held.
+void curve_at(const ArmHandle& self, Floats segments, Floats stretches, Floats plane, int gc, bool roll_free,
+              Floats s, Floats q, Floats psi, Floats branch, Floats pose, Floats margin, Floats residual) {
     const Buffer g(segments), x(stretches), v(plane), at(s), q_out(q, true), psi_out(psi, true),
         pose_out(pose, true);
     const Buffer margin_out(margin, true), residual_out(residual, true), branch_out(branch, true);
-    const Curve curve = as_curve(self, g, x, v, gc);
+    const Arm moving = roll_free ? with_free_roll(self.arm) : self.arm;
+    const Curve curve = as_curve(moving, g, x, v, gc);
     for (Py_ssize_t i = 0; i < at.shape(0); ++i) {
         const PlacedPosture here = curve.at(at.data<double>()[i]);
         std::memcpy(q_out.data<double>() + joints * i, here.q, joints * sizeof(double));
         psi_out.data<double>()[i] = here.psi;
         branch_out.data<double>()[i] = here.gc;
-        store_pose(here.pose, pose_out.data<double>() + 16 * i);
+        store_pose(roll_free ? forward(self.arm, here.q).pose : here.pose, pose_out.data<double>() + 16 * i);
         margin_out.data<double>()[i] = limit_margin(self.arm.limits, here.q);
         residual_out.data<double>()[i] = position_error(self.arm, chain(self.arm, here.q), here.pose);
     }
@@ -255,9 +259,10 @@ void curve_at(const ArmHandle& self, Floats segments, Floats stretches, Floats p
 
 /// q', q'', q''' at s: (3, 7) each.
 void curve_derivatives(const ArmHandle& self, Floats segments, Floats stretches, Floats plane, int gc,
-                       Floats s, Floats out) {
+                       bool roll_free, Floats s, Floats out) {
     const Buffer g(segments), x(stretches), v(plane), at(s), to(out, true);
-    const Curve curve = as_curve(self, g, x, v, gc);
+    const Arm moving = roll_free ? with_free_roll(self.arm) : self.arm;
+    const Curve curve = as_curve(moving, g, x, v, gc);
     for (Py_ssize_t i = 0; i < at.shape(0); ++i)
         curve.derivatives(at.data<double>()[i], to.data<double>() + 3 * joints * i);
 }
@@ -318,7 +323,7 @@ void interval_many(int operation, Floats a, Floats b, Floats out) {
 nb::tuple certify_curve(const ArmHandle& self, Floats segments, Floats stretches, Floats plane, int gc,
                         double singularity_margin, const SceneHandle* scene) {
     const Buffer g(segments), x(stretches), v(plane);
-    const Proof proof = certify(as_curve(self, g, x, v, gc), self.arm.limits, singularity_margin,
+    const Proof proof = certify(as_curve(self.arm, g, x, v, gc), self.arm.limits, singularity_margin,
                                 {scene ? &scene->view : nullptr, nullptr});
     return nb::make_tuple(as_array(proof.open, 2), as_array(proof.violated, 1));
 }
@@ -350,11 +355,12 @@ void bind_planning(nb::module_& m, nb::class_<ArmHandle>& arm) {
     m.def("interval_many", &interval_many, "operation"_a, "a"_a, "b"_a, "out"_a);
     arm.def("plan_path", &plan_path, "segments"_a, "rows"_a, "start"_a.none(), "goal"_a.none(), "branches"_a,
             "weights"_a, "singularity_margin"_a, "limit_margin"_a, "wish"_a, "wished"_a.none(),
-            "scene"_a.none(), "allowed_count"_a.none(), "allowed_psi"_a.none(), "allowed_at"_a.none());
-    arm.def("curve_at", &curve_at, "segments"_a, "stretches"_a, "plane"_a, "gc"_a, "s"_a, "q"_a, "psi"_a,
-            "branch"_a, "pose"_a, "margin"_a, "residual"_a);
-    arm.def("curve_derivatives", &curve_derivatives, "segments"_a, "stretches"_a, "plane"_a, "gc"_a, "s"_a,
-            "out"_a);
+            "scene"_a.none(), "allowed_count"_a.none(), "allowed_psi"_a.none(), "allowed_at"_a.none(),
+            "held_q_7"_a);
+    arm.def("curve_at", &curve_at, "segments"_a, "stretches"_a, "plane"_a, "gc"_a, "roll_free"_a, "s"_a,
+            "q"_a, "psi"_a, "branch"_a, "pose"_a, "margin"_a, "residual"_a);
+    arm.def("curve_derivatives", &curve_derivatives, "segments"_a, "stretches"_a, "plane"_a, "gc"_a,
+            "roll_free"_a, "s"_a, "out"_a);
     arm.def("curve_through", &curve_through, "segments"_a, "s"_a, "q"_a, "psi"_a, "gc"_a);
     arm.def("certify_curve", &certify_curve, "segments"_a, "stretches"_a, "plane"_a, "gc"_a,
             "singularity_margin"_a, "scene"_a.none() = nb::none());

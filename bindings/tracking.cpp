@@ -1,5 +1,6 @@
 // The tracker: a posture every tick.
 #include "refusal.hpp"
+#include "scene_handle.hpp"
 
 namespace binding {
 
@@ -8,15 +9,14 @@ using namespace armangle;
 namespace {
 
 /// Numbers in a row, as Python gives the options: dt, length, still_margin, elbow_margin,
-/// singularity_margin, omega, patience, jump, turn; then seven velocities and seven accelerations.
-constexpr int option_count = 9;
+/// singularity_margin, omega, patience, jump, turn, soft_clearance; then seven velocities and seven
+/// accelerations.
+constexpr int option_count = 10;
 
-/// A tracker of one kind for the arms of that kind.
-template <class Loop, class Handle>
-void make_tracker(Loop* self, const Handle& arm, Floats numbers) {
+TrackerOptions options_of(Floats numbers) {
     const Buffer given(numbers);
     if (!given.is_array('d', {option_count + 2 * joints}))
-        throw std::invalid_argument("23 numbers were expected");
+        throw std::invalid_argument("24 numbers were expected");
     const double* x = given.data<double>();
     TrackerOptions o;
     o.dt = x[0];
@@ -25,11 +25,23 @@ void make_tracker(Loop* self, const Handle& arm, Floats numbers) {
     o.elbow_margin = x[3];
     o.singularity_margin = x[4];
     o.hand = {x[5], x[6], x[7], x[8]};
+    o.soft_clearance = x[9];
     for (int j = 0; j < joints; ++j) {
         o.velocity[j] = x[option_count + j];
         o.acceleration[j] = x[option_count + joints + j];
     }
-    new (self) Loop(arm.arm, o);
+    return o;
+}
+
+/// The scene has to live as long as the tracker.
+void make_tracker(Tracker* self, const ArmHandle& arm, Floats numbers, const SceneHandle* scene) {
+    TrackerOptions o = options_of(numbers);
+    if (scene) o.scene = &scene->view;
+    new (self) Tracker(arm.arm, o);
+}
+
+void make_near_tracker(CorrectedTracker* self, const NearArmHandle& arm, Floats numbers) {
+    new (self) CorrectedTracker(arm.arm, options_of(numbers));
 }
 
 template <class Loop>
@@ -51,11 +63,12 @@ nb::object joint_array(const double* values) {
     return array;
 }
 
-/// A named tuple `kind` of (q, velocity, status, distance, gap, psi, gc, why), or None where pose or elbow is
-/// no small matrix: the general way then converts it, or says what is wrong.
+/// A named tuple `kind` of (q, velocity, status, distance, gap, psi, gc, why, pair), or None where pose or
+/// elbow is no small matrix: the general way then converts it, or says what is wrong. `name` makes names of
+/// a pair's number.
 template <class Loop>
 nb::object track_one(Loop& self, nb::handle pose, nb::handle elbow, Wish wish, double dt, int reconfigure,
-                     nb::handle kind, nb::handle trackings, nb::handle statuses) {
+                     nb::handle kind, nb::handle trackings, nb::handle statuses, nb::handle name) {
     double m[16], point[3]{};
     if (!SmallMatrix().read(pose, 4, 4, m)) return nb::none();
     if (!elbow.is_none() && !SmallMatrix().read(elbow, 1, 3, point)) return nb::none();
@@ -70,7 +83,15 @@ nb::object track_one(Loop& self, nb::handle pose, nb::handle elbow, Wish wish, d
     const Tracked now = self.step(command);
     return new_named(kind, joint_array(now.q), joint_array(now.velocity),
                      at(trackings, static_cast<int>(now.status)), now.distance, now.gap, now.psi, now.gc,
-                     at(statuses, static_cast<int>(now.why)));
+                     at(statuses, static_cast<int>(now.why)),
+                     now.pair ? name(pair_number(now.pair)) : nb::none());
+}
+
+/// Room (m, less the clearance), distance of the cores (m) and number of the nearest pair of the present
+/// posture, of those within `reach` (m) of a tracker with a scene.
+nb::tuple nearest_of(const Tracker& self, double reach) {
+    const NearestPair nearest = self.nearest_pair(reach);
+    return nb::make_tuple(nearest.room, nearest.core, pair_number(nearest.pair));
 }
 
 /// Ticks over poses (n, 4, 4); writes q (n, 7).
@@ -113,15 +134,13 @@ void smooth_hand(double omega, double patience, double jump, double turn, Floats
     }
 }
 
-template <class Loop, class Handle>
-void bind_tracker(nb::module_& m, const char* name) {
+template <class Loop>
+void bind_loop(nb::class_<Loop>& tracker) {
     using namespace nb::literals;
-    nb::class_<Loop>(m, name)
-        .def("__init__", &make_tracker<Loop, Handle>, "arm"_a, "numbers"_a)
-        .def_prop_ro("q", [](const Loop& self) { return joint_array(self.q()); })
+    tracker.def_prop_ro("q", [](const Loop& self) { return joint_array(self.q()); })
         .def("start", &start_tracker<Loop>, "q"_a)
         .def("step_one", &track_one<Loop>, "pose"_a.none(), "elbow"_a.none(), "wish"_a, "dt"_a,
-             "reconfigure"_a, "kind"_a, "trackings"_a, "statuses"_a)
+             "reconfigure"_a, "kind"_a, "trackings"_a, "statuses"_a, "name"_a.none())
         .def("run", &track_many<Loop>, "poses"_a, "q"_a);
 }
 
@@ -138,8 +157,13 @@ void bind_tracking(nb::module_& m) {
         .value("RETURNING", Tracking::RETURNING);
     m.def("smooth_hand", &smooth_hand, "omega"_a, "patience"_a, "jump"_a, "turn"_a, "samples"_a, "dt"_a,
           "poses"_a);
-    bind_tracker<Tracker, ArmHandle>(m, "Tracker");
-    bind_tracker<CorrectedTracker, NearArmHandle>(m, "NearTracker");
+    nb::class_<Tracker> tracker(m, "Tracker");
+    tracker.def("__init__", &make_tracker, "arm"_a, "numbers"_a, "scene"_a.none(), nb::keep_alive<1, 4>())
+        .def("nearest_pair", &nearest_of, "reach"_a);
+    bind_loop(tracker);
+    nb::class_<CorrectedTracker> near_tracker(m, "NearTracker");
+    near_tracker.def("__init__", &make_near_tracker, "arm"_a, "numbers"_a);
+    bind_loop(near_tracker);
 }
 
 }  // namespace binding

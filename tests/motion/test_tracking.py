@@ -6,14 +6,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from support import draw, streams
+from support.ticks import DT, HARDEST, check_bounds, hostile, moved, settled
 
 import armangle as aa
 
 Array = NDArray[np.float64]
 
 ARMS = ("kuka_iiwa14_r820", "realman_rm75_b", "openarm_v10")
-DT = 0.004
-HARDEST = 10.0
 STILL = 0.05  # rad off straight that joint 4 keeps at rest
 TICKS = 340_000 if draw.COUNT else 34_000
 ARM_OF = {name: aa.Arm.from_catalogue(name) for name in ARMS}
@@ -28,47 +27,6 @@ def tracker_at(arm: aa.Arm, q: Array, **options: object) -> aa.Tracker:
     tracker = aa.Tracker(arm, DT, **options)  # type: ignore[arg-type]  # any options
     tracker.start(q)
     return tracker
-
-
-def settled(tracker: aa.Tracker, pose: Array, seconds: float) -> aa.Tracked:
-    for _ in range(round(seconds / DT)):
-        now = tracker.step(pose)
-    return now
-
-
-def moved(pose: Array, by: Array) -> Array:
-    out = pose.copy()
-    out[:3, 3] += by
-    return out
-
-
-def random_rotation(rng: np.random.Generator) -> Array:
-    axis = rng.normal(size=3)
-    return streams.rotation(rng.uniform(0, np.pi) * axis[None] / np.linalg.norm(axis))[0]
-
-
-def hostile(arm: aa.Arm, rng: np.random.Generator) -> Array:
-    """One command of a kind drawn anew."""
-    pose = np.eye(4)
-    kind = rng.integers(6)
-    if kind == 0:  # anywhere, in reach or metres away
-        pose[:3, :3] = random_rotation(rng)
-        pose[:3, 3] = rng.normal(size=3) * rng.choice([0.3, 1.0, 5.0])
-    elif kind == 1:  # within limits
-        pose = arm.forward(rng.uniform(arm.lower, arm.upper))[0].copy()
-    elif kind == 2:  # the wrist in the shoulder
-        pose[:3, :3] = random_rotation(rng)
-        pose[:3, 3] = [0, 0, arm.d_bs]
-        pose[:3, 3] += pose[:3, 2] * arm.d_wf
-        pose = arm.base @ pose @ arm.tool
-    elif kind == 3:
-        pose[rng.integers(3), rng.integers(4)] = rng.choice([np.nan, np.inf, 1e300])
-    elif kind == 4:  # no rotation
-        pose[:3, :3] *= rng.uniform(-2, 2)
-    else:  # stretched out along a random ray
-        pose[:3, :3] = random_rotation(rng)
-        pose[:3, 3] = (arm.d_se + arm.d_ew) * rng.normal(size=3)
-    return pose
 
 
 def hostile_steps(arm: aa.Arm, ticks: int, seed: int) -> tuple[Array, Array]:
@@ -87,18 +45,6 @@ def hostile_steps(arm: aa.Arm, ticks: int, seed: int) -> tuple[Array, Array]:
             q.append(now.q)
             times.append(dt)
     return np.array(q), np.array(times)
-
-
-def check_bounds(arm: aa.Arm, q: Array, dt: Array, hardest: float = HARDEST) -> None:
-    v = np.diff(q, axis=0) / dt[:, None]
-    before = np.concatenate([np.zeros((1, 7)), v[:-1]])
-    assert np.isfinite(q).all()
-    assert (q >= arm.lower).all()
-    assert (q <= arm.upper).all()
-    assert (np.abs(v) <= arm.velocity * (1 + 1e-9)).all()
-    assert (np.abs(v - before) <= hardest * dt[:, None] * (1 + 1e-9) + 1e-12).all()
-    room = np.where(v > 0, arm.upper - q[1:], q[1:] - arm.lower)
-    assert (v**2 / (2 * hardest) <= room + 1e-9).all()
 
 
 def test_hostile_ticks_keep_the_bounds_judged_by_the_joints_alone(arm: aa.Arm) -> None:

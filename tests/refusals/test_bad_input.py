@@ -37,9 +37,11 @@ HUGE = [1e7, -1e300]
 ANGLES: list[Any] = [*WORDS, NAN, INF, *HUGE, 1j, [0.1, "x"], [[0.1], [0.1, 0.2]]]
 JOINTS: list[Any] = [*WORDS, 0.1, Q[:6], changed(Q, NAN), changed(Q, -INF), changed(Q, 1e9), [1j] * 7]
 ROTATION = POSE[:3, :3]
+FAR = POSE.copy()
+FAR[1, 3] = 1e300  # finite, but its square is not
 POSES: list[Any] = [
     *WORDS, 0.1, POSE[:3], ROTATION, changed(POSE, NAN), changed(POSE, INF), changed(POSE, 2.0),
-    np.diag([-1.0, 1, 1, 1]), np.zeros((4, 4)), np.ones((4, 4)), POSE.astype(complex),
+    np.diag([-1.0, 1, 1, 1]), np.zeros((4, 4)), np.ones((4, 4)), POSE.astype(complex), FAR,
 ]  # fmt: skip
 INDEX: list[Any] = ["nonsense", object(), 8, -1, 2.0, NAN, 10**30, True]
 NUMBER: list[Any] = ["nonsense", object(), NAN, 10**400, 1j]
@@ -115,6 +117,8 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "Box": (aa.Box, {"pose": POSE, "size": [0.1, 0.2, 0.3]}),
     "HalfSpace": (aa.HalfSpace, {"normal": [0.0, 0.0, 1.0], "offset": 0.1}),
     "Cloud": (aa.Cloud, {"points": [[0.0, 0.0, 1.0]], "radius": 0.1}),
+    "Hull": (aa.Hull, {"points": [[0.0, 0.0, 1.0]], "radius": 0.1}),
+    "Field": (aa.Field, {"distance": [[[0.1, 0.1]] * 2] * 2, "origin": [0.0, 0.0, 1.0], "spacing": 0.1}),
     "Scene": (aa.Scene, {}),
     "Body": (aa.Body, {"links": {3: [BALL]}}),
     "Body.bones": (aa.Body.bones, {"upper_arm": 0.1, "forearm": 0.1}),
@@ -122,6 +126,12 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "OffsetArm.forward": (FR3.forward, {"q": Q}),
     "OffsetArm.jacobian": (FR3.jacobian, {"q": Q}),
     "OffsetArm.inverse": (FR3.inverse, {"pose": POSE, "free": 0.1, "gc": 0, "unreachable": "nan"}),
+    "OffsetArm.inverse_all": (FR3.inverse_all, {"pose": POSE, "free": 0.1}),
+    "OffsetArm.frames": (FR3.frames, {"q": Q}),
+    "OffsetArm.elbow": (FR3.elbow, {"q": Q}),
+    "OffsetArm.limit_margin": (FR3.limit_margin, {"q": Q}),
+    "OffsetArm.within_limits": (FR3.within_limits, {"q": Q}),
+    "OffsetArm.with_tool": (FR3.with_tool, {"tool": np.eye(4)}),
     "OffsetArm.feasible": (FR3.feasible, {"pose": POSE, "gc": 0}),
     "OffsetArm.feasible_all": (FR3.feasible_all, {"pose": POSE}),
     "OffsetArm.solve": (FR3.solve, {"pose": POSE}),
@@ -189,6 +199,7 @@ BAD: dict[str, list[Any]] = {
     "a_1": [*NUMBER, None, INF, 1e6], "a_6": [*NUMBER, None, INF, 1e6], "free": ANGLES,
     "metric": CHOICE, "prefer": CHOICE, "filter": ["nonsense", 0.5, object(), aa.HandFilter],
     "length": [*POSITIVE, None, INF], "elbow_margin": MARGIN, "reconfigure": INDEX,
+    "soft_clearance": [*NUMBER, None, INF, -1.0],
     "elbow_direction": ["nonsense", object(), 0.1, [1.0, 2.0], [1j] * 3],
     "elbow": ["nonsense", object(), 0.1, [1.0, 2.0], [[0.0, 0.0, 1.0]], [1j] * 3], "omega": [*POSITIVE, None],
     "patience": [*NUMBER, -1.0, None], "jump": [*POSITIVE, None], "turn": [*POSITIVE, None],
@@ -236,7 +247,10 @@ BAD_HERE: dict[tuple[str, str], list[Any]] = {
     ("place", "weight"): ["nonsense", object(), 1.0, [1.0], [NAN, 1.0], [-1.0, 1.0]],
     ("place", "singularity_margin"): MARGIN,
     **{(name, "path"): [None, object(), 1.0, {"a": 1}, "", "a\0b"] for name in ("reach_map", "ReachMap")},
-    **{(name, "roll"): CHOICE for name in ("step", "follow", "Arm.solve")},
+    **{(name, "roll"): CHOICE for name in ("step", "follow", "plan", "Arm.solve")},
+    ("Field", "distance"): [None, "x", [], [[]], [0.0] * 3, np.full((2, 2, 2), NAN), [[["x"] * 2] * 2] * 2],
+    ("Field", "origin"): POINTS,
+    ("Field", "spacing"): [*POSITIVE, None, INF],
     ("reach_map", "spacing"): [*WORDS, NAN, INF, 0.0, -1.0, 1e-9, 1j],
     ("reach_map", "tilt"): [*WORDS, NAN, INF, 0.0, -1.0, 1e-9, 3.0, 1j],
     ("reach_map", "fields"): [None, object(), 1.0, (), ("gc", "nonsense"), [1j]],
@@ -263,7 +277,7 @@ NEEDS: dict[str, dict[str, Any]] = {
 FREE = {"arm", "name", "joint_names", "notes", "import_report"}
 """Values of other kinds, with tests of their own."""
 OTHERS = {"catalogue", "offset_catalogue", "save", "load_poses", "load_joints", "load_trajectory"}
-OTHERS |= {"load_scene", "load_body", "load_cloud"}
+OTHERS |= {"load_scene", "load_body", "load_cloud", "load_field"}
 """Files and names: test_io_refusals, test_catalogue, files/test_scenes."""
 
 

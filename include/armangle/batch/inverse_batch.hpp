@@ -91,8 +91,8 @@ inline LaneInput load_block(const Arm& arm, const InverseBatch& b, const std::si
     const auto& r = in.pose.rotation;
     const Vec3<Batch>& p = in.pose.position;
     // NaN and infinity make these comparisons false
-    const auto finite =
-        (abs(p.x) + abs(p.y) + abs(p.z) < Batch(infinity)) & (abs(in.psi) <= Batch(tolerance::largest_angle));
+    const auto near = abs(p.x) + abs(p.y) + abs(p.z) <= Batch(tolerance::farthest);
+    const auto finite = near & (abs(in.psi) <= Batch(tolerance::largest_angle));
     const auto rigid =
         (orthonormality_error(r) <= Batch(tolerance::rotation)) & (dot(cross(r.x, r.y), r.z) > Batch(0.0));
     const auto row_ok =

@@ -12,7 +12,11 @@
 // meet. Joint 4 stays on its side of the stretched arm.
 #pragma once
 
+#include <optional>
+
+#include "../scene/clear.hpp"
 #include "elbow_choice.hpp"
+#include "guard.hpp"
 #include "hand_filter.hpp"
 
 namespace armangle {
@@ -24,7 +28,7 @@ enum class Tracking : std::uint8_t {
     NEAREST,    // the hand is out of reach: at, or on the way to, the nearest pose
     HELD,       // no sample to believe: on as predicted
     TURNING,    // on its way to another posture, joint by joint: the tool leaves the hand
-    RETURNING,  // a joint stands outside its limits, where the arm began: on its way into them
+    RETURNING,  // a joint stands outside its limits, or a link touches, where the arm began: on its way out
 };
 
 /// The bounds of a tracker, and what it keeps clear of.
@@ -36,6 +40,8 @@ struct TrackerOptions {
     double still_margin = 0.05;       // rad off straight that joint 4 keeps at rest
     double elbow_margin = 0.35;       // rad off straight that it keeps while the hand is fast
     double singularity_margin = 0.0;  // rad off theta_2, theta_6 = 0 where arcs allow it
+    double soft_clearance = 0.02;     // m more than the scene's that the elbow keeps where arcs allow it
+    const Scene* scene = nullptr;     // obstacles that links keep clear of; lives as long as the tracker
     HandFilter hand;
 };
 
@@ -58,6 +64,7 @@ struct Tracked {
     double psi;       // in (-pi, pi]
     int gc;
     Status why;  // what keeps the tool from the hand
+    Tag pair;    // where that is an obstacle: it and the link; 0: none
 };
 
 namespace track_rule {
@@ -79,6 +86,7 @@ inline constexpr double crossing = 0.3;    // rad of theta_2, theta_6 within whi
 inline constexpr double leap = 3.0;        // m/s: a goal that moves faster has jumped
 inline constexpr double standing = 0.02;   // rad/s: slower than this in all joints the arm stands
 inline constexpr double stall = 0.3;       // s of standing away from a goal after which the arm turns to it
+inline constexpr double lively = 0.02;     // m/s: a hand that moves faster makes a new case
 inline constexpr double turned = 0.05;     // rad from the goal's posture at which turning is over
 inline constexpr double irregular = 0.7;   // sine of theta_2, theta_6 below which psi is turned less
 inline constexpr double worth = 0.005;     // m that another start of the relaxation must gain
@@ -99,6 +107,11 @@ public:
         }
         plain_ = limit_table(arm, arm.limits);
         clear_ = limit_table(arm, soft, options.singularity_margin);
+        if (options.scene) {
+            kept_ = soft_ = *options.scene;
+            kept_.clearance += guard_rule::standoff;
+            soft_.clearance += max(options.soft_clearance, guard_rule::standoff);
+        }
         double middle[joint_slots];
         for (int j = 0; j < joint_slots; ++j) middle[j] = arm.joint_middle[j];
         start(middle);
@@ -118,11 +131,17 @@ public:
         relaxing_ = false;
         turning_to_ = -1;
         stalled_ = 0;
+        weary_ = false;
+        escaping_ = options_.scene && nearest_pair(0.0).room < 0;
         goal_pose_ = user_pose(arm_, chain(arm_, q_.q).flange);
         hand_.start(hand);
     }
 
     const double* q() const noexcept { return q_.q; }
+    /// The nearest pair of the present posture, of those nearer than `reach` (m) more than the clearance.
+    NearestPair nearest_pair(double reach) const noexcept {
+        return StraightMove(arm_, *options_.scene).nearest_pair(q_.q, reach);
+    }
     /// The hand as it is believed, in the frame that poses are given in.
     const Pose<double>& hand() const noexcept { return hand_.pose(); }
 
@@ -131,16 +150,24 @@ public:
         const bool valid =
             command.pose && is_rigid(*command.pose) && norm(command.pose->position) <= tolerance::length;
         Tick t{timed ? command.dt : options_.dt, chain(arm_, q_.q)};
-        t.elbow = command.elbow;
+        const bool misled = command.elbow && !says_something(*command.elbow);
+        t.elbow = misled ? nullptr : command.elbow;
         t.gc = configuration(arm_, t.now.theta);
         if (command.reconfigure >= 0 && command.reconfigure < configurations &&
             command.reconfigure != index(t.gc))
             turning_to_ = command.reconfigure;
         hand_.tick(valid ? command.pose : nullptr, t.dt);
         see(command.seen);
+        std::optional<Guard> guard;
         box(t);
+        if (options_.scene) {
+            guard.emplace(arm_, *options_.scene, options_.acceleration);
+            guard->begin(q_.q, v_, t.dt, t.limits);
+            t.guard = &*guard;
+        }
         Goal goal;
         Joints next;
+        weary_ = weary_ && size(speed_, options_.length) < track_rule::lively;
         if (seek(t, goal, next)) {
             stalled_ = 0;
             turning_to_ = -1;
@@ -150,7 +177,7 @@ public:
             approach(t, goal, next);
         }
         goal_pose_ = goal.pose;
-        return finish(t, goal, next, valid);
+        return finish(t, goal, next, valid, misled);
     }
 
 private:
@@ -158,7 +185,9 @@ private:
         double dt;
         Chain now;
         Configuration<double> gc{};
+        Limits limits{};                                // joint 4 on its side of the stretched arm
         double lower[joints] = {}, upper[joints] = {};  // rad/s: what the next velocity may be
+        Guard* guard = nullptr;                         // where there are obstacles
         const Towards* elbow = nullptr;
     };
 
@@ -168,8 +197,16 @@ private:
         Joints at;
         double psi = 0, gap = 0;
         Status why = Status::OK;
-        bool posture_only = false;  // the pose may have no arc: only this posture
+        bool posture_only = false;    // the pose may have no arc: only this posture
+        Status blocked = Status::OK;  // or why obstacles leave no posture of the pose
+        Tag pair = 0;                 // the one that blocks all of them alone; 0: none does
     };
+
+    /// Whether a hint says something: a point, or a direction that has a length.
+    static bool says_something(const Towards& hint) noexcept {
+        const double size = norm(hint.target);
+        return size < infinity && (hint.wish == Wish::point || size > 0);
+    }
 
     /// Takes the hand, moved by `seen` where that is given.
     void see(const Pose<double>* seen) noexcept {
@@ -185,7 +222,7 @@ private:
     /// The velocities that keep the bounds and from which every joint can still brake. A joint outside its
     /// limits has to go in, as fast as one that came to rest there.
     void box(Tick& t) const noexcept {
-        const Limits limits =
+        const Limits& limits = t.limits =
             elbow_turns(t) ? arm_.limits : on_one_side(arm_, q_.q[3], options_.still_margin);
         for (int j = 0; j < joints; ++j) {
             const double a = options_.acceleration[j], most = options_.velocity[j];
@@ -303,26 +340,35 @@ private:
     bool posture_of(const Tick& t, Goal& goal) const noexcept {
         const Circle<double> c = circle(arm_, flange_pose(arm_, goal.pose));
         double least = infinity;
-        if (turning_to_ >= 0) {
-            offer(t, c, configuration(turning_to_), least, goal);
-            return least < infinity;
-        }
-        const bool shoulder = abs(wrap(t.now.theta[1])) < track_rule::crossing,
-                   wrist = abs(wrap(t.now.theta[5])) < track_rule::crossing;
-        for (int flip = 0; flip < 4; ++flip) {
-            if ((flip & 1 && !shoulder) || (flip & 2 && !wrist)) continue;
-            Configuration<double> gc = t.gc;
-            if (flip & 1) gc.shoulder = -gc.shoulder;
-            if (flip & 2) gc.wrist = -gc.wrist;
-            offer(t, c, gc, least, goal);
+        const auto offer_all = [&](bool avoid) {
+            if (turning_to_ >= 0) return offer(t, c, configuration(turning_to_), avoid, least, goal);
+            const bool shoulder = abs(wrap(t.now.theta[1])) < track_rule::crossing,
+                       wrist = abs(wrap(t.now.theta[5])) < track_rule::crossing;
+            for (int flip = 0; flip < 4; ++flip) {
+                if ((flip & 1 && !shoulder) || (flip & 2 && !wrist)) continue;
+                Configuration<double> gc = t.gc;
+                if (flip & 1) gc.shoulder = -gc.shoulder;
+                if (flip & 2) gc.wrist = -gc.wrist;
+                offer(t, c, gc, avoid, least, goal);
+            }
+        };
+        offer_all(options_.scene != nullptr);
+        if (least < infinity) {
+            goal.blocked = Status::OK;
+            goal.pair = 0;
+        } else if (goal.blocked != Status::OK) {
+            offer_all(false);
+            goal.why = goal.blocked;
+            if (!goal.pair) goal.pair = t.guard->nearest_at(goal.at.q);
         }
         return least < infinity;
     }
 
-    void offer(const Tick& t, const Circle<double>& c, const Configuration<double>& gc, double& least,
-               Goal& goal) const noexcept {
+    /// `avoid`: only where nothing touches.
+    void offer(const Tick& t, const Circle<double>& c, const Configuration<double>& gc, bool avoid,
+               double& least, Goal& goal) const noexcept {
         const SelfMotion<double> m = self_motion(arm_, c, gc);
-        const double psi = choose_psi(t, m);
+        const double psi = choose_psi(t, m, avoid, goal);
         if (is_nan(psi)) return;
         const Joints at = joints_within_limits(arm_, directions(m, sin_cos(psi)), q_.q);
         double cost = 0;
@@ -335,12 +381,13 @@ private:
 
     /// The psi to go to on a self-motion: that of least motion, turned towards the hint, or else to where the
     /// arm will pass through theta_2 or theta_6 = 0, or else to where joints will have room; kept off limits
-    /// and singularities; NaN where limits leave none.
-    double choose_psi(const Tick& t, const SelfMotion<double>& m) const noexcept {
+    /// and singularities, and of obstacles; NaN where limits, or obstacles, leave none.
+    double choose_psi(const Tick& t, const SelfMotion<double>& m, bool avoid, Goal& goal) const noexcept {
         const JointFunctions<double> f = joint_functions(m);
         ArcSet arcs, clear;
         if (detail::moving_joints(m, f, plain_, arcs) != Status::OK) return not_a_number;
         detail::moving_joints(m, f, clear_, clear);
+        if (avoid && !keep_clear_parts(m, arcs, clear, goal)) return not_a_number;
         const double carried = psi_carried(arm_, m, f, t.now.z3, q_.q, options_.velocity);
         ElbowChoice hint{0.0, 0.0};
         if (t.elbow) hint = hinted_psi(arm_, m, *t.elbow);
@@ -348,6 +395,23 @@ private:
                                            : regular(t) * wrap(foreseen(m, carried) - carried);
         const double turn = hint.confidence * wrap(hint.psi - carried) + (1.0 - hint.confidence) * own;
         return in_clear_part(arcs, clear, carried, carried + turn);
+    }
+
+    /// Takes off what touches; false, and why, where nothing is left.
+    bool keep_clear_parts(const SelfMotion<double>& m, ArcSet& arcs, ArcSet& clear,
+                          Goal& goal) const noexcept {
+        Cleared open;
+        armangle::clear(arm_, kept_, m, open);
+        const ArcSet own = arcs, calm = clear;
+        intersect(own, open.arcs, arcs);
+        if (arcs.empty()) {
+            goal.blocked = open.status == Status::OK ? Status::CLEARANCE : open.status;
+            goal.pair = open.blocking;
+            return false;
+        }
+        armangle::clear(arm_, soft_, m, open);
+        intersect(calm, open.arcs, clear);
+        return true;
     }
 
     /// 1, and less towards theta_2 and theta_6 = 0, which the arm passes best as it comes.
@@ -419,6 +483,7 @@ private:
 
     /// A posture of the goal's pose that the bounds allow now; false where there is none.
     bool exact(const Tick& t, const Goal& goal, Joints& next) const noexcept {
+        if (goal.blocked != Status::OK) return false;
         if (goal.posture_only) return taken(t, goal.at.q, next);
         Limits narrow;
         for (int j = 0; j < joints; ++j) {
@@ -449,6 +514,10 @@ private:
         const JointFunctions<double> f = joint_functions(m);
         ArcSet arcs;
         if (feasible(m, f, table, arcs) != Status::OK) return false;
+        if (options_.scene) {
+            const ArcSet own = arcs;
+            if (keep_clear(arm_, kept_, m, own, arcs) != Status::OK) return false;
+        }
         const double psi = nearest(arcs, turned(t, m, f, wish));
         const Place place = find(arcs, psi);
         if (place.index < 0) return false;
@@ -486,7 +555,10 @@ private:
             if (move > most) next.q[j] = q_.q[j] + most;
         }
         next.q[joints] = 0;
-        return true;
+        if (!t.guard) return true;
+        double v[joints];
+        for (int j = 0; j < joints; ++j) v[j] = (next.q[j] - q_.q[j]) / t.dt;
+        return t.guard->allows(v);
     }
 
     /// As far towards the goal as the bounds allow: the tool first, the posture with what is left.
@@ -506,20 +578,37 @@ private:
             p.g[j] += damping * k * way[j];
             v[j] = v_[j];
         }
-        minimise(p, t.lower, t.upper, v);
-        watch(t, v);
+        least_squares(t, p, v);
+        watch(t, goal, v);
         go(t, v, next);
     }
 
+    /// The least of p in the box, clear of obstacles.
+    void least_squares(const Tick& t, const JointQuadratic& p, double (&v)[joints]) const noexcept {
+        if (!t.guard) return minimise(p, t.lower, t.upper, v);
+        t.guard->minimise(p, t.lower, t.upper, v);
+        t.guard->restrain(v);
+    }
+
     /// A tool that stands still although its goal can be taken is held by a joint at its limit that has to
-    /// turn back: the arm then turns to the goal's posture.
-    void watch(const Tick& t, const double (&v)[joints]) noexcept {
+    /// turn back, or by an obstacle: the arm then turns to the goal's posture, where the way there is clear.
+    void watch(const Tick& t, const Goal& goal, const double (&v)[joints]) noexcept {
+        if (!has_stalled(t, v)) return;
+        if (t.guard) {
+            double way[joints];
+            for (int j = 0; j < joints; ++j) way[j] = goal.at.q[j] - q_.q[j];
+            if (weary_ || goal.blocked != Status::OK || !t.guard->clear(way)) return;
+        }
+        turning_to_ = index(t.gc);
+    }
+
+    bool has_stalled(const Tick& t, const double (&v)[joints]) noexcept {
         double fastest = 0;
         for (const double speed : v) fastest = max(fastest, abs(speed));
         stalled_ = fastest < track_rule::standing ? stalled_ + t.dt : 0.0;
-        if (stalled_ < track_rule::stall) return;
+        if (stalled_ < track_rule::stall) return false;
         stalled_ = 0;
-        turning_to_ = index(t.gc);
+        return true;
     }
 
     /// Straight to the goal's posture, whatever the tool does on the way.
@@ -532,6 +621,18 @@ private:
         const double k = pace(way, t.dt);
         if (longest < track_rule::turned && turning_to_ == index(t.gc)) turning_to_ = -1;
         for (int j = 0; j < joints; ++j) v[j] = min(max(k * way[j], t.lower[j]), t.upper[j]);
+        if (t.guard) {
+            JointQuadratic p{};
+            for (int j = 0; j < joints; ++j) {
+                p.H[j][j] = 1.0;
+                p.g[j] = k * way[j];
+            }
+            least_squares(t, p, v);
+            if (has_stalled(t, v)) {  // an obstacle is in the way: no more of it until the hand moves
+                turning_to_ = -1;
+                weary_ = true;
+            }
+        }
         go(t, v, next);
     }
 
@@ -550,7 +651,7 @@ private:
 
     // -- the answer
 
-    Tracked finish(const Tick& t, const Goal& goal, const Joints& next, bool valid) noexcept {
+    Tracked finish(const Tick& t, const Goal& goal, const Joints& next, bool valid, bool misled) noexcept {
         Tracked out{};
         bool fastest = false, outside = false;
         for (int j = 0; j < joints; ++j) {
@@ -574,13 +675,26 @@ private:
         if (out.status == Tracking::LAGGING && goal.why != Status::OK) out.status = Tracking::NEAREST;
         if (out.status == Tracking::LAGGING)
             out.why = fastest ? Status::VELOCITY_LIMIT : Status::ACCELERATION_LIMIT;
+        const Tag met = t.guard ? t.guard->blocking() : 0;
+        if (out.status == Tracking::LAGGING && met) out.why = Status::CLEARANCE;
         if (hand_.held()) out.status = Tracking::HELD;
         if (turning_to_ >= 0) out.status = Tracking::TURNING;
         if (outside) {
             out.status = Tracking::RETURNING;
             out.why = Status::LIMITS;
         }
-        if (!valid) out.why = Status::BAD_INPUT;
+        if (escaping_) {
+            const NearestPair nearest = nearest_pair(0.0);
+            escaping_ = nearest.room < 0;
+            if (escaping_) {
+                out.status = Tracking::RETURNING;
+                out.why = Status::CLEARANCE;
+                out.pair = nearest.pair;
+            }
+        }
+        if (!valid || misled) out.why = Status::BAD_INPUT;
+        if (out.why != Status::CLEARANCE && out.why != Status::POSE_BLOCKED) return out;
+        if (!escaping_) out.pair = goal.pair ? goal.pair : met;
         return out;
     }
 
@@ -598,6 +712,9 @@ private:
     int turning_to_ = -1;  // the branch whose posture is gone to joint by joint; -1: none
     double stalled_ = 0;   // s that the arm has stood away from its goal
     bool relaxing_ = false;
+    bool weary_ = false;     // a turn ended at an obstacle
+    bool escaping_ = false;  // the arm began where it touches
+    Scene kept_{}, soft_{};  // the scene with the clearances that are kept, and kept where possible
     Pose<double> goal_pose_ = identity_pose();
 };
 

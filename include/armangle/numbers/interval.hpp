@@ -95,6 +95,14 @@ inline Interval select(Decision mask, const Interval& yes, const Interval& no) n
     return mask.may_hold ? Interval::whole() : no;
 }
 
+/// A value that is 0 where a gap is within rounding, and else positive (elbow.hpp): of an arm that may be
+/// stretched, and of those near it.
+inline Interval cut_off(const Interval& gap, const Interval& rounding, const Interval& value) noexcept {
+    const Decision vanishes = gap <= rounding;
+    if (!vanishes.may_hold) return value;
+    return {0.0, vanishes.may_fail ? detail::greater(value.hi, 0.0) : 0.0};
+}
+
 inline Interval mul_add(const Interval& a, const Interval& b, const Interval& c) noexcept {
     return a * b + c;
 }

@@ -72,7 +72,7 @@ public:
         out.gc = gc_;
         out.status = Status::OK;
         out.distance = sqrt(cost_);
-        out.margin = limit_margin(arm_.limits, out.q);
+        out.margin = limit_margin(arm_.own.limits, out.q);
         return out;
     }
 

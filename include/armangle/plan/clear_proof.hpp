@@ -21,6 +21,8 @@
 
 #include "../numbers/interval.hpp"
 #include "../scene/clear.hpp"
+#include "../scene/least_between.hpp"
+#include "../scene/scene_frames.hpp"
 #include "curve.hpp"
 
 namespace armangle {
@@ -111,65 +113,7 @@ struct WatchedPair {
 
 /// Whether F > 0 between two ends, where it is at least F_a, F_b > 0 and bends no more than A.
 inline bool stays_positive(double F_a, double F_b, double A, double h) noexcept {
-    if (!(F_a > 0 && F_b > 0 && A < infinity)) return false;
-    const double rise = F_b - F_a, t = A * h > 0 ? 0.5 * h - rise / (A * h) : -1.0;
-    if (!(t > 0 && t < h)) return true;
-    return F_a + rise * t / h - 0.5 * A * t * (h - t) > 0;
-}
-
-/// A frame turned about a line fixed to it: along y through (x, 0, 0).
-template <class T>
-inline Pose<T> turned_about_y(const Pose<T>& home, double x, const SinCos<T>& by) noexcept {
-    const auto& [r, p] = home;
-    const Vec3<T> ahead = combine(r.x, by.cos, r.z, -by.sin);
-    return {{ahead, r.y, combine(r.x, by.sin, r.z, by.cos)}, p + (r.x - ahead) * T(x)};
-}
-
-/// The frames that a scene's shapes are fixed to, in the DH base. swinging: of links 1, 2, 5, 6 (swing.hpp).
-template <class T>
-struct SceneFrames {
-    PlaneFrames<T> plane;
-    Pose<T> flange, swinging[4];
-};
-
-/// Where a link that swings stands among `swinging`.
-constexpr int swinging_place(int link) noexcept { return link < 3 ? link - 1 : link - 3; }
-
-/// Of a flange, a plane and the directions of the joints.
-template <class T>
-inline void add_swinging(const Arm& arm, const Directions<T>& d, SceneFrames<T>& out) noexcept {
-    const auto angle = [&d](int j, double sense) {
-        const T per = T(1.0) / sqrt(d.x[j] * d.x[j] + d.y[j] * d.y[j]);
-        return SinCos<T>{d.y[j] * per * T(sense), d.x[j] * per};
-    };
-    const Vec3<T> zero{T(0.0), T(0.0), T(0.0)}, x{T(1.0), T(0.0), T(0.0)}, y{T(0.0), T(1.0), T(0.0)},
-        z{T(0.0), T(0.0), T(1.0)};
-    out.swinging[0] = turned_about_z(Pose<T>{{x, y, z}, zero}, angle(0, 1.0));
-    out.swinging[1] = turned_about_y(out.plane.upper, -arm.a_3, angle(2, -1.0));
-    out.swinging[2] = turned_about_z(out.plane.lower, angle(4, 1.0));
-    out.swinging[3] = turned_about_z(out.flange, angle(6, -1.0));
-}
-
-/// The frame of a limb.
-template <class T>
-inline const Pose<T>& limb_frame(const Scene& scene, const SceneFrames<T>& f, int limb) noexcept {
-    if (limb < scene.part_count) return scene.parts[limb].lower ? f.plane.lower : f.plane.upper;
-    return f.swinging[swinging_place(scene.swings[limb - scene.part_count].link)];
-}
-inline const Rod& limb_rod(const Scene& scene, int limb) noexcept {
-    return limb < scene.part_count ? scene.parts[limb].rod : scene.swings[limb - scene.part_count].rod;
-}
-inline int limb_count(const Scene& scene) noexcept { return scene.part_count + scene.swing_count; }
-/// The place of a limb among the links, and the limb of a place.
-inline int limb_link(const Scene& scene, int limb) noexcept {
-    return limb < scene.part_count ? limb : scene.first_swing_link() + limb - scene.part_count;
-}
-inline int limb_of_link(const Scene& scene, int link) noexcept {
-    return link < scene.part_count ? link : link - scene.first_swing_link() + scene.part_count;
-}
-inline int limb_of_obstacle(const Scene& scene, int obstacle) noexcept {
-    const int at = obstacle - scene.first_swing_obstacle();
-    return at < scene.swing_count ? scene.part_count + at : at - scene.swing_count;
+    return F_a > 0 && F_b > 0 && A < infinity && least_between(F_a, F_b, A, h) > 0;
 }
 
 /// How hard the shapes of a scene move over a stretch.
@@ -235,30 +179,14 @@ struct PlacedScene {
     }
 };
 
-/// Limbs against the balls of the ground, eight at a time: found(limb, ball, its centre and radius) of those
-/// within reach(limb) and their radius.
+/// Limbs against the balls of the ground: found(limb, ball, obstacle) of those within reach(limb) and their
+/// radius.
 template <class Reach, class Found>
 void near_balls(const Scene& scene, const std::vector<Rod>& limb, const Reach& reach, const Found& found) {
-    using Eight = Lane<8>;
-    for (int block = 0; block < scene.block_count; ++block) {
-        const BallBlock& balls = scene.blocks[block];
-        const Vec3<Eight> q{Eight::load(balls.x), Eight::load(balls.y), Eight::load(balls.z)};
-        const Eight radius = Eight::load(balls.radius);
-        for (int k = 0; k < static_cast<int>(limb.size()); ++k) {
-            const Rod& rod = limb[static_cast<std::size_t>(k)];
-            const Vec3<double> d = rod.end - rod.begin;
-            const double square = dot(d, d), per = square > 0 ? 1.0 / square : 0.0;
-            const Vec3<Eight> off = q - spread<Eight>(rod.begin);
-            const Eight share = min(max(dot(off, spread<Eight>(d)) * Eight(per), Eight(0.0)), Eight(1.0));
-            const Vec3<Eight> rest = off - spread<Eight>(d) * share;
-            const Eight R = radius + Eight(reach(k));
-            for_each_bit(bits(dot(rest, rest) < R * R), [&](int i) {
-                const int id = scene.ball_id[8 * block + i];
-                const Vec3<double> centre{balls.x[i], balls.y[i], balls.z[i]};
-                if (id != no_ball) found(k, Solid{SolidKind::ball, balls.radius[i], centre, centre, {}}, id);
-            });
-        }
-    }
+    for (int block = 0; block < scene.block_count; ++block)
+        for (int k = 0; k < static_cast<int>(limb.size()); ++k)
+            balls_near(scene, block, limb[static_cast<std::size_t>(k)], reach(k),
+                       [&](const Solid& ball, int id) { found(k, ball, id); });
 }
 
 /// What comes near to moving shapes that are placed: found(pair) for each pair that is within half a

@@ -61,12 +61,23 @@ struct Task {
     const Scene* scene = nullptr;     // obstacles that links keep clear of
     std::function<void(double s, ArcSet& psi)> allowed = {};  // arcs of the user's own; none: all psi
     const ArcSet* allowed_everywhere = nullptr;               // where they are the same for every s
+    double held_theta_7 = 0;  // of an arm whose roll is free: joint 7 stays
 
     Pose<double> pose(double s) const noexcept {
         return pose_at(segments[segment_index(segments, segment_count, s)], s);
     }
     Circle<double> circle_at(double s) const noexcept {
         return circle(arm, flange_pose(arm, pose(s)), plane);
+    }
+    /// The joint functions of a self-motion; joint 7 stays where the roll is free.
+    template <class T>
+    JointFunctions<T> functions(const SelfMotion<T>& m) const noexcept {
+        JointFunctions<T> out = joint_functions(m);
+        if (!arm.roll_free) return out;
+        const SinCos<double> at = sin_cos(held_theta_7);
+        const T none(0.0);
+        out.pivot[pivots - 1] = {{none, none, T(at.sin)}, {none, none, T(at.cos)}, T(1.0)};
+        return out;
     }
     /// phi that is wished in a branch at s; NaN where there is no wish.
     double wished_phi(int gc, double s) const noexcept {
@@ -180,7 +191,7 @@ inline SolvedSection solve_section(const Task& task, int gc, double s) {
     Section& x = out.section;
     x.s = s;
     x.motion = self_motion(task.arm, task.circle_at(s), configuration(gc));
-    x.functions = joint_functions(x.motion);
+    x.functions = task.functions(x.motion);
     x.status = feasible(x.motion, x.functions, task.table, out.arcs);
     x.blocking = 0;
     if (task.encumbered() && x.status == Status::OK) {

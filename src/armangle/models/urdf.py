@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .._arrays import JOINTS
+from .._arrays import JOINTS, as_source
 from ..errors import InputError, UrdfError
 from .candidates import Candidate, RigidBody, Tree, TreeJoint, find_candidates, guess, unknown
 from .chain import Chain, FloatArray, Joint, rigid_inverse
@@ -246,7 +246,7 @@ class _Reader:
 
 def _load(source: Source) -> RobotElement:
     """Return the links and joints of a file or of XML text."""
-    if isinstance(source, bytes):
+    if isinstance(as_source(source, bytes), bytes):
         return _parse(source, "XML text")
     if isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<"):
         return _parse(source, "XML text")

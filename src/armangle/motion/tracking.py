@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import TYPE_CHECKING, NamedTuple, cast
+from typing import TYPE_CHECKING, Literal, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,7 +14,8 @@ from .._arrays import CONFIGURATIONS, JOINTS, Floats, as_floats, as_number, chos
 from .._core import Wish
 from ..arm.arm import Arm
 from ..arm.wish import DIRECTIONS, Direction
-from ..errors import ConfigurationError, InputError, ShapeError
+from ..errors import ConfigurationError, InputError, SceneError, ShapeError
+from ..scenes.scene import Scene
 from ..status import STATUSES, Status
 from .options import LONGEST_STEP, Bound, joint_bound
 
@@ -30,6 +31,7 @@ else:  # names and numbers stand in the core alone; this one is pickled as arman
 
 _TRACKINGS = tuple(Tracking)
 _MOST_MARGIN = 1.0  # rad
+_MOST_CLEARANCE = 10.0  # m
 _LONGEST = 1e3  # m, of what a radian counts as
 _POINT = 3
 
@@ -42,10 +44,11 @@ class Tracked(NamedTuple):
     its way, as fast as the bounds allow), NEAREST (the hand is out of reach: at, or on the way to, the
     nearest pose), HELD (no sample to believe: on as predicted), TURNING (to the branch of `reconfigure`, or
     out of a corner of the limits, joint by joint: the tool leaves the hand) or RETURNING (a joint stands
-    outside its limits, where `start` found it: on its way into them); ``distance`` of the tool from the
-    hand, m, ``sqrt(|dp|² + (length·angle)²)``; ``gap`` by which the hand's wrist is outside of what
-    joint 4 reaches, m; ``psi`` rad in (-π, π]; ``gc`` 0..7; ``why`` a `Status`: what keeps the tool from
-    the hand.
+    outside its limits, or a link touches an obstacle, where `start` found it: on its way out); ``distance``
+    of the tool from the hand, m, ``sqrt(|dp|² + (length·angle)²)``; ``gap`` by which the hand's wrist is
+    outside of what joint 4 reaches, m; ``psi`` rad in (-π, π]; ``gc`` 0..7; ``why`` a `Status`: what keeps
+    the tool from the hand, BAD_INPUT where what was given of hand or elbow was no pose or no hint; ``pair``
+    the names (obstacle, link) of the two that block, where ``why`` is CLEARANCE or POSE_BLOCKED, else None.
     """
 
     q: Floats
@@ -56,6 +59,7 @@ class Tracked(NamedTuple):
     psi: float
     gc: int
     why: Status
+    pair: tuple[str, str] | None = None
 
 
 @dataclass(frozen=True)
@@ -142,6 +146,11 @@ class Tracker:
     The joints returned keep, judged by themselves, ``|v| <= velocity`` and ``|v - v before| <=
     acceleration·dt`` with ``v = (q - q before) / dt``, and can always brake before their limits.
 
+    With a `scene` nothing ever touches, in ticks and between them: a tick is taken only if it *and* braking
+    after it are proven to keep the scene's clearance. The elbow goes round what stands in its way while the
+    tool follows; where the tool itself is in the way it slides along as near to the hand as it can, and
+    ``pair`` names the two that block.
+
     Parameters
     ----------
     arm : Arm
@@ -162,10 +171,15 @@ class Tracker:
     singularity_margin : float
         How far off theta_2 = 0 and theta_6 = 0 the arm angle is chosen where that is possible, rad; 0: the
         arm passes through them.
+    scene : Scene, optional
+        Obstacles that links, and what is held, keep clear of. The arm needs a body (`Arm.with_body`).
+    soft_clearance : float
+        How much farther than the scene's clearance the arm angle keeps links off obstacles where that is
+        possible, m.
 
     Raises
     ------
-    InputError, NotFiniteError, ShapeError
+    InputError, NotFiniteError, ShapeError, SceneError
 
     Examples
     --------
@@ -191,6 +205,8 @@ class Tracker:
         length: float = 0.2,
         elbow_margin: float = 0.35,
         singularity_margin: float = 0.0,
+        scene: Scene | None = None,
+        soft_clearance: float = 0.02,
     ) -> None:
         if not isinstance(arm, Arm):
             raise InputError(f"arm is {arm!r:.50}, wanted an Arm")
@@ -208,13 +224,16 @@ class Tracker:
             hand.patience,
             hand.jump,
             hand.turn,
+            as_number("soft_clearance", soft_clearance, 0.0, _MOST_CLEARANCE),
         ]
         fastest = joint_bound(arm, "velocity", _each("velocity", velocity), arm.velocity)
         hardest = joint_bound(arm, "acceleration", _each("acceleration", acceleration), arm.acceleration)
         given = np.concatenate([numbers, fastest, hardest])
+        ready = arm._scene(scene)
+        self._name_pair = None if ready is None else ready.pair
         self._core: _core.Tracker | _core.NearTracker
         if arm.chain is None:
-            self._core = _core.Tracker(arm._handle, given)
+            self._core = _core.Tracker(arm._handle, given, None if ready is None else ready.handle)
         else:
             self._core = _core.NearTracker(cast(_core.NearArm, arm._handle), given)
         self._arm = arm
@@ -237,28 +256,54 @@ class Tracker:
         self._check_started()
         return np.array(self._core.q)
 
-    def start(self, q: ArrayLike) -> None:
+    def start(self, q: ArrayLike, *, outside: Literal["refuse", "escape"] = "refuse") -> None:
         """Begin at rest at the joints `q` (7,), rad.
 
         Joints outside their limits are led into them within the bounds on speed and acceleration, and until
         they are in the status of a tick is RETURNING: nothing jumps, and nothing is drawn in without a word.
+
+        Parameters
+        ----------
+        q : array_like, shape (7,)
+        outside : "refuse" or "escape"
+            Where links are nearer to obstacles than the clearance of the scene: say so before anything
+            moves; or lead them out, slowly, none of them coming any nearer, the status being RETURNING.
 
         Raises
         ------
         ShapeError, NotFiniteError
         InputError
             Also if a joint is more than a turn outside its limits.
+        SceneError
+            If links touch, or, where they may escape, are so deep that nobody knows the way out.
         """
+        chosen("outside", outside, ("refuse", "escape"))
         joints = one_posture("q", q)
-        outside = np.maximum(self._arm.lower - joints, joints - self._arm.upper)
-        worst = int(np.argmax(outside))
-        if outside[worst] > 2 * np.pi:
+        over = np.maximum(self._arm.lower - joints, joints - self._arm.upper)
+        worst = int(np.argmax(over))
+        if over[worst] > 2 * np.pi:
             raise InputError(
-                f"q[{worst}] is {joints[worst]:g}, {outside[worst]:.4g} rad outside its limits. "
+                f"q[{worst}] is {joints[worst]:g}, {over[worst]:.4g} rad outside its limits. "
                 "Joints are in rad: were these degrees?"
             )
         self._core.start(joints)
+        self._started = False
+        self._check_clear(escaping=outside == "escape")
         self._started = True
+
+    def _check_clear(self, escaping: bool) -> None:
+        """Refuse a start at which something touches."""
+        if self._name_pair is None or not isinstance(self._core, _core.Tracker):
+            return
+        room, core, number = self._core.nearest_pair(0.0)
+        if room >= 0 or (escaping and core > 0):
+            return
+        obstacle, link = cast(tuple[str, str], self._name_pair(number))
+        wanted = "joints at which nothing touches" + ("" if core > 0 else ", or not so deep")
+        raise SceneError(
+            "Tracker.start", "q", np.array(self._core.q).round(6).tolist(),
+            f"{wanted}: {link!r} is {-room:.4g} m nearer to {obstacle!r} than the clearance",
+        )  # fmt: skip
 
     def _check_started(self) -> None:
         """Refuse to command joints from a posture that nobody stated."""
@@ -283,11 +328,12 @@ class Tracker:
             counts as a sample that did not come.
         elbow : array_like, shape (3,), optional
             A point, m, towards which the elbow is wanted: a tracker on the operator's elbow. The nearer it is
-            to the line from shoulder to wrist the less it counts; NaN says nothing.
+            to the line from shoulder to wrist the less it counts. One that holds NaN counts as a hint that
+            did not come, and ``why`` of the tick is BAD_INPUT.
         elbow_direction : array_like, shape (3,), or a word, optional
             Instead of `elbow`: a direction in the frame that poses are given in, of any length, or "up",
             "down", "left", "right", "forward", "back". The more it is along the line from shoulder to wrist
-            the less it counts.
+            the less it counts. NaN and zeros are as of `elbow`.
         dt : float, optional
             Time of this tick, s, where it is not that of the others.
         reconfigure : int, optional
@@ -316,7 +362,7 @@ class Tracker:
         time = self._dt if dt is None else _seconds(dt)
         branch = -1 if reconfigure is None else _branch(reconfigure)
         hint, wish = _hint(elbow, elbow_direction)
-        rest = wish, time, branch, Tracked, _TRACKINGS, STATUSES
+        rest = wish, time, branch, Tracked, _TRACKINGS, STATUSES, self._name_pair
         plain: Tracked | None = self._core.step_one(pose, hint, *rest)
         if plain is not None:
             return plain

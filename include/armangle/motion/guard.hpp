@@ -1,0 +1,151 @@
+// Moves that keep clear of obstacles, whatever comes: from every state the arm can brake along a straight
+// line in the space of joints that is proven to touch nothing.
+//
+//   q ----------o- - - - - - - - x      v dt, and v T / 2 of braking, T = max |v_j| / a_j: one straight move
+//      this tick    braking             d = v (dt + T / 2), proven by straight_move.hpp and within the limits
+//
+// A velocity whose move is proven may be taken. Where none is, the one before is slowed down to v (1 - dt /
+// T): its move lies on the line that was proven for it, however long this tick is. So what was proven once
+// holds for ever, and nothing has to be foreseen.
+//
+// Near obstacles the least squares of a tick are told what to mind (NearPair): room' >= -room / tau.
+#pragma once
+
+#include "../arm/joint_quadratic.hpp"
+#include "../scene/straight_move.hpp"
+
+namespace armangle {
+
+namespace guard_rule {
+inline constexpr double standoff = 1e-4;  // m more than the clearance at which an approach ends
+inline constexpr double look = 0.03;      // m within which pairs are minded at rest, and more with speed
+inline constexpr double farthest = 0.3;   // m: never more
+inline constexpr double ticks = 3.0;      // an approach ends no faster than geometrically over so many
+inline constexpr double retreat = 0.05;   // m/s at which what is too near goes away
+inline constexpr double weight =
+    1e5;                          // cost of (m/s)^2 beyond what is minded, as a share of the greatest of H
+inline constexpr int rounds = 8;  // of the least squares, in which pairs are taken in and let go
+inline constexpr int tries = 5;   // of velocities between the one wished and braking
+inline constexpr double cautious = 0.9;  // share of what was proven that is tried next
+}  // namespace guard_rule
+
+class Guard {
+public:
+    Guard(const Arm& arm, const Scene& scene, const double* acceleration) noexcept
+        : move_(arm, scene), size_(arm.size), acceleration_(acceleration) {}
+
+    /// Where the tick begins, and how fast; `limits` are those that braking has to keep.
+    void begin(const double* q, const double* v, double dt, const Limits& limits) noexcept {
+        q_ = q;
+        before_ = v;
+        dt_ = dt;
+        limits_ = limits;
+        blocking_ = 0;
+        const double stop = braking(v);
+        double sum = 0;
+        for (int j = 0; j < joints; ++j) sum += abs(v[j]);
+        lasting_ = max(dt + 0.5 * (stop + dt), guard_rule::ticks * dt);
+        const double reach = min(guard_rule::look + 0.5 * size_ * sum * lasting_, guard_rule::farthest);
+        count_ = move_.near(q, reach, near_);
+    }
+
+    /// Whether the arm may go with v for a tick.
+    bool allows(const double (&v)[joints]) noexcept { return !(share(v) < 1.0); }
+
+    /// v, or as much of it as is proven; `whole` false where something was taken off.
+    bool restrain(double (&v)[joints]) noexcept {
+        double braked[joints], wished[joints], part = 1.0;
+        const double stop = braking(before_), slower = stop > dt_ ? 1.0 - dt_ / stop : 0.0;
+        for (int j = 0; j < joints; ++j) {
+            braked[j] = before_[j] * slower;
+            wished[j] = v[j];
+        }
+        for (int trial = 0; trial < guard_rule::tries; ++trial) {
+            for (int j = 0; j < joints; ++j) v[j] = braked[j] + part * (wished[j] - braked[j]);
+            const double free = share(v);
+            if (!(free < 1.0)) return trial == 0;
+            part *= trial + 2 < guard_rule::tries ? max(min(guard_rule::cautious * free, 0.5), 0.1) : 0.02;
+        }
+        for (int j = 0; j < joints; ++j) v[j] = braked[j];
+        return false;
+    }
+
+    /// The least of a quadratic in the box that minds the pairs near by; v is where to begin.
+    void minimise(const JointQuadratic& p, const double* lower, const double* upper,
+                  double (&v)[joints]) noexcept {
+        armangle::minimise(p, lower, upper, v);
+        double most = 0, pressed = 0;
+        for (int j = 0; j < joints; ++j) most = max(most, p.H[j][j]);
+        bool minded[straight_rule::most_near]{};
+        for (int round = 0; round < guard_rule::rounds; ++round) {
+            JointQuadratic with = p;
+            bool changed = false;
+            pressed = 0;
+            for (int i = 0; i < count_; ++i) {
+                const NearPair& pair = near_[i];
+                const double least =
+                    -max((pair.room - guard_rule::standoff) / lasting_, -guard_rule::retreat);
+                double now = 0;
+                for (int j = 0; j < joints; ++j) now += pair.rate[j] * v[j];
+                changed |= minded[i] != (now < least);
+                minded[i] = now < least;
+                if (!minded[i]) continue;
+                if (least - now > pressed) blocking_ = pair.pair;
+                pressed = max(pressed, least - now);
+                for (int j = 0; j < joints; ++j) {
+                    with.g[j] += guard_rule::weight * most * least * pair.rate[j];
+                    for (int k = 0; k < joints; ++k)
+                        with.H[j][k] += guard_rule::weight * most * pair.rate[j] * pair.rate[k];
+                }
+            }
+            if (!changed) return;
+            armangle::minimise(with, lower, upper, v);
+        }
+    }
+
+    /// Whether a whole move (rad) is proven.
+    bool clear(const double (&d)[joints]) noexcept {
+        Tag pair = 0;
+        return !(move_.proven(q_, d, pair, straight_rule::many_looks) < 1.0);
+    }
+
+    /// The nearest pair at joints q where some pair touches.
+    Tag nearest_at(const double* q) noexcept { return move_.nearest_pair(q, guard_rule::look).pair; }
+
+    /// The pair that stood in the way in this tick; 0: none did.
+    Tag blocking() const noexcept { return blocking_; }
+
+private:
+    /// s in which all joints stop together.
+    double braking(const double* v) const noexcept {
+        double out = 0;
+        for (int j = 0; j < joints; ++j)
+            if (acceleration_[j] < infinity) out = max(out, abs(v[j]) / acceleration_[j]);
+        return out;
+    }
+
+    /// The share of a tick with v, and of braking after it, that is proven.
+    double share(const double (&v)[joints]) noexcept {
+        const double lasting = dt_ + 0.5 * braking(v);
+        double d[joints];
+        for (int j = 0; j < joints; ++j) {
+            d[j] = v[j] * lasting;
+            const double least = min(limits_.lower[j], q_[j]), most = max(limits_.upper[j], q_[j]);
+            if (!(q_[j] + d[j] >= least - tolerance::bound && q_[j] + d[j] <= most + tolerance::bound))
+                return 0.5;
+        }
+        return move_.proven(q_, d, blocking_);
+    }
+
+    StraightMove move_;
+    double size_;
+    const double* acceleration_;
+    const double *q_ = nullptr, *before_ = nullptr;
+    double dt_ = 0, lasting_ = 0;  // s
+    Limits limits_{};
+    NearPair near_[straight_rule::most_near];
+    int count_ = 0;
+    Tag blocking_ = 0;
+};
+
+}  // namespace armangle

@@ -1,0 +1,103 @@
+// The shapes of an arm that move, by the frames that they are fixed to.
+//
+//   limb    place                    fixed to
+//   part    0 .. part_count - 1      DH frame 3 or 4
+//   swing   part_count ..            link 1, 2, 5 or 6, from the frame that it swings about (swing.hpp)
+//   held    counted by itself        DH frame 7
+#pragma once
+
+#include "../circle/joint_function.hpp"
+#include "../numbers/rotations.hpp"
+#include "scene.hpp"
+
+namespace armangle {
+
+namespace detail {
+
+/// A frame turned about a line fixed to it: along y through (x, 0, 0).
+template <class T>
+inline Pose<T> turned_about_y(const Pose<T>& home, double x, const SinCos<T>& by) noexcept {
+    const auto& [r, p] = home;
+    const Vec3<T> ahead = combine(r.x, by.cos, r.z, -by.sin);
+    return {{ahead, r.y, combine(r.x, by.sin, r.z, by.cos)}, p + (r.x - ahead) * T(x)};
+}
+
+/// The frames that a scene's shapes are fixed to, in the DH base. swinging: of links 1, 2, 5, 6 (swing.hpp).
+template <class T>
+struct SceneFrames {
+    PlaneFrames<T> plane;
+    Pose<T> flange, swinging[4];
+};
+
+/// Where a link that swings stands among `swinging`.
+constexpr int swinging_place(int link) noexcept { return link < 3 ? link - 1 : link - 3; }
+
+/// Of a flange and a plane; angle(j) is that of joint j, counted from 0.
+template <class T, class Angle>
+inline void add_swinging(const Arm& arm, const Angle& angle, SceneFrames<T>& out) noexcept {
+    const auto back = [&angle](int j) {
+        const SinCos<T> ahead = angle(j);
+        return SinCos<T>{-ahead.sin, ahead.cos};
+    };
+    const Vec3<T> zero{T(0.0), T(0.0), T(0.0)}, x{T(1.0), T(0.0), T(0.0)}, y{T(0.0), T(1.0), T(0.0)},
+        z{T(0.0), T(0.0), T(1.0)};
+    out.swinging[0] = turned_about_z(Pose<T>{{x, y, z}, zero}, angle(0));
+    out.swinging[1] = turned_about_y(out.plane.upper, -arm.a_3, back(2));
+    out.swinging[2] = turned_about_z(out.plane.lower, angle(4));
+    out.swinging[3] = turned_about_z(out.flange, back(6));
+}
+
+/// The same from the directions of the joints.
+template <class T>
+inline void add_swinging(const Arm& arm, const Directions<T>& d, SceneFrames<T>& out) noexcept {
+    const auto angle = [&d](int j) {
+        const T per = T(1.0) / sqrt(d.x[j] * d.x[j] + d.y[j] * d.y[j]);
+        return SinCos<T>{d.y[j] * per, d.x[j] * per};
+    };
+    add_swinging(arm, angle, out);
+}
+
+/// The frame of a limb.
+template <class T>
+inline const Pose<T>& limb_frame(const Scene& scene, const SceneFrames<T>& f, int limb) noexcept {
+    if (limb < scene.part_count) return scene.parts[limb].lower ? f.plane.lower : f.plane.upper;
+    return f.swinging[swinging_place(scene.swings[limb - scene.part_count].link)];
+}
+inline const Rod& limb_rod(const Scene& scene, int limb) noexcept {
+    return limb < scene.part_count ? scene.parts[limb].rod : scene.swings[limb - scene.part_count].rod;
+}
+inline int limb_count(const Scene& scene) noexcept { return scene.part_count + scene.swing_count; }
+/// The place of a limb among the links, and the limb of a place.
+inline int limb_link(const Scene& scene, int limb) noexcept {
+    return limb < scene.part_count ? limb : scene.first_swing_link() + limb - scene.part_count;
+}
+inline int limb_of_link(const Scene& scene, int link) noexcept {
+    return link < scene.part_count ? link : link - scene.first_swing_link() + scene.part_count;
+}
+inline int limb_of_obstacle(const Scene& scene, int obstacle) noexcept {
+    const int at = obstacle - scene.first_swing_obstacle();
+    return at < scene.swing_count ? scene.part_count + at : at - scene.swing_count;
+}
+
+/// The balls of a block within `reach` (m) and their own radius of a rod's segment: found(ball, obstacle).
+template <class Found>
+void balls_near(const Scene& scene, int block, const Rod& rod, double reach, const Found& found) {
+    using Eight = Lane<8>;
+    const BallBlock& balls = scene.blocks[block];
+    const Vec3<Eight> q{Eight::load(balls.x), Eight::load(balls.y), Eight::load(balls.z)};
+    const Vec3<double> d = rod.end - rod.begin;
+    const double square = dot(d, d), per = square > 0 ? 1.0 / square : 0.0;
+    const Vec3<Eight> off = q - spread<Eight>(rod.begin);
+    const Eight share = min(max(dot(off, spread<Eight>(d)) * Eight(per), Eight(0.0)), Eight(1.0));
+    const Vec3<Eight> rest = off - spread<Eight>(d) * share;
+    const Eight R = Eight::load(balls.radius) + Eight(reach);
+    for_each_bit(bits(dot(rest, rest) < R * R), [&](int i) {
+        const int id = scene.ball_id[8 * block + i];
+        const Vec3<double> centre{balls.x[i], balls.y[i], balls.z[i]};
+        if (id != no_ball) found(Solid{SolidKind::ball, balls.radius[i], centre, centre, {}}, id);
+    });
+}
+
+}  // namespace detail
+
+}  // namespace armangle

@@ -1,0 +1,387 @@
+// How far a straight move of the joints is proven to touch nothing, and what a move has to mind.
+//
+//       p(s) .                  A point fixed to a link goes p(s) = p + s p' + ..., p' = sum_j d_j z_j x (p -
+//       o_j)
+//     n ^   . `.                as joints go q + s d, and |p''| <= M: with A, B, C the sums of |d_j| of
+//     joints
+//       |  .    |  s^2 M / 2    1-3, 4 and 5-7 as far as they move the link,
+//    p  o - - - '
+//    =========== solid              M = A^2 |E - S| + (A + B)^2 |W - E| + (A + B + C)^2 |p - W|,
+//
+// since each of the three vectors is fixed to a link whose rotation is a product of rotations with constant
+// rates: the second derivative of such a product is no greater than the square of the sum of its rates.
+//
+// A convex solid lies behind the plane across the shortest way n between it and a core. So long as all
+// corners of the core stay in front of that plane by R, n . p + s n . p' - s^2 M / 2 >= R, nothing touches: a
+// parabola that opens downwards, so that its root is how far the move is proven. There the next look is
+// taken. Two shapes that move each have such a plane at their own corners; the sum counts.
+#pragma once
+
+#include "../arm/forward.hpp"
+#include "scene_frames.hpp"
+
+namespace armangle {
+
+namespace straight_rule {
+inline constexpr int looks = 8;        // of one move
+inline constexpr int many_looks = 64;  // the same where there is time
+inline constexpr double least = 0.1;   // of an even share of the move that each look has to prove
+inline constexpr double slack = 1e-9;  // m that distances are proven with to spare
+inline constexpr int most_near = 16;   // pairs that are minded
+}  // namespace straight_rule
+
+/// Two shapes, or a corner of one of them, near one another: `room` changes by `rate` . velocity.
+struct NearPair {
+    double rate[joints];  // m / rad
+    double room;          // m between the surfaces, less the clearance
+    Tag pair;
+};
+
+/// The nearest of all pairs at a posture. Cores that meet have no distance.
+struct NearestPair {
+    double room;  // m between the surfaces, less the clearance
+    double core;  // m between the cores
+    Tag pair;     // 0: there is none within what was asked
+};
+
+class StraightMove {
+public:
+    StraightMove(const Arm& arm, const Scene& scene) noexcept : arm_(arm), scene_(scene) {}
+
+    /// The share of the move d (rad) from q that is proven to touch nothing; 1: all of it. A pair that
+    /// touches already may come no nearer. `blocking` is the pair that ended the proof.
+    double proven(const double* q, const double (&d)[joints], Tag& blocking,
+                  int looks = straight_rule::looks) noexcept {
+        double done = 0;
+        Tag last = 0;
+        for (int look = 0; look < looks; ++look) {
+            double at[joints];
+            for (int j = 0; j < joints; ++j) at[j] = q[j] + done * d[j];
+            place(at);
+            rates(d);
+            double share = 1.0 - done;
+            Tag nearest = 0;
+            const auto way = [&](int link, const Vec3<double>& p, double radius) {
+                return (1.0 - done) * (shift(link, p) + sum_[link] * radius);
+            };
+            for_near(way, [&](const Meeting& m) {
+                const double free = free_share(m, d);
+                if (!(free < share)) return;
+                share = free;
+                nearest = m.pair;
+            });
+            if (share >= 1.0 - done) return 1.0;
+            last = nearest;
+            if (!(share * looks > straight_rule::least)) break;
+            done += share;
+        }
+        blocking = last;
+        return done;
+    }
+
+    /// The pairs within `reach` (m) of the clearance at q, the nearest ones if there are too many; how many.
+    int near(const double* q, double reach, NearPair (&out)[straight_rule::most_near]) noexcept {
+        place(q);
+        int count = 0;
+        const auto way = [&](int, const Vec3<double>&, double) { return reach; };
+        for_near(way, [&](const Meeting& m) {
+            if (!(m.apart > 0) && !m.flat) return;
+            for (int i = 0; i < m.a.count; ++i) {
+                if (m.b.count == 0) add(m, i, -1, reach, out, count);
+                for (int k = 0; k < m.b.count; ++k) add(m, i, k, reach, out, count);
+            }
+        });
+        return count;
+    }
+
+    /// The nearest pair at q, of those within `reach` (m) of the clearance.
+    NearestPair nearest_pair(const double* q, double reach) noexcept {
+        place(q);
+        NearestPair out{reach, infinity, 0};
+        const auto way = [&](int, const Vec3<double>&, double) { return max(out.room, 0.0); };
+        for_near(way, [&](const Meeting& m) {
+            if (m.apart - m.R < out.room) out = {m.apart - m.R, m.apart, m.pair};
+        });
+        return out;
+    }
+
+private:
+    /// The corners of a shape's core, and the link that they are fixed to.
+    struct Core {
+        Vec3<double> corner[8];
+        int count = 0, link = 0;
+    };
+
+    /// Two cores `apart` m from one another along n, which may come as near as R. b has no corner where it
+    /// rests: then its plane is n . x = height.
+    struct Meeting {
+        Core a, b;
+        Vec3<double> n;
+        double apart, height, R;
+        bool flat;  // b is a half-space
+        Tag pair;
+    };
+
+    static Core core_of(const Rod& rod, int link) noexcept {
+        Core out;
+        out.link = link;
+        out.count = rod.is_sphere() ? 1 : 2;
+        out.corner[0] = rod.begin;
+        out.corner[1] = rod.end;
+        return out;
+    }
+
+    static Core core_of(const Solid& solid, int link) noexcept {
+        Core out;
+        out.link = link;
+        switch (solid.kind) {
+            case SolidKind::box:
+                out.count = 8;
+                for (int i = 0; i < out.count; ++i) out.corner[i] = detail::corner(solid, i);
+                break;
+            case SolidKind::capsule:
+                out.count = 2;
+                out.corner[0] = solid.a;
+                out.corner[1] = solid.b;
+                break;
+            default: out.count = 1; out.corner[0] = solid.a;
+        }
+        return out;
+    }
+
+    void place(const double* q) noexcept {
+        double theta[joint_slots];
+        detail::SceneFrames<double> f;
+        detail::walk(arm_, joint_lanes(q), theta, [&](int i, const Pose<double>& frame) noexcept {
+            if (i < joints) {
+                axis_[i] = frame.rotation.z * arm_.sign[i];
+                origin_[i] = frame.position;
+            }
+            if (i == 3) f.plane.upper = frame;
+            if (i == 4) f.plane.lower = frame;
+            if (i == 5) wrist_ = frame.position;
+            if (i == joints) f.flange = frame;
+        });
+        shoulder_ = origin_[1];
+        elbow_ = origin_[3];
+        flange_ = f.flange;
+        if (scene_.swing_count > 0)
+            detail::add_swinging(arm_, [&theta](int j) { return sin_cos(theta[j]); }, f);
+        for (int k = 0; k < detail::limb_count(scene_); ++k) {
+            limb_[k] = placed(detail::limb_frame(scene_, f, k), detail::limb_rod(scene_, k));
+            link_[k] = link_of(k);
+        }
+    }
+
+    int link_of(int limb) const noexcept {
+        if (limb >= scene_.part_count) return scene_.swings[limb - scene_.part_count].link;
+        return scene_.parts[limb].lower ? 4 : 3;
+    }
+
+    /// Sums of |d_j| up to each link.
+    void rates(const double (&d)[joints]) noexcept {
+        sum_[0] = 0;
+        for (int j = 0; j < joints; ++j) sum_[j + 1] = sum_[j] + abs(d[j]);
+    }
+
+    /// How far a point of a link goes at most: |p'|.
+    double shift(int link, const Vec3<double>& p) const noexcept {
+        if (link <= 3) return sum_[link] * norm(p - shoulder_);
+        const double upper = sum_[3] * norm(elbow_ - shoulder_);
+        if (link == 4) return upper + sum_[4] * norm(p - elbow_);
+        return upper + sum_[4] * norm(wrist_ - elbow_) + sum_[link] * norm(p - wrist_);
+    }
+
+    /// M of a point of a link.
+    double bend(int link, const Vec3<double>& p) const noexcept {
+        const auto square = [this](int k) { return sum_[k] * sum_[k]; };
+        if (link <= 3) return square(link) * norm(p - shoulder_);
+        const double upper = square(3) * norm(elbow_ - shoulder_);
+        if (link == 4) return upper + square(4) * norm(p - elbow_);
+        return upper + square(4) * norm(wrist_ - elbow_) + square(link) * norm(p - wrist_);
+    }
+
+    /// n . dp / dq_j.
+    double rate(int j, int link, const Vec3<double>& p, const Vec3<double>& n) const noexcept {
+        return j < link ? dot(n, cross(axis_[j], p - origin_[j])) : 0.0;
+    }
+
+    double rate(const double (&d)[joints], int link, const Vec3<double>& p,
+                const Vec3<double>& n) const noexcept {
+        double out = 0;
+        for (int j = 0; j < link; ++j) out += rate(j, link, p, n) * d[j];
+        return out;
+    }
+
+    /// The share of the move d over which a meeting is proven not to touch.
+    double free_share(const Meeting& m, const double (&d)[joints]) const noexcept {
+        if (!(m.apart > 0) && !m.flat) return 0.0;
+        const double R = min(m.R, m.apart);
+        double least = infinity;
+        const auto of = [&least](double room, double slope, double M) {
+            const double c = max(room, 0.0), falling = -slope + sqrt(slope * slope + 2.0 * M * c);
+            if (falling > 0)
+                least = min(least, slope > 0 && M > 0 ? (slope + sqrt(slope * slope + 2.0 * M * c)) / M
+                                                      : 2.0 * c / falling);
+        };
+        for (int i = 0; i < m.a.count; ++i) {
+            const Vec3<double>& p = m.a.corner[i];
+            const double g = rate(d, m.a.link, p, m.n), M = bend(m.a.link, p), high = dot(m.n, p);
+            if (m.b.count == 0) of(high - m.height - R, g, M);
+            for (int k = 0; k < m.b.count; ++k) {
+                const Vec3<double>& o = m.b.corner[k];
+                of(high - dot(m.n, o) - R, g - rate(d, m.b.link, o, m.n), M + bend(m.b.link, o));
+            }
+        }
+        return least;
+    }
+
+    /// Adds the corners i and k (-1: the plane) of a meeting, if they are among the nearest.
+    void add(const Meeting& m, int i, int k, double reach, NearPair (&out)[straight_rule::most_near],
+             int& count) const noexcept {
+        const Vec3<double>& p = m.a.corner[i];
+        const double room = dot(m.n, p) - (k < 0 ? m.height : dot(m.n, m.b.corner[k])) - m.R;
+        if (!(room < reach)) return;
+        int place = count;
+        if (count == straight_rule::most_near) {
+            place = 0;
+            for (int n = 1; n < count; ++n)
+                if (out[n].room > out[place].room) place = n;
+            if (!(room < out[place].room)) return;
+        } else {
+            ++count;
+        }
+        NearPair& here = out[place];
+        here.room = room;
+        here.pair = m.pair;
+        for (int j = 0; j < joints; ++j) {
+            here.rate[j] = rate(j, m.a.link, p, m.n);
+            if (k >= 0) here.rate[j] -= rate(j, m.b.link, m.b.corner[k], m.n);
+        }
+    }
+
+    /// found(meeting) of all pairs nearer than they may come by way(link, point, radius) of what moves.
+    template <class Way, class Found>
+    void for_near(const Way& way, const Found& found) const noexcept {
+        for (int k = 0; k < detail::limb_count(scene_); ++k) limb_against_all(k, way, found);
+        for (int n = 0; n < scene_.own_count; ++n) {
+            const int a = detail::limb_of_link(scene_, scene_.own[n].link),
+                      b = detail::limb_of_obstacle(scene_, scene_.own[n].obstacle);
+            meet(limb_[a], link_[a], as_solid(limb_[b]), link_[b],
+                 way_of(way, limb_[a], link_[a]) + way_of(way, limb_[b], link_[b]),
+                 pair_tag(scene_.own[n].obstacle, scene_.own[n].link), found);
+        }
+        for (int h = 0; h < scene_.held_count; ++h) {
+            const Solid held = placed(flange_, scene_.held[h]);
+            const int link = scene_.part_count + scene_.base_count + h;
+            const Ball bound = around(held);
+            const double far = way(joints, bound.centre, bound.radius);
+            const auto near = [&](const BallGroup& group) {
+                return norm(bound.centre - group.centre) <
+                       bound.radius + group.radius + scene_.clearance + straight_rule::slack + far;
+            };
+            for_ground(scene_, near, [&](const Solid& solid, int id) {
+                if (!scene_.may_touch(id, link) && !away(bound, solid, far))
+                    meet(held, joints, solid, far, pair_tag(id, link), found);
+            });
+        }
+    }
+
+    template <class Way>
+    static double way_of(const Way& way, const Rod& rod, int link) noexcept {
+        return max(way(link, rod.begin, 0.0), way(link, rod.end, 0.0));
+    }
+
+    /// Whether a solid is farther from a ball than `far`.
+    bool away(const Ball& bound, const Solid& solid, double far) const noexcept {
+        if (solid.kind == SolidKind::half_space) return false;
+        const Ball other = around(solid);
+        const double R = bound.radius + other.radius + scene_.clearance + straight_rule::slack + far;
+        const Vec3<double> d = bound.centre - other.centre;
+        return dot(d, d) >= R * R;
+    }
+
+    template <class Way, class Found>
+    void limb_against_all(int k, const Way& way, const Found& found) const noexcept {
+        const Rod& rod = limb_[k];
+        const int place = detail::limb_link(scene_, k), link = link_[k];
+        const double far = way_of(way, rod, link);
+        const Ball bound = around(as_solid(rod));
+        const auto near = [&](const BallGroup& group) {
+            return norm(bound.centre - group.centre) <
+                   bound.radius + group.radius + scene_.clearance + straight_rule::slack + far;
+        };
+        const double reach = rod.radius + scene_.clearance + straight_rule::slack + far;
+        for_blocks(scene_, near, [&](int block) {
+            detail::balls_near(scene_, block, rod, reach, [&](const Solid& ball, int id) {
+                if (!scene_.may_touch(id, place)) meet(rod, link, ball, far, pair_tag(id, place), found);
+            });
+        });
+        for (int n = 0; n < scene_.solid_count; ++n) {
+            const int id = scene_.solid_id[n];
+            if (!scene_.may_touch(id, place) && !away(bound, scene_.solids[n], far))
+                meet(rod, link, scene_.solids[n], far, pair_tag(id, place), found);
+        }
+        for (int h = 0; h < scene_.held_count; ++h) {
+            const int id = scene_.first_held + h;
+            if (scene_.may_touch(id, place)) continue;
+            const Solid held = placed(flange_, scene_.held[h]);
+            const Ball other = around(held);
+            const double both = far + way(joints, other.centre, other.radius);
+            if (!away(bound, held, both)) meet(rod, link, held, joints, both, pair_tag(id, place), found);
+        }
+    }
+
+    /// What moves against what rests.
+    template <class Moving, class Found>
+    void meet(const Moving& a, int link, const Solid& solid, double far, Tag pair,
+              const Found& found) const noexcept {
+        const Approach at = approach(a, solid);
+        Meeting m{core_of(a, link), {}, {}, at.distance, 0.0, apart(a, solid), false, pair};
+        if (!(m.apart - m.R < far)) return;
+        m.flat = solid.kind == SolidKind::half_space;
+        set_plane(m, at, solid);
+        found(m);
+    }
+
+    /// A rod and something else that moves.
+    template <class Found>
+    void meet(const Rod& a, int link, const Solid& b, int other, double far, Tag pair,
+              const Found& found) const noexcept {
+        const Approach at = nearest(a.begin, a.end, b);
+        Meeting m{core_of(a, link), core_of(b, other), {}, at.distance, 0.0, apart(a, b), false, pair};
+        if (!(m.apart - m.R < far)) return;
+        set_plane(m, at, b);
+        found(m);
+    }
+
+    static Approach approach(const Rod& rod, const Solid& solid) noexcept {
+        return nearest(rod.begin, rod.end, solid);
+    }
+    static Approach approach(const Solid& held, const Solid& solid) noexcept { return nearest(held, solid); }
+
+    template <class Moving>
+    double apart(const Moving& a, const Solid& b) const noexcept {
+        return a.radius + b.radius + scene_.clearance + straight_rule::slack;
+    }
+
+    static void set_plane(Meeting& m, const Approach& at, const Solid& solid) noexcept {
+        if (m.flat) {
+            m.n = solid.a;
+            m.height = solid.b.x;
+        } else if (m.apart > 0) {
+            m.n = (at.on_rod - at.on_solid) * (1.0 / m.apart);
+            m.height = dot(m.n, at.on_solid);
+        }
+    }
+
+    const Arm& arm_;
+    const Scene& scene_;
+    Vec3<double> axis_[joints], origin_[joints], shoulder_, elbow_, wrist_;
+    Pose<double> flange_;
+    double sum_[joints + 1] = {};
+    Rod limb_[2 * most_parts];
+    int link_[2 * most_parts] = {};
+};
+
+}  // namespace armangle

@@ -1,0 +1,229 @@
+"""The laws of a tracker among obstacles: nothing touches, in ticks and between them, whatever the command."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from support import draw, streams
+from support.ticks import DT, check_bounds, hostile, moved, settled
+
+import armangle as aa
+
+Array = NDArray[np.float64]
+
+ARMS = ("kuka_iiwa14_r820", "realman_rm75_b", "openarm_v10")
+CLEARANCE = 0.01
+STANDOFF = 1e-4  # m more than the clearance at which an approach ends
+TICKS = 100_000 if draw.COUNT else 6_000
+BODY = aa.Body.bones(upper_arm=0.05, forearm=0.045)
+GRIP = 0.03  # m
+
+
+def with_body(name: str) -> aa.Arm:
+    grip = aa.Ball([0.0, 0.0, 0.12], GRIP, name="grip")
+    return aa.Arm.from_catalogue(name).with_body(BODY).with_hand([grip])
+
+
+@pytest.fixture(params=ARMS)
+def arm(request: pytest.FixtureRequest) -> aa.Arm:
+    return with_body(request.param)
+
+
+def distance(arm: aa.Arm, scene: aa.Scene, q: Array) -> Array:
+    """Return the clearance of postures by the arm angle: another way than a tick's."""
+    pose, psi, gc = arm.forward(q)
+    return np.asarray(arm.clearance(pose, psi, gc, scene).distance)
+
+
+def shape(rng: np.random.Generator, at: Array, name: str) -> aa.Ball | aa.Capsule | aa.Box:
+    kind = rng.integers(3)
+    if kind == 0:
+        return aa.Ball(at, rng.uniform(0.03, 0.1), name=name)
+    if kind == 1:
+        return aa.Capsule(at, at + 0.2 * rng.normal(size=3), rng.uniform(0.02, 0.06), name=name)
+    frame = np.eye(4)
+    frame[:3, 3] = at
+    frame[:3, :3] = streams.rotation(rng.normal(size=(1, 3)))[0]
+    return aa.Box(frame, rng.uniform(0.03, 0.15, 3), name=name)
+
+
+def cluttered(arm: aa.Arm, start: Array, rng: np.random.Generator, count: int = 6) -> aa.Scene:
+    """A scene of obstacles about the arm that leaves the start clear."""
+    shoulder = (arm.base @ np.array([0, 0, arm.d_bs, 1.0]))[:3]
+    reach = arm.d_se + arm.d_ew
+    found: list[aa.Ball | aa.Capsule | aa.Box] = []
+    for k in range(20 * count):
+        one = shape(rng, shoulder + 0.5 * reach * rng.normal(size=3), f"obstacle {k}")
+        if distance(arm, aa.Scene([*found, one]), start) > 0.015:
+            found.append(one)
+        if len(found) == count:
+            break
+    return aa.Scene(found, clearance=CLEARANCE)
+
+
+def between(q: Array, parts: int = 4) -> Array:
+    """Joints (n, 7) and what lies between them."""
+    share = np.arange(parts)[:, None, None] / parts
+    return np.concatenate([(q[:-1] + share * np.diff(q, axis=0)).reshape(-1, 7), q[-1:]])
+
+
+def started(arm: aa.Arm, scene: aa.Scene, start: Array, **options: object) -> aa.Tracker:
+    tracker = aa.Tracker(arm, DT, scene=scene, **options)  # type: ignore[arg-type]  # any options
+    tracker.start(start)
+    return tracker
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_hostile_ticks_touch_nothing_and_keep_the_bounds(arm: aa.Arm, seed: int) -> None:
+    rng = np.random.default_rng([draw.SEED, seed])
+    start = streams.posture(arm)
+    scene = cluttered(arm, start, rng)
+    tracker = started(arm, scene, start, filter=rng.choice(np.array([None, aa.HandFilter()])))
+    q, times = [tracker.q], []
+    while len(times) < TICKS // 3:
+        pose = hostile(arm, rng)
+        for _ in range(rng.integers(1, 400)):
+            dt = DT * (1.0 if rng.random() < 0.5 else rng.uniform(0.1, 5.0))
+            now = tracker.step(pose, dt=dt)
+            assert (now.pair is not None) == (now.why in (aa.Status.CLEARANCE, aa.Status.POSE_BLOCKED))
+            q.append(now.q)
+            times.append(dt)
+    joints = np.array(q)
+    check_bounds(arm, joints, np.array(times))
+    assert distance(arm, scene, between(joints)).min() >= CLEARANCE
+
+
+@pytest.mark.parametrize("scenario", ["inside", "fast", "beyond", "limits"])
+@pytest.mark.parametrize("seed", range(2))
+def test_hands_are_followed_without_a_touch_and_nearer_than_by_stopping(
+    arm: aa.Arm, scenario: str, seed: int
+) -> None:
+    """By hand: the tracker without a scene, stopped for good before it touches."""
+    rng = np.random.default_rng(seed)
+    start = streams.posture(arm)
+    scene = cluttered(arm, start, rng)
+    stream = streams.stream(arm, scenario, seed, seconds=6.0, noise=False)
+    q = started(arm, scene, start).run(stream.true)
+    assert distance(arm, scene, between(q)).min() >= CLEARANCE
+    plain = aa.Tracker(arm, DT)
+    plain.start(start)
+    free = plain.run(stream.true)
+    touching = distance(arm, scene, free) < CLEARANCE
+    if touching.any():
+        first = np.argmax(touching)
+        free[first:] = free[max(first - 1, 0)]
+    ours, hand = (np.sqrt((streams.errors(arm, x, stream.true)[0] ** 2).mean()) for x in (q, free))
+    assert ours <= hand * 1.02 + 1e-4
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_no_chatter_at_rest_whatever_the_command(arm: aa.Arm, seed: int) -> None:
+    """Along an obstacle the arm may still slide towards the hand, but no joint goes back and forth."""
+    rng = np.random.default_rng([seed, 5])
+    start = streams.posture(arm)
+    scene = cluttered(arm, start, rng)
+    tracker = started(arm, scene, start)
+    pose = hostile(arm, rng)
+    before = settled(tracker, pose, 30.0)
+    q = np.concatenate([tracker.q[None], tracker.run(np.repeat(pose[None], 2500, axis=0))])
+    moves = np.abs(np.diff(q, axis=0)).sum(0)
+    assert (moves - np.abs(q[-1] - q[0])).max() < 1e-6
+    assert moves.max() < 0.05
+    assert tracker.step(pose).distance <= before.distance + 1e-9
+
+
+def wall(arm: aa.Arm, start: Array, beyond: float) -> tuple[aa.Scene, Array]:
+    """A wall in front of the tool, and where the tool is."""
+    tool = arm.forward(start)[0].copy()
+    grip = tool[:3, 3] + 0.12 * tool[:3, 2]
+    facing = -tool[:3, 2]
+    floor = aa.HalfSpace(facing, facing @ grip - GRIP - beyond, name="wall")
+    return aa.Scene([floor], clearance=CLEARANCE), tool
+
+
+def test_a_hand_beyond_a_wall_is_followed_along_it_as_near_as_can_be() -> None:
+    arm = with_body("kuka_iiwa14_r820")
+    start = streams.posture(arm)
+    scene, tool = wall(arm, start, 0.05)
+    tracker = started(arm, scene, start)
+    for aside in (0.0, 0.1, -0.1):
+        now = settled(tracker, moved(tool, 0.2 * tool[:3, 2] + aside * tool[:3, 1]), 6.0)
+        assert (now.status, now.why) == (aa.Tracking.NEAREST, aa.Status.POSE_BLOCKED)
+        assert now.pair == ("wall", "grip")
+        room = distance(arm, scene, now.q) - CLEARANCE
+        assert 0 <= room <= 3 * STANDOFF
+        depth = 0.2 - 0.05 + CLEARANCE
+        assert now.distance <= depth + 2e-3, "no farther than with the orientation kept"
+    now = settled(tracker, tool, 3.0)
+    assert (now.status, now.pair) == (aa.Tracking.FOLLOWING, None)
+
+
+def test_the_elbow_goes_round_what_stands_in_its_way_while_the_tool_follows() -> None:
+    """A ball where the elbow would be later: by hand, without the scene, it is run into."""
+    arm = with_body("kuka_iiwa14_r820")
+    start = streams.posture(arm)
+    ticks = 1000
+    share = np.linspace(0, 1, ticks)
+    poses = np.repeat(arm.forward(start)[0][None], ticks, axis=0)
+    poses[:, 1, 3] += 0.2 * share**3 * (10 - 15 * share + 6 * share**2)
+    plain = aa.Tracker(arm, DT)
+    plain.start(start)
+    free = plain.run(poses)
+    elbow = arm.elbow(free[-1])
+    aside = np.cross(elbow - arm.elbow(start), [0, 0, 1.0])
+    post = aa.Ball(elbow + aside / np.linalg.norm(aside) * 0.03, 0.03, name="post")
+    scene = aa.Scene([post], clearance=CLEARANCE)
+    assert distance(arm, scene, free).min() < 0 < CLEARANCE < distance(arm, scene, start)
+    q = started(arm, scene, start).run(poses)
+    assert distance(arm, scene, between(q)).min() >= CLEARANCE
+    metres, radians = streams.errors(arm, q, poses)
+    assert np.maximum(metres, radians).max() < 1e-8
+
+
+def test_a_start_that_touches_is_refused_or_led_out() -> None:
+    arm = with_body("kuka_iiwa14_r820")
+    start = streams.posture(arm)
+    scene, tool = wall(arm, start, -0.01)
+    tracker = aa.Tracker(arm, DT, scene=scene)
+    with pytest.raises(aa.SceneError, match=r"'grip' is 0\.02 m nearer to 'wall' than the clearance"):
+        tracker.start(start)
+    with pytest.raises(aa.InputError, match="has not begun"):
+        tracker.step(tool)
+    tracker.start(start, outside="escape")
+    rooms, statuses = [float(distance(arm, scene, start))], []
+    for _ in range(1500):
+        now = tracker.step(tool)
+        rooms.append(float(distance(arm, scene, now.q)))
+        statuses.append(now.status)
+        if now.status == aa.Tracking.RETURNING:
+            assert (now.why, now.pair) == (aa.Status.CLEARANCE, ("wall", "grip"))
+    returning = np.array(statuses) == aa.Tracking.RETURNING
+    assert np.diff(rooms).min() >= -1e-9 or not returning[np.argmin(np.diff(rooms))]
+    assert np.array_equal(returning, np.array(rooms[1:]) < CLEARANCE)
+    assert not returning[-1]
+    deep, _ = wall(arm, start, -0.2)
+    with pytest.raises(aa.SceneError, match="nearer to 'wall'"):
+        aa.Tracker(arm, DT, scene=deep).start(start)
+
+
+def test_a_scene_needs_a_body_and_an_arm_of_exact_geometry() -> None:
+    plain = aa.Arm.from_catalogue("kuka_iiwa14_r820")
+    with pytest.raises(aa.SceneError, match="body"):
+        aa.Tracker(plain, scene=aa.Scene([aa.Ball([1.0, 0.0, 0.0], 0.1)]))
+    with pytest.raises(aa.InputError, match="soft_clearance is -1"):
+        aa.Tracker(plain, soft_clearance=-1.0)
+
+
+@pytest.mark.parametrize("kind", ["elbow", "elbow_direction"])
+def test_a_hint_that_is_none_is_said(kind: str) -> None:
+    arm = with_body("kuka_iiwa14_r820")
+    start = streams.posture(arm)
+    tracker = aa.Tracker(arm, DT)
+    tracker.start(start)
+    pose = arm.forward(start)[0]
+    for bad in [np.full(3, np.nan), np.array([0.0, np.inf, 0.0]), np.zeros(3)]:
+        now = tracker.step(pose, **{kind: bad})  # type: ignore[arg-type]  # one of the two
+        said = kind == "elbow_direction" or not np.isfinite(bad).all()
+        assert now.status == aa.Tracking.FOLLOWING
+        assert now.why == (aa.Status.BAD_INPUT if said else aa.Status.OK)
