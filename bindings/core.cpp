@@ -161,6 +161,7 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     binding::bind_stepping(m, arm);
     binding::bind_near_stepping(near);
     binding::bind_planning(m, arm);
+    binding::bind_near_planning(near);
     binding::bind_solving(m, arm);
     binding::bind_near_solving(near);
     binding::bind_tracking(m);

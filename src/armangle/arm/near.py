@@ -21,8 +21,6 @@ _ASKED = {
     "turns_many": "feasible_yaw or feasible_roll",
     "end_slopes_one": "feasible_derivative",
     "is_kuka": "aa.kuka",
-    "plan_path": "plan",
-    "curve_through": "JointPath",
 }
 
 

@@ -20,7 +20,7 @@ from ..errors import ConfigurationError, InputError, NotFiniteError, ShapeError
 from ..scenes.scene import Scene
 from ..status import Status
 from .joint_path import Curve, JointPath, blank_rows, even_parameters
-from .options import check_arm, free_roll
+from .options import check_arm, check_elbow_wish, free_roll
 from .paths import Path, Waypoints, as_path, sample_count
 from .policies import Towards
 
@@ -98,7 +98,8 @@ def plan(
     best way through is searched; from it and from arm angles that are held, a twice differentiable arm angle
     descends to an optimum of the objective; of the global configurations the best is proven by interval
     arithmetic: ``certified`` says that the limits (and the margins asked) hold, and that nothing touches, on
-    all of [0, 1], not at the rows alone.
+    all of [0, 1], not at the rows alone. Of an arm with a chain of its own the arm angle is that of the
+    nominal arm's plan, and joints, derivatives and certificate are those of the true chain.
 
     Parameters
     ----------
@@ -155,6 +156,7 @@ def plan(
     Source: Faria et al. (2018), Eqs. (12)-(35), over a whole path.
     """
     check_arm(arm)
+    check_elbow_wish(arm, psi)
     whole = as_path(path, blend)
     if whole is None:
         frames = as_poses("path", cast("ArrayLike", path), arm._handle)
