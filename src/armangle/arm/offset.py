@@ -545,7 +545,7 @@ class OffsetArm(FrozenValue):
         >>> pose, free, gc = arm.forward([0.1, 0.4, 0.2, -1.8, 0.3, 2.0, 0.5])
         >>> q = arm.inverse_all(pose, free, limits="nan")
         >>> q.shape, np.flatnonzero(np.isfinite(q[:, 0])).tolist()
-        ((8, 7), [2])
+        ((8, 7), [6])
         """
         poses = as_poses("pose", pose)[..., None, :, :]
         values = as_floats("free", free)[..., None]

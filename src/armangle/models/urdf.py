@@ -246,7 +246,8 @@ class _Reader:
 
 def _load(source: Source) -> RobotElement:
     """Return the links and joints of a file or of XML text."""
-    if isinstance(as_source(source, bytes), bytes):
+    as_source(source, bytes)
+    if isinstance(source, bytes):
         return _parse(source, "XML text")
     if isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<"):
         return _parse(source, "XML text")

@@ -42,7 +42,8 @@ class MapValues:
     @property
     def dtype(self) -> np.dtype[Any]:
         """As it is stored."""
-        return np.dtype(self.array.dtype)
+        kept: np.dtype[Any] = np.dtype(self.array.dtype)
+        return kept
 
     def __getitem__(self, index: Any) -> Any:
         """Return values as an array; only the tiles that they lie in are read.
@@ -62,7 +63,7 @@ class MapValues:
             self._store.check_readable(self._name)
             raise
 
-    def __array__(self, dtype: DTypeLike = None, copy: bool | None = None) -> NDArray[Any]:
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
         """Return all values; they are always read, and so a copy."""
         if copy is False:
             raise ValueError("values of a map are read from its store, which makes a copy")
