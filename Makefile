@@ -35,7 +35,7 @@ test:  ## the quick tests, against the installed package: without compilers, bro
 check:  ## all tests, and which ten took longest
 	$(PYTHON) -m pytest $(PARALLEL) --durations=10
 
-laws:  ## the laws with EXAMPLES=5000 random examples each, and SEED= that of the day
+laws:  ## inverse, arcs and tracker with EXAMPLES=5000 random examples a law, and SEED= that of the day
 	ARMANGLE_LAWS_COUNT=$(EXAMPLES) ARMANGLE_LAWS_SEED=$(SEED) $(PYTHON) -m pytest $(PARALLEL) \
 	    tests/laws/test_kinematics.py tests/laws/test_feasible.py tests/laws/test_near_shoulder.py tests/motion/test_tracking.py
 

@@ -151,8 +151,8 @@ private:
 };
 
 /// Nothing found, for a reason.
-inline Found nothing(Status why) noexcept {
-    Found out{};
+inline armangle::Found nothing(Status why) noexcept {
+    armangle::Found out{};  // not the Found of near/inverse.hpp
     for (double& q : out.posture.q) q = not_a_number;
     out.posture.psi = out.posture.distance = out.posture.margin = out.gap = not_a_number;
     out.posture.gc = -1;

@@ -44,9 +44,9 @@ def test_feasible_is_within_limits() -> None:
     assert found.clear > 0.5 * found.samples
 
 
-def test_feasible_is_within_limits_on_a_million_samples() -> None:
-    found = tally(seed=2, count=draw.count(1300))
-    assert found.samples >= 1_000_000
+def test_feasible_is_within_limits_on_hundreds_of_thousands_of_samples() -> None:
+    found = tally(seed=2, count=draw.count(400))
+    assert found.samples >= 300_000
     assert found.wrong == []
     assert found.clear > 0.5 * found.samples
 
@@ -101,8 +101,8 @@ def limit_ends(case: Case) -> list[tuple[float, str]]:
 def test_every_end_is_on_the_limit_that_made_it() -> None:
     # Where the joint turns fast with psi, or its bend vanishes, rounding of psi and pose moves it by
     # 16 eps (|dq/dpsi| + 1 / |sin|): that is allowed on top of 1e-11.
-    found = [end for case in cases(seed=4, count=draw.count(250)) for end in limit_ends(case)]
-    assert len(found) > 10_000
+    found = [end for case in cases(seed=4, count=draw.count(150)) for end in limit_ends(case)]
+    assert len(found) > 6_000
     assert [what for excess, what in found if excess > 0] == []
 
 

@@ -127,7 +127,7 @@ def test_against_newton_from_dense_starts(name: str) -> None:
     arm = calibrated(name, 1.0, 1.0, seed=3)
     rng = generator(24)
     asked = 0
-    for q in postures(arm, 2, 25):
+    for q in postures(arm, 2, 14):
         pose, _, gc = arm.forward(q)
         arcs = arm.feasible(pose, gc)
         for psi in rng.uniform(-np.pi, np.pi, 5):

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import doctest
+import enum
 import importlib
 import inspect
 import pkgutil
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -53,6 +55,34 @@ def test_all_names_exist_once() -> None:
     assert len(set(aa.__all__)) == len(aa.__all__)
     assert all(hasattr(aa, name) for name in aa.__all__)
     assert set(aa.__all__) <= set(dir(aa))
+
+
+def fields(value: type) -> set[str]:
+    """What an object of a public class shows beside its methods; an enumeration's names have a table."""
+    annotated = {name for cls in value.__mro__ for name in getattr(cls, "__annotations__", {})}
+    own = annotated if value.__module__.startswith("armangle") else set()
+    return {name for name in own | set(getattr(value, "_fields", ())) if not name.startswith("_")}
+
+
+VALUES = [
+    name
+    for name in NAMES
+    if inspect.isclass(getattr(aa, name)) and not issubclass(getattr(aa, name), (Exception, enum.Enum))
+]
+
+
+@pytest.mark.parametrize("name", VALUES)
+def test_every_field_is_in_the_docstring(name: str) -> None:
+    value = getattr(aa, name)
+    text = f"{value.__doc__} {value.__init__.__doc__}"
+    missing = {field for field in fields(value) if not re.search(rf"\b{field}\b", text)}
+    assert not missing, f"{name} does not say what {sorted(missing)} are"
+
+
+def test_fields_are_found() -> None:
+    found = {name: fields(getattr(aa, name)) for name in VALUES}
+    assert {"d_bs", "import_report"} <= found["Arm"] and "x" in found["Placement"]
+    assert sum(map(len, found.values())) > 100
 
 
 @pytest.mark.parametrize("name", MEMBERS)

@@ -132,7 +132,7 @@ def test_arrays_in_any_order_of_bytes_are_read(tmp_path: Path) -> None:
         assert np.array_equal(aa.load_joints(tmp_path / "q.npz").q, q)
 
 
-@settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.floats(0, 1, exclude_max=True), st.integers(1, 255), st.sampled_from([".npz", ".json"]))
 def test_a_flipped_byte_is_refused_or_does_not_matter(
     tmp_path: Path, at: float, mask: int, ending: str

@@ -90,7 +90,7 @@ def test_lookahead_goes_round_a_dead_end_made_by_obstacles() -> None:
 def test_a_solution_is_clear_and_no_clear_posture_is_nearer() -> None:
     rng = generator(3)
     grid = np.linspace(-np.pi, np.pi, 721)
-    for _ in range(count(6)):
+    for _ in range(count(4)):
         near = rng.uniform(ARM.lower, ARM.upper) * 0.7
         pose = ARM.forward(rng.uniform(ARM.lower, ARM.upper) * 0.7)[0]
         places = rng.normal(size=(4, 3)) * 0.3 + [0, 0, 0.4]

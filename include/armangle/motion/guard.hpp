@@ -29,6 +29,7 @@ inline constexpr int tries = 5;   // of velocities between the one wished and br
 inline constexpr double cautious = 0.9;  // share of what was proven that is tried next
 }  // namespace guard_rule
 
+/// What keeps a tick, and braking after it, clear of a scene.
 class Guard {
 public:
     Guard(const Arm& arm, const Scene& scene, const double* acceleration) noexcept

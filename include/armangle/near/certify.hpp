@@ -45,6 +45,7 @@ struct JointTube {
     }
 };
 
+/// Proves the joints of a nearly S-R-S arm along a curve of its nominal arm.
 class TubeProver {
 public:
     TubeProver(const CorrectedCurve& curve, const Limits& limits, double margin, const Proof& also) noexcept

@@ -16,6 +16,7 @@ namespace detail {
 
 inline Approach between(const Vec3<double>& p, const Vec3<double>& q) noexcept { return {p, q, norm(p - q)}; }
 
+/// The nearer of two.
 inline Approach nearer(const Approach& a, const Approach& b) noexcept {
     return b.distance < a.distance ? b : a;
 }

@@ -177,6 +177,7 @@ inline Vec3<double> in_grid(const Solid& field, const Vec3<double>& p) noexcept 
     return transposed_times(field.axes, p - field.a) + field.b;
 }
 
+/// What was found in a grid's frame, in that of the scene.
 inline Approach out_of_grid(const Solid& field, const Approach& found) noexcept {
     const auto out = [&](const Vec3<double>& p) { return field.a + field.axes * (p - field.b); };
     return {out(found.on_rod), out(found.on_solid), found.distance};
@@ -189,6 +190,7 @@ inline ConvexHull as_hull(const Solid& solid, Vec3<double> (&own)[8]) noexcept {
     return {own, 8, {identity_pose().rotation, solid.a}};
 }
 
+/// A segment and a hull.
 inline Approach segment_hull(const Vec3<double>& a, const Vec3<double>& b, const Solid& solid) noexcept {
     const Vec3<double> middle = (a + b) * 0.5, ends[2] = {a - middle, b - middle};
     return nearest(ConvexHull{ends, 2, {identity_pose().rotation, middle}},

@@ -44,6 +44,7 @@ struct NearestPair {
     Tag pair;     // 0: there is none within what was asked
 };
 
+/// A move of the joints along a straight line, and the scene that it passes.
 class StraightMove {
 public:
     StraightMove(const Arm& arm, const Scene& scene) noexcept : arm_(arm), scene_(scene) {}

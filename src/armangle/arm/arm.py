@@ -176,6 +176,15 @@ class Arm(FrozenValue):
         What the links look like: see `with_body`.
     hand : sequence of Ball, Capsule, Box or Hull
         What is fixed to the tool: see `with_hand`.
+    joint_names : sequence of 7 str, optional
+        Names of the joints, as files have them.
+    notes : str or sequence of str, optional
+        What was noted where the numbers come from.
+
+    Attributes
+    ----------
+    import_report : ImportReport or None
+        What was found in the file that the arm was read from; None of an arm that was made otherwise.
 
     Raises
     ------

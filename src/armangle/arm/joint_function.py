@@ -20,7 +20,13 @@ _KINDS: dict[_core.Case, Kind] = {
 
 
 class JointFunction:
-    """q_i(ψ) at a fixed pose and global configuration; made by `Arm.joint_function`."""
+    """q_i(ψ) at a fixed pose and global configuration; made by `Arm.joint_function`.
+
+    Attributes
+    ----------
+    joint : int
+        The joint i, 1..7.
+    """
 
     __slots__ = ("_handle", "joint")
 

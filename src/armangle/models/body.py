@@ -50,6 +50,13 @@ class Body:
         along it, 4 the forearm, its z axis along it. Radii > 0. Quickest are those of links 3 and 4, and of
         links 1, 2, 5 and 6 those centred on axis 1, 3, 5 or 7: the z axis of frames 2 and 6, the y axis of
         frames 1 and 5. A name of a shape names its link in results; without one it is "link_3".
+    ignore : iterable of (str, str), optional
+        Pairs of names of links that are not asked about each other.
+
+    Attributes
+    ----------
+    notes : tuple of str
+        What was left out of the file that the body was read from.
 
     Raises
     ------

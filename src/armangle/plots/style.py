@@ -28,21 +28,22 @@ def flat_axes(ax: Axes | None, size: tuple[float, float] = (6.4, 4.0)) -> Axes:
 
 def polar_axes(ax: Axes | None, size: tuple[float, float] = (8.8, 5.8)) -> Any:
     """Return `ax`, which must be polar, or new polar axes."""
-    plt = pyplot()
-    if ax is None:
-        return plt.subplots(figsize=size, layout="constrained", subplot_kw={"projection": "polar"})[1]
-    if ax.name != "polar":
-        raise InputError(f"ax is a {ax.name} axes, wanted a polar one: subplot_kw={{'projection': 'polar'}}")
-    return ax
+    return _projected("polar", "a polar", ax, size)
 
 
 def space_axes(ax: Any | None, size: tuple[float, float] = (7.2, 6.4)) -> Any:
     """Return `ax`, which must be 3-D, or new 3-D axes."""
+    return _projected("3d", "a 3-D", ax, size)
+
+
+def _projected(name: str, spoken: str, ax: Any | None, size: tuple[float, float]) -> Any:
     plt = pyplot()
     if ax is None:
-        return plt.subplots(figsize=size, layout="constrained", subplot_kw={"projection": "3d"})[1]
-    if ax.name != "3d":
-        raise InputError(f"ax is a {ax.name} axes, wanted a 3-D one: subplot_kw={{'projection': '3d'}}")
+        return plt.subplots(figsize=size, layout="constrained", subplot_kw={"projection": name})[1]
+    if ax.name != name:
+        raise InputError(
+            f"ax is a {ax.name} axes, wanted {spoken} one: subplot_kw={{'projection': '{name}'}}"
+        )
     return ax
 
 

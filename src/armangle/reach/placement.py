@@ -32,6 +32,8 @@ class Placement:
         What each of them counts.
     x, y : ndarray, shapes (nx,), (ny,)
         Base positions, m; `z` is the height of all.
+    singularity_margin : float
+        As in `Arm.feasible`, rad: closer to a singularity a pose does not count as held.
     reached : ndarray, shape (nx, ny)
         Sum of the weights of the poses held at the best yaw.
     yaw : ndarray, shape (nx, ny)
