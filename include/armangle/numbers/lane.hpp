@@ -7,7 +7,7 @@
 #include <bit>
 
 #if defined(__CUDACC__)
-#include "device_lane.hpp"
+#include "device/lane.hpp"
 #else
 #include "registers.hpp"
 #endif

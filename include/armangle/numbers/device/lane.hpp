@@ -4,7 +4,7 @@
 
 #include <bit>
 
-#include "scalar.hpp"
+#include "../scalar.hpp"
 
 namespace armangle {
 
