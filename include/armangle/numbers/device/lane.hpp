@@ -2,6 +2,8 @@
 // takes one pose, on doubles; lanes are here so that the functions that take them compile.
 #pragma once
 
+#if defined(__CUDACC__)
+
 #include <bit>
 
 #include "../scalar.hpp"
@@ -151,3 +153,5 @@ ARMANGLE_INLINE Lane<N> copysign(const Lane<N>& magnitude, const Lane<N>& sign_o
 }
 
 }  // namespace armangle
+
+#endif
