@@ -25,7 +25,7 @@ tidy:  ## clang-tidy over the headers (pip install clang-tidy)
 	clang-tidy --quiet examples/cpp/posture.cpp examples/cpp/follow.cpp fuzz/plan.cpp -- -std=c++20 -Iinclude
 
 format:  ## clang-format over C++, in the version that the test extra names
-	PATH=$(dir $(abspath $(PYTHON))):$$PATH clang-format -i include/armangle/*.hpp include/armangle/*/*.hpp bindings/*.[ch]pp examples/cpp/*.[ch]pp fuzz/*.[ch]pp \
+	PATH=$(dir $(abspath $(PYTHON))):$$PATH clang-format -i include/armangle/*.hpp include/armangle/*/*.hpp include/armangle/*/*/*.hpp bindings/*.[ch]pp examples/cpp/*.[ch]pp fuzz/*.[ch]pp \
 	    tests/package/consumer/*.cpp tests/package/cpp/*.cpp contrib/moveit/src/*.cpp docs/browser/*.cpp \
 	    tests/package/moveit_standin/*/*.hpp tests/package/moveit_standin/*/*/*.hpp benchmarks/cpp/*.[ch]pp
 

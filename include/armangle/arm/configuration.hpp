@@ -14,7 +14,7 @@ struct Configuration {
 };
 
 /// Index = (theta_2 < 0) + 2 (theta_4 - delta < 0) + 4 (theta_6 < 0), each angle wrapped to (-pi, pi].
-inline Configuration<double> configuration(int index) noexcept {
+ARMANGLE_INLINE Configuration<double> configuration(int index) noexcept {
     return {index & 1 ? -1.0 : 1.0, index & 2 ? -1.0 : 1.0, index & 4 ? -1.0 : 1.0};
 }
 

@@ -39,7 +39,7 @@ namespace detail {
 
 /// Not inlined, and by value: a reference to the flange would keep it in memory on the usual way too.
 template <class T>
-[[gnu::noinline, gnu::cold]] Triad<T> other_triad(const Arm& arm, Pose<T> flange) noexcept {
+ARMANGLE_SELDOM Triad<T> other_triad(const Arm& arm, Pose<T> flange) noexcept {
     return triad(arm, flange,
                  [&arm](const Vec3<T>& p, const Vec3<T>& w) noexcept { return reference_normal(arm, p, w); });
 }

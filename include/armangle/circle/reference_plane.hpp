@@ -46,7 +46,7 @@ ARMANGLE_INLINE Vec3<T> normal_about_z(const Arm& arm, const Vec3<T>& p, const V
 
 /// The same about the vector of the arm's reference.
 template <class T>
-Vec3<T> normal_about_vector(const Arm& arm, const Vec3<T>& p, const Vec3<T>& w) noexcept {
+ARMANGLE_INLINE Vec3<T> normal_about_vector(const Arm& arm, const Vec3<T>& p, const Vec3<T>& w) noexcept {
     const auto& [x, y, z] = arm.reference_frame;
     const Mat3<T> frame{spread<T>(x), spread<T>(y), spread<T>(z)};
     return frame * normal_about_z(arm, transposed_times(frame, p), transposed_times(frame, w));
@@ -63,7 +63,7 @@ ARMANGLE_INLINE Vec3<T> carried(const Vec3<T>& side, const Vec3<T>& image, const
 /// -y carried from z to w. The image is (w_x k, w_y k, 1) with k = 1 / (1 + w_z), below the shoulder as
 /// (1 - w_z) / (w_x^2 + w_y^2), which loses no digits there. Straight below: theta_1 = 0 of the convention.
 template <class T>
-Vec3<T> stereographic_normal(const Arm& arm, const Vec3<T>& p, const Vec3<T>& w) noexcept {
+ARMANGLE_INLINE Vec3<T> stereographic_normal(const Arm& arm, const Vec3<T>& p, const Vec3<T>& w) noexcept {
     const T one(1.0), across = w.x * w.x + w.y * w.y;
     const auto below = w.z < T(0.0);
     const auto lost = below & is_on_axis(arm, w, hypot(p.x, p.y));

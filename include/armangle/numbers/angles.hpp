@@ -46,19 +46,6 @@ ARMANGLE_INLINE T polynomial(const double (&c)[K], T x) noexcept {
     return halved<0, K>(c, powers);
 }
 
-// atan(t) = t + t z P(z), z = t^2, |t| <= tan(pi/8); truncation below 6e-18.
-inline constexpr double atan_terms[] = {-0.3333333333333333,  0.1999999999999552,   -0.14285714284666542,
-                                        0.11111111015256361,  -0.09090904578123903, 0.07692183190826087,
-                                        -0.06664511447381948, 0.0585814891280221,   -0.0508544973794026,
-                                        0.03923165829558719,  -0.01917688711906226};
-// sin(x) = x + x z S(z), cos(x) = 1 - z/2 + z^2 C(z), z = x^2, |x| <= pi/4; truncation below 2e-17.
-inline constexpr double sine_terms[] = {-0.16666666666666666,    0.008333333333330827,
-                                        -0.0001984126983657571,  2.755731600817155e-06,
-                                        -2.5051112272573243e-08, 1.5916726193889336e-10};
-inline constexpr double cosine_terms[] = {0.041666666666666664,   -0.0013888888888887322,
-                                          2.4801587298651292e-05, -2.755731721268659e-07,
-                                          2.0876134024090145e-09, -1.1381754653662937e-11};
-
 inline constexpr double tan_eighth_pi = 0.41421356237309503;
 inline constexpr double pi_tail = 1.2246467991473532e-16;  // pi - double(pi)
 // pi/2 in three pieces; the first two have 33 bits, so that k * piece is exact for |k| <= 2^20.
@@ -79,7 +66,12 @@ ARMANGLE_INLINE T atan2(T y, T x) noexcept {
     const T den = select(big, far + near, near);
     const T t = num / select(den == T(0.0), T(1.0), den);
     const T z = t * t;
-    T angle = mul_add(t * z, detail::polynomial(detail::atan_terms, z), t);
+    // atan(t) = t + t z P(z), z = t^2, |t| <= tan(pi/8); truncation below 6e-18
+    constexpr double terms[] = {-0.3333333333333333,  0.1999999999999552,   -0.14285714284666542,
+                                0.11111111015256361,  -0.09090904578123903, 0.07692183190826087,
+                                -0.06664511447381948, 0.0585814891280221,   -0.0508544973794026,
+                                0.03923165829558719,  -0.01917688711906226};
+    T angle = mul_add(t * z, detail::polynomial(terms, z), t);
     angle = select(big, angle + (0.25 * detail::pi_tail) + 0.25 * pi, angle);
     angle = select(steep, half_pi - (angle - 0.5 * detail::pi_tail), angle);
     angle = select(x < T(0.0), pi - (angle - detail::pi_tail), angle);
@@ -87,7 +79,13 @@ ARMANGLE_INLINE T atan2(T y, T x) noexcept {
 }
 
 /// As one lane: a `select` of doubles is a branch, and the octant is as good as random.
-ARMANGLE_INLINE double atan2(double y, double x) noexcept { return atan2(Lane<2>(y), Lane<2>(x))[0]; }
+ARMANGLE_INLINE double atan2(double y, double x) noexcept {
+#if defined(__CUDA_ARCH__)
+    return atan2<double>(y, x);
+#else
+    return atan2(Lane<2>(y), Lane<2>(x))[0];
+#endif
+}
 
 /// Sine and cosine of an angle, or any pair in their place.
 template <class T>
@@ -102,8 +100,14 @@ ARMANGLE_INLINE SinCos<T> sin_cos(T x) noexcept {
     const T r = mul_add(k, T(-detail::half_pi_3),
                         mul_add(k, T(-detail::half_pi_2), mul_add(k, T(-detail::half_pi_1), x)));
     const T z = r * r;
-    const T s = mul_add(r * z, detail::polynomial(detail::sine_terms, z), r);
-    const T c = mul_add(z * z, detail::polynomial(detail::cosine_terms, z), mul_add(z, T(-0.5), T(1.0)));
+    // sin(x) = x + x z S(z), cos(x) = 1 - z/2 + z^2 C(z), z = x^2, |x| <= pi/4; truncation below 2e-17
+    constexpr double sine_terms[] = {-0.16666666666666666,  0.008333333333330827,    -0.0001984126983657571,
+                                     2.755731600817155e-06, -2.5051112272573243e-08, 1.5916726193889336e-10};
+    constexpr double cosine_terms[] = {0.041666666666666664,   -0.0013888888888887322,
+                                       2.4801587298651292e-05, -2.755731721268659e-07,
+                                       2.0876134024090145e-09, -1.1381754653662937e-11};
+    const T s = mul_add(r * z, detail::polynomial(sine_terms, z), r);
+    const T c = mul_add(z * z, detail::polynomial(cosine_terms, z), mul_add(z, T(-0.5), T(1.0)));
     const T quadrant = k - 4.0 * round(k * 0.25);  // -2, -1, 0, 1 or 2
     const T side = abs(quadrant);
     const auto swapped = side == T(1.0);
@@ -115,8 +119,12 @@ ARMANGLE_INLINE SinCos<T> sin_cos(T x) noexcept {
 
 /// As one lane, like atan2.
 ARMANGLE_INLINE SinCos<double> sin_cos(double x) noexcept {
-    const SinCos<Lane<2>> both = sin_cos(Lane<2>(x));
+#if defined(__CUDA_ARCH__)
+    return sin_cos<double>(x);
+#else
+    const SinCos<Lane<2> > both = sin_cos(Lane<2>(x));
     return {both.sin[0], both.cos[0]};
+#endif
 }
 
 }  // namespace armangle

@@ -6,10 +6,15 @@
 
 #include <bit>
 
+#if defined(__CUDACC__)
+#include "device/lane.hpp"
+#else
 #include "registers.hpp"
+#endif
 
 namespace armangle {
 
+#if !defined(__CUDACC__)
 template <int N>
 struct Lane;
 
@@ -161,38 +166,12 @@ ARMANGLE_INLINE unsigned bits(const LaneMask<N>& mask) noexcept {
     return out;
 }
 
-/// f(i) for each bit i that is set, in rising order. Bits and not an array of bools with a plain loop: so
-/// the arcs of one branch take 12 % less time, of all eight 14 % (benchmarks/run_cpp.py, AVX-512).
-template <class F>
-ARMANGLE_INLINE void for_each_bit(unsigned mask, const F& f) noexcept {
-    for (unsigned left = mask; left != 0; left &= left - 1) f(std::countr_zero(left));
-}
-
-/// Whether some lane is true.
-template <int N>
-ARMANGLE_INLINE bool any(const LaneMask<N>& mask) noexcept {
-    return bits(mask) != 0;
-}
-
-/// Whether every lane is true.
-template <int N>
-ARMANGLE_INLINE bool all(const LaneMask<N>& mask) noexcept {
-    return !any(!mask);
-}
-
 /// Of each lane the one that the mask picks.
 template <int N>
 ARMANGLE_INLINE Lane<N> select(const LaneMask<N>& mask, const Lane<N>& yes, const Lane<N>& no) noexcept {
     Lane<N> out;
     for (int i = 0; i < out.registers; ++i) out.part[i] = mask.part[i] ? yes.part[i] : no.part[i];
     return out;
-}
-
-/// The least of eight.
-ARMANGLE_INLINE double least(const Lane<8>& x) noexcept {
-    const Lane<8> four = min(x, swap_halves(x));
-    const double a = four[0], b = four[1], c = four[2], d = four[3];
-    return min(min(a, b), min(c, d));
 }
 
 /// Square roots.
@@ -231,6 +210,34 @@ ARMANGLE_INLINE Lane<N> copysign(const Lane<N>& magnitude, const Lane<N>& sign_o
     for (int i = 0; i < out.registers; ++i)
         out.part[i] = (Values)(((Mask)magnitude.part[i] & INT64_MAX) | ((Mask)sign_of.part[i] & INT64_MIN));
     return out;
+}
+
+#endif
+
+/// f(i) for each bit i that is set, in rising order. Bits and not an array of bools with a plain loop: so
+/// the arcs of one branch take 12 % less time, of all eight 14 % (benchmarks/run_cpp.py, AVX-512).
+template <class F>
+ARMANGLE_INLINE void for_each_bit(unsigned mask, const F& f) noexcept {
+    for (unsigned left = mask; left != 0; left &= left - 1) f(std::countr_zero(left));
+}
+
+/// Whether some lane is true.
+template <int N>
+ARMANGLE_INLINE bool any(const LaneMask<N>& mask) noexcept {
+    return bits(mask) != 0;
+}
+
+/// Whether every lane is true.
+template <int N>
+ARMANGLE_INLINE bool all(const LaneMask<N>& mask) noexcept {
+    return !any(!mask);
+}
+
+/// The least of eight.
+ARMANGLE_INLINE double least(const Lane<8>& x) noexcept {
+    const Lane<8> four = min(x, swap_halves(x));
+    const double a = four[0], b = four[1], c = four[2], d = four[3];
+    return min(min(a, b), min(c, d));
 }
 
 }  // namespace armangle

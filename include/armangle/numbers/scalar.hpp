@@ -12,10 +12,19 @@
 #endif
 
 // The small functions are called millions of times a second: a call each would cost more than what they do.
-#if defined(__GNUC__) && !defined(ARMANGLE_SMALL)
+#if defined(__CUDACC__)
+#define ARMANGLE_INLINE __host__ __device__ inline
+#elif defined(__GNUC__) && !defined(ARMANGLE_SMALL)
 #define ARMANGLE_INLINE [[gnu::always_inline]] inline
 #else
 #define ARMANGLE_INLINE inline
+#endif
+
+// A function off the usual way, kept out of it.
+#if defined(__CUDACC__)
+#define ARMANGLE_SELDOM __host__ __device__
+#else
+#define ARMANGLE_SELDOM [[gnu::noinline, gnu::cold]]
 #endif
 
 namespace armangle {
@@ -39,7 +48,9 @@ ARMANGLE_INLINE bool all(bool mask) noexcept { return mask; }
 
 /// a b + c: one rounding where the machine has it in hardware, two elsewhere; the same for every scalar type.
 ARMANGLE_INLINE double mul_add(double a, double b, double c) noexcept {
-#if defined(__FMA__) || defined(__ARM_FEATURE_FMA)
+#if defined(__CUDA_ARCH__)
+    return std::fma(a, b, c);
+#elif defined(__FMA__) || defined(__ARM_FEATURE_FMA)
     return __builtin_fma(a, b, c);
 #else
     return a * b + c;
