@@ -65,7 +65,7 @@ METHODS = ("forward", "inverse", "inverse_all", "jacobian", "self_motion", "limi
            "joint_feasible", "joint_function", "explain", "solve",
            "solutions", "best", "elbow", "with_reference", "reachable", "freedom", "feasible_yaw",
            "feasible_roll", "inverse_derivative", "psi_gradient", "feasible_derivative",
-           "limit_margin_gradient", "freedom_gradient")  # fmt: skip
+           "limit_margin_gradient", "freedom_gradient", "best_gradient")  # fmt: skip
 SCENES = ("clear", "clearance", "widest", "feasible", "feasible_all")
 BALL = aa.Ball([0.4, 0.0, 0.5], 0.1, name="lamp")
 SCENE, BODY = aa.Scene([BALL]), aa.Body.bones(upper_arm=0.09, forearm=0.08)
