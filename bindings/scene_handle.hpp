@@ -12,6 +12,9 @@ struct SceneHandle {
     std::vector<armangle::BallGroup> groups, clusters;
     std::vector<std::uint16_t> ball_id, solid_id;
     std::vector<armangle::Solid> solids, held;
+    std::vector<armangle::Vec3<double>> corners;
+    std::vector<float> distances;
+    std::vector<armangle::Field> fields;
     std::vector<armangle::Part> parts;
     std::vector<armangle::SwingingPart> swings;
     std::vector<armangle::OwnPair> own;

@@ -1,5 +1,6 @@
 // Scenes made ready for an arm, and how near the arm is to them.
 #include <algorithm>
+#include <cmath>
 
 #include "elements.hpp"
 #include "scene_handle.hpp"
@@ -14,12 +15,16 @@ namespace {
 /// holds their place among the obstacles alone.
 enum class Within : int { user, base, flange, tool, points };
 
-/// kind, radius, a, b, three axes, and whose frame.
+/// kind, radius, a, b, three axes, and whose frame. Corners of hulls and distances of fields come apart.
 constexpr Py_ssize_t solid_width = 18;
 /// DH frame, radius, begin, end.
 constexpr Py_ssize_t rod_width = 8;
 /// x, y, z, radius, and the obstacle it is of.
 constexpr Py_ssize_t point_width = 5;
+/// The row of the hull that it is of, x, y, z.
+constexpr Py_ssize_t corner_width = 4;
+/// The row of the field, how many nodes along each axis, spacing.
+constexpr Py_ssize_t field_width = 5;
 
 Vec3<double> vector_of(const double* x) noexcept { return {x[0], x[1], x[2]}; }
 
@@ -130,18 +135,65 @@ void fill_blocks(std::vector<PlacedBall>& balls, SceneHandle& to) {
     to.clusters = grouped(to.groups, group_groups, 1);
 }
 
+/// Corners of hulls, all of one row together, and distances of fields, one after another; each solid with
+/// what it looks at, by its row. Distances are rounded down: they stay lower bounds.
+void fill_hulls_and_fields(std::vector<Solid>& solids, const Buffer& corners, const Buffer& fields,
+                           const Buffer& distances, SceneHandle& to) {
+    check_rows(corners, corner_width);
+    check_rows(fields, field_width);
+    const double* row = corners.data<double>();
+    for (Py_ssize_t k = 0; k < corners.shape(0); ++k, row += corner_width)
+        to.corners.push_back(vector_of(row + 1));
+    row = corners.data<double>();
+    for (Py_ssize_t k = 0; k < corners.shape(0); ++k, row += corner_width) {
+        Solid& solid = solids.at(static_cast<std::size_t>(row[0]));
+        const Vec3<double>& corner = to.corners[static_cast<std::size_t>(k)];
+        if (solid.corners == nullptr) solid.corners = &corner;
+        ++solid.corner_count;
+        solid.reach = std::max(solid.reach, norm(corner));
+    }
+    const double* value = distances.data<double>();
+    to.distances.reserve(static_cast<std::size_t>(distances.shape(0)));
+    for (Py_ssize_t k = 0; k < distances.shape(0); ++k) {
+        const float near = static_cast<float>(value[k]);
+        to.distances.push_back(near > value[k] ? std::nextafter(near, -std::numeric_limits<float>::infinity())
+                                               : near);
+    }
+    row = fields.data<double>();
+    std::size_t first = 0;
+    to.fields.reserve(static_cast<std::size_t>(fields.shape(0)));
+    for (Py_ssize_t k = 0; k < fields.shape(0); ++k, row += field_width) {
+        Field field{to.distances.data() + first, {}, row[4]};
+        std::size_t size = 1;
+        for (int i = 0; i < 3; ++i) {
+            field.size[i] = static_cast<int>(row[1 + i]);
+            size *= static_cast<std::size_t>(field.size[i]);
+        }
+        first += size;
+        if (first > to.distances.size())
+            throw std::invalid_argument("a field needs a distance for each node");
+        to.fields.push_back(field);
+        solids.at(static_cast<std::size_t>(row[0])).field = &to.fields.back();
+    }
+}
+
 /// Rows of solids: those of the user (of clouds the points come apart), then of link 0 from `first_base` on,
 /// then what is held from `first_held` on; rows of rods of links 3 and 4, then of those that swing; which
 /// pairs may touch, a byte each; pairs (obstacle, link) of the arm's own.
 void make_scene(SceneHandle* self, const ArmHandle& arm, Floats solids, Py_ssize_t first_base,
-                Py_ssize_t first_held, Floats cloud, Floats rods, Codes ignored, Ints own, double clearance) {
+                Py_ssize_t first_held, Floats cloud, Floats corners, Floats fields, Floats distances,
+                Floats rods, Codes ignored, Ints own, double clearance) {
     const Buffer rows(solids), links(rods), touch(ignored);
     check_rows(rows, solid_width);
     check_rows(links, rod_width);
     new (self) SceneHandle();
     std::vector<PlacedBall> balls;
+    std::vector<Solid> all;
+    for (Py_ssize_t k = 0; k < rows.shape(0); ++k)
+        all.push_back(solid_of(arm.arm, rows.data<double>() + k * solid_width));
+    fill_hulls_and_fields(all, Buffer(corners), Buffer(fields), Buffer(distances), *self);
     for (Py_ssize_t k = 0; k < rows.shape(0); ++k) {
-        const Solid solid = solid_of(arm.arm, rows.data<double>() + k * solid_width);
+        const Solid& solid = all[static_cast<std::size_t>(k)];
         const auto id = static_cast<std::uint16_t>(k);
         if (frame_of(rows.data<double>() + k * solid_width) == Within::points) continue;
         if (k >= first_held) {
@@ -297,7 +349,9 @@ void bind_scenes(nb::module_& m, nb::class_<ArmHandle>& arm) {
         .value("BALL", SolidKind::ball)
         .value("CAPSULE", SolidKind::capsule)
         .value("BOX", SolidKind::box)
-        .value("HALF_SPACE", SolidKind::half_space);
+        .value("HALF_SPACE", SolidKind::half_space)
+        .value("HULL", SolidKind::hull)
+        .value("FIELD", SolidKind::field);
     nb::enum_<Within>(m, "Within")
         .value("USER", Within::user)
         .value("BASE", Within::base)
@@ -309,7 +363,7 @@ void bind_scenes(nb::module_& m, nb::class_<ArmHandle>& arm) {
     m.attr("MOST_OBSTACLES") = most_obstacles;
     nb::class_<SceneHandle>(m, "Scene")
         .def("__init__", &make_scene, "arm"_a, "solids"_a, "first_base"_a, "first_held"_a, "cloud"_a,
-             "rods"_a, "ignored"_a, "own"_a, "clearance"_a);
+             "corners"_a, "fields"_a, "distances"_a, "rods"_a, "ignored"_a, "own"_a, "clearance"_a);
     arm.def("resting_links", &resting_links, "rods"_a, "link"_a);
     arm.def("proximity_many", &proximity_many, "scene"_a, "pose"_a, "psi"_a, "gc"_a, "out"_a, "pair"_a,
             "threads"_a);

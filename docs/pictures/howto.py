@@ -54,7 +54,40 @@ def map_of_a_plan() -> Figure:
     return figure
 
 
+BODIED = ARM.with_body(aa.Body.bones(upper_arm=0.09, forearm=0.08))
+CELL = aa.Scene(
+    [
+        aa.Ball([0.28, 0.26, 0.6], 0.05, name="lamp"),
+        aa.Box(aa.pose([0.5, -0.5, 0.6]), [0.4, 0.3, 0.02], name="shelf"),
+        aa.HalfSpace([0, 0, 1], 0.0, name="floor"),
+    ],
+    clearance=0.01,
+)
+"""The arm and the scene of the page on obstacles."""
+
+
+def distance_of_a_scene() -> Figure:
+    """How near the links come to the scene of the page on obstacles, over psi."""
+    pose, psi, gc = BODIED.forward(BESIDE)
+    figure = Figure(figsize=(8.0, 3.4), layout="constrained")
+    plots.clearance_profile(BODIED, pose, int(gc), CELL, psi=float(psi), ax=figure.add_subplot())
+    return figure
+
+
+def map_of_a_scene() -> Figure:
+    """The arm angles along the path of the page on obstacles, and the plan round the lamp."""
+    pose, _, gc = BODIED.forward(BESIDE)
+    poses = np.tile(pose, (200, 1, 1))
+    poses[:, 1, 3] += np.linspace(0.0, 0.1, 200)
+    figure = Figure(figsize=(8.0, 3.6), layout="constrained")
+    planned = aa.plan(BODIED, poses, scene=CELL)
+    plots.feasible_map(planned, gc=int(gc), scene=CELL, ax=figure.add_subplot())
+    return figure
+
+
 PICTURES = {
+    "distance_of_a_scene": distance_of_a_scene,
+    "map_of_a_scene": map_of_a_scene,
     "obstacle_circle": obstacle_circle,
     "circle_of_arcs": circle_of_arcs,
     "map_of_a_plan": map_of_a_plan,

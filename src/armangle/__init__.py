@@ -28,6 +28,7 @@ _NAMES = {
     "NoSolutionError NotFiniteError NotRotationError NotSRSError OutputError PathError PolicyError "
     "PortError SceneError ShapeError UnknownRobotError UnreachableError UrdfError",
     "files.clouds": "load_cloud",
+    "files.fields": "load_field",
     "files.scenes": "load_body load_scene",
     "files.tables": "JointTable load_joints load_poses save",
     "files.trajectories": "TrajectoryTable load_trajectory",
@@ -50,7 +51,7 @@ _NAMES = {
     "reach.voxels": "Voxels",
     "scenes.clearance": "Clearance Widest",
     "scenes.scene": "Scene",
-    "scenes.shapes": "Ball Box Capsule Cloud HalfSpace",
+    "scenes.shapes": "Ball Box Capsule Cloud Field HalfSpace Hull",
     "status": "Status",
     "timing.retiming": "retime",
     "timing.trajectory": "SpeedLoss Trajectory TrajectoryPoint",

@@ -57,6 +57,7 @@ from .errors import (
     UrdfError as UrdfError,
 )
 from .files.clouds import load_cloud as load_cloud
+from .files.fields import load_field as load_field
 from .files.scenes import load_body as load_body, load_scene as load_scene
 from .files.tables import (
     JointTable as JointTable,
@@ -130,7 +131,9 @@ from .scenes.shapes import (
     Box as Box,
     Capsule as Capsule,
     Cloud as Cloud,
+    Field as Field,
     HalfSpace as HalfSpace,
+    Hull as Hull,
 )
 from .status import Status as Status
 from .timing.retiming import retime as retime

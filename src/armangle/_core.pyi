@@ -243,6 +243,8 @@ class Arm:
 
     def kuka_inverse(self, pose: numpy.typing.NDArray[numpy.float64], e1: numpy.typing.NDArray[numpy.float64], status: numpy.typing.NDArray[numpy.int64], seed: numpy.typing.NDArray[numpy.float64] | None, out: numpy.typing.NDArray[numpy.float64], outcome: numpy.typing.NDArray[numpy.int64], threads: int) -> None: ...
 
+    def kuka_share_wrist(self, q: numpy.typing.NDArray[numpy.float64], near: float, turn: int) -> bool: ...
+
     def kuka_e1_arcs(self, pose: numpy.typing.NDArray[numpy.float64], status: numpy.typing.NDArray[numpy.int64]) -> tuple[numpy.typing.NDArray[numpy.int64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int8], numpy.typing.NDArray[numpy.int8], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int8], object, object]: ...
 
     def keep(self, key: int) -> None: ...
@@ -308,6 +310,10 @@ class SolidKind(enum.Enum):
 
     HALF_SPACE = 3
 
+    HULL = 4
+
+    FIELD = 5
+
 class Within(enum.Enum):
     USER = 0
 
@@ -326,7 +332,7 @@ MOST_LINKS: int = 254
 MOST_OBSTACLES: int = 65000
 
 class Scene:
-    def __init__(self, arm: Arm, solids: numpy.typing.NDArray[numpy.float64], first_base: int, first_held: int, cloud: numpy.typing.NDArray[numpy.float64], rods: numpy.typing.NDArray[numpy.float64], ignored: numpy.typing.NDArray[numpy.int8], own: numpy.typing.NDArray[numpy.int64], clearance: float) -> None: ...
+    def __init__(self, arm: Arm, solids: numpy.typing.NDArray[numpy.float64], first_base: int, first_held: int, cloud: numpy.typing.NDArray[numpy.float64], corners: numpy.typing.NDArray[numpy.float64], fields: numpy.typing.NDArray[numpy.float64], distances: numpy.typing.NDArray[numpy.float64], rods: numpy.typing.NDArray[numpy.float64], ignored: numpy.typing.NDArray[numpy.int8], own: numpy.typing.NDArray[numpy.int64], clearance: float) -> None: ...
 
 class Enforce(enum.Enum):
     IGNORE = 0

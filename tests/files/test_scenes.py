@@ -32,6 +32,17 @@ radius = 0.01
 normal = [0, 0, 1]
 offset = -0.5
 """
+SHAPES = """
+[[hull]]
+name = "wedge"
+points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+radius = 0.01
+[[hull]]
+file = "corners.csv"
+[[field]]
+name = "seen"
+file = "seen.npz"
+"""
 MOVEIT = """(noname)+
 * shelf
 0.5 0 0.2
@@ -133,7 +144,7 @@ WRONG = [
     ("[[ball]]\ncenter = [0, 0, nan]\nradius = 1", "wanted finite numbers"),
     ("[[box]]\nsize = [1, 1, 1]\nposition = [0, 0]", r"\[\[box\]\] 0: position, rpy"),
     ("[ball]\nradius = 1", r"ball is .*, wanted tables \[\[ball\]\]"),
-    ("clearance = -1", "Scene: clearance is -1"),
+    ("obstacles = []\nclearance = -1", "Scene: clearance is -1"),
     ("clearance = ", "wanted TOML"),
     (2 * "[[ball]]\ncenter = [0, 0, 0]\nradius = 1\nname = 'a'\n", "a name that no other"),
 ]  # fmt: skip
@@ -182,3 +193,41 @@ def test_a_file_that_is_not_there_is_refused(tmp_path: Path, load: Any) -> None:
     (tmp_path / "b.toml").write_bytes(b"\xff\x00")
     with pytest.raises(aa.SceneError, match="wanted a text file"):
         load(tmp_path / "b.toml")
+
+
+def test_hulls_and_fields_are_read(tmp_path: Path) -> None:
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
+    np.savetxt(tmp_path / "corners.csv", corners, delimiter=",")
+    np.savez(tmp_path / "seen.npz", distance=np.ones((2, 3, 4)), origin=[0, 0, 1], spacing=0.5)
+    scene = aa.load_scene(file(tmp_path, SHAPES))
+    assert scene.shapes == (
+        aa.Hull(corners, 0.01, name="wedge"), aa.Hull(corners),
+        aa.Field(np.ones((2, 3, 4)), [0, 0, 1], 0.5, name="seen"),
+    )  # fmt: skip
+    both = "[[hull]]\npoints = [[0, 0, 0]]\nfile = 'corners.csv'"
+    for text, wanted in (
+        (both, "either points or a file"), ("[[hull]]\nradius = 1", "either points or a file"),
+        ("[[hull]]\npoints = []", "an array of shape"), ("[[hull]]\nfile = 3", "the name of a file"),
+        ("[[field]]\nfile = 'none.npz'", "No such file"), ("[[field]]\nname = 'x'", "a value"),
+        ("[[hull]]\npoints = [[0, 0, 0]]\ncolour = 3", "one of"),
+    ):  # fmt: skip
+        with pytest.raises(aa.errors.SceneError, match=wanted):
+            aa.load_scene(file(tmp_path, text))
+
+
+def test_a_file_without_obstacles_is_refused_unless_it_says_so(tmp_path: Path) -> None:
+    assert aa.load_scene(file(tmp_path, "obstacles = []\nclearance = 0.1")) == aa.Scene(clearance=0.1)
+    for text in ("", "clearance = 0.1", "# nothing"):
+        with pytest.raises(
+            aa.errors.SceneError, match=r"cell.toml: obstacles is None, wanted a table \[\[ball"
+        ):
+            aa.load_scene(file(tmp_path, text))
+    ball = "[[ball]]\ncenter = [0, 0, 0]\nradius = 1"
+    for text in (f"obstacles = []\n{ball}", "obstacles = [1]", "obstacles = 0"):
+        with pytest.raises(
+            aa.errors.SceneError, match=r"cell.toml: obstacles is .*, wanted \[\], and no table"
+        ):
+            aa.load_scene(file(tmp_path, text))
+    for text in ("", "(noname)+", "(noname)+\n."):
+        with pytest.raises(aa.errors.SceneError, match=r"cell.scene: objects is None, wanted at least one"):
+            aa.load_scene(file(tmp_path, text, "cell.scene"))

@@ -148,6 +148,47 @@ def test_obstacles_have_a_ring_and_names_of_their_own() -> None:
     assert "cage" in [text.get_text() for text in ax.texts]
 
 
+def _dotted(ax: object) -> list:
+    return [c for c in ax.collections if getattr(c, "get_hatch", lambda: None)() == "...."]
+
+
+def test_a_map_shows_what_obstacles_block_with_their_names() -> None:
+    arm = IIWA.with_body(aa.Body.bones(upper_arm=0.09, forearm=0.08))
+    poses = np.tile(POSE, (5, 1, 1))
+    poses[:, 2, 3] += np.linspace(0, 0.02, 5)
+    at = arm.elbow(arm.inverse(POSE, PSI + 0.8, GC))
+    scene = aa.Scene([aa.Ball(at, 0.05, name="lamp"), aa.Ball([5, 0, 0], 0.1, name="far")])
+    ax = plots.feasible_map((arm, poses), gc=GC, scene=scene)
+    areas = [path.get_extents() for c in _dotted(ax) for path in c.get_paths()]
+    drawn = sum(np.radians(box.height) * box.width for box in areas)
+    blocked = (~arm.clear(poses, GC, scene)).measure
+    assert drawn == pytest.approx(np.average(blocked, weights=[1, 2, 2, 2, 1]), rel=1e-6)
+    assert [text.get_text() for text in ax.texts] == ["lamp"]
+    assert "an obstacle blocks" in _figure_labels(ax)
+    assert not _dotted(plots.feasible_map((arm, poses), gc=GC))
+    cage = aa.Scene([aa.Ball(arm.frames(np.zeros(7))[1, :3, 3], 0.2, name="cage")])
+    ax = plots.feasible_map((arm, poses), gc=GC, scene=cage)
+    assert [text.get_text() for text in ax.texts] == ["cage"]
+
+
+def test_a_clearance_profile_is_the_distance_of_the_nearest() -> None:
+    arm = IIWA.with_body(aa.Body.bones(upper_arm=0.09, forearm=0.08))
+    at = arm.elbow(arm.inverse(POSE, PSI + 0.8, GC))
+    scene = aa.Scene(
+        [aa.Ball(at, 0.05, name="lamp"), aa.HalfSpace([0, 0, 1], 0, name="floor")], clearance=0.02
+    )
+    ax = plots.clearance_profile(arm, POSE, GC, scene, psi=PSI)
+    lines = {line.get_label(): line for line in ax.lines}
+    assert {"lamp", "clearance", "ψ"} <= set(lines)
+    x, y = np.radians(lines["lamp"].get_xdata()), lines["lamp"].get_ydata()
+    shown = np.isfinite(y)
+    np.testing.assert_allclose(arm.clearance(POSE, x[shown], GC, scene).distance, y[shown], atol=1e-12)
+    (span,) = [patch for patch in ax.patches if patch.get_alpha() == 0.22]
+    blocked = (~arm.clear(POSE, GC, scene)).intervals[0]
+    width = np.radians(span.get_extents().transformed(ax.transData.inverted()).width)
+    assert width == pytest.approx(blocked[1] - blocked[0], rel=1e-6)
+
+
 def test_circle_says_why_there_is_none() -> None:
     far = POSE.copy()
     far[:3, 3] *= 3

@@ -115,6 +115,8 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "Box": (aa.Box, {"pose": POSE, "size": [0.1, 0.2, 0.3]}),
     "HalfSpace": (aa.HalfSpace, {"normal": [0.0, 0.0, 1.0], "offset": 0.1}),
     "Cloud": (aa.Cloud, {"points": [[0.0, 0.0, 1.0]], "radius": 0.1}),
+    "Hull": (aa.Hull, {"points": [[0.0, 0.0, 1.0]], "radius": 0.1}),
+    "Field": (aa.Field, {"distance": [[[0.1, 0.1]] * 2] * 2, "origin": [0.0, 0.0, 1.0], "spacing": 0.1}),
     "Scene": (aa.Scene, {}),
     "Body": (aa.Body, {"links": {3: [BALL]}}),
     "Body.bones": (aa.Body.bones, {"upper_arm": 0.1, "forearm": 0.1}),
@@ -238,6 +240,9 @@ BAD_HERE: dict[tuple[str, str], list[Any]] = {
     ("place", "singularity_margin"): MARGIN,
     **{(name, "path"): [None, object(), 1.0, {"a": 1}, "", "a\0b"] for name in ("reach_map", "ReachMap")},
     **{(name, "roll"): CHOICE for name in ("step", "follow", "Arm.solve")},
+    ("Field", "distance"): [None, "x", [], [[]], [0.0] * 3, np.full((2, 2, 2), NAN), [[["x"] * 2] * 2] * 2],
+    ("Field", "origin"): POINTS,
+    ("Field", "spacing"): [*POSITIVE, None, INF],
     ("reach_map", "spacing"): [*WORDS, NAN, INF, 0.0, -1.0, 1e-9, 1j],
     ("reach_map", "tilt"): [*WORDS, NAN, INF, 0.0, -1.0, 1e-9, 3.0, 1j],
     ("reach_map", "fields"): [None, object(), 1.0, (), ("gc", "nonsense"), [1j]],
@@ -264,7 +269,7 @@ NEEDS: dict[str, dict[str, Any]] = {
 FREE = {"arm", "name", "joint_names", "notes", "import_report"}
 """Values of other kinds, with tests of their own."""
 OTHERS = {"catalogue", "offset_catalogue", "save", "load_poses", "load_joints", "load_trajectory"}
-OTHERS |= {"load_scene", "load_body", "load_cloud"}
+OTHERS |= {"load_scene", "load_body", "load_cloud", "load_field"}
 """Files and names: test_io_refusals, test_catalogue, files/test_scenes."""
 
 

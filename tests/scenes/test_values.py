@@ -48,6 +48,26 @@ def test_names_are_those_given_or_kind_and_place() -> None:
     assert scene.names == ("ball_0", "b", "half_space_2")
 
 
+ARRAYS = [
+    aa.Cloud([[1, 2, 3], [4, 5, 6]], 0.1, name="seen"),
+    aa.Hull([[1, 2, 3], [4, 5, 6]], 0.1),
+    aa.Field(np.zeros((2, 3, 4)), [1, 2, 3], 0.1, name="seen"),
+]
+
+
+@pytest.mark.parametrize("value", ARRAYS, ids=lambda value: type(value).__name__)
+def test_a_shape_of_many_numbers_is_a_value_too(value: Any) -> None:
+    again = pickle.loads(pickle.dumps(value))
+    assert again == value and hash(again) == hash(value)
+    assert all(value != other for other in ARRAYS if other is not value)
+    assert type(value).__name__ in repr(value) and len(repr(value)) < 90
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        value.name = "other"
+    held = value.distance if isinstance(value, aa.Field) else value.points
+    with pytest.raises(ValueError, match="read-only"):
+        held[0] = 0
+
+
 WRONG: list[tuple[Any, str]] = [
     (lambda: aa.Ball([0, 0, float("nan")], 0.1), r"Ball: center is \[0.0, 0.0, nan\], wanted finite"),
     (lambda: aa.Ball([0, 0], 0.1), r"Ball: center is \[0, 0\], wanted three numbers \(m\), not shape \(2,\)"),
@@ -57,6 +77,16 @@ WRONG: list[tuple[Any, str]] = [
     (lambda: aa.Ball([0, 0, 0], 0.1, name=3), "Ball: name is 3, wanted a word"),
     (lambda: aa.Ball([2500.0, 0, 0], 0.1), "wanted finite numbers within ±1000 m"),
     (lambda: aa.Capsule([0, 0, 0], [0, 0, np.inf], 0.1), "Capsule: end is"),
+    (lambda: aa.Hull([]), r"Hull: points is \(0,\), wanted points \(m\), an array of shape \(N, 3\)"),
+    (lambda: aa.Hull([[0, 0, 0], [0, np.nan, 0]]), r"Hull: points\[1\] is \[0.0, nan, 0.0\], wanted finite"),
+    (lambda: aa.Hull([[0, 0, 1e6]]), r"Hull: points\[0\] is .* wanted finite numbers within ±1000 m"),
+    (lambda: aa.Hull([[0, 0, 0]], -0.1), "Hull: radius is -0.1"),
+    (lambda: aa.Field(np.zeros((2, 2)), [0, 0, 0], 0.1), r"Field: distance is \(2, 2\), wanted distances"),
+    (lambda: aa.Field(np.zeros((2, 2, 1)), [0, 0, 0], 0.1), "each at least 2"),
+    (lambda: aa.Field(np.zeros((2, 2, 2)), [0, 0, 0], 0.0), "Field: spacing is 0.0, wanted a length in"),
+    (lambda: aa.Field(np.full((2, 2, 2), np.nan), [0, 0, 0], 1), r"Field: distance\[\(0, 0, 0\)\] is nan"),
+    (lambda: aa.Field(np.zeros((2, 2, 2)), [999, 0, 0], 1), "Field: origin is"),
+    (lambda: aa.Field(50.0 * np.arange(64).reshape(4, 4, 4) % 400, [0, 0, 0], 0.05), "change no faster"),
     (lambda: aa.Box(np.eye(4), [1, -1, 1]), r"Box: size is \(1.0, -1.0, 1.0\), wanted edges >= 0"),
     (lambda: aa.HalfSpace([0, 0, 0], 1), "HalfSpace: normal is .*, wanted a direction"),
     (lambda: aa.Scene("x"), "Scene: shapes is 'x', wanted a sequence of Ball, Capsule, Box, HalfSpace"),

@@ -21,6 +21,7 @@
 
 #include "../numbers/interval.hpp"
 #include "../scene/clear.hpp"
+#include "../scene/least_between.hpp"
 #include "../scene/scene_frames.hpp"
 #include "curve.hpp"
 
@@ -111,10 +112,7 @@ struct WatchedPair {
 
 /// Whether F > 0 between two ends, where it is at least F_a, F_b > 0 and bends no more than A.
 inline bool stays_positive(double F_a, double F_b, double A, double h) noexcept {
-    if (!(F_a > 0 && F_b > 0 && A < infinity)) return false;
-    const double rise = F_b - F_a, t = A * h > 0 ? 0.5 * h - rise / (A * h) : -1.0;
-    if (!(t > 0 && t < h)) return true;
-    return F_a + rise * t / h - 0.5 * A * t * (h - t) > 0;
+    return F_a > 0 && F_b > 0 && A < infinity && least_between(F_a, F_b, A, h) > 0;
 }
 
 /// How hard the shapes of a scene move over a stretch.

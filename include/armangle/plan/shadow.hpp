@@ -48,10 +48,7 @@ inline double least_over_turns(const Rod& rod, const Solid& solid, double R) noe
     const double amplitude = 2.0 * extent(as_solid(rod)).off_axis * extent(solid).off_axis;
     struct Piece {
         double a, F_a, b, F_b;
-        double lowest(double A) const noexcept {
-            const double h = b - a, rise = F_b - F_a, t = A * h > 0 ? 0.5 * h - rise / (A * h) : -1.0;
-            return t > 0 && t < h ? F_a + rise * t / h - 0.5 * A * t * (h - t) : min(F_a, F_b);
-        }
+        double lowest(double A) const noexcept { return least_between(F_a, F_b, A, b - a); }
     };
     const auto at = [&](double psi) {
         const SinCos<double> turn = sin_cos(psi);

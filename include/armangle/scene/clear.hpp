@@ -69,6 +69,14 @@ inline void make_moving(const Arm& arm, const Scene& scene, const SelfMotion<dou
     for (int k = 0; k < scene.swing_count; ++k) out[k] = moving(arm, scene.swings[k], to_axis, frames, joint);
 }
 
+/// Whether two shapes at rest come nearer than asked. Cores that meet touch, however thin the shapes are: a
+/// distance of cores is never negative, but that from a half-space.
+inline bool touch(const Solid& one, const Solid& other, double clearance) noexcept {
+    const double distance = nearest(one, other).distance, R = one.radius + other.radius + clearance;
+    const bool flat = one.kind == SolidKind::half_space || other.kind == SolidKind::half_space;
+    return distance < R || (distance <= 0 && !flat);
+}
+
 /// Larger groups (m) are not asked whether all that they can block is blocked: it never is.
 inline constexpr double covering_radius = 0.3;
 
@@ -317,14 +325,13 @@ private:
 
     Tag against_ground(const Solid& held, int link) const noexcept {
         const auto meets = [&](const Solid& solid, int id) {
-            if (scene_.may_touch(id, link)) return false;
-            return nearest(held, solid).distance < held.radius + solid.radius + scene_.clearance;
+            return !scene_.may_touch(id, link) && touch(held, solid, scene_.clearance);
         };
         const Ball bound = around(held);
         const auto far = [&](const Solid& solid) {
             if (solid.kind == SolidKind::half_space) return false;
             const Ball other = around(solid);
-            return norm(bound.centre - other.centre) >= bound.radius + other.radius + scene_.clearance;
+            return norm(bound.centre - other.centre) > bound.radius + other.radius + scene_.clearance;
         };
         Tag found = 0;
         const auto near = [&](const BallGroup& group) {
@@ -392,8 +399,7 @@ inline Tag base_contact(const Scene& scene) noexcept {
     const auto pair = [&](const Solid& base, int own, const Solid& solid, int id) -> Tag {
         const int link = scene.part_count + own - scene.first_base;
         if (id >= scene.first_base || scene.may_touch(id, link)) return 0;
-        const double reach = base.radius + solid.radius + scene.clearance;
-        return nearest(base, solid).distance < reach ? pair_tag(id, link) : 0;
+        return detail::touch(base, solid, scene.clearance) ? pair_tag(id, link) : 0;
     };
     Tag found = 0;
     for_base(scene, [&](const Solid& base, int own) {

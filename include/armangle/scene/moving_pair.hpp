@@ -8,14 +8,16 @@
 //
 //   Free: where F is F_a, F_b > 0 at both ends, F >= F_a + (F_b - F_a) t / h - A t (h - t) / 2, as in
 //   witnesses.hpp; or where both distances are longer than R by more than the points can move.
-//   Blocked: the nearest points of one end are a pair; where they are too near at the other end too, they are
-//   between, by the same bound from the other side.
+//   Blocked: by a field, where a distance is shorter than R by more than the points can move. Else the
+//   nearest points of one end are a pair; where they are too near at the other end too, they are between, by
+//   the same bound from the other side.
 //
 // What is neither is halved; between a free and a blocked end the root is bracketed.
 #pragma once
 
 #include <initializer_list>
 
+#include "least_between.hpp"
 #include "swing.hpp"
 
 namespace armangle {
@@ -151,30 +153,25 @@ private:
         return {out.speed + other.speed, out.acceleration + other.acceleration, out.shift + other.shift};
     }
 
-    /// Whether the line through two values > 0, less the most that a bend of A takes off, stays >= 0.
-    static bool above(double from, double to, double A, double h) noexcept {
-        const double rise = to - from, t = 0.5 * h - rise / (A * h);
-        if (!(t > 0 && t < h)) return A < infinity;
-        return from + rise * t / h - 0.5 * A * t * (h - t) >= 0;
-    }
-
     bool is_free(const Stretch& s, double h) const noexcept {
         const Drift m = drift(s, h);
         if (min(s.a.distance, s.b.distance) - m.shift * above_rounding > R_) return true;
         if (!(m.speed < infinity)) return false;
         const double bend =
             flat() ? m.acceleration : 2.0 * m.speed * m.speed + 2.0 * (R_ + m.speed * h) * m.acceleration;
-        return above(s.a.F, s.b.F, bend * above_rounding, h);
+        return least_between(s.a.F, s.b.F, bend * above_rounding, h) >= 0;
     }
 
     bool is_blocked(const Stretch& s, double h) const noexcept {
         const Drift m = drift(s, h);
+        if (solid_.kind == SolidKind::field)
+            return max(s.a.distance, s.b.distance) + m.shift * above_rounding <= R_;
         if (!(m.speed < infinity)) return false;
         const double bend =
             (flat() ? m.acceleration : 2.0 * (R_ + m.speed * h) * m.acceleration) * above_rounding;
         const double a_at_b = same_pair(s.a, s.b.psi), b_at_a = same_pair(s.b, s.a.psi);
-        return (a_at_b <= 0 && above(-s.a.F, -a_at_b, bend, h)) ||
-               (b_at_a <= 0 && above(-b_at_a, -s.b.F, bend, h));
+        return (a_at_b <= 0 && least_between(-s.a.F, -a_at_b, bend, h) >= 0) ||
+               (b_at_a <= 0 && least_between(-b_at_a, -s.b.F, bend, h) >= 0);
     }
 
     /// The root between a free and a blocked end: secants, every third step a bisection, never so near to an

@@ -1,17 +1,20 @@
 // Shapes: rods, of which links are made, and solids, which stand about; what is nearest between them.
 //
-//      rod:  (=====)      solid:  a ball, a capsule, a box, a half-space, each a core thickened by a radius
-//            a     b      core:   a point, a segment, a box, a half-space
+//      rod:  (=====)      solid:  a ball, a capsule, a box, a half-space, a hull, each a core thickened by a
+//            a     b              radius; a distance field
+//                         core:   a point, a segment, a box, a half-space, corners
 //
 // Distances are those of the cores; the radii are taken off by whoever asks. Exact in all cases, parallel
-// segments and segments inside a box too. Source: the least of a convex function over a segment or a square,
-// which lies inside or on the border.
+// segments and segments inside a box too; those of hulls (convex_hull.hpp) and fields (field.hpp) are lower
+// bounds. Source: the least of a convex function over a segment or a square lies inside or on the border.
+//
 #pragma once
 
 #include <cstdint>
 
-#include "../numbers/linalg.hpp"
 #include "../numbers/angles.hpp"
+#include "field.hpp"
+#include "convex_hull.hpp"
 
 namespace armangle {
 
@@ -23,17 +26,25 @@ struct Rod {
     bool is_sphere() const noexcept { return begin.x == end.x && begin.y == end.y && begin.z == end.z; }
 };
 
-enum class SolidKind : std::uint8_t { ball, capsule, box, half_space };
+enum class SolidKind : std::uint8_t { ball, capsule, box, half_space, hull, field };
 
-/// One convex obstacle.
+/// One obstacle.
 struct Solid {
     SolidKind kind;
-    double radius;  // m, of what the core is thickened by
-    Vec3<double>
-        a;  // ball, box: centre; capsule: one end; half-space: unit normal, normal . x >= offset is free
-    Vec3<double> b;     // capsule: other end; box: half edges; half-space: {offset, 0, 0}
-    Mat3<double> axes;  // of a box
+    double radius;      // m, of what the core is thickened by
+    Vec3<double> a;     // centre; capsule: one end; half-space: unit normal, normal . x >= offset is free
+    Vec3<double> b;     // capsule: other end; box, field: half edges; half-space: {offset, 0, 0}
+    Mat3<double> axes;  // of a box, a hull, a field
+    const Vec3<double>* corners = nullptr;  // of a hull, from a along the axes
+    int corner_count = 0;
+    double reach = 0;  // of a hull's corners from a, at most
+    const Field* field = nullptr;
 };
+
+/// Whether a solid has axes of its own.
+constexpr bool has_axes(SolidKind kind) noexcept {
+    return kind == SolidKind::box || kind == SolidKind::hull || kind == SolidKind::field;
+}
 
 /// The same solid seen from another frame.
 inline Solid placed(const Pose<double>& frame, const Solid& solid) noexcept {
@@ -45,7 +56,7 @@ inline Solid placed(const Pose<double>& frame, const Solid& solid) noexcept {
     }
     out.a = frame.rotation * solid.a + frame.position;
     if (solid.kind == SolidKind::capsule) out.b = frame.rotation * solid.b + frame.position;
-    if (solid.kind == SolidKind::box) out.axes = frame.rotation * solid.axes;
+    if (has_axes(solid.kind)) out.axes = frame.rotation * solid.axes;
     return out;
 }
 
@@ -69,15 +80,10 @@ struct Ball {
 inline Ball around(const Solid& solid) noexcept {
     if (solid.kind == SolidKind::capsule)
         return {(solid.a + solid.b) * 0.5, 0.5 * norm(solid.b - solid.a) + solid.radius};
-    if (solid.kind == SolidKind::box) return {solid.a, norm(solid.b) + solid.radius};
+    if (solid.kind == SolidKind::hull) return {solid.a, solid.reach + solid.radius};
+    if (has_axes(solid.kind)) return {solid.a, norm(solid.b) + solid.radius};
     return {solid.a, solid.radius};
 }
-
-/// Two points, one of each core, and their distance (m; of a half-space negative behind its plane).
-struct Approach {
-    Vec3<double> on_rod, on_solid;
-    double distance;
-};
 
 namespace detail {
 
@@ -88,12 +94,6 @@ inline double to_unit(double x) noexcept { return min(max(x, 0.0), 1.0); }
 inline double foot(const Vec3<double>& a, const Vec3<double>& d, const Vec3<double>& q) noexcept {
     const double square = dot(d, d);
     return square > 0 ? to_unit(dot(q - a, d) / square) : 0.0;
-}
-
-inline Approach between(const Vec3<double>& p, const Vec3<double>& q) noexcept { return {p, q, norm(p - q)}; }
-
-inline Approach nearer(const Approach& a, const Approach& b) noexcept {
-    return b.distance < a.distance ? b : a;
 }
 
 /// Segments a + s d, c + t e: the ends against the other one, and where the common perpendicular meets both.
@@ -162,11 +162,53 @@ inline Approach segment_box(const Vec3<double>& a, const Vec3<double>& b, const 
     return {on_rod, box.a + box.axes * (p - out), norm(out)};
 }
 
-/// The corner of a box by its bits, and so the ends of its twelve edges.
+/// The corner of a box, or of a field's grid, by its bits.
 inline Vec3<double> corner(const Solid& box, int bits) noexcept {
     const Vec3<double> inside{bits & 1 ? box.b.x : -box.b.x, bits & 2 ? box.b.y : -box.b.y,
                               bits & 4 ? box.b.z : -box.b.z};
     return box.a + box.axes * inside;
+}
+
+/// A place and its surroundings, seen from a grid's first node.
+inline Vec3<double> in_grid(const Solid& field, const Vec3<double>& p) noexcept {
+    return transposed_times(field.axes, p - field.a) + field.b;
+}
+
+inline Approach out_of_grid(const Solid& field, const Approach& found) noexcept {
+    const auto out = [&](const Vec3<double>& p) { return field.a + field.axes * (p - field.b); };
+    return {out(found.on_rod), out(found.on_solid), found.distance};
+}
+
+/// The core of a box or a hull as a hull of corners; eight of them have room in `own`.
+inline ConvexHull as_hull(const Solid& solid, Vec3<double> (&own)[8]) noexcept {
+    if (solid.kind == SolidKind::hull) return {solid.corners, solid.corner_count, {solid.axes, solid.a}};
+    for (int bits = 0; bits < 8; ++bits) own[bits] = corner(solid, bits) - solid.a;
+    return {own, 8, {identity_pose().rotation, solid.a}};
+}
+
+inline Approach segment_hull(const Vec3<double>& a, const Vec3<double>& b, const Solid& solid) noexcept {
+    const Vec3<double> middle = (a + b) * 0.5, ends[2] = {a - middle, b - middle};
+    return nearest(ConvexHull{ends, 2, {identity_pose().rotation, middle}},
+                   ConvexHull{solid.corners, solid.corner_count, {solid.axes, solid.a}});
+}
+
+/// A box or a hull against a field: of a hull the box about its corners, along its own axes.
+inline Approach block_field(const Solid& block, const Solid& field) noexcept {
+    Vec3<double> half = block.b, middle{0, 0, 0};
+    if (block.kind == SolidKind::hull) {
+        Vec3<double> low = block.corners[0], high = low;
+        for (int k = 1; k < block.corner_count; ++k) {
+            const Vec3<double>& p = block.corners[k];
+            low = {min(low.x, p.x), min(low.y, p.y), min(low.z, p.z)};
+            high = {max(high.x, p.x), max(high.y, p.y), max(high.z, p.z)};
+        }
+        half = (high - low) * 0.5;
+        middle = (high + low) * 0.5;
+    }
+    const auto turned = [&](const Vec3<double>& axis) { return transposed_times(field.axes, axis); };
+    const Pose<double> frame{{turned(block.axes.x), turned(block.axes.y), turned(block.axes.z)},
+                             in_grid(field, block.a + block.axes * middle)};
+    return out_of_grid(field, box_field(frame, half, *field.field));
 }
 
 }  // namespace detail
@@ -177,6 +219,10 @@ inline Approach nearest(const Vec3<double>& a, const Vec3<double>& b, const Soli
         case SolidKind::ball: return detail::between(a + (b - a) * detail::foot(a, b - a, solid.a), solid.a);
         case SolidKind::capsule: return detail::segment_segment(a, b, solid.a, solid.b);
         case SolidKind::box: return detail::segment_box(a, b, solid);
+        case SolidKind::hull: return detail::segment_hull(a, b, solid);
+        case SolidKind::field:
+            return detail::out_of_grid(solid, detail::segment_field(detail::in_grid(solid, a),
+                                                                    detail::in_grid(solid, b), *solid.field));
         case SolidKind::half_space: break;
     }
     const double at_a = dot(solid.a, a) - solid.b.x, at_b = dot(solid.a, b) - solid.b.x;
@@ -185,33 +231,24 @@ inline Approach nearest(const Vec3<double>& a, const Vec3<double>& b, const Soli
     return {deeper, deeper - solid.a * depth, depth};
 }
 
-/// Approach points of two solids' cores, of which not both are half-spaces; on_rod is of the first.
+/// Approach points of two solids' cores; on_rod is of the first. Not both are half-spaces, and a field is
+/// only asked about shapes with a core.
 inline Approach nearest(const Solid& first, const Solid& second) noexcept {
-    if (first.kind == SolidKind::half_space) {
+    const auto is_rod = [](const Solid& s) {
+        return s.kind == SolidKind::ball || s.kind == SolidKind::capsule;
+    };
+    const auto end = [](const Solid& s) { return s.kind == SolidKind::ball ? s.a : s.b; };
+    if (is_rod(first)) return nearest(first.a, end(first), second);
+    if (is_rod(second) || first.kind == SolidKind::half_space || first.kind == SolidKind::field) {
         const Approach turned = nearest(second, first);
         return {turned.on_solid, turned.on_rod, turned.distance};
     }
-    if (first.kind == SolidKind::ball) return nearest(first.a, first.a, second);
-    if (first.kind == SolidKind::capsule) return nearest(first.a, first.b, second);
-    Approach best{first.a, first.a, infinity};
-    for (int from = 0; from < 8; ++from)
-        for (int axis = 1; axis < 8; axis *= 2)
-            if (!(from & axis))
-                best = detail::nearer(
-                    best, nearest(detail::corner(first, from), detail::corner(first, from | axis), second));
-    if (second.kind == SolidKind::half_space) return best;
-    // the second's core may touch a face of the box, or lie within it
-    const auto other_way = [&](const Vec3<double>& a, const Vec3<double>& b) {
-        const Approach found = nearest(a, b, first);
-        best = detail::nearer(best, {found.on_solid, found.on_rod, found.distance});
-    };
-    if (second.kind == SolidKind::ball) other_way(second.a, second.a);
-    if (second.kind == SolidKind::capsule) other_way(second.a, second.b);
-    if (second.kind != SolidKind::box) return best;
-    for (int from = 0; from < 8; ++from)
-        for (int axis = 1; axis < 8; axis *= 2)
-            if (!(from & axis)) other_way(detail::corner(second, from), detail::corner(second, from | axis));
-    return best;
+    if (second.kind == SolidKind::field) return detail::block_field(first, second);
+    Vec3<double> room[8], other_room[8];
+    const ConvexHull hull = detail::as_hull(first, room);
+    if (second.kind != SolidKind::half_space) return nearest(hull, detail::as_hull(second, other_room));
+    const Vec3<double> deepest = hull.farthest(-second.a);
+    return nearest(deepest, deepest, second);
 }
 
 }  // namespace armangle

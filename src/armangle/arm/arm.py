@@ -173,7 +173,7 @@ class Arm:
         `deviation`.
     body : Body, optional
         What the links look like: see `with_body`.
-    hand : sequence of Ball, Capsule or Box
+    hand : sequence of Ball, Capsule, Box or Hull
         What is fixed to the tool: see `with_hand`.
 
     Raises
@@ -495,7 +495,7 @@ class Arm:
 
         Parameters
         ----------
-        shapes : sequence of Ball, Capsule or Box
+        shapes : sequence of Ball, Capsule, Box or Hull
             In the tool frame, m. Without a name they are called "hand".
 
         Returns
@@ -1493,7 +1493,7 @@ class Arm:
         self._handle.freedom_many(poses, margin, widths, codes, as_threads(threads))
         gc, arcs = (codes[..., k].astype(np.uint8)[()] for k in (0, 1))
         status = codes[..., 2].astype(np.int8) if batch else STATUSES[int(codes[2])]
-        return Freedom(gc, widths[..., 0], widths[..., 1], arcs, status)
+        return Freedom(gc, widths[..., 0][()], widths[..., 1][()], arcs, status)
 
     def freedom_gradient(
         self, pose: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1

@@ -18,8 +18,9 @@ from ..models.body import Body
 from ..models.cover import Rod, cover_cylinder, cover_mesh, merged, open_edges
 from ..poses import pose
 from ..scenes.scene import Scene
-from ..scenes.shapes import Ball, Box, Capsule, HalfSpace, Shape
+from ..scenes.shapes import Ball, Box, Capsule, HalfSpace, Hull, Shape
 from .clouds import load_cloud
+from .fields import load_field
 
 PathLike = str | os.PathLike[str]
 
@@ -28,8 +29,11 @@ _KINDS: dict[str, tuple[Any, tuple[str, ...], tuple[str, ...]]] = {  # needed ke
     "capsule": (Capsule, ("begin", "end", "radius"), ("name",)),
     "box": (Box, ("size", "position"), ("rpy", "radius", "name")),
     "half_space": (HalfSpace, ("normal", "offset"), ("name",)),
+    "hull": (Hull, (), ("points", "file", "radius", "name")),
     "cloud": (load_cloud, ("file", "radius"), ("name",)),
+    "field": (load_field, ("file",), ("name",)),
 }
+
 _ROUND = 4  # rods for a round body or a mesh of MoveIt
 
 
@@ -39,9 +43,11 @@ def load_scene(path: PathLike) -> Scene:
     In TOML: ``clearance`` (m), ``ignore`` (pairs of names), and any number of tables, lengths in m, each with
     a ``name`` if wanted: ``[[ball]]`` (``center``, ``radius``), ``[[capsule]]`` (``begin``, ``end``,
     ``radius``), ``[[box]]`` (``size``, ``position``, and ``rpy`` in rad about fixed x, y, z, ``radius``),
-    ``[[half_space]]`` (``normal``, ``offset``), ``[[cloud]]`` (``file``, as of `load_cloud`, ``radius``).
-    Of MoveIt's text boxes and spheres are read as they are; cylinders and closed meshes become balls and
-    capsules that contain them.
+    ``[[half_space]]`` (``normal``, ``offset``), ``[[hull]]`` (``points``, or a ``file`` of them as of
+    `load_cloud`, ``radius``), ``[[cloud]]`` (``file``, as of `load_cloud`, ``radius``), ``[[field]]``
+    (``file``, as of `load_field`).
+    A file without any is refused, unless ``obstacles = []`` says that there are none. Of MoveIt's text boxes
+    and spheres are read as they are; cylinders and closed meshes become balls and capsules that contain them.
 
     Parameters
     ----------
@@ -67,11 +73,15 @@ def load_scene(path: PathLike) -> Scene:
     ('lamp',)
     """
     if Path(path).suffix.lower() == ".scene":
-        return Scene(_Moveit(_text(path), str(path)).shapes())
+        objects = _Moveit(_text(path), str(path)).shapes()
+        if not objects:
+            raise SceneError(str(path), "objects", None, "at least one object: nothing would stand about")
+        return Scene(objects)
     table = _toml(path)
-    keys = {"clearance", "ignore", *_KINDS}
+    keys = {"clearance", "ignore", "obstacles", *_KINDS}
     _refuse_other_keys(str(path), table, keys)
     shapes = [_shape(where, kind, row, Path(path).parent) for where, kind, row in _rows(path, table, _KINDS)]
+    _refuse_silence(str(path), table, shapes)
     return Scene(shapes, clearance=table.get("clearance", 0.0), ignore=table.get("ignore", ()))
 
 
@@ -151,6 +161,17 @@ def _refuse_other_keys(where: str, table: dict[str, Any], known: set[str]) -> No
             raise SceneError(where, "key", key, f"one of {', '.join(sorted(known))}")
 
 
+def _refuse_silence(where: str, table: dict[str, Any], shapes: list[Shape]) -> None:
+    """Refuse a file of no obstacles that does not say so: it may be the wrong one, or cut off."""
+    if "obstacles" in table and (table["obstacles"] != [] or shapes):
+        raise SceneError(where, "obstacles", table["obstacles"], "[], and no table of a shape beside it")
+    if not shapes and "obstacles" not in table:
+        tables = ", ".join(f"[[{kind}]]" for kind in _KINDS)
+        raise SceneError(
+            where, "obstacles", None, f"a table {tables}, or obstacles = [] where there are none"
+        )
+
+
 def _refuse_missing(where: str, table: dict[str, Any], keys: tuple[str, ...]) -> None:
     for key in keys:
         if key not in table:
@@ -172,11 +193,15 @@ def _shape(where: str, kind: str, row: dict[str, Any], folder: Path | None = Non
     _refuse_other_keys(where, row, {*wanted, *more})
     _refuse_missing(where, row, wanted)
     values = dict(row)
-    if kind == "cloud":
+    if "file" in row:
         if not isinstance(row["file"], str):
             raise SceneError(where, "file", row["file"], "the name of a file")
         values["path"] = (folder or Path()) / values.pop("file")
+    if kind == "hull" and ("file" in row) == ("points" in row):
+        raise SceneError(where, "points", row.get("points"), "either points or a file of them")
     try:
+        if kind == "hull" and "file" in row:
+            values["points"] = load_cloud(values.pop("path"), 0.0).points
         if kind == "box":
             values["pose"] = pose(values.pop("position"), rpy=values.pop("rpy", [0.0, 0.0, 0.0]))
         shape: Shape = make(**values)

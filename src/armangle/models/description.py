@@ -63,7 +63,7 @@ class ArmDescription:
         Rz(q_7) chain[7]``. The other numbers are then those of the nominal arm; read-only.
     body : Body or None
         What the links look like: `Arm.with_body`.
-    hand : tuple of Ball, Capsule or Box
+    hand : tuple of Ball, Capsule, Box or Hull
         What is fixed to the tool, in its frame: `Arm.with_hand`.
     notes : tuple of str
         What a user should know of these numbers; two arms that differ in these alone are equal.

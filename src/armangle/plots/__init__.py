@@ -17,7 +17,7 @@ from .bases import placement
 from .figures import arm_frames, stick_figure
 from .maps import feasible_map
 from .motions import path, repulsion
-from .one_pose import circle, joint_profiles
+from .one_pose import circle, clearance_profile, joint_profiles
 from .reaches import reach, voxels
 from .times import tracking, trajectory
 from .virtual import virtual_arm, virtual_plane
@@ -26,6 +26,7 @@ __all__ = [
     "JOINT_COLOURS",
     "arm_frames",
     "circle",
+    "clearance_profile",
     "feasible_map",
     "joint_profiles",
     "path",

@@ -9,16 +9,20 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._arrays import CONFIGURATIONS, JOINTS, Floats, as_poses
+from ..arm.arcs import ArcSet
 from ..arm.arm import Arm
 from ..arm.configuration import gc_signs
-from ..colours import BLACK, FULL_TURN, JOINT_COLOURS, MID, unjoined, wrapped_degrees
+from ..colours import BLACK, DARK, FULL_TURN, JOINT_COLOURS, MID, unjoined, wrapped_degrees
 from ..errors import ConfigurationError, ShapeError
 from ..motion.joint_path import JointPath
+from ..scenes.scene import Scene
 from ..status import Status
 from .style import ARM_ANGLE, angle_ticks, grid_axes
 
 _SEAM = 0.4  # pt
 _FULL = np.array([[[-np.pi, np.pi]]])
+_SIDES = ("left", "center", "right")  # of a name: it stays within its panel
+_ISLAND: dict[str, Any] = {"hatch": "....", "edgecolors": DARK, "linewidths": 0.0}
 _NOT_KNOWN: dict[str, Any] = {"facecolor": "white", "edgecolor": MID, "hatch": "///", "lw": 0}
 
 
@@ -26,13 +30,15 @@ def feasible_map(
     motion: JointPath | tuple[Arm, ArrayLike],
     *,
     gc: int | Sequence[int] | None = None,
+    scene: Scene | None = None,
     singularity_margin: float = 0.0,
     ax: Any = None,
 ) -> Any:
-    """Draw which arm angles are feasible along a path, and which joint forbids the others.
+    """Draw which arm angles are feasible along a path, and which joint or obstacle forbids the others.
 
-    White is feasible; the rest has the colour of the lowest joint that blocks. Each column is exact for the
-    pose it stands on; a row of a path whose pose is NaN, not known, is hatched.
+    White is feasible; the rest has the colour of the lowest joint that blocks. What an obstacle blocks is
+    dark where no joint does, and dotted where one does too, with the obstacle's name. Each column is exact
+    for the pose it stands on; a row of a path whose pose is NaN, not known, is hatched.
 
     Parameters
     ----------
@@ -40,6 +46,8 @@ def feasible_map(
         A path, whose curve is drawn where its global configuration is the panel's; or poses alone.
     gc : int or sequence of int, optional
         Global configurations 0..7, one panel each; all eight by default.
+    scene : Scene, optional
+        Obstacles, as in `Arm.feasible`.
     singularity_margin : float
         As in `Arm.feasible`, rad.
     ax : axes or array of axes, optional
@@ -55,6 +63,8 @@ def feasible_map(
         Without matplotlib.
     ShapeError, ConfigurationError
         If the poses are not (N, 4, 4), or gc is not in 0..7.
+    SceneError
+        As `Arm.clear`.
     """
     curve = motion if isinstance(motion, JointPath) else None
     arm, poses = (motion.arm, motion.poses) if isinstance(motion, JointPath) else motion
@@ -70,7 +80,7 @@ def feasible_map(
     panels = grid_axes(ax, len(wanted), min(4, len(wanted)), (6.4, 4.2) if one else (3.0, 2.6),
                        sharex=True, sharey=True)  # fmt: skip
     for panel, index in zip(panels, wanted, strict=True):
-        _map_panel(panel, arm, s, frames, posed, index, singularity_margin)
+        _map_panel(panel, arm, s, frames, posed, index, singularity_margin, scene)
         if curve is not None:
             _draw_curve(panel, curve, index)
     for k, panel in enumerate(panels):
@@ -79,12 +89,21 @@ def feasible_map(
         if k + 4 >= len(panels):
             panel.set_xlabel("path parameter s")
     if ax is None:
-        _map_legend(panels[0].figure, curve is not None, bool(posed.all()), 4 if one else 5)
+        _map_legend(
+            panels[0].figure, curve is not None, bool(posed.all()), scene is not None, 4 if one else 5
+        )
     return panels[0] if one else panels
 
 
 def _map_panel(
-    panel: Any, arm: Arm, s: Floats, poses: Floats, posed: NDArray[np.bool_], gc: int, margin: float
+    panel: Any,
+    arm: Arm,
+    s: Floats,
+    poses: Floats,
+    posed: NDArray[np.bool_],
+    gc: int,
+    margin: float,
+    scene: Scene | None,
 ) -> None:
     """Draw one region: each joint's blocked arcs as cells, the lowest joint on top; hatched where no pose."""
     edges = np.concatenate([s[:1], 0.5 * (s[1:] + s[:-1]), s[-1:]])
@@ -92,8 +111,14 @@ def _map_panel(
         edges = s[0] + np.array([-0.5, 0.5])
     sides = np.stack([edges[:-1], edges[1:]], axis=1)
     each = arm.joint_feasible(poses[posed], gc, singularity_margin=margin)
+    clear = None if scene is None else arm.clear(poses[posed], gc, scene)
+    if clear is not None:
+        _cells(panel, (~clear).intervals, sides[posed], DARK)
     for joint in range(JOINTS, 0, -1):
         _cells(panel, (~each[:, joint - 1]).intervals, sides[posed], JOINT_COLOURS[joint - 1])
+    if clear is not None:
+        _cells(panel, (~clear).intervals, sides[posed], "none", _ISLAND)
+        _name_islands(panel, clear, sides[posed].mean(axis=1))
     lost = np.isin(each[:, 0].status, (Status.UNREACHABLE, Status.FOLDED))
     _cells(panel, _FULL, sides[posed][lost], MID)
     for left, right in sides[~posed]:
@@ -105,7 +130,34 @@ def _map_panel(
     angle_ticks(panel.yaxis)
 
 
-def _cells(panel: Any, intervals: Floats, sides: Floats, colour: str) -> None:
+def _name_islands(panel: Any, clear: ArcSet, s: Floats) -> None:
+    """Write the name of each obstacle where the arc that it ends is widest."""
+    blocked = ~clear
+    widest: dict[str, tuple[float, float, float]] = {}
+    for at in range(len(s)):
+        for (lower, upper), names in zip(blocked[at], _names(clear, blocked, at), strict=True):
+            found = (upper - lower, float(s[at]), float(wrapped_degrees(np.array(0.5 * (lower + upper)))))
+            for name in names:
+                widest[name] = max(widest.get(name, found), found)
+    for name, (_, at_s, middle) in widest.items():
+        share = (at_s - s[0]) / max(float(s[-1] - s[0]), np.finfo(float).tiny)
+        panel.text(
+            at_s, middle, name, ha=_SIDES[round(2 * share)], va="center", fontsize=8, zorder=6,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0},
+        )  # fmt: skip
+
+
+def _names(clear: ArcSet, blocked: ArcSet, at: int) -> list[set[str]]:
+    """Return the obstacles of each arc that is blocked at a pose."""
+    if not blocked[at].is_full:
+        return [{end.obstacle for end in ends if end.obstacle} for ends in blocked[at].ends]
+    alone = clear.blocking[at]
+    return [{alone[0]} if alone else set()]
+
+
+def _cells(
+    panel: Any, intervals: Floats, sides: Floats, colour: str, more: dict[str, Any] | None = None
+) -> None:
     """Draw the arcs (N or 1, k, 2) in rad of N columns (N, 2) as rectangles, cut at ±180 degrees."""
     from matplotlib.collections import PolyCollection
 
@@ -116,12 +168,9 @@ def _cells(panel: Any, intervals: Floats, sides: Floats, colour: str) -> None:
     low, high = np.clip(both[row, k].T, -FULL_TURN / 2, FULL_TURN / 2)
     left, right = sides[row].T
     corners = np.stack([left, low, right, low, right, high, left, high], axis=-1).reshape(-1, 4, 2)
-    panel.add_collection(
-        # Edges of the same colour: between cells that only touch, a scaled picture shows white lines.
-        PolyCollection(
-            list(corners), facecolors=colour, edgecolors=colour, linewidths=_SEAM, antialiaseds=False
-        )
-    )
+    # Edges of the same colour: between cells that only touch, a scaled picture shows white lines.
+    edged = more or {"edgecolors": colour, "linewidths": _SEAM}
+    panel.add_collection(PolyCollection(list(corners), facecolors=colour, antialiaseds=False, **edged))
 
 
 def _draw_curve(panel: Any, curve: JointPath, gc: int) -> None:
@@ -135,13 +184,16 @@ def _draw_curve(panel: Any, curve: JointPath, gc: int) -> None:
     panel.plot(s[first], degrees[first], "o", color=BLACK, ms=6, zorder=5)
 
 
-def _map_legend(figure: Any, curve: bool, whole: bool, columns: int) -> None:
+def _map_legend(figure: Any, curve: bool, whole: bool, obstacles: bool, columns: int) -> None:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
     handles: list[Any] = [Patch(fc="white", ec=BLACK, lw=0.6, label="feasible")]
     handles += [Patch(fc=colour, label=f"joint {k + 1} blocks") for k, colour in enumerate(JOINT_COLOURS)]
     handles.append(Patch(fc=MID, label="out of reach"))
+    if obstacles:
+        handles.append(Patch(fc=DARK, label="an obstacle blocks"))
+        handles.append(Patch(fc="white", ec=DARK, lw=0, hatch="....", label="an obstacle too"))
     if not whole:
         handles.append(Patch(label="not solved, pose not known", **_NOT_KNOWN))
     if curve:

@@ -191,6 +191,62 @@ def _circle_legend(polar: Any, user: bool, obstacles: bool, *, made: bool) -> No
         polar.legend(loc="center left", bbox_to_anchor=(1.12, 0.5), **options)
 
 
+def clearance_profile(
+    arm: Arm, pose: ArrayLike, gc: int, scene: Scene, *, psi: float | None = None, ax: Axes | None = None
+) -> Axes:
+    """Draw the distance between links and obstacles over the arm angle.
+
+    The nearest pair of all is drawn; the colour tells which obstacle it is of, and the dashed line is the
+    scene's clearance. Shaded is what the scene blocks, exactly.
+
+    Parameters
+    ----------
+    arm : Arm
+        With a body or a hand.
+    pose : array_like, shape (4, 4)
+        Tool frame, position in m.
+    gc : int
+        Global configuration 0..7.
+    scene : Scene
+    psi : float, optional
+        Arm angle to mark, rad.
+    ax : matplotlib axes, optional
+        Where to draw; a new figure by default.
+
+    Returns
+    -------
+    matplotlib axes
+
+    Raises
+    ------
+    MissingExtraError
+        Without matplotlib.
+    UnreachableError
+        If the pose is out of reach.
+    ArmangleError
+        As `Arm.clearance`.
+    """
+    frame = one_pose("pose", pose)
+    angles = np.linspace(-np.pi, np.pi, _SAMPLES)
+    near = arm.clearance(frame, angles, gc, scene)
+    panel = grid_axes(ax, 1, 1, (6.4, 4.0))[0]
+    for lower, upper in pieces((~arm.clear(frame, gc, scene)).intervals):
+        panel.axvspan(lower, upper, color=DARK, alpha=0.22, lw=0)
+    names = list(dict.fromkeys(np.asarray(near.obstacle).tolist()))
+    for k, name in enumerate(names):
+        shown = np.where(near.obstacle == name, near.distance, np.nan)
+        panel.plot(np.degrees(angles), shown, color=JOINT_COLOURS[k % JOINTS], lw=2.0, label=name)
+    panel.axhline(scene.clearance, color=VERMILION, lw=1.2, ls="--", label="clearance")
+    if psi is not None:
+        panel.axvline(np.degrees(psi), color=BLACK, lw=1.2, ls="-.", label="ψ")
+    panel.set_xlim(-180, 180)
+    angle_ticks(panel.xaxis)
+    panel.set_xlabel(ARM_ANGLE)
+    panel.set_ylabel("nearest distance (m)")
+    panel.legend(frameon=False, fontsize=9, loc="center left", bbox_to_anchor=(1.0, 0.5))
+    return panel  # type: ignore[no-any-return]  # matplotlib types it loosely
+
+
 def joint_profiles(
     arm: Arm,
     pose: ArrayLike,

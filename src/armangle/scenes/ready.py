@@ -12,7 +12,7 @@ from .._arrays import JOINTS, Floats, Ints
 from .._core import Within
 from ..errors import SceneError
 from .scene import Pairs, Scene
-from .shapes import Cloud, Shape
+from .shapes import Cloud, Field, Hull, Shape
 
 LINKS_OF_A_PAIR = 256  # the core says a pair as obstacle * 256 + link
 
@@ -107,12 +107,16 @@ def make_ready(arm: Built, scene: Scene) -> Ready:
         _let_touch(ignored, len(scene.shapes), own, links, pair)
     first_base = len(user)
     first_held = first_base + len(mine.base)
+    fields = [(at, shape) for at, shape in enumerate(scene.shapes) if isinstance(shape, Field)]
     handle = _core.Scene(
         arm._handle,
         np.array(solids, dtype=np.float64).reshape(-1, _SOLID_WIDTH),
         first_base,
         first_held,
         _points(scene),
+        _corners(scene.shapes, arm.hand, first_held + len(mine.held) - len(arm.hand)),
+        np.array([[at, *f.distance.shape, f.spacing] for at, f in fields]).reshape(-1, _FIELD_WIDTH),
+        np.concatenate([f.distance.ravel() for _, f in fields] or [np.empty(0)]),
         np.array([_rod(link) for link in [*mine.parts, *mine.swings]], dtype=np.float64).reshape(
             -1, _ROD_WIDTH
         ),
@@ -123,7 +127,7 @@ def make_ready(arm: Built, scene: Scene) -> Ready:
     return Ready(handle, tuple(obstacles), tuple(link.name for link in links))
 
 
-_SOLID_WIDTH, _ROD_WIDTH, _POINT_WIDTH = 18, 8, 5
+_SOLID_WIDTH, _ROD_WIDTH, _POINT_WIDTH, _CORNER_WIDTH, _FIELD_WIDTH = 18, 8, 5, 4, 5
 
 
 def _points(scene: Scene) -> Floats:
@@ -136,6 +140,14 @@ def _points(scene: Scene) -> Floats:
         rows[:, :3], rows[:, 3], rows[:, 4] = cloud.points, cloud.radius, at
         first += len(rows)
     return out
+
+
+def _corners(shapes: tuple[Shape, ...], hand: tuple[Shape, ...], first_of_hand: int) -> Floats:
+    """Return the corners of all hulls: the row of their solid, x, y, z."""
+    rows = [*enumerate(shapes), *enumerate(hand, start=first_of_hand)]
+    hulls = [(at, shape._corners()) for at, shape in rows if isinstance(shape, Hull)]
+    parts = [np.column_stack([np.full(len(corners), at), corners]) for at, corners in hulls]
+    return np.concatenate([*parts, np.empty((0, _CORNER_WIDTH))])
 
 
 def _rod(link: _Link) -> list[float]:

@@ -18,7 +18,7 @@ class Scene:
 
     Parameters
     ----------
-    shapes : sequence of Ball, Capsule, Box, HalfSpace or Cloud
+    shapes : sequence of Ball, Capsule, Box, HalfSpace, Hull, Cloud or Field
         Their names must differ; one without a name is called by its kind and place, such as "box_2".
     clearance : float
         Least distance that links keep from all obstacles, m, >= 0.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -211,8 +212,58 @@ class HalfSpace:
         return [SolidKind.HALF_SPACE.value, 0.0, *self.normal, self.offset, 0.0, 0.0, *_NO_AXES]
 
 
+def _points(shape: str, points: ArrayLike) -> Floats:
+    """Return points (N, 3), N >= 1, as a frozen copy."""
+    wanted = "points (m), an array of shape (N, 3) with N >= 1"
+    try:
+        array = np.asarray(points)
+        if array.dtype.kind not in "fiu":
+            raise TypeError
+    except (TypeError, ValueError):
+        raise SceneError(shape, "points", points, wanted) from None
+    if array.ndim != 2 or array.shape[1] != 3 or not len(array):
+        raise SceneError(shape, "points", array.shape, wanted)
+    held = frozen(array.astype(np.float64))
+    bad = ~(np.abs(held) <= LARGEST).all(axis=1)
+    if bad.any():
+        at = int(bad.argmax())
+        raise SceneError(shape, f"points[{at}]", held[at].tolist(), f"finite numbers within ±{LARGEST:g} m")
+    return held
+
+
 @dataclass(frozen=True, eq=False)
-class Cloud:
+class _Points:
+    """Points with a radius: what `Cloud` and `Hull` hold."""
+
+    points: Floats
+    radius: float
+    name: str | None
+
+    def __init__(self, points: ArrayLike, radius: float, *, name: str | None = None) -> None:
+        shape = type(self).__name__
+        _set(self, points=_points(shape, points), radius=_length(shape, "radius", radius))
+        _set(self, name=_named(shape, name))
+
+    def __repr__(self) -> str:
+        return (
+            f"{type(self).__name__}(<{len(self.points)} points>, radius={self.radius!r}, name={self.name!r})"
+        )
+
+    def __eq__(self, other: object) -> bool:
+        if type(other) is not type(self):
+            return NotImplemented
+        assert isinstance(other, _Points)
+        same = (self.radius, self.name) == (other.radius, other.name)
+        return same and np.array_equal(self.points, other.points)
+
+    def __hash__(self) -> int:
+        return hash((len(self.points), self.points[0].tobytes(), self.radius, self.name))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return partial(type(self), name=self.name), (self.points, self.radius)
+
+
+class Cloud(_Points):
     """Many points, each a ball of the same radius: what a camera sees.
 
     One obstacle with one name. The points are sorted once, where a scene is asked first, so that millions of
@@ -242,57 +293,148 @@ class Cloud:
     Cloud(<1000 points>, radius=0.01, name='seen')
     """
 
-    points: Floats
-    radius: float
-    name: str | None = None
-
-    def __init__(self, points: ArrayLike, radius: float, *, name: str | None = None) -> None:
-        wanted = "points (m), an array of shape (N, 3) with N >= 1"
-        try:
-            array = np.asarray(points)
-            if array.dtype.kind not in "fiu":
-                raise TypeError
-        except (TypeError, ValueError):
-            raise SceneError("Cloud", "points", points, wanted) from None
-        if array.ndim != 2 or array.shape[1] != 3 or not len(array):
-            raise SceneError("Cloud", "points", array.shape, wanted)
-        held = frozen(array.astype(np.float64))
-        bad = ~(np.abs(held) <= LARGEST).all(axis=1)
-        if bad.any():
-            at = int(bad.argmax())
-            raise SceneError(
-                "Cloud", f"points[{at}]", held[at].tolist(), f"finite numbers within ±{LARGEST:g} m"
-            )
-        _set(self, points=held, radius=_length("Cloud", "radius", radius), name=_named("Cloud", name))
-
-    def __repr__(self) -> str:
-        return f"Cloud(<{len(self.points)} points>, radius={self.radius!r}, name={self.name!r})"
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Cloud):
-            return NotImplemented
-        same = (self.radius, self.name) == (other.radius, other.name)
-        return same and np.array_equal(self.points, other.points)
-
-    def __hash__(self) -> int:
-        return hash((len(self.points), self.points[0].tobytes(), self.radius, self.name))
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return _cloud, (self.points, self.radius, self.name)
-
     def _row(self) -> list[float]:
         return [SolidKind.BALL.value, self.radius, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, *_NO_AXES]
 
 
-def _cloud(points: Floats, radius: float, name: str | None) -> Cloud:
-    """Return a cloud that comes back from a pickle."""
-    return Cloud(points, radius, name=name)
+class Hull(_Points):
+    """The convex hull of points, rounded by a radius: a wedge, a pyramid, any convex mesh by its corners.
+
+    Parameters
+    ----------
+    points : array_like, shape (N, 3)
+        Its corners, m, N >= 1, in any order; a copy is kept. Points within change nothing, but each costs
+        time. Fewer than four, or all in a plane, are a plate, a rod or a ball, solid by the radius.
+    radius : float
+        m, >= 0: all points within it of the hull belong to the shape.
+    name : str, optional
+
+    Raises
+    ------
+    SceneError
+        Without points; or naming the first that is not finite, or too far away to be in metres.
+
+    Examples
+    --------
+    >>> import armangle as aa
+    >>> aa.Hull([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], name="wedge")
+    Hull(<4 points>, radius=0.0, name='wedge')
+    """
+
+    def __init__(self, points: ArrayLike, radius: float = 0.0, *, name: str | None = None) -> None:
+        super().__init__(points, radius, name=name)
+
+    def _middle(self) -> Floats:
+        return np.asarray((self.points.min(axis=0) + self.points.max(axis=0)) / 2)
+
+    def _corners(self) -> Floats:
+        """Return the corners as the core takes them: from the middle."""
+        return np.unique(self.points, axis=0) - self._middle()
+
+    def _row(self) -> list[float]:
+        return [SolidKind.HULL.value, self.radius, *self._middle().tolist(), 0.0, 0.0, 0.0, *_NO_AXES]
 
 
-Shape = Ball | Capsule | Box | HalfSpace | Cloud
-SHAPES = (Ball, Capsule, Box, HalfSpace, Cloud)
+@dataclass(frozen=True, eq=False)
+class Field:
+    """A distance field: at the nodes of a grid, how far away the obstacle is at least.
+
+    Between nodes a distance can be smaller than at them by how far they are, and that is taken off: of the
+    truth at most 0.87 spacings. So the arm keeps off by that much more, and never by less. All that the field
+    tells of lies within the grid; the space outside is free. Let the grid reach beyond the obstacle by the
+    radius of the links and `clearance`: farther outside it can only tell how far its border is.
+
+    Parameters
+    ----------
+    distance : array_like, shape (I, J, K)
+        m, at ``origin + spacing * (i, j, k)``, I, J, K >= 2; a lower bound of the distance from there to the
+        obstacle, negative or 0 in it. A distance that was cut off above will do. A copy is kept.
+    origin : array_like, shape (3,)
+        Place of the first node, m.
+    spacing : float
+        Of neighbouring nodes, m, > 0.
+    name : str, optional
+
+    Raises
+    ------
+    SceneError
+        Naming the first node whose distance is not finite; or where most neighbours differ by more than
+        they are apart, as distances in another unit do.
+
+    See Also
+    --------
+    load_field : from an NPZ file.
+
+    Examples
+    --------
+    >>> import armangle as aa, numpy as np
+    >>> nodes = np.stack(np.meshgrid(*[np.linspace(-0.2, 0.2, 21)] * 3, indexing="ij"), axis=-1)
+    >>> aa.Field(np.linalg.norm(nodes, axis=-1) - 0.1, [0.3, -0.2, 0.4], 0.02, name="bulb")
+    Field(<21 x 21 x 21 nodes>, origin=(0.3, -0.2, 0.4), spacing=0.02, name='bulb')
+    """
+
+    distance: Floats
+    origin: Point
+    spacing: float
+    name: str | None = None
+
+    def __init__(
+        self, distance: ArrayLike, origin: ArrayLike, spacing: float, *, name: str | None = None
+    ) -> None:
+        wanted = "distances (m), an array of shape (I, J, K), each at least 2"
+        try:
+            array = np.asarray(distance)
+            if array.dtype.kind not in "fiu":
+                raise TypeError
+        except (TypeError, ValueError):
+            raise SceneError("Field", "distance", distance, wanted) from None
+        if array.ndim != 3 or min(array.shape) < 2:
+            raise SceneError("Field", "distance", array.shape, wanted)
+        held = frozen(array.astype(np.float64))
+        bad = ~(np.abs(held) <= LARGEST)
+        if bad.any():
+            at = tuple(int(i) for i in np.unravel_index(int(bad.argmax()), held.shape))
+            raise SceneError(
+                "Field", f"distance[{at}]", float(held[at]), f"a finite number within ±{LARGEST:g} m"
+            )
+        _set(self, distance=held, origin=_point("Field", "origin", origin))
+        _set(self, spacing=_length("Field", "spacing", spacing, positive=True), name=_named("Field", name))
+        _point("Field", "origin", np.add(self.origin, self.spacing * np.array(held.shape)))
+        steps = np.concatenate([np.abs(np.diff(held, axis=axis)).ravel() for axis in range(3)])
+        if np.count_nonzero(steps > _TOO_STEEP * self.spacing) > len(steps) / 2:
+            steep = f"neighbours that differ by {float(np.median(steps)):.3g} m, {self.spacing:g} m apart"
+            raise SceneError(
+                "Field", "distance", steep, "distances in m, which change no faster than the place"
+            )
+
+    def __repr__(self) -> str:
+        nodes = " x ".join(map(str, self.distance.shape))
+        return f"Field(<{nodes} nodes>, origin={self.origin!r}, spacing={self.spacing!r}, name={self.name!r})"
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Field):
+            return NotImplemented
+        same = (self.origin, self.spacing, self.name) == (other.origin, other.spacing, other.name)
+        return same and np.array_equal(self.distance, other.distance)
+
+    def __hash__(self) -> int:
+        return hash((self.distance.shape, self.distance[0].tobytes(), self.origin, self.spacing, self.name))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return partial(Field, name=self.name), (self.distance, self.origin, self.spacing)
+
+    def _row(self) -> list[float]:
+        half = self.spacing * (np.array(self.distance.shape) - 1) / 2
+        middle = (half + self.origin).tolist()
+        return [SolidKind.FIELD.value, 0.0, *middle, *half.tolist(), *_NO_AXES]
+
+
+_TOO_STEEP = 1.001
+
+Shape = Ball | Capsule | Box | HalfSpace | Hull | Cloud | Field
+SHAPES = (Ball, Capsule, Box, HalfSpace, Hull, Cloud, Field)
 RODS = (Ball, Capsule)
-HOLDABLE = (Ball, Capsule, Box)
+HOLDABLE = (Ball, Capsule, Box, Hull)
 
 
 def _set(shape: object, **values: object) -> None:

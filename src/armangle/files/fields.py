@@ -1,0 +1,63 @@
+"""Distance fields from NPZ files."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import NoReturn
+
+import numpy as np
+
+from ..errors import SceneError
+from ..scenes.shapes import Field
+
+PathLike = str | os.PathLike[str]
+
+_ARRAYS = ("distance", "origin", "spacing")
+
+
+def load_field(path: PathLike, *, name: str | None = None) -> Field:
+    """Return the distance field of an NPZ file.
+
+    Parameters
+    ----------
+    path : path
+        ``.npz`` with ``distance`` (I, J, K), ``origin`` (3,) and ``spacing``, all in m, as of `Field`.
+    name : str, optional
+
+    Returns
+    -------
+    Field
+
+    Raises
+    ------
+    SceneError
+        The file cannot be read, lacks an array, or holds what is no field.
+
+    Examples
+    --------
+    >>> import armangle as aa, numpy as np
+    >>> from pathlib import Path
+    >>> from tempfile import mkdtemp
+    >>> file = Path(mkdtemp()) / "seen.npz"
+    >>> np.savez(file, distance=np.full((5, 6, 7), 0.3), origin=[0.2, 0.0, 0.1], spacing=0.05)
+    >>> aa.load_field(file, name="seen")
+    Field(<5 x 6 x 7 nodes>, origin=(0.2, 0.0, 0.1), spacing=0.05, name='seen')
+    """
+    if Path(path).suffix.lower() != ".npz":
+        _fail(path, "a file ending in .npz")
+    try:
+        with np.load(path, allow_pickle=False) as arrays:
+            held = {key: np.asarray(arrays[key]) for key in _ARRAYS if key in arrays}
+    except Exception as error:  # as many ways to fail as there are broken files
+        _fail(path, f"an NPZ file that can be read ({getattr(error, 'strerror', None) or error})")
+    for key in _ARRAYS:
+        if key not in held:
+            _fail(path, f"arrays {', '.join(_ARRAYS)}: it holds no {key}")
+    if held["spacing"].size != 1 or held["spacing"].dtype.kind not in "fiu":
+        _fail(path, f"one number as spacing, not {held['spacing'].dtype} of shape {held['spacing'].shape}")
+    return Field(held["distance"], held["origin"], float(held["spacing"].reshape(())), name=name)
+
+
+def _fail(path: PathLike, wanted: str) -> NoReturn:
+    raise SceneError("Field", "path", str(path), wanted)
