@@ -17,7 +17,7 @@
 // taken. Two shapes that move each have such a plane at their own corners; the sum counts.
 #pragma once
 
-#include "../arm/forward.hpp"
+#include "../arm/frames.hpp"
 #include "scene_frames.hpp"
 
 namespace armangle {
@@ -134,17 +134,14 @@ private:
     static Core core_of(const Solid& solid, int link) noexcept {
         Core out;
         out.link = link;
-        switch (solid.kind) {
-            case SolidKind::box:
-                out.count = 8;
-                for (int i = 0; i < out.count; ++i) out.corner[i] = detail::corner(solid, i);
-                break;
-            case SolidKind::capsule:
-                out.count = 2;
-                out.corner[0] = solid.a;
-                out.corner[1] = solid.b;
-                break;
-            default: out.count = 1; out.corner[0] = solid.a;
+        out.count = 1;
+        out.corner[0] = solid.a;
+        if (solid.kind == SolidKind::capsule) {
+            out.count = 2;
+            out.corner[1] = solid.b;
+        } else if (solid.kind == SolidKind::box) {
+            out.count = 8;
+            for (int i = 0; i < out.count; ++i) out.corner[i] = detail::corner(solid, i);
         }
         return out;
     }
