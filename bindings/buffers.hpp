@@ -328,6 +328,7 @@ void bind_scenes(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_arcs(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_stepping(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_planning(nb::module_& m, nb::class_<ArmHandle>& arm);
+void bind_near_planning(nb::class_<NearArmHandle>& arm);
 void bind_solving(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_near_solving(nb::class_<NearArmHandle>& arm);
 void bind_tracking(nb::module_& m);

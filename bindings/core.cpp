@@ -120,6 +120,7 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     m.attr("ROTATION_TOLERANCE") = armangle::tolerance::rotation;
     m.attr("UNIT_TOLERANCE") = armangle::tolerance::unit;
     m.attr("LARGEST_ANGLE") = armangle::tolerance::largest_angle;
+    m.attr("FARTHEST") = armangle::tolerance::farthest;
     m.attr("LENGTH_LIMIT") = armangle::tolerance::length;
     m.attr("ARC_CAPACITY") = armangle::ArcSet::capacity;
     m.attr("MOST_MARGIN") = armangle::most_margin;
@@ -160,6 +161,7 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     binding::bind_stepping(m, arm);
     binding::bind_near_stepping(near);
     binding::bind_planning(m, arm);
+    binding::bind_near_planning(near);
     binding::bind_solving(m, arm);
     binding::bind_near_solving(near);
     binding::bind_tracking(m);

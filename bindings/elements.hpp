@@ -31,6 +31,42 @@ void for_each(const char* argument, const Buffer* const (&buffers)[N], const int
     refuse(armangle::first_problem(outcomes, armangle::most_threads), *buffers[0], inner[0], argument);
 }
 
+/// Applies run(at, step, count, outcome) to runs of elements with constant strides; the first problem is
+/// refused as one of `argument`.
+template <int N, class Run>
+void for_each_run(const char* argument, const Buffer* const (&buffers)[N], const int (&inner)[N], int threads,
+                  const Run& run) {
+    const Grid<N> grid(buffers, inner);
+    armangle::Outcome outcomes[armangle::most_threads];
+    {
+        nb::gil_scoped_release release;
+        armangle::parallel(grid.size(), threads, [&](std::size_t begin, std::size_t end, std::size_t thread) {
+            grid.for_runs(
+                begin, end,
+                [&](std::size_t flat, const Py_ssize_t* at, const Py_ssize_t* step, std::size_t count) {
+                    armangle::Outcome here;
+                    run(at, step, count, here);
+                    if (here.problem != armangle::Problem::none)
+                        outcomes[thread].report(here.problem, flat + here.index, here.value);
+                });
+        });
+    }
+    refuse(armangle::first_problem(outcomes, armangle::most_threads), *buffers[0], inner[0], argument);
+}
+
+/// Poses, arm angles and branches of a run, the first three buffers of a grid.
+inline armangle::InverseBatch asked_batch(const Buffer& pose, const Buffer& psi, const Buffer& gc,
+                                          const Py_ssize_t* at, const Py_ssize_t* step, bool nan) {
+    armangle::InverseBatch b;
+    b.pose = {pose.data<double>() + at[0], step[0]};
+    b.psi = {psi.data<double>() + at[1], step[1]};
+    b.gc = {gc.data<long long>() + at[2], step[2]};
+    b.seed = {nullptr, 0};
+    b.out = {nullptr, 0};
+    b.unreachable = nan ? armangle::Enforce::nan : armangle::Enforce::raise;
+    return b;
+}
+
 /// Whether seven joints are numbers that can be used, and which is not.
 inline armangle::Problem check_joints(const double* q, double& value) noexcept {
     for (int j = 0; j < armangle::joints; ++j)

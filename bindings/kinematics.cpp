@@ -206,49 +206,42 @@ void near_self_motion_many(const NearArmHandle& self, Floats pose, Floats psi, I
 void inverse_derivative_many(const ArmHandle& self, Floats pose, Floats psi, Ints gc, Floats out, bool nan,
                              int threads) {
     const Buffer p(pose), a(psi), g(gc), to(out, true);
-    for_each<4>("pose", {&p, &a, &g, &to}, {2, 0, 0, 2}, threads, [&](const Py_ssize_t* at, double& value) {
-        InverseBatch b;
-        b.pose = {p.data<double>() + at[0], 0};
-        b.psi = {a.data<double>() + at[1], 0};
-        b.seed = {nullptr, 0};
-        b.gc = {g.data<long long>() + at[2], 0};
-        const Problem problem = detail::check_element(self.arm, b, 0, value);
-        const bool geometry = problem == Problem::unreachable || problem == Problem::folded;
-        if (problem != Problem::none && !(nan && geometry)) return problem;
-        const Derivatives d =
-            inverse_derivative(self.arm, load_pose(b.pose.data), *b.psi.data, static_cast<int>(*b.gc.data));
-        std::memcpy(to.data<double>() + at[3], d.entry, sizeof(d.entry));
-        return Problem::none;
-    });
+    for_each_run<4>("pose", {&p, &a, &g, &to}, {2, 0, 0, 2}, threads,
+                    [&](const Py_ssize_t* at, const Py_ssize_t* step, std::size_t count, Outcome& outcome) {
+                        InverseBatch b = asked_batch(p, a, g, at, step, nan);
+                        b.out = {to.data<double>() + at[3], step[3]};
+                        derivative_range(self.arm, b, 0, count, outcome);
+                    });
 }
 
 /// Gradients by the joints (..., 7) taken back to poses (..., 4, 4) and psi; for the operators of torch.
 void inverse_pullback_many(const ArmHandle& self, Floats pose, Floats psi, Ints gc, Floats by_q,
-                           Floats by_pose, Floats by_psi) {
+                           Floats by_pose, Floats by_psi, bool nan) {
     const Buffer p(pose), a(psi), g(gc), q(by_q), to(by_pose, true), to_psi(by_psi, true);
-    for_each<6>("pose", {&p, &a, &g, &q, &to, &to_psi}, {2, 0, 0, 1, 2, 0}, 1,
-                [&](const Py_ssize_t* at, double& value) {
-                    const double* m = p.data<double>() + at[0];
-                    const Problem problem = check_pose(m, value);
-                    if (problem != Problem::none) return problem;
-                    inverse_pullback(self.arm, load_pose(m), a.data<double>()[at[1]],
-                                     static_cast<int>(g.data<long long>()[at[2]]), q.data<double>() + at[3],
-                                     to.data<double>() + at[4], to_psi.data<double>()[at[5]]);
-                    return Problem::none;
-                });
+    for_each_run<6>("pose", {&p, &a, &g, &q, &to, &to_psi}, {2, 0, 0, 1, 2, 0}, 1,
+                    [&](const Py_ssize_t* at, const Py_ssize_t* step, std::size_t count, Outcome& outcome) {
+                        const PullbackBatch b{asked_batch(p, a, g, at, step, nan),
+                                              {q.data<double>() + at[3], step[3]},
+                                              {to.data<double>() + at[4], step[4]},
+                                              {to_psi.data<double>() + at[5], step[5]}};
+                        pullback_range(self.arm, b, 0, count, outcome);
+                    });
 }
 
-/// Gradients by poses and psi taken back to the joints.
-void forward_pullback_many(const ArmHandle& self, Floats q, Floats by_pose, Floats by_psi, Floats by_q) {
+/// Gradients by poses and psi taken back to the joints; with `nan`, NaN where they do not exist.
+void forward_pullback_many(const ArmHandle& self, Floats q, Floats by_pose, Floats by_psi, Floats by_q,
+                           bool nan) {
     const Buffer in(q), p(by_pose), a(by_psi), to(by_q, true);
     for_each<4>("q", {&in, &p, &a, &to}, {1, 2, 0, 1}, 1, [&](const Py_ssize_t* at, double& value) {
         const double* joint = in.data<double>() + at[0];
         const Problem problem = check_joints(joint, value);
         if (problem != Problem::none) return problem;
         double gradient[joints];
-        forward_pullback(self.arm, joint, p.data<double>() + at[1], a.data<double>()[at[2]], gradient);
+        const Hindrance why =
+            forward_pullback(self.arm, joint, p.data<double>() + at[1], a.data<double>()[at[2]], gradient);
         std::memcpy(to.data<double>() + at[3], gradient, sizeof(gradient));
-        return Problem::none;
+        value = static_cast<double>(why);
+        return why == Hindrance::none || nan ? Problem::none : Problem::no_derivative;
     });
 }
 
@@ -256,9 +249,10 @@ void forward_pullback_many(const ArmHandle& self, Floats q, Floats by_pose, Floa
 void pose_gradient_many(Floats pose, Floats by_twist, Floats by_pose) {
     const Buffer p(pose), t(by_twist), to(by_pose, true);
     for_each<3>("pose", {&p, &t, &to}, {2, 1, 2}, 1, [&](const Py_ssize_t* at, double&) {
-        double twist[6];
-        std::memcpy(twist, t.data<double>() + at[1], sizeof(twist));
-        pose_gradient(load_pose(p.data<double>() + at[0]), twist, to.data<double>() + at[2]);
+        const double* g = t.data<double>() + at[1];
+        const Pose<double> here = load_pose(p.data<double>() + at[0]);
+        store_gradient(pose_gradient(here, {g[0], g[1], g[2]}, {g[3], g[4], g[5]}),
+                       to.data<double>() + at[2]);
         return Problem::none;
     });
 }
@@ -278,6 +272,20 @@ double nearest_pose(const ArmHandle& self, Floats pose, Floats out) {
     const NearestPose nearest = nearest_within_reach(self.arm, load_pose(from.data<double>()));
     store_pose(nearest.pose, to.data<double>());
     return nearest.gap;
+}
+
+/// theta of joint values, and joint values of theta: joint_map.hpp on arrays (..., 7).
+template <class Handle, bool to_model>
+void joint_map_many(const Handle& self, Floats from, Floats to) {
+    const Buffer in(from), out(to, true);
+    for_each<2>("q", {&in, &out}, {1, 1}, 1, [&](const Py_ssize_t* at, double&) {
+        for (int j = 0; j < joints; ++j) {
+            const double value = in.data<double>()[at[0] + j];
+            out.data<double>()[at[1] + j] =
+                to_model ? to_theta(nominal(self.arm), j, value) : to_q(nominal(self.arm), j, value);
+        }
+        return Problem::none;
+    });
 }
 
 /// Poses as they would be without the rounding of their numbers to `precision`.
@@ -305,6 +313,8 @@ void bind_both(nb::class_<Handle>& arm) {
     arm.def("frames_many", &frames_many<Handle>, "q"_a, "out"_a, "threads"_a);
     arm.def("elbow_many", &elbow_many<Handle>, "q"_a, "out"_a, "threads"_a);
     arm.def("jacobian_many", &jacobian_many<Handle>, "q"_a, "out"_a, "threads"_a);
+    arm.def("theta_many", &joint_map_many<Handle, true>, "q"_a, "out"_a);
+    arm.def("q_many", &joint_map_many<Handle, false>, "theta"_a, "out"_a);
     arm.def("settle_many", &settle_many<Handle>, "poses"_a, "precision"_a);
     arm.def("limit_margin_many", &limit_margin_many<Handle>, "q"_a, "out"_a);
     arm.def("limit_margin_gradient_many", &limit_margin_gradient_many<Handle>, "q"_a, "out"_a);
@@ -330,8 +340,9 @@ void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm) {
     arm.def("inverse_derivative_many", &inverse_derivative_many, "pose"_a, "psi"_a, "gc"_a, "out"_a, "nan"_a,
             "threads"_a);
     arm.def("inverse_pullback_many", &inverse_pullback_many, "pose"_a, "psi"_a, "gc"_a, "by_q"_a, "by_pose"_a,
-            "by_psi"_a);
-    arm.def("forward_pullback_many", &forward_pullback_many, "q"_a, "by_pose"_a, "by_psi"_a, "by_q"_a);
+            "by_psi"_a, "nan"_a);
+    arm.def("forward_pullback_many", &forward_pullback_many, "q"_a, "by_pose"_a, "by_psi"_a, "by_q"_a,
+            "nan"_a);
     m.def("pose_gradient_many", &pose_gradient_many, "pose"_a, "by_twist"_a, "by_pose"_a);
     arm.def("psi_gradient_many", &psi_gradient_many, "q"_a, "out"_a, "threads"_a);
     arm.def("nearest_pose", &nearest_pose, "pose"_a, "out"_a);

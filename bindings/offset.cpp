@@ -1,6 +1,4 @@
 // Arms with an offset wrist or shoulder: postures by the free joint, its arcs, the nearest posture.
-#include <vector>
-
 #include "armangle/offset.hpp"
 #include "elements.hpp"
 
@@ -64,9 +62,30 @@ void offset_jacobian(const OffsetHandle& self, Floats q, Floats out, int threads
     });
 }
 
+/// The DH frames (n, 8, 4, 4) of the rows of q.
+void offset_frames(const OffsetHandle& self, Floats q, Floats out, int threads) {
+    for_each_joints<double>(q, out, 3, threads, [&](const double* joint, double* to) {
+        Pose<double> frame[joints + 1];
+        frames(self.arm, joint, frame);
+        for (int i = 0; i <= joints; ++i) store_pose(frame[i], to + 16 * i);
+    });
+}
+
+/// Refuses a posture outside its limits, or makes it NaN, as asked.
+Problem enforce_limits(const OffsetHandle& self, Enforce limits, Inverse& found, double& value) noexcept {
+    if (limits == Enforce::ignore || !(found.margin < -tolerance::angle)) return Problem::none;
+    const Limits& range = self.arm.own.limits;
+    int j = 0;
+    while (found.q[j] >= range.lower[j] - tolerance::angle && found.q[j] <= range.upper[j] + tolerance::angle)
+        ++j;
+    value = j + 1;
+    for (double& q : found.q) q = not_a_number;
+    return limits == Enforce::raise ? Problem::joint_limit : Problem::none;
+}
+
 /// Joints of each pose, value of the free joint and branch, and what became of it.
 void offset_inverse(const OffsetHandle& self, Floats pose, Floats free, Ints gc, Floats seed, Floats out,
-                    Ints outcome, int threads) {
+                    Ints outcome, Enforce limits, int threads) {
     const Buffer p(pose), f(free), g(gc), q(out, true), code(outcome, true);
     Buffer near;
     if (!seed.is_none()) near.get(seed);
@@ -76,12 +95,13 @@ void offset_inverse(const OffsetHandle& self, Floats pose, Floats free, Ints gc,
                     const double* m = p.data<double>() + at[0];
                     const Problem problem = check_pose(m, value);
                     if (problem != Problem::none) return problem;
-                    const Inverse found = inverse(self.arm, load_pose(m), f.data<double>()[at[1]],
-                                                  static_cast<int>(g.data<long long>()[at[2]]),
-                                                  by ? by->data<double>() + at[3] : nullptr);
-                    std::memcpy(q.data<double>() + at[4], found.q, joints * sizeof(double));
+                    Inverse found = inverse(self.arm, load_pose(m), f.data<double>()[at[1]],
+                                            static_cast<int>(g.data<long long>()[at[2]]),
+                                            by ? by->data<double>() + at[3] : nullptr);
                     code.data<long long>()[at[5]] = static_cast<long long>(found.status);
-                    return Problem::none;
+                    const Problem outside = enforce_limits(self, limits, found, value);
+                    std::memcpy(q.data<double>() + at[4], found.q, joints * sizeof(double));
+                    return outside;
                 });
 }
 
@@ -156,9 +176,10 @@ void bind_offset(nb::module_& m) {
         .def(nb::init<Floats, Floats, Floats, Floats, double, bool>(), "lengths"_a, "joint_rows"_a, "base"_a,
              "tool"_a, "offset"_a, "mirrored"_a)
         .def("forward_many", &offset_forward, "q"_a, "pose"_a, "free"_a, "gc"_a, "threads"_a)
+        .def("frames_many", &offset_frames, "q"_a, "out"_a, "threads"_a)
         .def("jacobian_many", &offset_jacobian, "q"_a, "out"_a, "threads"_a)
         .def("inverse_many", &offset_inverse, "pose"_a, "free"_a, "gc"_a, "seed"_a.none(), "out"_a,
-             "outcome"_a, "threads"_a)
+             "outcome"_a, "limits"_a, "threads"_a)
         .def("feasible_many", &offset_feasible, "pose"_a, "gc"_a, "ends"_a, "joint"_a, "side"_a, "values"_a,
              "codes"_a, "unproven"_a, "threads"_a)
         .def("nearest_many", &offset_nearest, "pose"_a, "near"_a.none(), "weight"_a, "branches"_a, "out"_a,

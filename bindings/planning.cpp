@@ -167,11 +167,13 @@ private:
 
 /// (ok, gc, plane, stretches, open, start gap, goal gap, branches); weights: limits, singularities, travel,
 /// enough, psi. wished: psi at s evenly, or what the elbow shall be near or go along; None without a wish.
-/// allowed: count and arcs, the same for every s; allowed_at: a function of s that gives them.
-nb::object plan_path(const ArmHandle& self, Floats segments, Floats rows, Floats start, Floats goal,
+/// allowed: count and arcs, the same for every s; allowed_at: a function of s that gives them. held: q of
+/// joint 7 where the roll is free.
+template <class Handle>
+nb::object plan_path(const Handle& self, Floats segments, Floats rows, Floats start, Floats goal,
                      unsigned branches, Floats weights, double singularity_margin, double limit_margin,
                      Wish wish, Floats wished, const SceneHandle* scene, Ints allowed_count,
-                     Floats allowed_psi, nb::object allowed_at) {
+                     Floats allowed_psi, nb::object allowed_at, double held_q_7) {
     const Buffer g(segments), r(rows), w(weights);
     Buffer from, to;
     PlanOptions options;
@@ -196,6 +198,7 @@ nb::object plan_path(const ArmHandle& self, Floats segments, Floats rows, Floats
     }
     options.branches = branches, options.singularity_margin = singularity_margin,
     options.limit_margin = limit_margin;
+    options.held_q_7 = held_q_7;
     options.scene = scene ? &scene->view : nullptr;
     ArcSet everywhere;
     AskedArcs asked(allowed_at);
@@ -224,10 +227,10 @@ nb::object plan_path(const ArmHandle& self, Floats segments, Floats rows, Floats
                           as_array(out.proof.open, 2), out.start_gap, out.goal_gap, reports);
 }
 
-Curve as_curve(const ArmHandle& self, const Buffer& segments, const Buffer& stretches, const Buffer& plane,
+Curve as_curve(const Arm& arm, const Buffer& segments, const Buffer& stretches, const Buffer& plane,
                int gc) noexcept {
     const double* v = plane.data<double>();
-    return {self.arm,
+    return {arm,
             {as_vector(v), as_vector(v + 3)},
             gc,
             {as_segments(segments), static_cast<std::size_t>(segments.shape(0))},
@@ -235,35 +238,54 @@ Curve as_curve(const ArmHandle& self, const Buffer& segments, const Buffer& stre
              static_cast<std::size_t>(stretches.shape(0))}};
 }
 
-/// q, psi, branch (as a float), pose, least limit margin and residual at s.
-void curve_at(const ArmHandle& self, Floats segments, Floats stretches, Floats plane, int gc, Floats s,
-              Floats q, Floats psi, Floats branch, Floats pose, Floats margin, Floats residual) {
+/// What an arm's joints do along a curve of its own, or of the nominal arm's.
+const Curve& joints_along(const Arm&, const Curve& curve) noexcept { return curve; }
+CorrectedCurve joints_along(const NearArm& arm, const Curve& curve) noexcept { return {arm, curve}; }
+
+/// How far (m) the tool is from a pose.
+double off(const Arm& arm, const double* q, const Pose<double>& pose) noexcept {
+    return position_error(arm, chain(arm, q), pose);
+}
+double off(const NearArm& arm, const double* q, const Pose<double>& pose) noexcept {
+    return norm(forward(arm, q).pose.position - pose.position);
+}
+
+/// q, psi, branch (as a float), pose, least limit margin and residual at s. roll_free: joint 7 stays, and the
+/// pose is the one that is held.
+template <class Handle>
+void curve_at(const Handle& self, Floats segments, Floats stretches, Floats plane, int gc, bool roll_free,
+              Floats s, Floats q, Floats psi, Floats branch, Floats pose, Floats margin, Floats residual) {
     const Buffer g(segments), x(stretches), v(plane), at(s), q_out(q, true), psi_out(psi, true),
         pose_out(pose, true);
     const Buffer margin_out(margin, true), residual_out(residual, true), branch_out(branch, true);
-    const Curve curve = as_curve(self, g, x, v, gc);
+    const Arm moving = roll_free ? with_free_roll(nominal(self.arm)) : nominal(self.arm);
+    const Curve curve = as_curve(moving, g, x, v, gc);
     for (Py_ssize_t i = 0; i < at.shape(0); ++i) {
-        const PlacedPosture here = curve.at(at.data<double>()[i]);
+        const PlacedPosture here = joints_along(self.arm, curve).at(at.data<double>()[i]);
         std::memcpy(q_out.data<double>() + joints * i, here.q, joints * sizeof(double));
         psi_out.data<double>()[i] = here.psi;
         branch_out.data<double>()[i] = here.gc;
-        store_pose(here.pose, pose_out.data<double>() + 16 * i);
-        margin_out.data<double>()[i] = limit_margin(self.arm.limits, here.q);
-        residual_out.data<double>()[i] = position_error(self.arm, chain(self.arm, here.q), here.pose);
+        store_pose(roll_free ? forward(self.arm, here.q).pose : here.pose, pose_out.data<double>() + 16 * i);
+        margin_out.data<double>()[i] = limit_margin(nominal(self.arm).limits, here.q);
+        residual_out.data<double>()[i] = off(self.arm, here.q, here.pose);
     }
 }
 
 /// q', q'', q''' at s: (3, 7) each.
-void curve_derivatives(const ArmHandle& self, Floats segments, Floats stretches, Floats plane, int gc,
-                       Floats s, Floats out) {
+template <class Handle>
+void curve_derivatives(const Handle& self, Floats segments, Floats stretches, Floats plane, int gc,
+                       bool roll_free, Floats s, Floats out) {
     const Buffer g(segments), x(stretches), v(plane), at(s), to(out, true);
-    const Curve curve = as_curve(self, g, x, v, gc);
+    const Arm moving = roll_free ? with_free_roll(nominal(self.arm)) : nominal(self.arm);
+    const Curve curve = as_curve(moving, g, x, v, gc);
     for (Py_ssize_t i = 0; i < at.shape(0); ++i)
-        curve.derivatives(at.data<double>()[i], to.data<double>() + 3 * joints * i);
+        joints_along(self.arm, curve).derivatives(at.data<double>()[i], to.data<double>() + 3 * joints * i);
 }
 
 /// The curve (plane, stretches) of rows that were found otherwise: straight in the smooth angle between them.
-nb::object curve_through(const ArmHandle& self, Floats segments, Floats s, Floats q, Floats psi, int gc) {
+template <class Handle>
+nb::object curve_through(const Handle& self, Floats segments, Floats s, Floats q, Floats psi, int gc) {
+    const Arm& arm = nominal(self.arm);
     const Buffer g(segments), at(s), joint_values(q), angles(psi);
     const auto n = static_cast<std::size_t>(at.shape(0));
     const auto count = static_cast<std::size_t>(g.shape(0));
@@ -272,17 +294,17 @@ nb::object curve_through(const ArmHandle& self, Floats segments, Floats s, Float
     std::vector<double> where(at.data<double>(), at.data<double>() + n), phi;
     for (const double x : where) {
         flanges.push_back(
-            flange_pose(self.arm, pose_at(as_segments(g)[segment_index(as_segments(g), count, x)], x)));
-        wrists.push_back(triad(self.arm, flanges.back()).w);
+            flange_pose(arm, pose_at(as_segments(g)[segment_index(as_segments(g), count, x)], x)));
+        wrists.push_back(triad(arm, flanges.back()).w);
     }
     const SmoothPlane plane = smooth_plane(wrists);
     for (std::size_t i = 0; i < n; ++i) {
-        const Chain now = chain(self.arm, joint_values.data<double>() + joints * i);
-        const double angle = arm_angle(triad(self.arm, flanges[i], plane), now.z3);
+        const Chain now = chain(arm, joint_values.data<double>() + joints * i);
+        const double angle = arm_angle(triad(arm, flanges[i], plane), now.z3);
         phi.push_back(i ? lift(angle, phi.back()) : angle);
     }
     std::vector<Stretch> stretches = straight_stretches(where, phi);
-    const Curve curve{self.arm, plane, gc, {as_segments(g), count}, stretches};
+    const Curve curve{arm, plane, gc, {as_segments(g), count}, stretches};
     lift_stretches(curve, stretches, joint_values.data<double>(), angles.data<double>()[0]);
     nb::object out = new_array(nb::make_tuple(stretches.size(), stretch_width));
     std::memcpy(Buffer(out, true).data<double>(), stretches.data(), stretches.size() * sizeof(Stretch));
@@ -318,12 +340,29 @@ void interval_many(int operation, Floats a, Floats b, Floats out) {
 nb::tuple certify_curve(const ArmHandle& self, Floats segments, Floats stretches, Floats plane, int gc,
                         double singularity_margin, const SceneHandle* scene) {
     const Buffer g(segments), x(stretches), v(plane);
-    const Proof proof = certify(as_curve(self, g, x, v, gc), self.arm.limits, singularity_margin,
+    const Proof proof = certify(as_curve(nominal(self.arm), g, x, v, gc), self.arm.limits, singularity_margin,
                                 {scene ? &scene->view : nullptr, nullptr});
     return nb::make_tuple(as_array(proof.open, 2), as_array(proof.violated, 1));
 }
 
+/// What both kinds of arm answer.
+template <class Handle>
+void bind_planning_of(nb::class_<Handle>& arm) {
+    using namespace nb::literals;
+    arm.def("plan_path", &plan_path<Handle>, "segments"_a, "rows"_a, "start"_a.none(), "goal"_a.none(),
+            "branches"_a, "weights"_a, "singularity_margin"_a, "limit_margin"_a, "wish"_a, "wished"_a.none(),
+            "scene"_a.none(), "allowed_count"_a.none(), "allowed_psi"_a.none(), "allowed_at"_a.none(),
+            "held_q_7"_a);
+    arm.def("curve_at", &curve_at<Handle>, "segments"_a, "stretches"_a, "plane"_a, "gc"_a, "roll_free"_a,
+            "s"_a, "q"_a, "psi"_a, "branch"_a, "pose"_a, "margin"_a, "residual"_a);
+    arm.def("curve_derivatives", &curve_derivatives<Handle>, "segments"_a, "stretches"_a, "plane"_a, "gc"_a,
+            "roll_free"_a, "s"_a, "out"_a);
+    arm.def("curve_through", &curve_through<Handle>, "segments"_a, "s"_a, "q"_a, "psi"_a, "gc"_a);
+}
+
 }  // namespace
+
+void bind_near_planning(nb::class_<NearArmHandle>& arm) { bind_planning_of(arm); }
 
 void bind_planning(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
@@ -348,14 +387,7 @@ void bind_planning(nb::module_& m, nb::class_<ArmHandle>& arm) {
     m.def("path_poses", &path_poses, "segments"_a, "s"_a, "out"_a);
     m.def("path_derivatives", &path_derivatives, "segments"_a, "s"_a, "out"_a);
     m.def("interval_many", &interval_many, "operation"_a, "a"_a, "b"_a, "out"_a);
-    arm.def("plan_path", &plan_path, "segments"_a, "rows"_a, "start"_a.none(), "goal"_a.none(), "branches"_a,
-            "weights"_a, "singularity_margin"_a, "limit_margin"_a, "wish"_a, "wished"_a.none(),
-            "scene"_a.none(), "allowed_count"_a.none(), "allowed_psi"_a.none(), "allowed_at"_a.none());
-    arm.def("curve_at", &curve_at, "segments"_a, "stretches"_a, "plane"_a, "gc"_a, "s"_a, "q"_a, "psi"_a,
-            "branch"_a, "pose"_a, "margin"_a, "residual"_a);
-    arm.def("curve_derivatives", &curve_derivatives, "segments"_a, "stretches"_a, "plane"_a, "gc"_a, "s"_a,
-            "out"_a);
-    arm.def("curve_through", &curve_through, "segments"_a, "s"_a, "q"_a, "psi"_a, "gc"_a);
+    bind_planning_of(arm);
     arm.def("certify_curve", &certify_curve, "segments"_a, "stretches"_a, "plane"_a, "gc"_a,
             "singularity_margin"_a, "scene"_a.none() = nb::none());
     arm.def("explain_pose", &explain_pose, "segment"_a, "singularity_margin"_a);

@@ -35,6 +35,7 @@ void bind_refusal(nb::module_& m) {
         .value("POSE_LAST_ROW", Problem::pose_last_row)
         .value("POSE_NOT_ROTATION", Problem::pose_not_rotation)
         .value("POSE_REFLECTION", Problem::pose_reflection)
+        .value("POSE_TOO_FAR", Problem::pose_too_far)
         .value("PSI_NOT_FINITE", Problem::psi_not_finite)
         .value("GC_RANGE", Problem::gc_range)
         .value("JOINTS_NOT_FINITE", Problem::joints_not_finite)
@@ -45,7 +46,8 @@ void bind_refusal(nb::module_& m) {
         .value("ON_AXIS", Problem::on_axis)
         .value("NOT_UNIT", Problem::not_unit)
         .value("NEAR_SINGULAR", Problem::near_singular)
-        .value("NO_CONVERGENCE", Problem::no_convergence);
+        .value("NO_CONVERGENCE", Problem::no_convergence)
+        .value("NO_DERIVATIVE", Problem::no_derivative);
     nb::register_exception_translator(&translate);
     m.def(
         "on_refusal",

@@ -50,12 +50,21 @@ struct Block {
     const LimitTable* limits;
     std::size_t count;
     const double* in;   // q, or the pose
-    const double* psi;  // of the inverse and its derivative
+    const double* psi;  // of the inverse
     const long long* gc;
-    double* out;      // the first result
-    double* out_psi;  // of forward
+    const double* change;      // of what is given, or the gradient by the first result
+    const double* psi_change;  // the same of psi
+    double* out;               // the first result
+    double* out_psi;
     long long* out_gc;
     Outcome outcome;
+};
+
+/// What most tasks do not have: psi and gc among what is given; numbers an element that change, and that psi
+/// changes with them; psi and gc among the results.
+struct Plain {
+    static constexpr std::size_t change = 0;
+    static constexpr bool has_branch = false, psi_changes = false, gives_psi = false, gives_branch = false;
 };
 
 /// Writes `count` NaN.
@@ -91,9 +100,32 @@ void each_pose(Block& b, std::size_t size, const One& one) {
     }
 }
 
-struct ForwardTask {
+/// Reports the poses that are none, and gc outside 0..7. Numbers that are none give none, and are no problem.
+void report_misshapen(Block& b) {
+    b.outcome = {};
+    for (std::size_t i = 0; i < b.count; ++i) {
+        double value = 0;
+        const Problem problem = check_pose(b.in + pose_size * i, value);
+        if (problem != Problem::none && problem != Problem::pose_not_finite)
+            b.outcome.report(problem, i, value);
+        if (b.gc[i] < 0 || b.gc[i] >= configurations) b.outcome.report(Problem::gc_range, i, 0);
+    }
+}
+
+/// What the inverse is asked for a block.
+InverseBatch asked_of(const Block& b) {
+    InverseBatch batch;
+    batch.pose = {b.in, pose_size};
+    batch.psi = {b.psi, 1};
+    batch.seed = {nullptr, 0};
+    batch.gc = {b.gc, 1};
+    batch.unreachable = Enforce::nan;
+    return batch;
+}
+
+struct ForwardTask : Plain {
     static constexpr std::size_t input = joints, output = pose_size;
-    static constexpr bool has_branch = false, gives_branch = true;
+    static constexpr bool gives_psi = true, gives_branch = true;
     static void run(Block& b) {
         for (std::size_t i = 0; i < b.count; ++i) {
             b.out_psi[i] = not_a_number;
@@ -108,59 +140,67 @@ struct ForwardTask {
     }
 };
 
-/// Twist and psi by the joints: the Jacobian, and the gradient of psi as a seventh row.
-struct ForwardDerivativeTask {
-    static constexpr std::size_t input = joints, output = joints * joints;
-    static constexpr bool has_branch = false, gives_branch = false;
+/// Changes of pose and psi with those of the joints.
+struct ForwardPushTask : Plain {
+    static constexpr std::size_t input = joints, change = joints, output = pose_size;
+    static constexpr bool gives_psi = true;
     static void run(Block& b) {
-        each_posture(b, output, [&b](std::size_t, const double* q, double* to) {
-            const Jacobian j = jacobian(b.self->arm, q);
-            double gradient[joints];
-            psi_gradient(b.self->arm, q, gradient);
-            std::memcpy(to, j.entry, sizeof(j.entry));
-            std::memcpy(to + 6 * joints, gradient, sizeof(gradient));
+        no_numbers(b.out_psi, b.count);
+        each_posture(b, output, [&b](std::size_t i, const double* q, double* pose) {
+            forward_pushforward(b.self->arm, q, b.change + joints * i, pose, b.out_psi[i]);
         });
     }
 };
 
-struct InverseTask {
-    static constexpr std::size_t input = pose_size, output = joints;
-    static constexpr bool has_branch = true, gives_branch = false;
+/// The way back: gradients by pose and psi as gradients by the joints.
+struct ForwardPullTask : Plain {
+    static constexpr std::size_t input = joints, change = pose_size, output = joints;
+    static constexpr bool psi_changes = true;
     static void run(Block& b) {
-        InverseBatch batch;
-        batch.pose = {b.in, pose_size};
-        batch.psi = {b.psi, 1};
-        batch.seed = {nullptr, 0};
-        batch.gc = {b.gc, 1};
-        batch.out = {b.out, joints};
-        batch.unreachable = Enforce::nan;
-        inverse_range(b.self->arm, batch, 0, b.count, b.outcome);
-        if (b.outcome.problem == Problem::none) return;
-        b.outcome = {};  // numbers that are none give none, and are no problem; one may lie behind them
-        for (std::size_t i = 0; i < b.count; ++i) {
-            double value = 0;
-            const Problem problem = check_pose(b.in + pose_size * i, value);
-            if (problem != Problem::none && problem != Problem::pose_not_finite)
-                b.outcome.report(problem, i, value);
-            if (b.gc[i] < 0 || b.gc[i] >= configurations) b.outcome.report(Problem::gc_range, i, 0);
-        }
+        each_posture(b, output, [&b](std::size_t i, const double* q, double* to) {
+            double by_q[joints];
+            (void)forward_pullback(b.self->arm, q, b.change + pose_size * i, b.psi_change[i], by_q);
+            std::memcpy(to, by_q, sizeof(by_q));
+        });
     }
 };
 
-struct InverseDerivativeTask {
-    static constexpr std::size_t input = pose_size, output = joints * joints;
-    static constexpr bool has_branch = true, gives_branch = false;
+struct InverseTask : Plain {
+    static constexpr std::size_t input = pose_size, output = joints;
+    static constexpr bool has_branch = true;
+    static void run(Block& b) {
+        InverseBatch batch = asked_of(b);
+        batch.out = {b.out, joints};
+        inverse_range(b.self->arm, batch, 0, b.count, b.outcome);
+        if (b.outcome.problem != Problem::none) report_misshapen(b);
+    }
+};
+
+/// Changes of the joints with those of pose and psi.
+struct InversePushTask : Plain {
+    static constexpr std::size_t input = pose_size, change = pose_size, output = joints;
+    static constexpr bool has_branch = true, psi_changes = true;
     static void run(Block& b) {
         each_pose(b, output, [&b](std::size_t i, const Pose<double>& pose, double* to) {
-            const Derivatives d = inverse_derivative(b.self->arm, pose, b.psi[i], static_cast<int>(b.gc[i]));
-            std::memcpy(to, d.entry, sizeof(d.entry));
+            inverse_pushforward(b.self->arm, pose, b.psi[i], static_cast<int>(b.gc[i]),
+                                b.change + pose_size * i, b.psi_change[i], to);
         });
     }
 };
 
-struct FreedomTask {
+/// The way back: gradients by the joints as gradients by pose and psi.
+struct InversePullTask : Plain {
+    static constexpr std::size_t input = pose_size, change = joints, output = pose_size;
+    static constexpr bool has_branch = true, gives_psi = true;
+    static void run(Block& b) {
+        const PullbackBatch batch{asked_of(b), {b.change, joints}, {b.out, pose_size}, {b.out_psi, 1}};
+        pullback_range(b.self->arm, batch, 0, b.count, b.outcome);
+        if (b.outcome.problem != Problem::none) report_misshapen(b);
+    }
+};
+
+struct FreedomTask : Plain {
     static constexpr std::size_t input = pose_size, output = 1;
-    static constexpr bool has_branch = false, gives_branch = false;
     static void run(Block& b) {
         each_pose(b, output, [&b](std::size_t, const Pose<double>& pose, double* to) {
             *to = freedom(b.self->arm, pose, *b.limits).total;
@@ -168,9 +208,8 @@ struct FreedomTask {
     }
 };
 
-struct FreedomGradientTask {
+struct FreedomGradientTask : Plain {
     static constexpr std::size_t input = pose_size, output = 6;
-    static constexpr bool has_branch = false, gives_branch = false;
     static void run(Block& b) {
         each_pose(b, output, [&b](std::size_t, const Pose<double>& pose, double* to) {
             double slope[output];
@@ -180,9 +219,8 @@ struct FreedomGradientTask {
     }
 };
 
-struct LimitMarginTask {
+struct LimitMarginTask : Plain {
     static constexpr std::size_t input = joints, output = 1;
-    static constexpr bool has_branch = false, gives_branch = false;
     static void run(Block& b) {
         each_posture(b, output, [&b](std::size_t, const double* q, double* to) {
             *to = limit_margin(b.self->arm.limits, q);
@@ -190,9 +228,8 @@ struct LimitMarginTask {
     }
 };
 
-struct LimitMarginGradientTask {
+struct LimitMarginGradientTask : Plain {
     static constexpr std::size_t input = joints, output = joints;
-    static constexpr bool has_branch = false, gives_branch = false;
     static void run(Block& b) {
         each_posture(b, output, [&b](std::size_t, const double* q, double* to) {
             double slope[joints];
@@ -280,8 +317,10 @@ void settle(const Arm& arm, double* poses, std::size_t count) {
 /// All elements of a call, block by block; T is float or double.
 template <class Task, class T>
 Outcome over(const xla::Call& call, const ArmHandle& self, const LimitTable& limits, std::size_t n) {
+    constexpr int first_change = Task::has_branch ? 3 : 1;
     alignas(64) double in[Task::input * most_elements], out[Task::output * most_elements];
-    alignas(64) double psi[most_elements];
+    alignas(64) double change[(Task::change + 1) * most_elements];
+    alignas(64) double psi[most_elements], psi_change[most_elements];
     long long gc[most_elements];
     Block b{};
     b.self = &self;
@@ -296,11 +335,14 @@ Outcome over(const xla::Call& call, const ArmHandle& self, const LimitTable& lim
             for (std::size_t k = 0; k < b.count; ++k) gc[k] = branch[k];
             b.gc = gc;
         }
+        if constexpr (Task::change > 0)
+            b.change =
+                read<T>(argument(call, first_change), first * Task::change, b.count * Task::change, change);
+        if constexpr (Task::psi_changes)
+            b.psi_change = read<T>(argument(call, first_change + 1), first, b.count, psi_change);
         b.out = target<T>(result(call, 0), first * Task::output, out);
-        if constexpr (Task::gives_branch) {
-            b.out_psi = target<T>(result(call, 1), first, psi);
-            b.out_gc = gc;
-        }
+        if constexpr (Task::gives_psi) b.out_psi = target<T>(result(call, 1), first, psi_change);
+        if constexpr (Task::gives_branch) b.out_gc = gc;
         b.outcome = {};
         Task::run(b);
         if (b.outcome.problem != Problem::none) {
@@ -308,8 +350,8 @@ Outcome over(const xla::Call& call, const ArmHandle& self, const LimitTable& lim
             return b.outcome;
         }
         write<T>(result(call, 0), first * Task::output, b.count * Task::output, b.out);
+        if constexpr (Task::gives_psi) write<T>(result(call, 1), first, b.count, b.out_psi);
         if constexpr (Task::gives_branch) {
-            write<T>(result(call, 1), first, b.count, b.out_psi);
             auto* branch = static_cast<std::int32_t*>(result(call, 2).data) + first;
             for (std::size_t k = 0; k < b.count; ++k) branch[k] = static_cast<std::int32_t>(gc[k]);
         }
@@ -362,9 +404,11 @@ nb::capsule target_of() {
 nb::typed<nb::dict, nb::str, nb::object> xla_targets() {
     nb::dict targets;
     targets["forward"] = target_of<ForwardTask>();
-    targets["forward_derivative"] = target_of<ForwardDerivativeTask>();
+    targets["forward_push"] = target_of<ForwardPushTask>();
+    targets["forward_pull"] = target_of<ForwardPullTask>();
     targets["inverse"] = target_of<InverseTask>();
-    targets["inverse_derivative"] = target_of<InverseDerivativeTask>();
+    targets["inverse_push"] = target_of<InversePushTask>();
+    targets["inverse_pull"] = target_of<InversePullTask>();
     targets["freedom"] = target_of<FreedomTask>();
     targets["freedom_gradient"] = target_of<FreedomGradientTask>();
     targets["limit_margin"] = target_of<LimitMarginTask>();

@@ -17,6 +17,7 @@
 
 #include <armangle/armangle.hpp>
 
+#include "../../examples/cpp/iiwa7.hpp"
 #include "yard.hpp"
 
 namespace {
@@ -47,21 +48,6 @@ double quantile(std::vector<double> v, double share) {
     const auto at = v.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(v.size() - 1));
     std::nth_element(v.begin(), at, v.end());
     return *at;
-}
-
-/// KUKA LBR iiwa 7 R800.
-Arm iiwa() {
-    ArmParameters p;
-    p.d_bs = 0.34;
-    p.d_se = 0.4;
-    p.d_ew = 0.4;
-    p.d_wf = 0.126;
-    const double most[joints] = {170, 120, 170, 120, 170, 120, 175};
-    for (int i = 0; i < joints; ++i) {
-        p.limits.upper[i] = most[i] * pi / 180;
-        p.limits.lower[i] = -p.limits.upper[i];
-    }
-    return make_arm(p);
 }
 
 /// Random feasible poses: joints uniform within the limits, and what forward kinematics makes of them. Seeds
@@ -106,7 +92,7 @@ StepOptions unlimited_step() {
 }
 
 struct Bench {
-    Arm arm = iiwa();
+    Arm arm = example::iiwa7();
     LimitTable limits = limit_table(arm);
     StepOptions options = unlimited_step();
     Data data{arm, poses};

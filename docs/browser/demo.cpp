@@ -2,7 +2,9 @@
 // pose. The page writes what it asks into `asked` and reads what it is answered from `told`, both in doubles.
 #include <cstring>
 
-#include <armangle/circle/posture.hpp>
+#include <armangle/arm/frames.hpp>
+#include <armangle/circle/forward.hpp>
+#include <armangle/circle/inverse.hpp>
 #include <armangle/limits/feasible.hpp>
 #include <armangle/numbers/arrays.hpp>
 #include <armangle/scene/clear.hpp>

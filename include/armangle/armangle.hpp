@@ -54,6 +54,7 @@
 #include "motion/hand_filter.hpp"
 #include "motion/tracker.hpp"
 #include "batch/inverse_batch.hpp"
+#include "batch/pullback_batch.hpp"
 #include "batch/parallel.hpp"
 #include "near/near_arm.hpp"
 #include "near/forward.hpp"

@@ -8,11 +8,13 @@
 
 namespace armangle {
 
+/// The pose of a frame of KDL.
 inline Pose<double> from_kdl(const KDL::Frame& f) noexcept {
     const auto column = [&](int i) { return Vec3<double>{f.M(0, i), f.M(1, i), f.M(2, i)}; };
     return {{column(0), column(1), column(2)}, {f.p.x(), f.p.y(), f.p.z()}};
 }
 
+/// The frame of KDL of a pose.
 inline KDL::Frame to_kdl(const Pose<double>& p) {
     const auto& [x, y, z] = p.rotation;
     return {KDL::Rotation(x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z),

@@ -2,3 +2,4 @@
 #pragma once
 
 #include "plan/planner.hpp"
+#include "near/plan.hpp"

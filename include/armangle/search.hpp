@@ -172,7 +172,9 @@ inline double come_nearer(const Arm& boxed, const Pose<double>& pose, const Sear
     Twist rest;
     double gap = distance(boxed, posture.q, pose, options.length, rest);
     for (const Joints& start : {from_posture, from_seed}) {
-        const Relaxed found = relaxed(boxed, boxed.limits, start, pose, options.length);
+        Limits about;
+        if (!limits_about(boxed, start, options.singularity_margin, about)) continue;
+        const Relaxed found = relaxed(boxed, about, start, pose, options.length);
         if (!(found.distance < gap)) continue;
         gap = found.distance;
         for (int j = 0; j < joints; ++j) posture.q[j] = found.at.q[j];

@@ -5,6 +5,7 @@
 
 namespace armangle {
 
+/// What a question was answered; the sentence of each is in `sentence`.
 enum class Status : std::int8_t {
     OK = 0,
     UNREACHABLE = 1,

@@ -66,6 +66,13 @@ def as_poses(name: str, value: ArrayLike, arm: _core.Arm | None = None) -> Float
     return poses
 
 
+def as_source(value: Any, *kinds: type) -> Any:
+    """Return `value`, which is a path or the text of a file."""
+    if not isinstance(value, (str, os.PathLike, *kinds)) or value == "":
+        raise InputError(f"source is {value!r:.50}, wanted the path of a file, or its XML text")
+    return value
+
+
 def matrix_of(value: Any) -> Any:
     """Return the matrices (..., 4, 4) of an object that has them by another name, or of a list of such.
 
@@ -201,7 +208,7 @@ def frozen(array: AnyArray) -> AnyArray:
 def as_gc(value: ArrayLike) -> Ints:
     """Return `value` as int64; the range 0..7 is checked where it is used."""
     array = np.asarray(value)
-    if array.dtype.kind not in "iu":
+    if array.dtype.kind not in "iu" and array.size:  # no numbers at all have no kind
         raise ConfigurationError(f"gc has type {array.dtype}, wanted integers from 0 to 7")
     index: Ints = array.astype(np.int64, copy=False)
     return index if all(stride % 8 == 0 for stride in index.strides) else index.copy()
@@ -282,6 +289,15 @@ def as_flag(name: str, value: object) -> bool:
     return bool(value)
 
 
+_HINDRANCES = {
+    1: "where the wrist lies so that its arm angle jumps",
+    2: "where θ2 is 0 or π and joints 1 to 3 turn without bound",
+    4: "where the elbow is stretched or folded and the joints turn without bound",
+    6: "where θ6 is 0 or π and joints 5 to 7 turn without bound",
+    7: "which has no posture",
+}
+
+
 def _refusal(problem: Problem, name: str, index: Shape, value: float) -> ArmangleError:
     """Return the error of a problem that the core found with the argument `name`, at an index of its batch.
 
@@ -301,6 +317,8 @@ def _refusal(problem: Problem, name: str, index: Shape, value: float) -> Armangl
             )
         case Problem.POSE_REFLECTION:
             return NotRotationError(f"the rotation of {where} is a reflection: its determinant is -1")
+        case Problem.POSE_TOO_FAR:
+            return InputError(f"{where} lies {value:.3g} m away, wanted at most {_core.FARTHEST:g} m")
         case Problem.PSI_NOT_FINITE:
             return _bad_angle(f"psi{at} is {value}", value)
         case Problem.GC_RANGE:
@@ -333,6 +351,11 @@ def _refusal(problem: Problem, name: str, index: Shape, value: float) -> Armangl
             )
         case Problem.NEAR_SINGULAR | Problem.NO_CONVERGENCE:
             return NoSolutionError(f"{where}: {_core.Status[problem.name].sentence}")
+        case Problem.NO_DERIVATIVE:
+            return UnreachableError(
+                f"there is no gradient at {where}, {_HINDRANCES[int(value)]}: leave that element out of what "
+                'is differentiated, or take NaN for it with unreachable="nan" (forward: undefined="nan")'
+            )
     return ArmangleError(problem.name)
 
 

@@ -25,6 +25,8 @@ UNIT_TOLERANCE: float = 1e-06
 
 LARGEST_ANGLE: float = 1000000.0
 
+FARTHEST: float = 1000000000.0
+
 LENGTH_LIMIT: float = 1000.0
 
 ARC_CAPACITY: int = 32
@@ -89,27 +91,31 @@ class Problem(enum.Enum):
 
     POSE_REFLECTION = 4
 
-    PSI_NOT_FINITE = 5
+    POSE_TOO_FAR = 5
 
-    GC_RANGE = 6
+    PSI_NOT_FINITE = 6
 
-    JOINTS_NOT_FINITE = 7
+    GC_RANGE = 7
 
-    UNREACHABLE = 8
+    JOINTS_NOT_FINITE = 8
 
-    FOLDED = 9
+    UNREACHABLE = 9
 
-    JOINT_LIMIT = 10
+    FOLDED = 10
 
-    STILL = 11
+    JOINT_LIMIT = 11
 
-    ON_AXIS = 12
+    STILL = 12
 
-    NOT_UNIT = 13
+    ON_AXIS = 13
 
-    NEAR_SINGULAR = 14
+    NOT_UNIT = 14
 
-    NO_CONVERGENCE = 15
+    NEAR_SINGULAR = 15
+
+    NO_CONVERGENCE = 16
+
+    NO_DERIVATIVE = 17
 
 def on_refusal(function: Callable[[Problem, str, tuple[int, ...], float], object]) -> None: ...
 
@@ -170,6 +176,10 @@ class Arm:
 
     def jacobian_many(self, q: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64], threads: int) -> None: ...
 
+    def theta_many(self, q: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> None: ...
+
+    def q_many(self, theta: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> None: ...
+
     def settle_many(self, poses: numpy.typing.NDArray[numpy.float64], precision: float) -> None: ...
 
     def limit_margin_many(self, q: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> None: ...
@@ -182,9 +192,9 @@ class Arm:
 
     def inverse_derivative_many(self, pose: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], out: numpy.typing.NDArray[numpy.float64], nan: bool, threads: int) -> None: ...
 
-    def inverse_pullback_many(self, pose: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], by_q: numpy.typing.NDArray[numpy.float64], by_pose: numpy.typing.NDArray[numpy.float64], by_psi: numpy.typing.NDArray[numpy.float64]) -> None: ...
+    def inverse_pullback_many(self, pose: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], by_q: numpy.typing.NDArray[numpy.float64], by_pose: numpy.typing.NDArray[numpy.float64], by_psi: numpy.typing.NDArray[numpy.float64], nan: bool) -> None: ...
 
-    def forward_pullback_many(self, q: numpy.typing.NDArray[numpy.float64], by_pose: numpy.typing.NDArray[numpy.float64], by_psi: numpy.typing.NDArray[numpy.float64], by_q: numpy.typing.NDArray[numpy.float64]) -> None: ...
+    def forward_pullback_many(self, q: numpy.typing.NDArray[numpy.float64], by_pose: numpy.typing.NDArray[numpy.float64], by_psi: numpy.typing.NDArray[numpy.float64], by_q: numpy.typing.NDArray[numpy.float64], nan: bool) -> None: ...
 
     def psi_gradient_many(self, q: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64], threads: int) -> None: ...
 
@@ -200,11 +210,11 @@ class Arm:
 
     def follow_all(self, start: numpy.typing.NDArray[numpy.float64], poses: numpy.typing.NDArray[numpy.float64], options: FollowOptions, allowed_count: numpy.typing.NDArray[numpy.int64] | None, allowed_psi: numpy.typing.NDArray[numpy.float64] | None, bounds: numpy.typing.NDArray[numpy.float64] | None, columns: tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int64], numpy.typing.NDArray[numpy.int8], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64]], scene: Scene | None) -> None: ...
 
-    def plan_path(self, segments: numpy.typing.NDArray[numpy.float64], rows: numpy.typing.NDArray[numpy.float64], start: numpy.typing.NDArray[numpy.float64] | None, goal: numpy.typing.NDArray[numpy.float64] | None, branches: int, weights: numpy.typing.NDArray[numpy.float64], singularity_margin: float, limit_margin: float, wish: Wish, wished: numpy.typing.NDArray[numpy.float64] | None, scene: Scene | None, allowed_count: numpy.typing.NDArray[numpy.int64] | None, allowed_psi: numpy.typing.NDArray[numpy.float64] | None, allowed_at: object | None) -> Any: ...
+    def plan_path(self, segments: numpy.typing.NDArray[numpy.float64], rows: numpy.typing.NDArray[numpy.float64], start: numpy.typing.NDArray[numpy.float64] | None, goal: numpy.typing.NDArray[numpy.float64] | None, branches: int, weights: numpy.typing.NDArray[numpy.float64], singularity_margin: float, limit_margin: float, wish: Wish, wished: numpy.typing.NDArray[numpy.float64] | None, scene: Scene | None, allowed_count: numpy.typing.NDArray[numpy.int64] | None, allowed_psi: numpy.typing.NDArray[numpy.float64] | None, allowed_at: object | None, held_q_7: float) -> Any: ...
 
-    def curve_at(self, segments: numpy.typing.NDArray[numpy.float64], stretches: numpy.typing.NDArray[numpy.float64], plane: numpy.typing.NDArray[numpy.float64], gc: int, s: numpy.typing.NDArray[numpy.float64], q: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], branch: numpy.typing.NDArray[numpy.float64], pose: numpy.typing.NDArray[numpy.float64], margin: numpy.typing.NDArray[numpy.float64], residual: numpy.typing.NDArray[numpy.float64]) -> None: ...
+    def curve_at(self, segments: numpy.typing.NDArray[numpy.float64], stretches: numpy.typing.NDArray[numpy.float64], plane: numpy.typing.NDArray[numpy.float64], gc: int, roll_free: bool, s: numpy.typing.NDArray[numpy.float64], q: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], branch: numpy.typing.NDArray[numpy.float64], pose: numpy.typing.NDArray[numpy.float64], margin: numpy.typing.NDArray[numpy.float64], residual: numpy.typing.NDArray[numpy.float64]) -> None: ...
 
-    def curve_derivatives(self, segments: numpy.typing.NDArray[numpy.float64], stretches: numpy.typing.NDArray[numpy.float64], plane: numpy.typing.NDArray[numpy.float64], gc: int, s: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> None: ...
+    def curve_derivatives(self, segments: numpy.typing.NDArray[numpy.float64], stretches: numpy.typing.NDArray[numpy.float64], plane: numpy.typing.NDArray[numpy.float64], gc: int, roll_free: bool, s: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> None: ...
 
     def curve_through(self, segments: numpy.typing.NDArray[numpy.float64], s: numpy.typing.NDArray[numpy.float64], q: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], gc: int) -> Any: ...
 
@@ -281,6 +291,10 @@ class NearArm:
 
     def jacobian_many(self, q: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64], threads: int) -> None: ...
 
+    def theta_many(self, q: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> None: ...
+
+    def q_many(self, theta: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> None: ...
+
     def settle_many(self, poses: numpy.typing.NDArray[numpy.float64], precision: float) -> None: ...
 
     def limit_margin_many(self, q: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> None: ...
@@ -294,6 +308,14 @@ class NearArm:
     def step_one(self, q_now: object | None, pose: object | None, policy: Policy, gc: object | None, carry: object | None, max_joint_step: object | None, singularity_margin: object | None, dt: object | None, outside: object | None, allowed_count: object | None, allowed_psi: object | None, bounds: object | None, kind: object, statuses: object, scene: Scene | None) -> Any: ...
 
     def follow_all(self, start: numpy.typing.NDArray[numpy.float64], poses: numpy.typing.NDArray[numpy.float64], options: FollowOptions, allowed_count: numpy.typing.NDArray[numpy.int64] | None, allowed_psi: numpy.typing.NDArray[numpy.float64] | None, bounds: numpy.typing.NDArray[numpy.float64] | None, columns: tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int64], numpy.typing.NDArray[numpy.int8], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64]], scene: Scene | None) -> None: ...
+
+    def plan_path(self, segments: numpy.typing.NDArray[numpy.float64], rows: numpy.typing.NDArray[numpy.float64], start: numpy.typing.NDArray[numpy.float64] | None, goal: numpy.typing.NDArray[numpy.float64] | None, branches: int, weights: numpy.typing.NDArray[numpy.float64], singularity_margin: float, limit_margin: float, wish: Wish, wished: numpy.typing.NDArray[numpy.float64] | None, scene: Scene | None, allowed_count: numpy.typing.NDArray[numpy.int64] | None, allowed_psi: numpy.typing.NDArray[numpy.float64] | None, allowed_at: object | None, held_q_7: float) -> Any: ...
+
+    def curve_at(self, segments: numpy.typing.NDArray[numpy.float64], stretches: numpy.typing.NDArray[numpy.float64], plane: numpy.typing.NDArray[numpy.float64], gc: int, roll_free: bool, s: numpy.typing.NDArray[numpy.float64], q: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], branch: numpy.typing.NDArray[numpy.float64], pose: numpy.typing.NDArray[numpy.float64], margin: numpy.typing.NDArray[numpy.float64], residual: numpy.typing.NDArray[numpy.float64]) -> None: ...
+
+    def curve_derivatives(self, segments: numpy.typing.NDArray[numpy.float64], stretches: numpy.typing.NDArray[numpy.float64], plane: numpy.typing.NDArray[numpy.float64], gc: int, roll_free: bool, s: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> None: ...
+
+    def curve_through(self, segments: numpy.typing.NDArray[numpy.float64], s: numpy.typing.NDArray[numpy.float64], q: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], gc: int) -> Any: ...
 
     def solve_one(self, pose: object | None, near: object | None, metric: Metric, kind: object, statuses: object) -> Any: ...
 
@@ -562,9 +584,11 @@ class OffsetArm:
 
     def forward_many(self, q: numpy.typing.NDArray[numpy.float64], pose: numpy.typing.NDArray[numpy.float64], free: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], threads: int) -> None: ...
 
+    def frames_many(self, q: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64], threads: int) -> None: ...
+
     def jacobian_many(self, q: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64], threads: int) -> None: ...
 
-    def inverse_many(self, pose: numpy.typing.NDArray[numpy.float64], free: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], seed: numpy.typing.NDArray[numpy.float64] | None, out: numpy.typing.NDArray[numpy.float64], outcome: numpy.typing.NDArray[numpy.int64], threads: int) -> None: ...
+    def inverse_many(self, pose: numpy.typing.NDArray[numpy.float64], free: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], seed: numpy.typing.NDArray[numpy.float64] | None, out: numpy.typing.NDArray[numpy.float64], outcome: numpy.typing.NDArray[numpy.int64], limits: Enforce, threads: int) -> None: ...
 
     def feasible_many(self, pose: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], ends: numpy.typing.NDArray[numpy.float64], joint: numpy.typing.NDArray[numpy.int64], side: numpy.typing.NDArray[numpy.int64], values: numpy.typing.NDArray[numpy.float64], codes: numpy.typing.NDArray[numpy.int64], unproven: numpy.typing.NDArray[numpy.float64], threads: int) -> None: ...
 

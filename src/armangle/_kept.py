@@ -1,14 +1,24 @@
-"""Arms by a number that stands for them where an object cannot go: in operators of torch and XLA."""
+"""Arms by a number that stands for them where an object cannot go: in operators of torch and XLA.
+
+`Kept` is what the classes of both have in common.
+"""
 
 from __future__ import annotations
 
 import hashlib
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
 
 import numpy as np
 
-from .arm.arm import Arm
+from ._arrays import as_number
+from .arm.arm import MOST_MARGIN, Arm
 from .arm.near import NearHandle, unsupported
 from .errors import InputError
+
+Array: TypeAlias = (
+    Any  # a torch.Tensor or a jax.Array, which type checkers know only where they are installed
+)
 
 _ARMS: dict[int, Arm] = {}
 
@@ -40,3 +50,63 @@ def kept(key: int) -> Arm:
             "this process does not know the arm of a compiled function: make its Kinematics first"
         )
     return arm
+
+
+@dataclass(frozen=True)
+class Kept:
+    """An arm whose functions take and give arrays of another library."""
+
+    arm: Arm
+    _key: int = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_key", keep(self.arm, type(self).__module__))
+
+    def freedom(self, pose: Array, *, singularity_margin: float = 0.0) -> Array:
+        """Return over how much of their circles all branches together hold a pose: `Freedom.total`.
+
+        Parameters
+        ----------
+        pose : array, shape (..., 4, 4)
+            Tool frame, position in m.
+        singularity_margin : float
+            As in `Arm.feasible`, rad.
+
+        Returns
+        -------
+        array, shape (...)
+            rad. Its gradient is 0 where a pose is not held, since how far it is from being held is not in it,
+            and NaN where an end of an arc does not move smoothly, as in `Arm.freedom_gradient`.
+
+        Raises
+        ------
+        ShapeError, InputError
+            And what `inverse` raises of a pose.
+        """
+        return self._freedom(pose, as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN))
+
+    def limit_margin(self, q: Array) -> Array:
+        """Return the least distance of a joint to one of its limits.
+
+        Parameters
+        ----------
+        q : array, shape (..., 7)
+            Joint values, rad.
+
+        Returns
+        -------
+        array, shape (...)
+            rad; negative outside, inf without limits.
+
+        Raises
+        ------
+        ShapeError, InputError
+            And what `forward` raises of joints.
+        """
+        return self._limit_margin(q)
+
+    def _freedom(self, pose: Array, margin: float) -> Array:
+        raise NotImplementedError
+
+    def _limit_margin(self, q: Array) -> Array:
+        raise NotImplementedError

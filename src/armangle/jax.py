@@ -8,7 +8,9 @@ where the numbers are not finite, the result is NaN, as is usual in JAX; a matri
 and a gc outside 0..7 end the computation with the error of XLA that says so.
 
 A derivative by a pose is along motions of a rigid body: tangents of the (..., 4, 4) matrix are projected on
-them, and gradients lie along them. There is no second derivative.
+them, and gradients lie along them. Where a derivative that is asked for does not exist it is NaN: of joints
+1-3 (5-7) where θ2 (θ6) is 0 or π, and by the pose of all joints where the elbow is stretched or folded and of
+all but joint 4 where psi jumps. What a loss leaves out counts nothing. There is no second derivative.
 
 Examples
 --------
@@ -23,15 +25,15 @@ Examples
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import functools
+from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from . import _core
-from ._arrays import JOINTS, as_number, shape_text
-from ._kept import keep
-from .arm.arm import MOST_MARGIN, Arm
+from ._arrays import JOINTS, shape_text
+from ._kept import Kept
 from .errors import ConfigurationError, InputError, MissingExtraError, ShapeError, needed
 
 __all__ = ["Kinematics"]
@@ -42,13 +44,17 @@ jax = needed("jax", "armangle.jax needs", "jax")
 if not hasattr(jax, "ffi"):
     raise MissingExtraError(f"armangle.jax needs jax 0.5 or newer, this is {jax.__version__}")
 jnp = needed("jax.numpy", "armangle.jax needs", "jax")
+needed("jax.extend.core", "armangle.jax needs", "jax")
+ad = needed("jax.interpreters.ad", "armangle.jax needs", "jax")
+batching = needed("jax.interpreters.batching", "armangle.jax needs", "jax")
+mlir = needed("jax.interpreters.mlir", "armangle.jax needs", "jax")
 
 for _name, _target in _core.xla_targets().items():
     jax.ffi.register_ffi_target(f"armangle_{_name}", _target, platform="cpu")
 
 
 @dataclass(frozen=True)
-class Kinematics:
+class Kinematics(Kept):
     """An arm whose functions take and give arrays of JAX.
 
     Attributes
@@ -58,13 +64,9 @@ class Kinematics:
         process lives, since compiled functions may ask for it.
     """
 
-    arm: Arm
-    _key: int = field(init=False, repr=False, compare=False)
-
     def __post_init__(self) -> None:
-        key = keep(self.arm, "armangle.jax")
-        self.arm._handle.keep(key)
-        object.__setattr__(self, "_key", key)
+        super().__post_init__()
+        self.arm._handle.keep(self._key)
 
     def forward(self, q: Array) -> tuple[Array, Array, Array]:
         """Return pose, arm angle and global configuration of joint values, as `Arm.forward`.
@@ -127,45 +129,10 @@ class Kinematics:
             jnp.broadcast_to(branches.astype(jnp.int32), batch),
         )
 
-    def freedom(self, pose: Array, *, singularity_margin: float = 0.0) -> Array:
-        """Return over how much of their circles all branches together hold a pose: `Freedom.total`.
-
-        Parameters
-        ----------
-        pose : Array, shape (..., 4, 4)
-            Tool frame, position in m.
-        singularity_margin : float
-            As in `Arm.feasible`, rad.
-
-        Returns
-        -------
-        Array, shape (...)
-            rad. Its gradient is 0 where a pose is not held: how far it is from being held is not in it.
-
-        Raises
-        ------
-        ShapeError, InputError
-        """
-        margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
+    def _freedom(self, pose: Array, margin: float) -> Array:
         return _freedom((self._key, margin), _array("pose", pose, (4, 4)))
 
-    def limit_margin(self, q: Array) -> Array:
-        """Return the least distance of a joint to one of its limits.
-
-        Parameters
-        ----------
-        q : Array, shape (..., 7)
-            Joint values, rad.
-
-        Returns
-        -------
-        Array, shape (...)
-            rad; negative outside, inf without limits.
-
-        Raises
-        ------
-        ShapeError, InputError
-        """
+    def _limit_margin(self, q: Array) -> Array:
         return _limit_margin(self._key, _array("q", q, (JOINTS,)))
 
 
@@ -192,23 +159,83 @@ def _call(name: str, key: int, shapes: Any, *given: Array, margin: float = 0.0) 
     return found if len(found) > 1 else found[0]
 
 
+class _LinearMap:
+    """A linear function of its last arguments, and its transpose, which are two functions of the core.
+
+    Neither lets what is not asked for count, however steep it is: a product with a matrix would make NaN of
+    0 times infinity. All arguments and results have the same leading batch axes.
+    """
+
+    def __init__(self, name: str, fixed: int, push: Any, pull: Any) -> None:
+        self._fixed, self._push, self._pull = fixed, push, pull
+        self._primitive = jax.extend.core.Primitive(f"armangle_{name}")
+        self._primitive.multiple_results = True
+        self._primitive.def_impl(push)
+        self._primitive.def_abstract_eval(lambda *given, **about: jax.make_jaxpr(
+            functools.partial(push, **about))(*given).out_avals)  # fmt: skip
+        mlir.register_lowering(self._primitive, mlir.lower_fun(push, multiple_results=True))
+        batching.primitive_batchers[self._primitive] = self._mapped
+        ad.primitive_transposes[self._primitive] = self._transposed
+
+    def __call__(self, *given: Array, **about: Any) -> list[Array]:
+        return list(self._primitive.bind(*given, **about))
+
+    def _mapped(self, given: Any, axes: Any, **about: Any) -> Any:
+        size = next(x.shape[axis] for x, axis in zip(given, axes, strict=True) if axis is not None)
+        whole = [
+            jnp.broadcast_to(x, (size, *x.shape)) if axis is None else jnp.moveaxis(x, axis, 0)
+            for x, axis in zip(given, axes, strict=True)
+        ]
+        found = self._primitive.bind(*whole, **about)
+        return found, [0] * len(found)
+
+    def _transposed(self, changes: Any, *given: Any, **about: Any) -> Any:
+        if all(type(change) is ad.Zero for change in changes):
+            return [None] * len(given)
+        back = [ad.instantiate_zeros(change) for change in changes]
+        return [None] * self._fixed + list(self._pull(*given[: self._fixed], *back, **about))
+
+
+def _forward_push(q: Array, dq: Array, *, key: int) -> list[Array]:
+    batch = q.shape[:-1]
+    return list(_call("forward_push", key, [((*batch, 4, 4), q.dtype), (batch, q.dtype)], q, dq))
+
+
+def _forward_pull(q: Array, by_pose: Array, by_psi: Array, *, key: int) -> list[Array]:
+    return [_call("forward_pull", key, [(q.shape, q.dtype)], q, by_pose, by_psi)]
+
+
+def _inverse_push(
+    pose: Array, psi: Array, gc: Array, moved: Array, turned: Array, *, key: int
+) -> list[Array]:
+    shape = (*psi.shape, JOINTS)
+    return [_call("inverse_push", key, [(shape, pose.dtype)], pose, psi, gc, moved, turned)]
+
+
+def _inverse_pull(pose: Array, psi: Array, gc: Array, by_q: Array, *, key: int) -> list[Array]:
+    shapes = [(pose.shape, pose.dtype), (psi.shape, pose.dtype)]
+    return list(_call("inverse_pull", key, shapes, pose, psi, gc, by_q))
+
+
+def _product_push(slope: Array, change: Array) -> list[Array]:
+    return [jnp.where(change == 0, 0, slope * change).sum(-1)]
+
+
+def _product_pull(slope: Array, by: Array) -> list[Array]:
+    return [jnp.where(by[..., None] == 0, 0, slope * by[..., None])]
+
+
+_forward_map = _LinearMap("forward_push", 1, _forward_push, _forward_pull)
+_inverse_map = _LinearMap("inverse_push", 3, _inverse_push, _inverse_pull)
+_product_map = _LinearMap("product", 1, _product_push, _product_pull)
+
+
 def _twist(pose: Array, moved: Array) -> Array:
     """(v, omega) of a change of a pose: dp, and half the axial vector of dR Rᵀ less its transpose."""
     turned = moved[..., :3, :3] @ jnp.swapaxes(pose[..., :3, :3], -1, -2)
     skew = 0.5 * (turned - jnp.swapaxes(turned, -1, -2))
     omega = jnp.stack([skew[..., 2, 1], skew[..., 0, 2], skew[..., 1, 0]], axis=-1)
     return jnp.concatenate([moved[..., :3, 3], omega], axis=-1)
-
-
-def _moved(pose: Array, twist: Array) -> Array:
-    """The change of a pose that moves with (v, omega)."""
-    turned = jnp.cross(twist[..., 3:, None], pose[..., :3, :3], axis=-2)
-    columns = jnp.concatenate([turned, twist[..., :3, None]], axis=-1)
-    return jnp.concatenate([columns, jnp.zeros_like(columns[..., :1, :])], axis=-2)
-
-
-def _times(slope: Array, change: Array) -> Array:
-    return (slope @ change[..., None])[..., 0]
 
 
 def _forward_value(key: int, q: Array) -> Any:
@@ -220,10 +247,8 @@ def _forward_value(key: int, q: Array) -> Any:
 def _forward_jvp(key: int, given: Any, changes: Any) -> Any:
     (q,), (dq,) = given, changes
     pose, psi, gc = _forward(key, q)
-    slope = _call("forward_derivative", key, [((*q.shape, JOINTS), q.dtype)], q)
-    both = _times(slope, dq)
     none = np.zeros(gc.shape, jax.dtypes.float0)
-    return (pose, psi, gc), (_moved(pose, both[..., :6]), both[..., 6], none)
+    return (pose, psi, gc), (*_forward_map(q, dq, key=key), none)
 
 
 def _inverse_value(key: int, pose: Array, psi: Array, gc: Array) -> Any:
@@ -231,10 +256,8 @@ def _inverse_value(key: int, pose: Array, psi: Array, gc: Array) -> Any:
 
 
 def _inverse_jvp(key: int, given: Any, changes: Any) -> Any:
-    pose, psi, gc = given
-    slope = _call("inverse_derivative", key, [((*psi.shape, JOINTS, JOINTS), pose.dtype)], pose, psi, gc)
-    both = jnp.concatenate([_twist(pose, changes[0]), changes[1][..., None]], axis=-1)
-    return _inverse(key, pose, psi, gc), _times(slope, both)
+    (dq,) = _inverse_map(*given, *changes[:2], key=key)
+    return _inverse(key, *given), dq
 
 
 def _freedom_value(what: tuple[int, float], pose: Array) -> Any:
@@ -246,7 +269,7 @@ def _freedom_jvp(what: tuple[int, float], given: Any, changes: Any) -> Any:
     (pose,), (moved,) = given, changes
     key, margin = what
     slope = _call("freedom_gradient", key, [((*pose.shape[:-2], 6), pose.dtype)], pose, margin=margin)
-    return _freedom(what, pose), (slope * _twist(pose, moved)).sum(-1)
+    return _freedom(what, pose), _product_map(slope, _twist(pose, moved))[0]
 
 
 def _limit_margin_value(key: int, q: Array) -> Any:
@@ -256,7 +279,7 @@ def _limit_margin_value(key: int, q: Array) -> Any:
 def _limit_margin_jvp(key: int, given: Any, changes: Any) -> Any:
     (q,), (dq,) = given, changes
     slope = _call("limit_margin_gradient", key, [(q.shape, q.dtype)], q)
-    return _limit_margin(key, q), (slope * dq).sum(-1)
+    return _limit_margin(key, q), _product_map(slope, dq)[0]
 
 
 _forward = jax.custom_jvp(_forward_value, nondiff_argnums=(0,))

@@ -22,15 +22,14 @@ tensor(-0.0864, dtype=torch.float64)
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
 from . import _core
-from ._arrays import as_floats, as_number, as_poses, chosen, shape_text
-from ._kept import keep, kept
-from .arm.arm import MOST_MARGIN, Arm
+from ._arrays import as_floats, as_poses, chosen, shape_text
+from ._kept import Kept, kept
 from .errors import ConfigurationError, InputError, MissingExtraError, ShapeError, needed
 
 __all__ = ["Kinematics"]
@@ -46,7 +45,7 @@ _UNREACHABLE = ("raise", "nan")
 
 
 @dataclass(frozen=True)
-class Kinematics:
+class Kinematics(Kept):
     """An arm whose functions take and give tensors, with gradients.
 
     Attributes
@@ -56,12 +55,6 @@ class Kinematics:
         process lives, since compiled functions may ask for it.
     """
 
-    arm: Arm
-    _key: int = field(init=False, repr=False, compare=False)
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "_key", keep(self.arm, "armangle.torch"))
-
     def forward(self, q: Tensor, *, undefined: Unreachable = "raise") -> tuple[Tensor, Tensor, Tensor]:
         """Return pose, arm angle and global configuration of joint values, as `Arm.forward`.
 
@@ -70,7 +63,8 @@ class Kinematics:
         q : Tensor, shape (..., 7)
             Joint values, rad.
         undefined : "raise" or "nan"
-            What to do where the arm angle does not exist.
+            What to do where the arm angle does not exist, or where its gradient is asked and does not exist
+            since it jumps. The gradient of the pose exists everywhere.
 
         Returns
         -------
@@ -103,13 +97,16 @@ class Kinematics:
         gc : Tensor of integers, shape (...), or int
             Global configuration 0..7.
         unreachable : "raise" or "nan"
-            What to do where the geometry has no answer. The gradient of such an element is NaN too.
+            What to do where the geometry has no answer, or where a gradient is asked that does not exist:
+            that of joints 1-3 (5-7) where θ2 (θ6) is 0 or π, and by the pose that of all joints where the
+            elbow is stretched or folded and of all but joint 4 where psi jumps. "raise" raises
+            UnreachableError in `backward`, "nan" makes the gradient of that element NaN.
 
         Returns
         -------
         Tensor, shape (..., 7)
-            Joint values, rad, in the dtype of `pose`. Gradients are infinite or NaN where those of
-            `Arm.inverse_derivative` are infinite.
+            Joint values, rad, in the dtype of `pose`. A joint or an element that the loss leaves out counts
+            nothing, whatever its gradient.
 
         Raises
         ------
@@ -130,45 +127,10 @@ class Kinematics:
         given = poses.expand(*batch, 4, 4), angles.expand(batch), branches.to(torch.int64).expand(batch)
         return torch.ops.armangle.inverse(*given, self._key, nan)
 
-    def freedom(self, pose: Tensor, *, singularity_margin: float = 0.0) -> Tensor:
-        """Return over how much of their circles all branches together hold a pose: `Freedom.total`.
-
-        Parameters
-        ----------
-        pose : Tensor, shape (..., 4, 4)
-            Tool frame, position in m.
-        singularity_margin : float
-            As in `Arm.feasible`, rad.
-
-        Returns
-        -------
-        Tensor, shape (...)
-            rad. Its gradient is 0 where a pose is not held: how far it is from being held is not in it.
-
-        Raises
-        ------
-        ShapeError, InputError, NotFiniteError, NotRotationError
-        """
-        margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
+    def _freedom(self, pose: Tensor, margin: float) -> Tensor:
         return torch.ops.armangle.freedom(_tensor("pose", pose, (4, 4)), self._key, margin)
 
-    def limit_margin(self, q: Tensor) -> Tensor:
-        """Return the least distance of a joint to one of its limits.
-
-        Parameters
-        ----------
-        q : Tensor, shape (..., 7)
-            Joint values, rad.
-
-        Returns
-        -------
-        Tensor, shape (...)
-            rad; negative outside, inf without limits.
-
-        Raises
-        ------
-        ShapeError, InputError, NotFiniteError
-        """
+    def _limit_margin(self, q: Tensor) -> Tensor:
         return torch.ops.armangle.limit_margin(_joints(q), self._key)
 
 
@@ -212,9 +174,9 @@ def _forward(q: Tensor, arm: int, nan: bool) -> tuple[Tensor, Tensor, Tensor]:
     return _as(q.dtype, pose), _as(q.dtype, psi), torch.as_tensor(gc)
 
 
-def _forward_pullback(q: Tensor, by_pose: Tensor, by_psi: Tensor, arm: int) -> Tensor:
+def _forward_pullback(q: Tensor, by_pose: Tensor, by_psi: Tensor, arm: int, nan: bool) -> Tensor:
     out = np.empty(q.shape)
-    kept(arm)._handle.forward_pullback_many(_double(q, 1), _double(by_pose, 2), _double(by_psi), out)
+    kept(arm)._handle.forward_pullback_many(_double(q, 1), _double(by_pose, 2), _double(by_psi), out, nan)
     return _as(q.dtype, out)
 
 
@@ -223,11 +185,14 @@ def _inverse(pose: Tensor, psi: Tensor, gc: Tensor, arm: int, nan: bool) -> Tens
     return _as(pose.dtype, kept(arm).inverse(_given(pose), _given(psi), _given(gc), unreachable=how))
 
 
-def _inverse_pullback(pose: Tensor, psi: Tensor, gc: Tensor, by_q: Tensor, arm: int) -> tuple[Tensor, Tensor]:
+def _inverse_pullback(
+    pose: Tensor, psi: Tensor, gc: Tensor, by_q: Tensor, arm: int, nan: bool
+) -> tuple[Tensor, Tensor]:
     known = kept(arm)
     by_pose, by_psi = np.empty(pose.shape), np.empty(psi.shape)
     poses = as_poses("pose", _given(pose), known._handle)
-    known._handle.inverse_pullback_many(poses, _double(psi), _given(gc), _double(by_q, 1), by_pose, by_psi)
+    given = poses, _double(psi), _given(gc), _double(by_q, 1)
+    known._handle.inverse_pullback_many(*given, by_pose, by_psi, nan)
     return _as(pose.dtype, by_pose), _as(psi.dtype, by_psi)
 
 
@@ -299,11 +264,12 @@ _to_pose = _define(
 _to_total = _define("freedom", "(Tensor pose, int arm, float margin) -> Tensor", _freedom, _tail(2))
 _to_margin = _define("limit_margin", "(Tensor q, int arm) -> Tensor", _limit_margin, _tail(1))
 _define(
-    "inverse_pullback", "(Tensor pose, Tensor psi, Tensor gc, Tensor by_q, int arm) -> (Tensor, Tensor)",
+    "inverse_pullback",
+    "(Tensor pose, Tensor psi, Tensor gc, Tensor by_q, int arm, bool nan) -> (Tensor, Tensor)",
     _inverse_pullback, _pulled_shapes,
 )  # fmt: skip
 _define(
-    "forward_pullback", "(Tensor q, Tensor by_pose, Tensor by_psi, int arm) -> Tensor",
+    "forward_pullback", "(Tensor q, Tensor by_pose, Tensor by_psi, int arm, bool nan) -> Tensor",
     _forward_pullback, _like(0),
 )  # fmt: skip
 _define(
@@ -317,23 +283,23 @@ _define("limit_margin_gradient", "(Tensor q, int arm) -> Tensor", _limit_margin_
 
 
 def _save_forward(ctx: Any, inputs: Any, output: Any) -> None:
-    q, ctx.arm, _ = inputs
+    q, ctx.arm, ctx.nan = inputs
     ctx.save_for_backward(q)
     ctx.mark_non_differentiable(output[2])
 
 
 def _forward_backward(ctx: Any, by_pose: Tensor, by_psi: Tensor, _: Tensor) -> Any:
     (q,) = ctx.saved_tensors
-    return torch.ops.armangle.forward_pullback(q, by_pose, by_psi, ctx.arm), None, None
+    return torch.ops.armangle.forward_pullback(q, by_pose, by_psi, ctx.arm, ctx.nan), None, None
 
 
 def _save_inverse(ctx: Any, inputs: Any, output: Any) -> None:
-    pose, psi, gc, ctx.arm, _ = inputs
+    pose, psi, gc, ctx.arm, ctx.nan = inputs
     ctx.save_for_backward(pose, psi, gc)
 
 
 def _inverse_backward(ctx: Any, by_q: Tensor) -> Any:
-    by_pose, by_psi = torch.ops.armangle.inverse_pullback(*ctx.saved_tensors, by_q, ctx.arm)
+    by_pose, by_psi = torch.ops.armangle.inverse_pullback(*ctx.saved_tensors, by_q, ctx.arm, ctx.nan)
     return by_pose, by_psi, None, None, None
 
 

@@ -57,6 +57,26 @@ def test_ik_and_follow_keep_clear(tmp_path: Path, cell: str, capsys: pytest.Capt
         assert arm().clearance(at, angle, branch, scene).distance > -1e-9
 
 
+def test_plan_keeps_clear_and_is_proven(
+    tmp_path: Path, cell: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    q = np.radians([float(x) for x in Q.split(",")])
+    first = arm().forward(q)[0]
+    last = first.copy()
+    last[:3, 3] += [0.0, 0.05, 0.03]
+    poses, out = tmp_path / "poses.csv", tmp_path / "out.csv"
+    aa.save(aa.Line(first, last).pose(np.linspace(0, 1, 20)), poses)
+    words = ["plan", str(poses), *ROBOT, "--start", Q, "--json", "-o", str(out)]
+    assert main([*words, "--scene", cell, "--body", "90,80"]) == 0
+    assert json.loads(capsys.readouterr().out)["certified"]
+    scene = aa.load_scene(cell)
+    for row in aa.load_joints(out).q:
+        at, angle, branch = arm().forward(row)
+        assert arm().clearance(at, angle, branch, scene).distance > -1e-9
+    assert main([*words, "--roll", "free"]) == 0
+    assert np.abs(aa.load_joints(out).q[:, 6] - q[6]).max() < 1e-6
+
+
 def test_a_refusal_names_who_blocks(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     post = tmp_path / "post.toml"
     post.write_text('[[ball]]\nname = "post"\ncenter = [0, 0.12, 0.34]\nradius = 0.06\n')

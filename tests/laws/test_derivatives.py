@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from support import draw
+from support.gradients import calm, moved
 
 import armangle as aa
 
@@ -35,16 +36,7 @@ def arms() -> list[aa.Arm]:
 
 def joints_of(arm: aa.Arm, rng: np.random.Generator, count: int) -> np.ndarray:
     """Joints within 2 rad, no closer to a singular posture than 0.2 rad."""
-    q = rng.uniform(-2, 2, (count, 7))
-    theta = arm.signs * q + arm.offsets
-    theta[:, 3] -= arm._handle.delta
-    return q[(np.abs(np.sin(theta[:, [1, 3, 5]])) > 0.2).all(axis=1)]
-
-
-def moved(pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
-    out = aa.pose(np.zeros(3), rotvec=twist[3:]) @ pose
-    out[:3, 3] = pose[:3, 3] + twist[:3]
-    return out
+    return calm(arm, rng.uniform(-2, 2, (count, 7)))
 
 
 @pytest.mark.parametrize("arm", arms(), ids=lambda arm: arm.name or "own")
@@ -103,6 +95,38 @@ def test_ends_of_arcs_move_as_said() -> None:
             assert np.allclose(difference[known], said[known], rtol=1e-3, atol=1e-9)
             checked += int(known.sum())
     assert checked > 100
+
+
+def test_a_batch_is_its_elements_to_the_bit_wherever_they_are() -> None:
+    rng = draw.generator(17, 8)
+    for arm in arms():
+        q = rng.uniform(-2, 2, (41, 7))
+        q[rng.random((41, 7)) < 0.1] = 0.0  # singular postures between the others
+        pose, psi, gc = arm.forward(q, undefined="nan")
+        psi = np.nan_to_num(psi)
+        pose[7] = aa.pose([9.0, 0.0, 0.0])
+        many = arm.inverse_derivative(pose, psi, gc, unreachable="nan")
+        assert np.isnan(many[7]).all()
+        one = [arm.inverse_derivative(*given, unreachable="nan") for given in zip(pose, psi, gc, strict=True)]
+        assert np.array_equal(many, one, equal_nan=True)
+
+
+def test_where_psi_jumps_there_is_no_derivative() -> None:
+    # the wrist over the base axis, the elbow bent: psi of that axis jumps there
+    bent = np.array([0.3, 0.0, 0.2, -1.2, 0.1, 0.7, 0.4])
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_(d_se=0.4, d_ew=0.4)
+    bent[1] = 0.6  # theta_2 = -theta_4 / 2 brings the wrist of equal links over the shoulder
+    bent[2] = np.pi
+    pose, psi, gc = arm.forward(bent)
+    assert np.hypot(*pose[:2, 3] - 0.126 * pose[:2, 2]) < 1e-9
+    assert np.isinf(arm.psi_gradient(bent)).all()
+    slope = arm.inverse_derivative(pose, psi, gc)
+    turning = [0, 1, 2, 4, 5, 6]
+    assert (
+        np.isinf(slope[turning, :6]).all() and np.isfinite(slope[3]).all() and np.isfinite(slope[:, 6]).all()
+    )
+    other = arm.with_reference([0.2, 0.5, 0.8])
+    assert np.isfinite(other.inverse_derivative(*other.forward(bent))).all()
 
 
 def test_where_a_derivative_does_not_exist_it_is_infinite() -> None:

@@ -7,6 +7,7 @@ import pytest
 from support.strategies import frame
 
 import armangle as aa
+from armangle.arm.joint_map import to_q, to_theta
 
 _TWIST = (-np.pi / 2, np.pi / 2, np.pi / 2, -np.pi / 2, -np.pi / 2, np.pi / 2, 0.0)
 _OFFSET_ELBOW = "barrett_wam7"
@@ -36,6 +37,15 @@ def test_frames_are_those_of_the_dh_rows(name: str) -> None:
     for one, joints in zip(frames, q, strict=True):
         np.testing.assert_allclose(one, _by_hand(arm, joints), atol=1e-14)
     np.testing.assert_allclose(frames[:, 7] @ arm.tool, arm.forward(q)[0], atol=1e-14)
+
+
+@pytest.mark.parametrize("name", aa.catalogue())
+def test_the_joint_map_is_signs_and_offsets(name: str) -> None:
+    arm = aa.Arm.from_catalogue(name)
+    q = np.random.default_rng(6).uniform(-7, 7, (2, 3, 7))
+    theta = to_theta(arm, q)
+    np.testing.assert_allclose(theta, arm.signs * q + arm.offsets, atol=1e-14)
+    np.testing.assert_allclose(to_q(arm, theta), q, atol=1e-14)
 
 
 def test_a_batch_is_its_elements_bit_for_bit() -> None:

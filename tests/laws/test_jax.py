@@ -7,12 +7,12 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from support import draw
+from support.gradients import HOME, NAMES, change, moved, postures
 from support.needs import need
 
 import armangle as aa
 
 jax = need("jax")
-NAMES = ("kuka_iiwa7_r800", "openarm_v10", "barrett_wam7")
 
 
 @pytest.fixture(autouse=True)
@@ -24,22 +24,9 @@ def double() -> Iterator[None]:
     jax.config.update("jax_enable_x64", before)
 
 
-def postures(name: str, count: int) -> tuple[aa.Arm, np.ndarray]:
-    arm = aa.Arm.from_catalogue(name).with_(base=aa.pose([0.1, 0.2, 0.3], rpy=[0.5, 0.4, 0.3]))
-    q = draw.generator(17, 31).uniform(arm.lower, arm.upper, (count, 7))
-    hinges = (arm.signs * q + arm.offsets)[:, [1, 3, 5]] - [0, arm._handle.delta, 0]
-    return arm, q[(np.abs(np.sin(hinges)) > 0.2).all(axis=1)]
-
-
-def rigid(twist: np.ndarray, pose: np.ndarray) -> np.ndarray:
-    out = aa.pose(np.zeros(3), rotvec=twist[..., 3:]) @ pose
-    out[..., :3, 3] = pose[..., :3, 3] + twist[..., :3]
-    return out
-
-
 @pytest.mark.parametrize("name", NAMES)
 def test_the_numbers_are_those_of_arm(name: str) -> None:
-    arm, q = postures(name, 200)
+    arm, q = postures(name, 200, 17, 31)
     kinematics = aa.jax.Kinematics(arm)
     pose, psi, gc = jax.jit(kinematics.forward)(q)
     for found, wanted in zip((pose, psi, gc), arm.forward(q), strict=True):
@@ -53,7 +40,7 @@ def test_the_numbers_are_those_of_arm(name: str) -> None:
 
 def test_float32_is_computed_in_float64() -> None:
     jax.config.update("jax_enable_x64", False)
-    arm, q = postures("kuka_iiwa7_r800", 100)
+    arm, q = postures("kuka_iiwa7_r800", 100, 17, 31)
     kinematics = aa.jax.Kinematics(arm)
     pose, psi, gc = kinematics.forward(q)
     assert pose.dtype == np.float32
@@ -64,25 +51,25 @@ def test_float32_is_computed_in_float64() -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_derivatives_are_the_limit_of_differences(name: str) -> None:
-    arm, q = postures(name, 30)
+    arm, q = postures(name, 30, 17, 31)
     kinematics, rng, step = aa.jax.Kinematics(arm), draw.generator(17, 32), 1e-6
     pose, psi, gc = arm.forward(q)
     twist = rng.normal(size=(len(q), 7))
     ahead, behind = (
-        arm.inverse(rigid(way * step * twist[:, :6], pose), psi + way * step * twist[:, 6], gc, seed=q)
+        arm.inverse(moved(pose, way * step * twist[:, :6]), psi + way * step * twist[:, 6], gc, seed=q)
         for way in (1, -1)
     )
-    moved = (rigid(step * twist[:, :6], pose) - rigid(-step * twist[:, :6], pose)) / (2 * step)
+    along_pose = change(pose, twist[:, :6])
 
     def inverse(frame: object, angle: object) -> object:
         return kinematics.inverse(frame, angle, gc)
 
-    _, along = jax.jvp(inverse, (pose, psi), (moved, twist[:, 6]))
+    _, along = jax.jvp(inverse, (pose, psi), (along_pose, twist[:, 6]))
     difference = (ahead - behind) / (2 * step)
     assert np.allclose(along, difference, rtol=1e-5, atol=1e-5 * np.abs(difference).max())
     weight = rng.normal(size=(len(q), 7))
     by_pose, by_psi = jax.grad(lambda p, a: (weight * inverse(p, a)).sum(), argnums=(0, 1))(pose, psi)
-    said = (np.array(by_pose) * moved).sum((-1, -2)) + np.array(by_psi) * twist[:, 6]
+    said = (np.array(by_pose) * along_pose).sum((-1, -2)) + np.array(by_psi) * twist[:, 6]
     assert np.allclose(said, (weight * np.array(along)).sum(-1), rtol=1e-7, atol=1e-7)
     ends = [arm.forward(q + way * step * weight)[:2] for way in (1, -1)]
     _, (dpose, dpsi, _) = jax.jvp(kinematics.forward, (q,), (weight,))
@@ -92,22 +79,55 @@ def test_derivatives_are_the_limit_of_differences(name: str) -> None:
 
 
 def test_derivatives_of_freedom_and_of_the_limit_margin_are_those_of_arm() -> None:
-    arm, q = postures("kuka_iiwa7_r800", 40)
+    arm, q = postures("kuka_iiwa7_r800", 40, 17, 31)
     kinematics, twist = aa.jax.Kinematics(arm), draw.generator(17, 33).normal(size=6)
     pose = arm.forward(q)[0]
-    columns = np.concatenate(
-        [np.cross(twist[3:], pose[:, :3, :3], axisb=1, axisc=1), np.zeros((len(q), 3, 1))], 2
-    )
-    columns[..., 3] = twist[:3]
-    moved = np.concatenate([columns, np.zeros((len(q), 1, 4))], 1)
-    _, along = jax.jvp(kinematics.freedom, (pose,), (moved,))
+    _, along = jax.jvp(kinematics.freedom, (pose,), (change(pose, twist),))
     assert np.allclose(along, arm.freedom_gradient(pose) @ twist, rtol=1e-10, atol=1e-10, equal_nan=True)
     slope = jax.vmap(jax.grad(kinematics.limit_margin))(q)
     assert np.array_equal(slope, arm.limit_margin_gradient(q))
 
 
+@pytest.mark.parametrize("name", NAMES)
+def test_all_ways_to_a_derivative_agree(name: str) -> None:
+    arm, q = postures(name, 12, 17, 34)
+    kinematics = aa.jax.Kinematics(arm)
+    pose, psi, gc = arm.forward(q)
+    slope = arm.inverse_derivative(pose, psi, gc)
+    ahead = jax.vmap(jax.jacfwd(kinematics.inverse, argnums=1))(pose, psi, gc)
+    back = jax.vmap(jax.jacrev(kinematics.inverse, argnums=1))(pose, psi, gc)
+    assert np.allclose(ahead, slope[..., 6], rtol=1e-12, atol=1e-12)
+    assert np.allclose(back, slope[..., 6], rtol=1e-12, atol=1e-12)
+    by_pose = jax.jit(jax.vmap(jax.jacrev(kinematics.inverse)))(pose, psi, gc)
+    for k, twist in enumerate(np.eye(6)):
+        said = (by_pose * change(pose, twist)[:, None]).sum((-1, -2))
+        assert np.allclose(said, slope[..., k], rtol=1e-12, atol=1e-12 * np.abs(slope).max())
+    outside = jax.grad(lambda a: jax.vmap(kinematics.inverse)(pose, a, gc).sum())(psi)
+    assert np.allclose(outside, slope[..., 6].sum(-1), rtol=1e-12, atol=1e-11)
+
+
+def test_what_a_loss_leaves_out_counts_nothing() -> None:
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    kinematics = aa.jax.Kinematics(arm)
+    pose, psi, gc = arm.forward(HOME)
+    calm = jax.grad(lambda p: kinematics.inverse(p, psi, gc)[3:].sum())(pose)
+    assert np.isfinite(calm).all() and np.any(calm)
+    assert np.isnan(jax.grad(lambda p: kinematics.inverse(p, psi, gc).sum())(pose)[:3]).all()
+    _, along = jax.jvp(lambda a: kinematics.inverse(pose, a, gc), (psi,), (1.0,))
+    assert np.isnan(along[:3]).all() and np.isfinite(along[3:]).all()
+    # the candle: forward has a derivative there, psi has none; stretched, inverse has one by psi alone
+    candle = np.zeros(7)
+    assert np.isfinite(jax.jacrev(lambda q: kinematics.forward(q)[0])(candle)).all()
+    assert np.isnan(jax.grad(lambda q: kinematics.forward(q)[1])(candle)).all()
+    stretched = arm.forward([0.3, 0.5, 0.2, 0.0, 0.1, 0.7, 0.4])
+    by_pose, by_psi = jax.grad(lambda p, a: kinematics.inverse(p, a, stretched[2])[0], argnums=(0, 1))(
+        *stretched[:2]
+    )
+    assert np.isnan(by_pose[:3]).all() and np.isfinite(by_psi)
+
+
 def test_vmap_and_scan_are_the_batch() -> None:
-    arm, q = postures("openarm_v10", 50)
+    arm, q = postures("openarm_v10", 50, 17, 31)
     kinematics = aa.jax.Kinematics(arm)
     pose, psi, gc = arm.forward(q)
     wanted = arm.inverse(pose, psi, gc[0])

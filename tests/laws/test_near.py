@@ -196,7 +196,6 @@ def test_a_dh_table_is_a_chain() -> None:
     ("psi_towards", lambda arm, pose, q: arm.psi_towards(pose, 0, [0.0, 0.0, 1.0])),
     ("explain", lambda arm, pose, q: arm.explain(pose)),
     ("joint_function", lambda arm, pose, q: arm.joint_function(pose, 0, 1)),
-    ("plan", lambda arm, pose, q: aa.plan(arm, pose[None])),
     ("feasible_yaw", lambda arm, pose, q: arm.feasible_yaw(pose)),
     ("feasible_roll", lambda arm, pose, q: arm.feasible_roll(pose)),
     ("feasible_derivative", lambda arm, pose, q: arm.feasible_derivative(pose, 0)),

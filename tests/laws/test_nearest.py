@@ -42,6 +42,22 @@ def test_valleys_as_narrow_as_rounding_are_searched(seed: int, number: int) -> N
     assert cost_of(case, case.solve()) <= brute_force(case, 4001) + ROUNDING
 
 
+def test_beside_a_singular_psi_rounding_hides_no_nearer_posture() -> None:
+    """Found by the long law, 2e-5 rad dearer: 4e-12 rad off straight, boxes cost more than their postures."""
+    case = cases(129, 500000)[128]
+    assert cost_of(case, case.solve()) <= brute_force(case, 4001) + 1e-8
+
+
+def test_a_cost_that_psi_does_not_change_is_found_at_once() -> None:
+    """Found by the long law, which did not end: the margin of one joint, the same for a sixth of the circle.
+
+    Bounds and posture differ by rounding there, and boxes were split down to the last digit of psi.
+    """
+    case = cases(28, 500009)[27]
+    for found in (case.solve(), case.solutions()[0]):
+        assert cost_of(case, found) <= brute_force(case, GRID) + ROUNDING
+
+
 BESIDE_SINGULAR = [(881021, 1), (882035, 124), (883038, 61), (884017, 111), (885017, 170), (886020, 122)]
 
 
@@ -269,7 +285,7 @@ def test_a_row_of_a_batch_is_what_one_pose_gives() -> None:
         ({"weight": [1, 2]}, aa.ShapeError, r"weight has shape \(2,\), wanted \(7,\) or one number"),
         ({"weight": np.full(7, np.nan)}, aa.NotFiniteError, "weight is .* wanted finite numbers"),
         ({"gc": 8}, aa.ConfigurationError, "gc is 8, wanted an integer from 0 to 7, or several"),
-        ({"gc": []}, aa.ConfigurationError, "gc has"),
+        ({"gc": []}, aa.ConfigurationError, "gc holds nothing"),
         ({"metric": "l3"}, aa.InputError, "metric is 'l3', wanted one of 'l2', 'max'"),
         ({"metric": ["l2"]}, aa.InputError, "metric is .*, wanted one of 'l2', 'max'"),
         ({"prefer": "far"}, aa.InputError, "prefer is 'far', wanted one of 'near', 'margin'"),
@@ -309,3 +325,18 @@ def test_a_bad_pose_is_named_with_its_value() -> None:
     pose[0, 3] = np.nan
     with pytest.raises(aa.NotFiniteError, match="pose holds nan"):
         IIWA.solve(pose, near=Q)
+
+
+@pytest.mark.parametrize("room", [3e-5, 1e-9, 0.0])
+def test_a_cost_that_is_flat_at_a_limit_is_soon_settled(room: float) -> None:
+    # The elbow is stretched, so that joint 1 keeps its place whatever the arm angle, `room` off its limit.
+    # Its margin is the best one on whole arcs; boxes are not halved for the rounding of it.
+    q = [-1.5707696, 2.0034165, -1.5024317, 0.0, 1.2168686, -0.7783724, 0.0]
+    lower, upper = IIWA.lower.copy(), IIWA.upper.copy()
+    lower[0], upper[1] = q[0] - room, 2.9
+    arm = IIWA.with_(lower=lower, upper=upper)
+    best = arm.best(arm.forward(q)[0])
+    assert best.ok and abs(best.margin - room) < 1e-12
+    near = np.array(q) + 1e-6 * np.eye(7)[0]
+    nearest = arm.solve(arm.forward(q)[0], near=near, weight=np.eye(7)[0])
+    assert nearest.ok and nearest.distance < 1.1e-6

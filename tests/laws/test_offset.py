@@ -11,7 +11,7 @@ import pytest
 import armangle as aa
 from armangle.models.chain import Chain, chain_of
 from armangle.models.offset import OffsetDescription, describe_offset_chain
-from armangle.models.offset import _chain_of as chain_with_offsets
+from armangle.models.offset import offset_chain_of as chain_with_offsets
 
 CATALOGUE = aa.offset_catalogue()
 

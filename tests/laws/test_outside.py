@@ -162,3 +162,30 @@ def test_what_narrows_the_choice_is_refused(arm: aa.Arm) -> None:
         arm.solve(pose, outside="far")  # type: ignore[arg-type]  # no such word
     with pytest.raises(aa.InputError, match="length is 0"):
         arm.solve(pose, outside="nearest", length=0.0)
+
+
+@pytest.mark.parametrize("kind", ["reach", "limits"])
+def test_the_singularity_margin_holds_beside_the_pose_too(arm: aa.Arm, kind: str) -> None:
+    margin = 0.2
+    rng = np.random.default_rng([draw.SEED, 3])
+    poses = outside(arm, rng, kind)
+    found = arm.solve(poses, outside="nearest", singularity_margin=margin)
+    free = arm.solve(poses, outside="nearest")
+    assert np.isfinite(found.q).all()
+    theta = arm.signs * found.q + arm.offsets - np.where(np.arange(7) == 3, arm.delta, 0.0)
+    assert (np.abs(np.sin(theta[:, [1, 3, 5]])) >= np.sin(margin) - 1e-12).all()
+    assert (arm.limit_margin(found.q) >= -1e-9).all()
+    assert np.abs(found.gap - distances(arm, found.q, poses, LENGTH)).max() < 1e-7
+    assert (found.gap >= free.gap - 1e-3).mean() > 0.95  # a margin only takes away; both are local in angle
+
+
+def test_a_pose_that_only_the_margin_forbids_gets_its_nearest_neighbour(arm: aa.Arm) -> None:
+    straight = arm.signs * (np.array([0, 0, 0, arm.delta, 0, 0, 0]) - arm.offsets)
+    q = np.array([0.3, 0.7, 0.2, straight[3] + 0.02 * arm.signs[3], 0.1, 0.8, 0.1])
+    pose = arm.forward(q)[0]
+    found = arm.solve(pose, near=q, outside="nearest", singularity_margin=0.1)
+    assert found.status is aa.Status.ELBOW_MARGIN
+    assert 0 < found.gap < 0.01
+    assert abs(np.sin(arm.signs[3] * (found.q[3] - straight[3]))) >= np.sin(0.1)
+    none = arm.solve(pose, near=q, outside="nearest", singularity_margin=1.5)
+    assert none.status is aa.Status.ELBOW_MARGIN  # which limits may leave nothing of

@@ -5,32 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from support import draw
+from support.gradients import HOME, NAMES, change, moved, postures
 from support.needs import need
 
 import armangle as aa
 
 torch = need("torch")
 OPERATORS = torch.ops.armangle
-NAMES = ("kuka_iiwa7_r800", "openarm_v10", "barrett_wam7")
-
-
-def postures(name: str, count: int) -> tuple[aa.Arm, np.ndarray]:
-    arm = aa.Arm.from_catalogue(name).with_(base=aa.pose([0.1, 0.2, 0.3], rpy=[0.5, 0.4, 0.3]))
-    rng = draw.generator(17, 21)
-    q = rng.uniform(arm.lower, arm.upper, (count, 7))
-    hinges = (arm.signs * q + arm.offsets)[:, [1, 3, 5]] - [0, arm._handle.delta, 0]
-    return arm, q[(np.abs(np.sin(hinges)) > 0.2).all(axis=1)]
-
-
-def rigid(twist: np.ndarray, pose: np.ndarray) -> np.ndarray:
-    out = aa.pose(np.zeros(3), rotvec=twist[..., 3:]) @ pose
-    out[..., :3, 3] = pose[..., :3, 3] + twist[..., :3]
-    return out
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_the_numbers_are_those_of_arm(name: str) -> None:
-    arm, q = postures(name, 40)
+    arm, q = postures(name, 40, 17, 21)
     kinematics = aa.torch.Kinematics(arm)
     joints = torch.from_numpy(q)
     pose, psi, gc = kinematics.forward(joints)
@@ -45,7 +31,7 @@ def test_the_numbers_are_those_of_arm(name: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_gradients_are_the_limit_of_differences(name: str) -> None:
-    arm, q = postures(name, 30)
+    arm, q = postures(name, 30, 17, 21)
     kinematics = aa.torch.Kinematics(arm)
     rng, step = draw.generator(17, 22), 1e-6
     weight, twist = rng.normal(size=(len(q), 7)), rng.normal(size=(len(q), 7))
@@ -54,12 +40,13 @@ def test_gradients_are_the_limit_of_differences(name: str) -> None:
     found = kinematics.inverse(*given, torch.from_numpy(gc))
     (torch.from_numpy(weight) * found).sum().backward()
     ahead, behind = (
-        arm.inverse(rigid(way * step * twist[:, :6], pose), psi + way * step * twist[:, 6], gc, seed=q)
+        arm.inverse(moved(pose, way * step * twist[:, :6]), psi + way * step * twist[:, 6], gc, seed=q)
         for way in (1, -1)
     )
     difference = (weight * (ahead - behind)).sum(-1) / (2 * step)
-    moved = (rigid(step * twist[:, :6], pose) - rigid(-step * twist[:, :6], pose)) / (2 * step)
-    said = (given[0].grad.numpy() * moved).sum((-1, -2)) + given[1].grad.numpy() * twist[:, 6]
+    said = (given[0].grad.numpy() * change(pose, twist[:, :6])).sum((-1, -2)) + given[1].grad.numpy() * twist[
+        :, 6
+    ]
     assert np.allclose(said, difference, rtol=1e-5, atol=1e-5 * np.abs(difference).max())
     # forward, of the pose and of psi
     joints = torch.from_numpy(q).requires_grad_()
@@ -73,16 +60,15 @@ def test_gradients_are_the_limit_of_differences(name: str) -> None:
 
 
 def test_gradients_of_freedom_and_of_the_limit_margin() -> None:
-    arm, q = postures("kuka_iiwa7_r800", 60)
+    arm, q = postures("kuka_iiwa7_r800", 60, 17, 21)
     kinematics, rng, step = aa.torch.Kinematics(arm), draw.generator(17, 23), 1e-7
     pose = arm.forward(q)[0]
     given = torch.from_numpy(pose).requires_grad_()
     kinematics.freedom(given).sum().backward()
     twist = rng.normal(size=(len(q), 6))
-    ends = [arm.freedom(rigid(way * step * twist, pose)) for way in (1, -1)]
+    ends = [arm.freedom(moved(pose, way * step * twist)) for way in (1, -1)]
     difference = (ends[0].total - ends[1].total) / (2 * step)
-    moved = (rigid(step * twist, pose) - rigid(-step * twist, pose)) / (2 * step)
-    said = (given.grad.numpy() * moved).sum((-1, -2))
+    said = (given.grad.numpy() * change(pose, twist)).sum((-1, -2))
     # where an arc is born, or an end meets a touching joint, there is no slope that a difference could see
     known = (ends[0].arcs == ends[1].arcs) & (np.abs(said) < 50)
     assert known.sum() > 0.6 * len(q)
@@ -111,8 +97,49 @@ def test_a_masked_element_out_of_reach_leaves_the_gradient_of_the_others() -> No
         kinematics.inverse(poses, psi, int(gc))
 
 
+def test_a_gradient_that_does_not_exist_is_refused_or_nan() -> None:
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    kinematics = aa.torch.Kinematics(arm)
+    calm, stretched = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5]), [0.3, 0.5, 0.2, 0.0, 0.1, 0.7, 0.4]
+    pose, psi, gc = (torch.from_numpy(v) for v in arm.forward(np.stack([calm, HOME, stretched])))
+
+    def gradients(weight: np.ndarray, unreachable: str = "raise") -> list[np.ndarray]:
+        given = [value.clone().requires_grad_() for value in (pose, psi)]
+        found = kinematics.inverse(*given, gc, unreachable=unreachable)
+        return [g.numpy() for g in torch.autograd.grad((found * torch.from_numpy(weight)).sum(), given)]
+
+    weight = np.zeros((3, 7))
+    weight[0] = 1
+    weight[1, 3:] = 1  # θ2 is 0: joints 1 to 3 are left out
+    by_pose, by_psi = gradients(weight)
+    assert np.isfinite(by_pose).all() and np.isfinite(by_psi).all() and by_pose[:2].any(axis=(1, 2)).all()
+    weight[1] = 1
+    with pytest.raises(aa.UnreachableError, match=r"no gradient at pose\[1\], where θ2 is 0 or π"):
+        gradients(weight)
+    by_pose, by_psi = gradients(weight, "nan")
+    assert np.isnan(by_pose[1, :3]).all() and np.isnan(by_psi[1]) and np.isfinite(by_pose[[0, 2]]).all()
+    weight[1:, :] = [[0], [1]]
+    with pytest.raises(aa.UnreachableError, match=r"pose\[2\], where the elbow is stretched or folded"):
+        gradients(weight)
+    by_pose, by_psi = gradients(weight, "nan")
+    assert np.isnan(by_pose[2, :3]).all() and np.isfinite(by_psi).all()  # psi turns the stretched arm too
+
+
+def test_forward_has_its_gradient_at_the_candle() -> None:
+    kinematics = aa.torch.Kinematics(aa.Arm.from_catalogue("kuka_iiwa7_r800"))
+    q = torch.zeros(7, dtype=torch.float64, requires_grad=True)
+    pose, psi, _ = kinematics.forward(q)
+    (by_pose,) = torch.autograd.grad(pose[:3, 3].sum() + 0 * psi, q, retain_graph=True)
+    assert np.allclose(by_pose, kinematics.arm.jacobian(np.zeros(7))[:3].sum(axis=0), rtol=0, atol=1e-15)
+    with pytest.raises(aa.UnreachableError, match="no gradient at q, where the wrist lies so that its arm"):
+        psi.backward()
+    _, psi, _ = kinematics.forward(q, undefined="nan")
+    psi.backward()
+    assert q.grad.isnan().all()
+
+
 def test_opcheck_passes() -> None:
-    arm, q = postures("kuka_iiwa7_r800", 8)
+    arm, q = postures("kuka_iiwa7_r800", 8, 17, 21)
     kinematics = aa.torch.Kinematics(arm)
     pose, psi, gc = (torch.from_numpy(value) for value in arm.forward(q))
     joints = torch.from_numpy(q)
@@ -128,7 +155,7 @@ def test_opcheck_passes() -> None:
 
 
 def test_it_compiles_without_a_break() -> None:
-    arm, q = postures("kuka_iiwa7_r800", 20)
+    arm, q = postures("kuka_iiwa7_r800", 20, 17, 21)
     kinematics = aa.torch.Kinematics(arm)
 
     def away(joints: object, turn: object) -> object:
@@ -151,7 +178,7 @@ def test_it_compiles_without_a_break() -> None:
 
 
 def test_vmap_is_the_batch() -> None:
-    arm, q = postures("openarm_v10", 20)
+    arm, q = postures("openarm_v10", 20, 17, 21)
     kinematics = aa.torch.Kinematics(arm)
     pose, psi, gc = (torch.from_numpy(value) for value in arm.forward(q))
     mapped = torch.func.vmap(lambda p, a: kinematics.inverse(p, a, gc[0]))(pose, psi)

@@ -14,7 +14,7 @@ from support.planned_arms import IIWA, random_arm
 import armangle as aa
 
 IIWA_14 = aa.Arm.from_catalogue("kuka_iiwa14_r820")
-FAILED = {"singular": (10, 74, 186, 602), "limits": (123, 531), "long": (65,), "weights": (45,)}
+FAILED = {"singular": (10, 74, 186, 602), "limits": (123, 531), "long": (65,), "weights": (45, 725)}
 POSTURE = np.array([0.3, 0.6, 0.2, -1.4, 0.4, 0.9, 0.5])
 
 

@@ -296,3 +296,12 @@ def test_no_joint_leaps_between_rows_that_are_left_to_plan() -> None:
     turns = aa.plan(wide({7: 7000}), aa.Screw(first, first[:3, 3], first[:3, 2], 20 * np.pi), start=CALM)
     assert turns.certified and len(turns) > 200
     assert np.abs(np.diff(turns.q, axis=0)).max() <= aa.motion.planning.ROW_STEP
+
+
+def test_a_refused_branch_at_a_home_posture_is_soon_explained() -> None:
+    # With theta_6 = 0 a limit of joint 5 opens at a single arm angle, and for no larger room.
+    arm = aa.Arm.from_catalogue("yaskawa_sia5d")
+    q = [-2.9397336249553474, 0.13351555769018164, -0.7739007722896383, -0.5690245240884177, 0.0, 0.0, 0.94]
+    first = arm.forward(q)[0]
+    last = first @ aa.pose([0.0, 0.02, 0.04], rotvec=[0.1, -0.05, 0.05])
+    assert aa.plan(arm, aa.Line(first, last), start=q).ok

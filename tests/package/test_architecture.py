@@ -87,6 +87,20 @@ def test_includes_point_down(path: Path) -> None:
         assert may_use(CORE, own, other), f"{path} includes {header}, which is not below it"
 
 
+OUTSIDE = [
+    path
+    for folder in ("bindings", "benchmarks", "contrib", "docs", "examples", "fuzz", "tests")
+    for path in sorted((ROOT / folder).rglob("*.[ch]pp"))
+    if "_build" not in path.parts
+]
+
+
+@pytest.mark.parametrize("path", OUTSIDE, ids=lambda path: str(path.relative_to(ROOT)))
+def test_what_is_included_from_outside_is_there(path: Path) -> None:
+    for name in re.findall(r"#include <armangle/([^>]+)>", path.read_text(encoding="utf-8")):
+        assert (HEADERS / name).is_file(), f"{path.name} includes armangle/{name}, which is not there"
+
+
 def test_every_room_exists() -> None:
     for room in PYTHON:
         assert list(SOURCES.glob(f"{room}*")), f"architecture.toml names {room}, which is not there"
@@ -129,6 +143,79 @@ def test_claims_hold_by_folder(pattern: str, home: str) -> None:
     """`plan/` allocates, `batch/` starts threads; nothing else does."""
     found = {path for path in CORE_FILES if re.search(pattern, (HEADERS / path).read_text(encoding="utf-8"))}
     assert {core_room(path) for path in found} == {home}, found
+
+
+STARTS_THREADS = re.compile(r"\b(?:Thread|ThreadPoolExecutor|ProcessPoolExecutor|start_new_thread)\(")
+
+
+def test_threads_start_where_the_page_says() -> None:
+    found = {
+        path.relative_to(SOURCES).as_posix()
+        for path in FILES
+        if STARTS_THREADS.search(path.read_text("utf-8"))
+    }
+    assert found == {"reach/filling.py", "viewer/server.py", "cli/screen.py"}
+    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    assert all(f"`{name}`" in page for name in found)
+
+
+def test_single_files_of_the_package_are_told() -> None:
+    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    ground = set(ORDER["python"][0]["ordered"])
+    for path in FILES:
+        if path.parent == SOURCES and path.stem not in ground:
+            assert f"`{path.name}`" in page, path.name
+
+
+JOINT_MAP = re.compile(r"\bsigns(?:\[[^\]]*\])? \*|\* (?:\w+\.)*signs\b(?!\[:)")
+
+
+def test_the_joint_map_stands_in_one_place() -> None:
+    """Theta = s q + o is `joint_map.hpp`; Python asks `arm/joint_map.py`."""
+    assert JOINT_MAP.search("theta = arm.signs * q + arm.offsets")
+    assert JOINT_MAP.search("(theta - offset) * self.signs") and JOINT_MAP.search("arm.signs[joint] * angle")
+    assert not [path for path in FILES if JOINT_MAP.search(path.read_text(encoding="utf-8"))]
+
+
+FIRST_GUESS = {
+    "include/armangle/circle/forward.hpp": "inline Posture forward(",
+    "include/armangle/circle/inverse.hpp": "inline Inverse inverse(",
+    "include/armangle/arm/limits.hpp": "inline double limit_margin(",
+    "include/armangle/arm/joint_map.hpp": "return sign * q + offset;",
+    "include/armangle/arm/jacobian.hpp": "inline Jacobian jacobian(",
+    "include/armangle/limits/cone.hpp": "struct Cone {",
+    "include/armangle/motion/step.hpp": "Status choose_windings(",
+    "include/armangle/near/near_arm.hpp": "struct NearArm {",
+    "include/armangle/batch/parallel.hpp": "std::thread",
+    "src/armangle/models/urdf_origin.py": "def origin(",
+    "src/armangle/colours.py": "JOINT_COLOURS =",
+    "src/armangle/timing/grid.py": "def grid(",
+    "src/armangle/timing/motion.py": "class Motion(Protocol)",
+    "src/armangle/files/replacing.py": "def replacing(",
+}
+"""What a newcomer looks for, in the file whose name is the first guess, and in no other."""
+
+
+@pytest.mark.parametrize("name", FIRST_GUESS)
+def test_the_first_guess_is_right(name: str) -> None:
+    root = ROOT / "/".join(name.split("/")[:2])
+    holds = {
+        path.relative_to(ROOT).as_posix()
+        for path in root.rglob(f"*{Path(name).suffix}")
+        if FIRST_GUESS[name] in path.read_text(encoding="utf-8")
+    }
+    assert name in holds
+    rooms = {Path(other).parts[2] for other in holds - {name}}
+    assert rooms <= {"near", "offset", "kuka.hpp", "kdl.hpp"}, f"also in {holds - {name}}"
+
+
+@pytest.mark.parametrize("root", [HEADERS, SOURCES], ids=["core", "python"])
+def test_a_name_begins_with_its_folder_s_only_where_its_type_does(root: Path) -> None:
+    for path in sorted(root.rglob("*.hpp")) + sorted(root.rglob("*.py")):
+        if path.parent != root and path.stem.startswith((f"{path.parent.name}_", f"{path.parent.name}s_")):
+            name = "".join(word.capitalize() for word in path.stem.split("_"))
+            text = path.read_text(encoding="utf-8")
+            assert re.search(rf"\b(?:struct|class) {name}\b", text), f"{path} defines no {name}"
 
 
 # Headers named after a subject, not after the one thing they define; fronts and adapters.

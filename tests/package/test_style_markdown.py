@@ -78,3 +78,25 @@ def test_code_and_formulas_are_left_alone() -> None:
     code = "```sh\na. B\n```\n$$\na. B\n$$\n| a. B |\n"
     text = f"Words.\n{code}```{{figure}} x.svg\n:alt: A. B\nA caption.\n```\nEnd."
     assert [line for _, line in prose(text)] == ["Words.", "A caption.", "End."]
+
+
+FIGURE = re.compile(r"\d (?:[nµu]s|[kMGT]B)\b")
+COMMAND = re.compile(r"benchmarks/|`make [a-z]+`")
+OF_THE_PAPER = "docs/errata.md"
+
+
+def figures(text: str) -> list[str]:
+    """Lines with a measured time or size, on a page that names no command that prints it."""
+    return [] if COMMAND.search(text) else [line for _, line in prose(text) if FIGURE.search(line)]
+
+
+@pytest.mark.parametrize("name", [name for name in PAGES if name != OF_THE_PAPER])
+def test_a_page_of_figures_names_what_prints_them(name: str) -> None:
+    entries = (ROOT / name).read_text(encoding="utf-8")
+    for part in entries.split("\n- ") if name == "CHANGELOG.md" else [entries]:
+        assert not figures(part), f"{name}: {figures(part)} of no command"
+
+
+def test_a_figure_of_no_command_is_seen() -> None:
+    assert figures("It takes 3 µs.") and figures("A store of 30 MB.")
+    assert not figures("It takes 3 µs: `python benchmarks/goals.py`.") and not figures("Every 3 mm.")

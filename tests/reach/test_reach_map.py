@@ -275,6 +275,38 @@ def test_wounded_tiles_are_named_and_made_again(
     assert digest(place) == whole
 
 
+def test_a_damaged_map_says_so_when_it_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    small_tiles(monkeypatch, 2**14)
+    place = tmp_path / "a.zarr"
+    found = made("openarm_v10", place)
+    whole = np.asarray(found.values("freedom"))
+    tile = next(k for k in range(found.tiles) if found._store.read(k)["freedom"].any())
+    i, j = divmod(tile, found._store.grid.along)
+    file = place / "freedom" / "c" / str(i) / str(j) / "0" / "0"
+    bits = bytearray(file.read_bytes())
+    bits[len(bits) // 2] ^= 4
+    file.write_bytes(bytes(bits))
+    for read in (lambda: found.values("freedom")[:], lambda: np.asarray(found.values("freedom")),
+                 lambda: found.section("freedom")):  # fmt: skip
+        with pytest.raises(aa.FileFormatError, match=rf"tile {tile} of field 'freedom' is damaged.*verify"):
+            read()
+    assert found.values("gc")[0, 0].shape == found.shape[2:]  # another field, and other tiles, can be read
+    with pytest.raises(IndexError):
+        found.values("gc")[10**6]
+    assert found.verify() == (tile,)
+    found.resume(threads=1)
+    assert np.array_equal(found.values("freedom"), whole)
+
+
+@pytest.mark.parametrize("wound", [("zarr.json", b"{"), ("zarr.json", b"{}"), ("gc/zarr.json", b"no")])
+def test_a_map_without_its_description_is_refused(wound: tuple[str, bytes], tmp_path: Path) -> None:
+    place = tmp_path / "a.zarr"
+    made("openarm_v10", place, spacing=0.3, tilt=1.0)
+    (place / wound[0]).write_bytes(wound[1])
+    with pytest.raises(aa.FileFormatError):
+        aa.ReachMap(place).section("gc")
+
+
 @pytest.mark.parametrize("name", ARMS)
 def test_a_full_disk_is_said_and_resumed_from(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

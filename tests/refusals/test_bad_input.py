@@ -37,9 +37,11 @@ HUGE = [1e7, -1e300]
 ANGLES: list[Any] = [*WORDS, NAN, INF, *HUGE, 1j, [0.1, "x"], [[0.1], [0.1, 0.2]]]
 JOINTS: list[Any] = [*WORDS, 0.1, Q[:6], changed(Q, NAN), changed(Q, -INF), changed(Q, 1e9), [1j] * 7]
 ROTATION = POSE[:3, :3]
+FAR = POSE.copy()
+FAR[1, 3] = 1e300  # finite, but its square is not
 POSES: list[Any] = [
     *WORDS, 0.1, POSE[:3], ROTATION, changed(POSE, NAN), changed(POSE, INF), changed(POSE, 2.0),
-    np.diag([-1.0, 1, 1, 1]), np.zeros((4, 4)), np.ones((4, 4)), POSE.astype(complex),
+    np.diag([-1.0, 1, 1, 1]), np.zeros((4, 4)), np.ones((4, 4)), POSE.astype(complex), FAR,
 ]  # fmt: skip
 INDEX: list[Any] = ["nonsense", object(), 8, -1, 2.0, NAN, 10**30, True]
 NUMBER: list[Any] = ["nonsense", object(), NAN, 10**400, 1j]
@@ -124,6 +126,12 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "OffsetArm.forward": (FR3.forward, {"q": Q}),
     "OffsetArm.jacobian": (FR3.jacobian, {"q": Q}),
     "OffsetArm.inverse": (FR3.inverse, {"pose": POSE, "free": 0.1, "gc": 0, "unreachable": "nan"}),
+    "OffsetArm.inverse_all": (FR3.inverse_all, {"pose": POSE, "free": 0.1}),
+    "OffsetArm.frames": (FR3.frames, {"q": Q}),
+    "OffsetArm.elbow": (FR3.elbow, {"q": Q}),
+    "OffsetArm.limit_margin": (FR3.limit_margin, {"q": Q}),
+    "OffsetArm.within_limits": (FR3.within_limits, {"q": Q}),
+    "OffsetArm.with_tool": (FR3.with_tool, {"tool": np.eye(4)}),
     "OffsetArm.feasible": (FR3.feasible, {"pose": POSE, "gc": 0}),
     "OffsetArm.feasible_all": (FR3.feasible_all, {"pose": POSE}),
     "OffsetArm.solve": (FR3.solve, {"pose": POSE}),
@@ -239,7 +247,7 @@ BAD_HERE: dict[tuple[str, str], list[Any]] = {
     ("place", "weight"): ["nonsense", object(), 1.0, [1.0], [NAN, 1.0], [-1.0, 1.0]],
     ("place", "singularity_margin"): MARGIN,
     **{(name, "path"): [None, object(), 1.0, {"a": 1}, "", "a\0b"] for name in ("reach_map", "ReachMap")},
-    **{(name, "roll"): CHOICE for name in ("step", "follow", "Arm.solve")},
+    **{(name, "roll"): CHOICE for name in ("step", "follow", "plan", "Arm.solve")},
     ("Field", "distance"): [None, "x", [], [[]], [0.0] * 3, np.full((2, 2, 2), NAN), [[["x"] * 2] * 2] * 2],
     ("Field", "origin"): POINTS,
     ("Field", "spacing"): [*POSITIVE, None, INF],

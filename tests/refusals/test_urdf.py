@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import importlib.util
 import re
 
 import pytest
 from support.chain import LIMIT, joint_xml, simple_urdf
 
+import armangle as aa
 import armangle.models.urdf
 from armangle.errors import UrdfError
 from armangle.models.urdf import read_urdf
@@ -119,6 +121,14 @@ REFUSED = {
         "joint 'j3' lies 400 m away, absurd for an arm (wanted metres, at most 100)",
     ),
 }
+
+
+@pytest.mark.parametrize("source", [None, 5, 0.5, [], {}, object(), ""])
+def test_what_is_neither_path_nor_text_is_refused_by_name(source):
+    readers = aa.Arm.from_urdf, aa.OffsetArm.from_urdf, aa.Body.from_urdf, aa.Arm.from_mjcf
+    for read in readers if importlib.util.find_spec("mujoco") else readers[:3]:
+        with pytest.raises(aa.InputError, match=r"source is .*, wanted the path of a file, or its XML text"):
+            read(source)
 
 
 @pytest.mark.parametrize("case", REFUSED)

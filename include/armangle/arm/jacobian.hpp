@@ -11,6 +11,18 @@ struct Jacobian {
     double entry[6][joints];
 };
 
+namespace detail {
+
+/// Puts the column of a joint: it turns about `axis`, and `lever` leads from it to the tool's origin.
+inline void put_column(Jacobian& to, int joint, const Vec3<double>& axis,
+                       const Vec3<double>& lever) noexcept {
+    const Vec3<double> linear = cross(axis, lever);
+    const double column[6] = {linear.x, linear.y, linear.z, axis.x, axis.y, axis.z};
+    for (int k = 0; k < 6; ++k) to.entry[k][joint] = column[k];
+}
+
+}  // namespace detail
+
 /// The geometric Jacobian of the tool: rows 0-2 linear, 3-5 angular velocity, as the user sees them.
 inline Jacobian jacobian(const Arm& arm, const double* q) noexcept {
     double theta[joint_slots];
@@ -22,9 +34,7 @@ inline Jacobian jacobian(const Arm& arm, const double* q) noexcept {
     for (int i = 0; i < joints; ++i) {
         const Vec3<double> axis = arm.base.rotation * (frame[i].rotation.z * arm.sign[i]);
         const Vec3<double> lever = arm.base.rotation * (tip - frame[i].position);
-        const Vec3<double> linear = cross(axis, lever);
-        const double column[6] = {linear.x, linear.y, linear.z, axis.x, axis.y, axis.z};
-        for (int k = 0; k < 6; ++k) out.entry[k][i] = column[k];
+        detail::put_column(out, i, axis, lever);
     }
     return out;
 }

@@ -10,6 +10,7 @@
 
 namespace armangle {
 
+/// The cost 1/2 x' H x - g' x of a move x of the joints.
 struct JointQuadratic {
     double H[joints][joints];  // symmetric, positive definite
     double g[joints];

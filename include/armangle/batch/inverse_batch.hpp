@@ -6,6 +6,7 @@
 
 namespace armangle {
 
+/// What a batch does where limits or reach are not kept: nothing, report a problem, or write NaN.
 enum class Enforce : int { ignore, raise, nan };
 
 /// Arguments of a batched inverse. seed may be null. `gc` in 0..7.
@@ -49,6 +50,7 @@ inline Problem check_element(const Arm& arm, const InverseBatch& b, std::size_t 
     return Problem::none;
 }
 
+/// The arguments of as many elements as a lane holds.
 struct LaneInput {
     Pose<Batch> pose;
     Batch psi, bad;
@@ -89,8 +91,8 @@ inline LaneInput load_block(const Arm& arm, const InverseBatch& b, const std::si
     const auto& r = in.pose.rotation;
     const Vec3<Batch>& p = in.pose.position;
     // NaN and infinity make these comparisons false
-    const auto finite =
-        (abs(p.x) + abs(p.y) + abs(p.z) < Batch(infinity)) & (abs(in.psi) <= Batch(tolerance::largest_angle));
+    const auto near = abs(p.x) + abs(p.y) + abs(p.z) <= Batch(tolerance::farthest);
+    const auto finite = near & (abs(in.psi) <= Batch(tolerance::largest_angle));
     const auto rigid =
         (orthonormality_error(r) <= Batch(tolerance::rotation)) & (dot(cross(r.x, r.y), r.z) > Batch(0.0));
     const auto row_ok =

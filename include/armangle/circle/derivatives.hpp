@@ -1,10 +1,19 @@
 // Derivatives of the two doors: joints by pose and arm angle, arm angle by joints.
 //
 // A pose moves by a twist (v, omega): v of the tool's origin (m), omega (rad), in the frame that poses are
-// given in, as the rows of the Jacobian. The inverse runs on Dual numbers whose partials are the six of the
-// twist and that of psi; the same formulas, no second one. With the Jacobian J and the gradient g of psi
+// given in, as the rows of the Jacobian. With the Jacobian J and the gradient g of psi
 //
-//     [J; g] dq = (v, omega, dpsi),   so that   dq/d(v, omega, psi) = [J; g]^-1.
+//     [J; g] dq = (v, omega, dpsi),   so that   dq/d(v, omega, psi) = [J; g]^-1,
+//
+// which needs no matrix to be inverted. Let u be the velocity of the wrist, n = |S-W| and w the direction of
+// S-W. The triangle S-E-W changes with n' = w . u alone, and its plane turns with
+//
+//     w x u / n + (psi' + k . u) w,       k: how the reference half-plane turns (reference_plane.hpp).
+//
+// To that frame 3 adds the change of beta (elbow.hpp), frame 4 that of gamma = beta + theta_4. Joints 1 to 3
+// split the angular velocity of frame 3, joints 5 to 7 what frame 4 leaves of the tool's. The gradient of psi
+// is that of eq. (11), on Dual numbers: the two are told apart by nothing but rounding
+// (tests/laws/test_derivatives.py).
 #pragma once
 
 #include "../arm/jacobian.hpp"
@@ -13,15 +22,143 @@
 
 namespace armangle {
 
+/// How the joints of a posture answer to motions of its pose, in the base frame of the DH rows.
+template <class T>
+struct Rates {
+    using Mask = decltype(T(0.0) < T(0.0));
+
+    Vec3<T> part[joints];  // theta_i' = part . what joints 1-3 (5-7) turn together, rad/s of rad/s; not of 4
+    Vec3<T> w, turn;       // S-W; k, how psi = 0 turns about w per metre of the wrist's way
+    Vec3<T> lean_3, lean_4;  // how frames 3 and 4 turn in the plane S-E-W per metre of n
+    T bend;                  // theta_4 per metre of n
+    T inverse_distance;      // 1 / n
+    Vec3<T> lever;           // m, from the tool's origin to the wrist
+    // whether there are derivatives: of joints 1-3 and 5-7 at all, of any joint by the pose (the elbow is
+    // neither stretched nor folded), of any but joint 4 by the pose (psi does not jump)
+    Mask shoulder, wrist, elbow, plane;
+};
+
+/// A gradient by the twist (v, omega) of a pose and by psi.
+template <class T>
+struct Pull {
+    Vec3<T> linear, angular;
+    T psi;
+};
+
+/// Writes the seven numbers in a row.
+template <class T>
+ARMANGLE_INLINE void store_pull(const Pull<T>& p, T (&row)[joints]) noexcept {
+    const T all[joints] = {p.linear.x, p.linear.y, p.linear.z, p.angular.x, p.angular.y, p.angular.z, p.psi};
+    for (int k = 0; k < joints; ++k) row[k] = all[k];
+}
+
+/// Rates of the posture at psi, of a flange pose 0T7 and its self-motion. What does not exist is 0 in them.
+template <class T>
+ARMANGLE_INLINE Rates<T> rates(const Arm& arm, const Pose<T>& flange, const SelfMotion<T>& m,
+                               const SinCos<T>& psi) noexcept {
+    const T zero(0.0), one(1.0);
+    const Circle<T>& c = m.circle;
+    const Frames<T> f = frames(m, psi);
+    Rates<T> r;
+    const auto ratio = [&](const auto& exists, const T& above, const T& below) {
+        return select(exists, above / select(exists, below, one), zero);
+    };
+    // joints 1-3 split a turn along axis 1, axis 2 and y_3, the axis of joint 3
+    const T sin_2 = m.gc.shoulder * hypot(f.y3.x, f.y3.y);
+    r.shoulder = abs(sin_2) > T(tolerance::singular);
+    const T over_2 = ratio(r.shoulder, one, sin_2);
+    const T cos_1 = f.y3.x * over_2, sin_1 = f.y3.y * over_2;
+    r.part[0] = {-(cos_1 * f.y3.z * over_2), -(sin_1 * f.y3.z * over_2), select(r.shoulder, one, zero)};
+    r.part[1] = {-sin_1, cos_1, zero};
+    r.part[2] = {cos_1 * over_2, sin_1 * over_2, zero};
+    // joints 5-7 the same along z_4, axis 6 and z_7
+    const Vec3<T> across = f.x3 * m.elbow.beta.cos - f.y3 * m.elbow.beta.sin,
+                  along = combine(f.x3, m.elbow.beta.sin, f.y3, m.elbow.beta.cos);
+    const Vec3<T> x4 = combine(along, m.elbow.gamma.sin, across, m.elbow.gamma.cos),
+                  z4 = combine(along, m.elbow.gamma.cos, across, -m.elbow.gamma.sin);
+    const T sin_6 = m.gc.wrist * hypot(f.n1.z, f.n2.z);
+    r.wrist = abs(sin_6) > T(tolerance::singular);
+    const T over_6 = ratio(r.wrist, one, sin_6);
+    const T cos_5 = f.n1.z * over_6, sin_5 = f.n2.z * over_6;
+    const Vec3<T> level = combine(x4, cos_5, f.z3, -sin_5);  // of z_7, across z_4; y_4 is -z_3
+    r.part[4] = combine(z4, select(r.wrist, one, zero), level, -(f.n33 * over_6));
+    r.part[5] = combine(x4, -sin_5, f.z3, -cos_5);
+    r.part[6] = level * over_6;
+    // the triangle: 2 n n' = -2 La Lb sin(eta) eta'
+    const T sin_eta = m.gc.elbow * c.triangle.eta.sin;
+    r.elbow = c.triangle.eta.sin > T(tolerance::singular);
+    r.w = c.w;
+    r.inverse_distance = one / c.distance;
+    r.bend = -ratio(r.elbow, c.distance, T(arm.upper_arm * arm.forearm) * sin_eta);
+    const T side = T(arm.upper_arm) + T(arm.forearm) * c.triangle.eta.cos;
+    const T flat =
+        mul_add(side, side, T(arm.forearm * arm.forearm) * c.triangle.eta.sin * c.triangle.eta.sin);
+    const T share =
+        T(arm.forearm) * ratio(r.elbow, mul_add(T(arm.upper_arm), c.triangle.eta.cos, T(arm.forearm)), flat);
+    const T beta = -(share * r.bend);
+    // a gap d_4 leans both frames about `across`: sin(tilt) = d_4 / n
+    const T tilt = m.elbow.tilted ? -(m.elbow.tilt.sin / m.elbow.tilt.cos * r.inverse_distance) : zero;
+    r.lean_3 = combine(f.z3, beta, across, -tilt);
+    r.lean_4 = combine(f.z3, beta + r.bend, across, -tilt);
+    r.plane = !is_reference_lost(arm, c.w, c.distance);
+    r.turn = reference_turn(arm, c.w, c.z, c.distance);
+    r.turn = select(r.plane, r.turn, Vec3<T>{zero, zero, zero});
+    const Vec3<T> tip{T(arm.tool.position.x), T(arm.tool.position.y), T(arm.tool.position.z + arm.d_wf)};
+    r.lever = -(flange.rotation * tip);
+    return r;
+}
+
+/// The gradient of a function of the joints by twist and psi, from that by the joints, which are those of the
+/// robot. Row j of dq/d(v, omega, psi) is that of joint j itself.
+template <class T>
+ARMANGLE_INLINE Pull<T> pulled(const Arm& arm, const Rates<T>& r, const T (&by_q)[joints]) noexcept {
+    const auto of = [&](int j) { return by_q[j] * T(arm.sign[j]); };
+    const Vec3<T> upper = mul_add(r.part[0], of(0), combine(r.part[1], of(1), r.part[2], of(2))),
+                  lower = mul_add(r.part[4], of(4), combine(r.part[5], of(5), r.part[6], of(6))),
+                  both = upper - lower;
+    Pull<T> out;
+    out.psi = dot(both, r.w);
+    const T stretch = dot(upper, r.lean_3) - dot(lower, r.lean_4) + of(3) * r.bend;
+    out.linear = mul_add(cross(both, r.w), r.inverse_distance, combine(r.turn, out.psi, r.w, stretch));
+    out.angular = lower + cross(r.lever, out.linear);
+    if (arm.has_base) {
+        const Mat3<T> base = spread<T>(arm.base).rotation;
+        out.linear = base * out.linear;
+        out.angular = base * out.angular;
+    }
+    return out;
+}
+
 /// dq by (v, omega, psi): row j is joint j + 1. Infinite where it does not exist: a side on which theta_2
-/// (theta_6) is 0 or pi, all joints where the elbow is stretched or folded.
+/// (theta_6) is 0 or pi; by the pose all joints where the elbow is stretched or folded, and all but joint 4
+/// where psi jumps, as over the base axis for the psi of that axis.
 struct Derivatives {
-    double q[joints];
     double entry[joints][joints];
     Status status;
 };
 
 namespace detail {
+
+/// Rates of a pose that has a posture.
+inline Status rates_at(const Arm& arm, const Pose<double>& pose, double psi, int gc,
+                       Rates<double>& out) noexcept {
+    if (gc < 0 || gc >= configurations || !(abs(psi) <= tolerance::largest_angle) || !is_rigid(pose))
+        return Status::BAD_INPUT;
+    const Pose<double> flange = flange_pose(arm, pose);
+    const SelfMotion<double> m = self_motion(arm, circle(arm, flange), configuration(gc));
+    if (is_unreachable(m.circle)) return Status::UNREACHABLE;
+    if (is_folded(m.circle)) return Status::FOLDED;
+    out = rates(arm, flange, m, sin_cos(psi));
+    return Status::OK;
+}
+
+/// Whether joint j has a derivative by psi, and by the pose.
+inline bool moves_with_psi(const Rates<double>& r, int j) noexcept {
+    return j == 3 || (j < 3 ? r.shoulder : r.wrist);
+}
+inline bool moves_with_pose(const Rates<double>& r, int j) noexcept {
+    return moves_with_psi(r, j) && r.elbow && (j == 3 || r.plane);
+}
 
 /// The partials of a vector that a motion turns and moves.
 ARMANGLE_INLINE Vec3<Dual> with_partials(const Vec3<double>& at, const Vec3<Dual::Partials>& by) noexcept {
@@ -43,59 +180,29 @@ ARMANGLE_INLINE Pose<Dual> moving(const Pose<double>& pose, const Vec3<Dual::Par
             with_partials(pose.position, velocity)};
 }
 
-/// The variable k alone.
-ARMANGLE_INLINE Dual::Partials unit(int k) noexcept {
-    double one[Dual::variables] = {};
-    one[k] = 1.0;
-    return Dual::Partials::load(one);
-}
-
 }  // namespace detail
 
-/// Joints of (pose, psi, gc), on the turns that inverse() takes without a seed, and their derivatives. OK, or
-/// UNREACHABLE, FOLDED, BAD_INPUT as there; then all numbers are NaN.
+/// Derivatives of the joints of (pose, psi, gc). OK, or UNREACHABLE, FOLDED, BAD_INPUT; then all numbers are
+/// NaN.
 inline Derivatives inverse_derivative(const Arm& arm, const Pose<double>& pose, double psi, int gc) noexcept {
     Derivatives out;
-    out.status = Status::BAD_INPUT;
+    Rates<double> r;
+    out.status = detail::rates_at(arm, pose, psi, gc, r);
     for (int j = 0; j < joints; ++j) {
-        out.q[j] = not_a_number;
-        for (double& partial : out.entry[j]) partial = not_a_number;
+        double (&row)[joints] = out.entry[j];
+        for (double& entry : row) entry = not_a_number;
+        if (out.status != Status::OK) continue;
+        double one[joints] = {};
+        one[j] = 1.0;
+        store_pull(pulled(arm, r, one), row);
+        if (!detail::moves_with_psi(r, j)) row[6] = infinity;
+        for (int k = 0; k < 6; ++k)
+            if (!detail::moves_with_pose(r, j)) row[k] = infinity;
     }
-    if (gc < 0 || gc >= configurations || !(abs(psi) <= tolerance::largest_angle) || !is_rigid(pose))
-        return out;
-    const Pose<Dual> moved = detail::moving(pose, {detail::unit(0), detail::unit(1), detail::unit(2)},
-                                            {detail::unit(3), detail::unit(4), detail::unit(5)});
-    const Configuration<double> signs = configuration(gc);
-    const SelfMotion<Dual> m =
-        self_motion<Dual>(arm, moved, {Dual(signs.shoulder), Dual(signs.elbow), Dual(signs.wrist)});
-    out.status = is_unreachable(m.circle) ? Status::UNREACHABLE : Status::FOLDED;
-    if (is_unreachable(m.circle) || is_folded(m.circle)) return out;
-    out.status = Status::OK;
-    const Directions<Dual> d = directions(m, sin_cos(Dual(psi, detail::unit(6))));
-    Directions<double> values;
-    for (int j = 0; j < joint_slots; ++j) {
-        values.y[j] = d.y[j].value;
-        values.x[j] = d.x[j].value;
-    }
-    const Joints solved = joints_within_limits(arm, values, nullptr);
-    for (int j = 0; j < joints; ++j) out.q[j] = solved.q[j];
-    for (int j = 0; j < joints; ++j) {
-        double partial[Dual::variables];
-        const Dual theta = atan2(d.y[j], d.x[j]);
-        (theta.partial * Dual::Partials(arm.sign[j])).store(partial);
-        // the hinge beside a pivot says whether its direction exists
-        const int hinge = j < 3 ? 1 : 5;
-        const bool exists = j == 3 || abs(d.y[hinge].value) > tolerance::singular;
-        for (int k = 0; k < joints; ++k)
-            out.entry[j][k] = exists && abs(partial[k]) < infinity ? partial[k] : infinity;
-    }
-    if (!(m.circle.triangle.eta.sin.value > tolerance::singular))
-        for (auto& row : out.entry)
-            for (int k = 0; k < joints - 1; ++k) row[k] = infinity;
     return out;
 }
 
-/// dpsi/dq at joints q (rad/rad), in the arm's own psi; infinite where psi does not exist.
+/// dpsi/dq at joints q (rad/rad), in the arm's own psi; infinite where psi does not exist, or jumps.
 inline void psi_gradient(const Arm& arm, const double* q, double (&out)[joints]) noexcept {
     const Jacobian jac = jacobian(arm, q);
     double theta[joint_slots], column[6][joint_slots] = {}, axis[3][joint_slots] = {};
@@ -120,7 +227,8 @@ inline void psi_gradient(const Arm& arm, const double* q, double (&out)[joints])
         elbow_axis, detail::turned({lanes(axis[0]), lanes(axis[1]), lanes(axis[2])}, elbow_axis));
     double partial[Dual::variables];
     atan2(dot(c.e, z3), dot(c.z, z3)).partial.store(partial);
-    const bool exists = !is_folded(c);
+    const Vec3<double> w{c.w.x.value, c.w.y.value, c.w.z.value};
+    const bool exists = !is_folded(c) && !is_reference_lost(arm, w, c.distance.value);
     for (int j = 0; j < joints; ++j) out[j] = exists && abs(partial[j]) < infinity ? partial[j] : infinity;
 }
 

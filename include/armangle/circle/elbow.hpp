@@ -14,6 +14,12 @@ struct Triangle {
     SinCos<T> kappa;  // angle at the shoulder between S-E and S-W
 };
 
+/// A value that is 0 where a gap is within rounding, and else positive.
+template <class T>
+ARMANGLE_INLINE T cut_off(const T& gap, const T& rounding, const T& value) noexcept {
+    return select(gap <= rounding, T(0.0), value);
+}
+
 /// A gap d_4 along axis 4 changes the reach alone: |S-W|^2 = d_4^2 + the square of what is across axis 4.
 ///
 /// Bend and shoulder angle by half-angle forms: exact also when stretched or folded (unlike acos of eq. (4));
@@ -23,8 +29,8 @@ template <class T>
 ARMANGLE_INLINE Triangle<T> triangle(const Arm& arm, T n) noexcept {
     const double L = arm.reach, D = arm.inner_reach, La = arm.upper_arm, Lb = arm.forearm;
     const T zero(0.0), one(1.0), rounding(tolerance::stretched * L);
-    const T s2 = select(L - n <= rounding, zero, (L - n) * (L + n));  // 4 La Lb sin^2(eta/2)
-    const T c2 = select(n - D <= rounding, zero, (n - D) * (n + D));  // 4 La Lb cos^2(eta/2)
+    const T s2 = cut_off(L - n, rounding, (L - n) * (L + n));  // 4 La Lb sin^2(eta/2)
+    const T c2 = cut_off(n - D, rounding, (n - D) * (n + D));  // 4 La Lb cos^2(eta/2)
     const T scale = one / (s2 + c2);
     Triangle<T> t;
     t.excess = max(n - L, D - n);

@@ -1,7 +1,9 @@
 // Gradients the way back: what a function of the results falls by, as a gradient by what was given.
 //
 // A gradient by the sixteen entries of a pose counts along motions of a rigid body alone, dp = v and
-// dR = omega x R. Of the gradients that agree there the one of least size is given.
+// dR = omega x R. Of the gradients that agree there the one of least size is given. What nobody asks for
+// counts nothing, however steep it is; where something that is asked for has no derivative, the whole
+// gradient is NaN and a Hindrance says why.
 #pragma once
 
 #include "../numbers/arrays.hpp"
@@ -9,6 +11,10 @@
 #include "forward.hpp"
 
 namespace armangle {
+
+/// Why a gradient does not exist: psi jumps, theta_2 or theta_6 is 0 or pi, the elbow is stretched or folded,
+/// there is no posture.
+enum class Hindrance : int { none = 0, psi = 1, shoulder = 2, elbow = 4, wrist = 6, unreachable = 7 };
 
 /// The gradient by the twist (v, omega) of a pose from that by its entries, 4x4 row by row.
 inline void twist_gradient(const Pose<double>& pose, const double* by_entry, double (&by_twist)[6]) noexcept {
@@ -20,45 +26,126 @@ inline void twist_gradient(const Pose<double>& pose, const double* by_entry, dou
 }
 
 /// The least gradient by the entries of a pose whose part along motions is the gradient by the twist.
-inline void pose_gradient(const Pose<double>& pose, const double (&by_twist)[6], double* by_entry) noexcept {
+template <class T>
+ARMANGLE_INLINE Pose<T> pose_gradient(const Pose<T>& pose, const Vec3<T>& linear,
+                                      const Vec3<T>& angular) noexcept {
     // the sum of x cross (a cross x) over three orthonormal x is 2 a
-    const Vec3<double> half = Vec3<double>{by_twist[3], by_twist[4], by_twist[5]} * 0.5;
-    const Mat3<double> turned{cross(half, pose.rotation.x), cross(half, pose.rotation.y),
-                              cross(half, pose.rotation.z)};
-    store_pose({turned, {by_twist[0], by_twist[1], by_twist[2]}}, by_entry);
+    const Vec3<T> half = angular * T(0.5);
+    return {{cross(half, pose.rotation.x), cross(half, pose.rotation.y), cross(half, pose.rotation.z)},
+            linear};
+}
+
+/// Writes a gradient by the entries of a pose, 4x4 row by row; the last row has none.
+inline void store_gradient(const Pose<double>& gradient, double* by_entry) noexcept {
+    store_pose(gradient, by_entry);
     by_entry[15] = 0;
 }
 
+/// The twist (v, omega) of a change of a pose, given by its entries: dp, and the axis of the part of dR R^T
+/// that turns.
+inline void twist_of(const Pose<double>& pose, const double* change, double (&twist)[6]) noexcept {
+    twist_gradient(pose, change, twist);
+    for (int k = 3; k < 6; ++k) twist[k] *= 0.5;
+}
+
 /// The gradient by the joints of forward() from those by the entries of its pose and by its psi.
-inline void forward_pullback(const Arm& arm, const double* q, const double* by_pose, double by_psi,
-                             double (&by_q)[joints]) noexcept {
+inline Hindrance forward_pullback(const Arm& arm, const double* q, const double* by_pose, double by_psi,
+                                  double (&by_q)[joints]) noexcept {
     const Jacobian j = jacobian(arm, q);
     double by_twist[6];
     twist_gradient(forward(arm, q).pose, by_pose, by_twist);
-    double of_psi[joints] = {};
-    if (by_psi != 0) psi_gradient(arm, q, of_psi);  // nobody asks for it, however steep it is
     for (int i = 0; i < joints; ++i) {
-        by_q[i] = by_psi != 0 ? by_psi * of_psi[i] : 0.0;
+        by_q[i] = 0;
         for (int k = 0; k < 6; ++k) by_q[i] += by_twist[k] * j.entry[k][i];
     }
+    if (by_psi == 0) return Hindrance::none;
+    double of_psi[joints];
+    psi_gradient(arm, q, of_psi);
+    const bool exists = abs(of_psi[0]) < infinity;
+    for (int i = 0; i < joints; ++i) by_q[i] = exists ? by_q[i] + by_psi * of_psi[i] : not_a_number;
+    return exists ? Hindrance::none : Hindrance::psi;
 }
 
-/// The gradient by the entries of the pose and by psi of inverse() from that by its joints. A joint that
-/// nobody asks for counts nothing, however steep it is; NaN where there is no posture.
-inline void inverse_pullback(const Arm& arm, const Pose<double>& pose, double psi, int gc, const double* by_q,
-                             double* by_pose, double& by_psi) noexcept {
-    double by_twist[joints] = {};
-    bool asked = false;
-    for (int j = 0; j < joints; ++j) asked |= by_q[j] != 0;
-    if (asked) {
-        const Derivatives d = inverse_derivative(arm, pose, psi, gc);
-        for (int j = 0; j < joints; ++j)
-            if (by_q[j] != 0)
-                for (int k = 0; k < joints; ++k) by_twist[k] += by_q[j] * d.entry[j][k];
+/// The change of forward()'s pose, by its entries, and of its psi as the joints change.
+inline void forward_pushforward(const Arm& arm, const double* q, const double* dq, double* change,
+                                double& psi) noexcept {
+    const Jacobian j = jacobian(arm, q);
+    double of_psi[joints], twist[6] = {};
+    psi_gradient(arm, q, of_psi);
+    psi = 0;
+    for (int i = 0; i < joints; ++i) {
+        for (int k = 0; k < 6; ++k) twist[k] += j.entry[k][i] * dq[i];
+        if (dq[i] != 0) psi += abs(of_psi[i]) < infinity ? of_psi[i] * dq[i] : not_a_number;
     }
-    const double along[6] = {by_twist[0], by_twist[1], by_twist[2], by_twist[3], by_twist[4], by_twist[5]};
-    pose_gradient(pose, along, by_pose);
-    by_psi = by_twist[6];
+    const Vec3<double> omega{twist[3], twist[4], twist[5]};
+    const Mat3<double> r = forward(arm, q).pose.rotation;
+    store_gradient(
+        {{cross(omega, r.x), cross(omega, r.y), cross(omega, r.z)}, {twist[0], twist[1], twist[2]}}, change);
+}
+
+namespace detail {
+
+/// Why a gradient by these joints does not exist, by psi or by the pose.
+inline Hindrance hindrance(const Rates<double>& r, const double* by_q, bool by_pose) noexcept {
+    bool asked[joints], any_asked = false, any_turn = false;
+    for (int j = 0; j < joints; ++j) {
+        asked[j] = by_q[j] != 0;
+        any_asked |= asked[j];
+        any_turn |= asked[j] && j != 3;
+    }
+    if (!r.shoulder && (asked[0] || asked[1] || asked[2])) return Hindrance::shoulder;
+    if (!r.wrist && (asked[4] || asked[5] || asked[6])) return Hindrance::wrist;
+    if (by_pose && !r.elbow && any_asked) return Hindrance::elbow;
+    if (by_pose && !r.plane && any_turn) return Hindrance::psi;
+    return Hindrance::none;
+}
+
+}  // namespace detail
+
+/// The gradient by the entries of the pose and by psi of inverse() from that by its joints. Where only the
+/// gradient by the pose does not exist, that by psi does.
+inline Hindrance inverse_pullback(const Arm& arm, const Pose<double>& pose, double psi, int gc,
+                                  const double* by_q, double* by_pose, double& by_psi) noexcept {
+    Pull<double> p{{0, 0, 0}, {0, 0, 0}, 0};
+    Hindrance why = Hindrance::none;
+    double given[joints];
+    bool asked = false;
+    for (int j = 0; j < joints; ++j) {
+        given[j] = by_q[j];
+        asked |= by_q[j] != 0;
+    }
+    if (asked) {
+        constexpr Vec3<double> no{not_a_number, not_a_number, not_a_number};
+        Rates<double> r;
+        if (detail::rates_at(arm, pose, psi, gc, r) != Status::OK) {
+            why = Hindrance::unreachable;
+            p = {no, no, not_a_number};
+        } else {
+            p = pulled(arm, r, given);
+            why = detail::hindrance(r, by_q, true);
+            if (why != Hindrance::none) p.linear = p.angular = no;
+            if (detail::hindrance(r, by_q, false) != Hindrance::none) p.psi = not_a_number;
+        }
+    }
+    store_gradient(pose_gradient(pose, p.linear, p.angular), by_pose);
+    by_psi = p.psi;
+    return why;
+}
+
+/// The change of the joints of inverse() as the pose changes, by its entries, and psi. NaN of a joint that
+/// has no derivative by what changes.
+inline void inverse_pushforward(const Arm& arm, const Pose<double>& pose, double psi, int gc,
+                                const double* change, double psi_change, double* dq) noexcept {
+    const Derivatives d = inverse_derivative(arm, pose, psi, gc);
+    double twist[6];
+    twist_of(pose, change, twist);
+    for (int j = 0; j < joints; ++j) {
+        dq[j] = 0;
+        for (int k = 0; k < joints; ++k) {
+            const double by = k < 6 ? twist[k] : psi_change, entry = d.entry[j][k];
+            if (by != 0) dq[j] += abs(entry) < infinity ? entry * by : not_a_number;
+        }
+    }
 }
 
 }  // namespace armangle

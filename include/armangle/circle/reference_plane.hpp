@@ -87,4 +87,32 @@ ARMANGLE_INLINE Vec3<T> reference_normal(const Arm& arm, const Vec3<T>& p, const
     return detail::normal_about_z(arm, p, w);
 }
 
+/// Whether psi jumps at the wrist's direction w, n = |S-W| in m: there the convention decides.
+template <class T>
+ARMANGLE_INLINE auto is_reference_lost(const Arm& arm, const Vec3<T>& w, const T& n) noexcept {
+    const auto over = [&](const Vec3<T>& v) { return detail::is_on_axis(arm, v, n * hypot(v.x, v.y)); };
+    if (arm.reference == Reference::base) return over(w);
+    if (arm.reference == Reference::stereographic) return over(w) & (w.z < T(0.0));
+    const auto& [x, y, z] = arm.reference_frame;
+    return over(transposed_times(Mat3<T>{spread<T>(x), spread<T>(y), spread<T>(z)}, w));
+}
+
+/// How the reference half-plane turns about w as the wrist moves, 1/m: by k . dp, where z is its normal and
+/// n = |S-W| in m. About an axis at the angle alpha to w the azimuth grows by -z . dp / (n sin(alpha)), of
+/// which the cosine is about w; a normal that is carried lacks one turn of the azimuth itself.
+template <class T>
+ARMANGLE_INLINE Vec3<T> reference_turn(const Arm& arm, const Vec3<T>& w, const Vec3<T>& z,
+                                       const T& n) noexcept {
+    const T one(1.0);
+    if (arm.reference == Reference::stereographic) [[unlikely]] {
+        const T across = mul_add(w.x, w.x, w.y * w.y);
+        const auto below = w.z < T(0.0);
+        const T k = select(below, one - w.z, one) / (n * select(below, across, one + w.z));
+        return {w.y * k, -(w.x * k), T(0.0)};
+    }
+    const Vec3<T> axis =
+        arm.reference == Reference::base ? Vec3<T>{T(0.0), T(0.0), one} : spread<T>(arm.reference_frame.z);
+    return z * (-dot(w, axis) / (n * norm(cross(axis, w))));
+}
+
 }  // namespace armangle

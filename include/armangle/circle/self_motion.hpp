@@ -11,6 +11,7 @@
 
 namespace armangle {
 
+/// One pose in one branch: all that its postures share, whatever psi. Eq. (12)-(15).
 template <class T>
 struct SelfMotion {
     Circle<T> circle;

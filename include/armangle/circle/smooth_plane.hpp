@@ -11,6 +11,7 @@
 
 namespace armangle {
 
+/// A zero of the arm angle: `side` carried from `pole` to the wrist's direction the shortest way.
 struct SmoothPlane {
     Vec3<double> pole{0, 0, 1}, side{1, 0, 0};  // orthonormal
 

@@ -13,6 +13,7 @@
 
 namespace armangle {
 
+/// What a wish speaks of.
 enum class Wish : std::uint8_t { psi, point, direction };
 
 /// What is wished of the elbow: its psi, or a point that it shall be near (m), or a direction to go along,
@@ -30,6 +31,7 @@ enum class Indifferent : std::uint8_t {
     on_axis,  // the point lies on the axis shoulder-wrist, or the direction along it
 };
 
+/// The psi of a wish, or why it has none.
 struct WishedPsi {
     double psi;  // rad in (-pi, pi]; NaN where there is none
     Indifferent why;

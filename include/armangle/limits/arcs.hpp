@@ -20,6 +20,7 @@ namespace armangle {
 /// An opaque mark of an end: who made it.
 using Tag = std::uint32_t;
 
+/// One arc of the circle, with the tags of what made its ends.
 struct Arc {
     double lower, upper;  // lower in [-pi, pi), upper in [lower, lower + 2 pi]
     Tag lower_tag, upper_tag;

@@ -28,6 +28,7 @@ struct JointBoxes {
 /// The three joints on one side of the elbow.
 struct SideBoxes {
     JointBoxes joint[3];
+    Boxes noise;       // of the pivots' theta: U and V are what rounding leaves of numbers of size one
     unsigned regular;  // a bit for each box over which the hinge keeps away from 0 and pi
 };
 
@@ -74,6 +75,7 @@ inline SideBoxes side_boxes(const JointFunctions<double>& f, int side, const Sin
     const Enclosure<Boxes> per_D = reciprocal(D), per_h = reciprocal(h);
     const Enclosure<Boxes> D_slope = H.value * H.slope * Boxes(-2.0);
     SideBoxes out;
+    out.noise = Boxes(tolerance::rounding) / max(sine, Boxes(tolerance::rounding));
     out.regular = bits(regular);
     const auto pivot = [&](const Pivot<double>& p, const Boxes& theta, JointBoxes& j) {
         const detail::HarmonicBoxes N = detail::over(slope_numerator(p), at, r);

@@ -22,6 +22,7 @@ namespace armangle {
 /// limit.
 enum class Metric : std::uint8_t { l2, max, margin };
 
+/// What the nearest posture is measured by, and which postures may be it.
 struct NearestOptions {
     Metric metric = Metric::l2;
     const double* near = nullptr;                    // 7 joint values (rad); null: the middles of the ranges
@@ -54,7 +55,10 @@ struct Nearests {
 namespace nearest_rule {
 inline constexpr int first_boxes = 16;      // of the whole circle, each elbow
 inline constexpr double narrowest = 1e-15;  // half width at which a box is not split again (rad)
+inline constexpr double settled = 1e-16;    // square of Newton's last move, of the radius of its box (rad)
 inline constexpr double tie = 1e-13;        // costs closer than this share of them are equal
+inline constexpr double noise = 1e-12;      // of a joint's value, where costs are a maximum (rad)
+inline constexpr int work = 2000;           // splits of a first box, and no more: 80 are the most of 10 000
 inline constexpr double apart = 1e-6;       // arm angles further apart are two solutions (rad)
 inline constexpr double same = 4e-15;  // a pose this near is the pose (of the arm's size; of a unit vector)
 inline constexpr int newton = 40, deepest = 20;
@@ -72,12 +76,31 @@ struct JointCost {
     double centre() const noexcept { return min(max(near, lower), upper); }
 };
 
+/// Two lines below the largest cost of a joint over eight boxes, by the offset from their middles: one that
+/// rises and one that falls. Where they cross no posture costs less than there, up to the square of the
+/// width.
+struct Wedge {
+    Boxes rising, rise, falling, fall;  // value at the middle and slope; -infinity: no line
+
+    /// Takes a line, if it is higher at the middle than the one that is there.
+    void add(const Boxes& value, const Boxes& slope) noexcept {
+        const auto up = (Boxes(0.0) <= slope) & (rising < value),
+                   down = (slope <= Boxes(0.0)) & (falling < value);
+        rising = select(up, value, rising);
+        rise = select(up, slope, rise);
+        falling = select(down, value, falling);
+        fall = select(down, slope, fall);
+    }
+};
+
 /// Costs of eight boxes, summed over joints (their maximum in the other metrics).
 struct BoxCosts {
     Boxes value, slope;
     Enclosure<Boxes> second;
     Boxes least;      // no posture of the box costs less
+    Boxes noise;      // how far rounding may put value from what the posture there costs
     unsigned smooth;  // a bit for each box on which value, slope and second tell all
+    Wedge wedge;      // where costs are a maximum
 };
 
 /// What all branches of one elbow share: joint functions with positive hinges, and where windings end.
@@ -101,7 +124,10 @@ struct Split {
 class PostureCosts {
 public:
     PostureCosts(const Arm& arm, const NearestOptions& options) noexcept : arm_(arm), options_(options) {
-        for (int j = 0; j < joints; ++j) joint_[j] = joint_cost(j);
+        for (int j = 0; j < joints; ++j) {
+            joint_[j] = joint_cost(j);
+            grain_ = both(grain_, joint_[j].weight);
+        }
     }
 
 protected:
@@ -145,8 +171,13 @@ protected:
         return sum;
     }
 
-    /// How far two costs may be apart and still be equal.
-    static double tie(double cost) noexcept { return nearest_rule::tie * abs(cost); }
+    /// How far two costs may be apart and still be equal: what rounding of the joints makes of them. Without
+    /// it a cost that psi does not change would be searched for the last digit of its noise.
+    double tie(double cost) const noexcept {
+        const double size = abs(cost);
+        return squares() ? nearest_rule::tie * (size + 2.0 * sqrt(size * grain_))
+                         : nearest_rule::tie * size + nearest_rule::noise * grain_;
+    }
 
     // -- results
 
@@ -211,8 +242,10 @@ protected:
     const Arm& arm_;
     const NearestOptions& options_;
     JointCost joint_[joints];
+    double grain_ = 0;  // what a radian costs, of all joints or of the dearest
 };
 
+/// The search of one pose: the arcs of each branch, and the least cost on each of them.
 class NearestSearch : PostureCosts {
 public:
     /// Everything that the pose decides before any psi is looked at.
@@ -451,19 +484,29 @@ private:
     }
 
     /// What one joint costs over eight boxes; negative: in the branch whose hinge is negative.
-    void add(BoxCosts& sum, const JointBoxes& j, const JointCost& c, bool hinge,
-             bool negative) const noexcept {
+    void add(BoxCosts& sum, const SideBoxes& boxes, int i, const JointCost& c, bool negative,
+             const Boxes& r) const noexcept {
         if (!(c.weight > 0)) return;
+        const JointBoxes& j = boxes.joint[i];
+        const Boxes& noise = boxes.noise;
+        const bool hinge = i == 1;
         const Boxes sign(c.sign);
         const bool mirrored = hinge && negative;  // a pivot turns by half a turn instead
         const Boxes straight = negative ? j.theta + pi : j.theta;
         const Boxes theta = mirrored ? -j.theta : straight, way = mirrored ? -sign : sign;
         const Boxes q = to_q(theta, sign, Boxes(c.offset), Boxes(c.lower), Boxes(c.upper), Boxes(c.near));
         const Boxes off = q - Boxes(c.near), weight(c.weight);
-        const Boxes least = least_off(c, q, j.travel);
+        const Boxes least = least_off(c, q, hinge ? j.travel : j.travel + noise);
         if (!squares()) {
             sum.value = max(sum.value, weight * abs(off) - Boxes(c.room));
             sum.least = max(sum.least, weight * least - Boxes(c.room));
+            const Boxes side = select(off < Boxes(0.0), Boxes(-1.0), Boxes(1.0)) * weight;
+            const Boxes bend = Boxes(0.5) * weight * j.second.largest() * r * r;
+            auto known = boxes.joint[0].travel < Boxes(infinity);
+            if (c.wide) known = known & ((abs(off) + j.travel < Boxes(pi)) | alone(c, q, off));
+            const Boxes line = side * off - Boxes(c.room) - bend;
+            sum.wedge.add(select(known, hinge ? line : line - weight * noise, Boxes(-infinity)),
+                          side * way * j.rate.middle);
             return;
         }
         const Enclosure<Boxes> d{off, j.travel}, rate = j.rate * way, second = j.second * way;
@@ -471,13 +514,14 @@ private:
         sum.slope = sum.slope + Boxes(2.0) * weight * off * rate.middle;
         sum.second = sum.second + (square(rate) + d * second) * (Boxes(2.0) * weight);
         sum.least = sum.least + weight * least * least;
+        if (!hinge) sum.noise = sum.noise + Boxes(2.0) * weight * abs(off) * noise;
         if (c.wide) sum.smooth &= bits((abs(off) + j.travel < Boxes(pi)) | alone(c, q, off));
     }
 
     /// The costs of no joint: what sums and maxima begin with.
     BoxCosts no_costs() const noexcept {
         const Boxes start(squares() ? 0.0 : -infinity), zero(0.0);
-        return {start, zero, {zero, zero}, start, 0xff};
+        return {start, zero, {zero, zero}, start, zero, 0xff, {start, zero, start, zero}};
     }
 
     /// What the three joints of a side cost; negative: in the branch whose hinge is negative.
@@ -485,7 +529,7 @@ private:
                         const SinCos<Boxes>& at, const Boxes& r) const noexcept {
         if (e.lost[side]) return lost_costs(e, side, negative, at, r);
         BoxCosts sum = no_costs();
-        for (int i = 0; i < 3; ++i) add(sum, boxes.joint[i], joint_[4 * side + i], i == 1, negative);
+        for (int i = 0; i < 3; ++i) add(sum, boxes, i, joint_[4 * side + i], negative, r);
         sum.smooth &= boxes.regular;
         return sum;
     }
@@ -493,9 +537,19 @@ private:
     /// The two sides and the elbow together.
     BoxCosts total(const ElbowBranches& e, const BoxCosts& a, const BoxCosts& b) const noexcept {
         const Boxes elbow(e.cost_4);
-        if (!squares()) return {max(a.value, b.value), a.slope, a.second, max(a.least, b.least), 0};
-        return {a.value + b.value + elbow, a.slope + b.slope, a.second + b.second, a.least + b.least + elbow,
-                a.smooth & b.smooth};
+        if (!squares()) {
+            Wedge wedge = a.wedge;
+            wedge.add(b.wedge.rising, b.wedge.rise);
+            wedge.add(b.wedge.falling, b.wedge.fall);
+            return {max(a.value, b.value), a.slope, a.second, max(a.least, b.least), a.noise, 0, wedge};
+        }
+        return {a.value + b.value + elbow,
+                a.slope + b.slope,
+                a.second + b.second,
+                a.least + b.least + elbow,
+                a.noise + b.noise,
+                a.smooth & b.smooth,
+                {}};
     }
 
     // -- postures at which two joints are one axis
@@ -731,6 +785,7 @@ private:
             least[at] = least[--count];
             box[at] = box[count];
             const double middle = first_ + width * i;
+            work_ = nearest_rule::work;
             clip(gc, only_arc, middle - 0.5 * width, middle + 0.5 * width);
         }
     }
@@ -780,7 +835,7 @@ private:
     /// Splits [from, to], on which all windings stay, into eight boxes.
     void descend(int gc, double from, double to, int depth) noexcept {
         const double radius = (to - from) / 16;
-        if (radius < nearest_rule::narrowest || depth > nearest_rule::deepest) {
+        if (radius < nearest_rule::narrowest || depth > nearest_rule::deepest || --work_ < 0) {
             try_point(gc, from, false);
             try_point(gc, to, false);
             return;
@@ -788,13 +843,14 @@ private:
         double middle[8];
         for (int k = 0; k < 8; ++k) middle[k] = from + radius * (2 * k + 1);
         const BoxCosts sum = costs(gc, Boxes::load(middle), Boxes(radius));
+        if (!squares()) return descend_wedges(gc, middle, radius, sum, depth);
         double value[8], least[8];
         const Boxes low = sum.second.lower();
         const Boxes bowl =
             sum.value - Boxes(0.5) * sum.slope * sum.slope / select(Boxes(0.0) < low, low, Boxes(1.0));
         Boxes bound = max(sum.least, sum.value - Boxes(radius) * abs(sum.slope) -
                                          Boxes(0.5 * radius * radius) * max(-low, Boxes(0.0)));
-        bound = select(Boxes(0.0) < low, max(bound, bowl), bound);
+        bound = select(Boxes(0.0) < low, max(bound, bowl), bound) - sum.noise;
         sum.value.store(value);
         sum.least.store(least);
         int cheapest = 0;
@@ -811,6 +867,29 @@ private:
                 newton(gc, middle[k], radius, slope, sum.second.middle[k]);
             else
                 descend(gc, middle[k] - radius, middle[k] + radius, depth + 1);
+        }
+    }
+
+    /// The same where costs are a maximum: of each box what lies below the best cost between its two lines.
+    void descend_wedges(int gc, const double (&middle)[8], double radius, const BoxCosts& sum,
+                        int depth) noexcept {
+        const Wedge& w = sum.wedge;
+        const Boxes none(-infinity), r(radius), steep = max(w.rise - w.fall, Boxes(1e-300));
+        const Boxes apart =
+            select((w.rising == none) & (w.falling == none), Boxes(0.0), w.falling - w.rising);
+        const Boxes cross = min(max(apart / steep, -r), r);
+        const Boxes bound = max(max(w.rising + w.rise * cross, w.falling + w.fall * cross), sum.least);
+        int lowest = 0;
+        for (int k = 1; k < 8; ++k)
+            if (bound[k] < bound[lowest]) lowest = k;
+        if (dropped(bound[lowest])) return;
+        try_point(gc, middle[lowest] + cross[lowest], false);
+        for (int k = 0; k < 8; ++k) {
+            if (dropped(bound[k])) continue;
+            double from = -radius, to = radius;
+            if (w.fall[k] < 0) from = max(from, (best_.cost - w.falling[k]) / w.fall[k]);
+            if (w.rise[k] > 0) to = min(to, (best_.cost - w.rising[k]) / w.rise[k]);
+            if (from <= to) descend(gc, middle[k] + from, middle[k] + to, depth + 1);
         }
     }
 
@@ -846,7 +925,7 @@ private:
             if (i > 3 && !(next > lower && next < upper)) next = 0.5 * (lower + upper);
             const double move = abs(next - psi);
             psi = next;
-            if (!(move > 1e-9)) break;
+            if (!(move > nearest_rule::narrowest && move * move > nearest_rule::settled * radius)) break;
             const BoxCosts at = costs(gc, Boxes(psi), Boxes(0.0));
             slope = at.slope[0];
             second = at.second.middle[0];
@@ -922,6 +1001,7 @@ private:
     Best best_;
     double ceiling_ = infinity;  // what another elbow costs
     double first_ = 0;
+    int work_ = 0;  // splits left to a first box
     double least_[configurations][nearest_rule::first_boxes],
         value_[configurations][nearest_rule::first_boxes];
 };

@@ -14,6 +14,7 @@ namespace armangle {
 
 namespace outside_rule {
 inline constexpr double straight = 1e-7;  // rad off straight that joint 4 keeps: 1e-15 of the reach
+inline constexpr double inside = 1e-9;    // rad: so much more than a margin, which rounding would break
 inline constexpr int psis = 16;           // arm angles of a branch
 inline constexpr int kept = 16;           // starts that are followed
 inline constexpr int rounds = 30;         // of Gauss-Newton
@@ -53,14 +54,25 @@ inline double joint_distance(const double* q, const NearestOptions& options) noe
     return sqrt(options.metric == Metric::max ? largest : sum);
 }
 
+/// The limits that a posture may move in without a hinge coming nearer to straight or folded than a margin
+/// (rad); false where there are none.
+inline bool limits_about(const Arm& arm, const Joints& q, double margin, Limits& out) noexcept {
+    out = arm.limits;
+    return !(margin > 0) || keep_off_singular(arm, q.q, margin, out);
+}
+
 /// The least relaxation from the best of the starts about the poses drawn into reach, one for each side of
-/// the stretched arm.
-inline Nearest least_relaxation(const Arm& arm, const Pose<double>& asked, const Pose<double> (&drawn)[2],
-                                const NearestOptions& options, double length) noexcept {
+/// the stretched arm; gc is -1 where the margin leaves none.
+inline Nearest least_relaxation(const Arm& arm, double margin, const Pose<double>& asked,
+                                const Pose<double> (&drawn)[2], const NearestOptions& options,
+                                double length) noexcept {
     Starts starts;
+    Limits about;
     const auto offer = [&](Joints q) {
         Twist rest;
         for (int j = 0; j < joints; ++j) q.q[j] = min(max(q.q[j], arm.limits.lower[j]), arm.limits.upper[j]);
+        if (!limits_about(arm, q, margin, about)) return;
+        for (int j = 0; j < joints; ++j) q.q[j] = min(max(q.q[j], about.lower[j]), about.upper[j]);
         starts.offer(q, distance(arm, q.q, asked, length, rest));
     };
     Joints seed{};
@@ -75,10 +87,12 @@ inline Nearest least_relaxation(const Arm& arm, const Pose<double>& asked, const
         }
     }
     Nearest best{};
+    best.gc = -1;
     double least = infinity, move = infinity;
     for (int i = 0; i < outside_rule::kept; ++i) {
         if (!(starts.distance[i] < infinity)) continue;
-        const Relaxed end = relaxed(arm, arm.limits, starts.at[i], asked, length, outside_rule::rounds);
+        limits_about(arm, starts.at[i], margin, about);
+        const Relaxed end = relaxed(arm, about, starts.at[i], asked, length, outside_rule::rounds);
         const double moved = largest_move(end.at.q, seed.q);
         const bool better = end.distance < least - outside_rule::same;
         const bool as_good = end.distance < least + outside_rule::same && moved < move;
@@ -87,6 +101,7 @@ inline Nearest least_relaxation(const Arm& arm, const Pose<double>& asked, const
         move = moved;
         for (int j = 0; j < joint_slots; ++j) best.q[j] = end.at.q[j];
     }
+    if (!(least < infinity)) return best;
     const Posture at = forward(arm, best.q);
     best.psi = at.psi;
     best.gc = at.gc;
@@ -98,25 +113,29 @@ inline Nearest least_relaxation(const Arm& arm, const Pose<double>& asked, const
 }  // namespace detail
 
 /// nearest_posture, or where that has none the posture of the nearest pose that the arm can take, whose
-/// status says why; `length` is how many metres a radian counts as. All branches and arm angles are used.
+/// status says why; `length` is how many metres a radian counts as. All branches and arm angles are used. The
+/// margin of `limits` holds there too; where it leaves no posture at all, the result is none.
 inline Nearest nearest_outside(const Arm& arm, const LimitTable& limits, const Pose<double>& asked,
                                const NearestOptions& options, double length) noexcept {
     const Nearest exact = nearest_posture(arm, limits, asked, options);
     if (exact.status == Status::OK) return exact;
     const Pose<double> now = chain(arm, options.near ? options.near : arm.joint_middle).flange;
+    const double off = max(outside_rule::straight, limits.margin + outside_rule::inside);
     Pose<double> drawn[2] = {asked, asked};
     double gap[2] = {infinity, infinity};
     for (int side = 0; side < 2; ++side) {
         Limits one = arm.limits;
         const double sign = side == 0 ? 1.0 : -1.0;
-        if (!keep_on_side(arm, arm.joint_middle[3], sign, outside_rule::straight, one)) continue;
+        if (!keep_on_side(arm, 3, arm.joint_middle[3], sign, off, one)) continue;
         const Drawn in = drawn_in_reach(arm, reach_shell(arm, one), asked, now);
         drawn[side] = in.pose;
         gap[side] = in.gap;
     }
     const int nearer = gap[0] <= gap[1] ? 0 : 1;
     Nearest out = nearest_posture(arm, limits, drawn[nearer], options);
-    if (out.status != Status::OK) out = detail::least_relaxation(arm, asked, drawn, options, length);
+    if (out.status != Status::OK)
+        out = detail::least_relaxation(arm, limits.margin, asked, drawn, options, length);
+    if (out.gc < 0) return exact;
     out.status = exact.status;
     Twist rest;
     out.gap = detail::distance(arm, out.q, asked, length, rest);

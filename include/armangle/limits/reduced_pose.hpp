@@ -40,6 +40,7 @@ struct ReducedArm {
 
 namespace detail {
 
+/// The arm without base and tool, and without the limits of joints 1 and 7 that are not kept.
 inline Arm bare(const Arm& arm, bool keep_first, bool keep_last) noexcept {
     ArmParameters p = arm;
     p.base = p.tool = identity_pose();
@@ -51,6 +52,7 @@ inline Arm bare(const Arm& arm, bool keep_first, bool keep_last) noexcept {
     return make_arm(p);
 }
 
+/// Whether a joint's theta may be negated: it turns freely, or as far to one side as to the other.
 inline bool is_symmetric(const Arm& arm, int joint) noexcept {
     const ThetaRange range = theta_range(arm, arm.limits, joint);
     return !(range.upper - range.lower < two_pi) || range.lower == -range.upper;

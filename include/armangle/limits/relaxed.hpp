@@ -30,10 +30,13 @@ inline constexpr double settled = 1e-13;  // rad: moves below it are none
 
 namespace detail {
 
-/// theta_4 - delta of a joint value, on the turn about the stretched arm.
-inline double elbow_bend(const Arm& arm, double q_4) noexcept {
-    return wrap(to_theta(arm, 3, q_4) - arm.delta_angle);
+/// How far a hinge's value is from straight, theta_2, theta_4 - delta or theta_6, on the turn about it.
+inline double bend(const Arm& arm, int hinge, double q) noexcept {
+    return wrap(to_theta(arm, hinge, q) - (hinge == 3 ? arm.delta_angle : 0.0));
 }
+
+/// theta_4 - delta of a joint value, on the turn about the stretched arm.
+inline double elbow_bend(const Arm& arm, double q_4) noexcept { return bend(arm, 3, q_4); }
 
 /// |S-W| (m) at a bend of the elbow.
 inline double wrist_distance(const Arm& arm, double bend) noexcept {
@@ -49,16 +52,28 @@ inline double bend_of(const Arm& arm, double distance) noexcept {
 
 }  // namespace detail
 
-/// Keeps joint 4 on one side (+1, -1) of the stretched arm, on the turn of q_4, at least `margin` (rad) off
-/// straight and off folded; false, and nothing changed, where its limits leave no such value.
-inline bool keep_on_side(const Arm& arm, double q_4, double side, double margin, Limits& limits) noexcept {
-    const double straight = q_4 - arm.sign[3] * detail::elbow_bend(arm, q_4);
-    const double a = straight + arm.sign[3] * side * margin,
-                 b = straight + arm.sign[3] * side * (pi - margin);
-    const double lower = max(limits.lower[3], min(a, b)), upper = min(limits.upper[3], max(a, b));
+/// Keeps a hinge, joint 2, 4 or 6 (1, 3 or 5), on one side (+1, -1) of straight, on the turn of the value q,
+/// at least `margin` (rad) off straight and off folded; false, and nothing changed, where its limits leave no
+/// such value.
+inline bool keep_on_side(const Arm& arm, int hinge, double q, double side, double margin,
+                         Limits& limits) noexcept {
+    const double straight = q - arm.sign[hinge] * detail::bend(arm, hinge, q);
+    const double a = straight + arm.sign[hinge] * side * margin,
+                 b = straight + arm.sign[hinge] * side * (pi - margin);
+    const double lower = max(limits.lower[hinge], min(a, b)), upper = min(limits.upper[hinge], max(a, b));
     if (lower > upper) return false;
-    limits.lower[3] = lower;
-    limits.upper[3] = upper;
+    limits.lower[hinge] = lower;
+    limits.upper[hinge] = upper;
+    return true;
+}
+
+/// Keeps all three hinges `margin` (rad) off straight and folded, on the sides and turns on which q has them;
+/// false where the limits leave no such posture.
+inline bool keep_off_singular(const Arm& arm, const double* q, double margin, Limits& limits) noexcept {
+    for (const int hinge : {1, 3, 5}) {
+        const double side = detail::bend(arm, hinge, q[hinge]) < 0 ? -1.0 : 1.0;
+        if (!keep_on_side(arm, hinge, q[hinge], side, margin, limits)) return false;
+    }
     return true;
 }
 
@@ -66,7 +81,7 @@ inline bool keep_on_side(const Arm& arm, double q_4, double side, double margin,
 /// leave that.
 inline Limits on_one_side(const Arm& arm, double q_4, double margin) noexcept {
     Limits out = arm.limits;
-    keep_on_side(arm, q_4, detail::elbow_bend(arm, q_4) < 0 ? -1.0 : 1.0, margin, out);
+    keep_on_side(arm, 3, q_4, detail::elbow_bend(arm, q_4) < 0 ? -1.0 : 1.0, margin, out);
     return out;
 }
 
@@ -104,6 +119,7 @@ struct Relaxed {
 
 namespace detail {
 
+/// How far the tool at q is from a pose, m: a radian counts `length`; `rest` is the way that is left.
 inline double distance(const Arm& arm, const double* q, const Pose<double>& command, double length,
                        Twist& rest) noexcept {
     rest = difference(user_pose(arm, chain(arm, q).flange), command);

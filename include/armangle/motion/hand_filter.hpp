@@ -14,6 +14,7 @@
 
 namespace armangle {
 
+/// How samples of a hand are smoothed, and which of them are believed.
 struct HandFilter {
     double omega = 40.0;     // 1/s; infinite: samples are taken as they come
     double patience = 0.12;  // s that a jump must last to be believed; 0: every sample is believed
@@ -27,6 +28,7 @@ inline constexpr double slowing = 0.15;  // s in which a prediction without samp
 inline constexpr double fastest = 20.0;  // m/s and rad/s: a difference of samples beyond it is a jump
 }  // namespace hand_rule
 
+/// A hand whose samples come late, jump or fail: where it is, and how fast.
 class Hand {
 public:
     explicit Hand(const HandFilter& options) noexcept : options_(options) {}

@@ -10,6 +10,7 @@
 
 namespace armangle {
 
+/// How the next psi is chosen on its arc.
 enum class Rule : std::uint8_t { repulsion, hold, centre, towards };
 /// Outside every arc: to the nearer end in one step, nowhere, or in a scene out of it in as many as it takes.
 enum class Outside : std::uint8_t { nearest, stop, escape };
@@ -66,6 +67,7 @@ inline double moved(const Policy& p, const Arc& arc, double psi) noexcept {
 
 }  // namespace detail
 
+/// The next psi, or why there is none.
 struct Resolution {
     double psi;  // in (-pi, pi]
     Status status;

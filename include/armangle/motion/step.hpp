@@ -26,6 +26,7 @@ inline constexpr int halvings = 40;  // of the way out of a blocked arc, to what
 /// What is carried from one pose to the next: the number psi (the paper), or the elbow axis itself.
 enum class Carry : std::uint8_t { psi, elbow };
 
+/// What a step is asked besides the pose.
 struct StepOptions {
     Policy policy;
     Carry carry = Carry::psi;
@@ -524,6 +525,7 @@ private:
     int count_ = 1;
 };
 
+/// The search for another psi, kept out of the usual way of a step.
 [[gnu::noinline]] inline Step step_aside(const Arm& arm, const LimitTable& limits, const double* q_now,
                                          const Chain& now, const Pose<double>& pose,
                                          const StepOptions& options, double psi = 0,

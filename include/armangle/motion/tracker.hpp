@@ -21,6 +21,7 @@
 
 namespace armangle {
 
+/// What a tick did.
 enum class Tracking : std::uint8_t {
     FOLLOWING,  // the tool is where the hand is
     LAGGING,    // on its way, as fast as the bounds allow
@@ -30,6 +31,7 @@ enum class Tracking : std::uint8_t {
     RETURNING,  // a joint stands outside its limits, or a link touches, where the arm began: on its way out
 };
 
+/// The bounds of a tracker, and what it keeps clear of.
 struct TrackerOptions {
     double dt = 0.004;                // s
     double velocity[joints];          // rad/s; infinite: no bound
@@ -52,6 +54,7 @@ struct Command {
     const Pose<double>* seen = nullptr;  // moves the hand to where this arm sees it; null: it stays
 };
 
+/// What a tick returns: the next joints, and how far they leave the hand.
 struct Tracked {
     double q[joint_slots];
     double velocity[joints];  // rad/s, (q - q before) / dt
@@ -90,6 +93,8 @@ inline constexpr double worth = 0.005;     // m that another start of the relaxa
 inline constexpr int rounds = 6, starts = 16;  // of the relaxation in one tick
 }  // namespace track_rule
 
+/// Joints that follow a hand tick by tick within bounds on speed and acceleration;
+/// docs/theory/motion/tracker.md.
 class Tracker {
 public:
     Tracker(const Arm& arm, const TrackerOptions& options) noexcept

@@ -27,6 +27,7 @@ inline Pose<double> correction(const NearArm& arm, const double* q) noexcept {
     return user_pose(arm.nominal, chain(arm.nominal, q).flange) * inverted(detail::tip(arm, angle));
 }
 
+/// A Tracker of the nominal arm, led so that the true tool is where the hand is.
 class CorrectedTracker {
 public:
     CorrectedTracker(const NearArm& arm, const TrackerOptions& options) noexcept

@@ -32,11 +32,13 @@ ARMANGLE_INLINE Pose<T> tip(const NearArm& arm, const SinCos<T>* angle) noexcept
     return out;
 }
 
+/// Sine and cosine of seven angles, all in one register.
 inline void sin_cos_all(const double* theta, SinCos<double> (&out)[joints]) noexcept {
     const SinCos<JointLanes> both = sin_cos(joint_lanes(theta));
     for (int j = 0; j < joints; ++j) out[j] = {both.sin[j], both.cos[j]};
 }
 
+/// theta of seven joint values.
 inline void theta_of(const Arm& arm, const double* q, double (&theta)[joints]) noexcept {
     for (int j = 0; j < joints; ++j) theta[j] = to_theta(arm, j, q[j]);
 }
@@ -76,9 +78,7 @@ inline Jacobian jacobian(const NearArm& arm, const double* q) noexcept {
     Jacobian out;
     for (int i = 0; i < joints; ++i) {
         const Vec3<double> axis = frame[i].rotation.z * arm.nominal.sign[i];
-        const Vec3<double> linear = cross(axis, at - frame[i].position);
-        const double column[6] = {linear.x, linear.y, linear.z, axis.x, axis.y, axis.z};
-        for (int k = 0; k < 6; ++k) out.entry[k][i] = column[k];
+        detail::put_column(out, i, axis, at - frame[i].position);
     }
     return out;
 }

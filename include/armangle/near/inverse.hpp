@@ -161,6 +161,7 @@ ARMANGLE_INLINE SevenEquations<T> seven_equations(const NearArm& arm, const Pose
     return out;
 }
 
+/// a . (b x c).
 template <class T>
 ARMANGLE_INLINE T triple(const Vec3<T>& a, const Vec3<T>& b, const Vec3<T>& c) noexcept {
     return dot(a, cross(b, c));

@@ -8,6 +8,7 @@ namespace armangle {
 
 namespace detail {
 
+/// The problem that a batch reports for a status.
 constexpr Problem problem_of(Status status) noexcept {
     switch (status) {
         case Status::OK: return Problem::none;

@@ -35,6 +35,7 @@ inline const Arm& nominal(const NearArm& arm) noexcept { return arm.nominal; }
 
 namespace detail {
 
+/// A shift along the z axis, m.
 inline Pose<double> along_z(double shift) noexcept {
     Pose<double> out = identity_pose();
     out.position.z = shift;

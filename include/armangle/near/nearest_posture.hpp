@@ -27,6 +27,7 @@ inline constexpr double elbow_tie = 1e-12;  // rad, of joint 4 where it alone de
 
 namespace detail {
 
+/// The nearest posture on the arcs that are proven, by branch and bound.
 class ProvenSearch : PostureCosts {
 public:
     ProvenSearch(const NearArm& arm, double margin, const Pose<double>& pose,

@@ -89,6 +89,7 @@ ARMANGLE_INLINE T atan2(T y, T x) noexcept {
 /// As one lane: a `select` of doubles is a branch, and the octant is as good as random.
 ARMANGLE_INLINE double atan2(double y, double x) noexcept { return atan2(Lane<2>(y), Lane<2>(x))[0]; }
 
+/// Sine and cosine of an angle, or any pair in their place.
 template <class T>
 struct SinCos {
     T sin, cos;

@@ -27,6 +27,7 @@ enum class Problem : int {
     pose_last_row,      // a 4x4 pose ends with 0 0 0 1
     pose_not_rotation,  // value: largest entry of |R^T R - I|
     pose_reflection,
+    pose_too_far,    // value: m, beyond tolerance::farthest
     psi_not_finite,  // or beyond tolerance::largest_angle; of joints too
     gc_range,        // value: the gc
     joints_not_finite,
@@ -38,6 +39,7 @@ enum class Problem : int {
     not_unit,        // value: the length of a quaternion
     near_singular,   // of a nearly S-R-S arm: branches meet
     no_convergence,  // of a nearly S-R-S arm
+    no_derivative,   // value: the Hindrance
 };
 
 /// The first problem of a batch: which, where, and the value that shows it.
@@ -85,6 +87,8 @@ inline Problem check_pose(const double* m, double& value) noexcept {
     value = orthonormality_error(r);
     if (!(value <= tolerance::rotation)) return Problem::pose_not_rotation;
     if (dot(cross(r.x, r.y), r.z) < 0) return Problem::pose_reflection;
+    value = abs(m[3]) + abs(m[7]) + abs(m[11]);
+    if (!(value <= tolerance::farthest)) return Problem::pose_too_far;
     return Problem::none;
 }
 

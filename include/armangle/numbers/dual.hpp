@@ -8,6 +8,7 @@
 
 namespace armangle {
 
+/// A value and its partials by eight variables.
 struct Dual {
     static constexpr int variables = 8;
     using Partials = Lane<variables>;

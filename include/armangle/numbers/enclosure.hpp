@@ -10,6 +10,7 @@
 
 namespace armangle {
 
+/// A middle, and how far from it values go at most.
 template <class T>
 struct Enclosure {
     T middle, radius;

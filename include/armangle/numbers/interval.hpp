@@ -26,8 +26,10 @@ struct Decision {
 
 namespace detail {
 
+/// A number that is less, or greater, by more than the rounding of one operation.
 inline double below(double x) noexcept { return x - (std::fabs(x) * 0x1p-52 + 1e-300); }
 inline double above(double x) noexcept { return x + (std::fabs(x) * 0x1p-52 + 1e-300); }
+/// The lesser and the greater, as the interval's own operations take it: by one comparison.
 inline double lesser(double a, double b) noexcept { return a < b ? a : b; }
 inline double greater(double a, double b) noexcept { return a < b ? b : a; }
 
@@ -39,6 +41,7 @@ inline constexpr double sin_cos_range = 1e3;
 
 }  // namespace detail
 
+/// All numbers from `lo` to `hi`.
 struct Interval {
     double lo, hi;
 
@@ -92,6 +95,14 @@ inline Interval select(Decision mask, const Interval& yes, const Interval& no) n
     return mask.may_hold ? Interval::whole() : no;
 }
 
+/// A value that is 0 where a gap is within rounding, and else positive (elbow.hpp): of an arm that may be
+/// stretched, and of those near it.
+inline Interval cut_off(const Interval& gap, const Interval& rounding, const Interval& value) noexcept {
+    const Decision vanishes = gap <= rounding;
+    if (!vanishes.may_hold) return value;
+    return {0.0, vanishes.may_fail ? detail::greater(value.hi, 0.0) : 0.0};
+}
+
 inline Interval mul_add(const Interval& a, const Interval& b, const Interval& c) noexcept {
     return a * b + c;
 }
@@ -102,6 +113,7 @@ inline Interval abs(const Interval& a) noexcept {
     return {0.0, detail::greater(-a.lo, a.hi)};
 }
 
+/// The squares of its members: never negative, which a * a of an interval about 0 is.
 inline Interval square(const Interval& a) noexcept {
     const Interval product = a * a;
     return {a.lo <= 0 && a.hi >= 0 ? 0.0 : detail::greater(product.lo, 0.0), product.hi};
@@ -133,6 +145,7 @@ inline Interval meet(const Interval& a, const Interval& b) noexcept {
 
 namespace detail {
 
+/// Bounds of a sine or cosine, widened by its error and kept within [-1, 1].
 inline Interval near_unit(double lower, double upper) noexcept {
     return {greater(lower - sin_cos_error, -1.0), lesser(upper + sin_cos_error, 1.0)};
 }

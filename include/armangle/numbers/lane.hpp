@@ -13,6 +13,7 @@ namespace armangle {
 template <int N>
 struct Lane;
 
+/// N decisions side by side.
 template <int N>
 struct LaneMask {
     static constexpr int width = N < register_width ? N : register_width, registers = N / width;
@@ -21,6 +22,7 @@ struct LaneMask {
     bool operator[](int i) const noexcept { return part[i / width][i % width] != 0; }
 };
 
+/// N doubles side by side, as a scalar.
 template <int N>
 struct Lane {
     static constexpr int width = LaneMask<N>::width, registers = LaneMask<N>::registers;

@@ -6,6 +6,7 @@
 
 namespace armangle {
 
+/// A vector of three scalars.
 template <class T>
 struct Vec3 {
     T x, y, z;
@@ -125,11 +126,12 @@ ARMANGLE_INLINE T orthonormality_error(const Mat3<T>& r) noexcept {
     return max(lengths, max(max(abs(dot(r.x, r.y)), abs(dot(r.y, r.z))), abs(dot(r.z, r.x))));
 }
 
-/// Whether a pose is finite and its rotation proper and orthonormal within the tolerance.
+/// Whether a pose is finite, not absurdly far away, and its rotation proper and orthonormal within the
+/// tolerance.
 ARMANGLE_INLINE bool is_rigid(const Pose<double>& p) noexcept {
     const auto& [x, y, z] = p.rotation;
-    const bool finite = abs(p.position.x) + abs(p.position.y) + abs(p.position.z) < infinity;
-    return finite && orthonormality_error(p.rotation) <= tolerance::rotation &&
+    const bool near = abs(p.position.x) + abs(p.position.y) + abs(p.position.z) <= tolerance::farthest;
+    return near && orthonormality_error(p.rotation) <= tolerance::rotation &&
            dot(cross(x, y), z) > 0;  // false of NaN
 }
 

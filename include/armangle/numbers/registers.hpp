@@ -24,6 +24,7 @@ inline constexpr int register_width = 2;
 
 namespace detail {
 
+/// W doubles in one register, and what a comparison of them gives.
 template <int W>
 struct Vector {
     typedef double Values __attribute__((vector_size(8 * W)));
@@ -33,7 +34,9 @@ using Values2 = Vector<2>::Values;
 using Mask2 = Vector<2>::Mask;
 
 #if defined(__x86_64__)
+/// The roots of the numbers of a register.
 ARMANGLE_INLINE Values2 register_sqrt(Values2 x) noexcept { return _mm_sqrt_pd(x); }
+/// The decisions of a register as bits, the first the lowest.
 ARMANGLE_INLINE unsigned register_bits(Mask2 mask) noexcept {
     return static_cast<unsigned>(_mm_movemask_pd((__m128d)mask));
 }
@@ -50,6 +53,7 @@ ARMANGLE_INLINE unsigned register_bits(Mask2 mask) noexcept {
 }
 #endif
 
+/// a b + c, in one instruction where there is one.
 ARMANGLE_INLINE Values2 register_mul_add(Values2 a, Values2 b, Values2 c) noexcept {
 #if defined(__x86_64__) && defined(__FMA__)
     return _mm_fmadd_pd(a, b, c);

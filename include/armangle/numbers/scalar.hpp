@@ -26,6 +26,8 @@ inline constexpr double half_pi = 0.5 * pi;
 inline constexpr double infinity = std::numeric_limits<double>::infinity();
 inline constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
+/// What each scalar type offers, here of double: root, magnitude, the sign of another, one of two values by a
+/// decision, and whether a decision holds in any or in all of its lanes.
 ARMANGLE_INLINE double sqrt(double x) noexcept { return std::sqrt(x); }
 ARMANGLE_INLINE double abs(double x) noexcept { return std::fabs(x); }
 ARMANGLE_INLINE double copysign(double magnitude, double sign) noexcept {

@@ -6,6 +6,8 @@
 
 namespace armangle::tolerance {
 
+/// A direction whose terms are of size one is known to this, some units in the last place.
+inline constexpr double rounding = 1e-15;
 /// Angles closer than this are one angle: membership in arcs and limits, merging of pieces (rad).
 inline constexpr double angle = 1e-9;
 /// psi of one place, computed in two ways, differ by less than this: some units in the last place of pi
@@ -45,6 +47,9 @@ inline constexpr double largest_angle = 1e6;
 /// What a bound on a step allows is drawn in by this, so that the inverse's rounding does not break the bound
 /// (rad).
 inline constexpr double bound = 1e-12;
+/// A pose further away than this is refused: its last digit is 0.1 um, and squares of its distance soon
+/// overflow (m).
+inline constexpr double farthest = 1e9;
 /// A length above this is not in metres (m).
 inline constexpr double length = 1e3;
 

@@ -30,6 +30,7 @@ inline constexpr int newton = 8;
 
 namespace detail {
 
+/// The search of one pose over the free joint, in all branches.
 class OffsetSearch {
 public:
     OffsetSearch(const OffsetArm& arm, const Pose<double>& pose, const double* near,
@@ -71,7 +72,7 @@ public:
         out.gc = gc_;
         out.status = Status::OK;
         out.distance = sqrt(cost_);
-        out.margin = limit_margin(arm_.limits, out.q);
+        out.margin = limit_margin(arm_.own.limits, out.q);
         return out;
     }
 

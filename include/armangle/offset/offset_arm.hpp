@@ -17,11 +17,10 @@ namespace armangle {
 /// An arm whose free joint, 7 (1 of a mirrored one), takes the place of psi. make_offset_arm is the only
 /// maker.
 struct OffsetArm {
-    Arm rest;       // the rows but for a_6, in the order of the formulas, without base and tool
+    Arm own;        // the rows but for the offset, as the robot has them
+    Arm rest;       // the same in the order of the formulas, without base and tool
     double a_6;     // m, in that order
     bool mirrored;  // whether that order is the robot's from joint 7 to joint 1
-    Limits limits;  // of the robot's joints, in their own order
-    Pose<double> base, tool, base_inverse, tool_inverse;
 };
 
 /// Which of the robot's joints (0..6) is joint j of the formulas, and the other way round.
@@ -46,14 +45,7 @@ inline OffsetArm make_offset_arm(const ArmParameters& parameters, double offset,
             rest.limits.upper[j] = parameters.limits.upper[from];
         }
     }
-    return {make_arm(rest),
-            mirrored ? -offset : offset,
-            mirrored,
-            parameters.limits,
-            parameters.base,
-            parameters.tool,
-            inverted(parameters.base),
-            inverted(parameters.tool)};
+    return {make_arm(parameters), make_arm(rest), mirrored ? -offset : offset, mirrored};
 }
 
 /// C, a half turn about x.
@@ -66,26 +58,17 @@ inline Pose<double> mirrored_pose(const Pose<double>& p) noexcept {
 
 /// The 0T7 of the formulas for a pose given by the user.
 inline Pose<double> flange_pose(const OffsetArm& arm, const Pose<double>& pose) noexcept {
-    const Pose<double> flange = arm.base_inverse * pose * arm.tool_inverse;
+    const Pose<double> flange = flange_pose(arm.own, pose);
     return arm.mirrored ? mirrored_pose(flange) : flange;
 }
 
-/// The pose that the user sees for a 0T7 of the formulas.
-inline Pose<double> user_pose(const OffsetArm& arm, const Pose<double>& flange) noexcept {
-    return arm.base * (arm.mirrored ? mirrored_pose(flange) : flange) * arm.tool;
-}
-
-/// The DH frames 0..7 of the formulas at the robot's joint values; theta in their order is stored on the way.
-inline void frames(const OffsetArm& arm, const double* q, double (&theta)[joint_slots],
-                   Pose<double> (&out)[joints + 1]) noexcept {
-    double in_order[joints];
-    for (int j = 0; j < joints; ++j) in_order[j] = q[robot_joint(arm, j)];
-    // a_6 lies along x of frame 6, and joint 7 turns about its z: the rest follows from there
-    detail::walk(arm.rest, joint_lanes(in_order), theta,
-                 [&](int i, const Pose<double>& at) noexcept { out[i] = at; });
-    const Vec3<double> shift = out[6].rotation.x * arm.a_6;
-    out[6].position = out[6].position + shift;
-    out[7].position = out[7].position + shift;
+/// The DH frames 0..7 at joint values q, in the frame that poses are given in, with the offset in its row;
+/// the last is the flange, without the tool.
+inline void frames(const OffsetArm& arm, const double* q, Pose<double> (&out)[joints + 1]) noexcept {
+    frames(arm.own, q, out);
+    const int row = arm.mirrored ? 1 : 6;
+    const Vec3<double> shift = out[row].rotation.x * (arm.mirrored ? -arm.a_6 : arm.a_6);
+    for (int i = row; i <= joints; ++i) out[i].position = out[i].position + shift;
 }
 
 }  // namespace armangle

@@ -18,36 +18,26 @@ struct OffsetPosture {
 
 /// q -> (pose, free, GC).
 inline OffsetPosture forward(const OffsetArm& arm, const double* q) noexcept {
-    double theta[joint_slots];
+    double theta[joints];
     Pose<double> frame[joints + 1];
-    frames(arm, q, theta, frame);
+    frames(arm, q, frame);
+    for (int j = 0; j < joints; ++j) theta[j] = to_theta(arm.rest, j, q[robot_joint(arm, j)]);
     const double free = wrap(q[robot_joint(arm, 6)]);
-    return {user_pose(arm, frame[joints]), free <= -pi ? pi : free, index(offset_branch(arm, theta))};
+    return {frame[joints] * arm.own.tool, free <= -pi ? pi : free, index(offset_branch(arm, theta))};
 }
 
 /// The geometric Jacobian of the tool at the robot's joint values, as the user sees it: rows 0-2 linear
 /// velocity, rows 3-5 angular velocity, a column for each joint.
 inline Jacobian jacobian(const OffsetArm& arm, const double* q) noexcept {
-    double theta[joint_slots];
     Pose<double> frame[joints + 1];
-    frames(arm, q, theta, frame);
-    // of a mirrored arm the frames are those of the links seen from the flange: C F^-1 C brings them to the
-    // base
-    const Pose<double> tip = user_pose(arm, frame[joints]);
-    const Pose<double> flange = arm.mirrored ? mirrored_pose(frame[joints]) : frame[joints];
+    frames(arm, q, frame);
+    const Vec3<double> tip = (frame[joints] * arm.own.tool).position;
     Jacobian out;
     for (int j = 0; j < joints; ++j) {
-        Pose<double> at = frame[j];
-        double turn = arm.rest.sign[j];
-        if (arm.mirrored) {
-            at = flange * half_turn_about_x * at;
-            turn = -turn;
-        }
-        at = arm.base * at;
-        const Vec3<double> axis = at.rotation.z * turn;
-        const Vec3<double> linear = cross(axis, tip.position - at.position);
+        const Vec3<double> axis = frame[j].rotation.z * arm.own.sign[j];
+        const Vec3<double> linear = cross(axis, tip - frame[j].position);
         const double column[6] = {linear.x, linear.y, linear.z, axis.x, axis.y, axis.z};
-        for (int k = 0; k < 6; ++k) out.entry[k][robot_joint(arm, j)] = column[k];
+        for (int k = 0; k < 6; ++k) out.entry[k][j] = column[k];
     }
     return out;
 }
@@ -78,15 +68,16 @@ inline Inverse inverse(const OffsetArm& arm, const Pose<double>& pose, double fr
     out.status = Status::UNREACHABLE;
     if (!(wrist.excess <= tolerance::reach * arm.rest.size)) return out;
     out.status = Status::NO_POSTURE;
-    const double g2 = wrist.g * wrist.g;
-    if (!(wrist.inside >= -tolerance::vanishing * g2) || !(abs(wrist.g) > tolerance::folded * arm.rest.reach))
+    const double size = wrist.length * wrist.length;
+    if (!(wrist.inside >= -tolerance::vanishing * size) ||
+        !(abs(wrist.g) > tolerance::folded * arm.rest.reach))
         return out;
     const Directions<double> d = directions(m, wrist, theta_7, sqrt(max(wrist.inside, 0.0)));
     double theta[joint_slots];
     angles(d).store(theta);
     put_joints(arm, theta, seed, out.q);
     out.status = Status::OK;
-    out.margin = limit_margin(arm.limits, out.q);
+    out.margin = limit_margin(arm.own.limits, out.q);
     return out;
 }
 

@@ -125,6 +125,7 @@ public:
     void put_posture(double phi, const double* theta, const Window& window, Postures& out) {
         Point p{phi, {}};
         std::copy(theta, theta + joints, p.theta);
+        if (task_.arm.roll_free) p.theta[joints - 1] = task_.held_theta_7;
         put(p, 0, window, out);
     }
 

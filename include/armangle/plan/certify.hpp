@@ -112,6 +112,8 @@ inline HalfTurn half_turn(const ThetaRange& range, double turn, double g) noexce
     return out;
 }
 
+/// How a pivot is followed: a joint of a turn or more by sectors, else by its cone of up to, or over,
+/// half a turn.
 enum class PivotKind { turning, narrow, wide };
 
 /// What is to be proven of a curve, made once.
@@ -120,6 +122,7 @@ struct Claim {
     const Limits& limits;                   // to prove
     const ArcSet* allowed;                  // of psi, to prove; null: any
     double sine_square;                     // of the singularity margin
+    bool stretched[2];                      // whether the curve begins (ends) with the arm stretched
     HalfTurn hinge[2][2], elbow;            // of joints 2 and 6: of positive and negative theta
     double hinge_lower[2], hinge_upper[2];  // theta, drawn in by the slack, its turns left out
     bool locked[joints] = {};               // joints that lead all the way and stand still
@@ -132,6 +135,9 @@ struct Claim {
         const Arm& arm = c.arm;
         const Interval sine = sin_cos(Interval(max(margin, proof::least_margin))).sin;
         sine_square = square(sine).hi;
+        const Stretch &front = c.stretches.front(), &back = c.stretches.back();
+        stretched[0] = margin == 0 && straight(front, front.start);
+        stretched[1] = margin == 0 && straight(back, back.end);
         const auto turn = [&](int j, double centre) {
             const double theta = to_theta(arm, j, c.stretches.front().q[j]);
             return centre + two_pi * round((theta - centre) / two_pi);
@@ -158,6 +164,18 @@ struct Claim {
             if (lower[p] > -infinity) at_lower[p] = sin_cos(Interval(lower[p]));
             if (upper[p] < infinity) at_upper[p] = sin_cos(Interval(upper[p]));
         }
+    }
+
+    /// Whether the arm is stretched at s, and no further from it than rounding.
+    bool straight(const Stretch& x, double s) const noexcept {
+        const Triangle<double> t = curve.motion_at(x, s).circle.triangle;
+        return t.eta.sin == 0 && t.eta.cos > 0 && t.excess <= t.rounding;
+    }
+
+    /// Whether a range of s ends the curve with the arm stretched: there the elbow may come to its end.
+    bool stretches_out(double from, double to) const noexcept {
+        return (stretched[0] && from == curve.stretches.front().start) ||
+               (stretched[1] && to == curve.stretches.back().end);
     }
 
     bool possible() const noexcept {
@@ -227,9 +245,9 @@ struct Claim {
     }
 
     /// All conditions over a range of s; false where they cannot hold. arc: of psi, that it stays in; null:
-    /// any.
+    /// any. bent: whether the elbow is kept off its end.
     template <class T>
-    bool evaluate(const Stretch& x, const T& s, const double* middle, const Arc* arc,
+    bool evaluate(const Stretch& x, const T& s, const double* middle, const Arc* arc, bool bent,
                   Conditions<T>& out) const noexcept {
         const T value = phi_at(x, s);
         const PlacedDirections<T> here = curve.place(x, s, value);
@@ -238,7 +256,7 @@ struct Claim {
         const int lead = static_cast<int>(x.lead) - 1;
         const Configuration<double> sign = configuration(curve.branch(x));
         const SinCos<T>& eta = here.motion.circle.triangle.eta;
-        out.add(eta.sin * eta.sin - T(sine_square));
+        if (bent) out.add(eta.sin * eta.sin - T(sine_square));
         if (arc) limit_psi(*arc, x, s, here, out);
         limit_half_turn(elbow, eta.cos, out);
         if (lead >= 0) out.add(here.room - T(proof::least_slope_square));
@@ -253,6 +271,7 @@ struct Claim {
             }
             for (const int p : {2 * h, 2 * h + 1}) {
                 const int j = pivot_joint[p];
+                if (j == joints - 1 && curve.arm.roll_free) continue;  // it stays
                 const T u = crosses ? d.y[j] : f.pivot[p].g * f.pivot[p].U.at(here.phi),
                         v = crosses ? d.x[j] : f.pivot[p].g * f.pivot[p].V.at(here.phi);
                 if (p % 2 == 0 && !crosses) out.add(u * u + v * v - T(sine_square));
@@ -303,6 +322,7 @@ bool all_positive(const Conditions<T>& c, const Lower& lower) noexcept {
     return true;
 }
 
+/// Proves a curve stretch by stretch, or says where and why it cannot.
 class Prover {
 public:
     Prover(const Curve& curve, const Limits& limits, double margin, const AlsoKept& kept)
@@ -399,17 +419,18 @@ private:
                 !(abs(middle[p] - last_[p]) < proof::sector_step))
                 return false;
         const Interval range(from, to);
+        const bool bent = !claim_.stretches_out(from, to);
         Conditions<Interval> plain;
         --budget_;
-        if (!claim_.evaluate(x, range, middle, arc, plain)) return false;
+        if (!claim_.evaluate(x, range, middle, arc, bent, plain)) return false;
         if (all_positive(plain, [&plain](int i, int k) { return plain.row[i].entry[k].lo; })) return true;
         budget_ -= 4;
         using J = Jet<Interval, 1>;
         const double m = 0.5 * (from + to);
         Conditions<J> slopes;
         Conditions<Interval> centre;
-        if (!claim_.evaluate(x, J::variable(range), middle, arc, slopes) ||
-            !claim_.evaluate(x, Interval(m), middle, arc, centre))
+        if (!claim_.evaluate(x, J::variable(range), middle, arc, bent, slopes) ||
+            !claim_.evaluate(x, Interval(m), middle, arc, bent, centre))
             return false;
         const Interval off = range - Interval(m);
         const auto lower = [&](int i, int k) {
@@ -427,7 +448,7 @@ private:
             bad = bad || (claim_.kind[p] == PivotKind::turning &&
                           max(claim_.lower[p] - middle[p], middle[p] - claim_.upper[p]) > proof::broken);
         const auto fails = [](const Interval& f) { return f.hi < -proof::broken; };
-        if (claim_.evaluate(x, Interval(s), middle, nullptr, at)) {
+        if (claim_.evaluate(x, Interval(s), middle, nullptr, true, at)) {
             for (int i = 0; i < at.count; ++i) {
                 const auto& row = at.row[i];
                 bad = bad || (fails(row.entry[0]) && (row.entries == 1 || fails(row.entry[1])));

@@ -45,6 +45,7 @@ struct Haste {
     double speed = 0, bend = 0;
 };
 
+/// The greatest magnitude of a member, and of a vector of them.
 inline double greatest(const Interval& x) noexcept { return max(-x.lo, x.hi); }
 inline double greatest(const Vec3<Interval>& v) noexcept {
     const Interval x = greatest(v.x), y = greatest(v.y), z = greatest(v.z);

@@ -53,6 +53,7 @@ namespace detail {
 /// Joint that turns about one axis with the joint two further on where hinge h is 0.
 inline int leading_joint(int h) noexcept { return pivot_joint[2 * h] + 1; }
 
+/// The search of a way that may change its branch.
 class Crossing {
 public:
     Crossing(const Task& task, const CrossingTask& asked) : task_(task), asked_(asked) {}

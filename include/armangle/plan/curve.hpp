@@ -118,7 +118,8 @@ struct Curve {
                         double near_psi) const noexcept {
         PlacedPosture out;
         out.pose = pose_at(segment(x), s);
-        const PlacedDirections<double> here = place(x, s, value);
+        PlacedDirections<double> here = place(x, s, value);
+        keep_shares(arm, here.motion, here.phi, near, here.angles);
         const Joints q = joints_within_limits(arm, here.angles, near);
         for (int j = 0; j < joint_slots; ++j) out.q[j] = q.q[j];
         if (x.lead != 0) {  // to its last digit, which a locked joint leaves no room for
@@ -158,6 +159,7 @@ struct Curve {
             for (int k = 1; k <= 3; ++k)
                 out[(k - 1) * joints + j] = arm.sign[j] * theta.coefficient[k] * (k == 3 ? 6.0 : k);
         }
+        for (int k = 0; k < 3 && arm.roll_free; ++k) out[k * joints + joints - 1] = 0;
     }
 };
 
@@ -268,6 +270,35 @@ inline std::vector<Stretch> straight_stretches(const std::vector<double>& s, con
     return out;
 }
 
+namespace curve_rule {
+inline constexpr double inside = 1e-9;  // of a stretch: how far from its end the joints' limit is taken
+inline constexpr double there = 1e-5;   // rad: joints that are this near to the limit are where it is
+}  // namespace curve_rule
+
+namespace detail {
+
+/// The posture at an end of a stretch, seen from joints near it. Where theta_2 or theta_6 vanishes, joints 1
+/// and 5 are what they tend to from within, as the root of the way: at a stretched arm they leave so.
+inline PlacedPosture end_posture(const Curve& curve, const Stretch& x, bool last, const double* near,
+                                 double psi) noexcept {
+    const double s = last ? x.end : x.start,
+                 way = (last ? -1.0 : 1.0) * curve_rule::inside * (x.end - x.start);
+    const PlacedPosture here = curve.solve(x, s, phi_at(x, s), near, psi);
+    if (!makes_one_axis(curve.place(x, s, phi_at(x, s)).angles, 1) &&
+        !makes_one_axis(curve.place(x, s, phi_at(x, s)).angles, 5))
+        return here;
+    const PlacedPosture beside = curve.solve(x, s + way, phi_at(x, s + way), here.q, psi);
+    const PlacedPosture off = curve.solve(x, s + 4 * way, phi_at(x, s + 4 * way), beside.q, psi);
+    double limit[joints];
+    for (int j = 0; j < joints; ++j) {
+        limit[j] = 2 * beside.q[j] - off.q[j];
+        if (abs(limit[j] - near[j]) <= curve_rule::there) limit[j] = near[j];
+    }
+    return curve.solve(x, s, phi_at(x, s), limit, psi);
+}
+
+}  // namespace detail
+
 /// Gives every stretch the postures at its ends, lifted from q0 and psi0 on. `stretches` are those of the
 /// curve.
 inline void lift_stretches(const Curve& curve, std::span<Stretch> stretches, const double* q0,
@@ -275,9 +306,9 @@ inline void lift_stretches(const Curve& curve, std::span<Stretch> stretches, con
     double q[joints], psi = psi0;
     for (int j = 0; j < joints; ++j) q[j] = q0[j];
     for (Stretch& x : stretches) {
-        const PlacedPosture from = curve.solve(x, x.start, phi_at(x, x.start), q, psi);
+        const PlacedPosture from = detail::end_posture(curve, x, false, q, psi);
         for (int j = 0; j < joints; ++j) x.q[j] = q[j] = from.q[j];
-        const PlacedPosture to = curve.solve(x, x.end, phi_at(x, x.end), q, from.psi);
+        const PlacedPosture to = detail::end_posture(curve, x, true, q, from.psi);
         for (int j = 0; j < joints; ++j) x.q_end[j] = q[j] = to.q[j];
         x.psi = from.psi;
         x.psi_end = psi = to.psi;

@@ -23,11 +23,12 @@ inline constexpr double step = 0.4;    // of phi in one round (rad)
 inline constexpr double done = 1e-9;   // share of the objective that another step would save
 inline constexpr double rough = 1e-4;  // the same where curves are only compared
 inline constexpr double tiny = 1e-12;  // an objective below this is 0
-inline constexpr double wall = 1e-4;   // r of the cost that keeps limits whatever the weights (rad) ...
-inline constexpr double soft[] = {1e-2,
-                                  1e-3};  // ... and of softer ones, where it is too steep to slide along
-inline constexpr double before = 0.02;    // ... and the distance where it begins (rad)
-inline constexpr double sharp = 1e-4;     // share of the objective that more knots may still save
+/// r of the cost that keeps limits whatever the weights (rad), and of thicker walls, where a curve slips
+/// through between its Gauss points.
+inline constexpr double wall[] = {1e-4, 1e-3, 1e-2};
+inline constexpr double soft[] = {1e-2, 1e-3};  // the same where the wall is too steep to slide along
+inline constexpr double before = 0.02;          // ... and the distance where it begins (rad)
+inline constexpr double sharp = 1e-4;           // share of the objective that more knots may still save
 inline constexpr double even = 4;      // an integrand that varies by less on an interval is integrated well,
 inline constexpr double small = 5e-3;  // and one whose share of the objective is less
 inline constexpr int levels = 6;       // halvings of an interval
@@ -147,7 +148,7 @@ inline Quadrature quadrature(const Task& task, int gc, const std::vector<double>
                 const SelfMotion<SeriesInS> motion =
                     self_motion(task.arm, circle(task.arm, flange_pose(task.arm, pose), task.plane),
                                 spread<SeriesInS>(configuration(gc)));
-                p.functions = joint_functions(motion);
+                p.functions = task.functions(motion);
                 const SeriesInS theta_4 = atan2(motion.elbow.theta_4.sin, motion.elbow.theta_4.cos);
                 p.theta_4 = theta_4.value();
                 p.theta_4_rate = theta_4.coefficient[1];
@@ -168,8 +169,9 @@ struct FixedEnds {
 /// A curve of a branch and its objective, going down.
 class Descent {
 public:
-    Descent(const Task& task, const Objective& objective, const FixedEnds& ends)
-        : task_(task), objective_(objective), ends_(ends) {}
+    Descent(const Task& task, const Objective& objective, const FixedEnds& ends,
+            double wall = descent_rule::wall[0])
+        : task_(task), objective_(objective), ends_(ends), asked_wall_(wall), wall_(wall) {}
 
     /// Stands on a curve whose breaks are those of the quadrature; false where it leaves the limits.
     bool stand(const Quadrature& quadrature, std::vector<double> control) {
@@ -192,11 +194,12 @@ public:
         const std::vector<double> stopped = control_;
         const double least = here_.energy;
         for (const double wall : descent_rule::soft) {
+            if (!(wall > asked_wall_)) continue;
             wall_ = wall;
             assemble(control_, here_);
             go_down(descent_rule::rough);
         }
-        wall_ = descent_rule::wall;
+        wall_ = asked_wall_;
         if (assemble(control_, here_)) go_down(done);
         if (here_.energy <= least) return;
         control_ = stopped;
@@ -288,7 +291,8 @@ private:
     std::vector<double> control_, tried_, step_;
     std::vector<std::array<double, 4>> factor_;
     Assembly here_, there_;
-    double saving_ = 0, slope_ = 0, wall_ = descent_rule::wall;
+    double saving_ = 0, slope_ = 0;
+    double asked_wall_, wall_;  // r, in the end and now
 
     bool assemble(const std::vector<double>& control, Assembly& out) const;
     bool integrand(const detail::GaussPoint& p, double phi, double v, const double* predicted_from, double ds,
@@ -397,6 +401,7 @@ inline bool Descent::integrand(const detail::GaussPoint& p, double phi, double v
     return inside && f.value < infinity;
 }
 
+/// Energy, gradient, and the band of second derivatives at these control values; false where a value is none.
 inline bool Descent::assemble(const std::vector<double>& control, Assembly& out) const {
     const std::size_t n = control.size();
     out.energy = 0;

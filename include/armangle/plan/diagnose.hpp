@@ -28,6 +28,7 @@ struct Opening {
     double extra;
 };
 
+/// What a plan found in one branch: its way, or where and why there is none.
 struct BranchReport {
     int gc = 0;
     Verdict verdict = Verdict::ok;
@@ -125,7 +126,10 @@ public:
             for (std::size_t i = 0; i < motions_.size() && most < infinity; ++i) {
                 ArcSet arcs;
                 if (feasible(motions_[i], table, arcs) == Status::OK) continue;
-                most = opening(task_, motions_[i], joint, upper);
+                // At a singular pose an arm angle may be left by some openings and by no larger one: then no
+                // opening is told.
+                const double wanted = opening(task_, motions_[i], joint, upper);
+                most = wanted > spared() ? wanted : infinity;
                 worst = i;
                 all = false;
                 if (most < infinity) table = moved_out(joint, upper, spared());

@@ -59,6 +59,7 @@ inline double wish_cost(double gap) noexcept { return gap == gap ? 2 - 2 * sin_c
 /// What a distance is from.
 enum class Kind { limit, singularity };
 
+/// What a distance of this kind weighs.
 inline double weight(const Objective& objective, Kind kind) noexcept {
     return kind == Kind::limit ? objective.limits : objective.singularities;
 }

@@ -41,6 +41,7 @@ struct Optimum {
 
 namespace detail {
 
+/// What a descent has reached.
 inline Optimum result(Descent& descent, const std::vector<double>& breaks) {
     Optimum out{{breaks, descent.control()},
                 descent.energy(),
@@ -52,6 +53,7 @@ inline Optimum result(Descent& descent, const std::vector<double>& breaks) {
     return out;
 }
 
+/// Whether one is better than another.
 inline bool less(const Optimum& a, const Optimum& b) noexcept { return a.energy < b.energy; }
 
 /// Where descents begin, and the best of them.
@@ -245,13 +247,13 @@ inline Optimum as_it_is(const Task& task, const Objective& objective, int gc, co
 }
 
 /// The optimum next to a curve, on as many knots as its bends need; none where the curve itself leaves the
-/// limits.
-inline Optimum fine_optimum(const Task& task, const Objective& objective, int gc, FixedEnds ends,
-                            Spline now) {
+/// limits. wall: of descent_rule::wall.
+inline Optimum fine_optimum(const Task& task, const Objective& objective, int gc, FixedEnds ends, Spline now,
+                            double wall) {
     Optimum out;
     for (int level = 0; level <= descent_rule::levels; ++level) {
         const Quadrature q = quadrature(task, gc, now.breaks, true);
-        Descent descent(task, objective, ends);
+        Descent descent(task, objective, ends, wall);
         if (!descent.stand(q, now.control)) break;
         descent.run(descent_rule::done);
         now.control = descent.control();
@@ -267,14 +269,15 @@ inline Optimum fine_optimum(const Task& task, const Objective& objective, int gc
 /// The optima next to several curves that are sorted by what they are worth, the best first; curves worth
 /// less than an optimum that was found are left out.
 inline std::vector<Optimum> fine_optima(const Task& task, const Objective& objective, int gc,
-                                        const FixedEnds& ends, const std::vector<Optimum>& coarse) {
+                                        const FixedEnds& ends, const std::vector<Optimum>& coarse,
+                                        double wall) {
     std::vector<Optimum> out;
     double least = infinity;
     for (const Optimum& x : coarse) {
         if (!(x.energy < least)) break;
         FixedEnds own = ends;
         std::copy(x.q, x.q + joints, own.q);
-        Optimum now = fine_optimum(task, objective, gc, own, x.curve);
+        Optimum now = fine_optimum(task, objective, gc, own, x.curve, wall);
         if (!now.found()) continue;
         least = min(least, now.energy);
         out.push_back(std::move(now));

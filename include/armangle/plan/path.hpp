@@ -32,6 +32,7 @@ struct Motion {
     double alpha;
 };
 
+/// One piece of a path: a motion from an origin, or a blend of the motions on its two sides.
 struct Segment {
     double start, end;  // the range of s
     Vec3<double> origin;
@@ -140,6 +141,8 @@ struct AxisAngle {
     double angle;
 };
 
+/// The rotation that leads from one frame to another the shortest way; about any axis where it is half a
+/// turn.
 inline AxisAngle shortest_rotation(const Mat3<double>& from, const Mat3<double>& to) noexcept {
     // D = to from^T by its entries: its columns are the images of the unit vectors.
     const auto entry = [&](const Vec3<double>& i, const Vec3<double>& j) {  // i . D j

@@ -23,6 +23,7 @@
 
 namespace armangle {
 
+/// What a plan is asked besides the path.
 struct PlanOptions {
     const double* start = nullptr;  // joints that the plan begins with; fixes branch, arm angle and windings
     const double* goal = nullptr;
@@ -34,8 +35,10 @@ struct PlanOptions {
     const Scene* scene = nullptr;                             // obstacles that links keep clear of
     std::function<void(double s, ArcSet& psi)> allowed = {};  // arcs of the user's own; none: all psi
     const ArcSet* allowed_everywhere = nullptr;               // where they are the same for every s
+    double held_q_7 = 0;  // of an arm whose roll is free (with_free_roll): there joint 7 stays
 };
 
+/// A plan with its proof, or the report of why there is none.
 struct Plan {
     bool ok = false;
     int gc = -1;
@@ -75,11 +78,12 @@ inline double hinge_clearance(double theta) noexcept {
     return min(size, pi - size);
 }
 
+/// One plan: sections, search, curve and proof of each branch; docs/theory/plan.md.
 class Planner {
 public:
     Planner(const Arm& arm, const Segment* segments, std::size_t n, const double* rows, std::size_t row_count,
             const PlanOptions& options)
-        : options_(options),
+        : options_(with_held_roll(arm, options)),
           base_(base_parameters(segments, n, rows, row_count)),
           links_(allowance()),
           task_{arm, drawn_in(arm.limits, options.limit_margin), {}, segments, n, {}} {
@@ -90,6 +94,7 @@ public:
             if (i + 1 < base_.size()) wrists.push_back(wrist(0.5 * (base_[i] + base_[i + 1])));
         }
         task_.plane = smooth_plane(wrists);
+        task_.held_theta_7 = to_theta(arm, joints - 1, options.held_q_7);
         task_.length = turned_length(task_, base_);
         task_.wish = options.wish;
         task_.scene = options.scene;
@@ -157,6 +162,20 @@ private:
             why.why = Status::NOT_ALLOWED;  // it is clear: what the user allows leaves it out
         }
         return false;
+    }
+
+    /// The options with joint 7 of both ends where it stays, on an arm whose roll is free.
+    PlanOptions with_held_roll(const Arm& arm, const PlanOptions& given) noexcept {
+        PlanOptions out = given;
+        if (!arm.roll_free) return out;
+        const auto held = [&](const double* q, double (&to)[joints]) {
+            std::copy(q, q + joints, to);
+            to[joints - 1] = given.held_q_7;
+            return to;
+        };
+        if (given.start) out.start = held(given.start, start_);
+        if (given.goal) out.goal = held(given.goal, goal_);
+        return out;
     }
 
     Vec3<double> wrist(double s) const noexcept {
@@ -794,10 +813,15 @@ private:
     bool optimise(const Tube& t, const Ends& fixed, BranchReport& report, Plan& out) const {
         const std::vector<Optimum>& coarse = coarse_[static_cast<std::size_t>(report.gc)];
         const FixedEnds ends = fixed_ends(fixed, coarse.front().q);
-        for (const Optimum& best : fine_optima(task_, options_.objective, t.gc, ends, coarse)) {
-            draw(t, best, fixed.start.given ? fixed.start.q : best.q, report, out);
-            if (holds_ends(fixed, out) && out.proof.certified()) return true;
-            if (!holds_ends(fixed, out)) out.stretches.clear();
+        for (const double wall : descent_rule::wall) {
+            bool slipped = false;
+            for (const Optimum& best : fine_optima(task_, options_.objective, t.gc, ends, coarse, wall)) {
+                draw(t, best, fixed.start.given ? fixed.start.q : best.q, report, out);
+                if (holds_ends(fixed, out) && out.proof.certified()) return true;
+                slipped = slipped || !out.proof.violated.empty();
+                if (!holds_ends(fixed, out)) out.stretches.clear();
+            }
+            if (!slipped) break;
         }
         return false;
     }
@@ -819,7 +843,8 @@ private:
         if (!out.proof.certified()) return true;
         Plan better;
         BranchReport its = report;
-        const Optimum least = fine_optimum(task_, options_.objective, t.gc, ends, drawn);
+        const Optimum least =
+            fine_optimum(task_, options_.objective, t.gc, ends, drawn, descent_rule::wall[0]);
         if (least.found()) draw(t, least, first, its, better);
         if (least.found() && better.proof.certified() && holds_ends(fixed, better)) {
             out = std::move(better);
@@ -918,7 +943,8 @@ private:
         draw(t, along(t, way, base_), way.rows[0].q, plan_);
     }
 
-    const PlanOptions& options_;
+    double start_[joints] = {}, goal_[joints] = {};  // with joint 7 where it stays
+    const PlanOptions options_;
     std::vector<Optimum> coarse_[configurations];  // of each branch, on few knots, the best first
     std::vector<double> base_;
     long long links_;                  // that may still be tried

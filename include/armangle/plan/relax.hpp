@@ -24,6 +24,7 @@ inline constexpr double steepest = 1e3;  // dq/dphi beyond this counts as this
 
 namespace detail {
 
+/// Gauss-Newton's method on the rows of a way.
 class Relaxation {
 public:
     Relaxation(const Task& task, const Tube& tube, const Objective& objective, Way& way, bool first_fixed,

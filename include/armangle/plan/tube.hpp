@@ -61,12 +61,23 @@ struct Task {
     const Scene* scene = nullptr;     // obstacles that links keep clear of
     std::function<void(double s, ArcSet& psi)> allowed = {};  // arcs of the user's own; none: all psi
     const ArcSet* allowed_everywhere = nullptr;               // where they are the same for every s
+    double held_theta_7 = 0;                                  // of an arm whose roll is free: joint 7 stays
 
     Pose<double> pose(double s) const noexcept {
         return pose_at(segments[segment_index(segments, segment_count, s)], s);
     }
     Circle<double> circle_at(double s) const noexcept {
         return circle(arm, flange_pose(arm, pose(s)), plane);
+    }
+    /// The joint functions of a self-motion; joint 7 stays where the roll is free.
+    template <class T>
+    JointFunctions<T> functions(const SelfMotion<T>& m) const noexcept {
+        JointFunctions<T> out = joint_functions(m);
+        if (!arm.roll_free) return out;
+        const SinCos<double> at = sin_cos(held_theta_7);
+        const T none(0.0);
+        out.pivot[pivots - 1] = {{none, none, T(at.sin)}, {none, none, T(at.cos)}, T(1.0)};
+        return out;
     }
     /// phi that is wished in a branch at s; NaN where there is no wish.
     double wished_phi(int gc, double s) const noexcept {
@@ -174,12 +185,13 @@ struct SolvedSection {
     ArcSet arcs;
 };
 
+/// The section of a branch at s: its arcs, or why it has none.
 inline SolvedSection solve_section(const Task& task, int gc, double s) {
     SolvedSection out;
     Section& x = out.section;
     x.s = s;
     x.motion = self_motion(task.arm, task.circle_at(s), configuration(gc));
-    x.functions = joint_functions(x.motion);
+    x.functions = task.functions(x.motion);
     x.status = feasible(x.motion, x.functions, task.table, out.arcs);
     x.blocking = 0;
     if (task.encumbered() && x.status == Status::OK) {
@@ -191,6 +203,7 @@ inline SolvedSection solve_section(const Task& task, int gc, double s) {
     return out;
 }
 
+/// How far two points or directions are apart.
 inline double gap(const Vec3<double>& a, const Vec3<double>& b) noexcept { return norm(a - b); }
 
 /// Largest turn (rad, as a chord) of the wrist's direction, the tool and the elbow between two places.
@@ -209,6 +222,8 @@ inline double turned(const Circle<double>& p, const Circle<double>& q) noexcept 
 /// or jumped.
 enum class Change { small, shifted, event };
 
+/// How much the arcs of one section moved from those of another: those that have one partner, and those
+/// that do not.
 inline Change against(const ArcSet& a, const ArcSet& b) noexcept {
     Change worst = Change::small;
     for (int i = 0; i < a.count; ++i) {
@@ -230,6 +245,7 @@ inline Change against(const ArcSet& a, const ArcSet& b) noexcept {
     return worst;
 }
 
+/// The same of two sections, whichever has more arcs.
 inline Change change(const SolvedSection& a, const SolvedSection& b) noexcept {
     if ((a.section.status == Status::OK) != (b.section.status == Status::OK)) return Change::event;
     if (a.section.status != Status::OK || (a.arcs.full && b.arcs.full)) return Change::small;
@@ -238,6 +254,7 @@ inline Change change(const SolvedSection& a, const SolvedSection& b) noexcept {
     return std::max(one, other);
 }
 
+/// The sections of one branch, halved until neighbours look alike.
 class TubeBuilder {
 public:
     TubeBuilder(const Task& task, int gc) : task_(task) { tube_.gc = gc; }

@@ -79,6 +79,7 @@ inline Move nearest_winding(const Task& task, const Candidate& to, const Winding
     return {group.first + static_cast<std::uint32_t>(at), sqrt(sum)};
 }
 
+/// The search of one tube, section by section.
 class Search {
 public:
     /// spread: of windings at a free start (candidates.hpp); links: how many more may be tried, counted down.

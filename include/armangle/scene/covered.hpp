@@ -8,6 +8,7 @@
 
 namespace armangle {
 
+/// The arcs of psi that something blocks.
 struct Covered {
     static constexpr int capacity = 16;
     int count = 0;
@@ -18,6 +19,7 @@ struct Covered {
 
 namespace detail {
 
+/// Takes an arc out.
 inline void remove_arc(Covered& set, int at) noexcept {
     for (int i = at; i + 1 < set.count; ++i) set.arc[i] = set.arc[i + 1];
     --set.count;

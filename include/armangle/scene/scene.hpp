@@ -191,6 +191,7 @@ inline void plane_frames(const Arm& arm, const Elbow<T>& e, Vec3<T> w, Vec3<T> z
     lower = {{x4, -z, z4}, upper.position + z * T(arm.d_4) + x4 * T(arm.a_4)};
 }
 
+/// These frames of a self-motion.
 template <class T>
 inline AxisFrames<T> axis_frames(const Arm& arm, const SelfMotion<T>& m) noexcept {
     const Circle<T>& c = m.circle;

@@ -26,6 +26,7 @@ struct Rod {
     bool is_sphere() const noexcept { return begin.x == end.x && begin.y == end.y && begin.z == end.z; }
 };
 
+/// The shapes that an obstacle may have.
 enum class SolidKind : std::uint8_t { ball, capsule, box, half_space, hull, field };
 
 /// One obstacle.
@@ -60,6 +61,7 @@ inline Solid placed(const Pose<double>& frame, const Solid& solid) noexcept {
     return out;
 }
 
+/// A rod given in a frame, in the frame that this one is given in.
 inline Rod placed(const Pose<double>& frame, const Rod& rod) noexcept {
     return {frame.rotation * rod.begin + frame.position, frame.rotation * rod.end + frame.position,
             rod.radius};
@@ -155,6 +157,7 @@ inline double nearest_to_box(const Vec3<double>& a, const Vec3<double>& d,
     return rise > 0 ? to_unit(low - slope_low * (high - low) / rise) : low;
 }
 
+/// A segment and a box.
 inline Approach segment_box(const Vec3<double>& a, const Vec3<double>& b, const Solid& box) noexcept {
     const Vec3<double> begin = transposed_times(box.axes, a - box.a), d = transposed_times(box.axes, b - a);
     const double t = nearest_to_box(begin, d, box.b);

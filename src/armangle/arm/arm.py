@@ -62,6 +62,7 @@ from .arcs import ArcSet
 from .deviation import ChainDeviation, deviation_of
 from .diagnosis import Branch, Diagnosis, Verdict, branch_of
 from .freedom import Freedom
+from .frozen_value import FrozenValue
 from .joint_function import JointFunction
 from .near import NearHandle, check_near, moved_ends, unsupported
 from .question import METRICS as _METRICS
@@ -133,7 +134,7 @@ def _signature() -> Signature:
 
 
 @final
-class Arm:
+class Arm(FrozenValue):
     """A 7-axis arm with spherical shoulder, elbow and spherical wrist (S-R-S).
 
     The tip's pose is ``base @ DH(theta) @ tool`` with ``theta_i = signs_i q_i + offsets_i`` and the
@@ -236,15 +237,10 @@ class Arm:
         if values["chain"] is None:
             handle = _core.Arm(*given_to_core)
         else:
-            handle = cast(_core.Arm, NearHandle(*given_to_core, values["chain"]))
-            check_near(values["name"], handle)
-        for name, value in {
-            **values, "import_report": report, "_handle": handle, "_ready": None,
-        }.items():  # fmt: skip
-            object.__setattr__(self, name, value)
-
-    def __setattr__(self, name: str, value: object) -> None:
-        raise AttributeError(f"Arm is frozen: {name} cannot be set; use with_()")
+            near = NearHandle(*given_to_core, values["chain"])
+            check_near(values["name"], near)
+            handle = cast(_core.Arm, near)
+        self._fill({**values, "import_report": report, "_handle": handle, "_ready": None})
 
     # -- where it comes from -------------------------------------------------------------------------
 
@@ -1001,8 +997,9 @@ class Arm:
         ndarray, shape (..., 7, 7)
             dq: columns 0-2 by the velocity of the tool's origin (rad/m), 3-5 by the angular velocity
             (rad/rad), both in the frame that poses are given in, and column 6 by psi, which is `self_motion`.
-            The inverse of `jacobian` with `psi_gradient` as a seventh row. ±inf where a derivative does not
-            exist: joints 1-3 (5-7) where θ2 (θ6) is 0 or π, all where the elbow is stretched or folded.
+            The inverse of `jacobian` with `psi_gradient` as a seventh row. Infinite where a derivative does
+            not exist: joints 1-3 (5-7) where θ2 (θ6) is 0 or π; columns 0-5 of all joints where the elbow is
+            stretched or folded, and of all but joint 4 where psi jumps (the wrist over the base axis).
 
         Raises
         ------
@@ -1036,7 +1033,8 @@ class Arm:
         Returns
         -------
         ndarray, shape (..., 7)
-            dψ/dq, rad/rad, of the arm's own reference plane; inf where ψ does not exist.
+            dψ/dq, rad/rad, of the arm's own reference plane; inf where ψ does not exist, or jumps: for
+            the psi of the base axis where the wrist lies on it.
 
         Raises
         ------
@@ -1646,7 +1644,8 @@ class Arm:
             As in `feasible`, rad.
         outside : "refuse" or "nearest"
             "nearest": where a pose has no posture, the posture of the nearest pose that the arm can take,
-            ``found.pose``, ``found.gap`` away; ``status`` still says why the pose itself has none. A wrist
+            ``found.pose``, ``found.gap`` away; ``status`` still says why the pose itself has none. It keeps
+            the margin of singularities too, unless that leaves no posture at all (q is then NaN). A wrist
             out of reach is drawn towards the shoulder into what joint 4 reaches and the orientation kept: no
             posture of that orientation is nearer. Where limits forbid that too it is the least of
             ``sqrt(|dp|² + (length·angle)²)``, sought from many starts. Of all branches and arm angles, so not

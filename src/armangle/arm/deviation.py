@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .._arrays import JOINTS, MILLIMETRES, Floats
+from .joint_map import to_q, to_theta
 
 if TYPE_CHECKING:
     from .arm import Arm
@@ -87,8 +88,9 @@ def _band(arm: Arm, rng: np.random.Generator, joint: int) -> float:
     q = _postures(arm, rng, _IN_BAND)
     angle = _WIDEST * _NARROWEST ** rng.uniform(0.0, 1.0, _IN_BAND) * rng.choice((-1.0, 1.0), _IN_BAND)
     start = arm.delta if joint == _SINGULAR_JOINTS[1] else 0.0
-    q[:, joint] = arm.signs[joint] * (angle + start - arm.offsets[joint])
-    theta = arm.signs * q + arm.offsets
+    theta = to_theta(arm, q)
+    theta[:, joint] = angle + start
+    q[:, joint] = to_q(arm, theta)[:, joint]
     theta[:, _SINGULAR_JOINTS[1]] -= arm.delta
     others = [other for other in _SINGULAR_JOINTS if other != joint]
     alone = (np.abs(np.sin(theta[:, others])) > np.sin(_WIDEST)).all(axis=1)

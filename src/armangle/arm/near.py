@@ -21,8 +21,6 @@ _ASKED = {
     "turns_many": "feasible_yaw or feasible_roll",
     "end_slopes_one": "feasible_derivative",
     "is_kuka": "aa.kuka",
-    "plan_path": "plan",
-    "curve_through": "JointPath",
 }
 
 
@@ -43,9 +41,9 @@ def unsupported(what: str) -> InputError:
     )
 
 
-def check_near(name: str, handle: _core.Arm) -> None:
+def check_near(name: str, handle: NearHandle) -> None:
     """Raise where a link of a chain is not near the nominal one."""
-    off = np.array(getattr(handle, "deviations"))  # noqa: B009 - of the core's NearArm alone
+    off = np.array(handle.deviations)
     if (off <= (MAX_LENGTH, MAX_ANGLE)).all():
         return
     at = int(np.argmax((off / (MAX_LENGTH, MAX_ANGLE)).max(axis=1)))

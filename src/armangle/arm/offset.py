@@ -13,8 +13,10 @@ from .. import _core
 from .._arrays import (
     CONFIGURATIONS,
     JOINTS,
+    MILLIMETRES,
     Floats,
     Ints,
+    PathLike,
     as_floats,
     as_gc,
     as_number,
@@ -24,15 +26,30 @@ from .._arrays import (
     check_angles,
     chosen,
     frozen,
+    named,
 )
-from ..errors import ConfigurationError, InputError, NoSolutionError, UnreachableError
-from ..models.offset import OffsetDescription, describe_offset_chain, load_offset_robot
+from ..errors import ConfigurationError, InputError, NoSolutionError, UnknownRobotError, UnreachableError
+from ..models.catalogue import catalogue
+from ..models.mjcf import read_mjcf
+from ..models.offset import (
+    ANGLE_TOLERANCE,
+    LENGTH_TOLERANCE,
+    OffsetDescription,
+    describe_offset_chain,
+    load_offset_robot,
+    offset_catalogue,
+    offset_chain_of,
+)
 from ..models.urdf import Source, read_urdf
+from ..models.urdf_write import write_chain
+from ..poses import as_transform
 from ..status import STATUSES, Status
 from .arcs import ArcSet
-from .arm import Arm
+from .arm import Arm, Enforce, Unreachable
+from .frozen_value import FrozenValue
 from .question import branch_bits, weights_of
 
+_ENFORCE = named(_core.Enforce)
 _UNREACHABLE = ("raise", "nan")
 _NO_FIELDS = ("d_4", "chain", "reference", "body", "hand", "import_report")
 _OUT_OF_REACH = (Status.UNREACHABLE, Status.NO_POSTURE)
@@ -88,7 +105,7 @@ class OffsetSolution(NamedTuple):
 
 
 @final
-class OffsetArm:
+class OffsetArm(FrozenValue):
     """A 7-axis arm that is S-R-S but for one offset: between axes 6 and 7, or between axes 1 and 2.
 
     Franka's arms, the xArm 7 and their like have such a wrist (a_6), PR2 and Fetch such a shoulder (a_1).
@@ -113,6 +130,8 @@ class OffsetArm:
     a_1, a_6 : float
     free_joint : int
         7 or 1.
+    lower, upper, velocity, acceleration, base, tool, name, joint_names
+        As `Arm`.
 
     Raises
     ------
@@ -162,12 +181,7 @@ class OffsetArm:
         handle = _core.OffsetArm(
             lengths, joints, rows.base, rows.tool, offsets["a_1"] if mirrored else offsets["a_6"], mirrored
         )
-        made = {**offsets, "rows": rows, "free_joint": 1 if mirrored else 7, "_handle": handle}
-        for name, value in made.items():
-            object.__setattr__(self, name, value)
-
-    def __setattr__(self, name: str, value: object) -> None:
-        raise AttributeError(f"OffsetArm is frozen: {name} cannot be set")
+        self._fill({**offsets, "rows": rows, "free_joint": 1 if mirrored else 7, "_handle": handle})
 
     # -- where it comes from -----------------------------------------------------------------------
 
@@ -180,6 +194,8 @@ class OffsetArm:
         UnknownRobotError
             If there is none of this name.
         """
+        if name in catalogue():
+            raise UnknownRobotError(f"{name!r} is an S-R-S arm: armangle.Arm.from_catalogue({name!r})")
         return cls._of(load_offset_robot(name))
 
     @classmethod
@@ -189,8 +205,8 @@ class OffsetArm:
         base: str | None = None,
         tip: str | None = None,
         *,
-        angle_tolerance: float = 5e-5,
-        length_tolerance: float = 2e-5,
+        angle_tolerance: float = ANGLE_TOLERANCE,
+        length_tolerance: float = LENGTH_TOLERANCE,
     ) -> OffsetArm:
         """Return the arm between two links of a URDF, in that file's own joint coordinates and frames.
 
@@ -217,12 +233,155 @@ class OffsetArm:
         return cls._of(describe_offset_chain(chain, angle=angle, length=length))
 
     @classmethod
+    def from_mjcf(
+        cls,
+        source: PathLike,
+        base: str | None = None,
+        tip: str | None = None,
+        *,
+        angle_tolerance: float = ANGLE_TOLERANCE,
+        length_tolerance: float = LENGTH_TOLERANCE,
+    ) -> OffsetArm:
+        """Return the arm between two bodies of a MuJoCo model; needs the extra ``mujoco``.
+
+        Parameters
+        ----------
+        source : path or str
+            An MJCF file, or its XML text.
+        base, tip : str, optional
+            Names of two bodies, or of a site as the tip; guessed where the file leaves one choice.
+        angle_tolerance, length_tolerance : float
+            As in `from_urdf`, rad and m.
+
+        Raises
+        ------
+        MissingExtraError
+            If the package ``mujoco`` is not installed.
+        FileFormatError, NotSRSError
+            As `from_urdf`.
+        """
+        angle = as_number("angle_tolerance", angle_tolerance, 0.0, 0.1)
+        length = as_number("length_tolerance", length_tolerance, 0.0, 0.1)
+        chain = read_mjcf(source, base=base, tip=tip)
+        return cls._of(describe_offset_chain(chain, angle=angle, length=length))
+
+    @classmethod
     def _of(cls, found: OffsetDescription) -> OffsetArm:
         names = (
             "d_bs", "d_se", "d_ew", "d_wf", "a_3", "a_4", "signs", "offsets", "lower", "upper", "velocity",
             "base", "tool", "name", "joint_names",
         )  # fmt: skip
         return cls(a_1=found.a_1, a_6=found.a_6, **{name: getattr(found.rows, name) for name in names})
+
+    def to_urdf(self) -> str:
+        """Return a kinematic URDF (joints and limits, no geometry) that imports back to this arm."""
+        found = OffsetDescription(self.rows._description(), self.a_1, self.a_6)
+        return write_chain(offset_chain_of(found), self.name)
+
+    # -- the arm as a value --------------------------------------------------------------------------
+
+    @property
+    def name(self) -> str:
+        """Name of the arm."""
+        return self.rows.name
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints."""
+        return self.rows.joint_names
+
+    @property
+    def lower(self) -> Floats:
+        """Lower joint limits, rad, shape (7,)."""
+        return self.rows.lower
+
+    @property
+    def upper(self) -> Floats:
+        """Upper joint limits, rad, shape (7,)."""
+        return self.rows.upper
+
+    @property
+    def velocity(self) -> Floats:
+        """Greatest joint speeds, rad/s, shape (7,); infinite where none is stated."""
+        return self.rows.velocity
+
+    @property
+    def acceleration(self) -> Floats:
+        """Greatest joint accelerations, rad/s², shape (7,); infinite where none is stated."""
+        return self.rows.acceleration
+
+    @property
+    def base(self) -> Floats:
+        """Frame of the DH base in the frame that poses are given in, shape (4, 4), m."""
+        return self.rows.base
+
+    @property
+    def tool(self) -> Floats:
+        """Frame of the tip in the flange, shape (4, 4), m."""
+        return self.rows.tool
+
+    def with_(self, **changes: Any) -> OffsetArm:
+        """Return a copy with some constructor arguments changed, such as ``lower=``.
+
+        ``tool=`` replaces the whole transform from flange to tip. To mount something on the present tip use
+        `with_tool`.
+
+        Parameters
+        ----------
+        **changes
+            As `OffsetArm`.
+
+        Returns
+        -------
+        OffsetArm
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, NotRotationError, LimitError, InputError
+            As `OffsetArm`.
+
+        Examples
+        --------
+        >>> arm = OffsetArm.from_catalogue("franka_fr3")
+        >>> slower = arm.with_(velocity=1.0, lower=arm.lower + 0.1)
+        >>> float(slower.velocity[0]), bool((slower.lower > arm.lower).all())
+        (1.0, True)
+        """
+        return OffsetArm(**{**self._numbers(), **changes})
+
+    def with_tool(self, tool: ArrayLike) -> OffsetArm:
+        """Return a copy with a tool mounted on the present tip.
+
+        Not to be confused with ``with_(tool=...)``, which replaces the transform from flange to tip.
+
+        Parameters
+        ----------
+        tool : array_like, shape (4, 4)
+            Frame of the new tip in the frame of the present one, position in m.
+
+        Returns
+        -------
+        OffsetArm
+            Its poses are those of this arm times `tool`.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError, NotRotationError
+
+        Examples
+        --------
+        >>> arm = OffsetArm.from_catalogue("franka_fr3")
+        >>> hand = np.eye(4)
+        >>> hand[2, 3] = 0.1034
+        >>> q = [0.1, 0.4, 0.2, -1.8, 0.3, 2.0, 0.5]
+        >>> bool(np.allclose(arm.with_tool(hand).forward(q)[0], arm.forward(q)[0] @ hand))
+        True
+        """
+        return self.with_(tool=self.tool @ as_transform("tool", tool))
+
+    def _numbers(self) -> dict[str, Any]:
+        kept = {name: value for name, value in self.rows._numbers().items() if name not in _NO_FIELDS}
+        return {"a_1": self.a_1, "a_6": self.a_6, **kept}
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, OffsetArm):
@@ -233,11 +392,20 @@ class OffsetArm:
         return hash((self.a_1, self.a_6, self.rows))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _rebuilt, (self.a_1, self.a_6, self.rows)
+        return _rebuilt, (self._numbers(),)
 
     def __repr__(self) -> str:
+        """Return what makes this arm again: its name in the catalogue, or all that is not the default."""
+        if self.name in offset_catalogue() and self == OffsetArm.from_catalogue(self.name):
+            return f"OffsetArm.from_catalogue({self.name!r})"
         offset = f"a_1={self.a_1!r}" if self.a_1 else f"a_6={self.a_6!r}"
-        return f"OffsetArm({offset}, {repr(self.rows)[4:]}"
+        return f"OffsetArm({offset}, {repr(self.rows).removeprefix('Arm(')}"
+
+    def __str__(self) -> str:
+        """Return the arm to be read: lengths in mm, limits in degrees."""
+        offset = ("a_1", self.a_1) if self.a_1 else ("a_6", self.a_6)
+        first, rest = str(self.rows).split(": ", 1)
+        return f"{first}: {offset[0]} {offset[1] * MILLIMETRES:.6g}, {rest}"
 
     # -- kinematics --------------------------------------------------------------------------------
 
@@ -279,7 +447,8 @@ class OffsetArm:
         gc: ArrayLike,
         *,
         seed: ArrayLike | None = None,
-        unreachable: Literal["raise", "nan"] = "raise",
+        limits: Enforce = "ignore",
+        unreachable: Unreachable = "raise",
         threads: int = 1,
     ) -> Floats:
         """Return the one posture that a pose, a value of the free joint and a branch define.
@@ -295,6 +464,9 @@ class OffsetArm:
         seed : array_like, shape (..., 7), optional
             Of several turns within a joint's limits the nearest to this is returned; without it, the
             nearest to the middle of the range.
+        limits : "ignore", "raise" or "nan"
+            What to do where a joint has no turn within its limits. "ignore" returns the turn nearest to
+            the range: check with `within_limits`.
         unreachable : "raise" or "nan"
             What to do where there is no posture: at this value of the free joint the wrist is out of reach,
             or axis 5 cannot be square to axis 6 (`feasible` gives the values that have one).
@@ -304,12 +476,15 @@ class OffsetArm:
         Returns
         -------
         ndarray, shape (..., 7)
-            Joint values, rad. Limits are not enforced.
+            Joint values, rad.
 
         Raises
         ------
         ShapeError, NotFiniteError, NotRotationError, ConfigurationError, UnreachableError
+        LimitError
+            With ``limits="raise"``.
         """
+        beyond = _ENFORCE[chosen("limits", limits, _ENFORCE)]
         skip = chosen("unreachable", unreachable, _UNREACHABLE) == "nan"
         values = as_floats("free", free)
         check_angles("free", values)
@@ -323,13 +498,96 @@ class OffsetArm:
         batch, (poses, values, branches, *near) = broadcast(named)
         q, codes = np.empty((*batch, JOINTS)), np.empty(batch, dtype=np.int64)
         by = near[0] if near else None
-        self._handle.inverse_many(poses, values, branches, by, q, codes, as_threads(threads))
+        self._handle.inverse_many(poses, values, branches, by, q, codes, beyond, as_threads(threads))
         bad = np.argwhere(codes != Status.OK.value)
         if len(bad) and not skip:
             at = tuple(int(i) for i in bad[0])
             status = STATUSES[int(codes[at])]
             raise UnreachableError(f"pose{list(at) if at else ''}: {status.sentence}")
         return q
+
+    def inverse_all(
+        self,
+        pose: ArrayLike,
+        free: ArrayLike,
+        *,
+        seed: ArrayLike | None = None,
+        limits: Enforce = "ignore",
+        unreachable: Unreachable = "nan",
+        threads: int = 1,
+    ) -> Floats:
+        """Return the postures of all eight branches; row k is branch k, always.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        free : array_like, shape (...)
+            Value of the free joint as an angle, rad.
+        seed : array_like, shape (..., 7), optional
+        limits, threads
+            As in `inverse`; ``limits="nan"`` leaves NaN in the rows that violate a limit.
+        unreachable : "nan" or "raise"
+            As in `inverse`, but NaN by default: often some of the branches have a posture and others none.
+
+        Returns
+        -------
+        ndarray, shape (..., 8, 7)
+            Joint values, rad.
+
+        Raises
+        ------
+        As `inverse`.
+
+        Examples
+        --------
+        >>> arm = OffsetArm.from_catalogue("franka_fr3")
+        >>> pose, free, gc = arm.forward([0.1, 0.4, 0.2, -1.8, 0.3, 2.0, 0.5])
+        >>> q = arm.inverse_all(pose, free, limits="nan")
+        >>> q.shape, np.flatnonzero(np.isfinite(q[:, 0])).tolist()
+        ((8, 7), [6])
+        """
+        poses = as_poses("pose", pose)[..., None, :, :]
+        values = as_floats("free", free)[..., None]
+        near = None if seed is None else as_floats("seed", seed, (JOINTS,))[..., None, :]
+        return self.inverse(
+            poses, values, np.arange(CONFIGURATIONS), seed=near, limits=limits, unreachable=unreachable,
+            threads=threads,
+        )  # fmt: skip
+
+    def frames(self, q: ArrayLike, *, threads: int = 1) -> Floats:
+        """Return the poses of the arm's DH frames: where its joints are in space.
+
+        Parameters
+        ----------
+        q : array_like, shape (..., 7)
+            Joint values, rad.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        ndarray, shape (..., 8, 4, 4)
+            Frames 0..7 in the frame that poses are given in, positions in m: joint i turns about the
+            z axis of frame i - 1; ``frames[7] @ tool`` is the pose. The offset lies along x of frame 6, or 1.
+
+        Raises
+        ------
+        ShapeError, NotFiniteError
+        """
+        joints = as_floats("q", q, (JOINTS,))
+        out = np.empty((*joints.shape[:-1], JOINTS + 1, 4, 4))
+        self._handle.frames_many(joints, out, as_threads(threads))
+        return out
+
+    def elbow(self, q: ArrayLike, *, threads: int = 1) -> Floats:
+        """Return where the elbow is: the origin of DH frame 3, on the axis of joint 4, m, shape (..., 3).
+
+        Raises
+        ------
+        ShapeError, NotFiniteError
+        """
+        return self.frames(q, threads=threads)[..., 3, :3, 3].copy()
 
     def jacobian(self, q: ArrayLike, *, threads: int = 1) -> Floats:
         """Return the geometric Jacobian of the tool, shape (..., 6, 7).
@@ -348,6 +606,10 @@ class OffsetArm:
     def limit_margin(self, q: ArrayLike) -> Floats | np.float64:
         """Return the least distance of a joint to one of its limits, rad, shape (...); negative outside."""
         return self.rows.limit_margin(q)
+
+    def within_limits(self, q: ArrayLike, tol: float = 0.0) -> NDArray[np.bool_] | np.bool_:
+        """Return whether all joints are within their limits and a slack `tol`, rad; shape (...)."""
+        return self.rows.within_limits(q, tol)
 
     # -- which values of the free joint --------------------------------------------------------------
 
@@ -467,9 +729,8 @@ class OffsetArm:
         )  # fmt: skip
 
 
-def _rebuilt(a_1: float, a_6: float, rows: Arm) -> OffsetArm:
-    numbers = {name: value for name, value in rows._numbers().items() if name not in _NO_FIELDS}
-    return OffsetArm(a_1=a_1, a_6=a_6, **numbers)
+def _rebuilt(numbers: dict[str, Any]) -> OffsetArm:
+    return OffsetArm(**numbers)
 
 
 def _checked_gc(gc: ArrayLike) -> Ints:

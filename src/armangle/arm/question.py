@@ -141,7 +141,10 @@ def branch_bits(gc: int | Iterable[int] | None) -> int:
     """Return a bit for each global configuration that may be used."""
     if gc is None:
         return (1 << CONFIGURATIONS) - 1
-    wanted = as_gc(np.atleast_1d(np.asarray(gc if not isinstance(gc, Iterable) else [*gc])))
+    given = [*gc] if isinstance(gc, Iterable) else [gc]
+    if not given:
+        raise ConfigurationError("gc holds nothing: wanted integers from 0 to 7, or None for all of them")
+    wanted = as_gc(given)
     if wanted.ndim != 1 or not wanted.size or ((wanted < 0) | (wanted >= CONFIGURATIONS)).any():
         raise ConfigurationError(f"gc is {gc!r}, wanted an integer from 0 to 7, or several of them")
     return int(np.bitwise_or.reduce(1 << wanted))

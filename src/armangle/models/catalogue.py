@@ -21,6 +21,7 @@ import numpy as np
 from .._arrays import JOINTS
 from ..errors import FileFormatError, InputError, UnknownRobotError
 from .description import ELBOW_OFFSETS, FRAMES, LENGTHS, ArmDescription
+from .offset import offset_catalogue
 
 ROBOTS = Path(__file__).with_name("robots")
 
@@ -76,7 +77,8 @@ def catalogue(search: str = "") -> tuple[str, ...]:
     Returns
     -------
     tuple of str
-        Names for ``Arm.from_catalogue``; the maker comes first, an arm of a pair ends with its side.
+        Names for ``Arm.from_catalogue``; the maker comes first, an arm of a pair ends with its side. Franka's
+        arms and the like are no S-R-S arms: see `offset_catalogue`.
 
     >>> "kuka_iiwa7_r800" in catalogue()
     True
@@ -103,8 +105,13 @@ def load_robot(name: str) -> CatalogueEntry:
     0.34
     """
     known = catalogue()
+    if name in offset_catalogue():
+        raise UnknownRobotError(
+            f"{name!r} has an offset wrist or shoulder and is no S-R-S arm: "
+            f"armangle.OffsetArm.from_catalogue({name!r})"
+        )
     if name not in known:
-        near = _near(str(name), known)
+        near = _near(str(name), (*known, *offset_catalogue()))
         hint = (
             f"did you mean {' or '.join(map(repr, near))}?" if near else f"it has {', '.join(_makers(known))}"
         )

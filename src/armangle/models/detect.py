@@ -38,6 +38,7 @@ from .axes import (
 from .chain import Chain, FloatArray, chain_of, links_of, rigid_inverse
 from .description import ArmDescription, ImportReport
 from .fit import fit
+from .offset import offset_hint
 
 ANGLE_TOLERANCE = 1e-5
 LENGTH_TOLERANCE = 2e-5
@@ -176,6 +177,9 @@ def _refuse_unless_srs(chain: Chain, axes: Axes, angle: float, length: float) ->
     sentences = tuple(reason.sentence for reason in reasons)
     message = f"{chain.name!r} ({chain.base} to {chain.tip}) is not S-R-S: {'; '.join(sentences)}."
     found = nearness(axes)
+    hint = offset_hint(chain)
+    if hint:
+        message += f" {hint}"
     if found.near:
         message += f" {_near_sentence(chain, found, angle, length)}"
     raise NotSRSError(message, sentences, found.near)

@@ -15,7 +15,7 @@ from xml.parsers import expat
 import numpy as np
 from numpy.typing import NDArray
 
-from .._arrays import JOINTS
+from .._arrays import JOINTS, as_source
 from ..errors import FileFormatError, SceneError, needed
 from .candidates import Candidate, RigidBody, Tree, TreeJoint, find_candidates, guess, unknown
 from .chain import Chain, FloatArray, Joint, rotation_about, translation
@@ -169,7 +169,7 @@ class _Model:
 
     def __init__(self, source: str | os.PathLike[str]) -> None:
         self.mujoco: Any = needed("mujoco", "reading MJCF needs", "mujoco")
-        text = isinstance(source, str) and source.lstrip().startswith("<")
+        text = isinstance(as_source(source), str) and str(source).lstrip().startswith("<")
         self.source = "XML text" if text else str(source)
         if not text and not Path(source).is_file():
             self.fail("no such file")

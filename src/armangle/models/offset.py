@@ -14,6 +14,8 @@ from .axes import millimetres, worst_difference
 from .chain import Chain, FloatArray, chain_of, rigid_inverse, rotation_about
 from .description import ArmDescription
 
+ANGLE_TOLERANCE = 5e-5  # rad: what files that write right angles to five digits are off by
+LENGTH_TOLERANCE = 2e-5  # m
 _SINES = (-1.0, 1.0, 1.0, -1.0, -1.0, 1.0)  # of the twists alpha_1 ... alpha_6 between neighbouring axes
 _SQUARE = 0.2  # neighbouring axes further than this from square, as a cosine, are of another kind of arm
 
@@ -74,11 +76,15 @@ def describe_offset_chain(chain: Chain, *, angle: float, length: float) -> Offse
     if len(chain.joints) != 7:
         raise NotSRSError(f"{chain.source}: the chain has {len(chain.joints)} rotating joints, wanted 7")
     found = _read(chain)
-    position, rotation = worst_difference(chain, _chain_of(found))
+    position, rotation = worst_difference(chain, offset_chain_of(found))
     if position > length or rotation > angle:
         raise NotSRSError(
             f"{chain.source}: not an arm with one offset wrist or shoulder: its nearest rows miss "
             f"its forward kinematics by {millimetres(position)} and {rotation:.3g} rad"
+        )
+    if abs(found.a_1) <= length and abs(found.a_6) <= length:
+        raise NotSRSError(
+            f"{chain.source}: has no offset at wrist or shoulder: it is S-R-S, for armangle.Arm"
         )
     if abs(found.a_1) > length and abs(found.a_6) > length:
         raise NotSRSError(
@@ -86,6 +92,20 @@ def describe_offset_chain(chain: Chain, *, angle: float, length: float) -> Offse
             f"{millimetres(abs(found.a_6))} between axes 6 and 7: there is no closed form for both"
         )
     return replace(found, a_1=0.0) if abs(found.a_1) <= length else replace(found, a_6=0.0)
+
+
+def offset_hint(chain: Chain) -> str:
+    """Return which arm a chain is that has one offset wrist or shoulder, as a sentence; else nothing."""
+    try:
+        found = describe_offset_chain(chain, angle=ANGLE_TOLERANCE, length=LENGTH_TOLERANCE)
+    except NotSRSError:
+        return ""
+    what = (
+        f"an offset shoulder, a_1 = {millimetres(abs(found.a_1))}"
+        if found.a_1
+        else f"an offset wrist, a_6 = {millimetres(abs(found.a_6))}"
+    )
+    return f"It is S-R-S but for {what}: armangle.OffsetArm takes it, from the same file."
 
 
 def _read(chain: Chain) -> OffsetDescription:
@@ -105,7 +125,8 @@ def _read(chain: Chain) -> OffsetDescription:
         signs[i] = -1.0 if way @ z[i] < 0 else 1.0
     base = chain.joints[0].origin
     tip = chain.forward(np.zeros(7))
-    signs[0] = -1.0 if (feet[0, 0] - points[0]) @ z[0] < 0 else 1.0
+    foot = points[0] - (points[0] @ z[0]) * z[0]  # of axis 1, beside the origin of the base
+    signs[0] = -1.0 if (feet[0, 0] - foot) @ z[0] < 0 else 1.0
     signs[6] = -1.0 if (tip[:3, 3] - feet[5, 1]) @ z[6] < 0 else 1.0
     z = z * signs[:, None]
     x = np.array([np.cross(z[i], z[i + 1]) * _SINES[i] for i in range(6)])
@@ -116,24 +137,25 @@ def _read(chain: Chain) -> OffsetDescription:
     if np.linalg.norm(first) < 0.5:
         first = base[:3, 1] - z[0] * (base[:3, 1] @ z[0])
     first /= np.linalg.norm(first)
-    frame = _frame(first, z[0], points[0])
+    frame = _frame(first, z[0], foot)
     offsets = [_angle(first, x[0], z[0]), *(_angle(x[i - 1], x[i], z[i]) for i in range(1, 6)), 0.0]
     last = _frame(x[5], z[6], feet[5, 1])
     along = float((tip[:3, 3] - feet[5, 1]) @ z[6])
     last[:3, 3] += along * z[6]
     rows = ArmDescription(
-        d_bs=float((feet[0, 0] - points[0]) @ z[0]), d_se=float(d[1]), d_ew=float(d[3]), d_wf=along,
+        d_bs=_rounded((feet[0, 0] - foot) @ z[0]), d_se=_rounded(d[1]), d_ew=_rounded(d[3]),
+        d_wf=_rounded(along),
         a_3=_rounded(a[2]), a_4=_rounded(a[3]),
         lower=tuple(j.lower for j in chain.joints), upper=tuple(j.upper for j in chain.joints),
         velocity=tuple(j.velocity for j in chain.joints),
-        signs=tuple(int(s) for s in signs), offsets=tuple(_rounded(o) for o in offsets),
+        signs=tuple(int(s) for s in signs), offsets=tuple(_quarters(o) for o in offsets),
         base=frame, tool=rigid_inverse(last) @ tip,
         name=chain.name, joint_names=tuple(j.name for j in chain.joints),
     )  # fmt: skip
     return OffsetDescription(rows, a_1=_rounded(a[0]), a_6=_rounded(a[5]))
 
 
-def _chain_of(found: OffsetDescription) -> Chain:
+def offset_chain_of(found: OffsetDescription) -> Chain:
     """Return the chain of the numbers, the rows' own with a_1 and a_6 put in."""
     chain = chain_of(found.rows)
     joints = list(chain.joints)
@@ -160,6 +182,12 @@ def _frame(x: FloatArray, z: FloatArray, origin: FloatArray) -> FloatArray:
     frame = np.eye(4)
     frame[:3, 0], frame[:3, 1], frame[:3, 2], frame[:3, 3] = x, np.cross(z, x), z, origin
     return frame
+
+
+def _quarters(angle: float) -> float:
+    """Return an angle without the dust of the file's decimals; whole quarters of a turn exactly."""
+    quarter = round(angle / (np.pi / 2))
+    return quarter * np.pi / 2 if abs(angle - quarter * np.pi / 2) < 1e-12 else angle
 
 
 def _rounded(value: float) -> float:

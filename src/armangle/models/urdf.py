@@ -1,6 +1,7 @@
 """Kinematic chains from URDF and back: seven rotating joints on the path from base to tip.
 
-Here the numbers of a URDF are read: origins, axes, limits, speeds (`urdf_xml` has its elements, as text).
+Here the numbers of a URDF are read: axes, limits, speeds, and by `urdf_origin` its origins (`urdf_xml` has
+its elements, as text).
 Revolute, continuous and fixed joints count; joints off the path (a gripper, a second arm) are
 ignored. What the axes mean is the business of :mod:`armangle.models.detect`.
 """
@@ -15,10 +16,11 @@ from pathlib import Path
 
 import numpy as np
 
-from .._arrays import JOINTS
+from .._arrays import JOINTS, as_source
 from ..errors import InputError, UrdfError
 from .candidates import Candidate, RigidBody, Tree, TreeJoint, find_candidates, guess, unknown
-from .chain import Chain, FloatArray, Joint, from_rpy, rigid_inverse
+from .chain import Chain, FloatArray, Joint, rigid_inverse
+from .urdf_origin import origin
 from .urdf_write import write_urdf
 from .urdf_xml import JointElement, RobotElement, parse_robot
 
@@ -55,31 +57,30 @@ def chain_along(
     frame = np.eye(4)
     for element, downward in steps:
         robot.refuse_xacro(element)
-        origin = _origin(robot, element)
-        frame = frame @ origin if downward else frame
+        placed = _checked_origin(robot, element)
+        frame = frame @ placed if downward else frame
         if element.kind != "fixed":
             axis = _axis(robot, element) * (1.0 if downward else -1.0)
             lower, upper = _limits(robot, element, continuous_limits, notes)
             velocity = _velocity(robot, element, notes)
             joints.append(Joint(element.name, frame, axis, lower, upper, velocity))
             frame = np.eye(4)
-        frame = frame if downward else frame @ rigid_inverse(origin)
+        frame = frame if downward else frame @ rigid_inverse(placed)
     name = robot.name or "arm"
     return Chain(name, base, tip, tuple(joints), frame, robot.source, (*notes, *robot.notes))
 
 
-def _origin(robot: RobotElement, joint: JointElement) -> FloatArray:
+def _checked_origin(robot: RobotElement, joint: JointElement) -> FloatArray:
     """Return the frame (4, 4) of a joint in its parent link; identity where not given."""
-    xyz = robot.numbers(joint, "origin", "xyz", 3)
-    rpy = robot.numbers(joint, "origin", "rpy", 3)
-    if xyz is not None and np.abs(xyz).max() > MAX_LENGTH:
+    frame = origin(lambda key: robot.numbers(joint, "origin", key, 3))
+    farthest = np.abs(frame[:3, 3]).max()
+    if farthest > MAX_LENGTH:
         robot.fail(
-            f"joint {joint.name!r} lies {np.abs(xyz).max():g} m away, absurd for an arm "
+            f"joint {joint.name!r} lies {farthest:g} m away, absurd for an arm "
             f"(wanted metres, at most {MAX_LENGTH:g})",
             joint.parts["origin"],
         )
-    zero = np.zeros(3)
-    return from_rpy(zero if xyz is None else xyz, zero if rpy is None else rpy)
+    return frame
 
 
 def _axis(robot: RobotElement, joint: JointElement) -> FloatArray:
@@ -245,6 +246,7 @@ class _Reader:
 
 def _load(source: Source) -> RobotElement:
     """Return the links and joints of a file or of XML text."""
+    as_source(source, bytes)
     if isinstance(source, bytes):
         return _parse(source, "XML text")
     if isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<"):

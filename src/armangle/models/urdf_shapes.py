@@ -10,7 +10,9 @@ from xml.etree import ElementTree
 import numpy as np
 
 from .._arrays import Floats
-from .chain import Chain, from_rpy, rigid_inverse
+from .chain import Chain, rigid_inverse
+from .urdf_origin import origin
+from .urdf_xml import numbers_in
 
 _ROTATING = ("revolute", "continuous")
 
@@ -65,10 +67,8 @@ def placed_elements(
 
 def origin_of(element: Any) -> Floats:
     """Return the pose (4, 4) of an element's <origin>."""
-    origin = element.find("origin")
-    if origin is None:
-        return np.eye(4)
-    return from_rpy(numbers_of(origin.get("xyz"), 3, 0.0), numbers_of(origin.get("rpy"), 3, 0.0))
+    part = element.find("origin")
+    return origin(lambda key: None if part is None else numbers_of(part.get(key), 3, 0.0))
 
 
 def numbers_of(text: str | None, count: int, default: float | None = None) -> Floats:
@@ -81,12 +81,10 @@ def numbers_of(text: str | None, count: int, default: float | None = None) -> Fl
     """
     if text is None and default is not None:
         return np.full(count, default)
-    values = np.array((text or "").split(), dtype=np.float64)
-    if len(values) != count:
-        raise ValueError(f"{text!r} has {len(values)} numbers, wanted {count}")
-    if not np.isfinite(values).all():
-        raise ValueError(f"{text!r} is not finite")
-    return values
+    try:
+        return numbers_in(text or "", count)
+    except ValueError as error:
+        raise ValueError(f"{text!r} {error}") from None
 
 
 def mesh_file(name: str, folder: Path) -> Path:

@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 from .._arrays import JOINTS
 from ..errors import LimitError
-from .chain import FloatArray, Joint, chain_of, to_rpy
+from .chain import Chain, FloatArray, Joint, chain_of, to_rpy
 from .description import ArmDescription
 
 _WRITTEN_DIGITS = 15
@@ -25,9 +25,13 @@ def write_urdf(arm: ArmDescription) -> str:
     LimitError
         A joint limited on one side only, which URDF cannot say.
     """
-    chain = chain_of(arm)
+    return write_chain(chain_of(arm), arm.name)
+
+
+def write_chain(chain: Chain, name: str) -> str:
+    """Return the text of a kinematic URDF of a chain of seven joints."""
     links = [chain.base, *(f"link_{i}" for i in range(1, JOINTS + 1)), chain.tip]
-    robot = ElementTree.Element("robot", name=arm.name or "arm")
+    robot = ElementTree.Element("robot", name=name or "arm")
     for link in links:
         ElementTree.SubElement(robot, "link", name=link)
     for index, joint in enumerate(chain.joints):
@@ -35,7 +39,9 @@ def write_urdf(arm: ArmDescription) -> str:
         _write_origin(element, joint.origin)
         ElementTree.SubElement(element, "axis", xyz=_text(joint.axis))
         _write_limit(element, joint)
-    element = _write_joint(robot, _free_name("tool", arm.joint_names), "fixed", links[-2:])
+    element = _write_joint(
+        robot, _free_name("tool", tuple(joint.name for joint in chain.joints)), "fixed", links[-2:]
+    )
     _write_origin(element, chain.tip_origin)
     ElementTree.indent(robot)
     return ElementTree.tostring(robot, encoding="unicode", xml_declaration=True) + "\n"

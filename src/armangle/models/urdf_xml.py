@@ -71,14 +71,28 @@ class RobotElement:
         if "${" in text or "$(" in text:
             self.fail(f"{what} is an expression of xacro; {XACRO_ADVICE}", element)
         try:
-            values = np.array([float(word) for word in text.split()])
-        except ValueError:
-            self.fail(f"{what} is not {count} number{'s' * (count > 1)}", element)
-        if values.size != count:
-            self.fail(f"{what} has {values.size} numbers, wanted {count}", element)
-        if np.isnan(values).any() or not (infinite or np.isfinite(values).all()):
-            self.fail(f"{what} is not finite", element)
-        return values
+            return numbers_in(text, count, infinite=infinite)
+        except ValueError as error:
+            self.fail(f"{what} {error}", element)
+
+
+def numbers_in(text: str, count: int, *, infinite: bool = False) -> NDArray[np.float64]:
+    """Return the ``count`` numbers of an attribute's text; finite, or not NaN.
+
+    Raises
+    ------
+    ValueError
+        They are none, or another count; the message says what the text is or has.
+    """
+    try:
+        values = np.array([float(word) for word in text.split()])
+    except ValueError:
+        raise ValueError(f"is not {count} number{'s' * (count > 1)}") from None
+    if values.size != count:
+        raise ValueError(f"has {values.size} numbers, wanted {count}")
+    if np.isnan(values).any() or not (infinite or np.isfinite(values).all()):
+        raise ValueError("is not finite")
+    return values
 
 
 class _Reader:

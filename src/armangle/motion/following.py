@@ -123,7 +123,7 @@ def follow(
     )
     window = _window(lookahead, len(frames))
     if arm.chain is not None:
-        check_chain(policy, velocity, acceleration, outside, lookahead)
+        check_chain(arm, policy, velocity, acceleration, outside, lookahead)
     options = _core.FollowOptions(
         native, branch, CARRIES[kept], most, margin, time, beyond == "nearest",
         on_fail=failing, lookahead=window,

@@ -12,6 +12,7 @@ from .. import _core
 from .._arrays import JOINTS, Floats, Ints, frozen
 from ..arm.arm import Arm
 from ..arm.diagnosis import Diagnosis
+from ..arm.roll import Roll
 from ..errors import PathError, UnreachableError
 from ..status import STATUSES, Status
 from .paths import Path, Segments, checked_parameters
@@ -43,12 +44,15 @@ class Curve:
         As the core writes them.
     gc : int
         Global configuration 0..7 at its start; another one where it passes θ2 = 0 or θ6 = 0.
+    roll : "pose" or "free"
+        "free": joint 7 stays, and poses are held with whatever roll about axis 7 that makes.
     """
 
     segments: Floats
     stretches: Floats
     plane: Floats
     gc: int
+    roll: Roll = "pose"
 
     @property
     def end(self) -> float:
@@ -66,14 +70,18 @@ class Curve:
         rows = Placed(
             np.empty((n, JOINTS)), np.empty(n), np.empty(n), np.empty((n, 4, 4)), np.empty(n), np.empty(n)
         )
-        handle.curve_at(self.segments, self.stretches, self.plane, self.gc, s, *rows)
+        handle.curve_at(*self._columns, s, *rows)
         return rows
 
     def derivatives(self, handle: _core.Arm, s: Floats) -> Floats:
         """Return q', q'', q''' with respect to s, shape (N, 3, 7)."""
         out = np.empty((len(s), _ORDERS, JOINTS))
-        handle.curve_derivatives(self.segments, self.stretches, self.plane, self.gc, s, out)
+        handle.curve_derivatives(*self._columns, s, out)
         return out
+
+    @property
+    def _columns(self) -> tuple[Floats, Floats, Floats, int, bool]:
+        return self.segments, self.stretches, self.plane, self.gc, self.roll == "free"
 
 
 class AnyCurve(Protocol):
@@ -237,6 +245,7 @@ class JointPath:
         q[inside], psi[inside] = placed.q, placed.psi
         pose = np.empty((at.size, 4, 4))
         _core.path_poses(curve.segments, np.ascontiguousarray(flat), pose)
+        pose[inside] = placed.pose
         gc = np.full(at.size, -1, dtype=np.int64)
         gc[inside] = placed.gc
         shape = at.shape
@@ -258,7 +267,8 @@ class JointPath:
         Returns
         -------
         ndarray, shape (..., 3, 7)
-            rad per unit of s, and of its square and cube; NaN beyond the s that was reached.
+            rad per unit of s, and of its square and cube; NaN beyond the s that was reached, and where joints
+            have no finite speed along the path: where it begins or ends with the arm stretched.
 
         Raises
         ------
@@ -271,6 +281,7 @@ class JointPath:
         inside = flat <= curve.end
         out = np.full((at.size, _ORDERS, JOINTS), np.nan)
         out[inside] = curve.derivatives(self.arm._handle, np.ascontiguousarray(flat[inside]))
+        out[~np.isfinite(out).all(axis=(1, 2))] = np.nan
         return out.reshape(*at.shape, _ORDERS, JOINTS)
 
     def _curve(self) -> AnyCurve:

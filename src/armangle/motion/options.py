@@ -71,12 +71,17 @@ def free_roll(arm: Arm, roll: Roll, name: str, joints: Floats, scene: object) ->
     return arm._handle.with_free_roll()
 
 
+def check_elbow_wish(arm: Arm, wished: object) -> None:
+    """Raise where the elbow of an arm with a chain of its own is wished to be somewhere."""
+    if arm.chain is not None and isinstance(wished, Towards) and wished.psi is None:
+        raise unsupported("Towards a point or direction")
+
+
 def check_chain(
-    policy: Policy, velocity: Bound, acceleration: Bound, outside: Outside, lookahead: int = 0
+    arm: Arm, policy: Policy, velocity: Bound, acceleration: Bound, outside: Outside, lookahead: int = 0
 ) -> None:
     """Raise for what a step of an arm with a chain of its own cannot be asked."""
-    if isinstance(policy, Towards) and policy.psi is None:
-        raise unsupported("Towards a point or direction")
+    check_elbow_wish(arm, policy)
     if velocity is not None or acceleration is not None:
         raise unsupported("a step with velocity= or acceleration=")
     if outside != "refuse":

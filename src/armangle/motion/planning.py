@@ -15,11 +15,12 @@ from ..arm.allowed import Allowed, one_allowed
 from ..arm.arcs import ArcSet
 from ..arm.arm import MOST_MARGIN, Arm
 from ..arm.diagnosis import Diagnosis, Verdict, branch_of
+from ..arm.roll import Roll, last_margin
 from ..errors import ConfigurationError, InputError, NotFiniteError, ShapeError
 from ..scenes.scene import Scene
 from ..status import Status
 from .joint_path import Curve, JointPath, blank_rows, even_parameters
-from .options import check_arm
+from .options import check_arm, check_elbow_wish, free_roll
 from .paths import Path, Waypoints, as_path, sample_count
 from .policies import Towards
 
@@ -87,6 +88,7 @@ def plan(
     limit_margin: float = 0.0,
     allowed: Allowed | None = None,
     scene: Scene | None = None,
+    roll: Roll = "pose",
 ) -> JointPath:
     """Return a motion along the whole path, certified between its rows; or one that says why there is none.
 
@@ -96,7 +98,8 @@ def plan(
     best way through is searched; from it and from arm angles that are held, a twice differentiable arm angle
     descends to an optimum of the objective; of the global configurations the best is proven by interval
     arithmetic: ``certified`` says that the limits (and the margins asked) hold, and that nothing touches, on
-    all of [0, 1], not at the rows alone.
+    all of [0, 1], not at the rows alone. Of an arm with a chain of its own the arm angle is that of the
+    nominal arm's plan, and joints, derivatives and certificate are those of the true chain.
 
     Parameters
     ----------
@@ -130,6 +133,11 @@ def plan(
         function of the pose is asked wherever the search looks: nothing is known of it between.
     scene : Scene, optional
         Obstacles that links keep clear of. The arm needs a body (`Arm.with_body`) or a hand.
+    roll : "pose" or "free"
+        "free": joint 7 stays where `start` (or `goal`) has it, else in the middle of its limits, and poses
+        are held with the roll about axis 7 that this makes: drills, welding torches, suction cups. No roll
+        is tried, for joints 1 to 6 do not see it; ``certified`` covers them, and ``poses`` and
+        `JointPath.at` give the poses that are held. The tool's z axis must be axis 7.
 
     Returns
     -------
@@ -140,13 +148,15 @@ def plan(
     ------
     ShapeError, NotFiniteError, NotRotationError, ConfigurationError
     InputError
-        If a number is out of range, or `start` (`goal`) belongs to another pose.
+        If a number is out of range, or `start` (`goal`) belongs to another pose. With ``roll="free"``: if the
+        tool's z axis is not axis 7, or start and goal have joint 7 at different places.
     SceneError
         If the arm has no body, or the scene names what is not there.
 
     Source: Faria et al. (2018), Eqs. (12)-(35), over a whole path.
     """
     check_arm(arm)
+    check_elbow_wish(arm, psi)
     whole = as_path(path, blend)
     if whole is None:
         frames = as_poses("path", cast("ArrayLike", path), arm._handle)
@@ -167,9 +177,10 @@ def plan(
         [objective.limits, objective.singularities, objective.travel, objective.enough, objective.psi]
     )
     ready = arm._scene(scene)
-    found = arm._handle.plan_path(
+    handle, last_joint = _with_roll(arm, roll, first, last, scene, kept)
+    found = handle.plan_path(
         whole._segments, rows, first, last, _branches(gc), weights, singular, kept, *_wished(psi),
-        None if ready is None else ready.handle, *_asked(allowed, whole),
+        None if ready is None else ready.handle, *_asked(allowed, whole), last_joint,
     )  # fmt: skip
     ok, branch, plane, stretches, open_, start_gap, goal_gap, reports = found
     for name, gap in (("start", start_gap), ("goal", goal_gap)):
@@ -179,10 +190,33 @@ def plan(
                 f"{name} belongs to another pose than the path's: a joint is {off} off, wanted at most {most}"
             )
     diagnosis = Diagnosis(tuple(branch_of(report, ready) for report in reports))
-    curve = Curve(whole._segments, stretches, plane, branch) if len(stretches) else None
+    curve = Curve(whole._segments, stretches, plane, branch, roll) if len(stretches) else None
     if curve is not None and ok and samples is None and not isinstance(whole, Waypoints):
         rows = _finer(arm, curve, rows)
     return _result(arm, whole, rows, curve, diagnosis, ok, open_)
+
+
+def _with_roll(
+    arm: Arm, roll: Roll, start: Floats | None, goal: Floats | None, scene: Scene | None, kept: float
+) -> tuple[Any, float]:
+    """Return the core's arm that plans, and where joint 7 stays if the roll is free."""
+    middle = 0.5 * (arm.lower + arm.upper)
+    at_rest = np.where(np.isfinite(middle), middle, np.clip(0.0, arm.lower, arm.upper))
+    name, joints = next(
+        ((name, q) for name, q in (("start", start), ("goal", goal)) if q is not None), ("plan", at_rest)
+    )
+    handle = free_roll(arm, roll, name, joints, scene)
+    if handle is None:
+        return arm._handle, 0.0
+    apart = 0.0 if start is None or goal is None else abs(float(goal[-1] - start[-1]))
+    if apart > START_GAP:
+        raise InputError(f"roll is 'free': joint 7 stays, and in start and goal it is {apart:.3g} rad apart")
+    room = float(last_margin(arm, joints))
+    if room < kept:
+        raise InputError(
+            f"limit_margin (rad) is {kept:g}, and with a free roll joint 7 of {name} stays {room:.3g} off"
+        )
+    return handle, float(joints[-1])
 
 
 def _wished(psi: Any) -> tuple[Wish, Floats | None]:
@@ -231,9 +265,11 @@ def _result(
     if not ok:
         columns["status"][min(reached, n - 1)] = _reason(diagnosis)
     given = isinstance(path, Waypoints) and np.array_equal(rows, even_parameters(len(path)))
-    poses = path.poses if isinstance(path, Waypoints) and given else path.pose(rows)
+    poses = np.array(path.poses if isinstance(path, Waypoints) and given else path.pose(rows))
+    if curve is not None and curve.roll == "free":
+        poses[done] = placed.pose
     return JointPath(
-        arm=arm, s=rows, poses=np.asarray(poses), **columns, certified=bool(ok) and len(open_) == 0,
+        arm=arm, s=rows, poses=poses, **columns, certified=bool(ok) and len(open_) == 0,
         uncertified=open_ if ok else np.array([[0.0, 1.0]]), diagnosis=diagnosis, path=path, curve=curve,
     )  # fmt: skip
 

@@ -256,7 +256,7 @@ def step(
     native = _DEFAULT_RULE if policy is DEFAULT_POLICY else core_policy(policy, dt)
     count = psi = bounds = None
     if arm.chain is not None:
-        check_chain(policy, velocity, acceleration, outside)
+        check_chain(arm, policy, velocity, acceleration, outside)
     if allowed is not None:
         count, psi = one_allowed(allowed, as_poses("pose", pose, arm._handle))
     if velocity is not None or acceleration is not None:

@@ -1,4 +1,4 @@
-"""Colours, axes and words that all plots share."""
+"""Axes and words that all plots share; their colours are in `armangle.colours`."""
 
 from __future__ import annotations
 

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from .._arrays import Floats, one_posture
 from ..arm.arm import Arm
+from ..arm.joint_map import to_theta
 from ..arm.skeleton import elbow_points, skeleton
 from ..colours import BLACK, GREEN, MID, ORANGE, SKY, VERMILION
 from .space import draw_sticks, extent, finish_space
@@ -134,7 +135,7 @@ def virtual_plane(arm: Arm, q: ArrayLike, *, ax: Axes | None = None) -> Axes:
     virtual = arm.inverse(pose, 0.0, gc)
     base = arm.frames(virtual)[0]
     points = (skeleton(arm, virtual)[1:6] - base[:3, 3]) @ base[:3, :3]
-    theta = arm.signs * virtual + arm.offsets
+    theta = to_theta(arm, virtual)
     plane = np.array([np.cos(theta[0]), np.sin(theta[0]), 0.0])
     flat = np.column_stack([points @ plane, points[:, 2] - arm.d_bs])
     if flat[-1, 0] < -1e-9:

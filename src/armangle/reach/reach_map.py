@@ -16,6 +16,7 @@ from ..arm.near import unsupported
 from ..errors import InputError, needed
 from .filling import Progress, check_scheduler, fill_here, fill_on_cluster
 from .grid import Grid
+from .map_values import MapValues
 from .store import FIELDS, USUAL, Store, address, make_store
 from .voxels import ORIENTATIONS, Voxels, voxels_of
 
@@ -23,6 +24,7 @@ _COORDINATES = 6
 _LEAST_SPACING, _LEAST_ANGLE, _MOST_ANGLE = 1e-4, math.radians(0.1), math.pi / 2
 _MOST_CELLS = 10**13
 _DRAWN_AT_ONCE = 100_000
+_MOST_SAMPLES = 100_000_000  # 12.8 GB
 _VAIN = 100  # draws of so many in which nothing is reached, before sampling is given up
 
 
@@ -149,15 +151,20 @@ class ReachMap:
                 progress(tile + 1, self.tiles)
         return tuple(wrong)
 
-    def values(self, field: str) -> Any:
-        """Return a field as a Zarr array of `shape`: ``values("gc")[3, 40]`` reads that place alone.
+    def values(self, field: str) -> MapValues:
+        """Return a field, read by cells like an array: ``values("gc")[3, 40]`` reads that place alone.
 
         Parameters
         ----------
         field : str
             One of `fields`.
+
+        Returns
+        -------
+        MapValues
+            Of `shape`; its ``array`` is the Zarr array. Reading a damaged tile raises `FileFormatError`.
         """
-        return self._store.arrays[_checked_field(field, self.fields)]
+        return MapValues(self._store, _checked_field(field, self.fields))
 
     def section(self, field: str = "gc") -> Floats:
         """Return the mean of a field over all directions of axis 7, for each place of the wrist.
@@ -174,6 +181,11 @@ class ReachMap:
         Returns
         -------
         ndarray, shape (r, z)
+
+        Raises
+        ------
+        FileFormatError
+            If a tile is damaged: `verify` unmarks it, `resume` makes it again.
         """
         name = _checked_field(field, self.fields)
         grid = self._store.grid
@@ -182,7 +194,7 @@ class ReachMap:
         out = np.zeros(grid.shape[:2])
         for tile in range(grid.tiles):
             window = grid.window(tile)
-            held = self._store.arrays[name][window]
+            held = self._store.read_field(name, tile)
             values = {"gc": held != 0, "proven": held == 1}.get(name, held)
             out[window] = np.einsum("rzij,i->rz", values, weight, dtype=np.float64)
         return out / 255.0 if name in ("yaw", "roll") else out
@@ -285,7 +297,7 @@ class ReachMap:
         Parameters
         ----------
         n : int
-            How many.
+            How many, 100 million at most: ask again with another seed for more.
         seed : int
             The same seed draws the same poses.
 
@@ -302,7 +314,9 @@ class ReachMap:
             whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
             if not whole or value < 0:
                 raise InputError(f"{name} is {value!r:.50}, wanted an integer, 0 or more")
-        parts: list[Floats] = []
+        if n > _MOST_SAMPLES:
+            raise InputError(f"n is {n}, wanted at most {_MOST_SAMPLES} at once: another seed draws more")
+        out = np.empty((n, 4, 4))
         count = vain = 0
         draws = self._draws(np.random.default_rng(int(seed)))
         while count < n:
@@ -310,9 +324,9 @@ class ReachMap:
             vain = vain + 1 if not len(some) else 0
             if vain == _VAIN:
                 raise InputError(f"n is {n}, and of {_VAIN * _DRAWN_AT_ONCE} poses drawn the arm holds none")
-            parts.append(some)
+            out[count : count + len(some)] = some[: n - count]
             count += len(some)
-        return np.concatenate([np.empty((0, 4, 4)), *parts])[:n]
+        return out
 
     def _draws(self, rng: np.random.Generator) -> Iterator[Floats]:
         """Draw poses whose wrist is anywhere in the reach, and yield those that are held."""

@@ -67,9 +67,12 @@ class Store:
                 source=self.place,
             )
         self._group = group
-        self.grid = Grid(**self.facts["grid"])
-        self.fields: tuple[str, ...] = tuple(self.facts["fields"])
-        self.margin = float(self.facts["singularity_margin"])
+        try:
+            self.grid = Grid(**self.facts["grid"])
+            self.fields: tuple[str, ...] = tuple(self.facts["fields"])
+            self.margin = float(self.facts["singularity_margin"])
+        except (KeyError, TypeError, ValueError) as error:
+            raise FileFormatError(f"zarr.json says no map: {error}", source=self.place) from None
 
     @cached_property
     def arm(self) -> Arm:
@@ -80,7 +83,11 @@ class Store:
     def arrays(self) -> dict[str, Any]:
         """The fields as Zarr arrays."""
         with _zarr().config.set({"array.write_empty_chunks": True}):  # else zarr looks whether each is empty
-            return {name: self._group[name] for name in self.fields}
+            try:
+                return {name: self._group[name] for name in self.fields}
+            except Exception as error:  # no file, or one that is no array
+                what = "a field's own zarr.json cannot be read: remove the folder and make the map again"
+                raise FileFormatError(f"{what} ({error})", source=self.place) from error
 
     @cached_property
     def _marks(self) -> Any:
@@ -108,8 +115,36 @@ class Store:
             self._marks[tile] = _check_sum(values.values())
 
     def read(self, tile: int) -> Tile:
-        """Return what the store holds of a tile."""
-        return {name: array[self.grid.window(tile)] for name, array in self.arrays.items()}
+        """Return what the store holds of a tile.
+
+        Raises
+        ------
+        FileFormatError
+            If one of its files is damaged.
+        """
+        return {name: self.read_field(name, tile) for name in self.fields}
+
+    def read_field(self, name: str, tile: int) -> NDArray[Any]:
+        """Return what the store holds of one field of a tile.
+
+        Raises
+        ------
+        FileFormatError
+            If the file is damaged.
+        """
+        with self.reading(f"tile {tile} of field {name!r}"):
+            values: NDArray[Any] = self.arrays[name][self.grid.window(tile)]
+        return values
+
+    def check_readable(self, name: str) -> None:
+        """Raise, naming it, if a tile of a field cannot be read.
+
+        Raises
+        ------
+        FileFormatError
+        """
+        for tile in range(self.grid.tiles):
+            self.read_field(name, tile)
 
     def fill(self, tile: int) -> None:
         """Compute and write a tile, unless it is marked.
@@ -138,7 +173,7 @@ class Store:
                 continue
             try:
                 wrong = _check_sum(self.read(tile).values()) != mark
-            except Exception:  # whatever zarr, a codec or the file system says of a wounded file
+            except FileFormatError:
                 wrong = True
             if wrong:
                 with self.writing():
@@ -167,6 +202,17 @@ class Store:
                     file.unlink()
             except OSError:  # another process was quicker, or the folder may not be written
                 continue
+
+    @contextmanager
+    def reading(self, what: str) -> Iterator[None]:
+        """Say that something of the store is damaged, and how it is mended, in place of what Zarr says."""
+        try:
+            yield
+        except Exception as error:  # whatever zarr, a codec or the file system says of a wounded file
+            advice = "verify() names what is damaged and resume() makes it again, as do --verify and --resume"
+            raise FileFormatError(
+                f"{what} is damaged, {error}: {advice} of armangle reach", source=self.place
+            ) from error
 
     @contextmanager
     def writing(self) -> Iterator[None]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from .._arrays import JOINTS, Floats
 from ..arm.arm import Arm
+from ..arm.joint_map import to_q, to_theta
 
 _ENOUGH = 0.6  # rad: the room to a limit and the bend from a singularity that are wished for
 _SINGULAR = (1, 3, 5)  # joints 2, 4, 6, counted from 0: the shoulder, the elbow and the wrist
@@ -39,10 +40,10 @@ def opening_posture(arm: Arm) -> Floats:
     [0.0, 0.25, 0.0, -0.25, 0.0, 0.25, 1.0]
     """
     lower, upper = _one_turn(arm)
-    zero = arm.offsets - np.array([arm.delta if joint == 3 else 0.0 for joint in range(JOINTS)])
-    ends = np.sort(np.stack([arm.signs * lower + zero, arm.signs * upper + zero]), axis=0)
+    straight = np.array([arm.delta if joint == 3 else 0.0 for joint in range(JOINTS)])
+    ends = np.sort(to_theta(arm, np.stack([lower, upper])) - straight, axis=0)
     bend = np.array([_chosen(joint, *ends[:, joint]) for joint in range(JOINTS)])
-    joints: Floats = np.clip(arm.signs * (bend - zero) + 0.0, arm.lower, arm.upper)
+    joints: Floats = np.clip(to_q(arm, bend + straight) + 0.0, arm.lower, arm.upper)
     return joints
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..._arrays import CONFIGURATIONS
 from ...arm.arm import Arm
+from ...arm.roll import ROLLS
 from ...errors import InputError
 from ...files.tables import load_poses
 from ...motion.joint_path import JointPath
@@ -20,19 +21,22 @@ from ..arguments import (
     add_arm,
     add_json,
     add_output,
+    add_scene,
     add_singularity_margin,
     add_wish,
     angle_up_to,
     joints,
     the_arm,
     wish,
+    with_body,
 )
 from ..screen import counted, degrees, note, plural, progress, show, show_json, write
 from ..tables import paint, table
 
 HELP = """\
 Plan a whole file of poses at once: the best global configuration and arm
-angle, proven to keep the limits between the poses too; or the reason why not."""
+angle, proven to keep the limits between the poses too, and clear of obstacles;
+or the reason why not."""
 EXAMPLE = """\
   armangle plan path.csv --robot kuka_iiwa7_r800 -o joints.csv"""
 
@@ -52,13 +56,18 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--limit-margin", type=angle_up_to(np.pi), default=0.0, metavar="DEG",
         help="kept from every limit (default 0)",
     )  # fmt: skip
+    parser.add_argument(
+        "--roll", choices=ROLLS, default="pose",
+        help="free: joint 7 stays, for tools that turn about its axis (default pose)",
+    )  # fmt: skip
+    add_scene(parser)
     add_wish(parser.add_argument_group("what is wished of the arm angle"))
     add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Write the joints and print a summary; status 1 and the explanation where there is no way."""
-    arm = the_arm(args)
+    arm, scene = with_body(the_arm(args), args)
     start = None if args.start is None else joints("--start", args.start)
     goal = None if args.goal is None else joints("--goal", args.goal)
     _check_limit_margin(arm, args.limit_margin)
@@ -71,6 +80,7 @@ def run(args: argparse.Namespace) -> int:
         path = plan(
             arm, frames, start=start, goal=goal, gc=args.gc,
             singularity_margin=args.singularity_margin, limit_margin=args.limit_margin, psi=wished,
+            scene=scene, roll=args.roll,
         )  # fmt: skip
     if args.output is not None:
         write(path, args.output)

@@ -11,6 +11,7 @@ import numpy as np
 from ...arm.arm import Arm
 from ...models.catalogue import CatalogueEntry, catalogue, load_robot
 from ...models.description import ELBOW_OFFSETS
+from ...models.offset import offset_catalogue
 from ..arguments import add_json
 from ..screen import degrees, show, show_json
 from ..tables import paint, paragraph, table
@@ -57,6 +58,7 @@ def _show_all(entries: Sequence[CatalogueEntry]) -> None:
         rows.append([entry.name, f"{_arm(entry).reach * 1e3:.0f}", _offset(entry), _doubtful(entry)])
     show(table(["name", "reach mm", "elbow", "not trusted"], rows, left=(0, 2, 3)))
     show(f"\n{len(entries)} arms; reach: greatest distance of the wrist from the shoulder")
+    show(paragraph(f"with an offset wrist, for armangle.OffsetArm: {', '.join(offset_catalogue())}"))
 
 
 def _arm(entry: CatalogueEntry) -> Arm:

@@ -1,0 +1,248 @@
+// Proof that the true joints of a nearly S-R-S arm keep their limits between all samples of a curve.
+//
+//     theta |        __==      ==  p(s) +- r: one posture lies in it for every s, and limits are outside of
+//     it
+//           |    __==::::
+//           | _==::::          each piece is proven about its middle m, and holds the posture that the next
+//           +--[----m----]--[----m----]-- s       one begins with
+//
+// At m the posture and its Taylor coefficients are known: p is that cubic. With F the seven equations, C the
+// inverse of their Jacobian at m and intervals for all s of the piece,
+//     e_i >= |C F(p(s), s)|_i,   G_ik >= |1 - C J|_ik over p(s) +- r,   e + G r < r
+// says that exactly one posture lies within r of p(s) for every s (Krawczyk). e follows from F's own Taylor
+// coefficients: those of order 0 and 1 at m, that of order 2 over the piece. Source: R. E. Moore, Interval
+// Analysis (1966); A. Neumaier, Interval Methods (1990), chapter 5.
+#pragma once
+
+#include "../plan/certify.hpp"
+#include "corrected_curve.hpp"
+
+namespace armangle {
+
+namespace near_rule {
+inline constexpr double least_radius = 1e-8;  // rad: more than what two segments may lie apart turns a joint
+inline constexpr double tube = 4.0;           // a radius over the defect that it has to hold
+inline constexpr int pieces = 64;             // that a stretch may take on average
+}  // namespace near_rule
+
+namespace detail {
+
+/// The greatest size in an interval.
+inline double size_of(const Interval& x) noexcept { return greater(std::fabs(x.lo), std::fabs(x.hi)); }
+
+/// A cubic and a radius for each joint, over |s - middle| <= half: the posture is within.
+struct JointTube {
+    double middle, half;
+    double theta[joints][4];  // Taylor coefficients at the middle
+    double radius[joints];    // of the box that holds one posture alone
+    double within[joints];    // how near to the cubic that posture is
+
+    Interval range(int j, const Interval& off, double more) const noexcept {
+        const double* c = theta[j];
+        const Interval cubic =
+            Interval(c[0]) + off * (Interval(c[1]) + off * (Interval(c[2]) + off * Interval(c[3])));
+        return cubic + Interval(-more, more);
+    }
+};
+
+class TubeProver {
+public:
+    TubeProver(const CorrectedCurve& curve, const Limits& limits, double margin, const Proof& also) noexcept
+        : curve_(curve),
+          limits_(limits),
+          also_(also),
+          sine_(sin_cos(Interval(max(margin, proof::least_margin))).sin.hi) {
+        budget_ = static_cast<long long>(curve.curve.stretches.size() + 8) * near_rule::pieces;
+    }
+
+    Proof run() {
+        for (const Stretch& x : curve_.curve.stretches) {
+            if (!also_proven(x) || !prove(x, x.start, x.end, 0)) {
+                known_ = false;
+                leave(x.start, x.end);
+            }
+            look(x);
+        }
+        return std::move(proof_);
+    }
+
+    /// How far (rad) a joint that was looked at is beyond its limits at most; <= 0 within them.
+    double excess() const noexcept { return excess_; }
+
+private:
+    bool also_proven(const Stretch& x) const noexcept {
+        for (std::size_t i = 0; i + 1 < also_.open.size(); i += 2)
+            if (also_.open[i] < x.end && also_.open[i + 1] > x.start) return false;
+        return true;
+    }
+
+    void leave(double from, double to) {
+        if (!proof_.open.empty() && proof_.open.back() == from) {
+            proof_.open.back() = to;
+        } else {
+            proof_.open.push_back(from);
+            proof_.open.push_back(to);
+        }
+    }
+
+    /// Looks for places where a limit is passed, or the inverse gives no posture.
+    void look(const Stretch& x) {
+        for (int i = 0; i <= looks; ++i) {
+            const double s = x.start + (x.end - x.start) * i / looks;
+            const double margin = limit_margin(limits_, curve_.lifted(x, s, nominal_at(x, s)).q);
+            if (margin >= -proof::broken) continue;
+            proof_.violated.push_back(s);
+            excess_ = margin < 0 ? max(excess_, -margin) : infinity;  // of no posture there is none
+        }
+    }
+
+    PlacedPosture nominal_at(const Stretch& x, double s) const noexcept {
+        const double t = (s - x.start) / (x.end - x.start);
+        double near[joints];
+        for (int j = 0; j < joints; ++j) near[j] = x.q[j] + t * (x.q_end[j] - x.q[j]);
+        return curve_.curve.solve(x, s, phi_at(x, s), near, x.psi);
+    }
+
+    bool prove(const Stretch& x, double from, double to, int depth) noexcept {
+        JointTube tube;
+        if (--budget_ < 0) return false;
+        if (enclose(x, from, to, tube) && keeps(x, tube) && goes_on(tube)) {
+            before_ = tube;
+            return known_ = true;
+        }
+        if (depth == proof::depth) return false;
+        const double half = 0.5 * (from + to);
+        return prove(x, from, half, depth + 1) && prove(x, half, to, depth + 1);
+    }
+
+    /// The tube of a piece; false where it is not proven.
+    bool enclose(const Stretch& x, double from, double to, JointTube& out) const noexcept {
+        using J = Jet<Interval, 2>;
+        using Row = SevenEquations<Interval>::Row;
+        out.middle = 0.5 * (from + to);
+        out.half = greater(above(out.middle - from), above(to - out.middle));
+        const PlacedPosture here = curve_.lifted(x, out.middle, nominal_at(x, out.middle));
+        if (!is_finite(here.q)) return false;
+        double centre[joints];
+        Jet<double, 3> series[joints];
+        SinCos<double> angle[joints];
+        theta_of(curve_.curve.arm, here.q, centre);
+        curve_.expand(x, out.middle, centre, series);
+        for (int j = 0; j < joints; ++j)
+            for (int k = 0; k < 4; ++k) out.theta[j][k] = series[j].coefficient[k];
+        sin_cos_all(centre, angle);
+        InverseSlope back;
+        if (!invert(seven_equations(curve_.arm, pose_at(curve_.curve.segment(x), out.middle),
+                                    curve_.plane_at(x, out.middle), angle),
+                    back))
+            return false;
+        const auto equations = [&](const Interval& s, const double* radius) {
+            const J at = J::variable(s), off = at - J(out.middle);
+            SinCos<J> turned[joints];
+            for (int j = 0; j < joints; ++j) {
+                const double* c = out.theta[j];
+                J theta = J(c[0]) + off * (J(c[1]) + off * (J(c[2]) + off * J(c[3])));
+                theta = theta + J(Interval(-radius[j], radius[j]));
+                turned[j] = sin_cos(theta);
+            }
+            return seven_equations(curve_.arm, pose_at(curve_.curve.segment(x), at), curve_.plane_at(x, at),
+                                   turned);
+        };
+        const auto order = [](const SevenEquations<J>::Row& row, int k) {
+            const auto part = [k](const Vec3<J>& v) {
+                return Vec3<Interval>{v.x.coefficient[k], v.y.coefficient[k], v.z.coefficient[k]};
+            };
+            return Row{part(row.wrist), part(row.turn), row.psi.coefficient[k]};
+        };
+        const auto times = [&back](int i, const Row& row) {
+            const auto& c = back.row[i];
+            return dot(spread<Interval>(c.wrist), row.wrist) + dot(spread<Interval>(c.turn), row.turn) +
+                   Interval(c.psi) * row.psi;
+        };
+        const Interval middle(out.middle), piece(from, to), off(-out.half, out.half);
+        const double none[joints] = {};
+        const auto left_there = equations(middle, none).left;
+        const auto left = equations(piece, none).left;
+        double defect[joints];
+        const Interval far(0.0, above(out.half * out.half));
+        for (int i = 0; i < joints; ++i) {
+            const Interval first = times(i, order(left_there, 1)) * off;
+            defect[i] = size_of(times(i, order(left_there, 0)) + first + times(i, order(left, 2)) * far);
+            out.radius[i] = near_rule::least_radius + near_rule::tube * defect[i];
+            if (!(out.radius[i] < largest_radius)) return false;
+        }
+        const auto there = equations(middle, out.radius), over = equations(piece, out.radius);
+        for (int i = 0; i < joints; ++i) {
+            double sum = defect[i];
+            for (int k = 0; k < joints; ++k) {
+                const Interval entry = times(i, order(there.column[k], 0)) +
+                                       times(i, order(over.column[k], 1)) * off -
+                                       Interval(i == k ? 1.0 : 0.0);
+                sum = above(sum + above(size_of(entry) * out.radius[k]));
+            }
+            out.within[i] = sum;
+            if (!(sum < out.radius[i])) return false;
+        }
+        return true;
+    }
+
+    /// Whether limits and singularity margin hold in a tube, and the branch.
+    bool keeps(const Stretch& x, const JointTube& tube) const noexcept {
+        const Arm& arm = curve_.curve.arm;
+        const Configuration<double> side = configuration(curve_.curve.branch(x));
+        const Interval off(-tube.half, tube.half);
+        SinCos<Interval> angle[joints];
+        for (int j = 0; j < joints; ++j) {
+            const Interval theta = tube.range(j, off, tube.within[j]);
+            const Interval q = Interval(arm.sign[j]) * (theta - Interval(arm.offset[j]));
+            if (!(q.lo >= limits_.lower[j] + proof::slack && q.hi <= limits_.upper[j] - proof::slack))
+                return false;
+            angle[j] = sin_cos(theta);
+        }
+        const Interval bend = angle[3].sin * Interval(arm.delta.cos) - angle[3].cos * Interval(arm.delta.sin);
+        const Interval s(tube.middle - tube.half, tube.middle + tube.half);
+        return (angle[1].sin * Interval(side.shoulder)).lo > sine_ &&
+               (bend * Interval(side.elbow)).lo > sine_ && (angle[5].sin * Interval(side.wrist)).lo > sine_ &&
+               dot(curve_.plane_at(x, s).along, elbow_axis(angle)).lo > 0;
+    }
+
+    /// Whether the posture at the end of the tube before is that which this one begins with.
+    bool goes_on(const JointTube& tube) const noexcept {
+        if (!known_) return true;
+        bool held = true, holds = true;
+        for (int j = 0; j < joints; ++j) {
+            const double apart = size_of(before_.range(j, Interval(before_.half), 0.0) -
+                                         tube.range(j, Interval(-tube.half), 0.0));
+            held = held && apart + tube.within[j] < before_.radius[j];
+            holds = holds && apart + before_.within[j] < tube.radius[j];
+        }
+        return held || holds;
+    }
+
+    static constexpr double largest_radius = 0.1;  // rad
+    static constexpr int looks = 8;                // of a stretch
+
+    const CorrectedCurve& curve_;
+    const Limits& limits_;
+    const Proof& also_;
+    const double sine_;
+    Proof proof_;
+    JointTube before_;
+    bool known_ = false;
+    long long budget_;
+    double excess_ = -infinity;
+};
+
+}  // namespace detail
+
+/// Proves limits and a singularity margin (rad) of the true joints along a curve, where `also`, the proof of
+/// the nominal arm's, holds. `excess`: how far (rad) a joint that was looked at is beyond its limits.
+inline Proof certify(const CorrectedCurve& curve, const Limits& limits, double margin, const Proof& also,
+                     double& excess) {
+    detail::TubeProver prover(curve, limits, margin, also);
+    Proof out = prover.run();
+    excess = prover.excess();
+    return out;
+}
+
+}  // namespace armangle

@@ -1,0 +1,74 @@
+"""The values of one field of a reach map."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from .store import Store
+
+
+class MapValues:
+    """A field of a map: read by cells like a Zarr array, and a damaged tile is named.
+
+    Parameters
+    ----------
+    store : Store
+    name : str
+        Of the field.
+
+    Attributes
+    ----------
+    array : zarr.Array
+        The array itself, for libraries that take one.
+    """
+
+    def __init__(self, store: Store, name: str) -> None:
+        self._store, self._name = store, name
+        self.array: Any = store.arrays[name]
+
+    @property
+    def shape(self) -> tuple[int, int, int, int]:
+        """Cells along r, z, tilt and turn."""
+        return self._store.grid.shape
+
+    @property
+    def ndim(self) -> int:
+        """Four."""
+        return len(self.shape)
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        """As it is stored."""
+        kept: np.dtype[Any] = np.dtype(self.array.dtype)
+        return kept
+
+    def __getitem__(self, index: Any) -> Any:
+        """Return values as an array; only the tiles that they lie in are read.
+
+        Raises
+        ------
+        FileFormatError
+            If one of these is damaged.
+        IndexError
+            If there are no such cells.
+        """
+        try:
+            return self.array[index]
+        except IndexError:
+            raise
+        except Exception:  # a wounded file, as a codec or the file system puts it
+            self._store.check_readable(self._name)
+            raise
+
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
+        """Return all values; they are always read, and so a copy."""
+        if copy is False:
+            raise ValueError("values of a map are read from its store, which makes a copy")
+        return np.asarray(self[:], dtype)
+
+    def __repr__(self) -> str:
+        """Return which field of which map."""
+        return f"<MapValues of {self._name!r}: {' x '.join(map(str, self.shape))} of {self.dtype}>"

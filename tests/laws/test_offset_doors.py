@@ -1,0 +1,116 @@
+"""Doors of an `OffsetArm` beside the kinematics: copies, frames, what leads from `Arm` to it."""
+
+from __future__ import annotations
+
+import pickle
+from typing import Any
+
+import numpy as np
+import pytest
+
+import armangle as aa
+
+FR3 = aa.OffsetArm.from_catalogue("franka_fr3")
+Q = np.array([0.1, 0.4, 0.2, -1.8, 0.3, 2.0, 0.5])
+MIRRORED = aa.OffsetArm(
+    a_1=0.117, d_bs=0.3, d_se=0.35, d_ew=0.32, d_wf=0.15, signs=[1, -1, 1, 1, -1, 1, 1], offsets=[0.3] * 7,
+    lower=[-2.0] * 7, upper=[2.0] * 7, base=aa.pose([0.1, 0.2, 0.3], rpy=[0.1, 0.2, 0.3]),
+    tool=aa.pose([0.0, 0.1, 0.2], rpy=[0.3, -0.2, 0.1]), name="shoulder",
+)  # fmt: skip
+
+
+def joints(arm: aa.OffsetArm, count: int, seed: int = 0) -> Any:
+    """Return joint values within the limits."""
+    return np.random.default_rng(seed).uniform(arm.lower, arm.upper, (count, 7))
+
+
+@pytest.mark.parametrize("arm", [FR3, MIRRORED], ids=lambda arm: arm.name)
+def test_frames_lead_along_the_chain_to_the_pose(arm: aa.OffsetArm) -> None:
+    q = joints(arm, 50)
+    frames = arm.frames(q)
+    np.testing.assert_allclose(frames[:, 7] @ arm.tool, arm.forward(q)[0], rtol=0, atol=1e-14)
+    np.testing.assert_array_equal(arm.elbow(q), frames[:, 3, :3, 3])
+    row, offset = (1, arm.a_1) if arm.a_1 else (6, arm.a_6)
+    plain = arm.rows.frames(q)
+    moved = frames[:, row:, :3, 3] - plain[:, row:, :3, 3]
+    np.testing.assert_allclose(moved, offset * plain[:, row, None, :3, 0] + 0 * moved, rtol=0, atol=1e-14)
+    for i in range(7):  # joint i + 1 turns frames i + 1 ... 7 about the z axis of frame i, and no other
+        turned = arm.frames(q + 0.3 * np.eye(7)[i])
+        np.testing.assert_allclose(turned[:, : i + 1], frames[:, : i + 1], rtol=0, atol=1e-14)
+        held = np.linalg.inv(frames[:, i]) @ turned[:, i + 1]
+        before = np.linalg.inv(frames[:, i]) @ frames[:, i + 1]
+        np.testing.assert_allclose(held[:, 2, :], before[:, 2, :], rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("arm", [FR3, MIRRORED], ids=lambda arm: arm.name)
+def test_all_eight_rows_are_those_of_each_branch(arm: aa.OffsetArm) -> None:
+    pose, free, gc = arm.forward(joints(arm, 40))
+    rows = arm.inverse_all(pose, free)
+    one = arm.inverse(pose[:, None], free[:, None], np.arange(8), unreachable="nan")
+    np.testing.assert_array_equal(rows, one)
+    inside = arm.inverse_all(pose, free, limits="nan")
+    there = np.isfinite(inside[..., 0])
+    assert there[np.arange(40), gc].all() and (arm.limit_margin(inside[there]) > -1e-9).all()
+    dropped = np.isfinite(rows[..., 0]) & ~there
+    assert dropped.any() and (arm.limit_margin(rows[dropped]) < 0).all()
+
+
+def test_limits_are_enforced_as_asked() -> None:
+    pose, free, gc = FR3.forward(Q)
+    rows = FR3.inverse_all(pose, free)
+    outside = next(k for k in range(8) if np.isfinite(rows[k, 0]) and not FR3.within_limits(rows[k]))
+    with pytest.raises(aa.LimitError, match="joint"):
+        FR3.inverse(pose, free, outside, limits="raise")
+    np.testing.assert_array_equal(FR3.inverse(pose, free, gc, limits="raise"), FR3.inverse(pose, free, gc))
+
+
+def test_a_copy_with_changes_keeps_the_rest() -> None:
+    arm = FR3.with_(lower=FR3.lower + 0.1, acceleration=10.0, name="mine")
+    assert arm.name == "mine" and arm.a_6 == FR3.a_6 and (arm.acceleration == 10.0).all()
+    np.testing.assert_array_equal(arm.lower, FR3.lower + 0.1)
+    np.testing.assert_array_equal(arm.velocity, FR3.velocity)
+    assert pickle.loads(pickle.dumps(arm)) == arm and eval(repr(arm), {"OffsetArm": aa.OffsetArm}) == arm
+    assert repr(FR3) == "OffsetArm.from_catalogue('franka_fr3')"
+    assert "a_6 88, d_bs 333" in str(FR3) and "a_1 117" in str(MIRRORED)
+    with pytest.raises(aa.InputError, match="chain"):
+        FR3.with_(chain=np.tile(np.eye(4), (8, 1, 1)))
+    hand = aa.pose([0.0, 0.0, 0.1034], rpy=[0.0, 0.0, -np.pi / 4])
+    np.testing.assert_allclose(FR3.with_tool(hand).forward(Q)[0], FR3.forward(Q)[0] @ hand, atol=1e-15)
+    other = FR3.with_(a_1=0.1, a_6=0.0)
+    assert other.free_joint == 1 and other.forward(Q)[1] == Q[0]
+
+
+def test_limits_are_asked_of_the_arm_itself() -> None:
+    assert FR3.within_limits(Q) and not FR3.within_limits(np.zeros(7))
+    assert FR3.limit_margin(Q) == np.minimum(Q - FR3.lower, FR3.upper - Q).min()
+
+
+@pytest.mark.parametrize("arm", [FR3, MIRRORED], ids=lambda arm: arm.name)
+def test_a_file_leads_from_the_wrong_door_to_the_right_one(arm: aa.OffsetArm) -> None:
+    text = arm.to_urdf()
+    with pytest.raises(aa.NotSRSError, match=r"S-R-S but for an offset .* armangle\.OffsetArm"):
+        aa.Arm.from_urdf(text)
+    read = aa.OffsetArm.from_urdf(text)
+    q = joints(arm, 20)
+    np.testing.assert_allclose(read.forward(q)[0], arm.forward(q)[0], atol=1e-9)
+    assert (read.rows.d_se, read.rows.d_ew) == (arm.rows.d_se, arm.rows.d_ew)
+    assert read.free_joint == arm.free_joint
+
+
+def test_an_srs_file_leads_back() -> None:
+    iiwa = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    with pytest.raises(aa.NotSRSError, match=r"armangle\.Arm"):
+        aa.OffsetArm.from_urdf(iiwa.to_urdf())
+    with pytest.raises(aa.UnknownRobotError, match=r"Arm\.from_catalogue\('kuka_iiwa7_r800'\)"):
+        aa.OffsetArm.from_catalogue("kuka_iiwa7_r800")
+
+
+@pytest.mark.parametrize("name", aa.offset_catalogue())
+def test_the_catalogue_of_arms_names_the_other_door(name: str) -> None:
+    with pytest.raises(aa.UnknownRobotError, match=rf"OffsetArm\.from_catalogue\('{name}'\)"):
+        aa.Arm.from_catalogue(name)
+
+
+def test_a_word_of_the_name_is_enough_for_the_hint() -> None:
+    with pytest.raises(aa.UnknownRobotError, match="franka_fr3"):
+        aa.Arm.from_catalogue("franka")

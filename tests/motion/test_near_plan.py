@@ -1,0 +1,162 @@
+"""Laws of plans of nearly S-R-S arms: what is certified holds for the true joints, between the rows too."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.calibrated import ARMS, Array, calibrated, postures
+from support.draw import generator
+from support.laws import POSE, gap
+
+import armangle as aa
+
+EVERY = pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS.keys())
+DENSE = np.linspace(0.0, 1.0, 2001)
+START = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+
+
+def lines(arm: aa.Arm, n: int, *seed: int) -> list[tuple[Array, aa.Line]]:
+    """Random postures and lines that begin there, of up to some decimetres."""
+    out = []
+    for q, shift in zip(postures(arm, n, *seed), generator(*seed, 1).normal(size=(n, 3)), strict=True):
+        pose, psi, _ = arm.forward(q, undefined="nan")
+        if np.isfinite(psi):
+            end = pose.copy()
+            end[:3, 3] += 0.05 * shift
+            out.append((q, aa.Line(pose, end)))
+    return out
+
+
+def margins(arm: aa.Arm, q: Array) -> Array:
+    return np.minimum(q - arm.lower, arm.upper - q).min(axis=-1)
+
+
+@EVERY
+def test_what_is_certified_holds_between_the_rows(arm: aa.Arm) -> None:
+    whole = 0
+    for _, line in lines(arm, 10, 31):
+        path = aa.plan(arm, line)
+        if not path.ok:
+            assert not path.certified and path.first_failure is not None
+            continue
+        assert gap(arm.forward(path.q)[0], path.poses) <= POSE and path.residual.max() <= POSE
+        if not path.certified:
+            assert len(path.uncertified)
+            continue
+        whole += 1
+        at = path.at(DENSE)
+        assert gap(arm.forward(at.q)[0], at.pose) <= POSE
+        assert gap(at.pose, line.pose(DENSE)) <= POSE
+        assert margins(arm, at.q).min() >= 0.0
+        assert np.abs(np.diff(at.q, axis=0)).max() < 0.2
+        assert (arm.forward(at.q)[2] == at.gc).all()
+    assert whole >= 1
+
+
+@pytest.mark.parametrize("name", ["kuka_iiwa7_r800 1.0 mm", "openarm_v10 2.0 mm"])
+def test_the_naive_way_plans_the_nominal_arm_and_misses_the_poses(name: str) -> None:
+    arm = ARMS[name]
+    off = []
+    for _, line in lines(arm, 6, 32):
+        path, naive = aa.plan(arm, line), aa.plan(arm.nominal, line)
+        if path.ok and naive.ok:
+            off.append(gap(arm.forward(naive.q)[0], naive.poses))
+            assert gap(arm.forward(path.q)[0], path.poses) <= POSE
+    assert off and min(off) > 1e6 * POSE
+
+
+def test_limits_beside_the_nominal_joints_are_kept_by_the_true_ones() -> None:
+    """A plan that goes along a limit: the nominal joints keep it, the true ones would not: it moves off."""
+    arm = ARMS["kuka_iiwa7_r800 2.0 mm"]
+    pose = arm.forward(START)[0]
+    end = pose.copy()
+    end[:3, 3] += (0.0, 0.15, 0.05)
+    line, careless = aa.Line(pose, end), aa.Objective(limits=0, singularities=0)
+    free = aa.plan(arm.nominal, line, objective=careless, gc=2).q
+    moved = 0
+    for joint, side in ((0, "lower"), (4, "lower"), (4, "upper"), (6, "upper")):
+        limits = {"lower": arm.lower.copy(), "upper": arm.upper.copy()}
+        ends = {"lower": free[:, joint].min() + 0.03, "upper": free[:, joint].max() - 0.03}
+        limits[side][joint] = ends[side]
+        tight = arm.with_(**limits)
+        naive, path = (aa.plan(one, line, objective=careless, gc=2) for one in (tight.nominal, tight))
+        true = tight.inverse(naive.poses, naive.psi, naive.gc, seed=naive.q)
+        assert path.certified and margins(tight, path.at(DENSE).q).min() >= 0.0
+        moved += int(margins(tight, true).min() < 0.0)
+    assert moved == 4
+
+
+def test_start_goal_margins_and_wishes_are_of_the_true_joints() -> None:
+    arm = ARMS["kuka_iiwa7_r800 1.0 mm"]
+    pose = arm.forward(START)[0]
+    end = pose.copy()
+    end[:3, 3] += (0.0, 0.2, 0.05)
+    line = aa.Line(pose, end)
+    path = aa.plan(arm, line, start=START)
+    assert path.certified and gap(path.q[0], START) <= 1e-10
+    again = aa.plan(arm, line, start=START, goal=path.q[-1])
+    assert again.certified and gap(again.q[-1], path.q[-1]) <= 1e-9
+    with pytest.raises(aa.InputError, match="start belongs to another pose"):
+        aa.plan(arm, line, start=START + 0.1)
+    kept = aa.plan(arm, line, limit_margin=0.3, singularity_margin=0.2)
+    assert kept.certified
+    q = kept.at(DENSE).q
+    theta = arm.signs * q + arm.offsets
+    theta[:, 3] -= arm.delta
+    assert margins(arm, q).min() >= 0.3 and np.abs(np.sin(theta[:, 1:6:2])).min() >= np.sin(0.2)
+    held = aa.plan(arm, line, psi=0.3, objective=aa.Objective(psi=1e3))
+    assert held.certified and np.abs(held.psi - 0.3).max() < 0.05
+    window = aa.ArcSet([[0.1, 0.6]])
+    inside = aa.plan(arm, line, allowed=window)
+    assert inside.certified and window.contains(inside.at(DENSE).psi).all()
+    for rest in ({"scene": aa.Scene([])}, {"psi": aa.Towards(point=(0.0, 0.3, 0.4))}):
+        with pytest.raises(aa.InputError, match="is not made for an arm with a chain of its own"):
+            aa.plan(arm, line, **rest)
+
+
+def test_paths_of_every_kind_and_their_times() -> None:
+    arm = calibrated("kuka_iiwa7_r800", 1.0, 1.0, seed=2)
+    pose = arm.forward(START)[0]
+    points = np.repeat(pose[None], 4, axis=0)
+    points[1:, :3, 3] += [(0.0, 0.1, 0.0), (0.05, 0.15, 0.05), (0.0, 0.05, 0.1)]
+    corners = aa.plan(arm, points)
+    assert corners.certified and len(corners) == 4
+    assert gap(arm.forward(corners.at(DENSE).q)[0], corners.at(DENSE).pose) <= POSE
+    path = aa.plan(arm, points, blend=0.02)
+    assert path.certified
+    s = DENSE[1:-1]
+    step = DENSE[1]
+    first, second, _ = np.moveaxis(path.derivatives(s), 1, 0)
+    q = path.at(DENSE).q
+    assert np.median(np.abs((q[2:] - q[:-2]) / (2 * step) - first)) <= 1e-4
+    assert np.median(np.abs((q[2:] - 2 * q[1:-1] + q[:-2]) / step**2 - second)) <= 1e-2
+    fast = aa.retime(path, velocity=1.0, acceleration=4.0)
+    assert np.abs(fast.qd).max() <= 1.0 + 1e-6 and np.abs(fast.qdd).max() <= 4.0 + 1e-6
+    assert gap(arm.forward(fast.q[[0, -1]])[0], path.at([0.0, 1.0]).pose) <= POSE
+
+
+def test_what_follow_found_has_values_between_its_rows() -> None:
+    arm = ARMS["kuka_iiwa7_r800 2.0 mm"]
+    pose = arm.forward(START)[0]
+    end = pose.copy()
+    end[:3, 3] += (0.0, 0.2, 0.05)
+    poses = aa.Line(pose, end).pose(np.linspace(0, 1, 50))
+    path = aa.follow(arm, poses, start=START)
+    assert path.ok
+    at = path.at(DENSE)
+    assert gap(arm.forward(at.q)[0], at.pose) <= POSE
+    assert gap(path.at(path.s).q, path.q) <= 1e-9
+
+
+def test_without_deviation_the_plan_is_the_exact_one() -> None:
+    exact = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    from armangle.models.chain import chain_of, links_of
+
+    arm = exact.with_(chain=links_of(chain_of(exact._description())))
+    for _, line in lines(exact, 6, 33):
+        a, b = aa.plan(exact, line, singularity_margin=0.05), aa.plan(arm, line, singularity_margin=0.05)
+        assert a.ok == b.ok and a.certified == b.certified
+        if a.ok:
+            assert gap(a.q, b.q) <= 1e-10 and gap(a.at(DENSE).q, b.at(DENSE).q) <= 1e-10
+            expected = a.derivatives(DENSE)
+            assert gap(expected, b.derivatives(DENSE)) <= 1e-6 * np.abs(expected).max()

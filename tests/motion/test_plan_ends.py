@@ -1,0 +1,90 @@
+"""Where a plan begins or ends with the arm stretched: no leap, a proof where there is one, true reasons."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.planned_arms import IIWA
+
+import armangle as aa
+
+AMID = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+STRETCHED = np.array([0.1, 0.4, 0.2, 0.0, 0.3, 0.8, 0.5])
+CANDLE = np.zeros(7)
+NEAR = 1e-6
+DENSE = np.linspace(0, 1, 5001)
+
+
+def pose_of(q: np.ndarray) -> np.ndarray:
+    """The tool's pose, also where no arm angle is."""
+    return np.asarray(IIWA.forward(q, undefined="nan")[0])
+
+
+def plan_to(end: np.ndarray, fixed: bool, back: bool) -> aa.JointPath:
+    """A line between a posture amid the limits and a stretched one, whose joints are asked or not."""
+    line = aa.Line(pose_of(end), pose_of(AMID)) if back else aa.Line(pose_of(AMID), pose_of(end))
+    asked = {"start" if back else "goal": end} if fixed else {}
+    return aa.plan(IIWA, line, **asked)
+
+
+@pytest.mark.parametrize("back", [False, True])
+@pytest.mark.parametrize("fixed", [False, True])
+@pytest.mark.parametrize("end", [STRETCHED, CANDLE], ids=["stretched", "candle"])
+def test_a_stretched_end_is_come_to_without_a_leap(end: np.ndarray, fixed: bool, back: bool) -> None:
+    """Joints move as the root of the way there: over a millionth of it by a thousandth of a radian."""
+    result = plan_to(end, fixed, back)
+    assert result.ok, result.explain()
+    q = result.at([0.0, NEAR] if back else [1.0, 1.0 - NEAR]).q
+    speed = np.abs(q[1] - q[0]).max() / np.sqrt(NEAR)
+    assert speed < 5.0
+    rows = np.diff(result.q, axis=0), np.sqrt(np.diff(result.s))[:, None]
+    assert np.abs(rows[0] / rows[1]).max() < 5.0
+    np.testing.assert_allclose(pose_of(result.q), result.poses, atol=1e-12)
+    assert result.certified == (end is STRETCHED)
+    if fixed:
+        np.testing.assert_allclose(result.q[0 if back else -1], end, atol=1e-9)
+
+
+@pytest.mark.parametrize("back", [False, True])
+def test_a_limit_just_inside_what_a_stretched_end_needs_is_not_certified(back: bool) -> None:
+    result = plan_to(STRETCHED, True, back)
+    x = result.curve
+    assert x is not None
+    end = 0 if back else -1
+    q = result.at(DENSE).q
+    for joint in range(7):
+        for side, extreme in (("lower", q[:, joint].argmin()), ("upper", q[:, joint].argmax())):
+            at_end = extreme == end % len(DENSE)
+            if not at_end:
+                continue
+            for inset, proven in ((1e-6, False), (-1e-3, True)):
+                limits = {"lower": IIWA.lower.copy(), "upper": IIWA.upper.copy()}
+                limits[side][joint] = q[end, joint] + (inset if side == "lower" else -inset)
+                open_, _ = IIWA.with_(**limits)._handle.certify_curve(
+                    x.segments, x.stretches, x.plane, x.gc, 0.0
+                )
+                assert (len(open_) == 0) == proven, (joint, side)
+
+
+def test_a_margin_asked_is_not_proven_at_a_stretched_end() -> None:
+    line = aa.Line(pose_of(AMID), pose_of(STRETCHED))
+    assert not aa.plan(IIWA, line, singularity_margin=1e-3).certified
+
+
+def test_a_path_that_goes_beyond_the_reach_is_refused() -> None:
+    last = pose_of(STRETCHED)
+    last[:3, 3] *= 1 + 1e-9
+    refused = aa.plan(IIWA, aa.Line(pose_of(AMID), last))
+    assert not refused.ok
+    assert "reach" in refused.explain()
+
+
+@pytest.mark.parametrize("back", [False, True])
+def test_no_timing_and_the_true_reason(back: bool) -> None:
+    pytest.importorskip("scipy")
+    result = plan_to(CANDLE, True, back)
+    inner, end = result.derivatives([0.5, 0.0 if back else 1.0])
+    assert np.isfinite(inner).all()
+    assert np.isnan(end).all()
+    with pytest.raises(aa.PathError, match=rf"at s = {0 if back else 1} joints have no finite speed"):
+        aa.retime(result, acceleration=5.0)

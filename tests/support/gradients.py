@@ -1,0 +1,41 @@
+"""What the laws of derivatives share: postures away from singular ones, poses moved by twists."""
+
+from __future__ import annotations
+
+import numpy as np
+
+import armangle as aa
+
+from . import draw
+
+NAMES = ("kuka_iiwa7_r800", "openarm_v10", "barrett_wam7")
+HOME = np.array([0.1, 0.0, 0.2, -1.5, 0.3, 1.0, 0.4])
+"""θ2 is 0: joints 1 to 3 have no derivative there, joints 4 to 7 have."""
+
+
+def calm(arm: aa.Arm, q: np.ndarray) -> np.ndarray:
+    """The postures no closer to a singular one than 0.2 rad."""
+    theta = arm.signs * q + arm.offsets
+    theta[:, 3] -= arm._handle.delta
+    return q[(np.abs(np.sin(theta[:, [1, 3, 5]])) > 0.2).all(axis=1)]
+
+
+def postures(name: str, count: int, *seed: int) -> tuple[aa.Arm, np.ndarray]:
+    """An arm of the catalogue on a tilted base, and calm postures within its limits."""
+    arm = aa.Arm.from_catalogue(name).with_(base=aa.pose([0.1, 0.2, 0.3], rpy=[0.5, 0.4, 0.3]))
+    return arm, calm(arm, draw.generator(*seed).uniform(arm.lower, arm.upper, (count, 7)))
+
+
+def moved(pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
+    """Poses after a small twist: v of the origin, then omega as a rotation vector."""
+    out = aa.pose(np.zeros(3), rotvec=twist[..., 3:]) @ pose
+    out[..., :3, 3] = pose[..., :3, 3] + twist[..., :3]
+    return out
+
+
+def change(pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
+    """How the entries of poses change with a twist."""
+    out = np.zeros_like(pose)
+    out[..., :3, :3] = np.cross(twist[..., None, 3:], np.swapaxes(pose[..., :3, :3], -1, -2)).swapaxes(-1, -2)
+    out[..., :3, 3] = twist[..., :3]
+    return out
