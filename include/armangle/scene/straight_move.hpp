@@ -244,11 +244,11 @@ private:
         const bool about = m.a.about || m.b.about;
         double least = infinity;
         const auto of = [&](double room, double slope, double M) {
-            const double c = about ? spare : max(room, 0.0),
-                         falling = -slope + sqrt(slope * slope + 2.0 * M * c);
-            if (falling > 0)
-                least = min(least, slope > 0 && M > 0 ? (slope + sqrt(slope * slope + 2.0 * M * c)) / M
-                                                      : 2.0 * c / falling);
+            const double c = about ? spare : max(room, 0.0), root = sqrt(slope * slope + 2.0 * M * c);
+            if (slope > 0)
+                least = min(least, M > 0 ? (slope + root) / M : infinity);
+            else if (root > slope)
+                least = min(least, 2.0 * c / (root - slope));
         };
         for (int i = 0; i < m.a.count; ++i) {
             const Vec3<double>& p = m.a.corner[i];
