@@ -94,6 +94,50 @@ def test_hostile_ticks_touch_nothing_and_keep_the_bounds(arm: aa.Arm, seed: int)
     assert distance(arm, scene, between(joints)).min() >= CLEARANCE
 
 
+def hostile_run(arm: aa.Arm, scene: aa.Scene, rng: np.random.Generator, ticks: int) -> Array:
+    tracker = started(arm, scene, streams.posture(arm))
+    q = [tracker.q[None]]
+    while sum(map(len, q)) < ticks:
+        q.append(tracker.run(np.repeat(hostile(arm, rng)[None], rng.integers(50, 300), axis=0)))
+    return np.concatenate(q)
+
+
+@pytest.mark.parametrize("corners", [5, 30])
+def test_hulls_that_stand_and_hulls_that_are_held_touch_nothing(corners: int) -> None:
+    rng = np.random.default_rng([draw.SEED, corners])
+    plain = with_body("kuka_iiwa14_r820")
+    start = streams.posture(plain)
+    held = aa.Hull([0.0, 0.0, 0.1] + 0.05 * rng.normal(size=(corners, 3)), 0.005, name="tool")
+    arm = plain.with_hand([held])
+    middle = arm.forward(start)[0][:3, 3]
+    standing: list[aa.Hull] = []
+    while len(standing) < 4:
+        at = middle + 0.35 * rng.normal(size=3)
+        one = aa.Hull(at + 0.08 * rng.normal(size=(corners, 3)), name=f"stone {len(standing)}")
+        if distance(arm, aa.Scene([*standing, one]), start) > 0.02:
+            standing.append(one)
+    scene = aa.Scene(standing, clearance=CLEARANCE)
+    q = hostile_run(arm, scene, rng, TICKS // 3)
+    rooms = distance(arm, scene, between(q))
+    assert rooms.min() >= CLEARANCE - 1e-12
+    assert rooms.min() < CLEARANCE + 0.01, "they came near"
+
+
+def test_what_a_field_tells_of_is_not_touched() -> None:
+    """Judged by the balls that the field was made of."""
+    rng = np.random.default_rng(draw.SEED)
+    arm = with_body("kuka_iiwa14_r820")
+    middle = arm.forward(streams.posture(arm))[0][:3, 3]
+    origin, spacing = middle - 0.4, 0.02
+    nodes = origin + spacing * np.stack(np.meshgrid(*[np.arange(41.0)] * 3, indexing="ij"), axis=-1)
+    centres = middle + np.array([[0.2, 0.0, 0.0], [0.0, 0.25, 0.05], [0.0, -0.2, 0.0]])
+    far = np.linalg.norm(nodes[..., None, :] - centres, axis=-1).min(-1) - 0.05
+    scene = aa.Scene([aa.Field(far, origin, spacing, name="room")], clearance=CLEARANCE)
+    truth = aa.Scene([aa.Ball(at, 0.05) for at in centres], clearance=CLEARANCE)
+    q = hostile_run(arm, scene, rng, TICKS // 3)
+    assert distance(arm, truth, between(q)).min() >= CLEARANCE
+
+
 @pytest.mark.parametrize("scenario", ["inside", "fast", "beyond", "limits"])
 @pytest.mark.parametrize("seed", range(2))
 def test_hands_are_followed_without_a_touch_and_nearer_than_by_stopping(

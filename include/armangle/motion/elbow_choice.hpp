@@ -24,7 +24,7 @@ namespace armangle {
 namespace elbow_rule {
 inline constexpr double longest = 0.2;  // rad that psi is carried in a tick
 inline constexpr double unsure = 0.05;  // an elbow hint this near the shoulder-wrist line says nothing
-inline constexpr double centre = 0.1;   // cost of a joint off its middle: of x^2, x a share of half the range
+inline constexpr double centre = 0.03;  // cost of a joint off its middle: of x^2, x a share of half the range
 inline constexpr double room = 0.05;    // cost of a joint near its limit
 inline constexpr double edge = 1.05;    // that cost is x^2 / (edge - x^2)
 inline constexpr double beyond = 100.0;      // cost of a joint beyond its limit

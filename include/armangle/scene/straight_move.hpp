@@ -14,7 +14,8 @@
 // A convex solid lies behind the plane across the shortest way n between it and a core. So long as all
 // corners of the core stay in front of that plane by R, n . p + s n . p' - s^2 M / 2 >= R, nothing touches: a
 // parabola that opens downwards, so that its root is how far the move is proven. There the next look is
-// taken. Two shapes that move each have such a plane at their own corners; the sum counts.
+// taken. Two shapes that move each have such a plane at their own corners; the sum counts. A field has no
+// plane: its distance lasts as far as the points can go.
 #pragma once
 
 #include "../arm/frames.hpp"
@@ -23,11 +24,12 @@
 namespace armangle {
 
 namespace straight_rule {
-inline constexpr int looks = 8;        // of one move
-inline constexpr int many_looks = 64;  // the same where there is time
-inline constexpr double least = 0.1;   // of an even share of the move that each look has to prove
-inline constexpr double slack = 1e-9;  // m that distances are proven with to spare
-inline constexpr int most_near = 16;   // pairs that are minded
+inline constexpr int looks = 8;         // of one move
+inline constexpr int many_looks = 64;   // the same where there is time
+inline constexpr double least = 0.1;    // of an even share of the move that each look has to prove
+inline constexpr double slack = 1e-9;   // m that distances are proven with to spare
+inline constexpr double rough = 0.005;  // m more that is kept from fields, beside which proofs are short
+inline constexpr int most_near = 16;    // pairs that are minded
 }  // namespace straight_rule
 
 /// Two shapes, or a corner of one of them, near one another: `room` changes by `rate` . velocity.
@@ -87,9 +89,10 @@ public:
         const auto way = [&](int, const Vec3<double>&, double) { return reach; };
         for_near(way, [&](const Meeting& m) {
             if (!(m.apart > 0) && !m.flat) return;
+            const double kept = m.rough ? straight_rule::rough : 0.0;
             for (int i = 0; i < m.a.count; ++i) {
-                if (m.b.count == 0) add(m, i, -1, reach, out, count);
-                for (int k = 0; k < m.b.count; ++k) add(m, i, k, reach, out, count);
+                if (m.b.count == 0) add(m, i, -1, kept, reach, out, count);
+                for (int k = 0; k < m.b.count; ++k) add(m, i, k, kept, reach, out, count);
             }
         });
         return count;
@@ -111,6 +114,7 @@ private:
     struct Core {
         Vec3<double> corner[8];
         int count = 0, link = 0;
+        bool about = false;  // of a hull with more corners: those of a box about it
     };
 
     /// Two cores `apart` m from one another along n, which may come as near as R. b has no corner where it
@@ -119,7 +123,7 @@ private:
         Core a, b;
         Vec3<double> n;
         double apart, height, R;
-        bool flat;  // b is a half-space
+        bool flat, rough;  // b is a half-space, a field
         Tag pair;
     };
 
@@ -135,19 +139,33 @@ private:
     static Core core_of(const Solid& solid, int link) noexcept {
         Core out;
         out.link = link;
-        switch (solid.kind) {
-            case SolidKind::box:
-                out.count = 8;
-                for (int i = 0; i < out.count; ++i) out.corner[i] = detail::corner(solid, i);
-                break;
-            case SolidKind::capsule:
-                out.count = 2;
-                out.corner[0] = solid.a;
-                out.corner[1] = solid.b;
-                break;
-            default: out.count = 1; out.corner[0] = solid.a;
+        out.count = 1;
+        out.corner[0] = solid.a;
+        if (solid.kind == SolidKind::capsule) {
+            out.count = 2;
+            out.corner[1] = solid.b;
+        } else if (solid.kind == SolidKind::box) {
+            out.count = 8;
+            for (int i = 0; i < out.count; ++i) out.corner[i] = detail::corner(solid, i);
+        } else if (solid.kind == SolidKind::hull) {
+            set_hull(solid, out);
         }
         return out;
+    }
+
+    static void set_hull(const Solid& solid, Core& out) noexcept {
+        const auto at = [&](const Vec3<double>& p) { return solid.a + solid.axes * p; };
+        out.count = min(solid.corner_count, 8);
+        out.about = solid.corner_count > 8;
+        Vec3<double> low = solid.corners[0], high = low;
+        for (int k = 0; k < solid.corner_count; ++k) {
+            const Vec3<double>& p = solid.corners[k];
+            low = {min(low.x, p.x), min(low.y, p.y), min(low.z, p.z)};
+            high = {max(high.x, p.x), max(high.y, p.y), max(high.z, p.z)};
+            if (!out.about) out.corner[k] = at(p);
+        }
+        for (int i = 0; out.about && i < 8; ++i)
+            out.corner[i] = at({i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z});
     }
 
     void place(const double* q) noexcept {
@@ -217,13 +235,21 @@ private:
     /// The share of the move d over which a meeting is proven not to touch.
     double free_share(const Meeting& m, const double (&d)[joints]) const noexcept {
         if (!(m.apart > 0) && !m.flat) return 0.0;
-        const double R = min(m.R, m.apart);
+        const double R = min(m.R, m.apart), spare = m.apart - R;
+        if (m.rough) {
+            double far = 0;
+            for (int i = 0; i < m.a.count; ++i) far = max(far, shift(m.a.link, m.a.corner[i]));
+            return far > 0 ? spare / far : infinity;
+        }
+        // corners of a box about a hull may be nearer than the hull is: none of them gives up more than it
+        const bool about = m.a.about || m.b.about;
         double least = infinity;
-        const auto of = [&least](double room, double slope, double M) {
-            const double c = max(room, 0.0), falling = -slope + sqrt(slope * slope + 2.0 * M * c);
-            if (falling > 0)
-                least = min(least, slope > 0 && M > 0 ? (slope + sqrt(slope * slope + 2.0 * M * c)) / M
-                                                      : 2.0 * c / falling);
+        const auto of = [&](double room, double slope, double M) {
+            const double c = about ? spare : max(room, 0.0), root = sqrt(slope * slope + 2.0 * M * c);
+            if (slope > 0)
+                least = min(least, M > 0 ? (slope + root) / M : infinity);
+            else if (root > slope)
+                least = min(least, 2.0 * c / (root - slope));
         };
         for (int i = 0; i < m.a.count; ++i) {
             const Vec3<double>& p = m.a.corner[i];
@@ -237,11 +263,12 @@ private:
         return least;
     }
 
-    /// Adds the corners i and k (-1: the plane) of a meeting, if they are among the nearest.
-    void add(const Meeting& m, int i, int k, double reach, NearPair (&out)[straight_rule::most_near],
-             int& count) const noexcept {
+    /// Adds the corners i and k (-1: the plane) of a meeting, less what is kept, if they are among the
+    /// nearest.
+    void add(const Meeting& m, int i, int k, double kept, double reach,
+             NearPair (&out)[straight_rule::most_near], int& count) const noexcept {
         const Vec3<double>& p = m.a.corner[i];
-        const double room = dot(m.n, p) - (k < 0 ? m.height : dot(m.n, m.b.corner[k])) - m.R;
+        const double room = dot(m.n, p) - (k < 0 ? m.height : dot(m.n, m.b.corner[k])) - m.R - kept;
         if (!(room < reach)) return;
         int place = count;
         if (count == straight_rule::most_near) {
@@ -338,9 +365,10 @@ private:
     void meet(const Moving& a, int link, const Solid& solid, double far, Tag pair,
               const Found& found) const noexcept {
         const Approach at = approach(a, solid);
-        Meeting m{core_of(a, link), {}, {}, at.distance, 0.0, apart(a, solid), false, pair};
+        Meeting m{core_of(a, link), {}, {}, at.distance, 0.0, apart(a, solid), false, false, pair};
         if (!(m.apart - m.R < far)) return;
         m.flat = solid.kind == SolidKind::half_space;
+        m.rough = solid.kind == SolidKind::field;
         set_plane(m, at, solid);
         found(m);
     }
@@ -350,7 +378,7 @@ private:
     void meet(const Rod& a, int link, const Solid& b, int other, double far, Tag pair,
               const Found& found) const noexcept {
         const Approach at = nearest(a.begin, a.end, b);
-        Meeting m{core_of(a, link), core_of(b, other), {}, at.distance, 0.0, apart(a, b), false, pair};
+        Meeting m{core_of(a, link), core_of(b, other), {}, at.distance, 0.0, apart(a, b), false, false, pair};
         if (!(m.apart - m.R < far)) return;
         set_plane(m, at, b);
         found(m);
@@ -370,10 +398,19 @@ private:
         if (m.flat) {
             m.n = solid.a;
             m.height = solid.b.x;
-        } else if (m.apart > 0) {
-            m.n = (at.on_rod - at.on_solid) * (1.0 / m.apart);
-            m.height = dot(m.n, at.on_solid);
+            return;
         }
+        const Vec3<double> between = at.on_rod - at.on_solid;
+        const double length = norm(between);
+        if (!(m.apart > 0) || !(length > 0)) return;
+        m.n = between * (1.0 / length);
+        m.height = dot(m.n, at.on_solid);
+        if (solid.kind == SolidKind::hull && m.b.count == 0)
+            m.height = dot(m.n, hull_of(solid).farthest(m.n));
+    }
+
+    static ConvexHull hull_of(const Solid& solid) noexcept {
+        return {solid.corners, solid.corner_count, {solid.axes, solid.a}};
     }
 
     const Arm& arm_;
