@@ -61,7 +61,7 @@ struct Task {
     const Scene* scene = nullptr;     // obstacles that links keep clear of
     std::function<void(double s, ArcSet& psi)> allowed = {};  // arcs of the user's own; none: all psi
     const ArcSet* allowed_everywhere = nullptr;               // where they are the same for every s
-    double held_theta_7 = 0;  // of an arm whose roll is free: joint 7 stays
+    double held_theta_7 = 0;                                  // of an arm whose roll is free: joint 7 stays
 
     Pose<double> pose(double s) const noexcept {
         return pose_at(segments[segment_index(segments, segment_count, s)], s);
