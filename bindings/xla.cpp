@@ -1,7 +1,7 @@
 // The kinematics as functions that XLA calls: the handlers behind armangle.jax. No mathematics here.
 //
-// A handler speaks XLA's C interface, whose header is a copy (xla/c_api.h): its version is the oldest that is
-// supported, and newer XLA take it. Elements lie one after the other; all arguments have the same batch.
+// A handler speaks version 0.1 of XLA's C interface, which newer XLA take too.
+// Elements lie one after the other; all arguments have the same batch.
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -9,7 +9,7 @@
 #include <unordered_map>
 
 #include "elements.hpp"
-#include "xla/c_api.h"
+#include "xla_interface.hpp"
 
 namespace binding {
 
@@ -202,12 +202,12 @@ struct LimitMarginGradientTask {
     }
 };
 
-XLA_FFI_Error* failed(const XLA_FFI_CallFrame& frame, XLA_FFI_Error_Code code, const std::string& why) {
-    XLA_FFI_Error_Create_Args args{};
-    args.struct_size = XLA_FFI_Error_Create_Args_STRUCT_SIZE;
-    args.message = why.c_str();
-    args.errc = code;
-    return frame.api->XLA_FFI_Error_Create(&args);
+xla::Error* failed(const xla::Call& call, xla::ErrorCode code, const std::string& why) {
+    xla::NewError error{};
+    error.head.size = xla::new_error_size;
+    error.message = why.c_str();
+    error.code = code;
+    return call.api->make_error(&error);
 }
 
 /// What is wrong with an element, in words; Python has better ones, but XLA cannot ask it.
@@ -221,26 +221,28 @@ std::string words(const Outcome& outcome) {
     }
 }
 
-const XLA_FFI_Buffer& argument(const XLA_FFI_CallFrame& frame, int k) {
-    return *static_cast<const XLA_FFI_Buffer*>(frame.args.args[k]);
+const xla::Buffer& argument(const xla::Call& call, int k) {
+    return *static_cast<const xla::Buffer*>(call.arguments.items[k]);
 }
 
-const XLA_FFI_Buffer& result(const XLA_FFI_CallFrame& frame, int k) {
-    return *static_cast<const XLA_FFI_Buffer*>(frame.rets.rets[k]);
+const xla::Buffer& result(const xla::Call& call, int k) {
+    return *static_cast<const xla::Buffer*>(call.results.items[k]);
 }
 
 /// A scalar attribute; all of ours are there, since Python writes them.
 template <class T>
-T attribute(const XLA_FFI_CallFrame& frame, const char* name) {
-    for (std::int64_t k = 0; k < frame.attrs.size; ++k)
-        if (std::string_view(frame.attrs.names[k]->ptr, frame.attrs.names[k]->len) == name)
-            return *static_cast<const T*>(static_cast<const XLA_FFI_Scalar*>(frame.attrs.attrs[k])->value);
+T attribute(const xla::Call& call, std::string_view name) {
+    for (std::int64_t k = 0; k < call.attributes.count; ++k) {
+        const xla::Name& given = *call.attributes.names[k];
+        if (std::string_view(given.text, given.length) != name) continue;
+        return *static_cast<const T*>(static_cast<const xla::Scalar*>(call.attributes.items[k])->value);
+    }
     return T{};
 }
 
 /// Numbers of a block of a buffer as doubles: where they lie, or converted into `room`.
 template <class T>
-const double* read(const XLA_FFI_Buffer& buffer, std::size_t first, std::size_t count, double* room) {
+const double* read(const xla::Buffer& buffer, std::size_t first, std::size_t count, double* room) {
     const T* from = static_cast<const T*>(buffer.data) + first;
     if constexpr (std::is_same_v<T, double>) return from;
     for (std::size_t k = 0; k < count; ++k) room[k] = static_cast<double>(from[k]);
@@ -249,13 +251,13 @@ const double* read(const XLA_FFI_Buffer& buffer, std::size_t first, std::size_t 
 
 /// Where a block of results is written: in their place, or into `room`, to be converted.
 template <class T>
-double* target(const XLA_FFI_Buffer& buffer, std::size_t first, double* room) {
+double* target(const xla::Buffer& buffer, std::size_t first, double* room) {
     if constexpr (std::is_same_v<T, double>) return static_cast<T*>(buffer.data) + first;
     return room;
 }
 
 template <class T>
-void write(const XLA_FFI_Buffer& buffer, std::size_t first, std::size_t count, const double* from) {
+void write(const xla::Buffer& buffer, std::size_t first, std::size_t count, const double* from) {
     if constexpr (!std::is_same_v<T, double>) {
         T* to = static_cast<T*>(buffer.data) + first;
         for (std::size_t k = 0; k < count; ++k) to[k] = static_cast<T>(from[k]);
@@ -277,7 +279,7 @@ void settle(const Arm& arm, double* poses, std::size_t count) {
 
 /// All elements of a call, block by block; T is float or double.
 template <class Task, class T>
-Outcome over(const XLA_FFI_CallFrame& frame, const ArmHandle& self, const LimitTable& limits, std::size_t n) {
+Outcome over(const xla::Call& call, const ArmHandle& self, const LimitTable& limits, std::size_t n) {
     alignas(64) double in[Task::input * most_elements], out[Task::output * most_elements];
     alignas(64) double psi[most_elements];
     long long gc[most_elements];
@@ -286,17 +288,17 @@ Outcome over(const XLA_FFI_CallFrame& frame, const ArmHandle& self, const LimitT
     b.limits = &limits;
     for (std::size_t first = 0; first < n; first += most_elements) {
         b.count = n - first < most_elements ? n - first : most_elements;
-        b.in = read<T>(argument(frame, 0), first * Task::input, b.count * Task::input, in);
+        b.in = read<T>(argument(call, 0), first * Task::input, b.count * Task::input, in);
         if constexpr (Task::input == pose_size && !std::is_same_v<T, double>) settle(self.arm, in, b.count);
         if constexpr (Task::has_branch) {
-            b.psi = read<T>(argument(frame, 1), first, b.count, psi);
-            const auto* branch = static_cast<const std::int32_t*>(argument(frame, 2).data) + first;
+            b.psi = read<T>(argument(call, 1), first, b.count, psi);
+            const auto* branch = static_cast<const std::int32_t*>(argument(call, 2).data) + first;
             for (std::size_t k = 0; k < b.count; ++k) gc[k] = branch[k];
             b.gc = gc;
         }
-        b.out = target<T>(result(frame, 0), first * Task::output, out);
+        b.out = target<T>(result(call, 0), first * Task::output, out);
         if constexpr (Task::gives_branch) {
-            b.out_psi = target<T>(result(frame, 1), first, psi);
+            b.out_psi = target<T>(result(call, 1), first, psi);
             b.out_gc = gc;
         }
         b.outcome = {};
@@ -305,54 +307,54 @@ Outcome over(const XLA_FFI_CallFrame& frame, const ArmHandle& self, const LimitT
             b.outcome.index += first;
             return b.outcome;
         }
-        write<T>(result(frame, 0), first * Task::output, b.count * Task::output, b.out);
+        write<T>(result(call, 0), first * Task::output, b.count * Task::output, b.out);
         if constexpr (Task::gives_branch) {
-            write<T>(result(frame, 1), first, b.count, b.out_psi);
-            auto* branch = static_cast<std::int32_t*>(result(frame, 2).data) + first;
+            write<T>(result(call, 1), first, b.count, b.out_psi);
+            auto* branch = static_cast<std::int32_t*>(result(call, 2).data) + first;
             for (std::size_t k = 0; k < b.count; ++k) branch[k] = static_cast<std::int32_t>(gc[k]);
         }
     }
     return {};
 }
 
-/// The version of the interface that a handler was built for, which XLA asks first.
-bool told_version(const XLA_FFI_CallFrame& frame) {
-    for (auto* e = frame.extension_start; e; e = e->next) {
-        if (e->type != XLA_FFI_Extension_Metadata) continue;
-        XLA_FFI_Metadata& about = *reinterpret_cast<XLA_FFI_Metadata_Extension*>(e)->metadata;
-        about.api_version.major_version = XLA_FFI_API_MAJOR;
-        about.api_version.minor_version = XLA_FFI_API_MINOR;
+/// Answers XLA's first question, for which version a handler was built; false where it is not asked.
+bool told_version(const xla::Call& call) {
+    for (xla::Extension* e = call.head.extensions; e; e = e->next) {
+        if (e->kind != xla::asks_metadata) continue;
+        xla::Version& version = reinterpret_cast<xla::MetadataQuestion*>(e)->answer->version;
+        version.major = xla::major_version;
+        version.minor = xla::minor_version;
         return true;
     }
     return false;
 }
 
 template <class Task>
-XLA_FFI_Error* handler(XLA_FFI_CallFrame* call) noexcept {
-    const XLA_FFI_CallFrame& frame = *call;
-    if (told_version(frame) || frame.stage != XLA_FFI_ExecutionStage_EXECUTE) return nullptr;
-    const ArmHandle* self = kept_arms().find(attribute<std::int64_t>(frame, "arm"));
+xla::Error* handler(xla::Call* asked) noexcept {
+    const xla::Call& call = *asked;
+    if (told_version(call) || call.stage != xla::Stage::execute) return nullptr;
+    const ArmHandle* self = kept_arms().find(attribute<std::int64_t>(call, "arm"));
     if (!self)
-        return failed(frame, XLA_FFI_Error_Code_NOT_FOUND,
+        return failed(call, xla::ErrorCode::not_found,
                       "this process does not know the arm of a compiled function: make its Kinematics first");
-    const XLA_FFI_Buffer& lead = argument(frame, 0);
+    const xla::Buffer& lead = argument(call, 0);
     std::size_t n = 1;
-    for (std::int64_t k = 0; k < lead.rank; ++k) n *= static_cast<std::size_t>(lead.dims[k]);
+    for (std::int64_t k = 0; k < lead.rank; ++k) n *= static_cast<std::size_t>(lead.extents[k]);
     n /= Task::input;
-    const double margin = attribute<double>(frame, "margin");
+    const double margin = attribute<double>(call, "margin");
     LimitTable drawn;
     if (margin > 0) drawn = limit_table(self->arm, margin);
     const LimitTable& limits = margin > 0 ? drawn : self->limits;
-    const bool single = lead.dtype == XLA_FFI_DataType_F32;
+    const bool single = lead.number == xla::Number::float32;
     const Outcome outcome =
-        single ? over<Task, float>(frame, *self, limits, n) : over<Task, double>(frame, *self, limits, n);
+        single ? over<Task, float>(call, *self, limits, n) : over<Task, double>(call, *self, limits, n);
     if (outcome.problem == Problem::none) return nullptr;
-    return failed(frame, XLA_FFI_Error_Code_INVALID_ARGUMENT, words(outcome));
+    return failed(call, xla::ErrorCode::invalid_argument, words(outcome));
 }
 
 template <class Task>
 nb::capsule target_of() {
-    XLA_FFI_Handler* const function = &handler<Task>;
+    xla::Handler* const function = &handler<Task>;
     return nb::capsule(reinterpret_cast<void*>(function), "xla._CUSTOM_CALL_TARGET");
 }
 

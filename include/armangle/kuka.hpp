@@ -40,6 +40,46 @@ inline int status(const Arm& arm, const double* q) noexcept {
     return behind * overhead + (q[3] < 0) * bent_back + (q[5] < 0) * wrist_down;
 }
 
+/// Where A6 is 0, A5 and A7 turn one axis, and pose, E1 and Status leave open how they share it. Gives A5 the
+/// value `near` if both axes then keep their limits, with the signs of Turn if one is given, and else the
+/// middle of the widest stretch of A5 that does. False, and nothing changed, where A6 is not 0 or there is no
+/// such share.
+inline bool share_wrist(const Arm& arm, double near, const int* turn, double* q) noexcept {
+    constexpr int fifth = 4, sixth = 5, seventh = 6;
+    const SinCos<double> bend = sin_cos(to_theta(arm, sixth, q[sixth]));
+    if (abs(bend.sin) > tolerance::angle) return false;
+    double lower[joints], upper[joints];
+    for (const int j : {fifth, seventh}) {
+        lower[j] = max(arm.limits.lower[j], -two_pi);
+        upper[j] = min(arm.limits.upper[j], two_pi);
+        if (!turn) continue;
+        if (*turn >> j & 1)
+            upper[j] = min(upper[j], -2 * tolerance::angle);
+        else
+            lower[j] = max(lower[j], 0.0);
+    }
+    // A7 at 0 of A5, and how it turns with A5
+    const double along = (bend.cos < 0 ? 1.0 : -1.0) * arm.sign[fifth] * arm.sign[seventh];
+    const double at_zero = q[seventh] - along * q[fifth];
+    double widest = 0, middle = not_a_number;
+    for (int turns = -3; turns <= 3; ++turns) {
+        const double first = along * (lower[seventh] - at_zero + two_pi * turns),
+                     last = along * (upper[seventh] - at_zero + two_pi * turns);
+        const double from = max(lower[fifth], min(first, last)), to = min(upper[fifth], max(first, last));
+        if (near >= from && near <= to) {
+            middle = near;
+            break;
+        }
+        if (to - from <= widest) continue;
+        widest = to - from;
+        middle = 0.5 * (from + to);
+    }
+    if (!(abs(middle) < infinity)) return false;
+    q[seventh] = lift(at_zero + along * middle, 0.5 * (lower[seventh] + upper[seventh]));
+    q[fifth] = middle;
+    return true;
+}
+
 /// Joints of a pose with A3 at e1 and the given Status: OK and unique, each joint on the turn within its
 /// limits that is nearest to the seed. LIMITS: no posture of this Status has A3 there, whatever its limits.
 inline Inverse inverse(const Arm& arm, const Pose<double>& pose, double e1, int wanted,
@@ -76,8 +116,9 @@ inline Inverse inverse(const Arm& arm, const Pose<double>& pose, double e1, int 
         const double near = seed ? seed[0] : arm.joint_middle[0];
         out.q[0] = to_q(theta_1, arm.sign[0], arm.offset[0], arm.limits.lower[0], arm.limits.upper[0], near);
         out.q[2] = e1;
-        out.margin = limit_margin(arm.limits, out.q);
     }
+    share_wrist(arm, seed ? seed[4] : arm.joint_middle[4], nullptr, out.q);
+    out.margin = limit_margin(arm.limits, out.q);
     return out;
 }
 

@@ -58,6 +58,7 @@ __all__ = [
 ]
 
 _STATUSES, _TURNS = 8, 1 << JOINTS
+_A5, _A6, _A7 = 4, 5, 6
 _UNSOLVED = ("raise", "nan")
 
 
@@ -111,7 +112,7 @@ def status(arm: Arm, q: ArrayLike, *, threads: int = 1) -> Ints | np.int64:
     ------
     ShapeError, NotFiniteError, InputError
     """
-    return _codes(arm, q, threads)[..., 0]
+    return _codes(arm, q, threads)[..., 0][()]
 
 
 def turn(arm: Arm, q: ArrayLike, *, threads: int = 1) -> Ints | np.int64:
@@ -119,7 +120,7 @@ def turn(arm: Arm, q: ArrayLike, *, threads: int = 1) -> Ints | np.int64:
 
     Parameters, errors and shape as `status`.
     """
-    return _codes(arm, q, threads)[..., 1]
+    return _codes(arm, q, threads)[..., 1][()]
 
 
 def to_e1(arm: Arm, q: ArrayLike) -> Floats | np.float64:
@@ -167,7 +168,9 @@ def from_e1(
     status : array_like of int, shape (...)
         0..7.
     seed : array_like, shape (..., 7), optional
-        Of joints of more than a turn, the winding nearest to it; and how A1 is wound where A2 is 0.
+        Of joints of more than a turn, the winding nearest to it; how A1 is wound where A2 is 0; and A5 where
+        A6 is 0, if A7 then keeps its limits: the two turn one axis there. Without a seed that A5 is the
+        middle of its range.
     unreachable : "raise" or "nan"
         Where there is no such posture.
     threads : int
@@ -274,6 +277,9 @@ def to_frame(arm: Arm, q: ArrayLike) -> KukaFrame:
 def from_frame(arm: Arm, frame: KukaFrame, *, seed: ArrayLike | None = None) -> Floats:
     """Return the joints (7,) of a frame: pose, E1 and Status give them, and Turn must agree.
 
+    Where A6 is 0, A5 and A7 turn one axis, and a frame does not say how they share it: then they have the
+    signs of Turn and keep their limits, A5 as in the seed if it may.
+
     Parameters
     ----------
     arm : Arm
@@ -287,7 +293,8 @@ def from_frame(arm: Arm, frame: KukaFrame, *, seed: ArrayLike | None = None) -> 
     ShapeError, NotFiniteError, NotRotationError, UnreachableError, NoSolutionError
         As `from_e1`.
     ConfigurationError
-        If the posture has another Turn: the tool or base is not that of the frame.
+        If the posture has another Turn: the tool or base is not that of the frame, or A6 is 0 and no share
+        of A5 and A7 has these signs within their limits.
     """
     try:
         tool, e1, wanted, turns = frame
@@ -296,7 +303,17 @@ def from_frame(arm: Arm, frame: KukaFrame, *, seed: ArrayLike | None = None) -> 
     bits = int(_bits("turn", turns, _TURNS))
     q = from_e1(arm, tool, e1, wanted, seed=seed)
     own = int(turn(arm, q))
+    one_axis = abs(np.sin(q[_A6])) <= ANGLE_TOLERANCE
+    if one_axis and (own ^ bits) & (1 << _A5 | 1 << _A7):
+        near = 0.0 if seed is None else float(as_floats("seed", seed, (JOINTS,))[_A5])
+        if arm._handle.kuka_share_wrist(q, near, bits):
+            own = int(turn(arm, q))
     differ = [i for i in range(JOINTS) if (own ^ bits) >> i & 1 and abs(q[i]) > ANGLE_TOLERANCE]
+    if one_axis and differ and set(differ) <= {_A5, _A7}:
+        raise ConfigurationError(
+            f"turn is {bits}, but A6 is 0, where A5 and A7 turn one axis: within their limits no share of it "
+            "has these signs"
+        )
     if differ:
         wrong = ", ".join(f"A{i + 1}" for i in differ)
         raise ConfigurationError(

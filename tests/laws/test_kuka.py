@@ -56,6 +56,28 @@ def test_a_frame_taught_on_a_robot() -> None:
         kuka.from_frame(arm, frame._replace(turn=77))
 
 
+@pytest.mark.parametrize("name", KUKAS)
+def test_a_frame_with_a6_at_zero_is_read(name: str) -> None:
+    arm, rng = aa.Arm.from_catalogue(name), draw.generator(17, 6)
+    for q in rng.uniform(arm.lower, arm.upper, (draw.count(60), 7)):
+        q[[5, *rng.choice([1, 3], rng.integers(0, 2))]] = 0.0  # with A2 and A4 at once A1 is open too
+        frame = kuka.to_frame(arm, q)
+        for seed in (None, q):
+            found = kuka.from_frame(arm, frame, seed=seed)
+            assert arm.within_limits(found, tol=1e-9)
+            assert np.allclose(arm.forward(found, undefined="nan")[0], frame.pose, rtol=0, atol=1e-8)
+            differ = int(kuka.turn(arm, found)) ^ frame.turn
+            assert kuka.status(arm, found) == frame.status
+            assert not any(differ >> j & 1 for j in range(7) if j in (4, 6) or abs(q[j]) > 1e-9)
+        assert np.allclose(found, q, rtol=0, atol=1e-6)  # the seed says how A5 and A7 share their turn
+    # 0.05 rad between them, or a turn less: A5 and A7 cannot both be negative
+    frame = kuka.to_frame(arm, [0.1, 0.4, 0.2, -1.2, -0.5, 0.0, 0.55])
+    with pytest.raises(
+        aa.ConfigurationError, match=r"turn is 88, but A6 is 0, where A5 and A7 turn one axis"
+    ):
+        kuka.from_frame(arm, frame._replace(turn=88))
+
+
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "kuka_med14_r820"])
 def test_e1_arcs_are_where_the_posture_keeps_its_limits(name: str) -> None:
     arm = aa.Arm.from_catalogue(name)

@@ -133,7 +133,7 @@ def test_claims_hold_by_folder(pattern: str, home: str) -> None:
 
 # Headers named after a subject, not after the one thing they define; fronts and adapters.
 SUBJECTS = {
-    "scalar", "registers", "linalg", "angles", "arrays", "joints", "forward", "reference_plane", "path",
+    "scalar", "registers", "linalg", "angles", "arrays", "joints", "joint_map", "reference_plane", "path",
     "armangle", "plan", "kdl", "version", "offset",
 }  # fmt: skip
 

@@ -73,9 +73,9 @@ def test_headers_that_are_named_exist(path: Path) -> None:
 
 
 def test_a_header_that_moved_is_seen() -> None:
-    assert missing_headers("`circle/inverse.hpp: joints`, `posture.hpp`, `arm/posture.hpp`") == [
-        "arm/posture.hpp",
-        "circle/inverse.hpp",
+    assert missing_headers("`circle/posture.hpp: joints`, `inverse.hpp`, `arm/inverse.hpp`") == [
+        "arm/inverse.hpp",
+        "circle/posture.hpp",
     ]
 
 

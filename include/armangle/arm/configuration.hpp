@@ -1,7 +1,7 @@
 // Global configuration GC: the branch of the inverse, eq. (2), as three signs or as an index 0..7.
 #pragma once
 
-#include "joints.hpp"
+#include "joint_map.hpp"
 
 namespace armangle {
 

@@ -1,57 +1,22 @@
-// Joint values q and model angles theta, and the windings between them: the only lines that know the joint
-// map.
+// Seven joint values: how many joints there are, and their values side by side in a register.
 #pragma once
 
-#include "arm.hpp"
+#include "../numbers/lane.hpp"
+#include "../numbers/tolerances.hpp"
 
 namespace armangle {
 
-/// theta of a joint value q.
-template <class T>
-ARMANGLE_INLINE T to_theta(T q, T sign, T offset) noexcept {
-    return sign * q + offset;
-}
+inline constexpr int joints = 7;
+/// Arrays over joints hold one more entry, so that they fill whole registers: a joint that is always 0.
+inline constexpr int joint_slots = 8;
 
-/// The q of a theta, on the turn as it comes.
-template <class T>
-ARMANGLE_INLINE T to_q(T theta, T sign, T offset) noexcept {
-    return sign * (theta - offset);
-}
+/// Seven values as lanes; the eighth is 0.
+using JointLanes = Lane<joint_slots>;
 
-/// theta of joint j (0..6) at q, and q of its theta.
-inline double to_theta(const Arm& arm, int j, double q) noexcept {
-    return to_theta(q, arm.sign[j], arm.offset[j]);
-}
-inline double to_q(const Arm& arm, int j, double theta) noexcept {
-    return to_q(theta, arm.sign[j], arm.offset[j]);
-}
-
-/// The limits of a joint as a range of theta.
-struct ThetaRange {
-    double lower, upper;
-};
-
-/// The range of theta that joint j's limits leave; a sign of -1 turns it round.
-inline ThetaRange theta_range(const Arm& arm, const Limits& limits, int j) noexcept {
-    const double a = to_theta(arm, j, limits.lower[j]), b = to_theta(arm, j, limits.upper[j]);
-    return {min(a, b), max(a, b)};
-}
-
-/// The q of a theta that lies within [lower, upper]; of several the nearest to `near`, of none the nearest to
-/// the range.
-template <class T>
-ARMANGLE_INLINE T to_q(T theta, T sign, T offset, T lower, T upper, T near) noexcept {
-    const T q = to_q(theta, sign, offset);
-    const T turn = 1.0 / two_pi;
-    const T wanted = round((near - q) * turn);
-    const T nearest = q + two_pi * wanted;
-    if (all((lower - tolerance::angle <= nearest) & (nearest <= upper + tolerance::angle))) return nearest;
-    const T fewest = ceil((lower - tolerance::angle - q) * turn);
-    const T most = floor((upper + tolerance::angle - q) * turn);
-    const T below = q + two_pi * most, above = q + two_pi * fewest;  // used when the range holds no winding
-    const T inside = q + two_pi * min(max(wanted, fewest), most);
-    const T outside = select(lower - below < above - upper, below, above);
-    return select(most < fewest, outside, inside);
+/// Seven joint values as lanes.
+ARMANGLE_INLINE JointLanes joint_lanes(const double* q) noexcept {
+    const double padded[joint_slots] = {q[0], q[1], q[2], q[3], q[4], q[5], q[6], 0.0};
+    return JointLanes::of(padded);
 }
 
 /// Whether all seven joint values are finite, and not beyond any sense.

@@ -3,22 +3,9 @@
 // any others.
 #pragma once
 
-#include "../numbers/lane.hpp"
+#include "joints.hpp"
 
 namespace armangle {
-
-inline constexpr int joints = 7;
-/// Arrays over joints hold one more entry, so that they fill whole registers: a joint that is always 0.
-inline constexpr int joint_slots = 8;
-
-/// Seven values as lanes; the eighth is 0.
-using JointLanes = Lane<joint_slots>;
-
-/// Seven joint values as lanes.
-ARMANGLE_INLINE JointLanes joint_lanes(const double* q) noexcept {
-    const double padded[joint_slots] = {q[0], q[1], q[2], q[3], q[4], q[5], q[6], 0.0};
-    return JointLanes::of(padded);
-}
 
 /// rad; +-infinity: no limit. The last slot stays without one.
 struct Limits {

@@ -1,7 +1,7 @@
 // The inverse over arrays: each block of poses is checked, solved as lanes and stored in one pass.
 #pragma once
 
-#include "../circle/posture.hpp"
+#include "../circle/inverse.hpp"
 #include "../numbers/arrays.hpp"
 
 namespace armangle {

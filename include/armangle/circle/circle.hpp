@@ -95,4 +95,10 @@ ARMANGLE_INLINE auto is_unreachable(const Circle<T>& c) noexcept {
     return !(c.triangle.excess <= T(c.triangle.rounding));
 }
 
+/// psi of an elbow axis z_3 on a circle, in (-pi, pi].
+inline double arm_angle(const Triad<double>& c, const Vec3<double>& z3) noexcept {
+    const double psi = atan2(dot(c.e, z3), dot(c.z, z3));  // w . (z x z3) = z3 . (w x z)
+    return psi <= -pi ? pi : psi;
+}
+
 }  // namespace armangle

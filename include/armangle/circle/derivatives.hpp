@@ -7,8 +7,9 @@
 //     [J; g] dq = (v, omega, dpsi),   so that   dq/d(v, omega, psi) = [J; g]^-1.
 #pragma once
 
+#include "../arm/jacobian.hpp"
 #include "../numbers/dual.hpp"
-#include "posture.hpp"
+#include "inverse.hpp"
 
 namespace armangle {
 

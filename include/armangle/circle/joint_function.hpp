@@ -2,7 +2,7 @@
 // (26)-(31), (33), (34).
 #pragma once
 
-#include "posture.hpp"
+#include "inverse.hpp"
 
 namespace armangle {
 

@@ -6,6 +6,7 @@
 
 #include "../numbers/arrays.hpp"
 #include "derivatives.hpp"
+#include "forward.hpp"
 
 namespace armangle {
 

@@ -2,7 +2,7 @@
 // is.
 //
 // Everything that the pose and the branch decide is here, and psi is what is left to choose: joints at psi
-// (posture.hpp: directions), each joint as a function of psi (joint_function.hpp: joint_functions), the psi
+// (inverse.hpp: directions), each joint as a function of psi (joint_function.hpp: joint_functions), the psi
 // within the limits (feasible.hpp: feasible). Eq. (12)-(24).
 #pragma once
 

@@ -12,6 +12,7 @@
 // midpoint tests.
 #pragma once
 
+#include "../circle/forward.hpp"
 #include "feasible.hpp"
 #include "joint_boxes.hpp"
 

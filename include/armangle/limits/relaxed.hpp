@@ -9,7 +9,8 @@
 #pragma once
 
 #include "../arm/joint_quadratic.hpp"
-#include "../circle/posture.hpp"
+#include "../arm/jacobian.hpp"
+#include "../circle/inverse.hpp"
 #include "../numbers/twist.hpp"
 #include "feasible.hpp"
 

@@ -7,7 +7,8 @@
 //     pose
 #pragma once
 
-#include "../circle/posture.hpp"
+#include "../circle/forward.hpp"
+#include "../circle/inverse.hpp"
 #include "../limits/relaxed.hpp"
 #include "pace.hpp"
 #include "bounds.hpp"

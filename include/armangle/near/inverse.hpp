@@ -6,6 +6,7 @@
 // _6); the rest is Newton on the seven equations (pose, psi), with their Jacobian in closed form.
 #pragma once
 
+#include "../circle/inverse.hpp"
 #include "../numbers/rotations.hpp"
 #include "forward.hpp"
 

@@ -8,8 +8,9 @@
 // All formulas are written for a_6. An arm with a_1 is mirrored on its way in and out.
 #pragma once
 
+#include "../arm/frames.hpp"
 #include "../circle/elbow.hpp"
-#include "../circle/posture.hpp"
+#include "../circle/inverse.hpp"
 
 namespace armangle {
 

@@ -2,6 +2,7 @@
 // -> q.
 #pragma once
 
+#include "../arm/jacobian.hpp"
 #include "../numbers/rotations.hpp"
 #include "offset_motion.hpp"
 

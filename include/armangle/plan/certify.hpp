@@ -26,7 +26,7 @@
 #include "curve.hpp"
 #include "../limits/feasible.hpp"
 #include "../numbers/interval.hpp"
-#include "../arm/joints.hpp"
+#include "../arm/joint_map.hpp"
 
 namespace armangle {
 

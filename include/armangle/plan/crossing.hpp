@@ -9,7 +9,7 @@
 //             |         ` . _             phi follows (led.hpp).
 //             |     GC 1      ` '
 //
-// The search is that of search.hpp over the postures of several branches at once, and of grids of the leading
+// The search is that of way.hpp over the postures of several branches at once, and of grids of the leading
 // angle beside theta_2 = 0 (theta_6 = 0). Links join postures of one branch, or of two that meet there, by
 // |dq| alone. Each row then is moved along the fastest of phi, theta_1 and theta_5, in which no joint is
 // infinitely fast, to the least travel; runs of rows with the same one become splines that go over into each
@@ -17,7 +17,7 @@
 #pragma once
 
 #include "certify.hpp"
-#include "search.hpp"
+#include "way.hpp"
 
 namespace armangle {
 

@@ -7,7 +7,7 @@
 //         floor  enough
 #pragma once
 
-#include "../arm/joints.hpp"
+#include "../arm/joint_map.hpp"
 #include "../numbers/jet.hpp"
 #include "tube.hpp"
 

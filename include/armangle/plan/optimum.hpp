@@ -8,7 +8,7 @@
 #pragma once
 
 #include "descent.hpp"
-#include "search.hpp"
+#include "way.hpp"
 
 namespace armangle {
 

@@ -9,7 +9,7 @@
 // (Gaussian elimination of a tridiagonal matrix, without pivoting).
 #pragma once
 
-#include "search.hpp"
+#include "way.hpp"
 
 namespace armangle {
 

@@ -7,7 +7,7 @@
 
 #include <cstddef>
 
-#include "../circle/posture.hpp"
+#include "../circle/forward.hpp"
 #include "../circle/towards.hpp"
 #include "../numbers/angles.hpp"
 

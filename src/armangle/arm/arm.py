@@ -1493,7 +1493,7 @@ class Arm:
         self._handle.freedom_many(poses, margin, widths, codes, as_threads(threads))
         gc, arcs = (codes[..., k].astype(np.uint8)[()] for k in (0, 1))
         status = codes[..., 2].astype(np.int8) if batch else STATUSES[int(codes[2])]
-        return Freedom(gc, widths[..., 0], widths[..., 1], arcs, status)
+        return Freedom(gc, widths[..., 0][()], widths[..., 1][()], arcs, status)
 
     def freedom_gradient(
         self, pose: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1

@@ -13,7 +13,8 @@ from ..motion.joint_path import JointPath
 from ..motion.options import Bound, joint_bound
 from ..motion.paths import NO_DEVIATION, Deviation
 from .fastest import fastest, smooth
-from .grid import RESTS, Grid, Motion, breaks, corners, grid, tool_derivatives
+from .grid import Grid, corners, grid
+from .motion import RESTS, Motion, breaks, tool_derivatives
 from .rounding import rounded
 from .tool_speed import not_held, speed_lost
 from .trajectory import Timing, Trajectory, joined, sampled

@@ -12,7 +12,7 @@ from .._arrays import JOINTS, Floats
 from ..arm.arm import Arm
 from ..motion.paths import RADIAN, Deviation
 from .fastest import needed
-from .grid import Motion
+from .motion import Motion
 
 LOOKED_AT, SURE = np.array([0.1, 0.3, 0.5, 0.7, 0.9]), 0.9
 """Where between two nodes it is looked at how far off the tool is, and what share of the most shows there."""

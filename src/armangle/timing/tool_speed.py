@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from .._arrays import Floats
-from .grid import RESTS, Grid, Motion, breaks, corners, tool_derivatives
+from .grid import Grid, corners
+from .motion import RESTS, Motion, breaks, tool_derivatives
 from .trajectory import SpeedLoss, Timing
 
 HELD, HELD_ROWS = 1e-3, 4001

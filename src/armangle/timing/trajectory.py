@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from .._arrays import Floats, as_floats, frozen
 from ..errors import InputError
 from ..motion.paths import NO_DEVIATION, Deviation
-from .grid import Motion
+from .motion import Motion
 
 
 @dataclass(frozen=True, eq=False)

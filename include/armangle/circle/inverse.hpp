@@ -1,12 +1,11 @@
-// The two doors: forward, q -> (pose, psi, GC), and inverse, (pose, psi, GC) -> q.
+// The inverse, (pose, psi, GC) -> q, and the directions of the joints that it is made of.
 //
-//     forward(arm, q)                     -> Posture {pose, psi, gc}       eq. (1)-(11)
 //     inverse(arm, pose, psi, gc, seed)   -> Inverse {q, status, margin}   eq. (12)-(24)
 //
-// The inverse holds the pose in every case, singular ones too.
+// It holds the pose in every case, singular ones too. forward.hpp is the way back.
 #pragma once
 
-#include "../arm/forward.hpp"
+#include "../arm/joint_map.hpp"
 #include "../status.hpp"
 #include "self_motion.hpp"
 
@@ -154,30 +153,6 @@ ARMANGLE_INLINE JointLanes joints_near(const Arm& arm, const Directions<double>&
 inline Joints joints_near(const Arm& arm, const Directions<double>& d, const double* near) noexcept {
     Joints out;
     joints_near(arm, d, joint_lanes(near)).store(out.q);
-    return out;
-}
-
-/// psi of an elbow axis z_3 on a circle, in (-pi, pi].
-inline double arm_angle(const Triad<double>& c, const Vec3<double>& z3) noexcept {
-    const double psi = atan2(dot(c.e, z3), dot(c.z, z3));  // w . (z x z3) = z3 . (w x z)
-    return psi <= -pi ? pi : psi;
-}
-
-/// What forward kinematics says of a posture.
-struct Posture {
-    Pose<double> pose;  // as the user sees it
-    double psi;         // NaN where the wrist lies on the shoulder
-    int gc;             // 0..7
-};
-
-/// q -> (pose, psi, GC). The triad is taken from the pose, so that the inverse sees the same one.
-inline Posture forward(const Arm& arm, const double* q) noexcept {
-    const Chain chain_now = chain(arm, q);
-    Posture out;
-    out.pose = user_pose(arm, chain_now.flange);
-    const Triad<double> c = triad(arm, flange_pose(arm, out.pose));
-    out.psi = is_folded(c) ? not_a_number : arm_angle(c, chain_now.z3);
-    out.gc = index(configuration(arm, chain_now.theta));
     return out;
 }
 

@@ -1,0 +1,32 @@
+// How fast the tool moves with the joints: the geometric Jacobian, a column a joint.
+#pragma once
+
+#include "frames.hpp"
+
+namespace armangle {
+
+/// Six rows, seven columns: rows 0-2 linear velocity of the tool's origin, rows 3-5 angular velocity, per
+/// rad/s of q.
+struct Jacobian {
+    double entry[6][joints];
+};
+
+/// The geometric Jacobian of the tool: rows 0-2 linear, 3-5 angular velocity, as the user sees them.
+inline Jacobian jacobian(const Arm& arm, const double* q) noexcept {
+    double theta[joint_slots];
+    Pose<double> frame[joints + 1];
+    detail::walk(arm, joint_lanes(q), theta,
+                 [&frame](int i, const Pose<double>& at) noexcept { frame[i] = at; });
+    const Vec3<double> tip = (frame[joints] * arm.tool).position;
+    Jacobian out;
+    for (int i = 0; i < joints; ++i) {
+        const Vec3<double> axis = arm.base.rotation * (frame[i].rotation.z * arm.sign[i]);
+        const Vec3<double> lever = arm.base.rotation * (tip - frame[i].position);
+        const Vec3<double> linear = cross(axis, lever);
+        const double column[6] = {linear.x, linear.y, linear.z, axis.x, axis.y, axis.z};
+        for (int k = 0; k < 6; ++k) out.entry[k][i] = column[k];
+    }
+    return out;
+}
+
+}  // namespace armangle

@@ -1,0 +1,32 @@
+// The forward kinematics, q -> (pose, psi, GC).
+//
+//     forward(arm, q)   -> Posture {pose, psi, gc}   eq. (1)-(11)
+//
+// inverse.hpp is the way back.
+#pragma once
+
+#include "../arm/configuration.hpp"
+#include "../arm/frames.hpp"
+#include "circle.hpp"
+
+namespace armangle {
+
+/// What forward kinematics says of a posture.
+struct Posture {
+    Pose<double> pose;  // as the user sees it
+    double psi;         // NaN where the wrist lies on the shoulder
+    int gc;             // 0..7
+};
+
+/// q -> (pose, psi, GC). The triad is taken from the pose, so that the inverse sees the same one.
+inline Posture forward(const Arm& arm, const double* q) noexcept {
+    const Chain chain_now = chain(arm, q);
+    Posture out;
+    out.pose = user_pose(arm, chain_now.flange);
+    const Triad<double> c = triad(arm, flange_pose(arm, out.pose));
+    out.psi = is_folded(c) ? not_a_number : arm_angle(c, chain_now.z3);
+    out.gc = index(configuration(arm, chain_now.theta));
+    return out;
+}
+
+}  // namespace armangle

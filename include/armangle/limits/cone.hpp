@@ -1,0 +1,39 @@
+// The cone of a limit: the directions that a joint's range of theta holds.
+#pragma once
+
+#include "../arm/joint_map.hpp"
+
+namespace armangle {
+
+/// The directions from angle `lower` to `upper`: where a joint that does not move with psi may be.
+struct Cone {
+    bool free, wide;  // a full turn or more; more than half a turn
+    bool straight;    // half a turn: both limits have one boundary function
+    SinCos<double> lower, upper, middle;
+
+    /// Whether a unit direction lies in the cone, or within `slack` of it.
+    bool contains(const SinCos<double>& at, double slack = tolerance::angle) const noexcept {
+        const double above = at.sin * lower.cos - at.cos * lower.sin,
+                     below = upper.sin * at.cos - upper.cos * at.sin;
+        const bool behind_lower = above >= -slack, before_upper = below >= -slack;
+        if (wide) return free | behind_lower | before_upper;
+        const double ahead = at.cos * middle.cos + at.sin * middle.sin;
+        return free | (behind_lower & before_upper & (ahead >= -slack));
+    }
+};
+
+/// The cone of a range of theta.
+inline Cone cone(const ThetaRange& range) noexcept {
+    const double lower = range.lower, upper = range.upper;
+    Cone out{};
+    out.free = !(upper - lower < two_pi);
+    out.wide = !out.free && upper - lower > pi;
+    out.straight = !out.free && abs(upper - lower - pi) <= tolerance::angle;
+    if (out.free) return out;
+    out.lower = sin_cos(lower);
+    out.upper = sin_cos(upper);
+    out.middle = sin_cos(0.5 * (lower + upper));
+    return out;
+}
+
+}  // namespace armangle

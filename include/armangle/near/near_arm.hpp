@@ -1,0 +1,144 @@
+// An arm that is only nearly S-R-S: its own chain, and the nominal arm beside it that lends psi and GC.
+//
+//     true     T(theta) = G_0 Rz(theta_1) G_1 ... Rz(theta_7) G_7      what the robot is
+//     nominal  N(theta) = H_0 Rz(theta_1) H_1 ... Rz(theta_7) H_7      exactly S-R-S, near to it
+//
+// Both take the same theta. A true frame may slide and turn along its joint's axis without changing T: the
+// frames are put where the link deviations D_k = H_k G_k^-1 are least.
+#pragma once
+
+#include "../arm/frames.hpp"
+#include "../numbers/rotations.hpp"
+
+namespace armangle {
+
+/// How far a link is from the nominal one: m, and rad.
+struct LinkDeviation {
+    double position, rotation;
+};
+
+/// An arm with its own chain. make_near_arm is the only maker.
+struct NearArm {
+    Arm nominal;
+    Pose<double> link[joints + 1];        // G_k
+    LinkDeviation deviation[joints + 1];  // of D_k
+    double wrist_shift, turn;  // how far the wrist of N(theta) can be from that of T(theta), m, rad
+    Vec3<double> wrist;        // the nominal wrist in the frame of the tip, m
+    double swing[joints + 1];  // m: by how much of its turning frame a link's deviation moves the wrist
+    double ahead[joints],
+        behind[joints];  // m: of links from a joint's frame to the wrist, and from the first
+};
+
+/// The arm whose limits, psi and GC an arm has: itself, or the one that stands for it.
+inline const Arm& nominal(const Arm& arm) noexcept { return arm; }
+inline const Arm& nominal(const NearArm& arm) noexcept { return arm.nominal; }
+
+namespace detail {
+
+inline Pose<double> along_z(double shift) noexcept {
+    Pose<double> out = identity_pose();
+    out.position.z = shift;
+    return out;
+}
+
+/// H_0 ... H_7: base, the DH rows at theta = 0, and the tool with the last of them.
+inline void nominal_links(const Arm& arm, Pose<double> (&out)[joints + 1]) noexcept {
+    const Pose<double> origin = identity_pose();
+    out[0] = arm.base;
+    out[1] = dh_step<-1>(origin, 0.0, 1.0, arm.d_bs, 0.0);
+    out[2] = dh_step<1>(origin, 0.0, 1.0, 0.0, 0.0);
+    out[3] = dh_step<1>(origin, 0.0, 1.0, arm.d_se, arm.a_3);
+    out[4] = dh_step<-1>(origin, 0.0, 1.0, arm.d_4, arm.a_4);
+    out[5] = dh_step<-1>(origin, 0.0, 1.0, arm.d_ew, 0.0);
+    out[6] = dh_step<1>(origin, 0.0, 1.0, 0.0, 0.0);
+    out[7] = dh_step<0>(origin, 0.0, 1.0, arm.d_wf, 0.0) * arm.tool;
+}
+
+/// Links in q, T = L_0 Rz(q_1) L_1 ..., as links in theta: Rz(s (theta - o)) = S Rz(theta) Rz(-o) S, where S
+/// is a half turn about x for s = -1.
+inline void links_in_theta(const Arm& arm, const Pose<double> (&in_q)[joints + 1],
+                           Pose<double> (&out)[joints + 1]) noexcept {
+    constexpr Pose<double> flip{{{1, 0, 0}, {0, -1, 0}, {0, 0, -1}}, {0, 0, 0}};
+    for (int k = 0; k <= joints; ++k) {
+        out[k] = in_q[k];
+        if (k > 0 && arm.sign[k - 1] < 0) out[k] = flip * out[k];
+        if (k > 0 && arm.offset[k - 1] != 0)
+            out[k] = turned_about_z(identity_pose(), sin_cos(-arm.offset[k - 1])) * out[k];
+        if (k < joints && arm.sign[k] < 0) out[k] = out[k] * flip;
+    }
+}
+
+/// Turns and slides the frame of joint k (0..6) along its axis to where both links that meet there are
+/// nearest to the nominal ones, the others held.
+inline void settle_frame(const Pose<double> (&nominal)[joints + 1], Pose<double> (&link)[joints + 1],
+                         int k) noexcept {
+    Pose<double>& before = link[k];
+    Pose<double>& after = link[k + 1];
+    const Pose<double>& wanted = nominal[k];
+    const Pose<double>& then = nominal[k + 1];
+    // tr(Rz(r)^T A) is greatest for A = before^T wanted + after then^T
+    const Mat3<double>&b = before.rotation, &w = wanted.rotation, &a = after.rotation, &t = then.rotation;
+    const double cosine = dot(b.x, w.x) + dot(b.y, w.y) + a.x.x * t.x.x + a.y.x * t.y.x + a.z.x * t.z.x +
+                          a.x.y * t.x.y + a.y.y * t.y.y + a.z.y * t.z.y;
+    const double sine = dot(b.y, w.x) - dot(b.x, w.y) + a.x.y * t.x.x + a.y.y * t.y.x + a.z.y * t.z.x -
+                        a.x.x * t.x.y - a.y.x * t.y.y - a.z.x * t.z.y;
+    const double length = hypot(sine, cosine);
+    if (!(length > 0)) return;  // no turn is better than another
+    const SinCos<double> turn{sine / length, cosine / length};
+    before = turned_about_z(before, turn);
+    after = turned_about_z(identity_pose(), SinCos<double>{-turn.sin, turn.cos}) * after;
+    const double slide =
+        0.5 * (dot(b.z, wanted.position - before.position) + after.position.z - then.position.z);
+    before = before * along_z(slide);
+    after = along_z(-slide) * after;
+}
+
+/// Angle of a rotation, rad, from its chord: exact also when small.
+inline double turn_of(const Mat3<double>& r) noexcept {
+    const Vec3<double> x = r.x - Vec3<double>{1, 0, 0}, y = r.y - Vec3<double>{0, 1, 0},
+                       z = r.z - Vec3<double>{0, 0, 1};
+    return 2.0 * std::asin(min(sqrt((dot(x, x) + dot(y, y) + dot(z, z)) / 8.0), 1.0));
+}
+
+}  // namespace detail
+
+/// The arm of these parameters whose own chain is L_0 Rz(q_1) L_1 ... Rz(q_7) L_7, from the frame that poses
+/// are given in to the tip; rotations orthonormal. The parameters are the nominal arm.
+inline NearArm make_near_arm(const ArmParameters& parameters,
+                             const Pose<double> (&links)[joints + 1]) noexcept {
+    constexpr int sweeps =
+        32;  // neighbouring axes are nearly square, so that frames hardly disturb each other
+    NearArm out{make_arm(parameters), {}, {}, 0.0, 0.0, {}, {}, {}, {}};
+    const Arm& arm = out.nominal;
+    Pose<double> nominal[joints + 1];
+    detail::nominal_links(arm, nominal);
+    detail::links_in_theta(arm, links, out.link);
+    for (int sweep = 0; sweep < sweeps; ++sweep)
+        for (int k = 0; k < joints; ++k) detail::settle_frame(nominal, out.link, k);
+    out.wrist = (arm.tool_inverse * detail::along_z(-arm.d_wf)).position;
+    // N T^-1 is the product of F_k D_k F_k^-1, where F_k is the nominal frame of joint k: each moves the
+    // wrist by at most |D_k| and its turn over the lever from F_k, the wrist being off by what came before.
+    const double lever[joints + 1] = {norm(arm.base.position) + arm.d_bs + arm.reach,
+                                      abs(arm.d_bs) + arm.reach,
+                                      arm.reach,
+                                      arm.reach,
+                                      hypot(arm.forearm, arm.d_4),
+                                      arm.forearm,
+                                      0.0,
+                                      0.0};
+    for (int k = joints; k >= 0; --k) {
+        const Pose<double> off = nominal[k] * inverted(out.link[k]);
+        out.deviation[k] = {norm(off.position), detail::turn_of(off.rotation)};
+        out.wrist_shift +=
+            out.deviation[k].position + out.deviation[k].rotation * (lever[k] + out.wrist_shift);
+        out.turn += out.deviation[k].rotation;
+    }
+    for (int k = 0; k <= joints; ++k)
+        out.swing[k] = out.deviation[k].position + out.deviation[k].rotation * (lever[k] + out.wrist_shift);
+    out.ahead[joints - 1] = norm(out.link[joints].rotation * out.wrist + out.link[joints].position);
+    for (int k = joints - 1; k > 0; --k) out.ahead[k - 1] = out.ahead[k] + norm(out.link[k].position);
+    for (int k = 1; k < joints; ++k) out.behind[k] = out.behind[k - 1] + norm(out.link[k].position);
+    return out;
+}
+
+}  // namespace armangle

@@ -1,0 +1,78 @@
+"""Of one pose, posture or value, every number returned is a NumPy scalar, never an array without axes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+import armangle as aa
+
+ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+Q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+POSE, PSI, GC = ARM.forward(Q)
+BONY = ARM.with_body(aa.Body.bones(upper_arm=0.09, forearm=0.08))
+SCENE = aa.Scene([aa.Ball([0.4, 0.2, 0.4], 0.05, name="lamp")])
+LINE = aa.Line(POSE, POSE @ aa.pose([0, 0, 0.1]))
+OFFSET = aa.OffsetArm.from_catalogue("franka_fr3")
+TRACKER = aa.Tracker(ARM)
+TRACKER.start(Q)
+PLAN = aa.plan(ARM, LINE, start=Q)
+TIMED = aa.retime(PLAN, acceleration=5.0)
+RESULTS = {
+    "forward": (POSE, PSI, GC),
+    "solve": ARM.solve(POSE, near=Q),
+    "solutions": ARM.solutions(POSE, near=Q),
+    "best": ARM.best(POSE),
+    "feasible": ARM.feasible(POSE, GC),
+    "feasible_derivative": ARM.feasible_derivative(POSE, GC),
+    "joint_function": ARM.joint_function(POSE, GC, 3),
+    "freedom": ARM.freedom(POSE),
+    "reachable": ARM.reachable(POSE),
+    "feasible_yaw": ARM.feasible_yaw(POSE),
+    "feasible_roll": ARM.feasible_roll(POSE),
+    "within_limits": ARM.within_limits(Q),
+    "psi_towards": ARM.psi_towards(POSE, GC, direction="up"),
+    "clearance": BONY.clearance(POSE, PSI, GC, SCENE),
+    "widest": BONY.widest(POSE, GC, SCENE),
+    "explain": ARM.explain(POSE),
+    "step": aa.step(ARM, Q, POSE),
+    "resolve": aa.resolve(ARM, POSE, PSI, GC),
+    "tracked": TRACKER.step(POSE),
+    "plan": PLAN,
+    "at": PLAN.at(0.3),
+    "retime": TIMED,
+    "moment": TIMED.at(0.1),
+    "gc_signs": aa.gc_signs(GC),
+    "gc_index": aa.gc_index([1, -1, 1]),
+    "place": aa.place(ARM, POSE[None], np.linspace(-0.1, 0.1, 3), np.linspace(-0.1, 0.1, 3)),
+    "to_e1": aa.kuka.to_e1(ARM, Q),
+    "status": aa.kuka.status(ARM, Q),
+    "turn": aa.kuka.turn(ARM, Q),
+    "to_frame": aa.kuka.to_frame(ARM, Q),
+    "offset forward": OFFSET.forward([0, 0.1, 0, -1.5, 0, 1.6, 0.7]),
+}
+
+
+def arrays_without_axes(name: str, value: object, depth: int = 0) -> Iterator[str]:
+    """Yield the way to each array of no axes in a result, its members and theirs."""
+    if isinstance(value, np.ndarray):
+        if value.ndim == 0:
+            yield name
+        return
+    if depth > 3 or value is None or isinstance(value, str | int | float | np.generic | type):
+        return
+    if type(value) is tuple:
+        for i, item in enumerate(value):
+            yield from arrays_without_axes(f"{name}[{i}]", item, depth + 1)
+        return
+    for member in (m for m in dir(value) if not m.startswith("_")):
+        item = getattr(value, member)
+        if not callable(item):
+            yield from arrays_without_axes(f"{name}.{member}", item, depth + 1)
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_one_result_holds_scalars(name: str) -> None:
+    assert list(arrays_without_axes(name, RESULTS[name])) == []
