@@ -80,7 +80,7 @@ class Curve:
         return out
 
     @property
-    def _columns(self) -> tuple[Any, ...]:
+    def _columns(self) -> tuple[Floats, Floats, Floats, int, bool]:
         return self.segments, self.stretches, self.plane, self.gc, self.roll == "free"
 
 

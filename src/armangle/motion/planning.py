@@ -216,8 +216,9 @@ def _with_roll(
     arm: Arm, roll: Roll, start: Floats | None, goal: Floats | None, scene: Scene | None, kept: float
 ) -> tuple[Any, float]:
     """Return the core's arm that plans, and where joint 7 stays if the roll is free."""
-    middle = 0.5 * (arm.lower + arm.upper)
-    at_rest = np.where(np.isfinite(middle), middle, np.clip(0.0, arm.lower, arm.upper))
+    at_rest = np.clip(0.0, arm.lower, arm.upper)
+    bounded = np.isfinite(arm.lower) & np.isfinite(arm.upper)
+    at_rest[bounded] = 0.5 * (arm.lower[bounded] + arm.upper[bounded])
     name, joints = next(
         ((name, q) for name, q in (("start", start), ("goal", goal)) if q is not None), ("plan", at_rest)
     )
