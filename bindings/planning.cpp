@@ -166,9 +166,9 @@ private:
 };
 
 /// (ok, gc, plane, stretches, open, start gap, goal gap, branches); weights: limits, singularities, travel,
-/// enough, psi. wished: psi at s evenly, or what the elbow shall be near or go along; None without a wish.
-/// allowed: count and arcs, the same for every s; allowed_at: a function of s that gives them. held: q of
-/// joint 7 where the roll is free.
+/// enough, psi, duration, and seven velocities and accelerations. wished: psi at s evenly, or what the elbow
+/// shall be near or go along; None without a wish. allowed: count and arcs, the same for every s; allowed_at:
+/// a function of s that gives them. held: q of joint 7 where the roll is free.
 template <class Handle>
 nb::object plan_path(const Handle& self, Floats segments, Floats rows, Floats start, Floats goal,
                      unsigned branches, Floats weights, double singularity_margin, double limit_margin,
@@ -186,7 +186,9 @@ nb::object plan_path(const Handle& self, Floats segments, Floats rows, Floats st
         options.goal = to.data<double>();
     }
     const double* weight = w.data<double>();
-    options.objective = {weight[0], weight[1], weight[2], weight[3], weight[4]};
+    options.objective = {weight[0], weight[1], weight[2], weight[3], weight[4], weight[5]};
+    std::copy(weight + 6, weight + 6 + joints, options.bounds.velocity);
+    std::copy(weight + 6 + joints, weight + 6 + 2 * joints, options.bounds.acceleration);
     Buffer angles;
     WishAlong along{wish, {}, nullptr, 0};
     if (!wished.is_none()) {

@@ -263,6 +263,7 @@ BAD_HERE: dict[tuple[str, str], list[Any]] = {
     ("plan", "gc"): [*INDEX, [], [8], ["x"]],
     ("plan", "psi"): ["nonsense", object(), NAN, INF, 1j, [], np.zeros((2, 2)), [0.0, NAN], lambda s: 1.0],
     ("Objective", "psi"): WEIGHT,
+    ("Objective", "duration"): WEIGHT,
     **{(name, "start"): POSES for name in ("Line", "CircularArc", "Screw")},
     **{(f"Arm.{name}", "gc"): [*INDEX, None] for name in (*METHODS, *SCENES)},
     **{(f"Arm.{name}", "gc"): [*INDEX, [], [8], ["x"]] for name in ("solve", "solutions", "best")},

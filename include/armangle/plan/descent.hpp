@@ -284,6 +284,12 @@ private:
         double margin = infinity;
     };
 
+    /// dq/ds of all joints with its derivatives by phi, and dq/dphi.
+    struct Rates {
+        double r[joints], phi[joints], phi_phi[joints], by_phi[joints], by_phi_2[joints];
+    };
+    void add_duration(const Rates& rates, double weight, Integrand& f, double& duration) const noexcept;
+
     const Task& task_;
     const Objective& objective_;
     FixedEnds ends_;
@@ -300,6 +306,33 @@ private:
     bool solve(double damping);
     bool advance();
 };
+
+/// The pace N and its derivatives: with x_j = slowness_j r_j its slope by r_j is slowness_j (x_j / N)^7.
+inline void Descent::add_duration(const Rates& rates, double weight, Integrand& f,
+                                  double& duration) const noexcept {
+    const double* slowness = objective_.slowness;
+    const double n = pace(slowness, rates.r);
+    double by_phi = 0, by_v = 0, phi_phi = 0, phi_v = 0, v_v = 0, bent = 0, bent_v = 0;
+    for (int j = 0; j < joints; ++j) {
+        const double share = slowness[j] * rates.r[j] / n, cubed = share * share * share;
+        const double slope = slowness[j] * cubed * cubed * share;
+        const double curved = 7 * slowness[j] * slowness[j] * cubed * cubed / n;
+        by_phi += slope * rates.phi[j];
+        by_v += slope * rates.by_phi[j];
+        bent += slope * rates.phi_phi[j];
+        bent_v += slope * rates.by_phi_2[j];
+        phi_phi += curved * rates.phi[j] * rates.phi[j];
+        phi_v += curved * rates.phi[j] * rates.by_phi[j];
+        v_v += curved * rates.by_phi[j] * rates.by_phi[j];
+    }
+    f.value += weight * n;
+    f.phi += weight * by_phi;
+    f.v += weight * by_v;
+    f.phi_phi += weight * (phi_phi - 7 / n * by_phi * by_phi + bent);
+    f.phi_v += weight * (phi_v - 7 / n * by_phi * by_v + bent_v);
+    f.v_v += weight * (v_v - 7 / n * by_v * by_v);
+    duration += n;
+}
 
 /// Objective and derivatives at one point; false beyond a limit. q, rate: joints of the point before (its
 /// place ds ahead), replaced by those of this one; the first point's are lifted next to q.
@@ -323,6 +356,7 @@ inline bool Descent::integrand(const detail::GaussPoint& p, double phi, double v
     theta[3].coefficient[0].coefficient[1] = p.theta_4_rate;
     using Curved = Jet<double, 2>;  // in phi
     Curved joint[joints];
+    Rates rates;
     double travel = 0;
     for (int j = 0; j < joints; ++j) {
         const double sign = task_.arm.sign[j];
@@ -335,6 +369,11 @@ inline bool Descent::integrand(const detail::GaussPoint& p, double phi, double v
         const double near = before[j] + (ds > 0 ? 0.5 * ds * (rate[j] + r) : 0.0);
         q[j] = lift(to_q(task_.arm, j, c[0].value()), near);
         rate[j] = r;
+        rates.r[j] = r;
+        rates.phi[j] = r_phi;
+        rates.phi_phi[j] = r_phi_phi;
+        rates.by_phi[j] = by_phi;
+        rates.by_phi_2[j] = by_phi_2;
         travel += r * r;
         f.phi += r * r_phi;
         f.v += r * by_phi;
@@ -353,6 +392,11 @@ inline bool Descent::integrand(const detail::GaussPoint& p, double phi, double v
     f.v_v *= twice;
     f.value = objective_.travel * travel;
     terms.travel += p.weight * travel;
+    if (objective_.duration > 0) {
+        double duration = 0;
+        add_duration(rates, objective_.duration * task_.length, f, duration);
+        terms.duration += p.weight * task_.length * duration;
+    }
     bool inside = true;
     const double scale = task_.length * task_.length;
     if (p.wished == p.wished) {

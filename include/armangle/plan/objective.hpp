@@ -18,27 +18,53 @@ namespace armangle {
 ///   limits         cost of the distances to limits    (1), times length^2
 ///   singularities  the same of theta_2, theta_6 to 0 and +-pi
 ///   psi            2 - 2 cos of the angle to what is wished (wish_along.hpp), times length^2
+///   duration       the time that joint speeds need (pace, s), times length
 /// length: how far the path turns the arm (rad, 1 at least; tube.hpp: turned), so that a path twice as long
 /// is weighed as its halves are.
 struct Objective {
     double limits = 1, singularities = 1, travel = 1;  // weights, >= 0
     double enough = 0.35;                              // rad: distances beyond it cost nothing
     double psi = 1;                                    // weight, where there is a wish
+    double duration = 0;                               // weight, >= 0
+    double slowness[joints] = {};                      // of duration: 1 / the speed a joint comes to (s/rad)
 };
 
 /// The terms of an objective along a curve, each without its weight.
 struct Terms {
-    double travel = 0, limits = 0, singularities = 0, psi = 0;
+    double travel = 0, limits = 0, singularities = 0, psi = 0, duration = 0;
 
     double weighed(const Objective& w) const noexcept {
-        return w.travel * travel + w.limits * limits + w.singularities * singularities + w.psi * psi;
+        return w.travel * travel + w.limits * limits + w.singularities * singularities + w.psi * psi +
+               w.duration * duration;
     }
 };
 
 namespace objective_rule {
 inline constexpr double reference = 0.2;  // r of the cost (rad)
 inline constexpr double floor = 0.02;     // below this distance the cost is its tangent (rad)
+inline constexpr double still = 1e-6;     // time that s needs where nothing moves: keeps the pace smooth (s)
 }  // namespace objective_rule
+
+/// Speed that a joint comes to on a path that turns the arm by `length` (rad): its greatest, or what it comes
+/// to at this acceleration over that way.
+inline double joint_speed(double velocity, double acceleration, double length) noexcept {
+    return min(velocity, std::sqrt(acceleration * length));
+}
+
+/// The time that a unit of s needs (s): the joint that needs longest, as the norm of order 8 of all, which is
+/// smooth, and up to 28 % more. To the power of 8.
+inline double pace_to_8(const double* slowness, const double* rate) noexcept {
+    const double least = objective_rule::still * objective_rule::still;
+    double sum = least * least * least * least;
+    for (int j = 0; j < joints; ++j) {
+        const double x = slowness[j] * rate[j], square = x * x;
+        sum += square * square * square * square;
+    }
+    return sum;
+}
+inline double pace(const double* slowness, const double* rate) noexcept {
+    return std::sqrt(std::sqrt(std::sqrt(pace_to_8(slowness, rate))));
+}
 
 /// Cost of a distance from a limit or a singularity. The tangent below the floor keeps the cost finite at
 /// distance 0, where a posture may begin, so that it is left calmly: no motion of least cost is faster than

@@ -15,6 +15,7 @@
 
 #include "crossing.hpp"
 #include "diagnose.hpp"
+#include "duration.hpp"
 #include "tube.hpp"
 #include "optimum.hpp"
 #include "relax.hpp"
@@ -35,6 +36,7 @@ struct PlanOptions {
     const Scene* scene = nullptr;                             // obstacles that links keep clear of
     std::function<void(double s, ArcSet& psi)> allowed = {};  // arcs of the user's own; none: all psi
     const ArcSet* allowed_everywhere = nullptr;               // where they are the same for every s
+    JointBounds bounds = {};                                  // where the objective weighs duration
     double held_q_7 = 0;  // of an arm whose roll is free (with_free_roll): there joint 7 stays
 };
 
@@ -96,6 +98,9 @@ public:
         task_.plane = smooth_plane(wrists);
         task_.held_theta_7 = to_theta(arm, joints - 1, options.held_q_7);
         task_.length = turned_length(task_, base_);
+        for (int j = 0; j < joints && options.objective.duration > 0; ++j)
+            options_.objective.slowness[j] =
+                1 / joint_speed(options.bounds.velocity[j], options.bounds.acceleration[j], task_.length);
         task_.wish = options.wish;
         task_.scene = options.scene;
         task_.allowed = options.allowed;
@@ -554,23 +559,38 @@ private:
         return out;
     }
 
-    /// Joint travel of a curve: the integral of |dq/ds|^2.
-    double travel(const Curve& drawn) const noexcept {
+    /// The integral of `cost` of dq/ds along a curve, by differences.
+    template <class Cost>
+    double summed(const Curve& drawn, const Cost& cost) const noexcept {
         double sum = 0;
         for (const Stretch& x : drawn.stretches) {
             double before[joints];
             std::copy(x.q, x.q + joints, before);
+            const double step = (x.end - x.start) / plan_rule::looks;
             for (int i = 1; i <= plan_rule::looks; ++i) {
-                const double s = x.start + (x.end - x.start) * i / plan_rule::looks;
-                const PlacedPosture now = curve_at(drawn, x, s);
+                const PlacedPosture now = curve_at(drawn, x, x.start + i * step);
+                double rate[joints];
                 for (int j = 0; j < joints; ++j) {
-                    const double d = now.q[j] - before[j];
-                    sum += d * d * plan_rule::looks / (x.end - x.start);
+                    rate[j] = (now.q[j] - before[j]) / step;
                     before[j] = now.q[j];
                 }
+                sum += step * cost(rate);
             }
         }
         return sum;
+    }
+    static double square(const double* rate) noexcept {
+        double sum = 0;
+        for (int j = 0; j < joints; ++j) sum += rate[j] * rate[j];
+        return sum;
+    }
+    /// Joint travel of a curve: the integral of |dq/ds|^2.
+    double travel(const Curve& drawn) const noexcept { return summed(drawn, square); }
+    /// What it costs to move with dq/ds.
+    double moving(const double* rate) const noexcept {
+        const Objective& w = options_.objective;
+        const double hurried = w.duration > 0 ? w.duration * task_.length * pace(w.slowness, rate) : 0.0;
+        return w.travel * square(rate) + hurried;
     }
     /// What an angle of a self-motion at s costs for being off the wish, weighed.
     double unwished(const SelfMotion<double>& m, double angle, double s) const noexcept {
@@ -589,7 +609,8 @@ private:
                         (rating(task_, options_.objective, curve_at(drawn, x, s).q).cost +
                          unwished(here.motion, atan2(here.phi.sin, here.phi.cos), s));
             }
-        return options_.objective.travel * travel(drawn) + task_.length * task_.length * near;
+        const double moved = summed(drawn, [this](const double* rate) { return moving(rate); });
+        return moved + task_.length * task_.length * near;
     }
     static PlacedPosture curve_at(const Curve& drawn, const Stretch& x, double s) noexcept {
         return drawn.solve(x, s, phi_at(x, s), s < 0.5 * (x.start + x.end) ? x.q : x.q_end, x.psi);
@@ -613,11 +634,12 @@ private:
             const SelfMotion<double> m = self_motion(arm, c, configuration(arm, now.theta));
             const Joints here = joints_near(arm, directions(m, sin_cos(psi)), q);
             if (!(largest_move(here.q, q) <= plan_rule::held_move)) return infinity;
+            double rate[joints];
             for (int j = 0; j < joints; ++j) {
-                const double move = here.q[j] - q[j];
-                sum += options_.objective.travel * move * move * plan_rule::held_steps;
+                rate[j] = (here.q[j] - q[j]) * plan_rule::held_steps;
                 q[j] = here.q[j];
             }
+            if (i > 0) sum += moving(rate) / plan_rule::held_steps;
             if (!within_limits(task_.limits, q, 0.0) || clearance(q) < task_.table.margin) return infinity;
             const double half = i == 0 || i == plan_rule::held_steps ? 0.5 : 1.0;
             const double here_cost =
@@ -944,7 +966,7 @@ private:
     }
 
     double start_[joints] = {}, goal_[joints] = {};  // with joint 7 where it stays
-    const PlanOptions options_;
+    PlanOptions options_;
     std::vector<Optimum> coarse_[configurations];  // of each branch, on few knots, the best first
     std::vector<double> base_;
     long long links_;                  // that may still be tried
@@ -956,10 +978,38 @@ private:
 
 }  // namespace detail
 
+namespace plan_rule {
+inline constexpr double of_duration[] = {0, 0.01, 0.1, 1};  // shares of its weight that are tried
+}  // namespace plan_rule
+
 /// Plans the path of n segments, from s = 0 to 1. rows: parameters that shall be sections.
+///
+/// Where the objective weighs duration, plans of less weight on it, and of none, are made too, and the proven
+/// one of least duration is taken: what is weighed (pace) sees no accelerations between, so that more weight
+/// might cost time.
 inline Plan plan(const Arm& arm, const Segment* segments, std::size_t n, const double* rows,
                  std::size_t row_count, const PlanOptions& options) {
-    return detail::Planner(arm, segments, n, rows, row_count, options).run();
+    const auto planned = [&](const PlanOptions& asked) {
+        return detail::Planner(arm, segments, n, rows, row_count, asked).run();
+    };
+    if (!(options.objective.duration > 0)) return planned(options);
+    Plan best;
+    double least = infinity;
+    for (const double share : plan_rule::of_duration) {
+        PlanOptions asked = options;
+        asked.objective.duration *= share;
+        Plan now = planned(asked);
+        const bool first = share == plan_rule::of_duration[0];
+        if (!first && !(now.ok && now.proof.certified())) continue;
+        const bool proven = now.ok && now.proof.certified();
+        const double time =
+            proven ? duration({arm, now.plane, now.gc, {segments, n}, now.stretches}, options.bounds)
+                   : infinity;
+        if (!first && !(time < least)) continue;
+        best = std::move(now);
+        least = time;
+    }
+    return best;
 }
 
 }  // namespace armangle

@@ -14,7 +14,7 @@ from ...arm.roll import ROLLS
 from ...errors import InputError
 from ...files.tables import load_poses
 from ...motion.joint_path import JointPath
-from ...motion.planning import plan
+from ...motion.planning import Objective, plan
 from ...motion.policies import Towards
 from ...status import Status
 from ..arguments import (
@@ -26,6 +26,7 @@ from ..arguments import (
     add_wish,
     angle_up_to,
     joints,
+    number,
     the_arm,
     wish,
     with_body,
@@ -60,6 +61,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--roll", choices=ROLLS, default="pose",
         help="free: joint 7 stays, for tools that turn about its axis (default pose)",
     )  # fmt: skip
+    parser.add_argument(
+        "--duration", type=number, default=0.0, metavar="WEIGHT",
+        help="of the time it takes beside joint travel and margins, say 100 (default 0)",
+    )  # fmt: skip
     add_scene(parser)
     add_wish(parser.add_argument_group("what is wished of the arm angle"))
     add_json(parser)
@@ -80,7 +85,7 @@ def run(args: argparse.Namespace) -> int:
         path = plan(
             arm, frames, start=start, goal=goal, gc=args.gc,
             singularity_margin=args.singularity_margin, limit_margin=args.limit_margin, psi=wished,
-            scene=scene, roll=args.roll,
+            scene=scene, roll=args.roll, objective=Objective(duration=args.duration),
         )  # fmt: skip
     if args.output is not None:
         write(path, args.output)

@@ -1,0 +1,117 @@
+// The least time along a curve, from rest to rest, that bounds on joint velocities and accelerations leave.
+//
+//     y |   ____cap____             y = (ds/dt)^2, u = d2s/dt2 = y' / 2; at every s of a grid
+//       |  /           `.             |q'| sqrt(y) <= v        |q' u + q'' y| <= a
+//       | /              `.
+//     0 +------------------- s      backward: the greatest y from which the end is reached; forward: as fast
+//     as
+//                                   that allows
+//
+// Source: H. Pham and Q.-C. Pham, A new approach to time-optimal path parameterization based on reachability
+// analysis (2018): TOPP-RA. The y that a place allows are an interval from 0 on, so that its end is found by
+// halving.
+#pragma once
+
+#include <vector>
+
+#include "curve.hpp"
+
+namespace armangle {
+
+namespace duration_rule {
+inline constexpr int places = 400;    // intervals of s
+inline constexpr int halvings = 50;   // of an interval of y
+inline constexpr double most = 1e12;  // y where no joint moves (1/s^2)
+}  // namespace duration_rule
+
+/// What bounds the joints; both may be infinite.
+struct JointBounds {
+    double velocity[joints], acceleration[joints];  // rad/s, rad/s^2
+};
+
+namespace detail {
+
+/// q' and q'' at one place of the grid.
+struct Bend {
+    double first[joints], second[joints];
+};
+
+/// u that the accelerations allow at y.
+struct Pull {
+    double least = -infinity, most = infinity;
+};
+
+inline Pull pull(const Bend& bend, const JointBounds& bounds, double y) noexcept {
+    Pull out;
+    for (int j = 0; j < joints; ++j) {
+        const double a = bounds.acceleration[j];
+        if (!(a < infinity)) continue;
+        const double slope = abs(bend.first[j]), along = bend.first[j] < 0 ? -bend.second[j] : bend.second[j];
+        if (slope * duration_rule::most > a) {
+            out.least = max(out.least, (-a - along * y) / slope);
+            out.most = min(out.most, (a - along * y) / slope);
+        } else if (abs(along) * y > a) {
+            out.most = -infinity;
+        }
+    }
+    return out;
+}
+
+/// Greatest y that the velocities allow.
+inline double velocity_cap(const Bend& bend, const JointBounds& bounds) noexcept {
+    double out = duration_rule::most;
+    for (int j = 0; j < joints; ++j) {
+        const double speed = bounds.velocity[j] / abs(bend.first[j]);
+        if (speed * speed < out) out = speed * speed;
+    }
+    return out;
+}
+
+/// The greatest y up to `cap` from which some u leads to [0, next] over a step of s.
+inline double leading_on(const Bend& bend, const JointBounds& bounds, double cap, double next,
+                         double step) noexcept {
+    const auto leads = [&](double y) {
+        const Pull u = pull(bend, bounds, y);
+        return max(u.least, -y / (2 * step)) <= min(u.most, (next - y) / (2 * step));
+    };
+    if (leads(cap)) return cap;
+    double low = 0, high = cap;
+    for (int i = 0; i < duration_rule::halvings; ++i) {
+        const double middle = 0.5 * (low + high);
+        (leads(middle) ? low : high) = middle;
+    }
+    return low;
+}
+
+}  // namespace detail
+
+/// The time that a curve takes from rest to rest (s); infinite where joints have no finite speed along it.
+inline double duration(const Curve& curve, const JointBounds& bounds) {
+    constexpr int n = duration_rule::places;
+    const double from = curve.stretches.front().start, to = curve.stretches.back().end,
+                 step = (to - from) / n;
+    std::vector<detail::Bend> bend(n + 1);
+    std::vector<double> cap(n + 1), reach(n + 1, 0.0);
+    for (int i = 0; i <= n; ++i) {
+        double d[3 * joints];
+        curve.derivatives(from + i * step, d);
+        for (int j = 0; j < joints; ++j) {
+            bend[i].first[j] = d[j];
+            bend[i].second[j] = d[joints + j];
+            if (!(abs(d[j]) < infinity && abs(d[joints + j]) < infinity)) return infinity;
+        }
+        cap[i] = detail::velocity_cap(bend[i], bounds);
+    }
+    for (int i = n; i-- > 0;)
+        reach[i] = detail::leading_on(bend[i], bounds, i == 0 ? 0.0 : cap[i], reach[i + 1], step);
+    double sum = 0, y = 0;
+    for (int i = 0; i < n; ++i) {
+        const double most = detail::pull(bend[i], bounds, y).most;
+        const double next = max(0.0, min(reach[i + 1], y + 2 * step * most));
+        sum += 2 * step / (std::sqrt(y) + std::sqrt(next));
+        y = next;
+    }
+    return sum;
+}
+
+}  // namespace armangle

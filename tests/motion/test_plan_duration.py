@@ -1,0 +1,91 @@
+"""An objective of duration: never slower than without, nor than an arm angle held; more weight, less time."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.draw import count
+from support.plan_objective import line
+from support.planned_arms import IIWA
+
+import armangle as aa
+
+pytest.importorskip("scipy")
+POSTURE = np.array([0.3, 0.6, 0.2, -1.4, 0.4, 0.9, 0.5])
+SAME = 1 + 2e-3
+"""Two grids of s give times that differ by less."""
+
+
+def free_lines(length: float, number: int) -> list[tuple[np.ndarray, aa.Line, aa.JointPath]]:
+    """Lines on which a held arm angle keeps 6 degrees, with that motion."""
+    rng = np.random.default_rng(1)
+    found: list[tuple[np.ndarray, aa.Line, aa.JointPath]] = []
+    while len(found) < number:
+        q = rng.uniform(IIWA.lower * 0.8, IIWA.upper * 0.8)
+        shift = rng.normal(size=3)
+        path = line(IIWA, q, length * shift / np.linalg.norm(shift))
+        held = aa.follow(IIWA, path, start=q, policy=aa.Hold(), samples=200)
+        if held.ok and min(held.margin.min(), np.abs(held.q[:, [1, 5]]).min()) > np.radians(6):
+            found.append((q, path, held))
+    return found
+
+
+@pytest.mark.parametrize("length, acceleration", [(0.2, 5.0), (0.2, 50.0), (0.5, 50.0)])
+def test_never_slower_than_without_nor_than_an_angle_held(length: float, acceleration: float) -> None:
+    arm = IIWA.with_(acceleration=acceleration)
+    gained = []
+    for q, path, held in free_lines(length, count(4)):
+        plain, fast = (
+            aa.plan(arm, path, start=q, objective=aa.Objective(duration=weight)) for weight in (0.0, 100.0)
+        )
+        assert plain.certified and fast.certified
+        by_hand = aa.retime(held, acceleration=acceleration).duration
+        times = aa.retime(plain).duration, aa.retime(fast).duration
+        assert times[1] <= times[0] * SAME
+        assert times[1] <= by_hand * 1.02
+        gained.append(times[1] / times[0])
+    assert min(gained) < 0.99
+
+
+def test_more_weight_never_takes_longer() -> None:
+    arm = IIWA.with_(acceleration=50.0)
+    path = line(arm, POSTURE, np.array([0.05, -0.35, 0.1]))
+    times = [
+        aa.retime(aa.plan(arm, path, start=POSTURE, objective=aa.Objective(duration=weight))).duration
+        for weight in (0.0, 0.1, 1.0, 10.0, 100.0, 1000.0)
+    ]
+    assert (np.diff(times) <= 2e-3 * np.array(times[:-1])).all(), times
+    assert times[-1] < 0.98 * times[0], times
+
+
+def pace(arm: aa.Arm, q: np.ndarray) -> float:
+    """The time that joint speeds need, by plain sums: the norm of order 8."""
+    slow = np.abs(np.diff(q, axis=0) * (len(q) - 1) / arm.velocity)
+    return float(((slow**8).sum(axis=1) ** 0.125).mean())
+
+
+@pytest.mark.parametrize("shift", [(0.05, -0.25, 0.1), (-0.1, 0.1, 0.2)])
+def test_no_nearby_curve_has_less(shift: tuple[float, ...]) -> None:
+    """Without accelerations, by the weight asked alone: bumps of the arm angle add time."""
+    path = line(IIWA, POSTURE, np.array(shift))
+    asked = aa.Objective(limits=0, singularities=0, travel=1e-3, duration=10.0)
+    result = aa.plan(IIWA, path, start=POSTURE, objective=asked)
+    assert result.certified
+    s = np.linspace(0, 1, 2001)
+    here, poses = result.at(s), path.pose(s)
+    own = pace(IIWA, here.q)
+    rng = np.random.default_rng(3)
+    for _ in range(8):
+        at, width = rng.uniform(0, 1), rng.uniform(0.15, 0.5)
+        bump = np.exp(-(((s - at) / width) ** 2)) * s
+        for size in (-0.02, 0.02):
+            q = IIWA.inverse(poses, here.psi + size * bump, here.gc, seed=here.q)
+            assert pace(IIWA, q) > own * (1 - 1e-3)
+
+
+def test_an_arm_without_bounds_is_refused() -> None:
+    plain = aa.Arm(d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1)
+    first = plain.forward(POSTURE)[0]
+    with pytest.raises(aa.InputError, match="states no velocity or acceleration"):
+        aa.plan(plain, first[None], objective=aa.Objective(duration=1.0))
+    assert aa.plan(plain.with_(velocity=1.0), first[None], objective=aa.Objective(duration=1.0)).ok
