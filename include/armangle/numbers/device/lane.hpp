@@ -12,6 +12,7 @@ namespace armangle {
 
 inline constexpr int register_width = 2;
 
+/// What a comparison of lanes gives: a bool for each.
 template <int N>
 struct LaneMask {
     bool part[N];
@@ -19,6 +20,7 @@ struct LaneMask {
     ARMANGLE_INLINE bool operator[](int i) const noexcept { return part[i]; }
 };
 
+/// N numbers that are added, multiplied and compared one by one.
 template <int N>
 struct Lane {
     double part[N];
