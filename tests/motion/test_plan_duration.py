@@ -47,6 +47,15 @@ def test_never_slower_than_without_nor_than_an_angle_held(length: float, acceler
     assert min(gained) < 0.99
 
 
+def test_a_curve_that_bends_sharply_is_not_taken_for_a_fast_one() -> None:
+    """With the whole weight the plan passes a narrow bend, which a coarse timing does not see."""
+    arm = IIWA.with_(acceleration=5.0)
+    start = np.array([-1.52591, -0.34765, -2.346, -0.79589, -0.37414, -1.32057, 0.65074])
+    path = line(arm, start, np.array([0.00451, -0.19471, 0.04546]))
+    plain, fast = (aa.plan(arm, path, start=start, objective=aa.Objective(duration=w)) for w in (0.0, 100.0))
+    assert aa.retime(fast).duration <= aa.retime(plain).duration * SAME
+
+
 def test_more_weight_never_takes_longer() -> None:
     arm = IIWA.with_(acceleration=50.0)
     path = line(arm, POSTURE, np.array([0.05, -0.35, 0.1]))

@@ -19,9 +19,10 @@
 namespace armangle {
 
 namespace duration_rule {
-inline constexpr int places = 400;    // intervals of s
-inline constexpr int halvings = 50;   // of an interval of y
-inline constexpr double most = 1e12;  // y where no joint moves (1/s^2)
+inline constexpr double places = 400;  // intervals of s ...
+inline constexpr double least = 8;     // ... and of a stretch: beside an end that is left fast they are short
+inline constexpr int halvings = 50;    // of an interval of y
+inline constexpr double most = 1e12;   // y where no joint moves (1/s^2)
 }  // namespace duration_rule
 
 /// What bounds the joints; both may be infinite.
@@ -87,14 +88,18 @@ inline double leading_on(const Bend& bend, const JointBounds& bounds, double cap
 
 /// The time that a curve takes from rest to rest (s); infinite where joints have no finite speed along it.
 inline double duration(const Curve& curve, const JointBounds& bounds) {
-    constexpr int n = duration_rule::places;
-    const double from = curve.stretches.front().start, to = curve.stretches.back().end,
-                 step = (to - from) / n;
+    std::vector<double> at;
+    for (const Stretch& x : curve.stretches) {
+        const double parts = max(duration_rule::least, ceil(duration_rule::places * (x.end - x.start)));
+        for (double k = 0; k < parts; ++k) at.push_back(x.start + (x.end - x.start) * k / parts);
+    }
+    at.push_back(curve.stretches.back().end);
+    const std::size_t n = at.size() - 1;
     std::vector<detail::Bend> bend(n + 1);
     std::vector<double> cap(n + 1), reach(n + 1, 0.0);
-    for (int i = 0; i <= n; ++i) {
+    for (std::size_t i = 0; i <= n; ++i) {
         double d[3 * joints];
-        curve.derivatives(from + i * step, d);
+        curve.derivatives(at[i], d);
         for (int j = 0; j < joints; ++j) {
             bend[i].first[j] = d[j];
             bend[i].second[j] = d[joints + j];
@@ -102,11 +107,12 @@ inline double duration(const Curve& curve, const JointBounds& bounds) {
         }
         cap[i] = detail::velocity_cap(bend[i], bounds);
     }
-    for (int i = n; i-- > 0;)
-        reach[i] = detail::leading_on(bend[i], bounds, i == 0 ? 0.0 : cap[i], reach[i + 1], step);
+    for (std::size_t i = n; i-- > 0;)
+        reach[i] =
+            detail::leading_on(bend[i], bounds, i == 0 ? 0.0 : cap[i], reach[i + 1], at[i + 1] - at[i]);
     double sum = 0, y = 0;
-    for (int i = 0; i < n; ++i) {
-        const double most = detail::pull(bend[i], bounds, y).most;
+    for (std::size_t i = 0; i < n; ++i) {
+        const double step = at[i + 1] - at[i], most = detail::pull(bend[i], bounds, y).most;
         const double next = max(0.0, min(reach[i + 1], y + 2 * step * most));
         sum += 2 * step / (std::sqrt(y) + std::sqrt(next));
         y = next;
