@@ -266,7 +266,7 @@ BAD_HERE: dict[tuple[str, str], list[Any]] = {
     ("Objective", "duration"): WEIGHT,
     **{(name, "start"): POSES for name in ("Line", "CircularArc", "Screw")},
     **{(f"Arm.{name}", "gc"): [*INDEX, None] for name in (*METHODS, *SCENES)},
-    **{(f"Arm.{name}", "gc"): [*INDEX, [], [8], ["x"]] for name in ("solve", "solutions", "best")},
+    **{(f"Arm.{name}", "gc"): [*INDEX, [], [8], ["x"]] for name in ("solve", "solutions", "best", "best_gradient")},
     **{(name, "gc"): [*INDEX, None] for name in ("gc_signs", "resolve")},
     **{(f"OffsetArm.{name}", "gc"): [*INDEX, None] for name in ("inverse", "feasible")},
     ("OffsetArm.solve", "gc"): [*INDEX, [], [8], ["x"]],
