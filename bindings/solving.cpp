@@ -3,6 +3,7 @@
 
 #include "arc_arrays.hpp"
 #include "collected.hpp"
+#include "elements.hpp"
 #include "refusal.hpp"
 #include "scene_handle.hpp"
 
@@ -144,6 +145,25 @@ void solve_many(const Handle& self, Floats pose, Floats near, const SolveOptions
     refuse(first_problem(outcomes, most_threads), work.pose(), 2, "pose", "near");
 }
 
+/// Gradients (n, 6) of the margin of the best postures q (n, 7), psi, gc (n,) of poses (n, 4, 4); NaN where q
+/// is.
+void best_gradient_many(const ArmHandle& self, Floats pose, Floats q, Floats psi, Ints gc, Floats out,
+                        int threads) {
+    const Buffer p(pose), joint(q), a(psi), g(gc), to(out, true);
+    for_each<5>("pose", {&p, &joint, &a, &g, &to}, {2, 1, 0, 0, 1}, threads,
+                [&](const Py_ssize_t* at, double&) {
+                    Nearest best{};
+                    std::memcpy(best.q, joint.data<double>() + at[1], joints * sizeof(double));
+                    best.psi = a.data<double>()[at[2]];
+                    best.gc = static_cast<int>(g.data<long long>()[at[3]]);
+                    best.status = std::isnan(best.q[0]) ? Status::UNREACHABLE : Status::OK;
+                    double gradient[6];
+                    best_gradient(self.arm, load_pose(p.data<double>() + at[0]), best, gradient);
+                    std::memcpy(to.data<double>() + at[4], gradient, sizeof(gradient));
+                    return Problem::none;
+                });
+}
+
 /// A named tuple `kind` of (q, psi, gc, distance, status of `statuses`, margin, gap, pose), or None where
 /// pose or near is no small matrix: the general way then converts it, or says what is wrong. near may be
 /// None.
@@ -241,6 +261,8 @@ void bind_solving(nb::module_& m, nb::class_<ArmHandle>& arm) {
     nb::class_<SolveOptions>(m, "SolveOptions")
         .def("__init__", &make_solve_options, "metric"_a, "weight"_a, "branches"_a, "margin"_a, "length"_a);
     bind_solving_of(arm);
+    arm.def("best_gradient_many", &best_gradient_many, "pose"_a, "q"_a, "psi"_a, "gc"_a, "out"_a,
+            "threads"_a);
 }
 
 }  // namespace binding

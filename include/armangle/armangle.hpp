@@ -33,6 +33,7 @@
 #include "limits/reduced_pose.hpp"
 #include "limits/proven_cell.hpp"
 #include "limits/nearest.hpp"
+#include "limits/best_gradient.hpp"
 #include "limits/relaxed.hpp"
 #include "limits/nearest_outside.hpp"
 #include "scene/solids.hpp"

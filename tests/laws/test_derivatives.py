@@ -111,6 +111,40 @@ def test_a_batch_is_its_elements_to_the_bit_wherever_they_are() -> None:
         assert np.array_equal(many, one, equal_nan=True)
 
 
+@pytest.mark.parametrize("name", NAMES)
+def test_the_best_margin_moves_as_said(name: str) -> None:
+    arm, rng = aa.Arm.from_catalogue(name), draw.generator(17, 9)
+    pose = arm.forward(rng.uniform(arm.lower, arm.upper, (draw.count(60), 7)))[0]
+    twist = rng.normal(size=(len(pose), 6))
+    said = (arm.best_gradient(pose) * twist).sum(-1)
+
+    def difference(step: float) -> np.ndarray:
+        ends = [arm.best(moved(pose, way * step * twist)).margin for way in (1, -1)]
+        return (ends[0] - ends[1]) / (2 * step)
+
+    coarse, fine = difference(4e-5), difference(2e-5)
+    limit = (4 * fine - coarse) / 3
+    smooth = np.abs(fine - coarse) < 1e-4 * (1 + np.abs(fine))  # no switch to others within the steps
+    assert smooth.mean() > 0.8
+    assert (np.abs(said - limit) < 1e-7 * (1 + np.abs(limit)))[smooth].all()
+    # a joint that cannot be relieved, and two that balance, are both among them
+    best = arm.best(pose)
+    off = np.sort(np.minimum(best.q - arm.lower, arm.upper - best.q), axis=-1)
+    assert 0.1 < (off[:, 1] - off[:, 0] < 1e-9).mean() < 0.9
+
+
+def test_the_best_margin_of_what_is_not_held_has_no_gradient() -> None:
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    assert np.isnan(arm.best_gradient(aa.pose([9.0, 0, 0]))).all()
+    assert arm.best_gradient(np.empty((0, 4, 4))).shape == (0, 6)
+    pose = arm.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])[0]
+    assert np.isfinite(arm.best_gradient(pose, gc=[1, 3])).all()
+    locked = arm.with_(
+        lower=[*arm.lower[:2], 0.2, *arm.lower[3:]], upper=[*arm.upper[:2], 0.2, *arm.upper[3:]]
+    )
+    assert np.abs(locked.best_gradient(pose)).max() < 1e-9  # joint 3 stays on both of its limits
+
+
 def test_where_psi_jumps_there_is_no_derivative() -> None:
     # the wrist over the base axis, the elbow bent: psi of that axis jumps there
     bent = np.array([0.3, 0.0, 0.2, -1.2, 0.1, 0.7, 0.4])

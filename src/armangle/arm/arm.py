@@ -1824,6 +1824,54 @@ class Arm:
         )
         return asked.solve()
 
+    def best_gradient(
+        self, pose: ArrayLike, *, gc: int | Iterable[int] | None = None, threads: int = 1
+    ) -> Floats:
+        """Return how the margin of `best` moves with the pose.
+
+        At the best posture a joint is nearest to a limit whose distance psi cannot make larger, or two joints
+        are as near and psi moves them opposite ways; the gradient is theirs, psi following. The margin has a
+        kink where two branches or arm angles are as good, or a third joint comes as near: there the gradient
+        is that of one side, which a step may leave for the other.
+
+        Parameters
+        ----------
+        pose : array_like, shape (..., 4, 4)
+            Tool frame, position in m.
+        gc : int or iterable of int, optional
+            As in `solve`.
+        threads : int
+            Threads for a batch; 0 for all cores.
+
+        Returns
+        -------
+        ndarray, shape (..., 6)
+            By the velocity of the tool's origin (rad/m) and by its angular velocity (rad/rad), in the frame
+            that poses are given in. NaN where the pose is not held, or a joint that decides has no
+            derivative (`inverse_derivative`).
+
+        Raises
+        ------
+        As `best`.
+
+        Examples
+        --------
+        >>> import armangle as aa
+        >>> arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+        >>> pose = arm.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])[0]
+        >>> slope, higher = arm.best_gradient(pose), pose.copy()
+        >>> higher[2, 3] += 1e-6
+        >>> gained = arm.best(higher).margin - arm.best(pose).margin
+        >>> bool(abs(gained - 1e-6 * slope[2]) < 1e-10)
+        True
+        """
+        best = self.best(pose, gc=gc, threads=threads)
+        poses = as_poses("pose", pose, self._handle)
+        out = np.empty((*poses.shape[:-2], 6))
+        given = poses, np.asarray(best.q), np.asarray(best.psi), np.asarray(best.gc, dtype=np.int64)
+        self._handle.best_gradient_many(*given, out, as_threads(threads))
+        return out
+
     def explain(
         self, pose: ArrayLike, *, scene: Scene | None = None, singularity_margin: float = 0.0
     ) -> Diagnosis:
