@@ -201,6 +201,7 @@ def test_a_dh_table_is_a_chain() -> None:
     ("feasible_derivative", lambda arm, pose, q: arm.feasible_derivative(pose, 0)),
     ("inverse_derivative", lambda arm, pose, q: arm.inverse_derivative(pose, 0.0, 0)),
     ("psi_gradient", lambda arm, pose, q: arm.psi_gradient(q)),
+    ("best_gradient", lambda arm, pose, q: arm.best_gradient(pose)),
     ("freedom", lambda arm, pose, q: arm.freedom(pose)),
     ("reachable", lambda arm, pose, q: arm.reachable(pose)),
     ("place", lambda arm, pose, q: aa.place(arm, pose[None], [0.0], [0.0])),

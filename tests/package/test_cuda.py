@@ -17,10 +17,10 @@ def test_the_inverse_is_device_code(tmp_path: Path) -> None:
     nvcc = shutil.which("nvcc")
     if nvcc is None:
         pytest.skip("nvcc is not installed")
+    kernel = ROOT / "tests/package/cpp/device.cu"
     run = subprocess.run(
         [nvcc, "-std=c++20", "-arch=sm_90", "--expt-relaxed-constexpr", "-I", str(ROOT / "include"),
-         "-Xptxas", "-v", "-cubin", str(ROOT / "tests/package/cpp/device.cu"),
-         "-o", str(tmp_path / "device.cubin")],
+         "-Xptxas", "-v", "-cubin", str(kernel), "-o", str(tmp_path / "device.cubin")],
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     said = run.stdout + run.stderr

@@ -66,6 +66,7 @@ METHODS = ("forward", "inverse", "inverse_all", "jacobian", "self_motion", "limi
            "solutions", "best", "elbow", "with_reference", "reachable", "freedom", "feasible_yaw",
            "feasible_roll", "inverse_derivative", "psi_gradient", "feasible_derivative",
            "limit_margin_gradient", "freedom_gradient", "best_gradient")  # fmt: skip
+SOLVING = ("solve", "solutions", "best", "best_gradient")
 SCENES = ("clear", "clearance", "widest", "feasible", "feasible_all")
 BALL = aa.Ball([0.4, 0.0, 0.5], 0.1, name="lamp")
 SCENE, BODY = aa.Scene([BALL]), aa.Body.bones(upper_arm=0.09, forearm=0.08)
@@ -266,7 +267,7 @@ BAD_HERE: dict[tuple[str, str], list[Any]] = {
     ("Objective", "duration"): WEIGHT,
     **{(name, "start"): POSES for name in ("Line", "CircularArc", "Screw")},
     **{(f"Arm.{name}", "gc"): [*INDEX, None] for name in (*METHODS, *SCENES)},
-    **{(f"Arm.{name}", "gc"): [*INDEX, [], [8], ["x"]] for name in ("solve", "solutions", "best", "best_gradient")},
+    **{(f"Arm.{name}", "gc"): [*INDEX, [], [8], ["x"]] for name in SOLVING},
     **{(name, "gc"): [*INDEX, None] for name in ("gc_signs", "resolve")},
     **{(f"OffsetArm.{name}", "gc"): [*INDEX, None] for name in ("inverse", "feasible")},
     ("OffsetArm.solve", "gc"): [*INDEX, [], [8], ["x"]],

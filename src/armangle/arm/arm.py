@@ -1871,11 +1871,12 @@ class Arm(FrozenValue):
         >>> bool(abs(gained - 1e-6 * slope[2]) < 1e-10)
         True
         """
+        gradient_many = self._handle.best_gradient_many
         best = self.best(pose, gc=gc, threads=threads)
         poses = as_poses("pose", pose, self._handle)
         out = np.empty((*poses.shape[:-2], 6))
         given = poses, np.asarray(best.q), np.asarray(best.psi), np.asarray(best.gc, dtype=np.int64)
-        self._handle.best_gradient_many(*given, out, as_threads(threads))
+        gradient_many(*given, out, as_threads(threads))
         return out
 
     def explain(
