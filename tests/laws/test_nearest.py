@@ -335,7 +335,8 @@ def test_a_cost_that_is_flat_at_a_limit_is_soon_settled(room: float) -> None:
     lower, upper = IIWA.lower.copy(), IIWA.upper.copy()
     lower[0], upper[1] = q[0] - room, 2.9
     arm = IIWA.with_(lower=lower, upper=upper)
-    best = arm.best(arm.forward(q)[0])
+    pose, _, gc = arm.forward(q)
+    best = arm.best(pose, gc=gc)
     assert best.ok and abs(best.margin - room) < 1e-12
     near = np.array(q) + 1e-6 * np.eye(7)[0]
     nearest = arm.solve(arm.forward(q)[0], near=near, weight=np.eye(7)[0])
