@@ -174,8 +174,8 @@ class _LinearMap:
         self._primitive.def_abstract_eval(lambda *given, **about: jax.make_jaxpr(
             functools.partial(push, **about))(*given).out_avals)  # fmt: skip
         mlir.register_lowering(self._primitive, mlir.lower_fun(push, multiple_results=True))
-        batching.primitive_batchers[self._primitive] = self._mapped
-        ad.primitive_transposes[self._primitive] = self._transposed
+        batching.primitive_batchers.update({self._primitive: self._mapped})
+        ad.primitive_transposes.update({self._primitive: self._transposed})
 
     def __call__(self, *given: Array, **about: Any) -> list[Array]:
         return list(self._primitive.bind(*given, **about))

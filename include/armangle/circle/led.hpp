@@ -11,6 +11,7 @@
 // (pivot) or H - cos = 0 (hinge), which are harmonics of it: eq. (26), (27).
 #pragma once
 
+#include <initializer_list>
 #include <type_traits>
 
 #include "joint_function.hpp"

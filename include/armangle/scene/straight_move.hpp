@@ -155,7 +155,7 @@ private:
 
     static void set_hull(const Solid& solid, Core& out) noexcept {
         const auto at = [&](const Vec3<double>& p) { return solid.a + solid.axes * p; };
-        out.count = min(solid.corner_count, 8);
+        out.count = solid.corner_count < 8 ? solid.corner_count : 8;
         out.about = solid.corner_count > 8;
         Vec3<double> low = solid.corners[0], high = low;
         for (int k = 0; k < solid.corner_count; ++k) {
