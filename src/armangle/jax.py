@@ -167,15 +167,20 @@ class _LinearMap:
     """
 
     def __init__(self, name: str, fixed: int, push: Any, pull: Any) -> None:
-        self._fixed, self._push, self._pull = fixed, push, pull
-        self._primitive = jax.extend.core.Primitive(f"armangle_{name}")
-        self._primitive.multiple_results = True
-        self._primitive.def_impl(push)
-        self._primitive.def_abstract_eval(lambda *given, **about: jax.make_jaxpr(
-            functools.partial(push, **about))(*given).out_avals)  # fmt: skip
-        mlir.register_lowering(self._primitive, mlir.lower_fun(push, multiple_results=True))
-        batching.primitive_batchers.update({self._primitive: self._mapped})
-        ad.primitive_transposes.update({self._primitive: self._transposed})
+        self._name, self._fixed, self._push, self._pull = name, fixed, push, pull
+
+    @functools.cached_property
+    def _primitive(self) -> Any:
+        """The primitive of JAX, registered when it is first used."""
+        made = jax.extend.core.Primitive(f"armangle_{self._name}")
+        made.multiple_results = True
+        made.def_impl(self._push)
+        made.def_abstract_eval(lambda *given, **about: jax.make_jaxpr(
+            functools.partial(self._push, **about))(*given).out_avals)  # fmt: skip
+        mlir.register_lowering(made, mlir.lower_fun(self._push, multiple_results=True))
+        batching.primitive_batchers[made] = self._mapped
+        ad.primitive_transposes[made] = self._transposed
+        return made
 
     def __call__(self, *given: Array, **about: Any) -> list[Array]:
         return list(self._primitive.bind(*given, **about))
