@@ -86,18 +86,18 @@ struct GivenBounds {
 };
 
 /// The arm's own limits, or those with a margin.
-struct Limits {
+struct DrawnLimits {
     std::optional<LimitTable> with_margin;
     const LimitTable& table;
 
-    Limits(const ArmHandle& arm, double margin)
+    DrawnLimits(const ArmHandle& arm, double margin)
         : with_margin(margin == 0 ? std::nullopt : std::optional(limit_table(arm.arm, margin))),
           table(with_margin ? *with_margin : arm.limits) {}
 };
 
 Step next_step(const ArmHandle& self, double margin, const double* q, const Pose<double>& pose,
                const StepOptions& options) noexcept {
-    const Limits limits(self, margin);
+    const DrawnLimits limits(self, margin);
     return step(self.arm, limits.table, q, pose, options);
 }
 
@@ -187,7 +187,7 @@ using FollowColumns = nb::typed<nb::tuple, Floats, Floats, Ints, Codes, Floats, 
 void run(const ArmHandle& self, const double* start, const Buffer& p, const FollowOptions& wanted,
          const StepOptions& options, Strided<const ArcSet> allowed, const FollowRows& rows) {
     const auto n = static_cast<std::size_t>(p.shape(0));
-    const Limits limits(self, wanted.singularity_margin);
+    const DrawnLimits limits(self, wanted.singularity_margin);
     const std::size_t window = wanted.lookahead;
     std::vector<AheadSection> sections(window ? Lookahead::sections_for(window) : 0);
     Lookahead ahead(self.arm, limits.table, p.data<double>(), n, allowed, options.scene, options.bounds,
