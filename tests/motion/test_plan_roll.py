@@ -122,3 +122,16 @@ def test_what_a_free_roll_is_not_for() -> None:
     near = np.append(POSTURE[:6], IIWA.upper[6] - 0.01)
     with pytest.raises(aa.InputError, match=r"joint 7 of start stays 0\.01 off"):
         aa.plan(IIWA, first[None], start=near, limit_margin=0.05, roll="free")
+
+
+@pytest.mark.parametrize("room", [(2, 5), (0.05, 6.28), (3.2, 3.2), (7, 8), (-6, -3.3), (-9, 1)])
+def test_joint_7_stays_within_a_range_beyond_half_a_turn(room: tuple[float, float]) -> None:
+    lower, upper = IIWA.lower.copy(), IIWA.upper.copy()
+    lower[6], upper[6] = room
+    arm = IIWA.with_(lower=lower, upper=upper)
+    q = [0.1, 0.4, 0.2, -1.2, 0.3, 0.8, room[0]]
+    first = arm.forward(q)[0]
+    last = first + 0.05 * np.eye(4)[:, [3, 3, 3, 2]] * [0, 0, 0, 1]
+    for ends in ({}, {"start": q}):
+        result = aa.plan(arm, aa.Line(first, last), roll="free", **ends)
+        assert result.certified and arm.within_limits(result.q, 1e-9).all()

@@ -305,3 +305,14 @@ def test_a_refused_branch_at_a_home_posture_is_soon_explained() -> None:
     first = arm.forward(q)[0]
     last = first @ aa.pose([0.0, 0.02, 0.04], rotvec=[0.1, -0.05, 0.05])
     assert aa.plan(arm, aa.Line(first, last), start=q).ok
+
+
+def test_a_plan_whose_tool_leaves_the_pose_between_rows_is_not_certified() -> None:
+    """With theta_2 and theta_6 at 0 all along, joints 1 and 3 share a turn that nothing fixes."""
+    arm = aa.Arm.from_catalogue("rokae_ar5_left")
+    q = [-2.99, 0.0, 1.98, 1.89, 2.49, 0.0, -0.3]
+    pose = arm.forward(q)[0]
+    for samples in (10, 30):
+        result = aa.plan(arm, aa.Line(pose, pose), start=q, samples=samples)
+        off = np.abs(arm.forward(result.at(DENSE).q)[0] - pose).max()
+        assert off < 1e-6 or not result.certified

@@ -212,6 +212,12 @@ private:
 
     /// The windings of joint j within its limits: those that the section before leads to; at the first
     /// section some about the middle, one of a joint whose winding cannot change.
+    /// Where a joint is looked for that no other posture tells of: the middle of its range, or where it is held.
+    double at_rest(int j) const noexcept {
+        const bool held = task_.arm.roll_free && j == joints - 1;
+        return held ? to_q(task_.arm, j, task_.held_theta_7) : armangle::middle(task_.limits, j);
+    }
+
     Turns turns(int j, double q, const Window& window) noexcept {
         const double l = task_.limits.lower[j], u = task_.limits.upper[j], far = tolerance::largest_angle;
         const double fewest = ceil((max(l, -far) - tolerance::angle - q) / two_pi),
@@ -224,7 +230,7 @@ private:
         } else {
             const bool fixed =
                 j % 2 == 1 || unlimited;  // a winding that cannot change, or makes no difference
-            const double near = reference_ ? reference_[j] : armangle::middle(task_.limits, j);
+            const double near = reference_ ? reference_[j] : at_rest(j);
             const double middle = min(max(round((near - q) / two_pi), fewest), most),
                          spread = fixed ? 0 : spread_;
             left_out_ = left_out_ || (!fixed && (from < middle - spread || to > middle + spread));

@@ -27,6 +27,7 @@ from .policies import Towards
 START_GAP = 0.05
 ROW_STEP = 0.2
 FINEST = 1e-9  # of s: rows nearer than this have none between
+HELD = 1e-6  # m: what the tool may be off between rows of a plan that is called certified
 """Most that a joint moves from row to row where the rows are left to `plan`, rad."""
 _MOST_WEIGHT = 1e6
 _WISHES = 1025  # places at which a function of s is asked
@@ -287,10 +288,22 @@ def _result(
     poses = np.array(path.poses if isinstance(path, Waypoints) and given else path.pose(rows))
     if curve is not None and curve.roll == "free":
         poses[done] = placed.pose
+    if curve is not None and ok:
+        open_ = np.concatenate([open_, _left_between(arm, curve, rows)])
     return JointPath(
         arm=arm, s=rows, poses=poses, **columns, certified=bool(ok) and len(open_) == 0,
         uncertified=open_ if ok else np.array([[0.0, 1.0]]), diagnosis=diagnosis, path=path, curve=curve,
     )  # fmt: skip
+
+
+def _left_between(arm: Arm, curve: Curve, rows: Floats) -> Floats:
+    """Return the ranges of s between two rows, a third within which the tool is off its pose, shape (k, 2).
+
+    The proof is of limits and obstacles; where θ2 and θ6 are 0 all along, joints may drift from row to row.
+    """
+    within = (2.0 * rows[:-1] + rows[1:]) / 3.0
+    off = curve.at(arm._handle, within).residual > HELD
+    return np.stack([rows[:-1][off], rows[1:][off]], axis=-1)
 
 
 def _reason(diagnosis: Diagnosis) -> Status:

@@ -42,8 +42,8 @@ class Tracked(NamedTuple):
 
     ``q (7,)`` rad; ``velocity (7,)`` rad/s, ``(q - q before) / dt``: a position controller follows far better
     with it; ``status`` a `Tracking`: FOLLOWING (the tool is where the hand is, within 1e-9 m), LAGGING (on
-    its way, as fast as the bounds allow), NEAREST (the hand is out of reach: at, or on the way to, the
-    nearest pose), HELD (no sample to believe: on as predicted), TURNING (to the branch of `reconfigure`, or
+    its way, as fast as bounds and obstacles allow), NEAREST (the hand is out of reach: at, or on the way
+    to, the nearest pose), HELD (no sample to believe: on as predicted), TURNING (to the branch of `reconfigure`, or
     out of a corner of the limits, joint by joint: the tool leaves the hand) or RETURNING (a joint stands
     outside its limits, or a link touches an obstacle, where `start` found it: on its way out); ``distance``
     of the tool from the hand, m, ``sqrt(|dp|² + (length·angle)²)``; ``gap`` by which the hand's wrist is
