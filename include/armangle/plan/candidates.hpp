@@ -212,7 +212,7 @@ private:
 
     /// The windings of joint j within its limits: those that the section before leads to; at the first
     /// section some about the middle, one of a joint whose winding cannot change.
-    /// Where a joint is looked for that no other posture tells of: the middle of its range, or where it is held.
+    /// Near what a joint is looked for where no posture says: the middle of its range, or where it stays.
     double at_rest(int j) const noexcept {
         const bool held = task_.arm.roll_free && j == joints - 1;
         return held ? to_q(task_.arm, j, task_.held_theta_7) : armangle::middle(task_.limits, j);
