@@ -46,8 +46,8 @@ class Tracked(NamedTuple):
     to, the nearest pose), HELD (no sample to believe: on as predicted), TURNING (to the branch of
     `reconfigure`, or out of a corner of the limits, joint by joint: the tool leaves the hand) or RETURNING (a
     joint stands outside its limits, or a link touches an obstacle, where `start` found it: on its way out);
-    ``distance`` of the tool from the hand, m, ``sqrt(|dp|² + (length·angle)²)``; ``gap`` by which the hand's wrist is
-    outside of what joint 4 reaches, m; ``psi`` rad in (-π, π]; ``gc`` 0..7; ``why`` a `Status`: what keeps
+    ``distance`` of the tool from the hand, m, ``sqrt(|dp|² + (length·angle)²)``; ``gap`` by which the hand's
+    wrist is outside of what joint 4 reaches, m; ``psi`` rad in (-π, π]; ``gc`` 0..7; ``why`` a `Status`: what keeps
     the tool from the hand, BAD_INPUT where what was given of hand or elbow was no pose or no hint; ``pair``
     the names (obstacle, link) of the two that block, where ``why`` is CLEARANCE or POSE_BLOCKED, else None.
     """
