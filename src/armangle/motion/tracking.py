@@ -40,16 +40,17 @@ _POINT = 3
 class Tracked(NamedTuple):
     """What a tick leads to.
 
-    ``q (7,)`` rad; ``velocity (7,)`` rad/s, ``(q - q before) / dt``: a position controller follows far better
-    with it; ``status`` a `Tracking`: FOLLOWING (the tool is where the hand is, within 1e-9 m), LAGGING (on
-    its way, as fast as bounds and obstacles allow), NEAREST (the hand is out of reach: at, or on the way
-    to, the nearest pose), HELD (no sample to believe: on as predicted), TURNING (to the branch of
-    `reconfigure`, or out of a corner of the limits, joint by joint: the tool leaves the hand) or RETURNING (a
-    joint stands outside its limits, or a link touches an obstacle, where `start` found it: on its way out);
-    ``distance`` of the tool from the hand, m, ``sqrt(|dp|² + (length·angle)²)``; ``gap`` by which the hand's
-    wrist is outside of what joint 4 reaches, m; ``psi`` rad in (-π, π]; ``gc`` 0..7; ``why`` a `Status`: what keeps
-    the tool from the hand, BAD_INPUT where what was given of hand or elbow was no pose or no hint; ``pair``
-    the names (obstacle, link) of the two that block, where ``why`` is CLEARANCE or POSE_BLOCKED, else None.
+    ``q (7,)`` rad; ``velocity (7,)`` rad/s, ``(q - q before) / dt``: a position controller follows far
+    better with it; ``status`` a `Tracking`: FOLLOWING (the tool is where the hand is, within 1e-9 m),
+    LAGGING (on its way, as fast as bounds and obstacles allow), NEAREST (the hand is out of reach: at, or on
+    the way to, the nearest pose), HELD (no sample to believe: on as predicted), TURNING (to the branch of
+    `reconfigure`, or out of a corner of the limits, joint by joint: the tool leaves the hand) or RETURNING
+    (a joint stands outside its limits, or a link touches an obstacle, where `start` found it: on its way
+    out); ``distance`` of the tool from the hand, m, ``sqrt(|dp|² + (length·angle)²)``; ``gap`` by which the
+    hand's wrist is outside of what joint 4 reaches, m; ``psi`` rad in (-π, π]; ``gc`` 0..7; ``why`` a
+    `Status`: what keeps the tool from the hand, BAD_INPUT where what was given of hand or elbow was no pose
+    or no hint; ``pair`` the names (obstacle, link) of the two that block, where ``why`` is CLEARANCE or
+    POSE_BLOCKED, else None.
     """
 
     q: Floats
