@@ -26,9 +26,9 @@ from .policies import Towards
 
 START_GAP = 0.05
 ROW_STEP = 0.2
+"""Most that a joint moves from row to row where the rows are left to `plan`, rad."""
 FINEST = 1e-9  # of s: rows nearer than this have none between
 HELD = 1e-6  # m: what the tool may be off between rows of a plan that is called certified
-"""Most that a joint moves from row to row where the rows are left to `plan`, rad."""
 _MOST_WEIGHT = 1e6
 _WISHES = 1025  # places at which a function of s is asked
 

@@ -340,7 +340,7 @@ class Field:
     """A distance field: at the nodes of a grid, how far away the obstacle is at least.
 
     Between nodes a distance can be smaller than at them by how far they are, and that is taken off: of the
-    truth at most 0.87 spacings. So the arm keeps off by that much more, and never by less. All that the field
+    truth up to about a spacing. So the arm keeps off by that much more, and never by less. All that the field
     tells of lies within the grid; the space outside is free. Let the grid reach beyond the obstacle by the
     radius of the links and `clearance`: farther outside it can only tell how far its border is.
 
