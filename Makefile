@@ -29,8 +29,8 @@ format:  ## clang-format over C++, in the version that the test extra names
 	    tests/package/consumer/*.cpp tests/package/cpp/*.cpp contrib/moveit/src/*.cpp docs/browser/*.cpp \
 	    tests/package/moveit_standin/*/*.hpp tests/package/moveit_standin/*/*/*.hpp benchmarks/cpp/*.[ch]pp
 
-test:  ## the quick tests, against the installed package: without compilers, browser and pages
-	$(PYTHON) -m pytest $(PARALLEL) --ignore=tests/package --ignore=tests/viewer/test_browser.py
+test:  ## the quick tests, against the installed package: without compilers, browser, pages and what is marked slow
+	$(PYTHON) -m pytest $(PARALLEL) -m 'not slow' --ignore=tests/package --ignore=tests/viewer/test_browser.py
 
 check:  ## all tests, and which ten took longest
 	$(PYTHON) -m pytest $(PARALLEL) --durations=10

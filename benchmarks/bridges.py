@@ -17,6 +17,7 @@ from collections.abc import Callable
 import jax
 import numpy as np
 import torch
+from yardstick import Yardstick
 
 import armangle as aa
 
@@ -60,7 +61,10 @@ def main() -> None:
     torch.set_num_threads(1)
     measured = rows(options.count)
     least = dict.fromkeys(measured, np.inf)
+    angles = np.random.default_rng(17).uniform(-3, 3, (options.count, 8))
+    yard, length = Yardstick(angles[:, :7], angles[:, 7]), np.inf
     for _ in range(options.rounds):
+        length = min(length, yard.ns())
         for name, work in measured.items():
             for _ in range(IN_A_ROW):
                 start = time.perf_counter()
@@ -68,7 +72,9 @@ def main() -> None:
                 least[name] = min(least[name], time.perf_counter() - start)
     for name, seconds in least.items():
         ratio = seconds / least["NumPy inverse"]
-        print(f"{name:26} {1e9 * seconds / options.count:8.1f} ns a pose {ratio:8.2f}")
+        each = 1e9 * seconds / options.count
+        print(f"{name:26} {each:8.1f} ns a pose {ratio:8.2f} {each / length:8.2f} yd")
+    print(f"{aa.ISA}, 1 yd = {length:.1f} ns")
 
 
 if __name__ == "__main__":

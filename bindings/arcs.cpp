@@ -148,12 +148,19 @@ ArcColumns feasible_many(const ArmHandle& self, Floats pose, Ints gc, double mar
 
 /// The proven sets of a nearly S-R-S arm; `unproven` takes the measure of what is left out, one a set.
 ArcColumns near_feasible_many(const NearArmHandle& self, Floats pose, Ints gc, double margin, Wanted wanted,
-                              Floats unproven, int threads) {
+                              Floats unproven, int threads, const SceneHandle* scene) {
     const Buffer p(pose), g(gc), lost(unproven, true);
     const Grid<2> grid({&p, &g}, {2, 0});
     const auto sets = static_cast<std::size_t>(sets_of(wanted));
     const Arm& arm = self.arm.nominal;
+    Limits limits = arm.limits;
+    if (wanted == Wanted::clear)
+        for (int j = 0; j < joint_slots; ++j) {
+            limits.lower[j] = -infinity;
+            limits.upper[j] = infinity;
+        }
     Collected whole;
+    whole.with_scene = scene != nullptr;
     whole.reserve(grid.size() * sets);
     std::vector<Collected> parts(most_threads);
     Outcome outcomes[most_threads];
@@ -162,8 +169,10 @@ ArcColumns near_feasible_many(const NearArmHandle& self, Floats pose, Ints gc, d
         for (std::size_t k = 0; k < sets; ++k) {
             const int joint = wanted == Wanted::joints ? static_cast<int>(k) : -1;
             const int of = wanted == Wanted::branches ? static_cast<int>(k) : branch;
-            feasible(self.arm, frame, of, arm.limits, margin, found, joint);
-            to.add(arm, margin, configuration(of), found.arcs, found.status);
+            feasible(self.arm, frame, of, limits, margin, found, joint);
+            Tag blocking = 0;
+            if (scene) keep_clear(self.arm, scene->view, frame, of, found, blocking);
+            to.add(arm, margin, configuration(of), found.arcs, found.status, blocking);
             lost.data<double>()[flat * sets + k] = found.unproven;
         }
     };
@@ -364,7 +373,7 @@ void query(Ints count, Floats psi_arcs, Ints index, Floats psi, Floats out, bool
 void bind_near_arcs(nb::class_<NearArmHandle>& arm) {
     using namespace nb::literals;
     arm.def("feasible_many", &near_feasible_many, "pose"_a, "gc"_a, "margin"_a, "wanted"_a, "unproven"_a,
-            "threads"_a);
+            "threads"_a, "scene"_a.none());
 }
 
 void bind_arcs(nb::module_& m, nb::class_<ArmHandle>& arm) {

@@ -94,6 +94,13 @@ public:
         return true;
     }
 
+    /// How many elements a batch holds: the product of all extents but the `inner` last.
+    std::size_t elements(int inner) const noexcept {
+        std::size_t count = 1;
+        for (int i = 0; i < ndim() - inner; ++i) count *= static_cast<std::size_t>(shape(i));
+        return count;
+    }
+
 private:
     Py_buffer view_{};
     bool held_ = false;
@@ -323,6 +330,7 @@ void bind_poses(nb::module_& m);
 void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_near_kinematics(nb::class_<NearArmHandle>& arm);
 void bind_near_arcs(nb::class_<NearArmHandle>& arm);
+void bind_near_scenes(nb::class_<NearArmHandle>& arm);
 void bind_near_stepping(nb::class_<NearArmHandle>& arm);
 void bind_scenes(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_arcs(nb::module_& m, nb::class_<ArmHandle>& arm);

@@ -158,6 +158,7 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     binding::bind_arcs(m, arm);
     binding::bind_near_kinematics(near);
     binding::bind_near_arcs(near);
+    binding::bind_near_scenes(near);
     binding::bind_stepping(m, arm);
     binding::bind_near_stepping(near);
     binding::bind_planning(m, arm);

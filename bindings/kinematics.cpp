@@ -80,7 +80,7 @@ void inverse_many(const Handle& self, Floats pose, Floats psi, Ints gc, Floats s
                 });
         });
     }
-    refuse(first_problem(outcomes, most_threads), q, 1, "pose", "seed");
+    refuse(first_problem(outcomes, most_threads), p, 2, "pose", "seed");
 }
 
 /// A plain forward: (pose, psi, gc) of one small vector (7,). None where it is not plain, or the arm angle

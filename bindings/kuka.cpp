@@ -41,16 +41,18 @@ void kuka_inverse(const ArmHandle& self, Floats pose, Floats e1, Ints status, Fl
                 });
 }
 
-/// Shares the turn of A5 and A7 of one posture (7,) so that it has a Turn; false where that cannot be.
-bool kuka_share_wrist(const ArmHandle& self, Floats q, double near, int turn) {
+/// Shares the turns that are open in one posture (7,) so that it has a Turn; false where that cannot be.
+bool kuka_share_turns(const ArmHandle& self, Floats q, Floats seed, int turn) {
     const Buffer at(q, true);
-    return kuka::share_wrist(self.arm, near, &turn, at.data<double>());
+    Buffer near;
+    if (!seed.is_none()) near.get(seed);
+    return kuka::share_turns(self.arm, near.held() ? near.data<double>() : nullptr, &turn, at.data<double>());
 }
 
-/// The values of E1 within the limits, of each pose (n, 4, 4) and Status (n,).
+/// The values of E1 within the limits, of each pose (..., 4, 4) and Status (n,).
 ArcColumns kuka_e1_arcs(const ArmHandle& self, Floats pose, Ints status) {
     const Buffer p(pose), s(status);
-    const auto n = static_cast<std::size_t>(p.shape(0));
+    const std::size_t n = p.elements(2);
     Collected whole;
     whole.reserve(n);
     Outcome outcome;
@@ -79,7 +81,7 @@ void bind_kuka(nb::class_<ArmHandle>& arm) {
     arm.def("kuka_codes", &kuka_codes, "q"_a, "codes"_a, "threads"_a);
     arm.def("kuka_inverse", &kuka_inverse, "pose"_a, "e1"_a, "status"_a, "seed"_a.none(), "out"_a,
             "outcome"_a, "threads"_a);
-    arm.def("kuka_share_wrist", &kuka_share_wrist, "q"_a, "near"_a, "turn"_a);
+    arm.def("kuka_share_turns", &kuka_share_turns, "q"_a, "seed"_a.none(), "turn"_a);
     arm.def("kuka_e1_arcs", &kuka_e1_arcs, "pose"_a, "status"_a);
 }
 

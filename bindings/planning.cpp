@@ -1,6 +1,8 @@
 // Paths, plans, the curves they give, and what explains that there is none.
 #include "armangle/plan.hpp"
 
+#include <nanobind/stl/vector.h>
+
 #include <exception>
 #include <map>
 
@@ -165,15 +167,26 @@ private:
     std::exception_ptr raised_;
 };
 
+Plan planned(const Arm& arm, const Segment* segments, std::size_t n, const double* rows,
+             std::size_t row_count, const PlanOptions& options, const Scene*) {
+    return plan(arm, segments, n, rows, row_count, options);
+}
+Plan planned(const NearArm& arm, const Segment* segments, std::size_t n, const double* rows,
+             std::size_t row_count, const PlanOptions& options, const Scene* scene) {
+    return plan(arm, segments, n, rows, row_count, options, scene);
+}
+
 /// (ok, gc, plane, stretches, open, start gap, goal gap, branches); weights: limits, singularities, travel,
 /// enough, psi, duration, and seven velocities and accelerations. wished: psi at s evenly, or what the elbow
 /// shall be near or go along; None without a wish. allowed: count and arcs, the same for every s; allowed_at:
-/// a function of s that gives them. held: q of joint 7 where the roll is free.
+/// a function of s that gives them. scenes: each of an even part of the path. held: q of joint 7 where the
+/// roll is free. true_scene: that of an arm with its own chain, whose nominal arm's is the one of `scenes`.
 template <class Handle>
 nb::object plan_path(const Handle& self, Floats segments, Floats rows, Floats start, Floats goal,
                      unsigned branches, Floats weights, double singularity_margin, double limit_margin,
-                     Wish wish, Floats wished, const SceneHandle* scene, Ints allowed_count,
-                     Floats allowed_psi, nb::object allowed_at, double held_q_7) {
+                     Wish wish, Floats wished, const std::vector<const SceneHandle*>& scenes,
+                     Ints allowed_count, Floats allowed_psi, nb::object allowed_at, double held_q_7,
+                     const SceneHandle* true_scene) {
     const Buffer g(segments), r(rows), w(weights);
     Buffer from, to;
     PlanOptions options;
@@ -201,7 +214,9 @@ nb::object plan_path(const Handle& self, Floats segments, Floats rows, Floats st
     options.branches = branches, options.singularity_margin = singularity_margin,
     options.limit_margin = limit_margin;
     options.held_q_7 = held_q_7;
-    options.scene = scene ? &scene->view : nullptr;
+    std::vector<const Scene*> views;
+    for (const SceneHandle* scene : scenes) views.push_back(&scene->view);
+    options.scenes = {views.data(), static_cast<int>(views.size())};
     ArcSet everywhere;
     AskedArcs asked(allowed_at);
     if (!allowed_count.is_none()) {
@@ -214,8 +229,9 @@ nb::object plan_path(const Handle& self, Floats segments, Floats rows, Floats st
     Plan out;
     {
         nb::gil_scoped_release release;
-        out = plan(self.arm, as_segments(g), static_cast<std::size_t>(g.shape(0)), r.data<double>(),
-                   static_cast<std::size_t>(r.shape(0)), options);
+        out =
+            planned(self.arm, as_segments(g), static_cast<std::size_t>(g.shape(0)), r.data<double>(),
+                    static_cast<std::size_t>(r.shape(0)), options, true_scene ? &true_scene->view : nullptr);
     }
     asked.raise();
     nb::object stretches = new_array(nb::make_tuple(out.stretches.size(), stretch_width));
@@ -342,8 +358,9 @@ void interval_many(int operation, Floats a, Floats b, Floats out) {
 nb::tuple certify_curve(const ArmHandle& self, Floats segments, Floats stretches, Floats plane, int gc,
                         double singularity_margin, const SceneHandle* scene) {
     const Buffer g(segments), x(stretches), v(plane);
+    const Scene* const view = scene ? &scene->view : nullptr;
     const Proof proof = certify(as_curve(nominal(self.arm), g, x, v, gc), self.arm.limits, singularity_margin,
-                                {scene ? &scene->view : nullptr, nullptr});
+                                {{&view, scene ? 1 : 0}, nullptr});
     return nb::make_tuple(as_array(proof.open, 2), as_array(proof.violated, 1));
 }
 
@@ -353,8 +370,8 @@ void bind_planning_of(nb::class_<Handle>& arm) {
     using namespace nb::literals;
     arm.def("plan_path", &plan_path<Handle>, "segments"_a, "rows"_a, "start"_a.none(), "goal"_a.none(),
             "branches"_a, "weights"_a, "singularity_margin"_a, "limit_margin"_a, "wish"_a, "wished"_a.none(),
-            "scene"_a.none(), "allowed_count"_a.none(), "allowed_psi"_a.none(), "allowed_at"_a.none(),
-            "held_q_7"_a);
+            "scenes"_a, "allowed_count"_a.none(), "allowed_psi"_a.none(), "allowed_at"_a.none(), "held_q_7"_a,
+            "true_scene"_a.none());
     arm.def("curve_at", &curve_at<Handle>, "segments"_a, "stretches"_a, "plane"_a, "gc"_a, "roll_free"_a,
             "s"_a, "q"_a, "psi"_a, "branch"_a, "pose"_a, "margin"_a, "residual"_a);
     arm.def("curve_derivatives", &curve_derivatives<Handle>, "segments"_a, "stretches"_a, "plane"_a, "gc"_a,

@@ -82,7 +82,7 @@ void freedom_gradient_many(const ArmHandle& self, Floats pose, double margin, Fl
 /// The turns of each pose (n, 4, 4).
 ArcColumns turns_many(const ArmHandle& self, Floats pose, Turned turned, double margin, int threads) {
     const Buffer p(pose);
-    const auto n = static_cast<std::size_t>(p.shape(0));
+    const std::size_t n = p.elements(2);
     const LimitTable limits = table(self, margin);
     Collected whole;
     whole.reserve(n);

@@ -15,18 +15,28 @@ struct Refusal {
     double value;
 };
 
-/// Throws where a problem was found in a batch. The batch axes are those of `lead` before its `inner` last
-/// ones. `argument` is what the problem is about; `joint_argument` where joint values are another one.
+/// Whether a problem is in a pose or quaternion by itself, whatever goes with it.
+inline bool is_in_one_value(armangle::Problem problem) noexcept {
+    using armangle::Problem;
+    for (const Problem one : {Problem::pose_not_finite, Problem::pose_last_row, Problem::pose_not_rotation,
+                              Problem::pose_reflection, Problem::pose_too_far, Problem::not_unit,
+                              Problem::unreachable, Problem::folded})
+        if (problem == one) return true;
+    return false;
+}
+
+/// Throws where a problem was found in a batch. The batch axes are those of `lead`, the argument, before its
+/// `inner` last ones; an axis along which it is repeated has no place in the index of a value of its own.
+/// `argument` is what the problem is about; `joint_argument` where joint values are another one.
 inline void refuse(const armangle::Outcome& found, const Buffer& lead, int inner, const char* argument,
                    const char* joint_argument = nullptr) {
     if (found.problem == armangle::Problem::none) return;
     const bool joints = joint_argument && found.problem == armangle::Problem::joints_not_finite;
     Refusal refusal{found.problem, joints ? joint_argument : argument, {}, found.value};
-    const int axes = lead.ndim() - inner;
-    refusal.at.resize(static_cast<std::size_t>(axes));
     auto rest = static_cast<Py_ssize_t>(found.index);
-    for (int d = axes - 1; d >= 0; --d) {
-        refusal.at[static_cast<std::size_t>(d)] = rest % lead.shape(d);
+    for (int d = lead.ndim() - inner - 1; d >= 0; --d) {
+        const bool repeated = lead.stride(d) == 0 && is_in_one_value(found.problem);
+        if (!repeated) refusal.at.insert(refusal.at.begin(), rest % lead.shape(d));
         rest /= lead.shape(d);
     }
     throw refusal;

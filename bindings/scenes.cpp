@@ -35,7 +35,7 @@ void check_rows(const Buffer& rows, Py_ssize_t width) {
 
 Within frame_of(const double* row) noexcept { return static_cast<Within>(static_cast<int>(row[17])); }
 
-Solid solid_of(const Arm& arm, const double* row) noexcept {
+Solid solid_of(const Arm& arm, const Pose<double>& base, const double* row) noexcept {
     const Solid solid{static_cast<SolidKind>(static_cast<int>(row[0])),
                       row[1],
                       vector_of(row + 2),
@@ -43,6 +43,7 @@ Solid solid_of(const Arm& arm, const double* row) noexcept {
                       {vector_of(row + 8), vector_of(row + 11), vector_of(row + 14)}};
     switch (frame_of(row)) {
         case Within::user: return arm.has_base ? placed(arm.base_inverse, solid) : solid;
+        case Within::base: return placed(base, solid);
         case Within::tool: return arm.has_tool ? placed(arm.tool, solid) : solid;
         default: return solid;
     }
@@ -177,12 +178,21 @@ void fill_hulls_and_fields(std::vector<Solid>& solids, const Buffer& corners, co
     }
 }
 
+/// Where link 0 is in the DH base.
+Pose<double> base_link(const Arm&) noexcept { return identity_pose(); }
+Pose<double> base_link(const NearArm& arm) noexcept {
+    return arm.nominal.has_base ? arm.nominal.base_inverse * arm.link[0] : arm.link[0];
+}
+
 /// Rows of solids: those of the user (of clouds the points come apart), then of link 0 from `first_base` on,
 /// then what is held from `first_held` on; rows of rods of links 3 and 4, then of those that swing; which
 /// pairs may touch, a byte each; pairs (obstacle, link) of the arm's own.
-void make_scene(SceneHandle* self, const ArmHandle& arm, Floats solids, Py_ssize_t first_base,
+template <class Handle>
+void make_scene(SceneHandle* self, const Handle& of, Floats solids, Py_ssize_t first_base,
                 Py_ssize_t first_held, Floats cloud, Floats corners, Floats fields, Floats distances,
                 Floats rods, Codes ignored, Ints own, double clearance, double soft) {
+    const Arm& arm = nominal(of.arm);
+    const Pose<double> base = base_link(of.arm);
     const Buffer rows(solids), links(rods), touch(ignored);
     check_rows(rows, solid_width);
     check_rows(links, rod_width);
@@ -190,7 +200,7 @@ void make_scene(SceneHandle* self, const ArmHandle& arm, Floats solids, Py_ssize
     std::vector<PlacedBall> balls;
     std::vector<Solid> all;
     for (Py_ssize_t k = 0; k < rows.shape(0); ++k)
-        all.push_back(solid_of(arm.arm, rows.data<double>() + k * solid_width));
+        all.push_back(solid_of(arm, base, rows.data<double>() + k * solid_width));
     fill_hulls_and_fields(all, Buffer(corners), Buffer(fields), Buffer(distances), *self);
     for (Py_ssize_t k = 0; k < rows.shape(0); ++k) {
         const Solid& solid = all[static_cast<std::size_t>(k)];
@@ -210,9 +220,9 @@ void make_scene(SceneHandle* self, const ArmHandle& arm, Floats solids, Py_ssize
     for (Py_ssize_t k = 0; k < points.shape(0); ++k) {
         const double* row = points.data<double>() + k * point_width;
         const Vec3<double> p = vector_of(row);
-        const Pose<double>& to = arm.arm.base_inverse;
-        balls.push_back({arm.arm.has_base ? to.rotation * p + to.position : p, row[3],
-                         static_cast<std::uint16_t>(row[4])});
+        const Pose<double>& to = arm.base_inverse;
+        balls.push_back(
+            {arm.has_base ? to.rotation * p + to.position : p, row[3], static_cast<std::uint16_t>(row[4])});
     }
     fill_blocks(balls, *self);
     for (Py_ssize_t k = 0; k < links.shape(0); ++k) {
@@ -276,6 +286,20 @@ void resting_links(const ArmHandle& self, Floats rods, Ints link) {
     }
 }
 
+/// The same of an arm with its own chain, whose axes do not meet: what a joint turns swings, off its axis or
+/// on it, and stays in the frame of its own link.
+void true_links(const NearArmHandle&, Floats rods, Ints link) {
+    const Buffer rows(rods, true), out(link, true);
+    check_rows(rows, rod_width);
+    for (Py_ssize_t k = 0; k < rows.shape(0); ++k) {
+        double* row = rows.data<double>() + k * rod_width;
+        const int given = static_cast<int>(row[0]);
+        const bool swings = given == 1 || given == 2 || given == 5 || given == 6;
+        out.data<long long>()[k] = swings ? -given : given;
+        row[0] = static_cast<double>(out.data<long long>()[k]);
+    }
+}
+
 /// distance, psi_rate, six coordinates of two points in the user's frame; the pair is obstacle * 256 + link.
 /// Without a pair the points are NaN.
 void store_proximity(const Arm& arm, const Proximity& found, double* out, long long* pair) noexcept {
@@ -317,6 +341,32 @@ void proximity_many(const ArmHandle& self, const SceneHandle& scene, Floats pose
         });
 }
 
+/// The same of the true chain.
+void near_proximity_many(const NearArmHandle& self, const SceneHandle& scene, Floats pose, Floats psi,
+                         Ints gc, Floats out, Ints pair, int threads) {
+    const Buffer p(pose), a(psi), g(gc), to(out, true), who(pair, true);
+    for_each<5>("pose", {&p, &a, &g, &to, &who}, {2, 0, 0, 1, 0}, threads,
+                [&](const Py_ssize_t* at, double& value) {
+                    const double* m = p.data<double>() + at[0];
+                    const Problem problem = check_pose(m, value);
+                    if (problem != Problem::none) return problem;
+                    const long long branch = g.data<long long>()[at[2]];
+                    value = static_cast<double>(branch);
+                    if (branch < 0 || branch >= configurations) return Problem::gc_range;
+                    const Pose<double> frame = load_pose(m);
+                    const double angle = a.data<double>()[at[1]];
+                    const Inverse found = inverse(self.arm, frame, angle, static_cast<int>(branch));
+                    value = reach_excess(self.arm, frame);
+                    if (found.status != Status::OK) return detail::problem_of(found.status);
+                    const Inverse rate = self_motion_rate(self.arm, frame, angle, static_cast<int>(branch));
+                    double d[joints];
+                    for (int j = 0; j < joints; ++j) d[j] = rate.q[j];
+                    store_proximity(self.arm.nominal, proximity(self.arm, scene.view, found.q, d),
+                                    to.data<double>() + at[3], who.data<long long>() + at[4]);
+                    return Problem::none;
+                });
+}
+
 /// The widest psi of each (pose, gc) within the limits: psi, its nearest pair, and the status of the limits.
 void widest_many(const ArmHandle& self, const SceneHandle& scene, Floats pose, Ints gc, double margin,
                  Floats psi, Floats out, Ints pair, Ints status, int threads) {
@@ -342,7 +392,41 @@ void widest_many(const ArmHandle& self, const SceneHandle& scene, Floats pose, I
                 });
 }
 
+/// The same of the true chain.
+void near_widest_many(const NearArmHandle& self, const SceneHandle& scene, Floats pose, Ints gc,
+                      double margin, Floats psi, Floats out, Ints pair, Ints status, int threads) {
+    const Buffer p(pose), g(gc), a(psi, true), to(out, true), who(pair, true), code(status, true);
+    for_each<6>("pose", {&p, &g, &a, &to, &who, &code}, {2, 0, 0, 1, 0, 0}, threads,
+                [&](const Py_ssize_t* at, double& value) {
+                    const double* m = p.data<double>() + at[0];
+                    const Problem problem = check_pose(m, value);
+                    if (problem != Problem::none) return problem;
+                    const long long branch = g.data<long long>()[at[1]];
+                    value = static_cast<double>(branch);
+                    if (branch < 0 || branch >= configurations) return Problem::gc_range;
+                    const Pose<double> frame = load_pose(m);
+                    const int sign = static_cast<int>(branch);
+                    ProvenArcs own;
+                    feasible(self.arm, frame, sign, self.arm.nominal.limits, margin, own);
+                    code.data<long long>()[at[5]] = static_cast<long long>(own.status);
+                    const Widest found = widest(self.arm, scene.view, frame, sign, own.arcs);
+                    a.data<double>()[at[2]] = found.psi;
+                    store_proximity(self.arm.nominal, found.nearest, to.data<double>() + at[3],
+                                    who.data<long long>() + at[4]);
+                    return Problem::none;
+                });
+}
+
 }  // namespace
+
+void bind_near_scenes(nb::class_<NearArmHandle>& arm) {
+    using namespace nb::literals;
+    arm.def("resting_links", &true_links, "rods"_a, "link"_a);
+    arm.def("proximity_many", &near_proximity_many, "scene"_a, "pose"_a, "psi"_a, "gc"_a, "out"_a, "pair"_a,
+            "threads"_a);
+    arm.def("widest_many", &near_widest_many, "scene"_a, "pose"_a, "gc"_a, "margin"_a, "psi"_a, "out"_a,
+            "pair"_a, "status"_a, "threads"_a);
+}
 
 void bind_scenes(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
@@ -363,8 +447,12 @@ void bind_scenes(nb::module_& m, nb::class_<ArmHandle>& arm) {
     m.attr("MOST_LINKS") = most_links;
     m.attr("MOST_OBSTACLES") = most_obstacles;
     nb::class_<SceneHandle>(m, "Scene")
-        .def("__init__", &make_scene, "arm"_a, "solids"_a, "first_base"_a, "first_held"_a, "cloud"_a,
-             "corners"_a, "fields"_a, "distances"_a, "rods"_a, "ignored"_a, "own"_a, "clearance"_a, "soft"_a);
+        .def("__init__", &make_scene<NearArmHandle>, "arm"_a, "solids"_a, "first_base"_a, "first_held"_a,
+             "cloud"_a, "corners"_a, "fields"_a, "distances"_a, "rods"_a, "ignored"_a, "own"_a, "clearance"_a,
+             "soft"_a)
+        .def("__init__", &make_scene<ArmHandle>, "arm"_a, "solids"_a, "first_base"_a, "first_held"_a,
+             "cloud"_a, "corners"_a, "fields"_a, "distances"_a, "rods"_a, "ignored"_a, "own"_a, "clearance"_a,
+             "soft"_a);
     arm.def("resting_links", &resting_links, "rods"_a, "link"_a);
     arm.def("proximity_many", &proximity_many, "scene"_a, "pose"_a, "psi"_a, "gc"_a, "out"_a, "pair"_a,
             "threads"_a);

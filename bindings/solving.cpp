@@ -40,11 +40,17 @@ NearestOptions nearest_options(const SolveOptions& o, const double* near, const 
     return out;
 }
 
-/// What an arm takes besides poses: its limits with the margin, or the margin itself.
-LimitTable limits_with(const ArmHandle& arm, double margin) {
+/// What an arm with its own chain keeps off: singularities by a margin (rad), and a scene; null: none.
+struct KeptOff {
+    double margin;
+    const Scene* scene;
+};
+
+/// What an arm takes besides poses: its limits with the margin, or what it keeps off.
+LimitTable limits_with(const ArmHandle& arm, double margin, const Scene*) {
     return margin == 0 ? arm.limits : limit_table(arm.arm, arm.arm.limits, margin);
 }
-double limits_with(const NearArmHandle&, double margin) { return margin; }
+KeptOff limits_with(const NearArmHandle&, double margin, const Scene* scene) { return {margin, scene}; }
 /// The same without a margin.
 const LimitTable& own_limits(const ArmHandle& arm) { return arm.limits; }
 double own_limits(const NearArmHandle&) { return 0.0; }
@@ -58,7 +64,7 @@ public:
         : arm_(arm),
           options_(o),
           scene_(scene ? &scene->view : nullptr),
-          limits_(limits_with(arm, o.margin)) {
+          limits_(limits_with(arm, o.margin, scene_)) {
         pose_.get(pose);
         if (!near.is_none()) near_.get(near);
         if (allowed_count.is_none()) return;
@@ -67,7 +73,7 @@ public:
             allowed_.push_back(arrays.load(static_cast<long long>(i), 0));
     }
 
-    std::size_t size() const noexcept { return static_cast<std::size_t>(pose_.shape(0)); }
+    std::size_t size() const noexcept { return pose_.elements(2); }
     const Buffer& pose() const noexcept { return pose_; }
 
     /// solve(arm, table, pose, options) of element i; a report where it is no pose.
@@ -100,7 +106,7 @@ private:
     const Handle& arm_;
     const SolveOptions& options_;
     const Scene* scene_;
-    decltype(limits_with(std::declval<Handle>(), 0.0)) limits_;
+    decltype(limits_with(std::declval<Handle>(), 0.0, nullptr)) limits_;
     Buffer pose_, near_;
     std::vector<ArcSet> allowed_;
 };
@@ -110,9 +116,13 @@ Nearest answer(const Arm& arm, const LimitTable& limits, const Pose<double>& pos
                double length) noexcept {
     return length > 0 ? nearest_outside(arm, limits, pose, o, length) : nearest_posture(arm, limits, pose, o);
 }
-Nearest answer(const NearArm& arm, double margin, const Pose<double>& pose, const NearestOptions& o,
+Nearest answer(const NearArm& arm, const KeptOff& kept, const Pose<double>& pose, const NearestOptions& o,
                double) noexcept {
-    return nearest_posture(arm, margin, pose, o);
+    return nearest_posture(arm, kept.margin, pose, o, kept.scene);
+}
+void nearest_postures(const NearArm& arm, const KeptOff& kept, const Pose<double>& pose,
+                      const NearestOptions& o, Nearests& out) noexcept {
+    armangle::nearest_postures(arm, kept.margin, pose, o, out, kept.scene);
 }
 
 /// Writes into q (n, 7), psi, distance, margin, gap (n,) of float64, gc (n,) of int64, status (n,) of int8.
@@ -165,8 +175,8 @@ void best_gradient_many(const ArmHandle& self, Floats pose, Floats q, Floats psi
 }
 
 /// A named tuple `kind` of (q, psi, gc, distance, status of `statuses`, margin, gap, pose), or None where
-/// pose or near is no small matrix: the general way then converts it, or says what is wrong. near may be
-/// None.
+/// pose or near is no small matrix, or near more than a turn outside the limits: the general way then
+/// converts it, or says what is wrong. near may be None.
 template <class Handle>
 nb::object solve_one(const Handle& self, nb::handle pose, nb::handle near, Metric metric, nb::handle kind,
                      nb::handle statuses) {
@@ -179,6 +189,7 @@ nb::object solve_one(const Handle& self, nb::handle pose, nb::handle near, Metri
     for (int j = 0; !near.is_none() && j < joints; ++j)
         if (!(std::fabs(q[j]) <= tolerance::largest_angle))
             refuse_one(Problem::joints_not_finite, "near", q[j]);
+    if (!near.is_none() && limit_margin(nominal(self.arm).limits, q) < -two_pi) return nb::none();
     NearestOptions options;
     options.metric = metric;
     options.near = near.is_none() ? nullptr : q;

@@ -1,5 +1,6 @@
 // Redundancy resolution, step and follow.
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/vector.h>
 
 #include <optional>
 #include <vector>
@@ -184,29 +185,32 @@ void make_follow_options(FollowOptions* self, const Policy& policy, std::optiona
 /// Columns that `follow` fills, a row a pose.
 using FollowColumns = nb::typed<nb::tuple, Floats, Floats, Ints, Codes, Floats, Floats>;
 
+/// None, one for all poses, or one a pose.
+using Scenes = Strided<const Scene* const>;
+
 void run(const ArmHandle& self, const double* start, const Buffer& p, const FollowOptions& wanted,
-         const StepOptions& options, Strided<const ArcSet> allowed, const FollowRows& rows) {
+         const StepOptions& options, Strided<const ArcSet> allowed, Scenes scenes, const FollowRows& rows) {
     const auto n = static_cast<std::size_t>(p.shape(0));
     const DrawnLimits limits(self, wanted.singularity_margin);
     const std::size_t window = wanted.lookahead;
     std::vector<AheadSection> sections(window ? Lookahead::sections_for(window) : 0);
-    Lookahead ahead(self.arm, limits.table, p.data<double>(), n, allowed, options.scene, options.bounds,
+    Lookahead ahead(self.arm, limits.table, p.data<double>(), n, allowed, scenes, options.bounds,
                     options.max_joint_step, sections.data(), window);
     nb::gil_scoped_release release;
     follow(self.arm, limits.table, start, p.data<double>(), n, options, wanted.on_fail, allowed, rows,
-           window ? &ahead : nullptr);
+           window ? &ahead : nullptr, scenes);
 }
 
-/// Bounds, scenes and a window ahead are refused before this.
+/// A window ahead is refused before this.
 void run(const NearArmHandle& self, const double* start, const Buffer& p, const FollowOptions& wanted,
-         const StepOptions& options, Strided<const ArcSet> allowed, const FollowRows& rows) {
+         const StepOptions& options, Strided<const ArcSet> allowed, Scenes scenes, const FollowRows& rows) {
     nb::gil_scoped_release release;
     follow(self.arm, wanted.singularity_margin, start, p.data<double>(), static_cast<std::size_t>(p.shape(0)),
-           options, wanted.on_fail, allowed, rows);
+           options, wanted.on_fail, allowed, rows, scenes);
 }
 
 void run(const OffsetHandle& self, const double* start, const Buffer& p, const FollowOptions& wanted,
-         const StepOptions& options, Strided<const ArcSet> allowed, const FollowRows& rows) {
+         const StepOptions& options, Strided<const ArcSet> allowed, Scenes, const FollowRows& rows) {
     nb::gil_scoped_release release;
     follow(self.arm, start, p.data<double>(), static_cast<std::size_t>(p.shape(0)), options, wanted.on_fail,
            allowed, rows);
@@ -215,7 +219,7 @@ void run(const OffsetHandle& self, const double* start, const Buffer& p, const F
 template <class Handle>
 void follow_all(const Handle& self, Floats start, Floats poses, const FollowOptions& wanted,
                 Ints allowed_count, Floats allowed_psi, Floats bounds, const FollowColumns& columns,
-                const SceneHandle* scene) {
+                const std::vector<const SceneHandle*>& scenes) {
     const Buffer s(start), p(poses), q_out(columns[0], true), psi_out(columns[1], true),
         gc_out(columns[2], true), status_out(columns[3], true), margin_out(columns[4], true),
         residual_out(columns[5], true);
@@ -238,9 +242,11 @@ void follow_all(const Handle& self, Floats start, Floats poses, const FollowOpti
                           gc_out.data<long long>(),  status_out.data<std::int8_t>()};
     const Strided<const ArcSet> allowed{sets.empty() ? nullptr : sets.data(), sets.size() > 1 ? 1 : 0};
     StepOptions options = wanted.step;
-    options.scene = scene ? &scene->view : nullptr;
     const GivenBounds given(bounds, options);
-    run(self, s.data<double>(), p, wanted, options, allowed, rows);
+    std::vector<const Scene*> views;
+    for (const SceneHandle* scene : scenes) views.push_back(&scene->view);
+    const Scenes about{views.empty() ? nullptr : views.data(), views.size() > 1 ? 1 : 0};
+    run(self, s.data<double>(), p, wanted, options, allowed, about, rows);
 }
 
 template <class Handle>
@@ -251,7 +257,7 @@ void bind_stepping_of(nb::class_<Handle>& arm) {
             "outside"_a.none(), "allowed_count"_a.none(), "allowed_psi"_a.none(), "bounds"_a.none(), "kind"_a,
             "statuses"_a, "scene"_a.none());
     arm.def("follow_all", &follow_all<Handle>, "start"_a, "poses"_a, "options"_a, "allowed_count"_a.none(),
-            "allowed_psi"_a.none(), "bounds"_a.none(), "columns"_a, "scene"_a.none());
+            "allowed_psi"_a.none(), "bounds"_a.none(), "columns"_a, "scenes"_a);
 }
 
 /// Next psi of each (set, psi): eq. (36) or another rule; of a wish for the elbow, `wish` is that for psi.

@@ -21,5 +21,6 @@ def pytest_report_header() -> str:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Name the compact part of the laws that runs once for every instruction set."""
+    """Name the laws that run once for every instruction set, and what `make test` leaves out."""
     config.addinivalue_line("markers", "core: a law that every compiled level must keep")
+    config.addinivalue_line("markers", "slow: takes seconds; not in `make test`")

@@ -40,44 +40,96 @@ inline int status(const Arm& arm, const double* q) noexcept {
     return behind * overhead + (q[3] < 0) * bent_back + (q[5] < 0) * wrist_down;
 }
 
-/// Where A6 is 0, A5 and A7 turn one axis, and pose, E1 and Status leave open how they share it. Gives A5 the
-/// value `near` if both axes then keep their limits, with the signs of Turn if one is given, and else the
-/// middle of the widest stretch of A5 that does. False, and nothing changed, where A6 is not 0 or there is no
-/// such share.
-inline bool share_wrist(const Arm& arm, double near, const int* turn, double* q) noexcept {
-    constexpr int fifth = 4, sixth = 5, seventh = 6;
-    const SinCos<double> bend = sin_cos(to_theta(arm, sixth, q[sixth]));
-    if (abs(bend.sin) > tolerance::angle) return false;
-    double lower[joints], upper[joints];
-    for (const int j : {fifth, seventh}) {
-        lower[j] = max(arm.limits.lower[j], -two_pi);
-        upper[j] = min(arm.limits.upper[j], two_pi);
-        if (!turn) continue;
-        if (*turn >> j & 1)
-            upper[j] = min(upper[j], -2 * tolerance::angle);
-        else
-            lower[j] = max(lower[j], 0.0);
+namespace detail {
+
+/// Whether theta of a joint is 0 or pi, and its cosine, 1 or -1; 0 where it is neither.
+inline double straight(const Arm& arm, const double* q, int joint) noexcept {
+    const SinCos<double> at = sin_cos(to_theta(arm, joint, q[joint]));
+    if (abs(at.sin) > tolerance::angle) return 0.0;
+    return at.cos < 0 ? -1.0 : 1.0;
+}
+
+/// From where to where.
+struct Range {
+    double lower, upper;
+};
+
+/// Joints that turn one axis, of which what they turn together is fixed.
+struct OneAxis {
+    static constexpr int most = 3;
+    int count = 0;
+    int joint[most];
+    double way[most];  // +1 or -1: which way q of the joint turns the axis
+
+    /// Adds a joint whose axis 'alike' says points as that of the others, or opposite.
+    void add(const Arm& arm, int j, double alike) noexcept {
+        joint[count] = j;
+        way[count++] = arm.sign[j] * alike;
     }
-    // A7 at 0 of A5, and how it turns with A5
-    const double along = (bend.cos < 0 ? 1.0 : -1.0) * arm.sign[fifth] * arm.sign[seventh];
-    const double at_zero = q[seventh] - along * q[fifth];
-    double widest = 0, middle = not_a_number;
-    for (int turns = -3; turns <= 3; ++turns) {
-        const double first = along * (lower[seventh] - at_zero + two_pi * turns),
-                     last = along * (upper[seventh] - at_zero + two_pi * turns);
-        const double from = max(lower[fifth], min(first, last)), to = min(upper[fifth], max(first, last));
-        if (near >= from && near <= to) {
-            middle = near;
-            break;
-        }
-        if (to - from <= widest) continue;
-        widest = to - from;
-        middle = 0.5 * (from + to);
+};
+
+/// Shares the turn of some joints anew: each in its order gets the value `near` if all then can keep their
+/// limits, with the signs of Turn if one is given, and else the middle of its stretch that lets them. False,
+/// and nothing changed, where no share does.
+inline bool share_turn(const Arm& arm, const OneAxis& axis, const double* near, const int* turn,
+                       double* q) noexcept {
+    // what each may turn, and it and all after it together
+    double lower[OneAxis::most], upper[OneAxis::most], least[OneAxis::most + 1] = {},
+                                                                             most[OneAxis::most + 1] = {};
+    double whole = 0;
+    for (int i = axis.count - 1; i >= 0; --i) {
+        const int j = axis.joint[i];
+        double low = max(arm.limits.lower[j], -two_pi), high = min(arm.limits.upper[j], two_pi);
+        if (turn && *turn >> j & 1) high = min(high, -2 * tolerance::angle);
+        if (turn && !(*turn >> j & 1)) low = max(low, 0.0);
+        if (low > high) return false;
+        lower[i] = min(axis.way[i] * low, axis.way[i] * high);
+        upper[i] = max(axis.way[i] * low, axis.way[i] * high);
+        least[i] = least[i + 1] + lower[i];
+        most[i] = most[i + 1] + upper[i];
+        whole += axis.way[i] * q[j];
     }
-    if (!(abs(middle) < infinity)) return false;
-    q[seventh] = lift(at_zero + along * middle, 0.5 * (lower[seventh] + upper[seventh]));
-    q[fifth] = middle;
+    // of the turns that the sum may have, the one that leaves the first joint `near` or else most room
+    const auto stretch = [&](int i, double rest) {
+        return Range{max(lower[i], rest - most[i + 1]), min(upper[i], rest - least[i + 1])};
+    };
+    const auto wanted = [&](int i) { return axis.way[i] * near[axis.joint[i]]; };
+    double room = -1, rest = 0;
+    for (int turns = -5; turns <= 5; ++turns) {
+        const double now = whole + two_pi * turns;
+        const Range of = stretch(0, now);
+        const bool fits = wanted(0) >= of.lower && wanted(0) <= of.upper;
+        const double here = fits ? infinity : of.upper - of.lower;
+        if (here <= room) continue;
+        room = here;
+        rest = now;
+    }
+    if (room < 0) return false;
+    for (int i = 0; i < axis.count; ++i) {
+        const Range of = stretch(i, rest);
+        const bool fits = wanted(i) >= of.lower && wanted(i) <= of.upper;
+        const double value = fits ? wanted(i) : 0.5 * (of.lower + of.upper);
+        q[axis.joint[i]] = axis.way[i] * value;
+        rest -= value;
+    }
     return true;
+}
+
+}  // namespace detail
+
+/// Shares anew what a pose, E1 and Status leave open: where A6 is 0, A5 and A7 turn one axis, where A2 and A4
+/// are 0, A1 and A5 do, and where all are, the three. A1, then A5, are as in the seed, or in the middle of
+/// their range, if all can then keep their limits, with the signs of Turn if one is given, and else in the
+/// middle of what lets them. False, and nothing changed, where nothing is open or there is no such share.
+inline bool share_turns(const Arm& arm, const double* seed, const int* turn, double* q) noexcept {
+    const double upright = detail::straight(arm, q, 1) * detail::straight(arm, q, 3),
+                 wrist = detail::straight(arm, q, 5);
+    if (upright == 0 && wrist == 0) return false;
+    detail::OneAxis axis;
+    if (upright != 0) axis.add(arm, 0, upright);
+    axis.add(arm, 4, 1.0);
+    if (wrist != 0) axis.add(arm, 6, wrist);
+    return detail::share_turn(arm, axis, seed ? seed : arm.joint_middle, turn, q);
 }
 
 /// Joints of a pose with A3 at e1 and the given Status: OK and unique, each joint on the turn within its
@@ -117,7 +169,7 @@ inline Inverse inverse(const Arm& arm, const Pose<double>& pose, double e1, int 
         out.q[0] = to_q(theta_1, arm.sign[0], arm.offset[0], arm.limits.lower[0], arm.limits.upper[0], near);
         out.q[2] = e1;
     }
-    share_wrist(arm, seed ? seed[4] : arm.joint_middle[4], nullptr, out.q);
+    share_turns(arm, seed, nullptr, out.q);
     out.margin = limit_margin(arm.limits, out.q);
     return out;
 }

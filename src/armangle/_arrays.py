@@ -38,6 +38,7 @@ CONFIGURATIONS: int = _core.CONFIGURATIONS
 MILLIMETRES = 1e3
 FAR = 20.0  # m: a pose this far beyond the reach was hardly meant in m
 MOST_THREADS = 1024
+TURN = 2 * np.pi
 
 
 def as_floats(name: str, value: ArrayLike, tail: Shape = (), meaning: str = "") -> Floats:
@@ -232,6 +233,20 @@ def check_angles(name: str, angles: Floats) -> None:
         index = tuple(int(i) for i in np.argwhere(bad)[0])
         value = float(angles[index])
         raise _bad_angle(f"{name}{list(index) if index else ''} is {value}", value)
+
+
+def check_turns(name: str, angles: Floats, lower: ArrayLike, upper: ArrayLike, whose: str = "its") -> None:
+    """Raise where an angle is more than a turn outside its limits: it was hardly meant in rad."""
+    known = np.where(np.isfinite(angles), angles, np.clip(0.0, lower, upper))  # others are refused elsewhere
+    outside = np.maximum(lower - known, known - upper)
+    if not (outside > TURN).any():
+        return
+    at = np.unravel_index(int(np.argmax(outside)), outside.shape)
+    where = [int(i) for i in at] or ""
+    raise InputError(
+        f"{name}{where} is {angles[at]:g}, {outside[at]:.4g} rad outside {whose} limits. "
+        "Joints are in rad: were these degrees?"
+    )
 
 
 def _bad_angle(what: str, value: float) -> ArmangleError:

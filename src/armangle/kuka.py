@@ -34,6 +34,7 @@ from ._arrays import (
     as_threads,
     broadcast,
     check_angles,
+    check_turns,
     chosen,
 )
 from ._core import ANGLE_TOLERANCE
@@ -58,7 +59,7 @@ __all__ = [
 ]
 
 _STATUSES, _TURNS = 8, 1 << JOINTS
-_A5, _A6, _A7 = 4, 5, 6
+_A1, _A2, _A3, _A4, _A5, _A6, _A7 = range(JOINTS)
 _UNSOLVED = ("raise", "nan")
 
 
@@ -168,9 +169,9 @@ def from_e1(
     status : array_like of int, shape (...)
         0..7.
     seed : array_like, shape (..., 7), optional
-        Of joints of more than a turn, the winding nearest to it; how A1 is wound where A2 is 0; and A5 where
-        A6 is 0, if A7 then keeps its limits: the two turn one axis there. Without a seed that A5 is the
-        middle of its range.
+        Of joints of more than a turn, the winding nearest to it; how A1 is wound where A2 is 0; A5 where A6
+        is 0, and A1 where A2 and A4 are, if all then keep their limits: A5 and A7, A1 and A5 turn one axis
+        there. Without a seed that A5 or A1 is the middle of its range.
     unreachable : "raise" or "nan"
         Where there is no such posture.
     threads : int
@@ -192,8 +193,10 @@ def from_e1(
     """
     values, near = as_floats("e1", e1), None if seed is None else as_floats("seed", seed, (JOINTS,))
     check_angles("e1", values)
+    own = _checked(arm)
+    check_turns("e1", values, own.lower[_A3], own.upper[_A3], "A3's")
     given = [
-        ("pose", as_poses("pose", pose, _checked(arm)._handle), 2),
+        ("pose", as_poses("pose", pose, own._handle), 2),
         ("e1", values, 0),
         ("status", _bits("status", status, _STATUSES), 0),
     ]
@@ -245,8 +248,8 @@ def e1_arcs(arm: Arm, pose: ArrayLike, status: ArrayLike) -> ArcSet:
         ("status", _bits("status", status, _STATUSES), 0),
     ]
     batch, (poses, wanted) = broadcast(named)
-    flat = np.ascontiguousarray(poses).reshape(-1, 4, 4)
-    return ArcSet._from_core(batch, arm._handle.kuka_e1_arcs(flat, np.ascontiguousarray(wanted).reshape(-1)))
+    columns = arm._handle.kuka_e1_arcs(np.ascontiguousarray(poses), np.ascontiguousarray(wanted).reshape(-1))
+    return ArcSet._from_core(batch, columns)
 
 
 def to_frame(arm: Arm, q: ArrayLike) -> KukaFrame:
@@ -277,8 +280,8 @@ def to_frame(arm: Arm, q: ArrayLike) -> KukaFrame:
 def from_frame(arm: Arm, frame: KukaFrame, *, seed: ArrayLike | None = None) -> Floats:
     """Return the joints (7,) of a frame: pose, E1 and Status give them, and Turn must agree.
 
-    Where A6 is 0, A5 and A7 turn one axis, and a frame does not say how they share it: then they have the
-    signs of Turn and keep their limits, A5 as in the seed if it may.
+    Where A6 is 0, A5 and A7 turn one axis, and where A2 and A4 are, A1 and A5 do; a frame does not say how
+    they share it: they have the signs of Turn and keep their limits, A1 and A5 as in the seed if they may.
 
     Parameters
     ----------
@@ -293,8 +296,8 @@ def from_frame(arm: Arm, frame: KukaFrame, *, seed: ArrayLike | None = None) -> 
     ShapeError, NotFiniteError, NotRotationError, UnreachableError, NoSolutionError
         As `from_e1`.
     ConfigurationError
-        If the posture has another Turn: the tool or base is not that of the frame, or A6 is 0 and no share
-        of A5 and A7 has these signs within their limits.
+        If the posture has another Turn: the tool or base is not that of the frame, or A6 is 0 (A2 and A4 are)
+        and no share of A5 and A7 (A1 and A5) has these signs within their limits.
     """
     try:
         tool, e1, wanted, turns = frame
@@ -303,16 +306,20 @@ def from_frame(arm: Arm, frame: KukaFrame, *, seed: ArrayLike | None = None) -> 
     bits = int(_bits("turn", turns, _TURNS))
     q = from_e1(arm, tool, e1, wanted, seed=seed)
     own = int(turn(arm, q))
-    one_axis = abs(np.sin(q[_A6])) <= ANGLE_TOLERANCE
-    if one_axis and (own ^ bits) & (1 << _A5 | 1 << _A7):
-        near = 0.0 if seed is None else float(as_floats("seed", seed, (JOINTS,))[_A5])
-        if arm._handle.kuka_share_wrist(q, near, bits):
+    straight = np.abs(np.sin(q)) <= ANGLE_TOLERANCE
+    upright, wrist = straight[_A2] and straight[_A4], straight[_A6]
+    open_axes = ([_A1] if upright else []) + ([_A5] if upright or wrist else []) + ([_A7] if wrist else [])
+    if any((own ^ bits) >> i & 1 for i in open_axes):
+        near = None if seed is None else np.ascontiguousarray(as_floats("seed", seed, (JOINTS,)))
+        if arm._handle.kuka_share_turns(q, near, bits):
             own = int(turn(arm, q))
     differ = [i for i in range(JOINTS) if (own ^ bits) >> i & 1 and abs(q[i]) > ANGLE_TOLERANCE]
-    if one_axis and differ and set(differ) <= {_A5, _A7}:
+    if differ and set(differ) <= set(open_axes):
+        where = [f"A{i + 1}" for i in ([_A2, _A4] if upright else []) + ([_A6] if wrist else [])]
+        what = [f"A{i + 1}" for i in open_axes]
         raise ConfigurationError(
-            f"turn is {bits}, but A6 is 0, where A5 and A7 turn one axis: within their limits no share of it "
-            "has these signs"
+            f"turn is {bits}, but {_listed(where)} {'is' if len(where) == 1 else 'are'} 0, where "
+            f"{_listed(what)} turn one axis: within their limits no share of it has these signs"
         )
     if differ:
         wrong = ", ".join(f"A{i + 1}" for i in differ)
@@ -320,6 +327,10 @@ def from_frame(arm: Arm, frame: KukaFrame, *, seed: ArrayLike | None = None) -> 
             f"turn is {bits}, but pose, E1 and Status give {own}: {wrong} differ; is tool or base another?"
         )
     return q
+
+
+def _listed(names: list[str]) -> str:
+    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
 def pose(xyz: ArrayLike, abc: ArrayLike) -> Floats:

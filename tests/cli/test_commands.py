@@ -333,6 +333,7 @@ def near_urdf(tmp_path: Path) -> str:
     return str(tmp_path / "near.urdf")
 
 
+@pytest.mark.slow
 def test_inspect_advises_options_that_there_are(capsys: Capture, tmp_path: Path) -> None:
     file = near_urdf(tmp_path)
     assert main(["inspect", file]) == 1
@@ -350,6 +351,20 @@ def test_inspect_advises_options_that_there_are(capsys: Capture, tmp_path: Path)
     assert "--length-tolerance goes with --urdf" in capsys.readouterr().err
     for words in (["--length-tolerance", "200"], ["--length-tolerance", "-1"], ["--angle-tolerance", "90"]):
         assert main(["inspect", file, *words]) == 2
+
+
+@pytest.mark.slow
+def test_inspect_shows_the_chain_that_a_near_file_keeps(capsys: Capture, tmp_path: Path) -> None:
+    file = near_urdf(tmp_path)
+    assert main(["inspect", file]) == 1
+    assert "exact=False (on the command line --inexact) keeps" in " ".join(capsys.readouterr().err.split())
+    text = " ".join(out(capsys, "inspect", file, "--inexact").split())
+    assert "the S-R-S arm fitted to it" in text and "branches merge within" in text and "--robot" not in text
+    said = json.loads(out(capsys, "inspect", file, "--inexact", "--json"))
+    assert said["near"] and not said["srs"] and said["deviation"]["position_max"] > 1e-4
+    assert main(["inspect", file, "--inexact", "-o", str(tmp_path / "x.toml")]) == 2
+    assert "-o writes exact S-R-S arms" in " ".join(capsys.readouterr().err.split())
+    assert not (tmp_path / "x.toml").exists()
 
 
 def test_limits_of_continuous_joints_are_not_passed_over(capsys: Capture, tmp_path: Path) -> None:
@@ -493,6 +508,19 @@ def test_plan_with_a_wish(capsys: Capture, line: Path, tmp_path: Path) -> None:
     assert main(["plan", str(line), *ROBOT, "--psi", "40", "--direction", "up"]) == 2
 
 
+def test_plan_counts_with_the_accelerations_given(capsys: Capture, line: Path, tmp_path: Path) -> None:
+    to, arm = tmp_path / "planned.npz", aa.Arm.from_catalogue(ROBOT[1])
+    words = ["plan", str(line), *ROBOT, "--duration", "100"]
+    out(capsys, *words, "--acceleration", "300", "-o", str(to))
+    asked = aa.Objective(duration=100.0, acceleration=np.radians(300))
+    assert np.array_equal(aa.load_joints(to).q, aa.plan(arm, aa.load_poses(line), objective=asked).q)
+    assert main(words) == 0
+    assert "the arm states no accelerations" in capsys.readouterr().err
+    assert main(["plan", str(line), *ROBOT, "--acceleration", "300"]) == 2
+    assert "--acceleration is of --duration" in capsys.readouterr().err
+    assert main([*words, "--acceleration", "0"]) == 2
+
+
 def test_plan_says_why_there_is_no_way(capsys: Capture, line: Path, tmp_path: Path) -> None:
     poses = aa.load_poses(line).copy()
     poses[-1, 0, 3] += 3.0
@@ -511,6 +539,7 @@ def test_ik_explain(capsys: Capture) -> None:
     assert main(["ik", *ROBOT, "--pose", far, "--explain", "--psi", "3"]) == 2
 
 
+@pytest.mark.slow
 def test_a_chain_that_is_nearly_srs_is_kept_where_asked(capsys: Capture, tmp_path: Path) -> None:
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     half = np.pi / 2

@@ -61,6 +61,7 @@ def test_the_table(capsys: pytest.CaptureFixture[str]) -> None:
     assert all(row[2] == "58.5882" and row[4] == "3" for row in rows)
 
 
+@pytest.mark.slow
 def test_the_files(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     need("matplotlib")
     folder = tmp_path / "new" / "demo"

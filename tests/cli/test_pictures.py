@@ -30,6 +30,7 @@ def files(tmp_path: Path) -> Path:
 PNG, SVG, PDF = (".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("words", "kind"), [
     (("circle", *Q), PNG),
     (("circle", *Q), SVG),
@@ -52,6 +53,7 @@ def test_pictures_are_written(
     assert capsys.readouterr().err == f"wrote picture{ending}\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("on_fail", ["skip", "stop"])
 def test_rows_that_are_not_solved_are_gaps_in_the_picture(
     on_fail: str, files: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch

@@ -60,7 +60,7 @@ BAD_WORDS = {
     ("ik", *ROBOT, *POSE, "--near", "1,2"): "--near has 2 numbers, wanted 7: q1,..,q7 in degrees",
     ("ik", *ROBOT, *POSE, "--metric", "l3"): "argument --metric: invalid choice: 'l3'",
     ("ik", *ROBOT, *POSE, "--all", "-o", "a.csv"): "leave it out for a file of poses or for -o",
-    (*IK, *POSE, "--near", GOOD): "--near, --metric, --outside go without --psi",
+    (*IK, *POSE, "--near", GOOD): "--near, --metric, --outside, --roll go without --psi",
     ("ik", *ROBOT, *POSE, "--psi", "0", "--all", "-o", "a.csv"): "--all takes one pose and prints it",
     ("arcs", *ROBOT): "one of the arguments --pose --q is required",
     ("arcs", *ROBOT, *POSE, "--joint", "8"): "argument --joint: invalid choice: 8",

@@ -102,6 +102,7 @@ def test_without_its_package_completions_say_what_to_install(
     assert "invalid choice: 'fish'" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_the_trajectory_is_drawn_and_corners_may_be_kept(joints: Path, capsys: Capture) -> None:
     need("scipy")
     need("matplotlib")

@@ -50,6 +50,7 @@ def is_whole(path: Path) -> bool:
     return len(numbers) == ROWS and bool((numbers == numbers[0]).all())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", ["csv", "npz", "json"])
 def test_kill_9_at_any_time_leaves_a_whole_file_or_none(ending: str, tmp_path: Path) -> None:
     path = tmp_path / f"out.{ending}"

@@ -140,6 +140,7 @@ def test_a_quaternion_of_six_digits_is_made_unit(tmp_path: Path) -> None:
     assert np.abs(r @ r.T - np.eye(3)).max() < 1e-15
 
 
+@pytest.mark.slow
 def test_reading_holds_little_more_than_the_result(tmp_path: Path) -> None:
     n = 60_000
     with (tmp_path / "p.csv").open("w") as file:

@@ -1,7 +1,7 @@
 """The law of a plan beside the naive, on many paths: python tests/laws/long_plans.py [paths] [seed].
 
-Where an arm angle held (in either reference) or `Centre` keeps what is asked, the plan is certified and its
-objective is no more than theirs.
+Where an arm angle held (in either reference) or `Centre` keeps what is asked, the plan is certified, its
+objective is no more than theirs, and in the median its joints turn back no more than twice more often.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from support.naive_plans import EVEN, KINDS, Case, case
 from support.plan_objective import reversals
 
 ROUNDING = 1e-6
+TURNS = 2
 
 
 def excess(asked: Case) -> tuple[float, int, str]:
@@ -35,7 +36,7 @@ def excess(asked: Case) -> tuple[float, int, str]:
 
 
 def main(paths: int, seed: int) -> int:
-    """Print every path on which a plan is worse, and return how many there are."""
+    """Print every path on which a plan is worse; return 1 where there is one, or joints turn back more."""
     worse, compared, turns = 0, 0, []
     for at in range(seed, seed + paths):
         asked = case(at)
@@ -50,9 +51,9 @@ def main(paths: int, seed: int) -> int:
     middle = np.median(turns) if turns else np.nan
     print(f"{paths} paths of {len(KINDS)} kinds, {compared} with a naive motion, {worse} plans dearer; "
           f"reversals beyond the best naive: median {middle:g}, at most {max(turns, default=0)}")  # fmt: skip
-    return worse
+    return int(worse > 0 or middle > TURNS)
 
 
 if __name__ == "__main__":
     given = [int(word) for word in sys.argv[1:]]
-    sys.exit(1 if main(given[0] if given else 1000, given[1] if len(given) > 1 else 0) else 0)
+    sys.exit(main(given[0] if given else 1000, given[1] if len(given) > 1 else 0))

@@ -78,6 +78,7 @@ def is_well_formed(arcs: aa.ArcSet) -> bool:
     return ordered and apart and ranged and len(arcs.ends) == len(intervals) == arcs.count
 
 
+@pytest.mark.slow
 def test_the_algebra_of_sets() -> None:
     for a, b, c in TRIPLES:
         assert same(~(a & b), ~a | ~b)
@@ -115,6 +116,7 @@ def test_every_set_is_well_formed() -> None:
             assert is_well_formed(arcs), arcs
 
 
+@pytest.mark.slow
 def test_operations_are_those_of_membership() -> None:
     for a, b, _ in TRIPLES[:200]:
         in_a, in_b = brute(a, GRID), brute(b, GRID)

@@ -56,6 +56,7 @@ def distances(arm: aa.Arm, pose: Array, gc: Array, psi: Array, point: Array) -> 
     return np.asarray(np.linalg.norm(elbow - point[..., None, :], axis=-1))
 
 
+@pytest.mark.slow
 @any_arm
 @any_regime
 def test_no_arm_angle_brings_the_elbow_nearer(arm: aa.Arm, regime: str) -> None:
@@ -74,6 +75,7 @@ def test_no_arm_angle_brings_the_elbow_nearer(arm: aa.Arm, regime: str) -> None:
     assert gap(ahead, behind) <= 1e-12
 
 
+@pytest.mark.slow
 @any_arm
 @pytest.mark.parametrize("word", WORDS)
 def test_no_arm_angle_brings_the_elbow_farther_along(arm: aa.Arm, word: str) -> None:

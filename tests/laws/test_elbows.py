@@ -96,6 +96,7 @@ def test_self_motion_keeps_the_pose_and_is_the_derivative(name: str) -> None:
     assert np.abs(twist[clear]).max() < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("name", LINKS)
 def test_feasible_is_within_limits(name: str, seed: int) -> None:
@@ -121,6 +122,7 @@ def test_batches_intervals_and_paths_agree_with_one_pose(name: str) -> None:
         assert angle_between(values, solved).max() < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in LINKS if LINKS[name][4]])
 def test_plans_over_a_gap_are_certified_and_true(name: str) -> None:
     arm = slanted(name).with_(lower=None, upper=None)

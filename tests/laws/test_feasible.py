@@ -44,6 +44,7 @@ def test_feasible_is_within_limits() -> None:
     assert found.clear > 0.5 * found.samples
 
 
+@pytest.mark.slow
 def test_feasible_is_within_limits_on_hundreds_of_thousands_of_samples() -> None:
     found = tally(seed=2, count=draw.count(400))
     assert found.samples >= 300_000
@@ -51,6 +52,7 @@ def test_feasible_is_within_limits_on_hundreds_of_thousands_of_samples() -> None
     assert found.clear > 0.5 * found.samples
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bend", WHOLE_CIRCLE, ids=str)
 def test_poses_that_are_singular_for_every_psi(bend: list[float]) -> None:
     rng = draw.generator(3)
@@ -236,6 +238,7 @@ def test_empty_batches(shape: tuple[int, ...]) -> None:
 HINGES = [1, 5]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("joint", [0, 1, 2, 4, 5, 6])
 @pytest.mark.parametrize("half_range", [0.0, 0.5e-9, 1e-8])
 def test_a_locked_joint_leaves_isolated_psi(joint: int, half_range: float) -> None:
@@ -281,6 +284,7 @@ def test_a_joint_locked_where_it_stops_turning_leaves_its_psi() -> None:
             assert abs(arm.inverse(pose, found.intervals[0, 0], gc)[joint] - q[joint]) <= 1e-12
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [0.5, 0.01])
 @pytest.mark.parametrize("off", [0.0, 1e-16, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11, 1e-10, 1e-9])
 def test_a_posture_amid_its_limits_beside_a_singular_one_has_arcs(off: float, width: float) -> None:

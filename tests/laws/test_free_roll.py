@@ -166,8 +166,41 @@ def test_what_a_free_roll_is_not_for() -> None:
     with pytest.raises(aa.InputError, match="wanted one of the others positive"):
         arm.solve(pose, near=q, roll="free", weight=[0, 0, 0, 0, 0, 0, 1])
     scene = aa.Scene([aa.Ball([0.0, 0.9, 0.5], 0.1)])
-    holding = arm.with_body(aa.Body.bones(upper_arm=0.05, forearm=0.05)).with_hand(
-        [aa.Ball([0, 0, 0.1], 0.05)]
+    bones = arm.with_body(aa.Body.bones(upper_arm=0.05, forearm=0.05))
+    flange = aa.Body({4: [aa.Ball([0, 0, 0.1], 0.05)], 7: [aa.Ball([0.1, 0, 0.0], 0.03, name="plug")]})
+    for name, holding in (
+        ("hand", bones.with_hand([aa.Ball([0.01, 0, 0.1], 0.05)])),
+        ("plate", bones.with_hand([aa.Box(aa.pose([0, 0, 0.1]), [0.1, 0.1, 0.1], name="plate")])),
+        ("plug", arm.with_body(flange)),
+    ):
+        with pytest.raises(aa.InputError, match=f"{name}, which .* would turn with it: not with scene"):
+            holding.solve(pose, near=q, roll="free", scene=scene)
+        with pytest.raises(aa.InputError, match=f"{name}, which"):
+            aa.follow(holding, pose[None], start=q, roll="free", scene=scene)
+
+
+def test_a_hand_that_is_round_about_the_axis_keeps_clear_whatever_the_roll() -> None:
+    arm = (
+        aa.Arm.from_catalogue("kuka_iiwa7_r800")
+        .with_body(aa.Body({4: [aa.Capsule([0, 0, 0], [0, 0, 0.4], 0.06)], 7: [aa.Ball([0, 0, 0], 0.05)]}))
+        .with_hand([aa.Capsule([0, 0, 0], [0, 0, 0.15], 0.03, name="drill")])
     )
-    with pytest.raises(aa.InputError, match="would turn with it: not with scene"):
-        holding.solve(pose, near=q, roll="free", scene=scene)
+    rng, seen, touched = np.random.default_rng(8), 0, 0
+    for _ in range(40):
+        q = rng.uniform(arm.lower, arm.upper) * 0.7
+        pose = arm.forward(q)[0]
+        beside = arm.elbow(q) + rng.normal(size=3) * 0.15
+        scene = aa.Scene([aa.Ball(beside, 0.06, name="lamp")], clearance=0.01)
+        found = arm.solve(pose, near=q, roll="free", scene=scene)
+        if not found.ok:
+            continue
+        seen += 1
+        touched += arm.clearance(pose, *arm.forward(q)[1:], scene).distance < 0.01
+        at, psi, gc = arm.forward(found.q)
+        assert arm.clearance(at, psi, gc, scene).distance >= 0.01 - 1e-9
+        now = aa.step(arm, found.q, pose, scene=scene, roll="free")
+        path = aa.follow(arm, pose[None], start=found.q, scene=scene, roll="free")
+        for joints in ([now.q] if now.status == aa.Status.OK else []) + ([path.q[0]] if path.ok else []):
+            at, psi, gc = arm.forward(joints)
+            assert arm.clearance(at, psi, gc, scene).distance >= 0.01 - 1e-9
+    assert seen > 20 and touched > 2

@@ -33,6 +33,7 @@ def samples(seed: int, *, points: bool = False) -> tuple[np.ndarray, np.ndarray]
     return ends, np.clip(inside, ends[:, 0], ends[:, 1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("points", [False, True])
 @pytest.mark.parametrize("operation", [ADD, SUBTRACT, MULTIPLY, DIVIDE, SQUARE, ABS, MIN, MAX])
 def test_arithmetic_encloses_rational_values(operation: int, points: bool) -> None:

@@ -88,6 +88,7 @@ def test_derivatives_of_freedom_and_of_the_limit_margin_are_those_of_arm() -> No
     assert np.array_equal(slope, arm.limit_margin_gradient(q))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_all_ways_to_a_derivative_agree(name: str) -> None:
     arm, q = postures(name, 12, 17, 34)

@@ -178,6 +178,7 @@ def jumps_at(ring: mended.Circle, psi: Array) -> Array:
     return ((np.abs(here) < 1e-9) & (np.abs(beside) > 1e-6)).any(axis=-1)
 
 
+@pytest.mark.slow
 @arms
 @pytest.mark.parametrize("margin", [0.0, 0.2])
 def test_feasible_arcs_are_where_the_joints_keep_their_limits(arm: Arm, margin: float) -> None:
@@ -198,6 +199,7 @@ def test_feasible_arcs_are_where_the_joints_keep_their_limits(arm: Arm, margin: 
             assert list(tried) == [mended_arcs.contains(arcs, float(x)) for x in psi]
 
 
+@pytest.mark.slow
 @arms
 def test_closed_form_arcs_are_those_found_by_sampling(arm: Arm) -> None:
     compared = 0

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from support.calibrated import ARMS, NAMES, calibrated, off_singular, plain_forward, postures
@@ -167,6 +169,22 @@ def test_the_arm_as_a_value_keeps_its_chain() -> None:
     assert eval(repr(arm), {"Arm": aa.Arm}) == arm
     assert arm.nominal.chain is None and arm.nominal != arm and arm.nominal.nominal is not arm
     assert arm.with_reference("stereographic").chain is not None
+
+
+@pytest.mark.parametrize(
+    "change", [{"d_se": 0.5}, {"a_3": 0.01}, {"signs": [-1] * 7}, {"offsets": [0.1] * 7}]
+)
+def test_the_nominal_arm_is_not_changed_behind_its_chain(change: dict[str, Any]) -> None:
+    arm = ARMS["kuka_iiwa7_r800 1.0 mm"]
+    with pytest.raises(aa.InputError, match=f"with_\\({next(iter(change))}=.*arm.nominal"):
+        arm.with_(**change)
+    assert arm.nominal.with_(**change).chain is None
+    assert arm.with_(**change, chain=None).chain is None
+
+
+def test_a_chain_alone_says_what_it_needs() -> None:
+    with pytest.raises(aa.InputError, match="d_bs, d_se, d_ew, d_wf are not given"):
+        aa.Arm(chain=ARMS["kuka_iiwa7_r800 1.0 mm"].chain)
 
 
 def test_a_dh_table_is_a_chain() -> None:

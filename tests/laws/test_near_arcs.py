@@ -122,6 +122,7 @@ def test_ends_are_the_true_joints_at_their_limits(arm: aa.Arm) -> None:
     assert met > 10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "openarm_v10"])
 def test_against_newton_from_dense_starts(name: str) -> None:
     arm = calibrated(name, 1.0, 1.0, seed=3)

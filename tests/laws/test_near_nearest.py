@@ -104,5 +104,3 @@ def test_what_is_asked_is_kept() -> None:
     assert arm.solve(far, near[0]).status == aa.Status.UNREACHABLE
     with pytest.raises(aa.InputError, match="outside='nearest' is not made for an arm with a chain"):
         arm.solve(far, near[0], outside="nearest")
-    with pytest.raises(aa.InputError, match="scene= is not made for an arm with a chain"):
-        arm.solve(far, near[0], scene=aa.Scene())

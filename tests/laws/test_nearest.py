@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from support import draw
-from support.nearest import Case, brute_force, cases, cost_of, least_beside
+from support.nearest import Case, brute_force, cases, cost_of, least_beside, narrowed
 from support.strategies import REGIMES, arms, postures, unlimited
 
 import armangle as aa
@@ -16,6 +17,7 @@ IIWA = aa.Arm.from_catalogue("kuka_iiwa7_r800")
 Q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
 GRID = 1001
 ROUNDING = 1e-10
+AT_AN_END = 1e-8  # the grid goes 1e-9 rad beyond an end of an arc, where the cost has a slope
 
 
 @pytest.mark.parametrize("case", cases(draw.count(60), draw.SEED), ids=str)
@@ -33,6 +35,84 @@ def test_no_grid_finds_a_nearer_posture(case: Case) -> None:
     assert abs(cost_of(case, each[0]) - cost_of(case, found)) <= 1e-9 or cost_of(case, found) < cost_of(
         case, each[0]
     )
+
+
+@pytest.mark.parametrize("case", cases(draw.count(60), draw.SEED + 1), ids=str)
+def test_nothing_nearer_is_allowed(case: Case) -> None:
+    """The same with some branches alone, arcs of the caller's and a margin of singularities."""
+    asked = narrowed(case)
+    found, best = asked.solve(), brute_force(asked, GRID)
+    if not found.ok:
+        assert best == np.inf, (found.status, best)
+        return
+    assert cost_of(asked, found) <= best + AT_AN_END
+    assert found.gc in asked.gc
+    theta = case.arm.signs * found.q + case.arm.offsets
+    regular = np.abs(np.sin(theta[[1, 5]])).min() > 1e-9  # else two joints share a turn as no arc has it
+    assert not regular or asked.arcs()[found.gc].contains(found.psi)
+
+
+@pytest.mark.parametrize("case", cases(draw.count(20), draw.SEED + 2), ids=str)
+def test_each_arc_has_its_own_nearest(case: Case) -> None:
+    arcs = case.arcs()
+    share = np.linspace(0, 1, 201)
+    for one in case.solutions():
+        home = arcs[one.gc]
+        beyond = [(one.psi - low + 1e-9) % (2 * np.pi) - (up - low) for low, up in home]
+        gaps = [0.0] if home.is_full else beyond
+        low, up = home.intervals[int(np.argmin(gaps))]
+        psi = np.append(low + share * (up - low), [low, up])
+        seed = None if case.prefer == "margin" else case.near
+        q = case.arm.inverse(case.pose, psi, one.gc, seed=seed, unreachable="nan")
+        assert cost_of(case, one) <= case.costs(q).min() + ROUNDING
+
+
+def beside_singular() -> list[tuple[aa.Arm, NDArray[np.float64], NDArray[np.float64]]]:
+    """Arms of tight limits, postures with a hinge at or beside 0, and seeds anywhere."""
+    rng = np.random.default_rng(draw.SEED)
+    found = []
+    for number in range(draw.count(60)):
+        middle, half = rng.uniform(-1.5, 1.5, 7), rng.uniform(0.2, 2.5, 7)
+        arm = IIWA.with_(lower=middle - half, upper=middle + half)
+        q, near = rng.uniform(arm.lower, arm.upper, (12, 7)), rng.uniform(-4, 4, (12, 7))
+        for hinge in (1, 5):
+            if arm.lower[hinge] < 0 < arm.upper[hinge] and number % 3:
+                q[::2, hinge] = rng.choice([0.0, 1e-12, 1e-9, 1e-6], 6)
+        found.append((arm, q, near))
+    return found
+
+
+def test_a_solution_is_within_its_limits_to_the_last_bit() -> None:
+    """At an end of an arc rounding put joints beyond them, beside a singular psi by up to 5e-6 rad."""
+    at_limit = 0
+    for arm, q, near in beside_singular():
+        pose = arm.forward(q)[0]
+        answers = [arm.solve(pose, near), arm.solve(pose, near, metric="max"), arm.best(pose)]
+        rows = [(found.q, pose, found.margin) for found in answers]
+        each = arm.solutions(pose, near)
+        kept = np.isfinite(each.psi)
+        of_each = np.broadcast_to(pose[:, None], (*kept.shape, 4, 4))
+        rows.append((each.q[kept], of_each[kept], each.margin[kept]))
+        for joints, wanted, margin in rows:
+            assert np.all((arm.lower <= joints) & (joints <= arm.upper))
+            assert np.all(arm.within_limits(joints, tol=0.0))
+            assert np.abs(arm.forward(joints)[0] - wanted).max() <= 1e-12
+            at_limit += int((margin < 1e-9).sum())
+    assert at_limit > 100
+
+
+def test_what_limits_lock_is_at_its_limit() -> None:
+    """lower == upper: a single psi is feasible, and the joint that is locked is where it is locked."""
+    rng = np.random.default_rng(1)
+    for joint in (0, 1, 2, 4, 5, 6):
+        q = rng.uniform(0.3, 1.2, 7)
+        lower, upper = IIWA.lower.copy(), IIWA.upper.copy()
+        lower[joint] = upper[joint] = q[joint]
+        arm = IIWA.with_(lower=lower, upper=upper)
+        pose = arm.forward(q)[0]
+        for found in arm.solutions(pose, near=q + 0.1):
+            assert found.q[joint] == q[joint] and arm.within_limits(found.q, tol=0.0)
+            assert np.abs(arm.forward(found.q)[0] - pose).max() <= 1e-11
 
 
 @pytest.mark.parametrize(("seed", "number"), [(81002, 101), (81049, 114), (81060, 172)])
@@ -83,7 +163,7 @@ def test_nearer_than_rounding_the_pose_decides(seed: int, number: int) -> None:
 @pytest.mark.parametrize("regime", REGIMES)
 def test_a_posture_is_its_own_nearest(arm: aa.Arm, regime: str) -> None:
     q = postures(arm, regime, 40)
-    q = q[arm.within_limits(q)]
+    q = q[arm.within_limits(q, tol=0.0)]
     found = arm.solve(arm.forward(q)[0], near=q)
     assert np.array_equal(found.q, q) and not np.any(found.distance)
 
@@ -123,6 +203,29 @@ def test_batches_threads_and_calls_give_the_same_bits() -> None:
     slow = IIWA.solve(pose[1, 3], near=near[1, 3], weight=1.0)
     assert np.array_equal(one.q, slow.q) and one[1:7] == slow[1:7]
     assert np.array_equal(one.pose, pose[1, 3]) and np.array_equal(one.pose, slow.pose) and one.gap == 0.0
+
+
+def test_of_postures_as_near_it_is_always_the_same() -> None:
+    """An arm in one plane and its mirror image: not the last bit of the pose or the seed decides."""
+    rng = np.random.default_rng(0)
+    ties = 0
+    for _ in range(120):
+        q, near = np.zeros((2, 7))
+        q[[1, 3, 5]], near[[1, 3, 5]] = rng.uniform(-1.5, 1.5, 3), rng.uniform(-2, 2, 3)
+        pose = IIWA.forward(q)[0]
+        found = IIWA.solve(pose, near)
+        mirrored = np.where([True, False] * 3 + [True], -found.q, found.q)
+        if np.abs(mirrored - found.q).max() < 1e-2:
+            continue
+        ties += 1
+        assert np.abs(IIWA.forward(mirrored)[0] - pose).max() < 1e-12
+        eps = np.finfo(float).eps
+        for _ in range(10):
+            moved = pose.copy()
+            moved[:3, 3] *= 1 + rng.integers(-1, 2, 3) * eps
+            again = IIWA.solve(moved, near * (1 + rng.integers(-1, 2, 7) * eps))
+            assert again.gc == found.gc and abs(again.psi - found.psi) < 1e-5
+    assert ties > 3
 
 
 def test_weights_choose_who_moves() -> None:

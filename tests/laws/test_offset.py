@@ -162,6 +162,7 @@ def test_a_solve_of_a_posture_near_itself_is_that_posture() -> None:
     np.testing.assert_allclose(found.q, q, atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CATALOGUE)
 def test_home_postures_whose_second_joint_is_zero_are_their_own_nearest(name: str) -> None:
     arm = aa.OffsetArm.from_catalogue(name)

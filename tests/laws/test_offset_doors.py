@@ -114,3 +114,26 @@ def test_the_catalogue_of_arms_names_the_other_door(name: str) -> None:
 def test_a_word_of_the_name_is_enough_for_the_hint() -> None:
     with pytest.raises(aa.UnknownRobotError, match="franka_fr3"):
         aa.Arm.from_catalogue("franka")
+
+
+def test_what_an_arm_alone_has_is_answered_with_what_there_is() -> None:
+    alone = [name for name in dir(aa.Arm) if not name.startswith("_") and not hasattr(FR3, name)]
+    assert {"solutions", "best", "explain", "reachable", "clear", "clearance", "psi_towards"} <= {*alone}
+    for name in alone:
+        with pytest.raises(aa.InputError, match=f"an OffsetArm has no {name}: "):
+            getattr(FR3, name)
+    with pytest.raises(AttributeError, match="no attribute 'postures'"):
+        FR3.postures  # noqa: B018 - the name alone is asked
+
+
+@pytest.mark.parametrize("word", ["metric", "outside", "roll", "scene", "prefer", "singularity_margin"])
+def test_a_keyword_of_an_arm_alone_is_refused_by_name(word: str) -> None:
+    pose, free, gc = FR3.forward([0.1, 0.4, 0.2, -1.8, 0.3, 2.0, 0.5])
+    with pytest.raises(aa.InputError, match=f"solve of an OffsetArm takes no {word}=: "):
+        FR3.solve(pose, **{word: 1})
+    with pytest.raises(aa.InputError, match=f"feasible of an OffsetArm takes no {word}=: "):
+        FR3.feasible(pose, gc, **{word: 1})
+    with pytest.raises(aa.InputError, match="inverse of an OffsetArm takes no psi=: free is its place"):
+        FR3.inverse(pose, psi=free, gc=gc)
+    with pytest.raises(TypeError, match="unexpected keyword argument 'nonsense'"):
+        FR3.solve(pose, nonsense=1)

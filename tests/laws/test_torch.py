@@ -138,6 +138,7 @@ def test_forward_has_its_gradient_at_the_candle() -> None:
     assert q.grad.isnan().all()
 
 
+@pytest.mark.slow
 def test_opcheck_passes() -> None:
     arm, q = postures("kuka_iiwa7_r800", 8, 17, 21)
     kinematics = aa.torch.Kinematics(arm)

@@ -50,6 +50,7 @@ def assert_same(one: ArmDescription, other: ArmDescription, tolerance: float = E
     assert one.joint_names == other.joint_names
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(400))
 def test_generated_arm_is_found_whatever_its_frames(seed):
     rng = np.random.default_rng(seed)
@@ -90,6 +91,7 @@ def test_a_common_perpendicular_stands_on_both_axes():
         assert np.linalg.norm(np.cross(foot - points[3], axes.directions[3])) < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(80))
 def test_a_gap_along_axis_4_is_part_of_the_elbow(seed):
     rng = np.random.default_rng(seed)
@@ -104,6 +106,7 @@ def test_a_gap_along_axis_4_is_part_of_the_elbow(seed):
     assert_same(again, arm)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(60))
 def test_the_writing_depends_on_the_axes_alone(seed):
     rng = np.random.default_rng(seed)
@@ -120,6 +123,7 @@ def test_the_writing_depends_on_the_axes_alone(seed):
     np.testing.assert_allclose(frames[0].tool, frames[1].tool, atol=EXACT)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(100))
 def test_written_urdf_imports_back_to_the_same_arm(seed):
     rng = np.random.default_rng(seed)
@@ -157,6 +161,7 @@ def test_real_file_gives_its_published_numbers(name):
     np.testing.assert_allclose(np.degrees(arm.offsets), zeros, atol=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", REAL)
 def test_real_file_is_met_within_its_residual(name):
     path = model(name)
@@ -190,6 +195,7 @@ def test_suspicious_speeds_are_noted():
     assert wanted in report.notes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(50))
 def test_within_tolerance_is_snapped_and_the_residual_said(seed):
     rng = np.random.default_rng(seed)

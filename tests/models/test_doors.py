@@ -176,6 +176,7 @@ TILTED = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("off", TILTED)
 def test_near_is_said_with_the_residual_and_with_tolerances_that_work(off):
     joint, frame, near = TILTED[off]
@@ -201,6 +202,7 @@ def test_near_is_said_with_the_residual_and_with_tolerances_that_work(off):
     assert apart.max() <= report.residual_position * (1 + 1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(12))
 def test_the_fitted_arm_is_nearer_than_the_snapped_one_and_a_minimum(seed):
     rng = np.random.default_rng(seed)

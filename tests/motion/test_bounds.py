@@ -44,6 +44,7 @@ def brakes(arm: aa.Arm, q: Array, velocity: Array, acceleration: Array, dt: floa
 # -- the guarantee -----------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @each_arm
 @each_regime
 def test_what_is_ok_keeps_the_bounds(arm: aa.Arm, regime: str) -> None:
@@ -122,6 +123,7 @@ def test_the_nearest_arm_angle_to_the_wish_is_taken() -> None:
     assert binding > 10
 
 
+@pytest.mark.slow
 @each_arm
 @each_regime
 def test_bounds_that_do_not_bind_change_nothing(arm: aa.Arm, regime: str) -> None:
@@ -255,6 +257,7 @@ def off(now: aa.Step, pose: Array) -> float:
     return float(np.abs(IIWA.forward(now.q)[0] - pose).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("policy", [aa.Repulsion(), aa.Hold(), aa.Centre(rate=5.0)], ids=repr)
 @pytest.mark.parametrize("dt", [1e-3, 4e-3, 0.01, 0.05])
 @pytest.mark.parametrize("shift", [[0, 0.005, 0], [0.1, -0.2, 0.1], [1e-5, 0, 0]], ids=str)
@@ -285,6 +288,7 @@ def test_one_joint_goes_as_fast_as_it_may() -> None:
     assert np.abs(np.abs(now.velocity) / IIWA.velocity).max() == pytest.approx(1.0, abs=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("outside", ["refuse", "nearest"])
 @pytest.mark.parametrize("acceleration", [None, 10.0])
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "openarm_v10", "rokae_xmate_er7_pro"])
@@ -351,6 +355,29 @@ def test_out_of_reach_it_brakes_or_goes_to_the_nearest_pose() -> None:
     assert np.linalg.norm(last[:3, 3] - pose[:3, 3]) == pytest.approx(gap, abs=1e-9)
     assert np.abs(last[:3, :3] - pose[:3, :3]).max() <= 1e-9
     assert np.abs(steps[-1].velocity).max() == 0.0
+
+
+@pytest.mark.parametrize("bounds", [{}, {"velocity": 2.0, "dt": 0.01}], ids=["free", "bounded"])
+def test_on_its_way_to_the_nearest_pose_it_keeps_the_singularity_margin(bounds: dict[str, Any]) -> None:
+    """Of shoulder and wrist too, not of the elbow alone; within limits, and until it rests."""
+    rng = np.random.default_rng(17)
+    margin = 0.2
+    beyond = 0
+    for _ in range(40):
+        q = rng.uniform(IIWA.lower, IIWA.upper)
+        if np.abs(np.sin(q[[1, 3, 5]])).min() < np.sin(margin) + 1e-3:
+            continue
+        pose = IIWA.forward(rng.uniform(IIWA.lower, IIWA.upper))[0].copy()
+        pose[:3, 3] *= 1.5
+        for _ in range(60):
+            now = aa.step(
+                IIWA, q, pose, policy=aa.Hold(), singularity_margin=margin, outside="nearest", **bounds
+            )
+            beyond += now.status is aa.Status.PARTIAL
+            assert np.abs(np.sin(now.q[[1, 3, 5]])).min() >= np.sin(margin) - 1e-12
+            assert IIWA.within_limits(now.q)
+            q = now.q
+    assert beyond > 500
 
 
 def test_beyond_its_limits_it_comes_as_near_as_small_moves_lead() -> None:

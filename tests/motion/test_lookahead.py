@@ -165,6 +165,7 @@ def test_it_saves_many_and_harms_none() -> None:
     assert saved > 20
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("arm", arms(), ids=lambda arm: arm.name)
 def test_every_row_is_a_step_on_its_pose(arm: aa.Arm) -> None:
     rng = np.random.default_rng(3)

@@ -94,10 +94,72 @@ def test_a_wish_too_far_is_shortened_and_a_pose_too_far_is_a_jump() -> None:
     assert aa.step(arm, q, pose, allowed=none).status == aa.Status.NOT_ALLOWED
 
 
+@EVERY
+def test_bounds_are_kept_or_named(arm: aa.Arm) -> None:
+    rng = generator(47)
+    fastest, hardest, dt = np.full(7, 1.0), np.full(7, 20.0), 0.02
+    q, before, kept, reasons = postures(arm, 1, 48)[0] * 0.4, np.zeros(7), 0, set()
+    pose = arm.forward(q)[0]
+    for _ in range(40):
+        pose = nudged(pose, rng, 2e-4)
+        asked = {"velocity": fastest, "acceleration": hardest, "velocity_now": before, "dt": dt}
+        now = aa.step(arm, q, pose, **asked)
+        assert (np.abs(now.velocity) <= fastest + 1e-9).all()
+        assert (np.abs(now.velocity - before) <= hardest * dt + 1e-9).all()
+        assert arm.within_limits(now.q, 1e-9)
+        if now.status is aa.Status.OK:
+            assert gap(arm.forward(now.q)[0], pose) <= POSE
+            kept += 1
+        else:
+            reasons.add(now.status)
+            pose = arm.forward(now.q)[0]
+        q, before = now.q, now.velocity
+    assert kept >= 10
+    assert reasons <= {aa.Status.PARTIAL, aa.Status.LIMITS, aa.Status.NEAR_SINGULAR, aa.Status.NO_CONVERGENCE}
+
+
+def test_a_bound_shortens_a_wish_and_names_itself_where_the_pose_is_too_far() -> None:
+    arm = ARMS["kuka_iiwa7_r800 1.0 mm"]
+    q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+    pose, psi, _ = arm.forward(q)
+    wish = aa.Towards(psi=float(psi) + 1.0, K=1.0)
+    now = aa.step(arm, q, pose, policy=wish, velocity=1.0, dt=0.01)
+    assert now.status is aa.Status.OK and np.abs(now.velocity).max() == pytest.approx(1.0, rel=1e-3)
+    assert now.psi > psi
+    there = pose.copy()
+    there[2, 3] += 0.02
+    some = aa.step(arm, q, there, velocity=1.0, dt=0.01)
+    assert some.status is aa.Status.PARTIAL and some.why is aa.Status.VELOCITY_LIMIT
+    rest = {"velocity": 10.0, "acceleration": 1.0, "velocity_now": np.zeros(7), "dt": 0.01}
+    some = aa.step(arm, q, there, **rest)
+    assert some.status is aa.Status.PARTIAL and some.why is aa.Status.ACCELERATION_LIMIT
+    np.testing.assert_array_less(np.abs(some.velocity), 0.01 + 1e-12)
+    path = aa.follow(arm, np.stack([pose, there]), start=q, velocity=1.0, dt=0.01, on_fail="hold")
+    assert path.status.tolist() == [aa.Status.OK, aa.Status.PARTIAL]
+
+
+@EVERY
+@pytest.mark.parametrize("acceleration", [None, 2.0])
+def test_a_target_aside_is_come_to_and_rested_on(arm: aa.Arm, acceleration: float | None) -> None:
+    q, dt, before = postures(arm, 1, 48)[0] * 0.4, 0.01, np.zeros(7)
+    there = arm.forward(q)[0].copy()
+    there[:3, 3] += [0.001, -0.002, 0.0015]
+    asked = {"velocity": 1.0, "acceleration": acceleration, "dt": dt, "policy": aa.Hold()}
+    for _ in range(600):
+        now = aa.step(arm, q, there, velocity_now=before, **asked)
+        assert now.status in (aa.Status.OK, aa.Status.PARTIAL)
+        assert (np.abs(now.velocity) <= 1.0 + 1e-9).all()
+        if acceleration:
+            assert (np.abs(now.velocity - before) <= acceleration * dt + 1e-9).all()
+        q, before = now.q, now.velocity
+    assert now.status is aa.Status.OK and gap(arm.forward(q)[0], there) <= POSE
+    assert np.abs(before).max() < 1e-6
+
+
 @pytest.mark.parametrize(
     ("asked", "what"),
     [
-        ({"velocity": np.ones(7), "dt": 0.1}, "velocity="),
+        ({"outside": "nearest"}, "outside="),
         ({"policy": aa.Towards(point=[0.0, 0.0, 1.0])}, "Towards a point"),
     ],
 )

@@ -30,6 +30,7 @@ def free_lines(length: float, number: int) -> list[tuple[np.ndarray, aa.Line, aa
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("length, acceleration", [(0.2, 5.0), (0.2, 50.0), (0.5, 50.0)])
 def test_never_slower_than_without_nor_than_an_angle_held(length: float, acceleration: float) -> None:
     arm = IIWA.with_(acceleration=acceleration)
@@ -92,9 +93,32 @@ def test_no_nearby_curve_has_less(shift: tuple[float, ...]) -> None:
             assert pace(IIWA, q) > own * (1 - 1e-3)
 
 
+@pytest.mark.parametrize("hardest", [5.0, (5.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0)])
+def test_accelerations_of_the_objective_are_as_the_arms_own(hardest: float | tuple[float, ...]) -> None:
+    path = line(IIWA, POSTURE, np.array([0.05, -0.35, 0.1]))
+    asked = aa.Objective(duration=100.0, acceleration=hardest)
+    given = aa.plan(IIWA, path, start=POSTURE, objective=asked)
+    stated = aa.plan(
+        IIWA.with_(acceleration=hardest), path, start=POSTURE, objective=aa.Objective(duration=100.0)
+    )
+    speeds = aa.plan(IIWA, path, start=POSTURE, objective=aa.Objective(duration=100.0))
+    assert np.array_equal(given.q, stated.q)
+    assert not np.array_equal(given.q, speeds.q)
+    assert asked == aa.Objective(duration=100.0, acceleration=np.array(hardest))
+    assert hash(asked) == hash(aa.Objective(duration=100.0, acceleration=hardest))
+    assert eval(repr(asked), {"Objective": aa.Objective}) == asked
+
+
+@pytest.mark.parametrize("wrong", [0.0, -1.0, np.nan, [1.0, 2.0], "fast", True])
+def test_what_is_no_acceleration_is_refused(wrong: object) -> None:
+    with pytest.raises(aa.ArmangleError, match="acceleration"):
+        aa.Objective(duration=1.0, acceleration=wrong)  # type: ignore[arg-type]  # wrong on purpose
+
+
 def test_an_arm_without_bounds_is_refused() -> None:
     plain = aa.Arm(d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1)
     first = plain.forward(POSTURE)[0]
     with pytest.raises(aa.InputError, match="states no velocity or acceleration"):
         aa.plan(plain, first[None], objective=aa.Objective(duration=1.0))
     assert aa.plan(plain.with_(velocity=1.0), first[None], objective=aa.Objective(duration=1.0)).ok
+    assert aa.plan(plain, first[None], objective=aa.Objective(duration=1.0, acceleration=2.0)).ok

@@ -62,6 +62,7 @@ def wide(limits: dict[int, float]) -> aa.Arm:
     return IIWA.with_(lower=lower, upper=upper)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("limit", [360, 540, 720, 1080])
 def test_many_turns_cost_little_and_lose_nothing(limit: float) -> None:
     arm = wide(dict.fromkeys((1, 3, 5, 7), limit))
@@ -93,8 +94,9 @@ def test_infinite_limits_on_one_side_cost_little() -> None:
 def test_the_hardest_limits_stay_within_a_budget_of_memory() -> None:
     """In a process of its own, whose peak is its own."""
     program = """
-import resource, time, numpy as np, armangle as aa
-def peak(): return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+import time, numpy as np, armangle as aa
+def peak():  # ru_maxrss would be that of the process that started this one, where it is larger
+    return next(int(line.split()[1]) / 1024 for line in open("/proc/self/status") if line.startswith("VmHWM"))
 arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
 q = np.array([0.1, 0.6, 0.2, -1.2, 0.3, 0.8, 0.5])
 first = arm.forward(q)[0]
@@ -139,6 +141,7 @@ def check_proven(result: aa.JointPath, start: np.ndarray) -> None:
     assert np.abs(np.diff(here.q, axis=0)).max() <= 1.5 * speed / (len(DENSE) - 1) + 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tilt", [0.0, 1e-9, 1e-3, 0.01, 0.1])
 @pytest.mark.parametrize("home", HOMES, ids=["home", "mirrored", "wrist", "turned"])
 def test_every_line_from_a_home_posture(home: np.ndarray, tilt: float) -> None:
@@ -154,6 +157,7 @@ def test_every_line_from_a_home_posture(home: np.ndarray, tilt: float) -> None:
         assert np.abs(np.diff(result.q, axis=0)).max() < most
 
 
+@pytest.mark.slow
 def test_planar_lines_pass_where_two_branches_meet() -> None:
     """Lines in the arm's plane: theta2 or theta6 passes 0; the plan is as smooth as the plane's motion."""
     rng, crossed = generator(5), 0
@@ -180,6 +184,7 @@ def test_a_way_back_ends_where_it_began() -> None:
         np.testing.assert_allclose(result.q[-1], home, atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tilt", [0.0, 0.01, 0.1, 1.0])
 def test_refusals_of_singular_starts_are_not_refuted(tilt: float) -> None:
     """No way from a start, but one from where the arm can turn with the tool at rest: that is never so.
@@ -258,6 +263,7 @@ def test_a_singularity_margin_leaves_no_crossing() -> None:
     assert not refused.ok
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("joint", [1, 2, 3, 5, 6, 7])
 @pytest.mark.parametrize("room", [0.0, 1e-9, 1e-7, 1e-5, 1e-4])
 def test_a_locked_joint_leads(joint: int, room: float) -> None:
@@ -307,12 +313,15 @@ def test_a_refused_branch_at_a_home_posture_is_soon_explained() -> None:
     assert aa.plan(arm, aa.Line(first, last), start=q).ok
 
 
-def test_a_plan_whose_tool_leaves_the_pose_between_rows_is_not_certified() -> None:
-    """With theta_2 and theta_6 at 0 all along, joints 1 and 3 share a turn that nothing fixes."""
+@pytest.mark.parametrize("samples", [2, 10, 30, 200])
+def test_joints_that_share_a_turn_all_along_hold_the_tool_between_rows(samples: int) -> None:
+    """Of a tool at rest with theta_2 at 0 all along the pose fixes q_1 + q_3 alone, and joint 1 leads."""
     arm = aa.Arm.from_catalogue("rokae_ar5_left")
-    q = [-2.99, 0.0, 1.98, 1.89, 2.49, 0.0, -0.3]
+    q = np.array([-2.99, 0.0, 1.98, 1.89, 2.49, 0.0, -0.3])
     pose = arm.forward(q)[0]
-    for samples in (10, 30):
-        result = aa.plan(arm, aa.Line(pose, pose), start=q, samples=samples)
-        off = np.abs(arm.forward(result.at(DENSE).q)[0] - pose).max()
-        assert off < 1e-6 or not result.certified
+    result = aa.plan(arm, aa.Line(pose, pose), start=q, samples=samples)
+    assert result.certified, result.explain()
+    here = result.at(DENSE).q
+    assert np.ptp(here[:, 0]) > 0.1
+    np.testing.assert_allclose(arm.forward(here)[0], np.broadcast_to(pose, (len(here), 4, 4)), atol=1e-14)
+    np.testing.assert_allclose(here[:, 0] + here[:, 2], q[0] + q[2], atol=1e-13)

@@ -270,6 +270,7 @@ def planar_motion(rng: np.random.Generator) -> tuple[Array, Array] | None:
     return (poses, way) if smooth and IIWA.limit_margin(way).min() > 0.03 else None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("carry", ["psi", "elbow"])
 def test_branches_that_meet_are_passed_through_as_smoothly_as_the_joints_can(carry: str) -> None:
     rng = np.random.default_rng(5)

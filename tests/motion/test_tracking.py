@@ -47,6 +47,7 @@ def hostile_steps(arm: aa.Arm, ticks: int, seed: int) -> tuple[Array, Array]:
     return np.array(q), np.array(times)
 
 
+@pytest.mark.slow
 def test_hostile_ticks_keep_the_bounds_judged_by_the_joints_alone(arm: aa.Arm) -> None:
     q, dt = hostile_steps(arm, TICKS, draw.SEED)
     check_bounds(arm, q, dt)
@@ -55,6 +56,7 @@ def test_hostile_ticks_keep_the_bounds_judged_by_the_joints_alone(arm: aa.Arm) -
     assert (np.sign(bend) == np.sign(bend[0])).all(), "the elbow went through straight"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scenario", streams.SCENARIOS)
 @pytest.mark.parametrize("dt", [0.01, 0.004, 0.001])
 def test_streams_keep_the_bounds(arm: aa.Arm, scenario: str, dt: float) -> None:
@@ -74,6 +76,7 @@ def test_run_is_step_in_a_loop(arm: aa.Arm) -> None:
     assert np.array_equal(looped, other.run(stream.samples))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_a_smooth_hand_inside_is_followed_exactly(arm: aa.Arm, seed: int) -> None:
     stream = streams.stream(arm, "inside", seed, seconds=20.0, noise=False)
@@ -101,6 +104,7 @@ def test_a_command_at_rest_in_reach_is_met_exactly_and_for_ever(arm: aa.Arm, see
     assert now.distance <= 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(6))
 def test_no_chatter_at_rest_whatever_the_command(arm: aa.Arm, seed: int) -> None:
     rng = np.random.default_rng([seed, 5])
@@ -160,6 +164,44 @@ def test_single_outliers_do_not_disturb_the_tool(arm: aa.Arm) -> None:
     other = tracker_at(arm, start, filter=aa.HandFilter()).run(hit)
     apart = arm.forward(one)[0][:, :3, 3] - arm.forward(other)[0][:, :3, 3]
     assert np.linalg.norm(apart, axis=1).max() < 5e-3
+
+
+@pytest.mark.parametrize("lost", [1, 2, 7])
+@pytest.mark.parametrize("name", [*ARMS, "franka_fr3"])
+def test_a_lost_sample_leaves_no_false_status(name: str, lost: int) -> None:
+    """Of samples taken as they come the hand is where the sample says in every tick that has one."""
+    arm: aa.Arm | aa.OffsetArm = (
+        ARM_OF[name] if name in ARM_OF else aa.OffsetArm.from_catalogue(name).with_(velocity=3.0)
+    )
+    start = streams.posture(ARM_OF[name]) if name in ARM_OF else 0.5 * (arm.lower + arm.upper) + 0.1
+    tracker = aa.Tracker(arm, DT)
+    tracker.start(start)
+    pose, seen = arm.forward(start)[0].copy(), set()
+    for tick in range(160):
+        if tick < 60:
+            pose[1, 3] += 1e-4
+        missing = 60 <= tick < 60 + lost or 90 <= tick < 90 + lost
+        now = tracker.step(np.full((4, 4), np.nan) if missing else pose)
+        off = np.linalg.norm(arm.forward(now.q)[0][:3, 3] - pose[:3, 3])
+        assert (now.status == aa.Tracking.HELD) == missing
+        assert missing or now.distance >= off * (1 - 1e-9) - 1e-12
+        assert now.status != aa.Tracking.FOLLOWING or off <= 1e-9
+        seen.add(now.status)
+    assert now.status == aa.Tracking.FOLLOWING
+    assert {aa.Tracking.HELD, aa.Tracking.FOLLOWING} <= seen
+
+
+def test_speed_is_that_of_the_samples_whatever_was_lost_between() -> None:
+    """A steady hand of which every fifth sample is lost is as well followed as one of which none is."""
+    arm = ARM_OF["kuka_iiwa14_r820"]
+    start = streams.posture(arm)
+    poses = np.repeat(arm.forward(start)[0][None], 300, axis=0)
+    poses[:, 1, 3] += np.clip(np.arange(300) - 20, 0, None) * 4e-4
+    samples = poses.copy()
+    samples[::5] = np.nan
+    q = tracker_at(arm, start).run(samples)
+    metres, _ = streams.errors(arm, q, poses)
+    assert metres[150:].max() < 1e-6
 
 
 def test_a_jump_that_lasts_is_believed() -> None:

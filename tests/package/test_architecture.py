@@ -187,7 +187,7 @@ FIRST_GUESS = {
     "include/armangle/motion/step.hpp": "Status choose_windings(",
     "include/armangle/near/near_arm.hpp": "struct NearArm {",
     "include/armangle/batch/parallel.hpp": "std::thread",
-    "src/armangle/models/urdf_origin.py": "def origin(",
+    "src/armangle/models/urdf/origin.py": "def origin(",
     "src/armangle/colours.py": "JOINT_COLOURS =",
     "src/armangle/timing/grid.py": "def grid(",
     "src/armangle/timing/motion.py": "class Motion(Protocol)",

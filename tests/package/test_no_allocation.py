@@ -39,6 +39,7 @@ def test_the_counter_counts(counts: dict[str, int]) -> None:
         "inverse",
         "feasible",
         "feasible_all",
+        "nearest",
         "step",
         "follow",
         "bounded_step",

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.calibrated import calibrated
 from support.needs import need
 
 import armangle as aa
@@ -119,6 +120,33 @@ def test_circle_draws_the_complement_of_each_joint() -> None:
     assert texts == [f"GC 3\n{np.degrees(IIWA.feasible(POSE, GC).measure):.1f}° free"]
     assert "joint 5 blocks (ring 5)" in _figure_labels(ax)
     np.testing.assert_allclose(ax.lines[-1].get_xdata(), [PSI])
+
+
+def test_figures_of_a_true_chain_hold_its_own_numbers() -> None:
+    arm = calibrated("kuka_iiwa7_r800", 1.0, 1.0).with_body(aa.Body.bones(upper_arm=0.09, forearm=0.08))
+    pose, psi, gc = arm.forward(PAPER_Q)
+    ax = plots.circle(arm, pose, gc, psi=psi)
+    for joint in range(1, 8):
+        wanted = (~arm.joint_feasible(pose, gc)[joint - 1]).measure
+        assert _wedges(ax, plots.JOINT_COLOURS[joint - 1]) == pytest.approx(float(wanted), abs=1e-9)
+    for panel, joint in zip(plots.joint_profiles(arm, pose, gc), (1, 2, 3, 5, 6, 7), strict=True):
+        angles, q = panel.lines[0].get_data()
+        known = np.isfinite(angles) & np.isfinite(q)
+        wanted = arm.inverse(pose, np.radians(angles[known]), gc)[:, joint - 1]
+        np.testing.assert_allclose(np.radians(q[known]), wanted, atol=1e-9)
+        assert panel.get_title() == f"joint {joint}: of the true chain"
+    scene = aa.Scene([aa.Ball(arm.elbow(arm.inverse(pose, psi + 0.8, gc)), 0.05, name="lamp")])
+    assert "lamp" in [text.get_text() for text in plots.circle(arm, pose, gc, scene=scene).texts]
+    lines = {line.get_label(): line for line in plots.clearance_profile(arm, pose, gc, scene).lines}
+    x, y = lines["lamp"].get_data()
+    shown = np.isfinite(y)
+    near = arm.clearance(pose, np.radians(x[shown]), gc, scene).distance
+    np.testing.assert_allclose(near, y[shown], atol=1e-9)
+    assert plots.arm_frames(arm, PAPER_Q) is not None and plots.stick_figure(arm, PAPER_Q) is not None
+    poses = np.tile(pose, (3, 1, 1))
+    poses[:, 2, 3] += [0.0, 0.01, 0.02]
+    plots.feasible_map((arm, poses), gc=gc, scene=scene)
+    plots.path(aa.follow(arm, poses, start=PAPER_Q))
 
 
 def test_circle_shows_what_the_user_forbids_and_what_is_singular() -> None:

@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from support.maps import ARMS, digest, made, small_tiles
+from support import draw
+from support.maps import ARMS, digest, killed_and_resumed, made, small_tiles
 from support.needs import need
 
 import armangle as aa
@@ -20,7 +21,7 @@ need("zarr")
 distributed = need("distributed")
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def cluster() -> Iterator[Any]:
     """One worker, in a process of its own, started again when it dies."""
     with distributed.LocalCluster(
@@ -43,13 +44,31 @@ def test_a_cluster_writes_the_bytes_that_threads_write(
     assert digest(tmp_path / "a.zarr") == digest(tmp_path / "whole.zarr")
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ARMS)
+def test_killed_with_its_cluster_at_random_times_every_byte_is_equal(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Client, scheduler, nanny and worker at once, by turns with threads."""
+    small_tiles(monkeypatch)
+    options = {"spacing": 0.02, "tilt": 0.13}
+    made(name, tmp_path / "whole.zarr", **options)
+    place, rng = tmp_path / "killed.zarr", draw.generator(16, 27, ARMS.index(name))
+    assert killed_and_resumed(name, place, rng, [True, False, True, False, True], **options) > 1
+    resumed = made(name, place, **options)
+    assert resumed.missing == () and resumed.verify() == ()
+    assert digest(place) == digest(tmp_path / "whole.zarr")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ARMS)
 def test_a_worker_killed_four_times_on_one_tile(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cluster: Any
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cluster: Any
 ) -> None:
     """Dask gives a task up then; the tile is asked for again."""
     small_tiles(monkeypatch, 2**23)
     options: dict[str, Any] = {"spacing": 0.024, "tilt": 0.05}
-    whole = made("human_arm_left", tmp_path / "whole.zarr", part=(1, 2), **options)
+    whole = made(name, tmp_path / "whole.zarr", part=(1, 2), **options)
     given_up: list[BaseException] = []
     client = distributed.Client(cluster)
     plain = client.map
@@ -62,22 +81,41 @@ def test_a_worker_killed_four_times_on_one_tile(
 
     monkeypatch.setattr(client, "map", watched)
     run = threading.Thread(
-        target=made, args=("human_arm_left", tmp_path / "a.zarr"),
+        target=made, args=(name, tmp_path / "a.zarr"),
         kwargs={"part": (1, 2), "scheduler": client, **options},
     )  # fmt: skip
     run.start()
     killed = 0
-    deadline = time.monotonic() + 90
+    deadline = time.monotonic() + 300
     while run.is_alive() and killed < 4 and time.monotonic() < deadline:
         busy = [address for address, tasks in client.processing().items() if tasks]
-        pids = client.run(os.getpid) if busy else {}
+        pids = client.run(os.getpid, on_error="ignore") if busy else {}  # it may be dying
         for pid in pids.values():
             os.kill(pid, signal.SIGKILL)
             killed += 1
         time.sleep(0.05)
-    run.join(90)
+    cluster.scale(2)  # its nanny may have died of it; a batch system would send others too
+    run.join(300)
     assert killed == 4 and any(isinstance(error, distributed.KilledWorker) for error in given_up)
     found = aa.ReachMap(tmp_path / "a.zarr")
     assert len(found.missing) == len(whole.missing) and found.verify() == ()
     assert digest(tmp_path / "a.zarr") == digest(tmp_path / "whole.zarr")
+    client.close()
+
+
+def test_tiles_that_the_cluster_takes_back_are_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cluster: Any
+) -> None:
+    small_tiles(monkeypatch)
+    client = distributed.Client(cluster)
+    plain = client.map
+
+    def cancelled(*words: Any, **more: Any) -> Any:
+        futures = plain(*words, **more)
+        client.cancel(futures)
+        return futures
+
+    monkeypatch.setattr(client, "map", cancelled)
+    with pytest.raises(aa.OutputError, match="the cluster took the tiles back: cancelled"):
+        made("openarm_v10", tmp_path / "a.zarr", scheduler=client)
     client.close()

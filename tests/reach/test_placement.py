@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from support.maps import ARMS
 
 import armangle as aa
 
@@ -24,7 +25,7 @@ def at(base: np.ndarray, arm: aa.Arm, yaw: float) -> aa.Arm:
     return arm.with_(base=frame)
 
 
-@pytest.mark.parametrize("name", ["openarm_v10", "kuka_iiwa7_r800"])
+@pytest.mark.parametrize("name", [*ARMS, "kuka_iiwa7_r800"])
 @pytest.mark.parametrize("hanging", [False, True])
 def test_no_scanned_yaw_beats_it(name: str, hanging: bool) -> None:
     arm = aa.Arm.from_catalogue(name)
@@ -48,8 +49,9 @@ def test_no_scanned_yaw_beats_it(name: str, hanging: bool) -> None:
     assert all(why is not aa.Status.OK for _, why in found.missed())
 
 
-def test_no_pose_all_out_of_reach_and_one() -> None:
-    arm = aa.Arm.from_catalogue("openarm_v10")
+@pytest.mark.parametrize("name", ARMS)
+def test_no_pose_all_out_of_reach_and_one(name: str) -> None:
+    arm = aa.Arm.from_catalogue(name)
     none = aa.place(arm, [], [0.0], [0.0, 0.1])
     assert none.reached.tolist() == [[0.0, 0.0]] and none.missed() == ()
     far = aa.place(arm, aa.pose([[9.0, 0.0, 0.0]] * 3), [0.0], [0.0])
@@ -62,11 +64,20 @@ def test_no_pose_all_out_of_reach_and_one() -> None:
     assert one.arm is arm and "of 1 reached from" in str(one)
 
 
-def test_threads_change_nothing() -> None:
-    arm = aa.Arm.from_catalogue("openarm_v10")
+@pytest.mark.parametrize("name", ARMS)
+def test_threads_change_nothing(name: str) -> None:
+    arm = aa.Arm.from_catalogue(name)
     poses = grasps(np.random.default_rng(2), 40)
     a, b = (aa.place(arm, poses, np.linspace(0, 0.3, 4), [0.1], threads=n) for n in (1, 3))
     assert np.array_equal(a.yaw, b.yaw) and np.array_equal(a.reached, b.reached)
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_a_pose_that_is_none_is_refused_before_any_work(name: str) -> None:
+    poses = grasps(np.random.default_rng(4), 3)
+    poses[1, 0, 3] = np.nan
+    with pytest.raises(aa.NotFiniteError, match=r"poses\[1\]"):
+        aa.place(aa.Arm.from_catalogue(name), poses, [0.0], [0.0])
 
 
 def test_a_base_that_leans_is_refused_with_its_angle() -> None:

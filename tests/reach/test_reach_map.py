@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import os
 import resource
+import shutil
 import signal
-import time
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from support import draw
-from support.maps import ARMS, digest, made, process, small_tiles
+from support.maps import ARMS, digest, killed_and_resumed, made, peak, process, small_tiles
 from support.needs import need
 from support.planned_arms import random_arm
 
@@ -137,8 +139,9 @@ def test_coordinates_are_the_six_numbers_of_a_pose(name: str, tmp_path: Path) ->
     assert np.array_equal(found.at(poses).total, arm.freedom(poses).total)
 
 
-def test_samples_are_even_over_what_is_reached(tmp_path: Path) -> None:
-    found = made("human_arm_left", tmp_path / "a.zarr", spacing=0.2, tilt=0.8)
+@pytest.mark.parametrize("name", ARMS)
+def test_samples_are_even_over_what_is_reached(name: str, tmp_path: Path) -> None:
+    found = made(name, tmp_path / "a.zarr", spacing=0.2, tilt=0.8)
     arm = found.arm
     drawn = found.coordinates(found.sample(4000, seed=1))
     rng = draw.generator(16, 24)
@@ -190,6 +193,7 @@ def test_orientations_are_spread_evenly() -> None:
 # -- deaths, wounds, other writers ----------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ARMS)
 def test_killed_at_random_times_and_resumed_every_byte_is_equal(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -199,43 +203,33 @@ def test_killed_at_random_times_and_resumed_every_byte_is_equal(
     whole = made(name, tmp_path / "whole.zarr", **options)
     assert whole.tiles > 20
     place, rng = tmp_path / "killed.zarr", draw.generator(16, 25, ARMS.index(name))
-    died = 0
-    for _ in range(3):
-        running = process(name, place, **options)
-        deadline = time.monotonic() + 60
-        while running.poll() is None and not (place / "done" / "c").is_dir() and time.monotonic() < deadline:
-            time.sleep(0.005)
-        time.sleep(rng.uniform(0, 0.15))
-        died += running.poll() is None
-        if running.poll() is None:
-            os.killpg(running.pid, signal.SIGKILL)
-        running.wait()
-        assert running.stderr is not None
-        running.stderr.close()
-    assert died > 0
+    assert killed_and_resumed(name, place, rng, [False] * 2, **options) > 0
     resumed = made(name, place, **options)
     assert resumed.missing == () and resumed.verify() == ()
     assert digest(place) == digest(tmp_path / "whole.zarr")
 
 
-def test_killed_before_it_was_a_map(tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ARMS)
+def test_killed_before_it_was_a_map(name: str, tmp_path: Path) -> None:
     place, whole = tmp_path / "a.zarr", tmp_path / "whole.zarr"
-    made("openarm_v10", whole)
-    made("openarm_v10", place, part=(3, 3))
+    made(name, whole)
+    made(name, place, part=(3, 3))
     (place / "zarr.json").unlink()  # what is written last
     for array in ("gc", "done", "turn"):
         for file in (place / array).rglob("*"):
             if file.is_file() and "c" in file.relative_to(place / array).parts:
                 file.unlink()
-    made("openarm_v10", place)
+    made(name, place)
     assert digest(place) == digest(whole)
 
 
-def test_two_processes_on_one_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ARMS)
+def test_two_processes_on_one_store(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     small_tiles(monkeypatch)
     options = {"spacing": 0.03, "tilt": 0.13}
-    made("human_arm_left", tmp_path / "whole.zarr", **options)
-    both = [process("human_arm_left", tmp_path / "a.zarr", **options) for _ in range(2)]
+    made(name, tmp_path / "whole.zarr", **options)
+    both = [process(name, tmp_path / "a.zarr", **options) for _ in range(2)]
     for one in both:
         assert one.communicate()[1] == "" and one.returncode == 0
     assert digest(tmp_path / "a.zarr") == digest(tmp_path / "whole.zarr")
@@ -275,10 +269,13 @@ def test_wounded_tiles_are_named_and_made_again(
     assert digest(place) == whole
 
 
-def test_a_damaged_map_says_so_when_it_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("name", ARMS)
+def test_a_damaged_map_says_so_when_it_is_read(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     small_tiles(monkeypatch, 2**14)
     place = tmp_path / "a.zarr"
-    found = made("openarm_v10", place)
+    found = made(name, place)
     whole = np.asarray(found.values("freedom"))
     tile = next(k for k in range(found.tiles) if found._store.read(k)["freedom"].any())
     i, j = divmod(tile, found._store.grid.along)
@@ -329,6 +326,60 @@ def test_a_full_disk_is_said_and_resumed_from(
     assert digest(place) == digest(tmp_path / "whole.zarr")
 
 
+FULL = """
+import subprocess, sys
+import armangle as aa
+from armangle.reach import grid
+from support.maps import digest
+from pathlib import Path
+
+grid._CELLS, place, name = 2**13, Path(sys.argv[1]), sys.argv[2]
+mount = ["mount", "-t", "tmpfs", "-o"]
+subprocess.run([*mount, "size=64k", "tmpfs", str(place)], check=True)
+make = lambda: aa.reach_map(aa.Arm.from_catalogue(name), place / "a.zarr", spacing=0.05, tilt=0.2)
+try:
+    make()
+except aa.OutputError as error:
+    print(error)
+subprocess.run([*mount, "remount,size=64m", "tmpfs", str(place)], check=True)
+assert aa.ReachMap(place / "a.zarr").missing
+assert make().missing == ()
+print(digest(place / "a.zarr"))
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ARMS)
+def test_a_full_file_system_is_said_and_resumed_from(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A file system in memory of 64 kB, in a namespace of its own; then it grows."""
+    spaces = ["unshare", "--user", "--map-root-user", "--mount"]
+    if shutil.which("unshare") is None or subprocess.run([*spaces, "true"], check=False).returncode:
+        pytest.skip("no namespaces for a file system of our own: unshare is missing or not allowed")
+    small_tiles(monkeypatch, 2**13)
+    made(name, tmp_path / "whole.zarr")
+    (tmp_path / "small").mkdir()
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])}
+    words = [*spaces, sys.executable, "-c", FULL, str(tmp_path / "small"), name]
+    run = subprocess.run(words, env=environment, capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stderr
+    said, bytes_of_all = run.stdout.splitlines()
+    assert "cannot be written: No space left on device" in said
+    assert bytes_of_all == digest(tmp_path / "whole.zarr")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ARMS)
+def test_memory_does_not_grow_with_a_map(name: str, tmp_path: Path) -> None:
+    """Ten times the cells in the memory of a few tiles more: so 10⁸ stay far below 500 MB."""
+    small = peak(name, tmp_path / "small.zarr", spacing=0.04, tilt=0.15)
+    large = peak(name, tmp_path / "large.zarr", spacing=0.0125, tilt=0.15)
+    cells = [np.prod(aa.ReachMap(tmp_path / f"{size}.zarr").shape) for size in ("small", "large")]
+    assert cells[1] > 9 * cells[0] > 1e6
+    assert large < small + 40 < 500
+
+
 @pytest.mark.parametrize("name", ARMS)
 def test_a_map_of_something_else_is_refused(name: str, tmp_path: Path) -> None:
     place = tmp_path / "a.zarr"
@@ -349,15 +400,18 @@ def test_a_map_of_something_else_is_refused(name: str, tmp_path: Path) -> None:
     assert digest(place) == whole
 
 
-def test_another_instruction_set_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("name", ARMS)
+def test_another_instruction_set_is_refused(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     from armangle.reach import store
 
     place = tmp_path / "a.zarr"
-    begun = made("openarm_v10", place, part=(99, 99))
+    begun = made(name, place, part=(99, 99))
     assert begun.missing
     monkeypatch.setattr(store, "ISA", "other")
     with pytest.raises(aa.InputError, match=r"isa '\w+', not 'other'.*ARMANGLE_ISA=\w+ takes"):
-        made("openarm_v10", place)
+        made(name, place)
     with pytest.raises(aa.InputError, match="not 'other'"):
         aa.ReachMap(place).resume()
 
@@ -378,11 +432,12 @@ def test_parts_make_the_whole_whatever_their_order(
     assert f"{found.tiles} of {found.tiles} tiles made" in repr(found)
 
 
+@pytest.mark.parametrize("name", ARMS)
 def test_tiles_without_a_reachable_cell_count_as_made(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     small_tiles(monkeypatch, 2**12)
-    found = made("human_arm_left", tmp_path / "a.zarr", spacing=0.05, tilt=0.3)
+    found = made(name, tmp_path / "a.zarr", spacing=0.05, tilt=0.3)
     empty = [k for k in range(found.tiles) if not found._store.read(k)["gc"].any()]
     assert empty and found.missing == () and found.verify() == ()
 

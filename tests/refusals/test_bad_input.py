@@ -50,7 +50,8 @@ CHOICE: list[Any] = ["nonsense", 3, object()]
 THREADS: list[Any] = [-1, 1.5, "x", None]
 MARGIN: list[Any] = [*NUMBER, -0.1, 2.0, INF]
 SEVEN: list[Any] = ["nonsense", object(), 0.1, Q[:6], changed(Q, NAN), Q + 1j]
-BOUND: list[Any] = [-0.1, 0.0, NAN, *(v for v in SEVEN if not isinstance(v, float))]
+SEVEN_OR_ONE: list[Any] = [NAN, *(v for v in SEVEN if not isinstance(v, float))]
+BOUND: list[Any] = [-0.1, 0.0, *SEVEN_OR_ONE]
 POLICY: list[Any] = ["nonsense", 0.5, object(), aa.Repulsion]
 ALLOWED: list[Any] = ["nonsense", 0.5, lambda pose: 1]
 
@@ -164,7 +165,8 @@ BAD: dict[str, list[Any]] = {
     "d_bs": [*NUMBER, None, INF, 1e4], "d_wf": [*NUMBER, None, INF, 1e4], "a_3": [*NUMBER, INF],
     "a_4": [*NUMBER, INF], "d_4": [*NUMBER, INF],
     "d_se": [*POSITIVE, None, INF, 1e4], "d_ew": [*POSITIVE, None, INF, 1e4],
-    "lower": [*SEVEN, changed(Q, INF), changed(Q, 1e9)], "upper": [*SEVEN, changed(Q, -INF), changed(Q, 1e9)],
+    "lower": [*SEVEN_OR_ONE, changed(Q, INF), changed(Q, 1e9)],
+    "upper": [*SEVEN_OR_ONE, changed(Q, -INF), changed(Q, 1e9)],
     "signs": [*SEVEN, Q, np.zeros(7)], "offsets": [*SEVEN, changed(Q, INF), changed(Q, 1e9)],
     "base": [v for v in POSES if v is not None], "tool": [v for v in POSES if v is not None],
     "velocity": [*BOUND, -Q, np.zeros(7)], "acceleration": [*BOUND, -Q, np.zeros(7)],
@@ -200,7 +202,7 @@ BAD: dict[str, list[Any]] = {
     "a_1": [*NUMBER, None, INF, 1e6], "a_6": [*NUMBER, None, INF, 1e6], "free": ANGLES,
     "metric": CHOICE, "prefer": CHOICE, "filter": ["nonsense", 0.5, object(), aa.HandFilter],
     "length": [*POSITIVE, None, INF], "elbow_margin": MARGIN, "reconfigure": INDEX,
-    "soft_clearance": [*NUMBER, None, INF, -1.0],
+    "soft_clearance": [*NUMBER, None, INF, -1.0], "obstacle_speed": [*NUMBER, INF, -1.0],
     "elbow_direction": ["nonsense", object(), 0.1, [1.0, 2.0], [1j] * 3],
     "elbow": ["nonsense", object(), 0.1, [1.0, 2.0], [[0.0, 0.0, 1.0]], [1j] * 3], "omega": [*POSITIVE, None],
     "patience": [*NUMBER, -1.0, None], "jump": [*POSITIVE, None], "turn": [*POSITIVE, None],
@@ -323,6 +325,7 @@ def short(value: Any) -> str:
     return re.sub(r" at 0x\w+", "", repr(value))[:30]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "parameter", "value"), list(rows()), ids=short)
 def test_nonsense_raises_an_error_that_names_the_argument(name: str, parameter: str, value: Any) -> None:
     function, good = FUNCTIONS[name]

@@ -135,6 +135,103 @@ def test_bad_input_is_named(error: type[Exception], message: str, call: Callable
     assert isinstance(raised.value, aa.ArmangleError)
 
 
+TILTED = ARM.with_tool(aa.pose([0.0, 0.0, 0.1], rpy=[0.3, 0.0, 0.0]))
+ASKED: dict[str, Callable[[Any], Any]] = {
+    "inverse": lambda pose: ARM.inverse(pose, PSI, GC),
+    "inverse, many psi": lambda pose: ARM.inverse(pose, [PSI, 0.0], GC),
+    "inverse_all": lambda pose: ARM.inverse_all(pose, PSI),
+    "self_motion": lambda pose: ARM.self_motion(pose, [PSI, 0.0], GC),
+    "inverse_derivative": lambda pose: ARM.inverse_derivative(pose, PSI, GC),
+    "feasible": lambda pose: ARM.feasible(pose, GC),
+    "feasible, many gc": lambda pose: ARM.feasible(pose, [0, 1]),
+    "feasible_all": lambda pose: ARM.feasible_all(pose),
+    "psi_towards": lambda pose: ARM.psi_towards(pose, [0, 1], direction="up"),
+    "solve": lambda pose: ARM.solve(pose, near=Q),
+    "solve, weighted": lambda pose: ARM.solve(pose, near=Q, weight=2.0),
+    "solve, free roll": lambda pose: ARM.solve(pose, near=Q, roll="free"),
+    "solve, free roll of a tilted tool": lambda pose: TILTED.solve(pose, near=Q, roll="free"),
+    "solve, nearest": lambda pose: ARM.solve(pose, near=Q, outside="nearest"),
+    "solutions": lambda pose: ARM.solutions(pose, near=Q),
+    "best": lambda pose: ARM.best(pose),
+    "reachable": lambda pose: ARM.reachable(pose),
+    "freedom": lambda pose: ARM.freedom(pose),
+    "feasible_yaw": lambda pose: ARM.feasible_yaw(pose),
+    "feasible_roll": lambda pose: ARM.feasible_roll(pose),
+    "from_e1": lambda pose: aa.kuka.from_e1(ARM, pose, 0.2, [0, 1]),
+    "e1_arcs": lambda pose: aa.kuka.e1_arcs(ARM, pose, 2),
+}
+
+
+@pytest.mark.parametrize("name", ASKED)
+def test_a_pose_is_named_by_its_own_place(name: str) -> None:
+    """One pose has none, whatever it is asked with; of a batch it is where the caller's array has it."""
+    for pose in (SKEW, changed(POSE, (0, 3), np.nan), MIRRORED):
+        with pytest.raises(aa.InputError) as raised:
+            ASKED[name](pose)
+        assert "pose[" not in str(raised.value)
+    batch = np.repeat(np.repeat(POSE[None, None], 3, axis=1), 2, axis=0)[..., None, :, :]
+    batch[1, 2, 0] = SKEW
+    with pytest.raises(aa.NotRotationError, match=r"rotation of pose\[1, 2(, 0)?\] is not"):
+        ASKED[name](batch)
+
+
+DEGREES = np.degrees(Q)
+FRANKA = aa.OffsetArm.from_catalogue("franka_fr3")
+OF_FRANKA = np.array([0.1, 0.4, 0.2, -1.8, 0.3, 2.0, 0.5])
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: ARM.solve(POSE, near=DEGREES),
+        lambda: ARM.solve(BATCH, near=[Q, Q, DEGREES]),
+        lambda: ARM.solve(POSE, near=DEGREES, metric="max"),
+        lambda: ARM.solve(POSE, near=DEGREES, outside="nearest"),
+        lambda: ARM.solve(POSE, near=DEGREES, roll="free"),
+        lambda: ARM.solutions(POSE, near=DEGREES),
+        lambda: FRANKA.solve(FRANKA.forward(OF_FRANKA)[0], near=np.degrees(OF_FRANKA)),
+        lambda: aa.Tracker(ARM, dt=0.01).start(DEGREES),
+        lambda: aa.plan(ARM, BATCH, start=DEGREES),
+        lambda: aa.plan(ARM, BATCH, goal=DEGREES),
+        lambda: aa.kuka.from_e1(ARM, POSE, 30.0, 0),
+        lambda: aa.kuka.from_frame(ARM, (POSE, 30.0, 0, 0)),
+    ],
+)
+def test_degrees_are_suspected_where_joints_are_beyond_a_turn(call: Callable[[], Any]) -> None:
+    with pytest.raises(aa.InputError, match=r"rad outside (its|A3's) limits.*were these degrees\?"):
+        call()
+
+
+def test_a_turn_beyond_the_limits_is_taken() -> None:
+    wound = Q + np.array([2 * np.pi, 0, 0, 0, 0, 0, -2 * np.pi])  # an encoder that counts turns
+    assert np.array_equal(ARM.solve(POSE, near=wound).q, ARM.solve(POSE, near=wound, weight=1.0).q)
+    free = ARM.with_(lower=-np.inf, upper=np.inf)
+    assert free.solve(POSE, near=DEGREES).ok  # without limits any number of turns is a posture
+
+
+def test_one_limit_serves_all_joints() -> None:
+    arm = aa.Arm(**LENGTHS, lower=-2.0, upper=2.5, velocity=1.0, acceleration=5)
+    assert arm.lower.tolist() == [-2.0] * 7 and arm.upper.tolist() == [2.5] * 7
+    assert arm == aa.Arm(**LENGTHS, lower=[-2.0] * 7, upper=[2.5] * 7, velocity=[1.0] * 7, acceleration=5.0)
+    with pytest.raises(
+        aa.ShapeError, match=r"lower has shape \(6,\), wanted \(7,\), or a number for all joints"
+    ):
+        aa.Arm(**LENGTHS, lower=[-2.0] * 6)
+
+
+def test_the_ends_of_arcs_are_within_the_limits() -> None:
+    """By the tolerance that decides everywhere; the last bit is asked for."""
+    rng = np.random.default_rng(4)
+    q = rng.uniform(ARM.lower, ARM.upper, (200, 7))
+    pose, _, gc = ARM.forward(q)
+    arcs = ARM.feasible(pose, gc)
+    ended = [k for k in range(len(q)) if not arcs[k].is_full and not arcs[k].is_empty]
+    ends = np.concatenate([ARM.inverse(pose[k], arcs[k].intervals.ravel(), gc[k]) for k in ended])
+    assert len(ends) > 100 and np.all(ARM.within_limits(ends))
+    assert not np.all(ARM.within_limits(ends, tol=0.0))
+    assert not ARM.within_limits(np.where(np.arange(7) == 2, ARM.upper + 2e-9, Q))
+
+
 def test_input_errors_are_value_errors() -> None:
     assert issubclass(aa.InputError, ValueError)
     assert issubclass(aa.MissingExtraError, ImportError)

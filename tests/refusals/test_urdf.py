@@ -9,7 +9,7 @@ import pytest
 from support.chain import LIMIT, joint_xml, simple_urdf
 
 import armangle as aa
-import armangle.models.urdf
+import armangle.models.urdf.reading
 from armangle.errors import UrdfError
 from armangle.models.urdf import read_urdf
 
@@ -188,7 +188,7 @@ def test_bad_paths_are_refused(tmp_path, monkeypatch):
         read_urdf(tmp_path / "nowhere.urdf")
     with pytest.raises(UrdfError, match="cannot be read: Is a directory"):
         read_urdf(tmp_path)
-    monkeypatch.setattr(armangle.models.urdf, "MAX_BYTES", 2**20)
+    monkeypatch.setattr(armangle.models.urdf.reading, "MAX_BYTES", 2**20)
     path = tmp_path / "large.urdf"
     path.write_bytes(b"<" * 3 * 2**20)
     for source in (path, path.read_bytes()):

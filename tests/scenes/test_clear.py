@@ -61,6 +61,7 @@ def posed(arm: aa.Arm, rng: np.random.Generator, gc: int) -> tuple[Any, int]:
     return arm.forward(rng.uniform(*span))[0], gc
 
 
+@pytest.mark.slow
 @pytest.mark.core
 @pytest.mark.parametrize("body", BODIES)
 @pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.name)
@@ -82,6 +83,7 @@ def test_a_psi_is_clear_if_and_only_if_no_link_touches(arm: aa.Arm, body: str) -
         assert not wrong.any(), (k, psi[wrong], least[wrong] - kept)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.name)
 def test_an_end_is_where_the_named_pair_is_as_near_as_is_asked(arm: aa.Arm) -> None:
     rng = generator(2, len(arm.name))
@@ -160,6 +162,7 @@ def test_a_ball_moves_with_the_link_that_it_is_of() -> None:
     assert min(differ.values()) > 3, differ
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("near", [0.0, 1e-9, 1e-6, 1e-3])
 def test_links_that_swing_fast_beside_a_singular_posture(near: float) -> None:
     arm = ARMS[0].with_body(SWINGING)
@@ -230,6 +233,84 @@ def test_tangent_from_both_sides(side: int) -> None:
     assert around.blocking == (("b", "elbow") if side > 0 else None)
     on_axis = arm.clear(pose, 0, aa.Scene([aa.Ball(foot, radius * (1 + side * 1e-12) - 0.05)]))
     assert bool(on_axis.is_empty) == (side > 0) and bool(on_axis.is_full) == (side < 0)
+
+
+@pytest.mark.parametrize(
+    "ends",
+    [
+        ((0.2, 0.1), (0.4, 0.1)),
+        ((0.2, -0.1), (0.4, 0.1)),
+        ((0.2, 0.0), (0.4, 0.0)),
+        ((0.2, 0.0), (0.4, 0.1)),
+        ((0.0, 0.0), (0.1, 0.2)),
+        ((0.3, 0.1), (0.3, 0.1)),
+    ],
+    ids=["parallel", "crossing", "on the line", "from the line", "from the shoulder", "ball"],
+)
+def test_segments_of_the_arm_plane_in_exact_places(ends: Any) -> None:  # fmt: skip
+    bare = ARMS[0]
+    pose = bare.forward([0.3, 0.7, 0.2, -1.3, 0.4, 0.8, 0.1])[0]
+    start, along, elbow = circle_of_a_ball(bare, pose, 0)
+    across = (elbow - start) - along * ((elbow - start) @ along)
+    across /= np.linalg.norm(across)
+    frame = bare.frames(bare.inverse(pose, 0.0, 0))[4]
+    begin, end = ((start + along * w + across * r - frame[:3, 3]) @ frame[:3, :3] for w, r in ends)
+    arm = bare.with_body(aa.Body({4: [aa.Capsule(begin, end, 0.05)]}))
+    beside = np.cross(along, across)
+    seen = 0
+    for w in (0.0, 0.2, 0.3, 0.55):
+        for off in (0.0, 0.04, 0.05, 0.1, 0.2):
+            at = start + along * w + (across + 0.3 * beside) * off
+            for shape in (
+                aa.Ball(at, 0.03), aa.Ball(at, 0.0), aa.Capsule(at, at + 0.1 * along, 0.02),
+                aa.Box(aa.pose(at), [0.05, 0.0, 0.1], 0.01),
+            ):  # fmt: skip
+                arcs = arm.clear(pose, 0, aa.Scene([shape]))
+                psi = np.linspace(-np.pi, np.pi, 73)
+                least = distances(arm, arm.inverse(pose, psi, 0), aa.Scene([shape]))[0].min(axis=-1)
+                wrong = (arcs.contains(psi) != (least >= 0)) & (np.abs(least) > 1e-9)
+                assert not wrong.any(), (shape, psi[wrong], least[wrong])
+                seen += not bool(arcs.is_full)
+    assert seen > 10
+
+
+def test_a_world_seen_in_a_mirror_has_mirrored_arcs() -> None:
+    rng, arm, some = generator(13), ARMS[0].with_body(aa.Body.bones(upper_arm=0.07, forearm=0.06)), 0
+    mirror, turned = np.array([1.0, -1.0, 1.0]), np.array([-1, 1, -1, 1, -1, 1, -1])
+    for k in range(30):
+        q = rng.uniform(-1.5, 1.5, 7)
+        (pose, _, gc), (there, _, other) = arm.forward(q), arm.forward(q * turned)
+        assert gc == other
+        shapes, seen = [], []
+        for j in range(2):
+            shape: Any = obstacle(arm, rng, [0, 1, 3][(k + j) % 3])
+            shapes.append(shape)
+            if isinstance(shape, aa.Ball):
+                seen.append(aa.Ball(shape.center * mirror, shape.radius))
+            elif isinstance(shape, aa.Capsule):
+                seen.append(aa.Capsule(shape.begin * mirror, shape.end * mirror, shape.radius))
+            else:
+                seen.append(aa.HalfSpace(shape.normal * mirror, shape.offset))
+        arcs, mirrored = arm.clear(pose, gc, aa.Scene(shapes)), arm.clear(there, gc, aa.Scene(seen))
+        assert arcs.status == mirrored.status and arcs.count == mirrored.count
+        for psi in rng.uniform(-np.pi, np.pi, 50):
+            assert arcs.contains(psi) == mirrored.contains(-psi)
+        assert abs(float(arcs.measure - mirrored.measure)) < 1e-9
+        some += 0 < float(arcs.measure) < 6
+    assert some > 5
+
+
+def test_a_box_without_extent_is_what_is_left_of_it() -> None:
+    rng, arm = generator(14), ARMS[1].with_body(SPHERES)
+    for k in range(count(10)):
+        pose, gc = posed(arm, rng, k % 8)
+        frame = aa.pose(obstacle(arm, rng, 0).center, rpy=rng.uniform(-3, 3, 3))
+        end = frame[:3, 3] + 0.1 * frame[:3, 0], frame[:3, 3] - 0.1 * frame[:3, 0]
+        for box, same in ((aa.Box(frame, [0, 0, 0], 0.05), aa.Ball(frame[:3, 3], 0.05)),
+                          (aa.Box(frame, [0.2, 0, 0], 0.05), aa.Capsule(*end, 0.05))):  # fmt: skip
+            one, other = arm.clear(pose, gc, aa.Scene([box])), arm.clear(pose, gc, aa.Scene([same]))
+            assert one.status == other.status and one.count == other.count
+            assert np.allclose(one.intervals, other.intervals, rtol=0, atol=1e-9)
 
 
 def test_a_straight_arm_has_all_or_nothing() -> None:

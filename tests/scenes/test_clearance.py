@@ -44,6 +44,7 @@ def test_the_nearest_pair_is_that_of_all_distances() -> None:
             assert abs((after.distance - before.distance) / (2 * step) - near.psi_rate) < 1e-5
 
 
+@pytest.mark.slow
 def test_what_swings_is_as_near_as_its_distances_say() -> None:
     body = aa.Body({
         1: [aa.Capsule([0.05, 0.1, 0.06], [0.06, -0.02, 0.06], 0.03, name="one")],

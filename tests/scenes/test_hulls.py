@@ -117,6 +117,7 @@ def least(begin: Floats, end: Floats, corners: Floats) -> Floats:
     return np.minimum(at((low + high) / 2), np.minimum(at(low), at(high)))
 
 
+@pytest.mark.slow
 @pytest.mark.core
 def test_arcs_of_a_hull_are_what_its_triangles_say() -> None:
     rng, ends = generator(3), 0

@@ -87,6 +87,7 @@ def test_lookahead_goes_round_a_dead_end_made_by_obstacles() -> None:
     assert far.ok and least(far.q, pocket) > -1e-9
 
 
+@pytest.mark.slow
 def test_a_solution_is_clear_and_no_clear_posture_is_nearer() -> None:
     rng = generator(3)
     grid = np.linspace(-np.pi, np.pi, 721)

@@ -140,6 +140,31 @@ def test_a_scene_that_blocks_the_start_says_so() -> None:
     assert not goal.ok and "the goal is blocked: upper_arm" in str(goal.diagnosis)
 
 
+@pytest.mark.parametrize("end", ["start", "goal"])
+def test_a_solution_that_ends_at_an_obstacle_is_planned_from_with_proof(end: str) -> None:
+    """Nothing comes nearer than the clearance but for rounding, 2e-9 m."""
+    rng, met = generator(37), 0
+    while met < count(10):
+        pose = BARE.forward(Q + rng.uniform(-0.6, 0.6, 7))[0]
+        near = Q + rng.uniform(-0.6, 0.6, 7)
+        free = ARM.solve(pose, near=near)
+        if free.status != aa.Status.OK:
+            continue
+        post = aa.Ball(ARM.elbow(free.q) + 0.06 * rng.normal(size=3), 0.04, name="post")
+        scene = aa.Scene([post], clearance=0.01)
+        found = ARM.solve(pose, near=near, scene=scene)
+        if found.status != aa.Status.OK or abs(least(ARM, found.q[None], scene) - 0.01) > 1e-9:
+            continue
+        met += 1
+        away, way = pose.copy(), rng.normal(size=3)
+        away[:3, 3] += 0.05 * way / np.linalg.norm(way)
+        path = aa.Line(pose, away) if end == "start" else aa.Line(away, pose)
+        plan = aa.plan(ARM, path, scene=scene, **{end: found.q})
+        assert plan.ok == plan.certified, plan.explain()
+        assert not plan.ok or least(ARM, plan.at(DENSE).q, scene) >= 0.01 - 2e-9
+        assert plan.ok or "blocked" not in plan.explain()
+
+
 def test_the_hand_is_kept_clear_too() -> None:
     holding = ARM.with_hand([aa.Capsule([0, 0, 0], [0, 0, 0.1], 0.02, name="drill")])
     needle = aa.Scene([aa.Ball(POSE[:3, 3] + [0, 0.05, 0], 0.001, name="needle")])

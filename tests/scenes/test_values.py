@@ -42,6 +42,20 @@ def test_an_arm_keeps_its_body_and_hand() -> None:
     assert arm.with_tool(np.eye(4)).body == arm.body
 
 
+@pytest.mark.parametrize("name", aa.catalogue())
+def test_any_arm_has_a_guessed_body_that_says_so(name: str) -> None:
+    arm = aa.Arm.from_catalogue(name).with_body()
+    assert arm.body is not None and not arm.body.trusted
+    radius = round(0.12 * (arm.d_se + arm.d_ew), 4)
+    assert arm.body == aa.Body.bones(upper_arm=radius, forearm=radius, plates=True)
+    assert "not measured: not trusted" in arm.body.notes[0] and f"{1e3 * radius:g} mm" in arm.body.notes[0]
+    best = arm.best(arm.forward(np.clip(np.full(7, 0.7), arm.lower, arm.upper))[0])
+    far = aa.Scene([aa.Ball([0, 0, 50.0], 0.1)])
+    assert arm.clear(best.pose, best.gc, far).is_full
+    assert arm.with_body("guessed") == arm and arm.with_body(None).body is None
+    assert aa.Body.bones(upper_arm=0.1, forearm=0.1).trusted
+
+
 def test_names_are_those_given_or_kind_and_place() -> None:
     box = aa.Box(np.eye(4), [1, 1, 1], name="b")
     scene = aa.Scene([aa.Ball([0, 0, 0], 1), box, aa.HalfSpace([0, 0, 1], 0)])
@@ -74,6 +88,8 @@ WRONG: list[tuple[Any, str]] = [
     (lambda: aa.Ball("x", 0.1), "Ball: center is 'x', wanted three numbers"),
     (lambda: aa.Ball([0, 0, 0], -0.1), r"Ball: radius is -0.1, wanted a length in \[0, 1000\] m"),
     (lambda: aa.Ball([0, 0, 0], "x"), "Ball: radius is 'x', wanted a number"),
+    (lambda: aa.Ball([0, 0, 0], "0.1"), "Ball: radius is '0.1', wanted a number"),
+    (lambda: aa.Ball([0, 0, 0], True), "Ball: radius is True, wanted a number"),
     (lambda: aa.Ball([0, 0, 0], 0.1, name=3), "Ball: name is 3, wanted a word"),
     (lambda: aa.Ball([2500.0, 0, 0], 0.1), "wanted finite numbers within ±1000 m"),
     (lambda: aa.Capsule([0, 0, 0], [0, 0, np.inf], 0.1), "Capsule: end is"),

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import hashlib
+import os
+import signal
 import subprocess
 import sys
+import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import armangle as aa
@@ -22,7 +27,17 @@ import sys
 import armangle as aa
 from armangle.reach import grid
 grid._CELLS = int(sys.argv[3])
-aa.reach_map(aa.Arm.from_catalogue(sys.argv[1]), sys.argv[2], spacing={spacing}, tilt={tilt}, threads=2)
+client = None
+if {cluster}:
+    import distributed
+    client = distributed.Client(distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=60
+    ))
+how = dict(scheduler=client) if client else dict(threads={threads})
+aa.reach_map(aa.Arm.from_catalogue(sys.argv[1]), sys.argv[2], spacing={spacing}, tilt={tilt}, **how)
+if {peak}:
+    lines = dict(line.split(":", 1) for line in open("/proc/self/status"))  # ru_maxrss is the parent's too
+    print(int(lines["VmHWM"].split()[0]) / 1024)
 """
 
 
@@ -36,11 +51,45 @@ def made(name: str, place: Path, *, spacing: float = 0.05, tilt: float = 0.2, **
     return aa.reach_map(aa.Arm.from_catalogue(name), place, spacing=spacing, tilt=tilt, **options)
 
 
-def process(name: str, place: Path, *, spacing: float, tilt: float) -> subprocess.Popen[str]:
-    """A process, of a group of its own, that makes a map."""
-    script = _SCRIPT.format(spacing=spacing, tilt=tilt)
+def process(
+    name: str, place: Path, *, spacing: float, tilt: float, cluster: bool = False
+) -> subprocess.Popen[str]:
+    """A process, of a group of its own, that makes a map: by two threads, or by a Dask worker in it."""
+    script = _SCRIPT.format(spacing=spacing, tilt=tilt, cluster=cluster, threads=2, peak=False)
     words = [sys.executable, "-c", script, name, str(place), str(CELLS)]
-    return subprocess.Popen(words, start_new_session=True, stderr=subprocess.PIPE, text=True)
+    return subprocess.Popen(
+        words, start_new_session=True, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+    )
+
+
+def peak(name: str, place: Path, *, spacing: float, tilt: float) -> float:
+    """The most memory, MB, of a process that makes a map by one thread with tiles as large as usual."""
+    script = _SCRIPT.format(spacing=spacing, tilt=tilt, cluster=False, threads=1, peak=True)
+    words = [sys.executable, "-c", script, name, str(place), str(grid._CELLS)]
+    return float(subprocess.run(words, check=True, capture_output=True, text=True).stdout)
+
+
+def killed_and_resumed(
+    name: str, place: Path, rng: np.random.Generator, clusters: Sequence[bool], **options: float
+) -> int:
+    """Begin a map once for each of `clusters`, kill all its processes at some time; how many were alive."""
+    died = 0
+    for cluster in clusters:
+        running = process(name, place, cluster=cluster, **options)
+        before = tuple((place / "done").rglob("*"))
+        deadline = time.monotonic() + 60
+        while running.poll() is None and time.monotonic() < deadline:
+            if tuple((place / "done").rglob("*")) != before:
+                break
+            time.sleep(0.005)
+        time.sleep(rng.uniform(0, 0.15))
+        died += running.poll() is None
+        if running.poll() is None:
+            os.killpg(running.pid, signal.SIGKILL)
+        running.wait()
+        assert running.stderr is not None
+        running.stderr.close()
+    return died
 
 
 def digest(place: Path) -> str:

@@ -28,19 +28,29 @@ class Case:
     weight: Array
     metric: Literal["l2", "max"]
     prefer: Literal["near", "margin"]
+    gc: tuple[int, ...] = tuple(range(8))
+    allowed: aa.ArcSet | None = None
+    singularity_margin: float = 0.0
 
     def __str__(self) -> str:
         return f"{self.number}-{self.prefer}-{self.metric}"
 
+    def _asked(self) -> dict[str, Any]:
+        return {
+            "metric": self.metric, "weight": self.weight, "prefer": self.prefer, "gc": self.gc,
+            "allowed": self.allowed, "singularity_margin": self.singularity_margin,
+        }  # fmt: skip
+
     def solve(self) -> aa.Solution:
-        return self.arm.solve(
-            self.pose, self.near, metric=self.metric, weight=self.weight, prefer=self.prefer
-        )
+        return self.arm.solve(self.pose, self.near, **self._asked())
 
     def solutions(self) -> aa.Solutions:
-        return self.arm.solutions(
-            self.pose, self.near, metric=self.metric, weight=self.weight, prefer=self.prefer
-        )
+        return self.arm.solutions(self.pose, self.near, **self._asked())
+
+    def arcs(self) -> aa.ArcSet:
+        """Return the arm angles that may be used in each branch, of shape (8,)."""
+        arcs = self.arm.feasible_all(self.pose, singularity_margin=self.singularity_margin)
+        return arcs if self.allowed is None else arcs & self.allowed
 
     def costs(self, q: Array) -> Array:
         """Return what postures (..., 7) cost; infinite beyond the limits."""
@@ -109,11 +119,22 @@ def cases(count: int, seed: int) -> list[Case]:
     return out
 
 
+def narrowed(case: Case) -> Case:
+    """Return the case with some of the branches, arcs of the caller's and a margin of singularities."""
+    rng = np.random.default_rng([case.number, 5])
+    gc = tuple(np.flatnonzero(rng.random(8) < 0.5).tolist()) or (int(rng.integers(8)),)
+    lower = rng.uniform(-np.pi, np.pi, 2)
+    arcs = aa.ArcSet(np.stack([lower, lower + rng.uniform(0.2, 2.0, 2)], axis=-1))
+    margin = float(rng.choice([0.0, 0.05, 0.4]))
+    return replace(case, gc=gc, allowed=arcs if rng.random() < 0.7 else None, singularity_margin=margin)
+
+
 def brute_force(case: Case, grid: int) -> float:
     """Return the least cost on a grid of psi in all branches, its best points polished by golden section."""
     psi = np.linspace(-np.pi, np.pi, grid, endpoint=False)
-    arm, arcs = case.arm, case.arm.feasible_all(case.pose)
-    if np.all(arcs.is_empty):
+    arm, arcs = case.arm, case.arcs()
+    gc = np.array([one for one in case.gc if not arcs[one].is_empty], dtype=np.int64)
+    if not len(gc):
         return np.inf
     two = np.isfinite(arm.lower) & np.isfinite(arm.upper)
     middle = (np.where(two, arm.lower, 0.0) + np.where(two, arm.upper, 0.0)) / 2
@@ -122,7 +143,6 @@ def brute_force(case: Case, grid: int) -> float:
     def at(gc: NDArray[np.int64], angle: Array) -> Array:
         return case.costs(arm.inverse(case.pose, angle, gc, seed=seed, unreachable="nan"))
 
-    gc = np.flatnonzero(np.asarray(arcs.count) > 0)
     on_grid = np.where(arcs[gc][:, None].contains(psi), at(gc[:, None], psi), np.inf)
     least = on_grid.min()
     for one in gc:

@@ -67,6 +67,7 @@ ways = pytest.mark.parametrize(
 # -- laws --------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @paths
 @ways
 def test_it_stays_on_the_path_from_rest_to_rest(path: aa.JointPath, options: dict[str, Any]) -> None:
@@ -90,6 +91,7 @@ def test_it_stays_on_the_path_from_rest_to_rest(path: aa.JointPath, options: dic
     assert np.array_equal(rows.qdd, found.qdd)
 
 
+@pytest.mark.slow
 @paths
 @ways
 def test_it_keeps_the_bounds_at_ten_thousand_times(path: aa.JointPath, options: dict[str, Any]) -> None:
@@ -178,6 +180,7 @@ def test_jumps_of_velocity_at_corners_fit_in_the_cycle() -> None:
 # -- bounded jerk ------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_followed_line_is_no_chain_of_stops() -> None:
     """200 poses of one line: rounded by next to nothing, nearly as fast as without a bound on jerk."""
     arm = aa.Arm.from_catalogue("kuka_iiwa14_r820")
@@ -196,6 +199,7 @@ def test_a_followed_line_is_no_chain_of_stops() -> None:
     assert stops.duration > 2 * found.duration
 
 
+@pytest.mark.slow
 def test_corners_are_rounded_no_further_than_said() -> None:
     corner = [shifted(0, 0, 0), shifted(0, -0.1, 0), shifted(0.02, -0.2, 0)]
     lines = [aa.Line(*corner[:2]), aa.Line(*corner[1:])]
@@ -215,6 +219,7 @@ def test_corners_are_rounded_no_further_than_said() -> None:
     assert loose.duration <= aa.retime(path, cycle=0).duration
 
 
+@pytest.mark.slow
 def test_where_stopping_is_faster_it_stops() -> None:
     """Back the way it came: rounding would creep round the turn."""
     there = aa.plan(ARM, np.stack([shifted(0, 0, 0), shifted(0.1, 0, 0), shifted(0.0, 0.001, 0)]), start=Q)
@@ -223,6 +228,7 @@ def test_where_stopping_is_faster_it_stops() -> None:
     assert found.deviation == (0.0, 0.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", [0.0, 1e-6, 1e-5, 1e-4])
 @pytest.mark.parametrize("jerk", [None, 50.0])
 @pytest.mark.parametrize("seed", range(1))
@@ -311,6 +317,7 @@ def test_a_tool_at_rest_has_no_speed() -> None:
     assert "the tool rests while joint" in lost.sentence
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_any_arm_and_line_within_two_thousandths(seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -165,6 +165,36 @@ inline void intersect(const ArcSet& a, const ArcSet& b, ArcSet& out) noexcept {
     detail::merge(out);
 }
 
+/// each(lower, upper) of what arcs of `a` share with arcs of `b` that are turned back by `turn`, less what is
+/// shorter than the tolerance; nothing of it is sorted. A whole circle is one arc with a seam at +-pi.
+template <class Each>
+ARMANGLE_INLINE void each_overlap(const ArcSet& a, const ArcSet& b, double turn, const Each& each) noexcept {
+    const auto give = [&each](double lower, double upper) {
+        if (upper - lower >= tolerance::angle) each(lower, upper);
+    };
+    for (int i = 0; i < a.count; ++i) {
+        const Arc& p = a.arc[i];
+        for (int k = 0; k < b.count; ++k) {
+            const Arc& q = b.arc[k];
+            double ahead = q.lower - turn - p.lower;  // of where q begins, in [0, 2 pi) behind p's begin
+            if (ahead < 0) ahead += two_pi;
+            if (ahead < 0) ahead += two_pi;
+            if (ahead >= two_pi) ahead -= two_pi;
+            const double from = p.lower + ahead, to = from + (q.upper - q.lower);
+            give(from, min(p.upper, to));
+            give(p.lower, min(p.upper, to - two_pi));
+        }
+    }
+}
+
+/// each(lower, upper) of the arcs that two sets have in common, whole circles without a seam.
+template <class Each>
+ARMANGLE_INLINE void each_common(const ArcSet& a, const ArcSet& b, const Each& each) noexcept {
+    if (!a.full && !b.full) return each_overlap(a, b, 0.0, each);
+    const ArcSet& less = a.full ? b : a;
+    for (int i = 0; i < less.count; ++i) each(less.arc[i].lower, less.arc[i].upper);
+}
+
 /// Closure of the complement.
 inline void complement(const ArcSet& a, ArcSet& out) noexcept {
     if (a.empty()) return make_full(out);

@@ -14,32 +14,54 @@ namespace armangle {
 namespace detail {
 
 /// Derivatives where the slope of joint j by psi is 0, beside the best psi, which a search that compares
-/// values knows to half of the digits alone: two steps of the secant method. `d` where there is no such place
-/// near, as of joint 4.
+/// values knows to half of the digits alone: the secant method, until the slope falls no more. `d` where
+/// there is no such place near, as of joint 4.
 inline Derivatives at_its_top(const Arm& arm, const Pose<double>& pose, const Nearest& best, int j,
                               Derivatives d) noexcept {
-    constexpr double aside = 1e-5, near = 1e-3;
-    constexpr int psi = joints - 1;
+    constexpr double aside = 1e-7, near = 1e-3;
+    constexpr int psi = joints - 1, rounds = 10;
     double before = best.psi + aside, now = best.psi;
     double slope_before = inverse_derivative(arm, pose, before, best.gc).entry[j][psi];
-    for (int round = 0; round < 2; ++round) {
+    for (int round = 0; round < rounds; ++round) {
         const double slope = d.entry[j][psi];
         const double next = now - slope * (now - before) / (slope - slope_before);
         if (slope == 0 || !(abs(next - best.psi) < near)) break;
+        const Derivatives there = inverse_derivative(arm, pose, next, best.gc);
+        if (!(abs(there.entry[j][psi]) < abs(slope))) break;
         before = now;
         slope_before = slope;
         now = next;
-        d = inverse_derivative(arm, pose, now, best.gc);
+        d = there;
     }
     return d;
+}
+
+/// Whether theta_2 or theta_6 of a posture is 0 or pi: the two joints beside it share their turn as they
+/// like there, and at no pose near by.
+inline bool shares_a_turn(const Arm& arm, const double* q) noexcept {
+    bool shares = false;
+    for (const int j : hinge_joint) shares |= abs(sin_cos(to_theta(arm, j, q[j])).sin) <= tolerance::angle;
+    return shares;
+}
+
+/// Whether a psi beside the best one has the same margin, as joint 4 alone gives it.
+inline bool is_as_good_beside(const Arm& arm, const Pose<double>& pose, const Nearest& best,
+                              double least) noexcept {
+    constexpr double aside = 1e-5;
+    for (const double psi : {best.psi - aside, best.psi + aside}) {
+        const Inverse found = inverse(arm, pose, psi, best.gc, best.q);
+        if (found.status == Status::OK && found.margin > least - tolerance::angle) return true;
+    }
+    return false;
 }
 
 }  // namespace detail
 
 /// The gradient of the margin of the best posture, as nearest_posture() with Metric::margin finds it, by the
 /// twist (v, omega) of the pose: rad/m, rad/rad. Where two branches, arm angles or pairs of joints are as
-/// good, that of the posture given. NaN where there is no posture or a joint that counts has no derivative;
-/// 0 without limits.
+/// good, that of the posture given. NaN where there is no posture or a joint that counts has no derivative,
+/// and where the posture stands at theta_2 or theta_6 of 0 or pi and not joint 4 alone decides: what two
+/// joints share there they share at no pose near by, and the margin leaps or has no slope. 0 without limits.
 inline void best_gradient(const Arm& arm, const Pose<double>& pose, const Nearest& best,
                           double (&out)[6]) noexcept {
     for (double& slope : out) slope = not_a_number;
@@ -66,13 +88,18 @@ inline void best_gradient(const Arm& arm, const Pose<double>& pose, const Neares
     const Side *rising = nullptr, *falling = nullptr, *flattest = nullptr;
     for (int i = 0; i < count; ++i) {
         const Side& s = side[i];
-        if (s.distance > least + tolerance::angle) continue;
-        const double now = slope(s, psi);
+        const double now = slope(s, psi), steepness = abs(now) < infinity ? abs(now) : 0.0;
+        // psi is known to the tolerance, and a steep joint is as near as that leaves it
+        if (s.distance > least + tolerance::angle * (1.0 + steepness)) continue;
         if (!flattest || abs(now) < abs(slope(*flattest, psi))) flattest = &s;
         if (now > 0 && (!rising || now > slope(*rising, psi))) rising = &s;
         if (now < 0 && (!falling || now < slope(*falling, psi))) falling = &s;
     }
     double share = 1.0;
+    const bool by_the_elbow = flattest && flattest->joint == 3;
+    if (detail::shares_a_turn(arm, best.q) &&
+        !(by_the_elbow && detail::is_as_good_beside(arm, pose, best, least)))
+        return;
     if (rising && falling) {
         const double up = slope(*rising, psi), down = slope(*falling, psi);
         share = down / (down - up);

@@ -71,10 +71,14 @@ ARMANGLE_INLINE Slots of_pivots(const JointFunctions<double>& f, const Get& get)
     return twice(four);
 }
 
-/// A pivot with at most half a turn: each limit blocks its own arc. With more: only where *both* arcs overlap
-/// is the joint outside; each arc is then cut to its part of the overlap, from its own lower end on.
-ARMANGLE_INLINE void solve_pivots(const LimitTable& t, const JointFunctions<double>& f,
-                                  PivotArcs& out) noexcept {
+/// phi and alpha of the boundary functions of the pivots, lanes as in PivotArcs.
+struct PivotAngles {
+    Slots middle, half;
+    unsigned constant;
+};
+
+/// They follow from the coefficients.
+ARMANGLE_INLINE PivotAngles pivot_angles(const LimitTable& t, const JointFunctions<double>& f) noexcept {
     using P = const Pivot<double>&;
     const Harmonic<Slots> U{of_pivots(f, [](P p) { return p.U.s; }), of_pivots(f, [](P p) { return p.U.c; }),
                             of_pivots(f, [](P p) { return p.U.k; })};
@@ -82,7 +86,20 @@ ARMANGLE_INLINE void solve_pivots(const LimitTable& t, const JointFunctions<doub
                             of_pivots(f, [](P p) { return p.V.k; })};
     const Slots g = of_pivots(f, [](P p) { return p.g; }), u = g * Slots::load(t.u), v = g * Slots::load(t.v);
     const Slots a = u * U.s + v * V.s, b = u * U.c + v * V.c, c = u * U.k + v * V.k;
-    const ArcLanes arc = negative_arcs(atan2(a, b), atan2(half_chord(mul_add(a, a, b * b) - c * c), -c));
+    return {atan2(a, b), atan2(half_chord(mul_add(a, a, b * b) - c * c), -c),
+            bits(is_constant(Pivot<Slots>{U, V, g}))};
+}
+
+/// Those of the other sign of both hinges: B changes its sign, and forbids what it allowed.
+ARMANGLE_INLINE PivotAngles opposite(const PivotAngles& p) noexcept {
+    const Slots turn = select(p.middle > Slots(0.0), Slots(-pi), Slots(pi));
+    return {p.middle + turn, Slots(pi) - p.half, p.constant};
+}
+
+/// A pivot with at most half a turn: each limit blocks its own arc. With more: only where *both* arcs overlap
+/// is the joint outside; each arc is then cut to its part of the overlap, from its own lower end on.
+ARMANGLE_INLINE void pivot_arcs(const LimitTable& t, const PivotAngles& p, PivotArcs& out) noexcept {
+    const ArcLanes arc = negative_arcs(p.middle, p.half);
     const Slots width = arc.upper - arc.lower, other_width = swap_halves(width),
                 whole(two_pi - tolerance::angle);
     // A limit that is broken for every psi has no end: its arc's seam lies anywhere, so that it cuts nothing,
@@ -95,8 +112,8 @@ ARMANGLE_INLINE void solve_pivots(const LimitTable& t, const JointFunctions<doub
     const Slots upper = select(cut, arc.lower + room, arc.upper), length = upper - arc.lower;
     arc.lower.store(out.lower);
     upper.store(out.upper);
-    out.constant = bits(is_constant(Pivot<Slots>{U, V, g}));
-    out.kept = bits(length >= Slots(tolerance::angle)) & t.limited & ~out.constant & ~bits(endless);
+    out.constant = p.constant;
+    out.kept = bits(length >= Slots(tolerance::angle)) & t.limited & ~p.constant & ~bits(endless);
     out.cut = bits(cut);
 }
 
@@ -153,7 +170,7 @@ ARMANGLE_INLINE void solve_hinges(const LimitTable& t, const JointFunctions<doub
 /// The boundary functions of all limits, solved.
 ARMANGLE_INLINE void boundaries(const LimitTable& t, const JointFunctions<double>& f,
                                 Boundaries& out) noexcept {
-    detail::solve_pivots(t, f, out.pivot);
+    detail::pivot_arcs(t, detail::pivot_angles(t, f), out.pivot);
     detail::solve_hinges(t, f, out.hinge);
 }
 

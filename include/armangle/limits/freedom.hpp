@@ -159,17 +159,14 @@ inline Status nearer_reason(Status a, Status b) noexcept {
     return rank(b) < rank(a) ? b : a;
 }
 
-}  // namespace detail
-
-/// Freedom of a pose (as the user sees it) within the limits of the table, which is of arm.limits.
-inline Freedom freedom(const Arm& arm, const Pose<double>& pose, const LimitTable& t) noexcept {
-    Freedom out{0, 0, 0, 0, Status::UNREACHABLE};
-    const Circle<double> c = circle(arm, flange_pose(arm, pose));
-    if (is_folded(c)) out.status = Status::FOLDED;
+/// Freedom by the arcs of each branch: wherever two joints may be one axis, or a psi may be feasible by
+/// itself.
+[[gnu::noinline, gnu::cold]] inline Freedom freedom_by_branches(const Arm& arm, const Circle<double>& c,
+                                                                const LimitTable& t) noexcept {
+    Freedom out{0, 0, 0, 0, is_folded(c) ? Status::FOLDED : Status::UNREACHABLE};
     const auto add = [&](int gc, Status status, const ArcSet& arcs, const auto& shoulder, const auto& wrist) {
-        if (status == Status::LIMITS && detail::holds_at_needle(arm, c, t, gc, shoulder, wrist))
-            status = Status::OK;
-        out.status = detail::nearer_reason(out.status, status);
+        if (status == Status::LIMITS && holds_at_needle(arm, c, t, gc, shoulder, wrist)) status = Status::OK;
+        out.status = nearer_reason(out.status, status);
         out.gc = static_cast<std::uint8_t>(out.gc | (status == Status::OK) << gc);
         out.arcs = static_cast<std::uint8_t>(out.arcs + arcs.count);
         out.total += measure(arcs);
@@ -177,21 +174,127 @@ inline Freedom freedom(const Arm& arm, const Pose<double>& pose, const LimitTabl
             out.widest = max(out.widest, arcs.arc[i].upper - arcs.arc[i].lower);
         return false;
     };
-    detail::each_branch(arm, c, t, all_pivots, add);
+    each_branch(arm, c, t, all_pivots, add);
     return out;
+}
+
+/// Whether any branch holds, likewise.
+[[gnu::noinline, gnu::cold]] inline bool is_held_by_a_branch(const Arm& arm, const Circle<double>& c,
+                                                             const LimitTable& t) noexcept {
+    bool held = false;
+    const auto look = [&](int gc, Status status, const ArcSet&, const auto& shoulder, const auto& wrist) {
+        held = status == Status::OK ||
+               (status == Status::LIMITS && holds_at_needle(arm, c, t, gc, shoulder, wrist));
+        return held;
+    };
+    each_branch(arm, c, t, all_pivots, look);
+    return held;
+}
+
+/// What the limits of one half of the arm (its joints on one side of the elbow) block, and what they leave.
+struct Half {
+    Blocked blocked;
+    ArcSet free;
+};
+
+/// Whether a blocked arc begins within the tolerance of where another ends, however many turns apart.
+inline bool touches(const Blocked& a, const Blocked& b) noexcept {
+    bool found = false;
+    for (int i = 0; i < a.count; ++i)
+        for (int k = 0; k < b.count; ++k) {
+            const double apart = a.arc[i].lower - b.arc[k].upper;
+            found |= abs(apart) < tolerance::angle;
+            found |= abs(apart + two_pi) < tolerance::angle;
+        }
+    return found;
+}
+
+/// Whether the psi of all branches are what their two halves leave in common, without isolated ones: the one
+/// pass over the halves of a pose that has freedom() and is_reachable(). Each half is solved once for a sign
+/// of its hinge and serves two branches. each(gc, shoulder, wrist) is asked for the branches that hold their
+/// elbow, and stops the pass where it says true.
+template <class Each>
+ARMANGLE_INLINE bool each_pair(const Arm& arm, const Circle<double>& c, const LimitTable& t, Status& status,
+                               const Each& each) noexcept {
+    if (t.locked) return false;
+    for (int side = 0; side < 2; ++side) {
+        SelfMotion<double> m = self_motion(arm, c, {1.0, side ? -1.0 : 1.0, 1.0});
+        const Status elbow = elbow_status(m, t);
+        status = nearer_reason(status, elbow == Status::OK ? Status::LIMITS : elbow);
+        if (elbow != Status::OK) continue;
+        if (shoulder_singular(m) || wrist_singular(m)) return false;
+        Half half[2][hinges];  // of a negative hinge or not, of the shoulder or the wrist
+        JointFunctions<double> f;
+        PivotAngles angles;
+        Boundaries b;
+        for (int branch = 0; branch < 4; ++branch) {
+            const int shoulder = branch & 1, wrist = branch >> 1;
+            if (branch < 2) {
+                if (branch == 0) {
+                    f = joint_functions(m);
+                    if (may_jump(f.hinge[0]) || may_jump(f.hinge[1])) return false;
+                    angles = pivot_angles(t, f);
+                } else {
+                    for (Pivot<double>& p : f.pivot) p.g = -1.0;
+                    for (Hinge<double>& h : f.hinge) h.g = -1.0;
+                    angles = opposite(angles);
+                }
+                pivot_arcs(t, angles, b.pivot);
+                if (branch == 0 || !t.hinges_alike) solve_hinges(t, f, b.hinge);
+                for (int h = 0; h < hinges; ++h) {
+                    Half& now = half[branch][h];
+                    block_hinge(t, f, b, h, now.blocked);
+                    block_pivots(t, f, b, h == 0 ? shoulder_pivots : wrist_pivots, now.blocked);
+                    free_arcs(now.blocked, now.free);
+                }
+            }
+            const Half &one = half[shoulder][0], &other = half[wrist][1];
+            if (one.blocked.all || other.blocked.all) continue;
+            bool held = false;
+            if (each(shoulder + 2 * side + 4 * wrist, one.free, other.free, held)) return true;
+            if (held)
+                status = Status::OK;
+            else if (touches(one.blocked, one.blocked) || touches(other.blocked, other.blocked) ||
+                     touches(one.blocked, other.blocked) || touches(other.blocked, one.blocked))
+                return false;
+        }
+    }
+    return true;
+}
+
+}  // namespace detail
+
+/// Freedom of a pose (as the user sees it) within the limits of the table, which is of arm.limits.
+inline Freedom freedom(const Arm& arm, const Pose<double>& pose, const LimitTable& t) noexcept {
+    const Circle<double> c = circle(arm, flange_pose(arm, pose));
+    Freedom out{0, 0, 0, 0, is_folded(c) ? Status::FOLDED : Status::UNREACHABLE};
+    const auto add = [&](int gc, const ArcSet& shoulder, const ArcSet& wrist, bool& held) {
+        each_common(shoulder, wrist, [&](double lower, double upper) {
+            held = true;
+            ++out.arcs;
+            out.total += upper - lower;
+            out.widest = max(out.widest, upper - lower);
+        });
+        out.gc = static_cast<std::uint8_t>(out.gc | held << gc);
+        return false;
+    };
+    if (detail::each_pair(arm, c, t, out.status, add)) [[likely]]
+        return out;
+    return detail::freedom_by_branches(arm, c, t);
 }
 
 /// Whether any branch and arm angle holds a pose within the limits.
 inline bool is_reachable(const Arm& arm, const Pose<double>& pose, const LimitTable& t) noexcept {
-    bool held = false;
     const Circle<double> c = circle(arm, flange_pose(arm, pose));
-    const auto look = [&](int gc, Status status, const ArcSet&, const auto& shoulder, const auto& wrist) {
-        held = status == Status::OK ||
-               (status == Status::LIMITS && detail::holds_at_needle(arm, c, t, gc, shoulder, wrist));
-        return held;
+    bool reached = false;
+    Status status = Status::UNREACHABLE;
+    const auto look = [&](int, const ArcSet& shoulder, const ArcSet& wrist, bool& held) {
+        each_common(shoulder, wrist, [&](double, double) { held = true; });
+        return reached = held;
     };
-    detail::each_branch(arm, c, t, all_pivots, look);
-    return held;
+    if (detail::each_pair(arm, c, t, status, look)) [[likely]]
+        return reached;
+    return detail::is_held_by_a_branch(arm, c, t);
 }
 
 }  // namespace armangle

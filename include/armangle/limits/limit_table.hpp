@@ -66,7 +66,8 @@ struct LimitTable {
     int piece_count[hinges][2];  // [hinge][theta < 0]
     HingePiece piece[hinges][2][pieces];
     ThetaRange range[pivots];
-    bool locked;  // some joint but the fourth has a range below tolerance::locked
+    bool locked;        // some joint but the fourth has a range below tolerance::locked
+    bool hinges_alike;  // theta and -theta of both hinges have the same limits
     Cone elbow, cone[pivots];
     double psi_margin,
         discriminant;  // the paper's psi_sing +- epsilon, eq. (31), and when it holds; 0: not used
@@ -138,6 +139,16 @@ inline void fill_pivot(LimitTable& t, const Arm& arm, const Limits& limits, int 
     t.v[pivots + pivot] = c.upper.sin;
 }
 
+/// Whether |theta| of a hinge has the same ranges for both signs of theta.
+inline bool is_alike(const LimitTable& t, int hinge) noexcept {
+    bool alike = t.piece_count[hinge][0] == t.piece_count[hinge][1];
+    for (int k = 0; k < t.piece_count[hinge][0]; ++k) {
+        const HingePiece &p = t.piece[hinge][0][k], &q = t.piece[hinge][1][k];
+        alike &= p.near.angle == q.near.angle && p.far.angle == q.far.angle;
+    }
+    return alike;
+}
+
 }  // namespace detail
 
 /// Limits for the joints of an arm, with a margin (rad, >= 0) that keeps |sin theta_2|, |sin theta_6|,
@@ -153,6 +164,7 @@ inline LimitTable limit_table(const Arm& arm, const Limits& limits, double margi
     for (int p = 0; p < pivots; ++p) detail::fill_pivot(t, arm, limits, p);
     for (int h = 0; h < hinges; ++h)
         for (int negative = 0; negative < 2; ++negative) detail::fill_hinge(t, arm, limits, h, negative);
+    t.hinges_alike = detail::is_alike(t, 0) && detail::is_alike(t, 1);
     return t;
 }
 

@@ -229,6 +229,26 @@ protected:
         return out;
     }
 
+    /// The posture at psi, at(psi), with no joint beyond its limits. At an end of an arc rounding may put the
+    /// joint that ends it there: psi then goes back into the arc, is_open(psi), by as little as helps; where
+    /// it is the only psi, the joint goes to its limit.
+    template <class At, class Open>
+    Nearest kept_within(const At& at, const Open& is_open, double psi, int gc) const noexcept {
+        Joints q = at(psi);
+        if (within_limits(arm_.limits, q.q, 0.0)) return finished(q.q, psi, gc);
+        for (double step = tolerance::same_psi; step < tolerance::isolated; step *= 4)
+            for (const double beside : {wrap(psi - step), wrap(psi + step)}) {
+                if (!is_open(beside)) continue;
+                const Joints here = at(beside);
+                if (within_limits(arm_.limits, here.q, 0.0)) return finished(here.q, beside, gc);
+            }
+        for (int j = 0; j < joints; ++j) {
+            const double inside = min(max(q.q[j], arm_.limits.lower[j]), arm_.limits.upper[j]);
+            if (abs(inside - q.q[j]) <= tolerance::isolated) q.q[j] = inside;
+        }
+        return finished(q.q, psi, gc);
+    }
+
     /// Adds a posture by its rank; beyond the capacity none.
     void insert(Nearests& out, const Nearest& one) const noexcept {
         if (out.count == Nearests::capacity) return;
@@ -324,11 +344,18 @@ private:
             singular_points(elbow);
             search(elbow_branches << 2 * elbow, -1);
             polish();
-            const double now = with_elbow(best_), before = with_elbow(found);
-            if (now < before || (now == before && best_.cost < found.cost)) found = best_;
+            if (found.gc < 0 || is_cheaper(best_, found)) found = best_;
             ceiling_ = with_elbow(found);
         }
         return found;
+    }
+
+    /// Whether one elbow's best is cheaper than another's: with joint 4, or, where that decides alike,
+    /// without.
+    bool is_cheaper(const Best& one, const Best& other) const noexcept {
+        const double now = with_elbow(one), before = with_elbow(other);
+        if (!(abs(now - before) <= tie(before))) return now < before;
+        return one.cost < other.cost - tie(other.cost);
     }
 
     // -- the problem
@@ -683,12 +710,18 @@ private:
         offer(gc, psi, cost_of(q.q), stationary);
     }
 
-    /// Takes a posture if it is better. Within one basin a stationary point is known to more digits than its
-    /// cost.
+    /// Takes a posture if it is better. A stationary point is known to more digits than its cost; of several
+    /// that cost the same, as the mirrored postures of an arm in one plane do, the lowest gc, then psi,
+    /// stays.
     void offer(int gc, double psi, double cost, bool stationary) noexcept {
-        const bool same = gc == best_.gc && abs(wrap(psi - best_.psi)) <= nearest_rule::apart &&
-                          abs(cost - best_.cost) <= tie(cost);
-        const bool better = same && stationary != best_.stationary ? stationary : cost < best_.cost;
+        const bool equal = best_.gc >= 0 && abs(cost - best_.cost) <= tie(cost);
+        const bool beside = gc == best_.gc && abs(wrap(psi - best_.psi)) <= nearest_rule::apart;
+        const bool lower = gc < best_.gc || (gc == best_.gc && wrap(psi) < wrap(best_.psi));
+        bool better = cost < best_.cost;
+        if (equal && stationary != best_.stationary)
+            better = stationary;
+        else if (equal && !beside)
+            better = lower;
         if (better) best_ = {cost, psi, gc, stationary};
     }
 
@@ -989,8 +1022,10 @@ private:
     /// What is told of the best posture found.
     Nearest result() const noexcept {
         if (best_.gc < 0) return refused(Status::LIMITS);
-        const double psi = wrap(best_.psi);  // so that it is what inverse() gives at the psi that is told
-        return finished(posture(best_.gc, psi).q, psi, best_.gc);
+        const int gc = best_.gc;
+        const auto at = [this, gc](double psi) { return posture(gc, psi); };
+        const auto is_open = [this, gc](double psi) { return holds(gc, -1, psi); };
+        return kept_within(at, is_open, wrap(best_.psi), gc);  // what inverse() gives at the psi that is told
     }
 
     const LimitTable& limits_;

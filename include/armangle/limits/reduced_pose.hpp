@@ -71,7 +71,7 @@ inline Pose<double> reduced_flange(const Arm& arm, const ReducedPose& at) noexce
 }
 
 /// The psi that one half of the arm leaves, and its joint functions.
-struct Half {
+struct HalfOfMap {
     JointFunctions<double> f;
     ArcSet arcs;
 };
@@ -168,7 +168,7 @@ public:
             if (!holds_[side]) continue;
             for (int gc_2 = 0; gc_2 < 2; ++gc_2)
                 for (int gc_6 = 0; gc_6 < 2; ++gc_6) {
-                    const detail::Half &s = shoulder_[side][gc_2], &w = wrist_[side][gc_6];
+                    const detail::HalfOfMap &s = shoulder_[side][gc_2], &w = wrist_[side][gc_6];
                     double branch = 0;
                     each_overlap(s.arcs, w.arcs, turn, [&](double lower, double upper) {
                         branch += upper - lower;
@@ -209,7 +209,7 @@ private:
     Circle<double> circle_;
     bool holds_[2] = {}, any_ = false;
     bool plain_ = true, tilted_plain_ = true;  // no hinge comes to 0 or pi, no joint is locked
-    detail::Half shoulder_[2][2], wrist_[2][2];
+    detail::HalfOfMap shoulder_[2][2], wrist_[2][2];
 
     /// A share of the circle, of one joint's turns.
     struct Share {
@@ -246,7 +246,7 @@ private:
     }
 
     /// The psi that the shoulder's joints (half 0; the wrist's, half 1) leave for one sign of the hinge.
-    void find(SelfMotion<double> m, int negative, int half, detail::Half& out) noexcept {
+    void find(SelfMotion<double> m, int negative, int half, detail::HalfOfMap& out) noexcept {
         m.gc.shoulder = m.gc.wrist = negative ? -1.0 : 1.0;
         detail::Sides sides;
         detail::block_sides(arm_.free_table, m, all_pivots, sides);
@@ -254,28 +254,6 @@ private:
         out.f = sides.f;
         (half == 0 ? plain_ : tilted_plain_) &=
             !arm_.free_table.locked && !detail::may_jump(sides.f.hinge[half]);
-    }
-
-    /// each(lower, upper) of what arcs of the shoulder share with arcs of the wrist, these turned back.
-    template <class Each>
-    static void each_overlap(const ArcSet& shoulder, const ArcSet& wrist, double turn,
-                             const Each& each) noexcept {
-        const auto give = [&each](double lower, double upper) {
-            if (upper - lower >= tolerance::angle) each(lower, upper);
-        };
-        for (int i = 0; i < shoulder.count; ++i) {
-            const Arc& a = shoulder.arc[i];
-            for (int k = 0; k < wrist.count; ++k) {
-                const Arc& b = wrist.arc[k];
-                double ahead = b.lower - turn - a.lower;  // of where b begins, in [0, 2 pi) behind a's begin
-                if (ahead < 0) ahead += two_pi;
-                if (ahead < 0) ahead += two_pi;
-                if (ahead >= two_pi) ahead -= two_pi;
-                const double from = a.lower + ahead, to = from + (b.upper - b.lower);
-                give(from, min(a.upper, to));
-                give(a.lower, min(a.upper, to - two_pi));
-            }
-        }
     }
 
     /// The same by the general functions, where two joints may be one axis or a joint is locked.

@@ -85,6 +85,17 @@ inline Limits on_one_side(const Arm& arm, double q_4, double margin) noexcept {
     return out;
 }
 
+/// The limits with every hinge kept `margin` (rad) off straight and folded on the side on which q has it,
+/// where its own limits leave that; without a margin joint 4 alone.
+inline Limits on_these_sides(const Arm& arm, const double* q, double margin) noexcept {
+    Limits out = on_one_side(arm, q[3], margin);
+    if (margin > 0)
+        for (const int hinge : {1, 5})
+            keep_on_side(arm, hinge, q[hinge], detail::bend(arm, hinge, q[hinge]) < 0 ? -1.0 : 1.0, margin,
+                         out);
+    return out;
+}
+
 /// What joint 4 within these limits, all on one side of the stretched arm, leaves.
 inline ReachShell reach_shell(const Arm& arm, const Limits& limits) noexcept {
     const double a = detail::wrist_distance(arm, detail::elbow_bend(arm, limits.lower[3])),

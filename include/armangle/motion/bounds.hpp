@@ -103,6 +103,50 @@ inline bool keeps(const Arm& arm, const Bounds& b, const double* q_now, const do
     return true;
 }
 
+/// The psi of the set nearest to `wish` that keeps(psi), or NaN. An end that does not by rounding gives way
+/// to a place further inside.
+template <class Keeps>
+double nearest_kept(const ArcSet& set, double wish, const Keeps& keeps) noexcept {
+    static constexpr double inside[] = {0, 1e-6, 1e-3, 0.1, 0.5};  // shares of the way to the middle
+    double best = infinity, found = not_a_number;
+    for (int i = 0; i < set.count; ++i) {
+        const Arc& arc = set.arc[i];
+        const double middle = 0.5 * (arc.lower + arc.upper), lifted = lift(wish, middle);
+        const double at = set.full ? lifted : min(max(lifted, arc.lower), arc.upper);
+        for (double share : inside) {
+            const double psi = wrap(at + share * (middle - at));
+            if (abs(wrap(psi - wish)) >= best) break;
+            if (keeps(psi)) {
+                best = abs(wrap(psi - wish));
+                found = psi;
+            }
+        }
+    }
+    return found;
+}
+
+/// The move of joint i that brakes it as hard as the bounds allow, and not beyond its limit.
+inline double braked(const Arm& arm, const Bounds& b, const double* q_now, int i) noexcept {
+    const double v = b.velocity_now[i], slower = abs(v) - b.acceleration[i] * b.dt;
+    const double move = slower > 0 ? copysign(slower * b.dt, v) : 0.0;
+    const double room = v > 0 ? arm.limits.upper[i] - q_now[i] : arm.limits.lower[i] - q_now[i];
+    return v > 0 ? min(move, max(room, 0.0)) : max(move, min(room, 0.0));
+}
+
+/// The joints q of a step that goes k d dt (k in 1/s, d in rad), each as far as the bounds allow it; a joint
+/// that they leave no move brakes.
+inline void go(const Arm& arm, const Bounds& b, const double* q_now, double max_joint_step,
+               const double (&d)[joints], double k, double* q) noexcept {
+    double share = k * b.dt;
+    for (int j = 0; j < joints; ++j) share = min(share, max_joint_step / abs(d[j]));
+    const MoveBox box = move_box(arm, b, q_now, max_joint_step, {});
+    for (int j = 0; j < joints; ++j) {
+        const bool open = box.lower[j] <= box.upper[j];
+        q[j] =
+            q_now[j] + (open ? min(max(share * d[j], box.lower[j]), box.upper[j]) : braked(arm, b, q_now, j));
+    }
+}
+
 }  // namespace detail
 
 /// One step under bounds: where it starts, and the self-motion that it leads to.
@@ -137,25 +181,9 @@ struct BoundedStep {
         return detail::keeps(arm, bounds, q_now, at(psi).q, largest_step);
     }
 
-    /// The psi of the set nearest to `wish` that keeps the bounds, or NaN. An end that breaks them by
-    /// rounding gives way to a place further inside.
+    /// The psi of the set nearest to `wish` that keeps the bounds, or NaN.
     double nearest(const ArcSet& set, double wish) const noexcept {
-        static constexpr double inside[] = {0, 1e-6, 1e-3, 0.1, 0.5};  // shares of the way to the middle
-        double best = infinity, found = not_a_number;
-        for (int i = 0; i < set.count; ++i) {
-            const Arc& arc = set.arc[i];
-            const double middle = 0.5 * (arc.lower + arc.upper), lifted = lift(wish, middle);
-            const double at = set.full ? lifted : min(max(lifted, arc.lower), arc.upper);
-            for (double share : inside) {
-                const double psi = wrap(at + share * (middle - at));
-                if (abs(wrap(psi - wish)) >= best) break;
-                if (keeps(psi)) {
-                    best = abs(wrap(psi - wish));
-                    found = psi;
-                }
-            }
-        }
-        return found;
+        return detail::nearest_kept(set, wish, [this](double psi) { return keeps(psi); });
     }
 
     /// Whether some step within the bounds leads to these arcs.

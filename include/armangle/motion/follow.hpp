@@ -98,12 +98,14 @@ void follow_steps(const double* start, const double* poses, std::size_t n, const
 
 }  // namespace detail
 
-/// Follows n poses (16 doubles each, row-major) from `start`. `allowed` is null, one set, or one a pose. psi
-/// is lifted. options.bounds holds the velocity before the first step; `ahead`, if not null, keeps the motion
-/// in the tube of the poses ahead and needs bounds.
+/// Follows n poses (16 doubles each, row-major) from `start`. `allowed` is null, one set, or one a pose;
+/// `scenes` likewise, and takes the place of options.scene. psi is lifted. options.bounds holds the velocity
+/// before the first step; `ahead`, if not null, keeps the motion in the tube of the poses ahead and needs
+/// bounds.
 inline void follow(const Arm& arm, const LimitTable& limits, const double* start, const double* poses,
                    std::size_t n, StepOptions options, OnFail on_fail, Strided<const ArcSet> allowed,
-                   const FollowRows& rows, Lookahead* ahead = nullptr) noexcept {
+                   const FollowRows& rows, Lookahead* ahead = nullptr,
+                   Strided<const Scene* const> scenes = {nullptr, 0}) noexcept {
     Bounds bounds{};
     if (options.bounds) {
         bounds = *options.bounds;
@@ -113,6 +115,7 @@ inline void follow(const Arm& arm, const LimitTable& limits, const double* start
     for (int j = 0; j < joints; ++j) q[j] = start[j];
     Chain now = chain(arm, q);
     const auto take = [&](const Pose<double>& pose, std::size_t i, StepOptions& asked) {
+        if (scenes.data) asked.scene = *scenes.at(i);
         if (ahead)
             asked.ahead =
                 ahead->at(i, q, asked.gc < 0 ? configuration(arm, now.theta) : configuration(asked.gc));

@@ -104,10 +104,11 @@ public:
         }
     }
 
-    /// Whether a whole move (rad) is proven.
-    bool clear(const double (&d)[joints]) noexcept {
-        Tag pair = 0;
-        return !(move_.proven(q_, d, pair, straight_rule::many_looks) < 1.0);
+    /// Whether the whole straight move between two postures is proven; `pair` is who ends it.
+    bool clear(const double* from, const double* to, Tag& pair) noexcept {
+        double d[joints];
+        for (int j = 0; j < joints; ++j) d[j] = to[j] - from[j];
+        return !(move_.proven(from, d, pair, straight_rule::many_looks) < 1.0);
     }
 
     /// The nearest pair at joints q where some pair touches.
@@ -138,7 +139,7 @@ private:
         return move_.proven(q_, d, blocking_);
     }
 
-    StraightMove move_;
+    StraightMove<Arm> move_;
     double size_;
     const double* acceleration_;
     const double *q_ = nullptr, *before_ = nullptr;

@@ -34,7 +34,7 @@ public:
     explicit Hand(const HandFilter& options) noexcept : options_(options) {}
 
     void start(const Pose<double>& pose) noexcept {
-        pose_ = sample_ = suspect_ = pose;
+        pose_ = told_ = sample_ = suspect_ = pose;
         velocity_ = Twist{};
         age_ = suspected_ = 0;
         held_ = false;
@@ -54,7 +54,7 @@ public:
         }
         if (is_jump(*sample, dt)) return doubt(*sample, dt);
         suspected_ = 0;
-        is_plain() ? take(*sample, dt) : blend(*sample, dt);
+        is_plain() ? take(*sample) : blend(*sample, dt);
         remember(*sample);
     }
 
@@ -88,8 +88,9 @@ private:
         suspected_ = stays ? suspected_ + age_ : dt;
         suspect_ = sample;
         remember(sample);
-        if (suspected_ < options_.patience) return wait(dt, true);
-        start(sample);
+        if (!(suspected_ < options_.patience)) return start(sample);
+        wait(dt, true);
+        told_ = pose_;
     }
 
     /// No sample to believe: on as predicted, slowing down.
@@ -100,13 +101,15 @@ private:
         velocity_ = velocity_ * std::exp(-dt / hand_rule::slowing);
     }
 
+    /// Where the sample says, whatever was predicted while none came.
     void rest_plain() noexcept {
+        pose_ = told_;
         if (age_ > 2.0 * period_) velocity_ = Twist{};
     }
 
     /// Taken as it comes; the velocity is that between the last two samples.
-    void take(const Pose<double>& sample, double) noexcept {
-        const Twist speed = difference(pose_, sample) * (1.0 / age_);
+    void take(const Pose<double>& sample) noexcept {
+        const Twist speed = difference(told_, sample) * (1.0 / age_);
         const bool possible =
             norm(speed.linear) < hand_rule::fastest && norm(speed.angular) < hand_rule::fastest;
         velocity_ = possible ? speed : Twist{};
@@ -124,12 +127,14 @@ private:
 
     void remember(const Pose<double>& sample) noexcept {
         sample_ = sample;
+        told_ = pose_;
         age_ = 0;
         since_ = 0;
     }
 
     HandFilter options_;
     Pose<double> pose_ = identity_pose(), sample_ = identity_pose(), suspect_ = identity_pose();
+    Pose<double> told_ = identity_pose();  // where the hand was when the sample changed
     Twist velocity_;
     double age_ = 0;        // s since the sample changed
     double since_ = 0;      // s since a sample was believed

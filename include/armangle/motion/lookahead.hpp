@@ -194,17 +194,18 @@ public:
     /// How many sections the caller's workspace must hold.
     static constexpr std::size_t sections_for(std::size_t ahead) noexcept { return 2 * ahead + 1; }
 
-    /// `scene` and `bounds` may be null. Accelerations are not part of the links; where there are bounds on
-    /// them, links use half of the speed, and a motion that comes late is led back to the tube.
+    /// `scenes` (none, one, or one a pose) and `bounds` may be null. Accelerations are not part of the links;
+    /// where there are bounds on them, links use half of the speed, and a motion that comes late is led back
+    /// to the tube.
     Lookahead(const Arm& arm, const LimitTable& limits, const double* poses, std::size_t n,
-              Strided<const ArcSet> allowed, const Scene* scene, const Bounds* bounds, double largest_step,
-              AheadSection* workspace, std::size_t ahead) noexcept
+              Strided<const ArcSet> allowed, Strided<const Scene* const> scenes, const Bounds* bounds,
+              double largest_step, AheadSection* workspace, std::size_t ahead) noexcept
         : arm_(arm),
           limits_(limits),
           poses_(poses),
           n_(n),
           allowed_(allowed),
-          scene_(scene),
+          scenes_(scenes),
           links_{arm, {}, 1.0 - ahead_rule::reserve},
           section_(workspace),
           ahead_(ahead) {
@@ -257,9 +258,9 @@ private:
         feasible(to.motion, to.functions, limits_, to.arcs);
         ArcSet own = to.arcs;
         if (allowed_.data) intersect(own, *allowed_.at(i), to.arcs);
-        if (!scene_) return;
+        if (!scenes_.data) return;
         own = to.arcs;
-        keep_clear(arm_, *scene_, to.motion, own, to.arcs);
+        keep_clear(arm_, **scenes_.at(i), to.motion, own, to.arcs);
     }
 
     /// Tubes of the sections before one whose tube is known.
@@ -287,7 +288,7 @@ private:
     const double* poses_;
     std::size_t n_;
     Strided<const ArcSet> allowed_;
-    const Scene* scene_;
+    Strided<const Scene* const> scenes_;
     detail::Links links_;
     AheadSection* section_;
     std::size_t ahead_, first_ = 0, count_ = 0, reached_ = 0;

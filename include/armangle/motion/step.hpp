@@ -471,24 +471,12 @@ private:
 
     /// The moves k d dt, as far as the bounds allow each.
     void go(const double (&d)[joints], double k, Step& out) const noexcept {
-        double share = k * bounds_.dt;
-        for (int j = 0; j < joints; ++j) share = min(share, options_.max_joint_step / abs(d[j]));
-        const MoveBox box = move_box(arm_, bounds_, q_now_, options_.max_joint_step, {});
-        for (int j = 0; j < joints; ++j) {
-            const bool open = box.lower[j] <= box.upper[j];
-            const double move = open ? min(max(share * d[j], box.lower[j]), box.upper[j]) : braked(j);
-            out.q[j] = q_now_[j] + move;
-        }
+        detail::go(arm_, bounds_, q_now_, options_.max_joint_step, d, k, out.q);
         place(out);
     }
 
     /// The move of a joint that brakes as hard as it may, within its limits.
-    double braked(int j) const noexcept {
-        const double v = bounds_.velocity_now[j], slower = abs(v) - bounds_.acceleration[j] * bounds_.dt;
-        const double move = slower > 0 ? copysign(slower * bounds_.dt, v) : 0.0;
-        const double room = v > 0 ? arm_.limits.upper[j] - q_now_[j] : arm_.limits.lower[j] - q_now_[j];
-        return v > 0 ? min(move, max(room, 0.0)) : max(move, min(room, 0.0));
-    }
+    double braked(int j) const noexcept { return detail::braked(arm_, bounds_, q_now_, j); }
 
     void place(Step& out) const noexcept {
         out.q[joints] = 0;
@@ -501,7 +489,7 @@ private:
     /// to a posture from which no small move comes nearer.
     Step to_nearest(const Pose<double>& pose, Status why) noexcept {
         Step out;
-        const Limits side = on_one_side(arm_, q_now_[3], limits_.margin);
+        const Limits side = on_these_sides(arm_, q_now_, limits_.margin);
         const Drawn drawn = drawn_in_reach(arm_, reach_shell(arm_, side), pose, now_.flange);
         BranchParts parts;
         double psi = 0;

@@ -91,7 +91,9 @@ inline constexpr double lively = 0.02;     // m/s: a hand that moves faster make
 inline constexpr double turned = 0.05;     // rad from the goal's posture at which turning is over
 inline constexpr double irregular = 0.7;   // sine of theta_2, theta_6 below which psi is turned less
 inline constexpr double worth = 0.005;     // m that another start of the relaxation must gain
-inline constexpr int rounds = 6, starts = 16;  // of the relaxation in one tick
+inline constexpr double strayed = 0.1;     // m: a hand this far from where it was makes a way to it void
+inline constexpr int ways = 2, most_ways = 600;  // round an obstacle that are tried in a tick, and in all
+inline constexpr int rounds = 6, starts = 16;    // of the relaxation in one tick
 }  // namespace track_rule
 
 /// Joints that follow a hand tick by tick within bounds on speed and acceleration;
@@ -130,18 +132,23 @@ public:
         q_.q[joints] = 0;
         margin_ = options_.still_margin;
         relaxing_ = false;
-        turning_to_ = -1;
         stalled_ = 0;
-        weary_ = false;
+        tried_ = 0;
+        barred_ = 0;
+        draw_ = 1;
+        rest();
         escaping_ = options_.scene && nearest_pair(0.0).room < 0;
         goal_pose_ = user_pose(arm_, chain(arm_, q_.q).flange);
         hand_.start(hand);
     }
 
     const double* q() const noexcept { return q_.q; }
-    /// The nearest pair of the present posture, of those nearer than `reach` (m) more than the clearance.
+    /// The nearest pair of the present posture, of those nearer than `reach` (m) more than the clearance;
+    /// where room is left to rounding: joints from the end of an arc may touch by that.
     NearestPair nearest_pair(double reach) const noexcept {
-        return StraightMove(arm_, *options_.scene).nearest_pair(q_.q, reach);
+        NearestPair out = StraightMove(arm_, *options_.scene).nearest_pair(q_.q, reach);
+        out.room += straight_rule::rounded;
+        return out;
     }
     /// The hand as it is believed, in the frame that poses are given in.
     const Pose<double>& hand() const noexcept { return hand_.pose(); }
@@ -155,8 +162,10 @@ public:
         t.elbow = misled ? nullptr : command.elbow;
         t.gc = configuration(arm_, t.now.theta);
         if (command.reconfigure >= 0 && command.reconfigure < configurations &&
-            command.reconfigure != index(t.gc))
+            command.reconfigure != index(t.gc)) {
             turning_to_ = command.reconfigure;
+            legs_ = 0;
+        }
         hand_.tick(valid ? command.pose : nullptr, t.dt);
         see(command);
         std::optional<Guard> guard;
@@ -168,10 +177,12 @@ public:
         }
         Goal goal;
         Joints next;
-        weary_ = weary_ && size(speed_, options_.length) < track_rule::lively;
+        if (!(size(speed_, options_.length) < track_rule::lively)) tried_ = 0;
+        if (legs_ > 0 && size(difference(sought_, wanted_), options_.length) > track_rule::strayed) rest();
         if (seek(t, goal, next)) {
             stalled_ = 0;
-            turning_to_ = -1;
+            tried_ = 0;
+            rest();
         } else if (turning_to_ >= 0) {
             turn(t, goal, next);
         } else {
@@ -593,35 +604,103 @@ private:
     }
 
     /// A tool that stands still although its goal can be taken is held by a joint at its limit that has to
-    /// turn back, or by an obstacle: the arm then turns to the goal's posture, where the way there is clear.
+    /// turn back, or by an obstacle: the arm then turns to the goal's posture, or to another of its pose, by
+    /// a way that is clear.
     void watch(const Tick& t, const Goal& goal, const double (&v)[joints]) noexcept {
-        if (!has_stalled(t, v)) return;
-        if (t.guard) {
-            double way[joints];
-            for (int j = 0; j < joints; ++j) way[j] = goal.at.q[j] - q_.q[j];
-            if (weary_ || goal.blocked != Status::OK || !t.guard->clear(way)) return;
+        if (has_stalled(t, v)) searching_ = true;
+        if (!searching_ || goal.blocked != Status::OK) return;
+        if (!t.guard) {
+            searching_ = false;
+            turning_to_ = index(t.gc);
+        } else if (!weary()) {
+            search(t, goal);
         }
-        turning_to_ = index(t.gc);
+    }
+
+    /// Whether all ways round have been tried for a hand that has stayed where it is.
+    bool weary() const noexcept { return tried_ >= track_rule::most_ways; }
+
+    /// Tries some ways to postures of the goal's pose: straight, or by way of a posture drawn between.
+    void search(const Tick& t, const Goal& goal) noexcept {
+        const SelfMotion<double> m = self_motion(arm_, circle(arm_, flange_pose(arm_, goal.pose)), t.gc);
+        ArcSet own, arcs;
+        make_empty(arcs);
+        if (!goal.posture_only && detail::moving_joints(m, joint_functions(m), plain_, own) == Status::OK)
+            keep_clear(arm_, kept_, m, own, arcs);
+        if (tried_ == 0) barred_ = 0;
+        for (int k = 0; k < track_rule::ways; ++k) {
+            const bool first = tried_++ == 0;
+            Tag other = 0, &pair = first ? barred_ : other;
+            Joints to = goal.at, via = q_;
+            if (!first && !arcs.empty())
+                to = joints_within_limits(arm_, directions(m, sin_cos(drawn(arcs))), q_.q);
+            const double share = drawn(), width = 0.7 * drawn();
+            for (int j = 0; j < joints && !first; ++j) {
+                const double low = t.limits.lower[j], high = t.limits.upper[j];
+                const double room = min(high - low, two_pi);
+                via.q[j] += share * (to.q[j] - q_.q[j]) + width * room * (drawn() - 0.5);
+                via.q[j] = min(max(via.q[j], low), high);
+            }
+            if (!t.guard->clear(q_.q, via.q, pair) || !t.guard->clear(via.q, to.q, pair)) continue;
+            leg_[0] = to;
+            leg_[1] = via;
+            legs_ = 2;
+            sought_ = wanted_;
+            turning_to_ = index(t.gc);
+            searching_ = false;
+            return;
+        }
+        if (weary()) searching_ = false;
+    }
+
+    /// The next number of a fixed sequence between 0 and 1; an arm angle of some arcs.
+    double drawn() noexcept {
+        draw_ = draw_ * 1664525u + 1013904223u;
+        return (draw_ >> 8) * 0x1p-24;
+    }
+    double drawn(const ArcSet& arcs) noexcept {
+        if (arcs.full) return two_pi * drawn();
+        double all = 0;
+        for (int i = 0; i < arcs.count; ++i) all += arcs.arc[i].upper - arcs.arc[i].lower;
+        double left = all * drawn();
+        for (int i = 0; i < arcs.count; ++i) {
+            const double width = arcs.arc[i].upper - arcs.arc[i].lower;
+            if (left <= width || i + 1 == arcs.count) return arcs.arc[i].lower + min(left, width);
+            left -= width;
+        }
+        return not_a_number;
+    }
+
+    /// Turns no longer.
+    void rest() noexcept {
+        turning_to_ = -1;
+        legs_ = 0;
+        searching_ = false;
     }
 
     bool has_stalled(const Tick& t, const double (&v)[joints]) noexcept {
         double fastest = 0;
         for (const double speed : v) fastest = max(fastest, abs(speed));
+        if (!(fastest < track_rule::standing)) searching_ = false;
         stalled_ = fastest < track_rule::standing ? stalled_ + t.dt : 0.0;
         if (stalled_ < track_rule::stall) return false;
         stalled_ = 0;
         return true;
     }
 
-    /// Straight to the goal's posture, whatever the tool does on the way.
+    /// Straight to the goal's posture, or along the way that was found, whatever the tool does on it.
     void turn(const Tick& t, const Goal& goal, Joints& next) noexcept {
         double way[joints], v[joints], longest = 0;
+        const Joints& to = legs_ > 0 ? leg_[legs_ - 1] : goal.at;
         for (int j = 0; j < joints; ++j) {
-            way[j] = goal.at.q[j] - q_.q[j];
+            way[j] = to.q[j] - q_.q[j];
             longest = max(longest, abs(way[j]));
         }
         const double k = pace(way, t.dt);
-        if (longest < track_rule::turned && turning_to_ == index(t.gc)) turning_to_ = -1;
+        if (longest < track_rule::turned && (legs_ > 0 || turning_to_ == index(t.gc))) {
+            if (legs_ > 0) --legs_;
+            if (legs_ == 0) turning_to_ = -1;
+        }
         for (int j = 0; j < joints; ++j) v[j] = min(max(k * way[j], t.lower[j]), t.upper[j]);
         if (t.guard) {
             JointQuadratic p{};
@@ -630,9 +709,9 @@ private:
                 p.g[j] = k * way[j];
             }
             least_squares(t, p, v);
-            if (has_stalled(t, v)) {  // an obstacle is in the way: no more of it until the hand moves
-                turning_to_ = -1;
-                weary_ = true;
+            if (has_stalled(t, v)) {  // an obstacle is in the way all the same
+                tried_ = legs_ > 0 ? tried_ + track_rule::most_ways / 8 : track_rule::most_ways;
+                rest();
             }
         }
         go(t, v, next);
@@ -649,6 +728,13 @@ private:
         const Twist speed = difference(goal_pose_, goal.pose) * (1.0 / t.dt);
         const bool leapt = !(size(speed, options_.length) < track_rule::leap);
         return leapt ? Twist{} : speed;
+    }
+
+    /// Whether all joints are at rest, nearly.
+    bool stands() const noexcept {
+        for (const double v : v_)
+            if (!(abs(v) < track_rule::standing)) return false;
+        return true;
     }
 
     // -- the answer
@@ -679,6 +765,11 @@ private:
             out.why = fastest ? Status::VELOCITY_LIMIT : Status::ACCELERATION_LIMIT;
         const Tag met = t.guard ? t.guard->blocking() : 0;
         if (out.status == Tracking::LAGGING && met) out.why = Status::CLEARANCE;
+        const bool ended = t.guard && weary() && stands();
+        if (out.status == Tracking::LAGGING && ended) {
+            out.status = Tracking::NEAREST;
+            out.why = met || barred_ ? Status::CLEARANCE : Status::LIMITS;
+        }
         if (hand_.held()) out.status = Tracking::HELD;
         if (turning_to_ >= 0) out.status = Tracking::TURNING;
         if (outside) {
@@ -697,6 +788,7 @@ private:
         if (!valid || misled) out.why = Status::BAD_INPUT;
         if (out.why != Status::CLEARANCE && out.why != Status::POSE_BLOCKED) return out;
         if (!escaping_) out.pair = goal.pair ? goal.pair : met;
+        if (!out.pair) out.pair = barred_;
         return out;
     }
 
@@ -714,7 +806,13 @@ private:
     int turning_to_ = -1;  // the branch whose posture is gone to joint by joint; -1: none
     double stalled_ = 0;   // s that the arm has stood away from its goal
     bool relaxing_ = false;
-    bool weary_ = false;     // a turn ended at an obstacle
+    bool searching_ = false;                 // for a way round what the arm stands at
+    int tried_ = 0;                          // ways round, since the hand moved
+    int legs_ = 0;                           // of the way that was found, still to go
+    Joints leg_[2]{};                        // the last one first
+    Pose<double> sought_ = identity_pose();  // the hand that it was found for
+    Tag barred_ = 0;                         // who bars the straight way
+    std::uint32_t draw_ = 1;
     bool escaping_ = false;  // the arm began where it touches
     Scene kept_{}, soft_{};  // the scene with the clearances that are kept, and kept where possible
     Pose<double> goal_pose_ = identity_pose();

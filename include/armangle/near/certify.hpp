@@ -14,7 +14,10 @@
 // Analysis (1966); A. Neumaier, Interval Methods (1990), chapter 5.
 #pragma once
 
+#include <optional>
+
 #include "../plan/certify.hpp"
+#include "clear_proof.hpp"
 #include "corrected_curve.hpp"
 
 namespace armangle {
@@ -48,11 +51,13 @@ struct JointTube {
 /// Proves the joints of a nearly S-R-S arm along a curve of its nominal arm.
 class TubeProver {
 public:
-    TubeProver(const CorrectedCurve& curve, const Limits& limits, double margin, const Proof& also) noexcept
+    TubeProver(const CorrectedCurve& curve, const Limits& limits, double margin, const Proof& also,
+               const Scene* scene) noexcept
         : curve_(curve),
           limits_(limits),
           also_(also),
           sine_(sin_cos(Interval(max(margin, proof::least_margin))).sin.hi) {
+        if (scene) move_.emplace(curve.arm, *scene);
         budget_ = static_cast<long long>(curve.curve.stretches.size() + 8) * near_rule::pieces;
     }
 
@@ -69,6 +74,9 @@ public:
 
     /// How far (rad) a joint that was looked at is beyond its limits at most; <= 0 within them.
     double excess() const noexcept { return excess_; }
+
+    /// How much (m) a place that was looked at lacks of the clearance; <= 0: nothing.
+    double short_of() const noexcept { return short_; }
 
 private:
     bool also_proven(const Stretch& x) const noexcept {
@@ -90,7 +98,13 @@ private:
     void look(const Stretch& x) {
         for (int i = 0; i <= looks; ++i) {
             const double s = x.start + (x.end - x.start) * i / looks;
-            const double margin = limit_margin(limits_, curve_.lifted(x, s, nominal_at(x, s)).q);
+            const PlacedPosture here = curve_.lifted(x, s, nominal_at(x, s));
+            const double margin = limit_margin(limits_, here.q);
+            const double room = move_ && is_finite(here.q) ? move_->nearest_pair(here.q, 0.0).room : 0.0;
+            if (room < -straight_rule::slack - proof::broken) {
+                short_ = max(short_, -room);
+                if (margin >= -proof::broken) proof_.violated.push_back(s);
+            }
             if (margin >= -proof::broken) continue;
             proof_.violated.push_back(s);
             excess_ = margin < 0 ? max(excess_, -margin) : infinity;  // of no posture there is none
@@ -107,7 +121,7 @@ private:
     bool prove(const Stretch& x, double from, double to, int depth) noexcept {
         JointTube tube;
         if (--budget_ < 0) return false;
-        if (enclose(x, from, to, tube) && keeps(x, tube) && goes_on(tube)) {
+        if (enclose(x, from, to, tube) && keeps(x, tube) && goes_on(tube) && is_clear(tube)) {
             before_ = tube;
             return known_ = true;
         }
@@ -220,6 +234,21 @@ private:
         return held || holds;
     }
 
+    /// Whether nothing touches in a tube: about the straight move of its linear part.
+    bool is_clear(const JointTube& tube) noexcept {
+        if (!move_) return true;
+        double q[joints], d[joints], off[joints];
+        for (int j = 0; j < joints; ++j) {
+            const double* c = tube.theta[j];
+            const double sign = curve_.curve.arm.sign[j], h = tube.half;
+            q[j] = sign * (c[0] - curve_.curve.arm.offset[j]);
+            d[j] = sign * h * c[1];
+            off[j] = h * h * (abs(c[2]) + h * abs(c[3])) + tube.within[j];
+        }
+        Tag pair = 0;
+        return move_->about(q, d, off, nullptr, pair) == Nearness::clear;
+    }
+
     static constexpr double largest_radius = 0.1;  // rad
     static constexpr int looks = 8;                // of a stretch
 
@@ -231,18 +260,21 @@ private:
     JointTube before_;
     bool known_ = false;
     long long budget_;
-    double excess_ = -infinity;
+    double excess_ = -infinity, short_ = 0;
+    std::optional<StraightMove<NearArm>> move_;
 };
 
 }  // namespace detail
 
 /// Proves limits and a singularity margin (rad) of the true joints along a curve, where `also`, the proof of
-/// the nominal arm's, holds. `excess`: how far (rad) a joint that was looked at is beyond its limits.
+/// the nominal arm's, holds; and that nothing touches in a scene of the true arm. `excess`: how far (rad) a
+/// joint that was looked at is beyond its limits; `short_of`: how much (m) of the clearance is lacking there.
 inline Proof certify(const CorrectedCurve& curve, const Limits& limits, double margin, const Proof& also,
-                     double& excess) {
-    detail::TubeProver prover(curve, limits, margin, also);
+                     const Scene* scene, double& excess, double& short_of) {
+    detail::TubeProver prover(curve, limits, margin, also, scene);
     Proof out = prover.run();
     excess = prover.excess();
+    short_of = prover.short_of();
     return out;
 }
 

@@ -152,6 +152,17 @@ struct Sections {
 };
 inline constexpr Sections::Open hinge_bit = 1u << ThetaRanges::capacity;
 
+/// Whether a hull stays on the branch's side of theta_2, theta_4 - delta and theta_6 = 0.
+inline bool keeps_branch(const Arm& nominal, const Configuration<double>& gc, const Hull& hull) noexcept {
+    const double zero[] = {0.0, nominal.delta_angle, 0.0}, side[] = {gc.shoulder, gc.elbow, gc.wrist};
+    for (int i = 0; i < 3; ++i) {
+        const int j = 2 * i + 1;
+        const double off = side[i] * wrap(hull.theta[j] - zero[i]), reach = hull.reach(j);
+        if (!(off > reach && off + reach < pi)) return false;
+    }
+    return true;
+}
+
 /// The work on one pose and branch.
 class ArcProof {
 public:
@@ -329,18 +340,6 @@ private:
         take(parts, middle, depth);
     }
 
-    /// Whether a hull stays on the branch's side of theta_2, theta_4 - delta and theta_6 = 0.
-    bool keeps_branch(const Hull& hull) const noexcept {
-        const double zero[] = {0.0, arm_.nominal.delta_angle, 0.0},
-                     side[] = {gc_.shoulder, gc_.elbow, gc_.wrist};
-        for (int i = 0; i < 3; ++i) {
-            const int j = 2 * i + 1;
-            const double off = side[i] * wrap(hull.theta[j] - zero[i]), reach = hull.reach(j);
-            if (!(off > reach && off + reach < pi)) return false;
-        }
-        return true;
-    }
-
     /// The postures at the middles of what is open, the quick way, as lanes.
     void prepare(const Sections& parts) noexcept {
         double psi[register_width] = {};
@@ -394,7 +393,9 @@ private:
                  double upper, Open open) noexcept {
         Hull hull;
         const double middle = 0.5 * (lower + upper), half = 0.5 * (upper - lower);
-        if (!prove_hull(arm_, pose_, plane, angle, middle, half, hull) || !keeps_branch(hull)) return false;
+        if (!prove_hull(arm_, pose_, plane, angle, middle, half, hull) ||
+            !keeps_branch(arm_.nominal, gc_, hull))
+            return false;
         Open undecided = 0, broken = 0;
         for (int i = 0; i < ranges_.count; ++i) {
             if (!(open >> i & 1)) continue;

@@ -11,7 +11,7 @@
 #pragma once
 
 #include "../limits/nearest.hpp"
-#include "feasible.hpp"
+#include "clear_proof.hpp"
 
 namespace armangle {
 
@@ -30,10 +30,11 @@ namespace detail {
 /// The nearest posture on the arcs that are proven, by branch and bound.
 class ProvenSearch : PostureCosts {
 public:
-    ProvenSearch(const NearArm& arm, double margin, const Pose<double>& pose,
-                 const NearestOptions& options) noexcept
+    ProvenSearch(const NearArm& arm, double margin, const Pose<double>& pose, const NearestOptions& options,
+                 const Scene* scene) noexcept
         : PostureCosts(arm.nominal, options),
           near_(arm),
+          scene_(scene),
           margin_(margin),
           pose_{orthonormal(pose.rotation), pose.position},
           on_(triad(arm.nominal, flange_pose(arm.nominal, pose_))) {
@@ -196,6 +197,8 @@ private:
             intersect(before.open, *options_.allowed, arcs_.open);
             if (arcs_.arcs.empty() && !before.arcs.empty()) arcs_.status = Status::NOT_ALLOWED;
         }
+        Tag blocking;
+        if (scene_) keep_clear(near_, *scene_, pose_, gc, arcs_, blocking);
         status_[gc] = arcs_.status;
         if (!arcs_.open.empty() || !arcs_.arcs.empty()) return true;
         asked_ = -1;
@@ -366,18 +369,28 @@ private:
         if (is_nan(here.psi) || !(options_.branches >> here.gc & 1)) return false;
         if (!same_pose(pose_, here.pose)) return false;
         if (options_.allowed && !contains(*options_.allowed, here.psi)) return false;
-        if (margin_ > 0 && !(ask(here.gc) && contains(arcs_.arcs, here.psi))) return false;
+        if ((margin_ > 0 || scene_) && !(ask(here.gc) && contains(arcs_.arcs, here.psi))) return false;
         out = finished(options_.near, here.psi, here.gc);
         return true;
     }
 
     /// What is told of the best posture found.
     Nearest result() noexcept {
-        const double psi = wrap(best_.psi);  // so that it is what inverse() gives at the psi that is told
-        return finished(spot(best_.gc, psi).q, psi, best_.gc);
+        const int gc = best_.gc;
+        const auto at = [this, gc](double psi) {
+            const Spot here = spot(gc, psi);
+            Joints out{};
+            for (int j = 0; j < joints; ++j) out.q[j] = here.q[j];
+            return out;
+        };
+        const auto is_open = [this, gc](double psi) {
+            return spot(gc, psi).found && !(options_.allowed && !contains(*options_.allowed, psi));
+        };
+        return kept_within(at, is_open, wrap(best_.psi), gc);  // what inverse() gives at the psi that is told
     }
 
     const NearArm& near_;
+    const Scene* scene_;  // to be kept clear of; null: none
     double margin_;
     Pose<double> pose_;
     Triad<double> on_;
@@ -393,16 +406,18 @@ private:
 }  // namespace detail
 
 /// The posture of a pose that is nearest to a seed, globally: over the allowed branches, all proven psi, all
-/// windings; and of what is not proven, the nearest found. `margin` (rad) is kept around singularities.
+/// windings; and of what is not proven, the nearest found, where no `scene` is to be kept clear of. `margin`
+/// (rad) is kept around singularities.
 inline Nearest nearest_posture(const NearArm& arm, double margin, const Pose<double>& pose,
-                               const NearestOptions& options) noexcept {
-    return detail::ProvenSearch(arm, margin, pose, options).best();
+                               const NearestOptions& options, const Scene* scene = nullptr) noexcept {
+    return detail::ProvenSearch(arm, margin, pose, options, scene).best();
 }
 
 /// The nearest posture of each branch and proven arc, by rising distance.
 inline void nearest_postures(const NearArm& arm, double margin, const Pose<double>& pose,
-                             const NearestOptions& options, Nearests& out) noexcept {
-    detail::ProvenSearch(arm, margin, pose, options).all(out);
+                             const NearestOptions& options, Nearests& out,
+                             const Scene* scene = nullptr) noexcept {
+    detail::ProvenSearch(arm, margin, pose, options, scene).all(out);
 }
 
 }  // namespace armangle

@@ -16,6 +16,7 @@ namespace near_rule {
 inline constexpr int plans = 4;              // of the nominal arm, with limits drawn in further
 inline constexpr double drawn_more = 1.5;    // of what a joint was beyond its limit ...
 inline constexpr double drawn_least = 1e-3;  // ... and this much more (rad)
+inline constexpr double wider_least = 1e-3;  // m: the same of the clearance
 }  // namespace near_rule
 
 namespace detail {
@@ -32,9 +33,18 @@ inline bool nominal_joints(const NearArm& arm, const double* q, double (&out)[jo
 }  // namespace detail
 
 /// Plans as plan() of the exact arm; the stretches are of the nominal arm's curve, the proof is of the true
-/// joints along it. Obstacles are not asked.
+/// joints along it. Of obstacles the options hold those of the nominal arm, and `scene` is the same one of
+/// the true arm, which keeps the clearance that it asks.
 inline Plan plan(const NearArm& arm, const Segment* segments, std::size_t n, const double* rows,
-                 std::size_t row_count, PlanOptions options) {
+                 std::size_t row_count, PlanOptions options, const Scene* scene = nullptr) {
+    Scene wide{};
+    const Scene* const wide_alone = &wide;
+    if (options.scenes && scene) {
+        wide = options.scenes[0];
+        wide.clearance += near_rule::wider_least;
+        for (const LinkDeviation& off : arm.deviation) wide.clearance += off.position;
+        options.scenes = {&wide_alone, 1};
+    }
     double start[joint_slots], goal[joint_slots];
     if (options.start && detail::nominal_joints(arm, options.start, start)) options.start = start;
     if (options.goal && detail::nominal_joints(arm, options.goal, goal)) options.goal = goal;
@@ -55,14 +65,15 @@ inline Plan plan(const NearArm& arm, const Segment* segments, std::size_t n, con
             break;
         }
         const Curve drawn{arm.nominal, now.plane, now.gc, {segments, n}, now.stretches};
-        double excess = 0;
-        now.proof = certify(CorrectedCurve{arm, drawn}, limits, asked, now.proof, excess);
+        double excess = 0, short_of = 0;
+        now.proof = certify(CorrectedCurve{arm, drawn}, limits, asked, now.proof, scene, excess, short_of);
         const bool kept = now.proof.violated.empty();
         now.ok = kept;
         if (!kept) {
             BranchReport& report = now.branches.front();
             report.verdict = Verdict::unresolved;
             report.status = excess < infinity ? Status::LIMITS : Status::NEAR_SINGULAR;
+            if (short_of > 0) report.status = Status::CLEARANCE;
             report.from = report.reached = now.proof.violated.front();
             report.to = now.proof.violated.back();
             while (!now.stretches.empty() && now.stretches.back().end > report.from) now.stretches.pop_back();
@@ -71,7 +82,8 @@ inline Plan plan(const NearArm& arm, const Segment* segments, std::size_t n, con
         if (!found || kept) best = std::move(now);
         found = true;
         if (done) break;
-        options.limit_margin += near_rule::drawn_more * excess + near_rule::drawn_least;
+        if (excess > 0) options.limit_margin += near_rule::drawn_more * excess + near_rule::drawn_least;
+        if (short_of > 0) wide.clearance += near_rule::drawn_more * short_of + near_rule::wider_least;
     }
     return best;
 }

@@ -1,8 +1,10 @@
 // One pass of fig. 10 on the true chain: proven arcs, eq. (36), inverse, and the checks of continuity.
 #pragma once
 
+#include "../motion/bounds.hpp"
+#include "../motion/pace.hpp"
 #include "../motion/step.hpp"
-#include "feasible.hpp"
+#include "clear_proof.hpp"
 
 namespace armangle {
 
@@ -18,6 +20,7 @@ struct NearStep {
     const Pose<double>& pose;
     const Triad<double>& on;
     Configuration<double> gc;
+    const double* q_now;
     JointLanes here;
     double max_joint_step;
 
@@ -50,13 +53,47 @@ struct NearStep {
         }
         return wrap(kept);
     }
+
+    /// Whether the step to psi keeps bounds.
+    bool keeps(const Bounds& bounds, double psi) const noexcept {
+        Lifted to;
+        double q[joint_slots];
+        if (at(psi, to) != Status::OK) return false;
+        to.q.store(q);
+        return detail::keeps(arm.nominal, bounds, q_now, q, max_joint_step);
+    }
+
+    /// Of these arcs what keeps bounds: proven arcs of an arm whose limits are the moves that they leave.
+    void within(const Bounds& bounds, Kept kept, const ArcSet& arcs, ArcSet& out) const noexcept {
+        const MoveBox box = move_box(arm.nominal, bounds, q_now, max_joint_step, kept);
+        Limits narrow{};
+        for (int i = 0; i < joints; ++i) {
+            if (!(box.lower[i] <= box.upper[i])) return make_empty(out);
+            narrow.lower[i] = q_now[i] + box.lower[i];
+            narrow.upper[i] = q_now[i] + box.upper[i];
+        }
+        ProvenArcs found;
+        feasible(arm, pose, index(gc), narrow, 0.0, found);
+        intersect(found.arcs, arcs, out);
+    }
+
+    /// Why no step within bounds leads to these arcs.
+    Status refusal(const Bounds& bounds, const ArcSet& arcs) const noexcept {
+        ArcSet left;
+        within(bounds, {.acceleration = false}, arcs, left);
+        if (!left.empty()) return Status::ACCELERATION_LIMIT;
+        within(bounds, {.velocity = false, .acceleration = false}, arcs, left);
+        return left.empty() ? Status::JOINT_JUMP : Status::VELOCITY_LIMIT;
+    }
 };
 
 }  // namespace detail
 
 /// The step from q_now to `pose` (as the user sees it) within the arm's limits and a margin (rad) around
-/// singularities. A policy that asks for more than max_joint_step gets the psi on its way that fits. Nothing
-/// moves where the pose is not met, and the branch is kept; bounds, scenes and what is ahead are not asked.
+/// singularities. A policy that asks for more than max_joint_step gets the psi on its way that fits. Where
+/// bounds leave no step to the pose the joints go as far towards it as they allow (PARTIAL), and nothing
+/// moves but what has to brake where a scene is asked too. Else nothing moves where the pose is not met; the
+/// branch is kept, and what is ahead is not asked.
 inline Step step(const NearArm& arm, double margin, const double* q_now, const Pose<double>& pose,
                  const StepOptions& options) noexcept {
     const Arm& nominal = arm.nominal;
@@ -65,14 +102,34 @@ inline Step step(const NearArm& arm, double margin, const double* q_now, const P
     const Posture now = forward(arm, q_now);
     const auto stay = [&](Status why) {
         Step out{};
-        for (int i = 0; i < joints; ++i) out.q[i] = q_now[i];
-        out.psi = now.psi;
-        out.gc = now.gc;
+        for (int i = 0; i < joints; ++i)
+            out.q[i] = q_now[i] + (options.bounds ? detail::braked(nominal, *options.bounds, q_now, i) : 0.0);
+        const Posture there = options.bounds ? forward(arm, out.q) : now;
+        out.psi = there.psi;
+        out.gc = there.gc;
         detail::complete(nominal, q_now, options.dt, why, why, out);
         return out;
     };
     const Pose<double> exact{orthonormal(pose.rotation), pose.position};
     const Triad<double> on = triad(nominal, flange_pose(nominal, exact));
+    const int gc = options.gc < 0 ? now.gc : options.gc;
+    const auto approach = [&](double psi, Status why) {
+        const detail::NearStep any{arm, exact, on, configuration(gc), q_now, here, pi};
+        detail::Lifted to;
+        if (options.scene || any.at(psi, to) != Status::OK) return stay(why);
+        double q[joint_slots], d[joints];
+        to.q.store(q);
+        for (int j = 0; j < joints; ++j) d[j] = q[j] - q_now[j];
+        const Bounds& b = *options.bounds;
+        Step out{};
+        detail::go(nominal, b, q_now, options.max_joint_step, d, pace(d, b.dt, b.velocity, b.acceleration),
+                   out.q);
+        const Posture there = forward(arm, out.q);
+        out.psi = there.psi;
+        out.gc = there.gc;
+        detail::complete(nominal, q_now, options.dt, Status::PARTIAL, why, out);
+        return out;
+    };
     double psi = now.psi;
     if (options.carry == Carry::elbow || is_nan(psi)) {
         double theta[joints];
@@ -81,22 +138,40 @@ inline Step step(const NearArm& arm, double margin, const double* q_now, const P
         detail::sin_cos_all(theta, angle);
         psi = arm_angle(on, detail::elbow_axis(angle));
     }
-    const int gc = options.gc < 0 ? now.gc : options.gc;
     ProvenArcs found;
     feasible(arm, exact, gc, nominal.limits, margin, found);
     if (found.status != Status::OK) return stay(found.status);
-    ArcSet open = found.arcs;
     if (options.allowed) {
-        intersect(found.arcs, *options.allowed, open);
-        if (open.empty()) return stay(Status::NOT_ALLOWED);
+        const ArcSet own = found.arcs;
+        intersect(own, *options.allowed, found.arcs);
+        if (found.arcs.empty()) return stay(Status::NOT_ALLOWED);
     }
+    if (options.scene) {
+        Tag blocking;
+        keep_clear(arm, *options.scene, exact, gc, found, blocking);
+        if (found.status != Status::OK) return stay(found.status);
+    }
+    const ArcSet& open = found.arcs;
     Resolution next = resolve(options.policy, open, psi);
     if (next.status != Status::OK) return stay(next.status);
-    const detail::NearStep way{arm, exact, on, configuration(gc), here, options.max_joint_step};
+    ArcSet soft;
+    const bool asked = options.scene && options.scene->soft > 0;
+    if (asked && keep_soft(arm, *options.scene, exact, gc, open, psi, soft))
+        next = detail::led(options.policy, soft, psi);
+    const detail::NearStep way{arm, exact, on, configuration(gc), q_now, here, options.max_joint_step};
     detail::Lifted to;
     next.status = way.at(next.psi, to);
     if (next.status == Status::JOINT_JUMP) {
         next.psi = way.shortened(open, nearest(open, psi), next.psi);
+        next.status = way.at(next.psi, to);
+    }
+    if (options.bounds && !(next.status == Status::OK && way.keeps(*options.bounds, next.psi))) {
+        const double wish = next.psi;
+        ArcSet kept;
+        way.within(*options.bounds, {}, open, kept);
+        next.psi =
+            detail::nearest_kept(kept, next.psi, [&](double at) { return way.keeps(*options.bounds, at); });
+        if (is_nan(next.psi)) return approach(wish, way.refusal(*options.bounds, open));
         next.status = way.at(next.psi, to);
     }
     if (next.status != Status::OK) return stay(next.status);

@@ -20,9 +20,8 @@
 // by distances (clear_proof.hpp).
 #pragma once
 
-#include <optional>
-
 #include "clear_proof.hpp"
+#include "scenes_along.hpp"
 #include "curve.hpp"
 #include "../limits/feasible.hpp"
 #include "../numbers/interval.hpp"
@@ -55,8 +54,9 @@ inline constexpr int evaluations = 256;  // spent on average on a stretch before
 
 /// What is asked of a curve beside limits and margins.
 struct AlsoKept {
-    const Scene* scene = nullptr;     // that nothing touches
+    ScenesAlong scenes = {};          // that nothing touches
     const ArcSet* allowed = nullptr;  // that psi stays in one of these arcs
+    bool touching = false;            // but for rounding: an end that was asked touches by no more
 };
 
 /// Stretches of s, and the places where a limit is seen to be broken, or something touches.
@@ -326,9 +326,9 @@ bool all_positive(const Conditions<T>& c, const Lower& lower) noexcept {
 class Prover {
 public:
     Prover(const Curve& curve, const Limits& limits, double margin, const AlsoKept& kept)
-        : curve_(curve), claim_(curve, limits, margin, kept.allowed) {
+        : curve_(curve), claim_(curve, limits, margin, kept.allowed), kept_(kept) {
         budget_ = static_cast<long long>(curve.stretches.size() + 8) * proof::evaluations;
-        if (kept.scene) clear_.emplace(curve, *kept.scene);
+        for (int k = 0; k < kept.scenes.count; ++k) clear_.emplace_back(curve, kept.scenes[k], kept.touching);
     }
 
     Proof run() {
@@ -343,7 +343,7 @@ public:
             const bool joined = !before || largest_move(before->q_end, x.q) <= proof::gap;
             before = &x;
             const bool limited = within && joined && prove(x, x.start, x.end, 0);
-            const bool clear = !clear_ || clear_->prove(x, proof_.violated);
+            const bool clear = keeps_clear(x);
             if (limited && clear) continue;
             leave(x.start, x.end);
             if (limited) continue;
@@ -354,6 +354,18 @@ public:
     }
 
 private:
+    /// Whether nothing touches on a stretch: on the part of each scene.
+    bool keeps_clear(const Stretch& x) {
+        const int count = kept_.scenes.count;
+        for (int k = 0; k < count; ++k) {
+            const double from = k == 0 ? x.start : max(x.start, kept_.scenes.begin(k)),
+                         to = k + 1 == count ? x.end : min(x.end, kept_.scenes.begin(k + 1));
+            if (from > to || (from == to && x.start < x.end)) continue;
+            if (!clear_[static_cast<std::size_t>(k)].prove(x, from, to, proof_.violated)) return false;
+        }
+        return true;
+    }
+
     void leave(double from, double to) {
         if (!proof_.open.empty() && proof_.open.back() == from)
             proof_.open.back() = to;
@@ -460,7 +472,8 @@ private:
 
     const Curve& curve_;
     const Claim claim_;
-    std::optional<ClearProver> clear_;
+    const AlsoKept kept_;
+    std::vector<ClearProver> clear_;
     Proof proof_;
     long long budget_;
     bool lifted_ = false;

@@ -119,7 +119,8 @@ inline bool stays_positive(double F_a, double F_b, double A, double h) noexcept 
 /// How hard the shapes of a scene move over a stretch.
 class SceneMotion {
 public:
-    explicit SceneMotion(const Scene& scene) : scene_(scene) {
+    explicit SceneMotion(const Scene& scene, double slack = clear_proof::slack)
+        : scene_(scene), slack_(slack) {
         limb_.resize(static_cast<std::size_t>(limb_count(scene)));
         held_.resize(static_cast<std::size_t>(scene.held_count));
     }
@@ -147,11 +148,14 @@ public:
 
     /// How near the cores of two shapes may come.
     double sum_of_radii(double one, double other) const noexcept {
-        return one + other + scene_.clearance + clear_proof::slack;
+        return one + other + scene_.clearance + slack_;
     }
+    /// What of that is to spare.
+    double slack() const noexcept { return slack_; }
 
 private:
     const Scene& scene_;
+    double slack_;
     std::vector<Haste> limb_, held_;
 };
 
@@ -260,27 +264,31 @@ void near_pairs(const SceneMotion& moving, const PlacedScene& at, double h, cons
 /// The proof of one curve, stretch by stretch.
 class ClearProver {
 public:
-    ClearProver(const Curve& curve, const Scene& scene)
-        : curve_(curve), scene_(scene), moving_(scene), budget_(0) {}
+    /// `touching`: an end that was asked may touch, and distances are proven but for the slack.
+    ClearProver(const Curve& curve, const Scene& scene, bool touching)
+        : curve_(curve),
+          scene_(scene),
+          moving_(scene, touching ? -clear_proof::slack : clear_proof::slack),
+          budget_(0) {}
 
-    /// Whether nothing touches on a stretch; where something does, a place is added to `violated`.
-    bool prove(const Stretch& x, std::vector<double>& violated) {
+    /// Whether nothing touches on a part of a stretch; where something does, a place is added to `violated`.
+    bool prove(const Stretch& x, double from, double to, std::vector<double>& violated) {
         if (scene_.base_tag) {
-            violated.push_back(0.5 * (x.start + x.end));
+            violated.push_back(0.5 * (from + to));
             return false;
         }
         budget_ += clear_proof::evaluations;
         stretch_ = &x;
         violated_ = &violated;
-        const double h = x.end - x.start;
-        enclose(x.start, x.end);
-        here_.place(scene_, frames(0.5 * (x.start + x.end)));
+        const double h = to - from;
+        enclose(from, to);
+        here_.place(scene_, frames(0.5 * (from + to)));
         std::vector<WatchedPair> near;
         near_pairs(moving_, here_, h, [&](const WatchedPair& pair) { near.push_back(pair); });
         if (near.empty()) return true;
-        measure(x.start, near, [](WatchedPair& pair, double F) { pair.F_a = F; });
-        measure(x.end, near, [](WatchedPair& pair, double F) { pair.F_b = F; });
-        return stands(x.start, x.end, near, 0);
+        measure(from, near, [](WatchedPair& pair, double F) { pair.F_a = F; });
+        measure(to, near, [](WatchedPair& pair, double F) { pair.F_b = F; });
+        return stands(from, to, near, 0);
     }
 
 private:
@@ -314,7 +322,7 @@ private:
         for (WatchedPair& pair : pairs) {
             const double distance = here_.distance(pair);
             take(pair, pair.F(distance));
-            touches_ = touches_ || distance < pair.R - clear_proof::slack - clear_proof::broken;
+            touches_ = touches_ || distance < pair.R - moving_.slack() - clear_proof::broken;
         }
         if (touches_) violated_->push_back(s);
     }

@@ -119,7 +119,7 @@ struct Curve {
         PlacedPosture out;
         out.pose = pose_at(segment(x), s);
         PlacedDirections<double> here = place(x, s, value);
-        keep_shares(arm, here.motion, here.phi, near, here.angles);
+        keep_shares(arm, here.motion, here.phi, static_cast<int>(x.lead), near, here.angles);
         const Joints q = joints_within_limits(arm, here.angles, near);
         for (int j = 0; j < joint_slots; ++j) out.q[j] = q.q[j];
         if (x.lead != 0) {  // to its last digit, which a locked joint leaves no room for

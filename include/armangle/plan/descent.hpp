@@ -335,7 +335,8 @@ inline void Descent::add_duration(const Rates& rates, double weight, Integrand& 
 }
 
 /// Objective and derivatives at one point; false beyond a limit. q, rate: joints of the point before (its
-/// place ds ahead), replaced by those of this one; the first point's are lifted next to q.
+/// place ds ahead), replaced by those of this one; the first point's (ds = 0) are lifted next to q, and into
+/// the limits where no end is asked: a joint of less than a turn may begin on its other side.
 inline bool Descent::integrand(const detail::GaussPoint& p, double phi, double v, const double* before,
                                double ds, double* q, double* rate, Integrand& f,
                                Terms& terms) const noexcept {
@@ -367,7 +368,11 @@ inline bool Descent::integrand(const detail::GaussPoint& p, double phi, double v
         const double r_phi = sign * c[1].coefficient[1] + by_phi_2 * v;
         const double r_phi_phi = 2 * sign * c[2].coefficient[1] + by_phi_3 * v;
         const double near = before[j] + (ds > 0 ? 0.5 * ds * (rate[j] + r) : 0.0);
-        q[j] = lift(to_q(task_.arm, j, c[0].value()), near);
+        const double value = c[0].value();
+        q[j] =
+            ds == 0 && !ends_.first && !ends_.last
+                ? to_q(value, sign, task_.arm.offset[j], task_.limits.lower[j], task_.limits.upper[j], near)
+                : lift(to_q(task_.arm, j, value), near);
         rate[j] = r;
         rates.r[j] = r;
         rates.phi[j] = r_phi;

@@ -21,6 +21,7 @@
 #include "relax.hpp"
 #include "shadow.hpp"
 #include "../scene/proximity.hpp"
+#include "../scene/straight_move.hpp"
 
 namespace armangle {
 
@@ -33,7 +34,7 @@ struct PlanOptions {
     const WishAlong* wish = nullptr;                          // of the arm angle
     double singularity_margin = 0;                            // rad
     double limit_margin = 0;                                  // rad: limits are drawn in by this
-    const Scene* scene = nullptr;                             // obstacles that links keep clear of
+    ScenesAlong scenes = {};                                  // obstacles that links keep clear of
     std::function<void(double s, ArcSet& psi)> allowed = {};  // arcs of the user's own; none: all psi
     const ArcSet* allowed_everywhere = nullptr;               // where they are the same for every s
     JointBounds bounds = {};                                  // where the objective weighs duration
@@ -102,9 +103,10 @@ public:
             options_.objective.slowness[j] =
                 1 / joint_speed(options.bounds.velocity[j], options.bounds.acceleration[j], task_.length);
         task_.wish = options.wish;
-        task_.scene = options.scene;
+        task_.scenes = options.scenes;
         task_.allowed = options.allowed;
         task_.allowed_everywhere = options.allowed_everywhere;
+        touching_ = touches();
     }
 
     Plan run() {
@@ -125,7 +127,7 @@ public:
 private:
     /// The tube of a branch: with sections in shadows of obstacles that those of `base` do not see.
     Tube tube_on(int gc, const std::vector<double>& base) {
-        if (!task_.scene) return tube(task_, gc, base);
+        if (!task_.scenes) return tube(task_, gc, base);
         std::vector<double> all = base;
         const std::vector<double>& more = shadows(gc & 2);
         all.insert(all.end(), more.begin(), more.end());
@@ -136,14 +138,35 @@ private:
     /// Parameters in the shadows of obstacles between those of `base_`, on one side of the elbow.
     const std::vector<double>& shadows(int elbow) {
         std::optional<std::vector<double>>& found = shadows_[elbow ? 1 : 0];
-        if (!found) found = Shadows(task_, elbow).find(base_);
+        if (found) return *found;
+        found.emplace();
+        for (int k = 0; k < task_.scenes.count; ++k) {
+            const double begin = task_.scenes.begin(k), end = task_.scenes.begin(k + 1);
+            std::vector<double> within{begin};
+            for (const double s : base_)
+                if (s > begin && s < end) within.push_back(s);
+            within.push_back(end);
+            for (const double s : Shadows(task_, task_.scenes[k], elbow).find(within)) found->push_back(s);
+            if (k) found->push_back(begin);
+        }
         return *found;
     }
 
     /// The proof of a curve.
     Proof proven(const Curve& drawn) const {
         return certify(drawn, task_.limits, options_.singularity_margin,
-                       {task_.scene, task_.allowed_everywhere});
+                       {task_.scenes, task_.allowed_everywhere, touching_});
+    }
+
+    /// Whether the start or the goal touches, and no more: joints that come from where an obstacle ends an
+    /// arc do.
+    bool touches() const noexcept { return touches(options_.start, 0) || touches(options_.goal, 1); }
+
+    /// The same of joints q at s.
+    bool touches(const double* q, double s) const noexcept {
+        if (!q || !task_.scenes) return false;
+        StraightMove at(task_.arm, task_.scenes.at(s));
+        return at.nearest_pair(q, straight_rule::slack).room < straight_rule::slack;
     }
 
     /// Whether obstacles or the user leave phi at s; if not, why.
@@ -156,15 +179,17 @@ private:
         if (contains(left, phi)) return true;
         why.why =
             status == Status::POSE_BLOCKED || status == Status::NOT_ALLOWED ? status : Status::CLEARANCE;
-        if (!task_.scene) why.why = Status::NOT_ALLOWED;
+        if (!task_.scenes) why.why = Status::NOT_ALLOWED;
         why.touching = blocking;
         if (why.why != Status::CLEARANCE) return false;
-        const Proximity near = proximity(task_.arm, *task_.scene, m, phi);
-        if (near.distance < task_.scene->clearance) {
+        why.why = Status::NOT_ALLOWED;  // where it is clear: what the user allows leaves it out
+        for (int k = task_.scenes.first(s); k <= task_.scenes.last(s); ++k) {
+            const Scene& scene = task_.scenes[k];
+            const Proximity near = proximity(task_.arm, scene, m, phi);
+            if (!(near.distance < scene.clearance)) continue;
+            why.why = Status::CLEARANCE;
             why.touching = near.pair;
-            why.shortfall = task_.scene->clearance - near.distance;
-        } else {
-            why.why = Status::NOT_ALLOWED;  // it is clear: what the user allows leaves it out
+            why.shortfall = scene.clearance - near.distance;
         }
         return false;
     }
@@ -404,9 +429,10 @@ private:
         if (out.status == Status::CLEARANCE) {
             ArcSet own;
             feasible(middle.motion, middle.functions, task_.table, own);
-            const Proximity near = armangle::widest(task_.arm, *task_.scene, middle.motion, own).nearest;
+            const Scene& scene = task_.scenes.at(middle.s);
+            const Proximity near = armangle::widest(task_.arm, scene, middle.motion, own).nearest;
             out.touching = near.pair ? near.pair : middle.blocking;
-            if (near.pair) out.shortfall = task_.scene->clearance - near.distance;
+            if (near.pair) out.shortfall = scene.clearance - near.distance;
         }
         if (out.status == Status::CLEARANCE || out.status == Status::POSE_BLOCKED ||
             out.status == Status::NOT_ALLOWED)
@@ -805,7 +831,7 @@ private:
             add_sections(out, base);
         }
         report.verdict = Verdict::unresolved;
-        report.status = task_.scene ? Status::CLEARANCE : Status::LIMITS;
+        report.status = task_.scenes ? Status::CLEARANCE : Status::LIMITS;
         if (!out.proof.open.empty()) {
             report.from = out.proof.open.front();
             report.to = out.proof.open.back();
@@ -973,6 +999,7 @@ private:
     int spread_[configurations] = {};  // of each branch: the windings that its way was found with
     std::optional<std::vector<double>> shadows_[2];  // of each side of the elbow
     Task task_;
+    bool touching_ = false;  // an end that is asked, see touches()
     Plan plan_;
 };
 

@@ -82,8 +82,8 @@ inline double least_over_turns(const Rod& rod, const Solid& solid, double R) noe
 /// The shadows of a scene on a path, of one side of the elbow.
 class Shadows {
 public:
-    Shadows(const Task& task, int elbow)
-        : task_(task), scene_(*task.scene), gc_(configuration(elbow)), moving_(scene_) {}
+    Shadows(const Task& task, const Scene& scene, int elbow)
+        : task_(task), scene_(scene), gc_(configuration(elbow)), moving_(scene_) {}
 
     /// Parameters between those of `base` for sections of what else would be missed.
     std::vector<double> find(const std::vector<double>& base) {

@@ -16,6 +16,7 @@
 
 #include "../limits/feasible.hpp"
 #include "../scene/clear.hpp"
+#include "scenes_along.hpp"
 #include "path.hpp"
 #include "wish_along.hpp"
 #include "../circle/smooth_plane.hpp"
@@ -58,7 +59,7 @@ struct Task {
     SmoothPlane plane;
     double length = 1;                // how far the path turns the arm (rad), 1 at least
     const WishAlong* wish = nullptr;  // of the arm angle, where there is one
-    const Scene* scene = nullptr;     // obstacles that links keep clear of
+    ScenesAlong scenes = {};          // obstacles that links keep clear of
     std::function<void(double s, ArcSet& psi)> allowed = {};  // arcs of the user's own; none: all psi
     const ArcSet* allowed_everywhere = nullptr;               // where they are the same for every s
     double held_theta_7 = 0;                                  // of an arm whose roll is free: joint 7 stays
@@ -87,7 +88,7 @@ struct Task {
     }
 
     /// Whether anything but joints forbids phi.
-    bool encumbered() const noexcept { return scene || allowed; }
+    bool encumbered() const noexcept { return scenes || allowed; }
 
     /// What of `own`, arcs of phi within the limits, the user and the scene leave; `blocking` is the pair
     /// that alone blocks all phi, 0 where none does.
@@ -106,13 +107,17 @@ struct Task {
         }
         out = asked;
         if (asked.empty()) return Status::NOT_ALLOWED;
-        if (!scene) return Status::OK;
-        Cleared cleared;
-        clear(arm, *scene, m, cleared);
-        blocking = cleared.blocking;
-        intersect(asked, cleared.arcs, out);
-        if (cleared.status != Status::OK) return cleared.status;
-        return out.empty() ? Status::CLEARANCE : Status::OK;
+        if (!scenes) return Status::OK;
+        for (int k = scenes.first(s); k <= scenes.last(s); ++k) {
+            Cleared cleared;
+            clear(arm, scenes[k], m, cleared);
+            blocking = cleared.blocking;
+            intersect(asked, cleared.arcs, out);
+            if (cleared.status != Status::OK) return cleared.status;
+            if (out.empty()) return Status::CLEARANCE;
+            asked = out;
+        }
+        return Status::OK;
     }
 
 private:

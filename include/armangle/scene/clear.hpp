@@ -77,6 +77,34 @@ inline bool touch(const Solid& one, const Solid& other, double clearance) noexce
     return distance < R || (distance <= 0 && !flat);
 }
 
+}  // namespace detail
+
+/// The pair of what is held and the ground that touch where the flange (0T7) is; 0: none.
+inline Tag held_contact(const Scene& scene, const Pose<double>& flange) noexcept {
+    Tag found = 0;
+    for (int h = 0; h < scene.held_count && !found; ++h) {
+        const Solid held = placed(flange, scene.held[h]);
+        const int link = scene.part_count + scene.base_count + h;
+        const Ball bound = around(held);
+        const auto far = [&](const Solid& solid) {
+            if (solid.kind == SolidKind::half_space) return false;
+            const Ball other = around(solid);
+            return norm(bound.centre - other.centre) > bound.radius + other.radius + scene.clearance;
+        };
+        const auto near = [&](const BallGroup& group) {
+            const double reach = bound.radius + group.radius + scene.clearance;
+            return !found && norm(bound.centre - group.centre) < reach;
+        };
+        for_ground(scene, near, [&](const Solid& solid, int id) {
+            if (found || far(solid) || scene.may_touch(id, link)) return;
+            if (detail::touch(held, solid, scene.clearance)) found = pair_tag(id, link);
+        });
+    }
+    return found;
+}
+
+namespace detail {
+
 /// Larger groups (m) are not asked whether all that they can block is blocked: it never is.
 inline constexpr double covering_radius = 0.3;
 
@@ -111,15 +139,7 @@ public:
     }
 
     /// The pair of a held shape and of the ground that touch at this pose; 0: none.
-    Tag held_against_ground() const noexcept {
-        const Pose<double> flange = axis_ * frames_.flange;
-        for (int h = 0; h < scene_.held_count; ++h) {
-            const Solid held = placed(flange, scene_.held[h]);
-            const Tag found = against_ground(held, scene_.part_count + scene_.base_count + h);
-            if (found) return found;
-        }
-        return 0;
-    }
+    Tag held_against_ground() const noexcept { return held_contact(scene_, axis_ * frames_.flange); }
 
 private:
     using Eight = Lane<8>;
@@ -321,27 +341,6 @@ private:
     void add(const BlockedArc& arc, int id, int part) noexcept {
         if (arc.half > 0 && !scene_.may_touch(id, part))
             cover(out_, arc.centre, arc.half, pair_tag(id, part));
-    }
-
-    Tag against_ground(const Solid& held, int link) const noexcept {
-        const auto meets = [&](const Solid& solid, int id) {
-            return !scene_.may_touch(id, link) && touch(held, solid, scene_.clearance);
-        };
-        const Ball bound = around(held);
-        const auto far = [&](const Solid& solid) {
-            if (solid.kind == SolidKind::half_space) return false;
-            const Ball other = around(solid);
-            return norm(bound.centre - other.centre) > bound.radius + other.radius + scene_.clearance;
-        };
-        Tag found = 0;
-        const auto near = [&](const BallGroup& group) {
-            const double reach = bound.radius + group.radius + scene_.clearance;
-            return !found && norm(bound.centre - group.centre) < reach;
-        };
-        for_ground(scene_, near, [&](const Solid& solid, int id) {
-            if (!found && !far(solid) && meets(solid, id)) found = pair_tag(id, link);
-        });
-        return found;
     }
 
     const Scene& scene_;

@@ -152,46 +152,58 @@ inline constexpr int halvings = 40;
 inline constexpr double thinnest = 0.999;
 }  // namespace widest_rule
 
-/// The arcs that are left shrink as the clearance grows, so that the greatest clearance that leaves one is
-/// found by bisection. Where parts are so deep in obstacles that no clearance helps, psi is NaN.
-inline Widest widest(const Arm& arm, const Scene& scene, const SelfMotion<double>& m,
-                     const ArcSet& own) noexcept {
-    ArcSet cleared, left, found;
-    const auto leaves = [&](double clearance) {
-        Scene asked = scene;
-        asked.clearance = clearance;
-        Covered covered;
-        detail::Clearing(arm, asked, m, covered).parts_against_all();
-        open_arcs(covered, cleared);
-        intersect(own, cleared, left);
+/// The middle of the widest arc that leaves(clearance, arcs) gives at the greatest clearance that leaves one:
+/// arcs shrink as the clearance grows, so that it is found by bisection. NaN where parts are so deep in
+/// obstacles that no clearance helps.
+template <class Leaves>
+double widest_psi(const Scene& scene, double size, int halvings, const Leaves& leaves) noexcept {
+    ArcSet found, left;
+    const auto some = [&](double clearance) {
+        leaves(clearance, left);
         if (left.empty()) return false;
         found = left;
         return true;
     };
-    double low = -infinity, high = 2.0 * arm.size;
+    double low = -infinity, high = 2.0 * size;
     for (int k = 0; k < scene.part_count; ++k)
         low = max(low, -widest_rule::thinnest * scene.parts[k].rod.radius);
     for (int k = 0; k < scene.swing_count; ++k)
         low = max(low, -widest_rule::thinnest * scene.swings[k].rod.radius);
-    const Widest none{not_a_number, {not_a_number, 0, {}, {}, not_a_number}};
-    if (own.empty() || scene.part_count + scene.swing_count == 0) return none;
+    if (scene.part_count + scene.swing_count == 0) return not_a_number;
     // near the core of a part little is proven free: only what touches at no clearance has to begin there
-    if (leaves(0.0))
+    if (some(0.0))
         low = 0.0;
-    else if (!leaves(low))
-        return none;
-    if (leaves(high)) low = high;
-    for (int k = 0; k < widest_rule::halvings && low < high; ++k) {
+    else if (!some(low))
+        return not_a_number;
+    if (some(high)) low = high;
+    for (int k = 0; k < halvings && low < high; ++k) {
         const double middle = 0.5 * (low + high);
-        if (leaves(middle))
-            low = middle;
-        else
-            high = middle;
+        (some(middle) ? low : high) = middle;
     }
     const Arc* best = &found.arc[0];
     for (int i = 1; i < found.count; ++i)
         if (found.arc[i].upper - found.arc[i].lower > best->upper - best->lower) best = &found.arc[i];
-    const double psi = wrap(0.5 * (best->lower + best->upper));
+    return wrap(0.5 * (best->lower + best->upper));
+}
+
+/// What is told of no psi.
+inline constexpr Widest no_widest{not_a_number, {not_a_number, 0, {}, {}, not_a_number}};
+
+/// The psi of the arcs `own` that keeps farthest away.
+inline Widest widest(const Arm& arm, const Scene& scene, const SelfMotion<double>& m,
+                     const ArcSet& own) noexcept {
+    if (own.empty()) return no_widest;
+    const double psi =
+        widest_psi(scene, arm.size, widest_rule::halvings, [&](double clearance, ArcSet& left) {
+            Scene asked = scene;
+            asked.clearance = clearance;
+            Covered covered;
+            ArcSet cleared;
+            detail::Clearing(arm, asked, m, covered).parts_against_all();
+            open_arcs(covered, cleared);
+            intersect(own, cleared, left);
+        });
+    if (is_nan(psi)) return no_widest;
     return {psi, proximity(arm, scene, m, psi, true)};
 }
 

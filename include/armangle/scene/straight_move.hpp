@@ -19,17 +19,19 @@
 #pragma once
 
 #include "../arm/frames.hpp"
+#include "proximity.hpp"
 #include "scene_frames.hpp"
 
 namespace armangle {
 
 namespace straight_rule {
-inline constexpr int looks = 8;         // of one move
-inline constexpr int many_looks = 64;   // the same where there is time
-inline constexpr double least = 0.1;    // of an even share of the move that each look has to prove
-inline constexpr double slack = 1e-9;   // m that distances are proven with to spare
-inline constexpr double rough = 0.005;  // m more that is kept from fields, beside which proofs are short
-inline constexpr int most_near = 16;    // pairs that are minded
+inline constexpr int looks = 8;          // of one move
+inline constexpr int many_looks = 64;    // the same where there is time
+inline constexpr double least = 0.1;     // of an even share of the move that each look has to prove
+inline constexpr double slack = 1e-9;    // m that distances are proven with to spare
+inline constexpr double rounded = 1e-8;  // m that joints where an obstacle ends an arc may be nearer
+inline constexpr double rough = 0.005;   // m more that is kept from fields, beside which proofs are short
+inline constexpr int most_near = 16;     // pairs that are minded
 }  // namespace straight_rule
 
 /// Two shapes, or a corner of one of them, near one another: `room` changes by `rate` . velocity.
@@ -46,10 +48,47 @@ struct NearestPair {
     Tag pair;     // 0: there is none within what was asked
 };
 
-/// A move of the joints along a straight line, and the scene that it passes.
+/// Where an arm is at joint values: axes of its joints, origins of its frames, and the frames of a scene's
+/// shapes, in the DH base.
+struct Placement {
+    Vec3<double> axis[joints], origin[joints + 1];
+    detail::SceneFrames<double> frames;
+};
+
+/// Places an arm.
+inline void place_arm(const Arm& arm, const Scene& scene, const double* q, Placement& out) noexcept {
+    double theta[joint_slots];
+    detail::walk(arm, joint_lanes(q), theta, [&](int i, const Pose<double>& frame) noexcept {
+        out.origin[i] = frame.position;
+        if (i < joints) out.axis[i] = frame.rotation.z * arm.sign[i];
+        if (i == 3) out.frames.plane.upper = frame;
+        if (i == 4) out.frames.plane.lower = frame;
+        if (i == joints) out.frames.flange = frame;
+    });
+    if (scene.swing_count > 0)
+        detail::add_swinging(arm, [&theta](int j) { return sin_cos(theta[j]); }, out.frames);
+}
+
+/// What leads from where nothing moves to a point of a link, as vectors that are fixed to links: the sum of
+/// their lengths (m), that of link k times weight(k).
+template <class Weight>
+double levers(const Arm&, const Placement& at, int link, const Vec3<double>& p,
+              const Weight& weight) noexcept {
+    const Vec3<double>&shoulder = at.origin[1], &elbow = at.origin[3], &wrist = at.origin[5];
+    if (link <= 3) return weight(link) * norm(p - shoulder);
+    const double upper = weight(3) * norm(elbow - shoulder);
+    if (link == 4) return upper + weight(4) * norm(p - elbow);
+    return upper + weight(4) * norm(wrist - elbow) + weight(link) * norm(p - wrist);
+}
+
+/// What is proven of all postures near one.
+enum class Nearness : std::uint8_t { open, clear, touching };
+
+/// A move of the joints of an Arm, or NearArm, along a straight line, and the scene that it passes.
+template <class AnyArm>
 class StraightMove {
 public:
-    StraightMove(const Arm& arm, const Scene& scene) noexcept : arm_(arm), scene_(scene) {}
+    StraightMove(const AnyArm& arm, const Scene& scene) noexcept : arm_(arm), scene_(scene) {}
 
     /// The share of the move d (rad) from q that is proven to touch nothing; 1: all of it. A pair that
     /// touches already may come no nearer. `blocking` is the pair that ended the proof.
@@ -82,6 +121,47 @@ public:
         return done;
     }
 
+    /// What is proven of all joints q + s d + e, |s| <= 1 and |e_j| <= off_j (rad), while the flange stays at
+    /// `still`, or moves with them where that is null; `pair`: who touches, or hinders a proof.
+    Nearness about(const double* q, const double (&d)[joints], const double (&off)[joints],
+                   const Pose<double>* still, Tag& pair) noexcept {
+        place(q);
+        if (still) flange_ = *still;
+        held_rests_ = still != nullptr;
+        rates(d);
+        double spread[joints + 1] = {}, back[joints];
+        for (int j = 0; j < joints; ++j) {
+            spread[j + 1] = spread[j] + off[j];
+            back[j] = -d[j];
+        }
+        const auto room = [&](int link, const Vec3<double>& p) {
+            return levers(arm_, at_, link, p, [&](int k) { return spread[k]; });
+        };
+        const auto way = [&](int link, const Vec3<double>& p, double radius) {
+            return shift(link, p) + room(link, p) + (sum_[link] + spread[link]) * radius;
+        };
+        Nearness out = Nearness::clear;
+        double least = infinity;
+        for_near(way, [&](Meeting m) {
+            double more = 0;
+            for (const Core* core : {&m.a, &m.b}) {
+                double own = 0;
+                for (int i = 0; i < core->count; ++i) own = max(own, room(core->link, core->corner[i]));
+                more += own;
+            }
+            const double deep = m.apart - m.R;
+            if (farthest(m, d) + more < m.R - 2.0 * straight_rule::slack) out = Nearness::touching;
+            m.R += more;
+            const bool keeps = m.apart > m.R && free_share(m, d) >= 1.0 && free_share(m, back) >= 1.0;
+            if (keeps) return;
+            if (out == Nearness::clear) out = Nearness::open;
+            if (deep < least) pair = m.pair;
+            least = min(least, deep);
+        });
+        held_rests_ = false;
+        return out;
+    }
+
     /// The pairs within `reach` (m) of the clearance at q, the nearest ones if there are too many; how many.
     int near(const double* q, double reach, NearPair (&out)[straight_rule::most_near]) noexcept {
         place(q);
@@ -109,6 +189,40 @@ public:
         return out;
     }
 
+    /// The nearest of all pairs at q, those too that rest, unless `turning_alone`; its rate is that along the
+    /// velocity d.
+    Proximity proximity(const double* q, const double (&d)[joints], bool turning_alone) noexcept {
+        place(q);
+        held_rests_ = turning_alone;
+        Proximity out{infinity, 0, {}, {}, 0.0};
+        const double kept = scene_.clearance + straight_rule::slack;
+        const auto way = [&](int, const Vec3<double>&, double) { return max(out.distance - kept, 0.0); };
+        for_near(way, [&](const Meeting& m) {
+            const double distance = m.apart - m.radius_a - m.radius_b;
+            if (!(distance < out.distance)) return;
+            double rate_of = rate(d, m.a.link, m.on_a, m.n);
+            if (m.b.count > 0) rate_of -= rate(d, m.b.link, m.on_b, m.n);
+            out = {distance, m.pair, m.on_a - m.n * m.radius_a, m.on_b + m.n * m.radius_b, rate_of};
+        });
+        held_rests_ = false;
+        if (turning_alone) return out;
+        for_base(scene_, [&](const Solid& base, int own) {
+            const int link = scene_.part_count + own - scene_.first_base;
+            for_ground(scene_, [&](const Solid& solid, int id) {
+                if (id >= scene_.first_base || scene_.may_touch(id, link)) return;
+                const Approach at = nearest(base, solid);
+                const double distance = at.distance - base.radius - solid.radius;
+                const Vec3<double> between = at.on_rod - at.on_solid;
+                const double length = norm(between), sign = at.distance < 0 ? -1.0 : 1.0;
+                const Vec3<double> n = length > 0 ? between * (sign / length) : Vec3<double>{0, 0, 0};
+                if (distance < out.distance)
+                    out = {distance, pair_tag(id, link), at.on_rod - n * base.radius,
+                           at.on_solid + n * solid.radius, 0.0};
+            });
+        });
+        return out;
+    }
+
 private:
     /// The corners of a shape's core, and the link that they are fixed to.
     struct Core {
@@ -125,6 +239,8 @@ private:
         double apart, height, R;
         bool flat, rough;  // b is a half-space, a field
         Tag pair;
+        Vec3<double> on_a, on_b;    // the nearest points of the cores
+        double radius_a, radius_b;  // m, about them
     };
 
     static Core core_of(const Rod& rod, int link) noexcept {
@@ -169,25 +285,10 @@ private:
     }
 
     void place(const double* q) noexcept {
-        double theta[joint_slots];
-        detail::SceneFrames<double> f;
-        detail::walk(arm_, joint_lanes(q), theta, [&](int i, const Pose<double>& frame) noexcept {
-            if (i < joints) {
-                axis_[i] = frame.rotation.z * arm_.sign[i];
-                origin_[i] = frame.position;
-            }
-            if (i == 3) f.plane.upper = frame;
-            if (i == 4) f.plane.lower = frame;
-            if (i == 5) wrist_ = frame.position;
-            if (i == joints) f.flange = frame;
-        });
-        shoulder_ = origin_[1];
-        elbow_ = origin_[3];
-        flange_ = f.flange;
-        if (scene_.swing_count > 0)
-            detail::add_swinging(arm_, [&theta](int j) { return sin_cos(theta[j]); }, f);
+        place_arm(arm_, scene_, q, at_);
+        flange_ = at_.frames.flange;
         for (int k = 0; k < detail::limb_count(scene_); ++k) {
-            limb_[k] = placed(detail::limb_frame(scene_, f, k), detail::limb_rod(scene_, k));
+            limb_[k] = placed(detail::limb_frame(scene_, at_.frames, k), detail::limb_rod(scene_, k));
             link_[k] = link_of(k);
         }
     }
@@ -205,24 +306,17 @@ private:
 
     /// How far a point of a link goes at most: |p'|.
     double shift(int link, const Vec3<double>& p) const noexcept {
-        if (link <= 3) return sum_[link] * norm(p - shoulder_);
-        const double upper = sum_[3] * norm(elbow_ - shoulder_);
-        if (link == 4) return upper + sum_[4] * norm(p - elbow_);
-        return upper + sum_[4] * norm(wrist_ - elbow_) + sum_[link] * norm(p - wrist_);
+        return levers(arm_, at_, link, p, [this](int k) { return sum_[k]; });
     }
 
     /// M of a point of a link.
     double bend(int link, const Vec3<double>& p) const noexcept {
-        const auto square = [this](int k) { return sum_[k] * sum_[k]; };
-        if (link <= 3) return square(link) * norm(p - shoulder_);
-        const double upper = square(3) * norm(elbow_ - shoulder_);
-        if (link == 4) return upper + square(4) * norm(p - elbow_);
-        return upper + square(4) * norm(wrist_ - elbow_) + square(link) * norm(p - wrist_);
+        return levers(arm_, at_, link, p, [this](int k) { return sum_[k] * sum_[k]; });
     }
 
     /// n . dp / dq_j.
     double rate(int j, int link, const Vec3<double>& p, const Vec3<double>& n) const noexcept {
-        return j < link ? dot(n, cross(axis_[j], p - origin_[j])) : 0.0;
+        return j < link ? dot(n, cross(at_.axis[j], p - at_.origin[j])) : 0.0;
     }
 
     double rate(const double (&d)[joints], int link, const Vec3<double>& p,
@@ -230,6 +324,24 @@ private:
         double out = 0;
         for (int j = 0; j < link; ++j) out += rate(j, link, p, n) * d[j];
         return out;
+    }
+
+    /// How far apart (m) two cores come at most on q + s d, |s| <= 1: their nearest points' distance, which
+    /// grows along n, across it by a right-angled triangle, and as the points' ways bend.
+    double farthest(const Meeting& m, const double (&d)[joints]) const noexcept {
+        const auto velocity = [&](int link, const Vec3<double>& p) {
+            Vec3<double> out{0, 0, 0};
+            for (int j = 0; j < link; ++j) out = out + cross(at_.axis[j], p - at_.origin[j]) * d[j];
+            return out;
+        };
+        Vec3<double> v = velocity(m.a.link, m.on_a);
+        double bends = bend(m.a.link, m.on_a);
+        if (m.b.count > 0) {
+            v = v - velocity(m.b.link, m.on_b);
+            bends += bend(m.b.link, m.on_b);
+        }
+        const double away = m.apart + abs(dot(m.n, v));
+        return (m.flat ? away : hypot(away, norm(v))) + 0.5 * bends;
     }
 
     /// The share of the move d over which a meeting is proven not to touch.
@@ -299,7 +411,7 @@ private:
                  way_of(way, limb_[a], link_[a]) + way_of(way, limb_[b], link_[b]),
                  pair_tag(scene_.own[n].obstacle, scene_.own[n].link), found);
         }
-        for (int h = 0; h < scene_.held_count; ++h) {
+        for (int h = 0; h < scene_.held_count && !held_rests_; ++h) {
             const Solid held = placed(flange_, scene_.held[h]);
             const int link = scene_.part_count + scene_.base_count + h;
             const Ball bound = around(held);
@@ -354,6 +466,10 @@ private:
             const int id = scene_.first_held + h;
             if (scene_.may_touch(id, place)) continue;
             const Solid held = placed(flange_, scene_.held[h]);
+            if (held_rests_) {
+                if (!away(bound, held, far)) meet(rod, link, held, far, pair_tag(id, place), found);
+                continue;
+            }
             const Ball other = around(held);
             const double both = far + way(joints, other.centre, other.radius);
             if (!away(bound, held, both)) meet(rod, link, held, joints, both, pair_tag(id, place), found);
@@ -365,7 +481,9 @@ private:
     void meet(const Moving& a, int link, const Solid& solid, double far, Tag pair,
               const Found& found) const noexcept {
         const Approach at = approach(a, solid);
-        Meeting m{core_of(a, link), {}, {}, at.distance, 0.0, apart(a, solid), false, false, pair};
+        Meeting m{core_of(a, link), {},       {},          at.distance, 0.0,
+                  apart(a, solid),  false,    false,       pair,        at.on_rod,
+                  at.on_solid,      a.radius, solid.radius};
         if (!(m.apart - m.R < far)) return;
         m.flat = solid.kind == SolidKind::half_space;
         m.rough = solid.kind == SolidKind::field;
@@ -378,7 +496,9 @@ private:
     void meet(const Rod& a, int link, const Solid& b, int other, double far, Tag pair,
               const Found& found) const noexcept {
         const Approach at = nearest(a.begin, a.end, b);
-        Meeting m{core_of(a, link), core_of(b, other), {}, at.distance, 0.0, apart(a, b), false, false, pair};
+        Meeting m{
+            core_of(a, link), core_of(b, other), {},       at.distance, 0.0, apart(a, b), false, false, pair,
+            at.on_rod,        at.on_solid,       a.radius, b.radius};
         if (!(m.apart - m.R < far)) return;
         set_plane(m, at, b);
         found(m);
@@ -413,10 +533,11 @@ private:
         return {solid.corners, solid.corner_count, {solid.axes, solid.a}};
     }
 
-    const Arm& arm_;
+    const AnyArm& arm_;
     const Scene& scene_;
-    Vec3<double> axis_[joints], origin_[joints], shoulder_, elbow_, wrist_;
+    Placement at_;
     Pose<double> flange_;
+    bool held_rests_ = false;
     double sum_[joints + 1] = {};
     Rod limb_[2 * most_parts];
     int link_[2 * most_parts] = {};

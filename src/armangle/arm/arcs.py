@@ -186,6 +186,14 @@ class ArcSet:
         return new
 
     @classmethod
+    def _proven(cls, shape: Shape, arrays: tuple[Any, ...], ready: Ready | None, unproven: Floats) -> ArcSet:
+        """Return a batch of which so much (rad) of each set was proven neither way, and left out."""
+        new = cls.__new__(cls)
+        new._fill(shape, *_with_names(arrays, ready))
+        object.__setattr__(new, "_unproven", frozen(unproven))
+        return new
+
+    @classmethod
     def _of_one(cls, shape: Shape, sets: _core.ArcsOfOne, ready: Ready | None = None) -> ArcSet:
         """Return the sets of one pose: a control loop's call, whose arrays are made where they are read."""
         new = cls.__new__(cls)

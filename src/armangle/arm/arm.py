@@ -64,7 +64,7 @@ from .diagnosis import Branch, Diagnosis, Verdict, branch_of
 from .freedom import Freedom
 from .frozen_value import FrozenValue
 from .joint_function import JointFunction
-from .near import NearHandle, check_near, moved_ends, unsupported
+from .near import NearHandle, check_kept_chain, check_near, moved_ends, unsupported
 from .question import METRICS as _METRICS
 from .question import PREFER, Beyond, MetricName, Prefer, Question, relaxing_length, weights_of
 from .roll import ROLLS, Roll, check_free_roll, solve_free
@@ -78,6 +78,7 @@ Unreachable = Literal["raise", "nan"]
 Reference = ArrayLike | Literal["base", "stereographic"]
 
 BOUNDS = ("velocity", "acceleration")
+_ONE_FOR_ALL = ("lower", "upper", *BOUNDS)
 LEAST_LINK = 1e-6  # m: of upper arm and forearm; a shorter one is a mistake of units
 MOST_MARGIN: float = _core.MOST_MARGIN
 _ENFORCE = named(_core.Enforce)
@@ -146,9 +147,9 @@ class Arm(FrozenValue):
     d_bs, d_se, d_ew, d_wf : float
         Base to shoulder, shoulder to elbow, elbow to wrist, wrist to flange, m; d_se and d_ew may be 0 beside
         an elbow offset, which makes the links hypot(d_se, a_3) and hypot(d_ew, a_4), at least 1e-6, long.
-    lower, upper : array_like, shape (7,), optional
-        Joint limits in q, rad, lower <= upper. Any: beyond ±π, of one sign, wider than a turn, infinite
-        (the default).
+    lower, upper : float or array_like, shape (7,), optional
+        Joint limits in q, rad, lower <= upper, or one for all joints. Any: beyond ±π, of one sign, wider than
+        a turn, infinite (the default).
     a_3, a_4 : float
         Lateral elbow offsets of links 3 and 4, m.
     d_4 : float
@@ -400,6 +401,8 @@ class Arm(FrozenValue):
             As `Arm`.
         """
         kept: dict[str, Any] = {**self._numbers(), "import_report": self.import_report}
+        if self.chain is not None and "chain" not in changes:
+            check_kept_chain(changes)
         if self.chain is not None and "chain" not in changes and not changes.keys().isdisjoint(FRAMES):
             frames = {name: as_transform(name, _given_frame(changes, name, kept[name])) for name in FRAMES}
             kept["chain"] = moved_ends(self.chain, (self.base, self.tool), (frames["base"], frames["tool"]))
@@ -477,13 +480,15 @@ class Arm(FrozenValue):
         """
         return self.with_(reference=reference)
 
-    def with_body(self, body: Body | None) -> Arm:
+    def with_body(self, body: Body | Literal["guessed"] | None = "guessed") -> Arm:
         """Return a copy whose links have a shape, so that scenes can be asked.
 
         Parameters
         ----------
-        body : Body or None
-            Such as ``Body.bones(upper_arm=0.09, forearm=0.08)``; None takes it away.
+        body : Body, "guessed" or None
+            Such as ``Body.bones(upper_arm=0.09, forearm=0.08)``; None takes it away. "guessed" is for a first
+            look at any arm: bones and plates of a radius that is 0.24 of the mean of `d_se` and `d_ew`.
+            Nobody measured it, so that its ``trusted`` is False and its ``notes`` say so.
 
         Returns
         -------
@@ -492,7 +497,15 @@ class Arm(FrozenValue):
         Raises
         ------
         SceneError
+
+        Examples
+        --------
+        >>> arm = Arm.from_catalogue("kuka_iiwa7_r800").with_body()
+        >>> arm.body, arm.body.trusted
+        (Body.bones(upper_arm=0.096, forearm=0.096, plates=True), False)
         """
+        if isinstance(body, str) and body == "guessed":
+            body = Body._guessed(self.d_se, self.d_ew)
         return self.with_(body=body)
 
     def with_hand(self, shapes: Iterable[SceneShape]) -> Arm:
@@ -517,8 +530,6 @@ class Arm(FrozenValue):
         """Return a scene made ready for this arm; that asked last is kept."""
         if scene is None:
             return None
-        if self.chain is not None:
-            raise unsupported("scene=")
         last = self._ready
         if last is not None and last[0] is scene:
             return last[1]
@@ -1133,7 +1144,7 @@ class Arm(FrozenValue):
         self._handle.limit_margin_gradient_many(joints, out)
         return out
 
-    def within_limits(self, q: ArrayLike, tol: float = 0.0) -> NDArray[np.bool_] | np.bool_:
+    def within_limits(self, q: ArrayLike, tol: float = _core.ANGLE_TOLERANCE) -> NDArray[np.bool_] | np.bool_:
         """Return whether all joints are within their limits.
 
         Parameters
@@ -1141,7 +1152,9 @@ class Arm(FrozenValue):
         q : array_like, shape (..., 7)
             Joint values, rad.
         tol : float
-            Slack, rad.
+            Slack, rad: by default the 1e-9 within which angles are one angle everywhere here, so that
+            postures at the ends of arcs are within. ``tol=0.0`` judges the last bit; joints that `solve`
+            returns keep that too.
 
         Returns
         -------
@@ -1410,16 +1423,18 @@ class Arm(FrozenValue):
         threads: int, scene: Scene | None,
     ) -> ArcSet:  # fmt: skip
         """Return the sets of the true chain."""
-        self._scene(scene)
+        ready = self._scene(scene)
         if as_number("paper_margin", paper, 0.0, MOST_MARGIN) != 0.0:
             raise unsupported("paper_margin=")
         margin = as_number("singularity_margin", margin, 0.0, MOST_MARGIN)
         batch, (poses, branches) = self._branches(pose, gc)
         unproven = np.zeros((*batch, *sets)).reshape(-1)
         handle = cast(NearHandle, self._handle)
-        columns = handle.feasible_many(poses, branches, margin, wanted, unproven, as_threads(threads))
-        of_no_scene = (None, None, ())
-        return ArcSet._from_core((*batch, *sets), (*tuple(columns)[:6], *of_no_scene, unproven))
+        obstacles = None if ready is None else ready.handle
+        columns = handle.feasible_many(
+            poses, branches, margin, wanted, unproven, as_threads(threads), obstacles
+        )
+        return ArcSet._proven((*batch, *sets), columns, ready, unproven)
 
     def reachable(
         self, pose: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1
@@ -1601,8 +1616,7 @@ class Arm(FrozenValue):
         """Return the turns of each pose, of shape (...)."""
         margin = as_number("singularity_margin", margin, 0.0, MOST_MARGIN)
         poses = as_poses("pose", pose, self._handle)
-        flat = np.ascontiguousarray(poses).reshape(-1, 4, 4)
-        columns = self._handle.turns_many(flat, turned, margin, as_threads(threads))
+        columns = self._handle.turns_many(np.ascontiguousarray(poses), turned, margin, as_threads(threads))
         return ArcSet._from_core(poses.shape[:-2], columns)
 
     def solve(
@@ -1854,7 +1868,8 @@ class Arm(FrozenValue):
         ndarray, shape (..., 6)
             By the velocity of the tool's origin (rad/m) and by its angular velocity (rad/rad), in the frame
             that poses are given in. NaN where the pose is not held, or a joint that decides has no
-            derivative (`inverse_derivative`).
+            derivative (`inverse_derivative`); and where the best posture has θ2 or θ6 at 0 or π, unless joint
+            4 alone decides: two joints share a turn there as at no pose near by, so that the margin leaps.
 
         Raises
         ------
@@ -2022,6 +2037,12 @@ def _complete(given: dict[str, Any]) -> dict[str, Any]:
         if name not in Arm.__slots__:
             raise TypeError(f"Arm() got an unexpected keyword argument {name!r}")
     missing = [f.name for f in _FIELDS if _default(f) is MISSING and f.name not in given]
+    if missing and given.get("chain") is not None:
+        raise InputError(
+            f"a chain needs the S-R-S arm beside it, which lends psi and gc, and {', '.join(missing)} are "
+            "not given: arm.with_(chain=...) of the data sheet's arm, or Arm.from_urdf(..., exact=False), "
+            "which fits one"
+        )
     if missing:
         arguments = f"argument{'s' * (len(missing) > 1)}: {', '.join(map(repr, missing))}"
         raise TypeError(f"Arm() missing {len(missing)} required keyword-only {arguments}")
@@ -2058,7 +2079,7 @@ def _check_link(what: str, along: str, across: str, values: dict[str, Any]) -> N
 
 
 def _seven(name: str, value: ArrayLike, *, infinite: bool) -> Floats:
-    array = (one_or_seven(name, value) if name in BOUNDS else as_floats(name, value, (JOINTS,))).copy()
+    array = (one_or_seven(name, value) if name in _ONE_FOR_ALL else as_floats(name, value, (JOINTS,))).copy()
     if array.shape != (JOINTS,):
         raise ShapeError(f"{name} has shape {array.shape}, wanted ({JOINTS},)")
     bad = np.isnan(array) if infinite else ~np.isfinite(array)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Never
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from .. import _core
 from .._arrays import MILLIMETRES, Floats
 from ..errors import InputError
+from ..models.description import ELBOW_OFFSETS, LENGTHS
 from ..models.detect import MAX_ANGLE, MAX_LENGTH
 
 _ASKED = {
@@ -53,6 +55,17 @@ def check_near(name: str, handle: NearHandle) -> None:
         f"from the nominal link, wanted at most {MAX_LENGTH * MILLIMETRES:g} mm and "
         f"{math.degrees(MAX_ANGLE):.3g} deg: is it in the joint coordinates of the other numbers?"
     )
+
+
+def check_kept_chain(changes: Iterable[str]) -> None:
+    """Raise where a change is of the nominal arm alone: the chain, and with it every pose, would stay."""
+    nominal = {*LENGTHS, *ELBOW_OFFSETS, "signs", "offsets"}
+    changed = [name for name in changes if name in nominal]
+    if changed:
+        raise InputError(
+            f"with_({changed[0]}=...) would change the S-R-S arm beside the chain and no pose: "
+            "give the new chain= with it, or ask it of arm.nominal"
+        )
 
 
 def moved_ends(chain: Floats, old: tuple[Floats, Floats], new: tuple[Floats, Floats]) -> Floats:

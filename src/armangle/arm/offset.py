@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from functools import wraps
 from inspect import Parameter, Signature, signature
-from typing import Any, Literal, NamedTuple, Never, final
+from typing import Any, Literal, NamedTuple, Never, ParamSpec, TypeVar, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,6 +25,7 @@ from .._arrays import (
     as_threads,
     broadcast,
     check_angles,
+    check_turns,
     chosen,
     frozen,
     named,
@@ -41,7 +43,7 @@ from ..models.offset import (
     offset_chain_of,
 )
 from ..models.urdf import Source, read_urdf
-from ..models.urdf_write import write_chain
+from ..models.urdf.writing import write_chain
 from ..poses import as_transform
 from ..status import STATUSES, Status
 from .arcs import ArcSet
@@ -60,6 +62,51 @@ def _signature() -> Signature:
     own = [Parameter(name, Parameter.KEYWORD_ONLY, default=0.0) for name in ("a_1", "a_6")]
     shared = signature(Arm).parameters.values()
     return Signature([*own, *(parameter for parameter in shared if parameter.name not in _NO_FIELDS)])
+
+
+class _NoDoorError(InputError, AttributeError):
+    """What an `Arm` has and an `OffsetArm` has not was asked for."""
+
+
+_NO_SCENES = "no scenes are made for it: frames(q) says where its links are"
+_INSTEAD = {
+    "solutions": "solve(pose, gc=k) is the nearest posture of branch k, feasible_all(pose) all there are",
+    "best": "solve(pose) is the posture nearest to the middles of the ranges",
+    "explain": "feasible_all(pose) has a status and the joints at its ends",
+    "reachable": "solve(pose).ok, or that of a whole batch, says so",
+    "freedom": "feasible_all(pose).measure is how much of its free joint each branch has",
+    "self_motion": "the null space of jacobian(q) is the same, up to its length",
+    "nominal": "it is exact itself",
+    "deviation": "it is exact itself",
+    **dict.fromkeys(("clear", "clearance", "widest", "with_body", "with_hand", "body", "hand"), _NO_SCENES),
+    **dict.fromkeys(("with_reference", "reference"), "it has no arm angle"),
+}
+_KEYWORDS = {
+    "metric": "the distance is the root of a weighted sum of squares, weight=",
+    "prefer": "leave near= out for the middles of the ranges",
+    "outside": "aa.Tracker goes as near as it can",
+    "roll": "give the pose for each roll, as one batch",
+    "scene": _NO_SCENES,
+    "allowed": "step and follow take it; here intersect feasible(pose, gc) with it",
+    "singularity_margin": "it has no margin but that of limits, with_(lower=..., upper=...)",
+    "psi": "free is its place",
+}
+_Asked = ParamSpec("_Asked")
+_Answer = TypeVar("_Answer")
+
+
+def _names_keywords(door: Callable[_Asked, _Answer]) -> Callable[_Asked, _Answer]:
+    """Return a method that says what there is where it is asked with a keyword of an `Arm` alone."""
+    known = signature(door).parameters
+
+    @wraps(door)
+    def asked(*args: _Asked.args, **keywords: _Asked.kwargs) -> _Answer:
+        for name in keywords:
+            if name in _KEYWORDS and name not in known:
+                raise InputError(f"{door.__name__} of an OffsetArm takes no {name}=: {_KEYWORDS[name]}")
+        return door(*args, **keywords)
+
+    return asked
 
 
 class OffsetSolution(NamedTuple):
@@ -379,6 +426,13 @@ class OffsetArm(FrozenValue):
         """
         return self.with_(tool=self.tool @ as_transform("tool", tool))
 
+    def __getattr__(self, name: str) -> Never:
+        """Raise what there is in place of a door that an `Arm` alone has."""
+        if name.startswith("_") or not hasattr(Arm, name):
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+        there = _INSTEAD.get(name, "there are forward, inverse, feasible, solve, step, follow and Tracker")
+        raise _NoDoorError(f"an OffsetArm has no {name}: {there}")
+
     def _numbers(self) -> dict[str, Any]:
         kept = {name: value for name, value in self.rows._numbers().items() if name not in _NO_FIELDS}
         return {"a_1": self.a_1, "a_6": self.a_6, **kept}
@@ -440,6 +494,7 @@ class OffsetArm(FrozenValue):
         self._handle.forward_many(joints, pose, free, gc, as_threads(threads))
         return pose, free[()], gc[()]
 
+    @_names_keywords
     def inverse(
         self,
         pose: ArrayLike,
@@ -506,6 +561,7 @@ class OffsetArm(FrozenValue):
             raise UnreachableError(f"pose{list(at) if at else ''}: {status.sentence}")
         return q
 
+    @_names_keywords
     def inverse_all(
         self,
         pose: ArrayLike,
@@ -607,12 +663,13 @@ class OffsetArm(FrozenValue):
         """Return the least distance of a joint to one of its limits, rad, shape (...); negative outside."""
         return self.rows.limit_margin(q)
 
-    def within_limits(self, q: ArrayLike, tol: float = 0.0) -> NDArray[np.bool_] | np.bool_:
+    def within_limits(self, q: ArrayLike, tol: float = _core.ANGLE_TOLERANCE) -> NDArray[np.bool_] | np.bool_:
         """Return whether all joints are within their limits and a slack `tol`, rad; shape (...)."""
         return self.rows.within_limits(q, tol)
 
     # -- which values of the free joint --------------------------------------------------------------
 
+    @_names_keywords
     def feasible(self, pose: ArrayLike, gc: ArrayLike, *, threads: int = 1) -> ArcSet:
         """Return the values of the free joint with which a branch holds the pose within all limits.
 
@@ -661,11 +718,13 @@ class OffsetArm(FrozenValue):
             batch, (count.copy(), angles, *narrow, at, status, *of_no_scene, unproven.reshape(-1))
         )
 
+    @_names_keywords
     def feasible_all(self, pose: ArrayLike, *, threads: int = 1) -> ArcSet:
         """Return the arcs of all eight branches of each pose, of shape (..., 8); otherwise as `feasible`."""
         poses = as_poses("pose", pose)
         return self.feasible(poses[..., None, :, :], np.arange(CONFIGURATIONS), threads=threads)
 
+    @_names_keywords
     def solve(
         self,
         pose: ArrayLike,
@@ -714,6 +773,7 @@ class OffsetArm(FrozenValue):
         if near is not None:
             seed = as_floats("near", near, (JOINTS,))
             check_angles("near", seed)
+            check_turns("near", seed, self.lower, self.upper)
             named.append(("near", seed, 1))
         batch, (poses, *seeds) = broadcast(named)
         q, numbers = np.empty((*batch, JOINTS)), np.empty((*batch, 3))

@@ -19,6 +19,7 @@ from .._arrays import (
     as_poses,
     as_threads,
     broadcast,
+    check_turns,
     chosen,
 )
 from ..errors import ConfigurationError, InputError, NotFiniteError, ShapeError
@@ -50,9 +51,11 @@ class Question:
     ) -> None:  # fmt: skip
         named = [("pose", as_poses("pose", pose, arm._handle), 2)]
         if near is not None:
-            named.append(("near", as_floats("near", near, (JOINTS,)), 1))
+            seed = as_floats("near", near, (JOINTS,))
+            check_turns("near", seed, arm.lower, arm.upper)
+            named.append(("near", seed, 1))
         self.batch, arrays = broadcast(named)
-        self.poses: Floats = np.ascontiguousarray(arrays[0]).reshape(-1, 4, 4)
+        self.poses: Floats = np.ascontiguousarray(arrays[0])
         kind = METRICS[chosen("metric", metric, METRICS)]
         margin = as_number("singularity_margin", singularity_margin, 0.0, _core.MOST_MARGIN)
         if chosen("prefer", prefer, PREFER) == "margin" or near is None:
@@ -74,10 +77,9 @@ class Question:
 
     def solve(self) -> Solution:
         """Return the nearest posture of each pose."""
-        n = len(self.poses)
-        q = np.empty((n, JOINTS))
-        psi, distance, margin, gap = (np.empty(n) for _ in range(4))
-        gc, status = np.empty(n, np.int64), np.empty(n, np.int8)
+        q = np.empty((*self.batch, JOINTS))
+        psi, distance, margin, gap = (np.empty(self.batch) for _ in range(4))
+        gc, status = np.empty(self.batch, np.int64), np.empty(self.batch, np.int8)
         self.handle.solve_many(
             self.poses,
             self.near,
@@ -97,9 +99,7 @@ class Question:
         pose[status != Status.OK] = np.nan
         if beside.any():
             pose[beside] = self.arm.forward(q[beside], undefined="nan")[0]
-        columns: list[Any] = [x.reshape(self.batch) for x in (psi, gc, distance, status, margin, gap)]
-        frames = pose.reshape((*self.batch, 4, 4))
-        every = Solution(*[q.reshape((*self.batch, JOINTS)), *columns, frames])
+        every = Solution(q, psi, gc, distance, status, margin, gap, pose)
         return every if self.batch else every.row(())
 
     def solutions(self) -> Solutions:
@@ -107,7 +107,7 @@ class Question:
         columns = self.handle.solutions_many(
             self.poses, self.near, self.options, *self.allowed, self.threads, self.scene
         )
-        return Solutions(self.batch, columns, self.poses.reshape((*self.batch, 4, 4)))
+        return Solutions(self.batch, columns, self.poses)
 
 
 def relaxing_length(outside: Beyond, length: float, *narrowed: object) -> float:

@@ -6,8 +6,10 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from .. import _core
 from .._arrays import JOINTS, Floats, as_poses
 from ..errors import InputError
+from ..scenes.shapes import RODS
 from .solution import Solution
 
 if TYPE_CHECKING:
@@ -30,8 +32,27 @@ def is_along_axis_7(arm: Arm) -> bool:
 
 def check_free_roll(arm: Arm, scene: object) -> None:
     """Raise where a roll cannot be free because obstacles would see it."""
-    if scene is not None and arm.hand:
-        raise InputError("roll is 'free', and what arm.with_hand holds would turn with it: not with scene")
+    turning = None if scene is None else _turning(arm)
+    if turning is not None:
+        raise InputError(
+            f"roll is 'free', and {turning}, which is not round about that axis, would turn with it: "
+            "not with scene"
+        )
+
+
+def _turning(arm: Arm) -> str | None:
+    """Return the name of a shape that a roll moves and no posture says where to: of the hand, or of link 7
+    where joint 7 alone sees the roll; None where all are round about the axis.
+    """
+    body = () if arm.body is None else arm.body._shapes(arm.d_se, arm.d_ew, arm.a_3, arm.a_4, arm.d_4)
+    last = [shape for frame, shape in body if frame == JOINTS] if is_along_axis_7(arm) else []
+    shapes = [(shape.name or "link_7", shape) for shape in last]
+    shapes += [(shape.name or "hand", shape) for shape in arm.hand]
+    for name, shape in shapes:
+        ends = np.array(shape._row()[2:8]).reshape(2, 3)
+        if not isinstance(shape, RODS) or np.abs(ends[:, :2]).max() > _ALONG:
+            return name
+    return None
 
 
 def last_margin(arm: Arm, q: Floats) -> Any:
@@ -78,6 +99,7 @@ def solve_free(
 def _on_ladder(arm: Arm, pose: Any, near: Any, weights: Floats, by_margin: bool, ask: Any) -> Solution:
     """Return the best of `LADDER` turns about the tool's z axis, each with its exact arcs."""
     poses = as_poses("pose", pose, arm._handle)
+    _core.check_transforms(poses, "pose")  # before a turn is one more axis of theirs
     angles = np.arange(LADDER) * (2 * np.pi / LADDER)
     turns = np.zeros((LADDER, 4, 4))
     turns[:, 0, 0] = turns[:, 1, 1] = np.cos(angles)

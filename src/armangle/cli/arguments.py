@@ -14,6 +14,7 @@ import numpy as np
 from .._arrays import JOINTS, Floats
 from ..arm.arm import MOST_MARGIN, Arm
 from ..arm.offset import OffsetArm
+from ..arm.roll import ROLLS
 from ..errors import InputError, NotSRSError, ShapeError, UnknownRobotError
 from ..files.scenes import load_body, load_scene
 from ..files.sheets import ending
@@ -33,22 +34,22 @@ POSE_HELP = "x,y,z,qw,qx,qy,qz: metres and a unit quaternion"
 
 
 def add_arm(parser: argparse.ArgumentParser, *, required: bool = True) -> None:
-    """Add --robot, --urdf, --base, --tip and --inexact, and what `add_import` adds."""
+    """Add --robot, --urdf, --base and --tip, and what `add_import` adds."""
     group = parser.add_argument_group("the arm")
     one = group.add_mutually_exclusive_group(required=required)
     one.add_argument("--robot", metavar="NAME", help="of the catalogue (armangle robots), or a FILE.toml")
     one.add_argument("--urdf", metavar="FILE", help="a robot description: URDF or MJCF (.xml)")
     group.add_argument("--base", metavar="LINK", help="with --urdf: first link; guessed if left out")
     group.add_argument("--tip", metavar="LINK", help="with --urdf: last link; guessed if left out")
-    group.add_argument(
+    add_import(group, "with --urdf: ")
+
+
+def add_import(parser: argparse.ArgumentParser | argparse._ArgumentGroup, when: str = "") -> None:
+    """Add --inexact, --length-tolerance, --angle-tolerance and --continuous-limits, for files of robots."""
+    parser.add_argument(
         "--inexact", action="store_true", default=None,
-        help="with --urdf: keep the chain of a file that is only nearly S-R-S, as a calibrated robot's",
+        help=f"{when}keep the chain of a file that is only nearly S-R-S, as a calibrated robot's",
     )  # fmt: skip
-    add_import(group)
-
-
-def add_import(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
-    """Add --length-tolerance, --angle-tolerance and --continuous-limits, for files of robots."""
     parser.add_argument(
         "--length-tolerance", type=length_up_to(MAX_LENGTH), metavar="MM",
         help="take an arm whose axes miss shoulder, elbow or wrist by up to this; the fitted one",
@@ -71,8 +72,16 @@ def add_scene(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--body", metavar="BODY",
-        help="with --scene, the arm's links: UPPER,FOREARM radii in mm, body.toml, or "
-        "a URDF or MJCF with collision shapes (default: the file of --urdf)",
+        help="with --scene, the arm's links: UPPER,FOREARM radii in mm, body.toml, a URDF or "
+        "MJCF with collision shapes (default: the file of --urdf), or guessed: from its lengths",
+    )  # fmt: skip
+
+
+def add_roll(parser: argparse.ArgumentParser) -> None:
+    """Add --roll."""
+    parser.add_argument(
+        "--roll", choices=ROLLS, default="pose",
+        help="free: for tools that turn about the axis of joint 7 (default pose)",
     )  # fmt: skip
 
 
@@ -86,8 +95,12 @@ def with_body(arm: Arm, args: argparse.Namespace) -> tuple[Arm, Scene | None]:
     text = args.urdf if args.body is None else args.body
     if text is None:
         raise InputError(
-            "--scene needs the shape of the arm's links: --body 90,80 (radii of the bones in mm)"
+            "--scene needs the shape of the arm's links: --body 90,80 (radii of the bones in mm), or guessed"
         )
+    if text == "guessed":
+        arm = arm.with_body()
+        note(f"armangle: {arm.body.notes[0] if arm.body is not None else ''}")
+        return arm, scene
     links = (args.base, args.tip) if args.urdf is not None else (None, None)
     if Path(text).suffix.lower() == ".toml":
         body = load_body(text)
@@ -95,9 +108,9 @@ def with_body(arm: Arm, args: argparse.Namespace) -> tuple[Arm, Scene | None]:
         upper_arm, forearm = numbers("--body", text, "UPPER,FOREARM in mm, or a file", 2) / 1e3
         body = Body.bones(upper_arm=float(upper_arm), forearm=float(forearm))
     elif is_mjcf(text):
-        body = Body.from_mjcf(text, *links)
+        body = Body.from_mjcf(text, *links, exact=not args.inexact)
     else:
-        body = Body.from_urdf(text, *links)
+        body = Body.from_urdf(text, *links, exact=not args.inexact)
     for line in body.notes:
         note(f"armangle: {line}")
     return arm.with_body(body), scene
@@ -169,7 +182,7 @@ def arm_of_file(
         for key in ("length_tolerance", "angle_tolerance")
         if getattr(args, key) is not None
     }
-    if getattr(args, "inexact", None):  # `inspect` writes exact arms, and has no such option
+    if args.inexact:
         options["exact"] = False
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")

@@ -11,6 +11,7 @@ from ..errors import PathError
 from ..files.tables import JointTable
 from ..motion.following import follow
 from ..motion.joint_path import JointPath, blank_rows
+from ..scenes.scene import Scene
 from ..status import Status
 
 
@@ -50,7 +51,9 @@ def motion_of(arm: Arm, table: JointTable) -> JointPath:
     return JointPath(arm=arm, s=table.s, poses=poses, **rows)
 
 
-def motions_along(arm: Arm, poses: ArrayLike, start: ArrayLike | None = None) -> dict[str, JointPath]:
+def motions_along(
+    arm: Arm, poses: ArrayLike, start: ArrayLike | None = None, scene: Scene | None = None
+) -> dict[str, JointPath]:
     """Return motions along poses by name: from `start`, or from the middle of the widest arc of each GC.
 
     Parameters
@@ -60,6 +63,8 @@ def motions_along(arm: Arm, poses: ArrayLike, start: ArrayLike | None = None) ->
         Tool frames, position in m.
     start : array_like, shape (7,), optional
         Joints before the first pose, rad.
+    scene : Scene, optional
+        Obstacles to keep clear of.
 
     Returns
     -------
@@ -73,14 +78,14 @@ def motions_along(arm: Arm, poses: ArrayLike, start: ArrayLike | None = None) ->
     """
     frames = as_floats("poses", poses, (4, 4)).reshape(-1, 4, 4)
     if start is not None:
-        return {"from the start": follow(arm, frames, start=start)}
+        return {"from the start": follow(arm, frames, start=start, scene=scene)}
     found = {}
     for gc in range(CONFIGURATIONS) if len(frames) else ():
-        arcs = arm.feasible(frames[0], gc)
+        arcs = arm.feasible(frames[0], gc, scene=scene)
         if not arcs.is_empty:
             lower, upper = arcs.intervals[np.diff(arcs.intervals, axis=1)[:, 0].argmax()]
             q = arm.inverse(frames[0], 0.5 * (lower + upper), gc)
-            found[f"GC {gc}"] = follow(arm, frames, start=q)
+            found[f"GC {gc}"] = follow(arm, frames, start=q, scene=scene)
     if not found:
         raise PathError("no global configuration has a solution at the first pose")
     return dict(sorted(found.items(), key=lambda entry: not entry[1].ok))

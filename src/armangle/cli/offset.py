@@ -22,8 +22,8 @@ _NOT_FK = ("kuka", "output")
 def solve_offset(arm: OffsetArm, pose: Floats, args: argparse.Namespace) -> int:
     """Print what is nearest to --near, or to the middle of the ranges; status 1 where there is no posture."""
     _refuse(arm, args, _NOT_IK)
-    if args.metric != "l2" or args.outside != "refuse":
-        raise InputError(f"--metric and --outside do not go with {_called(arm)}")
+    if (args.metric, args.outside, args.roll) != ("l2", "refuse", "pose"):
+        raise InputError(f"--metric, --outside and --roll do not go with {_called(arm)}")
     near = None if args.near is None else joints("--near", args.near)
     single, frames = pose.ndim == 2, pose.reshape(-1, 4, 4)
     with progress("solving"):

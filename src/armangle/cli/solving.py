@@ -40,7 +40,9 @@ def solve(arm: Arm, pose: Floats, scene: Scene | None, args: argparse.Namespace)
         return _all(arm, pose, near, name, scene, args)
     single, frames = pose.ndim == 2, pose.reshape(-1, 4, 4)
     with progress("solving"):
-        found = arm.solve(frames, near, metric=args.metric, gc=args.gc, scene=scene, outside=args.outside)
+        found = arm.solve(
+            frames, near, metric=args.metric, gc=args.gc, scene=scene, outside=args.outside, roll=args.roll
+        )
     if args.output is not None:
         write(_path(arm, frames, found), args.output)
     names = np.array([status.name for status in STATUSES])[found.status]
@@ -97,6 +99,8 @@ def _check(args: argparse.Namespace, single: bool) -> None:
         raise InputError("--seed goes with --psi; without an arm angle wanted --near")
     if args.all and (not single or args.output is not None):
         raise InputError("--all takes one pose and prints it; leave it out for a file of poses or for -o")
+    if args.all and args.roll != "pose":
+        raise InputError("--all lists the postures of the pose as it is: it goes without --roll free")
 
 
 def _far(metric: str, distance: float) -> str:

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from .urdf import Source
 
 MOST_SHAPES = 32
+_THICKNESS = (
+    0.24  # of the mean of both bones: 96 mm of an iiwa 7, whose links lie within 95 mm of axes 2 to 5
+)
 
 
 def _most_shapes(shapes: int) -> int:
@@ -56,7 +59,9 @@ class Body:
     Attributes
     ----------
     notes : tuple of str
-        What was left out of the file that the body was read from.
+        What was left out of the file that the body was read from, or why it is not trusted.
+    trusted : bool
+        Whether its shapes are given or read; False where radii are guessed from lengths (`Arm.with_body`).
 
     Raises
     ------
@@ -71,6 +76,7 @@ class Body:
     links: tuple[tuple[int, tuple[Shape, ...]], ...]
     ignore: Pairs = ()
     notes: tuple[str, ...] = field(default=(), compare=False)
+    trusted: bool = field(default=True, compare=False)
     _bones: tuple[float, float, bool] | None = None
 
     def __init__(
@@ -89,7 +95,7 @@ class Body:
                     raise SceneError(f"Body link {frame}", f"shapes[{at}]", shape, "a radius > 0 (m)")
             rows.append((frame, listed))
         _set(self, links=tuple(sorted(rows, key=lambda row: row[0])), _bones=None)
-        _set(self, ignore=as_pairs(ignore, "Body", "pairs of names of links"), notes=())
+        _set(self, ignore=as_pairs(ignore, "Body", "pairs of names of links"), notes=(), trusted=True)
 
     @classmethod
     def from_urdf(
@@ -100,6 +106,7 @@ class Body:
         *,
         shapes: int = 6,
         hulls: bool = False,
+        exact: bool = True,
     ) -> Body:
         """Return balls and capsules that contain every ``<collision>`` of the links from base to tip.
 
@@ -118,6 +125,9 @@ class Body:
         hulls : bool
             Meshes that are not closed stand for their convex hull; else they are refused. Needs the extra
             ``time``.
+        exact : bool
+            False: the links of a file that is only nearly S-R-S, for the arm of
+            ``Arm.from_urdf(..., exact=False)``, whose frames they are fixed to.
 
         Returns
         -------
@@ -135,11 +145,18 @@ class Body:
         from .collision import cover_urdf
 
         most, flag = _most_shapes(shapes), _flag("Body.from_urdf", "hulls", hulls)
-        return cls._from_covered(cover_urdf(source, base, tip, most, flag))
+        whole = _flag("Body.from_urdf", "exact", exact)
+        return cls._from_covered(cover_urdf(source, base, tip, most, flag, whole))
 
     @classmethod
     def from_mjcf(
-        cls, source: str | PathLike[str], base: str | None = None, tip: str | None = None, *, shapes: int = 6
+        cls,
+        source: str | PathLike[str],
+        base: str | None = None,
+        tip: str | None = None,
+        *,
+        shapes: int = 6,
+        exact: bool = True,
     ) -> Body:
         """Return balls and capsules that contain every colliding geom of a MuJoCo model's bodies.
 
@@ -153,6 +170,8 @@ class Body:
             As of `Arm.from_mjcf`.
         shapes : int
             At most so many for one box, cylinder, ellipsoid or mesh, 1 to 32.
+        exact : bool
+            As in `from_urdf`.
 
         Returns
         -------
@@ -166,7 +185,8 @@ class Body:
         """
         from .collision import cover_mjcf
 
-        return cls._from_covered(cover_mjcf(source, base, tip, _most_shapes(shapes)))
+        whole = _flag("Body.from_mjcf", "exact", exact)
+        return cls._from_covered(cover_mjcf(source, base, tip, _most_shapes(shapes), whole))
 
     @classmethod
     def _from_covered(cls, covered: Covered) -> Body:
@@ -203,7 +223,16 @@ class Body:
             _length("Body.bones", "forearm", forearm, positive=True),
         )
         _flag("Body.bones", "plates", plates)
-        _set(new, links=(), ignore=(), notes=(), _bones=(*radii, plates))
+        _set(new, links=(), ignore=(), notes=(), trusted=True, _bones=(*radii, plates))
+        return new
+
+    @classmethod
+    def _guessed(cls, d_se: float, d_ew: float) -> Body:
+        """Return bones and plates of an arm with these lengths, m, of whose links nothing else is known."""
+        radius = round(_THICKNESS * 0.5 * (d_se + d_ew), 4)
+        new = cls.bones(radius, radius, plates=True)
+        why = f"{_THICKNESS:g} of the mean of d_se and d_ew, not measured: not trusted"
+        _set(new, notes=(f"radii of {1e3 * radius:g} mm are {why}",), trusted=False)
         return new
 
     def __repr__(self) -> str:

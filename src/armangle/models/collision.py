@@ -9,15 +9,17 @@ from typing import Any, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import _core
 from .._arrays import JOINTS, Floats
 from ..errors import ArmangleError, SceneError, needed
 from .chain import Chain, chain_of, rigid_inverse, rotation_about
 from .cover import Rod, cover_box, cover_cylinder, cover_mesh, merged, open_edges
-from .description import ArmDescription
+from .description import ELBOW_OFFSETS, LENGTHS, ArmDescription
 from .detect import describe_chain
 from .mjcf import mjcf_geoms
-from .urdf import Source, read_text, read_urdf
-from .urdf_shapes import mesh_file, numbers_of, origin_of, placed_elements
+from .urdf import Source, read_urdf
+from .urdf.reading import read_text
+from .urdf.shapes import mesh_file, numbers_of, origin_of, placed_elements
 
 TOO_LARGE = 10.0  # times the arm's own size: no link is, but a mesh in millimetres
 _POSTURES = 200
@@ -40,8 +42,18 @@ class Covered:
             self.links.setdefault(frame, []).append((link, moved))
 
 
-def dh_frames(arm: ArmDescription, q: Floats) -> Floats:
-    """Return the DH frames (8, 4, 4) of an exact arm at joints (7,), in the frame that poses are given in."""
+def link_frames(arm: ArmDescription, q: Floats) -> Floats:
+    """Return the DH frames (8, 4, 4) of an arm at joints (7,), in the frame that poses are given in.
+
+    Of an arm with a chain of its own those of the true links.
+    """
+    if arm.chain is not None:
+        lengths = np.array([getattr(arm, name) for name in (*LENGTHS, *ELBOW_OFFSETS)])
+        joints = np.concatenate([arm.signs, arm.offsets, arm.lower, arm.upper]).astype(np.float64)
+        base = _core.Reference.BASE, np.array([0.0, 0.0, 1.0])  # an arm angle is not asked
+        out = np.empty((JOINTS + 1, 4, 4))
+        _core.NearArm(lengths, joints, arm.base, arm.tool, *base, arm.chain).frames_many(q, out, 1)
+        return out
     chain = chain_of(arm)
     frame, frames = np.eye(4), []
     for joint, angle in zip(chain.joints, q, strict=True):
@@ -51,13 +63,15 @@ def dh_frames(arm: ArmDescription, q: Floats) -> Floats:
     return np.array([*frames, frame @ chain.tip_origin @ rigid_inverse(arm.tool)])
 
 
-def cover_urdf(source: Source, base: str | None, tip: str | None, shapes: int, hulls: bool) -> Covered:
+def cover_urdf(
+    source: Source, base: str | None, tip: str | None, shapes: int, hulls: bool, exact: bool
+) -> Covered:
     """Return rods that contain every <collision> of the links from base to tip."""
     chain = read_urdf(source, base=base, tip=tip)
-    arm = describe_chain(chain)[0]
+    arm = describe_chain(chain, exact=exact)[0]
     text, folder = read_text(source)
     out, left = Covered(), list[str]()
-    rest = dh_frames(arm, np.zeros(JOINTS))
+    rest = link_frames(arm, np.zeros(JOINTS))
     try:
         for link, frame, place, element in placed_elements(text, chain, rest, "collision", left):
             rods = _urdf_rods(element, f"link {link!r} of {chain.source}", folder, shapes, hulls, _size(arm))
@@ -162,11 +176,11 @@ def _refuse_unless_sized(where: str, name: str, extent: float, size: float) -> N
         raise SceneError(where, name, f"{extent:.4g} m across", wanted)
 
 
-def cover_mjcf(source: Any, base: str | None, tip: str | None, shapes: int) -> Covered:
+def cover_mjcf(source: Any, base: str | None, tip: str | None, shapes: int, exact: bool) -> Covered:
     """Return rods that contain every colliding geom of the bodies from base to tip."""
     chain, q, geoms, notes = mjcf_geoms(source, base, tip)
-    arm = describe_chain(chain)[0]
-    rest = dh_frames(arm, q)
+    arm = describe_chain(chain, exact=exact)[0]
+    rest = link_frames(arm, q)
     out = Covered(notes=notes)
     zero = np.zeros(3)
     for geom in geoms:
@@ -215,7 +229,7 @@ def always_touching(covered: Covered, arm: ArmDescription) -> list[tuple[str, st
     rng = np.random.default_rng(_SEED)
     found: set[tuple[str, str]] | None = None
     for q in rng.uniform(lower, upper, (_POSTURES, JOINTS)):
-        frames = dh_frames(arm, q)
+        frames = link_frames(arm, q)
         meeting = set[tuple[str, str]]()
         placed = [
             (frame, link, frames[frame][:3, :3] @ np.stack([rod.begin, rod.end], axis=1)

@@ -195,7 +195,8 @@ def _near_sentence(chain: Chain, found: Nearness, angle: float, length: float) -
     return (
         f"It is near S-R-S: nothing is off by more than {' and '.join(off)}. The S-R-S arm fitted to it "
         f"differs from it by up to {millimetres(position)} and {np.degrees(rotation):.3g} deg at the tip; "
-        f"{' and '.join(wanted)} {'take' if len(wanted) > 1 else 'takes'} that arm."
+        f"{' and '.join(wanted)} {'take' if len(wanted) > 1 else 'takes'} that arm; exact=False (on the "
+        "command line --inexact) keeps the chain of the file, and its poses to rounding."
     )
 
 

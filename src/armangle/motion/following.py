@@ -15,7 +15,7 @@ from ..arm.arm import Arm
 from ..arm.offset import OffsetArm
 from ..arm.roll import Roll, last_margin
 from ..errors import InputError, ShapeError
-from ..scenes.scene import Scene
+from ..scenes.moving import Scenes, ready_each, scenes_at
 from .joint_path import JointPath, blank_rows, even_parameters
 from .options import (
     CARRIES,
@@ -51,7 +51,7 @@ def follow(
     carry: Carry = "psi",
     max_joint_step: float | None = None,
     allowed: Allowed | None = None,
-    scene: Scene | None = None,
+    scene: Scenes | None = None,
     singularity_margin: float = 0.0,
     on_fail: OnFail = "stop",
     velocity: Bound = None,
@@ -89,8 +89,10 @@ def follow(
         As in `step`: joint 7 stays where `start` has it, and `JointPath.poses` are those that are held.
     allowed : ArcSet of shape () or (N,), or function (4, 4) -> ArcSet, optional
         Arcs of the user's own, intersected.
-    scene : Scene, optional
-        As in `step`; with `lookahead` the poses ahead are asked too.
+    scene : Scene, sequence of N Scenes, or function s -> Scene, optional
+        As in `step`; with `lookahead` the poses ahead are asked too. Obstacles that move are one scene a
+        pose, or a function of s in [0, 1], asked once a pose before anything moves: each row keeps clear of
+        what stands about then, and the poses ahead of what will.
     on_fail : "stop", "hold" or "skip"
         What to do with a pose that its step does not reach: end there (rows behind are NaN, NOT_REACHED);
         keep what the step led to, with bounds as far as they allow (PARTIAL), else the posture as it was, and
@@ -130,7 +132,7 @@ def follow(
             carry=carry, singularity_margin=singularity_margin, lookahead=lookahead,
         )  # fmt: skip
     elif arm.chain is not None:
-        check_chain(arm, policy, velocity, acceleration, outside, lookahead)
+        check_chain(arm, policy, outside, lookahead)
     options = _core.FollowOptions(
         native, branch, CARRIES[kept], most, margin, time, beyond == "nearest",
         on_fail=failing, lookahead=window,
@@ -149,10 +151,10 @@ def follow(
     rows = blank_rows(n)
     columns = tuple(rows[name] for name in ("q", "psi", "gc", "status", "margin", "residual"))
     if isinstance(arm, OffsetArm):
-        arm._handle.follow_all(joints, frames, options, count, psi, None, columns, None)
+        arm._handle.follow_all(joints, frames, options, count, psi, None, columns, [])
         return JointPath(arm=arm, s=s, poses=frames, start=joints, path=path, **rows)
-    ready = arm._scene(scene)
-    about = None if ready is None else ready.handle
+    scenes = scenes_at(scene, s.tolist())
+    about = [each.handle for each in ready_each(arm, scenes)]
     free = free_roll(arm, roll, "start", joints, scene)
     if free is not None and bounds is not None:
         bounds = without_last(bounds)
@@ -162,7 +164,7 @@ def follow(
         path, done = None, np.isfinite(rows["q"][:, 0])
         rows["margin"] = np.minimum(rows["margin"], last_margin(arm, rows["q"]))
         held[done] = arm.forward(rows["q"][done], undefined="nan")[0]
-    return JointPath(arm=arm, s=s, poses=held, start=joints, path=path, **rows)
+    return JointPath(arm=arm, s=s, poses=held, start=joints, path=path, scenes=tuple(scenes), **rows)
 
 
 def _sampled(

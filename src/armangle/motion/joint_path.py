@@ -15,6 +15,7 @@ from ..arm.diagnosis import Diagnosis
 from ..arm.offset import OffsetArm, as_srs
 from ..arm.roll import Roll
 from ..errors import PathError, UnreachableError
+from ..scenes.scene import Scene
 from ..status import STATUSES, Status
 from .paths import Path, Segments, checked_parameters
 
@@ -173,6 +174,8 @@ class JointPath:
         The arm angle between the rows; linear where None.
     start : ndarray, shape (7,), or None
         The joints before the first pose, rad, of `follow`.
+    scenes : tuple of Scene
+        What stood about when it was made: nothing, one scene, or one a row.
     """
 
     arm: Arm | OffsetArm
@@ -190,6 +193,7 @@ class JointPath:
     path: Path | None = None
     curve: AnyCurve | None = None
     start: Floats | None = None
+    scenes: tuple[Scene, ...] = ()
 
     def __post_init__(self) -> None:
         for name in ("s", "poses", "q", "psi", "gc", "status", "margin", "residual", "uncertified"):
@@ -212,6 +216,33 @@ class JointPath:
         """Index of the first row that is not OK, or None."""
         bad = np.flatnonzero(self.status != Status.OK)
         return int(bad[0]) if len(bad) else None
+
+    @property
+    def clearance(self) -> Floats:
+        """Least distance between links and obstacles at each row, m; NaN without a scene or a posture."""
+        return self._nearest()[0]
+
+    @property
+    def closest(self) -> tuple[float, str, str] | None:
+        """The s of the row at which a link is nearest to an obstacle, and the names of obstacle and link.
+
+        None without a scene, or without an obstacle.
+        """
+        apart, names = self._nearest()
+        if not np.isfinite(apart).any():
+            return None
+        at = int(np.nanargmin(apart))
+        return float(self.s[at]), *names[at]
+
+    def _nearest(self) -> tuple[Floats, list[tuple[str, str]]]:
+        """Return distances (N,), and of each row obstacle and link."""
+        apart, names = np.full(len(self), np.nan), [("", "")] * len(self)
+        known = np.flatnonzero(np.isfinite(self.psi) & np.isfinite(self.poses).all(axis=(1, 2)))
+        for k in known.tolist() if self.scenes else ():
+            scene = self.scenes[k if len(self.scenes) > 1 else 0]
+            near = self.srs_arm.clearance(self.poses[k], self.psi[k], self.gc[k], scene)
+            apart[k], names[k] = near.distance, (str(near.obstacle), str(near.link))
+        return apart, names
 
     @property
     def srs_arm(self) -> Arm:

@@ -78,15 +78,11 @@ def check_elbow_wish(arm: Arm, wished: object) -> None:
         raise unsupported("Towards a point or direction")
 
 
-def check_chain(
-    arm: Arm, policy: Policy, velocity: Bound, acceleration: Bound, outside: Outside, lookahead: int = 0
-) -> None:
+def check_chain(arm: Arm, policy: Policy, outside: Outside, lookahead: int = 0) -> None:
     """Raise for what a step of an arm with a chain of its own cannot be asked."""
     check_elbow_wish(arm, policy)
-    if velocity is not None or acceleration is not None:
-        raise unsupported("a step with velocity= or acceleration=", "Tracker, which keeps both")
     if outside != "refuse":
-        raise unsupported("outside=")
+        raise unsupported("outside=", "Tracker, which goes as near as it can")
     if lookahead:
         raise unsupported("lookahead=", "plan, which sees the whole path")
 
@@ -123,6 +119,16 @@ def joint_bound(arm: Arm | OffsetArm, name: str, value: Bound, stated: Floats) -
                 f"give {name}=, one number for all joints or seven"
             )
         return stated
+    return positive(name, value)
+
+
+def positive(name: str, value: ArrayLike) -> Floats:
+    """Return one number, or seven, > 0, as (7,).
+
+    Raises
+    ------
+    InputError, NotFiniteError, ShapeError
+    """
     bound = one_or_seven(name, value)
     if np.isnan(bound).any():
         raise NotFiniteError(f"{name} holds nan, wanted numbers > 0")

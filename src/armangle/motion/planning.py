@@ -3,24 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import CONFIGURATIONS, Floats, as_floats, as_number, as_poses, one_posture
+from .._arrays import CONFIGURATIONS, JOINTS, Floats, as_floats, as_number, as_poses, check_turns, one_posture
 from .._core import LARGEST_ANGLE, Wish
 from ..arm.allowed import Allowed, one_allowed
 from ..arm.arcs import ArcSet
 from ..arm.arm import MOST_MARGIN, Arm
 from ..arm.diagnosis import Diagnosis, Verdict, branch_of
+from ..arm.near import unsupported
 from ..arm.roll import Roll, last_margin
-from ..errors import ConfigurationError, InputError, NotFiniteError, ShapeError
+from ..errors import ConfigurationError, InputError, NotFiniteError, SceneError, ShapeError
+from ..scenes.moving import ready_each, scenes_at
+from ..scenes.ready import Ready
 from ..scenes.scene import Scene
 from ..status import Status
 from .joint_path import Curve, JointPath, blank_rows, even_parameters
-from .options import check_arm, check_elbow_wish, free_roll
+from .options import check_arm, check_elbow_wish, free_roll, positive
 from .paths import Path, Waypoints, as_path, sample_count
 from .policies import Towards
 
@@ -30,6 +33,8 @@ ROW_STEP = 0.2
 FINEST = 1e-9  # of s: rows nearer than this have none between
 HELD = 1e-6  # m: what the tool may be off between rows of a plan that is called certified
 _MOST_WEIGHT = 1e6
+_STANDS_FOR, _MOST_PARTS = 0.002, 256  # m that a moving obstacle is off in its part of a path; parts
+_FASTEST = 1e3  # m
 _WISHES = 1025  # places at which a function of s is asked
 
 
@@ -55,10 +60,13 @@ class Objective:
     duration : float
         Weight, >= 0, of the time (s) that joint speeds need: at each s that of the joint that needs longest,
         as the norm of order 8 of |dq/ds| / u over the joints. u is the arm's velocity, or √(a ℓ) if less:
-        what its acceleration a, if it states one, comes to over the ℓ rad that the path turns the arm.
+        what an acceleration a comes to over the ℓ rad that the path turns the arm.
         Times ℓ, so that a path is weighed as its parts are. Plans of 0, 0.01 and 0.1 of this weight are made
-        too, and the one that the arm's velocities and accelerations let pass fastest is taken: it is never
+        too, and the one that velocities and accelerations let pass fastest is taken: it is never
         slower than the plan of weight 0. `retime` says what time it takes.
+    acceleration : float, array_like of shape (7,), optional
+        Joint accelerations of `duration`, rad/s², > 0: those that `retime` will be given. None: the arm's
+        own; arms in the catalogue state none, and then speeds alone count.
 
     Raises
     ------
@@ -72,11 +80,16 @@ class Objective:
     enough: float = 0.35
     psi: float = 1.0
     duration: float = 0.0
+    acceleration: ArrayLike | None = None
 
     def __post_init__(self) -> None:
         for name in ("limits", "singularities", "travel", "psi", "duration"):
             as_number(name, getattr(self, name), 0.0, _MOST_WEIGHT)
         as_number("enough (rad)", self.enough, 0.0, MOST_MARGIN)
+        if self.acceleration is not None:
+            hardest = positive("acceleration", self.acceleration)
+            one = np.ndim(self.acceleration) == 0
+            object.__setattr__(self, "acceleration", float(hardest[0]) if one else tuple(hardest.tolist()))
 
 
 _DEFAULT_OBJECTIVE = Objective()
@@ -96,7 +109,8 @@ def plan(
     singularity_margin: float = 0.0,
     limit_margin: float = 0.0,
     allowed: Allowed | None = None,
-    scene: Scene | None = None,
+    scene: Scene | Callable[[float], Scene] | None = None,
+    obstacle_speed: float | None = None,
     roll: Roll = "pose",
 ) -> JointPath:
     """Return a motion along the whole path, certified between its rows; or one that says why there is none.
@@ -140,8 +154,16 @@ def plan(
     allowed : ArcSet of shape (), or function (4, 4) -> ArcSet, optional
         Arcs of psi of the user's own. A set is the same for the whole path, and ``certified`` covers it. A
         function of the pose is asked wherever the search looks: nothing is known of it between.
-    scene : Scene, optional
-        Obstacles that links keep clear of. The arm needs a body (`Arm.with_body`) or a hand.
+    scene : Scene, or function s -> Scene, optional
+        Obstacles that links keep clear of. The arm needs a body (`Arm.with_body`) or a hand. A function of s
+        in [0, 1] says where obstacles that move are; it needs `obstacle_speed`, and the obstacles have the
+        same names at every s. Where the whole path can keep the scene's ``soft`` too, it does; else the plan
+        is one for ``clearance`` alone.
+    obstacle_speed : float, optional
+        Most that any point of an obstacle moves, m per unit of s (its way, if evenly, along the whole path),
+        >= 0. With it ``certified`` covers all s of a scene that moves: the path is cut into even parts, and
+        the obstacles of the middle of each stand for it, kept off by as much more as they may move, 2 mm or
+        less where 256 parts make it so.
     roll : "pose" or "free"
         "free": joint 7 stays where `start` (or `goal`) has it, else in the middle of its limits, and poses
         are held with the roll about axis 7 that this makes: drills, welding torches, suction cups. No roll
@@ -159,7 +181,7 @@ def plan(
     InputError
         If a number is out of range, or `start` (`goal`) belongs to another pose. With ``roll="free"``: if the
         tool's z axis is not axis 7, or start and goal have joint 7 at different places. If the objective
-        weighs duration, and the arm states neither velocity nor acceleration.
+        weighs duration, and there is no bound at all: the arm states none, and the objective neither.
     SceneError
         If the arm has no body, or the scene names what is not there.
 
@@ -183,13 +205,29 @@ def plan(
     kept = _limit_margin(arm, limit_margin)
     first = None if start is None else one_posture("start", start)
     last = None if goal is None else one_posture("goal", goal)
+    for name, joints in (("start", first), ("goal", last)):
+        if joints is not None:
+            check_turns(name, joints, arm.lower, arm.upper)
     weights = _weights(arm, objective)
-    ready = arm._scene(scene)
+    if arm.chain is not None and callable(scene):
+        raise unsupported("plan with a scene that moves", "follow, which takes one for each row")
+    along, truth = _along(arm.nominal, scene, obstacle_speed), None
+    if arm.chain is not None and along:
+        truth = arm._needed(cast(Scene, scene)).handle
     handle, last_joint = _with_roll(arm, roll, first, last, scene, kept)
-    found = handle.plan_path(
-        whole._segments, rows, first, last, _branches(gc), weights, singular, kept, *_wished(psi),
-        None if ready is None else ready.handle, *_asked(allowed, whole), last_joint,
-    )  # fmt: skip
+    wished, asked = _wished(psi), _asked(allowed, whole)
+
+    def planned(along: list[Ready]) -> Any:
+        return handle.plan_path(
+            whole._segments, rows, first, last, _branches(gc), weights, singular, kept, *wished,
+            [each.handle for each in along], *asked, last_joint, truth,
+        )  # fmt: skip
+
+    ready = along[0] if along else None
+    calm = [] if scene is None else _along(arm.nominal, scene, obstacle_speed, soft=True)
+    found = planned(calm or along)
+    if calm and not (found[0] and len(found[4]) == 0):
+        found = planned(along)
     ok, branch, plane, stretches, open_, start_gap, goal_gap, reports = found
     for name, gap in (("start", start_gap), ("goal", goal_gap)):
         if gap > START_GAP:
@@ -201,22 +239,54 @@ def plan(
     curve = Curve(whole._segments, stretches, plane, branch, roll) if len(stretches) else None
     if curve is not None and ok and samples is None and not isinstance(whole, Waypoints):
         rows = _finer(arm, curve, rows)
-    return _result(arm, whole, rows, curve, diagnosis, ok, open_)
+    standing = tuple(scenes_at(scene, rows.tolist()))
+    return _result(arm, whole, rows, curve, diagnosis, ok, open_, standing)
+
+
+def _along(
+    arm: Arm, scene: Scene | Callable[[float], Scene] | None, speed: float | None, *, soft: bool = False
+) -> list[Ready]:
+    """Return what stands about, each for an even part of the path; `soft`: with what is kept beyond."""
+    if not (scene is None or isinstance(scene, Scene) or callable(scene)):
+        raise SceneError("plan", "scene", scene, "an armangle.Scene, or a function s -> Scene")
+    if scene is None or not callable(scene):
+        if speed is not None:
+            raise InputError("obstacle_speed is of a scene that moves, and scene is no function of s")
+        every, more = scenes_at(scene, []), 0.0
+    else:
+        if speed is None:
+            raise InputError(
+                "scene is a function of s, and nothing is known of it between the s asked: nothing could be "
+                "certified; give obstacle_speed, the most that a point of an obstacle moves, m per unit of s"
+            )
+        most = as_number("obstacle_speed (m per unit of s)", speed, 0.0, _FASTEST)
+        parts = int(np.clip(np.ceil(most / (2 * _STANDS_FOR)), 1, _MOST_PARTS))
+        every, more = scenes_at(scene, ((np.arange(parts) + 0.5) / parts).tolist()), most / (2 * parts)
+        for at, each in enumerate(every):
+            if each.names != every[0].names:
+                raise SceneError(f"scene[{at}]", "names", each.names, f"those of the first, {every[0].names}")
+    if soft and not any(each.soft for each in every):
+        return []
+    if more or soft:
+        every = [replace(e, clearance=e.clearance + more + soft * e.soft, soft=0.0) for e in every]
+    return ready_each(arm, every)
 
 
 def _weights(arm: Arm, objective: Objective) -> Floats:
     """Return an objective as the core takes it: weights, and what bounds the speed of joints."""
-    of, bounds = objective, [*arm.velocity, *arm.acceleration]
+    of = objective
+    hardest = arm.acceleration if of.acceleration is None else np.broadcast_to(of.acceleration, JOINTS)
+    bounds = [*arm.velocity, *hardest]
     if of.duration > 0 and not np.isfinite(bounds).any():
         raise InputError(
             "objective weighs duration, and the arm states no velocity or acceleration: "
-            "arm.with_(velocity=...)"
+            "Objective(acceleration=...) or arm.with_(velocity=...)"
         )
     return np.array([of.limits, of.singularities, of.travel, of.enough, of.psi, of.duration, *bounds])
 
 
 def _with_roll(
-    arm: Arm, roll: Roll, start: Floats | None, goal: Floats | None, scene: Scene | None, kept: float
+    arm: Arm, roll: Roll, start: Floats | None, goal: Floats | None, scene: object, kept: float
 ) -> tuple[Any, float]:
     """Return the core's arm that plans, and where joint 7 stays if the roll is free."""
     at_rest = np.clip(0.0, arm.lower, arm.upper)
@@ -270,8 +340,9 @@ def _asked(allowed: Allowed | None, path: Path) -> tuple[Any, Any, Any]:
 
 
 def _result(
-    arm: Arm, path: Path, rows: Floats, curve: Curve | None, diagnosis: Diagnosis, ok: bool, open_: Floats
-) -> JointPath:
+    arm: Arm, path: Path, rows: Floats, curve: Curve | None, diagnosis: Diagnosis, ok: bool, open_: Floats,
+    scenes: tuple[Scene, ...],
+) -> JointPath:  # fmt: skip
     n = len(rows)
     columns = blank_rows(n)
     reached = 0
@@ -293,6 +364,7 @@ def _result(
     return JointPath(
         arm=arm, s=rows, poses=poses, **columns, certified=bool(ok) and len(open_) == 0,
         uncertified=open_ if ok else np.array([[0.0, 1.0]]), diagnosis=diagnosis, path=path, curve=curve,
+        scenes=scenes,
     )  # fmt: skip
 
 

@@ -229,7 +229,8 @@ def step(
         Where no arm angle of the pose is within reach and limits: say so; or go on to the nearest pose,
         PARTIAL. That is the pose of the same orientation with its wrist drawn into what joint 4 reaches;
         where limits forbid that too, one from which no small move of the joints comes nearer
-        (``sqrt(|dp|² + (0.2 m · angle)²)``).
+        (``sqrt(|dp|² + (0.2 m · angle)²)``). `singularity_margin` is kept on the way, on the sides of the
+        singularities on which the joints are.
     roll : "pose" or "free"
         "free": joint 7 stays where it is, and the pose is held with the roll about axis 7 that this makes:
         drills, welding torches, suction cups. Of all rolls it is the one that moves joint 7 least, and none
@@ -275,7 +276,7 @@ def step(
         return _asked(arm._handle.step_one, handle, q_now, pose, native, given, rest)
     bounds = None
     if arm.chain is not None:
-        check_chain(arm, policy, velocity, acceleration, outside)
+        check_chain(arm, policy, outside)
     if velocity is not None or acceleration is not None:
         bounds = step_bounds(arm, velocity, acceleration, velocity_now, dt)
     ready = arm._scene(scene)

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from .._arrays import CONFIGURATIONS, JOINTS, Floats, as_floats, as_number, chosen, one_posture
+from .._arrays import CONFIGURATIONS, JOINTS, Floats, as_floats, as_number, check_turns, chosen, one_posture
 from .._core import Wish
 from ..arm.arm import Arm
+from ..arm.near import unsupported
 from ..arm.offset import OffsetArm
 from ..arm.wish import DIRECTIONS, Direction
 from ..errors import ConfigurationError, InputError, SceneError, ShapeError
@@ -42,11 +43,13 @@ class Tracked(NamedTuple):
 
     ``q (7,)`` rad; ``velocity (7,)`` rad/s, ``(q - q before) / dt``: a position controller follows far
     better with it; ``status`` a `Tracking`: FOLLOWING (the tool is where the hand is, within 1e-9 m),
-    LAGGING (on its way, as fast as bounds and obstacles allow), NEAREST (the hand is out of reach: at, or on
-    the way to, the nearest pose), HELD (no sample to believe: on as predicted), TURNING (to the branch of
-    `reconfigure`, or out of a corner of the limits, joint by joint: the tool leaves the hand) or RETURNING
+    LAGGING (on its way, as fast as bounds and obstacles allow), NEAREST (the hand is out of reach, or no way
+    to it was found: at, or on the way to, the nearest pose), HELD (no sample to believe: on as predicted),
+    TURNING (to the branch of `reconfigure`, out of a corner of the limits, or round an obstacle, joint by
+    joint: the tool leaves the hand) or RETURNING
     (a joint stands outside its limits, or a link touches an obstacle, where `start` found it: on its way
-    out); ``distance`` of the tool from the hand, m, ``sqrt(|dp|² + (length·angle)²)``; ``gap`` by which the
+    out); ``distance`` of the tool from the hand, m, ``sqrt(|dp|² + (length·angle)²)``, the hand being what
+    the `HandFilter` makes of its samples, if there is one (`HandFilter.smooth`); ``gap`` by which the
     hand's wrist is outside of what joint 4 reaches, m; ``psi`` rad in (-π, π]; ``gc`` 0..7; ``why`` a
     `Status`: what keeps the tool from the hand, BAD_INPUT where what was given of hand or elbow was no pose
     or no hint; ``pair`` the names (obstacle, link) of the two that block, where ``why`` is CLEARANCE or
@@ -151,7 +154,9 @@ class Tracker:
     With a `scene` nothing ever touches, in ticks and between them: a tick is taken only if it *and* braking
     after it are proven to keep the scene's clearance. The elbow goes round what stands in its way while the
     tool follows; where the tool itself is in the way it slides along as near to the hand as it can, and
-    ``pair`` names the two that block.
+    ``pair`` names the two that block. Where the arm stands at an obstacle though another posture of its
+    branch would hold the hand it looks for a way there, some 600 by the way of a posture drawn at random, and
+    takes the first that is proven clear (TURNING); if none is, the status is NEAREST until the hand moves.
 
     Parameters
     ----------
@@ -233,6 +238,8 @@ class Tracker:
         given = np.concatenate([numbers, fastest, hardest])
         if isinstance(arm, OffsetArm) and scene is not None:
             raise InputError("scene= is not made for an OffsetArm, whose free joint takes the place of psi")
+        if isinstance(arm, Arm) and arm.chain is not None and scene is not None:
+            raise unsupported("Tracker with scene=", "step, which keeps clear where it ends")
         ready = None if isinstance(arm, OffsetArm) else arm._scene(scene)
         self._name_pair = None if ready is None else ready.pair
         self._core: _core.Tracker | _core.NearTracker | _core.OffsetTracker
@@ -285,13 +292,7 @@ class Tracker:
         """
         chosen("outside", outside, ("refuse", "escape"))
         joints = one_posture("q", q)
-        over = np.maximum(self._arm.lower - joints, joints - self._arm.upper)
-        worst = int(np.argmax(over))
-        if over[worst] > 2 * np.pi:
-            raise InputError(
-                f"q[{worst}] is {joints[worst]:g}, {over[worst]:.4g} rad outside its limits. "
-                "Joints are in rad: were these degrees?"
-            )
+        check_turns("q", joints, self._arm.lower, self._arm.upper)
         self._core.start(joints)
         self._started = False
         self._check_clear(escaping=outside == "escape")

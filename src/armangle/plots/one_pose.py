@@ -139,8 +139,8 @@ def _outer_ring(polar: Any, blocked: dict[str, ArcSet], base: float) -> None:
 
 
 def _mark_singular(polar: Any, arm: Arm, pose: Any, gc: int, every: ArcSet) -> None:
-    """Mark the arm angles where a joint jumps or has a corner, on that joint's ring."""
-    if every.status in (Status.UNREACHABLE, Status.FOLDED):
+    """Mark where a joint jumps or has a corner, on that joint's ring; those of a true chain do not."""
+    if every.status in (Status.UNREACHABLE, Status.FOLDED) or arm.chain is not None:
         return
     for joint in range(1, JOINTS + 1):
         for angle in arm.joint_function(pose, gc, joint).singular:
@@ -289,7 +289,8 @@ def joint_profiles(
     """
     if not joints:
         raise InputError("joints is empty, wanted joints 1..7")
-    functions = [arm.joint_function(pose, gc, joint) for joint in joints]
+    kind = _TrueJoint if arm.chain is not None else Arm.joint_function
+    functions = [kind(arm, pose, gc, joint) for joint in joints]
     panels = grid_axes(ax, len(functions), min(3, len(functions)), (3.7, 2.7), sharex=True)
     angles = np.linspace(-np.pi, np.pi, _SAMPLES)
     for panel, function in zip(panels, functions, strict=True):
@@ -299,6 +300,23 @@ def joint_profiles(
     if ax is None:
         _profile_legend(panels, psi is not None)
     return panels
+
+
+class _TrueJoint:
+    """One joint of a true chain over the arm angle: no closed form, so without marks of its own."""
+
+    stationary: tuple[float, ...] = ()
+    singular: tuple[float, ...] = ()
+    kind = "of the true chain"
+
+    def __init__(self, arm: Arm, pose: ArrayLike, gc: int, joint: int) -> None:
+        self.joint = joint
+        self.arm, self.pose, self.gc = arm, np.asarray(pose), gc
+
+    def value(self, psi: Any) -> Any:
+        """Return the joint's value, rad, NaN where there is no posture."""
+        poses = np.broadcast_to(self.pose, (len(psi), 4, 4))
+        return self.arm.inverse(poses, psi, self.gc, unreachable="nan")[:, self.joint - 1]
 
 
 def _profile(panel: Any, arm: Arm, function: Any, angles: Any, blocked: ArcSet) -> None:

@@ -64,6 +64,8 @@ def fill_on_cluster(store: Store, tiles: Sequence[int], scheduler: Any, progress
                     finished += 1
                     if progress is not None:
                         progress(wanted - len(left) + finished, wanted)
+                elif future.status != "error":
+                    raise OutputError(f"{store.place}: the cluster took the tiles back: {future.status}")
                 elif not isinstance(future.exception(), distributed.KilledWorker):
                     raise future.exception()
             still = set(store.missing())

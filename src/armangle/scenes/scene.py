@@ -23,9 +23,10 @@ class Scene:
     clearance : float
         Least distance that links keep from all obstacles, m, >= 0.
     soft : float
-        Beyond `clearance`, m, >= 0: what `step` and `follow` keep too where the arm angle can. Their policy
-        then acts on the arm angles that are so far away; from between the two it leads there first, as fast
-        as `max_joint_step` allows. Where nothing is so far away it is as if there were none.
+        Beyond `clearance`, m, >= 0: what `step` and `follow` keep too where the arm angle can, and `plan`
+        where the whole path can. The policy of a step then acts on the arm angles that are so far away;
+        from between the two it leads there first, as fast as `max_joint_step` allows. Where nothing is so
+        far away it is as if there were none.
     ignore : iterable of (str, str)
         Pairs (obstacle, link) that may touch, such as ("table", "link_0"): the arm stands on its table.
 

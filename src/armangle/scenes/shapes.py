@@ -42,6 +42,8 @@ def _length(shape: str, name: str, value: float, *, positive: bool = False, sign
     """Return a finite number >= 0 (> 0 where `positive`, any where `signed`), m."""
     low = -LARGEST if signed else 0.0
     try:
+        if isinstance(value, (str, bytes, bool)):
+            raise TypeError
         number = float(value)
     except (TypeError, ValueError, OverflowError):
         raise SceneError(shape, name, value, "a number (m)") from None

@@ -37,6 +37,7 @@ REPEL = "repel ψ from the ends of its arc (eq. 36)"
 CENTRE = "pull ψ to the middle of its arc"
 TOWARDS = "move the elbow to where it is wished: up, or as the program says"
 _GREATEST_ALPHA = 100.0
+_MOST_CLEARANCE = 100.0  # mm
 
 Act = Callable[[Callable[[], object]], None]
 
@@ -69,6 +70,7 @@ class Controls:
         self._add_configurations()
         self._add_joints()
         self._add_tool()
+        self._add_obstacles()
 
     # -- making --------------------------------------------------------------------------------------
 
@@ -151,6 +153,19 @@ class Controls:
             text.on_update(lambda event: self._by_hand(event, self._type))
         self.go.on_click(lambda _: self._act(self.move_there))
 
+    def _add_obstacles(self) -> None:
+        self.clearance: Any = None
+        scene = self._state.scene
+        if scene is None:
+            return
+        with self._gui.add_folder("Obstacles"):
+            here = 1e3 * scene.clearance
+            self.clearance = self._gui.add_slider(
+                "clearance (mm)", 0.0, max(_MOST_CLEARANCE, here), 1.0, here,
+                hint="Least distance that links keep from all obstacles.",
+            )  # fmt: skip
+        self.clearance.on_update(lambda event: self._by_hand(event, self._set_clearance))
+
     # -- acting --------------------------------------------------------------------------------------
 
     def _download(self, event: Any) -> None:
@@ -222,11 +237,15 @@ class Controls:
         }
         self._state.policy = policies[self.policy.value]
 
+    def _set_clearance(self) -> None:
+        value = self._taken[id(self.clearance)] = self.clearance.value
+        self._state.set_clearance(1e-3 * float(value))
+
     def choose(self, name: str) -> None:
         """Take a motion to play by its name, and go to its beginning."""
         self.moved()
         motion = self._runs[name]
-        self._image = map_image(motion)
+        self._image = map_image(motion, self._state.scene)
         self._row.max = max(len(motion), 2)
         self._state.set_motion(motion)
 
@@ -256,6 +275,8 @@ class Controls:
             for text, words in zip((self.xyz, self.rpy), text_of_pose(state.pose), strict=True):
                 _show(text, value=words)
         self._note.content = note_panel(self._refusal)
+        if self.clearance is not None and state.scene is not None:
+            self._set_slider(self.clearance, 1e3 * state.scene.clearance)
         if self._row is not None and state.motion is not None:
             self._set_slider(self._row, state.row + 1)
             self._map.content = map_panel(state.motion, self._image, state.row)

@@ -13,7 +13,7 @@ import numpy as np
 from .._arrays import JOINTS, Floats
 from ..arm.arm import Arm
 from ..models.urdf import read_urdf
-from ..models.urdf_shapes import mesh_file, numbers_of, origin_of, placed_elements
+from ..models.urdf.shapes import mesh_file, numbers_of, origin_of, placed_elements
 from .solids import DARK, GREY, Solid, capsules
 
 # A capsule stands for the links of these DH frames.

@@ -12,16 +12,17 @@ from numpy.typing import NDArray
 
 from .._arrays import JOINTS, Floats
 from ..arm.skeleton import blockers, first_blocker
-from ..colours import BLACK, FREE, JOINT_COLOURS, MID, pieces, unjoined, wrapped_degrees
+from ..colours import BLACK, DARK, FREE, JOINT_COLOURS, MID, pieces, unjoined, wrapped_degrees
 from ..motion.joint_path import JointPath
+from ..scenes.scene import Scene
 from ..status import Status
 from .state import ViewerState, degrees_text
 
 _FRAME = "padding:0 0.9em 0.5em;font:12px/1.35 system-ui,sans-serif"
 _REFUSED = "color:#B04A00"
 _MAP_WIDTH, _MAP_HEIGHT = 200, 180
-_LOST = JOINTS + 1
-_PALETTE = ("#FFFFFF", *JOINT_COLOURS, MID)
+_LOST, _OBSTACLE = JOINTS + 1, JOINTS + 2
+_PALETTE = ("#FFFFFF", *JOINT_COLOURS, MID, DARK)
 
 
 def status_panel(state: ViewerState) -> str:
@@ -29,25 +30,40 @@ def status_panel(state: ViewerState) -> str:
     margin = np.degrees(float(state.arm.limit_margin(state.q)))
     near = f"{margin:.1f}° to the nearest limit" if np.isfinite(margin) else "no limits"
     facts = f"GC {state.gc}, ψ = {degrees_text(state.psi)}, {near}"
-    said = f'<div style="{_REFUSED}">{escape(state.message)}</div>' if state.message else ""
+    words = state.message or state.touching
+    said = f'<div style="{_REFUSED}">{escape(words)}</div>' if words else _nearest(state)
     return (
         f'<div style="{_FRAME}" data-panel="status"><b>{escape(state.arm.name)}</b><br>{facts}'
         f'<div style="min-height:2.7em">{said}</div></div>'
     )
 
 
+def _nearest(state: ViewerState) -> str:
+    """Return which link is how near to what."""
+    near = state.nearest
+    if near is None or near.obstacle is None:
+        return ""
+    words = f"{1e3 * float(near.distance):.0f} mm from {near.link} to {near.obstacle}"
+    return f"<div>{escape(words)}</div>"
+
+
 def arcs_panel(state: ViewerState) -> str:
-    """Return the arm angle's circle as a strip: feasible light, blocked in the colour of the joint."""
+    """Return the arm angle's circle as a strip: feasible light, blocked in the colour of the joint.
+
+    Dark is what an obstacle blocks.
+    """
     each = state.arm.joint_feasible(state.pose, state.gc)
-    bars, blocking = [], []
+    bars, blocking = _obstacle_bars(state), []
     for joint in range(JOINTS, 0, -1):
         blocked = pieces((~each[joint - 1]).intervals)
         if blocked:
             blocking.append(joint)
         bars += [_bar(low, high, JOINT_COLOURS[joint - 1]) for low, high in blocked]
     at = (np.degrees(state.psi) + 180) / 3.6
-    keys = " ".join(_key(joint) for joint in sorted(blocking))
-    said = f"blocked by {keys}" if keys else "no joint blocks"
+    listed = [(f"joint {joint}", JOINT_COLOURS[joint - 1]) for joint in sorted(blocking)]
+    listed += [(name, DARK) for name in _blocking_obstacles(state)]
+    keys = " ".join(_key(name, colour) for name, colour in listed)
+    said = f"blocked by {keys}" if keys else "no joint blocks" + (", nor an obstacle" if state.scene else "")
     return (
         f'<div style="{_FRAME}" data-panel="arcs">'
         f'<div style="position:relative;height:14px;background:{FREE};border:1px solid {MID}">'
@@ -57,9 +73,26 @@ def arcs_panel(state: ViewerState) -> str:
     )
 
 
-def _key(joint: int) -> str:
-    square = f'<span style="color:{JOINT_COLOURS[joint - 1]}">■</span>'
-    return f'<span style="white-space:nowrap">{square} joint {joint}</span>'
+def _key(name: str, colour: str) -> str:
+    square = f'<span style="color:{colour}">■</span>'
+    return f'<span style="white-space:nowrap">{square} {escape(name)}</span>'
+
+
+def _obstacle_bars(state: ViewerState) -> list[str]:
+    """Return the bars of what the scene blocks."""
+    if state.scene is None:
+        return []
+    blocked = ~state.arm.clear(state.pose, state.gc, state.scene)
+    return [_bar(low, high, DARK) for low, high in pieces(blocked.intervals)]
+
+
+def _blocking_obstacles(state: ViewerState) -> list[str]:
+    """Return the names of obstacles, or own links, at which arcs of the scene end, or that block them all."""
+    if state.scene is None:
+        return []
+    clear = state.arm.clear(state.pose, state.gc, state.scene)
+    names = [end.obstacle for pair in clear.ends for end in pair if end.obstacle is not None]
+    return list(dict.fromkeys(names or (clear.blocking or ())[:1]))
 
 
 def _bar(low: float, high: float, colour: str) -> str:
@@ -110,8 +143,11 @@ def row_style(name: str, count: int, gap: int) -> str:
     )
 
 
-def map_image(motion: JointPath) -> str:
-    """Return the feasible map of a motion's own configuration as the data URL of a small PNG."""
+def map_image(motion: JointPath, scene: Scene | None = None) -> str:
+    """Return the feasible map of a motion's own configuration as the data URL of a small PNG.
+
+    With a scene, what obstacles alone block is dark.
+    """
     rows = np.unique(np.linspace(0, len(motion) - 1, min(_MAP_WIDTH, len(motion))).round().astype(int))
     known = motion.gc[rows] >= 0
     gc = np.where(known, motion.gc[rows], motion.gc[rows][known][:1] if known.any() else 0)
@@ -121,6 +157,9 @@ def map_image(motion: JointPath) -> str:
     poses, gc = motion.poses[rows[posed]], gc[posed]
     blocked = first_blocker(blockers(motion.srs_arm, poses[:, None], gc[:, None], psi[None, :]))
     lost = np.isin(motion.srs_arm.feasible(poses, gc).status, (Status.UNREACHABLE, Status.FOLDED))
+    if scene is not None:
+        clear = motion.srs_arm.clear(poses[:, None], gc[:, None], scene).contains(psi[None, :])
+        blocked = np.where((blocked == 0) & np.logical_not(clear), _OBSTACLE, blocked)
     cells[posed] = np.where(lost[:, None], _LOST, blocked)
     return "data:image/png;base64," + base64.b64encode(png(cells.T.astype(np.uint8), _PALETTE)).decode()
 

@@ -8,11 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._arrays import Floats
+from ..colours import DARK as OBSTACLE_COLOUR
 from ..colours import JOINT_COLOURS
 from ..poses import rows_from_poses
 from ..reach.voxels import Voxels
 from .solids import Solid
 from .state import ViewerState
+from .surroundings import Surroundings
 
 _FREE_RGB = (40, 40, 40)
 _GHOST_RGB = (150, 160, 190)
@@ -20,7 +22,9 @@ _REFUSED_RGB = (214, 48, 39)
 _TARGET_OPACITY = 0.35
 _AXIS_LENGTH, _AXIS_RADIUS = 0.1, 0.006
 _HAND = 7  # the DH frame that carries flange and tool
-_COLOURS = np.array([_FREE_RGB, *(tuple(bytes.fromhex(colour[1:])) for colour in JOINT_COLOURS)])
+_TOOL = f"/arm/{_HAND}/tool"
+_BLOCKED_BY = (*JOINT_COLOURS, OBSTACLE_COLOUR)
+_COLOURS = np.array([_FREE_RGB, *(tuple(bytes.fromhex(colour[1:])) for colour in _BLOCKED_BY)])
 _EYE = 1.2 * np.array([0.95, -1.15, 0.75])
 _PANEL_SIDE = np.array([0.41, 0.34, 0.0])  # to the right as the eye sees it: the panel covers that side
 _GIZMO = 0.22
@@ -53,6 +57,11 @@ class Scene:
             (solid.colour, _add_solid(api, f"/arm/{solid.frame}", solid, solid.vertices)) for solid in solids
         ]
         self._target = self._add_target(api, solids)
+        self.surroundings: Surroundings | None = None
+        if state.scene is not None:
+            tool = api.add_frame(_TOOL, show_axes=False)
+            _place(tool, rows_from_poses(state.arm.tool[None])[0])
+            self.surroundings = Surroundings(server, state, _TOOL)
         none = np.zeros((1, 2, 3))
         self._gap = api.add_line_segments(
             "/gap", none, _REFUSED_RGB, thickness=_LINE * self._size, visible=False
@@ -68,7 +77,7 @@ class Scene:
             "/tool", scale=_GIZMO * self._size, depth_test=False, opacity=0.9
         )
         self.show_ghosts = False
-        self._circle_of: tuple[bytes, int] | None = None
+        self._circle_of: tuple[bytes, int, int] | None = None
 
     def _add_room(self, server: Any) -> None:
         state, size = self._state, self._size
@@ -105,8 +114,8 @@ class Scene:
                 point_size=_POINT * found.spacing, point_shape="circle",
             )  # fmt: skip
 
-    def update(self, *, gizmo: bool) -> None:
-        """Show the state; the gizmo is put on the tool unless a hand holds it."""
+    def update(self, *, gizmo: bool, held: str | None = None) -> None:
+        """Show the state; the gizmo is put on the tool unless a hand holds it, and so is that of a box."""
         state = self._state
         for node, row in zip(self._frames, rows_from_poses(state.arm.frames(state.q)), strict=True):
             _place(node, row)
@@ -114,12 +123,14 @@ class Scene:
         self._update_circle()
         self._update_ghosts()
         self._update_target()
+        if self.surroundings is not None:
+            self.surroundings.update(held)
         if gizmo:
             _place(self.gizmo, rows_from_poses(state.pose[None])[0])
 
     def _update_circle(self) -> None:
-        """Draw the circle anew where pose or configuration have changed."""
-        key = (self._state.pose.tobytes(), self._state.gc)
+        """Draw the circle anew where pose, configuration or scene have changed."""
+        key = (self._state.pose.tobytes(), self._state.gc, id(self._state.scene))
         if key == self._circle_of:
             return
         self._circle_of = key
@@ -154,7 +165,7 @@ def share_colours(share: Floats) -> NDArray[np.uint8]:
 
 
 def segment_colours(blocker: NDArray[np.int64]) -> NDArray[np.uint8]:
-    """Return the RGB (n, 2, 3) of circle pieces: dark where feasible, else that of the joint.
+    """Return the RGB (n, 2, 3) of circle pieces: dark where feasible, else that of the joint or obstacle.
 
     The browser takes the colours of line ends as linear light, not as sRGB.
     """

@@ -85,6 +85,7 @@ class Viewer:
         self._lock = threading.RLock()
         self._stopped = threading.Event()
         self._held = False
+        self._held_box: str | None = None
         with _quiet():
             self._server = viser.ViserServer(host=host, port=chosen, verbose=False)
         bound = self._server.get_port()
@@ -101,6 +102,9 @@ class Viewer:
 
     def _wire(self, runs: dict[str, JointPath]) -> None:
         self.scene.gizmo.on_update(self._drag)
+        if self.scene.surroundings is not None:
+            for name, handle in self.scene.surroundings.handles.items():
+                handle.on_update(partial(self._drag_box, name))
         self.controls.ghosts.on_update(lambda _: self.act(self._take_ghosts))
         self.act(lambda: self.controls.choose(next(iter(runs))) if runs else None)
         self._player = threading.Thread(target=self._play, daemon=True)
@@ -124,7 +128,7 @@ class Viewer:
         """Run a wish on the state, alone, and show the state to all browsers."""
         with self._lock, self._server.atomic():
             wish()
-            self.scene.update(gizmo=gizmo)
+            self.scene.update(gizmo=gizmo, held=self._held_box)
             self.controls.update()
 
     def _drag(self, event: Any) -> None:
@@ -138,6 +142,16 @@ class Viewer:
             self.state.set_pose(_pose(np.array(handle.position), np.array(handle.wxyz)))
 
         self.act(follow_hand, gizmo=not self._held)
+
+    def _drag_box(self, name: str, event: Any) -> None:
+        """Follow the handle of a box while it is held."""
+        handle = event.target
+        if event.phase != "update":
+            self._held_box = name if event.phase == "start" else None
+        self.act(
+            lambda: self.state.move_box(name, _pose(np.array(handle.position), np.array(handle.wxyz))),
+            gizmo=not self._held,
+        )
 
     def _play(self) -> None:
         while not self._stopped.wait(_FRAME_TIME):

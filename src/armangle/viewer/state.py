@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,7 @@ from ..errors import (
     InputError,
     LimitError,
     NotFiniteError,
+    SceneError,
     ShapeError,
     UnreachableError,
 )
@@ -28,6 +29,9 @@ from ..motion.options import core_policy
 from ..motion.paths import Line
 from ..motion.policies import Hold, Policy
 from ..motion.tracking import Tracker, Tracking
+from ..scenes.clearance import Clearance
+from ..scenes.scene import Scene
+from ..scenes.shapes import Box
 from ..status import STATUSES, Status
 from .opening import opening_posture
 
@@ -40,6 +44,9 @@ _AT_REST, _RESTING_TICKS = (
     30,
 )  # rad/s; for so many ticks, since an arm that stalls turns round after 0.3 s
 _ROUNDING = 1e-9  # rad that a posture may lie beyond a limit
+_TOUCH = 1e-9  # m that a link may be nearer than the clearance: rounding
+OBSTACLE = JOINTS + 1
+"""What blocks where it is no joint."""
 
 
 def degrees_text(value: float, digits: int = 1) -> str:
@@ -61,7 +68,7 @@ class Answer:
 
 @dataclass(frozen=True)
 class ElbowCircle:
-    """The elbow's circle as line segments: ends (n, 2, 3) in m, and the joint 1..7 that blocks, or 0."""
+    """The elbow's circle as line segments: ends (n, 2, 3) in m, and who blocks: joint 1..7, OBSTACLE, 0."""
 
     segments: Floats
     blocker: Any
@@ -79,6 +86,9 @@ class ViewerState:
     policy : Repulsion, Hold, Centre or Towards, optional
         How the arm angle moves while the tool does. By default the arm is moved as a `Tracker` follows a
         hand: to the nearest pose where the target cannot be met, the elbow with little motion.
+    scene : Scene, optional
+        What stands about; the arm needs a body. Neither a dragged tool nor a turned elbow leads into it;
+        joints that are turned one by one, and boxes that are moved, may, and `touching` says so.
 
     Attributes
     ----------
@@ -91,6 +101,8 @@ class ViewerState:
         Why the last wish was not met in full, or "".
     motion : JointPath or None
         The motion that is played, and `row`, where it stands.
+    nearest : Clearance or None
+        The nearest pair of link and obstacle; None without a scene.
 
     Raises
     ------
@@ -100,11 +112,14 @@ class ViewerState:
         If start is outside the limits.
     PolicyError
         If the policy has a rate: a hand gives no time.
+    SceneError
+        If there is a scene and the arm has no body, or the scene names what is not there.
     """
 
     arm: Arm
     start: ArrayLike | None = None
     policy: Policy | None = None
+    scene: Scene | None = None
 
     q: Floats = field(init=False)
     pose: Floats = field(init=False)
@@ -115,12 +130,15 @@ class ViewerState:
     message: str = field(init=False, default="")
     motion: JointPath | None = field(init=False, default=None)
     row: int = field(init=False, default=0)
+    nearest: Clearance | None = field(init=False, default=None)
     _home: Floats = field(init=False)
+    _home_scene: Scene | None = field(init=False)
     _home_row: int = field(init=False, default=0)
 
     def __post_init__(self) -> None:
         if self.policy is not None:
             core_policy(self.policy, None)  # refuses a rate
+        self._home_scene = self.scene
         self._home = opening_posture(self.arm) if self.start is None else self._checked(self.start)
         self.reset()
 
@@ -137,8 +155,17 @@ class ViewerState:
         """Show a posture; pose, arm angle and configuration follow from its joints."""
         pose, psi, gc = self.arm.forward(q)
         self.q, self.pose, self.psi, self.gc = np.array(q), pose, float(psi), int(gc)
-        self.arcs = self.arm.feasible(self.pose, self.gc)
+        self._look()
         self.target = None
+
+    def _look(self) -> None:
+        """Find the arcs of the posture, and what is nearest to it."""
+        self.arcs = self._arcs(self.gc)
+        if self.scene is not None:
+            self.nearest = self.arm.clearance(self.pose, self.psi, self.gc, self.scene)
+
+    def _arcs(self, gc: int) -> ArcSet:
+        return self.arm.feasible(self.pose, gc, scene=self.scene)
 
     def _say(self, ok: bool, text: str) -> Answer:
         self.message = text
@@ -147,8 +174,8 @@ class ViewerState:
     # -- wishes --------------------------------------------------------------------------------------
 
     def reset(self) -> Answer:
-        """Go back to where it began: the first pose of the motion where there is one, else `start`."""
-        self.row = self._home_row
+        """Go back to where it began: the first pose of the motion if any, else `start`, boxes too."""
+        self.row, self.scene = self._home_row, self._home_scene
         self._take(self._home)
         return self._say(True, "")
 
@@ -216,6 +243,7 @@ class ViewerState:
         path = follow(
             self.arm, ways_between(self.pose, wanted), start=self.q, policy=self.policy,
             carry="psi" if isinstance(self.policy, Hold) else "elbow", max_joint_step=_LARGEST_MOVE,
+            scene=self.scene,
         )  # fmt: skip
         solved = np.flatnonzero(path.status == Status.OK)
         if len(solved):
@@ -229,8 +257,12 @@ class ViewerState:
 
     def _track(self, wanted: Floats) -> Answer:
         """Take the posture in which a tracker comes to rest that follows a hand at `wanted`."""
-        tracker = Tracker(self.arm, _TICK, _FASTEST, _HARDEST)
-        tracker.start(self.q)
+        tracker = Tracker(self.arm, _TICK, _FASTEST, _HARDEST, scene=self.scene)
+        try:
+            tracker.start(self.q, outside="escape")
+        except SceneError:
+            self.target = wanted
+            return self._say(False, f"The way out is not known: {self.touching}.")
         resting = 0
         for _ in range(_MOST_TICKS):
             now = tracker.step(wanted)
@@ -257,9 +289,12 @@ class ViewerState:
             self._turn_to(angle)
             return self._say(True, "")
         who = [str(j + 1) for j in np.flatnonzero(blockers(self.arm, self.pose, self.gc, angle))]
+        blocking = f"joint{'s' * (len(who) > 1)} {', '.join(who)}"
+        if not who and self.scene is not None:
+            near = self.arm.clearance(self.pose, angle, self.gc, self.scene)
+            blocking = f"{near.obstacle}, which {near.link} would touch"
         self._turn_to(float(self.arcs.nearest(angle)))
-        joints = f"joint{'s' * (len(who) > 1)} {', '.join(who)}"
-        return self._say(False, f"ψ = {degrees_text(angle)} is blocked by {joints}.")
+        return self._say(False, f"ψ = {degrees_text(angle)} is blocked by {blocking}.")
 
     def _turn_to(self, psi: float) -> None:
         self._take(self.arm.inverse(self.pose, psi, self.gc, seed=self.q))
@@ -277,15 +312,86 @@ class ViewerState:
         reason = self.reason(gc)
         if reason is not None:
             return self._say(False, f"GC {gc}: {reason}")
-        psi = self.arm.feasible(self.pose, gc).nearest(self.psi)
+        psi = self._arcs(gc).nearest(self.psi)
         self._take(self.arm.inverse(self.pose, psi, gc, seed=self.q))
         return self._say(True, "")
 
+    def move_box(self, name: str, pose: ArrayLike) -> Answer:
+        """Put a box of the scene elsewhere; the arm stays where it is, be it touched.
+
+        Parameters
+        ----------
+        name : str
+            Of the box, as in ``scene.names``.
+        pose : array_like, shape (4, 4)
+            Frame of the box, position in m; its rotation may be off by rounding.
+
+        Returns
+        -------
+        Answer
+            Not ok where a link is nearer to an obstacle than the clearance.
+
+        Raises
+        ------
+        InputError
+            If the scene has no such box.
+        ShapeError, NotFiniteError
+        """
+        place = nearest_rotation(pose)
+        boxes = dict(self.boxes)
+        if self.scene is None or name not in boxes:
+            raise InputError(
+                f"name is {name!r}, wanted a box of the scene: {', '.join(boxes) or 'it has none'}"
+            )
+        old = boxes[name]
+        moved = Box(place, old.size, old.radius, name=old.name)
+        shapes = tuple(moved if shape is old else shape for shape in self.scene.shapes)
+        return self._take_scene(replace(self.scene, shapes=shapes))
+
+    def set_clearance(self, clearance: float) -> Answer:
+        """Keep the arm so far from all obstacles, m.
+
+        Raises
+        ------
+        InputError
+            If there is no scene.
+        SceneError
+            If it is no length >= 0.
+        """
+        if self.scene is None:
+            raise InputError("there is no scene, wanted one to keep clear of")
+        return self._take_scene(replace(self.scene, clearance=clearance))
+
+    def _take_scene(self, scene: Scene) -> Answer:
+        self.scene = scene
+        self._look()
+        return self._say(self.touching is None, self.touching or "")
+
+    @property
+    def boxes(self) -> list[tuple[str, Box]]:
+        """The boxes of the scene with their names: what `move_box` moves."""
+        if self.scene is None:
+            return []
+        named = zip(self.scene.names, self.scene.shapes, strict=True)
+        return [(name, shape) for name, shape in named if isinstance(shape, Box)]
+
     # -- what can be said of it ----------------------------------------------------------------------
+
+    @property
+    def touching(self) -> str | None:
+        """Who is nearer to what than the scene's clearance, in words; None where nothing is."""
+        if (
+            self.scene is None
+            or self.nearest is None
+            or self.nearest.distance >= self.scene.clearance - _TOUCH
+        ):
+            return None
+        short = 1e3 * (self.scene.clearance - float(self.nearest.distance))
+        return f"{self.nearest.link} is {short:.1f} mm too near to {self.nearest.obstacle}"
 
     def reason(self, gc: int) -> str | None:
         """Return why a global configuration has no solution at the pose, None where it has one."""
-        arcs = self.arm.feasible(self.pose, gc)
+        arcs = self._arcs(gc)
         if not arcs.is_empty:
             return None
         return self._why(self.pose, gc, Status(int(arcs.status)))
@@ -295,6 +401,9 @@ class ViewerState:
         return [self.reason(gc) for gc in range(CONFIGURATIONS)]
 
     def _why(self, pose: Floats, gc: int, status: Status) -> str:
+        if self.scene is not None and status in (Status.CLEARANCE, Status.POSE_BLOCKED):
+            pair = self.arm.clear(pose, gc, self.scene).blocking
+            return status.sentence if pair is None else f"{pair[1]} meets {pair[0]} at every ψ."
         if status != Status.LIMITS:
             return status.sentence
         each = self.arm.joint_feasible(pose, gc)
@@ -308,14 +417,18 @@ class ViewerState:
         """Return the elbow's circle at the pose and configuration, each piece with who blocks it."""
         psi = np.linspace(-np.pi, np.pi, _CIRCLE_SAMPLES)
         points = elbow_points(self.arm, self.pose, self.gc, psi)
-        blocked = blockers(self.arm, self.pose, self.gc, 0.5 * (psi[1:] + psi[:-1]))
-        return ElbowCircle(np.stack([points[:-1], points[1:]], axis=1), first_blocker(blocked))
+        middle = 0.5 * (psi[1:] + psi[:-1])
+        who = first_blocker(blockers(self.arm, self.pose, self.gc, middle))
+        if self.scene is not None:
+            clear = self.arm.clear(self.pose, self.gc, self.scene).contains(middle)
+            who = np.where((who == 0) & np.logical_not(clear), OBSTACLE, who)
+        return ElbowCircle(np.stack([points[:-1], points[1:]], axis=1), who)
 
     def ghosts(self) -> dict[int, Floats]:
         """Return the stick figures (8, 3), m, of the other configurations that have a solution."""
         out = {}
         for gc in range(CONFIGURATIONS):
-            arcs = self.arm.feasible(self.pose, gc)
+            arcs = self._arcs(gc)
             if gc != self.gc and not arcs.is_empty:
                 out[gc] = skeleton(self.arm, self.arm.inverse(self.pose, arcs.nearest(self.psi), gc))
         return out

@@ -130,6 +130,21 @@ int main() {
             out.status[i] = static_cast<std::int8_t>(all.status[0]);
         }
     });
+    report("nearest", [] {
+        for (std::size_t i = 0; i < count; ++i) {
+            for (const Metric metric : {Metric::l2, Metric::max, Metric::margin}) {
+                NearestOptions asked;
+                asked.near = in.q;
+                asked.metric = metric;
+                const Pose<double> pose = load_pose(in.matrix + 16 * i);
+                out.psi[i] = nearest_posture(arm, limits, pose, asked).psi;
+                out.psi[i] = nearest_outside(arm, limits, pose, asked, 0.2).psi;
+                static Nearests every;
+                nearest_postures(arm, limits, pose, asked, every);
+                out.gc[i] = every.count;
+            }
+        }
+    });
     report("step", [] {
         for (std::size_t i = 0; i < count; ++i)
             out.psi[i] = step(arm, limits, in.q, load_pose(in.matrix + 16 * i), StepOptions{}).psi;
@@ -154,8 +169,8 @@ int main() {
     static AheadSection sections[Lookahead::sections_for(4)];
     report("lookahead", [&] {
         const FollowRows rows{out.q, out.psi, out.margin, out.residual, out.gc, out.status};
-        Lookahead ahead(arm, limits, in.matrix, count, {nullptr, 0}, nullptr, &bounds, bounded.max_joint_step,
-                        sections, 4);
+        Lookahead ahead(arm, limits, in.matrix, count, {nullptr, 0}, {nullptr, 0}, &bounds,
+                        bounded.max_joint_step, sections, 4);
         follow(arm, limits, in.q, in.matrix, count, bounded, OnFail::hold, {nullptr, 0}, rows, &ahead);
     });
     static const Vec3<double> corners[] = {{-0.1, 0, 0}, {0.1, 0, 0}, {0, 0.1, 0}, {0, 0, 0.1}};

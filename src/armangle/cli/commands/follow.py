@@ -19,6 +19,7 @@ from ..arguments import (
     add_arm,
     add_json,
     add_output,
+    add_roll,
     add_scene,
     add_singularity_margin,
     add_wish,
@@ -54,6 +55,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--gc", type=int, choices=range(CONFIGURATIONS), help="default: that of --start")
     add_arm(parser)
     add_scene(parser)
+    add_roll(parser)
     _add_policy(parser.add_argument_group("the arm angle"))
     parser.add_argument("--carry", choices=("psi", "elbow"), default="psi", help="what stays between poses")
     parser.add_argument(
@@ -100,7 +102,7 @@ def run(args: argparse.Namespace) -> int:
         path = follow(
             arm, frames, start=start, gc=args.gc, policy=policy, dt=args.dt, carry=args.carry,
             max_joint_step=args.max_joint_step, singularity_margin=args.singularity_margin,
-            on_fail=args.on_fail, scene=scene,
+            on_fail=args.on_fail, scene=scene, roll=args.roll,
         )  # fmt: skip
     if args.output is not None:
         write(path, args.output)

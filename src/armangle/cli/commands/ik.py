@@ -21,6 +21,7 @@ from ..arguments import (
     add_arm,
     add_json,
     add_output,
+    add_roll,
     add_scene,
     angle,
     any_arm,
@@ -83,6 +84,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     which.add_argument("--all", action="store_true", help="each branch and arc; with --psi all eight")
     add_arm(parser)
     add_scene(parser)
+    add_roll(parser)
     parser.add_argument("--seed", metavar="Q", help="with --psi: q1,..,q7 in degrees, take the nearest turns")
     add_output(parser, "joints")
     add_json(parser)
@@ -98,6 +100,8 @@ def run(args: argparse.Namespace) -> int:
     arm, scene = with_body(named, args)
     if scene is not None and (args.kuka is not None or args.psi is not None):
         raise InputError("--scene goes without --psi and --kuka: the arm angle is what it decides")
+    if args.roll != "pose" and (args.kuka is not None or args.explain):
+        raise InputError("--roll free goes without --kuka and --explain, which are of the whole pose")
     if args.kuka is not None:
         return _kuka(arm, args)
     pose = poses("--pose", args.pose)
@@ -105,9 +109,10 @@ def run(args: argparse.Namespace) -> int:
         return _explain(arm, pose, scene, args)
     if args.psi is None:
         return solve(arm, pose, scene, args)
-    if args.near is not None or args.metric != "l2" or args.outside != "refuse":
+    if args.near is not None or (args.metric, args.outside, args.roll) != ("l2", "refuse", "pose"):
         raise InputError(
-            "--near, --metric, --outside go without --psi, which leaves nothing to choose but turns: --seed"
+            "--near, --metric, --outside, --roll go without --psi, "
+            "which leaves nothing to choose but turns: --seed"
         )
     if args.gc is None and not args.all:
         raise InputError("--psi needs --gc or --all; without --psi the nearest posture is found")

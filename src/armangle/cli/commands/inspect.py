@@ -8,7 +8,7 @@ from dataclasses import asdict
 import numpy as np
 
 from ...arm.arm import Arm
-from ...errors import FileFormatError, NotSRSError
+from ...errors import FileFormatError, InputError, NotSRSError
 from ...files.replacing import replacing
 from ...models.catalogue import robot_toml
 from ...models.description import ImportReport
@@ -52,6 +52,8 @@ def run(args: argparse.Namespace) -> int:
     report = arm.import_report
     assert report is not None  # every import reports
     source = f"{report.source}, {report.base} to {report.tip}"
+    if arm.chain is not None:
+        return _inspect_chain(arm, report, args)
     text = robot_toml(arm._description(), title=arm.name, source=source, tip=report.tip)
     if args.json:
         show_json({"srs": True, **asdict(report), "reach": arm.reach, "toml": text})
@@ -63,6 +65,21 @@ def run(args: argparse.Namespace) -> int:
         with replacing(args.output) as file:
             file.write(text.encode())
         note(f"wrote {args.output}")
+    return 0
+
+
+def _inspect_chain(arm: Arm, report: ImportReport, args: argparse.Namespace) -> int:
+    """Show an arm that keeps the chain of its file; a robot file holds exact arms alone."""
+    if args.output is not None:
+        raise InputError(
+            "-o writes exact S-R-S arms, and --inexact keeps the chain of the file: use the file"
+        )
+    if args.json:
+        near = {**asdict(report), "deviation": asdict(arm.deviation), "reach": arm.reach, "toml": None}
+        show_json({"srs": False, "near": True, **near})
+    else:
+        _show(arm, report)
+        show(paragraph(f"the chain of the file, from that arm: {arm.deviation}"))
     return 0
 
 

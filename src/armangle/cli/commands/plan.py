@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ..._arrays import CONFIGURATIONS
+from ..._arrays import CONFIGURATIONS, Floats
 from ...arm.arm import Arm
-from ...arm.roll import ROLLS
 from ...errors import InputError
 from ...files.tables import load_poses
 from ...motion.joint_path import JointPath
@@ -21,10 +20,12 @@ from ..arguments import (
     add_arm,
     add_json,
     add_output,
+    add_roll,
     add_scene,
     add_singularity_margin,
     add_wish,
     angle_up_to,
+    joint_bounds,
     joints,
     number,
     the_arm,
@@ -57,13 +58,14 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--limit-margin", type=angle_up_to(np.pi), default=0.0, metavar="DEG",
         help="kept from every limit (default 0)",
     )  # fmt: skip
-    parser.add_argument(
-        "--roll", choices=ROLLS, default="pose",
-        help="free: joint 7 stays, for tools that turn about its axis (default pose)",
-    )  # fmt: skip
+    add_roll(parser)
     parser.add_argument(
         "--duration", type=number, default=0.0, metavar="WEIGHT",
         help="of the time it takes beside joint travel and margins, say 100 (default 0)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--acceleration", metavar="A",
+        help="of the joints, deg/s^2, that --duration counts with; default: the arm's own, if it states one",
     )  # fmt: skip
     add_scene(parser)
     add_wish(parser.add_argument_group("what is wished of the arm angle"))
@@ -76,6 +78,7 @@ def run(args: argparse.Namespace) -> int:
     start = None if args.start is None else joints("--start", args.start)
     goal = None if args.goal is None else joints("--goal", args.goal)
     _check_limit_margin(arm, args.limit_margin)
+    objective = Objective(duration=args.duration, acceleration=_acceleration(arm, args))
     given = {name: getattr(args, name) for name in ("psi", "point", "direction")}
     given = {name: value for name, value in given.items() if value is not None}
     wished = Towards(**wish(given)) if given else None
@@ -85,7 +88,7 @@ def run(args: argparse.Namespace) -> int:
         path = plan(
             arm, frames, start=start, goal=goal, gc=args.gc,
             singularity_margin=args.singularity_margin, limit_margin=args.limit_margin, psi=wished,
-            scene=scene, roll=args.roll, objective=Objective(duration=args.duration),
+            scene=scene, roll=args.roll, objective=objective,
         )  # fmt: skip
     if args.output is not None:
         write(path, args.output)
@@ -97,6 +100,17 @@ def run(args: argparse.Namespace) -> int:
     if not path.ok:
         note(f"armangle: {path.explain()}")
     return 0 if path.ok else 1
+
+
+def _acceleration(arm: Arm, args: argparse.Namespace) -> Floats | None:
+    """Return what duration counts with, and say so where that is speeds alone."""
+    if args.acceleration is not None:
+        if not args.duration > 0:
+            raise InputError("--acceleration is of --duration, which is not given")
+        return joint_bounds("--acceleration", args.acceleration, "deg/s^2", arm.acceleration)
+    if args.duration > 0 and np.isinf(arm.acceleration).all():
+        note("armangle: the arm states no accelerations: duration is of speeds alone without --acceleration")
+    return None
 
 
 def _check_limit_margin(arm: Arm, margin: float) -> None:

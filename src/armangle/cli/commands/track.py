@@ -14,7 +14,18 @@ from ...files.tables import load_poses
 from ...files.trajectories import TrajectoryTable
 from ...motion.joint_path import even_parameters
 from ...motion.tracking import HandFilter, Tracked, Tracker, Tracking
-from ..arguments import add_arm, add_json, add_output, joint_bounds, joints, number, the_arm
+from ...scenes.scene import Scene
+from ..arguments import (
+    add_arm,
+    add_json,
+    add_output,
+    add_scene,
+    joint_bounds,
+    joints,
+    number,
+    the_arm,
+    with_body,
+)
 from ..pictures import add_picture, draw
 from ..screen import counted, degrees, fixed, plural, progress, show, show_json, violations, write
 from ..tables import table
@@ -43,6 +54,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_output(parser, "trajectory", more=", .yaml (ROS)")
     add_picture(parser, "distance, speeds and statuses over time")
     add_arm(parser)
+    add_scene(parser)
     bounds = parser.add_argument_group("bounds")
     bounds.add_argument("--velocity", metavar="V", help="of the joints, deg/s; default: the arm's own")
     bounds.add_argument(
@@ -54,7 +66,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print what became of the ticks, and write them."""
-    arm = the_arm(args)
+    arm, scene = with_body(the_arm(args), args)
     velocity = joint_bounds("--velocity", args.velocity, "deg/s", arm.velocity)
     stated = np.full(len(velocity), _ACCELERATION)
     acceleration = joint_bounds("--acceleration", args.acceleration, "deg/s^2", stated)
@@ -65,9 +77,10 @@ def run(args: argparse.Namespace) -> int:
     if not len(frames):
         raise InputError(f"{args.path} holds no pose, wanted at least one")
     tracker = Tracker(
-        arm, 1 / args.rate, velocity, acceleration, filter=HandFilter() if args.filter else None
+        arm, 1 / args.rate, velocity, acceleration, filter=HandFilter() if args.filter else None, scene=scene
     )
-    tracker.start(_start(arm, args.start, frames[0]))
+    found = _start(arm, args.start, frames[0], scene)
+    tracker.start(found, outside="refuse" if args.start is not None else "escape")
     with progress(f"tracking {counted(len(frames), 'pose')}"):
         first = tracker.q
         ticks = [tracker.step(frame) for frame in frames]
@@ -89,16 +102,17 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _start(arm: Arm, text: str | None, frame: Floats) -> Floats:
+def _start(arm: Arm, text: str | None, frame: Floats, scene: Scene | None) -> Floats:
     """Return the joints given, or the best at the first pose."""
     if text is not None:
         q = joints("--start", text)
         if not arm.within_limits(q):
             raise InputError(f"--start is outside the limits: {violations(arm, q)}")
         return q
-    best = arm.best(frame)
+    best = arm.best(frame, scene=scene)
     if not best.ok:
-        raise PathError(f"no posture holds the first pose: {arm.explain(frame).explain()}; give --start")
+        why = arm.explain(frame, scene=scene).explain()
+        raise PathError(f"no posture holds the first pose: {why}; give --start")
     return np.asarray(best.q)
 
 

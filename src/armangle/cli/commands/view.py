@@ -14,8 +14,9 @@ from ...models.mjcf import is_mjcf
 from ...motion.following import follow
 from ...motion.joint_path import JointPath
 from ...reach.voxels import ORIENTATIONS, voxels_of
+from ...scenes.scene import Scene
 from .. import paper_example
-from ..arguments import add_arm, add_json, joints, number, the_arm
+from ..arguments import add_arm, add_json, add_scene, joints, number, the_arm, with_body
 from ..motions import motion_of, motions_along
 from ..screen import note, progress, show, show_json, violations
 
@@ -37,6 +38,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--port", type=int, help="default: the first free one from 8080 on; 0: any")
     parser.add_argument("--host", default="127.0.0.1", help="address to serve at (default 127.0.0.1)")
     add_arm(parser, required=False)
+    add_scene(parser)
     add_json(parser)
 
 
@@ -45,12 +47,12 @@ def run(args: argparse.Namespace) -> int:
     _check(args)
     from ... import viewer
 
-    arm, runs = _demo() if args.demo else (the_arm(args), {})
+    arm, scene = (paper_example.example()[0], None) if args.demo else with_body(the_arm(args), args)
     start = _start(arm, args.start)
-    runs = runs or _runs(arm, args.path, start)
+    runs = _demo() if args.demo else _runs(arm, args.path, start, scene)
     meshes = None if args.urdf is None or is_mjcf(args.urdf) else Path(args.urdf)
     shown = viewer.Viewer(
-        viewer.ViewerState(arm, start), runs, port=args.port, host=args.host,
+        viewer.ViewerState(arm, start, scene=scene), runs, port=args.port, host=args.host,
         urdf=meshes, base=args.base, tip=args.tip,
     )  # fmt: skip
     if args.voxels is not None:
@@ -84,18 +86,20 @@ def _start(arm: Arm, text: str | None) -> Floats | None:
 
 def _check(args: argparse.Namespace) -> None:
     named = args.robot is not None or args.urdf is not None
-    if args.demo and (named or args.path is not None or args.start is not None):
+    if args.demo and (
+        named or not all(value is None for value in (args.path, args.start, args.scene, args.body))
+    ):
         raise InputError(
-            "--demo brings its own arm, start and path: leave out --robot, --urdf, --path, --start"
+            "--demo brings its own arm, start and path: leave out --robot, --urdf, --path, --start, --scene"
         )
     if not args.demo and not named:
         raise InputError("view needs --robot NAME, --urdf FILE or --demo")
 
 
-def _demo() -> tuple[Arm, dict[str, JointPath]]:
-    """Return the paper's arm and its motions, by name."""
+def _demo() -> dict[str, JointPath]:
+    """Return the motions of the paper's arm, by name."""
     arm, start, poses = paper_example.example()
-    return arm, {
+    return {
         f"α = {policy.alpha:g}, K = {policy.K:g}": follow(
             arm, poses, start=start, policy=policy, max_joint_step=float("inf")
         )
@@ -103,7 +107,7 @@ def _demo() -> tuple[Arm, dict[str, JointPath]]:
     }
 
 
-def _runs(arm: Arm, file: str | None, start: Floats | None) -> dict[str, JointPath]:
+def _runs(arm: Arm, file: str | None, start: Floats | None, scene: Scene | None) -> dict[str, JointPath]:
     """Return the motions of a file of joints or poses, by name."""
     if file is None:
         return {}
@@ -112,7 +116,7 @@ def _runs(arm: Arm, file: str | None, start: Floats | None) -> dict[str, JointPa
             return {Path(file).name: motion_of(arm, load_joints(file))}
         except FileFormatError as no_joints:
             try:
-                return motions_along(arm, load_poses(file), start)
+                return motions_along(arm, load_poses(file), start, scene)
             except FileFormatError as no_poses:
                 message = f"neither joints ({no_joints}) nor poses ({no_poses})"
                 raise FileFormatError(message, source=file) from None

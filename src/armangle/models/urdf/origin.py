@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .._arrays import Floats
-from .chain import from_rpy
+from ..._arrays import Floats
+from ..chain import from_rpy
 
 
 def origin(read: Callable[[str], Floats | None]) -> Floats:

@@ -1,6 +1,6 @@
 """Kinematic chains from URDF and back: seven rotating joints on the path from base to tip.
 
-Here the numbers of a URDF are read: axes, limits, speeds, and by `urdf_origin` its origins (`urdf_xml` has
+Here the numbers of a URDF are read: axes, limits, speeds, and by `origin.py` its origins (`tags.py` has
 its elements, as text).
 Revolute, continuous and fixed joints count; joints off the path (a gripper, a second arm) are
 ignored. What the axes mean is the business of :mod:`armangle.models.detect`.
@@ -16,19 +16,24 @@ from pathlib import Path
 
 import numpy as np
 
-from .._arrays import JOINTS, check_source
-from ..errors import InputError, UrdfError
-from .candidates import Candidate, RigidBody, Tree, TreeJoint, find_candidates, guess, unknown
-from .chain import Chain, FloatArray, Joint, rigid_inverse
-from .urdf_origin import origin
-from .urdf_write import write_urdf
-from .urdf_xml import JointElement, RobotElement, parse_robot
+from ..._arrays import JOINTS, check_source
+from ...errors import InputError, UrdfError
+from ..candidates import Candidate, RigidBody, Tree, TreeJoint, find_candidates, guess, unknown
+from ..chain import Chain, FloatArray, Joint, rigid_inverse
+from .origin import origin
+from .tags import JointElement, RobotElement, parse_robot
 
+Source = str | bytes | os.PathLike[str]
 Step = tuple[JointElement, bool]
 
+MAX_BYTES = 32 * 2**20
 MAX_LENGTH = 100.0
 HUGE_LIMIT = 1e6  # rad: more than the largest angle that the core takes
 _NOT_USED = "NOT used"
+_MOVING = ("revolute", "continuous")
+_REFUSED = ("prismatic", "floating", "planar")
+_CONTINUOUS_LIMITS = ("ignore", "use")
+_UTF8_MARK = b"\xef\xbb\xbf"
 
 
 def chain_along(
@@ -146,18 +151,6 @@ def _number(robot: RobotElement, joint: JointElement, key: str) -> float | None:
     """Return one number of the joint's limit, None where it is not given."""
     values = robot.numbers(joint, "limit", key, 1, infinite=True)
     return None if values is None else float(values[0])
-
-
-__all__ = ["MAX_BYTES", "Source", "read_urdf", "urdf_candidates", "write_urdf"]
-
-Source = str | bytes | os.PathLike[str]
-
-MAX_BYTES = 32 * 2**20
-
-_MOVING = ("revolute", "continuous")
-_REFUSED = ("prismatic", "floating", "planar")
-_CONTINUOUS_LIMITS = ("ignore", "use")
-_UTF8_MARK = b"\xef\xbb\xbf"
 
 
 def read_urdf(

@@ -6,10 +6,10 @@ import math
 from collections.abc import Iterable, Sequence
 from xml.etree import ElementTree
 
-from .._arrays import JOINTS
-from ..errors import LimitError
-from .chain import Chain, FloatArray, Joint, chain_of, to_rpy
-from .description import ArmDescription
+from ..._arrays import JOINTS
+from ...errors import LimitError
+from ..chain import Chain, FloatArray, Joint, chain_of, to_rpy
+from ..description import ArmDescription
 
 _WRITTEN_DIGITS = 15
 

@@ -10,7 +10,7 @@ from xml.parsers import expat
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import UrdfError
+from ...errors import UrdfError
 
 _JOINT_PARTS = ("parent", "child", "origin", "axis", "limit", "mimic")
 _ROBOT_DEPTH, _PART_DEPTH, _DETAIL_DEPTH = 1, 2, 3

@@ -9,10 +9,10 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from .._arrays import Floats
-from .chain import Chain, rigid_inverse
-from .urdf_origin import origin
-from .urdf_xml import numbers_in
+from ..._arrays import Floats
+from ..chain import Chain, rigid_inverse
+from .origin import origin
+from .tags import numbers_in
 
 _ROTATING = ("revolute", "continuous")
 

@@ -1,0 +1,37 @@
+// What stands about along a path: one scene, or several of which each stands for an even part of it.
+//
+//     |--- scene 0 ---|--- scene 1 ---|--- scene 2 ---| s        An obstacle that moves by at most v over the
+//     0              1/3             2/3              1          path is within v / (2 n) of where it is in
+//     the
+//                                                                middle of the n-th part: so much clearance
+// more than asked makes the scene of the middle stand for the whole part.
+#pragma once
+
+#include "../scene/scene.hpp"
+
+namespace armangle {
+
+/// None, one, or `count` scenes, each of an even part of [0, 1].
+struct ScenesAlong {
+    const Scene* const* scene = nullptr;
+    int count = 0;
+
+    explicit operator bool() const noexcept { return count > 0; }
+    const Scene& operator[](int k) const noexcept { return *scene[k]; }
+    /// Where part k begins.
+    double begin(int k) const noexcept { return static_cast<double>(k) / count; }
+    /// The parts that s belongs to: where two meet, both.
+    int first(double s) const noexcept { return part(s - edge); }
+    int last(double s) const noexcept { return part(s + edge); }
+    const Scene& at(double s) const noexcept { return (*this)[last(s)]; }
+
+private:
+    static constexpr double edge = 1e-9;  // of s
+
+    int part(double s) const noexcept {
+        const int k = static_cast<int>(max(s, 0.0) * count);
+        return k < count ? k : count - 1;
+    }
+};
+
+}  // namespace armangle

@@ -1,0 +1,49 @@
+"""Obstacles that move: a scene for each of several places of a path."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Protocol
+
+from ..errors import SceneError
+from .ready import Ready
+from .scene import Scene
+
+Scenes = Scene | Sequence[Scene] | Callable[[float], Scene]
+
+
+class Asked(Protocol):
+    """What is asked of an arm."""
+
+    def _scene(self, scene: Scene | None) -> Ready | None: ...
+
+
+def scenes_at(scene: Scenes | None, s: Sequence[float]) -> list[Scene]:
+    """Return what stands about at each s: none, one for all, or one for each.
+
+    Raises
+    ------
+    SceneError
+        If there are more or fewer than s, or one of them is no `Scene`.
+    """
+    if scene is None:
+        return []
+    if isinstance(scene, Scene):
+        return [scene]
+    if callable(scene):
+        every = [scene(at) for at in s]
+    elif isinstance(scene, Iterable) and not isinstance(scene, (str, bytes)):
+        every = list(scene)
+    else:
+        raise SceneError("scene", "scene", scene, "a Scene, one a pose, or a function s -> Scene")
+    if len(every) != len(s):
+        raise SceneError("scene", "scene", len(every), f"one scene for each pose, {len(s)}")
+    for at, each in enumerate(every):
+        if not isinstance(each, Scene):
+            raise SceneError(f"scene[{at}]", "scene", each, "an armangle.Scene")
+    return every
+
+
+def ready_each(arm: Asked, scenes: Iterable[Scene]) -> list[Ready]:
+    """Return scenes made ready for an arm."""
+    return [ready for ready in map(arm._scene, scenes) if ready is not None]

@@ -1,0 +1,150 @@
+"""Obstacles that move while the arm does: step by step, and with a proof between samples."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import armangle as aa
+
+ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_body(aa.Body.bones(upper_arm=0.07, forearm=0.06))
+Q = np.radians([20, 45, 10, -80, 10, 60, 0])
+POSE, PSI, GC = ARM.forward(Q)
+ELBOW = ARM.elbow(Q)
+POSES = np.tile(POSE, (60, 1, 1))
+POSES[:, 1, 3] += np.linspace(0.0, 0.1, len(POSES))
+S = np.linspace(0.0, 1.0, len(POSES))
+WAY = 0.5
+"""m that the ball moves over the path."""
+
+
+def passing(s: float) -> aa.Scene:
+    """A ball that passes where the elbow is."""
+    return aa.Scene([aa.Ball(np.add(ELBOW, [0.0, 0.3 - WAY * s, 0.02]), 0.04, name="ball")], clearance=0.01)
+
+
+def least(path: aa.JointPath, s: Any) -> float:
+    """The nearest that a ball comes to the links of a motion, each s with the scene of its own."""
+    rows = path.at(s)
+    return min(
+        float(ARM.clearance(pose, psi, gc, passing(float(at))).distance)
+        for at, pose, psi, gc in zip(s, rows.pose, rows.psi, rows.gc, strict=True)
+    )
+
+
+def test_follow_is_step_in_a_loop_with_the_scene_of_each_pose_bit_for_bit() -> None:
+    path = aa.follow(ARM, POSES, start=Q, scene=passing)
+    assert path.ok
+    q = Q
+    for at, pose in enumerate(POSES):
+        now = aa.step(ARM, q, pose, scene=passing(S[at]))
+        np.testing.assert_array_equal(path.q[at], now.q)
+        q = now.q
+    same = aa.follow(ARM, POSES, start=Q, scene=[passing(s) for s in S])
+    np.testing.assert_array_equal(path.q, same.q)
+    apart = [ARM.clearance(p, a, g, passing(s)).distance for p, a, g, s in
+             zip(POSES, path.psi, path.gc, S, strict=True)]  # fmt: skip
+    assert min(apart) >= 0.01 - 1e-12
+    alone = aa.follow(ARM, POSES, start=Q, scene=passing(0.0))
+    touched = [ARM.clearance(p, a, g, passing(s)).distance for p, a, g, s in
+               zip(POSES, alone.psi, alone.gc, S, strict=True)]  # fmt: skip
+    assert min(touched) < 0.0, "the ball is in the way of who does not see it move"
+
+
+def test_looking_ahead_sees_where_obstacles_will_be() -> None:
+    poses = np.tile(POSE, (40, 1, 1))
+
+    def closing(s: float) -> aa.Scene:
+        """Two balls shut the arc about the elbow from both sides, the one from beyond it later."""
+        ball = ARM.elbow(ARM.inverse(POSE, PSI + 0.9 - 1.2 * s, GC))
+        return aa.Scene([aa.Ball(ball, 0.05, name="ball")])
+
+    blind = aa.follow(ARM, poses, start=Q, scene=closing, policy=aa.Hold(outside="stop"))
+    assert not blind.ok and np.asarray(blind.status)[blind.first_failure or 0] != aa.Status.OK
+    seen = aa.follow(ARM, poses, start=Q, scene=closing, policy=aa.Hold(), lookahead=20, max_joint_step=0.1)
+    assert seen.ok, seen.explain()
+    for s, psi, gc in zip(np.linspace(0, 1, 40), seen.psi, seen.gc, strict=True):
+        assert ARM.clearance(POSE, psi, gc, closing(s)).distance >= -1e-12
+
+
+def test_a_plan_among_what_moves_is_certified_and_never_touches_between_its_rows() -> None:
+    path = aa.plan(ARM, POSES, start=Q, scene=passing, obstacle_speed=WAY)
+    assert path.ok and path.certified, path.explain()
+    assert least(path, np.linspace(0.0, 1.0, 2001)) >= 0.01
+    still = aa.plan(ARM, POSES, start=Q, scene=passing(0.0))
+    assert still.ok and least(still, np.linspace(0.0, 1.0, 201)) < 0.0, "else nothing is in the way"
+
+
+def test_what_moves_and_shuts_the_way_is_named() -> None:
+    def falling(s: float) -> aa.Scene:
+        return aa.Scene([aa.Ball([0.0, 0.3 - 0.25 * s, 0.34], 0.08, name="post")])
+
+    path = aa.plan(ARM, POSES, start=Q, scene=falling, obstacle_speed=0.25)
+    assert not path.ok and "post" in path.explain()
+
+
+def test_a_scene_that_stands_as_a_function_is_that_scene() -> None:
+    one = aa.plan(ARM, POSES, start=Q, scene=passing(0.2))
+    other = aa.plan(ARM, POSES, start=Q, scene=lambda s: passing(0.2), obstacle_speed=0.0)
+    np.testing.assert_array_equal(one.q, other.q)
+    assert one.certified == other.certified
+
+
+def test_a_plan_keeps_the_soft_clearance_where_the_whole_path_can() -> None:
+    s = np.linspace(0.0, 1.0, 501)
+    shape = passing(0.45).shapes
+    for soft, kept in ((0.03, True), (0.6, False)):
+        path = aa.plan(ARM, POSES, start=None, scene=aa.Scene(shape, clearance=0.01, soft=soft))
+        assert path.ok and path.certified
+        rows = path.at(s)
+        apart = ARM.clearance(rows.pose, rows.psi, rows.gc, aa.Scene(shape)).distance.min()
+        assert apart >= 0.01 and (apart >= 0.01 + soft) == kept
+    hard = aa.plan(ARM, POSES, scene=aa.Scene(shape, clearance=0.01))
+    np.testing.assert_array_equal(path.q, hard.q)
+
+
+@pytest.mark.parametrize(
+    ("options", "why"),
+    [
+        ({"scene": passing}, "give obstacle_speed"),
+        ({"scene": passing(0.0), "obstacle_speed": 1.0}, "no function of s"),
+        ({"obstacle_speed": 1.0}, "no function of s"),
+        ({"scene": passing, "obstacle_speed": -1.0}, "obstacle_speed"),
+        ({"scene": [passing(0.0)] * len(S)}, "an armangle.Scene, or a function"),
+        ({"scene": lambda s: None, "obstacle_speed": 1.0}, r"scene\[0\]"),
+        ({"scene": lambda s: aa.Scene([aa.Ball([0, 0, 2], 0.1, name=f"b{s:.2f}")]), "obstacle_speed": 1.0},
+         "those of the first"),
+    ],
+)  # fmt: skip
+def test_what_a_plan_cannot_certify_is_refused(options: dict[str, Any], why: str) -> None:
+    with pytest.raises(aa.InputError, match=why):
+        aa.plan(ARM, POSES, **options)
+
+
+def test_a_follow_needs_a_scene_for_each_pose() -> None:
+    for scene, why in (([passing(0.0)], "one scene for each pose, 60"), ([3] * 60, r"scene\[0\]"),
+                       (lambda s: 3, r"scene\[0\]"), ("cell", "one a pose")):  # fmt: skip
+        with pytest.raises(aa.errors.SceneError, match=why):
+            aa.follow(ARM, POSES, start=Q, scene=scene)  # type: ignore[arg-type]  # wrong on purpose
+
+
+def test_a_motion_says_how_near_it_came_and_to_what() -> None:
+    path = aa.follow(ARM, POSES, start=Q, scene=passing)
+    apart = [ARM.clearance(p, a, g, passing(s)) for p, a, g, s in
+             zip(POSES, path.psi, path.gc, S, strict=True)]  # fmt: skip
+    np.testing.assert_array_equal(path.clearance, [near.distance for near in apart])
+    at = int(np.argmin(path.clearance))
+    assert path.closest == (S[at], "ball", apart[at].link)
+    planned = aa.plan(ARM, POSES, start=Q, scene=passing, obstacle_speed=WAY)
+    assert planned.clearance.min() >= 0.01 and planned.closest is not None and planned.closest[1] == "ball"
+    still = aa.plan(ARM, POSES, start=Q, scene=passing(0.0))
+    one = ARM.clearance(still.poses, still.psi, still.gc, passing(0.0)).distance
+    np.testing.assert_allclose(still.clearance, one, rtol=0, atol=1e-12)
+    alone = aa.follow(ARM, POSES, start=Q)
+    assert np.isnan(alone.clearance).all() and alone.closest is None
+    shut = aa.follow(ARM, POSES, start=Q, scene=lambda s: passing(s) if s < 0.5 else aa.Scene(
+        [aa.Ball([0.0, 0.1, 0.34], 0.08, name="post")]))  # fmt: skip
+    assert not shut.ok
+    np.testing.assert_array_equal(np.isnan(shut.clearance), np.isnan(shut.psi))
