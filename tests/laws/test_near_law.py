@@ -11,6 +11,7 @@ from support.near_law import Case, Verdict, cases, judge
 import armangle as aa
 
 
+@pytest.mark.slow
 def test_proven_arcs_beside_brute_force() -> None:
     total, rng = Verdict(), generator(81)
     for case in cases(1, count(44)):

@@ -87,6 +87,7 @@ def test_a_pose_with_a_posture_is_solved_as_ever(arm: aa.Arm) -> None:
         assert np.array_equal(plain, other)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["reach", "limits"])
 def test_no_search_from_many_starts_comes_nearer(arm: aa.Arm, kind: str) -> None:
     """Within 1 mm in 99 %: of the distance, or of the position where the orientation is held."""

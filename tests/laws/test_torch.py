@@ -155,6 +155,7 @@ def test_opcheck_passes() -> None:
         assert set(torch.library.opcheck(operator.default, arguments).values()) == {"SUCCESS"}
 
 
+@pytest.mark.slow
 def test_it_compiles_without_a_break() -> None:
     arm, q = postures("kuka_iiwa7_r800", 20, 17, 21)
     kinematics = aa.torch.Kinematics(arm)

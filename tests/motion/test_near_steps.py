@@ -138,6 +138,7 @@ def test_a_bound_shortens_a_wish_and_names_itself_where_the_pose_is_too_far() ->
     assert path.status.tolist() == [aa.Status.OK, aa.Status.PARTIAL]
 
 
+@pytest.mark.slow
 @EVERY
 @pytest.mark.parametrize("acceleration", [None, 2.0])
 def test_a_target_aside_is_come_to_and_rested_on(arm: aa.Arm, acceleration: float | None) -> None:

@@ -41,6 +41,7 @@ def holds(arm: aa.OffsetArm, path: aa.JointPath) -> None:
     assert np.abs(steps).max() <= STEP + 1e-12
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.name)
 @pytest.mark.parametrize(
     "policy", [aa.Hold(), aa.Repulsion(), aa.Centre(K=0.2)], ids=lambda p: type(p).__name__

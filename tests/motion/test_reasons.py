@@ -49,6 +49,7 @@ def steps(name: str, count: int) -> Any:
         yield arm, q, pose
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ARMS)
 def test_a_status_is_what_brute_force_finds(name: str) -> None:
     seen = {Status.OK: 0, Status.JOINT_JUMP: 0, Status.LIMITS: 0}
@@ -71,6 +72,7 @@ def test_a_status_is_what_brute_force_finds(name: str) -> None:
     assert seen[Status.LIMITS] > 5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ARMS)
 def test_nothing_is_refused_that_brute_force_finds(name: str) -> None:
     refused = 0

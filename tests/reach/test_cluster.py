@@ -30,6 +30,7 @@ def cluster() -> Iterator[Any]:
         yield running
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ARMS)
 def test_a_cluster_writes_the_bytes_that_threads_write(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cluster: Any

@@ -235,6 +235,7 @@ def test_tangent_from_both_sides(side: int) -> None:
     assert bool(on_axis.is_empty) == (side > 0) and bool(on_axis.is_full) == (side < 0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "ends",
     [

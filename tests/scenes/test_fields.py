@@ -43,6 +43,7 @@ def of_balls(
     return aa.Field(told, low, spacing, name="seen")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.0, 0.01])
 def test_what_a_field_leaves_lies_between_the_balls_and_larger_balls(noise: float) -> None:
     rng, some = generator(1), 0

@@ -153,6 +153,7 @@ def test_distances_are_those_of_the_true_links(arm: aa.Arm) -> None:
                 assert abs(slope - near.psi_rate) < 1e-4 * max(1.0, abs(slope))
 
 
+@pytest.mark.slow
 @EVERY
 def test_no_arm_angle_is_wider(arm: aa.Arm) -> None:
     for made, _, pose, _, gc, scene, _ in questions(arm, BONES, 7):
@@ -173,6 +174,7 @@ def test_no_arm_angle_is_wider(arm: aa.Arm) -> None:
         assert abs(at - found.nearest.distance) < 1e-8
 
 
+@pytest.mark.slow
 @EVERY
 def test_solve_step_and_follow_keep_clear(arm: aa.Arm) -> None:
     refused = 0
