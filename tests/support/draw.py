@@ -13,9 +13,9 @@ SEED = int(os.environ.get("ARMANGLE_LAWS_SEED", 0))
 """Added to the seed of every law; 0 draws what the suite always draws."""
 
 
-def count(own: int) -> int:
-    """How many examples to draw, where the suite draws `own`."""
-    return max(own, COUNT)
+def count(own: int, arms: int = 1) -> int:
+    """How many examples to draw, where the suite draws `own`; of each arm, for a law of so many."""
+    return max(own, -(-COUNT // arms))
 
 
 def generator(*own: int) -> np.random.Generator:

@@ -39,9 +39,12 @@ struct Blocked {
 namespace detail {
 
 /// Blocks what lies in both a and b. On a circle that is at most two pieces, each beginning where one of the
-/// arcs begins.
+/// arcs begins; a whole circle ends nothing, wherever it is cut.
 ARMANGLE_INLINE void block_both(const Arc& a, const Arc& b, Blocked& out) noexcept {
     const double width_a = a.upper - a.lower, width_b = b.upper - b.lower;
+    const double whole = two_pi - tolerance::same_psi;
+    if (width_a >= whole) return out.add(b);
+    if (width_b >= whole) return out.add(a);
     const double room_a = room_in(a.lower, b.lower, width_b), room_b = room_in(b.lower, a.lower, width_a);
     out.add({a.lower, room_a < width_a ? a.lower + room_a : a.upper, a.lower_tag,
              room_a < width_a ? b.upper_tag : a.upper_tag});
