@@ -115,7 +115,8 @@ def test_self_motion_leaves_the_tool(arm: aa.Arm, regime: str) -> None:
     posture = arm.inverse(pose, psi, gc)
     finite = np.where(np.isfinite(rate), rate, 0.0)
     moved = np.abs(np.einsum("nij,nj->ni", arm.jacobian(posture), finite)).max(axis=-1)
-    size = np.maximum(1.0, np.abs(rate).max(axis=-1))
+    long = arm.reach + np.linalg.norm(arm.tool[:3, 3]) + np.linalg.norm(arm.base[:3, 3])
+    size = max(1.0, long) * np.maximum(1.0, np.abs(rate).max(axis=-1))
     # rounding of the pose is 1 / |sin| as large in the joints of a bend, and the rates move the tool by that
     sine = np.abs(np.sin(bends(arm, posture)))[:, [0, 2]].min(axis=-1)
     known = sine >= 1e-5
