@@ -35,6 +35,7 @@
 #include "limits/nearest.hpp"
 #include "limits/best_gradient.hpp"
 #include "limits/relaxed.hpp"
+#include "limits/settled.hpp"
 #include "limits/nearest_outside.hpp"
 #include "scene/solids.hpp"
 #include "scene/blocked_arc.hpp"

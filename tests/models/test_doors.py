@@ -95,6 +95,14 @@ def test_limits_that_cannot_be_meant_are_noted():
     assert describe_chain(limited(-2 * np.pi, 6 * np.pi))[1].notes == ()
 
 
+def test_limits_of_an_arm_that_look_like_degrees_are_noted():
+    arm = PLAIN.with_(lower=-170, upper=170)
+    (note,) = set(arm.notes) - set(PLAIN.notes)
+    assert note.startswith("limits look like degrees where rad are wanted: joint ")
+    assert arm.with_(upper=175).notes.count(note) == 0 and len(arm.with_(upper=175).notes) == len(arm.notes)
+    assert arm.with_(lower=-2.9, upper=2.9).notes == PLAIN.notes
+
+
 LEFTOVERS = (
     '<xacro:property name="width" value=".2"/>',
     '<xacro:arg name="a" default="b"/>',

@@ -521,3 +521,13 @@ def test_every_status_is_one_sentence(status: Status) -> None:
     assert status.sentence.endswith(".")
     assert status.sentence[0].isupper()
     assert status.sentence.count(". ") == 0
+
+
+def test_present_joints_in_degrees_are_asked_about() -> None:
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+    pose = arm.forward(q)[0]
+    with pytest.raises(aa.InputError, match=r"q_now\[3\] is -68.*Joints are in rad: were these degrees\?"):
+        aa.step(arm, np.degrees(q), pose)
+    jump = aa.step(arm, q + 0.5, pose)
+    assert jump.status == aa.Status.JOINT_JUMP

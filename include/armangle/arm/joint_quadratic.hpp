@@ -56,9 +56,11 @@ inline void minimise(const JointQuadratic& p, double (&x)[joints]) noexcept {
     detail::solve_free(p, free, x);
 }
 
-/// The minimum in the box; x is where to begin.
-inline void minimise(const JointQuadratic& p, const double* lower, const double* upper,
-                     double (&x)[joints]) noexcept {
+/// The minimum in the box; x is where to begin. solve(free, y) puts in y the minimum over the joints marked
+/// free, the others held at y.
+template <class Solve>
+void minimise(const JointQuadratic& p, const double* lower, const double* upper, double (&x)[joints],
+              const Solve& solve) noexcept {
     bool free[joints];
     double scale = 0;
     for (int j = 0; j < joints; ++j) {
@@ -69,7 +71,7 @@ inline void minimise(const JointQuadratic& p, const double* lower, const double*
     for (int sweep = 0; sweep < box_rule::sweeps; ++sweep) {
         double y[joints], share = 1.0;
         for (int j = 0; j < joints; ++j) y[j] = x[j];
-        detail::solve_free(p, free, y);
+        solve(free, y);
         int blocking = -1;
         for (int j = 0; j < joints; ++j) {
             if (!free[j]) continue;
@@ -103,6 +105,13 @@ inline void minimise(const JointQuadratic& p, const double* lower, const double*
         if (released < 0) return;
         free[released] = true;
     }
+}
+/// The same by Cholesky's method.
+inline void minimise(const JointQuadratic& p, const double* lower, const double* upper,
+                     double (&x)[joints]) noexcept {
+    minimise(p, lower, upper, x, [&p](const bool (&free)[joints], double (&y)[joints]) noexcept {
+        detail::solve_free(p, free, y);
+    });
 }
 
 }  // namespace armangle

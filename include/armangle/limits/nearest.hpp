@@ -16,6 +16,7 @@
 #include "../circle/forward.hpp"
 #include "feasible.hpp"
 #include "joint_boxes.hpp"
+#include "settled.hpp"
 
 namespace armangle {
 
@@ -63,6 +64,13 @@ inline constexpr int work = 2000;           // splits of a first box, and no mor
 inline constexpr double apart = 1e-6;       // arm angles further apart are two solutions (rad)
 inline constexpr double same = 4e-15;  // a pose this near is the pose (of the arm's size; of a unit vector)
 inline constexpr int newton = 40, deepest = 20;
+inline constexpr double beside = 1e-5;    // rad: off straight, where psi may have too few digits for postures
+inline constexpr double straight = 1e-6;  // rad: the same of the elbow, whose bend is the root of a rounding
+inline constexpr double start = 1e-3;     // a start is this near to the pose (of the arm's size; rad)
+inline constexpr double seed = 0.1;       // the same of the seed
+inline constexpr double gain = 1e-11;     // rad: a posture beside another that gains less is none
+inline constexpr int halvings = 40;       // of the range in which a largest cost lies
+inline constexpr int settling = 600;      // rounds of settled() for one pose, of some microseconds each
 }  // namespace nearest_rule
 
 namespace detail {
@@ -109,7 +117,8 @@ struct ElbowBranches {
     bool open = false;
     SelfMotion<double> motion;  // with positive hinges
     JointFunctions<double> functions;
-    bool lost[2] = {};  // the side's first and last joint are one axis for every psi
+    bool lost[2] = {};      // the side's first and last joint are one axis for every psi
+    bool delicate = false;  // psi may have too few digits to tell postures apart
     double cost_4;
     int cuts = 0;
     double cut[24];
@@ -286,9 +295,11 @@ public:
         place_boxes();
         const Best found = squares() ? of_both_elbows() : of_each_elbow();
         best_ = found;
-        if (best_.gc >= 0) return result();
         out = nothing(arcs_.status);
-        return out.status != Status::OK ? out : result();
+        if (best_.gc >= 0 || out.status == Status::OK) out = result();
+        if (elbow_[0].delicate || elbow_[1].delicate) [[unlikely]]
+            look_beside(out);
+        return out;
     }
 
     /// The nearest posture of each branch and arc.
@@ -302,8 +313,14 @@ public:
                 best_ = Best{};
                 search(1u << gc, arc);
                 polish();
-                if (best_.gc >= 0) insert(out, result());
+                const Nearest one = result();
+                if (one.status == Status::OK) insert(out, one);
             }
+        }
+        if (out.count == 0 && (elbow_[0].delicate || elbow_[1].delicate)) {
+            Nearest one = refused(out.status);
+            look_beside(one);
+            if (one.status == Status::OK) insert(out, one);
         }
         if (out.count > 0) out.status = Status::OK;
     }
@@ -364,7 +381,8 @@ private:
     void bend(int elbow) noexcept {
         ElbowBranches& e = elbow_[elbow];
         e.motion = self_motion(arm_, circle_, Configuration<double>{1.0, elbow ? -1.0 : 1.0, 1.0});
-        const Status status = elbow_status(e.motion, limits_);
+        Status status = elbow_status(e.motion, limits_);
+        if (status == Status::ELBOW_LIMIT && straight_within_limits(e)) status = Status::OK;
         for (int branch = 0; branch < 4; ++branch) {
             const int gc = gc_of(elbow, branch);
             make_empty(arcs_.arcs[gc]);
@@ -376,12 +394,29 @@ private:
         e.cost_4 = cost_of(c, to_q(theta_4, c.sign, c.offset, c.lower, c.upper, c.near) - c.near);
     }
 
+    /// Whether joint 4 is beyond a limit by no more than the distance of the wrist can tell: about straight,
+    /// the bend is the root of its rounding.
+    bool straight_within_limits(const ElbowBranches& e) const noexcept {
+        if (!(abs(circle_.triangle.eta.sin) <= nearest_rule::straight)) return false;
+        const JointCost& c = joint_[3];
+        const double theta_4 = atan2(e.motion.elbow.theta_4.sin, e.motion.elbow.theta_4.cos);
+        const double q = to_q(theta_4, c.sign, c.offset, c.lower, c.upper, c.near);
+        const double off = wrist_distance(arm_, elbow_bend(arm_, min(max(q, c.lower), c.upper)));
+        return abs(off - circle_.distance) <= 2.0 * tolerance::stretched * arm_.reach;
+    }
+
     /// The joint functions of one elbow, and the arcs of its four branches.
     void open(int elbow) noexcept {
         ElbowBranches& e = elbow_[elbow];
         e.functions = joint_functions(e.motion);
         e.lost[0] = shoulder_singular(e.motion);
         e.lost[1] = wrist_singular(e.motion);
+        constexpr double gap = 0.5 * nearest_rule::beside * nearest_rule::beside;  // 1 - cos
+        const Hinge<double>(&h)[hinges] = e.functions.hinge;
+        const double nearest = min(min(h[0].high.below_one, h[0].low.above_minus_one),
+                                   min(h[1].high.below_one, h[1].low.above_minus_one));
+        e.delicate =
+            (limits_.locked | (nearest <= gap)) || abs(circle_.triangle.eta.sin) <= nearest_rule::straight;
         fill_arcs(elbow);
         fill_cuts(e);
     }
@@ -460,6 +495,18 @@ private:
         return out;
     }
 
+    /// Where joint j (0..6, not 3) has a value, or is half a turn (a hinge: mirrored) from it.
+    Roots limit_psi(const ElbowBranches& e, int j, double value) const noexcept {
+        const SinCos<double> at = sin_cos(to_theta(value, arm_.sign[j], arm_.offset[j]));
+        if (j % 2 == 0) {
+            const Pivot<double>& p = e.functions.pivot[j / 2];
+            return roots({p.U.s * at.cos - p.V.s * at.sin, p.U.c * at.cos - p.V.c * at.sin,
+                          p.U.k * at.cos - p.V.k * at.sin});
+        }
+        const Harmonic<double>& H = e.functions.hinge[j / 4].H;
+        return roots({H.s, H.c, H.k - at.cos});
+    }
+
     /// Where a joint of a full turn or more comes to a limit: there one of its windings ends.
     void fill_cuts(ElbowBranches& e) const noexcept {
         e.cuts = 0;
@@ -467,16 +514,7 @@ private:
             if (j == 3 || !joint_[j].wide) continue;
             for (const double limit : {arm_.limits.lower[j], arm_.limits.upper[j]}) {
                 if (!(abs(limit) < infinity)) continue;
-                const SinCos<double> at = sin_cos(to_theta(limit, arm_.sign[j], arm_.offset[j]));
-                Roots ends;
-                if (j % 2 == 0) {
-                    const Pivot<double>& p = e.functions.pivot[j / 2];
-                    ends = roots({p.U.s * at.cos - p.V.s * at.sin, p.U.c * at.cos - p.V.c * at.sin,
-                                  p.U.k * at.cos - p.V.k * at.sin});
-                } else {
-                    const Harmonic<double>& H = e.functions.hinge[j / 4].H;
-                    ends = roots({H.s, H.c, H.k - at.cos});
-                }
+                const Roots ends = limit_psi(e, j, limit);
                 for (int i = 0; i < ends.count; ++i) e.cut[e.cuts++] = ends.psi[i];
             }
         }
@@ -666,9 +704,9 @@ private:
 
     // -- postures
 
-    /// The posture of a branch at psi: near `near`, and where two joints are one axis with the cheapest
-    /// shares.
-    Joints posture(int gc, double psi) const noexcept {
+    /// The posture of a branch at psi: near `near`, and where two joints are one axis, the hinge between them
+    /// being no more than `straight` off, with the cheapest shares.
+    Joints posture(int gc, double psi, double straight = tolerance::singular) const noexcept {
         const ElbowBranches& e = elbow_[gc >> 1 & 1];
         SelfMotion<double> m = e.motion;
         m.gc = configuration(gc);
@@ -679,7 +717,7 @@ private:
         for (int side = 0; side < 2; ++side) {
             const int h = 4 * side + 1;
             if (!e.lost[side] && !(hypot(d.y[h - 1], d.x[h - 1]) <= tolerance::singular)) {
-                if (!(abs(d.y[h]) <= tolerance::singular)) continue;
+                if (!(abs(d.y[h]) <= straight)) continue;
             }
             share(e, side, d.x[h] < 0, out);
         }
@@ -1025,7 +1063,191 @@ private:
         const int gc = best_.gc;
         const auto at = [this, gc](double psi) { return posture(gc, psi); };
         const auto is_open = [this, gc](double psi) { return holds(gc, -1, psi); };
-        return kept_within(at, is_open, wrap(best_.psi), gc);  // what inverse() gives at the psi that is told
+        // what inverse() gives at the psi that is told
+        const Nearest out = kept_within(at, is_open, wrap(best_.psi), gc);
+        return out.margin > 0 && !elbow_[gc >> 1 & 1].delicate ? out : checked(out);
+    }
+
+    /// A posture that rounding, a limit or two joints on one axis may have put off its pose: as it is, or on
+    /// the pose; refused where no posture within the limits is there.
+    [[gnu::noinline, gnu::cold]] Nearest checked(const Nearest& out) const noexcept {
+        Joints q{};
+        for (int j = 0; j < joints; ++j) q.q[j] = out.q[j];
+        Twist rest;
+        const Pose<double> pose{orthonormal(pose_.rotation), pose_.position};
+        const double off = distance(arm_, q.q, pose, arm_.size, rest);
+        if (out.margin >= 0 && off <= settled_rule::meets * arm_.size) return out;
+        int rounds = settled_rule::rounds;
+        const Relaxed on = settled(arm_, sides_of(out.gc, q), q, pose, {}, 0.0, rounds);
+        return meets(arm_, on) ? told(on.at) : refused(Status::LIMITS);
+    }
+
+    /// The limits of a search beside a posture: the side of each hinge is kept where that is asked for.
+    Limits sides_of(int gc, const Joints& q) const noexcept {
+        Limits out = arm_.limits;
+        if (limits_.margin > 0) keep_off_singular(arm_, q.q, limits_.margin, out);
+        if (options_.branches == (1u << configurations) - 1) return out;
+        const Configuration<double> c = configuration(gc);
+        const double side[3] = {c.shoulder, c.elbow, c.wrist};
+        for (int h = 0; h < 3; ++h) keep_on_side(arm_, 2 * h + 1, q.q[2 * h + 1], side[h], 0.0, out);
+        return out;
+    }
+
+    /// What is told of joints by themselves; refused where nobody asked for them.
+    Nearest told(const Joints& q) const noexcept {
+        const Posture here = forward(arm_, q.q);
+        if (is_nan(here.psi)) return refused(Status::FOLDED);
+        if (!(options_.branches >> here.gc & 1) || !may_be(here.gc, here.psi))
+            return refused(Status::NOT_ALLOWED);
+        return finished(q.q, here.psi, here.gc);
+    }
+
+    // -- beside singular postures, and where limits leave single postures: there psi has too few digits
+
+    /// What a posture costs, as an angle.
+    double rank(const Nearest& x) const noexcept {
+        if (x.status != Status::OK) return infinity;
+        return options_.metric == Metric::margin ? -x.margin : x.distance;
+    }
+
+    /// Puts in the place of a posture a better one, that is found in the joints themselves.
+    [[gnu::noinline, gnu::cold]] void look_beside(Nearest& out) noexcept {
+        rounds_ = nearest_rule::settling;
+        if (out.status == Status::OK) {
+            Joints q{};
+            for (int j = 0; j < joints; ++j) q.q[j] = out.q[j];
+            try_beside(q, out.gc, out);
+        }
+        for (int elbow = 0; elbow < 2; ++elbow) {
+            ElbowBranches& e = elbow_[elbow];
+            if (!e.open) continue;
+            open(elbow);
+            look_beside_straight(elbow, out);
+            if (limits_.locked || out.status != Status::OK) look_at_limits(elbow, out);
+        }
+        if (options_.near && options_.metric != Metric::margin) {
+            Joints q{};
+            for (int j = 0; j < joints; ++j) q.q[j] = options_.near[j];
+            try_start(q, forward(arm_, q.q).gc, nearest_rule::seed, out);
+        }
+        if (!squares() && out.status == Status::OK) narrow(out);
+    }
+
+    /// The psi at which a hinge comes nearest to 0 and to pi, if near enough; all round where both are.
+    void look_beside_straight(int elbow, Nearest& out) noexcept {
+        const ElbowBranches& e = elbow_[elbow];
+        constexpr double gap = 0.5 * nearest_rule::beside * nearest_rule::beside;
+        for (const Hinge<double>& h : e.functions.hinge) {
+            const double top = atan2(h.H.s, h.H.c);
+            const bool high = h.high.below_one <= gap, low = h.low.above_minus_one <= gap;
+            if (high) starts_at(elbow, top, out);
+            if (low) starts_at(elbow, top + pi, out);
+            const bool still = h.swing <= nearest_rule::beside;
+            if (!still || !(high || low || circle_.triangle.eta.sin <= nearest_rule::straight)) continue;
+            for (int i = 1; i < nearest_rule::first_boxes; ++i)
+                starts_at(elbow, top + two_pi / nearest_rule::first_boxes * i, out);
+        }
+    }
+
+    /// Where a joint stands at a limit; where a posture is known, the locked joints alone.
+    void look_at_limits(int elbow, Nearest& out) noexcept {
+        const ElbowBranches& e = elbow_[elbow];
+        for (int j = 0; j < joints; ++j) {
+            const JointCost& c = joint_[j];
+            const bool locked = c.upper - c.lower <= tolerance::locked;
+            if (j == 3 || !(locked || out.status != Status::OK)) continue;
+            for (const double limit : {c.lower, c.upper}) {
+                if (!(abs(limit) < infinity)) continue;
+                const Roots at = limit_psi(e, j, limit);
+                for (int i = 0; i < at.count; ++i) starts_at(elbow, at.psi[i], out);
+                if (locked) break;
+            }
+        }
+    }
+
+    /// Tries the postures of all branches of an elbow at psi that may be nearer, with shares and without.
+    void starts_at(int elbow, double psi, Nearest& out) noexcept {
+        for (int branch = 0; branch < 4; ++branch) {
+            const int gc = gc_of(elbow, branch);
+            if (!(options_.branches >> gc & 1)) continue;
+            const Joints shared = posture(gc, psi, nearest_rule::beside), plain = posture(gc, psi);
+            try_start(shared, gc, nearest_rule::start, out);
+            if (largest_move(shared.q, plain.q) > tolerance::angle)
+                try_start(plain, gc, nearest_rule::start, out);
+        }
+    }
+
+    /// The cost of joints, with joint 4.
+    double whole_cost(const Joints& q) const noexcept {
+        return squares() ? cost_of(q.q) : max(cost_of(q.q), cost_of(joint_[3], q.q[3] - joint_[3].near));
+    }
+
+    /// Tries a start that may gain: one near to the pose, that costs less than what is known.
+    void try_start(const Joints& start, int gc, double near, Nearest& out) noexcept {
+        Joints inside = start;
+        for (int j = 0; j < joints; ++j)
+            inside.q[j] = min(max(start.q[j], arm_.limits.lower[j]), arm_.limits.upper[j]);
+        if (!(rank(finished(inside.q, 0.0, gc)) < rank(out))) return;
+        Twist rest;
+        if (distance(arm_, inside.q, pose_, arm_.size, rest) > near * arm_.size) return;
+        try_beside(inside, gc, out);
+    }
+
+    /// Settles a start on the pose within the limits, then where it costs least beside that, and takes it if
+    /// it gains.
+    void try_beside(const Joints& start, int gc, Nearest& out) noexcept {
+        const Pose<double> pose{orthonormal(pose_.rotation), pose_.position};
+        const Limits limits = sides_of(gc, start);
+        Drawing pull;
+        for (int j = 0; squares() && j < joints; ++j) {
+            pull.weight[j] = joint_[j].weight;
+            pull.near[j] = joint_[j].near;
+        }
+        Relaxed at = settled(arm_, limits, start, pose, pull, 0.0, rounds_);
+        if (squares()) {
+            const double share = settled_rule::share * arm_.size * arm_.size;
+            const Relaxed beside = settled(arm_, limits, at.at, pose, pull, share, rounds_);
+            const Relaxed on = settled(arm_, limits, beside.at, pose, pull, 0.0, rounds_);
+            if (meets(arm_, on) && !(meets(arm_, at) && whole_cost(at.at) <= whole_cost(on.at))) at = on;
+        }
+        if (!meets(arm_, at)) return;
+        const Nearest found = told(at.at);
+        if (found.status != Status::OK) return;
+        if (rank(found) < rank(out) - nearest_rule::gain) out = found;
+    }
+
+    /// Lowers the largest cost of a joint beside a posture, by halves: in the box of what costs less.
+    void narrow(Nearest& out) noexcept {
+        const Pose<double> pose{orthonormal(pose_.rotation), pose_.position};
+        Joints q{};
+        for (int j = 0; j < joints; ++j) q.q[j] = out.q[j];
+        const Limits limits = sides_of(out.gc, q);
+        double most = whole_cost(q), least = -infinity;
+        for (int j = 0; j < joints; ++j) {
+            const JointCost& c = joint_[j];
+            if (!(c.weight > 0)) continue;
+            const double inside = min(max(c.near, limits.lower[j]), limits.upper[j]);
+            least = max(least, cost_of(c, inside - c.near));
+        }
+        double step = nearest_rule::beside;
+        for (int i = 0; i < nearest_rule::halvings && most - least > nearest_rule::gain; ++i) {
+            // what lies beside a posture is near to it: steps grow until one is too long
+            const double half = max(most - step, 0.5 * (most + least));
+            Limits box = limits;
+            for (int j = 0; j < joints; ++j) {
+                const JointCost& c = joint_[j];
+                if (!(c.weight > 0)) continue;
+                const double room = (half + c.room) / c.weight;
+                box.lower[j] = max(box.lower[j], c.near - room);
+                box.upper[j] = min(box.upper[j], c.near + room);
+            }
+            const Relaxed lower = settled(arm_, box, q, pose, {}, 0.0, rounds_);
+            if (meets(arm_, lower)) q = lower.at;
+            (meets(arm_, lower) ? most : least) = half;
+            step = meets(arm_, lower) ? 4.0 * step : infinity;
+        }
+        const Nearest found = told(q);
+        if (found.status == Status::OK && rank(found) < rank(out) - nearest_rule::gain) out = found;
     }
 
     const LimitTable& limits_;
@@ -1037,7 +1259,8 @@ private:
     Best best_;
     double ceiling_ = infinity;  // what another elbow costs
     double first_ = 0;
-    int work_ = 0;  // splits left to a first box
+    int work_ = 0;    // splits left to a first box
+    int rounds_ = 0;  // of settled(), left to the pose
     double least_[configurations][nearest_rule::first_boxes],
         value_[configurations][nearest_rule::first_boxes];
 };

@@ -47,7 +47,7 @@ from ..models.description import (
     ArmDescription,
     ImportReport,
 )
-from ..models.detect import describe_chain
+from ..models.detect import LIKE_DEGREES, degrees_notes, describe_chain
 from ..models.mjcf import read_mjcf
 from ..models.urdf import Source, read_urdf, write_urdf
 from ..poses import as_transform, nearest_rotation
@@ -2024,9 +2024,10 @@ def _checked(given: dict[str, Any]) -> dict[str, Any]:
     if not isinstance(values["body"], Body | None):
         raise SceneError("arm", "body", values["body"], "an armangle.Body, or None")
     values["hand"] = as_shapes("hand", values["hand"], HOLDABLE)
-    notes = values["notes"]
-    values["notes"] = (notes,) if isinstance(notes, str) else tuple(notes)
     _check_rows(values)
+    notes = (values["notes"],) if isinstance(values["notes"], str) else tuple(values["notes"])
+    like_degrees = degrees_notes(values["joint_names"], values["lower"], values["upper"])
+    values["notes"] = (*(note for note in notes if not note.startswith(LIKE_DEGREES)), *like_degrees)
     values["signs"] = frozen(values["signs"].astype(np.int64))
     return values
 

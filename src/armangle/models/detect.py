@@ -17,7 +17,7 @@ Shoulder or wrist axes in another order (roll, pitch, yaw) are zeros of joints 2
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -48,6 +48,7 @@ MAX_LENGTH = 0.1
 NEAR_LENGTH = 30e-3
 NEAR_ANGLE = math.radians(2.0)
 SUSPICIOUS_VELOCITY = 10.0
+LIKE_DEGREES = "limits look like degrees where rad are wanted"
 SUSPICIOUS_LIMIT = 20.0  # rad: no arm turns a joint three times, but many files state degrees
 
 _NOISE = 1e-12
@@ -335,12 +336,20 @@ def _limit_notes(chain: Chain) -> tuple[str, ...]:
     ends = [(joint.lower, joint.upper) for joint in chain.joints]
     if all(lower == upper == 0.0 for lower, upper in ends):
         return ("all limits are 0 to 0, so that no joint may move: state the true ones",)
+    names = [joint.name for joint in chain.joints]
+    return degrees_notes(
+        names, [joint.lower for joint in chain.joints], [joint.upper for joint in chain.joints]
+    )
+
+
+def degrees_notes(names: Iterable[str], lower: Iterable[float], upper: Iterable[float]) -> tuple[str, ...]:
+    """Return a note where limits (rad) are so wide that they look like degrees, else nothing."""
     wide = [
-        f"{joint.name!r} {joint.lower:g} to {joint.upper:g}"
-        for joint in chain.joints
-        if any(SUSPICIOUS_LIMIT < abs(end) < math.inf for end in (joint.lower, joint.upper))
+        f"{name!r} {low:g} to {high:g}"
+        for name, low, high in zip(names, lower, upper, strict=True)
+        if any(SUSPICIOUS_LIMIT < abs(end) < math.inf for end in (low, high))
     ]
-    return (f"limits look like degrees where rad are wanted: joint {', '.join(wide)}",) if wide else ()
+    return (f"{LIKE_DEGREES}: joint {', '.join(wide)}",) if wide else ()
 
 
 def _velocity_notes(chain: Chain) -> tuple[str, ...]:

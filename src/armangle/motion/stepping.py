@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from .._arrays import JOINTS, Floats, as_floats, as_poses, broadcast, check_angles, one_posture
+from .._arrays import JOINTS, Floats, as_floats, as_poses, broadcast, check_angles, check_turns, one_posture
 from ..arm.allowed import Allowed, allowed_arcs, one_allowed
 from ..arm.arm import Arm
 from ..arm.offset import OffsetArm
@@ -239,7 +239,8 @@ def step(
     Returns
     -------
     Step
-        Never raises on geometry: see ``status``.
+        Never raises on geometry: see ``status``. A jump from joints more than a turn outside their limits is
+        an InputError: they were hardly meant in rad.
 
     Raises
     ------
@@ -273,7 +274,7 @@ def step(
             carry=carry, singularity_margin=singularity_margin,
         )  # fmt: skip
         rest = *arcs, None, Step, STATUSES, None
-        return _asked(arm._handle.step_one, handle, q_now, pose, native, given, rest)
+        return _in_rad(arm, q_now, _asked(arm._handle.step_one, handle, q_now, pose, native, given, rest))
     bounds = None
     if arm.chain is not None:
         check_chain(arm, policy, outside)
@@ -287,7 +288,8 @@ def step(
         free = free_roll(arm, roll, "q_now", joints, scene)
         core_step = core_step if free is None else free.step_one
         bounds = bounds if bounds is None else without_last(bounds)
-    now = _asked(core_step, handle, q_now, pose, native, given, (*arcs, bounds, Step, STATUSES, about))
+    others = (*arcs, bounds, Step, STATUSES, about)
+    now = _in_rad(arm, q_now, _asked(core_step, handle, q_now, pose, native, given, others))
     return now if roll == "pose" else now._replace(margin=_least(arm, now))
 
 
@@ -308,6 +310,13 @@ def _asked(
         )
     joints, frame = np.ascontiguousarray(joints), np.ascontiguousarray(frame)
     return cast("Step", core_step(joints, frame, native, *options, *rest))
+
+
+def _in_rad(arm: Arm | OffsetArm, q_now: ArrayLike, now: Step) -> Step:
+    """Return the step; raise where it jumps from joints that were hardly meant in rad."""
+    if now.status == Status.JOINT_JUMP:
+        check_turns("q_now", one_posture("q_now", q_now), arm.lower, arm.upper)
+    return now
 
 
 def _least(arm: Arm, now: Step) -> float:

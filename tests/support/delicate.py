@@ -1,0 +1,97 @@
+"""Questions where psi has too few digits: beside singular postures, at limits and with locked joints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+import armangle as aa
+
+from .strategies import Array
+
+OFF = [0.0] + [sign * 10.0**-k for k in range(6, 14) for sign in (1, -1)]
+"""How far a hinge is off straight, rad."""
+
+HINGES = ((), (1,), (3,), (5,), (1, 3), (1, 5), (3, 5), (1, 3, 5))
+KINDS = ("free", "one locked", "some locked", "all but one locked", "tight", "at a limit")
+METRICS = ("l2", "l2", "max", "best")
+
+
+@dataclass(frozen=True)
+class Delicate:
+    """A posture `q` within the limits of an arm, its pose, and a seed; `number` says which."""
+
+    number: int
+    arm: aa.Arm
+    q: Array
+    pose: Array
+    near: Array
+    metric: str
+    kind: str
+    hinges: tuple[int, ...]
+
+    def __str__(self) -> str:
+        beside = "".join(str(hinge + 1) for hinge in self.hinges)
+        return f"{self.number}-{self.metric}-{self.kind}-{beside or 'regular'}"
+
+    def solve(self) -> aa.Solution:
+        if self.metric == "best":
+            return self.arm.best(self.pose)
+        return self.arm.solve(self.pose, self.near, metric="max" if self.metric == "max" else "l2")
+
+    def excess(self, found: aa.Solution) -> float:
+        """Return by how much a solution costs more than the posture that the pose came from."""
+        if self.metric == "best":
+            return float(self.arm.limit_margin(self.q) - found.margin)
+        off = np.abs(self.q - self.near)
+        return float(found.distance - (off.max() if self.metric == "max" else np.linalg.norm(off)))
+
+    def faults(self) -> dict[str, float]:
+        """Return what is wrong with the solution, and by how much (rad; of the pose: m)."""
+        found = self.solve()
+        if not found.ok:
+            return {"none": np.inf}
+        beyond = float(np.maximum(self.arm.lower - found.q, found.q - self.arm.upper).max())
+        missed = float(np.abs(self.arm.forward(found.q, undefined="nan")[0] - self.pose).max())
+        out = {"beyond": beyond} if beyond > 0 else {}
+        if missed > 1e-12:
+            out["missed"] = missed
+        excess = self.excess(found)
+        return out | ({"farther": excess} if excess > 1e-6 else {})
+
+
+@cache
+def _catalogue() -> list[aa.Arm]:
+    return [aa.Arm.from_catalogue(name) for name in aa.catalogue()]
+
+
+def delicate(number: int, seed: int) -> Delicate:
+    """Return one such question; a posture's own seed, one beside it or one anywhere."""
+    rng = np.random.default_rng([number, seed, 78])
+    arm = _catalogue()[int(rng.integers(len(_catalogue())))]
+    low, high = np.maximum(arm.lower, -4.0), np.minimum(arm.upper, 4.0)
+    q, straight = rng.uniform(low, high), -arm.signs * arm.offsets
+    straight[3] += arm.signs[3] * arm.delta
+    hinges = HINGES[int(rng.integers(len(HINGES)))]
+    for hinge in hinges:
+        q[hinge] = straight[hinge] + rng.choice(OFF)
+    q = np.clip(q, arm.lower, arm.upper)
+    kind = KINDS[int(rng.integers(len(KINDS)))]
+    lower, upper = arm.lower.copy(), arm.upper.copy()
+    free = int(rng.integers(7))
+    locked = {"one locked": np.arange(7) == free, "some locked": rng.random(7) < 0.5,
+              "all but one locked": np.arange(7) != free}.get(kind, np.zeros(7, dtype=bool))  # fmt: skip
+    lower, upper = np.where(locked, q, lower), np.where(locked, q, upper)
+    if kind == "tight":
+        width = 10.0 ** -rng.uniform(0, 8, 7)
+        lower, upper = np.maximum(lower, q - width), np.minimum(upper, q + width * rng.random(7))
+    if kind == "at a limit":
+        lower[free] = max(lower[free], q[free] - rng.choice([0.0, 1e-7, 1e-9, 1e-12]))
+    arm = arm.with_(lower=lower, upper=upper)
+    beside = q + rng.normal(0, 10.0 ** -rng.uniform(0, 6), 7)
+    near = (q, beside, rng.uniform(low, high))[int(rng.integers(3))]
+    near = np.clip(near, lower - 6.2, upper + 6.2)
+    pose = arm.forward(q, undefined="nan")[0]
+    return Delicate(number, arm, q, pose, near, METRICS[int(rng.integers(4))], kind, hinges)
