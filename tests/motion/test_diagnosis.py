@@ -139,15 +139,24 @@ def test_a_dead_end_is_named_with_where_it_closes() -> None:
 def test_start_or_goal_in_another_branch_or_outside_is_said() -> None:
     q = np.array([0.3, 0.6, 0.2, -1.4, 0.4, 0.9, 0.5])
     pose = IIWA.forward(q)[0]
-    result = aa.plan(IIWA, pose[None], start=q, gc=0)
-    assert result.diagnosis[0].verdict == aa.Verdict.START
-    assert "the start lies outside" in result.explain()
-    goal = aa.plan(IIWA, pose[None], goal=q, gc=0)
-    assert goal.diagnosis[0].verdict == aa.Verdict.GOAL
-    assert "the goal lies outside" in goal.explain()
-    outside = IIWA.upper * [0, 0, 0, 0, 0, 0, 1] + [0.3, 0.6, 0.2, -1.4, 0.4, 0.9, 0.01]
-    late = aa.plan(IIWA, IIWA.forward(outside)[0][None], start=outside)
-    assert not late.ok
+    for which in ("start", "goal"):
+        other = aa.plan(IIWA, pose[None], gc=0, **{which: q})
+        assert other.diagnosis[0].verdict == aa.Verdict[which.upper()] and other.diagnosis[0].elsewhere
+        assert other.explain().startswith(f"GC 0: the {which} is a posture of another global configuration.")
+        outside = np.array([0.3, 0.6, 0.2, -1.4, 0.4, 0.9, IIWA.upper[6] + 0.01])
+        late = aa.plan(IIWA, IIWA.forward(outside)[0][None], **{which: outside})
+        own = late.diagnosis.branches[0]
+        assert not late.ok and own.verdict == aa.Verdict[which.upper()] and own.status == aa.Status.LIMITS
+        assert [(o.joint, o.side) for o in own.openings] == [(7, "upper")]
+        assert own.openings[0].extra == pytest.approx(0.01)
+        said = f"the {which} lies outside the limits, 0.573° beyond the upper one of joint 7."
+        assert late.explain().splitlines()[:2] == [
+            f"GC {own.gc}: {said}",
+            f"GC {', '.join(str(k) for k in range(8) if k != own.gc)}: another global configuration than the "
+            "one given.",
+        ]
+        margin = aa.plan(IIWA, pose[None], singularity_margin=0.7, **{which: q})
+        assert f"the {which} lies nearer to a singular posture" in margin.explain().splitlines()[0]
 
 
 def test_sentences() -> None:
@@ -169,9 +178,9 @@ def test_sentences() -> None:
     assert "breaks a limit between the samples from s = 0.1 to 0.2" in unresolved.explain()
     dead = aa.Branch(gc=0, verdict=aa.Verdict.DEAD_END, s_from=0.1, s_to=0.2, reached=0.1)
     assert aa.Diagnosis((dead, single)).explain().splitlines() == [
-        "The path can be followed up to s = 0.1.",
         "GC 0: a dead end at s = 0.1: no arm angle that the start leads to leads on.",
         "GC 1: no arm angle keeps all limits from s = 0 to 0: joint 4 is the reason.",
+        "The path can be followed up to s = 0.1.",
     ]
     with pytest.raises(KeyError):
         aa.Diagnosis((dead,))[5]

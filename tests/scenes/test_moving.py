@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import Any
 
 import numpy as np
@@ -75,6 +76,54 @@ def test_a_plan_among_what_moves_is_certified_and_never_touches_between_its_rows
     assert least(path, np.linspace(0.0, 1.0, 2001)) >= 0.01
     still = aa.plan(ARM, POSES, start=Q, scene=passing(0.0))
     assert still.ok and least(still, np.linspace(0.0, 1.0, 201)) < 0.0, "else nothing is in the way"
+
+
+def test_a_plan_asks_for_the_scene_of_each_part_once() -> None:
+    asked: list[float] = []
+
+    def counted(s: float) -> aa.Scene:
+        asked.append(s)
+        return passing(s)
+
+    path = aa.plan(ARM, POSES, start=Q, scene=counted, obstacle_speed=WAY)
+    parts = int(np.ceil(WAY / 0.004))
+    assert path.ok and len(asked) == parts + len(POSES)
+
+
+@pytest.mark.slow
+def test_no_way_among_what_moves_is_soon_known() -> None:
+    """A start from which a way through several branches is sought too, among a dozen of obstacles."""
+    arm = ARM.with_body(aa.Body.bones(upper_arm=0.06, forearm=0.05))
+    rng = np.random.default_rng([5, 2])
+    q = rng.uniform(arm.lower, arm.upper) * 0.7
+    begin = arm.forward(q)[0]
+    end, way = begin.copy(), rng.normal(size=3)
+    end[:3, 3] += 0.25 * way / np.linalg.norm(way)
+    drawn: list[Any] = []
+    while len(drawn) < 12:
+        centre = np.array([0.0, 0.0, 0.34]) + rng.normal(size=3) * 0.35
+        if np.linalg.norm(centre - [0.0, 0.0, 0.34]) >= 0.2:
+            shape = rng.integers(3), rng.uniform(0.001, 0.06), rng.normal(size=3) * 0.15
+            turned = rng.uniform(-3, 3, 3), rng.uniform(0.0, 0.15, 3), rng.normal(size=3)
+            drawn.append((centre, *shape, *turned))
+
+    def scene(s: float) -> aa.Scene:
+        shapes: list[Any] = []
+        for centre, kind, radius, along, rpy, size, to in drawn:
+            at = centre + (s - 0.5) * to / np.linalg.norm(to)
+            shapes.append([
+                aa.Ball(at, radius), aa.Capsule(at, at + along, radius / 2),
+                aa.Box(aa.pose(at, rpy=rpy), size, 0.002),
+            ][kind])  # fmt: skip
+        return aa.Scene(shapes, clearance=0.002)
+
+    spent = {}
+    for which, start in (("free", None), ("start", q)):
+        before = time.process_time()
+        found = aa.plan(arm, aa.Line(begin, end), start=start, scene=scene, obstacle_speed=1.0)
+        spent[which] = time.process_time() - before
+        assert found.certified or found.diagnosis is not None
+    assert max(spent.values()) < 2.0, spent
 
 
 def test_what_moves_and_shuts_the_way_is_named() -> None:

@@ -135,9 +135,61 @@ def test_a_scene_that_blocks_the_start_says_so() -> None:
     branch = found.diagnosis[int(GC)]
     assert branch.verdict == aa.Verdict.START and branch.status == aa.Status.CLEARANCE
     assert branch.touching == ("post", "upper_arm") and branch.short == pytest.approx(0.11)
-    assert "the start is blocked: upper_arm comes 110 mm too near to post." in found.diagnosis.explain()
+    said = f"GC {int(GC)}: the start is blocked: upper_arm comes 110 mm too near to post."
+    assert found.explain().splitlines()[0] == said and found.status[0] == aa.Status.CLEARANCE
     goal = aa.plan(ARM, LINE[::-1], goal=Q, scene=scene)
-    assert not goal.ok and "the goal is blocked: upper_arm" in str(goal.diagnosis)
+    assert not goal.ok and goal.explain().startswith(f"GC {int(GC)}: the goal is blocked: upper_arm")
+
+
+@pytest.mark.parametrize("which", ["start", "goal"])
+def test_an_end_that_touches_is_the_first_reason_whatever_else_there_is(which: str) -> None:
+    """Also where no arm angle would help, or the path runs out of reach later."""
+    wrist = POSE[:3, 3] - POSE[:3, 2] * BARE.d_wf
+    far = np.tile(POSE, (50, 1, 1))
+    far[:, 0, 3] += np.linspace(0.0, 1.5, 50)
+    for path in (LINE, far):
+        asked: Any = {which: Q}
+        for shape in (
+            aa.Ball(wrist + np.array([0.0, 0.03, 0.0]), 0.03, name="post"),
+            aa.Ball(ARM.elbow(Q), 0.05),
+        ):
+            scene = aa.Scene([shape], clearance=0.01)
+            found = aa.plan(ARM, path if which == "start" else path[::-1], scene=scene, **asked)
+            near = ARM.clearance(POSE, PSI, GC, scene)
+            short = 1e3 * (0.01 - float(near.distance))
+            said = f"the {which} is blocked: {near.link} comes {short:.3g} mm too near to {near.obstacle}."
+            assert found.explain().splitlines()[0] == f"GC {int(GC)}: {said}"
+            assert found.diagnosis is not None and len(found.explain().splitlines()) <= 3
+
+
+def test_the_reason_for_a_range_says_by_how_much_it_is_shut_at_its_worst() -> None:
+    """Not in the middle of it: a ball that the wrist meets, or comes near to, early in the range."""
+    rng, seen = generator(17), 0
+    for _ in range(count(12)):
+        path, _ = line(rng)
+        at = path.pose(rng.uniform(0.1, 0.9))
+        wrist = at[:3, 3] - at[:3, 2] * BARE.d_wf
+        off = rng.normal(size=3)
+        radius = rng.uniform(0.02, 0.1)
+        scene = aa.Scene([aa.Ball(wrist + off / np.linalg.norm(off) * 0.08, radius)], clearance=0.01)
+        found = aa.plan(ARM, path, scene=scene)
+        assert found.diagnosis is not None
+        for branch in found.diagnosis.branches:
+            if branch.verdict != aa.Verdict.IMPOSSIBLE or branch.status != aa.Status.CLEARANCE:
+                continue
+            poses = path.pose(np.linspace(branch.s_from, branch.s_to, 41))
+            short = 0.0
+            for pose in poses:
+                arcs = BARE.feasible(pose, branch.gc)
+                psi = np.linspace(-np.pi, np.pi, 181)
+                psi = psi[[p in arcs for p in psi]]
+                if len(psi):
+                    room = ARM.clearance(pose, psi, branch.gc, scene).distance.max()
+                    short = max(short, 0.01 - float(room))
+            seen += 1
+            assert branch.short == pytest.approx(short, abs=2e-3)
+            assert f"up to {1e3 * branch.short:.3g} mm too near" in branch.explain()
+    assert seen
 
 
 @pytest.mark.parametrize("end", ["start", "goal"])

@@ -6,8 +6,8 @@ Screenshots are kept in the folder that ARMANGLE_SCREENSHOTS names, else in the 
 from __future__ import annotations
 
 import io
-import os
 import math
+import os
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path

@@ -16,6 +16,8 @@
 // other twice differentiably. Whatever is found is proven by certify.hpp, or dropped.
 #pragma once
 
+#include <memory>
+
 #include "certify.hpp"
 #include "way.hpp"
 
@@ -56,7 +58,9 @@ inline int leading_joint(int h) noexcept { return pivot_joint[2 * h] + 1; }
 /// The search of a way that may change its branch.
 class Crossing {
 public:
-    Crossing(const Task& task, const CrossingTask& asked) : task_(task), asked_(asked) {}
+    Crossing(const Task& task, const CrossingTask& asked) : task_(task), asked_(asked) {
+        if (task.encumbered()) left_.resize(asked.sections.size() * configurations);
+    }
 
     /// The stretches of a way, with the branch it begins in; none where there is no way.
     std::vector<Stretch> run(int& gc, long long& links) {
@@ -121,19 +125,24 @@ private:
         return out;
     }
 
-    /// Whether obstacles and the user leave phi at s.
-    bool open(double s, const SelfMotion<double>& m, double phi) const {
+    /// Whether obstacles and the user leave phi at section k; what they leave is kept, for a search and its
+    /// smoothing ask at one section some thousand times.
+    bool open(std::size_t k, const SelfMotion<double>& m, double phi) {
         if (!task_.encumbered()) return true;
-        ArcSet any, left;
-        make_full(any);
-        Tag blocking = 0;
-        task_.keep_open(s, m, any, left, blocking);
-        return contains(left, phi);
+        std::unique_ptr<ArcSet>& left = left_[k * configurations + static_cast<std::size_t>(index(m.gc))];
+        if (!left) {
+            left = std::make_unique<ArcSet>();
+            ArcSet any;
+            make_full(any);
+            Tag blocking = 0;
+            task_.keep_open(asked_.sections[k], m, any, *left, blocking);
+        }
+        return contains(*left, phi);
     }
 
     /// Postures of a section on a grid of the theta that leads, beside hinge h.
-    void fill_led(const Section& l, int gc, int h, const Window& window, Candidates& candidates,
-                  Postures& out) const {
+    void fill_led(std::size_t k, const Section& l, int gc, int h, const Window& window,
+                  Candidates& candidates, Postures& out) {
         const double nearest =
             2 * std::asin(min(1.0, std::sqrt(max(0.0, 0.5 * l.functions.hinge[h].high.below_one))));
         if (l.status == Status::UNREACHABLE || l.status == Status::FOLDED || nearest > crossing_rule::near)
@@ -153,7 +162,7 @@ private:
                 const double angle = atan2(d.y[j], d.x[j]);
                 if (abs(angle) > crossing_rule::near || (angle * own < 0) || (angle == 0 && own < 0))
                     continue;
-                if (!open(l.s, l.motion, atan2(led.psi.sin, led.psi.cos))) continue;
+                if (!open(k, l.motion, atan2(led.psi.sin, led.psi.cos))) continue;
                 double all[joint_slots];
                 angles(d).store(all);
                 candidates.put_posture(atan2(led.psi.sin, led.psi.cos), all, window, out);
@@ -162,8 +171,8 @@ private:
     }
 
     /// The postures of a section at which the locked joint stands where it must.
-    void fill_locked(const Section& l, int gc, const Window& window, Candidates& candidates,
-                     Postures& out) const {
+    void fill_locked(std::size_t k, const Section& l, int gc, const Window& window, Candidates& candidates,
+                     Postures& out) {
         if (l.status == Status::UNREACHABLE || l.status == Status::FOLDED) return;
         const int j = asked_.locked - 1;
         const SinCos<double> theta = sin_cos(asked_.theta);
@@ -178,7 +187,7 @@ private:
             for (int i = 0; i < joints; ++i) now[i] = all[i];
             const bool there = abs(wrap(all[j] - asked_.theta)) < crossing_rule::slope;
             if (!there || index(configuration(task_.arm, now)) != gc) continue;
-            if (!open(l.s, l.motion, atan2(led.psi.sin, led.psi.cos))) continue;
+            if (!open(k, l.motion, atan2(led.psi.sin, led.psi.cos))) continue;
             all[j] = asked_.theta;
             candidates.put_posture(atan2(led.psi.sin, led.psi.cos), all, window, out);
         }
@@ -214,10 +223,10 @@ private:
                     if (asked_.goal.given && !asked_.start.given) candidates[b].set_reference(asked_.goal.q);
                     const Section& l = alone.sections[0];
                     if (asked_.locked) {
-                        fill_locked(l, gc, window, candidates[b], here);
+                        fill_locked(k, l, gc, window, candidates[b], here);
                     } else {
                         candidates[b].fill(alone, l, window, here);
-                        for (int h = 0; h < hinges; ++h) fill_led(l, gc, h, window, candidates[b], here);
+                        for (int h = 0; h < hinges; ++h) fill_led(k, l, gc, h, window, candidates[b], here);
                     }
                 }
                 const std::size_t at = layers[k].size();
@@ -459,7 +468,7 @@ private:
                 const double step = min(max(move[k], -crossing_rule::step), crossing_rule::step);
                 Row row = rows_[k];
                 if (!row.fixed && put(row, row.x + step) && within_limits(task_.limits, row.q, 0.0) &&
-                    open(row.s, motion(row), row.phi))
+                    open(k, motion(row), row.phi))
                     rows_[k] = row;
             }
             const double then = energy();
@@ -579,6 +588,7 @@ private:
     const Task& task_;
     const CrossingTask& asked_;
     std::vector<Row> rows_;
+    std::vector<std::unique_ptr<ArcSet>> left_;  // by obstacles and the user: of each section and branch
 };
 
 }  // namespace detail

@@ -21,7 +21,8 @@ enum class Verdict : std::uint8_t {
                  // search was given up
 };
 
-/// A limit that, alone moved out by `extra` rad, leaves an arm angle.
+/// A limit that, alone moved out by `extra` rad, leaves an arm angle; one that a start lies beyond by so
+/// much.
 struct Opening {
     int joint;  // 1..7
     bool upper;
@@ -41,11 +42,12 @@ struct BranchReport {
     double cost = not_a_number;          // the objective of the curve
     double stationarity = not_a_number;  // the share of it that another step of the descent would save
     double nearest_psi = not_a_number;
-    unsigned through = 0;   // bit k: the way passes through branch k too, where the two meet
-    unsigned sections = 0;  // that were looked at
-    bool given_up = false;  // the sections or links that a plan may try were spent before it was known
-    unsigned blocking = 0;  // bit j: joint j + 1 is one of those that leave no arm angle
-    Tag touching = 0;       // the pair that does, or that fails by least; 0: obstacles are not the reason
+    unsigned through = 0;    // bit k: the way passes through branch k too, where the two meet
+    unsigned sections = 0;   // that were looked at
+    bool given_up = false;   // the sections or links that a plan may try were spent before it was known
+    bool elsewhere = false;  // the start, or the goal, is a posture of another branch
+    unsigned blocking = 0;   // bit j: joint j + 1 is one of those that leave no arm angle
+    Tag touching = 0;        // the pair that does, or that fails by least; 0: obstacles are not the reason
     double shortfall = not_a_number;  // m by which that pair is too near
     std::vector<Opening> openings;
 };

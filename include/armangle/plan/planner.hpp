@@ -53,8 +53,11 @@ struct Plan {
 };
 
 namespace plan_rule {
-inline constexpr int rounds = 4;   // of new sections where a proof saw a violation
-inline constexpr int samples = 5;  // of an empty range, to explain it
+inline constexpr int rounds = 4;                    // of new sections where a proof saw a violation
+inline constexpr int samples = 5;                   // of an empty range, to explain it
+inline constexpr std::size_t sections_looked = 33;  // of a range that obstacles shut, for where it is worst
+inline constexpr double look = 0.3;                 // of psi from look to look there (rad)
+inline constexpr int thirds = 8;                    // by which the neighbours of the worst close in on it
 /// Links that are tried per section asked, over all branches, before a search is given up, and as many again
 /// to draw what it found: some ten times what an arm without turns takes, some 2 s for 250 poses.
 inline constexpr long long links = 300000;
@@ -177,19 +180,21 @@ private:
         Tag blocking = 0;
         const Status status = task_.keep_open(s, m, any, left, blocking);
         if (contains(left, phi)) return true;
-        why.why =
-            status == Status::POSE_BLOCKED || status == Status::NOT_ALLOWED ? status : Status::CLEARANCE;
-        if (!task_.scenes) why.why = Status::NOT_ALLOWED;
-        why.touching = blocking;
-        if (why.why != Status::CLEARANCE) return false;
         why.why = Status::NOT_ALLOWED;  // where it is clear: what the user allows leaves it out
+        if (!task_.scenes) return false;
+        if (status == Status::POSE_BLOCKED) {
+            why.why = status;
+            why.touching = blocking;
+        }
         for (int k = task_.scenes.first(s); k <= task_.scenes.last(s); ++k) {
             const Scene& scene = task_.scenes[k];
             const Proximity near = proximity(task_.arm, scene, m, phi);
             if (!(near.distance < scene.clearance)) continue;
-            why.why = Status::CLEARANCE;
+            const double shortfall = scene.clearance - near.distance;
+            if (shortfall <= why.shortfall) continue;
+            why.why = status == Status::POSE_BLOCKED ? status : Status::CLEARANCE;
             why.touching = near.pair;
-            why.shortfall = scene.clearance - near.distance;
+            why.shortfall = shortfall;
         }
         return false;
     }
@@ -212,9 +217,11 @@ private:
         return triad(task_.arm, flange_pose(task_.arm, task_.pose(s))).w;
     }
 
-    /// Order of branches: those with a way first, by the objective, then by the least margin.
+    /// Order of branches: those with a way first, by the objective, then by the least margin; of the others
+    /// those of the start and the goal, by how far they lead.
     static bool before(const BranchReport& a, const BranchReport& b) noexcept {
         if ((a.verdict == Verdict::ok) != (b.verdict == Verdict::ok)) return a.verdict == Verdict::ok;
+        if (a.verdict != Verdict::ok && a.elsewhere != b.elsewhere) return b.elsewhere;
         if (a.verdict != Verdict::ok) return a.reached > b.reached;
         if (a.cost != b.cost) return a.cost < b.cost;
         const double x = min(a.margin, a.elbow_margin), y = min(b.margin, b.elbow_margin);
@@ -274,12 +281,16 @@ private:
             most = placed(l, out.phi, q, out.q);
         }
         const double clear = clearance(out.q);
-        if (index(configuration(task_.arm, now.theta)) != tube.gc) return out;
+        out.elsewhere = index(configuration(task_.arm, now.theta)) != tube.gc;
+        if (out.elsewhere) return out;
         if (most > tolerance::angle && clear < proof::least_margin) return out;
         out.gap = most;
         if (!open(l.s, l.motion, out.phi, out)) return out;
-        if (l.status != Status::OK || !within_limits(task_.limits, out.q, tolerance::angle)) return out;
-        if (clear < task_.table.margin - tolerance::angle) return out;
+        const bool within = within_limits(task_.limits, out.q, tolerance::angle);
+        const bool apart = !(clear < task_.table.margin - tolerance::angle);
+        if (!within) out.why = Status::LIMITS;
+        if (within && !apart) out.why = Status::NEAR_SINGULAR;
+        if (l.status != Status::OK || !within || !apart) return out;
         out.arc = nearest_arc(tube, l, out.phi);
         const Arc& a = tube.arc(l)[out.arc];
         out.phi = lift(out.phi, 0.5 * (a.lower + a.upper));
@@ -318,21 +329,15 @@ private:
         const Ends fixed = ends(t);
         plan_.start_gap = max(plan_.start_gap, fixed.start.gap);  // 0 but in the branch of the start
         plan_.goal_gap = max(plan_.goal_gap, fixed.goal.gap);
-        if (!fixed.held()) {
-            out.verdict = fixed.starts ? Verdict::goal : Verdict::start;
-            out.from = out.to = fixed.starts ? 1.0 : 0.0;
-            const Anchor& missing = fixed.starts ? fixed.goal : fixed.start;
-            out.status = missing.why;
-            out.touching = missing.touching;
-            out.shortfall = missing.shortfall;
-        }
+        if (!fixed.held()) refuse_end(fixed, out);
+        const bool refused = !fixed.held() && !out.elsewhere && out.status != Status::OUTSIDE;
         out.sections = static_cast<unsigned>(t.sections.size());
         Way way;
         if (fixed.starts) {
             way = widest(t, fixed);
             if (way.reached) out.reached = t.sections[way.reached - 1].s;
         }
-        if (const std::size_t at = first_empty(t); at < t.sections.size()) {
+        if (const std::size_t at = first_empty(t); at < t.sections.size() && !refused) {
             explain_empty(t, at, out);
         } else if (fixed.held() && !way.whole) {
             out.given_up = way.given_up || t.coarse;
@@ -355,6 +360,23 @@ private:
             out.elbow_margin = least_elbow_margin(t, way);
         }
         return out;
+    }
+
+    /// Which end a branch cannot have, and why.
+    void refuse_end(const Ends& fixed, BranchReport& out) const {
+        const Anchor& missing = fixed.starts ? fixed.goal : fixed.start;
+        out.verdict = fixed.starts ? Verdict::goal : Verdict::start;
+        out.from = out.to = fixed.starts ? 1.0 : 0.0;
+        out.status = missing.why;
+        out.elsewhere = missing.elsewhere;
+        out.touching = missing.touching;
+        out.shortfall = missing.shortfall;
+        for (int j = 0; j < joints && missing.why == Status::LIMITS; ++j) {
+            const double below = task_.limits.lower[j] - missing.q[j],
+                         above = missing.q[j] - task_.limits.upper[j];
+            if (max(below, above) > tolerance::angle)
+                out.openings.push_back({j + 1, above > below, max(below, above)});
+        }
     }
 
     /// The best way with as few windings at a free start as give `enough` margin, or with all that are tried.
@@ -426,18 +448,72 @@ private:
         const Section& middle = t.sections[(at + end - 1) / 2];
         out.status = middle.status;
         out.touching = middle.blocking;
-        if (out.status == Status::CLEARANCE) {
-            ArcSet own;
-            feasible(middle.motion, middle.functions, task_.table, own);
-            const Scene& scene = task_.scenes.at(middle.s);
-            const Proximity near = armangle::widest(task_.arm, scene, middle.motion, own).nearest;
-            out.touching = near.pair ? near.pair : middle.blocking;
-            if (near.pair) out.shortfall = scene.clearance - near.distance;
-        }
+        out.shortfall = not_a_number;
+        out.openings.clear();
+        if (out.status == Status::CLEARANCE) explain_touching(t, at, end, out);
         if (out.status == Status::CLEARANCE || out.status == Status::POSE_BLOCKED ||
             out.status == Status::NOT_ALLOWED)
             return;
         explain_limits(task_, t, at, end, plan_rule::samples, out);
+    }
+
+    /// The nearest pair at one of some arm angles within the limits, that which keeps farthest; nothing of
+    /// the pair where there is none.
+    Proximity roomiest(const SelfMotion<double>& m, const Scene& scene, const ArcSet& own) const noexcept {
+        Proximity best{-infinity, 0, {}, {}, not_a_number};
+        const auto look = [&](double phi) {
+            const Proximity here = proximity(task_.arm, scene, m, phi, true);
+            if (here.distance > best.distance) best = here;
+        };
+        const int arcs = own.full ? 1 : own.count;
+        for (int k = 0; k < arcs; ++k) {
+            const double lower = own.full ? -pi : own.arc[k].lower, upper = own.full ? pi : own.arc[k].upper;
+            const int steps = 2 + static_cast<int>((upper - lower) / plan_rule::look);
+            for (int i = 0; i <= steps; ++i) look(lower + (upper - lower) * i / steps);
+        }
+        return best;
+    }
+
+    /// Which pair leaves sections `at` to `end` no arm angle, and by how much it is too near where it is
+    /// worst: of some sections that with the least room, and what lies between its neighbours.
+    void explain_touching(const Tube& t, std::size_t at, std::size_t end, BranchReport& out) const {
+        double worst = t.sections[at].s, least = infinity;
+        Proximity nearest{infinity, 0, {}, {}, not_a_number};
+        const auto room = [&](double s) {
+            const SelfMotion<double> m = self_motion(task_.arm, task_.circle_at(s), configuration(t.gc));
+            ArcSet own;
+            if (feasible(m, task_.functions(m), task_.table, own) != Status::OK) return infinity;
+            const Proximity here = roomiest(m, task_.scenes.at(s), own);
+            if (here.pair && here.distance < least) {
+                worst = s;
+                least = here.distance;
+                nearest = here;
+            }
+            return here.distance;
+        };
+        const std::size_t count = end - at, looks = std::min(count, plan_rule::sections_looked);
+        std::vector<double> s;
+        for (std::size_t i = 0; i < looks; ++i)
+            s.push_back(t.sections[at + (looks > 1 ? i * (count - 1) / (looks - 1) : 0)].s);
+        for (const double each : s) room(each);
+        const auto where = static_cast<std::size_t>(std::find(s.begin(), s.end(), worst) - s.begin());
+        double low = s[where ? where - 1 : 0], high = s[std::min(where + 1, looks - 1)];
+        for (int i = 0; i < plan_rule::thirds && low < high; ++i) {
+            const double left = (2 * low + high) / 3, right = (low + 2 * high) / 3;
+            if (room(left) < room(right))
+                high = right;
+            else
+                low = left;
+        }
+        if (!nearest.pair) return;
+        const SelfMotion<double> m = self_motion(task_.arm, task_.circle_at(worst), configuration(t.gc));
+        const Scene& scene = task_.scenes.at(worst);
+        ArcSet own;
+        feasible(m, task_.functions(m), task_.table, own);
+        const Proximity farthest = armangle::widest(task_.arm, scene, m, own).nearest;
+        if (farthest.pair && farthest.distance > nearest.distance) nearest = farthest;
+        out.touching = nearest.pair;
+        out.shortfall = scene.clearance - nearest.distance;
     }
 
     /// Whether an obstacle, or the user, ends the arc in which a way ends.

@@ -28,6 +28,7 @@ inline constexpr double tie = 1e-6;   // margins closer than this are equal (rad
 /// A posture that a plan must begin or end with.
 struct Anchor {
     bool given = false;
+    bool elsewhere = false;  // the joints that were asked are of another branch
     double phi = 0;
     std::uint32_t arc = 0;
     double q[joints] = {};

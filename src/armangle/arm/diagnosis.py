@@ -12,10 +12,7 @@ from .._arrays import MILLIMETRES, Floats, frozen, in_millimetres
 from ..scenes.ready import Ready
 from ..status import STATUSES, Status
 
-_ANCHOR = (
-    "lies outside the limits, in another global configuration, or where no arm angle gives it; "
-    "or it is singular, and no way on from it was found."
-)
+_ANCHOR = "lies where no arm angle gives it; or it is singular, and no way on from it was found."
 
 
 class _Finding(IntEnum):
@@ -86,13 +83,15 @@ class Branch:
     blocking : tuple of int
         Joints 1..7 whose limits together leave no arm angle; none of them can be left out.
     openings : tuple of Opening
-        Single limits that would leave one, least first.
+        Single limits that would leave one, least first. Of START and GOAL: those that the posture lies
+        beyond, by how much.
     touching : tuple of (str, str), or None
-        With an obstacle in the way its name and the link's. Of IMPOSSIBLE the pair that comes too near where
-        the branch fails by least; of START and GOAL the one that is nearest there; of DEAD_END one that
-        bounds the arc in which the way ends.
+        With an obstacle in the way its name and the link's. Of IMPOSSIBLE the pair that comes too near at the
+        arm angle that keeps farthest, on a path where that is nearest of the range; of START and GOAL the one
+        that is nearest there; of DEAD_END one that bounds the arc in which the way ends.
     short : float
-        How much nearer than the scene's clearance that is, m; NaN where no arm angle changes it.
+        How much nearer than the scene's clearance that is, m: the most of some places of the range. NaN
+        where no arm angle changes it.
     sections : int
         Places of the path at which the feasible arcs were looked at.
     given_up : bool
@@ -100,6 +99,9 @@ class Branch:
     through : tuple of int
         Other global configurations that the way passes through; it crosses at θ2 = 0 or θ6 = 0, where the
         two are one posture. The margins are then those to limits alone.
+    elsewhere : bool
+        Whether the start, or the goal, is a posture of another branch: then what is found out about this one
+        is no reason why there is no way.
     """
 
     gc: int
@@ -121,6 +123,7 @@ class Branch:
     sections: int = 0
     given_up: bool = False
     through: tuple[int, ...] = ()
+    elsewhere: bool = False
 
     @property
     def ok(self) -> bool:
@@ -174,14 +177,26 @@ class Branch:
                 return f"every curve that was tried {touches}breaks a limit between the samples{where}."
 
     def _anchor(self) -> str:
+        if self.elsewhere:
+            return "is a posture of another global configuration."
         if self.status == Status.NOT_ALLOWED:
             return "lies outside the arcs that the caller allows."
+        if self.status == Status.NEAR_SINGULAR:
+            return "lies nearer to a singular posture than the margin asked."
+        if self.status == Status.LIMITS and self.openings:
+            return f"lies outside the limits, {self._beyond()}."
         if self.touching is None:
             return _ANCHOR
         obstacle, link = self.touching
         if math.isnan(self.short):
             return f"is blocked: {link} meets {obstacle}."
         return f"is blocked: {link} comes {self.short * MILLIMETRES:.3g} mm too near to {obstacle}."
+
+    def _beyond(self) -> str:
+        """Return by how much a start or a goal lies outside, the most of it first."""
+        worst = sorted(self.openings, key=lambda opening: -opening.extra)
+        parts = [f"{math.degrees(o.extra):.3g}° beyond the {o.side} one of joint {o.joint}" for o in worst]
+        return ", ".join(parts)
 
     def _blocked(self, where: str, path: bool) -> str:
         sentence = STATUSES[self.status].sentence
@@ -190,7 +205,8 @@ class Branch:
         obstacle, link = self.touching
         if self.status == Status.POSE_BLOCKED:
             return f"{link} meets {obstacle}{where if path else ' at this pose'}, whatever the arm angle."
-        by = "" if math.isnan(self.short) else f" {self.short * MILLIMETRES:.3g} mm"
+        up_to = "up to " if path else ""
+        by = "" if math.isnan(self.short) else f" {up_to}{self.short * MILLIMETRES:.3g} mm"
         return f"within the limits {link} comes{by} too near to {obstacle}{where}, whatever the arm angle."
 
     def _why(self) -> str:
@@ -255,14 +271,23 @@ class Diagnosis:
         raise KeyError(gc)
 
     def explain(self) -> str:
-        """Return the findings in words, one line a branch; branches of the same finding share one."""
+        """Return the findings in words, one line a branch, what keeps the path from being first.
+
+        Branches of the same finding share one line, and so do those that the start or the goal is none of.
+        """
         lines: dict[str, list[int]] = {}
-        for branch in self.branches:
+        others = []
+        for branch in sorted(self.branches, key=lambda b: b.elsewhere):
             text = branch.explain(path=self.path).split(": ", 1)[1]
-            lines.setdefault(text, []).append(branch.gc)
-        head = []
+            if branch.elsewhere and text not in lines and lines:
+                others.append(branch.gc)
+            else:
+                lines.setdefault(text, []).append(branch.gc)
+        head = [f"GC {', '.join(map(str, gcs))}: {text}" for text, gcs in lines.items()]
+        if others:
+            head.append(f"GC {', '.join(map(str, others))}: another global configuration than the one given.")
         if self.path and not self.ok:
-            head = [f"The path can be followed up to s = {self.reached:.4g}."]
+            head.append(f"The path can be followed up to s = {self.reached:.4g}.")
         tail = []
         if self.nearest is not None and self.nearest_gap > 0:
             place = ", ".join(f"{value:.6g}" for value in self.nearest[:3, 3])
@@ -271,15 +296,13 @@ class Diagnosis:
                 f"{self.nearest_gap * MILLIMETRES:.4g} mm away: x, y, z = {place} m"
                 f"{in_millimetres(self.nearest_gap) or '.'}"
             ]
-        return "\n".join(
-            head + [f"GC {', '.join(map(str, gcs))}: {text}" for text, gcs in lines.items()] + tail
-        )
+        return "\n".join(head + tail)
 
 
 def branch_of(report: tuple[Any, ...], ready: Ready | None = None) -> Branch:
     """Return the branch that a report of the core stands for; `ready`: the scene that it is about."""
     gc, verdict, status, s_from, s_to, excess, reached, margin, elbow, cost, still, psi, *rest = report
-    blocking, openings, sections, given_up, through, pair, short = rest
+    blocking, openings, sections, given_up, through, pair, short, elsewhere = rest
     found = [Opening(joint, "upper" if upper else "lower", extra) for joint, upper, extra in openings]
     return Branch(
         gc=gc, verdict=Verdict(verdict), status=STATUSES[status], s_from=s_from, s_to=s_to, excess=excess,
@@ -287,5 +310,5 @@ def branch_of(report: tuple[Any, ...], ready: Ready | None = None) -> Branch:
         blocking=tuple(joint for joint in range(1, 8) if blocking >> (joint - 1) & 1),
         openings=tuple(sorted(found, key=lambda o: o.extra)), sections=sections, given_up=given_up,
         through=tuple(other for other in range(8) if through >> other & 1),
-        touching=None if ready is None else ready.pair(pair), short=short,
+        touching=None if ready is None else ready.pair(pair), short=short, elsewhere=elsewhere,
     )  # fmt: skip

@@ -211,7 +211,8 @@ def plan(
     weights = _weights(arm, objective)
     if arm.chain is not None and callable(scene):
         raise unsupported("plan with a scene that moves", "follow, which takes one for each row")
-    along, truth = _along(arm.nominal, scene, obstacle_speed), None
+    standing, more = _standing(scene, obstacle_speed)
+    along, truth = ready_each(arm.nominal, _kept_off(standing, more)), None
     if arm.chain is not None and along:
         truth = arm._needed(cast(Scene, scene)).handle
     handle, last_joint = _with_roll(arm, roll, first, last, scene, kept)
@@ -224,7 +225,7 @@ def plan(
         )  # fmt: skip
 
     ready = along[0] if along else None
-    calm = [] if scene is None else _along(arm.nominal, scene, obstacle_speed, soft=True)
+    calm = ready_each(arm.nominal, _kept_off(standing, more, soft=True))
     found = planned(calm or along)
     if calm and not (found[0] and len(found[4]) == 0):
         found = planned(along)
@@ -239,37 +240,44 @@ def plan(
     curve = Curve(whole._segments, stretches, plane, branch, roll) if len(stretches) else None
     if curve is not None and ok and samples is None and not isinstance(whole, Waypoints):
         rows = _finer(arm, curve, rows)
-    standing = tuple(scenes_at(scene, rows.tolist()))
-    return _result(arm, whole, rows, curve, diagnosis, ok, open_, standing)
+    beside = tuple(scenes_at(scene, rows.tolist()))
+    return _result(arm, whole, rows, curve, diagnosis, ok, open_, beside)
 
 
-def _along(
-    arm: Arm, scene: Scene | Callable[[float], Scene] | None, speed: float | None, *, soft: bool = False
-) -> list[Ready]:
-    """Return what stands about, each for an even part of the path; `soft`: with what is kept beyond."""
+def _standing(
+    scene: Scene | Callable[[float], Scene] | None, speed: float | None
+) -> tuple[list[Scene], float]:
+    """Return what stands about, each for an even part of the path, and how far it moves from there, m."""
     if not (scene is None or isinstance(scene, Scene) or callable(scene)):
         raise SceneError("plan", "scene", scene, "an armangle.Scene, or a function s -> Scene")
     if scene is None or not callable(scene):
         if speed is not None:
             raise InputError("obstacle_speed is of a scene that moves, and scene is no function of s")
-        every, more = scenes_at(scene, []), 0.0
-    else:
-        if speed is None:
-            raise InputError(
-                "scene is a function of s, and nothing is known of it between the s asked: nothing could be "
-                "certified; give obstacle_speed, the most that a point of an obstacle moves, m per unit of s"
-            )
-        most = as_number("obstacle_speed (m per unit of s)", speed, 0.0, _FASTEST)
-        parts = int(np.clip(np.ceil(most / (2 * _STANDS_FOR)), 1, _MOST_PARTS))
-        every, more = scenes_at(scene, ((np.arange(parts) + 0.5) / parts).tolist()), most / (2 * parts)
-        for at, each in enumerate(every):
-            if each.names != every[0].names:
-                raise SceneError(f"scene[{at}]", "names", each.names, f"those of the first, {every[0].names}")
-    if soft and not any(each.soft for each in every):
+        return scenes_at(scene, []), 0.0
+    if speed is None:
+        raise InputError(
+            "scene is a function of s, and nothing is known of it between the s asked: nothing could be "
+            "certified; give obstacle_speed, the most that a point of an obstacle moves, m per unit of s"
+        )
+    most = as_number("obstacle_speed (m per unit of s)", speed, 0.0, _FASTEST)
+    parts = int(np.clip(np.ceil(most / (2 * _STANDS_FOR)), 1, _MOST_PARTS))
+    every = scenes_at(scene, ((np.arange(parts) + 0.5) / parts).tolist())
+    for at, each in enumerate(every):
+        if each.names != every[0].names:
+            raise SceneError(f"scene[{at}]", "names", each.names, f"those of the first, {every[0].names}")
+    return every, most / (2 * parts)
+
+
+def _kept_off(scenes: list[Scene], more: float, *, soft: bool = False) -> list[Scene]:
+    """Return scenes kept off by as much more, m; `soft`: and by what each keeps beyond.
+
+    Of scenes none of which keeps more than its clearance there are none to be `soft`.
+    """
+    if soft and not any(each.soft for each in scenes):
         return []
-    if more or soft:
-        every = [replace(e, clearance=e.clearance + more + soft * e.soft, soft=0.0) for e in every]
-    return ready_each(arm, every)
+    if not (more or soft):
+        return scenes
+    return [replace(each, clearance=each.clearance + more + soft * each.soft, soft=0.0) for each in scenes]
 
 
 def _weights(arm: Arm, objective: Objective) -> Floats:
