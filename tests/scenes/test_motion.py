@@ -139,7 +139,8 @@ def test_why_there_is_no_solution() -> None:
     assert (
         "grip meets floor at this pose, whatever the arm angle." in hand.explain(POSE, scene=floor).explain()
     )
-    assert ARM.explain(POSE, scene=LAMP).ok
+    beside = ARM.explain(POSE, scene=LAMP)
+    assert beside.ok and "solved within all limits and clear of the scene." in beside.explain()
     with pytest.raises(
         aa.NoSolutionError, match="No arm angle keeps clear of the obstacles within all limits"
     ):

@@ -1932,7 +1932,9 @@ class Arm(FrozenValue):
         _core.path_waypoints(frame[None], segment)
         branches = tuple(map(branch_of, self._handle.explain_pose(segment, margin)))
         if scene is not None:
-            branches = tuple(self._meets(branch, frame, scene, margin) for branch in branches)
+            branches = tuple(
+                replace(self._meets(branch, frame, scene, margin), scene=True) for branch in branches
+            )
         nearest = np.empty((4, 4))
         gap = self._handle.nearest_pose(frame, nearest)
         return Diagnosis(branches, path=False, nearest=nearest, nearest_gap=gap)

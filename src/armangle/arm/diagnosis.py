@@ -102,6 +102,8 @@ class Branch:
     elsewhere : bool
         Whether the start, or the goal, is a posture of another branch: then what is found out about this one
         is no reason why there is no way.
+    scene : bool
+        Whether it was found out among obstacles, so that what is possible is also clear of them.
     """
 
     gc: int
@@ -124,6 +126,7 @@ class Branch:
     given_up: bool = False
     through: tuple[int, ...] = ()
     elsewhere: bool = False
+    scene: bool = False
 
     @property
     def ok(self) -> bool:
@@ -141,7 +144,7 @@ class Branch:
         match self.verdict:
             case Verdict.OK:
                 if not path:
-                    return "solved within all limits."
+                    return f"solved within all limits{' and clear of the scene' if self.scene else ''}."
                 least = math.degrees(min(self.margin, self.elbow_margin))
                 if self.through:
                     others = ", ".join(map(str, self.through))
@@ -311,4 +314,5 @@ def branch_of(report: tuple[Any, ...], ready: Ready | None = None) -> Branch:
         openings=tuple(sorted(found, key=lambda o: o.extra)), sections=sections, given_up=given_up,
         through=tuple(other for other in range(8) if through >> other & 1),
         touching=None if ready is None else ready.pair(pair), short=short, elsewhere=elsewhere,
+        scene=ready is not None,
     )  # fmt: skip

@@ -214,7 +214,10 @@ def _refuse_kind(where: str, kind: str) -> NoReturn:
 def _finish(out: Covered, chain: Chain, arm: ArmDescription) -> None:
     """Refuse what has no shape, and let links touch whose covers always do."""
     if not out.links:
-        raise SceneError(chain.source, "collision", None, "a robot whose links have collision shapes")
+        raise SceneError(
+            chain.source, "collision", None,
+            "a robot whose links have collision shapes; else Body.bones, or --body 90,80 (radii in mm)",
+        )  # fmt: skip
     out.ignore = always_touching(out, arm)
     if out.ignore:
         pairs = ", ".join(f"{one} and {other}" for one, other in out.ignore)
