@@ -186,10 +186,12 @@ inline void join(std::vector<Collected>& parts, Collected& whole) {
 }
 
 inline void join(std::vector<Collected>& parts, Collected& whole) {
-    join<&Collected::count>(parts, whole), join<&Collected::psi>(parts, whole),
-        join<&Collected::value>(parts, whole);
-    join<&Collected::joint>(parts, whole), join<&Collected::side>(parts, whole),
-        join<&Collected::status>(parts, whole);
+    join<&Collected::count>(parts, whole);
+    join<&Collected::psi>(parts, whole);
+    join<&Collected::value>(parts, whole);
+    join<&Collected::joint>(parts, whole);
+    join<&Collected::side>(parts, whole);
+    join<&Collected::status>(parts, whole);
     if (!whole.with_scene) return;
     join<&Collected::pair>(parts, whole);
     join<&Collected::blocking>(parts, whole);

@@ -24,8 +24,13 @@ armangle::ArmParameters parameters(Floats lengths, Floats joint_map, Floats base
     armangle::ArmParameters p;
     double length[7], map[4 * armangle::joints], transform[16], along[3];
     copy(lengths, length, {7});
-    p.d_bs = length[0], p.d_se = length[1], p.d_ew = length[2], p.d_wf = length[3], p.a_3 = length[4],
-    p.a_4 = length[5], p.d_4 = length[6];
+    p.d_bs = length[0];
+    p.d_se = length[1];
+    p.d_ew = length[2];
+    p.d_wf = length[3];
+    p.a_3 = length[4];
+    p.a_4 = length[5];
+    p.d_4 = length[6];
     copy(joint_map, map, {4 * armangle::joints});
     for (int i = 0; i < armangle::joints; ++i) {
         p.sign[i] = map[i];

@@ -211,7 +211,8 @@ nb::object plan_path(const Handle& self, Floats segments, Floats rows, Floats st
         if (wish != Wish::psi) along.target = as_vector(along.psi);
         options.wish = &along;
     }
-    options.branches = branches, options.singularity_margin = singularity_margin,
+    options.branches = branches;
+    options.singularity_margin = singularity_margin;
     options.limit_margin = limit_margin;
     options.held_q_7 = held_q_7;
     std::vector<const Scene*> views;
@@ -349,8 +350,8 @@ void interval_many(int operation, Floats a, Floats b, Floats out) {
             q(y.data<double>()[2 * i], y.data<double>()[2 * i + 1]);
         const Interval results[] = {p + q,          p - q,       p * q,     p / q,  sqrt(p),   sin_cos(p).sin,
                                     sin_cos(p).cos, hypot(p, q), square(p), abs(p), min(p, q), max(p, q)};
-        to.data<double>()[2 * i] = results[operation].lo,
-                              to.data<double>()[2 * i + 1] = results[operation].hi;
+        to.data<double>()[2 * i] = results[operation].lo;
+        to.data<double>()[2 * i + 1] = results[operation].hi;
     }
 }
 

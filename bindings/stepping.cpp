@@ -79,9 +79,11 @@ struct GivenBounds {
         if (!numbers.is_array('d', {1 + 3 * joints})) throw std::invalid_argument("22 numbers were expected");
         const double* x = numbers.data<double>();
         value.dt = x[0];
-        for (int j = 0; j < joints; ++j)
-            value.velocity[j] = x[1 + j], value.acceleration[j] = x[1 + joints + j],
+        for (int j = 0; j < joints; ++j) {
+            value.velocity[j] = x[1 + j];
+            value.acceleration[j] = x[1 + joints + j];
             value.velocity_now[j] = x[1 + 2 * joints + j];
+        }
         options.bounds = &value;
     }
 };

@@ -42,16 +42,19 @@ HEAD = re.compile(r"(?:(?:if|for|while)\s*\((?:[^()]|\((?:[^()]|\([^()]*\))*\))*
 
 def chained(code: str) -> Iterator[int]:
     """Lines that are a statement with a comma between two actions: `a = x, b = y;`, `return a = x, b;`."""
-    before = ""
+    before, begun = "", (0, "")
     for number, line in enumerate(code.splitlines(), 1):
-        statement = line.strip()
-        begins = not before or before.endswith((";", "{", "}", ")", ":", "else"))
-        before = statement or before
-        if not begins:
+        part = line.strip()
+        within = before.startswith("enum ") or re.search(r"[\w>]\{$|= \{$", before)  # a list of values
+        begins = not before or (before.endswith((";", "{", "}", ")", ":", "else")) and not within)
+        before = part or before
+        begun = (number, part) if begins else (begun[0], f"{begun[1]} {part}")
+        if not part.endswith(";"):
             continue
+        number, statement = begun
         while head := HEAD.match(statement):
             statement = statement[head.end() :]
-        if not statement.endswith(";") or re.match(r"[:,?]", statement):
+        if re.match(r"[:,?]", statement):
             continue
         returned = statement.startswith("return ")
         statement = statement.removeprefix("return ")
@@ -106,6 +109,8 @@ def test_lines_fit(path: Path) -> None:
         "void f() {\n    if (x) a.b[i] += 1, c(d);\n}",
         "return value = x, Problem::y;",
         "first.push(1), second.push(2);",
+        "a.first = 1,\n    a.second = 2;",
+        "join(a),\n    join(b);",
     ],
 )
 def test_a_comma_put_wrong_is_seen(wrong: str) -> None:
@@ -124,6 +129,8 @@ def test_a_nested_conditional_is_seen() -> None:
         "int a[] = {1, 2};",
         "for (int i = 0, n = 2; i < n; ++i) h(i, i);",
         "return {a = b, b};",
+        "enum class E {\n    a = 0,\n    b = 1,\n};",
+        "const Cell out{\n    f(a), b};",
     ],
 )
 def test_what_is_plain_passes(right: str) -> None:

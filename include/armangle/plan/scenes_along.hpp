@@ -1,10 +1,10 @@
 // What stands about along a path: one scene, or several of which each stands for an even part of it.
 //
-//     |--- scene 0 ---|--- scene 1 ---|--- scene 2 ---| s        An obstacle that moves by at most v over the
-//     0              1/3             2/3              1          path is within v / (2 n) of where it is in
-//     the
-//                                                                middle of the n-th part: so much clearance
-// more than asked makes the scene of the middle stand for the whole part.
+//     |--- scene 0 ---|--- scene 1 ---|--- scene 2 ---| s
+//     0              1/3             2/3              1
+//
+// An obstacle that moves by at most v over the path is within v / (2 n) of where it is in the middle of the
+// n-th part: so much clearance more than asked makes the scene of the middle stand for the whole part.
 #pragma once
 
 #include "../scene/scene.hpp"
