@@ -36,6 +36,32 @@ def poses_of(arm: aa.Arm, rng: np.random.Generator, count: int) -> Poses:
     return arm.forward(q, undefined="nan")[0]
 
 
+SINGULAR = [(), (1,), (3,), (5,), (1, 3), (3, 5), (1, 5), (1, 3, 5)]
+"""Which of joints 2, 4 and 6 are at 0 (index 1, 3, 5)."""
+
+
+def postures_of(arm: aa.Arm, rng: np.random.Generator, count: int) -> Poses:
+    """Postures within the limits: each bend at 0 or not, some joints exactly at a limit."""
+    straight = arm.signs * (np.array([0, 0, 0, arm.delta, 0, 0, 0]) - arm.offsets)
+    q = rng.uniform(np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi), (len(SINGULAR), count, 7))
+    for own, joints in zip(q, SINGULAR, strict=True):
+        ends = rng.choice([-1, 0, 0, 0, 0, 1], own.shape)
+        own[ends < 0] = np.broadcast_to(arm.lower, own.shape)[ends < 0]
+        own[ends > 0] = np.broadcast_to(arm.upper, own.shape)[ends > 0]
+        own[:, joints] = straight[list(joints)]
+    q = q.reshape(-1, 7)
+    return q[arm.within_limits(q, 0.0)]
+
+
+def plain_postures_of(arm: aa.Arm, rng: np.random.Generator, count: int) -> Poses:
+    """Postures of right angles and of limits alone, as arms are parked in."""
+    q = np.empty((count, 7))
+    for joint, (lower, upper) in enumerate(zip(arm.lower, arm.upper, strict=True)):
+        choice = np.array([-np.pi / 2, 0.0, np.pi / 2, lower, upper])
+        q[:, joint] = rng.choice(choice[(choice >= lower) & (choice <= upper)], count)
+    return q
+
+
 def arms(rng: np.random.Generator) -> list[aa.Arm]:
     base, tool = np.eye(4), aa.pose([0.05, 0.02, 0.1], rpy=[0.3, 0.2, 0.1])
     base[:3, 3] = 0.1, 0.2, 0.3
@@ -51,8 +77,7 @@ def test_freedom_is_the_sum_of_feasible_all() -> None:
         arcs = arm.feasible_all(poses)
         has = arm.freedom(poses)
         assert np.allclose(has.total, arcs.measure.sum(axis=-1), rtol=0, atol=1e-12)
-        bits = (~arcs.is_empty) @ (1 << np.arange(8))
-        assert (bits & ~has.gc == 0).all()  # an isolated arm angle may hold a pose that no arc does
+        assert np.array_equal((~arcs.is_empty) @ (1 << np.arange(8)), has.gc)
         assert np.array_equal(has.gc != 0, np.asarray(has.status) == aa.Status.OK)
         assert np.array_equal(arm.reachable(poses), has.gc != 0)
         assert has.status[-1] == aa.Status.UNREACHABLE and not has.gc[-1]
@@ -68,6 +93,50 @@ def test_a_branch_that_freedom_adds_is_one_that_solve_finds(name: str) -> None:
     alone = (has.gc != 0) & arcs.is_empty.all(axis=-1)
     assert arm.solve(poses[alone]).ok.all() if alone.any() else True
     assert np.array_equal(arm.solve(poses).ok | (has.gc == 0), np.ones(len(poses), bool))
+
+
+@pytest.mark.parametrize("name", aa.catalogue())
+def test_freedom_agrees_with_arcs_and_postures_where_joints_are_one_axis(name: str) -> None:
+    arm = aa.Arm.from_catalogue(name)
+    q = postures_of(arm, draw.generator(16, 5), draw.count(40))
+    theta, poses = arm.signs * q + arm.offsets, arm.forward(q, undefined="nan")[0]
+    has, arcs = arm.freedom(poses), arm.feasible_all(poses)
+    assert np.abs(has.total - arcs.measure.sum(axis=-1)).max() < 1e-12
+    assert np.array_equal(has.arcs, arcs.count.sum(axis=-1))
+    bits = (~arcs.is_empty) @ (1 << np.arange(8))
+    assert not (bits & ~has.gc).any()
+    assert np.array_equal(arm.reachable(poses), has.gc != 0)
+    for turns in (arm.feasible_yaw(poses), arm.feasible_roll(poses)):
+        assert turns.contains(0.0)[has.gc != 0].all()
+    shown = np.zeros(has.gc.shape, np.uint8)
+    for gc in range(8):  # a branch without arcs holds a pose by a share of a turn: the posture is shown
+        found = arm.solve(poses, gc=gc)
+        shown |= found.ok.astype(np.uint8) << np.uint8(gc)
+        assert arm.within_limits(found.q[found.ok], 1e-10).all()
+        back = arm.forward(found.q[found.ok], undefined="nan")[0]
+        assert np.abs(back - poses[found.ok]).max(initial=0.0) < 1e-9
+    # with both hinges at 0 at one arm angle a posture is one of four branches at once: one may be shown
+    assert not (shown & ~has.gc).any() and np.array_equal(shown != 0, has.gc != 0)
+    assert (shown == has.gc)[(np.abs(theta[:, [1, 5]]) > 1e-12).any(axis=-1)].all()
+
+
+@pytest.mark.parametrize("name", aa.catalogue())
+def test_a_posture_at_its_limits_holds_its_pose(name: str) -> None:
+    # beside a singular posture rounding moves a joint by more than the 1e-11 rad of an isolated arm angle
+    arm = aa.Arm.from_catalogue(name)
+    rng = draw.generator(16, 6)
+    q = np.concatenate([plain_postures_of(arm, rng, draw.count(300)), postures_of(arm, rng, 10)])
+    pose, psi, gc = arm.forward(q, undefined="nan")
+    known = np.isfinite(psi)
+    pose, psi, gc, q = pose[known], psi[known], gc[known], q[known]
+    bends = np.sin((arm.signs * q + arm.offsets - [0, 0, 0, arm.delta, 0, 0, 0])[:, [1, 3, 5]])
+    sharp = (np.abs(bends) > 0.02).all(axis=-1)
+    assert sharp.sum() > 20
+    has = arm.freedom(pose)
+    assert arm.reachable(pose)[sharp].all()
+    assert (has.gc >> gc & 1)[sharp].all()
+    assert not arm.feasible(pose, gc).is_empty[sharp].any()
+    assert arm.solve(pose).ok[sharp].all()
 
 
 @pytest.mark.parametrize("of_base", [True, False])

@@ -20,6 +20,7 @@ struct Blocked {
         2 * pivots + 4 * hinges + pivots + 1;  // of pivots, of hinges, the paper's, one to write
     int count = 0;
     bool all = false;
+    bool touching = false;  // a joint turns back at its limit, or a hinge at 0 or pi: maybe at one psi alone
     Tag furthest_tag = 0;
     double furthest = -infinity;  // the end that lies furthest, and who made it
     Arc arc[capacity];
@@ -66,6 +67,12 @@ inline void avoid_paper_singularity(const LimitTable& t, const JointFunctions<do
     out.add({lower + turn, psi + t.psi_margin + turn, tag, tag});
 }
 
+/// Whether a hinge comes to 0 or pi, where the directions (V, U) of its pivots vanish: only then can an end
+/// be a jump.
+inline bool may_jump(const Hinge<double>& h) noexcept {
+    return min(h.high.below_one, h.low.above_minus_one) <= tolerance::touching;
+}
+
 /// |theta| of a hinge that does not move with psi.
 inline double constant_hinge(const Hinge<double>& h, const Pivot<double>& p) noexcept {
     const SinCos<double> zero{0.0, 1.0};
@@ -96,6 +103,7 @@ inline void block_pivots(const LimitTable& t, const JointFunctions<double>& f, c
         const double k = pivot.g / hypot(pivot.U.k, pivot.V.k);
         out.all |= !t.cone[p].contains({pivot.U.k * k, pivot.V.k * k});
     });
+    out.touching |= (b.pivot.touching & which) != 0;
     for_each_bit(b.pivot.kept & which, [&](int i) {
         const Tag tag = t.tag[i], other = t.tag[(i + pivots) % (2 * pivots)];
         out.add({b.pivot.lower[i], b.pivot.upper[i], tag, b.pivot.cut >> i & 1 ? other : tag});
@@ -107,6 +115,7 @@ inline void block_hinge(const LimitTable& t, const JointFunctions<double>& f, co
                         Blocked& out) noexcept {
     const int negative = f.hinge[hinge].g < 0, count = t.piece_count[hinge][negative];
     const HingePiece* piece = t.piece[hinge][negative];
+    out.touching |= (b.hinge.touching >> (2 * hinge) & 3) != 0 || detail::may_jump(f.hinge[hinge]);
     if (count == 0) {
         out.all = true;
     } else if (is_constant(f.hinge[hinge])) {
@@ -144,16 +153,23 @@ inline void sort_arcs(const Blocked& blocked, int* order) noexcept {
 
 }  // namespace detail
 
-/// The arcs that are left between the blocked ones: one sweep over the circle.
-inline void free_arcs(const Blocked& blocked, ArcSet& out) noexcept {
+/// The arcs that are left between the blocked ones: one sweep over the circle. Whether it passed over a gap
+/// below the tolerance, as narrow_gaps() lists them.
+inline bool free_arcs(const Blocked& blocked, ArcSet& out) noexcept {
     make_empty(out);
-    if (blocked.all) return;
-    if (blocked.count == 0) return make_full(out);
+    if (blocked.all) return false;
+    if (blocked.count == 0) {
+        make_full(out);
+        return false;
+    }
+    bool narrow = false;
     int order[Blocked::capacity], count = 0;
     detail::sort_arcs(blocked, order);
     const auto append = [&](const Arc& arc, bool real) {  // no branch
+        const double width = arc.upper - arc.lower;
         out.arc[count] = arc;
-        count += real & (arc.upper - arc.lower >= tolerance::angle);
+        count += real & (width >= tolerance::angle);
+        narrow |= real & (abs(width) < tolerance::angle);
     };
     const Arc& first = blocked.arc[order[0]];
     double reach =
@@ -171,6 +187,7 @@ inline void free_arcs(const Blocked& blocked, ArcSet& out) noexcept {
     }
     append({reach, first.lower + two_pi, tag, first.lower_tag}, !in_front);
     out.count = count;
+    return narrow;
 }
 
 /// Where blocked arcs touch, or leave less than the tolerance between them: the same sweep. Such a place has

@@ -47,13 +47,14 @@ ARMANGLE_INLINE Slots half_chord(const Slots& excess) noexcept { return sqrt(max
 struct PivotArcs {
     double lower[2 * pivots], upper[2 * pivots];
     // a bit a lane: blocks something (limited, moving, longer than the tolerance); ends at the other limit's
-    // end; the joint does not move
-    unsigned kept, cut, constant;
+    // end; the joint does not move; it turns back at the limit
+    unsigned kept, cut, constant, touching;
 };
 
 /// Where the boundary function of a hinge's limit is negative, by piece, hinge and end (near, far).
 struct HingeArcs {
     double lower[pieces][2 * hinges], upper[pieces][2 * hinges];
+    unsigned touching;  // a bit a hinge and end: it turns back there
 };
 
 /// Boundary functions of one circle and branch, solved.
@@ -74,8 +75,14 @@ ARMANGLE_INLINE Slots of_pivots(const JointFunctions<double>& f, const Get& get)
 /// phi and alpha of the boundary functions of the pivots, lanes as in PivotArcs.
 struct PivotAngles {
     Slots middle, half;
-    unsigned constant;
+    unsigned constant, touching;
 };
+
+/// A bit a boundary function that has one root within rounding, where it turns back: excess is
+/// a^2 + b^2 - c^2.
+ARMANGLE_INLINE unsigned touching_bits(const Slots& excess, const Slots& square) noexcept {
+    return bits(abs(excess) < Slots(tolerance::turning_back) * square);
+}
 
 /// They follow from the coefficients.
 ARMANGLE_INLINE PivotAngles pivot_angles(const LimitTable& t, const JointFunctions<double>& f) noexcept {
@@ -86,14 +93,19 @@ ARMANGLE_INLINE PivotAngles pivot_angles(const LimitTable& t, const JointFunctio
                             of_pivots(f, [](P p) { return p.V.k; })};
     const Slots g = of_pivots(f, [](P p) { return p.g; }), u = g * Slots::load(t.u), v = g * Slots::load(t.v);
     const Slots a = u * U.s + v * V.s, b = u * U.c + v * V.c, c = u * U.k + v * V.k;
-    return {atan2(a, b), atan2(half_chord(mul_add(a, a, b * b) - c * c), -c),
-            bits(is_constant(Pivot<Slots>{U, V, g}))};
+    const Slots square = mul_add(a, a, b * b), excess = square - c * c;
+    // a joint that stands at a limit, or half a turn from it, for every psi: nothing but rounding is left of
+    // B
+    const auto nought = mul_add(c, c, square) <= Slots(tolerance::rounding * tolerance::rounding);
+    const Slots half = select(nought, Slots(pi), atan2(half_chord(excess), -c));
+    return {atan2(a, b), half, bits(is_constant(Pivot<Slots>{U, V, g})),
+            touching_bits(excess, square) | bits(nought)};
 }
 
 /// Those of the other sign of both hinges: B changes its sign, and forbids what it allowed.
 ARMANGLE_INLINE PivotAngles opposite(const PivotAngles& p) noexcept {
     const Slots turn = select(p.middle > Slots(0.0), Slots(-pi), Slots(pi));
-    return {p.middle + turn, Slots(pi) - p.half, p.constant};
+    return {p.middle + turn, Slots(pi) - p.half, p.constant, p.touching};
 }
 
 /// A pivot with at most half a turn: each limit blocks its own arc. With more: only where *both* arcs overlap
@@ -113,6 +125,7 @@ ARMANGLE_INLINE void pivot_arcs(const LimitTable& t, const PivotAngles& p, Pivot
     arc.lower.store(out.lower);
     upper.store(out.upper);
     out.constant = p.constant;
+    out.touching = p.touching & t.limited & ~p.constant;
     out.kept = bits(length >= Slots(tolerance::angle)) & t.limited & ~p.constant & ~bits(endless);
     out.cut = bits(cut);
 }
@@ -144,6 +157,8 @@ ARMANGLE_INLINE void solve_hinges(const LimitTable& t, const JointFunctions<doub
                 high_above = of_hinges(p.high.above_minus_one, q.high.above_minus_one);
     const Slots low_below = of_hinges(p.low.below_one, q.low.below_one),
                 low_above = of_hinges(p.low.above_minus_one, q.low.above_minus_one);
+    const Slots square = mul_add(a, a, b * b);
+    out.touching = 0;
     for (int k = 0; k < p_count || k < q_count; ++k) {
         const HingePiece &first = t.piece[0][p_negative][k], &second = t.piece[1][q_negative][k];
         const Slots limit_below = of_ends(first, second, [](const HingeEnd& e) { return e.below_one; });
@@ -152,8 +167,10 @@ ARMANGLE_INLINE void solve_hinges(const LimitTable& t, const JointFunctions<doub
         const Slots above = select(acute, limit_below - high_below, high_above - limit_above);
         const Slots below = select(acute, low_below - limit_below, limit_above - low_above);
         const Slots c = side * (Slots(0.5) * (above - below));
+        const Slots excess = above * below;
+        out.touching |= touching_bits(excess, square);
         // phi and alpha are four angles each: one vector of eight
-        const Slots angle = atan2(first_halves(a, half_chord(above * below)), first_halves(b, -c));
+        const Slots angle = atan2(first_halves(a, half_chord(excess)), first_halves(b, -c));
         const ArcLanes arc = negative_arcs(angle, swap_halves(angle));
         double lower[8], upper[8];
         arc.lower.store(lower);

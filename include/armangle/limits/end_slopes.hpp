@@ -48,7 +48,7 @@ inline void freedom_gradient(const Arm& arm, const Pose<double>& pose, const Lim
             for (int k = 0; k < 6; ++k) out[k] += slopes.entry[i][1][k] - slopes.entry[i][0][k];
         return false;
     };
-    detail::each_branch(arm, circle(arm, flange_pose(arm, pose)), t, all_pivots, add);
+    detail::each_branch(arm, circle(arm, flange_pose(arm, pose)), t, all_pivots, detail::OneAxis::apart, add);
 }
 
 }  // namespace armangle

@@ -12,12 +12,6 @@ namespace armangle {
 
 namespace detail {
 
-/// Whether a hinge comes to 0 or pi, where the directions (V, U) of its pivots vanish: only then can an end
-/// be a jump.
-inline bool may_jump(const Hinge<double>& h) noexcept {
-    return min(h.high.below_one, h.low.above_minus_one) <= tolerance::touching;
-}
-
 /// Ends at which a pivot's direction (V, U) itself vanishes: the joint jumps there, it does not reach its
 /// limit.
 inline void mark_jumps(const JointFunctions<double>& f, ArcSet& set) noexcept {
@@ -57,15 +51,22 @@ inline void tell_opposite_limits(const LimitTable& t, const JointFunctions<doubl
     }
 }
 
-/// The set that is left; the joint functions are those of the shoulder's sign and of the wrist's.
-inline Status finish(const LimitTable& t, const JointFunctions<double>& shoulder,
-                     const JointFunctions<double>& wrist, const Blocked& blocked, ArcSet& out) noexcept {
-    free_arcs(blocked, out);
+/// Names what ends the arcs that are left; the joint functions are those of the shoulder's sign and of the
+/// wrist's.
+inline Status tell_ends(const LimitTable& t, const JointFunctions<double>& shoulder,
+                        const JointFunctions<double>& wrist, ArcSet& out) noexcept {
     if (!out.full) {
         tell_opposite_limits(t, shoulder, wrist, out);
         mark_jumps(shoulder, out);
     }
     return out.empty() ? Status::LIMITS : Status::OK;
+}
+
+/// The set that is left, likewise.
+inline Status finish(const LimitTable& t, const JointFunctions<double>& shoulder,
+                     const JointFunctions<double>& wrist, const Blocked& blocked, ArcSet& out) noexcept {
+    free_arcs(blocked, out);
+    return tell_ends(t, shoulder, wrist, out);
 }
 
 /// Whether the first and the last joint of a side, turning about one axis, can share their turn within their
@@ -113,10 +114,52 @@ inline bool allows(const LimitTable& t, const Configuration<double>& gc, const D
 
 inline constexpr unsigned all_joints = (1u << joints) - 1;
 
-/// Whether the blocked arcs may leave psi that are feasible by themselves: those of a locked joint, and those
-/// beside a singular posture, where a joint turns through its whole range on an arc below the tolerance.
+/// Whether the blocked arcs may leave psi that are feasible by themselves: those of a locked joint, those at
+/// which a joint turns back at its limit, and those at or beside a singular posture, where a joint turns
+/// through its whole range on an arc below the tolerance.
 inline bool may_isolate(const LimitTable& t, const Blocked& blocked, const ArcSet& out) noexcept {
-    return t.locked || (out.empty() && !blocked.all);
+    return t.locked || (out.empty() && (!blocked.all || blocked.touching));
+}
+
+/// Who makes an isolated psi of these directions: a hinge at 0 or pi, or of the limits of `which` the one
+/// that a joint is nearest to.
+inline Tag nearest_limit(const LimitTable& t, const Configuration<double>& gc, const Directions<double>& d,
+                         unsigned which) noexcept {
+    double least = infinity;
+    Tag tag = 0;
+    const auto take = [&](double away, Tag of) {
+        tag = away < least ? of : tag;
+        least = min(least, away);
+    };
+    for (int h = 0; h < hinges; ++h) {
+        const int j = hinge_joint[h], negative = (h == 0 ? gc.shoulder : gc.wrist) < 0;
+        if (abs(d.y[j]) <= tolerance::angle)
+            return make_tag(j + 1, d.x[j] > 0 ? Side::near_singular : Side::far_singular);
+        for (int k = 0; which >> j & 1 && k < t.piece_count[h][negative]; ++k)
+            for (const HingeEnd& end : {t.piece[h][negative][k].near, t.piece[h][negative][k].far})
+                if (end.tag) take(abs(end.angle - atan2(abs(d.y[j]), d.x[j])), end.tag);
+    }
+    for (int p = 0; p < pivots; ++p) {
+        const int i = pivot_joint[p];
+        if (t.cone[p].free || !(which >> i & 1)) continue;
+        const double theta = atan2(d.y[i], d.x[i]);
+        take(abs(wrap(theta - t.range[p].lower)), t.tag[p]);
+        take(abs(wrap(theta - t.range[p].upper)), t.tag[pivots + p]);
+    }
+    return tag;
+}
+
+/// each(psi) where a joint turns back, or a hinge is at 0 or pi.
+template <class Each>
+void each_turning(const JointFunctions<double>& shoulder, const JointFunctions<double>& wrist,
+                  const Each& each) noexcept {
+    const auto give = [&each](const Profile& special) {
+        for (const Roots& roots : {special.stationary, special.singular})
+            for (int k = 0; k < roots.count; ++k) each(roots.psi[k]);
+    };
+    give(profile(shoulder.hinge[0]));
+    give(profile(wrist.hinge[1]));
+    for (int p = 0; p < pivots; ++p) give(profile((p < pivots / 2 ? shoulder : wrist).pivot[p]));
 }
 
 /// Adds them, where blocked arcs touch and the joints of `which`, a bit each, are within their limits; the
@@ -137,6 +180,19 @@ inline bool may_isolate(const LimitTable& t, const Blocked& blocked, const ArcSe
         for (const double psi : {0.5 * (gap.lower + gap.upper), gap.lower, gap.upper})
             inside = inside || allows(t, m.gc, directions(m, sin_cos(psi)), which);
         if (inside) put(added, gap);
+    }
+    const auto look = [&](double psi) {
+        const Directions<double> d = directions(m, sin_cos(psi));
+        if (contains(out, psi) || contains(added, psi) || !allows(t, m.gc, d, which)) return;
+        const Tag tag = nearest_limit(t, m.gc, d, which);
+        put(added, {psi, psi, tag, tag});
+    };
+    if (blocked.touching) {
+        each_turning(shoulder, wrist, look);
+        for (int i = 0; i < blocked.count; ++i) {
+            look(wrap(blocked.arc[i].lower));
+            look(wrap(blocked.arc[i].upper));
+        }
     }
     tell_opposite_limits(t, shoulder, wrist, added);
     mark_jumps(shoulder, added);
@@ -269,6 +325,7 @@ namespace detail {
 /// Blocks what another list blocks, too.
 inline void append(const Blocked& from, Blocked& to) noexcept {
     to.all |= from.all;
+    to.touching |= from.touching;
     for (int i = 0; i < from.count; ++i) to.add(from.arc[i]);
 }
 

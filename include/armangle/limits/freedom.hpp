@@ -84,20 +84,24 @@ template <class Each>
     }
 }
 
+/// How joints that turn about one axis on the whole circle are taken: each with its own limits and the turn
+/// that inverse() gives it, as feasible() does; or as one joint with the range of both.
+enum class OneAxis : std::uint8_t { apart, shared };
+
 /// The arcs of the eight branches of a circle, one after the other, as each(gc, status, arcs, and the joint
 /// functions of its shoulder and wrist); stops where `each` says true. `which` are the pivots whose limits
 /// count.
 template <class Each>
 void each_branch(const Arm& arm, const Circle<double>& circle, const LimitTable& own, unsigned which,
-                 const Each& each) noexcept {
+                 OneAxis one_axis, const Each& each) noexcept {
     unsigned counted = all_joints;
     for (int p = 0; p < pivots; ++p)
         if (!(which & pivot_bits(p))) counted &= ~(1u << pivot_joint[p]);
     for (int side = 0; side < 2; ++side) {
         SelfMotion<double> m = self_motion(arm, circle, {1.0, side ? -1.0 : 1.0, 1.0});
         const Status status = elbow_status(m, own);
-        const bool lost[hinges] = {status == Status::OK && shoulder_singular(m),
-                                   status == Status::OK && wrist_singular(m)};
+        const bool may_share = status == Status::OK && one_axis == OneAxis::shared;
+        const bool lost[hinges] = {may_share && shoulder_singular(m), may_share && wrist_singular(m)};
         Sides sides[2];
         LimitTable shared;
         const LimitTable* table = &own;
@@ -124,25 +128,16 @@ void each_branch(const Arm& arm, const Circle<double>& circle, const LimitTable&
                 Blocked both = sides[shoulder].shoulder;
                 append(sides[wrist].wrist, both);
                 const JointFunctions<double>&of_shoulder = sides[shoulder].f, &of_wrist = sides[wrist].f;
-                now = finish(*table, of_shoulder, of_wrist, both, arcs);
-                if (may_isolate(*table, both, arcs))
+                const bool narrow = free_arcs(both, arcs);
+                now = tell_ends(*table, of_shoulder, of_wrist, arcs);
+                // a psi beside arcs adds nothing to what holds the pose, but turns of its own
+                const bool beside = which != all_pivots && (narrow || both.touching);
+                if (beside || may_isolate(*table, both, arcs))
                     now = add_isolated(*table, m, of_shoulder, of_wrist, both, arcs, counted);
             }
             if (each(gc, now, arcs, sides[shoulder].f, sides[wrist].f)) return;
         }
     }
-}
-
-/// Whether a branch without arcs holds the pose at an isolated psi at which two joints are one axis.
-inline bool holds_at_needle(const Arm& arm, const Circle<double>& circle, const LimitTable& t, int gc,
-                            const JointFunctions<double>& shoulder,
-                            const JointFunctions<double>& wrist) noexcept {
-    if (t.margin > 0 || !(may_jump(shoulder.hinge[0]) || may_jump(wrist.hinge[1]))) return false;
-    const SelfMotion<double> m = self_motion(arm, circle, configuration(gc));
-    if (elbow_status(m, t) != Status::OK) return false;
-    bool held = false;
-    each_needle(arm, m, shoulder, wrist, [&](const Needle& n) { held |= holds(arm, n, -1); });
-    return held;
 }
 
 /// Of two reasons the one that came nearer to a posture.
@@ -164,17 +159,20 @@ inline Status nearer_reason(Status a, Status b) noexcept {
 [[gnu::noinline, gnu::cold]] inline Freedom freedom_by_branches(const Arm& arm, const Circle<double>& c,
                                                                 const LimitTable& t) noexcept {
     Freedom out{0, 0, 0, 0, is_folded(c) ? Status::FOLDED : Status::UNREACHABLE};
-    const auto add = [&](int gc, Status status, const ArcSet& arcs, const auto& shoulder, const auto& wrist) {
-        if (status == Status::LIMITS && holds_at_needle(arm, c, t, gc, shoulder, wrist)) status = Status::OK;
-        out.status = nearer_reason(out.status, status);
-        out.gc = static_cast<std::uint8_t>(out.gc | (status == Status::OK) << gc);
+    const auto add = [&](int, Status, const ArcSet& arcs, const auto&, const auto&) {
         out.arcs = static_cast<std::uint8_t>(out.arcs + arcs.count);
         out.total += measure(arcs);
         for (int i = 0; i < arcs.count; ++i)
             out.widest = max(out.widest, arcs.arc[i].upper - arcs.arc[i].lower);
         return false;
     };
-    each_branch(arm, c, t, all_pivots, add);
+    const auto mark = [&](int gc, Status status, const ArcSet&, const auto&, const auto&) {
+        out.status = nearer_reason(out.status, status);
+        out.gc = static_cast<std::uint8_t>(out.gc | (status == Status::OK) << gc);
+        return false;
+    };
+    each_branch(arm, c, t, all_pivots, OneAxis::apart, add);
+    each_branch(arm, c, t, all_pivots, OneAxis::shared, mark);
     return out;
 }
 
@@ -182,12 +180,10 @@ inline Status nearer_reason(Status a, Status b) noexcept {
 [[gnu::noinline, gnu::cold]] inline bool is_held_by_a_branch(const Arm& arm, const Circle<double>& c,
                                                              const LimitTable& t) noexcept {
     bool held = false;
-    const auto look = [&](int gc, Status status, const ArcSet&, const auto& shoulder, const auto& wrist) {
-        held = status == Status::OK ||
-               (status == Status::LIMITS && holds_at_needle(arm, c, t, gc, shoulder, wrist));
-        return held;
+    const auto look = [&](int, Status status, const ArcSet&, const auto&, const auto&) {
+        return held = status == Status::OK;
     };
-    each_branch(arm, c, t, all_pivots, look);
+    each_branch(arm, c, t, all_pivots, OneAxis::shared, look);
     return held;
 }
 
@@ -249,6 +245,7 @@ ARMANGLE_INLINE bool each_pair(const Arm& arm, const Circle<double>& c, const Li
                 }
             }
             const Half &one = half[shoulder][0], &other = half[wrist][1];
+            if (one.blocked.touching || other.blocked.touching) return false;
             if (one.blocked.all || other.blocked.all) continue;
             bool held = false;
             if (each(shoulder + 2 * side + 4 * wrist, one.free, other.free, held)) return true;

@@ -883,7 +883,9 @@ private:
             for (const double turn : {-two_pi, 0.0, two_pi}) {
                 const double lower = max(arcs.arc[i].lower + turn, from),
                              upper = min(arcs.arc[i].upper + turn, to);
-                if (lower <= upper) cut(gc, lower, upper);
+                // an isolated psi at the seam of two boxes is in one of them
+                const double crack = is_isolated(arcs.arc[i]) ? tolerance::same_psi : 0.0;
+                if (lower - upper <= crack) cut(gc, lower, upper);
             }
         }
     }

@@ -128,7 +128,7 @@ public:
                 add_needles(self_motion(arm_, c, configuration(gc)), shoulder, wrist);
             return turns_.full();
         };
-        each_branch(arm_, c, t_, all_pivots & ~pivot_bits(end_), add);
+        each_branch(arm_, c, t_, all_pivots & ~pivot_bits(end_), OneAxis::shared, add);
         turns_.finish(out);
         return out.empty() ? reason : Status::OK;
     }

@@ -18,6 +18,9 @@ inline constexpr double same_psi = 4e-15;
 inline constexpr double one_axis = 1e-12;
 /// A joint whose limits are this near to each other leaves arcs that may be shorter than `angle` (rad).
 inline constexpr double locked = 1e-6;
+/// A joint whose extreme over psi is this near to its limit may come to it at one psi alone: of the squares
+/// of a boundary function's amplitude and offset (ratio).
+inline constexpr double turning_back = 1e-10;
 /// A psi that is feasible by itself leaves no joint further beyond its limit than this (rad).
 inline constexpr double isolated = 1e-11;
 /// Wrist closer to the base axis than this share of the reach: the reference plane is the convention's
