@@ -205,13 +205,63 @@ inline bool touches(const Blocked& a, const Blocked& b) noexcept {
     return found;
 }
 
+/// Whether a hinge is beyond its limits for every psi, by more than rounding, with either sign.
+ARMANGLE_INLINE bool is_shut(const LimitTable& t, const JointFunctions<double>& f) noexcept {
+    bool shut = false;
+    for (int h = 0; h < hinges; ++h)
+        shut |= 1.0 - f.hinge[h].high.below_one < t.least_cosine[h] - tolerance::angle ||
+                f.hinge[h].low.above_minus_one - 1.0 > t.most_cosine[h] + tolerance::angle;
+    return shut;
+}
+
+/// Which of eight psi, a bit each, keep the joints of a half (0: 1 to 3, 1: 5 to 7) within their limits by
+/// more than rounding, for theta of its hinge > 0 and < 0.
+ARMANGLE_INLINE void glance(const LimitTable& t, const JointFunctions<double>& f, int half,
+                            const SinCos<Slots>& psi, unsigned (&out)[2]) noexcept {
+    const auto at = [&psi](const Harmonic<double>& h) {
+        return mul_add(Slots(h.s), psi.sin, mul_add(Slots(h.c), psi.cos, Slots(h.k)));
+    };
+    const Slots over(tolerance::angle), under(-tolerance::angle), H = at(f.hinge[half].H);
+    for (int negative = 0; negative < 2; ++negative) {
+        out[negative] = 0;
+        for (int k = 0; k < t.piece_count[half][negative]; ++k) {
+            const HingePiece& p = t.piece[half][negative][k];
+            const Slots near(p.near.tag ? 1.0 - p.near.below_one : infinity),
+                far(p.far.tag ? p.far.above_minus_one - 1.0 : -infinity);
+            out[negative] |= bits((near - H > over) & (H - far > over));
+        }
+    }
+    for (const int p : {2 * half, 2 * half + 1}) {
+        if (t.cone[p].free) continue;
+        const Slots U = at(f.pivot[p].U), V = at(f.pivot[p].V);
+        const Slots lower = mul_add(Slots(t.u[p]), U, Slots(t.v[p]) * V),
+                    upper = mul_add(Slots(t.u[pivots + p]), U, Slots(t.v[pivots + p]) * V);
+        const bool wide = t.cone[p].wide;
+        out[0] &= wide ? bits((lower > over) | (upper > over)) : bits((lower > over) & (upper > over));
+        out[1] &= wide ? bits((lower < under) | (upper < under)) : bits((lower < under) & (upper < under));
+    }
+}
+
+/// Whether one of eight psi, in any branch of an elbow, is within all limits by more than rounding. The joint
+/// functions are those of positive hinges.
+ARMANGLE_INLINE bool holds_at_a_glance(const LimitTable& t, const JointFunctions<double>& f) noexcept {
+    constexpr double c = 0.92387953251128674, s = 0.38268343236508977;  // of pi / 8, and every pi / 4 from it
+    constexpr double sines[8] = {s, c, c, s, -s, -c, -c, -s}, cosines[8] = {c, s, -s, -c, -c, -s, s, c};
+    const SinCos<Slots> psi{Slots::load(sines), Slots::load(cosines)};
+    unsigned shoulder[2], wrist[2];
+    glance(t, f, 0, psi, shoulder);
+    glance(t, f, 1, psi, wrist);
+    return ((shoulder[0] | shoulder[1]) & (wrist[0] | wrist[1])) != 0;
+}
+
 /// Whether the psi of all branches are what their two halves leave in common, without isolated ones: the one
 /// pass over the halves of a pose that has freedom() and is_reachable(). Each half is solved once for a sign
 /// of its hinge and serves two branches. each(gc, shoulder, wrist) is asked for the branches that hold their
-/// elbow, and stops the pass where it says true.
-template <class Each>
+/// elbow, and stops the pass where it says true, as is_enough(joint functions) does before any
+/// arc.
+template <class Enough, class Each>
 ARMANGLE_INLINE bool each_pair(const Arm& arm, const Circle<double>& c, const LimitTable& t, Status& status,
-                               const Each& each) noexcept {
+                               const Enough& is_enough, const Each& each) noexcept {
     if (t.locked) return false;
     for (int side = 0; side < 2; ++side) {
         SelfMotion<double> m = self_motion(arm, c, {1.0, side ? -1.0 : 1.0, 1.0});
@@ -219,16 +269,17 @@ ARMANGLE_INLINE bool each_pair(const Arm& arm, const Circle<double>& c, const Li
         status = nearer_reason(status, elbow == Status::OK ? Status::LIMITS : elbow);
         if (elbow != Status::OK) continue;
         if (shoulder_singular(m) || wrist_singular(m)) return false;
+        JointFunctions<double> f = joint_functions(m);
+        if (is_shut(t, f)) continue;
+        if (may_jump(f.hinge[0]) || may_jump(f.hinge[1])) return false;
+        if (is_enough(f)) return true;
         Half half[2][hinges];  // of a negative hinge or not, of the shoulder or the wrist
-        JointFunctions<double> f;
         PivotAngles angles;
         Boundaries b;
         for (int branch = 0; branch < 4; ++branch) {
             const int shoulder = branch & 1, wrist = branch >> 1;
             if (branch < 2) {
                 if (branch == 0) {
-                    f = joint_functions(m);
-                    if (may_jump(f.hinge[0]) || may_jump(f.hinge[1])) return false;
                     angles = pivot_angles(t, f);
                 } else {
                     for (Pivot<double>& p : f.pivot) p.g = -1.0;
@@ -275,7 +326,8 @@ inline Freedom freedom(const Arm& arm, const Pose<double>& pose, const LimitTabl
         out.gc = static_cast<std::uint8_t>(out.gc | held << gc);
         return false;
     };
-    if (detail::each_pair(arm, c, t, out.status, add)) [[likely]]
+    const auto never = [](const JointFunctions<double>&) { return false; };
+    if (detail::each_pair(arm, c, t, out.status, never, add)) [[likely]]
         return out;
     return detail::freedom_by_branches(arm, c, t);
 }
@@ -289,7 +341,10 @@ inline bool is_reachable(const Arm& arm, const Pose<double>& pose, const LimitTa
         each_common(shoulder, wrist, [&](double, double) { held = true; });
         return reached = held;
     };
-    if (detail::each_pair(arm, c, t, status, look)) [[likely]]
+    const auto glance = [&](const JointFunctions<double>& f) {
+        return reached = detail::holds_at_a_glance(t, f);
+    };
+    if (detail::each_pair(arm, c, t, status, glance, look)) [[likely]]
         return reached;
     return detail::is_held_by_a_branch(arm, c, t);
 }

@@ -65,6 +65,7 @@ struct LimitTable {
     Tag tag[2 * pivots];
     int piece_count[hinges][2];  // [hinge][theta < 0]
     HingePiece piece[hinges][2][pieces];
+    double least_cosine[hinges], most_cosine[hinges];  // of a hinge within its limits, whatever its sign
     ThetaRange range[pivots];
     bool locked;        // some joint but the fourth has a range below tolerance::locked
     bool hinges_alike;  // theta and -theta of both hinges have the same limits
@@ -139,6 +140,18 @@ inline void fill_pivot(LimitTable& t, const Arm& arm, const Limits& limits, int 
     t.v[pivots + pivot] = c.upper.sin;
 }
 
+/// The cosines between which a hinge is within its limits, if not everywhere; none where it has no range.
+inline void fill_cosines(LimitTable& t, int hinge) noexcept {
+    t.least_cosine[hinge] = infinity;
+    t.most_cosine[hinge] = -infinity;
+    for (int negative = 0; negative < 2; ++negative)
+        for (int k = 0; k < t.piece_count[hinge][negative]; ++k) {
+            const HingePiece& p = t.piece[hinge][negative][k];
+            t.least_cosine[hinge] = min(t.least_cosine[hinge], p.far.above_minus_one - 1.0);
+            t.most_cosine[hinge] = max(t.most_cosine[hinge], 1.0 - p.near.below_one);
+        }
+}
+
 /// Whether |theta| of a hinge has the same ranges for both signs of theta.
 inline bool is_alike(const LimitTable& t, int hinge) noexcept {
     bool alike = t.piece_count[hinge][0] == t.piece_count[hinge][1];
@@ -164,6 +177,7 @@ inline LimitTable limit_table(const Arm& arm, const Limits& limits, double margi
     for (int p = 0; p < pivots; ++p) detail::fill_pivot(t, arm, limits, p);
     for (int h = 0; h < hinges; ++h)
         for (int negative = 0; negative < 2; ++negative) detail::fill_hinge(t, arm, limits, h, negative);
+    for (int h = 0; h < hinges; ++h) detail::fill_cosines(t, h);
     t.hinges_alike = detail::is_alike(t, 0) && detail::is_alike(t, 1);
     return t;
 }
