@@ -141,16 +141,22 @@ inline void sort_arcs(const Blocked& blocked, int* order) noexcept {
 
 }  // namespace detail
 
-/// The arcs that are left between the blocked ones: one sweep over the circle.
-inline void free_arcs(const Blocked& blocked, ArcSet& out) noexcept {
+/// The arcs that are left between the blocked ones: one sweep over the circle. Whether two of them touch.
+inline bool free_arcs(const Blocked& blocked, ArcSet& out) noexcept {
     make_empty(out);
-    if (blocked.all) return;
-    if (blocked.count == 0) return make_full(out);
+    if (blocked.all) return false;
+    if (blocked.count == 0) {
+        make_full(out);
+        return false;
+    }
+    bool touching = false;
     int order[Blocked::capacity], count = 0;
     detail::sort_arcs(blocked, order);
     const auto append = [&](const Arc& arc, bool real) {  // no branch
         out.arc[count] = arc;
-        count += real & (arc.upper - arc.lower >= tolerance::angle);
+        const double width = arc.upper - arc.lower;
+        count += real & (width >= tolerance::angle);
+        touching |= real & (abs(width) < tolerance::angle);
     };
     const Arc& first = blocked.arc[order[0]];
     double reach =
@@ -168,6 +174,7 @@ inline void free_arcs(const Blocked& blocked, ArcSet& out) noexcept {
     }
     append({reach, first.lower + two_pi, tag, first.lower_tag}, !in_front);
     out.count = count;
+    return touching;
 }
 
 /// Where blocked arcs touch, or leave less than the tolerance between them: the same sweep. Such a place has

@@ -57,15 +57,24 @@ inline void tell_opposite_limits(const LimitTable& t, const JointFunctions<doubl
     }
 }
 
-/// The set that is left; the joint functions are those of the shoulder's sign and of the wrist's.
+/// The set that is left; the joint functions are those of the shoulder's sign and of the wrist's. `touching`:
+/// whether two blocked arcs touch.
 inline Status finish(const LimitTable& t, const JointFunctions<double>& shoulder,
-                     const JointFunctions<double>& wrist, const Blocked& blocked, ArcSet& out) noexcept {
-    free_arcs(blocked, out);
+                     const JointFunctions<double>& wrist, const Blocked& blocked, ArcSet& out,
+                     bool& touching) noexcept {
+    touching = free_arcs(blocked, out);
     if (!out.full) {
         tell_opposite_limits(t, shoulder, wrist, out);
         mark_jumps(shoulder, out);
     }
     return out.empty() ? Status::LIMITS : Status::OK;
+}
+
+/// The same where nobody asks.
+inline Status finish(const LimitTable& t, const JointFunctions<double>& shoulder,
+                     const JointFunctions<double>& wrist, const Blocked& blocked, ArcSet& out) noexcept {
+    bool touching = false;
+    return finish(t, shoulder, wrist, blocked, out, touching);
 }
 
 /// Whether the first and the last joint of a side, turning about one axis, can share their turn within their
