@@ -65,9 +65,9 @@ inline constexpr double apart = 1e-6;       // arm angles further apart are two 
 inline constexpr double same = 4e-15;  // a pose this near is the pose (of the arm's size; of a unit vector)
 inline constexpr int newton = 40, deepest = 20;
 inline constexpr double beside = 1e-5;    // rad: off straight, where psi may have too few digits for postures
-inline constexpr double straight = 1e-6;  // rad: the same of the elbow, whose bend is the root of a rounding
+inline constexpr double straight = 1e-5;  // rad: the same of the elbow, whose bend is the root of a rounding
 inline constexpr double start = 1e-3;     // a start is this near to the pose (of the arm's size; rad)
-inline constexpr double seed = 0.1;       // the same of the seed
+inline constexpr double seed = 0.3;       // the same of the seed, and of starts that stand for many
 inline constexpr double gain = 1e-11;     // rad: a posture beside another that gains less is none
 inline constexpr int halvings = 40;       // of the range in which a largest cost lies
 inline constexpr int settling = 600;      // rounds of settled() for one pose, of some microseconds each
@@ -119,6 +119,7 @@ struct ElbowBranches {
     JointFunctions<double> functions;
     bool lost[2] = {};      // the side's first and last joint are one axis for every psi
     bool delicate = false;  // psi may have too few digits to tell postures apart
+    bool drawn = false;  // joint 4 is to be drawn to its limit, which the pose does not tell from its value
     double cost_4;
     int cuts = 0;
     double cut[24];
@@ -382,7 +383,8 @@ private:
         ElbowBranches& e = elbow_[elbow];
         e.motion = self_motion(arm_, circle_, Configuration<double>{1.0, elbow ? -1.0 : 1.0, 1.0});
         Status status = elbow_status(e.motion, limits_);
-        if (status == Status::ELBOW_LIMIT && straight_within_limits(e)) status = Status::OK;
+        e.drawn = status == Status::ELBOW_LIMIT && straight_within_limits(e);
+        if (e.drawn) status = Status::OK;
         for (int branch = 0; branch < 4; ++branch) {
             const int gc = gc_of(elbow, branch);
             make_empty(arcs_.arcs[gc]);
@@ -444,8 +446,10 @@ private:
             Blocked both = sides[shoulder].shoulder;
             append(sides[wrist].wrist, both);
             ArcSet& arcs = arcs_.arcs[gc];
-            arcs_.status[gc] = finish(limits_, sides[shoulder].f, sides[wrist].f, both, arcs);
-            if (may_isolate(limits_, both, arcs))
+            const bool narrow =
+                free_arcs(both, arcs);  // a corner of two limits: its only psi may be the nearest
+            arcs_.status[gc] = tell_ends(limits_, sides[shoulder].f, sides[wrist].f, arcs);
+            if (narrow || may_isolate(limits_, both, arcs))
                 arcs_.status[gc] =
                     add_isolated(limits_, e.motion, sides[shoulder].f, sides[wrist].f, both, arcs);
             for (int side = 0; side < 2; ++side)
@@ -714,6 +718,7 @@ private:
         double near[joints];
         for (int j = 0; j < joints; ++j) near[j] = joint_[j].near;
         Joints out = joints_within_limits(arm_, d, near);
+        if (e.drawn) out.q[3] = min(max(out.q[3], joint_[3].lower), joint_[3].upper);
         for (int side = 0; side < 2; ++side) {
             const int h = 4 * side + 1;
             if (!e.lost[side] && !(hypot(d.y[h - 1], d.x[h - 1]) <= tolerance::singular)) {
@@ -874,6 +879,11 @@ private:
         return !(least < worth) || least > ceiling_;
     }
 
+    /// Whether something in a box with this bound may be as good as the best.
+    bool equals_best(double least) const noexcept {
+        return !(least > best_.cost + tie(best_.cost)) && !(least > ceiling_);
+    }
+
     /// The parts of a box that lie in arcs, cut where windings end.
     void clip(int gc, int only_arc, double from, double to) noexcept {
         const ArcSet& arcs = arcs_.arcs[gc];
@@ -956,10 +966,14 @@ private:
         int lowest = 0;
         for (int k = 1; k < 8; ++k)
             if (bound[k] < bound[lowest]) lowest = k;
-        if (dropped(bound[lowest])) return;
+        if (!equals_best(bound[lowest])) return;
         try_point(gc, middle[lowest] + cross[lowest], false);
         for (int k = 0; k < 8; ++k) {
-            if (dropped(bound[k])) continue;
+            if (dropped(bound[k])) {
+                // of postures that cost the same the rule decides, not which of them is met first
+                if (k != lowest && equals_best(bound[k])) try_point(gc, middle[k] + cross[k], false);
+                continue;
+            }
             double from = -radius, to = radius;
             if (w.fall[k] < 0) from = max(from, (best_.cost - w.falling[k]) / w.fall[k]);
             if (w.rise[k] > 0) to = min(to, (best_.cost - w.rising[k]) / w.rise[k]);
@@ -1078,7 +1092,7 @@ private:
         Twist rest;
         const Pose<double> pose{orthonormal(pose_.rotation), pose_.position};
         const double off = distance(arm_, q.q, pose, arm_.size, rest);
-        if (out.margin >= 0 && off <= settled_rule::meets * arm_.size) return out;
+        if (out.margin >= 0 && off <= 0.1 * settled_rule::meets * arm_.size) return out;
         int rounds = settled_rule::rounds;
         const Relaxed on = settled(arm_, sides_of(out.gc, q), q, pose, {}, 0.0, rounds);
         return meets(arm_, on) ? told(on.at) : refused(Status::LIMITS);
@@ -1099,9 +1113,24 @@ private:
     Nearest told(const Joints& q) const noexcept {
         const Posture here = forward(arm_, q.q);
         if (is_nan(here.psi)) return refused(Status::FOLDED);
-        if (!(options_.branches >> here.gc & 1) || !may_be(here.gc, here.psi))
-            return refused(Status::NOT_ALLOWED);
-        return finished(q.q, here.psi, here.gc);
+        const int gc = asked_branch(here.gc, q);
+        if (!(options_.branches >> gc & 1) || !may_be(gc, here.psi)) return refused(Status::NOT_ALLOWED);
+        return finished(q.q, here.psi, gc);
+    }
+
+    /// The branch of a posture: of the two that it is where a hinge is straight, the one that is asked.
+    int asked_branch(int gc, const Joints& q) const noexcept {
+        unsigned straight = 0;
+        for (int h = 0; h < hinges; ++h) {
+            const int j = hinge_joint[h];
+            const double sine = sin_cos(to_theta(q.q[j], arm_.sign[j], arm_.offset[j])).sin;
+            if (abs(sine) <= tolerance::singular) straight |= h == 0 ? 1u : 4u;
+        }
+        for (const unsigned mirrored : {0u, 1u, 4u, 5u}) {
+            const int other = gc ^ static_cast<int>(mirrored);
+            if ((mirrored & ~straight) == 0 && (options_.branches >> other & 1)) return other;
+        }
+        return gc;
     }
 
     // -- beside singular postures, and where limits leave single postures: there psi has too few digits
@@ -1142,12 +1171,12 @@ private:
         for (const Hinge<double>& h : e.functions.hinge) {
             const double top = atan2(h.H.s, h.H.c);
             const bool high = h.high.below_one <= gap, low = h.low.above_minus_one <= gap;
-            if (high) starts_at(elbow, top, out);
-            if (low) starts_at(elbow, top + pi, out);
+            if (high) starts_at(elbow, top, nearest_rule::start, out);
+            if (low) starts_at(elbow, top + pi, nearest_rule::start, out);
             const bool still = h.swing <= nearest_rule::beside;
             if (!still || !(high || low || circle_.triangle.eta.sin <= nearest_rule::straight)) continue;
             for (int i = 1; i < nearest_rule::first_boxes; ++i)
-                starts_at(elbow, top + two_pi / nearest_rule::first_boxes * i, out);
+                starts_at(elbow, top + two_pi / nearest_rule::first_boxes * i, nearest_rule::seed, out);
         }
     }
 
@@ -1161,21 +1190,20 @@ private:
             for (const double limit : {c.lower, c.upper}) {
                 if (!(abs(limit) < infinity)) continue;
                 const Roots at = limit_psi(e, j, limit);
-                for (int i = 0; i < at.count; ++i) starts_at(elbow, at.psi[i], out);
+                for (int i = 0; i < at.count; ++i) starts_at(elbow, at.psi[i], nearest_rule::start, out);
                 if (locked) break;
             }
         }
     }
 
     /// Tries the postures of all branches of an elbow at psi that may be nearer, with shares and without.
-    void starts_at(int elbow, double psi, Nearest& out) noexcept {
+    void starts_at(int elbow, double psi, double near, Nearest& out) noexcept {
         for (int branch = 0; branch < 4; ++branch) {
             const int gc = gc_of(elbow, branch);
             if (!(options_.branches >> gc & 1)) continue;
             const Joints shared = posture(gc, psi, nearest_rule::beside), plain = posture(gc, psi);
-            try_start(shared, gc, nearest_rule::start, out);
-            if (largest_move(shared.q, plain.q) > tolerance::angle)
-                try_start(plain, gc, nearest_rule::start, out);
+            try_start(shared, gc, near, out);
+            if (largest_move(shared.q, plain.q) > tolerance::angle) try_start(plain, gc, near, out);
         }
     }
 

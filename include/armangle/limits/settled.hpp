@@ -21,7 +21,7 @@ inline constexpr double most = 1e-2;      // damping above this finds nothing (o
 inline constexpr double share = 1e-8;     // of the cost while it still counts (of the same)
 inline constexpr double still = 1e-15;    // rad: a shorter move is none
 inline constexpr double exact = 2e-15;    // a pose this near is not bettered (of the arm's size; rad)
-inline constexpr double meets = 1e-14;    // a pose this near is met (of the same)
+inline constexpr double meets = 1e-13;    // a pose this near is met (of the same)
 }  // namespace settled_rule
 
 /// What draws a posture on its way to a pose: joint j by weight[j] towards near[j].
