@@ -65,10 +65,12 @@ bench:  ## the benchmarks, written into benchmarks/README.md
 timings:  ## seconds from clone to picture, for another extra, and of the tests, each beside its limit
 	tools/timings
 
-realtime:  ## 60 s of a 1 kHz loop, and its worst step
+realtime:  ## 60 s of a 1 kHz loop, and its worst step; what every tick of a tracker takes on hands of six kinds
 	mkdir -p build
 	$(CXX) -std=c++20 -O2 -march=native -Iinclude examples/cpp/realtime.cpp -o build/realtime
 	build/realtime 60
+	$(CXX) -std=c++20 -O2 -march=native -Iinclude benchmarks/cpp/ticks.cpp -o build/ticks
+	build/ticks
 
 build/fuzz-%: fuzz/%.cpp fuzz/input.hpp $(wildcard include/armangle/*.hpp include/armangle/*/*.hpp)
 	mkdir -p build

@@ -325,6 +325,23 @@ def test_reconfigure_leads_to_another_branch_within_the_bounds(gc: int) -> None:
     assert (np.diff(np.flatnonzero(turning)) == 1).all()
 
 
+def test_a_branch_that_cannot_hold_the_hand_is_given_up() -> None:
+    """TURNING for ever, some with the arm at rest 0.4 m from a hand that it had held."""
+    arm = ARM_OF["openarm_v10"]
+    start = streams.posture(arm)
+    pose, _, own = arm.forward(start)
+    impossible = [gc for gc in range(8) if gc != own and arm.feasible(pose, gc).is_empty]
+    assert impossible
+    for gc in impossible:
+        tracker = tracker_at(arm, start)
+        q = [tracker.q]
+        for k in range(3000):
+            now = tracker.step(pose, reconfigure=gc if k == 0 else None)
+            q.append(now.q)
+        check_bounds(arm, np.array(q), np.full(len(q) - 1, DT))
+        assert (now.status, now.why) == (aa.Tracking.FOLLOWING, aa.Status.OK), gc
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_a_start_outside_the_limits_is_said_and_led_in_within_the_bounds(arm: aa.Arm, seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -85,9 +85,12 @@ inline constexpr double growing = 0.1;     // s over which that margin grows
 inline constexpr double shrinking = 2.0;   // s over which it shrinks
 inline constexpr double crossing = 0.3;    // rad of theta_2, theta_6 within which both branches are weighed
 inline constexpr double leap = 3.0;        // m/s: a goal that moves faster has jumped
-inline constexpr double standing = 0.02;   // rad/s: slower than this in all joints the arm stands
+inline constexpr double standing = 0.02;   // rad/s: joints slower than this, for a stall, stand
 inline constexpr double stall = 0.3;       // s of standing away from a goal after which the arm turns to it
-inline constexpr double lively = 0.02;     // m/s: a hand that moves faster makes a new case
+inline constexpr double lively = 0.02;     // m: a hand that has moved farther makes a new case
+inline constexpr double slow = 0.1;        // m/s: a hand slower than this is waited for with ways round ...
+inline constexpr double patience = 1.0;    // s without coming nearer to it by ...
+inline constexpr double progress = 0.1;    // ... this share, which are a stall beside obstacles
 inline constexpr double turned = 0.05;     // rad from the goal's posture at which turning is over
 inline constexpr double irregular = 0.7;   // sine of theta_2, theta_6 below which psi is turned less
 inline constexpr double worth = 0.005;     // m that another start of the relaxation must gain
@@ -132,7 +135,8 @@ public:
         q_.q[joints] = 0;
         margin_ = options_.still_margin;
         relaxing_ = false;
-        stalled_ = 0;
+        stood_ = q_;
+        forget();
         tried_ = 0;
         barred_ = 0;
         draw_ = 1;
@@ -165,6 +169,7 @@ public:
             command.reconfigure != index(t.gc)) {
             turning_to_ = command.reconfigure;
             legs_ = 0;
+            forget();
         }
         hand_.tick(valid ? command.pose : nullptr, t.dt);
         see(command);
@@ -177,10 +182,11 @@ public:
         }
         Goal goal;
         Joints next;
-        if (!(size(speed_, options_.length) < track_rule::lively)) tried_ = 0;
+        if (tried_ > 0 && size(difference(tried_for_, wanted_), options_.length) > track_rule::lively)
+            tried_ = 0;
         if (legs_ > 0 && size(difference(sought_, wanted_), options_.length) > track_rule::strayed) rest();
         if (seek(t, goal, next)) {
-            stalled_ = 0;
+            forget();
             tried_ = 0;
             rest();
         } else if (turning_to_ >= 0) {
@@ -592,7 +598,7 @@ private:
             v[j] = v_[j];
         }
         least_squares(t, p, v);
-        watch(t, goal, v);
+        watch(t, goal);
         go(t, v, next);
     }
 
@@ -605,16 +611,32 @@ private:
 
     /// A tool that stands still although its goal can be taken is held by a joint at its limit that has to
     /// turn back, or by an obstacle: the arm then turns to the goal's posture, or to another of its pose, by
-    /// a way that is clear.
-    void watch(const Tick& t, const Goal& goal, const double (&v)[joints]) noexcept {
-        if (has_stalled(t, v)) searching_ = true;
+    /// a way that is clear. A hand that trembles makes an arm that does, so that then only a tool that is far
+    /// from its goal counts.
+    void watch(const Tick& t, const Goal& goal) noexcept {
+        const double off = size(difference(user_pose(arm_, t.now.flange), goal.pose), options_.length);
+        const double speed = size(speed_, options_.length);
+        const bool far = off > track_rule::worth, still = has_stalled(t);
+        const bool stuck = t.guard && far && no_nearer(t, off, speed);
+        if ((still && (far || !(speed > track_rule::exact))) || stuck) searching_ = true;
         if (!searching_ || goal.blocked != Status::OK) return;
         if (!t.guard) {
             searching_ = false;
             turning_to_ = index(t.gc);
+            forget();
         } else if (!weary()) {
             search(t, goal);
         }
+    }
+
+    /// Whether the tool has come no nearer to the goal of a slow hand for some time.
+    bool no_nearer(const Tick& t, double off, double speed) noexcept {
+        waited_ += t.dt;
+        if (off < (1.0 - track_rule::progress) * nearest_ || speed > track_rule::slow) {
+            nearest_ = off;
+            waited_ = 0;
+        }
+        return waited_ >= track_rule::patience;
     }
 
     /// Whether all ways round have been tried for a hand that has stayed where it is.
@@ -627,7 +649,10 @@ private:
         make_empty(arcs);
         if (!goal.posture_only && detail::moving_joints(m, joint_functions(m), plain_, own) == Status::OK)
             keep_clear(arm_, kept_, m, own, arcs);
-        if (tried_ == 0) barred_ = 0;
+        if (tried_ == 0) {
+            barred_ = 0;
+            tried_for_ = wanted_;
+        }
         for (int k = 0; k < track_rule::ways; ++k) {
             const bool first = tried_++ == 0;
             Tag other = 0, &pair = first ? barred_ : other;
@@ -648,6 +673,7 @@ private:
             sought_ = wanted_;
             turning_to_ = index(t.gc);
             searching_ = false;
+            forget();
             return;
         }
         if (weary()) searching_ = false;
@@ -678,14 +704,24 @@ private:
         searching_ = false;
     }
 
-    bool has_stalled(const Tick& t, const double (&v)[joints]) noexcept {
-        double fastest = 0;
-        for (const double speed : v) fastest = max(fastest, abs(speed));
-        if (!(fastest < track_rule::standing)) searching_ = false;
-        stalled_ = fastest < track_rule::standing ? stalled_ + t.dt : 0.0;
-        if (stalled_ < track_rule::stall) return false;
-        stalled_ = 0;
-        return true;
+    /// Whether no joint has gone anywhere for the time of a stall.
+    bool has_stalled(const Tick& t) noexcept {
+        for (int j = 0; j < joints; ++j) {
+            if (abs(q_.q[j] - stood_.q[j]) <= track_rule::standing * track_rule::stall) continue;
+            stood_ = q_;
+            stood_for_ = 0;
+            searching_ = false;
+            return false;
+        }
+        stood_for_ += t.dt;
+        return stood_for_ >= track_rule::stall;
+    }
+
+    /// The tool is where it is wanted, or on a new way there.
+    void forget() noexcept {
+        stood_for_ = 0;
+        waited_ = 0;
+        nearest_ = infinity;
     }
 
     /// Straight to the goal's posture, or along the way that was found, whatever the tool does on it.
@@ -709,10 +745,13 @@ private:
                 p.g[j] = k * way[j];
             }
             least_squares(t, p, v);
-            if (has_stalled(t, v)) {  // an obstacle is in the way all the same
-                tried_ = legs_ > 0 ? tried_ + track_rule::most_ways / 8 : track_rule::most_ways;
-                rest();
-            }
+        }
+        if (has_stalled(t)) {  // an obstacle is in the way all the same, or that branch has no posture
+            if (t.guard && legs_ > 0) tried_ += track_rule::most_ways / 8;
+            if (t.guard && legs_ == 0 && !goal.posture_only) tried_ = track_rule::most_ways;
+            tried_for_ = wanted_;
+            rest();
+            forget();
         }
         go(t, v, next);
     }
@@ -728,13 +767,6 @@ private:
         const Twist speed = difference(goal_pose_, goal.pose) * (1.0 / t.dt);
         const bool leapt = !(size(speed, options_.length) < track_rule::leap);
         return leapt ? Twist{} : speed;
-    }
-
-    /// Whether all joints are at rest, nearly.
-    bool stands() const noexcept {
-        for (const double v : v_)
-            if (!(abs(v) < track_rule::standing)) return false;
-        return true;
     }
 
     // -- the answer
@@ -765,7 +797,7 @@ private:
             out.why = fastest ? Status::VELOCITY_LIMIT : Status::ACCELERATION_LIMIT;
         const Tag met = t.guard ? t.guard->blocking() : 0;
         if (out.status == Tracking::LAGGING && met) out.why = Status::CLEARANCE;
-        const bool ended = t.guard && weary() && stands();
+        const bool ended = t.guard && weary() && stood_for_ >= track_rule::stall;
         if (out.status == Tracking::LAGGING && ended) {
             out.status = Tracking::NEAREST;
             out.why = met || barred_ ? Status::CLEARANCE : Status::LIMITS;
@@ -803,15 +835,19 @@ private:
     double margin_ = 0;  // rad off straight that joint 4 keeps while the hand is so fast
     double ahead_ = 0;   // the same, in time for the hand
     Crossing crossing_;
-    int turning_to_ = -1;  // the branch whose posture is gone to joint by joint; -1: none
-    double stalled_ = 0;   // s that the arm has stood away from its goal
+    int turning_to_ = -1;   // the branch whose posture is gone to joint by joint; -1: none
+    Joints stood_{};        // where the arm stands, or last did
+    double stood_for_ = 0;  // s that it has, away from its goal
+    double nearest_ = 0;    // m that the tool has come near to its goal ...
+    double waited_ = 0;     // ... and s since
     bool relaxing_ = false;
-    bool searching_ = false;                 // for a way round what the arm stands at
-    int tried_ = 0;                          // ways round, since the hand moved
-    int legs_ = 0;                           // of the way that was found, still to go
-    Joints leg_[2]{};                        // the last one first
-    Pose<double> sought_ = identity_pose();  // the hand that it was found for
-    Tag barred_ = 0;                         // who bars the straight way
+    bool searching_ = false;                    // for a way round what the arm stands at
+    int tried_ = 0;                             // ways round, since the hand moved ...
+    Pose<double> tried_for_ = identity_pose();  // ... from here
+    int legs_ = 0;                              // of the way that was found, still to go
+    Joints leg_[2]{};                           // the last one first
+    Pose<double> sought_ = identity_pose();     // the hand that it was found for
+    Tag barred_ = 0;                            // who bars the straight way
     std::uint32_t draw_ = 1;
     bool escaping_ = false;  // the arm began where it touches
     Scene kept_{}, soft_{};  // the scene with the clearances that are kept, and kept where possible
