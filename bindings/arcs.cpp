@@ -21,12 +21,12 @@ using namespace armangle;
 namespace {
 
 /// What is asked of a pose: Psi_all of one branch, Psi_i of its seven joints, Psi_all of all eight branches,
-/// or what a scene alone leaves of one branch.
-enum class Wanted : int { branch, joints, branches, clear };
+/// what a scene alone leaves of one branch, or what its soft clearance, hand and link 0 aside, leaves of it.
+enum class Wanted : int { branch, joints, branches, clear, soft };
 
 constexpr int sets_of(Wanted wanted) noexcept {
-    if (wanted == Wanted::branch || wanted == Wanted::clear) return 1;
-    return wanted == Wanted::joints ? joints : configurations;
+    if (wanted == Wanted::joints) return joints;
+    return wanted == Wanted::branches ? configurations : 1;
 }
 
 struct Request {
@@ -80,7 +80,9 @@ Problem collect_pose(const Request& r, const double* m, long long gc, Collected&
     if (r.scene || r.wanted == Wanted::clear) {
         const SelfMotion<double> motion = self_motion(arm, pose, g);
         Cleared cleared;
-        clear(arm, *r.scene, motion, cleared);
+        Scene asked = *r.scene;
+        if (r.wanted == Wanted::soft) asked.clearance += asked.soft;
+        clear(arm, asked, motion, cleared, r.wanted == Wanted::soft);
         if (r.wanted == Wanted::clear)
             to.add(arm, 0.0, g, cleared.arcs, cleared.status, cleared.blocking);
         else
@@ -159,6 +161,8 @@ ArcColumns near_feasible_many(const NearArmHandle& self, Floats pose, Ints gc, d
             limits.lower[j] = -infinity;
             limits.upper[j] = infinity;
         }
+    Scene asked = scene ? scene->view : Scene{};
+    if (wanted == Wanted::soft) asked.clearance += asked.soft;
     Collected whole;
     whole.with_scene = scene != nullptr;
     whole.reserve(grid.size() * sets);
@@ -171,7 +175,7 @@ ArcColumns near_feasible_many(const NearArmHandle& self, Floats pose, Ints gc, d
             const int of = wanted == Wanted::branches ? static_cast<int>(k) : branch;
             feasible(self.arm, frame, of, limits, margin, found, joint);
             Tag blocking = 0;
-            if (scene) keep_clear(self.arm, scene->view, frame, of, found, blocking);
+            if (scene) keep_clear(self.arm, asked, frame, of, found, blocking, wanted == Wanted::soft);
             to.add(arm, margin, configuration(of), found.arcs, found.status, blocking);
             lost.data<double>()[flat * sets + k] = found.unproven;
         }
@@ -393,7 +397,8 @@ void bind_arcs(nb::module_& m, nb::class_<ArmHandle>& arm) {
         .value("BRANCH", Wanted::branch)
         .value("JOINTS", Wanted::joints)
         .value("BRANCHES", Wanted::branches)
-        .value("CLEAR", Wanted::clear);
+        .value("CLEAR", Wanted::clear)
+        .value("SOFT", Wanted::soft);
     nb::enum_<SetOperation>(m, "SetOperation")
         .value("INTERSECTION", SetOperation::intersection)
         .value("UNION", SetOperation::union_)

@@ -263,16 +263,22 @@ void bind_stepping_of(nb::class_<Handle>& arm) {
 }
 
 /// Next psi of each (set, psi): eq. (36) or another rule; of a wish for the elbow, `wish` is that for psi.
-void resolve_many(const Policy& policy, Ints count, Floats psi_arcs, Ints index, Floats psi, Floats wish,
-                  Floats out, Codes status) {
+/// kept_count, kept_arcs: None, or sets of arcs that the policy is to act on where they lie in the same arcs.
+void resolve_many(const Policy& policy, Ints count, Floats psi_arcs, Ints kept_count, Floats kept_arcs,
+                  Ints index, Floats psi, Floats wish, Floats out, Codes status) {
     const ArcArrays arcs(count, psi_arcs);
+    std::optional<ArcArrays> kept;
+    if (!kept_count.is_none()) kept.emplace(kept_count, kept_arcs);
     const Buffer i(index), x(psi), to(out, true), code(status, true);
     Buffer wished;
     if (!wish.is_none()) wished.get(wish);
     Policy now = policy;
     for (Py_ssize_t k = 0; k < i.shape(0); ++k) {
         if (wished.held()) now.towards = {Wish::psi, wished.data<double>()[k], {}};
-        const Resolution r = resolve(now, arcs.load(i.data<long long>()[k], 0), x.data<double>()[k]);
+        const long long at = i.data<long long>()[k];
+        const double here = x.data<double>()[k];
+        const Resolution r = kept ? resolve(now, arcs.load(at, 0), kept->load(at, 0), here)
+                                  : resolve(now, arcs.load(at, 0), here);
         to.data<double>()[k] = r.psi;
         code.data<std::int8_t>()[k] = static_cast<std::int8_t>(r.status);
     }
@@ -308,8 +314,8 @@ void bind_stepping(nb::module_& m, nb::class_<ArmHandle>& arm) {
              "lookahead"_a);
     m.attr("LONGEST_STEP") = longest_step;
     bind_stepping_of(arm);
-    m.def("resolve_many", &resolve_many, "policy"_a, "count"_a, "psi_arcs"_a, "index"_a, "psi"_a,
-          "wish"_a.none(), "out"_a, "status"_a);
+    m.def("resolve_many", &resolve_many, "policy"_a, "count"_a, "psi_arcs"_a, "kept_count"_a.none(),
+          "kept_arcs"_a.none(), "index"_a, "psi"_a, "wish"_a.none(), "out"_a, "status"_a);
     m.def("gain", &gain, "rate"_a, "dt"_a);
 }
 

@@ -415,6 +415,8 @@ class Wanted(enum.Enum):
 
     CLEAR = 3
 
+    SOFT = 4
+
 class SetOperation(enum.Enum):
     INTERSECTION = 0
 
@@ -493,7 +495,7 @@ class FollowOptions:
 
 LONGEST_STEP: float = 1000000000.0
 
-def resolve_many(policy: Policy, count: numpy.typing.NDArray[numpy.int64], psi_arcs: numpy.typing.NDArray[numpy.float64], index: numpy.typing.NDArray[numpy.int64], psi: numpy.typing.NDArray[numpy.float64], wish: numpy.typing.NDArray[numpy.float64] | None, out: numpy.typing.NDArray[numpy.float64], status: numpy.typing.NDArray[numpy.int8]) -> None: ...
+def resolve_many(policy: Policy, count: numpy.typing.NDArray[numpy.int64], psi_arcs: numpy.typing.NDArray[numpy.float64], kept_count: numpy.typing.NDArray[numpy.int64] | None, kept_arcs: numpy.typing.NDArray[numpy.float64] | None, index: numpy.typing.NDArray[numpy.int64], psi: numpy.typing.NDArray[numpy.float64], wish: numpy.typing.NDArray[numpy.float64] | None, out: numpy.typing.NDArray[numpy.float64], status: numpy.typing.NDArray[numpy.int8]) -> None: ...
 
 def gain(rate: float, dt: float) -> float: ...
 

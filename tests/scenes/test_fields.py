@@ -81,6 +81,47 @@ def test_the_nearest_of_a_field_is_a_lower_bound_with_a_direction() -> None:
             assert np.linalg.norm(near.points[1] - ball.points[1]) < 0.05
 
 
+@pytest.mark.parametrize("noise", [0.0, 0.01])
+def test_arcs_distances_and_the_widest_arm_angle_are_of_one_surface(noise: float) -> None:
+    """As far as `Field` says: a hundredth of a spacing too near, a quarter too far."""
+    rng, ends, beyond = generator(7), 0, 0
+    ignore = [(f"link_{i}", f"link_{j}") for i, j in ((1, 3), (1, 4), (1, 5), (3, 5))]
+    for k in range(count(24)):
+        arm, spacing = [ARM, TURNED][k % 2], float(rng.choice([0.01, 0.03]))
+        shoulder = arm.frames(np.zeros(7))[1, :3, 3]
+        field = of_balls(shoulder + rng.normal(size=(1 + k % 3, 3)) * 0.25, 0.05, spacing, rng, noise)
+        scene = aa.Scene([field], clearance=float(rng.choice([0.0, 0.02])), ignore=ignore)
+        pose, _, gc = arm.forward(rng.uniform(-1.8, 1.8, 7))
+        arcs, own = arm.clear(pose, gc, scene), arm.feasible(pose, gc)
+        limits = np.empty(0) if arcs.is_full else arcs.intervals.ravel()
+        beside = limits + rng.choice([-1, 1], (9, len(limits))) * 10 ** rng.uniform(-5, -2, (9, len(limits)))
+        psi = np.concatenate([rng.uniform(-np.pi, np.pi, 400), beside.ravel()])
+        poses = np.tile(pose, (len(psi), 1, 1))
+        over = np.asarray(arm.clearance(poses, psi, np.full(len(psi), gc), scene).distance) - scene.clearance
+        within = arcs.contains(psi)
+        assert over[within].min(initial=1.0) > -0.01 * spacing - 1e-6, k
+        assert over[~within].max(initial=-1.0) < 0.25 * spacing + 1e-6, k
+        ends += len(limits)
+        widest = arm.widest(pose, gc, scene)
+        allowed = over[own.contains(psi)]
+        if np.isfinite(widest.psi) and len(allowed):
+            told = widest.nearest.distance - scene.clearance
+            assert told >= allowed.max() - 0.26 * spacing, k
+            beyond += told > 0
+    assert ends > 4 and beyond > 1
+
+
+def test_what_a_noisy_node_forgets_its_neighbours_tell() -> None:
+    """A value is raised to what others prove; then it alone changes nothing."""
+    nodes = grid([0.2, -0.2, 0.3], [0.4] * 3, 0.02)
+    told = np.linalg.norm(nodes - [0.4, 0.0, 0.5], axis=-1) - 0.05
+    holes = np.where(generator(8).random(told.shape) < 0.2, -1.0, told)
+    pose, psi, gc = ARM.forward(np.radians([20, 45, 10, -80, 10, 60, 0]))
+    whole, less = (ARM.clearance(pose, psi, gc, aa.Scene([aa.Field(field, [0.2, -0.2, 0.3], 0.02)]))
+                   for field in (told, holes))  # fmt: skip
+    assert whole.distance - 0.04 < less.distance <= whole.distance
+
+
 def test_outside_its_grid_a_field_is_free() -> None:
     field = aa.Field(np.full((3, 3, 3), -1.0), [0.4, 0.4, 0.4], 0.05, name="block")
     box = aa.Box(aa.pose([0.45, 0.45, 0.45]), [0.1, 0.1, 0.1], name="block")

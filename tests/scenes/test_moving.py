@@ -161,7 +161,7 @@ def test_a_plan_keeps_the_soft_clearance_where_the_whole_path_can() -> None:
         ({"scene": passing(0.0), "obstacle_speed": 1.0}, "no function of s"),
         ({"obstacle_speed": 1.0}, "no function of s"),
         ({"scene": passing, "obstacle_speed": -1.0}, "obstacle_speed"),
-        ({"scene": [passing(0.0)] * len(S)}, "an armangle.Scene, or a function"),
+        ({"scene": [passing(0.0)] * len(S)}, r"a list of 60, wanted one armangle.Scene, or a function of s"),
         ({"scene": lambda s: None, "obstacle_speed": 1.0}, r"scene\[0\]"),
         ({"scene": lambda s: aa.Scene([aa.Ball([0, 0, 2], 0.1, name=f"b{s:.2f}")]), "obstacle_speed": 1.0},
          "those of the first"),
@@ -173,8 +173,9 @@ def test_what_a_plan_cannot_certify_is_refused(options: dict[str, Any], why: str
 
 
 def test_a_follow_needs_a_scene_for_each_pose() -> None:
-    for scene, why in (([passing(0.0)], "one scene for each pose, 60"), ([3] * 60, r"scene\[0\]"),
-                       (lambda s: 3, r"scene\[0\]"), ("cell", "one a pose")):  # fmt: skip
+    for scene, why in (([passing(0.0)], "is 1, wanted one Scene by itself for all poses, or one for each"),
+                       ([3] * 60, r"scene\[0\]"),
+                       (lambda s: 3, r"scene\[0\]"), ("cell", r"load_scene\(")):  # fmt: skip
         with pytest.raises(aa.errors.SceneError, match=why):
             aa.follow(ARM, POSES, start=Q, scene=scene)  # type: ignore[arg-type]  # wrong on purpose
 

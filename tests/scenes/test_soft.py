@@ -36,6 +36,21 @@ def cases(seed: int) -> Any:
             yield q, pose, gc, shapes
 
 
+@pytest.mark.parametrize("policy", [aa.Repulsion(), aa.Hold(), aa.Centre()], ids=repr)
+def test_resolve_is_the_step_s_arm_angle_with_a_soft_clearance_too(policy: Any) -> None:
+    differ = 0
+    for q, pose, gc, shapes in cases(5):
+        scene = aa.Scene(shapes, clearance=HARD, soft=SOFT)
+        psi = float(ARM.forward(q)[1])
+        found = aa.resolve(ARM, np.stack([pose, pose]), psi, gc, policy=policy, scene=scene)
+        taken = aa.step(ARM, q, pose, gc=gc, policy=policy, scene=scene, max_joint_step=3.0)
+        if taken.status == aa.Status.OK:
+            assert abs(np.angle(np.exp(1j * (found.psi - taken.psi)))).max() < 1e-12
+        hard = aa.resolve(ARM, pose, psi, gc, policy=policy, scene=aa.Scene(shapes, clearance=HARD))
+        differ += abs(hard.psi - found.psi[0]) > 1e-6
+    assert differ > 1
+
+
 @pytest.mark.parametrize("policy", [aa.Repulsion(), aa.Hold(), aa.Repulsion(outside="stop")], ids=repr)
 def test_it_is_reached_where_the_arc_holds_it_and_the_hard_one_is_never_left(policy: Any) -> None:
     reached = 0

@@ -91,4 +91,22 @@ inline Resolution resolve(const Policy& policy, const ArcSet& arcs, double psi) 
     return {wrap(min(max(detail::moved(policy, arc, place.psi), arc.lower), arc.upper)), Status::OK};
 }
 
+/// The policy on arcs to whose nearest end psi is led first, where it is outside of them.
+inline Resolution led(Policy policy, const ArcSet& arcs, double psi) noexcept {
+    policy.outside = Outside::nearest;
+    return resolve(policy, arcs, find(arcs, psi).index < 0 ? nearest(arcs, psi) : psi);
+}
+
+/// The next psi where the policy acts on what of psi's arc lies in `kept` too, if something does.
+inline Resolution resolve(const Policy& policy, const ArcSet& arcs, const ArcSet& kept, double psi) noexcept {
+    const Place place = find(arcs, psi);
+    if (place.index < 0) return resolve(policy, arcs, psi);
+    ArcSet here, both;
+    make_empty(here);
+    here.arc[here.count++] = arcs.arc[place.index];
+    here.full = arcs.full;
+    intersect(here, kept, both);
+    return both.empty() ? resolve(policy, arcs, psi) : led(policy, both, psi);
+}
+
 }  // namespace armangle

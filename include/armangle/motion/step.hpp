@@ -158,12 +158,6 @@ inline Policy policy_on(const StepOptions& options, const Arm& arm, const SelfMo
     return options.policy.rule == Rule::towards ? settled(options.policy, arm, m) : options.policy;
 }
 
-/// The policy on arcs to whose nearest end psi is led first, where it is outside of them.
-inline Resolution led(Policy policy, const ArcSet& arcs, double psi) noexcept {
-    policy.outside = Outside::nearest;
-    return resolve(policy, arcs, find(arcs, psi).index < 0 ? nearest(arcs, psi) : psi);
-}
-
 /// The branch of `parts.motion`, from psi.
 inline Branch look(const Arm& arm, const LimitTable& limits, double psi, const StepOptions& options,
                    BranchParts& parts) noexcept {

@@ -172,14 +172,14 @@ inline Tag rest_contact(const NearArm& arm, const Scene& scene, const Pose<doubl
 }
 
 /// Leaves of proven arcs of a pose and branch what is clear of a scene. `blocking`: the pair that touches
-/// where nothing is left; 0: none is known.
+/// where nothing is left; 0: none is known. `turning_alone`: hand and link 0 may touch.
 inline void keep_clear(const NearArm& arm, const Scene& scene, const Pose<double>& pose, int gc,
-                       ProvenArcs& arcs, Tag& blocking) noexcept {
+                       ProvenArcs& arcs, Tag& blocking, bool turning_alone = false) noexcept {
     blocking = 0;
     make_empty(arcs.open);
     if (arcs.arcs.empty()) return;
     const Pose<double> exact{orthonormal(pose.rotation), pose.position};
-    blocking = rest_contact(arm, scene, exact);
+    if (!turning_alone) blocking = rest_contact(arm, scene, exact);
     if (blocking) {
         make_empty(arcs.arcs);
         arcs.status = Status::POSE_BLOCKED;

@@ -157,7 +157,7 @@ inline Step step(const NearArm& arm, double margin, const double* q_now, const P
     ArcSet soft;
     const bool asked = options.scene && options.scene->soft > 0;
     if (asked && keep_soft(arm, *options.scene, exact, gc, open, psi, soft))
-        next = detail::led(options.policy, soft, psi);
+        next = led(options.policy, soft, psi);
     const detail::NearStep way{arm, exact, on, configuration(gc), q_now, here, options.max_joint_step};
     detail::Lifted to;
     next.status = way.at(next.psi, to);

@@ -257,6 +257,8 @@ private:
 
     void certified(const Solid& solid, double R, int id, int part) noexcept {
         if (scene_.may_touch(id, part)) return;
+        if (solid.kind == SolidKind::field)
+            return moved({MovingRod(part_[part].rod, true), solid, R}, id, part);
         Witnesses(part_[part].rod, solid, R).find([&](double lower, double upper) {
             cover(out_, 0.5 * (lower + upper), 0.5 * (upper - lower), pair_tag(id, part));
         });
@@ -374,8 +376,9 @@ inline void open_arcs(const Covered& covered, ArcSet& out) noexcept {
 }
 
 /// The psi at which no link touches an obstacle, whatever the joint limits. Of any branch: links 3 and 4 do
-/// not depend on GC_2 and GC_6.
-inline void clear(const Arm& arm, const Scene& scene, const SelfMotion<double>& m, Cleared& out) noexcept {
+/// not depend on GC_2 and GC_6. `turning_alone`: hand and link 0, which psi does not move, may touch.
+inline void clear(const Arm& arm, const Scene& scene, const SelfMotion<double>& m, Cleared& out,
+                  bool turning_alone = false) noexcept {
     make_empty(out.arcs);
     out.blocking = 0;
     out.coarse = false;
@@ -384,7 +387,7 @@ inline void clear(const Arm& arm, const Scene& scene, const SelfMotion<double>& 
     Covered covered;
     detail::Clearing clearing(arm, scene, m, covered);
     out.status = Status::POSE_BLOCKED;
-    out.blocking = scene.base_tag ? scene.base_tag : clearing.held_against_ground();
+    if (!turning_alone) out.blocking = scene.base_tag ? scene.base_tag : clearing.held_against_ground();
     if (out.blocking) return;
     clearing.parts_against_all();
     open_arcs(covered, out.arcs);

@@ -1,15 +1,24 @@
 // Distance fields: on a grid of nodes, how far what stands about is at least.
 //
-//     o----o----o      A distance changes no faster than the place does. So at a place x each node with value
-//     |   x|    |      v proves a distance of v - |x - node|, and the best of the eight about x is taken: at
-//     a o----o----o      node its own value, between them at most 0.87 spacings less than the truth.
+//     o----o----o      A distance changes no faster than the place does. So at a place x a node with value v
+//     |   x|    |      proves a distance of v - r, r = |x - node|, and with phi(r) >= r also v - phi(r). The
+//     o----o----o      field at x is the best of all nodes:   f(x) = max (v - phi(r)).
+//
+// phi grows 5/3 as fast beyond one spacing, which makes f a function of its surroundings: where values of
+// neighbours (26 of them) differ by no more than they are apart (`settle`), nodes two spacings away or more
+// lose. For let n be such a node and m its neighbour in the direction of x: of the 26 one is within 27.6
+// degrees of it, so that r_m^2 <= r^2 - 1.77 s r + s^2, s = |n - m|, and phi(r) - phi(r_m) >= s >= v_n - v_m.
+// So 64 nodes about x are looked at, f goes without leaps, and by at most 5/3 of the way.
 //
 // What the field tells of lies within the grid, so that a place outside is at least as far away as the grid's
 // border is; the way back to the border and on to an obstacle bends by a right angle or more.
+//
+// A segment is asked at even places, a spacing apart or less, of which the least counts: the one
+// function that arcs, distances and the widest arm angle are of.
 #pragma once
 
+#include "../numbers/lane.hpp"
 #include "approach.hpp"
-#include "least_between.hpp"
 
 namespace armangle {
 
@@ -19,20 +28,58 @@ struct Field {
     int size[3];  // of nodes along each axis, >= 2
     double spacing;
 
-    float at(int i, int j, int k) const noexcept {
-        return value[(static_cast<std::size_t>(i) * static_cast<std::size_t>(size[1]) +
-                      static_cast<std::size_t>(j)) *
-                         static_cast<std::size_t>(size[2]) +
-                     static_cast<std::size_t>(k)];
+    std::size_t place(int i, int j, int k) const noexcept {
+        return (static_cast<std::size_t>(i) * static_cast<std::size_t>(size[1]) +
+                static_cast<std::size_t>(j)) *
+                   static_cast<std::size_t>(size[2]) +
+               static_cast<std::size_t>(k);
     }
+    float at(int i, int j, int k) const noexcept { return value[place(i, j, k)]; }
 };
 
 namespace field_rule {
-/// Stretches that a segment is cut into at most; places that are kept of a box that is cut into eighths.
+/// Of phi beyond one spacing, and so of a field: at most so much a metre.
+inline constexpr double steepest = 5.0 / 3.0;
+/// Places that a segment is asked at, and how far apart they are at most while there are enough (spacings).
+inline constexpr int most_places = 256;
+inline constexpr double apart = 1.0;
+/// A length this little longer (share) has no place more: the same segment, turned, has as many.
+inline constexpr double same_length = 1e-6;
+/// Arcs of a field are where its distance says that they are: what they leave is no nearer by more than so
+/// much (shares of the spacing), and what they take no farther away.
+inline constexpr double agreed_free = 0.01, agreed_blocked = 0.25;
+/// Shorter stretches (rad) that are proven neither way count as blocked: less than a thousandth of a
+/// millimetre is nothing beside a spacing.
+inline constexpr double sliver = 1e-6;
+/// Places that are kept of a box that is cut into eighths, and where that ends (share of the spacing).
 inline constexpr int most_pieces = 64;
-/// Both stop where they are so near to what any place tells (shares of the spacing).
-inline constexpr double enough = 0.0625, enough_in_box = 0.5;
+inline constexpr double enough_in_box = 0.5;
 }  // namespace field_rule
+
+/// Raises the values of nodes to what their neighbours prove of them: once in this order and once against
+/// it, which is all: of the moves from neighbour to neighbour those of one sense can be made first.
+inline void settle(const Field& field, float* value) noexcept {
+    const double length[4] = {0.0, field.spacing, sqrt(2.0) * field.spacing, sqrt(3.0) * field.spacing};
+    const auto raise = [&](int i, int j, int k, int way) {
+        double most = value[field.place(i, j, k)];
+        for (int code = 0; code < 13; ++code) {  // the 13 neighbours that come before in this order
+            const int a = i + way * (code / 9 - 1), b = j + way * (code / 3 % 3 - 1),
+                      c = k + way * (code % 3 - 1);
+            if (a < 0 || b < 0 || c < 0 || a >= field.size[0] || b >= field.size[1] || c >= field.size[2])
+                continue;
+            most = max(most, value[field.place(a, b, c)] - length[(a != i) + (b != j) + (c != k)]);
+        }
+        const float near = static_cast<float>(most);  // rounded down: values stay lower bounds
+        value[field.place(i, j, k)] =
+            near > most ? std::nextafter(near, -std::numeric_limits<float>::max()) : near;
+    };
+    for (int i = 0; i < field.size[0]; ++i)
+        for (int j = 0; j < field.size[1]; ++j)
+            for (int k = 0; k < field.size[2]; ++k) raise(i, j, k, 1);
+    for (int i = field.size[0] - 1; i >= 0; --i)
+        for (int j = field.size[1] - 1; j >= 0; --j)
+            for (int k = field.size[2] - 1; k >= 0; --k) raise(i, j, k, -1);
+}
 
 namespace detail {
 
@@ -58,19 +105,88 @@ inline GridPlace grid_place(const Field& field, const Vec3<double>& p) noexcept 
     return out;
 }
 
+/// The 64 nodes about a place of a grid: which, and their values.
+struct Surroundings {
+    int node[3][4];
+    double value[64];
+
+    Surroundings(const Field& field, const GridPlace& place) noexcept {
+        for (int axis = 0; axis < 3; ++axis)
+            for (int k = 0; k < 4; ++k) {
+                const int at = place.cell[axis] - 1 + k, last = field.size[axis] - 1;
+                node[axis][k] = at > last ? last : (at > 0) * at;
+            }
+        for (int row = 0; row < 16; ++row) {
+            const float* from = &field.value[field.place(node[0][row / 4], node[1][row % 4], 0)];
+            for (int k = 0; k < 4; ++k) value[4 * row + k] = from[node[2][k]];
+        }
+    }
+
+    /// Squares of the ways from p to them along an axis, in spacings.
+    void squares(double p, int axis, double per, double (&out)[4]) const noexcept {
+        for (int k = 0; k < 4; ++k) {
+            const double way = p * per - node[axis][k];
+            out[k] = way * way;
+        }
+    }
+};
+
+/// Ways to those nodes, in spacings: squares from one place, eight nodes at a time.
+struct Ways {
+    double x[4], y[4];
+    Lane<8> z;
+
+    Ways(const Surroundings& about, const Vec3<double>& p, double per) noexcept {
+        double along[4];
+        about.squares(p.x, 0, per, x);
+        about.squares(p.y, 1, per, y);
+        about.squares(p.z, 2, per, along);
+        z = twice(along);
+    }
+    Lane<8> square(int eighth) const noexcept {
+        const int i = eighth / 2, j = 2 * (eighth % 2);
+        return z + first_halves(Lane<8>(x[i] + y[j]), Lane<8>(x[i] + y[j + 1]));
+    }
+};
+
+/// The best of nodes about a place whose ways to them have these squares at most, and a little more.
+template <class Square>
+inline double best_node(const Field& field, const Surroundings& about, double more_way,
+                        const Square& square) noexcept {
+    using Eight = Lane<8>;
+    const Eight steeper(field_rule::steepest - 1.0), off(more_way), one(1.0), zero(0.0), size(-field.spacing);
+    Eight most(-infinity);
+    for (int k = 0; k < 8; ++k) {
+        const Eight r = sqrt(square(k)) + off, phi = mul_add(steeper, max(r - one, zero), r);
+        most = max(most, mul_add(phi, size, Eight::load(about.value + 8 * k)));
+    }
+    return -least(-most);
+}
+
 /// What a field proves at a place of its own frame: at least so far from all that it tells of, m; negative
 /// where it may be as deep in it.
 inline double at_least(const Field& field, const Vec3<double>& p) noexcept {
     const GridPlace place = grid_place(field, p);
-    double most = -infinity;
-    for (int bits = 0; bits < 8; ++bits) {
-        const int i = place.cell[0] + (bits & 1), j = place.cell[1] + (bits >> 1 & 1),
-                  k = place.cell[2] + (bits >> 2);
-        const Vec3<double> node{i * field.spacing, j * field.spacing, k * field.spacing};
-        most = max(most, double(field.at(i, j, k)) - norm(place.inside - node));
+    const Surroundings about(field, place);
+    const Ways ways(about, place.inside, 1.0 / field.spacing);
+    const double here = best_node(field, about, 0.0, [&ways](int k) { return ways.square(k); });
+    if (place.outside > 0) return hypot(place.outside, max(here, 0.0));
+    return here;
+}
+
+/// The least of that within `bow` of the way from p to q, or less: to a node no place between them is farther
+/// than the farther of both.
+inline double at_least(const Field& field, const Vec3<double>& p, const Vec3<double>& q,
+                       double bow) noexcept {
+    const GridPlace place = grid_place(field, p);
+    const double per = 1.0 / field.spacing;
+    if (place.outside == 0 && grid_place(field, q).outside == 0) {
+        const Surroundings about(field, place);
+        const Ways one(about, p, per), other(about, q, per);
+        return best_node(field, about, bow * per, [&](int k) { return max(one.square(k), other.square(k)); });
     }
-    if (place.outside > 0) return hypot(place.outside, max(most, 0.0));
-    return most;
+    const double half = 0.5 * (at_least(field, p) + at_least(field, q) - field_rule::steepest * norm(q - p));
+    return half - field_rule::steepest * bow;
 }
 
 /// Where the nearest obstacle is about: down the slope of what the nodes around a place say.
@@ -99,42 +215,81 @@ inline Approach beside_place(const Field& field, const Vec3<double>& p, double d
     return {p, p + towards_obstacle(field, p) * max(at_least(field, p), 0.0), distance};
 }
 
-/// A segment in the field's own frame: its distance at least. Along a segment the square of the distance to
-/// any point bends by twice the square of its length.
-inline Approach segment_field(const Vec3<double>& a, const Vec3<double>& b, const Field& field) noexcept {
+/// The even places that a segment is asked at, after the first.
+inline int place_count(const Field& field, double length) noexcept {
+    const double most = field_rule::most_places,
+                 wanted = length * (1.0 - field_rule::same_length) / (field_rule::apart * field.spacing);
+    return static_cast<int>(std::ceil(min(wanted, most)));
+}
+
+/// Half of what is between two of them, m.
+inline double half_gap(const Field& field, double length) noexcept {
+    const int count = place_count(field, length);
+    return count > 0 ? 0.5 * length / count : 0.0;
+}
+
+/// The least of numbers f(0) to f(last) that differ by `rise` at most from one to the next, and which it is.
+/// Ends early where one is below `enough`.
+struct LeastPlace {
+    double value;
+    int at;
+};
+
+template <class F>
+LeastPlace least_place(int last, double rise, double enough, const F& f) noexcept {
     struct Stretch {
-        double from, F_from, to, F_to;
+        int from, to;
+        double f_from, f_to;
     };
-    const Vec3<double> d = b - a;
-    const double bend = 2.0 * dot(d, d), enough = field_rule::enough * field.spacing;
-    double best = infinity, best_t = 0;
-    const auto look = [&](double t) {
-        const double here = max(at_least(field, mul_add(d, t, a)), 0.0);
-        if (here < best) {
-            best = here;
-            best_t = t;
-        }
-        return here * here;
+    LeastPlace best{f(0), 0};
+    const auto look = [&](int k) {
+        const double here = f(k);
+        if (here < best.value) best = {here, k};
+        return here;
     };
-    const double F_a = look(0.0);
-    if (bend == 0) return beside_place(field, a, best);
-    const auto lowest = [bend](const Stretch& s) {
-        return least_between(s.F_from, s.F_to, bend, s.to - s.from);
-    };
-    Stretch stretch[field_rule::most_pieces]{{0.0, F_a, 1.0, look(1.0)}};
-    double least = 0;
-    for (int count = 1;; ++count) {
-        int low = 0;
-        for (int k = 1; k < count; ++k)
-            if (lowest(stretch[k]) < lowest(stretch[low])) low = k;
-        least = sqrt(max(lowest(stretch[low]), 0.0));
-        if (count == field_rule::most_pieces || best - least <= enough) break;
-        const Stretch old = stretch[low];
-        const double middle = 0.5 * (old.from + old.to), F_middle = look(middle);
-        stretch[low] = {old.from, old.F_from, middle, F_middle};
-        stretch[count] = {middle, F_middle, old.to, old.F_to};
+    if (last == 0) return best;
+    Stretch stack[16]{{0, last, best.value, look(last)}};
+    for (int count = 1; count > 0 && best.value >= enough;) {
+        const Stretch s = stack[--count];
+        const int between = s.to - s.from;
+        if (between < 2 || s.f_from + s.f_to - rise * between >= 2.0 * best.value) continue;
+        const int middle = s.from + between / 2;
+        const double here = look(middle);
+        const Stretch lower{s.from, middle, s.f_from, here}, upper{middle, s.to, here, s.f_to};
+        const bool down = s.f_from < s.f_to;  // where it is less comes first
+        stack[count++] = down ? upper : lower;
+        stack[count++] = down ? lower : upper;
     }
-    return beside_place(field, mul_add(d, best_t, a), least);
+    return best;
+}
+
+/// A segment in the field's own frame: its distance at least. What is between two places is no nearer than
+/// sqrt(f^2 - g^2), g half of their gap, since the foot of the nearest point is no farther from one of them.
+inline Approach segment_field(const Vec3<double>& a, const Vec3<double>& b, const Field& field) noexcept {
+    const Vec3<double> d = b - a;
+    const double length = norm(d), gap = half_gap(field, length);
+    const int last = place_count(field, length);
+    const auto place = [&](int k) { return mul_add(d, last > 0 ? double(k) / last : 0.0, a); };
+    const LeastPlace found = least_place(last, 2.0 * field_rule::steepest * gap, 0.0,
+                                         [&](int k) { return at_least(field, place(k)); });
+    const double best = max(found.value, 0.0), least = sqrt(max((best - gap) * (best + gap), 0.0));
+    return beside_place(field, place(found.at), least);
+}
+
+/// The least of a field at the places of a segment that moves, each no farther than `bow` from the way
+/// between where the segment is first, a to b, and last, c to d; or less. Ends early below `enough`.
+inline double least_along(const Vec3<double> (&first)[2], const Vec3<double> (&last)[2], double bow,
+                          double enough, const Field& field) noexcept {
+    const Vec3<double> d = first[1] - first[0], e = last[1] - last[0];
+    const double length = norm(d), gap = half_gap(field, length);
+    const int count = place_count(field, length);
+    const double rise = field_rule::steepest * max(2.0 * gap, count > 0 ? norm(e) / count : 0.0);
+    return least_place(count, rise, enough,
+                       [&](int k) {
+                           const double t = count > 0 ? double(k) / count : 0.0;
+                           return at_least(field, mul_add(d, t, first[0]), mul_add(e, t, last[0]), bow);
+                       })
+        .value;
 }
 
 /// A box of half edges about `frame`, which is seen in the field's own frame: its distance at least.

@@ -8,9 +8,13 @@
 //
 //   Free: where F is F_a, F_b > 0 at both ends, F >= F_a + (F_b - F_a) t / h - A t (h - t) / 2, as in
 //   witnesses.hpp; or where both distances are longer than R by more than the points can move.
-//   Blocked: by a field, where a distance is shorter than R by more than the points can move. Else the
-//   nearest points of one end are a pair; where they are too near at the other end too, they are between, by
-//   the same bound from the other side.
+//   Blocked: the nearest points of one end are a pair; where they are too near at the other end too, they are
+//   between, by the same bound from the other side.
+//
+// A field has no points. Stretches are free where the bound above says so of what the field stands for, and
+// where the field itself, at all places between where a place of the rod is at both ends, keeps R but for a
+// hundredth of the spacing; blocked where it, changing by 5/3 of the way at most, allows no more than a
+// quarter. So arcs and distances tell of one surface.
 //
 // What is neither is halved; between a free and a blocked end the root is bracketed.
 #pragma once
@@ -40,7 +44,12 @@ class MovingPair {
 public:
     /// Against a solid at rest.
     MovingPair(const MovingRod& rod, const Solid& solid, double R) noexcept
-        : rod_(rod), other_(nullptr), solid_(solid), R_(R) {}
+        : rod_(rod), other_(nullptr), solid_(solid), R_(R) {
+        if (!is_field()) return;
+        const Rod here = rod.at({0.0, 1.0});
+        sliver_ = bracket_ = field_rule::sliver;
+        gap_ = half_gap(*solid.field, norm(here.end - here.begin));
+    }
     /// Against a rod that moves too.
     MovingPair(const MovingRod& rod, const MovingRod& other, double R) noexcept
         : rod_(rod), other_(&other), solid_(as_solid(other.at({0.0, 1.0}))), R_(R) {}
@@ -70,8 +79,7 @@ public:
             const bool free_a = s.a.F > 0, free_b = s.b.F > 0, mixed = free_a != free_b;
             if (!mixed && free_a && is_free(s, h)) continue;
             const bool spent = queries_ >= moving_rule::most_queries || count_ + 3 > most_stretches;
-            if (spent || h < (mixed ? 1.5 * moving_rule::bracket : moving_rule::sliver) ||
-                (!mixed && !free_a && is_blocked(s, h))) {
+            if (spent || h < (mixed ? 1.5 * bracket_ : sliver_) || (!mixed && !free_a && is_blocked(s, h))) {
                 add(s);
                 continue;
             }
@@ -107,6 +115,7 @@ private:
     static constexpr int most_stretches = 96;
 
     bool flat() const noexcept { return solid_.kind == SolidKind::half_space; }
+    bool is_field() const noexcept { return solid_.kind == SolidKind::field; }
 
     Sample at(double psi) noexcept {
         ++queries_;
@@ -133,6 +142,30 @@ private:
         return flat() ? distance - R_ : (distance - R_) * (distance + R_);
     }
 
+    /// Whether a field keeps R over a stretch, or all but what is agreed; and whether it does not.
+    enum class Kept { no, nearly, whole };
+    Kept field_keeps(const Stretch& s, double h, const Drift& m) const noexcept {
+        const double whole = hypot(R_, gap_), must = whole - field_rule::agreed_free * solid_.field->spacing,
+                     a = hypot(s.a.distance, gap_), b = hypot(s.b.distance, gap_),
+                     slope = field_rule::steepest * above_rounding;
+        if (min(a, b) - slope * m.shift >= whole) return Kept::whole;
+        if (!(m.speed * h < 2.0 * solid_.field->spacing)) return Kept::no;
+        const Rod first = rod_.at(sin_cos(s.a.psi)), last = rod_.at(sin_cos(s.b.psi));
+        const auto seen = [this](const Vec3<double>& p) { return in_grid(solid_, p); };
+        const Vec3<double> from[2] = {seen(first.begin), seen(first.end)},
+                           to[2] = {seen(last.begin), seen(last.end)};
+        const double bow = 0.125 * m.acceleration * h * h * above_rounding;
+        const double least = least_along(from, to, bow, must, *solid_.field);
+        if (least >= whole) return Kept::whole;
+        return least >= must ? Kept::nearly : Kept::no;
+    }
+    bool field_blocks(const Stretch& s, double h, const Drift& m) const noexcept {
+        const double most = hypot(R_, gap_) + field_rule::agreed_blocked * solid_.field->spacing,
+                     a = hypot(s.a.distance, gap_), b = hypot(s.b.distance, gap_),
+                     slope = field_rule::steepest * above_rounding;
+        return max(a, b) + slope * m.shift <= most || 0.5 * (a + b + slope * m.speed * h) <= most;
+    }
+
     /// F of the nearest points of a sample, at another psi.
     double same_pair(const Sample& of, double psi) const noexcept {
         const SinCos<double> turn = sin_cos(psi);
@@ -155,6 +188,10 @@ private:
 
     bool is_free(const Stretch& s, double h) const noexcept {
         const Drift m = drift(s, h);
+        if (is_field()) {
+            const Kept kept = field_keeps(s, h, m);
+            if (kept != Kept::nearly) return kept == Kept::whole;
+        }
         if (min(s.a.distance, s.b.distance) - m.shift * above_rounding > R_) return true;
         if (!(m.speed < infinity)) return false;
         const double bend =
@@ -164,8 +201,7 @@ private:
 
     bool is_blocked(const Stretch& s, double h) const noexcept {
         const Drift m = drift(s, h);
-        if (solid_.kind == SolidKind::field)
-            return max(s.a.distance, s.b.distance) + m.shift * above_rounding <= R_;
+        if (is_field()) return field_blocks(s, h, m);
         if (!(m.speed < infinity)) return false;
         const double bend =
             (flat() ? m.acceleration : 2.0 * (R_ + m.speed * h) * m.acceleration) * above_rounding;
@@ -179,9 +215,8 @@ private:
     Stretch bracketed(Stretch s) noexcept {
         for (int step = 0; step < moving_rule::most_steps; ++step) {
             const double h = s.b.psi - s.a.psi;
-            if (h <= moving_rule::bracket) break;
-            const double share = step % 3 == 2 ? 0.5 : s.a.F / (s.a.F - s.b.F),
-                         room = 0.4 * moving_rule::bracket;
+            if (h <= bracket_) break;
+            const double share = step % 3 == 2 ? 0.5 : s.a.F / (s.a.F - s.b.F), room = 0.4 * bracket_;
             const double psi = s.a.psi + min(max(share * h, room), h - room);
             if (!(psi > s.a.psi && psi < s.b.psi)) break;
             const Sample here = at(psi);
@@ -196,6 +231,8 @@ private:
     const MovingRod* other_;
     Solid solid_;
     double R_;
+    double sliver_ = moving_rule::sliver, bracket_ = moving_rule::bracket;
+    double gap_ = 0;  // half of what is between the places that a field is asked at, m
     int queries_ = 0, count_ = 0;
     Stretch stack_[most_stretches];
 };

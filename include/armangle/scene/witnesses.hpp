@@ -2,8 +2,6 @@
 //
 // F(psi) = distance^2 - R^2 is the least of k - 2 rho_p rho_q cos(psi - c) over pairs of points, one of each.
 //   Witness: the two nearest points at one psi are such a pair, and their own arc is blocked, exactly.
-//   A field has no points: where it proves a distance d, nothing of the rod gains more than R - d on the arc
-//   that counts as blocked.
 //   Proof: between a and b = a + h where F is at least F_a and F_b, with A at least the 2 rho_p rho_q of all
 //   pairs that can block (those with rho_q < rho_p + R),
 //
@@ -27,11 +25,9 @@ namespace witness_rule {
 inline constexpr double sliver = 1e-10;
 /// Steps of an end that are shorter are rounding (rad).
 inline constexpr double settled = 1e-14;
-/// Both, where the solid is a field: a thousandth of a millimetre is nothing beside its spacing.
-inline constexpr double field_sliver = 1e-6;
 /// Distances asked of one pair. Where they are spent the rod is halved, up to so many times: what is near to
 /// the line turns little, and a near miss there is proven at once. What is left at last counts as blocked.
-inline constexpr int most_queries = 200, most_halvings = 12, most_field_halvings = 2;
+inline constexpr int most_queries = 200, most_halvings = 12;
 /// What a step of Newton's kind takes at most; from the second on it doubles the digits.
 inline constexpr int most_steps = 60;
 /// Rounding of F as a share of the squares of all coordinates.
@@ -51,24 +47,17 @@ inline Extent extent(const Solid& solid) noexcept {
     };
     Extent out = grown({0.0, 0.0}, solid.a);
     if (solid.kind == SolidKind::capsule) out = grown(out, solid.b);
-    if (solid.kind == SolidKind::box || solid.kind == SolidKind::field)
+    if (solid.kind == SolidKind::box)
         for (int bits = 0; bits < 8; ++bits) out = grown(out, corner(solid, bits));
     for (int k = 0; k < solid.corner_count; ++k) out = grown(out, solid.a + solid.axes * solid.corners[k]);
     return out;
 }
 
-/// One rod and one solid, which is no half-space.
+/// One rod and one solid, which is no half-space and no field: these have no nearest points.
 class Witnesses {
 public:
-    Witnesses(const Rod& rod, const Solid& solid, double R) noexcept
-        : rod_(rod),
-          solid_(solid),
-          R_(R),
-          sliver_(is_field() ? witness_rule::field_sliver : witness_rule::sliver),
-          settled_(is_field() ? witness_rule::field_sliver : witness_rule::settled),
-          most_halvings_(is_field() ? witness_rule::most_field_halvings : witness_rule::most_halvings) {
+    Witnesses(const Rod& rod, const Solid& solid, double R) noexcept : rod_(rod), solid_(solid), R_(R) {
         const Extent mine = extent(as_solid(rod)), other = extent(solid);
-        off_axis_ = mine.off_axis;
         amplitude_ = 2.0 * mine.off_axis * min(other.off_axis, mine.off_axis + R);
         noise_ = witness_rule::rounding * (mine.square + other.square);
     }
@@ -91,8 +80,9 @@ public:
             const Stretch cell = stack_[--count_];
             if (!(cell.b > cell.a) || proven(cell)) continue;
             const bool spent = queries_ >= witness_rule::most_queries || count_ + 2 > most_stretches;
-            if (spent && !rod_.is_sphere() && halvings < most_halvings_) return halve(blocked, halvings + 1);
-            if (spent || cell.b - cell.a < sliver_) {
+            if (spent && !rod_.is_sphere() && halvings < witness_rule::most_halvings)
+                return halve(blocked, halvings + 1);
+            if (spent || cell.b - cell.a < witness_rule::sliver) {
                 blocked(cell.a, cell.b);
                 continue;
             }
@@ -132,17 +122,9 @@ private:
         const SinCos<double> turn = sin_cos(psi);
         const Vec3<double> a = turned_by(rod_.begin, turn), b = turned_by(rod_.end, turn);
         const Approach pair = nearest(a, b, solid_);
-        BlockedArc arc = is_field() ? field_arc(pair.distance) : point_point(pair.on_rod, pair.on_solid, R_);
+        BlockedArc arc = point_point(pair.on_rod, pair.on_solid, R_);
         arc.centre += psi;
         return {psi, (pair.distance - R_) * (pair.distance + R_), arc};
-    }
-
-    bool is_field() const noexcept { return solid_.kind == SolidKind::field; }
-
-    /// So far on both sides no point gains what the distance lacks.
-    BlockedArc field_arc(double distance) const noexcept {
-        if (distance >= R_) return blocks_nothing;
-        return {0.0, off_axis_ * pi > R_ - distance ? (R_ - distance) / off_axis_ : pi};
     }
 
     /// The blocked arc about a blocked sample: witness after witness, until its ends stay.
@@ -160,7 +142,7 @@ private:
                 const Sample here = at(end);
                 if (here.F >= -noise_) break;
                 include(here.arc, end);
-                if (abs((upper ? arc.b : arc.a) - end) < settled_) break;
+                if (abs((upper ? arc.b : arc.a) - end) < witness_rule::settled) break;
             }
         }
         arc.b = min(arc.b, arc.a + two_pi);
@@ -181,8 +163,7 @@ private:
 
     const Rod& rod_;
     const Solid& solid_;
-    double R_, off_axis_, amplitude_, noise_, sliver_, settled_;
-    int most_halvings_;
+    double R_, amplitude_, noise_;
     int queries_ = 0, count_ = 0;
     Stretch stack_[most_stretches];
 };

@@ -1436,6 +1436,15 @@ class Arm(FrozenValue):
         )
         return ArcSet._proven((*batch, *sets), columns, ready, unproven)
 
+    def _keeps_soft(
+        self, pose: ArrayLike, gc: ArrayLike, scene: Scene | None, margin: float
+    ) -> tuple[NDArray[np.int64] | None, Floats | None]:
+        """Return numbers and ends of the arcs on which links keep a scene's soft clearance; None without."""
+        if scene is None or scene.soft == 0.0:
+            return None, None
+        arcs = self._arcs(pose, gc, margin, 0.0, 0.0, Wanted.SOFT, (), 1, scene)
+        return arcs._count, arcs._psi
+
     def reachable(
         self, pose: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1
     ) -> NDArray[np.bool_] | np.bool_:

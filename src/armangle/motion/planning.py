@@ -20,7 +20,7 @@ from ..arm.roll import Roll, last_margin
 from ..errors import ConfigurationError, InputError, NotFiniteError, SceneError, ShapeError
 from ..scenes.moving import ready_each, scenes_at
 from ..scenes.ready import Ready
-from ..scenes.scene import Scene
+from ..scenes.scene import Scene, no_scene
 from ..status import Status
 from .joint_path import Curve, JointPath, blank_rows, even_parameters
 from .options import check_arm, check_elbow_wish, free_roll, positive
@@ -249,7 +249,7 @@ def _standing(
 ) -> tuple[list[Scene], float]:
     """Return what stands about, each for an even part of the path, and how far it moves from there, m."""
     if not (scene is None or isinstance(scene, Scene) or callable(scene)):
-        raise SceneError("plan", "scene", scene, "an armangle.Scene, or a function s -> Scene")
+        raise no_scene(scene, "one armangle.Scene, or a function of s with obstacle_speed", "plan")
     if scene is None or not callable(scene):
         if speed is not None:
             raise InputError("obstacle_speed is of a scene that moves, and scene is no function of s")

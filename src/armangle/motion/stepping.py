@@ -98,7 +98,7 @@ def resolve(
     allowed : ArcSet or function (4, 4) -> ArcSet, optional
         Arcs of the user's own, intersected: task-space obstacles (the paper's section 6).
     scene : Scene, optional
-        As in `step`.
+        As in `step`; its ``soft`` too.
     singularity_margin : float
         As in `Arm.feasible`, rad.
 
@@ -126,6 +126,7 @@ def resolve(
     angles = as_floats("psi", psi)
     check_angles("psi", angles)
     arcs = own = arm.feasible(pose, gc, singularity_margin=singularity_margin, scene=scene)
+    kept = arm._keeps_soft(pose, gc, scene, singularity_margin)
     if allowed is not None:
         poses = np.broadcast_to(as_poses("pose", pose, arm._handle), (*arcs.shape, 4, 4))
         arcs = own & allowed_arcs(allowed, poses)
@@ -139,7 +140,7 @@ def resolve(
     out, code = np.empty(shape), np.empty(shape, dtype=np.int8)
     sets, psi_now, *wish = (np.ascontiguousarray(array).reshape(-1) for array in arrays)
     _core.resolve_many(
-        native, arcs._count, arcs._psi, sets, psi_now, wish[0] if wish else None,
+        native, arcs._count, arcs._psi, *kept, sets, psi_now, wish[0] if wish else None,
         out.reshape(-1), code.reshape(-1),
     )  # fmt: skip
     reasons = np.broadcast_to(np.asarray(own.status), arcs.shape).reshape(-1)[arrays[0]]

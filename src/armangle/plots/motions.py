@@ -92,7 +92,7 @@ def _change(policy: Policy, arcs: ArcSet, psi: Floats, dt: float | None) -> Floa
     if isinstance(policy, Towards) and policy.psi is None:
         raise InputError(f"policies holds {policy!r}, whose wish is an arm angle only at a pose: wanted psi=")
     policy_now, angles = core_policy(policy, dt), np.ascontiguousarray(psi)
-    _core.resolve_many(policy_now, arcs._count, arcs._psi, index, angles, None, out, code)
+    _core.resolve_many(policy_now, arcs._count, arcs._psi, None, None, index, angles, None, out, code)
     return (out - psi + np.pi) % (2 * np.pi) - np.pi
 
 

@@ -7,7 +7,7 @@ from typing import Protocol
 
 from ..errors import SceneError
 from .ready import Ready
-from .scene import Scene
+from .scene import Scene, no_scene
 
 Scenes = Scene | Sequence[Scene] | Callable[[float], Scene]
 
@@ -35,9 +35,10 @@ def scenes_at(scene: Scenes | None, s: Sequence[float]) -> list[Scene]:
     elif isinstance(scene, Iterable) and not isinstance(scene, (str, bytes)):
         every = list(scene)
     else:
-        raise SceneError("scene", "scene", scene, "a Scene, one a pose, or a function s -> Scene")
+        raise no_scene(scene, "one Scene for all poses, a sequence of one for each, or a function s -> Scene")
     if len(every) != len(s):
-        raise SceneError("scene", "scene", len(every), f"one scene for each pose, {len(s)}")
+        wanted = f"one Scene by itself for all poses, or one for each of the {len(s)}"
+        raise SceneError("scene", "number of scenes", len(every), wanted)
     for at, each in enumerate(every):
         if not isinstance(each, Scene):
             raise SceneError(f"scene[{at}]", "scene", each, "an armangle.Scene")

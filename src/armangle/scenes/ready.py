@@ -11,7 +11,7 @@ from .. import _core
 from .._arrays import JOINTS, Floats, Ints
 from .._core import Within
 from ..errors import SceneError
-from .scene import Pairs, Scene
+from .scene import Pairs, Scene, no_scene
 from .shapes import Cloud, Field, Hull, Shape
 
 LINKS_OF_A_PAIR = 256  # the core says a pair as obstacle * 256 + link
@@ -86,7 +86,7 @@ def make_ready(arm: Built, scene: Scene) -> Ready:
         If the arm has neither, a link's shape is not where it can be treated, or a name is not known.
     """
     if not isinstance(scene, Scene):
-        raise SceneError("scene", "scene", scene, "an armangle.Scene")
+        raise no_scene(scene, "an armangle.Scene")
     if arm.body is None and not arm.hand:
         how = "arm.with_body(Body.bones(upper_arm=0.09, forearm=0.08))"
         raise SceneError("arm", "body", None, f"a body: {how}")

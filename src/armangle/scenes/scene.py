@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from pathlib import PurePath
 
 from .. import _core
 from ..errors import SceneError
@@ -71,6 +72,27 @@ class Scene:
     def names(self) -> tuple[str, ...]:
         """Names of the obstacles, in the order of the shapes."""
         return tuple(shape.name or f"{_word(shape)}_{at}" for at, shape in enumerate(self.shapes))
+
+
+class _Words(str):
+    """What stands in a message without quotes."""
+
+    __repr__ = str.__str__
+
+
+def no_scene(given: object, wanted: str, owner: str = "scene") -> SceneError:
+    """Return the error of something that is no scene: what it is, and how it becomes one."""
+    seen: object = given
+    how = ""
+    if isinstance(given, SHAPES):
+        how = "; of shapes one is made by Scene([...])"
+    elif isinstance(given, (str, PurePath)):
+        how = "; of a file one is read by load_scene(...)"
+    elif callable(given):
+        seen, how = _Words("a function"), "; follow and plan take functions of s"
+    elif isinstance(given, Sequence):
+        seen, how = _Words(f"a {type(given).__name__} of {len(given)}"), "; follow takes one for each pose"
+    return SceneError(owner, "scene", seen, wanted + how)
 
 
 def _word(shape: Shape) -> str:
