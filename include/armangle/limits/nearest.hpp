@@ -1118,15 +1118,18 @@ private:
         return finished(q.q, here.psi, gc);
     }
 
-    /// The branch of a posture: of the two that it is where a hinge is straight, the one that is asked.
+    /// The branch of a posture: of those that it is where a hinge or the elbow is straight, the one that is
+    /// asked.
     int asked_branch(int gc, const Joints& q) const noexcept {
-        unsigned straight = 0;
+        // a stretched elbow's bend is the root of what the wrist's distance tells of it
+        const double untold = sqrt(2.0 * tolerance::stretched);
+        unsigned straight = abs(circle_.triangle.eta.sin) <= untold ? 2u : 0u;
         for (int h = 0; h < hinges; ++h) {
             const int j = hinge_joint[h];
             const double sine = sin_cos(to_theta(q.q[j], arm_.sign[j], arm_.offset[j])).sin;
             if (abs(sine) <= tolerance::singular) straight |= h == 0 ? 1u : 4u;
         }
-        for (const unsigned mirrored : {0u, 1u, 4u, 5u}) {
+        for (unsigned mirrored = 0; mirrored < configurations; ++mirrored) {
             const int other = gc ^ static_cast<int>(mirrored);
             if ((mirrored & ~straight) == 0 && (options_.branches >> other & 1)) return other;
         }
