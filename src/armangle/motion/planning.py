@@ -249,7 +249,7 @@ def _standing(
 ) -> tuple[list[Scene], float]:
     """Return what stands about, each for an even part of the path, and how far it moves from there, m."""
     if not (scene is None or isinstance(scene, Scene) or callable(scene)):
-        raise no_scene(scene, "one armangle.Scene, or a function of s with obstacle_speed", "plan")
+        raise no_scene(scene, "an armangle.Scene, or a function of s with obstacle_speed", "plan")
     if scene is None or not callable(scene):
         if speed is not None:
             raise InputError("obstacle_speed is of a scene that moves, and scene is no function of s")
