@@ -259,7 +259,7 @@ def test_what_a_function_raises_is_raised() -> None:
         aa.plan(ARM, LINE, allowed=3)
     with pytest.raises(aa.SceneError, match="body is None, wanted a body"):
         aa.plan(BARE, LINE, scene=LAMP)
-    with pytest.raises(aa.SceneError, match="scene is 3, wanted one armangle.Scene"):
+    with pytest.raises(aa.SceneError, match="scene is 3, wanted an armangle"):
         aa.plan(ARM, LINE, scene=3)
 
 
