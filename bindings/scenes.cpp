@@ -268,6 +268,7 @@ void make_scene(SceneHandle* self, const Handle& of, Floats solids, Py_ssize_t f
     v.clearance = clearance;
     v.soft = soft;
     v.base_tag = base_contact(v);
+    bound_parts(v);
 }
 
 /// Where each rod rests, link 0, 3, 4 or 7, or minus the link that it swings with; the rods are taken to

@@ -24,23 +24,28 @@ struct MetPart {
     double along, off, length;  // a ball about it: place along the axis and off it, half its length
 };
 
-inline MetPart met(const Pose<double>& frame, const Part& part, double clearance) noexcept {
-    MetPart out{};
-    out.rod = placed(frame, part.rod);
+/// A part as a pose meets it: seen from the axis, with what its reach asks.
+inline void meet(const Pose<double>& frame, const Part& part, double clearance, MetPart& out) noexcept {
+    const bool sphere = part.rod.is_sphere();
+    out.rod.begin = frame.rotation * part.rod.begin + frame.position;
+    out.rod.end = sphere ? out.rod.begin : frame.rotation * part.rod.end + frame.position;
+    out.rod.radius = part.rod.radius;
     out.reach = part.rod.radius + clearance;
     const Rod& rod = out.rod;
-    const Vec3<double> middle = (rod.begin + rod.end) * 0.5;
+    out.kind = MetPart::Kind::sphere;
+    out.length = 0;
+    Vec3<double> middle = rod.begin;
+    if (!sphere) {
+        out.kind = MetPart::Kind::other;
+        out.length = 0.5 * norm(rod.end - rod.begin);
+        middle = (rod.begin + rod.end) * 0.5;
+    }
     out.along = middle.x;
     out.off = off_axis(middle);
-    out.length = part.rod.is_sphere() ? 0.0 : 0.5 * norm(rod.end - rod.begin);
-    out.kind = MetPart::Kind::other;
-    if (part.rod.is_sphere()) {
-        out.kind = MetPart::Kind::sphere;
-    } else if (rod.begin.y == 0 && rod.end.y == 0) {
+    if (!sphere && rod.begin.y == 0 && rod.end.y == 0) {
         out.kind = MetPart::Kind::planar;
         out.pieces = planar_rods(rod.begin, rod.end, out.piece);
     }
-    return out;
 }
 
 /// What swings, in the frame of the axis.
@@ -119,17 +124,38 @@ public:
           frames_(axis_frames(arm, m)) {
         for (int k = 0; k < scene.part_count; ++k) {
             const Part& part = scene.parts[k];
-            part_[k] = met(part.lower ? frames_.lower : frames_.upper, part, scene.clearance);
+            meet(part.lower ? frames_.lower : frames_.upper, part, scene.clearance, part_[k]);
+            const bool planar = part_[k].kind == MetPart::Kind::planar;
+            planar_ |= planar;
+            round_ |= !planar;
+            along_[k] = part_[k].along;
+            off_[k] = part_[k].off;
+            reach_[k] = planar ? -infinity : part_[k].reach + part_[k].length;
+        }
+        for (int k = scene.part_count; k % 8 != 0; ++k) {
+            along_[k] = off_[k] = 0;
+            reach_[k] = -infinity;
+        }
+        for (int k = 0; k < scene.bound_count; ++k) {
+            const Part& part = scene.bound[k];
+            meet(part.lower ? frames_.lower : frames_.upper, part, scene.clearance, bound_[k]);
+        }
+        const bool few = scene.part_count <= few_parts;
+        bounds_ = few ? scene.part_count : scene.bound_count;
+        for (int k = 0; k < bounds_; ++k) {
+            if (few) bound_[k] = part_[k];
+            if (bound_[k].kind != MetPart::Kind::planar) bounds_ = 0;  // a tilted elbow
         }
         make_moving(arm, scene, m, to_axis_, frames_, swing_);
     }
 
     void parts_against_all() noexcept {
-        for_blocks(
-            scene_, [&](const BallGroup& group) { return adds(group); },
-            [&](int block) {
-                if (!out_.all) against_balls(block);
-            });
+        for (int c = 0; c < scene_.cluster_count && scene_.part_count > 0; ++c) {
+            const BallGroup& cluster = scene_.clusters[c];
+            if (!adds(cluster)) continue;
+            for (int g = cluster.first; g < cluster.first + cluster.count && !out_.all; ++g)
+                if (adds(scene_.groups[g])) against_balls(scene_.groups[g]);
+        }
         for (int k = 0; k < scene_.solid_count && !out_.all; ++k)
             against_solid(scene_.solids[k], to_axis_, scene_.solid_id[k]);
         for (int k = 0; k < scene_.held_count && !out_.all; ++k)
@@ -148,6 +174,9 @@ private:
     bool adds(const BallGroup& group) const noexcept {
         const Vec3<double> q = to_axis_.rotation * group.centre + to_axis_.position;
         const double rho = off_axis(q);
+        bool meets = bounds_ == 0;
+        for (int k = 0; k < bounds_; ++k) meets |= meets_bound(bound_[k], q.x, rho, group.radius);
+        if (!meets) return false;
         for (int k = 0; k < scene_.part_count; ++k) {
             const MetPart& part = part_[k];
             if (meets_bound(part, q.x, rho, group.radius) && !is_covered(part, q, rho, group.radius))
@@ -173,38 +202,103 @@ private:
         return true;
     }
 
-    void against_balls(int block) noexcept {
-        const BallBlock& balls = scene_.blocks[block];
+    /// Balls of a group that come near the parts at some psi, as the circle sees them.
+    struct Near {
+        double x[8 * group_blocks], y[8 * group_blocks], z[8 * group_blocks], rho[8 * group_blocks],
+            radius[8 * group_blocks];
+        std::uint16_t id[8 * group_blocks];
+        int count = 0;
+    };
+
+    /// Eight at a time, which of them come near the bounds of the parts; without a branch that depends on it,
+    /// so that one block does not wait for another.
+    void find_near(const BallGroup& group, Near& out) const noexcept {
         const Pose<double>& to = to_axis_;
-        const Eight x = Eight::load(balls.x), y = Eight::load(balls.y), z = Eight::load(balls.z);
-        const Vec3<Eight> from{x, y, z};
         const Mat3<Eight> rotation{spread<Eight>(to.rotation.x), spread<Eight>(to.rotation.y),
                                    spread<Eight>(to.rotation.z)};
-        const Vec3<Eight> q = rotation * from + spread<Eight>(to.position);
-        const Eight rho = off_axis(q), radius = Eight::load(balls.radius);
-        for (int k = 0; k < scene_.part_count; ++k) {
-            const MetPart& part = part_[k];
-            const Eight R = radius + Eight(part.reach);
-            if (part.kind == MetPart::Kind::planar) {
+        const Vec3<Eight> position = spread<Eight>(to.position);
+        double seen[group_blocks][4][8];
+        unsigned near[group_blocks];
+        for (int i = 0; i < group.count; ++i) {
+            const BallBlock& balls = scene_.blocks[group.first + i];
+            const Vec3<Eight> from{Eight::load(balls.x), Eight::load(balls.y), Eight::load(balls.z)};
+            const Vec3<Eight> q = rotation * from + position;
+            const Eight rho = off_axis(q), radius = Eight::load(balls.radius);
+            q.x.store(seen[i][0]);
+            q.y.store(seen[i][1]);
+            q.z.store(seen[i][2]);
+            rho.store(seen[i][3]);
+            near[i] = bounds_ == 0 ? 0xffu : 0u;
+            for (int k = 0; k < bounds_; ++k)
+                for (int piece = 0; piece < bound_[k].pieces; ++piece)
+                    near[i] |=
+                        bits(meets_planar(bound_[k].piece[piece], q.x, rho, radius + Eight(bound_[k].reach)));
+        }
+        for (int i = 0; i < group.count; ++i)
+            for_each_bit(near[i], [&](int k) {
+                const int at = out.count++;
+                out.x[at] = seen[i][0][k];
+                out.y[at] = seen[i][1][k];
+                out.z[at] = seen[i][2][k];
+                out.rho[at] = seen[i][3][k];
+                out.radius[at] = scene_.blocks[group.first + i].radius[k];
+                out.id[at] = scene_.ball_id[8 * (group.first + i) + k];
+            });
+    }
+
+    void against_balls(const BallGroup& group) noexcept {
+        Near near;
+        find_near(group, near);
+        if (near.count == 0) return;
+        if (planar_) planar_against(near);
+        if (round_) round_against(near);
+    }
+
+    /// Planar parts, eight balls at a time.
+    void planar_against(Near& near) noexcept {
+        for (int i = near.count; i % 8 != 0; ++i) {  // filled up with what nothing reaches
+            near.x[i] = near.rho[i] = 0;
+            near.radius[i] = -infinity;
+        }
+        for (int first = 0; first < near.count; first += 8) {
+            const Eight x = Eight::load(near.x + first), rho = Eight::load(near.rho + first),
+                        radius = Eight::load(near.radius + first);
+            for (int k = 0; k < scene_.part_count; ++k) {
+                const MetPart& part = part_[k];
+                if (part.kind != MetPart::Kind::planar) continue;
                 for (int piece = 0; piece < part.pieces; ++piece) {
                     const PlanarRod& rod = part.piece[piece];
-                    for_each_bit(bits(meets_planar(rod, q.x, rho, R)), [&](int i) {
-                        const Vec3<double> at{q.x[i], q.y[i], q.z[i]};
-                        add(planar_arc(rod, at, rho[i], planar_threshold(rod, at.x, rho[i], R[i])),
-                            id(block, i), k);
+                    const Eight R = max(radius + Eight(part.reach), Eight(0.0));
+                    for_each_bit(bits(meets_planar(rod, x, rho, R)), [&](int i) {
+                        const int at = first + i;
+                        const Vec3<double> place{near.x[at], near.y[at], near.z[at]};
+                        const double reach = near.radius[at] + part.reach;
+                        add(planar_arc(rod, place, near.rho[at],
+                                       planar_threshold(rod, place.x, near.rho[at], reach)),
+                            near.id[at], k);
                     });
                 }
-                continue;
             }
-            const Eight g = q.x - Eight(part.along), apart = rho - Eight(part.off),
-                        near = R + Eight(part.length);
-            for_each_bit(bits(mul_add(g, g, apart * apart) < near * near), [&](int i) {
-                const Vec3<double> at{q.x[i], q.y[i], q.z[i]};
-                if (part.kind == MetPart::Kind::sphere)
-                    add(point_point(part.rod.begin, at, R[i]), id(block, i), k);
-                else
-                    certified({SolidKind::ball, 0.0, at, at, {}}, R[i], id(block, i), k);
-            });
+        }
+    }
+
+    /// Spheres and what is not planar, eight parts at a time.
+    void round_against(const Near& near) noexcept {
+        for (int i = 0; i < near.count; ++i) {
+            const Vec3<double> at{near.x[i], near.y[i], near.z[i]};
+            for (int first = 0; first < scene_.part_count; first += 8) {
+                const Eight g = Eight::load(along_ + first) - Eight(at.x),
+                            apart = Eight::load(off_ + first) - Eight(near.rho[i]),
+                            reach = max(Eight::load(reach_ + first) + Eight(near.radius[i]), Eight(0.0));
+                for_each_bit(bits(mul_add(g, g, apart * apart) < reach * reach), [&](int j) {
+                    const MetPart& part = part_[first + j];
+                    const double R = part.reach + near.radius[i];
+                    if (part.kind == MetPart::Kind::sphere)
+                        add(point_point(part.rod.begin, at, R), near.id[i], first + j);
+                    else
+                        certified({SolidKind::ball, 0.0, at, at, {}}, R, near.id[i], first + j);
+                });
+            }
         }
     }
 
@@ -349,7 +443,10 @@ private:
     Covered& out_;
     Pose<double> axis_, to_axis_;
     AxisFrames<double> frames_;
-    MetPart part_[most_parts];
+    MetPart part_[most_parts], bound_[2];
+    double along_[most_parts], off_[most_parts], reach_[most_parts];  // of parts that are not planar
+    bool planar_ = false, round_ = false;
+    int bounds_ = 0;  // of them that are asked first
     MovingRod swing_[most_parts];
 };
 

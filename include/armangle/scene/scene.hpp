@@ -50,6 +50,8 @@ struct BallGroup {
 /// Blocks in a group, and groups in a group of those.
 inline constexpr int group_blocks = 8, group_groups = 16;
 
+/// So many parts are as quick without bounds.
+inline constexpr int few_parts = 2;
 inline constexpr int most_parts = 64, most_links = 254, most_obstacles = 65000;
 inline constexpr std::uint16_t no_ball = 0xffff;
 
@@ -70,6 +72,8 @@ struct Scene {
     int held_count, first_held;  // of obstacles
     const Part* parts;
     int part_count, base_count, first_base;  // of obstacles: those of link 0
+    Part bound[2];                           // rods in the arm plane that hold the parts (bound_parts)
+    int bound_count = 0;                     // 0: none were made
     const SwingingPart* swings;
     int swing_count;
     const OwnPair* own;  // parts and what swings, among each other
@@ -87,6 +91,41 @@ struct Scene {
     int first_swing_obstacle() const noexcept { return first_held + held_count; }
     int first_swing_link() const noexcept { return part_count + base_count + held_count; }
 };
+
+/// Makes the rods in the arm plane that hold the parts of link 3 and of link 4: what keeps off them keeps off
+/// all parts.
+inline void bound_parts(Scene& scene) noexcept {
+    scene.bound_count = 0;
+    if (scene.part_count <= few_parts) return;  // these are asked themselves
+    for (const bool lower : {false, true}) {
+        // along the bone: y of frame 3, z of frame 4, at the mean x of the plane
+        const auto along = [lower](const Vec3<double>& p) { return lower ? p.z : p.y; };
+        const auto place = [lower](double x, double way) {
+            return lower ? Vec3<double>{x, 0.0, way} : Vec3<double>{x, way, 0.0};
+        };
+        double low = infinity, high = -infinity, sum = 0, radius = 0;
+        int ends = 0;
+        const auto for_ends = [&](const auto& visit) {
+            for (int k = 0; k < scene.part_count; ++k) {
+                if (scene.parts[k].lower != lower) continue;
+                visit(scene.parts[k].rod.begin, scene.parts[k].rod.radius);
+                visit(scene.parts[k].rod.end, scene.parts[k].rod.radius);
+            }
+        };
+        for_ends([&](const Vec3<double>& p, double) {
+            low = min(low, along(p));
+            high = max(high, along(p));
+            sum += p.x;
+            ++ends;
+        });
+        if (ends == 0) continue;
+        const double x = sum / ends;
+        for_ends([&](const Vec3<double>& p, double own) {
+            radius = max(radius, norm(p - place(x, along(p))) + own);
+        });
+        scene.bound[scene.bound_count++] = {{place(x, low), place(x, high), radius * (1.0 + 1e-12)}, lower};
+    }
+}
 
 /// A pair as the tag of the ends that it makes.
 constexpr Tag pair_tag(int obstacle, int link) noexcept {
