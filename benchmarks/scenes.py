@@ -3,8 +3,9 @@
     python benchmarks/scenes.py [--rounds 9]
 
 Batches of random feasible poses of an iiwa 7, one thread, CPU time; a row is the median of the rounds. The
-last rows are the naive way: a grid of 360 arm angles, `inverse` and `frames` for each, and the distance of a
-ball from both bones in NumPy, beside the exact arcs of the same ball.
+last rows of arcs are the naive way: a grid of 360 arm angles, `inverse` and `frames` for each, and the
+distance of a ball from both bones in NumPy, beside the exact arcs of the same ball. Then `step` and the
+certificate of a plan among 64 balls, each beside the same without them.
 """
 
 from __future__ import annotations
@@ -12,13 +13,14 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import workloads
 
 import armangle as aa
 
-POSES, GRID, NAIVE_POSES, CLOUD_POSES = 5000, 360, 20, 500
+POSES, GRID, NAIVE_POSES, CLOUD_POSES, STEPS, PATHS = 5000, 360, 20, 500, 500, 12
 BONES = aa.Body.bones(upper_arm=0.09, forearm=0.08)
 SPHERES = aa.Body(
     {
@@ -83,6 +85,40 @@ def nanoseconds(work: Callable[[], object], units: int) -> float:
     return (time.thread_time_ns() - start) / units
 
 
+def steps(arm: aa.Arm, scene: aa.Scene | None) -> Callable[[], object]:
+    """Return steps of half a millimetre from postures that are clear of what stands about."""
+    among = obstacles(64, "balls")
+    poses, psi, gc = arm.forward(workloads.postures(4 * STEPS))
+    free = arm.clear(poses, gc, among).contains(psi)
+    q = arm.inverse(poses, psi, gc, seed=workloads.postures(4 * STEPS))[free][:STEPS]
+    ahead = arm.forward(q)[0]
+    ahead[:, 2, 3] += 0.0005
+    return lambda: [aa.step(arm, at, to, scene=scene) for at, to in zip(q, ahead, strict=True)]
+
+
+def certificates(arm: aa.Arm, scene: aa.Scene) -> list[tuple[Callable[[], object], Callable[[], object]]]:
+    """Return the proofs of some plans: of their limits alone, and of their limits among the obstacles."""
+    proofs = []
+    rng = np.random.default_rng(15)
+    for pose in arm.forward(workloads.postures(40 * PATHS))[0]:
+        there = pose.copy()
+        there[:3, 3] += rng.normal(size=3) * 0.06
+        path = aa.plan(arm, aa.Line(pose, there), scene=scene)
+        if not path.certified:
+            continue
+        made: Any = path.curve
+        curve, handle = (made.segments, made.stretches, made.plane, made.gc, 0.0), arm._scene(scene).handle
+        proofs.append(
+            (
+                lambda c=curve: arm._handle.certify_curve(*c),
+                lambda c=curve, h=handle: arm._handle.certify_curve(*c, h),
+            )
+        )
+        if len(proofs) == PATHS:
+            break
+    return proofs
+
+
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
@@ -122,6 +158,25 @@ def main() -> None:
     for (name, _, _), ns in zip(rows, times, strict=True):
         print(f"{name:28} {ns:10.0f} ns  {ns / times[0]:8.2f} x feasible")
     print(f"grid / exact: {times[-1] / times[-2]:.0f}")
+    among = obstacles(64, "balls")
+    for name, body in (("2 bones", BONES), ("16 spheres", SPHERES)):
+        robot = arm.with_body(body)
+        beside(f"step, {name}", [(steps(robot, None), steps(robot, among))], STEPS, rounds)
+        beside(f"certificate of a plan, {name}", certificates(robot, among), 1, rounds)
+
+
+def beside(
+    name: str, pairs: list[tuple[Callable[[], object], Callable[[], object]]], units: int, rounds: int
+) -> None:
+    """Print what 64 balls cost: the sum of the second of each pair over that of the first."""
+    free, among = np.median(
+        [
+            [sum(nanoseconds(pair[k], units) for pair in pairs) / len(pairs) for k in (0, 1)]
+            for _ in range(rounds)
+        ],
+        axis=0,
+    )
+    print(f"{name:34} {free / 1e3:9.1f} us, among 64 balls {among / 1e3:9.1f} us: {among / free:5.2f} x")
 
 
 if __name__ == "__main__":
