@@ -121,10 +121,17 @@ def _numbers(name: str, value: ArrayLike, tail: Shape, meaning: str = "") -> NDA
         if array.dtype.kind not in "fiu":
             raise TypeError
     except (TypeError, ValueError, RuntimeError):  # torch raises RuntimeError
-        hint = _tensor(name, value)
+        hint = _tensor(name, value) or _posture(name, value)
         wanted = f"wanted shape {shape_text(tail)}{meaning}"
         raise InputError(hint or f"{name} is not an array of real numbers, {wanted}") from None
     return array
+
+
+def _posture(name: str, value: Any) -> str:
+    """Return that a value is all that `forward` returns; '' of anything else."""
+    if isinstance(value, tuple) and len(value) == 3 and np.shape(value[0])[-2:] == (4, 4):
+        return f"{name} is a tuple of three, as arm.forward returns (pose, psi, gc): wanted the first of them"
+    return ""
 
 
 def _tensor(name: str, value: Any) -> str:

@@ -86,6 +86,12 @@ def test_batches_broadcast_and_an_element_does_not_depend_on_its_batch() -> None
     assert (aa.pose([1, 2, 3], matrix=np.eye(3)) == aa.pose([1, 2, 3])).all()
 
 
+def test_all_that_forward_returns_is_no_pose() -> None:
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    with pytest.raises(aa.InputError, match=r"as arm.forward returns \(pose, psi, gc\): wanted the first"):
+        arm.solve(arm.forward(np.zeros(7) + 0.3))
+
+
 def test_what_is_no_position_is_told_what_it_looks_like() -> None:
     looks = {
         (7,): r"it looks like x y z and a quaternion; armangle.pose\(xyz\[..., :3\], wxyz=xyz",

@@ -429,7 +429,7 @@ def test_without_bounds_or_dt_the_largest_step_follows_dt() -> None:
         ({"velocity": -SPEED, "dt": 1.0}, aa.InputError, "velocity holds -1.5, wanted numbers > 0"),
         ({"velocity": SPEED * np.nan, "dt": 1.0}, aa.NotFiniteError, "velocity holds nan"),
         ({"velocity": "fast", "dt": 1.0}, aa.InputError, "velocity is not an array of real numbers"),
-        ({"acceleration": True, "dt": 1.0}, aa.InputError, "acceleration=True takes the arm's own, and"),
+        ({"acceleration": True, "dt": 1.0}, aa.InputError, "acceleration is the arm's own, and"),
         ({"acceleration": SPEED, "dt": 1.0}, aa.InputError, "needs velocity_now"),
         (
             {"acceleration": SPEED, "dt": 1.0, "velocity_now": [1, 2]},

@@ -245,7 +245,13 @@ BAD_HERE: dict[tuple[str, str], list[Any]] = {
         (name, "poses"): [*WORDS, 0.1, POSE[:3], POSE, POSE.astype(complex)]
         for name in ("Tracker.run", "HandFilter.smooth")
     },
-    ("Tracker.step", "pose"): [*WORDS, 0.1, POSE[:3], TWO, POSE.astype(complex)],
+    ("Tracker.step", "pose"): [
+        *[word for word in WORDS if word is not None],
+        0.1,
+        POSE[:3],
+        TWO,
+        POSE.astype(complex),
+    ],
     ("place", "poses"): [*WORDS, 0.1, POSE[:3], POSE, changed(TWO, NAN), TWO.astype(complex)],
     ("place", "weight"): ["nonsense", object(), 1.0, [1.0], [NAN, 1.0], [-1.0, 1.0]],
     ("place", "singularity_margin"): MARGIN,

@@ -42,6 +42,16 @@ def test_an_arm_keeps_its_body_and_hand() -> None:
     assert arm.with_tool(np.eye(4)).body == arm.body
 
 
+def test_bones_say_what_they_leave_bare_and_what_was_meant_in_mm() -> None:
+    for body in (
+        aa.Body.bones(upper_arm=0.09, forearm=0.08),
+        aa.Arm.from_catalogue("openarm_v10").with_body().body,
+    ):
+        assert body is not None and "the flange and the tool: arm.with_hand does" in body.notes[-1]
+    with pytest.raises(aa.SceneError, match=r"upper_arm is 70\.0, wanted a radius in m: was this in mm\?"):
+        aa.Body.bones(upper_arm=70, forearm=60)
+
+
 @pytest.mark.parametrize("name", aa.catalogue())
 def test_any_arm_has_a_guessed_body_that_says_so(name: str) -> None:
     arm = aa.Arm.from_catalogue(name).with_body()

@@ -349,7 +349,7 @@ def test_what_cannot_be_timed_is_refused() -> None:
     with pytest.raises(aa.InputError, match="path is 3, wanted a JointPath"):
         aa.retime(3)  # type: ignore[arg-type]  # wrong on purpose
     bare = aa.follow(ARM.with_(acceleration=None), curve_of_poses(9)[:2], start=Q)
-    with pytest.raises(aa.InputError, match="acceleration=True takes the arm's own"):
+    with pytest.raises(aa.InputError, match="acceleration is the arm's own"):
         aa.retime(bare)
     with pytest.raises(aa.InputError, match="needs a bound on the acceleration of every joint"):
         aa.retime(bare, acceleration=None)

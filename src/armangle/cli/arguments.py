@@ -99,7 +99,8 @@ def with_body(arm: Arm, args: argparse.Namespace) -> tuple[Arm, Scene | None]:
         )
     if text == "guessed":
         arm = arm.with_body()
-        note(f"armangle: {arm.body.notes[0] if arm.body is not None else ''}")
+        for line in () if arm.body is None else arm.body.notes:
+            note(f"armangle: {line}")
         return arm, scene
     links = (args.base, args.tip) if args.urdf is not None else (None, None)
     if Path(text).suffix.lower() == ".toml":

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from .urdf import Source
 
 MOST_SHAPES = 32
+_THICKEST = 1.0  # m: a bone with a larger radius was meant in mm
+_BARE = "nothing covers what is beyond the wrist, the flange and the tool: arm.with_hand does"
 _THICKNESS = (
     0.24  # of the mean of both bones: 96 mm of an iiwa 7, whose links lie within 95 mm of axes 2 to 5
 )
@@ -211,7 +213,8 @@ class Body:
         Returns
         -------
         Body
-            Its links are called "upper_arm" and "forearm".
+            Its links are called "upper_arm" and "forearm". Nothing covers what is beyond the wrist, the
+            flange and the tool, as its note says: `arm.with_hand` does.
 
         Raises
         ------
@@ -222,8 +225,11 @@ class Body:
             _length("Body.bones", "upper_arm", upper_arm, positive=True),
             _length("Body.bones", "forearm", forearm, positive=True),
         )
+        for name, radius in zip(("upper_arm", "forearm"), radii, strict=True):
+            if radius > _THICKEST:
+                raise SceneError("Body.bones", name, radius, "a radius in m: was this in mm?")
         _flag("Body.bones", "plates", plates)
-        _set(new, links=(), ignore=(), notes=(), trusted=True, _bones=(*radii, plates))
+        _set(new, links=(), ignore=(), notes=(_BARE,), trusted=True, _bones=(*radii, plates))
         return new
 
     @classmethod
@@ -232,7 +238,7 @@ class Body:
         radius = round(_THICKNESS * 0.5 * (d_se + d_ew), 4)
         new = cls.bones(radius, radius, plates=True)
         why = f"{_THICKNESS:g} of the mean of d_se and d_ew, not measured: not trusted"
-        _set(new, notes=(f"radii of {1e3 * radius:g} mm are {why}",), trusted=False)
+        _set(new, notes=(f"radii of {1e3 * radius:g} mm are {why}", _BARE), trusted=False)
         return new
 
     def __repr__(self) -> str:

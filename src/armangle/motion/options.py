@@ -115,7 +115,7 @@ def joint_bound(arm: Arm | OffsetArm, name: str, value: Bound, stated: Floats) -
     if value is True:
         if np.isinf(stated).all():
             raise InputError(
-                f"{name}=True takes the arm's own, and {arm.name or 'the arm'} states none: "
+                f"{name} is the arm's own, and {arm.name or 'the arm'} states none: "
                 f"give {name}=, one number for all joints or seven"
             )
         return stated

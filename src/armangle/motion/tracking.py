@@ -36,6 +36,7 @@ _MOST_MARGIN = 1.0  # rad
 _MOST_CLEARANCE = 10.0  # m
 _LONGEST = 1e3  # m, of what a radian counts as
 _POINT = 3
+_NO_SAMPLE = np.full((4, 4), np.nan)
 
 
 class Tracked(NamedTuple):
@@ -319,7 +320,7 @@ class Tracker:
 
     def step(
         self,
-        pose: ArrayLike,
+        pose: ArrayLike | None,
         elbow: ArrayLike | None = None,
         *,
         elbow_direction: Direction | None = None,
@@ -330,9 +331,9 @@ class Tracker:
 
         Parameters
         ----------
-        pose : array_like, shape (4, 4)
-            The hand: where the tool is wanted, position in m. One that holds NaN, or is no rigid transform,
-            counts as a sample that did not come.
+        pose : array_like, shape (4, 4), or None
+            The hand: where the tool is wanted, position in m. None, one that holds NaN, or is no rigid
+            transform, counts as a sample that did not come.
         elbow : array_like, shape (3,), optional
             A point, m, towards which the elbow is wanted: a tracker on the operator's elbow. The nearer it is
             to the line from shoulder to wrist the less it counts. One that holds NaN counts as a hint that
@@ -370,6 +371,8 @@ class Tracker:
         branch = -1 if reconfigure is None else _branch(reconfigure)
         hint, wish = _hint(elbow, elbow_direction)
         rest = wish, time, branch, Tracked, _TRACKINGS, STATUSES, self._name_pair
+        if pose is None:
+            pose = _NO_SAMPLE
         plain: Tracked | None = self._core.step_one(pose, hint, *rest)
         if plain is not None:
             return plain
