@@ -497,6 +497,14 @@ def test_plan(capsys: Capture, line: Path, tmp_path: Path) -> None:
     assert "proven between" in out(capsys, "plan", str(line), *ROBOT)
 
 
+def test_plan_writes_as_many_rows_as_asked(capsys: Capture, line: Path, tmp_path: Path) -> None:
+    to, arm = tmp_path / "planned.npz", aa.Arm.from_catalogue(ROBOT[1])
+    out(capsys, "plan", str(line), *ROBOT, "--samples", "57", "-o", str(to))
+    assert np.array_equal(aa.load_joints(to).q, aa.plan(arm, aa.load_poses(line), samples=57).q)
+    assert main(["plan", str(line), *ROBOT, "--samples", "1"]) == 2
+    assert "samples is 1, wanted an integer of 2 or more" in capsys.readouterr().err
+
+
 def test_plan_with_a_wish(capsys: Capture, line: Path, tmp_path: Path) -> None:
     to, arm = tmp_path / "planned.npz", aa.Arm.from_catalogue(ROBOT[1])
     for words, wish in (

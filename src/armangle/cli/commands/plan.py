@@ -60,6 +60,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     add_roll(parser)
     parser.add_argument(
+        "--samples", type=int, metavar="N",
+        help="rows of joints, evenly along the path, at least 2 (default: one for each pose of the file)",
+    )  # fmt: skip
+    parser.add_argument(
         "--duration", type=number, default=0.0, metavar="WEIGHT",
         help="of the time it takes beside joint travel and margins, say 100 (default 0)",
     )  # fmt: skip
@@ -88,7 +92,7 @@ def run(args: argparse.Namespace) -> int:
         path = plan(
             arm, frames, start=start, goal=goal, gc=args.gc,
             singularity_margin=args.singularity_margin, limit_margin=args.limit_margin, psi=wished,
-            scene=scene, roll=args.roll, objective=objective,
+            scene=scene, roll=args.roll, objective=objective, samples=args.samples,
         )  # fmt: skip
     if args.output is not None:
         write(path, args.output)
