@@ -61,6 +61,7 @@ inline constexpr double settled = 1e-16;    // square of Newton's last move, of 
 inline constexpr double tie = 1e-13;        // costs closer than this share of them are equal
 inline constexpr double noise = 1e-12;      // of a joint's value, where costs are a maximum (rad)
 inline constexpr int work = 2000;           // splits of a first box, and no more: a hundred are many
+inline constexpr int all_work = 20000;      // splits for one pose, of about a microsecond each
 inline constexpr double apart = 1e-6;       // arm angles further apart are two solutions (rad)
 inline constexpr double same = 4e-15;  // a pose this near is the pose (of the arm's size; of a unit vector)
 inline constexpr int newton = 40, deepest = 20;
@@ -862,8 +863,10 @@ private:
             least[at] = least[--count];
             box[at] = box[count];
             const double middle = first_ + width * i;
-            work_ = nearest_rule::work;
+            const int given = min(nearest_rule::work, left_);
+            work_ = given;
             clip(gc, only_arc, middle - 0.5 * width, middle + 0.5 * width);
+            left_ -= given - max(work_, 0);
         }
     }
 
@@ -1292,7 +1295,8 @@ private:
     Best best_;
     double ceiling_ = infinity;  // what another elbow costs
     double first_ = 0;
-    int work_ = 0;    // splits left to a first box
+    int work_ = 0;  // splits left to a first box
+    int left_ = nearest_rule::all_work;
     int rounds_ = 0;  // of settled(), left to the pose
     double least_[configurations][nearest_rule::first_boxes],
         value_[configurations][nearest_rule::first_boxes];
