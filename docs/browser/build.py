@@ -16,9 +16,9 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 INCLUDE = HERE.parents[1] / "include"
 EXPORTS = ("asked_numbers", "told_numbers", "sentence_of", "begin", "answer")
-FLAGS = ("--target=wasm32-wasi", "-std=c++20", "-Oz", "-msimd128", "-mbulk-memory", "-msign-ext",
+FLAGS = ("--target=wasm32-wasi", "-std=c++20", "-Oz", "-flto", "-msimd128", "-mbulk-memory", "-msign-ext",
          "-mnontrapping-fptoint", "-DARMANGLE_SMALL", "-fno-exceptions", "-fno-rtti", "-ffp-contract=off",
-         "-mexec-model=reactor", "-Wl,--strip-all")  # fmt: skip
+         "-mexec-model=reactor", "-Wl,--strip-all", "-Wl,-z,stack-size=1048576")  # fmt: skip
 
 
 def code() -> bytes:

@@ -511,3 +511,33 @@ def test_a_cost_that_is_flat_at_a_limit_is_soon_settled(room: float) -> None:
     near = np.array(q) + 1e-6 * np.eye(7)[0]
     nearest = arm.solve(arm.forward(q)[0], near=near, weight=np.eye(7)[0])
     assert nearest.ok and nearest.distance < 1.1e-6
+
+
+@pytest.mark.parametrize(
+    ("name", "q", "locked"),
+    [
+        (
+            "human_arm_right",
+            [-0.29916356069403793, 1.5707963267949965, 0.6349647216862735, 1.1988481458664892,
+             1.7887295152494942, -0.13503844104208196, 0.5610282437894485],
+            [2],
+        ),
+        (
+            "kuka_iiwa14_r820",
+            [2.6251094089041507, 1.6266155096672192, 0.4545837523845191, -1.052278840134137,
+             2.006787239966636, 1e-12, 2.3163244186375467],
+            [4, 5],
+        ),
+    ],
+)  # fmt: skip
+def test_solutions_are_postures_or_none(name: str, q: list[float], locked: list[int]) -> None:
+    """Beside a straight hinge what cannot be settled on its pose is no solution."""
+    arm, there = aa.Arm.from_catalogue(name), np.array(q)
+    lower, upper = arm.lower.copy(), arm.upper.copy()
+    lower[locked] = upper[locked] = there[locked]
+    held = arm.with_(lower=lower, upper=upper)
+    found = held.solutions(held.forward(there)[0], near=there)
+    assert np.isfinite(found.q).all() and (found.gc >= 0).all()
+    assert (found.status == aa.Status.OK) == (len(found) > 0)
+    everyone = held.solutions(held.forward(there)[0])
+    assert np.isfinite(everyone.q).all() and (everyone.gc >= 0).all()

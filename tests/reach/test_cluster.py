@@ -68,7 +68,7 @@ def test_a_worker_killed_four_times_on_one_tile(
 ) -> None:
     """Dask gives a task up then; the tile is asked for again."""
     small_tiles(monkeypatch, 2**23)
-    options: dict[str, Any] = {"spacing": 0.024, "tilt": 0.05}
+    options: dict[str, Any] = {"spacing": 0.02, "tilt": 0.035}
     whole = made(name, tmp_path / "whole.zarr", part=(1, 2), **options)
     given_up: list[BaseException] = []
     client = distributed.Client(cluster)

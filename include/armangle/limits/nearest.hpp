@@ -319,6 +319,8 @@ public:
                 if (one.status == Status::OK) insert(out, one);
             }
         }
+        // arcs of which nothing was on its pose within the limits are no postures
+        if (out.count == 0 && out.status == Status::OK) out.status = Status::LIMITS;
         if (out.count == 0 && (elbow_[0].delicate || elbow_[1].delicate)) {
             Nearest one = refused(out.status);
             look_beside(one);

@@ -218,6 +218,8 @@ class Branch:
         names = " and ".join(map(str, self.blocking))
         alone = len(self.blocking) == 1
         parts = [f"joint {names} is the reason" if alone else f"joints {names} exclude each other"]
+        if not self.blocking:
+            parts = ["what the joints leave is single arm angles, and no two the same"]
         for opening in self.openings[:2]:
             limit = f"the {opening.side} limit of joint {opening.joint}"
             parts.append(f"{math.degrees(opening.extra):.3g}° more of {limit} would do")
