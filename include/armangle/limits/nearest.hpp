@@ -865,10 +865,10 @@ private:
             least[at] = least[--count];
             box[at] = box[count];
             const double middle = first_ + width * i;
-            const int given = min(nearest_rule::work, left_);
+            const int given = nearest_rule::work < left_ ? nearest_rule::work : left_;
             work_ = given;
             clip(gc, only_arc, middle - 0.5 * width, middle + 0.5 * width);
-            left_ -= given - max(work_, 0);
+            left_ -= work_ > 0 ? given - work_ : given;
         }
     }
 
