@@ -81,6 +81,13 @@ nb::tuple path_joined(Floats segments, double radius) {
     return nb::make_tuple(out, path.off_position, path.off_rotation);
 }
 
+/// Segments whose frames turn about their own z axes as well, as far as roll + rate s.
+void path_rolled(Floats segments, double roll, double rate, Floats out) {
+    const Buffer g(segments), to(out, true);
+    auto* turned = reinterpret_cast<Segment*>(to.data<double>());
+    for (Py_ssize_t i = 0; i < g.shape(0); ++i) turned[i] = rolled(as_segments(g)[i], roll, rate);
+}
+
 /// Poses (4x4) at s.
 void path_poses(Floats segments, Floats s, Floats out) {
     const Buffer g(segments), x(s), to(out, true);
@@ -403,6 +410,7 @@ void bind_planning(nb::module_& m, nb::class_<ArmHandle>& arm) {
     m.def("arc_through", &arc_through_points, "start"_a, "via"_a, "end"_a);
     m.def("path_gap", &path_gap, "segments"_a);
     m.def("path_joined", &path_joined, "segments"_a, "radius"_a);
+    m.def("path_rolled", &path_rolled, "segments"_a, "roll"_a, "rate"_a, "out"_a);
     m.attr("RADIAN") = path_rule::radian;
     m.def("path_poses", &path_poses, "segments"_a, "s"_a, "out"_a);
     m.def("path_derivatives", &path_derivatives, "segments"_a, "s"_a, "out"_a);

@@ -381,3 +381,13 @@ def _refusal(problem: Problem, name: str, index: Shape, value: float) -> Armangl
 
 
 _core.on_refusal(_refusal)
+
+
+def about_z(angles: ArrayLike) -> Floats:
+    """Return the turns (N, 4, 4) about z by angles (N,), rad."""
+    turn = np.asarray(angles, dtype=np.float64)
+    out = np.tile(np.eye(4), (*turn.shape, 1, 1))
+    out[..., 0, 0] = out[..., 1, 1] = np.cos(turn)
+    out[..., 1, 0] = np.sin(turn)
+    out[..., 0, 1] = -out[..., 1, 0]
+    return out

@@ -514,7 +514,7 @@ class Verdict(enum.IntEnum):
 
     UNRESOLVED = 6
 
-SEGMENT_WIDTH: int = 43
+SEGMENT_WIDTH: int = 44
 
 STRETCH_WIDTH: int = 25
 
@@ -529,6 +529,8 @@ def arc_through(start: numpy.typing.NDArray[numpy.float64], via: numpy.typing.ND
 def path_gap(segments: numpy.typing.NDArray[numpy.float64]) -> tuple[Any, ...]: ...
 
 def path_joined(segments: numpy.typing.NDArray[numpy.float64], radius: float) -> tuple[Any, ...]: ...
+
+def path_rolled(segments: numpy.typing.NDArray[numpy.float64], roll: float, rate: float, out: numpy.typing.NDArray[numpy.float64]) -> None: ...
 
 RADIAN: float = 0.2
 

@@ -13,6 +13,9 @@
 //     h = 2 u^3 - u^4         h(0) = h'(0) = h''(0) = 0; h'(1) = 2, h''(1) = 0
 // so that pose, velocity and acceleration go over into either neighbour, whatever their kinds. No pose of it
 // is further from one of the path's than min(1 - e, h) <= 3/16 of what was cut off, in m and in rad.
+//
+// Where the tool's roll is free, a path may be rolled: its frame then turns about its own z axis as well, as
+// far as roll + rate s; a constant roll goes into R_0, for Rot(axis, alpha t) comes from the left.
 #pragma once
 
 #include <cstddef>
@@ -40,6 +43,7 @@ struct Segment {
     Motion motion;
     Motion next;     // of a blend: what begins while `motion` ends
     double blended;  // 1: a blend of both; 0: `motion` alone
+    double rolled;   // how far the frame turns about its own z axis over the range of s
 };
 
 /// The doubles of a segment: how one travels through an array.
@@ -71,6 +75,12 @@ T share(const Segment& g, const T& s) noexcept {
     return (s - T(g.start)) / (T(g.end) - T(g.start));
 }
 
+/// A frame turned about its own z axis.
+template <class T>
+Mat3<T> about_own_z(const Mat3<T>& frame, const SinCos<T>& sc) noexcept {
+    return {frame.x * sc.cos + frame.y * sc.sin, frame.y * sc.cos - frame.x * sc.sin, frame.z};
+}
+
 /// A frame turned about the axis of a motion, as far as at t.
 template <class T>
 Mat3<T> turned(const Mat3<T>& frame, const Motion& w, const T& t) noexcept {
@@ -100,15 +110,17 @@ Pose<T> pose_at(const Segment& g, const T& s) noexcept {
         const SinCos<T> sc = sin_cos(T(w.alpha) * t);
         out.rotation = {rotated(x, w.axis, sc), rotated(y, w.axis, sc), rotated(z, w.axis, sc)};
     }
-    if (g.blended == 0) return out;
-    const Motion& n = g.next;
-    const T h = beginning(u);
-    out.position = out.position + spread<T>(n.along) * h;
-    if (n.beta != 0) {
-        const SinCos<T> sc = sin_cos(T(n.beta) * h);
-        out.position = out.position + spread<T>(n.a) * (sc.cos - T(1.0)) + spread<T>(n.b) * sc.sin;
+    if (g.blended != 0) {
+        const Motion& n = g.next;
+        const T h = beginning(u);
+        out.position = out.position + spread<T>(n.along) * h;
+        if (n.beta != 0) {
+            const SinCos<T> sc = sin_cos(T(n.beta) * h);
+            out.position = out.position + spread<T>(n.a) * (sc.cos - T(1.0)) + spread<T>(n.b) * sc.sin;
+        }
+        out.rotation = detail::turned(out.rotation, n, h);
     }
-    out.rotation = detail::turned(out.rotation, n, h);
+    if (g.rolled != 0) out.rotation = detail::about_own_z(out.rotation, sin_cos(T(g.rolled) * u));
     return out;
 }
 
@@ -116,13 +128,16 @@ Pose<T> pose_at(const Segment& g, const T& s) noexcept {
 template <class T>
 Vec3<T> angular_velocity(const Segment& g, const T& s) noexcept {
     const T rate = T(1.0) / (T(g.end) - T(g.start));
-    const Vec3<T> first = spread<T>(g.motion.axis * g.motion.alpha) * rate;
-    if (g.blended == 0) return first;
-    const T u = detail::share(g, s);
-    const T starts = u * u * (T(6.0) - T(4.0) * u);  // h'; e' = 2 - h'
-    const SinCos<T> sc = sin_cos(T(g.next.alpha) * beginning(u));
-    return spread<T>(g.next.axis * g.next.alpha) * (rate * starts) +
-           turned(first * (T(2.0) - starts), g.next.axis, sc);
+    Vec3<T> out = spread<T>(g.motion.axis * g.motion.alpha) * rate;
+    if (g.blended != 0) {
+        const T u = detail::share(g, s);
+        const T starts = u * u * (T(6.0) - T(4.0) * u);  // h'; e' = 2 - h'
+        const SinCos<T> sc = sin_cos(T(g.next.alpha) * beginning(u));
+        out = spread<T>(g.next.axis * g.next.alpha) * (rate * starts) +
+              turned(out * (T(2.0) - starts), g.next.axis, sc);
+    }
+    if (g.rolled != 0) out = out + pose_at(g, s).rotation.z * (T(g.rolled) * rate);
+    return out;
 }
 
 /// The segment that holds s; at a joint of two the later one.
@@ -174,7 +189,7 @@ namespace detail {
 inline Segment still(double start, double end, const Pose<double>& from) noexcept {
     const Vec3<double> nought{0, 0, 0};
     const Motion none{nought, nought, nought, 0.0, {0, 0, 1}, 0.0};
-    return {start, end, from.position, orthonormal(from.rotation), none, none, 0.0};
+    return {start, end, from.position, orthonormal(from.rotation), none, none, 0.0, 0.0};
 }
 
 /// Turns a segment from its first rotation to another, the short way.
@@ -249,15 +264,16 @@ inline double turn(const Motion& w) noexcept { return abs(w.alpha); }
 /// The largest angle that a sine or cosine of the segment goes through (rad).
 inline double largest_angle(const Segment& g) noexcept {
     const double first = max(abs(g.motion.alpha), abs(g.motion.beta));
-    return g.blended != 0 ? 2 * (first + max(abs(g.next.alpha), abs(g.next.beta))) : first;
+    return max(abs(g.rolled),
+               g.blended != 0 ? 2 * (first + max(abs(g.next.alpha), abs(g.next.beta))) : first);
 }
 
-/// The size of a segment, m: sqrt(length^2 + (radian turn)^2).
+/// The size of a segment, m: sqrt(length^2 + (radian turn)^2) of its motions, and its roll.
 inline double size(const Segment& g) noexcept {
     const auto of = [](const Motion& w) {
         return norm(Vec3<double>{length(w), path_rule::radian * turn(w), 0});
     };
-    return of(g.motion) + (g.blended != 0 ? of(g.next) : 0.0);
+    return of(g.motion) + (g.blended != 0 ? of(g.next) : 0.0) + path_rule::radian * abs(g.rolled);
 }
 
 namespace detail {
@@ -282,6 +298,13 @@ inline Segment part(const Segment& g, double from, double to) noexcept {
 
 }  // namespace detail
 
+/// A segment whose frame turns about its own z axis as well, as far as roll + rate s.
+inline Segment rolled(Segment g, double roll, double rate) noexcept {
+    g.rotation = detail::about_own_z(g.rotation, sin_cos(roll + rate * g.start));
+    g.rolled += rate * (g.end - g.start);
+    return g;
+}
+
 /// A path of one segment after the other, and by how much at most its poses are off those of the segments
 /// given: m and rad, both at once.
 struct Joined {
@@ -291,8 +314,8 @@ struct Joined {
 
 /// Segments one after the other, s shared out by their sizes, those that stand still left out. Corners are
 /// rounded: a blend begins and ends `radius` (m, by size) from its corner, or at the middle of a segment that
-/// is shorter than two of them. With radius 0 there are none; segments that are blends may be given only
-/// then.
+/// is shorter than two of them. With radius 0 there are none; segments that are blends or rolled may be given
+/// only then.
 inline Joined joined(std::span<const Segment> given, double radius) {
     Joined out;
     std::vector<Segment> whole;

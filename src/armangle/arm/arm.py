@@ -1750,8 +1750,6 @@ class Arm(FrozenValue):
             return ask(self, pose, near, weight)
         if beyond:
             raise InputError("roll is 'free', which does not go with outside='nearest'")
-        if self.chain is not None:
-            raise unsupported("roll='free'")
         check_free_roll(self, scene)
         by_margin = near is None or chosen("prefer", prefer, PREFER) == "margin"
         kind = chosen("metric", metric, _METRICS)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from .. import _core
-from .._arrays import JOINTS, Floats, as_poses
+from .._arrays import JOINTS, Floats, about_z, as_poses
 from ..errors import InputError
 from ..scenes.shapes import RODS
 from .solution import Solution
@@ -26,13 +26,16 @@ _ALONG = 1e-9  # m, rad: how far the tool's z axis may be from axis 7, to be it
 
 
 def is_along_axis_7(arm: Arm) -> bool:
-    """Return whether the tool's z axis is the axis of joint 7, so that joint 7 alone sees a roll."""
-    return bool(np.abs(arm.tool[:2, 2:]).max() <= _ALONG)
+    """Return whether the tool's z axis is the axis of joint 7, so that joint 7 alone sees a roll.
+
+    Of a chain of its own it is not: its axes 5, 6 and 7 miss one another.
+    """
+    return arm.chain is None and bool(np.abs(arm.tool[:2, 2:]).max() <= _ALONG)
 
 
 def check_free_roll(arm: Arm, scene: object) -> None:
-    """Raise where a roll cannot be free because obstacles would see it."""
-    turning = None if scene is None else _turning(arm)
+    """Raise where obstacles would see a roll about axis 7, which no posture says."""
+    turning = _turning(arm) if scene is not None and is_along_axis_7(arm) else None
     if turning is not None:
         raise InputError(
             f"roll is 'free', and {turning}, which is not round about that axis, would turn with it: "
@@ -41,12 +44,9 @@ def check_free_roll(arm: Arm, scene: object) -> None:
 
 
 def _turning(arm: Arm) -> str | None:
-    """Return the name of a shape that a roll moves and no posture says where to: of the hand, or of link 7
-    where joint 7 alone sees the roll; None where all are round about the axis.
-    """
+    """Return the name of a shape of link 7 or the hand that is not round about axis 7; None where all are."""
     body = () if arm.body is None else arm.body._shapes(arm.d_se, arm.d_ew, arm.a_3, arm.a_4, arm.d_4)
-    last = [shape for frame, shape in body if frame == JOINTS] if is_along_axis_7(arm) else []
-    shapes = [(shape.name or "link_7", shape) for shape in last]
+    shapes = [(shape.name or "link_7", shape) for frame, shape in body if frame == JOINTS]
     shapes += [(shape.name or "hand", shape) for shape in arm.hand]
     for name, shape in shapes:
         ends = np.array(shape._row()[2:8]).reshape(2, 3)
@@ -101,11 +101,7 @@ def _on_ladder(arm: Arm, pose: Any, near: Any, weights: Floats, by_margin: bool,
     poses = as_poses("pose", pose, arm._handle)
     _core.check_transforms(poses, "pose")  # before a turn is one more axis of theirs
     angles = np.arange(LADDER) * (2 * np.pi / LADDER)
-    turns = np.zeros((LADDER, 4, 4))
-    turns[:, 0, 0] = turns[:, 1, 1] = np.cos(angles)
-    turns[:, 1, 0] = np.sin(angles)
-    turns[:, 0, 1] = -turns[:, 1, 0]
-    turns[:, 2, 2] = turns[:, 3, 3] = 1.0
+    turns = about_z(angles)
     seeds = None if near is None else np.asarray(near, dtype=np.float64)[..., None, :]
     found: Solution = ask(arm, poses[..., None, :, :] @ turns, seeds, weights)
     ok = np.asarray(found.ok)

@@ -81,7 +81,7 @@ def add_roll(parser: argparse.ArgumentParser) -> None:
     """Add --roll."""
     parser.add_argument(
         "--roll", choices=ROLLS, default="pose",
-        help="free: for tools that turn about the axis of joint 7 (default pose)",
+        help="free: for tools that may turn about their z axis (default pose)",
     )  # fmt: skip
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from .._arrays import JOINTS, Floats, as_poses, chosen, named, one_posture
+from .._arrays import JOINTS, Floats, about_z, as_poses, chosen, named, one_posture
 from ..arm.allowed import Allowed, allowed_arcs
 from ..arm.arm import Arm
 from ..arm.offset import OffsetArm
@@ -32,8 +32,9 @@ from .options import (
     step_bounds,
     without_last,
 )
-from .paths import Path, Waypoints, as_path, sample_count
+from .paths import Path, Waypoints, as_path, rolled, sample_count
 from .policies import Policy
+from .rolling import Rung, best_followed, is_laddered
 from .stepping import DEFAULT_POLICY
 
 OnFail = Literal["stop", "hold", "skip"]
@@ -86,7 +87,10 @@ def follow(
     gc, policy, dt, carry, max_joint_step, singularity_margin, outside
         As in `step`; `dt` is the time from pose to pose.
     roll : "pose" or "free"
-        As in `step`: joint 7 stays where `start` has it, and `JointPath.poses` are those that are held.
+        As in `step`: joint 7 stays where `start` has it, and `JointPath.poses` are those that are held. Where
+        the tool's z axis is not axis 7, 73 rolls about it are tried, from that of `start` growing or falling
+        evenly along the path by up to half a turn; taken is the one that is followed furthest, and of those
+        the one on which joints travel least.
     allowed : ArcSet of shape () or (N,), or function (4, 4) -> ArcSet, optional
         Arcs of the user's own, intersected.
     scene : Scene, sequence of N Scenes, or function s -> Scene, optional
@@ -120,6 +124,20 @@ def follow(
     check_any_arm(arm)
     path, s, frames = _sampled(None if isinstance(arm, OffsetArm) else arm._handle, poses, blend, samples)
     joints = one_posture("start", start)
+    laddered = isinstance(arm, Arm) and is_laddered(arm, roll)
+    if isinstance(arm, Arm) and laddered and len(frames):
+
+        def followed(rung: Rung) -> JointPath:
+            turned = frames @ about_z(rung[0] + rung[1] * s) if path is None else rolled(path, *rung)
+            return follow(
+                arm, turned, start=joints, gc=gc, policy=policy, dt=dt, carry=carry,
+                max_joint_step=max_joint_step, allowed=allowed, scene=scene,
+                singularity_margin=singularity_margin, on_fail=on_fail, velocity=velocity,
+                acceleration=acceleration, velocity_now=velocity_now, outside=outside, lookahead=lookahead,
+                samples=None if path is None else samples,
+            )  # fmt: skip
+
+        return best_followed(arm, path or Waypoints(frames), joints, followed)
     failing = _ON_FAIL[chosen("on_fail", on_fail, _ON_FAIL)]
     native = core_policy(policy, dt)
     branch, kept, most, margin, time, beyond = checked_options(
@@ -155,7 +173,7 @@ def follow(
         return JointPath(arm=arm, s=s, poses=frames, start=joints, path=path, **rows)
     scenes = scenes_at(scene, s.tolist())
     about = [each.handle for each in ready_each(arm, scenes)]
-    free = free_roll(arm, roll, "start", joints, scene)
+    free = None if laddered else free_roll(arm, roll, "start", joints, scene)
     if free is not None and bounds is not None:
         bounds = without_last(bounds)
     (free or arm._handle).follow_all(joints, frames, options, count, psi, bounds, columns, about)

@@ -10,21 +10,14 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from .._arrays import Floats, Ints, frozen
+from .._arrays import Floats, Ints
 from ..errors import InputError, PathError
 from .joint_path import AnyCurve, JointPath, Placed
-from .paths import Path
+from .paths import Chain
 
 SAME_JOINTS = 1e-6
 """By how much a joint may begin elsewhere than it ended, rad."""
 _TURN = 2 * np.pi
-
-
-class Chain(Path):
-    """The tool's way along several joint paths."""
-
-    def __init__(self, segments: Floats) -> None:
-        self._segments = frozen(segments)
 
 
 @dataclass(frozen=True, eq=False)

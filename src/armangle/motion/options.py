@@ -57,12 +57,10 @@ def free_roll(arm: Arm, roll: Roll, name: str, joints: Floats, scene: object) ->
     """
     if chosen("roll", roll, ROLLS) == "pose":
         return None
-    if arm.chain is not None:
-        raise unsupported("roll='free'")
     if not is_along_axis_7(arm):
         raise InputError(
-            "roll is 'free', which here is about axis 7, and the tool's z axis is another; "
-            "arm.solve takes it, pose by pose"
+            "roll is 'free', which in one step is about axis 7, and the tool's z axis is not that; "
+            "arm.solve takes it, pose by pose, follow and plan take a whole path"
         )
     check_free_roll(arm, scene)
     if last_margin(arm, joints) < 0:

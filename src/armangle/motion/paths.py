@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from .._arrays import Floats, as_floats, as_number, as_poses, chosen, frozen, one_pose
+from .._arrays import Floats, about_z, as_floats, as_number, as_poses, chosen, frozen, one_pose
 from ..errors import InputError, NotFiniteError, ShapeError
 
 LineOrientation = Literal["shortest", "fixed"]
@@ -100,6 +100,22 @@ class Path:
         out = np.empty((at.size, _ORDERS, 6))
         _core.path_derivatives(self._segments, np.ascontiguousarray(at).reshape(-1), out)
         return out[:, order - 1].reshape(*at.shape, 6)
+
+
+class Chain(Path):
+    """Segments as the core writes them: the tool's way along joint paths, or along a path that is rolled."""
+
+    def __init__(self, segments: Floats) -> None:
+        self._segments = frozen(segments)
+
+
+def rolled(path: Path, roll: float, rate: float) -> Path:
+    """Return a path whose frames turn about their own z axes as well: by ``roll + rate s``, rad."""
+    if isinstance(path, Waypoints) and len(path) == 1:
+        return Waypoints(np.asarray(path.poses) @ about_z([roll]))
+    out = np.empty_like(path._segments)
+    _core.path_rolled(np.ascontiguousarray(path._segments), roll, rate, out)
+    return Chain(out)
 
 
 def checked_parameters(s: ArrayLike) -> Floats:
@@ -319,7 +335,7 @@ class Segments(Path):
             raise InputError(f"paths is {self.paths!r:.100}, wanted a list of Line, CircularArc, Screw, ..")
         radius = as_number("blend (m)", self.blend, 0.0, _core.LENGTH_LIMIT)
         for k, path in enumerate(paths):
-            if radius > 0 and isinstance(path, Segments) and path.blend > 0:
+            if radius > 0 and (isinstance(path, Chain) or (isinstance(path, Segments) and path.blend > 0)):
                 raise InputError(f"paths: path {k} has blends already, wanted blend= of the whole")
         given = np.concatenate([path._segments for path in paths])
         first, gap = _core.path_gap(given)

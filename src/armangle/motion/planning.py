@@ -26,6 +26,7 @@ from .joint_path import Curve, JointPath, blank_rows, even_parameters
 from .options import check_arm, check_elbow_wish, free_roll, positive
 from .paths import Path, Waypoints, as_path, sample_count
 from .policies import Towards
+from .rolling import best_planned, is_laddered
 
 START_GAP = 0.05
 ROW_STEP = 0.2
@@ -168,7 +169,11 @@ def plan(
         "free": joint 7 stays where `start` (or `goal`) has it, else in the middle of its limits, and poses
         are held with the roll about axis 7 that this makes: drills, welding torches, suction cups. No roll
         is tried, for joints 1 to 6 do not see it; ``certified`` covers them, and ``poses`` and
-        `JointPath.at` give the poses that are held. The tool's z axis must be axis 7.
+        `JointPath.at` give the poses that are held. Where the tool's z axis is not axis 7, rolls are tried:
+        72 turns about it that stay along the path, and the plan that costs least is taken; where none holds,
+        turns that grow evenly along the path. With `start` or `goal` the roll there is theirs, and 73 even
+        rates up to half a turn are tried. Each has exact arcs and its own certificate; between them nothing
+        is asked. That takes the time of up to 144 plans.
 
     Returns
     -------
@@ -179,8 +184,8 @@ def plan(
     ------
     ShapeError, NotFiniteError, NotRotationError, ConfigurationError
     InputError
-        If a number is out of range, or `start` (`goal`) belongs to another pose. With ``roll="free"``: if the
-        tool's z axis is not axis 7, or start and goal have joint 7 at different places. If the objective
+        If a number is out of range, or `start` (`goal`) belongs to another pose. With ``roll="free"`` about
+        axis 7: if start and goal have joint 7 at different places. If the objective
         weighs duration, and there is no bound at all: the arm states none, and the objective neither.
     SceneError
         If the arm has no body, or the scene names what is not there.
@@ -208,6 +213,19 @@ def plan(
     for name, joints in (("start", first), ("goal", last)):
         if joints is not None:
             check_turns(name, joints, arm.lower, arm.upper)
+    if is_laddered(arm, roll):
+
+        def planned_rolled(turned: Path) -> JointPath:
+            count = (
+                len(rows) if samples is None and isinstance(whole, Waypoints) and len(rows) > 1 else samples
+            )
+            return plan(
+                arm, turned, start=start, goal=goal, gc=gc, psi=psi, objective=objective, samples=count,
+                singularity_margin=singularity_margin, limit_margin=limit_margin, allowed=allowed,
+                scene=scene, obstacle_speed=obstacle_speed,
+            )  # fmt: skip
+
+        return best_planned(arm, whole, first, last, planned_rolled)
     weights = _weights(arm, objective)
     if arm.chain is not None and callable(scene):
         raise unsupported("plan with a scene that moves", "follow, which takes one for each row")

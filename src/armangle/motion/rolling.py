@@ -1,0 +1,122 @@
+"""A free roll about an axis of the tool that is not axis 7: a ladder of rolls, each a path of its own.
+
+Joints 1 to 6 see such a roll, so that it has to be chosen. Every rung is a whole path, followed or planned
+with exact arcs as any other: its frames are turned about their own z axes by ``roll + rate s``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import product
+from typing import cast
+
+import numpy as np
+
+from .._arrays import Floats, chosen
+from ..arm.arm import Arm
+from ..arm.roll import LADDER, ROLLS, Roll, is_along_axis_7
+from ..status import Status
+from .joint_path import JointPath
+from .paths import Path, rolled
+
+_STEP = 2 * np.pi / LADDER
+_TRIED = np.linspace(0.0, 1.0, 33)
+"""The s at which a rung is looked at before it is planned."""
+_GROWING = np.radians([15.0, -15.0, 30.0, -30.0, 60.0, -60.0, 90.0, -90.0, 180.0, -180.0])
+"""Rates of rungs where no roll that stays holds the whole path, rad per unit of s."""
+
+Rung = tuple[float, float]
+
+
+def is_laddered(arm: Arm, roll: Roll) -> bool:
+    """Return whether the roll is free and about another axis than 7, so that rolls have to be tried."""
+    return chosen("roll", roll, ROLLS) == "free" and not is_along_axis_7(arm)
+
+
+def ladder(arm: Arm, path: Path, start: Floats | None, goal: Floats | None) -> list[Rung]:
+    """Return rungs, roll and rate, rad: through start and goal where they are given.
+
+    Rates are about that of the path as it is, and about the one that undoes the path's own roll.
+    """
+    first, last = path.pose(np.array([0.0, 1.0]))
+    undone = -_rolls(path)
+    if start is None and goal is None:
+        rates = [0.0] if abs(undone) < _STEP else [0.0, undone]
+        return [(float(roll), rate) for rate, roll in product(rates, _STEP * np.arange(LADDER))]
+    about = np.round(undone / _STEP) + np.arange(-(LADDER // 2), LADDER // 2 + 1)
+    every = np.append(_STEP * about, [0.0, undone])
+    begins = None if start is None else _roll(first, arm.forward(start, undefined="nan")[0])
+    if goal is None and begins is not None:
+        return [(begins, float(rate)) for rate in _by_size(every)]
+    ends = _roll(last, arm.forward(cast(Floats, goal), undefined="nan")[0])
+    if begins is None:
+        return [(ends - float(rate), float(rate)) for rate in _by_size(every)]
+    turns = ends - begins + 2 * np.pi * np.arange(-1, 2)
+    whole = 2 * np.pi * np.round((undone - ends + begins) / (2 * np.pi))
+    return [(begins, float(rate)) for rate in _by_size(np.append(turns, ends - begins + whole))]
+
+
+def _by_size(rates: Floats) -> Floats:
+    """Return each rate once, the slowest first."""
+    each = np.unique(rates)
+    return each[np.argsort(np.abs(each), kind="stable")]
+
+
+def _rolls(path: Path) -> float:
+    """Return how far a path turns its frames about their own z axes, rad."""
+    along = path.derivative(_TRIED)[:, 3:]
+    rates = (along * path.pose(_TRIED)[:, :3, 2]).sum(axis=1)
+    return float(0.5 * (rates[:-1] + rates[1:]).mean())
+
+
+def _growing() -> list[Rung]:
+    """Return the rungs whose roll grows or falls along the path."""
+    return [(float(roll), float(rate)) for rate, roll in product(_GROWING, _STEP * np.arange(LADDER))]
+
+
+def _roll(frame: Floats, held: Floats) -> float:
+    """Return the turn about the z axis of a frame that comes nearest to another, rad."""
+    apart = frame[:3, :3].T @ held[:3, :3]
+    return float(np.arctan2(apart[1, 0] - apart[0, 1], apart[0, 0] + apart[1, 1]))
+
+
+def best_planned(
+    arm: Arm, path: Path, start: Floats | None, goal: Floats | None, planned: Callable[[Path], JointPath]
+) -> JointPath:
+    """Return the plan of the rung that costs least; where none holds, that of one that does not."""
+    rungs = ladder(arm, path, start, goal)
+    every = [planned(rolled(path, *rung)) for rung in _held(arm, path, rungs) or rungs[:1]]
+    if start is None and goal is None and not any(result.ok for result in every):
+        for rung in _held(arm, path, _growing())[:LADDER]:
+            result = planned(rolled(path, *rung))
+            if result.ok:
+                return result
+    return min(every, key=_worth)
+
+
+def _worth(result: JointPath) -> tuple[bool, bool, float]:
+    """Return what sorts plans: those that hold, then those that are proven, then by what they cost."""
+    costs = [branch.cost for branch in result.diagnosis.branches if branch.ok] if result.diagnosis else []
+    return not result.ok, not result.certified, min(costs, default=np.inf)
+
+
+def _held(arm: Arm, path: Path, rungs: list[Rung]) -> list[Rung]:
+    """Return the rungs of which every pose looked at can be held, those with most freedom first."""
+    frames = np.stack([rolled(path, *rung).pose(_TRIED) for rung in rungs])
+    free = arm.nominal.freedom(frames)
+    least, branches = np.min(free.total, axis=1), np.asarray(free.gc)
+    whole = np.bitwise_and.reduce(branches, axis=1) != 0
+    order = np.lexsort((-least, ~whole))
+    return [rungs[k] for k in order.tolist() if branches[k].all()]
+
+
+def best_followed(arm: Arm, path: Path, start: Floats, followed: Callable[[Rung], JointPath]) -> JointPath:
+    """Return the rung that is followed furthest, and of those the one on which the joints travel least."""
+    results = [followed(rung) for rung in ladder(arm, path, start, None)]
+
+    def worth(result: JointPath) -> tuple[int, float]:
+        done = int((result.status == Status.OK).sum())
+        moved = np.diff(np.vstack([start, result.q[np.isfinite(result.q[:, 0])]]), axis=0)
+        return -done, float((moved**2).sum())
+
+    return min(results, key=worth)

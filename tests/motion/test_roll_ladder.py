@@ -1,0 +1,175 @@
+"""Paths whose roll is free about an axis that is not axis 7: no roll that is tried by hand is better."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.calibrated import calibrated
+from support.draw import count, generator
+from support.planned_arms import IIWA
+
+import armangle as aa
+
+TORCH = aa.pose([0.05, 0.0, 0.2], rpy=[0.0, np.radians(45), 0.0])
+"""A welding torch: its wire leans by 45 degrees against axis 7."""
+ARMS = (IIWA.with_(tool=TORCH), aa.Arm.from_catalogue("openarm_v10").with_(tool=TORCH))
+POSTURE = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+DENSE = np.linspace(0, 1, 301)
+
+
+def rolled(frame: np.ndarray, angle: float) -> np.ndarray:
+    return frame @ aa.pose([0, 0, 0], rpy=[0, 0, angle])
+
+
+def seam(arm: aa.Arm, rng: np.random.Generator) -> tuple[np.ndarray, aa.Line]:
+    """A posture within the limits, and a line of some cm from where its tool is."""
+    q = rng.uniform(arm.lower + 0.2, arm.upper - 0.2)
+    first = arm.forward(q)[0]
+    last = first.copy()
+    last[:3, 3] += rng.uniform(-0.1, 0.1, 3)
+    return q, aa.Line(first, last)
+
+
+def cost(plan: aa.JointPath) -> float:
+    return min((branch.cost for branch in plan.diagnosis.branches if branch.ok), default=np.inf)
+
+
+def the_wire_is_held(plan: aa.JointPath, path: aa.Path) -> None:
+    at = plan.at(DENSE)
+    np.testing.assert_allclose(at.pose[:, :3, 2:], path.pose(DENSE)[:, :3, 2:], atol=1e-11)
+    np.testing.assert_allclose(plan.srs_arm.forward(at.q)[0], at.pose, atol=1e-11)
+    assert plan.srs_arm.within_limits(at.q, 1e-9).all()
+
+
+@pytest.mark.parametrize("arm", ARMS)
+def test_no_roll_by_hand_costs_less(arm: aa.Arm) -> None:
+    rng, compared = generator(16, 50), 0
+    for _ in range(count(3)):
+        _, path = seam(arm, rng)
+        free = aa.plan(arm, path, roll="free", samples=20)
+        for angle in np.radians(np.arange(0, 360, 30)):
+            by_hand = aa.plan(arm, aa.Line(rolled(path.start, angle), rolled(path.end, angle)), samples=20)
+            if by_hand.certified:
+                assert free.certified and cost(free) <= cost(by_hand) * (1 + 1e-9)
+                compared += 1
+        if free.ok:
+            the_wire_is_held(free, path)
+    assert compared > 3
+
+
+@pytest.mark.parametrize("arm", ARMS)
+def test_the_roll_begins_and_ends_with_what_is_given(arm: aa.Arm) -> None:
+    rng, proven, gained = generator(16, 51), 0, 0
+    for _ in range(count(3)):
+        q, path = seam(arm, rng)
+        turned = aa.Line(rolled(path.start, -0.7), rolled(path.end, -0.7))
+        for ends in ({"start": q}, {"goal": q}):
+            held = turned if "start" in ends else aa.Line(turned.end, turned.start)
+            free = aa.plan(arm, held, roll="free", samples=30, **ends)
+            plain = aa.plan(
+                arm, path if "start" in ends else aa.Line(path.end, path.start), samples=30, **ends
+            )
+            assert free.ok or not plain.ok
+            if plain.certified:
+                assert free.certified and cost(free) <= cost(plain) * (1 + 1e-9)
+            gained += free.ok and not plain.ok
+            if free.certified:
+                proven += 1
+                the_wire_is_held(free, held)
+                np.testing.assert_allclose(free.q[0 if "start" in ends else -1], q, atol=1e-8)
+                rates, h = free.derivatives([0.31, 0.77])[:, 0], 1e-6
+                around = [free.at(np.array([0.31, 0.77]) + d).q for d in (-h, h)]
+                np.testing.assert_allclose(rates, (around[1] - around[0]) / (2 * h), atol=1e-5, rtol=1e-5)
+    assert proven > 1
+
+
+def test_both_ends_given_fix_the_roll_at_both() -> None:
+    q, other = POSTURE, POSTURE + np.array([0.05, 0.02, -0.04, 0.03, 0.1, -0.05, 0.3])
+    arm = ARMS[0]
+    first, last = arm.forward(q)[0], arm.forward(other)[0]
+    path = aa.Line(rolled(first, 0.4), rolled(last, -0.3))
+    free = aa.plan(arm, path, start=q, goal=other, roll="free")
+    assert free.certified
+    the_wire_is_held(free, path)
+    np.testing.assert_allclose(free.q[[0, -1]], [q, other], atol=1e-8)
+
+
+def test_where_no_roll_that_stays_holds_one_that_turns_is_found() -> None:
+    """A frame that turns six times about the wire, as a screw does: no joint can follow, and none has to."""
+    arm = ARMS[1]
+    first = arm.forward(np.radians([20, 10, 10, 80, 5, 5, 10]))[0]
+    path = aa.Screw(first, first[:3, 3], first[:3, 2], 12 * np.pi, advance=0.03)
+    for angle in np.radians(np.arange(0, 360, 30)):
+        start = rolled(first, angle)
+        assert not aa.plan(arm, aa.Screw(start, path.point, path.direction, path.angle, path.advance)).ok
+    for ends in ({}, {"start": arm.solve(rolled(first, 0.5)).q}):
+        free = aa.plan(arm, path, roll="free", **ends)
+        assert free.certified
+        the_wire_is_held(free, path)
+
+
+def test_poses_one_and_many() -> None:
+    arm = ARMS[0]
+    first = arm.forward(POSTURE)[0]
+    last = first.copy()
+    last[:3, 3] += [0.0, 0.1, 0.05]
+    poses = aa.Line(first, last).pose(np.linspace(0, 1, 7))
+    for given in (poses, poses[:1], poses[:2]):
+        for ends in ({}, {"start": POSTURE}):
+            free = aa.plan(arm, given, roll="free", **ends)
+            assert free.certified and len(free) == len(given)
+            np.testing.assert_allclose(free.poses[:, :3, 2:], given[:, :3, 2:], atol=1e-12)
+        walked = aa.follow(arm, given, start=POSTURE, roll="free")
+        assert walked.ok and len(walked) == len(given)
+        np.testing.assert_allclose(arm.forward(walked.q)[0], walked.poses, atol=1e-11)
+    assert len(aa.plan(arm, np.empty((0, 4, 4)), roll="free")) == 0
+    assert len(aa.follow(arm, np.empty((0, 4, 4)), start=POSTURE, roll="free")) == 0
+
+
+@pytest.mark.parametrize("arm", ARMS)
+def test_a_followed_path_comes_as_far_as_with_its_own_roll(arm: aa.Arm) -> None:
+    rng, further = generator(16, 52), 0
+    for _ in range(count(12)):
+        q, path = seam(arm, rng)
+        long = aa.Line(path.start, path.pose(1.0) + 4 * (path.pose(1.0) - path.pose(0.0)))
+        free, plain = (aa.follow(arm, long, start=q, roll=roll, samples=60) for roll in ("free", "pose"))
+        done = free.status == aa.Status.OK
+        assert done.sum() >= (plain.status == aa.Status.OK).sum()
+        further += done.sum() > (plain.status == aa.Status.OK).sum()
+        np.testing.assert_allclose(free.poses[:, :3, 2:], long.pose(free.s)[:, :3, 2:], atol=1e-11)
+        np.testing.assert_allclose(arm.forward(free.q[done])[0], free.poses[done], atol=1e-11)
+    assert further
+
+
+def test_obstacles_see_each_roll_of_the_ladder() -> None:
+    hand = [aa.Capsule([0.0, 0.0, -0.1], [0.12, 0.0, -0.1], 0.02, name="cable")]
+    arm = IIWA.with_(tool=TORCH).with_hand(hand)
+    first = arm.forward(POSTURE)[0]
+    beside = first @ np.array([0.1, 0.0, -0.1, 1.0])
+    scene = aa.Scene([aa.Ball(beside[:3], 0.02, name="post")], clearance=0.005)
+    assert not arm.solve(first, near=POSTURE, scene=scene).ok
+    found = arm.solve(first, near=POSTURE, scene=scene, roll="free")
+    assert found.ok and arm.clearance(found.pose, found.psi, found.gc, scene).distance >= 0.005 - 1e-9
+
+
+def test_a_step_says_who_takes_such_a_tool() -> None:
+    with pytest.raises(aa.InputError, match="follow and plan take a whole path"):
+        aa.step(ARMS[0], POSTURE, ARMS[0].forward(POSTURE)[0], roll="free")
+
+
+def test_a_calibrated_arm_has_the_ladder_for_any_tool() -> None:
+    """Its axis 7 is not quite that of its tool, so rolls are tried, each on the true chain."""
+    arm = calibrated("kuka_iiwa7_r800", 1.0, 1.0)
+    for armed in (arm, arm.with_(tool=TORCH)):
+        pose = armed.forward(POSTURE)[0]
+        asked = rolled(pose, 1.0)
+        free, plain = (armed.solve(asked, near=POSTURE, roll=roll) for roll in ("free", "pose"))
+        assert free.ok and not plain.distance <= free.distance
+        np.testing.assert_allclose(armed.forward(free.q)[0], free.pose, atol=1e-11)
+        np.testing.assert_allclose(free.pose[:3, 2:], asked[:3, 2:], atol=1e-11)
+        last = asked.copy()
+        last[:3, 3] += [0.0, 0.08, 0.05]
+        planned = aa.plan(armed, aa.Line(asked, last), start=POSTURE, roll="free", samples=20)
+        assert planned.certified
+        np.testing.assert_allclose(armed.forward(planned.q)[0], planned.poses, atol=1e-10)
+        np.testing.assert_allclose(planned.poses[:, :3, 2], np.tile(asked[:3, 2], (20, 1)), atol=1e-10)
