@@ -19,6 +19,8 @@ _ORIENTATIONS = {
     "rpy": (Orientation.RPY, 3, ": roll pitch yaw, rad"),
     "rotvec": (Orientation.ROTVEC, 3, ": an axis times the angle about it, rad"),
 }
+_MOST_TURNS = 8 * np.pi
+"""Angles beyond this are no turns that were counted on but degrees, rad."""
 
 
 def pose(
@@ -45,7 +47,7 @@ def pose(
         and made exactly 1.
     rpy : array_like, shape (..., 3), optional
         Roll, pitch, yaw, rad: turns about the *fixed* axes x, then y, then z, as in URDF:
-        R = Rz(yaw) Ry(pitch) Rx(roll).
+        R = Rz(yaw) Ry(pitch) Rx(roll). Each within ±8π: what is more was meant in degrees.
     rotvec : array_like, shape (..., 3), optional
         Axis times angle, rad.
     matrix : array_like, shape (..., 3, 3), optional
@@ -59,7 +61,7 @@ def pose(
     Raises
     ------
     InputError
-        If two orientations are given, or a quaternion is not unit.
+        If two orientations are given, a quaternion is not unit, or angles look like degrees.
     ShapeError, NotFiniteError, NotRotationError
 
     Examples
@@ -108,6 +110,9 @@ def _turns(name: str, value: ArrayLike) -> Floats:
         return turns
     kind, width, meaning = _ORIENTATIONS[name]
     numbers = as_floats(name, value, (width,), meaning)
+    if name == "rpy" and numbers.size and _MOST_TURNS < np.abs(numbers).max() < np.inf:
+        most = numbers.flat[int(np.abs(numbers).argmax())]
+        raise InputError(f"{name} holds {most:g}. Angles are in rad: were these degrees?")
     turns = np.empty((*numbers.shape[:-1], 4, 4))
     _core.rotations_many(kind, numbers, turns, name)
     return turns

@@ -104,6 +104,13 @@ def test_what_is_no_position_is_told_what_it_looks_like() -> None:
             aa.pose(np.zeros(shape))
 
 
+def test_angles_in_degrees_are_asked_about() -> None:
+    for value in ([180.0, 0.0, 0.0], [[0.0, 0.0, 0.1], [0.0, -90.0, 0.0]]):
+        with pytest.raises(aa.InputError, match="rpy holds (180|-90). Angles are in rad: were these degrees"):
+            aa.pose([0, 0, 0], rpy=value)
+    aa.pose([0, 0, 0], rpy=[0.0, 0.0, 8 * np.pi])
+
+
 def test_pinocchio_reads_the_same_rotations() -> None:
     pin = pytest.importorskip("pinocchio")
     rng = np.random.default_rng(7)

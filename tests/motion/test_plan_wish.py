@@ -97,3 +97,8 @@ def test_a_wish_is_of_the_arms_own_reference_base_and_tool(tool: np.ndarray | No
 def test_what_is_no_wish_is_refused(psi: object, error: type[Exception]) -> None:
     with pytest.raises(error, match="psi"):
         aa.plan(IIWA, PATH, psi=psi)  # type: ignore[arg-type]  # wrong on purpose
+
+
+def test_a_word_is_told_where_it_belongs() -> None:
+    with pytest.raises(aa.InputError, match=r"wanted rad, or Towards\(direction='up'\) for the elbow"):
+        aa.plan(IIWA, np.eye(4)[None], psi="up")

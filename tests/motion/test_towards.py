@@ -159,6 +159,7 @@ def test_a_rate_does_not_depend_on_the_step_time() -> None:
     ("wishes", "message"),
     [
         ({}, "no wish given, wanted one of psi, point, direction"),
+        ({"psi": "up"}, "psi is 'up', wanted rad, or direction='up' for the elbow"),
         ({"psi": 0.1, "direction": "up"}, "psi and direction given, wanted one"),
         ({"point": [[0.0, 0.0, 1.0]]}, r"point has shape \(1, 3\), wanted \(3,\)"),
     ],

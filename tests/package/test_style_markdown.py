@@ -60,6 +60,12 @@ def test_lines_are_sentences_and_fit(name: str) -> None:
     assert not too_long + two, "\n".join(too_long + two)
 
 
+@pytest.mark.parametrize("name", PAGES)
+def test_links_have_words(name: str) -> None:
+    """Sphinx fills in a title, a plain reader of Markdown shows nothing."""
+    assert "[](" not in (ROOT / name).read_text(encoding="utf-8")
+
+
 @pytest.mark.parametrize(
     ("line", "is_joined"),
     [

@@ -339,6 +339,10 @@ def _wished(psi: Any) -> tuple[Wish, Floats | None]:
     """Return a wish as the core takes it: its kind, and ψ at s evenly, or the point or direction."""
     if psi is None:
         return Wish.PSI, None
+    if isinstance(psi, str):
+        raise InputError(
+            f"psi is {psi!r}, wanted rad; where the elbow goes is psi=Towards(direction={psi!r})"
+        )
     if isinstance(psi, Towards):
         kind, angle, target = psi._wish
         return kind, np.array([angle]) if kind == Wish.PSI else target
