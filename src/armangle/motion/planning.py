@@ -340,9 +340,7 @@ def _wished(psi: Any) -> tuple[Wish, Floats | None]:
     if psi is None:
         return Wish.PSI, None
     if isinstance(psi, str):
-        raise InputError(
-            f"psi is {psi!r}, wanted rad; where the elbow goes is psi=Towards(direction={psi!r})"
-        )
+        raise InputError(f"psi is {psi!r}, wanted rad, or Towards(direction={psi!r}) for the elbow")
     if isinstance(psi, Towards):
         kind, angle, target = psi._wish
         return kind, np.array([angle]) if kind == Wish.PSI else target

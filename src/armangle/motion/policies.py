@@ -232,9 +232,7 @@ class Towards(_Rated):
     def _checked_wish(self) -> tuple[_core.Wish, float, Floats]:
         """Return the wish as the core takes it; point and direction are kept as tuples, or as the word."""
         if isinstance(self.psi, str):
-            raise PolicyError(
-                f"psi is {self.psi!r}, wanted rad; where the elbow goes is direction={self.psi!r}"
-            )
+            raise PolicyError(f"psi is {self.psi!r}, wanted rad, or direction={self.psi!r} for the elbow")
         if self.psi is not None:
             _check_number("psi", self.psi, -_core.LARGEST_ANGLE, _core.LARGEST_ANGLE, False)
             return _core.Wish.PSI, float(self.psi), np.zeros(3)
