@@ -173,7 +173,8 @@ def plan(
         72 turns about it that stay along the path, and the plan that costs least is taken; where none holds,
         turns that grow evenly along the path. With `start` or `goal` the roll there is theirs, and 73 even
         rates up to half a turn are tried. Each has exact arcs and its own certificate; between them nothing
-        is asked. That takes the time of up to 144 plans.
+        is asked. That takes the time of up to 144 plans. Where no roll holds the path, what is said is of
+        the one that comes furthest.
 
     Returns
     -------

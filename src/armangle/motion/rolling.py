@@ -83,7 +83,7 @@ def _roll(frame: Floats, held: Floats) -> float:
 def best_planned(
     arm: Arm, path: Path, start: Floats | None, goal: Floats | None, planned: Callable[[Path], JointPath]
 ) -> JointPath:
-    """Return the plan of the rung that costs least; where none holds, that of one that does not."""
+    """Return the plan of the rung that costs least; where none holds, that which comes furthest."""
     rungs = ladder(arm, path, start, goal)
     every = [planned(rolled(path, *rung)) for rung in _held(arm, path, rungs) or rungs[:1]]
     if start is None and goal is None and not any(result.ok for result in every):
@@ -95,9 +95,11 @@ def best_planned(
 
 
 def _worth(result: JointPath) -> tuple[bool, bool, float]:
-    """Return what sorts plans: those that hold, then those that are proven, then by what they cost."""
-    costs = [branch.cost for branch in result.diagnosis.branches if branch.ok] if result.diagnosis else []
-    return not result.ok, not result.certified, min(costs, default=np.inf)
+    """Return what sorts plans: those that hold by proof and cost, the others by how far they come."""
+    branches = result.diagnosis.branches if result.diagnosis else ()
+    costs = [branch.cost for branch in branches if branch.ok]
+    short = max((branch.reached for branch in branches), default=0.0)
+    return not result.ok, not result.certified, min(costs) if costs else -short
 
 
 def _held(arm: Arm, path: Path, rungs: list[Rung]) -> list[Rung]:
