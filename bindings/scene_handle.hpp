@@ -19,6 +19,7 @@ struct SceneHandle {
     std::vector<armangle::SwingingPart> swings;
     std::vector<armangle::OwnPair> own;
     std::vector<std::uint8_t> ignored;
+    std::vector<double> apart;
     armangle::Scene view;
 
     SceneHandle() = default;

@@ -187,11 +187,12 @@ Pose<double> base_link(const NearArm& arm) noexcept {
 
 /// Rows of solids: those of the user (of clouds the points come apart), then of link 0 from `first_base` on,
 /// then what is held from `first_held` on; rows of rods of links 3 and 4, then of those that swing; which
-/// pairs may touch, a byte each; pairs (obstacle, link) of the arm's own.
+/// pairs may touch, a byte each; what own pairs are proven apart, m; pairs
+/// (obstacle, link) of the arm's own.
 template <class Handle>
 void make_scene(SceneHandle* self, const Handle& of, Floats solids, Py_ssize_t first_base,
                 Py_ssize_t first_held, Floats cloud, Floats corners, Floats fields, Floats distances,
-                Floats rods, Codes ignored, Ints own, double clearance, double soft) {
+                Floats rods, Codes ignored, Floats apart, Ints own, double clearance, double soft) {
     const Arm& arm = nominal(of.arm);
     const Pose<double> base = base_link(of.arm);
     const Buffer rows(solids), links(rods), touch(ignored);
@@ -236,6 +237,10 @@ void make_scene(SceneHandle* self, const Handle& of, Floats solids, Py_ssize_t f
     }
     const auto* bytes = touch.data<std::uint8_t>();
     self->ignored.assign(bytes, bytes + touch.shape(0) * touch.shape(1));
+    const Buffer proven(apart);
+    if (!proven.is_array('d', {touch.shape(0) - first_base, touch.shape(1)}))
+        throw std::invalid_argument("a distance for each own shape and link is needed");
+    self->apart.assign(proven.data<double>(), proven.data<double>() + proven.shape(0) * proven.shape(1));
     const Buffer pairs(own);
     for (Py_ssize_t k = 0; k < pairs.shape(0); ++k) {
         const long long* pair = pairs.data<long long>() + 2 * k;
@@ -264,6 +269,7 @@ void make_scene(SceneHandle* self, const Handle& of, Floats solids, Py_ssize_t f
     v.base_count = static_cast<int>(first_held - first_base);
     v.first_base = static_cast<int>(first_base);
     v.ignored = self->ignored.data();
+    v.apart = self->apart.data();
     v.link_count = static_cast<int>(touch.shape(1));
     v.clearance = clearance;
     v.soft = soft;
@@ -286,6 +292,31 @@ void resting_links(const ArmHandle& self, Floats rods, Ints link) {
         const double ends[6] = {rod.begin.x, rod.begin.y, rod.begin.z, rod.end.x, rod.end.y, rod.end.z};
         std::memcpy(row + 2, ends, sizeof(ends));
     }
+}
+
+/// How near each two rods, rows in order of their DH frames, ever come (m), whatever the joints, below the
+/// diagonal of out (n, n); of `cells` in all, pairs share them.
+void never_nearer_all(const ArmHandle& self, Floats rods, Floats out, int cells) {
+    const Buffer rows(rods), to(out, true);
+    check_rows(rows, rod_width);
+    const Py_ssize_t count = rows.shape(0);
+    if (!to.is_array('d', {count, count})) throw std::invalid_argument("out must be of shape (n, n)");
+    const auto link = [&](Py_ssize_t k) { return static_cast<int>(rows.data<double>()[k * rod_width]); };
+    const auto each = [&](const auto& visit) {
+        for (Py_ssize_t a = 0; a < count; ++a)
+            for (Py_ssize_t b = a + 1; b < count; ++b)
+                if (link(b) - link(a) > 1) visit(a, b);
+    };
+    std::fill_n(to.data<double>(), count * count, not_apart);
+    int pairs = 0;
+    each([&](Py_ssize_t, Py_ssize_t) { ++pairs; });
+    const nb::gil_scoped_release unlocked;
+    each([&](Py_ssize_t a, Py_ssize_t b) {
+        const Rod first = rod_of(rows.data<double>() + a * rod_width),
+                  second = rod_of(rows.data<double>() + b * rod_width);
+        to.data<double>()[b * count + a] =
+            never_nearer(self.arm, first, link(a), second, link(b), cells / pairs);
+    });
 }
 
 /// The same of an arm with its own chain, whose axes do not meet: what a joint turns swings, off its axis or
@@ -450,12 +481,13 @@ void bind_scenes(nb::module_& m, nb::class_<ArmHandle>& arm) {
     m.attr("MOST_OBSTACLES") = most_obstacles;
     nb::class_<SceneHandle>(m, "Scene")
         .def("__init__", &make_scene<NearArmHandle>, "arm"_a, "solids"_a, "first_base"_a, "first_held"_a,
-             "cloud"_a, "corners"_a, "fields"_a, "distances"_a, "rods"_a, "ignored"_a, "own"_a, "clearance"_a,
-             "soft"_a)
+             "cloud"_a, "corners"_a, "fields"_a, "distances"_a, "rods"_a, "ignored"_a, "apart"_a, "own"_a,
+             "clearance"_a, "soft"_a)
         .def("__init__", &make_scene<ArmHandle>, "arm"_a, "solids"_a, "first_base"_a, "first_held"_a,
-             "cloud"_a, "corners"_a, "fields"_a, "distances"_a, "rods"_a, "ignored"_a, "own"_a, "clearance"_a,
-             "soft"_a);
+             "cloud"_a, "corners"_a, "fields"_a, "distances"_a, "rods"_a, "ignored"_a, "apart"_a, "own"_a,
+             "clearance"_a, "soft"_a);
     arm.def("resting_links", &resting_links, "rods"_a, "link"_a);
+    arm.def("never_nearer_all", &never_nearer_all, "rods"_a, "out"_a, "cells"_a);
     arm.def("proximity_many", &proximity_many, "scene"_a, "pose"_a, "psi"_a, "gc"_a, "out"_a, "pair"_a,
             "threads"_a);
     arm.def("widest_many", &widest_many, "scene"_a, "pose"_a, "gc"_a, "margin"_a, "psi"_a, "out"_a, "pair"_a,

@@ -38,6 +38,7 @@
 #include "limits/settled.hpp"
 #include "limits/nearest_outside.hpp"
 #include "scene/solids.hpp"
+#include "scene/never_nearer.hpp"
 #include "scene/blocked_arc.hpp"
 #include "scene/witnesses.hpp"
 #include "scene/covered.hpp"

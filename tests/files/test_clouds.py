@@ -69,6 +69,8 @@ def wrong() -> dict[str, tuple[bytes, str]]:
         "g.pcd": (good["f.pcd"][:-600], "points x, y, z"),
         "h.npz": (b"PK", "points x, y, z"),
         "i.csv": (b"nan,nan,nan", "of which some are finite"),
+        "j.csv": (b"", "it has no rows"),
+        "k.csv": (b"x,y,z\n# nothing seen\n", "it has no rows"),
     }
 
 

@@ -126,6 +126,8 @@ WRONG: list[tuple[Any, str]] = [
     (lambda: aa.Body({3: [VALUES[2]]}), r"Body link 3: shapes\[0\] is Box.*, wanted Ball, Capsule"),
     (lambda: aa.Body({3: [aa.Ball([0, 0, 0], 0.0)]}), r"Body link 3: shapes\[0\] is .*, wanted a radius > 0"),
     (lambda: aa.Body.bones(upper_arm=0.0, forearm=0.1), r"Body.bones: upper_arm is 0.0, wanted a length in"),
+    (lambda: aa.Body({3: [aa.Ball([0, 0, 0], 90)]}), r"Body link 3: shapes\[0\].radius is 90.0, .* in mm\?"),
+    (lambda: aa.Cloud([[0, 0, 0]], 5), r"Cloud: radius is 5.0, wanted a radius in m: was this in mm\?"),
     (lambda: ARM.with_body(3), "arm: body is 3, wanted an armangle.Body, or None"),
     (lambda: ARM.with_hand([VALUES[3]]), r"hand: shapes\[0\] is HalfSpace.*, wanted Ball, Capsule, Box"),
 ]  # fmt: skip
@@ -158,6 +160,35 @@ def test_an_arm_without_a_body_cannot_be_asked() -> None:
         ARM.with_body(VALUES[5]).clear(np.eye(4), 0, None)
     with pytest.raises(aa.SceneError, match="scene is 3, wanted an armangle"):
         ARM.with_body(VALUES[5]).feasible(np.eye(4), 0, scene=3)
+
+
+MILLIMETRES = [
+    ([aa.Box(aa.pose([600, 0, 200]), [800, 900, 40], name="table")], {}, "table: thickness is 40.0"),
+    ([aa.Ball([600, 0, 200], 100)], {}, "ball_0: thickness is 200.0, wanted at most 12.7 m"),
+    ([aa.Capsule([600, 0, 200], [600, 0, 400], 30)], {}, "capsule_0: thickness is 60.0"),
+    ([aa.Hull(np.eye(3)[[0, 1, 2, 2]] * 400 + [[0], [0], [0], [300]])], {}, "hull_0: thickness is"),
+    ([aa.Field(np.full((9, 9, 9), 50.0), [0, 0, 0], 20)], {}, "field_0: thickness is 160.0"),
+    ([], {"clearance": 20}, "Scene: clearance is 20.0, wanted at most the arm's length, 1.27 m: was"),
+    ([], {"soft": 30}, "Scene: soft is 30.0"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("shapes", "kept", "why"), MILLIMETRES, ids=[str(k) for k in range(len(MILLIMETRES))]
+)
+def test_a_scene_in_millimetres_is_refused(shapes: list[Any], kept: dict[str, float], why: str) -> None:
+    arm, scene = ARM.with_body(), aa.Scene(shapes, **kept)
+    for ask in (lambda: arm.clear(np.eye(4), 0, scene), lambda: arm.clearance(np.eye(4), 0.0, 0, scene)):
+        with pytest.raises(aa.SceneError, match=why):
+            ask()
+
+
+def test_a_hand_in_millimetres_is_refused_and_a_large_floor_is_not() -> None:
+    with pytest.raises(aa.SceneError, match=r"drill: thickness is 60\.0"):
+        ARM.with_hand([aa.Ball([0, 0, 100], 30, name="drill")]).clear(np.eye(4), 0, aa.Scene([]))
+    floor = aa.Scene([aa.Box(aa.pose([0, 0, -0.5]), [400, 400, 1.0])], ignore=[("box_0", "upper_arm")])
+    pose, _, gc = ARM.forward(np.radians([0, 30, 0, -60, 0, 40, 0]))
+    assert ARM.with_body().clear(pose, gc, floor).status is aa.Status.OK
 
 
 def test_names_in_ignore_must_be_known() -> None:

@@ -227,7 +227,7 @@ void near_pairs(const SceneMotion& moving, const PlacedScene& at, double h, cons
         for (int n = 0; n < scene.solid_count; ++n) {
             const Solid& solid = scene.solids[n];
             const int id = scene.solid_id[n];
-            if (scene.may_touch(id, link) || far(solid, moving.limb(k).speed)) continue;
+            if (scene.unasked(id, link) || far(solid, moving.limb(k).speed)) continue;
             offer({Kind::limb_ground, k, 0, solid, moving.sum_of_radii(rod.radius, solid.radius),
                    pair_tag(id, link)});
         }
@@ -235,12 +235,13 @@ void near_pairs(const SceneMotion& moving, const PlacedScene& at, double h, cons
             const Solid& solid = at.held[static_cast<std::size_t>(held)];
             const int id = scene.first_held + held;
             const bool away = far(solid, moving.limb(k).speed + moving.held(held).speed);
-            if (away || scene.may_touch(id, link)) continue;
+            if (away || scene.unasked(id, link)) continue;
             offer({Kind::limb_held, k, held, none, moving.sum_of_radii(rod.radius, solid.radius),
                    pair_tag(id, link)});
         }
     }
     for (int n = 0; n < scene.own_count; ++n) {
+        if (scene.never_meet(scene.own[n].obstacle, scene.own[n].link)) continue;
         const int a = limb_of_link(scene, scene.own[n].link),
                   b = limb_of_obstacle(scene, scene.own[n].obstacle);
         offer({Kind::limb_limb, a, b, none,

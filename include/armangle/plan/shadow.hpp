@@ -176,7 +176,7 @@ private:
         for_ground(scene_, [&](const Solid& solid, int id) {
             const Solid here = placed(at.to_axis, solid);
             for (int k = 0; k < scene_.part_count; ++k)
-                if (!scene_.may_touch(id, k))
+                if (!scene_.unasked(id, k))
                     limb(k, here,
                          {Kind::limb_ground, k, 0, solid,
                           moving_.sum_of_radii(scene_.parts[k].rod.radius, solid.radius), pair_tag(id, k)});
@@ -195,7 +195,7 @@ private:
         });
         for (int held = 0; held < scene_.held_count; ++held)
             for (int k = 0; k < scene_.part_count; ++k)
-                if (!scene_.may_touch(scene_.first_held + held, k))
+                if (!scene_.unasked(scene_.first_held + held, k))
                     limb(k, placed(at.frames.flange, scene_.held[held]),
                          {Kind::limb_held, k, held, none,
                           moving_.sum_of_radii(scene_.parts[k].rod.radius, scene_.held[held].radius),

@@ -350,7 +350,7 @@ private:
     }
 
     void certified(const Solid& solid, double R, int id, int part) noexcept {
-        if (scene_.may_touch(id, part)) return;
+        if (scene_.unasked(id, part)) return;
         if (solid.kind == SolidKind::field)
             return moved({MovingRod(part_[part].rod, true), solid, R}, id, part);
         Witnesses(part_[part].rod, solid, R).find([&](double lower, double upper) {
@@ -385,7 +385,7 @@ private:
             });
         });
         const auto solid = [&](const Solid& given, const Pose<double>& frame, int id) {
-            if (scene_.may_touch(id, link)) return;
+            if (scene_.unasked(id, link)) return;
             const Solid here = placed(frame, given);
             const double reach = given.radius + margin;
             if (given.kind != SolidKind::half_space && !comes_near(rod, around(here), margin)) return;
@@ -413,6 +413,7 @@ private:
 
     /// Parts among each other do not move with psi; one that swings does, against any other.
     void own_pair(const OwnPair& pair) noexcept {
+        if (scene_.never_meet(pair.obstacle, pair.link)) return;
         const int first = pair.obstacle - scene_.first_swing_obstacle(), second = pair.link;
         const bool swings = first < scene_.swing_count, both = second >= scene_.part_count;
         if (!swings) {

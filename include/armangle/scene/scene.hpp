@@ -54,6 +54,8 @@ inline constexpr int group_blocks = 8, group_groups = 16;
 inline constexpr int few_parts = 2;
 inline constexpr int most_parts = 64, most_links = 254, most_obstacles = 65000;
 inline constexpr std::uint16_t no_ball = 0xffff;
+/// m beyond the clearance that own pairs are proven apart, so that no rounding asks them again.
+inline constexpr double spare_apart = 1e-6;
 
 /// Obstacles are counted: those of the user, then own rods of link 0, then what is held, then what swings,
 /// then parts. Links are counted: parts, then rods of link 0, then what is held, then what swings. All
@@ -80,12 +82,22 @@ struct Scene {
     int own_count;
     const std::uint8_t* ignored;  // [obstacle][link], 1: may touch
     int link_count;
-    double clearance;  // of all pairs
-    double soft = 0;   // m beyond it, which policies keep where they can
-    Tag base_tag;      // the pair of an obstacle and link 0 that touch, whatever the pose; 0: none
+    const double* apart = nullptr;  // [obstacle - first_base][link]: m, at least, whatever the joints
+    double clearance;               // of all pairs
+    double soft = 0;                // m beyond it, which policies keep where they can
+    Tag base_tag;  // the pair of an obstacle and link 0 that touch, whatever the pose; 0: none
 
     bool may_touch(int obstacle, int link) const noexcept {
         return ignored[obstacle * link_count + link] != 0;
+    }
+    /// Whether two own shapes are proven never to come as near as the clearance (never_nearer.hpp).
+    bool never_meet(int obstacle, int link) const noexcept {
+        return apart != nullptr && obstacle >= first_base &&
+               apart[(obstacle - first_base) * link_count + link] > clearance + spare_apart;
+    }
+    /// Whether a pair need not be asked for arcs and proofs.
+    bool unasked(int obstacle, int link) const noexcept {
+        return may_touch(obstacle, link) || never_meet(obstacle, link);
     }
     /// Places of what swings among the obstacles and among the links.
     int first_swing_obstacle() const noexcept { return first_held + held_count; }

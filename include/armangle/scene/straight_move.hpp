@@ -405,6 +405,7 @@ private:
     void for_near(const Way& way, const Found& found) const noexcept {
         for (int k = 0; k < detail::limb_count(scene_); ++k) limb_against_all(k, way, found);
         for (int n = 0; n < scene_.own_count; ++n) {
+            if (scene_.never_meet(scene_.own[n].obstacle, scene_.own[n].link)) continue;
             const int a = detail::limb_of_link(scene_, scene_.own[n].link),
                       b = detail::limb_of_obstacle(scene_, scene_.own[n].obstacle);
             meet(limb_[a], link_[a], as_solid(limb_[b]), link_[b],
@@ -459,12 +460,12 @@ private:
         });
         for (int n = 0; n < scene_.solid_count; ++n) {
             const int id = scene_.solid_id[n];
-            if (!scene_.may_touch(id, place) && !away(bound, scene_.solids[n], far))
+            if (!scene_.unasked(id, place) && !away(bound, scene_.solids[n], far))
                 meet(rod, link, scene_.solids[n], far, pair_tag(id, place), found);
         }
         for (int h = 0; h < scene_.held_count; ++h) {
             const int id = scene_.first_held + h;
-            if (scene_.may_touch(id, place)) continue;
+            if (scene_.unasked(id, place)) continue;
             const Solid held = placed(flange_, scene_.held[h]);
             if (held_rests_) {
                 if (!away(bound, held, far)) meet(rod, link, held, far, pair_tag(id, place), found);

@@ -533,7 +533,7 @@ class Arm(FrozenValue):
         last = self._ready
         if last is not None and last[0] is scene:
             return last[1]
-        ready = make_ready(self, scene)
+        ready = make_ready(self, scene, None if last is None else last[1])
         object.__setattr__(self, "_ready", (scene, ready))
         return ready
 
@@ -1364,7 +1364,8 @@ class Arm(FrozenValue):
 
         The arcs that keep clear shrink as the clearance that is asked grows; the greatest that leaves one is
         found by bisection. Where nothing is clear it is the arm angle that fails by least: a distance below
-        the scene's clearance says by how much.
+        the scene's clearance says by how much. It is NaN where no arm angle keeps the limits, or where links
+        stand in obstacles with their very axes at each of them.
 
         Parameters
         ----------

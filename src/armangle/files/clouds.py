@@ -96,10 +96,11 @@ def _csv(data: bytes) -> Floats:
     text = data.decode("utf-8-sig")
     first = text.split("\n", 1)[0].strip()
     names = [word.strip().lower() for word in first.split(",")]
-    if not set(_AXES) <= set(names):
-        return np.loadtxt(io.StringIO(text), delimiter=",", ndmin=2)
-    columns = [names.index(axis) for axis in _AXES]
-    return np.loadtxt(io.StringIO(text), delimiter=",", skiprows=1, usecols=columns, ndmin=2)
+    named = set(_AXES) <= set(names)
+    if not any(line.partition("#")[0].strip() for line in text.splitlines()[named:]):
+        raise ValueError("it has no rows")
+    columns = [names.index(axis) for axis in _AXES] if named else None
+    return np.loadtxt(io.StringIO(text), delimiter=",", skiprows=int(named), usecols=columns, ndmin=2)
 
 
 def _ply(data: bytes) -> Floats:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from .._arrays import JOINTS
 from ..errors import SceneError
 from ..scenes.scene import Pairs, as_pairs, as_shapes
-from ..scenes.shapes import RODS, Ball, Capsule, Shape, _length, _set
+from ..scenes.shapes import RODS, Ball, Capsule, Shape, _length, _set, _thin
 
 if TYPE_CHECKING:
     from .collision import Covered
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from .urdf import Source
 
 MOST_SHAPES = 32
-_THICKEST = 1.0  # m: a bone with a larger radius was meant in mm
 _BARE = "nothing covers what is beyond the wrist, the flange and the tool: arm.with_hand does"
 _THICKNESS = (
     0.24  # of the mean of both bones: 96 mm of an iiwa 7, whose links lie within 95 mm of axes 2 to 5
@@ -93,8 +92,10 @@ class Body:
                 raise SceneError("Body", "links", frame, f"a DH frame, an integer from 0 to {JOINTS}")
             listed = as_shapes(f"Body link {frame}", shapes, RODS)
             for at, shape in enumerate(listed):
-                if isinstance(shape, Ball | Capsule) and shape.radius == 0:
+                assert isinstance(shape, Ball | Capsule)
+                if shape.radius == 0:
                     raise SceneError(f"Body link {frame}", f"shapes[{at}]", shape, "a radius > 0 (m)")
+                _thin(f"Body link {frame}", f"shapes[{at}].radius", shape.radius)
             rows.append((frame, listed))
         _set(self, links=tuple(sorted(rows, key=lambda row: row[0])), _bones=None)
         _set(self, ignore=as_pairs(ignore, "Body", "pairs of names of links"), notes=(), trusted=True)
@@ -135,7 +136,8 @@ class Body:
         -------
         Body
             Its links have the names of the file. `notes` say what was left out: links that move by joints of
-            their own, and `ignore`, pairs of links whose covers met in all of 200 random postures.
+            their own, and `ignore`, pairs of links whose covers met in all of 200 random postures: sampled,
+            not proven.
 
         Raises
         ------
@@ -226,8 +228,7 @@ class Body:
             _length("Body.bones", "forearm", forearm, positive=True),
         )
         for name, radius in zip(("upper_arm", "forearm"), radii, strict=True):
-            if radius > _THICKEST:
-                raise SceneError("Body.bones", name, radius, "a radius in m: was this in mm?")
+            _thin("Body.bones", name, radius)
         _flag("Body.bones", "plates", plates)
         _set(new, links=(), ignore=(), notes=(_BARE,), trusted=True, _bones=(*radii, plates))
         return new

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from .. import _core
 from .._arrays import JOINTS, Floats
 from ..errors import ArmangleError, SceneError, needed
+from ..scenes.ready import TOO_LARGE
 from .chain import Chain, chain_of, rigid_inverse, rotation_about
 from .cover import Rod, cover_box, cover_cylinder, cover_mesh, merged, open_edges
 from .description import ELBOW_OFFSETS, LENGTHS, ArmDescription
@@ -21,7 +22,6 @@ from .urdf import Source, read_urdf
 from .urdf.reading import read_text
 from .urdf.shapes import mesh_file, numbers_of, origin_of, placed_elements
 
-TOO_LARGE = 10.0  # times the arm's own size: no link is, but a mesh in millimetres
 _POSTURES = 200
 _SEED = 11
 
@@ -222,7 +222,7 @@ def _finish(out: Covered, chain: Chain, arm: ArmDescription) -> None:
     if out.ignore:
         pairs = ", ".join(f"{one} and {other}" for one, other in out.ignore)
         out.notes.append(f"not asked about each other, since their covers met in all of {_POSTURES} random "
-                         f"postures: {pairs}")  # fmt: skip
+                         f"postures, which is sampled, not proven: {pairs}")  # fmt: skip
 
 
 def always_touching(covered: Covered, arm: ArmDescription) -> list[tuple[str, str]]:

@@ -18,6 +18,7 @@ ArcOrientation = Literal["shortest", "fixed", "carried"]
 _LARGEST_TURN = 1e3  # rad
 _ORDERS = 3
 SAMPLES = 200
+MOST_SAMPLES = 10_000_000
 RADIAN: float = _core.RADIAN
 """What a radian counts as in the size of a motion, m."""
 
@@ -371,6 +372,7 @@ def sample_count(samples: int | None) -> int:
     """Return how many rows are asked for, `SAMPLES` where nothing is said."""
     if samples is None:
         return SAMPLES
-    if isinstance(samples, bool) or not isinstance(samples, (int, np.integer)) or samples < 2:
-        raise InputError(f"samples is {samples!r:.100}, wanted an integer of 2 or more")
+    whole = isinstance(samples, (int, np.integer)) and not isinstance(samples, bool)
+    if not whole or not 2 <= samples <= MOST_SAMPLES:
+        raise InputError(f"samples is {samples!r:.100}, wanted an integer from 2 to {MOST_SAMPLES}")
     return int(samples)

@@ -145,8 +145,8 @@ def plan(
         of which only the wish counts. The plan comes as near as `objective` weighs it.
     objective : Objective
     samples : int, optional
-        Rows of the result, evenly in s, 2 or more. Without it the rows are at exactly the poses given, or
-        200 for any other path and where corners are rounded, and more between where a joint would move more
+        Rows of the result, evenly in s, 2 to 10^7. Without it the rows are at exactly the poses given, or 200
+        for any other path and where corners are rounded, and more between where a joint would move more
         than 0.2 rad from one to the next.
     singularity_margin : float
         As in `Arm.feasible`, rad.

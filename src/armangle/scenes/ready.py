@@ -14,15 +14,21 @@ from ..errors import SceneError
 from .scene import Pairs, Scene, no_scene
 from .shapes import Cloud, Field, Hull, Shape
 
+_CELLS = 400_000  # of joint ranges that own pairs share: some hundredths of a second
+TOO_LARGE = 10.0  # times the arm's length: what is larger was meant in mm
 LINKS_OF_A_PAIR = 256  # the core says a pair as obstacle * 256 + link
 
 
 class Ready(NamedTuple):
-    """What the core takes, and the names of obstacles and links by the numbers that it gives."""
+    """What the core takes, and the names of obstacles and links by the numbers that it gives.
+
+    ``apart`` is how near own shapes (rows) and links (columns) ever come at least, m.
+    """
 
     handle: _core.Scene
     obstacles: tuple[str, ...]
     links: tuple[str, ...]
+    apart: Floats
 
     def pair(self, code: int) -> tuple[str, str] | None:
         """Return (obstacle, link) of a pair's number; None where there is none."""
@@ -32,12 +38,16 @@ class Ready(NamedTuple):
 
 
 class _Link(NamedTuple):
-    """A shape of the arm: the link it was given for, that it moves with, its name, its row of numbers."""
+    """A shape of the arm: the link it was given for, that it moves with, its name, its row of numbers.
+
+    ``place`` is its place among the body's shapes, -1 of a hand's.
+    """
 
     given: int
     frame: int
     name: str
     row: list[float]
+    place: int
 
 
 class _Links(NamedTuple):
@@ -64,8 +74,10 @@ class Shaped(Protocol):
 class Built(Protocol):
     """What is asked of an arm."""
 
+    d_bs: float
     d_se: float
     d_ew: float
+    d_wf: float
     a_3: float
     a_4: float
     d_4: float
@@ -73,23 +85,31 @@ class Built(Protocol):
     _handle: _core.Arm
 
     @property
+    def chain(self) -> object:
+        """That of an arm with a chain of its own, else None."""
+
+    @property
     def body(self) -> Shaped | None:
         """What its links look like."""
 
 
-def make_ready(arm: Built, scene: Scene) -> Ready:
+def make_ready(arm: Built, scene: Scene, last: Ready | None = None) -> Ready:
     """Return a scene made ready for an arm, whose body or hand is what may touch it.
+
+    `last` is another scene that was made ready for the same arm: what is known of own links is taken from it.
 
     Raises
     ------
     SceneError
-        If the arm has neither, a link's shape is not where it can be treated, or a name is not known.
+        If the arm has neither, a link's shape is not where it can be treated, a name is not known, or lengths
+        were meant in mm.
     """
     if not isinstance(scene, Scene):
         raise no_scene(scene, "an armangle.Scene")
     if arm.body is None and not arm.hand:
         how = "arm.with_body(Body.bones(upper_arm=0.09, forearm=0.08))"
         raise SceneError("arm", "body", None, f"a body: {how}")
+    _refuse_millimetres(arm, scene)
     mine = _sorted_links(arm)
     links = [*mine.parts, *mine.base, *mine.held, *mine.swings]
     turning = [*mine.swings, *mine.parts]
@@ -107,6 +127,7 @@ def make_ready(arm: Built, scene: Scene) -> Ready:
         _let_touch(ignored, len(scene.shapes), own, links, pair)
     first_base = len(user)
     first_held = first_base + len(mine.base)
+    apart = _never_nearer(arm, own, links) if last is None else last.apart
     fields = [(at, shape) for at, shape in enumerate(scene.shapes) if isinstance(shape, Field)]
     handle = _core.Scene(
         arm._handle,
@@ -121,11 +142,28 @@ def make_ready(arm: Built, scene: Scene) -> Ready:
             -1, _ROD_WIDTH
         ),
         ignored,
+        apart,
         _own_pairs(mine, first_held + len(mine.held), ignored),
         scene.clearance,
         scene.soft,
     )
-    return Ready(handle, tuple(obstacles), tuple(link.name for link in links))
+    return Ready(handle, tuple(obstacles), tuple(link.name for link in links), apart)
+
+
+def _refuse_millimetres(arm: Built, scene: Scene) -> None:
+    """Refuse what is far too thick, or far too far to keep, for an arm as long as this."""
+    length = arm.d_bs + arm.d_se + arm.d_ew + arm.d_wf
+    named = [*zip(scene.names, scene.shapes, strict=True), *((s.name or "hand", s) for s in arm.hand)]
+    for name, shape in named:
+        thick = shape._thickness()
+        if thick > TOO_LARGE * length:
+            wanted = f"at most {TOO_LARGE * length:.3g} m, {TOO_LARGE:g} lengths of the arm: was this in mm?"
+            raise SceneError(name, "thickness", thick, wanted)
+    for what, kept in (("clearance", scene.clearance), ("soft", scene.soft)):
+        if kept > length:
+            raise SceneError(
+                "Scene", what, kept, f"at most the arm's length, {length:.3g} m: was this in mm?"
+            )
 
 
 _SOLID_WIDTH, _ROD_WIDTH, _POINT_WIDTH, _CORNER_WIDTH, _FIELD_WIDTH = 18, 8, 5, 4, 5
@@ -164,18 +202,18 @@ def _sorted_links(arm: Built) -> _Links:
     rest = np.zeros(len(rods), dtype=np.int64)
     arm._handle.resting_links(rods, rest)
     out = _Links([], [], [], [])
-    for (given, shape), at, rod in zip(shapes, rest.tolist(), rods.tolist(), strict=True):
+    for place, ((given, shape), at, rod) in enumerate(zip(shapes, rest.tolist(), rods.tolist(), strict=True)):
         row = [*shape._row()[:2], *rod[2:], *shape._row()[8:]]
         name = shape.name or f"link_{given}"
         if at < 0:
-            out.swings.append(_Link(given, given, name, row))
+            out.swings.append(_Link(given, given, name, row, place))
         elif at in (3, 4):
-            out.parts.append(_Link(given, at, name, row))
+            out.parts.append(_Link(given, at, name, row, place))
         elif at == 0:
-            out.base.append(_Link(given, at, name, [*row, Within.BASE.value]))
+            out.base.append(_Link(given, at, name, [*row, Within.BASE.value], place))
         else:
-            out.held.append(_Link(given, at, name, [*row, Within.FLANGE.value]))
-    tool = [_Link(JOINTS, JOINTS, s.name or "hand", [*s._row(), Within.TOOL.value]) for s in arm.hand]
+            out.held.append(_Link(given, at, name, [*row, Within.FLANGE.value], place))
+    tool = [_Link(JOINTS, JOINTS, s.name or "hand", [*s._row(), Within.TOOL.value], -1) for s in arm.hand]
     out.held.extend(tool)
     return out
 
@@ -192,6 +230,62 @@ def _own_pairs(mine: _Links, first_obstacle: int, ignored: NDArray[np.int8]) -> 
         if not ignored[first_obstacle + i, places[j]]
     ]
     return np.array(pairs, dtype=np.int64).reshape(-1, 2)
+
+
+def never_nearer(arm: Built) -> tuple[list[tuple[int, Shape]], Floats]:
+    """Return the n shapes of a body with their DH frames, and how near each two ever come, m (n, n), or less.
+
+    Whatever the joints, their limits left aside. -inf of those side by side, of those that some joints let
+    meet, and where it was not proven with a fixed effort; of an arm with a chain of its own nothing is.
+    """
+    shapes = [] if arm.body is None else arm.body._shapes(arm.d_se, arm.d_ew, arm.a_3, arm.a_4, arm.d_4)
+    out = np.full((len(shapes), len(shapes)), -np.inf)
+    if arm.chain is None and shapes:
+        order = np.argsort([frame for frame, _ in shapes], kind="stable")
+        rods: Floats = np.array([[shapes[k][0], *shapes[k][1]._row()[1:8]] for k in order], dtype=np.float64)
+        found = np.empty_like(out)
+        arm._handle.never_nearer_all(rods, found, _CELLS)
+        out[np.ix_(order, order)] = np.maximum(found, found.T)
+    return shapes, out
+
+
+class LinkPair(NamedTuple):
+    """Two links of an arm that are not side by side, and what is known of them.
+
+    ``apart`` is how near they ever come at least, m, whatever the joints; None where that is not proven.
+    ``ignored``: the body says that they are not asked about each other.
+    """
+
+    links: tuple[str, str]
+    apart: float | None
+    ignored: bool
+
+
+def link_pairs(arm: Built) -> list[LinkPair]:
+    """Return all pairs of links of an arm's body but those side by side."""
+    shapes, found = never_nearer(arm)
+    least: dict[tuple[str, str], float] = {}
+    for i, (frame, shape) in enumerate(shapes):
+        for j, (other_frame, other) in enumerate(shapes[:i]):
+            if abs(frame - other_frame) > 1:
+                pair = (other.name or f"link_{other_frame}", shape.name or f"link_{frame}")
+                least[pair] = min(least.get(pair, np.inf), float(found[i, j]))
+    ignored = set() if arm.body is None else {frozenset(pair) for pair in arm.body.ignore}
+    return [
+        LinkPair(pair, apart if apart > 0 else None, frozenset(pair) in ignored)
+        for pair, apart in least.items()
+    ]
+
+
+def _never_nearer(arm: Built, own: list[_Link], links: list[_Link]) -> Floats:
+    """Return how near own shapes (rows) and links (columns) ever come at least, m; nothing of a hand."""
+    _, found = never_nearer(arm)
+    out = np.full((len(own), len(links)), -np.inf)
+    for i, mine in enumerate(own):
+        for j, other in enumerate(links):
+            if mine.place >= 0 and other.place >= 0:
+                out[i, j] = found[mine.place, other.place]
+    return out
 
 
 def _let_touch(

@@ -18,6 +18,7 @@ from ..poses import as_transform
 LARGEST = _core.LENGTH_LIMIT  # m: beyond it a length is not in metres
 Point = tuple[float, float, float]
 
+THICK = 1.0  # m: a link, or a point of a cloud, with a larger radius was meant in mm
 _NO_AXES = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 
 
@@ -51,6 +52,12 @@ def _length(shape: str, name: str, value: float, *, positive: bool = False, sign
         bracket = "(" if positive else "["
         raise SceneError(shape, name, number, f"a length in {bracket}{low:g}, {LARGEST:g}] m")
     return number
+
+
+def _thin(shape: str, name: str, radius: float) -> None:
+    """Refuse a radius that no link and no point of a cloud has."""
+    if radius > THICK:
+        raise SceneError(shape, name, radius, "a radius in m: was this in mm?")
 
 
 def _named(shape: str, name: str | None) -> str | None:
@@ -94,6 +101,10 @@ class Ball:
     def _row(self) -> list[float]:
         return [SolidKind.BALL.value, self.radius, *self.center, *self.center, *_NO_AXES]
 
+    def _thickness(self) -> float:
+        """Return the least extent, m."""
+        return 2 * self.radius
+
 
 @dataclass(frozen=True)
 class Capsule:
@@ -125,6 +136,9 @@ class Capsule:
         if self.begin == self.end:
             return Ball(self.begin, self.radius)._row()
         return [SolidKind.CAPSULE.value, self.radius, *self.begin, *self.end, *_NO_AXES]
+
+    def _thickness(self) -> float:
+        return 2 * self.radius
 
 
 @dataclass(frozen=True)
@@ -174,6 +188,9 @@ class Box:
         half = (edge / 2 for edge in self.size)
         return [SolidKind.BOX.value, self.radius, *frame[:3, 3], *half, *frame[:3, :3].T.ravel()]
 
+    def _thickness(self) -> float:
+        return min(self.size) + 2 * self.radius
+
 
 @dataclass(frozen=True)
 class HalfSpace:
@@ -213,6 +230,9 @@ class HalfSpace:
     def _row(self) -> list[float]:
         return [SolidKind.HALF_SPACE.value, 0.0, *self.normal, self.offset, 0.0, 0.0, *_NO_AXES]
 
+    def _thickness(self) -> float:
+        return 0.0
+
 
 def _points(shape: str, points: ArrayLike) -> Floats:
     """Return points (N, 3), N >= 1, as a frozen copy."""
@@ -245,6 +265,9 @@ class _Points:
         shape = type(self).__name__
         _set(self, points=_points(shape, points), radius=_length(shape, "radius", radius))
         _set(self, name=_named(shape, name))
+
+    def _thickness(self) -> float:
+        return float(np.ptp(self.points, axis=0).min()) + 2 * self.radius
 
     def __repr__(self) -> str:
         return (
@@ -294,6 +317,13 @@ class Cloud(_Points):
     >>> aa.Cloud(np.random.default_rng(1).normal(size=(1000, 3)), 0.01, name="seen")
     Cloud(<1000 points>, radius=0.01, name='seen')
     """
+
+    def __init__(self, points: ArrayLike, radius: float, *, name: str | None = None) -> None:
+        super().__init__(points, radius, name=name)
+        _thin("Cloud", "radius", self.radius)
+
+    def _thickness(self) -> float:
+        return 0.0  # its points may lie anywhere
 
     def _row(self) -> list[float]:
         return [SolidKind.BALL.value, self.radius, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, *_NO_AXES]
@@ -432,6 +462,9 @@ class Field:
         half = self.spacing * (np.array(self.distance.shape) - 1) / 2
         middle = (half + self.origin).tolist()
         return [SolidKind.FIELD.value, 0.0, *middle, *half.tolist(), *_NO_AXES]
+
+    def _thickness(self) -> float:
+        return float(self.spacing * (min(self.distance.shape) - 1))
 
 
 _TOO_STEEP = 1.001

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
+from ...arm.arm import Arm
 from ...files.replacing import replacing
 from ...files.scenes import body_toml
 from ...models.body import Body
 from ...models.mjcf import is_mjcf
+from ...scenes.ready import LinkPair, link_pairs
 from ...scenes.shapes import Capsule
 from ..arguments import add_json
 from ..screen import note, show, show_json
@@ -41,11 +44,15 @@ def run(args: argparse.Namespace) -> int:
     """Print the body."""
     if is_mjcf(args.file):
         body = Body.from_mjcf(args.file, args.base, args.tip, shapes=args.shapes)
+        arm = Arm.from_mjcf(args.file, args.base, args.tip)
     else:
         body = Body.from_urdf(args.file, args.base, args.tip, shapes=args.shapes, hulls=args.hulls)
+        arm = Arm.from_urdf(args.file, args.base, args.tip)
+    pairs = link_pairs(arm.with_body(body))
     facts = [_facts(frame, shape) for frame, shapes in body.links for shape in shapes]
     if args.json:
-        show_json({"shapes": facts, "ignore": body.ignore, "notes": body.notes})
+        own = [{"links": pair.links, "apart": pair.apart, "ignored": pair.ignored} for pair in pairs]
+        show_json({"shapes": facts, "pairs": own, "ignore": body.ignore, "notes": body.notes})
     else:
         rows = [
             [str(row["link"]), row["name"], row["kind"], f"{1e3 * row['radius']:.1f}",
@@ -54,13 +61,25 @@ def run(args: argparse.Namespace) -> int:
         ]  # fmt: skip
         show(table(["frame", "link", "shape", "radius mm", "length mm", "litres"], rows, left=(1, 2)))
         show(f"\n{len(facts)} shapes, {1e3 * sum(row['volume'] for row in facts):.1f} litres")
-        for line in body.notes:
+        for line in [*_said(pairs), *body.notes]:
             show(paragraph(line))
     if args.output is not None:
         with replacing(args.output) as file:
             file.write(body_toml(body).encode())
         note(f"wrote {args.output}")
     return 0
+
+
+def _said(pairs: list[LinkPair]) -> Iterator[str]:
+    """Return what is known of own links: who never meets, with proof, and who is asked."""
+    never = [pair for pair in pairs if pair.apart is not None and not pair.ignored]
+    asked = [pair for pair in pairs if pair.apart is None and not pair.ignored]
+    yield "links side by side are not asked about each other"
+    if never:
+        listed = ", ".join(f"{' and '.join(p.links)} ({1e3 * (p.apart or 0.0):.0f} mm)" for p in never)
+        yield f"never meet, proven for all joint values, with the distance that is proven: {listed}"
+    if asked:
+        yield f"asked about each other: {', '.join(' and '.join(pair.links) for pair in asked)}"
 
 
 def _facts(frame: int, shape: Any) -> dict[str, Any]:

@@ -1,0 +1,94 @@
+"""Own links that are proven never to meet are left out, and nothing changes by it but the time."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from support.draw import count, generator
+
+import armangle as aa
+from armangle.scenes.ready import link_pairs, make_ready, never_nearer
+
+Floats = NDArray[np.float64]
+NAMES = ["kuka_iiwa7_r800", "barrett_wam7", "yaskawa_sia5d", "openarm_v10"]
+
+
+def body_of(rng: np.random.Generator) -> aa.Body:
+    """A few balls and capsules on every link."""
+    links = {}
+    for frame in range(8):
+        ball = aa.Ball(rng.normal(size=3) * 0.05, rng.uniform(0.02, 0.06))
+        begin = rng.normal(size=3) * 0.06
+        rod = aa.Capsule(begin, begin + rng.normal(size=3) * 0.05, rng.uniform(0.02, 0.05))
+        links[frame] = [ball, rod, aa.Ball([0, 0, rng.uniform(0, 0.1)], 0.05)]
+    return aa.Body(links)
+
+
+def distances(arm: aa.Arm, q: Floats) -> Floats:
+    """The least distance of each two shapes of the body at postures (m, 7), from points along both."""
+    frames = arm.frames(q)
+    share = np.linspace(0, 1, 9)[:, None]
+    points, radii = [], []
+    for frame, shape in never_nearer(arm)[0]:
+        assert isinstance(shape, aa.Ball | aa.Capsule)
+        begin, end = (shape.center,) * 2 if isinstance(shape, aa.Ball) else (shape.begin, shape.end)
+        along = np.array(begin) + share * np.subtract(end, begin)
+        at = frames[:, frame]
+        points.append(along @ at[:, :3, :3].transpose(0, 2, 1) + at[:, None, :3, 3])
+        radii.append(shape.radius)
+    out = np.empty((len(radii), len(radii)))
+    for i, one in enumerate(points):
+        for j, other in enumerate(points):
+            apart = np.linalg.norm(one[:, :, None] - other[:, None], axis=-1).min()
+            out[i, j] = apart - radii[i] - radii[j]
+    return out
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_posture_brings_shapes_nearer_than_is_proven(name: str) -> None:
+    rng = generator(31, len(name))
+    arm = aa.Arm.from_catalogue(name).with_body(body_of(rng))
+    _, proven = never_nearer(arm)
+    met = distances(arm, rng.uniform(-np.pi, np.pi, (count(400), 7)))
+    known = proven > -np.inf
+    assert known.sum() > 60 and (proven == proven.T).all()
+    assert (proven[known] <= met[known]).all()
+    assert (proven[known] >= 0.3 * met[known]).sum() > 20
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_arcs_are_the_same_bit_for_bit_without_the_proof(name: str) -> None:
+    rng = generator(32, len(name))
+    arm = aa.Arm.from_catalogue(name).with_body(body_of(rng))
+    blocked = 0
+    for clearance in (0.0, 0.03):
+        scene = aa.Scene([aa.Ball([0.3, 0.1, 0.6], 0.1)], clearance=clearance)
+        ready = make_ready(arm, scene)
+        asked = make_ready(arm, scene, ready._replace(apart=np.full_like(ready.apart, -np.inf)))
+        assert (ready.apart > clearance).any()
+        pose, _, gc = arm.forward(rng.uniform(-2, 2, (count(40), 7)))
+        arcs = arm.clear(pose, gc, scene)
+        object.__setattr__(arm, "_ready", (scene, asked))
+        whole = arm.clear(pose, gc, scene)
+        for k in range(len(gc)):
+            assert arcs[k].status is whole[k].status
+            assert str(arcs[k].ends) == str(whole[k].ends)  # their values are NaN
+            assert np.array_equal(arcs[k].intervals, whole[k].intervals)
+            blocked += not arcs[k].is_full
+    assert blocked > 10
+
+
+def test_pairs_say_which_are_proven_which_are_asked_and_which_are_let_touch() -> None:
+    balls = {
+        1: [aa.Ball([0, 0.05, 0], 0.05)],
+        3: [aa.Ball([0, 0, 0], 0.05)],
+        5: [aa.Ball([0, 0, 0.05], 0.05)],
+    }
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_body(aa.Body(balls, ignore=[("link_3", "link_5")]))
+    pairs = {pair.links: pair for pair in link_pairs(arm)}
+    assert list(pairs) == [("link_1", "link_3"), ("link_1", "link_5"), ("link_3", "link_5")]
+    near = pairs["link_1", "link_3"].apart
+    assert near is not None and 0.1 < near <= 0.25  # 0.25 m: d_se of 0.4 m less the radii and 0.05 m
+    assert pairs["link_1", "link_5"].apart is None  # a folded elbow brings the wrist to the shoulder
+    assert [pair.ignored for pair in pairs.values()] == [False, False, True]
