@@ -15,6 +15,7 @@ from .scene import Pairs, Scene, no_scene
 from .shapes import Cloud, Field, Hull, Shape
 
 _CELLS = 400_000  # of joint ranges that own pairs share: some hundredths of a second
+TOO_FAR = 4.0  # lengths of the arm: further nothing is kept off; from people metres are
 TOO_LARGE = 10.0  # times the arm's length: what is larger was meant in mm
 LINKS_OF_A_PAIR = 256  # the core says a pair as obstacle * 256 + link
 
@@ -160,10 +161,9 @@ def _refuse_millimetres(arm: Built, scene: Scene) -> None:
             wanted = f"at most {TOO_LARGE * length:.3g} m, {TOO_LARGE:g} lengths of the arm: was this in mm?"
             raise SceneError(name, "thickness", thick, wanted)
     for what, kept in (("clearance", scene.clearance), ("soft", scene.soft)):
-        if kept > length:
-            raise SceneError(
-                "Scene", what, kept, f"at most the arm's length, {length:.3g} m: was this in mm?"
-            )
+        if kept > TOO_FAR * length:
+            wanted = f"at most {TOO_FAR * length:.3g} m, {TOO_FAR:g} lengths of the arm: was this in mm?"
+            raise SceneError("Scene", what, kept, wanted)
 
 
 _SOLID_WIDTH, _ROD_WIDTH, _POINT_WIDTH, _CORNER_WIDTH, _FIELD_WIDTH = 18, 8, 5, 4, 5
