@@ -69,32 +69,37 @@ struct Tracked {
 };
 
 namespace track_rule {
-inline constexpr double exact = 1e-9;      // m: a tool this near is there
-inline constexpr double rounding = 2e-15;  // rad: what a sum of joint values may round away
-inline constexpr double outside = 1e-9;    // rad: joints this far out of the box were rounded there
-inline constexpr double soft = 0.05;       // rad kept off limits where arcs allow it
-inline constexpr double braking = 0.6;     // share of the acceleration that an approach is planned with
-inline constexpr double turning = 0.3;     // the same of psi
-inline constexpr double ticks = 3.0;       // an approach ends no faster than geometrically over so many
-inline constexpr double regular = 1e-4;    // of H, m^2/rad^2
-inline constexpr double damping = 4e-3;    // the same in addition, of a tool that is late
-inline constexpr double late = 0.0015;     // m from the hand at which all of it is added
-inline constexpr double preview = 0.15;    // s ahead for which psi is chosen
-inline constexpr double fast = 0.1;        // m/s of the wrist at which the elbow's margin is full
-inline constexpr double growing = 0.1;     // s over which that margin grows
-inline constexpr double shrinking = 2.0;   // s over which it shrinks
-inline constexpr double crossing = 0.3;    // rad of theta_2, theta_6 within which both branches are weighed
-inline constexpr double leap = 3.0;        // m/s: a goal that moves faster has jumped
-inline constexpr double standing = 0.02;   // rad/s: joints slower than this, for a stall, stand
-inline constexpr double stall = 0.3;       // s of standing away from a goal after which the arm turns to it
-inline constexpr double lively = 0.02;     // m: a hand that has moved farther makes a new case
-inline constexpr double slow = 0.1;        // m/s: a hand slower than this is waited for with ways round ...
-inline constexpr double patience = 1.0;    // s without coming nearer to it by ...
-inline constexpr double progress = 0.1;    // ... this share, which are a stall beside obstacles
-inline constexpr double turned = 0.05;     // rad from the goal's posture at which turning is over
-inline constexpr double irregular = 0.7;   // sine of theta_2, theta_6 below which psi is turned less
-inline constexpr double worth = 0.005;     // m that another start of the relaxation must gain
-inline constexpr double strayed = 0.1;     // m: a hand this far from where it was makes a way to it void
+inline constexpr double exact = 1e-9;       // m: a tool this near is there
+inline constexpr double rounding = 2e-15;   // rad: what a sum of joint values may round away
+inline constexpr double outside = 1e-9;     // rad: joints this far out of the box were rounded there
+inline constexpr double soft = 0.05;        // rad kept off limits where arcs allow it
+inline constexpr double braking = 0.6;      // share of the acceleration that an approach is planned with
+inline constexpr double turning = 0.3;      // the same of psi
+inline constexpr double ticks = 3.0;        // an approach ends no faster than geometrically over so many
+inline constexpr double regular = 1e-4;     // of H, m^2/rad^2
+inline constexpr double damping = 4e-3;     // the same in addition, of a tool that is late
+inline constexpr double late = 0.0015;      // m from the hand at which all of it is added
+inline constexpr double preview = 0.15;     // s ahead for which psi is chosen
+inline constexpr double fast = 0.1;         // m/s of the wrist at which the elbow's margin is full
+inline constexpr double growing = 0.1;      // s over which that margin grows
+inline constexpr double shrinking = 2.0;    // s over which it shrinks
+inline constexpr double seam = 2e-6;        // rad between limits a whole turn apart
+inline constexpr double negligible = 1e-4;  // rad of that margin
+inline constexpr double crossing = 0.3;     // rad of theta_2, theta_6 within which both branches are weighed
+inline constexpr double leap = 3.0;         // m/s: a goal that moves faster has jumped
+inline constexpr double standing = 0.02;    // rad/s: joints slower than this, for a stall, stand
+inline constexpr double stall = 0.3;        // s of standing away from a goal after which the arm turns to it
+inline constexpr double lively = 0.02;      // m: a hand that has moved farther makes a new case
+inline constexpr double slow = 0.1;         // m/s: a hand slower than this is waited for with ways round ...
+inline constexpr double patience = 1.0;     // s without coming nearer to it by ...
+inline constexpr double progress = 0.1;     // ... this share, which are a stall beside obstacles
+inline constexpr double turned = 0.05;      // rad from the goal's posture at which turning is over
+inline constexpr double irregular = 0.7;    // sine of theta_2, theta_6 below which psi is turned less
+inline constexpr double worth = 0.005;      // m that another start of the relaxation must gain
+inline constexpr double strayed = 0.1;      // m: a hand this far from where it was makes a way to it void
+inline constexpr double gain = 1e-5;        // m nearer to a hand at rest, for which more time is given
+inline constexpr double calm = 1e-3;        // rad of the elbow's margin above that at rest, which is none
+inline constexpr int turns = 8;             // to postures that are tried for a hand
 inline constexpr int ways = 2, most_ways = 600;  // round an obstacle that are tried in a tick, and in all
 inline constexpr int rounds = 6, starts = 16;    // of the relaxation in one tick
 }  // namespace track_rule
@@ -111,7 +116,7 @@ public:
             soft.lower[j] += room;
             soft.upper[j] -= room;
         }
-        plain_ = limit_table(arm, arm.limits);
+        plain_ = limit_table(arm, parted(arm.limits));
         clear_ = limit_table(arm, soft, options.singularity_margin);
         if (options.scene) {
             kept_ = soft_ = *options.scene;
@@ -140,6 +145,7 @@ public:
         tried_ = 0;
         barred_ = 0;
         draw_ = 1;
+        arrived_ = given_up_ = false;
         rest();
         escaping_ = options_.scene && nearest_pair(0.0).room < 0;
         goal_pose_ = user_pose(arm_, chain(arm_, q_.q).flange);
@@ -158,21 +164,30 @@ public:
     const Pose<double>& hand() const noexcept { return hand_.pose(); }
 
     Tracked step(const Command& command) noexcept {
-        const bool timed = command.dt > 0 && command.dt < infinity;
+        const Tracked out = tick(command);
+        note(out.distance, command.dt);
+        return out;
+    }
+
+    /// The same without a note of how far the tool is from the hand, which note() then takes, as it is true
+    /// of another tool.
+    Tracked tick(const Command& command) noexcept {
         const bool valid =
             command.pose && is_rigid(*command.pose) && norm(command.pose->position) <= tolerance::length;
-        Tick t{timed ? command.dt : options_.dt, chain(arm_, q_.q)};
+        Tick t{seconds(command.dt), chain(arm_, q_.q)};
         const bool misled = command.elbow && !says_something(*command.elbow);
         t.elbow = misled ? nullptr : command.elbow;
         t.gc = configuration(arm_, t.now.theta);
-        if (command.reconfigure >= 0 && command.reconfigure < configurations &&
-            command.reconfigure != index(t.gc)) {
-            turning_to_ = command.reconfigure;
-            legs_ = 0;
-            forget();
-        }
         hand_.tick(valid ? command.pose : nullptr, t.dt);
         see(command);
+        if (command.reconfigure >= 0 && command.reconfigure < configurations &&
+            command.reconfigure != index(t.gc)) {
+            rest();
+            forget();
+            turning_to_ = command.reconfigure;
+            asked_ = true;
+            given_up_ = false;
+        }
         std::optional<Guard> guard;
         box(t);
         if (options_.scene) {
@@ -182,13 +197,15 @@ public:
         }
         Goal goal;
         Joints next;
-        if (tried_ > 0 && size(difference(tried_for_, wanted_), options_.length) > track_rule::lively)
-            tried_ = 0;
-        if (legs_ > 0 && size(difference(sought_, wanted_), options_.length) > track_rule::strayed) rest();
-        if (seek(t, goal, next)) {
-            forget();
-            tried_ = 0;
+        heed_hand(t);
+        const bool there = seek(t, goal, next);
+        arrived_ = there && !given_up_;
+        if (given_up_) {
+            stand(t, next);
+        } else if (there) {
+            fixed_ ? meet() : forget();
             rest();
+            given_up_ = fixed_ && creeps();
         } else if (turning_to_ >= 0) {
             turn(t, goal, next);
         } else {
@@ -196,6 +213,15 @@ public:
         }
         goal_pose_ = goal.pose;
         return finish(t, goal, next, valid, misled);
+    }
+
+    void note(double distance, double dt) noexcept {
+        if (!fixed_) return;
+        if (turning_to_ < 0) idle_ += seconds(dt);
+        const bool met = distance <= track_rule::exact && closest_ > 0;
+        if (!met && !(distance < closest_ - track_rule::gain)) return;
+        closest_ = met ? 0.0 : distance;
+        idle_ = 0;
     }
 
 private:
@@ -216,9 +242,13 @@ private:
         double psi = 0, gap = 0;
         Status why = Status::OK;
         bool posture_only = false;    // the pose may have no arc: only this posture
+        int gc = 0;                   // of that posture
         Status blocked = Status::OK;  // or why obstacles leave no posture of the pose
         Tag pair = 0;                 // the one that blocks all of them alone; 0: none does
     };
+
+    /// Of a tick: as told, or that of the options.
+    double seconds(double dt) const noexcept { return dt > 0 && dt < infinity ? dt : options_.dt; }
 
     /// Whether a hint says something: a point, or a direction that has a length.
     static bool says_something(const Towards& hint) noexcept {
@@ -235,6 +265,47 @@ private:
         wanted_ = seen * wanted_;
         speed_ = {seen.rotation * speed_.linear + command.drift, seen.rotation * speed_.angular};
     }
+
+    /// A hand that has moved makes a new case: what was tried for another one does not count.
+    void heed_hand(const Tick& t) noexcept {
+        const Towards hint = t.elbow ? *t.elbow : Towards{};
+        const double speed = size(hand_.velocity(), options_.length);
+        fixed_ = max(speed, gone_from(before_)) <= track_rule::exact &&
+                 norm(hint.target - hinted_.target) == 0 && hint.wish == hinted_.wish;
+        hinted_ = hint;
+        before_ = hand_.pose();
+        given_up_ = given_up_ && fixed_;
+        if (!fixed_) {
+            closest_ = infinity;
+            idle_ = 0;
+        }
+        if (tried_ > 0 && gone_from(tried_for_) > track_rule::lively) tried_ = 0;
+        if (legs_ == 0 || !(gone_from(sought_) > track_rule::strayed)) return;
+        if (asked_) {
+            legs_ = 0;
+        } else {
+            rest();
+        }
+    }
+
+    double gone_from(const Pose<double>& hand) const noexcept {
+        return size(difference(hand, hand_.pose()), options_.length);
+    }
+
+    /// Limits a whole turn apart leave every angle, but no way from one to the other: they are drawn in, so
+    /// that an arc ends there.
+    static Limits parted(Limits limits) noexcept {
+        for (int j = 0; j < joints; ++j) {
+            const double over = limits.upper[j] - limits.lower[j] - two_pi + track_rule::seam;
+            if (!(over > 0 && over <= 2.0 * track_rule::seam)) continue;
+            limits.lower[j] += 0.5 * over;
+            limits.upper[j] -= 0.5 * over;
+        }
+        return limits;
+    }
+
+    /// How fast the hand goes on: one that does not move leads nowhere, wherever the joints seem to lead it.
+    Twist heading() const noexcept { return fixed_ ? Twist{} : speed_; }
 
     // -- bounds
 
@@ -304,7 +375,7 @@ private:
         if (posture)
             relaxing_ = false;
         else
-            relax(t, on_one_side(arm_, elbow_side(t), margin), goal);
+            relax(t, one_side(elbow_side(t), margin), goal);
         return in_branch && exact(t, goal, next);
     }
 
@@ -312,7 +383,7 @@ private:
     /// leave none.
     bool within(const Tick& t, const Circle<double>& c, double margin, Goal& goal) noexcept {
         const Pose<double>& wanted = wanted_;
-        const Limits limits = on_one_side(arm_, elbow_side(t), margin);
+        const Limits limits = one_side(elbow_side(t), margin);
         const Drawn drawn = drawn_in_reach(arm_, reach_shell(arm_, limits), wanted, t.now.flange);
         goal.pose = drawn.pose;
         goal.gap = drawn.gap;
@@ -330,10 +401,24 @@ private:
         return q_.q[3] - 2.0 * arm_.sign[3] * detail::elbow_bend(arm_, q_.q[3]);
     }
 
+    /// The limits with joint 4 on its side of the stretched arm, that far off straight where its own limits
+    /// leave that, and else as far as at rest; off folded always as at rest.
+    Limits one_side(double q_4, double margin) const noexcept {
+        const double side = detail::elbow_bend(arm_, q_4) < 0 ? -1.0 : 1.0;
+        Limits out = on_one_side(arm_, q_4, options_.still_margin), narrow = out;
+        keep_on_side(arm_, 3, q_4, side, margin, narrow);
+        if (arm_.sign[3] * side > 0) {
+            out.lower[3] = narrow.lower[3];
+        } else {
+            out.upper[3] = narrow.upper[3];
+        }
+        return out;
+    }
+
     /// The elbow keeps off straight while the wrist is fast, and bends in time for a wrist that comes in.
     void grow_margin(const Tick& t, const Circle<double>& c) noexcept {
         const Vec3<double> wrist = c.w * c.distance, from_base = wrist + Vec3<double>{0, 0, arm_.d_bs};
-        const Twist& hand = speed_;
+        const Twist hand = heading();
         const Vec3<double> arm_to_hand =
             arm_.base.rotation * from_base + arm_.base.position - wanted_.position;
         const Vec3<double> speed =
@@ -343,6 +428,7 @@ private:
             options_.still_margin + share * max(options_.elbow_margin - options_.still_margin, 0.0);
         const double lasting = wanted > margin_ ? track_rule::growing : track_rule::shrinking;
         margin_ += (wanted - margin_) * -std::expm1(-t.dt / lasting);
+        if (abs(wanted - margin_) < track_rule::negligible) margin_ = wanted;
         ahead_ = bend_ahead(arm_, wrist, speed, options_.velocity[3], options_.acceleration[3]);
     }
 
@@ -361,6 +447,8 @@ private:
         double least = infinity;
         const auto offer_all = [&](bool avoid) {
             if (turning_to_ >= 0) return offer(t, c, configuration(turning_to_), avoid, least, goal);
+            if (arrived_ && fixed_) offer(t, c, t.gc, avoid, least, goal);
+            if (least < infinity) return;
             const bool shoulder = abs(wrap(t.now.theta[1])) < track_rule::crossing,
                        wrist = abs(wrap(t.now.theta[5])) < track_rule::crossing;
             for (int flip = 0; flip < 4; ++flip) {
@@ -396,6 +484,7 @@ private:
         least = cost;
         goal.at = at;
         goal.psi = psi;
+        goal.gc = index(gc);
     }
 
     /// The psi to go to on a self-motion: that of least motion, turned towards the hint, or else to where the
@@ -454,10 +543,10 @@ private:
 
     /// psi of the elbow whose joints will have room where the hand will be.
     double foreseen(const SelfMotion<double>& m, double psi) const noexcept {
-        const Twist& hand = speed_;
+        const Twist hand = heading();
         if (turning_to_ >= 0 || size(hand, options_.length) * track_rule::preview < tolerance::angle)
             return psi;
-        const Pose<double> there = moved_by(wanted_, speed_ * track_rule::preview);
+        const Pose<double> there = moved_by(wanted_, hand * track_rule::preview);
         const SelfMotion<double> ahead = self_motion(arm_, circle(arm_, flange_pose(arm_, there)), m.gc);
         if (is_folded(ahead.circle) || is_unreachable(ahead.circle)) return psi;
         const auto axis = [](const Triad<double>& on, double angle) {
@@ -478,7 +567,14 @@ private:
         const Joints before = relaxing_ ? relaxed_ : q_;
         Joints from = before;
         double least = detail::distance(arm_, before.q, wanted, options_.length, rest);
-        if (relaxing_) least -= track_rule::worth;
+        if (relaxing_) {
+            least -= track_rule::worth;
+            const double here = detail::distance(arm_, q_.q, wanted, options_.length, rest);
+            if (here < least) {
+                least = here;
+                from = q_;
+            }
+        }
         const SelfMotion<double> m = self_motion(arm_, circle(arm_, flange_pose(arm_, goal.pose)), t.gc);
         for (int i = 0; i < track_rule::starts; ++i) {
             const SinCos<double> at = sin_cos(two_pi / track_rule::starts * i);
@@ -495,6 +591,7 @@ private:
         const Chain there = chain(arm_, relaxed_.q);
         goal.pose = user_pose(arm_, there.flange);
         goal.psi = arm_angle(triad(arm_, there.flange), there.z3);
+        goal.gc = index(configuration(arm_, there.theta));
         goal.posture_only = true;
     }
 
@@ -609,30 +706,43 @@ private:
         t.guard->restrain(v);
     }
 
-    /// A tool that stands still although its goal can be taken is held by a joint at its limit that has to
-    /// turn back, or by an obstacle: the arm then turns to the goal's posture, or to another of its pose, by
-    /// a way that is clear. A hand that trembles makes an arm that does, so that then only a tool that is far
-    /// from its goal counts.
+    /// A tool that stands still, or comes no nearer, although its goal can be taken is held by a joint at its
+    /// limit that has to turn back, or by an obstacle: the arm then turns to the goal's posture, or to
+    /// another of its pose, by a way that is clear. A hand that trembles makes an arm that does, so that then
+    /// only a tool that is far from its goal counts. When all turns for a hand that does not move are spent
+    /// the arm stands.
     void watch(const Tick& t, const Goal& goal) noexcept {
         const double off = size(difference(user_pose(arm_, t.now.flange), goal.pose), options_.length);
-        const double speed = size(speed_, options_.length);
-        const bool far = off > track_rule::worth, still = has_stalled(t);
-        const bool stuck = t.guard && far && no_nearer(t, off, speed);
-        if ((still && (far || !(speed > track_rule::exact))) || stuck) searching_ = true;
-        if (!searching_ || goal.blocked != Status::OK) return;
-        if (!t.guard) {
-            searching_ = false;
-            turning_to_ = index(t.gc);
-            forget();
-        } else if (!weary()) {
+        const bool counts = fixed_ || off > track_rule::worth, still = has_stalled(t);
+        const bool stuck = no_nearer(t, off) || still;
+        if (stuck && counts) searching_ = true;
+        if (!searching_) return;
+        if (weary() || goal.blocked != Status::OK) {
+            given_up_ = fixed_ && idle_ >= track_rule::patience;
+        } else if (t.guard) {
             search(t, goal);
+        } else {
+            if (tried_ == 0) tried_for_ = hand_.pose();
+            tried_ += track_rule::most_ways / track_rule::turns;
+            turn_to(goal.at, goal.gc);
         }
     }
 
+    /// From now on straight to a posture.
+    void turn_to(const Joints& at, int gc) noexcept {
+        leg_[0] = at;
+        legs_ = 1;
+        turning_to_ = gc;
+        sought_ = hand_.pose();
+        searching_ = false;
+        forget();
+    }
+
     /// Whether the tool has come no nearer to the goal of a slow hand for some time.
-    bool no_nearer(const Tick& t, double off, double speed) noexcept {
+    bool no_nearer(const Tick& t, double off) noexcept {
         waited_ += t.dt;
-        if (off < (1.0 - track_rule::progress) * nearest_ || speed > track_rule::slow) {
+        const bool fast = size(speed_, options_.length) > track_rule::slow;
+        if (off < (1.0 - track_rule::progress) * nearest_ || (fast && !fixed_)) {
             nearest_ = off;
             waited_ = 0;
         }
@@ -651,7 +761,7 @@ private:
             keep_clear(arm_, kept_, m, own, arcs);
         if (tried_ == 0) {
             barred_ = 0;
-            tried_for_ = wanted_;
+            tried_for_ = hand_.pose();
         }
         for (int k = 0; k < track_rule::ways; ++k) {
             const bool first = tried_++ == 0;
@@ -667,13 +777,8 @@ private:
                 via.q[j] = min(max(via.q[j], low), high);
             }
             if (!t.guard->clear(q_.q, via.q, pair) || !t.guard->clear(via.q, to.q, pair)) continue;
-            leg_[0] = to;
-            leg_[1] = via;
-            legs_ = 2;
-            sought_ = wanted_;
-            turning_to_ = index(t.gc);
-            searching_ = false;
-            forget();
+            turn_to(to, index(t.gc));
+            leg_[legs_++] = via;
             return;
         }
         if (weary()) searching_ = false;
@@ -700,14 +805,19 @@ private:
     /// Turns no longer.
     void rest() noexcept {
         turning_to_ = -1;
+        asked_ = false;
         legs_ = 0;
         searching_ = false;
     }
 
     /// Whether no joint has gone anywhere for the time of a stall.
     bool has_stalled(const Tick& t) noexcept {
+        constexpr double lasting = track_rule::stall;
         for (int j = 0; j < joints; ++j) {
-            if (abs(q_.q[j] - stood_.q[j]) <= track_rule::standing * track_rule::stall) continue;
+            const double possible =
+                0.25 * min(options_.velocity[j], lasting * options_.acceleration[j]);  // from rest
+            const double slowest = min(track_rule::standing, possible);
+            if (abs(q_.q[j] - stood_.q[j]) <= slowest * lasting) continue;
             stood_ = q_;
             stood_for_ = 0;
             searching_ = false;
@@ -717,6 +827,15 @@ private:
         return stood_for_ >= track_rule::stall;
     }
 
+    /// The tool is where it is wanted, and the hand does not move: any leaving counts as no progress.
+    void meet() noexcept { nearest_ = stood_for_ = 0; }
+
+    /// Whether the tool is at its goal, which is not the hand, and comes no nearer to the hand.
+    bool creeps() const noexcept {
+        const bool calm = margin_ - options_.still_margin < track_rule::calm;
+        return calm && closest_ > track_rule::exact && idle_ >= track_rule::patience;
+    }
+
     /// The tool is where it is wanted, or on a new way there.
     void forget() noexcept {
         stood_for_ = 0;
@@ -724,18 +843,26 @@ private:
         nearest_ = infinity;
     }
 
-    /// Straight to the goal's posture, or along the way that was found, whatever the tool does on it.
+    /// Straight to a posture of the goal, kept from the first tick on, or along the way that was found,
+    /// whatever the tool does on it.
     void turn(const Tick& t, const Goal& goal, Joints& next) noexcept {
+        if (legs_ == 0) {
+            leg_[legs_++] = goal.at;
+            sought_ = hand_.pose();
+        }
         double way[joints], v[joints], longest = 0;
-        const Joints& to = legs_ > 0 ? leg_[legs_ - 1] : goal.at;
+        const Joints& to = leg_[legs_ - 1];
         for (int j = 0; j < joints; ++j) {
             way[j] = to.q[j] - q_.q[j];
             longest = max(longest, abs(way[j]));
         }
         const double k = pace(way, t.dt);
-        if (longest < track_rule::turned && (legs_ > 0 || turning_to_ == index(t.gc))) {
-            if (legs_ > 0) --legs_;
-            if (legs_ == 0) turning_to_ = -1;
+        if (longest < track_rule::turned) {
+            if (legs_ > 1) {
+                --legs_;
+            } else if (!fixed_) {
+                rest();
+            }
         }
         for (int j = 0; j < joints; ++j) v[j] = min(max(k * way[j], t.lower[j]), t.upper[j]);
         if (t.guard) {
@@ -747,12 +874,20 @@ private:
             least_squares(t, p, v);
         }
         if (has_stalled(t)) {  // an obstacle is in the way all the same, or that branch has no posture
-            if (t.guard && legs_ > 0) tried_ += track_rule::most_ways / 8;
-            if (t.guard && legs_ == 0 && !goal.posture_only) tried_ = track_rule::most_ways;
-            tried_for_ = wanted_;
+            if (t.guard && !(asked_ && goal.posture_only))
+                tried_ += track_rule::most_ways / (asked_ ? 1 : track_rule::turns);
+            tried_for_ = hand_.pose();
             rest();
             forget();
         }
+        go(t, v, next);
+    }
+
+    /// Comes to rest, and stays: all that was tried for a hand that does not move led nowhere.
+    void stand(const Tick& t, Joints& next) noexcept {
+        double v[joints];
+        for (int j = 0; j < joints; ++j) v[j] = min(max(0.0, t.lower[j]), t.upper[j]);
+        if (t.guard) t.guard->restrain(v);
         go(t, v, next);
     }
 
@@ -797,7 +932,7 @@ private:
             out.why = fastest ? Status::VELOCITY_LIMIT : Status::ACCELERATION_LIMIT;
         const Tag met = t.guard ? t.guard->blocking() : 0;
         if (out.status == Tracking::LAGGING && met) out.why = Status::CLEARANCE;
-        const bool ended = t.guard && weary() && stood_for_ >= track_rule::stall;
+        const bool ended = given_up_ || (weary() && stood_for_ >= track_rule::stall);
         if (out.status == Tracking::LAGGING && ended) {
             out.status = Tracking::NEAREST;
             out.why = met || barred_ ? Status::CLEARANCE : Status::LIMITS;
@@ -835,18 +970,25 @@ private:
     double margin_ = 0;  // rad off straight that joint 4 keeps while the hand is so fast
     double ahead_ = 0;   // the same, in time for the hand
     Crossing crossing_;
-    int turning_to_ = -1;   // the branch whose posture is gone to joint by joint; -1: none
-    Joints stood_{};        // where the arm stands, or last did
-    double stood_for_ = 0;  // s that it has, away from its goal
-    double nearest_ = 0;    // m that the tool has come near to its goal ...
-    double waited_ = 0;     // ... and s since
+    int turning_to_ = -1;                    // the branch whose posture is gone to joint by joint; -1: none
+    bool asked_ = false;                     // for by the operator
+    Joints stood_{};                         // where the arm stands, or last did
+    double stood_for_ = 0;                   // s that it has, away from its goal
+    double nearest_ = 0;                     // m that the tool has come near to its goal ...
+    double waited_ = 0;                      // ... and s since
+    Towards hinted_{};                       // of the tick before ...
+    Pose<double> before_ = identity_pose();  // ... and the hand
+    bool fixed_ = false;                     // neither hand nor hint move; of such a hand:
+    bool arrived_ = false;                   // the last tick was at its goal
+    bool given_up_ = false;
+    double closest_ = infinity, idle_ = 0;  // m that the tool has come near to it, and s since
     bool relaxing_ = false;
     bool searching_ = false;                    // for a way round what the arm stands at
     int tried_ = 0;                             // ways round, since the hand moved ...
     Pose<double> tried_for_ = identity_pose();  // ... from here
     int legs_ = 0;                              // of the way that was found, still to go
     Joints leg_[2]{};                           // the last one first
-    Pose<double> sought_ = identity_pose();     // the hand that it was found for
+    Pose<double> sought_ = identity_pose();     // the hand that it was found for, as it was told
     Tag barred_ = 0;                            // who bars the straight way
     std::uint32_t draw_ = 1;
     bool escaping_ = false;  // the arm began where it touches

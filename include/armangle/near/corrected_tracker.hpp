@@ -82,7 +82,7 @@ public:
                 told.elbow = &elbow;
             }
             tracker_ = before;
-            out = tracker_.step(told);
+            out = tracker_.tick(told);
             const Pose<double> then = correction(arm_, out.q), &hand = tracker_.hand();
             if (size(difference(seen * hand, then * hand), length_) <= near_rule::stays) break;
             const Guess now{seen, then};
@@ -91,6 +91,7 @@ public:
         }
         drift_ = (correction(arm_, out.q).position - start.position) * (1.0 / time);
         tell(out);
+        tracker_.note(out.distance, command.dt);
         return out;
     }
 

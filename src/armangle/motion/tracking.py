@@ -149,6 +149,9 @@ class Tracker:
     goes where no small move comes nearer. The branch is kept, but for theta_2 = 0 and theta_6 = 0, where two
     branches meet and the arm passes through.
 
+    A command that does not move brings the arm to rest: on the hand, or, where its branch has no posture for
+    the hand, as near as was found.
+
     The joints returned keep, judged by themselves, ``|v| <= velocity`` and ``|v - v before| <=
     acceleration·dt`` with ``v = (q - q before) / dt``, and can always brake before their limits.
 

@@ -1,0 +1,127 @@
+"""A command that does not move brings every arm to rest: on the hand, or as near as its branch allows."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from support import draw
+from support.ticks import DT, check_bounds
+
+import armangle as aa
+
+Array = NDArray[np.float64]
+
+STILL = 0.05  # rad off straight, and off folded, that joint 4 keeps at rest
+SECONDS = 45.0
+HANDS = draw.count(2, len(aa.catalogue()))
+
+# Starts, and postures whose tool is where the hand is, that made the arm turn for ever.
+ENDLESS = {
+    "kuka_iiwa7_r800": (
+        [1.6306, -0.8724, -2.9542, 0.7339, 0.295, 1.6432, -1.4406],
+        [-2.4148, -1.2014, 0.1111, -2.0405, 0.0731, 0.2019, -2.2032],
+    ),
+    "kuka_iiwa14_r820": (
+        [1.2175, -0.3049, 1.4764, 1.9054, -2.5426, 1.0293, 1.4972],
+        [-1.7013, 0.4929, -0.1072, 2.0215, -0.7497, -0.9298, 1.5253],
+    ),
+    "yaskawa_sia5d": (
+        [1.9773, 0.5699, -2.2839, 1.9774, -0.8619, 0.143, -0.4439],
+        [-2.3976, 0.2331, -0.6563, 1.0485, 0.6129, 0.4564, -0.9855],
+    ),
+    "iit_icub_left": (
+        [-0.5234, 0.4791, -0.2247, 0.1619, 0.6885, 0.0174, 0.0581],
+        [-0.7092, 0.1898, 0.259, 1.3713, 0.1011, -0.8607, -0.3432],
+    ),
+    "human_arm_left": (
+        [2.625, 1.0705, -0.6244, 1.1387, 0.3815, 0.686, -0.2526],
+        [2.9852, -0.241, 1.7034, 2.0285, -0.0276, 1.275, 0.2996],
+    ),
+    "barrett_wam7": (
+        [1.143, 1.5024, 0.146, 0.7583, -0.6708, 1.3595, -1.0435],
+        [-1.5224, -0.1831, -0.0056, 0.4432, -0.4635, 1.172, 0.3174],
+    ),
+    "franka_fr3": (
+        [2.5271, 0.751, 1.3833, -0.2307, -1.3037, 1.5752, -0.4672],
+        [1.5873, 0.8128, 2.3681, -2.2606, 1.2055, 1.4876, -2.5573],
+    ),
+}
+
+
+def named(name: str) -> aa.Arm | aa.OffsetArm:
+    return aa.OffsetArm.from_catalogue(name) if name in aa.offset_catalogue() else aa.Arm.from_catalogue(name)
+
+
+def at_rest(arm: aa.Arm | aa.OffsetArm, start: Array, hand: Array) -> aa.Tracked:
+    """What is said after a while of a constant hand, the arm being at rest then."""
+    known = np.isfinite(arm.velocity).all()
+    tracker = aa.Tracker(arm, DT, velocity=True if known else 3.0)
+    tracker.start(start)
+    ticks = round((SECONDS + 7.0 / (arm.velocity.min() if known else 3.0)) / DT)
+    q = tracker.run(np.repeat(hand[None], ticks, axis=0))
+    assert np.abs(np.diff(q[-500:], axis=0)).sum() < 1e-9
+    if known:
+        check_bounds(arm, np.concatenate([start[None], q]), np.full(ticks, DT))
+    now = tracker.step(hand)
+    assert now.status in (aa.Tracking.FOLLOWING, aa.Tracking.NEAREST)
+    assert (now.status == aa.Tracking.FOLLOWING) == (now.distance <= 1e-9)
+    return now
+
+
+@pytest.mark.parametrize("name", ENDLESS)
+def test_what_turned_for_ever_comes_to_rest(name: str) -> None:
+    start, there = np.array(ENDLESS[name])
+    arm = named(name)
+    at_rest(arm, start, arm.forward(there)[0])
+
+
+@pytest.mark.parametrize("name", [*aa.catalogue(), *aa.offset_catalogue()])
+def test_every_constant_hand_brings_the_arm_to_rest(name: str) -> None:
+    arm = named(name)
+    rng = draw.generator(*name.encode())
+    lower, upper = np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi)
+    room = 0.02 * (upper - lower)
+    for _ in range(HANDS):
+        start, there = rng.uniform(lower + room, upper - room, (2, 7))
+        hand = np.asarray(arm.forward(there)[0])
+        now = at_rest(arm, start, hand)
+        if now.status == aa.Tracking.FOLLOWING or isinstance(arm, aa.OffsetArm):
+            continue
+        arcs = arm.feasible(hand, now.gc)
+        if arcs.is_empty:
+            continue
+        held = arm.inverse(hand, arcs.nearest(now.psi), now.gc, seed=now.q)
+        bend = arm.signs[3] * held[3] + arm.offsets[3] - arm._handle.delta
+        assert abs(np.sin(bend)) < np.sin(STILL), "the arm stands although its branch holds the hand"
+
+
+@pytest.mark.parametrize("name", ["human_arm_left", "barrett_wam7"])
+def test_a_hand_with_a_folded_elbow_is_reached(name: str) -> None:
+    """A margin off straight was kept off folded too, 0.8 rad of it."""
+    arm = aa.Arm.from_catalogue(name)
+    delta = arm._handle.delta
+    for bend in (2.4, 2.5, 2.6):
+        there = 0.5 * (arm.lower + arm.upper) + 0.1
+        there[3] = arm.signs[3] * (bend + delta - arm.offsets[3])
+        if not arm.lower[3] < there[3] < arm.upper[3]:
+            continue
+        start = there.copy()
+        start[3] -= 1.0 * arm.signs[3]
+        assert at_rest(arm, start, arm.forward(there)[0]).status == aa.Tracking.FOLLOWING
+
+
+def test_a_hand_that_moves_again_is_followed_again() -> None:
+    start, there = np.array(ENDLESS["iit_icub_left"])
+    arm = aa.Arm.from_catalogue("iit_icub_left")
+    tracker = aa.Tracker(arm, DT)
+    tracker.start(start)
+    far = arm.forward(there)[0].copy()
+    far[:3, 3] += 1.0
+    for _ in range(5000):
+        now = tracker.step(far)
+    assert now.status == aa.Tracking.NEAREST
+    back = arm.forward(now.q)[0]
+    for _ in range(2500):
+        now = tracker.step(back)
+    assert now.status == aa.Tracking.FOLLOWING
