@@ -2,13 +2,16 @@
 
 Random arms with signs, zero offsets, base and tool, every other one mirrored. Of `cases` postures each is
 met again by its own branch; of `cases` / 20 sets of arcs every value drawn is judged as the inverse judges
-it; of `cases` / 125 questions nothing on a grid of all branches is nearer than `solve`.
+it; of `cases` / 125 questions nothing on a grid of all branches is nearer than `solve`. As many questions are
+asked beside straight joints and folds (support/delicate.py): the answer is never beyond a limit nor off the
+pose; how often a posture as near as the one that the pose came from is missed is counted.
 """
 
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass
+from collections import Counter
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +19,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from laws.test_offset import random_arm
+from support.delicate import delicate_offset
 
 import armangle as aa
 
@@ -37,6 +41,7 @@ class Counts:
     widest: float = 0.0
     questions: int = 0
     farther: int = 0
+    delicate: Counter[str] = field(default_factory=Counter)
 
 
 def an_arm(rng: np.random.Generator, k: int) -> aa.OffsetArm:
@@ -93,9 +98,20 @@ def look_at_nearest(arm: aa.OffsetArm, rng: np.random.Generator, counts: Counts)
         counts.farther += int(not found.distance[i] <= least + 1e-9)
 
 
+def look_beside_straight(arm: aa.OffsetArm, number: int, seed: int, counts: Counts) -> None:
+    """The nearest posture where joints are beside straight."""
+    for k in range(QUESTIONS_AN_ARM):
+        case = delicate_offset(QUESTIONS_AN_ARM * number + k, seed, arm)
+        faults = case.faults()
+        counts.delicate.update(["asked", *faults])
+        if {"beyond", "missed"} & set(faults):
+            print(f"seed {seed}, delicate case {case}: {faults}", flush=True)
+
+
 def main(cases: int, seed: int) -> int:
     """Print the counts; return how many cases were wrong."""
     rng, counts, k = np.random.default_rng(seed), Counts(), 0
+    catalogue = [aa.OffsetArm.from_catalogue(name) for name in aa.offset_catalogue()]
     while min(counts.postures / cases, 20 * counts.sets / cases, 125 * counts.questions / cases) < 1:
         arm = an_arm(rng, k)
         if counts.postures < cases:
@@ -104,6 +120,8 @@ def main(cases: int, seed: int) -> int:
             look_at_arcs(arm, rng, counts)
         if 125 * counts.questions < cases:
             look_at_nearest(arm, rng, counts)
+            named = catalogue[k % len(catalogue)] if k % 2 else arm
+            look_beside_straight(named, k, seed, counts)
         k += 1
     print(
         f"{k} arms: {counts.postures} postures, pose off by {counts.off:.1g} at most, {counts.lost} not met"
@@ -113,7 +131,9 @@ def main(cases: int, seed: int) -> int:
         f"with more than 1e-7 rad unproven, the most {counts.widest:.1g} rad"
     )
     print(f"{counts.questions} questions: {counts.farther} answered farther than a grid of {GRID} x 8")
-    return counts.lost + counts.misjudged + counts.farther
+    print(f"beside straight joints: {dict(counts.delicate)}")
+    never = counts.delicate["beyond"] + counts.delicate["missed"]
+    return counts.lost + counts.misjudged + counts.farther + never
 
 
 if __name__ == "__main__":

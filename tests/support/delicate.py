@@ -15,6 +15,7 @@ OFF = [0.0] + [sign * 10.0**-k for k in range(6, 14) for sign in (1, -1)]
 """How far a hinge is off straight, rad."""
 
 HINGES = ((), (1,), (3,), (5,), (1, 3), (1, 5), (3, 5), (1, 3, 5))
+OFFSET_HINGES = ((), (1,), (3,), (4,), (1, 3), (1, 4), (3, 4), (1, 3, 4))
 KINDS = ("free", "one locked", "some locked", "all but one locked", "tight", "at a limit")
 METRICS = ("l2", "l2", "max", "best")
 
@@ -95,3 +96,50 @@ def delicate(number: int, seed: int) -> Delicate:
     near = np.clip(near, lower - 6.2, upper + 6.2)
     pose = arm.forward(q, undefined="nan")[0]
     return Delicate(number, arm, q, pose, near, METRICS[int(rng.integers(4))], kind, hinges)
+
+
+@dataclass(frozen=True)
+class DelicateOffset:
+    """A posture `q` within the limits of an offset arm, its pose, and a seed."""
+
+    number: int
+    arm: aa.OffsetArm
+    q: Array
+    pose: Array
+    near: Array
+    hinges: tuple[int, ...]
+
+    def __str__(self) -> str:
+        beside = "".join(str(hinge + 1) for hinge in self.hinges)
+        return f"{self.number}-{self.arm.rows.name}-{beside or 'regular'}"
+
+    def faults(self) -> dict[str, float]:
+        """Return what is wrong with the solution, and by how much (rad; of the pose: m)."""
+        found = self.arm.solve(self.pose, self.near)
+        if not found.ok:
+            return {"none": np.inf}
+        beyond = float(np.maximum(self.arm.lower - found.q, found.q - self.arm.upper).max())
+        missed = float(np.abs(self.arm.forward(found.q)[0] - self.pose).max())
+        excess = float(found.distance - np.linalg.norm(self.q - self.near))
+        wrong = {"beyond": (beyond, 0.0), "missed": (missed, 1e-12), "farther": (excess, 1e-6)}
+        return {name: value for name, (value, most) in wrong.items() if value > most}
+
+
+def delicate_offset(number: int, seed: int, arm: aa.OffsetArm) -> DelicateOffset:
+    """Return such a question of an offset arm: theta_2 and the elbow beside straight, theta_5 beside a fold.
+
+    The seed is the posture, one beside it, or one anywhere.
+    """
+    rng = np.random.default_rng([number, seed, 91])
+    q = rng.uniform(arm.lower, arm.upper)
+    hinges = OFFSET_HINGES[int(rng.integers(len(OFFSET_HINGES)))]
+    zero = {1: 0.0, 3: arm.rows.delta, 4: np.pi / 2}
+    for hinge in hinges:
+        joint = hinge if arm.free_joint == 7 else 6 - hinge
+        straight = arm.rows.signs[joint] * (zero[hinge] - arm.rows.offsets[joint])
+        q[joint] = straight + rng.choice(OFF)
+    q = np.clip(q, arm.lower, arm.upper)
+    beside = q + rng.normal(0, 10.0 ** -rng.uniform(0, 6), 7)
+    near = (q, beside, rng.uniform(arm.lower, arm.upper))[int(rng.integers(3))]
+    near = np.clip(near, arm.lower - 6, arm.upper + 6)
+    return DelicateOffset(number, arm, q, arm.forward(q)[0], near, hinges)

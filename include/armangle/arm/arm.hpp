@@ -125,6 +125,9 @@ inline Arm with_free_roll(const Arm& arm) noexcept {
     return make_arm(p);
 }
 
+/// The arm whose limits, psi and GC an arm has: itself, or of other kinds of arms the one that stands for it.
+inline const Arm& nominal(const Arm& arm) noexcept { return arm; }
+
 /// 0T7 of a pose given by the user: base^-1 pose tool^-1.
 template <class T>
 ARMANGLE_INLINE Pose<T> flange_pose(const Arm& arm, Pose<T> pose) noexcept {

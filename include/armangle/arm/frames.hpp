@@ -71,6 +71,11 @@ ARMANGLE_INLINE Chain chain(const Arm& arm, const JointLanes& q) noexcept {
 /// The chain of seven joint values.
 inline Chain chain(const Arm& arm, const double* q) noexcept { return chain(arm, joint_lanes(q)); }
 
+/// The pose of the tool at joint values q, as the user sees it.
+inline Pose<double> tool_pose(const Arm& arm, const double* q) noexcept {
+    return user_pose(arm, chain(arm, q).flange);
+}
+
 /// The DH frames 0..7 at joint values q, in the frame that poses are given in: base 0Ti; the last is the
 /// flange, without the tool.
 inline void frames(const Arm& arm, const double* q, Pose<double> (&out)[joints + 1]) noexcept {

@@ -63,7 +63,6 @@ inline constexpr double noise = 1e-12;      // of a joint's value, where costs a
 inline constexpr int work = 2000;           // splits of a first box, and no more: a hundred are many
 inline constexpr int all_work = 20000;      // splits for one pose, of about a microsecond each
 inline constexpr double apart = 1e-6;       // arm angles further apart are two solutions (rad)
-inline constexpr double same = 4e-15;  // a pose this near is the pose (of the arm's size; of a unit vector)
 inline constexpr int newton = 40, deepest = 20;
 inline constexpr double beside = 1e-5;    // rad: off straight, where psi may have too few digits for postures
 inline constexpr double straight = 1e-5;  // rad: the same of the elbow, whose bend is the root of a rounding
@@ -212,17 +211,6 @@ protected:
             for (int gc = 0; gc < configurations; ++gc)
                 if ((options_.branches >> gc & 1) && of[gc] == status) return refused(status);
         return refused(Status::UNREACHABLE);
-    }
-
-    /// Whether another pose is the one asked for, but for rounding.
-    bool same_pose(const Pose<double>& pose, const Pose<double>& other) const noexcept {
-        const auto far = [](const Vec3<double>& a, const Vec3<double>& b) {
-            const Vec3<double> d = a - b;
-            return max(max(abs(d.x), abs(d.y)), abs(d.z));
-        };
-        const auto &r = pose.rotation, &s = other.rotation;
-        return far(pose.position, other.position) <= nearest_rule::same * arm_.size &&
-               max(max(far(r.x, s.x), far(r.y, s.y)), far(r.z, s.z)) <= nearest_rule::same;
     }
 
     /// What is told of a posture.
@@ -1067,7 +1055,7 @@ private:
         if (!within_limits(arm_.limits, options_.near, 0.0)) return false;
         const Posture here = forward(arm_, options_.near);
         if (here.psi != here.psi || !(options_.branches >> here.gc & 1)) return false;
-        if (!same_pose(pose_, here.pose)) return false;
+        if (!same_pose(arm_.size, pose_, here.pose)) return false;
         if (!may_be(here.gc, here.psi)) return false;
         if (limits_.margin > 0) {
             const int elbow = here.gc >> 1 & 1;
@@ -1241,13 +1229,8 @@ private:
             pull.weight[j] = joint_[j].weight;
             pull.near[j] = joint_[j].near;
         }
-        Relaxed at = settled(arm_, limits, start, pose, pull, 0.0, rounds_);
-        if (squares()) {
-            const double share = settled_rule::share * arm_.size * arm_.size;
-            const Relaxed beside = settled(arm_, limits, at.at, pose, pull, share, rounds_);
-            const Relaxed on = settled(arm_, limits, beside.at, pose, pull, 0.0, rounds_);
-            if (meets(arm_, on) && !(meets(arm_, at) && whole_cost(at.at) <= whole_cost(on.at))) at = on;
-        }
+        const Relaxed at = squares() ? settled_beside(arm_, limits, start, pose, pull, rounds_)
+                                     : settled(arm_, limits, start, pose, pull, 0.0, rounds_);
         if (!meets(arm_, at)) return;
         const Nearest found = told(at.at);
         if (found.status != Status::OK) return;

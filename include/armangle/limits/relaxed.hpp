@@ -30,9 +30,14 @@ inline constexpr double settled = 1e-13;  // rad: moves below it are none
 
 namespace detail {
 
+/// How far a joint's value is from a model angle, on the turn about it.
+inline double off_angle(const Arm& arm, int joint, double zero, double q) noexcept {
+    return wrap(to_theta(arm, joint, q) - zero);
+}
+
 /// How far a hinge's value is from straight, theta_2, theta_4 - delta or theta_6, on the turn about it.
 inline double bend(const Arm& arm, int hinge, double q) noexcept {
-    return wrap(to_theta(arm, hinge, q) - (hinge == 3 ? arm.delta_angle : 0.0));
+    return off_angle(arm, hinge, hinge == 3 ? arm.delta_angle : 0.0, q);
 }
 
 /// theta_4 - delta of a joint value, on the turn about the stretched arm.
@@ -52,19 +57,23 @@ inline double bend_of(const Arm& arm, double distance) noexcept {
 
 }  // namespace detail
 
-/// Keeps a hinge, joint 2, 4 or 6 (1, 3 or 5), on one side (+1, -1) of straight, on the turn of the value q,
-/// at least `margin` (rad) off straight and off folded; false, and nothing changed, where its limits leave no
-/// such value.
+/// Keeps a joint on one side (+1, -1) of a value q_0, half a turn wide, at least `margin` (rad) off its ends;
+/// false, and nothing changed, where its limits leave no such value.
+inline bool keep_beside(const Arm& arm, int joint, double q_0, double side, double margin,
+                        Limits& limits) noexcept {
+    const double a = q_0 + arm.sign[joint] * side * margin, b = q_0 + arm.sign[joint] * side * (pi - margin);
+    const double lower = max(limits.lower[joint], min(a, b)), upper = min(limits.upper[joint], max(a, b));
+    if (lower > upper) return false;
+    limits.lower[joint] = lower;
+    limits.upper[joint] = upper;
+    return true;
+}
+
+/// Keeps a hinge, joint 2, 4 or 6 (1, 3 or 5), on one side (+1, -1) of straight, on the turn of the value q.
 inline bool keep_on_side(const Arm& arm, int hinge, double q, double side, double margin,
                          Limits& limits) noexcept {
     const double straight = q - arm.sign[hinge] * detail::bend(arm, hinge, q);
-    const double a = straight + arm.sign[hinge] * side * margin,
-                 b = straight + arm.sign[hinge] * side * (pi - margin);
-    const double lower = max(limits.lower[hinge], min(a, b)), upper = min(limits.upper[hinge], max(a, b));
-    if (lower > upper) return false;
-    limits.lower[hinge] = lower;
-    limits.upper[hinge] = upper;
-    return true;
+    return keep_beside(arm, hinge, straight, side, margin, limits);
 }
 
 /// Keeps all three hinges `margin` (rad) off straight and folded, on the sides and turns on which q has them;
@@ -131,9 +140,10 @@ struct Relaxed {
 namespace detail {
 
 /// How far the tool at q is from a pose, m: a radian counts `length`; `rest` is the way that is left.
-inline double distance(const Arm& arm, const double* q, const Pose<double>& command, double length,
-                       Twist& rest) noexcept {
-    rest = difference(user_pose(arm, chain(arm, q).flange), command);
+template <class A>
+double distance(const A& arm, const double* q, const Pose<double>& command, double length,
+                Twist& rest) noexcept {
+    rest = difference(tool_pose(arm, q), command);
     return size(rest, length);
 }
 

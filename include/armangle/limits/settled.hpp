@@ -22,6 +22,7 @@ inline constexpr double share = 1e-8;     // of the cost while it still counts (
 inline constexpr double still = 1e-15;    // rad: a shorter move is none
 inline constexpr double exact = 2e-15;    // a pose this near is not bettered (of the arm's size; rad)
 inline constexpr double meets = 1e-13;    // a pose this near is met (of the same)
+inline constexpr double same = 4e-15;     // a pose this near is the pose (of the same; of a unit vector)
 }  // namespace settled_rule
 
 /// What draws a posture on its way to a pose: joint j by weight[j] towards near[j].
@@ -100,11 +101,12 @@ struct JointLeastSquares {
 };
 
 /// The rows of a posture: its pose, then its pull and the damping (m^2/rad^2).
-inline JointLeastSquares settling_rows(const Arm& arm, const double* q, const Twist& rest,
-                                       const Drawing& pull, double share, double damping) noexcept {
+template <class A>
+JointLeastSquares settling_rows(const A& arm, const double* q, const Twist& rest, const Drawing& pull,
+                                double share, double damping) noexcept {
     const Jacobian J = jacobian(arm, q);
-    const double length = arm.size, r[6] = {rest.linear.x,  rest.linear.y,  rest.linear.z,
-                                            rest.angular.x, rest.angular.y, rest.angular.z};
+    const double length = nominal(arm).size, r[6] = {rest.linear.x,  rest.linear.y,  rest.linear.z,
+                                                     rest.angular.x, rest.angular.y, rest.angular.z};
     JointLeastSquares out;
     for (int i = 0; i < 6; ++i) {
         const double unit = i < 3 ? 1.0 : length;
@@ -124,9 +126,10 @@ inline JointLeastSquares settling_rows(const Arm& arm, const double* q, const Tw
 /// The posture within limits from which no small move lowers distance^2 + share sum w (q - near)^2, from
 /// `start`; `share` in m^2/rad^2. Each round is taken from `budget`; without a share it gives up where rounds
 /// no longer lead to the pose.
-inline Relaxed settled(const Arm& arm, const Limits& limits, const Joints& start, const Pose<double>& pose,
-                       const Drawing& pull, double share, int& budget) noexcept {
-    const double length = arm.size, square = length * length;
+template <class A>
+Relaxed settled(const A& arm, const Limits& limits, const Joints& start, const Pose<double>& pose,
+                const Drawing& pull, double share, int& budget) noexcept {
+    const double length = nominal(arm).size, square = length * length;
     Relaxed best{start, 0};
     for (int j = 0; j < joints; ++j) best.at.q[j] = min(max(start.q[j], limits.lower[j]), limits.upper[j]);
     Twist rest;
@@ -171,8 +174,32 @@ inline Relaxed settled(const Arm& arm, const Limits& limits, const Joints& start
 }
 
 /// Whether a settled posture meets the pose.
-inline bool meets(const Arm& arm, const Relaxed& at) noexcept {
-    return at.distance <= settled_rule::meets * arm.size;
+template <class A>
+bool meets(const A& arm, const Relaxed& at) noexcept {
+    return at.distance <= settled_rule::meets * nominal(arm).size;
+}
+
+/// The start settled on the pose, and then where it is drawn to beside that: the better of both on the pose.
+template <class A>
+Relaxed settled_beside(const A& arm, const Limits& limits, const Joints& start, const Pose<double>& pose,
+                       const Drawing& pull, int& budget) noexcept {
+    const double size = nominal(arm).size, share = settled_rule::share * size * size;
+    const auto drawn = [&pull](const Relaxed& x) { return detail::settling_cost(pull, 1.0, x.at.q, 0.0); };
+    const Relaxed at = settled(arm, limits, start, pose, pull, 0.0, budget);
+    const Relaxed beside = settled(arm, limits, at.at, pose, pull, share, budget);
+    const Relaxed on = settled(arm, limits, beside.at, pose, pull, 0.0, budget);
+    return meets(arm, on) && !(meets(arm, at) && drawn(at) <= drawn(on)) ? on : at;
+}
+
+/// Whether two poses are one but for rounding, of an arm of this size (m).
+inline bool same_pose(double size, const Pose<double>& pose, const Pose<double>& other) noexcept {
+    const auto far = [](const Vec3<double>& a, const Vec3<double>& b) {
+        const Vec3<double> d = a - b;
+        return max(max(abs(d.x), abs(d.y)), abs(d.z));
+    };
+    const auto &r = pose.rotation, &s = other.rotation;
+    return far(pose.position, other.position) <= settled_rule::same * size &&
+           max(max(far(r.x, s.x), far(r.y, s.y)), far(r.z, s.z)) <= settled_rule::same;
 }
 
 }  // namespace armangle

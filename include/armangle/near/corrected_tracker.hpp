@@ -22,12 +22,9 @@ inline constexpr double stays = 1e-12;  // m, of the hand as the nominal arm see
 inline double redundancy(const Posture& posture) noexcept { return posture.psi; }
 
 /// N(theta) T(theta)^-1 at joint values q: where the nominal tool is, seen from the true one.
-inline Pose<double> correction(const NearArm& arm, const double* q) noexcept {
-    double theta[joints];
-    SinCos<double> angle[joints];
-    detail::theta_of(arm.nominal, q, theta);
-    detail::sin_cos_all(theta, angle);
-    return user_pose(arm.nominal, chain(arm.nominal, q).flange) * inverted(detail::tip(arm, angle));
+template <class A>
+Pose<double> correction(const A& arm, const double* q) noexcept {
+    return tool_pose(nominal(arm), q) * inverted(tool_pose(arm, q));
 }
 
 /// An elbow hint as the nominal arm sees it.

@@ -63,6 +63,15 @@ inline void frames(const NearArm& arm, const double* q, Pose<double> (&out)[join
     out[joints] = out[joints] * arm.nominal.tool_inverse;
 }
 
+/// The pose of the tip at joint values q.
+inline Pose<double> tool_pose(const NearArm& arm, const double* q) noexcept {
+    double theta[joints];
+    SinCos<double> angle[joints];
+    detail::theta_of(arm.nominal, q, theta);
+    detail::sin_cos_all(theta, angle);
+    return detail::tip(arm, angle);
+}
+
 /// The origin of true frame 3, m in the frame that poses are given in.
 inline Vec3<double> elbow_position(const NearArm& arm, const double* q) noexcept {
     Pose<double> frame[joints + 1];

@@ -29,8 +29,7 @@ struct NearArm {
         behind[joints];  // m: of links from a joint's frame to the wrist, and from the first
 };
 
-/// The arm whose limits, psi and GC an arm has: itself, or the one that stands for it.
-inline const Arm& nominal(const Arm& arm) noexcept { return arm; }
+/// The nominal arm, whose limits, psi and GC it has.
 inline const Arm& nominal(const NearArm& arm) noexcept { return arm.nominal; }
 
 namespace detail {

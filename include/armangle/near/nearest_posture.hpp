@@ -367,7 +367,7 @@ private:
         if (!within_limits(arm_.limits, options_.near, 0.0)) return false;
         const Posture here = forward(near_, options_.near);
         if (is_nan(here.psi) || !(options_.branches >> here.gc & 1)) return false;
-        if (!same_pose(pose_, here.pose)) return false;
+        if (!same_pose(arm_.size, pose_, here.pose)) return false;
         if (options_.allowed && !contains(*options_.allowed, here.psi)) return false;
         if ((margin_ > 0 || scene_) && !(ask(here.gc) && contains(arcs_.arcs, here.psi))) return false;
         out = finished(options_.near, here.psi, here.gc);

@@ -18,14 +18,6 @@ inline constexpr double farthest_secant = 20.0;  // of the last change of what w
 /// The number of a posture that says where the elbow is.
 inline double redundancy(const OffsetPosture& posture) noexcept { return posture.free; }
 
-/// The rows without the offset.
-inline const Arm& nominal(const OffsetArm& arm) noexcept { return arm.own; }
-
-/// Where the rows without the offset lead, seen from the true tool.
-inline Pose<double> correction(const OffsetArm& arm, const double* q) noexcept {
-    return user_pose(arm.own, chain(arm.own, q).flange) * inverted(forward(arm, q).pose);
-}
-
 /// What to show next: where the secant through the last two guesses says that what is found is what is shown.
 /// Both move along one curve, that of the free joint.
 inline Pose<double> next_guess(const OffsetArm&, const Guess& last, const Guess& now) noexcept {

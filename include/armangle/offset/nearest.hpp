@@ -4,8 +4,13 @@
 // Branch and bound over the cells that feasible.hpp judges: a cell is dropped where no posture in it can be
 // nearer than the best known, left with one end where the distance rises or falls all over it, and halved
 // else. The best is finished by Newton's method on the slope.
+//
+// Where two joints turn about one axis, at a fold, and at the stretched elbow the free joint has too few
+// digits to tell postures apart: cells there stay open however narrow. What is nearest there is looked for in
+// the joints themselves, from each such place (limits/settled.hpp).
 #pragma once
 
+#include "../limits/settled.hpp"
 #include "feasible.hpp"
 
 namespace armangle {
@@ -21,11 +26,19 @@ struct OffsetNearest {
 };
 
 namespace offset_rule {
-inline constexpr int samples = 48;        // of each branch, for a first posture
-inline constexpr double finest = 2e-7;    // rad: half width of a cell whose best is its middle's, finished
-inline constexpr double tie = 1e-12;      // costs closer than this share of them are equal
-inline constexpr int most_looks = 60000;  // of one pose
+inline constexpr int samples = 48;         // of each branch, for a first posture
+inline constexpr double finest = 2e-7;     // rad: half width of a cell whose best is its middle's, finished
+inline constexpr double left_open = 1e-8;  // rad: half width of a cell that is a place to start from
+inline constexpr double tie = 1e-12;       // costs closer than this share of them are equal
+inline constexpr int most_looks = 10000;   // of one pose
 inline constexpr int newton = 8;
+inline constexpr double beside = 1e-5;  // rad: off straight, where two joints may share a turn (of the reach)
+inline constexpr double one_place = 1e-5;  // rad: open cells nearer than this are one place to start from
+inline constexpr double widest_place = 0.02;
+inline constexpr double difference = 1e-7;  // rad, of a slope
+inline constexpr int places = 64;           // to start from
+inline constexpr double seed = 0.3;         // a seed this near to the pose is one too (of the size; rad)
+inline constexpr int settling = 1500;       // rounds of settled() for one pose
 }  // namespace offset_rule
 
 namespace detail {
@@ -35,14 +48,21 @@ class OffsetSearch {
 public:
     OffsetSearch(const OffsetArm& arm, const Pose<double>& pose, const double* near,
                  const double* weight) noexcept
-        : arm_(arm), pose_(pose) {
+        : arm_(arm), pose_(pose), seeded_(near != nullptr) {
         for (int j = 0; j < joints; ++j) {
-            near_[j] = near ? near[robot_joint(arm, j)] : arm.rest.joint_middle[j];
-            weight_[j] = weight ? weight[robot_joint(arm, j)] : 1.0;
+            const int k = robot_joint(arm, j);
+            pull_.near[k] = near_[j] = near ? near[k] : arm.rest.joint_middle[j];
+            pull_.weight[k] = weight_[j] = weight ? weight[k] : 1.0;
         }
     }
 
     OffsetNearest run(unsigned branches) noexcept {
+        branches_ = branches;
+        OffsetNearest out;
+        if (keep_near(out)) return out;
+        out = refused(Status::LIMITS);
+        if (seeded_) look_beside_seed(out);
+        if (out.status == Status::OK) cost_ = out.distance * out.distance;
         Status why = Status::UNREACHABLE;
         for (int gc = 0; gc < configurations; ++gc) {
             if (!(branches >> gc & 1u)) continue;
@@ -65,20 +85,9 @@ public:
             };
             if (rank(refusal) > rank(why)) why = refusal;
         }
-        for (int gc = 0; gc < configurations; gc += 2)
-            if (branches >> gc & 3u) offer_shared_turn(branches >> gc & 1u ? gc : gc + 1, gc);
-        constexpr double no = not_a_number;
-        OffsetNearest out{{no, no, no, no, no, no, no, 0.0}, no, -1, why, no, no};
-        if (gc_ < 0) return out;
-        double theta[joint_slots];
-        OffsetCells(arm_, pose_, gc_).at(free_, theta);
-        for (int j = 0; j < joints; ++j)
-            out.q[robot_joint(arm_, j)] = shared_ ? shared_q_[j] : nearest_turn(j, theta[j]);
-        out.free = free_ <= -pi ? pi : free_;
-        out.gc = gc_;
-        out.status = Status::OK;
-        out.distance = sqrt(cost_);
-        out.margin = limit_margin(arm_.own.limits, out.q);
+        take(result(), out);
+        look_beside(out);
+        if (out.status != Status::OK) out.status = why;
         return out;
     }
 
@@ -142,54 +151,6 @@ private:
         cost_ = now.cost;
         free_ = wrap(free);
         gc_ = gc;
-    }
-
-    /// Where theta_2 = 0, the axes of joints 1 and 3 are one, and share their turn as they like: no cell has
-    /// that posture. Gauss-Newton on sin(theta_2) (cos theta_1, sin theta_1) from the wanted value of the
-    /// free joint finds the one that is near; the shares are those of least cost within the limits.
-    void offer_shared_turn(int gc, int positive) noexcept {
-        const Arm& rest = arm_.rest;
-        const OffsetCells cells(arm_, pose_, positive);
-        double theta[joint_slots], ahead[joint_slots];
-        double free = near_[6];
-        for (int pass = 0; pass < offset_rule::newton; ++pass) {
-            const double step = 1e-6;
-            if (!(cells.inside(free) >= 0 && cells.inside(free + step) >= 0)) return;
-            cells.at(free, theta);
-            cells.at(free + step, ahead);
-            const SinCos<double> at = sin_cos(theta[0]), then = sin_cos(ahead[0]);
-            const double s = sin_cos(theta[1]).sin, t = sin_cos(ahead[1]).sin;
-            const double x = (t * then.cos - s * at.cos) / step, y = (t * then.sin - s * at.sin) / step;
-            if (!(x * x + y * y > 0)) break;
-            const double by = -s * (at.cos * x + at.sin * y) / (x * x + y * y);
-            if (!(abs(by) < 0.1)) return;
-            free += by;
-        }
-        if (!(cells.inside(free) >= 0)) return;
-        cells.at(free, theta);
-        if (!(abs(wrap(theta[1])) <= 1e-8)) return;
-        const double sum = theta[0] + theta[2];
-        const double from_1 = to_theta(rest, 0, near_[0]), from_3 = sum - to_theta(rest, 2, near_[2]);
-        const double other = from_1 + wrap(from_3 - from_1), weights = weight_[0] + weight_[2];
-        const double wanted = weights > 0 ? (weight_[0] * from_1 + weight_[2] * other) / weights : from_1;
-        double q[joints], cost = 0;
-        q[0] = min(max(to_q(rest, 0, wanted), rest.limits.lower[0]), rest.limits.upper[0]);
-        q[2] = nearest_turn(2, sum - to_theta(rest, 0, q[0]));
-        q[2] = min(max(q[2], rest.limits.lower[2]), rest.limits.upper[2]);
-        q[0] = nearest_turn(0, sum - to_theta(rest, 2, q[2]));
-        for (const int j : {1, 3, 4, 5, 6}) q[j] = nearest_turn(j, theta[j]);
-        for (int j = 0; j < joints; ++j) {
-            if (!(q[j] >= rest.limits.lower[j] - tolerance::angle &&
-                  q[j] <= rest.limits.upper[j] + tolerance::angle))
-                return;
-            cost += weight_[j] * (q[j] - near_[j]) * (q[j] - near_[j]);
-        }
-        if (!(cost < cost_)) return;
-        cost_ = cost;
-        free_ = wrap(free);
-        gc_ = gc;
-        shared_ = true;
-        for (int j = 0; j < joints; ++j) shared_q_[j] = q[j];
     }
 
     /// The least cost of joint j over a cell, and d(cost)/d(free); false where no turn is within the limits.
@@ -288,10 +249,12 @@ private:
                     offer(judge.cells, gc, middle, half);
                 }
                 const double end =
-                    known == Known::inside && smooth ? offset_rule::finest : offset_rule::narrowest;
+                    known == Known::inside && smooth ? offset_rule::finest : offset_rule::left_open;
                 if (half < end || top > offset_rule::depth ||
-                    judge.looks() + looks_ >= offset_rule::most_looks)
+                    judge.looks() + looks_ >= offset_rule::most_looks) {
+                    if (!(known == Known::inside && smooth)) remember(gc, cell.lower, cell.upper, least);
                     continue;
+                }
                 stack[top++] = {middle, cell.upper};
                 stack[top++] = {cell.lower, middle};
             }
@@ -300,13 +263,213 @@ private:
         return found ? Status::OK : judge.refusal();
     }
 
+    // -- results
+
+    static OffsetNearest refused(Status why) noexcept {
+        constexpr double no = not_a_number;
+        return {{no, no, no, no, no, no, no, 0.0}, no, -1, why, no, no};
+    }
+
+    /// What is told of joints; refused where nobody asked for their branch.
+    OffsetNearest told(const Joints& at) const noexcept {
+        OffsetNearest out;
+        const OffsetPosture here = forward(arm_, at.q);
+        out.gc = asked_branch(here.gc, at);
+        if (!(branches_ >> out.gc & 1u)) return refused(Status::NOT_ALLOWED);
+        double cost = 0;
+        for (int j = 0; j < joints; ++j) {
+            const double off = at.q[j] - pull_.near[j];
+            out.q[j] = at.q[j];
+            cost += pull_.weight[j] * off * off;
+        }
+        out.q[joints] = 0.0;
+        out.free = here.free;
+        out.status = Status::OK;
+        out.distance = sqrt(cost);
+        out.margin = limit_margin(arm_.own.limits, out.q);
+        return out;
+    }
+
+    /// The seed itself, where it is a posture of the pose: nothing is nearer.
+    bool keep_near(OffsetNearest& out) const noexcept {
+        if (!seeded_ || !within_limits(arm_.own.limits, pull_.near, 0.0)) return false;
+        const OffsetPosture here = forward(arm_, pull_.near);
+        if (!(branches_ >> here.gc & 1u) || !same_pose(arm_.own.size, pose_, here.pose)) return false;
+        Joints near{};
+        for (int j = 0; j < joints; ++j) near.q[j] = pull_.near[j];
+        out = told(near);
+        return true;
+    }
+
+    /// What the search of the cells has found; put on its pose and within its limits to the last bit.
+    OffsetNearest result() const noexcept {
+        if (gc_ < 0) return refused(Status::LIMITS);
+        double theta[joint_slots];
+        OffsetCells(arm_, pose_, gc_).at(free_, theta);
+        Joints at{};
+        for (int j = 0; j < joints; ++j) at.q[robot_joint(arm_, j)] = nearest_turn(j, theta[j]);
+        Twist rest;
+        const bool kept = within_limits(arm_.own.limits, at.q, 0.0);
+        if (kept && distance(arm_, at.q, pose_, arm_.own.size, rest) <= near_pose()) return told(at);
+        int rounds = settled_rule::rounds;
+        const Relaxed on = settled(arm_, sides_of(gc_, at), at, pose_, {}, 0.0, rounds);
+        return meets(arm_, on) ? told(on.at) : refused(Status::LIMITS);
+    }
+
+    /// A pose that is nearer than this is met (m).
+    double near_pose() const noexcept { return 0.1 * settled_rule::meets * arm_.own.size; }
+
+    // -- where the free joint has too few digits
+
+    /// What is 0 where branches meet: theta_2, theta_4 - delta, and theta_5 + pi/2.
+    struct Meeting {
+        int joint;  // of the robot
+        double zero;
+        double untold;  // rad: nearer, a posture is of both branches; a bend is the root of a rounding
+    };
+    Meeting meeting(int bit) const noexcept {
+        const double root = sqrt(2.0 * tolerance::stretched);
+        const int joint = robot_joint(arm_, bit == 0 ? 1 : bit == 1 ? 3 : 4);
+        const double zero[] = {0.0, arm_.rest.delta_angle, -half_pi};
+        return {joint, zero[bit], bit == 0 ? tolerance::singular : root};
+    }
+
+    /// The branch of a posture: of those that meet in it, the one that is asked.
+    int asked_branch(int gc, const Joints& at) const noexcept {
+        int both = 0;
+        for (int bit = 0; bit < 3; ++bit) {
+            const Meeting m = meeting(bit);
+            const double sine = sin_cos(to_theta(arm_.own, m.joint, at.q[m.joint]) - m.zero).sin;
+            if (abs(sine) <= m.untold) both |= 1 << bit;
+        }
+        for (int flip = 0; flip < configurations; ++flip)
+            if ((flip & ~both) == 0 && (branches_ >> (gc ^ flip) & 1u)) return gc ^ flip;
+        return gc;
+    }
+
+    /// The limits, with each sign of a branch kept where branches are chosen.
+    Limits sides_of(int gc, const Joints& at) const noexcept {
+        Limits out = arm_.own.limits;
+        if (branches_ == (1u << configurations) - 1) return out;
+        const OffsetBranch branch = configuration(gc);
+        const double side[] = {branch.shoulder, branch.elbow, branch.wrist};
+        for (int bit = 0; bit < 3; ++bit) {
+            const Meeting m = meeting(bit);
+            const double off = detail::off_angle(arm_.own, m.joint, m.zero, at.q[m.joint]);
+            keep_beside(arm_.own, m.joint, at.q[m.joint] - arm_.own.sign[m.joint] * off, side[bit], 0.0, out);
+        }
+        return out;
+    }
+
+    /// A cell that stays open, or whose cost has no slope: a place to start from.
+    void remember(int gc, double lower, double upper, double least) noexcept {
+        if (places_ > 0) {
+            Place& last = place_[places_ - 1];
+            const bool beside = last.gc == gc && lower - last.upper <= offset_rule::one_place;
+            if (beside && upper - last.lower <= offset_rule::widest_place) {
+                last.upper = upper;
+                last.least = min(last.least, least);
+                return;
+            }
+        }
+        if (places_ < offset_rule::places) place_[places_++] = {gc, lower, upper, least};
+    }
+
+    /// The places in the order of what they may cost.
+    void look_beside(OffsetNearest& out) noexcept {
+        while (places_ > 0) {
+            int next = 0;
+            for (int i = 1; i < places_; ++i)
+                if (place_[i].least < place_[next].least) next = i;
+            const Place place = place_[next];
+            place_[next] = place_[--places_];
+            if (out.status == Status::OK && !(place.least < out.distance * out.distance)) break;
+            const double middle = 0.5 * (place.lower + place.upper), straight = straightest(place.gc, middle);
+            try_start(start(place.gc, straight, offset_rule::beside), place.gc, out);
+            for (const double free : {middle, place.lower, place.upper})
+                try_start(start(place.gc, free, 0.0), place.gc, out);
+        }
+    }
+
+    /// Where theta_2 is nearest to 0 or pi, beside a value of the free joint: sin(theta_2) (cos theta_1, sin
+    /// theta_1) is smooth there. Gauss-Newton, of which what is nearest is kept.
+    double straightest(int gc, double free) const noexcept {
+        const OffsetMotion m = offset_motion(arm_, pose_, gc);
+        const auto lean = [&](double at, double (&out)[2]) {
+            const SinCos<double> theta_7 = sin_cos(to_theta(arm_.rest, 6, at));
+            const OffsetWrist<double> wrist = offset_wrist(arm_, m, theta_7);
+            const Directions<double> d = directions(m, wrist, theta_7, sqrt(max(wrist.inside, 0.0)));
+            const double size = d.y[1] / hypot(d.y[0], d.x[0]);
+            out[0] = size * d.x[0];
+            out[1] = size * d.y[0];
+            return abs(d.y[1]);
+        };
+        double now[2], then[2], best = free, least = infinity;
+        for (int pass = 0; pass < offset_rule::newton; ++pass) {
+            const double size = lean(free, now);
+            if (!(size < least)) break;
+            least = size;
+            best = free;
+            lean(free + offset_rule::difference, then);
+            const double x = then[0] - now[0], y = then[1] - now[1];
+            const double move = (now[0] * x + now[1] * y) / (x * x + y * y) * offset_rule::difference;
+            if (!(abs(move) < offset_rule::widest_place)) break;
+            free -= move;
+        }
+        return best;
+    }
+
+    /// The seed as a start, where it is not far from the pose.
+    void look_beside_seed(OffsetNearest& out) noexcept {
+        Joints near{};
+        for (int j = 0; j < joints; ++j) near.q[j] = pull_.near[j];
+        Twist rest;
+        if (distance(arm_, near.q, pose_, arm_.own.size, rest) <= offset_rule::seed * arm_.own.size)
+            try_start(near, forward(arm_, near.q).gc, out);
+    }
+
+    /// The posture at a value of the free joint, joints that nearly turn about one axis, up to `beside`, as
+    /// wanted.
+    Joints start(int gc, double free, double beside) const noexcept {
+        const OffsetMotion m = offset_motion(arm_, pose_, gc);
+        const SinCos<double> theta_7 = sin_cos(to_theta(arm_.rest, 6, free));
+        const OffsetWrist<double> wrist = offset_wrist(arm_, m, theta_7);
+        Directions<double> d;
+        if (abs(wrist.g) > beside * arm_.rest.reach)
+            d = directions(m, wrist, theta_7, sqrt(max(wrist.inside, 0.0)));
+        else
+            d = directions(m, wrist, theta_7, free_theta_5(arm_, m, pull_.near), 0.0);
+        share_turn(arm_, pull_.near, beside, d);
+        return joints_within_limits(arm_.own, in_robot_order(arm_, d), pull_.near);
+    }
+
+    /// Settles a start, and takes it if it is nearer.
+    void try_start(const Joints& start, int gc, OffsetNearest& out) noexcept {
+        if (!is_finite(start.q)) return;
+        const Relaxed at = settled_beside(arm_, sides_of(gc, start), start, pose_, pull_, rounds_);
+        if (meets(arm_, at)) take(told(at.at), out);
+    }
+
+    static void take(const OffsetNearest& found, OffsetNearest& out) noexcept {
+        if (found.status == Status::OK && !(out.status == Status::OK && out.distance <= found.distance))
+            out = found;
+    }
+
+    struct Place {
+        int gc;
+        double lower, upper, least;  // of the free joint, rad; of the cost
+    };
+
     const OffsetArm& arm_;
     const Pose<double>& pose_;
-    double near_[joints], weight_[joints];
+    bool seeded_;
+    unsigned branches_ = 0;
+    double near_[joints], weight_[joints];  // in the order of the formulas
+    Drawing pull_;                          // in the robot's
     double cost_ = infinity, free_ = 0;
     int gc_ = -1, looks_ = 0;
-    bool shared_ = false;  // the best is a shared turn, of joints shared_q_
-    double shared_q_[joints] = {};
+    Place place_[offset_rule::places];
+    int places_ = 0, rounds_ = offset_rule::settling;
 };
 
 }  // namespace detail

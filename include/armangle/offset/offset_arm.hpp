@@ -23,6 +23,9 @@ struct OffsetArm {
     bool mirrored;  // whether that order is the robot's from joint 7 to joint 1
 };
 
+/// The rows without the offset.
+inline const Arm& nominal(const OffsetArm& arm) noexcept { return arm.own; }
+
 /// Which of the robot's joints (0..6) is joint j of the formulas, and the other way round.
 inline int robot_joint(const OffsetArm& arm, int j) noexcept { return arm.mirrored ? joints - 1 - j : j; }
 
@@ -69,6 +72,13 @@ inline void frames(const OffsetArm& arm, const double* q, Pose<double> (&out)[jo
     const int row = arm.mirrored ? 1 : 6;
     const Vec3<double> shift = out[row].rotation.x * (arm.mirrored ? -arm.a_6 : arm.a_6);
     for (int i = row; i <= joints; ++i) out[i].position = out[i].position + shift;
+}
+
+/// The pose of the tool at joint values q, as the user sees it.
+inline Pose<double> tool_pose(const OffsetArm& arm, const double* q) noexcept {
+    Pose<double> frame[joints + 1];
+    frames(arm, q, frame);
+    return frame[joints] * arm.own.tool;
 }
 
 }  // namespace armangle

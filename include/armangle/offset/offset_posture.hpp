@@ -63,10 +63,11 @@ inline SinCos<double> free_theta_5(const OffsetArm& arm, const OffsetMotion& m, 
     return wanted.cos * side > 0 ? wanted : SinCos<double>{0.0, side};
 }
 
-/// theta_1 where theta_2 is 0 or pi, and joints 1 and 3 turn about one axis: the seed's, theta_3 takes the
-/// rest.
-inline void share_turn(const OffsetArm& arm, const double* seed, Directions<double>& d) noexcept {
-    if (!seed || !(abs(d.y[1]) <= tolerance::one_axis)) return;
+/// theta_1 where theta_2 is no more than `straight` (a sine) off 0 or pi, and joints 1 and 3 turn about one
+/// axis: the seed's, theta_3 takes the rest.
+inline void share_turn(const OffsetArm& arm, const double* seed, double straight,
+                       Directions<double>& d) noexcept {
+    if (!seed || !(abs(d.y[1]) <= straight)) return;
     const SinCos<double> a = sin_cos(to_theta(arm.rest, 0, seed[robot_joint(arm, 0)]));
     const double flip = d.x[1] < 0 ? -1.0 : 1.0;  // about opposite axes they take from one another
     const double back = d.y[0] * a.cos - d.x[0] * a.sin, along = d.x[0] * a.cos + d.y[0] * a.sin;
@@ -97,7 +98,7 @@ inline Status directions(const OffsetArm& arm, const Pose<double>& exact, double
         d = directions(m, wrist, theta_7, sqrt(max(wrist.inside, 0.0)));
     else
         d = directions(m, wrist, theta_7, detail::free_theta_5(arm, m, seed), 0.0);
-    detail::share_turn(arm, seed, d);
+    detail::share_turn(arm, seed, tolerance::one_axis, d);
     out = in_robot_order(arm, d);
     return Status::OK;
 }
