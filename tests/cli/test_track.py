@@ -102,3 +102,21 @@ def test_a_first_pose_that_no_posture_holds_needs_a_start(hand: Path, capsys: Ca
     assert main(["track", str(hand), *ROBOT, "--start", DEGREES]) == 0
     aa.save(np.empty((0, 4, 4)), hand)
     assert main(["track", str(hand), *ROBOT]) == 2
+
+
+def test_it_says_why_and_by_whom_the_hand_was_stopped(hand: Path, tmp_path: Path, capsys: Capture) -> None:
+    wall = tmp_path / "wall.toml"
+    pose = ARM.forward(START)[0]
+    at = pose[0, 3] - ARM.d_wf * pose[0, 2] + 0.1  # 55 mm before the forearm
+    wall.write_text(f'[[half_space]]\nname = "wall"\nnormal = [-1, 0, 0]\noffset = {-at}\n')
+    words = ["track", str(hand), *ROBOT, "--start", DEGREES, "--rate", "100"]
+    scene = ["--scene", str(wall), "--body", "50,45"]
+    assert main([*words, *scene, "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    named = [one for one in facts["reasons"] if one["obstacle"] == "wall"]
+    assert named and all(one["why"] in ("CLEARANCE", "POSE_BLOCKED") and one["link"] for one in named)
+    assert sum(one["ticks"] for one in facts["reasons"]) == facts["ticks"] - facts["status"]["FOLLOWING"]
+    assert main([*words, *scene]) == 0
+    assert f"{named[0]['why']}: {named[0]['link']} at wall" in capsys.readouterr().out
+    assert main(words) == 0
+    assert "UNREACHABLE" in capsys.readouterr().out

@@ -60,7 +60,10 @@ def at_rest(arm: aa.Arm | aa.OffsetArm, start: Array, hand: Array) -> aa.Tracked
     tracker.start(start)
     ticks = round((SECONDS + 7.0 / (arm.velocity.min() if known else 3.0)) / DT)
     q = tracker.run(np.repeat(hand[None], ticks, axis=0))
-    assert np.abs(np.diff(q[-500:], axis=0)).sum() < 1e-9
+    least = (
+        1e-7 if isinstance(arm, aa.OffsetArm) else 1e-9
+    )  # rad in 2 s; the correction settles geometrically
+    assert np.abs(np.diff(q[-500:], axis=0)).sum() < least
     if known:
         check_bounds(arm, np.concatenate([start[None], q]), np.full(ticks, DT))
     now = tracker.step(hand)

@@ -32,8 +32,8 @@ from ..tables import table
 
 HELP = """\
 Follow a file of poses as the tracker of a teleoperated arm would, one pose a
-tick: how far the tool is from the hand, how fast joints are, and what became
-of each tick."""
+tick: how far the tool is from the hand, how fast joints are, what became of each
+tick, and what kept the tool from the hand."""
 EXAMPLE = """\
   armangle track hand.csv --robot kuka_iiwa7_r800 --rate 90 --plot hand.png"""
 
@@ -141,6 +141,7 @@ def _summary(ticks: list[Tracked], first: Floats, dt: float) -> dict[str, Any]:
         "dt": dt,
         "start": first,
         "status": {s.name: int((status == s).sum()) for s in Tracking},
+        "reasons": _reasons(ticks, dt),
         "distance": {
             "rms": float(np.sqrt(np.mean(away**2))),
             "max": float(away.max()),
@@ -150,6 +151,26 @@ def _summary(ticks: list[Tracked], first: Floats, dt: float) -> dict[str, Any]:
         "fastest": np.abs(qd).max(axis=0),
         "hardest": np.abs(qdd).max(axis=0),
     }
+
+
+def _reasons(ticks: list[Tracked], dt: float) -> list[dict[str, Any]]:
+    """Return what kept the tool from the hand, and between what and what, the most frequent first."""
+    found: dict[tuple[str, str, tuple[str, str] | None], list[int]] = {}
+    for i, tick in enumerate(ticks):
+        if tick.status != Tracking.FOLLOWING:
+            found.setdefault((tick.status.name, tick.why.name, tick.pair), []).append(i)
+    return [
+        {
+            "status": status,
+            "why": why,
+            "obstacle": pair[0] if pair else None,
+            "link": pair[1] if pair else None,
+            "ticks": len(at),
+            "first": at[0] * dt,
+            "last": at[-1] * dt,
+        }
+        for (status, why, pair), at in sorted(found.items(), key=lambda one: -len(one[1]))
+    ]
 
 
 def _show(arm: Arm, facts: dict[str, Any]) -> None:
@@ -162,6 +183,18 @@ def _show(arm: Arm, facts: dict[str, Any]) -> None:
         ["hand beyond reach by", fixed(_MM * facts["gap"], 1), "mm"],
     ]
     show(table(["", "", ""], rows, left=(0, 2)).split("\n", 1)[1])
+    reasons = [
+        [
+            one["status"],
+            f"{one['why']}: {one['link']} at {one['obstacle']}" if one["obstacle"] else one["why"],
+            str(one["ticks"]),
+            fixed(one["first"], 2),
+            fixed(one["last"], 2),
+        ]
+        for one in facts["reasons"]
+    ]
+    if reasons:
+        show(table(["not on the hand", "why", "ticks", "from s", "to s"], reasons, left=(0, 1)))
     speeds = [
         [str(j + 1), arm.joint_names[j], degrees(facts["fastest"][j], 2), degrees(facts["hardest"][j], 1)]
         for j in range(len(facts["fastest"]))
