@@ -247,32 +247,6 @@ ARMANGLE_INLINE Status feasible(const SelfMotion<double>& m, const LimitTable& t
     return feasible(m, joint_functions(m), t, out);
 }
 
-namespace detail {
-
-/// The same where the self-motion is not kept.
-[[gnu::noinline, gnu::cold]] inline Status feasible_again(const Arm& arm, const Pose<double>& pose, int gc,
-                                                          const LimitTable& t, ArcSet& out) noexcept {
-    return feasible(self_motion(arm, pose, gc), t, out);
-}
-
-}  // namespace detail
-
-/// Psi_all of a pose (as the user sees it) in branch gc, 0..7. It keeps nothing of the self-motion, which
-/// would cost registers.
-ARMANGLE_INLINE Status feasible(const Arm& arm, const Pose<double>& pose, int gc, const LimitTable& t,
-                                ArcSet& out) noexcept {
-    const SelfMotion<double> m = self_motion(arm, pose, gc);
-    const JointFunctions<double> f = joint_functions(m);
-    const Status elbow = elbow_status(m, t);
-    make_empty(out);
-    if (elbow != Status::OK) return elbow;
-    Blocked blocked;
-    const Status status = detail::free_of_all(f, t, blocked, out);
-    if (!detail::may_isolate(t, blocked, out)) [[likely]]
-        return status;
-    return detail::feasible_again(arm, pose, gc, t, out);
-}
-
 /// Psi_i of one joint (0..6), with the status of that joint alone.
 inline Status joint_arcs(const SelfMotion<double>& m, const JointFunctions<double>& f, const LimitTable& t,
                          int joint, ArcSet& out) noexcept {
@@ -349,33 +323,5 @@ inline void block_sides(const LimitTable& t, const SelfMotion<double>& m, unsign
 }
 
 }  // namespace detail
-
-/// Psi_all of the eight branches of a pose (as the user sees it); the same sets as feasible() gives one by
-/// one.
-inline void feasible_all(const Arm& arm, const Pose<double>& pose, const LimitTable& t,
-                         AllArcs& out) noexcept {
-    const Circle<double> on = circle(arm, flange_pose(arm, pose));
-    for (int side = 0; side < 2; ++side) {
-        SelfMotion<double> m = self_motion(arm, on, configuration(2 * side));
-        const Status status = elbow_status(m, t);
-        detail::Sides sides[2];
-        for (int negative = 0; status == Status::OK && negative < 2; ++negative) {
-            m.gc.shoulder = m.gc.wrist = negative ? -1.0 : 1.0;
-            detail::block_sides(t, m, all_pivots, sides[negative]);
-        }
-        for (int branch = 0; branch < 4; ++branch) {
-            const int shoulder = branch & 1, wrist = branch >> 1, gc = shoulder + 2 * side + 4 * wrist;
-            make_empty(out.arcs[gc]);
-            out.status[gc] = status;
-            if (status != Status::OK) continue;
-            Blocked both = sides[shoulder].shoulder;
-            detail::append(sides[wrist].wrist, both);
-            const JointFunctions<double>&of_shoulder = sides[shoulder].f, &of_wrist = sides[wrist].f;
-            out.status[gc] = detail::finish(t, of_shoulder, of_wrist, both, out.arcs[gc]);
-            if (detail::may_isolate(t, both, out.arcs[gc])) [[unlikely]]
-                out.status[gc] = detail::add_isolated(t, m, of_shoulder, of_wrist, both, out.arcs[gc]);
-        }
-    }
-}
 
 }  // namespace armangle

@@ -2,7 +2,7 @@
 // numbers of feasible_all() without its sets.
 #pragma once
 
-#include "feasible.hpp"
+#include "feasible_all.hpp"
 
 namespace armangle {
 
@@ -154,19 +154,32 @@ inline Status nearer_reason(Status a, Status b) noexcept {
     return rank(b) < rank(a) ? b : a;
 }
 
+/// The status of a branch, and its arcs, where the joints have to tell.
+inline void tell_branch(const Arm& arm, const Pose<double>& pose, const Circle<double>& c,
+                        const LimitTable& t, int gc, const JointFunctions<double>& f, Hidden& any,
+                        Status& status, ArcSet& arcs) noexcept {
+    const bool hides = may_hide(t, c, status, f);
+    if (joints_tell(t, arcs, status, hides))
+        status = told_by_joints(arm, pose, gc, t, status, hides, any, arcs);
+}
+
 /// Freedom by the arcs of each branch: wherever two joints may be one axis, or a psi may be feasible by
 /// itself.
-[[gnu::noinline, gnu::cold]] inline Freedom freedom_by_branches(const Arm& arm, const Circle<double>& c,
+[[gnu::noinline, gnu::cold]] inline Freedom freedom_by_branches(const Arm& arm, const Pose<double>& pose,
+                                                                const Circle<double>& c,
                                                                 const LimitTable& t) noexcept {
     Freedom out{0, 0, 0, 0, is_folded(c) ? Status::FOLDED : Status::UNREACHABLE};
-    const auto add = [&](int, Status, const ArcSet& arcs, const auto&, const auto&) {
+    Hidden any;
+    const auto add = [&](int gc, Status status, ArcSet& arcs, const auto& f, const auto&) {
+        tell_branch(arm, pose, c, t, gc, f, any, status, arcs);
         out.arcs = static_cast<std::uint8_t>(out.arcs + arcs.count);
         out.total += measure(arcs);
         for (int i = 0; i < arcs.count; ++i)
             out.widest = max(out.widest, arcs.arc[i].upper - arcs.arc[i].lower);
         return false;
     };
-    const auto mark = [&](int gc, Status status, const ArcSet&, const auto&, const auto&) {
+    const auto mark = [&](int gc, Status status, ArcSet& arcs, const auto& f, const auto&) {
+        tell_branch(arm, pose, c, t, gc, f, any, status, arcs);
         out.status = nearer_reason(out.status, status);
         out.gc = static_cast<std::uint8_t>(out.gc | (status == Status::OK) << gc);
         return false;
@@ -177,10 +190,13 @@ inline Status nearer_reason(Status a, Status b) noexcept {
 }
 
 /// Whether any branch holds, likewise.
-[[gnu::noinline, gnu::cold]] inline bool is_held_by_a_branch(const Arm& arm, const Circle<double>& c,
+[[gnu::noinline, gnu::cold]] inline bool is_held_by_a_branch(const Arm& arm, const Pose<double>& pose,
+                                                             const Circle<double>& c,
                                                              const LimitTable& t) noexcept {
     bool held = false;
-    const auto look = [&](int, Status status, const ArcSet&, const auto&, const auto&) {
+    Hidden any;
+    const auto look = [&](int gc, Status status, ArcSet& arcs, const auto& f, const auto&) {
+        tell_branch(arm, pose, c, t, gc, f, any, status, arcs);
         return held = status == Status::OK;
     };
     each_branch(arm, c, t, all_pivots, OneAxis::shared, look);
@@ -263,13 +279,18 @@ template <class Enough, class Each>
 ARMANGLE_INLINE bool each_pair(const Arm& arm, const Circle<double>& c, const LimitTable& t, Status& status,
                                const Enough& is_enough, const Each& each) noexcept {
     if (t.locked) return false;
+    bool hides = false;
     for (int side = 0; side < 2; ++side) {
         SelfMotion<double> m = self_motion(arm, c, {1.0, side ? -1.0 : 1.0, 1.0});
         const Status elbow = elbow_status(m, t);
         status = nearer_reason(status, elbow == Status::OK ? Status::LIMITS : elbow);
-        if (elbow != Status::OK) continue;
+        if (elbow != Status::OK) {
+            hides |= elbow == Status::ELBOW_LIMIT && is_about_straight(t, c);
+            continue;
+        }
         if (shoulder_singular(m) || wrist_singular(m)) return false;
         JointFunctions<double> f = joint_functions(m);
+        hides |= may_hide(t, c, f);
         if (is_shut(t, f)) continue;
         if (may_jump(f.hinge[0]) || may_jump(f.hinge[1])) return false;
         if (is_enough(f)) return true;
@@ -307,7 +328,7 @@ ARMANGLE_INLINE bool each_pair(const Arm& arm, const Circle<double>& c, const Li
                 return false;
         }
     }
-    return true;
+    return !hides;
 }
 
 }  // namespace detail
@@ -329,7 +350,7 @@ inline Freedom freedom(const Arm& arm, const Pose<double>& pose, const LimitTabl
     const auto never = [](const JointFunctions<double>&) { return false; };
     if (detail::each_pair(arm, c, t, out.status, never, add)) [[likely]]
         return out;
-    return detail::freedom_by_branches(arm, c, t);
+    return detail::freedom_by_branches(arm, pose, c, t);
 }
 
 /// Whether any branch and arm angle holds a pose within the limits.
@@ -346,7 +367,7 @@ inline bool is_reachable(const Arm& arm, const Pose<double>& pose, const LimitTa
     };
     if (detail::each_pair(arm, c, t, status, glance, look)) [[likely]]
         return reached;
-    return detail::is_held_by_a_branch(arm, c, t);
+    return detail::is_held_by_a_branch(arm, pose, c, t);
 }
 
 }  // namespace armangle

@@ -65,7 +65,8 @@ inline constexpr int all_work = 20000;      // splits for one pose, of about a m
 inline constexpr double apart = 1e-6;       // arm angles further apart are two solutions (rad)
 inline constexpr int newton = 40, deepest = 20;
 inline constexpr double beside = 1e-5;    // rad: off straight, where psi may have too few digits for postures
-inline constexpr double straight = 1e-5;  // rad: the same of the elbow, whose bend is the root of a rounding
+inline constexpr double beside_locked = 1e-2;  // rad: the same where a joint is locked, and takes one psi alone
+inline constexpr double straight = 1e-5;  // rad: of the elbow, where its bend is the root of a rounding
 inline constexpr double start = 1e-3;     // a start is this near to the pose (of the arm's size; rad)
 inline constexpr double seed = 0.3;       // the same of the seed, and of starts that stand for many
 inline constexpr double gain = 1e-11;     // rad: a posture beside another that gains less is none
@@ -74,6 +75,27 @@ inline constexpr int settling = 600;      // rounds of settled() for one pose, o
 }  // namespace nearest_rule
 
 namespace detail {
+
+/// How far off straight a hinge or the elbow may leave psi too few digits to tell postures apart (rad).
+ARMANGLE_INLINE double poor_band(const LimitTable& t) noexcept {
+    return t.locked ? nearest_rule::beside_locked : nearest_rule::beside;
+}
+
+/// Whether the elbow is so near to stretched or folded that psi is poor.
+ARMANGLE_INLINE bool is_about_straight(const LimitTable& t, const Circle<double>& c) noexcept {
+    return abs(c.triangle.eta.sin) <= poor_band(t);
+}
+
+/// Whether psi may have too few digits to tell postures of a circle apart, so that arcs miss some: a hinge, or
+/// the elbow, is about straight, or hardly moves with psi.
+ARMANGLE_INLINE bool may_hide(const LimitTable& t, const Circle<double>& c,
+                              const JointFunctions<double>& f) noexcept {
+    const double band = poor_band(t), gap = 0.5 * band * band;  // 1 - cos
+    bool out = is_about_straight(t, c);
+    for (const Hinge<double>& h : f.hinge)
+        out |= (min(h.high.below_one, h.low.above_minus_one) <= gap) | (h.swing <= band);
+    return out;
+}
 
 /// The cost of one joint: w d^2, or w |d| - room, with d = q - near.
 struct JointCost {
@@ -118,6 +140,7 @@ struct ElbowBranches {
     SelfMotion<double> motion;  // with positive hinges
     JointFunctions<double> functions;
     bool lost[2] = {};      // the side's first and last joint are one axis for every psi
+    bool hides = false;     // it may have postures of which arcs do not tell
     bool delicate = false;  // psi may have too few digits to tell postures apart
     bool drawn = false;  // joint 4 is to be drawn to its limit, which the pose does not tell from its value
     double cost_4;
@@ -317,6 +340,46 @@ public:
         if (out.count > 0) out.status = Status::OK;
     }
 
+    /// Some posture, of no seed: one of the arcs, or what settles beside them; or why there is none.
+    [[gnu::noinline, gnu::cold]] Nearest some() noexcept {
+        for (int elbow = 0; elbow < 2; ++elbow)
+            if (elbow_[elbow].open) open(elbow);
+        for (int gc = 0; gc < configurations; ++gc)
+            for (int arc = 0; arc < arcs_.arcs[gc].count; ++arc) {
+                const Nearest out = somewhere(gc, arcs_.arcs[gc].arc[arc]);
+                if (out.status == Status::OK) return out;
+            }
+        Nearest out = nothing(arcs_.status);
+        if (out.status == Status::OK) out = refused(Status::LIMITS);
+        rounds_ = nearest_rule::settling;
+        any_ = true;
+        for (int elbow = 0; elbow < 2 && out.status != Status::OK; ++elbow) {
+            if (!elbow_[elbow].hides) continue;
+            look_beside_straight(elbow, out);
+            look_at_limits(elbow, out);
+        }
+        return out;
+    }
+
+    /// Keeps of the arcs of a branch, all single psi, those that hold.
+    void keep_held(int gc, ArcSet& arcs) noexcept {
+        const ArcSet before = arcs;
+        make_empty(arcs);
+        if (before.empty()) return;
+        if (elbow_[gc >> 1 & 1].open) open(gc >> 1 & 1);
+        for (int i = 0; i < before.count; ++i)
+            if (somewhere(gc, before.arc[i]).status == Status::OK) put(arcs, before.arc[i]);
+    }
+
+    /// Puts the psi of a posture of a branch into its arcs.
+    void put_in(int gc, const Nearest& found, ArcSet& arcs) const noexcept {
+        if (found.status != Status::OK) return;
+        SelfMotion<double> m = elbow_[gc >> 1 & 1].motion;
+        m.gc = configuration(gc);
+        const Tag tag = nearest_limit(limits_, m.gc, directions(m, sin_cos(found.psi)), all_joints);
+        put(arcs, {found.psi, found.psi, tag, tag});
+    }
+
 private:
     struct Best {
         double cost = infinity, psi = 0;
@@ -404,12 +467,8 @@ private:
         e.functions = joint_functions(e.motion);
         e.lost[0] = shoulder_singular(e.motion);
         e.lost[1] = wrist_singular(e.motion);
-        constexpr double gap = 0.5 * nearest_rule::beside * nearest_rule::beside;  // 1 - cos
-        const Hinge<double>(&h)[hinges] = e.functions.hinge;
-        const double nearest = min(min(h[0].high.below_one, h[0].low.above_minus_one),
-                                   min(h[1].high.below_one, h[1].low.above_minus_one));
-        e.delicate =
-            (limits_.locked | (nearest <= gap)) || abs(circle_.triangle.eta.sin) <= nearest_rule::straight;
+        e.hides = may_hide(limits_, circle_, e.functions);
+        e.delicate = limits_.locked || e.hides;
         fill_arcs(elbow);
         fill_cuts(e);
     }
@@ -1049,6 +1108,17 @@ private:
 
     // -- results
 
+    /// A posture at an arc's middle or ends.
+    Nearest somewhere(int gc, const Arc& arc) noexcept {
+        Nearest out;
+        for (const double psi : {0.5 * (arc.lower + arc.upper), arc.lower, arc.upper}) {
+            best_ = {0.0, psi, gc, false};
+            out = result();
+            if (out.status == Status::OK || arc.upper - arc.lower <= tolerance::same_psi) break;
+        }
+        return out;
+    }
+
     /// The seed itself, where it is a posture of the pose: nothing is nearer.
     bool keep_near(Nearest& out) noexcept {
         if (!options_.near || options_.metric == Metric::margin) return false;
@@ -1140,6 +1210,15 @@ private:
     /// Puts in the place of a posture a better one, that is found in the joints themselves.
     [[gnu::noinline, gnu::cold]] void look_beside(Nearest& out) noexcept {
         rounds_ = nearest_rule::settling;
+        if (out.status != Status::OK) {
+            // whether there is a posture must not depend on the seed
+            NearestOptions seedless = options_;
+            seedless.near = nullptr;
+            seedless.metric = Metric::l2;
+            for (double& w : seedless.weight) w = 1.0;
+            const Nearest some = NearestSearch(arm_, limits_, pose_, seedless).some();
+            if (some.status == Status::OK) out = finished(some.q, some.psi, some.gc);
+        }
         if (out.status == Status::OK) {
             Joints q{};
             for (int j = 0; j < joints; ++j) q.q[j] = out.q[j];
@@ -1149,8 +1228,9 @@ private:
             ElbowBranches& e = elbow_[elbow];
             if (!e.open) continue;
             open(elbow);
+            if (out.status != Status::OK) break;
             look_beside_straight(elbow, out);
-            if (limits_.locked || out.status != Status::OK) look_at_limits(elbow, out);
+            if (limits_.locked) look_at_limits(elbow, out);
         }
         if (options_.near && options_.metric != Metric::margin) {
             Joints q{};
@@ -1163,14 +1243,13 @@ private:
     /// The psi at which a hinge comes nearest to 0 and to pi, if near enough; all round where both are.
     void look_beside_straight(int elbow, Nearest& out) noexcept {
         const ElbowBranches& e = elbow_[elbow];
-        constexpr double gap = 0.5 * nearest_rule::beside * nearest_rule::beside;
+        const double band = any_ ? poor_band(limits_) : nearest_rule::beside, gap = 0.5 * band * band;
         for (const Hinge<double>& h : e.functions.hinge) {
             const double top = atan2(h.H.s, h.H.c);
             const bool high = h.high.below_one <= gap, low = h.low.above_minus_one <= gap;
             if (high) starts_at(elbow, top, nearest_rule::start, out);
             if (low) starts_at(elbow, top + pi, nearest_rule::start, out);
-            const bool still = h.swing <= nearest_rule::beside;
-            if (!still || !(high || low || circle_.triangle.eta.sin <= nearest_rule::straight)) continue;
+            if (!(h.swing <= band && (high || low || circle_.triangle.eta.sin <= band))) continue;
             for (int i = 1; i < nearest_rule::first_boxes; ++i)
                 starts_at(elbow, top + two_pi / nearest_rule::first_boxes * i, nearest_rule::seed, out);
         }
@@ -1210,6 +1289,7 @@ private:
 
     /// Tries a start that may gain: one near to the pose, that costs less than what is known.
     void try_start(const Joints& start, int gc, double near, Nearest& out) noexcept {
+        if (any_ && out.status == Status::OK) return;
         Joints inside = start;
         for (int j = 0; j < joints; ++j)
             inside.q[j] = min(max(start.q[j], arm_.limits.lower[j]), arm_.limits.upper[j]);
@@ -1229,8 +1309,8 @@ private:
             pull.weight[j] = joint_[j].weight;
             pull.near[j] = joint_[j].near;
         }
-        const Relaxed at = squares() ? settled_beside(arm_, limits, start, pose, pull, rounds_)
-                                     : settled(arm_, limits, start, pose, pull, 0.0, rounds_);
+        const Relaxed at = squares() && !any_ ? settled_beside(arm_, limits, start, pose, pull, rounds_)
+                                              : settled(arm_, limits, start, pose, pull, 0.0, rounds_);
         if (!meets(arm_, at)) return;
         const Nearest found = told(at.at);
         if (found.status != Status::OK) return;
@@ -1283,6 +1363,7 @@ private:
     int work_ = 0;  // splits left to a first box
     int left_ = nearest_rule::all_work;
     int rounds_ = 0;  // of settled(), left to the pose
+    bool any_ = false;  // any posture will do
     double least_[configurations][nearest_rule::first_boxes],
         value_[configurations][nearest_rule::first_boxes];
 };
@@ -1294,6 +1375,15 @@ private:
 inline Nearest nearest_posture(const Arm& arm, const LimitTable& limits, const Pose<double>& pose,
                                const NearestOptions& options) noexcept {
     return detail::NearestSearch(arm, limits, pose, options).best();
+}
+
+/// Some posture of a pose in the branches of a bit each, or why there is none. Where psi has too few digits
+/// for arcs, it is this that tells whether a pose is held.
+inline Nearest some_posture(const Arm& arm, const LimitTable& limits, const Pose<double>& pose,
+                            unsigned branches = (1u << configurations) - 1) noexcept {
+    NearestOptions options;
+    options.branches = branches;
+    return detail::NearestSearch(arm, limits, pose, options).some();
 }
 
 /// The nearest posture of each branch and arc, by rising distance.

@@ -116,11 +116,13 @@ public:
     TurnArcs(const Arm& arm, const LimitTable& t, Turned turned) noexcept
         : arm_(arm), t_(t), side_(turned == Turned::base ? 0 : 1), end_(side_ == 0 ? 0 : pivots - 1) {}
 
-    Status find(const Circle<double>& c, ArcSet& out) noexcept {
+    Status find(const Pose<double>& pose, const Circle<double>& c, ArcSet& out) noexcept {
         Status reason = is_folded(c) ? Status::FOLDED : Status::UNREACHABLE;
+        bool hides = t_.locked;
         const auto add = [&](int gc, Status status, const ArcSet& arcs, const auto& shoulder,
                              const auto& wrist) {
             reason = nearer_reason(reason, status);
+            hides |= may_hide(t_, c, status, shoulder);
             if (!arcs.empty())
                 add_arcs(self_motion(arm_, c, configuration(gc)), arcs, side_ ? wrist : shoulder);
             if (t_.margin == 0 && (status == Status::OK || status == Status::LIMITS) &&
@@ -130,6 +132,11 @@ public:
         };
         each_branch(arm_, c, t_, all_pivots & ~pivot_bits(end_), OneAxis::shared, add);
         turns_.finish(out);
+        if (hides && !contains(out, 0.0)) [[unlikely]] {
+            add_hidden(arm_, t_, pose);
+            if (out.empty()) add_hidden_elsewhere(pose);
+            turns_.finish(out);
+        }
         return out.empty() ? reason : Status::OK;
     }
 
@@ -165,6 +172,25 @@ private:
         }
     }
 
+    /// The turns of a posture of which arcs do not tell: one that holds the pose as it is.
+    [[gnu::noinline, gnu::cold]] void add_hidden(const Arm& arm, const LimitTable& t,
+                                                 const Pose<double>& pose) noexcept {
+        const Nearest found = some_posture(arm, t, pose);
+        if (found.status != Status::OK) return;
+        const int joint = pivot_joint[end_];
+        const double theta = to_theta(arm_, joint, found.q[joint]);
+        add(arm_.limits, joint, 1.0, theta, theta);
+    }
+
+    /// Or one that holds it at another turn.
+    [[gnu::noinline, gnu::cold]] void add_hidden_elsewhere(const Pose<double>& pose) noexcept {
+        ArmParameters p = arm_;
+        p.limits.lower[pivot_joint[end_]] = -infinity;
+        p.limits.upper[pivot_joint[end_]] = infinity;
+        const Arm free = make_arm(p);
+        add_hidden(free, limit_table(free, t_.margin), pose);
+    }
+
     /// A posture by itself, whose hinge may be 0 or pi.
     void add_needle(const Needle& n) noexcept {
         const double along = n.along[side_];
@@ -188,7 +214,7 @@ private:
 /// (joint 3 where joints 1 and 3 are one axis). OK, or why there is none: what blocks the *other* joints.
 inline Status turn_arcs(const Arm& arm, const Pose<double>& pose, const LimitTable& t, Turned turned,
                         ArcSet& out) noexcept {
-    return detail::TurnArcs(arm, t, turned).find(circle(arm, flange_pose(arm, pose)), out);
+    return detail::TurnArcs(arm, t, turned).find(pose, circle(arm, flange_pose(arm, pose)), out);
 }
 
 }  // namespace armangle

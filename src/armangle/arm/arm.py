@@ -1452,7 +1452,9 @@ class Arm(FrozenValue):
         """Return whether any posture within the limits holds a pose: any branch, any arm angle.
 
         Exact, by closed form, in less than a microsecond a pose of a batch; which branches and how much of
-        them is `freedom`, and why not is `explain`.
+        them is `freedom`, and why not is `explain`. Beside straight hinges, where closed forms run out of
+        digits, and with locked joints, it is the answer of `solve`, and may take some milliseconds
+        (docs: theory/feasible, isolated ψ).
 
         Parameters
         ----------
@@ -1658,7 +1660,7 @@ class Arm(FrozenValue):
         pose : array_like, shape (..., 4, 4)
             Tool frame, position in m.
         near : array_like, shape (..., 7), optional
-            The seed, rad. Without it the posture is that of `best`.
+            The seed, rad. Without it the posture is that of `best`, and ``distance`` is NaN.
         metric : "l2" or "max"
             Distance: root of the weighted sum of squares of joint differences, or the largest of √weight
             times a difference. Of postures whose largest difference is the elbow's, which every arm angle

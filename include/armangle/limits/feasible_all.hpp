@@ -1,0 +1,118 @@
+// Feasible arcs of a pose as the user sees it, in one branch or in all eight.
+//
+// Arcs tell which psi hold a pose where psi has the digits for it. Where a branch has single psi alone, or no
+// psi and a hinge about straight, postures are looked for in the joints themselves: by the part that finds the
+// nearest posture there, so that arcs, freedom and nearest postures never disagree whether there is one.
+#pragma once
+
+#include "nearest.hpp"
+
+namespace armangle {
+
+namespace detail {
+
+/// Whether the joints have to tell: no arc is wider than the tolerance, and single psi may not hold, or hide.
+/// The paper's own avoidance takes psi, not postures.
+inline bool joints_tell(const LimitTable& t, const ArcSet& arcs, Status status, bool hides) noexcept {
+    for (int i = 0; i < arcs.count; ++i)
+        if (arcs.full || !is_isolated(arcs.arc[i])) return false;
+    if (t.psi_margin > 0) return false;
+    return !arcs.empty() || (hides && (status == Status::LIMITS || status == Status::ELBOW_LIMIT));
+}
+
+/// Whether a branch may have postures of which arcs do not tell; the joint functions count where the elbow
+/// lets it be.
+inline bool may_hide(const LimitTable& t, const Circle<double>& c, Status status,
+                     const JointFunctions<double>& f) noexcept {
+    return status == Status::OK || status == Status::LIMITS ? may_hide(t, c, f) : is_about_straight(t, c);
+}
+
+/// Some posture of a pose, of any branch: looked for once, where a branch asks for it.
+struct Hidden {
+    bool asked = false;
+    Nearest found;
+};
+
+/// The arcs of a branch, and its status, once the joints have told. No branch has what all together have not.
+[[gnu::noinline, gnu::cold]] inline Status told_by_joints(const Arm& arm, const Pose<double>& pose, int gc,
+                                                          const LimitTable& t, Status status, bool hides,
+                                                          Hidden& any, ArcSet& out) noexcept {
+    NearestOptions options;
+    options.branches = 1u << gc;
+    NearestSearch search(arm, t, pose, options);
+    search.keep_held(gc, out);
+    if (out.empty() && hides) {
+        if (!any.asked) any = {true, some_posture(arm, t, pose)};
+        if (any.found.status == Status::OK)
+            search.put_in(gc, any.found.gc == gc ? any.found : search.some(), out);
+    }
+    if (!out.empty()) return Status::OK;
+    return status == Status::OK ? Status::LIMITS : status;
+}
+
+/// feasible() where arcs do not tell, or where the self-motion is not kept.
+[[gnu::noinline, gnu::cold]] inline Status feasible_again(const Arm& arm, const Pose<double>& pose, int gc,
+                                                          const LimitTable& t, ArcSet& out) noexcept {
+    const SelfMotion<double> m = self_motion(arm, pose, gc);
+    const Status status = feasible(m, t, out);
+    const bool hides = may_hide(t, m.circle, status, joint_functions(m));
+    Hidden any;
+    if (!joints_tell(t, out, status, hides)) return status;
+    return told_by_joints(arm, pose, gc, t, status, hides, any, out);
+}
+
+}  // namespace detail
+
+/// Psi_all of a pose (as the user sees it) in branch gc, 0..7. It keeps nothing of the self-motion, which
+/// would cost registers.
+ARMANGLE_INLINE Status feasible(const Arm& arm, const Pose<double>& pose, int gc, const LimitTable& t,
+                                ArcSet& out) noexcept {
+    const SelfMotion<double> m = self_motion(arm, pose, gc);
+    const JointFunctions<double> f = joint_functions(m);
+    const Status elbow = elbow_status(m, t);
+    make_empty(out);
+    if (elbow != Status::OK)
+        return elbow == Status::ELBOW_LIMIT ? detail::feasible_again(arm, pose, gc, t, out) : elbow;
+    Blocked blocked;
+    const bool hides = detail::may_hide(t, m.circle, f);
+    const Status status = detail::free_of_all(f, t, blocked, out);
+    if (!detail::may_isolate(t, blocked, out) && !(hides && out.empty())) [[likely]]
+        return status;
+    return detail::feasible_again(arm, pose, gc, t, out);
+}
+
+/// Psi_all of the eight branches of a pose (as the user sees it); the same sets as feasible() gives one by
+/// one.
+inline void feasible_all(const Arm& arm, const Pose<double>& pose, const LimitTable& t,
+                         AllArcs& out) noexcept {
+    const Circle<double> on = circle(arm, flange_pose(arm, pose));
+    detail::Hidden any;
+    for (int side = 0; side < 2; ++side) {
+        SelfMotion<double> m = self_motion(arm, on, configuration(2 * side));
+        const Status status = elbow_status(m, t);
+        detail::Sides sides[2];
+        for (int negative = 0; status == Status::OK && negative < 2; ++negative) {
+            m.gc.shoulder = m.gc.wrist = negative ? -1.0 : 1.0;
+            detail::block_sides(t, m, all_pivots, sides[negative]);
+        }
+        const bool hides = detail::may_hide(t, on, status, sides[0].f);
+        for (int branch = 0; branch < 4; ++branch) {
+            const int shoulder = branch & 1, wrist = branch >> 1, gc = shoulder + 2 * side + 4 * wrist;
+            ArcSet& arcs = out.arcs[gc];
+            make_empty(arcs);
+            out.status[gc] = status;
+            if (status == Status::OK) {
+                Blocked both = sides[shoulder].shoulder;
+                detail::append(sides[wrist].wrist, both);
+                const JointFunctions<double>&of_shoulder = sides[shoulder].f, &of_wrist = sides[wrist].f;
+                out.status[gc] = detail::finish(t, of_shoulder, of_wrist, both, arcs);
+                if (detail::may_isolate(t, both, arcs)) [[unlikely]]
+                    out.status[gc] = detail::add_isolated(t, m, of_shoulder, of_wrist, both, arcs);
+            }
+            if (detail::joints_tell(t, arcs, out.status[gc], hides)) [[unlikely]]
+                out.status[gc] = detail::told_by_joints(arm, pose, gc, t, out.status[gc], hides, any, arcs);
+        }
+    }
+}
+
+}  // namespace armangle
