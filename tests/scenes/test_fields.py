@@ -111,6 +111,23 @@ def test_arcs_distances_and_the_widest_arm_angle_are_of_one_surface(noise: float
     assert ends > 4 and beyond > 1
 
 
+def test_arcs_and_distances_of_a_coarse_field_that_was_cut_off_agree() -> None:
+    """Two nodes along each edge, far apart, and no distance above 0: nothing is known within the grid."""
+    rng, near = generator(9), 0
+    for _ in range(count(60)):
+        spacing = rng.uniform(0.2, 0.4)
+        origin = np.array([0, 0, 0.34]) + rng.normal(size=3) * 0.3 - spacing / 2
+        scene = aa.Scene([aa.Field(np.zeros((2, 2, 2)), origin, spacing)])
+        pose, _, gc = ARM.forward(rng.uniform(-1.8, 1.8, 7))
+        psi = np.linspace(-np.pi, np.pi, 181)
+        free = ARM.clear(pose, gc, scene).contains(psi)
+        over = ARM.clearance(np.tile(pose, (181, 1, 1)), psi, gc, scene).distance
+        assert over[free].min(initial=1.0) > -0.01 * spacing - 1e-6
+        assert over[~free].max(initial=-1.0) < 0.25 * spacing + 1e-6
+        near += 0 < free.sum() < len(psi)
+    assert near > 3
+
+
 def test_what_a_noisy_node_forgets_its_neighbours_tell() -> None:
     """A value is raised to what others prove; then it alone changes nothing."""
     nodes = grid([0.2, -0.2, 0.3], [0.4] * 3, 0.02)

@@ -324,7 +324,8 @@ private:
         Solid here = solid;
         for (int k = 0; k < scene_.part_count; ++k) {
             const MetPart& part = part_[k];
-            if (!meets_bound(part, bound.centre.x, off, bound.radius)) continue;
+            const double more = more_reach(solid, 2.0 * part.length, part.reach);
+            if (!meets_bound(part, bound.centre.x, off, bound.radius + more)) continue;
             if (!turned) here = placed(frame, solid);
             turned = true;
             const double R = solid.radius + part.reach;
@@ -338,6 +339,11 @@ private:
             else
                 certified(here, R, id, k);
         }
+    }
+
+    /// What a bound has to allow a field, so that it leaves out nothing that the field's own distance blocks.
+    static double more_reach(const Solid& solid, double length, double reach) noexcept {
+        return solid.kind == SolidKind::field ? reach_of_places(*solid.field, length, reach) : 0.0;
     }
 
     void against_plane(const Solid& plane, int id) noexcept {
@@ -388,7 +394,9 @@ private:
             if (scene_.unasked(id, link)) return;
             const Solid here = placed(frame, given);
             const double reach = given.radius + margin;
-            if (given.kind != SolidKind::half_space && !comes_near(rod, around(here), margin)) return;
+            const Rod& own = scene_.swings[k].rod;
+            const double more = more_reach(given, norm(own.end - own.begin), reach);
+            if (given.kind != SolidKind::half_space && !comes_near(rod, around(here), margin + more)) return;
             moved({rod, here, reach}, id, link);
         };
         for (int s = 0; s < scene_.solid_count && !out_.all; ++s)

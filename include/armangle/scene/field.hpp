@@ -228,6 +228,12 @@ inline double half_gap(const Field& field, double length) noexcept {
     return count > 0 ? 0.5 * length / count : 0.0;
 }
 
+/// By how much farther than `reach` a segment's places must be for its distance to be `reach`
+/// (segment_field).
+inline double reach_of_places(const Field& field, double length, double reach) noexcept {
+    return hypot(reach, half_gap(field, length)) - reach;
+}
+
 /// The least of numbers f(0) to f(last) that differ by `rise` at most from one to the next, and which it is.
 /// Ends early where one is below `enough`.
 struct LeastPlace {

@@ -152,6 +152,15 @@ inline constexpr int halvings = 40;
 inline constexpr double thinnest = 0.999;
 }  // namespace widest_rule
 
+/// m: clearances so near to each other need not be told apart, since arcs of a field have as much slack.
+inline double indifferent_clearance(const Scene& scene) noexcept {
+    double out = infinity;
+    for (int k = 0; k < scene.solid_count; ++k)
+        if (scene.solids[k].kind == SolidKind::field)
+            out = min(out, field_rule::agreed_free * scene.solids[k].field->spacing);
+    return out < infinity ? out : 0.0;
+}
+
 /// The middle of the widest arc that leaves(clearance, arcs) gives at the greatest clearance that leaves one:
 /// arcs shrink as the clearance grows, so that it is found by bisection. NaN where parts are so deep in
 /// obstacles that no clearance helps.
@@ -176,7 +185,8 @@ double widest_psi(const Scene& scene, double size, int halvings, const Leaves& l
     else if (!some(low))
         return not_a_number;
     if (some(high)) low = high;
-    for (int k = 0; k < halvings && low < high; ++k) {
+    const double enough = indifferent_clearance(scene);
+    for (int k = 0; k < halvings && high - low > enough; ++k) {
         const double middle = 0.5 * (low + high);
         (some(middle) ? low : high) = middle;
     }
