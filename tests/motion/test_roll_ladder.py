@@ -173,3 +173,35 @@ def test_a_calibrated_arm_has_the_ladder_for_any_tool() -> None:
         assert planned.certified
         np.testing.assert_allclose(armed.forward(planned.q)[0], planned.poses, atol=1e-10)
         np.testing.assert_allclose(planned.poses[:, :3, 2], np.tile(asked[:3, 2], (20, 1)), atol=1e-10)
+
+
+def test_no_roll_of_a_fine_scan_has_a_nearer_posture() -> None:
+    arm = ARMS[0]
+    rng = generator(16, 53)
+    q, near = rng.uniform(arm.lower, arm.upper, (2, count(20), 7))
+    poses = arm.forward(q)[0]
+    free = arm.solve(poses, near=near, roll="free")
+    turned = poses[:, None] @ np.array([rolled(np.eye(4), angle) for angle in np.radians(np.arange(0, 360, 0.5))])
+    scanned = np.nanmin(arm.solve(turned, near=near[:, None]).distance, axis=1)
+    assert free.ok.all() and (free.distance <= scanned + 1e-9).all()
+    np.testing.assert_allclose(arm.forward(free.q)[0], free.pose, atol=1e-11)
+    np.testing.assert_allclose(free.pose[:, :3, 2:], poses[:, :3, 2:], atol=1e-11)
+    one = arm.solve(poses[3], near=near[3], roll="free")
+    assert one.q.tolist() == free.q[3].tolist()
+
+
+def test_a_posture_that_one_roll_alone_leaves_is_found() -> None:
+    """Nearly stretched, the wire is held at a small range of rolls between two of the ladder."""
+    arm = IIWA.with_(tool=aa.pose([0.08, 0.0, 0.25], rpy=[0.0, np.pi / 4, 0.0]))
+    q = [-0.2302, -0.7394, 2.4932, 0.0261, -1.4955, 1.3209, -0.0056]
+    asked = rolled(arm.forward(q)[0], 2.6429)
+    assert arm.solve(asked, near=q, roll="free").ok
+    assert not arm.solve(aa.pose([3.0, 0.0, 0.0]), near=q, roll="free").ok
+
+
+def test_of_rolls_that_all_fail_the_furthest_is_told_of() -> None:
+    arm = IIWA.with_(tool=aa.pose([0.08, 0.0, 0.25], rpy=[0.0, np.pi / 4, 0.0]))
+    first, last = (aa.pose([0.5, y, 0.15], rpy=[np.pi, 0, 0]) for y in (-0.15, 0.95))
+    free = aa.plan(arm, aa.Line(first, last), roll="free")
+    assert not free.ok and free.diagnosis.reached > 0.9
+    assert "Of 72 rolls about the tool's z axis that were tried" in free.explain()

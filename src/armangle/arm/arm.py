@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import MISSING, Field, fields, replace
 from inspect import Parameter, Signature
@@ -1690,9 +1691,10 @@ class Arm(FrozenValue):
         roll : "pose" or "free"
             "free": the tool may turn about its own z axis, as a drill, a torch, a suction cup may; the pose
             taken is ``arm.forward(found.q)[0]``. Where that axis is axis 7 this is exact: no roll has a
-            nearer posture, and there is none only where `feasible_roll` is empty. For any other tool 72 turns
-            are asked, 5° apart, each with its exact arcs, and the best is taken. Not with
-            ``outside="nearest"``.
+            nearer posture, and there is none only where `feasible_roll` is empty. For any other tool, and an
+            arm with a chain of its own, turns are sampled, each with its exact arcs: 72, 5° apart, and finer
+            ones about the best; 720 where none of them has a posture, so that "none" is then of those.
+            Not with ``outside="nearest"``.
         threads : int
             Threads for a batch; 0 for all cores.
 
@@ -2039,7 +2041,10 @@ def _checked(given: dict[str, Any]) -> dict[str, Any]:
     _check_rows(values)
     notes = (values["notes"],) if isinstance(values["notes"], str) else tuple(values["notes"])
     like_degrees = degrees_notes(values["joint_names"], values["lower"], values["upper"])
-    values["notes"] = (*(note for note in notes if not note.startswith(LIKE_DEGREES)), *like_degrees)
+    kept = [note for note in notes if not note.startswith(LIKE_DEGREES)]
+    if like_degrees and len(kept) == len(notes):  # a copy of an arm that was warned of is not again
+        warnings.warn(*like_degrees, UserWarning, stacklevel=4)
+    values["notes"] = (*kept, *like_degrees)
     values["signs"] = frozen(values["signs"].astype(np.int64))
     return values
 

@@ -154,7 +154,7 @@ class Branch:
             case Verdict.UNREACHABLE:
                 if self.status == Status.FOLDED:
                     return f"the wrist lies on the shoulder{where}; no arm angle is defined there."
-                return f"the wrist is out of reach{where}, by up to {self.excess * MILLIMETRES:.4g} mm."
+                return f"the wrist is out of reach{where}, by up to {self.excess * MILLIMETRES:.4g} mm{in_millimetres(self.excess) or '.'}"
             case Verdict.IMPOSSIBLE if self.status in (Status.CLEARANCE, Status.POSE_BLOCKED):
                 return self._blocked(where, path)
             case Verdict.IMPOSSIBLE if self.status == Status.NOT_ALLOWED:
@@ -241,12 +241,15 @@ class Diagnosis:
         limits; the pose itself where it is. Position in m.
     nearest_gap : float
         How far that is, m; NaN for a path.
+    note : str
+        What else is to be known of the findings, as a sentence, or "".
     """
 
     branches: tuple[Branch, ...]
     path: bool = True
     nearest: Floats | None = field(default=None, compare=False)
     nearest_gap: float = field(default=math.nan, compare=False)
+    note: str = ""
 
     def __post_init__(self) -> None:
         if self.nearest is not None:
@@ -293,6 +296,8 @@ class Diagnosis:
             head.append(f"GC {', '.join(map(str, others))}: another global configuration than the one given.")
         if self.path and not self.ok:
             head.append(f"The path can be followed up to s = {self.reached:.4g}.")
+        if self.note:
+            head.append(self.note)
         tail = []
         if self.nearest is not None and self.nearest_gap > 0:
             place = ", ".join(f"{value:.6g}" for value in self.nearest[:3, 3])

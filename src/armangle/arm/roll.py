@@ -20,6 +20,8 @@ Roll = Literal["pose", "free"]
 ROLLS = ("pose", "free")
 LADDER = 72
 """Turns about the tool's z axis that are asked where it is not axis 7."""
+_FINE, _FINER = 10, 3
+"""Between two of them, around the best, so many; and how often the same again between those."""
 
 _LAST = JOINTS - 1
 _ALONG = 1e-9  # m, rad: how far the tool's z axis may be from axis 7, to be it
@@ -97,21 +99,51 @@ def solve_free(
 
 
 def _on_ladder(arm: Arm, pose: Any, near: Any, weights: Floats, by_margin: bool, ask: Any) -> Solution:
-    """Return the best of `LADDER` turns about the tool's z axis, each with its exact arcs."""
+    """Return the best of `LADDER` turns about the tool's z axis, each with its exact arcs, and of finer ones
+    about it; where none has a posture, of ten times as many.
+    """
     poses = as_poses("pose", pose, arm._handle)
     _core.check_transforms(poses, "pose")  # before a turn is one more axis of theirs
-    angles = np.arange(LADDER) * (2 * np.pi / LADDER)
-    turns = about_z(angles)
-    seeds = None if near is None else np.asarray(near, dtype=np.float64)[..., None, :]
-    found: Solution = ask(arm, poses[..., None, :, :] @ turns, seeds, weights)
-    ok = np.asarray(found.ok)
-    worth = np.where(ok, found.margin if by_margin else -np.asarray(found.distance), -np.inf)
-    best = worth.argmax(axis=-1)
+    seeds = None if near is None else np.asarray(near, dtype=np.float64)
+    if seeds is not None and seeds.shape[-1:] == (JOINTS,):
+        batch = np.broadcast_shapes(poses.shape[:-2], seeds.shape[:-1])
+        poses, seeds = np.broadcast_to(poses, (*batch, 4, 4)), np.broadcast_to(seeds, (*batch, JOINTS))
 
-    def taken(column: Any) -> Any:
-        column = np.asarray(column)
-        index = best.reshape(*best.shape, *[1] * (column.ndim - best.ndim))
-        return np.take_along_axis(column, index, axis=best.ndim).squeeze(best.ndim)
+    def best_of(which: Any, angles: Floats) -> tuple[list[Any], Floats, Floats]:
+        """The best columns of some poses at angles (..., k), what they are worth, and at which angle."""
+        near_them = None if seeds is None else seeds[which][..., None, :]
+        found: Solution = ask(arm, poses[which][..., None, :, :] @ about_z(angles), near_them, weights)
+        worth = np.where(found.ok, found.margin if by_margin else -np.asarray(found.distance), -np.inf)
+        best = worth.argmax(axis=-1)
 
-    every = Solution(*(taken(column) for column in found))
-    return every if best.ndim else every.row(())
+        def taken(column: Any) -> Any:
+            column = np.asarray(column)
+            index = best.reshape(*best.shape, *[1] * (column.ndim - best.ndim))
+            return np.take_along_axis(column, index, axis=best.ndim).squeeze(best.ndim)
+
+        return [np.array(taken(column)) for column in found], taken(worth), taken(angles)
+
+    def ladder(rungs: int, like: Floats) -> Floats:
+        return np.broadcast_to(np.arange(rungs) * (2 * np.pi / rungs), (*like.shape[:-2], rungs))
+
+    every, worth, at = best_of(..., ladder(LADDER, poses))
+    worth, at = np.array(worth), np.array(at)
+
+    def improve(which: Any, angles: Floats) -> None:
+        columns, better, there = best_of(which, angles)
+        gained = better > worth[which]
+        for column, new in zip((*every, worth, at), (*columns, better, there), strict=True):
+            kept = column[which]
+            kept[gained] = new[gained]
+            column[which] = kept
+
+    none = ~np.isfinite(worth)
+    if none.any():
+        improve(none, ladder(_FINE * LADDER, poses[none]))
+    some = np.isfinite(worth)
+    width = 2 * np.pi / LADDER
+    for _ in range(_FINER if some.any() else 0):
+        improve(some, at[some][..., None] + np.linspace(-width, width, 2 * _FINE + 1))
+        width /= _FINE
+    found = Solution(*every)
+    return found if worth.ndim else found.row(())

@@ -29,6 +29,7 @@ from ..scenes.scene import Scene
 from .screen import note
 
 DEGREE = math.pi / 180
+_THINNEST = 1e-3  # m: no arm's links are as thin
 _FILES = (".csv", ".npz", ".json")
 POSE_HELP = "x,y,z,qw,qx,qy,qz: metres and a unit quaternion"
 
@@ -106,7 +107,9 @@ def with_body(arm: Arm, args: argparse.Namespace) -> tuple[Arm, Scene | None]:
     if Path(text).suffix.lower() == ".toml":
         body = load_body(text)
     elif not Path(text).is_file():
-        upper_arm, forearm = numbers("--body", text, "UPPER,FOREARM in mm, or a file", 2) / 1e3
+        upper_arm, forearm = radii = numbers("--body", text, "UPPER,FOREARM in mm, or a file", 2) / 1e3
+        if 0 < np.max(radii) < _THINNEST:
+            raise InputError(f"--body is {text}, radii in mm: was this in m?")
         body = Body.bones(upper_arm=float(upper_arm), forearm=float(forearm))
     elif is_mjcf(text):
         body = Body.from_mjcf(text, *links, exact=not args.inexact)

@@ -40,7 +40,8 @@ _INTERRUPTED = 130
 _NEGATIVE = re.compile(r"-\.?\d")
 
 _EPILOG = """\
-Degrees and metres in arguments and on screen, radians in files and --json.
+Degrees and metres in arguments and on screen, mm where an option says so;
+radians in files and --json.
 Exit status: 0 ok, 1 no solution (with the reason), 2 bad input.
 'armangle COMMAND --help' shows a command's options and an example."""
 

@@ -132,7 +132,8 @@ def unsolved_text(arm: Arm, pose: Floats, gc: int, status: Status) -> str:
         try:
             arm.inverse(pose, 0.0, gc)
         except UnreachableError as error:
-            return f"{error}. {status.sentence}"
+            said = str(error)
+            return f"{said}{'' if said.endswith('?') else '.'} {status.sentence}"
     return status.sentence
 
 

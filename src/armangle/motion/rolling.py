@@ -7,6 +7,7 @@ with exact arcs as any other: its frames are turned about their own z axes by ``
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import product
 from typing import cast
 
@@ -24,6 +25,8 @@ _TRIED = np.linspace(0.0, 1.0, 33)
 """The s at which a rung is looked at before it is planned."""
 _GROWING = np.radians([15.0, -15.0, 30.0, -30.0, 60.0, -60.0, 90.0, -90.0, 180.0, -180.0])
 """Rates of rungs where no roll that stays holds the whole path, rad per unit of s."""
+
+_NOTE = "Of {} rolls about the tool's z axis that were tried this is the one that comes furthest."
 
 Rung = tuple[float, float]
 
@@ -83,33 +86,40 @@ def _roll(frame: Floats, held: Floats) -> float:
 def best_planned(
     arm: Arm, path: Path, start: Floats | None, goal: Floats | None, planned: Callable[[Path], JointPath]
 ) -> JointPath:
-    """Return the plan of the rung that costs least; where none holds, that which comes furthest."""
+    """Return the plan of the rung that costs least; where none holds, of the one that comes furthest."""
     rungs = ladder(arm, path, start, goal)
-    every = [planned(rolled(path, *rung)) for rung in _held(arm, path, rungs) or rungs[:1]]
+    held, furthest = _held(arm, path, rungs)
+    every = [planned(rolled(path, *rung)) for rung in held or [furthest]]
     if start is None and goal is None and not any(result.ok for result in every):
-        for rung in _held(arm, path, _growing())[:LADDER]:
+        for rung in _held(arm, path, _growing())[0][:LADDER]:
             result = planned(rolled(path, *rung))
             if result.ok:
                 return result
-    return min(every, key=_worth)
+    best = min(every, key=_worth)
+    if best.ok or best.diagnosis is None:
+        return best
+    return replace(best, diagnosis=replace(best.diagnosis, note=_NOTE.format(len(rungs))))
 
 
 def _worth(result: JointPath) -> tuple[bool, bool, float]:
     """Return what sorts plans: those that hold by proof and cost, the others by how far they come."""
     branches = result.diagnosis.branches if result.diagnosis else ()
     costs = [branch.cost for branch in branches if branch.ok]
-    short = max((branch.reached for branch in branches), default=0.0)
-    return not result.ok, not result.certified, min(costs) if costs else -short
+    come = max((max(branch.reached, branch.s_from) for branch in branches), default=0.0)
+    return not result.ok, not result.certified, min(costs) if costs else -come
 
 
-def _held(arm: Arm, path: Path, rungs: list[Rung]) -> list[Rung]:
-    """Return the rungs of which every pose looked at can be held, those with most freedom first."""
+def _held(arm: Arm, path: Path, rungs: list[Rung]) -> tuple[list[Rung], Rung]:
+    """Return the rungs of which every pose looked at can be held, those with most freedom first, and the one
+    that comes furthest.
+    """
     frames = np.stack([rolled(path, *rung).pose(_TRIED) for rung in rungs])
     free = arm.nominal.freedom(frames)
     least, branches = np.min(free.total, axis=1), np.asarray(free.gc)
     whole = np.bitwise_and.reduce(branches, axis=1) != 0
     order = np.lexsort((-least, ~whole))
-    return [rungs[k] for k in order.tolist() if branches[k].all()]
+    come = np.logical_and.accumulate(branches != 0, axis=1).sum(axis=1)
+    return [rungs[k] for k in order.tolist() if branches[k].all()], rungs[int(come.argmax())]
 
 
 def best_followed(arm: Arm, path: Path, start: Floats, followed: Callable[[Rung], JointPath]) -> JointPath:

@@ -104,7 +104,7 @@ class Placement:
         return (
             f"{self.reached[i, j]:g} of {self.weight.sum():g} reached from x = {self.x[i]:g} m, "
             f"y = {self.y[j]:g} m, yaw {np.degrees(self.yaw[i, j]):.1f}°, which may vary over "
-            f"{np.degrees(self.stretch[i, j]):.1f}°"
+            f"{np.degrees(self.stretch[i, j]):.1f}°; the best of {self.reached.size} positions"
         )
 
 

@@ -112,7 +112,7 @@ def _start(arm: Arm, text: str | None, frame: Floats, scene: Scene | None) -> Fl
     best = arm.best(frame, scene=scene)
     if not best.ok:
         why = arm.explain(frame, scene=scene).explain()
-        raise PathError(f"no posture holds the first pose: {why}; give --start")
+        raise PathError(f"no posture holds the first pose: {why.rstrip('.')}; give --start")
     return np.asarray(best.q)
 
 
