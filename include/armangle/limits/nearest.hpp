@@ -60,8 +60,8 @@ inline constexpr double narrowest = 1e-15;  // half width at which a box is not 
 inline constexpr double settled = 1e-16;    // square of Newton's last move, of the radius of its box (rad)
 inline constexpr double tie = 1e-13;        // costs closer than this share of them are equal
 inline constexpr double noise = 1e-12;      // of a joint's value, where costs are a maximum (rad)
-inline constexpr int work = 2000;           // splits of a first box, and no more: a hundred are many
-inline constexpr int all_work = 20000;      // splits for one pose, of about a microsecond each
+inline constexpr int work = 400;            // splits of a first box, and no more: a hundred are many
+inline constexpr int all_work = 4000;       // splits for one pose, of some microseconds each
 inline constexpr double apart = 1e-6;       // arm angles further apart are two solutions (rad)
 inline constexpr double same = 4e-15;  // a pose this near is the pose (of the arm's size; of a unit vector)
 inline constexpr int newton = 40, deepest = 20;
