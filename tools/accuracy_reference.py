@@ -19,7 +19,9 @@ ON_AXIS = mpmath.mpf("1e-7")
 
 def _dh(theta: Any, alpha: int, d: float, a: float) -> Any:
     c, s, x, z = mpmath.cos(theta), mpmath.sin(theta), 1 - abs(alpha), alpha
-    return mpmath.matrix([[c, -s * x, s * z, a * c], [s, c * x, -c * z, a * s], [0, z, x, d], [0, 0, 0, 1]])
+    return mpmath.matrix(
+        [[c, -s * x, s * z, a * c], [s, c * x, -c * z, a * s], [0, z, x, d], [0, 0, 0, 1]]
+    )
 
 
 def frames(arm: aa.Arm, q: Floats) -> list[Any]:
