@@ -541,3 +541,24 @@ def test_solutions_are_postures_or_none(name: str, q: list[float], locked: list[
     assert (found.status == aa.Status.OK) == (len(found) > 0)
     everyone = held.solutions(held.forward(there)[0])
     assert np.isfinite(everyone.q).all() and (everyone.gc >= 0).all()
+
+
+@pytest.mark.parametrize("word", ["psi", "seed", "q0"])
+def test_solve_says_which_function_takes_what_it_does_not(word: str) -> None:
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    pose = arm.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])[0]
+    for door in (arm.solve, arm.solutions):
+        with pytest.raises(aa.InputError, match=f"{door.__name__} of an Arm takes no {word}=: "):
+            door(pose, **{word: 0.1})
+    with pytest.raises(aa.InputError, match=r"solutions of an Arm takes no roll=: solve\("):
+        arm.solutions(pose, roll="free")
+    with pytest.raises(TypeError, match="unexpected"):
+        arm.solve(pose, nonsense=1)
+
+
+def test_the_hint_of_psi_is_an_answer() -> None:
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    pose = arm.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])[0]
+    found = arm.solve(pose, near=np.zeros(7), allowed=aa.ArcSet([(0.5, 0.5)]))
+    assert found.ok
+    assert abs(found.psi - 0.5) < 1e-12

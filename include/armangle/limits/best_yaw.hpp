@@ -30,7 +30,8 @@ inline Status yaw_arcs(const Arm& arm, const Pose<double>& pose, const Vec3<doub
     Pose<double> flange = inverted(base) * pose;
     if (arm.has_tool) flange = flange * arm.tool_inverse;
     ArcSet turns;
-    const Status status = detail::TurnArcs(arm, t, Turned::base).find(user_pose(arm, flange), circle(arm, flange), turns);
+    const Status status =
+        detail::TurnArcs(arm, t, Turned::base).find(user_pose(arm, flange), circle(arm, flange), turns);
     // the base turned by alpha is the pose turned by -alpha
     make_empty(out);
     if (turns.full) {

@@ -1,8 +1,8 @@
 // Feasible arcs of a pose as the user sees it, in one branch or in all eight.
 //
 // Arcs tell which psi hold a pose where psi has the digits for it. Where a branch has single psi alone, or no
-// psi and a hinge about straight, postures are looked for in the joints themselves: by the part that finds the
-// nearest posture there, so that arcs, freedom and nearest postures never disagree whether there is one.
+// psi and a hinge about straight, postures are looked for in the joints themselves: by the part that finds
+// the nearest posture there, so that arcs, freedom and nearest postures never disagree whether there is one.
 #pragma once
 
 #include "nearest.hpp"

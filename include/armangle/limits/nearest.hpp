@@ -60,12 +60,13 @@ inline constexpr double narrowest = 1e-15;  // half width at which a box is not 
 inline constexpr double settled = 1e-16;    // square of Newton's last move, of the radius of its box (rad)
 inline constexpr double tie = 1e-13;        // costs closer than this share of them are equal
 inline constexpr double noise = 1e-12;      // of a joint's value, where costs are a maximum (rad)
-inline constexpr int work = 2000;           // splits of a first box, and no more: a hundred are many
-inline constexpr int all_work = 20000;      // splits for one pose, of about a microsecond each
+inline constexpr int work = 400;            // splits of a first box, and no more: a hundred are many
+inline constexpr int all_work = 4000;       // splits for one pose, of some microseconds each
 inline constexpr double apart = 1e-6;       // arm angles further apart are two solutions (rad)
 inline constexpr int newton = 40, deepest = 20;
-inline constexpr double beside = 1e-5;    // rad: off straight, where psi may have too few digits for postures
-inline constexpr double beside_locked = 1e-2;  // rad: the same where a joint is locked, and takes one psi alone
+inline constexpr double beside = 1e-5;  // rad: off straight, where psi may have too few digits for postures
+inline constexpr double beside_locked =
+    1e-2;                                 // rad: the same where a joint is locked, and takes one psi alone
 inline constexpr double straight = 1e-5;  // rad: of the elbow, where its bend is the root of a rounding
 inline constexpr double start = 1e-3;     // a start is this near to the pose (of the arm's size; rad)
 inline constexpr double seed = 0.3;       // the same of the seed, and of starts that stand for many
@@ -86,8 +87,8 @@ ARMANGLE_INLINE bool is_about_straight(const LimitTable& t, const Circle<double>
     return abs(c.triangle.eta.sin) <= poor_band(t);
 }
 
-/// Whether psi may have too few digits to tell postures of a circle apart, so that arcs miss some: a hinge, or
-/// the elbow, is about straight, or hardly moves with psi.
+/// Whether psi may have too few digits to tell postures of a circle apart, so that arcs miss some: a hinge,
+/// or the elbow, is about straight, or hardly moves with psi.
 ARMANGLE_INLINE bool may_hide(const LimitTable& t, const Circle<double>& c,
                               const JointFunctions<double>& f) noexcept {
     const double band = poor_band(t), gap = 0.5 * band * band;  // 1 - cos
@@ -1362,7 +1363,7 @@ private:
     double first_ = 0;
     int work_ = 0;  // splits left to a first box
     int left_ = nearest_rule::all_work;
-    int rounds_ = 0;  // of settled(), left to the pose
+    int rounds_ = 0;    // of settled(), left to the pose
     bool any_ = false;  // any posture will do
     double least_[configurations][nearest_rule::first_boxes],
         value_[configurations][nearest_rule::first_boxes];

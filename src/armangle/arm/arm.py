@@ -65,6 +65,7 @@ from .diagnosis import Branch, Diagnosis, Verdict, branch_of
 from .freedom import Freedom
 from .frozen_value import FrozenValue
 from .joint_function import JointFunction
+from .keywords import names_keywords
 from .near import NearHandle, check_kept_chain, check_near, moved_ends, unsupported
 from .question import METRICS as _METRICS
 from .question import PREFER, Beyond, MetricName, Prefer, Question, relaxing_length, weights_of
@@ -87,6 +88,15 @@ _UNREACHABLE = ("raise", "nan")
 _REFERENCES = {n: v for n, v in named(_core.Reference).items() if v is not _core.Reference.VECTOR}
 _GC_ORDER = np.arange(CONFIGURATIONS, dtype=np.int64)
 _FIELDS = fields(ArmDescription)
+_KEYWORDS = {
+    "psi": "inverse(pose, psi, gc) does; allowed=ArcSet([(psi, psi)]) keeps the search to one",
+    "seed": "near= is the seed",
+    "q0": "near= is the seed",
+    "roll": "solve(pose, near, roll='free') does, and feasible_roll(pose) gives every roll",
+    "outside": "solve(pose, near, outside='nearest') does",
+    "length": "solve(pose, near, outside='nearest', length=) does",
+}
+_names_keywords = names_keywords("Arm", _KEYWORDS)
 _OPTIONAL = (*JOINT_ROWS, *FRAMES, "joint_names", "chain")  # None stands for the default
 
 
@@ -1632,6 +1642,7 @@ class Arm(FrozenValue):
         columns = self._handle.turns_many(np.ascontiguousarray(poses), turned, margin, as_threads(threads))
         return ArcSet._from_core(poses.shape[:-2], columns)
 
+    @_names_keywords
     def solve(
         self,
         pose: ArrayLike,
@@ -1760,6 +1771,7 @@ class Arm(FrozenValue):
         kind = chosen("metric", metric, _METRICS)
         return solve_free(self, pose, near, weights_of(weight), by_margin, kind, ask)
 
+    @_names_keywords
     def solutions(
         self,
         pose: ArrayLike,

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from functools import wraps
+from collections.abc import Iterable
 from inspect import Parameter, Signature, signature
-from typing import Any, Literal, NamedTuple, Never, ParamSpec, TypeVar, final
+from typing import Any, Literal, NamedTuple, Never, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -49,6 +48,7 @@ from ..status import STATUSES, Status
 from .arcs import ArcSet
 from .arm import Arm, Enforce, Unreachable
 from .frozen_value import FrozenValue
+from .keywords import names_keywords
 from .question import branch_bits, weights_of
 
 _ENFORCE = named(_core.Enforce)
@@ -91,22 +91,7 @@ _KEYWORDS = {
     "singularity_margin": "it has no margin but that of limits, with_(lower=..., upper=...)",
     "psi": "free is its place",
 }
-_Asked = ParamSpec("_Asked")
-_Answer = TypeVar("_Answer")
-
-
-def _names_keywords(door: Callable[_Asked, _Answer]) -> Callable[_Asked, _Answer]:
-    """Return a method that says what there is where it is asked with a keyword of an `Arm` alone."""
-    known = signature(door).parameters
-
-    @wraps(door)
-    def asked(*args: _Asked.args, **keywords: _Asked.kwargs) -> _Answer:
-        for name in keywords:
-            if name in _KEYWORDS and name not in known:
-                raise InputError(f"{door.__name__} of an OffsetArm takes no {name}=: {_KEYWORDS[name]}")
-        return door(*args, **keywords)
-
-    return asked
+_names_keywords = names_keywords("OffsetArm", _KEYWORDS)
 
 
 class OffsetSolution(NamedTuple):

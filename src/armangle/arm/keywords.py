@@ -1,0 +1,33 @@
+"""What to say where a method is asked with a keyword that another one takes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import wraps
+from inspect import signature
+from typing import ParamSpec, TypeVar
+
+from ..errors import InputError
+
+_Asked = ParamSpec("_Asked")
+_Answer = TypeVar("_Answer")
+
+
+def names_keywords(
+    kind: str, hints: Mapping[str, str]
+) -> Callable[[Callable[_Asked, _Answer]], Callable[_Asked, _Answer]]:
+    """Return a decorator of methods of `kind`: a keyword that they do not take is refused with its hint."""
+
+    def decorated(door: Callable[_Asked, _Answer]) -> Callable[_Asked, _Answer]:
+        known = signature(door).parameters
+
+        @wraps(door)
+        def asked(*args: _Asked.args, **keywords: _Asked.kwargs) -> _Answer:
+            for name in keywords:
+                if name in hints and name not in known:
+                    raise InputError(f"{door.__name__} of an {kind} takes no {name}=: {hints[name]}")
+            return door(*args, **keywords)
+
+        return asked
+
+    return decorated
