@@ -381,3 +381,25 @@ def test_a_hint_that_is_none_is_said(kind: str) -> None:
         said = kind == "elbow_direction" or not np.isfinite(bad).all()
         assert now.status == aa.Tracking.FOLLOWING
         assert now.why == (aa.Status.BAD_INPUT if said else aa.Status.OK)
+
+
+@pytest.mark.parametrize(
+    ("name", "seed"), [*((name, seed) for name in ARMS for seed in range(3)), (ARMS[1], 52)]
+)
+def test_a_constant_hand_among_obstacles_brings_the_arm_to_rest(name: str, seed: int) -> None:
+    """On the hand, or as near as was found; the last one slid along an obstacle for minutes."""
+    arm = with_body(name)
+    rng = np.random.default_rng([2, seed])
+    start = streams.posture(arm)
+    scene = cluttered(arm, start, rng)
+    gc = arm.forward(start)[2]
+    for _ in range(400):
+        there = rng.uniform(arm.lower, arm.upper)
+        hand, _, own = arm.forward(there)
+        if own == gc and distance(arm, scene, there) > 0.015 and abs(np.sin(there[3])) > 0.15:
+            break
+    tracker = started(arm, scene, start)
+    q = tracker.run(np.repeat(hand[None], round(45.0 / DT), axis=0))
+    assert np.abs(np.diff(q[-500:], axis=0)).sum() < 1e-9
+    assert tracker.step(hand).status in (aa.Tracking.FOLLOWING, aa.Tracking.NEAREST)
+    assert distance(arm, scene, q[::50]).min() >= CLEARANCE

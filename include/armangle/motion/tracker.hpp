@@ -97,7 +97,7 @@ inline constexpr double turned = 0.05;      // rad from the goal's posture at wh
 inline constexpr double irregular = 0.7;    // sine of theta_2, theta_6 below which psi is turned less
 inline constexpr double worth = 0.005;      // m that another start of the relaxation must gain
 inline constexpr double strayed = 0.1;      // m: a hand this far from where it was makes a way to it void
-inline constexpr double gain = 1e-5;        // m nearer to a hand at rest, for which more time is given
+inline constexpr double gain = 1e-4;        // m nearer to a hand at rest, for which more time is given
 inline constexpr double calm = 1e-3;        // rad of the elbow's margin above that at rest, which is none
 inline constexpr int turns = 8;             // to postures that are tried for a hand
 inline constexpr int ways = 2, most_ways = 600;  // round an obstacle that are tried in a tick, and in all
