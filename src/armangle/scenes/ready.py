@@ -159,11 +159,12 @@ def _refuse_millimetres(arm: Built, scene: Scene) -> None:
         if thick > TOO_LARGE * length:
             wanted = f"at most {TOO_LARGE * length:.3g} m, {TOO_LARGE:g} lengths of the arm: was this in mm?"
             raise SceneError(name, "thickness", thick, wanted)
-    for what, kept in (("clearance", scene.clearance), ("soft", scene.soft)):
-        if kept > length:
-            raise SceneError(
-                "Scene", what, kept, f"at most the arm's length, {length:.3g} m: was this in mm?"
-            )
+    for what, kept, most in (
+        ("clearance", scene.clearance, length),
+        ("soft", scene.soft, TOO_LARGE * length),
+    ):
+        if kept > most:
+            raise SceneError("Scene", what, kept, f"at most {most:.3g} m for such an arm: was this in mm?")
 
 
 _SOLID_WIDTH, _ROD_WIDTH, _POINT_WIDTH, _CORNER_WIDTH, _FIELD_WIDTH = 18, 8, 5, 4, 5
