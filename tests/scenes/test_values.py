@@ -168,7 +168,7 @@ MILLIMETRES = [
     ([aa.Capsule([600, 0, 200], [600, 0, 400], 30)], {}, "capsule_0: thickness is 60.0"),
     ([aa.Hull(np.eye(3)[[0, 1, 2, 2]] * 400 + [[0], [0], [0], [300]])], {}, "hull_0: thickness is"),
     ([aa.Field(np.full((9, 9, 9), 50.0), [0, 0, 0], 20)], {}, "field_0: thickness is 160.0"),
-    ([], {"clearance": 20}, "Scene: clearance is 20.0, wanted at most 5.06 m, 4 lengths of the arm: was"),
+    ([], {"clearance": 20}, "Scene: clearance is 20.0, wanted at most 5.06 m for such an arm: was this in"),
     ([], {"soft": 30}, "Scene: soft is 30.0"),
 ]  # fmt: skip
 

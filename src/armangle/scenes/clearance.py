@@ -51,8 +51,8 @@ class Widest(NamedTuple):
     ``arcs`` of shape (...), as of `Arm.feasible`; ``psi (...)`` rad; ``nearest`` is the pair that is nearest
     there, of those that the arm angle moves. Where the limits leave nothing, or links stand so deep in
     obstacles that none of the arm angles is clear even of their cores, psi is NaN. A distance below the
-    scene's clearance says by how much a refusal fails. Among fields psi is the best to within two hundredths of
-    a spacing.
+    scene's clearance says by how much a refusal fails. Among fields psi is the best to within two hundredths
+    of a spacing.
     """
 
     arcs: Any

@@ -15,7 +15,7 @@ from .scene import Pairs, Scene, no_scene
 from .shapes import Cloud, Field, Hull, Shape
 
 _CELLS = 400_000  # of joint ranges that own pairs share: some hundredths of a second
-TOO_FAR = 4.0  # lengths of the arm: further nothing is kept off; from people metres are
+TOO_FAR = 4.0  # lengths of the arm that nothing is kept off by; from people metres are
 TOO_LARGE = 10.0  # times the arm's length: what is larger was meant in mm
 LINKS_OF_A_PAIR = 256  # the core says a pair as obstacle * 256 + link
 
@@ -160,10 +160,12 @@ def _refuse_millimetres(arm: Built, scene: Scene) -> None:
         if thick > TOO_LARGE * length:
             wanted = f"at most {TOO_LARGE * length:.3g} m, {TOO_LARGE:g} lengths of the arm: was this in mm?"
             raise SceneError(name, "thickness", thick, wanted)
-    for what, kept in (("clearance", scene.clearance), ("soft", scene.soft)):
-        if kept > TOO_FAR * length:
-            wanted = f"at most {TOO_FAR * length:.3g} m, {TOO_FAR:g} lengths of the arm: was this in mm?"
-            raise SceneError("Scene", what, kept, wanted)
+    for what, kept, most in (
+        ("clearance", scene.clearance, TOO_FAR * length),
+        ("soft", scene.soft, TOO_LARGE * length),
+    ):
+        if kept > most:
+            raise SceneError("Scene", what, kept, f"at most {most:.3g} m for such an arm: was this in mm?")
 
 
 _SOLID_WIDTH, _ROD_WIDTH, _POINT_WIDTH, _CORNER_WIDTH, _FIELD_WIDTH = 18, 8, 5, 4, 5
