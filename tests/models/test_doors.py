@@ -90,13 +90,16 @@ def test_limits_that_cannot_be_meant_are_noted():
     assert describe_chain(limited(0.0, 0.0))[1].notes == (
         "all limits are 0 to 0, so that no joint may move: state the true ones",
     )
-    (note,) = describe_chain(limited(-170.0, 170.0))[1].notes
+    with pytest.warns(UserWarning, match="limits look like degrees"):
+        chain = limited(-170.0, 170.0)
+    (note,) = describe_chain(chain)[1].notes
     assert note.startswith("limits look like degrees where rad are wanted: joint 'joint_1' -170 to 170, ")
     assert describe_chain(limited(-2 * np.pi, 6 * np.pi))[1].notes == ()
 
 
 def test_limits_of_an_arm_that_look_like_degrees_are_noted():
-    arm = PLAIN.with_(lower=-170, upper=170)
+    with pytest.warns(UserWarning, match="limits look like degrees"):
+        arm = PLAIN.with_(lower=-170, upper=170)
     (note,) = set(arm.notes) - set(PLAIN.notes)
     assert note.startswith("limits look like degrees where rad are wanted: joint ")
     assert arm.with_(upper=175).notes.count(note) == 0 and len(arm.with_(upper=175).notes) == len(arm.notes)

@@ -181,7 +181,9 @@ def test_no_roll_of_a_fine_scan_has_a_nearer_posture() -> None:
     q, near = rng.uniform(arm.lower, arm.upper, (2, count(20), 7))
     poses = arm.forward(q)[0]
     free = arm.solve(poses, near=near, roll="free")
-    turned = poses[:, None] @ np.array([rolled(np.eye(4), angle) for angle in np.radians(np.arange(0, 360, 0.5))])
+    turned = poses[:, None] @ np.array(
+        [rolled(np.eye(4), angle) for angle in np.radians(np.arange(0, 360, 0.5))]
+    )
     scanned = np.nanmin(arm.solve(turned, near=near[:, None]).distance, axis=1)
     assert free.ok.all() and (free.distance <= scanned + 1e-9).all()
     np.testing.assert_allclose(arm.forward(free.q)[0], free.pose, atol=1e-11)

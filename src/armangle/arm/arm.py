@@ -2055,7 +2055,7 @@ def _checked(given: dict[str, Any]) -> dict[str, Any]:
     like_degrees = degrees_notes(values["joint_names"], values["lower"], values["upper"])
     kept = [note for note in notes if not note.startswith(LIKE_DEGREES)]
     if like_degrees and len(kept) == len(notes):  # a copy of an arm that was warned of is not again
-        warnings.warn(*like_degrees, UserWarning, stacklevel=4)
+        warnings.warn(like_degrees[0], UserWarning, stacklevel=4)
     values["notes"] = (*kept, *like_degrees)
     values["signs"] = frozen(values["signs"].astype(np.int64))
     return values

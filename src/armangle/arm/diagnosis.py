@@ -154,7 +154,8 @@ class Branch:
             case Verdict.UNREACHABLE:
                 if self.status == Status.FOLDED:
                     return f"the wrist lies on the shoulder{where}; no arm angle is defined there."
-                return f"the wrist is out of reach{where}, by up to {self.excess * MILLIMETRES:.4g} mm{in_millimetres(self.excess) or '.'}"
+                far = f"{self.excess * MILLIMETRES:.4g} mm{in_millimetres(self.excess) or '.'}"
+                return f"the wrist is out of reach{where}, by up to {far}"
             case Verdict.IMPOSSIBLE if self.status in (Status.CLEARANCE, Status.POSE_BLOCKED):
                 return self._blocked(where, path)
             case Verdict.IMPOSSIBLE if self.status == Status.NOT_ALLOWED:
