@@ -35,16 +35,23 @@ TrackerOptions options_of(Floats numbers) {
 }
 
 /// The scene has to live as long as the tracker.
-void make_tracker(Tracker* self, const ArmHandle& arm, Floats numbers, const SceneHandle* scene) {
+void make_tracker(Tracker<>* self, const ArmHandle& arm, Floats numbers, const SceneHandle* scene) {
     TrackerOptions o = options_of(numbers);
     if (scene) o.scene = &scene->view;
-    new (self) Tracker(arm.arm, o);
+    new (self) Tracker<>(arm.arm, o);
 }
 
 /// The tracker of an arm whose tool is not where its nominal arm's is.
-template <class AnyArm, class Handle>
-void make_corrected_tracker(CorrectedTracker<AnyArm>* self, const Handle& arm, Floats numbers) {
-    new (self) CorrectedTracker<AnyArm>(arm.arm, options_of(numbers));
+void make_offset_tracker(CorrectedTracker<OffsetArm>* self, const OffsetHandle& arm, Floats numbers) {
+    new (self) CorrectedTracker<OffsetArm>(arm.arm, options_of(numbers));
+}
+
+/// The same with a scene, made ready for the nominal arm and for the true chain, or with neither.
+void make_near_tracker(CorrectedTracker<NearArm>* self, const NearArmHandle& arm, Floats numbers,
+                       const SceneHandle* nominal, const SceneHandle* scene) {
+    TrackerOptions o = options_of(numbers);
+    if (nominal) o.scene = &nominal->view;
+    new (self) CorrectedTracker<NearArm>(arm.arm, o, scene ? &scene->view : nullptr);
 }
 
 template <class Loop>
@@ -92,7 +99,8 @@ nb::object track_one(Loop& self, nb::handle pose, nb::handle elbow, Wish wish, d
 
 /// Room (m, less the clearance), distance of the cores (m) and number of the nearest pair of the present
 /// posture, of those within `reach` (m) of a tracker with a scene.
-nb::tuple nearest_of(const Tracker& self, double reach) {
+template <class Loop>
+nb::tuple nearest_of(const Loop& self, double reach) {
     const NearestPair nearest = self.nearest_pair(reach);
     return nb::make_tuple(nearest.room, nearest.core, pair_number(nearest.pair));
 }
@@ -160,15 +168,18 @@ void bind_tracking(nb::module_& m) {
         .value("RETURNING", Tracking::RETURNING);
     m.def("smooth_hand", &smooth_hand, "omega"_a, "patience"_a, "jump"_a, "turn"_a, "samples"_a, "dt"_a,
           "poses"_a);
-    nb::class_<Tracker> tracker(m, "Tracker");
+    nb::class_<Tracker<>> tracker(m, "Tracker");
     tracker.def("__init__", &make_tracker, "arm"_a, "numbers"_a, "scene"_a.none(), nb::keep_alive<1, 4>())
-        .def("nearest_pair", &nearest_of, "reach"_a);
+        .def("nearest_pair", &nearest_of<Tracker<>>, "reach"_a);
     bind_loop(tracker);
     nb::class_<CorrectedTracker<NearArm>> near_tracker(m, "NearTracker");
-    near_tracker.def("__init__", &make_corrected_tracker<NearArm, NearArmHandle>, "arm"_a, "numbers"_a);
+    near_tracker
+        .def("__init__", &make_near_tracker, "arm"_a, "numbers"_a, "nominal"_a.none(), "scene"_a.none(),
+             nb::keep_alive<1, 4>(), nb::keep_alive<1, 5>())
+        .def("nearest_pair", &nearest_of<CorrectedTracker<NearArm>>, "reach"_a);
     bind_loop(near_tracker);
     nb::class_<CorrectedTracker<OffsetArm>> offset_tracker(m, "OffsetTracker");
-    offset_tracker.def("__init__", &make_corrected_tracker<OffsetArm, OffsetHandle>, "arm"_a, "numbers"_a);
+    offset_tracker.def("__init__", &make_offset_tracker, "arm"_a, "numbers"_a);
     bind_loop(offset_tracker);
 }
 

@@ -249,11 +249,45 @@ def test_what_the_arm_angle_does_not_move_blocks_the_pose() -> None:
     assert arm.clear(pose, gc, aa.Scene()) == arm.with_(lower=[-9] * 7, upper=[9] * 7).feasible(pose, gc)
 
 
-@pytest.mark.parametrize(("what", "ask"), [
-    ("Tracker with scene=", lambda arm, pose, gc, scene: aa.Tracker(arm, dt=0.01, scene=scene)),
-])  # fmt: skip
-def test_what_is_not_made_among_obstacles_is_refused_by_name(what: str, ask: Any) -> None:
+HOME = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+
+
+@pytest.mark.parametrize("name", ["kuka_iiwa7_r800 0.1 mm", "kuka_iiwa7_r800 2.0 mm"])
+def test_a_tracker_never_touches_with_the_true_links(name: str) -> None:
+    """A hand drags the tool along and then through a ball; the nominal arm's tracker touches it."""
+    arm, touched, stood, followed = ARMS[name].with_body(BONES), 0, 0, 0
+    pose, wrist = arm.forward(HOME)[0], arm.frames(HOME)[5, :3, 3]
+    for way in np.array([[0, 1, 0], [0, -1, 0], [0.6, 0.8, 0], [0.6, -0.8, 0]]):
+        ball = aa.Ball(wrist + 0.28 * way, 0.1, name="ball")
+        scene = aa.Scene([ball], clearance=0.01)
+        hands = np.repeat(pose[None], 700, axis=0)
+        hands[:, :3, 3] += 0.15 * 0.004 * np.arange(700)[:, None] * way
+        trackers = [
+            aa.Tracker(one, dt=0.004, velocity=2.0, acceleration=20.0, scene=scene)
+            for one in (arm, arm.nominal)
+        ]
+        for tracker in trackers:
+            tracker.start(HOME)
+        ticks = [trackers[0].step(hand) for hand in hands]
+        q = np.array([now.q for now in ticks])
+        assert distances(arm, q, scene)[0].min() >= scene.clearance - 1e-9
+        touched += int(distances(arm, trackers[1].run(hands), scene)[0].min() < scene.clearance - 1e-9)
+        follows = np.array([now.status is aa.Tracking.FOLLOWING for now in ticks])
+        assert np.abs(arm.forward(q[follows])[0] - hands[follows]).max() < 1e-8
+        followed += int(follows.sum())
+        pairs = [now.pair for now in ticks if now.pair is not None]
+        stood += len(pairs)
+        assert {pair[0] for pair in pairs} <= {"ball"}
+    assert followed > 300
+    assert stood > 50
+    assert touched > 0 or not name.endswith("2.0 mm")
+
+
+def test_a_tracker_refuses_to_start_where_the_true_links_touch() -> None:
     arm = ARMS["kuka_iiwa7_r800 1.0 mm"].with_body(BONES)
-    pose, _, gc = arm.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
-    with pytest.raises(aa.InputError, match=f"^{what} is not made for an arm with a chain of its own: use "):
-        ask(arm, pose, gc, aa.Scene([aa.Ball([1.0, 0, 0], 0.1)]))
+    beside_elbow = arm.frames(HOME)[3, :3, 3] + np.array([0.0, 0.0, 0.12])
+    tracker = aa.Tracker(arm, scene=aa.Scene([aa.Ball(beside_elbow, 0.06, name="lamp")]))
+    with pytest.raises(aa.SceneError, match="lamp"):
+        tracker.start(HOME)
+    tracker.start(HOME, outside="escape")
+    assert tracker.step(arm.forward(HOME)[0]).status is aa.Tracking.RETURNING

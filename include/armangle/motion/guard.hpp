@@ -29,11 +29,12 @@ inline constexpr int tries = 5;   // of velocities between the one wished and br
 inline constexpr double cautious = 0.9;  // share of what was proven that is tried next
 }  // namespace guard_rule
 
-/// What keeps a tick, and braking after it, clear of a scene.
+/// What keeps a tick, and braking after it, clear of a scene: of an Arm, or a NearArm.
+template <class AnyArm>
 class Guard {
 public:
-    Guard(const Arm& arm, const Scene& scene, const double* acceleration) noexcept
-        : move_(arm, scene), size_(arm.size), acceleration_(acceleration) {}
+    Guard(const AnyArm& arm, const Scene& scene, const double* acceleration) noexcept
+        : move_(arm, scene), size_(nominal(arm).size), acceleration_(acceleration) {}
 
     /// Where the tick begins, and how fast; `limits` are those that braking has to keep.
     void begin(const double* q, const double* v, double dt, const Limits& limits) noexcept {
@@ -139,7 +140,7 @@ private:
         return move_.proven(q_, d, blocking_);
     }
 
-    StraightMove<Arm> move_;
+    StraightMove<AnyArm> move_;
     double size_;
     const double* acceleration_;
     const double *q_ = nullptr, *before_ = nullptr;

@@ -13,6 +13,7 @@
 #pragma once
 
 #include <optional>
+#include <type_traits>
 
 #include "../scene/clear.hpp"
 #include "elbow_choice.hpp"
@@ -105,11 +106,17 @@ inline constexpr int rounds = 6, starts = 16;    // of the relaxation in one tic
 }  // namespace track_rule
 
 /// Joints that follow a hand tick by tick within bounds on speed and acceleration;
-/// docs/theory/motion/tracker.md.
+/// docs/theory/motion/tracker.md. A `Body` is what keeps clear of obstacles, the arm itself or the true chain
+/// that it stands for, and `about` the scene that is made ready for it; the options' scene is the arm's own,
+/// and says where to go.
+template <class Body = Arm>
 class Tracker {
 public:
     Tracker(const Arm& arm, const TrackerOptions& options) noexcept
-        : arm_(arm), options_(options), hand_(options.hand) {
+        requires std::is_same_v<Body, Arm>
+        : Tracker(arm, options, arm, options.scene) {}
+    Tracker(const Arm& arm, const TrackerOptions& options, const Body& body, const Scene* about) noexcept
+        : arm_(arm), body_(body), about_(about), options_(options), hand_(options.hand) {
         Limits soft = arm.limits;
         for (int j = 0; j < joints; ++j) {
             const double room = min(track_rule::soft, 0.1 * (soft.upper[j] - soft.lower[j]));
@@ -156,7 +163,7 @@ public:
     /// The nearest pair of the present posture, of those nearer than `reach` (m) more than the clearance;
     /// where room is left to rounding: joints from the end of an arc may touch by that.
     NearestPair nearest_pair(double reach) const noexcept {
-        NearestPair out = StraightMove(arm_, *options_.scene).nearest_pair(q_.q, reach);
+        NearestPair out = StraightMove(body_, *about_).nearest_pair(q_.q, reach);
         out.room += straight_rule::rounded;
         return out;
     }
@@ -188,10 +195,10 @@ public:
             asked_ = true;
             given_up_ = false;
         }
-        std::optional<Guard> guard;
+        std::optional<Guard<Body>> guard;
         box(t);
         if (options_.scene) {
-            guard.emplace(arm_, *options_.scene, options_.acceleration);
+            guard.emplace(body_, *about_, options_.acceleration);
             guard->begin(q_.q, v_, t.dt, t.limits);
             t.guard = &*guard;
         }
@@ -231,7 +238,7 @@ private:
         Configuration<double> gc{};
         Limits limits{};                                // joint 4 on its side of the stretched arm
         double lower[joints] = {}, upper[joints] = {};  // rad/s: what the next velocity may be
-        Guard* guard = nullptr;                         // where there are obstacles
+        Guard<Body>* guard = nullptr;                   // where there are obstacles
         const Towards* elbow = nullptr;
     };
 
@@ -466,7 +473,8 @@ private:
         } else if (goal.blocked != Status::OK) {
             offer_all(false);
             goal.why = goal.blocked;
-            if (!goal.pair) goal.pair = t.guard->nearest_at(goal.at.q);
+            // pairs are numbered as the body's scene has them
+            if (!goal.pair || !std::is_same_v<Body, Arm>) goal.pair = t.guard->nearest_at(goal.at.q);
         }
         return least < infinity;
     }
@@ -960,6 +968,8 @@ private:
     }
 
     Arm arm_;
+    Body body_;
+    const Scene* about_;  // made ready for the body
     TrackerOptions options_;
     Hand hand_;
     Pose<double> wanted_ = identity_pose();  // the hand where this arm sees it

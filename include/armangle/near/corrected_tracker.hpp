@@ -9,7 +9,7 @@
 #pragma once
 
 #include "../motion/tracker.hpp"
-#include "forward.hpp"
+#include "clear_proof.hpp"
 
 namespace armangle {
 
@@ -22,9 +22,8 @@ inline constexpr double stays = 1e-12;  // m, of the hand as the nominal arm see
 inline double redundancy(const Posture& posture) noexcept { return posture.psi; }
 
 /// N(theta) T(theta)^-1 at joint values q: where the nominal tool is, seen from the true one.
-template <class A>
-Pose<double> correction(const A& arm, const double* q) noexcept {
-    return tool_pose(nominal(arm), q) * inverted(tool_pose(arm, q));
+inline Pose<double> correction(const NearArm& arm, const double* q) noexcept {
+    return tool_pose(arm.nominal, q) * inverted(tool_pose(arm, q));
 }
 
 /// An elbow hint as the nominal arm sees it.
@@ -33,6 +32,9 @@ inline Towards seen_hint(const NearArm&, const Pose<double>& seen, Towards elbow
     if (elbow.wish == Wish::point) elbow.target = elbow.target + seen.position;
     return elbow;
 }
+
+/// What of a nearly S-R-S arm keeps clear of obstacles: its true chain.
+inline const NearArm& body(const NearArm& arm) noexcept { return arm; }
 
 /// Where the nominal arm was shown the hand to be, and where the joints that this led to say that it is.
 struct Guess {
@@ -43,12 +45,18 @@ struct Guess {
 inline Pose<double> next_guess(const NearArm&, const Guess&, const Guess& now) noexcept { return now.found; }
 
 /// A Tracker of the nominal arm, led so that the true tool is where the hand is, of an arm that has
-/// correction(arm, q), seen_hint(arm, seen, elbow), next_guess, nominal(arm) and forward(arm, q).
+/// correction(arm, q), seen_hint(arm, seen, elbow), next_guess, nominal(arm), body(arm) and forward(arm, q).
 template <class AnyArm>
 class CorrectedTracker {
 public:
-    CorrectedTracker(const AnyArm& arm, const TrackerOptions& options) noexcept
-        : arm_(arm), length_(options.length), dt_(options.dt), tracker_(nominal(arm), options) {
+    using Inner = Tracker<std::remove_cvref_t<decltype(body(std::declval<const AnyArm&>()))>>;
+
+    /// The options' scene is that of the nominal arm, `about` the same made ready for the body; or both null.
+    CorrectedTracker(const AnyArm& arm, const TrackerOptions& options, const Scene* about = nullptr) noexcept
+        : arm_(arm),
+          length_(options.length),
+          dt_(options.dt),
+          tracker_(nominal(arm), options, body(arm), about) {
         double middle[joint_slots];
         for (int j = 0; j < joint_slots; ++j) middle[j] = nominal(arm).joint_middle[j];
         start(middle);
@@ -61,9 +69,11 @@ public:
     }
 
     const double* q() const noexcept { return tracker_.q(); }
+    /// As Tracker, of the body.
+    NearestPair nearest_pair(double reach) const noexcept { return tracker_.nearest_pair(reach); }
 
     Tracked step(const Command& command) noexcept {
-        const Tracker before = tracker_;
+        const Inner before = tracker_;
         const double time = command.dt > 0 && command.dt < infinity ? command.dt : dt_;
         const Pose<double> start = correction(arm_, tracker_.q());
         Pose<double> seen = start;
@@ -107,7 +117,7 @@ private:
     AnyArm arm_;
     double length_, dt_;
     Vec3<double> drift_{};  // m/s: of where the nominal arm sees a hand that stays
-    Tracker tracker_;
+    Inner tracker_;
 };
 
 }  // namespace armangle

@@ -18,6 +18,14 @@ inline constexpr double farthest_secant = 20.0;  // of the last change of what w
 /// The number of a posture that says where the elbow is.
 inline double redundancy(const OffsetPosture& posture) noexcept { return posture.free; }
 
+/// Where the rows without the offset lead, seen from the true tool.
+inline Pose<double> correction(const OffsetArm& arm, const double* q) noexcept {
+    return tool_pose(arm.own, q) * inverted(tool_pose(arm, q));
+}
+
+/// Nothing of it keeps clear of obstacles.
+inline const Arm& body(const OffsetArm& arm) noexcept { return arm.own; }
+
 /// What to show next: where the secant through the last two guesses says that what is found is what is shown.
 /// Both move along one curve, that of the free joint.
 inline Pose<double> next_guess(const OffsetArm&, const Guess& last, const Guess& now) noexcept {

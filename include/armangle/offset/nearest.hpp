@@ -51,8 +51,10 @@ public:
         : arm_(arm), pose_(pose), seeded_(near != nullptr) {
         for (int j = 0; j < joints; ++j) {
             const int k = robot_joint(arm, j);
-            pull_.near[k] = near_[j] = near ? near[k] : arm.rest.joint_middle[j];
-            pull_.weight[k] = weight_[j] = weight ? weight[k] : 1.0;
+            near_[j] = near ? near[k] : arm.rest.joint_middle[j];
+            weight_[j] = weight ? weight[k] : 1.0;
+            pull_.near[k] = near_[j];
+            pull_.weight[k] = weight_[j];
         }
     }
 
@@ -329,9 +331,9 @@ private:
     };
     Meeting meeting(int bit) const noexcept {
         const double root = sqrt(2.0 * tolerance::stretched);
-        const int joint = robot_joint(arm_, bit == 0 ? 1 : bit == 1 ? 3 : 4);
+        static constexpr int joint[] = {1, 3, 4};
         const double zero[] = {0.0, arm_.rest.delta_angle, -half_pi};
-        return {joint, zero[bit], bit == 0 ? tolerance::singular : root};
+        return {robot_joint(arm_, joint[bit]), zero[bit], bit == 0 ? tolerance::singular : root};
     }
 
     /// The branch of a posture: of those that meet in it, the one that is asked.

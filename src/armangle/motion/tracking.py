@@ -13,7 +13,6 @@ from .. import _core
 from .._arrays import CONFIGURATIONS, JOINTS, Floats, as_floats, as_number, check_turns, chosen, one_posture
 from .._core import Wish
 from ..arm.arm import Arm
-from ..arm.near import unsupported
 from ..arm.offset import OffsetArm
 from ..arm.wish import DIRECTIONS, Direction
 from ..errors import ConfigurationError, InputError, SceneError, ShapeError
@@ -242,8 +241,6 @@ class Tracker:
         given = np.concatenate([numbers, fastest, hardest])
         if isinstance(arm, OffsetArm) and scene is not None:
             raise InputError("scene= is not made for an OffsetArm, whose free joint takes the place of psi")
-        if isinstance(arm, Arm) and arm.chain is not None and scene is not None:
-            raise unsupported("Tracker with scene=", "step, which keeps clear where it ends")
         ready = None if isinstance(arm, OffsetArm) else arm._scene(scene)
         self._name_pair = None if ready is None else ready.pair
         self._core: _core.Tracker | _core.NearTracker | _core.OffsetTracker
@@ -252,7 +249,11 @@ class Tracker:
         elif arm.chain is None:
             self._core = _core.Tracker(arm._handle, given, None if ready is None else ready.handle)
         else:
-            self._core = _core.NearTracker(cast(_core.NearArm, arm._handle), given)
+            of_nominal = arm.nominal._scene(scene)
+            self._core = _core.NearTracker(
+                cast(_core.NearArm, arm._handle), given, None if of_nominal is None else of_nominal.handle,
+                None if ready is None else ready.handle,
+            )  # fmt: skip
         self._arm = arm
         self._dt = numbers[0]
         self._started = False
@@ -304,7 +305,7 @@ class Tracker:
 
     def _check_clear(self, escaping: bool) -> None:
         """Refuse a start at which something touches."""
-        if self._name_pair is None or not isinstance(self._core, _core.Tracker):
+        if self._name_pair is None or isinstance(self._core, _core.OffsetTracker):
             return
         room, core, number = self._core.nearest_pair(0.0)
         if room >= 0 or (escaping and core > 0):
