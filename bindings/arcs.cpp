@@ -49,14 +49,12 @@ void add_clear(const Request& r, const Configuration<double>& gc, const Cleared&
 void collect_branches(const Request& r, const Pose<double>& pose, Collected& to) {
     AllArcs all;
     feasible_all(r.self.arm, pose, r.limits, all);
-    Cleared cleared[2];  // links 3 and 4 know the sign of the elbow alone
-    if (r.scene)
-        for (const int gc : {0, 2})
-            clear(r.self.arm, *r.scene, self_motion(r.self.arm, pose, gc), cleared[gc / 2]);
+    Cleared cleared[configurations];
+    if (r.scene) clear_all(r.self.arm, *r.scene, pose, cleared);
     for (int k = 0; k < configurations; ++k) {
         const Configuration<double> gc = configuration(k);
         if (r.scene)
-            add_clear(r, gc, cleared[gc.elbow < 0], all.arcs[k], all.status[k], to);
+            add_clear(r, gc, cleared[k], all.arcs[k], all.status[k], to);
         else
             to.add(r.self.arm, r.limits.margin, gc, all.arcs[k], all.status[k]);
     }

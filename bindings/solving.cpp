@@ -91,14 +91,15 @@ public:
         const ArcSet* allowed = allowed_.empty() ? nullptr : &allowed_[own];
         const Pose<double> pose = load_pose(m);
         NearestOptions options = nearest_options(options_, near, allowed);
-        Cleared cleared[2];
-        if constexpr (std::is_same_v<Handle, ArmHandle>)
-            for (int side = 0; scene_ && side < 2; ++side) {
-                clear(arm_.arm, *scene_, self_motion(arm_.arm, pose, 2 * side), cleared[side]);
-                options.clear[side] = &cleared[side].arcs;
-                const bool some = cleared[side].status == Status::OK;
-                options.blocked[side] = some ? Status::CLEARANCE : cleared[side].status;
+        Cleared cleared[configurations];
+        if constexpr (std::is_same_v<Handle, ArmHandle>) {
+            if (scene_) clear_all(arm_.arm, *scene_, pose, cleared);
+            for (int gc = 0; scene_ && gc < configurations; ++gc) {
+                options.clear[gc] = &cleared[gc].arcs;
+                const bool some = cleared[gc].status == Status::OK;
+                options.blocked[gc] = some ? Status::CLEARANCE : cleared[gc].status;
             }
+        }
         solve(arm_.arm, limits_, pose, options);
     }
 

@@ -31,8 +31,8 @@ struct NearestOptions {
     double weight[joints] = {1, 1, 1, 1, 1, 1, 1};   // w >= 0, of l2 and max
     unsigned branches = (1u << configurations) - 1;  // a bit for each gc that may be used
     const ArcSet* allowed = nullptr;                 // arcs of the user's own, intersected
-    const ArcSet* clear[2] = {};                     // of GC_4 = +1, -1: arcs that obstacles leave, or null
-    Status blocked[2] = {};                          // what to say where they leave nothing
+    const ArcSet* clear[configurations] = {};        // of each gc: arcs that obstacles leave, or null
+    Status blocked[configurations] = {};             // what to say where they leave nothing
 };
 
 /// On any status but OK the numbers are NaN and gc is -1.
@@ -506,8 +506,7 @@ private:
             for (int side = 0; side < 2; ++side)
                 if (e.lost[side]) keep(arcs_.arcs[gc], split_arc(e, side), Status::LIMITS, arcs_.status[gc]);
             if (options_.allowed) keep(arcs, *options_.allowed, Status::NOT_ALLOWED, arcs_.status[gc]);
-            if (options_.clear[elbow])
-                keep(arcs, *options_.clear[elbow], options_.blocked[elbow], arcs_.status[gc]);
+            if (options_.clear[gc]) keep(arcs, *options_.clear[gc], options_.blocked[gc], arcs_.status[gc]);
         }
     }
 
@@ -1102,7 +1101,7 @@ private:
 
     /// Whether the caller and the obstacles allow psi.
     bool may_be(int gc, double psi) const noexcept {
-        const ArcSet* clear = options_.clear[configuration(gc).elbow < 0];
+        const ArcSet* clear = options_.clear[gc];
         if (clear && !contains(*clear, psi)) return false;
         return !options_.allowed || contains(*options_.allowed, psi);
     }

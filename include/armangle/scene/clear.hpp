@@ -502,6 +502,18 @@ inline void clear(const Arm& arm, const Scene& scene, const SelfMotion<double>& 
     out.status = out.arcs.empty() ? Status::CLEARANCE : Status::OK;
 }
 
+/// The same of all branches of a pose: links 3 and 4 know the sign of the elbow alone, what swings knows all.
+inline void clear_all(const Arm& arm, const Scene& scene, const Pose<double>& pose,
+                      Cleared (&out)[configurations]) noexcept {
+    for (int gc = 0; gc < configurations; ++gc) {
+        const int like = scene.swing_count > 0 ? gc : gc & index({1.0, -1.0, 1.0});
+        if (like < gc)
+            out[gc] = out[like];
+        else
+            clear(arm, scene, self_motion(arm, pose, gc), out[gc]);
+    }
+}
+
 /// Of the arc of `open` that holds psi, what keeps the soft clearance too; false where nothing of it does, or
 /// no arc holds psi. What psi does not move is not asked.
 inline bool keep_soft(const Arm& arm, const Scene& scene, const SelfMotion<double>& m, const ArcSet& open,
