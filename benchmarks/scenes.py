@@ -4,8 +4,9 @@
 
 Batches of random feasible poses of an iiwa 7, one thread, CPU time; a row is the median of the rounds. The
 last rows of arcs are the naive way: a grid of 360 arm angles, `inverse` and `frames` for each, and the
-distance of a ball from both bones in NumPy, beside the exact arcs of the same ball. Then `step` and the
-certificate of a plan among 64 balls, each beside the same without them.
+distance of a ball from both bones in NumPy, beside the exact arcs of the same ball; then, where coal is
+installed, its distances of 64 balls from both bones on the same grid, one call from Python for each pair.
+Then `step` and the certificate of a plan among 64 balls, each beside the same without them.
 """
 
 from __future__ import annotations
@@ -76,6 +77,39 @@ def naive(arm: aa.Arm, pose: workloads.Floats, gc: int, ball: aa.Ball) -> np.nda
         near = begin + np.clip(share, 0, 1)[:, None] * along
         free &= np.linalg.norm(near - ball.center, axis=1) >= radius + ball.radius
     return free
+
+
+def coal_grid(
+    arm: aa.Arm, pose: workloads.Floats, gc: int, balls: aa.Scene, coal: Any
+) -> Callable[[], np.ndarray]:
+    """Return the least distance of balls from both bones at 360 arm angles, by coal; its shapes made once."""
+    psi = np.linspace(-np.pi, np.pi, GRID, endpoint=False)
+    spheres = [
+        (coal.Sphere(ball.radius), coal.Transform3s(np.eye(3), np.asarray(ball.center)))
+        for ball in balls.shapes
+    ]
+    bones = [
+        (coal.Capsule(radius, 1e-9 + length), at) for radius, length, at in ((0.09, 0.4, 1), (0.08, 0.4, 3))
+    ]
+    request, result = coal.DistanceRequest(), coal.DistanceResult()
+
+    def work() -> np.ndarray:
+        at = arm.frames(arm.inverse(pose, psi, gc))[:, :, :3, 3]
+        least = np.full(GRID, np.inf)
+        for k in range(GRID):
+            for bone, first in bones:
+                begin, end = at[k, first], at[k, first + 2]
+                along = (end - begin) / np.linalg.norm(end - begin)
+                side = np.cross(along, np.eye(3)[np.abs(along).argmin()])
+                side /= np.linalg.norm(side)
+                turn = np.column_stack([side, np.cross(along, side), along])
+                place = coal.Transform3s(turn, 0.5 * (begin + end))
+                for sphere, there in spheres:
+                    result.clear()
+                    least[k] = min(least[k], coal.distance(bone, place, sphere, there, request, result))
+        return least
+
+    return work
 
 
 def nanoseconds(work: Callable[[], object], units: int) -> float:
@@ -159,6 +193,14 @@ def main() -> None:
         print(f"{name:28} {ns:10.0f} ns  {ns / times[0]:8.2f} x feasible")
     print(f"grid / exact: {times[-1] / times[-2]:.0f}")
     among = obstacles(64, "balls")
+    try:
+        import coal
+    except ImportError:
+        print("coal is not installed: its grid is left out")
+    else:
+        one = nanoseconds(coal_grid(arm, pose[0], int(gc[0]), among, coal), 1)
+        exact = next(ns for (name, _, _), ns in zip(rows, times, strict=True) if name == "2 bones x 64 balls")
+        print(f"2 bones x 64 balls, coal on a grid of {GRID}: {one / 1e6:.0f} ms, exact x {one / exact:.0f}")
     for name, body in (("2 bones", BONES), ("16 spheres", SPHERES)):
         robot = arm.with_body(body)
         beside(f"step, {name}", [(steps(robot, None), steps(robot, among))], STEPS, rounds)
