@@ -32,8 +32,8 @@ from ..tables import table
 
 HELP = """\
 Follow a file of poses as the tracker of a teleoperated arm would, one pose a
-tick: how far the tool is from the hand, how fast joints are, what became of each
-tick, and what kept the tool from the hand."""
+tick: how far the tool is from the hand, how fast joints are, what became of
+each tick, and what kept the tool from the hand."""
 EXAMPLE = """\
   armangle track hand.csv --robot kuka_iiwa7_r800 --rate 90 --plot hand.png"""
 
