@@ -24,7 +24,8 @@ inline bool joints_tell(const LimitTable& t, const ArcSet& arcs, Status status, 
 /// lets it be.
 inline bool may_hide(const LimitTable& t, const Circle<double>& c, Status status,
                      const JointFunctions<double>& f) noexcept {
-    return status == Status::OK || status == Status::LIMITS ? may_hide(t, c, f) : is_about_straight(t, c);
+    if (status == Status::OK || status == Status::LIMITS) return may_hide(t, c, f);
+    return status == Status::ELBOW_LIMIT && is_about_straight(t, c);
 }
 
 /// Some posture of a pose, of any branch: looked for once, where a branch asks for it.
