@@ -188,11 +188,23 @@ struct Roots {
     double psi[2];
 };
 
-/// The roots of a harmonic; none where it is constant.
+/// Whether a harmonic of amplitude h has roots; none where it is constant.
+template <class T>
+ARMANGLE_INLINE auto has_roots(const Harmonic<T>& f, const T& h) noexcept {
+    return !((h <= T(tolerance::singular) * abs(f.k)) | (h == T(0.0)) | (abs(f.k) > h));
+}
+
+/// How far its roots are from where it is greatest, atan2(s, c).
+template <class T>
+ARMANGLE_INLINE T half_between_roots(const Harmonic<T>& f, const T& h) noexcept {
+    return atan2(sqrt((h - f.k) * (h + f.k)), -f.k);
+}
+
+/// The roots of a harmonic.
 inline Roots roots(const Harmonic<double>& f) noexcept {
     const double h = hypot(f.s, f.c);
-    if (h <= tolerance::singular * abs(f.k) || h == 0 || abs(f.k) > h) return {0, {}};
-    const double middle = atan2(f.s, f.c), half = atan2(sqrt((h - f.k) * (h + f.k)), -f.k);
+    if (!has_roots(f, h)) return {0, {}};
+    const double middle = atan2(f.s, f.c), half = half_between_roots(f, h);
     if (half == 0 || half == pi) return {1, {wrap(middle + half), 0}};
     return {2, {wrap(middle - half), wrap(middle + half)}};
 }

@@ -146,11 +146,11 @@ private:
         for (int j = 0; j < joints; ++j)
             for (int k = 0; k < 4; ++k) out.theta[j][k] = series[j].coefficient[k];
         sin_cos_all(centre, angle);
-        InverseSlope back;
-        if (!invert(seven_equations(curve_.arm, pose_at(curve_.curve.segment(x), out.middle),
-                                    curve_.plane_at(x, out.middle), angle),
-                    back))
-            return false;
+        const SevenEquations<double> here_f = seven_equations(
+            curve_.arm, pose_at(curve_.curve.segment(x), out.middle), curve_.plane_at(x, out.middle), angle);
+        const Reduced<double> reduced(here_f);
+        if (!reduced.is_regular()) return false;
+        const InverseSlope<double> back = inverse_slope(here_f, reduced);
         const auto equations = [&](const Interval& s, const double* radius) {
             const J at = J::variable(s), off = at - J(out.middle);
             SinCos<J> turned[joints];

@@ -123,7 +123,7 @@ private:
         SinCos<double> angle[joints];
         if (!posture(plane, angle)) return Nearness::open;
         const JointLanes theta = theta_of(angle);
-        Hull hull{};
+        Hull<double> hull{};
         if (half > 0 && !(prove_hull(arm_, pose_, plane, angle, psi, half, hull) &&
                           keeps_branch(arm_.nominal, gc_, hull)))
             return Nearness::open;

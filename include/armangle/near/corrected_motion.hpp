@@ -82,12 +82,17 @@ public:
         double low_slack, high_slack;
         bool either, limit;
 
-        Known at(const SinCos<double>& psi) const noexcept {
-            const double a = low.at(psi), b = high.at(psi);
-            const bool in = either ? a > low_slack || b > high_slack : a > low_slack && b > high_slack;
-            if (in) return Known::inside;
-            const bool out = either ? a < -low_slack && b < -high_slack : a < -low_slack || b < -high_slack;
-            return out && limit ? Known::outside : Known::open;
+        /// Which of some psi, a bit each, keep it, and which break it.
+        template <int N>
+        ARMANGLE_INLINE void at(const SinCos<Lane<N>>& psi, unsigned& inside,
+                                unsigned& outside) const noexcept {
+            using T = Lane<N>;
+            const T a = Harmonic<T>{low.s, low.c, low.k}.at(psi),
+                    b = Harmonic<T>{high.s, high.c, high.k}.at(psi);
+            const unsigned a_in = bits(a > T(low_slack)), b_in = bits(b > T(high_slack));
+            const unsigned a_out = bits(a < T(-low_slack)), b_out = bits(b < T(-high_slack));
+            inside = either ? a_in | b_in : a_in & b_in;
+            outside = !limit ? 0 : (either ? a_out & b_out : a_out | b_out);
         }
     };
 

@@ -25,10 +25,10 @@ inline constexpr double widest_hull = 0.05;                      // rad: wider o
 inline constexpr int rounds = 3;                                 // over what is left of the circle
 inline constexpr double narrowest[rounds] = {5e-3, 1e-3, 1e-4};  // rad: half width that is left to the next
 inline constexpr double shrunk = 0.7;  // of a stretch: what is open then is worth another look as it is
-inline constexpr int looks[rounds] = {400, 500, 600};  // of one pose and branch, all rounds together
-inline constexpr int hard = 2;                         // long searches for a first posture
-inline constexpr int lost = 30;                        // short ones from the last that led nowhere
-inline constexpr int depth = 24;                       // looks within looks; narrowest is reached before
+inline constexpr int looks[rounds] = {800, 1000, 1200};  // of one pose and branch, all rounds together
+inline constexpr int hard = 2;                           // long searches for a first posture
+inline constexpr int lost = 30;                          // short ones from the last that led nowhere
+inline constexpr int depth = 24;                         // looks within looks; narrowest is reached before
 inline constexpr int root_steps = 8;
 }  // namespace near_rule
 
@@ -153,7 +153,8 @@ struct Sections {
 inline constexpr Sections::Open hinge_bit = 1u << ThetaRanges::capacity;
 
 /// Whether a hull stays on the branch's side of theta_2, theta_4 - delta and theta_6 = 0.
-inline bool keeps_branch(const Arm& nominal, const Configuration<double>& gc, const Hull& hull) noexcept {
+inline bool keeps_branch(const Arm& nominal, const Configuration<double>& gc,
+                         const Hull<double>& hull) noexcept {
     const double zero[] = {0.0, nominal.delta_angle, 0.0}, side[] = {gc.shoulder, gc.elbow, gc.wrist};
     for (int i = 0; i < 3; ++i) {
         const int j = 2 * i + 1;
@@ -174,25 +175,23 @@ public:
         out.unproven = 0;
         CorrectedMotion all(arm_.nominal, flange_pose(arm_.nominal, pose_), on_, gc_);
         all.widen({arm_.wrist_shift, arm_.turn}, 0.0);
-        Sections::Open every = hinge_bit | hinge_bit << 1;
+        Open every = hinge_bit | hinge_bit << 1;
         for (int i = 0; i < ranges_.count; ++i)
             if (only_ < 0 || ranges_.one[i].joint == only_) every |= 1u << i;
         if (all.usable()) {
             Sections sections;
             part(all, every, -pi, pi, sections);
-            prepare(sections);
             take(sections, 0.0, 0);
         } else {
-            for (int k = 0; k < near_rule::cells; ++k)
-                settle(-pi + two_pi * k / near_rule::cells, -pi + two_pi * (k + 1) / near_rule::cells, every,
-                       0);
+            for (int k = near_rule::cells; k > 0; --k)
+                open({-pi + two_pi * (k - 1) / near_rule::cells, -pi + two_pi * k / near_rule::cells, every,
+                      0});
         }
+        settle_all();
         // the whole circle is looked at before any place of it takes all looks
         while (left_.count > 0 && ++round_ < near_rule::rounds) {
-            const Left now = left_;
-            left_.count = 0;
-            for (int i = 0; i < now.count; ++i)
-                settle(now.stretch[i].lower, now.stretch[i].upper, now.stretch[i].open, 0);
+            while (left_.count > 0) open(left_.stretch[--left_.count]);
+            settle_all();
         }
         pieces_.finish(out.arcs, out.unproven);
         double beyond_capacity = 0;
@@ -208,8 +207,33 @@ public:
 
 private:
     using Open = Sections::Open;
-    using Several = Lane<register_width>;
+    static constexpr int several = register_width;
+    using Several = Lane<several>;
     using Condition = CorrectedMotion::Condition;
+
+    /// What is open, and how many looks led to it.
+    struct Stretch {
+        double lower, upper;
+        Open open;
+        int depth;
+
+        double middle() const noexcept { return 0.5 * (lower + upper); }
+        double half() const noexcept { return 0.5 * (upper - lower); }
+    };
+    template <int Capacity>
+    struct Stretches {
+        static constexpr int capacity = Capacity;
+        int count = 0;
+        Stretch stretch[Capacity];
+    };
+
+    /// An end to be found: of the piece of a hull, where joint j is at theta.
+    struct End {
+        int of, joint;
+        double theta;
+        bool lower;
+        Tag tag;
+    };
 
     /// Parts [lower, upper] where a motion's conditions change; of those asked alone.
     void part(const CorrectedMotion& motion, Open asked, double lower, double upper, Sections& out) noexcept {
@@ -232,28 +256,87 @@ private:
             for (; k > 0 && at[k - 1] > psi; --k) at[k] = at[k - 1];
             at[k] = psi;
         };
-        const auto cross = [&](Harmonic<double> f, double value) {
-            f.k -= value;
-            const Roots found = roots(f);
-            for (int i = 0; i < found.count; ++i) {
-                const double psi = lift(found.psi[i], 0.5 * (lower + upper));
-                if (psi > lower && psi < upper) add(psi);
-            }
-        };
         add(lower);
         add(upper);
+        Slackened side[2 * Sections::conditions];
+        int sides = 0;
         for (int i = 0; i < n; ++i) {
             const Condition& c = condition[i];
-            cross(c.low, c.low_slack);
-            cross(c.high, c.high_slack);
-            if (!c.limit) continue;
-            cross(c.low, -c.low_slack);
-            cross(c.high, -c.high_slack);
+            side[sides++] = {c.low, c.low_slack, c.limit};
+            side[sides++] = {c.high, c.high_slack, c.limit};
         }
+        for (int i = 0; i < sides; i += several)
+            add_crossings(side + i, min_of(several, sides - i), lower, upper, add);
         out.count = 0;
-        for (int k = 0; k + 1 < ends; ++k) {
+        for (int k = 0; k + 1 < ends; k += several)
+            tell(condition, bit, n, at + k, min_of(several, ends - 1 - k), out);
+    }
+
+    /// One side of a condition: a harmonic that is known within a slack.
+    struct Slackened {
+        Harmonic<double> f;
+        double slack;
+        bool limit;
+    };
+
+    static constexpr int min_of(int a, int b) noexcept { return a < b ? a : b; }
+
+    /// Where sides come to their slack, and limits to the other end of it.
+    template <class Add>
+    static void add_crossings(const Slackened* side, int count, double lower, double upper,
+                              const Add& add) noexcept {
+        double s[several] = {}, c[several] = {}, k[several] = {}, slack[several] = {};
+        for (int i = 0; i < count; ++i) {
+            s[i] = side[i].f.s;
+            c[i] = side[i].f.c;
+            k[i] = side[i].f.k;
+            slack[i] = side[i].slack;
+        }
+        Harmonic<Several> f{Several::load(s), Several::load(c), Several::load(k)};
+        const Several h = hypot(f.s, f.c), middle = atan2(f.s, f.c), constant = f.k;
+        for (const bool beyond : {false, true}) {
+            const Several by = Several::load(slack);
+            f.k = beyond ? constant + by : constant - by;
+            const Several half = half_between_roots(f, h), about(0.5 * (lower + upper));
+            const Several one = lift(middle - half, about), other = lift(middle + half, about);
+            const Several low(lower), high(upper);
+            const auto some = has_roots(f, h);
+            const unsigned first = bits(some & (one > low) & (one < high)),
+                           second = bits(some & (other > low) & (other < high));
+            for (int i = 0; i < count; ++i) {
+                if (beyond && !side[i].limit) continue;
+                if (first >> i & 1) add(one[i]);
+                if (second >> i & 1) add(other[i]);
+            }
+        }
+    }
+
+    /// What conditions say of the sections between ends in a row, on which none of them changes.
+    void tell(const Condition* condition, const int* bit, int n, const double* at, int count,
+              Sections& out) noexcept {
+        double middle[several];
+        for (int k = 0; k < several; ++k) {
+            const int i = k < count ? k : count - 1;
+            middle[k] = 0.5 * (at[i] + at[i + 1]);
+        }
+        const SinCos<Several> psi = sin_cos(Several::load(middle));
+        Open is_open[several] = {}, broken[several] = {};
+        for (int i = 0; i < n; ++i) {
+            unsigned inside, outside;
+            condition[i].at(psi, inside, outside);
+            for (int k = 0; k < count; ++k) {
+                if (outside >> k & 1)
+                    broken[k] |= 1u << bit[i];
+                else if (!(inside >> k & 1))
+                    is_open[k] |= 1u << bit[i];
+            }
+        }
+        for (int k = 0; k < count; ++k) {
             if (!(at[k] < at[k + 1])) continue;
-            const Sections::Section now = section(condition, bit, n, at[k], at[k + 1]);
+            Sections::Section now{at[k], at[k + 1], Known::inside, is_open[k]};
+            if (is_open[k] != 0) now.known = Known::open;
+            if (broken[k] != 0) now = {at[k], at[k + 1], Known::outside, 0};
+            block(broken[k]);
             Sections::Section* last = out.count > 0 ? &out.section[out.count - 1] : nullptr;
             if (last && last->known == now.known) {  // what is open together is looked at together
                 last->upper = now.upper;
@@ -262,23 +345,6 @@ private:
                 out.section[out.count++] = now;
             }
         }
-    }
-
-    /// What conditions say of [lower, upper], on which none of them changes.
-    Sections::Section section(const Condition* condition, const int* bit, int n, double lower,
-                              double upper) noexcept {
-        const SinCos<double> psi = sin_cos(0.5 * (lower + upper));
-        Sections::Section out{lower, upper, Known::inside, 0};
-        Open broken = 0;
-        for (int i = 0; i < n; ++i) {
-            const Known one = condition[i].at(psi);
-            if (one == Known::open) out.open |= 1u << bit[i];
-            if (one == Known::outside) broken |= 1u << bit[i];
-        }
-        if (out.open != 0) out.known = Known::open;
-        if (broken != 0) out = {lower, upper, Known::outside, 0};
-        block(broken);
-        return out;
     }
 
     /// Remembers what breaks a stretch: whether it is the elbow, and it alone.
@@ -291,187 +357,309 @@ private:
         elbow_blocks_ = by_elbow;
     }
 
-    /// Keeps what is inside, and looks again at what is open; psi counts from `origin`.
+    /// Keeps what is inside, and what is open for another look; psi counts from `origin`.
     void take(const Sections& parts, double origin, int depth) noexcept {
-        for (int i = 0; i < parts.count; ++i) {
+        for (int i = parts.count - 1; i >= 0; --i) {
             const Sections::Section& one = parts.section[i];
             if (one.known == Known::inside) pieces_.add({origin + one.lower, origin + one.upper, 0, 0});
-            if (one.known == Known::open) settle(origin + one.lower, origin + one.upper, one.open, depth + 1);
+            if (one.known == Known::open) open({origin + one.lower, origin + one.upper, one.open, depth});
         }
     }
 
-    /// Settles both halves of a stretch; leaves a narrow one to the next round, or gives it up.
-    void halve(double lower, double upper, Open open, int depth) noexcept {
-        const double middle = 0.5 * (lower + upper);
-        const bool narrow = upper - middle < near_rule::narrowest[round_] || depth > near_rule::depth;
-        if (narrow || looks_ >= near_rule::looks[round_]) {
-            const bool last = round_ + 1 == near_rule::rounds || left_.count == Left::capacity;
-            if (!last) {
-                left_.stretch[left_.count++] = {lower, upper, open};
-                return;
+    /// Leaves a stretch for a look of this round.
+    void open(const Stretch& one) noexcept {
+        if (next_.count == next_.capacity) return leave(one);
+        next_.stretch[next_.count++] = one;
+    }
+
+    /// Leaves a stretch to the next round, or gives it up.
+    void leave(const Stretch& one) noexcept {
+        if (round_ + 1 < near_rule::rounds && left_.count < left_.capacity) {
+            left_.stretch[left_.count] = one;
+            left_.stretch[left_.count++].depth = 0;
+            return;
+        }
+        unproven_ += one.upper - one.lower;
+        open_.add({one.lower, one.upper, 0, 0});
+    }
+
+    /// Leaves both halves of a stretch for a look each, or a narrow one to the next round.
+    void halve(const Stretch& one) noexcept {
+        const double middle = one.middle();
+        const bool narrow = one.upper - middle < near_rule::narrowest[round_] || one.depth > near_rule::depth;
+        if (narrow || looks_ >= near_rule::looks[round_]) return leave(one);
+        open({middle, one.upper, one.open, one.depth + 1});
+        open({one.lower, middle, one.open, one.depth + 1});
+    }
+
+    /// Looks at what is open until nothing is, at several stretches at once.
+    void settle_all() noexcept {
+        while (next_.count > 0) {
+            Stretch now[several];
+            int count = 0;
+            while (next_.count > 0 && count < several) {
+                const Stretch one = next_.stretch[--next_.count];
+                const bool spent = one.depth > near_rule::depth || looks_ >= near_rule::looks[round_];
+                if (spent || one.half() > near_rule::widest_ball) {
+                    halve(one);
+                    continue;
+                }
+                ++looks_;
+                now[count++] = one;
             }
-            unproven_ += upper - lower;
-            return open_.add({lower, upper, 0, 0});
+            if (count > 0) settle(now, count);
         }
-        settle(lower, middle, open, depth + 1);
-        settle(middle, upper, open, depth + 1);
     }
 
-    /// Settles a stretch on which this is open.
-    void settle(double lower, double upper, Open open, int depth) noexcept {
-        const double middle = 0.5 * (lower + upper), half = 0.5 * (upper - lower);
-        const bool spent = depth > near_rule::depth || looks_ >= near_rule::looks[round_];
-        if (spent || half > near_rule::widest_ball) return halve(lower, upper, open, depth);
-        ++looks_;
+    /// Settles stretches on which something is open, or opens parts of them.
+    void settle(const Stretch* now, int count) noexcept {
+        double middle[several], half[several];
+        for (int k = 0; k < several; ++k) {
+            const Stretch& one = now[k < count ? k : count - 1];
+            middle[k] = one.middle();
+            half[k] = one.half();
+        }
+        const Several psi = Several::load(middle);
+        const PsiPlane<Several> plane(several_on(), sin_cos(psi));
+        const Pose<Several> pose = spread<Several>(pose_);
+        Found<Several> found = find_posture(arm_, pose, plane, spread<Several>(gc_));
+        bool is_found[several] = {}, is_settled[several] = {}, some_narrow = false;
+        for (int k = 0; k < count; ++k) is_found[k] = found.left[k] <= near_rule::settled;
+        for (int k = 0; k < count; ++k) {
+            if (!is_found[k]) is_found[k] = follow_to(middle, k, is_found, found);
+            some_narrow |= is_found[k] && half[k] <= near_rule::widest_hull;
+        }
+        remember(middle, is_found, count, found);
+        if (some_narrow) {
+            Hull<Several> hull;
+            const auto proven = prove_hull(arm_, pose, plane, found.angle, psi, Several::load(half), hull);
+            bool by_hull[several];
+            for (int k = 0; k < several; ++k)
+                by_hull[k] = k < count && is_found[k] && half[k] <= near_rule::widest_hull && proven[k];
+            settle_by_hulls(now, by_hull, hull, found, is_settled);
+        }
+        for (int k = count - 1; k >= 0; --k) {
+            if (is_settled[k]) continue;
+            if (is_found[k])
+                settle_by_motion(now[k], found, k);
+            else
+                halve(now[k]);
+        }
+    }
+
+    /// The posture of lane k from that of the nearest psi that has one; false where it does not lead there.
+    bool follow_to(const double (&psi)[several], int k, const bool (&is_found)[several],
+                   Found<Several>& found) noexcept {
+        int from = -1;
+        double way = begun_ ? abs(psi[k] - last_psi_) : infinity;
+        for (int i = 0; i < several; ++i) {
+            if (!(is_found[i] && abs(psi[k] - psi[i]) < way)) continue;
+            from = i;
+            way = abs(psi[k] - psi[i]);
+        }
+        const PsiPlane<double> plane(on_, sin_cos(psi[k]));
         SinCos<double> angle[joints];
-        const PsiPlane<double> plane(on_, sin_cos(middle));
-        if (!posture(middle, plane, angle)) return halve(lower, upper, open, depth);
-        if (half <= near_rule::widest_hull && by_hull(plane, angle, lower, upper, open)) return;
+        if (!(way < infinity)) {
+            if (hard_++ >= near_rule::hard) return false;
+            if (solve_angles(arm_, pose_, plane, gc_, angle) != Status::OK) return false;
+        } else {
+            if (lost_ >= near_rule::lost) return false;
+            for (int j = 0; j < joints; ++j)
+                angle[j] =
+                    from < 0 ? last_[j] : SinCos<double>{found.angle[j].sin[from], found.angle[j].cos[from]};
+            if (newton(arm_, pose_, plane, gc_, angle) != Status::OK) {
+                ++lost_;
+                return false;
+            }
+        }
+        for (int j = 0; j < joints; ++j) {
+            found.angle[j].sin.set(k, angle[j].sin);
+            found.angle[j].cos.set(k, angle[j].cos);
+        }
+        return true;
+    }
+
+    /// Keeps the last posture of those that were found.
+    void remember(const double (&psi)[several], const bool (&is_found)[several], int count,
+                  const Found<Several>& found) noexcept {
+        for (int k = 0; k < count; ++k) {
+            if (!is_found[k]) continue;
+            for (int j = 0; j < joints; ++j) last_[j] = {found.angle[j].sin[k], found.angle[j].cos[k]};
+            last_psi_ = psi[k];
+            begun_ = true;
+        }
+    }
+
+    /// Settles a stretch, or opens parts of it, by what is known about the posture at its middle.
+    void settle_by_motion(const Stretch& now, const Found<Several>& found, int k) noexcept {
+        const double middle = now.middle(), half = now.half();
+        SinCos<double> angle[joints];
+        for (int j = 0; j < joints; ++j) angle[j] = {found.angle[j].sin[k], found.angle[j].cos[k]};
         Coarse over;
-        const CorrectedMotion motion = motion_about(arm_, on_, plane, angle, gc_, half, over);
-        if (!motion.usable()) return halve(lower, upper, open, depth);
+        const CorrectedMotion motion =
+            motion_about(arm_, on_, PsiPlane<double>(on_, sin_cos(middle)), angle, gc_, half, over);
+        if (!motion.usable()) return halve(now);
         Sections parts;
-        part(motion, open, -half, half, parts);
+        part(motion, now.open, -half, half, parts);
         for (int i = 0; i < parts.count; ++i) {
             const Sections::Section& one = parts.section[i];
             const bool wide = one.upper - one.lower > 2.0 * near_rule::shrunk * half;
-            if (wide && one.known == Known::open) return halve(lower, upper, open, depth);
+            if (wide && one.known == Known::open) return halve(now);
         }
-        take(parts, middle, depth);
+        take(parts, middle, now.depth + 1);
     }
 
-    /// The postures at the middles of what is open, the quick way, as lanes.
-    void prepare(const Sections& parts) noexcept {
-        double psi[register_width] = {};
-        for (int i = 0; i < parts.count && ready_ < register_width; ++i) {
-            const Sections::Section& one = parts.section[i];
-            const bool narrow = 0.5 * (one.upper - one.lower) <= near_rule::widest_ball;
-            if (one.known == Known::open && narrow) psi[ready_++] = 0.5 * (one.lower + one.upper);
-        }
-        if (ready_ == 0) return;
-        const SinCos<Several> at = sin_cos(Several::load(psi));
-        const Vec3<Several> e = spread<Several>(on_.e), z = spread<Several>(on_.z);
-        found_ =
-            find_posture(arm_, spread<Several>(pose_),
-                         PsiPlane<Several>(combine(e, at.cos, z, -at.sin), combine(e, at.sin, z, at.cos)),
-                         spread<Several>(gc_));
-        for (int i = 0; i < ready_; ++i) prepared_[i] = psi[i];
-    }
-
-    /// The posture at a psi, the quick way.
-    bool quickly(double psi, const PsiPlane<double>& plane, SinCos<double> (&angle)[joints]) const noexcept {
-        for (int i = 0; i < ready_; ++i) {
-            if (prepared_[i] != psi) continue;
-            for (int j = 0; j < joints; ++j) angle[j] = {found_.angle[j].sin[i], found_.angle[j].cos[i]};
-            return found_.left[i] <= near_rule::settled;
-        }
-        return solve_quickly(arm_, pose_, plane, gc_, angle);
-    }
-
-    /// The posture at a psi: the quick way, or from that of the last psi.
-    bool posture(double psi, const PsiPlane<double>& plane, SinCos<double> (&angle)[joints]) noexcept {
-        if (!quickly(psi, plane, angle)) {
-            if (!begun_) {
-                if (hard_++ >= near_rule::hard) return false;
-                if (solve_angles(arm_, pose_, plane, gc_, angle) != Status::OK) return false;
-            } else {
-                for (int j = 0; j < joints; ++j) angle[j] = last_[j];
-                if (lost_ >= near_rule::lost) return false;
-                if (newton(arm_, pose_, plane, gc_, angle) != Status::OK) {
-                    ++lost_;
-                    return false;
-                }
+    /// Settles stretches by hulls about the postures at their middles, where those say all.
+    void settle_by_hulls(const Stretch* now, const bool (&by_hull)[several], const Hull<Several>& hulls,
+                         const Found<Several>& found, bool (&is_settled)[several]) noexcept {
+        Piece piece[several];
+        End end[several];
+        int ends = 0;
+        bool fails[several] = {};
+        const auto find_ends = [&] {
+            if (ends > 0) cut(end, ends, hulls, found, piece, fails);
+            ends = 0;
+        };
+        for (int k = 0; k < several; ++k) {
+            if (!by_hull[k]) continue;
+            const Hull<double> hull = lane(hulls, k);
+            fails[k] = !keeps_branch(arm_.nominal, gc_, hull);
+            Open undecided = 0, broken = 0;
+            for (int i = 0; i < ranges_.count && !fails[k]; ++i) {
+                if (!(now[k].open >> i & 1)) continue;
+                const ThetaRanges::One& r = ranges_.one[i];
+                const double off = abs(wrap(hull.theta[r.joint] - r.middle)), reach = hull.reach(r.joint);
+                if (off - reach > r.half)
+                    broken |= 1u << i;
+                else if (!(off + reach <= r.half))
+                    undecided |= 1u << i;
             }
+            block(broken);
+            piece[k] = {now[k].lower, now[k].upper, 0, 0};
+            is_settled[k] = broken != 0;
+            if (is_settled[k]) continue;
+            for (int i = 0; i < ranges_.count && !fails[k]; ++i) {
+                if (!(undecided >> i & 1)) continue;
+                if (ends + 2 > several) find_ends();
+                fails[k] = fails[k] || !ends_of(ranges_.one[i], hull, k, end, ends);
+            }
+            if (undecided != 0 && !fails[k]) only_elbow_ = false;
         }
-        for (int j = 0; j < joints; ++j) last_[j] = angle[j];
-        begun_ = true;
-        return true;
+        find_ends();
+        for (int k = 0; k < several; ++k) {
+            if (!by_hull[k] || is_settled[k] || fails[k]) continue;
+            pieces_.add(piece[k]);
+            is_settled[k] = true;
+        }
     }
 
-    /// Settles a stretch by a hull about a posture at its middle; false where the hull does not say.
-    bool by_hull(const PsiPlane<double>& plane, const SinCos<double> (&angle)[joints], double lower,
-                 double upper, Open open) noexcept {
-        Hull hull;
-        const double middle = 0.5 * (lower + upper), half = 0.5 * (upper - lower);
-        if (!prove_hull(arm_, pose_, plane, angle, middle, half, hull) ||
-            !keeps_branch(arm_.nominal, gc_, hull))
-            return false;
-        Open undecided = 0, broken = 0;
-        for (int i = 0; i < ranges_.count; ++i) {
-            if (!(open >> i & 1)) continue;
-            const ThetaRanges::One& r = ranges_.one[i];
-            const double off = abs(wrap(hull.theta[r.joint] - r.middle)), reach = hull.reach(r.joint);
-            if (off - reach > r.half)
-                broken |= 1u << i;
-            else if (!(off + reach <= r.half))
-                undecided |= 1u << i;
-        }
-        block(broken);
-        if (broken != 0) return true;
-        Piece piece{lower, upper, 0, 0};
-        for (int i = 0; i < ranges_.count; ++i)
-            if ((undecided >> i & 1) && !cut(ranges_.one[i], hull, angle, piece)) return false;
-        if (undecided != 0) only_elbow_ = false;
-        pieces_.add(piece);
-        return true;
+    /// The circle in every lane.
+    Triad<Several> several_on() const noexcept {
+        return {spread<Several>(on_.w), spread<Several>(on_.e), spread<Several>(on_.z), on_.distance,
+                on_.nearest};
     }
 
-    /// Cuts a piece of a hull to where a joint keeps its range; false where the hull does not say.
-    bool cut(const ThetaRanges::One& range, const Hull& hull, const SinCos<double> (&angle)[joints],
-             Piece& piece) const noexcept {
+    static Hull<double> lane(const Hull<Several>& hulls, int k) noexcept {
+        Hull<double> out;
+        out.psi = hulls.psi[k];
+        out.half = hulls.half[k];
+        for (int j = 0; j < joints; ++j) {
+            out.theta[j] = hulls.theta[j][k];
+            out.slope[j] = hulls.slope[j][k];
+            out.radius[j] = hulls.radius[j][k];
+            out.slope_radius[j] = hulls.slope_radius[j][k];
+        }
+        return out;
+    }
+
+    /// Where a joint comes to an end of its range in a hull, once each; false where the hull does not say.
+    static bool ends_of(const ThetaRanges::One& range, const Hull<double>& hull, int k, End* end,
+                        int& count) noexcept {
         const int j = range.joint;
         const double slope = hull.slope[j], reach = hull.reach(j), off = wrap(hull.theta[j] - range.middle);
         if (!(abs(slope) > hull.slope_radius[j])) return false;
         if (!(abs(off) + reach < two_pi - range.half)) return false;  // it may come in again from behind
         const bool rising = slope > 0;
-        if (off - reach < -range.half &&
-            !end_at(hull, angle, j, range.middle - range.half, rising, range.low, piece))
-            return false;
-        return !(off + reach > range.half) ||
-               end_at(hull, angle, j, range.middle + range.half, !rising, range.high, piece);
-    }
-
-    /// Moves an end of the piece to where joint j is at theta: the lower end, or the upper.
-    bool end_at(const Hull& hull, const SinCos<double> (&angle)[joints], int j, double theta, bool lower,
-                Tag tag, Piece& piece) const noexcept {
-        double psi = 0;
-        if (!root(hull, angle, j, theta, psi) || !(abs(psi - hull.psi) <= 2.0 * hull.half)) return false;
-        if (lower && psi > piece.lower) {
-            piece.lower = psi;
-            piece.lower_tag = tag;
-        }
-        if (!lower && psi < piece.upper) {
-            piece.upper = psi;
-            piece.upper_tag = tag;
-        }
+        if (off - reach < -range.half) end[count++] = {k, j, range.middle - range.half, rising, range.low};
+        if (off + reach > range.half) end[count++] = {k, j, range.middle + range.half, !rising, range.high};
         return true;
     }
 
-    /// The psi at which joint j is at theta: Newton on the seven equations and this one. It may lie beyond
-    /// the hull, whose joint then does not come to theta.
-    bool root(const Hull& hull, const SinCos<double> (&from)[joints], int j, double theta,
-              double& psi) const noexcept {
-        const SinCos<double> wanted = sin_cos(theta);
-        SinCos<double> angle[joints];
-        for (int i = 0; i < joints; ++i) angle[i] = from[i];
-        psi = hull.psi;
-        for (int pass = 0; pass < near_rule::root_steps; ++pass) {
-            const PsiPlane<double> plane(on_, sin_cos(psi));
-            SevenEquations<double> now = seven_equations(arm_, pose_, plane, angle);
-            const double gap = atan2(wanted.sin * angle[j].cos - wanted.cos * angle[j].sin,
-                                     wanted.cos * angle[j].cos + wanted.sin * angle[j].sin);
-            if (now.size() <= near_rule::residual && abs(gap) <= near_rule::residual) return true;
-            double straight[joints], sideways[joints];
-            newton_step(now, straight);
-            now.left = {{0, 0, 0}, {0, 0, 0}, dot(plane.along, elbow_axis(angle))};
-            newton_step(now, sideways);
-            const double by = (gap - straight[j]) / sideways[j];
-            if (!(abs(by) < near_rule::largest_step)) return false;
-            for (int i = 0; i < joints; ++i) straight[i] += by * sideways[i];
-            turn_by(straight, angle);
-            psi += by;
+    /// Cuts pieces of hulls at their ends, or says that it fails: Newton on the seven equations and the joint
+    /// at its theta, at all ends at once. An end may lie beyond the hull, whose joint then does not come to
+    /// it.
+    void cut(const End* end, int count, const Hull<Several>& hulls, const Found<Several>& found, Piece* piece,
+             bool (&fails)[several]) const noexcept {
+        const Pose<Several> pose = spread<Several>(pose_);
+        const Triad<Several> on = several_on();
+        int of[several], joint[several];
+        double target[several];
+        for (int i = 0; i < several; ++i) {
+            const End& one = end[i < count ? i : count - 1];
+            of[i] = one.of;
+            joint[i] = one.joint;
+            target[i] = one.theta;
         }
-        return false;
+        const auto of_ends = [&](const Several* row) {
+            Several out;
+            for (int i = 0; i < several; ++i) out.set(i, row[joint[i]][i]);
+            return out;
+        };
+        const auto of_hulls = [&](const Several& row) {
+            Several out;
+            for (int i = 0; i < several; ++i) out.set(i, row[of[i]]);
+            return out;
+        };
+        SinCos<Several> angle[joints];
+        Several sine[joints], cosine[joints], step[joints], psi = of_hulls(hulls.psi);
+        const SinCos<Several> wanted = sin_cos(Several::load(target));
+        const auto gap_now = [&] {
+            for (int j = 0; j < joints; ++j) {
+                sine[j] = angle[j].sin;
+                cosine[j] = angle[j].cos;
+            }
+            const Several s = of_ends(sine), c = of_ends(cosine);
+            return atan2(wanted.sin * c - wanted.cos * s, wanted.cos * c + wanted.sin * s);
+        };
+        for (int j = 0; j < joints; ++j) {
+            angle[j] = {of_hulls(found.angle[j].sin), of_hulls(found.angle[j].cos)};
+            step[j] = of_hulls(hulls.slope[j]);
+        }
+        Several by = gap_now() / of_ends(step);  // along the hull's slope at first
+        auto going = abs(by) < Several(near_rule::largest_step);
+        auto there = Several(1.0) < Several(0.0);
+        for (int j = 0; j < joints; ++j) step[j] = select(going, step[j] * by, Several(0.0));
+        for (int pass = 0; pass < near_rule::root_steps; ++pass) {
+            turn_by(step, angle);
+            psi = psi + select(going, by, Several(0.0));
+            const PsiPlane<Several> plane(on, sin_cos(psi));
+            const SevenEquations<Several> now = seven_equations(arm_, pose, plane, angle);
+            const Several gap = gap_now();
+            there = there | (going & (now.size() <= Several(near_rule::residual)) &
+                             (abs(gap) <= Several(near_rule::residual)));
+            going = going & !there;
+            if (!any(going)) break;
+            const Reduced<Several> to(now);
+            Several straight[joints], sideways[joints];
+            to.solve(now.left, straight);
+            to.solve({{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, dot(plane.along, elbow_axis(angle))}, sideways);
+            by = (gap - of_ends(straight)) / of_ends(sideways);
+            going = going & (abs(by) < Several(near_rule::largest_step));
+            for (int j = 0; j < joints; ++j)
+                step[j] = select(going, straight[j] + by * sideways[j], Several(0.0));
+        }
+        for (int i = 0; i < count; ++i) {
+            const int k = end[i].of;
+            if (!there[i] || !(abs(psi[i] - hulls.psi[k]) <= 2.0 * hulls.half[k])) {
+                fails[k] = true;
+            } else if (end[i].lower && psi[i] > piece[k].lower) {
+                piece[k].lower = psi[i];
+                piece[k].lower_tag = end[i].tag;
+            } else if (!end[i].lower && psi[i] < piece[k].upper) {
+                piece[k].upper = psi[i];
+                piece[k].upper_tag = end[i].tag;
+            }
+        }
     }
 
     const NearArm& arm_;
@@ -480,28 +668,18 @@ private:
     const Configuration<double>& gc_;
     const ThetaRanges& ranges_;
     int only_;
-    /// What is left to the next round.
-    struct Left {
-        static constexpr int capacity = 256;
-        int count = 0;
-        struct {
-            double lower, upper;
-            Open open;
-        } stretch[capacity];
-    };
 
     Pieces pieces_, open_;
-    Left left_;
+    Stretches<512> next_;  // of this round
+    Stretches<256> left_;  // to the next
     int round_ = 0;
     double unproven_ = 0;
     int looks_ = 0, hard_ = 0, lost_ = 0;
     bool begun_ = false;
-    double prepared_[register_width];  // psi of the postures that are known, and these
-    int ready_ = 0;
-    Found<Several> found_;
-    SinCos<double> last_[joints];  // of the posture found last
-    Tag elbow_blocks_ = 0;         // the elbow's limit or margin that broke a cell
-    bool only_elbow_ = true;       // and every other
+    SinCos<double> last_[joints];  // of the posture found last, and its psi
+    double last_psi_ = 0;
+    Tag elbow_blocks_ = 0;    // the elbow's limit or margin that broke a cell
+    bool only_elbow_ = true;  // and every other
 };
 
 }  // namespace detail

@@ -24,7 +24,7 @@ inline constexpr int walk = 4;                                   // steps back f
 inline constexpr double settled = 2e-14;     // of what is left (ratio): another step would change rounding
 inline constexpr double residual = 1e-12;    // largest that is taken for an answer (ratio; m of a metre)
 inline constexpr double largest_step = 0.5;  // rad, of Newton
-inline constexpr double pivot = 1e-9;        // of the Jacobian (ratio): below it two branches meet
+inline constexpr double vanishing = 1e-12;   // a determinant of the Jacobian (ratio): two branches meet
 /// Newton has never failed farther than this from theta_2, theta_6 = 0 or a stretched elbow (rad): sine.
 inline constexpr double band_sine = 0.17;
 }  // namespace near_rule
@@ -177,42 +177,77 @@ ARMANGLE_INLINE T triple(const Vec3<T>& a, const Vec3<T>& b, const Vec3<T>& c) n
     return dot(a, cross(b, c));
 }
 
-/// Newton's step in closed form: joints 5-7 by the rows of the turn, a 3x3 block, then joints 1-4 by what is
-/// left of wrist and psi, by Cramer's rule. Where a determinant vanishes the step is no number.
+/// The seven equations with joints 5-7 taken out by the rows of the turn, a 3x3 block: what is left to joints
+/// 1-4. Where a determinant vanishes nothing is a number.
+template <class T>
+struct Reduced {
+    using Row = typename SevenEquations<T>::Row;
+    Vec3<T> undo[3];  // rows of the block's inverse: joints 5-7 that make a turn
+    Vec3<T> back[4];  // joints 5-7 that undo the turn of joints 1-4
+    Vec3<T> w[4];     // how the wrist moves with joints 1-4 then
+    Vec3<T> n_0, n_1, n_2;
+    T m_12, m_02, m_01;  // Cramer's rule: minors
+    T per_det, per;      // one over each determinant
+
+    ARMANGLE_INLINE explicit Reduced(const SevenEquations<T>& f) noexcept : c_(f.column) {
+        const Vec3<T> r_5 = cross(c_[5].turn, c_[6].turn), r_6 = cross(c_[6].turn, c_[4].turn),
+                      r_7 = cross(c_[4].turn, c_[5].turn);
+        per_det = T(1.0) / dot(c_[4].turn, r_5);
+        undo[0] = r_5 * per_det;
+        undo[1] = r_6 * per_det;
+        undo[2] = r_7 * per_det;
+        for (int i = 0; i < 4; ++i) {
+            back[i] = turned_back(c_[i].turn);
+            w[i] = c_[i].wrist - moved(back[i]);
+        }
+        n_0 = cross(w[0], w[3]);
+        n_1 = cross(w[1], w[3]);
+        n_2 = cross(w[2], w[3]);
+        m_12 = dot(w[1], n_2);
+        m_02 = dot(w[0], n_2);
+        m_01 = dot(w[0], n_1);
+        per = T(1.0) / (c_[1].psi * m_02 - c_[0].psi * m_12 - c_[2].psi * m_01);
+    }
+
+    /// Whether no determinant vanishes.
+    ARMANGLE_INLINE auto is_regular() const noexcept {
+        constexpr double most = 1.0 / near_rule::vanishing;
+        return (abs(per_det) < T(most)) & (abs(per) < T(most));
+    }
+    /// Joints 5-7 that make a turn.
+    ARMANGLE_INLINE Vec3<T> turned_back(const Vec3<T>& v) const noexcept {
+        return {dot(undo[0], v), dot(undo[1], v), dot(undo[2], v)};
+    }
+    /// How far joints 5-7 move the wrist.
+    ARMANGLE_INLINE Vec3<T> moved(const Vec3<T>& x) const noexcept {
+        return c_[4].wrist * x.x + c_[5].wrist * x.y + c_[6].wrist * x.z;
+    }
+    /// The joints that make what is left vanish.
+    ARMANGLE_INLINE void solve(const Row& left, T (&step)[joints]) const noexcept {
+        const Vec3<T> rest = turned_back(left.turn), s = left.wrist - moved(rest);
+        const T h = left.psi, g_0 = c_[0].psi, g_1 = c_[1].psi, g_2 = c_[2].psi;
+        const T s_0 = dot(s, n_0), s_1 = dot(s, n_1), s_2 = dot(s, n_2);
+        step[0] = (g_1 * s_2 - g_2 * s_1 - h * m_12) * per;
+        step[1] = (h * m_02 - g_0 * s_2 + g_2 * s_0) * per;
+        step[2] = (g_0 * s_1 - g_1 * s_0 - h * m_01) * per;
+        step[3] = (g_1 * triple(w[0], w[2], s) - g_0 * triple(w[1], w[2], s) - g_2 * triple(w[0], w[1], s) +
+                   h * triple(w[0], w[1], w[2])) *
+                  per;
+        const Vec3<T> last =
+            rest - (back[0] * step[0] + back[1] * step[1] + back[2] * step[2] + back[3] * step[3]);
+        step[4] = last.x;
+        step[5] = last.y;
+        step[6] = last.z;
+    }
+
+private:
+    const Row* c_;
+};
+
+/// Newton's step in closed form.
 template <class T>
 ARMANGLE_INLINE void newton_step(const SevenEquations<T>& f, T (&step)[joints]) noexcept {
-    const auto* c = f.column;
-    const Vec3<T> r_5 = cross(c[5].turn, c[6].turn), r_6 = cross(c[6].turn, c[4].turn),
-                  r_7 = cross(c[4].turn, c[5].turn);
-    const T per_det = T(1.0) / dot(c[4].turn, r_5);
-    const auto turned_back = [&](const Vec3<T>& v) {
-        return Vec3<T>{dot(r_5, v) * per_det, dot(r_6, v) * per_det, dot(r_7, v) * per_det};
-    };
-    const auto moved = [&](const Vec3<T>& x) {  // the wrist, by joints 5-7
-        return c[4].wrist * x.x + c[5].wrist * x.y + c[6].wrist * x.z;
-    };
-    const Vec3<T> rest = turned_back(f.left.turn), s = f.left.wrist - moved(rest);
-    Vec3<T> back[4], w[4];
-    for (int i = 0; i < 4; ++i) {
-        back[i] = turned_back(c[i].turn);
-        w[i] = c[i].wrist - moved(back[i]);
-    }
-    const T h = f.left.psi, g_0 = c[0].psi, g_1 = c[1].psi, g_2 = c[2].psi;
-    const Vec3<T> n_0 = cross(w[0], w[3]), n_1 = cross(w[1], w[3]), n_2 = cross(w[2], w[3]);
-    const T m_12 = dot(w[1], n_2), m_02 = dot(w[0], n_2), m_01 = dot(w[0], n_1);
-    const T s_0 = dot(s, n_0), s_1 = dot(s, n_1), s_2 = dot(s, n_2);
-    const T per = T(1.0) / (g_1 * m_02 - g_0 * m_12 - g_2 * m_01);
-    step[0] = (g_1 * s_2 - g_2 * s_1 - h * m_12) * per;
-    step[1] = (h * m_02 - g_0 * s_2 + g_2 * s_0) * per;
-    step[2] = (g_0 * s_1 - g_1 * s_0 - h * m_01) * per;
-    step[3] = (g_1 * triple(w[0], w[2], s) - g_0 * triple(w[1], w[2], s) - g_2 * triple(w[0], w[1], s) +
-               h * triple(w[0], w[1], w[2])) *
-              per;
-    const Vec3<T> last =
-        rest - (back[0] * step[0] + back[1] * step[1] + back[2] * step[2] + back[3] * step[3]);
-    step[4] = last.x;
-    step[5] = last.y;
-    step[6] = last.z;
+    Reduced<T>(f).solve(f.left, step);
 }
 
 /// theta + step
@@ -255,46 +290,47 @@ ARMANGLE_INLINE Found<T> find_posture(const NearArm& arm, const Pose<T>& pose, c
 }
 
 /// The inverse of the seven equations' Jacobian: row i is joint i + 1, columns as the rows of the equations.
+template <class T>
 struct InverseSlope {
-    SevenEquations<double>::Row row[joints];
+    typename SevenEquations<T>::Row row[joints];
 
-    double times(int i, const SevenEquations<double>::Row& x) const noexcept {
+    ARMANGLE_INLINE T times(int i, const typename SevenEquations<T>::Row& x) const noexcept {
         return dot(row[i].wrist, x.wrist) + dot(row[i].turn, x.turn) + row[i].psi * x.psi;
     }
 };
 
-/// By elimination with pivots, where the closed form may not lead; false where a pivot vanishes. Gauss and
-/// Jordan, in place of the identity beside it.
-inline bool invert(const SevenEquations<double>& f, InverseSlope& out) noexcept {
-    double A[joints][2 * joints] = {};
-    for (int i = 0; i < joints; ++i) {
-        const auto& c = f.column[i];
-        const double column[joints] = {c.wrist.x, c.wrist.y, c.wrist.z, c.turn.x, c.turn.y, c.turn.z, c.psi};
-        for (int k = 0; k < joints; ++k) A[k][i] = column[k];
-        A[i][joints + i] = 1.0;
+/// The inverse in closed form: what Reduced::solve() makes of each number that is left.
+template <class T>
+ARMANGLE_INLINE InverseSlope<T> inverse_slope(const SevenEquations<T>& f, const Reduced<T>& to) noexcept {
+    const auto& w = to.w;
+    const T g_0 = f.column[0].psi, g_1 = f.column[1].psi, g_2 = f.column[2].psi;
+    InverseSlope<T> out;
+    out.row[0].wrist = (to.n_2 * g_1 - to.n_1 * g_2) * to.per;
+    out.row[1].wrist = (to.n_0 * g_2 - to.n_2 * g_0) * to.per;
+    out.row[2].wrist = (to.n_1 * g_0 - to.n_0 * g_1) * to.per;
+    const Vec3<T> w_02 = cross(w[0], w[2]), w_12 = cross(w[1], w[2]), w_01 = cross(w[0], w[1]);
+    out.row[3].wrist = (w_02 * g_1 - w_12 * g_0 - w_01 * g_2) * to.per;
+    out.row[0].psi = -to.m_12 * to.per;
+    out.row[1].psi = to.m_02 * to.per;
+    out.row[2].psi = -to.m_01 * to.per;
+    out.row[3].psi = dot(w[0], w_12) * to.per;
+    for (int i = 0; i < 4; ++i) {
+        const Vec3<T>& by_wrist = out.row[i].wrist;
+        out.row[i].turn =
+            -(to.undo[0] * dot(by_wrist, f.column[4].wrist) + to.undo[1] * dot(by_wrist, f.column[5].wrist) +
+              to.undo[2] * dot(by_wrist, f.column[6].wrist));
     }
-    for (int k = 0; k < joints; ++k) {
-        int best = k;
-        for (int i = k + 1; i < joints; ++i)
-            if (abs(A[i][k]) > abs(A[best][k])) best = i;
-        const double pivot = A[best][k];
-        if (!(abs(pivot) > near_rule::pivot)) return false;
-        for (int j = k; j < 2 * joints; ++j) {
-            const double kept = A[k][j];
-            A[k][j] = A[best][j] / pivot;
-            if (best != k) A[best][j] = kept;
+    for (int i = 0; i < 3; ++i) out.row[4 + i] = {{T(0.0), T(0.0), T(0.0)}, to.undo[i], T(0.0)};
+    for (int k = 0; k < 4; ++k) {
+        const T undone[3] = {-to.back[k].x, -to.back[k].y, -to.back[k].z};
+        for (int i = 0; i < 3; ++i) {
+            auto& row = out.row[4 + i];
+            row.wrist = mul_add(out.row[k].wrist, undone[i], row.wrist);
+            row.turn = mul_add(out.row[k].turn, undone[i], row.turn);
+            row.psi = mul_add(out.row[k].psi, undone[i], row.psi);
         }
-        for (int i = 0; i < joints; ++i) {
-            if (i == k) continue;
-            const double factor = A[i][k];
-            for (int j = k; j < 2 * joints; ++j) A[i][j] -= factor * A[k][j];
-        }
     }
-    for (int i = 0; i < joints; ++i) {
-        const double* x = A[i] + joints;
-        out.row[i] = {{x[0], x[1], x[2]}, {x[3], x[4], x[5]}, x[6]};
-    }
-    return true;
+    return out;
 }
 
 /// Whether two branches are near to meeting: |sin| of theta_2, theta_4 - delta or theta_6 small.
@@ -315,12 +351,10 @@ inline Status newton(const NearArm& arm, const Pose<double>& pose, const PsiPlan
         double step[joints], longest = 0;
         if (left <= near_rule::settled || (solved && !(left < before)) || !(left < infinity)) break;
         before = left;
-        InverseSlope back;
-        if (!invert(now, back)) break;
-        for (int j = 0; j < joints; ++j) {
-            step[j] = back.times(j, now.left);
-            longest = max(longest, abs(step[j]));
-        }
+        const Reduced<double> to(now);
+        if (!to.is_regular()) break;
+        to.solve(now.left, step);
+        for (const double part : step) longest = max(longest, abs(part));
         if (longest > near_rule::largest_step)
             for (double& part : step) part *= near_rule::largest_step / longest;
         turn_by(step, angle);
@@ -395,13 +429,23 @@ inline Status solve_angles(const NearArm& arm, const Pose<double>& pose, const P
 }
 
 /// theta in (-pi, pi] of a posture; the eighth slot is 0.
-inline JointLanes theta_of(const SinCos<double> (&angle)[joints]) noexcept {
+inline JointLanes theta_of(const SinCos<double>* angle) noexcept {
     double y[joint_slots] = {}, x[joint_slots] = {0, 0, 0, 0, 0, 0, 0, 1};
     for (int j = 0; j < joints; ++j) {
         y[j] = angle[j].sin;
         x[j] = angle[j].cos;
     }
     return atan2(JointLanes::of(y), JointLanes::of(x));
+}
+
+/// The same of postures side by side.
+template <int N>
+ARMANGLE_INLINE void theta_of(const SinCos<Lane<N>>* angle, Lane<N> (&theta)[joints]) noexcept {
+    for (int j = 0; j < joints; ++j) theta[j] = atan2(angle[j].sin, angle[j].cos);
+}
+inline void theta_of(const SinCos<double>* angle, double (&theta)[joints]) noexcept {
+    const JointLanes all = theta_of(angle);
+    for (int j = 0; j < joints; ++j) theta[j] = all[j];
 }
 
 /// Why a pose has no posture before any is looked for; OK where one may be.
@@ -458,10 +502,12 @@ inline Inverse self_motion_rate(const NearArm& arm, const Pose<double>& pose, do
     const detail::SevenEquations<double> f = detail::seven_equations(arm, exact, plane, angle);
     const detail::SevenEquations<double>::Row by_psi{
         {0, 0, 0}, {0, 0, 0}, dot(plane.along, detail::elbow_axis(angle))};
-    detail::InverseSlope back;
-    if (!detail::invert(f, back)) out.status = Status::NEAR_SINGULAR;
+    const detail::Reduced<double> to(f);
+    double rate[joints];
+    to.solve(by_psi, rate);
+    if (!to.is_regular()) out.status = Status::NEAR_SINGULAR;
     for (int j = 0; j < joints; ++j)
-        out.q[j] = out.status == Status::OK ? nominal.sign[j] * back.times(j, by_psi) : not_a_number;
+        out.q[j] = out.status == Status::OK ? nominal.sign[j] * rate[j] : not_a_number;
     return out;
 }
 

@@ -257,7 +257,7 @@ private:
             const PsiPlane<double> plane(on_, sin_cos(middle));
             const Coarse c = coarse_about(near_, on_, plane, at.angle, configuration(gc), half);
             if (dropped(bound(c.theta, c.reach))) return;
-            Hull hull;
+            Hull<double> hull;
             if (half <= near_rule::widest_hull &&
                 prove_hull(near_, pose_, plane, at.angle, middle, half, hull)) {
                 double reach[joints];
@@ -279,7 +279,7 @@ private:
 
     /// The end of a hull towards which the cost only falls: -1 or 1; 0 where it may turn, or jump to another
     /// winding.
-    double falling(const Hull& hull, const Spot& at, const double (&reach)[joints]) const noexcept {
+    double falling(const Hull<double>& hull, const Spot& at, const double (&reach)[joints]) const noexcept {
         if (!squares() || !at.kept) return 0.0;
         double slope = 0, radius = 0;
         for (int j = 0; j < joints; ++j) {
@@ -299,12 +299,13 @@ private:
         const Spot at = spot(gc, psi);
         if (!at.kept) return not_a_number;
         const PsiPlane<double> plane(on_, sin_cos(psi));
-        InverseSlope back;
-        if (!invert(seven_equations(near_, pose_, plane, at.angle), back)) return not_a_number;
-        const double turning = dot(plane.along, elbow_axis(at.angle));
-        double out = 0;
+        const SevenEquations<double> f = seven_equations(near_, pose_, plane, at.angle);
+        const Reduced<double> to(f);
+        if (!to.is_regular()) return not_a_number;
+        double rate[joints], out = 0;
+        to.solve({{0, 0, 0}, {0, 0, 0}, dot(plane.along, elbow_axis(at.angle))}, rate);
         for (int j = 0; j < joints; ++j)
-            out += joint_[j].weight * joint_[j].sign * (at.q[j] - joint_[j].near) * back.row[j].psi * turning;
+            out += joint_[j].weight * joint_[j].sign * (at.q[j] - joint_[j].near) * rate[j];
         return out;
     }
 
