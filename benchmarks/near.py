@@ -1,10 +1,12 @@
 """Time a calibrated arm beside the exact arm that it nearly is.
 
-    python benchmarks/near.py [--rounds 9] [--write]
+    python benchmarks/near.py [--rounds 9] [--urdf FILE ...] [--write]
 
-An iiwa 7 whose links are off by what a calibration finds, random postures within the limits, one thread, CPU
-time. A row is the median of the rounds, and its ratio to the exact arm's row of the same round. The last
-column is how much of the circles is proven.
+An iiwa 7 whose links are off by what a calibration finds, and the arms of files that are only nearly S-R-S;
+random postures within the limits, one thread, CPU time. A row is the median of the rounds, and its ratio to
+the exact iiwa's row of the same round. Of arcs the first number is the mean of the poses, the second their
+median; those near to a singularity take longest. The last column is how much of the circles is proven, and
+how many are whole.
 """
 
 from __future__ import annotations
@@ -25,7 +27,9 @@ import armangle as aa
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from support.calibrated import calibrated
 
-INVERSE, ARCS, STEPS = 20_000, 1000, 400
+INVERSE, ARCS, STEPS, SOLVES = 20_000, 1000, 400, 200
+EXACT = "nothing: exact"
+ARC_ROW = "arcs of one branch, mean; median"
 STEP = 1e-4  # m: of the tool, from one step to the next
 CLASSES = ((0.1, 0.1), (0.5, 0.5), (1.0, 1.0), (2.0, 5.0))
 """Links are off by so many mm and mrad."""
@@ -41,8 +45,16 @@ def along(arm: aa.Arm, start: Floats) -> Floats:
     return poses
 
 
-def works(arm: aa.Arm, q: Floats) -> list[Work]:
+def drawn(arm: aa.Arm, count: int) -> Floats:
+    """Return random postures within the limits, a turn where there is none."""
+    lower = np.where(np.isfinite(arm.lower), arm.lower, -np.pi)
+    upper = np.where(np.isfinite(arm.upper), arm.upper, np.pi)
+    return np.random.default_rng(7).uniform(lower, upper, (count, 7))
+
+
+def works(arm: aa.Arm) -> list[Work]:
     """Return what is timed, and of how many poses each is."""
+    q = drawn(arm, INVERSE)
     pose, psi, gc = arm.forward(q, undefined="nan")
     start = np.array([0.1, 0.6, 0.2, -1.4, 0.3, 0.9, 0.5])
     poses, few = along(arm, start), slice(0, ARCS)
@@ -54,9 +66,9 @@ def works(arm: aa.Arm, q: Floats) -> list[Work]:
 
     return [
         ("inverse, batch", lambda: arm.inverse(pose, psi, gc, unreachable="nan"), len(q)),
-        ("arcs of one branch, batch", lambda: arm.feasible(pose[few], gc[few]), ARCS),
+        (ARC_ROW, lambda: arm.feasible(pose[few], gc[few]), ARCS),
         ("`step`, one at a time", steps, STEPS),
-        ("`solve` near a posture", lambda: arm.solve(pose[:200], q[:200] + 0.03), 200),
+        ("`solve` near a posture", lambda: arm.solve(pose[:SOLVES], q[:SOLVES] + 0.03), SOLVES),
     ]
 
 
@@ -67,33 +79,44 @@ def microseconds(work: Callable[[], object], units: int) -> float:
     return (time.thread_time_ns() - start) / units / 1e3
 
 
+def of_arcs(arm: aa.Arm) -> tuple[float, str]:
+    """Return the median time of the arcs of a pose, in batches of a hundred of the same, and what is proven."""
+    pose, _, gc = arm.forward(drawn(arm, ARCS), undefined="nan")
+    same = [np.repeat(one[None], 100, axis=0) for one in pose]
+    taken = [microseconds(lambda k=k: arm.feasible(same[k], gc[k]), 100) for k in range(ARCS)]
+    left = np.asarray(arm.feasible(pose, gc).unproven) if arm.chain is not None else np.zeros(ARCS)
+    share = f"{100 * (1 - left.mean() / (2 * np.pi)):.2f} %, {100 * (left == 0).mean():.1f} % whole"
+    return float(np.median(taken)), share
+
+
 def main() -> None:
     """Print the table, or write it into the README."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--rounds", type=int, default=9)
+    parser.add_argument("--urdf", nargs="*", default=[], help="files of arms that are only nearly S-R-S")
     parser.add_argument("--write", action="store_true", help="put the table into benchmarks/README.md")
     args = parser.parse_args()
-    exact = workloads.arm()
-    q = workloads.postures(INVERSE)
-    arms = {"nothing, exact": exact} | {
-        f"{mm} mm, {mrad} mrad": calibrated("kuka_iiwa7_r800", mm, mrad) for mm, mrad in CLASSES
-    }
-    every = {name: works(arm, q) for name, arm in arms.items()}
+    arms = {EXACT: workloads.arm()}
+    arms |= {f"{mm} mm, {mrad} mrad": calibrated("kuka_iiwa7_r800", mm, mrad) for mm, mrad in CLASSES}
+    arms |= {Path(file).stem: aa.Arm.from_urdf(file, exact=False) for file in args.urdf}
+    every = {name: works(arm) for name, arm in arms.items()}
     times: dict[tuple[str, str], list[float]] = {}
     for _ in range(args.rounds):
         for name, rows in every.items():
             for what, work, units in rows:
                 times.setdefault((name, what), []).append(microseconds(work, units))
+    arcs = {name: of_arcs(arm) for name, arm in arms.items()}
     lines = []
-    for name, arm in arms.items():
-        arcs = arm.feasible(*(part[:ARCS] for part in arm.forward(q, undefined="nan")[::2]))
-        left = np.asarray(arcs.unproven) if arm.chain is not None else np.zeros(ARCS)
-        proven = f"{100 * (1 - left.mean() / (2 * np.pi)):.3f} %, {100 * (left == 0).mean():.1f} % whole"
+    for name in arms:
         for what, _, _ in every[name]:
             taken = np.array(times[name, what])
-            ratio = np.median(taken / np.array(times["nothing, exact", what]))
-            lines.append([name, what, f"{np.median(taken):.3g}", f"{ratio:.3g}", proven if "arcs" in what else ""])
-    head = ["iiwa 7, links off by", "one thread, through Python", "µs", "times the exact arm's", "proven"]
+            us, ratio = f"{np.median(taken):.3g}", f"{np.median(taken / np.array(times[EXACT, what])):.3g}"
+            proven = ""
+            if what == ARC_ROW:
+                median, proven = arcs[name]
+                us, ratio = f"{us}; {median:.3g}", f"{ratio}; {median / arcs[EXACT][0]:.3g}"
+            lines.append([name, what, us, ratio, proven])
+    head = ["off by", "one thread, through Python", "µs", "times the exact arm's", "proven"]
     text = f"{machine.describe()}\n\n{report.table(head, lines)}"
     print(text)
     if args.write:

@@ -21,6 +21,12 @@ struct Triad {
     double nearest;  // m: closer than this the wrist lies on the shoulder, and there is no axis
 };
 
+/// A triad with each number in all lanes.
+template <class T>
+ARMANGLE_INLINE Triad<T> spread(const Triad<double>& on) noexcept {
+    return {spread<T>(on.w), spread<T>(on.e), spread<T>(on.z), T(on.distance), on.nearest};
+}
+
 /// Triad of a pose 0T7 (already freed of base and tool); normal(p, w) is its zero, p = S->W (m), w = p / |p|.
 template <class T, class Normal>
 ARMANGLE_INLINE Triad<T> triad(const Arm& arm, const Pose<T>& flange, const Normal& normal) noexcept {

@@ -420,7 +420,7 @@ private:
             half[k] = one.half();
         }
         const Several psi = Several::load(middle);
-        const PsiPlane<Several> plane(several_on(), sin_cos(psi));
+        const PsiPlane<Several> plane(spread<Several>(on_), sin_cos(psi));
         const Pose<Several> pose = spread<Several>(pose_);
         Found<Several> found = find_posture(arm_, pose, plane, spread<Several>(gc_));
         bool is_found[several] = {}, is_settled[several] = {}, some_narrow = false;
@@ -553,25 +553,6 @@ private:
         }
     }
 
-    /// The circle in every lane.
-    Triad<Several> several_on() const noexcept {
-        return {spread<Several>(on_.w), spread<Several>(on_.e), spread<Several>(on_.z), on_.distance,
-                on_.nearest};
-    }
-
-    static Hull<double> lane(const Hull<Several>& hulls, int k) noexcept {
-        Hull<double> out;
-        out.psi = hulls.psi[k];
-        out.half = hulls.half[k];
-        for (int j = 0; j < joints; ++j) {
-            out.theta[j] = hulls.theta[j][k];
-            out.slope[j] = hulls.slope[j][k];
-            out.radius[j] = hulls.radius[j][k];
-            out.slope_radius[j] = hulls.slope_radius[j][k];
-        }
-        return out;
-    }
-
     /// Where a joint comes to an end of its range in a hull, once each; false where the hull does not say.
     static bool ends_of(const ThetaRanges::One& range, const Hull<double>& hull, int k, End* end,
                         int& count) noexcept {
@@ -591,7 +572,7 @@ private:
     void cut(const End* end, int count, const Hull<Several>& hulls, const Found<Several>& found, Piece* piece,
              bool (&fails)[several]) const noexcept {
         const Pose<Several> pose = spread<Several>(pose_);
-        const Triad<Several> on = several_on();
+        const Triad<Several> on = spread<Several>(on_);
         int of[several], joint[several];
         double target[several];
         for (int i = 0; i < several; ++i) {

@@ -32,6 +32,21 @@ struct Hull {
     T reach(int joint) const noexcept { return half * abs(slope[joint]) + radius[joint]; }
 };
 
+/// One of hulls side by side.
+template <int N>
+inline Hull<double> lane(const Hull<Lane<N>>& hulls, int k) noexcept {
+    Hull<double> out;
+    out.psi = hulls.psi[k];
+    out.half = hulls.half[k];
+    for (int j = 0; j < joints; ++j) {
+        out.theta[j] = hulls.theta[j][k];
+        out.slope[j] = hulls.slope[j][k];
+        out.radius[j] = hulls.radius[j][k];
+        out.slope_radius[j] = hulls.slope_radius[j][k];
+    }
+    return out;
+}
+
 namespace detail {
 
 /// What a hull is proven from: all derivatives at its centre.

@@ -84,6 +84,9 @@ public:
     }
 
 private:
+    static constexpr int several = register_width, capacity = 512;
+    using Several = Lane<several>;
+
     struct Best {
         double cost = infinity, psi = 0;
         int gc = -1;
@@ -102,7 +105,13 @@ private:
         const PsiPlane<double> plane(on_, sin_cos(psi));
         out.found = open_ ? solve_quickly(near_, pose_, plane, configuration(gc), out.angle)
                           : solve_angles(near_, pose_, plane, configuration(gc), out.angle) == Status::OK;
-        if (!out.found) return out;
+        finish(out);
+        return out;
+    }
+
+    /// The joint values of a posture that is found, and whether it keeps the limits.
+    void finish(Spot& out) const noexcept {
+        if (!out.found) return;
         double near[joint_slots] = {};
         for (int j = 0; j < joints; ++j) near[j] = joint_[j].near;
         const Limits& limits = arm_.limits;
@@ -110,7 +119,6 @@ private:
              JointLanes::load(limits.lower), JointLanes::load(limits.upper), JointLanes::load(near))
             .store(out.q);
         out.kept = within_limits(limits, out.q, tolerance::angle);
-        return out;
     }
 
     double elbow_cost(const double* q) const noexcept { return cost_of(joint_[3], q[3] - joint_[3].near); }
@@ -220,61 +228,112 @@ private:
         }
     }
 
-    /// One arc in pieces, in the order of their bounds.
+    /// A piece of an arc, and what nothing in it costs less than.
+    struct Piece {
+        double lower, upper, least;
+
+        double middle() const noexcept { return 0.5 * (lower + upper); }
+        double half() const noexcept { return 0.5 * (upper - lower); }
+    };
+
+    /// One arc in pieces, the best of them on top.
     void search_arc(const Arc& arc, int gc, bool open) noexcept {
         constexpr int n = near_rule::first_pieces;
         constexpr double width = two_pi / n;
-        struct {
-            double lower, upper, least;
-        } piece[2 * n + 2];
-        int count = 0;
+        waiting_ = 0;
         open_ = open;
         const int first = static_cast<int>(std::floor((arc.lower + pi) / width));
-        for (int k = first; count < 2 * n + 2; ++k) {
+        for (int k = first; waiting_ < 2 * n + 2; ++k) {
             const double from = max(arc.lower, -pi + width * k), to = min(arc.upper, -pi + width * (k + 1));
-            if (from > arc.upper || (from == arc.upper && count > 0)) break;
-            if (to >= from) piece[count++] = {from, to, piece_least_[gc][(k % n + n) % n]};
+            if (from > arc.upper || (from == arc.upper && waiting_ > 0)) break;
+            if (to >= from) wait({from, to, piece_least_[gc][(k % n + n) % n]});
         }
-        while (count > 0) {
-            int at = 0;
-            for (int k = 1; k < count; ++k)
-                if (piece[k].least < piece[at].least) at = k;
-            if (dropped(piece[at].least)) break;
-            descend(gc, piece[at].lower, piece[at].upper);
-            piece[at] = piece[--count];
-        }
+        while (waiting_ > 0) look(gc);
         open_ = false;
     }
 
-    /// Finds what is nearest in [from, to], or that nothing there is near enough.
-    void descend(int gc, double from, double to) noexcept {
-        const double middle = 0.5 * (from + to), half = 0.5 * (to - from);
-        const Spot at = spot(gc, middle);
-        const double before = best_.cost;
-        const bool improved = offer(gc, middle, at) < before;
+    /// Keeps a piece for a look, in order: the best last.
+    void wait(const Piece& piece) noexcept {
+        int k = waiting_++;
+        for (; k > 0 && piece_[k - 1].least < piece.least; --k) piece_[k] = piece_[k - 1];
+        piece_[k] = piece;
+    }
+
+    /// Looks at the best pieces, several at once: each is done with, or waits in parts.
+    void look(int gc) noexcept {
+        Piece now[several];
+        int count = 0;
+        while (waiting_ > 0 && count < several) {
+            const Piece one = piece_[--waiting_];
+            if (dropped(one.least)) {
+                waiting_ = 0;  // those below are no better
+                break;
+            }
+            now[count++] = one;
+        }
+        if (count == 0) return;
+        double middle[several], half[several];
+        for (int k = 0; k < several; ++k) {
+            middle[k] = now[k < count ? k : count - 1].middle();
+            half[k] = now[k < count ? k : count - 1].half();
+        }
+        const Several psi = Several::load(middle);
+        const Triad<Several> on = spread<Several>(on_);
+        const PsiPlane<Several> plane(on, sin_cos(psi));
+        const Pose<Several> pose = spread<Several>(pose_);
+        Found<Several> found = find_posture(near_, pose, plane, spread<Several>(configuration(gc)));
+        Spot at[several];
+        bool narrow[several], some_narrow = false, improved[several];
+        for (int k = 0; k < count; ++k) {
+            for (int j = 0; j < joints; ++j) at[k].angle[j] = {found.angle[j].sin[k], found.angle[j].cos[k]};
+            at[k].found = found.left[k] <= near_rule::settled ||
+                          (!open_ && solve_angles(near_, pose_, {on_, sin_cos(middle[k])}, configuration(gc),
+                                                  at[k].angle) == Status::OK);
+            for (int j = 0; j < joints; ++j) {
+                found.angle[j].sin.set(k, at[k].angle[j].sin);
+                found.angle[j].cos.set(k, at[k].angle[j].cos);
+            }
+            finish(at[k]);
+            const double before = best_.cost;
+            improved[k] = offer(gc, middle[k], at[k]) < before;
+            narrow[k] = at[k].found && half[k] <= near_rule::widest_hull;
+            some_narrow |= narrow[k];
+        }
+        Hull<Several> hulls;
+        if (some_narrow) {
+            const auto proven = prove_hull(near_, pose, plane, found.angle, psi, Several::load(half), hulls);
+            for (int k = 0; k < count; ++k) narrow[k] = narrow[k] && proven[k];
+        }
+        const int parts = count + waiting_ < several / 2 ? several : 2;
         const double narrowest = open_ ? near_rule::unproven : near_rule::polished;
-        if (at.found && half <= near_rule::widest_piece) {
-            const PsiPlane<double> plane(on_, sin_cos(middle));
-            const Coarse c = coarse_about(near_, on_, plane, at.angle, configuration(gc), half);
-            if (dropped(bound(c.theta, c.reach))) return;
-            Hull<double> hull;
-            if (half <= near_rule::widest_hull &&
-                prove_hull(near_, pose_, plane, at.angle, middle, half, hull)) {
+        for (int k = 0; k < count; ++k) {
+            double least = now[k].least;
+            if (narrow[k]) {
+                const Hull<double> hull = lane(hulls, k);
                 double reach[joints];
                 for (int j = 0; j < joints; ++j) reach[j] = hull.reach(j);
-                if (dropped(bound(hull.theta, reach))) return;
-                if (const double way = falling(hull, at, reach); way != 0) {
-                    offer(gc, middle + way * half);
-                    return;
+                least = max(least, bound(hull.theta, reach));
+                if (dropped(least)) continue;
+                if (const double way = falling(hull, at[k], reach); way != 0) {
+                    offer(gc, middle[k] + way * half[k]);
+                    continue;
                 }
+            } else if (at[k].found && half[k] <= near_rule::widest_piece) {
+                const Coarse c = coarse_about(near_, on_, PsiPlane<double>(on_, sin_cos(middle[k])),
+                                              at[k].angle, configuration(gc), half[k]);
+                least = max(least, bound(c.theta, c.reach));
+                if (dropped(least)) continue;
             }
+            if (half[k] <= narrowest) {
+                if (!open_ || improved[k]) polish(gc, now[k].lower, now[k].upper);
+                continue;
+            }
+            const int of = waiting_ + parts + 2 * several <= capacity ? parts : 2;
+            const double step = 2.0 * half[k] / of;
+            for (int i = 0; i < of; ++i)
+                wait({now[k].lower + i * step, i + 1 < of ? now[k].lower + (i + 1) * step : now[k].upper,
+                      least});
         }
-        if (half <= narrowest) {
-            if (!open_ || improved) polish(gc, from, to);
-            return;
-        }
-        descend(gc, from, middle);
-        descend(gc, middle, to);
     }
 
     /// The end of a hull towards which the cost only falls: -1 or 1; 0 where it may turn, or jump to another
@@ -294,9 +353,10 @@ private:
         return slope > 0 ? -1.0 : 1.0;
     }
 
-    /// dcost/dpsi where costs are squares; NaN where there is no posture.
-    double cost_slope(int gc, double psi) const noexcept {
+    /// Offers a posture; dcost/dpsi there where costs are squares, NaN where there is no posture.
+    double offer_and_slope(int gc, double psi) noexcept {
         const Spot at = spot(gc, psi);
+        offer(gc, psi, at);
         if (!at.kept) return not_a_number;
         const PsiPlane<double> plane(on_, sin_cos(psi));
         const SevenEquations<double> f = seven_equations(near_, pose_, plane, at.angle);
@@ -311,17 +371,14 @@ private:
 
     /// The least cost of a narrow piece.
     void polish(int gc, double from, double to) noexcept {
-        offer(gc, from);
-        offer(gc, to);
         if (!squares()) return by_sections(gc, from, to);
-        double a = from, b = to, at_a = cost_slope(gc, a), at_b = cost_slope(gc, b);
+        double a = from, b = to, at_a = offer_and_slope(gc, a), at_b = offer_and_slope(gc, b);
         if (is_nan(at_a) || is_nan(at_b)) return by_sections(gc, from, to);
         if (!(at_a < 0 && at_b > 0)) return;  // an end costs least
         for (int pass = 0; pass < near_rule::polishes && b - a > near_rule::residual; ++pass) {
             const double secant = a - at_a * (b - a) / (at_b - at_a);
             const bool even = pass % 3 == 2 || !(secant > a && secant < b);
-            const double psi = even ? 0.5 * (a + b) : secant, slope = cost_slope(gc, psi);
-            offer(gc, psi);
+            const double psi = even ? 0.5 * (a + b) : secant, slope = offer_and_slope(gc, psi);
             if (is_nan(slope)) return by_sections(gc, from, to);
             if (slope == 0 || psi == a || psi == b) break;
             (slope < 0 ? a : b) = psi;
@@ -340,6 +397,8 @@ private:
 
     /// The same by golden sections.
     void by_sections(int gc, double from, double to) noexcept {
+        offer(gc, from);
+        offer(gc, to);
         double a = from, b = to;
         double left = b - near_rule::golden * (b - a), right = a + near_rule::golden * (b - a);
         double at_left = offer(gc, left), at_right = offer(gc, right);
@@ -402,6 +461,8 @@ private:
     Best best_;
     double elbow_most_ = infinity;  // what joint 4 may cost
     bool open_ = false;             // the stretch that is searched is not proven
+    int waiting_ = 0;
+    Piece piece_[capacity];  // of the arc that is searched, by falling bounds
 };
 
 }  // namespace detail
