@@ -80,7 +80,7 @@ def microseconds(work: Callable[[], object], units: int) -> float:
 
 
 def of_arcs(arm: aa.Arm) -> tuple[float, str]:
-    """Return the median time of the arcs of a pose, in batches of a hundred of the same, and what is proven."""
+    """Return the median time of the arcs of a pose, each asked a hundred times, and what is proven."""
     pose, _, gc = arm.forward(drawn(arm, ARCS), undefined="nan")
     same = [np.repeat(one[None], 100, axis=0) for one in pose]
     taken = [microseconds(lambda k=k: arm.feasible(same[k], gc[k]), 100) for k in range(ARCS)]

@@ -92,7 +92,8 @@ public:
             const unsigned a_in = bits(a > T(low_slack)), b_in = bits(b > T(high_slack));
             const unsigned a_out = bits(a < T(-low_slack)), b_out = bits(b < T(-high_slack));
             inside = either ? a_in | b_in : a_in & b_in;
-            outside = !limit ? 0 : (either ? a_out & b_out : a_out | b_out);
+            outside = either ? a_out & b_out : a_out | b_out;
+            if (!limit) outside = 0;
         }
     };
 

@@ -50,6 +50,7 @@ public:
     Nearest best() noexcept {
         Nearest out;
         if (keep_near(out)) return out;
+        begin_at_seed();
         search();
         // where costs are a maximum and joint 4 decides, the other joints choose among what it leaves
         if (best_.gc >= 0 && !squares()) {
@@ -432,6 +433,15 @@ private:
         if ((margin_ > 0 || scene_) && !(ask(here.gc) && contains(arcs_.arcs, here.psi))) return false;
         out = finished(options_.near, here.psi, here.gc);
         return true;
+    }
+
+    /// Offers the seed's own branch and psi: near to a posture of the pose it is hard to beat.
+    void begin_at_seed() noexcept {
+        if (!options_.near || options_.metric == Metric::margin) return;
+        const Posture here = forward(near_, options_.near);
+        if (is_nan(here.psi) || !ask(here.gc)) return;
+        const bool open = !scene_ && contains(arcs_.open, here.psi);
+        if (open || contains(arcs_.arcs, here.psi)) offer(here.gc, here.psi);
     }
 
     /// What is told of the best posture found.
