@@ -46,13 +46,14 @@ PAPER = {  # Table 2, µs: mean, standard deviation, maximum of 10 000 poses, as
 
 
 def level_flags(level: str) -> list[str]:
-    """Return the flags that bindings/CMakeLists.txt gives to a level."""
+    """Return the flags that bindings/CMakeLists.txt gives to a level, as g++ takes them."""
     text = (ROOT / "bindings" / "CMakeLists.txt").read_text(encoding="utf-8")
-    own = re.search(rf"set\(flags_{level} ([^)]*)\)", text)
-    common = re.search(r"target_compile_options\(\$\{target\} PRIVATE \$\{flags_[^}]*\}\} ([^)]*)\)", text)
-    if own is None or common is None:
+    named = dict(re.findall(r"^ *set\((\w+) ([^)]*)\)", text, re.MULTILINE))
+    common = re.search(r"target_compile_options\(\$\{target\} PRIVATE ([^)]*)\)", text)
+    if f"flags_{level}" not in named or common is None:
         raise SystemExit(f"bindings/CMakeLists.txt names no flags for level {level!r}")
-    return [*own[1].strip('"').split(), *common[1].split()]
+    flags = re.sub(r"\$\{(\w+)\}", lambda name: named[name[1]], common[1].replace("${level}", level))
+    return flags.replace("SHELL:", "").replace('"', "").split()
 
 
 def run_level(level: str, rounds: int, calls: int) -> dict[str, list[str]]:

@@ -234,8 +234,7 @@ std::unique_ptr<ArcsOfOne> feasible_one(const ArmHandle& self, nb::handle pose, 
     if (!as_double(psi_margin, psi_wide) || !(psi_wide >= 0 && psi_wide <= most_margin)) return nullptr;
     if (!as_double(discriminant, threshold) || !(threshold >= 0)) return nullptr;
     if (!as_index(threads, one) || one != 1 || !as_index(gc_object, gc)) return nullptr;
-    SmallMatrix matrix;
-    if (!matrix.read(pose, 4, 4, m) || matrix.precision() > 0) return nullptr;
+    if (!SmallMatrix().read_pose(self.arm, pose, m)) return nullptr;
     auto out = std::make_unique<ArcsOfOne>();
     out->sets.with_scene = scene != nullptr;
     out->sets.reserve(static_cast<std::size_t>(sets_of(wanted)));

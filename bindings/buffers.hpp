@@ -123,6 +123,15 @@ inline bool as_double(nb::handle h, double& out) noexcept {
     return false;
 }
 
+/// A pose as it would be without the rounding of its numbers to `precision` (ratio; 0: they are not rounded).
+inline void settle(const armangle::Arm& arm, double precision, double* m) noexcept {
+    if (!(precision > 0)) return;
+    double last_row[4];
+    std::memcpy(last_row, m + 12, sizeof(last_row));
+    armangle::store_pose(armangle::within_rounding(arm, armangle::load_pose(m), precision), m);
+    std::memcpy(m + 12, last_row, sizeof(last_row));  // not ours to mend
+}
+
 /// A small matrix (rows x columns; one row: a vector) read from what Python code offers: an array of float64
 /// or float32 in any order, or nested lists or tuples of numbers. False for anything else: the general way
 /// then says what is wrong.
@@ -136,6 +145,13 @@ public:
         if (b.is('d')) return read_array<double>(b, rows, columns, to);
         precision_ = std::numeric_limits<float>::epsilon();
         return b.is('f') && read_array<float>(b, rows, columns, to);
+    }
+
+    /// A (4,4) pose of an arm, settled where its numbers are float32. False as above.
+    bool read_pose(const armangle::Arm& arm, nb::handle object, double* to) noexcept {
+        if (!read(object, 4, 4, to)) return false;
+        settle(arm, precision_, to);
+        return true;
     }
 
     /// What the numbers read are rounded to (ratio); 0: not at all.

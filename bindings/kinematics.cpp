@@ -19,10 +19,8 @@ nb::object inverse_one(const ArmHandle& self, nb::handle pose, nb::handle psi_ob
         return nb::none();
     if (gc < 0 || gc >= configurations) return nb::none();
     double m[16];
-    SmallMatrix matrix;
-    if (!matrix.read(pose, 4, 4, m) || matrix.precision() > 0 || check_pose(m, value) != Problem::none)
-        return nb::none();
     const Arm& arm = self.arm;
+    if (!SmallMatrix().read_pose(arm, pose, m) || check_pose(m, value) != Problem::none) return nb::none();
     const SelfMotion<double> motion = self_motion(arm, load_pose(m), static_cast<int>(gc));
     if (is_folded(motion.circle) || is_unreachable(motion.circle)) return nb::none();
     const Joints q = joints_within_limits(arm, directions(motion, sin_cos(psi)), nullptr);
@@ -37,10 +35,9 @@ nb::object near_inverse_one(const NearArmHandle& self, nb::handle pose, nb::hand
                             nb::handle gc_object) {
     double psi, m[16];
     long long gc;
-    SmallMatrix matrix;
     if (!as_double(psi_object, psi) || !as_index(gc_object, gc) || gc < 0 || gc >= configurations)
         return nb::none();
-    if (!matrix.read(pose, 4, 4, m) || matrix.precision() > 0) return nb::none();
+    if (!SmallMatrix().read_pose(nominal(self.arm), pose, m)) return nb::none();
     double value;
     if (check_pose(m, value) != Problem::none) return nb::none();
     const Inverse found = inverse(self.arm, load_pose(m), psi, static_cast<int>(gc));
@@ -293,11 +290,7 @@ template <class Handle>
 void settle_many(const Handle& self, Floats poses, double precision) {
     const Buffer in_place(poses, true);
     for_each<1>("pose", {&in_place}, {2}, 1, [&](const Py_ssize_t* at, double&) {
-        double* m = in_place.data<double>() + at[0];
-        double last_row[4];
-        std::memcpy(last_row, m + 12, sizeof(last_row));
-        store_pose(within_rounding(nominal(self.arm), load_pose(m), precision), m);
-        std::memcpy(m + 12, last_row, sizeof(last_row));  // not ours to mend
+        settle(nominal(self.arm), precision, in_place.data<double>() + at[0]);
         return Problem::none;
     });
 }

@@ -182,8 +182,7 @@ template <class Handle>
 nb::object solve_one(const Handle& self, nb::handle pose, nb::handle near, Metric metric, nb::handle kind,
                      nb::handle statuses) {
     double q[joints], m[16], value = 0;
-    SmallMatrix matrix;
-    if (!matrix.read(pose, 4, 4, m) || matrix.precision() > 0) return nb::none();
+    if (!SmallMatrix().read_pose(nominal(self.arm), pose, m)) return nb::none();
     if (!near.is_none() && !SmallMatrix().read(near, 1, joints, q)) return nb::none();
     const Problem problem = check_pose(m, value);
     refuse_one(problem, "pose", value);

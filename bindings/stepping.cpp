@@ -121,6 +121,21 @@ Pose<double> as_meant(const Handle& self, const Pose<double>& pose, double preci
 }
 Pose<double> as_meant(const OffsetHandle&, const Pose<double>& pose, double) noexcept { return pose; }
 
+/// Velocities that are not known, kept for the life of the process: nobody can write into them.
+nb::object no_velocity() {
+    static PyObject* kept =
+        [] {
+            const nb::object array = new_array7();
+            const Buffer to(array, true);
+            for (int j = 0; j < joints; ++j) to.data<double>()[j] = not_a_number;
+            array.attr("setflags")(false);
+            return array;
+        }()
+            .release()
+            .ptr();
+    return nb::borrow(kept);
+}
+
 /// A named tuple `kind` of (q, psi, gc, status of `statuses`, margin, velocity, why), or None where q or pose
 /// is no small matrix, or an option not as usual: the general way then converts them, or says what is wrong.
 template <class Handle>
@@ -160,7 +175,7 @@ nb::object step_one(const Handle& self, nb::handle q_now, nb::handle pose, const
         return nb::handle(name);
     };
     return new_named(kind, seven(next.q), next.psi, next.gc, named(next.status), next.margin,
-                     seven(next.velocity), named(next.why));
+                     dt.is_none() ? no_velocity() : seven(next.velocity), named(next.why));
 }
 
 /// What `follow` is asked for, beside the poses.

@@ -127,6 +127,20 @@ def test_a_hundred_thousand_float32_poses_are_solved_to_their_own_rounding() -> 
         assert (arm.inverse(poses[17], psi[17], gc[17]) == q[17]).all()  # one alone is one of many
 
 
+def test_one_float32_pose_is_read_as_it_comes_and_is_one_of_many() -> None:
+    """None of a core's call for one pose would say: converted in Python first, at thirteen times the cost."""
+    arm = placed(NAMES[0])
+    poses, psi, gc = rounded(arm, 200)
+    near = np.zeros(7)
+    arcs, found = arm.feasible(poses, gc), arm.solve(poses, near)
+    for i, pose in enumerate(poses):
+        assert arm._handle.inverse_one(pose, float(psi[i]), int(gc[i])) is not None
+        assert np.array_equal(arm.feasible(pose, gc[i]).intervals, arcs[i].intervals)
+        one, row = arm.solve(pose, near), found.row(i)
+        for mine, theirs in zip(one, row, strict=True):
+            assert np.array_equal(mine, theirs, equal_nan=True)
+
+
 def test_every_function_takes_a_float32_pose_at_its_reach() -> None:
     arm = aa.Arm.from_catalogue(NAMES[0]).with_(lower=np.full(7, -6.0), upper=np.full(7, 6.0))
     poses, psi, gc = rounded(arm, 4000)

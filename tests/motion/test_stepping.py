@@ -531,3 +531,13 @@ def test_present_joints_in_degrees_are_asked_about() -> None:
         aa.step(arm, np.degrees(q), pose)
     jump = aa.step(arm, q + 0.5, pose)
     assert jump.status == aa.Status.JOINT_JUMP
+
+
+def test_a_velocity_that_is_not_known_is_shared_and_cannot_be_written() -> None:
+    q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    now = aa.step(arm, q, arm.forward(q)[0])
+    assert np.isnan(now.velocity).all() and now.velocity.shape == (7,)
+    with pytest.raises(ValueError, match="read-only"):
+        now.velocity[0] = 1.0
+    assert np.isfinite(aa.step(arm, q, arm.forward(q)[0], dt=0.01).velocity).all()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import platform
 import re
 import shlex
 import subprocess
@@ -123,6 +124,22 @@ def test_wheels_hold_every_level() -> None:
     for target in ("wheels", "manylinux"):
         assert "ARMANGLE_LEVELS=all " in commands(target)
     assert "export ARMANGLE_LEVELS=all" in (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("level", ["avx512", "avx2", "sse2", "base"])
+def test_the_benchmark_in_cpp_has_the_flags_of_the_library(level: str, tmp_path: Path) -> None:
+    ask = f"import run_cpp; print(*run_cpp.level_flags({level!r}))"
+    asked = subprocess.run(
+        [sys.executable, "-c", ask], cwd=ROOT / "benchmarks", capture_output=True, text=True, check=True
+    )
+    flags = asked.stdout.split()
+    assert {"-O2", "-ffp-contract=off", "-fno-gcse"} <= set(flags)
+    assert any(flag.startswith("-march=") for flag in flags) == (level != "base")
+    empty = tmp_path / "empty.cpp"
+    empty.write_text("int main() { return 0; }\n", encoding="utf-8")
+    host = level == "base" or platform.machine() in ("x86_64", "AMD64")
+    if host:
+        subprocess.run([need_tool("g++"), *flags, empty, "-o", tmp_path / "empty"], check=True)
 
 
 @pytest.mark.parametrize(("number", "line"), [("1", "armangle demo -o demo"), ("2", "pytest")])

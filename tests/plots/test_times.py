@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from support.needs import need
@@ -41,6 +43,26 @@ def test_a_trajectory_is_drawn_with_its_rates_and_limits(timed: aa.Trajectory) -
     assert panels[-1].get_xlabel() == "time (s)"
     bare = plots.trajectory(timed)  # the arm states no acceleration: no line
     assert all(len(panel.lines) == 1 for panel in bare[2::3])
+
+
+def test_what_files_hold_is_drawn_as_what_was_saved(timed: aa.Trajectory, tmp_path: Path) -> None:
+    aa.save(timed, tmp_path / "motion.npz")
+    aa.save(timed.path, tmp_path / "joints.npz")
+    saved = aa.load_trajectory(tmp_path / "motion.npz")
+    pairs = [
+        (plots.path(timed), plots.path(saved, arm=ARM)),
+        (plots.path(timed.path), plots.path(aa.load_joints(tmp_path / "joints.npz"), arm=ARM)),
+        (plots.trajectory(timed), plots.trajectory(saved, arm=ARM)),
+    ]
+    for panels, again in pairs:
+        for panel, other in zip(panels, again, strict=True):
+            assert panel.get_xlabel() == other.get_xlabel()
+            np.testing.assert_allclose(panel.lines[0].get_xydata(), other.lines[0].get_xydata(), atol=1e-9)
+    for draw in (plots.path, plots.trajectory):
+        with pytest.raises(aa.InputError, match="is a TrajectoryTable, which does not say its arm: wanted"):
+            draw(saved)
+        with pytest.raises(aa.InputError, match="arm is str, wanted an Arm"):
+            draw(saved, arm="kuka_iiwa7_r800")  # type: ignore[operator]  # wrong on purpose
 
 
 def test_what_is_no_trajectory_is_refused(timed: aa.Trajectory) -> None:

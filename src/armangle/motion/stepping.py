@@ -35,6 +35,7 @@ from .policies import Policy, Repulsion, Towards
 
 DEFAULT_POLICY = Repulsion()
 _DEFAULT_RULE = core_policy(DEFAULT_POLICY, None)
+_JUMP = Status.JOINT_JUMP
 
 
 class Resolution(NamedTuple):
@@ -53,8 +54,8 @@ class Step(NamedTuple):
 
     ``q (7,)`` rad, continuous with the present joints; ``psi`` rad in (-π, π]; ``gc`` 0..7, another than
     before where the joints passed θ₂ = 0 or θ₆ = 0; ``status``; ``margin`` least distance of a joint of q to
-    one of its limits, rad; ``velocity (7,)`` rad/s, ``(q - q_now) / dt``, NaN without `dt`; ``why`` a
-    `Status`: what keeps the posture from the pose, OK where nothing does.
+    one of its limits, rad; ``velocity (7,)`` rad/s, ``(q - q_now) / dt``, without `dt` NaN and read-only;
+    ``why`` a `Status`: what keeps the posture from the pose, OK where nothing does.
     """
 
     q: Floats
@@ -262,8 +263,16 @@ def step(
     >>> now.status.name, now.why.name
     ('PARTIAL', 'VELOCITY_LIMIT')
     """
-    check_any_arm(arm)
     native = _DEFAULT_RULE if policy is DEFAULT_POLICY else core_policy(policy, dt)
+    bare = allowed is None and scene is None and velocity is None and acceleration is None
+    if bare and type(arm) is Arm and arm.chain is None and isinstance(roll, str) and roll == "pose":
+        plain: Step | None = arm._handle.step_one(
+            q_now, pose, native, gc, carry, max_joint_step, singularity_margin, dt, outside,
+            None, None, None, Step, STATUSES, None,
+        )  # fmt: skip
+        if plain is not None and plain.status is not _JUMP:
+            return plain
+    check_any_arm(arm)
     given = gc, carry, max_joint_step, singularity_margin, dt, outside
     handle = None if isinstance(arm, OffsetArm) else arm._handle
     arcs = None, None

@@ -14,8 +14,10 @@ from ..arm.arm import Arm
 from ..arm.offset import as_srs
 from ..colours import CURVES, PALE, VERMILION
 from ..errors import InputError
+from ..files.tables import JointTable
+from ..files.trajectories import TrajectoryTable
 from ..motion.joint_path import JointPath
-from ..motion.options import core_policy
+from ..motion.options import check_arm, core_policy
 from ..motion.policies import Centre, Policy, Repulsion, Towards
 from ..timing.trajectory import Trajectory
 from .style import flat_axes, grid_axes, outer_legend
@@ -26,7 +28,8 @@ if TYPE_CHECKING:
 _ARC = (-np.pi / 2, np.pi / 2)
 _SAMPLES = 801
 
-Shown = JointPath | Trajectory
+Timed = Trajectory | TrajectoryTable
+Shown = JointPath | JointTable | Timed
 Paths = Shown | Mapping[str, Shown] | Sequence[Shown]
 
 LEAST_SPAN = 1.0  # deg
@@ -113,14 +116,17 @@ def _policy_text(policy: Policy) -> str:
     return "hold"
 
 
-def path(paths: Paths, *, ax: Any = None) -> Any:
+def path(paths: Paths, *, arm: Arm | None = None, ax: Any = None) -> Any:
     """Draw arm angle and joints along a path, or over time, with the joints' limits.
 
     Parameters
     ----------
     paths : JointPath or Trajectory, or mapping of names to them, or sequence of them
         One motion, or several of the same arm to compare: all with times, or all without. A `JointPath` is
-        drawn over its path parameter s, a `Trajectory` over its time in s.
+        drawn over its path parameter s, a `Trajectory` over its time in s. What `load_joints` and
+        `load_trajectory` read is drawn alike.
+    arm : Arm, optional
+        Whose joints those of a file are, which does not say; needed for such.
     ax : array of 8 axes, optional
         For the arm angle and joints 1..7; a new figure, with a legend, by default.
 
@@ -133,23 +139,23 @@ def path(paths: Paths, *, ax: Any = None) -> Any:
     MissingExtraError
         Without matplotlib.
     InputError
-        If there is no path, the paths are of different arms, or only some have times.
+        If there is no path, the paths are of different arms, only some have times, or the arm of a file is
+        missing.
 
     Source: Faria et al. (2018), Fig. 13.
     """
-    named = _named(paths)
+    named, arm = _named(paths, arm)
     panels = grid_axes(ax, 1 + JOINTS, 2, (4.2, 1.9), sharex=True)
     for k, (name, motion) in enumerate(named.items()):
         colour, label = CURVES[k % len(CURVES)], name or "_"
         x = _abscissa(motion)
-        rows = np.vstack([_arm_angle(motion), motion.q.T])
+        rows = np.vstack([_arm_angle(motion, arm), motion.q.T])
         for panel, row in zip(panels, rows, strict=True):
             panel.plot(x, np.degrees(row), color=colour, lw=1.7, label=label)
         at = motion.first_failure if isinstance(motion, JointPath) else None
         if at is not None:
             panels[0].axvline(x[at], color=colour, lw=1.2, ls=":", label=f"{name} fails".strip())
     first = next(iter(named.values()))
-    arm = _arm(first)
     panels[0].set_ylabel("ψ (deg)")
     for joint, panel in enumerate(panels[1:], start=1):
         panel.set_ylabel(f"q{joint} (deg)")
@@ -162,14 +168,15 @@ def path(paths: Paths, *, ax: Any = None) -> Any:
         if ends.min() < ends.max():  # all that was asked for, so that a path that stops is seen to
             panel.set_xlim(ends.min(), ends.max())
     for panel in panels[-2:]:
-        panel.set_xlabel("time (s)" if isinstance(first, Trajectory) else "path parameter s")
+        panel.set_xlabel("time (s)" if isinstance(first, Timed) else "path parameter s")
     if ax is None:
         panels[0].figure.suptitle(arm.name, fontsize=11)
         _path_legend(panels)
     return panels
 
 
-def _named(paths: Paths) -> dict[str, Shown]:
+def _named(paths: Paths, arm: Arm | None) -> tuple[dict[str, Shown], Arm]:
+    """Return the motions by name, and the one arm that they are of."""
     named: dict[str, Shown]
     if isinstance(paths, Shown):
         named = {"": paths}
@@ -182,28 +189,39 @@ def _named(paths: Paths) -> dict[str, Shown]:
     for name, motion in named.items():
         if not isinstance(motion, Shown):
             raise InputError(f"{name} is a {type(motion).__name__}, wanted a JointPath or a Trajectory")
+    arms = [arm_of(name or "paths", motion, arm) for name, motion in named.items()]
     first, *others = named.values()
-    if any(_arm(motion) != _arm(first) for motion in others):
+    if any(other != arms[0] for other in arms):
         raise InputError("paths are of different arms, wanted one arm: its limits are drawn")
-    if any(type(motion) is not type(first) for motion in others):
+    if any(isinstance(motion, Timed) != isinstance(first, Timed) for motion in others):
         raise InputError("some paths have times and some have not, wanted all Trajectory or all JointPath")
-    return named
+    return named, arms[0]
 
 
-def _arm(motion: Shown) -> Arm:
-    return as_srs(motion.path.arm if isinstance(motion, Trajectory) else motion.arm)
+def arm_of(name: str, motion: Shown, given: Arm | None) -> Arm:
+    """Return the arm of a motion called `name`: its own, or that given for what a file holds."""
+    if isinstance(motion, JointPath):
+        return as_srs(motion.arm)
+    if isinstance(motion, Trajectory):
+        return as_srs(motion.path.arm)
+    if given is None:
+        raise InputError(f"{name} is a {type(motion).__name__}, which does not say its arm: wanted arm= too")
+    check_arm(given)
+    return given
 
 
 def _abscissa(motion: Shown) -> Floats:
     """Return what a motion is drawn over: time, s, or the path parameter."""
-    return motion.t if isinstance(motion, Trajectory) else motion.s
+    return motion.t if isinstance(motion, Timed) else motion.s
 
 
-def _arm_angle(motion: Shown) -> Floats:
+def _arm_angle(motion: Shown, arm: Arm) -> Floats:
     """Return the arm angle at each row, rad, without jumps by whole turns."""
     if isinstance(motion, JointPath):
         return motion.psi
-    psi = np.asarray(as_srs(motion.path.arm).forward(motion.q, undefined="nan")[1])
+    solved = np.isfinite(motion.q).all(axis=1)
+    psi = np.full(len(motion.q), np.nan)
+    psi[solved] = arm.forward(motion.q[solved], undefined="nan")[1]
     defined = np.isfinite(psi)
     psi[defined] = np.unwrap(psi[defined])
     return psi

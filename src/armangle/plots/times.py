@@ -9,11 +9,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._arrays import JOINTS, Floats, as_number
+from ..arm.arm import Arm
 from ..colours import BLUE, CURVES, FREE, MID, ORANGE, SKY, VERMILION
 from ..errors import InputError
+from ..files.trajectories import TrajectoryTable
 from ..motion.options import LONGEST_STEP, Bound, joint_bound
 from ..motion.tracking import Tracked, Tracking
 from ..timing.trajectory import Trajectory
+from .motions import Timed, arm_of
 from .style import grid_axes
 
 RATES = ("q", "qd", "qdd")
@@ -29,14 +32,17 @@ ROOM = 0.08
 
 
 def trajectory(
-    trajectory: Trajectory, *, velocity: Bound = None, acceleration: Bound = None, ax: Any = None
-) -> Any:
+    trajectory: Trajectory | TrajectoryTable, *, arm: Arm | None = None, velocity: Bound = None,
+    acceleration: Bound = None, ax: Any = None,
+) -> Any:  # fmt: skip
     """Draw joint values, velocities and accelerations over time, with their limits.
 
     Parameters
     ----------
-    trajectory : Trajectory
-        As `retime` returns it.
+    trajectory : Trajectory or TrajectoryTable
+        As `retime` returns it, or as `load_trajectory` reads it.
+    arm : Arm, optional
+        Whose joints those of a file are, which does not say; needed for such.
     velocity, acceleration : float, array_like of shape (7,), or True, optional
         Bounds to draw, rad/s and rad/s²; those of the arm by default, where it states any.
     ax : array of 21 axes, optional
@@ -51,11 +57,11 @@ def trajectory(
     MissingExtraError
         Without matplotlib.
     InputError, ShapeError, NotFiniteError
-        If it is no trajectory, or a bound is none.
+        If it is no trajectory, a file's arm is missing, or a bound is none.
     """
-    if not isinstance(trajectory, Trajectory):
+    if not isinstance(trajectory, Timed):
         raise InputError(f"trajectory is a {type(trajectory).__name__}, wanted a Trajectory")
-    arm = trajectory.path.arm
+    arm = arm_of("trajectory", trajectory, arm)
     fastest = arm.velocity if velocity is None else joint_bound(arm, "velocity", velocity, arm.velocity)
     hardest = (
         arm.acceleration
