@@ -38,6 +38,8 @@ BACK = 1e-9
 """m, and of a rotation's numbers: of a posture's pose."""
 FAR = 0.05
 """m: pairs that are farther apart than that are not searched any further."""
+COST = 1e-10
+"""rad: by how much a posture may be better than that of `solve`, as in laws/long_nearest.py."""
 AT_ONCE = 100
 SAID = 30.0
 """s between two lines that tell how far it is."""
@@ -176,9 +178,9 @@ class Question:
         for metric, order in metrics:
             found = arm.solve(self.pose, near, scene=self.asked, metric=metric)
             far = np.linalg.norm(nearest - near, ord=order, axis=-1)
-            self._counted(counts, f"solve {metric}", found, far < found.distance - TURNING)
+            self._counted(counts, f"solve {metric} near {near.tolist()}", found, far < found.distance - COST)
         found = arm.best(self.pose, scene=self.asked)
-        self._counted(counts, "best", found, arm.limit_margin(inmost) > found.margin + TURNING)
+        self._counted(counts, "best", found, arm.limit_margin(inmost) > found.margin + COST)
         several = list(arm.solutions(self.pose, near, scene=self.asked))
         for found in several:
             self._counted(counts, "solutions", found, False)
