@@ -52,7 +52,7 @@ plans:  ## plans beside the naive and beside brute force, on PATHS=1000 paths ea
 	$(PYTHON) tests/laws/long_plans.py $(PATHS)
 	$(PYTHON) tests/laws/long_optimum.py $(PATHS)
 
-touching:  ## the law of obstacles against distances, on COUNT=10000000 arm angles, and against coal
+touching:  ## arcs and solutions among obstacles against distances, on COUNT=10000000 arm angles, and against coal
 	$(PYTHON) tests/scenes/long_clear.py $(COUNT) $(SEED)
 
 docs:  ## the pages, warnings as errors

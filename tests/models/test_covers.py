@@ -14,6 +14,7 @@ from support.needs import need
 
 import armangle as aa
 from armangle.models.cover import Rod, box_mesh, cover_box, cover_cylinder, cover_mesh, merged, open_edges
+from armangle.models.urdf import read_urdf
 
 Floats = NDArray[np.float64]
 ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800")
@@ -69,6 +70,19 @@ def test_a_tube_is_within_its_rods_with_all_that_it_holds(most: int) -> None:
     surface = np.einsum("fnk,fkx->fnx", weights, corners[faces]).reshape(-1, 3)
     assert outside(surface, rods) <= 0
     assert outside(in_tube(rng, 20000), rods) <= 0
+
+
+def test_a_corner_that_is_pulled_out_by_a_millimetre_is_covered_too() -> None:
+    corners, faces = bent_tube()
+    rods = cover_mesh(corners, faces, 4)
+    for at in (0, 33, len(corners) - 1):
+        pulled = corners.copy()
+        out = corners[at] - [0.14, 0.14, 0.0]
+        pulled[at] += out / np.linalg.norm(out) * 1e-3
+        assert outside(pulled[[at]], cover_mesh(pulled, faces, 4)) <= 0
+    # and what covers by less than that is found out
+    tight = [Rod(rod.begin, rod.end, rod.radius - 1e-3) for rod in rods]
+    assert outside(corners, rods) <= 0 < outside(corners, tight)
 
 
 def test_more_rods_lie_closer() -> None:
@@ -147,8 +161,6 @@ def test_the_body_of_a_file_is_where_its_links_are(tmp_path: Path, name: str) ->
     corners = aa.pose([0.01, -0.02, 0.03], rpy=[0.3, -0.2, 0.5]) @ np.vstack(
         [box_mesh(np.array([0.1, 0.14, 0.2]))[0].T, np.ones(8)]
     )
-    from armangle.models.urdf import read_urdf
-
     chain = read_urdf(path)
     for _ in range(10):
         q = rng.uniform(-1.5, 1.5, 7)
@@ -161,6 +173,35 @@ def test_the_body_of_a_file_is_where_its_links_are(tmp_path: Path, name: str) ->
             points = (frame @ corners)[:3].T
             assert outside(points, rods) <= 1e-9
             assert min(np.abs(outside(point[None], [rod])) for point in points for rod in rods) < 1e-6
+
+
+def test_sizes_of_a_file_mean_what_the_format_says(tmp_path: Path) -> None:
+    shapes = {
+        2: f'{PLACE}<geometry><cylinder radius="0.03" length="0.5"/></geometry>',
+        4: f'{PLACE}<geometry><sphere radius="0.04"/></geometry>',
+        6: f'{PLACE}<geometry><box size="0.02 0.02 0.6"/></geometry>',
+    }
+    path = written(tmp_path, shapes)
+    body, place = aa.Body.from_urdf(path, shapes=1), aa.pose([0.01, -0.02, 0.03], rpy=[0.3, -0.2, 0.5])
+    chain = read_urdf(path)
+    q = np.array([0.3, -0.2, 0.5, 0.7, -0.4, 0.6, 0.1])
+    frames, frame = aa.Arm.from_urdf(path).frames(q), np.eye(4)
+    found = dict(body.links)
+    assert set(found) == set(shapes)
+    for link, joint in enumerate(chain.joints, start=1):
+        frame = frame @ joint.origin @ aa.pose([0, 0, 0], rotvec=joint.axis * q[link - 1])
+        if link not in found:
+            continue
+        here, (begin, end, radius) = frame @ place, _as_rod(found[link][0], frames[link])
+        assert np.allclose((begin + end) / 2, here[:3, 3], rtol=0, atol=1e-3)
+        if link == 4:
+            assert np.allclose(begin, end) and radius == pytest.approx(0.04)
+            continue
+        along = (end - begin) / np.linalg.norm(end - begin)
+        assert abs(along @ here[:3, 2]) > 0.9999  # z is the long one of both
+        whole = np.linalg.norm(end - begin) + 2 * radius
+        assert 0.03 <= radius < 0.035 if link == 2 else 0.0141 < radius < 0.017
+        assert {2: 0.5, 6: 0.6}[link] <= whole < {2: 0.5, 6: 0.6}[link] + 0.07
 
 
 def _as_rod(shape: Any, frame: Floats) -> Rod:

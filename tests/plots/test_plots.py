@@ -176,6 +176,23 @@ def test_obstacles_have_a_ring_and_names_of_their_own() -> None:
     assert "cage" in [text.get_text() for text in ax.texts]
 
 
+@pytest.mark.parametrize("soft", [0.0, 0.04, 9.0])
+def test_what_keeps_the_hard_clearance_alone_is_paler(soft: float) -> None:
+    arm = IIWA.with_body(aa.Body.bones(upper_arm=0.09, forearm=0.08))
+    lamp = aa.Ball(arm.elbow(arm.inverse(POSE, PSI + 0.8, GC)), 0.05, name="lamp")
+    clear = arm.clear(POSE, GC, aa.Scene([lamp], clearance=0.01))
+    ax = plots.circle(arm, POSE, GC, scene=aa.Scene([lamp], clearance=0.01, soft=soft))
+    widths = [
+        bar.get_width()
+        for bar in ax.patches
+        if bar.get_facecolor()[:3] == (127 / 255,) * 3 and bar.get_y() == 9.0
+    ]
+    calm = arm.clear(POSE, GC, aa.Scene([lamp], clearance=0.01 + soft)) if soft < 1 else ~aa.ArcSet([[-4, 4]])
+    assert sum(widths) == pytest.approx(clear.measure - calm.measure, abs=1e-9)
+    assert (sum(widths) > 0.05) == (soft > 0)
+    assert ("within the soft clearance" in _figure_labels(ax)) == (soft > 0)
+
+
 def _dotted(ax: object) -> list:
     return [c for c in ax.collections if getattr(c, "get_hatch", lambda: None)() == "...."]
 

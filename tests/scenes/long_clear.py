@@ -1,15 +1,20 @@
-"""Arcs of scenes against distances, on many arm angles: python tests/scenes/long_clear.py [samples] [seed].
+"""Arcs and solutions among obstacles against distances: python tests/scenes/long_clear.py [samples] [seed].
 
-Random arms, bodies, scenes and poses in all branches; an arm angle is judged wrong where the arcs and the
-least distance of all pairs, searched along the links of the postures of `inverse`, disagree farther than 1e-9
-rad from an end. With coal a tenth as many distances are asked of it too.
+Random arms, bodies, scenes and poses in all eight branches. An arm angle is judged wrong where what `clear`,
+`feasible` or `feasible_all` say of it, and the joint limits with the least distance of all pairs, searched
+along the links of the postures of `inverse`, disagree farther than 1e-9 rad from an end. Each pose is given
+to `solve`, `best` and `solutions` too: what they find keeps the limits and the clearance, and no clear arm
+angle that was tried is nearer, or farther from its limits, or in a branch that they say has none.
+With coal a tenth as many distances are asked of it too.
 """
 
 from __future__ import annotations
 
 import sys
+import time
+from collections import Counter
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +32,30 @@ BESIDE = 1e-9
 """rad: nearer to an end neither side is asked."""
 ROUNDING = 1e-14
 """m: of a distance."""
-AT_ONCE = 2000
+TURNING = 1e-12
+"""rad, and m at the end of an arc: of the joints of `inverse`, and of what is computed from them."""
+BACK = 1e-9
+"""m, and of a rotation's numbers: of a posture's pose."""
+FAR = 0.05
+"""m: pairs that are farther apart than that are not searched any further."""
+COST = 1e-10
+"""rad: by how much a posture may be better than that of `solve`, as in laws/long_nearest.py."""
+AT_ONCE = 100
+SAID = 30.0
+"""s between two lines that tell how far it is."""
+
+
+class Progress:
+    """Prints every half a minute how much was done."""
+
+    def __init__(self, what: str, of: int) -> None:
+        self.what, self.of, self.next = what, of, time.monotonic() + SAID
+
+    def __call__(self, done: int, wrong: int) -> None:
+        """Say so, where it is time."""
+        if time.monotonic() > self.next:
+            self.next = time.monotonic() + SAID
+            print(f"{done} of {self.of} {self.what}: {wrong} wrong so far", flush=True)
 
 
 def scene_of(arm: aa.Arm, rng: np.random.Generator, kinds: int) -> list[Any]:
@@ -47,11 +75,15 @@ def as_hulls(shapes: list[Any]) -> list[Any]:
     return out
 
 
-def asked_of(arcs: aa.ArcSet, rng: np.random.Generator, many: int) -> tuple[Floats, Floats]:
-    """Arm angles all round and beside the ends, and the ends."""
-    limits = np.empty(0) if arcs.is_full else arcs.intervals.ravel()
-    beside = [limits + sign * 10 ** rng.uniform(-8.9, -2, limits.shape) for sign in (-1, 1) for _ in range(9)]
-    return np.concatenate([rng.uniform(-np.pi, np.pi, many), *beside]), limits
+def ends_of(arcs: aa.ArcSet) -> Floats:
+    """The ends of one set."""
+    return np.empty(0) if arcs.is_full else arcs.intervals.ravel()
+
+
+def asked_of(limits: Floats, rng: np.random.Generator, many: int) -> Floats:
+    """Arm angles all round and beside the ends."""
+    beside = [limits + sign * 10 ** rng.uniform(-8.9, -2, limits.shape) for sign in (-1, 1) for _ in range(4)]
+    return np.concatenate([rng.uniform(-np.pi, np.pi, many), *beside])
 
 
 def from_ends(psi: Floats, limits: Floats) -> Floats:
@@ -61,32 +93,132 @@ def from_ends(psi: Floats, limits: Floats) -> Floats:
     return np.abs(np.angle(np.exp(1j * (psi[:, None] - limits)))).min(axis=1)
 
 
-def own(samples: int, rng: np.random.Generator) -> tuple[int, int]:
-    """Compare with distances searched along the links; return how many, and how many wrong."""
-    done, wrong = 0, 0
+def beyond(arm: aa.Arm, q: Floats) -> Floats:
+    """By how much the joint that is farthest beyond a limit is so, rad; negative within all of them."""
+    return np.maximum(arm.lower - q, q - arm.upper).max(axis=-1)
+
+
+def unwound(arm: aa.Arm, q: Floats, cost: Any) -> Floats:
+    """Postures (..., 7) with the turn of each joint that costs least of those within the limits."""
+    turns = q[..., None] + 2 * np.pi * np.arange(-2, 3)
+    within = (turns >= arm.lower[:, None]) & (turns <= arm.upper[:, None])
+    costs = np.where(within, cost(turns), np.inf)
+    return np.take_along_axis(turns, costs.argmin(axis=-1)[..., None], axis=-1)[..., 0]
+
+
+class Question:
+    """One arm with a body, a pose and a scene, asked in all branches."""
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        self.arm = ARMS[rng.integers(len(ARMS))].with_body(list(BODIES.values())[rng.integers(len(BODIES))])
+        self.pose = posed(self.arm, rng, 0)[0]
+        self.kept = float(rng.choice([0.0, 0.015]))
+        shapes = scene_of(self.arm, rng, 4)
+        self.scene = aa.Scene(shapes, clearance=self.kept)
+        self.asked = aa.Scene(as_hulls(shapes) if rng.random() < 0.5 else shapes, clearance=self.kept)
+        self.clear_q = np.empty((0, 7))
+        self.clear_gc = np.empty(0, dtype=int)
+
+    def __str__(self) -> str:
+        return f"{self.arm.name}, pose {self.pose.tolist()}, {self.asked}"
+
+    def least(self, q: Floats) -> Floats:
+        """Return what is left of the clearance at postures (..., 7), m."""
+        return distances(self.arm, q, self.scene, FAR)[0].min(axis=-1) - self.kept
+
+    def arcs(self, rng: np.random.Generator) -> tuple[int, int]:
+        """Compare the arcs of all branches; return how many arm angles were asked, and how many are wrong."""
+        every = self.arm.feasible_all(self.pose, scene=self.asked)
+        clear = [self.arm.clear(self.pose, gc, self.asked) for gc in range(8)]
+        ones = [self.arm.feasible(self.pose, gc, scene=self.asked) for gc in range(8)]
+        angles = [asked_of(np.append(ends_of(clear[k]), ends_of(every[k])), rng, AT_ONCE) for k in range(8)]
+        gcs, wrong = np.repeat(range(8), [len(psi) for psi in angles]), 0
+        q = self.arm.inverse(self.pose, np.concatenate(angles), gcs)
+        left, out = self.least(q), beyond(self.arm, unwound(self.arm, q, np.abs))
+        unsure = np.abs(left) <= ROUNDING
+        sides = unsure | (np.abs(out) <= TURNING)
+        both, free = (left >= 0) & (out <= 0), np.zeros(len(q), dtype=bool)
+        for gc, psi in enumerate(angles):
+            of = gcs == gc
+            for what, arcs, truth, skip in (
+                ("clear", clear[gc], left >= 0, unsure),
+                ("feasible_all", every[gc], both, sides),
+                ("feasible", ones[gc], both, sides),
+            ):
+                asked = (from_ends(psi, ends_of(arcs)) > BESIDE) & ~skip[of]
+                told = (arcs.contains(psi) != truth[of]) & asked
+                wrong += int(told.sum())
+                if told.any():
+                    short = f"{left[of][told][:3]} m left, {out[of][told][:3]} rad beyond"
+                    print(f"{what}: GC {gc}, psi {psi[told][:3]}: {short}; {self}", flush=True)
+            free[of] = both[of] & asked
+        self.clear_q, self.clear_gc = q[free], gcs[free]
+        return len(q), wrong
+
+    def faults(self, found: aa.Solution, better: Any) -> list[str]:
+        """Return what is wrong with a posture; `better` says which of those tried are."""
+        if found.status is not aa.Status.OK:
+            return ["says none"] if len(self.clear_q) else []
+        back = np.abs(self.arm.forward(found.q)[0] - self.pose).max()
+        said = {
+            "off the pose": back > BACK,
+            "touches": self.least(found.q) < -TURNING,
+            "beyond a limit": beyond(self.arm, found.q) > TURNING,
+            "not the best": np.any(better),
+        }
+        return [fault for fault, true in said.items() if true]
+
+    def solutions(self, rng: np.random.Generator) -> Counter[str]:
+        """Ask for postures; return how many, how many there were, and how many are wrong."""
+        arm, tried, counts = self.arm, self.clear_q, Counter[str]()
+        near = rng.uniform(np.maximum(arm.lower, -3.0), np.minimum(arm.upper, 3.0))
+        nearest = unwound(arm, tried, lambda turns: np.abs(turns - near[:, None]))
+        inmost = unwound(arm, tried, lambda t: -np.minimum(t - arm.lower[:, None], arm.upper[:, None] - t))
+        metrics: list[tuple[Literal["l2", "max"], float]] = [("l2", 2), ("max", np.inf)]
+        for metric, order in metrics:
+            found = arm.solve(self.pose, near, scene=self.asked, metric=metric)
+            far = np.linalg.norm(nearest - near, ord=order, axis=-1)
+            self._counted(counts, f"solve {metric} near {near.tolist()}", found, far < found.distance - COST)
+        found = arm.best(self.pose, scene=self.asked)
+        self._counted(counts, "best", found, arm.limit_margin(inmost) > found.margin + COST)
+        several = list(arm.solutions(self.pose, near, scene=self.asked))
+        for found in several:
+            self._counted(counts, "solutions", found, False)
+        if set(self.clear_gc) - {int(found.gc) for found in several}:
+            counts["wrong"] += 1
+            print(f"solutions: a branch of {set(self.clear_gc)} is missing; {self}", flush=True)
+        return counts
+
+    def _counted(self, counts: Counter[str], what: str, found: aa.Solution, better: Any) -> None:
+        """Count a posture, and print what is wrong with it."""
+        counts["asked"] += 1
+        counts["found"] += found.status is aa.Status.OK
+        faults = self.faults(found, better)
+        if faults:
+            counts["wrong"] += 1
+            print(f"{what}: {faults}, {found}; {self}", flush=True)
+
+
+def own(samples: int, rng: np.random.Generator) -> int:
+    """Compare with distances searched along the links; print how many, and return how many are wrong."""
+    said = "arm angles against distances searched along the links"
+    progress, done, wrong, solved = Progress(said, samples), 0, 0, Counter[str]()
     while done < samples:
-        arm = ARMS[rng.integers(len(ARMS))].with_body(list(BODIES.values())[rng.integers(len(BODIES))])
-        pose, gc = posed(arm, rng, int(rng.integers(8)))
-        kept = float(rng.choice([0.0, 0.015]))
-        shapes = scene_of(arm, rng, 4)
-        scene = aa.Scene(shapes, clearance=kept)
-        asked = as_hulls(shapes) if rng.random() < 0.5 else shapes
-        arcs = arm.clear(pose, gc, aa.Scene(asked, clearance=kept))
-        psi, limits = asked_of(arcs, rng, AT_ONCE)
-        least = distances(arm, arm.inverse(pose, psi, gc), scene)[0].min(axis=-1)
-        told = (arcs.contains(psi) != (least >= kept)) & (from_ends(psi, limits) > BESIDE)
-        told &= np.abs(least - kept) > ROUNDING
-        if told.any():
-            short = least[told][:3] - kept
-            print(f"{arm.name}, GC {gc}, psi {psi[told][:3]}: {short} m, {shapes}", flush=True)
-        done += len(psi)
-        wrong += int(told.sum())
-    return done, wrong
+        question = Question(rng)
+        more, bad = question.arcs(rng)
+        done, wrong = done + more, wrong + bad
+        solved += question.solutions(rng)
+        progress(done, wrong + solved["wrong"])
+    print(f"{done} {said}: {wrong} wrong", flush=True)
+    asked, found = solved["asked"], solved["found"]
+    print(f"{asked} postures asked for, {found} found: {solved['wrong']} wrong", flush=True)
+    return wrong + solved["wrong"]
 
 
-def coals(samples: int, rng: np.random.Generator, coal: Any) -> tuple[int, int]:
-    """Compare with coal's distances; return how many were asked, and how many verdicts are wrong."""
-    done, wrong, request = 0, 0, coal.DistanceRequest()
+def coals(samples: int, rng: np.random.Generator, coal: Any) -> int:
+    """Compare with coal's distances; print how many were asked, and return how many verdicts are wrong."""
+    progress, done, wrong = Progress("distances of coal", samples), 0, 0
+    request = coal.DistanceRequest()
     ignore = [(f"link_{i}", f"link_{j}") for i in range(1, 7) for j in range(i + 1, 7)]
     while done < samples:
         arm = ARMS[rng.integers(4)].with_body(BODY)
@@ -94,7 +226,8 @@ def coals(samples: int, rng: np.random.Generator, coal: Any) -> tuple[int, int]:
         shapes = [s for s in scene_of(arm, rng, 3) if getattr(s, "radius", 1.0) > 0 or isinstance(s, aa.Box)]
         shapes = [aa.Box(s.pose, s.size) if isinstance(s, aa.Box) else s for s in shapes]
         arcs = arm.clear(pose, gc, aa.Scene(shapes, ignore=ignore))
-        psi, limits = asked_of(arcs, rng, 50)
+        limits = ends_of(arcs)
+        psi = asked_of(limits, rng, 50)
         others = [placed(coal, np.eye(4), shape) for shape in shapes]
         near = from_ends(psi, limits) <= BESIDE
         frames = arm.frames(arm.inverse(pose, psi, gc))
@@ -107,22 +240,21 @@ def coals(samples: int, rng: np.random.Generator, coal: Any) -> tuple[int, int]:
             if bool(arcs.contains(angle)) != (least > 0) and not beside and abs(least) > BESIDE:
                 wrong += 1
                 print(f"coal: {arm.name}, GC {gc}, psi {angle}: {least} m, {shapes}", flush=True)
-    return done, wrong
+        progress(done, wrong)
+    print(f"{done} distances of coal: {wrong} verdicts wrong", flush=True)
+    return wrong
 
 
 def main(samples: int, seed: int) -> int:
-    """Print what was compared, and return how many verdicts are wrong."""
+    """Print what was compared, and return how much is wrong."""
     rng = np.random.default_rng(seed)
-    done, wrong = own(samples, rng)
-    print(f"{done} arm angles against distances searched along the links: {wrong} wrong", flush=True)
+    wrong = own(samples, rng)
     try:
         import coal
     except ImportError:
         print("no coal: pip install coal")
         return wrong
-    asked, more = coals(samples // 10, rng, coal)
-    print(f"{asked} distances of coal: {more} verdicts wrong", flush=True)
-    return wrong + more
+    return wrong + coals(samples // 10, rng, coal)
 
 
 if __name__ == "__main__":

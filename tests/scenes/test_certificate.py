@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from support.draw import count, generator
-from support.touching import between, distances, ends, moved
+from support.touching import distances, ends, from_segment, least_along, moved
 
 import armangle as aa
 
@@ -112,13 +112,13 @@ def test_the_hand_against_what_stands_and_against_the_upper_arm() -> None:
         frames = arm.frames(rows.q)
         held = tuple(moved(rows.pose, p) for p in ends(rod))
         mine = tuple(moved(frames[:, 3], p) for p in ends(upper.links[0][1][0]))
-        apart = between(held, mine) - 0.08
+        apart = least_along(from_segment, np.inf, *held, *mine) - 0.08
         lamp = aa.Ball(rows.pose[1000, :3, 3] + rng.normal(size=3) * 0.2, 0.03)
         for one in (*held, *mine):
             assert one.shape == (len(DENSE), 3)
         at = np.broadcast_to(lamp.center, held[0].shape)
         for rod_ends, radius in ((held, 0.02), (mine, 0.06)):
-            apart = np.minimum(apart, between((at, at), rod_ends) - radius - 0.03)
+            apart = np.minimum(apart, least_along(from_segment, np.inf, at, at, *rod_ends) - radius - 0.03)
         if apart.min() > MISS:
             turns_at(path, arm, [lamp], (), apart)
             done += 1

@@ -145,6 +145,26 @@ def test_a_ball_on_a_joints_axis_is_of_both_links() -> None:
             assert np.allclose(a.intervals, b.intervals, rtol=0, atol=1e-12)
 
 
+@pytest.mark.parametrize("links", [(0, 1), (7, 6)])
+def test_a_ball_on_the_first_or_last_axis_blocks_the_pose_with_either_link(links: tuple[int, int]) -> None:
+    rng, arm, blocked = generator(15), OFFSET, 0
+    for k in range(40):
+        q = rng.uniform(-1.5, 1.5, 7)
+        pose, _, gc = arm.forward(q)
+        frames, told = arm.frames(q)[list(links)], []
+        place = frames[0, :3, 3] + 0.07 * frames[0, :3, 2]
+        other = aa.Ball(place + rng.normal(size=3) * 0.06, 0.02, name="lamp")
+        for link, frame in zip(links, frames, strict=True):
+            ball = aa.Ball(np.round(frame[:3, :3].T @ (place - frame[:3, 3]), 12), 0.05)  # on the axis
+            told.append(arm.with_body(aa.Body({link: [ball]})).clear(pose, gc, aa.Scene([other])))
+        assert told[0].status == told[1].status and told[0].is_full == told[1].is_full, k
+        if told[0].is_empty:
+            assert [one.blocking for one in told] == [("lamp", f"link_{link}") for link in links]
+            assert told[0].status == aa.Status.POSE_BLOCKED
+            blocked += 1
+    assert 5 < blocked < 35
+
+
 def test_a_ball_moves_with_the_link_that_it_is_of() -> None:
     rng, differ = generator(11), {1: 0, 2: 0, 5: 0, 6: 0}
     for k in range(40):
@@ -226,9 +246,9 @@ def test_tangent_from_both_sides(side: int) -> None:
     radius = float(np.linalg.norm(elbow - foot))
     least, greatest = 0.1, 2 * radius + 0.1
     centre = foot + across * (radius + 0.1)
-    beside = arm.clear(pose, 0, aa.Scene([aa.Ball(centre, least * (1 + side * 1e-9) - 0.05)]))
+    beside = arm.clear(pose, 0, aa.Scene([aa.Ball(centre, least * (1 + side * 1e-13) - 0.05)]))
     assert bool(beside.is_full) == (side < 0)
-    around = arm.clear(pose, 0, aa.Scene([aa.Ball(centre, greatest * (1 + side * 1e-9) - 0.05, name="b")]))
+    around = arm.clear(pose, 0, aa.Scene([aa.Ball(centre, greatest * (1 + side * 1e-13) - 0.05, name="b")]))
     assert bool(around.is_empty) == (side > 0)
     assert around.blocking == (("b", "elbow") if side > 0 else None)
     on_axis = arm.clear(pose, 0, aa.Scene([aa.Ball(foot, radius * (1 + side * 1e-12) - 0.05)]))
@@ -307,8 +327,10 @@ def test_a_box_without_extent_is_what_is_left_of_it() -> None:
         pose, gc = posed(arm, rng, k % 8)
         frame = aa.pose(obstacle(arm, rng, 0).center, rpy=rng.uniform(-3, 3, 3))
         end = frame[:3, 3] + 0.1 * frame[:3, 0], frame[:3, 3] - 0.1 * frame[:3, 0]
+        plate = frame[:3, 3] + np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]]) @ frame[:3, :2].T * 0.1
         for box, same in ((aa.Box(frame, [0, 0, 0], 0.05), aa.Ball(frame[:3, 3], 0.05)),
-                          (aa.Box(frame, [0.2, 0, 0], 0.05), aa.Capsule(*end, 0.05))):  # fmt: skip
+                          (aa.Box(frame, [0.2, 0, 0], 0.05), aa.Capsule(*end, 0.05)),
+                          (aa.Box(frame, [0.2, 0.2, 0], 0.05), aa.Hull(plate, 0.05))):  # fmt: skip
             one, other = arm.clear(pose, gc, aa.Scene([box])), arm.clear(pose, gc, aa.Scene([same]))
             assert one.status == other.status and one.count == other.count
             assert np.allclose(one.intervals, other.intervals, rtol=0, atol=1e-9)

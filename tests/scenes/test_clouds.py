@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from support.draw import count, generator
-from support.touching import distances
+from support.touching import distances, ends, from_segment, moved
 
 import armangle as aa
 
@@ -74,6 +74,62 @@ def test_what_groups_leave_out_touches_nothing() -> None:
             np.tile(pose, (40, 1, 1)), psi, k % 8, aa.Scene([aa.Cloud(points, 0.015)])
         ).distance
         assert np.array_equal(arcs.contains(psi), least >= 0)
+
+
+def room(rng: np.random.Generator) -> NDArray[np.float64]:
+    """A million points: of a floor, two walls and two things within reach."""
+    points = SHOULDER + rng.uniform(-2, 2, (1_000_000, 3))
+    points[:400_000, 2] = SHOULDER[2] - 1.1
+    points[400_000:700_000, 0] = SHOULDER[0] - 1.2
+    points[700_000:900_000, 1] = SHOULDER[1] + 1.3
+    things = SHOULDER + np.array([[0.3, 0.1, 0.3], [-0.1, -0.35, 0.3]])
+    points[900_000:] = things[rng.integers(0, 2, 100_000)] + rng.normal(size=(100_000, 3)) * 0.01
+    return points
+
+
+def nearest(arm: aa.Arm, q: Any, points: NDArray[np.float64]) -> float:
+    """The least distance of points from the axes of the links of a posture, less the links' radii."""
+    assert arm.body is not None
+    frames = arm.frames(q)
+    rods = arm.body._shapes(arm.d_se, arm.d_ew, arm.a_3, arm.a_4, arm.d_4)
+    return min(
+        float(from_segment(points, *(moved(frames[link], p) for p in ends(rod))).min()) - rod.radius
+        for link, rod in rods
+    )
+
+
+@pytest.mark.slow
+def test_the_ends_of_a_million_points_are_where_the_nearest_of_them_touches() -> None:
+    rng, arm, checked = generator(4), ARM.with_body(BONES), 0
+    points = room(rng)
+    scene, shuffled = (aa.Scene([aa.Cloud(p, 0.004)]) for p in (points, rng.permutation(points)))
+    points = points[np.linalg.norm(points - SHOULDER, axis=1) < arm.reach]
+    other = arm.with_(name="other")  # an arm keeps the scene that it was asked last
+    for k in range(16):
+        pose, gc = posed(rng, arm), k % 8
+        arcs = arm.clear(pose, gc, scene)
+        assert other.clear(pose, gc, shuffled) == arcs
+        for psi in () if arcs.is_full else arcs.intervals.ravel()[:2]:
+            checked += 1
+            assert abs(nearest(arm, arm.inverse(pose, psi, gc), points) - 0.004) < 1e-12
+        psi = rng.uniform(-np.pi, np.pi)
+        assert k % 4 or bool(arcs.contains(psi)) == (
+            nearest(arm, arm.inverse(pose, psi, gc), points) >= 0.004
+        )
+    assert checked > 3
+
+
+@pytest.mark.parametrize("share", [1 - 1e-9, 1 + 1e-9])
+def test_a_point_that_touches_by_a_part_in_a_thousand_million_is_not_culled(share: float) -> None:
+    rng, arm = generator(5), ARM.with_body(BONES)
+    pose = posed(rng, arm)
+    psi = 0.3
+    frames = arm.frames(arm.inverse(pose, psi, 0))
+    touch = (frames[4, :3, 3] + frames[5, :3, 3]) / 2 + frames[4, :3, 0] * (0.05 + 0.004) * share
+    far = SHOULDER + 3.0 + rng.uniform(0, 1, (100_000, 3))
+    arcs = arm.clear(pose, 0, aa.Scene([aa.Cloud(np.vstack([far, touch]), 0.004)]))
+    assert bool(arcs.is_full) == (share > 1)
+    assert share > 1 or (not arcs.contains(psi) and arcs.measure > 2 * np.pi - 1e-3)
 
 
 def test_the_ends_are_those_of_the_nearest_points_after_many_that_are_covered() -> None:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 import armangle as aa
 
 Floats = NDArray[np.float64]
+Told = tuple[Floats, list[tuple[str, str]]]
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 
 
@@ -29,19 +30,32 @@ def from_core(points: Floats, shape: Any) -> Floats:
     return np.linalg.norm(points - begin - share[..., None] * along, axis=-1)
 
 
-def segment_distance(begin: Floats, end: Floats, shape: Any) -> Floats:
-    """Distances of segments (..., 3) from a shape's surface, negative inside: a convex function's least."""
-    low, high = np.zeros(begin.shape[:-1]), np.ones(begin.shape[:-1])
+def least_along(core: Any, far: float, begin: Floats, end: Floats, *others: Floats) -> Floats:
+    """Least of core(points, *others) along segments (..., 3): of a distance, which is convex there.
+
+    What is certainly not below `far`, by the distance of the middle, is that lower bound.
+    """
+    out = np.array(core((begin + end) / 2, *others) - np.linalg.norm(end - begin, axis=-1) / 2)
+    near = out < far
+    start, along, rest = begin[near], (end - begin)[near], [other[near] for other in others]
+    low, high = np.zeros(start.shape[:-1]), np.ones(start.shape[:-1])
 
     def at(share: Floats) -> Floats:
-        return from_core(begin + share[..., None] * (end - begin), shape)
+        distance: Floats = core(start + share[..., None] * along, *rest)
+        return distance
 
-    for _ in range(80):
+    for _ in range(80 if near.any() else 0):
         left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
         nearer = at(left) <= at(right)
         low, high = np.where(nearer, low, left), np.where(nearer, right, high)
-    least = np.minimum(np.minimum(at(np.zeros_like(low)), at(np.ones_like(low))), at((low + high) / 2))
-    return least - getattr(shape, "radius", 0.0)
+    out[near] = np.minimum(np.minimum(at(np.zeros_like(low)), at(np.ones_like(low))), at((low + high) / 2))
+    return out
+
+
+def segment_distance(begin: Floats, end: Floats, shape: Any, far: float = np.inf) -> Floats:
+    """Distances of segments (..., 3) from a shape's surface, negative inside; bounds beyond `far`."""
+    radius = getattr(shape, "radius", 0.0)
+    return least_along(lambda points: from_core(points, shape), far + radius, begin, end) - radius
 
 
 def ends(shape: aa.Ball | aa.Capsule) -> tuple[Floats, Floats]:
@@ -56,10 +70,11 @@ def moved(frame: Floats, point: Floats) -> Floats:
     return frame[..., :3, :3] @ point + frame[..., :3, 3]
 
 
-def distances(arm: aa.Arm, q: Floats, scene: aa.Scene) -> tuple[Floats, list[tuple[str, str]]]:
+def distances(arm: aa.Arm, q: Floats, scene: aa.Scene, far: float = np.inf) -> Told:
     """Distances (..., pairs) of links 1..6 from obstacles and from one another, and the pairs' names.
 
-    At joints (..., 7). Links side by side, and pairs that the scene lets touch, are left out.
+    At joints (..., 7). Links side by side, and pairs that the scene lets touch, are left out. Of those that
+    are farther than `far`, m, a lower bound beyond it is enough.
     """
     frames = arm.frames(q)
     assert arm.body is not None
@@ -68,30 +83,21 @@ def distances(arm: aa.Arm, q: Floats, scene: aa.Scene) -> tuple[Floats, list[tup
     columns, names = [], []
     for (link, rod), (begin, end) in zip(rods, places, strict=True):
         for obstacle, shape in zip(scene.names, scene.shapes, strict=True):
-            columns.append(segment_distance(begin, end, shape) - rod.radius)
+            columns.append(segment_distance(begin, end, shape, far + rod.radius) - rod.radius)
             names.append((obstacle, rod.name or f"link_{link}"))
     for i, (link, rod) in enumerate(rods):
         for k, (other, shape) in enumerate(rods[:i]):
             pair = (shape.name or f"link_{other}", rod.name or f"link_{link}")
             if abs(link - other) > 1 and not {pair, pair[::-1]} & set(scene.ignore):
-                columns.append(between(places[i], places[k]) - rod.radius - shape.radius)
+                radii = rod.radius + shape.radius
+                columns.append(least_along(from_segment, far + radii, *places[i], *places[k]) - radii)
                 names.append(pair)
     return np.stack(columns, axis=-1), names
 
 
-def between(one: Any, other: Any) -> Floats:
-    """Distances of segments whose ends are (..., 3): of the first, the point nearest to the second."""
-    begin, along = other[0], other[1] - other[0]
+def from_segment(points: Floats, begin: Floats, end: Floats) -> Floats:
+    """Distances of points (..., 3) from segments."""
+    along = end - begin
     square = np.maximum((along * along).sum(-1), 1e-300)
-    low, high = np.zeros(begin.shape[:-1]), np.ones(begin.shape[:-1])
-
-    def at(share: Floats) -> Floats:
-        point = one[0] + share[..., None] * (one[1] - one[0])
-        foot = np.clip(((point - begin) * along).sum(-1) / square, 0.0, 1.0)
-        return np.linalg.norm(point - begin - foot[..., None] * along, axis=-1)
-
-    for _ in range(80):
-        left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
-        nearer = at(left) <= at(right)
-        low, high = np.where(nearer, low, left), np.where(nearer, right, high)
-    return np.minimum(np.minimum(at(np.zeros_like(low)), at(np.ones_like(low))), at((low + high) / 2))
+    foot = np.clip(((points - begin) * along).sum(-1) / square, 0.0, 1.0)
+    return np.linalg.norm(points - begin - foot[..., None] * along, axis=-1)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._arrays import JOINTS, one_pose
+from .._core import Wanted
 from ..arm.arcs import ArcSet
 from ..arm.arm import Arm
 from ..colours import BLACK, DARK, FREE, JOINT_COLOURS, MID, PALE, VERMILION, pieces, unjoined
@@ -55,7 +56,8 @@ def circle(
         Arcs of the user's own; what they forbid is grey in the outer ring.
     scene : Scene, optional
         Obstacles, as in `Arm.feasible`: a ring of their own, where each blocked arc bears the names of those
-        that end it, and dark in the outer ring.
+        that end it, and dark in the outer ring. Where the scene has a soft clearance, what keeps the hard one
+        alone is paler in their ring.
     singularity_margin : float
         As in `Arm.feasible`, rad.
     ax : matplotlib polar axes, optional
@@ -83,8 +85,12 @@ def circle(
     every = arm.feasible(frame, gc, singularity_margin=singularity_margin, scene=scene)
     blocked = dict(zip(JOINT_COLOURS, (~each[i] for i in range(JOINTS)), strict=True))
     if scene is not None:
-        blocked[DARK] = ~arm.clear(frame, gc, scene)
-        _obstacle_ring(polar, arm.clear(frame, gc, scene))
+        clear = calm = arm.clear(frame, gc, scene)
+        if scene.soft > 0:
+            loose = arm.with_(lower=-np.inf, upper=np.inf)
+            calm = loose._arcs(frame, gc, 0.0, 0.0, 0.0, Wanted.SOFT, (), 1, scene)
+        blocked[DARK] = ~clear
+        _obstacle_ring(polar, clear, calm)
     if allowed is not None:
         blocked[MID] = ~allowed
     _outer_ring(polar, blocked, outer)
@@ -95,7 +101,7 @@ def circle(
     if psi is not None:
         polar.plot([psi, psi], [_INNER, outer + _ALL_WIDTH], color=BLACK, lw=1.6, label="ψ")
         polar.plot([psi], [outer + _ALL_WIDTH], "o", color=BLACK, ms=6, clip_on=False)
-    _circle_legend(polar, allowed is not None, scene is not None, made=ax is None)
+    _circle_legend(polar, allowed is not None, scene, made=ax is None)
     return polar  # type: ignore[no-any-return]  # matplotlib types it loosely
 
 
@@ -112,10 +118,11 @@ def _ring(polar: Any, feasible: ArcSet, joint: int) -> None:
     _arcs(polar, ~feasible, base, _WIDTH, JOINT_COLOURS[joint - 1], BLACK)
 
 
-def _obstacle_ring(polar: Any, clear: ArcSet) -> None:
-    """Draw what obstacles block, with the names of those that end each arc."""
+def _obstacle_ring(polar: Any, clear: ArcSet, calm: ArcSet) -> None:
+    """Draw what obstacles block, with the names of those that end each arc, and paler what is not calm."""
     base = _INNER + JOINTS * _STEP
-    _arcs(polar, clear, base, _WIDTH, FREE, PALE)
+    _arcs(polar, calm, base, _WIDTH, FREE, PALE)
+    _arcs(polar, clear & ~calm, base, _WIDTH, MID, PALE)
     blocked = ~clear
     _arcs(polar, blocked, base, _WIDTH, DARK, BLACK)
     every = [*blocked.ends] if not blocked.is_full else [()]
@@ -166,7 +173,7 @@ def _dress_circle(polar: Any, radius: float, gc: int, every: ArcSet, feasible: A
     polar.set_title(title, fontsize=10)
 
 
-def _circle_legend(polar: Any, user: bool, obstacles: bool, *, made: bool) -> None:
+def _circle_legend(polar: Any, user: bool, scene: Scene | None, *, made: bool) -> None:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -175,8 +182,10 @@ def _circle_legend(polar: Any, user: bool, obstacles: bool, *, made: bool) -> No
         for j in range(JOINTS)
     ]
     handles.append(Patch(fc=FREE, ec=BLACK, lw=0.6, label="feasible"))
-    if obstacles:
+    if scene is not None:
         handles.append(Patch(fc=DARK, label=f"an obstacle blocks (ring {JOINTS + 1})"))
+    if scene is not None and scene.soft > 0:
+        handles.append(Patch(fc=MID, label="within the soft clearance"))
     if user:
         handles.append(Patch(fc=MID, label="not allowed by the user"))
     handles.append(Line2D([], [], marker="x", color=BLACK, ls="", mew=2, label="singular"))
