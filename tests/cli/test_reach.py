@@ -28,6 +28,8 @@ def test_parts_then_the_rest_then_a_look(
     assert main(["reach", place, "--json"]) == 1
     facts = json.loads(capsys.readouterr().out)
     assert facts["robot"] == name and 0 < len(facts["missing"]) < facts["tiles"]
+    assert main(["reach", place]) == 1
+    assert "--resume makes the rest" in capsys.readouterr().err
     assert main(["reach", place, "--resume"]) == 0
     shown = capsys.readouterr().out
     assert "100 mm apart" in shown and "9 x 18 directions of axis 7, 20 deg apart" in shown
@@ -58,3 +60,14 @@ def test_bad_input(
     assert main(["reach", str(tmp_path / name), *rest]) == 2
     assert said in " ".join(capsys.readouterr().err.split())
     assert not any(tmp_path.iterdir())
+
+
+def test_an_interrupted_map_says_how_to_go_on(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("armangle.cli.commands.reach.reach_map", interrupted)
+    assert main(["reach", str(tmp_path / "a.zarr"), "--robot", "openarm_v10", *SIZE]) == 130
+    assert "the same command goes on" in capsys.readouterr().err

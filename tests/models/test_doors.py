@@ -106,6 +106,15 @@ def test_limits_of_an_arm_that_look_like_degrees_are_noted():
     assert arm.with_(lower=-2.9, upper=2.9).notes == PLAIN.notes
 
 
+def test_lengths_of_an_arm_that_look_like_mm_are_noted():
+    with pytest.warns(UserWarning, match="lengths look like mm where m are wanted: d_bs 340, d_se 400$"):
+        arm = PLAIN.with_(d_bs=340, d_se=400)
+    (note,) = set(arm.notes) - set(PLAIN.notes)
+    assert note.startswith("lengths look like mm")
+    assert len(arm.with_(d_wf=0.2).notes) == len(arm.notes)
+    assert arm.with_(d_bs=0.34, d_se=0.4).notes == PLAIN.notes
+
+
 LEFTOVERS = (
     '<xacro:property name="width" value=".2"/>',
     '<xacro:arg name="a" default="b"/>',

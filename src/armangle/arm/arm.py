@@ -48,7 +48,13 @@ from ..models.description import (
     ArmDescription,
     ImportReport,
 )
-from ..models.detect import LIKE_DEGREES, degrees_notes, describe_chain
+from ..models.detect import (
+    LIKE_DEGREES,
+    LIKE_MILLIMETRES,
+    degrees_notes,
+    describe_chain,
+    millimetre_notes,
+)
 from ..models.mjcf import read_mjcf
 from ..models.urdf import Source, read_urdf, write_urdf
 from ..poses import as_transform, nearest_rotation
@@ -2052,11 +2058,16 @@ def _checked(given: dict[str, Any]) -> dict[str, Any]:
     values["hand"] = as_shapes("hand", values["hand"], HOLDABLE)
     _check_rows(values)
     notes = (values["notes"],) if isinstance(values["notes"], str) else tuple(values["notes"])
-    like_degrees = degrees_notes(values["joint_names"], values["lower"], values["upper"])
-    kept = [note for note in notes if not note.startswith(LIKE_DEGREES)]
-    if like_degrees and len(kept) == len(notes):  # a copy of an arm that was warned of is not again
-        warnings.warn(like_degrees[0], UserWarning, stacklevel=4)
-    values["notes"] = (*kept, *like_degrees)
+    of_units = {
+        LIKE_DEGREES: degrees_notes(values["joint_names"], values["lower"], values["upper"]),
+        LIKE_MILLIMETRES: millimetre_notes({name: values[name] for name in (*LENGTHS, *ELBOW_OFFSETS)}),
+    }
+    for what, found in of_units.items():
+        kept = tuple(note for note in notes if not note.startswith(what))
+        if found and len(kept) == len(notes):  # a copy of an arm that was warned of is not again
+            warnings.warn(found[0], UserWarning, stacklevel=4)
+        notes = (*kept, *found)
+    values["notes"] = notes
     values["signs"] = frozen(values["signs"].astype(np.int64))
     return values
 

@@ -106,8 +106,7 @@ class Solution(NamedTuple):
         more = f" ({len(bad)} of {codes.size} poses have none)" if at else ""
         kind = UnreachableError if status in _OUT_OF_REACH else NoSolutionError
         raise kind(
-            f"{where}{status.sentence}{more} arm.explain(pose) says by how much, and what would help "
-            "(arm.nominal.explain of an arm with a chain of its own)."
+            f"{where}{status.sentence}{more} arm.explain(pose) says by how much, and what would help."
         )
 
     def __repr__(self) -> str:

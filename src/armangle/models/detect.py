@@ -17,7 +17,7 @@ Shoulder or wrist axes in another order (roll, pitch, yaw) are zeros of joints 2
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -49,6 +49,8 @@ NEAR_LENGTH = 30e-3
 NEAR_ANGLE = math.radians(2.0)
 SUSPICIOUS_VELOCITY = 10.0
 LIKE_DEGREES = "limits look like degrees where rad are wanted"
+LIKE_MILLIMETRES = "lengths look like mm where m are wanted"
+SUSPICIOUS_LENGTH = 10.0  # m: the link of no arm of this kind is as long
 SUSPICIOUS_LIMIT = 20.0  # rad: no arm turns a joint three times, but many files state degrees
 
 _NOISE = 1e-12
@@ -350,6 +352,12 @@ def degrees_notes(names: Iterable[str], lower: Iterable[float], upper: Iterable[
         if any(SUSPICIOUS_LIMIT < abs(end) < math.inf for end in (low, high))
     ]
     return (f"{LIKE_DEGREES}: joint {', '.join(wide)}",) if wide else ()
+
+
+def millimetre_notes(lengths: Mapping[str, float]) -> tuple[str, ...]:
+    """Return a note where lengths (m) are so long that they look like mm, else nothing."""
+    long = [f"{name} {value:g}" for name, value in lengths.items() if abs(value) > SUSPICIOUS_LENGTH]
+    return (f"{LIKE_MILLIMETRES}: {', '.join(long)}",) if long else ()
 
 
 def _velocity_notes(chain: Chain) -> tuple[str, ...]:

@@ -66,6 +66,8 @@ def run(args: argparse.Namespace) -> int:
         show_json(_facts(found, missing))
     else:
         _show(found, missing)
+        if missing and args.part is None:
+            note("armangle: --resume makes the rest")
     return 1 if missing and args.part is None else 0
 
 
@@ -165,6 +167,8 @@ class _Meter:
             left = (time.monotonic() - self._start) * (total - done) / done
             print(f"\r{self._what}: {done} of {total}, {left:.0f} s left   ", end="", file=sys.stderr)
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         if self._shown:
             print("\r\x1b[K", end="", file=sys.stderr, flush=True)
+        if kind is not None and issubclass(kind, KeyboardInterrupt):
+            note("armangle: interrupted; the same command goes on where it was")
