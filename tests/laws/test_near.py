@@ -211,7 +211,6 @@ def test_a_dh_table_is_a_chain() -> None:
 
 
 @pytest.mark.parametrize(("name", "ask"), [
-    ("psi_towards", lambda arm, pose, q: arm.psi_towards(pose, 0, [0.0, 0.0, 1.0])),
     ("explain", lambda arm, pose, q: arm.explain(pose)),
     ("joint_function", lambda arm, pose, q: arm.joint_function(pose, 0, 1)),
     ("feasible_yaw", lambda arm, pose, q: arm.feasible_yaw(pose)),
@@ -221,7 +220,6 @@ def test_a_dh_table_is_a_chain() -> None:
     ("psi_gradient", lambda arm, pose, q: arm.psi_gradient(q)),
     ("best_gradient", lambda arm, pose, q: arm.best_gradient(pose)),
     ("freedom", lambda arm, pose, q: arm.freedom(pose)),
-    ("reachable", lambda arm, pose, q: arm.reachable(pose)),
     ("place", lambda arm, pose, q: aa.place(arm, pose[None], [0.0], [0.0])),
     ("aa.kuka", lambda arm, pose, q: aa.kuka.to_e1(arm, q)),
 ])  # fmt: skip
@@ -231,3 +229,54 @@ def test_what_is_not_made_for_a_chain_is_refused_by_name(name: str, ask: object)
     refusal = rf"\b{name}\b.* is not made for an arm with a chain of its own: use arm\."
     with pytest.raises(aa.InputError, match=refusal):
         ask(arm, arm.forward(q)[0], q)
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_the_elbow_comes_as_near_to_a_point_as_the_deviation_leaves(name: str) -> None:
+    arm = ARMS[name]
+    free = arm.with_(lower=-np.inf, upper=np.inf)
+    circle, asked = np.linspace(-np.pi, np.pi, 721), 0
+    for q in postures(arm, 20, 31):
+        pose, _, gc = free.forward(q, undefined="nan")
+        rows = free.inverse(pose, circle, gc, unreachable="nan")
+        rows = rows[np.isfinite(rows[:, 0])]
+        point = np.array([0.3, 0.2, 1.0])
+        psi = free.psi_towards(pose, gc, point, undefined="nan")
+        if np.isnan(psi) or not len(rows):  # stretched, or beyond the nominal arm's reach
+            continue
+        q = free.inverse(pose, psi, gc, unreachable="nan")
+        if np.isnan(q[0]):  # in a band where branches merge
+            continue
+        slack = 2.0 * arm.deviation.position_max + 1e-4
+        least = np.linalg.norm(free.elbow(rows) - point, axis=1).min()
+        assert np.linalg.norm(free.elbow(q) - point) <= least + slack
+        asked += 1
+    assert asked > 10
+
+
+def test_a_wish_for_the_elbow_is_one_of_step_follow_and_plan() -> None:
+    arm = ARMS["kuka_iiwa7_r800 1.0 mm"]
+    q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+    start, _, gc = arm.forward(q)
+    up = aa.Towards(direction="up", rate=2.0)
+    poses = np.repeat(start[None], 300, axis=0)
+    path = aa.follow(arm, poses, start=q, policy=up, dt=0.01)
+    wanted = arm.feasible(start, gc).nearest(arm.psi_towards(start, gc, direction="up"))
+    assert path.ok and abs(np.sin(0.5 * (path.psi[-1] - wanted))) < 0.01
+    assert arm.elbow(path.q[-1])[2] > arm.elbow(q)[2]
+    there = start.copy()
+    there[0, 3] += 0.1
+    planned = aa.plan(arm, aa.Line(start, there), psi=aa.Towards(direction="up"))
+    plain = aa.plan(arm, aa.Line(start, there), psi=aa.Towards(direction="down"))
+    assert planned.certified and plain.certified
+    assert arm.elbow(planned.q)[:, 2].mean() > arm.elbow(plain.q)[:, 2].mean()
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_reachable_is_the_answer_of_solve(name: str) -> None:
+    arm = ARMS[name]
+    poses = arm.forward(postures(arm, 40, 32), undefined="nan")[0]
+    poses[20:, :3, 3] *= 1.3
+    held = arm.reachable(poses)
+    assert held[:20].all() and not held.all()
+    assert (held == arm.solve(poses).ok).all() and isinstance(arm.reachable(poses[0]), np.bool_)

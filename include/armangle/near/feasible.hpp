@@ -15,6 +15,7 @@
 #include "../limits/feasible.hpp"
 #include "corrected_motion.hpp"
 #include "hull.hpp"
+#include "posture_trail.hpp"
 
 namespace armangle {
 
@@ -26,8 +27,6 @@ inline constexpr int rounds = 3;                                 // over what is
 inline constexpr double narrowest[rounds] = {5e-3, 1e-3, 1e-4};  // rad: half width that is left to the next
 inline constexpr double shrunk = 0.7;  // of a stretch: what is open then is worth another look as it is
 inline constexpr int looks[rounds] = {800, 1000, 1200};  // of one pose and branch, all rounds together
-inline constexpr int hard = 2;                           // long searches for a first posture
-inline constexpr int lost = 30;                          // short ones from the last that led nowhere
 inline constexpr int depth = 24;                         // looks within looks; narrowest is reached before
 inline constexpr int root_steps = 8;
 }  // namespace near_rule
@@ -169,7 +168,13 @@ class ArcProof {
 public:
     ArcProof(const NearArm& arm, const Pose<double>& pose, const Triad<double>& on,
              const Configuration<double>& gc, const ThetaRanges& ranges, int only_joint) noexcept
-        : arm_(arm), pose_(pose), on_(on), gc_(gc), ranges_(ranges), only_(only_joint) {}
+        : arm_(arm),
+          pose_(pose),
+          on_(on),
+          gc_(gc),
+          ranges_(ranges),
+          only_(only_joint),
+          trail_(arm, pose, on, gc) {}
 
     void run(ProvenArcs& out) noexcept {
         out.unproven = 0;
@@ -422,14 +427,9 @@ private:
         const Several psi = Several::load(middle);
         const PsiPlane<Several> plane(spread<Several>(on_), sin_cos(psi));
         const Pose<Several> pose = spread<Several>(pose_);
-        Found<Several> found = find_posture(arm_, pose, plane, spread<Several>(gc_));
-        bool is_found[several] = {}, is_settled[several] = {}, some_narrow = false;
-        for (int k = 0; k < count; ++k) is_found[k] = found.left[k] <= near_rule::settled;
-        for (int k = 0; k < count; ++k) {
-            if (!is_found[k]) is_found[k] = follow_to(middle, k, is_found, found);
-            some_narrow |= is_found[k] && half[k] <= near_rule::widest_hull;
-        }
-        remember(middle, is_found, count, found);
+        bool is_found[several], is_settled[several] = {}, some_narrow = false;
+        const Found<Several> found = trail_.find(middle, count, plane, is_found);
+        for (int k = 0; k < count; ++k) some_narrow |= is_found[k] && half[k] <= near_rule::widest_hull;
         if (some_narrow) {
             Hull<Several> hull;
             const auto proven = prove_hull(arm_, pose, plane, found.angle, psi, Several::load(half), hull);
@@ -444,49 +444,6 @@ private:
                 settle_by_motion(now[k], found, k);
             else
                 halve(now[k]);
-        }
-    }
-
-    /// The posture of lane k from that of the nearest psi that has one; false where it does not lead there.
-    bool follow_to(const double (&psi)[several], int k, const bool (&is_found)[several],
-                   Found<Several>& found) noexcept {
-        int from = -1;
-        double way = begun_ ? abs(psi[k] - last_psi_) : infinity;
-        for (int i = 0; i < several; ++i) {
-            if (!(is_found[i] && abs(psi[k] - psi[i]) < way)) continue;
-            from = i;
-            way = abs(psi[k] - psi[i]);
-        }
-        const PsiPlane<double> plane(on_, sin_cos(psi[k]));
-        SinCos<double> angle[joints];
-        if (!(way < infinity)) {
-            if (hard_++ >= near_rule::hard) return false;
-            if (solve_angles(arm_, pose_, plane, gc_, angle) != Status::OK) return false;
-        } else {
-            if (lost_ >= near_rule::lost) return false;
-            for (int j = 0; j < joints; ++j)
-                angle[j] =
-                    from < 0 ? last_[j] : SinCos<double>{found.angle[j].sin[from], found.angle[j].cos[from]};
-            if (newton(arm_, pose_, plane, gc_, angle) != Status::OK) {
-                ++lost_;
-                return false;
-            }
-        }
-        for (int j = 0; j < joints; ++j) {
-            found.angle[j].sin.set(k, angle[j].sin);
-            found.angle[j].cos.set(k, angle[j].cos);
-        }
-        return true;
-    }
-
-    /// Keeps the last posture of those that were found.
-    void remember(const double (&psi)[several], const bool (&is_found)[several], int count,
-                  const Found<Several>& found) noexcept {
-        for (int k = 0; k < count; ++k) {
-            if (!is_found[k]) continue;
-            for (int j = 0; j < joints; ++j) last_[j] = {found.angle[j].sin[k], found.angle[j].cos[k]};
-            last_psi_ = psi[k];
-            begun_ = true;
         }
     }
 
@@ -655,10 +612,8 @@ private:
     Stretches<256> left_;  // to the next
     int round_ = 0;
     double unproven_ = 0;
-    int looks_ = 0, hard_ = 0, lost_ = 0;
-    bool begun_ = false;
-    SinCos<double> last_[joints];  // of the posture found last, and its psi
-    double last_psi_ = 0;
+    int looks_ = 0;
+    PostureTrail<several> trail_;
     Tag elbow_blocks_ = 0;    // the elbow's limit or margin that broke a cell
     bool only_elbow_ = true;  // and every other
 };

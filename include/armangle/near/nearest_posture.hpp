@@ -20,7 +20,9 @@ inline constexpr int first_pieces = 16;      // of the whole circle
 inline constexpr double widest_piece = 0.4;  // rad: half width of a piece that is looked at about its middle
 inline constexpr double polished = 1e-4;     // rad: half width of a piece that is polished
 inline constexpr double unproven = 2e-3;     // the same in a stretch that is not proven
-inline constexpr int polishes = 60;          // halvings, or golden sections, of a piece
+inline constexpr double sought = 0.1;        // rad: from one long search to the next where nothing is found
+inline constexpr double sought_beside = 0.01;  // and beside a posture that it finds
+inline constexpr int polishes = 60;            // halvings, or golden sections, of a piece
 inline constexpr double golden = 0.6180339887498949;
 inline constexpr double elbow_tie = 1e-12;  // rad, of joint 4 where it alone decides
 }  // namespace near_rule
@@ -64,6 +66,7 @@ public:
                 search();
             }
         }
+        if (best_.gc < 0) seek();
         if (best_.gc >= 0) return result();
         for (int gc = 0; gc < configurations; ++gc) ask(gc);
         out = nothing(status_);
@@ -85,6 +88,7 @@ public:
     }
 
 private:
+    // some eight more for each halving down to the narrowest, far below the capacity
     static constexpr int several = register_width, capacity = 512;
     using Several = Lane<several>;
 
@@ -247,30 +251,28 @@ private:
         for (int k = first; waiting_ < 2 * n + 2; ++k) {
             const double from = max(arc.lower, -pi + width * k), to = min(arc.upper, -pi + width * (k + 1));
             if (from > arc.upper || (from == arc.upper && waiting_ > 0)) break;
-            if (to >= from) wait({from, to, piece_least_[gc][(k % n + n) % n]});
+            if (to >= from) wait({from, to, piece_least_[gc][(k % n + n) % n]}, 0);
         }
-        while (waiting_ > 0) look(gc);
+        PostureTrail<several> trail(near_, pose_, on_, configuration(gc));
+        while (waiting_ > 0) look(gc, trail);
         open_ = false;
     }
 
-    /// Keeps a piece for a look, in order: the best last.
-    void wait(const Piece& piece) noexcept {
+    /// Keeps a piece for a look, among those from `base` on in order: the best is on top.
+    void wait(const Piece& piece, int base) noexcept {
         int k = waiting_++;
-        for (; k > 0 && piece_[k - 1].least < piece.least; --k) piece_[k] = piece_[k - 1];
+        for (; k > base && piece_[k - 1].least < piece.least; --k) piece_[k] = piece_[k - 1];
         piece_[k] = piece;
     }
 
-    /// Looks at the best pieces, several at once: each is done with, or waits in parts.
-    void look(int gc) noexcept {
+    /// Looks at the pieces on top, several at once: each is done with, or its parts wait above the others, so
+    /// that few wait.
+    void look(int gc, PostureTrail<several>& trail) noexcept {
         Piece now[several];
         int count = 0;
         while (waiting_ > 0 && count < several) {
             const Piece one = piece_[--waiting_];
-            if (dropped(one.least)) {
-                waiting_ = 0;  // those below are no better
-                break;
-            }
-            now[count++] = one;
+            if (!dropped(one.least)) now[count++] = one;
         }
         if (count == 0) return;
         double middle[several], half[several];
@@ -279,20 +281,20 @@ private:
             half[k] = now[k < count ? k : count - 1].half();
         }
         const Several psi = Several::load(middle);
-        const Triad<Several> on = spread<Several>(on_);
-        const PsiPlane<Several> plane(on, sin_cos(psi));
-        const Pose<Several> pose = spread<Several>(pose_);
-        Found<Several> found = find_posture(near_, pose, plane, spread<Several>(configuration(gc)));
+        const PsiPlane<Several> plane(spread<Several>(on_), sin_cos(psi));
+        bool is_found[several], narrow[several], some_narrow = false, improved[several];
+        Found<Several> found = trail.find(middle, count, plane, is_found);
         Spot at[several];
-        bool narrow[several], some_narrow = false, improved[several];
         for (int k = 0; k < count; ++k) {
             for (int j = 0; j < joints; ++j) at[k].angle[j] = {found.angle[j].sin[k], found.angle[j].cos[k]};
-            at[k].found = found.left[k] <= near_rule::settled ||
-                          (!open_ && solve_angles(near_, pose_, {on_, sin_cos(middle[k])}, configuration(gc),
-                                                  at[k].angle) == Status::OK);
-            for (int j = 0; j < joints; ++j) {
-                found.angle[j].sin.set(k, at[k].angle[j].sin);
-                found.angle[j].cos.set(k, at[k].angle[j].cos);
+            at[k].found = is_found[k];
+            if (!is_found[k] && !open_) {  // a proven stretch has one
+                at[k].found = solve_angles(near_, pose_, {on_, sin_cos(middle[k])}, configuration(gc),
+                                           at[k].angle) == Status::OK;
+                for (int j = 0; j < joints; ++j) {
+                    found.angle[j].sin.set(k, at[k].angle[j].sin);
+                    found.angle[j].cos.set(k, at[k].angle[j].cos);
+                }
             }
             finish(at[k]);
             const double before = best_.cost;
@@ -302,10 +304,11 @@ private:
         }
         Hull<Several> hulls;
         if (some_narrow) {
-            const auto proven = prove_hull(near_, pose, plane, found.angle, psi, Several::load(half), hulls);
+            const auto proven = prove_hull(near_, spread<Several>(pose_), plane, found.angle, psi,
+                                           Several::load(half), hulls);
             for (int k = 0; k < count; ++k) narrow[k] = narrow[k] && proven[k];
         }
-        const int parts = count + waiting_ < several / 2 ? several : 2;
+        const int parts = count + waiting_ < several / 2 ? several : 2, base = waiting_;
         const double narrowest = open_ ? near_rule::unproven : near_rule::polished;
         for (int k = 0; k < count; ++k) {
             double least = now[k].least;
@@ -325,16 +328,40 @@ private:
                 least = max(least, bound(c.theta, c.reach));
                 if (dropped(least)) continue;
             }
-            if (half[k] <= narrowest) {
+            if (half[k] <= narrowest || waiting_ + parts > capacity) {
                 if (!open_ || improved[k]) polish(gc, now[k].lower, now[k].upper);
                 continue;
             }
-            const int of = waiting_ + parts + 2 * several <= capacity ? parts : 2;
-            const double step = 2.0 * half[k] / of;
-            for (int i = 0; i < of; ++i)
-                wait({now[k].lower + i * step, i + 1 < of ? now[k].lower + (i + 1) * step : now[k].upper,
-                      least});
+            const double step = 2.0 * half[k] / parts;
+            for (int i = 0; i < parts; ++i) {
+                const bool last = i + 1 == parts;
+                const double from = now[k].lower + i * step;
+                wait({from, last ? now[k].upper : from + step, least}, base);
+            }
         }
+    }
+
+    /// Where nothing is found: postures of what is not proven by the long search, which leads to those that
+    /// the quick one and their neighbours do not.
+    void seek() noexcept {
+        if (scene_ || margin_ > 0) return;
+        for (int gc = 0; gc < configurations; ++gc) {
+            if (status_[gc] == Status::NEAR_SINGULAR) status_[gc] = Status::OK;  // as before it was asked
+            if (!ask(gc)) continue;
+            for (int i = 0; i < arcs_.open.count; ++i) {
+                const Arc& arc = arcs_.open.arc[i];
+                for (double psi = arc.lower; psi <= arc.upper; psi += near_rule::sought) {
+                    if (!spot(gc, psi).found) continue;
+                    const double from = max(arc.lower, psi - near_rule::sought),
+                                 to = min(arc.upper, psi + near_rule::sought);
+                    for (double beside = from; beside <= to; beside += near_rule::sought_beside)
+                        offer(gc, beside);
+                }
+            }
+        }
+        if (best_.gc < 0) return;
+        const double psi = best_.psi;
+        by_sections(best_.gc, psi - near_rule::sought_beside, psi + near_rule::sought_beside);
     }
 
     /// The end of a hull towards which the cost only falls: -1 or 1; 0 where it may turn, or jump to another
@@ -472,7 +499,7 @@ private:
     double elbow_most_ = infinity;  // what joint 4 may cost
     bool open_ = false;             // the stretch that is searched is not proven
     int waiting_ = 0;
-    Piece piece_[capacity];  // of the arc that is searched, by falling bounds
+    Piece piece_[capacity];  // of the arc that is searched
 };
 
 }  // namespace detail

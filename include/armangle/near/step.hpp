@@ -93,7 +93,7 @@ struct NearStep {
 /// singularities. A policy that asks for more than max_joint_step gets the psi on its way that fits. Where
 /// bounds leave no step to the pose the joints go as far towards it as they allow (PARTIAL), and nothing
 /// moves but what has to brake where a scene is asked too. Else nothing moves where the pose is not met; the
-/// branch is kept, and what is ahead is not asked.
+/// branch is kept, and what is ahead is not asked. A wish for the elbow is one for that of the nominal arm.
 inline Step step(const NearArm& arm, double margin, const double* q_now, const Pose<double>& pose,
                  const StepOptions& options) noexcept {
     const Arm& nominal = arm.nominal;
@@ -152,12 +152,14 @@ inline Step step(const NearArm& arm, double margin, const double* q_now, const P
         if (found.status != Status::OK) return stay(found.status);
     }
     const ArcSet& open = found.arcs;
-    Resolution next = resolve(options.policy, open, psi);
+    const Policy policy = detail::policy_on(
+        options, nominal,
+        self_motion(nominal, circle_on(nominal, on, flange_pose(nominal, exact)), configuration(gc)));
+    Resolution next = resolve(policy, open, psi);
     if (next.status != Status::OK) return stay(next.status);
     ArcSet soft;
     const bool asked = options.scene && options.scene->soft > 0;
-    if (asked && keep_soft(arm, *options.scene, exact, gc, open, psi, soft))
-        next = led(options.policy, soft, psi);
+    if (asked && keep_soft(arm, *options.scene, exact, gc, open, psi, soft)) next = led(policy, soft, psi);
     const detail::NearStep way{arm, exact, on, configuration(gc), q_now, here, options.max_joint_step};
     detail::Lifted to;
     next.status = way.at(next.psi, to);

@@ -903,7 +903,8 @@ class Arm(FrozenValue):
 
         In closed form: the elbow is on a circle about the axis shoulder-wrist. Limits are not asked: the
         nearest arm angle that keeps them is ``arm.feasible(pose, gc).nearest(psi)``, and for a moving arm
-        the policy `armangle.Towards`.
+        the policy `armangle.Towards`. Of an arm with a chain of its own the elbow is the nominal arm's, from
+        which the true one is off by `deviation`.
 
         Parameters
         ----------
@@ -948,7 +949,7 @@ class Arm(FrozenValue):
         batch, (poses, branches, targets) = self._branches(pose, gc, ("point or direction", target, 1))
         out = np.empty(batch)
         nan = chosen("undefined", undefined, _UNREACHABLE) == "nan"
-        self._handle.psi_towards_many(poses, branches, wish, targets, out, nan, as_threads(threads))
+        self.nominal._handle.psi_towards_many(poses, branches, wish, targets, out, nan, as_threads(threads))
         return out[()]
 
     # -- differential ------------------------------------------------------------------------------
@@ -1471,7 +1472,7 @@ class Arm(FrozenValue):
         Exact, by closed form, in less than a microsecond a pose of a batch; which branches and how much of
         them is `freedom`, and why not is `explain`. Beside straight hinges, where closed forms run out of
         digits, and with locked joints, it is the answer of `solve`, and may take some milliseconds
-        (docs: theory/feasible, isolated ψ).
+        (docs: theory/feasible, isolated ψ); so it is of an arm with a chain of its own.
 
         Parameters
         ----------
@@ -1499,6 +1500,10 @@ class Arm(FrozenValue):
         """
         margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
         poses = as_poses("pose", pose, self._handle)
+        if self.chain is not None:
+            seed = np.clip(0.0, self.lower, self.upper)
+            held = self.solve(poses, near=seed, singularity_margin=margin, threads=threads).ok
+            return np.asarray(held)[()]
         out = np.empty(poses.shape[:-2], np.int64)
         self._handle.reachable_many(poses, margin, out, as_threads(threads))
         return out.astype(np.bool_)[()]

@@ -105,9 +105,7 @@ class Solution(NamedTuple):
         where = f"pose{list(at)}: " if at else ""
         more = f" ({len(bad)} of {codes.size} poses have none)" if at else ""
         kind = UnreachableError if status in _OUT_OF_REACH else NoSolutionError
-        raise kind(
-            f"{where}{status.sentence}{more} arm.explain(pose) says by how much, and what would help."
-        )
+        raise kind(f"{where}{status.sentence}{more} arm.explain(pose) says by how much, and what would help.")
 
     def __repr__(self) -> str:
         """Return the fields of one pose to six digits; of a batch how many poses have a posture."""

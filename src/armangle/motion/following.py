@@ -150,7 +150,7 @@ def follow(
             carry=carry, singularity_margin=singularity_margin, lookahead=lookahead,
         )  # fmt: skip
     elif arm.chain is not None:
-        check_chain(arm, policy, outside, lookahead)
+        check_chain(outside, lookahead)
     options = _core.FollowOptions(
         native, branch, CARRIES[kept], most, margin, time, beyond == "nearest",
         on_fail=failing, lookahead=window,

@@ -70,15 +70,8 @@ def free_roll(arm: Arm, roll: Roll, name: str, joints: Floats, scene: object) ->
     return arm._handle.with_free_roll()
 
 
-def check_elbow_wish(arm: Arm, wished: object) -> None:
-    """Raise where the elbow of an arm with a chain of its own is wished to be somewhere."""
-    if arm.chain is not None and isinstance(wished, Towards) and wished.psi is None:
-        raise unsupported("Towards a point or direction")
-
-
-def check_chain(arm: Arm, policy: Policy, outside: Outside, lookahead: int = 0) -> None:
+def check_chain(outside: Outside, lookahead: int = 0) -> None:
     """Raise for what a step of an arm with a chain of its own cannot be asked."""
-    check_elbow_wish(arm, policy)
     if outside != "refuse":
         raise unsupported("outside=", "Tracker, which goes as near as it can")
     if lookahead:

@@ -23,7 +23,7 @@ from ..scenes.ready import Ready
 from ..scenes.scene import Scene, no_scene
 from ..status import Status
 from .joint_path import Curve, JointPath, blank_rows, even_parameters
-from .options import check_arm, check_elbow_wish, free_roll, positive
+from .options import check_arm, free_roll, positive
 from .paths import Path, Waypoints, as_path, sample_count
 from .policies import Towards
 from .rolling import best_planned, is_laddered
@@ -194,7 +194,6 @@ def plan(
     Source: Faria et al. (2018), Eqs. (12)-(35), over a whole path.
     """
     check_arm(arm)
-    check_elbow_wish(arm, psi)
     whole = as_path(path, blend)
     if whole is None:
         frames = as_poses("path", cast("ArrayLike", path), arm._handle)

@@ -287,7 +287,7 @@ def step(
         return _in_rad(arm, q_now, _asked(arm._handle.step_one, handle, q_now, pose, native, given, rest))
     bounds = None
     if arm.chain is not None:
-        check_chain(arm, policy, outside)
+        check_chain(outside)
     if velocity is not None or acceleration is not None:
         bounds = step_bounds(arm, velocity, acceleration, velocity_now, dt)
     ready = arm._scene(scene)
