@@ -46,6 +46,17 @@ def test_an_orientation_that_is_none_is_named(given: Any, error: type[Exception]
         aa.pose(xyz, **given)
 
 
+@pytest.mark.parametrize("given", [{"quat": UNIT}, {"euler": [0, 0, 0]}, {"R": np.eye(3)}])
+def test_an_orientation_is_given_by_its_convention(given: Any) -> None:
+    (name,) = given
+    with pytest.raises(
+        aa.InputError, match=rf"given {name}=, wanted by its convention: wxyz= \(a quaternion"
+    ):
+        aa.pose([0, 0, 0], **given)
+    with pytest.raises(aa.InputError, match="given without a name, wanted by its convention: .*xyzw="):
+        aa.pose([0, 0, 0], given[name])
+
+
 def test_a_place_that_is_none_is_named() -> None:
     with pytest.raises(aa.ShapeError, match=re.escape("xyz has shape (4,), wanted (..., 3): positions, m")):
         aa.pose([0, 0, 0, 1])
