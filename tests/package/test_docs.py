@@ -271,6 +271,24 @@ def test_nothing_runs_off_a_page(site: Path, browser: Any, width: int) -> None:
     assert len(pages) > 50 and not wrong, "\n".join(wrong)
 
 
+# Right edges (px) of the calls of the first table, and of the code before the first picture with all its lines.
+CALLS = """() => [...document.querySelectorAll('#which-function-do-i-need > .table-wrapper code')]
+    .map(call => call.getBoundingClientRect().right)"""
+FIRST_CODE = """() => [...document.querySelectorAll('article pre')].slice(0, 2)
+    .map(code => code.getBoundingClientRect().left + code.scrollWidth)"""
+
+
+@pytest.mark.parametrize(("name", "edges", "least"), [("index", FIRST_CODE, 2), ("which", CALLS, 25)])
+def test_on_a_phone_what_to_call_is_seen_whole(
+    site: Path, browser: Any, name: str, edges: str, least: int
+) -> None:
+    view = browser.new_page(viewport={"width": PHONE, "height": 900})
+    view.goto((site / f"{name}.html").as_uri())
+    found = view.evaluate(edges)
+    assert len(found) >= least and max(found) <= PHONE
+    view.close()
+
+
 def test_code_can_be_copied_without_prompts(site: Path, browser: Any) -> None:
     view = browser.new_page()
     view.goto((site / "which.html").as_uri())

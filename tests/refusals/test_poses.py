@@ -53,7 +53,7 @@ def test_an_orientation_is_given_by_its_convention(given: Any) -> None:
         aa.InputError, match=rf"given {name}=, wanted by its convention: wxyz= \(a quaternion"
     ):
         aa.pose([0, 0, 0], **given)
-    with pytest.raises(aa.InputError, match="given without a name, wanted by its convention: .*xyzw="):
+    with pytest.raises(aa.InputError, match=r"given without a name, wanted by its convention: .*xyzw="):
         aa.pose([0, 0, 0], given[name])
 
 
