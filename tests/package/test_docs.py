@@ -271,7 +271,7 @@ def test_nothing_runs_off_a_page(site: Path, browser: Any, width: int) -> None:
     assert len(pages) > 50 and not wrong, "\n".join(wrong)
 
 
-# Right edges (px) of the calls of the first table, and of the code before the first picture with all its lines.
+# Right edges (px) of the calls of the first table, and of the code before the first picture.
 CALLS = """() => [...document.querySelectorAll('#which-function-do-i-need > .table-wrapper code')]
     .map(call => call.getBoundingClientRect().right)"""
 FIRST_CODE = """() => [...document.querySelectorAll('article pre')].slice(0, 2)
@@ -286,6 +286,16 @@ def test_on_a_phone_what_to_call_is_seen_whole(
     view.goto((site / f"{name}.html").as_uri())
     found = view.evaluate(edges)
     assert len(found) >= least and max(found) <= PHONE
+    view.close()
+
+
+def test_the_cheat_sheet_is_one_sheet(site: Path, browser: Any) -> None:
+    view = browser.new_page()
+    view.goto((site / "cheatsheet.html").as_uri())
+    printed = view.pdf(prefer_css_page_size=True)
+    assert len(re.findall(rb"/Type\s*/Page\b", printed)) == 1
+    view.goto((site / "which.html").as_uri())  # another page is many, so they are counted
+    assert len(re.findall(rb"/Type\s*/Page\b", view.pdf())) > 1
     view.close()
 
 
