@@ -265,6 +265,15 @@ def test_an_arm_is_frozen() -> None:
         ARM.lower[0] = 1.0
 
 
+@pytest.mark.parametrize("word", ["policy", "near", "seed", "velocity", "lookahead"])
+def test_plan_says_which_function_takes_what_it_does_not(word: str) -> None:
+    pose = ARM.forward(Q)[0]
+    with pytest.raises(aa.InputError, match=rf"plan of an Arm takes no {word}=: \w"):
+        aa.plan(ARM, [pose, pose], **{word: aa.Hold()})
+    with pytest.raises(TypeError, match="unexpected"):
+        aa.plan(ARM, [pose, pose], nonsense=1)  # type: ignore[call-arg]  # wrong on purpose
+
+
 def test_a_pose_alone_has_no_inverse_and_is_told_what_has() -> None:
     pose, psi, gc = ARM.forward(Q)
     for given in ((), (psi,), (None, gc)):
