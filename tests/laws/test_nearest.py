@@ -549,7 +549,7 @@ def test_solutions_are_postures_or_none(name: str, q: list[float], locked: list[
     assert np.isfinite(everyone.q).all() and (everyone.gc >= 0).all()
 
 
-@pytest.mark.parametrize("word", ["psi", "seed", "q0"])
+@pytest.mark.parametrize("word", ["psi", "seed", "q0", "unreachable", "limits"])
 def test_solve_says_which_function_takes_what_it_does_not(word: str) -> None:
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     pose = arm.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])[0]

@@ -92,6 +92,8 @@ _KEYWORDS = {
     "psi": "inverse(pose, psi, gc) does; allowed=ArcSet([(psi, psi)]) keeps the search to one",
     "seed": "near= is the seed",
     "q0": "near= is the seed",
+    "unreachable": "it never raises on geometry: status says why, q is NaN, and raise_for_status() raises",
+    "limits": "it never leaves them; inverse(pose, psi, gc) takes limits=",
     "roll": "solve(pose, near, roll='free') does, and feasible_roll(pose) gives every roll",
     "outside": "solve(pose, near, outside='nearest') does",
     "length": "solve(pose, near, outside='nearest', length=) does",
