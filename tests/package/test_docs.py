@@ -4,11 +4,14 @@ import doctest
 import inspect
 import json
 import re
+import runpy
 import shutil
 import subprocess
 import sys
 import zlib
 from collections.abc import Iterator
+from email.message import Message
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -65,6 +68,24 @@ def missing_headers(text: str) -> list[str]:
     return sorted(
         n for n in named if not any(h.endswith("/" + n) for h in headers) and not n.startswith("kdl/")
     )
+
+
+OF_THE_PAPER = re.compile(r"\b[Ee]qs?\. ?\(|\b[Ff]ig(s?\.|ure) ?\d|\b[Ss]ection \d|\bTable \d")
+ABOUT_THE_PAPER = {"docs/errata.md", "docs/scheme.md", "docs/changelog.md"}
+
+
+@pytest.mark.parametrize("name", [page for page in PAGES if not {"theory", "_made"} & {*page.split("/")}])
+def test_numbers_of_the_paper_are_in_the_theory_pages(name: str) -> None:
+    text = (ROOT / name).read_text(encoding="utf-8")
+    assert name in ABOUT_THE_PAPER or not OF_THE_PAPER.search(text)
+
+
+def test_the_pages_link_to_the_repository_that_is_stated(monkeypatch: pytest.MonkeyPatch) -> None:
+    stated = Message()
+    stated["Project-URL"] = "Repository, https://example.org/armangle"
+    monkeypatch.setattr(metadata, "metadata", lambda _: stated)
+    options = runpy.run_path(str(DOCS / "conf.py"))["html_theme_options"]
+    assert options["source_repository"] == "https://example.org/armangle"
 
 
 @pytest.mark.parametrize("path", SPOKEN, ids=str)
