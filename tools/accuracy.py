@@ -170,7 +170,7 @@ at an end where dq/dψ is large it is the rounding of ψ times that slope.
 
 ## Against 50 digits
 
-The same families, judged by mpmath: forward kinematics as a product of the DH matrices of Table 1
+The same families, judged by mpmath: forward kinematics as a product of the DH matrices
 (largest error of an entry of the pose, m or 1), and ψ by the elbow axis from the *rounded* pose
 that the library returned.
 Where the wrist is close to the base axis, or the arm is stretched, the rounding of that pose alone moves ψ.

@@ -207,7 +207,7 @@ def base_tool() -> Figure:
             va="center",
             bbox={"boxstyle": "round,pad=0.5", "fc": "#f2f2f2", "ec": GREY},
         )
-    for i, name in enumerate(("arm.base", "Table 1 at θ = s q + o", "arm.tool")):
+    for i, name in enumerate(("arm.base", "DH chain at θ = s q + o", "arm.tool")):
         ax.annotate("", (3 * i + 2.1, 0), (3 * i + 0.9, 0), arrowprops={"arrowstyle": "-|>", "color": BLACK})
         ax.text(3 * i + 1.5, 0.36, name, ha="center", fontsize=8.5)
     ax.annotate("", (8.3, -0.75), (0.7, -0.75), arrowprops={"arrowstyle": "-|>", "color": BLUE})

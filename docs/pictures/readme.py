@@ -50,30 +50,30 @@ def draw() -> plt.Figure:
     for name, point, shift in zip(
         ("base", "shoulder", "elbow", "wrist", "tool"),
         points,
-        ((0.0, -0.19, 0.02), (0.0, -0.12, 0.0), (0.0, -0.12, 0.0), (0.0, 0.06, 0.05), (0.0, 0.08, -0.02)),
+        ((0.0, -0.20, 0.02), (0.0, -0.15, 0.0), (0.0, -0.13, 0.0), (0.0, 0.08, 0.06), (0.0, 0.09, -0.03)),
         strict=True,
     ):
-        space.text(*(point + shift), name, ha="center", va="center", fontsize=12, zorder=9)
+        space.text(*(point + shift), name, ha="center", va="center", fontsize=15, zorder=9)
     space.set_axis_off()
     space.set_title("")
     space.view_init(azim=-35, elev=18)
-    words = {"feasible": "free: the elbow may be here"}
-    words |= {f"blocked by joint {j}": f"blocked: joint {j} beyond its limit" for j in range(1, 8)}
+    words = {"feasible": "free for the elbow"}
+    words |= {f"blocked by joint {j}": f"joint {j} beyond its limit" for j in range(1, 8)}
     drawn = dict(zip(names, handles, strict=True))
     shown = [(drawn[name], text) for name, text in words.items() if name in drawn]
     for line, _ in shown:
         line.set(linewidth=4)
     figure.legend(
         *zip(*shown, strict=True),
-        title="The circle of the elbow,\nfor one pose of the tool:",
+        title="The circle of the elbow\nwhile the tool stands still:",
         alignment="left",
         loc="center left",
-        bbox_to_anchor=(0.61, 0.62),
+        bbox_to_anchor=(0.54, 0.62),
         frameon=False,
-        fontsize=11,
-        title_fontproperties={"size": 12, "weight": "bold"},
+        fontsize=15,
+        title_fontproperties={"size": 15, "weight": "bold"},
     )
-    figure.text(0.62, 0.30, "pale: other postures of the same pose", fontsize=11, color="#6B7688")
+    figure.text(0.561, 0.18, "pale: other postures\nof the same pose", fontsize=15, color="#6B7688")
     return figure
 
 

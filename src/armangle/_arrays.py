@@ -140,8 +140,8 @@ def _tensor(name: str, value: Any) -> str:
     libraries = {kind.__module__.partition(".")[0] for kind in kinds}
     if libraries & {"jax", "jaxlib"} and any("Tracer" in kind.__name__ for kind in kinds):
         return (
-            f"{name} is a JAX tracer, and armangle cannot be traced: "
-            "call it outside jit, grad and vmap, or through jax.pure_callback"
+            f"{name} is a JAX tracer, wanted numbers in memory: "
+            "armangle.jax.Kinematics(arm) works inside jit, grad and vmap; call what it has not outside them"
         )
     if "torch" in libraries:
         calls = [".detach()"] if getattr(value, "requires_grad", False) else []
@@ -149,7 +149,10 @@ def _tensor(name: str, value: Any) -> str:
         calls += [".cpu()"] if device != "cpu" else []
         if calls:
             why = "a tensor with gradients" if device == "cpu" else f"a tensor on {device}"
-            return f"{name} is {why}, wanted numbers in memory: {name}{''.join(calls)}"
+            traced = ", or armangle.torch.Kinematics(arm), through which gradients go" * (
+                ".detach()" in calls
+            )
+            return f"{name} is {why}, wanted numbers in memory: {name}{''.join(calls)}{traced}"
     if "cupy" in libraries:
         return f"{name} is an array on a GPU, wanted numbers in memory: {name}.get()"
     return ""

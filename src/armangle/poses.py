@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Never
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -19,18 +21,23 @@ _ORIENTATIONS = {
     "rpy": (Orientation.RPY, 3, ": roll pitch yaw, rad"),
     "rotvec": (Orientation.ROTVEC, 3, ": an axis times the angle about it, rad"),
 }
+_CONVENTIONS = (
+    "wxyz= (a quaternion, the real part first), xyzw= (the real part last), rpy= (rad, about the fixed axes "
+    "x, then y, then z), rotvec= (axis times angle, rad) or matrix= (3 x 3)"
+)
 _MOST_TURNS = 8 * np.pi
 """Angles beyond this are no turns that were counted on but degrees, rad."""
 
 
 def pose(
     xyz: ArrayLike,
-    *,
+    *unnamed: Never,
     wxyz: ArrayLike | None = None,
     xyzw: ArrayLike | None = None,
     rpy: ArrayLike | None = None,
     rotvec: ArrayLike | None = None,
     matrix: ArrayLike | None = None,
+    **unknown: Never,
 ) -> Floats:
     """Return poses of positions and orientations, as everything here takes them.
 
@@ -61,7 +68,8 @@ def pose(
     Raises
     ------
     InputError
-        If two orientations are given, a quaternion is not unit, or angles look like degrees.
+        If two orientations are given, or one without a name of those above; if a quaternion is not unit, or
+        angles look like degrees.
     ShapeError, NotFiniteError, NotRotationError
 
     Examples
@@ -71,6 +79,9 @@ def pose(
     >>> pose([[0.5, 0.0, 0.4], [0.5, 0.1, 0.4]], wxyz=[0.0, 1.0, 0.0, 0.0]).shape
     (2, 4, 4)
     """
+    if unnamed or unknown:
+        given_as = ", ".join(f"{name}=" for name in unknown) or "without a name"
+        raise InputError(f"the orientation is given {given_as}, wanted by its convention: {_CONVENTIONS}")
     named = {"wxyz": wxyz, "xyzw": xyzw, "rpy": rpy, "rotvec": rotvec, "matrix": matrix}
     given = {name: value for name, value in named.items() if value is not None}
     if len(given) > 1:

@@ -52,9 +52,11 @@ def beside_singular(seed: int, counts: Counter[str]) -> int:
 def main(seconds: float, seed: int) -> int:
     """Run until the time is over; print every case that the grid solves better, and return how many."""
     beside: Counter[str] = Counter()
+    kinds: Counter[str] = Counter()
     start, tried, without, rounded, worse, most = time.monotonic(), 0, 0, 0, 0, -np.inf
     while time.monotonic() - start < seconds:
         for case in cases(BATCH, seed):
+            kinds.update(case.kinds())
             best = brute_force(case, GRID)
             more = excess(case, best)
             tried, without = tried + 1, without + np.isnan(more)
@@ -72,7 +74,8 @@ def main(seconds: float, seed: int) -> int:
         worse += beside_singular(seed, beside)
         seed += 1
         counts = f"{without} without a posture, {rounded} decided by rounding, {worse} worse"
-        print(f"{tried} cases, {counts}; the others at most {most:.1e}; {dict(beside)}", flush=True)
+        of = ", ".join(f"{count} {kind}" for kind, count in kinds.items())
+        print(f"{tried} cases ({of}), {counts}; the others at most {most:.1e}; {dict(beside)}", flush=True)
     return worse
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -37,6 +38,11 @@ def test_no_grid_finds_a_nearer_posture(case: Case) -> None:
     assert abs(cost_of(case, each[0]) - cost_of(case, found)) <= 1e-9 or cost_of(case, found) < cost_of(
         case, each[0]
     )
+
+
+def test_the_law_draws_every_hard_kind_of_case() -> None:
+    kinds = Counter(kind for case in cases(200, draw.SEED) for kind in case.kinds())
+    assert len(kinds) == 4 and min(kinds.values()) > 30
 
 
 @pytest.mark.parametrize("case", cases(draw.count(60), draw.SEED + 1), ids=str)
@@ -543,7 +549,7 @@ def test_solutions_are_postures_or_none(name: str, q: list[float], locked: list[
     assert np.isfinite(everyone.q).all() and (everyone.gc >= 0).all()
 
 
-@pytest.mark.parametrize("word", ["psi", "seed", "q0"])
+@pytest.mark.parametrize("word", ["psi", "seed", "q0", "unreachable", "limits"])
 def test_solve_says_which_function_takes_what_it_does_not(word: str) -> None:
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     pose = arm.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])[0]

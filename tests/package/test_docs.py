@@ -4,11 +4,14 @@ import doctest
 import inspect
 import json
 import re
+import runpy
 import shutil
 import subprocess
 import sys
 import zlib
 from collections.abc import Iterator
+from email.message import Message
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -65,6 +68,24 @@ def missing_headers(text: str) -> list[str]:
     return sorted(
         n for n in named if not any(h.endswith("/" + n) for h in headers) and not n.startswith("kdl/")
     )
+
+
+OF_THE_PAPER = re.compile(r"\b[Ee]qs?\. ?\(|\b[Ff]ig(s?\.|ure) ?\d|\b[Ss]ection \d|\bTable \d")
+ABOUT_THE_PAPER = {"docs/errata.md", "docs/scheme.md", "docs/changelog.md"}
+
+
+@pytest.mark.parametrize("name", [page for page in PAGES if not {"theory", "_made"} & {*page.split("/")}])
+def test_numbers_of_the_paper_are_in_the_theory_pages(name: str) -> None:
+    text = (ROOT / name).read_text(encoding="utf-8")
+    assert name in ABOUT_THE_PAPER or not OF_THE_PAPER.search(text)
+
+
+def test_the_pages_link_to_the_repository_that_is_stated(monkeypatch: pytest.MonkeyPatch) -> None:
+    stated = Message()
+    stated["Project-URL"] = "Repository, https://example.org/armangle"
+    monkeypatch.setattr(metadata, "metadata", lambda _: stated)
+    options = runpy.run_path(str(DOCS / "conf.py"))["html_theme_options"]
+    assert options["source_repository"] == "https://example.org/armangle"
 
 
 @pytest.mark.parametrize("path", SPOKEN, ids=str)
@@ -269,6 +290,34 @@ def test_nothing_runs_off_a_page(site: Path, browser: Any, width: int) -> None:
             wrong.append(f"{path.relative_to(site)}: longer than its box:\n{view.evaluate(CUT)[0]}")
     view.close()
     assert len(pages) > 50 and not wrong, "\n".join(wrong)
+
+
+# Right edges (px) of the calls of the first table, and of the code before the first picture.
+CALLS = """() => [...document.querySelectorAll('#which-function-do-i-need > .table-wrapper code')]
+    .map(call => call.getBoundingClientRect().right)"""
+FIRST_CODE = """() => [...document.querySelectorAll('article pre')].slice(0, 2)
+    .map(code => code.getBoundingClientRect().left + code.scrollWidth)"""
+
+
+@pytest.mark.parametrize(("name", "edges", "least"), [("index", FIRST_CODE, 2), ("which", CALLS, 25)])
+def test_on_a_phone_what_to_call_is_seen_whole(
+    site: Path, browser: Any, name: str, edges: str, least: int
+) -> None:
+    view = browser.new_page(viewport={"width": PHONE, "height": 900})
+    view.goto((site / f"{name}.html").as_uri())
+    found = view.evaluate(edges)
+    assert len(found) >= least and max(found) <= PHONE
+    view.close()
+
+
+def test_the_cheat_sheet_is_one_sheet(site: Path, browser: Any) -> None:
+    view = browser.new_page()
+    view.goto((site / "cheatsheet.html").as_uri())
+    printed = view.pdf(prefer_css_page_size=True)
+    assert len(re.findall(rb"/Type\s*/Page\b", printed)) == 1
+    view.goto((site / "which.html").as_uri())  # another page is many, so they are counted
+    assert len(re.findall(rb"/Type\s*/Page\b", view.pdf())) > 1
+    view.close()
 
 
 def test_code_can_be_copied_without_prompts(site: Path, browser: Any) -> None:

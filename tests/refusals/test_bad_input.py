@@ -222,6 +222,8 @@ BAD_HERE: dict[tuple[str, str], list[Any]] = {
     ("retime", "path"): ["nonsense", None, 0.5, POSE],
     ("gc_index", "signs"): ["nonsense", object(), None, [1, 1], [1, 1, 0], [1, NAN, 1], 1],
     ("nearest_rotation", "pose"): [*WORDS, 0.1, POSE[:3], changed(POSE, NAN), changed(POSE, INF)],
+    ("pose", "unnamed"): [[1.0, 0.0, 0.0, 0.0], None],
+    ("pose", "unknown"): [[1.0, 0.0, 0.0, 0.0], None],
     ("pose", "xyz"): [*WORDS, 0.1, [1.0, 2.0], [NAN, 0.0, 0.0], [0.0, INF, 0.0], [1j] * 3],
     **{
         ("pose", name): [

@@ -263,3 +263,39 @@ def test_an_arm_is_frozen() -> None:
         ARM.d_se = 1.0
     with pytest.raises(ValueError, match="read-only"):
         ARM.lower[0] = 1.0
+
+
+@pytest.mark.parametrize("word", ["policy", "near", "seed", "velocity", "lookahead"])
+def test_plan_says_which_function_takes_what_it_does_not(word: str) -> None:
+    pose = ARM.forward(Q)[0]
+    with pytest.raises(aa.InputError, match=rf"plan of an Arm takes no {word}=: \w"):
+        aa.plan(ARM, [pose, pose], **{word: aa.Hold()})
+    with pytest.raises(TypeError, match="unexpected"):
+        aa.plan(ARM, [pose, pose], nonsense=1)  # type: ignore[call-arg]  # wrong on purpose
+
+
+def test_a_pose_alone_has_no_inverse_and_is_told_what_has() -> None:
+    pose, psi, gc = ARM.forward(Q)
+    for given in ((), (psi,), (None, gc)):
+        with pytest.raises(aa.InputError, match=r"inverse is of a pose, psi and gc.*solve\(pose, near=q\)"):
+            ARM.inverse(pose, *given)
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("ik", r"'Arm' object has no attribute 'ik': solve\(pose, near=q\) finds the nearest"),
+        ("closest", r"solve\(pose, near=q\)"),
+        ("fkine", r"forward\(q\)"),
+        ("nullspace", r"self_motion\(pose, psi, gc\)"),
+        ("jacob0", r"jacobian\(q\)"),
+        ("plan", r"it is a function: armangle.plan\(arm, ...\)"),
+        ("limits", "lower and upper"),
+        ("colour", "no attribute 'colour'$"),
+    ],
+)
+def test_names_of_other_libraries_are_told_their_name_here(name: str, words: str) -> None:
+    with pytest.raises(AttributeError, match=words) as error:
+        getattr(ARM, name)
+    assert error.value.name == name  # so that Python suggests what is spelled alike
+    assert not hasattr(ARM, name) and getattr(ARM, name, None) is None

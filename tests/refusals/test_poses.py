@@ -46,6 +46,17 @@ def test_an_orientation_that_is_none_is_named(given: Any, error: type[Exception]
         aa.pose(xyz, **given)
 
 
+@pytest.mark.parametrize("given", [{"quat": UNIT}, {"euler": [0, 0, 0]}, {"R": np.eye(3)}])
+def test_an_orientation_is_given_by_its_convention(given: Any) -> None:
+    (name,) = given
+    with pytest.raises(
+        aa.InputError, match=rf"given {name}=, wanted by its convention: wxyz= \(a quaternion"
+    ):
+        aa.pose([0, 0, 0], **given)
+    with pytest.raises(aa.InputError, match=r"given without a name, wanted by its convention: .*xyzw="):
+        aa.pose([0, 0, 0], given[name])
+
+
 def test_a_place_that_is_none_is_named() -> None:
     with pytest.raises(aa.ShapeError, match=re.escape("xyz has shape (4,), wanted (..., 3): positions, m")):
         aa.pose([0, 0, 0, 1])
@@ -107,13 +118,13 @@ def fake(module: str, name: str, **attributes: Any) -> Any:
     ("value", "message"),
     [
         (fake("torch", "Tensor", requires_grad=True, device="cpu"),
-         "pose is a tensor with gradients, wanted numbers in memory: pose.detach()"),
+         "pose is a tensor with gradients, wanted numbers in memory: pose.detach(), or armangle.torch.Kine"),
         (fake("torch", "Tensor", requires_grad=False, device="cuda:0"),
          "pose is a tensor on cuda:0, wanted numbers in memory: pose.cpu()"),
         (fake("torch.nn.parameter", "Parameter", requires_grad=True, device="cuda:0"),
-         "pose is a tensor on cuda:0, wanted numbers in memory: pose.detach().cpu()"),
+         "pose is a tensor on cuda:0, wanted numbers in memory: pose.detach().cpu(), or armangle.torch.Kine"),
         (fake("jax._src.interpreters.partial_eval", "DynamicJaxprTracer"),
-         "pose is a JAX tracer, and armangle cannot be traced"),
+         "pose is a JAX tracer, wanted numbers in memory: armangle.jax.Kinematics(arm) works inside jit"),
         (fake("cupy", "ndarray"), "pose is an array on a GPU, wanted numbers in memory: pose.get()"),
         (fake("elsewhere", "Thing"), "pose is not an array of real numbers, wanted shape (..., 4, 4)"),
     ],

@@ -31,6 +31,19 @@ class Case:
     gc: tuple[int, ...] = tuple(range(8))
     allowed: aa.ArcSet | None = None
     singularity_margin: float = 0.0
+    straight: tuple[int, ...] = ()
+    """Which of joints 2, 4, 6 are exactly singular in the posture that the pose came from, counted from 0."""
+
+    def kinds(self) -> list[str]:
+        """Return what makes the case one of a hard kind."""
+        arm = self.arm
+        hard = {
+            "with an offset elbow": bool(arm.a_3 or arm.a_4),
+            "with limits of one sign": bool(((arm.lower > 0) | (arm.upper < 0)).any()),
+            "with a range over a turn": bool((arm.upper - arm.lower > 2 * np.pi).any()),
+            "exactly singular": bool(self.straight),
+        }
+        return [kind for kind, is_so in hard.items() if is_so]
 
     def __str__(self) -> str:
         return f"{self.number}-{self.prefer}-{self.metric}"
@@ -115,7 +128,7 @@ def cases(count: int, seed: int) -> list[Case]:
         weight = rng.uniform(0, 2, 7) if rng.random() < 0.3 else np.ones(7)
         metric: Any = str(rng.choice(["l2", "l2", "max"]))
         prefer: Any = str(rng.choice(["near", "near", "near", "margin"]))
-        out.append(Case(number, arm, pose, near, weight, metric, prefer))
+        out.append(Case(number, arm, pose, near, weight, metric, prefer, straight=tuple(singular)))
     return out
 
 

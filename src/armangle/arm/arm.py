@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import MISSING, Field, fields, replace
 from inspect import Parameter, Signature
-from typing import Any, Literal, Never, TypedDict, Unpack, cast, final
+from typing import TYPE_CHECKING, Any, Literal, Never, TypedDict, Unpack, cast, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -98,11 +98,23 @@ _KEYWORDS = {
     "psi": "inverse(pose, psi, gc) does; allowed=ArcSet([(psi, psi)]) keeps the search to one",
     "seed": "near= is the seed",
     "q0": "near= is the seed",
+    "unreachable": "it never raises on geometry: status says why, q is NaN, and raise_for_status() raises",
+    "limits": "it never leaves them; inverse(pose, psi, gc) takes limits=",
     "roll": "solve(pose, near, roll='free') does, and feasible_roll(pose) gives every roll",
     "outside": "solve(pose, near, outside='nearest') does",
     "length": "solve(pose, near, outside='nearest', length=) does",
 }
 _names_keywords = names_keywords("Arm", _KEYWORDS)
+_NEAREST = "solve(pose, near=q) finds the nearest posture of all, solutions(pose, near=q) one for each way"
+_ELSEWHERE = {
+    **dict.fromkeys(("ik", "inverse_kinematics", "nearest", "closest", "ikine", "ik_LM"), _NEAREST),
+    **dict.fromkeys(("fk", "forward_kinematics", "fkine"), "forward(q) gives pose, psi and gc"),
+    **dict.fromkeys(("null_space", "nullspace"), "self_motion(pose, psi, gc) is its direction, dq/dpsi"),
+    **dict.fromkeys(("jacob0", "jac"), "jacobian(q), (..., 6, 7)"),
+    **dict.fromkeys(("step", "follow", "plan"), "it is a function: armangle.{name}(arm, ...)"),
+    "limits": "lower and upper, (7,) each",
+}
+"""What to use in place of names that other libraries have, or that stand elsewhere."""
 _OPTIONAL = (*JOINT_ROWS, *FRAMES, "joint_names", "chain")  # None stands for the default
 
 
@@ -247,6 +259,15 @@ class Arm(FrozenValue):
     import_report: ImportReport | None
     _handle: _core.Arm
     _ready: tuple[Scene, Ready] | None  # the scene asked last, made ready
+
+    if not TYPE_CHECKING:  # a type checker is to know the attributes that there are
+
+        def __getattr__(self, name: str) -> Never:
+            """Raise what a name of another library is called here."""
+            told = f"{type(self).__name__!r} object has no attribute {name!r}"
+            if name in _ELSEWHERE:
+                told += f": {_ELSEWHERE[name].format(name=name)}"
+            raise AttributeError(told, name=name, obj=self)
 
     def __init__(self, *unnamed: Never, **numbers: Unpack[ArmArguments]) -> None:
         if unnamed:
@@ -669,8 +690,8 @@ class Arm(FrozenValue):
     def inverse(
         self,
         pose: ArrayLike,
-        psi: ArrayLike,
-        gc: ArrayLike,
+        psi: ArrayLike | None = None,
+        gc: ArrayLike | None = None,
         *,
         seed: ArrayLike | None = None,
         limits: Enforce = "ignore",
@@ -685,7 +706,8 @@ class Arm(FrozenValue):
         pose : array_like, shape (..., 4, 4)
             Tool frame, position in m; rotations orthonormal within 1e-6 are solved as given.
         psi : array_like, shape (...)
-            Arm angle, rad, any real.
+            Arm angle, rad, any real. Needed, as gc is: without them the error says what finds a posture of a
+            pose alone.
         gc : array_like of int, shape (...)
             Global configuration 0..7.
         seed : array_like, shape (..., 7), optional
@@ -710,6 +732,8 @@ class Arm(FrozenValue):
         ------
         ShapeError, NotFiniteError, NotRotationError, ConfigurationError
             If an argument is not usable.
+        InputError
+            Without psi or gc.
         UnreachableError
             If a pose is out of reach: by how many mm.
         LimitError
@@ -730,14 +754,20 @@ class Arm(FrozenValue):
     def _inverse(
         self,
         pose: ArrayLike,
-        psi: ArrayLike,
-        gc: ArrayLike,
+        psi: ArrayLike | None,
+        gc: ArrayLike | None,
         seed: ArrayLike | None,
         limits: Enforce,
         unreachable: Unreachable,
         out: Floats | None,
         threads: int,
     ) -> Floats:
+        if psi is None or gc is None:
+            raise InputError(
+                "inverse is of a pose, psi and gc: which of its many postures is meant. "
+                "solve(pose, near=q) finds the nearest of all, best(pose) the farthest from its limits, "
+                "solutions(pose) one for each way to hold it"
+            )
         seeds = [] if seed is None else [("seed", as_floats("seed", seed, (JOINTS,)), 1)]
         beyond = _ENFORCE[chosen("limits", limits, _ENFORCE)]
         out_of_reach = _ENFORCE[chosen("unreachable", unreachable, _UNREACHABLE)]

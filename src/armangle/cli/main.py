@@ -16,12 +16,12 @@ from ..errors import ArmangleError, MissingExtraError, OutputError, PathError, U
 from .tables import paragraph
 
 COMMANDS = {
-    "demo": "run the paper's example and draw figure 13",
+    "demo": "see it work: an arm close to its limits goes along a line, five ways",
     "robots": "list the arms of the catalogue",
     "inspect": "read an arm from URDF or MJCF: is it S-R-S, and how exactly",
     "body": "balls and capsules that contain a robot's collision shapes",
     "fk": "joints to pose, arm angle and global configuration",
-    "ik": "pose, arm angle and global configuration to joints",
+    "ik": "a pose to joints: the nearest, all, or those of an arm angle and branch",
     "arcs": "the arm angles that keep all joints within their limits",
     "follow": "step along a file of poses",
     "plan": "plan a whole file of poses, proven between them, or say why not",

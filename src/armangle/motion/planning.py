@@ -15,6 +15,7 @@ from ..arm.allowed import Allowed, one_allowed
 from ..arm.arcs import ArcSet
 from ..arm.arm import MOST_MARGIN, Arm
 from ..arm.diagnosis import Diagnosis, Verdict, branch_of
+from ..arm.keywords import names_keywords
 from ..arm.near import unsupported
 from ..arm.roll import Roll, last_margin
 from ..errors import ConfigurationError, InputError, NotFiniteError, SceneError, ShapeError
@@ -94,8 +95,16 @@ class Objective:
 
 
 _DEFAULT_OBJECTIVE = Objective()
+_KEYWORDS = {
+    "policy": "psi= takes what is wished of the elbow, a Towards or ψ itself; follow takes policies",
+    "near": "start= and goal= are the joints at its ends",
+    "seed": "start= and goal= are the joints at its ends",
+    "velocity": "retime(path, velocity=, acceleration=) gives it times, Objective(duration=) makes it fast",
+    "lookahead": "it sees the whole path; follow(lookahead=) sees some poses ahead",
+}
 
 
+@names_keywords("Arm", _KEYWORDS)
 def plan(
     arm: Arm,
     path: Path | Sequence[Path] | ArrayLike,
