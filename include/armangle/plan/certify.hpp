@@ -121,7 +121,8 @@ struct Claim {
     const Curve& curve;
     const Limits& limits;                   // to prove
     const ArcSet* allowed;                  // of psi, to prove; null: any
-    double sine_square;                     // of the singularity margin
+    double asked_margin;                    // to singularities (rad) ...
+    double sine_square, shut_square;        // ... and what is proven of it, and beside a hinge that was shut
     bool stretched[2];                      // whether the curve begins (ends) with the arm stretched
     HalfTurn hinge[2][2], elbow;            // of joints 2 and 6: of positive and negative theta
     double hinge_lower[2], hinge_upper[2];  // theta, drawn in by the slack, its turns left out
@@ -131,10 +132,11 @@ struct Claim {
     SinCos<Interval> at_lower[pivots], at_upper[pivots];
 
     Claim(const Curve& c, const Limits& l, double margin, const ArcSet* arcs) noexcept
-        : curve(c), limits(l), allowed(arcs) {
+        : curve(c), limits(l), allowed(arcs), asked_margin(margin) {
         const Arm& arm = c.arm;
         const Interval sine = sin_cos(Interval(max(margin, proof::least_margin))).sin;
         sine_square = square(sine).hi;
+        shut_square = curve_rule::shut * curve_rule::shut;
         const Stretch &front = c.stretches.front(), &back = c.stretches.back();
         stretched[0] = margin == 0 && straight(front, front.start);
         stretched[1] = margin == 0 && straight(back, back.end);
@@ -176,6 +178,22 @@ struct Claim {
     bool stretches_out(double from, double to) const noexcept {
         return (stretched[0] && from == curve.stretches.front().start) ||
                (stretched[1] && to == curve.stretches.back().end);
+    }
+
+    /// The hinge that is 0 where the curve begins (ends), if a range of s does there (Curve::hinge_shut), and
+    /// which of the two; -1: none.
+    int shut_at(const Stretch& x, double from, double to, double& way) const noexcept {
+        const Stretch &front = curve.stretches.front(), &back = curve.stretches.back();
+        if (asked_margin > 0) return -1;
+        way = &x == &front && from == front.start ? 1 : -1;
+        if (way > 0) return curve.hinge_shut(x, x.q);
+        return &x == &back && to == back.end ? curve.hinge_shut(x, x.q_end) : -1;
+    }
+
+    /// Whether hinge h is 0 where the curve begins (ends) with this stretch.
+    bool leaves_shut(const Stretch& x, int h) const noexcept {
+        double way = 1;
+        return shut_at(x, x.start, x.start, way) == h || shut_at(x, x.end, x.end, way) == h;
     }
 
     bool possible() const noexcept {
@@ -246,9 +264,11 @@ struct Claim {
 
     /// All conditions over a range of s; false where they cannot hold. arc: of psi, that it stays in; null:
     /// any. bent: whether the elbow is kept off its end.
+    /// shut: a hinge that is 0 at an end of the range, the directions beside which are divided by the way to
+    /// that end: by the mean value theorem their slopes are. way: 1 where the range begins there, else -1.
     template <class T>
     bool evaluate(const Stretch& x, const T& s, const double* middle, const Arc* arc, bool bent,
-                  Conditions<T>& out) const noexcept {
+                  Conditions<T>& out, int shut = -1, double way = 1) const noexcept {
         const T value = phi_at(x, s);
         const PlacedDirections<T> here = curve.place(x, s, value);
         const Directions<T>& d = here.angles;
@@ -272,9 +292,15 @@ struct Claim {
             for (const int p : {2 * h, 2 * h + 1}) {
                 const int j = pivot_joint[p];
                 if (j == joints - 1 && curve.arm.roll_free) continue;  // it stays
-                const T u = crosses ? d.y[j] : f.pivot[p].g * f.pivot[p].U.at(here.phi),
-                        v = crosses ? d.x[j] : f.pivot[p].g * f.pivot[p].V.at(here.phi);
-                if (p % 2 == 0 && !crosses) out.add(u * u + v * v - T(sine_square));
+                T u = crosses ? d.y[j] : f.pivot[p].g * f.pivot[p].U.at(here.phi),
+                  v = crosses ? d.x[j] : f.pivot[p].g * f.pivot[p].V.at(here.phi);
+                if constexpr (!std::is_same_v<T, Interval>)
+                    if (h == shut) {
+                        u = T(way * u.coefficient[1]);
+                        v = T(way * v.coefficient[1]);
+                    }
+                if (p % 2 == 0 && !crosses)
+                    out.add(u * u + v * v - T(leaves_shut(x, h) ? shut_square : sine_square));
                 if (lead == j) {
                     if (!crosses)
                         out.add(u * here.theta.sin + v * here.theta.cos);  // and not half a turn away
@@ -432,12 +458,20 @@ private:
                 return false;
         const Interval range(from, to);
         const bool bent = !claim_.stretches_out(from, to);
+        using J = Jet<Interval, 1>;
+        double way = 1;
+        if (const int shut = claim_.shut_at(x, from, to, way); shut >= 0) {
+            budget_ -= 4;
+            Conditions<J> opened;
+            return claim_.evaluate(x, J::variable(range), middle, arc, bent, opened, shut, way) &&
+                   all_positive(opened,
+                                [&opened](int i, int k) { return opened.row[i].entry[k].value().lo; });
+        }
         Conditions<Interval> plain;
         --budget_;
         if (!claim_.evaluate(x, range, middle, arc, bent, plain)) return false;
         if (all_positive(plain, [&plain](int i, int k) { return plain.row[i].entry[k].lo; })) return true;
         budget_ -= 4;
-        using J = Jet<Interval, 1>;
         const double m = 0.5 * (from + to);
         Conditions<J> slopes;
         Conditions<Interval> centre;
