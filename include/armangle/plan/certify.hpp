@@ -35,9 +35,9 @@ namespace proof {
 inline constexpr double slack = 1e-9;
 /// A condition below minus this is broken, not touched.
 inline constexpr double broken = 4e-9;
-/// Singularities are proven farther away than this (rad), whatever the margin asked: there values round well,
-/// and lift.
-inline constexpr double least_margin = 1e-5;
+/// Singularities are proven farther away than this (rad), whatever the margin asked: there values round to
+/// less than the slack (directions do to 2e-15), and lift.
+inline constexpr double least_margin = 3e-6;
 /// The root that a leading joint gives is simple: the square of its slope stays above this, so that what
 /// rounding does to it stays below the slack.
 inline constexpr double least_slope_square = 1e-8;
@@ -122,7 +122,7 @@ struct Claim {
     const Limits& limits;                   // to prove
     const ArcSet* allowed;                  // of psi, to prove; null: any
     double asked_margin;                    // to singularities (rad) ...
-    double sine_square, shut_square;        // ... and what is proven of it, and beside a hinge that was shut
+    double sine_square;                     // ... and what is proven of it
     bool stretched[2];                      // whether the curve begins (ends) with the arm stretched
     HalfTurn hinge[2][2], elbow;            // of joints 2 and 6: of positive and negative theta
     double hinge_lower[2], hinge_upper[2];  // theta, drawn in by the slack, its turns left out
@@ -136,7 +136,6 @@ struct Claim {
         const Arm& arm = c.arm;
         const Interval sine = sin_cos(Interval(max(margin, proof::least_margin))).sin;
         sine_square = square(sine).hi;
-        shut_square = curve_rule::shut * curve_rule::shut;
         const Stretch &front = c.stretches.front(), &back = c.stretches.back();
         stretched[0] = margin == 0 && straight(front, front.start);
         stretched[1] = margin == 0 && straight(back, back.end);
@@ -188,12 +187,6 @@ struct Claim {
         way = &x == &front && from == front.start ? 1 : -1;
         if (way > 0) return curve.hinge_shut(x, x.q);
         return &x == &back && to == back.end ? curve.hinge_shut(x, x.q_end) : -1;
-    }
-
-    /// Whether hinge h is 0 where the curve begins (ends) with this stretch.
-    bool leaves_shut(const Stretch& x, int h) const noexcept {
-        double way = 1;
-        return shut_at(x, x.start, x.start, way) == h || shut_at(x, x.end, x.end, way) == h;
     }
 
     bool possible() const noexcept {
@@ -299,8 +292,7 @@ struct Claim {
                         u = T(way * u.coefficient[1]);
                         v = T(way * v.coefficient[1]);
                     }
-                if (p % 2 == 0 && !crosses)
-                    out.add(u * u + v * v - T(leaves_shut(x, h) ? shut_square : sine_square));
+                if (p % 2 == 0 && !crosses) out.add(u * u + v * v - T(sine_square));
                 if (lead == j) {
                     if (!crosses)
                         out.add(u * here.theta.sin + v * here.theta.cos);  // and not half a turn away

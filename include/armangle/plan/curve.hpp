@@ -65,8 +65,8 @@ namespace curve_rule {
 inline constexpr double inside = 1e-9;  // of a stretch: how far from its end the joints' limit is taken
 inline constexpr double there = 1e-5;   // rad: joints that are this near to the limit are where it is
 /// Sine of a hinge that is 0 at an end of its stretch, up to which the joints beside it are read off between
-/// the ends: their directions are this long, and round no better than to 1e-16 of it.
-inline constexpr double shut = 1e-6;
+/// the ends: their directions are no longer, and round to 2e-15.
+inline constexpr double shut = 3e-6;
 }  // namespace curve_rule
 
 /// A view: the arm, the path and the stretches belong to others.

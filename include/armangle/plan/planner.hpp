@@ -65,10 +65,11 @@ inline constexpr long long least_sections = 250;  // a short path may try as man
 inline constexpr double beside =
     0.2;  // of phi: where the posture nearest to a start beside its pose is sought (rad)
 inline constexpr double beside_singular = 0.02;  // |sin| of theta_2, theta_6 of an end that is led (rad)
-inline constexpr double nearly_shut = 1e-3;  // |sin| of theta_2 and theta_6 that refuse an end together (rad)
-inline constexpr double locked = 1e-3;       // range below which a joint decides phi (rad)
-inline constexpr double widest_gap = 0.05;   // of an end from the posture that it is taken to (rad)
-inline constexpr int looks = 8;              // of a stretch, for its travel and its least margin
+inline constexpr double nearly_shut =
+    1e-3;  // |sin| of theta_2 and theta_6 that refuse an end together (rad), or soon after (s)
+inline constexpr double locked = 1e-3;      // range below which a joint decides phi (rad)
+inline constexpr double widest_gap = 0.05;  // of an end from the posture that it is taken to (rad)
+inline constexpr int looks = 8;             // of a stretch, for its travel and its least margin
 inline constexpr double end_step =
     1e-9;  // of the first stretch (the last): how near to an end it is looked at
 inline constexpr double end_move = 1e-3;  // that a joint may move there (rad); more is a jump
@@ -345,6 +346,7 @@ private:
             out.verdict = out.given_up ? Verdict::unresolved : Verdict::dead_end;
             out.status = Status::LIMITS;
             if (way.reached) explain_end(t, way, out);
+            if (options_.start && out.reached < plan_rule::nearly_shut) explain_turns(options_.start, 0, out);
             out.from = out.reached;
             out.to = way.reached < t.sections.size() ? t.sections[way.reached].s : 1.0;
             if (way.reached) out.nearest_psi = nearest_psi(t, t.sections[way.reached], way.rows.back().phi);
@@ -379,13 +381,12 @@ private:
                 out.openings.push_back({j + 1, above > below, max(below, above)});
         }
         const bool reason = missing.why == Status::OUTSIDE && !missing.elsewhere;
-        if (reason) explain_turns(fixed.starts ? options_.goal : options_.start, out);
+        if (reason) explain_turns(fixed.starts ? options_.goal : options_.start, out.from, out);
     }
 
     /// Where both hinges are at 0, how far joint 1 or 5 has to turn first: as little as limits leave.
-    void explain_turns(const double* q, BranchReport& out) const noexcept {
+    void explain_turns(const double* q, double s, BranchReport& out) const noexcept {
         if (task_.arm.roll_free || hinge_sine(q) > plan_rule::nearly_shut) return;
-        const double s = out.from;
         const Segment& g = task_.segments[segment_index(task_.segments, task_.segment_count, s)];
         const Pose<Jet<double, 1>> moved = pose_at(g, Jet<double, 1>::variable(s));
         const auto part = [](const Vec3<Jet<double, 1>>& x, int k) {

@@ -100,7 +100,8 @@ class Branch:
         Other global configurations that the way passes through; it crosses at θ2 = 0 or θ6 = 0, where the
         two are one posture. The margins are then those to limits alone.
     turns : tuple of (int, float)
-        Of START and GOAL with θ2 and θ6 both at 0 or π, where the tool can move in some directions alone:
+        Of START and GOAL, and of a DEAD_END soon after, with θ2 and θ6 both at 0 or π within 0.001 rad,
+        where the tool can move in some directions alone:
         joint 1, and joint 5, with how far that joint by itself would have to turn before the tool moves, rad,
         joint 3 (7) back as far; those within the limits. The tool stands still meanwhile.
     elsewhere : bool
@@ -167,15 +168,19 @@ class Branch:
                 return f"the arcs that the caller allows leave no arm angle{where}."
             case Verdict.IMPOSSIBLE:
                 return f"no arm angle keeps all limits{where}: {self._why()}"
+            case Verdict.DEAD_END if self.turns:
+                return f"the start {self._shut('leave only after turning')}"
             case Verdict.DEAD_END:
                 ahead = f"a dead end at s = {self.s_from:.4g}"
                 if self.touching is not None:
                     ahead = f"{ahead} beside {self.touching[0]} ({self.touching[1]})"
                 return f"{ahead}: no arm angle that the start leads to leads on."
             case Verdict.START if self.turns:
-                return f"the start {self._shut('leave only after turning')} Or plan without start=, and go where that begins."
+                otherwise = "Or plan without start=, and go where that begins."
+                return f"the start {self._shut('leave only after turning')} {otherwise}"
             case Verdict.GOAL if self.turns:
-                return f"the goal {self._shut('come only to it turned')} Or plan without goal=, and turn the rest there."
+                otherwise = "Or plan without goal=, and turn the rest there."
+                return f"the goal {self._shut('come only to it turned')} {otherwise}"
             case Verdict.START:
                 return f"the start {self._anchor()}"
             case Verdict.GOAL:
@@ -211,7 +216,7 @@ class Branch:
             f"joint {joint} by {math.degrees(turn):.3g}° (joint {joint + 2} back as far)"
             for joint, turn in self.turns
         )
-        singular = "is singular in θ2 and θ6 at once"
+        singular = "is singular, or nearly so, in θ2 and θ6 at once"
         return f"{singular}: along this path the tool can {way} on the spot, {turns}."
 
     def _beyond(self) -> str:
