@@ -125,7 +125,8 @@ nb::tuple as_tuple(const BranchReport& r) {
     return nb::make_tuple(r.gc, static_cast<int>(r.verdict), static_cast<int>(r.status), r.from, r.to,
                           r.excess, r.reached, r.margin, r.elbow_margin, r.cost, r.stationarity,
                           r.nearest_psi, r.blocking, openings, r.sections, r.given_up, r.through,
-                          pair_number(r.touching), r.shortfall, r.elsewhere);
+                          pair_number(r.touching), r.shortfall, r.elsewhere,
+                          nb::make_tuple(r.turns[0], r.turns[1]));
 }
 
 nb::object as_array(const std::vector<double>& values, std::size_t width) {

@@ -61,17 +61,20 @@ Directions<T> led_directions(const SelfMotion<T>& m, const SinCos<T>& psi, int j
     return d;
 }
 
-/// Whether the hinge at `hinge` (1 or 5) makes one axis of the joints before and behind it.
-inline bool makes_one_axis(const Directions<double>& d, int hinge) noexcept {
-    return abs(d.y[hinge]) <= tolerance::one_axis * hypot(d.x[hinge], d.y[hinge]);
+/// Whether the hinge at `hinge` (1 or 5) makes one axis of the joints before and behind it: its sine is no
+/// larger than `sine`.
+inline bool makes_one_axis(const Directions<double>& d, int hinge,
+                           double sine = tolerance::one_axis) noexcept {
+    return abs(d.y[hinge]) <= sine * hypot(d.x[hinge], d.y[hinge]);
 }
 
 /// Where theta_2 (theta_6) is 0 or pi, joint 1 (5) stands as given joints have it, unless it leads, and joint
 /// 3 (7) follows: how they share their turn is nothing that the arm angle says.
 inline void keep_shares(const Arm& arm, const SelfMotion<double>& m, const SinCos<double>& psi, int lead,
-                        const double* near, Directions<double>& d) noexcept {
+                        const double* near, Directions<double>& d,
+                        double sine = tolerance::one_axis) noexcept {
     for (const int joint : {1, 5}) {
-        if (joint == lead || !makes_one_axis(d, joint)) continue;
+        if (joint == lead || !makes_one_axis(d, joint, sine)) continue;
         const SinCos<double> theta = sin_cos(to_theta(arm, joint - 1, near[joint - 1]));
         const Directions<double> led = led_directions(m, psi, joint, theta);
         for (int j = joint - 1; j <= joint + 1; ++j) {

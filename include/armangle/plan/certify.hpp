@@ -35,9 +35,9 @@ namespace proof {
 inline constexpr double slack = 1e-9;
 /// A condition below minus this is broken, not touched.
 inline constexpr double broken = 4e-9;
-/// Singularities are proven farther away than this (rad), whatever the margin asked: there values round well,
-/// and lift.
-inline constexpr double least_margin = 1e-5;
+/// Singularities are proven farther away than this (rad), whatever the margin asked: there values round to
+/// less than the slack (directions do to 2e-15), and lift.
+inline constexpr double least_margin = 3e-6;
 /// The root that a leading joint gives is simple: the square of its slope stays above this, so that what
 /// rounding does to it stays below the slack.
 inline constexpr double least_slope_square = 1e-8;
@@ -121,7 +121,8 @@ struct Claim {
     const Curve& curve;
     const Limits& limits;                   // to prove
     const ArcSet* allowed;                  // of psi, to prove; null: any
-    double sine_square;                     // of the singularity margin
+    double asked_margin;                    // to singularities (rad) ...
+    double sine_square;                     // ... and what is proven of it
     bool stretched[2];                      // whether the curve begins (ends) with the arm stretched
     HalfTurn hinge[2][2], elbow;            // of joints 2 and 6: of positive and negative theta
     double hinge_lower[2], hinge_upper[2];  // theta, drawn in by the slack, its turns left out
@@ -131,7 +132,7 @@ struct Claim {
     SinCos<Interval> at_lower[pivots], at_upper[pivots];
 
     Claim(const Curve& c, const Limits& l, double margin, const ArcSet* arcs) noexcept
-        : curve(c), limits(l), allowed(arcs) {
+        : curve(c), limits(l), allowed(arcs), asked_margin(margin) {
         const Arm& arm = c.arm;
         const Interval sine = sin_cos(Interval(max(margin, proof::least_margin))).sin;
         sine_square = square(sine).hi;
@@ -176,6 +177,16 @@ struct Claim {
     bool stretches_out(double from, double to) const noexcept {
         return (stretched[0] && from == curve.stretches.front().start) ||
                (stretched[1] && to == curve.stretches.back().end);
+    }
+
+    /// The hinge that is 0 where the curve begins (ends), if a range of s does there (Curve::hinge_shut), and
+    /// which of the two; -1: none.
+    int shut_at(const Stretch& x, double from, double to, double& way) const noexcept {
+        const Stretch &front = curve.stretches.front(), &back = curve.stretches.back();
+        if (asked_margin > 0) return -1;
+        way = &x == &front && from == front.start ? 1 : -1;
+        if (way > 0) return curve.hinge_shut(x, x.q);
+        return &x == &back && to == back.end ? curve.hinge_shut(x, x.q_end) : -1;
     }
 
     bool possible() const noexcept {
@@ -246,9 +257,11 @@ struct Claim {
 
     /// All conditions over a range of s; false where they cannot hold. arc: of psi, that it stays in; null:
     /// any. bent: whether the elbow is kept off its end.
+    /// shut: a hinge that is 0 at an end of the range, the directions beside which are divided by the way to
+    /// that end: by the mean value theorem their slopes are. way: 1 where the range begins there, else -1.
     template <class T>
     bool evaluate(const Stretch& x, const T& s, const double* middle, const Arc* arc, bool bent,
-                  Conditions<T>& out) const noexcept {
+                  Conditions<T>& out, int shut = -1, double way = 1) const noexcept {
         const T value = phi_at(x, s);
         const PlacedDirections<T> here = curve.place(x, s, value);
         const Directions<T>& d = here.angles;
@@ -272,8 +285,13 @@ struct Claim {
             for (const int p : {2 * h, 2 * h + 1}) {
                 const int j = pivot_joint[p];
                 if (j == joints - 1 && curve.arm.roll_free) continue;  // it stays
-                const T u = crosses ? d.y[j] : f.pivot[p].g * f.pivot[p].U.at(here.phi),
-                        v = crosses ? d.x[j] : f.pivot[p].g * f.pivot[p].V.at(here.phi);
+                T u = crosses ? d.y[j] : f.pivot[p].g * f.pivot[p].U.at(here.phi),
+                  v = crosses ? d.x[j] : f.pivot[p].g * f.pivot[p].V.at(here.phi);
+                if constexpr (!std::is_same_v<T, Interval>)
+                    if (h == shut) {
+                        u = T(way * u.coefficient[1]);
+                        v = T(way * v.coefficient[1]);
+                    }
                 if (p % 2 == 0 && !crosses) out.add(u * u + v * v - T(sine_square));
                 if (lead == j) {
                     if (!crosses)
@@ -432,12 +450,20 @@ private:
                 return false;
         const Interval range(from, to);
         const bool bent = !claim_.stretches_out(from, to);
+        using J = Jet<Interval, 1>;
+        double way = 1;
+        if (const int shut = claim_.shut_at(x, from, to, way); shut >= 0) {
+            budget_ -= 4;
+            Conditions<J> opened;
+            return claim_.evaluate(x, J::variable(range), middle, arc, bent, opened, shut, way) &&
+                   all_positive(opened,
+                                [&opened](int i, int k) { return opened.row[i].entry[k].value().lo; });
+        }
         Conditions<Interval> plain;
         --budget_;
         if (!claim_.evaluate(x, range, middle, arc, bent, plain)) return false;
         if (all_positive(plain, [&plain](int i, int k) { return plain.row[i].entry[k].lo; })) return true;
         budget_ -= 4;
-        using J = Jet<Interval, 1>;
         const double m = 0.5 * (from + to);
         Conditions<J> slopes;
         Conditions<Interval> centre;

@@ -37,6 +37,7 @@ inline constexpr double probe = 1e-5;  // of a row, for its slope (rad)
 inline constexpr double reference = 0.1,
                         floor = 1e-3;  // cost of a distance d from a limit: (reference / d)^2
 inline constexpr std::size_t most_sections = 4000;
+inline constexpr double shut_step = 5e-3;  // of s: from an end where both hinges are 0 to the next section
 inline constexpr double beside[] = {0.01, 0.03, 0.08, 0.2,
                                     0.45};  // of the step at a fixed end: more sections
 }  // namespace crossing_rule
@@ -279,10 +280,24 @@ private:
             row.fixed = (k == 0 && asked_.start.given) || (k + 1 == n && asked_.goal.given);
             at = x.from;
         }
+        if (n > 1) {
+            share_branch(rows_.front(), rows_[1]);
+            share_branch(rows_.back(), rows_[n - 2]);
+        }
         for (std::size_t k = 1; k < n; ++k)
             for (int j = 0; j < joints; ++j)
                 if (is_unlimited(task_.limits, j)) rows_[k].q[j] = lift(rows_[k].q[j], rows_[k - 1].q[j]);
         return true;
+    }
+
+    /// Gives a row at which hinges are 0 or pi their signs of the row beside it.
+    void share_branch(Row& row, const Row& beside) const noexcept {
+        for (int h = 0; h < hinges; ++h) {
+            const double theta = to_theta(task_.arm, hinge_joint[h], row.q[hinge_joint[h]]);
+            if (abs(std::sin(theta)) > tolerance::one_axis) continue;
+            const int bit = h == 0 ? 1 : 4;
+            row.gc = (row.gc & ~bit) | (beside.gc & bit);
+        }
     }
 
     int own_branch(const Anchor& end) const noexcept {
@@ -291,19 +306,24 @@ private:
         return index(configuration(task_.arm, theta));
     }
 
+    static bool both_shut(const Node& x) noexcept {
+        return max(abs(x.hinge[0]), abs(x.hinge[1])) <= tolerance::one_axis;
+    }
+
     /// Takes the link of a posture to a block of those before, where it is the cheapest so far.
     void link(Node& x, int gc, const Block& block, const std::vector<Node>& before,
               double ds) const noexcept {
         const int differ = gc ^ block.gc;
-        if (differ != 0 && differ != 1 && differ != 4) return;
+        if (differ & 2) return;
         const Move move = nearest_winding(task_, x.posture, block.windings, crossing_rule::move);
         if (!(move.travel < infinity)) return;
         const Node& y = before[move.from];
         if (!(y.cost < infinity)) return;
-        if (differ) {
-            const int h = differ == 1 ? 0 : 1;
+        for (int h = 0; h < hinges; ++h) {
+            if (!(differ & (h == 0 ? 1 : 4))) continue;
             if (abs(x.hinge[h]) > crossing_rule::near || abs(y.hinge[h]) > crossing_rule::near) return;
         }
+        if (differ == 5 && !both_shut(x) && !both_shut(y)) return;
         const double cost = y.cost + move.travel * move.travel / ds + ds * x.rated;
         if (!(cost < x.cost)) return;
         x.cost = cost;

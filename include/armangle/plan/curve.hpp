@@ -61,6 +61,14 @@ struct PlacedDirections {
     Directions<T> angles;
 };
 
+namespace curve_rule {
+inline constexpr double inside = 1e-9;  // of a stretch: how far from its end the joints' limit is taken
+inline constexpr double there = 1e-5;   // rad: joints that are this near to the limit are where it is
+/// Sine of a hinge that is 0 at an end of its stretch, up to which the joints beside it are read off between
+/// the ends: their directions are no longer, and round to 2e-15.
+inline constexpr double shut = 3e-6;
+}  // namespace curve_rule
+
 /// A view: the arm, the path and the stretches belong to others.
 struct Curve {
     const Arm& arm;
@@ -84,6 +92,15 @@ struct Curve {
 
     /// The branch of a stretch. Where joint 1 (5) leads, the sign of theta_2 (theta_6) may change along it.
     int branch(const Stretch& x) const noexcept { return x.branch < 0 ? gc : static_cast<int>(x.branch); }
+
+    /// The hinge (0: joint 2, 1: joint 6) that is 0 or pi at joints q while joint 5 (1), beside the other
+    /// one, leads the stretch; -1: none.
+    int hinge_shut(const Stretch& x, const double* q) const noexcept {
+        if (x.lead != 1 && x.lead != 5) return -1;
+        const int other = x.lead == 1 ? 1 : 0;
+        const double theta = to_theta(arm, hinge_joint[other], q[hinge_joint[other]]);
+        return abs(std::sin(theta)) <= tolerance::one_axis ? other : -1;
+    }
 
     /// The self-motion in phi at s, on any scalar.
     template <class T>
@@ -119,7 +136,9 @@ struct Curve {
         PlacedPosture out;
         out.pose = pose_at(segment(x), s);
         PlacedDirections<double> here = place(x, s, value);
-        keep_shares(arm, here.motion, here.phi, static_cast<int>(x.lead), near, here.angles);
+        const bool shut = hinge_shut(x, x.q) >= 0 || hinge_shut(x, x.q_end) >= 0;
+        keep_shares(arm, here.motion, here.phi, static_cast<int>(x.lead), near, here.angles,
+                    shut ? curve_rule::shut : tolerance::one_axis);
         const Joints q = joints_within_limits(arm, here.angles, near);
         for (int j = 0; j < joint_slots; ++j) out.q[j] = q.q[j];
         if (x.lead != 0) {  // to its last digit, which a locked joint leaves no room for
@@ -152,14 +171,55 @@ struct Curve {
     void derivatives(double s, double* out) const noexcept {
         using J = Jet<double, 3>;
         const Stretch& x = stretch(s);
-        const J at = J::variable(s);
-        const Directions<J> d = place(x, at, phi_at(x, at)).angles;
+        const int from = hinge_shut(x, x.q), to = hinge_shut(x, x.q_end);
+        double about = s;  // of the series: an end where a hinge is shut, where that lies near
+        if (from >= 0 && barely_open(x, s, from)) about = x.start;
+        if (to >= 0 && barely_open(x, s, to)) about = x.end;
+        const J at = J::variable(about);
+        Directions<J> d = place(x, at, phi_at(x, at)).angles;
+        if (about == x.start) open_hinge(x, about, from, 1.0, d);
+        if (about == x.end) open_hinge(x, about, to, -1.0, d);
+        const double off = s - about;
         for (int j = 0; j < joints; ++j) {
             const J theta = atan2(d.y[j], d.x[j]);
-            for (int k = 1; k <= 3; ++k)
-                out[(k - 1) * joints + j] = arm.sign[j] * theta.coefficient[k] * (k == 3 ? 6.0 : k);
+            const auto& c = theta.coefficient;
+            out[j] = arm.sign[j] * (c[1] + off * (2 * c[2] + off * 3 * c[3]));
+            out[joints + j] = arm.sign[j] * (2 * c[2] + off * 6 * c[3]);
+            out[2 * joints + j] = arm.sign[j] * 6 * c[3];
         }
         for (int k = 0; k < 3 && arm.roll_free; ++k) out[k * joints + joints - 1] = 0;
+    }
+
+    /// Whether hinge h is still so near to 0 at s that the directions beside it do not round well.
+    bool barely_open(const Stretch& x, double s, int h) const noexcept {
+        return makes_one_axis(place(x, s, phi_at(x, s)).angles, hinge_joint[h], curve_rule::shut);
+    }
+
+    /// The joints at an end where hinge h is 0, as what they tend to from within: the directions (V, U) of
+    /// the two beside it vanish with the length of the way, and are divided by it. way: 1 where the stretch
+    /// begins there, -1 where it ends. h < 0: nothing is done.
+    template <int K>
+    void open_hinge(const Stretch& x, double s, int h, double way,
+                    Directions<Jet<double, K>>& d) const noexcept {
+        if (h < 0) return;
+        using Longer = Jet<double, K + 1>;
+        const Longer at = Longer::variable(s);
+        const PlacedDirections<Longer> here = place(x, at, phi_at(x, at));
+        const auto divided = [way](const Longer& f) {
+            Jet<double, K> out;
+            for (int k = 0; k <= K; ++k) out.coefficient[k] = way * f.coefficient[k + 1];
+            return out;
+        };
+        for (const int p : {2 * h, 2 * h + 1}) {
+            const Pivot<Longer>& pivot = here.functions.pivot[p];
+            d.y[pivot_joint[p]] = divided(pivot.g * pivot.U.at(here.phi));
+            d.x[pivot_joint[p]] = divided(pivot.g * pivot.V.at(here.phi));
+        }
+        const int before = pivot_joint[2 * h], hinge = hinge_joint[h];
+        const Jet<double, K> size = hypot(d.x[before], d.y[before]);
+        const double sign = way * here.functions.hinge[h].g.value();
+        d.y[hinge].coefficient[0] = 0;
+        for (int k = 1; k <= K; ++k) d.y[hinge].coefficient[k] = sign * size.coefficient[k - 1];
     }
 };
 
@@ -270,11 +330,6 @@ inline std::vector<Stretch> straight_stretches(const std::vector<double>& s, con
     return out;
 }
 
-namespace curve_rule {
-inline constexpr double inside = 1e-9;  // of a stretch: how far from its end the joints' limit is taken
-inline constexpr double there = 1e-5;   // rad: joints that are this near to the limit are where it is
-}  // namespace curve_rule
-
 namespace detail {
 
 /// The posture at an end of a stretch, seen from joints near it. Where theta_2 or theta_6 vanishes, joints 1
@@ -284,6 +339,18 @@ inline PlacedPosture end_posture(const Curve& curve, const Stretch& x, bool last
     const double s = last ? x.end : x.start,
                  way = (last ? -1.0 : 1.0) * curve_rule::inside * (x.end - x.start);
     const PlacedPosture here = curve.solve(x, s, phi_at(x, s), near, psi);
+    if (const int h = curve.hinge_shut(x, here.q); h >= 0) {
+        Directions<Jet<double, 0>> d;
+        curve.open_hinge(x, s, h, last ? -1.0 : 1.0, d);
+        double limit[joints];
+        std::copy(near, near + joints, limit);
+        for (const int j : {pivot_joint[2 * h], pivot_joint[2 * h + 1]}) {
+            const double theta = atan2(d.y[j].value(), d.x[j].value());
+            const double q = lift(to_q(curve.arm, j, theta), near[j]);
+            if (last || abs(q - near[j]) > curve_rule::there) limit[j] = q;
+        }
+        return curve.solve(x, s, phi_at(x, s), limit, psi);
+    }
     if (!makes_one_axis(curve.place(x, s, phi_at(x, s)).angles, 1) &&
         !makes_one_axis(curve.place(x, s, phi_at(x, s)).angles, 5))
         return here;

@@ -50,9 +50,36 @@ struct BranchReport {
     Tag touching = 0;        // the pair that does, or that fails by least; 0: obstacles are not the reason
     double shortfall = not_a_number;  // m by which that pair is too near
     std::vector<Opening> openings;
+    /// Of a start (goal) with both hinges at 0: how far joint 1, or else joint 5, has to turn before the tool
+    /// moves (rad); not a number where that is not the reason, or beyond the limits.
+    double turns[2] = {not_a_number, not_a_number};
 };
 
 namespace detail {
+
+/// How far (rad, within a quarter turn) joint `far` has to turn before the tool can move with a twist, at a
+/// posture where both hinges are 0. at: the DH frames; speed: of the tool's origin, which is at tip.
+///
+/// Joints 1 to 4 alone move the wrist (5 to 7 and 4 the shoulder, seen from the tool): three equations for
+/// the near pivot, the near hinge and the elbow. The rest of the turning is about the far pivot's axis and
+/// the far hinge's, which the far pivot turns: an angle about its axis.
+inline double turn_before(const Pose<double> (&at)[joints + 1], const Vec3<double>& tip,
+                          const Vec3<double>& speed, const Vec3<double>& turning, int far) noexcept {
+    const int pivot = far == 5 ? 0 : 4, hinge = far == 5 ? 1 : 5;  // the near ones: axes i of frame i
+    const Vec3<double> from = at[far == 5 ? 1 : 5].position, to = at[far == 5 ? 5 : 1].position;
+    const Vec3<double> moved = speed + cross(turning, to - tip);
+    const auto axis = [&](int i) { return at[i].rotation.z; };
+    const Vec3<double> a = cross(axis(pivot), to - from), b = cross(axis(hinge), to - from),
+                       c = cross(axis(3), to - at[3].position);
+    const double volume = dot(a, cross(b, c));
+    const Vec3<double> rest =
+        turning - (axis(pivot) * dot(moved, cross(b, c)) + axis(hinge) * dot(a, cross(moved, c)) +
+                   axis(3) * dot(a, cross(b, moved))) *
+                      (1.0 / volume);
+    const Vec3<double> turned = axis(far - 1), across = axis(far);
+    const double angle = atan2(dot(cross(turned, across), rest), dot(across, rest));
+    return angle - pi * round(angle / pi);
+}
 
 /// Whether a self-motion has an arm angle once a limit is moved out.
 inline bool opens(const Task& task, const SelfMotion<double>& m, int joint, bool upper,

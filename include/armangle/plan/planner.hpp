@@ -65,9 +65,11 @@ inline constexpr long long least_sections = 250;  // a short path may try as man
 inline constexpr double beside =
     0.2;  // of phi: where the posture nearest to a start beside its pose is sought (rad)
 inline constexpr double beside_singular = 0.02;  // |sin| of theta_2, theta_6 of an end that is led (rad)
-inline constexpr double locked = 1e-3;           // range below which a joint decides phi (rad)
-inline constexpr double widest_gap = 0.05;       // of an end from the posture that it is taken to (rad)
-inline constexpr int looks = 8;                  // of a stretch, for its travel and its least margin
+inline constexpr double nearly_shut =
+    1e-3;  // |sin| of theta_2 and theta_6 that refuse an end together (rad), or soon after (s)
+inline constexpr double locked = 1e-3;      // range below which a joint decides phi (rad)
+inline constexpr double widest_gap = 0.05;  // of an end from the posture that it is taken to (rad)
+inline constexpr int looks = 8;             // of a stretch, for its travel and its least margin
 inline constexpr double end_step =
     1e-9;  // of the first stretch (the last): how near to an end it is looked at
 inline constexpr double end_move = 1e-3;  // that a joint may move there (rad); more is a jump
@@ -344,6 +346,7 @@ private:
             out.verdict = out.given_up ? Verdict::unresolved : Verdict::dead_end;
             out.status = Status::LIMITS;
             if (way.reached) explain_end(t, way, out);
+            if (options_.start && out.reached < plan_rule::nearly_shut) explain_turns(options_.start, 0, out);
             out.from = out.reached;
             out.to = way.reached < t.sections.size() ? t.sections[way.reached].s : 1.0;
             if (way.reached) out.nearest_psi = nearest_psi(t, t.sections[way.reached], way.rows.back().phi);
@@ -376,6 +379,36 @@ private:
                          above = missing.q[j] - task_.limits.upper[j];
             if (max(below, above) > tolerance::angle)
                 out.openings.push_back({j + 1, above > below, max(below, above)});
+        }
+        const bool reason = missing.why == Status::OUTSIDE && !missing.elsewhere;
+        if (reason) explain_turns(fixed.starts ? options_.goal : options_.start, out.from, out);
+    }
+
+    /// Where both hinges are at 0, how far joint 1 or 5 has to turn first: as little as limits leave.
+    void explain_turns(const double* q, double s, BranchReport& out) const noexcept {
+        if (task_.arm.roll_free || hinge_sine(q) > plan_rule::nearly_shut) return;
+        const Segment& g = task_.segments[segment_index(task_.segments, task_.segment_count, s)];
+        const Pose<Jet<double, 1>> moved = pose_at(g, Jet<double, 1>::variable(s));
+        const auto part = [](const Vec3<Jet<double, 1>>& x, int k) {
+            return Vec3<double>{x.x.coefficient[k], x.y.coefficient[k], x.z.coefficient[k]};
+        };
+        Pose<double> at[joints + 1];
+        frames(task_.arm, q, at);
+        const Chain now = chain(task_.arm, q);
+        for (const int h : {0, 1}) {
+            const int j = pivot_joint[2 * h], back = pivot_joint[2 * h + 1];
+            const double turn = turn_before(at, part(moved.position, 0), part(moved.position, 1),
+                                            angular_velocity(g, s), j + 1);
+            const double shared = std::cos(now.theta[hinge_joint[h]]) > 0 ? -1.0 : 1.0;
+            for (const double all : {turn, turn - std::copysign(pi, turn)}) {
+                double there[joints];
+                std::copy(q, q + joints, there);
+                there[j] += task_.arm.sign[j] * all;
+                there[back] += task_.arm.sign[back] * shared * all;
+                if (!(abs(turn) > plan_rule::end_move) || !within_limits(task_.limits, there, 0.0)) continue;
+                out.turns[h] = task_.arm.sign[j] * all;
+                break;
+            }
         }
     }
 
@@ -450,6 +483,7 @@ private:
         out.touching = middle.blocking;
         out.shortfall = not_a_number;
         out.openings.clear();
+        out.turns[0] = out.turns[1] = not_a_number;
         if (out.status == Status::CLEARANCE) explain_touching(t, at, end, out);
         if (out.status == Status::CLEARANCE || out.status == Status::POSE_BLOCKED ||
             out.status == Status::NOT_ALLOWED)
@@ -648,7 +682,9 @@ private:
             out.gap = infinity;
             for (const double side : {-1.0, 1.0}) {
                 const Led<double> led = led_angle(f, side);
-                const Joints solved = joints_near(task_.arm, led_directions(m, led.psi, joint, theta), q);
+                Directions<double> d = led_directions(m, led.psi, joint, theta);
+                keep_shares(task_.arm, m, led.psi, joint, q, d);
+                const Joints solved = joints_near(task_.arm, d, q);
                 const double gap = largest_move(solved.q, q);
                 if (!(gap < out.gap)) continue;
                 out.gap = gap;
@@ -826,8 +862,20 @@ private:
             if (asked.start.given) out.push_back(share * base_[1]);
             if (asked.goal.given) out.push_back(1.0 - share * (1.0 - base_[base_.size() - 2]));
         }
+        const bool from_shut = asked.start.given && hinge_sine(asked.start.q) <= tolerance::one_axis,
+                   to_shut = asked.goal.given && hinge_sine(asked.goal.q) <= tolerance::one_axis;
+        std::erase_if(out, [&](double s) {
+            return (from_shut && s > 0 && s < crossing_rule::shut_step) ||
+                   (to_shut && s < 1 && 1 - s < crossing_rule::shut_step);
+        });
         tidy(out);
         return out;
+    }
+
+    /// The larger of |sin theta_2| and |sin theta_6|.
+    double hinge_sine(const double* q) const noexcept {
+        const Chain now = chain(task_.arm, q);
+        return max(abs(std::sin(now.theta[1])), abs(std::sin(now.theta[5])));
     }
 
     bool draw_crossing(CrossingTask& asked, Plan& out) {

@@ -99,6 +99,11 @@ class Branch:
     through : tuple of int
         Other global configurations that the way passes through; it crosses at θ2 = 0 or θ6 = 0, where the
         two are one posture. The margins are then those to limits alone.
+    turns : tuple of (int, float)
+        Of START and GOAL, and of a DEAD_END soon after, with θ2 and θ6 both at 0 or π within 0.001 rad,
+        where the tool can move in some directions alone:
+        joint 1, and joint 5, with how far that joint by itself would have to turn before the tool moves, rad,
+        joint 3 (7) back as far; those within the limits. The tool stands still meanwhile.
     elsewhere : bool
         Whether the start, or the goal, is a posture of another branch: then what is found out about this one
         is no reason why there is no way.
@@ -125,6 +130,7 @@ class Branch:
     sections: int = 0
     given_up: bool = False
     through: tuple[int, ...] = ()
+    turns: tuple[tuple[int, float], ...] = ()
     elsewhere: bool = False
     scene: bool = False
 
@@ -162,11 +168,19 @@ class Branch:
                 return f"the arcs that the caller allows leave no arm angle{where}."
             case Verdict.IMPOSSIBLE:
                 return f"no arm angle keeps all limits{where}: {self._why()}"
+            case Verdict.DEAD_END if self.turns:
+                return f"the start {self._shut('leave only after turning')}"
             case Verdict.DEAD_END:
                 ahead = f"a dead end at s = {self.s_from:.4g}"
                 if self.touching is not None:
                     ahead = f"{ahead} beside {self.touching[0]} ({self.touching[1]})"
                 return f"{ahead}: no arm angle that the start leads to leads on."
+            case Verdict.START if self.turns:
+                otherwise = "Or plan without start=, and go where that begins."
+                return f"the start {self._shut('leave only after turning')} {otherwise}"
+            case Verdict.GOAL if self.turns:
+                otherwise = "Or plan without goal=, and turn the rest there."
+                return f"the goal {self._shut('come only to it turned')} {otherwise}"
             case Verdict.START:
                 return f"the start {self._anchor()}"
             case Verdict.GOAL:
@@ -195,6 +209,15 @@ class Branch:
         if math.isnan(self.short):
             return f"is blocked: {link} meets {obstacle}."
         return f"is blocked: {link} comes {self.short * MILLIMETRES:.3g} mm too near to {obstacle}."
+
+    def _shut(self, way: str) -> str:
+        """Return which turns on the spot a path asks of a posture with both hinges at 0."""
+        turns = ", or ".join(
+            f"joint {joint} by {math.degrees(turn):.3g}° (joint {joint + 2} back as far)"
+            for joint, turn in self.turns
+        )
+        singular = "is singular, or nearly so, in θ2 and θ6 at once"
+        return f"{singular}: along this path the tool can {way} on the spot, {turns}."
 
     def _beyond(self) -> str:
         """Return by how much a start or a goal lies outside, the most of it first."""
@@ -313,7 +336,7 @@ class Diagnosis:
 def branch_of(report: tuple[Any, ...], ready: Ready | None = None) -> Branch:
     """Return the branch that a report of the core stands for; `ready`: the scene that it is about."""
     gc, verdict, status, s_from, s_to, excess, reached, margin, elbow, cost, still, psi, *rest = report
-    blocking, openings, sections, given_up, through, pair, short, elsewhere = rest
+    blocking, openings, sections, given_up, through, pair, short, elsewhere, turns = rest
     found = [Opening(joint, "upper" if upper else "lower", extra) for joint, upper, extra in openings]
     return Branch(
         gc=gc, verdict=Verdict(verdict), status=STATUSES[status], s_from=s_from, s_to=s_to, excess=excess,
@@ -322,5 +345,6 @@ def branch_of(report: tuple[Any, ...], ready: Ready | None = None) -> Branch:
         openings=tuple(sorted(found, key=lambda o: o.extra)), sections=sections, given_up=given_up,
         through=tuple(other for other in range(8) if through >> other & 1),
         touching=None if ready is None else ready.pair(pair), short=short, elsewhere=elsewhere,
+        turns=tuple((joint, turn) for joint, turn in zip((1, 5), turns, strict=True) if not math.isnan(turn)),
         scene=ready is not None,
     )  # fmt: skip
