@@ -153,8 +153,9 @@ public:
         for (int c = 0; c < scene_.cluster_count && scene_.part_count > 0; ++c) {
             const BallGroup& cluster = scene_.clusters[c];
             if (!adds(cluster)) continue;
+            const bool one = cluster.count == 1;  // which the cluster is then
             for (int g = cluster.first; g < cluster.first + cluster.count && !out_.all; ++g)
-                if (adds(scene_.groups[g])) against_balls(scene_.groups[g]);
+                if (one || adds(scene_.groups[g])) against_balls(scene_.groups[g]);
         }
         for (int k = 0; k < scene_.solid_count && !out_.all; ++k)
             against_solid(scene_.solids[k], to_axis_, scene_.solid_id[k]);
@@ -174,8 +175,8 @@ private:
     bool adds(const BallGroup& group) const noexcept {
         const Vec3<double> q = to_axis_.rotation * group.centre + to_axis_.position;
         const double rho = off_axis(q);
-        bool meets = bounds_ == 0;
-        for (int k = 0; k < bounds_; ++k) meets |= meets_bound(bound_[k], q.x, rho, group.radius);
+        bool meets = bounds_ == 0 || scene_.part_count <= few_parts;  // these are asked below
+        for (int k = 0; k < bounds_ && !meets; ++k) meets = meets_bound(bound_[k], q.x, rho, group.radius);
         if (!meets) return false;
         for (int k = 0; k < scene_.part_count; ++k) {
             const MetPart& part = part_[k];

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,7 +14,7 @@ from .. import _core
 from .._arrays import Floats, Ints, Shape, as_floats, check_angles, frozen
 from .._core import SetOperation, Side
 from ..errors import InputError, ShapeError
-from ..scenes.ready import Ready
+from ..scenes.ready import PairNames, Ready
 from ..status import STATUSES, Status
 
 EndSide = Literal["lower", "upper", "singular", "user", "obstacle", "unproven"]
@@ -74,16 +74,24 @@ def _is_nothing(value: object) -> bool:
     return isinstance(value, (tuple, list)) and not value
 
 
-def _with_names(arrays: tuple[Any, ...], ready: Ready | None) -> tuple[Any, ...]:
-    """Return arrays whose pairs are places in a list of names, where the core's are numbers of a scene."""
-    if ready is None:
-        return arrays
-    *plain, pair, blocking = arrays
+class _Pairs(NamedTuple):
+    """The core's numbers of a batch's pairs, where the columns of one pose are (`_core.ArcsOfOne`)."""
+
+    pair: Ints
+    blocking: Ints
+
+    def column(self, index: int) -> Any:
+        """Return one of them by the name's place among the core's columns."""
+        return self[index - len(_ARRAYS)]
+
+
+def _named(pair: Ints, blocking: Ints, names: PairNames) -> tuple[Ints, Ints, Names]:
+    """Return numbers of pairs as places in a list of names; -1 stays -1."""
     known, place = np.unique(np.concatenate([pair.ravel(), blocking]), return_inverse=True)
-    none = int((known < 0).sum())  # -1 stays -1
+    none = int((known < 0).sum())
     place = place.ravel() - none
-    names = tuple(ready.pair(int(code)) for code in known[none:])
-    return *plain, place[: pair.size].reshape(pair.shape), place[pair.size :], names
+    listed = tuple(names.pair(int(code)) for code in known[none:])
+    return place[: pair.size].reshape(pair.shape), place[pair.size :], listed
 
 
 def _pairs_of(arcs: ArcSet) -> Ints:
@@ -136,7 +144,7 @@ class ArcSet:
     _blocking: Ints | None  # the same of each set, which a pair alone leaves empty
     _names: Names  # (obstacle, link)
     _unproven: Floats | None  # of each set, rad; None: all is proven
-    _of: tuple[_core.ArcsOfOne, Ready | None]  # what fills the arrays on first use, where one pose was asked
+    _of: tuple[_core.ArcsOfOne | _Pairs, PairNames | None]  # what fills, on first use, what is not there yet
 
     def __init__(self, intervals: ArrayLike = ()) -> None:
         psi = as_floats("intervals", np.empty((0, 2)) if _is_nothing(intervals) else intervals, (2,))
@@ -168,29 +176,38 @@ class ArcSet:
         names: Names = (),
         unproven: Floats | None = None,
     ) -> None:
+        self._keep_arrays(shape, (count, psi, joint, side, value, status), unproven)
+        self._keep_pairs(pair, blocking, names)
+
+    def _keep_arrays(self, shape: Shape, arrays: tuple[Any, ...], unproven: Floats | None) -> None:
+        *columns, status = arrays
         if status is None:
-            status = np.where(count > 0, Status.OK, Status.LIMITS).astype(np.int8)
-        arrays: tuple[NDArray[Any], ...] = (count, psi, joint, side, value, status)
-        for name, array in zip(_ARRAYS, arrays, strict=True):
+            status = np.where(columns[0] > 0, Status.OK, Status.LIMITS).astype(np.int8)
+        for name, array in zip(_ARRAYS, (*columns, status), strict=True):
             object.__setattr__(self, name, frozen(array))
-        for name, found in zip(_OF_SCENES, (pair, blocking, names), strict=True):
-            object.__setattr__(self, name, frozen(found) if isinstance(found, np.ndarray) else found)
         object.__setattr__(self, "_unproven", None if unproven is None else frozen(unproven))
         object.__setattr__(self, "shape", shape)
 
-    @classmethod
-    def _from_core(cls, shape: Shape, arrays: tuple[Any, ...], ready: Ready | None = None) -> ArcSet:
-        """Return the batch that the core's arrays hold: count, psi, joint, side, value, status, pairs."""
-        new = cls.__new__(cls)
-        new._fill(shape, *_with_names(arrays, ready))
-        return new
+    def _keep_pairs(self, pair: Ints | None = None, blocking: Ints | None = None, names: Names = ()) -> None:
+        for name, found in zip(_OF_SCENES, (pair, blocking, names), strict=True):
+            object.__setattr__(self, name, frozen(found) if isinstance(found, np.ndarray) else found)
 
     @classmethod
-    def _proven(cls, shape: Shape, arrays: tuple[Any, ...], ready: Ready | None, unproven: Floats) -> ArcSet:
-        """Return a batch of which so much (rad) of each set was proven neither way, and left out."""
+    def _from_core(
+        cls, shape: Shape, arrays: tuple[Any, ...], ready: Ready | None = None, unproven: Floats | None = None
+    ) -> ArcSet:
+        """Return the batch that the core's arrays hold: count, psi, joint, side, value, status, pairs.
+
+        `unproven`: so much (rad) of each set was proven neither way, and left out. The names of the pairs of
+        a scene are looked up where they are read.
+        """
         new = cls.__new__(cls)
-        new._fill(shape, *_with_names(arrays, ready))
-        object.__setattr__(new, "_unproven", frozen(unproven))
+        new._keep_arrays(shape, arrays[: len(_ARRAYS)], unproven)
+        pairs = arrays[len(_ARRAYS) :]
+        if ready is None:
+            new._keep_pairs(*pairs)
+        else:
+            object.__setattr__(new, "_of", (_Pairs(*pairs), ready.names))
         return new
 
     @classmethod
@@ -198,7 +215,7 @@ class ArcSet:
         """Return the sets of one pose: a control loop's call, whose arrays are made where they are read."""
         new = cls.__new__(cls)
         object.__setattr__(new, "shape", shape)
-        object.__setattr__(new, "_of", (sets, ready))
+        object.__setattr__(new, "_of", (sets, None if ready is None else ready.names))
         return new
 
     if not TYPE_CHECKING:  # a type checker is to know the attributes that there are
@@ -209,13 +226,14 @@ class ArcSet:
                 found = np.zeros(len(self._count) + 1, dtype=np.int64)
                 np.cumsum(self._count, out=found[1:])
                 frozen(found)
-            elif name in _COLUMNS or name == "_names":
-                sets, ready = self._of
-                if ready is not None:
-                    columns = tuple(sets.column(index) for index in range(len(_COLUMNS)))
-                    self._fill(self.shape, *_with_names(columns, ready))
-                    return getattr(self, name)
-                found = sets.column(_COLUMNS[name]) if name != "_names" else ()
+            elif name in _OF_SCENES:
+                source, names = self._of
+                pair, blocking = (source.column(_COLUMNS[key]) for key in _OF_SCENES[:2])
+                listed = (pair, blocking, ()) if names is None else _named(pair, blocking, names)
+                self._keep_pairs(*listed)
+                return getattr(self, name)
+            elif name in _COLUMNS:
+                found = self._of[0].column(_COLUMNS[name])
             elif name == "_unproven":
                 found = None
             else:
@@ -414,8 +432,8 @@ class ArcSet:
             np.shape(picked),
             (count, self._psi[rows], self._joint[rows], self._side[rows], self._value[rows],
              self._status[index], None if self._pair is None else self._pair[rows],
-             None if self._blocking is None else self._blocking[index], self._names,
-             None if self._unproven is None else self._unproven[index]),
+             None if self._blocking is None else self._blocking[index], self._names),
+            unproven=None if self._unproven is None else self._unproven[index],
         )  # fmt: skip
 
     # -- algebra -------------------------------------------------------------------------------------

@@ -1483,7 +1483,7 @@ class Arm(FrozenValue):
         columns = handle.feasible_many(
             poses, branches, margin, wanted, unproven, as_threads(threads), obstacles
         )
-        return ArcSet._proven((*batch, *sets), columns, ready, unproven)
+        return ArcSet._from_core((*batch, *sets), columns, ready, unproven)
 
     def _keeps_soft(
         self, pose: ArrayLike, gc: ArrayLike, scene: Scene | None, margin: float

@@ -344,7 +344,7 @@ def branch_of(report: tuple[Any, ...], ready: Ready | None = None) -> Branch:
         blocking=tuple(joint for joint in range(1, 8) if blocking >> (joint - 1) & 1),
         openings=tuple(sorted(found, key=lambda o: o.extra)), sections=sections, given_up=given_up,
         through=tuple(other for other in range(8) if through >> other & 1),
-        touching=None if ready is None else ready.pair(pair), short=short, elsewhere=elsewhere,
+        touching=None if ready is None else ready.names.pair(pair), short=short, elsewhere=elsewhere,
         turns=tuple((joint, turn) for joint, turn in zip((1, 5), turns, strict=True) if not math.isnan(turn)),
         scene=ready is not None,
     )  # fmt: skip

@@ -697,10 +697,9 @@ class OffsetArm(FrozenValue):
         columns = [array.reshape(-1, most, 2)[kept] for array in (ends, joint, side, values)]
         angles, joints, sides, at = columns
         status = codes[..., 1].reshape(-1).astype(np.int8)
-        of_no_scene = (None, None, ())
         narrow = (joints.astype(np.int8), sides.astype(np.int8))
         return ArcSet._from_core(
-            batch, (count.copy(), angles, *narrow, at, status, *of_no_scene, unproven.reshape(-1))
+            batch, (count.copy(), angles, *narrow, at, status), unproven=unproven.reshape(-1)
         )
 
     @_names_keywords

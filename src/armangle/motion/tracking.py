@@ -242,7 +242,7 @@ class Tracker:
         if isinstance(arm, OffsetArm) and scene is not None:
             raise InputError("scene= is not made for an OffsetArm, whose free joint takes the place of psi")
         ready = None if isinstance(arm, OffsetArm) else arm._scene(scene)
-        self._name_pair = None if ready is None else ready.pair
+        self._name_pair = None if ready is None else ready.names.pair
         self._core: _core.Tracker | _core.NearTracker | _core.OffsetTracker
         if isinstance(arm, OffsetArm):
             self._core = _core.OffsetTracker(arm._handle, given)

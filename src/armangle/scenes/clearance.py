@@ -30,7 +30,7 @@ class Clearance(NamedTuple):
 
 def clearance_of(ready: Ready, numbers: Floats, pairs: Ints) -> Clearance:
     """Return the value behind the core's numbers (..., 8) and pairs (...)."""
-    named = [ready.pair(code) or (None, None) for code in pairs.ravel().tolist()]
+    named = [ready.names.pair(code) or (None, None) for code in pairs.ravel().tolist()]
     points = frozen(numbers[..., 2:].reshape(*pairs.shape, 2, 3).copy())
     if not pairs.shape:
         obstacle, link = named[0]

@@ -20,22 +20,28 @@ TOO_LARGE = 10.0  # times the arm's length: what is larger was meant in mm
 LINKS_OF_A_PAIR = 256  # the core says a pair as obstacle * 256 + link
 
 
-class Ready(NamedTuple):
-    """What the core takes, and the names of obstacles and links by the numbers that it gives.
+class PairNames(NamedTuple):
+    """The names of obstacles and links by the numbers that the core gives."""
 
-    ``apart`` is how near own shapes (rows) and links (columns) ever come at least, m.
-    """
-
-    handle: _core.Scene
     obstacles: tuple[str, ...]
     links: tuple[str, ...]
-    apart: Floats
 
     def pair(self, code: int) -> tuple[str, str] | None:
         """Return (obstacle, link) of a pair's number; None where there is none."""
         if code < 0:
             return None
         return self.obstacles[code // LINKS_OF_A_PAIR], self.links[code % LINKS_OF_A_PAIR]
+
+
+class Ready(NamedTuple):
+    """What the core takes, and the names behind its numbers.
+
+    ``apart`` is how near own shapes (rows) and links (columns) ever come at least, m.
+    """
+
+    handle: _core.Scene
+    names: PairNames
+    apart: Floats
 
 
 class _Link(NamedTuple):
@@ -148,7 +154,7 @@ def make_ready(arm: Built, scene: Scene, last: Ready | None = None) -> Ready:
         scene.clearance,
         scene.soft,
     )
-    return Ready(handle, tuple(obstacles), tuple(link.name for link in links), apart)
+    return Ready(handle, PairNames(tuple(obstacles), tuple(link.name for link in links)), apart)
 
 
 def _refuse_millimetres(arm: Built, scene: Scene) -> None:
