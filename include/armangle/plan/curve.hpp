@@ -19,6 +19,7 @@
 #include "../numbers/jet.hpp"
 #include "path.hpp"
 #include "../circle/smooth_plane.hpp"
+#include "../limits/limit_table.hpp"
 
 namespace armangle {
 
