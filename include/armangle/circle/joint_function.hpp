@@ -191,7 +191,8 @@ struct Roots {
 /// Whether a harmonic of amplitude h has roots; none where it is constant.
 template <class T>
 ARMANGLE_INLINE auto has_roots(const Harmonic<T>& f, const T& h) noexcept {
-    return !((h <= T(tolerance::singular) * abs(f.k)) | (h == T(0.0)) | (abs(f.k) > h));
+    const T off = abs(f.k);
+    return !((h <= T(tolerance::singular) * off) | (h == T(0.0)) | (off > h));
 }
 
 /// How far its roots are from where it is greatest, atan2(s, c).

@@ -211,8 +211,8 @@ struct Reduced {
 
     /// Whether no determinant vanishes.
     ARMANGLE_INLINE auto is_regular() const noexcept {
-        constexpr double most = 1.0 / near_rule::vanishing;
-        return (abs(per_det) < T(most)) & (abs(per) < T(most));
+        const T most(1.0 / near_rule::vanishing), of_turn = abs(per_det), of_rest = abs(per);
+        return (of_turn < most) & (of_rest < most);
     }
     /// Joints 5-7 that make a turn.
     ARMANGLE_INLINE Vec3<T> turned_back(const Vec3<T>& v) const noexcept {
