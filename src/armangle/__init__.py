@@ -10,6 +10,7 @@ Radians and metres throughout; leading batch axes everywhere. Names are imported
 """
 
 from importlib import import_module
+from sys import modules
 from typing import Any
 
 # Which module a name comes from; __init__.pyi says the same to type checkers.
@@ -69,7 +70,10 @@ def __getattr__(name: str) -> Any:
     elif name in _MODULES:
         value = import_module(f".{name}", __name__)
     else:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        told = f"module {__name__!r} has no attribute {name!r}"
+        if not name.startswith("_") and hasattr(import_module(".arm.arm", __name__).Arm, name):
+            told += f": it is of an Arm, arm.{name}"
+        raise AttributeError(told, name=name, obj=modules[__name__])
     globals()[name] = value
     return value
 

@@ -98,6 +98,35 @@ def test_a_step_that_carries_the_elbow_does_not_depend_on_the_reference(referenc
     assert circle_gap(up[1], up[0] + shift) <= 1e-12
 
 
+@any_reference
+def test_arcs_and_wishes_that_are_given_turn_with_the_reference(reference: Any) -> None:
+    """What is allowed and wished, told by the other's numbers, is the same posture."""
+    other, rng = IIWA.with_reference(reference), draw.generator(7)
+    found = 0
+    for q, near in zip(postures(IIWA, "uniform", 40, 5), postures(IIWA, "uniform", 40, 6), strict=True):
+        pose, psi, gc = IIWA.forward(q)
+        shift = other.forward(q)[1] - psi
+        low, wish = rng.uniform(-np.pi, np.pi, 2)
+        answers = []
+        for arm, off in ((IIWA, 0.0), (other, shift)):
+            begin = (low + off + np.pi) % (2 * np.pi) - np.pi
+            allowed = aa.ArcSet([[begin, begin + 1.0]])
+            to = aa.Towards(psi=wish + off, K=1.0)
+            answers.append(
+                (
+                    arm.solve(pose, near, gc=gc, allowed=allowed).q,
+                    arm.solve(pose, near, gc=gc, allowed=allowed, metric="max").distance,
+                    arm.best(pose).margin,
+                    arm.solutions(pose, near).distance,
+                    aa.step(arm, q, pose, policy=to, max_joint_step=10.0).q,
+                )
+            )
+        for one, two in zip(*answers, strict=True):
+            np.testing.assert_allclose(one, two, rtol=0, atol=1e-7)
+        found += bool(np.isfinite(answers[0][0]).all())
+    assert found > 10
+
+
 def around(height: float, radius: float) -> Array:
     """Poses of the iiwa whose wrist goes round the base axis at a height above the shoulder, m."""
     turn = np.linspace(-np.pi, np.pi, 25)

@@ -299,3 +299,12 @@ def test_names_of_other_libraries_are_told_their_name_here(name: str, words: str
         getattr(ARM, name)
     assert error.value.name == name  # so that Python suggests what is spelled alike
     assert not hasattr(ARM, name) and getattr(ARM, name, None) is None
+
+
+def test_methods_that_are_sought_in_the_package_are_told_to_be_of_an_arm() -> None:
+    for name in ("solve", "inverse", "forward", "feasible"):
+        with pytest.raises(AttributeError, match=rf"no attribute '{name}': it is of an Arm, arm.{name}$"):
+            getattr(aa, name)
+    with pytest.raises(AttributeError, match=r"no attribute 'plann'$") as error:
+        getattr(aa, "plann")  # noqa: B009
+    assert error.value.name == "plann"  # so that Python suggests what is spelled alike
