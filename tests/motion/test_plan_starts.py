@@ -161,7 +161,7 @@ def test_every_line_from_a_home_posture(home: np.ndarray, tilt: float) -> None:
 def test_planar_lines_pass_where_two_branches_meet() -> None:
     """Lines in the arm's plane: theta2 or theta6 passes 0; the plan is as smooth as the plane's motion."""
     rng, crossed = generator(5), 0
-    for _ in range(count(25)):
+    for _ in range(count(150)):
         path, q = planar_motion(IIWA, rng)
         meets = bool((q[:, [1, 5]].min(axis=0) * q[:, [1, 5]].max(axis=0) < 0).any())
         result = aa.plan(IIWA, path, start=q[0], samples=len(q))
@@ -173,7 +173,7 @@ def test_planar_lines_pass_where_two_branches_meet() -> None:
             assert np.abs(np.diff(result.q, axis=0)).max() <= smooth * (1 + 1e-9)
             assert result.diagnosis[int(result.gc[0])].through
             assert "passing through GC" in result.diagnosis.explain()
-    assert crossed >= 5
+    assert crossed >= 30
 
 
 def test_a_way_back_ends_where_it_began() -> None:
