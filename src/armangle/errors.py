@@ -61,6 +61,12 @@ class NotSRSError(InputError):
         self.near = near
 
 
+class Words(str):
+    """What stands in a message without quotes."""
+
+    __repr__ = str.__str__
+
+
 class SceneError(InputError):
     """A shape, scene or body is not usable as given; ``shape``, ``name``, ``value`` say what of which."""
 

@@ -564,3 +564,33 @@ def test_a_chain_that_is_nearly_srs_is_kept_where_asked(capsys: Capture, tmp_pat
     assert "near S-R-S" in capsys.readouterr().err
     assert main(["fk", "--robot", "kuka_iiwa7_r800", "--inexact", "10,20,30,40,50,60,70"]) == 2
     assert "--inexact goes with --urdf" in capsys.readouterr().err
+
+
+def test_a_tool_is_mounted_on_the_tip(capsys: Capture) -> None:
+    for name, arm in (
+        (ROBOT[1], aa.Arm.from_catalogue(ROBOT[1])),
+        ("franka_fr3", aa.OffsetArm.from_catalogue("franka_fr3")),
+    ):
+        q = "10,20,30,-60,20,60,5"
+        for words, tool in (
+            ("0.1,-0.02,0.3", aa.pose([0.1, -0.02, 0.3])),
+            ("-0.1,0,0.2,0.6,0.8,0,0", aa.pose([-0.1, 0, 0.2], wxyz=[0.6, 0.8, 0, 0])),
+        ):
+            told = json.loads(out(capsys, "fk", "--robot", name, q, "--tool", words, "--json"))
+            there = arm.with_tool(tool).forward(np.radians(list(map(float, q.split(",")))))[0]
+            row = told["pose"]
+            assert np.allclose(aa.pose(row[:3], wxyz=row[3:]), there, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        ("0,0", "--tool has 2 numbers, wanted x,y,z or x,y,z,qw,qx,qy,qz"),
+        ("0,0,150", "--tool is 0,0,150, a place in m: was this in mm?"),
+        ("0,0,0.1,0,0,0,2", "--tool: the quaternion has length 2"),
+        ("a,b,c", "--tool: 'a' is not a number"),
+    ],
+)
+def test_a_tool_that_is_none_is_refused(capsys: Capture, words: str, why: str) -> None:
+    assert main(["fk", *ROBOT, Q, "--tool", words]) == 2
+    assert why in " ".join(capsys.readouterr().err.split())

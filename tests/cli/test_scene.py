@@ -129,3 +129,17 @@ def test_what_does_not_go_together_is_said(
 ) -> None:
     assert main(["arcs", *ROBOT, "--q", Q, *(cell if word == "CELL" else word for word in words)]) == 2
     assert why in capsys.readouterr().err
+
+
+def test_a_scene_that_does_not_fit_the_arm_is_named_by_its_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "cell.toml"
+    for text, why in (
+        (CELL.replace("0.05", "50.0"), "lamp: thickness is 100.0"),
+        ('ignore = [["x", "upper_arm"]]\n' + CELL, "Scene: ignore[0] is 'x'"),
+    ):
+        path.write_text(text)
+        for body in ("90,80", "guessed"):
+            assert main(["arcs", *ROBOT, "--q", Q, "--scene", str(path), "--body", body]) == 2
+            assert "cell.toml: " + why in " ".join(capsys.readouterr().err.split())

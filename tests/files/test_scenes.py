@@ -139,19 +139,25 @@ def test_a_body_comes_back_from_its_text(tmp_path: Path) -> None:
 WRONG = [
     ("[[bal]]\n", r"cell.toml: key is 'bal', wanted one of ball, box"),
     ("[[ball]]\ncentre = [0, 0, 0]\nradius = 1", r"\[\[ball\]\] 0: key is 'centre', wanted one of center"),
-    ("[[ball]]\nradius = 1", r"\[\[ball\]\] 0: center is None, wanted a value"),
+    ("[[ball]]\nradius = 1", r"\[\[ball\]\] 0: center is missing, wanted keys center, radius"),
     ("[[ball]]\ncenter = [0, 0]\nradius = 1", r"\[\[ball\]\] 0: Ball: center is \[0, 0\], wanted three"),
     ("[[ball]]\ncenter = [0, 0, nan]\nradius = 1", "wanted finite numbers"),
     ("[[box]]\nsize = [1, 1, 1]\nposition = [0, 0]", r"\[\[box\]\] 0: position, rpy"),
     ("[ball]\nradius = 1", r"ball is .*, wanted tables \[\[ball\]\]"),
-    ("obstacles = []\nclearance = -1", "Scene: clearance is -1"),
+    ("obstacles = []\nclearance = -1", r"cell\.toml: Scene: clearance is -1"),
+    ("[[box]]\nsize = [1, 1, 1]\nposition = [0, 0, 0]\nrpy = [0, 0, 90]",
+     r"wanted a place \(m\) and angles \(rad\): rpy holds 90.*degrees\?"),
+    ("[[cloud]]\nfile = 'cell.npz'\nradius = 0.01", r"points x, y, z \(it is no NPZ: not a zip archive\)"),
+    ("[[field]]\nfile = 'cell.npz'", r"an NPZ file that can be read \(not a zip archive\)"),
     ("clearance = ", "wanted TOML"),
-    (2 * "[[ball]]\ncenter = [0, 0, 0]\nradius = 1\nname = 'a'\n", "a name that no other"),
+    (2 * "[[ball]]\ncenter = [0, 0, 0]\nradius = 1\nname = 'a'\n",
+     r"cell\.toml: shapes\[1\]: name is 'a', wanted a name that no other"),
 ]  # fmt: skip
 
 
 @pytest.mark.parametrize(("text", "why"), WRONG, ids=[str(k) for k in range(len(WRONG))])
 def test_what_is_wrong_with_a_scene_is_said(tmp_path: Path, text: str, why: str) -> None:
+    (tmp_path / "cell.npz").write_bytes(bytes(50))
     with pytest.raises(aa.SceneError, match=why):
         aa.load_scene(file(tmp_path, text))
 
@@ -172,11 +178,11 @@ def test_what_is_wrong_with_a_scene_of_moveit_is_said(tmp_path: Path, text: str,
 
 
 WRONG_BODY = [
-    ("[[ball]]\ncenter = [0, 0, 0]\nradius = 1", "link is None"),
+    ("[[ball]]\ncenter = [0, 0, 0]\nradius = 1", "link is missing, wanted the DH frame .* load_scene"),
     ("[[ball]]\ncenter = [0, 0, 0]\nradius = 1\nlink = 9", "wanted a DH frame"),
-    ("[bones]\nupper_arm = 0.1", "forearm is None"),
+    ("[bones]\nupper_arm = 0.1", r"\[bones\]: forearm is missing"),
     ("[bones]\nupper_arm = 0.1\nforearm = 0.1\nthick = 1", "key is 'thick'"),
-    ("bones = 3", "wanted a table"), ("", "Body: links is"), ("[[box]]", "key is 'box'"),
+    ("bones = 3", "wanted a table"), ("", "cell.toml: Body: links is"), ("[[box]]", "key is 'box'"),
 ]  # fmt: skip
 
 
@@ -208,7 +214,7 @@ def test_hulls_and_fields_are_read(tmp_path: Path) -> None:
     for text, wanted in (
         (both, "either points or a file"), ("[[hull]]\nradius = 1", "either points or a file"),
         ("[[hull]]\npoints = []", "an array of shape"), ("[[hull]]\nfile = 3", "the name of a file"),
-        ("[[field]]\nfile = 'none.npz'", "No such file"), ("[[field]]\nname = 'x'", "a value"),
+        ("[[field]]\nfile = 'none.npz'", "No such file"), ("[[field]]\nname = 'x'", "file is missing"),
         ("[[hull]]\npoints = [[0, 0, 0]]\ncolour = 3", "one of"),
     ):  # fmt: skip
         with pytest.raises(aa.errors.SceneError, match=wanted):
@@ -219,7 +225,7 @@ def test_a_file_without_obstacles_is_refused_unless_it_says_so(tmp_path: Path) -
     assert aa.load_scene(file(tmp_path, "obstacles = []\nclearance = 0.1")) == aa.Scene(clearance=0.1)
     for text in ("", "clearance = 0.1", "# nothing"):
         with pytest.raises(
-            aa.errors.SceneError, match=r"cell.toml: obstacles is None, wanted a table \[\[ball"
+            aa.errors.SceneError, match=r"cell.toml: obstacles is missing, wanted a table \[\[ball"
         ):
             aa.load_scene(file(tmp_path, text))
     ball = "[[ball]]\ncenter = [0, 0, 0]\nradius = 1"

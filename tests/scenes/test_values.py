@@ -128,7 +128,7 @@ WRONG: list[tuple[Any, str]] = [
     (lambda: aa.Body.bones(upper_arm=0.0, forearm=0.1), r"Body.bones: upper_arm is 0.0, wanted a length in"),
     (lambda: aa.Body({3: [aa.Ball([0, 0, 0], 90)]}), r"Body link 3: shapes\[0\].radius is 90.0, .* in mm\?"),
     (lambda: aa.Cloud([[0, 0, 0]], 5), r"Cloud: radius is 5.0, wanted a radius in m: was this in mm\?"),
-    (lambda: ARM.with_body(3), "arm: body is 3, wanted an armangle.Body, or None"),
+    (lambda: ARM.with_body(3), r"arm: body is 3, wanted an armangle\.Body, as Body\(.*\), or None"),
     (lambda: ARM.with_hand([VALUES[3]]), r"hand: shapes\[0\] is HalfSpace.*, wanted Ball, Capsule, Box"),
 ]  # fmt: skip
 
@@ -160,6 +160,24 @@ def test_an_arm_without_a_body_cannot_be_asked() -> None:
         ARM.with_body(VALUES[5]).clear(np.eye(4), 0, None)
     with pytest.raises(aa.SceneError, match="scene is 3, wanted an armangle"):
         ARM.with_body(VALUES[5]).feasible(np.eye(4), 0, scene=3)
+
+
+IN_ANOTHER_ORDER = [
+    (lambda arm, q, scene: arm.clear(q, scene), r"clear\(pose, gc, scene\): missing a required argument"),
+    (lambda arm, q, scene: arm.clearance(q, scene), r"clearance\(pose, psi, gc, scene\): .*arm.forward\(q\)"),
+    (lambda arm, q, scene: arm.widest(q, scenes=scene), r"widest\(pose, gc, scene\): missing"),
+    (lambda arm, q, scene: arm.solve(np.eye(4), q, scene), "an Arm takes a scene by its name: scene="),
+    (lambda arm, q, scene: aa.step(arm, q, np.eye(4), scene=[aa.Ball([0, 0, 5], 0.1)]),
+     r"a list of shapes, wanted an armangle.Scene; of shapes one is made by Scene\(\[...\]\)"),
+    (lambda arm, q, scene: aa.follow(arm, np.eye(4)[None], start=q, scene=[aa.Ball([0, 0, 5], 0.1)]),
+     r"a list of shapes, wanted one Scene for all poses, or one for each; of shapes one is made by"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("ask", "why"), IN_ANOTHER_ORDER, ids=[str(k) for k in range(len(IN_ANOTHER_ORDER))])
+def test_what_is_asked_in_another_order_is_told_the_right_one(ask: Any, why: str) -> None:
+    with pytest.raises(aa.InputError, match=why):
+        ask(ARM.with_body(), np.zeros(7), aa.Scene([VALUES[0]]))
 
 
 MILLIMETRES = [

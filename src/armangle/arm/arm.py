@@ -71,7 +71,7 @@ from .diagnosis import Branch, Diagnosis, Verdict, branch_of
 from .freedom import Freedom
 from .frozen_value import FrozenValue
 from .joint_function import JointFunction
-from .keywords import names_keywords
+from .keywords import names_keywords, says_order
 from .near import NearHandle, check_kept_chain, check_near, moved_ends, unsupported
 from .question import METRICS as _METRICS
 from .question import PREFER, Beyond, MetricName, Prefer, Question, relaxing_length, weights_of
@@ -105,6 +105,7 @@ _KEYWORDS = {
     "length": "solve(pose, near, outside='nearest', length=) does",
 }
 _names_keywords = names_keywords("Arm", _KEYWORDS)
+_says_order = says_order("of joints q, pose, psi and gc are those of arm.forward(q)")
 _NEAREST = "solve(pose, near=q) finds the nearest posture of all, solutions(pose, near=q) one for each way"
 _ELSEWHERE = {
     **dict.fromkeys(("ik", "inverse_kinematics", "nearest", "closest", "ikine", "ik_LM"), _NEAREST),
@@ -1323,6 +1324,7 @@ class Arm(FrozenValue):
         """
         return self._arcs(pose, gc, singularity_margin, 0.0, 0.0, Wanted.JOINTS, (JOINTS,), threads)
 
+    @_says_order
     def clear(self, pose: ArrayLike, gc: ArrayLike, scene: Scene, *, threads: int = 1) -> ArcSet:
         """Return the arm angles at which no link touches an obstacle, whatever the joint limits.
 
@@ -1366,6 +1368,7 @@ class Arm(FrozenValue):
         self._needed(scene)
         return self._arcs(pose, gc, 0.0, 0.0, 0.0, Wanted.CLEAR, (), threads, scene)
 
+    @_says_order
     def clearance(
         self, pose: ArrayLike, psi: ArrayLike, gc: ArrayLike, scene: Scene, *, threads: int = 1
     ) -> Clearance:
@@ -1399,6 +1402,7 @@ class Arm(FrozenValue):
         self._handle.proximity_many(ready.handle, poses, angles, branches, out, pair, as_threads(threads))
         return clearance_of(ready, out, pair)
 
+    @_says_order
     def widest(
         self,
         pose: ArrayLike,
@@ -2089,7 +2093,9 @@ def _checked(given: dict[str, Any]) -> dict[str, Any]:
     values["chain"] = _checked_chain(values["chain"])
     values["joint_names"] = _checked_names(values["name"], values["joint_names"])
     if not isinstance(values["body"], Body | None):
-        raise SceneError("arm", "body", values["body"], "an armangle.Body, or None")
+        raise SceneError(
+            "arm", "body", values["body"], "an armangle.Body, as Body({3: [Ball(...)]}), or None"
+        )
     values["hand"] = as_shapes("hand", values["hand"], HOLDABLE)
     _check_rows(values)
     notes = (values["notes"],) if isinstance(values["notes"], str) else tuple(values["notes"])

@@ -1,4 +1,4 @@
-"""What to say where a method is asked with a keyword that another one takes."""
+"""What to say where a method is asked with a keyword that another one takes, or in another order."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from inspect import signature
 from typing import ParamSpec, TypeVar
 
 from ..errors import InputError
+from ..scenes.scene import Scene
 
 _Asked = ParamSpec("_Asked")
 _Answer = TypeVar("_Answer")
@@ -26,7 +27,33 @@ def names_keywords(
             for name in keywords:
                 if name in hints and name not in known:
                     raise InputError(f"{door.__name__} of an {kind} takes no {name}=: {hints[name]}")
+            if "scene" in known and any(isinstance(given, Scene) for given in args):
+                raise InputError(f"{door.__name__} of an {kind} takes a scene by its name: scene=")
             return door(*args, **keywords)
+
+        return asked
+
+    return decorated
+
+
+def says_order(hint: str) -> Callable[[Callable[_Asked, _Answer]], Callable[_Asked, _Answer]]:
+    """Return a decorator of methods: arguments that do not fit are refused with those that do, and a hint."""
+
+    def decorated(door: Callable[_Asked, _Answer]) -> Callable[_Asked, _Answer]:
+        known = signature(door)
+        order = ", ".join(name for name, p in known.parameters.items() if p.default is p.empty)
+
+        @wraps(door)
+        def asked(*args: _Asked.args, **keywords: _Asked.kwargs) -> _Answer:
+            try:
+                return door(*args, **keywords)
+            except TypeError:
+                try:
+                    known.bind(*args, **keywords)
+                except TypeError as error:
+                    wanted = order.removeprefix("self, ")
+                    raise InputError(f"{door.__name__}({wanted}): {error}; {hint}") from None
+                raise
 
         return asked
 

@@ -7,7 +7,7 @@ import math
 import warnings
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from .._arrays import JOINTS, Floats
 from ..arm.arm import MOST_MARGIN, Arm
 from ..arm.offset import OffsetArm
 from ..arm.roll import ROLLS
-from ..errors import InputError, NotSRSError, ShapeError, UnknownRobotError
+from ..errors import InputError, NotSRSError, SceneError, ShapeError, UnknownRobotError
 from ..files.scenes import load_body, load_scene
 from ..files.sheets import ending
 from ..files.tables import load_poses
@@ -30,6 +30,9 @@ from .screen import note
 
 DEGREE = math.pi / 180
 _THINNEST = 1e-3  # m: no arm's links are as thin
+_LONGEST = 5.0  # m: no tool is as long
+_PLACE = COLUMNS[:3]
+AnyArm = TypeVar("AnyArm", Arm, OffsetArm)
 _FILES = (".csv", ".npz", ".json")
 POSE_HELP = "x,y,z,qw,qx,qy,qz: metres and a unit quaternion"
 
@@ -42,6 +45,10 @@ def add_arm(parser: argparse.ArgumentParser, *, required: bool = True) -> None:
     one.add_argument("--urdf", metavar="FILE", help="a robot description: URDF or MJCF (.xml)")
     group.add_argument("--base", metavar="LINK", help="with --urdf: first link; guessed if left out")
     group.add_argument("--tip", metavar="LINK", help="with --urdf: last link; guessed if left out")
+    group.add_argument(
+        "--tool", metavar="TOOL",
+        help="x,y,z or x,y,z,qw,qx,qy,qz: a tool on the tip, m and a unit quaternion; poses are its",
+    )  # fmt: skip
     add_import(group, "with --urdf: ")
 
 
@@ -102,6 +109,7 @@ def with_body(arm: Arm, args: argparse.Namespace) -> tuple[Arm, Scene | None]:
         arm = arm.with_body()
         for line in () if arm.body is None else arm.body.notes:
             note(f"armangle: {line}")
+        _refuse_unusable(arm, scene, args.scene)
         return arm, scene
     links = (args.base, args.tip) if args.urdf is not None else (None, None)
     if Path(text).suffix.lower() == ".toml":
@@ -117,7 +125,17 @@ def with_body(arm: Arm, args: argparse.Namespace) -> tuple[Arm, Scene | None]:
         body = Body.from_urdf(text, *links, exact=not args.inexact)
     for line in body.notes:
         note(f"armangle: {line}")
-    return arm.with_body(body), scene
+    arm = arm.with_body(body)
+    _refuse_unusable(arm, scene, args.scene)
+    return arm, scene
+
+
+def _refuse_unusable(arm: Arm, scene: Scene, file: str) -> None:
+    """Refuse a scene that does not fit the arm, with its file's name; what is made ready here is kept."""
+    try:
+        arm._scene(scene)
+    except SceneError as error:
+        raise InputError(f"{file}: {error}") from None
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
@@ -149,6 +167,25 @@ def _output(text: str) -> str:
 
 
 def the_arm(args: argparse.Namespace) -> Arm:
+    """Return the arm that --robot or --urdf names, with the tool of --tool."""
+    return _tooled(_bare_arm(args), args)
+
+
+def _tooled(arm: AnyArm, args: argparse.Namespace) -> AnyArm:
+    """Return the arm with the tool of --tool on its tip."""
+    if args.tool is None:
+        return arm
+    given = len(args.tool.replace(",", " ").split())
+    if given not in (len(_PLACE), len(COLUMNS)):
+        raise ShapeError(f"--tool has {given} numbers, wanted x,y,z or {','.join(COLUMNS)}")
+    turned = "" if given == len(COLUMNS) else ",1,0,0,0"
+    tool = pose("--tool", args.tool + turned)
+    if np.abs(tool[:3, 3]).max() > _LONGEST:
+        raise InputError(f"--tool is {args.tool}, a place in m: was this in mm?")
+    return arm.with_tool(tool)
+
+
+def _bare_arm(args: argparse.Namespace) -> Arm:
     """Return the arm that --robot or --urdf names."""
     if args.urdf is not None:
         return arm_of_file(args.urdf, args.base, args.tip, args)
@@ -166,12 +203,12 @@ def any_arm(args: argparse.Namespace) -> Arm | OffsetArm:
         return the_arm(args)
     except (NotSRSError, UnknownRobotError):
         if args.urdf is None and args.robot in offset_catalogue():
-            return OffsetArm.from_catalogue(args.robot)
+            return _tooled(OffsetArm.from_catalogue(args.robot), args)
         read = args.urdf and (OffsetArm.from_mjcf if is_mjcf(args.urdf) else OffsetArm.from_urdf)
         if not read:
             raise
         try:
-            return read(args.urdf, args.base, args.tip)
+            return _tooled(read(args.urdf, args.base, args.tip), args)
         except NotSRSError:
             pass
         raise

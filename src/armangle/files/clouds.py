@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import zipfile
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -81,10 +82,14 @@ def _fail(path: PathLike, wanted: str) -> NoReturn:
 
 
 def _npy(data: bytes) -> Floats:
+    if not data.startswith(b"\x93NUMPY"):
+        raise ValueError("it has no header of NPY")
     return np.asarray(np.load(io.BytesIO(data), allow_pickle=False))
 
 
 def _npz(data: bytes) -> Floats:
+    if not zipfile.is_zipfile(io.BytesIO(data)):
+        raise ValueError("it is no NPZ: not a zip archive")
     with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
         names = list(arrays)
         if "points" not in names and len(names) != 1:

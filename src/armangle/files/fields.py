@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import zipfile
 from pathlib import Path
 from typing import NoReturn
 
@@ -47,6 +48,8 @@ def load_field(path: PathLike, *, name: str | None = None) -> Field:
     if Path(path).suffix.lower() != ".npz":
         _fail(path, "a file ending in .npz")
     try:
+        if Path(path).is_file() and not zipfile.is_zipfile(path):
+            raise ValueError("not a zip archive")
         with np.load(path, allow_pickle=False) as arrays:
             held = {key: np.asarray(arrays[key]) for key in _ARRAYS if key in arrays}
     except Exception as error:  # as many ways to fail as there are broken files

@@ -8,12 +8,12 @@ import tomllib
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TypeVar
 
 import numpy as np
 
 from .._arrays import Floats
-from ..errors import ArmangleError, SceneError
+from ..errors import ArmangleError, SceneError, Words
 from ..models.body import Body
 from ..models.cover import Rod, cover_cylinder, cover_mesh, merged, open_edges
 from ..poses import pose
@@ -23,6 +23,7 @@ from .clouds import load_cloud
 from .fields import load_field
 
 PathLike = str | os.PathLike[str]
+_Made = TypeVar("_Made")
 
 _KINDS: dict[str, tuple[Any, tuple[str, ...], tuple[str, ...]]] = {  # needed keys, further keys
     "ball": (Ball, ("center", "radius"), ("name",)),
@@ -76,14 +77,14 @@ def load_scene(path: PathLike) -> Scene:
         objects = _Moveit(_text(path), str(path)).shapes()
         if not objects:
             raise SceneError(str(path), "objects", None, "at least one object: nothing would stand about")
-        return Scene(objects)
+        return _said_of(str(path), Scene, objects)
     table = _toml(path)
     keys = {"clearance", "soft", "ignore", "obstacles", *_KINDS}
     _refuse_other_keys(str(path), table, keys)
     shapes = [_shape(where, kind, row, Path(path).parent) for where, kind, row in _rows(path, table, _KINDS)]
     _refuse_silence(str(path), table, shapes)
     options = {key: table[key] for key in ("clearance", "soft", "ignore") if key in table}
-    return Scene(shapes, **options)
+    return _said_of(str(path), Scene, shapes, **options)
 
 
 def load_body(path: PathLike) -> Body:
@@ -113,13 +114,15 @@ def load_body(path: PathLike) -> Body:
             raise SceneError(str(path), "bones", bones, "a table [bones]")
         _refuse_other_keys(f"{path} [bones]", bones, {"upper_arm", "forearm", "plates"})
         _refuse_missing(f"{path} [bones]", bones, ("upper_arm", "forearm"))
-        return Body.bones(**bones)
+        return _said_of(f"{path} [bones]", Body.bones, **bones)
     _refuse_other_keys(str(path), table, {"ignore", "ball", "capsule"})
     links: dict[int, list[Any]] = {}
     for where, kind, row in _rows(path, table, ("ball", "capsule")):
-        _refuse_missing(where, row, ("link",))
+        if "link" not in row:
+            wanted = "the DH frame (0..7) that carries it; a file of obstacles is read by load_scene"
+            raise SceneError(where, "link", Words("missing"), wanted)
         links.setdefault(row["link"], []).append(_shape(where, kind, {k: row[k] for k in row if k != "link"}))
-    return Body(links, ignore=table.get("ignore", ()))
+    return _said_of(str(path), Body, links, ignore=table.get("ignore", ()))
 
 
 def body_toml(body: Body) -> str:
@@ -169,14 +172,14 @@ def _refuse_silence(where: str, table: dict[str, Any], shapes: list[Shape]) -> N
     if not shapes and "obstacles" not in table:
         tables = ", ".join(f"[[{kind}]]" for kind in _KINDS)
         raise SceneError(
-            where, "obstacles", None, f"a table {tables}, or obstacles = [] where there are none"
+            where, "obstacles", Words("missing"), f"a table {tables}, or obstacles = [] where there are none"
         )
 
 
 def _refuse_missing(where: str, table: dict[str, Any], keys: tuple[str, ...]) -> None:
     for key in keys:
         if key not in table:
-            raise SceneError(where, key, None, "a value")
+            raise SceneError(where, key, Words("missing"), f"keys {', '.join(keys)}")
 
 
 def _rows(path: PathLike, table: dict[str, Any], kinds: Any) -> Iterator[tuple[str, str, dict[str, Any]]]:
@@ -205,16 +208,26 @@ def _shape(where: str, kind: str, row: dict[str, Any], folder: Path | None = Non
             values["points"] = load_cloud(values.pop("path"), 0.0).points
         if kind == "box":
             values["pose"] = pose(values.pop("position"), rpy=values.pop("rpy", [0.0, 0.0, 0.0]))
-        shape: Shape = make(**values)
     except SceneError as error:
-        raise SceneError(f"{where}: {error.shape}", error.name, error.value, _wanted(error)) from None
+        raise _moved(where, error) from None
     except ArmangleError as error:
-        raise SceneError(where, "position, rpy", [row.get("position"), row.get("rpy")], str(error)) from None
+        given, why = [row.get("position"), row.get("rpy")], f"a place (m) and angles (rad): {error}"
+        raise SceneError(where, "position, rpy", given, why) from None
+    shape: Shape = _said_of(where, make, **values)
     return shape
 
 
-def _wanted(error: SceneError) -> str:
-    return str(error).rpartition(", wanted ")[2]
+def _said_of(where: str, make: Callable[..., _Made], *given: Any, **named: Any) -> _Made:
+    """Return what is made of these, or the error with the place in the file that it is of."""
+    try:
+        return make(*given, **named)
+    except SceneError as error:
+        raise _moved(where, error) from None
+
+
+def _moved(where: str, error: SceneError) -> SceneError:
+    wanted = str(error).rpartition(", wanted ")[2]
+    return SceneError(f"{where}: {error.shape}", error.name, error.value, wanted)
 
 
 class _Moveit:

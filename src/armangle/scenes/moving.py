@@ -8,6 +8,7 @@ from typing import Protocol
 from ..errors import SceneError
 from .ready import Ready
 from .scene import Scene, no_scene
+from .shapes import SHAPES
 
 Scenes = Scene | Sequence[Scene] | Callable[[float], Scene]
 
@@ -36,6 +37,8 @@ def scenes_at(scene: Scenes | None, s: Sequence[float]) -> list[Scene]:
         every = list(scene)
     else:
         raise no_scene(scene, "one Scene for all poses, a sequence of one for each, or a function s -> Scene")
+    if any(isinstance(each, SHAPES) for each in every):
+        raise no_scene(every, "one Scene for all poses, or one for each")
     if len(every) != len(s):
         wanted = f"one Scene by itself for all poses, or one for each of the {len(s)}"
         raise SceneError("scene", "number of scenes", len(every), wanted)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import PurePath
 
 from .. import _core
-from ..errors import SceneError
+from ..errors import SceneError, Words
 from .shapes import SHAPES, Shape, _length, _set
 
 Pairs = tuple[tuple[str, str], ...]
@@ -74,12 +74,6 @@ class Scene:
         return tuple(shape.name or f"{_word(shape)}_{at}" for at, shape in enumerate(self.shapes))
 
 
-class _Words(str):
-    """What stands in a message without quotes."""
-
-    __repr__ = str.__str__
-
-
 def no_scene(given: object, wanted: str, owner: str = "scene") -> SceneError:
     """Return the error of something that is no scene: what it is, and how it becomes one."""
     seen: object = given
@@ -89,9 +83,11 @@ def no_scene(given: object, wanted: str, owner: str = "scene") -> SceneError:
     elif isinstance(given, (str, PurePath)):
         how = "; of a file one is read by load_scene(...)"
     elif callable(given):
-        seen, how = _Words("a function"), "; follow and plan take functions of s"
+        seen, how = Words("a function"), "; follow and plan take functions of s"
+    elif isinstance(given, Sequence) and given and isinstance(given[0], SHAPES):
+        seen, how = Words(f"a {type(given).__name__} of shapes"), "; of shapes one is made by Scene([...])"
     elif isinstance(given, Sequence):
-        seen, how = _Words(f"a {type(given).__name__} of {len(given)}"), "; follow takes one for each pose"
+        seen, how = Words(f"a {type(given).__name__} of {len(given)}"), "; follow takes one for each pose"
     return SceneError(owner, "scene", seen, wanted + how)
 
 
