@@ -344,12 +344,13 @@ inline Status newton(const NearArm& arm, const Pose<double>& pose, const PsiPlan
                      const Configuration<double>& gc, SinCos<double> (&angle)[joints]) noexcept {
     bool solved = false;
     double before = infinity;
-    for (int pass = 0; pass < near_rule::newton_steps; ++pass) {
+    for (int pass = 0;; ++pass) {
         const SevenEquations<double> now = seven_equations(arm, pose, plane, angle);
         const double left = now.size();
         solved = left <= near_rule::residual;
         double step[joints], longest = 0;
         if (left <= near_rule::settled || (solved && !(left < before)) || !(left < infinity)) break;
+        if (pass == near_rule::newton_steps) break;  // after the last step is looked at
         before = left;
         const Reduced<double> to(now);
         if (!to.is_regular()) break;

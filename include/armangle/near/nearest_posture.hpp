@@ -105,10 +105,12 @@ private:
 
     // -- postures
 
-    Spot spot(int gc, double psi) const noexcept {
+    /// The posture that inverse() gives; where it is not known whether there is one the quick way alone.
+    Spot spot(int gc, double psi) const noexcept { return spot(gc, psi, open_); }
+    Spot spot(int gc, double psi, bool quick) const noexcept {
         Spot out;
         const PsiPlane<double> plane(on_, sin_cos(psi));
-        out.found = open_ ? solve_quickly(near_, pose_, plane, configuration(gc), out.angle)
+        out.found = quick ? solve_quickly(near_, pose_, plane, configuration(gc), out.angle)
                           : solve_angles(near_, pose_, plane, configuration(gc), out.angle) == Status::OK;
         finish(out);
         return out;
@@ -141,8 +143,13 @@ private:
         const Spot at = spot(gc, psi);
         return offer(gc, psi, at);
     }
+    /// What is taken is what inverse() gives there: beside singularities others may have the same psi.
     double offer(int gc, double psi, const Spot& at) noexcept {
-        const double here = at.kept ? cost(at.q) : infinity;
+        double here = at.kept ? cost(at.q) : infinity;
+        if (!(here < best_.cost)) return here;
+        const Spot told = spot(gc, wrap(psi), false);
+        here =
+            told.found && within_limits(arm_.limits, told.q, tolerance::isolated) ? cost(told.q) : infinity;
         if (here < best_.cost) best_ = {here, psi, gc};
         return here;
     }
