@@ -305,6 +305,7 @@ def test_methods_that_are_sought_in_the_package_are_told_to_be_of_an_arm() -> No
     for name in ("solve", "inverse", "forward", "feasible"):
         with pytest.raises(AttributeError, match=rf"no attribute '{name}': it is of an Arm, arm.{name}$"):
             getattr(aa, name)
-    with pytest.raises(AttributeError, match=r"no attribute 'plann'$") as error:
-        getattr(aa, "plann")  # noqa: B009
-    assert error.value.name == "plann"  # so that Python suggests what is spelled alike
+    wrong = "plann"
+    with pytest.raises(AttributeError, match=rf"no attribute '{wrong}'$") as error:
+        getattr(aa, wrong)
+    assert error.value.name == wrong  # so that Python suggests what is spelled alike
