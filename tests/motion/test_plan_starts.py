@@ -325,3 +325,14 @@ def test_joints_that_share_a_turn_all_along_hold_the_tool_between_rows(samples: 
     assert np.ptp(here[:, 0]) > 0.1
     np.testing.assert_allclose(arm.forward(here)[0], np.broadcast_to(pose, (len(here), 4, 4)), atol=1e-14)
     np.testing.assert_allclose(here[:, 0] + here[:, 2], q[0] + q[2], atol=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("word", "instead"),
+    [("policy", "psi= is a wish"), ("near", "start= are"), ("dt", "retime"), ("velocity", "retime")],
+)
+def test_plan_says_which_argument_to_give(word: str, instead: str) -> None:
+    with pytest.raises(aa.InputError, match=f"plan takes no {word}=: .*{instead}"):
+        aa.plan(IIWA, plain_line(), **{word: 0.1})
+    with pytest.raises(TypeError, match="unexpected"):
+        aa.plan(IIWA, plain_line(), nonsense=1)  # type: ignore[call-arg]  # as a user may

@@ -9,6 +9,7 @@ from support.draw import count, generator
 from support.planned_arms import IIWA
 
 import armangle as aa
+from armangle.motion.rolling import best_planned, ladder
 
 TORCH = aa.pose([0.05, 0.0, 0.2], rpy=[0.0, np.radians(45), 0.0])
 """A welding torch: its wire leans by 45 degrees against axis 7."""
@@ -207,3 +208,23 @@ def test_of_rolls_that_all_fail_the_furthest_is_told_of() -> None:
     free = aa.plan(arm, aa.Line(first, last), roll="free")
     assert not free.ok and free.diagnosis.reached > 0.9
     assert "Of 72 rolls about the tool's z axis that were tried" in free.explain()
+
+
+def test_a_tool_that_stands_takes_the_first_roll_that_costs_nothing() -> None:
+    """Rolls are tried until one costs nothing, and none can cost less."""
+    arm = ARMS[0]
+    pose = arm.forward(POSTURE)[0]
+    path = aa.Line(pose, pose)
+    tried: list[aa.JointPath] = []
+
+    def planned(turned: aa.Path) -> aa.JointPath:
+        tried.append(aa.plan(arm, turned, samples=5))
+        return tried[-1]
+
+    best = best_planned(arm, path, None, None, planned)
+    assert best.certified and best is tried[-1] and cost(best) < 1e-24
+    assert all(not plan.certified or cost(plan) > 1e-24 for plan in tried[:-1])
+    assert len(tried) < len(ladder(arm, path, None, None))
+    result = aa.plan(arm, path, roll="free")
+    assert result.certified
+    np.testing.assert_allclose(result.q[0], best.q[0], atol=1e-12)

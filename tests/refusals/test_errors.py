@@ -268,7 +268,7 @@ def test_an_arm_is_frozen() -> None:
 @pytest.mark.parametrize("word", ["policy", "near", "seed", "velocity", "lookahead"])
 def test_plan_says_which_function_takes_what_it_does_not(word: str) -> None:
     pose = ARM.forward(Q)[0]
-    with pytest.raises(aa.InputError, match=rf"plan of an Arm takes no {word}=: \w"):
+    with pytest.raises(aa.InputError, match=rf"plan takes no {word}=: \w"):
         aa.plan(ARM, [pose, pose], **{word: aa.Hold()})
     with pytest.raises(TypeError, match="unexpected"):
         aa.plan(ARM, [pose, pose], nonsense=1)  # type: ignore[call-arg]  # wrong on purpose

@@ -390,3 +390,15 @@ def test_an_infinite_jerk_is_no_bound() -> None:
     path = aa.plan(arm, aa.Line(first, last), start=start)
     free, unbound = (aa.retime(path, acceleration=3.0, jerk=jerk) for jerk in (None, np.inf))
     assert unbound.duration == free.duration
+
+
+@pytest.mark.parametrize("word", ["dt", "samples", "speed", "duration"])
+def test_retime_says_which_argument_to_give(word: str) -> None:
+    path = aa.plan(ARM, aa.Line(shifted(0, 0, 0), shifted(0.05, 0, 0)))
+    with pytest.raises(aa.InputError, match=f"retime takes no {word}=: "):
+        aa.retime(path, **{word: 0.1})
+    none = aa.plan(aa.Arm.from_catalogue("kuka_iiwa7_r800"), path.path)
+    with pytest.raises(
+        aa.InputError, match=r"acceleration is the arm's own, .* states none: give acceleration="
+    ):
+        aa.retime(none, velocity=1.0)

@@ -15,9 +15,16 @@ _Answer = TypeVar("_Answer")
 
 
 def names_keywords(
-    kind: str, hints: Mapping[str, str]
+    kind: str | None, hints: Mapping[str, str]
 ) -> Callable[[Callable[_Asked, _Answer]], Callable[_Asked, _Answer]]:
-    """Return a decorator of methods of `kind`: a keyword that they do not take is refused with its hint."""
+    """Return a decorator of methods of `kind`, or of what is called by its own name where that is None.
+
+    A keyword that they do not take is refused with its hint.
+    """
+
+    def called(door: Callable[_Asked, _Answer]) -> str:
+        owner = door.__qualname__.removesuffix(".__init__")
+        return owner if kind is None else f"{door.__name__} of an {kind}"
 
     def decorated(door: Callable[_Asked, _Answer]) -> Callable[_Asked, _Answer]:
         known = signature(door).parameters
@@ -26,9 +33,9 @@ def names_keywords(
         def asked(*args: _Asked.args, **keywords: _Asked.kwargs) -> _Answer:
             for name in keywords:
                 if name in hints and name not in known:
-                    raise InputError(f"{door.__name__} of an {kind} takes no {name}=: {hints[name]}")
+                    raise InputError(f"{called(door)} takes no {name}=: {hints[name]}")
             if "scene" in known and any(isinstance(given, Scene) for given in args):
-                raise InputError(f"{door.__name__} of an {kind} takes a scene by its name: scene=")
+                raise InputError(f"{called(door)} takes a scene by its name: scene=")
             return door(*args, **keywords)
 
         return asked

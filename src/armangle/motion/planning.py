@@ -95,16 +95,22 @@ class Objective:
 
 
 _DEFAULT_OBJECTIVE = Objective()
+_START = "start= are the joints that it begins with"
+_TIMES = "retime(path, velocity=, acceleration=) gives it times; Objective(duration=) weighs them"
 _KEYWORDS = {
-    "policy": "psi= takes what is wished of the elbow, a Towards or ψ itself; follow takes policies",
-    "near": "start= and goal= are the joints at its ends",
-    "seed": "start= and goal= are the joints at its ends",
-    "velocity": "retime(path, velocity=, acceleration=) gives it times, Objective(duration=) makes it fast",
+    "policy": "psi= is a wish for the arm angle, and objective= weighs it; follow(poses, policy=) does",
+    "near": _START,
+    "seed": _START,
+    "q0": _START,
+    "dt": "samples= is the number of rows; retime(path, sample=) gives them times",
+    "velocity": _TIMES,
+    "acceleration": _TIMES,
     "lookahead": "it sees the whole path; follow(lookahead=) sees some poses ahead",
+    "max_joint_step": f"without samples= rows are added where a joint would move more than {ROW_STEP} rad",
 }
 
 
-@names_keywords("Arm", _KEYWORDS)
+@names_keywords(None, _KEYWORDS)
 def plan(
     arm: Arm,
     path: Path | Sequence[Path] | ArrayLike,
@@ -126,6 +132,9 @@ def plan(
     """Return a motion along the whole path, certified between its rows; or one that says why there is none.
 
     Not to be confused with `follow`, which goes from pose to pose and can run into dead ends.
+
+    The tool keeps to the path exactly, to rounding: what is chosen is the arm angle, the branch and windings,
+    and the roll where it is free. Only `blend` leaves the path, at its corners.
 
     For each global configuration the exact feasible arcs at adaptively chosen s are linked into a tube, the
     best way through is searched; from it and from arm angles that are held, a twice differentiable arm angle

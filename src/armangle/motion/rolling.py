@@ -28,6 +28,9 @@ _GROWING = np.radians([15.0, -15.0, 30.0, -30.0, 60.0, -60.0, 90.0, -90.0, 180.0
 
 _NOTE = "Of {} rolls about the tool's z axis that were tried this is the one that comes furthest."
 
+_NOTHING = (False, False, 1e-24)
+"""The worth of a plan that costs nothing but rounding, as where the tool stands: none can cost less."""
+
 Rung = tuple[float, float]
 
 
@@ -89,7 +92,11 @@ def best_planned(
     """Return the plan of the rung that costs least; where none holds, of the one that comes furthest."""
     rungs = ladder(arm, path, start, goal)
     held, furthest = _held(arm, path, rungs)
-    every = [planned(rolled(path, *rung)) for rung in held or [furthest]]
+    every: list[JointPath] = []
+    for rung in held or [furthest]:
+        every.append(planned(rolled(path, *rung)))
+        if _worth(every[-1]) <= _NOTHING:
+            break
     if start is None and goal is None and not any(result.ok for result in every):
         for rung in _held(arm, path, _growing())[0][:LADDER]:
             result = planned(rolled(path, *rung))

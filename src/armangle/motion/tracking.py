@@ -13,6 +13,7 @@ from .. import _core
 from .._arrays import CONFIGURATIONS, JOINTS, Floats, as_floats, as_number, check_turns, chosen, one_posture
 from .._core import Wish
 from ..arm.arm import Arm
+from ..arm.keywords import names_keywords
 from ..arm.offset import OffsetArm
 from ..arm.wish import DIRECTIONS, Direction
 from ..errors import ConfigurationError, InputError, SceneError, ShapeError
@@ -36,6 +37,16 @@ _MOST_CLEARANCE = 10.0  # m
 _LONGEST = 1e3  # m, of what a radian counts as
 _POINT = 3
 _NO_SAMPLE = np.full((4, 4), np.nan)
+_START = "start(q) says where the arm stands"
+_KEYWORDS = {
+    "policy": "the arm angle is its own choice; step(pose, elbow=) or elbow_direction= hints at another",
+    "psi": "step(pose, elbow=) or elbow_direction= hints at an arm angle",
+    "start": _START,
+    "near": _START,
+    "q0": _START,
+    "rate": "dt= is the time of a tick, s",
+    "max_joint_step": "velocity= bounds the joints, rad/s",
+}
 
 
 class Tracked(NamedTuple):
@@ -204,6 +215,7 @@ class Tracker:
     'FOLLOWING'
     """
 
+    @names_keywords(None, _KEYWORDS)
     def __init__(
         self,
         arm: Arm | OffsetArm,

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._arrays import Floats, as_number
+from ..arm.keywords import names_keywords
 from ..errors import InputError, PathError
 from ..motion.joint_path import JointPath
 from ..motion.options import Bound, joint_bound
@@ -41,6 +42,15 @@ _LEAST_BOUND = 1e-12
 """Of speeds, accelerations and jerks: times from less are no numbers."""
 
 
+_ROWS = "sample= is the time between the rows, s; at(t) of the result gives any"
+_KEYWORDS = {
+    "dt": _ROWS,
+    "samples": _ROWS,
+    "speed": "tool_speed= is the tool's, m/s, velocity= the joints', rad/s",
+    "duration": "it is as short as velocity= and acceleration= let it be",
+}
+
+
 class _Bounds(NamedTuple):
     velocity: Floats
     acceleration: Floats
@@ -50,6 +60,7 @@ class _Bounds(NamedTuple):
     tolerance: float
 
 
+@names_keywords(None, _KEYWORDS)
 def retime(
     path: Motion,
     *,
