@@ -60,6 +60,44 @@ def test_nothing_nearer_is_allowed(case: Case) -> None:
     assert not regular or asked.arcs()[found.gc].contains(found.psi)
 
 
+def bent(arm: aa.Arm, **halves: float) -> aa.Arm:
+    """The arm with other limits of joints 2 and 6, alike on both sides of 0."""
+    upper = np.array(arm.upper)
+    upper[[1, 5]] = halves["two"], halves["six"]
+    return arm.with_(lower=-upper, upper=upper)
+
+
+MARGINS = {
+    "iiwa": IIWA,
+    "joint 2 bends farther": bent(IIWA, two=2.4, six=1.3),
+    "joint 6 bends farther": bent(IIWA, two=1.1, six=2.2),
+    "joint 6 as it likes": bent(IIWA, two=2.0, six=np.inf),
+    "joint 6 to one side": IIWA.with_(lower=[*IIWA.lower[:5], -0.9, IIWA.lower[6]]),
+    "openarm": aa.Arm.from_catalogue("openarm_v10"),
+    "human": aa.Arm.from_catalogue("human_arm_left"),
+}
+"""Arms whose joints 2 and 6 decide most margins alone, by |theta|, and others."""
+
+
+@pytest.mark.parametrize("name", MARGINS)
+def test_no_grid_keeps_a_larger_margin(name: str) -> None:
+    arm, alone = MARGINS[name], 0
+    for number in range(draw.count(24, len(MARGINS))):
+        q = draw.generator(16, number).uniform(np.maximum(arm.lower, -4), np.minimum(arm.upper, 4))
+        pose = arm.forward(q)[0]
+        case = Case(number, arm, pose, q, np.ones(7), "l2", "margin")
+        for asked in (case, narrowed(case)):
+            found, best = asked.solve(), brute_force(asked, GRID)
+            assert found.ok == bool(best < np.inf)
+            if not found.ok:
+                continue
+            assert cost_of(asked, found) <= best + AT_AN_END
+            assert np.abs(arm.forward(found.q)[0] - pose).max() <= 1e-12
+            apart = np.minimum(found.q - arm.lower, arm.upper - found.q)
+            alone += bool(asked is case and apart[[0, 2, 4, 6]].min() > apart[[1, 5]].min())
+    assert alone >= (2 if name in ("openarm", "human") else 6)
+
+
 @pytest.mark.parametrize("case", cases(draw.count(20), draw.SEED + 2), ids=str)
 def test_each_arc_has_its_own_nearest(case: Case) -> None:
     arcs = case.arcs()

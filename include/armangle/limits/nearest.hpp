@@ -13,6 +13,8 @@
 // midpoint tests.
 #pragma once
 
+#include <bit>
+
 #include "../circle/forward.hpp"
 #include "feasible.hpp"
 #include "joint_boxes.hpp"
@@ -102,7 +104,8 @@ ARMANGLE_INLINE bool may_hide(const LimitTable& t, const Circle<double>& c,
 struct JointCost {
     double near, weight, room;
     double sign, offset, lower, upper;
-    bool wide;  // a full turn or more: it has windings to choose from
+    bool wide;    // a full turn or more: it has windings to choose from
+    bool direct;  // the limits lie within half a turn of `near`: no winding in them is farther than that
 
     /// The value within the limits that is nearest to `near`.
     double centre() const noexcept { return min(max(near, lower), upper); }
@@ -123,6 +126,22 @@ struct Wedge {
         falling = select(down, value, falling);
         fall = select(down, slope, fall);
     }
+
+    /// Takes the lines of another.
+    void add(const Wedge& other) noexcept {
+        add(other.rising, other.rise);
+        add(other.falling, other.fall);
+    }
+
+    /// Where the lines cross, or come nearest to it in boxes of half width r: off their middles.
+    Boxes cross(const Boxes& r) const noexcept {
+        const Boxes none(-infinity), steep = max(rise - fall, Boxes(1e-300));
+        const Boxes apart = select((rising == none) & (falling == none), Boxes(0.0), falling - rising);
+        return min(max(apart / steep, -r), r);
+    }
+
+    /// The higher of the two lines there.
+    Boxes at(const Boxes& off) const noexcept { return max(rising + rise * off, falling + fall * off); }
 };
 
 /// Costs of eight boxes, summed over joints (their maximum in the other metrics).
@@ -179,14 +198,19 @@ protected:
         c.wide = !(c.upper - c.lower < two_pi);
         c.near = options_.near ? options_.near[j] : arm_.joint_middle[j];
         c.weight = options_.metric == Metric::max ? sqrt(options_.weight[j]) : options_.weight[j];
-        if (options_.metric != Metric::margin) return c;
+        if (options_.metric == Metric::margin) measure_margin(c, arm_.joint_middle[j]);
+        c.direct = c.near - pi < c.lower && c.upper < c.near + pi;
+        return c;
+    }
+
+    /// A cost that is the least distance to a limit, less than nothing within the limits.
+    static void measure_margin(JointCost& c, double middle) noexcept {
         const bool below = c.lower > -infinity, above = c.upper < infinity;
-        c.near = arm_.joint_middle[j];
+        c.near = middle;
         c.weight = below && above ? 1.0 : 0.0;
         c.room = below && above ? 0.5 * (c.upper - c.lower) : 0.0;
         if (below && !above) c.near = c.lower + two_pi;  // any winding far from the only limit will do
         if (above && !below) c.near = c.upper - two_pi;
-        return c;
     }
 
     /// What a joint costs that is d off `near`.
@@ -307,7 +331,8 @@ public:
         // The elbow's own cost is the same for every psi. Where costs are a maximum it would hide what the
         // other joints cost, so that each elbow is searched without it, and the two are compared with it.
         place_boxes();
-        const Best found = squares() ? of_both_elbows() : of_each_elbow();
+        const bool together = squares() || abs(elbow_[0].cost_4 - elbow_[1].cost_4) <= tie(elbow_[0].cost_4);
+        const Best found = together ? of_both_elbows() : of_each_elbow();
         best_ = found;
         out = nothing(arcs_.status);
         if (best_.gc >= 0 || out.status == Status::OK) out = result();
@@ -319,7 +344,11 @@ public:
     /// The nearest posture of each branch and arc.
     void all(Nearests& out) noexcept {
         place_boxes();
-        for (int elbow = 0; elbow < 2; ++elbow) survey(elbow);
+        for (int elbow = 0; elbow < 2; ++elbow) {
+            if (!elbow_[elbow].open) continue;
+            open(elbow);
+            survey(elbow);
+        }
         out.count = 0;
         out.status = nothing(arcs_.status).status;
         for (int gc = 0; gc < configurations; ++gc) {
@@ -396,10 +425,9 @@ private:
         const int first = elbow_[1].cost_4 < cost - tie(cost);
         unsigned branches = 0;
         for (const int elbow : {first, 1 - first}) {
-            if (branches != 0 && dropped(elbow_[elbow].cost_4)) break;
-            survey(elbow);
+            if (branches != 0 && squares() && dropped(elbow_[elbow].cost_4)) break;
+            if (!begin(elbow)) continue;
             branches |= elbow_branches << 2 * elbow;
-            singular_points(elbow);
             offer_middles(elbow_branches << 2 * elbow, -1);
         }
         search_boxes(branches, -1);
@@ -412,15 +440,33 @@ private:
         Best found;
         for (int elbow = 0; elbow < 2; ++elbow) {
             if (elbow_[elbow].cost_4 > with_elbow(found)) continue;
-            survey(elbow);
             best_ = Best{};
-            singular_points(elbow);
-            search(elbow_branches << 2 * elbow, -1);
+            if (begin(elbow)) search(elbow_branches << 2 * elbow, -1);
             polish();
             if (found.gc < 0 || is_cheaper(best_, found)) found = best_;
             ceiling_ = with_elbow(found);
         }
         return found;
+    }
+
+    /// Offers the postures of an elbow that need no search; whether a search may find a better one.
+    bool begin(int elbow) noexcept {
+        ElbowBranches& e = elbow_[elbow];
+        if (!e.open) return false;
+        fill_functions(e);
+        const LeastBent bent = least_bent(e);
+        if (dropped(bent.cost) && best_.gc < gc_of(elbow, 0)) return false;
+        fill_arcs(elbow);
+        singular_points(elbow);
+        for (int branch = 0; branch < 4 && bent.cost > -infinity; ++branch) {
+            const int gc = gc_of(elbow, branch);
+            if (best_.gc < gc && dropped(bent.cost)) continue;  // at best as good, and the lowest gc stays
+            if (holds(gc, -1, bent.psi)) try_point(gc, bent.psi, true);
+        }
+        if (dropped(bent.cost)) return false;
+        fill_cuts(e);
+        survey(elbow);
+        return true;
     }
 
     /// Whether one elbow's best is cheaper than another's: with joint 4, or, where that decides alike,
@@ -464,14 +510,18 @@ private:
 
     /// The joint functions of one elbow, and the arcs of its four branches.
     void open(int elbow) noexcept {
-        ElbowBranches& e = elbow_[elbow];
+        fill_functions(elbow_[elbow]);
+        fill_arcs(elbow);
+        fill_cuts(elbow_[elbow]);
+    }
+
+    /// The joint functions of one elbow, and what is singular about them.
+    void fill_functions(ElbowBranches& e) const noexcept {
         e.functions = joint_functions(e.motion);
         e.lost[0] = shoulder_singular(e.motion);
         e.lost[1] = wrist_singular(e.motion);
         e.hides = may_hide(limits_, circle_, e.functions);
         e.delicate = limits_.locked || e.hides;
-        fill_arcs(elbow);
-        fill_cuts(e);
     }
 
     /// The index of a branch (shoulder + 2 wrist) of an elbow.
@@ -614,9 +664,11 @@ private:
         const bool mirrored = hinge && negative;  // a pivot turns by half a turn instead
         const Boxes straight = negative ? j.theta + pi : j.theta;
         const Boxes theta = mirrored ? -j.theta : straight, way = mirrored ? -sign : sign;
-        const Boxes q = to_q(theta, sign, Boxes(c.offset), Boxes(c.lower), Boxes(c.upper), Boxes(c.near));
-        const Boxes off = q - Boxes(c.near), weight(c.weight);
-        const Boxes least = least_off(c, q, hinge ? j.travel : j.travel + noise);
+        const Boxes near(c.near), travel = hinge ? j.travel : j.travel + noise, weight(c.weight);
+        const Boxes q = c.direct ? lift(to_q(theta, sign, Boxes(c.offset)), near)
+                                 : to_q(theta, sign, Boxes(c.offset), Boxes(c.lower), Boxes(c.upper), near);
+        const Boxes off = q - near;
+        const Boxes least = c.direct ? max(abs(off) - travel, Boxes(0.0)) : least_off(c, q, travel);
         if (!squares()) {
             sum.value = max(sum.value, weight * abs(off) - Boxes(c.room));
             sum.least = max(sum.least, weight * least - Boxes(c.room));
@@ -645,22 +697,40 @@ private:
     }
 
     /// What the three joints of a side cost; negative: in the branch whose hinge is negative.
-    BoxCosts side_costs(const ElbowBranches& e, const SideBoxes& boxes, int side, bool negative,
-                        const SinCos<Boxes>& at, const Boxes& r) const noexcept {
-        if (e.lost[side]) return lost_costs(e, side, negative, at, r);
-        BoxCosts sum = no_costs();
+    void side_costs(const ElbowBranches& e, const SideBoxes& boxes, int side, bool negative,
+                    const SinCos<Boxes>& at, const Boxes& r, BoxCosts& sum) const noexcept {
+        sum = no_costs();
+        if (e.lost[side]) return lost_costs(e, side, negative, at, r, sum);
         for (int i = 0; i < 3; ++i) add(sum, boxes, i, joint_[4 * side + i], negative, r);
         sum.smooth &= boxes.regular;
-        return sum;
     }
+
+    /// What each side costs over eight boxes, with its hinge positive and negative.
+    struct SidesCosts {
+        BoxCosts shoulder[2], wrist[2];
+
+        /// Of some branches of an elbow, a bit for each gc; the sides of none of them are not there.
+        SidesCosts(const NearestSearch& search, const ElbowBranches& e, unsigned branches,
+                   const Boxes& middle, const Boxes& r) noexcept {
+            static constexpr unsigned of_shoulder[2] = {0x55, 0xaa}, of_wrist[2] = {0x0f, 0xf0};
+            const SinCos<Boxes> at = sin_cos(middle);
+            const SideBoxes first = side_boxes(e.functions, 0, at, r),
+                            second = side_boxes(e.functions, 1, at, r);
+            for (int negative = 0; negative < 2; ++negative) {
+                if (branches & of_shoulder[negative])
+                    search.side_costs(e, first, 0, negative, at, r, shoulder[negative]);
+                if (branches & of_wrist[negative])
+                    search.side_costs(e, second, 1, negative, at, r, wrist[negative]);
+            }
+        }
+    };
 
     /// The two sides and the elbow together.
     BoxCosts total(const ElbowBranches& e, const BoxCosts& a, const BoxCosts& b) const noexcept {
         const Boxes elbow(e.cost_4);
         if (!squares()) {
             Wedge wedge = a.wedge;
-            wedge.add(b.wedge.rising, b.wedge.rise);
-            wedge.add(b.wedge.falling, b.wedge.fall);
+            wedge.add(b.wedge);
             return {max(a.value, b.value), a.slope, a.second, max(a.least, b.least), a.noise, 0, wedge};
         }
         return {a.value + b.value + elbow,
@@ -715,8 +785,8 @@ private:
     }
 
     /// The same of a side whose first and last joint are one axis: the cheapest shares of their turn.
-    BoxCosts lost_costs(const ElbowBranches& e, int side, bool negative, const SinCos<Boxes>& at,
-                        const Boxes& r) const noexcept {
+    void lost_costs(const ElbowBranches& e, int side, bool negative, const SinCos<Boxes>& at, const Boxes& r,
+                    BoxCosts& out) const noexcept {
         const JointCost &a = joint_[4 * side], &b = joint_[4 * side + 2], &h = joint_[4 * side + 1];
         const Pivot<double>& p = e.functions.pivot[2 * side + 1];
         const double eps = epsilon(e, side),
@@ -724,7 +794,6 @@ private:
         const double q_h = to_q(negative ? -theta_h : theta_h, h.sign, h.offset, h.lower, h.upper, h.near);
         const double fixed = cost_of(h, q_h - h.near);
         const double rate = b.sign * derivative(p, {0.0, 1.0}), weights = a.weight + b.weight;
-        BoxCosts out = no_costs();
         for (int i = 0; i < 8; ++i) {
             const SinCos<double> here{at.sin[i], at.cos[i]};
             const double wish = lost_wish(e, side, atan2(p.U.at(here), p.V.at(here))), reach = r[i];
@@ -753,7 +822,6 @@ private:
             if (!(value + abs(slope) * reach + 0.5 * steepest * reach * reach < others))
                 out.smooth &= ~(1u << i);
         }
-        return out;
     }
 
     // -- postures
@@ -829,8 +897,6 @@ private:
     /// Bounds of one elbow's branches over these boxes.
     void survey(int elbow) noexcept {
         const ElbowBranches& e = elbow_[elbow];
-        if (!e.open) return;
-        open(elbow);
         constexpr int n = nearest_rule::first_boxes;
         const double width = two_pi / n;
         const Boxes r(0.5 * width);
@@ -844,18 +910,17 @@ private:
     /// Bounds of an elbow's four branches over eight boxes, from box i on.
     void survey_eight(const ElbowBranches& e, int elbow, int i, const Boxes& middle,
                       const Boxes& r) noexcept {
-        const SinCos<Boxes> at = sin_cos(middle);
-        const SideBoxes shoulder = side_boxes(e.functions, 0, at, r),
-                        wrist = side_boxes(e.functions, 1, at, r);
-        const BoxCosts a[2] = {side_costs(e, shoulder, 0, false, at, r),
-                               side_costs(e, shoulder, 0, true, at, r)};
-        const BoxCosts b[2] = {side_costs(e, wrist, 1, false, at, r), side_costs(e, wrist, 1, true, at, r)};
+        unsigned some = 0;  // the branches that have arcs
         for (int branch = 0; branch < 4; ++branch) {
             const int gc = gc_of(elbow, branch);
-            const BoxCosts sum = total(e, a[branch & 1], b[branch >> 1]);
-            const Boxes nowhere(infinity);
-            (arcs_.arcs[gc].empty() ? nowhere : sum.least).store(&least_[gc][i]);
-            (arcs_.arcs[gc].empty() ? nowhere : sum.value).store(&value_[gc][i]);
+            if (!arcs_.arcs[gc].empty()) some |= 1u << gc;
+        }
+        const SidesCosts sides(*this, e, some, middle, r);
+        for (int gc = 0; gc < configurations; ++gc) {
+            if (!is_in(gc, some)) continue;
+            const BoxCosts sum = total(e, sides.shoulder[gc & 1], sides.wrist[gc >> 2 & 1]);
+            sum.least.store(&least_[gc][i]);
+            sum.value.store(&value_[gc][i]);
         }
     }
 
@@ -892,31 +957,63 @@ private:
     /// The boxes in rising order of their bounds, until none can hold anything better.
     void search_boxes(unsigned branches, int only_arc) noexcept {
         constexpr int n = nearest_rule::first_boxes;
-        const double width = two_pi / n;
-        double least[configurations * n];
-        int count = 0, box[configurations * n];
-        for (int gc = 0; gc < configurations; ++gc) {
-            if (arcs_.arcs[gc].empty() || !(branches >> gc & 1)) continue;
+        for (int gc = 0; gc < configurations; ++gc)
+            if (arcs_.arcs[gc].empty()) branches &= ~(1u << gc);
+        struct Box {
+            double least;
+            int index;
+            unsigned branches;  // that are looked at together
+        } box[configurations * n];
+        int count = 0;
+        for (int group = 0; group < (squares() ? configurations : 2); ++group) {
+            const unsigned together = (squares() ? 1u << group : elbow_branches << 2 * group) & branches;
+            double least[n];
+            for (double& x : least) x = infinity;
+            for (int gc = 0; gc < configurations; ++gc) {
+                if (!is_in(gc, together)) continue;
+                for (int i = 0; i < n; ++i) least[i] = min(least[i], least_[gc][i]);
+            }
             for (int i = 0; i < n; ++i) {
-                least[count] = least_[gc][i];
-                box[count] = gc * n + i;
-                count += !dropped(least_[gc][i]);
+                box[count] = {least[i], i, together};
+                count += !dropped(least[i]);
             }
         }
         while (count > 0) {
             int at = 0;
             for (int k = 1; k < count; ++k)
-                if (least[k] < least[at]) at = k;
-            if (dropped(least[at])) break;
-            const int gc = box[at] / n, i = box[at] % n;
-            least[at] = least[--count];
-            box[at] = box[count];
-            const double middle = first_ + width * i;
+                if (box[k].least < box[at].least) at = k;
+            const Box next = box[at];
+            if (dropped(next.least)) break;
+            box[at] = box[--count];
             const int given = nearest_rule::work < left_ ? nearest_rule::work : left_;
             work_ = given;
-            clip(gc, only_arc, middle - 0.5 * width, middle + 0.5 * width);
+            look_into(next.branches, next.index, only_arc);
             left_ -= work_ > 0 ? given - work_ : given;
         }
+    }
+
+    /// Whether a branch is one of those of a bit each.
+    static bool is_in(int gc, unsigned branches) noexcept { return branches >> gc & 1; }
+
+    /// A box of some branches of an elbow: those together that have all of it, the others one by one.
+    void look_into(unsigned branches, int i, int only_arc) noexcept {
+        const double width = two_pi / nearest_rule::first_boxes, middle = first_ + width * i;
+        const double from = middle - 0.5 * width, to = middle + 0.5 * width;
+        unsigned whole = 0;
+        for (int gc = 0; gc < configurations; ++gc)
+            if (is_in(gc, branches) && !dropped(least_[gc][i]) && covers(gc, only_arc, from, to))
+                whole |= 1u << gc;
+        if (whole) cut(whole, from, to);
+        for (int gc = 0; gc < configurations; ++gc)
+            if (is_in(gc, branches & ~whole) && !dropped(least_[gc][i])) clip(gc, only_arc, from, to);
+    }
+
+    /// Whether an arc of a branch, or arc only_arc where that is not -1, holds all of a box.
+    bool covers(int gc, int only_arc, double from, double to) const noexcept {
+        const ArcSet& arcs = arcs_.arcs[gc];
+        const Place begin = find(arcs, from, 0.0);
+        if (begin.index < 0 || (only_arc >= 0 && begin.index != only_arc)) return false;
+        return arcs.full || begin.psi + (to - from) <= arcs.arc[begin.index].upper;
     }
 
     /// Whether psi lies in an arc of a branch; in arc only_arc alone where that is not -1.
@@ -936,10 +1033,9 @@ private:
         return !(least > best_.cost + tie(best_.cost)) && !(least > ceiling_);
     }
 
-    /// The parts of a box that lie in arcs, cut where windings end.
+    /// The parts of a box that lie in arcs of a branch, cut where windings end.
     void clip(int gc, int only_arc, double from, double to) noexcept {
         const ArcSet& arcs = arcs_.arcs[gc];
-        if (arcs.full) return cut(gc, from, to);
         for (int i = 0; i < arcs.count; ++i) {
             if (only_arc >= 0 && i != only_arc) continue;
             for (const double turn : {-two_pi, 0.0, two_pi}) {
@@ -947,14 +1043,19 @@ private:
                              upper = min(arcs.arc[i].upper + turn, to);
                 // an isolated psi at the seam of two boxes is in one of them
                 const double crack = is_isolated(arcs.arc[i]) ? tolerance::same_psi : 0.0;
-                if (lower - upper <= crack) cut(gc, lower, upper);
+                if (lower - upper <= crack) cut(1u << gc, lower, upper);
             }
         }
     }
 
+    /// The elbow of some branches, all of one.
+    const ElbowBranches& elbow_of(unsigned branches) const noexcept {
+        return elbow_[(branches & elbow_branches) == 0];
+    }
+
     /// Cuts a part of an arc where windings end, and descends into each piece.
-    void cut(int gc, double from, double to) noexcept {
-        const ElbowBranches& e = elbow_[gc >> 1 & 1];
+    void cut(unsigned branches, double from, double to) noexcept {
+        const ElbowBranches& e = elbow_of(branches);
         double at = from;
         for (;;) {
             double next = to;
@@ -962,24 +1063,32 @@ private:
                 const double x = lift(e.cut[i], 0.5 * (from + to));
                 if (x > at && x < next) next = x;
             }
-            descend(gc, at, next, 0);
+            descend(branches, at, next, 0);
             if (!(next < to)) return;
             at = next;
         }
     }
 
     /// Splits [from, to], on which all windings stay, into eight boxes.
-    void descend(int gc, double from, double to, int depth) noexcept {
+    void descend(unsigned branches, double from, double to, int depth) noexcept {
         const double radius = (to - from) / 16;
         if (radius < nearest_rule::narrowest || depth > nearest_rule::deepest || --work_ < 0) {
-            try_point(gc, from, false);
-            try_point(gc, to, false);
+            for (int gc = 0; gc < configurations; ++gc) {
+                if (!is_in(gc, branches)) continue;
+                try_point(gc, from, false);
+                try_point(gc, to, false);
+            }
             return;
         }
         double middle[8];
         for (int k = 0; k < 8; ++k) middle[k] = from + radius * (2 * k + 1);
+        if (squares()) return descend_sums(std::countr_zero(branches), middle, radius, depth);
+        descend_wedges(branches, middle, radius, depth);
+    }
+
+    /// The same of one branch where costs are a sum.
+    void descend_sums(int gc, const double (&middle)[8], double radius, int depth) noexcept {
         const BoxCosts sum = costs(gc, Boxes::load(middle), Boxes(radius));
-        if (!squares()) return descend_wedges(gc, middle, radius, sum, depth);
         double value[8], least[8];
         const Boxes low = sum.second.lower();
         const Boxes bowl =
@@ -1002,45 +1111,62 @@ private:
             else if (smooth && low[k] > 0)
                 newton(gc, middle[k], radius, slope, sum.second.middle[k]);
             else
-                descend(gc, middle[k] - radius, middle[k] + radius, depth + 1);
+                descend(1u << gc, middle[k] - radius, middle[k] + radius, depth + 1);
         }
     }
 
-    /// The same where costs are a maximum: of each box what lies below the best cost between its two lines.
-    void descend_wedges(int gc, const double (&middle)[8], double radius, const BoxCosts& sum,
-                        int depth) noexcept {
-        const Wedge& w = sum.wedge;
-        const Boxes none(-infinity), r(radius), steep = max(w.rise - w.fall, Boxes(1e-300));
-        const Boxes apart =
-            select((w.rising == none) & (w.falling == none), Boxes(0.0), w.falling - w.rising);
-        const Boxes cross = min(max(apart / steep, -r), r);
-        const Boxes bound = max(max(w.rising + w.rise * cross, w.falling + w.fall * cross), sum.least);
-        int lowest = 0;
-        for (int k = 1; k < 8; ++k)
-            if (bound[k] < bound[lowest]) lowest = k;
-        if (!equals_best(bound[lowest])) return;
-        try_point(gc, middle[lowest] + cross[lowest], false);
-        for (int k = 0; k < 8; ++k) {
-            if (dropped(bound[k])) {
-                // of postures that cost the same the rule decides, not which of them is met first
-                if (k != lowest && equals_best(bound[k])) try_point(gc, middle[k] + cross[k], false);
-                continue;
+    /// The same where costs are a maximum: of each box what lies below the best cost between the two lines
+    /// of a branch.
+    void descend_wedges(unsigned branches, const double (&middle)[8], double radius, int depth) noexcept {
+        const ElbowBranches& e = elbow_of(branches);
+        const Boxes r(radius);
+        const SidesCosts sides(*this, e, branches, Boxes::load(middle), r);
+        Wedge wedge[configurations];
+        Boxes cross[configurations], bound[configurations];
+        int lowest = 0, lowest_gc = -1;
+        for (int gc = 0; gc < configurations; ++gc) {
+            if (!is_in(gc, branches)) continue;
+            const BoxCosts sum = total(e, sides.shoulder[gc & 1], sides.wrist[gc >> 2 & 1]);
+            wedge[gc] = sum.wedge;
+            cross[gc] = sum.wedge.cross(r);
+            bound[gc] = max(sum.wedge.at(cross[gc]), sum.least);
+            for (int k = 0; k < 8; ++k) {
+                if (lowest_gc >= 0 && !(bound[gc][k] < bound[lowest_gc][lowest])) continue;
+                lowest = k;
+                lowest_gc = gc;
             }
-            double from = -radius, to = radius;
-            if (w.fall[k] < 0) from = max(from, (best_.cost - w.falling[k]) / w.fall[k]);
-            if (w.rise[k] > 0) to = min(to, (best_.cost - w.rising[k]) / w.rise[k]);
-            if (from <= to) descend(gc, middle[k] + from, middle[k] + to, depth + 1);
+        }
+        if (!equals_best(bound[lowest_gc][lowest])) return;
+        try_point(lowest_gc, middle[lowest] + cross[lowest_gc][lowest], false);
+        for (int k = 0; k < 8; ++k) {
+            unsigned kept = 0;
+            double from = radius, to = -radius;
+            for (int gc = 0; gc < configurations; ++gc) {
+                if (!is_in(gc, branches)) continue;
+                if (dropped(bound[gc][k])) {
+                    // of postures that cost the same the rule decides, not which of them is met first
+                    if ((k != lowest || gc != lowest_gc) && equals_best(bound[gc][k]))
+                        try_point(gc, middle[k] + cross[gc][k], false);
+                    continue;
+                }
+                const Wedge& w = wedge[gc];
+                double lower = -radius, upper = radius;
+                if (w.fall[k] < 0) lower = max(lower, (best_.cost - w.falling[k]) / w.fall[k]);
+                if (w.rise[k] > 0) upper = min(upper, (best_.cost - w.rising[k]) / w.rise[k]);
+                if (!(lower <= upper)) continue;
+                kept |= 1u << gc;
+                from = min(from, lower);
+                to = max(to, upper);
+            }
+            if (kept) descend(kept, middle[k] + from, middle[k] + to, depth + 1);
         }
     }
 
     /// What a branch costs over eight boxes.
     BoxCosts costs(int gc, const Boxes& middle, const Boxes& r) const noexcept {
         const ElbowBranches& e = elbow_[gc >> 1 & 1];
-        const SinCos<Boxes> at = sin_cos(middle);
-        const SideBoxes shoulder = side_boxes(e.functions, 0, at, r),
-                        wrist = side_boxes(e.functions, 1, at, r);
-        return total(e, side_costs(e, shoulder, 0, gc & 1, at, r),
-                     side_costs(e, wrist, 1, gc >> 2 & 1, at, r));
+        const SidesCosts sides(*this, e, 1u << gc, middle, r);
+        return total(e, sides.shoulder[gc & 1], sides.wrist[gc >> 2 & 1]);
     }
 
     /// A minimum known by its cost alone is good to half the digits: Newton's method beside it gives the
@@ -1084,6 +1210,74 @@ private:
             const double top = atan2(h.H.s, h.H.c);
             if (h.high.below_one <= tolerance::touching) touch(elbow, side, top);
             if (h.low.above_minus_one <= tolerance::touching) touch(elbow, side, top + pi);
+        }
+    }
+
+    /// What joints 2 and 6 cost at a psi, and how that grows with it; where |theta| alone decides it.
+    struct Bends {
+        double cost[hinges], slope[hinges];
+
+        /// The cost of joint 6 less that of joint 2.
+        double gap() const noexcept { return cost[1] - cost[0]; }
+    };
+    Bends bends_at(const ElbowBranches& e, double psi) const noexcept {
+        const SinCos<double> at = sin_cos(psi);
+        Lane<hinges> sine, cosine;
+        for (int h = 0; h < hinges; ++h) {
+            const Pivot<double>& p = e.functions.pivot[2 * h];
+            sine.set(h, hypot(p.U.at(at), p.V.at(at)));
+            cosine.set(h, e.functions.hinge[h].H.at(at));
+        }
+        const Lane<hinges> theta = atan2(sine, cosine);
+        Bends out;
+        for (int h = 0; h < hinges; ++h) {
+            out.cost[h] = cost_of(joint_[hinge_joint[h]], theta[h]);
+            out.slope[h] = -e.functions.hinge[h].H.slope(at) / sine[h];
+        }
+        return out;
+    }
+
+    /// The psi at which the larger cost of joints 2 and 6 is least. No posture of the elbow costs less than
+    /// `cost`, in any branch; -infinity where that is not known.
+    struct LeastBent {
+        double cost, psi;
+    };
+
+    /// Where the limits of joints 2 and 6 are alike on both sides of theta = 0. Each |theta| is least where
+    /// its cosine is largest, and rises from there up to half a turn on either side. So the larger cost is
+    /// least at one of these two psi, or where the costs cross on the shorter way from one to the other.
+    LeastBent least_bent(const ElbowBranches& e) const noexcept {
+        if (options_.metric != Metric::margin || e.delicate) return {-infinity, not_a_number};
+        double top[hinges];
+        for (int h = 0; h < hinges; ++h) {
+            const JointCost& c = joint_[hinge_joint[h]];
+            const Harmonic<double>& H = e.functions.hinge[h].H;
+            top[h] = atan2(H.s, H.c);
+            const bool alike = abs(to_theta(arm_, hinge_joint[h], c.near)) <= nearest_rule::noise;
+            if (!(c.weight > 0 && alike)) return {-infinity, not_a_number};
+        }
+        const double way = wrap(top[1] - top[0]);
+        const Bends here = bends_at(e, top[0]), there = bends_at(e, top[0] + way);
+        if (!(here.gap() > 0)) return {here.cost[0], top[0]};
+        if (!(there.gap() < 0)) return {there.cost[1], top[1]};
+        // of limits as wide as each other this is the crossing itself
+        const Harmonic<double>&H = e.functions.hinge[0].H, &G = e.functions.hinge[1].H;
+        const Roots even = roots({H.s - G.s, H.c - G.c, H.k - G.k});
+        double before = 0.0, behind = way, x = 0.5 * way;
+        for (int i = 0; i < even.count; ++i) {
+            const double at = wrap(even.psi[i] - top[0]);
+            if ((at - before) * (at - behind) < 0) x = at;
+        }
+        for (int i = 0;; ++i) {
+            const Bends now = bends_at(e, top[0] + x);
+            (now.gap() > 0 ? before : behind) = x;
+            double move = -now.gap() / (now.slope[1] - now.slope[0]);
+            // one cost rises and the other falls: the smaller of them is never above the crossing
+            if (move * move <= nearest_rule::settled || i == nearest_rule::newton)
+                return {min(now.cost[0] + now.slope[0] * move, now.cost[1] + now.slope[1] * move),
+                        top[0] + x + move};
+            if (!((x + move - before) * (x + move - behind) < 0)) move = 0.5 * (before + behind) - x;
+            x += move;
         }
     }
 
