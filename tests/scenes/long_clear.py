@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from scenes.test_clear import ARMS, BODIES, obstacle, posed
-from scenes.test_coal import BODY, placed
+from scenes.test_coal import BODY, exact_request, placed
 from support.touching import distances
 
 import armangle as aa
@@ -218,7 +218,7 @@ def own(samples: int, rng: np.random.Generator) -> int:
 def coals(samples: int, rng: np.random.Generator, coal: Any) -> int:
     """Compare with coal's distances; print how many were asked, and return how many verdicts are wrong."""
     progress, done, wrong = Progress("distances of coal", samples), 0, 0
-    request = coal.DistanceRequest()
+    request = exact_request(coal)
     ignore = [(f"link_{i}", f"link_{j}") for i in range(1, 7) for j in range(i + 1, 7)]
     while done < samples:
         arm = ARMS[rng.integers(4)].with_body(BODY)

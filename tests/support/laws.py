@@ -65,6 +65,10 @@ class Truth:
     blur: Array
     """What rounding of psi and of the pose does to the joint, rad."""
 
+    def is_clear(self, slack: float) -> NDArray[np.bool_]:
+        """Whether a joint is further from its limits than rounding moves it, and than `slack`, rad."""
+        return np.asarray(self.distance > slack + 1e-15 + self.blur)
+
 
 def truth(arm: aa.Arm, pose: Array, gc: Array, psi: Array) -> Truth:
     """The joints at psi (P, K) of poses (P, 4, 4), each against its limits, whatever the winding."""
@@ -104,11 +108,12 @@ def classify(arm: aa.Arm, pose: Array, gc: Array, psi: Array) -> Verdict:
     """feasible <=> within limits, for each joint and for all, where the joints are clear of their limits.
 
     Clear is further from a limit than 1e-9 rad and than rounding of psi and pose moves the joint. A sample
-    whose joint is beyond its limit at a psi 1e-9 rad away lies in a piece that is dropped by definition;
-    where both hinges come within 1e-9 rad of 0, two such pieces follow one another.
+    whose joint is beyond its limit at a psi 1e-9 rad away, or may be for all that rounding leaves of it
+    there, lies in a piece that is dropped by definition; where both hinges come within 1e-9 rad of 0, two
+    such pieces follow one another.
     """
     real = truth(arm, pose, gc, psi)
-    clear = real.distance > JOINT + 1e-15 + real.blur
+    clear = real.is_clear(JOINT)
     each = arm.joint_feasible(pose, gc)
     said = np.stack([members(each[:, j], psi) for j in range(JOINT_COUNT)], axis=-1)
     together = members(arm.feasible(pose, gc), psi)[..., None]
@@ -117,10 +122,11 @@ def classify(arm: aa.Arm, pose: Array, gc: Array, psi: Array) -> Verdict:
                              & clear.all(-1, keepdims=True)], axis=-1)  # fmt: skip
     wrong = []
     for p, k, j in zip(*np.nonzero(doubts), strict=True):
-        near = truth(arm, pose[p : p + 1], gc[p : p + 1], psi[p : p + 1, k : k + 1] + WINDOW).inside[0]
-        verdicts = near.all(-1) if j == JOINT_COUNT else near[:, j]
-        if verdicts.all() or not verdicts.any():
+        near = truth(arm, pose[p : p + 1], gc[p : p + 1], psi[p : p + 1, k : k + 1] + WINDOW)
+        joint = slice(None) if j == JOINT_COUNT else slice(j, j + 1)
+        inside, clear_there = near.inside[0, :, joint], near.is_clear(0.0)[0, :, joint]
+        if (inside & clear_there).all() or (~inside & clear_there).any(-1).all():
             what = "all joints" if j == JOINT_COUNT else f"joint {j + 1}"
-            wrong.append(f"{what}: not {verdicts[0]} at psi={psi[p, k]!r} gc={gc[p]} of {arm!r}, "
+            wrong.append(f"{what}: not {bool(inside.all())} at psi={psi[p, k]!r} gc={gc[p]} of {arm!r}, "
                          f"pose={pose[p].tolist()}, q={real.q[p, k].tolist()}")  # fmt: skip
     return Verdict(psi.size, int(clear.all(-1).sum()), wrong)
