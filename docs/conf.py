@@ -25,6 +25,7 @@ extensions = [
     "sphinx_copybutton",
     "mathml",
     "made_here",
+    "searched",
 ]
 
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
