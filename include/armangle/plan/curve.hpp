@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "../circle/led.hpp"
+#include "../limits/limit_table.hpp"
 #include "../numbers/jet.hpp"
 #include "path.hpp"
 #include "../circle/smooth_plane.hpp"
