@@ -43,7 +43,7 @@ void add_clear(const Request& r, const Configuration<double>& gc, const Cleared&
     intersect(own, cleared.arcs, left);
     if (status == Status::OK && left.empty())
         status = cleared.status == Status::OK ? Status::CLEARANCE : cleared.status;
-    to.add(r.self.arm, r.limits.margin, gc, left, status, cleared.blocking);
+    to.add(r.self.arm, r.limits.margin, gc, left, status, cleared.blocking, cleared.coarse);
 }
 
 void collect_branches(const Request& r, const Pose<double>& pose, Collected& to) {
@@ -82,7 +82,7 @@ Problem collect_pose(const Request& r, const double* m, long long gc, Collected&
         if (r.wanted == Wanted::soft) asked.clearance += asked.soft;
         clear(arm, asked, motion, cleared, r.wanted == Wanted::soft);
         if (r.wanted == Wanted::clear)
-            to.add(arm, 0.0, g, cleared.arcs, cleared.status, cleared.blocking);
+            to.add(arm, 0.0, g, cleared.arcs, cleared.status, cleared.blocking, cleared.coarse);
         else
             add_clear(r, g, cleared, set, feasible(motion, r.limits, set), to);
         return Problem::none;

@@ -67,11 +67,12 @@ struct Grown {
 /// Arc sets under construction.
 struct Collected {
     static constexpr std::size_t ends = 5;     // a set, as a rule: two arcs and a half
-    static constexpr std::size_t columns = 8;  // of ArcColumns
+    static constexpr std::size_t columns = 9;  // of ArcColumns
     Grown<std::int64_t> count;
     Grown<double> psi, value;
     Grown<std::int8_t> joint, side, status;
     Grown<std::int64_t> pair, blocking;  // with a scene: obstacle * 256 + link, -1: none
+    Grown<std::int8_t> coarse;           // with a scene: whether narrow arcs were left out
     bool with_scene = false;
 
     /// Room for so many sets.
@@ -85,6 +86,7 @@ struct Collected {
         if (!with_scene) return;
         pair.reserve(ends * sets);
         blocking.reserve(sets);
+        coarse.reserve(sets);
     }
     /// The room that another has for the sets from `first` on.
     void borrow(const Collected& whole, std::size_t first, std::size_t sets) {
@@ -98,6 +100,7 @@ struct Collected {
         if (!with_scene) return;
         pair.borrow(whole.pair, ends * first, ends * sets);
         blocking.borrow(whole.blocking, first, sets);
+        coarse.borrow(whole.coarse, first, sets);
     }
 
     static std::int64_t pair_of(Tag tag) noexcept {
@@ -105,7 +108,7 @@ struct Collected {
     }
 
     void add(const Arm& arm, double margin, const Configuration<double>& gc, const ArcSet& set,
-             Status outcome, Tag blocks_all = 0) {
+             Status outcome, Tag blocks_all = 0, bool narrow_left_out = false) {
         count.room_for(1);
         status.room_for(1);
         count.data[count.size++] = set.count;
@@ -128,6 +131,8 @@ struct Collected {
         if (!with_scene) return;
         blocking.room_for(1);
         blocking.data[blocking.size++] = pair_of(blocks_all);
+        coarse.room_for(1);
+        coarse.data[coarse.size++] = narrow_left_out ? 1 : 0;
         pair.room_for(ends);
         for (int i = 0; i < set.count; ++i)
             for (const Tag tag : {set.arc[i].lower_tag, set.arc[i].upper_tag})
@@ -144,13 +149,14 @@ struct Collected {
             case 4: return value.release(2);
             case 5: return status.release(1);
             case 6: return with_scene ? pair.release(2) : nb::none();
-            default: return with_scene ? blocking.release(1) : nb::none();
+            case 7: return with_scene ? blocking.release(1) : nb::none();
+            default: return with_scene ? coarse.release(1) : nb::none();
         }
     }
 
     ArcColumns release() {
         return nb::make_tuple(column(0), column(1), column(2), column(3), column(4), column(5), column(6),
-                              column(7));
+                              column(7), column(8));
     }
 };
 
@@ -195,6 +201,7 @@ inline void join(std::vector<Collected>& parts, Collected& whole) {
     if (!whole.with_scene) return;
     join<&Collected::pair>(parts, whole);
     join<&Collected::blocking>(parts, whole);
+    join<&Collected::coarse>(parts, whole);
 }
 
 }  // namespace binding

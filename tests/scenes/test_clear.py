@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from typing import Any
 
 import numpy as np
@@ -375,7 +376,12 @@ def test_more_gaps_than_a_set_holds_leave_the_widest() -> None:
     places = arm.elbow(arm.inverse(pose, np.linspace(-3, 3, 100), 0))
     scene = aa.Scene([aa.Ball(place, 0.002) for place in places])
     arcs = arm.clear(pose, 0, scene)
-    assert 1 < arcs.count <= 16
+    assert 1 < arcs.count <= 16 and arcs.coarse
+    assert (arcs & ~aa.ArcSet([[0, 1]])).coarse and pickle.loads(pickle.dumps(arcs)).coarse
+    few = aa.Scene(scene.shapes[:5])
+    assert not arm.clear(pose, 0, few).coarse and not arm.feasible(pose, 0).coarse
+    told = [arm.clear(np.stack([pose] * 3), 0, each).coarse.tolist() for each in (scene, few)]
+    assert told == [[True] * 3, [False] * 3] and arm.clear(np.stack([pose] * 2), 0, scene)[1].coarse
     psi = np.linspace(-np.pi, np.pi, 3000)
     inside = arcs.contains(psi)
     assert inside.any()

@@ -55,8 +55,8 @@ class ArcEnd:
 
 
 _ARRAYS = ("_count", "_psi", "_joint", "_side", "_value", "_status")
-_OF_SCENES = ("_pair", "_blocking", "_names")
-_COLUMNS = {name: index for index, name in enumerate((*_ARRAYS, *_OF_SCENES[:2]))}  # of the core
+_OF_SCENES = ("_pair", "_blocking", "_coarse", "_names")
+_COLUMNS = {name: index for index, name in enumerate((*_ARRAYS, *_OF_SCENES[:3]))}  # of the core
 Names = tuple[tuple[str, str] | None, ...]
 
 
@@ -79,6 +79,7 @@ class _Pairs(NamedTuple):
 
     pair: Ints
     blocking: Ints
+    coarse: NDArray[np.int8]
 
     def column(self, index: int) -> Any:
         """Return one of them by the name's place among the core's columns."""
@@ -97,6 +98,11 @@ def _named(pair: Ints, blocking: Ints, names: PairNames) -> tuple[Ints, Ints, Na
 def _pairs_of(arcs: ArcSet) -> Ints:
     """Return a copy of the places of a set's pairs, -1 for all where no scene was asked."""
     return np.full(arcs._psi.shape, -1) if arcs._pair is None else arcs._pair.copy()
+
+
+def _coarse_of(arcs: ArcSet) -> NDArray[np.int8]:
+    """Return whether narrow arcs were left out of each set, as 0 or 1."""
+    return np.zeros(len(arcs._count), dtype=np.int8) if arcs._coarse is None else arcs._coarse
 
 
 class ArcSet:
@@ -142,6 +148,7 @@ class ArcSet:
     _start: Ints  # the first arc of each set; made of the counts where it is asked for
     _pair: Ints | None  # of each end, its place in _names; -1: no obstacle's; None: no scene was asked
     _blocking: Ints | None  # the same of each set, which a pair alone leaves empty
+    _coarse: NDArray[np.int8] | None  # the same: whether narrow arcs were left out
     _names: Names  # (obstacle, link)
     _unproven: Floats | None  # of each set, rad; None: all is proven
     _of: tuple[_core.ArcsOfOne | _Pairs, PairNames | None]  # what fills, on first use, what is not there yet
@@ -173,11 +180,12 @@ class ArcSet:
         status: NDArray[np.int8] | None,
         pair: Ints | None = None,
         blocking: Ints | None = None,
+        coarse: NDArray[np.int8] | None = None,
         names: Names = (),
         unproven: Floats | None = None,
     ) -> None:
         self._keep_arrays(shape, (count, psi, joint, side, value, status), unproven)
-        self._keep_pairs(pair, blocking, names)
+        self._keep_pairs(pair, blocking, coarse, names)
 
     def _keep_arrays(self, shape: Shape, arrays: tuple[Any, ...], unproven: Floats | None) -> None:
         *columns, status = arrays
@@ -188,8 +196,14 @@ class ArcSet:
         object.__setattr__(self, "_unproven", None if unproven is None else frozen(unproven))
         object.__setattr__(self, "shape", shape)
 
-    def _keep_pairs(self, pair: Ints | None = None, blocking: Ints | None = None, names: Names = ()) -> None:
-        for name, found in zip(_OF_SCENES, (pair, blocking, names), strict=True):
+    def _keep_pairs(
+        self,
+        pair: Ints | None = None,
+        blocking: Ints | None = None,
+        coarse: NDArray[np.int8] | None = None,
+        names: Names = (),
+    ) -> None:
+        for name, found in zip(_OF_SCENES, (pair, blocking, coarse, names), strict=True):
             object.__setattr__(self, name, frozen(found) if isinstance(found, np.ndarray) else found)
 
     @classmethod
@@ -228,9 +242,11 @@ class ArcSet:
                 frozen(found)
             elif name in _OF_SCENES:
                 source, names = self._of
-                pair, blocking = (source.column(_COLUMNS[key]) for key in _OF_SCENES[:2])
-                listed = (pair, blocking, ()) if names is None else _named(pair, blocking, names)
-                self._keep_pairs(*listed)
+                pair, blocking, coarse = (source.column(_COLUMNS[key]) for key in _OF_SCENES[:3])
+                listed: Names = ()
+                if names is not None:
+                    pair, blocking, listed = _named(pair, blocking, names)
+                self._keep_pairs(pair, blocking, coarse, listed)
                 return getattr(self, name)
             elif name in _COLUMNS:
                 found = self._of[0].column(_COLUMNS[name])
@@ -247,7 +263,7 @@ class ArcSet:
     def __getstate__(self) -> tuple[Any, ...]:
         return (
             self.shape, self._count, self._psi, self._joint, self._side, self._value, self._status,
-            self._pair, self._blocking, self._names, self._unproven,
+            self._pair, self._blocking, self._coarse, self._names, self._unproven,
         )  # fmt: skip
 
     def __setstate__(self, state: tuple[Any, ...]) -> None:
@@ -286,6 +302,15 @@ class ArcSet:
         """The pair (obstacle, link) that alone leaves a set empty; None where there is none; nested lists."""
         codes = np.full(len(self._count), -1) if self._blocking is None else self._blocking
         return _nested([self._named(int(code)) for code in codes], self.shape)
+
+    @property
+    def coarse(self) -> NDArray[np.bool_] | np.bool_:
+        """Whether obstacles leave more arcs than a set holds, bool of the set's shape.
+
+        The narrowest are left out then: what a set holds is clear, and is not all that is (`Arm.clear`).
+        """
+        coarse: NDArray[np.bool_] = (_coarse_of(self) != 0).reshape(self.shape)
+        return coarse[()]
 
     def _named(self, code: int) -> tuple[str, str] | None:
         return self._names[code] if code >= 0 else None
@@ -432,7 +457,8 @@ class ArcSet:
             np.shape(picked),
             (count, self._psi[rows], self._joint[rows], self._side[rows], self._value[rows],
              self._status[index], None if self._pair is None else self._pair[rows],
-             None if self._blocking is None else self._blocking[index], self._names),
+             None if self._blocking is None else self._blocking[index],
+             None if self._coarse is None else self._coarse[index], self._names),
             unproven=None if self._unproven is None else self._unproven[index],
         )  # fmt: skip
 
@@ -483,7 +509,10 @@ class ArcSet:
             mine, theirs = (_pairs_of(s) for s in (self, other))
             theirs[theirs >= 0] += len(self._names)
             pair = carried(mine, theirs, -1)
-        return ArcSet._from_core(a.shape, (count, psi, joint, side, value, status, pair, None, names))
+        coarse = None
+        if operation != SetOperation.COMPLEMENT and not (self._coarse is None and other._coarse is None):
+            coarse = _coarse_of(self)[index_a] | _coarse_of(other)[index_b]
+        return ArcSet._from_core(a.shape, (count, psi, joint, side, value, status, pair, None, coarse, names))
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, ArcSet):

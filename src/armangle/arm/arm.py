@@ -1347,7 +1347,7 @@ class Arm(FrozenValue):
             Each end names its obstacle and link. Where it is empty, ``status`` says why: POSE_BLOCKED where
             hand or base meet an obstacle, which no arm angle changes, CLEARANCE else; and ``blocking`` names
             the pair, where one alone blocks the whole circle. Of more than 16 arcs the narrowest are
-            left out.
+            left out, and ``coarse`` says so.
 
         Raises
         ------
