@@ -159,7 +159,7 @@ def run(spacing: float, degrees: float, threads: int, how: str, tile: int = 0) -
 def maps() -> str:
     """Make the maps of the goals; return their table."""
     fine, many = run(*FINE, 2, "threads"), run(*MANY, 2, "threads")
-    bare, write = run(0.02, 5.0, 1, "compute"), run(0.02, 5.0, 1, "write")
+    bare, write = run(*FINE, 1, "compute"), run(*FINE, 1, "write")
     long = [run(0.0125, 5.0, 1, how, LONG_TILES) for how in ("threads", "dask", "threads", "dask")]
     share = write[1] / (bare[1] + write[1])
     over = min(long[1][1], long[3][1]) / min(long[0][1], long[2][1]) - 1
