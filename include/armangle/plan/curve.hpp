@@ -20,7 +20,6 @@
 #include "../numbers/jet.hpp"
 #include "path.hpp"
 #include "../circle/smooth_plane.hpp"
-#include "../limits/limit_table.hpp"
 
 namespace armangle {
 
