@@ -232,6 +232,12 @@ def test_beside_a_singular_psi_rounding_hides_no_nearer_posture() -> None:
     assert cost_of(case, case.solve()) <= brute_force(case, 4001) + 1e-8
 
 
+def test_the_box_across_the_seam_is_searched_on_both_sides() -> None:
+    """Found by the long law, 0.24 rad dearer: a seed beside psi = -pi, an arc from just below pi on."""
+    case = cases(148, 130057)[147]
+    assert cost_of(case, case.solve()) <= brute_force(case, 4001) + ROUNDING
+
+
 def test_a_cost_that_psi_does_not_change_is_found_at_once() -> None:
     """Found by the long law, which did not end: the margin of one joint, the same for a sixth of the circle.
 

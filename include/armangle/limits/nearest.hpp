@@ -1038,7 +1038,8 @@ private:
         const ArcSet& arcs = arcs_.arcs[gc];
         for (int i = 0; i < arcs.count; ++i) {
             if (only_arc >= 0 && i != only_arc) continue;
-            for (const double turn : {-two_pi, 0.0, two_pi}) {
+            // boxes begin up to half a box below -pi, where an arc that ends near 3 pi is two turns away
+            for (const double turn : {-2.0 * two_pi, -two_pi, 0.0, two_pi}) {
                 const double lower = max(arcs.arc[i].lower + turn, from),
                              upper = min(arcs.arc[i].upper + turn, to);
                 // an isolated psi at the seam of two boxes is in one of them
