@@ -39,6 +39,17 @@ def test_arcs_name_the_obstacle_and_the_link(cell: str, capsys: pytest.CaptureFi
     assert {"obstacle", "link"} <= set(facts["ends"][0][1]) | set(facts["ends"][0][0])
 
 
+def test_a_clearance_is_that_of_the_scene(cell: str, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["arcs", *ROBOT, "--q", Q, "--scene", cell, "--body", "90,80", "--clearance", "20", "--json"]
+    assert main(words) == 0
+    facts = json.loads(capsys.readouterr().out)[0]
+    pose, _, gc = arm().forward(np.radians([float(x) for x in Q.split(",")]))
+    lamp = aa.load_scene(cell).shapes[0]
+    wanted = arm().feasible(pose, gc, scene=aa.Scene([lamp], clearance=0.02)).intervals
+    assert np.allclose(facts["intervals"], wanted, rtol=0, atol=1e-12)
+    assert np.abs(wanted - arm().feasible(pose, gc, scene=aa.Scene([lamp])).intervals).max() > 0.01
+
+
 def test_ik_and_follow_keep_clear(tmp_path: Path, cell: str, capsys: pytest.CaptureFixture[str]) -> None:
     q = np.radians([float(x) for x in Q.split(",")])
     pose = arm().forward(q)[0]
@@ -118,6 +129,9 @@ def test_a_body_is_printed_and_written(tmp_path: Path, capsys: pytest.CaptureFix
     [
         (["--scene", "CELL"], "--scene needs the shape of the arm's links: --body 90,80"),
         (["--body", "90,80"], "--body goes with --scene"),
+        (["--clearance", "20"], "--clearance goes with --scene"),
+        (["--scene", "CELL", "--body", "90,80", "--clearance", "-1"], "Scene: clearance is -0.001"),
+        (["--scene", "CELL", "--body", "90,80", "--clearance", "x"], "'x' is not a number"),
         (["--scene", "CELL", "--body", "90"], "--body has 1 numbers, wanted 2"),
         (["--scene", "CELL", "--body", "90,x"], "'x' is not a number"),
         (["--scene", "CELL", "--body", "90,80", "--joint", "2"], "--scene does not go with --joint"),

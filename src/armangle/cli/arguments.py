@@ -73,7 +73,7 @@ def add_import(parser: argparse.ArgumentParser | argparse._ArgumentGroup, when: 
 
 
 def add_scene(parser: argparse.ArgumentParser) -> None:
-    """Add --scene and --body."""
+    """Add --scene, --body and --clearance."""
     group = parser.add_argument_group("obstacles")
     group.add_argument(
         "--scene", metavar="FILE", help="keep clear of what it holds: scene.toml, or MoveIt's .scene"
@@ -83,6 +83,9 @@ def add_scene(parser: argparse.ArgumentParser) -> None:
         help="with --scene, the arm's links: UPPER,FOREARM radii in mm, body.toml, a URDF or "
         "MJCF with collision shapes (default: the file of --urdf), or guessed: from its lengths",
     )  # fmt: skip
+    group.add_argument(
+        "--clearance", type=number, metavar="MM", help="kept from all obstacles (default: what the scene says)"
+    )
 
 
 def add_roll(parser: argparse.ArgumentParser) -> None:
@@ -98,8 +101,13 @@ def with_body(arm: Arm, args: argparse.Namespace) -> tuple[Arm, Scene | None]:
     if args.scene is None:
         if args.body is not None:
             raise InputError("--body goes with --scene")
+        if args.clearance is not None:
+            raise InputError("--clearance goes with --scene")
         return arm, None
     scene = load_scene(args.scene)
+    if args.clearance is not None:
+        kept = args.clearance / 1e3
+        scene = Scene(scene.shapes, clearance=kept, soft=scene.soft, ignore=scene.ignore)
     text = args.urdf if args.body is None else args.body
     if text is None:
         raise InputError(
