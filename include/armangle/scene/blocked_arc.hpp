@@ -2,11 +2,13 @@
 //
 // Coordinates: x along the line, the circle's (y, z) across it; psi adds to the azimuth atan2(z, y).
 //
-//        z|    o p(psi)                    least distance of p's circle from q:    h = hypot(g, rho_p -
-//        rho_q)
-//         |   /                            greatest:                               H = hypot(g, rho_p +
-//         rho_q) |  / rho_p     x q               g: how far apart the two are along the line | / rho_q
-//      ---+-------------- y                d^2 = h^2 + (H^2 - h^2) sin^2((psi - centre) / 2)
+// clang-format off
+//        z|    o p(psi)            least distance of p's circle from q:  h = hypot(g, rho_p - rho_q)
+//         |   /                    greatest:                             H = hypot(g, rho_p + rho_q)
+//         |  / rho_p     x q       g: how far apart the two are along the line
+//         | /           rho_q
+//      ---+-------------- y        d^2 = h^2 + (H^2 - h^2) sin^2((psi - centre) / 2)
+// clang-format on
 //
 // Each function says which psi are blocked: an arc about a centre, so wide on both sides. No arccosine, and
 // no difference of nearly equal numbers at a tangency.

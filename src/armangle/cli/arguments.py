@@ -84,8 +84,9 @@ def add_scene(parser: argparse.ArgumentParser) -> None:
         "MJCF with collision shapes (default: the file of --urdf), or guessed: from its lengths",
     )  # fmt: skip
     group.add_argument(
-        "--clearance", type=number, metavar="MM", help="kept from all obstacles (default: what the scene says)"
-    )
+        "--clearance", type=number, metavar="MM",
+        help="kept from all obstacles (default: what the scene says)",
+    )  # fmt: skip
 
 
 def add_roll(parser: argparse.ArgumentParser) -> None:
