@@ -6,6 +6,7 @@ import ast
 import os
 import re
 import tomllib
+from graphlib import TopologicalSorter
 from pathlib import Path
 from typing import Any
 
@@ -49,6 +50,20 @@ def imported(path: Path) -> set[str]:
     return found
 
 
+def imported_files(path: Path) -> set[Path]:
+    """Files of the package that a file imports, for types alone and within its functions too."""
+    package = path.parent
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if not (isinstance(node, ast.ImportFrom) and node.level):
+            continue
+        inner = package.joinpath(*[".."] * (node.level - 1), *(node.module or "").split("."))
+        named = [inner] if node.module else [inner / alias.name for alias in node.names]
+        for place in map(Path, map(os.path.normpath, named)):
+            found |= {file for file in (place.with_suffix(".py"), place / "__init__.py") if file.is_file()}
+    return found
+
+
 def python_room(path: Path) -> str:
     return path.relative_to(SOURCES).parts[0].removesuffix(".py")
 
@@ -76,6 +91,12 @@ def test_imports_point_down(path: Path) -> None:
     assert own in PYTHON, f"{own} has no place in architecture.toml"
     for other in imported(path) & set(PYTHON):
         assert may_use(PYTHON, own, other), f"{path.name} of {own} imports {other}, which is not below it"
+
+
+def test_no_file_imports_itself_through_others() -> None:
+    graph = {path: imported_files(path) for path in FILES}
+    assert sum(map(len, graph.values())) > len(FILES)
+    TopologicalSorter(graph).prepare()  # raises where files import one another in a circle
 
 
 @pytest.mark.parametrize("path", CORE_FILES, ids=str)

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import Any, Protocol
 
 import numpy as np
 
+from .. import _core
 from .._arrays import JOINTS, MILLIMETRES, Floats
 from .joint_map import to_q, to_theta
-
-if TYPE_CHECKING:
-    from .arm import Arm
 
 _SEED = 5
 _POSTURES = 1000
@@ -55,8 +53,29 @@ class ChainDeviation:
         )
 
 
+class Chained(Protocol):
+    """What is asked of an arm."""
+
+    lower: Floats
+    upper: Floats
+    chain: Floats | None
+    _handle: _core.Arm
+
+    @property
+    def delta(self) -> float:
+        """Where θ4 is of the stretched arm, rad."""
+
+    @property
+    def nominal(self) -> Chained:
+        """The exact arm that its arm angle is that of."""
+
+    def forward(self, q: Floats, *, undefined: Any) -> tuple[Floats, Any, Any]: ...
+    def inverse(self, pose: Floats, psi: Any, gc: Any, *, seed: Floats, unreachable: Any) -> Floats: ...
+    def within_limits(self, q: Floats, tol: float) -> Any: ...
+
+
 @lru_cache(maxsize=64)
-def deviation_of(arm: Arm) -> ChainDeviation:
+def deviation_of(arm: Chained) -> ChainDeviation:
     """Return the deviation of an arm; zero where it has no chain of its own."""
     if arm.chain is None:
         return ChainDeviation()
@@ -76,21 +95,21 @@ def deviation_of(arm: Arm) -> ChainDeviation:
     )
 
 
-def _postures(arm: Arm, rng: np.random.Generator, count: int) -> Floats:
+def _postures(arm: Chained, rng: np.random.Generator, count: int) -> Floats:
     """Return random postures (n, 7) within the limits; a joint with more than a turn takes one turn."""
     wide = ~(arm.upper - arm.lower < 2.0 * np.pi)
     lower, upper = np.where(wide, -np.pi, arm.lower), np.where(wide, np.pi, arm.upper)
     return rng.uniform(lower, upper, (count, JOINTS))
 
 
-def _band(arm: Arm, rng: np.random.Generator, joint: int) -> float:
+def _band(arm: Chained, rng: np.random.Generator, joint: int) -> float:
     """Return how near to 0 a singular angle was where the inverse did not give a posture back."""
     q = _postures(arm, rng, _IN_BAND)
     angle = _WIDEST * _NARROWEST ** rng.uniform(0.0, 1.0, _IN_BAND) * rng.choice((-1.0, 1.0), _IN_BAND)
     start = arm.delta if joint == _SINGULAR_JOINTS[1] else 0.0
-    theta = to_theta(arm, q)
+    theta = to_theta(arm._handle, q)
     theta[:, joint] = angle + start
-    q[:, joint] = to_q(arm, theta)[:, joint]
+    q[:, joint] = to_q(arm._handle, theta)[:, joint]
     theta[:, _SINGULAR_JOINTS[1]] -= arm.delta
     others = [other for other in _SINGULAR_JOINTS if other != joint]
     alone = (np.abs(np.sin(theta[:, others])) > np.sin(_WIDEST)).all(axis=1)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,13 +23,11 @@ from .._arrays import (
     chosen,
 )
 from ..errors import ConfigurationError, InputError, NotFiniteError, ShapeError
+from ..scenes.ready import Ready
 from ..scenes.scene import Scene
 from ..status import Status
 from .allowed import Allowed, allowed_arcs
 from .solution import Solution, Solutions
-
-if TYPE_CHECKING:
-    from .arm import Arm
 
 MetricName = Literal["l2", "max"]
 Prefer = Literal["near", "margin"]
@@ -41,11 +39,22 @@ _BEYOND = ("refuse", "nearest")
 _LONGEST = 1e3  # m, of what a radian counts as
 
 
+class Answering(Protocol):
+    """What is asked of an arm."""
+
+    lower: Floats
+    upper: Floats
+    _handle: _core.Arm
+
+    def forward(self, q: Floats, *, undefined: Any) -> tuple[Floats, Any, Any]: ...
+    def _scene(self, scene: Scene | None) -> Ready | None: ...
+
+
 class Question:
     """A batch of poses and what is wanted of their postures."""
 
     def __init__(
-        self, arm: Arm, pose: ArrayLike, near: ArrayLike | None, metric: str, weight: ArrayLike | None,
+        self, arm: Answering, pose: ArrayLike, near: ArrayLike | None, metric: str, weight: ArrayLike | None,
         prefer: str, gc: int | Iterable[int] | None, allowed: Allowed | None, scene: Scene | None,
         singularity_margin: float, threads: int, length: float = 0.0,
     ) -> None:  # fmt: skip

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal, Protocol
 
 import numpy as np
 
 from .. import _core
 from .._arrays import JOINTS, Floats, about_z, as_poses
 from ..errors import InputError
+from ..scenes.ready import Built
 from ..scenes.shapes import RODS
 from .solution import Solution
-
-if TYPE_CHECKING:
-    from .arm import Arm
 
 Roll = Literal["pose", "free"]
 
@@ -27,7 +25,19 @@ _LAST = JOINTS - 1
 _ALONG = 1e-9  # m, rad: how far the tool's z axis may be from axis 7, to be it
 
 
-def is_along_axis_7(arm: Arm) -> bool:
+
+class Rolled(Built, Protocol):
+    """What is asked of an arm."""
+
+    lower: Floats
+    upper: Floats
+    tool: Floats
+
+    def forward(self, q: Floats, *, undefined: Any) -> tuple[Floats, Any, Any]: ...
+    def with_(self, *, lower: Floats, upper: Floats) -> Rolled: ...
+
+
+def is_along_axis_7(arm: Rolled) -> bool:
     """Return whether the tool's z axis is the axis of joint 7, so that joint 7 alone sees a roll.
 
     Of a chain of its own it is not: its axes 5, 6 and 7 miss one another.
@@ -35,7 +45,7 @@ def is_along_axis_7(arm: Arm) -> bool:
     return arm.chain is None and bool(np.abs(arm.tool[:2, 2:]).max() <= _ALONG)
 
 
-def check_free_roll(arm: Arm, scene: object) -> None:
+def check_free_roll(arm: Rolled, scene: object) -> None:
     """Raise where obstacles would see a roll about axis 7, which no posture says."""
     turning = _turning(arm) if scene is not None and is_along_axis_7(arm) else None
     if turning is not None:
@@ -45,7 +55,7 @@ def check_free_roll(arm: Arm, scene: object) -> None:
         )
 
 
-def _turning(arm: Arm) -> str | None:
+def _turning(arm: Rolled) -> str | None:
     """Return the name of a shape of link 7 or the hand that is not round about axis 7; None where all are."""
     body = () if arm.body is None else arm.body._shapes(arm.d_se, arm.d_ew, arm.a_3, arm.a_4, arm.d_4)
     shapes = [(shape.name or "link_7", shape) for frame, shape in body if frame == JOINTS]
@@ -57,13 +67,13 @@ def _turning(arm: Arm) -> str | None:
     return None
 
 
-def last_margin(arm: Arm, q: Floats) -> Any:
+def last_margin(arm: Rolled, q: Floats) -> Any:
     """Return how far joint 7 is from its nearer limit, rad."""
     return np.minimum(q[..., _LAST] - arm.lower[_LAST], arm.upper[_LAST] - q[..., _LAST])
 
 
 def solve_free(
-    arm: Arm, pose: Any, near: Any, weights: Floats, by_margin: bool, metric: str, ask: Any
+    arm: Rolled, pose: Any, near: Any, weights: Floats, by_margin: bool, metric: str, ask: Any
 ) -> Solution:
     """Return the posture of each pose at its best roll; `ask(arm, pose, near, weights)` solves at one.
 
@@ -98,7 +108,7 @@ def solve_free(
     return found._replace(q=q, margin=float(margin), distance=float(apart), pose=pose)
 
 
-def _on_ladder(arm: Arm, pose: Any, near: Any, weights: Floats, by_margin: bool, ask: Any) -> Solution:
+def _on_ladder(arm: Rolled, pose: Any, near: Any, weights: Floats, by_margin: bool, ask: Any) -> Solution:
     """Return the best of `LADDER` turns about the tool's z axis, each with its exact arcs, and of finer ones
     about it; where none has a posture, of ten times as many.
     """

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from .._arrays import JOINTS, frozen
 from ..errors import ShapeError
+from ..scenes.ready import Shaped
 from ..scenes.shapes import Shape
-from .body import Body
 
 LENGTHS = ("d_bs", "d_se", "d_ew", "d_wf")
 ELBOW_OFFSETS = ("a_3", "a_4", "d_4")
@@ -90,7 +90,7 @@ class ArmDescription:
     joint_names: tuple[str, ...] = tuple(f"joint_{i}" for i in range(1, JOINTS + 1))
     reference: str | tuple[float, ...] = "base"
     chain: NDArray[np.float64] | None = None
-    body: Body | None = None
+    body: Shaped | None = None
     hand: tuple[Shape, ...] = ()
     notes: tuple[str, ...] = field(default=(), repr=False, compare=False)
 

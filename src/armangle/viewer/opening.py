@@ -41,9 +41,9 @@ def opening_posture(arm: Arm) -> Floats:
     """
     lower, upper = _one_turn(arm)
     straight = np.array([arm.delta if joint == 3 else 0.0 for joint in range(JOINTS)])
-    ends = np.sort(to_theta(arm, np.stack([lower, upper])) - straight, axis=0)
+    ends = np.sort(to_theta(arm._handle, np.stack([lower, upper])) - straight, axis=0)
     bend = np.array([_chosen(joint, *ends[:, joint]) for joint in range(JOINTS)])
-    joints: Floats = np.clip(to_q(arm, bend + straight) + 0.0, arm.lower, arm.upper)
+    joints: Floats = np.clip(to_q(arm._handle, bend + straight) + 0.0, arm.lower, arm.upper)
     return joints
 
 
