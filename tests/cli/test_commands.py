@@ -547,6 +547,21 @@ def test_ik_explain(capsys: Capture) -> None:
     assert main(["ik", *ROBOT, "--pose", far, "--explain", "--psi", "3"]) == 2
 
 
+def test_ik_explain_names_the_nearest_pose_within_the_limits(capsys: Capture) -> None:
+    near = "0.2,0,0.4,1,0,0,0"
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    found = arm.solve(aa.pose([0.2, 0, 0.4]), outside="nearest")
+    assert not found.ok
+    assert main(["ik", *ROBOT, "--pose", near, "--explain"]) == 1
+    assert "The nearest pose within the limits" in capsys.readouterr().out
+    assert main(["ik", *ROBOT, "--pose", near, "--explain", "--json"]) == 1
+    facts = json.loads(capsys.readouterr().out)["instead"]
+    assert facts["q"] == found.q.tolist() and facts["gap"] == found.gap
+    assert facts["status"] == found.status.name and facts["pose"] == found.pose.tolist()
+    assert main(["ik", *ROBOT, "--pose", "0.5,0,0.4,0,0,1,0", "--explain", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["instead"] is None
+
+
 @pytest.mark.slow
 def test_a_chain_that_is_nearly_srs_is_kept_where_asked(capsys: Capture, tmp_path: Path) -> None:
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")

@@ -19,6 +19,7 @@ OFF = [0.0, *(10.0**-k for k in range(4, 14))]
 DOORS: dict[str, Callable[[aa.Arm, Array, Array], object]] = {
     "reachable": lambda arm, pose, near: arm.reachable(pose),
     "freedom": lambda arm, pose, near: arm.freedom(pose).gc != 0,
+    "explain": lambda arm, pose, near: arm.explain(pose).ok,
     "feasible_all": lambda arm, pose, near: not np.all(arm.feasible_all(pose).is_empty),
     "feasible_yaw": lambda arm, pose, near: arm.feasible_yaw(pose).contains(0.0),
     "feasible_roll": lambda arm, pose, near: arm.feasible_roll(pose).contains(0.0),

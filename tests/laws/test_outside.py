@@ -190,3 +190,38 @@ def test_a_pose_that_only_the_margin_forbids_gets_its_nearest_neighbour(arm: aa.
     assert abs(np.sin(arm.signs[3] * (found.q[3] - straight[3]))) >= np.sin(0.1)
     none = arm.solve(pose, near=q, outside="nearest", singularity_margin=1.5)
     assert none.status is aa.Status.ELBOW_MARGIN  # which limits may leave nothing of
+
+
+@pytest.mark.parametrize("kind", ["reach", "limits"])
+def test_explain_names_what_solve_finds(arm: aa.Arm, kind: str) -> None:
+    rng = np.random.default_rng([draw.SEED, 4])
+    poses = outside(arm, rng, kind)
+    for margin in (0.0, 0.2):
+        found = arm.solve(poses, outside="nearest", singularity_margin=margin)
+        moves, turns = (np.linalg.norm(x, axis=1) for x in apart(arm, found.q, poses))
+        for i, pose in enumerate(poses):
+            said = arm.explain(pose, singularity_margin=margin)
+            row = found.row(i)
+            assert said.instead is not None and not said.ok
+            assert all(np.array_equal(a, b, equal_nan=True) for a, b in zip(said.instead, row, strict=True))
+            assert abs(said.instead_moved - moves[i]) < 1e-12 and abs(said.instead_turned - turns[i]) < 1e-7
+            lines = said.explain().splitlines()
+            place = ", ".join(f"{x:.6g}" for x in row.pose[:3, 3])
+            away = f"{1e3 * moves[i]:.4g} mm"
+            if turns[i] > 2e-5:
+                away = f"{away} and {np.degrees(turns[i]):.3g}°"
+                found_there = f"The nearest pose within the limits that was found is {away} away: "
+                assert lines[-1] == f"{found_there}x, y, z = {place} m."
+            else:  # the same as within reach, which is then named once, or farther
+                assert f", in the same orientation, is {away} away: x, y, z = {place} m" in lines[-1]
+    held = arm.explain(arm.forward(0.5 * (arm.lower + arm.upper) + 0.3)[0])
+    assert held.ok and held.instead is None and np.isnan(held.instead_moved)
+
+
+def test_explain_names_nothing_where_the_margin_leaves_no_posture(arm: aa.Arm) -> None:
+    lower, upper = arm.lower.copy(), arm.upper.copy()
+    straight = -arm.signs[5] * arm.offsets[5]
+    lower[5], upper[5] = straight - 0.1, straight + 0.1
+    stiff = arm.with_(lower=lower, upper=upper)
+    said = stiff.explain(stiff.forward(0.5 * (lower + upper) + 0.05)[0], singularity_margin=0.2)
+    assert not said.ok and said.instead is None and "nearest pose" not in said.explain()

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "../limits/feasible_all.hpp"
 #include "tube.hpp"
 
 namespace armangle {
@@ -250,22 +251,23 @@ inline void explain_limits(const Task& task, const Tube& tube, std::size_t from,
 
 /// One pose and branch: ok, unreachable or impossible, with what explains it.
 inline BranchReport diagnose(const Task& task, double s, int gc) {
-    const Section here = detail::solve_section(task, gc, s).section;
+    ArcSet arcs;
     BranchReport out;
     out.gc = gc;
     out.from = out.to = s;
-    out.status = here.status;
-    out.excess = max(here.motion.circle.triangle.excess, 0.0);
+    out.status = feasible(task.arm, task.pose(s), gc, task.table, arcs);
+    const SelfMotion<double> motion = self_motion(task.arm, task.circle_at(s), configuration(gc));
+    out.excess = max(motion.circle.triangle.excess, 0.0);
     switch (out.status) {
         case Status::OK: return out;
         case Status::UNREACHABLE:
         case Status::FOLDED: out.verdict = Verdict::unreachable; return out;
         default: out.verdict = Verdict::impossible;
     }
-    out.blocking = detail::blocking_joints(task.table, here.motion);
+    out.blocking = detail::blocking_joints(task.table, motion);
     for (int j = 0; j < joints; ++j)
         for (const bool upper : {false, true}) {
-            const double extra = detail::opening(task, here.motion, j, upper);
+            const double extra = detail::opening(task, motion, j, upper);
             if (extra < infinity) out.openings.push_back({j + 1, upper, extra});
         }
     return out;

@@ -38,6 +38,7 @@ from .._arrays import (
 )
 from .._core import Turned, Wanted
 from ..errors import ConfigurationError, InputError, LimitError, NotFiniteError, SceneError, ShapeError
+from ..models.axes import rotation_angle
 from ..models.body import Body
 from ..models.catalogue import catalogue, load_robot
 from ..models.description import (
@@ -1981,7 +1982,8 @@ class Arm(FrozenValue):
         Returns
         -------
         Diagnosis
-            ``branches[k]`` is that of GC k; ``explain()`` says it in words.
+            ``branches[k]`` is that of GC k; ``explain()`` says it in words. Of a pose that none holds
+            ``instead`` is what ``solve(pose, outside="nearest")`` finds.
 
         Raises
         ------
@@ -2006,7 +2008,17 @@ class Arm(FrozenValue):
             )
         nearest = np.empty((4, 4))
         gap = self._handle.nearest_pose(frame, nearest)
-        return Diagnosis(branches, path=False, nearest=nearest, nearest_gap=gap)
+        found = Diagnosis(branches, path=False, nearest=nearest, nearest_gap=gap)
+        return found if found.ok else self._with_instead(found, frame, margin)
+
+    def _with_instead(self, found: Diagnosis, pose: Floats, margin: float) -> Diagnosis:
+        """Return the finding about a pose that no branch holds, with the nearest that the arm can take."""
+        instead = self.solve(pose, singularity_margin=margin, outside="nearest")
+        if not np.isfinite(instead.q).all():
+            return found
+        off = instead.pose - pose
+        moved, turned = float(np.linalg.norm(off[:3, 3])), float(rotation_angle(off))
+        return replace(found, instead=instead, instead_moved=moved, instead_turned=turned)
 
     def _meets(self, branch: Branch, pose: Floats, scene: Scene, margin: float) -> Branch:
         """Return a branch's finding, or that obstacles leave nothing of what its limits leave."""

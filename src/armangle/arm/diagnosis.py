@@ -11,8 +11,11 @@ from .. import _core
 from .._arrays import MILLIMETRES, Floats, frozen, in_millimetres
 from ..scenes.ready import Ready
 from ..status import STATUSES, Status
+from .solution import Solution
 
 _ANCHOR = "lies where no arm angle gives it; or it is singular, and no way on from it was found."
+
+_SEEN = 1e-3  # degrees: less of a turn is none in a sentence
 
 
 class _Finding(IntEnum):
@@ -265,6 +268,12 @@ class Diagnosis:
         limits; the pose itself where it is. Position in m.
     nearest_gap : float
         How far that is, m; NaN for a path.
+    instead : Solution or None
+        Of one pose that no branch holds: ``solve(pose, outside="nearest")``, the posture of the nearest pose
+        that the arm can take within its limits, whatever the scene. None where a branch holds the pose, and
+        where the singularity margin leaves no posture at all.
+    instead_moved, instead_turned : float
+        How far the pose of that is from the one asked, m and rad; NaN without it.
     note : str
         What else is to be known of the findings, as a sentence, or "".
     """
@@ -273,6 +282,9 @@ class Diagnosis:
     path: bool = True
     nearest: Floats | None = field(default=None, compare=False)
     nearest_gap: float = field(default=math.nan, compare=False)
+    instead: Solution | None = field(default=None, compare=False)
+    instead_moved: float = field(default=math.nan, compare=False)
+    instead_turned: float = field(default=math.nan, compare=False)
     note: str = ""
 
     def __post_init__(self) -> None:
@@ -322,15 +334,30 @@ class Diagnosis:
             head.append(f"The path can be followed up to s = {self.reached:.4g}.")
         if self.note:
             head.append(self.note)
-        tail = []
+        return "\n".join([*head, *self._nearest_poses()])
+
+    def _nearest_poses(self) -> list[str]:
+        """Return in words which poses the arm can take instead; the same one once."""
+        out, place = [], "The nearest pose within {} is {} away: x, y, z = {} m{}"
+
+        def at(pose: Floats) -> str:
+            return ", ".join(f"{value:.6g}" for value in pose[:3, 3])
+
+        drawn = f"{self.nearest_gap * MILLIMETRES:.4g} mm"
         if self.nearest is not None and self.nearest_gap > 0:
-            place = ", ".join(f"{value:.6g}" for value in self.nearest[:3, 3])
-            tail = [
-                f"The nearest pose within reach, in the same orientation, is "
-                f"{self.nearest_gap * MILLIMETRES:.4g} mm away: x, y, z = {place} m"
-                f"{in_millimetres(self.nearest_gap) or '.'}"
-            ]
-        return "\n".join(head + tail)
+            hint = in_millimetres(self.nearest_gap) or "."
+            out.append(place.format("reach, in the same orientation,", drawn, at(self.nearest), hint))
+        if self.instead is None:
+            return out
+        moved, turned = f"{self.instead_moved * MILLIMETRES:.4g} mm", math.degrees(self.instead_turned)
+        if turned >= _SEEN:
+            away = f"{moved} and {turned:.3g}°"
+            out.append(place.format("the limits that was found", away, at(self.instead.pose), "."))
+        elif not out or moved != drawn:
+            out.append(
+                place.format("the limits, in the same orientation,", moved, at(self.instead.pose), ".")
+            )
+        return out
 
 
 def branch_of(report: tuple[Any, ...], ready: Ready | None = None) -> Branch:

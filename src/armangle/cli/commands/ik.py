@@ -180,7 +180,8 @@ def _explain(arm: Arm, pose: Floats, scene: Scene | None, args: argparse.Namespa
     if args.json:
         branches = [asdict(branch) for branch in diagnosis.branches]
         nearest = {"nearest": diagnosis.nearest, "nearest_gap": diagnosis.nearest_gap}
-        show_json({"ok": diagnosis.ok, "branches": branches} | nearest)
+        instead = None if diagnosis.instead is None else diagnosis.instead._asdict()
+        show_json({"ok": diagnosis.ok, "branches": branches} | nearest | {"instead": instead})
     else:
         show(diagnosis.explain())
     return 0 if diagnosis.ok else 1
