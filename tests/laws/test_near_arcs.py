@@ -211,6 +211,30 @@ def test_shapes_joints_and_branches() -> None:
             assert (np.abs(np.sin(theta[1:6:2])) >= np.sin(0.3) - 1e-9).all()
 
 
+def test_a_joint_goes_through_the_gap_of_a_range_of_nearly_a_turn() -> None:
+    arm = ARMS["kuka_iiwa7_r800 1.0 mm"]
+    lower, upper = arm.lower.copy(), arm.upper.copy()
+    lower[[0, 2, 4, 6]], upper[[0, 2, 4, 6]] = -np.pi + 0.01, np.pi - 0.01
+    wide = arm.with_(lower=lower, upper=upper)
+    pose, psi, gc = wide.forward(postures(wide, 40, 30))
+    gaps = 0
+    for i in range(len(pose)):
+        arcs = wide.feasible(pose[i], gc[i])
+        assert psi[i] in arcs
+        for (_, before), (after, _), ends, next_ends in zip(
+            arcs.intervals, arcs.intervals[1:], arcs.ends, arcs.ends[1:], strict=False
+        ):
+            if ends[1].joint is None or ends[1].joint != next_ends[0].joint or after - before > 0.1:
+                continue
+            inside = wide.inverse(pose[i], np.linspace(before, after, 7)[1:-1], gc[i])
+            assert all(within(wide, row) < 0 for row in inside)
+            for end, at in ((ends[1], before), (next_ends[0], after)):
+                joint = wide.inverse(pose[i], at, gc[i])[end.joint - 1]
+                assert circle_gap(joint, end.value) <= 1e-10
+            gaps += ends[1].side != next_ends[0].side  # through it, and not back out of it
+    assert gaps > 10
+
+
 def test_a_locked_joint_leaves_isolated_angles() -> None:
     base = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     links = off(links_of(chain_of(base._description())), 0.5, 0.5, generator(29))

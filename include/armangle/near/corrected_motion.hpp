@@ -22,6 +22,12 @@ struct PoseBall {
     double wrist, turn;
 };
 
+/// How fast X moves with psi: its wrist (m/rad) and its turn (rad/rad), at most.
+template <class T>
+struct Pace {
+    T wrist, turn;
+};
+
 /// Where each joint is: within `reach` of theta; infinite where that is not known. `upper_arm` is how far
 /// frame 3 may turn away from that of the middle.
 struct Coarse {
@@ -53,24 +59,34 @@ public:
         usable_ = known_ && least > arm_.inner_reach && most < arm_.reach && least > 0 && ball.turn < 1.0;
         if (!usable_) return;
         double beta = 0, gamma = 0, tilt = 0;
-        bend_radius_ = 0;
+        bend_radius_ = bend_rate_ = shoulder_rate_ = wrist_rate_ = 0;
+        const double La = arm_.upper_arm, Lb = arm_.forearm;
         const auto seen = [&](double distance) {
-            const Elbow<double> e = elbow(arm_, triangle(arm_, distance), elbow_side_);
+            const Triangle<double> t = triangle(arm_, distance);
+            const Elbow<double> e = elbow(arm_, t, elbow_side_);
             beta = max(beta, chord(e.beta, elbow_.beta));
             gamma = max(gamma, chord(e.gamma, elbow_.gamma));
             tilt = max(tilt, chord(e.tilt, elbow_.tilt));
             bend_radius_ = max(bend_radius_, chord(e.theta_4, elbow_.theta_4));
+            bend_rate_ = max(bend_rate_, distance / (La * Lb * t.eta.sin));
+            // cotangents of the triangle's angles at the wrist and at the shoulder
+            shoulder_rate_ = max(shoulder_rate_, abs(Lb + La * t.eta.cos) / (La * t.eta.sin));
+            wrist_rate_ = max(wrist_rate_, abs(La + Lb * t.eta.cos) / (Lb * t.eta.sin));
         };
         seen(least);
         seen(most);
         // the angle at the end of the longer link is greatest where the shorter one stands across S-W
-        const double La = arm_.upper_arm, Lb = arm_.forearm,
-                     across = sqrt(abs(La * La - Lb * Lb) + arm_.d_4 * arm_.d_4);
+        const double across = sqrt(abs(La * La - Lb * Lb) + arm_.d_4 * arm_.d_4);
         if (across > least && across < most) seen(across);
         const double leaning = abs(elbow_.tilt.sin / elbow_.tilt.cos);
-        const double lean = slack * (1.0 + 2.0 * leaning) * ball.wrist / least;
+        const double lean_rate = slack * (1.0 + 2.0 * leaning) / least, lean = lean_rate * ball.wrist;
         shoulder_ = lean + beta + tilt;
         wrist_ = lean + gamma + tilt + ball.turn;
+        // an angle of the triangle changes by the other's cotangent; all are fastest at one of the two ends
+        const double square = least * least - arm_.d_4 * arm_.d_4;  // of S-W across axis 4
+        const double leaning_rate = lean_rate + abs(arm_.d_4) / (least * sqrt(square));
+        shoulder_rate_ = shoulder_rate_ * least / square + leaning_rate;
+        wrist_rate_ = wrist_rate_ * least / square + leaning_rate;
     }
 
     bool usable() const noexcept { return usable_; }
@@ -82,18 +98,21 @@ public:
         double low_slack, high_slack;
         bool either, limit;
 
-        /// Which of some psi, a bit each, keep it, and which break it.
+        /// Which of some psi, a bit each, keep it, and which break it; and where each function is open.
+        struct Told {
+            unsigned inside, outside, low_open, high_open;
+        };
         template <int N>
-        ARMANGLE_INLINE void at(const SinCos<Lane<N>>& psi, unsigned& inside,
-                                unsigned& outside) const noexcept {
+        ARMANGLE_INLINE Told at(const SinCos<Lane<N>>& psi) const noexcept {
             using T = Lane<N>;
             const T a = Harmonic<T>{low.s, low.c, low.k}.at(psi),
                     b = Harmonic<T>{high.s, high.c, high.k}.at(psi);
             const unsigned a_in = bits(a > T(low_slack)), b_in = bits(b > T(high_slack));
             const unsigned a_out = bits(a < T(-low_slack)), b_out = bits(b < T(-high_slack));
-            inside = either ? a_in | b_in : a_in & b_in;
-            outside = either ? a_out & b_out : a_out | b_out;
-            if (!limit) outside = 0;
+            Told out{either ? a_in | b_in : a_in & b_in, either ? a_out & b_out : a_out | b_out,
+                     ~(a_in | a_out), ~(b_in | b_out)};
+            if (!limit) out.outside = 0;
+            return out;
         }
     };
 
@@ -141,6 +160,77 @@ public:
         const double wide = radius + psi_shift_ * (hypot(H.s, H.c) + 1.0);
         const double most = sqrt(max(1.0 - wide * wide, 0.0));
         return {{-H.s, -H.c, most - H.k}, {H.s, H.c, most + H.k}, 0.0, 0.0, false, false};
+    }
+
+    /// How fast X moves with psi over |psi - middle| <= half < 1, on the circle of the centre, stretches side
+    /// by side; and in which of them that is known.
+    template <int N>
+    ARMANGLE_INLINE LaneMask<N> pace(const NearArm& near, const Lane<N>& middle, const Lane<N>& half,
+                                     Pace<Lane<N>>& out) const noexcept {
+        using T = Lane<N>;
+        const T one(1.0), zero(0.0);
+        const SinCos<T> at = sin_cos(middle), by = sin_cos(half);
+        struct Sweep {
+            T value, off, speed;  // at the middle; how far from it, and how fast, it may be
+        };
+        const auto sweep = [&](const Harmonic<double>& h) {
+            const T moving = mul_add(T(h.s), at.sin, T(h.c) * at.cos), a = abs(moving),
+                    b = abs(T(h.s) * at.cos - T(h.c) * at.sin);
+            return Sweep{moving + T(h.k), b * by.sin + a * (one - by.cos), b + a * by.sin};
+        };
+        T speed[joints], per_length[4];
+        auto known = zero < one;
+        for (int p = 0; p < 4; ++p) {
+            const Sweep u = sweep(f_.pivot[p].U), v = sweep(f_.pivot[p].V);
+            const T wide((p < 2 ? shoulder_ : wrist_) + psi_shift_);
+            const T length = hypot(u.value, v.value) - hypot(u.off, v.off) - wide;
+            known = known & (length > zero);
+            per_length[p] = one / length;
+            speed[2 * p] = hypot(u.speed, v.speed) + T(2.0 * slack) * wide;
+        }
+        for (int h = 0; h < 2; ++h)
+            speed[1 + 4 * h] =
+                hypot(speed[4 * h], sweep(f_.hinge[h].H).speed +
+                                        T(2.0 * slack * ((h == 0 ? shoulder_ : wrist_) + psi_shift_)));
+        const auto kept = [&](const Pace<T>& x) {
+            const T shoulder = T(shoulder_rate_) * x.wrist, wrist = T(wrist_rate_) * x.wrist + x.turn;
+            const auto pivot = [&](int p) {
+                return (speed[2 * p] + (p < 2 ? shoulder : wrist)) * per_length[p];
+            };
+            T turn[joints + 1];
+            turn[1] = pivot(0);
+            turn[3] = one + shoulder;
+            turn[2] = min(turn[1] + speed[1] + T(1.5) * shoulder, turn[3] + pivot(1));
+            turn[4] = turn[3] + T(bend_rate_) * x.wrist;
+            turn[7] = x.turn;
+            turn[6] = turn[7] + pivot(3);
+            turn[5] = min(turn[4] + pivot(2), turn[6] + speed[5] + T(1.5) * wrist);
+            Pace<T> sum{zero, zero};
+            for (int k = 1; k <= joints; ++k) {
+                sum.wrist = mul_add(turn[k], T(near.swing[k]), sum.wrist);
+                sum.turn = mul_add(turn[k], T(near.deviation[k].rotation), sum.turn);
+            }
+            return Pace<T>{sum.wrist * T(slack / (1.0 - min(near.turn, 0.5))), sum.turn * T(slack)};
+        };
+        // kept() is affine and rises: what it does not raise it bounds
+        const Pace<T> still = kept({zero, zero}),
+                      supposed{still.wrist + still.wrist, still.turn + still.turn};
+        out = kept(supposed);
+        return known & (out.wrist <= supposed.wrist) & (out.turn <= supposed.turn);
+    }
+
+    /// How fast the function of a limit of a joint may change with psi beside that of the centre, X at a
+    /// pace.
+    template <int N>
+    ARMANGLE_INLINE Lane<N> drift(const bool (&of_shoulder)[N], const Pace<Lane<N>>& x) const noexcept {
+        using T = Lane<N>;
+        double rate[N], wide[N], turns[N];
+        for (int k = 0; k < N; ++k) {
+            rate[k] = of_shoulder[k] ? shoulder_rate_ : wrist_rate_;
+            wide[k] = 2.0 * slack * ((of_shoulder[k] ? shoulder_ : wrist_) + psi_shift_);
+            turns[k] = of_shoulder[k] ? 0.0 : 1.0;
+        }
+        return T::load(wide) + T::load(rate) * x.wrist + T::load(turns) * x.turn;
     }
 
     /// The joints over |psi - middle| <= half, psi on the circle of the centre.
@@ -198,6 +288,7 @@ private:
     JointFunctions<double> f_;
     Elbow<double> elbow_;
     double psi_shift_ = 0, bend_radius_ = 0, shoulder_ = 0, wrist_ = 0;
+    double bend_rate_ = 0, shoulder_rate_ = 0, wrist_rate_ = 0;  // how fast they grow, rad/m of the wrist
 };
 
 namespace near_rule {
@@ -269,6 +360,22 @@ inline CorrectedMotion motion_about(const NearArm& arm, const Triad<double>& on,
     }
     out.widen({infinity, infinity}, psi_shift);
     joints_over = out.over(0.0, half);
+    return out;
+}
+
+/// The motion over the whole circle: the links between the joints move X by what they can, for any theta.
+inline CorrectedMotion motion_around(const NearArm& arm, const Pose<double>& pose, const Triad<double>& on,
+                                     const Configuration<double>& gc) noexcept {
+    const Arm& nominal = arm.nominal;
+    const Pose<double> centre = flange_pose(nominal, arm.first * pose * arm.last);
+    const detail::PsiPlane<double> plane(on, {0.0, 1.0});
+    const Triad<double> there = triad(
+        nominal, centre,
+        [&](const Vec3<double>& p, const Vec3<double>& w) noexcept { return plane.normal(nominal, p, w); });
+    const double lean = norm(there.w - on.w);
+    CorrectedMotion out(nominal, centre, there, gc);
+    out.widen({arm.joint_shift, arm.joint_turn},
+              2.0 * lean * (lean + abs(nominal.d_4) / there.distance) * pi);
     return out;
 }
 

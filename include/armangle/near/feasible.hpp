@@ -6,7 +6,8 @@
 // Limits are functions of psi that the corrected motion knows within a slack: where they are farther from 0
 // all is said, and what is open are stretches about the ends. Those are looked at again about their own
 // middle, where the slack is less, or in a hull, in which a joint comes to its limit once. What stays open is
-// halved, in rounds over all of the circle, and at last left out.
+// halved, in rounds over all of the circle, and at last left out. Where a function of a limit is proven to
+// rise or to fall over all of such a stretch, its end is found at once and nothing more is looked at.
 //
 // An end is the psi at which the true joint is at its limit, to near_rule::residual. What is proven neither
 // way (beside a singularity, where branches merge) is left out, and its measure is counted.
@@ -145,9 +146,17 @@ struct Sections {
         double lower, upper;
         Known known;
         Open open;
+        Open low, high;  // of the open ones: which of their two functions
     };
     int count = 0;
     Section section[capacity];
+};
+
+/// The conditions of a motion that are asked, each with its bit.
+struct AskedConditions {
+    int count = 0;
+    int bit[Sections::conditions];
+    CorrectedMotion::Condition condition[Sections::conditions];
 };
 inline constexpr Sections::Open hinge_bit = 1u << ThetaRanges::capacity;
 
@@ -178,15 +187,15 @@ public:
 
     void run(ProvenArcs& out) noexcept {
         out.unproven = 0;
-        CorrectedMotion all(arm_.nominal, flange_pose(arm_.nominal, pose_), on_, gc_);
-        all.widen({arm_.wrist_shift, arm_.turn}, 0.0);
+        const CorrectedMotion all = motion_around(arm_, pose_, on_, gc_);
         Open every = hinge_bit | hinge_bit << 1;
         for (int i = 0; i < ranges_.count; ++i)
             if (only_ < 0 || ranges_.one[i].joint == only_) every |= 1u << i;
         if (all.usable()) {
             Sections sections;
-            part(all, every, -pi, pi, sections);
-            take(sections, 0.0, 0);
+            AskedConditions asked;
+            part(all, every, -pi, pi, asked, sections);
+            settle_sections(all, asked, sections);
         } else {
             for (int k = near_rule::cells; k > 0; --k)
                 open({-pi + two_pi * (k - 1) / near_rule::cells, -pi + two_pi * k / near_rule::cells, every,
@@ -241,9 +250,13 @@ private:
     };
 
     /// Parts [lower, upper] where a motion's conditions change; of those asked alone.
-    void part(const CorrectedMotion& motion, Open asked, double lower, double upper, Sections& out) noexcept {
-        Condition condition[Sections::conditions];
-        int bit[Sections::conditions], n = 0, ends = 0;
+    void part(const CorrectedMotion& motion, Open asked, double lower, double upper,
+              AskedConditions& conditions, Sections& out) noexcept {
+        Condition(&condition)[Sections::conditions] = conditions.condition;
+        int (&bit)[Sections::conditions] = conditions.bit;
+        int& n = conditions.count;
+        int ends = 0;
+        n = 0;
         double at[Sections::capacity + 1];
         for (int i = 0; i < ranges_.count; ++i) {
             if (!(asked >> i & 1)) continue;
@@ -325,27 +338,28 @@ private:
             middle[k] = 0.5 * (at[i] + at[i + 1]);
         }
         const SinCos<Several> psi = sin_cos(Several::load(middle));
-        Open is_open[several] = {}, broken[several] = {};
+        Open is_open[several] = {}, broken[several] = {}, low[several] = {}, high[several] = {};
         for (int i = 0; i < n; ++i) {
-            unsigned inside, outside;
-            condition[i].at(psi, inside, outside);
-            for (int k = 0; k < count; ++k) {
-                if (outside >> k & 1)
-                    broken[k] |= 1u << bit[i];
-                else if (!(inside >> k & 1))
-                    is_open[k] |= 1u << bit[i];
-            }
+            const Condition::Told told = condition[i].at(psi);
+            for_each_bit(told.outside & ((1u << count) - 1), [&](int k) { broken[k] |= 1u << bit[i]; });
+            for_each_bit(~(told.outside | told.inside) & ((1u << count) - 1), [&](int k) {
+                is_open[k] |= 1u << bit[i];
+                low[k] |= (told.low_open >> k & 1) << bit[i];
+                high[k] |= (told.high_open >> k & 1) << bit[i];
+            });
         }
         for (int k = 0; k < count; ++k) {
             if (!(at[k] < at[k + 1])) continue;
-            Sections::Section now{at[k], at[k + 1], Known::inside, is_open[k]};
+            Sections::Section now{at[k], at[k + 1], Known::inside, is_open[k], low[k], high[k]};
             if (is_open[k] != 0) now.known = Known::open;
-            if (broken[k] != 0) now = {at[k], at[k + 1], Known::outside, 0};
+            if (broken[k] != 0) now = {at[k], at[k + 1], Known::outside, 0, 0, 0};
             block(broken[k]);
             Sections::Section* last = out.count > 0 ? &out.section[out.count - 1] : nullptr;
             if (last && last->known == now.known) {  // what is open together is looked at together
                 last->upper = now.upper;
                 last->open |= now.open;
+                last->low |= now.low;
+                last->high |= now.high;
             } else {
                 out.section[out.count++] = now;
             }
@@ -369,6 +383,235 @@ private:
             if (one.known == Known::inside) pieces_.add({origin + one.lower, origin + one.upper, 0, 0});
             if (one.known == Known::open) open({origin + one.lower, origin + one.upper, one.open, depth});
         }
+    }
+
+    /// An end that is looked for: of a section, where joint j is at theta, or half a turn from it; f is the
+    /// function of its limit.
+    struct Crossing {
+        int of, joint;
+        double theta;
+        Tag tag, opposite_tag;
+        bool either;  // with the next one: the range is kept where one of both is
+        Harmonic<double> f;
+    };
+
+    /// The open functions of a range in a section, at most two. False where they are none with ends.
+    static bool crossings_of(const ThetaRanges::One& range, const Condition& c, bool low, bool high,
+                             double side, int of, Crossing* out, int& count) noexcept {
+        if (range.joint == 3) return false;
+        // a hinge's functions are of |theta|
+        const bool mirrored = range.joint % 4 == 1 && side < 0, both = low && high && c.either;
+        const double first = mirrored ? range.half : -range.half;
+        const Tag tag = mirrored ? range.high : range.low, other = mirrored ? range.low : range.high;
+        const bool opposite =
+            abs(2.0 * range.half - pi) < tolerance::angle;  // either limit is the other's end
+        if (low)
+            out[count++] = {of, range.joint, range.middle + first, tag, opposite ? other : tag, both, c.low};
+        if (high)
+            out[count++] = {of,    range.joint, range.middle - first, other, opposite ? tag : other,
+                            false, c.high};
+        return true;
+    }
+
+    /// Keeps what is inside, and cuts what is open at its ends, several at once.
+    void settle_sections(const CorrectedMotion& all, const AskedConditions& asked,
+                         const Sections& parts) noexcept {
+        constexpr int most = 2 * several + 2;
+        Crossing crossing[most];
+        int count = 0, pending[several], waiting = 0;
+        const auto settle_them = [&] {
+            if (waiting > 0) settle_crossings(all, parts, pending, waiting, crossing, count);
+            count = waiting = 0;
+        };
+        for (int i = 0; i < parts.count; ++i) {
+            const Sections::Section& one = parts.section[i];
+            if (one.known == Known::inside) pieces_.add({one.lower, one.upper, 0, 0});
+            if (one.known != Known::open) continue;
+            const int before = count;
+            bool told = one.open < hinge_bit;
+            for (int k = 0; told && k < asked.count; ++k) {
+                const int bit = asked.bit[k];
+                if (!(one.open >> bit & 1)) continue;
+                const int joint = ranges_.one[bit].joint;
+                told = crossings_of(ranges_.one[bit], asked.condition[k], one.low >> bit & 1,
+                                    one.high >> bit & 1, joint == 1 ? gc_.shoulder : gc_.wrist, waiting,
+                                    crossing, count) &&
+                       count - before <= several;
+            }
+            if (!told) {
+                count = before;
+                open({one.lower, one.upper, one.open, 0});
+                continue;
+            }
+            if (count > several) {  // those before go first
+                Crossing mine[several];
+                const int n = count - before;
+                for (int k = 0; k < n; ++k) mine[k] = crossing[before + k];
+                count = before;
+                settle_them();
+                for (; count < n; ++count) {
+                    crossing[count] = mine[count];
+                    crossing[count].of = 0;
+                }
+            }
+            pending[waiting++] = i;
+        }
+        settle_them();
+    }
+
+    /// Cuts sections at their ends: of each function one, where it is proven to rise or fall all over the
+    /// section. The true function is that of the motion's centre, and what X adds to it changes slowly.
+    void settle_crossings(const CorrectedMotion& all, const Sections& parts, const int* pending, int sections,
+                          const Crossing* crossing, int count) noexcept {
+        double s[several], c[several], k[several], target[several], section_lower[several],
+            section_upper[several];
+        int joint[several];
+        bool of_shoulder[several];
+        for (int i = 0; i < several; ++i) {
+            const Crossing& one = crossing[i < count ? i : count - 1];
+            const Sections::Section& section = parts.section[pending[one.of]];
+            s[i] = one.f.s;
+            c[i] = one.f.c;
+            k[i] = one.f.k;
+            target[i] = one.theta;
+            joint[i] = one.joint;
+            of_shoulder[i] = one.joint < 3;
+            section_lower[i] = section.lower;
+            section_upper[i] = section.upper;
+        }
+        const Harmonic<Several> f{Several::load(s), Several::load(c), Several::load(k)};
+        const Several lower = Several::load(section_lower), upper = Several::load(section_upper),
+                      about = Several(0.5) * (lower + upper);
+        const Several size = hypot(f.s, f.c), top = atan2(f.s, f.c), half = half_between_roots(f, size);
+        const Several one = lift(top - half, about), other = lift(top + half, about);
+        Several psi = select(abs(one - about) < abs(other - about), one, other);
+        auto good = has_roots(f, size);
+        SinCos<Several> angle[joints];
+        const Triad<Several> on = spread<Several>(on_);
+        const Configuration<Several> gc = spread<Several>(gc_);
+        nominal_posture(arm_.nominal, spread<Several>(flange_pose(arm_.nominal, pose_)),
+                        PsiPlane<Several>(on, sin_cos(psi)), gc, angle);
+        // where a function vanishes its joint is at the limit, or half a turn from it
+        SinCos<Several> wanted = sin_cos(Several::load(target));
+        const Several along = wanted.cos * of_joints(joint, [&](int j) { return angle[j].cos; }) +
+                              wanted.sin * of_joints(joint, [&](int j) { return angle[j].sin; });
+        const auto opposite = along < Several(0.0);
+        wanted = {select(opposite, -wanted.sin, wanted.sin), select(opposite, -wanted.cos, wanted.cos)};
+        good = good & lead(joint, wanted, good, angle, psi);
+        good = good & is_of(arm_.nominal, PsiPlane<Several>(on, sin_cos(psi)), gc, angle);
+        const Several from = min(lower, psi), to = max(upper, psi);
+        const Several middle = Several(0.5) * (from + to), reach = Several(0.5) * (to - from);
+        Pace<Several> x;
+        good = good & (reach < Several(1.0)) & all.pace(arm_, middle, reach, x);
+        const SinCos<Several> at = sin_cos(middle), by = sin_cos(reach);
+        const Several slope = f.s * at.cos - f.c * at.sin, bend = f.s * at.sin + f.c * at.cos;
+        good = good & (abs(slope) * by.cos - abs(bend) * by.sin > all.drift(of_shoulder, x));
+        Piece piece[several], hole[several];
+        bool fails[several] = {}, has_hole[several] = {};
+        for (int i = 0; i < sections; ++i) {
+            const Sections::Section& of = parts.section[pending[i]];
+            piece[i] = {of.lower, of.upper, 0, 0};
+        }
+        const unsigned found = bits(good), rising = bits(slope > Several(0.0)), turned = bits(opposite);
+        const auto tag = [&](int i) { return turned >> i & 1 ? crossing[i].opposite_tag : crossing[i].tag; };
+        for (int i = 0; i < count; ++i) {
+            const int n = crossing[i].of;
+            const bool both = crossing[i].either;
+            if (!(found >> i & 1) || (both && !(found >> (i + 1) & 1))) {
+                fails[n] = true;
+                i += both;
+                continue;
+            }
+            if (!both) {
+                cut_piece(piece[n], psi[i], rising >> i & 1, tag(i));
+                continue;
+            }
+            // kept where either function is: less is cut of two that go the same way, and a hole else
+            const int next = i + 1, first = psi[i] < psi[next] ? i : next, last = first == i ? next : i;
+            const bool first_rises = rising >> first & 1, last_rises = rising >> last & 1;
+            if (first_rises == last_rises) {
+                const int kept = first_rises ? first : last;
+                cut_piece(piece[n], psi[kept], first_rises, tag(kept));
+            } else if (last_rises) {
+                fails[n] = fails[n] || has_hole[n];
+                has_hole[n] = true;
+                hole[n] = {psi[first], psi[last], tag(first), tag(last)};
+            }
+            ++i;
+        }
+        for (int i = 0; i < sections; ++i) {
+            const Sections::Section& of = parts.section[pending[i]];
+            if (fails[i]) {
+                open({of.lower, of.upper, of.open, 0});
+                continue;
+            }
+            only_elbow_ = false;
+            Piece behind = piece[i];
+            if (has_hole[i]) {
+                cut_piece(piece[i], hole[i].lower, false, hole[i].lower_tag);
+                cut_piece(behind, hole[i].upper, true, hole[i].upper_tag);
+                pieces_.add(behind);
+            }
+            pieces_.add(piece[i]);
+        }
+    }
+
+    /// Takes off a piece what is below a psi, or above it.
+    static void cut_piece(Piece& piece, double psi, bool below, Tag tag) noexcept {
+        if (below && psi > piece.lower) {
+            piece.lower = psi;
+            piece.lower_tag = tag;
+        } else if (!below && psi < piece.upper) {
+            piece.upper = psi;
+            piece.upper_tag = tag;
+        }
+    }
+
+    /// Leads postures to where joint[i] is at its theta, by Newton on the seven equations and that; and tells
+    /// which of them come there.
+    LaneMask<several> lead(const int (&joint)[several], const SinCos<Several>& wanted,
+                           LaneMask<several> going, SinCos<Several>* angle, Several& psi) const noexcept {
+        const Pose<Several> pose = spread<Several>(pose_);
+        const Triad<Several> on = spread<Several>(on_);
+        auto there = Several(1.0) < Several(0.0);
+        for (int pass = 0; pass < near_rule::root_steps; ++pass) {
+            const PsiPlane<Several> plane(on, sin_cos(psi));
+            const SevenEquations<Several> now = seven_equations(arm_, pose, plane, angle);
+            const Several gap = gap_to(wanted, joint, angle);
+            there = there | (going & (now.size() <= Several(near_rule::residual)) &
+                             (abs(gap) <= Several(near_rule::residual)));
+            going = going & !there;
+            if (!any(going)) break;
+            const Reduced<Several> to(now);
+            Several straight[joints], sideways[joints];
+            to.solve(now.left, straight);
+            to.solve({{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, dot(plane.along, elbow_axis(angle))}, sideways);
+            const Several by = (gap - of_joints(joint, [&](int j) { return straight[j]; })) /
+                               of_joints(joint, [&](int j) { return sideways[j]; });
+            going = going & (abs(by) < Several(near_rule::largest_step));
+            for (int j = 0; j < joints; ++j)
+                straight[j] = select(going, straight[j] + by * sideways[j], Several(0.0));
+            turn_by(straight, angle);
+            psi = psi + select(going, by, Several(0.0));
+        }
+        return there;
+    }
+
+    /// Of each lane the number of its joint.
+    template <class Get>
+    ARMANGLE_INLINE static Several of_joints(const int (&joint)[several], const Get& get) noexcept {
+        Several row[joints], out;
+        for (int j = 0; j < joints; ++j) row[j] = get(j);
+        for (int i = 0; i < several; ++i) out.set(i, row[joint[i]][i]);
+        return out;
+    }
+
+    /// How far each lane's joint is from where it is wanted.
+    ARMANGLE_INLINE static Several gap_to(const SinCos<Several>& wanted, const int (&joint)[several],
+                                          const SinCos<Several>* angle) noexcept {
+        const Several s = of_joints(joint, [&](int j) { return angle[j].sin; }),
+                      c = of_joints(joint, [&](int j) { return angle[j].cos; });
+        return atan2(wanted.sin * c - wanted.cos * s, wanted.cos * c + wanted.sin * s);
     }
 
     /// Leaves a stretch for a look of this round.
@@ -457,7 +700,8 @@ private:
             motion_about(arm_, on_, PsiPlane<double>(on_, sin_cos(middle)), angle, gc_, half, over);
         if (!motion.usable()) return halve(now);
         Sections parts;
-        part(motion, now.open, -half, half, parts);
+        AskedConditions asked;
+        part(motion, now.open, -half, half, asked, parts);
         for (int i = 0; i < parts.count; ++i) {
             const Sections::Section& one = parts.section[i];
             const bool wide = one.upper - one.lower > 2.0 * near_rule::shrunk * half;
@@ -528,8 +772,6 @@ private:
     /// it.
     void cut(const End* end, int count, const Hull<Several>& hulls, const Found<Several>& found, Piece* piece,
              bool (&fails)[several]) const noexcept {
-        const Pose<Several> pose = spread<Several>(pose_);
-        const Triad<Several> on = spread<Several>(on_);
         int of[several], joint[several];
         double target[several];
         for (int i = 0; i < several; ++i) {
@@ -538,65 +780,31 @@ private:
             joint[i] = one.joint;
             target[i] = one.theta;
         }
-        const auto of_ends = [&](const Several* row) {
-            Several out;
-            for (int i = 0; i < several; ++i) out.set(i, row[joint[i]][i]);
-            return out;
-        };
         const auto of_hulls = [&](const Several& row) {
             Several out;
             for (int i = 0; i < several; ++i) out.set(i, row[of[i]]);
             return out;
         };
         SinCos<Several> angle[joints];
-        Several sine[joints], cosine[joints], step[joints], psi = of_hulls(hulls.psi);
-        const SinCos<Several> wanted = sin_cos(Several::load(target));
-        const auto gap_now = [&] {
-            for (int j = 0; j < joints; ++j) {
-                sine[j] = angle[j].sin;
-                cosine[j] = angle[j].cos;
-            }
-            const Several s = of_ends(sine), c = of_ends(cosine);
-            return atan2(wanted.sin * c - wanted.cos * s, wanted.cos * c + wanted.sin * s);
-        };
+        Several step[joints], psi = of_hulls(hulls.psi);
         for (int j = 0; j < joints; ++j) {
             angle[j] = {of_hulls(found.angle[j].sin), of_hulls(found.angle[j].cos)};
             step[j] = of_hulls(hulls.slope[j]);
         }
-        Several by = gap_now() / of_ends(step);  // along the hull's slope at first
-        auto going = abs(by) < Several(near_rule::largest_step);
-        auto there = Several(1.0) < Several(0.0);
+        const SinCos<Several> wanted = sin_cos(Several::load(target));
+        const Several slope = of_joints(joint, [&](int j) { return step[j]; });
+        const Several by = gap_to(wanted, joint, angle) / slope;
+        const auto going = abs(by) < Several(near_rule::largest_step);
         for (int j = 0; j < joints; ++j) step[j] = select(going, step[j] * by, Several(0.0));
-        for (int pass = 0; pass < near_rule::root_steps; ++pass) {
-            turn_by(step, angle);
-            psi = psi + select(going, by, Several(0.0));
-            const PsiPlane<Several> plane(on, sin_cos(psi));
-            const SevenEquations<Several> now = seven_equations(arm_, pose, plane, angle);
-            const Several gap = gap_now();
-            there = there | (going & (now.size() <= Several(near_rule::residual)) &
-                             (abs(gap) <= Several(near_rule::residual)));
-            going = going & !there;
-            if (!any(going)) break;
-            const Reduced<Several> to(now);
-            Several straight[joints], sideways[joints];
-            to.solve(now.left, straight);
-            to.solve({{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, dot(plane.along, elbow_axis(angle))}, sideways);
-            by = (gap - of_ends(straight)) / of_ends(sideways);
-            going = going & (abs(by) < Several(near_rule::largest_step));
-            for (int j = 0; j < joints; ++j)
-                step[j] = select(going, straight[j] + by * sideways[j], Several(0.0));
-        }
+        turn_by(step, angle);
+        psi = psi + select(going, by, Several(0.0));
+        const auto there = lead(joint, wanted, going, angle, psi);
         for (int i = 0; i < count; ++i) {
             const int k = end[i].of;
-            if (!there[i] || !(abs(psi[i] - hulls.psi[k]) <= 2.0 * hulls.half[k])) {
+            if (!there[i] || !(abs(psi[i] - hulls.psi[k]) <= 2.0 * hulls.half[k]))
                 fails[k] = true;
-            } else if (end[i].lower && psi[i] > piece[k].lower) {
-                piece[k].lower = psi[i];
-                piece[k].lower_tag = end[i].tag;
-            } else if (!end[i].lower && psi[i] < piece[k].upper) {
-                piece[k].upper = psi[i];
-                piece[k].upper_tag = end[i].tag;
-            }
+            else
+                cut_piece(piece[k], psi[i], end[i].lower, end[i].tag);
         }
     }
 

@@ -23,6 +23,10 @@ struct NearArm {
     Pose<double> link[joints + 1];        // G_k
     LinkDeviation deviation[joints + 1];  // of D_k
     double wrist_shift, turn;  // how far the wrist of N(theta) can be from that of T(theta), m, rad
+    // the same of the links between the joints; the first and the last move X by the same for all theta:
+    // where they are alone X = first pose last
+    double joint_shift, joint_turn;
+    Pose<double> first, last;
     Vec3<double> wrist;        // the nominal wrist in the frame of the tip, m
     double swing[joints + 1];  // m: by how much of its turning frame a link's deviation moves the wrist
     double ahead[joints],
@@ -108,7 +112,7 @@ inline NearArm make_near_arm(const ArmParameters& parameters,
                              const Pose<double> (&links)[joints + 1]) noexcept {
     constexpr int sweeps =
         32;  // neighbouring axes are nearly square, so that frames hardly disturb each other
-    NearArm out{make_arm(parameters), {}, {}, 0.0, 0.0, {}, {}, {}, {}};
+    NearArm out{make_arm(parameters), {}, {}, 0.0, 0.0, 0.0, 0.0, {}, {}, {}, {}, {}, {}};
     const Arm& arm = out.nominal;
     Pose<double> nominal[joints + 1];
     detail::nominal_links(arm, nominal);
@@ -126,12 +130,19 @@ inline NearArm make_near_arm(const ArmParameters& parameters,
                                       arm.forearm,
                                       0.0,
                                       0.0};
+    out.first = nominal[0] * inverted(out.link[0]);
+    out.last = inverted(out.link[joints]) * nominal[joints];
     for (int k = joints; k >= 0; --k) {
         const Pose<double> off = nominal[k] * inverted(out.link[k]);
         out.deviation[k] = {norm(off.position), detail::turn_of(off.rotation)};
         out.wrist_shift +=
             out.deviation[k].position + out.deviation[k].rotation * (lever[k] + out.wrist_shift);
         out.turn += out.deviation[k].rotation;
+        if (k > 0 && k < joints) {
+            out.joint_shift +=
+                out.deviation[k].position + out.deviation[k].rotation * (lever[k] + out.wrist_shift);
+            out.joint_turn += out.deviation[k].rotation;
+        }
     }
     for (int k = 0; k <= joints; ++k)
         out.swing[k] = out.deviation[k].position + out.deviation[k].rotation * (lever[k] + out.wrist_shift);
