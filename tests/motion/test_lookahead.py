@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.brute_force import planar_motion
+from support.draw import count, generator
 from support.strategies import Array, arms, frame
 
 import armangle as aa
@@ -223,6 +225,20 @@ def test_a_joint_does_not_go_round_behind_its_limits() -> None:
     path = aa.follow(IIWA, line(q, (0.0, -0.2, 0.0)), start=q, lookahead=60, max_joint_step=0.3)
     assert path.ok
     assert np.abs(np.diff(path.q, axis=0)).max() <= 0.3
+
+
+def test_it_passes_where_branches_meet_as_calmly_as_without() -> None:
+    """Lines in the arm's plane, on which theta2 or theta6 passes 0: no dead end, so nothing to avoid."""
+    rng, crossed = generator(5), 0
+    for _ in range(count(60)):
+        path, q = planar_motion(IIWA, rng)
+        poses = path.pose(np.linspace(0, 1, len(q)))
+        plain, ahead = (aa.follow(IIWA, poses, start=q[0], lookahead=n) for n in (0, 20))
+        crossed += bool((q[:, [1, 5]].min(axis=0) * q[:, [1, 5]].max(axis=0) < 0).any())
+        assert ahead.ok >= plain.ok
+        if plain.ok:
+            assert np.array_equal(plain.q, ahead.q)
+    assert crossed >= 10
 
 
 def test_without_dead_ends_nothing_changes() -> None:

@@ -96,6 +96,25 @@ void follow_steps(const double* start, const double* poses, std::size_t n, const
                 [&](const Pose<double>& pose) { return norm(position(q) - pose.position); });
 }
 
+/// Where a motion is, and its next steps.
+struct Follower {
+    const Arm& arm;
+    const LimitTable& limits;
+    double q[joint_slots];
+    Chain now;
+    Bounds bounds;  // with the velocity before the next step, where there are any
+
+    Step on(const Pose<double>& pose, StepOptions options) noexcept {
+        const bool bounded = options.bounds != nullptr;
+        if (bounded) options.bounds = &bounds;
+        const Step next = step_from(arm, limits, q, now, pose, options);
+        if (bounded) carry_velocity(next.q, q, bounds);
+        for (int j = 0; j < joints; ++j) q[j] = next.q[j];
+        if (holds_pose(next) || bounded || options.nearest) now = chain(arm, q);
+        return next;
+    }
+};
+
 }  // namespace detail
 
 /// Follows n poses (16 doubles each, row-major) from `start`. `allowed` is null, one set, or one a pose;
@@ -106,29 +125,31 @@ inline void follow(const Arm& arm, const LimitTable& limits, const double* start
                    std::size_t n, StepOptions options, OnFail on_fail, Strided<const ArcSet> allowed,
                    const FollowRows& rows, Lookahead* ahead = nullptr,
                    Strided<const Scene* const> scenes = {nullptr, 0}) noexcept {
-    Bounds bounds{};
-    if (options.bounds) {
-        bounds = *options.bounds;
-        options.bounds = &bounds;
-    }
-    double q[joint_slots] = {};
-    for (int j = 0; j < joints; ++j) q[j] = start[j];
-    Chain now = chain(arm, q);
+    detail::Follower walk{arm, limits, {}, {}, options.bounds ? *options.bounds : Bounds{}};
+    for (int j = 0; j < joints; ++j) walk.q[j] = start[j];
+    walk.now = chain(arm, walk.q);
+    const auto plain = [&](std::size_t from, std::size_t most) {
+        detail::Follower along = walk;
+        StepOptions asked = options;
+        for (std::size_t k = 0; k < most; ++k) {
+            if (scenes.data) asked.scene = *scenes.at(from + k);
+            asked.allowed = allowed.data ? allowed.at(from + k) : nullptr;
+            if (!detail::holds_pose(along.on(load_pose(poses + 16 * (from + k)), asked))) return k;
+        }
+        return most;
+    };
     const auto take = [&](const Pose<double>& pose, std::size_t i, StepOptions& asked) {
         if (scenes.data) asked.scene = *scenes.at(i);
         if (ahead)
-            asked.ahead =
-                ahead->at(i, q, asked.gc < 0 ? configuration(arm, now.theta) : configuration(asked.gc));
-        const Step next = step_from(arm, limits, q, now, pose, asked);
-        const bool ok = detail::holds_pose(next);
-        if (ahead && !ok) ahead->forget();
-        if (asked.bounds) detail::carry_velocity(next.q, q, bounds);
-        for (int j = 0; j < joints; ++j) q[j] = next.q[j];
-        if (ok || asked.bounds || asked.nearest) now = chain(arm, q);
+            asked.ahead = ahead->at(
+                i, walk.q, asked.gc < 0 ? configuration(arm, walk.now.theta) : configuration(asked.gc),
+                [&](std::size_t most) { return plain(i, most); });
+        const Step next = walk.on(pose, asked);
+        if (ahead && !detail::holds_pose(next)) ahead->forget();
         return next;
     };
     detail::follow_rows(poses, n, options, on_fail, allowed, rows, take,
-                        [&](const Pose<double>& pose) { return position_error(arm, now, pose); });
+                        [&](const Pose<double>& pose) { return position_error(arm, walk.now, pose); });
 }
 
 }  // namespace armangle

@@ -1,5 +1,7 @@
 // Looking ahead along known poses: from which part of each feasible set the poses behind it can be reached.
 //
+// It is asked only where steps that see nothing ahead would not hold all poses of the window: where they do,
+// there is no dead end to be avoided.
 // Nodes are the exact arcs of the poses, never a grid of psi: a narrow one is there like a wide one. Two
 // postures of neighbouring poses are linked if every joint moves at most as far as a step may; for one
 // posture the linked psi of the next pose are closed form (bounds.hpp). So a set on one pose gives the set on
@@ -217,37 +219,53 @@ public:
     }
 
     /// The psi of pose i from which the poses ahead can be reached, as many of them as can be from the
-    /// posture q; null where q cannot step to pose i at all.
-    const ArcSet* at(std::size_t i, const double* q, const Configuration<double>& gc) noexcept {
-        const bool drawn = count_ && index(gc) == gc_ && i >= first_ && i < first_ + reached_ &&
-                           (i <= first_ + ahead_ || first_ + count_ == n_);
-        if (!drawn) draw(i, gc);
+    /// posture q; null where q cannot step to pose i at all, and where nothing is to be gained. plain(m): how
+    /// many of the m poses from i on are held by steps from q that see nothing ahead.
+    template <class Plain>
+    const ArcSet* at(std::size_t i, const double* q, const Configuration<double>& gc,
+                     const Plain& plain) noexcept {
+        const bool inside =
+            count_ && i >= first_ && i < first_ + reached_ && (i <= first_ + ahead_ || first_ + count_ == n_);
+        if (inside && plain_) return nullptr;
+        std::size_t held = 0;
+        const auto begin = [&] {
+            const std::size_t most = sections_for(ahead_);
+            first_ = i;
+            count_ = reached_ = n_ - i < most ? n_ - i : most;
+            held = plain(count_);
+            plain_ = held == count_;
+            if (!plain_) draw(gc);
+        };
+        const bool drawn = inside && index(gc) == gc_;
+        if (!drawn) begin();
+        if (plain_) return nullptr;
         AheadSection& here = section_[i - first_];
         ArcSet start;
         links_.reach(q, true, 1.0, here, here.tube, start);
         const bool led_back = links_.share == 1.0 - ahead_rule::run_up && !here.tube.empty();
         if (!start.empty() || led_back) return &here.tube;
-        if (drawn) draw(i, gc);
+        if (drawn) begin();
+        if (plain_) return nullptr;
         links_.reach(q, true, 1.0, section_[0], section_[0].arcs, start);
         if (start.empty()) {
             count_ = 0;
             return nullptr;
         }
         turn_to(start);
-        return &section_[0].tube;
+        if (reached_ > held) return &section_[0].tube;
+        reached_ = held;
+        plain_ = true;
+        return nullptr;
     }
 
     /// The motion left the tube, or stopped: what comes next is drawn up anew.
     void forget() noexcept { count_ = 0; }
 
 private:
-    /// Sections of pose i and those behind it, and the tube of their end.
-    void draw(std::size_t i, const Configuration<double>& gc) noexcept {
-        first_ = i;
+    /// The sections of the window, and the tube of their end.
+    void draw(const Configuration<double>& gc) noexcept {
         gc_ = index(gc);
-        const std::size_t most = sections_for(ahead_);
-        count_ = reached_ = n_ - i < most ? n_ - i : most;
-        for (std::size_t k = 0; k < count_; ++k) fill(section_[k], i + k, gc);
+        for (std::size_t k = 0; k < count_; ++k) fill(section_[k], first_ + k, gc);
         section_[count_ - 1].tube = section_[count_ - 1].arcs;
         back(count_ - 1);
     }
@@ -293,6 +311,7 @@ private:
     AheadSection* section_;
     std::size_t ahead_, first_ = 0, count_ = 0, reached_ = 0;
     int gc_ = -1;
+    bool plain_ = false;  // steps that see nothing ahead hold the poses up to `reached_`
 };
 
 }  // namespace armangle

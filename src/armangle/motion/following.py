@@ -67,9 +67,10 @@ def follow(
     """Return the motion along a sequence of poses: `step` in a loop, bit for bit, in C++.
 
     A local rule runs into dead ends: an arc that closes while another remains. With ``lookahead=n`` every
-    step sees at least n poses beyond its own (2n at most) and keeps psi where all of them can still be
-    reached, moving no joint further from pose to pose than `max_joint_step` and `velocity` allow; the
-    policy is repelled from the ends of that part, not of the arc. **A dead end inside the window is
+    step sees at least n poses beyond its own (2n at most). Where steps that see nothing ahead would not hold
+    them all, psi is kept where all of them can still be reached, moving no joint further from pose to pose
+    than `max_joint_step` and `velocity` allow; the policy is then repelled from the ends of that part, not of
+    the arc. **A dead end inside the window is
     avoided if there is a way around it from the posture at which it comes into sight**, with one per cent
     of the speed to spare. Where there is none, the motion goes as far as it can. Bounds on acceleration
     are kept as without lookahead, but met ahead only by keeping half of the speed back: a way around may
