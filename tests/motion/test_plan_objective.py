@@ -64,9 +64,9 @@ def test_never_worse_than_the_naive(kind: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [1040, 1248, 2149, 5001, 5004, 5007, 5008])
+@pytest.mark.parametrize("seed", [1040, 1248, 1463, 1497, 1680, 1932, 2149, 5001, 5008])
 def test_no_dearer_than_brute_force(seed: int) -> None:
-    """A grid of 720 arm angles and a descent; `make plans` tries hundreds. The first three were too dear."""
+    """A grid of 720 arm angles and a descent; `make plans` tries hundreds. The first seven were too dear."""
     asked = naive_case(seed, ("short", "long", "margins", "corner")[seed % 4])
     way = search(asked)
     if way is None or not asked.keeps(q := descend(asked, way)):

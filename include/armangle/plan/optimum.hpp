@@ -18,6 +18,7 @@ inline constexpr int middling = 48;     // ... and where none of those keeps the
 inline constexpr int held = 48;         // constant angles that are tried where the start is open
 inline constexpr std::size_t many = 6;  // starting curves beyond which a glance chooses the best of them ...
 inline constexpr int glances = 6;       // ... on so many intervals
+inline constexpr double beside_better = 0.4;        // of phi at both ends: beside a better one (rad)
 inline constexpr double soon[] = {0.03, 0.1, 0.3};  // of s: in what a wish is come to from a fixed end
 inline constexpr double inset = 0.02;               // of a wish from the ends of its arc (rad)
 inline constexpr int layers = 48;                   // sections on which they are looked at first
@@ -60,8 +61,8 @@ inline bool less(const Optimum& a, const Optimum& b) noexcept { return a.energy 
 class Comparison {
 public:
     Comparison(const Task& task, const Objective& objective, const Tube& tube, const Way& way,
-               const FixedEnds& ends)
-        : task_(task), objective_(objective), tube_(tube), way_(way), ends_(ends) {
+               const Way& cheap, const FixedEnds& ends)
+        : task_(task), objective_(objective), tube_(tube), way_(way), cheap_(cheap), ends_(ends) {
         for (const Section& l : tube.sections) s_.push_back(l.s);
     }
 
@@ -107,6 +108,11 @@ private:
         for (const Candidate& x : way_.rows) phi.push_back(x.phi);
         const double first = phi.front(), last = phi.back();
         curves_.push_back(phi);
+        if (cheap_.whole) {
+            std::vector<double> other;
+            for (const Candidate& x : cheap_.rows) other.push_back(x.phi);
+            curves_.push_back(std::move(other));
+        }
         if (task_.wish && objective_.psi > 0) wish(first, last);
         if (ends_.first && ends_.last) {
             for (std::size_t k = 0; k < phi.size(); ++k) phi[k] = first + s_[k] * (last - first);
@@ -197,13 +203,29 @@ private:
         return out;
     }
 
+    /// The first of curves sorted by what they are worth, without those that begin and end beside a better
+    /// one: they would descend to the same.
+    std::vector<Start> apart(const std::vector<Start>& all) const {
+        std::vector<Start> out;
+        for (const Start& x : all) {
+            const std::vector<double>& phi = curves_[x.curve];
+            const bool seen = std::any_of(out.begin(), out.end(), [&](const Start& y) {
+                const std::vector<double>& other = curves_[y.curve];
+                return abs(wrap(phi.front() - other.front())) < optimum_rule::beside_better &&
+                       abs(wrap(phi.back() - other.back())) < optimum_rule::beside_better;
+            });
+            if (!seen) out.push_back(x);
+            if (out.size() == optimum_rule::many) break;
+        }
+        return out;
+    }
+
     std::vector<Optimum> best_of(const Quadrature& q) const {
         std::vector<Start> order;
         for (std::size_t i = 0; i < curves_.size(); ++i) order.push_back({0.0, i});
         if (order.size() > optimum_rule::many) {
             const Quadrature few = quadrature(task_, tube_.gc, breaks(optimum_rule::glances), false, 2);
-            order = sorted(few, order);
-            if (order.size() > optimum_rule::many) order.resize(optimum_rule::many);
+            order = apart(sorted(few, order));
             order.push_back({0.0, 0});
         }
         order = sorted(q, order);
@@ -221,7 +243,7 @@ private:
     const Task& task_;
     const Objective& objective_;
     const Tube& tube_;
-    const Way& way_;
+    const Way &way_, &cheap_;
     FixedEnds ends_;
     std::vector<double> s_;
     std::vector<std::vector<double>> curves_;  // phi at the sections
@@ -229,10 +251,11 @@ private:
 
 }  // namespace detail
 
-/// The best curves of a branch on few knots, the best first: descents from its way and from the naive curves.
+/// The best curves of a branch on few knots, the best first: descents from its ways, of most margin and of
+/// least cost (not whole: none), and from the naive curves.
 inline std::vector<Optimum> coarse_optima(const Task& task, const Objective& objective, const Tube& tube,
-                                          const Way& way, const FixedEnds& ends) {
-    return detail::Comparison(task, objective, tube, way, ends).run();
+                                          const Way& way, const Way& cheap, const FixedEnds& ends) {
+    return detail::Comparison(task, objective, tube, way, cheap, ends).run();
 }
 
 /// A curve and what it is worth, not moved.

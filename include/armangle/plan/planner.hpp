@@ -54,6 +54,7 @@ struct Plan {
 
 namespace plan_rule {
 inline constexpr int rounds = 4;                    // of new sections where a proof saw a violation
+inline constexpr double cheap = 0.02;               // margin that the way of least cost keeps at least (rad)
 inline constexpr int samples = 5;                   // of an empty range, to explain it
 inline constexpr std::size_t sections_looked = 33;  // of a range that obstacles shut, for where it is worst
 inline constexpr double look = 0.3;                 // of psi from look to look there (rad)
@@ -73,6 +74,8 @@ inline constexpr int looks = 8;             // of a stretch, for its travel and 
 inline constexpr double end_step =
     1e-9;  // of the first stretch (the last): how near to an end it is looked at
 inline constexpr double end_move = 1e-3;  // that a joint may move there (rad); more is a jump
+inline constexpr double in_plane =
+    0.05;  // that each of joints 1, 3, 5, 7 moves where the arm stays in its plane (rad)
 inline constexpr int held_steps = 200;  // in which an arm angle is held, to see whether that can be done ...
 inline constexpr double home = 5e-3;    // of theta_2, theta_6 from 0 or pi: the arm stands as at home (rad)
 inline constexpr double held_move = 0.2;  // ... and that a joint moves in one at most (rad)
@@ -352,8 +355,13 @@ private:
             if (way.reached) out.nearest_psi = nearest_psi(t, t.sections[way.reached], way.rows.back().phi);
         } else if (fixed.held()) {
             const FixedEnds ends = fixed_ends(fixed, way.rows[0].q);
+            Way cheap;
+            long long links = links_;  // those of the others are not spent on it
+            if (options_.start || options_.goal)
+                cheap = Search(task_, t, options_.objective, fixed.start, fixed.goal, spread_[gc], links)
+                            .run(min(way.margin, plan_rule::cheap));
             std::vector<Optimum>& coarse = coarse_[static_cast<std::size_t>(gc)] =
-                coarse_optima(task_, options_.objective, t, way, ends);
+                coarse_optima(task_, options_.objective, t, way, cheap, ends);
             if (coarse.empty())
                 coarse.push_back(as_it_is(task_, options_.objective, gc, ends, along(t, way, base_)));
             const Optimum& best = coarse.front();
@@ -798,7 +806,8 @@ private:
 
     /// Whether a way through several branches is to be taken instead of a proven one: it costs less. Or it
     /// takes less than half the travel, where the arm begins (ends) as at home and it costs no more than
-    /// holding an arm angle, or where it passes from branch to branch and no arm angle can be held.
+    /// holding an arm angle, or where it passes from branch to branch in the plane of the arm, and no arm
+    /// angle can be held.
     bool calmer(const Curve& crossing, const Curve& proven) const noexcept {
         const double cost = objective(crossing);
         if (cost < objective(proven)) return true;
@@ -807,9 +816,28 @@ private:
         double home = infinity;
         for (const double* q : {options_.start, options_.goal})
             if (q) home = min(home, clearance(q));
-        if (home < plan_rule::home) return cost <= naive;
+        if (home < plan_rule::home && naive < infinity) return cost <= naive;
         const unsigned through = passed(crossing);
-        return (through & (through - 1)) && naive == infinity;
+        return (through & (through - 1)) && naive == infinity && stays_in_plane(crossing);
+    }
+
+    /// Whether joints 1, 3, 5 and 7 stand, but for a little, so that the others move the arm in its plane.
+    bool stays_in_plane(const Curve& drawn) const noexcept {
+        double low[joints], high[joints];
+        std::fill(low, low + joints, infinity);
+        std::fill(high, high + joints, -infinity);
+        for (const Stretch& x : drawn.stretches)
+            for (int i = 0; i <= plan_rule::looks; ++i) {
+                const PlacedPosture here =
+                    curve_at(drawn, x, x.start + (x.end - x.start) * i / plan_rule::looks);
+                for (int j = 0; j < joints; ++j) {
+                    low[j] = min(low[j], here.q[j]);
+                    high[j] = max(high[j], here.q[j]);
+                }
+            }
+        for (const int j : pivot_joint)
+            if (high[j] - low[j] > plan_rule::in_plane) return false;
+        return true;
     }
 
     /// Looks for a way that passes from branch to branch, or begins or ends where two meet, where no branch
