@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.calibrated import ARMS, postures
+from support.calibrated import ARMS, calibrated, postures
 from support.draw import count, generator
 from support.nearest import Case, brute_force
 
@@ -104,3 +104,20 @@ def test_what_is_asked_is_kept() -> None:
     assert arm.solve(far, near[0]).status == aa.Status.UNREACHABLE
     with pytest.raises(aa.InputError, match="outside='nearest' is not made for an arm with a chain"):
         arm.solve(far, near[0], outside="nearest")
+
+
+@pytest.mark.parametrize("name", ["yaskawa_sia30d", "human_arm_right"])
+def test_a_joint_at_the_end_of_its_whole_turn_is_found(name: str) -> None:
+    """A joint of a whole turn goes past one limit to the other, where the cost jumps."""
+    arm = calibrated(name, 0.1, 0.1)
+    round_it = np.flatnonzero(arm.upper - arm.lower >= 2 * np.pi - 1e-4)
+    assert len(round_it)
+    rng = generator(35)
+    for _ in range(count(30)):
+        q = rng.uniform(arm.lower, arm.upper)
+        joint, upper = rng.choice(round_it), rng.random() < 0.5
+        q[joint] = arm.upper[joint] if upper else arm.lower[joint]
+        near = q + rng.normal(0, 0.1, 7)
+        near[joint] = q[joint] + (1 if upper else -1) * rng.uniform(0.05, 0.5)
+        found = arm.solve(arm.forward(q)[0], near)
+        assert found.distance <= np.linalg.norm(q - near) + ROUNDING

@@ -379,7 +379,10 @@ private:
         for (int j = 0; j < joints; ++j) {
             const JointCost& c = joint_[j];
             const double off = at.q[j] - c.near;
-            if (c.wide && !(abs(off) + reach[j] < pi)) return 0.0;
+            const double room = min(at.q[j] - c.lower, c.upper - at.q[j]);
+            const bool goes_round =
+                c.upper - c.lower + 2.0 * reach[j] >= two_pi;  // past a limit to the other
+            if (goes_round && !(abs(off) + reach[j] < pi && reach[j] <= room)) return 0.0;
             const double most = abs(hull.slope[j]) + hull.slope_radius[j];
             slope += c.weight * c.sign * off * hull.slope[j];
             radius += c.weight * (reach[j] * most + abs(off) * hull.slope_radius[j]);
@@ -389,8 +392,8 @@ private:
     }
 
     /// Offers a posture; dcost/dpsi there where costs are squares, NaN where there is no posture.
-    double offer_and_slope(int gc, double psi) noexcept {
-        const Spot at = spot(gc, psi);
+    double offer_and_slope(int gc, double psi) noexcept { return offer_and_slope(gc, psi, spot(gc, psi)); }
+    double offer_and_slope(int gc, double psi, const Spot& at) noexcept {
         offer(gc, psi, at);
         if (!at.kept) return not_a_number;
         const PsiPlane<double> plane(on_, sin_cos(psi));
@@ -406,8 +409,14 @@ private:
 
     /// The least cost of a narrow piece.
     void polish(int gc, double from, double to) noexcept {
+        const Spot first = spot(gc, from), last = spot(gc, to);
+        for (int j = 0; first.found && last.found && j < joints; ++j) {
+            if (!(abs(first.q[j] - last.q[j]) > pi)) continue;
+            polish(gc, from, winding_end(gc, from, to, j));
+            return polish(gc, winding_end(gc, to, from, j), to);
+        }
         if (!squares()) return by_sections(gc, from, to);
-        double a = from, b = to, at_a = offer_and_slope(gc, a), at_b = offer_and_slope(gc, b);
+        double a = from, b = to, at_a = offer_and_slope(gc, a, first), at_b = offer_and_slope(gc, b, last);
         if (is_nan(at_a) || is_nan(at_b)) return by_sections(gc, from, to);
         if (!(at_a < 0 && at_b > 0)) return;  // an end costs least
         for (int pass = 0; pass < near_rule::polishes && b - a > near_rule::residual; ++pass) {
@@ -420,6 +429,21 @@ private:
             (slope < 0 ? at_a : at_b) = slope;
         }
         settle(gc, 0.5 * (a + b));
+    }
+
+    /// The psi beside `outside` up to which joint j stays on the winding that it has at `inside`: there it is
+    /// at a limit, and goes on at the other, a turn away.
+    double winding_end(int gc, double inside, double outside, int j) const noexcept {
+        const double begun = spot(gc, inside).q[j];
+        for (int pass = 0; pass < near_rule::polishes && abs(outside - inside) > near_rule::residual;
+             ++pass) {
+            const double middle = 0.5 * (inside + outside);
+            const Spot at = spot(gc, middle);
+            const bool stays = at.found && abs(at.q[j] - begun) < pi && at.q[j] >= joint_[j].lower &&
+                               at.q[j] <= joint_[j].upper;
+            (stays ? inside : outside) = middle;
+        }
+        return inside;
     }
 
     /// Takes a stationary psi where its cost is that of the best but for rounding: it has more digits.
