@@ -43,9 +43,9 @@ def test_frames_are_those_of_the_dh_rows(name: str) -> None:
 def test_the_joint_map_is_signs_and_offsets(name: str) -> None:
     arm = aa.Arm.from_catalogue(name)
     q = np.random.default_rng(6).uniform(-7, 7, (2, 3, 7))
-    theta = to_theta(arm, q)
+    theta = to_theta(arm._handle, q)
     np.testing.assert_allclose(theta, arm.signs * q + arm.offsets, atol=1e-14)
-    np.testing.assert_allclose(to_q(arm, theta), q, atol=1e-14)
+    np.testing.assert_allclose(to_q(arm._handle, theta), q, atol=1e-14)
 
 
 def test_a_batch_is_its_elements_bit_for_bit() -> None:
