@@ -132,7 +132,7 @@ void each_branch(const Arm& arm, const Circle<double>& circle, const LimitTable&
                 now = tell_ends(*table, of_shoulder, of_wrist, arcs);
                 // a psi beside arcs adds nothing to what holds the pose, but turns of its own
                 const bool beside = which != all_pivots && (narrow || both.touching);
-                if (beside || may_isolate(*table, both, arcs))
+                if (beside || may_isolate(*table, both, arcs, arcs.empty() && narrow))
                     now = add_isolated(*table, m, of_shoulder, of_wrist, both, arcs, counted);
             }
             if (each(gc, now, arcs, sides[shoulder].f, sides[wrist].f)) return;
