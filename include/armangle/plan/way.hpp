@@ -94,6 +94,8 @@ public:
           candidates_(task, objective, spread),
           links_(links) {
         if (goal.given) candidates_.set_reference(goal.q);
+        for (const Anchor* end : {&start, &goal})
+            if (end->given) candidates_.hold(end->phi);
     }
 
     /// The way of the best labels; postures below `floor` are left out, and with a floor the cost alone
