@@ -221,7 +221,7 @@ namespace detail {
 
 /// The arcs that all joints but the fourth leave, and what they block.
 inline Left free_of_all(const JointFunctions<double>& f, const LimitTable& t, Blocked& blocked,
-                          ArcSet& out) noexcept {
+                        ArcSet& out) noexcept {
     Boundaries b;
     boundaries(t, f, b);
     for (int h = 0; h < hinges; ++h) block_hinge(t, f, b, h, blocked);

@@ -9,7 +9,7 @@
 
 #include "../circle/forward.hpp"
 #include "../circle/inverse.hpp"
-#include "../limits/relaxed.hpp"
+#include "../limits/settled.hpp"
 #include "pace.hpp"
 #include "bounds.hpp"
 #include "../scene/proximity.hpp"
@@ -244,6 +244,7 @@ public:
         if (!own && plain(out)) return out;
         if (exact(psi, out)) return finished(Status::OK, Status::OK, out);
         const Status why = refusal();
+        if (is_met(pose, why, out)) return finished(Status::OK, Status::OK, out);
         const bool blocked = why == Status::LIMITS || why == Status::WINDING_EXHAUSTED;
         const Circle<double>& c = branch_[0].motion->circle;
         if (options_.scene) {  // the way to another pose's posture may not be clear
@@ -398,6 +399,23 @@ private:
         }
         step.within(*b.arcs, {}, within);
         return step.nearest(within, wish);
+    }
+
+    /// Whether the present joints meet the pose to its last digits: they need no arcs, which beside a
+    /// singular posture psi has too few digits to tell.
+    bool is_met(const Pose<double>& pose, Status why, Step& out) const noexcept {
+        const bool geometry = why == Status::LIMITS || why == Status::WINDING_EXHAUSTED ||
+                              why == Status::ELBOW_LIMIT || why == Status::UNREACHABLE ||
+                              why == Status::JOINT_JUMP;
+        if (!geometry || options_.scene || options_.allowed || limits_.margin > 0) return false;
+        if (!within_limits(arm_.limits, q_now_, 0.0)) return false;
+        const Posture here = forward(arm_, q_now_);
+        if (!same_pose(arm_.size, pose, here.pose)) return false;
+        if (options_.gc >= 0 && options_.gc != here.gc) return false;
+        for (int j = 0; j < joint_slots; ++j) out.q[j] = q_now_[j];
+        out.psi = here.psi;
+        out.gc = here.gc;
+        return !options_.bounds || keeps(arm_, bounds_, q_now_, out.q, options_.max_joint_step);
     }
 
     /// Out of what links touch at psi, as far as a step may go, towards that end of the blocked arc to which

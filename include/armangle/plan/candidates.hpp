@@ -302,7 +302,7 @@ private:
     double held_[2];  // phi that each section tries, where its arcs hold it
     int held_count_ = 0;
     std::vector<Point> points_, between_, finer_;
-    std::vector<double> ends_;  // of an arc, and of windings on it
+    std::vector<double> ends_;        // of an arc, and of windings on it
     std::vector<std::size_t> after_;  // points_[after_[i]] is followed by between_[i]
 };
 

@@ -1,0 +1,106 @@
+"""Two joints on their limits at once: what the arm stands in, every function holds, and paths lead on."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.draw import count, generator
+
+import armangle as aa
+
+NAMES = ("kuka_iiwa7_r800", "kuka_iiwa14_r820", "realman_rm75_b", "openarm_v10")
+ARMS = {name: aa.Arm.from_catalogue(name) for name in NAMES}
+
+BESIDE_STRAIGHT = (
+    "-1.2602545634041284 -1.8099978047803367 -.9853122063846094 .00017961632709395658 "
+    "-2.9670597283903604 -1.7017371227985942 3.0543261909900767",
+    "2.8366907800293575 -2.0943951023931953 2.9670597283903604 -.0018504284910343394 "
+    "2.6506080848670504 -1.8865572261376027 -1.3136224854265752",
+)
+"""An elbow all but straight, where psi has too few digits."""
+
+
+def at_two_limits(rng: np.random.Generator, arm: aa.Arm) -> np.ndarray:
+    """A posture of an arm with two joints on limits, to the bit."""
+    q = rng.uniform(arm.lower, arm.upper)
+    for j in rng.permutation(7)[:2]:
+        q[j] = rng.choice([arm.lower[j], arm.upper[j]])
+    return q
+
+
+def drawn(seed: int, own: int) -> list[tuple[aa.Arm, np.ndarray]]:
+    """Arms and such postures."""
+    rng = generator(seed)
+    return [(arm := ARMS[str(rng.choice(NAMES))], at_two_limits(rng, arm)) for _ in range(count(own))]
+
+
+def test_the_arm_angle_of_a_corner_is_feasible_beside_wider_arcs() -> None:
+    """Two limits leave one psi where their blocked arcs touch, and more elsewhere on the circle."""
+    beside = 0
+    for arm, q in drawn(1, 2000):
+        pose, psi, gc = arm.forward(q)
+        arcs = arm.feasible(pose, gc)
+        if abs(np.sin(q[[1, 3, 5]])).min() < 1e-2:  # psi has too few digits there
+            continue
+        off = np.angle(np.exp(1j * (arcs.nearest(psi) - psi)))
+        assert abs(off) < 1e-6, (arm.name, q.tolist())  # where a joint turns back psi has half the digits
+        every = arm.feasible_all(pose)[gc]
+        np.testing.assert_array_equal(every.intervals, arcs.intervals)
+        widths = np.diff(arcs.intervals, axis=1)
+        beside += bool(widths.min() < 1e-9 < widths.max())
+    assert beside > 40
+
+
+def test_the_pose_that_the_arm_stands_in_is_held() -> None:
+    for arm, q in drawn(2, 1000):
+        pose = arm.forward(q)[0]
+        for wish in ({}, {"velocity": 1.0, "dt": 0.01}, {"outside": "nearest"}):
+            step = aa.step(arm, q, pose, **wish)
+            assert step.status == aa.Status.OK, (arm.name, q.tolist(), wish, step.why.name)
+        assert aa.follow(arm, [pose, pose], start=q).ok
+        assert arm.solve(pose, near=q).q.tolist() == q.tolist()
+
+
+@pytest.mark.parametrize("text", BESIDE_STRAIGHT)
+def test_joints_that_meet_the_pose_need_no_arcs(text: str) -> None:
+    arm = ARMS["kuka_iiwa7_r800"]
+    q = np.clip(np.array(text.split(), float), arm.lower, arm.upper)
+    pose, _, gc = arm.forward(q)
+    step = aa.step(arm, q, pose)
+    assert step.status == aa.Status.OK and np.abs(step.q - q).max() < 1e-6
+    assert aa.step(arm, q, pose, gc=gc ^ 1).status != aa.Status.OK
+    assert aa.step(arm, q, pose, allowed=aa.ArcSet([[0.1, 0.2]])).status != aa.Status.OK
+
+
+def test_a_plan_begins_and_ends_on_limits() -> None:
+    """Standing still, which leaves no other psi, and from there or to there: proven and within limits."""
+    moved = 0
+    for arm, q in drawn(3, 12):
+        pose = arm.forward(q)[0]
+        if abs(np.sin(q[[1, 3, 5]])).min() < 1e-2:
+            continue
+        stood = aa.plan(arm, np.array([pose, pose]), start=q)
+        assert stood.ok, (arm.name, q.tolist(), stood.explain())
+        inside = arm.forward(q + 0.02 * (0.5 * (arm.lower + arm.upper) - q))[0]
+        for line, end in ((aa.Line(pose, inside), "start"), (aa.Line(inside, pose), "goal")):
+            path = aa.plan(arm, line, **{end: q})
+            if not path.certified:
+                continue
+            moved += 1
+            dense = path.at(np.linspace(0, 1, 501))[0]
+            assert arm.within_limits(dense, 1e-9).all()
+            np.testing.assert_allclose(dense[0 if end == "start" else -1], q, atol=1e-9)
+    assert moved > 12
+
+
+def test_what_grows_out_of_a_corner_leads_on() -> None:
+    """At the start one psi is left; that which is left a little later holds none of it."""
+    arm = ARMS["openarm_v10"]
+    text = (
+        ".16054518660224026 .8322806936967597 -.4104782077718374 .726976824943495 1.6 -.5214458799459318 1.6"
+    )
+    q = np.clip(np.array(text.split(), float), arm.lower, arm.upper)  # joints 5 and 7 on their limits
+    first = arm.forward(q)[0]
+    last = first.copy()
+    last[:3, 3] += [0.02, -0.01, 0.01]
+    assert aa.plan(arm, aa.Line(first, last), start=q).certified
