@@ -21,6 +21,7 @@ namespace step_rule {
 inline constexpr double length =
     0.2;                             // m that a radian counts as, of the nearest pose where limits forbid all
 inline constexpr int halvings = 40;  // of the way out of a blocked arc, to what the bounds leave of it
+inline constexpr double straight = 0.05;  // |sin| of theta_2, theta_4, theta_6 below which joints are asked
 }  // namespace step_rule
 
 /// What is carried from one pose to the next: the number psi (the paper), or the elbow axis itself.
@@ -244,7 +245,7 @@ public:
         if (!own && plain(out)) return out;
         if (exact(psi, out)) return finished(Status::OK, Status::OK, out);
         const Status why = refusal();
-        if (is_met(pose, why, out)) return finished(Status::OK, Status::OK, out);
+        if (settle(pose, why, out)) return finished(Status::OK, Status::OK, out);
         const bool blocked = why == Status::LIMITS || why == Status::WINDING_EXHAUSTED;
         const Circle<double>& c = branch_[0].motion->circle;
         if (options_.scene) {  // the way to another pose's posture may not be clear
@@ -401,21 +402,32 @@ private:
         return step.nearest(within, wish);
     }
 
-    /// Whether the present joints meet the pose to its last digits: they need no arcs, which beside a
-    /// singular posture psi has too few digits to tell.
-    bool is_met(const Pose<double>& pose, Status why, Step& out) const noexcept {
-        const bool geometry = why == Status::LIMITS || why == Status::WINDING_EXHAUSTED ||
-                              why == Status::ELBOW_LIMIT || why == Status::UNREACHABLE ||
-                              why == Status::JOINT_JUMP;
-        if (!geometry || options_.scene || options_.allowed || limits_.margin > 0) return false;
-        if (!within_limits(arm_.limits, q_now_, 0.0)) return false;
-        const Posture here = forward(arm_, q_now_);
-        if (!same_pose(arm_.size, pose, here.pose)) return false;
-        if (options_.gc >= 0 && options_.gc != here.gc) return false;
-        for (int j = 0; j < joint_slots; ++j) out.q[j] = q_now_[j];
-        out.psi = here.psi;
-        out.gc = here.gc;
-        return !options_.bounds || keeps(arm_, bounds_, q_now_, out.q, options_.max_joint_step);
+    /// A posture of the pose beside the present joints, looked for in the joints themselves: where a hinge or
+    /// the elbow is about straight psi has too few digits to tell whether limits are kept.
+    bool settle(const Pose<double>& pose, Status why, Step& out) const noexcept {
+        const bool limits = why == Status::LIMITS || why == Status::WINDING_EXHAUSTED ||
+                            why == Status::ELBOW_LIMIT || why == Status::JOINT_JUMP;
+        const double bend = min(min(abs(std::sin(now_.theta[1])), abs(std::sin(now_.theta[3]))),
+                                abs(std::sin(now_.theta[5])));
+        if (!limits || options_.scene || limits_.margin > 0 || bend > step_rule::straight) return false;
+        // stretched the elbow does not bend by itself: it begins as the pose asks, to either side
+        const SinCos<double>& bent = branch_[0].motion->elbow.theta_4;
+        const double theta_4 = atan2(bent.sin, bent.cos), straight = arm_.delta_angle;
+        for (const double theta : {theta_4, 2 * straight - theta_4, now_.theta[3]}) {
+            int rounds = settled_rule::rounds;
+            Joints start;
+            for (int j = 0; j < joint_slots; ++j) start.q[j] = q_now_[j];
+            start.q[3] = lift(to_q(arm_, 3, theta), q_now_[3]);
+            const Relaxed at = settled(arm_, arm_.limits, start, pose, {}, 0.0, rounds);
+            if (!meets(arm_, at) || largest_move(at.at.q, q_now_) > options_.max_joint_step) continue;
+            for (int j = 0; j < joint_slots; ++j) out.q[j] = at.at.q[j];
+            place(out);
+            if ((options_.gc < 0 || options_.gc == out.gc) &&
+                (!options_.allowed || contains(*options_.allowed, out.psi)) &&
+                (!options_.bounds || keeps(arm_, bounds_, q_now_, out.q, options_.max_joint_step)))
+                return true;
+        }
+        return false;
     }
 
     /// Out of what links touch at psi, as far as a step may go, towards that end of the blocked arc to which
