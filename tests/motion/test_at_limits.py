@@ -104,3 +104,24 @@ def test_what_grows_out_of_a_corner_leads_on() -> None:
     last = first.copy()
     last[:3, 3] += [0.02, -0.01, 0.01]
     assert aa.plan(arm, aa.Line(first, last), start=q).certified
+
+
+STRAIGHT = (
+    ("openarm_v10", "1.45 -2 -1.507 1.6e-12 2 0 2", "0 0 0 .0032 0 0 0"),
+    ("realman_rm75_b", "-1.18 -3 -4 .01243 2.16 -1.29 -1.02", "3.2e-5 0 0 1.2e-5 2.3e-6 -6.6e-5 -5.1e-6"),
+    ("kuka_iiwa14_r820", "-2.95 -3 -2.61 3.37e-5 .886 3 -.832", "7.7e-7 0 4.4e-5 -2.5e-5 2.1e-5 0 -3.1e-5"),
+    ("kuka_iiwa7_r800", "1.695 -3 -4 2.6e-10 .289 1.734 -4", "0 0 0 -3.96e-4 0 0 0"),
+)
+"""Postures with an elbow about straight and joints on their limits (drawn in to them), and moves."""
+
+
+@pytest.mark.parametrize(("name", "start", "move"), STRAIGHT)
+def test_a_small_move_beside_a_straight_elbow_is_a_step(name: str, start: str, move: str) -> None:
+    arm = ARMS[name]
+    q = np.clip(np.array(start.split(), float), arm.lower, arm.upper)
+    to = np.clip(q + np.array(move.split(), float), arm.lower, arm.upper)
+    pose = arm.forward(to)[0]
+    step = aa.step(arm, q, pose)
+    assert step.status == aa.Status.OK
+    assert np.abs(step.q - q).max() <= 0.2 and arm.within_limits(step.q)
+    np.testing.assert_allclose(arm.forward(step.q)[0], pose, atol=1e-12)
