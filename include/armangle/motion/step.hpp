@@ -21,7 +21,8 @@ namespace step_rule {
 inline constexpr double length =
     0.2;                             // m that a radian counts as, of the nearest pose where limits forbid all
 inline constexpr int halvings = 40;  // of the way out of a blocked arc, to what the bounds leave of it
-inline constexpr double straight = 0.05;  // |sin| of theta_2, theta_4, theta_6 below which joints are asked
+inline constexpr double straight = 0.05;   // |sin| of theta_2, theta_4, theta_6 below which joints are asked
+inline constexpr double stretched = 1e-5;  // of the elbow's bend below which it has no side (rad)
 }  // namespace step_rule
 
 /// What is carried from one pose to the next: the number psi (the paper), or the elbow axis itself.
@@ -244,7 +245,7 @@ public:
         branch_[0] = own ? *own : begin(pose, psi, parts);
         if (!own && plain(out)) return out;
         if (exact(psi, out)) return finished(Status::OK, Status::OK, out);
-        const Status why = refusal();
+        Status why = refusal();
         if (settle(pose, why, out)) return finished(Status::OK, Status::OK, out);
         const bool blocked = why == Status::LIMITS || why == Status::WINDING_EXHAUSTED;
         const Circle<double>& c = branch_[0].motion->circle;
@@ -404,15 +405,18 @@ private:
 
     /// A posture of the pose beside the present joints, looked for in the joints themselves: where a hinge or
     /// the elbow is about straight psi has too few digits to tell whether limits are kept.
-    bool settle(const Pose<double>& pose, Status why, Step& out) const noexcept {
+    /// It has the side of the elbow, unless that is no more than rounding.
+    bool settle(const Pose<double>& pose, Status& why, Step& out) const noexcept {
         const bool limits = why == Status::LIMITS || why == Status::WINDING_EXHAUSTED ||
                             why == Status::ELBOW_LIMIT || why == Status::JOINT_JUMP;
         const double bend = min(min(abs(std::sin(now_.theta[1])), abs(std::sin(now_.theta[3]))),
                                 abs(std::sin(now_.theta[5])));
         if (!limits || options_.scene || limits_.margin > 0 || bend > step_rule::straight) return false;
-        // stretched the elbow does not bend by itself: it begins as the pose asks, to either side
+        // stretched the elbow does not bend by itself: it begins as the pose asks, and to the other side
         const SinCos<double>& bent = branch_[0].motion->elbow.theta_4;
         const double theta_4 = atan2(bent.sin, bent.cos), straight = arm_.delta_angle;
+        const bool either = abs(std::sin(now_.theta[3] - straight)) <= step_rule::stretched;
+        const int side = index(configuration(arm_, now_.theta)) & 2;
         for (const double theta : {theta_4, 2 * straight - theta_4, now_.theta[3]}) {
             int rounds = settled_rule::rounds;
             Joints start;
@@ -422,10 +426,13 @@ private:
             if (!meets(arm_, at) || largest_move(at.at.q, q_now_) > options_.max_joint_step) continue;
             for (int j = 0; j < joint_slots; ++j) out.q[j] = at.at.q[j];
             place(out);
-            if ((options_.gc < 0 || options_.gc == out.gc) &&
-                (!options_.allowed || contains(*options_.allowed, out.psi)) &&
-                (!options_.bounds || keeps(arm_, bounds_, q_now_, out.q, options_.max_joint_step)))
-                return true;
+            if (!either && (out.gc & 2) != side) continue;
+            if (options_.gc >= 0 && options_.gc != out.gc) continue;
+            if (options_.allowed && !contains(*options_.allowed, out.psi)) {
+                why = Status::NOT_ALLOWED;
+                continue;
+            }
+            if (!options_.bounds || keeps(arm_, bounds_, q_now_, out.q, options_.max_joint_step)) return true;
         }
         return false;
     }
