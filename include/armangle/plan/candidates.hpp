@@ -190,12 +190,11 @@ private:
         }
         if (ends_.size() == 2) return;
         std::sort(ends_.begin(), ends_.end());
-        for (std::size_t i = 0; i + 1 < ends_.size(); ++i) {
-            const double from = ends_[i], to = ends_[i + 1];
-            const double inside = min(candidate_rule::beside, 0.5 * (to - from));
-            points_.push_back({from + inside, {}});
-            points_.push_back({to - inside, {}});
-        }
+        for (std::size_t i = 1; i + 1 < ends_.size(); ++i)
+            for (const double room : {ends_[i - 1] - ends_[i], ends_[i + 1] - ends_[i]}) {
+                const double away = min(candidate_rule::beside, 0.5 * abs(room));
+                points_.push_back({ends_[i] + std::copysign(away, room), {}});
+            }
         std::sort(points_.begin(), points_.end(),
                   [](const Point& a, const Point& b) { return a.phi < b.phi; });
     }
