@@ -412,29 +412,31 @@ private:
         const double bend = min(min(abs(std::sin(now_.theta[1])), abs(std::sin(now_.theta[3]))),
                                 abs(std::sin(now_.theta[5])));
         if (!limits || options_.scene || limits_.margin > 0 || bend > step_rule::straight) return false;
-        // stretched the elbow does not bend by itself: it begins as the pose asks, and to the other side
+        // stretched the elbow does not bend by itself: it begins as the pose asks, and may to either side
         const SinCos<double>& bent = branch_[0].motion->elbow.theta_4;
         const double theta_4 = atan2(bent.sin, bent.cos), straight = arm_.delta_angle;
-        const bool either = abs(std::sin(now_.theta[3] - straight)) <= step_rule::stretched;
         const int side = index(configuration(arm_, now_.theta)) & 2;
-        for (const double theta : {theta_4, 2 * straight - theta_4, now_.theta[3]}) {
-            int rounds = settled_rule::rounds;
-            Joints start;
-            for (int j = 0; j < joint_slots; ++j) start.q[j] = q_now_[j];
-            start.q[3] = lift(to_q(arm_, 3, theta), q_now_[3]);
-            const Relaxed at = settled(arm_, arm_.limits, start, pose, {}, 0.0, rounds);
-            if (!meets(arm_, at) || largest_move(at.at.q, q_now_) > options_.max_joint_step) continue;
-            for (int j = 0; j < joint_slots; ++j) out.q[j] = at.at.q[j];
-            place(out);
-            if (!either && (out.gc & 2) != side) continue;
-            if (options_.gc >= 0 && options_.gc != out.gc) continue;
-            if (options_.allowed && !contains(*options_.allowed, out.psi)) {
-                why = Status::NOT_ALLOWED;
-                continue;
-            }
-            if (!options_.bounds || keeps(arm_, bounds_, q_now_, out.q, options_.max_joint_step)) return true;
-        }
-        return false;
+        const bool either = abs(std::sin(now_.theta[3] - straight)) <= step_rule::stretched;
+        return settle_from(theta_4, pose, either ? -1 : side, why, out) ||
+               (either && settle_from(2 * straight - theta_4, pose, -1, why, out));
+    }
+
+    /// The same from the present joints with another theta_4, if the posture has that side of the elbow; -1:
+    /// either.
+    bool settle_from(double theta_4, const Pose<double>& pose, int side, Status& why,
+                     Step& out) const noexcept {
+        int rounds = settled_rule::rounds;
+        Joints start;
+        for (int j = 0; j < joint_slots; ++j) start.q[j] = q_now_[j];
+        start.q[3] = lift(to_q(arm_, 3, theta_4), q_now_[3]);
+        const Relaxed at = settled(arm_, arm_.limits, start, pose, {}, 0.0, rounds);
+        if (!meets(arm_, at) || largest_move(at.at.q, q_now_) > options_.max_joint_step) return false;
+        for (int j = 0; j < joint_slots; ++j) out.q[j] = at.at.q[j];
+        place(out);
+        if ((side >= 0 && (out.gc & 2) != side) || (options_.gc >= 0 && options_.gc != out.gc)) return false;
+        const bool asked = !options_.allowed || contains(*options_.allowed, out.psi);
+        if (!asked) why = Status::NOT_ALLOWED;
+        return asked && (!options_.bounds || keeps(arm_, bounds_, q_now_, out.q, options_.max_joint_step));
     }
 
     /// Out of what links touch at psi, as far as a step may go, towards that end of the blocked arc to which
