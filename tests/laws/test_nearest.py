@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections import Counter
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -419,6 +420,155 @@ def test_joints_without_limits_do_not_count_for_the_margin() -> None:
     free = unlimited(IIWA)
     found = free.best(free.forward(Q)[0])
     assert found.ok and found.margin == np.inf
+
+
+def drawn(arm: aa.Arm, rng: np.random.Generator, *shape: int) -> NDArray[np.float64]:
+    """Joints within the limits."""
+    return rng.uniform(arm.lower, arm.upper, (*shape, 7))
+
+
+def test_a_locked_joint_that_hardly_turns_hides_no_posture() -> None:
+    """Where a joint turns by 1e-6 rad per rad of psi, the psi at which it is locked is known to 1e-9 rad.
+
+    Another locked joint tells that psi better. The two were one corner only if their psi were alike to 1e-11:
+    one in twelve of these had no posture.
+    """
+    none = []
+    for number in range(draw.count(60)):
+        rng = draw.generator(17, number)
+        arm = arms()[number % len(arms())]
+        q = drawn(arm, rng, 300)
+        pose, psi, gc = arm.forward(q)
+        moved = [arm.inverse(pose, psi + step, gc, seed=q) for step in (1e-4, -1e-4)]
+        rate = np.abs(moved[0] - moved[1]) / 2e-4
+        rate[:, 3] = np.inf
+        slowest = int(rate.min(axis=1).argmin())
+        slow, posture = int(rate[slowest].argmin()), q[slowest]
+        other, at_limit = rng.permutation([j for j in range(7) if j not in (3, slow)])[:2]
+        lower, upper = arm.lower.copy(), arm.upper.copy()
+        lower[[slow, other, at_limit]] = posture[[slow, other, at_limit]]
+        upper[[slow, other]] = posture[[slow, other]]
+        near = drawn(arm, rng)
+        if not arm.with_(lower=lower, upper=upper).solve(pose[slowest], near=near).ok:
+            none.append((number, arm.name, rate[slowest, slow]))
+    assert not none
+
+
+@pytest.mark.parametrize("metric", ["l2", "max"])
+def test_two_turns_that_end_at_one_psi_are_there_together(metric: Literal["l2", "max"]) -> None:
+    """Joints 5 and 7 of more than a turn, each at a limit: beside that psi one of them has to turn round."""
+    alone = 0
+    for number in range(draw.count(60)):
+        rng = draw.generator(18, number)
+        q = drawn(IIWA, rng)
+        side = rng.choice([-1, 1], 2)
+        lower, upper = IIWA.lower.copy(), IIWA.upper.copy()
+        lower[[4, 6]] = np.minimum(q[[4, 6]], q[[4, 6]] + 7.0 * side)
+        upper[[4, 6]] = np.maximum(q[[4, 6]], q[[4, 6]] + 7.0 * side)
+        arm = IIWA.with_(lower=lower, upper=upper)
+        pose, near = arm.forward(q)[0], q + rng.normal(0, 0.1, 7)
+        off = np.abs(q - near)
+        found = arm.solve(pose, near=near, metric=metric)
+        assert found.distance <= (off.max() if metric == "max" else np.linalg.norm(off)) + 1e-9
+        alone += int(np.abs(found.q - q).max() < 1e-9)
+    assert alone >= 5
+
+
+def test_a_posture_on_a_limit_beside_straight_is_not_sought_a_turn_away() -> None:
+    """An elbow 1e-9 rad off straight tells joints to 1e-9 rad: one on its limit seemed beyond it."""
+    farther = []
+    for number in range(draw.count(60)):
+        rng = draw.generator(19, number)
+        arm = arms()[number % len(arms())]
+        q = drawn(arm, rng)
+        q[3] = 1e-9 - arm.signs[3] * (arm.offsets[3] - arm.delta)
+        at_limit = int(rng.choice([0, 1, 2, 4, 5, 6]))
+        side = rng.choice([-7.0, 7.0])
+        lower, upper = q - 3.0, q + 3.0
+        lower[at_limit], upper[at_limit] = np.sort([q[at_limit], q[at_limit] + side])
+        boxed, near = arm.with_(lower=lower, upper=upper), q + rng.normal(0, 0.1, 7)
+        found = boxed.solve(boxed.forward(q)[0], near=near)
+        if not found.distance <= np.linalg.norm(q - near) + 1e-6:
+            farther.append((number, arm.name, found.distance))
+    assert not farther
+
+
+def test_an_elbow_locked_straight_is_straight_for_an_arm_far_from_the_origin() -> None:
+    """2 km away a pose has three digits less, and the bend of an elbow is the root of what is lost."""
+    for number in range(draw.count(40)):
+        rng = draw.generator(20, number)
+        q = drawn(IIWA, rng)
+        q[3] = 0.0
+        lower, upper = IIWA.lower.copy(), IIWA.upper.copy()
+        lower[3] = upper[3] = 0.0
+        base = np.eye(4)
+        base[:3, 3] = rng.uniform(-2000, 2000, 3)
+        arm = IIWA.with_(lower=lower, upper=upper, base=base)
+        pose = base @ IIWA.forward(q)[0]
+        found = arm.solve(pose, near=q + 0.1)
+        assert found.ok and np.abs(arm.forward(found.q)[0] - pose).max() < 1e-11
+
+
+def test_a_margin_of_singularities_that_locked_joints_break_leaves_no_posture() -> None:
+    """What was sought in the joints themselves kept no margin where the limits left none."""
+    broken, kept = 0, 0
+    for number in range(draw.count(100)):
+        rng = draw.generator(21, number)
+        arm = arms()[number % len(arms())]
+        q = drawn(arm, rng)
+        held = np.isin(np.arange(7), rng.permutation(7)[:2])
+        boxed = arm.with_(lower=np.where(held, q, arm.lower), upper=np.where(held, q, arm.upper))
+        straight = np.array([0.0, arm.delta, 0.0])
+
+        def bends(joints: NDArray[np.float64], arm: aa.Arm = arm, straight: NDArray[np.float64] = straight):
+            return np.abs(np.sin((arm.signs * joints + arm.offsets)[[1, 3, 5]] - straight))
+
+        found = boxed.solve(boxed.forward(q)[0], near=q, singularity_margin=0.3)
+        assert not found.ok or bends(found.q).min() >= np.sin(0.3) - 1e-9
+        kept += int(found.ok)
+        broken += int(bends(q)[held[[1, 3, 5]]].min(initial=1.0) < np.sin(0.3))
+    assert kept > 30 and broken > 5
+
+
+@pytest.mark.parametrize("kind", ["regular", "delicate", "singular", "own"])
+def test_the_first_of_the_solutions_is_what_solve_returns(kind: str) -> None:
+    for number in range(draw.count(30)):
+        if kind == "delicate":
+            case = delicate(number, draw.SEED + 22)
+            arm, pose, near = case.arm, case.pose, case.near
+        else:
+            rng = draw.generator(22, number)
+            arm = arms()[number % len(arms())]
+            q = drawn(arm, rng)
+            if kind == "singular":
+                q[1] = -arm.signs[1] * arm.offsets[1]
+            q = np.clip(q, arm.lower, arm.upper)
+            pose, near = arm.forward(q)[0], q if kind == "own" else drawn(arm, rng)
+        for metric in ("l2", "max"):
+            found, each = arm.solve(pose, near=near, metric=metric), arm.solutions(pose, near, metric=metric)
+            assert found.ok == (len(each) > 0)
+            if found.ok:
+                assert np.array_equal(each[0].q, found.q) and each[0][1:5] == found[1:5]
+                assert each[0].distance <= min(one.distance for one in each) + 1e-9
+
+
+def test_a_joint_with_one_limit_never_decides_the_margin() -> None:
+    """It turns so far from its limit that the margin is as without that limit, and no less than is told."""
+    for number in range(draw.count(40)):
+        rng = draw.generator(23, number)
+        q = drawn(IIWA, rng)
+        wide = rng.choice([1.0, 4.0])
+        lower, upper = IIWA.lower * wide, IIWA.upper * wide
+        one_sided = rng.permutation([0, 2, 4, 6])[:2]
+        lower[one_sided[0]], upper[one_sided[1]] = -np.inf, np.inf
+        arm = IIWA.with_(lower=lower, upper=upper)
+        lower[one_sided], upper[one_sided] = -np.inf, np.inf
+        free = IIWA.with_(lower=lower, upper=upper)
+        pose = arm.forward(q)[0]
+        best = arm.best(pose)
+        assert best.margin == pytest.approx(free.best(pose).margin, abs=1e-12)
+        assert best.margin == arm.limit_margin(best.q)
+        assert np.abs(arm.forward(best.q)[0] - pose).max() < 1e-12
 
 
 def test_two_joints_on_one_axis_share_the_turn() -> None:

@@ -211,4 +211,14 @@ inline void narrow_gaps(const Blocked& blocked, ArcSet& out) noexcept {
     }
 }
 
+/// Whether psi lies in a blocked arc, further than `depth` (rad) from both its ends.
+inline bool lies_within(const Blocked& blocked, double psi, double depth) noexcept {
+    for (int i = 0; i < blocked.count; ++i) {
+        const Arc& arc = blocked.arc[i];
+        const double ahead = psi < arc.lower ? psi - arc.lower + two_pi : psi - arc.lower;
+        if (ahead > depth && ahead < arc.upper - arc.lower - depth) return true;
+    }
+    return false;
+}
+
 }  // namespace armangle

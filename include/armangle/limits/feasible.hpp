@@ -194,13 +194,12 @@ void each_turning(const JointFunctions<double>& shoulder, const JointFunctions<d
         const Tag tag = nearest_limit(t, m.gc, d, which);
         put(added, {psi, psi, tag, tag});
     };
-    if (blocked.touching) {
-        each_turning(shoulder, wrist, look);
-        for (int i = 0; i < blocked.count; ++i) {
-            look(wrap(blocked.arc[i].lower));
-            look(wrap(blocked.arc[i].upper));
-        }
-    }
+    if (blocked.touching) each_turning(shoulder, wrist, look);
+    // A joint that turns slowly tells the end of its arc to fewer digits than one that turns fast: where arcs
+    // overlap a little, the end of any may be the psi at which all hold.
+    for (int i = 0; i < blocked.count; ++i)
+        for (const double end : {blocked.arc[i].lower, blocked.arc[i].upper})
+            if (!lies_within(blocked, wrap(end), tolerance::locked)) look(wrap(end));
     tell_opposite_limits(t, shoulder, wrist, added);
     mark_jumps(shoulder, added);
     for (int i = 0; i < added.count; ++i) put(out, added.arc[i]);

@@ -178,6 +178,10 @@ struct Split {
 class PostureCosts {
 public:
     PostureCosts(const Arm& arm, const NearestOptions& options) noexcept : arm_(arm), options_(options) {
+        double narrowest = infinity;
+        for (int j = 0; j < joints && options.metric == Metric::margin; ++j)
+            narrowest = min(narrowest, arm.limits.upper[j] - arm.limits.lower[j]);
+        if (narrowest < infinity) most_margin_ = 0.5 * narrowest;
         for (int j = 0; j < joints; ++j) {
             joint_[j] = joint_cost(j);
             grain_ = both(grain_, joint_[j].weight);
@@ -203,14 +207,16 @@ protected:
         return c;
     }
 
-    /// A cost that is the least distance to a limit, less than nothing within the limits.
-    static void measure_margin(JointCost& c, double middle) noexcept {
+    /// A cost that is the least distance to a limit, less than nothing within the limits. A joint with one
+    /// limit turns so far from it that another joint decides.
+    void measure_margin(JointCost& c, double middle) const noexcept {
         const bool below = c.lower > -infinity, above = c.upper < infinity;
         c.near = middle;
         c.weight = below && above ? 1.0 : 0.0;
         c.room = below && above ? 0.5 * (c.upper - c.lower) : 0.0;
-        if (below && !above) c.near = c.lower + two_pi;  // any winding far from the only limit will do
-        if (above && !below) c.near = c.upper - two_pi;
+        const double away = max(two_pi, most_margin_ + pi);
+        if (below && !above) c.near = c.lower + away;
+        if (above && !below) c.near = c.upper - away;
     }
 
     /// What a joint costs that is d off `near`.
@@ -287,7 +293,8 @@ protected:
             for (const double beside : {wrap(psi - step), wrap(psi + step)}) {
                 if (!is_open(beside)) continue;
                 const Joints here = at(beside);
-                if (within_limits(arm_.limits, here.q, 0.0)) return finished(here.q, beside, gc);
+                const bool turned = largest_move(here.q, q.q) > pi;
+                if (!turned && within_limits(arm_.limits, here.q, 0.0)) return finished(here.q, beside, gc);
             }
         for (int j = 0; j < joints; ++j) {
             const double inside = min(max(q.q[j], arm_.limits.lower[j]), arm_.limits.upper[j]);
@@ -310,7 +317,8 @@ protected:
     const Arm& arm_;
     const NearestOptions& options_;
     JointCost joint_[joints];
-    double grain_ = 0;  // what a radian costs, of all joints or of the dearest
+    double grain_ = 0;        // what a radian costs, of all joints or of the dearest
+    double most_margin_ = 0;  // rad: that joints with two limits may keep; 0 where none has two
 };
 
 /// The search of one pose: the arcs of each branch, and the least cost on each of them.
@@ -362,12 +370,24 @@ public:
         }
         // arcs of which nothing was on its pose within the limits are no postures
         if (out.count == 0 && out.status == Status::OK) out.status = Status::LIMITS;
-        if (out.count == 0 && (elbow_[0].delicate || elbow_[1].delicate)) {
-            Nearest one = refused(out.status);
-            look_beside(one);
-            if (one.status == Status::OK) insert(out, one);
-        }
+        lead(out);
         if (out.count > 0) out.status = Status::OK;
+    }
+
+    /// Puts what best() finds first, in the place of what its arc alone tells.
+    void lead(Nearests& out) const noexcept {
+        const Nearest first = NearestSearch(arm_, limits_, pose_, options_).best();
+        if (first.status != Status::OK) return;
+        const int arc = find(arcs_.arcs[first.gc], first.psi).index;
+        int at = 0;
+        const auto is_its = [&](const Nearest& row) {
+            return row.gc == first.gc && find(arcs_.arcs[row.gc], row.psi).index == arc;
+        };
+        while (at < out.count && !is_its(out.found[at])) ++at;
+        if (at == Nearests::capacity) --at;
+        if (at == out.count) ++out.count;
+        for (; at > 0; --at) out.found[at] = out.found[at - 1];
+        out.found[0] = first;
     }
 
     /// Some posture, of no seed: one of the arcs, or what settles beside them; or why there is none.
@@ -505,7 +525,7 @@ private:
         const double theta_4 = atan2(e.motion.elbow.theta_4.sin, e.motion.elbow.theta_4.cos);
         const double q = to_q(theta_4, c.sign, c.offset, c.lower, c.upper, c.near);
         const double off = wrist_distance(arm_, elbow_bend(arm_, min(max(q, c.lower), c.upper)));
-        return abs(off - circle_.distance) <= 2.0 * tolerance::stretched * arm_.reach;
+        return abs(off - circle_.distance) <= 2.0 * tolerance::stretched * arm_.size;
     }
 
     /// The joint functions of one elbow, and the arcs of its four branches.
@@ -1056,6 +1076,7 @@ private:
     /// Cuts a part of an arc where windings end, and descends into each piece.
     void cut(unsigned branches, double from, double to) noexcept {
         const ElbowBranches& e = elbow_of(branches);
+        try_end(branches, from);
         double at = from;
         for (;;) {
             double next = to;
@@ -1064,9 +1085,20 @@ private:
                 if (x > at && x < next) next = x;
             }
             descend(branches, at, next, 0);
+            try_end(branches, next);
             if (!(next < to)) return;
             at = next;
         }
+    }
+
+    /// Offers the postures at psi if a winding ends there: two that end at one psi, from either side, are
+    /// there together, and nowhere beside it.
+    void try_end(unsigned branches, double psi) noexcept {
+        const ElbowBranches& e = elbow_of(branches);
+        bool ends = false;
+        for (int i = 0; i < e.cuts; ++i) ends |= abs(wrap(e.cut[i] - psi)) <= tolerance::isolated;
+        for (int gc = 0; ends && gc < configurations; ++gc)
+            if (is_in(gc, branches)) try_point(gc, psi, false);
     }
 
     /// Splits [from, to], on which all windings stay, into eight boxes.
@@ -1370,9 +1402,17 @@ private:
     Nearest told(const Joints& q) const noexcept {
         const Posture here = forward(arm_, q.q);
         if (is_nan(here.psi)) return refused(Status::FOLDED);
+        if (!is_off_singular(q)) return refused(Status::NEAR_SINGULAR);
         const int gc = asked_branch(here.gc, q);
         if (!(options_.branches >> gc & 1) || !may_be(gc, here.psi)) return refused(Status::NOT_ALLOWED);
         return finished(q.q, here.psi, gc);
+    }
+
+    /// Whether all hinges and the elbow keep the margin of singularities.
+    bool is_off_singular(const Joints& q) const noexcept {
+        double least = infinity;
+        for (const int h : {1, 3, 5}) least = min(least, abs(sin_cos(detail::bend(arm_, h, q.q[h])).sin));
+        return least >= limits_.sin_margin - tolerance::isolated;
     }
 
     /// The branch of a posture: of those that it is where a hinge or the elbow is straight, the one that is
@@ -1417,6 +1457,8 @@ private:
             Joints q{};
             for (int j = 0; j < joints; ++j) q.q[j] = out.q[j];
             try_beside(q, out.gc, out);
+            const Joints other = turned(q);
+            if (largest_move(other.q, q.q) > pi) try_start(other, out.gc, nearest_rule::start, out);
         }
         for (int elbow = 0; elbow < 2; ++elbow) {
             ElbowBranches& e = elbow_[elbow];
@@ -1470,10 +1512,23 @@ private:
         for (int branch = 0; branch < 4; ++branch) {
             const int gc = gc_of(elbow, branch);
             if (!(options_.branches >> gc & 1)) continue;
-            const Joints shared = posture(gc, psi, nearest_rule::beside), plain = posture(gc, psi);
+            const Joints shared = turned(posture(gc, psi, nearest_rule::beside)),
+                         plain = turned(posture(gc, psi));
             try_start(shared, gc, near, out);
             if (largest_move(shared.q, plain.q) > tolerance::angle) try_start(plain, gc, near, out);
         }
+    }
+
+    /// The same joints, each on the turn nearest to `near` of those that its limits leave, or miss by no more
+    /// than psi may tell a joint wrong.
+    Joints turned(Joints q) const noexcept {
+        for (int j = 0; j < joints; ++j) {
+            const JointCost& c = joint_[j];
+            const double beside = nearest_rule::beside;
+            const double theta = to_theta(q.q[j], c.sign, c.offset);
+            q.q[j] = to_q(theta, c.sign, c.offset, c.lower - beside, c.upper + beside, c.near);
+        }
+        return q;
     }
 
     /// The cost of joints, with joint 4.
@@ -1580,7 +1635,7 @@ inline Nearest some_posture(const Arm& arm, const LimitTable& limits, const Pose
     return detail::NearestSearch(arm, limits, pose, options).some();
 }
 
-/// The nearest posture of each branch and arc, by rising distance.
+/// The nearest posture of each branch and arc: first that of nearest_posture(), then by rising distance.
 inline void nearest_postures(const Arm& arm, const LimitTable& limits, const Pose<double>& pose,
                              const NearestOptions& options, Nearests& out) noexcept {
     detail::NearestSearch(arm, limits, pose, options).all(out);

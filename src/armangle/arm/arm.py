@@ -1834,8 +1834,9 @@ class Arm(FrozenValue):
     ) -> Solutions:
         """Return one posture for each branch and arc of a pose: the nearest there, by rising distance.
 
-        Two postures of one arc can be joined without moving the tool and without leaving the limits; two of
-        different arcs cannot. Without a seed the posture of each is that of the largest least margin.
+        The first is what `solve` returns. Two postures of one arc can be joined without moving the tool and
+        without leaving the limits; two of different arcs cannot. Without a seed the posture of each is that
+        of the largest least margin.
 
         Parameters
         ----------
@@ -1883,7 +1884,8 @@ class Arm(FrozenValue):
     ) -> Solution:
         """Return the posture of a pose that keeps the largest least distance from the joint limits.
 
-        Of all branches, arm angles and windings; as sure as `solve`. Joints without two limits do not count.
+        Of all branches, arm angles and windings; as sure as `solve`. A joint with one limit alone is turned
+        so far from it that another decides; without any limit a joint does not count.
 
         Parameters
         ----------
