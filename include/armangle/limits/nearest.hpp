@@ -342,8 +342,7 @@ public:
         const bool together = squares() || abs(elbow_[0].cost_4 - elbow_[1].cost_4) <= tie(elbow_[0].cost_4);
         const Best found = together ? of_both_elbows() : of_each_elbow();
         best_ = found;
-        out = nothing(arcs_.status);
-        if (best_.gc >= 0 || out.status == Status::OK) out = result();
+        out = best_.gc >= 0 ? result() : nothing();
         if (elbow_[0].delicate || elbow_[1].delicate) [[unlikely]]
             look_beside(out);
         return out;
@@ -358,9 +357,9 @@ public:
             survey(elbow);
         }
         out.count = 0;
-        out.status = nothing(arcs_.status).status;
+        out.status = nothing().status;
         for (int gc = 0; gc < configurations; ++gc) {
-            for (int arc = 0; arc < arcs_.arcs[gc].count; ++arc) {
+            for (int arc = 0; arc < arcs(gc).count; ++arc) {
                 best_ = Best{};
                 search(1u << gc, arc);
                 polish();
@@ -368,8 +367,6 @@ public:
                 if (one.status == Status::OK) insert(out, one);
             }
         }
-        // arcs of which nothing was on its pose within the limits are no postures
-        if (out.count == 0 && out.status == Status::OK) out.status = Status::LIMITS;
         lead(out);
         if (out.count > 0) out.status = Status::OK;
     }
@@ -395,12 +392,11 @@ public:
         for (int elbow = 0; elbow < 2; ++elbow)
             if (elbow_[elbow].open) open(elbow);
         for (int gc = 0; gc < configurations; ++gc)
-            for (int arc = 0; arc < arcs_.arcs[gc].count; ++arc) {
-                const Nearest out = somewhere(gc, arcs_.arcs[gc].arc[arc]);
+            for (int arc = 0; arc < arcs(gc).count; ++arc) {
+                const Nearest out = somewhere(gc, arcs(gc).arc[arc]);
                 if (out.status == Status::OK) return out;
             }
-        Nearest out = nothing(arcs_.status);
-        if (out.status == Status::OK) out = refused(Status::LIMITS);
+        Nearest out = nothing();
         rounds_ = nearest_rule::settling;
         any_ = true;
         for (int elbow = 0; elbow < 2 && out.status != Status::OK; ++elbow) {
@@ -476,7 +472,6 @@ private:
         fill_functions(e);
         const LeastBent bent = least_bent(e);
         if (dropped(bent.cost) && best_.gc < gc_of(elbow, 0)) return false;
-        fill_arcs(elbow);
         singular_points(elbow);
         for (int branch = 0; branch < 4 && bent.cost > -infinity; ++branch) {
             const int gc = gc_of(elbow, branch);
@@ -508,7 +503,6 @@ private:
         if (e.drawn) status = Status::OK;
         for (int branch = 0; branch < 4; ++branch) {
             const int gc = gc_of(elbow, branch);
-            make_empty(arcs_.arcs[gc]);
             arcs_.status[gc] = status;
         }
         e.open = status == Status::OK;
@@ -528,10 +522,9 @@ private:
         return abs(off - circle_.distance) <= 2.0 * tolerance::stretched * arm_.size;
     }
 
-    /// The joint functions of one elbow, and the arcs of its four branches.
+    /// The joint functions of one elbow, and where windings end.
     void open(int elbow) noexcept {
         fill_functions(elbow_[elbow]);
-        fill_arcs(elbow);
         fill_cuts(elbow_[elbow]);
     }
 
@@ -547,36 +540,56 @@ private:
     /// The index of a branch (shoulder + 2 wrist) of an elbow.
     static int gc_of(int elbow, int branch) noexcept { return (branch & 1) + 2 * elbow + 4 * (branch >> 1); }
 
-    /// The arcs of the four branches of an elbow, less what the caller does not allow.
-    void fill_arcs(int elbow) noexcept {
-        ElbowBranches& e = elbow_[elbow];
-        Sides sides[2];
-        for (int negative = 0; negative < 2; ++negative) {
-            SelfMotion<double> m = e.motion;
-            m.gc.shoulder = m.gc.wrist = negative ? -1.0 : 1.0;
-            block_sides(limits_, m, all_pivots, sides[negative]);
-            for (int side = 0; side < 2; ++side)
-                if (e.lost[side]) block_lost(sides[negative], side);
+    /// The arcs of a branch of an open elbow, found where they are first asked for: most branches cost too
+    /// much.
+    const ArcSet& arcs(int gc) noexcept {
+        if (!is_in(gc, filled_)) fill_arcs(gc);
+        return arcs_.arcs[gc];
+    }
+
+    /// What limits block of one elbow, for one sign of both hinges.
+    const Sides& sides(int elbow, int negative) noexcept {
+        const ElbowBranches& e = elbow_[elbow];
+        Sides& out = sides_[elbow][negative];
+        if (is_in(2 * elbow + negative, sided_)) return out;
+        sided_ |= 1u << (2 * elbow + negative);
+        SelfMotion<double> m = e.motion;
+        m.gc.shoulder = m.gc.wrist = negative ? -1.0 : 1.0;
+        block_sides(limits_, m, all_pivots, out);
+        for (int side = 0; side < 2; ++side)
+            if (e.lost[side]) block_lost(out, side);
+        return out;
+    }
+
+    /// The arcs of a branch, less what the caller does not allow.
+    void fill_arcs(int gc) noexcept {
+        filled_ |= 1u << gc;
+        const int elbow = gc >> 1 & 1;
+        const ElbowBranches& e = elbow_[elbow];
+        Status& status = arcs_.status[gc];
+        if (!e.open) return;
+        if (!is_in(gc, options_.branches)) {
+            status = Status::NOT_ALLOWED;
+            return;
         }
-        for (int branch = 0; branch < 4; ++branch) {
-            const int gc = gc_of(elbow, branch), shoulder = branch & 1, wrist = branch >> 1;
-            if (!(options_.branches >> gc & 1)) {
-                arcs_.status[gc] = Status::NOT_ALLOWED;
-                continue;
-            }
-            Blocked both = sides[shoulder].shoulder;
-            append(sides[wrist].wrist, both);
-            ArcSet& arcs = arcs_.arcs[gc];
-            const Left left = finish(limits_, sides[shoulder].f, sides[wrist].f, both, arcs);
-            arcs_.status[gc] = left.status;
-            if (left.may_isolate)
-                arcs_.status[gc] =
-                    add_isolated(limits_, e.motion, sides[shoulder].f, sides[wrist].f, both, arcs);
-            for (int side = 0; side < 2; ++side)
-                if (e.lost[side]) keep(arcs_.arcs[gc], split_arc(e, side), Status::LIMITS, arcs_.status[gc]);
-            if (options_.allowed) keep(arcs, *options_.allowed, Status::NOT_ALLOWED, arcs_.status[gc]);
-            if (options_.clear[gc]) keep(arcs, *options_.clear[gc], options_.blocked[gc], arcs_.status[gc]);
-        }
+        const Sides &shoulder = sides(elbow, gc & 1), &wrist = sides(elbow, gc >> 2);
+        Blocked both = shoulder.shoulder;
+        append(wrist.wrist, both);
+        ArcSet& arcs = arcs_.arcs[gc];
+        const Left left = finish(limits_, shoulder.f, wrist.f, both, arcs);
+        status = left.status;
+        if (left.may_isolate) status = add_isolated(limits_, e.motion, shoulder.f, wrist.f, both, arcs);
+        for (int side = 0; side < 2; ++side)
+            if (e.lost[side]) keep(arcs, split_arc(e, side), Status::LIMITS, status);
+        if (options_.allowed) keep(arcs, *options_.allowed, Status::NOT_ALLOWED, status);
+        if (options_.clear[gc]) keep(arcs, *options_.clear[gc], options_.blocked[gc], status);
+    }
+
+    /// Why no arc of any branch has a posture.
+    Nearest nothing() noexcept {
+        for (int gc = 0; gc < configurations; ++gc) arcs(gc);
+        const Nearest out = PostureCosts::nothing(arcs_.status);
+        return out.status == Status::OK ? refused(Status::LIMITS) : out;  // arcs, and nothing on its pose
     }
 
     /// Keeps of the arcs what lies `within`; where nothing is left the status says why.
@@ -651,18 +664,35 @@ private:
         return squares() ? b.cost : max(b.cost, elbow_[b.gc >> 1 & 1].cost_4);
     }
 
-    /// Least |q - near| over the windings of q +- travel that the limits leave; infinite where they leave
-    /// none.
-    static Boxes least_off(const JointCost& c, const Boxes& q, const Boxes& travel) noexcept {
-        const Boxes lower(c.lower - tolerance::angle), upper(c.upper + tolerance::angle), near(c.near);
-        const Boxes first = lift(q, Boxes(c.centre()));
-        Boxes out(infinity);
-        for (const double turn : {-two_pi, 0.0, two_pi}) {
-            const Boxes at = first + turn, from = max(at - travel, lower), to = min(at + travel, upper);
-            const Boxes off = max(max(from - near, near - to), Boxes(0.0));
-            out = min(out, select(from <= to, off, Boxes(infinity)));
+    /// A joint over boxes: the winding of q at their middles that is nearest to `near` of those that the
+    /// limits leave, and the least |q - near| over the windings of q +- travel that they leave, infinite
+    /// where they leave none.
+    struct Winding {
+        Boxes q, least;
+    };
+
+    /// They follow from where q lies about the value within the limits that is nearest to `near`: on one side
+    /// of it the first winding, on the other side the next.
+    ARMANGLE_INLINE static Winding winding(const JointCost& c, const Boxes& any,
+                                           const Boxes& travel) noexcept {
+        if (c.direct) {
+            const Boxes q = lift(any, Boxes(c.near));
+            return {q, max(abs(q - Boxes(c.near)) - travel, Boxes(0.0))};
         }
-        return out;
+        const double centre = c.centre();
+        const Boxes turn = round((Boxes(centre) - any) * Boxes(1.0 / two_pi)), zero(0.0);
+        const Boxes ahead(c.upper + tolerance::angle - centre), behind(centre - c.lower + tolerance::angle);
+        const Boxes off = (any + Boxes(two_pi) * turn) - Boxes(centre);
+        const auto above = zero < off;
+        const Boxes near = abs(off), far = Boxes(two_pi) - near;
+        const Boxes near_room = select(above, ahead, behind), far_room = select(above, behind, ahead);
+        const Boxes near_edge = max(near - travel, zero), far_edge = max(far - travel, zero), none(infinity);
+        const Boxes least = min(select(near_edge <= near_room, near_edge, none),
+                                select(far_edge <= far_room, far_edge, none));
+        // where neither is within the limits, the one that is less beyond them
+        const auto other = (near_room < near) & (far - far_room < near - near_room);
+        const Boxes next = select(other, select(above, Boxes(-1.0), Boxes(1.0)), zero);
+        return {any + Boxes(two_pi) * (turn + next), Boxes(abs(centre - c.near)) + least};
     }
 
     /// Whether the winding on the other side of `near` is beyond the limits, as it then is up to the next
@@ -673,8 +703,8 @@ private:
     }
 
     /// What one joint costs over eight boxes; negative: in the branch whose hinge is negative.
-    void add(BoxCosts& sum, const SideBoxes& boxes, int i, const JointCost& c, bool negative,
-             const Boxes& r) const noexcept {
+    ARMANGLE_INLINE void add(BoxCosts& sum, const SideBoxes& boxes, int i, const JointCost& c, bool negative,
+                             const Boxes& r) const noexcept {
         if (!(c.weight > 0)) return;
         const JointBoxes& j = boxes.joint[i];
         const Boxes& noise = boxes.noise;
@@ -684,10 +714,8 @@ private:
         const Boxes straight = negative ? j.theta + pi : j.theta;
         const Boxes theta = mirrored ? -j.theta : straight, way = mirrored ? -sign : sign;
         const Boxes near(c.near), travel = hinge ? j.travel : j.travel + noise, weight(c.weight);
-        const Boxes q = c.direct ? lift(to_q(theta, sign, Boxes(c.offset)), near)
-                                 : to_q(theta, sign, Boxes(c.offset), Boxes(c.lower), Boxes(c.upper), near);
+        const auto [q, least] = winding(c, to_q(theta, sign, Boxes(c.offset)), travel);
         const Boxes off = q - near;
-        const Boxes least = c.direct ? max(abs(off) - travel, Boxes(0.0)) : least_off(c, q, travel);
         if (!squares()) {
             sum.value = max(sum.value, weight * abs(off) - Boxes(c.room));
             sum.least = max(sum.least, weight * least - Boxes(c.room));
@@ -929,11 +957,7 @@ private:
     /// Bounds of an elbow's four branches over eight boxes, from box i on.
     void survey_eight(const ElbowBranches& e, int elbow, int i, const Boxes& middle,
                       const Boxes& r) noexcept {
-        unsigned some = 0;  // the branches that have arcs
-        for (int branch = 0; branch < 4; ++branch) {
-            const int gc = gc_of(elbow, branch);
-            if (!arcs_.arcs[gc].empty()) some |= 1u << gc;
-        }
+        const unsigned some = options_.branches & elbow_branches << 2 * elbow;
         const SidesCosts sides(*this, e, some, middle, r);
         for (int gc = 0; gc < configurations; ++gc) {
             if (!is_in(gc, some)) continue;
@@ -958,26 +982,33 @@ private:
     /// A first posture to compare with: the best middle of a box.
     void offer_middles(unsigned branches, int only_arc) noexcept {
         constexpr int n = nearest_rule::first_boxes;
-        double least = best_.cost, at = 0;
-        int branch = -1;
-        for (int gc = 0; gc < configurations; ++gc) {
-            if (arcs_.arcs[gc].empty() || !(branches >> gc & 1)) continue;
-            for (int i = 0; i < n; ++i) {
-                const double psi = first_ + two_pi / n * i;
-                if (!(value_[gc][i] < least) || !holds(gc, only_arc, psi)) continue;
-                least = value_[gc][i];
-                at = psi;
-                branch = gc;
-            }
+        branches &= options_.branches;
+        unsigned passed[configurations] = {};
+        for (;;) {
+            double least = best_.cost;
+            int gc = -1, box = 0;
+            for_each_bit(branches, [&](int branch) {
+                for (int first = 0; first < n; first += 8) {
+                    const Boxes value = Boxes::load(&value_[branch][first]);
+                    for_each_bit(bits(value < Boxes(least)) & ~(passed[branch] >> first), [&](int k) {
+                        if (!(value[k] < least)) return;
+                        least = value[k];
+                        gc = branch;
+                        box = first + k;
+                    });
+                }
+            });
+            if (gc < 0) return;
+            const double psi = first_ + two_pi / n * box;
+            if (holds(gc, only_arc, psi)) return try_point(gc, psi, false);
+            passed[gc] |= 1u << box;
         }
-        if (branch >= 0) try_point(branch, at, false);
     }
 
     /// The boxes in rising order of their bounds, until none can hold anything better.
     void search_boxes(unsigned branches, int only_arc) noexcept {
         constexpr int n = nearest_rule::first_boxes;
-        for (int gc = 0; gc < configurations; ++gc)
-            if (arcs_.arcs[gc].empty()) branches &= ~(1u << gc);
+        branches &= options_.branches;
         struct Box {
             double least;
             int index;
@@ -986,15 +1017,10 @@ private:
         int count = 0;
         for (int group = 0; group < (squares() ? configurations : 2); ++group) {
             const unsigned together = (squares() ? 1u << group : elbow_branches << 2 * group) & branches;
-            double least[n];
-            for (double& x : least) x = infinity;
-            for (int gc = 0; gc < configurations; ++gc) {
-                if (!is_in(gc, together)) continue;
-                for (int i = 0; i < n; ++i) least[i] = min(least[i], least_[gc][i]);
-            }
-            for (int i = 0; i < n; ++i) {
-                box[count] = {least[i], i, together};
-                count += !dropped(least[i]);
+            for (int first = 0; first < n; first += 8) {
+                Boxes least(infinity);
+                for_each_bit(together, [&](int gc) { least = min(least, Boxes::load(&least_[gc][first])); });
+                for_each_bit(kept(least), [&](int k) { box[count++] = {least[k], first + k, together}; });
             }
         }
         while (count > 0) {
@@ -1028,16 +1054,16 @@ private:
     }
 
     /// Whether an arc of a branch, or arc only_arc where that is not -1, holds all of a box.
-    bool covers(int gc, int only_arc, double from, double to) const noexcept {
-        const ArcSet& arcs = arcs_.arcs[gc];
-        const Place begin = find(arcs, from, 0.0);
+    bool covers(int gc, int only_arc, double from, double to) noexcept {
+        const ArcSet& set = arcs(gc);
+        const Place begin = find(set, from, 0.0);
         if (begin.index < 0 || (only_arc >= 0 && begin.index != only_arc)) return false;
-        return arcs.full || begin.psi + (to - from) <= arcs.arc[begin.index].upper;
+        return set.full || begin.psi + (to - from) <= set.arc[begin.index].upper;
     }
 
     /// Whether psi lies in an arc of a branch; in arc only_arc alone where that is not -1.
-    bool holds(int gc, int only_arc, double psi) const noexcept {
-        const Place place = find(arcs_.arcs[gc], psi, 0.0);
+    bool holds(int gc, int only_arc, double psi) noexcept {
+        const Place place = find(arcs(gc), psi, 0.0);
         return place.index >= 0 && (only_arc < 0 || place.index == only_arc);
     }
 
@@ -1047,6 +1073,12 @@ private:
         return !(least < worth) || least > ceiling_;
     }
 
+    /// Of eight bounds a bit for each that is not dropped.
+    unsigned kept(const Boxes& least) const noexcept {
+        const double worth = best_.cost < infinity ? best_.cost - tie(best_.cost) : infinity;
+        return bits((least < Boxes(worth)) & (least <= Boxes(ceiling_)));
+    }
+
     /// Whether something in a box with this bound may be as good as the best.
     bool equals_best(double least) const noexcept {
         return !(least > best_.cost + tie(best_.cost)) && !(least > ceiling_);
@@ -1054,15 +1086,15 @@ private:
 
     /// The parts of a box that lie in arcs of a branch, cut where windings end.
     void clip(int gc, int only_arc, double from, double to) noexcept {
-        const ArcSet& arcs = arcs_.arcs[gc];
-        for (int i = 0; i < arcs.count; ++i) {
+        const ArcSet& set = arcs(gc);
+        for (int i = 0; i < set.count; ++i) {
             if (only_arc >= 0 && i != only_arc) continue;
             // boxes begin up to half a box below -pi, where an arc that ends near 3 pi is two turns away
             for (const double turn : {-2.0 * two_pi, -two_pi, 0.0, two_pi}) {
-                const double lower = max(arcs.arc[i].lower + turn, from),
-                             upper = min(arcs.arc[i].upper + turn, to);
+                const double lower = max(set.arc[i].lower + turn, from),
+                             upper = min(set.arc[i].upper + turn, to);
                 // an isolated psi at the seam of two boxes is in one of them
-                const double crack = is_isolated(arcs.arc[i]) ? tolerance::same_psi : 0.0;
+                const double crack = is_isolated(set.arc[i]) ? tolerance::same_psi : 0.0;
                 if (lower - upper <= crack) cut(1u << gc, lower, upper);
             }
         }
@@ -1239,9 +1271,8 @@ private:
         for (int side = 0; side < 2; ++side) {
             if (e.lost[side]) continue;
             const Hinge<double>& h = e.functions.hinge[side];
-            const double top = atan2(h.H.s, h.H.c);
-            if (h.high.below_one <= tolerance::touching) touch(elbow, side, top);
-            if (h.low.above_minus_one <= tolerance::touching) touch(elbow, side, top + pi);
+            if (h.high.below_one <= tolerance::touching) touch(elbow, side, atan2(h.H.s, h.H.c));
+            if (h.low.above_minus_one <= tolerance::touching) touch(elbow, side, atan2(h.H.s, h.H.c) + pi);
         }
     }
 
@@ -1356,14 +1387,14 @@ private:
         if (limits_.margin > 0) {
             const int elbow = here.gc >> 1 & 1;
             if (elbow_[elbow].open) open(elbow);
-            if (!contains(arcs_.arcs[here.gc], here.psi)) return false;
+            if (!contains(arcs(here.gc), here.psi)) return false;
         }
         out = finished(options_.near, here.psi, here.gc);
         return true;
     }
 
     /// What is told of the best posture found.
-    Nearest result() const noexcept {
+    Nearest result() noexcept {
         if (best_.gc < 0) return refused(Status::LIMITS);
         const int gc = best_.gc;
         const auto at = [this, gc](double psi) { return posture(gc, psi); };
@@ -1606,6 +1637,8 @@ private:
     Circle<double> circle_;
     ElbowBranches elbow_[2];
     AllArcs arcs_;
+    Sides sides_[2][2];
+    unsigned filled_ = 0, sided_ = 0;  // a bit for each of these that is known
     Best best_;
     double ceiling_ = infinity;  // what another elbow costs
     double first_ = 0;
