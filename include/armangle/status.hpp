@@ -43,8 +43,7 @@ constexpr const char* sentence(Status status) noexcept {
         case Status::ELBOW_MARGIN:
             return "The elbow is stretched or folded to within the singularity margin.";
         case Status::LIMITS:
-            return "No arm angle, or none that one step leads to, keeps all joints within their limits and "
-                   "margins.";
+            return "No arm angle that can be taken keeps all joints within their limits and margins.";
         case Status::OUTSIDE:
             return "The present arm angle lies in no feasible arc, and the policy stops there.";
         case Status::JOINT_JUMP: return "A joint would move further than the largest step allowed.";

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -184,6 +185,31 @@ def test_sentences() -> None:
     ]
     with pytest.raises(KeyError):
         aa.Diagnosis((dead,))[5]
+
+
+def test_branches_that_the_same_limits_shut_share_a_line() -> None:
+    """Each branch has its own openings: the line says which limit would do where, the least of each first."""
+
+    def wider(side: Literal["lower", "upper"], degrees: float) -> aa.Opening:
+        return aa.Opening(6, side, np.radians(degrees))
+
+    def shut(gc: int, joint: int, *openings: aa.Opening) -> aa.Branch:
+        verdict, status = aa.Verdict.IMPOSSIBLE, aa.Status.LIMITS
+        return aa.Branch(gc=gc, verdict=verdict, status=status, blocking=(joint,), openings=openings)
+
+    alike = (
+        shut(0, 6, wider("upper", 28.1), wider("lower", 71.0)),
+        shut(2, 6, wider("lower", 4.06), wider("upper", 107)),
+        shut(3, 6),
+        shut(1, 6, wider("upper", 28.1), wider("lower", 71.2)),
+    )
+    same = shut(4, 5, wider("upper", 1.0)), shut(5, 5, wider("upper", 1.0))
+    assert aa.Diagnosis((*alike, *same), path=False).explain().splitlines() == [
+        "GC 0, 2, 3, 1: no arm angle keeps all limits: joint 6 is the reason; 4.06° more of the lower limit "
+        "of joint 6 would do in GC 2; 28.1° more of the upper limit of joint 6 would do in GC 0, 1.",
+        "GC 4, 5: no arm angle keeps all limits: joint 5 is the reason; "
+        "1° more of the upper limit of joint 6 would do.",
+    ]
 
 
 def test_explain_refuses_bad_input() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -247,10 +247,14 @@ class Branch:
         parts = [f"joint {names} is the reason" if alone else f"joints {names} exclude each other"]
         if not self.blocking:
             parts = ["what the joints leave is single arm angles, and no two the same"]
-        for opening in self.openings[:2]:
-            limit = f"the {opening.side} limit of joint {opening.joint}"
-            parts.append(f"{math.degrees(opening.extra):.3g}° more of {limit} would do")
+        parts += [f"{_wider(opening)} would do" for opening in self.openings[:2]]
         return "; ".join(parts) + "."
+
+
+def _wider(opening: Opening) -> str:
+    """Return an opening in words."""
+    limit = f"the {opening.side} limit of joint {opening.joint}"
+    return f"{math.degrees(opening.extra):.3g}° more of {limit}"
 
 
 @dataclass(frozen=True, repr=False)
@@ -318,16 +322,18 @@ class Diagnosis:
         """Return the findings in words, one line a branch, what keeps the path from being first.
 
         Branches of the same finding share one line, and so do those that the start or the goal is none of.
+        Where the same limits shut branches it says which one would do in which, if it were wider.
         """
-        lines: dict[str, list[int]] = {}
+        lines: dict[str, list[Branch]] = {}
         others = []
         for branch in sorted(self.branches, key=lambda b: b.elsewhere):
-            text = branch.explain(path=self.path).split(": ", 1)[1]
-            if branch.elsewhere and text not in lines and lines:
+            shut = branch.verdict == Verdict.IMPOSSIBLE
+            reason = self._said(replace(branch, openings=()) if shut else branch)
+            if branch.elsewhere and reason not in lines and lines:
                 others.append(branch.gc)
             else:
-                lines.setdefault(text, []).append(branch.gc)
-        head = [f"GC {', '.join(map(str, gcs))}: {text}" for text, gcs in lines.items()]
+                lines.setdefault(reason, []).append(branch)
+        head = [f"GC {_numbers(alike)}: {self._line(alike)}" for alike in lines.values()]
         if others:
             head.append(f"GC {', '.join(map(str, others))}: another global configuration than the one given.")
         if self.path and not self.ok:
@@ -335,6 +341,22 @@ class Diagnosis:
         if self.note:
             head.append(self.note)
         return "\n".join([*head, *self._nearest_poses()])
+
+    def _said(self, branch: Branch) -> str:
+        return branch.explain(path=self.path).split(": ", 1)[1]
+
+    def _line(self, alike: list[Branch]) -> str:
+        """Return in words what branches of one reason have in common, and which limits would do in which."""
+        if len(set(map(self._said, alike))) == 1:
+            return self._said(alike[0])
+        least: dict[tuple[int, str], Opening] = {}
+        for opening in sorted((o for branch in alike for o in branch.openings), key=lambda o: o.extra):
+            least.setdefault((opening.joint, opening.side), opening)
+        parts = [self._said(replace(alike[0], openings=()))[:-1]]
+        for wider in map(_wider, list(least.values())[:2]):
+            where = [branch for branch in alike if wider in map(_wider, branch.openings)]
+            parts.append(f"{wider} would do in GC {_numbers(where)}")
+        return "; ".join(parts) + "."
 
     def _nearest_poses(self) -> list[str]:
         """Return in words which poses the arm can take instead; the same one once."""
@@ -358,6 +380,10 @@ class Diagnosis:
                 place.format("the limits, in the same orientation,", moved, at(self.instead.pose), ".")
             )
         return out
+
+
+def _numbers(branches: list[Branch]) -> str:
+    return ", ".join(str(branch.gc) for branch in branches)
 
 
 def branch_of(report: tuple[Any, ...], ready: Ready | None = None) -> Branch:

@@ -25,7 +25,6 @@ _LAST = JOINTS - 1
 _ALONG = 1e-9  # m, rad: how far the tool's z axis may be from axis 7, to be it
 
 
-
 class Rolled(Built, Protocol):
     """What is asked of an arm."""
 
