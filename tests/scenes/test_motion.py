@@ -133,6 +133,7 @@ def test_why_there_is_no_solution() -> None:
     assert (
         "within the limits upper_arm comes 35 mm too near to post, whatever the arm angle." in why.explain()
     )
+    assert why.instead is None and "nearest pose" not in why.explain()  # the pose is within the limits
     hand = ARM.with_hand([aa.Ball([0, 0, 0], 0.1, name="grip")])
     floor = aa.Scene([aa.HalfSpace([0, 0, 1], POSE[2, 3], name="floor")])
     assert hand.solve(POSE, near=Q, scene=floor).status == aa.Status.POSE_BLOCKED
