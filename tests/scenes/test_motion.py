@@ -27,6 +27,7 @@ def test_a_motion_goes_round_what_holding_psi_touches() -> None:
     assert least(held, LAMP) < 0.0
     path = aa.follow(ARM, LINE, start=Q, scene=LAMP)
     assert path.ok and least(path.q, LAMP) >= 0.01 - 1e-9
+    assert path.explain() == f"All {len(LINE)} poses are solved within all limits and clear of the scene."
     assert least(aa.follow(ARM, LINE, start=Q, policy=aa.Hold()).q, LAMP) < 0.0
 
 

@@ -365,7 +365,8 @@ class JointPath:
             if len(self) == 0:
                 return "There is no pose."
             count = "The one pose is" if one else f"All {len(self)} poses are"
-            return f"{count} solved within all limits{proven}.{self._rounded()}{self._unproven()}"
+            clear = " and clear of the scene" if self.scenes else ""
+            return f"{count} solved within all limits{clear}{proven}.{self._rounded()}{self._unproven()}"
         done = int((self.status == Status.OK).sum())
         sentence = STATUSES[self.status[at]].sentence
         if one:
