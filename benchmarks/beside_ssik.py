@@ -115,18 +115,20 @@ def main() -> None:
         own, plan = np.isfinite(margin[i]), names.index("`plan(start=)`" if given else "`plan`")
         both = own & np.isfinite(margin[plan])
         beside = ["", "", ""]
-        if i != plan:
+        if i != plan and both.any():
             beside = [
                 f"{both.sum()}",
                 " : ".join(f"{np.median(margin[k][both]):.1f}" for k in (i, plan)),
                 " : ".join(f"{step[k][both].max():.3f}" for k in (i, plan)),
             ]
-        rows.append(
-            [name, "given" if given else "open", f"{own.sum()}",
-             f"{np.median(margin[i][own]):.1f}, {np.percentile(margin[i][own], 10):.1f}",
-             f"{np.percentile(step[i][own], 90):.3f}, {step[i][own].max():.3f}",
-             f"{np.median(taken[i]):.2g}", *beside]
-        )  # fmt: skip
+        of_own = ["", ""]
+        if own.any():
+            of_own = [
+                f"{np.median(margin[i][own]):.1f}, {np.percentile(margin[i][own], 10):.1f}",
+                f"{np.percentile(step[i][own], 90):.3f}, {step[i][own].max():.3f}",
+            ]
+        start = "given" if given else "open"
+        rows.append([name, start, f"{own.sum()}", *of_own, f"{np.median(taken[i]):.2g}", *beside])
     head = [f"{len(drawn)} lines", "start", "done", "margin, °: median, p10", "row step, rad: p90, most",
             "CPU, ms", "done by both", "margin there, its : `plan`'s", "most row step there"]  # fmt: skip
     text = f"{machine.describe()}\n\n{report.table(head, rows)}"

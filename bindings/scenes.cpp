@@ -294,6 +294,13 @@ void resting_links(const ArmHandle& self, Floats rods, Ints link) {
     }
 }
 
+/// Two own shapes that are always too near: obstacle * 256 + link, -1 of none; and the most that they are
+/// apart, m.
+nb::tuple always_near_of(const SceneHandle& scene, const ArmHandle& self) {
+    const OwnDistance found = always_near(self.arm, scene.view);
+    return nb::make_tuple(pair_number(found.pair), found.most);
+}
+
 /// How near each two rods, rows in order of their DH frames, ever come (m), whatever the joints, below the
 /// diagonal of out (n, n); of `cells` in all, pairs share them.
 void never_nearer_all(const ArmHandle& self, Floats rods, Floats out, int cells) {
@@ -485,7 +492,8 @@ void bind_scenes(nb::module_& m, nb::class_<ArmHandle>& arm) {
              "clearance"_a, "soft"_a)
         .def("__init__", &make_scene<ArmHandle>, "arm"_a, "solids"_a, "first_base"_a, "first_held"_a,
              "cloud"_a, "corners"_a, "fields"_a, "distances"_a, "rods"_a, "ignored"_a, "apart"_a, "own"_a,
-             "clearance"_a, "soft"_a);
+             "clearance"_a, "soft"_a)
+        .def("always_near", &always_near_of, "arm"_a);
     arm.def("resting_links", &resting_links, "rods"_a, "link"_a);
     arm.def("never_nearer_all", &never_nearer_all, "rods"_a, "out"_a, "cells"_a);
     arm.def("proximity_many", &proximity_many, "scene"_a, "pose"_a, "psi"_a, "gc"_a, "out"_a, "pair"_a,

@@ -30,7 +30,7 @@ kept = aa.follow(arm, poses, start=start, policy=policy, scene=scene)
 for name, path in (("free", free), ("kept", kept)):
     near = arm.clearance(poses, path.psi, path.gc, scene)
     at = int(np.argmin(near.distance))
-    print(f"{name}: {near.link[at]} comes {1e3 * near.distance[at]:.1f} mm near to {near.obstacle[at]}")
+    print(f"{name}: least distance {1e3 * near.distance[at]:.1f} mm, {near.link[at]} to {near.obstacle[at]}")
 assert kept.ok
 assert (arm.clearance(poses, kept.psi, kept.gc, scene).distance > 0.005 - 1e-9).all()
 

@@ -113,8 +113,8 @@ function armangleDemo(element, core) {
     answer = core.answer();
     drawSpace();
     drawDial();
-    const degrees = Array.from(answer.q, x => (x * 180 / Math.PI).toFixed(1)).join('  ');
-    output.textContent = answer.status === 0 ? degrees : answer.sentence;
+    const degrees = Array.from(answer.q, x => (x * 180 / Math.PI).toFixed(1)).join(', ');
+    output.textContent = answer.status === 0 ? `joints 1 to 7, in degrees: ${degrees}` : answer.sentence;
   }
 
   let waiting = false;

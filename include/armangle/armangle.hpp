@@ -44,6 +44,7 @@
 #include "scene/witnesses.hpp"
 #include "scene/covered.hpp"
 #include "scene/scene.hpp"
+#include "scene/always_near.hpp"
 #include "scene/clear.hpp"
 #include "scene/proximity.hpp"
 #include "scene/scene_frames.hpp"

@@ -371,6 +371,8 @@ class Scene:
     @overload
     def __init__(self, arm: Arm, solids: numpy.typing.NDArray[numpy.float64], first_base: int, first_held: int, cloud: numpy.typing.NDArray[numpy.float64], corners: numpy.typing.NDArray[numpy.float64], fields: numpy.typing.NDArray[numpy.float64], distances: numpy.typing.NDArray[numpy.float64], rods: numpy.typing.NDArray[numpy.float64], ignored: numpy.typing.NDArray[numpy.int8], apart: numpy.typing.NDArray[numpy.float64], own: numpy.typing.NDArray[numpy.int64], clearance: float, soft: float) -> None: ...
 
+    def always_near(self, arm: Arm) -> tuple[Any, ...]: ...
+
 class Enforce(enum.Enum):
     IGNORE = 0
 

@@ -357,7 +357,7 @@ def test_inspect_advises_options_that_there_are(capsys: Capture, tmp_path: Path)
 def test_inspect_shows_the_chain_that_a_near_file_keeps(capsys: Capture, tmp_path: Path) -> None:
     file = near_urdf(tmp_path)
     assert main(["inspect", file]) == 1
-    assert "exact=False (on the command line --inexact) keeps" in " ".join(capsys.readouterr().err.split())
+    assert "exact=False (on the command line --inexact) takes" in " ".join(capsys.readouterr().err.split())
     text = " ".join(out(capsys, "inspect", file, "--inexact").split())
     assert "the S-R-S arm fitted to it" in text and "branches merge within" in text and "--robot" not in text
     said = json.loads(out(capsys, "inspect", file, "--inexact", "--json"))

@@ -88,7 +88,7 @@ def test_limits_are_asked_of_the_arm_itself() -> None:
 @pytest.mark.parametrize("arm", [FR3, MIRRORED], ids=lambda arm: arm.name)
 def test_a_file_leads_from_the_wrong_door_to_the_right_one(arm: aa.OffsetArm) -> None:
     text = arm.to_urdf()
-    with pytest.raises(aa.NotSRSError, match=r"S-R-S but for an offset .* armangle\.OffsetArm"):
+    with pytest.raises(aa.NotSRSError, match=r"armangle\.OffsetArm takes .* S-R-S but for an offset"):
         aa.Arm.from_urdf(text)
     read = aa.OffsetArm.from_urdf(text)
     q = joints(arm, 20)

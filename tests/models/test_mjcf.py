@@ -168,6 +168,11 @@ def test_candidates_end_at_the_last_fixed_body(mujoco, world, found):
             "candidates: 'world' to 'b7' (not S-R-S; or tip x, y)",
         ),
         (tower(6), (None, "b6"), "6 hinges from 'world' to 'b6', wanted 7: h1, h2, h3, h4, h5, h6"),
+        (
+            tower(8),
+            ("world", "b8"),
+            "h8; base='b1' leaves the last 7: then arm.with_(base=T @ arm.base) puts the arm into the frame",
+        ),
         (tower(7), ("b7", "b7"), "0 hinges from 'b7' to 'b7', wanted 7: none"),
         (
             tower(7, joint='<joint name="h{}" type="slide"/>'),

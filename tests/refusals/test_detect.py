@@ -74,6 +74,13 @@ def test_each_refusal_has_its_sentence(joint, frame, sentence):
         describe_chain(broken_chain(joint, frame))
 
 
+def test_what_takes_a_near_arm_is_said_before_the_reasons():
+    with pytest.raises(NotSRSError) as caught:
+        describe_chain(read_urdf(model("kinova_gen3_7dof")))
+    said = str(caught.value)
+    assert said.index("exact=False") < said.index("The reasons: ") < said.index(caught.value.reasons[0])
+
+
 def test_reasons_are_ranked_whatever_their_kind():
     frame = turn(X, 0.2) @ shift(0.001, 0, 0)
     with pytest.raises(NotSRSError) as caught:

@@ -60,7 +60,14 @@ REFUSED = {
     ),
     "eight": (
         simple_urdf(joint_xml("j8", "l7", "l8", "continuous"), links='<link name="l8"/>'),
-        "8 moving joints from 'l0' to 'l8', wanted 7: j1, j2, j3, j4, j5, j6, j7, j8",
+        "8 moving joints from 'l0' to 'l8', wanted 7: j1, j2, j3, j4, j5, j6, j7, j8; base='l1' leaves the "
+        "last 7: then arm.with_(base=T @ arm.base) puts the arm into the frame of 'l0', T being the pose of "
+        "'l1' in it",
+    ),
+    "lift": (
+        simple_urdf(joint_xml("j8", "l7", "l8", "continuous"), links='<link name="l8"/>',
+                    j1=joint_xml("j1", "l0", "l1", "prismatic", LIMIT)),
+        "joint 'j1' on the path is prismatic, wanted revolute; base='l1' leaves the last 7",
     ),
     "prismatic": (
         simple_urdf(j3=joint_xml("j3", "l2", "l3", "prismatic", LIMIT)),
@@ -134,7 +141,7 @@ def test_what_is_neither_path_nor_text_is_refused_by_name(source):
 @pytest.mark.parametrize("case", REFUSED)
 def test_bad_text_is_refused_with_the_name(case):
     text, message = REFUSED[case]
-    last = "l8" if case == "eight" else "l7"
+    last = "l8" if case in ("eight", "lift") else "l7"
     with pytest.raises(UrdfError, match=re.escape(message)) as caught:
         read_urdf(text, "l0", last)
     assert str(caught.value).startswith("XML text:")

@@ -145,3 +145,24 @@ def test_the_widest_beside_a_box_that_no_needle_of_a_link_is_proven_clear_of() -
     psi = np.linspace(-np.pi, np.pi, 721)
     sampled = max(float(arm.clearance(pose, p, gc, scene).distance) for p in psi[arcs.contains(psi)])
     assert found.psi in arcs and found.nearest.distance >= sampled - 1e-9
+
+
+def test_a_pair_that_rests_does_not_decide_between_arm_angles() -> None:
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_body(aa.Body.bones(upper_arm=0.09, forearm=0.08))
+    pose, _, gc = arm.forward(np.radians([20, 45, 10, -80, 10, 60, 0]))
+    floor = aa.Scene([aa.HalfSpace([0, 0, 1], 0.0)])
+    shoulder = arm.widest(pose, gc, floor).nearest  # all that is near is at rest
+    assert shoulder.link == "upper_arm" and shoulder.distance == pytest.approx(0.34 - 0.09, abs=1e-12)
+    arm = arm.with_hand([aa.Capsule([0, 0, 0], [0, 0, 0.15], 0.03, name="drill")])
+    lamp = aa.Ball([0.28, 0.26, 0.6], 0.05, name="lamp")
+    scene, lamp_alone = aa.Scene([lamp]), aa.Scene([lamp], ignore=[("drill", "forearm")])
+    rest = 0.126 - 0.08 - 0.03  # from the wrist to the flange, less both radii
+    found = arm.widest(pose, gc, scene)
+    assert arm.clearance(pose, found.psi, gc, scene).distance == pytest.approx(rest, abs=2e-9)
+    assert (found.nearest.obstacle, found.nearest.link) == ("lamp", "forearm")
+    grid = np.linspace(-np.pi, np.pi, 4001)
+    grid = grid[arm.feasible(pose, gc).contains(grid)]
+    poses = np.broadcast_to(pose, (len(grid), 4, 4))
+    resting = arm.clearance(poses, grid, gc, scene).distance > rest - 1e-9
+    apart = arm.clearance(poses, grid, gc, lamp_alone).distance
+    assert found.nearest.distance >= apart[resting].max() - 1e-9 > rest + 0.1

@@ -27,6 +27,7 @@ def test_a_motion_goes_round_what_holding_psi_touches() -> None:
     assert least(held, LAMP) < 0.0
     path = aa.follow(ARM, LINE, start=Q, scene=LAMP)
     assert path.ok and least(path.q, LAMP) >= 0.01 - 1e-9
+    assert path.explain() == f"All {len(LINE)} poses are solved within all limits and clear of the scene."
     assert least(aa.follow(ARM, LINE, start=Q, policy=aa.Hold()).q, LAMP) < 0.0
 
 
@@ -133,6 +134,7 @@ def test_why_there_is_no_solution() -> None:
     assert (
         "within the limits upper_arm comes 35 mm too near to post, whatever the arm angle." in why.explain()
     )
+    assert why.instead is None and "nearest pose" not in why.explain()  # the pose is within the limits
     hand = ARM.with_hand([aa.Ball([0, 0, 0], 0.1, name="grip")])
     floor = aa.Scene([aa.HalfSpace([0, 0, 1], POSE[2, 3], name="floor")])
     assert hand.solve(POSE, near=Q, scene=floor).status == aa.Status.POSE_BLOCKED

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -92,3 +94,36 @@ def test_pairs_say_which_are_proven_which_are_asked_and_which_are_let_touch() ->
     assert near is not None and 0.1 < near <= 0.25  # 0.25 m: d_se of 0.4 m less the radii and 0.05 m
     assert pairs["link_1", "link_5"].apart is None  # a folded elbow brings the wrist to the shoulder
     assert [pair.ignored for pair in pairs.values()] == [False, False, True]
+
+
+def test_shapes_that_are_always_near_are_so_in_all_postures() -> None:
+    rng, seen = generator(33), 0
+    for name in NAMES * 3:
+        arm = aa.Arm.from_catalogue(name).with_body(body_of(rng))
+        scene = aa.Scene(clearance=float(rng.uniform(0.0, 0.1)))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            ready = make_ready(arm, scene)
+        code, most = ready.handle.always_near(arm._handle)
+        pair = ready.names.pair(code)
+        if pair is None:
+            continue
+        links = [shape.name or f"link_{frame}" for frame, shape in never_nearer(arm)[0]]
+        own = np.ix_(*[[k for k, link in enumerate(links) if link == one] for one in pair])
+        for q in rng.uniform(-np.pi, np.pi, (count(8), 1, 7)):
+            assert distances(arm, q)[own].min() <= most + 0.008  # points along the rods: a part of 0.1 m more
+        assert most < scene.clearance
+        seen += 1
+    assert seen > 3
+
+
+def test_a_hand_that_overlaps_the_forearm_is_named() -> None:
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_body(aa.Body.bones(upper_arm=0.09, forearm=0.08))
+    hand = [aa.Capsule([0, 0, 0], [0, 0, 0.15], 0.06, name="drill")]
+    q = np.radians([20, 45, 10, -80, 10, 60, 0])
+    pose, _, gc = arm.forward(q)
+    with pytest.warns(UserWarning, match=r"drill and forearm of this arm overlap by at least 14 mm, in"):
+        assert arm.with_hand(hand).clear(pose, gc, aa.Scene()).is_empty
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert not arm.with_hand(hand).clear(pose, gc, aa.Scene(ignore=[("drill", "forearm")])).is_empty

@@ -13,7 +13,7 @@ from armangle.viewer import Viewer, ViewerState
 from armangle.viewer.panels import arcs_panel, map_image, status_panel
 from armangle.viewer.scene import segment_colours
 from armangle.viewer.state import OBSTACLE
-from armangle.viewer.surfaces import MOST_POINTS, points_of, surface
+from armangle.viewer.surfaces import MOST_POINTS, lowest, points_of, surface
 from armangle.viewer.surroundings import TOUCHED_RGB
 
 Q = np.radians([20, 45, 10, -80, 10, 60, 0])
@@ -137,6 +137,13 @@ def test_the_map_of_a_motion_shows_what_obstacles_alone_block() -> None:
     assert map_image(motion, aa.Scene()) == map_image(motion)
 
 
+def test_the_floor_is_below_what_stands_about() -> None:
+    assert lowest(aa.Box(aa.pose([0.6, 0, -0.1]), [1.2, 0.8, 0.04])) == pytest.approx(-0.12)
+    assert lowest(aa.Ball([0, 0, 0.5], 0.1)) == pytest.approx(0.4)
+    assert lowest(aa.Cloud([[0, 0, -0.3], [0, 0, 1]], 0.01)) == pytest.approx(-0.3)
+    assert lowest(aa.HalfSpace([0, 0, 1], -0.8)) == -0.8 and lowest(aa.HalfSpace([1, 0, 0], -2)) == np.inf
+
+
 def test_surfaces_are_those_of_their_shapes() -> None:
     frame = aa.pose([0.1, 0.2, 0.3], rpy=[0.3, -0.5, 1.0])
     corners = np.array([[0, 0, 0], [0.3, 0, 0], [0, 0.2, 0], [0, 0, 0.4]], dtype=float)
@@ -160,6 +167,12 @@ def test_surfaces_are_those_of_their_shapes() -> None:
             inner = {tuple(e) for e in directed.tolist()}
             ring = set(range(32)) | set(range(len(vertices) - 32, len(vertices)))
             assert all((b, a) in inner for a, b in inner if not {a, b} <= ring)
+    for size in ([1.2, 0.8, 0.04], [0.2, 0.2, 0.2], [0.02, 0.3, 0.4]):  # no side of a box is left open
+        vertices, faces = surface(aa.Box(np.eye(4), size), 1.0)
+        a, b, c = vertices[faces].transpose(1, 0, 2)
+        area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
+        x, y, z = size
+        assert area == pytest.approx(2 * (x * y + y * z + z * x), rel=1e-12)
     vertices, _ = surface(aa.Hull(corners), 1.0)
     assert {tuple(v) for v in vertices.tolist()} == {tuple(c) for c in corners.tolist()}
     with pytest.raises(TypeError):

@@ -113,12 +113,27 @@ namespace detail {
 /// Larger groups (m) are not asked whether all that they can block is blocked: it never is.
 inline constexpr double covering_radius = 0.3;
 
+/// Pairs that are not asked about each other for once.
+struct LeftOut {
+    static constexpr int most = 8;
+    Tag pair[most];
+    int count = 0;
+
+    bool holds(Tag asked) const noexcept {
+        for (int k = 0; k < count; ++k)
+            if (pair[k] == asked) return true;
+        return false;
+    }
+};
+
 /// All pairs of one circle and branch.
 class Clearing {
 public:
-    Clearing(const Arm& arm, const Scene& scene, const SelfMotion<double>& m, Covered& out) noexcept
+    Clearing(const Arm& arm, const Scene& scene, const SelfMotion<double>& m, Covered& out,
+             const LeftOut* left_out = nullptr) noexcept
         : scene_(scene),
           out_(out),
+          left_out_(left_out),
           axis_(axis_frame(arm, m.circle)),
           to_axis_(inverted(axis_)),
           frames_(axis_frames(arm, m)) {
@@ -361,7 +376,7 @@ private:
         if (solid.kind == SolidKind::field)
             return moved({MovingRod(part_[part].rod, true), solid, R}, id, part);
         Witnesses(part_[part].rod, solid, R).find([&](double lower, double upper) {
-            cover(out_, 0.5 * (lower + upper), 0.5 * (upper - lower), pair_tag(id, part));
+            block(0.5 * (lower + upper), 0.5 * (upper - lower), id, part);
         });
     }
 
@@ -415,7 +430,7 @@ private:
 
     void moved(MovingPair pair, int id, int link) noexcept {
         const bool all_asked = pair.find([&](double lower, double upper) {
-            cover(out_, 0.5 * (lower + upper), 0.5 * (upper - lower), pair_tag(id, link));
+            block(0.5 * (lower + upper), 0.5 * (upper - lower), id, link);
         });
         out_.coarse |= !all_asked;
     }
@@ -445,12 +460,17 @@ private:
     }
 
     void add(const BlockedArc& arc, int id, int part) noexcept {
-        if (arc.half > 0 && !scene_.may_touch(id, part))
-            cover(out_, arc.centre, arc.half, pair_tag(id, part));
+        if (arc.half > 0 && !scene_.may_touch(id, part)) block(arc.centre, arc.half, id, part);
+    }
+
+    void block(double centre, double half, int id, int link) noexcept {
+        const Tag pair = pair_tag(id, link);
+        if (left_out_ == nullptr || !left_out_->holds(pair)) cover(out_, centre, half, pair);
     }
 
     const Scene& scene_;
     Covered& out_;
+    const LeftOut* left_out_;  // nullptr: none
     Pose<double> axis_, to_axis_;
     AxisFrames<double> frames_;
     MetPart part_[most_parts], bound_[2];

@@ -18,8 +18,10 @@ namespace detail {
 /// Collects the nearest pair.
 class Nearby {
 public:
-    Nearby(const Arm& arm, const Scene& scene, const SelfMotion<double>& m, double psi) noexcept
+    Nearby(const Arm& arm, const Scene& scene, const SelfMotion<double>& m, double psi,
+           const LeftOut* left_out = nullptr) noexcept
         : scene_(scene),
+          left_out_(left_out),
           axis_(axis_frame(arm, m.circle)),
           frames_(axis_frames(arm, m)),
           turn_(sin_cos(psi)),
@@ -110,6 +112,7 @@ private:
               const MovingRod* rod = nullptr, const MovingRod* other = nullptr) noexcept {
         const double distance = pair.distance - link_radius - solid.radius;
         if (!(distance < best_.distance)) return;
+        if (left_out_ != nullptr && left_out_->holds(pair_tag(id, link))) return;
         const Vec3<double> away = pair.on_rod - pair.on_solid;
         const double length = norm(away), sign = pair.distance < 0 ? -1.0 : 1.0;
         const Vec3<double> n = length > 0 ? away * (sign / length) : Vec3<double>{0, 0, 0};
@@ -121,6 +124,7 @@ private:
     }
 
     const Scene& scene_;
+    const LeftOut* left_out_;  // nullptr: none
     Pose<double> axis_;
     AxisFrames<double> frames_;
     SinCos<double> turn_;
@@ -139,7 +143,7 @@ inline Proximity proximity(const Arm& arm, const Scene& scene, const SelfMotion<
 }
 
 /// The psi of `own` (arcs within the limits, not empty) at which what turns keeps farthest from the
-/// obstacles, and the pair that is nearest there.
+/// obstacles, and the pair that is nearest there, of those that it can move away.
 struct Widest {
     double psi;
     Proximity nearest;
@@ -150,6 +154,12 @@ namespace widest_rule {
 inline constexpr int halvings = 40;
 /// A clearance may be negative down to this share of the thinnest part: cores stay apart.
 inline constexpr double thinnest = 0.999;
+/// rad: of an arc on which a pair is at rest, at least; where it is nearest by its motion they are narrower.
+inline constexpr double resting = 1e-3;
+/// m/rad: what a pair at rest still moves by rounding.
+inline constexpr double rest = 1e-12;
+/// m: so much below its distance a pair at rest blocks nothing by rounding.
+inline constexpr double below = 1e-9;
 }  // namespace widest_rule
 
 /// m: clearances so near to each other need not be told apart, since arcs of a field have as much slack.
@@ -161,12 +171,14 @@ inline double indifferent_clearance(const Scene& scene) noexcept {
     return out < infinity ? out : 0.0;
 }
 
-/// The middle of the widest arc that leaves(clearance, arcs) gives at the greatest clearance that leaves one:
-/// arcs shrink as the clearance grows, so that it is found by bisection. NaN where parts are so deep in
-/// obstacles that no clearance helps.
+/// The arcs that leaves(clearance, arcs) gives at the greatest clearance that leaves one: arcs shrink as the
+/// clearance grows, so that it is found by bisection. Empty where parts are so deep in obstacles that no
+/// clearance helps.
 template <class Leaves>
-double widest_psi(const Scene& scene, double size, int halvings, const Leaves& leaves) noexcept {
-    ArcSet found, left;
+void widest_arcs(const Scene& scene, double size, int halvings, const Leaves& leaves,
+                 ArcSet& found) noexcept {
+    make_empty(found);
+    ArcSet left;
     const auto some = [&](double clearance) {
         leaves(clearance, left);
         if (left.empty()) return false;
@@ -178,43 +190,94 @@ double widest_psi(const Scene& scene, double size, int halvings, const Leaves& l
         low = max(low, -widest_rule::thinnest * scene.parts[k].rod.radius);
     for (int k = 0; k < scene.swing_count; ++k)
         low = max(low, -widest_rule::thinnest * scene.swings[k].rod.radius);
-    if (scene.part_count + scene.swing_count == 0) return not_a_number;
+    if (scene.part_count + scene.swing_count == 0) return;
     // near the core of a part little is proven free: only what touches at no clearance has to begin there
     if (some(0.0))
         low = 0.0;
     else if (!some(low))
-        return not_a_number;
+        return;
     if (some(high)) low = high;
     const double enough = indifferent_clearance(scene);
     for (int k = 0; k < halvings && high - low > enough; ++k) {
         const double middle = 0.5 * (low + high);
         (some(middle) ? low : high) = middle;
     }
-    const Arc* best = &found.arc[0];
-    for (int i = 1; i < found.count; ++i)
-        if (found.arc[i].upper - found.arc[i].lower > best->upper - best->lower) best = &found.arc[i];
-    return wrap(0.5 * (best->lower + best->upper));
+}
+
+/// The widest arc of a set that is not empty.
+inline const Arc& widest_arc(const ArcSet& set) noexcept {
+    const Arc* best = &set.arc[0];
+    for (int i = 1; i < set.count; ++i)
+        if (set.arc[i].upper - set.arc[i].lower > best->upper - best->lower) best = &set.arc[i];
+    return *best;
+}
+
+/// The psi in the middle of an arc, rad.
+inline double middle(const Arc& arc) noexcept { return wrap(0.5 * (arc.lower + arc.upper)); }
+
+/// The middle of the widest of these arcs; NaN where there is none.
+template <class Leaves>
+double widest_psi(const Scene& scene, double size, int halvings, const Leaves& leaves) noexcept {
+    ArcSet found;
+    widest_arcs(scene, size, halvings, leaves, found);
+    if (found.empty()) return not_a_number;
+    return middle(widest_arc(found));
 }
 
 /// What is told of no psi.
 inline constexpr Widest no_widest{not_a_number, {not_a_number, 0, {}, {}, not_a_number}};
 
-/// The psi of the arcs `own` that keeps farthest away.
-inline Widest widest(const Arm& arm, const Scene& scene, const SelfMotion<double>& m,
-                     const ArcSet& own) noexcept {
-    if (own.empty()) return no_widest;
-    const double psi =
-        widest_psi(scene, arm.size, widest_rule::halvings, [&](double clearance, ArcSet& left) {
+namespace detail {
+
+/// Whether a pair is the nearest all along an arc and psi does not move it: the wrist and a hand that is
+/// nearest to it, the shoulder and a floor.
+inline bool rests(const Arm& arm, const Scene& scene, const SelfMotion<double>& m, const Arc& arc,
+                  const LeftOut& left_out, Tag pair) noexcept {
+    if (!(arc.upper - arc.lower > widest_rule::resting)) return false;
+    for (const double share : {0.25, 0.5, 0.75}) {
+        const double psi = arc.lower + share * (arc.upper - arc.lower);
+        const Proximity here = Nearby(arm, scene, m, psi, &left_out).find(true);
+        if (here.pair != pair || !(abs(here.psi_rate) < widest_rule::rest)) return false;
+    }
+    return true;
+}
+
+}  // namespace detail
+
+/// The psi of the arcs `own` that keeps farthest away. Where the nearest pair is as near on a whole arc, the
+/// next one decides between its psi; but not where it is nearer than the scene's clearance: then it is why
+/// nothing is clear.
+inline Widest widest(const Arm& arm, const Scene& scene, const SelfMotion<double>& m, ArcSet own) noexcept {
+    Widest out = no_widest;
+    detail::LeftOut left_out;
+    while (!own.empty()) {
+        ArcSet found;
+        const auto leaves = [&](double clearance, ArcSet& left) {
             Scene asked = scene;
             asked.clearance = clearance;
             Covered covered;
             ArcSet cleared;
-            detail::Clearing(arm, asked, m, covered).parts_against_all();
+            detail::Clearing(arm, asked, m, covered, &left_out).parts_against_all();
             open_arcs(covered, cleared);
             intersect(own, cleared, left);
-        });
-    if (is_nan(psi)) return no_widest;
-    return {psi, proximity(arm, scene, m, psi, true)};
+        };
+        widest_arcs(scene, arm.size, widest_rule::halvings, leaves, found);
+        if (found.empty()) return out;
+        const double psi = middle(widest_arc(found));
+        const Proximity nearest = detail::Nearby(arm, scene, m, psi, &left_out).find(true);
+        const bool near = nearest.distance < 2.0 * arm.size;
+        if (left_out.count > 0 && !near)  // all that is near is at rest
+            return {out.psi, detail::Nearby(arm, scene, m, out.psi).find(true)};
+        out = {psi, nearest};
+        if (!near) return out;
+        if (nearest.distance < scene.clearance || left_out.count == detail::LeftOut::most) return out;
+        leaves(nearest.distance - widest_rule::below, found);
+        if (found.empty() || !detail::rests(arm, scene, m, widest_arc(found), left_out, nearest.pair))
+            return out;
+        left_out.pair[left_out.count++] = nearest.pair;
+        own = found;
+    }
+    return out;
 }
 
 }  // namespace armangle

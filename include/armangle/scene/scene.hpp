@@ -54,7 +54,8 @@ inline constexpr int group_blocks = 8, group_groups = 16;
 inline constexpr int few_parts = 2;
 inline constexpr int most_parts = 64, most_links = 254, most_obstacles = 65000;
 inline constexpr std::uint16_t no_ball = 0xffff;
-/// m beyond the clearance that own pairs are proven apart, so that no rounding asks them again.
+/// m beyond the clearance that own pairs are proven apart, or below it that they are always near: farther
+/// than any rounding.
 inline constexpr double spare_apart = 1e-6;
 
 /// Obstacles are counted: those of the user, then own rods of link 0, then what is held, then what swings,

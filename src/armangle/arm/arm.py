@@ -1384,7 +1384,8 @@ class Arm(FrozenValue):
         gc : array_like of int, shape (...)
             Global configuration 0..7.
         scene : Scene
-            Its `clearance` is not taken off: distances are those of surfaces.
+            Its `clearance` is not taken off: distances are those of surfaces. Own links and the hand are
+            obstacles too; where ``psi_rate`` is 0 the arm angle does not move the pair (`widest`).
         threads : int
             Threads for a batch; 0 for all cores.
 
@@ -1416,9 +1417,12 @@ class Arm(FrozenValue):
         """Return the feasible arm angle that keeps the links farthest from the obstacles.
 
         The arcs that keep clear shrink as the clearance that is asked grows; the greatest that leaves one is
-        found by bisection. Where nothing is clear it is the arm angle that fails by least: a distance below
-        the scene's clearance says by how much. It is NaN where no arm angle keeps the limits, or where links
-        stand in obstacles with their very axes at each of them.
+        found by bisection. Where the nearest pair keeps its distance on a whole arc, as shoulder and floor
+        do, or a hand and the forearm at the wrist, the next pair decides within that arc, and ``nearest`` is
+        the one that decided; of all pairs `clearance` tells. (Of an arm with a chain of its own any pair
+        decides.) Where nothing is clear it is the arm angle that fails by least: a distance below the scene's
+        clearance says by how much. It is NaN where no arm angle keeps the limits, or where links stand in
+        obstacles with their very axes at each of them.
 
         Parameters
         ----------
@@ -1984,7 +1988,7 @@ class Arm(FrozenValue):
         Returns
         -------
         Diagnosis
-            ``branches[k]`` is that of GC k; ``explain()`` says it in words. Of a pose that none holds
+            ``branches[k]`` is that of GC k; ``explain()`` says it in words. Of a pose beyond all limits
             ``instead`` is what ``solve(pose, outside="nearest")`` finds.
 
         Raises
@@ -2004,6 +2008,7 @@ class Arm(FrozenValue):
         segment = np.empty((1, _core.SEGMENT_WIDTH))
         _core.path_waypoints(frame[None], segment)
         branches = tuple(map(branch_of, self._handle.explain_pose(segment, margin)))
+        within = any(branch.ok for branch in branches)  # the limits; a scene may block it nevertheless
         if scene is not None:
             branches = tuple(
                 replace(self._meets(branch, frame, scene, margin), scene=True) for branch in branches
@@ -2011,7 +2016,7 @@ class Arm(FrozenValue):
         nearest = np.empty((4, 4))
         gap = self._handle.nearest_pose(frame, nearest)
         found = Diagnosis(branches, path=False, nearest=nearest, nearest_gap=gap)
-        return found if found.ok else self._with_instead(found, frame, margin)
+        return found if within else self._with_instead(found, frame, margin)
 
     def _with_instead(self, found: Diagnosis, pose: Floats, margin: float) -> Diagnosis:
         """Return the finding about a pose that no branch holds, with the nearest that the arm can take."""

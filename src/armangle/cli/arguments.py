@@ -141,10 +141,14 @@ def with_body(arm: Arm, args: argparse.Namespace) -> tuple[Arm, Scene | None]:
 
 def _refuse_unusable(arm: Arm, scene: Scene, file: str) -> None:
     """Refuse a scene that does not fit the arm, with its file's name; what is made ready here is kept."""
-    try:
-        arm._scene(scene)
-    except SceneError as error:
-        raise InputError(f"{file}: {error}") from None
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        try:
+            arm._scene(scene)
+        except SceneError as error:
+            raise InputError(f"{file}: {error}") from None
+    for warning in caught:
+        note(f"armangle: {warning.message}")
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:

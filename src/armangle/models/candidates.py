@@ -120,6 +120,16 @@ class Tree:
             body = self.joints[self.over[body]].above
         return self.bodies[body].links[0]
 
+    def instead_of(self, base: str, tip: str) -> str:
+        """Return what to do where more than an arm lies between base and tip, from "; " on; else nothing."""
+        near = self.base_above(tip)
+        if near == base or len(self.way_up(self.body_of(tip))) < JOINTS:
+            return ""
+        return (
+            f"; base={near!r} leaves the last {JOINTS}: then arm.with_(base=T @ arm.base) puts the arm into "
+            f"the frame of {base!r}, T being the pose of {near!r} in it"
+        )
+
 
 @dataclass(frozen=True)
 class Candidate:

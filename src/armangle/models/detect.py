@@ -178,14 +178,20 @@ def _refuse_unless_srs(chain: Chain, axes: Axes, angle: float, length: float) ->
     if not reasons:
         return
     sentences = tuple(reason.sentence for reason in reasons)
-    message = f"{chain.name!r} ({chain.base} to {chain.tip}) is not S-R-S: {'; '.join(sentences)}."
     found = nearness(axes)
-    hint = offset_hint(chain)
-    if hint:
-        message += f" {hint}"
-    if found.near:
-        message += f" {_near_sentence(chain, found, angle, length)}"
-    raise NotSRSError(message, sentences, found.near)
+    hint, near = offset_hint(chain), ""
+    if found.near:  # what to do comes first: the reasons are long
+        hint = f"{hint} {_INEXACT}" if hint else _INEXACT
+        near = f" {_near_sentence(chain, found, angle, length)}"
+    advice = f"{hint} The reasons: " if hint else ""
+    what = f"{chain.name!r} ({chain.base} to {chain.tip}) is not S-R-S"
+    raise NotSRSError(f"{what}: {advice}{'; '.join(sentences)}.{near}", sentences, found.near)
+
+
+_INEXACT = (
+    "exact=False (on the command line --inexact) takes it as it is, with the chain of the file and its poses "
+    "to rounding."
+)
 
 
 def _near_sentence(chain: Chain, found: Nearness, angle: float, length: float) -> str:
@@ -198,8 +204,7 @@ def _near_sentence(chain: Chain, found: Nearness, angle: float, length: float) -
     return (
         f"It is near S-R-S: nothing is off by more than {' and '.join(off)}. The S-R-S arm fitted to it "
         f"differs from it by up to {millimetres(position)} and {np.degrees(rotation):.3g} deg at the tip; "
-        f"{' and '.join(wanted)} {'take' if len(wanted) > 1 else 'takes'} that arm; exact=False (on the "
-        "command line --inexact) keeps the chain of the file, and its poses to rounding."
+        f"{' and '.join(wanted)} {'take' if len(wanted) > 1 else 'takes'} that arm."
     )
 
 

@@ -265,15 +265,21 @@ class _Model:
         if tip is None:
             base, tip = guess(self.tree(), self.between, base, None, self.fail)
         elif base is None:
-            site = None if self.find("body", tip) is not None else self.find("site", tip)
-            above = tip if site is None else self.name("body", int(self.model.site_bodyid[site]))
-            self.body(above, "tip")
-            base = self.tree().base_above(above)
+            base = self.tree().base_above(self.body_above(tip))
         chain = self.between(base, tip)
         if len(chain.joints) != JOINTS:
             names = ", ".join(joint.name for joint in chain.joints) or "none"
-            self.fail(f"{len(chain.joints)} hinges from {base!r} to {tip!r}, wanted {JOINTS}: {names}")
+            instead = self.tree().instead_of(base, self.body_above(tip))
+            found = f"{len(chain.joints)} hinges from {base!r} to {tip!r}"
+            self.fail(f"{found}, wanted {JOINTS}: {names}{instead}")
         return chain
+
+    def body_above(self, tip: str) -> str:
+        """Return the name of the body that a tip is, or is a site of."""
+        site = None if self.find("body", tip) is not None else self.find("site", tip)
+        above = tip if site is None else self.name("body", int(self.model.site_bodyid[site]))
+        self.body(above, "tip")
+        return above
 
     def hinge(self, index: int, frame: FloatArray) -> Joint:
         """Return a joint whose body sits at ``frame`` at the model's reference position."""

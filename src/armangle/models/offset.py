@@ -105,7 +105,7 @@ def offset_hint(chain: Chain) -> str:
         if found.a_1
         else f"an offset wrist, a_6 = {millimetres(abs(found.a_6))}"
     )
-    return f"It is S-R-S but for {what}: armangle.OffsetArm takes it, from the same file."
+    return f"armangle.OffsetArm takes it, from the same file: it is S-R-S but for {what}."
 
 
 def _read(chain: Chain) -> OffsetDescription:

@@ -17,7 +17,7 @@ from ..arm.roll import Roll
 from ..errors import PathError, UnreachableError
 from ..scenes.scene import Scene
 from ..status import STATUSES, Status
-from .paths import Path, Segments, checked_parameters
+from .paths import NO_DEVIATION, Deviation, Path, Segments, checked_parameters
 
 _ORDERS = 3
 _TURN = 2 * np.pi
@@ -218,6 +218,11 @@ class JointPath:
         return int(bad[0]) if len(bad) else None
 
     @property
+    def deviation(self) -> Deviation:
+        """How far rounded corners (`blend`) are off the tool path given, at most: m and rad; else zero."""
+        return self.path.deviation if isinstance(self.path, Segments) else NO_DEVIATION
+
+    @property
     def clearance(self) -> Floats:
         """Least distance between links and obstacles at each row, m; NaN without a scene or a posture."""
         return self._nearest()[0]
@@ -360,7 +365,8 @@ class JointPath:
             if len(self) == 0:
                 return "There is no pose."
             count = "The one pose is" if one else f"All {len(self)} poses are"
-            return f"{count} solved within all limits{proven}.{self._rounded()}{self._unproven()}"
+            clear = " and clear of the scene" if self.scenes else ""
+            return f"{count} solved within all limits{clear}{proven}.{self._rounded()}{self._unproven()}"
         done = int((self.status == Status.OK).sum())
         sentence = STATUSES[self.status[at]].sentence
         if one:
@@ -370,9 +376,9 @@ class JointPath:
 
     def _rounded(self) -> str:
         """Return by how much rounded corners are off, as a sentence with a space before it, or nothing."""
-        if not isinstance(self.path, Segments) or max(self.path.deviation) == 0:
+        position, rotation = self.deviation
+        if max(position, rotation) == 0:
             return ""
-        position, rotation = self.path.deviation
         return f" Corners are rounded by at most {1e3 * position:.3g} mm and {np.degrees(rotation):.3g} deg."
 
     def _unproven(self) -> str:

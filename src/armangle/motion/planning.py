@@ -150,7 +150,7 @@ def plan(
         Where the tool goes; positions in m. Poses are `Waypoints`, a list is `Segments`.
     blend : float
         Corners of the path are rounded from this far before them to this far behind, m: position and
-        rotation twice differentiable. ``path.deviation`` of the result says how far off that is at most.
+        rotation twice differentiable. ``deviation`` of the result says how far off that is at most.
     start, goal : array_like, shape (7,), optional
         Joints at s = 0 and s = 1, rad. They fix the global configuration, the arm angle and the windings
         there; without them the best are chosen. They must belong to the path's first and last pose, within

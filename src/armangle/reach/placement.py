@@ -133,7 +133,8 @@ def place(
     x, y : array_like, shapes (nx,), (ny,)
         Where axis 1 may stand, m: all pairs are tried.
     z : float
-        Height of the base's origin (frame 0, from which d_bs counts), m.
+        Height of the base's origin (frame 0, from which d_bs counts), m. It is not scanned: of several
+        heights ``max((place(arm, poses, x, y, z=z) for z in heights), key=lambda p: p.reached.max())``.
     weight : array_like, shape (n,), optional
         What each pose counts, >= 0; 1 by default.
     singularity_margin : float

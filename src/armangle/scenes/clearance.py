@@ -49,8 +49,8 @@ class Widest(NamedTuple):
     """The arm angles that keep all limits and clear of a scene, and of them the one farthest from it.
 
     ``arcs`` of shape (...), as of `Arm.feasible`; ``psi (...)`` rad; ``nearest`` is the pair that is nearest
-    there, of those that the arm angle moves. Where the limits leave nothing, or links stand so deep in
-    obstacles that none of the arm angles is clear even of their cores, psi is NaN. A distance below the
+    there, of those that the arm angle can move away. Where the limits leave nothing, or links stand so deep
+    in obstacles that none of the arm angles is clear even of their cores, psi is NaN. A distance below the
     scene's clearance says by how much a refusal fails. Among fields psi is the best to within two hundredths
     of a spacing.
     """

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from .._arrays import JOINTS, Floats, Ints
+from .._arrays import JOINTS, MILLIMETRES, Floats, Ints
 from .._core import Within
 from ..errors import SceneError
 from .scene import Pairs, Scene, no_scene
@@ -154,7 +155,26 @@ def make_ready(arm: Built, scene: Scene, last: Ready | None = None) -> Ready:
         scene.clearance,
         scene.soft,
     )
-    return Ready(handle, PairNames(tuple(obstacles), tuple(link.name for link in links)), apart)
+    names = PairNames(tuple(obstacles), tuple(link.name for link in links))
+    if arm.chain is None and last is None:  # once an arm; a plan asks wider scenes than the user's
+        code, most = handle.always_near(arm._handle)
+        _warn_of_always_near(names.pair(code), most)
+    return Ready(handle, names, apart)
+
+
+def _warn_of_always_near(pair: tuple[str, str] | None, most: float) -> None:
+    """Warn of two own shapes that are nearer than the scene asks in every posture, `most` m apart at most."""
+    if pair is None:
+        return
+    apart = f"overlap by at least {-most * MILLIMETRES:.3g} mm"
+    if most >= 0:
+        apart = f"are never more than {most * MILLIMETRES:.3g} mm apart"
+    warnings.warn(
+        f"{pair[0]} and {pair[1]} of this arm {apart}, in every posture, so that no arm angle is clear: "
+        f"make their shapes smaller, or let them touch by Scene(..., ignore=[{pair}])",
+        UserWarning,
+        stacklevel=3,
+    )
 
 
 def _refuse_millimetres(arm: Built, scene: Scene) -> None:

@@ -14,6 +14,7 @@ from ..poses import rows_from_poses
 from ..reach.voxels import Voxels
 from .solids import Solid
 from .state import ViewerState
+from .surfaces import lowest
 from .surroundings import Surroundings
 
 _FREE_RGB = (40, 40, 40)
@@ -29,7 +30,7 @@ _EYE = 1.2 * np.array([0.95, -1.15, 0.75])
 _PANEL_SIDE = np.array([0.41, 0.34, 0.0])  # to the right as the eye sees it: the panel covers that side
 _GIZMO = 0.22
 _LINE, _GHOST_LINE = 0.012, 0.02
-_GRID_CELL = 0.1
+_GRID_CELL, _BELOW = 0.1, 0.002  # m
 _FEW_RGB, _ALL_RGB = (60, 20, 90), (250, 230, 40)
 _POINT = 0.25  # of a voxel's edge: what lies behind is seen too
 
@@ -86,8 +87,12 @@ class Scene:
         centre += _PANEL_SIDE * size
         camera = server.initial_camera
         camera.position, camera.look_at, camera.up = centre + _EYE * size, centre, (0.0, 0.0, 1.0)
+        floor = base.copy()  # below the obstacles too: it hides what lies under it
+        shapes = () if state.scene is None else state.scene.shapes
+        below = min([floor[2], *(lowest(shape) - _BELOW for shape in shapes)])
+        floor[2] = max(below, floor[2] - 3 * size)
         server.scene.add_grid(
-            "/floor", width=3 * size, height=3 * size, cell_size=_GRID_CELL, position=base, plane="xy"
+            "/floor", width=3 * size, height=3 * size, cell_size=_GRID_CELL, position=floor, plane="xy"
         )
 
     def _add_target(self, api: Any, solids: list[Solid]) -> Any:

@@ -42,6 +42,14 @@ def surface(shape: Shape, size: float) -> tuple[Floats, Any]:
     raise TypeError(f"{type(shape).__name__} has points and no surface")
 
 
+def lowest(shape: Shape) -> float:
+    """Return the lowest z of what is drawn of a shape, m; of a half-space that is no floor infinity."""
+    if isinstance(shape, HalfSpace):
+        return shape.offset if shape.normal[2] == 1.0 else np.inf
+    drawn = points_of(shape)[0] if isinstance(shape, Cloud | Field) else surface(shape, 1.0)[0]
+    return float(drawn[:, 2].min(initial=np.inf))
+
+
 def points_of(shape: Cloud | Field) -> tuple[Floats, float]:
     """Return points (N, 3) to draw a cloud or a field by, m, and how large.
 
@@ -60,9 +68,11 @@ def _rounded(corners: Floats, radius: float) -> tuple[Floats, Any]:
     """Return the surface of a convex hull, rounded: in each direction its farthest corner, and the radius."""
     height = np.linspace(-np.pi / 2, np.pi / 2, _RINGS)[:, None]
     turn = (np.arange(_SEGMENTS) + 0.5) * (2 * np.pi / _SEGMENTS)
-    way = np.stack(np.broadcast_arrays(
-        np.cos(height) * np.cos(turn), np.cos(height) * np.sin(turn), np.sin(height)
-    ), axis=-1).reshape(-1, 3)  # fmt: skip
+    width = np.cos(height)
+    width[[0, -1]] = 0.0  # a pole is one point, from which a face fans out, and no ring of corners about it
+    way = np.stack(
+        np.broadcast_arrays(width * np.cos(turn), width * np.sin(turn), np.sin(height)), axis=-1
+    ).reshape(-1, 3)
     vertices = corners[np.argmax(way @ corners.T, axis=1)] + radius * way
     row = np.arange(_RINGS - 1)[:, None] * _SEGMENTS
     here, after = np.arange(_SEGMENTS), (np.arange(_SEGMENTS) + 1) % _SEGMENTS

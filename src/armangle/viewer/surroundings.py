@@ -13,7 +13,7 @@ from .surfaces import points_of, surface
 
 OBSTACLE_RGB, BODY_RGB, TOUCHED_RGB = (92, 120, 160), (230, 170, 60), (214, 48, 39)
 _OBSTACLE_OPACITY, _BODY_OPACITY = 0.55, 0.3
-_HANDLE, _BEYOND = 0.12, 0.8  # of the reach, of the largest edge: what a box is dragged by
+_HANDLE, _LARGEST, _BEYOND = 0.12, 0.3, 0.8  # of the reach, of it, of the largest edge: a box's handle
 _LINE = 0.008
 
 
@@ -68,7 +68,7 @@ class Surroundings:
         self._nodes.setdefault(name, []).append((node, colour))
 
     def _add_handle(self, at: int, box: Box) -> Any:
-        scale = max(_HANDLE * self._size, _BEYOND * max(box.size))
+        scale = min(max(_HANDLE * self._size, _BEYOND * max(box.size)), _LARGEST * self._size)
         return self._api.add_transform_controls(f"/boxes/{at}", scale=scale, depth_test=False, opacity=0.7)
 
     def update(self, held: str | None) -> None:

@@ -194,10 +194,14 @@ def read_urdf(
     steps = _path(robot, above, base, tip)
     moving = [joint for joint, _ in steps if joint.kind != "fixed"]
     for joint in moving:
+        if joint.kind in _REFUSED:
+            instead = _tree(robot, above).instead_of(base, tip)
+            robot.fail(f"joint {joint.name!r} on the path is {joint.kind}, wanted revolute{instead}", joint)
         _refuse_unless_rotating(robot, joint)
     if len(moving) != JOINTS:
         names = ", ".join(joint.name for joint in moving) or "none"
-        robot.fail(f"{len(moving)} moving joints from {base!r} to {tip!r}, wanted {JOINTS}: {names}")
+        instead = _tree(robot, above).instead_of(base, tip)
+        robot.fail(f"{len(moving)} moving joints from {base!r} to {tip!r}, wanted {JOINTS}: {names}{instead}")
     chain = chain_along(robot, base, tip, steps, continuous_limits)
     for line in chain.notes:
         if _NOT_USED in line:
@@ -359,9 +363,7 @@ def _rotates(joint: JointElement) -> bool:
 
 
 def _refuse_unless_rotating(robot: RobotElement, joint: JointElement) -> None:
-    """Refuse a joint on the path that is not a free rotation."""
-    if joint.kind in _REFUSED:
-        robot.fail(f"joint {joint.name!r} on the path is {joint.kind}, wanted revolute", joint)
+    """Refuse a joint on the path that is not a free rotation, of those that may be meant as one."""
     if joint.kind not in _MOVING:
         robot.fail(f"joint {joint.name!r} on the path has unknown type {joint.kind!r}", joint)
     if "mimic" in joint.parts:
