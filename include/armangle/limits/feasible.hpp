@@ -62,6 +62,13 @@ inline Status tell_ends(const LimitTable& t, const JointFunctions<double>& shoul
     return out.empty() ? Status::LIMITS : Status::OK;
 }
 
+/// The set that is left, likewise.
+inline Status finish(const LimitTable& t, const JointFunctions<double>& shoulder,
+                     const JointFunctions<double>& wrist, const Blocked& blocked, ArcSet& out) noexcept {
+    free_arcs(blocked, out);
+    return tell_ends(t, shoulder, wrist, out);
+}
+
 /// Whether the first and the last joint of a side, turning about one axis, can share their turn within their
 /// limits: the pose fixes theta_last + theta_first (theta_last - theta_first where the hinge between them is
 /// pi).
@@ -110,22 +117,8 @@ inline constexpr unsigned all_joints = (1u << joints) - 1;
 /// Whether the blocked arcs may leave psi that are feasible by themselves: those of a locked joint, those at
 /// which a joint turns back at its limit, and those at or beside a singular posture, where a joint turns
 /// through its whole range on an arc below the tolerance.
-/// A place where blocked arcs meet is `narrow`: there two joints may come to their limits at once.
-inline bool may_isolate(const LimitTable& t, const Blocked& blocked, const ArcSet& out,
-                        bool narrow) noexcept {
-    return narrow || t.locked || (out.empty() && (!blocked.all || blocked.touching));
-}
-
-/// The set that is left but for isolated psi, and whether there may be some; the joint functions are those of
-/// the shoulder's sign and of the wrist's.
-struct Left {
-    Status status;
-    bool may_isolate;
-};
-inline Left finish(const LimitTable& t, const JointFunctions<double>& shoulder,
-                   const JointFunctions<double>& wrist, const Blocked& blocked, ArcSet& out) noexcept {
-    const bool narrow = free_arcs(blocked, out);
-    return {tell_ends(t, shoulder, wrist, out), may_isolate(t, blocked, out, narrow)};
+inline bool may_isolate(const LimitTable& t, const Blocked& blocked, const ArcSet& out) noexcept {
+    return t.locked || (out.empty() && (!blocked.all || blocked.touching));
 }
 
 /// Who makes an isolated psi of these directions: a hinge at 0 or pi, or of the limits of `which` the one
@@ -220,8 +213,8 @@ ARMANGLE_INLINE Status elbow_status(const SelfMotion<double>& m, const LimitTabl
 namespace detail {
 
 /// The arcs that all joints but the fourth leave, and what they block.
-inline Left free_of_all(const JointFunctions<double>& f, const LimitTable& t, Blocked& blocked,
-                        ArcSet& out) noexcept {
+inline Status free_of_all(const JointFunctions<double>& f, const LimitTable& t, Blocked& blocked,
+                          ArcSet& out) noexcept {
     Boundaries b;
     boundaries(t, f, b);
     for (int h = 0; h < hinges; ++h) block_hinge(t, f, b, h, blocked);
@@ -233,9 +226,9 @@ inline Left free_of_all(const JointFunctions<double>& f, const LimitTable& t, Bl
 ARMANGLE_INLINE Status moving_joints(const SelfMotion<double>& m, const JointFunctions<double>& f,
                                      const LimitTable& t, ArcSet& out) noexcept {
     Blocked blocked;
-    const Left left = free_of_all(f, t, blocked, out);
-    if (!left.may_isolate) [[likely]]
-        return left.status;
+    const Status status = free_of_all(f, t, blocked, out);
+    if (!may_isolate(t, blocked, out)) [[likely]]
+        return status;
     return add_isolated(t, m, f, f, blocked, out);
 }
 
@@ -271,8 +264,8 @@ inline Status joint_arcs(const SelfMotion<double>& m, const JointFunctions<doubl
         if (pivot_joint[p] == joint) block_pivots(t, f, b, pivot_bits(p), blocked);
     for (int h = 0; h < hinges; ++h)
         if (hinge_joint[h] == joint) block_hinge(t, f, b, h, blocked);
-    const detail::Left left = detail::finish(t, f, f, blocked, out);
-    if (!left.may_isolate) return left.status;
+    const Status status = detail::finish(t, f, f, blocked, out);
+    if (!detail::may_isolate(t, blocked, out)) return status;
     return detail::add_isolated(t, m, f, f, blocked, out, 1u << joint);
 }
 

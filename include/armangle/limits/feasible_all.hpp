@@ -76,9 +76,9 @@ ARMANGLE_INLINE Status feasible(const Arm& arm, const Pose<double>& pose, int gc
         return elbow == Status::ELBOW_LIMIT ? detail::feasible_again(arm, pose, gc, t, out) : elbow;
     Blocked blocked;
     const bool hides = detail::may_hide(t, m.circle, f);
-    const detail::Left left = detail::free_of_all(f, t, blocked, out);
-    if (!left.may_isolate && !(hides && out.empty())) [[likely]]
-        return left.status;
+    const Status status = detail::free_of_all(f, t, blocked, out);
+    if (!detail::may_isolate(t, blocked, out) && !(hides && out.empty())) [[likely]]
+        return status;
     return detail::feasible_again(arm, pose, gc, t, out);
 }
 
@@ -106,9 +106,8 @@ inline void feasible_all(const Arm& arm, const Pose<double>& pose, const LimitTa
                 Blocked both = sides[shoulder].shoulder;
                 detail::append(sides[wrist].wrist, both);
                 const JointFunctions<double>&of_shoulder = sides[shoulder].f, &of_wrist = sides[wrist].f;
-                const detail::Left left = detail::finish(t, of_shoulder, of_wrist, both, arcs);
-                out.status[gc] = left.status;
-                if (left.may_isolate) [[unlikely]]
+                out.status[gc] = detail::finish(t, of_shoulder, of_wrist, both, arcs);
+                if (detail::may_isolate(t, both, arcs)) [[unlikely]]
                     out.status[gc] = detail::add_isolated(t, m, of_shoulder, of_wrist, both, arcs);
             }
             if (detail::joints_tell(t, arcs, out.status[gc], hides)) [[unlikely]]

@@ -130,9 +130,9 @@ void each_branch(const Arm& arm, const Circle<double>& circle, const LimitTable&
                 const JointFunctions<double>&of_shoulder = sides[shoulder].f, &of_wrist = sides[wrist].f;
                 const bool narrow = free_arcs(both, arcs);
                 now = tell_ends(*table, of_shoulder, of_wrist, arcs);
-                // a psi at which a joint turns back adds nothing to what holds the pose, but turns of its own
-                const bool beside = which != all_pivots && both.touching;
-                if (beside || may_isolate(*table, both, arcs, narrow))
+                // a psi beside arcs adds nothing to what holds the pose, but turns of its own
+                const bool beside = which != all_pivots && (narrow || both.touching);
+                if (beside || may_isolate(*table, both, arcs))
                     now = add_isolated(*table, m, of_shoulder, of_wrist, both, arcs, counted);
             }
             if (each(gc, now, arcs, sides[shoulder].f, sides[wrist].f)) return;
@@ -207,13 +207,19 @@ inline void tell_branch(const Arm& arm, const Pose<double>& pose, const Circle<d
 struct Half {
     Blocked blocked;
     ArcSet free;
-    bool narrow;  // blocked arcs touch
 };
 
-/// What the two halves of a branch have in common.
-struct Common {
-    bool held = false, touching = false;  // arcs; a place where arcs touch
-};
+/// Whether a blocked arc begins within the tolerance of where another ends, however many turns apart.
+inline bool touches(const Blocked& a, const Blocked& b) noexcept {
+    bool found = false;
+    for (int i = 0; i < a.count; ++i)
+        for (int k = 0; k < b.count; ++k) {
+            const double apart = a.arc[i].lower - b.arc[k].upper;
+            found |= abs(apart) < tolerance::angle;
+            found |= abs(apart + two_pi) < tolerance::angle;
+        }
+    return found;
+}
 
 /// Whether a hinge is beyond its limits for every psi, by more than rounding, with either sign.
 ARMANGLE_INLINE bool is_shut(const LimitTable& t, const JointFunctions<double>& f) noexcept {
@@ -307,16 +313,19 @@ ARMANGLE_INLINE bool each_pair(const Arm& arm, const Circle<double>& c, const Li
                     Half& now = half[branch][h];
                     block_hinge(t, f, b, h, now.blocked);
                     block_pivots(t, f, b, h == 0 ? shoulder_pivots : wrist_pivots, now.blocked);
-                    now.narrow = free_arcs(now.blocked, now.free);
+                    free_arcs(now.blocked, now.free);
                 }
             }
             const Half &one = half[shoulder][0], &other = half[wrist][1];
             if (one.blocked.touching || other.blocked.touching) return false;
             if (one.blocked.all || other.blocked.all) continue;
-            Common common;
-            if (each(shoulder + 2 * side + 4 * wrist, one.free, other.free, common)) return true;
-            if (one.narrow || other.narrow || common.touching) return false;
-            if (common.held) status = Status::OK;
+            bool held = false;
+            if (each(shoulder + 2 * side + 4 * wrist, one.free, other.free, held)) return true;
+            if (held)
+                status = Status::OK;
+            else if (touches(one.blocked, one.blocked) || touches(other.blocked, other.blocked) ||
+                     touches(one.blocked, other.blocked) || touches(other.blocked, one.blocked))
+                return false;
         }
     }
     return !hides;
@@ -328,14 +337,14 @@ ARMANGLE_INLINE bool each_pair(const Arm& arm, const Circle<double>& c, const Li
 inline Freedom freedom(const Arm& arm, const Pose<double>& pose, const LimitTable& t) noexcept {
     const Circle<double> c = circle(arm, flange_pose(arm, pose));
     Freedom out{0, 0, 0, 0, is_folded(c) ? Status::FOLDED : Status::UNREACHABLE};
-    const auto add = [&](int gc, const ArcSet& shoulder, const ArcSet& wrist, detail::Common& common) {
-        common.touching = each_common(shoulder, wrist, [&](double lower, double upper) {
-            common.held = true;
+    const auto add = [&](int gc, const ArcSet& shoulder, const ArcSet& wrist, bool& held) {
+        each_common(shoulder, wrist, [&](double lower, double upper) {
+            held = true;
             ++out.arcs;
             out.total += upper - lower;
             out.widest = max(out.widest, upper - lower);
         });
-        out.gc = static_cast<std::uint8_t>(out.gc | common.held << gc);
+        out.gc = static_cast<std::uint8_t>(out.gc | held << gc);
         return false;
     };
     const auto never = [](const JointFunctions<double>&) { return false; };
@@ -349,9 +358,9 @@ inline bool is_reachable(const Arm& arm, const Pose<double>& pose, const LimitTa
     const Circle<double> c = circle(arm, flange_pose(arm, pose));
     bool reached = false;
     Status status = Status::UNREACHABLE;
-    const auto look = [&](int, const ArcSet& shoulder, const ArcSet& wrist, detail::Common& common) {
-        common.touching = each_common(shoulder, wrist, [&](double, double) { common.held = true; });
-        return reached = common.held;
+    const auto look = [&](int, const ArcSet& shoulder, const ArcSet& wrist, bool& held) {
+        each_common(shoulder, wrist, [&](double, double) { held = true; });
+        return reached = held;
     };
     const auto glance = [&](const JointFunctions<double>& f) {
         return reached = detail::holds_at_a_glance(t, f);

@@ -547,9 +547,10 @@ private:
             Blocked both = sides[shoulder].shoulder;
             append(sides[wrist].wrist, both);
             ArcSet& arcs = arcs_.arcs[gc];
-            const Left left = finish(limits_, sides[shoulder].f, sides[wrist].f, both, arcs);
-            arcs_.status[gc] = left.status;
-            if (left.may_isolate)
+            const bool narrow =
+                free_arcs(both, arcs);  // a corner of two limits: its only psi may be the nearest
+            arcs_.status[gc] = tell_ends(limits_, sides[shoulder].f, sides[wrist].f, arcs);
+            if (narrow || may_isolate(limits_, both, arcs))
                 arcs_.status[gc] =
                     add_isolated(limits_, e.motion, sides[shoulder].f, sides[wrist].f, both, arcs);
             for (int side = 0; side < 2; ++side)

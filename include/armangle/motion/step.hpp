@@ -9,7 +9,7 @@
 
 #include "../circle/forward.hpp"
 #include "../circle/inverse.hpp"
-#include "../limits/settled.hpp"
+#include "../limits/relaxed.hpp"
 #include "pace.hpp"
 #include "bounds.hpp"
 #include "../scene/proximity.hpp"
@@ -21,8 +21,6 @@ namespace step_rule {
 inline constexpr double length =
     0.2;                             // m that a radian counts as, of the nearest pose where limits forbid all
 inline constexpr int halvings = 40;  // of the way out of a blocked arc, to what the bounds leave of it
-inline constexpr double straight = 0.05;   // |sin| of theta_2, theta_4, theta_6 below which joints are asked
-inline constexpr double stretched = 1e-5;  // of the elbow's bend below which it has no side (rad)
 }  // namespace step_rule
 
 /// What is carried from one pose to the next: the number psi (the paper), or the elbow axis itself.
@@ -245,8 +243,7 @@ public:
         branch_[0] = own ? *own : begin(pose, psi, parts);
         if (!own && plain(out)) return out;
         if (exact(psi, out)) return finished(Status::OK, Status::OK, out);
-        Status why = refusal();
-        if (settle(pose, why, out)) return finished(Status::OK, Status::OK, out);
+        const Status why = refusal();
         const bool blocked = why == Status::LIMITS || why == Status::WINDING_EXHAUSTED;
         const Circle<double>& c = branch_[0].motion->circle;
         if (options_.scene) {  // the way to another pose's posture may not be clear
@@ -401,42 +398,6 @@ private:
         }
         step.within(*b.arcs, {}, within);
         return step.nearest(within, wish);
-    }
-
-    /// A posture of the pose beside the present joints, looked for in the joints themselves: where a hinge or
-    /// the elbow is about straight psi has too few digits to tell whether limits are kept.
-    /// It has the side of the elbow, unless that is no more than rounding.
-    bool settle(const Pose<double>& pose, Status& why, Step& out) const noexcept {
-        const bool limits = why == Status::LIMITS || why == Status::WINDING_EXHAUSTED ||
-                            why == Status::ELBOW_LIMIT || why == Status::JOINT_JUMP;
-        const double bend = min(min(abs(std::sin(now_.theta[1])), abs(std::sin(now_.theta[3]))),
-                                abs(std::sin(now_.theta[5])));
-        if (!limits || options_.scene || limits_.margin > 0 || bend > step_rule::straight) return false;
-        // stretched the elbow does not bend by itself: it begins as the pose asks, and may to either side
-        const SinCos<double>& bent = branch_[0].motion->elbow.theta_4;
-        const double theta_4 = atan2(bent.sin, bent.cos), straight = arm_.delta_angle;
-        const int side = index(configuration(arm_, now_.theta)) & 2;
-        const bool either = abs(std::sin(now_.theta[3] - straight)) <= step_rule::stretched;
-        return settle_from(theta_4, pose, either ? -1 : side, why, out) ||
-               (either && settle_from(2 * straight - theta_4, pose, -1, why, out));
-    }
-
-    /// The same from the present joints with another theta_4, if the posture has that side of the elbow; -1:
-    /// either.
-    bool settle_from(double theta_4, const Pose<double>& pose, int side, Status& why,
-                     Step& out) const noexcept {
-        int rounds = settled_rule::rounds;
-        Joints start;
-        for (int j = 0; j < joint_slots; ++j) start.q[j] = q_now_[j];
-        start.q[3] = lift(to_q(arm_, 3, theta_4), q_now_[3]);
-        const Relaxed at = settled(arm_, arm_.limits, start, pose, {}, 0.0, rounds);
-        if (!meets(arm_, at) || largest_move(at.at.q, q_now_) > options_.max_joint_step) return false;
-        for (int j = 0; j < joint_slots; ++j) out.q[j] = at.at.q[j];
-        place(out);
-        if ((side >= 0 && (out.gc & 2) != side) || (options_.gc >= 0 && options_.gc != out.gc)) return false;
-        const bool asked = !options_.allowed || contains(*options_.allowed, out.psi);
-        if (!asked) why = Status::NOT_ALLOWED;
-        return asked && (!options_.bounds || keeps(arm_, bounds_, q_now_, out.q, options_.max_joint_step));
     }
 
     /// Out of what links touch at psi, as far as a step may go, towards that end of the blocked arc to which

@@ -43,7 +43,7 @@ inline constexpr double spacing = 0.2;  // of neighbouring postures in phi (rad)
 inline constexpr double beside = 5e-3;  // of the phi where a joint's windings end (rad)
 inline constexpr int least = 5;         // postures on an arc, however narrow
 inline constexpr double move = 0.5;     // a joint moves at most this from one to the next (rad) ...
-inline constexpr int passes = 12;       // ... after at most so many insertions between
+inline constexpr int passes = 4;        // ... after at most so many insertions between
 inline constexpr int windings = 2;      // of a joint at most, either way from the middle of its range
 }  // namespace candidate_rule
 
@@ -96,19 +96,12 @@ public:
             add_ends(l, tube.arc(l)[k]);
             solve(l, points_);
             for (int pass = 0; pass < candidate_rule::passes && refine(l); ++pass) {}
-            for (const Point& p : points_)
-                if (!is_end(p, l, tube.arc(l)[k])) put(p, k, window, out);
-            add_held(tube.arc(l)[k]);
-            solve(l, points_);
             for (const Point& p : points_) put(p, k, window, out);
         }
     }
 
     /// Joints that the windings of a first section are chosen near, instead of the middle of their ranges.
     void set_reference(const double* q) noexcept { reference_ = q; }
-
-    /// A phi that each section tries, as the start has it, or the goal.
-    void hold(double phi) noexcept { held_[held_count_++] = phi; }
 
     /// Whether the limits leave more windings at the first section than were taken.
     bool left_windings_out() const noexcept { return left_out_; }
@@ -150,29 +143,12 @@ private:
         points_.clear();
         const double width = arc.upper - arc.lower;
         const int n = std::max(candidate_rule::least, static_cast<int>(width / candidate_rule::spacing) + 1);
-        if (!full) points_.push_back({arc.lower, {}});
         for (int i = 0; i < n; ++i) points_.push_back({arc.lower + width * (i + (full ? 0.0 : 0.5)) / n, {}});
-        if (!full) points_.push_back({arc.upper, {}});
     }
 
-    void add_held(const Arc& arc) {
-        points_.clear();
-        for (int i = 0; i < held_count_; ++i) {
-            const double phi = lift(held_[i], 0.5 * (arc.lower + arc.upper));
-            if (phi >= arc.lower - tolerance::angle && phi <= arc.upper + tolerance::angle)
-                points_.push_back({phi, {}});
-        }
-    }
-
-    /// Whether a point only shows how far joints move to the end of an arc.
-    static bool is_end(const Point& p, const Section& l, const Arc& arc) noexcept {
-        return !l.full && !detail::is_isolated(arc) && (p.phi == arc.lower || p.phi == arc.upper);
-    }
-
-    /// Points on either side of those phi where a joint of more than a turn comes to a limit: the ends of its
-    /// windings. However near two of them are, or one and the end of the arc, a point is between them.
+    /// Points beside those phi where a joint of more than a turn comes to a limit: the ends of its windings.
     void add_ends(const Section& l, const Arc& arc) {
-        ends_.assign({arc.lower, arc.upper});
+        const std::size_t before = points_.size();
         for (int p = 0; p < pivots; ++p) {
             if (task_.table.limited >> p & 1) continue;
             const ThetaRange range = theta_range(task_.arm, task_.limits, pivot_joint[p]);
@@ -182,19 +158,14 @@ private:
                 const Pivot<double>& f = l.functions.pivot[p];
                 const Roots ends = roots({f.U.s * at.cos - f.V.s * at.sin, f.U.c * at.cos - f.V.c * at.sin,
                                           f.U.k * at.cos - f.V.k * at.sin});
-                for (int i = 0; i < ends.count; ++i) {
-                    const double phi = lift(ends.psi[i], 0.5 * (arc.lower + arc.upper));
-                    if (phi > arc.lower && phi < arc.upper) ends_.push_back(phi);
-                }
+                for (int i = 0; i < ends.count; ++i)
+                    for (const double side : {-candidate_rule::beside, candidate_rule::beside}) {
+                        const double phi = lift(ends.psi[i] + side, 0.5 * (arc.lower + arc.upper));
+                        if (phi > arc.lower && phi < arc.upper) points_.push_back({phi, {}});
+                    }
             }
         }
-        if (ends_.size() == 2) return;
-        std::sort(ends_.begin(), ends_.end());
-        for (std::size_t i = 1; i + 1 < ends_.size(); ++i)
-            for (const double room : {ends_[i - 1] - ends_[i], ends_[i + 1] - ends_[i]}) {
-                const double away = min(candidate_rule::beside, 0.5 * abs(room));
-                points_.push_back({ends_[i] + std::copysign(away, room), {}});
-            }
+        if (points_.size() == before) return;
         std::sort(points_.begin(), points_.end(),
                   [](const Point& a, const Point& b) { return a.phi < b.phi; });
     }
@@ -298,10 +269,7 @@ private:
     int spread_;
     bool left_out_ = false;
     const double* reference_ = nullptr;
-    double held_[2];  // phi that each section tries, where its arcs hold it
-    int held_count_ = 0;
     std::vector<Point> points_, between_, finer_;
-    std::vector<double> ends_;        // of an arc, and of windings on it
     std::vector<std::size_t> after_;  // points_[after_[i]] is followed by between_[i]
 };
 

@@ -31,8 +31,7 @@ namespace armangle {
 
 namespace proof {
 /// Limits are proven with this to spare (rad): more than the rounding of joint values computed from the
-/// curve. A limit on which the curve begins or ends has none to spare: it is proven to be passed by no more
-/// than this.
+/// curve.
 inline constexpr double slack = 1e-9;
 /// A condition below minus this is broken, not touched.
 inline constexpr double broken = 4e-9;
@@ -146,18 +145,18 @@ struct Claim {
         };
         for (int h = 0; h < hinges; ++h) {
             const int j = hinge_joint[h];
-            const ThetaRange range = claimed_range(j);
+            const ThetaRange range = theta_range(arm, limits, j);
             const double whole = turn(j, 0.0);
             for (const bool negative : {false, true})
                 hinge[h][negative] = half_turn(range, whole, negative ? -1.0 : 1.0);
             hinge_lower[h] = range.lower - whole + proof::slack;
             hinge_upper[h] = range.upper - whole - proof::slack;
         }
-        elbow = half_turn(claimed_range(3), turn(3, arm.delta_angle), configuration(c.gc).elbow);
+        elbow = half_turn(theta_range(arm, limits, 3), turn(3, arm.delta_angle), configuration(c.gc).elbow);
         for (int j = 0; j < joints; ++j) locked[j] = stands_still(c, limits, j);
         for (int p = 0; p < pivots; ++p) {
             const int j = pivot_joint[p];
-            const ThetaRange range = claimed_range(j);
+            const ThetaRange range = theta_range(arm, limits, j);
             lower[p] = range.lower + proof::slack;
             upper[p] = range.upper - proof::slack;
             const double width = upper[p] - lower[p];
@@ -166,18 +165,6 @@ struct Claim {
             if (lower[p] > -infinity) at_lower[p] = sin_cos(Interval(lower[p]));
             if (upper[p] < infinity) at_upper[p] = sin_cos(Interval(upper[p]));
         }
-    }
-
-    /// The limits of a joint, as theta, with room for the slack where the curve begins or ends on one.
-    ThetaRange claimed_range(int j) const noexcept {
-        const ThetaRange range = theta_range(curve.arm, limits, j);
-        ThetaRange out = range;
-        for (const double q : {curve.stretches.front().q[j], curve.stretches.back().q_end[j]}) {
-            const double theta = to_theta(curve.arm, j, q);
-            if (abs(theta - range.lower) <= proof::slack) out.lower = range.lower - 2 * proof::slack;
-            if (abs(theta - range.upper) <= proof::slack) out.upper = range.upper + 2 * proof::slack;
-        }
-        return out;
     }
 
     /// Whether the arm is stretched at s, and no further from it than rounding.

@@ -94,8 +94,6 @@ public:
           candidates_(task, objective, spread),
           links_(links) {
         if (goal.given) candidates_.set_reference(goal.q);
-        for (const Anchor* end : {&start, &goal})
-            if (end->given) candidates_.hold(end->phi);
     }
 
     /// The way of the best labels; postures below `floor` are left out, and with a floor the cost alone
@@ -213,7 +211,7 @@ private:
             if (!(now.travel < infinity)) continue;
             const Candidate& y = here_.postures.all[now.from];
             const Label& old = here_.links[now.from].label;
-            if (!old.alive() || !joined(b, y, l, x, cornered(k))) continue;
+            if (!old.alive() || !joined(b, y, l, x)) continue;
             const Label label{min(old.margin, x.worth.margin),
                               old.cost + rated + objective_.travel * now.travel};
             if (better(label, best.label)) best = {label, now.from};
@@ -221,16 +219,8 @@ private:
         return best;
     }
 
-    /// What may be between the arcs of sections k - 1 and k: where limits of two joints meet in a fixed end,
-    /// what they leave grows out of a point that moves on, and no common part is left.
-    double cornered(std::size_t k) const noexcept {
-        const bool fixed = (k == 1 && start_.given) || (k + 1 == tube_.sections.size() && goal_.given);
-        return fixed ? tube_rule::still : tolerance::angle;
-    }
-
-    /// Whether the two arcs have a common part between the two postures, or no more than `slack` between.
-    bool joined(const Section& la, const Candidate& a, const Section& lb, const Candidate& b,
-                double slack) const noexcept {
+    /// Whether the two arcs have a common part between the two postures.
+    bool joined(const Section& la, const Candidate& a, const Section& lb, const Candidate& b) const noexcept {
         const double turn = two_pi * round((a.phi - b.phi) / two_pi), end = b.phi + turn;
         double lower = min(a.phi, end), upper = max(a.phi, end);
         if (!la.full) {
@@ -241,7 +231,7 @@ private:
             lower = max(lower, tube_.arc(lb)[b.arc].lower + turn);
             upper = min(upper, tube_.arc(lb)[b.arc].upper + turn);
         }
-        return lower <= upper + slack;
+        return lower <= upper + tolerance::angle;
     }
 
     void finish() {
