@@ -103,6 +103,10 @@ void bind_status(nb::module_& m) {
         .value("NO_CONVERGENCE", Status::NO_CONVERGENCE)
         .value("PARTIAL", Status::PARTIAL)
         .value("NO_POSTURE", Status::NO_POSTURE)
+        .value("UNPROVEN", Status::UNPROVEN)
+        .def_prop_ro(
+            "solved", [](Status status) { return armangle::is_solved(status); },
+            "Whether there is a posture of the pose asked, within all limits.")
         .def_prop_ro(
             "sentence", [](Status status) { return armangle::sentence(status); },
             "The outcome as one sentence.");

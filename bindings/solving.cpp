@@ -201,7 +201,7 @@ nb::object solve_one(const Handle& self, nb::handle pose, nb::handle near, Metri
     if (!status) throw nb::python_error();
     nb::object held = new_array44();
     const Buffer frame(held, true);
-    for (int i = 0; i < 16; ++i) frame.data<double>()[i] = found.status == Status::OK ? m[i] : not_a_number;
+    for (int i = 0; i < 16; ++i) frame.data<double>()[i] = is_solved(found.status) ? m[i] : not_a_number;
     return new_named(kind, joint_values, found.psi, found.gc, found.distance, nb::handle(status),
                      found.margin, found.gap, held);
 }

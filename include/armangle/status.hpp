@@ -27,9 +27,15 @@ enum class Status : std::int8_t {
     NO_CONVERGENCE = 17,
     PARTIAL = 18,
     NO_POSTURE = 19,
+    UNPROVEN = 20,
 };
 
-inline constexpr int status_count = 20;
+inline constexpr int status_count = 21;
+
+/// Whether there is a posture of the pose asked, within all limits.
+constexpr bool is_solved(Status status) noexcept {
+    return status == Status::OK || status == Status::UNPROVEN;
+}
 
 /// An outcome in words.
 constexpr const char* sentence(Status status) noexcept {
@@ -61,6 +67,8 @@ constexpr const char* sentence(Status status) noexcept {
         case Status::CLEARANCE: return "No arm angle keeps clear of the obstacles within all limits.";
         case Status::PARTIAL: return "The step goes as far towards the pose as bounds, or the reach, allow.";
         case Status::NO_POSTURE: return "No posture holds this pose at this value of the free joint.";
+        case Status::UNPROVEN:
+            return "The pose is solved within all limits, but it is not proven that no posture is nearer.";
         case Status::BAD_INPUT: return "The pose is no rigid transform, or a number is not finite.";
     }
     return "";

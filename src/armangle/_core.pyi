@@ -77,6 +77,12 @@ class Status(enum.IntEnum):
 
     NO_POSTURE = 19
 
+    UNPROVEN = 20
+
+    @property
+    def solved(self) -> bool:
+        """Whether there is a posture of the pose asked, within all limits."""
+
     @property
     def sentence(self) -> str:
         """The outcome as one sentence."""

@@ -13,7 +13,8 @@ _OF_NUMBERS = tuple("bcdoxXneEfFgG%")
 class _Outcome(IntEnum):
     """What became of a pose: an int that prints as its name; ``sentence`` says it in words.
 
-    It is true where it is OK, although OK is the number 0: ``if step.status:`` is what it reads as.
+    It is true where the pose is solved, OK or UNPROVEN, although OK is the number 0: ``if step.status:`` is
+    what it reads as.
 
     >>> f"{Status.LIMITS}: {Status.LIMITS:d}"
     'LIMITS: 5'
@@ -22,7 +23,7 @@ class _Outcome(IntEnum):
     """
 
     def __bool__(self) -> bool:
-        return self.name == "OK"
+        return _core.Status(self.value).solved
 
     def __str__(self) -> str:
         return self.name
@@ -42,3 +43,5 @@ else:  # names, numbers and sentences stand in the core alone; this one prints, 
     Status = _Outcome("Status", {status.name: status.value for status in _core.Status}, module=__name__)
 
 STATUSES = tuple(Status)
+SOLVED = tuple(status for status in STATUSES if status)
+"""Of a posture that holds the pose within all limits."""

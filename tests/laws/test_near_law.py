@@ -33,6 +33,20 @@ def test_the_arcs_of_the_nominal_arm_are_seen_to_be_wrong(monkeypatch: pytest.Mo
     assert wrong > 0
 
 
+@pytest.mark.parametrize(
+    ("seed", "name"),
+    [(1283, "barrett_wam7"), (5184, "schunk_lwa4d"), (5342, "schunk_lwa4d"), (30088, "fourier_gr2t2v2_left")],
+)
+def test_a_psi_with_two_postures_of_one_branch_is_left_out(seed: int, name: str) -> None:
+    """Found by the law: beside theta_2 = 0 or a stretched elbow another of the postures broke a limit."""
+    rng, left = generator(84), 0.0
+    for case in cases(seed, 44):
+        if case.name.startswith(name):
+            assert not judge(case, rng, 300).wrong
+            left += float(case.arm.feasible(case.pose, case.gc).unproven)
+    assert left > 0
+
+
 def test_the_inverse_leads_into_the_last_of_an_arc_beside_a_singularity() -> None:
     """Found by the law: up to where two branches meet the arc is right, and bends led past its posture."""
     tried = 0

@@ -81,6 +81,51 @@ def test_solutions_are_one_for_each_branch_and_proven_arc() -> None:
         assert np.abs(arm.forward(one.q)[0] - pose).max() <= 1e-12
 
 
+def beside_singular(arm: aa.Arm, n: int, seed: int) -> Any:
+    """Joints (n, 7) some 0.01 rad from theta_2, theta_4 - delta or theta_6 = 0, where branches merge."""
+    rng = generator(seed)
+    q = rng.uniform(arm.lower, arm.upper, (n, 7))
+    for row in range(n):
+        joint = (1, 3, 5)[row % 3]
+        theta = rng.normal(0, 0.01) + (arm.delta if joint == 3 else 0.0)
+        q[row, joint] = arm.signs[joint] * (theta - arm.offsets[joint])
+    return q
+
+
+@pytest.mark.parametrize("mm", [0.1, 1.0])
+@pytest.mark.parametrize("metric", ["l2", "max"])
+def test_where_branches_merge_nothing_known_is_nearer_or_the_answer_says_so(
+    mm: float, metric: MetricName
+) -> None:
+    arm = calibrated("kuka_iiwa7_r800", mm, mm)
+    q = beside_singular(arm, count(45), 36)
+    near = q + generator(37).normal(0, 0.02, q.shape)
+    pose = arm.forward(q, undefined="nan")[0]
+    found = arm.solve(pose, near, metric=metric)
+    off = np.abs(q - near).max(axis=1) if metric == "max" else np.linalg.norm(q - near, axis=1)
+    farther = found.distance > off + 1e-9
+    proven = found.status == aa.Status.OK
+    assert not (proven & farther).any(), np.flatnonzero(proven & farther)
+    assert set(found.status.tolist()) == {aa.Status.OK, aa.Status.UNPROVEN}
+    assert found.ok.all() and found.raise_for_status() is found and np.array_equal(found.pose, pose)
+    assert np.abs(arm.forward(found.q, undefined="nan")[0] - pose).max() <= 1e-12
+    assert arm.within_limits(found.q).all()
+    if metric == "l2":  # joints settled from the seed find what arm angles do not
+        assert farther.mean() < 0.1
+
+
+def test_an_answer_that_is_not_proven_is_an_answer() -> None:
+    arm = calibrated("kuka_iiwa7_r800", 1.0, 1.0)
+    q = beside_singular(arm, 9, 38)
+    pose, near = arm.forward(q, undefined="nan")[0], q + 0.01
+    every = arm.solve(pose, near)
+    at = int(np.flatnonzero(every.status == aa.Status.UNPROVEN)[0])
+    one = arm.solve(pose[at], near[at])
+    assert one.status is aa.Status.UNPROVEN and one.status and one.ok and one.raise_for_status() is one
+    assert np.array_equal(one.q, every.q[at]) and np.array_equal(one.pose, pose[at])
+    assert "status=UNPROVEN" in repr(one) and "gap" not in repr(one)
+
+
 def test_what_is_asked_is_kept() -> None:
     arm = ARMS["openarm_v10 1.0 mm"]
     q = postures(arm, 6, 34)

@@ -28,7 +28,7 @@ def test_a_status_prints_as_its_name_and_counts_as_its_number() -> None:
 
 
 def test_a_status_is_true_where_it_is_ok() -> None:
-    assert [status for status in aa.Status if status] == [aa.Status.OK]
+    assert [status for status in aa.Status if status] == [aa.Status.OK, aa.Status.UNPROVEN]
     assert aa.Status.OK == 0 and not np.int8(aa.Status.OK)
 
 

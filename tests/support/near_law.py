@@ -18,6 +18,10 @@ MET = 1e-10  # of a posture: m and rad
 TURN = 2 * np.pi
 NUDGES = np.array([1e-7, 1e-5, 1e-3, 0.1])
 STARTS = 6
+SINGULAR = 0.1  # sine of theta_2, theta_4 - delta, theta_6: nearer to 0 a second posture is looked for
+# of that sine, and how far joints about one axis turn: where it may be
+BESIDE = ((0.1, np.pi), (0.5, np.pi), (3.0, np.pi), (1.0, np.pi / 2), (1.0, -np.pi / 2))
+MOST = 12  # arm angles of a circle at which one is looked for, each hinge
 
 
 @dataclass
@@ -103,9 +107,9 @@ def margins(arm: aa.Arm, q: Array) -> Array:
     return np.where(half >= np.pi, np.inf, half - circle_gap(q, middle)).min(axis=1)
 
 
-def newton(arm: aa.Arm, pose: Array, psi: Array, q: Array) -> Array:
+def newton(arm: aa.Arm, pose: Array, psi: Array, q: Array, passes: int = 30) -> Array:
     """Joints (n, 7) after Newton's steps on pose and psi (n,), all rows at once."""
-    for _ in range(30):
+    for _ in range(passes):
         at, axes, points = walked(arm, q)
         spin = pose[:3, :3] @ np.swapaxes(at[:, :3, :3], 1, 2)
         vee = 0.5 * np.stack([spin[:, 2, 1] - spin[:, 1, 2], spin[:, 0, 2] - spin[:, 2, 0],
@@ -127,6 +131,35 @@ def newton(arm: aa.Arm, pose: Array, psi: Array, q: Array) -> Array:
 
 def wrapped(angle: Array) -> Array:
     return np.asarray((angle + np.pi) % TURN - np.pi)
+
+
+def found_from(arm: aa.Arm, pose: Array, psi: Array, gc: int, starts: Array) -> tuple[Array, Array]:
+    """Joints by Newton from starts (n, 7), and which of them are postures that another step leaves."""
+    q = newton(arm, pose, psi, starts)
+    settled = np.abs(newton(arm, pose, psi, q, passes=1) - q).max(axis=1, initial=0.0) < 0.1 * CLEAR
+    return q, settled & is_posture(arm, pose, psi, gc, q)
+
+
+def beside_singular(arm: aa.Arm, psi: Array, q: Array) -> tuple[Array, Array]:
+    """Starts (m, 7), and their psi (m,): where a second posture may be beside postures (n, 7) at psi (n,)."""
+    zero = np.zeros(7)
+    zero[3] = arm.delta
+    theta = arm.signs * q + arm.offsets - zero
+    angles, starts = [np.empty(0)], [np.empty((0, 7))]
+    for hinge in (1, 3, 5):
+        sine = np.sin(theta[:, hinge])
+        near = np.flatnonzero(np.abs(sine) < SINGULAR)[:MOST]
+        side = np.where(np.cos(theta[near, hinge]) > 0, 1.0, -1.0)
+        for share, turn in BESIDE:
+            start = theta[near]
+            bent = np.arcsin(share * sine[near])
+            start[:, hinge] = np.where(side > 0, bent, np.pi - bent)
+            if hinge != 3:  # the neighbours of joint 2 or 6 share a turn
+                start[:, hinge - 1] += turn
+                start[:, hinge + 1] -= side * turn
+            angles.append(psi[near])
+            starts.append(arm.signs * (start + zero - arm.offsets))
+    return np.concatenate(angles), np.concatenate(starts)
 
 
 def cases(seed: int, count: int) -> Iterator[Case]:
@@ -182,12 +215,13 @@ def judge(case: Case, rng: np.random.Generator, angles: int) -> Verdict:
     for at in np.flatnonzero(held & ~true & ~at_end):
         out.wrong.append(f"{case.name}: psi {psi[at]!r} is in an arc, and inverse gives no posture")
     found = [(psi[true], held[true], margins(arm, q[true]))]
-    some = rng.integers(0, angles, 4)
-    starts = rng.uniform(-np.pi, np.pi, (4 * STARTS, 7))
-    many = newton(arm, pose, np.repeat(psi[some], STARTS), starts)
-    good = is_posture(arm, pose, np.repeat(psi[some], STARTS), gc, many)
-    found.append((np.repeat(psi[some], STARTS)[good], np.repeat(held[some], STARTS)[good],
-                  margins(arm, many[good])))  # fmt: skip
+    some = np.repeat(rng.integers(0, angles, 4), STARTS)
+    more, starts = beside_singular(arm, psi[true], q[true])
+    asked = np.concatenate([psi[some], more])
+    starts = np.concatenate([rng.uniform(-np.pi, np.pi, (4 * STARTS, 7)), starts])
+    many, good = found_from(arm, pose, asked, gc, starts)
+    inside = members(arm.feasible(pose[None], [gc]), asked[None])[0]
+    found.append((asked[good], inside[good], margins(arm, many[good])))
     out.by_newton = int(good.sum())
     for angle, inside, margin in found:
         decided = np.abs(margin) > CLEAR

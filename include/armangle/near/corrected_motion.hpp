@@ -52,43 +52,19 @@ public:
     }
 
     /// Takes a ball about the centre; `psi_shift` is how much an angle on its circle may differ from the true
-    /// psi.
+    /// psi. Not where it goes beyond the reach: there need be no posture.
     void widen(const PoseBall& ball, double psi_shift) noexcept {
         const double least = distance_ - ball.wrist, most = distance_ + ball.wrist;
-        psi_shift_ = psi_shift;
-        usable_ = known_ && least > arm_.inner_reach && most < arm_.reach && least > 0 && ball.turn < 1.0;
-        if (!usable_) return;
-        double beta = 0, gamma = 0, tilt = 0;
-        bend_radius_ = bend_rate_ = shoulder_rate_ = wrist_rate_ = 0;
-        const double La = arm_.upper_arm, Lb = arm_.forearm;
-        const auto seen = [&](double distance) {
-            const Triangle<double> t = triangle(arm_, distance);
-            const Elbow<double> e = elbow(arm_, t, elbow_side_);
-            beta = max(beta, chord(e.beta, elbow_.beta));
-            gamma = max(gamma, chord(e.gamma, elbow_.gamma));
-            tilt = max(tilt, chord(e.tilt, elbow_.tilt));
-            bend_radius_ = max(bend_radius_, chord(e.theta_4, elbow_.theta_4));
-            bend_rate_ = max(bend_rate_, distance / (La * Lb * t.eta.sin));
-            // cotangents of the triangle's angles at the wrist and at the shoulder
-            shoulder_rate_ = max(shoulder_rate_, abs(Lb + La * t.eta.cos) / (La * t.eta.sin));
-            wrist_rate_ = max(wrist_rate_, abs(La + Lb * t.eta.cos) / (Lb * t.eta.sin));
-        };
-        seen(least);
-        seen(most);
-        // the angle at the end of the longer link is greatest where the shorter one stands across S-W
-        const double across = sqrt(abs(La * La - Lb * Lb) + arm_.d_4 * arm_.d_4);
-        if (across > least && across < most) seen(across);
-        const double leaning = abs(elbow_.tilt.sin / elbow_.tilt.cos);
-        const double lean_rate = slack * (1.0 + 2.0 * leaning) / least, lean = lean_rate * ball.wrist;
-        shoulder_ = lean + beta + tilt;
-        wrist_ = lean + gamma + tilt + ball.turn;
-        // an angle of the triangle changes by the other's cotangent; all are fastest at one of the two ends
-        const double square = least * least - arm_.d_4 * arm_.d_4;  // of S-W across axis 4
-        const double leaning_rate = lean_rate + abs(arm_.d_4) / (least * sqrt(square));
-        shoulder_rate_ = shoulder_rate_ * least / square + leaning_rate;
-        wrist_rate_ = wrist_rate_ * least / square + leaning_rate;
+        if (least > arm_.inner_reach && most < arm_.reach)
+            widen(ball, psi_shift, least, most);
+        else
+            usable_ = false;
     }
-
+    /// The same of what a ball has within the reach, where all its postures are, if there are any.
+    void widen_within_reach(const PoseBall& ball, double psi_shift) noexcept {
+        widen(ball, psi_shift, max(distance_ - ball.wrist, arm_.inner_reach),
+              min(distance_ + ball.wrist, arm_.reach));
+    }
     bool usable() const noexcept { return usable_; }
 
     /// A limit as functions of psi: kept where both are >= 0, or one of them where `either`; each is known
@@ -271,6 +247,41 @@ public:
     }
 
 private:
+    void widen(const PoseBall& ball, double psi_shift, double least, double most) noexcept {
+        psi_shift_ = psi_shift;
+        usable_ = known_ && least > 0 && ball.turn < 1.0;
+        if (!usable_) return;
+        double beta = 0, gamma = 0, tilt = 0;
+        bend_radius_ = bend_rate_ = shoulder_rate_ = wrist_rate_ = 0;
+        const double La = arm_.upper_arm, Lb = arm_.forearm;
+        const auto seen = [&](double distance) {
+            const Triangle<double> t = triangle(arm_, distance);
+            const Elbow<double> e = elbow(arm_, t, elbow_side_);
+            beta = max(beta, chord(e.beta, elbow_.beta));
+            gamma = max(gamma, chord(e.gamma, elbow_.gamma));
+            tilt = max(tilt, chord(e.tilt, elbow_.tilt));
+            bend_radius_ = max(bend_radius_, chord(e.theta_4, elbow_.theta_4));
+            bend_rate_ = max(bend_rate_, distance / (La * Lb * t.eta.sin));
+            // cotangents of the triangle's angles at the wrist and at the shoulder
+            shoulder_rate_ = max(shoulder_rate_, abs(Lb + La * t.eta.cos) / (La * t.eta.sin));
+            wrist_rate_ = max(wrist_rate_, abs(La + Lb * t.eta.cos) / (Lb * t.eta.sin));
+        };
+        seen(least);
+        seen(most);
+        // the angle at the end of the longer link is greatest where the shorter one stands across S-W
+        const double across = sqrt(abs(La * La - Lb * Lb) + arm_.d_4 * arm_.d_4);
+        if (across > least && across < most) seen(across);
+        const double leaning = abs(elbow_.tilt.sin / elbow_.tilt.cos);
+        const double lean_rate = slack * (1.0 + 2.0 * leaning) / least, lean = lean_rate * ball.wrist;
+        shoulder_ = lean + beta + tilt;
+        wrist_ = lean + gamma + tilt + ball.turn;
+        // an angle of the triangle changes by the other's cotangent; all are fastest at one of the two ends
+        const double square = least * least - arm_.d_4 * arm_.d_4;  // of S-W across axis 4
+        const double leaning_rate = lean_rate + abs(arm_.d_4) / (least * sqrt(square));
+        shoulder_rate_ = shoulder_rate_ * least / square + leaning_rate;
+        wrist_rate_ = wrist_rate_ * least / square + leaning_rate;
+    }
+
     static constexpr double slack = 1.1;  // of a small angle over its sine, and of turns about two axes
 
     static double chord(const SinCos<double>& a, const SinCos<double>& b) noexcept {

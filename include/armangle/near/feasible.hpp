@@ -10,12 +10,14 @@
 // rise or to fall over all of such a stretch, its end is found at once and nothing more is looked at.
 //
 // An end is the psi at which the true joint is at its limit, to near_rule::residual. What is proven neither
-// way (beside a singularity, where branches merge) is left out, and its measure is counted.
+// way (beside a singularity, where branches merge and a psi may have two postures) is left out, and its
+// measure is counted.
 #pragma once
 
 #include "../limits/feasible.hpp"
 #include "corrected_motion.hpp"
 #include "hull.hpp"
+#include "meeting_share.hpp"
 #include "posture_trail.hpp"
 
 namespace armangle {
@@ -28,7 +30,8 @@ inline constexpr int rounds = 3;                                 // over what is
 inline constexpr double narrowest[rounds] = {5e-3, 1e-3, 1e-4};  // rad: half width that is left to the next
 inline constexpr double shrunk = 0.7;  // of a stretch: what is open then is worth another look as it is
 inline constexpr int looks[rounds] = {800, 1000, 1200};  // of one pose and branch, all rounds together
-inline constexpr int depth = 24;                         // looks within looks; narrowest is reached before
+inline constexpr double given_up = 1e-2;  // rad: half width of a stretch that has two postures of a psi
+inline constexpr int depth = 24;          // looks within looks; narrowest is reached before
 inline constexpr int root_steps = 8;
 }  // namespace near_rule
 
@@ -89,11 +92,12 @@ struct Piece {
 class Pieces {
 public:
     /// A piece of no width is kept where limits make both ends: a locked joint is there alone. What is beyond
-    /// the capacity is lost.
+    /// the capacity, neighbours joined, is lost.
     void add(Piece piece) noexcept {
         const bool ended = piece.lower_tag != 0 && piece.upper_tag != 0;
         if (ended && abs(piece.upper - piece.lower) < tolerance::angle) piece.upper = piece.lower;
         if (!(piece.upper > piece.lower || (ended && piece.upper == piece.lower))) return;
+        if (count_ == capacity) join();
         if (count_ == capacity) {
             lost_ += piece.upper - piece.lower;
             return;
@@ -107,13 +111,9 @@ public:
     void finish(ArcSet& out, double& lost) noexcept {
         make_empty(out);
         lost += lost_;
-        for (int i = 0; i < count_;) {
-            Piece one = piece_[i];
-            for (++i; i < count_ && piece_[i].lower - one.upper < tolerance::angle; ++i) {
-                if (piece_[i].upper < one.upper) continue;
-                one.upper = piece_[i].upper;
-                one.upper_tag = piece_[i].upper_tag;
-            }
+        join();
+        for (int i = 0; i < count_; ++i) {
+            const Piece& one = piece_[i];
             if (out.count == ArcSet::capacity)
                 lost += one.upper - one.lower;
             else
@@ -130,6 +130,21 @@ public:
     }
 
 private:
+    /// Makes one of neighbours.
+    void join() noexcept {
+        int joined = 0;
+        for (int i = 0; i < count_; ++joined) {
+            Piece one = piece_[i];
+            for (++i; i < count_ && piece_[i].lower - one.upper < tolerance::angle; ++i) {
+                if (piece_[i].upper < one.upper) continue;
+                one.upper = piece_[i].upper;
+                one.upper_tag = piece_[i].upper_tag;
+            }
+            piece_[joined] = one;
+        }
+        count_ = joined;
+    }
+
     static constexpr int capacity = 512;
     int count_ = 0;
     Piece piece_[capacity];
@@ -186,7 +201,6 @@ public:
           trail_(arm, pose, on, gc) {}
 
     void run(ProvenArcs& out) noexcept {
-        out.unproven = 0;
         const CorrectedMotion all = motion_around(arm_, pose_, on_, gc_);
         Open every = hinge_bit | hinge_bit << 1;
         for (int i = 0; i < ranges_.count; ++i)
@@ -207,10 +221,11 @@ public:
             while (left_.count > 0) open(left_.stretch[--left_.count]);
             settle_all();
         }
-        pieces_.finish(out.arcs, out.unproven);
-        double beyond_capacity = 0;
-        open_.finish(out.open, beyond_capacity);
-        out.unproven += unproven_;
+        double beyond = 0;
+        pieces_.finish(out.arcs, beyond);
+        out.unproven = unproven_ + beyond;
+        open_.finish(out.open, beyond);
+        if (beyond > 0) make_full(out.open);  // it is not known where
         out.status = Status::OK;
         if (!out.arcs.empty()) return;
         out.status = out.unproven > 0 ? Status::NEAR_SINGULAR : Status::LIMITS;
@@ -627,6 +642,11 @@ private:
             left_.stretch[left_.count++].depth = 0;
             return;
         }
+        give_up(one);
+    }
+
+    /// Leaves a stretch out as not proven.
+    void give_up(const Stretch& one) noexcept {
         unproven_ += one.upper - one.lower;
         open_.add({one.lower, one.upper, 0, 0});
     }
@@ -672,6 +692,7 @@ private:
         const Pose<Several> pose = spread<Several>(pose_);
         bool is_found[several], is_settled[several] = {}, some_narrow = false;
         const Found<Several> found = trail_.find(middle, count, plane, is_found);
+        const Several share = meeting_share(arm_, pose, plane, found.angle);
         for (int k = 0; k < count; ++k) some_narrow |= is_found[k] && half[k] <= near_rule::widest_hull;
         if (some_narrow) {
             Hull<Several> hull;
@@ -679,26 +700,28 @@ private:
             bool by_hull[several];
             for (int k = 0; k < several; ++k)
                 by_hull[k] = k < count && is_found[k] && half[k] <= near_rule::widest_hull && proven[k];
-            settle_by_hulls(now, by_hull, hull, found, is_settled);
+            settle_by_hulls(now, by_hull, hull, found, share, is_settled);
         }
         for (int k = count - 1; k >= 0; --k) {
             if (is_settled[k]) continue;
-            if (is_found[k])
-                settle_by_motion(now[k], found, k);
-            else
+            if (!is_found[k])
                 halve(now[k]);
+            else if (!(share[k] < near_rule::alone) && half[k] < near_rule::given_up)
+                give_up(now[k]);
+            else
+                settle_by_motion(now[k], found, k, share[k]);
         }
     }
 
     /// Settles a stretch, or opens parts of it, by what is known about the posture at its middle.
-    void settle_by_motion(const Stretch& now, const Found<Several>& found, int k) noexcept {
+    void settle_by_motion(const Stretch& now, const Found<Several>& found, int k, double share) noexcept {
         const double middle = now.middle(), half = now.half();
         SinCos<double> angle[joints];
         for (int j = 0; j < joints; ++j) angle[j] = {found.angle[j].sin[k], found.angle[j].cos[k]};
         Coarse over;
         const CorrectedMotion motion =
             motion_about(arm_, on_, PsiPlane<double>(on_, sin_cos(middle)), angle, gc_, half, over);
-        if (!motion.usable()) return halve(now);
+        if (!motion.usable() || !is_alone(arm_.nominal, share, over.theta, over.reach)) return halve(now);
         Sections parts;
         AskedConditions asked;
         part(motion, now.open, -half, half, asked, parts);
@@ -712,7 +735,8 @@ private:
 
     /// Settles stretches by hulls about the postures at their middles, where those say all.
     void settle_by_hulls(const Stretch* now, const bool (&by_hull)[several], const Hull<Several>& hulls,
-                         const Found<Several>& found, bool (&is_settled)[several]) noexcept {
+                         const Found<Several>& found, const Several& share,
+                         bool (&is_settled)[several]) noexcept {
         Piece piece[several];
         End end[several];
         int ends = 0;
@@ -724,12 +748,15 @@ private:
         for (int k = 0; k < several; ++k) {
             if (!by_hull[k]) continue;
             const Hull<double> hull = lane(hulls, k);
-            fails[k] = !keeps_branch(arm_.nominal, gc_, hull);
+            double reaches[joints];
+            for (int j = 0; j < joints; ++j) reaches[j] = hull.reach(j);
+            fails[k] = !keeps_branch(arm_.nominal, gc_, hull) ||
+                       !is_alone(arm_.nominal, share[k], hull.theta, reaches);
             Open undecided = 0, broken = 0;
             for (int i = 0; i < ranges_.count && !fails[k]; ++i) {
                 if (!(now[k].open >> i & 1)) continue;
                 const ThetaRanges::One& r = ranges_.one[i];
-                const double off = abs(wrap(hull.theta[r.joint] - r.middle)), reach = hull.reach(r.joint);
+                const double off = abs(wrap(hull.theta[r.joint] - r.middle)), reach = reaches[r.joint];
                 if (off - reach > r.half)
                     broken |= 1u << i;
                 else if (!(off + reach <= r.half))

@@ -6,11 +6,14 @@
 // there an end is left. The rest is halved, and what is left at last is polished. Branches come in the order
 // of a first bound, and the arcs of one are asked for only where it may hold something nearer.
 //
-// Stretches that are proven neither way are searched too, by postures near_rule::unproven apart: one that
-// meets the pose and the limits is an answer like another, but nothing says that none is nearer.
+// Stretches that are proven neither way hold postures too, and there psi is no good guide: joints about one
+// axis turn half round while it hardly changes. Where the first bound of one does not say that nothing in it
+// is nearer, the joints themselves are settled on the pose, from the seed, from the best posture and from the
+// middle of the stretch, and the answer is Status::UNPROVEN.
 #pragma once
 
 #include "../limits/nearest.hpp"
+#include "../limits/settled.hpp"
 #include "clear_proof.hpp"
 
 namespace armangle {
@@ -19,17 +22,18 @@ namespace near_rule {
 inline constexpr int first_pieces = 16;      // of the whole circle
 inline constexpr double widest_piece = 0.4;  // rad: half width of a piece that is looked at about its middle
 inline constexpr double polished = 1e-4;     // rad: half width of a piece that is polished
-inline constexpr double unproven = 2e-3;     // the same in a stretch that is not proven
-inline constexpr double sought = 0.1;        // rad: from one long search to the next where nothing is found
-inline constexpr double sought_beside = 0.01;  // and beside a posture that it finds
-inline constexpr int polishes = 60;            // halvings, or golden sections, of a piece
+inline constexpr double doubtful = 0.1;      // rad: width of a part of a stretch that is not proven
+inline constexpr int doubts = 24;            // such parts that joints are settled from
+inline constexpr int settling = 400;         // rounds of settled() for one pose, of some microseconds each
+inline constexpr double shared = 0.3;        // sine of a hinge beside which two joints share a turn
+inline constexpr int polishes = 60;          // halvings, or golden sections, of a piece
 inline constexpr double golden = 0.6180339887498949;
 inline constexpr double elbow_tie = 1e-12;  // rad, of joint 4 where it alone decides
 }  // namespace near_rule
 
 namespace detail {
 
-/// The nearest posture on the arcs that are proven, by branch and bound.
+/// The nearest posture: on the arcs that are proven by branch and bound, and beside them.
 class ProvenSearch : PostureCosts {
 public:
     ProvenSearch(const NearArm& arm, double margin, const Pose<double>& pose, const NearestOptions& options,
@@ -42,6 +46,7 @@ public:
           on_(triad(arm.nominal, flange_pose(arm.nominal, pose_))) {
         const Status reached = reach_status(arm, on_);
         for (int gc = 0; gc < configurations; ++gc) {
+            make_empty(doubt_[gc]);
             const bool may = options.branches >> gc & 1;
             status_[gc] = may ? reached : Status::NOT_ALLOWED;
             if (may && reached == Status::OK) survey(gc);
@@ -66,11 +71,15 @@ public:
                 search();
             }
         }
-        if (best_.gc < 0) seek();
-        if (best_.gc >= 0) return result();
-        for (int gc = 0; gc < configurations; ++gc) ask(gc);
-        out = nothing(status_);
-        return out.status == Status::OK ? refused(Status::LIMITS) : out;
+        if (best_.gc >= 0) {
+            out = result();
+        } else {
+            for (int gc = 0; gc < configurations; ++gc) ask(gc);
+            out = nothing(status_);
+            if (out.status == Status::OK) out = refused(Status::LIMITS);
+        }
+        look_beside(out);
+        return out;
     }
 
     /// The nearest posture of each branch and arc.
@@ -80,7 +89,7 @@ public:
             if (!ask(gc)) continue;
             for (int arc = 0; arc < arcs_.arcs.count; ++arc) {
                 best_ = {};
-                search_arc(arcs_.arcs.arc[arc], gc, false);
+                search_arc(arcs_.arcs.arc[arc], gc);
                 if (best_.gc >= 0) insert(out, result());
             }
         }
@@ -105,13 +114,11 @@ private:
 
     // -- postures
 
-    /// The posture that inverse() gives; where it is not known whether there is one the quick way alone.
-    Spot spot(int gc, double psi) const noexcept { return spot(gc, psi, open_); }
-    Spot spot(int gc, double psi, bool quick) const noexcept {
+    /// The posture that inverse() gives.
+    Spot spot(int gc, double psi) const noexcept {
         Spot out;
         const PsiPlane<double> plane(on_, sin_cos(psi));
-        out.found = quick ? solve_quickly(near_, pose_, plane, configuration(gc), out.angle)
-                          : solve_angles(near_, pose_, plane, configuration(gc), out.angle) == Status::OK;
+        out.found = solve_angles(near_, pose_, plane, configuration(gc), out.angle) == Status::OK;
         finish(out);
         return out;
     }
@@ -147,7 +154,7 @@ private:
     double offer(int gc, double psi, const Spot& at) noexcept {
         double here = at.kept ? cost(at.q) : infinity;
         if (!(here < best_.cost)) return here;
-        const Spot told = spot(gc, wrap(psi), false);
+        const Spot told = spot(gc, wrap(psi));
         here =
             told.found && within_limits(arm_.limits, told.q, tolerance::isolated) ? cost(told.q) : infinity;
         if (here < best_.cost) best_ = {here, psi, gc};
@@ -190,10 +197,19 @@ private:
         return !(least < (best_.cost < infinity ? best_.cost - tie(best_.cost) : infinity));
     }
 
-    /// First bounds of a branch, by what deviations can do at most.
+    /// The motion of all postures of a branch, by what deviations can do at most.
+    CorrectedMotion motion_of_all(int gc) const noexcept {
+        Triad<double> on = on_;
+        const double shy = tolerance::reach * arm_.reach;  // of a stretched elbow, whose rates are infinite
+        on.distance = min(max(on.distance, arm_.inner_reach + shy), arm_.reach - shy);
+        CorrectedMotion out(arm_, flange_pose(arm_, pose_), on, configuration(gc));
+        out.widen_within_reach({near_.wrist_shift + abs(on.distance - on_.distance), near_.turn}, 0.0);
+        return out;
+    }
+
+    /// First bounds of a branch.
     void survey(int gc) noexcept {
-        CorrectedMotion coarse(arm_, flange_pose(arm_, pose_), on_, configuration(gc));
-        coarse.widen({near_.wrist_shift, near_.turn}, 0.0);
+        const CorrectedMotion coarse = motion_of_all(gc);
         const double half = pi / near_rule::first_pieces;
         least_[gc] = infinity;
         for (int i = 0; i < near_rule::first_pieces; ++i) {
@@ -217,10 +233,18 @@ private:
             intersect(before.open, *options_.allowed, arcs_.open);
             if (arcs_.arcs.empty() && !before.arcs.empty()) arcs_.status = Status::NOT_ALLOWED;
         }
-        Tag blocking;
-        if (scene_) keep_clear(near_, *scene_, pose_, gc, arcs_, blocking);
+        doubt_[gc] = arcs_.open;
+        Tag blocking = 0;
+        if (scene_) {
+            const double by_limits = arcs_.unproven;
+            keep_clear(near_, *scene_, pose_, gc, arcs_, blocking);
+            if (arcs_.status == Status::POSE_BLOCKED)
+                make_empty(doubt_[gc]);
+            else if (arcs_.unproven > by_limits)
+                make_full(doubt_[gc]);
+        }
         status_[gc] = arcs_.status;
-        if (!arcs_.open.empty() || !arcs_.arcs.empty()) return true;
+        if (!arcs_.arcs.empty()) return true;
         asked_ = -1;
         return false;
     }
@@ -235,8 +259,7 @@ private:
             if (gc < 0 || dropped(least_[gc])) return;
             done[gc] = true;
             if (!ask(gc)) continue;
-            for (int i = 0; i < arcs_.arcs.count; ++i) search_arc(arcs_.arcs.arc[i], gc, false);
-            for (int i = 0; i < arcs_.open.count; ++i) search_arc(arcs_.open.arc[i], gc, true);
+            for (int i = 0; i < arcs_.arcs.count; ++i) search_arc(arcs_.arcs.arc[i], gc);
         }
     }
 
@@ -249,11 +272,10 @@ private:
     };
 
     /// One arc in pieces, the best of them on top.
-    void search_arc(const Arc& arc, int gc, bool open) noexcept {
+    void search_arc(const Arc& arc, int gc) noexcept {
         constexpr int n = near_rule::first_pieces;
         constexpr double width = two_pi / n;
         waiting_ = 0;
-        open_ = open;
         const int first = static_cast<int>(std::floor((arc.lower + pi) / width));
         for (int k = first; waiting_ < 2 * n + 2; ++k) {
             const double from = max(arc.lower, -pi + width * k), to = min(arc.upper, -pi + width * (k + 1));
@@ -262,7 +284,6 @@ private:
         }
         PostureTrail<several> trail(near_, pose_, on_, configuration(gc));
         while (waiting_ > 0) look(gc, trail);
-        open_ = false;
     }
 
     /// Keeps a piece for a look, among those from `base` on in order: the best is on top.
@@ -289,13 +310,13 @@ private:
         }
         const Several psi = Several::load(middle);
         const PsiPlane<Several> plane(spread<Several>(on_), sin_cos(psi));
-        bool is_found[several], narrow[several], some_narrow = false, improved[several];
+        bool is_found[several], narrow[several], some_narrow = false;
         Found<Several> found = trail.find(middle, count, plane, is_found);
         Spot at[several];
         for (int k = 0; k < count; ++k) {
             for (int j = 0; j < joints; ++j) at[k].angle[j] = {found.angle[j].sin[k], found.angle[j].cos[k]};
             at[k].found = is_found[k];
-            if (!is_found[k] && !open_) {  // a proven stretch has one
+            if (!is_found[k]) {  // a proven stretch has one
                 at[k].found = solve_angles(near_, pose_, {on_, sin_cos(middle[k])}, configuration(gc),
                                            at[k].angle) == Status::OK;
                 for (int j = 0; j < joints; ++j) {
@@ -304,8 +325,7 @@ private:
                 }
             }
             finish(at[k]);
-            const double before = best_.cost;
-            improved[k] = offer(gc, middle[k], at[k]) < before;
+            offer(gc, middle[k], at[k]);
             narrow[k] = at[k].found && half[k] <= near_rule::widest_hull;
             some_narrow |= narrow[k];
         }
@@ -316,7 +336,6 @@ private:
             for (int k = 0; k < count; ++k) narrow[k] = narrow[k] && proven[k];
         }
         const int parts = count + waiting_ < several / 2 ? several : 2, base = waiting_;
-        const double narrowest = open_ ? near_rule::unproven : near_rule::polished;
         for (int k = 0; k < count; ++k) {
             double least = now[k].least;
             if (narrow[k]) {
@@ -335,8 +354,9 @@ private:
                 least = max(least, bound(c.theta, c.reach));
                 if (dropped(least)) continue;
             }
-            if (half[k] <= narrowest || waiting_ + parts > capacity) {
-                if (!open_ || improved[k]) polish(gc, now[k].lower, now[k].upper);
+            if (half[k] <= near_rule::polished || waiting_ + parts > capacity) {
+                if (half[k] > near_rule::polished || !at[k].found) lost_ = min(lost_, least);
+                polish(gc, now[k].lower, now[k].upper);
                 continue;
             }
             const double step = 2.0 * half[k] / parts;
@@ -346,29 +366,6 @@ private:
                 wait({from, last ? now[k].upper : from + step, least}, base);
             }
         }
-    }
-
-    /// Where nothing is found: postures of what is not proven by the long search, which leads to those that
-    /// the quick one and their neighbours do not.
-    void seek() noexcept {
-        if (scene_ || margin_ > 0) return;
-        for (int gc = 0; gc < configurations; ++gc) {
-            if (status_[gc] == Status::NEAR_SINGULAR) status_[gc] = Status::OK;  // as before it was asked
-            if (!ask(gc)) continue;
-            for (int i = 0; i < arcs_.open.count; ++i) {
-                const Arc& arc = arcs_.open.arc[i];
-                for (double psi = arc.lower; psi <= arc.upper; psi += near_rule::sought) {
-                    if (!spot(gc, psi).found) continue;
-                    const double from = max(arc.lower, psi - near_rule::sought),
-                                 to = min(arc.upper, psi + near_rule::sought);
-                    for (double beside = from; beside <= to; beside += near_rule::sought_beside)
-                        offer(gc, beside);
-                }
-            }
-        }
-        if (best_.gc < 0) return;
-        const double psi = best_.psi;
-        by_sections(best_.gc, psi - near_rule::sought_beside, psi + near_rule::sought_beside);
     }
 
     /// The end of a hull towards which the cost only falls: -1 or 1; 0 where it may turn, or jump to another
@@ -478,6 +475,124 @@ private:
         }
     }
 
+    // -- what arcs do not tell of
+
+    /// A part of a stretch that is not proven, about psi, and what no posture in it costs less than.
+    struct Doubt {
+        double psi, least;
+        int gc;
+    };
+    /// The parts that may hold something nearer than the best, those of least bounds in order; and the least
+    /// bound of all.
+    struct Doubts {
+        int count = 0;
+        double least = infinity;
+        Doubt part[near_rule::doubts];
+
+        void add(const Doubt& one) noexcept {
+            least = min(least, one.least);
+            if (count == near_rule::doubts && !(one.least < part[count - 1].least)) return;
+            int k = count < near_rule::doubts ? count++ : count - 1;
+            for (; k > 0 && one.least < part[k - 1].least; --k) part[k] = part[k - 1];
+            part[k] = one;
+        }
+    };
+    Doubts doubts() const noexcept {
+        Doubts out;
+        out.least = lost_;
+        for (int gc = 0; gc < configurations; ++gc) {
+            if (doubt_[gc].empty() || dropped(least_[gc])) continue;
+            const CorrectedMotion coarse = motion_of_all(gc);
+            for (int i = 0; i < doubt_[gc].count; ++i) {
+                const Arc& arc = doubt_[gc].arc[i];
+                const int parts = 1 + static_cast<int>((arc.upper - arc.lower) / near_rule::doubtful);
+                const double half = 0.5 * (arc.upper - arc.lower) / parts;
+                for (int k = 0; k < parts; ++k) {
+                    const double psi = arc.lower + half * (2 * k + 1);
+                    const Coarse c = coarse.over(psi, half);
+                    const double least = bound(c.theta, c.reach);
+                    if (!dropped(least)) out.add({psi, least, gc});
+                }
+            }
+        }
+        return out;
+    }
+
+    /// Puts in the place of a posture a better one that arcs do not tell of; says where there may be one yet.
+    void look_beside(Nearest& out) noexcept {
+        const Doubts all = doubts();
+        if (dropped(all.least)) return;
+        if (!scene_ && !(margin_ > 0)) {
+            if (options_.near) try_beside(options_.near, out);
+            if (is_solved(out.status)) try_beside(out.q, out);
+            for (int i = 0; i < all.count && (rounds_ > 0 || !is_solved(out.status)); ++i)
+                if (!dropped(all.part[i].least)) try_doubt(all.part[i], out);
+        }
+        if (dropped(all.least)) return;
+        if (is_solved(out.status)) out.status = Status::UNPROVEN;
+        if (out.status == Status::LIMITS) out.status = Status::NEAR_SINGULAR;  // not proven either
+    }
+
+    /// Begins in the middle of a part: at the nominal posture, and where joints about one axis share their
+    /// turn as the seed wishes.
+    void try_doubt(const Doubt& doubt, Nearest& out) noexcept {
+        if (!is_solved(out.status)) {  // settling gives up where it goes slowly
+            offer(doubt.gc, doubt.psi);
+            if (best_.gc >= 0) out = result();
+        }
+        const Found<double> found = correct(near_, pose_, PsiPlane<double>(on_, sin_cos(doubt.psi)),
+                                            configuration(doubt.gc), near_rule::corrections);
+        Spot at;
+        for (int j = 0; j < joints; ++j) at.angle[j] = found.angle[j];
+        at.found = true;
+        finish(at);
+        try_beside(at.q, out);
+        const SinCos<double>(&angle)[joints] = at.angle;
+        const double bend = angle[3].sin * arm_.delta.cos - angle[3].cos * arm_.delta.sin;
+        const bool shared = share(0, angle[1].sin, angle[1].cos, at.q) | share(2, bend, angle[3].cos, at.q) |
+                            share(4, angle[5].sin, angle[5].cos, at.q);
+        if (shared) try_beside(at.q, out);
+    }
+
+    /// Gives joints j and j + 2, about one axis where the hinge between them is straight, the shares of their
+    /// turn that cost least; whether it does.
+    bool share(int j, double sine, double cosine, double* q) const noexcept {
+        const JointCost &a = joint_[j], &b = joint_[j + 2];
+        const double weight = a.weight + b.weight;
+        if (abs(sine) > near_rule::shared || !(weight > 0)) return false;
+        const double to_b = (cosine > 0 ? -1.0 : 1.0) * a.sign * b.sign;
+        const double turn = (a.weight * (a.near - q[j]) + b.weight * to_b * (b.near - q[j + 2])) / weight;
+        q[j] += turn;
+        q[j + 2] += to_b * turn;
+        return true;
+    }
+
+    /// Settles joints on the pose within the limits, then where they cost least beside that, and takes them
+    /// where they gain.
+    void try_beside(const double* start, Nearest& out) noexcept {
+        Joints from{};
+        for (int j = 0; j < joints; ++j) from.q[j] = start[j];
+        Drawing pull;
+        for (int j = 0; options_.metric != Metric::margin && j < joints; ++j) {
+            pull.weight[j] = options_.weight[j];
+            pull.near[j] = joint_[j].near;
+        }
+        const Relaxed at = settled_beside(near_, arm_.limits, from, pose_, pull, rounds_);
+        if (!meets(near_, at)) return;
+        const Posture here = forward(near_, at.at.q);
+        if (is_nan(here.psi) || !(options_.branches >> here.gc & 1)) return;
+        if (options_.allowed && !contains(*options_.allowed, here.psi)) return;
+        const Nearest found = finished(at.at.q, here.psi, here.gc);
+        const double rank = rank_of(found);
+        if (is_solved(out.status) && !(rank < rank_of(out) - nearest_rule::gain)) return;
+        out = found;
+        best_.cost = squares() ? rank * rank : rank;
+    }
+
+    double rank_of(const Nearest& x) const noexcept {
+        return options_.metric == Metric::margin ? -x.margin : x.distance;
+    }
+
     // -- results
 
     /// The seed itself, where it is a posture of the pose: nothing is nearer.
@@ -498,8 +613,7 @@ private:
         if (!options_.near || options_.metric == Metric::margin) return;
         const Posture here = forward(near_, options_.near);
         if (is_nan(here.psi) || !ask(here.gc)) return;
-        const bool open = !scene_ && contains(arcs_.open, here.psi);
-        if (open || contains(arcs_.arcs, here.psi)) offer(here.gc, here.psi);
+        if (contains(arcs_.arcs, here.psi)) offer(here.gc, here.psi);
     }
 
     /// What is told of the best posture found.
@@ -527,17 +641,20 @@ private:
     ProvenArcs arcs_;
     int asked_ = -1;  // the branch whose arcs these are
     Best best_;
-    double elbow_most_ = infinity;  // what joint 4 may cost
-    bool open_ = false;             // the stretch that is searched is not proven
+    double elbow_most_ = infinity;      // what joint 4 may cost
+    ArcSet doubt_[configurations];      // what is not proven of the branches that were asked
+    double lost_ = infinity;            // the least bound of what was given up
+    int rounds_ = near_rule::settling;  // of settled(), left to the pose
     int waiting_ = 0;
     Piece piece_[capacity];  // of the arc that is searched
 };
 
 }  // namespace detail
 
-/// The posture of a pose that is nearest to a seed, globally: over the allowed branches, all proven psi, all
-/// windings; and of what is not proven, the nearest found, where no `scene` is to be kept clear of. `margin`
-/// (rad) is kept around singularities.
+/// The posture of a pose that is nearest to a seed, globally: over the allowed branches, all psi, all
+/// windings. UNPROVEN: it is a posture, but it is not proven that none is nearer. What is not proven is
+/// searched where no `scene` is to be kept clear of. `margin` (rad) is kept around singularities, and nothing
+/// searched beside them.
 inline Nearest nearest_posture(const NearArm& arm, double margin, const Pose<double>& pose,
                                const NearestOptions& options, const Scene* scene = nullptr) noexcept {
     return detail::ProvenSearch(arm, margin, pose, options, scene).best();

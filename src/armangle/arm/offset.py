@@ -64,10 +64,6 @@ def _signature() -> Signature:
     return Signature([*own, *(parameter for parameter in shared if parameter.name not in _NO_FIELDS)])
 
 
-class _NoDoorError(InputError, AttributeError):
-    """What an `Arm` has and an `OffsetArm` has not was asked for."""
-
-
 _NO_SCENES = "no scenes are made for it: frames(q) says where its links are"
 _INSTEAD = {
     "solutions": "solve(pose, gc=k) is the nearest posture of branch k, feasible_all(pose) all there are",
@@ -199,7 +195,10 @@ class OffsetArm(FrozenValue):
         for name in _NO_FIELDS:
             if name in numbers:
                 raise InputError(f"{name} is given, wanted none: an OffsetArm has no {name}")
-        rows = Arm(**numbers)
+        try:
+            rows = Arm(**numbers)
+        except TypeError as error:  # a keyword is wrong or missing
+            raise TypeError(str(error).replace("Arm()", "OffsetArm()")) from None
         limit = _core.LENGTH_LIMIT
         offsets = {n: as_number(f"{n} (m)", x, -limit, limit) for n, x in (("a_1", a_1), ("a_6", a_6))}
         if bool(offsets["a_1"]) == bool(offsets["a_6"]):
@@ -416,7 +415,7 @@ class OffsetArm(FrozenValue):
         if name.startswith("_") or not hasattr(Arm, name):
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
         there = _INSTEAD.get(name, "there are forward, inverse, feasible, solve, step, follow and Tracker")
-        raise _NoDoorError(f"an OffsetArm has no {name}: {there}")
+        raise AttributeError(f"an OffsetArm has no {name}: {there}", name=name, obj=self)
 
     def _numbers(self) -> dict[str, Any]:
         kept = {name: value for name, value in self.rows._numbers().items() if name not in _NO_FIELDS}

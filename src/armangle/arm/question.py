@@ -25,7 +25,7 @@ from .._arrays import (
 from ..errors import ConfigurationError, InputError, NotFiniteError, ShapeError
 from ..scenes.ready import Ready
 from ..scenes.scene import Scene
-from ..status import Status
+from ..status import SOLVED
 from .allowed import Allowed, allowed_arcs
 from .solution import Solution, Solutions
 
@@ -104,8 +104,9 @@ class Question:
             self.threads,
             self.scene,
         )
-        pose, beside = self.poses.copy(), (status != Status.OK) & np.isfinite(gap)
-        pose[status != Status.OK] = np.nan
+        unsolved = ~np.isin(status, SOLVED)
+        pose, beside = self.poses.copy(), unsolved & np.isfinite(gap)
+        pose[unsolved] = np.nan
         if beside.any():
             pose[beside] = self.arm.forward(q[beside], undefined="nan")[0]
         every = Solution(q, psi, gc, distance, status, margin, gap, pose)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from .._arrays import JOINTS, Floats, Ints, frozen
 from ..errors import InputError, NoSolutionError, UnreachableError
-from ..status import STATUSES, Status
+from ..status import SOLVED, STATUSES, Status
 
 _OUT_OF_REACH = (Status.UNREACHABLE, Status.FOLDED)
 
@@ -22,8 +22,9 @@ class Solution(NamedTuple):
     in the metric asked, rad, NaN without a seed; ``status (...)`` an `Status`, of a batch its codes as
     int8; ``margin (...)`` least distance of a joint to one of its limits, rad; ``pose (..., 4, 4)`` that
     q holds, and ``gap (...)`` by which it is off the one asked, ``sqrt(|dp|² + (length·angle)²)``, m. Where
-    the status is OK, the pose is the one asked and the gap 0. Else the numbers are NaN and gc is -1; with
-    ``outside="nearest"`` they are those of the nearest pose.
+    the status is OK, the pose is the one asked and the gap 0. So it is where it is UNPROVEN: of an arm with a
+    chain of its own, beside singularities, where it is not proven that no posture is nearer. Else the numbers
+    are NaN and gc is -1; with ``outside="nearest"`` they are those of the nearest pose.
 
     It is a tuple of these eight, so that ``q, psi, *_ = solution``; of a batch too: `row` gives one pose's.
     """
@@ -40,7 +41,7 @@ class Solution(NamedTuple):
     @property
     def ok(self) -> bool | NDArray[np.bool_]:
         """Whether there is a posture, shape (...)."""
-        found = np.asarray(self.status) == Status.OK
+        found = np.isin(np.asarray(self.status), SOLVED)
         return found if found.ndim else bool(found)
 
     def row(self, index: int | tuple[int, ...]) -> Solution:
@@ -97,7 +98,7 @@ class Solution(NamedTuple):
             If limits, margins or what the caller allows leave no posture.
         """
         codes = np.asarray(self.status)
-        bad = np.argwhere(codes != Status.OK)
+        bad = np.argwhere(~np.isin(codes, SOLVED))
         if not len(bad):
             return self
         at = tuple(int(i) for i in bad[0])
@@ -111,12 +112,12 @@ class Solution(NamedTuple):
         """Return the fields of one pose to six digits; of a batch how many poses have a posture."""
         codes = np.asarray(self.status)
         if codes.ndim:
-            found = int((codes == Status.OK).sum())
+            found = int(np.isin(codes, SOLVED).sum())
             return f"<Solution of a batch {codes.shape}: {found} of {codes.size} poses have a posture>"
         if not np.isfinite(self.q).all():
             return f"<Solution: none, {self.status}>"
         joints = ", ".join(f"{x:.6g}" for x in self.q)
-        off = "" if self.status == Status.OK else f", gap={self.gap:.6g}"
+        off = "" if self.ok else f", gap={self.gap:.6g}"
         return (
             f"Solution(q=[{joints}], psi={self.psi:.6g}, gc={self.gc}, distance={self.distance:.6g}, "
             f"status={self.status}, margin={self.margin:.6g}{off})"

@@ -12,7 +12,7 @@ from ..files.tables import JointTable
 from ..motion.following import follow
 from ..motion.joint_path import JointPath, blank_rows
 from ..scenes.scene import Scene
-from ..status import Status
+from ..status import SOLVED
 
 
 def motion_of(arm: Arm, table: JointTable) -> JointPath:
@@ -43,7 +43,7 @@ def motion_of(arm: Arm, table: JointTable) -> JointPath:
     q = table.q[known]
     poses[known], rows["psi"][known], rows["gc"][known] = arm.forward(q, undefined="nan")
     rows["q"][known], rows["margin"][known], rows["residual"][known] = q, arm.limit_margin(q), 0.0
-    failed = table.status != Status.OK
+    failed = ~np.isin(table.status, SOLVED)
     poses[failed] = rows["residual"][failed] = np.nan
     defined = np.isfinite(rows["psi"])
     rows["psi"][defined] = np.unwrap(rows["psi"][defined])

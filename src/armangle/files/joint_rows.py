@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._arrays import CONFIGURATIONS, JOINTS, Floats
-from ..status import Status
+from ..status import SOLVED, Status
 
 JOINT_COLUMNS = tuple(f"q{i}" for i in range(1, JOINTS + 1))
 OPTIONAL = ("s", "psi", "gc", "margin")
@@ -66,7 +66,7 @@ def unsaid_fault(numbers: Floats, status: NDArray[np.int8]) -> Fault | None:
 
     A file that says psi or gc nowhere is one that does not know it.
     """
-    ok = status == Status.OK
+    ok = np.isin(status, SOLVED)
     gc = np.where(numbers[:, _GC] == NO_GC, np.nan, numbers[:, _GC])
     for name, column in (("psi", numbers[:, _PSI]), ("gc", gc)):
         missing = np.isnan(column) & ok
@@ -85,4 +85,4 @@ def codes(numbers: Floats, words: list[str] | None) -> NDArray[np.int8]:
 
 
 def _are_ok(words: list[str]) -> NDArray[np.bool_]:
-    return np.array([word == Status.OK.name for word in words], dtype=np.bool_)
+    return np.array([_NAMES[word] in SOLVED for word in words], dtype=np.bool_)

@@ -16,7 +16,7 @@ from ..arm.offset import OffsetArm, as_srs
 from ..arm.roll import Roll
 from ..errors import PathError, UnreachableError
 from ..scenes.scene import Scene
-from ..status import STATUSES, Status
+from ..status import SOLVED, STATUSES, Status
 from .paths import NO_DEVIATION, Deviation, Path, Segments, checked_parameters
 
 _ORDERS = 3
@@ -209,12 +209,12 @@ class JointPath:
     @property
     def ok(self) -> bool:
         """Whether every pose is solved within all limits."""
-        return bool((self.status == Status.OK).all())
+        return bool(np.isin(self.status, SOLVED).all())
 
     @property
     def first_failure(self) -> int | None:
-        """Index of the first row that is not OK, or None."""
-        bad = np.flatnonzero(self.status != Status.OK)
+        """Index of the first row that is not solved, or None."""
+        bad = np.flatnonzero(~np.isin(self.status, SOLVED))
         return int(bad[0]) if len(bad) else None
 
     @property
@@ -367,7 +367,7 @@ class JointPath:
             count = "The one pose is" if one else f"All {len(self)} poses are"
             clear = " and clear of the scene" if self.scenes else ""
             return f"{count} solved within all limits{clear}{proven}.{self._rounded()}{self._unproven()}"
-        done = int((self.status == Status.OK).sum())
+        done = int(np.isin(self.status, SOLVED).sum())
         sentence = STATUSES[self.status[at]].sentence
         if one:
             return f"The one pose is not solved. {sentence}{self._detail(at)}"
@@ -399,7 +399,7 @@ class JointPath:
             except UnreachableError as error:
                 said = str(error).capitalize()
                 return f" {said}{'' if said.endswith('?') else '.'}"
-        solved = np.flatnonzero(self.status[:at] == Status.OK)
+        solved = np.flatnonzero(np.isin(self.status[:at], SOLVED))
         before = self.q[solved[-1]] if len(solved) else self.start
         if self.status[at] not in _OF_A_JOINT or before is None:
             return ""

@@ -1,0 +1,107 @@
+// How near a posture is to a second one of the same psi and branch.
+//
+// The postures of a psi on the two sides of theta_2 = 0 meet where the seven equations' Jacobian vanishes. On
+// the nominal arm that is at theta_2 = 0 itself, and the second posture is the mirrored one, of the other
+// branch. On the true arm its determinant is that of the nominal one times 1 - a / sin theta_2, up to
+// squares of the deviation: the postures meet at the sine a, and the second one has the sine 2 a - sin
+// theta_2. It is of the same branch where that has the same sign, so where a / sin theta_2 is above one half.
+// theta_4 - delta and theta_6 are alike.
+//
+//     ---|-----------|-----------|---> sin theta_2
+//        0           a          2 a
+//        second posture, posture   <- one half and above: both of one branch
+//
+// Beside theta_2 = 0 joints 1 and 3 turn about one axis. While they share a turn p the hand hardly moves, and
+// a = b + c cos 2 (p - p_0): up to four postures of a psi are on that circle, and one of the branch alone
+// where sin theta_2 > 2 (b + c). So it is with joints 5 and 7.
+#pragma once
+
+#include "inverse.hpp"
+
+namespace armangle {
+
+namespace near_rule {
+/// Of one half, less what squares of the deviation add: a posture is the only one of its psi and branch.
+inline constexpr double alone = 0.4;
+}  // namespace near_rule
+
+namespace detail {
+
+/// The share a / sin theta_2 of joints 1-4, that of theta_6 by joints 5-7, and that of all joints, by
+/// determinants of the true chain and of the nominal arm at a posture.
+template <class T>
+struct MeetingShare {
+    T of_rest, of_turn, of_all;
+
+    MeetingShare(const NearArm& arm, const Pose<T>& pose, const PsiPlane<T>& plane,
+                 const SinCos<T>* angle) noexcept {
+        const Arm& nominal = arm.nominal;
+        const double La = nominal.upper_arm, Lb = nominal.forearm, reach = nominal.reach;
+        const Reduced<T> of(seven_equations(arm, pose, plane, angle));
+        const SinCos<T>& elbow = angle[3];
+        const T sine = elbow.sin * T(nominal.delta.cos) - elbow.cos * T(nominal.delta.sin),
+                cosine = elbow.cos * T(nominal.delta.cos) + elbow.sin * T(nominal.delta.sin);
+        const T across = sqrt(mul_add(cosine, T(2.0 * La * Lb), T(La * La + Lb * Lb)));  // S-W, across axis 4
+        // both are -1 of the nominal arm
+        const T rest = T(reach * reach * reach / (La * Lb)) / (angle[1].sin * sine * across * of.per),
+                turn = T(1.0) / (angle[5].sin * of.per_det);
+        of_rest = T(1.0) + rest;
+        of_turn = T(1.0) + turn;
+        of_all = T(1.0) - rest * turn;
+    }
+};
+
+/// The share that counts where joints j and j + 2 share a turn, the hinge between them being nearly straight:
+/// `here` and at three more eighths of the circle.
+template <class T>
+ARMANGLE_INLINE T share_all_round(const NearArm& arm, const Pose<T>& pose, const PsiPlane<T>& plane,
+                                  const SinCos<T>* angle, int j, const T& here) noexcept {
+    const T half(0.70710678118654752);  // sine and cosine of an eighth
+    const T side = select(angle[j + 1].cos > T(0.0), T(-1.0), T(1.0));
+    SinCos<T> at[joints];
+    for (int k = 0; k < joints; ++k) at[k] = angle[k];
+    T share[4] = {here, here, here, here};
+    for (int k = 1; k < 4; ++k) {
+        const SinCos<T> a = at[j], b = at[j + 2];
+        at[j] = {(a.sin + a.cos) * half, (a.cos - a.sin) * half};
+        at[j + 2] = {(b.sin + side * b.cos) * half, (b.cos - side * b.sin) * half};
+        share[k] = MeetingShare<T>(arm, pose, plane, at).of_all;
+    }
+    const T middle = T(0.25) * (share[0] + share[1] + share[2] + share[3]),
+            swing = T(0.5) * hypot(share[0] - share[2], share[1] - share[3]);
+    return middle + swing;
+}
+
+/// The largest share of a posture. Negative where no second one is of the branch.
+template <class T>
+ARMANGLE_INLINE T meeting_share(const NearArm& arm, const Pose<T>& pose, const PsiPlane<T>& plane,
+                                const SinCos<T>* angle) noexcept {
+    const MeetingShare<T> own(arm, pose, plane, angle);
+    T out = max(max(own.of_rest, own.of_turn), own.of_all);
+    for (const int j : {0, 4}) {
+        const auto straight = abs(angle[j + 1].sin) < T(near_rule::band_sine);
+        if (any(straight))
+            out = select(straight, max(out, share_all_round(arm, pose, plane, angle, j, own.of_all)), out);
+    }
+    return out;
+}
+
+/// Whether the postures that are within `reach` of theta are the only ones of the branch, by the share at
+/// theta.
+inline bool is_alone(const Arm& nominal, double share, const double (&theta)[joints],
+                     const double (&reach)[joints]) noexcept {
+    if (share <= 0) return true;
+    const double zero[] = {0.0, nominal.delta_angle, 0.0};
+    double most = 1.0;
+    for (int i = 0; i < 3; ++i) {
+        const int j = 2 * i + 1;
+        const double sine = abs(sin_cos(theta[j] - zero[i]).sin);
+        if (!(sine > reach[j])) return false;
+        most = max(most, sine / (sine - reach[j]));
+    }
+    return share * most < near_rule::alone;
+}
+
+}  // namespace detail
+
+}  // namespace armangle
