@@ -128,11 +128,9 @@ void each_branch(const Arm& arm, const Circle<double>& circle, const LimitTable&
                 Blocked both = sides[shoulder].shoulder;
                 append(sides[wrist].wrist, both);
                 const JointFunctions<double>&of_shoulder = sides[shoulder].f, &of_wrist = sides[wrist].f;
-                const bool narrow = free_arcs(both, arcs);
-                now = tell_ends(*table, of_shoulder, of_wrist, arcs);
-                // a psi at which a joint turns back adds nothing to what holds the pose, but turns of its own
-                const bool beside = which != all_pivots && both.touching;
-                if (beside || may_isolate(*table, both, arcs, narrow))
+                const Left left = finish(*table, of_shoulder, of_wrist, both, arcs);
+                now = left.status;
+                if (left.may_isolate)
                     now = add_isolated(*table, m, of_shoulder, of_wrist, both, arcs, counted);
             }
             if (each(gc, now, arcs, sides[shoulder].f, sides[wrist].f)) return;

@@ -409,12 +409,13 @@ private:
     bool settle(const Pose<double>& pose, Status& why, Step& out) const noexcept {
         const bool limits = why == Status::LIMITS || why == Status::WINDING_EXHAUSTED ||
                             why == Status::ELBOW_LIMIT || why == Status::JOINT_JUMP;
-        const double bend = min(min(abs(std::sin(now_.theta[1])), abs(std::sin(now_.theta[3]))),
-                                abs(std::sin(now_.theta[5])));
+        const double straight = arm_.delta_angle;
+        double bend = abs(std::sin(now_.theta[3] - straight));
+        for (const int j : hinge_joint) bend = min(bend, abs(std::sin(now_.theta[j])));
         if (!limits || options_.scene || limits_.margin > 0 || bend > step_rule::straight) return false;
         // stretched the elbow does not bend by itself: it begins as the pose asks, and may to either side
         const SinCos<double>& bent = branch_[0].motion->elbow.theta_4;
-        const double theta_4 = atan2(bent.sin, bent.cos), straight = arm_.delta_angle;
+        const double theta_4 = atan2(bent.sin, bent.cos);
         const int side = index(configuration(arm_, now_.theta)) & 2;
         const bool either = abs(std::sin(now_.theta[3] - straight)) <= step_rule::stretched;
         return settle_from(theta_4, pose, either ? -1 : side, why, out) ||

@@ -373,6 +373,7 @@ public:
             const bool within = x.start >= g.start - proof::join && x.end <= g.end + proof::join;
             const bool joined = !before || largest_move(before->q_end, x.q) <= proof::gap;
             before = &x;
+            if (!joined) proof_.violated.push_back(x.start);
             const bool limited = within && joined && prove(x, x.start, x.end, 0);
             const bool clear = keeps_clear(x);
             if (limited && clear) continue;
