@@ -73,8 +73,10 @@ public:
     }
 
     /// The least of a quadratic in the box that minds the pairs near by; v is where to begin.
-    void minimise(const JointQuadratic& p, const double* lower, const double* upper,
+    void minimise(const JointQuadratic& p, const double* least, const double* greatest,
                   double (&v)[joints]) noexcept {
+        double lower[joints], upper[joints];
+        narrow(least, greatest, lower, upper);
         armangle::minimise(p, lower, upper, v);
         double most = 0, pressed = 0;
         for (int j = 0; j < joints; ++j) most = max(most, p.H[j][j]);
@@ -125,6 +127,27 @@ private:
         for (int j = 0; j < joints; ++j)
             if (acceleration_[j] < infinity) out = max(out, abs(v[j]) / acceleration_[j]);
         return out;
+    }
+
+    /// The part of the box in which every joint stays within its limits though all stop together, no faster
+    /// than the slowest: where one can only just brake before its limit the others leave it the time that
+    /// takes, and no more. (Else it would be all of them that brake, until they stand.)
+    void narrow(const double* least, const double* greatest, double (&lower)[joints],
+                double (&upper)[joints]) const noexcept {
+        double longest = braking(before_) + dt_, down[joints], up[joints];  // s of braking; rad to the limits
+        for (int j = 0; j < joints; ++j) {
+            down[j] = max(q_[j] - limits_.lower[j], 0.0);
+            up[j] = max(limits_.upper[j] - q_[j], 0.0);
+            if (least[j] > 0) longest = min(longest, 2.0 * (up[j] / least[j] - dt_));
+            if (greatest[j] < 0) longest = min(longest, 2.0 * (down[j] / -greatest[j] - dt_));
+        }
+        longest = max(longest, 0.0);
+        const double lasting = dt_ + 0.5 * longest;
+        for (int j = 0; j < joints; ++j) {
+            const double most = acceleration_[j] < infinity ? acceleration_[j] * longest : infinity;
+            upper[j] = max(min(greatest[j], min(most, up[j] / lasting)), least[j]);
+            lower[j] = min(max(least[j], -min(most, down[j] / lasting)), upper[j]);
+        }
     }
 
     /// The share of a tick with v, and of braking after it, that is proven.

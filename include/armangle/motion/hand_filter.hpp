@@ -5,6 +5,7 @@
 //     predicted = pose + velocity T,  r = measured - predicted,  pose = predicted + (1 - a^2) r,
 //     velocity += (1 - a)^2 / T r,    a = exp(-omega T).
 //
+// Its acceleration is what the velocity changed by, smoothed once more.
 // A sample far from its prediction is an outlier until it has lasted: the pose goes on as predicted, slowing
 // down, and only what stays where it jumped to for `patience` is believed.
 // Source: E. Brookner, Tracking and Kalman Filtering Made Easy (1998), section 1.2.
@@ -26,6 +27,7 @@ namespace hand_rule {
 inline constexpr double stale = 0.06;    // s: a sample repeated for longer is a hand at rest
 inline constexpr double slowing = 0.15;  // s in which a prediction without samples loses its speed
 inline constexpr double fastest = 20.0;  // m/s and rad/s: a difference of samples beyond it is a jump
+inline constexpr double smooth = 0.03;   // s over which the acceleration is averaged
 }  // namespace hand_rule
 
 /// A hand whose samples come late, jump or fail: where it is, and how fast.
@@ -35,13 +37,14 @@ public:
 
     void start(const Pose<double>& pose) noexcept {
         pose_ = told_ = sample_ = suspect_ = pose;
-        velocity_ = Twist{};
+        velocity_ = acceleration_ = Twist{};
         age_ = suspected_ = 0;
         held_ = false;
     }
 
     /// One tick of dt s; `sample` is null where none came, or none that is a pose.
     void tick(const Pose<double>* sample, double dt) noexcept {
+        const Twist before = velocity_;
         age_ += dt;
         held_ = false;
         const bool fresh = sample && (!same(*sample, sample_) || age_ > hand_rule::stale);
@@ -50,16 +53,19 @@ public:
             if (is_plain()) return rest_plain();
             pose_ = moved_by(pose_, velocity_ * dt);
             since_ += dt;
-            return;
+            return speed_up(before, dt);
         }
         if (is_jump(*sample, dt)) return doubt(*sample, dt);
         suspected_ = 0;
         is_plain() ? take(*sample) : blend(*sample, dt);
+        speed_up(before, dt);
         remember(*sample);
     }
 
     const Pose<double>& pose() const noexcept { return pose_; }
     const Twist& velocity() const noexcept { return velocity_; }
+    /// m/s^2 and rad/s^2, some hundredths of a second late; none while no sample is believed.
+    const Twist& acceleration() const noexcept { return acceleration_; }
     bool held() const noexcept { return held_; }
     Pose<double> predicted(double ahead) const noexcept { return moved_by(pose_, velocity_ * ahead); }
 
@@ -99,12 +105,13 @@ private:
         since_ += dt;
         pose_ = moved_by(pose_, velocity_ * dt);
         velocity_ = velocity_ * std::exp(-dt / hand_rule::slowing);
+        acceleration_ = Twist{};
     }
 
     /// Where the sample says, whatever was predicted while none came.
     void rest_plain() noexcept {
         pose_ = told_;
-        if (age_ > 2.0 * period_) velocity_ = Twist{};
+        if (age_ > 2.0 * period_) velocity_ = acceleration_ = Twist{};
     }
 
     /// Taken as it comes; the velocity is that between the last two samples.
@@ -125,6 +132,11 @@ private:
         velocity_ = velocity_ + rest * ((1.0 - a) * (1.0 - a) / T);
     }
 
+    void speed_up(const Twist& before, double dt) noexcept {
+        const Twist change = (velocity_ - before) * (1.0 / dt);
+        acceleration_ = acceleration_ + (change - acceleration_) * -std::expm1(-dt / hand_rule::smooth);
+    }
+
     void remember(const Pose<double>& sample) noexcept {
         sample_ = sample;
         told_ = pose_;
@@ -135,7 +147,7 @@ private:
     HandFilter options_;
     Pose<double> pose_ = identity_pose(), sample_ = identity_pose(), suspect_ = identity_pose();
     Pose<double> told_ = identity_pose();  // where the hand was when the sample changed
-    Twist velocity_;
+    Twist velocity_, acceleration_;
     double age_ = 0;        // s since the sample changed
     double since_ = 0;      // s since a sample was believed
     double period_ = 0;     // s between samples

@@ -75,10 +75,13 @@ inline constexpr double rounding = 2e-15;   // rad: what a sum of joint values m
 inline constexpr double outside = 1e-9;     // rad: joints this far out of the box were rounded there
 inline constexpr double soft = 0.05;        // rad kept off limits where arcs allow it
 inline constexpr double braking = 0.6;      // share of the acceleration that an approach is planned with
+inline constexpr double direct = 1.0;       // the same where the tool's position alone comes nearer
+inline constexpr double assured = 0.2;      // share that is left, however hard the hand brakes
+inline constexpr double aside = 0.1;        // of `length`: what a radian counts as beside position alone
 inline constexpr double turning = 0.3;      // the same of psi
 inline constexpr double ticks = 3.0;        // an approach ends no faster than geometrically over so many
 inline constexpr double regular = 1e-4;     // of H, m^2/rad^2
-inline constexpr double damping = 4e-3;     // the same in addition, of a tool that is late
+inline constexpr double damping = 2e-3;     // the same in addition, of a tool that is late
 inline constexpr double late = 0.0015;      // m from the hand at which all of it is added
 inline constexpr double preview = 0.15;     // s ahead for which psi is chosen
 inline constexpr double fast = 0.1;         // m/s of the wrist at which the elbow's margin is full
@@ -267,10 +270,12 @@ private:
     void see(const Command& command) noexcept {
         wanted_ = hand_.pose();
         speed_ = hand_.velocity();
+        acceleration_ = hand_.acceleration();
         if (!command.seen) return;
         const Pose<double>& seen = *command.seen;
         wanted_ = seen * wanted_;
         speed_ = {seen.rotation * speed_.linear + command.drift, seen.rotation * speed_.angular};
+        acceleration_ = {seen.rotation * acceleration_.linear, seen.rotation * acceleration_.angular};
     }
 
     /// A hand that has moved makes a new case: what was tried for another one does not count.
@@ -355,6 +360,21 @@ private:
             if (!(way > 0)) continue;
             k = min(k, sqrt(2.0 * track_rule::braking * options_.acceleration[j] / way));
             k = min(k, options_.velocity[j] / way);
+        }
+        return k;
+    }
+
+    /// The same for the moves of a part of the tool's way, whose speeds the box bounds: a joint that reaches
+    /// its greatest speed before it has to brake is in nobody's way. It brakes against a goal that itself
+    /// speeds up by `gain`, rad/s^2: one that runs away leaves more to brake with, one that slows down less.
+    double pace(const double (&d)[joints], const double (&gain)[joints], double share,
+                double dt) const noexcept {
+        double k = 1.0 / (track_rule::ticks * dt);
+        for (int j = 0; j < joints; ++j) {
+            const double way = abs(d[j]), a = options_.acceleration[j], v = options_.velocity[j];
+            const double away = d[j] > 0 ? gain[j] : -gain[j];
+            const double brake = min(max(share * a + away, track_rule::assured * a), a);
+            if (way > 0 && 2.0 * brake * way < v * v) k = min(k, sqrt(2.0 * brake / way));
         }
         return k;
     }
@@ -692,11 +712,24 @@ private:
         const double late = min(size(rest, options_.length) / track_rule::late, 1.0);
         const double damping = track_rule::regular + late * track_rule::damping;
         const Jacobian J = jacobian(arm_, q_.q);
-        JointQuadratic p = detail::normal_equations(J, rest, options_.length, damping);
-        double tool[joints], way[joints], v[joints];
-        minimise(p, tool);
+        const auto equations = [&](const Twist& move, double length) {
+            return detail::normal_equations(J, move, length, damping);
+        };
+        double gain[joints], way[joints], v[joints];
+        minimise(equations(acceleration_, options_.length), gain);
+        const auto at_pace = [&](const Twist& move, double length, double share) {
+            double d[joints];
+            minimise(equations(move, length), d);
+            return move * pace(d, gain, share, t.dt);
+        };
+        // A hand that stands is met soonest if all joints arrive together. One that goes on is nearer all the
+        // while if position does not wait for the joints that turn the tool.
+        const Twist nearer =
+            fixed_ ? at_pace(rest, options_.length, track_rule::braking)
+                   : at_pace({rest.linear, {}}, track_rule::aside * options_.length, track_rule::direct) +
+                         at_pace({{}, rest.angular}, options_.length, track_rule::braking);
         for (int j = 0; j < joints; ++j) way[j] = goal.at.q[j] - q_.q[j];
-        p = detail::normal_equations(J, lead + rest * pace(tool, t.dt), options_.length, damping);
+        JointQuadratic p = equations(lead + nearer, options_.length);
         const double k = pace(way, t.dt);
         for (int j = 0; j < joints; ++j) {
             p.g[j] += damping * k * way[j];
@@ -973,7 +1006,7 @@ private:
     TrackerOptions options_;
     Hand hand_;
     Pose<double> wanted_ = identity_pose();  // the hand where this arm sees it
-    Twist speed_;                            // of it
+    Twist speed_, acceleration_;             // of it
     LimitTable plain_, clear_;
     Joints q_{}, relaxed_{};
     double v_[joints] = {};
