@@ -326,21 +326,42 @@ def test_reconfigure_leads_to_another_branch_within_the_bounds(gc: int) -> None:
     assert (np.diff(np.flatnonzero(turning)) == 1).all()
 
 
-def test_a_branch_that_cannot_hold_the_hand_is_given_up() -> None:
-    """TURNING for ever, some with the arm at rest 0.4 m from a hand that it had held."""
-    arm = ARM_OF["openarm_v10"]
+@pytest.mark.parametrize("name", ["openarm_v10", "jvrc1_right"])
+def test_a_branch_that_cannot_hold_the_hand_is_refused(name: str) -> None:
+    """Nine turns in a minute, and then at rest off a hand that had been held."""
+    arm = aa.Arm.from_catalogue(name)
     start = streams.posture(arm)
     pose, _, own = arm.forward(start)
     impossible = [gc for gc in range(8) if gc != own and arm.feasible(pose, gc).is_empty]
     assert impossible
     for gc in impossible:
-        tracker = tracker_at(arm, start)
-        q = [tracker.q]
-        for k in range(3000):
-            now = tracker.step(pose, reconfigure=gc if k == 0 else None)
-            q.append(now.q)
-        check_bounds(arm, np.array(q), np.full(len(q) - 1, DT))
-        assert (now.status, now.why) == (aa.Tracking.FOLLOWING, aa.Status.OK), gc
+        tracker = tracker_at(arm, start, velocity=2.0)
+        first = tracker.step(pose, reconfigure=gc)
+        assert (first.status, first.why) == (aa.Tracking.FOLLOWING, aa.Status.LIMITS), gc
+        for _ in range(250):
+            now = tracker.step(pose)
+            assert (now.status, now.why, now.gc) == (aa.Tracking.FOLLOWING, aa.Status.OK, own), gc
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_turn_is_given_up_when_the_hand_leaves_the_branch_asked_for(seed: int) -> None:
+    """It says so, and the arm comes to rest, within the bounds."""
+    rng = np.random.default_rng(seed)
+    arm = aa.Arm.from_catalogue(rng.choice(["openarm_v10", "jvrc1_right"]))
+    drawn = rng.uniform(arm.lower, arm.upper, (400, 7))
+    poses, _, own = arm.forward(drawn)
+    holds = np.array([[not arm.feasible(pose, gc).is_empty for gc in range(8)] for pose in poses])
+    at, gc = next((i, g) for i in range(400) for g in range(8) if holds[i, g] and g != own[i])
+    then = next(i for i in range(400) if own[i] == own[at] and not holds[i, gc])
+    tracker = tracker_at(arm, drawn[at], velocity=2.0)
+    q = [tracker.q]
+    for k in range(5000):
+        now = tracker.step(poses[at if k < 100 else then], reconfigure=gc if k == 0 else None)
+        q.append(now.q)
+        assert k >= 100 or now.status == aa.Tracking.TURNING
+        assert k != 100 or now.why == aa.Status.LIMITS
+    check_bounds(arm.with_(velocity=np.full(7, 2.0)), np.array(q), np.full(len(q) - 1, DT))
+    assert np.abs(np.diff(q[-250:], axis=0)).max() < 1e-9
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -198,6 +198,8 @@ public:
             asked_ = true;
             given_up_ = false;
         }
+        const bool refused = asked_ && !worth_a_turn(t);
+        if (refused) stay(t);
         std::optional<Guard<Body>> guard;
         box(t);
         if (options_.scene) {
@@ -222,7 +224,9 @@ public:
             approach(t, goal, next);
         }
         goal_pose_ = goal.pose;
-        return finish(t, goal, next, valid, misled);
+        Tracked out = finish(t, goal, next, valid, misled);
+        if (refused && out.why != Status::BAD_INPUT) out.why = Status::LIMITS;
+        return out;
     }
 
     void note(double distance, double dt) noexcept {
@@ -418,6 +422,50 @@ private:
         return posture_of(t, goal);
     }
 
+    /// Whether the branch that is turned to, or else the arm's own, has a posture for the hand, or for the
+    /// nearest pose that joint 4 reaches.
+    bool holds_hand(const Tick& t, Goal& goal) noexcept {
+        if (!within(t, circle(arm_, flange_pose(arm_, wanted_)), options_.still_margin, goal)) return false;
+        const double q_4 = goal.at.q[3];
+        return q_4 >= arm_.limits.lower[3] - track_rule::outside &&
+               q_4 <= arm_.limits.upper[3] + track_rule::outside;
+    }
+
+    /// Whether the branch asked for holds the hand, or at least as nearly as the arm's own does.
+    bool worth_a_turn(const Tick& t) noexcept {
+        Goal there, here;
+        if (!holds_hand(t, there)) return false;
+        if (!(there.gap > 0)) return true;
+        const int to = turning_to_;
+        turning_to_ = -1;
+        const bool nearer = holds_hand(t, here) && here.gap < there.gap - track_rule::exact;
+        turning_to_ = to;
+        return !nearer;
+    }
+
+    /// The branch asked for cannot hold the hand: the arm stays in its own. One that was on its way there may
+    /// be in none that can; it goes to the nearest that does.
+    void stay(const Tick& t) noexcept {
+        const bool underway = legs_ > 0;
+        rest();
+        forget();
+        Goal best;
+        if (!underway || holds_hand(t, best)) return;
+        double least = infinity;
+        for (int gc = 0; gc < configurations; ++gc) {
+            Goal goal;
+            turning_to_ = gc;
+            if (!holds_hand(t, goal)) continue;
+            double way = 0;
+            for (int j = 0; j < joints; ++j) way += (goal.at.q[j] - q_.q[j]) * (goal.at.q[j] - q_.q[j]);
+            if (!(way < least)) continue;
+            least = way;
+            best = goal;
+        }
+        turning_to_ = -1;
+        if (least < infinity) turn_to(best.at, best.gc);
+    }
+
     bool elbow_turns(const Tick& t) const noexcept {
         return turning_to_ >= 0 && configuration(turning_to_).elbow != t.gc.elbow;
     }
@@ -494,7 +542,8 @@ private:
             offer_all(false);
             goal.why = goal.blocked;
             // pairs are numbered as the body's scene has them
-            if (!goal.pair || !std::is_same_v<Body, Arm>) goal.pair = t.guard->nearest_at(goal.at.q);
+            if (t.guard && (!goal.pair || !std::is_same_v<Body, Arm>))
+                goal.pair = t.guard->nearest_at(goal.at.q);
         }
         return least < infinity;
     }
@@ -914,9 +963,8 @@ private:
             }
             least_squares(t, p, v);
         }
-        if (has_stalled(t)) {  // an obstacle is in the way all the same, or that branch has no posture
-            if (t.guard && !(asked_ && goal.posture_only))
-                tried_ += track_rule::most_ways / (asked_ ? 1 : track_rule::turns);
+        if (has_stalled(t)) {  // an obstacle is in the way all the same
+            if (t.guard) tried_ += track_rule::most_ways / (asked_ ? 1 : track_rule::turns);
             tried_for_ = hand_.pose();
             rest();
             forget();

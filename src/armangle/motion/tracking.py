@@ -362,7 +362,8 @@ class Tracker:
             Time of this tick, s, where it is not that of the others.
         reconfigure : int, optional
             Branch 0..7 to go to from this tick on, through what lies between; the tool leaves the hand on
-            the way.
+            the way. One that cannot hold the hand, or not as nearly as the arm's own, is refused: the arm
+            stays, and ``why`` of this tick is LIMITS. The same is said where the hand moves there on the way.
 
         Returns
         -------
