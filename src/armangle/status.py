@@ -10,7 +10,17 @@ from . import _core
 _OF_NUMBERS = tuple("bcdoxXneEfFgG%")
 
 
-class _Outcome(IntEnum):
+class Named(IntEnum):
+    """An int that prints as its name."""
+
+    def __str__(self) -> str:
+        return self.name
+
+    def __format__(self, spec: str) -> str:
+        return format(int(self) if spec[-1:] in _OF_NUMBERS else self.name, spec)
+
+
+class _Outcome(Named):
     """What became of a pose: an int that prints as its name; ``sentence`` says it in words.
 
     It is true where the pose is solved, OK or UNPROVEN, although OK is the number 0: ``if step.status:`` is
@@ -24,12 +34,6 @@ class _Outcome(IntEnum):
 
     def __bool__(self) -> bool:
         return _core.Status(self.value).solved
-
-    def __str__(self) -> str:
-        return self.name
-
-    def __format__(self, spec: str) -> str:
-        return format(int(self) if spec[-1:] in _OF_NUMBERS else self.name, spec)
 
     @property
     def sentence(self) -> str:

@@ -415,6 +415,10 @@ def test_the_values_of_a_tick() -> None:
     assert tracker.step(np.full((4, 4), np.nan)).why == aa.Status.BAD_INPUT
 
 
+def test_the_status_of_a_tick_prints_as_a_word() -> None:
+    assert f"{aa.Tracking.HELD} {aa.Tracking.HELD:d} {aa.Tracking.HELD!s}" == "HELD 3 HELD"
+
+
 def test_bad_input_is_refused() -> None:
     arm = ARM_OF["kuka_iiwa14_r820"]
     with pytest.raises(aa.InputError, match="dt is 0, wanted a number in"):

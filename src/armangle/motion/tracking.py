@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import IntEnum
 from typing import TYPE_CHECKING, Literal, NamedTuple, cast
 
 import numpy as np
@@ -18,11 +17,11 @@ from ..arm.offset import OffsetArm
 from ..arm.wish import DIRECTIONS, Direction
 from ..errors import ConfigurationError, InputError, SceneError, ShapeError
 from ..scenes.scene import Scene
-from ..status import STATUSES, Status
+from ..status import STATUSES, Named, Status
 from .options import LONGEST_STEP, Bound, joint_bound
 
 
-class _Tracking(IntEnum):
+class _Tracking(Named):
     """What became of a tick: FOLLOWING, LAGGING, NEAREST, HELD, TURNING or RETURNING; see `Tracked`."""
 
 
