@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
-from support.calibrated import ARMS, NAMES, calibrated, off_singular, plain_forward, postures
+from support.calibrated import ARMS, NAMES, Array, calibrated, off_singular, plain_forward, postures
 from support.chain import turn
 from support.draw import count, generator
 from support.laws import POSE, circle_gap, gap
 
 import armangle as aa
 from armangle.models.chain import chain_of, links_of
+from armangle.models.detect import describe_chain
 
 EVERY = pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS.keys())
 
@@ -137,6 +139,25 @@ def test_what_geometry_has_no_answer_for_says_why() -> None:
     with pytest.raises(aa.NoSolutionError, match="Branches meet here"):
         arm.inverse(pose[lost][0], psi[lost][0], gc[lost][0])
     assert arm.deviation.bands[2] > 0.0
+
+
+@pytest.mark.parametrize("name", ["openarm_v10", "human_arm_left", "rokae_ar5_left", "agilex_nero"])
+def test_noise_does_not_choose_the_senses_of_axes(name: str) -> None:
+    """Lengths of 0, and arms that can be written in several ways, were told apart by the noise of a file."""
+    exact = chain_of(aa.Arm.from_catalogue(name)._description())
+    wanted, rng = describe_chain(exact, exact=False)[0], generator(len(name))
+
+    def noisy(origin: Array) -> Array:
+        return origin @ aa.pose(0.3e-3 * rng.normal(size=3), rotvec=0.3e-3 * rng.normal(size=3))
+
+    for _ in range(3):
+        joints = tuple(replace(joint, origin=noisy(joint.origin)) for joint in exact.joints)
+        chain = replace(exact, joints=joints, tip_origin=noisy(exact.tip_origin))
+        found = describe_chain(chain, exact=False)[0]
+        assert found.chain is not None and found.signs == wanted.signs
+        off = np.array(found.offsets) - np.array(wanted.offsets)
+        assert np.abs((off + np.pi) % (2 * np.pi) - np.pi).max() < 0.02
+        assert np.abs(found.base[:3, :3] - wanted.base[:3, :3]).max() < 0.02
 
 
 def test_a_file_that_is_nearly_srs_keeps_its_chain() -> None:

@@ -17,9 +17,10 @@ Shoulder or wrist axes in another order (roll, pitch, yaw) are zeros of joints 2
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 
@@ -55,7 +56,24 @@ SUSPICIOUS_LIMIT = 20.0  # rad: no arm turns a joint three times, but many files
 
 _NOISE = 1e-12
 _LENGTH_DIGITS = 12
-_COST_DIGITS = 6
+
+
+_ENDS = (0, 6)  # joints whose length may lie in base or tool as well
+
+
+class _Slack(NamedTuple):
+    """What counts as zero where an arm is written: the length (m) between two axes, zeros of joints and turns
+    (rad), and the difference of two writings.
+    """
+
+    length: float
+    zero: float
+    tie: float
+
+
+_EXACT = _Slack(ZERO_LENGTH, ANGLE_TOLERANCE, 1e-6)
+_CALIBRATED = _Slack(2e-3, NEAR_ANGLE, NEAR_ANGLE)
+"""Of an arm fitted to a chain: what a calibration finds must not choose the senses of axes."""
 
 
 def describe_chain(
@@ -151,7 +169,8 @@ def nearness(axes: Axes) -> Nearness:
 
 def fitted_arm(chain: Chain) -> ArmDescription:
     """Return the S-R-S arm that is fitted to a chain, in its joint coordinates, limits and frames."""
-    return _snapped(replace(chain_of(fit(_snapped(chain), chain)), name=chain.name))
+    fitted = replace(chain_of(fit(_snapped(chain), chain)), name=chain.name)
+    return _snapped(fitted, _CALIBRATED)
 
 
 def residual(chain: Chain, arm: ArmDescription) -> tuple[float, float]:
@@ -159,10 +178,10 @@ def residual(chain: Chain, arm: ArmDescription) -> tuple[float, float]:
     return worst_difference(chain_of(arm), chain)
 
 
-def _snapped(chain: Chain) -> ArmDescription:
+def _snapped(chain: Chain, slack: _Slack = _EXACT) -> ArmDescription:
     """Return the arm whose axes are those of the chain at q = 0, moved into place."""
     axes = Axes(*chain.lines())
-    return _with_tool(chain, axes, min(_writings(chain, axes), key=_cost))
+    return _with_tool(chain, axes, _plainest([*_writings(chain, axes, slack)], slack))
 
 
 def _check_tolerances(angle: float, length: float) -> None:
@@ -214,7 +233,7 @@ def _above(value: float) -> str:
     return f"{(math.floor(value / step) + 1) * step:.3g}"
 
 
-def _writings(chain: Chain, axes: Axes) -> Iterator[ArmDescription]:
+def _writings(chain: Chain, axes: Axes, slack: _Slack) -> Iterator[ArmDescription]:
     """Yield the arm, without its tool, in every choice of senses with no negative length."""
     shoulder, wrist = axes.centre("shoulder"), axes.centre("wrist")
     upper, fore = axes.elbow_ends()
@@ -223,10 +242,10 @@ def _writings(chain: Chain, axes: Axes) -> Iterator[ArmDescription]:
     for joint in (0, 2, 4, 6):
         span = spans[joint]
         along = float(span @ axes.directions[joint])
-        if abs(along) > ZERO_LENGTH:
+        if abs(along) > (slack.length if joint in _ENDS else ZERO_LENGTH):
             choices[joint] = (1,) if along > 0.0 else (-1,)
     for signs in product(*choices):
-        yield _write(chain, axes, signs, spans)
+        yield _write(chain, axes, signs, spans, slack)
 
 
 def _tip(chain: Chain) -> FloatArray:
@@ -239,6 +258,7 @@ def _write(
     axes: Axes,
     signs: tuple[int, ...],
     spans: dict[int, FloatArray],
+    slack: _Slack,
 ) -> ArmDescription:
     """Return the arm for one choice of signs.
 
@@ -252,7 +272,8 @@ def _write(
 
     def size(joint: int, direction: FloatArray) -> float:
         along = float(spans[joint] @ direction)
-        return 0.0 if abs(along) <= ZERO_LENGTH else _rounded(along)
+        least = slack.length if joint in _ENDS else ZERO_LENGTH
+        return 0.0 if abs(along) <= least else _rounded(along)
 
     d_bs = size(0, z[0])
     base = np.eye(4)
@@ -329,13 +350,24 @@ def _tidy(frame: FloatArray, axes: Axes) -> FloatArray:
     return tidy
 
 
-def _cost(arm: ArmDescription) -> tuple[int, float, float, int, tuple[int, ...]]:
-    """Return what makes one writing of the arm worse than another."""
-    zeros = [abs(offset) for offset in arm.offsets]
-    some = sum(zero > ANGLE_TOLERANCE for zero in zeros)
-    turned = float(rotation_angle(arm.base - np.eye(4)))
-    minus = tuple(int(sign < 0) for sign in arm.signs)
-    return some, round(sum(zeros), _COST_DIGITS), round(turned, _COST_DIGITS), sum(minus), minus
+def _plainest(writings: list[ArmDescription], slack: _Slack) -> ArmDescription:
+    """Return the writing with the fewest offsets, then the smallest, then the least turned base, each as far
+    as the slack tells, and of those the one with the fewest mirrored axes.
+    """
+    measures: tuple[tuple[Callable[[ArmDescription], float], float], ...] = (
+        (lambda arm: sum(abs(offset) > slack.zero for offset in arm.offsets), 0.0),
+        (lambda arm: sum(abs(offset) for offset in arm.offsets), slack.tie),
+        (lambda arm: float(rotation_angle(arm.base - np.eye(4))), slack.tie),
+    )
+    for measure, tie in measures:
+        costs = [measure(arm) for arm in writings]
+        writings = [arm for arm, cost in zip(writings, costs, strict=True) if cost <= min(costs) + tie]
+
+    def mirrored(arm: ArmDescription) -> tuple[int, tuple[int, ...]]:
+        minus = tuple(int(sign < 0) for sign in arm.signs)
+        return sum(minus), minus
+
+    return min(writings, key=mirrored)
 
 
 def _limit_notes(chain: Chain) -> tuple[str, ...]:
