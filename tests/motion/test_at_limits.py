@@ -125,3 +125,38 @@ def test_a_small_move_beside_a_straight_elbow_is_a_step(name: str, start: str, m
     assert step.status == aa.Status.OK
     assert np.abs(step.q - q).max() <= 0.2 and arm.within_limits(step.q)
     np.testing.assert_allclose(arm.forward(step.q)[0], pose, atol=1e-12)
+
+
+THREE = (
+    # joint 6 turns back at its limit; the elbow is well bent
+    ("openarm_v10", "4 .8976674527033486 .34332311275454663 .5568870356777469 -2 3 -.09662766247155452"),
+    # an elbow that is straight at another theta_4 than 0
+    ("rokae_ar5_left", "-1.5489 .7584 -4 .06958452847011021 1.4518 .38052 1.0471975511965976"),
+)
+"""Postures with joints on their limits (drawn in to them)."""
+
+
+@pytest.mark.parametrize(("name", "text"), THREE)
+def test_a_joint_that_turns_back_at_its_limit_is_held_too(name: str, text: str) -> None:
+    arm = aa.Arm.from_catalogue(name)
+    q = np.clip(np.array(text.split(), float), arm.lower, arm.upper)
+    pose, psi, gc = arm.forward(q)
+    if name == "openarm_v10":
+        arcs = arm.feasible(pose, gc)
+        assert len(arcs) == 2 and abs(arcs.nearest(psi) - psi) < 1e-6
+        assert arm.freedom(pose).arcs == arm.feasible_all(pose).count.sum()
+    assert aa.step(arm, q, pose).status == aa.Status.OK
+    assert aa.follow(arm, [pose, pose], start=q).ok
+
+
+def test_the_arm_holds_what_it_stands_in_whatever_the_catalogue() -> None:
+    rng = generator(4)
+    for name in aa.catalogue():
+        arm = aa.Arm.from_catalogue(name)
+        lower, upper = np.maximum(arm.lower, -20), np.minimum(arm.upper, 20)
+        for joints in (1, 2, 3):
+            for _ in range(count(20)):
+                q = rng.uniform(lower, upper)
+                for j in rng.permutation(7)[:joints]:
+                    q[j] = rng.choice([lower[j], upper[j]])
+                assert aa.step(arm, q, arm.forward(q)[0]).status == aa.Status.OK, (name, q.tolist())
