@@ -120,6 +120,14 @@ def test_a_yaml_that_is_no_trajectory(tmp_path: Path, old: str, new: str, messag
         aa.load_trajectory(path)
 
 
+def test_a_yaml_with_an_endless_integer(tmp_path: Path) -> None:
+    path = tmp_path / "a.yaml"
+    aa.save(table(3), path)
+    path.write_text(re.sub(r"(positions: \[)[^,]*", r"\g<1>" + 400 * "9", path.read_text()))
+    with pytest.raises(aa.FileFormatError, match="q1 is inf, wanted a finite number"):
+        aa.load_trajectory(path)
+
+
 def test_a_file_that_is_not_there(tmp_path: Path) -> None:
     for ending in ("csv", "npz", "json", "yaml"):
         with pytest.raises(aa.FileFormatError, match="no such file"):

@@ -182,11 +182,10 @@ def _lines(path: PathLike) -> list[str]:
 def _list(path: PathLike, line: int, text: str, kind: type) -> list[Any]:
     """Return seven words or numbers of a flow list."""
     try:
-        found = json.loads(text)
+        found = json.loads(text, parse_int=float)  # an integer may be too large for one
     except (ValueError, RecursionError):
         found = None
-    kinds = (int, float) if kind is float else (kind,)
-    if not isinstance(found, list) or len(found) != JOINTS or not all(type(x) in kinds for x in found):
+    if not isinstance(found, list) or len(found) != JOINTS or not all(type(x) is kind for x in found):
         what = "words" if kind is str else "numbers"
         _refuse(path, f"{text!r:.60} is no list of {JOINTS} {what}", line)
     return found

@@ -91,7 +91,8 @@ def retime(
     path : JointPath
         From `plan` or `follow`; it must be ok.
     velocity, acceleration : float, array_like of shape (7,), or True
-        Bounds, rad/s and rad/s², > 0; a number for all joints; True: the arm's own. Infinite: none.
+        Bounds, rad/s and rad/s², > 0; a number for all joints; True: the arm's own.
+        An infinite velocity is none; accelerations are finite.
     jerk : float, or array_like of shape (7,), optional
         Bounds, rad/s³, > 0.
     tolerance : float, optional
