@@ -113,7 +113,8 @@ inline constexpr unsigned all_joints = (1u << joints) - 1;
 /// A place where blocked arcs meet is `narrow`: there two joints may come to their limits at once.
 inline bool may_isolate(const LimitTable& t, const Blocked& blocked, const ArcSet& out,
                         bool narrow) noexcept {
-    return narrow || blocked.touching || t.locked || (out.empty() && !blocked.all);
+    const bool beside = (narrow || blocked.touching) && !(t.psi_margin > 0);  // that takes psi, not postures
+    return beside || t.locked || (out.empty() && (!blocked.all || blocked.touching));
 }
 
 /// The set that is left but for isolated psi, and whether there may be some; the joint functions are those of

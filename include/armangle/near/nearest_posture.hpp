@@ -549,8 +549,9 @@ private:
         try_beside(at.q, out);
         const SinCos<double>(&angle)[joints] = at.angle;
         const double bend = angle[3].sin * arm_.delta.cos - angle[3].cos * arm_.delta.sin;
-        const bool shared = share(0, angle[1].sin, angle[1].cos, at.q) | share(2, bend, angle[3].cos, at.q) |
-                            share(4, angle[5].sin, angle[5].cos, at.q);
+        bool shared = share(0, angle[1].sin, angle[1].cos, at.q);
+        shared |= share(2, bend, angle[3].cos, at.q);
+        shared |= share(4, angle[5].sin, angle[5].cos, at.q);
         if (shared) try_beside(at.q, out);
     }
 
