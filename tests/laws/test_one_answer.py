@@ -99,3 +99,62 @@ def test_a_lock_beside_the_posture_is_refused_by_every_door(shift: float) -> Non
             for name in ("reachable", "freedom", "feasible_all", "solve")
         }
         assert len(set(said.values())) == 1, (arm.name, said)
+
+
+def on_limits_beside_straight(rng: np.random.Generator, arm: aa.Arm) -> Array:
+    """Return a posture with a hinge or the elbow a little off straight, and two or three joints on limits."""
+    low, high = np.maximum(arm.lower, -2 * np.pi), np.minimum(arm.upper, 2 * np.pi)
+    q = rng.uniform(low, high)
+    for hinge in rng.choice([1, 3, 5], rng.integers(1, 3), replace=False):
+        straight = arm.delta if hinge == 3 else rng.choice([0.0, np.pi])
+        theta = straight + rng.choice([-1, 1]) * 10.0 ** rng.uniform(-5.5, -0.5)
+        value = arm.signs[hinge] * (theta - arm.offsets[hinge])
+        if low[hinge] <= value <= high[hinge]:
+            q[hinge] = value
+    for joint in rng.choice(7, rng.integers(2, 4), replace=False):
+        q[joint] = rng.choice([low[joint], high[joint]])
+    return q
+
+
+def test_joints_on_their_limits_beside_straight_hold_their_pose() -> None:
+    """psi is known to rounding / bend there, so that ends of arcs which meet at one psi seem to overlap."""
+    rng = draw.generator(84)
+    for i in range(draw.count(400)):
+        arm = arms()[i % len(arms())]
+        q = on_limits_beside_straight(rng, arm)
+        pose, _, gc = arm.forward(q)
+        said = answers(arm, pose, q)
+        assert all(said.values()), (arm.name, q.tolist(), said)
+        assert not arm.feasible(pose, arm.solve(pose, near=q).gc).is_empty, (arm.name, q.tolist(), gc)
+
+
+
+# fmt: off
+KNOWN = {
+    "openarm_v10": [0.770978362673137, -1.6993015817807537, -1.2613695015580428, 4.8159879955626015e-05,
+                    1.5707963267948966, 0.7853981633974483, 1.565992779571435],
+    "realman_rm75_b": [-2.564140468377953, 2.2680030030890714, -0.6981474828714367, 7.394075232574683e-05,
+                       -1.3578919970418732, 2.2329916982940654, -3.6194040892696853],
+    "fourier_gr2t2_left": [0.8878244757497886, 0.34166910505839154, 0.24143567412847644,
+                           -9.449572376505997e-05, 1.8318975828932482, 0.6108652381980153,
+                           -0.9588838910456846],
+}
+"""Postures whose elbow is 5e-5 to 1e-4 rad off straight; doors said that there is none."""
+ONE_TURN = [-1.5231330716625766, 0.17453292519943295, 1.5760204640799453, -0.31810494310516974,
+            0.39048148249814263, -1.779886462696855, -3.141592653589793]
+# fmt: on
+
+
+@pytest.mark.parametrize("name", KNOWN)
+def test_a_known_posture_on_limits_is_held_by_every_door(name: str) -> None:
+    arm, q = aa.Arm.from_catalogue(name), np.array(KNOWN[name])
+    assert all(answers(arm, arm.forward(q)[0], q).values())
+
+
+def test_a_winding_that_holds_at_one_psi_alone_is_the_nearest() -> None:
+    """Joint 7 has a range of one turn: where its limit ends an arc it may be -pi, on the arc pi and less."""
+    rng = draw.generator(89)
+    arm, q = aa.Arm.from_catalogue("rainbow_rby1_leader_right"), np.array(ONE_TURN)
+    for near in q + 1e-4 * rng.normal(size=(20, 7)):
+        found = arm.solve(arm.forward(q)[0], near=near)
+        assert found.distance <= np.linalg.norm(near - q) * (1 + 1e-9)

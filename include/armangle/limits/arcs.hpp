@@ -167,12 +167,13 @@ inline void intersect(const ArcSet& a, const ArcSet& b, ArcSet& out) noexcept {
 
 /// each(lower, upper) of what arcs of `a` share with arcs of `b` that are turned back by `turn`, less what is
 /// shorter than the tolerance; nothing of it is sorted. A whole circle is one arc with a seam at +-pi.
-/// Whether two of them touch.
+/// The least gap between two of them, or their least overlap (rad).
 template <class Each>
-ARMANGLE_INLINE bool each_overlap(const ArcSet& a, const ArcSet& b, double turn, const Each& each) noexcept {
-    bool touching = false;
+ARMANGLE_INLINE double each_overlap(const ArcSet& a, const ArcSet& b, double turn,
+                                    const Each& each) noexcept {
+    double least = infinity;
     const auto give = [&](double lower, double upper) {
-        touching |= abs(upper - lower) < tolerance::angle;
+        least = min(least, abs(upper - lower));
         if (upper - lower >= tolerance::angle) each(lower, upper);
     };
     for (int i = 0; i < a.count; ++i) {
@@ -188,17 +189,17 @@ ARMANGLE_INLINE bool each_overlap(const ArcSet& a, const ArcSet& b, double turn,
             give(p.lower, min(p.upper, to - two_pi));
         }
     }
-    return touching;
+    return least;
 }
 
-/// each(lower, upper) of the arcs that two sets have in common, whole circles without a seam; whether two of
-/// them touch.
+/// each(lower, upper) of the arcs that two sets have in common, whole circles without a seam; the least gap
+/// between two of them, or their least overlap (rad), infinite where one is a whole circle.
 template <class Each>
-ARMANGLE_INLINE bool each_common(const ArcSet& a, const ArcSet& b, const Each& each) noexcept {
+ARMANGLE_INLINE double each_common(const ArcSet& a, const ArcSet& b, const Each& each) noexcept {
     if (!a.full && !b.full) return each_overlap(a, b, 0.0, each);
     const ArcSet& less = a.full ? b : a;
     for (int i = 0; i < less.count; ++i) each(less.arc[i].lower, less.arc[i].upper);
-    return false;
+    return infinity;
 }
 
 /// Closure of the complement.

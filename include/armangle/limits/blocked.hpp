@@ -153,23 +153,23 @@ inline void sort_arcs(const Blocked& blocked, int* order) noexcept {
 
 }  // namespace detail
 
-/// The arcs that are left between the blocked ones: one sweep over the circle. Whether it passed over a gap
-/// below the tolerance, as narrow_gaps() lists them.
-inline bool free_arcs(const Blocked& blocked, ArcSet& out) noexcept {
+/// The arcs that are left between the blocked ones: one sweep over the circle. Tells the least gap, or
+/// overlap, between two neighbours (rad), infinite without any: below the tolerance narrow_gaps() lists it.
+inline double free_arcs(const Blocked& blocked, ArcSet& out) noexcept {
     make_empty(out);
-    if (blocked.all) return false;
+    if (blocked.all) return infinity;
     if (blocked.count == 0) {
         make_full(out);
-        return false;
+        return infinity;
     }
-    bool narrow = false;
+    double least = infinity;
     int order[Blocked::capacity], count = 0;
     detail::sort_arcs(blocked, order);
     const auto append = [&](const Arc& arc, bool real) {  // no branch
         const double width = arc.upper - arc.lower;
         out.arc[count] = arc;
         count += real & (width >= tolerance::angle);
-        narrow |= real & (abs(width) < tolerance::angle);
+        least = min(least, real ? abs(width) : infinity);
     };
     const Arc& first = blocked.arc[order[0]];
     double reach =
@@ -187,7 +187,7 @@ inline bool free_arcs(const Blocked& blocked, ArcSet& out) noexcept {
     }
     append({reach, first.lower + two_pi, tag, first.lower_tag}, !in_front);
     out.count = count;
-    return narrow;
+    return least;
 }
 
 /// Where blocked arcs touch, or leave less than the tolerance between them: the same sweep. Such a place has

@@ -41,7 +41,7 @@ inline void freedom_gradient(const Arm& arm, const Pose<double>& pose, const Lim
                              double (&out)[6]) noexcept {
     for (double& slope : out) slope = 0;
     EndSlopes slopes;
-    const auto add = [&](int gc, Status, const ArcSet& arcs, const auto&, const auto&) {
+    const auto add = [&](int gc, const detail::Left&, const ArcSet& arcs, const auto&, const auto&) {
         if (arcs.full) return false;
         end_slopes(arm, pose, gc, arcs, slopes);
         for (int i = 0; i < arcs.count; ++i)

@@ -65,41 +65,40 @@ inline Status tell_ends(const LimitTable& t, const JointFunctions<double>& shoul
 /// Whether the first and the last joint of a side, turning about one axis, can share their turn within their
 /// limits: the pose fixes theta_last + theta_first (theta_last - theta_first where the hinge between them is
 /// pi).
-inline bool can_share(const LimitTable& t, const Directions<double>& d, int side) noexcept {
+inline bool can_share(const LimitTable& t, const Directions<double>& d, int side, double slack) noexcept {
     const int first = 4 * side, last = first + 2;
     const double way = d.x[first + 1] < 0 ? -1.0 : 1.0;
     const ThetaRange &a = t.range[2 * side], &b = t.range[2 * side + 1];
-    const double lower = b.lower + min(way * a.lower, way * a.upper) - tolerance::isolated,
-                 upper = b.upper + max(way * a.lower, way * a.upper) + tolerance::isolated;
+    const double lower = b.lower + min(way * a.lower, way * a.upper) - slack,
+                 upper = b.upper + max(way * a.lower, way * a.upper) + slack;
     if (!(upper - lower < two_pi)) return true;
     const double wanted = atan2(d.y[last], d.x[last]) + way * atan2(d.y[first], d.x[first]);
     const double at = lift(wanted, 0.5 * (lower + upper));
     return at >= lower && at <= upper;
 }
 
-/// Whether the joints of `which`, a bit each, are within the limits at these directions.
+/// Whether the joints of `which`, a bit each, are within the limits at these directions, or beyond by no more
+/// than `slack` (rad).
 inline bool allows(const LimitTable& t, const Configuration<double>& gc, const Directions<double>& d,
-                   unsigned which) noexcept {
+                   unsigned which, double slack) noexcept {
     for (int h = 0; h < hinges; ++h) {
         const int j = hinge_joint[h], negative = (h == 0 ? gc.shoulder : gc.wrist) < 0;
         const double angle = atan2(abs(d.y[j]), d.x[j]);
         bool inside = false;
         for (int k = 0; k < t.piece_count[h][negative]; ++k) {
             const HingePiece& piece = t.piece[h][negative][k];
-            inside |= angle >= piece.near.angle - tolerance::isolated &&
-                      angle <= piece.far.angle + tolerance::isolated;
+            inside |= angle >= piece.near.angle - slack && angle <= piece.far.angle + slack;
         }
         if (which >> j & 1 && !inside) return false;
         const unsigned both = 5u << (j - 1);
         if (abs(d.y[j]) <= tolerance::one_axis) {
-            if ((which & both) == both && !can_share(t, d, h)) return false;
+            if ((which & both) == both && !can_share(t, d, h, slack)) return false;
             continue;
         }
         for (const int pivot : {2 * h, 2 * h + 1}) {
             const int i = pivot_joint[pivot];
             const double k = 1.0 / hypot(d.y[i], d.x[i]);
-            if (which >> i & 1 && !t.cone[pivot].contains({d.y[i] * k, d.x[i] * k}, tolerance::isolated))
-                return false;
+            if (which >> i & 1 && !t.cone[pivot].contains({d.y[i] * k, d.x[i] * k}, slack)) return false;
         }
     }
     return true;
@@ -110,10 +109,11 @@ inline constexpr unsigned all_joints = (1u << joints) - 1;
 /// Whether the blocked arcs may leave psi that are feasible by themselves: those of a locked joint, those at
 /// which a joint turns back at its limit, and those at or beside a singular posture, where a joint turns
 /// through its whole range on an arc below the tolerance.
-/// A place where blocked arcs meet is `narrow`: there two joints may come to their limits at once.
-inline bool may_isolate(const LimitTable& t, const Blocked& blocked, const ArcSet& out,
-                        bool narrow) noexcept {
-    const bool beside = (narrow || blocked.touching) && !(t.psi_margin > 0);  // that takes psi, not postures
+/// Where blocked arcs meet, the least `gap` between them being about nothing, two joints may come to their
+/// limits at once.
+inline bool may_isolate(const LimitTable& t, const Blocked& blocked, const ArcSet& out, double gap) noexcept {
+    const bool beside =
+        (gap < tolerance::angle || blocked.touching) && !(t.psi_margin > 0);  // that takes psi, not postures
     return beside || t.locked || (out.empty() && (!blocked.all || blocked.touching));
 }
 
@@ -122,11 +122,12 @@ inline bool may_isolate(const LimitTable& t, const Blocked& blocked, const ArcSe
 struct Left {
     Status status;
     bool may_isolate;
+    double gap;  // rad: the least between two blocked arcs, or their least overlap
 };
 inline Left finish(const LimitTable& t, const JointFunctions<double>& shoulder,
                    const JointFunctions<double>& wrist, const Blocked& blocked, ArcSet& out) noexcept {
-    const bool narrow = free_arcs(blocked, out);
-    return {tell_ends(t, shoulder, wrist, out), may_isolate(t, blocked, out, narrow)};
+    const double gap = free_arcs(blocked, out);
+    return {tell_ends(t, shoulder, wrist, out), may_isolate(t, blocked, out, gap), gap};
 }
 
 /// Who makes an isolated psi of these directions: a hinge at 0 or pi, or of the limits of `which` the one
@@ -170,6 +171,19 @@ void each_turning(const JointFunctions<double>& shoulder, const JointFunctions<d
     for (int p = 0; p < pivots; ++p) give(profile((p < pivots / 2 ? shoulder : wrist).pivot[p]));
 }
 
+/// each(psi) where joints may come to their limits at one psi alone, which is known to `slack` (rad): where
+/// one turns back, and the ends of blocked arcs. A joint that turns slowly tells the end of its arc to fewer
+/// digits than one that turns fast: where arcs overlap a little, the end of any may be the psi at which all
+/// hold.
+template <class Each>
+void each_meeting(const JointFunctions<double>& shoulder, const JointFunctions<double>& wrist,
+                  const Blocked& blocked, bool turning, double slack, const Each& each) noexcept {
+    if (turning) each_turning(shoulder, wrist, each);
+    for (int i = 0; i < blocked.count; ++i)
+        for (const double end : {blocked.arc[i].lower, blocked.arc[i].upper})
+            if (!lies_within(blocked, wrap(end), slack)) each(wrap(end));
+}
+
 /// Adds them, where blocked arcs touch and the joints of `which`, a bit each, are within their limits; the
 /// joint functions as in finish().
 [[gnu::noinline, gnu::cold]] inline Status add_isolated(const LimitTable& t, const SelfMotion<double>& motion,
@@ -186,21 +200,17 @@ void each_turning(const JointFunctions<double>& shoulder, const JointFunctions<d
         const Arc& gap = gaps.arc[i];
         bool inside = false;
         for (const double psi : {0.5 * (gap.lower + gap.upper), gap.lower, gap.upper})
-            inside = inside || allows(t, m.gc, directions(m, sin_cos(psi)), which);
+            inside = inside || allows(t, m.gc, directions(m, sin_cos(psi)), which, tolerance::isolated);
         if (inside) put(added, gap);
     }
     const auto look = [&](double psi) {
         const Directions<double> d = directions(m, sin_cos(psi));
-        if (contains(out, psi) || contains(added, psi) || !allows(t, m.gc, d, which)) return;
+        if (contains(out, psi) || contains(added, psi) || !allows(t, m.gc, d, which, tolerance::isolated))
+            return;
         const Tag tag = nearest_limit(t, m.gc, d, which);
         put(added, {psi, psi, tag, tag});
     };
-    if (blocked.touching) each_turning(shoulder, wrist, look);
-    // A joint that turns slowly tells the end of its arc to fewer digits than one that turns fast: where arcs
-    // overlap a little, the end of any may be the psi at which all hold.
-    for (int i = 0; i < blocked.count; ++i)
-        for (const double end : {blocked.arc[i].lower, blocked.arc[i].upper})
-            if (!lies_within(blocked, wrap(end), tolerance::locked)) look(wrap(end));
+    each_meeting(shoulder, wrist, blocked, blocked.touching, tolerance::locked, look);
     tell_opposite_limits(t, shoulder, wrist, added);
     mark_jumps(shoulder, added);
     for (int i = 0; i < added.count; ++i) put(out, added.arc[i]);

@@ -11,12 +11,15 @@ namespace armangle {
 
 namespace detail {
 
-/// Whether the joints have to tell: no arc is wider than the tolerance, and single psi may not hold, or hide.
-/// The paper's own avoidance takes psi, not postures.
-inline bool joints_tell(const LimitTable& t, const ArcSet& arcs, Status status, bool hides) noexcept {
+/// Whether the joints have to tell: no arc is wider than the tolerance, and single psi may not hold, or hide;
+/// or joints may `meet` at their limits at a psi beside arcs. The paper's own avoidance takes psi, not
+/// postures.
+inline bool joints_tell(const LimitTable& t, const ArcSet& arcs, Status status, bool hides,
+                        bool meet) noexcept {
+    if (t.psi_margin > 0) return false;
+    if (meet) return true;
     for (int i = 0; i < arcs.count; ++i)
         if (arcs.full || !is_isolated(arcs.arc[i])) return false;
-    if (t.psi_margin > 0) return false;
     return !arcs.empty() || (hides && (status == Status::LIMITS || status == Status::ELBOW_LIMIT));
 }
 
@@ -51,15 +54,31 @@ struct Hidden {
     return status == Status::OK ? Status::LIMITS : status;
 }
 
+/// The status of a branch, and its arcs, where the joints have to tell.
+inline void tell_branch(const Arm& arm, const Pose<double>& pose, const Circle<double>& c,
+                        const LimitTable& t, int gc, const JointFunctions<double>& f, Hidden& any, Left& left,
+                        ArcSet& arcs) noexcept {
+    const bool bends = left.status == Status::OK || left.status == Status::LIMITS;  // as its elbow may
+    const bool meet = bends && may_meet(c, f, left.gap, arcs.empty()), hides = may_hide(t, c, left.status, f);
+    if (joints_tell(t, arcs, left.status, hides, meet)) [[unlikely]]
+        left.status = told_by_joints(arm, pose, gc, t, left.status, hides, any, arcs);
+}
+
 /// feasible() where arcs do not tell, or where the self-motion is not kept.
 [[gnu::noinline, gnu::cold]] inline Status feasible_again(const Arm& arm, const Pose<double>& pose, int gc,
                                                           const LimitTable& t, ArcSet& out) noexcept {
     const SelfMotion<double> m = self_motion(arm, pose, gc);
-    const Status status = feasible(m, t, out);
-    const bool hides = may_hide(t, m.circle, status, joint_functions(m));
+    const JointFunctions<double> f = joint_functions(m);
+    Left left{elbow_status(m, t), false, infinity};
+    make_empty(out);
     Hidden any;
-    if (!joints_tell(t, out, status, hides)) return status;
-    return told_by_joints(arm, pose, gc, t, status, hides, any, out);
+    if (left.status == Status::OK) {
+        Blocked blocked;
+        left = free_of_all(f, t, blocked, out);
+        if (left.may_isolate) left.status = add_isolated(t, m, f, f, blocked, out);
+    }
+    tell_branch(arm, pose, m.circle, t, gc, f, any, left, out);
+    return left.status;
 }
 
 }  // namespace detail
@@ -75,9 +94,9 @@ ARMANGLE_INLINE Status feasible(const Arm& arm, const Pose<double>& pose, int gc
     if (elbow != Status::OK)
         return elbow == Status::ELBOW_LIMIT ? detail::feasible_again(arm, pose, gc, t, out) : elbow;
     Blocked blocked;
-    const bool hides = detail::may_hide(t, m.circle, f);
+    const bool bent = detail::is_bent(t, m.circle, f);
     const detail::Left left = detail::free_of_all(f, t, blocked, out);
-    if (!left.may_isolate && !(hides && out.empty())) [[likely]]
+    if (!left.may_isolate && (bent || !out.empty()) && left.gap > nearest_rule::poor) [[likely]]
         return left.status;
     return detail::feasible_again(arm, pose, gc, t, out);
 }
@@ -96,23 +115,21 @@ inline void feasible_all(const Arm& arm, const Pose<double>& pose, const LimitTa
             m.gc.shoulder = m.gc.wrist = negative ? -1.0 : 1.0;
             detail::block_sides(t, m, all_pivots, sides[negative]);
         }
-        const bool hides = detail::may_hide(t, on, status, sides[0].f);
         for (int branch = 0; branch < 4; ++branch) {
             const int shoulder = branch & 1, wrist = branch >> 1, gc = shoulder + 2 * side + 4 * wrist;
             ArcSet& arcs = out.arcs[gc];
             make_empty(arcs);
-            out.status[gc] = status;
+            detail::Left left{status, false, infinity};
             if (status == Status::OK) {
                 Blocked both = sides[shoulder].shoulder;
                 detail::append(sides[wrist].wrist, both);
                 const JointFunctions<double>&of_shoulder = sides[shoulder].f, &of_wrist = sides[wrist].f;
-                const detail::Left left = detail::finish(t, of_shoulder, of_wrist, both, arcs);
-                out.status[gc] = left.status;
+                left = detail::finish(t, of_shoulder, of_wrist, both, arcs);
                 if (left.may_isolate) [[unlikely]]
-                    out.status[gc] = detail::add_isolated(t, m, of_shoulder, of_wrist, both, arcs);
+                    left.status = detail::add_isolated(t, m, of_shoulder, of_wrist, both, arcs);
             }
-            if (detail::joints_tell(t, arcs, out.status[gc], hides)) [[unlikely]]
-                out.status[gc] = detail::told_by_joints(arm, pose, gc, t, out.status[gc], hides, any, arcs);
+            detail::tell_branch(arm, pose, on, t, gc, sides[shoulder].f, any, left, arcs);
+            out.status[gc] = left.status;
         }
     }
 }

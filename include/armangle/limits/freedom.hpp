@@ -88,9 +88,9 @@ template <class Each>
 /// that inverse() gives it, as feasible() does; or as one joint with the range of both.
 enum class OneAxis : std::uint8_t { apart, shared };
 
-/// The arcs of the eight branches of a circle, one after the other, as each(gc, status, arcs, and the joint
-/// functions of its shoulder and wrist); stops where `each` says true. `which` are the pivots whose limits
-/// count.
+/// The arcs of the eight branches of a circle, one after the other, as each(gc, what is left, arcs, and the
+/// joint functions of its shoulder and wrist); stops where `each` says true. `which` are the pivots whose
+/// limits count.
 template <class Each>
 void each_branch(const Arm& arm, const Circle<double>& circle, const LimitTable& own, unsigned which,
                  OneAxis one_axis, const Each& each) noexcept {
@@ -117,7 +117,7 @@ void each_branch(const Arm& arm, const Circle<double>& circle, const LimitTable&
         for (int branch = 0; branch < 4; ++branch) {
             const int shoulder = branch & 1, wrist = branch >> 1, gc = shoulder + 2 * side + 4 * wrist;
             ArcSet arcs;
-            Status now = status;
+            Left left{status, false, infinity};
             if (status == Status::OK) {
                 for (const int negative : {shoulder, wrist}) {
                     if (made[negative]) continue;
@@ -128,12 +128,11 @@ void each_branch(const Arm& arm, const Circle<double>& circle, const LimitTable&
                 Blocked both = sides[shoulder].shoulder;
                 append(sides[wrist].wrist, both);
                 const JointFunctions<double>&of_shoulder = sides[shoulder].f, &of_wrist = sides[wrist].f;
-                const Left left = finish(*table, of_shoulder, of_wrist, both, arcs);
-                now = left.status;
+                left = finish(*table, of_shoulder, of_wrist, both, arcs);
                 if (left.may_isolate)
-                    now = add_isolated(*table, m, of_shoulder, of_wrist, both, arcs, counted);
+                    left.status = add_isolated(*table, m, of_shoulder, of_wrist, both, arcs, counted);
             }
-            if (each(gc, now, arcs, sides[shoulder].f, sides[wrist].f)) return;
+            if (each(gc, left, arcs, sides[shoulder].f, sides[wrist].f)) return;
         }
     }
 }
@@ -152,15 +151,6 @@ inline Status nearer_reason(Status a, Status b) noexcept {
     return rank(b) < rank(a) ? b : a;
 }
 
-/// The status of a branch, and its arcs, where the joints have to tell.
-inline void tell_branch(const Arm& arm, const Pose<double>& pose, const Circle<double>& c,
-                        const LimitTable& t, int gc, const JointFunctions<double>& f, Hidden& any,
-                        Status& status, ArcSet& arcs) noexcept {
-    const bool hides = may_hide(t, c, status, f);
-    if (joints_tell(t, arcs, status, hides))
-        status = told_by_joints(arm, pose, gc, t, status, hides, any, arcs);
-}
-
 /// Freedom by the arcs of each branch: wherever two joints may be one axis, or a psi may be feasible by
 /// itself.
 [[gnu::noinline, gnu::cold]] inline Freedom freedom_by_branches(const Arm& arm, const Pose<double>& pose,
@@ -168,18 +158,18 @@ inline void tell_branch(const Arm& arm, const Pose<double>& pose, const Circle<d
                                                                 const LimitTable& t) noexcept {
     Freedom out{0, 0, 0, 0, is_folded(c) ? Status::FOLDED : Status::UNREACHABLE};
     Hidden any;
-    const auto add = [&](int gc, Status status, ArcSet& arcs, const auto& f, const auto&) {
-        tell_branch(arm, pose, c, t, gc, f, any, status, arcs);
+    const auto add = [&](int gc, Left left, ArcSet& arcs, const auto& f, const auto&) {
+        tell_branch(arm, pose, c, t, gc, f, any, left, arcs);
         out.arcs = static_cast<std::uint8_t>(out.arcs + arcs.count);
         out.total += measure(arcs);
         for (int i = 0; i < arcs.count; ++i)
             out.widest = max(out.widest, arcs.arc[i].upper - arcs.arc[i].lower);
         return false;
     };
-    const auto mark = [&](int gc, Status status, ArcSet& arcs, const auto& f, const auto&) {
-        tell_branch(arm, pose, c, t, gc, f, any, status, arcs);
-        out.status = nearer_reason(out.status, status);
-        out.gc = static_cast<std::uint8_t>(out.gc | (status == Status::OK) << gc);
+    const auto mark = [&](int gc, Left left, ArcSet& arcs, const auto& f, const auto&) {
+        tell_branch(arm, pose, c, t, gc, f, any, left, arcs);
+        out.status = nearer_reason(out.status, left.status);
+        out.gc = static_cast<std::uint8_t>(out.gc | (left.status == Status::OK) << gc);
         return false;
     };
     each_branch(arm, c, t, all_pivots, OneAxis::apart, add);
@@ -193,9 +183,9 @@ inline void tell_branch(const Arm& arm, const Pose<double>& pose, const Circle<d
                                                              const LimitTable& t) noexcept {
     bool held = false;
     Hidden any;
-    const auto look = [&](int gc, Status status, ArcSet& arcs, const auto& f, const auto&) {
-        tell_branch(arm, pose, c, t, gc, f, any, status, arcs);
-        return held = status == Status::OK;
+    const auto look = [&](int gc, Left left, ArcSet& arcs, const auto& f, const auto&) {
+        tell_branch(arm, pose, c, t, gc, f, any, left, arcs);
+        return held = left.status == Status::OK;
     };
     each_branch(arm, c, t, all_pivots, OneAxis::shared, look);
     return held;
@@ -205,12 +195,13 @@ inline void tell_branch(const Arm& arm, const Pose<double>& pose, const Circle<d
 struct Half {
     Blocked blocked;
     ArcSet free;
-    bool narrow;  // blocked arcs touch
+    double gap;  // the least between blocked arcs, or overlap (rad)
 };
 
 /// What the two halves of a branch have in common.
 struct Common {
-    bool held = false, touching = false;  // arcs; a place where arcs touch
+    bool held = false;      // arcs
+    double gap = infinity;  // the least between two of them, or overlap (rad)
 };
 
 /// Whether a hinge is beyond its limits for every psi, by more than rounding, with either sign.
@@ -282,7 +273,7 @@ ARMANGLE_INLINE bool each_pair(const Arm& arm, const Circle<double>& c, const Li
         }
         if (shoulder_singular(m) || wrist_singular(m)) return false;
         JointFunctions<double> f = joint_functions(m);
-        hides |= may_hide(t, c, f);
+        hides |= !is_bent(t, c, f);
         if (is_shut(t, f)) continue;
         if (may_jump(f.hinge[0]) || may_jump(f.hinge[1])) return false;
         if (is_enough(f)) return true;
@@ -305,7 +296,7 @@ ARMANGLE_INLINE bool each_pair(const Arm& arm, const Circle<double>& c, const Li
                     Half& now = half[branch][h];
                     block_hinge(t, f, b, h, now.blocked);
                     block_pivots(t, f, b, h == 0 ? shoulder_pivots : wrist_pivots, now.blocked);
-                    now.narrow = free_arcs(now.blocked, now.free);
+                    now.gap = free_arcs(now.blocked, now.free);
                 }
             }
             const Half &one = half[shoulder][0], &other = half[wrist][1];
@@ -313,7 +304,8 @@ ARMANGLE_INLINE bool each_pair(const Arm& arm, const Circle<double>& c, const Li
             if (one.blocked.all || other.blocked.all) continue;
             Common common;
             if (each(shoulder + 2 * side + 4 * wrist, one.free, other.free, common)) return true;
-            if (one.narrow || other.narrow || common.touching) return false;
+            const double gap = min(min(one.gap, other.gap), common.gap);
+            if (gap <= nearest_rule::poor && gap <= unclear_gap(least_bend(c, f))) return false;
             if (common.held) status = Status::OK;
         }
     }
@@ -327,7 +319,7 @@ inline Freedom freedom(const Arm& arm, const Pose<double>& pose, const LimitTabl
     const Circle<double> c = circle(arm, flange_pose(arm, pose));
     Freedom out{0, 0, 0, 0, is_folded(c) ? Status::FOLDED : Status::UNREACHABLE};
     const auto add = [&](int gc, const ArcSet& shoulder, const ArcSet& wrist, detail::Common& common) {
-        common.touching = each_common(shoulder, wrist, [&](double lower, double upper) {
+        common.gap = each_common(shoulder, wrist, [&](double lower, double upper) {
             common.held = true;
             ++out.arcs;
             out.total += upper - lower;
@@ -348,7 +340,7 @@ inline bool is_reachable(const Arm& arm, const Pose<double>& pose, const LimitTa
     bool reached = false;
     Status status = Status::UNREACHABLE;
     const auto look = [&](int, const ArcSet& shoulder, const ArcSet& wrist, detail::Common& common) {
-        common.touching = each_common(shoulder, wrist, [&](double, double) { common.held = true; });
+        common.gap = each_common(shoulder, wrist, [&](double, double) { common.held = true; });
         return reached = common.held;
     };
     const auto glance = [&](const JointFunctions<double>& f) {

@@ -14,6 +14,7 @@
 #pragma once
 
 #include <bit>
+#include <iterator>
 
 #include "../circle/forward.hpp"
 #include "feasible.hpp"
@@ -70,6 +71,9 @@ inline constexpr double beside = 1e-5;  // rad: off straight, where psi may have
 inline constexpr double beside_locked =
     1e-2;                                 // rad: the same where a joint is locked, and takes one psi alone
 inline constexpr double straight = 1e-5;  // rad: of the elbow, where its bend is the root of a rounding
+inline constexpr double digits = 100;     // times rounding / bend^2: what psi may leave unknown of a joint
+inline constexpr double poor = 1e-3;      // rad: and no more
+inline constexpr double bent = 3e-3;      // rad: hinges and elbow further off straight turn where they should
 inline constexpr double start = 1e-3;     // a start is this near to the pose (of the arm's size; rad)
 inline constexpr double seed = 0.3;       // the same of the seed, and of starts that stand for many
 inline constexpr double gain = 1e-11;     // rad: a posture beside another that gains less is none
@@ -89,15 +93,54 @@ ARMANGLE_INLINE bool is_about_straight(const LimitTable& t, const Circle<double>
     return abs(c.triangle.eta.sin) <= poor_band(t);
 }
 
-/// Whether psi may have too few digits to tell postures of a circle apart, so that arcs miss some: a hinge,
-/// or the elbow, is about straight, or hardly moves with psi.
-ARMANGLE_INLINE bool may_hide(const LimitTable& t, const Circle<double>& c,
-                              const JointFunctions<double>& f) noexcept {
-    const double band = poor_band(t), gap = 0.5 * band * band;  // 1 - cos
-    bool out = is_about_straight(t, c);
+/// Whether a hinge, or the elbow, comes within `band` (rad) of straight, or hardly moves with psi.
+ARMANGLE_INLINE bool comes_near_straight(double band, const Circle<double>& c,
+                                         const JointFunctions<double>& f) noexcept {
+    const double gap = 0.5 * band * band;  // 1 - cos
+    bool out = abs(c.triangle.eta.sin) <= band;
     for (const Hinge<double>& h : f.hinge)
         out |= (min(h.high.below_one, h.low.above_minus_one) <= gap) | (h.swing <= band);
     return out;
+}
+
+/// Whether psi may have too few digits to tell postures of a circle apart, so that arcs miss some.
+ARMANGLE_INLINE bool may_hide(const LimitTable& t, const Circle<double>& c,
+                              const JointFunctions<double>& f) noexcept {
+    return comes_near_straight(poor_band(t), c, f);
+}
+
+/// Whether a circle is ordinary: psi has digits enough for all that limits may leave of it.
+ARMANGLE_INLINE bool is_bent(const LimitTable& t, const Circle<double>& c,
+                             const JointFunctions<double>& f) noexcept {
+    return !comes_near_straight(max(poor_band(t), nearest_rule::bent), c, f);
+}
+
+/// The square of how far the hinges, and the elbow, are off straight at least (rad^2).
+inline double least_bend(const Circle<double>& c, const JointFunctions<double>& f) noexcept {
+    double square = c.triangle.eta.sin * c.triangle.eta.sin;
+    for (const Hinge<double>& h : f.hinge)
+        square = min(square, 2.0 * min(h.high.below_one, h.low.above_minus_one));
+    return square;
+}
+
+/// What psi leaves unknown of a joint (rad): one beside a hinge that is b off straight turns by 1 / b for
+/// each radian of psi, which is known to rounding / b.
+inline double untold(double least_bend) noexcept {
+    return min(nearest_rule::digits * tolerance::rounding / least_bend, nearest_rule::poor);
+}
+
+/// The gap between blocked arcs, or their overlap, that may be rounding alone (rad): near the psi at which a
+/// joint turns back it is the root of what is unknown of the joint.
+inline double unclear_gap(double least_bend) noexcept {
+    return min(sqrt(untold(least_bend)), nearest_rule::poor);
+}
+
+/// Whether limits may leave one psi to a branch though its arcs do not tell: what two joints block has a
+/// least `gap`, or overlap, that may be rounding; or, for rounding, a joint turns back before its limit.
+inline bool may_meet(const Circle<double>& c, const JointFunctions<double>& f, double gap,
+                     bool empty) noexcept {
+    const double bend = least_bend(c, f);
+    return gap <= unclear_gap(bend) || (empty && bend <= nearest_rule::bent * nearest_rule::bent);
 }
 
 /// The cost of one joint: w d^2, or w |d| - room, with d = q - near.
@@ -166,6 +209,11 @@ struct ElbowBranches {
     double cost_4;
     int cuts = 0;
     double cut[24];
+    struct Corner {  // an end of an arc at which a winding ends, too: it may hold at that psi alone
+        int gc;
+        double psi;
+    } corner[8];
+    int corners = 0;
 };
 
 /// Shares of two joints that turn about one axis, where the hinge between them is 0 or pi: only
@@ -407,14 +455,22 @@ public:
         return out;
     }
 
-    /// Keeps of the arcs of a branch, all single psi, those that hold.
+    /// Keeps of the single psi in the arcs of a branch those that hold, and adds those that the joints tell.
     void keep_held(int gc, ArcSet& arcs) noexcept {
+        const ElbowBranches& e = elbow_[gc >> 1 & 1];
+        if (!e.open) return make_empty(arcs);
+        open(gc >> 1 & 1);
         const ArcSet before = arcs;
         make_empty(arcs);
-        if (before.empty()) return;
-        if (elbow_[gc >> 1 & 1].open) open(gc >> 1 & 1);
-        for (int i = 0; i < before.count; ++i)
-            if (somewhere(gc, before.arc[i]).status == Status::OK) put(arcs, before.arc[i]);
+        const auto keep = [&](const Arc& arc) {
+            if (!is_isolated(arc) || somewhere(gc, arc).status == Status::OK) put(arcs, arc);
+        };
+        if (before.full) return make_full(arcs);
+        for (int i = 0; i < before.count; ++i) keep(before.arc[i]);
+        if (e.lost[0] || e.lost[1]) return;
+        const ArcSet own = this->arcs(gc);
+        for (int i = 0; i < own.count; ++i)
+            if (is_isolated(own.arc[i]) && !contains(arcs, own.arc[i].lower)) keep(own.arc[i]);
     }
 
     /// Puts the psi of a posture of a branch into its arcs.
@@ -565,7 +621,7 @@ private:
     void fill_arcs(int gc) noexcept {
         filled_ |= 1u << gc;
         const int elbow = gc >> 1 & 1;
-        const ElbowBranches& e = elbow_[elbow];
+        ElbowBranches& e = elbow_[elbow];
         Status& status = arcs_.status[gc];
         if (!e.open) return;
         if (!is_in(gc, options_.branches)) {
@@ -579,10 +635,50 @@ private:
         const Left left = finish(limits_, shoulder.f, wrist.f, both, arcs);
         status = left.status;
         if (left.may_isolate) status = add_isolated(limits_, e.motion, shoulder.f, wrist.f, both, arcs);
+        const bool meet = may_meet(circle_, e.functions, left.gap, arcs.empty());
+        if (meet && !(limits_.psi_margin > 0)) [[unlikely]] {
+            add_meeting(gc, shoulder.f, wrist.f, both, arcs);
+            status = arcs.empty() ? Status::LIMITS : Status::OK;
+        }
+        for (int i = 0; i < e.cuts; ++i) find_corner(e, gc, e.cut[i], arcs);
         for (int side = 0; side < 2; ++side)
             if (e.lost[side]) keep(arcs, split_arc(e, side), Status::LIMITS, status);
         if (options_.allowed) keep(arcs, *options_.allowed, Status::NOT_ALLOWED, status);
         if (options_.clear[gc]) keep(arcs, *options_.clear[gc], options_.blocked[gc], status);
+    }
+
+    /// Adds the psi at which joints come to their limits at once though rounding leaves none: the joints
+    /// tell.
+    [[gnu::noinline, gnu::cold]] void add_meeting(int gc, const JointFunctions<double>& shoulder,
+                                                  const JointFunctions<double>& wrist, const Blocked& blocked,
+                                                  ArcSet& arcs) noexcept {
+        ElbowBranches& e = elbow_[gc >> 1 & 1];
+        SelfMotion<double> m = e.motion;
+        m.gc = configuration(gc);
+        const double slack = untold(least_bend(circle_, shoulder)), gap = max(sqrt(slack), tolerance::locked);
+        rounds_ = nearest_rule::settling;
+        const auto look = [&](double psi) {
+            const Directions<double> d = directions(m, sin_cos(psi));
+            if (contains(arcs, psi) || !allows(limits_, m.gc, d, all_joints, slack)) return;
+            Nearest found = refused(Status::LIMITS);
+            try_beside(turned(posture(gc, psi)), gc, found);
+            if (found.gc != gc) return;
+            put_in(gc, found, arcs);
+            e.delicate = true;
+        };
+        each_meeting(shoulder, wrist, blocked, true, gap, look);
+    }
+
+    /// Notes a cut at an end of one of the arcs.
+    void find_corner(ElbowBranches& e, int gc, double cut, const ArcSet& arcs) const noexcept {
+        if (arcs.full) return;
+        const double near = max(unclear_gap(least_bend(circle_, e.functions)), tolerance::locked);
+        for (int i = 0; i < arcs.count; ++i) {
+            const double off = min(abs(wrap(cut - arcs.arc[i].lower)), abs(wrap(cut - arcs.arc[i].upper)));
+            if (off > near || e.corners == static_cast<int>(std::size(e.corner))) continue;
+            e.corner[e.corners++] = {gc, cut};
+            e.delicate = true;
+        }
     }
 
     /// Why no arc of any branch has a posture.
@@ -1498,6 +1594,10 @@ private:
             if (out.status != Status::OK) break;
             look_beside_straight(elbow, out);
             if (limits_.locked) look_at_limits(elbow, out);
+            for (int i = 0; i < e.corners; ++i) {
+                const auto& [gc, psi] = e.corner[i];
+                try_start(turned(posture(gc, psi)), gc, nearest_rule::start, out);
+            }
         }
         if (options_.near && options_.metric != Metric::margin) {
             Joints q{};

@@ -119,13 +119,13 @@ public:
     Status find(const Pose<double>& pose, const Circle<double>& c, ArcSet& out) noexcept {
         Status reason = is_folded(c) ? Status::FOLDED : Status::UNREACHABLE;
         bool hides = t_.locked;
-        const auto add = [&](int gc, Status status, const ArcSet& arcs, const auto& shoulder,
+        const auto add = [&](int gc, const Left& left, const ArcSet& arcs, const auto& shoulder,
                              const auto& wrist) {
-            reason = nearer_reason(reason, status);
-            hides |= may_hide(t_, c, status, shoulder);
+            reason = nearer_reason(reason, left.status);
+            hides |= may_hide(t_, c, left.status, shoulder) || may_meet(c, shoulder, left.gap, arcs.empty());
             if (!arcs.empty())
                 add_arcs(self_motion(arm_, c, configuration(gc)), arcs, side_ ? wrist : shoulder);
-            if (t_.margin == 0 && (status == Status::OK || status == Status::LIMITS) &&
+            if (t_.margin == 0 && (left.status == Status::OK || left.status == Status::LIMITS) &&
                 (may_jump(shoulder.hinge[0]) || may_jump(wrist.hinge[1])))
                 add_needles(self_motion(arm_, c, configuration(gc)), shoulder, wrist);
             return turns_.full();
