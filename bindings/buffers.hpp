@@ -132,6 +132,12 @@ inline void settle(const armangle::Arm& arm, double precision, double* m) noexce
     std::memcpy(m + 12, last_row, sizeof(last_row));  // not ours to mend
 }
 
+/// Whether an object is an array of numpy.ma: some of its numbers may not be meant.
+inline bool is_masked_array(nb::handle object) noexcept {
+    static PyObject* type = nb::object(nb::module_::import_("numpy.ma").attr("MaskedArray")).release().ptr();
+    return PyObject_TypeCheck(object.ptr(), reinterpret_cast<PyTypeObject*>(type)) != 0;
+}
+
 /// A small matrix (rows x columns; one row: a vector) read from what Python code offers: an array of float64
 /// or float32 in any order, or nested lists or tuples of numbers. False for anything else: the general way
 /// then says what is wrong.
@@ -141,7 +147,7 @@ public:
         if (PyList_CheckExact(object.ptr()) || PyTuple_CheckExact(object.ptr()))
             return read_rows(object, rows, columns, to);
         Buffer b;
-        if (!b.try_get(object)) return false;
+        if (is_masked_array(object) || !b.try_get(object)) return false;
         if (b.is('d')) return read_array<double>(b, rows, columns, to);
         precision_ = std::numeric_limits<float>::epsilon();
         return b.is('f') && read_array<float>(b, rows, columns, to);

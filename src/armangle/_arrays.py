@@ -118,13 +118,20 @@ def looks_like(name: str, shape: Shape) -> str:
 def _numbers(name: str, value: ArrayLike, tail: Shape, meaning: str = "") -> NDArray[Any]:
     try:
         array = np.asarray(value)
-        if array.dtype.kind not in "fiu":
+        if array.dtype.kind not in "fiu" or _masked(name, value):
             raise TypeError
     except (TypeError, ValueError, RuntimeError):  # torch raises RuntimeError
-        hint = _tensor(name, value) or _posture(name, value)
+        hint = _masked(name, value) or _tensor(name, value) or _posture(name, value)
         wanted = f"wanted shape {shape_text(tail)}{meaning}"
         raise InputError(hint or f"{name} is not an array of real numbers, {wanted}") from None
     return array
+
+
+def _masked(name: str, value: Any) -> str:
+    """Return that some elements of a value are masked; '' of anything else."""
+    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+        return f"{name} has masked elements, which are no numbers: fill them, or leave them out"
+    return ""
 
 
 def _posture(name: str, value: Any) -> str:

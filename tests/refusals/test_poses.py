@@ -114,6 +114,22 @@ def fake(module: str, name: str, **attributes: Any) -> Any:
     return type(name, (), {"__module__": module, "__array__": refuse, **attributes})()
 
 
+def test_masked_elements_are_refused() -> None:
+    pose, psi, gc = ARM.forward(Q)
+    masked = np.ma.masked_greater(np.stack([pose, pose]), 0.9)
+    joints = np.ma.array(Q, mask=np.arange(7) == 2)
+    for call in (
+        lambda: ARM.inverse(masked, psi, gc),
+        lambda: ARM.inverse(masked[0], psi, gc),
+        lambda: ARM.solve(pose, near=joints),
+        lambda: ARM.forward(joints),
+        lambda: aa.step(ARM, joints, pose),
+    ):
+        with pytest.raises(aa.InputError, match="has masked elements"):
+            call()
+    assert np.array_equal(ARM.forward(np.ma.array(Q))[0], pose)
+
+
 @pytest.mark.parametrize(
     ("value", "message"),
     [
