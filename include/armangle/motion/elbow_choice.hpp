@@ -32,7 +32,8 @@ inline constexpr double singular = 0.1;      // cost of a rad^2 within the margi
 inline constexpr double turning = 0.1;       // cost of a rad^2 that psi turns
 inline constexpr double horizon = 0.6;       // s that the elbow looks ahead
 inline constexpr int glances = 8;            // at so many times
-inline constexpr double acceleration = 0.7;  // share of joint 4's acceleration that it counts on
+inline constexpr double acceleration = 0.7;  // share of joint 4's acceleration that it counts on ...
+inline constexpr double under_way = 0.5;     // ... and of the speed with which that bends already
 inline constexpr double most = 0.8;          // rad: it is not bent further beforehand
 inline constexpr double foresight = 0.5;     // s within which a crossing is foreseen
 inline constexpr int looks = 5;              // at so many times
@@ -188,18 +189,20 @@ inline Crossing crossing_ahead(const Arm& arm, const Configuration<double>& gc, 
     return {};
 }
 
-/// How far off straight (rad) the elbow has to be bent now so that joint 4, from rest and with this speed and
-/// acceleration, will be in time for a wrist that goes on at `speed` from `wrist` (m, seen from the
-/// shoulder).
-inline double bend_ahead(const Arm& arm, const Vec3<double>& wrist, const Vec3<double>& speed, double fastest,
-                         double hardest) noexcept {
-    const double a = elbow_rule::acceleration * hardest, ramp = fastest / a;
+/// How far off straight (rad) the elbow has to be bent now so that joint 4, which bends with `bending`
+/// (rad/s) and has this speed and acceleration, will be in time for a wrist that goes on at `speed` from
+/// `wrist` (m, seen from the shoulder).
+inline double bend_ahead(const Arm& arm, const Vec3<double>& wrist, const Vec3<double>& speed, double bending,
+                         double fastest, double hardest) noexcept {
+    const double start = elbow_rule::under_way * min(max(bending, 0.0), fastest);
+    const double a = elbow_rule::acceleration * hardest, ramp = (fastest - start) / a;
     if (is_nan(ramp)) return 0.0;  // no bounds: always in time
     double need = 0;
     for (int i = 1; i <= elbow_rule::glances; ++i) {
         const double after = elbow_rule::horizon * i / elbow_rule::glances;
         const double bend = detail::bend_of(arm, norm(wrist + speed * after));
-        const double way = after < ramp ? 0.5 * a * after * after : fastest * (after - 0.5 * ramp);
+        const double way = after < ramp ? (start + 0.5 * a * after) * after
+                                        : fastest * after - 0.5 * (fastest - start) * ramp;
         need = max(need, bend - way);
     }
     return min(need, elbow_rule::most);

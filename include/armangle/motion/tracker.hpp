@@ -504,7 +504,9 @@ private:
         const double lasting = wanted > margin_ ? track_rule::growing : track_rule::shrinking;
         margin_ += (wanted - margin_) * -std::expm1(-t.dt / lasting);
         if (abs(wanted - margin_) < track_rule::negligible) margin_ = wanted;
-        ahead_ = bend_ahead(arm_, wrist, speed, options_.velocity[3], options_.acceleration[3]);
+        const double side = detail::elbow_bend(arm_, q_.q[3]) < 0 ? -1.0 : 1.0;
+        ahead_ = bend_ahead(arm_, wrist, speed, side * arm_.sign[3] * v_[3], options_.velocity[3],
+                            options_.acceleration[3]);
     }
 
     Status reason(const Circle<double>& c) const noexcept {
