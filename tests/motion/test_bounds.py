@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import numpy as np
@@ -479,3 +480,32 @@ def test_a_number_bounds_every_joint() -> None:
             IIWA.with_(velocity=bad)
     with pytest.raises(aa.ShapeError, match=r"velocity has shape \(3,\), wanted \(7,\), or a number"):
         aa.step(IIWA, HOME, pose, dt=0.01, velocity=[1, 2, 3])
+
+
+def test_numbers_that_look_like_another_unit_are_warned_of() -> None:
+    """Degrees for rad, ms for s: at the line that gave them, and nothing else is."""
+    pose = moved(IIWA, HOME, np.full(7, 0.01))
+    path = aa.plan(IIWA, aa.Line(IIWA.forward(HOME)[0], pose), start=HOME)
+    degrees, ms = r"holds \d+, wanted rad/s²?: were these degrees\?", r"dt is 4 s, long .*: was it in ms, or"
+    tracker = aa.Tracker(IIWA)
+    tracker.start(HOME)
+    for text, call in (
+        (ms, lambda: aa.Tracker(IIWA, 4)),
+        (ms, lambda: tracker.step(pose, dt=4)),
+        (ms, lambda: aa.HandFilter().smooth(pose[None], 4)),
+        (ms, lambda: aa.step(IIWA, HOME, pose, dt=4, velocity=True)),
+        (ms, lambda: aa.follow(IIWA, pose[None], start=HOME, dt=4, velocity=2.0)),
+        (degrees, lambda: aa.Tracker(IIWA, velocity=98)),
+        (degrees, lambda: aa.Tracker(IIWA, velocity=[98, 98, np.inf, 1, 1, 1, 1])),
+        (degrees, lambda: aa.Tracker(IIWA, acceleration=np.full(7, 570.0))),
+        (degrees, lambda: aa.step(IIWA, HOME, pose, dt=0.01, velocity=98)),
+        (degrees, lambda: aa.follow(IIWA, pose[None], start=HOME, dt=0.01, velocity=98)),
+        (degrees, lambda: aa.retime(path, velocity=98, acceleration=5.0)),
+    ):
+        with pytest.warns(UserWarning, match=text) as caught:
+            call()
+        assert [one.filename for one in caught] == [__file__]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        aa.Tracker(IIWA, 1.0, velocity=np.inf, acceleration=100.0)
+        aa.step(IIWA, HOME, pose, dt=0.5, velocity=10.0)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+import warnings
 from typing import Any, Literal
 
 import numpy as np
@@ -23,6 +25,9 @@ Options = tuple[int | None, Carry, float | None, float, float | None, Outside]
 MAX_JOINT_STEP: float = _core.MAX_JOINT_STEP
 LONGEST_STEP: float = _core.LONGEST_STEP
 """Longest time of a step, s."""
+_LONG_STEP = 1.0  # s: a step that takes longer was hardly meant in s
+_LIKE_DEGREES = {"velocity": (20.0, "rad/s"), "acceleration": (200.0, "rad/s²")}
+"""Finite bounds above these are hardly meant in rad: no joint of an arm of this kind is so fast."""
 
 CARRIES = named(_core.Carry)
 _OUTSIDE: dict[str, Outside] = {"refuse": "refuse", "nearest": "nearest"}
@@ -45,6 +50,29 @@ def checked_options(
     if dt is not None:
         dt = as_number("dt", dt, 0.0, LONGEST_STEP, low_open=True)
     return gc, kept, max_joint_step, margin, dt, _OUTSIDE[chosen("outside", outside, _OUTSIDE)]
+
+
+def as_seconds(dt: float) -> float:
+    """Return the time of a step, s, and warn where it looks like another unit.
+
+    Raises
+    ------
+    InputError, NotFiniteError
+    """
+    if isinstance(dt, bool):
+        raise InputError(f"dt is {dt}, wanted a time in s")
+    time = as_number("dt", dt, 0.0, LONGEST_STEP, low_open=True)
+    if time > _LONG_STEP:
+        _warn(f"dt is {time:g} s, long for one step: was it in ms, or a rate in Hz?")
+    return time
+
+
+def _warn(text: str) -> None:
+    """Warn of a line that is none of this package's."""
+    level, frame = 1, sys._getframe()
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith("armangle"):
+        level, frame = level + 1, frame.f_back
+    warnings.warn(text, UserWarning, stacklevel=level)
 
 
 def free_roll(arm: Arm, roll: Roll, name: str, joints: Floats, scene: object) -> Any:
@@ -114,7 +142,7 @@ def joint_bound(arm: Arm | OffsetArm, name: str, value: Bound, stated: Floats) -
 
 
 def positive(name: str, value: ArrayLike) -> Floats:
-    """Return one number, or seven, > 0, as (7,).
+    """Return one number, or seven, > 0, as (7,), and warn where they look like degrees.
 
     Raises
     ------
@@ -125,6 +153,10 @@ def positive(name: str, value: ArrayLike) -> Floats:
         raise NotFiniteError(f"{name} holds nan, wanted numbers > 0")
     if not (bound > 0).all():
         raise InputError(f"{name} holds {bound.min():g}, wanted numbers > 0")
+    suspicious, unit = _LIKE_DEGREES.get(name, (np.inf, ""))
+    largest = bound[bound < np.inf].max(initial=0.0)
+    if largest > suspicious:
+        _warn(f"{name} holds {largest:g}, wanted {unit}: were these degrees?")
     return bound
 
 
@@ -171,8 +203,7 @@ def step_bounds(
         raise NotFiniteError("velocity_now is not finite, wanted 7 numbers in rad/s")
     if dt is None:
         raise InputError("bounds on velocity and acceleration need dt, the time of a step in s")
-    time = as_number("dt", dt, 0.0, LONGEST_STEP, low_open=True)
-    return np.concatenate([[time], fastest, hardest, now])
+    return np.concatenate([[as_seconds(dt)], fastest, hardest, now])
 
 
 def without_last(bounds: Floats) -> Floats:

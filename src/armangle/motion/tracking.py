@@ -18,7 +18,7 @@ from ..arm.wish import DIRECTIONS, Direction
 from ..errors import ConfigurationError, InputError, SceneError, ShapeError
 from ..scenes.scene import Scene
 from ..status import STATUSES, Named, Status
-from .options import LONGEST_STEP, Bound, joint_bound
+from .options import LONGEST_STEP, Bound, as_seconds, joint_bound
 
 
 class _Tracking(Named):
@@ -140,7 +140,7 @@ class HandFilter:
         if samples.ndim != 3:
             raise ShapeError(f"poses has shape {samples.shape}, wanted (n, 4, 4)")
         out = np.empty_like(samples)
-        time = _seconds(dt)
+        time = as_seconds(dt)
         _core.smooth_hand(self.omega, self.patience, self.jump, self.turn, samples, time, out)
         return out
 
@@ -175,7 +175,7 @@ class Tracker:
     ----------
     arm : Arm or OffsetArm
     dt : float
-        Time of a tick, s.
+        Time of a tick, s. What looks like ms is warned of, as are bounds that look like degrees.
     velocity : array_like, shape (7,), a number, True or None
         Greatest joint speeds, rad/s, > 0; True: the arm's own; None: no bound.
     acceleration : array_like, shape (7,), a number, True or None
@@ -236,7 +236,7 @@ class Tracker:
         hand = filter or _AS_THEY_COME
         still = 0.05
         numbers = [
-            _seconds(dt),
+            as_seconds(dt),
             as_number("length", length, 0.0, _LONGEST, low_open=True),
             still,
             as_number("elbow_margin", elbow_margin, still, _MOST_MARGIN),
@@ -383,7 +383,7 @@ class Tracker:
         'UNREACHABLE'
         """
         self._check_started()
-        time = self._dt if dt is None else _seconds(dt)
+        time = self._dt if dt is None else as_seconds(dt)
         branch = -1 if reconfigure is None else _branch(reconfigure)
         hint, wish = _hint(elbow, elbow_direction)
         rest = wish, time, branch, Tracked, _TRACKINGS, STATUSES, self._name_pair
@@ -446,12 +446,6 @@ def _hint(elbow: ArrayLike | None, direction: Direction | None) -> tuple[ArrayLi
     if isinstance(direction, str):
         return DIRECTIONS[chosen("elbow_direction", direction, DIRECTIONS)], Wish.DIRECTION
     return direction, Wish.DIRECTION
-
-
-def _seconds(dt: float) -> float:
-    if isinstance(dt, bool):
-        raise InputError(f"dt is {dt}, wanted a time in s")
-    return as_number("dt", dt, 0.0, LONGEST_STEP, low_open=True)
 
 
 def _branch(reconfigure: int) -> int:
