@@ -1,11 +1,14 @@
 """Run `armangle.Tracker` beside mink and pink: the same hands, the same bounds, the same hand filter.
 
     python benchmarks/tracking.py [--peers PYTHON] [--arm NAME] [--seeds 8] [--seconds 10] [--dt 0.004]
+                                  [--write]
 
 PYTHON is an interpreter with ``pip install mink pin-pink daqp``. Per stream: RMS distance of the tool from
 the hand without noise, over the ticks at which the hand has been in reach for 0.5 s; ticks that break a bound
 on speed, acceleration or position (1e-6 relative); freezes (0.5 s without motion, more than 20 mm from a hand
-in reach); programmes without solution; time per tick.
+in reach); programmes without solution; time of a tick, one at a time through Python, the median of each
+stream and of the streams. A stream is ahead if its RMS distance is less than that of the best of the others
+on it.
 """
 
 from __future__ import annotations
@@ -19,7 +22,9 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
+import machine
 import numpy as np
+import report
 from numpy.typing import NDArray
 
 import armangle as aa
@@ -80,13 +85,16 @@ def judge(arm: aa.Arm, stream: streams.Stream, start: Floats, q: Floats, failed:
 
 
 def ours(arm: aa.Arm, stream: streams.Stream, start: Floats) -> Row:
-    """Return the tracker's row; the time is that of its loop in C++."""
+    """Return the tracker's row."""
     tracker = aa.Tracker(arm, stream.dt, acceleration=ACCELERATION, filter=aa.HandFilter())
     tracker.start(start)
-    before = time.perf_counter()
-    q = tracker.run(stream.samples)
-    micros = (time.perf_counter() - before) / len(q) * 1e6
-    return judge(arm, stream, start, q, 0, micros)
+    q, times = np.empty((len(stream.samples), 7)), np.empty(len(stream.samples))
+    for i, pose in enumerate(stream.samples):
+        before = time.perf_counter()
+        now = tracker.step(pose)
+        times[i] = time.perf_counter() - before
+        q[i] = now.q
+    return judge(arm, stream, start, q, 0, float(np.median(times)) * 1e6)
 
 
 def peers(
@@ -106,49 +114,57 @@ def peers(
     rows: dict[str, dict[str, Row]] = {}
     for name, key in {tuple(full.split("|")[:2]) for full in found}:
         result = {what: found[f"{name}|{key}|{what}"] for what in ("q", "times", "failed")}
-        micros = float(result["times"].mean()) * 1e6
+        micros = float(np.median(result["times"])) * 1e6
         rows.setdefault(name, {})[key] = judge(
             arm, given[key], start, result["q"], int(result["failed"]), micros
         )
     return rows
 
 
+def ahead(rows: dict[str, dict[str, Row]], keys: list[str], what: str) -> int:
+    """Return in how many streams ours is less than the best of the others."""
+    others = [rows[name] for name in rows if name != OURS]
+    return sum(
+        getattr(rows[OURS][key], what) < min(getattr(row[key], what) for row in others) for key in keys
+    )
+
+
 def table(rows: dict[str, dict[str, Row]], seeds: int) -> str:
     """Return the table in Markdown, the best RMS error of each scenario in bold, and the goals."""
     names = [OURS, *sorted(set(rows) - {OURS})]
-    lines = ["| scenario | " + " | ".join(names) + " |", "|---" * (len(names) + 1) + "|"]
-    won = ahead = weighed = 0
+    beside = len(names) > 1
+    lines = []
+    means = 0
     for scenario in streams.SCENARIOS:
         keys = [f"{scenario}-{seed}" for seed in range(seeds)]
-        mean = {name: np.mean([rows[name][key].rms for key in keys]) for name in names}
-        tail = {name: np.mean([rows[name][key].p99 for key in keys]) for name in names}
-        turn = {name: np.mean([rows[name][key].turn for key in keys]) for name in names}
+        mean, tail, turn = (
+            {name: np.mean([getattr(rows[name][key], what) for key in keys]) for name in names}
+            for what in ("rms", "p99", "turn")
+        )
         best = min(mean, key=lambda name: mean[name])
-        ahead += best == OURS
-        won += sum(min(names, key=lambda name: rows[name][key].rms) == OURS for key in keys)
-        weighed += sum(min(names, key=lambda name: rows[name][key].weighed) == OURS for key in keys)
+        means += best == OURS
         cells = [f"{mean[n]:.3g} / {tail[n]:.3g} / {turn[n]:.3g}" for n in names]
         cells = [f"**{cell}**" if n == best else cell for n, cell in zip(names, cells, strict=True)]
-        lines.append(f"| {scenario} | " + " | ".join(cells) + " |")
+        lines.append([scenario, *cells, f"{ahead(rows, keys, 'rms')} of {seeds}" if beside else ""])
     for what, label in (
         ("violations", "ticks that break a bound"),
         ("freezes", "freezes"),
         ("failed", "no solution"),
     ):
-        cells = [str(sum(getattr(row, what) for row in rows[n].values())) for n in names]
-        lines.append(f"| {label} | " + " | ".join(cells) + " |")
-    micros = {n: np.mean([row.micros for row in rows[n].values()]) for n in names}
-    lines.append("| µs a tick | " + " | ".join(f"{micros[n]:.3g}" for n in names) + " |")
-    lines += ["", "Cells: RMS mm / 99 % mm / RMS degrees, means over the streams."]
-    if len(names) > 1:
-        faster = min(micros[n] for n in names[1:]) / micros[OURS]
-        scenarios = len(streams.SCENARIOS)
-        lines.append(
-            f"Ahead of the best of them in {ahead} of {scenarios} means and {won} of {scenarios * seeds} "
-            f"streams, {weighed} where a radian counts as {LENGTH:g} m as in what all of them weigh; "
-            f"{faster:.3g} times less time."
-        )
-    return "\n".join(lines)
+        lines.append([label, *(str(sum(getattr(row, what) for row in rows[n].values())) for n in names), ""])
+    micros = {n: float(np.median([row.micros for row in rows[n].values()])) for n in names}
+    lines.append(["µs a tick, median", *(f"{micros[n]:.3g}" for n in names), ""])
+    text = report.table(["RMS mm / 99 % mm / RMS degrees", *names, "streams ahead"], lines)
+    if not beside:
+        return text
+    keys = list(rows[OURS])
+    faster = min(micros[n] for n in names[1:]) / micros[OURS]
+    return (
+        f"{text}\n\nAhead of the best of them in {means} of {len(streams.SCENARIOS)} means (goal: all) and "
+        f"{ahead(rows, keys, 'rms')} of {len(keys)} streams (goal: 45 of 48),\n"
+        f"{ahead(rows, keys, 'weighed')} where a radian counts as {LENGTH:g} m, as in what all weigh; "
+        f"{faster:.3g} times less time (goal: 20)."
+    )
 
 
 def main() -> None:
@@ -159,6 +175,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=8)
     parser.add_argument("--seconds", type=float, default=10.0)
     parser.add_argument("--dt", type=float, default=0.004)
+    parser.add_argument("--write", action="store_true", help="put the table into benchmarks/README.md")
     given = parser.parse_args()
     arm = aa.Arm.from_catalogue(given.arm)
     start = streams.posture(arm)
@@ -171,8 +188,11 @@ def main() -> None:
     if given.peers:
         for module in given.only.split(","):
             rows |= peers(given.peers, module, arm, hands, start)
-    print(f"{given.arm}, {given.seeds} hands of {given.seconds:g} s, dt = {given.dt:g} s\n")
-    print(table(rows, given.seeds))
+    hand = f"{given.arm}, {given.seeds} hands of {given.seconds:g} s in each scenario, dt = {given.dt:g} s."
+    text = f"{machine.describe()}.\n{hand}\n\n{table(rows, given.seeds)}"
+    print(text)
+    if given.write:
+        report.write("tracking", text)
 
 
 if __name__ == "__main__":
