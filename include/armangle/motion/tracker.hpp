@@ -156,6 +156,8 @@ public:
         barred_ = 0;
         draw_ = 1;
         arrived_ = given_up_ = false;
+        home_ = index(configuration(arm_, chain(arm_, q_.q).theta));
+        astray_ = 0;
         rest();
         escaping_ = options_.scene && nearest_pair(0.0).room < 0;
         goal_pose_ = user_pose(arm_, chain(arm_, q_.q).flange);
@@ -194,7 +196,7 @@ public:
             command.reconfigure != index(t.gc)) {
             rest();
             forget();
-            turning_to_ = command.reconfigure;
+            turning_to_ = home_ = command.reconfigure;
             asked_ = true;
             given_up_ = false;
         }
@@ -212,7 +214,9 @@ public:
         heed_hand(t);
         const bool there = seek(t, goal, next);
         arrived_ = there && !given_up_;
-        if (given_up_) {
+        if (goes_home(t, goal)) {
+            turn(t, goal, next);
+        } else if (given_up_) {
             stand(t, next);
         } else if (there) {
             fixed_ ? meet() : forget();
@@ -225,6 +229,7 @@ public:
         }
         goal_pose_ = goal.pose;
         Tracked out = finish(t, goal, next, valid, misled);
+        if (turning_to_ < 0 && goal.why == Status::OK && out.distance <= track_rule::worth) home_ = out.gc;
         if (refused && out.why != Status::BAD_INPUT) out.why = Status::LIMITS;
         return out;
     }
@@ -449,8 +454,13 @@ private:
         const bool underway = legs_ > 0;
         rest();
         forget();
+        home_ = index(t.gc);
         Goal best;
-        if (!underway || holds_hand(t, best)) return;
+        if (!underway) return;
+        if (holds_hand(t, best)) {
+            home_ = best.gc;
+            return;
+        }
         double least = infinity;
         for (int gc = 0; gc < configurations; ++gc) {
             Goal goal;
@@ -463,7 +473,32 @@ private:
             best = goal;
         }
         turning_to_ = -1;
-        if (least < infinity) turn_to(best.at, best.gc);
+        if (!(least < infinity)) return;
+        home_ = best.gc;
+        turn_to(best.at, best.gc);
+    }
+
+    /// Turns back to the branch in which the tool was last on the hand, if it can hold it: the arm passed
+    /// through to one that cannot, and the hand has been slow for some time.
+    bool goes_home(const Tick& t, const Goal& goal) noexcept {
+        const bool slow = size(speed_, options_.length) <= track_rule::slow;
+        const bool off =
+            size(difference(user_pose(arm_, t.now.flange), wanted_), options_.length) > track_rule::worth;
+        const bool passed = turning_to_ < 0 && index(t.gc) != home_ && goal.posture_only;
+        astray_ = passed && slow && off ? astray_ + t.dt : 0;
+        if (astray_ < track_rule::patience || weary()) return false;
+        Goal there;
+        Tag pair = 0;
+        turning_to_ = home_;
+        const bool holds = !elbow_turns(t) && holds_hand(t, there) && !(there.gap > 0);
+        turning_to_ = -1;
+        if (!holds || there.blocked != Status::OK) return false;
+        if (tried_ == 0) tried_for_ = hand_.pose();
+        tried_ += track_rule::most_ways / track_rule::turns;
+        if (t.guard && !t.guard->clear(q_.q, there.at.q, pair)) return false;
+        given_up_ = false;
+        turn_to(there.at, home_);
+        return true;
     }
 
     bool elbow_turns(const Tick& t) const noexcept {
@@ -1065,6 +1100,8 @@ private:
     Crossing crossing_;
     int turning_to_ = -1;                    // the branch whose posture is gone to joint by joint; -1: none
     bool asked_ = false;                     // for by the operator
+    int home_ = 0;                           // the branch in which the tool was last on the hand
+    double astray_ = 0;                      // s in another one that cannot hold it
     Joints stood_{};                         // where the arm stands, or last did
     double stood_for_ = 0;                   // s that it has, away from its goal
     double nearest_ = 0;                     // m that the tool has come near to its goal ...

@@ -55,8 +55,8 @@ class Tracked(NamedTuple):
     better with it; ``status`` a `Tracking`: FOLLOWING (the tool is where the hand is, within 1e-9 m),
     LAGGING (on its way, as fast as bounds and obstacles allow), NEAREST (the hand is out of reach, or no way
     to it was found: at, or on the way to, the nearest pose), HELD (no sample to believe: on as predicted),
-    TURNING (to the branch of `reconfigure`, out of a corner of the limits, or round an obstacle, joint by
-    joint: the tool leaves the hand) or RETURNING
+    TURNING (to the branch of `reconfigure`, back to the arm's own, out of a corner of the limits, or round an
+    obstacle, joint by joint: the tool leaves the hand) or RETURNING
     (a joint stands outside its limits, or a link touches an obstacle, where `start` found it: on its way
     out); ``distance`` of the tool from the hand, m, ``sqrt(|dp|² + (length·angle)²)``, the hand being what
     the `HandFilter` makes of its samples, if there is one (`HandFilter.smooth`); ``gap`` by which the
