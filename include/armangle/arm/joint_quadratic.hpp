@@ -6,6 +6,8 @@
 // Source: J. Nocedal, S. Wright, Numerical Optimization (2006), algorithm 16.3.
 #pragma once
 
+#include <type_traits>
+
 #include "limits.hpp"
 
 namespace armangle {
@@ -23,38 +25,71 @@ inline constexpr double pull = 1e-12;  // a bound that is pulled at by less than
 
 namespace detail {
 
-/// Solves H x = g for the joints marked free, the others held at x. Cholesky, in place.
+/// A symmetric matrix of n rows as L D L', entry(a, b) being its own; n may be a constant.
+struct Factors {
+    double L[joints][joints], inverse[joints];  // of D
+
+    template <class Count, class Entry>
+    void of(Count n, const Entry& entry) noexcept {
+        for (int a = 0; a < n; ++a) {
+            double whole[joints], rest = entry(a, a);
+            for (int b = 0; b < a; ++b) {
+                whole[b] = entry(a, b);
+                for (int k = 0; k < b; ++k) whole[b] -= whole[k] * L[b][k];
+                L[a][b] = whole[b] * inverse[b];
+                rest -= whole[b] * L[a][b];
+            }
+            inverse[a] = 1.0 / max(rest, 1e-300);
+        }
+    }
+
+    /// y is the right-hand side, and then the solution.
+    template <class Count>
+    void solve(Count n, double (&y)[joints]) const noexcept {
+        for (int a = 0; a < n; ++a)
+            for (int b = 0; b < a; ++b) y[a] -= L[a][b] * y[b];
+        for (int a = n - 1; a >= 0; --a) {
+            y[a] *= inverse[a];
+            for (int k = a + 1; k < n; ++k) y[a] -= L[k][a] * y[k];
+        }
+    }
+};
+
+/// Solves H x = g for the joints marked free, the others held at x.
 inline void solve_free(const JointQuadratic& p, const bool (&free)[joints], double (&x)[joints]) noexcept {
     int index[joints], n = 0;
     for (int j = 0; j < joints; ++j)
         if (free[j]) index[n++] = j;
-    double L[joints][joints], y[joints];
+    double y[joints];
     for (int a = 0; a < n; ++a) {
         y[a] = p.g[index[a]];
         for (int j = 0; j < joints; ++j)
             if (!free[j]) y[a] -= p.H[index[a]][j] * x[j];
-        for (int b = 0; b <= a; ++b) {
-            double sum = p.H[index[a]][index[b]];
-            for (int k = 0; k < b; ++k) sum -= L[a][k] * L[b][k];
-            L[a][b] = a == b ? sqrt(max(sum, 1e-300)) : sum / L[b][b];
-        }
-        for (int k = 0; k < a; ++k) y[a] -= L[a][k] * y[k];
-        y[a] /= L[a][a];
     }
-    for (int a = n - 1; a >= 0; --a) {
-        for (int k = a + 1; k < n; ++k) y[a] -= L[k][a] * y[k];
-        y[a] /= L[a][a];
-        x[index[a]] = y[a];
-    }
+    Factors factors;
+    factors.of(n, [&](int a, int b) { return p.H[index[a]][index[b]]; });
+    factors.solve(n, y);
+    for (int a = 0; a < n; ++a) x[index[a]] = y[a];
 }
 
 }  // namespace detail
 
-/// The unbounded minimum.
-inline void minimise(const JointQuadratic& p, double (&x)[joints]) noexcept {
-    static constexpr bool free[joints] = {true, true, true, true, true, true, true};
-    detail::solve_free(p, free, x);
-}
+/// The unbounded minimum of a cost, and of others that differ from it in g alone.
+class Unbounded {
+public:
+    explicit Unbounded(const JointQuadratic& p) noexcept {
+        factors_.of(all, [&p](int a, int b) { return p.H[a][b]; });
+    }
+
+    void minimise(const double (&g)[joints], double (&x)[joints]) const noexcept {
+        for (int j = 0; j < joints; ++j) x[j] = g[j];
+        factors_.solve(all, x);
+    }
+
+private:
+    static constexpr std::integral_constant<int, joints> all{};
+    detail::Factors factors_;
+};
 
 /// The minimum in the box; x is where to begin. solve(free, y) puts in y the minimum over the joints marked
 /// free, the others held at y.

@@ -164,18 +164,23 @@ inline bool better_through(const Arm& arm, int side, const double* q) noexcept {
 inline Crossing crossing_ahead(const Arm& arm, const Configuration<double>& gc, const Hand& hand,
                                const Vec3<double>& z3, const double* q, const double* fastest) noexcept {
     static constexpr double between = elbow_rule::foresight / elbow_rule::looks;
-    const auto at = [&](double time) {
-        return self_motion(arm, circle(arm, flange_pose(arm, hand.predicted(time))), gc);
+    const auto motion_of = [&](const Pose<double>& pose) {
+        return self_motion(arm, circle(arm, flange_pose(arm, pose)), gc);
     };
+    const Twist move = hand.velocity() * between;
+    const Mat3<double> turned = from_rotation_vector(move.angular);
+    Pose<double> pose = hand.pose();
     double before[hinges]{};
     for (int look = 0; look <= elbow_rule::looks; ++look) {
-        const SelfMotion<double> m = at(look * between);
+        if (look > 0) pose = {turned * pose.rotation, pose.position + move.linear};
+        const SelfMotion<double> m = motion_of(pose);
         if (is_folded(m.circle) || is_unreachable(m.circle)) return {};
         for (int side = 0; side < hinges; ++side) {
             const double last = before[side], now = before[side] = detail::inside_cone(m, side);
             if (look == 0 || !(last * now <= 0) || last == now) continue;
             if (!detail::better_through(arm, side, q)) continue;
-            const SelfMotion<double> there = at((look - now / (now - last)) * between);
+            const double after = (look - now / (now - last)) * between;
+            const SelfMotion<double> there = motion_of(hand.predicted(after));
             const Harmonic<double>& H = joint_functions(there).hinge[side].H;
             const double psi = atan2(H.s, H.c), way = abs(wrap(psi - arm_angle(there.circle, z3)));
             const SinCos<double> cone = lean(there.elbow, side == 0 ? there.elbow.beta : there.elbow.gamma);

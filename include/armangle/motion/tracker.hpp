@@ -481,11 +481,13 @@ private:
     /// Turns back to the branch in which the tool was last on the hand, if it can hold it: the arm passed
     /// through to one that cannot, and the hand has been slow for some time.
     bool goes_home(const Tick& t, const Goal& goal) noexcept {
-        const bool slow = size(speed_, options_.length) <= track_rule::slow;
-        const bool off =
-            size(difference(user_pose(arm_, t.now.flange), wanted_), options_.length) > track_rule::worth;
+        const auto stays = [&] {
+            return size(speed_, options_.length) <= track_rule::slow &&
+                   size(difference(user_pose(arm_, t.now.flange), wanted_), options_.length) >
+                       track_rule::worth;
+        };
         const bool passed = turning_to_ < 0 && index(t.gc) != home_ && goal.posture_only;
-        astray_ = passed && slow && off ? astray_ + t.dt : 0;
+        astray_ = passed && stays() ? astray_ + t.dt : 0;
         if (astray_ < track_rule::patience || weary()) return false;
         Goal there;
         Tag pair = 0;
@@ -798,31 +800,37 @@ private:
         const double late = min(size(rest, options_.length) / track_rule::late, 1.0);
         const double damping = track_rule::regular + late * track_rule::damping;
         const Jacobian J = jacobian(arm_, q_.q);
-        const auto equations = [&](const Twist& move, double length) {
-            return detail::normal_equations(J, move, length, damping);
+        const double length = options_.length;
+        const auto equations = [&](const Twist& move, double metres) {
+            return detail::normal_equations(J, move, metres, damping);
         };
         double gain[joints], way[joints], v[joints];
-        minimise(equations(acceleration_, options_.length), gain);
-        const auto at_pace = [&](const Twist& move, double length, double share) {
+        JointQuadratic p = equations(acceleration_, length);
+        const Unbounded free(p);
+        free.minimise(p.g, gain);
+        const auto at_pace = [&](const Twist& move, double share) {
             double d[joints];
-            minimise(equations(move, length), d);
+            free.minimise(equations(move, length).g, d);
+            return move * pace(d, gain, share, t.dt);
+        };
+        const auto position_at_pace = [&](const Twist& move, double share) {
+            const JointQuadratic alone = equations(move, track_rule::aside * length);
+            double d[joints];
+            Unbounded(alone).minimise(alone.g, d);
             return move * pace(d, gain, share, t.dt);
         };
         // A hand that stands is met soonest if all joints arrive together. One that goes on is nearer all the
         // while if position does not wait for the joints that turn the tool.
-        const Twist nearer =
-            fixed_ ? at_pace(rest, options_.length, track_rule::braking)
-                   : at_pace({rest.linear, {}}, track_rule::aside * options_.length, track_rule::direct) +
-                         at_pace({{}, rest.angular}, options_.length, track_rule::braking);
+        const Twist nearer = fixed_ ? at_pace(rest, track_rule::braking)
+                                    : position_at_pace({rest.linear, {}}, track_rule::direct) +
+                                          at_pace({{}, rest.angular}, track_rule::braking);
         for (int j = 0; j < joints; ++j) way[j] = goal.at.q[j] - q_.q[j];
-        JointQuadratic p = equations(lead + nearer, options_.length);
+        p = equations(lead + nearer, length);
         const double k = pace(way, t.dt);
-        for (int j = 0; j < joints; ++j) {
-            p.g[j] += damping * k * way[j];
-            v[j] = v_[j];
-        }
+        for (int j = 0; j < joints; ++j) p.g[j] += damping * k * way[j];
+        free.minimise(p.g, v);
         least_squares(t, p, v);
-        watch(t, goal);
+        watch(t, goal, size(rest + lead * t.dt, options_.length));
         go(t, v, next);
     }
 
@@ -836,10 +844,9 @@ private:
     /// A tool that stands still, or comes no nearer, although its goal can be taken is held by a joint at its
     /// limit that has to turn back, or by an obstacle: the arm then turns to the goal's posture, or to
     /// another of its pose, by a way that is clear. A hand that trembles makes an arm that does, so that then
-    /// only a tool that is far from its goal counts. When all turns for a hand that does not move are spent
-    /// the arm stands.
-    void watch(const Tick& t, const Goal& goal) noexcept {
-        const double off = size(difference(user_pose(arm_, t.now.flange), goal.pose), options_.length);
+    /// only a tool that is far from its goal, `off` m, counts. When all turns for a hand that does not move
+    /// are spent the arm stands.
+    void watch(const Tick& t, const Goal& goal, double off) noexcept {
         const bool counts = fixed_ || off > track_rule::worth, still = has_stalled(t);
         const bool stuck = no_nearer(t, off) || still;
         if (stuck && counts) searching_ = true;
