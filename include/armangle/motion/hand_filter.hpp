@@ -24,7 +24,9 @@ struct HandFilter {
 };
 
 namespace hand_rule {
-inline constexpr double stale = 0.06;    // s: a sample repeated for longer is a hand at rest
+inline constexpr double stale = 0.06;    // s: a sample repeated for longer is a hand at rest ...
+inline constexpr double periods = 1.25;  // ... unless so many of the device's periods last longer
+inline constexpr double seldom = 0.5;    // s: no device's period is as long
 inline constexpr double slowing = 0.15;  // s in which a prediction without samples loses its speed
 inline constexpr double fastest = 20.0;  // m/s and rad/s: a difference of samples beyond it is a jump
 inline constexpr double smooth = 0.03;   // s over which the acceleration is averaged
@@ -38,7 +40,7 @@ public:
     void start(const Pose<double>& pose) noexcept {
         pose_ = told_ = sample_ = suspect_ = pose;
         velocity_ = acceleration_ = Twist{};
-        age_ = suspected_ = 0;
+        age_ = suspected_ = changed_ = 0;
         held_ = false;
     }
 
@@ -46,8 +48,15 @@ public:
     void tick(const Pose<double>* sample, double dt) noexcept {
         const Twist before = velocity_;
         age_ += dt;
+        changed_ += dt;
         held_ = false;
-        const bool fresh = sample && (!same(*sample, sample_) || age_ > hand_rule::stale);
+        const bool other = sample && !same(*sample, sample_);
+        const bool fresh = other || (sample && age_ > stale());
+        if (other) {
+            between_[0] = between_[1];
+            between_[1] = changed_;
+            changed_ = 0;
+        }
         if (!sample || !fresh) {
             if (!sample || suspected_ > 0) return wait(dt, !sample || suspected_ > 0);
             if (is_plain()) return rest_plain();
@@ -78,6 +87,14 @@ private:
         };
         return equal(a.position, b.position) && equal(a.rotation.x, b.rotation.x) &&
                equal(a.rotation.y, b.rotation.y) && equal(a.rotation.z, b.rotation.z);
+    }
+
+    /// s after which a sample that is repeated is believed again. Of the last two periods the shorter one
+    /// counts: a hand that rested has a long one.
+    double stale() const noexcept {
+        const double period = min(between_[0], between_[1]);
+        return period < hand_rule::seldom ? max(hand_rule::stale, hand_rule::periods * period)
+                                          : hand_rule::stale;
     }
 
     bool far(const Twist& t) const noexcept {
@@ -151,6 +168,8 @@ private:
     double age_ = 0;        // s since the sample changed
     double since_ = 0;      // s since a sample was believed
     double period_ = 0;     // s between samples
+    double changed_ = 0;    // s since the sample was another one ...
+    double between_[2]{};   // ... and between such, the last two
     double suspected_ = 0;  // s that a jump has lasted
     bool held_ = false;
 };
