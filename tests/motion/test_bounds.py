@@ -508,4 +508,4 @@ def test_numbers_that_look_like_another_unit_are_warned_of() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         aa.Tracker(IIWA, 1.0, velocity=np.inf, acceleration=100.0)
-        aa.step(IIWA, HOME, pose, dt=0.5, velocity=10.0)
+        aa.step(IIWA, HOME, pose, dt=0.5, velocity=31.0)  # rainbow_rby1 states 30

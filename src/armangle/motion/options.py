@@ -26,7 +26,7 @@ MAX_JOINT_STEP: float = _core.MAX_JOINT_STEP
 LONGEST_STEP: float = _core.LONGEST_STEP
 """Longest time of a step, s."""
 _LONG_STEP = 1.0  # s: a step that takes longer was hardly meant in s
-_LIKE_DEGREES = {"velocity": (20.0, "rad/s"), "acceleration": (200.0, "rad/s²")}
+_LIKE_DEGREES = {"velocity": (40.0, "rad/s"), "acceleration": (200.0, "rad/s²")}
 """Finite bounds above these are hardly meant in rad: no joint of an arm of this kind is so fast."""
 
 CARRIES = named(_core.Carry)
