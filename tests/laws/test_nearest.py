@@ -163,6 +163,24 @@ def test_beside_singular_postures_a_posture_as_near_as_that_of_the_pose_is_found
     assert len(wrong) <= draw.count(300) / 50, wrong
 
 
+def test_a_posture_beside_the_seed_is_found_where_two_or_three_hinges_are_straight() -> None:
+    """Of 6 % of these a posture up to a turn farther was told; now of 1 %, nearly all by less than 1e-3 rad."""
+    arm, rng = aa.Arm.from_catalogue("kuka_iiwa7_r800"), draw.generator(97)
+    farther = []
+    for straight in ([1, 3], [3, 5], [1, 5], [1, 3, 5]):
+        for off in (1e-5, 1e-6, 1e-7, 1e-8, 1e-10, 1e-12):
+            for noise in (3e-4, 1e-2, 0.3):
+                for _ in range(draw.count(20)):
+                    q = rng.uniform(arm.lower, arm.upper)
+                    q[straight] = off * rng.uniform(-3, 3, len(straight))
+                    near = q + noise * rng.normal(size=7)
+                    found = arm.solve(arm.forward(q, undefined="nan")[0], near=near)
+                    assert found.ok, (q.tolist(), near.tolist())
+                    farther.append(found.distance - np.linalg.norm(near - q))
+    assert np.mean(np.array(farther) > 1e-6) <= 0.02
+    assert np.mean(np.array(farther) > 1e-3) <= 0.005
+
+
 def beside_straight(name: str, joint: int, off: float, locked: tuple[int, ...]) -> Delicate:
     """Return an arm whose joint is `off` straight, with locked joints, and a far seed."""
     arm = aa.Arm.from_catalogue(name)

@@ -78,7 +78,7 @@ inline constexpr double start = 1e-3;     // a start is this near to the pose (o
 inline constexpr double seed = 0.3;       // the same of the seed, and of starts that stand for many
 inline constexpr double gain = 1e-11;     // rad: a posture beside another that gains less is none
 inline constexpr int halvings = 40;       // of the range in which a largest cost lies
-inline constexpr int settling = 600;      // rounds of settled() for one pose, of some microseconds each
+inline constexpr int settling = 1200;     // rounds of settled() for one pose, of some microseconds each
 }  // namespace nearest_rule
 
 namespace detail {
@@ -1571,6 +1571,12 @@ private:
     /// Puts in the place of a posture a better one, that is found in the joints themselves.
     [[gnu::noinline, gnu::cold]] void look_beside(Nearest& out) noexcept {
         rounds_ = nearest_rule::settling;
+        // what settles beside the seed is so near that few other starts are worth a look
+        if (options_.near && options_.metric != Metric::margin) {
+            Joints q{};
+            for (int j = 0; j < joints; ++j) q.q[j] = options_.near[j];
+            try_start(q, forward(arm_, q.q).gc, nearest_rule::seed, out);
+        }
         if (out.status != Status::OK) {
             // whether there is a posture must not depend on the seed
             NearestOptions seedless = options_;
@@ -1598,11 +1604,6 @@ private:
                 const auto& [gc, psi] = e.corner[i];
                 try_start(turned(posture(gc, psi)), gc, nearest_rule::start, out);
             }
-        }
-        if (options_.near && options_.metric != Metric::margin) {
-            Joints q{};
-            for (int j = 0; j < joints; ++j) q.q[j] = options_.near[j];
-            try_start(q, forward(arm_, q.q).gc, nearest_rule::seed, out);
         }
         if (!squares() && out.status == Status::OK) narrow(out);
     }

@@ -13,16 +13,17 @@
 namespace armangle {
 
 namespace settled_rule {
-inline constexpr int rounds = 40;         // of Gauss-Newton
-inline constexpr int patience = 6;        // rounds that do not halve the distance are the last
-inline constexpr double longest = 0.5;    // rad: a round's longest move of a joint
-inline constexpr double damping = 1e-26;  // least, of H (of the square of the arm's size)
-inline constexpr double most = 1e-2;      // damping above this finds nothing (of the same)
-inline constexpr double share = 1e-8;     // of the cost while it still counts (of the same)
-inline constexpr double still = 1e-15;    // rad: a shorter move is none
-inline constexpr double exact = 2e-15;    // a pose this near is not bettered (of the arm's size; rad)
-inline constexpr double meets = 1e-13;    // a pose this near is met (of the same)
-inline constexpr double same = 4e-15;     // a pose this near is the pose (of the same; of a unit vector)
+inline constexpr int rounds = 40;            // of Gauss-Newton
+inline constexpr int patience = 6;           // rounds that do not halve the distance are the last
+inline constexpr double longest = 0.5;       // rad: a round's longest move of a joint
+inline constexpr double damping = 1e-26;     // least, of H (of the square of the arm's size)
+inline constexpr double most = 1e-2;         // damping above this finds nothing (of the same)
+inline constexpr double share = 1e-8;        // of the cost while it still counts (of the same) ...
+inline constexpr double last_share = 1e-12;  // ... and then, where the pose hardly tells joints apart
+inline constexpr double still = 1e-15;       // rad: a shorter move is none
+inline constexpr double exact = 2e-15;       // a pose this near is not bettered (of the arm's size; rad)
+inline constexpr double meets = 1e-13;       // a pose this near is met (of the same)
+inline constexpr double same = 4e-15;        // a pose this near is the pose (of the same; of a unit vector)
 }  // namespace settled_rule
 
 /// What draws a posture on its way to a pose: joint j by weight[j] towards near[j].
@@ -179,16 +180,19 @@ bool meets(const A& arm, const Relaxed& at) noexcept {
     return at.distance <= settled_rule::meets * nominal(arm).size;
 }
 
-/// The start settled on the pose, and then where it is drawn to beside that: the better of both on the pose.
+/// The start settled on the pose, and then where it is drawn to beside that: the best of them on the pose.
 template <class A>
 Relaxed settled_beside(const A& arm, const Limits& limits, const Joints& start, const Pose<double>& pose,
                        const Drawing& pull, int& budget) noexcept {
-    const double size = nominal(arm).size, share = settled_rule::share * size * size;
+    const double size = nominal(arm).size;
     const auto drawn = [&pull](const Relaxed& x) { return detail::settling_cost(pull, 1.0, x.at.q, 0.0); };
-    const Relaxed at = settled(arm, limits, start, pose, pull, 0.0, budget);
-    const Relaxed beside = settled(arm, limits, at.at, pose, pull, share, budget);
-    const Relaxed on = settled(arm, limits, beside.at, pose, pull, 0.0, budget);
-    return meets(arm, on) && !(meets(arm, at) && drawn(at) <= drawn(on)) ? on : at;
+    Relaxed best = settled(arm, limits, start, pose, pull, 0.0, budget), from = best;
+    for (const double share : {settled_rule::share, settled_rule::last_share}) {
+        const Relaxed beside = settled(arm, limits, from.at, pose, pull, share * size * size, budget);
+        from = settled(arm, limits, beside.at, pose, pull, 0.0, budget);
+        if (meets(arm, from) && !(meets(arm, best) && drawn(best) <= drawn(from))) best = from;
+    }
+    return best;
 }
 
 /// Whether two poses are one but for rounding, of an arm of this size (m).
