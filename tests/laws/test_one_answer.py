@@ -128,7 +128,6 @@ def test_joints_on_their_limits_beside_straight_hold_their_pose() -> None:
         assert not arm.feasible(pose, arm.solve(pose, near=q).gc).is_empty, (arm.name, q.tolist(), gc)
 
 
-
 # fmt: off
 KNOWN = {
     "openarm_v10": [0.770978362673137, -1.6993015817807537, -1.2613695015580428, 4.8159879955626015e-05,
@@ -158,3 +157,33 @@ def test_a_winding_that_holds_at_one_psi_alone_is_the_nearest() -> None:
     for near in q + 1e-4 * rng.normal(size=(20, 7)):
         found = arm.solve(arm.forward(q)[0], near=near)
         assert found.distance <= np.linalg.norm(near - q) * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("beyond", [0.0, 1e-13, 1e-12, 1e-10, 9e-10, 1e-8])
+def test_an_elbow_a_little_beyond_its_limit_is_judged_alike_by_every_door(beyond: float) -> None:
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    q = np.array([0.1, 0.4, 0.2, arm.lower[3] - beyond, 0.3, 0.8, 0.5])
+    said = answers(arm, arm.forward(q)[0], q + 0.1)
+    assert set(said.values()) == {beyond <= 1e-13}, said
+
+
+def test_a_psi_that_misses_a_limit_by_rounding_hides_no_other_branch() -> None:
+    """A hinge's extreme misses its limit by 1e-11 rad in one branch; others hold the pose on wide arcs."""
+    lower, upper = np.full(7, -20.0), np.full(7, 20.0)
+    upper[1] = -1.9551160965300827 - 1e-11
+    lower[1] = -np.pi - 1.9551160965300827
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_(lower=lower, upper=upper)
+    pose = arm.forward([0.11463003966964003, -1.3369397334568125, -1.6658320759555836, 1.2569232432042035,
+                        2.849121332277387, 2.0124444809153954, 2.85170523148728])[0]  # fmt: skip
+    assert all(answers(arm, pose, np.clip(np.zeros(7), lower, upper)).values())
+
+
+def test_arcs_that_are_allowed_hold_a_posture_with_the_elbow_on_its_limit() -> None:
+    arm = aa.Arm.from_catalogue("iit_icub_right")
+    q = np.array([-0.7449001066524454, 1.6874133492406107, 0.9729595639878998, arm.lower[3],
+                  0.6620135762411244, -0.8002783411282164, -0.23939449817202732])  # fmt: skip
+    far = [0.5166889570520279, 2.261397042854509, -0.5061898460899659, 2.005196988404407,
+           -0.0523821694905896, -0.2893157813552, 0.18583641181595387]  # fmt: skip
+    pose, psi, gc = arm.forward(q)
+    allowed = aa.ArcSet([[psi - 0.1, psi + 0.1]])
+    assert arm.solve(pose, near=far, gc=gc, allowed=allowed, metric="max").ok

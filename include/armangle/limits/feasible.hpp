@@ -219,11 +219,24 @@ void each_meeting(const JointFunctions<double>& shoulder, const JointFunctions<d
 
 }  // namespace detail
 
+namespace detail {
+
+/// Whether theta_4 is beyond a limit by no more than what a pose that is met leaves unknown of it: of the
+/// distance n of the wrist, dn / dtheta_4 = La Lb sin(eta) / n.
+[[gnu::noinline, gnu::cold]] inline bool elbow_may_be_within(const SelfMotion<double>& m,
+                                                             const LimitTable& t) noexcept {
+    const double slack = t.elbow_slack * m.circle.distance / m.circle.triangle.eta.sin;
+    return t.elbow.contains(m.elbow.theta_4, min(slack, tolerance::angle));
+}
+
+}  // namespace detail
+
 /// Elbow: OK, or why no psi is feasible, theta_4 being the same for all.
 ARMANGLE_INLINE Status elbow_status(const SelfMotion<double>& m, const LimitTable& t) noexcept {
     if (is_unreachable(m.circle)) return Status::UNREACHABLE;
     if (is_folded(m.circle)) return Status::FOLDED;
-    if (!t.elbow.contains(m.elbow.theta_4)) return Status::ELBOW_LIMIT;
+    if (!t.elbow.contains(m.elbow.theta_4, 0.0) && !detail::elbow_may_be_within(m, t))
+        return Status::ELBOW_LIMIT;
     return m.circle.triangle.eta.sin < t.sin_margin ? Status::ELBOW_MARGIN : Status::OK;
 }
 

@@ -70,6 +70,7 @@ struct LimitTable {
     bool locked;        // some joint but the fourth has a range below tolerance::locked
     bool hinges_alike;  // theta and -theta of both hinges have the same limits
     Cone elbow, cone[pivots];
+    double elbow_slack;  // rad: of theta_4, times n / sin(eta): what a pose that is met leaves unknown of it
     double psi_margin,
         discriminant;  // the paper's psi_sing +- epsilon, eq. (31), and when it holds; 0: not used
 };
@@ -174,6 +175,7 @@ inline LimitTable limit_table(const Arm& arm, const Limits& limits, double margi
     t.psi_margin = psi_margin;
     t.discriminant = discriminant;
     t.elbow = cone(theta_range(arm, limits, 3));
+    t.elbow_slack = tolerance::elbow * arm.size / (arm.upper_arm * arm.forearm);
     for (int p = 0; p < pivots; ++p) detail::fill_pivot(t, arm, limits, p);
     for (int h = 0; h < hinges; ++h)
         for (int negative = 0; negative < 2; ++negative) detail::fill_hinge(t, arm, limits, h, negative);

@@ -68,8 +68,10 @@ inline constexpr int all_work = 4000;       // splits for one pose, of some micr
 inline constexpr double apart = 1e-6;       // arm angles further apart are two solutions (rad)
 inline constexpr int newton = 40, deepest = 20;
 inline constexpr double beside = 1e-5;  // rad: off straight, where psi may have too few digits for postures
+inline constexpr double beside_max = 2e-4;  // rad: the same of the metric max
 inline constexpr double beside_locked =
     1e-2;                                 // rad: the same where a joint is locked, and takes one psi alone
+inline constexpr double closed = 1e-8;    // rad: that a range may lack of a turn, and arcs may join over it
 inline constexpr double straight = 1e-5;  // rad: of the elbow, where its bend is the root of a rounding
 inline constexpr double digits = 100;     // times rounding / bend^2: what psi may leave unknown of a joint
 inline constexpr double poor = 1e-3;      // rad: and no more
@@ -147,7 +149,8 @@ inline bool may_meet(const Circle<double>& c, const JointFunctions<double>& f, d
 struct JointCost {
     double near, weight, room;
     double sign, offset, lower, upper;
-    bool wide;    // a full turn or more: it has windings to choose from
+    bool
+        wide;  // a full turn or more, or so near to it that arcs leave no gap: it has windings to choose from
     bool direct;  // the limits lie within half a turn of `near`: no winding in them is farther than that
 
     /// The value within the limits that is nearest to `near`.
@@ -247,7 +250,7 @@ protected:
         c.offset = arm_.offset[j];
         c.lower = arm_.limits.lower[j];
         c.upper = arm_.limits.upper[j];
-        c.wide = !(c.upper - c.lower < two_pi);
+        c.wide = !(c.upper - c.lower < two_pi - nearest_rule::closed);
         c.near = options_.near ? options_.near[j] : arm_.joint_middle[j];
         c.weight = options_.metric == Metric::max ? sqrt(options_.weight[j]) : options_.weight[j];
         if (options_.metric == Metric::margin) measure_margin(c, arm_.joint_middle[j]);
@@ -470,7 +473,7 @@ public:
         if (e.lost[0] || e.lost[1]) return;
         const ArcSet own = this->arcs(gc);
         for (int i = 0; i < own.count; ++i)
-            if (is_isolated(own.arc[i]) && !contains(arcs, own.arc[i].lower)) keep(own.arc[i]);
+            if (is_isolated(own.arc[i]) && !contains(arcs, own.arc[i].lower)) put(arcs, own.arc[i]);
     }
 
     /// Puts the psi of a posture of a branch into its arcs.
@@ -590,7 +593,10 @@ private:
         e.lost[0] = shoulder_singular(e.motion);
         e.lost[1] = wrist_singular(e.motion);
         e.hides = may_hide(limits_, circle_, e.functions);
-        e.delicate = limits_.locked || e.hides;
+        // where the largest cost counts, the search is worse beside straight
+        e.delicate = limits_.locked || e.hides ||
+                     (options_.metric == Metric::max &&
+                      comes_near_straight(nearest_rule::beside_max, circle_, e.functions));
     }
 
     /// The index of a branch (shoulder + 2 wrist) of an elbow.
@@ -634,7 +640,11 @@ private:
         ArcSet& arcs = arcs_.arcs[gc];
         const Left left = finish(limits_, shoulder.f, wrist.f, both, arcs);
         status = left.status;
-        if (left.may_isolate) status = add_isolated(limits_, e.motion, shoulder.f, wrist.f, both, arcs);
+        if (left.may_isolate) [[unlikely]] {
+            status = add_isolated(limits_, e.motion, shoulder.f, wrist.f, both, arcs);
+            keep_tenable(gc, arcs);
+            if (arcs.empty() && status == Status::OK) status = Status::LIMITS;
+        }
         const bool meet = may_meet(circle_, e.functions, left.gap, arcs.empty());
         if (meet && !(limits_.psi_margin > 0)) [[unlikely]] {
             add_meeting(gc, shoulder.f, wrist.f, both, arcs);
@@ -645,6 +655,19 @@ private:
             if (e.lost[side]) keep(arcs, split_arc(e, side), Status::LIMITS, status);
         if (options_.allowed) keep(arcs, *options_.allowed, Status::NOT_ALLOWED, status);
         if (options_.clear[gc]) keep(arcs, *options_.clear[gc], options_.blocked[gc], status);
+    }
+
+    /// Keeps of single psi those that have a posture within the limits: one that has none would be the
+    /// nearest of all, and nothing be told of the others.
+    [[gnu::noinline, gnu::cold]] void keep_tenable(int gc, ArcSet& arcs) noexcept {
+        if (arcs.full) return;
+        const ArcSet before = arcs;
+        const Best best = best_;
+        make_empty(arcs);
+        for (int i = 0; i < before.count; ++i)
+            if (!is_isolated(before.arc[i]) || somewhere(gc, before.arc[i]).status == Status::OK)
+                put(arcs, before.arc[i]);
+        best_ = best;
     }
 
     /// Adds the psi at which joints come to their limits at once though rounding leaves none: the joints
@@ -1511,7 +1534,10 @@ private:
         if (out.margin >= 0 && off <= 0.1 * settled_rule::meets * arm_.size) return out;
         int rounds = settled_rule::rounds;
         const Relaxed on = settled(arm_, sides_of(out.gc, q), q, pose, {}, 0.0, rounds);
-        return meets(arm_, on) ? told(on.at) : refused(Status::LIMITS);
+        const Nearest settled_on = meets(arm_, on) ? told(on.at) : refused(Status::LIMITS);
+        // along its own motion a posture at a limit may settle out of the arcs that are allowed
+        const bool meets_it = out.margin >= 0 && off <= settled_rule::meets * arm_.size;
+        return settled_on.status != Status::OK && meets_it ? out : settled_on;
     }
 
     /// The limits of a search beside a posture: the side of each hinge is kept where that is asked for.

@@ -23,6 +23,9 @@ inline constexpr double locked = 1e-6;
 inline constexpr double turning_back = 1e-10;
 /// A psi that is feasible by itself leaves no joint further beyond its limit than this (rad).
 inline constexpr double isolated = 1e-11;
+/// The distance of the wrist from the shoulder may be off by this share of the arm's size at a limit of joint
+/// 4: half of what a pose that is met may be off (ratio).
+inline constexpr double elbow = 5e-14;
 /// Wrist closer to the base axis than this share of the reach: the reference plane is the convention's
 /// (ratio).
 inline constexpr double reference = 1e-7;
