@@ -187,7 +187,7 @@ def test_the_largest_move_is_least_beside_a_straight_shoulder_too() -> None:
 
 
 def test_a_posture_beside_the_seed_is_found_where_two_or_three_hinges_are_straight() -> None:
-    """Of 6 % of these a posture up to a turn farther was told; now of 1 %, nearly all by less than 1e-3 rad."""
+    """A posture up to a turn farther was told of 6 %; now of 1 %, nearly always by less than 1e-3 rad."""
     arm, rng = aa.Arm.from_catalogue("kuka_iiwa7_r800"), draw.generator(97)
     farther = []
     for straight in ([1, 3], [3, 5], [1, 5], [1, 3, 5]):
