@@ -70,6 +70,11 @@ inline constexpr double there = 1e-5;   // rad: joints that are this near to the
 inline constexpr double shut = 3e-6;
 }  // namespace curve_rule
 
+/// Whether limits leave a joint a whole turn, so that an angle may be within them on two windings.
+inline bool has_a_turn(const Limits& limits, int j) noexcept {
+    return limits.upper[j] - limits.lower[j] >= two_pi - 2 * tolerance::angle;
+}
+
 /// A view: the arm, the path and the stretches belong to others.
 struct Curve {
     const Arm& arm;
@@ -142,6 +147,8 @@ struct Curve {
                     shut ? curve_rule::shut : tolerance::one_axis);
         const Joints q = joints_within_limits(arm, here.angles, near);
         for (int j = 0; j < joint_slots; ++j) out.q[j] = q.q[j];
+        for (int j = 0; j < joints; ++j)  // a turn away it would be within limits too, but the curve leaps
+            if (has_a_turn(arm.limits, j)) out.q[j] = lift(out.q[j], near[j]);
         if (x.lead != 0) {  // to its last digit, which a locked joint leaves no room for
             const int j = static_cast<int>(x.lead) - 1;
             const double low = arm.limits.lower[j], high = arm.limits.upper[j];
