@@ -6,9 +6,9 @@
 //     passes
 //        . ' |                               smoothly, with theta_2 of either sign.
 //
-// Beside theta_2 = 0 (theta_6 = 0) joint 1 (5) leads, and the two branches that meet there are one sheet.
-// With any joint that is locked the arm angle is led by it. The arm angle is a root of U cos - V sin = 0
-// (pivot) or H - cos = 0 (hinge), which are harmonics of it: eq. (26), (27).
+// Beside theta_2 = 0 (theta_6 = 0) joint 1 or 3 (5 or 7) leads, and the two branches that meet there are one
+// sheet. With any joint that is locked the arm angle is led by it. The arm angle is a root of U cos - V sin =
+// 0 (pivot) or H - cos = 0 (hinge), which are harmonics of it: eq. (26), (27).
 #pragma once
 
 #include <initializer_list>
@@ -49,15 +49,28 @@ Led<T> led_angle(const Harmonic<T>& f, const T& side) noexcept {
     return {{(f.c * root - f.s * f.k) * inverse, -(f.s * root + f.c * f.k) * inverse}, room};
 }
 
-/// The seven angles where a joint leads with theta: of joint 1 (5) the sign of theta_2 (theta_6) is what
-/// comes out.
+/// The hinge (0: joint 2, 1: joint 6) beside a pivot that leads, whose sign comes out; -1 where a hinge, or
+/// nothing, leads.
+constexpr int hinge_led_through(int joint) noexcept { return joint % 2 == 1 ? joint / 4 : -1; }
+
+/// The seven angles where a joint leads with theta: of joint 1 or 3 (5 or 7) the sign of theta_2 (theta_6) is
+/// what comes out. Where joint 3 (7) leads, joint 1 (5) is completed from it as the inverse does the reverse.
 template <class T>
 Directions<T> led_directions(const SelfMotion<T>& m, const SinCos<T>& psi, int joint,
                              const SinCos<T>& theta) noexcept {
     Directions<T> d = directions(m, psi);
     const Frames<T> f = frames(m, psi);
-    if (joint == 1) put_shoulder(f, theta, f.y3.x * theta.cos + f.y3.y * theta.sin, d);
-    if (joint == 5) put_wrist(f, theta, f.n1.z * theta.cos + f.n2.z * theta.sin, d);
+    const T s = theta.sin, c = theta.cos;
+    if (joint == 1 || joint == 3) {
+        const SinCos<T> one =
+            joint == 1 ? theta : SinCos<T>{f.z3.x * c - f.x3.x * s, f.x3.y * s - f.z3.y * c};
+        put_shoulder(f, one, f.y3.x * one.cos + f.y3.y * one.sin, d);
+    }
+    if (joint == 5 || joint == 7) {
+        const SinCos<T> five =
+            joint == 5 ? theta : SinCos<T>{-(f.n1.x * s + f.n1.y * c), f.n2.x * s + f.n2.y * c};
+        put_wrist(f, five, f.n1.z * five.cos + f.n2.z * five.sin, d);
+    }
     return d;
 }
 
@@ -68,13 +81,13 @@ inline bool makes_one_axis(const Directions<double>& d, int hinge,
     return abs(d.y[hinge]) <= sine * hypot(d.x[hinge], d.y[hinge]);
 }
 
-/// Where theta_2 (theta_6) is 0 or pi, joint 1 (5) stands as given joints have it, unless it leads, and joint
-/// 3 (7) follows: how they share their turn is nothing that the arm angle says.
+/// Where theta_2 (theta_6) is 0 or pi, joint 1 (5) stands as given joints have it, unless it or joint 3 (7)
+/// leads, and joint 3 (7) follows: how they share their turn is nothing that the arm angle says.
 inline void keep_shares(const Arm& arm, const SelfMotion<double>& m, const SinCos<double>& psi, int lead,
                         const double* near, Directions<double>& d,
                         double sine = tolerance::one_axis) noexcept {
     for (const int joint : {1, 5}) {
-        if (joint == lead || !makes_one_axis(d, joint, sine)) continue;
+        if (joint / 4 == hinge_led_through(lead) || !makes_one_axis(d, joint, sine)) continue;
         const SinCos<double> theta = sin_cos(to_theta(arm, joint - 1, near[joint - 1]));
         const Directions<double> led = led_directions(m, psi, joint, theta);
         for (int j = joint - 1; j <= joint + 1; ++j) {

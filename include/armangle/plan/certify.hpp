@@ -13,8 +13,8 @@
 //     from stretch to stretch, and within its limits by the same boundary functions;
 //   hinge, elbow: sin > 0 keeps the half turn, and so the winding; cos is between those of its limits.
 // Where a joint leads (led.hpp) its theta is a polynomial of s, and in place of sin > 0 of the hinge beside
-// it the root that phi is must stay simple, and the hinge within +-60 degrees; so it may pass 0. Source: R.
-// E. Moore, Interval Analysis (1966): the mean value form and bisection.
+// it the root that phi is must stay simple, and the hinge within its limits, of less than a turn; so it may
+// pass 0. Source: R. E. Moore, Interval Analysis (1966): the mean value form and bisection.
 //
 // Arcs of psi that the user allows are one more pivot, whose direction is that of psi; obstacles are proven
 // by distances (clear_proof.hpp).
@@ -42,6 +42,8 @@ inline constexpr double least_margin = 3e-6;
 /// The root that a leading joint gives is simple: the square of its slope stays above this, so that what
 /// rounding does to it stays below the slack.
 inline constexpr double least_slope_square = 1e-8;
+inline constexpr double converted =
+    2e-15;                             // what a joint value rounds to as theta and back (rad), of its size
 inline constexpr double gap = 1e-9;    // between the joints at the end of a stretch and at the next one (rad)
 inline constexpr double join = 1e-12;  // by which a stretch may overlap the next segment (of s)
 inline constexpr double sector = pi / 3;  // half width (rad)
@@ -126,7 +128,7 @@ struct Claim {
     double sine_square;                     // ... and what is proven of it
     bool stretched[2];                      // whether the curve begins (ends) with the arm stretched
     HalfTurn hinge[2][2], elbow;            // of joints 2 and 6: of positive and negative theta
-    double hinge_lower[2], hinge_upper[2];  // theta, drawn in by the slack, its turns left out
+    double hinge_lower[2], hinge_upper[2];  // theta that a hinge may cross 0 in, its turns left out
     bool locked[joints] = {};               // joints that lead all the way and stand still
     PivotKind kind[pivots];
     double lower[pivots], upper[pivots];  // theta, drawn in by the slack
@@ -150,8 +152,11 @@ struct Claim {
             const double whole = turn(j, 0.0);
             for (const bool negative : {false, true})
                 hinge[h][negative] = half_turn(range, whole, negative ? -1.0 : 1.0);
-            hinge_lower[h] = range.lower - whole + proof::slack;
-            hinge_upper[h] = range.upper - whole - proof::slack;
+            double &l = hinge_lower[h] = range.lower - whole + proof::slack,
+                   &u = hinge_upper[h] = range.upper - whole - proof::slack;
+            if (u - l < two_pi - 4 * proof::slack) continue;
+            l = max(l, -proof::sector);
+            u = min(u, proof::sector);
         }
         elbow = half_turn(claimed_range(3), turn(3, arm.delta_angle), configuration(c.gc).elbow);
         for (int j = 0; j < joints; ++j) locked[j] = stands_still(c, limits, j);
@@ -210,8 +215,8 @@ struct Claim {
         return ok;
     }
 
-    /// Whether a joint leads all the way without moving, at a value within its limits: of these the limits of
-    /// a locked joint leave no other.
+    /// Whether a joint leads all the way without moving, at a value within its limits but for rounding, where
+    /// the curve returns the limit: of these the limits of a locked joint leave no other.
     static bool stands_still(const Curve& c, const Limits& limits, int j) noexcept {
         const double theta = c.stretches.front().coefficient[0];
         for (const Stretch& x : c.stretches) {
@@ -220,7 +225,7 @@ struct Claim {
             if (!still) return false;
         }
         const double q = to_q(c.arm, j, theta);
-        return q >= limits.lower[j] && q <= limits.upper[j];
+        return max(limits.lower[j] - q, q - limits.upper[j]) <= proof::converted * (1 + abs(theta));
     }
 
     template <class T>
@@ -263,9 +268,7 @@ struct Claim {
         const T u = dot(own.e, z3), v = dot(own.z, z3);
         const double l = arc.lower + proof::slack, r = arc.upper - proof::slack;
         const T above = beyond(u, v, sin_cos(Interval(l))), below = -beyond(u, v, sin_cos(Interval(r)));
-        if (r - l > pi) return out.add_either(above, below);
-        out.add(above);
-        out.add(below);
+        limit_cone(above, below, r - l > pi, out);
     }
 
     /// All conditions over a range of s; false where they cannot hold. arc: of psi, that it stays in; null:
@@ -287,8 +290,9 @@ struct Claim {
         limit_half_turn(elbow, eta.cos, out);
         if (lead >= 0) out.add(here.room - T(proof::least_slope_square));
         for (int h = 0; h < hinges; ++h) {
-            const bool crosses = lead == pivot_joint[2 * h];
+            const bool crosses = h == hinge_led_through(static_cast<int>(x.lead));
             if (crosses) {
+                if (!(hinge_lower[h] < hinge_upper[h])) return false;
                 limit_crossing(h, d.y[hinge_joint[h]], d.x[hinge_joint[h]], out);
             } else {
                 const HalfTurn& half = hinge[h][(h == 0 ? sign.shoulder : sign.wrist) < 0];
@@ -323,23 +327,27 @@ struct Claim {
     template <class T>
     bool limit_pivot(int p, const T& u, const T& v, double middle, Conditions<T>& out) const noexcept {
         if (kind[p] == PivotKind::turning) return turning(p, u, v, middle, out);
-        const T above = beyond(u, v, at_lower[p]), below = -beyond(u, v, at_upper[p]);
-        if (kind[p] == PivotKind::wide) {
-            out.add_either(above, below);
-        } else {
-            out.add(above);
-            out.add(below);
-        }
+        limit_cone(beyond(u, v, at_lower[p]), -beyond(u, v, at_upper[p]), kind[p] == PivotKind::wide, out);
         return true;
     }
 
-    /// A hinge within +-60 degrees, and within its limits where these are nearer.
+    /// A hinge of either sign within its limits, of less than a turn, or within +-60 degrees; its margin,
+    /// where one is asked, keeps it from 0 all the same.
     template <class T>
     void limit_crossing(int h, const T& sine, const T& cosine, Conditions<T>& out) const noexcept {
-        out.add(cosine - T(sin_cos(Interval(proof::sector)).cos));
         const double l = hinge_lower[h], u = hinge_upper[h];
-        if (l > -proof::sector) out.add(beyond(sine, cosine, sin_cos(Interval(min(l, proof::sector)))));
-        if (u < proof::sector) out.add(-beyond(sine, cosine, sin_cos(Interval(max(u, -proof::sector)))));
+        limit_cone(beyond(sine, cosine, sin_cos(Interval(l))), -beyond(sine, cosine, sin_cos(Interval(u))),
+                   u - l > pi, out);
+        if (asked_margin > 0) out.add(sine * sine - T(sine_square));
+    }
+
+    /// Of a direction that is to stay in a cone, of more than half a turn where it is wide: above its lower
+    /// and below its upper end.
+    template <class T>
+    static void limit_cone(const T& above, const T& below, bool wide, Conditions<T>& out) noexcept {
+        if (wide) return out.add_either(above, below);
+        out.add(above);
+        out.add(below);
     }
 };
 

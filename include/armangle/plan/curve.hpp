@@ -96,14 +96,16 @@ struct Curve {
         return stretches[low];
     }
 
-    /// The branch of a stretch. Where joint 1 (5) leads, the sign of theta_2 (theta_6) may change along it.
+    /// The branch of a stretch. Where joint 1 or 3 (5 or 7) leads, the sign of theta_2 (theta_6) may change
+    /// along it.
     int branch(const Stretch& x) const noexcept { return x.branch < 0 ? gc : static_cast<int>(x.branch); }
 
-    /// The hinge (0: joint 2, 1: joint 6) that is 0 or pi at joints q while joint 5 (1), beside the other
-    /// one, leads the stretch; -1: none.
+    /// The hinge (0: joint 2, 1: joint 6) that is 0 or pi at joints q while a pivot beside the other one
+    /// leads the stretch; -1: none.
     int hinge_shut(const Stretch& x, const double* q) const noexcept {
-        if (x.lead != 1 && x.lead != 5) return -1;
-        const int other = x.lead == 1 ? 1 : 0;
+        const int through = hinge_led_through(static_cast<int>(x.lead));
+        if (through < 0) return -1;
+        const int other = 1 - through;
         const double theta = to_theta(arm, hinge_joint[other], q[hinge_joint[other]]);
         return abs(std::sin(theta)) <= tolerance::one_axis ? other : -1;
     }
@@ -160,8 +162,9 @@ struct Curve {
             lift(arm_angle(circle(arm, flange_pose(arm, out.pose)), c.z * here.phi.cos + c.e * here.phi.sin),
                  near_psi);
         Configuration<double> sign = here.motion.gc;
-        if (x.lead == 1) sign.shoulder = here.angles.y[1];
-        if (x.lead == 5) sign.wrist = here.angles.y[5];
+        const int through = hinge_led_through(static_cast<int>(x.lead));
+        if (through == 0) sign.shoulder = here.angles.y[1];
+        if (through == 1) sign.wrist = here.angles.y[5];
         out.gc = index(sign);
         return out;
     }
