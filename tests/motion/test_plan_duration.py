@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 import pytest
 from support.draw import count
@@ -122,3 +124,19 @@ def test_an_arm_without_bounds_is_refused() -> None:
         aa.plan(plain, first[None], objective=aa.Objective(duration=1.0))
     assert aa.plan(plain.with_(velocity=1.0), first[None], objective=aa.Objective(duration=1.0)).ok
     assert aa.plan(plain, first[None], objective=aa.Objective(duration=1.0, acceleration=2.0)).ok
+
+
+def test_a_path_of_a_micrometre_takes_no_more_time_than_others() -> None:
+    """Joints that hardly move stand in the kink of the pace, about which Newton's method goes to and fro."""
+    arm = aa.Arm.from_catalogue("kuka_med14_r820")
+    start = np.array([-2.96705, 1.151162, 0.824783, 1.303275, 0.552313, -0.307864, -1.165612])
+    first = arm.forward(start)[0]
+    last = first.copy()
+    last[:3, 3] += [1.1e-6, -7e-7, 8e-7]
+    taken = []
+    for objective in (aa.Objective(), aa.Objective(duration=100, acceleration=5.0)):
+        before = time.process_time()
+        path = aa.plan(arm, aa.Line(first, last), start=start, psi=1.7429, objective=objective)
+        taken.append(time.process_time() - before)
+        assert path.certified
+    assert taken[1] < 120 * max(taken[0], 0.01), taken

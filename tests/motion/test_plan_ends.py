@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from support.draw import count, generator
 from support.planned_arms import IIWA
 
 import armangle as aa
@@ -88,3 +89,42 @@ def test_no_timing_and_the_true_reason(back: bool) -> None:
     assert np.isnan(end).all()
     with pytest.raises(aa.PathError, match=rf"at s = {0 if back else 1} joints have no finite speed"):
         aa.retime(result, acceleration=5.0)
+
+
+@pytest.mark.parametrize("hinge", [1, 5])
+def test_a_short_way_out_of_a_stretched_arm_with_a_hinge_at_zero(hinge: int) -> None:
+    """Neither has the proof a margin there; what `follow` does a plan does, and nothing leaps."""
+    arm = aa.Arm.from_catalogue("barrett_wam7")
+    rng, ways = generator(21, hinge), 0
+    for _ in range(count(8)):
+        start = rng.uniform(0.8 * arm.lower, 0.8 * arm.upper)
+        start[3] = arm.signs[3] * (arm.delta - arm.offsets[3])
+        start[hinge] = arm.signs[hinge] * -arm.offsets[hinge]
+        first = arm.forward(start)[0]
+        last = first.copy()
+        last[:3, 3] += 1e-6 * rng.normal(size=3)
+        line = aa.Line(first, last)
+        followed = aa.follow(arm, line, start=start, samples=4001, max_joint_step=0.02, policy=aa.Hold())
+        if not followed.ok:
+            continue
+        ways += 1
+        path = aa.plan(arm, line, start=start)
+        assert path.ok, path.explain()
+        dense = path.at(np.linspace(0, 1, 2001)).q
+        assert np.abs(np.diff(dense, axis=0)).max() < 0.05 and arm.within_limits(dense, 1e-9).all()
+    assert ways > 1
+
+
+def test_many_windings_at_a_singular_start_are_searched_within_the_budget() -> None:
+    """Each joint of four turns multiplies the postures of a section: the cheapest lead on."""
+    free = aa.Arm.from_catalogue("mitsubishi_pa10")
+    start = np.array([-2.185348, -0.373359, -1.868826, -1.244487, -1.783982, 0.0, 3.234194])
+    lower, upper = free.lower.copy(), free.upper.copy()
+    lower[[2, 6]] -= 6
+    upper[[2, 6]] += 6
+    arm = free.with_(lower=lower, upper=upper)
+    first = arm.forward(start)[0]
+    last = first.copy()
+    last[:3, 3] += [4e-4, -3e-4, 5e-4]
+    path = aa.plan(arm, aa.Line(first, last), start=start)
+    assert path.certified, path.explain()

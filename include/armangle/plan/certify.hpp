@@ -51,7 +51,9 @@ inline constexpr double sector_step =
     2.2;                                 // of its middle from one to the next (rad); 2 sector + this < 2 pi
 inline constexpr double end_step = 2.0;  // of its middle from the ends of a stretch (rad); sector + this < pi
 inline constexpr int looks = 32;         // for violations in a stretch that is not proven
-inline constexpr int depth = 14;         // halvings of a stretch
+inline constexpr double leap = 0.05;     // of a joint (rad) ...
+inline constexpr double leap_within = 1e-12;  // ... within so much of s
+inline constexpr int depth = 14;              // halvings of a stretch
 inline constexpr int evaluations = 256;  // spent on average on a stretch before the rest is left unproven
 }  // namespace proof
 
@@ -415,19 +417,37 @@ private:
         }
     }
 
-    /// Looks for places of an unproven stretch where a limit is passed.
+    /// Looks for places of an unproven stretch where a limit is passed, or a joint leaps.
     void look(const Stretch& x) {
+        PlacedPosture before{};
         for (int i = 0; i <= proof::looks; ++i) {
             const double s = x.start + (x.end - x.start) * i / proof::looks;
-            const PlacedPosture here = curve_.solve(x, s, phi_at(x, s), x.q, x.psi);
+            const PlacedPosture here = curve_.at(x, s);
             const Pose<double> flange = flange_pose(curve_.arm, here.pose);
             const double excess = circle(curve_.arm, flange, curve_.plane).triangle.excess;
-            if (limit_margin(claim_.limits, here.q) >= -proof::broken &&
-                excess <= tolerance::reach * curve_.arm.reach)
+            const bool kept = limit_margin(claim_.limits, here.q) >= -proof::broken &&
+                              excess <= tolerance::reach * curve_.arm.reach;
+            const double step = (x.end - x.start) / proof::looks;
+            if (kept && (i == 0 || !leaps(x, s - step, s, before, here))) {
+                before = here;
                 continue;
+            }
             proof_.violated.push_back(s);
             return;
         }
+    }
+
+    /// Whether a joint leaps between two places: halved time and again, one half keeps most of its move.
+    bool leaps(const Stretch& x, double from, double to, PlacedPosture a, PlacedPosture b) const noexcept {
+        while (largest_move(a.q, b.q) > proof::leap) {
+            const double half = 0.5 * (from + to);
+            if (!(half > from && half < to) || to - from < proof::leap_within) return true;
+            const PlacedPosture middle = curve_.at(x, half);
+            const bool first = largest_move(a.q, middle.q) > largest_move(middle.q, b.q);
+            (first ? b : a) = middle;
+            (first ? to : from) = half;
+        }
+        return false;
     }
 
     bool prove(const Stretch& x, double from, double to, int depth) {

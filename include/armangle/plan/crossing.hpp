@@ -37,6 +37,7 @@ inline constexpr double probe = 1e-5;  // of a row, for its slope (rad)
 inline constexpr double reference = 0.1,
                         floor = 1e-3;  // cost of a distance d from a limit: (reference / d)^2
 inline constexpr std::size_t most_sections = 4000;
+inline constexpr long long least_postures = 50;  // of a section that lead on, however few links are left
 inline constexpr double shut_step = 5e-3;  // of s: from an end where both hinges are 0 to the next section
 inline constexpr double beside[] = {0.01, 0.03, 0.08, 0.2,
                                     0.45};  // of the step at a fixed end: more sections
@@ -240,6 +241,7 @@ private:
                     branch[k].push_back(gc);
                 }
             }
+            if (k) std::erase_if(before, [&](const Block& x) { return !leads_on(x, layers[k - 1]); });
             bool alive = false;
             window.set = true;
             for (int j = 0; j < joints; ++j) {
@@ -256,6 +258,9 @@ private:
                     const double ds = s - asked_.sections[k - 1];
                     for (const Block& block : before) link(x, branch[k][i], block, layers[k - 1], ds);
                 }
+            }
+            keep_cheapest(layers[k], links / (2 * static_cast<long long>(n - k)));
+            for (const Node& x : layers[k]) {
                 if (!(x.cost < infinity)) continue;
                 alive = true;
                 for (int j = 0; j < joints; ++j) {
@@ -288,6 +293,28 @@ private:
             for (int j = 0; j < joints; ++j)
                 if (is_unlimited(task_.limits, j)) rows_[k].q[j] = lift(rows_[k].q[j], rows_[k - 1].q[j]);
         return true;
+    }
+
+    /// Leaves of a section the cheapest postures alone, as many as may be linked to as many again.
+    void keep_cheapest(std::vector<Node>& layer, long long links) {
+        const auto size = static_cast<long long>(layer.size());
+        const long long most = std::max(crossing_rule::least_postures, links / std::max(size, 1LL));
+        if (size <= most) return;
+        costs_.clear();
+        for (const Node& x : layer) costs_.push_back(x.cost);
+        const auto last = costs_.begin() + static_cast<std::ptrdiff_t>(most);
+        std::nth_element(costs_.begin(), last, costs_.end());
+        for (Node& x : layer)
+            if (x.cost > *last) x.cost = infinity;
+    }
+
+    /// Whether any winding of a block was reached.
+    static bool leads_on(const Block& block, const std::vector<Node>& layer) noexcept {
+        std::size_t count = 1;
+        for (const int n : block.windings.count) count *= static_cast<std::size_t>(n);
+        for (std::size_t i = 0; i < count; ++i)
+            if (layer[block.windings.first + i].cost < infinity) return true;
+        return false;
     }
 
     /// Gives a row at which hinges are 0 or pi their signs of the row beside it.
@@ -608,6 +635,7 @@ private:
     const Task& task_;
     const CrossingTask& asked_;
     std::vector<Row> rows_;
+    std::vector<double> costs_;                  // of the postures of a section
     std::vector<std::unique_ptr<ArcSet>> left_;  // by obstacles and the user: of each section and branch
 };
 

@@ -169,8 +169,10 @@ struct Curve {
         return out;
     }
 
-    PlacedPosture at(double s) const noexcept {
-        const Stretch& x = stretch(s);
+    PlacedPosture at(double s) const noexcept { return at(stretch(s), s); }
+
+    /// The same on a stretch that s is on.
+    PlacedPosture at(const Stretch& x, double s) const noexcept {
         const double t = (s - x.start) / (x.end - x.start);
         double near[joints];
         for (int j = 0; j < joints; ++j) near[j] = x.q[j] + t * (x.q_end[j] - x.q[j]);

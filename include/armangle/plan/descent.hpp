@@ -32,6 +32,9 @@ inline constexpr double sharp = 1e-4;           // share of the objective that m
 inline constexpr double even = 4;      // an integrand that varies by less on an interval is integrated well,
 inline constexpr double small = 5e-3;  // and one whose share of the objective is less
 inline constexpr int levels = 6;       // halvings of an interval
+/// Rounds times intervals that the descents of one curve may take, over ten times what they mostly do: a
+/// norm has a kink where joints come to rest, about which Newton's method may go to and fro.
+inline constexpr long long work = 5000;
 inline constexpr std::size_t points = 4;           // of an interval, where segments do not cut it
 inline constexpr std::size_t most_points = 20000;  // of a curve: beyond, an interval has one
 }  // namespace descent_rule
@@ -187,20 +190,20 @@ public:
     double margin() const noexcept { return here_.margin; }
     const double* first_q() const noexcept { return here_.q; }
 
-    /// Goes down until another step would save no more than this share of the objective; where the wall stops
-    /// it before, from a softer wall on.
-    void run(double done) {
-        if (go_down(done)) return;
+    /// Goes down until another step would save no more than this share of the objective, or `work` is spent;
+    /// where the wall stops it before, from a softer wall on.
+    void run(double done, long long& work) {
+        if (go_down(done, work) || work <= 0) return;
         const std::vector<double> stopped = control_;
         const double least = here_.energy;
         for (const double wall : descent_rule::soft) {
             if (!(wall > asked_wall_)) continue;
             wall_ = wall;
             assemble(control_, here_);
-            go_down(descent_rule::rough);
+            go_down(descent_rule::rough, work);
         }
         wall_ = asked_wall_;
-        if (assemble(control_, here_)) go_down(done);
+        if (assemble(control_, here_)) go_down(done, work);
         if (here_.energy <= least) return;
         control_ = stopped;
         assemble(control_, here_);
@@ -249,9 +252,10 @@ public:
 
 private:
     /// Steps until another would save no more than this share of the objective; whether that was reached.
-    bool go_down(double done) {
+    bool go_down(double done, long long& work) {
         double damping = 1e-3;
-        for (int round = 0; round < descent_rule::rounds && damping < 1e9; ++round) {
+        for (int round = 0; round < descent_rule::rounds && damping < 1e9 && work > 0; ++round) {
+            work -= static_cast<long long>(quadrature_->breaks.size());
             if (!solve(damping)) {
                 damping *= 10;
                 continue;

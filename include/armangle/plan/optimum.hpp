@@ -231,9 +231,10 @@ private:
         order = sorted(q, order);
         std::vector<Optimum> out;
         for (std::size_t i = 0; i < order.size() && i < optimum_rule::descents; ++i) {
+            long long work = descent_rule::work;
             Descent descent(task_, objective_, ends_);
             descent.stand(q, spline(q.breaks, s_, curves_[order[i].curve]).control);
-            descent.run(descent_rule::rough);
+            descent.run(descent_rule::rough, work);
             out.push_back(detail::result(descent, q.breaks));
         }
         std::stable_sort(out.begin(), out.end(), less);
@@ -274,11 +275,12 @@ inline Optimum as_it_is(const Task& task, const Objective& objective, int gc, co
 inline Optimum fine_optimum(const Task& task, const Objective& objective, int gc, FixedEnds ends, Spline now,
                             double wall) {
     Optimum out;
-    for (int level = 0; level <= descent_rule::levels; ++level) {
+    long long work = descent_rule::work;
+    for (int level = 0; level <= descent_rule::levels && work > 0; ++level) {
         const Quadrature q = quadrature(task, gc, now.breaks, true);
         Descent descent(task, objective, ends, wall);
         if (!descent.stand(q, now.control)) break;
-        descent.run(descent_rule::done);
+        descent.run(descent_rule::done, work);
         now.control = descent.control();
         out = detail::result(descent, now.breaks);
         std::copy(out.q, out.q + joints, ends.q);

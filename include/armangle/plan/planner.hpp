@@ -865,9 +865,24 @@ private:
             asked.sections = crossing_sections(asked);
             Plan found;
             if (!draw_crossing(asked, found)) continue;
+            if (!found.proof.certified()) {
+                if (!plan_.ok) take(found);
+                continue;
+            }
             if (proven && !calmer(curve(found), curve(plan_))) continue;
             take(found);
             return;
+        }
+        if (!plan_.ok && links_ < 0) give_up_crossing();
+    }
+
+    /// Says of branches whose end is singular that the search of a way on from it was given up.
+    void give_up_crossing() noexcept {
+        for (BranchReport& x : plan_.branches) {
+            const bool end = x.verdict == Verdict::start || x.verdict == Verdict::goal;
+            if (!end || x.elsewhere || x.status != Status::OUTSIDE) continue;
+            x.verdict = Verdict::unresolved;
+            x.given_up = true;
         }
     }
 
@@ -917,8 +932,11 @@ private:
             lift_stretches(curve(out), out.stretches, q, psi);
             out.proof = proven(curve(out));
             const bool held = !leaps(asked.start, out, false) && !leaps(asked.goal, out, true);
-            if (held && out.proof.certified()) return true;
+            if (held && (out.proof.certified() || out.proof.violated.empty())) return true;
+            const std::size_t before = asked.sections.size();
             add_sections(out, asked.sections);
+            if (asked.sections.size() == before || asked.sections.size() > crossing_rule::most_sections)
+                break;
         }
         return false;
     }
