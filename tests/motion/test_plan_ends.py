@@ -128,3 +128,27 @@ def test_many_windings_at_a_singular_start_are_searched_within_the_budget() -> N
     last[:3, 3] += [4e-4, -3e-4, 5e-4]
     path = aa.plan(arm, aa.Line(first, last), start=start)
     assert path.certified, path.explain()
+
+
+def test_a_start_with_a_hinge_at_half_a_turn() -> None:
+    """Joint 6 of a human arm on one of its limits is at theta = -pi: there two branches meet as at 0."""
+    arm = aa.Arm.from_catalogue("human_arm_left")
+    rng, ways, certified = generator(22), 0, 0
+    for _ in range(count(40)):
+        start = rng.uniform(0.8 * arm.lower, 0.8 * arm.upper)
+        start[5] = min(arm.lower[5], arm.upper[5], key=lambda q: np.cos(arm.signs[5] * q + arm.offsets[5]))
+        assert np.cos(arm.signs[5] * start[5] + arm.offsets[5]) < -1 + 1e-12
+        first = arm.forward(start)[0]
+        last = first.copy()
+        last[:3, 3] += 0.03 * rng.normal(size=3)
+        line = aa.Line(first, last)
+        followed = aa.follow(arm, line, start=start, samples=1001, max_joint_step=0.04, policy=aa.Hold())
+        if not followed.ok:
+            continue
+        ways += 1
+        path = aa.plan(arm, line, start=start)
+        certified += path.certified
+        if path.ok:
+            assert np.abs(np.diff(path.q, axis=0)).max() < 0.2 + 1e-9
+            assert arm.within_limits(path.at(np.linspace(0, 1, 1001)).q, 1e-9).all()
+    assert ways > 3 and certified >= 0.9 * ways, (certified, ways)

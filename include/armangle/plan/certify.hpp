@@ -146,7 +146,10 @@ struct Claim {
         stretched[1] = margin == 0 && straight(back, back.end);
         const auto turn = [&](int j, double centre) {
             const double theta = to_theta(arm, j, c.stretches.front().q[j]);
-            return centre + two_pi * round((theta - centre) / two_pi);
+            const ThetaRange range =
+                theta_range(arm, limits, j);  // half a turn off is on the side of the limits
+            const double inward = std::copysign(proof::slack, 0.5 * (range.lower + range.upper) - theta);
+            return centre + two_pi * round((theta + inward - centre) / two_pi);
         };
         for (int h = 0; h < hinges; ++h) {
             const int j = hinge_joint[h];

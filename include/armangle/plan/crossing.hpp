@@ -54,6 +54,16 @@ struct CrossingTask {
 
 namespace detail {
 
+/// How far theta of a hinge is from the nearer of 0 and +-pi, where branches meet, with its sign.
+inline double from_meeting(double theta) noexcept { return theta - pi * round(theta / pi); }
+
+/// Whether hinge h comes near 0, or near pi where limits let it, on a circle.
+inline bool meets(const JointFunctions<double>& f, const LimitTable& limits, int h) noexcept {
+    const double most = 1.0 - std::cos(crossing_rule::near);
+    return f.hinge[h].high.below_one < most ||
+           (f.hinge[h].low.above_minus_one < most && limits.least_cosine[h] < most - 1.0);
+}
+
 /// Joint that turns about one axis with the joint two further on where hinge h is 0.
 inline int leading_joint(int h) noexcept { return pivot_joint[2 * h] + 1; }
 
@@ -123,7 +133,7 @@ private:
     Node node(const Candidate& x) const noexcept {
         Node out{x, {}, limit_cost(x.q)};
         for (int h = 0; h < hinges; ++h)
-            out.hinge[h] = wrap(to_theta(task_.arm, hinge_joint[h], x.q[hinge_joint[h]]));
+            out.hinge[h] = from_meeting(to_theta(task_.arm, hinge_joint[h], x.q[hinge_joint[h]]));
         return out;
     }
 
@@ -145,10 +155,8 @@ private:
     /// Postures of a section on a grid of the theta that leads, beside hinge h.
     void fill_led(std::size_t k, const Section& l, int gc, int h, const Window& window,
                   Candidates& candidates, Postures& out) {
-        const double nearest =
-            2 * std::asin(min(1.0, std::sqrt(max(0.0, 0.5 * l.functions.hinge[h].high.below_one))));
-        if (l.status == Status::UNREACHABLE || l.status == Status::FOLDED || nearest > crossing_rule::near)
-            return;
+        if (l.status == Status::UNREACHABLE || l.status == Status::FOLDED) return;
+        if (!meets(l.functions, task_.table, h)) return;
         const int joint = leading_joint(h), j = hinge_joint[h];
         const double own = (h == 0 ? configuration(gc).shoulder : configuration(gc).wrist);
         const Anchor& end = asked_.start.given ? asked_.start : asked_.goal;
@@ -162,7 +170,8 @@ private:
                 if (!(led.slope_square > crossing_rule::slope * crossing_rule::slope)) continue;
                 const Directions<double> d = led_directions(l.motion, led.psi, joint, theta);
                 const double angle = atan2(d.y[j], d.x[j]);
-                if (abs(angle) > crossing_rule::near || (angle * own < 0) || (angle == 0 && own < 0))
+                if (abs(from_meeting(angle)) > crossing_rule::near || (angle * own < 0) ||
+                    (angle == 0 && own < 0))
                     continue;
                 if (!open(k, l.motion, atan2(led.psi.sin, led.psi.cos))) continue;
                 double all[joint_slots];
@@ -390,7 +399,7 @@ private:
 
     /// dtheta / dphi of the pivot that may lead beside hinge h; 0 where it may not, at |theta| beyond `near`.
     double speed(const Row& row, int h) const noexcept {
-        const double theta = wrap(to_theta(task_.arm, hinge_joint[h], row.q[hinge_joint[h]]));
+        const double theta = from_meeting(to_theta(task_.arm, hinge_joint[h], row.q[hinge_joint[h]]));
         if (abs(theta) > 2 * crossing_rule::near) return 0;
         const JointFunctions<double> f = joint_functions(motion(row));
         const Harmonic<double> t = tie(f, leading_joint(h), leading_theta(row, h));

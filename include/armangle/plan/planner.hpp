@@ -631,16 +631,15 @@ private:
 
     // ---- ways through several branches (crossing.hpp)
 
-    /// Hinges that come near 0 on some section of the path, by the bit of their sign in gc.
+    /// Hinges that come near 0 (pi) on some section of the path, by the bit of their sign in gc.
     int meeting(int elbow) const noexcept {
         int out = 0;
         for (const double s : base_) {
             const SelfMotion<double> m = self_motion(task_.arm, task_.circle_at(s), configuration(elbow));
             if (is_unreachable(m.circle) || is_folded(m.circle)) continue;
             const JointFunctions<double> f = joint_functions(m);
-            const double most = 1.0 - std::cos(crossing_rule::near);
             for (int h = 0; h < hinges; ++h)
-                if (f.hinge[h].high.below_one < most) out |= h == 0 ? 1 : 4;
+                if (meets(f, task_.table, h)) out |= h == 0 ? 1 : 4;
         }
         return out;
     }
