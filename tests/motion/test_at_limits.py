@@ -160,3 +160,33 @@ def test_the_arm_holds_what_it_stands_in_whatever_the_catalogue() -> None:
                 for j in rng.permutation(7)[:joints]:
                     q[j] = rng.choice([lower[j], upper[j]])
                 assert aa.step(arm, q, arm.forward(q)[0]).status == aa.Status.OK, (name, q.tolist())
+
+
+def test_small_moves_with_two_hinges_about_straight_are_steps() -> None:
+    """Elbow and theta_2 or theta_6: the posture is looked for where a step can reach."""
+    rng, refused, moves = generator(5), 0, count(600)
+    for _ in range(moves):
+        arm = ARMS[str(rng.choice(NAMES))]
+        q = rng.uniform(arm.lower, arm.upper)
+        for j, largest in ((3, -5.5), (int(rng.choice([1, 5])), -2)):  # an elbow that may bend to either side
+            q[j] = np.clip(rng.normal(0, 10 ** rng.uniform(-12, largest)), arm.lower[j], arm.upper[j])
+        move = np.clip(rng.normal(size=7) * 10 ** rng.uniform(-8, -1.5), -0.19, 0.19)
+        pose = arm.forward(np.clip(q + move, arm.lower, arm.upper))[0]
+        step = aa.step(arm, q, pose)
+        refused += step.status != aa.Status.OK
+        if step.status == aa.Status.OK:
+            assert np.abs(step.q - q).max() <= 0.2 + 1e-12 and arm.within_limits(step.q)
+            np.testing.assert_allclose(arm.forward(step.q)[0], pose, atol=1e-12)
+    assert refused <= 0.08 * moves, refused
+
+
+def test_from_beyond_its_limits_a_step_with_straight_hinges_comes_back_or_is_refused() -> None:
+    """What a step reaches may lie beyond the limits as a whole: then it is none."""
+    rng, arm = generator(6), ARMS["kuka_iiwa7_r800"]
+    for _ in range(count(200)):
+        q = rng.uniform(arm.lower, arm.upper)
+        q[3], q[int(rng.choice([1, 5]))] = rng.normal(0, 1e-7), rng.normal(0, 1e-3)
+        q[2] = arm.upper[2] + rng.choice([0.1, 0.3])
+        step = aa.step(arm, q, arm.forward(q + 1e-4 * rng.normal(size=7))[0])
+        if step.status == aa.Status.OK:
+            assert arm.within_limits(step.q) and np.abs(step.q - q).max() <= 0.2 + 1e-12

@@ -422,15 +422,26 @@ private:
                (either && settle_from(2 * straight - theta_4, pose, -1, why, out));
     }
 
-    /// The same from the present joints with another theta_4, if the posture has that side of the elbow; -1:
-    /// either.
+    /// The same from the present joints with another theta_4, or as they are, if the posture has that side of
+    /// the elbow; -1: either. It is looked for within the limits and what a step may reach.
     bool settle_from(double theta_4, const Pose<double>& pose, int side, Status& why,
                      Step& out) const noexcept {
-        int rounds = settled_rule::rounds;
+        Limits box = arm_.limits;
         Joints start;
         for (int j = 0; j < joint_slots; ++j) start.q[j] = q_now_[j];
-        start.q[3] = lift(to_q(arm_, 3, theta_4), q_now_[3]);
-        const Relaxed at = settled(arm_, arm_.limits, start, pose, {}, 0.0, rounds);
+        for (int j = 0; j < joints; ++j) {
+            const double reach = options_.max_joint_step - tolerance::bound;
+            box.lower[j] = max(box.lower[j], q_now_[j] - reach);
+            box.upper[j] = min(box.upper[j], q_now_[j] + reach);
+            if (!(box.lower[j] <= box.upper[j])) return false;  // too far beyond a limit to come back
+        }
+        Relaxed at{start, infinity};
+        for (const double q_4 : {lift(to_q(arm_, 3, theta_4), q_now_[3]), q_now_[3]}) {
+            if (meets(arm_, at)) break;
+            int rounds = settled_rule::rounds;
+            start.q[3] = q_4;
+            at = settled(arm_, box, start, pose, {}, 0.0, rounds);
+        }
         if (!meets(arm_, at) || largest_move(at.at.q, q_now_) > options_.max_joint_step) return false;
         for (int j = 0; j < joint_slots; ++j) out.q[j] = at.at.q[j];
         place(out);
