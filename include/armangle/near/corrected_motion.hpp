@@ -55,10 +55,12 @@ public:
     /// psi. Not where it goes beyond the reach: there need be no posture.
     void widen(const PoseBall& ball, double psi_shift) noexcept {
         const double least = distance_ - ball.wrist, most = distance_ + ball.wrist;
-        if (least > arm_.inner_reach && most < arm_.reach)
+        if (least > arm_.inner_reach && most < arm_.reach) {
             widen(ball, psi_shift, least, most);
-        else
+            if (usable_) lean_or_reach(ball, least, most);
+        } else {
             usable_ = false;
+        }
     }
     /// The same of what a ball has within the reach, where all its postures are, if there are any.
     void widen_within_reach(const PoseBall& ball, double psi_shift) noexcept {
@@ -159,7 +161,9 @@ public:
         for (int p = 0; p < 4; ++p) {
             const Sweep u = sweep(f_.pivot[p].U), v = sweep(f_.pivot[p].V);
             const T wide((p < 2 ? shoulder_ : wrist_) + psi_shift_);
-            const T length = hypot(u.value, v.value) - hypot(u.off, v.off) - wide;
+            const Sweep across = sweep(f_.hinge[p / 2].H);
+            const T straight = abs(across.value) + across.off;
+            const T length = sqrt(max(one - straight * straight, zero)) - wide;
             known = known & (length > zero);
             per_length[p] = one / length;
             speed[2 * p] = hypot(u.speed, v.speed) + T(2.0 * slack) * wide;
@@ -272,15 +276,50 @@ private:
         const double across = sqrt(abs(La * La - Lb * Lb) + arm_.d_4 * arm_.d_4);
         if (across > least && across < most) seen(across);
         const double leaning = abs(elbow_.tilt.sin / elbow_.tilt.cos);
-        const double lean_rate = slack * (1.0 + 2.0 * leaning) / least, lean = lean_rate * ball.wrist;
-        shoulder_ = lean + beta + tilt;
-        wrist_ = lean + gamma + tilt + ball.turn;
-        // an angle of the triangle changes by the other's cotangent; all are fastest at one of the two ends
+        const double lean_rate = slack * (1.0 + 2.0 * leaning) / least;
+        lean_ = lean_rate * ball.wrist;
+        beta_ = beta;
+        gamma_ = gamma;
+        tilt_ = tilt;
+        shoulder_ = lean_ + beta + tilt;
+        wrist_ = lean_ + gamma + tilt + ball.turn;
+        // an angle of the triangle changes by the other's cotangent; all are fastest at one of the two ends.
+        // What moves S-W along itself does not lean it
         const double square = least * least - arm_.d_4 * arm_.d_4;  // of S-W across axis 4
-        const double leaning_rate = lean_rate + abs(arm_.d_4) / (least * sqrt(square));
-        shoulder_rate_ = shoulder_rate_ * least / square + leaning_rate;
-        wrist_rate_ = wrist_rate_ * least / square + leaning_rate;
+        const double tilting_rate = abs(arm_.d_4) / (least * sqrt(square));
+        beta_rate_ = shoulder_rate_ * least / square;
+        gamma_rate_ = wrist_rate_ * least / square;
+        shoulder_rate_ = hypot(beta_rate_ + tilting_rate, lean_rate);
+        wrist_rate_ = hypot(gamma_rate_ + tilting_rate, lean_rate);
     }
+
+    /// The same of a ball that is all within the reach: a wrist that leans most keeps its distance, and one
+    /// that comes nearest or farthest does not lean. A share t of the way to either end changes an angle by
+    /// at most t of what the ends do where it bends one way: where both angles of the triangle are within
+    /// 60 degrees. Else it changes by t of the greatest rate.
+    void lean_or_reach(const PoseBall& ball, double least, double most) noexcept {
+        const Triangle<double> t = triangle(arm_, least);
+        const double lower_cos = mul_add(t.eta.cos, t.kappa.cos, t.eta.sin * t.kappa.sin);
+        if (min(t.kappa.cos, lower_cos) >= 0.5) {
+            double uneven = 1.0;  // of what is across axis 4
+            if (arm_.d_4 != 0) {
+                const auto across = [&](double distance) {
+                    return sqrt(distance * distance - arm_.d_4 * arm_.d_4);
+                };
+                uneven = (across(distance_) - across(least)) / (across(most) - across(distance_));
+            }
+            beta_ = uneven * arc(beta_);
+            gamma_ = uneven * arc(gamma_);
+        } else {
+            beta_ = beta_rate_ * ball.wrist;
+            gamma_ = gamma_rate_ * ball.wrist;
+        }
+        shoulder_ = hypot(lean_, beta_ + tilt_);
+        wrist_ = hypot(lean_, gamma_ + tilt_) + ball.turn;
+    }
+
+    /// No less than the angle of a chord below 1.
+    static double arc(double chord) noexcept { return chord * (1.0 + 0.05 * chord * chord); }
 
     static constexpr double slack = 1.1;  // of a small angle over its sine, and of turns about two axes
 
@@ -300,6 +339,7 @@ private:
     Elbow<double> elbow_;
     double psi_shift_ = 0, bend_radius_ = 0, shoulder_ = 0, wrist_ = 0;
     double bend_rate_ = 0, shoulder_rate_ = 0, wrist_rate_ = 0;  // how fast they grow, rad/m of the wrist
+    double lean_ = 0, beta_ = 0, gamma_ = 0, tilt_ = 0, beta_rate_ = 0, gamma_rate_ = 0;
 };
 
 namespace near_rule {

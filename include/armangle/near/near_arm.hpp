@@ -82,17 +82,21 @@ inline void settle_frame(const Pose<double> (&nominal)[joints + 1], Pose<double>
     const Pose<double>& then = nominal[k + 1];
     // tr(Rz(r)^T A) is greatest for A = before^T wanted + after then^T
     const Mat3<double>&b = before.rotation, &w = wanted.rotation, &a = after.rotation, &t = then.rotation;
-    const double cosine = dot(b.x, w.x) + dot(b.y, w.y) + a.x.x * t.x.x + a.y.x * t.y.x + a.z.x * t.z.x +
-                          a.x.y * t.x.y + a.y.y * t.y.y + a.z.y * t.z.y;
-    const double sine = dot(b.y, w.x) - dot(b.x, w.y) + a.x.y * t.x.x + a.y.y * t.y.x + a.z.y * t.z.x -
-                        a.x.x * t.x.y - a.y.x * t.y.y - a.z.x * t.z.y;
+    const double weight_before = k > 0 ? 1.0 : 0.0, weight_after = k + 1 < joints ? 1.0 : 0.0;
+    const double cosine = weight_before * (dot(b.x, w.x) + dot(b.y, w.y)) +
+                          weight_after * (a.x.x * t.x.x + a.y.x * t.y.x + a.z.x * t.z.x + a.x.y * t.x.y +
+                                          a.y.y * t.y.y + a.z.y * t.z.y);
+    const double sine = weight_before * (dot(b.y, w.x) - dot(b.x, w.y)) +
+                        weight_after * (a.x.y * t.x.x + a.y.y * t.y.x + a.z.y * t.z.x - a.x.x * t.x.y -
+                                        a.y.x * t.y.y - a.z.x * t.z.y);
     const double length = hypot(sine, cosine);
     if (!(length > 0)) return;  // no turn is better than another
     const SinCos<double> turn{sine / length, cosine / length};
     before = turned_about_z(before, turn);
     after = turned_about_z(identity_pose(), SinCos<double>{-turn.sin, turn.cos}) * after;
-    const double slide =
-        0.5 * (dot(b.z, wanted.position - before.position) + after.position.z - then.position.z);
+    const double slide = (weight_before * dot(b.z, wanted.position - before.position) +
+                          weight_after * (after.position.z - then.position.z)) /
+                         (weight_before + weight_after);
     before = before * along_z(slide);
     after = along_z(-slide) * after;
 }
@@ -102,6 +106,16 @@ inline double turn_of(const Mat3<double>& r) noexcept {
     const Vec3<double> x = r.x - Vec3<double>{1, 0, 0}, y = r.y - Vec3<double>{0, 1, 0},
                        z = r.z - Vec3<double>{0, 0, 1};
     return 2.0 * std::asin(min(sqrt((dot(x, x) + dot(y, y) + dot(z, z)) / 8.0), 1.0));
+}
+
+/// How far a pose moves a point that is within a distance of its origin, at most: its turn moves the point
+/// across its axis alone.
+inline double farthest_moved(const Pose<double>& by, double distance) noexcept {
+    const Mat3<double>& r = by.rotation;
+    const Vec3<double> axis{r.y.z - r.z.y, r.z.x - r.x.z, r.x.y - r.y.x};
+    const double length = norm(axis), along = length > 0 ? dot(axis, by.position) / length : 0.0;
+    return hypot(along,
+                 turn_of(r) * distance + sqrt(max(dot(by.position, by.position) - along * along, 0.0)));
 }
 
 }  // namespace detail
@@ -121,7 +135,7 @@ inline NearArm make_near_arm(const ArmParameters& parameters,
         for (int k = 0; k < joints; ++k) detail::settle_frame(nominal, out.link, k);
     out.wrist = (arm.tool_inverse * detail::along_z(-arm.d_wf)).position;
     // N T^-1 is the product of F_k D_k F_k^-1, where F_k is the nominal frame of joint k: each moves the
-    // wrist by at most |D_k| and its turn over the lever from F_k, the wrist being off by what came before.
+    // wrist by |D_k - 1| there, the wrist being off by what came before. Behind the elbow it stays in F_k.
     const double lever[joints + 1] = {norm(arm.base.position) + arm.d_bs + arm.reach,
                                       abs(arm.d_bs) + arm.reach,
                                       arm.reach,
@@ -130,22 +144,30 @@ inline NearArm make_near_arm(const ArmParameters& parameters,
                                       arm.forearm,
                                       0.0,
                                       0.0};
+    const Vec3<double> none{0, 0, 0}, of_5 = nominal[5].position,
+                                      of_4 = nominal[4].rotation * of_5 + nominal[4].position;
+    const Vec3<double> to_wrist[joints + 1] = {none, none, none, none, of_4, of_5, none, none};
     out.first = nominal[0] * inverted(out.link[0]);
     out.last = inverted(out.link[joints]) * nominal[joints];
     for (int k = joints; k >= 0; --k) {
         const Pose<double> off = nominal[k] * inverted(out.link[k]);
-        out.deviation[k] = {norm(off.position), detail::turn_of(off.rotation)};
-        out.wrist_shift +=
-            out.deviation[k].position + out.deviation[k].rotation * (lever[k] + out.wrist_shift);
-        out.turn += out.deviation[k].rotation;
+        LinkDeviation& by = out.deviation[k];
+        by = {norm(off.position), detail::turn_of(off.rotation)};
+        double moved = norm(off.rotation * to_wrist[k] + off.position - to_wrist[k]);
+        out.swing[k] = moved;
+        if (k < 4) {
+            moved = detail::farthest_moved(off, lever[k]);
+            out.swing[k] = by.position + by.rotation * lever[k];
+        }
+        moved += by.rotation * out.wrist_shift;
+        out.wrist_shift += moved;
+        out.turn += by.rotation;
         if (k > 0 && k < joints) {
-            out.joint_shift +=
-                out.deviation[k].position + out.deviation[k].rotation * (lever[k] + out.wrist_shift);
-            out.joint_turn += out.deviation[k].rotation;
+            out.joint_shift += moved;
+            out.joint_turn += by.rotation;
         }
     }
-    for (int k = 0; k <= joints; ++k)
-        out.swing[k] = out.deviation[k].position + out.deviation[k].rotation * (lever[k] + out.wrist_shift);
+    for (int k = 0; k <= joints; ++k) out.swing[k] += out.deviation[k].rotation * out.wrist_shift;
     out.ahead[joints - 1] = norm(out.link[joints].rotation * out.wrist + out.link[joints].position);
     for (int k = joints - 1; k > 0; --k) out.ahead[k - 1] = out.ahead[k] + norm(out.link[k].position);
     for (int k = 1; k < joints; ++k) out.behind[k] = out.behind[k - 1] + norm(out.link[k].position);
