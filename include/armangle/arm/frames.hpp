@@ -15,12 +15,12 @@ struct Chain {
 namespace detail {
 
 /// frame * i-1_T_i of eq. (1), where alpha = twist * pi/2.
-template <int twist>
-ARMANGLE_INLINE Pose<double> dh_step(const Pose<double>& from, double sine, double cosine, double d,
-                                     double a) noexcept {
+template <int twist, class T>
+ARMANGLE_INLINE Pose<T> dh_step(const Pose<T>& from, const T& sine, const T& cosine, double d,
+                                double a) noexcept {
     const auto& [x, y, z] = from.rotation;
-    const Vec3<double> across = combine(y, cosine, x, -sine);
-    Pose<double> to;
+    const Vec3<T> across = combine(y, cosine, x, -sine);
+    Pose<T> to;
     to.rotation.x = combine(x, cosine, y, sine);
     if constexpr (twist == 0) {
         to.rotation.y = across;
@@ -29,13 +29,26 @@ ARMANGLE_INLINE Pose<double> dh_step(const Pose<double>& from, double sine, doub
         to.rotation.y = twist > 0 ? z : -z;
         to.rotation.z = twist > 0 ? -across : across;
     }
-    to.position = d != 0 ? mul_add(z, d, from.position) : from.position;
-    if (a != 0) to.position = mul_add(to.rotation.x, a, to.position);
+    to.position = d != 0 ? mul_add(z, T(d), from.position) : from.position;
+    if (a != 0) to.position = mul_add(to.rotation.x, T(a), to.position);
     return to;
 }
 
-/// Walks the DH rows at joint values q: visit(i, 0Ti) for i = 0..7; theta is stored on the way. Table 1 with
-/// a_3, a_4 and d_4.
+/// Walks the DH rows at theta: visit(i, 0Ti) for i = 0..7. Table 1 with a_3, a_4 and d_4.
+template <class T, class Visit>
+ARMANGLE_INLINE void walk(const Arm& arm, const SinCos<T>* angle, const Visit& visit) noexcept {
+    Pose<T> frame = spread<T>(identity_pose());
+    visit(0, frame);
+    visit(1, frame = dh_step<-1>(frame, angle[0].sin, angle[0].cos, arm.d_bs, 0.0));
+    visit(2, frame = dh_step<1>(frame, angle[1].sin, angle[1].cos, 0.0, 0.0));
+    visit(3, frame = dh_step<1>(frame, angle[2].sin, angle[2].cos, arm.d_se, arm.a_3));
+    visit(4, frame = dh_step<-1>(frame, angle[3].sin, angle[3].cos, arm.d_4, arm.a_4));
+    visit(5, frame = dh_step<-1>(frame, angle[4].sin, angle[4].cos, arm.d_ew, 0.0));
+    visit(6, frame = dh_step<1>(frame, angle[5].sin, angle[5].cos, 0.0, 0.0));
+    visit(7, frame = dh_step<0>(frame, angle[6].sin, angle[6].cos, arm.d_wf, 0.0));
+}
+
+/// The same at joint values q; theta is stored on the way.
 template <class Visit>
 ARMANGLE_INLINE void walk(const Arm& arm, const JointLanes& q, double* theta_out,
                           const Visit& visit) noexcept {
@@ -45,15 +58,19 @@ ARMANGLE_INLINE void walk(const Arm& arm, const JointLanes& q, double* theta_out
     both.sin.store(s);
     both.cos.store(c);
     theta.store(theta_out);
-    Pose<double> frame = identity_pose();
-    visit(0, frame);
-    visit(1, frame = dh_step<-1>(frame, s[0], c[0], arm.d_bs, 0.0));
-    visit(2, frame = dh_step<1>(frame, s[1], c[1], 0.0, 0.0));
-    visit(3, frame = dh_step<1>(frame, s[2], c[2], arm.d_se, arm.a_3));
-    visit(4, frame = dh_step<-1>(frame, s[3], c[3], arm.d_4, arm.a_4));
-    visit(5, frame = dh_step<-1>(frame, s[4], c[4], arm.d_ew, 0.0));
-    visit(6, frame = dh_step<1>(frame, s[5], c[5], 0.0, 0.0));
-    visit(7, frame = dh_step<0>(frame, s[6], c[6], arm.d_wf, 0.0));
+    SinCos<double> angle[joints];
+    for (int j = 0; j < joints; ++j) angle[j] = {s[j], c[j]};
+    walk(arm, angle, visit);
+}
+
+/// The flange 0T7 at theta.
+template <class T>
+ARMANGLE_INLINE Pose<T> nominal_flange(const Arm& arm, const SinCos<T>* angle) noexcept {
+    Pose<T> out;
+    walk(arm, angle, [&out](int i, const Pose<T>& frame) noexcept {
+        if (i == joints) out = frame;
+    });
+    return out;
 }
 
 }  // namespace detail

@@ -18,8 +18,9 @@
 namespace armangle {
 
 /// A ball of poses: how far the wrist (m) and the turn (rad) may be from the centre.
+template <class T>
 struct PoseBall {
-    double wrist, turn;
+    T wrist, turn;
 };
 
 /// How fast X moves with psi: its wrist (m/rad) and its turn (rad/rad), at most.
@@ -30,44 +31,75 @@ struct Pace {
 
 /// Where each joint is: within `reach` of theta; infinite where that is not known. `upper_arm` is how far
 /// frame 3 may turn away from that of the middle.
+template <class T>
 struct Coarse {
-    double theta[joints], reach[joints], upper_arm;
+    T theta[joints], reach[joints], upper_arm;
 };
 
 /// What is known of a stretch: that it keeps what is asked, that it breaks it, or neither.
 enum class Known : std::uint8_t { inside, outside, open };
 
-/// The joint functions of a ball of poses 0T7, in one branch. usable() says whether there are any.
+/// The joint functions of a ball of poses 0T7, in one branch. usable() says whether there are any. Balls side
+/// by side are lanes of T.
+template <class T>
 class CorrectedMotion {
 public:
+    using Mask = decltype(T() < T());
+
     /// `on` is the circle of the centre.
-    CorrectedMotion(const Arm& arm, const Pose<double>& centre, const Triad<double>& on,
-                    const Configuration<double>& gc) noexcept
-        : arm_(arm), distance_(on.distance), elbow_side_(gc.elbow) {
-        if (!(distance_ > arm.inner_reach && distance_ < arm.reach)) return;
-        const SelfMotion<double> m = self_motion(arm, circle_on(arm, on, centre), gc);
+    CorrectedMotion(const Arm& arm, const Pose<T>& centre, const Triad<T>& on,
+                    const Configuration<T>& gc) noexcept
+        : arm_(&arm),
+          distance_(on.distance),
+          elbow_side_(gc.elbow),
+          known_((T(arm.inner_reach) < on.distance) & (on.distance < T(arm.reach))),
+          usable_(known_) {
+        if (!any(known_)) return;
+        const SelfMotion<T> m = self_motion(arm, circle_on(arm, on, centre), gc);
         f_ = joint_functions(m);
         elbow_ = m.elbow;
-        known_ = true;
+    }
+
+    /// One of motions side by side.
+    template <int N>
+    CorrectedMotion(const CorrectedMotion<Lane<N>>& all, int k) noexcept
+        : arm_(all.arm_),
+          distance_(all.distance_[k]),
+          elbow_side_(all.elbow_side_[k]),
+          known_(all.known_[k]),
+          usable_(all.usable_[k]) {
+        const auto pick = [k](const Harmonic<Lane<N>>& h) { return Harmonic<T>{h.s[k], h.c[k], h.k[k]}; };
+        for (int p = 0; p < 4; ++p) {
+            const auto& from = all.f_.pivot[p];
+            f_.pivot[p] = {pick(from.U), pick(from.V), from.g[k]};
+        }
+        for (int h = 0; h < hinges; ++h) {
+            f_.hinge[h].H = pick(all.f_.hinge[h].H);
+            f_.hinge[h].g = all.f_.hinge[h].g[k];
+        }
+        elbow_.theta_4 = {all.elbow_.theta_4.sin[k], all.elbow_.theta_4.cos[k]};
+        psi_shift_ = all.psi_shift_[k];
+        bend_radius_ = all.bend_radius_[k];
+        shoulder_ = all.shoulder_[k];
+        wrist_ = all.wrist_[k];
     }
 
     /// Takes a ball about the centre; `psi_shift` is how much an angle on its circle may differ from the true
     /// psi. Not where it goes beyond the reach: there need be no posture.
-    void widen(const PoseBall& ball, double psi_shift) noexcept {
-        const double least = distance_ - ball.wrist, most = distance_ + ball.wrist;
-        if (least > arm_.inner_reach && most < arm_.reach) {
-            widen(ball, psi_shift, least, most);
-            if (usable_) lean_or_reach(ball, least, most);
-        } else {
-            usable_ = false;
-        }
+    void widen(const PoseBall<T>& ball, const T& psi_shift) noexcept {
+        const T least = distance_ - ball.wrist, most = distance_ + ball.wrist;
+        usable_ = known_ & (T(arm_->inner_reach) < least) & (most < T(arm_->reach));
+        widen(ball, psi_shift, least, most, true);
     }
     /// The same of what a ball has within the reach, where all its postures are, if there are any.
-    void widen_within_reach(const PoseBall& ball, double psi_shift) noexcept {
-        widen(ball, psi_shift, max(distance_ - ball.wrist, arm_.inner_reach),
-              min(distance_ + ball.wrist, arm_.reach));
+    void widen_within_reach(const PoseBall<T>& ball, const T& psi_shift) noexcept {
+        usable_ = known_;
+        widen(ball, psi_shift, max(distance_ - ball.wrist, T(arm_->inner_reach)),
+              min(distance_ + ball.wrist, T(arm_->reach)), false);
     }
-    bool usable() const noexcept { return usable_; }
+    const Mask& usable() const noexcept { return usable_; }
+    /// Gives up motions side by side but some.
+    void keep(const Mask& some) noexcept { usable_ = usable_ & some; }
 
     /// A limit as functions of psi: kept where both are >= 0, or one of them where `either`; each is known
     /// within its slack. What is no limit is never broken: where it is not kept there may be no posture.
@@ -82,11 +114,11 @@ public:
         };
         template <int N>
         ARMANGLE_INLINE Told at(const SinCos<Lane<N>>& psi) const noexcept {
-            using T = Lane<N>;
-            const T a = Harmonic<T>{low.s, low.c, low.k}.at(psi),
-                    b = Harmonic<T>{high.s, high.c, high.k}.at(psi);
-            const unsigned a_in = bits(a > T(low_slack)), b_in = bits(b > T(high_slack));
-            const unsigned a_out = bits(a < T(-low_slack)), b_out = bits(b < T(-high_slack));
+            using Several = Lane<N>;
+            const Several a = Harmonic<Several>{low.s, low.c, low.k}.at(psi),
+                          b = Harmonic<Several>{high.s, high.c, high.k}.at(psi);
+            const unsigned a_in = bits(a > Several(low_slack)), b_in = bits(b > Several(high_slack));
+            const unsigned a_out = bits(a < Several(-low_slack)), b_out = bits(b < Several(-high_slack));
             Told out{either ? a_in | b_in : a_in & b_in, either ? a_out & b_out : a_out | b_out,
                      ~(a_in | a_out), ~(b_in | b_out)};
             if (!limit) out.outside = 0;
@@ -145,55 +177,55 @@ public:
     template <int N>
     ARMANGLE_INLINE LaneMask<N> pace(const NearArm& near, const Lane<N>& middle, const Lane<N>& half,
                                      Pace<Lane<N>>& out) const noexcept {
-        using T = Lane<N>;
-        const T one(1.0), zero(0.0);
-        const SinCos<T> at = sin_cos(middle), by = sin_cos(half);
+        using Several = Lane<N>;
+        const Several one(1.0), zero(0.0);
+        const SinCos<Several> at = sin_cos(middle), by = sin_cos(half);
         struct Sweep {
-            T value, off, speed;  // at the middle; how far from it, and how fast, it may be
+            Several value, off, speed;  // at the middle; how far from it, and how fast, it may be
         };
         const auto sweep = [&](const Harmonic<double>& h) {
-            const T moving = mul_add(T(h.s), at.sin, T(h.c) * at.cos), a = abs(moving),
-                    b = abs(T(h.s) * at.cos - T(h.c) * at.sin);
-            return Sweep{moving + T(h.k), b * by.sin + a * (one - by.cos), b + a * by.sin};
+            const Several moving = mul_add(Several(h.s), at.sin, Several(h.c) * at.cos), a = abs(moving),
+                    b = abs(Several(h.s) * at.cos - Several(h.c) * at.sin);
+            return Sweep{moving + Several(h.k), b * by.sin + a * (one - by.cos), b + a * by.sin};
         };
-        T speed[joints], per_length[4];
+        Several speed[joints], per_length[4];
         auto known = zero < one;
         for (int p = 0; p < 4; ++p) {
             const Sweep u = sweep(f_.pivot[p].U), v = sweep(f_.pivot[p].V);
-            const T wide((p < 2 ? shoulder_ : wrist_) + psi_shift_);
+            const Several wide((p < 2 ? shoulder_ : wrist_) + psi_shift_);
             const Sweep across = sweep(f_.hinge[p / 2].H);
-            const T straight = abs(across.value) + across.off;
-            const T length = sqrt(max(one - straight * straight, zero)) - wide;
+            const Several straight = abs(across.value) + across.off;
+            const Several length = sqrt(max(one - straight * straight, zero)) - wide;
             known = known & (length > zero);
             per_length[p] = one / length;
-            speed[2 * p] = hypot(u.speed, v.speed) + T(2.0 * slack) * wide;
+            speed[2 * p] = hypot(u.speed, v.speed) + Several(2.0 * slack) * wide;
         }
         for (int h = 0; h < 2; ++h)
             speed[1 + 4 * h] =
                 hypot(speed[4 * h], sweep(f_.hinge[h].H).speed +
-                                        T(2.0 * slack * ((h == 0 ? shoulder_ : wrist_) + psi_shift_)));
-        const auto kept = [&](const Pace<T>& x) {
-            const T shoulder = T(shoulder_rate_) * x.wrist, wrist = T(wrist_rate_) * x.wrist + x.turn;
+                                        Several(2.0 * slack * ((h == 0 ? shoulder_ : wrist_) + psi_shift_)));
+        const auto kept = [&](const Pace<Several>& x) {
+            const Several shoulder = Several(shoulder_rate_) * x.wrist, wrist = Several(wrist_rate_) * x.wrist + x.turn;
             const auto pivot = [&](int p) {
                 return (speed[2 * p] + (p < 2 ? shoulder : wrist)) * per_length[p];
             };
-            T turn[joints + 1];
+            Several turn[joints + 1];
             turn[1] = pivot(0);
             turn[3] = one + shoulder;
-            turn[2] = min(turn[1] + speed[1] + T(1.5) * shoulder, turn[3] + pivot(1));
-            turn[4] = turn[3] + T(bend_rate_) * x.wrist;
+            turn[2] = min(turn[1] + speed[1] + Several(1.5) * shoulder, turn[3] + pivot(1));
+            turn[4] = turn[3] + Several(bend_rate_) * x.wrist;
             turn[7] = x.turn;
             turn[6] = turn[7] + pivot(3);
-            turn[5] = min(turn[4] + pivot(2), turn[6] + speed[5] + T(1.5) * wrist);
-            Pace<T> sum{zero, zero};
+            turn[5] = min(turn[4] + pivot(2), turn[6] + speed[5] + Several(1.5) * wrist);
+            Pace<Several> sum{zero, zero};
             for (int k = 1; k <= joints; ++k) {
-                sum.wrist = mul_add(turn[k], T(near.swing[k]), sum.wrist);
-                sum.turn = mul_add(turn[k], T(near.deviation[k].rotation), sum.turn);
+                sum.wrist = mul_add(turn[k], Several(near.swing[k]), sum.wrist);
+                sum.turn = mul_add(turn[k], Several(near.deviation[k].rotation), sum.turn);
             }
-            return Pace<T>{sum.wrist * T(slack / (1.0 - min(near.turn, 0.5))), sum.turn * T(slack)};
+            return Pace<Several>{sum.wrist * Several(slack / (1.0 - min(near.turn, 0.5))), sum.turn * Several(slack)};
         };
         // kept() is affine and rises: what it does not raise it bounds
-        const Pace<T> still = kept({zero, zero}),
+        const Pace<Several> still = kept({zero, zero}),
                       supposed{still.wrist + still.wrist, still.turn + still.turn};
         out = kept(supposed);
         return known & (out.wrist <= supposed.wrist) & (out.turn <= supposed.turn);
@@ -203,168 +235,190 @@ public:
     /// pace.
     template <int N>
     ARMANGLE_INLINE Lane<N> drift(const bool (&of_shoulder)[N], const Pace<Lane<N>>& x) const noexcept {
-        using T = Lane<N>;
+        using Several = Lane<N>;
         double rate[N], wide[N], turns[N];
         for (int k = 0; k < N; ++k) {
             rate[k] = of_shoulder[k] ? shoulder_rate_ : wrist_rate_;
             wide[k] = 2.0 * slack * ((of_shoulder[k] ? shoulder_ : wrist_) + psi_shift_);
             turns[k] = of_shoulder[k] ? 0.0 : 1.0;
         }
-        return T::load(wide) + T::load(rate) * x.wrist + T::load(turns) * x.turn;
+        return Several::load(wide) + Several::load(rate) * x.wrist + Several::load(turns) * x.turn;
     }
 
     /// The joints over |psi - middle| <= half, psi on the circle of the centre.
-    Coarse over(double middle, double half) const noexcept {
-        Coarse out;
-        for (double& reach : out.reach) reach = infinity;
-        out.upper_arm = infinity;
-        if (!usable_) return out;
-        const SinCos<double> at = sin_cos(middle);
-        const double wide = half + psi_shift_;
-        double y[joint_slots] = {}, x[joint_slots] = {1, 1, 1, 1, 1, 1, 1, 1}, off[joints];
-        for (int p = 0; p < 4; ++p) {
-            const Pivot<double>& pivot = f_.pivot[p];
-            const int joint = 2 * p;
-            y[joint] = pivot.g * pivot.U.at(at);
-            x[joint] = pivot.g * pivot.V.at(at);
-            off[joint] =
-                hypot(spread(pivot.U, at, wide), spread(pivot.V, at, wide)) + (p < 2 ? shoulder_ : wrist_);
-        }
-        for (int h = 0; h < 2; ++h) {
-            const int joint = 1 + 4 * h, pivot = 4 * h;
-            y[joint] = f_.hinge[h].g * hypot(y[pivot], x[pivot]);
-            x[joint] = f_.hinge[h].H.at(at);
-            off[joint] = hypot(off[pivot], spread(f_.hinge[h].H, at, wide) + (h == 0 ? shoulder_ : wrist_));
-        }
-        y[3] = elbow_.theta_4.sin;
-        x[3] = elbow_.theta_4.cos;
-        off[3] = bend_radius_;
-        const JointLanes theta = atan2(JointLanes::of(y), JointLanes::of(x));
-        for (int j = 0; j < joints; ++j) {
-            const double rest = y[j] * y[j] + x[j] * x[j] - off[j] * off[j];
-            out.theta[j] = theta[j];
-            // an angle is at most its tangent; a hinge must keep its side of 0 and pi
-            if (rest > 0 && !(j % 4 == 1 && abs(y[j]) <= off[j - 1])) out.reach[j] = off[j] / sqrt(rest);
-        }
-        out.upper_arm = wide + shoulder_;
+    Coarse<T> over(const T& middle, const T& half) const noexcept {
+        Coarse<T> out;
+        SinCos<T> towards[joints];
+        reaches(middle, half, out, towards);
+        detail::theta_of(towards, out.theta);
         return out;
     }
 
-private:
-    void widen(const PoseBall& ball, double psi_shift, double least, double most) noexcept {
-        psi_shift_ = psi_shift;
-        usable_ = known_ && least > 0 && ball.turn < 1.0;
-        if (!usable_) return;
-        double beta = 0, gamma = 0, tilt = 0;
-        bend_radius_ = bend_rate_ = shoulder_rate_ = wrist_rate_ = 0;
-        const double La = arm_.upper_arm, Lb = arm_.forearm;
-        const auto seen = [&](double distance) {
-            const Triangle<double> t = triangle(arm_, distance);
-            const Elbow<double> e = elbow(arm_, t, elbow_side_);
-            beta = max(beta, chord(e.beta, elbow_.beta));
-            gamma = max(gamma, chord(e.gamma, elbow_.gamma));
-            tilt = max(tilt, chord(e.tilt, elbow_.tilt));
-            bend_radius_ = max(bend_radius_, chord(e.theta_4, elbow_.theta_4));
-            bend_rate_ = max(bend_rate_, distance / (La * Lb * t.eta.sin));
-            // cotangents of the triangle's angles at the wrist and at the shoulder
-            shoulder_rate_ = max(shoulder_rate_, abs(Lb + La * t.eta.cos) / (La * t.eta.sin));
-            wrist_rate_ = max(wrist_rate_, abs(La + Lb * t.eta.cos) / (Lb * t.eta.sin));
-        };
-        seen(least);
-        seen(most);
-        // the angle at the end of the longer link is greatest where the shorter one stands across S-W
-        const double across = sqrt(abs(La * La - Lb * Lb) + arm_.d_4 * arm_.d_4);
-        if (across > least && across < most) seen(across);
-        const double leaning = abs(elbow_.tilt.sin / elbow_.tilt.cos);
-        const double lean_rate = slack * (1.0 + 2.0 * leaning) / least;
-        lean_ = lean_rate * ball.wrist;
-        beta_ = beta;
-        gamma_ = gamma;
-        tilt_ = tilt;
-        shoulder_ = lean_ + beta + tilt;
-        wrist_ = lean_ + gamma + tilt + ball.turn;
-        // an angle of the triangle changes by the other's cotangent; all are fastest at one of the two ends.
-        // What moves S-W along itself does not lean it
-        const double square = least * least - arm_.d_4 * arm_.d_4;  // of S-W across axis 4
-        const double tilting_rate = abs(arm_.d_4) / (least * sqrt(square));
-        beta_rate_ = shoulder_rate_ * least / square;
-        gamma_rate_ = wrist_rate_ * least / square;
-        shoulder_rate_ = hypot(beta_rate_ + tilting_rate, lean_rate);
-        wrist_rate_ = hypot(gamma_rate_ + tilting_rate, lean_rate);
+    /// Of over() all but theta, and the directions that it is of, of no size.
+    ARMANGLE_INLINE void reaches(const T& middle, const T& half, Coarse<T>& out,
+                                 SinCos<T> (&towards)[joints]) const noexcept {
+        const SinCos<T> at = sin_cos(middle);
+        const T wide = half + psi_shift_;
+        T off[joints];
+        for (int h = 0; h < hinges; ++h) {
+            const T radius = h == 0 ? shoulder_ : wrist_;
+            T moves[2];
+            for (int p = 2 * h; p < 2 * h + 2; ++p) {
+                const Pivot<T>& pivot = f_.pivot[p];
+                towards[2 * p] = {pivot.g * pivot.U.at(at), pivot.g * pivot.V.at(at)};
+                moves[p - 2 * h] = hypot(swept(pivot.U, at, wide), swept(pivot.V, at, wide));
+                off[2 * p] = moves[p - 2 * h] + radius;
+            }
+            const SinCos<T>& beside = towards[4 * h];
+            towards[1 + 4 * h] = {f_.hinge[h].g * hypot(beside.sin, beside.cos), f_.hinge[h].H.at(at)};
+            off[1 + 4 * h] = hypot(moves[0], swept(f_.hinge[h].H, at, wide)) + radius;
+        }
+        towards[3] = elbow_.theta_4;
+        off[3] = bend_radius_;
+        for (int j = 0; j < joints; ++j) {
+            const T y = towards[j].sin, x = towards[j].cos, rest = y * y + x * x - off[j] * off[j];
+            auto known = usable_ & (T(0.0) < rest);
+            if (j % 4 == 1) known = known & (off[j - 1] < abs(y));  // a hinge must keep its side of 0 and pi
+            // an angle is at most its tangent
+            out.reach[j] = select(known, off[j] / sqrt(select(known, rest, T(1.0))), T(infinity));
+        }
+        out.upper_arm = select(usable_, wide + shoulder_, T(infinity));
     }
 
-    /// The same of a ball that is all within the reach: a wrist that leans most keeps its distance, and one
-    /// that comes nearest or farthest does not lean. A share t of the way to either end changes an angle by
-    /// at most t of what the ends do where it bends one way: where both angles of the triangle are within
-    /// 60 degrees. Else it changes by t of the greatest rate.
-    void lean_or_reach(const PoseBall& ball, double least, double most) noexcept {
-        const Triangle<double> t = triangle(arm_, least);
-        const double lower_cos = mul_add(t.eta.cos, t.kappa.cos, t.eta.sin * t.kappa.sin);
-        if (min(t.kappa.cos, lower_cos) >= 0.5) {
-            double uneven = 1.0;  // of what is across axis 4
-            if (arm_.d_4 != 0) {
-                const auto across = [&](double distance) {
-                    return sqrt(distance * distance - arm_.d_4 * arm_.d_4);
-                };
-                uneven = (across(distance_) - across(least)) / (across(most) - across(distance_));
-            }
-            beta_ = uneven * arc(beta_);
-            gamma_ = uneven * arc(gamma_);
-        } else {
-            beta_ = beta_rate_ * ball.wrist;
-            gamma_ = gamma_rate_ * ball.wrist;
+private:
+    template <class>
+    friend class CorrectedMotion;
+
+    /// The triangle of an arm at one distance beside that of the centre.
+    struct Seen {
+        T beta, gamma, tilt, bend;           // chords of what its angles differ
+        T bend_rate, beta_rate, gamma_rate;  // how fast they change, rad/m; of the latter two cotangents
+        T least_cosine;                      // of both angles beside S-W
+
+        void also(const Seen& other) noexcept {
+            beta = max(beta, other.beta);
+            gamma = max(gamma, other.gamma);
+            tilt = max(tilt, other.tilt);
+            bend = max(bend, other.bend);
+            bend_rate = max(bend_rate, other.bend_rate);
+            beta_rate = max(beta_rate, other.beta_rate);
+            gamma_rate = max(gamma_rate, other.gamma_rate);
         }
-        shoulder_ = hypot(lean_, beta_ + tilt_);
-        wrist_ = hypot(lean_, gamma_ + tilt_) + ball.turn;
+    };
+    ARMANGLE_INLINE Seen seen_at(const T& distance) const noexcept {
+        const T La(arm_->upper_arm), Lb(arm_->forearm);
+        const Triangle<T> t = triangle(*arm_, distance);
+        const Elbow<T> e = elbow(*arm_, t, elbow_side_);
+        const T per = T(1.0) / t.eta.sin;
+        // cotangents of the triangle's angles at the wrist and at the shoulder
+        return {chord(e.beta, elbow_.beta),
+                chord(e.gamma, elbow_.gamma),
+                chord(e.tilt, elbow_.tilt),
+                chord(e.theta_4, elbow_.theta_4),
+                distance * per * T(1.0 / (arm_->upper_arm * arm_->forearm)),
+                abs(Lb + La * t.eta.cos) * per * T(1.0 / arm_->upper_arm),
+                abs(La + Lb * t.eta.cos) * per * T(1.0 / arm_->forearm),
+                min(t.kappa.cos, mul_add(t.eta.cos, t.kappa.cos, t.eta.sin * t.kappa.sin))};
+    }
+
+    void widen(const PoseBall<T>& ball, const T& psi_shift, const T& least, const T& most,
+               bool whole) noexcept {
+        const T zero(0.0), one(1.0);
+        psi_shift_ = psi_shift;
+        usable_ = usable_ & (zero < least) & (ball.turn < one);
+        if (!any(usable_)) return;
+        const double La = arm_->upper_arm, Lb = arm_->forearm, d_4 = arm_->d_4;
+        Seen seen = seen_at(least);
+        seen.also(seen_at(most));
+        const T square = least * least - T(d_4 * d_4);  // of S-W across axis 4
+        const T lean_rate = T(slack) * (one + T(2.0) * abs(elbow_.tilt.sin / elbow_.tilt.cos)) / least,
+                lean = lean_rate * ball.wrist, per = least / square;
+        // an angle of the triangle changes by the other's cotangent; all are fastest at one of the two ends.
+        // What moves S-W along itself does not lean it
+        const T beta_rate = seen.beta_rate * per, gamma_rate = seen.gamma_rate * per,
+                tilt_rate = d_4 == 0 ? zero : T(abs(d_4)) / (least * sqrt(square));
+        shoulder_rate_ = hypot(beta_rate + tilt_rate, lean_rate);
+        wrist_rate_ = hypot(gamma_rate + tilt_rate, lean_rate);
+        bend_rate_ = seen.bend_rate;
+        // the angle at the end of the longer link is greatest where the shorter one stands across S-W
+        const double across = sqrt(abs(La * La - Lb * Lb) + d_4 * d_4);
+        const auto stands = (least < T(across)) & (T(across) < most);
+        if (any(stands)) {
+            const Seen there = seen_at(T(across));
+            seen.beta = select(stands, max(seen.beta, there.beta), seen.beta);
+            seen.gamma = select(stands, max(seen.gamma, there.gamma), seen.gamma);
+            seen.tilt = select(stands, max(seen.tilt, there.tilt), seen.tilt);
+            seen.bend = select(stands, max(seen.bend, there.bend), seen.bend);
+        }
+        bend_radius_ = seen.bend;
+        if (!whole) {
+            shoulder_ = lean + seen.beta + seen.tilt;
+            wrist_ = lean + seen.gamma + seen.tilt + ball.turn;
+            return;
+        }
+        // A wrist that leans most keeps its distance, and one that comes nearest or farthest does not lean. A
+        // share t of the way to either end changes an angle by at most t of what the ends do where it bends
+        // one way: where both angles of the triangle are within 60 degrees. Else by t of the greatest rate.
+        T uneven = one;  // of what is across axis 4
+        if (d_4 != 0) {
+            const T middle = sqrt(distance_ * distance_ - T(d_4 * d_4));
+            uneven = (middle - sqrt(square)) / (sqrt(most * most - T(d_4 * d_4)) - middle);
+        }
+        const auto bowed = T(0.5) <= seen.least_cosine;
+        const T beta = select(bowed, uneven * arc(seen.beta), beta_rate * ball.wrist),
+                gamma = select(bowed, uneven * arc(seen.gamma), gamma_rate * ball.wrist);
+        shoulder_ = hypot(lean, beta + seen.tilt);
+        wrist_ = hypot(lean, gamma + seen.tilt) + ball.turn;
     }
 
     /// No less than the angle of a chord below 1.
-    static double arc(double chord) noexcept { return chord * (1.0 + 0.05 * chord * chord); }
+    static T arc(const T& chord) noexcept { return chord * (T(1.0) + T(0.05) * chord * chord); }
 
     static constexpr double slack = 1.1;  // of a small angle over its sine, and of turns about two axes
 
-    static double chord(const SinCos<double>& a, const SinCos<double>& b) noexcept {
+    static T chord(const SinCos<T>& a, const SinCos<T>& b) noexcept {
         return hypot(a.sin - b.sin, a.cos - b.cos);
     }
 
     /// How far a harmonic is from its value at `middle` over |psi - middle| <= half.
-    static double spread(const Harmonic<double>& h, const SinCos<double>& middle, double half) noexcept {
-        return half * (abs(h.slope(middle)) + 0.5 * half * hypot(h.s, h.c));
+    static T swept(const Harmonic<T>& h, const SinCos<T>& middle, const T& half) noexcept {
+        return half * (abs(h.slope(middle)) + T(0.5) * half * hypot(h.s, h.c));
     }
 
-    const Arm& arm_;
-    double distance_, elbow_side_;
-    bool known_ = false, usable_ = false;
-    JointFunctions<double> f_;
-    Elbow<double> elbow_;
-    double psi_shift_ = 0, bend_radius_ = 0, shoulder_ = 0, wrist_ = 0;
-    double bend_rate_ = 0, shoulder_rate_ = 0, wrist_rate_ = 0;  // how fast they grow, rad/m of the wrist
-    double lean_ = 0, beta_ = 0, gamma_ = 0, tilt_ = 0, beta_rate_ = 0, gamma_rate_ = 0;
+    const Arm* arm_;
+    T distance_, elbow_side_;
+    Mask known_, usable_;
+    JointFunctions<T> f_;
+    Elbow<T> elbow_;
+    T psi_shift_ = T(0.0), bend_radius_ = T(0.0), shoulder_ = T(0.0), wrist_ = T(0.0);
+    T bend_rate_ = T(0.0), shoulder_rate_ = T(0.0), wrist_rate_ = T(0.0);  // rad/m of the wrist
 };
 
 namespace near_rule {
-inline constexpr int balls = 6;  // tried over a cell
-inline constexpr double first_turn =
-    4.0;  // of a nominal frame over the half width of a cell, supposed at first
+inline constexpr int balls = 6;             // tried over a cell
+// of a nominal frame over the half width of a cell, supposed at first: a small ball grows to what keeps itself
+inline constexpr double first_turn = 1.5;
 }  // namespace near_rule
 
 namespace detail {
 
 /// The ball that frames turning by up to `turn[k]` keep X in; F_0 does not turn.
-inline PoseBall turned_ball(const NearArm& arm, const double (&turn)[joints + 1]) noexcept {
+template <class T>
+ARMANGLE_INLINE PoseBall<T> turned_ball(const NearArm& arm, const T (&turn)[joints + 1]) noexcept {
     constexpr double slack = 1.1;  // products of deviations
-    PoseBall out{0.0, 0.0};
+    PoseBall<T> out{T(0.0), T(0.0)};
     for (int k = 1; k <= joints; ++k) {
-        out.wrist += slack * min(turn[k], 2.0) * arm.swing[k];
-        out.turn += slack * min(turn[k], 2.0) * arm.deviation[k].rotation;
+        const T by = min(turn[k], T(2.0));
+        out.wrist = out.wrist + by * T(slack / (1.0 - min(arm.turn, 0.5)) * arm.swing[k]);
+        out.turn = out.turn + by * T(slack * arm.deviation[k].rotation);
     }
-    out.wrist /= 1.0 - min(arm.turn, 0.5);
     return out;
 }
 
 /// How far the nominal frames F_k = H_0 Rz(theta_1) ... Rz(theta_k) turn over a stretch.
-inline void frames_turn(const Coarse& c, double turn_of_pose, double (&turn)[joints + 1]) noexcept {
-    turn[0] = 0.0;
+template <class T>
+ARMANGLE_INLINE void frames_turn(const Coarse<T>& c, const T& turn_of_pose, T (&turn)[joints + 1]) noexcept {
+    turn[0] = T(0.0);
     turn[3] = c.upper_arm;
     turn[1] = c.reach[0];
     turn[2] = min(turn[1] + c.reach[1], turn[3] + c.reach[2]);
@@ -374,67 +428,70 @@ inline void frames_turn(const Coarse& c, double turn_of_pose, double (&turn)[joi
     turn[5] = min(turn[4] + c.reach[4], turn[6] + c.reach[5]);
 }
 
+/// The circle of a corrected pose 0T7 whose psi is that of a plane.
+template <class T>
+ARMANGLE_INLINE Triad<T> triad_of(const Arm& arm, const Pose<T>& flange, const PsiPlane<T>& plane) noexcept {
+    return triad(arm, flange,
+                 [&](const Vec3<T>& p, const Vec3<T>& w) noexcept { return plane.normal(arm, p, w); });
+}
+
 }  // namespace detail
 
-/// The motion over |psi - middle| <= half, by a posture at the middle: `angle`, on the plane of the pose's
-/// circle `on`. Its psi counts from the middle. `joints_over` takes where the joints are then.
-inline CorrectedMotion motion_about(const NearArm& arm, const Triad<double>& on,
-                                    const detail::PsiPlane<double>& plane,
-                                    const SinCos<double> (&angle)[joints], const Configuration<double>& gc,
-                                    double half, Coarse& joints_over) noexcept {
+/// The motions over |psi - middle| <= half, by postures at the middle: `angle`, on the plane of the pose's
+/// circle `on`. Their psi count from the middle. `joints_over` takes where the joints are then.
+template <class T>
+inline CorrectedMotion<T> motion_about(const NearArm& arm, const Triad<T>& on,
+                                       const detail::PsiPlane<T>& plane, const SinCos<T> (&angle)[joints],
+                                       const Configuration<T>& gc, const T& half,
+                                       Coarse<T>& joints_over) noexcept {
     const Arm& nominal = arm.nominal;
-    double q[joints], turn[joints + 1];
-    const JointLanes theta = detail::theta_of(angle);
-    for (int j = 0; j < joints; ++j) q[j] = to_q(nominal, j, theta[j]);
-    const Pose<double> centre = chain(nominal, q).flange;
-    const Triad<double> there = triad(
-        nominal, centre,
-        [&](const Vec3<double>& p, const Vec3<double>& w) noexcept { return plane.normal(nominal, p, w); });
-    const double lean = norm(there.w - on.w);
-    const double psi_shift = 2.0 * lean * (lean + abs(nominal.d_4) / there.distance) * half;
-    for (int k = 0; k <= joints; ++k) turn[k] = near_rule::first_turn * half;
-    PoseBall ball = detail::turned_ball(arm, turn);
-    CorrectedMotion out(nominal, centre, there, gc);
+    const Pose<T> centre = detail::nominal_flange(nominal, angle);
+    const Triad<T> there = detail::triad_of(nominal, centre, plane);
+    const T lean = norm(there.w - on.w),
+            psi_shift = T(2.0) * lean * (lean + T(abs(nominal.d_4)) / there.distance) * half;
+    T turn[joints + 1];
+    for (T& one : turn) one = T(near_rule::first_turn) * half;
+    PoseBall<T> ball = detail::turned_ball(arm, turn);
+    CorrectedMotion<T> out(nominal, centre, there, gc);
+    SinCos<T> towards[joints];
+    auto holds = T(1.0) < T(0.0);
     for (int pass = 0; pass < near_rule::balls; ++pass) {
         out.widen(ball, psi_shift);
-        joints_over = out.over(0.0, half);
+        out.reaches(T(0.0), half, joints_over, towards);
         detail::frames_turn(joints_over, ball.turn, turn);
-        const PoseBall kept = detail::turned_ball(arm, turn);
-        if (kept.wrist <= ball.wrist && kept.turn <= ball.turn) {
-            if (2.0 * kept.wrist < ball.wrist) {  // what is kept keeps itself
-                out.widen(kept, psi_shift);
-                joints_over = out.over(0.0, half);
-            }
-            return out;
-        }
-        ball = {max(ball.wrist, 1.2 * kept.wrist), max(ball.turn, 1.2 * kept.turn)};
+        const PoseBall<T> kept = detail::turned_ball(arm, turn);
+        holds = holds | (out.usable() & (kept.wrist <= ball.wrist) & (kept.turn <= ball.turn));
+        // what is kept keeps itself
+        ball = {select(holds, min(ball.wrist, kept.wrist), max(ball.wrist, T(1.2) * kept.wrist)),
+                select(holds, min(ball.turn, kept.turn), max(ball.turn, T(1.2) * kept.turn))};
+        if (all(holds | !out.usable())) break;
     }
-    out.widen({infinity, infinity}, psi_shift);
-    joints_over = out.over(0.0, half);
+    out.widen(ball, psi_shift);
+    out.keep(holds);
+    joints_over = out.over(T(0.0), half);
     return out;
 }
 
 /// The motion over the whole circle: the links between the joints move X by what they can, for any theta.
-inline CorrectedMotion motion_around(const NearArm& arm, const Pose<double>& pose, const Triad<double>& on,
-                                     const Configuration<double>& gc) noexcept {
+inline CorrectedMotion<double> motion_around(const NearArm& arm, const Pose<double>& pose,
+                                             const Triad<double>& on,
+                                             const Configuration<double>& gc) noexcept {
     const Arm& nominal = arm.nominal;
     const Pose<double> centre = flange_pose(nominal, arm.first * pose * arm.last);
-    const detail::PsiPlane<double> plane(on, {0.0, 1.0});
-    const Triad<double> there = triad(
-        nominal, centre,
-        [&](const Vec3<double>& p, const Vec3<double>& w) noexcept { return plane.normal(nominal, p, w); });
+    const Triad<double> there = detail::triad_of(nominal, centre, detail::PsiPlane<double>(on, {0.0, 1.0}));
     const double lean = norm(there.w - on.w);
-    CorrectedMotion out(nominal, centre, there, gc);
+    CorrectedMotion<double> out(nominal, centre, there, gc);
     out.widen({arm.joint_shift, arm.joint_turn},
               2.0 * lean * (lean + abs(nominal.d_4) / there.distance) * pi);
     return out;
 }
 
 /// Where the joints are over |psi - middle| <= half.
-inline Coarse coarse_about(const NearArm& arm, const Triad<double>& on, const detail::PsiPlane<double>& plane,
-                           const SinCos<double> (&angle)[joints], const Configuration<double>& gc,
-                           double half) noexcept {
-    Coarse out;
+template <class T>
+inline Coarse<T> coarse_about(const NearArm& arm, const Triad<T>& on, const detail::PsiPlane<T>& plane,
+                              const SinCos<T> (&angle)[joints], const Configuration<T>& gc,
+                              const T& half) noexcept {
+    Coarse<T> out;
     motion_about(arm, on, plane, angle, gc, half, out);
     return out;
 }

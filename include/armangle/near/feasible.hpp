@@ -171,7 +171,7 @@ struct Sections {
 struct AskedConditions {
     int count = 0;
     int bit[Sections::conditions];
-    CorrectedMotion::Condition condition[Sections::conditions];
+    CorrectedMotion<double>::Condition condition[Sections::conditions];
 };
 inline constexpr Sections::Open hinge_bit = 1u << ThetaRanges::capacity;
 
@@ -201,7 +201,7 @@ public:
           trail_(arm, pose, on, gc) {}
 
     void run(ProvenArcs& out) noexcept {
-        const CorrectedMotion all = motion_around(arm_, pose_, on_, gc_);
+        const CorrectedMotion<double> all = motion_around(arm_, pose_, on_, gc_);
         Open every = hinge_bit | hinge_bit << 1;
         for (int i = 0; i < ranges_.count; ++i)
             if (only_ < 0 || ranges_.one[i].joint == only_) every |= 1u << i;
@@ -238,7 +238,7 @@ private:
     using Open = Sections::Open;
     static constexpr int several = register_width;
     using Several = Lane<several>;
-    using Condition = CorrectedMotion::Condition;
+    using Condition = CorrectedMotion<double>::Condition;
 
     /// What is open, and how many looks led to it.
     struct Stretch {
@@ -265,7 +265,7 @@ private:
     };
 
     /// Parts [lower, upper] where a motion's conditions change; of those asked alone.
-    void part(const CorrectedMotion& motion, Open asked, double lower, double upper,
+    void part(const CorrectedMotion<double>& motion, Open asked, double lower, double upper,
               AskedConditions& conditions, Sections& out) noexcept {
         Condition(&condition)[Sections::conditions] = conditions.condition;
         int (&bit)[Sections::conditions] = conditions.bit;
@@ -429,7 +429,7 @@ private:
     }
 
     /// Keeps what is inside, and cuts what is open at its ends, several at once.
-    void settle_sections(const CorrectedMotion& all, const AskedConditions& asked,
+    void settle_sections(const CorrectedMotion<double>& all, const AskedConditions& asked,
                          const Sections& parts) noexcept {
         constexpr int most = 2 * several + 2;
         Crossing crossing[most];
@@ -476,7 +476,7 @@ private:
 
     /// Cuts sections at their ends: of each function one, where it is proven to rise or fall all over the
     /// section. The true function is that of the motion's centre, and what X adds to it changes slowly.
-    void settle_crossings(const CorrectedMotion& all, const Sections& parts, const int* pending, int sections,
+    void settle_crossings(const CorrectedMotion<double>& all, const Sections& parts, const int* pending, int sections,
                           const Crossing* crossing, int count) noexcept {
         double s[several], c[several], k[several], target[several], section_lower[several],
             section_upper[several];
@@ -702,26 +702,42 @@ private:
                 by_hull[k] = k < count && is_found[k] && half[k] <= near_rule::widest_hull && proven[k];
             settle_by_hulls(now, by_hull, hull, found, share, is_settled);
         }
+        bool by_motion[several] = {}, some_by_motion = false;
+        for (int k = 0; k < count; ++k) {
+            const bool second = !(share[k] < near_rule::alone) && half[k] < near_rule::given_up;
+            by_motion[k] = !is_settled[k] && is_found[k] && !second;
+            some_by_motion |= by_motion[k];
+            if (!is_settled[k] && is_found[k] && second) give_up(now[k]);
+        }
+        if (!some_by_motion) {
+            for (int k = count - 1; k >= 0; --k)
+                if (!is_found[k]) halve(now[k]);
+            return;
+        }
+        Coarse<Several> over;
+        const CorrectedMotion<Several> motions =
+            motion_about(arm_, spread<Several>(on_), plane, found.angle, spread<Several>(gc_), Several::load(half), over);
         for (int k = count - 1; k >= 0; --k) {
             if (is_settled[k]) continue;
             if (!is_found[k])
                 halve(now[k]);
-            else if (!(share[k] < near_rule::alone) && half[k] < near_rule::given_up)
-                give_up(now[k]);
-            else
-                settle_by_motion(now[k], found, k, share[k]);
+            else if (by_motion[k])
+                settle_by_motion(now[k], motions, over, k, share[k]);
         }
     }
 
     /// Settles a stretch, or opens parts of it, by what is known about the posture at its middle.
-    void settle_by_motion(const Stretch& now, const Found<Several>& found, int k, double share) noexcept {
+    void settle_by_motion(const Stretch& now, const CorrectedMotion<Several>& motions,
+                          const Coarse<Several>& over, int k, double share) noexcept {
         const double middle = now.middle(), half = now.half();
-        SinCos<double> angle[joints];
-        for (int j = 0; j < joints; ++j) angle[j] = {found.angle[j].sin[k], found.angle[j].cos[k]};
-        Coarse over;
-        const CorrectedMotion motion =
-            motion_about(arm_, on_, PsiPlane<double>(on_, sin_cos(middle)), angle, gc_, half, over);
-        if (!motion.usable() || !is_alone(arm_.nominal, share, over.theta, over.reach)) return halve(now);
+        if (!motions.usable()[k]) return halve(now);
+        double theta[joints], reach[joints];
+        for (int j = 0; j < joints; ++j) {
+            theta[j] = over.theta[j][k];
+            reach[j] = over.reach[j][k];
+        }
+        if (!is_alone(arm_.nominal, share, theta, reach)) return halve(now);
+        const CorrectedMotion<double> motion(motions, k);
         Sections parts;
         AskedConditions asked;
         part(motion, now.open, -half, half, asked, parts);

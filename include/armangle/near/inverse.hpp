@@ -364,6 +364,39 @@ inline Status newton(const NearArm& arm, const Pose<double>& pose, const PsiPlan
     return solved || near_singular(arm.nominal, angle) ? Status::NEAR_SINGULAR : Status::NO_CONVERGENCE;
 }
 
+/// The same of postures side by side, of those that are wanted; tells which of them it leads to.
+template <int N>
+inline LaneMask<N> newton(const NearArm& arm, const Pose<Lane<N>>& pose, const PsiPlane<Lane<N>>& plane,
+                          const Configuration<Lane<N>>& gc, const LaneMask<N>& wanted,
+                          SinCos<Lane<N>> (&angle)[joints]) noexcept {
+    using T = Lane<N>;
+    auto going = wanted, solved = T(1.0) < T(0.0);
+    T before(infinity);
+    for (int pass = 0;; ++pass) {
+        const SevenEquations<T> now = seven_equations(arm, pose, plane, angle);
+        const T left = now.size();
+        const auto good = left <= T(near_rule::residual);
+        const auto done = (left <= T(near_rule::settled)) | (good & !(left < before));
+        solved = solved | (going & done);
+        going = going & !done & (left < T(infinity));
+        if (pass == near_rule::newton_steps) {
+            solved = solved | (going & good);
+            break;
+        }
+        const Reduced<T> to(now);
+        going = going & to.is_regular();
+        if (!any(going)) break;
+        before = left;
+        T step[joints], longest(0.0);
+        to.solve(now.left, step);
+        for (const T& part : step) longest = max(longest, abs(part));
+        const T most(near_rule::largest_step), scale = select(longest > most, most / longest, T(1.0));
+        for (T& part : step) part = select(going, part * scale, T(0.0));
+        turn_by(step, angle);
+    }
+    return solved & is_of(arm.nominal, plane, gc, angle);
+}
+
 /// Bends the angles of theta_2, theta_4 - delta and theta_6 that are nearer to singular than this on the side
 /// of the branch, to begin again where its postures lie.
 inline void bend_by(double bend, const Arm& arm, const Configuration<double>& gc,

@@ -198,22 +198,22 @@ private:
     }
 
     /// The motion of all postures of a branch, by what deviations can do at most.
-    CorrectedMotion motion_of_all(int gc) const noexcept {
+    CorrectedMotion<double> motion_of_all(int gc) const noexcept {
         Triad<double> on = on_;
         const double shy = tolerance::reach * arm_.reach;  // of a stretched elbow, whose rates are infinite
         on.distance = min(max(on.distance, arm_.inner_reach + shy), arm_.reach - shy);
-        CorrectedMotion out(arm_, flange_pose(arm_, pose_), on, configuration(gc));
+        CorrectedMotion<double> out(arm_, flange_pose(arm_, pose_), on, configuration(gc));
         out.widen_within_reach({near_.wrist_shift + abs(on.distance - on_.distance), near_.turn}, 0.0);
         return out;
     }
 
     /// First bounds of a branch.
     void survey(int gc) noexcept {
-        const CorrectedMotion coarse = motion_of_all(gc);
+        const CorrectedMotion<double> coarse = motion_of_all(gc);
         const double half = pi / near_rule::first_pieces;
         least_[gc] = infinity;
         for (int i = 0; i < near_rule::first_pieces; ++i) {
-            const Coarse c = coarse.over(-pi + half * (2 * i + 1), half);
+            const Coarse<double> c = coarse.over(-pi + half * (2 * i + 1), half);
             piece_least_[gc][i] = bound(c.theta, c.reach);
             least_[gc] = min(least_[gc], piece_least_[gc][i]);
         }
@@ -335,6 +335,15 @@ private:
                                            Several::load(half), hulls);
             for (int k = 0; k < count; ++k) narrow[k] = narrow[k] && proven[k];
         }
+        bool coarse[several], some_coarse = false;
+        for (int k = 0; k < count; ++k) {
+            coarse[k] = !narrow[k] && at[k].found && half[k] <= near_rule::widest_piece;
+            some_coarse |= coarse[k];
+        }
+        Coarse<Several> over;
+        if (some_coarse)
+            over = coarse_about(near_, spread<Several>(on_), plane, found.angle,
+                                spread<Several>(configuration(gc)), Several::load(half));
         const int parts = count + waiting_ < several / 2 ? several : 2, base = waiting_;
         for (int k = 0; k < count; ++k) {
             double least = now[k].least;
@@ -348,10 +357,13 @@ private:
                     offer(gc, middle[k] + way * half[k]);
                     continue;
                 }
-            } else if (at[k].found && half[k] <= near_rule::widest_piece) {
-                const Coarse c = coarse_about(near_, on_, PsiPlane<double>(on_, sin_cos(middle[k])),
-                                              at[k].angle, configuration(gc), half[k]);
-                least = max(least, bound(c.theta, c.reach));
+            } else if (coarse[k]) {
+                double theta[joints], reach[joints];
+                for (int j = 0; j < joints; ++j) {
+                    theta[j] = over.theta[j][k];
+                    reach[j] = over.reach[j][k];
+                }
+                least = max(least, bound(theta, reach));
                 if (dropped(least)) continue;
             }
             if (half[k] <= near_rule::polished || waiting_ + parts > capacity) {
@@ -502,14 +514,14 @@ private:
         out.least = lost_;
         for (int gc = 0; gc < configurations; ++gc) {
             if (doubt_[gc].empty() || dropped(least_[gc])) continue;
-            const CorrectedMotion coarse = motion_of_all(gc);
+            const CorrectedMotion<double> coarse = motion_of_all(gc);
             for (int i = 0; i < doubt_[gc].count; ++i) {
                 const Arc& arc = doubt_[gc].arc[i];
                 const int parts = 1 + static_cast<int>((arc.upper - arc.lower) / near_rule::doubtful);
                 const double half = 0.5 * (arc.upper - arc.lower) / parts;
                 for (int k = 0; k < parts; ++k) {
                     const double psi = arc.lower + half * (2 * k + 1);
-                    const Coarse c = coarse.over(psi, half);
+                    const Coarse<double> c = coarse.over(psi, half);
                     const double least = bound(c.theta, c.reach);
                     if (!dropped(least)) out.add({psi, least, gc});
                 }

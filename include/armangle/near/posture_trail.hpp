@@ -28,39 +28,61 @@ public:
     Found<Several> find(const double (&psi)[N], int count, const PsiPlane<Several>& plane,
                         bool (&is_found)[N]) noexcept {
         Found<Several> out = find_posture(arm_, spread<Several>(pose_), plane, spread<Several>(gc_));
-        for (int k = 0; k < N; ++k) is_found[k] = k < count && out.left[k] <= near_rule::settled;
-        for (int k = 0; k < count; ++k)
-            if (!is_found[k]) is_found[k] = follow(psi, k, is_found, out);
+        bool some_missing = false;
+        for (int k = 0; k < N; ++k) {
+            is_found[k] = k < count && out.left[k] <= near_rule::settled;
+            some_missing |= k < count && !is_found[k];
+        }
+        if (some_missing) follow(psi, count, plane, is_found, out);
         for (int k = 0; k < count; ++k)
             if (is_found[k]) remember(psi[k], k, out);
         return out;
     }
 
 private:
-    /// The posture of lane k from that of the nearest psi that has one; false where it does not lead there.
-    bool follow(const double (&psi)[N], int k, const bool (&is_found)[N], Found<Several>& found) noexcept {
-        int from = -1;
-        double way = begun_ ? abs(psi[k] - last_psi_) : infinity;
-        for (int i = 0; i < N; ++i) {
-            if (!(is_found[i] && abs(psi[k] - psi[i]) < way)) continue;
-            from = i;
-            way = abs(psi[k] - psi[i]);
-        }
-        const PsiPlane<double> plane(on_, sin_cos(psi[k]));
-        SinCos<double> angle[joints];
-        if (!(way < infinity)) {
-            if (hard_++ >= near_rule::hard) return false;
-            if (solve_angles(arm_, pose_, plane, gc_, angle) != Status::OK) return false;
-        } else {
-            if (lost_ >= near_rule::lost) return false;
-            for (int j = 0; j < joints; ++j)
-                angle[j] =
-                    from < 0 ? last_[j] : SinCos<double>{found.angle[j].sin[from], found.angle[j].cos[from]};
-            if (newton(arm_, pose_, plane, gc_, angle) != Status::OK) {
-                ++lost_;
-                return false;
+    /// The postures that are missing, each from that of the nearest psi that has one.
+    void follow(const double (&psi)[N], int count, const PsiPlane<Several>& plane, bool (&is_found)[N],
+                Found<Several>& found) noexcept {
+        bool none = !begun_;
+        for (int k = 0; k < count; ++k) none = none && !is_found[k];
+        for (int k = 0; k < count && none; ++k) none = !(is_found[k] = first(psi[k], k, found));
+        if (none) return;
+        SinCos<Several> angle[joints];
+        for (int j = 0; j < joints; ++j) angle[j] = found.angle[j];
+        double wanted[N] = {};
+        for (int k = 0; k < count; ++k) {
+            if (is_found[k] || lost_ >= near_rule::lost) continue;
+            wanted[k] = 1.0;
+            int from = -1;
+            double way = begun_ ? abs(psi[k] - last_psi_) : infinity;
+            for (int i = 0; i < count; ++i) {
+                if (!(is_found[i] && abs(psi[k] - psi[i]) < way)) continue;
+                from = i;
+                way = abs(psi[k] - psi[i]);
+            }
+            for (int j = 0; j < joints; ++j) {
+                angle[j].sin.set(k, from < 0 ? last_[j].sin : found.angle[j].sin[from]);
+                angle[j].cos.set(k, from < 0 ? last_[j].cos : found.angle[j].cos[from]);
             }
         }
+        const auto asked = Several(0.0) < Several::load(wanted);
+        const auto there = newton(arm_, spread<Several>(pose_), plane, spread<Several>(gc_), asked, angle);
+        for (int k = 0; k < count; ++k) {
+            if (!asked[k]) continue;
+            is_found[k] = there[k];
+            lost_ += !there[k];
+            for (int j = 0; j < joints; ++j) {
+                found.angle[j].sin.set(k, angle[j].sin[k]);
+                found.angle[j].cos.set(k, angle[j].cos[k]);
+            }
+        }
+    }
+
+    /// A first posture, by a long search.
+    bool first(double psi, int k, Found<Several>& found) noexcept {
+        if (hard_++ >= near_rule::hard) return false;
+        SinCos<double> angle[joints];
+        if (solve_angles(arm_, pose_, {on_, sin_cos(psi)}, gc_, angle) != Status::OK) return false;
         for (int j = 0; j < joints; ++j) {
             found.angle[j].sin.set(k, angle[j].sin);
             found.angle[j].cos.set(k, angle[j].cos);
