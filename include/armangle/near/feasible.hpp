@@ -711,7 +711,7 @@ private:
         }
         if (!some_by_motion) {
             for (int k = count - 1; k >= 0; --k)
-                if (!is_found[k]) halve(now[k]);
+                if (!is_settled[k] && !is_found[k]) halve(now[k]);
             return;
         }
         Coarse<Several> over;

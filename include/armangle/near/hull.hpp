@@ -4,10 +4,10 @@
 // for as theta_c + u t + rho with u = dtheta/dpsi at t = 0. With C the inverse Jacobian there, one Newton
 // step takes the box |rho_i| <= r_i into itself where
 //     e + G r < r,   e_i >= |C F(theta_c + u t, t)|_i,   G_ik >= |1 - C J|_ik over |t| <= h and the box,
-// so that for every t one posture lies in it, and no other (Krawczyk). G follows from the
-// first and second derivatives at the centre, e from the third too, all cross products of the axes; and both
-// from bounds of the next: those of turns are 1, those of the wrist the length of links that turn. What C
-// lacks of an inverse is in G as well. Hulls side by side are lanes of T. Source: R.
+// so that for every t one posture lies in it, and no other (Krawczyk). G follows from two
+// derivatives of J at the centre, e from four of F, all cross products of the axes; and both from bounds of
+// the next: those of turns are 1, those of the wrist the length of links that turn. What C lacks of an
+// inverse is in G as well. Hulls side by side are lanes of T. Source: R.
 // E. Moore, Interval Analysis (1966); A. Neumaier, Interval Methods (1990), chapter 5. Rounding is not in the
 // bounds: near_rule::rounding stands for it.
 #pragma once
@@ -49,7 +49,7 @@ inline Hull<double> lane(const Hull<Lane<N>>& hulls, int k) noexcept {
 
 namespace detail {
 
-/// What a hull is proven from: all derivatives at its centre.
+/// What a hull is proven from: all derivatives at its centre, along u.
 template <class T>
 struct HullCentre {
     using Row = typename SevenEquations<T>::Row;
@@ -60,37 +60,41 @@ struct HullCentre {
     InverseSlope<T> back;
     T u[joints];
     T turning;                  // along . z_3: minus dF/dpsi
-    T along_rate;               // its rate along u
-    T curved[joints];           // |C D2F[u, u]|
-    T sheared[joints][joints];  // |C D2F[u, e_k]|
+    T along_rate;               // its rate
+    T curved[joints];           // |C F_2|, the second derivative of F
+    T jerked[joints];           // |C F_3|, the third derivative
+    T snapped[joints];          // |C F_4|
+    T curvature, jerk, snap;    // of F_2, F_3, F_4: wrist and turn
+    T sheared[joints][joints];  // |C J_1|
+    T twisted[joints][joints];  // |C J_2|
     T lacking[joints][joints];  // |1 - C J|
-    T curvature;                // |D2F[u, u]|, wrist and turn
-    T jerked[joints];           // |C D3F[u, u, u]|
-    T jerk;                     // |D3F[u, u, u]|, wrist and turn
     Sizes row[joints];          // sizes of the rows of C
 };
 
-/// How a frame turns while the joints before it turn at constant rates: its velocity and two derivatives.
+/// How a frame turns while the joints before it turn at constant rates: its velocity and three derivatives.
 template <class T>
 struct Spin {
-    Vec3<T> velocity, acceleration, jerk;
+    Vec3<T> velocity, acceleration, jerk, snap;
+
+    /// A vector of the frame and its derivatives.
+    struct Moving {
+        Vec3<T> first, second, third;
+    };
+    ARMANGLE_INLINE Moving of(const Vec3<T>& v) const noexcept {
+        const Vec3<T> a = cross(velocity, v), b = cross(acceleration, v) + cross(velocity, a);
+        return {a, b, cross(jerk, v) + cross(acceleration, a) * T(2.0) + cross(velocity, b)};
+    }
+    ARMANGLE_INLINE Vec3<T> fourth(const Vec3<T>& v, const Moving& m) const noexcept {
+        return cross(snap, v) + (cross(jerk, m.first) + cross(acceleration, m.second)) * T(3.0) +
+               cross(velocity, m.third);
+    }
 
     /// One more joint, whose axis turns with the frame before it.
-    ARMANGLE_INLINE void add(const Vec3<T>& axis, const T& rate) noexcept {
-        const Vec3<T> swept = cross(velocity, axis);
-        jerk = jerk + (cross(acceleration, axis) + cross(velocity, swept)) * rate;
-        acceleration = acceleration + swept * rate;
+    ARMANGLE_INLINE void add(const Vec3<T>& axis, const Moving& m, const T& rate) noexcept {
         velocity = velocity + axis * rate;
-    }
-    /// First three derivatives of a vector of the frame.
-    ARMANGLE_INLINE Vec3<T> first(const Vec3<T>& v) const noexcept { return cross(velocity, v); }
-    ARMANGLE_INLINE Vec3<T> second(const Vec3<T>& v) const noexcept {
-        return cross(acceleration, v) + cross(velocity, first(v));
-    }
-    ARMANGLE_INLINE Vec3<T> third(const Vec3<T>& v) const noexcept {
-        const Vec3<T> moved = first(v);
-        return cross(jerk, v) + cross(acceleration, moved) * T(2.0) +
-               cross(velocity, cross(acceleration, v)) + cross(velocity, cross(velocity, moved));
+        acceleration = acceleration + m.first * rate;
+        jerk = jerk + m.second * rate;
+        snap = snap + m.third * rate;
     }
 };
 
@@ -100,94 +104,89 @@ ARMANGLE_INLINE Vec3<T> no_vector() noexcept {
     return {T(0.0), T(0.0), T(0.0)};
 }
 
-/// D3F[u, u, u]: at constant rates u of the joints and of psi. The tip does not turn at first order, so that
-/// its turn is the jerk alone.
+/// At constant rates u of the joints and of psi. Where the posture is singular nothing of it is a number.
 template <class T>
-ARMANGLE_INLINE typename SevenEquations<T>::Row third_along(const NearArm& arm, const PsiPlane<T>& plane,
-                                                            const SinCos<T>* angle,
-                                                            const Vec3<T> (&nominal_axis)[3],
-                                                            const T (&u)[joints]) noexcept {
+ARMANGLE_INLINE void hull_centre(const NearArm& arm, const Pose<T>& pose, const PsiPlane<T>& plane,
+                                 const SinCos<T>* angle, HullCentre<T>& out) noexcept {
+    using Row = typename SevenEquations<T>::Row;
+    using Moving = typename Spin<T>::Moving;
+    const T zero(0.0), two(2.0), per_reach(1.0 / arm.nominal.reach);
+    out.f = seven_equations(arm, pose, plane, angle);
+    out.back = inverse_slope(out.f, Reduced<T>(out.f));
+    const Vec3<T> none = no_vector<T>(), z = elbow_axis(angle), &along = plane.along, &across = plane.across;
+    out.turning = dot(along, z);
+    for (int i = 0; i < joints; ++i) {
+        out.u[i] = out.back.row[i].psi * out.turning;
+        out.row[i] = {norm(out.back.row[i].wrist), norm(out.back.row[i].turn), abs(out.back.row[i].psi)};
+    }
     Vec3<T> axis[joints], origin[joints + 1];
     const Vec3<T> in_tip = spread<T>(arm.wrist);
     walk_links(arm, angle, [&](int k, const Pose<T>& at) noexcept {
         if (k < joints) axis[k] = at.rotation.z;
         origin[k] = k < joints ? at.position : at.rotation * in_tip + at.position;
     });
-    const Vec3<T> none = no_vector<T>();
-    Spin<T> spin{none, none, none}, elbow{none, none, none};
-    typename SevenEquations<T>::Row out{none, none, T(0.0)};
+    Spin<T> spin{none, none, none, none}, elbow = spin;
+    Moving of_axis[joints], of_link[joints];
+    Row third{none, none, zero}, fourth = third;
     for (int k = 0; k < joints; ++k) {
-        spin.add(axis[k], u[k]);
-        out.wrist = out.wrist + spin.third(origin[k + 1] - origin[k]);
-        if (k < 3) elbow.add(nominal_axis[k], u[k]);
+        of_axis[k] = spin.of(axis[k]);
+        spin.add(axis[k], of_axis[k], out.u[k]);
+        const Vec3<T> link = (origin[k + 1] - origin[k]) * per_reach;
+        of_link[k] = spin.of(link);
+        third.wrist = third.wrist + of_link[k].third;
+        fourth.wrist = fourth.wrist + spin.fourth(link, of_link[k]);
     }
-    out.wrist = out.wrist * T(1.0 / arm.nominal.reach);
-    out.turn = spin.jerk;
-    const Vec3<T> z = elbow_axis(angle);
-    out.psi = dot(plane.along, z - elbow.second(z) * T(3.0)) +
-              dot(plane.across, elbow.third(z) - elbow.first(z) * T(3.0));
-    return out;
-}
-
-/// Where the posture is singular nothing of it is a number.
-template <class T>
-ARMANGLE_INLINE void hull_centre(const NearArm& arm, const Pose<T>& pose, const PsiPlane<T>& plane,
-                                 const SinCos<T>* angle, HullCentre<T>& out) noexcept {
-    using Row = typename SevenEquations<T>::Row;
-    const T zero(0.0);
-    out.f = seven_equations(arm, pose, plane, angle);
-    out.back = inverse_slope(out.f, Reduced<T>(out.f));
-    const Vec3<T> z_3 = elbow_axis(angle), nominal_axis[3] = {{zero, zero, T(1.0)},
-                                                              {-angle[0].sin, angle[0].cos, zero},
-                                                              {angle[0].cos * angle[1].sin,
-                                                               angle[0].sin * angle[1].sin, angle[1].cos}};
-    out.turning = dot(plane.along, z_3);
-    for (int i = 0; i < joints; ++i) {
-        out.u[i] = out.back.row[i].psi * out.turning;
-        out.row[i] = {norm(out.back.row[i].wrist), norm(out.back.row[i].turn), abs(out.back.row[i].psi)};
+    // the plane: across turns to -along, along to across
+    const Vec3<T> nominal_axis[3] = {{zero, zero, T(1.0)},
+                                     {-angle[0].sin, angle[0].cos, zero},
+                                     {angle[0].cos * angle[1].sin, angle[0].sin * angle[1].sin, angle[1].cos}};
+    Moving of_nominal[3];
+    for (int k = 0; k < 3; ++k) {
+        of_nominal[k] = elbow.of(nominal_axis[k]);
+        elbow.add(nominal_axis[k], of_nominal[k], out.u[k]);
     }
-    const auto& c = out.f.column;
-    Vec3<T> turn_before = no_vector<T>(), all_moves = no_vector<T>(), elbow_before = no_vector<T>(),
-            elbow_rate = no_vector<T>();
-    for (int k = 0; k < joints; ++k) all_moves = all_moves + c[k].wrist * out.u[k];
-    for (int k = 0; k < 3; ++k) elbow_rate = elbow_rate + cross(nominal_axis[k], z_3) * out.u[k];
-    out.along_rate = dot(plane.across, z_3) + dot(plane.along, elbow_rate);
-    Vec3<T> moves = all_moves, elbow_moves = elbow_rate;
-    Row along_u{no_vector<T>(), no_vector<T>(), zero};  // D2F[u, u]
-    for (int k = 0; k < joints; ++k) {
-        const Vec3<T>& axis = c[k].turn;
-        const Vec3<T> turn_through = turn_before + axis * out.u[k];
-        moves = moves - c[k].wrist * out.u[k];  // of the joints behind k
-        Row x;                                  // D2F[u, e_k]
-        x.turn = cross(turn_before, axis);
-        x.wrist = cross(turn_through, c[k].wrist) + cross(axis, moves);
-        x.psi = zero;
+    const Moving of_z = elbow.of(z);
+    out.along_rate = dot(across, z) + dot(along, of_z.first);
+    Vec3<T> ahead = none, ahead_1 = none, ahead_2 = none;  // from a joint to the wrist, and its derivatives
+    for (int k = joints - 1; k >= 0; --k) {
+        ahead = ahead + (origin[k + 1] - origin[k]) * per_reach;
+        ahead_1 = ahead_1 + of_link[k].first;
+        ahead_2 = ahead_2 + of_link[k].second;
+        const Vec3<T>&a = axis[k], &a_1 = of_axis[k].first, &a_2 = of_axis[k].second;
+        Row once{cross(a_1, ahead) + cross(a, ahead_1), a_1, zero},  // of column k
+            twice{cross(a_2, ahead) + cross(a_1, ahead_1) * two + cross(a, ahead_2), a_2, zero};
         if (k < 3) {
-            const Vec3<T> moved = cross(nominal_axis[k], z_3);
-            const Vec3<T> elbow_through = elbow_before + nominal_axis[k] * out.u[k];
-            elbow_moves = elbow_moves - moved * out.u[k];
-            x.psi = dot(plane.across, cross(elbow_through, moved) + cross(nominal_axis[k], elbow_moves)) -
-                    dot(plane.along, moved);
-            elbow_before = elbow_through;
+            const Vec3<T>&n = nominal_axis[k], &n_1 = of_nominal[k].first, &n_2 = of_nominal[k].second;
+            const Vec3<T> v = cross(n, z), v_1 = cross(n_1, z) + cross(n, of_z.first),
+                          v_2 = cross(n_2, z) + cross(n_1, of_z.first) * two + cross(n, of_z.second);
+            once.psi = dot(across, v_1) - dot(along, v);
+            twice.psi = dot(across, v_2 - v) - two * dot(along, v_1);
         }
         for (int i = 0; i < joints; ++i) {
-            out.sheared[i][k] = abs(out.back.times(i, x));
-            out.lacking[i][k] = abs(out.back.times(i, c[k]) - T(i == k ? 1.0 : 0.0));
+            out.sheared[i][k] = abs(out.back.times(i, once));
+            out.twisted[i][k] = abs(out.back.times(i, twice));
+            out.lacking[i][k] = abs(out.back.times(i, out.f.column[k]) - T(i == k ? 1.0 : 0.0));
         }
-        along_u.wrist = along_u.wrist + x.wrist * out.u[k];
-        along_u.turn = along_u.turn + x.turn * out.u[k];
-        along_u.psi = along_u.psi + x.psi * out.u[k];
-        turn_before = turn_through;
     }
-    along_u.psi = along_u.psi - dot(plane.along, elbow_rate) - dot(plane.across, z_3);  // D2F[u, e_psi]
-    for (int i = 0; i < joints; ++i) out.curved[i] = abs(out.back.times(i, along_u));
-    out.curvature = max(norm(along_u.wrist), norm(along_u.turn));
-    const Row third = third_along(arm, plane, angle, nominal_axis, out.u);
-    for (int i = 0; i < joints; ++i) out.jerked[i] = abs(out.back.times(i, third));
+    // the hand does not turn at first order, so that its turn is that of the spin alone
+    const Row second{ahead_2, spin.acceleration,
+                     dot(across, of_z.second - z) - two * dot(along, of_z.first)};
+    third.turn = spin.jerk;
+    third.psi = dot(along, z - of_z.second * T(3.0)) + dot(across, of_z.third - of_z.first * T(3.0));
+    fourth.turn = spin.snap;
+    fourth.psi = dot(across, z - of_z.second * T(6.0) + elbow.fourth(z, of_z)) +
+                 dot(along, of_z.first - of_z.third) * T(4.0);
+    for (int i = 0; i < joints; ++i) {
+        out.curved[i] = abs(out.back.times(i, second));
+        out.jerked[i] = abs(out.back.times(i, third));
+        out.snapped[i] = abs(out.back.times(i, fourth));
+    }
+    out.curvature = max(norm(second.wrist), norm(second.turn));
     out.jerk = max(norm(third.wrist), norm(third.turn));
+    out.snap = max(norm(fourth.wrist), norm(fourth.turn));
 }
 
-/// Bounds of the second-order rest of the Jacobian's columns over a stretch and a box.
+/// Bounds of the third-order rest of the Jacobian's columns over a stretch and a box.
 template <class T>
 struct ColumnRest {
     T wrist[joints], turn[joints], psi;
@@ -197,30 +196,34 @@ struct ColumnRest {
 template <class T>
 ARMANGLE_INLINE ColumnRest<T> column_rest(const NearArm& arm, const HullCentre<T>& at, const T& half,
                                           const T (&radius)[joints]) noexcept {
-    const double per_reach = 1.0 / arm.nominal.reach, lever = arm.ahead[0] * per_reach;
+    const double per_reach = 1.0 / arm.nominal.reach;
     T move[joints], all(0.0), box(0.0);
     for (int j = 0; j < joints; ++j) {
-        move[j] = half * abs(at.u[j]) + radius[j];
+        move[j] = half * abs(at.u[j]);
         all = all + move[j];
         box = box + radius[j];
     }
-    const T most_lever(max(1.0, lever)), square = all * all,
-                                         fourth = square * square * T(1.0 / 24.0) * most_lever;
-    const T still = half * half * (T(0.5) * at.curvature + half * T(1.0 / 6.0) * at.jerk) + fourth +
-                    box * most_lever + taxi_length(at.f.left.wrist) +
-                    taxi_length(at.f.left.turn);  // of pose and wrist
+    const T most_lever(max(1.0, arm.ahead[0] * per_reach)), square = all * all, sixth(1.0 / 6.0),
+        way = half * half;
+    // how far pose and wrist may be from those at the middle: at second order, and behind it
+    const T near = T(0.5) * way * at.curvature,
+            off = way * (half * sixth * at.jerk + way * T(1.0 / 24.0) * at.snap) +
+                  square * square * all * T(1.0 / 120.0) * most_lever;
+    const T still = near + off + box * most_lever + taxi_length(at.f.left.wrist) +
+                    taxi_length(at.f.left.turn);
     ColumnRest<T> out;
     T before(0.0), behind = all;
     for (int k = 0; k < joints; ++k) {
         behind = behind - move[k];
         const T ahead(arm.ahead[k] * per_reach), whole((arm.ahead[0] + arm.behind[k]) * per_reach);
-        const T by_before = T(0.5) * before * before, by_behind = T(0.5) * behind * behind + still;
+        const T by_before = sixth * before * before * before,
+                by_behind = sixth * behind * behind * behind + off + near * behind;
         out.turn[k] = min(by_before, by_behind) + still + box;
-        out.wrist[k] = min(by_before * whole + still, by_behind * ahead) + box * ahead;
+        out.wrist[k] = min(by_before * whole + off + near * before, by_behind * ahead) + box * ahead;
         before = before + move[k];
     }
     const T elbow = half + move[0] + move[1] + move[2];
-    out.psi = T(0.5) * elbow * elbow + box;
+    out.psi = sixth * elbow * elbow * elbow + box;
     return out;
 }
 
@@ -229,10 +232,11 @@ template <class T>
 ARMANGLE_INLINE void contraction(const NearArm& arm, const HullCentre<T>& at, const T& half,
                                  const T (&radius)[joints], T (&G)[joints][joints]) noexcept {
     const ColumnRest<T> rest = column_rest(arm, at, half, radius);
+    const T square = T(0.5) * half * half;
     for (int i = 0; i < joints; ++i)
         for (int k = 0; k < joints; ++k) {
-            G[i][k] = half * at.sheared[i][k] + at.lacking[i][k] + at.row[i].wrist * rest.wrist[k] +
-                      at.row[i].turn * rest.turn[k];
+            G[i][k] = half * at.sheared[i][k] + square * at.twisted[i][k] + at.lacking[i][k] +
+                      at.row[i].wrist * rest.wrist[k] + at.row[i].turn * rest.turn[k];
             if (k < 3) G[i][k] = G[i][k] + at.row[i].psi * rest.psi;
         }
 }
@@ -257,12 +261,14 @@ inline auto prove_hull(const NearArm& arm, const Pose<T>& pose, const detail::Ps
     const double lever = arm.ahead[0] / arm.nominal.reach;
     T steps(1.0), defect[joints], G[joints][joints];
     for (const T& rate : at.u) steps = steps + abs(rate);
-    const T way = half * steps, square = way * way, fourth = square * square * T(1.0 / 24.0);
+    const T way = half * steps, square = way * way, fifth = square * square * way * T(1.0 / 120.0);
     for (int i = 0; i < joints; ++i) {
         const T size = at.row[i].wrist * T(lever) + at.row[i].turn + at.row[i].psi;
         defect[i] = abs(at.back.times(i, at.f.left)) +
-                    half * half * (T(0.5) * at.curved[i] + half * T(1.0 / 6.0) * at.jerked[i]) +
-                    size * fourth + T(near_rule::rounding);
+                    half * half *
+                        (T(0.5) * at.curved[i] +
+                         half * (T(1.0 / 6.0) * at.jerked[i] + half * T(1.0 / 24.0) * at.snapped[i])) +
+                    size * fifth + T(near_rule::rounding);
         out.radius[i] = T(near_rule::grown) * defect[i];
     }
     auto proven = T(1.0) < T(0.0);
