@@ -30,6 +30,7 @@ inline constexpr int rounds = 3;                                 // over what is
 inline constexpr double narrowest[rounds] = {5e-3, 1e-3, 1e-4};  // rad: half width that is left to the next
 inline constexpr double shrunk = 0.7;  // of a stretch: what is open then is worth another look as it is
 inline constexpr int looks[rounds] = {800, 1000, 1200};  // of one pose and branch, all rounds together
+inline constexpr double beside = 2.0;     // half widths: what lies that near to a stretch is its neighbour
 inline constexpr double given_up = 1e-2;  // rad: half width of a stretch that has two postures of a psi
 inline constexpr int depth = 24;          // looks within looks; narrowest is reached before
 inline constexpr int root_steps = 8;
@@ -702,6 +703,7 @@ private:
                 by_hull[k] = k < count && is_found[k] && half[k] <= near_rule::widest_hull && proven[k];
             settle_by_hulls(now, by_hull, hull, found, share, is_settled);
         }
+        give_up_deep(middle, half, now, count, is_found, share, is_settled);
         bool by_motion[several] = {}, some_by_motion = false;
         for (int k = 0; k < count; ++k) {
             const bool second = !(share[k] < near_rule::alone) && half[k] < near_rule::given_up;
@@ -723,6 +725,26 @@ private:
                 halve(now[k]);
             else if (by_motion[k])
                 settle_by_motion(now[k], motions, over, k, share[k]);
+        }
+    }
+
+    /// Gives up stretches deep in a band: there is no posture, or a second one, and so it is beside them.
+    void give_up_deep(const double (&middle)[several], const double (&half)[several], const Stretch* now,
+                      int count, const bool (&is_found)[several], const Several& share,
+                      bool (&is_settled)[several]) noexcept {
+        bool hopeless[several] = {};
+        for (int k = 0; k < count; ++k)
+            hopeless[k] = !is_settled[k] && (!is_found[k] || !(share[k] < near_rule::alone));
+        for (int k = 0; k < count; ++k) {
+            bool deep = hopeless[k] && half[k] <= near_rule::widest_hull, some_beside = false;
+            for (int i = 0; i < count && deep; ++i) {
+                if (i == k || abs(middle[i] - middle[k]) > near_rule::beside * (half[i] + half[k])) continue;
+                some_beside = true;
+                deep = hopeless[i];
+            }
+            if (!deep || !some_beside) continue;
+            is_settled[k] = true;
+            give_up(now[k]);
         }
     }
 
