@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.calibrated import ARMS, postures
+from support.calibrated import ARMS, off_singular, postures
 from support.draw import count, generator
 from support.near_law import Case, Verdict, cases, judge
 
@@ -47,14 +47,32 @@ def test_a_psi_with_two_postures_of_one_branch_is_left_out(seed: int, name: str)
     assert left > 0
 
 
-def test_the_inverse_leads_into_the_last_of_an_arc_beside_a_singularity() -> None:
-    """Found by the law: up to where two branches meet the arc is right, and bends led past its posture."""
+@pytest.mark.parametrize(
+    ("seed", "name"),
+    [(3, "rainbow_rby1_leader_right"), (90007, "iit_icub_left"), (90026, "realman_rm75_b")],
+)
+def test_the_inverse_leads_all_over_an_arc_beside_a_singularity(seed: int, name: str) -> None:
+    """Found by the law: the arc is right, and neither bends nor psi nearby led to its posture."""
     tried = 0
-    for case in cases(3, 44):
-        if not case.name.startswith("rainbow_rby1_leader_right"):
+    for case in cases(seed, 44):
+        if not case.name.startswith(name):
             continue
         for lower, upper in case.arm.feasible(case.pose, case.gc).intervals:
             psi = np.linspace(lower, upper, 500)[1:-1]
             assert np.isfinite(case.arm.inverse(case.pose, psi, case.gc, unreachable="nan")).all()
             tried += 1
     assert tried
+
+
+def test_circles_off_the_singular_are_proven_all_round() -> None:
+    """What is left out lies beside a singularity, where two branches meet."""
+    arm, psi, off = ARMS["kuka_iiwa7_r800 1.0 mm"], np.linspace(-np.pi, np.pi, 100), 0
+    poses, _, branch = arm.forward(postures(arm, 300, 85))
+    left = np.asarray(arm.feasible(poses, branch).unproven)
+    assert left.mean() < 0.01 * 2 * np.pi
+    for pose, gc, lost in zip(poses, branch, left, strict=True):
+        q = arm.inverse(pose, psi, gc, unreachable="nan")
+        if np.isfinite(q).all() and off_singular(arm, q, 0.1).all():
+            assert lost == 0.0
+            off += 1
+    assert off > 100

@@ -185,7 +185,7 @@ public:
         };
         const auto sweep = [&](const Harmonic<double>& h) {
             const Several moving = mul_add(Several(h.s), at.sin, Several(h.c) * at.cos), a = abs(moving),
-                    b = abs(Several(h.s) * at.cos - Several(h.c) * at.sin);
+                          b = abs(Several(h.s) * at.cos - Several(h.c) * at.sin);
             return Sweep{moving + Several(h.k), b * by.sin + a * (one - by.cos), b + a * by.sin};
         };
         Several speed[joints], per_length[4];
@@ -205,7 +205,8 @@ public:
                 hypot(speed[4 * h], sweep(f_.hinge[h].H).speed +
                                         Several(2.0 * slack * ((h == 0 ? shoulder_ : wrist_) + psi_shift_)));
         const auto kept = [&](const Pace<Several>& x) {
-            const Several shoulder = Several(shoulder_rate_) * x.wrist, wrist = Several(wrist_rate_) * x.wrist + x.turn;
+            const Several shoulder = Several(shoulder_rate_) * x.wrist,
+                          wrist = Several(wrist_rate_) * x.wrist + x.turn;
             const auto pivot = [&](int p) {
                 return (speed[2 * p] + (p < 2 ? shoulder : wrist)) * per_length[p];
             };
@@ -222,11 +223,12 @@ public:
                 sum.wrist = mul_add(turn[k], Several(near.swing[k]), sum.wrist);
                 sum.turn = mul_add(turn[k], Several(near.deviation[k].rotation), sum.turn);
             }
-            return Pace<Several>{sum.wrist * Several(slack / (1.0 - min(near.turn, 0.5))), sum.turn * Several(slack)};
+            return Pace<Several>{sum.wrist * Several(slack / (1.0 - min(near.turn, 0.5))),
+                                 sum.turn * Several(slack)};
         };
         // kept() is affine and rises: what it does not raise it bounds
         const Pace<Several> still = kept({zero, zero}),
-                      supposed{still.wrist + still.wrist, still.turn + still.turn};
+                            supposed{still.wrist + still.wrist, still.turn + still.turn};
         out = kept(supposed);
         return known & (out.wrist <= supposed.wrist) & (out.turn <= supposed.turn);
     }
@@ -395,8 +397,9 @@ private:
 };
 
 namespace near_rule {
-inline constexpr int balls = 6;             // tried over a cell
-// of a nominal frame over the half width of a cell, supposed at first: a small ball grows to what keeps itself
+inline constexpr int balls = 6;  // tried over a cell
+// of a nominal frame over the half width of a cell, supposed at first: a small ball grows to what keeps
+// itself
 inline constexpr double first_turn = 1.5;
 }  // namespace near_rule
 

@@ -477,8 +477,8 @@ private:
 
     /// Cuts sections at their ends: of each function one, where it is proven to rise or fall all over the
     /// section. The true function is that of the motion's centre, and what X adds to it changes slowly.
-    void settle_crossings(const CorrectedMotion<double>& all, const Sections& parts, const int* pending, int sections,
-                          const Crossing* crossing, int count) noexcept {
+    void settle_crossings(const CorrectedMotion<double>& all, const Sections& parts, const int* pending,
+                          int sections, const Crossing* crossing, int count) noexcept {
         double s[several], c[several], k[several], target[several], section_lower[several],
             section_upper[several];
         int joint[several];
@@ -717,8 +717,8 @@ private:
             return;
         }
         Coarse<Several> over;
-        const CorrectedMotion<Several> motions =
-            motion_about(arm_, spread<Several>(on_), plane, found.angle, spread<Several>(gc_), Several::load(half), over);
+        const CorrectedMotion<Several> motions = motion_about(
+            arm_, spread<Several>(on_), plane, found.angle, spread<Several>(gc_), Several::load(half), over);
         for (int k = count - 1; k >= 0; --k) {
             if (is_settled[k]) continue;
             if (!is_found[k])

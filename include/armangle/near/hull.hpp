@@ -137,9 +137,10 @@ ARMANGLE_INLINE void hull_centre(const NearArm& arm, const Pose<T>& pose, const 
         fourth.wrist = fourth.wrist + spin.fourth(link, of_link[k]);
     }
     // the plane: across turns to -along, along to across
-    const Vec3<T> nominal_axis[3] = {{zero, zero, T(1.0)},
-                                     {-angle[0].sin, angle[0].cos, zero},
-                                     {angle[0].cos * angle[1].sin, angle[0].sin * angle[1].sin, angle[1].cos}};
+    const Vec3<T> nominal_axis[3] = {
+        {zero, zero, T(1.0)},
+        {-angle[0].sin, angle[0].cos, zero},
+        {angle[0].cos * angle[1].sin, angle[0].sin * angle[1].sin, angle[1].cos}};
     Moving of_nominal[3];
     for (int k = 0; k < 3; ++k) {
         of_nominal[k] = elbow.of(nominal_axis[k]);
@@ -169,8 +170,7 @@ ARMANGLE_INLINE void hull_centre(const NearArm& arm, const Pose<T>& pose, const 
         }
     }
     // the hand does not turn at first order, so that its turn is that of the spin alone
-    const Row second{ahead_2, spin.acceleration,
-                     dot(across, of_z.second - z) - two * dot(along, of_z.first)};
+    const Row second{ahead_2, spin.acceleration, dot(across, of_z.second - z) - two * dot(along, of_z.first)};
     third.turn = spin.jerk;
     third.psi = dot(along, z - of_z.second * T(3.0)) + dot(across, of_z.third - of_z.first * T(3.0));
     fourth.turn = spin.snap;
@@ -204,13 +204,13 @@ ARMANGLE_INLINE ColumnRest<T> column_rest(const NearArm& arm, const HullCentre<T
         box = box + radius[j];
     }
     const T most_lever(max(1.0, arm.ahead[0] * per_reach)), square = all * all, sixth(1.0 / 6.0),
-        way = half * half;
+                                                            way = half * half;
     // how far pose and wrist may be from those at the middle: at second order, and behind it
     const T near = T(0.5) * way * at.curvature,
             off = way * (half * sixth * at.jerk + way * T(1.0 / 24.0) * at.snap) +
                   square * square * all * T(1.0 / 120.0) * most_lever;
-    const T still = near + off + box * most_lever + taxi_length(at.f.left.wrist) +
-                    taxi_length(at.f.left.turn);
+    const T still =
+        near + off + box * most_lever + taxi_length(at.f.left.wrist) + taxi_length(at.f.left.turn);
     ColumnRest<T> out;
     T before(0.0), behind = all;
     for (int k = 0; k < joints; ++k) {

@@ -21,6 +21,9 @@ inline constexpr int bends = 4;                                  // tried where 
 inline constexpr double bend[bends] = {0.01, 0.03, 0.1, 0.003};  // rad
 inline constexpr double aside[] = {0.02, -0.02};                 // rad of psi: and then from beside
 inline constexpr int walk = 4;                                   // steps back from there
+inline constexpr int far = 8;                                    // and at last from all round the circle
+inline constexpr double far_off[far] = {0.06, -0.06, 0.2, -0.2, 0.6, -0.6, 1.5, -1.5};  // rad of psi
+inline constexpr double stride = 0.05;                                                  // rad: a step back
 inline constexpr double settled = 2e-14;     // of what is left (ratio): another step would change rounding
 inline constexpr double residual = 1e-12;    // largest that is taken for an answer (ratio; m of a metre)
 inline constexpr double largest_step = 0.5;  // rad, of Newton
@@ -399,15 +402,16 @@ inline LaneMask<N> newton(const NearArm& arm, const Pose<Lane<N>>& pose, const P
 
 /// Bends the angles of theta_2, theta_4 - delta and theta_6 that are nearer to singular than this on the side
 /// of the branch, to begin again where its postures lie.
-inline void bend_by(double bend, const Arm& arm, const Configuration<double>& gc,
-                    SinCos<double> (&angle)[joints]) noexcept {
+template <class T>
+ARMANGLE_INLINE void bend_by(double bend, const Arm& arm, const Configuration<T>& gc,
+                             SinCos<T> (&angle)[joints]) noexcept {
     const SinCos<double> by = sin_cos(bend);
-    const auto bent = [&](SinCos<double>& at, const SinCos<double>& zero, double side) {
-        const double sine = at.sin * zero.cos - at.cos * zero.sin,
-                     cosine = at.cos * zero.cos + at.sin * zero.sin;
-        if (abs(sine) >= by.sin) return;
-        const double s = side * by.sin, c = copysign(by.cos, cosine);
-        at = {s * zero.cos + c * zero.sin, c * zero.cos - s * zero.sin};
+    const auto bent = [&](SinCos<T>& at, const SinCos<double>& zero, const T& side) {
+        const T sine = at.sin * zero.cos - at.cos * zero.sin, cosine = at.cos * zero.cos + at.sin * zero.sin;
+        const auto straight = abs(sine) < T(by.sin);
+        const T s = side * by.sin, c = select(cosine < T(0.0), T(-by.cos), T(by.cos));
+        at = {select(straight, s * zero.cos + c * zero.sin, at.sin),
+              select(straight, c * zero.cos - s * zero.sin, at.cos)};
     };
     bent(angle[1], {0, 1}, gc.shoulder);
     bent(angle[3], arm.delta, gc.elbow);
@@ -451,15 +455,52 @@ inline Status solve_beside(const NearArm& arm, const Pose<double>& pose, const P
     return status;
 }
 
+/// The posture from one far from it on the circle, which comes back in steps. Those are looked for side by
+/// side.
+inline Status solve_from_far(const NearArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
+                             const Configuration<double>& gc, SinCos<double> (&angle)[joints]) noexcept {
+    using Far = Lane<near_rule::far>;
+    const PsiPlane<Far> there = PsiPlane<Far>(spread<Far>(plane.across), spread<Far>(plane.along))
+                                    .turned(Far::load(near_rule::far_off));
+    const Pose<Far> same = spread<Far>(pose);
+    const Configuration<Far> branch = spread<Far>(gc);
+    const Found<Far> start = correct(arm, same, there, branch, near_rule::more_corrections);
+    SinCos<Far> at[joints];
+    for (int j = 0; j < joints; ++j) at[j] = start.angle[j];
+    auto found = Far(1.0) < Far(0.0);
+    for (int k = 0; k <= near_rule::bends && !all(found); ++k) {
+        SinCos<Far> begun[joints];
+        for (int j = 0; j < joints; ++j)
+            begun[j] = {select(found, at[j].sin, start.angle[j].sin),
+                        select(found, at[j].cos, start.angle[j].cos)};
+        if (k > 0) bend_by(near_rule::bend[k - 1], arm.nominal, branch, begun);
+        const auto more = newton(arm, same, there, branch, !found, begun);
+        for (int j = 0; j < joints; ++j)
+            at[j] = {select(more, begun[j].sin, at[j].sin), select(more, begun[j].cos, at[j].cos)};
+        found = found | more;
+    }
+    for (int k = 0; k < near_rule::far; ++k) {
+        if (!found[k]) continue;
+        for (int j = 0; j < joints; ++j) angle[j] = {at[j].sin[k], at[j].cos[k]};
+        const double by = near_rule::far_off[k];
+        const int steps = 1 + static_cast<int>(abs(by) / near_rule::stride);
+        Status status = Status::OK;
+        for (int i = steps - 1; i >= 0 && status == Status::OK; --i)
+            status = newton(arm, pose, plane.turned(by * i / steps), gc, angle);
+        if (status == Status::OK) return status;
+    }
+    return Status::NEAR_SINGULAR;
+}
+
 /// The posture of (pose, psi, GC) of a pose that may be within reach: the quick way, from a bend, and at last
-/// from postures beside it, which lead on where two branches are nearer than bends are.
+/// from postures beside it or far from it, which lead on where two branches are nearer than bends are.
 inline Status solve_angles(const NearArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
                            const Configuration<double>& gc, SinCos<double> (&angle)[joints]) noexcept {
     if (solve_quickly(arm, pose, plane, gc, angle)) return Status::OK;
     Status status = solve_bent(arm, pose, plane, gc, angle);
     for (const double by : near_rule::aside)
         if (status == Status::NEAR_SINGULAR) status = solve_beside(arm, pose, plane, by, gc, angle);
-    return status;
+    return status == Status::NEAR_SINGULAR ? solve_from_far(arm, pose, plane, gc, angle) : status;
 }
 
 /// theta in (-pi, pi] of a posture; the eighth slot is 0.

@@ -539,10 +539,45 @@ private:
             if (is_solved(out.status)) try_beside(out.q, out);
             for (int i = 0; i < all.count && (rounds_ > 0 || !is_solved(out.status)); ++i)
                 if (!dropped(all.part[i].least)) try_doubt(all.part[i], out);
+            if (!is_solved(out.status) && offer_all_over()) {
+                out = result();
+                try_beside(out.q, out);
+            }
         }
         if (dropped(all.least)) return;
         if (is_solved(out.status)) out.status = Status::UNPROVEN;
         if (out.status == Status::LIMITS) out.status = Status::NEAR_SINGULAR;  // not proven either
+    }
+
+    /// Offers a posture of each part of what is not proven; whether one keeps the limits.
+    bool offer_all_over() noexcept {
+        for (int gc = 0; gc < configurations; ++gc) {
+            PostureTrail<several> trail(near_, pose_, on_, configuration(gc));
+            for (int i = 0; i < doubt_[gc].count; ++i) {
+                const Arc& arc = doubt_[gc].arc[i];
+                const int parts = 1 + static_cast<int>((arc.upper - arc.lower) / near_rule::doubtful);
+                for (int part = 0; part < parts; part += several) {
+                    const int count = parts - part < several ? parts - part : several;
+                    double psi[several];
+                    for (int k = 0; k < several; ++k)
+                        psi[k] =
+                            arc.lower + (arc.upper - arc.lower) * (min(part + k, parts - 1) + 0.5) / parts;
+                    const PsiPlane<Several> plane(spread<Several>(on_), sin_cos(Several::load(psi)));
+                    bool is_found[several];
+                    const Found<Several> found = trail.find(psi, count, plane, is_found);
+                    for (int k = 0; k < count; ++k) {
+                        if (!is_found[k]) continue;
+                        Spot at;
+                        for (int j = 0; j < joints; ++j)
+                            at.angle[j] = {found.angle[j].sin[k], found.angle[j].cos[k]};
+                        at.found = true;
+                        finish(at);
+                        offer(gc, psi[k], at);
+                    }
+                }
+            }
+        }
+        return best_.gc >= 0;
     }
 
     /// Begins in the middle of a part: at the nominal posture, and where joints about one axis share their

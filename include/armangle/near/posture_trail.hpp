@@ -7,8 +7,7 @@
 namespace armangle {
 
 namespace near_rule {
-inline constexpr int hard = 2;   // long searches for a first posture
-inline constexpr int lost = 30;  // short ones from another posture that led nowhere
+inline constexpr int hard = 2;  // long searches for a first posture
 }  // namespace near_rule
 
 namespace detail {
@@ -51,7 +50,7 @@ private:
         for (int j = 0; j < joints; ++j) angle[j] = found.angle[j];
         double wanted[N] = {};
         for (int k = 0; k < count; ++k) {
-            if (is_found[k] || lost_ >= near_rule::lost) continue;
+            if (is_found[k]) continue;
             wanted[k] = 1.0;
             int from = -1;
             double way = begun_ ? abs(psi[k] - last_psi_) : infinity;
@@ -70,7 +69,6 @@ private:
         for (int k = 0; k < count; ++k) {
             if (!asked[k]) continue;
             is_found[k] = there[k];
-            lost_ += !there[k];
             for (int j = 0; j < joints; ++j) {
                 found.angle[j].sin.set(k, angle[j].sin[k]);
                 found.angle[j].cos.set(k, angle[j].cos[k]);
@@ -103,7 +101,7 @@ private:
     bool begun_ = false;
     SinCos<double> last_[joints];
     double last_psi_ = 0;
-    int hard_ = 0, lost_ = 0;
+    int hard_ = 0;
 };
 
 }  // namespace detail
