@@ -7,7 +7,8 @@
 namespace armangle {
 
 namespace near_rule {
-inline constexpr int hard = 2;  // long searches for a first posture
+inline constexpr int hard = 2;     // long searches for a first posture
+inline constexpr int places = 64;  // of the circle, each with the posture that was found there last
 }  // namespace near_rule
 
 namespace detail {
@@ -32,46 +33,54 @@ public:
             is_found[k] = k < count && out.left[k] <= near_rule::settled;
             some_missing |= k < count && !is_found[k];
         }
-        if (some_missing) follow(psi, count, plane, is_found, out);
-        for (int k = 0; k < count; ++k)
-            if (is_found[k]) remember(psi[k], k, out);
+        if (some_missing) {
+            follow(psi, count, plane, is_found, out);
+            return out;
+        }
+        for (int k = 0; k < count; ++k) remember(psi[k], k, out);
         return out;
     }
 
 private:
-    /// The postures that are missing, each from that of the nearest psi that has one.
+    /// The postures that are missing, each from that of the nearest psi that has one, as long as that leads
+    /// to some.
     void follow(const double (&psi)[N], int count, const PsiPlane<Several>& plane, bool (&is_found)[N],
                 Found<Several>& found) noexcept {
-        bool none = !begun_;
-        for (int k = 0; k < count; ++k) none = none && !is_found[k];
-        for (int k = 0; k < count && none; ++k) none = !(is_found[k] = first(psi[k], k, found));
-        if (none) return;
-        SinCos<Several> angle[joints];
-        for (int j = 0; j < joints; ++j) angle[j] = found.angle[j];
-        double wanted[N] = {};
-        for (int k = 0; k < count; ++k) {
-            if (is_found[k]) continue;
-            wanted[k] = 1.0;
-            int from = -1;
-            double way = begun_ ? abs(psi[k] - last_psi_) : infinity;
-            for (int i = 0; i < count; ++i) {
-                if (!(is_found[i] && abs(psi[k] - psi[i]) < way)) continue;
-                from = i;
-                way = abs(psi[k] - psi[i]);
-            }
-            for (int j = 0; j < joints; ++j) {
-                angle[j].sin.set(k, from < 0 ? last_[j].sin : found.angle[j].sin[from]);
-                angle[j].cos.set(k, from < 0 ? last_[j].cos : found.angle[j].cos[from]);
-            }
+        for (int k = 0; k < N; ++k)
+            if (is_found[k]) remember(psi[k], k, found);
+        for (int k = 0; k < count && !begun_; ++k) {
+            is_found[k] = first(psi[k], k, found);
+            if (is_found[k]) remember(psi[k], k, found);
         }
-        const auto asked = Several(0.0) < Several::load(wanted);
-        const auto there = newton(arm_, spread<Several>(pose_), plane, spread<Several>(gc_), asked, angle);
-        for (int k = 0; k < count; ++k) {
-            if (!asked[k]) continue;
-            is_found[k] = there[k];
-            for (int j = 0; j < joints; ++j) {
-                found.angle[j].sin.set(k, angle[j].sin[k]);
-                found.angle[j].cos.set(k, angle[j].cos[k]);
+        if (!begun_) return;
+        bool some_more = true, some_missing = true;
+        while (some_more && some_missing) {
+            SinCos<Several> angle[joints];
+            for (int j = 0; j < joints; ++j) angle[j] = found.angle[j];
+            double wanted[N] = {};
+            for (int k = 0; k < count; ++k) {
+                if (is_found[k]) continue;
+                wanted[k] = 1.0;
+                const Known& from = known_[nearest(psi[k])];
+                for (int j = 0; j < joints; ++j) {
+                    angle[j].sin.set(k, from.angle[j].sin);
+                    angle[j].cos.set(k, from.angle[j].cos);
+                }
+            }
+            const auto asked = Several(0.0) < Several::load(wanted);
+            const auto there =
+                newton(arm_, spread<Several>(pose_), plane, spread<Several>(gc_), asked, angle);
+            some_more = some_missing = false;
+            for (int k = 0; k < count; ++k) {
+                if (!asked[k]) continue;
+                is_found[k] = there[k];
+                some_more |= there[k];
+                some_missing |= !there[k];
+                for (int j = 0; j < joints; ++j) {
+                    found.angle[j].sin.set(k, angle[j].sin[k]);
+                    found.angle[j].cos.set(k, angle[j].cos[k]);
+                }
+                if (there[k]) remember(psi[k], k, found);
             }
         }
     }
@@ -88,19 +97,43 @@ private:
         return true;
     }
 
-    void remember(double psi, int k, const Found<Several>& found) noexcept {
-        for (int j = 0; j < joints; ++j) last_[j] = {found.angle[j].sin[k], found.angle[j].cos[k]};
-        last_psi_ = psi;
-        begun_ = true;
+    /// The place that a posture of this psi is kept in.
+    static int place(double psi) noexcept {
+        const int k = static_cast<int>((wrap(psi) + pi) * (near_rule::places / two_pi));
+        return k < near_rule::places ? k : near_rule::places - 1;
     }
 
+    /// The place of the posture that is known nearest to a psi.
+    int nearest(double psi) const noexcept {
+        int out = -1;
+        double least = infinity;
+        for (int k = 0; k < near_rule::places; ++k) {
+            if (!is_known_[k]) continue;
+            const double way = abs(wrap(known_[k].psi - psi));
+            if (!(way < least)) continue;
+            least = way;
+            out = k;
+        }
+        return out;
+    }
+
+    void remember(double psi, int k, const Found<Several>& found) noexcept {
+        const int at = place(psi);
+        for (int j = 0; j < joints; ++j) known_[at].angle[j] = {found.angle[j].sin[k], found.angle[j].cos[k]};
+        known_[at].psi = psi;
+        is_known_[at] = begun_ = true;
+    }
+
+    struct Known {
+        double psi;
+        SinCos<double> angle[joints];
+    };
     const NearArm& arm_;
     const Pose<double>& pose_;
     const Triad<double>& on_;
     Configuration<double> gc_;
-    bool begun_ = false;
-    SinCos<double> last_[joints];
-    double last_psi_ = 0;
+    bool begun_ = false, is_known_[near_rule::places] = {};
+    Known known_[near_rule::places];
     int hard_ = 0;
 };
 
