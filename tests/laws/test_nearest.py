@@ -668,6 +668,12 @@ def test_no_posture_says_why() -> None:
     with pytest.raises(aa.UnreachableError, match=r"pose\[1\]: .* \(1 of 2 poses have none\)"):
         both.raise_for_status()
     assert IIWA.solve(pose, near=Q).raise_for_status().ok
+    for found, told in (
+        (IIWA.solve(pose, near=Q, allowed=aa.ArcSet([])), r"arm\.feasible_all\(pose\) has"),
+        (IIWA.solve(pose, near=Q, singularity_margin=1.5), r"arm\.explain\(pose, singularity_margin="),
+    ):
+        with pytest.raises(aa.NoSolutionError, match=told):
+            found.raise_for_status()
 
 
 def test_a_row_of_a_batch_is_what_one_pose_gives() -> None:

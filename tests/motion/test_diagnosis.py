@@ -245,3 +245,14 @@ def test_an_opening_of_a_path_opens_all_of_it_and_is_hardly_more_than_it_takes()
                 limits[opening.side][opening.joint - 1] += sign * opening.extra * share
                 arcs = arm.with_(**limits).feasible(line.pose(s), branch.gc)
                 assert np.asarray(arcs.is_empty).any() != wanted, (seed, opening)
+
+
+def test_an_elbow_within_the_margin_is_the_reason_whatever_other_joints_are() -> None:
+    arm = aa.Arm.from_catalogue("fourier_gr2t2_right")
+    q = np.array([-2.9791830040839286, -0.7969960236974973, -1.2181440680162838, 0.09554176151753335,
+                  -1.7617132525291346, 0.6732222893259334, 0.6440776346441188])  # fmt: skip
+    told = arm.explain(arm.forward(q)[0], singularity_margin=0.3)
+    assert not told.ok
+    for branch in told.branches:
+        if branch.status in (aa.Status.ELBOW_LIMIT, aa.Status.ELBOW_MARGIN):
+            assert branch.blocking == (4,), branch

@@ -75,6 +75,8 @@ def test_a_place_that_is_none_is_named() -> None:
     ],
 )
 def test_an_array_that_is_no_pose_is_told_what_it_looks_like(array: Any, advice: str) -> None:
+    tracker = aa.Tracker(ARM, 0.01)
+    tracker.start(Q)
     for call in (
         lambda: ARM.inverse(array, PSI, GC),
         lambda: ARM.inverse_all(array, PSI),
@@ -87,6 +89,7 @@ def test_an_array_that_is_no_pose_is_told_what_it_looks_like(array: Any, advice:
         lambda: aa.nearest_rotation(array),
         lambda: aa.resolve(ARM, array, PSI, GC),
         lambda: aa.step(ARM, Q, array),
+        lambda: tracker.step(array),
     ):
         with pytest.raises(aa.ShapeError, match=re.escape(advice)):
             call()

@@ -109,6 +109,7 @@ inline unsigned blocking_joints(const LimitTable& limits, const SelfMotion<doubl
     const JointFunctions<double> f = joint_functions(m);
     ArcSet each[joints];
     for (int j = 0; j < joints; ++j) joint_arcs(m, f, limits, j, each[j]);
+    if (each[3].empty()) return 1u << 3;  // whatever psi: the others come after it
     const auto empty = [&](unsigned mask) {
         ArcSet common, before;
         make_full(common);

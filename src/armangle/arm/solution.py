@@ -13,6 +13,17 @@ from ..errors import InputError, NoSolutionError, UnreachableError
 from ..status import SOLVED, STATUSES, Status
 
 _OUT_OF_REACH = (Status.UNREACHABLE, Status.FOLDED)
+_HINT = "arm.explain(pose) says by how much, and what would help."
+_IN_SCENE = "arm.explain(pose, scene=...) says by how much, and what would help."
+_WITH_MARGIN = "arm.explain(pose, singularity_margin=...) says by how much, and what would help."
+_HINTS = {
+    Status.NOT_ALLOWED: "arm.feasible_all(pose) has the arm angles of every branch that limits leave.",
+    Status.CLEARANCE: _IN_SCENE,
+    Status.POSE_BLOCKED: _IN_SCENE,
+    Status.NEAR_SINGULAR: _WITH_MARGIN,
+    Status.ELBOW_MARGIN: _WITH_MARGIN,
+}
+"""What tells more about a status, asked as `solve` was."""
 
 
 class Solution(NamedTuple):
@@ -106,7 +117,7 @@ class Solution(NamedTuple):
         where = f"pose{list(at)}: " if at else ""
         more = f" ({len(bad)} of {codes.size} poses have none)" if at else ""
         kind = UnreachableError if status in _OUT_OF_REACH else NoSolutionError
-        raise kind(f"{where}{status.sentence}{more} arm.explain(pose) says by how much, and what would help.")
+        raise kind(f"{where}{status.sentence}{more} {_HINTS.get(status, _HINT)}")
 
     def __repr__(self) -> str:
         """Return the fields of one pose to six digits; of a batch how many poses have a posture."""

@@ -9,7 +9,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from .._arrays import CONFIGURATIONS, JOINTS, Floats, as_floats, as_number, check_turns, chosen, one_posture
+from .._arrays import (
+    CONFIGURATIONS,
+    JOINTS,
+    Floats,
+    as_floats,
+    as_number,
+    as_poses,
+    check_turns,
+    chosen,
+    one_posture,
+)
 from .._core import Wish
 from ..arm.arm import Arm
 from ..arm.keywords import names_keywords
@@ -136,7 +146,7 @@ class HandFilter:
         >>> HandFilter().smooth(np.repeat(np.eye(4)[None], 3, axis=0), 0.01).shape
         (3, 4, 4)
         """
-        samples = np.ascontiguousarray(as_floats("poses", poses, (4, 4)))
+        samples = np.ascontiguousarray(as_poses("poses", poses))
         if samples.ndim != 3:
             raise ShapeError(f"poses has shape {samples.shape}, wanted (n, 4, 4)")
         out = np.empty_like(samples)
@@ -392,7 +402,7 @@ class Tracker:
         plain: Tracked | None = self._core.step_one(pose, hint, *rest)
         if plain is not None:
             return plain
-        frame = np.ascontiguousarray(as_floats("pose", pose, (4, 4)))
+        frame = np.ascontiguousarray(as_poses("pose", pose))
         if frame.ndim != 2:
             raise ShapeError(f"pose has shape {frame.shape}, wanted (4, 4); run takes sequences")
         if hint is not None:
@@ -419,7 +429,7 @@ class Tracker:
         (5, 7)
         """
         self._check_started()
-        stream = np.ascontiguousarray(as_floats("poses", poses, (4, 4)))
+        stream = np.ascontiguousarray(as_poses("poses", poses))
         if stream.ndim != 3:
             raise ShapeError(f"poses has shape {stream.shape}, wanted (n, 4, 4)")
         out = np.empty((len(stream), JOINTS))
