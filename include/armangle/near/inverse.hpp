@@ -24,8 +24,10 @@ inline constexpr int walk = 4;                                   // steps back f
 inline constexpr int far = 8;                                    // and at last from all round the circle
 inline constexpr double far_off[far] = {0.06, -0.06, 0.2, -0.2, 0.6, -0.6, 1.5, -1.5};  // rad of psi
 inline constexpr double stride = 0.05;                                                  // rad: a step back
-inline constexpr double settled = 2e-14;     // of what is left (ratio): another step would change rounding
-inline constexpr double residual = 1e-12;    // largest that is taken for an answer (ratio; m of a metre)
+inline constexpr double settled = 2e-14;   // of what is left (ratio): another step would change rounding
+inline constexpr double residual = 1e-12;  // largest that is taken for an answer (ratio; m of a metre)
+inline constexpr double held = 1e-6;  // a seed this near to the pose is one of its postures (ratio; rad) ...
+inline constexpr double kept = 1e-3;  // ... if one is this near to it (rad of a joint)
 inline constexpr double largest_step = 0.5;  // rad, of Newton
 inline constexpr double vanishing = 1e-12;   // a determinant of the Jacobian (ratio): two branches meet
 /// Newton has never failed farther than this from theta_2, theta_6 = 0 or a stretched elbow (rad): sine.
@@ -503,6 +505,28 @@ inline Status solve_angles(const NearArm& arm, const Pose<double>& pose, const P
     return status == Status::NEAR_SINGULAR ? solve_from_far(arm, pose, plane, gc, angle) : status;
 }
 
+/// Whether a seed is a posture of (pose, psi, GC), or so near to one that Newton's method leads to it: where
+/// branches meet there may be another, which the pose alone would lead to.
+inline bool is_held_by(const NearArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
+                       const Configuration<double>& gc, const double* seed,
+                       SinCos<double> (&angle)[joints]) noexcept {
+    double theta[joints];
+    theta_of(arm.nominal, seed, theta);
+    sin_cos_all(theta, angle);
+    if (!(remainder(from_to(tip(arm, angle), pose), max(1.0, arm.nominal.size)) <= near_rule::held))
+        return false;
+    SinCos<double> from[joints];
+    for (int j = 0; j < joints; ++j) from[j] = angle[j];
+    bool led = newton(arm, pose, plane, gc, angle) == Status::OK;
+    for (int j = 0; j < joints; ++j)
+        led &= hypot(angle[j].sin - from[j].sin, angle[j].cos - from[j].cos) <= near_rule::kept;
+    if (led) return true;
+    // where branches meet a step is as good as anything, but none is needed
+    for (int j = 0; j < joints; ++j) angle[j] = from[j];
+    return seven_equations(arm, pose, plane, angle).size() <= near_rule::residual &&
+           is_of(arm.nominal, plane, gc, angle);
+}
+
 /// theta in (-pi, pi] of a posture; the eighth slot is 0.
 inline JointLanes theta_of(const SinCos<double>* angle) noexcept {
     double y[joint_slots] = {}, x[joint_slots] = {0, 0, 0, 0, 0, 0, 0, 1};
@@ -535,7 +559,8 @@ inline Status reach_status(const NearArm& arm, const Triad<double>& on) noexcept
 
 /// (pose, psi, GC) -> q of the true chain, as inverse() of the exact arm. Pose and psi are kept to
 /// near_rule::residual, GC exactly: else NEAR_SINGULAR where branches meet, or NO_CONVERGENCE. A rotation
-/// that is one within its tolerance stands for the nearest exact one.
+/// that is one within its tolerance stands for the nearest exact one. A seed that is a posture of them is the
+/// answer, where there are two.
 inline Inverse inverse(const NearArm& arm, const Pose<double>& pose, double psi, int gc,
                        const double* seed = nullptr) noexcept {
     constexpr double no = not_a_number;
@@ -548,7 +573,9 @@ inline Inverse inverse(const NearArm& arm, const Pose<double>& pose, double psi,
     out.status = detail::reach_status(arm, on);
     if (out.status != Status::OK) return out;
     SinCos<double> angle[joints];
-    out.status = detail::solve_angles(arm, exact, {on, sin_cos(psi)}, configuration(gc), angle);
+    const detail::PsiPlane<double> plane(on, sin_cos(psi));
+    if (!(seed && detail::is_held_by(arm, exact, plane, configuration(gc), seed, angle)))
+        out.status = detail::solve_angles(arm, exact, plane, configuration(gc), angle);
     if (out.status != Status::OK) return out;
     const JointLanes near = seed ? joint_lanes(seed) : JointLanes::load(nominal.joint_middle);
     to_q(detail::theta_of(angle), JointLanes::load(nominal.sign), JointLanes::load(nominal.offset),

@@ -45,6 +45,15 @@ inline void solve_element(const NearArm& arm, const InverseBatch& b, std::size_t
     outcome.report(problem_of(found.status), i, value);
 }
 
+/// Which joints, side by side, meet the poses so nearly that inverse() may give them back.
+template <class T>
+ARMANGLE_INLINE auto meets(const NearArm& arm, const T (&q)[joints], const Pose<T>& pose) noexcept {
+    SinCos<T> angle[joints];
+    for (int j = 0; j < joints; ++j)
+        angle[j] = sin_cos(T(arm.nominal.sign[j]) * q[j] + T(arm.nominal.offset[j]));
+    return remainder(from_to(tip(arm, angle), pose), max(1.0, arm.nominal.size)) <= T(near_rule::held);
+}
+
 }  // namespace detail
 
 /// Inverse kinematics of elements [begin, end), each as inverse() gives it.
@@ -68,8 +77,8 @@ inline void inverse_range(const NearArm& arm, const InverseBatch& b, std::size_t
                                  Batch(nominal.limits.upper[j]), in.near[j]);
             for (std::size_t k = 0; k < count; ++k) b.out.at(at[k])[j] = q[static_cast<int>(k)];
         }
-        const auto plain =
-            (in.bad == Batch(0.0)) & !is_folded(on) & (found.left <= Batch(near_rule::settled));
+        auto plain = (in.bad == Batch(0.0)) & !is_folded(on) & (found.left <= Batch(near_rule::settled));
+        if (b.seed.data) plain = plain & !detail::meets(arm, in.near, exact);
         for (std::size_t k = 0; k < count; ++k) {
             if (!plain[static_cast<int>(k)]) detail::solve_element(arm, b, at[k], outcome);
             if (b.limits != Enforce::ignore) detail::enforce_limits(nominal, b, at[k], outcome);

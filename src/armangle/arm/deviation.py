@@ -119,6 +119,7 @@ def _band(arm: Chained, rng: np.random.Generator, joint: int) -> float:
     q, angle = q[counts], angle[counts]
     pose, psi, gc = arm.forward(q, undefined="nan")
     known = np.nan_to_num(psi)  # of no posture that is given back
-    again = arm.inverse(pose, known, gc, seed=q, unreachable="nan")
-    lost = np.isfinite(psi) & ~(np.abs(again - q).max(axis=1) < _AGAIN)
+    again = arm.inverse(pose, known, gc, unreachable="nan")  # a seed would be given back
+    off = np.abs((again - q + np.pi) % (2 * np.pi) - np.pi)
+    lost = np.isfinite(psi) & ~(off.max(axis=1) < _AGAIN)
     return float(np.abs(angle[lost]).max(initial=0.0))
