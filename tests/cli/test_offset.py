@@ -72,3 +72,31 @@ def test_other_commands_name_the_door(capsys: pytest.CaptureFixture[str], urdf: 
     assert status == 1 and "armangle.OffsetArm" in " ".join(err.split())
     status, text, _ = run(capsys, "robots")
     assert status == 0 and "franka_fr3" in text
+
+
+def test_options_of_the_file_reach_the_arm(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    file = tmp_path / "continuous.urdf"
+    file.write_text(FR3.to_urdf().replace('type="revolute"', 'type="continuous"'))
+    ask = ("ik", "--urdf", str(file), "--pose", POSE, "--json")
+    status, text, err = run(capsys, *ask)
+    assert status == 0 and not FR3.within_limits(json.loads(text)["q"])
+    assert err.count("NOT used") == 7 and err.startswith("armangle: joint ") and "arguments.py" not in err
+    status, text, err = run(capsys, *ask, "--continuous-limits", "use")
+    assert status == 0 and FR3.within_limits(json.loads(text)["q"]) and err == ""
+    status, _, err = run(capsys, *ask, "--inexact")
+    assert status == 2 and "--inexact does not go with" in err and "--length-tolerance" in err
+
+
+def test_tolerances_reach_the_arm(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    file = tmp_path / "bent.urdf"
+    text = FR3.to_urdf()
+    at = text.index("<axis", text.index('"joint_4"'))
+    file.write_text(text[:at] + '<axis xyz="0 0.001 1"/>' + text[text.index("/>", at) + 2 :])
+    ask = ("ik", "--urdf", str(file), "--pose", POSE, "--json")
+    status, _, err = run(capsys, *ask)
+    said = " ".join(err.split())
+    assert status == 2 and "--length-tolerance" in said
+    options = said[said.index("(--length") + 1 : said.index(")", said.index("(--length"))].split()
+    status, out, err = run(capsys, *ask, *options)
+    assert status == 0 and json.loads(out)["status"] == "OK"
+    assert err.startswith("armangle: not quite the arm of its file")

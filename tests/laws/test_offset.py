@@ -12,8 +12,8 @@ from support.draw import SEED, count
 
 import armangle as aa
 from armangle.models.chain import Chain, chain_of
-from armangle.models.offset import OffsetDescription, describe_offset_chain
-from armangle.models.offset import offset_chain_of as chain_with_offsets
+from armangle.models.description import OffsetDescription
+from armangle.models.offset import describe_offset_chain
 
 CATALOGUE = aa.offset_catalogue()
 
@@ -50,14 +50,14 @@ def within(arm: aa.OffsetArm, rng: np.random.Generator, count: int) -> Any:
 
 def numbers(arm: aa.OffsetArm) -> OffsetDescription:
     """Return what the arm is made of."""
-    return OffsetDescription(arm.rows._description(), arm.a_1, arm.a_6)
+    return OffsetDescription(**arm._numbers())
 
 
 @pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.rows.name)
 def test_forward_is_the_chain_of_its_rows(arm: aa.OffsetArm) -> None:
     q = np.random.default_rng(0).uniform(-3, 3, (200, 7))
     pose, free, _ = arm.forward(q)
-    np.testing.assert_allclose(pose, chain_with_offsets(numbers(arm)).forward(q), rtol=0, atol=1e-13)
+    np.testing.assert_allclose(pose, chain_of(numbers(arm)).forward(q), rtol=0, atol=1e-13)
     turns = (free - q[:, arm.free_joint - 1]) / (2 * np.pi)
     np.testing.assert_allclose(turns, np.round(turns), atol=1e-12)
 
@@ -224,28 +224,30 @@ def test_a_locked_joint_keeps_its_posture(joint: int) -> None:
 
 @pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.rows.name)
 def test_a_chain_of_joints_is_read_back(arm: aa.OffsetArm) -> None:
-    chain = chain_with_offsets(numbers(arm))
-    found = describe_offset_chain(chain, angle=1e-9, length=1e-9)
+    chain = chain_of(numbers(arm))
+    found, report = describe_offset_chain(chain, angle=1e-9, length=1e-9)
+    assert report.residual_position <= 1e-9 and report.residual_rotation <= 1e-9
+    offset = max(abs(arm.a_1), abs(arm.a_6))
+    assert (report.shoulder_miss if arm.a_1 else report.wrist_miss) == pytest.approx(offset, abs=1e-9)
     q = np.random.default_rng(8).uniform(-3, 3, (50, 7))
-    np.testing.assert_allclose(chain_with_offsets(found).forward(q), chain.forward(q), atol=1e-10)
+    np.testing.assert_allclose(chain_of(found).forward(q), chain.forward(q), atol=1e-10)
     assert abs(abs(found.a_1) - abs(arm.a_1)) < 1e-10
     assert abs(abs(found.a_6) - abs(arm.a_6)) < 1e-10
 
 
 def test_what_has_offsets_at_both_ends_or_elsewhere_is_refused() -> None:
-    rows = ARMS[0].rows._description()
-    both = chain_with_offsets(OffsetDescription(rows, 0.05, 0.088))
+    rows = ARMS[0].rows._numbers()
+    both = chain_of(OffsetDescription(**rows, a_1=0.05, a_6=0.088))
     with pytest.raises(aa.NotSRSError, match="both ends"):
         describe_offset_chain(both, angle=1e-5, length=1e-5)
-    plain: Chain = chain_of(rows)
-    bent = chain_with_offsets(OffsetDescription(rows, 0.0, 0.088))
+    bent = chain_of(OffsetDescription(**rows, a_6=0.088))
     joints = list(bent.joints)
     origin = joints[2].origin.copy()
     origin[:3, 3] += 0.01 * origin[:3, 0]
     joints[2] = type(joints[2])(joints[2].name, origin, joints[2].axis)
     with pytest.raises(aa.NotSRSError, match="miss"):
         describe_offset_chain(
-            Chain(plain.name, "base", "tip", tuple(joints), bent.tip_origin), angle=1e-5, length=1e-5
+            Chain(bent.name, "base", "tip", tuple(joints), bent.tip_origin), angle=1e-5, length=1e-5
         )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,11 +13,12 @@ from support.needs import case, model, need
 
 import armangle as aa
 from armangle.errors import InputError, NotSRSError, UrdfError
-from armangle.models.axes import Axes
-from armangle.models.detect import NEAR_ANGLE, describe_chain, nearness
+from armangle.models.axes import NEAR_ANGLE, Axes
+from armangle.models.detect import describe_chain, nearness
 from armangle.models.fit import fit
 from armangle.models.mjcf import read_mjcf
 from armangle.models.urdf import Source, read_urdf
+from armangle.models.urdf.writing import write_chain
 
 INF = float("inf")
 X, Z = np.eye(3)[0], np.eye(3)[2]
@@ -318,3 +320,74 @@ def test_mjcf_needs_no_meshes():
     with pytest.raises(aa.ArmangleError, match="no chain of 7 rotating joints is found") as caught:
         read_mjcf(case("17_mjcf_six_hinges.xml"))
     assert "not unique" not in str(caught.value)
+
+
+# arms with an offset wrist or shoulder: the same options, notes and report
+
+
+FR3 = aa.OffsetArm.from_catalogue("franka_fr3")
+
+
+def test_an_offset_arm_takes_limits_of_continuous_joints_as_asked():
+    text = FR3.to_urdf().replace('type="revolute"', 'type="continuous"')
+    with pytest.warns(UserWarning, match="joint 'joint_1' is continuous, .* NOT used") as caught:
+        arm = aa.OffsetArm.from_urdf(text)
+    assert caught[0].filename == __file__
+    assert np.isinf(arm.lower).all() and len(arm.notes) == 7
+    used = aa.OffsetArm.from_urdf(text, continuous_limits="use")
+    np.testing.assert_allclose([used.lower, used.upper], [FR3.lower, FR3.upper], rtol=0, atol=1e-9)
+    with pytest.raises(InputError, match="continuous_limits is 'yes', wanted one of"):
+        aa.OffsetArm.from_urdf(text, continuous_limits="yes")
+
+
+def test_an_offset_arm_has_the_notes_that_an_arm_has():
+    text = FR3.to_urdf()
+    speeds = re.sub(r'velocity="[^"]*"', 'velocity="-1"', text)
+    wide = re.sub(r'(lower|upper)="(-?)[^"]*"', r'\1="\g<2>1e16"', text)
+    none = re.sub(r'(lower|upper)="[^"]*"', r'\1="0"', text)
+    left = text.replace("<link", '<xacro:property name="a" value="1"/><link', 1)
+    for changed, what, count in (
+        (speeds, "taken as not given", 7), (wide, "taken as none", 14), (none, "all limits are 0 to 0", 1),
+        (left, "<xacro:property> in line", 1), (text, "", 0),
+    ):  # fmt: skip
+        arm = aa.OffsetArm.from_urdf(changed)
+        assert arm.import_report is not None and arm.import_report.notes == arm.notes
+        assert len(arm.notes) == count and all(what in note for note in arm.notes)
+        assert arm.with_(name="mine").import_report == arm.import_report
+    report = aa.OffsetArm.from_urdf(text).import_report
+    assert report is not None and report.residual_position <= 1e-9
+    assert report.wrist_miss == pytest.approx(FR3.a_6, abs=1e-9)
+    assert FR3.import_report is None and FR3.reach == FR3.rows.reach and FR3.d_se == FR3.rows.d_se
+
+
+def calibrated(arm: aa.OffsetArm, seed: int = 0) -> Chain:
+    """Return its chain with frames that are off by some 0.5 mm and 1 mrad."""
+    rng, chain = np.random.default_rng(seed), read_urdf(arm.to_urdf())
+    joints = list(chain.joints)
+    for i, joint in enumerate(joints):
+        axis = rng.normal(size=3)
+        frame = turn(axis / np.linalg.norm(axis), rng.normal(scale=1e-3))
+        frame[:3, 3] = rng.normal(scale=5e-4, size=3)
+        joints[i] = replace(joint, origin=frame @ joint.origin)
+    return replace(chain, joints=tuple(joints))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_calibrated_offset_arm_is_refused_with_tolerances_that_take_it(seed: int) -> None:
+    chain = calibrated(FR3, seed)
+    text = write_chain(chain, "calibrated")
+    with pytest.raises(NotSRSError, match=r"armangle\.OffsetArm takes it as S-R-S but for an offset wrist"):
+        aa.Arm.from_urdf(text)
+    with pytest.raises(NotSRSError) as caught:
+        aa.OffsetArm.from_urdf(text)
+    length, angle = re.findall(r"(?:length|angle)_tolerance=(\S+)", str(caught.value))
+    tolerances = {"length_tolerance": float(length), "angle_tolerance": float(angle)}
+    with pytest.warns(UserWarning, match="not quite the arm of its file: .* at the tip") as warned:
+        arm = aa.OffsetArm.from_urdf(text, **tolerances)
+    assert warned[0].filename == __file__
+    report = arm.import_report
+    assert report is not None and report.notes == (str(warned[0].message),) == arm.notes
+    assert 1e-4 < report.residual_position <= float(length) < 5e-3
+    q = np.random.default_rng(1).uniform(-np.pi, np.pi, (500, 7))
+    apart = np.linalg.norm((arm.forward(q)[0] - chain.forward(q))[:, :3, 3], axis=-1)
+    assert 0.5 * report.residual_position < apart.max() <= report.residual_position

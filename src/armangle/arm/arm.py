@@ -49,14 +49,9 @@ from ..models.description import (
     ArmDescription,
     ImportReport,
 )
-from ..models.detect import (
-    LIKE_DEGREES,
-    LIKE_MILLIMETRES,
-    degrees_notes,
-    describe_chain,
-    millimetre_notes,
-)
+from ..models.detect import describe_chain
 from ..models.mjcf import read_mjcf
+from ..models.report import LIKE_DEGREES, LIKE_MILLIMETRES, degrees_notes, millimetre_notes
 from ..models.urdf import Source, read_urdf, write_urdf
 from ..poses import as_transform, nearest_rotation
 from ..scenes.clearance import Clearance, Widest, clearance_of

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable
+from dataclasses import fields
 from inspect import Parameter, Signature, signature
 from typing import Any, Literal, NamedTuple, Never, final
 
@@ -31,15 +33,17 @@ from .._arrays import (
 )
 from ..errors import ConfigurationError, InputError, NoSolutionError, UnknownRobotError, UnreachableError
 from ..models.catalogue import catalogue
+from ..models.chain import Chain, chain_of
+from ..models.description import ImportReport, OffsetDescription
+from ..models.detect import MAX_ANGLE, MAX_LENGTH
 from ..models.mjcf import read_mjcf
 from ..models.offset import (
     ANGLE_TOLERANCE,
     LENGTH_TOLERANCE,
-    OffsetDescription,
+    NOT_EXACT,
     describe_offset_chain,
     load_offset_robot,
     offset_catalogue,
-    offset_chain_of,
 )
 from ..models.urdf import Source, read_urdf
 from ..models.urdf.writing import write_chain
@@ -53,7 +57,7 @@ from .question import branch_bits, weights_of
 
 _ENFORCE = named(_core.Enforce)
 _UNREACHABLE = ("raise", "nan")
-_NO_FIELDS = ("d_4", "chain", "reference", "body", "hand", "import_report")
+_NO_FIELDS = ("d_4", "chain", "reference", "body", "hand")
 _OUT_OF_REACH = (Status.UNREACHABLE, Status.NO_POSTURE)
 
 
@@ -148,17 +152,18 @@ class OffsetArm(FrozenValue):
         Offset between the axes of joints 1 and 2, or of joints 6 and 7, m: one of them.
     **numbers
         As `Arm`: d_bs, d_se, d_ew, d_wf, a_3, a_4, signs, offsets, lower, upper, velocity, acceleration,
-        base, tool, name, joint_names. The pose of the tip is ``base @ DH(theta) @ tool`` with a_1 and a_6
-        in rows 1 and 6.
+        base, tool, name, joint_names, notes. The pose of the tip is ``base @ DH(theta) @ tool`` with a_1 and
+        a_6 in rows 1 and 6.
 
     Attributes
     ----------
     rows : Arm
-        The S-R-S arm of the same numbers without a_1 and a_6: its fields are this arm's too.
+        The S-R-S arm of the same numbers without a_1 and a_6.
     a_1, a_6 : float
     free_joint : int
         7 or 1.
-    lower, upper, velocity, acceleration, base, tool, name, joint_names
+    d_bs, d_se, d_ew, d_wf, a_3, a_4, signs, offsets, lower, upper, velocity, acceleration, base, tool, name,
+    joint_names, notes, import_report
         As `Arm`.
 
     Raises
@@ -238,6 +243,7 @@ class OffsetArm(FrozenValue):
         *,
         angle_tolerance: float = ANGLE_TOLERANCE,
         length_tolerance: float = LENGTH_TOLERANCE,
+        continuous_limits: str = "ignore",
     ) -> OffsetArm:
         """Return the arm between two links of a URDF, in that file's own joint coordinates and frames.
 
@@ -248,8 +254,13 @@ class OffsetArm(FrozenValue):
         base, tip : str, optional
             Names of the two links; guessed where the file leaves one choice of seven rotating joints.
         angle_tolerance, length_tolerance : float
-            How far its forward kinematics may be from that of exactly square axes, rad, m. Files write
-            right angles to five digits or so; what they then differ by is below these.
+            How far its forward kinematics may be from the file's at most, rad, m. Files write right angles to
+            five digits or so; what they then differ by is below the default. Beyond the default, as for
+            a calibrated robot, its axes are made square and to meet; a warning and a note of
+            ``import_report`` say by how much its tip then differs from the file's.
+        continuous_limits : {"ignore", "use"}
+            Limits of a continuous joint, which by the rules of URDF has none, though some files state them.
+            Where they are ignored, a warning and a note of ``import_report`` say so.
 
         Raises
         ------
@@ -258,10 +269,8 @@ class OffsetArm(FrozenValue):
         NotSRSError
             If the arm has other offsets than these; the message says by how much.
         """
-        angle = as_number("angle_tolerance", angle_tolerance, 0.0, 0.1)
-        length = as_number("length_tolerance", length_tolerance, 0.0, 0.1)
-        chain = read_urdf(source, base=base, tip=tip)
-        return cls._of(describe_offset_chain(chain, angle=angle, length=length))
+        chain = read_urdf(source, base=base, tip=tip, continuous_limits=continuous_limits)
+        return cls._of_chain(chain, angle_tolerance, length_tolerance)
 
     @classmethod
     def from_mjcf(
@@ -291,23 +300,27 @@ class OffsetArm(FrozenValue):
         FileFormatError, NotSRSError
             As `from_urdf`.
         """
-        angle = as_number("angle_tolerance", angle_tolerance, 0.0, 0.1)
-        length = as_number("length_tolerance", length_tolerance, 0.0, 0.1)
         chain = read_mjcf(source, base=base, tip=tip)
-        return cls._of(describe_offset_chain(chain, angle=angle, length=length))
+        return cls._of_chain(chain, angle_tolerance, length_tolerance)
 
     @classmethod
-    def _of(cls, found: OffsetDescription) -> OffsetArm:
-        names = (
-            "d_bs", "d_se", "d_ew", "d_wf", "a_3", "a_4", "signs", "offsets", "lower", "upper", "velocity",
-            "base", "tool", "name", "joint_names",
-        )  # fmt: skip
-        return cls(a_1=found.a_1, a_6=found.a_6, **{name: getattr(found.rows, name) for name in names})
+    def _of_chain(cls, chain: Chain, angle_tolerance: float, length_tolerance: float) -> OffsetArm:
+        angle = as_number("angle_tolerance", angle_tolerance, 0.0, MAX_ANGLE)
+        length = as_number("length_tolerance", length_tolerance, 0.0, MAX_LENGTH)
+        found, report = describe_offset_chain(chain, angle=angle, length=length)
+        for line in found.notes:
+            if line.startswith(NOT_EXACT):
+                warnings.warn(line, UserWarning, stacklevel=3)
+        return cls._of(found, report)
+
+    @classmethod
+    def _of(cls, found: OffsetDescription, report: ImportReport | None = None) -> OffsetArm:
+        numbers = {f.name: getattr(found, f.name) for f in fields(found) if f.name not in _NO_FIELDS}
+        return cls(**numbers, import_report=report)
 
     def to_urdf(self) -> str:
         """Return a kinematic URDF (joints and limits, no geometry) that imports back to this arm."""
-        found = OffsetDescription(self.rows._description(), self.a_1, self.a_6)
-        return write_chain(offset_chain_of(found), self.name)
+        return write_chain(chain_of(OffsetDescription(**self._numbers())), self.name)
 
     # -- the arm as a value --------------------------------------------------------------------------
 
@@ -320,6 +333,61 @@ class OffsetArm(FrozenValue):
     def joint_names(self) -> tuple[str, ...]:
         """Names of the joints."""
         return self.rows.joint_names
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was noted where the numbers come from."""
+        return self.rows.notes
+
+    @property
+    def import_report(self) -> ImportReport | None:
+        """What was found in the file that the arm was read from; None of an arm that was made otherwise."""
+        return self.rows.import_report
+
+    @property
+    def d_bs(self) -> float:
+        """Base to shoulder, m."""
+        return self.rows.d_bs
+
+    @property
+    def d_se(self) -> float:
+        """Shoulder to elbow, m."""
+        return self.rows.d_se
+
+    @property
+    def d_ew(self) -> float:
+        """Elbow to wrist, m."""
+        return self.rows.d_ew
+
+    @property
+    def d_wf(self) -> float:
+        """Wrist to flange along axis 7, m."""
+        return self.rows.d_wf
+
+    @property
+    def a_3(self) -> float:
+        """Lateral elbow offset of link 3, m."""
+        return self.rows.a_3
+
+    @property
+    def a_4(self) -> float:
+        """Lateral elbow offset of link 4, m."""
+        return self.rows.a_4
+
+    @property
+    def reach(self) -> float:
+        """Greatest distance from where axes 2 and 3 meet to where axes 5 and 6 meet, m."""
+        return self.rows.reach
+
+    @property
+    def signs(self) -> Ints:
+        """Directions of the joints, +1 or -1, shape (7,)."""
+        return self.rows.signs
+
+    @property
+    def offsets(self) -> Floats:
+        """Zero offsets, rad, shape (7,)."""
+        return self.rows.offsets
 
     @property
     def lower(self) -> Floats:
@@ -378,7 +446,7 @@ class OffsetArm(FrozenValue):
         >>> float(slower.velocity[0]), bool((slower.lower > arm.lower).all())
         (1.0, True)
         """
-        return OffsetArm(**{**self._numbers(), **changes})
+        return OffsetArm(**{**self._all(), **changes})
 
     def with_tool(self, tool: ArrayLike) -> OffsetArm:
         """Return a copy with a tool mounted on the present tip.
@@ -421,6 +489,10 @@ class OffsetArm(FrozenValue):
         kept = {name: value for name, value in self.rows._numbers().items() if name not in _NO_FIELDS}
         return {"a_1": self.a_1, "a_6": self.a_6, **kept}
 
+    def _all(self) -> dict[str, Any]:
+        """Return what a copy is made of: the numbers, and what was found in the file."""
+        return {**self._numbers(), "import_report": self.import_report}
+
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, OffsetArm):
             return NotImplemented
@@ -430,7 +502,7 @@ class OffsetArm(FrozenValue):
         return hash((self.a_1, self.a_6, self.rows))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _rebuilt, (self._numbers(),)
+        return _rebuilt, (self._all(),)
 
     def __repr__(self) -> str:
         """Return what makes this arm again: its name in the catalogue, or all that is not the default."""

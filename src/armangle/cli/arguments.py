@@ -217,11 +217,10 @@ def any_arm(args: argparse.Namespace) -> Arm | OffsetArm:
     except (NotSRSError, UnknownRobotError):
         if args.urdf is None and args.robot in offset_catalogue():
             return _tooled(OffsetArm.from_catalogue(args.robot), args)
-        read = args.urdf and (OffsetArm.from_mjcf if is_mjcf(args.urdf) else OffsetArm.from_urdf)
-        if not read:
+        if args.urdf is None:
             raise
         try:
-            return _tooled(read(args.urdf, args.base, args.tip), args)
+            return _tooled(offset_arm_of_file(args.urdf, args.base, args.tip, args), args)
         except NotSRSError:
             pass
         raise
@@ -231,20 +230,35 @@ def arm_of_file(
     file: str, base: str | None, tip: str | None, args: argparse.Namespace, *, show_notes: bool = True
 ) -> Arm:
     """Return the arm between two links of a URDF or bodies of an MJCF, by the options of `add_import`."""
-    options: dict[str, Any] = {
-        key: getattr(args, key)
-        for key in ("length_tolerance", "angle_tolerance")
-        if getattr(args, key) is not None
-    }
+    inexact = {"exact": False} if args.inexact else {}
+    return _read(Arm, file, {"base": base, "tip": tip, **inexact}, args, show_notes)
+
+
+def offset_arm_of_file(
+    file: str, base: str | None, tip: str | None, args: argparse.Namespace, *, show_notes: bool = True
+) -> OffsetArm:
+    """Return the arm with an offset wrist or shoulder of a file, as `arm_of_file` returns an `Arm`."""
+    arm = _read(OffsetArm, file, {"base": base, "tip": tip}, args, show_notes)
     if args.inexact:
-        options["exact"] = False
+        raise InputError(
+            f"--inexact does not go with {arm.name}, an OffsetArm, beside which no chain is kept: "
+            "--length-tolerance and --angle-tolerance take the nearest"
+        )
+    return arm
+
+
+def _read(
+    kind: type[AnyArm], file: str, options: dict[str, Any], args: argparse.Namespace, show_notes: bool
+) -> AnyArm:
+    """Return the arm of a file; what its reader warns of is printed on the side, once the arm is read."""
+    given = {key: getattr(args, key) for key in ("length_tolerance", "angle_tolerance")}
+    options = options | {key: value for key, value in given.items() if value is not None}
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         if is_mjcf(file):
-            arm = Arm.from_mjcf(file, base=base, tip=tip, **options)
+            arm: AnyArm = kind.from_mjcf(file, **options)
         else:
-            limits = args.continuous_limits
-            arm = Arm.from_urdf(file, base=base, tip=tip, continuous_limits=limits, **options)
+            arm = kind.from_urdf(file, continuous_limits=args.continuous_limits, **options)
     for warning in caught if show_notes else ():
         note(f"armangle: {warning.message}")
     return arm

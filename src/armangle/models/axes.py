@@ -6,6 +6,7 @@ length of their common perpendicular, and by where two perpendiculars stand on t
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -17,6 +18,9 @@ from numpy.typing import NDArray
 from .chain import Chain, FloatArray
 
 UPPER_ARM, FOREARM = 2, 3
+
+NEAR_LENGTH = 30e-3  # m: axes that miss by no more, and are square within
+NEAR_ANGLE = math.radians(2.0)  # no more, are near
 
 _PARALLEL_SINE = 1e-9
 _NO_LENGTH = 4e-5  # m; each of a link's two lengths may be taken as zero up to half of it
@@ -114,6 +118,12 @@ class Reason:
     sentence: str
     size: float
     is_length: bool
+
+
+def above(value: float) -> str:
+    """Return a number of three digits above the value, as text."""
+    step = 10.0 ** (math.floor(math.log10(value)) - 2)
+    return f"{(math.floor(value / step) + 1) * step:.3g}"
 
 
 def millimetres(length: float) -> str:

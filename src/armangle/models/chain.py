@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..poses import pose
-from .description import ArmDescription
+from .description import ArmDescription, OffsetDescription
 
 FloatArray = NDArray[np.float64]
 
@@ -112,7 +112,7 @@ def chain_of(arm: ArmDescription) -> Chain:
     """Return the chain of an arm: its own, or that of its lengths: joint i turns about the z axis of DH frame
     i-1.
 
-    Source: Faria et al. (2018), Table 1 and Eq. (1), with a_3, a_4 and d_4 added.
+    Source: Faria et al. (2018), Table 1 and Eq. (1), with a_3, a_4 and d_4 added, and a_1 or a_6.
     """
     if arm.chain is None:
         origins = [arm.base, *(_link(arm, row) for row in range(7))]
@@ -156,7 +156,8 @@ def _onto(axis: FloatArray) -> FloatArray:
 def _link(arm: ArmDescription, row: int) -> FloatArray:
     """Return the (4, 4) step over link ``row`` with the joint at q = 0."""
     step = translation([0.0, 0.0, (arm.d_bs, 0.0, arm.d_se, arm.d_4, arm.d_ew, 0.0, arm.d_wf)[row]])
-    step[0, 3] = (0.0, 0.0, arm.a_3, arm.a_4, 0.0, 0.0, 0.0)[row]
+    a_1, a_6 = (arm.a_1, arm.a_6) if isinstance(arm, OffsetDescription) else (0.0, 0.0)
+    step[0, 3] = (a_1, 0.0, arm.a_3, arm.a_4, 0.0, a_6, 0.0)[row]
     back, on = _QUARTER_TURN_BACK_X, _QUARTER_TURN_X
     twist = (back, on, on, back, back, on, np.eye(4))[row]
     return rotation_about(np.array([0.0, 0.0, 1.0]), np.float64(arm.offsets[row])) @ step @ twist

@@ -110,6 +110,22 @@ class ArmDescription:
             object.__setattr__(self, "chain", frozen(np.array(self.chain, dtype=np.float64)))
 
 
+@dataclass(frozen=True, eq=False)
+class OffsetDescription(ArmDescription):
+    """Numbers of one arm with one offset more than S-R-S.
+
+    Parameters
+    ----------
+    a_1, a_6 : float
+        Offset between the axes of joints 1 and 2, or of joints 6 and 7, m: one of them is 0.
+
+    Source: docs, theory/offset_wrist.
+    """
+
+    a_1: float = 0.0
+    a_6: float = 0.0
+
+
 @dataclass(frozen=True)
 class ImportReport:
     """How an arm was read from a file, and how well it is met.
@@ -123,7 +139,7 @@ class ImportReport:
     joint_names : tuple of 7 str
         From base to tip.
     shoulder_miss, wrist_miss : float
-        How far the axes of the file miss the common point, m.
+        How far the axes of the file miss the common point, m; of an offset shoulder or wrist, its offset.
     angle_miss : float
         How far the worst two neighbouring axes are from a right angle, rad.
     residual_position, residual_rotation : float

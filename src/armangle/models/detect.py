@@ -17,7 +17,7 @@ Shoulder or wrist axes in another order (roll, pitch, yaw) are zeros of joints 2
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import NamedTuple
@@ -27,9 +27,11 @@ import numpy as np
 from .._arrays import JOINTS
 from ..errors import InputError, NotSRSError
 from .axes import (
-    POSTURES,
+    NEAR_ANGLE,
+    NEAR_LENGTH,
     ROUNDING,
     Axes,
+    above,
     cross,
     millimetres,
     reasons_against,
@@ -40,19 +42,13 @@ from .chain import Chain, FloatArray, chain_of, links_of, rigid_inverse
 from .description import ArmDescription, ImportReport
 from .fit import fit
 from .offset import offset_hint
+from .report import import_notes, import_report
 
 ANGLE_TOLERANCE = 1e-5
 LENGTH_TOLERANCE = 2e-5
 ZERO_LENGTH = 2e-5
 MAX_ANGLE = 0.1
 MAX_LENGTH = 0.1
-NEAR_LENGTH = 30e-3
-NEAR_ANGLE = math.radians(2.0)
-SUSPICIOUS_VELOCITY = 10.0
-LIKE_DEGREES = "limits look like degrees where rad are wanted"
-LIKE_MILLIMETRES = "lengths look like mm where m are wanted"
-SUSPICIOUS_LENGTH = 10.0  # m: the link of no arm of this kind is as long
-SUSPICIOUS_LIMIT = 20.0  # rad: no arm turns a joint three times, but many files state degrees
 
 _NOISE = 1e-12
 _LENGTH_DIGITS = 12
@@ -118,11 +114,11 @@ def describe_chain(
     _refuse_unless_srs(chain, axes, angle, length)
     snaps = not reasons_against(axes, ANGLE_TOLERANCE, LENGTH_TOLERANCE)
     arm = _snapped(chain) if snaps else fitted_arm(chain)
-    notes = (*chain.notes, *_limit_notes(chain), *_velocity_notes(chain))
+    notes = import_notes(chain)
     arm = replace(arm, notes=notes if exact else (*notes, *_chain_notes(chain, arm)))
     if not exact and max(residual(chain, arm)) > ROUNDING:
         arm = replace(arm, chain=links_of(chain))
-    return arm, _report(chain, axes, arm)
+    return arm, import_report(chain, residual(chain, arm), arm.notes)
 
 
 def _chain_notes(chain: Chain, arm: ArmDescription) -> tuple[str, ...]:
@@ -218,19 +214,13 @@ def _near_sentence(chain: Chain, found: Nearness, angle: float, length: float) -
     position, rotation = residual(chain, fitted_arm(chain))
     off = [f"{millimetres(found.miss)}"] if found.miss > length else []
     off += [f"{np.degrees(found.tilt):.4g} deg"] if found.tilt > angle else []
-    wanted = [f"a length tolerance of {_above(1e3 * found.miss)} mm"] if found.miss > length else []
-    wanted += [f"an angle tolerance of {_above(math.degrees(found.tilt))} deg"] if found.tilt > angle else []
+    wanted = [f"a length tolerance of {above(1e3 * found.miss)} mm"] if found.miss > length else []
+    wanted += [f"an angle tolerance of {above(math.degrees(found.tilt))} deg"] if found.tilt > angle else []
     return (
         f"It is near S-R-S: nothing is off by more than {' and '.join(off)}. The S-R-S arm fitted to it "
         f"differs from it by up to {millimetres(position)} and {np.degrees(rotation):.3g} deg at the tip; "
         f"{' and '.join(wanted)} {'take' if len(wanted) > 1 else 'takes'} that arm."
     )
-
-
-def _above(value: float) -> str:
-    """Return a number of three digits above the value."""
-    step = 10.0 ** (math.floor(math.log10(value)) - 2)
-    return f"{(math.floor(value / step) + 1) * step:.3g}"
 
 
 def _writings(chain: Chain, axes: Axes, slack: _Slack) -> Iterator[ArmDescription]:
@@ -368,59 +358,3 @@ def _plainest(writings: list[ArmDescription], slack: _Slack) -> ArmDescription:
         return sum(minus), minus
 
     return min(writings, key=mirrored)
-
-
-def _limit_notes(chain: Chain) -> tuple[str, ...]:
-    """Return a note where the limits are an exporter's default, or look like degrees."""
-    ends = [(joint.lower, joint.upper) for joint in chain.joints]
-    if all(lower == upper == 0.0 for lower, upper in ends):
-        return ("all limits are 0 to 0, so that no joint may move: state the true ones",)
-    names = [joint.name for joint in chain.joints]
-    return degrees_notes(
-        names, [joint.lower for joint in chain.joints], [joint.upper for joint in chain.joints]
-    )
-
-
-def degrees_notes(names: Iterable[str], lower: Iterable[float], upper: Iterable[float]) -> tuple[str, ...]:
-    """Return a note where limits (rad) are so wide that they look like degrees, else nothing."""
-    wide = [
-        f"{name!r} {low:g} to {high:g}"
-        for name, low, high in zip(names, lower, upper, strict=True)
-        if any(SUSPICIOUS_LIMIT < abs(end) < math.inf for end in (low, high))
-    ]
-    return (f"{LIKE_DEGREES}: joint {', '.join(wide)}",) if wide else ()
-
-
-def millimetre_notes(lengths: Mapping[str, float]) -> tuple[str, ...]:
-    """Return a note where lengths (m) are so long that they look like mm, else nothing."""
-    long = [f"{name} {value:g}" for name, value in lengths.items() if abs(value) > SUSPICIOUS_LENGTH]
-    return (f"{LIKE_MILLIMETRES}: {', '.join(long)}",) if long else ()
-
-
-def _velocity_notes(chain: Chain) -> tuple[str, ...]:
-    """Return a note for each speed that looks like a template's."""
-    return tuple(
-        f"velocity of joint {joint.name!r} is {joint.velocity:.4g} rad/s "
-        f"({math.degrees(joint.velocity):.4g} deg/s): not trusted"
-        for joint in chain.joints
-        if SUSPICIOUS_VELOCITY <= joint.velocity < math.inf
-    )
-
-
-def _report(chain: Chain, axes: Axes, arm: ArmDescription) -> ImportReport:
-    """Return how far the chain is from the arm."""
-    position, rotation = residual(chain, arm)
-    shoulder, wrist = axes.worst_miss
-    return ImportReport(
-        source=chain.source,
-        base=chain.base,
-        tip=chain.tip,
-        joint_names=arm.joint_names,
-        shoulder_miss=shoulder,
-        wrist_miss=wrist,
-        angle_miss=axes.worst_squareness,
-        residual_position=position,
-        residual_rotation=rotation,
-        postures=POSTURES,
-        notes=arm.notes,
-    )

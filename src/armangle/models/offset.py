@@ -2,35 +2,26 @@
 
 from __future__ import annotations
 
+import math
 import tomllib
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from importlib.resources import files
 from typing import Any
 
 import numpy as np
 
 from ..errors import NotSRSError, UnknownRobotError
-from .axes import millimetres, worst_difference
+from .axes import NEAR_ANGLE, NEAR_LENGTH, above, millimetres, rotation_angle, worst_difference
 from .chain import Chain, FloatArray, chain_of, rigid_inverse, rotation_about
-from .description import ArmDescription
+from .description import ImportReport, OffsetDescription
+from .report import import_notes, import_report
 
 ANGLE_TOLERANCE = 5e-5  # rad: what files that write right angles to five digits are off by
 LENGTH_TOLERANCE = 2e-5  # m
 _SINES = (-1.0, 1.0, 1.0, -1.0, -1.0, 1.0)  # of the twists alpha_1 ... alpha_6 between neighbouring axes
+NOT_EXACT = "not quite the arm of its file: S-R-S but for"
+_POSTURES = np.random.default_rng(5).uniform(-np.pi, np.pi, (8, 7))  # at which an exact arm is told
 _SQUARE = 0.2  # neighbouring axes further than this from square, as a cosine, are of another kind of arm
-
-
-@dataclass(frozen=True, eq=False)
-class OffsetDescription:
-    """The numbers of an arm with one offset more than S-R-S.
-
-    ``rows`` are those of `ArmDescription`; ``a_1`` lies between the axes of joints 1 and 2, ``a_6`` between
-    those of joints 6 and 7, m, and one of them is 0.
-    """
-
-    rows: ArmDescription
-    a_1: float = 0.0
-    a_6: float = 0.0
 
 
 def offset_catalogue() -> tuple[str, ...]:
@@ -45,7 +36,7 @@ def load_offset_robot(name: str) -> OffsetDescription:
         raise UnknownRobotError(f"there is no offset arm {name!r}; there are: {', '.join(sorted(known))}")
     table = known[name]
     tool = rotation_about(np.array([0.0, 0.0, 1.0]), np.radians(np.float64(table.get("tool_turn_deg", 0.0))))
-    rows = ArmDescription(
+    return OffsetDescription(
         d_bs=table["d_bs"],
         d_se=table["d_se"],
         d_ew=table["d_ew"],
@@ -59,53 +50,115 @@ def load_offset_robot(name: str) -> OffsetDescription:
         velocity=tuple(table["velocity"]),
         tool=tool,
         name=name,
+        a_1=table.get("a_1", 0.0),
+        a_6=table.get("a_6", 0.0),
     )
-    return OffsetDescription(rows, table.get("a_1", 0.0), table.get("a_6", 0.0))
 
 
 def _tables() -> dict[str, Any]:
     return tomllib.loads(files(__package__).joinpath("offset_arms.toml").read_text(encoding="utf-8"))
 
 
-def describe_offset_chain(chain: Chain, *, angle: float, length: float) -> OffsetDescription:
+def describe_offset_chain(
+    chain: Chain, *, angle: float, length: float
+) -> tuple[OffsetDescription, ImportReport]:
     """Return the numbers of a chain whose axes are those of an S-R-S arm but for a_1 or a_6.
 
     The Denavit-Hartenberg rows are read off neighbouring axes, and accepted where their forward kinematics
-    is that of the chain within `length` (m) and `angle` (rad).
+    is that of the chain within `length` (m) and `angle` (rad). To fit them to a calibrated chain in the mean
+    square would better its positions by some hundredths.
     """
     if len(chain.joints) != 7:
         raise NotSRSError(f"{chain.source}: the chain has {len(chain.joints)} rotating joints, wanted 7")
     found = _read(chain)
-    position, rotation = worst_difference(chain, offset_chain_of(found))
-    if position > length or rotation > angle:
+    if max(abs(found.a_1), abs(found.a_6)) <= length and _within(_off(chain, found), length, angle):
         raise NotSRSError(
-            f"{chain.source}: not an arm with one offset wrist or shoulder: its nearest rows miss "
-            f"its forward kinematics by {millimetres(position)} and {rotation:.3g} rad"
+            f"{chain.source}: has no offset at wrist or shoulder beyond the length tolerance, "
+            f"{millimetres(length)}: it is S-R-S, for armangle.Arm"
         )
-    if abs(found.a_1) <= length and abs(found.a_6) <= length:
-        raise NotSRSError(
-            f"{chain.source}: has no offset at wrist or shoulder: it is S-R-S, for armangle.Arm"
-        )
-    if abs(found.a_1) > length and abs(found.a_6) > length:
+    if min(abs(found.a_1), abs(found.a_6)) > length and _within(_off(chain, found), length, angle):
         raise NotSRSError(
             f"{chain.source}: offsets at both ends, {millimetres(abs(found.a_1))} between axes 1 and 2 and "
             f"{millimetres(abs(found.a_6))} between axes 6 and 7: there is no closed form for both"
         )
-    return replace(found, a_1=0.0) if abs(found.a_1) <= length else replace(found, a_6=0.0)
+    found = _with_one_offset(found)
+    off = _off(chain, found)
+    if not _within(off, length, angle):
+        advice = f"; {_tolerances(off)} take it" if _within(off, NEAR_LENGTH, NEAR_ANGLE) else ""
+        raise NotSRSError(
+            f"{chain.source}: not an arm with one offset wrist or shoulder: its rows miss "
+            f"its forward kinematics by up to {_differs(off)}{advice}"
+        )
+    notes = import_notes(chain)
+    if not _within(off, LENGTH_TOLERANCE, ANGLE_TOLERANCE):
+        notes = (*notes, f"{NOT_EXACT} {_kind(found)}, it differs by up to {_differs(off)} at the tip")
+    found = replace(found, notes=notes)
+    return found, import_report(chain, off, notes)
 
 
 def offset_hint(chain: Chain) -> str:
-    """Return which arm a chain is that has one offset wrist or shoulder, as a sentence; else nothing."""
+    """Return which arm a chain is that has one offset wrist or shoulder, or nearly; else nothing."""
     try:
-        found = describe_offset_chain(chain, angle=ANGLE_TOLERANCE, length=LENGTH_TOLERANCE)
+        found = _with_one_offset(_read(chain))
     except NotSRSError:
         return ""
-    what = (
-        f"an offset shoulder, a_1 = {millimetres(abs(found.a_1))}"
-        if found.a_1
-        else f"an offset wrist, a_6 = {millimetres(abs(found.a_6))}"
+    off = _off(chain, found)
+    if _within(off, LENGTH_TOLERANCE, ANGLE_TOLERANCE):
+        return f"armangle.OffsetArm takes it, from the same file: it is S-R-S but for {_kind(found)}."
+    if not _within(off, NEAR_LENGTH, NEAR_ANGLE):
+        return ""
+    return (
+        f"armangle.OffsetArm takes it as S-R-S but for {_kind(found)}, with {_tolerances(off)}: "
+        f"that arm differs by up to {_differs(off)} at the tip."
     )
-    return f"armangle.OffsetArm takes it, from the same file: it is S-R-S but for {what}."
+
+
+def offset_end(chain: Chain) -> str:
+    """Return where the one offset of a chain is, "shoulder" or "wrist"; empty where it is no such arm."""
+    try:
+        found = _read(chain)
+    except NotSRSError:
+        return ""
+    one = _with_one_offset(found)
+    apart = chain_of(one).forward(_POSTURES) - chain.forward(_POSTURES)
+    if np.abs(apart[..., :3, 3]).max() > LENGTH_TOLERANCE or rotation_angle(apart).max() > ANGLE_TOLERANCE:
+        return ""
+    if max(abs(one.a_1), abs(one.a_6)) <= LENGTH_TOLERANCE:
+        return ""
+    return "shoulder" if one.a_1 else "wrist"
+
+
+def _with_one_offset(found: OffsetDescription) -> OffsetDescription:
+    """Return the rows without the smaller of their two offsets."""
+    return replace(found, a_1=0.0) if abs(found.a_1) <= abs(found.a_6) else replace(found, a_6=0.0)
+
+
+def _off(chain: Chain, found: OffsetDescription) -> tuple[float, float]:
+    """Return how far rows are from a chain at the tip, m and rad."""
+    return worst_difference(chain, chain_of(found))
+
+
+def _within(off: tuple[float, float], length: float, angle: float) -> bool:
+    return off[0] <= length and off[1] <= angle
+
+
+def _kind(found: OffsetDescription) -> str:
+    if found.a_1:
+        return f"an offset shoulder, a_1 = {millimetres(abs(found.a_1))}"
+    return f"an offset wrist, a_6 = {millimetres(abs(found.a_6))}"
+
+
+def _differs(off: tuple[float, float]) -> str:
+    return f"{millimetres(off[0])} and {off[1]:.3g} rad"
+
+
+def _tolerances(off: tuple[float, float]) -> str:
+    """Say which tolerances take what is off by so much, in Python and on the command line."""
+    length, angle = max(off[0], LENGTH_TOLERANCE), max(off[1], ANGLE_TOLERANCE)
+    return (
+        f"length_tolerance={above(length)} and angle_tolerance={above(angle)} (--length-tolerance "
+        f"{above(1e3 * length)} --angle-tolerance {above(math.degrees(angle))})"
+    )
 
 
 def _read(chain: Chain) -> OffsetDescription:
@@ -142,28 +195,16 @@ def _read(chain: Chain) -> OffsetDescription:
     last = _frame(x[5], z[6], feet[5, 1])
     along = float((tip[:3, 3] - feet[5, 1]) @ z[6])
     last[:3, 3] += along * z[6]
-    rows = ArmDescription(
+    return OffsetDescription(
         d_bs=_rounded((feet[0, 0] - foot) @ z[0]), d_se=_rounded(d[1]), d_ew=_rounded(d[3]),
         d_wf=_rounded(along),
-        a_3=_rounded(a[2]), a_4=_rounded(a[3]),
+        a_1=_rounded(a[0]), a_3=_rounded(a[2]), a_4=_rounded(a[3]), a_6=_rounded(a[5]),
         lower=tuple(j.lower for j in chain.joints), upper=tuple(j.upper for j in chain.joints),
         velocity=tuple(j.velocity for j in chain.joints),
         signs=tuple(int(s) for s in signs), offsets=tuple(_quarters(o) for o in offsets),
         base=frame, tool=rigid_inverse(last) @ tip,
         name=chain.name, joint_names=tuple(j.name for j in chain.joints),
     )  # fmt: skip
-    return OffsetDescription(rows, a_1=_rounded(a[0]), a_6=_rounded(a[5]))
-
-
-def offset_chain_of(found: OffsetDescription) -> Chain:
-    """Return the chain of the numbers, the rows' own with a_1 and a_6 put in."""
-    chain = chain_of(found.rows)
-    joints = list(chain.joints)
-    for row, offset in ((1, found.a_1), (6, found.a_6)):
-        origin = joints[row].origin.copy()
-        origin[:3, 3] += origin[:3, 0] * offset
-        joints[row] = replace(joints[row], origin=origin)
-    return replace(chain, joints=tuple(joints))
 
 
 def _common_normal(p: FloatArray, u: FloatArray, r: FloatArray, v: FloatArray) -> FloatArray:

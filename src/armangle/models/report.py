@@ -1,0 +1,78 @@
+"""What is said of an arm that was read: how well its file is met, which of its numbers nobody can mean."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+
+from .axes import POSTURES, Axes
+from .chain import Chain
+from .description import ImportReport
+
+LIKE_DEGREES = "limits look like degrees where rad are wanted"
+LIKE_MILLIMETRES = "lengths look like mm where m are wanted"
+_SUSPICIOUS_VELOCITY = 10.0  # rad/s
+_SUSPICIOUS_LENGTH = 10.0  # m: the link of no arm of this kind is as long
+_SUSPICIOUS_LIMIT = 20.0  # rad: no arm turns a joint three times, but many files state degrees
+
+
+def import_report(chain: Chain, residual: tuple[float, float], notes: tuple[str, ...]) -> ImportReport:
+    """Return how far a chain is from the arm made of it, whose tip differs by `residual` (m, rad) at most."""
+    axes = Axes(*chain.lines())
+    shoulder, wrist = axes.worst_miss
+    position, rotation = residual
+    return ImportReport(
+        source=chain.source,
+        base=chain.base,
+        tip=chain.tip,
+        joint_names=tuple(joint.name for joint in chain.joints),
+        shoulder_miss=shoulder,
+        wrist_miss=wrist,
+        angle_miss=axes.worst_squareness,
+        residual_position=position,
+        residual_rotation=rotation,
+        postures=POSTURES,
+        notes=notes,
+    )
+
+
+def import_notes(chain: Chain) -> tuple[str, ...]:
+    """Return what the reader met, and what a user should not trust of limits and speeds."""
+    return (*chain.notes, *_limit_notes(chain), *_velocity_notes(chain))
+
+
+def _limit_notes(chain: Chain) -> tuple[str, ...]:
+    """Return a note where the limits are an exporter's default, or look like degrees."""
+    ends = [(joint.lower, joint.upper) for joint in chain.joints]
+    if all(lower == upper == 0.0 for lower, upper in ends):
+        return ("all limits are 0 to 0, so that no joint may move: state the true ones",)
+    names = [joint.name for joint in chain.joints]
+    return degrees_notes(
+        names, [joint.lower for joint in chain.joints], [joint.upper for joint in chain.joints]
+    )
+
+
+def degrees_notes(names: Iterable[str], lower: Iterable[float], upper: Iterable[float]) -> tuple[str, ...]:
+    """Return a note where limits (rad) are so wide that they look like degrees, else nothing."""
+    wide = [
+        f"{name!r} {low:g} to {high:g}"
+        for name, low, high in zip(names, lower, upper, strict=True)
+        if any(_SUSPICIOUS_LIMIT < abs(end) < math.inf for end in (low, high))
+    ]
+    return (f"{LIKE_DEGREES}: joint {', '.join(wide)}",) if wide else ()
+
+
+def millimetre_notes(lengths: Mapping[str, float]) -> tuple[str, ...]:
+    """Return a note where lengths (m) are so long that they look like mm, else nothing."""
+    long = [f"{name} {value:g}" for name, value in lengths.items() if abs(value) > _SUSPICIOUS_LENGTH]
+    return (f"{LIKE_MILLIMETRES}: {', '.join(long)}",) if long else ()
+
+
+def _velocity_notes(chain: Chain) -> tuple[str, ...]:
+    """Return a note for each speed that looks like a template's."""
+    return tuple(
+        f"velocity of joint {joint.name!r} is {joint.velocity:.4g} rad/s "
+        f"({math.degrees(joint.velocity):.4g} deg/s): not trusted"
+        for joint in chain.joints
+        if _SUSPICIOUS_VELOCITY <= joint.velocity < math.inf
+    )
