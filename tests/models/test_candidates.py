@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from support.chain import RandomArm, joint_xml, pose_error, random_frame, rpy, urdf_forward
 
+from armangle import Arm, OffsetArm
 from armangle.errors import UrdfError
 from armangle.models.candidates import Candidate, listed
 from armangle.models.urdf import read_urdf, urdf_candidates
@@ -90,20 +92,20 @@ def test_the_arm_is_offered_whatever_carries_it_and_whatever_it_carries(case: st
     text, wanted = WHOLE[case]
     found = urdf_candidates(text)
     assert ends(text) == wanted
-    assert [one.rank() for one in found] == [0 if one.tip != "a_5" else 2 for one in found]
+    assert [one.rank() for one in found] == [0 if one.tip != "a_5" else 3 for one in found]
     if len(found) == 1 and found[0].rank() == 0:
         assert [joint.name for joint in read_urdf(text).joints] == [f"a_j{i}" for i in range(1, 8)]
 
 
 def test_exact_chains_come_first_then_near_ones_with_their_residual() -> None:
     near = [list(place) for place in STRAIGHT]
-    near[1] = [0.012, 0, 0]
+    near[1], near[6] = [0.012, 0, 0], [0.001, 0, 0]  # at both ends: no offset arm
     odd = [list(place) for place in STRAIGHT]
-    odd[1] = [0.2, 0, 0]
+    odd[1], odd[6] = [0.2, 0, 0], [0.1, 0, 0]
     text = robot(arm("odd", "foot", places=odd), arm("near", "foot", places=near), arm("a", "foot"))
     found = urdf_candidates(text)
     assert [one.tip for one in found] == ["a_7", "near_7", "odd_7"]
-    assert [one.rank() for one in found] == [0, 1, 2]
+    assert [one.rank() for one in found] == [0, 2, 3]
     assert found[0].verdict() == "S-R-S" and found[2].verdict() == "not S-R-S"
     assert re.fullmatch(
         r"near S-R-S: off by 12 mm, 0 deg; nearest arm within 2\d\.\d+ mm", found[1].verdict()
@@ -166,7 +168,7 @@ def test_a_generated_arm_is_found_on_any_tree(seed: int) -> None:
 def test_a_chain_that_cannot_be_read_is_offered_as_such() -> None:
     text = robot(arm("a", "foot")).replace('<axis xyz="0 1 0"/>', '<axis xyz="0 0 0"/>', 1)
     (found,) = urdf_candidates(text)
-    assert (found.verdict(), found.rank()) == ("cannot be read", 2)
+    assert (found.verdict(), found.rank()) == ("cannot be read", 3)
     with pytest.raises(UrdfError, match="joint 'a_j2' has a zero axis"):
         read_urdf(text)
 
@@ -187,3 +189,49 @@ def test_a_body_with_many_ends_names_the_link_where_they_part() -> None:
     assert (found.tip, len(found.ends)) == ("palm", 6)
     assert str(found) == "'foot' to 'palm' (S-R-S; or tip pad_0, pad_1, pad_2, pad_3, and 2 more)"
     assert read_urdf(robot(arm("a", "foot", rest=hand)), tip="palm").tip == "palm"
+
+
+# arms with an offset wrist or shoulder
+
+
+FR3 = OffsetArm.from_catalogue("franka_fr3")
+SHOULDER = OffsetArm(a_1=0.117, d_bs=0.3, d_se=0.35, d_ew=0.32, d_wf=0.15, lower=[-2] * 7, upper=[2] * 7)
+
+
+def inside(text: str, name: str, base: str) -> str:
+    """Return links and joints of a robot that is written alone, renamed and fixed to a link."""
+    renamed = re.sub(r'(name|link)="([^"]*)"', rf'\1="{name}_\2"', text[text.index("<link") :])
+    return renamed.removesuffix("</robot>\n").replace("</robot>", "") + joint_xml(
+        f"{name}_on", base, f"{name}_base", "fixed"
+    )
+
+
+@pytest.mark.parametrize(("one", "end"), [(FR3, "wrist"), (SHOULDER, "shoulder")])
+def test_chains_of_offset_arms_are_called_what_they_are(one: OffsetArm, end: str) -> None:
+    text = robot(inside(one.to_urdf(), "l", "foot"), inside(one.to_urdf(), "r", "foot"))
+    verdicts = [found.verdict() for found in urdf_candidates(text)]
+    assert verdicts == [f"offset {end}, for armangle.OffsetArm"] * 2
+    for kind in (Arm, OffsetArm):
+        with pytest.raises(UrdfError, match=f"not unique, name them; candidates: .*offset {end}"):
+            kind.from_urdf(text)
+    assert OffsetArm.from_urdf(text, tip="r_tip").joint_names[0] == f"r_{one.joint_names[0]}"
+
+
+def test_each_kind_of_arm_takes_its_own_chain_of_a_file() -> None:
+    text = robot(inside(FR3.to_urdf(), "l", "foot"), arm("a", "foot"))
+    assert [found.rank() for found in urdf_candidates(text)] == [0, 1]
+    assert Arm.from_urdf(text).joint_names[0] == "a_j1"
+    assert OffsetArm.from_urdf(text).joint_names[0] == "l_joint_1"
+
+
+@pytest.mark.parametrize("waists", [0, 1, 2])
+@pytest.mark.parametrize("gripper", [False, True])
+def test_an_offset_arm_stands_between_hinges(waists: int, gripper: bool) -> None:
+    links = ["foot", *(f"w_{i}" for i in range(waists))]
+    parts = [under("revolute", below, above, f"{below}_j") for above, below in pairwise(links)]
+    jaw = [under("revolute", "jaw", "l_tip", "jaw_hinge")] if gripper else []
+    text = robot(*parts, inside(FR3.to_urdf(), "l", links[-1]), *jaw)
+    read = OffsetArm.from_urdf(text)
+    assert read.joint_names == tuple(f"l_{name}" for name in FR3.joint_names)
+    q = np.array([0.1, 0.4, 0.2, -1.8, 0.3, 2.0, 0.5])
+    np.testing.assert_allclose(read.forward(q)[0], FR3.forward(q)[0], rtol=0, atol=1e-9)

@@ -252,7 +252,8 @@ class OffsetArm(FrozenValue):
         source : path or str or bytes
             A URDF file, or its XML text.
         base, tip : str, optional
-            Names of the two links; guessed where the file leaves one choice of seven rotating joints.
+            Names of the two links; guessed where the file leaves one choice of seven rotating joints, or one
+            with an offset wrist or shoulder.
         angle_tolerance, length_tolerance : float
             How far its forward kinematics may be from the file's at most, rad, m. Files write right angles to
             five digits or so; what they then differ by is below the default. Beyond the default, as for
@@ -269,7 +270,7 @@ class OffsetArm(FrozenValue):
         NotSRSError
             If the arm has other offsets than these; the message says by how much.
         """
-        chain = read_urdf(source, base=base, tip=tip, continuous_limits=continuous_limits)
+        chain = read_urdf(source, base=base, tip=tip, continuous_limits=continuous_limits, offset=True)
         return cls._of_chain(chain, angle_tolerance, length_tolerance)
 
     @classmethod
@@ -300,7 +301,7 @@ class OffsetArm(FrozenValue):
         FileFormatError, NotSRSError
             As `from_urdf`.
         """
-        chain = read_mjcf(source, base=base, tip=tip)
+        chain = read_mjcf(source, base=base, tip=tip, offset=True)
         return cls._of_chain(chain, angle_tolerance, length_tolerance)
 
     @classmethod

@@ -1,4 +1,4 @@
-"""Chains of seven rotating joints in the tree of a robot, and which of them are S-R-S.
+"""Chains of seven rotating joints in the tree of a robot, and which are S-R-S, or but for an offset.
 
 A reader hands in its file as rigid bodies and the joints between them. A chain is looked for by walking *up*
 from every joint: what stands under an arm (a waist, a lift, a free base) and what it carries (a gripper)
@@ -19,6 +19,7 @@ from ..errors import FileFormatError
 from .axes import Axes, millimetres
 from .chain import Chain
 from .detect import Nearness, fitted_arm, nearness, residual
+from .offset import offset_end
 
 _MOST_NAMES = 20
 _MOST_TIPS = 4
@@ -149,6 +150,8 @@ class Candidate:
     residual : float
         Greatest distance found between the nearest S-R-S arm and the file, m; NaN where the chain is not
         near.
+    offset : str
+        "wrist" or "shoulder" where the chain is S-R-S but for one offset there; else empty.
     """
 
     base: str
@@ -157,6 +160,7 @@ class Candidate:
     joints: tuple[str, ...]
     nearness: Nearness | None
     residual: float
+    offset: str = ""
 
     def verdict(self) -> str:
         """Return in words how near to S-R-S the chain is."""
@@ -164,16 +168,20 @@ class Candidate:
             return "cannot be read"
         if self.nearness.srs:
             return "S-R-S"
+        special = f"offset {self.offset}, for armangle.OffsetArm" if self.offset else ""
         if not self.nearness.near:
-            return "not S-R-S"
+            return special or "not S-R-S"
         off = f"off by {millimetres(self.nearness.miss)}, {round(math.degrees(self.nearness.tilt), 4):g} deg"
-        return f"near S-R-S: {off}; nearest arm within {millimetres(self.residual)}"
+        near = f"near S-R-S: {off}; nearest arm within {millimetres(self.residual)}"
+        return f"{near}; or {special}" if special else near
 
     def rank(self) -> int:
-        """Return 0 for S-R-S, 1 for near, 2 for others."""
+        """Return 0 for S-R-S, 1 for an offset wrist or shoulder, 2 for near, 3 for others."""
         if self.nearness is not None and self.nearness.srs:
             return 0
-        return 1 if self.nearness is not None and self.nearness.near else 2
+        if self.offset:
+            return 1
+        return 2 if self.nearness is not None and self.nearness.near else 3
 
     def __str__(self) -> str:
         """Both ends, the other tips there are, and the verdict, in one line."""
@@ -202,12 +210,12 @@ def unknown(what: str, name: str, role: str, names: Sequence[str]) -> str:
 def find_candidates(
     tree: Tree, chain: Callable[[str, str], Chain], base: str | None = None
 ) -> list[Candidate]:
-    """Return every chain of seven rotating joints: S-R-S first, then near ones, then others in file order.
+    """Return every chain of seven rotating joints: S-R-S, with one offset more, near, others in file order.
 
     A chain begins at the root, where the tree branches, after a joint that does not rotate, or at ``base``;
     it ends at a leaf, where the tree branches, or before a joint that does not rotate; in
-    between the tree does not branch. One that is S-R-S may run anywhere, one that is near may begin or end
-    anywhere.
+    between the tree does not branch. One that is S-R-S, or has an offset wrist or shoulder, may run anywhere,
+    one that is near may begin or end anywhere.
 
     Parameters
     ----------
@@ -233,10 +241,11 @@ def find_candidates(
             continue
         ends = (base or first.links[0], last.parting)
         how = _nearness(chain, ends)
-        if whole or (how is not None and (how.srs or (how.near and (begins or stops)))):
+        offset = "" if how is None or how.srs else offset_end(chain(*ends))
+        if whole or offset or (how is not None and (how.srs or (how.near and (begins or stops)))):
             off = _residual(chain(*ends)) if how is not None and how.near else math.nan
             names = tuple(tree.joints[number].name for number in way)
-            found.append(Candidate(*ends, tuple(last.ends), names, how, off))
+            found.append(Candidate(*ends, tuple(last.ends), names, how, off, offset))
     return sorted(found, key=Candidate.rank)
 
 
@@ -259,6 +268,8 @@ def guess(
     base: str | None,
     tip: str | None,
     fail: Callable[[str], NoReturn],
+    *,
+    offset: bool = False,
 ) -> tuple[str, str]:
     """Return base and tip, the missing ones guessed; ``fail`` is told why it cannot be done.
 
@@ -270,6 +281,8 @@ def guess(
         Links of the tree.
     fail : callable
         Raises the error of the file's format.
+    offset : bool, optional
+        Whether an arm with an offset wrist or shoulder is looked for, in place of one that is S-R-S.
     """
     if tip is not None:
         return tree.base_above(tip), tip
@@ -279,7 +292,7 @@ def guess(
         others = find_candidates(tree, chain) if base else []
         choices = f"; the file has {_lines(others)}" if others else ""
         fail(f"no chain of {JOINTS} rotating joints{where}, walking up from every joint{choices}")
-    exact = [one for one in found if one.nearness is not None and one.nearness.srs]
+    exact = [one for one in found if one.rank() == int(offset)]
     chosen = exact if len(exact) == 1 else found
     if len(chosen) > 1 or len(chosen[0].ends) > 1:
         fail(f"base and tip are not unique, name them; candidates: {_lines(chosen)}")

@@ -31,7 +31,9 @@ _COLLIDING = ("plane", "hfield", "sphere", "capsule", "ellipsoid", "cylinder", "
 _LEAST_MASS = 1e-3  # kg, and kg m^2: bodies whose mass came from their shapes
 
 
-def read_mjcf(source: str | os.PathLike[str], base: str | None = None, tip: str | None = None) -> Chain:
+def read_mjcf(
+    source: str | os.PathLike[str], base: str | None = None, tip: str | None = None, *, offset: bool = False
+) -> Chain:
     """Return the chain of seven hinges from a body to a body or site.
 
     Parameters
@@ -43,6 +45,8 @@ def read_mjcf(source: str | os.PathLike[str], base: str | None = None, tip: str 
     tip : str, optional
         Name of a body or site below ``base``. What is left out is guessed: the only chain of seven hinges,
         or the only one of several that is S-R-S. :func:`mjcf_candidates` lists the choices.
+    offset : bool, optional
+        Guess an arm with an offset wrist or shoulder, in place of one that is S-R-S.
 
     Returns
     -------
@@ -56,7 +60,7 @@ def read_mjcf(source: str | os.PathLike[str], base: str | None = None, tip: str 
     FileFormatError
         The model cannot be read, has no such body, or no seven hinges between.
     """
-    return _Model(source).chain(base, tip)
+    return _Model(source).chain(base, tip, offset)
 
 
 def mjcf_candidates(source: str | os.PathLike[str], base: str | None = None) -> list[Candidate]:
@@ -258,12 +262,12 @@ class _Model:
         name = self.model.names.split(b"\0", 1)[0].decode() or "arm"
         return Chain(name, base, tip, tuple(joints), frame, self.source)
 
-    def chain(self, base: str | None, tip: str | None) -> Chain:
+    def chain(self, base: str | None, tip: str | None, offset: bool = False) -> Chain:
         """Return the chain of seven hinges from base to tip, the missing ones guessed."""
         if base is not None:
             self.body(base, "base")
         if tip is None:
-            base, tip = guess(self.tree(), self.between, base, None, self.fail)
+            base, tip = guess(self.tree(), self.between, base, None, self.fail, offset=offset)
         elif base is None:
             base = self.tree().base_above(self.body_above(tip))
         chain = self.between(base, tip)

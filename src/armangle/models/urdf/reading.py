@@ -159,6 +159,7 @@ def read_urdf(
     tip: str | None = None,
     *,
     continuous_limits: str = "ignore",
+    offset: bool = False,
 ) -> Chain:
     """Return the chain of seven joints from base link to tip link.
 
@@ -171,6 +172,8 @@ def read_urdf(
         several that is S-R-S. :func:`urdf_candidates` lists the choices.
     continuous_limits : {"ignore", "use"}, optional
         URDF says that a continuous joint has no limits; some files state them nevertheless.
+    offset : bool, optional
+        Guess an arm with an offset wrist or shoulder, in place of one that is S-R-S.
 
     Returns
     -------
@@ -190,7 +193,8 @@ def read_urdf(
         if link is not None and link not in robot.links:
             robot.fail(unknown("link", link, role, list(robot.links)))
     if base is None or tip is None:
-        base, tip = guess(_tree(robot, above), _Reader(robot, above), base, tip, robot.fail)
+        tree, reader = _tree(robot, above), _Reader(robot, above)
+        base, tip = guess(tree, reader, base, tip, robot.fail, offset=offset)
     steps = _path(robot, above, base, tip)
     moving = [joint for joint, _ in steps if joint.kind != "fixed"]
     for joint in moving:
