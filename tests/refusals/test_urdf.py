@@ -11,7 +11,7 @@ from support.chain import LIMIT, joint_xml, simple_urdf
 import armangle as aa
 import armangle.models.urdf.reading
 from armangle.errors import UrdfError
-from armangle.models.urdf import read_urdf
+from armangle.models.urdf import read_urdf, urdf_candidates
 
 BOMB = '<!DOCTYPE x [<!ENTITY a "ha"><!ENTITY b "&a;&a;&a;">]>' + simple_urdf()
 REFUSED = {
@@ -27,6 +27,22 @@ REFUSED = {
     "condition": (
         simple_urdf(f'<xacro:unless value="1">{joint_xml("a", "l0", "z")}</xacro:unless>'),
         "<xacro:unless> decides on a joint: this is xacro",
+    ),
+    "condition about a condition that is over": (
+        simple_urdf(f'<xacro:if value="1"><xacro:unless value="0"/>{joint_xml("a", "l0", "z")}</xacro:if>'),
+        "<xacro:if> decides on a joint: this is xacro",
+    ),
+    "condition in a condition": (
+        simple_urdf('<xacro:if value="1"><xacro:if value="1"><link name="z"/></xacro:if></xacro:if>'),
+        "<xacro:if> decides on a link: this is xacro",
+    ),
+    "call of a macro that is not here, about a joint": (
+        simple_urdf(f'<xacro:nowhere_defined>{joint_xml("a", "l0", "z")}</xacro:nowhere_defined>'),
+        "<xacro:nowhere_defined> holds a joint: this is xacro",
+    ),
+    "type": (
+        simple_urdf(j3=joint_xml("j3", "l2", "l3", "${t}", LIMIT)),
+        "joint 'j3': <joint type='${t}'> is an expression of xacro; run xacro first",
     ),
     "inside a joint": (
         simple_urdf(j3=joint_xml("j3", "l2", "l3", inside=LIMIT + "<xacro:axis/>")),
@@ -128,6 +144,18 @@ REFUSED = {
         "joint 'j3' lies 400 m away, absurd for an arm (wanted metres, at most 100)",
     ),
 }
+
+
+def test_a_type_that_is_an_expression_is_refused_with_its_line_where_links_are_guessed():
+    text = simple_urdf(j3=joint_xml("j3", "l2", "l3", "${t}", LIMIT))
+    for ask in (read_urdf, urdf_candidates):
+        with pytest.raises(UrdfError, match=r"joint 'j3': <joint type='.{4}'> is an expression") as caught:
+            ask(text)
+        assert caught.value.line == 1 + text[: text.index('name="j3"')].count("\n")
+    off_the_path = simple_urdf(joint_xml("finger", "l7", "f", "${t}") + '<link name="f"/>')
+    assert len(read_urdf(off_the_path, "l0", "l7").joints) == 7
+    named = '<transmission name="t"><joint name="j1"/></transmission>'
+    assert read_urdf(simple_urdf(f'<xacro:if value="1">{named}</xacro:if>'), "l0", "l7").tip == "l7"
 
 
 @pytest.mark.parametrize("source", [None, 5, 0.5, [], {}, object(), ""])

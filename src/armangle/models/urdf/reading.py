@@ -356,6 +356,7 @@ def _tree(robot: RobotElement, above: dict[str, JointElement]) -> Tree:
         if link not in body_of:
             _way_up(robot, link, above)  # says which loop it hangs on
     for child, joint in above.items():
+        robot.refuse_expression(joint)
         if joint.kind != "fixed":
             ends = (body_of[_ends(robot, joint)[0]], body_of[child])
             tree.joints.append(TreeJoint(joint.name, _rotates(joint), *ends))
@@ -368,6 +369,7 @@ def _rotates(joint: JointElement) -> bool:
 
 def _refuse_unless_rotating(robot: RobotElement, joint: JointElement) -> None:
     """Refuse a joint on the path that is not a free rotation, of those that may be meant as one."""
+    robot.refuse_expression(joint)
     if joint.kind not in _MOVING:
         robot.fail(f"joint {joint.name!r} on the path has unknown type {joint.kind!r}", joint)
     if "mimic" in joint.parts:

@@ -59,6 +59,12 @@ class RobotElement:
             tag, at = joint.xacro
             self.fail(f"joint {joint.name!r} holds <{tag}>: {_NOT_URDF}", at)
 
+    def refuse_expression(self, joint: JointElement) -> None:
+        """Raise :class:`UrdfError` where the type of a joint is an expression of xacro."""
+        if is_expression(joint.kind):
+            what = f"joint {joint.name!r}: <joint type={joint.kind!r}>"
+            self.fail(f"{what} is an expression of xacro; {XACRO_ADVICE}", joint)
+
     def numbers(
         self, joint: JointElement, part: str, key: str, count: int, *, infinite: bool = False
     ) -> NDArray[np.float64] | None:
@@ -68,12 +74,17 @@ class RobotElement:
         if text is None:
             return None
         what = f"joint {joint.name!r}: <{part} {key}={text!r}>"
-        if "${" in text or "$(" in text:
+        if is_expression(text):
             self.fail(f"{what} is an expression of xacro; {XACRO_ADVICE}", element)
         try:
             return numbers_in(text, count, infinite=infinite)
         except ValueError as error:
             self.fail(f"{what} {error}", element)
+
+
+def is_expression(text: str) -> bool:
+    """Return whether an attribute's text is an expression of xacro."""
+    return "${" in text or "$(" in text
 
 
 def numbers_in(text: str, count: int, *, infinite: bool = False) -> NDArray[np.float64]:
@@ -101,9 +112,9 @@ class _Reader:
     def __init__(self, source: str, skipped: int) -> None:
         self.robot = RobotElement(source)
         self.skipped = skipped
-        self.open: list[str] = []
+        self.open: list[str] = []  # the tags about the present one, and it; where each begins
+        self.began: list[Element] = []
         self.joint: JointElement | None = None
-        self.condition: tuple[str, Element] | None = None
         self.left_out: dict[str, list[int]] = {}
         self.macros: set[str] = set()
         self.includes = False
@@ -125,33 +136,37 @@ class _Reader:
         self.open.append(tag)
         element = self._here()
         element.attributes = attributes
+        self.began.append(element)
         depth = len(self.open)
         if tag.startswith(_XACRO):
             self._start_xacro(tag, element)
         elif depth == _ROBOT_DEPTH:
             self._start_robot(tag, element)
-        elif tag in ("link", "joint") and self.condition and self.open[-2] == self.condition[0]:
-            self.robot.fail(f"<{self.condition[0]}> decides on a {tag}: {_NOT_URDF}", self.condition[1])
+        elif depth > _PART_DEPTH and tag in ("link", "joint") and self._in_xacro():
+            does = "decides on" if self.open[-2] in _CONDITIONS else "holds"
+            self.robot.fail(f"<{self.open[-2]}> {does} a {tag}: {_NOT_URDF}", self.began[-2])
         elif depth == _PART_DEPTH and tag in ("link", "joint"):
             self._start_part(tag, element)
         elif depth == _DETAIL_DEPTH and self.joint and tag in _JOINT_PARTS:
             self.joint.parts[tag] = element
+
+    def _in_xacro(self) -> bool:
+        """Return whether tags of xacro alone lie between the robot and the present tag, and none defines."""
+        around = self.open[1:-1]
+        return "xacro:macro" not in around and all(other.startswith(_XACRO) for other in around)
 
     def _start_xacro(self, tag: str, element: Element) -> None:
         """Note a tag of xacro; what could make links or joints is refused, here or at the end of the file."""
         if "xacro:macro" in self.open[:-1]:
             return  # part of a definition: nothing by itself
         self.left_out.setdefault(tag, []).append(element.line)
-        outside = all(other.startswith(_XACRO) for other in self.open[1:-1])
         if self.joint is not None:
             self.joint.xacro = tag, element
         elif tag == "xacro:include":
             self.includes = True
         elif tag == "xacro:macro":
             self.macros.add(element.attributes.get("name", ""))
-        elif tag in _CONDITIONS:
-            self.condition = tag, element
-        elif outside and tag not in _DEFINITIONS:
+        elif self._in_xacro() and tag not in (*_DEFINITIONS, *_CONDITIONS):
             self.calls.append((tag, element))
 
     def finish(self) -> RobotElement:
@@ -186,8 +201,9 @@ class _Reader:
 
     def _end(self, _tag: str) -> None:
         if len(self.open) == _PART_DEPTH:
-            self.joint = self.condition = None
+            self.joint = None
         self.open.pop()
+        self.began.pop()
 
 
 XACRO_ADVICE = "run xacro first: xacro FILE.urdf.xacro > FILE.urdf"
