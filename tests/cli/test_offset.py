@@ -68,8 +68,6 @@ def test_why_there_is_none_and_what_does_not_go(capsys: pytest.CaptureFixture[st
 def test_other_commands_name_the_door(capsys: pytest.CaptureFixture[str], urdf: str) -> None:
     status, _, err = run(capsys, "arcs", "--robot", "franka_fr3", "--pose", POSE)
     assert status == 2 and "armangle.OffsetArm" in " ".join(err.split())
-    status, _, err = run(capsys, "inspect", urdf)
-    assert status == 1 and "armangle.OffsetArm" in " ".join(err.split())
     status, text, _ = run(capsys, "robots")
     assert status == 0 and "franka_fr3" in text
 
@@ -100,3 +98,21 @@ def test_tolerances_reach_the_arm(capsys: pytest.CaptureFixture[str], tmp_path: 
     status, out, err = run(capsys, *ask, *options)
     assert status == 0 and json.loads(out)["status"] == "OK"
     assert err.startswith("armangle: not quite the arm of its file")
+
+
+def test_inspect_shows_what_the_arm_is(capsys: pytest.CaptureFixture[str], urdf: str, tmp_path: Path) -> None:
+    status, text, err = run(capsys, "inspect", urdf)
+    said = " ".join(text.split())
+    assert status == 0 and err == "" and "S-R-S but for an offset wrist" in said
+    assert "d_bs 333, d_se 316, d_ew 384, d_wf 107" in said and "a_6 88" in said
+    assert "position agrees with the file within 0.000000 mm" in said and "armangle.OffsetArm" in said
+    assert "joint_4 -174.30 -8.70" in said
+    found = json.loads(run(capsys, "inspect", urdf, "--json")[1])
+    assert (found["srs"], found["offset"], found["toml"]) == (False, "wrist", None)
+    assert found["a_6"] == FR3.a_6 and found["residual_position"] < 1e-9 and found["reach"] == FR3.reach
+    status, _, err = run(capsys, "inspect", urdf, "-o", str(tmp_path / "fr3.toml"))
+    assert status == 2 and "-o writes S-R-S arms" in err
+    shoulder = tmp_path / "shoulder.urdf"
+    shoulder.write_text(FR3.with_(a_1=0.1, a_6=0.0).to_urdf())
+    status, text, _ = run(capsys, "inspect", str(shoulder))
+    assert status == 0 and "S-R-S but for an offset shoulder" in text and "joint 1 takes" in text

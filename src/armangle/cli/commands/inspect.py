@@ -1,4 +1,4 @@
-"""``armangle inspect``: what a robot description holds, as an S-R-S arm."""
+"""``armangle inspect``: what a robot description holds, as an S-R-S arm, or one with an offset."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import asdict
 import numpy as np
 
 from ...arm.arm import Arm
+from ...arm.offset import OffsetArm
 from ...errors import FileFormatError, InputError, NotSRSError
 from ...files.replacing import replacing
 from ...models.catalogue import robot_toml
@@ -16,16 +17,18 @@ from ...models.detect import ANGLE_TOLERANCE, LENGTH_TOLERANCE
 from ...models.mjcf import is_mjcf, mjcf_candidates
 from ...models.urdf import urdf_candidates
 from ...poses import COLUMNS, rows_from_poses
-from ..arguments import add_import, add_json, arm_of_file
+from ..arguments import add_import, add_json, arm_of_file, offset_arm_of_file
 from ..screen import degrees, note, show, show_json
 from ..tables import paint, paragraph, table
 
 HELP = """\
 Read a URDF, or an MJCF (needs the package mujoco), between two links: is the
-arm S-R-S, how exactly, and which numbers describe it. Base and tip are guessed,
-or their choices listed, S-R-S ones first, where left out."""
+arm S-R-S, or but for an offset wrist or shoulder, how exactly, and which
+numbers describe it. Base and tip are guessed, or their choices listed, S-R-S
+ones first, where left out."""
 EXAMPLE = "  armangle inspect robot.urdf --base link_0 --tip link_ee -o robot.toml"
 
+_LENGTHS = ("d_bs", "d_se", "d_ew", "d_wf", "a_3", "a_4")
 _SAME = 1e-12  # m, and of a rotation's entries
 
 
@@ -40,11 +43,14 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print the import report and the numbers; status 1 where the arm is not S-R-S."""
+    """Print the import report and the numbers; status 1 where the arm is neither S-R-S nor an OffsetArm."""
     base, tip = _links(args)
     try:
         arm = arm_of_file(args.file, base, tip, args, show_notes=False)
     except NotSRSError as error:
+        offset = None if error.near else _offset_arm(args, base, tip)
+        if offset is not None:
+            return _inspect_offset(offset, args)
         if args.json:
             show_json({"srs": False, "base": base, "tip": tip, "near": error.near, "reasons": error.reasons})
         note(f"armangle: {error}")
@@ -58,13 +64,43 @@ def run(args: argparse.Namespace) -> int:
     if args.json:
         show_json({"srs": True, **asdict(report), "reach": arm.reach, "toml": text})
     else:
-        _show(arm, report)
+        _show(arm, report, _kind(report), (*_LENGTHS, "d_4"))
         if args.output is None:
             show(f"\n{paint('As a file for --robot FILE.toml:', 'bold')}\n\n{text.rstrip()}")
     if args.output is not None:
         with replacing(args.output) as file:
             file.write(text.encode())
         note(f"wrote {args.output}")
+    return 0
+
+
+def _offset_arm(args: argparse.Namespace, base: str | None, tip: str | None) -> OffsetArm | None:
+    """Return the arm with an offset wrist or shoulder, None where it is no such arm."""
+    try:
+        return offset_arm_of_file(args.file, base, tip, args, show_notes=False)
+    except NotSRSError:
+        return None
+
+
+def _inspect_offset(arm: OffsetArm, args: argparse.Namespace) -> int:
+    """Show an arm with an offset wrist or shoulder; a robot file holds S-R-S arms alone."""
+    if args.output is not None:
+        raise InputError("-o writes S-R-S arms, and this one has an offset wrist or shoulder: use its file")
+    report = arm.import_report
+    assert report is not None  # every import reports
+    end, name = ("shoulder", "a_1") if arm.a_1 else ("wrist", "a_6")
+    if args.json:
+        values = {key: getattr(arm, key) for key in (*_LENGTHS, name, "lower", "upper", "signs", "offsets")}
+        show_json({"srs": False, "offset": end, **asdict(report), "reach": arm.reach, **values, "toml": None})
+    else:
+        _show(arm, report, f"S-R-S but for an offset {end}", (*_LENGTHS, name))
+        show()
+        show(
+            paragraph(
+                f"for armangle.OffsetArm, and for ik, fk, follow and track: joint {arm.free_joint} takes the "
+                "place of psi"
+            )
+        )
     return 0
 
 
@@ -78,7 +114,7 @@ def _inspect_chain(arm: Arm, report: ImportReport, args: argparse.Namespace) -> 
         near = {**asdict(report), "deviation": asdict(arm.deviation), "reach": arm.reach, "toml": None}
         show_json({"srs": False, "near": True, **near})
     else:
-        _show(arm, report)
+        _show(arm, report, _kind(report), (*_LENGTHS, "d_4"))
         show(paragraph(f"the chain of the file, from that arm: {arm.deviation}"))
     return 0
 
@@ -89,8 +125,8 @@ def _links(args: argparse.Namespace) -> tuple[str | None, str | None]:
         return args.base, args.tip
     find = mjcf_candidates if is_mjcf(args.file) else urdf_candidates
     found = find(args.file, args.base)
-    exact = [one for one in found if one.rank() == 0]
-    chosen = exact if len(exact) == 1 else found
+    best = [one for one in found if one.rank() == found[0].rank() <= 1]
+    chosen = best if len(best) == 1 else found
     if len(chosen) > 1 or (chosen and len(chosen[0].ends) > 1):
         lines = [f"  --base {one.base} --tip {one.tip}  {one.verdict()}{one.other_tips()}" for one in found]
         message = "name base and tip; chains of seven rotating joints:\n" + "\n".join(lines)
@@ -98,14 +134,18 @@ def _links(args: argparse.Namespace) -> tuple[str | None, str | None]:
     return (chosen[0].base, chosen[0].tip) if chosen else (args.base, args.tip)
 
 
-def _show(arm: Arm, report: ImportReport) -> None:
+def _kind(report: ImportReport) -> str:
+    """Return what an arm is beside its file."""
     miss = max(report.shoulder_miss, report.wrist_miss)
     exact = miss <= LENGTH_TOLERANCE and report.angle_miss <= ANGLE_TOLERANCE
-    show(paint(f"{arm.name}: S-R-S" if exact else f"{arm.name}: the S-R-S arm fitted to it", "bold"))
+    return "S-R-S" if exact else "the S-R-S arm fitted to it"
+
+
+def _show(arm: Arm | OffsetArm, report: ImportReport, kind: str, lengths: tuple[str, ...]) -> None:
+    show(paint(f"{arm.name}: {kind}", "bold"))
     for line in str(report).splitlines():
         show(paint(paragraph(line), "bold") if line.startswith("note: ") else paragraph(line))
     show()
-    lengths = ("d_bs", "d_se", "d_ew", "d_wf", "a_3", "a_4", "d_4")
     show(paragraph(f"lengths mm: {', '.join(f'{name} {getattr(arm, name) * 1e3:.6g}' for name in lengths)}"))
     show(f"reach mm, shoulder to wrist: {arm.reach * 1e3:.6g}")
     for name, frame in (("base", arm.base), ("tool", arm.tool)):
