@@ -13,6 +13,7 @@ from armangle.cli.main import main
 
 FR3 = aa.OffsetArm.from_catalogue("franka_fr3")
 Q = "10,20,10,-110,15,110,30"
+START = np.radians([10, 20, 10, -110, 15, 110, 30])
 POSE = "0.4,0.1,0.5,0,1,0,0"
 
 
@@ -116,3 +117,45 @@ def test_inspect_shows_what_the_arm_is(capsys: pytest.CaptureFixture[str], urdf:
     shoulder.write_text(FR3.with_(a_1=0.1, a_6=0.0).to_urdf())
     status, text, _ = run(capsys, "inspect", str(shoulder))
     assert status == 0 and "S-R-S but for an offset shoulder" in text and "joint 1 takes" in text
+
+
+@pytest.fixture
+def line(tmp_path: Path) -> str:
+    """A file of 41 poses of a straight line of 0.1 m from the joints Q."""
+    poses = np.repeat(FR3.forward(START)[0][None], 41, axis=0)
+    poses[:, 1, 3] += np.linspace(0.0, 0.1, 41)
+    aa.save(poses, tmp_path / "line.csv")
+    return str(tmp_path / "line.csv")
+
+
+def test_follow_is_that_of_python(capsys: pytest.CaptureFixture[str], line: str, tmp_path: Path) -> None:
+    ask = ("follow", line, "--robot", "franka_fr3", "--start", Q)
+    joints = str(tmp_path / "joints.csv")
+    status, text, err = run(capsys, *ask, "--policy", "hold", "-o", joints)
+    assert status == 0 and "joint 7 first 30.0000 deg" in " ".join(text.split()), err
+    path = aa.follow(FR3, aa.load_poses(line), start=START, policy=aa.Hold())
+    np.testing.assert_allclose(aa.load_joints(joints).q, path.q, rtol=0, atol=1e-9)
+    assert json.loads(run(capsys, *ask, "--json")[1])["free_joint"] == 7
+    for words, said in (
+        (("--scene", "x.toml"), "--scene does not go with FR3"),
+        (("--roll", "free"), "roll= is not made for an OffsetArm"),
+        (("--carry", "elbow"), "carry= is not made for an OffsetArm"),
+    ):
+        status, _, err = run(capsys, *ask, *words)
+        assert status == 2 and said.lower() in " ".join(err.split()).lower().replace("franka_fr3", "fr3")
+
+
+def test_track_is_the_tracker(capsys: pytest.CaptureFixture[str], line: str) -> None:
+    ask = ("track", line, "--robot", "franka_fr3", "--rate", "50")
+    status, text, _ = run(capsys, *ask, "--start", Q, "--json")
+    found = json.loads(text)
+    tracker = aa.Tracker(FR3, 1 / 50)
+    tracker.start(START)
+    ticks = [tracker.step(pose) for pose in aa.load_poses(line)]
+    assert status == 0 and found["distance"]["max"] == pytest.approx(max(tick.distance for tick in ticks))
+    found = json.loads(run(capsys, *ask, "--json")[1])
+    first = FR3.solve(aa.load_poses(line)[0]).q
+    np.testing.assert_allclose(found["start"], first, rtol=0, atol=1e-9)
+    assert run(capsys, *ask)[0] == 0
+    status, _, err = run(capsys, *ask, "--body", "90,80")
+    assert status == 2 and "--body does not go with" in err

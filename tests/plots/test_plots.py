@@ -461,3 +461,29 @@ def test_reach_draws_the_section_and_voxels_the_shares(tmp_path: Path) -> None:
     voxels = found.voxels(0.2)
     space = plots.voxels(voxels, arm)
     assert np.allclose(space.collections[0].get_array(), voxels.share)
+
+
+def test_an_offset_arm_has_its_path_drawn_and_no_other_plot() -> None:
+    arm = aa.OffsetArm.from_catalogue("franka_fr3")
+    start = np.array([0.1, 0.4, 0.2, -1.8, 0.3, 2.0, 0.5])
+    pose, _, gc = arm.forward(start)
+    poses = np.repeat(pose[None], 5, axis=0)
+    poses[:, 0, 3] += np.linspace(0.0, 0.02, 5)
+    found = aa.follow(arm, poses, start=start)
+    panels = plots.path(found)
+    assert panels[0].get_ylabel() == "free, q7 (deg)"
+    np.testing.assert_allclose(panels[0].lines[0].get_ydata(), np.degrees(found.psi))
+    np.testing.assert_allclose(panels[4].lines[0].get_ydata(), np.degrees(found.q[:, 3]))
+    draws = {
+        "arm_frames": lambda: plots.arm_frames(arm), "stick_figure": lambda: plots.stick_figure(arm, start),
+        "circle": lambda: plots.circle(arm, pose, gc), "map": lambda: plots.feasible_map((arm, poses)),
+        "profiles": lambda: plots.joint_profiles(arm, pose, gc),
+        "clearance": lambda: plots.clearance_profile(arm, pose, gc, aa.Scene([aa.Ball((1, 0, 0), 0.1)])),
+        "virtual_arm": lambda: plots.virtual_arm(arm, start),
+        "virtual_plane": lambda: plots.virtual_plane(arm, start),
+    }  # fmt: skip
+    for draw in draws.values():
+        with pytest.raises(
+            aa.InputError, match=r"arm is an OffsetArm, wanted an Arm: of an OffsetArm plots\.path"
+        ):
+            draw()

@@ -37,7 +37,7 @@ REFUSED = {
         "<xacro:if> decides on a link: this is xacro",
     ),
     "call of a macro that is not here, about a joint": (
-        simple_urdf(f'<xacro:nowhere_defined>{joint_xml("a", "l0", "z")}</xacro:nowhere_defined>'),
+        simple_urdf(f"<xacro:nowhere_defined>{joint_xml('a', 'l0', 'z')}</xacro:nowhere_defined>"),
         "<xacro:nowhere_defined> holds a joint: this is xacro",
     ),
     "type": (

@@ -26,7 +26,7 @@ from ..models.mjcf import is_mjcf
 from ..models.offset import offset_catalogue
 from ..poses import COLUMNS, UNIT_TOLERANCE, poses_from_rows
 from ..scenes.scene import Scene
-from .screen import note
+from .screen import called, note
 
 DEGREE = math.pi / 180
 _THINNEST = 1e-3  # m: no arm's links are as thin
@@ -95,6 +95,17 @@ def add_roll(parser: argparse.ArgumentParser) -> None:
         "--roll", choices=ROLLS, default="pose",
         help="free: for tools that may turn about their z axis (default pose)",
     )  # fmt: skip
+
+
+def any_arm_and_scene(args: argparse.Namespace) -> tuple[Arm | OffsetArm, Scene | None]:
+    """Return `any_arm`, of an `Arm` with the body of --body and the scene of --scene."""
+    arm = any_arm(args)
+    if isinstance(arm, Arm):
+        return with_body(arm, args)
+    for option in ("scene", "body", "clearance"):
+        if getattr(args, option) is not None:
+            raise InputError(f"--{option} does not go with {called(arm)}")
+    return arm, None
 
 
 def with_body(arm: Arm, args: argparse.Namespace) -> tuple[Arm, Scene | None]:

@@ -12,7 +12,18 @@ from ..errors import InputError
 from ..poses import COLUMNS, rows_from_poses
 from ..status import STATUSES
 from .arguments import joints
-from .screen import degrees, fixed, note, progress, show, show_joints, show_json, show_many, violations
+from .screen import (
+    called,
+    degrees,
+    fixed,
+    note,
+    progress,
+    show,
+    show_joints,
+    show_json,
+    show_many,
+    violations,
+)
 from .tables import paint
 
 _NOT_IK = ("kuka", "psi", "explain", "all", "scene", "body", "seed", "output")
@@ -23,7 +34,7 @@ def solve_offset(arm: OffsetArm, pose: Floats, args: argparse.Namespace) -> int:
     """Print what is nearest to --near, or to the middle of the ranges; status 1 where there is no posture."""
     _refuse(arm, args, _NOT_IK)
     if (args.metric, args.outside, args.roll) != ("l2", "refuse", "pose"):
-        raise InputError(f"--metric, --outside and --roll do not go with {_called(arm)}")
+        raise InputError(f"--metric, --outside and --roll do not go with {called(arm)}")
     near = None if args.near is None else joints("--near", args.near)
     single, frames = pose.ndim == 2, pose.reshape(-1, 4, 4)
     with progress("solving"):
@@ -67,14 +78,8 @@ def place_offset(arm: OffsetArm, q: Floats, args: argparse.Namespace) -> int:
     return 0 if np.all(within) else 1
 
 
-def _called(arm: OffsetArm) -> str:
-    return (
-        f"{arm.name or 'the arm'}, which has an offset {'wrist' if arm.a_6 else 'shoulder'} and no arm angle"
-    )
-
-
 def _refuse(arm: OffsetArm, args: argparse.Namespace, options: tuple[str, ...]) -> None:
     """Raise for what this kind of arm cannot be asked."""
     for option in options:
         if getattr(args, option) not in (None, False):
-            raise InputError(f"--{option} does not go with {_called(arm)}")
+            raise InputError(f"--{option} does not go with {called(arm)}")

@@ -116,6 +116,12 @@ def joint_margins(arm: Arm | OffsetArm, q: Floats) -> Floats:
     return np.minimum(q - arm.lower, arm.upper - q)
 
 
+def called(arm: OffsetArm) -> str:
+    """Return what to call an arm that options do not go with."""
+    end = "wrist" if arm.a_6 else "shoulder"
+    return f"{arm.name or 'the arm'}, which has an offset {end} and no arm angle"
+
+
 def violations(arm: Arm | OffsetArm, q: Floats) -> str:
     """Return in words which joints of q (7,) are outside, and by how much; empty within."""
     found = []

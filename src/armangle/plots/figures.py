@@ -13,7 +13,7 @@ from ..arm.arm import Arm
 from ..arm.skeleton import blockers, elbow_points, first_blocker, skeleton
 from ..colours import BLACK, BLUE, GREEN, JOINT_COLOURS, MID, VERMILION
 from .space import draw_sticks, extent, finish_space
-from .style import space_axes
+from .style import check_drawn, space_axes
 
 _SAMPLES = 721
 _AXIS_SHARE = 0.09
@@ -48,6 +48,7 @@ def arm_frames(arm: Arm, q: ArrayLike | None = None, *, ax: Any = None) -> Any:
 
     Source: Faria et al. (2018), Fig. 1, Table 1.
     """
+    check_drawn(arm)
     joints = one_posture("q", np.zeros(JOINTS) if q is None else q)
     space = space_axes(ax)
     points, frames = skeleton(arm, joints), arm.frames(joints)
@@ -133,6 +134,7 @@ def stick_figure(
     UnreachableError
         If the arm is folded, so that there is no circle.
     """
+    check_drawn(arm)
     joints = one_posture("q", q)
     points = skeleton(arm, joints)
     space = space_axes(ax)

@@ -17,7 +17,7 @@ from ..errors import ConfigurationError, ShapeError
 from ..motion.joint_path import JointPath
 from ..scenes.scene import Scene
 from ..status import Status
-from .style import ARM_ANGLE, angle_ticks, grid_axes
+from .style import ARM_ANGLE, angle_ticks, check_drawn, grid_axes
 
 _SEAM = 0.4  # pt
 _FULL = np.array([[[-np.pi, np.pi]]])
@@ -68,6 +68,7 @@ def feasible_map(
     """
     curve = motion if isinstance(motion, JointPath) else None
     arm, poses = (motion.srs_arm, motion.poses) if isinstance(motion, JointPath) else motion
+    check_drawn(arm)
     frames = as_poses("poses", poses)
     if frames.ndim != 3 or not len(frames):
         raise ShapeError(f"poses has shape {frames.shape}, wanted (N, 4, 4) with N > 0")

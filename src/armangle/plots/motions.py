@@ -11,13 +11,13 @@ from .. import _core
 from .._arrays import JOINTS, Floats
 from ..arm.arcs import ArcSet
 from ..arm.arm import Arm
-from ..arm.offset import as_srs
+from ..arm.offset import OffsetArm
 from ..colours import CURVES, PALE, VERMILION
 from ..errors import InputError
 from ..files.tables import JointTable
 from ..files.trajectories import TrajectoryTable
 from ..motion.joint_path import JointPath
-from ..motion.options import check_arm, core_policy
+from ..motion.options import check_any_arm, core_policy
 from ..motion.policies import Centre, Policy, Repulsion, Towards
 from ..timing.trajectory import Trajectory
 from .style import flat_axes, grid_axes, outer_legend
@@ -116,8 +116,10 @@ def _policy_text(policy: Policy) -> str:
     return "hold"
 
 
-def path(paths: Paths, *, arm: Arm | None = None, ax: Any = None) -> Any:
+def path(paths: Paths, *, arm: Arm | OffsetArm | None = None, ax: Any = None) -> Any:
     """Draw arm angle and joints along a path, or over time, with the joints' limits.
+
+    Of an `OffsetArm` the value of its free joint is drawn in place of the arm angle.
 
     Parameters
     ----------
@@ -125,7 +127,7 @@ def path(paths: Paths, *, arm: Arm | None = None, ax: Any = None) -> Any:
         One motion, or several of the same arm to compare: all with times, or all without. A `JointPath` is
         drawn over its path parameter s, a `Trajectory` over its time in s. What `load_joints` and
         `load_trajectory` read is drawn alike.
-    arm : Arm, optional
+    arm : Arm or OffsetArm, optional
         Whose joints those of a file are, which does not say; needed for such.
     ax : array of 8 axes, optional
         For the arm angle and joints 1..7; a new figure, with a legend, by default.
@@ -156,7 +158,7 @@ def path(paths: Paths, *, arm: Arm | None = None, ax: Any = None) -> Any:
         if at is not None:
             panels[0].axvline(x[at], color=colour, lw=1.2, ls=":", label=f"{name} fails".strip())
     first = next(iter(named.values()))
-    panels[0].set_ylabel("ψ (deg)")
+    panels[0].set_ylabel(f"free, q{arm.free_joint} (deg)" if isinstance(arm, OffsetArm) else "ψ (deg)")
     for joint, panel in enumerate(panels[1:], start=1):
         panel.set_ylabel(f"q{joint} (deg)")
         _limits(panel, np.degrees(arm.lower[joint - 1]), np.degrees(arm.upper[joint - 1]))
@@ -175,7 +177,7 @@ def path(paths: Paths, *, arm: Arm | None = None, ax: Any = None) -> Any:
     return panels
 
 
-def _named(paths: Paths, arm: Arm | None) -> tuple[dict[str, Shown], Arm]:
+def _named(paths: Paths, arm: Arm | OffsetArm | None) -> tuple[dict[str, Shown], Arm | OffsetArm]:
     """Return the motions by name, and the one arm that they are of."""
     named: dict[str, Shown]
     if isinstance(paths, Shown):
@@ -198,15 +200,15 @@ def _named(paths: Paths, arm: Arm | None) -> tuple[dict[str, Shown], Arm]:
     return named, arms[0]
 
 
-def arm_of(name: str, motion: Shown, given: Arm | None) -> Arm:
+def arm_of(name: str, motion: Shown, given: Arm | OffsetArm | None) -> Arm | OffsetArm:
     """Return the arm of a motion called `name`: its own, or that given for what a file holds."""
     if isinstance(motion, JointPath):
-        return as_srs(motion.arm)
+        return motion.arm
     if isinstance(motion, Trajectory):
-        return as_srs(motion.path.arm)
+        return motion.path.arm
     if given is None:
         raise InputError(f"{name} is a {type(motion).__name__}, which does not say its arm: wanted arm= too")
-    check_arm(given)
+    check_any_arm(given)
     return given
 
 
@@ -215,13 +217,16 @@ def _abscissa(motion: Shown) -> Floats:
     return motion.t if isinstance(motion, Timed) else motion.s
 
 
-def _arm_angle(motion: Shown, arm: Arm) -> Floats:
-    """Return the arm angle at each row, rad, without jumps by whole turns."""
+def _arm_angle(motion: Shown, arm: Arm | OffsetArm) -> Floats:
+    """Return arm angle, or value of the free joint, at each row, rad, without jumps by whole turns."""
     if isinstance(motion, JointPath):
         return motion.psi
     solved = np.isfinite(motion.q).all(axis=1)
     psi = np.full(len(motion.q), np.nan)
-    psi[solved] = arm.forward(motion.q[solved], undefined="nan")[1]
+    if isinstance(arm, OffsetArm):
+        psi[solved] = arm.forward(motion.q[solved])[1]
+    else:
+        psi[solved] = arm.forward(motion.q[solved], undefined="nan")[1]
     defined = np.isfinite(psi)
     psi[defined] = np.unwrap(psi[defined])
     return psi

@@ -17,7 +17,7 @@ from ..colours import BLACK, DARK, FREE, JOINT_COLOURS, MID, PALE, VERMILION, pi
 from ..errors import InputError
 from ..scenes.scene import Scene
 from ..status import Status
-from .style import ARM_ANGLE, angle_ticks, grid_axes, polar_axes
+from .style import ARM_ANGLE, angle_ticks, check_drawn, grid_axes, polar_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -76,6 +76,7 @@ def circle(
 
     Source: Faria et al. (2018), Figs. 4, 11, Eq. (25).
     """
+    check_drawn(arm)
     frame = one_pose("pose", pose)
     each = arm.joint_feasible(frame, gc, singularity_margin=singularity_margin)
     polar = polar_axes(ax)
@@ -235,6 +236,7 @@ def clearance_profile(
     ArmangleError
         As `Arm.clearance`.
     """
+    check_drawn(arm)
     frame = one_pose("pose", pose)
     angles = np.linspace(-np.pi, np.pi, _SAMPLES)
     near = arm.clearance(frame, angles, gc, scene)
@@ -296,6 +298,7 @@ def joint_profiles(
 
     Source: Faria et al. (2018), Figs. 5-9, Eqs. (26)-(35).
     """
+    check_drawn(arm)
     if not joints:
         raise InputError("joints is empty, wanted joints 1..7")
     kind = _TrueJoint if arm.chain is not None else Arm.joint_function

@@ -10,7 +10,7 @@ from ..arm.arm import Arm
 from ..arm.skeleton import skeleton
 from ..colours import BLACK
 from .space import draw_sticks, finish_space
-from .style import flat_axes, space_axes
+from .style import check_drawn, flat_axes, space_axes
 
 if TYPE_CHECKING:
     from ..reach.reach_map import ReachMap
@@ -84,6 +84,7 @@ def voxels(found: Voxels, arm: Arm | None = None, *, ax: Any = None) -> Any:
     MissingExtraError
         Without matplotlib.
     """
+    check_drawn(arm)
     space = space_axes(ax)
     shown = space.scatter(
         *found.position.T, c=found.share, s=_LARGEST * found.share, cmap="viridis", vmin=0.0, alpha=0.5, lw=0

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..arm.offset import OffsetArm
 from ..colours import FULL_TURN
 from ..errors import InputError, needed
 
@@ -13,6 +14,15 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 ARM_ANGLE = "arm angle ψ (deg)"
+
+
+def check_drawn(arm: object) -> None:
+    """Raise where it is an `OffsetArm`, which has no arm angle to be drawn."""
+    if isinstance(arm, OffsetArm):
+        raise InputError(
+            "arm is an OffsetArm, wanted an Arm: of an OffsetArm plots.path and plots.tracking draw what "
+            "follow and Tracker return"
+        )
 
 
 def pyplot() -> Any:

@@ -14,7 +14,7 @@ from ..arm.joint_map import to_theta
 from ..arm.skeleton import elbow_points, skeleton
 from ..colours import BLACK, GREEN, MID, ORANGE, SKY, VERMILION
 from .space import draw_sticks, extent, finish_space
-from .style import flat_axes, space_axes
+from .style import check_drawn, flat_axes, space_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -52,6 +52,7 @@ def virtual_arm(arm: Arm, q: ArrayLike, *, ax: Any = None) -> Any:
 
     Source: Faria et al. (2018), Figs. 2, 3, Eqs. (3)-(11).
     """
+    check_drawn(arm)
     joints = one_posture("q", q)
     pose, psi, gc = arm.forward(joints)
     real, virtual = skeleton(arm, joints), skeleton(arm, arm.inverse(pose, 0.0, gc))
@@ -130,6 +131,7 @@ def virtual_plane(arm: Arm, q: ArrayLike, *, ax: Axes | None = None) -> Axes:
 
     Source: Faria et al. (2018), Fig. 3, Eqs. (4)-(7).
     """
+    check_drawn(arm)
     joints = one_posture("q", q)
     pose, _, gc = arm.forward(joints)
     virtual = arm.inverse(pose, 0.0, gc)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..._arrays import CONFIGURATIONS, Floats
+from ...arm.offset import OffsetArm
 from ...errors import InputError
 from ...files.tables import load_poses
 from ...motion.following import follow
@@ -24,11 +25,10 @@ from ..arguments import (
     add_singularity_margin,
     add_wish,
     angle_up_to,
+    any_arm_and_scene,
     joints,
     number,
-    the_arm,
     wish,
-    with_body,
 )
 from ..screen import counted, degrees, note, plural, progress, show, show_json, violations, write
 from ..tables import paint, table
@@ -91,7 +91,7 @@ def _policy(args: argparse.Namespace) -> Policy:
 
 def run(args: argparse.Namespace) -> int:
     """Write the joints and print a summary; status 1 where a pose is not solved."""
-    arm, scene = with_body(the_arm(args), args)
+    arm, scene = any_arm_and_scene(args)
     start = joints("--start", args.start)
     if not arm.within_limits(start):
         raise InputError(f"--start is outside the limits: {violations(arm, start)}")
@@ -108,7 +108,8 @@ def run(args: argparse.Namespace) -> int:
         write(path, args.output)
     facts = _summary(path, start)
     if args.json:
-        show_json(facts | {"policy": repr(policy), "output": args.output})
+        freed = {"free_joint": arm.free_joint} if isinstance(arm, OffsetArm) else {}
+        show_json(facts | freed | {"policy": repr(policy), "output": args.output})
     else:
         _show(path, facts)
     if not path.ok:
@@ -134,10 +135,11 @@ def _summary(path: JointPath, start: Floats) -> dict[str, Any]:
 
 def _show(path: JointPath, facts: dict[str, Any]) -> None:
     first, last = facts["psi"]
+    freed = f"joint {path.arm.free_joint}" if isinstance(path.arm, OffsetArm) else "psi"
     rows = [
         ["poses", str(len(path)), ""],
-        ["psi first", degrees(first), "deg"],
-        ["psi last", degrees(last), "deg"],
+        [f"{freed} first", degrees(first), "deg"],
+        [f"{freed} last", degrees(last), "deg"],
         ["least margin to a limit", degrees(facts["margin"]), "deg"],
         ["largest joint step", degrees(facts["largest_step"]), "deg"],
     ]

@@ -9,22 +9,23 @@ import numpy as np
 
 from ..._arrays import Floats
 from ...arm.arm import Arm
+from ...arm.offset import OffsetArm
 from ...errors import InputError, PathError
 from ...files.tables import load_poses
 from ...files.trajectories import TrajectoryTable
 from ...motion.joint_path import even_parameters
 from ...motion.tracking import HandFilter, Tracked, Tracker, Tracking
 from ...scenes.scene import Scene
+from ...status import Status
 from ..arguments import (
     add_arm,
     add_json,
     add_output,
     add_scene,
+    any_arm_and_scene,
     joint_bounds,
     joints,
     number,
-    the_arm,
-    with_body,
 )
 from ..pictures import add_picture, draw
 from ..screen import counted, degrees, fixed, plural, progress, show, show_json, violations, write
@@ -46,7 +47,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
     parser.add_argument("path", metavar="POSES", help="poses with the columns x,y,z,qw,qx,qy,qz, one a tick")
     parser.add_argument(
-        "--start", metavar="Q", help="q1,..,q7 in degrees; default: those farthest from limits at pose 1"
+        "--start",
+        metavar="Q",
+        help="q1,..,q7 in degrees; default: those farthest from limits at pose 1, or of an offset wrist or "
+        "shoulder nearest to the middle of the ranges",
     )
     parser.add_argument(
         "--rate", type=number, default=_RATE, metavar="HZ", help=f"ticks per second (default {_RATE:g})"
@@ -66,7 +70,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print what became of the ticks, and write them."""
-    arm, scene = with_body(the_arm(args), args)
+    arm, scene = any_arm_and_scene(args)
     velocity = joint_bounds("--velocity", args.velocity, "deg/s", arm.velocity)
     stated = np.full(len(velocity), _ACCELERATION)
     acceleration = joint_bounds("--acceleration", args.acceleration, "deg/s^2", stated)
@@ -102,13 +106,18 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _start(arm: Arm, text: str | None, frame: Floats, scene: Scene | None) -> Floats:
+def _start(arm: Arm | OffsetArm, text: str | None, frame: Floats, scene: Scene | None) -> Floats:
     """Return the joints given, or the best at the first pose."""
     if text is not None:
         q = joints("--start", text)
         if not arm.within_limits(q):
             raise InputError(f"--start is outside the limits: {violations(arm, q)}")
         return q
+    if isinstance(arm, OffsetArm):
+        found = arm.solve(frame)
+        if not found.ok:
+            raise PathError(f"no posture holds the first pose: {Status(int(found.status)).sentence}")
+        return np.asarray(found.q)
     best = arm.best(frame, scene=scene)
     if not best.ok:
         why = arm.explain(frame, scene=scene).explain()
@@ -122,7 +131,7 @@ def _rates(ticks: list[Tracked], dt: float) -> tuple[Floats, Floats]:
     return qd, np.diff(qd, axis=0, prepend=np.zeros((1, qd.shape[1]))) / dt
 
 
-def _rows(arm: Arm, first: Floats, ticks: list[Tracked], dt: float) -> TrajectoryTable:
+def _rows(arm: Arm | OffsetArm, first: Floats, ticks: list[Tracked], dt: float) -> TrajectoryTable:
     qd, qdd = _rates(ticks, dt)
     q = np.stack([first, *(tick.q for tick in ticks)])
     rest = np.zeros((1, q.shape[1]))
@@ -173,7 +182,7 @@ def _reasons(ticks: list[Tracked], dt: float) -> list[dict[str, Any]]:
     ]
 
 
-def _show(arm: Arm, facts: dict[str, Any]) -> None:
+def _show(arm: Arm | OffsetArm, facts: dict[str, Any]) -> None:
     away = facts["distance"]
     rows = [
         ["ticks", str(facts["ticks"]), f"of {facts['dt']:.4g} s"],
