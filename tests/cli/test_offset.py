@@ -159,3 +159,12 @@ def test_track_is_the_tracker(capsys: pytest.CaptureFixture[str], line: str) -> 
     assert run(capsys, *ask)[0] == 0
     status, _, err = run(capsys, *ask, "--body", "90,80")
     assert status == 2 and "--body does not go with" in err
+
+
+def test_no_command_prints_a_raw_warning(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    file = tmp_path / "iiwa.urdf"
+    text = aa.Arm.from_catalogue("kuka_iiwa7_r800").to_urdf()
+    file.write_text(text.replace('type="revolute"', 'type="continuous"'))
+    for _ in range(2):
+        status, _, err = run(capsys, "body", str(file))
+        assert status == 2 and err.count("NOT used") == 7 and "UserWarning" not in err  # each is said once

@@ -152,14 +152,10 @@ def with_body(arm: Arm, args: argparse.Namespace) -> tuple[Arm, Scene | None]:
 
 def _refuse_unusable(arm: Arm, scene: Scene, file: str) -> None:
     """Refuse a scene that does not fit the arm, with its file's name; what is made ready here is kept."""
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        try:
-            arm._scene(scene)
-        except SceneError as error:
-            raise InputError(f"{file}: {error}") from None
-    for warning in caught:
-        note(f"armangle: {warning.message}")
+    try:
+        arm._scene(scene)
+    except SceneError as error:
+        raise InputError(f"{file}: {error}") from None
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
@@ -261,7 +257,7 @@ def offset_arm_of_file(
 def _read(
     kind: type[AnyArm], file: str, options: dict[str, Any], args: argparse.Namespace, show_notes: bool
 ) -> AnyArm:
-    """Return the arm of a file; what its reader warns of is printed on the side, once the arm is read."""
+    """Return the arm of a file; what its reader warns of is said once it is read."""
     given = {key: getattr(args, key) for key in ("length_tolerance", "angle_tolerance")}
     options = options | {key: value for key, value in given.items() if value is not None}
     with warnings.catch_warnings(record=True) as caught:
@@ -271,7 +267,7 @@ def _read(
         else:
             arm = kind.from_urdf(file, continuous_limits=args.continuous_limits, **options)
     for warning in caught if show_notes else ():
-        note(f"armangle: {warning.message}")
+        warnings.warn(warning.message, stacklevel=2)
     return arm
 
 

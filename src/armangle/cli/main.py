@@ -7,6 +7,7 @@ import importlib
 import os
 import re
 import sys
+import warnings
 from collections.abc import Sequence
 from difflib import get_close_matches
 from pathlib import Path
@@ -119,7 +120,23 @@ def _run(words: list[str]) -> int:
     command.configure(parser)
     # A leading blank tells argparse that -0.1,0.2 is a value and no option; numbers may begin with one.
     values = [f" {word}" if _NEGATIVE.match(word) else word for word in rest]
-    return command.run(parser.parse_intermixed_args(values))  # files and options in any order
+    args = parser.parse_intermixed_args(values)  # files and options in any order
+    with warnings.catch_warnings():
+        _warn_as_notes()
+        return command.run(args)
+
+
+def _warn_as_notes() -> None:
+    """Let warnings be printed as remarks are, each once, without the line of Python that gave them."""
+    said = set[str]()
+
+    def remark(message: Warning | str, *_: object) -> None:
+        if str(message) not in said:
+            said.add(str(message))
+            print(paragraph(f"armangle: {message}"), file=sys.stderr)
+
+    warnings.simplefilter("always", UserWarning)
+    warnings.showwarning = cast("Any", remark)
 
 
 def _command(name: str) -> Command:
