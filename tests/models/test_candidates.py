@@ -224,6 +224,20 @@ def test_each_kind_of_arm_takes_its_own_chain_of_a_file() -> None:
     assert OffsetArm.from_urdf(text).joint_names[0] == "l_joint_1"
 
 
+def test_a_calibrated_offset_arm_is_near_one_with_its_residual() -> None:
+    text = FR3.to_urdf().replace('xyz="0.0825 0.0 0.316"', 'xyz="0.0825 0.0005 0.316"')
+    assert text != FR3.to_urdf()
+    pair = robot(inside(text, "l", "foot"), inside(text, "r", "foot"), arm("a", "foot"))
+    found = urdf_candidates(pair)
+    assert [one.rank() for one in found] == [0, 2, 2]
+    said = re.fullmatch(r"near an offset wrist: within (\S+) mm, for armangle.OffsetArm", found[1].verdict())
+    assert said is not None and 0.5 <= float(said[1]) < 2
+    hinged = robot(inside(text, "l", "foot"), under("revolute", "jaw", "l_tip", "jaw_hinge"))
+    with pytest.warns(UserWarning, match="not quite the arm of its file"):
+        read = OffsetArm.from_urdf(hinged, length_tolerance=2e-3, angle_tolerance=1e-3)
+    assert read.joint_names[0] == "l_joint_1"
+
+
 @pytest.mark.parametrize("waists", [0, 1, 2])
 @pytest.mark.parametrize("gripper", [False, True])
 def test_an_offset_arm_stands_between_hinges(waists: int, gripper: bool) -> None:

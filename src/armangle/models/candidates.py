@@ -151,7 +151,9 @@ class Candidate:
         Greatest distance found between the nearest S-R-S arm and the file, m; NaN where the chain is not
         near.
     offset : str
-        "wrist" or "shoulder" where the chain is S-R-S but for one offset there; else empty.
+        "wrist" or "shoulder" where the chain is S-R-S but for one offset there, or nearly; else empty.
+    offset_residual : float
+        Greatest distance found between the arm with that offset and the file, m; 0 within rounding.
     """
 
     base: str
@@ -161,6 +163,7 @@ class Candidate:
     nearness: Nearness | None
     residual: float
     offset: str = ""
+    offset_residual: float = math.nan
 
     def verdict(self) -> str:
         """Return in words how near to S-R-S the chain is."""
@@ -168,7 +171,10 @@ class Candidate:
             return "cannot be read"
         if self.nearness.srs:
             return "S-R-S"
-        special = f"offset {self.offset}, for armangle.OffsetArm" if self.offset else ""
+        special = ""
+        if self.offset:
+            nearly = f"near an offset {self.offset}: within {millimetres(self.offset_residual)}"
+            special = f"{nearly if self.offset_residual else f'offset {self.offset}'}, for armangle.OffsetArm"
         if not self.nearness.near:
             return special or "not S-R-S"
         off = f"off by {millimetres(self.nearness.miss)}, {round(math.degrees(self.nearness.tilt), 4):g} deg"
@@ -180,7 +186,7 @@ class Candidate:
         if self.nearness is not None and self.nearness.srs:
             return 0
         if self.offset:
-            return 1
+            return 2 if self.offset_residual else 1
         return 2 if self.nearness is not None and self.nearness.near else 3
 
     def __str__(self) -> str:
@@ -241,11 +247,13 @@ def find_candidates(
             continue
         ends = (base or first.links[0], last.parting)
         how = _nearness(chain, ends)
-        offset = "" if how is None or how.srs else offset_end(chain(*ends))
-        if whole or offset or (how is not None and (how.srs or (how.near and (begins or stops)))):
+        offset, off_by = ("", math.nan) if how is None or how.srs else offset_end(chain(*ends))
+        exact = how is not None and (how.srs or off_by == 0)
+        near = how is not None and (how.near or bool(offset))
+        if whole or exact or (near and (begins or stops)):
             off = _residual(chain(*ends)) if how is not None and how.near else math.nan
             names = tuple(tree.joints[number].name for number in way)
-            found.append(Candidate(*ends, tuple(last.ends), names, how, off, offset))
+            found.append(Candidate(*ends, tuple(last.ends), names, how, off, offset, off_by))
     return sorted(found, key=Candidate.rank)
 
 

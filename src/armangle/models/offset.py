@@ -113,19 +113,23 @@ def offset_hint(chain: Chain) -> str:
     )
 
 
-def offset_end(chain: Chain) -> str:
-    """Return where the one offset of a chain is, "shoulder" or "wrist"; empty where it is no such arm."""
+def offset_end(chain: Chain) -> tuple[str, float]:
+    """Return where the one offset of a chain is, "shoulder" or "wrist", and by how much such an arm misses
+    the chain at the tip, m: 0 within a file's rounding. Empty where it is not even near one.
+    """
     try:
-        found = _read(chain)
+        found = _with_one_offset(_read(chain))
     except NotSRSError:
-        return ""
-    one = _with_one_offset(found)
-    apart = chain_of(one).forward(_POSTURES) - chain.forward(_POSTURES)
-    if np.abs(apart[..., :3, 3]).max() > LENGTH_TOLERANCE or rotation_angle(apart).max() > ANGLE_TOLERANCE:
-        return ""
-    if max(abs(one.a_1), abs(one.a_6)) <= LENGTH_TOLERANCE:
-        return ""
-    return "shoulder" if one.a_1 else "wrist"
+        return "", math.nan
+    end, offset = ("shoulder", found.a_1) if found.a_1 else ("wrist", found.a_6)
+    apart = chain_of(found).forward(_POSTURES) - chain.forward(_POSTURES)
+    off = float(np.linalg.norm(apart[..., :3, 3], axis=-1).max()), float(rotation_angle(apart).max())
+    if _within(off, LENGTH_TOLERANCE, ANGLE_TOLERANCE) and abs(offset) > LENGTH_TOLERANCE:
+        return end, 0.0
+    if not _within(off, NEAR_LENGTH, NEAR_ANGLE) or abs(offset) <= NEAR_LENGTH:
+        return "", math.nan
+    off = _off(chain, found)
+    return (end, off[0]) if _within(off, NEAR_LENGTH, NEAR_ANGLE) else ("", math.nan)
 
 
 def _with_one_offset(found: OffsetDescription) -> OffsetDescription:
