@@ -13,6 +13,7 @@
 #pragma once
 
 #include "../circle/joint_function.hpp"
+#include "../limits/limit_table.hpp"
 #include "inverse.hpp"
 
 namespace armangle {

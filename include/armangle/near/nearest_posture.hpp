@@ -559,9 +559,10 @@ private:
                 for (int part = 0; part < parts; part += several) {
                     const int count = parts - part < several ? parts - part : several;
                     double psi[several];
-                    for (int k = 0; k < several; ++k)
-                        psi[k] =
-                            arc.lower + (arc.upper - arc.lower) * (min(part + k, parts - 1) + 0.5) / parts;
+                    for (int k = 0; k < several; ++k) {
+                        const int at = k < count ? part + k : parts - 1;
+                        psi[k] = arc.lower + (arc.upper - arc.lower) * (at + 0.5) / parts;
+                    }
                     const PsiPlane<Several> plane(spread<Several>(on_), sin_cos(Several::load(psi)));
                     bool is_found[several];
                     const Found<Several> found = trail.find(psi, count, plane, is_found);
