@@ -108,25 +108,31 @@ inline Boxes crowding(const Arm& arm, const SelfMotion<double>& m, const JointFu
 
 }  // namespace detail
 
-/// How far psi should turn from `psi` for joints with more room: the least cost of sixteen turns.
+/// How far psi should turn from `psi` for joints with more room: the least cost of sixteen turns, and then
+/// that of the parabola through it and its neighbours. One of sixteen alone would be left and taken in turns
+/// by a hand that moves evenly, with all the acceleration that there is.
 inline double turn_to_room(const Arm& arm, const SelfMotion<double>& m, double psi, const double* q,
                            double margin) noexcept {
-    static constexpr int parts = 2;
-    static constexpr double turns[parts][joint_slots] = {{0, 0.02, -0.02, 0.06, -0.06, 0.15, -0.15, 0.3},
-                                                         {-0.3, 0.55, -0.55, 0.9, -0.9, 1.4, -1.4, 2.2}};
+    static constexpr int count = 2 * joint_slots;
+    static constexpr double turns[count] = {-1.4, -0.9, -0.55, -0.3, -0.15, -0.06, -0.02, 0,
+                                            0.02, 0.06, 0.15,  0.3,  0.55,  0.9,   1.4,   2.2};
     const JointFunctions<double> f = joint_functions(m);
-    double least = infinity, best = 0;
-    for (const auto& part : turns) {
-        const Boxes turn = Boxes::load(part);
-        const Boxes cost = detail::crowding(arm, m, f, sin_cos(Boxes(psi) + turn), q, margin) +
-                           Boxes(elbow_rule::turning) * turn * turn;
-        for (int i = 0; i < joint_slots; ++i) {
-            if (!(cost[i] < least)) continue;
-            least = cost[i];
-            best = part[i];
-        }
+    double cost[count];
+    int best = 0;
+    for (int part = 0; part < count; part += joint_slots) {
+        const Boxes turn = Boxes::load(turns + part);
+        const Boxes costs = detail::crowding(arm, m, f, sin_cos(Boxes(psi) + turn), q, margin) +
+                            Boxes(elbow_rule::turning) * turn * turn;
+        costs.store(cost + part);
     }
-    return best;
+    for (int i = 1; i < count; ++i) best = cost[i] < cost[best] ? i : best;
+    if (best == 0 || best == count - 1) return turns[best];
+    const double before = turns[best - 1], here = turns[best], after = turns[best + 1];
+    const double rise = (cost[best] - cost[best - 1]) / (here - before),
+                 next = (cost[best + 1] - cost[best]) / (after - here);
+    if (!(next > rise)) return here;
+    const double bottom = 0.5 * (before + here) - 0.5 * rise * (after - before) / (next - rise);
+    return min(max(bottom, 0.5 * (before + here)), 0.5 * (here + after));
 }
 
 /// Where the arm will pass through theta_2 = 0 or theta_6 = 0 if the elbow is in time.
