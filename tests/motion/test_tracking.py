@@ -492,3 +492,19 @@ def test_bad_input_is_refused() -> None:
 def test_a_tracker_says_which_argument_to_give(word: str) -> None:
     with pytest.raises(aa.InputError, match=f"Tracker takes no {word}=: "):
         aa.Tracker(aa.Arm.from_catalogue("kuka_iiwa14_r820"), 0.004, **{word: 0.1})
+
+
+@pytest.mark.parametrize("dt", [0.001, 0.004, 0.011])
+@pytest.mark.parametrize("speed", [0.005, 0.02, 0.05])
+def test_a_hand_that_moves_evenly_is_followed_smoothly(dt: float, speed: float) -> None:
+    """The elbow was sent to one of sixteen arm angles and back, with all the acceleration: 7 rad/s^2 RMS."""
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    q = np.array([0.1, 0.6, 0.2, -1.2, 0.3, 0.8, 0.5])
+    time = np.arange(0, 3.5, dt)
+    poses = np.repeat(arm.forward(q)[0][None], len(time), 0)
+    poses[:, 1, 3] += speed * time
+    tracker = aa.Tracker(arm, dt=dt, acceleration=10.0)
+    tracker.start(q)
+    velocity = np.array([tracker.step(pose).velocity for pose in poses])
+    acceleration = np.diff(velocity, axis=0)[int(1.5 / dt) :] / dt
+    assert np.sqrt((acceleration**2).mean(axis=0)).max() < 0.1
