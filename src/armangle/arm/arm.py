@@ -1709,10 +1709,12 @@ class Arm(FrozenValue):
 
         All eight branches, all arm angles within the joint limits and all windings are compared, and no
         posture that the limits allow is nearer: pieces of the circle that hold no nearer one are excluded
-        by bounds, not by sampling (docs: theory/nearest). Beside singularities of an arm with a chain of its
-        own that may not be proven: then the status is UNPROVEN, which is true, too. Not to be confused with
-        `inverse`, which takes branch and arm angle, or with `step`, which keeps to the present branch and to
-        a largest joint step.
+        by bounds, not by sampling (docs: theory/nearest). Within 1e-5 rad of two or three of straight
+        shoulder, elbow and wrist at once the arm angle has too few digits, and the search is local: one of a
+        hundred such poses has a nearer posture, mostly by less than 0.001 rad. Beside singularities of an arm
+        with a chain of its own it may not be proven: then the status is UNPROVEN, which is true, too. Not to
+        be confused with `inverse`, which takes branch and arm angle, or with `step`, which keeps to the
+        present branch and to a largest joint step.
 
         Parameters
         ----------
