@@ -36,14 +36,16 @@ struct Hinge {
     T swing;        // |theta| moves by about twice this, or less
 };
 
-/// Whether theta does not depend on psi.
-inline bool is_constant(const Hinge<double>& h) noexcept { return h.swing <= tolerance::singular; }
-/// The same of a pivot: its direction does not move.
+/// Whether theta does not depend on psi, but for rounding: of an elbow that makes the joint beside it turn
+/// about S-W it makes some 1e-13 rad, which would block arcs where the joint stands on its limit.
+inline bool is_constant(const Hinge<double>& h) noexcept { return h.swing <= tolerance::vanishing; }
+/// The same of a pivot: its direction does not move, and where it is short its angle does not either.
 template <class T>
 ARMANGLE_INLINE auto is_constant(const Pivot<T>& p) noexcept {
     const auto &u = p.U, &v = p.V;
     const T moving = u.s * u.s + u.c * u.c + v.s * v.s + v.c * v.c, still = u.k * u.k + v.k * v.k;
-    return moving <= T(tolerance::singular * tolerance::singular) * still;
+    return moving <= min(T(tolerance::vanishing * tolerance::vanishing),
+                         T(tolerance::angle * tolerance::angle) * still);
 }
 
 /// All six joints that move with psi: pivots 1, 3, 5, 7 and hinges 2, 6. Theta_4 does not depend on psi.
