@@ -1,7 +1,7 @@
 // The elbow: theta_4 and the triangle shoulder-elbow-wrist from the distance of the wrist. Eq. (4), (6).
 #pragma once
 
-#include "../arm/arm.hpp"
+#include "../arm/joint_map.hpp"
 
 namespace armangle {
 
@@ -87,5 +87,28 @@ ARMANGLE_INLINE Elbow<T> elbow(const Arm& arm, const Triangle<T>& t, T gc_4) noe
             sum(arm.shoulder_slant, -(gc_4 * t.kappa.sin), t.kappa.cos),
             sum(arm.wrist_slant, gc_4 * sin_lower, cos_lower), tilt(arm, t), arm.d_4 != 0};
 }
+
+namespace detail {
+
+/// How far a joint's value is from a model angle, on the turn about it.
+inline double off_angle(const Arm& arm, int joint, double zero, double q) noexcept {
+    return wrap(to_theta(arm, joint, q) - zero);
+}
+
+/// How far a hinge's value is from straight, theta_2, theta_4 - delta or theta_6, on the turn about it.
+inline double bend(const Arm& arm, int hinge, double q) noexcept {
+    return off_angle(arm, hinge, hinge == 3 ? arm.delta_angle : 0.0, q);
+}
+
+/// theta_4 - delta of a joint value, on the turn about the stretched arm.
+inline double elbow_bend(const Arm& arm, double q_4) noexcept { return bend(arm, 3, q_4); }
+
+/// |S-W| (m) at a bend of the elbow.
+inline double wrist_distance(const Arm& arm, double bend) noexcept {
+    const double half = sin_cos(0.5 * bend).sin;
+    return sqrt(max(arm.reach * arm.reach - 4.0 * arm.upper_arm * arm.forearm * half * half, 0.0));
+}
+
+}  // namespace detail
 
 }  // namespace armangle

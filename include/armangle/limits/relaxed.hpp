@@ -30,25 +30,6 @@ inline constexpr double settled = 1e-13;  // rad: moves below it are none
 
 namespace detail {
 
-/// How far a joint's value is from a model angle, on the turn about it.
-inline double off_angle(const Arm& arm, int joint, double zero, double q) noexcept {
-    return wrap(to_theta(arm, joint, q) - zero);
-}
-
-/// How far a hinge's value is from straight, theta_2, theta_4 - delta or theta_6, on the turn about it.
-inline double bend(const Arm& arm, int hinge, double q) noexcept {
-    return off_angle(arm, hinge, hinge == 3 ? arm.delta_angle : 0.0, q);
-}
-
-/// theta_4 - delta of a joint value, on the turn about the stretched arm.
-inline double elbow_bend(const Arm& arm, double q_4) noexcept { return bend(arm, 3, q_4); }
-
-/// |S-W| (m) at a bend of the elbow.
-inline double wrist_distance(const Arm& arm, double bend) noexcept {
-    const double half = sin_cos(0.5 * bend).sin;
-    return sqrt(max(arm.reach * arm.reach - 4.0 * arm.upper_arm * arm.forearm * half * half, 0.0));
-}
-
 /// The bend, in [0, pi], at which the wrist has this distance from the shoulder: 0 beyond reach.
 inline double bend_of(const Arm& arm, double distance) noexcept {
     const double gone = arm.reach * arm.reach - distance * distance;
