@@ -56,7 +56,7 @@ def as_poses(name: str, value: ArrayLike, arm: _core.Arm | None = None) -> Float
     """Return poses as float64 (..., 4, 4); what other libraries call a pose passes, see `matrix_of`.
 
     Poses in float32 are rounded: their rotations are made exact, and those that the rounding puts out of the
-    reach of `arm` are taken to it.
+    reach of `arm`, or beyond the limit of its joint 4, are taken to it.
     """
     array = _numbers(name, matrix_of(value), (4, 4))
     if array.shape[-2:] != (4, 4):

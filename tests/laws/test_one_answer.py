@@ -187,3 +187,43 @@ def test_arcs_that_are_allowed_hold_a_posture_with_the_elbow_on_its_limit() -> N
     pose, psi, gc = arm.forward(q)
     allowed = aa.ArcSet([[psi - 0.1, psi + 0.1]])
     assert arm.solve(pose, near=far, gc=gc, allowed=allowed, metric="max").ok
+
+
+COLLINEAR = [name for name in aa.catalogue() if name.startswith(("jvrc1", "openloong", "rainbow"))]
+"""Arms with an offset elbow whose axes 3 and 5 are one line at theta_4 = 0."""
+# fmt: off
+ONE_LINE = {
+    "jvrc1_left": [1.0471975511965976, 1.6871052319297688, -0.7365069056147894, 0.0, -1.9198621771937625,
+                   -1.356619800628554, 1.939115584088833],
+    "rainbow_rby1_right": [2.21603675566144, -2.1748746322915493, -0.7528976473158953, 0.0,
+                           2.684231744562438, 0.04032549775904326, 2.9670597283903604],
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", ONE_LINE)
+def test_a_joint_that_only_rounding_moves_does_not_break_its_limit(name: str) -> None:
+    """Joints 1, 2, 6 and 7 stand still while joints 3 and 5 turn; noise of 3e-13 rad parted their arcs."""
+    arm, q = aa.Arm.from_catalogue(name), np.array(ONE_LINE[name])
+    pose, psi, gc = arm.forward(q)
+    assert arm.feasible(pose, gc).contains(psi)
+
+
+def test_where_axes_3_and_5_are_one_line_arcs_hold_the_posture_of_the_pose() -> None:
+    rng = draw.generator(97)
+    for i in range(draw.count(400)):
+        arm = aa.Arm.from_catalogue(COLLINEAR[i % len(COLLINEAR)])
+        low, high = np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi)
+        q = rng.uniform(low, high)
+        for joint in rng.choice(7, rng.integers(1, 3), replace=False):
+            q[joint] = rng.choice([low[joint], high[joint]])
+        q[3] = -arm.signs[3] * arm.offsets[3]
+        pose, psi, gc = arm.forward(q)
+        arcs = arm.feasible(pose, gc)
+        assert arcs.contains(psi), (arm.name, q.tolist())
+        for lower, upper in arcs.intervals:
+            beside = arm.inverse(pose, np.linspace(lower, upper, 9), gc)
+            assert arm.within_limits(beside, 1e-9).all(), (arm.name, q.tolist())
+        found = arm.solve(pose, near=q)
+        assert np.abs(found.q - q).max() <= 1e-12, (arm.name, q.tolist())
+        assert all(answers(arm, pose, rng.uniform(low, high)).values()), (arm.name, q.tolist())

@@ -170,3 +170,36 @@ def test_what_is_farther_than_rounding_is_out_of_reach_in_float32_too() -> None:
     with pytest.raises(aa.UnreachableError, match=re.escape("pose is out of reach by 0.1")):
         arm.inverse(far.astype(np.float32), 0.0, 0)
     assert aa.step(arm, np.zeros(7), far.astype(np.float32)).status is aa.Status.UNREACHABLE
+
+
+def on_elbow_limits(arm: aa.Arm, count: int, beyond: float = 0.0) -> tuple[Array, Array]:
+    """Postures within the limits, joint 4 on one of its own or beyond it, and their poses in float32."""
+    rng = np.random.default_rng(8)
+    low, high = np.maximum(arm.lower, -2.5), np.minimum(arm.upper, 2.5)
+    q = rng.uniform(0.9 * low + 0.1 * high, 0.1 * low + 0.9 * high, (count, 7))
+    q[:, 3] = rng.choice([arm.lower[3] - beyond, arm.upper[3] + beyond], count)
+    return q, arm.forward(q)[0].astype(np.float32)
+
+
+@pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "rainbow_rby1_left", "rokae_ar5_left"])
+def test_a_float32_pose_keeps_joint_4_on_its_limit(name: str) -> None:
+    """No psi moves joint 4, which the rounding of the pose puts 1e-7 rad beyond in one of two."""
+    arm = aa.Arm.from_catalogue(name)
+    q, poses = on_elbow_limits(arm, 60)
+    found = arm.solve(poses, near=q)
+    assert found.ok.all() and arm.reachable(poses).all()
+    assert found.distance.max() <= 1e-3 and arm.within_limits(found.q).all()
+    assert np.abs(arm.forward(found.q)[0] - poses).max() <= 3 * EPS * max(size(arm), 1.0)
+
+
+def test_what_is_farther_beyond_joint_4_than_rounding_has_no_posture_in_float32_too() -> None:
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    assert not arm.reachable(on_elbow_limits(arm, 60, beyond=1e-5)[1]).any()
+
+
+def test_a_float32_pose_beside_straight_is_not_made_straight_for_a_limit_there() -> None:
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    arm = arm.with_(lower=[*arm.lower[:3], 0.0, *arm.lower[4:]])
+    q = np.array([0.1, 0.4, 0.2, 1e-3, 0.3, 0.8, 0.5])
+    found = arm.solve(arm.forward(q)[0].astype(np.float32), near=q)
+    assert 5e-4 < found.q[3] < 2e-3

@@ -1719,7 +1719,8 @@ class Arm(FrozenValue):
         Parameters
         ----------
         pose : array_like, shape (..., 4, 4)
-            Tool frame, position in m.
+            Tool frame, position in m. One in float32 is taken to the reach, or to the limit of joint 4, where
+            its rounding alone puts it beyond.
         near : array_like, shape (..., 7), optional
             The seed, rad. Without it the posture is that of `best`, and ``distance`` is NaN.
         metric : "l2" or "max"
@@ -1731,7 +1732,8 @@ class Arm(FrozenValue):
         prefer : "near" or "margin"
             "margin": the largest least distance to a limit instead of the nearest, as `best`.
         gc : int or several of them, optional
-            Global configurations that may be used; all by default.
+            Global configurations that may be used; all by default. Where shoulder, elbow or wrist is exactly
+            straight, two of them are one posture: each has it, whatever the seed.
         allowed : ArcSet or function (4, 4) -> ArcSet, optional
             Arcs of the user's own, intersected.
         scene : Scene, optional
