@@ -251,6 +251,20 @@ def test_standing_tools_and_the_shortest_lines_are_timed(way: float, jerk: float
         assert change <= jerk * (1 + 5e-3)
 
 
+@pytest.mark.parametrize("way", [1e-9, 1e-8, 1e-7])
+def test_lines_of_less_than_a_micrometre_are_timed(way: float) -> None:
+    """As fast as half of the way speeding up and half slowing down: joints hardly turn from their course."""
+    arm, rng = aa.Arm.from_catalogue("kuka_iiwa7_r800"), np.random.default_rng(0)
+    for _ in range(6):
+        q = rng.uniform(arm.lower * 0.8, arm.upper * 0.8)
+        first, shift = arm.forward(q)[0], rng.normal(size=3)
+        last = first.copy()
+        last[:3, 3] += way * shift / np.linalg.norm(shift)
+        path = aa.follow(arm, aa.Line(first, last), start=q, policy=aa.Hold(), samples=20)
+        least = 2 * np.sqrt(np.abs(path.q[-1] - path.q[0]).max() / 5.0)
+        assert least * 0.99 <= aa.retime(path, acceleration=5.0).duration <= least * 1.01
+
+
 def test_one_number_bounds_all_joints() -> None:
     many = aa.retime(LINE, velocity=np.full(7, 1.5), acceleration=np.full(7, 4.0), jerk=np.full(7, 40.0))
     one = aa.retime(LINE, velocity=1.5, acceleration=4.0, jerk=40.0)

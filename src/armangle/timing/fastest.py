@@ -36,6 +36,8 @@ GROWTH = 4.0
 """By what factor y may grow or shrink in one program."""
 ROUNDS, GAIN = 30, 1e-3
 """Most linear programs in a sequence, and the gain in time at which it ends."""
+LOOSE = 2.0
+"""By what factor ds/dt may exceed what is reached at most: bounds at a grid are not exact between."""
 PIECES = 4
 """Pieces of s(t) in an interval of the spline."""
 
@@ -93,12 +95,23 @@ def _squares(g: Grid, acceleration: Floats, most: Floats) -> Floats:
 
 
 def _limited(most: Floats, g: Grid, acceleration: Floats) -> Floats:
-    """Return greatest ds/dt with an upper end where no joint moves: there s has no speed of its own."""
-    step = np.diff(g.s)
-    travel = np.sum(np.abs(g.after[:-1, 0]) * step[:, None], axis=0)
-    slow = 2 * np.sqrt(np.max(travel / acceleration))
-    cruise = float(np.sum(step * np.minimum(1 / np.maximum(most[1:], 1e-300), 1e300)))
-    return np.asarray(np.minimum(most, float(g.s[-1] - g.s[0]) / (LEAST_MEAN * max(cruise, slow))))
+    """Return greatest ds/dt of the size of what is reached: HiGHS fails on programs of many sizes.
+
+    A joint that has come L rad from rest, or comes to rest in them, is no faster than √(2 a L). Where no
+    joint moves s has no speed of its own, and gets an upper end.
+    """
+    step = np.diff(g.s)[:, None]
+    rate = np.maximum(np.abs(g.after[:, 0]), np.abs(g.before[:, 0]))
+    moved = np.cumsum(np.maximum(rate[:-1], rate[1:]) * step, axis=0)
+    come = np.minimum(moved[:-1], moved[-1] - moved[:-1])
+    reached = np.full(len(g.s), np.inf)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        speeds = np.where(rate[1:-1] > 0, np.sqrt(2 * acceleration * come) / rate[1:-1], np.inf)
+    reached[1:-1] = LOOSE * np.min(speeds, axis=1)
+    slow = 2 * np.sqrt(np.max(moved[-1] / acceleration))
+    cruise = float(np.sum(step[:, 0] * np.minimum(1 / np.maximum(most[1:], 1e-300), 1e300)))
+    upper = float(g.s[-1] - g.s[0]) / (LEAST_MEAN * max(cruise, slow))
+    return np.asarray(np.minimum(np.minimum(most, reached), upper))
 
 
 def _solved(
@@ -108,8 +121,8 @@ def _solved(
     optimize = needed("scipy.optimize")
     ends = np.stack([np.broadcast_to(end, cost.shape) for end in (lowest, highest)], axis=1)
     found = optimize.linprog(cost / np.abs(cost).max(), A_ub=matrix, b_ub=bound, bounds=ends, method="highs")
-    if found.x is None:
-        raise PathError(f"no timing keeps the bounds along the path: {found.message}")
+    if found.x is None:  # never for want of a timing: a slow one keeps all bounds
+        raise PathError("no timing is found: the linear programs of the path are too badly scaled")
     return np.asarray(np.clip(found.x, lowest, highest))
 
 
