@@ -44,8 +44,8 @@ ARMS = arms()
 
 
 def within(arm: aa.OffsetArm, rng: np.random.Generator, count: int) -> Any:
-    """Return joint values within the limits."""
-    return rng.uniform(arm.rows.lower, arm.rows.upper, (count, 7))
+    """Return joint values within the limits, of a joint without any within a turn and more."""
+    return rng.uniform(np.maximum(arm.lower, -7.0), np.minimum(arm.upper, 7.0), (count, 7))
 
 
 def numbers(arm: aa.OffsetArm) -> OffsetDescription:

@@ -131,7 +131,8 @@ def delicate_offset(number: int, seed: int, arm: aa.OffsetArm) -> DelicateOffset
     The seed is the posture, one beside it, or one anywhere.
     """
     rng = np.random.default_rng([number, seed, 91])
-    q = rng.uniform(arm.lower, arm.upper)
+    low, high = np.maximum(arm.lower, -4.0), np.minimum(arm.upper, 4.0)  # of a joint without limits, any
+    q = rng.uniform(low, high)
     hinges = OFFSET_HINGES[int(rng.integers(len(OFFSET_HINGES)))]
     zero = {1: 0.0, 3: arm.rows.delta, 4: np.pi / 2}
     for hinge in hinges:
@@ -140,6 +141,6 @@ def delicate_offset(number: int, seed: int, arm: aa.OffsetArm) -> DelicateOffset
         q[joint] = straight + rng.choice(OFF)
     q = np.clip(q, arm.lower, arm.upper)
     beside = q + rng.normal(0, 10.0 ** -rng.uniform(0, 6), 7)
-    near = (q, beside, rng.uniform(arm.lower, arm.upper))[int(rng.integers(3))]
+    near = (q, beside, rng.uniform(low, high))[int(rng.integers(3))]
     near = np.clip(near, arm.lower - 6, arm.upper + 6)
     return DelicateOffset(number, arm, q, arm.forward(q)[0], near, hinges)

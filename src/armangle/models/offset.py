@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import tomllib
-from dataclasses import replace
+from dataclasses import fields, replace
 from importlib.resources import files
 from typing import Any
 
@@ -21,6 +21,7 @@ LENGTH_TOLERANCE = 2e-5  # m
 _SINES = (-1.0, 1.0, 1.0, -1.0, -1.0, 1.0)  # of the twists alpha_1 ... alpha_6 between neighbouring axes
 NOT_EXACT = "not quite the arm of its file: S-R-S but for"
 _POSTURES = np.random.default_rng(5).uniform(-np.pi, np.pi, (8, 7))  # at which an exact arm is told
+_AS_WRITTEN = {field.name for field in fields(OffsetDescription)} - {"name", "offsets"}  # keys of the tables
 _SQUARE = 0.2  # neighbouring axes further than this from square, as a cosine, are of another kind of arm
 
 
@@ -35,24 +36,14 @@ def load_offset_robot(name: str) -> OffsetDescription:
     if name not in known:
         raise UnknownRobotError(f"there is no offset arm {name!r}; there are: {', '.join(sorted(known))}")
     table = known[name]
-    tool = rotation_about(np.array([0.0, 0.0, 1.0]), np.radians(np.float64(table.get("tool_turn_deg", 0.0))))
-    return OffsetDescription(
-        d_bs=table["d_bs"],
-        d_se=table["d_se"],
-        d_ew=table["d_ew"],
-        d_wf=table["d_wf"],
-        a_3=table["a_3"],
-        a_4=table["a_4"],
-        signs=tuple(table["signs"]),
-        offsets=tuple(np.radians(table["offsets_deg"]).tolist()),
-        lower=tuple(table["lower"]),
-        upper=tuple(table["upper"]),
-        velocity=tuple(table["velocity"]),
-        tool=tool,
-        name=name,
-        a_1=table.get("a_1", 0.0),
-        a_6=table.get("a_6", 0.0),
-    )
+    given = {key: tuple(x) if isinstance(x, list) else x for key, x in table.items() if key in _AS_WRITTEN}
+    offsets = tuple(np.radians(table["offsets_deg"]).tolist())
+    return OffsetDescription(**given, offsets=offsets, name=name)
+
+
+def offset_source(name: str) -> str:
+    """Return where the numbers of an arm of `offset_catalogue` come from, in words."""
+    return str(_tables()[name]["source"])
 
 
 def _tables() -> dict[str, Any]:
