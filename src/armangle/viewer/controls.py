@@ -33,7 +33,7 @@ EXPORT_NAME = "posture.json"
 
 TRACK = "follow the hand, to the nearest pose"
 HOLD = "hold ψ"
-REPEL = "repel ψ from the ends of its arc (eq. 36)"
+REPEL = "repel ψ from the ends of its arc"
 CENTRE = "pull ψ to the middle of its arc"
 TOWARDS = "move the elbow to where it is wished: up, or as the program says"
 _GREATEST_ALPHA = 100.0
