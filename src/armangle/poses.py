@@ -25,8 +25,8 @@ _CONVENTIONS = (
     "wxyz= (a quaternion, the real part first), xyzw= (the real part last), rpy= (rad, about the fixed axes "
     "x, then y, then z), rotvec= (axis times angle, rad) or matrix= (3 x 3)"
 )
-_MOST_TURNS = 8 * np.pi
-"""Angles beyond this are no turns that were counted on but degrees, rad."""
+_MOST_TURNS = {"rpy": 8 * np.pi, "rotvec": 2 * np.pi * (1 + 1e-6)}
+"""Angles beyond these are no turns that were counted on but degrees, rad."""
 
 
 def pose(
@@ -56,7 +56,7 @@ def pose(
         Roll, pitch, yaw, rad: turns about the *fixed* axes x, then y, then z, as in URDF:
         R = Rz(yaw) Ry(pitch) Rx(roll). Each within ±8π: what is more was meant in degrees.
     rotvec : array_like, shape (..., 3), optional
-        Axis times angle, rad.
+        Axis times angle, rad. Up to a turn long: what is more was meant in degrees.
     matrix : array_like, shape (..., 3, 3), optional
         Rotation matrices, orthonormal within 1e-6; kept as given.
 
@@ -121,9 +121,12 @@ def _turns(name: str, value: ArrayLike) -> Floats:
         return turns
     kind, width, meaning = _ORIENTATIONS[name]
     numbers = as_floats(name, value, (width,), meaning)
-    if name == "rpy" and numbers.size and _MOST_TURNS < np.abs(numbers).max() < np.inf:
-        most = numbers.flat[int(np.abs(numbers).argmax())]
-        raise InputError(f"{name} holds {most:g}. Angles are in rad: were these degrees?")
+    if name in _MOST_TURNS and numbers.size:
+        angles = numbers if name == "rpy" else np.linalg.norm(numbers, axis=-1)
+        most = angles.flat[int(np.abs(angles).argmax())]
+        if _MOST_TURNS[name] < abs(most) < np.inf:
+            what = "holds" if name == "rpy" else "turns by"
+            raise InputError(f"{name} {what} {most:g}. Angles are in rad: were these degrees?")
     turns = np.empty((*numbers.shape[:-1], 4, 4))
     _core.rotations_many(kind, numbers, turns, name)
     return turns

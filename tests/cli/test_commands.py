@@ -338,7 +338,7 @@ def test_inspect_advises_options_that_there_are(capsys: Capture, tmp_path: Path)
     file = near_urdf(tmp_path)
     assert main(["inspect", file]) == 1
     said = " ".join(capsys.readouterr().err.split())
-    advised = re.search(r"a length tolerance of (\S+) mm takes that arm", said)
+    advised = re.search(r"--length-tolerance (\S+)\) that arm is taken", said)
     assert advised is not None
     options = ["--length-tolerance", advised[1], "--angle-tolerance", "0.01"]
     text = out(capsys, "inspect", file, *options, "-o", str(tmp_path / "near.toml"))

@@ -52,7 +52,7 @@ def test_each_help_has_an_example_and_fits(command: str, capsys: Capture) -> Non
     assert main([command, "--help"]) == 0
     text = capsys.readouterr().out
     assert f"example:\n  armangle {command}" in text
-    assert "--json" in text
+    assert "--json" in text and not any(word in text for word in ("eq.", "figure", "section"))
     assert max(map(len, text.splitlines())) <= WIDTH
 
 

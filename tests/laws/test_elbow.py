@@ -155,6 +155,8 @@ def test_a_wish_is_one_of_two_and_a_vector() -> None:
         IIWA.psi_towards(POSE, GC, direction="north")
     with pytest.raises(aa.InputError, match="direction is zero"):
         IIWA.psi_towards(POSE, GC, direction=[[0, 0, 1], [0, 0, 0]])
+    with pytest.raises(aa.InputError, match="point is 'up', wanted x, y, z in m; a word is a direction="):
+        IIWA.psi_towards(POSE, GC, "up")
     with pytest.raises(aa.InputError, match="point holds 5000, wanted m within ±1000"):
         IIWA.psi_towards(POSE, GC, [0, 0, 5000.0])
     with pytest.raises(aa.ShapeError, match=r"pose \(3,\), gc \(\), point or direction \(2,\)"):

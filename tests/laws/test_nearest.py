@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections import Counter
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -800,8 +800,29 @@ def test_solve_says_which_function_takes_what_it_does_not(word: str) -> None:
             door(pose, **{word: 0.1})
     with pytest.raises(aa.InputError, match=r"solutions of an Arm takes no roll=: solve\("):
         arm.solutions(pose, roll="free")
+    for word in ("near", "metric", "weight", "prefer", "outside", "roll"):
+        with pytest.raises(aa.InputError, match=f"best of an Arm takes no {word}=: .*solve"):
+            arm.best(pose, **{word: 0.1})
+    with pytest.raises(aa.InputError, match=r"solve of an Arm takes no elbow=: psi_towards\("):
+        arm.solve(pose, elbow="up")
     with pytest.raises(TypeError, match="unexpected"):
         arm.solve(pose, nonsense=1)
+
+
+@pytest.mark.parametrize("metric", ["l2", "max"])
+def test_solutions_as_far_as_each_other_stand_by_branch_and_arc(metric: Any) -> None:
+    arm, near = aa.Arm.from_catalogue("kuka_iiwa7_r800"), np.zeros(7)
+    q = np.zeros((40, 7))
+    q[:, 1:6:2] = np.random.default_rng(3).uniform(-1.5, 1.5, (40, 3))  # in a plane: each has its mirror
+    poses, ties = arm.forward(q)[0], 0
+    batch = arm.solutions(poses, near, metric=metric, threads=0)
+    for k, pose in enumerate(poses):
+        found = arm.solutions(pose, near, metric=metric)
+        assert np.array_equal(found.q, batch.q[k, : len(found)])
+        places = [*zip(found.distance, found.gc, found.psi, strict=True)][1:]
+        assert places == sorted(places) and found.distance[0] <= min(found.distance) + 1e-9
+        ties += int((np.diff(found.distance[1:]) == 0).sum())
+    assert ties > 40
 
 
 def test_the_hint_of_psi_is_an_answer() -> None:

@@ -22,7 +22,8 @@ def unit(rng: np.random.Generator, *shape: int) -> np.ndarray[Any, Any]:
 def test_every_pose_is_a_rigid_transform_at_its_place() -> None:
     rng = np.random.default_rng(1)
     xyz, quaternion, angles = rng.normal(size=(N, 3)), unit(rng, N, 4), rng.uniform(-9, 9, (N, 3))
-    for given in ({"wxyz": quaternion}, {"xyzw": quaternion}, {"rpy": angles}, {"rotvec": angles}, {}):
+    vectors = 0.4 * angles  # at most a turn long
+    for given in ({"wxyz": quaternion}, {"xyzw": quaternion}, {"rpy": angles}, {"rotvec": vectors}, {}):
         poses = aa.pose(xyz, **given)
         r = poses[:, :3, :3]
         assert_allclose(r.swapaxes(1, 2) @ r, np.broadcast_to(np.eye(3), r.shape), **TIGHT)
@@ -53,7 +54,7 @@ def test_the_product_of_quaternions_is_the_product_of_their_rotations() -> None:
     assert_allclose(aa.pose(np.zeros(3), wxyz=product(a, b)), both, **TIGHT)
 
 
-@pytest.mark.parametrize("size", [0.0, 1e-300, 1e-12, 1e-8, 1e-3, 1.0, np.pi, 100.0])
+@pytest.mark.parametrize("size", [0.0, 1e-300, 1e-12, 1e-8, 1e-3, 1.0, np.pi, 2 * np.pi])
 def test_a_rotation_vector_keeps_its_axis_and_turns_by_its_length(size: float) -> None:
     rng = np.random.default_rng(4)
     axis = unit(rng, N, 3)
@@ -109,6 +110,10 @@ def test_angles_in_degrees_are_asked_about() -> None:
         with pytest.raises(aa.InputError, match=r"rpy holds (180|-90)\. Angles are in rad: were these"):
             aa.pose([0, 0, 0], rpy=value)
     aa.pose([0, 0, 0], rpy=[0.0, 0.0, 8 * np.pi])
+    for value in ([0.0, 0.0, 90.0], [[0.0, 0.0, 0.1], [54.0, 72.0, 0.0]]):
+        with pytest.raises(aa.InputError, match=r"rotvec turns by 90\. Angles are in rad: were these"):
+            aa.pose([0, 0, 0], rotvec=value)
+    aa.pose([0, 0, 0], rotvec=np.float32(2 * np.pi) * np.float32([0.6, 0.8, 0.0]))
 
 
 def test_pinocchio_reads_the_same_rotations() -> None:

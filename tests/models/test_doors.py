@@ -209,8 +209,7 @@ def test_near_is_said_with_the_residual_and_with_tolerances_that_work(off):
     assert caught.value.near is near is ("It is near S-R-S" in message)
     if not near:
         return
-    lengths = re.findall(r"a length tolerance of (\S+) mm", message)
-    angles = re.findall(r"an angle tolerance of (\S+) deg", message)
+    lengths, angles = (re.findall(rf"--{name}-tolerance ([^ )]+)", message) for name in ("length", "angle"))
     assert bool(angles) is ("deg" in off) and (lengths or "mm" not in off)
     length, angle = (float(values[0]) if values else 0.0 for values in (lengths, angles))
     arm, report = describe_chain(chain, length=max(length / 1e3, 2e-5), angle=max(np.radians(angle), 1e-5))
@@ -222,6 +221,15 @@ def test_near_is_said_with_the_residual_and_with_tolerances_that_work(off):
     made = aa.Arm._from_description(arm)
     apart = np.linalg.norm((made.forward(q)[0] - chain.forward(q))[:, :3, 3], axis=-1)
     assert apart.max() <= report.residual_position * (1 + 1e-6)
+
+
+@pytest.mark.parametrize("joint", [1, 6])
+def test_an_offset_arm_is_named_only_where_there_is_one(joint):
+    """Along the axis between two others no offset of an OffsetArm is what misses."""
+    for off, named in ((shift(0.012, 0, 0), True), (shift(0, 0.012, 0), False)):
+        with pytest.raises(NotSRSError) as caught:
+            describe_chain(broken_chain(joint, off))
+        assert caught.value.near and ("OffsetArm" in str(caught.value)) is named
 
 
 @pytest.mark.slow

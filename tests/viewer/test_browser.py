@@ -276,7 +276,7 @@ def test_the_hand_is_followed_to_the_nearest_pose_and_the_gap_is_drawn(
     until(lambda: not viewer.scene._gap.visible, "and no more")
 
 
-def test_the_policy_is_seen_and_off(viewer: Viewer, page: Any, folder: Path) -> None:
+def test_the_policy_is_seen_and_chosen(viewer: Viewer, page: Any, folder: Path) -> None:
     assert page.get_by_text("dragging", exact=True).is_visible()
     assert number(page, "dragging").input_value() == HOLD
     assert not page.get_by_text("α", exact=True).is_visible()

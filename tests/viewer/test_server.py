@@ -12,7 +12,7 @@ from support.needs import need
 import armangle as aa
 from armangle.cli import paper_example
 from armangle.viewer import Viewer, ViewerState
-from armangle.viewer.controls import CENTRE, HOLD, REPEL, TOWARDS
+from armangle.viewer.controls import CENTRE, HOLD, REPEL, TOWARDS, TRACK
 
 PAPER_ARM, PAPER_Q, PAPER_POSES = paper_example.example()
 
@@ -116,12 +116,14 @@ def test_numbers_that_are_typed_stay_until_the_arm_is_moved_otherwise() -> None:
 def test_the_policy_is_what_the_panel_says() -> None:
     pytest.importorskip("viser")
     for policy, name, seen in (
+        (None, TRACK, (False, False)),  # unless told otherwise
         (aa.Hold(), HOLD, (False, False)),
         (aa.Centre(K=0.3), CENTRE, (True, False)),
         (aa.Repulsion(K=0.2, alpha=7.0), REPEL, (True, True)),
         (aa.Towards(point=[0.0, 1.0, 0.5], K=0.4), TOWARDS, (True, False)),
     ):
-        viewer = Viewer(ViewerState(PAPER_ARM, policy=policy), port=0)
+        given = {} if policy is None else {"policy": policy}
+        viewer = Viewer(ViewerState(PAPER_ARM, **given), port=0)
         controls = viewer.controls
         try:
             assert controls.policy.value == name

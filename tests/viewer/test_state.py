@@ -126,8 +126,9 @@ def test_a_joint_that_would_fold_the_arm_is_refused_and_nothing_moves() -> None:
     np.testing.assert_array_equal(state.q, q)
 
 
-def test_a_joint_slider_spans_its_limits_and_never_more() -> None:
+def test_a_joint_slider_spans_its_limits_to_a_tenth_of_a_degree() -> None:
     assert slider_range(-2.0, 1.0) == (-114.5, 57.2)
+    assert slider_range(-1.396263, 0.785398) == (-80.0, 45.0)  # as files write them
     assert slider_range(np.radians(-170.0), np.radians(170.0)) == (-170.0, 170.0)
     assert slider_range(-np.inf, np.inf) == (-360.0, 360.0)
     assert slider_range(9.0, np.inf) == (515.7, 875.6)

@@ -99,6 +99,9 @@ _KEYWORDS = {
     "roll": "solve(pose, near, roll='free') does, and feasible_roll(pose) gives every roll",
     "outside": "solve(pose, near, outside='nearest') does",
     "length": "solve(pose, near, outside='nearest', length=) does",
+    **dict.fromkeys(("near", "metric", "weight"), "solve(pose, near=q) does: best is of no seed"),
+    "prefer": "best is solve(pose, prefer='margin')",
+    "elbow": "psi_towards(pose, gc, point) says which psi brings it there, the policy Towards leads it",
 }
 _names_keywords = names_keywords("Arm", _KEYWORDS)
 _says_order = says_order("of joints q, pose, psi and gc are those of arm.forward(q)")
@@ -1858,7 +1861,7 @@ class Arm(FrozenValue):
         -------
         Solutions
             Of one pose a sequence of `Solution`; of a batch arrays (..., k), k the largest count, padded
-            with NaN.
+            with NaN. Behind the first, equally far ones stand by branch, then by arc from -π up.
 
         Raises
         ------
@@ -1877,6 +1880,7 @@ class Arm(FrozenValue):
         )
         return asked.solutions()
 
+    @_names_keywords
     def best(
         self,
         pose: ArrayLike,

@@ -38,6 +38,8 @@ def as_wish(point: ArrayLike | None, direction: Direction | None) -> tuple[Wish,
         raise InputError(
             f"point is {point!r:.50} and direction is {direction!r:.50}, wanted exactly one of them"
         )
+    if isinstance(point, str):
+        raise InputError(f"point is {point!r:.50}, wanted x, y, z in m; a word is a direction=")
     if point is not None:
         places = _finite("point", point)
         if not (np.abs(places) <= _core.LENGTH_LIMIT).all():

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from .._arrays import JOINTS, Floats
+from .._arrays import JOINTS, TURN, Floats
 from ..arm.arm import MOST_MARGIN, Arm
 from ..arm.offset import OffsetArm
 from ..arm.roll import ROLLS
@@ -342,9 +342,15 @@ def wish(given: dict[str, Any]) -> dict[str, Any]:
     return read
 
 
-def joints(name: str, text: str) -> Floats:
-    """Return seven joint values given in degrees, rad."""
-    return numbers(name, text, "q1,..,q7 in degrees", JOINTS) * DEGREE
+def joints(name: str, text: str, arm: Arm | OffsetArm | None = None) -> Floats:
+    """Return seven joint values given in degrees, rad: not more than a turn outside the limits of `arm`."""
+    q = numbers(name, text, "q1,..,q7 in degrees", JOINTS) * DEGREE
+    outside = np.zeros(JOINTS) if arm is None else np.maximum(arm.lower - q, q - arm.upper)
+    at = int(outside.argmax())
+    if outside[at] > TURN:
+        beyond = f"{q[at] / DEGREE:g} deg, {outside[at] / DEGREE:.4g} deg outside its limits"
+        raise InputError(f"{name}: joint {at + 1} is {beyond}, wanted less than a turn")
+    return q
 
 
 def pose(name: str, text: str) -> Floats:

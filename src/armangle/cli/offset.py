@@ -35,7 +35,7 @@ def solve_offset(arm: OffsetArm, pose: Floats, args: argparse.Namespace) -> int:
     _refuse(arm, args, _NOT_IK)
     if (args.metric, args.outside, args.roll) != ("l2", "refuse", "pose"):
         raise InputError(f"--metric, --outside and --roll do not go with {called(arm)}")
-    near = None if args.near is None else joints("--near", args.near)
+    near = None if args.near is None else joints("--near", args.near, arm)
     single, frames = pose.ndim == 2, pose.reshape(-1, 4, 4)
     with progress("solving"):
         found = arm.solve(frames, near, gc=args.gc)

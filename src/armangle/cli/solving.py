@@ -35,7 +35,7 @@ def solve(arm: Arm, pose: Floats, scene: Scene | None, args: argparse.Namespace)
     if args.near is None:
         near, name = np.array(arm._handle.joint_middle), "the middle of the joint ranges"
     else:
-        near, name = joints("--near", args.near), "--near"
+        near, name = joints("--near", args.near, arm), "--near"
     if args.all:
         return _all(arm, pose, near, name, scene, args)
     single, frames = pose.ndim == 2, pose.reshape(-1, 4, 4)

@@ -131,6 +131,15 @@ def millimetres(length: float) -> str:
     return f"{1e3 * length:.4g} mm"
 
 
+def tolerances(length: float | None, angle: float | None) -> str:
+    """Return tolerances (m, rad; None for one that is not needed) as arguments and as options."""
+    given = [] if length is None else [("length", length, 1e3 * length)]
+    given += [] if angle is None else [("angle", angle, math.degrees(angle))]
+    python = " and ".join(f"{name}_tolerance={above(value)}" for name, value, _ in given)
+    options = " ".join(f"--{name}-tolerance {above(shown)}" for name, _, shown in given)
+    return f"{python} (on the command line {options})"
+
+
 def reasons_against(axes: Axes, angle: float, length: float) -> list[Reason]:
     """Return every reason why the axes are not S-R-S, most telling first.
 

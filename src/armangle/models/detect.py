@@ -31,11 +31,11 @@ from .axes import (
     NEAR_LENGTH,
     ROUNDING,
     Axes,
-    above,
     cross,
     millimetres,
     reasons_against,
     rotation_angle,
+    tolerances,
     worst_difference,
 )
 from .chain import Chain, FloatArray, chain_of, links_of, rigid_inverse
@@ -214,12 +214,13 @@ def _near_sentence(chain: Chain, found: Nearness, angle: float, length: float) -
     position, rotation = residual(chain, fitted_arm(chain))
     off = [f"{millimetres(found.miss)}"] if found.miss > length else []
     off += [f"{np.degrees(found.tilt):.4g} deg"] if found.tilt > angle else []
-    wanted = [f"a length tolerance of {above(1e3 * found.miss)} mm"] if found.miss > length else []
-    wanted += [f"an angle tolerance of {above(math.degrees(found.tilt))} deg"] if found.tilt > angle else []
+    wanted = tolerances(
+        found.miss if found.miss > length else None, found.tilt if found.tilt > angle else None
+    )
     return (
         f"It is near S-R-S: nothing is off by more than {' and '.join(off)}. The S-R-S arm fitted to it "
         f"differs from it by up to {millimetres(position)} and {np.degrees(rotation):.3g} deg at the tip; "
-        f"{' and '.join(wanted)} {'take' if len(wanted) > 1 else 'takes'} that arm."
+        f"with {wanted} that arm is taken."
     )
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import NotSRSError, UnknownRobotError
-from .axes import NEAR_ANGLE, NEAR_LENGTH, above, millimetres, rotation_angle, worst_difference
+from .axes import NEAR_ANGLE, NEAR_LENGTH, millimetres, rotation_angle, tolerances, worst_difference
 from .chain import Chain, FloatArray, chain_of, rigid_inverse, rotation_about
 from .description import ImportReport, OffsetDescription
 from .report import import_notes, import_report
@@ -75,7 +75,7 @@ def describe_offset_chain(
     found = _with_one_offset(found)
     off = _off(chain, found)
     if not _within(off, length, angle):
-        advice = f"; {_tolerances(off)} take it" if _within(off, NEAR_LENGTH, NEAR_ANGLE) else ""
+        advice = f"; with {_tolerances(off)} it is taken" if _within(off, NEAR_LENGTH, NEAR_ANGLE) else ""
         raise NotSRSError(
             f"{chain.source}: not an arm with one offset wrist or shoulder: its rows miss "
             f"its forward kinematics by up to {_differs(off)}{advice}"
@@ -94,6 +94,8 @@ def offset_hint(chain: Chain) -> str:
     except NotSRSError:
         return ""
     off = _off(chain, found)
+    if max(abs(found.a_1), abs(found.a_6)) <= max(off[0], LENGTH_TOLERANCE):
+        return ""  # what takes the error takes the offset too, and leaves an S-R-S arm
     if _within(off, LENGTH_TOLERANCE, ANGLE_TOLERANCE):
         return f"armangle.OffsetArm takes it, from the same file: it is S-R-S but for {_kind(found)}."
     if not _within(off, NEAR_LENGTH, NEAR_ANGLE):
@@ -148,12 +150,8 @@ def _differs(off: tuple[float, float]) -> str:
 
 
 def _tolerances(off: tuple[float, float]) -> str:
-    """Say which tolerances take what is off by so much, in Python and on the command line."""
-    length, angle = max(off[0], LENGTH_TOLERANCE), max(off[1], ANGLE_TOLERANCE)
-    return (
-        f"length_tolerance={above(length)} and angle_tolerance={above(angle)} (--length-tolerance "
-        f"{above(1e3 * length)} --angle-tolerance {above(math.degrees(angle))})"
-    )
+    """Say which tolerances take what is off by so much."""
+    return tolerances(max(off[0], LENGTH_TOLERANCE), max(off[1], ANGLE_TOLERANCE))
 
 
 def _read(chain: Chain) -> OffsetDescription:

@@ -193,7 +193,7 @@ def _circle_legend(polar: Any, user: bool, scene: Scene | None, *, made: bool) -
     handles += [line for line in polar.lines if line.get_label() == "ψ"]
     options: dict[str, Any] = {
         "handles": handles, "frameon": False, "fontsize": 9, "title_fontsize": 9,
-        "title": "rings: Ψ_i from the inside\nouter ring: Ψ_all",
+        "title": "rings: joints 1 to 7 from the inside\nouter ring: all of them",
     }  # fmt: skip
     if made:
         polar.figure.legend(loc="outside right center", **options)

@@ -33,7 +33,7 @@ EXPORT_NAME = "posture.json"
 
 TRACK = "follow the hand, to the nearest pose"
 HOLD = "hold ψ"
-REPEL = "repel ψ from the ends of its arc (eq. 36)"
+REPEL = "repel ψ from the ends of its arc"
 CENTRE = "pull ψ to the middle of its arc"
 TOWARDS = "move the elbow to where it is wished: up, or as the program says"
 _GREATEST_ALPHA = 100.0
@@ -294,12 +294,14 @@ def gc_name(gc: int) -> str:
 def slider_range(lower: float, upper: float) -> tuple[float, float]:
     """Return the ends of a joint's slider, deg: its limits (rad) cut to 0.1 deg, a turn where it has none.
 
-    >>> slider_range(-np.inf, 1.5)
-    (-360.0, 85.9)
+    A file's -1.396263 rad is -80 deg to it: within 0.001 deg limits are rounded.
+
+    >>> slider_range(-np.inf, 1.5), slider_range(-1.396263, 1.570796)
+    ((-360.0, 85.9), (-80.0, 90.0))
     """
     low = lower if np.isfinite(lower) else min(-2 * np.pi, upper - 2 * np.pi)
     high = upper if np.isfinite(upper) else max(2 * np.pi, lower + 2 * np.pi)
-    inward = np.array([np.ceil(np.degrees(low) * 10 - 1e-6), np.floor(np.degrees(high) * 10 + 1e-6)]) / 10
+    inward = np.array([np.ceil(np.degrees(low) * 10 - 0.01), np.floor(np.degrees(high) * 10 + 0.01)]) / 10
     return float(inward[0]), float(inward[1])
 
 

@@ -19,8 +19,7 @@ from ..tables import paint, paragraph, table
 
 HELP = """\
 See it work: a KUKA iiwa 7 starts close to its joint limits and carries its tool
-0.25 m along a straight line; five settings push its elbow off the limits. It is
-the paper's example: section 6.2, eq. (36), figure 13."""
+0.25 m along a straight line; five settings push its elbow off the limits."""
 EXAMPLE = "  armangle demo -o demo"
 
 _STORY = """\
@@ -28,10 +27,8 @@ A KUKA iiwa 7 starts close to its joint limits and carries its tool 0.25 m along
 At every pose the elbow may turn: psi is where it is. Each row below pushes it off the psi where a \
 joint limit stands, from far away or near by (alpha: the larger, the nearer) and weakly or strongly (K)."""
 _REMARK = """\
-This is the example of the paper's section 6.2; the push is its eq. (36). Its text fixes K = 0.1 where \
-alpha varies and alpha = 20 where K varies; alpha = 5 and 100, \
-K = 0.02 and 0.5 and the 251 poses are this program's choice. The paper sets no largest joint step, \
-so the demo sets none; step and follow shorten what the policy asks for to {limit} deg."""
+It is the example of the paper that armangle began with, which bounds no step of a joint, so nor does the \
+demo; step and follow shorten what the policy asks for to {limit} deg."""
 _OVERVIEW = "overview.png"
 _VIEW = """\
   armangle view --demo

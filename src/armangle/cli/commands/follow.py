@@ -40,8 +40,9 @@ _POLICIES: dict[str, tuple[Any, tuple[str, ...]]] = {  # and which options each 
     "towards": (Towards, ("psi", "point", "direction", "K", "rate")),
 }
 HELP = """\
-Step along a file of poses from given joints: eq. (36) moves the arm angle, the
-global configuration stays, limits hold, and no joint jumps."""
+Step along a file of poses from given joints: the arm angle keeps off what the
+limits block (--policy), the global configuration stays, limits hold, and no
+joint jumps."""
 EXAMPLE = """\
   armangle follow path.csv --robot kuka_iiwa7_r800 -o joints.csv --alpha 20 \\
       --start -5.4101,-26.4986,-48.1542,-61.65,152.6198,114.4466,8.1812"""

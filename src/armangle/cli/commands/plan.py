@@ -79,8 +79,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Write the joints and print a summary; status 1 and the explanation where there is no way."""
     arm, scene = with_body(the_arm(args), args)
-    start = None if args.start is None else joints("--start", args.start)
-    goal = None if args.goal is None else joints("--goal", args.goal)
+    start = None if args.start is None else joints("--start", args.start, arm)
+    goal = None if args.goal is None else joints("--goal", args.goal, arm)
     _check_limit_margin(arm, args.limit_margin)
     objective = Objective(duration=args.duration, acceleration=_acceleration(arm, args))
     given = {name: getattr(args, name) for name in ("psi", "point", "direction")}

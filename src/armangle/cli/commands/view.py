@@ -30,7 +30,9 @@ EXAMPLE = "  armangle view --demo"
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
     parser.add_argument("--path", metavar="FILE", help="a motion to play: joints, or poses to step along")
-    parser.add_argument("--demo", action="store_true", help="play the paper's example (figure 13)")
+    parser.add_argument(
+        "--demo", action="store_true", help="play a line that begins near the limits, five ways"
+    )
     parser.add_argument("--start", metavar="Q", help="first joints q1,..,q7 in degrees")
     parser.add_argument(
         "--voxels", type=number, metavar="M", help="show where the tool can be, on a grid so far apart"
