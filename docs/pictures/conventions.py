@@ -125,7 +125,7 @@ def _elbow_circle(ax: Any, pose: Array, gc: int, psi: float) -> None:
     ax.plot(*np.array([[0, 0, 0.0], [0, 0, 0.85]]).T, color=GREY, lw=0.8, ls=":", zorder=1)
     ax.text(0, 0, 0.88, "base axis", color=GREY, ha="center", fontsize=8)
     for name, point in (("S", shoulder), ("W", wrist), ("E", points[2])):
-        ax.text(*(point + np.array([0.03, -0.03, 0.03])), name, fontsize=10, zorder=8)
+        ax.text(*(point + np.array([0.0, 0.0, 0.06])), name, fontsize=10, ha="center", zorder=8)
     ax.text(*(elbow_0 + np.array([0.02, 0.0, 0.03])), "E at ψ = 0", color=BLUE, fontsize=8, zorder=8)
 
 
@@ -209,7 +209,7 @@ def base_tool() -> Figure:
         )
     for i, name in enumerate(("arm.base", "DH chain at θ = s q + o", "arm.tool")):
         ax.annotate("", (3 * i + 2.1, 0), (3 * i + 0.9, 0), arrowprops={"arrowstyle": "-|>", "color": BLACK})
-        ax.text(3 * i + 1.5, 0.36, name, ha="center", fontsize=8.5)
+        ax.text(3 * i + 1.5, 0.46, name, ha="center", fontsize=8.5)
     ax.annotate("", (8.3, -0.75), (0.7, -0.75), arrowprops={"arrowstyle": "-|>", "color": BLUE})
     ax.text(4.5, -0.62, "pose = arm.base @ 0T7 @ arm.tool", ha="center", color=BLUE)
     ax.set(xlim=(-1.3, 10.3), ylim=(-1.0, 0.7))
