@@ -25,7 +25,7 @@ _CONVENTIONS = (
     "wxyz= (a quaternion, the real part first), xyzw= (the real part last), rpy= (rad, about the fixed axes "
     "x, then y, then z), rotvec= (axis times angle, rad) or matrix= (3 x 3)"
 )
-_MOST_TURNS = {"rpy": 8 * np.pi, "rotvec": 2 * np.pi * (1 + 1e-6)}
+_MOST_TURNS = {"rpy": 8 * np.pi, "rotvec": 4 * np.pi}
 """Angles beyond these are no turns that were counted on but degrees, rad."""
 
 
@@ -56,7 +56,7 @@ def pose(
         Roll, pitch, yaw, rad: turns about the *fixed* axes x, then y, then z, as in URDF:
         R = Rz(yaw) Ry(pitch) Rx(roll). Each within ±8π: what is more was meant in degrees.
     rotvec : array_like, shape (..., 3), optional
-        Axis times angle, rad. Up to a turn long: what is more was meant in degrees.
+        Axis times angle, rad. Up to two turns long: what is more was meant in degrees.
     matrix : array_like, shape (..., 3, 3), optional
         Rotation matrices, orthonormal within 1e-6; kept as given.
 

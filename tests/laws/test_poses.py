@@ -22,7 +22,7 @@ def unit(rng: np.random.Generator, *shape: int) -> np.ndarray[Any, Any]:
 def test_every_pose_is_a_rigid_transform_at_its_place() -> None:
     rng = np.random.default_rng(1)
     xyz, quaternion, angles = rng.normal(size=(N, 3)), unit(rng, N, 4), rng.uniform(-9, 9, (N, 3))
-    vectors = 0.4 * angles  # at most a turn long
+    vectors = 0.8 * angles  # at most two turns long
     for given in ({"wxyz": quaternion}, {"xyzw": quaternion}, {"rpy": angles}, {"rotvec": vectors}, {}):
         poses = aa.pose(xyz, **given)
         r = poses[:, :3, :3]
@@ -54,7 +54,7 @@ def test_the_product_of_quaternions_is_the_product_of_their_rotations() -> None:
     assert_allclose(aa.pose(np.zeros(3), wxyz=product(a, b)), both, **TIGHT)
 
 
-@pytest.mark.parametrize("size", [0.0, 1e-300, 1e-12, 1e-8, 1e-3, 1.0, np.pi, 2 * np.pi])
+@pytest.mark.parametrize("size", [0.0, 1e-300, 1e-12, 1e-8, 1e-3, 1.0, np.pi, 4 * np.pi])
 def test_a_rotation_vector_keeps_its_axis_and_turns_by_its_length(size: float) -> None:
     rng = np.random.default_rng(4)
     axis = unit(rng, N, 3)
@@ -113,7 +113,7 @@ def test_angles_in_degrees_are_asked_about() -> None:
     for value in ([0.0, 0.0, 90.0], [[0.0, 0.0, 0.1], [54.0, 72.0, 0.0]]):
         with pytest.raises(aa.InputError, match=r"rotvec turns by 90\. Angles are in rad: were these"):
             aa.pose([0, 0, 0], rotvec=value)
-    aa.pose([0, 0, 0], rotvec=np.float32(2 * np.pi) * np.float32([0.6, 0.8, 0.0]))
+    aa.pose([0, 0, 0], rotvec=[9.0, 0.0, 0.0])
 
 
 def test_pinocchio_reads_the_same_rotations() -> None:
