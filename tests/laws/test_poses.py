@@ -54,7 +54,7 @@ def test_the_product_of_quaternions_is_the_product_of_their_rotations() -> None:
     assert_allclose(aa.pose(np.zeros(3), wxyz=product(a, b)), both, **TIGHT)
 
 
-@pytest.mark.parametrize("size", [0.0, 1e-300, 1e-12, 1e-8, 1e-3, 1.0, np.pi, 4 * np.pi])
+@pytest.mark.parametrize("size", [0.0, 1e-300, 1e-12, 1e-8, 1e-3, 1.0, np.pi, 12.0])
 def test_a_rotation_vector_keeps_its_axis_and_turns_by_its_length(size: float) -> None:
     rng = np.random.default_rng(4)
     axis = unit(rng, N, 3)
