@@ -147,6 +147,17 @@ def test_nothing_on_a_grid_is_nearer_than_solve(arm: aa.OffsetArm) -> None:
     assert one.gc == found.gc[0]
 
 
+def test_all_branches_together_are_as_near_as_each_alone() -> None:
+    """At the edge of reach a thousandth of the circle has postures; the first branches took all the time."""
+    arm = aa.OffsetArm.from_catalogue("yaskawa_sia50d")
+    q = np.array([2.782217570669447, 1.0993, -2.2, 1.5616, -0.0429, -0.01, 2.8587])
+    rng = np.random.default_rng(8)
+    q = q + np.concatenate([np.zeros((1, 7)), rng.normal(0, 1e-3, (15, 7))])
+    pose, near = arm.forward(q)[0], q + rng.normal(0, 0.1, q.shape)
+    alone = [arm.solve(pose, near, gc=gc).distance for gc in range(8)]
+    assert (arm.solve(pose, near).distance <= np.nanmin(alone, axis=0) + 1e-9).all()
+
+
 @pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.rows.name)
 def test_the_jacobian_is_the_slope_of_forward(arm: aa.OffsetArm) -> None:
     q, step = within(arm, np.random.default_rng(6), 1)[0], 1e-6
@@ -256,8 +267,11 @@ def test_why_there_is_none() -> None:
     far = aa.pose([3.0, 0, 0])
     assert arm.solve(far).status is aa.Status.UNREACHABLE
     assert arm.feasible(far, 0).status is aa.Status.UNREACHABLE
-    with pytest.raises(aa.UnreachableError, match="out of reach"):
+    with pytest.raises(
+        aa.UnreachableError, match=r"out of reach.* arm\.feasible_all\(pose\) has the status of every"
+    ):
         arm.solve(far).raise_for_status()
+    assert {aa.Status(int(code)) for code in arm.feasible_all(far).status} == {aa.Status.UNREACHABLE}
     with pytest.raises(aa.UnreachableError, match="out of reach"):
         arm.inverse(far, 0.0, 0)
     assert np.isnan(arm.inverse(far, 0.0, 0, unreachable="nan")).all()

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..errors import NotSRSError, UnknownRobotError
 from .axes import NEAR_ANGLE, NEAR_LENGTH, above, millimetres, rotation_angle, worst_difference
-from .chain import Chain, FloatArray, chain_of, rigid_inverse, rotation_about
+from .chain import Chain, FloatArray, chain_of, rigid_inverse
 from .description import ImportReport, OffsetDescription
 from .report import import_notes, import_report
 
