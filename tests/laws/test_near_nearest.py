@@ -166,3 +166,14 @@ def test_a_joint_at_the_end_of_its_whole_turn_is_found(name: str) -> None:
         near[joint] = q[joint] + (1 if upper else -1) * rng.uniform(0.05, 0.5)
         found = arm.solve(arm.forward(q)[0], near)
         assert found.distance <= np.linalg.norm(q - near) + ROUNDING
+
+
+def test_what_a_refusal_names_is_there() -> None:
+    arm = calibrated("kuka_iiwa7_r800", 1.0, 1.0)
+    far = arm.forward(np.full(7, 0.3))[0] + np.array([[0, 0, 0, 3.0]] + [[0.0] * 4] * 3)
+    with pytest.raises(aa.UnreachableError) as refusal:
+        arm.solve(far).raise_for_status()
+    assert str(refusal.value).endswith("(arm.nominal.explain of an arm with its own chain).")
+    with pytest.raises(aa.InputError, match=r"explain is not made for .*: use arm\.nominal"):
+        arm.explain(far)
+    assert "out of reach" in arm.nominal.explain(far).explain()

@@ -16,7 +16,14 @@ from armangle.models.catalogue import CatalogueEntry, catalogue, load_robot, rea
 from armangle.models.chain import chain_of
 from armangle.models.description import ArmDescription
 from armangle.models.detect import describe_chain
+from armangle.models.offset import (
+    describe_offset_chain,
+    load_offset_robot,
+    offset_catalogue,
+    offset_source,
+)
 from armangle.models.urdf import read_urdf, write_urdf
+from armangle.models.urdf.writing import write_chain
 
 EXACT_ARMS = {
     # name: d_bs, d_se, d_ew, d_wf in m, signs
@@ -48,6 +55,9 @@ EXACT_ARMS = {
     "fourier_gr2t2d_right": (0.23, 0.34, 0.261, 0.0, "-+-+--+"),
     "fourier_gr2t2v2_left": (0.23, 0.2555, 0.21955, 0.0, "++-+--+"),
     "fourier_gr2t2v2_right": (0.23, 0.2555, 0.21955, 0.0, "-+-+--+"),
+    "schunk_lwa4p_extended": (0.2305, 0.4536, 0.2986, 0.0, "+-+++-+"),
+    "galaxea_r1_pro_left": (0.154765, 0.31, 0.25805, 0.0, "++-+--+"),
+    "galaxea_r1_pro_right": (0.154765, 0.31, 0.25805, 0.0, "-+-+--+"),
 }
 OFFSET_ARMS = {
     "barrett_wam7": (0.346, 0.55, 0.3, 0.06, 0.045, -0.045),
@@ -66,6 +76,7 @@ OFFSET_ARMS = {
     "jvrc1_right": (0.24, 0.305, 0.239, 0.0, 0.004, -0.004),
     "openloong_left": (0.2026, 0.3, 0.30025, 0.0008, -0.024, 0.024),
     "openloong_right": (0.2026, 0.3, 0.30025, 0.0008, -0.024, 0.024),
+    "kinova_movo": (0.18125, 0.41, 0.31105, 0.26375, 0.0, 0.0, 0.0114),
 }
 FILES = {
     # name: file, tip of the entry in the tip of the file, position (m) and rotation (rad) agreed
@@ -105,8 +116,8 @@ def test_exact_arm_has_its_numbers(name):
 @pytest.mark.parametrize("name", OFFSET_ARMS)
 def test_offset_arm_has_its_numbers(name):
     arm = load_robot(name).description
-    lengths = [getattr(arm, key) for key in (*LENGTHS, "a_3", "a_4")]
-    assert lengths == pytest.approx(OFFSET_ARMS[name], abs=5e-6)
+    lengths = [getattr(arm, key) for key in (*LENGTHS, "a_3", "a_4", "d_4")]
+    assert lengths == pytest.approx([*OFFSET_ARMS[name], 0.0][:7], abs=5e-6)
 
 
 @pytest.mark.parametrize("name", catalogue())
@@ -163,7 +174,7 @@ def test_entry_has_the_limits_of_its_file(name):
 def test_entry_goes_through_urdf_unchanged(name):
     arm = load_robot(name).description
     again, report = describe_chain(read_urdf(write_urdf(arm)))
-    for key in (*LENGTHS, "a_3", "a_4"):
+    for key in (*LENGTHS, "a_3", "a_4", "d_4"):
         assert getattr(again, key) == pytest.approx(getattr(arm, key), abs=1e-9)
     assert again.signs == arm.signs
     assert again.offsets == pytest.approx(arm.offsets, abs=1e-9)
@@ -312,3 +323,54 @@ def test_unreadable_file_is_refused(tmp_path):
 def test_unknown_name_lists_near_ones(name, message):
     with pytest.raises(UnknownRobotError, match=re.escape(message)):
         load_robot(name)
+
+
+SPECIAL_ARMS = {
+    # name: d_bs, d_se, d_ew, d_wf, a_1, a_3, a_4, a_6 in m
+    "franka_fer": (0.333, 0.316, 0.384, 0.107, 0.0, 0.0825, -0.0825, 0.088),
+    "franka_fr3": (0.333, 0.316, 0.384, 0.107, 0.0, 0.0825, -0.0825, 0.088),
+    "ufactory_xarm7": (0.267, 0.293, 0.3425, 0.097, 0.0, 0.0525, -0.0775, -0.076),
+    "willow_garage_pr2_left": (0.0, 0.4, 0.321, 0.18, 0.1, 0.0, 0.0, 0.0),
+    "willow_garage_pr2_right": (0.0, 0.4, 0.321, 0.18, 0.1, 0.0, 0.0, 0.0),
+    "fetch": (0.40858, 0.352, 0.3215, 0.30495, 0.117, 0.0, 0.0, 0.0),
+    "yaskawa_sia50d": (0.54, 0.875, 0.61, 0.35, 0.145, 0.0, 0.0, 0.0),
+    "realman_gen72": (0.218, 0.28, 0.2525, 0.0905, 0.0, 0.04, -0.019, 0.067),
+    "robotis_ai_worker_left": (0.2275, 0.3, 0.253, 0.0, 0.0, 0.041004, -0.041004, 0.0885),
+    "robotis_ai_worker_right": (0.2275, 0.3, 0.253, 0.0, 0.0, 0.041004, -0.041004, 0.0885),
+}
+SPECIAL_FILES = {
+    "franka_fer": ("franka_panda", "panda_link8"),
+    "ufactory_xarm7": ("ufactory_xarm7", "link_eef"),
+}
+
+
+def test_arms_with_an_offset_wrist_or_shoulder_have_their_numbers():
+    assert offset_catalogue() == tuple(sorted(SPECIAL_ARMS))
+    for name, lengths in SPECIAL_ARMS.items():
+        arm = load_offset_robot(name)
+        assert tuple(getattr(arm, key) for key in (*LENGTHS, "a_1", "a_3", "a_4", "a_6")) == lengths
+        assert all(low < high for low, high in zip(arm.lower, arm.upper, strict=True))
+        assert all(1.0 < speed < 10.0 for speed in arm.velocity) != bool(arm.notes)
+        assert len(offset_source(name)) > 8 and "://" not in offset_source(name)
+
+
+@pytest.mark.parametrize("name", SPECIAL_ARMS)
+def test_an_offset_arm_goes_through_urdf_unchanged(name):
+    arm = load_offset_robot(name)
+    chain = chain_of(arm)
+    again, _ = describe_offset_chain(read_urdf(write_chain(chain, name)), angle=1e-9, length=1e-9)
+    q = np.random.default_rng(0).uniform(-np.pi, np.pi, (100, 7))
+    np.testing.assert_allclose(chain_of(again).forward(q), chain.forward(q), rtol=0, atol=1e-12)
+    assert (again.lower, again.upper, again.joint_names) == (arm.lower, arm.upper, arm.joint_names)
+
+
+@pytest.mark.parametrize("name", SPECIAL_FILES)
+def test_an_offset_arm_is_the_arm_of_its_file(name):
+    file, tip = SPECIAL_FILES[name]
+    path = model(file)
+    arm, chain = chain_of(load_offset_robot(name)), read_urdf(path, tip=tip, offset=True)
+    names = [joint.name for joint in chain.joints]
+    for q in np.random.default_rng(0).uniform(-np.pi, np.pi, (100, 7)):
+        own = urdf_forward(path.read_text(), chain.tip, dict(zip(names, q, strict=True)))
+        off, turned = pose_error(arm.forward(q), own)
+        assert off <= 7e-6 and turned <= 3e-5

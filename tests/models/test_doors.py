@@ -399,3 +399,12 @@ def test_a_calibrated_offset_arm_is_refused_with_tolerances_that_take_it(seed: i
     q = np.random.default_rng(1).uniform(-np.pi, np.pi, (500, 7))
     apart = np.linalg.norm((arm.forward(q)[0] - chain.forward(q))[:, :3, 3], axis=-1)
     assert 0.5 * report.residual_position < apart.max() <= report.residual_position
+
+
+def test_an_offset_arm_says_what_takes_a_file_that_is_nearly_one():
+    assert aa.OffsetArm.from_urdf(FR3.to_urdf(), exact=True).a_6 == pytest.approx(FR3.a_6)
+    for door in (aa.OffsetArm.from_urdf, aa.OffsetArm.from_mjcf):
+        with pytest.raises(
+            InputError, match=r"exact=False .* armangle\.Arm alone: .* length_tolerance= and angle_to"
+        ):
+            door(FR3.to_urdf(), exact=False)

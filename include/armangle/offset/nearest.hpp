@@ -26,8 +26,9 @@ struct OffsetNearest {
 };
 
 namespace offset_rule {
-inline constexpr int samples = 48;         // of each branch, for a first posture
-inline constexpr double finest = 2e-7;     // rad: half width of a cell whose best is its middle's, finished
+inline constexpr int samples = 48;      // of each branch, for a first posture
+inline constexpr double coarse = 1e-3;  // rad: half width of a cell where all branches are looked at in turn
+inline constexpr double finest = 2e-7;  // rad: half width of a cell whose best is its middle's, finished
 inline constexpr double left_open = 1e-8;  // rad: half width of a cell that is a place to start from
 inline constexpr double tie = 1e-12;       // costs closer than this share of them are equal
 inline constexpr int most_looks = 10000;   // of one pose
@@ -65,7 +66,6 @@ public:
         out = refused(Status::LIMITS);
         if (seeded_) look_beside_seed(out);
         if (out.status == Status::OK) cost_ = out.distance * out.distance;
-        Status why = Status::UNREACHABLE;
         for (int gc = 0; gc < configurations; ++gc) {
             if (!(branches >> gc & 1u)) continue;
             offer(OffsetCells(arm_, pose_, gc), gc, wrap(near_[6]), pi);
@@ -78,14 +78,11 @@ public:
                 if (!too_far(free, 0.0)) offer(cells, gc, free, 0.0);
             }
         }
-        for (int gc = 0; gc < configurations; ++gc) {
-            if (!(branches >> gc & 1u)) continue;
-            const Status refusal = search(gc);
-            const auto rank = [](Status status) noexcept {
-                if (status == Status::UNREACHABLE) return 0;
-                return status == Status::NO_POSTURE ? 1 : 2;
-            };
-            if (rank(refusal) > rank(why)) why = refusal;
+        Status why = search_all(0.0);
+        if (looks_ >= offset_rule::most_looks) {  // the first branches took them all
+            places_ = looks_ = 0;
+            search_all(offset_rule::coarse);
+            why = search_all(0.0);
         }
         take(result(), out);
         look_beside(out);
@@ -199,8 +196,24 @@ private:
         return true;
     }
 
-    /// Searches one branch; why it has no posture within the limits, or OK.
-    Status search(int gc) noexcept {
+    /// Searches the branches asked; why none of them has a posture within the limits, or OK.
+    Status search_all(double coarse) noexcept {
+        Status why = Status::UNREACHABLE;
+        const auto rank = [](Status status) noexcept {
+            if (status == Status::UNREACHABLE) return 0;
+            return status == Status::NO_POSTURE ? 1 : 2;
+        };
+        for (int gc = 0; gc < configurations; ++gc) {
+            if (!(branches_ >> gc & 1u)) continue;
+            const Status refusal = search(gc, coarse);
+            if (rank(refusal) > rank(why)) why = refusal;
+        }
+        return why;
+    }
+
+    /// Searches one branch, `coarse`ly (rad) for a posture that is near, 0: for the nearest; why it has no
+    /// posture within the limits, or OK.
+    Status search(int gc, double coarse) noexcept {
         struct Cell {
             double lower, upper;
         };
@@ -252,6 +265,7 @@ private:
                 }
                 const double end =
                     known == Known::inside && smooth ? offset_rule::finest : offset_rule::left_open;
+                if (half < coarse) continue;
                 if (half < end || top > offset_rule::depth ||
                     judge.looks() + looks_ >= offset_rule::most_looks) {
                     if (!(known == Known::inside && smooth)) remember(gc, cell.lower, cell.upper, least);

@@ -19,6 +19,7 @@ from .._arrays import (
     Floats,
     Ints,
     PathLike,
+    as_flag,
     as_floats,
     as_gc,
     as_number,
@@ -132,7 +133,8 @@ class OffsetSolution(NamedTuple):
             at = tuple(int(i) for i in bad[0])
             status = STATUSES[int(codes[at])]
             kind = UnreachableError if status in _OUT_OF_REACH else NoSolutionError
-            raise kind(f"{f'pose{list(at)}: ' if at else ''}{status.sentence}")
+            where = f"pose{list(at)}: " if at else ""
+            raise kind(f"{where}{status.sentence} arm.feasible_all(pose) has the status of every branch.")
         return self
 
 
@@ -244,6 +246,7 @@ class OffsetArm(FrozenValue):
         angle_tolerance: float = ANGLE_TOLERANCE,
         length_tolerance: float = LENGTH_TOLERANCE,
         continuous_limits: str = "ignore",
+        exact: bool = True,
     ) -> OffsetArm:
         """Return the arm between two links of a URDF, in that file's own joint coordinates and frames.
 
@@ -262,14 +265,20 @@ class OffsetArm(FrozenValue):
         continuous_limits : {"ignore", "use"}
             Limits of a continuous joint, which by the rules of URDF has none, though some files state them.
             Where they are ignored, a warning and a note of ``import_report`` say so.
+        exact : bool
+            True. An `Arm` keeps a file's own chain with False; here the tolerances take what is nearly such
+            an arm.
 
         Raises
         ------
         UrdfError
             If the file cannot be read as a chain of seven rotating joints.
+        InputError
+            With ``exact=False``.
         NotSRSError
             If the arm has other offsets than these; the message says by how much.
         """
+        _check_exact(exact)
         chain = read_urdf(source, base=base, tip=tip, continuous_limits=continuous_limits, offset=True)
         return cls._of_chain(chain, angle_tolerance, length_tolerance)
 
@@ -282,6 +291,7 @@ class OffsetArm(FrozenValue):
         *,
         angle_tolerance: float = ANGLE_TOLERANCE,
         length_tolerance: float = LENGTH_TOLERANCE,
+        exact: bool = True,
     ) -> OffsetArm:
         """Return the arm between two bodies of a MuJoCo model; needs the extra ``mujoco``.
 
@@ -293,14 +303,17 @@ class OffsetArm(FrozenValue):
             Names of two bodies, or of a site as the tip; guessed where the file leaves one choice.
         angle_tolerance, length_tolerance : float
             As in `from_urdf`, rad and m.
+        exact : bool
+            As in `from_urdf`.
 
         Raises
         ------
         MissingExtraError
             If the package ``mujoco`` is not installed.
-        FileFormatError, NotSRSError
+        FileFormatError, NotSRSError, InputError
             As `from_urdf`.
         """
+        _check_exact(exact)
         chain = read_mjcf(source, base=base, tip=tip, offset=True)
         return cls._of_chain(chain, angle_tolerance, length_tolerance)
 
@@ -863,6 +876,14 @@ def as_srs(arm: Arm | OffsetArm) -> Arm:
 
 def _rebuilt(numbers: dict[str, Any]) -> OffsetArm:
     return OffsetArm(**numbers)
+
+
+def _check_exact(exact: bool) -> None:
+    if not as_flag("exact", exact):
+        raise InputError(
+            "exact=False keeps the chain of a file, which is made for an armangle.Arm alone: an OffsetArm "
+            "takes what is nearly one with length_tolerance= and angle_tolerance=, which its refusal names"
+        )
 
 
 def _checked_gc(gc: ArrayLike) -> Ints:

@@ -13,9 +13,10 @@ from ..errors import InputError, NoSolutionError, UnreachableError
 from ..status import SOLVED, STATUSES, Status
 
 _OUT_OF_REACH = (Status.UNREACHABLE, Status.FOLDED)
-_HINT = "arm.explain(pose) says by how much, and what would help."
-_IN_SCENE = "arm.explain(pose, scene=...) says by how much, and what would help."
-_WITH_MARGIN = "arm.explain(pose, singularity_margin=...) says by how much, and what would help."
+_MORE = "says by how much, and what would help (arm.nominal.explain of an arm with its own chain)."
+_HINT = f"arm.explain(pose) {_MORE}"
+_IN_SCENE = f"arm.explain(pose, scene=...) {_MORE}"
+_WITH_MARGIN = f"arm.explain(pose, singularity_margin=...) {_MORE}"
 _HINTS = {
     Status.NOT_ALLOWED: "arm.feasible_all(pose) has the arm angles of every branch that limits leave.",
     Status.CLEARANCE: _IN_SCENE,

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from ..errors import NotSRSError, UnknownRobotError
-from .axes import NEAR_ANGLE, NEAR_LENGTH, millimetres, rotation_angle, tolerances, worst_difference
-from .chain import Chain, FloatArray, chain_of, rigid_inverse, rotation_about
+from .axes import NEAR_ANGLE, NEAR_LENGTH, above, millimetres, rotation_angle, tolerances, worst_difference
+from .chain import Chain, FloatArray, chain_of, rigid_inverse
 from .description import ImportReport, OffsetDescription
 from .report import import_notes, import_report
 
