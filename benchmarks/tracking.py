@@ -1,14 +1,15 @@
 """Run `armangle.Tracker` beside mink and pink: the same hands, the same bounds, the same hand filter.
 
-    python benchmarks/tracking.py [--peers PYTHON] [--arm NAME] [--seeds 8] [--seconds 10] [--dt 0.004]
-                                  [--write]
+    python benchmarks/tracking.py [--peers PYTHON] [--arms NAME ...] [--rates 250 90 1000] [--seeds 8]
+                                  [--ticks 4000] [--write]
 
-PYTHON is an interpreter with ``pip install mink pin-pink daqp``. Per stream: RMS distance of the tool from
-the hand without noise, over the ticks at which the hand has been in reach for 0.5 s; ticks that break a bound
-on speed, acceleration or position (1e-6 relative); freezes (0.5 s without motion, more than 20 mm from a hand
-in reach); programmes without solution; time of a tick, one call each, the median of each stream and of the
-streams, and CPU time in one call of `run`. A stream is ahead if its RMS distance is less than that of the
-best of the others on it.
+PYTHON is an interpreter with ``pip install mink pin-pink daqp``. A hand lasts 10 s, and no more than the
+ticks. Per stream: RMS distance of the tool from the hand without noise, over the ticks at which the hand has
+been in reach for 0.5 s; ticks that break a bound on speed, acceleration or position (1e-6 relative); freezes
+(0.5 s without motion, more than 20 mm from a hand in reach); programmes without solution; CPU time of a tick,
+one call each and in one call of `run`, the mean of a stream and the median of the streams. A stream is ahead
+if its RMS distance is less than that of the best of the others on it. The first arm at the first rate has a
+table of its own, all have a row.
 """
 
 from __future__ import annotations
@@ -40,6 +41,8 @@ LENGTH = 0.2  # m that a radian counts as: the tracker's own, and that of adapte
 SLACK = 1e-6
 FROZEN, FAR, STILL = 0.5, 0.02, 1e-6  # s, m, rad/s
 OURS = "armangle"
+ARMS = ("kuka_iiwa14_r820", "realman_rm75_b", "openarm_v10")
+SECONDS = 10.0  # that a hand lasts
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
 
@@ -89,13 +92,11 @@ def ours(arm: aa.Arm, stream: streams.Stream, start: Floats) -> Row:
     """Return the tracker's row."""
     tracker = aa.Tracker(arm, stream.dt, acceleration=ACCELERATION, filter=aa.HandFilter())
     tracker.start(start)
-    q, times = np.empty((len(stream.samples), 7)), np.empty(len(stream.samples))
+    q = np.empty((len(stream.samples), 7))
+    before = time.thread_time()
     for i, pose in enumerate(stream.samples):
-        before = time.perf_counter()
-        now = tracker.step(pose)
-        times[i] = time.perf_counter() - before
-        q[i] = now.q
-    row = judge(arm, stream, start, q, 0, float(np.median(times)) * 1e6)
+        q[i] = tracker.step(pose).q
+    row = judge(arm, stream, start, q, 0, (time.thread_time() - before) / len(q) * 1e6)
     tracker.start(start)
     before = time.thread_time()
     tracker.run(stream.samples)
@@ -118,89 +119,141 @@ def peers(
         found = dict(np.load(out))
     rows: dict[str, dict[str, Row]] = {}
     for name, key in {tuple(full.split("|")[:2]) for full in found}:
-        result = {what: found[f"{name}|{key}|{what}"] for what in ("q", "times", "failed")}
-        micros = float(np.median(result["times"])) * 1e6
+        result = {what: found[f"{name}|{key}|{what}"] for what in ("q", "seconds", "failed")}
+        micros = float(result["seconds"]) * 1e6
         rows.setdefault(name, {})[key] = judge(
             arm, given[key], start, result["q"], int(result["failed"]), micros
         )
     return rows
 
 
-def ahead(rows: dict[str, dict[str, Row]], keys: list[str], what: str) -> int:
-    """Return in how many streams ours is less than the best of the others."""
+def behind(rows: dict[str, dict[str, Row]], keys: list[str], what: str = "rms") -> list[str]:
+    """Return the streams in which ours is not less than the best of the others."""
     others = [rows[name] for name in rows if name != OURS]
-    return sum(
-        getattr(rows[OURS][key], what) < min(getattr(row[key], what) for row in others) for key in keys
-    )
+    return [
+        key
+        for key in keys
+        if not getattr(rows[OURS][key], what)
+        < min((getattr(row[key], what) for row in others), default=np.inf)
+    ]
 
 
-def table(rows: dict[str, dict[str, Row]], seeds: int) -> str:
-    """Return the table in Markdown, the best RMS error of each scenario in bold, and the goals."""
-    names = [OURS, *sorted(set(rows) - {OURS})]
-    beside = len(names) > 1
+def median(rows: dict[str, Row], what: str) -> float:
+    """Return the median of all streams."""
+    return float(np.median([getattr(row, what) for row in rows.values()]))
+
+
+def means(rows: dict[str, dict[str, Row]], scenario: str, what: str) -> dict[str, float]:
+    """Return the mean of a scenario's streams by method."""
+    return {
+        name: float(np.mean([getattr(row, what) for key, row in of.items() if key.startswith(scenario)]))
+        for name, of in rows.items()
+    }
+
+
+def total(rows: dict[str, Row], what: str) -> int:
+    """Return the sum of all streams."""
+    return sum(getattr(row, what) for row in rows.values())
+
+
+def table(rows: dict[str, dict[str, Row]]) -> str:
+    """Return one arm at one rate in Markdown, the best RMS error of each scenario in bold."""
+    names = list(rows)
     lines = []
-    means = 0
     for scenario in streams.SCENARIOS:
-        keys = [f"{scenario}-{seed}" for seed in range(seeds)]
-        mean, tail, turn = (
-            {name: np.mean([getattr(rows[name][key], what) for key in keys]) for name in names}
-            for what in ("rms", "p99", "turn")
-        )
+        keys = [key for key in rows[OURS] if key.startswith(scenario)]
+        mean, tail, turn = (means(rows, scenario, what) for what in ("rms", "p99", "turn"))
         best = min(mean, key=lambda name: mean[name])
-        means += best == OURS
         cells = [f"{mean[n]:.3g} / {tail[n]:.3g} / {turn[n]:.3g}" for n in names]
         cells = [f"**{cell}**" if n == best else cell for n, cell in zip(names, cells, strict=True)]
-        lines.append([scenario, *cells, f"{ahead(rows, keys, 'rms')} of {seeds}" if beside else ""])
+        lines.append([scenario, *cells, f"{len(keys) - len(behind(rows, keys))} of {len(keys)}"])
     for what, label in (
         ("violations", "ticks that break a bound"),
         ("freezes", "freezes"),
         ("failed", "no solution"),
     ):
-        lines.append([label, *(str(sum(getattr(row, what) for row in rows[n].values())) for n in names), ""])
-    micros = {n: float(np.median([row.micros for row in rows[n].values()])) for n in names}
-    lines.append(["µs a tick, one call each", *(f"{micros[n]:.3g}" for n in names), ""])
-    loop = float(np.median([row.loop for row in rows[OURS].values() if row.loop]))
-    lines.append(["µs a tick, all in one `run`", f"{loop:.3g}", *([""] * len(names))])
-    text = report.table(["RMS mm / 99 % mm / RMS degrees", *names, "streams ahead"], lines)
-    if not beside:
-        return text
-    keys = list(rows[OURS])
-    fastest = min(micros[n] for n in names[1:])
-    return (
-        f"{text}\n\nAhead of the best of them in {means} of {len(streams.SCENARIOS)} means (goal: all) and "
-        f"{ahead(rows, keys, 'rms')} of {len(keys)} streams (goal: 45 of 48),\n"
-        f"{ahead(rows, keys, 'weighed')} where a radian counts as {LENGTH:g} m, as in what all weigh;\n"
-        f"{fastest / micros[OURS]:.3g} times less time than the faster of them one call each, "
-        f"{fastest / loop:.3g} times in one `run` (goal: 20)."
-    )
+        lines.append([label, *(str(total(rows[n], what)) for n in names), ""])
+    lines.append(["µs a tick, one call each", *(f"{median(rows[n], 'micros'):.3g}" for n in names), ""])
+    lines.append(["µs a tick, all in one `run`", f"{median(rows[OURS], 'loop'):.3g}", *([""] * len(names))])
+    return report.table(["RMS mm / 99 % mm / RMS degrees", *names, "streams ahead"], lines)
+
+
+SUMMARY = (
+    "arm", "ticks a second", "scenarios ahead", "streams ahead", "with rotation", "behind in",
+    "freezes, its : theirs", "bounds broken, its : theirs", "µs, one call : `run` : theirs",
+    "times less, one call : `run`",
+)  # fmt: skip
+
+
+def summary(arm: str, rate: float, rows: dict[str, dict[str, Row]]) -> list[str]:
+    """Return the row of one arm at one rate: theirs are the fastest of them, and the sums of each."""
+    own, others = rows[OURS], [rows[name] for name in rows if name != OURS]
+    lost = behind(rows, list(own))
+    mean = [means(rows, scenario, "rms") for scenario in streams.SCENARIOS]
+    led = [of[OURS] == min(of.values()) for of in mean]
+    one, loop = median(own, "micros"), median(own, "loop")
+    theirs = min((median(row, "micros") for row in others), default=np.nan)
+    return [
+        arm,
+        f"{rate:g}",
+        f"{sum(led)} of {len(led)}",
+        f"{len(own) - len(lost)} of {len(own)}",
+        f"{len(own) - len(behind(rows, list(own), 'weighed'))}",
+        ", ".join(lost),
+        *(
+            f"{total(own, what)} : {', '.join(str(total(row, what)) for row in others)}"
+            for what in ("freezes", "violations")
+        ),
+        f"{one:.3g} : {loop:.3g} : {theirs:.3g}",
+        f"{theirs / one:.3g} : {theirs / loop:.3g}",
+    ]
+
+
+def run(name: str, rate: float, seeds: int, ticks: int, python: str | None) -> dict[str, dict[str, Row]]:
+    """Return all rows of one arm at one rate by method and stream."""
+    arm = aa.Arm.from_catalogue(name)
+    start = streams.posture(arm)
+    hands = {
+        f"{scenario}-{seed}": streams.stream(
+            arm, scenario, seed, dt=1 / rate, seconds=min(SECONDS, ticks / rate)
+        )
+        for scenario in streams.SCENARIOS
+        for seed in range(seeds)
+    }
+    rows = {OURS: {key: ours(arm, hand, start) for key, hand in hands.items()}}
+    if python:
+        found = peers(python, "mink", arm, hands, start) | peers(python, "pink", arm, hands, start)
+        rows |= dict(sorted(found.items()))
+    return rows
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--peers", metavar="PYTHON")
-    parser.add_argument("--only", default="mink,pink")
-    parser.add_argument("--arm", default="kuka_iiwa14_r820")
+    parser.add_argument("--arms", nargs="+", default=ARMS)
+    parser.add_argument("--rates", type=float, nargs="+", default=[250.0, 90.0, 1000.0])
     parser.add_argument("--seeds", type=int, default=8)
-    parser.add_argument("--seconds", type=float, default=10.0)
-    parser.add_argument("--dt", type=float, default=0.004)
+    parser.add_argument("--ticks", type=int, default=4000, help="the most of a hand")
     parser.add_argument("--write", action="store_true", help="put the table into benchmarks/README.md")
     given = parser.parse_args()
-    arm = aa.Arm.from_catalogue(given.arm)
-    start = streams.posture(arm)
-    hands = {
-        f"{scenario}-{seed}": streams.stream(arm, scenario, seed, dt=given.dt, seconds=given.seconds)
-        for scenario in streams.SCENARIOS
-        for seed in range(given.seeds)
-    }
-    rows = {OURS: {key: ours(arm, hand, start) for key, hand in hands.items()}}
-    if given.peers:
-        for module in given.only.split(","):
-            rows |= peers(given.peers, module, arm, hands, start)
-    hand = f"{given.arm}, {given.seeds} hands of {given.seconds:g} s in each scenario, dt = {given.dt:g} s."
-    text = f"{machine.describe()}.\n{hand}\n\n{table(rows, given.seeds)}"
+    parts = [f"{machine.describe()}."]
+    lines: list[list[str]] = []
+    for rate in given.rates:
+        for arm in given.arms:
+            rows = run(arm, rate, given.seeds, given.ticks, given.peers)
+            if not lines:
+                parts += [
+                    f"{arm}, {rate:g} ticks a second, {given.seeds} hands in each scenario.",
+                    table(rows),
+                ]
+            lines.append(summary(arm, rate, rows))
+            print(*lines[-1], sep=" | ", flush=True)
+            others = ", ".join(name for name in rows if name != OURS)
+            said = f"Theirs are {others}; the time is that of the fastest of them."
+            text = "\n\n".join([*parts, said, report.table(SUMMARY, lines)])
+            if given.write:  # each row as it comes: all of them take half an hour
+                report.write("tracking", text)
     print(text)
-    if given.write:
-        report.write("tracking", text)
 
 
 if __name__ == "__main__":

@@ -73,28 +73,57 @@ nb::object joint_array(const double* values) {
     return array;
 }
 
-/// A named tuple `kind` of (q, velocity, status, distance, gap, psi, gc, why, pair), or None where pose or
-/// elbow is no small matrix: the general way then converts it, or says what is wrong. `name` makes names of
-/// a pair's number.
+/// A tick as a named tuple of (q, velocity, status, distance, gap, psi, gc, why, pair). `names` are its
+/// class, trackings and statuses by their numbers, and what makes names of a pair's number.
 template <class Loop>
-nb::object track_one(Loop& self, nb::handle pose, nb::handle elbow, Wish wish, double dt, int reconfigure,
-                     nb::handle kind, nb::handle trackings, nb::handle statuses, nb::handle name) {
-    double m[16], point[3]{};
-    if (!SmallMatrix().read(pose, 4, 4, m)) return nb::none();
-    if (!elbow.is_none() && !SmallMatrix().read(elbow, 1, 3, point)) return nb::none();
-    const Pose<double> wanted = load_pose(m);
-    const Towards hint{wish, 0.0, {point[0], point[1], point[2]}};
+nb::object ticked(Loop& self, const Command& command, nb::handle names) {
+    const Tracked now = self.step(command);
+    return new_named(at(names, 0), joint_array(now.q), joint_array(now.velocity),
+                     at(at(names, 1), static_cast<int>(now.status)), now.distance, now.gap, now.psi, now.gc,
+                     at(at(names, 2), static_cast<int>(now.why)),
+                     now.pair ? at(names, 3)(pair_number(now.pair)) : nb::none());
+}
+
+/// A hand as Python gives it, and what a command says of it.
+class HandGiven {
+public:
+    /// False where it is no small matrix: the general way then converts it, or says what is wrong.
+    bool read(nb::handle pose, Command& command) noexcept {
+        double m[16], value = 0;
+        if (pose.is_none()) return true;
+        if (!SmallMatrix().read(pose, 4, 4, m)) return false;
+        wanted_ = load_pose(m);
+        if (check_pose(m, value) == Problem::none) command.pose = &wanted_;
+        return true;
+    }
+
+private:
+    Pose<double> wanted_;
+};
+
+/// The tick that nothing but the hand is asked for, which is nearly all of them; None as of
+/// `HandGiven::read`.
+template <class Loop>
+nb::object track_hand(Loop& self, nb::handle pose, nb::handle names) {
+    HandGiven hand;
     Command command;
-    double value = 0;
-    if (check_pose(m, value) == Problem::none) command.pose = &wanted;
+    return hand.read(pose, command) ? ticked(self, command, names) : nb::none();
+}
+
+/// Any tick; None where pose or elbow is no small matrix.
+template <class Loop>
+nb::object track_one(Loop& self, nb::handle pose, nb::handle names, nb::handle elbow, Wish wish, double dt,
+                     int reconfigure) {
+    HandGiven hand;
+    Command command;
+    double point[3]{};
+    if (!hand.read(pose, command)) return nb::none();
+    if (!elbow.is_none() && !SmallMatrix().read(elbow, 1, 3, point)) return nb::none();
+    const Towards hint{wish, 0.0, {point[0], point[1], point[2]}};
     if (!elbow.is_none()) command.elbow = &hint;
     command.dt = dt;
     command.reconfigure = reconfigure;
-    const Tracked now = self.step(command);
-    return new_named(kind, joint_array(now.q), joint_array(now.velocity),
-                     at(trackings, static_cast<int>(now.status)), now.distance, now.gap, now.psi, now.gc,
-                     at(statuses, static_cast<int>(now.why)),
-                     now.pair ? name(pair_number(now.pair)) : nb::none());
+    return ticked(self, command, names);
 }
 
 /// Room (m, less the clearance), distance of the cores (m) and number of the nearest pair of the present
@@ -150,8 +179,9 @@ void bind_loop(nb::class_<Loop>& tracker) {
     using namespace nb::literals;
     tracker.def_prop_ro("q", [](const Loop& self) { return joint_array(self.q()); })
         .def("start", &start_tracker<Loop>, "q"_a)
-        .def("step_one", &track_one<Loop>, "pose"_a.none(), "elbow"_a.none(), "wish"_a, "dt"_a,
-             "reconfigure"_a, "kind"_a, "trackings"_a, "statuses"_a, "name"_a.none())
+        .def("step_hand", &track_hand<Loop>, "pose"_a.none(), "names"_a)
+        .def("step_one", &track_one<Loop>, "pose"_a.none(), "names"_a, "elbow"_a.none(), "wish"_a, "dt"_a,
+             "reconfigure"_a)
         .def("run", &track_many<Loop>, "poses"_a, "q"_a);
 }
 

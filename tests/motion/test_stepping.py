@@ -316,10 +316,41 @@ def test_a_step_to_a_near_posture_is_found(name: str, away: float) -> None:
             at = rng.integers(7)
             q[at] = rng.choice([low[at], high[at]])  # beside a limit, or the end of the turns
         near = q + rng.uniform(-away, away, 7)
-        if not arm.within_limits(near) or abs(np.sin(q[3] - arm.delta)) < 2 * away:
+        if not arm.within_limits(near):
             continue
         tried += 1
         assert aa.step(arm, q, arm.forward(near)[0]).status is Status.OK
+
+
+@pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "barrett_wam7", "simple_humanoid_left"])
+@pytest.mark.parametrize("bounded", [False, True])
+def test_a_step_to_a_near_posture_beyond_the_straight_elbow_is_found(name: str, bounded: bool) -> None:
+    """Other joints stand at limits, so that nothing but the other side of the elbow may be left."""
+    arm = aa.Arm.from_catalogue(name)
+    rng = np.random.default_rng(5)
+    low, high = np.maximum(arm.lower, -TURN), np.minimum(arm.upper, TURN)
+    straight = (arm.delta - arm.offsets[3]) / arm.signs[3]
+    turned = 0
+    for _ in range(draw.count(120)):
+        q = rng.uniform(low, high)
+        at = rng.choice([0, 1, 2, 4, 5, 6], 2, replace=False)
+        q[at] = np.where(rng.random(2) < 0.5, low[at], high[at])
+        off = rng.choice([0.0, 10.0 ** rng.uniform(-9, -1)]) * rng.choice([-1.0, 1.0])
+        q[3] = straight + off
+        move = rng.uniform(-0.2, 0.2, 7)
+        move[3] = -np.copysign(rng.uniform(abs(off), 0.2), off)
+        near = np.clip(q + move, low, high)
+        bounds = {"dt": 0.02, "velocity": 10.0, "max_joint_step": 0.2} if bounded else {}
+        now = aa.step(arm, q, arm.forward(near)[0], **bounds)
+        assert now.status is Status.OK
+        assert np.abs(now.q - q).max() <= 0.2 and arm.within_limits(now.q)
+        assert np.abs(arm.forward(now.q)[0] - arm.forward(near)[0]).max() <= 1e-9
+        if (now.q[3] - straight) * off < 0 and abs(off) > 1e-3:  # only where its own side has none
+            turned += 1
+            for kept in ({"gc": int(arm.forward(q)[2])}, {"singularity_margin": 1e-4}):
+                held = aa.step(arm, q, arm.forward(near)[0], **bounds, **kept)
+                assert held.status is not Status.OK or (held.q[3] - straight) * off > 0
+    assert turned > 0
 
 
 @pytest.mark.parametrize("joint", [0, 1, 2, 4, 5, 6])

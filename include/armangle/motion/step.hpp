@@ -3,7 +3,8 @@
 //
 //     the psi that the policy wants                                    nearly always
 //     else the nearest psi that one step leads to, in this branch or in one that meets it (theta_2, theta_6 =
-//     0) else, under bounds, as far towards the pose as they allow; out of reach, if asked, to the nearest
+//     0), or last on the other side of a straight elbow
+//     else, under bounds, as far towards the pose as they allow; out of reach, if asked, to the nearest
 //     pose
 #pragma once
 
@@ -34,7 +35,8 @@ struct StepOptions {
     Carry carry = Carry::psi;
     double max_joint_step = 0.2;  // rad; a larger move of any joint is JOINT_JUMP
     double dt = not_a_number;     // s, of this step; NaN where nobody knows
-    // 0..7; or -1: that of the present joints, or one that meets it where they pass theta_2 or theta_6 = 0
+    // 0..7; or -1: that of the present joints, or one that meets it where they pass theta_2 or theta_6 = 0, or
+    // the straight elbow
     int gc = -1;
     const ArcSet* allowed = nullptr;  // arcs of the user's own, intersected
     const Scene* scene = nullptr;     // obstacles that links keep clear of
@@ -246,7 +248,7 @@ public:
         if (!own && plain(out)) return out;
         if (exact(psi, out)) return finished(Status::OK, Status::OK, out);
         Status why = refusal();
-        if (settle(pose, why, out)) return finished(Status::OK, Status::OK, out);
+        if (settle(pose, why, out) || turn_elbow(psi, out)) return finished(Status::OK, Status::OK, out);
         const bool blocked = why == Status::LIMITS || why == Status::WINDING_EXHAUSTED;
         const Circle<double>& c = branch_[0].motion->circle;
         if (options_.scene) {  // the way to another pose's posture may not be clear
@@ -289,10 +291,25 @@ private:
         return {arm_, *b.motion, *b.functions, q_now_, bounds_, options_.max_joint_step};
     }
 
-    /// How far a hinge is from 0 and pi, where branches meet (rad).
-    double off_crossing(int hinge) const noexcept {
-        const double theta = now_.theta[hinge_joint[hinge]];
-        return abs(theta - pi * round(theta / pi));
+    /// Whether joint j is no further than one step, and `least`, from an angle or half a turn from it, where
+    /// branches meet.
+    bool crosses(int j, double angle, double least) const noexcept {
+        const double off = now_.theta[j] - angle, fastest = bounds_.velocity[j] * bounds_.dt;
+        return abs(off - pi * round(off / pi)) <= min(min(options_.max_joint_step, fastest), least);
+    }
+
+    /// Whether shoulder (1) and wrist (2) may be flipped.
+    bool may_flip(int flip, double least) const noexcept {
+        return (!(flip & 1) || crosses(1, 0.0, least)) && (!(flip & 2) || crosses(5, 0.0, least));
+    }
+
+    /// A branch with shoulder (1) and wrist (2) flipped.
+    Branch flipped(const SelfMotion<double>& motion, int flip, double psi,
+                   BranchParts& parts) const noexcept {
+        parts.motion = motion;
+        if (flip & 1) parts.motion.gc.shoulder = -parts.motion.gc.shoulder;
+        if (flip & 2) parts.motion.gc.wrist = -parts.motion.gc.wrist;
+        return look(arm_, limits_, psi, options_, parts);
     }
 
     /// Adds the branches that meet the own one within moves below `least`.
@@ -302,19 +319,26 @@ private:
                               own.status != Status::NOT_ALLOWED && own.status != Status::OUTSIDE &&
                               own.status != Status::CLEARANCE;
         if (options_.gc >= 0 || hopeless) return;
-        const auto crosses = [&](int hinge) {
-            const double fastest = bounds_.velocity[hinge_joint[hinge]] * bounds_.dt;
-            return off_crossing(hinge) <= min(min(options_.max_joint_step, fastest), least);
-        };
-        const bool shoulder = crosses(0), wrist = crosses(1);
-        for (int flip = 1; flip < 4; ++flip) {
-            if ((flip & 1 && !shoulder) || (flip & 2 && !wrist)) continue;
-            BranchParts& parts = beside_[count_ - 1];
-            parts.motion = *own.motion;
-            if (flip & 1) parts.motion.gc.shoulder = -parts.motion.gc.shoulder;
-            if (flip & 2) parts.motion.gc.wrist = -parts.motion.gc.wrist;
-            branch_[count_++] = look(arm_, limits_, psi, options_, parts);
-        }
+        for (int flip = 1; flip < 4; ++flip)
+            if (may_flip(flip, least)) {
+                branch_[count_] = flipped(*own.motion, flip, psi, beside_[count_ - 1]);
+                ++count_;
+            }
+    }
+
+    /// A posture with the elbow on the other side, where one step takes it through straight: of the branch
+    /// whose joints move least. Only where this side has none.
+    bool turn_elbow(double psi, Step& out) const noexcept {
+        const double straight = arm_.delta_angle;
+        if (options_.gc >= 0 || limits_.margin > 0 || !crosses(3, straight, infinity)) return false;
+        Configuration<double> gc = branch();
+        gc.elbow = -gc.elbow;
+        const SelfMotion<double> beyond = self_motion(arm_, branch_[0].motion->circle, gc);
+        BranchParts parts;
+        double least = infinity;
+        for (int flip = 0; flip < 4; ++flip)
+            if (may_flip(flip, infinity)) take(flipped(beyond, flip, psi, parts), psi, nullptr, least, out);
+        return least < infinity;
     }
 
     /// Why no branch has a step: of their reasons the one that the least would mend.
@@ -344,17 +368,16 @@ private:
     bool exact(double psi, Step& out) noexcept {
         double least = infinity;
         count_ = 1;
-        if (take(0, psi, options_.ahead, least, out) &&
+        if (take(branch_[0], psi, options_.ahead, least, out) &&
             (out.psi == branch_[0].wish || bounded(branch_[0]).keeps(psi)))
             return true;
         gather(psi, least);
-        for (int i = 1; i < count_; ++i) take(i, psi, nullptr, least, out);
+        for (int i = 1; i < count_; ++i) take(branch_[i], psi, nullptr, least, out);
         return least < infinity;
     }
 
     /// The posture of one branch, if its joints move less than `least`.
-    bool take(int i, double psi, const ArcSet* ahead, double& least, Step& out) const noexcept {
-        const Branch& b = branch_[i];
+    bool take(const Branch& b, double psi, const ArcSet* ahead, double& least, Step& out) const noexcept {
         if (b.status != Status::OK) return false;
         const BoundedStep step = bounded(b);
         const double found = bounded_psi(step, b, ahead, psi);

@@ -199,7 +199,8 @@ def step(
         Tool frame to go to, position in m.
     gc : int, optional
         Global configuration 0..7 of the new posture. By default that of `q_now`, or one that meets it within
-        the step at θ₂ = 0 or θ₆ = 0.
+        the step at θ₂ = 0 or θ₆ = 0; the other side of the elbow where one step takes it through straight
+        and its own side has no posture within the step, unless a `singularity_margin` parts the two.
     policy : Repulsion, Hold, Centre or Towards
     dt : float, optional
         Time of the step, s; needed by a policy with ``rate=``, by bounds, and for ``velocity``.

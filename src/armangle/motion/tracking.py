@@ -45,7 +45,6 @@ _MOST_MARGIN = 1.0  # rad
 _MOST_CLEARANCE = 10.0  # m
 _LONGEST = 1e3  # m, of what a radian counts as
 _POINT = 3
-_NO_SAMPLE = np.full((4, 4), np.nan)
 _START = "start(q) says where the arm stands"
 _KEYWORDS = {
     "policy": "the arm angle is its own choice; step(pose, elbow=) or elbow_direction= hints at another",
@@ -277,6 +276,7 @@ class Tracker:
             )  # fmt: skip
         self._arm = arm
         self._dt = numbers[0]
+        self._names = Tracked, _TRACKINGS, STATUSES, self._name_pair
         self._started = False
 
     @property
@@ -393,13 +393,15 @@ class Tracker:
         'UNREACHABLE'
         """
         self._check_started()
+        plain: Tracked | None
+        if elbow is elbow_direction is dt is reconfigure is None:
+            plain = self._core.step_hand(pose, self._names)
+            if plain is not None:
+                return plain
         time = self._dt if dt is None else as_seconds(dt)
         branch = -1 if reconfigure is None else _branch(reconfigure)
         hint, wish = _hint(elbow, elbow_direction)
-        rest = wish, time, branch, Tracked, _TRACKINGS, STATUSES, self._name_pair
-        if pose is None:
-            pose = _NO_SAMPLE
-        plain: Tracked | None = self._core.step_one(pose, hint, *rest)
+        plain = self._core.step_one(pose, self._names, hint, wish, time, branch)
         if plain is not None:
             return plain
         frame = np.ascontiguousarray(as_poses("pose", pose))
@@ -410,7 +412,7 @@ class Tracker:
             hint = np.ascontiguousarray(as_floats(name, hint, (_POINT,)))
             if hint.ndim != 1:
                 raise ShapeError(f"{name} has shape {hint.shape}, wanted (3,)")
-        converted: Tracked = self._core.step_one(frame, hint, *rest)
+        converted: Tracked = self._core.step_one(frame, self._names, hint, wish, time, branch)
         return converted
 
     def run(self, poses: ArrayLike) -> Floats:
