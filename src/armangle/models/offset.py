@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import NotSRSError, UnknownRobotError
-from .axes import NEAR_ANGLE, NEAR_LENGTH, above, millimetres, rotation_angle, tolerances, worst_difference
+from .axes import NEAR_ANGLE, NEAR_LENGTH, millimetres, rotation_angle, tolerances, worst_difference
 from .chain import Chain, FloatArray, chain_of, rigid_inverse
 from .description import ImportReport, OffsetDescription
 from .report import import_notes, import_report
@@ -36,7 +36,9 @@ def load_offset_robot(name: str) -> OffsetDescription:
     if name not in known:
         raise UnknownRobotError(f"there is no offset arm {name!r}; there are: {', '.join(sorted(known))}")
     table = known[name]
-    given = {key: tuple(x) if isinstance(x, list) else x for key, x in table.items() if key in _AS_WRITTEN}
+    given: dict[str, Any] = {
+        key: tuple(x) if isinstance(x, list) else x for key, x in table.items() if key in _AS_WRITTEN
+    }
     offsets = tuple(np.radians(table["offsets_deg"]).tolist())
     return OffsetDescription(**given, offsets=offsets, name=name)
 

@@ -404,8 +404,8 @@ class Tracker:
         plain = self._core.step_one(pose, self._names, hint, wish, time, branch)
         if plain is not None:
             return plain
-        frame = np.ascontiguousarray(as_poses("pose", pose))
-        if frame.ndim != 2:
+        frame = None if pose is None else np.ascontiguousarray(as_poses("pose", pose))
+        if frame is not None and frame.ndim != 2:
             raise ShapeError(f"pose has shape {frame.shape}, wanted (4, 4); run takes sequences")
         if hint is not None:
             name = "elbow" if wish == Wish.POINT else "elbow_direction"
