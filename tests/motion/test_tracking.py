@@ -67,6 +67,12 @@ def test_streams_keep_the_bounds(arm: aa.Arm, scenario: str, dt: float) -> None:
     check_bounds(arm, q, np.full(len(q) - 1, dt))
 
 
+def test_a_lost_sample_with_a_hint_of_whole_numbers_is_held(arm: aa.Arm) -> None:
+    tracker = tracker_at(arm, streams.posture(arm))
+    for hint in ([0, 0, 1], np.array([0, 0, 1])):  # an array of integers is converted first
+        assert tracker.step(None, hint).status is aa.Tracking.HELD
+
+
 def test_run_is_step_in_a_loop(arm: aa.Arm) -> None:
     stream = streams.stream(arm, "glitch", 1, seconds=3.0)
     start = streams.posture(arm)

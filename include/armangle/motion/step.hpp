@@ -35,8 +35,8 @@ struct StepOptions {
     Carry carry = Carry::psi;
     double max_joint_step = 0.2;  // rad; a larger move of any joint is JOINT_JUMP
     double dt = not_a_number;     // s, of this step; NaN where nobody knows
-    // 0..7; or -1: that of the present joints, or one that meets it where they pass theta_2 or theta_6 = 0, or
-    // the straight elbow
+    // 0..7; or -1: that of the present joints, or one that meets it where they pass theta_2 = 0, theta_6 = 0
+    // or the straight elbow
     int gc = -1;
     const ArcSet* allowed = nullptr;  // arcs of the user's own, intersected
     const Scene* scene = nullptr;     // obstacles that links keep clear of
