@@ -36,7 +36,9 @@ def load_offset_robot(name: str) -> OffsetDescription:
     if name not in known:
         raise UnknownRobotError(f"there is no offset arm {name!r}; there are: {', '.join(sorted(known))}")
     table = known[name]
-    given = {key: tuple(x) if isinstance(x, list) else x for key, x in table.items() if key in _AS_WRITTEN}
+    given: dict[str, Any] = {
+        key: tuple(x) if isinstance(x, list) else x for key, x in table.items() if key in _AS_WRITTEN
+    }
     offsets = tuple(np.radians(table["offsets_deg"]).tolist())
     return OffsetDescription(**given, offsets=offsets, name=name)
 
