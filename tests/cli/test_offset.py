@@ -73,6 +73,15 @@ def test_other_commands_name_the_door(capsys: pytest.CaptureFixture[str], urdf: 
     assert status == 0 and "franka_fr3" in text
 
 
+def test_robots_shows_what_is_known_of_one(capsys: pytest.CaptureFixture[str]) -> None:
+    status, text, _ = run(capsys, "robots", "robotis_ai_worker_left")
+    words = " ".join(text.split())
+    assert status == 0 and "Source: MuJoCo model (ffw_bg2)" in words and "a_6 88.5" in words
+    assert "Note: velocity not trusted: the source has none" in words
+    facts = json.loads(run(capsys, "robots", "fetch", "--json")[1])
+    assert (facts["name"], facts["a_1"], facts["joint_names"][0]) == ("fetch", 0.117, "shoulder_pan_joint")
+
+
 def test_options_of_the_file_reach_the_arm(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     file = tmp_path / "continuous.urdf"
     file.write_text(FR3.to_urdf().replace('type="revolute"', 'type="continuous"'))

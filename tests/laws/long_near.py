@@ -17,7 +17,9 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from support.near_law import Verdict, cases, judge
 
-BATCH, ANGLES = 44, 150
+import armangle as aa
+
+BATCH, ANGLES = len(aa.catalogue()), 150
 
 
 def main(seconds: float, seed: int) -> int:

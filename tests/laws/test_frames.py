@@ -20,7 +20,7 @@ def _dh(theta: float, alpha: float, d: float, a: float) -> np.ndarray:
 
 
 def _by_hand(arm: aa.Arm, q: np.ndarray) -> np.ndarray:
-    d = (arm.d_bs, 0, arm.d_se, 0, arm.d_ew, 0, arm.d_wf)
+    d = (arm.d_bs, 0, arm.d_se, arm.d_4, arm.d_ew, 0, arm.d_wf)
     a = (0, 0, arm.a_3, arm.a_4, 0, 0, 0)
     out = [arm.base]
     for theta, row in zip(arm.signs * q + arm.offsets, zip(_TWIST, d, a, strict=True), strict=True):

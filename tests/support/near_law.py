@@ -166,18 +166,25 @@ def cases(seed: int, count: int) -> Iterator[Case]:
     """`count` cases over all arms of the catalogue, reproducible from the seed."""
     names = aa.catalogue()
     for k in range(count):
-        rng = np.random.default_rng([79, seed, k])
-        name = names[(seed * count + k) % len(names)]
-        mm, mrad = 0.1 * 20 ** rng.random(), 0.1 * 50 ** rng.random()
-        exact = aa.Arm.from_catalogue(name)
-        arm = exact.with_(chain=off(links_of(chain_of(exact._description())), mm, mrad, rng))
-        lower, upper = (np.clip(limit, -np.pi, np.pi) for limit in (arm.lower, arm.upper))
-        pose, psi, gc = arm.forward(rng.uniform(lower, upper), undefined="nan")
-        if not np.isfinite(psi):
-            continue
-        branch = int(gc if rng.random() < 0.7 else rng.integers(8))
-        limited = arm.with_(**misleading(arm, pose, branch, rng))
-        yield Case(limited, f"{name} {mm:.3g} mm {mrad:.3g} mrad", pose, branch)
+        one = drawn(seed, k, names[(seed * count + k) % len(names)])
+        if one is not None:
+            yield one
+
+
+def drawn(seed: int, number: int, name: str) -> Case | None:
+    """The case of an arm that two numbers draw; None where the posture drawn has no arm angle."""
+    rng = np.random.default_rng([79, seed, number])
+    mm, mrad = 0.1 * 20 ** rng.random(), 0.1 * 50 ** rng.random()
+    exact = aa.Arm.from_catalogue(name)
+    arm = exact.with_(chain=off(links_of(chain_of(exact._description())), mm, mrad, rng))
+    lower, upper = (np.clip(limit, -np.pi, np.pi) for limit in (arm.lower, arm.upper))
+    pose, psi, gc = arm.forward(rng.uniform(lower, upper), undefined="nan")
+    if not np.isfinite(psi):
+        return None
+    branch = int(gc if rng.random() < 0.7 else rng.integers(8))
+    limited = arm.with_(**misleading(arm, pose, branch, rng))
+    words = f"{name} {mm:.3g} mm {mrad:.3g} mrad ({seed}, {number})"
+    return Case(limited, words, pose, branch)
 
 
 def misleading(arm: aa.Arm, pose: Array, gc: int, rng: np.random.Generator) -> dict[str, Array]:

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 
 from ...arm.arm import Arm
+from ...arm.offset import OffsetArm
 from ...models.catalogue import CatalogueEntry, catalogue, load_robot
 from ...models.description import ELBOW_OFFSETS
-from ...models.offset import offset_catalogue
+from ...models.offset import offset_catalogue, offset_source
 from ..arguments import add_json
 from ..screen import degrees, show, show_json
 from ..tables import paint, paragraph, table
@@ -20,6 +21,7 @@ HELP = "List the arms of the catalogue, all or by words, or what is known of one
 EXAMPLE = "  armangle robots\n  armangle robots yaskawa\n  armangle robots kuka_iiwa7_r800"
 
 _LENGTHS = ("d_bs", "d_se", "d_ew", "d_wf", "a_3", "a_4", "d_4")
+_JOINTS = ("signs", "offsets", "lower", "upper", "velocity", "joint_names")
 _DOUBTS = ("lengths", "limits", "velocity")
 
 
@@ -32,6 +34,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Print a table of all arms, or of those that words find, or one arm."""
     search = " ".join(args.name)
+    if search in offset_catalogue():
+        _show_offset(search, as_json=args.json)
+        return 0
     names = (search,) if search in catalogue() else catalogue(search)
     if len(names) < 2:
         entry = load_robot(names[0] if names else search)
@@ -58,7 +63,11 @@ def _show_all(entries: Sequence[CatalogueEntry]) -> None:
         rows.append([entry.name, f"{_arm(entry).reach * 1e3:.0f}", _offset(entry), _doubtful(entry)])
     show(table(["name", "reach mm", "elbow", "not trusted"], rows, left=(0, 2, 3)))
     show(f"\n{len(entries)} arms; reach: greatest distance of the wrist from the shoulder")
-    show(paragraph(f"with an offset wrist, for armangle.OffsetArm: {', '.join(offset_catalogue())}"))
+    show(
+        paragraph(
+            f"with an offset wrist or shoulder, for armangle.OffsetArm: {', '.join(offset_catalogue())}"
+        )
+    )
 
 
 def _arm(entry: CatalogueEntry) -> Arm:
@@ -92,10 +101,21 @@ def _show_one(entry: CatalogueEntry) -> None:
     show(table(headings, rows, left=(1,)))
 
 
+def _show_offset(name: str, *, as_json: bool) -> None:
+    """Show an arm with an offset wrist or shoulder."""
+    arm, source = OffsetArm.from_catalogue(name), offset_source(name)
+    if as_json:
+        keys = (*_LENGTHS[:-1], "a_1", "a_6", *_JOINTS, "notes", "base", "tool", "reach")
+        show_json({"name": name, "source": source} | {key: getattr(arm, key) for key in keys})
+        return
+    show(paint(name, "bold"))
+    for line in (f"Source: {source}.", *(f"Note: {note}" for note in arm.notes), *str(arm).splitlines()):
+        show(paragraph(line))
+
+
 def _facts(entry: CatalogueEntry) -> dict[str, Any]:
     d = entry.description
-    joints = ("signs", "offsets", "lower", "upper", "velocity", "joint_names")
-    keys = (*_LENGTHS, *joints, "notes", "base", "tool")
+    keys = (*_LENGTHS, *_JOINTS, "notes", "base", "tool")
     facts = {"name": entry.name, "title": entry.title, "source": entry.source, "tip": entry.tip}
     trust = {f"{what}_trusted": getattr(entry, f"{what}_trusted") for what in _DOUBTS}
     return facts | {key: getattr(d, key) for key in keys} | trust | {"reach": _arm(entry).reach}
