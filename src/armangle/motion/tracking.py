@@ -45,7 +45,6 @@ _MOST_MARGIN = 1.0  # rad
 _MOST_CLEARANCE = 10.0  # m
 _LONGEST = 1e3  # m, of what a radian counts as
 _POINT = 3
-_NO_SAMPLE = np.full((4, 4), np.nan)
 _START = "start(q) says where the arm stands"
 _KEYWORDS = {
     "policy": "the arm angle is its own choice; step(pose, elbow=) or elbow_direction= hints at another",
@@ -402,7 +401,6 @@ class Tracker:
         time = self._dt if dt is None else as_seconds(dt)
         branch = -1 if reconfigure is None else _branch(reconfigure)
         hint, wish = _hint(elbow, elbow_direction)
-        pose = _NO_SAMPLE if pose is None else pose
         plain = self._core.step_one(pose, self._names, hint, wish, time, branch)
         if plain is not None:
             return plain
