@@ -76,22 +76,6 @@ public:
         return {};
     }
 
-    /// The curves of an arm angle held from a fixed end that keep the limits, as they are; none where both
-    /// ends are fixed, or neither is.
-    std::vector<Optimum> as_held() {
-        curves_.clear();
-        std::vector<Optimum> out;
-        if (ends_.first == ends_.last) return out;
-        in_all_references(way_.rows.front().phi, way_.rows.back().phi);
-        const Quadrature q = quadrature(task_, tube_.gc, breaks(optimum_rule::middling), false);
-        for (const std::vector<double>& phi : curves_) {
-            Descent descent(task_, objective_, ends_);
-            if (descent.stand(q, spline(q.breaks, s_, phi).control))
-                out.push_back(detail::result(descent, q.breaks));
-        }
-        return out;
-    }
-
 private:
     /// Even breaks, and some beside a fixed end.
     std::vector<double> breaks(int intervals) const {
@@ -135,11 +119,6 @@ private:
             curves_.push_back(phi);
             return;
         }
-        in_all_references(first, last);
-    }
-
-    /// Adds the curves of an arm angle held, in each reference.
-    void in_all_references(double first, double last) {
         held(std::vector<double>(tube_.sections.size(), 0.0), first, last);
         held(offsets(Reference::base), first, last);
         held(offsets(Reference::stereographic), first, last);
@@ -278,12 +257,6 @@ private:
 inline std::vector<Optimum> coarse_optima(const Task& task, const Objective& objective, const Tube& tube,
                                           const Way& way, const Way& cheap, const FixedEnds& ends) {
     return detail::Comparison(task, objective, tube, way, cheap, ends).run();
-}
-
-/// What an arm angle held from a fixed end gives: as_held above.
-inline std::vector<Optimum> held_curves(const Task& task, const Objective& objective, const Tube& tube,
-                                        const Way& way, const FixedEnds& ends) {
-    return detail::Comparison(task, objective, tube, way, {}, ends).as_held();
 }
 
 /// A curve and what it is worth, not moved.

@@ -76,10 +76,6 @@ inline constexpr double end_step =
 inline constexpr double end_move = 1e-3;  // that a joint may move there (rad); more is a jump
 inline constexpr double in_plane =
     0.05;  // that each of joints 1, 3, 5, 7 moves where the arm stays in its plane (rad)
-inline constexpr double slower = 1.015;  // than an arm angle held: up to here a plan may be
-inline constexpr double hurry[] = {1, 3, 10, 30,
-                                   100};   // weights of duration beyond, in shares of the objective
-inline constexpr double acceleration = 5;  // that a joint is taken to have where none is stated (rad/s^2)
 inline constexpr int held_steps = 200;  // in which an arm angle is held, to see whether that can be done ...
 inline constexpr double home = 5e-3;    // of theta_2, theta_6 from 0 or pi: the arm stands as at home (rad)
 inline constexpr double held_move = 0.2;  // ... and that a joint moves in one at most (rad)
@@ -133,7 +129,6 @@ public:
                          [this](const BranchReport& a, const BranchReport& b) {
                              return a.gc == plan_.gc ? b.gc != plan_.gc : (b.gc != plan_.gc && before(a, b));
                          });
-        hasten();
         return std::move(plan_);
     }
 
@@ -369,7 +364,6 @@ private:
                 coarse_optima(task_, options_.objective, t, way, cheap, ends);
             if (coarse.empty())
                 coarse.push_back(as_it_is(task_, options_.objective, gc, ends, along(t, way, base_)));
-            if (options_.objective.duration == 0 && !task_.wish) hold_angles(t, way, ends);
             const Optimum& best = coarse.front();
             out.margin = best.found() ? best.margin : way.margin;
             out.cost = best.found() ? best.terms.weighed(options_.objective) : infinity;
@@ -1049,59 +1043,6 @@ private:
         return false;
     }
 
-    /// Bounds that durations are compared with: a joint without one on its acceleration has a common one.
-    JointBounds bounds() const noexcept {
-        JointBounds out = options_.bounds;
-        for (double& a : out.acceleration)
-            if (!(a < infinity)) a = plan_rule::acceleration;
-        return out;
-    }
-
-    /// What arm angles held from a fixed end take and cost.
-    void hold_angles(const Tube& t, const Way& way, const FixedEnds& ends) {
-        for (const Optimum& x : held_curves(task_, options_.objective, t, way, ends)) {
-            Plan held;
-            draw(t, x.curve, x.q, held);
-            held_time_ = min(held_time_, duration(curve(held), bounds()));
-            held_cost_ = min(held_cost_, x.terms.weighed(options_.objective));
-        }
-    }
-
-    /// Weighs duration too where an arm angle held is faster: as little as makes up for it, as long as none
-    /// held costs less.
-    void hasten() {
-        if (!(held_time_ < infinity) || !plan_.ok || !plan_.proof.certified()) return;
-        const JointBounds limits = bounds();
-        double least = duration(curve(plan_), limits);
-        if (!(least > plan_rule::slower * held_time_)) return;
-        const std::vector<Optimum>& coarse = coarse_[static_cast<std::size_t>(plan_.gc)];
-        if (coarse.empty()) return;
-        const Tube t = tube_on(plan_.gc, base_);
-        const Ends fixed = ends(t);
-        Objective hurried = options_.objective;
-        for (int j = 0; j < joints; ++j)
-            hurried.slowness[j] = 1 / joint_speed(limits.velocity[j], limits.acceleration[j], task_.length);
-        const double unit = held_cost_ / (task_.length * held_time_);
-        for (const double share : plan_rule::hurry) {
-            if (!(least > plan_rule::slower * held_time_)) break;
-            hurried.duration = share * unit;
-            const Optimum fast = fine_optimum(task_, hurried, plan_.gc, fixed_ends(fixed, coarse.front().q),
-                                              coarse.front().curve, descent_rule::wall[0]);
-            if (!fast.found() || !(fast.terms.weighed(options_.objective) <= held_cost_)) break;
-            Plan now;
-            BranchReport report = plan_.branches.front();
-            draw(t, fast, fixed.start.given ? fixed.start.q : fast.q, report, now);
-            if (!holds_ends(fixed, now) || !now.proof.certified()) continue;
-            const double time = duration(curve(now), limits);
-            if (!(time < least)) continue;
-            least = time;
-            report.through = 0;
-            plan_.branches.front() = report;
-            plan_.stretches.swap(now.stretches);
-            plan_.proof = now.proof;
-        }
-    }
-
     /// A curve along the way of the search; of least objective on its own knots where that is proven too.
     bool follow_way(const Tube& t, const Ends& fixed, const std::vector<double>& base, BranchReport& report,
                     Plan& out) {
@@ -1221,8 +1162,7 @@ private:
 
     double start_[joints] = {}, goal_[joints] = {};  // with joint 7 where it stays
     PlanOptions options_;
-    std::vector<Optimum> coarse_[configurations];         // of each branch, on few knots, the best first
-    double held_time_ = infinity, held_cost_ = infinity;  // the least of arm angles held from a fixed end
+    std::vector<Optimum> coarse_[configurations];  // of each branch, on few knots, the best first
     std::vector<double> base_;
     long long links_;                  // that may still be tried
     int spread_[configurations] = {};  // of each branch: the windings that its way was found with
