@@ -248,8 +248,7 @@ def main() -> None:
                 ]
             lines.append(summary(arm, rate, rows))
             print(*lines[-1], sep=" | ", flush=True)
-            others = ", ".join(name for name in rows if name != OURS)
-            said = f"Theirs are {others}; the time is that of the fastest of them."
+            said = "Theirs are in the order of the table above;\nthe time is that of the fastest of them."
             text = "\n\n".join([*parts, said, report.table(SUMMARY, lines)])
             if given.write:  # each row as it comes: all of them take half an hour
                 report.write("tracking", text)

@@ -166,13 +166,14 @@ def _tensor(name: str, value: Any) -> str:
 
 
 def _aligned(array: Floats, tail: Shape) -> Floats:
-    """Return the array with each element contiguous and all strides whole doubles; copied if need be."""
+    """Return the array aligned, each element contiguous, all strides whole doubles; copied if need be."""
     step = array.itemsize
     for axis in range(1, len(tail) + 1):
         if array.strides[-axis] != step and array.shape[-axis] > 1:
-            return np.ascontiguousarray(array)
+            return array.copy()
         step *= array.shape[-axis]
-    return array if all(stride % 8 == 0 for stride in array.strides) else array.copy()
+    whole = array.flags.aligned and all(stride % 8 == 0 for stride in array.strides)
+    return array if whole else array.copy()
 
 
 def one_pose(name: str, value: ArrayLike, arm: _core.Arm | None = None) -> Floats:

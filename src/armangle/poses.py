@@ -122,7 +122,8 @@ def _turns(name: str, value: ArrayLike) -> Floats:
     kind, width, meaning = _ORIENTATIONS[name]
     numbers = as_floats(name, value, (width,), meaning)
     if name in _MOST_TURNS and numbers.size:
-        angles = numbers if name == "rpy" else np.linalg.norm(numbers, axis=-1)
+        with np.errstate(over="ignore"):
+            angles = numbers if name == "rpy" else np.linalg.norm(numbers, axis=-1)
         most = angles.flat[int(np.abs(angles).argmax())]
         if _MOST_TURNS[name] < abs(most) < np.inf:
             what = "holds" if name == "rpy" else "turns by"

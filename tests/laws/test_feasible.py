@@ -360,9 +360,13 @@ def test_a_second_implementation_finds_the_same_arcs(margin: float) -> None:
     rng = draw.generator(9)
     said = []
     for arm in arms():
+        if arm.d_4 != 0:  # the second implementation has the paper's lengths alone, and no gap along axis 4
+            continue
         for pose in arm.forward(postures(arm, "uniform", 4, 9))[0]:
             said.append(same_arcs(arm, pose, int(rng.integers(8)), margin))
     for case in cases(seed=10, count=30):
+        if case.arm.d_4 != 0:
+            continue
         regular = (
             np.abs(np.sin(bends(case.arm, unlimited(case.arm).inverse(case.pose, 0.3, case.gc)))).min(-1)
             > 1e-3

@@ -158,6 +158,31 @@ def test_all_branches_together_are_as_near_as_each_alone() -> None:
     assert (arm.solve(pose, near).distance <= np.nanmin(alone, axis=0) + 1e-9).all()
 
 
+def test_branches_at_the_edge_of_reach_take_no_looks_of_the_others() -> None:
+    arm = aa.OffsetArm.from_catalogue("willow_garage_pr2_right")
+    q = [
+        -0.8822075129563085,
+        0.5278048189704504,
+        -1.8717561185038851,
+        -0.005994225778336466,
+        -2.9832760451812703,
+        -1.3146440392484628,
+        -2.950896129846968,
+    ]
+    near = [
+        -0.8797758818439705,
+        0.5190833185524342,
+        -1.8371190260942964,
+        -0.0066384027896413105,
+        -3.049288515355732,
+        -1.3354062157626976,
+        -3.0099600280593752,
+    ]
+    pose = arm.forward(q)[0]
+    alone = [arm.solve(pose, near=near, gc=gc).distance for gc in range(8)]
+    assert arm.solve(pose, near=near).distance <= np.nanmin(alone) + 1e-9
+
+
 @pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.rows.name)
 def test_the_jacobian_is_the_slope_of_forward(arm: aa.OffsetArm) -> None:
     q, step = within(arm, np.random.default_rng(6), 1)[0], 1e-6

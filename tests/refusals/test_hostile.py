@@ -70,6 +70,18 @@ def test_a_packed_record_array_is_read_right() -> None:
     assert IIWA.feasible(pose, packed["gc"]) == IIWA.feasible(pose, gc)
 
 
+def test_a_pose_inside_a_packed_message_is_read_right() -> None:
+    q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+    message = np.zeros((), dtype=[("flag", "u1"), ("pose", "f8", (4, 4)), ("point", "f8", 3)])
+    message["pose"], message["point"] = IIWA.forward(q)[0], [1.0, 0.0, 1.0]
+    assert not message["pose"].flags.aligned
+    assert aa.step(IIWA, q, message["pose"]).status.name == "OK"
+    tracker = aa.Tracker(IIWA)
+    tracker.start(q)
+    assert tracker.step(message["pose"]).status.name == "FOLLOWING"
+    assert tracker.step(message["pose"], message["point"]).status.name == "FOLLOWING"
+
+
 def test_out_may_share_memory_with_the_arguments() -> None:
     rng = np.random.default_rng(0)
     arm = aa.Arm(d_bs=0.34, d_se=0.4, d_ew=0.4, d_wf=0.126)

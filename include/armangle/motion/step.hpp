@@ -248,7 +248,7 @@ public:
         if (!own && plain(out)) return out;
         if (exact(psi, out)) return finished(Status::OK, Status::OK, out);
         Status why = refusal();
-        if (settle(pose, why, out) || turn_elbow(psi, out)) return finished(Status::OK, Status::OK, out);
+        if (settle(pose, why, out) || turn_elbow(psi, why, out)) return finished(Status::OK, Status::OK, out);
         const bool blocked = why == Status::LIMITS || why == Status::WINDING_EXHAUSTED;
         const Circle<double>& c = branch_[0].motion->circle;
         if (options_.scene) {  // the way to another pose's posture may not be clear
@@ -304,12 +304,12 @@ private:
     }
 
     /// A branch with shoulder (1) and wrist (2) flipped.
-    Branch flipped(const SelfMotion<double>& motion, int flip, double psi,
+    Branch flipped(const SelfMotion<double>& motion, int flip, double psi, const StepOptions& options,
                    BranchParts& parts) const noexcept {
         parts.motion = motion;
         if (flip & 1) parts.motion.gc.shoulder = -parts.motion.gc.shoulder;
         if (flip & 2) parts.motion.gc.wrist = -parts.motion.gc.wrist;
-        return look(arm_, limits_, psi, options_, parts);
+        return look(arm_, limits_, psi, options, parts);
     }
 
     /// Adds the branches that meet the own one within moves below `least`.
@@ -321,24 +321,35 @@ private:
         if (options_.gc >= 0 || hopeless) return;
         for (int flip = 1; flip < 4; ++flip)
             if (may_flip(flip, least)) {
-                branch_[count_] = flipped(*own.motion, flip, psi, beside_[count_ - 1]);
+                branch_[count_] = flipped(*own.motion, flip, psi, options_, beside_[count_ - 1]);
                 ++count_;
             }
     }
 
     /// A posture with the elbow on the other side, where one step takes it through straight: of the branch
-    /// whose joints move least. Only where this side has none.
-    bool turn_elbow(double psi, Step& out) const noexcept {
+    /// whose joints move least. Only where this side has none; `why` says where the user's arcs alone forbid
+    /// it.
+    bool turn_elbow(double psi, Status& why, Step& out) const noexcept {
         const double straight = arm_.delta_angle;
         if (options_.gc >= 0 || limits_.margin > 0 || !crosses(3, straight, infinity)) return false;
         Configuration<double> gc = branch();
         gc.elbow = -gc.elbow;
         const SelfMotion<double> beyond = self_motion(arm_, branch_[0].motion->circle, gc);
-        BranchParts parts;
-        double least = infinity;
-        for (int flip = 0; flip < 4; ++flip)
-            if (may_flip(flip, infinity)) take(flipped(beyond, flip, psi, parts), psi, nullptr, least, out);
-        return least < infinity;
+        const auto is_there = [&](const StepOptions& options, Step& found) {
+            BranchParts parts;
+            double least = infinity;
+            for (int flip = 0; flip < 4; ++flip)
+                if (may_flip(flip, infinity))
+                    take(flipped(beyond, flip, psi, options, parts), psi, nullptr, least, found);
+            return least < infinity;
+        };
+        if (is_there(options_, out)) return true;
+        if (!options_.allowed) return false;
+        StepOptions any = options_;
+        any.allowed = nullptr;
+        Step forbidden;
+        if (is_there(any, forbidden)) why = Status::NOT_ALLOWED;
+        return false;
     }
 
     /// Why no branch has a step: of their reasons the one that the least would mend.

@@ -10,6 +10,8 @@
 // the joints themselves, from each such place (limits/settled.hpp).
 #pragma once
 
+#include <algorithm>
+
 #include "../limits/settled.hpp"
 #include "feasible.hpp"
 
@@ -26,12 +28,11 @@ struct OffsetNearest {
 };
 
 namespace offset_rule {
-inline constexpr int samples = 48;      // of each branch, for a first posture
-inline constexpr double coarse = 1e-3;  // rad: half width of a cell where all branches are looked at in turn
-inline constexpr double finest = 2e-7;  // rad: half width of a cell whose best is its middle's, finished
+inline constexpr int samples = 48;         // of each branch, for a first posture
+inline constexpr double finest = 2e-7;     // rad: half width of a cell whose best is its middle's, finished
 inline constexpr double left_open = 1e-8;  // rad: half width of a cell that is a place to start from
 inline constexpr double tie = 1e-12;       // costs closer than this share of them are equal
-inline constexpr int most_looks = 10000;   // of one pose
+inline constexpr int most_looks = 10000;   // of one pose in one branch
 inline constexpr int newton = 8;
 inline constexpr double beside = 1e-5;  // rad: off straight, where two joints may share a turn (of the reach)
 inline constexpr double one_place = 1e-5;  // rad: open cells nearer than this are one place to start from
@@ -78,12 +79,7 @@ public:
                 if (!too_far(free, 0.0)) offer(cells, gc, free, 0.0);
             }
         }
-        Status why = search_all(0.0);
-        if (looks_ >= offset_rule::most_looks) {  // the first branches took them all
-            places_ = looks_ = 0;
-            search_all(offset_rule::coarse);
-            why = search_all(0.0);
-        }
+        const Status why = search_all();
         take(result(), out);
         look_beside(out);
         if (out.status != Status::OK) out.status = why;
@@ -197,7 +193,7 @@ private:
     }
 
     /// Searches the branches asked; why none of them has a posture within the limits, or OK.
-    Status search_all(double coarse) noexcept {
+    Status search_all() noexcept {
         Status why = Status::UNREACHABLE;
         const auto rank = [](Status status) noexcept {
             if (status == Status::UNREACHABLE) return 0;
@@ -205,15 +201,15 @@ private:
         };
         for (int gc = 0; gc < configurations; ++gc) {
             if (!(branches_ >> gc & 1u)) continue;
-            const Status refusal = search(gc, coarse);
+            const Status refusal = search(gc);
             if (rank(refusal) > rank(why)) why = refusal;
         }
         return why;
     }
 
-    /// Searches one branch, `coarse`ly (rad) for a posture that is near, 0: for the nearest; why it has no
-    /// posture within the limits, or OK.
-    Status search(int gc, double coarse) noexcept {
+    /// Searches one branch; why it has no posture within the limits, or OK. Its looks are its own: branches
+    /// that hold nothing, at the edge of reach, would take those of the others.
+    Status search(int gc) noexcept {
         struct Cell {
             double lower, upper;
         };
@@ -265,9 +261,7 @@ private:
                 }
                 const double end =
                     known == Known::inside && smooth ? offset_rule::finest : offset_rule::left_open;
-                if (half < coarse) continue;
-                if (half < end || top > offset_rule::depth ||
-                    judge.looks() + looks_ >= offset_rule::most_looks) {
+                if (half < end || top > offset_rule::depth || judge.looks() >= offset_rule::most_looks) {
                     if (!(known == Known::inside && smooth)) remember(gc, cell.lower, cell.upper, least);
                     continue;
                 }
@@ -275,7 +269,6 @@ private:
                 stack[top++] = {cell.lower, middle};
             }
         }
-        looks_ += judge.looks();
         return found ? Status::OK : judge.refusal();
     }
 
@@ -388,7 +381,13 @@ private:
                 return;
             }
         }
-        if (places_ < offset_rule::places) place_[places_++] = {gc, lower, upper, least};
+        if (places_ < offset_rule::places) {
+            place_[places_++] = {gc, lower, upper, least};
+            return;
+        }
+        Place& worst = *std::max_element(place_, place_ + places_,
+                                         [](const Place& a, const Place& b) { return a.least < b.least; });
+        if (least < worst.least) worst = {gc, lower, upper, least};
     }
 
     /// The places in the order of what they may cost.
@@ -483,7 +482,7 @@ private:
     double near_[joints], weight_[joints];  // in the order of the formulas
     Drawing pull_;                          // in the robot's
     double cost_ = infinity, free_ = 0;
-    int gc_ = -1, looks_ = 0;
+    int gc_ = -1;
     Place place_[offset_rule::places];
     int places_ = 0, rounds_ = offset_rule::settling;
 };
