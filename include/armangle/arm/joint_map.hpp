@@ -54,4 +54,18 @@ ARMANGLE_INLINE T to_q(T theta, T sign, T offset, T lower, T upper, T near) noex
     return select(most < fewest, outside, inside);
 }
 
+namespace detail {
+
+/// How far a joint's value is from a model angle, on the turn about it.
+inline double off_angle(const Arm& arm, int joint, double zero, double q) noexcept {
+    return wrap(to_theta(arm, joint, q) - zero);
+}
+
+/// How far a hinge's value is from straight, theta_2, theta_4 - delta or theta_6, on the turn about it.
+inline double bend(const Arm& arm, int hinge, double q) noexcept {
+    return off_angle(arm, hinge, hinge == 3 ? arm.delta_angle : 0.0, q);
+}
+
+}  // namespace detail
+
 }  // namespace armangle

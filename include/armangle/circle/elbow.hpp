@@ -90,16 +90,6 @@ ARMANGLE_INLINE Elbow<T> elbow(const Arm& arm, const Triangle<T>& t, T gc_4) noe
 
 namespace detail {
 
-/// How far a joint's value is from a model angle, on the turn about it.
-inline double off_angle(const Arm& arm, int joint, double zero, double q) noexcept {
-    return wrap(to_theta(arm, joint, q) - zero);
-}
-
-/// How far a hinge's value is from straight, theta_2, theta_4 - delta or theta_6, on the turn about it.
-inline double bend(const Arm& arm, int hinge, double q) noexcept {
-    return off_angle(arm, hinge, hinge == 3 ? arm.delta_angle : 0.0, q);
-}
-
 /// theta_4 - delta of a joint value, on the turn about the stretched arm.
 inline double elbow_bend(const Arm& arm, double q_4) noexcept { return bend(arm, 3, q_4); }
 
