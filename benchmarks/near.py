@@ -5,8 +5,9 @@
 An iiwa 7 whose links are off by what a calibration finds, and the arms of files that are only nearly S-R-S;
 random postures within the limits, one thread, CPU time. A row is the median of the rounds, and its ratio to
 the exact iiwa's row of the same round. Of arcs the first number is the mean of the poses, the second their
-median; those near to a singularity take longest. The last column is how much of the circles is proven, and
-how many are whole.
+median; those near to a singularity take longest. The last column is how much of the circles is proven, how
+many are whole, and how near to merging branches (theta_2, theta_4 - delta, theta_6 = 0 or pi) each of the
+others comes.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ import machine
 import numpy as np
 import report
 import workloads
+from numpy.typing import NDArray
 
 import armangle as aa
 
@@ -79,6 +81,21 @@ def microseconds(work: Callable[[], object], units: int) -> float:
     return (time.thread_time_ns() - start) / units / 1e3
 
 
+def farthest_from_merging(arm: aa.Arm, pose: Floats, gc: NDArray[np.int64]) -> float:
+    """Return how near (rad) each of these circles comes to where branches merge: the largest of them.
+
+    Where theta_2, theta_4 - delta or theta_6 is 0 or pi, on the true chain.
+    """
+    psi = np.linspace(-np.pi, np.pi, 2000)
+    farthest = 0.0
+    for one, branch in zip(pose, gc, strict=True):
+        theta = arm.signs * arm.inverse(one, psi, branch, unreachable="nan") + arm.offsets
+        theta[:, 3] -= arm.delta
+        sines = np.abs(np.sin(theta[np.isfinite(theta).all(axis=1), 1:6:2]))
+        farthest = max(farthest, float(np.arcsin(sines.min(initial=0.0 if sines.size == 0 else 1.0))))
+    return farthest
+
+
 def of_arcs(arm: aa.Arm) -> tuple[float, str]:
     """Return the median time of the arcs of a pose, each asked a hundred times, and what is proven."""
     pose, _, gc = arm.forward(drawn(arm, ARCS), undefined="nan")
@@ -86,6 +103,9 @@ def of_arcs(arm: aa.Arm) -> tuple[float, str]:
     taken = [microseconds(lambda k=k: arm.feasible(same[k], gc[k]), 100) for k in range(ARCS)]
     left = np.asarray(arm.feasible(pose, gc).unproven) if arm.chain is not None else np.zeros(ARCS)
     share = f"{100 * (1 - left.mean() / (2 * np.pi)):.2f} %, {100 * (left == 0).mean():.1f} % whole"
+    if left.any():
+        off = farthest_from_merging(arm, pose[left > 0], gc[left > 0])
+        share += f", the others within {np.degrees(off):.2g}°"
     return float(np.median(taken)), share
 
 
