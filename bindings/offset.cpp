@@ -143,6 +143,7 @@ void bind_offset(nb::module_& m) {
     using namespace nb::literals;
     nb::class_<OffsetHandle> arm(m, "OffsetArm");
     bind_offset_stepping(arm);
+    bind_offset_rows(arm);
     arm.def(nb::init<Floats, Floats, Floats, Floats, double, bool>(), "lengths"_a, "joint_rows"_a, "base"_a,
             "tool"_a, "offset"_a, "mirrored"_a)
         .def("forward_many", &offset_forward, "q"_a, "pose"_a, "free"_a, "gc"_a, "threads"_a)

@@ -38,5 +38,6 @@ private:
 };
 
 void bind_offset_stepping(nb::class_<OffsetHandle>& arm);
+void bind_offset_rows(nb::class_<OffsetHandle>& arm);
 
 }  // namespace binding

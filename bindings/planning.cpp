@@ -1,12 +1,15 @@
 // Paths, plans, the curves they give, and what explains that there is none.
 #include "armangle/plan.hpp"
 
+#include "armangle/offset/offset_curve.hpp"
+
 #include <nanobind/stl/vector.h>
 
 #include <exception>
 #include <map>
 
 #include "arc_arrays.hpp"
+#include "offset_handle.hpp"
 #include "refusal.hpp"
 #include "scene_handle.hpp"
 
@@ -339,6 +342,54 @@ nb::object curve_through(const Handle& self, Floats segments, Floats s, Floats q
     return nb::make_tuple(as_array({p.x, p.y, p.z, e.x, e.y, e.z}, 6), out);
 }
 
+/// A path's rows (s, free, q) in one branch of an arm with an offset, held while they are asked.
+class OffsetRows {
+public:
+    OffsetRows(Floats segments, Floats s, Floats free, Floats q, int gc)
+        : segments_(segments), s_(s), free_(free), q_(q), gc_(gc) {}
+    OffsetCurve curve(const OffsetArm& arm) const noexcept {
+        const auto n = static_cast<std::size_t>(s_.shape(0));
+        return {arm,
+                {as_segments(segments_), static_cast<std::size_t>(segments_.shape(0))},
+                {s_.data<double>(), n},
+                {free_.data<double>(), n},
+                q_.data<double>(),
+                gc_};
+    }
+
+private:
+    const Buffer segments_, s_, free_, q_;
+    const int gc_;
+};
+
+/// The same of an arm with an offset, between its rows: q, free, branch, pose, margin, residual at s.
+void rows_at(const OffsetHandle& self, Floats segments, Floats rows_s, Floats free, Floats rows_q, int gc,
+             Floats s, Floats q, Floats psi, Floats branch, Floats pose, Floats margin, Floats residual) {
+    const OffsetRows rows(segments, rows_s, free, rows_q, gc);
+    const OffsetCurve curve = rows.curve(self.arm);
+    const Buffer at(s), q_out(q, true), psi_out(psi, true), branch_out(branch, true), pose_out(pose, true),
+        margin_out(margin, true), residual_out(residual, true);
+    for (Py_ssize_t i = 0; i < at.shape(0); ++i) {
+        const PlacedPosture here = curve.at(at.data<double>()[i]);
+        std::memcpy(q_out.data<double>() + joints * i, here.q, joints * sizeof(double));
+        psi_out.data<double>()[i] = here.psi;
+        branch_out.data<double>()[i] = here.gc;
+        store_pose(here.pose, pose_out.data<double>() + 16 * i);
+        margin_out.data<double>()[i] = limit_margin(self.arm.own.limits, here.q);
+        residual_out.data<double>()[i] = norm(forward(self.arm, here.q).pose.position - here.pose.position);
+    }
+}
+
+/// Their q', q'', q''' at s: (3, 7) each.
+void rows_derivatives(const OffsetHandle& self, Floats segments, Floats rows_s, Floats free, Floats rows_q,
+                      int gc, Floats s, Floats out) {
+    const OffsetRows rows(segments, rows_s, free, rows_q, gc);
+    const OffsetCurve curve = rows.curve(self.arm);
+    const Buffer at(s), to(out, true);
+    for (Py_ssize_t i = 0; i < at.shape(0); ++i)
+        curve.derivatives(at.data<double>()[i], to.data<double>() + 3 * joints * i);
+}
+
 /// Eight branch reports of one pose.
 nb::object explain_pose(const ArmHandle& self, Floats segment, double singularity_margin) {
     const Buffer g(segment);
@@ -391,6 +442,14 @@ void bind_planning_of(nb::class_<Handle>& arm) {
 }  // namespace
 
 void bind_near_planning(nb::class_<NearArmHandle>& arm) { bind_planning_of(arm); }
+
+void bind_offset_rows(nb::class_<OffsetHandle>& arm) {
+    using namespace nb::literals;
+    arm.def("rows_at", &rows_at, "segments"_a, "rows_s"_a, "free"_a, "rows_q"_a, "gc"_a, "s"_a, "q"_a,
+            "psi"_a, "branch"_a, "pose"_a, "margin"_a, "residual"_a);
+    arm.def("rows_derivatives", &rows_derivatives, "segments"_a, "rows_s"_a, "free"_a, "rows_q"_a, "gc"_a,
+            "s"_a, "out"_a);
+}
 
 void bind_planning(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;

@@ -145,6 +145,11 @@ def test_follow_is_that_of_python(capsys: pytest.CaptureFixture[str], line: str,
     path = aa.follow(FR3, aa.load_poses(line), start=START, policy=aa.Hold())
     np.testing.assert_allclose(aa.load_joints(joints).q, path.q, rtol=0, atol=1e-9)
     assert json.loads(run(capsys, *ask, "--json")[1])["free_joint"] == 7
+    timed = ("retime", joints, "--robot", "franka_fr3", "--acceleration", "200", "--json")
+    found = json.loads(run(capsys, *timed)[1])
+    assert found["duration"] == pytest.approx(
+        aa.retime(path, acceleration=np.radians(200)).duration, rel=1e-3
+    )
     for words, said in (
         (("--scene", "x.toml"), "--scene does not go with FR3"),
         (("--roll", "free"), "roll= is not made for an OffsetArm"),

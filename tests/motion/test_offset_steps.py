@@ -176,12 +176,12 @@ def test_what_is_not_made_for_it_is_refused_by_name(name: str, value: Any) -> No
         aa.follow(FR3, pose[None], start=READY, **{name: value}, **more)
 
 
-def test_a_path_of_an_offset_arm_has_rows_alone() -> None:
+def test_a_path_of_an_offset_arm_is_of_no_srs_arm() -> None:
     pose = FR3.forward(READY)[0]
     path = aa.follow(FR3, pose[None], start=READY)
     assert path.arm is FR3 and path.ok
     with pytest.raises(aa.InputError, match="OffsetArm"):
-        path.at(0.5)
+        _ = path.srs_arm
 
 
 def test_a_wish_for_the_free_joint_is_met() -> None:

@@ -112,7 +112,8 @@ ARMANGLE_INLINE Pose<double> identity_pose() noexcept {
 }
 
 /// The transform back, of one whose rotation is orthonormal.
-ARMANGLE_INLINE Pose<double> inverted(const Pose<double>& p) noexcept {
+template <class T>
+ARMANGLE_INLINE Pose<T> inverted(const Pose<T>& p) noexcept {
     const auto& [x, y, z] = p.rotation;
     return {{{x.x, y.x, z.x}, {x.y, y.y, z.y}, {x.z, y.z, z.z}},
             {-dot(x, p.position), -dot(y, p.position), -dot(z, p.position)}};

@@ -151,7 +151,7 @@ private:
     }
 
     const OffsetArm& arm_;
-    OffsetMotion motion_;
+    OffsetMotion<> motion_;
 };
 
 /// Judges cells of the free joint by the limits: a cell is outside, or a piece of it is proven to be inside

@@ -409,7 +409,7 @@ private:
     /// Where theta_2 is nearest to 0 or pi, beside a value of the free joint: sin(theta_2) (cos theta_1, sin
     /// theta_1) is smooth there. Gauss-Newton, of which what is nearest is kept.
     double straightest(int gc, double free) const noexcept {
-        const OffsetMotion m = offset_motion(arm_, pose_, gc);
+        const OffsetMotion<> m = offset_motion(arm_, pose_, gc);
         const auto lean = [&](double at, double (&out)[2]) {
             const SinCos<double> theta_7 = sin_cos(to_theta(arm_.rest, 6, at));
             const OffsetWrist<double> wrist = offset_wrist(arm_, m, theta_7);
@@ -446,7 +446,7 @@ private:
     /// The posture at a value of the free joint, joints that nearly turn about one axis, up to `beside`, as
     /// wanted.
     Joints start(int gc, double free, double beside) const noexcept {
-        const OffsetMotion m = offset_motion(arm_, pose_, gc);
+        const OffsetMotion<> m = offset_motion(arm_, pose_, gc);
         const SinCos<double> theta_7 = sin_cos(to_theta(arm_.rest, 6, free));
         const OffsetWrist<double> wrist = offset_wrist(arm_, m, theta_7);
         Directions<double> d;

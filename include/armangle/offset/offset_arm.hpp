@@ -55,13 +55,16 @@ inline OffsetArm make_offset_arm(const ArmParameters& parameters, double offset,
 inline constexpr Pose<double> half_turn_about_x{{{1, 0, 0}, {0, -1, 0}, {0, 0, -1}}, {0, 0, 0}};
 
 /// C p^-1 C, the pose as a mirrored arm's formulas see it; its own inverse.
-inline Pose<double> mirrored_pose(const Pose<double>& p) noexcept {
-    return half_turn_about_x * inverted(p) * half_turn_about_x;
+template <class T>
+Pose<T> mirrored_pose(const Pose<T>& p) noexcept {
+    const Pose<T> half_turn = spread<T>(half_turn_about_x);
+    return half_turn * inverted(p) * half_turn;
 }
 
 /// The 0T7 of the formulas for a pose given by the user.
-inline Pose<double> flange_pose(const OffsetArm& arm, const Pose<double>& pose) noexcept {
-    const Pose<double> flange = flange_pose(arm.own, pose);
+template <class T>
+Pose<T> flange_pose(const OffsetArm& arm, const Pose<T>& pose) noexcept {
+    const Pose<T> flange = flange_pose(arm.own, pose);
     return arm.mirrored ? mirrored_pose(flange) : flange;
 }
 

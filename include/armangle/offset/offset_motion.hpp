@@ -26,18 +26,33 @@ inline OffsetBranch offset_branch(const OffsetArm& arm, const double* theta) noe
 }
 
 /// What a pose fixes, and the branch: what is left is theta_7.
+template <class T = double>
 struct OffsetMotion {
-    Vec3<double> from_shoulder;  // p - S: of frame 6's origin
-    Mat3<double> flange;
+    Vec3<T> from_shoulder;  // p - S: of frame 6's origin
+    Mat3<T> flange;
     OffsetBranch branch;
 };
 
 /// The self-motion of a pose in a branch (0..7).
-inline OffsetMotion offset_motion(const OffsetArm& arm, const Pose<double>& pose, int gc) noexcept {
-    const Pose<double> flange = flange_pose(arm, pose);
-    const Vec3<double> at = mul_add(flange.rotation.z, -arm.rest.d_wf, flange.position);
-    return {at - Vec3<double>{0, 0, arm.rest.d_bs}, flange.rotation, configuration(gc)};
+template <class T>
+OffsetMotion<T> offset_motion(const OffsetArm& arm, const Pose<T>& pose, int gc) noexcept {
+    const Pose<T> flange = flange_pose(arm, pose);
+    const Vec3<T> at = mul_add(flange.rotation.z, T(-arm.rest.d_wf), flange.position);
+    return {at - spread<T>(Vec3<double>{0, 0, arm.rest.d_bs}), flange.rotation, configuration(gc)};
 }
+
+namespace detail {
+
+/// A vector of the pose in the scalar of theta_7: as it is, or the same in all lanes.
+template <class T, class U>
+Vec3<T> in_scalar(const Vec3<U>& v) noexcept {
+    if constexpr (std::is_same_v<T, U>)
+        return v;
+    else
+        return spread<T>(v);
+}
+
+}  // namespace detail
 
 /// The frames at one theta_7, as far as g and t: whether there is a posture.
 template <class T>
@@ -51,16 +66,18 @@ struct OffsetWrist {
 };
 
 /// Wrist and elbow at a theta_7.
-template <class T>
-OffsetWrist<T> offset_wrist(const OffsetArm& arm, const OffsetMotion& m, const SinCos<T>& theta_7) noexcept {
+template <class T, class U>
+OffsetWrist<T> offset_wrist(const OffsetArm& arm, const OffsetMotion<U>& m,
+                            const SinCos<T>& theta_7) noexcept {
     const Arm& rest = arm.rest;
-    const Vec3<T> x7 = spread<T>(m.flange.x), y7 = spread<T>(m.flange.y), s = spread<T>(m.from_shoulder);
+    const Vec3<T> x7 = detail::in_scalar<T>(m.flange.x), y7 = detail::in_scalar<T>(m.flange.y);
+    const Vec3<T> s = detail::in_scalar<T>(m.from_shoulder);
     OffsetWrist<T> out;
     out.x6 = combine(x7, theta_7.cos, y7, -theta_7.sin);
     out.y6 = combine(x7, theta_7.sin, y7, theta_7.cos);
     out.w = mul_add(out.x6, T(-arm.a_6), s);
     const T across = dot(x7, s) * theta_7.cos - dot(y7, s) * theta_7.sin;  // s . x_6: one sine of theta_7
-    const double fixed = dot(m.from_shoulder, m.from_shoulder) + arm.a_6 * arm.a_6;
+    const U fixed = dot(m.from_shoulder, m.from_shoulder) + U(arm.a_6 * arm.a_6);
     out.length = sqrt(T(fixed) - T(2.0 * arm.a_6) * across);
     const Triangle<T> triangle_now = triangle(rest, out.length);
     out.excess = triangle_now.excess;
@@ -76,15 +93,15 @@ OffsetWrist<T> offset_wrist(const OffsetArm& arm, const OffsetMotion& m, const S
 }
 
 /// theta_5 where g is not 0: `root` is sqrt(g^2 - t^2).
-template <class T>
-SinCos<T> theta_5_of(const OffsetMotion& m, const OffsetWrist<T>& wrist, const T& root) noexcept {
+template <class T, class U>
+SinCos<T> theta_5_of(const OffsetMotion<U>& m, const OffsetWrist<T>& wrist, const T& root) noexcept {
     const T side = select(wrist.g < T(0.0), T(-1.0), T(1.0)), size = T(1.0) / abs(wrist.g);
     return {-(side * wrist.t) * size, T(m.branch.wrist) * root * size};
 }
 
 /// The seven angles as directions, where there is a posture of this theta_5: r = g cos theta_5.
-template <class T>
-Directions<T> directions(const OffsetMotion& m, const OffsetWrist<T>& wrist, const SinCos<T>& theta_7,
+template <class T, class U>
+Directions<T> directions(const OffsetMotion<U>& m, const OffsetWrist<T>& wrist, const SinCos<T>& theta_7,
                          const SinCos<T>& theta_5, const T& r) noexcept {
     const auto& [s4, c4] = wrist.theta_4;
     const Vec3<T> across = cross(wrist.w, wrist.y6);
@@ -109,7 +126,7 @@ Directions<T> directions(const OffsetMotion& m, const OffsetWrist<T>& wrist, con
     d.y[4] = theta_5.sin;
     d.x[4] = theta_5.cos;
     d.y[5] = -dot(z4, wrist.x6);
-    d.x[5] = dot(z4, spread<T>(m.flange.z));
+    d.x[5] = dot(z4, detail::in_scalar<T>(m.flange.z));
     d.y[6] = theta_7.sin;
     d.x[6] = theta_7.cos;
     d.y[7] = T(0.0);
@@ -118,8 +135,8 @@ Directions<T> directions(const OffsetMotion& m, const OffsetWrist<T>& wrist, con
 }
 
 /// The same, r known by `root`, sqrt(g^2 - t^2).
-template <class T>
-Directions<T> directions(const OffsetMotion& m, const OffsetWrist<T>& wrist, const SinCos<T>& theta_7,
+template <class T, class U>
+Directions<T> directions(const OffsetMotion<U>& m, const OffsetWrist<T>& wrist, const SinCos<T>& theta_7,
                          const T& root) noexcept {
     const T side = select(wrist.g < T(0.0), T(-1.0), T(1.0));
     return directions(m, wrist, theta_7, theta_5_of(m, wrist, root), side * T(m.branch.wrist) * root);

@@ -56,7 +56,8 @@ namespace detail {
 
 /// theta_5 where g = 0, S on axis 5: joints 3 and 5 turn about that axis as they like. It is the seed's where
 /// that is of the branch, else 0 or pi.
-inline SinCos<double> free_theta_5(const OffsetArm& arm, const OffsetMotion& m, const double* seed) noexcept {
+inline SinCos<double> free_theta_5(const OffsetArm& arm, const OffsetMotion<>& m,
+                                   const double* seed) noexcept {
     const double side = m.branch.wrist;
     if (!seed) return {0.0, side};
     const SinCos<double> wanted = sin_cos(to_theta(arm.rest, 4, seed[robot_joint(arm, 4)]));
@@ -86,7 +87,7 @@ inline void share_turn(const OffsetArm& arm, const double* seed, double straight
 /// do).
 inline Status directions(const OffsetArm& arm, const Pose<double>& exact, double free, int gc,
                          const double* seed, Directions<double>& out) noexcept {
-    const OffsetMotion m = offset_motion(arm, exact, gc);
+    const OffsetMotion<> m = offset_motion(arm, exact, gc);
     const SinCos<double> theta_7 = sin_cos(to_theta(arm.rest, 6, free));
     const OffsetWrist<double> wrist = offset_wrist(arm, m, theta_7);
     if (!(wrist.excess <= tolerance::reach * arm.rest.size)) return Status::UNREACHABLE;

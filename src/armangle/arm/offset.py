@@ -868,8 +868,8 @@ def as_srs(arm: Arm | OffsetArm) -> Arm:
     """
     if isinstance(arm, OffsetArm):
         raise InputError(
-            f"{arm.name or 'the arm'} is an OffsetArm, of which a path has its rows alone: "
-            "what needs values between rows, or the arcs of an Arm, is not made for it"
+            f"{arm.name or 'the arm'} is an OffsetArm: what needs the arm angle or the links of an Arm is "
+            "not made for it"
         )
     return arm
 

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from .._arrays import CONFIGURATIONS, as_floats
 from ..arm.arm import Arm
+from ..arm.offset import OffsetArm
 from ..errors import PathError
 from ..files.tables import JointTable
 from ..motion.following import follow
@@ -15,12 +16,12 @@ from ..scenes.scene import Scene
 from ..status import SOLVED
 
 
-def motion_of(arm: Arm, table: JointTable) -> JointPath:
+def motion_of(arm: Arm | OffsetArm, table: JointTable) -> JointPath:
     """Return the rows of a joint file as a motion of an arm, those without joints included.
 
     Parameters
     ----------
-    arm : Arm
+    arm : Arm or OffsetArm
     table : JointTable
 
     Returns
@@ -41,7 +42,10 @@ def motion_of(arm: Arm, table: JointTable) -> JointPath:
     n = len(table)
     rows, poses = blank_rows(n), np.full((n, 4, 4), np.nan)
     q = table.q[known]
-    poses[known], rows["psi"][known], rows["gc"][known] = arm.forward(q, undefined="nan")
+    if isinstance(arm, OffsetArm):
+        poses[known], rows["psi"][known], rows["gc"][known] = arm.forward(q)
+    else:
+        poses[known], rows["psi"][known], rows["gc"][known] = arm.forward(q, undefined="nan")
     rows["q"][known], rows["margin"][known], rows["residual"][known] = q, arm.limit_margin(q), 0.0
     failed = ~np.isin(table.status, SOLVED)
     poses[failed] = rows["residual"][failed] = np.nan

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from .. import _core
 from .._arrays import Floats, Ints
 from ..errors import InputError, PathError
 from .joint_path import AnyCurve, JointPath, Placed
@@ -56,10 +55,10 @@ class JoinedCurve:
         spans = zip(self.ends[:-1], np.diff(self.ends), self.curves, strict=True)
         return np.concatenate([low + width * curve.knots for low, width, curve in spans])
 
-    def at(self, handle: _core.Arm, s: Floats) -> Placed:
+    def at(self, handle: Any, s: Floats) -> Placed:
         """Return the rows at s (N,); `handle` is the arm's."""
         k, inner = self._parts(s)
-        rows = Placed(*(np.empty((len(s), *shape)) for shape in ((7,), (), (), (4, 4), (), ())))
+        rows = Placed.empty(len(s))
         for part, curve in enumerate(self.curves):
             here = k == part
             found = curve.at(handle, np.ascontiguousarray(inner[here]))
@@ -68,7 +67,7 @@ class JoinedCurve:
             rows.psi[here] += self.turns[part]
         return rows
 
-    def derivatives(self, handle: _core.Arm, s: Floats) -> Floats:
+    def derivatives(self, handle: Any, s: Floats) -> Floats:
         """Return q', q'', q''' with respect to s, shape (N, 3, 7)."""
         k, inner = self._parts(s)
         out = np.empty((len(s), 3, 7))

@@ -35,6 +35,11 @@ class Placed(NamedTuple):
     margin: Floats
     residual: Floats
 
+    @classmethod
+    def empty(cls, n: int) -> Placed:
+        """Return n rows to be filled."""
+        return cls(*(np.empty((n, *shape)) for shape in ((JOINTS,), (), (), (4, 4), (), ())))
+
 
 @dataclass(frozen=True, eq=False)
 class Curve:
@@ -68,10 +73,7 @@ class Curve:
 
     def at(self, handle: _core.Arm, s: Floats) -> Placed:
         """Return the rows at s (N,), each up to `end`; `handle` is the arm's."""
-        n = len(s)
-        rows = Placed(
-            np.empty((n, JOINTS)), np.empty(n), np.empty(n), np.empty((n, 4, 4)), np.empty(n), np.empty(n)
-        )
+        rows = Placed.empty(len(s))
         handle.curve_at(*self._columns, s, *rows)
         return rows
 
@@ -86,8 +88,57 @@ class Curve:
         return self.segments, self.stretches, self.plane, self.gc, self.roll == "free"
 
 
+@dataclass(frozen=True, eq=False)
+class OffsetCurve:
+    """Rows of an `OffsetArm`, between which its free joint moves evenly.
+
+    Parameters
+    ----------
+    segments : ndarray
+        As the core writes them.
+    s, free : ndarray, shape (n,)
+        Where the rows are, and the free joint's values there, rad, lifted; n is 2 or more.
+    q : ndarray, shape (n, 7)
+        Joints, rad.
+    gc : int
+        Global configuration of all rows.
+    """
+
+    segments: Floats
+    s: Floats
+    free: Floats
+    q: Floats
+    gc: int
+
+    @property
+    def end(self) -> float:
+        """The s where the rows end: 1."""
+        return 1.0
+
+    @property
+    def knots(self) -> Floats:
+        """The s between which the curve is smooth, shape (n,)."""
+        return self.s
+
+    def at(self, handle: Any, s: Floats) -> Placed:
+        """Return the rows at s (N,); `handle` is the arm's."""
+        rows = Placed.empty(len(s))
+        handle.rows_at(*self._columns, s, *rows)
+        return rows
+
+    def derivatives(self, handle: Any, s: Floats) -> Floats:
+        """Return q', q'', q''' with respect to s, shape (N, 3, 7)."""
+        out = np.empty((len(s), _ORDERS, JOINTS))
+        handle.rows_derivatives(*self._columns, s, out)
+        return out
+
+    @property
+    def _columns(self) -> tuple[Floats, Floats, Floats, Floats, int]:
+        return self.segments, self.s, self.free, self.q, self.gc
+
+
 class AnyCurve(Protocol):
-    """What joints do along s: a `Curve`, or several one after the other."""
+    """What joints do along s: a `Curve`, an `OffsetCurve`, or several one after the other."""
 
     @property
     def segments(self) -> Floats:
@@ -105,10 +156,10 @@ class AnyCurve(Protocol):
     def knots(self) -> Floats:
         """The s between which it is smooth."""
 
-    def at(self, handle: _core.Arm, s: Floats) -> Placed:
+    def at(self, handle: Any, s: Floats) -> Placed:
         """Return the rows at s (N,)."""
 
-    def derivatives(self, handle: _core.Arm, s: Floats) -> Floats:
+    def derivatives(self, handle: Any, s: Floats) -> Floats:
         """Return q', q'', q''' with respect to s, shape (N, 3, 7)."""
 
 
@@ -256,7 +307,7 @@ class JointPath:
         Raises
         ------
         InputError
-            If it is an `OffsetArm`, of which a path has its rows alone.
+            If it is an `OffsetArm`.
         """
         return as_srs(self.arm)
 
@@ -265,7 +316,7 @@ class JointPath:
 
         Always on the path, to 1e-12; never an interpolation of joints. Where the path has neither `path` nor
         `curve` (from `follow`) the tool goes straight and by the shortest rotation from pose to pose, and the
-        elbow turns evenly.
+        elbow turns evenly, or the free joint of an `OffsetArm` does; q is NaN where that has no posture.
 
         Parameters
         ----------
@@ -280,7 +331,7 @@ class JointPath:
         Raises
         ------
         InputError
-            If an s is not in [0, 1], or the path is of an `OffsetArm`.
+            If an s is not in [0, 1].
         PathError
             If no row is solved, or a path of `follow` is not whole.
         """
@@ -289,7 +340,7 @@ class JointPath:
         flat = at.reshape(-1)
         inside = flat <= curve.end
         q, psi = np.full((at.size, JOINTS), np.nan), np.full(at.size, np.nan)
-        placed = curve.at(self.srs_arm._handle, np.ascontiguousarray(flat[inside]))
+        placed = curve.at(self.arm._handle, np.ascontiguousarray(flat[inside]))
         q[inside], psi[inside] = placed.q, placed.psi
         pose = np.empty((at.size, 4, 4))
         _core.path_poses(curve.segments, np.ascontiguousarray(flat), pose)
@@ -328,25 +379,38 @@ class JointPath:
         flat = at.reshape(-1)
         inside = flat <= curve.end
         out = np.full((at.size, _ORDERS, JOINTS), np.nan)
-        out[inside] = curve.derivatives(self.srs_arm._handle, np.ascontiguousarray(flat[inside]))
+        out[inside] = curve.derivatives(self.arm._handle, np.ascontiguousarray(flat[inside]))
         out[~np.isfinite(out).all(axis=(1, 2))] = np.nan
         return out.reshape(*at.shape, _ORDERS, JOINTS)
 
     def _curve(self) -> AnyCurve:
         if self.curve is not None:
             return self.curve
-        one_branch = len(self) > 0 and bool((self.gc == self.gc[0]).all())
-        if self.diagnosis is not None or not self.ok or not one_branch:
+        if self.diagnosis is not None or not self.ok or len(self) == 0:
             raise PathError(f"the path has no values between its rows: {self.explain()}")
+        turned = np.flatnonzero(np.diff(self.gc))
+        if len(turned):
+            k = int(turned[0])
+            raise PathError(
+                f"the path has no values between its rows: behind row {k} it goes over from branch "
+                f"{self.gc[k]} to {self.gc[k + 1]}"
+            )
         segments = self.path._segments if self.path is not None else self._straight()
         rows = self.s, self.q, self.psi
         if len(self) == 1:
             rows = np.array([0.0, 1.0]), np.repeat(self.q, 2, axis=0), np.repeat(self.psi, 2)
         s, q, psi = map(np.ascontiguousarray, rows)
-        plane, stretches = self.srs_arm._handle.curve_through(segments, s, q, psi, int(self.gc[0]))
-        curve = Curve(segments, stretches, plane, int(self.gc[0]))
+        curve = self._through(segments, s, q, psi)
         object.__setattr__(self, "curve", curve)
         return curve
+
+    def _through(self, segments: Floats, s: Floats, q: Floats, psi: Floats) -> AnyCurve:
+        """Return the curve through rows of one branch, straight in psi or in the free joint between them."""
+        gc = int(self.gc[0])
+        if isinstance(self.arm, OffsetArm):
+            return OffsetCurve(segments, s, psi, q, gc)
+        plane, stretches = self.arm._handle.curve_through(segments, s, q, psi, gc)
+        return Curve(segments, stretches, plane, gc)
 
     def _straight(self) -> Floats:
         """Return the segments from pose to pose."""

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .._arrays import Floats
+from ..errors import PathError
 from .motion import Motion, breaks
 
 SMOOTH = 1e-6
@@ -28,7 +29,13 @@ class Grid(NamedTuple):
 
 
 def grid(motion: Motion, count: int, least: int, more: Floats) -> Grid:
-    """Return at least `count` intervals over [0, 1], `least` or more between breaks, and ends at `more`."""
+    """Return at least `count` intervals over [0, 1], `least` or more between breaks, and ends at `more`.
+
+    Raises
+    ------
+    PathError
+        If joints have no finite speed along the path at one of them.
+    """
     ends = breaks(motion)
     parts = np.maximum(least, np.ceil(np.diff(ends) * count)).astype(int)
     pieces = [np.linspace(a, b, k + 1)[:-1] for a, b, k in zip(ends[:-1], ends[1:], parts, strict=True)]
@@ -37,6 +44,12 @@ def grid(motion: Motion, count: int, least: int, more: Floats) -> Grid:
     before = after.copy()
     inner = np.isin(s, ends[1:-1])
     before[inner] = motion.derivatives(np.nextafter(s[inner], 0.0))
+    endless = ~(np.isfinite(after) & np.isfinite(before)).all(axis=(1, 2))
+    if endless.any():
+        raise PathError(
+            f"no timing is found: at s = {s[endless][0]:g} joints have no finite speed along the path: the "
+            "arm is stretched there or folded, or it has no posture between two rows; leave that out"
+        )
     return Grid(s, after, before)
 
 

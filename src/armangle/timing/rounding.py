@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from .._arrays import JOINTS, Floats
 from ..arm.arm import Arm
-from ..arm.offset import as_srs
+from ..arm.offset import OffsetArm
 from ..motion.paths import RADIAN, Deviation
 from .fastest import needed
 from .motion import Motion
@@ -45,9 +45,9 @@ class Rounded:
         self._spline = needed("scipy.interpolate").CubicSpline(breaks, np.asarray(motion.at(breaks).q))
 
     @property
-    def arm(self) -> Arm:
+    def arm(self) -> Arm | OffsetArm:
         """The arm that moves."""
-        return as_srs(self._motion.arm)
+        return self._motion.arm
 
     @property
     def path(self) -> Any:
@@ -73,12 +73,15 @@ class Rounded:
         slope = self._spline(s, 1)[..., None]
         return np.asarray((self.arm.jacobian(self._spline(s)) @ slope)[:, :3, 0])
 
+    def _tool(self, q: Floats) -> Floats:
+        if isinstance(self.arm, OffsetArm):
+            return np.asarray(self.arm.forward(q)[0])
+        return np.asarray(self.arm.forward(q, undefined="nan")[0])
+
     def deviations(self) -> tuple[Floats, Floats]:
         """Return by how much the tool is off between each two nodes at most, m and rad, (K - 1,) each."""
         s = self.breaks[:-1, None] + np.diff(self.breaks)[:, None] * LOOKED_AT
-        here, there = (
-            np.asarray(self.arm.forward(q, undefined="nan")[0]) for q in (self.at(s).q, self._motion.at(s).q)
-        )
+        here, there = (self._tool(q) for q in (self.at(s).q, self._motion.at(s).q))
         away = np.linalg.norm(here[..., :3, 3] - there[..., :3, 3], axis=-1)
         chord = np.linalg.norm(here[..., :3, :3] - there[..., :3, :3], axis=(-2, -1)) / _ROOT_8
         return away.max(axis=1) / SURE, 2 * np.arcsin(np.minimum(chord, 1.0)).max(axis=1) / SURE

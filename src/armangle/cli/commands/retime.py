@@ -8,11 +8,12 @@ import numpy as np
 
 from ..._arrays import JOINTS
 from ...arm.arm import Arm
+from ...arm.offset import OffsetArm
 from ...errors import InputError
 from ...files.tables import load_joints
 from ...timing.retiming import retime
 from ...timing.trajectory import Trajectory
-from ..arguments import add_arm, add_json, add_output, joint_bounds, number, the_arm
+from ..arguments import add_arm, add_json, add_output, any_arm, joint_bounds, number
 from ..motions import motion_of
 from ..pictures import add_picture, draw
 from ..screen import degrees, progress, show, show_json, write
@@ -53,7 +54,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Write the trajectory and print how long it takes; status 1 where no timing keeps the bounds."""
-    arm = the_arm(args)
+    arm = any_arm(args)
     velocity = joint_bounds("--velocity", args.velocity, "deg/s", arm.velocity)
     acceleration = joint_bounds("--acceleration", args.acceleration, "deg/s^2", arm.acceleration)
     if np.isinf(acceleration).all():
@@ -81,7 +82,7 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _show(arm: Arm, found: Trajectory) -> None:
+def _show(arm: Arm | OffsetArm, found: Trajectory) -> None:
     rows = [
         [str(i + 1), arm.joint_names[i], degrees(np.abs(found.qd[:, i]).max(), 2),
          degrees(np.abs(found.qdd[:, i]).max(), 2)]
