@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.calibrated import ARMS, NAMES, postures
+from support.calibrated import ARMS, NAMES, calibrated, postures
 from support.draw import generator
 from support.laws import POSE, circle_gap, gap
 
@@ -168,3 +168,72 @@ def test_what_a_chain_cannot_be_asked_is_refused_by_name() -> None:
         aa.follow(arm, pose[None], start=q, outside="nearest")
     with pytest.raises(aa.InputError, match="lookahead= is not made for"):
         aa.follow(arm, pose[None], start=q, lookahead=1)
+
+
+def crossing(arm: aa.Arm, joint: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Two postures well within the limits, less than 0.15 rad apart, on both sides of where branches meet."""
+    q = arm.lower + (arm.upper - arm.lower) * rng.uniform(0.2, 0.8, 7)
+    zero = arm.delta if joint == 3 else 0.0
+    q[joint] = arm.signs[joint] * (zero - arm.offsets[joint])
+    off = rng.choice([0.05, 0.02, 0.01, 0.003])
+    move = rng.normal(size=7) * rng.choice([0.02, 0.01, 0.003])
+    move[joint] = 0.0
+    ahead, behind = q.copy(), q + np.clip(move, -0.1, 0.1)
+    ahead[joint] += off
+    behind[joint] -= off * rng.uniform(0.2, 1.0)
+    return ahead, behind
+
+
+@pytest.mark.parametrize("joint", [1, 3, 5], ids=["shoulder", "elbow", "wrist"])
+@pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "barrett_wam7"])
+def test_a_step_goes_through_where_branches_meet(name: str, joint: int) -> None:
+    """On the true chain they do not meet at theta_2, theta_6 = 0 or the straight elbow, but beside it."""
+    arm, rng, lost, elsewhere = calibrated(name, 1.0, 1.0), generator(45, joint), 0, 0
+    tries = 120
+    for k in range(tries):
+        q, there = crossing(arm, joint, rng)
+        pose = arm.forward(there, undefined="nan")[0]
+        now = aa.step(arm, q, pose, policy=POLICIES[k % 3])
+        if now.status != aa.Status.OK:
+            lost += 1
+            assert now.q.tolist() == q.tolist()
+            continue
+        assert gap(arm.forward(now.q, undefined="nan")[0], pose) <= POSE
+        assert arm.limit_margin(now.q) >= -1e-9 and np.abs(now.q - q).max() <= 0.2
+        own = aa.step(arm, q, pose, gc=int(arm.forward(q, undefined="nan")[2]))
+        elsewhere += int(own.status != aa.Status.OK)
+    assert lost <= 2, f"{lost} of {tries} refused"
+    assert elsewhere > 3  # its own branch alone would not do
+
+
+def test_a_home_posture_is_left_and_come_back_to() -> None:
+    """[0, 0, 0, -90, 0, 90, 0] degrees: theta_2 is 0, the shoulder's branches are one posture or none."""
+    arm = calibrated("kuka_iiwa7_r800", 0.5, 0.5)
+    home = np.radians([0.0, 0.0, 0.0, -90.0, 0.0, 90.0, 0.0])
+    first = arm.forward(home, undefined="nan")[0]
+    for direction in np.vstack([np.eye(3), -np.eye(3)]):
+        s = 0.1 * np.sin(np.linspace(0.0, np.pi, 200))
+        poses = np.repeat(first[None], 200, axis=0)
+        poses[:, :3, 3] += s[:, None] * direction
+        path = aa.follow(arm, poses, start=home, policy=aa.Hold())
+        assert path.ok, (direction, path.explain())
+        assert gap(arm.forward(path.q, undefined="nan")[0], poses) <= POSE
+
+
+@pytest.mark.parametrize("joint", [1, 5])
+def test_bounds_are_kept_where_a_step_goes_through(joint: int) -> None:
+    arm, rng = calibrated("kuka_iiwa7_r800", 1.0, 1.0), generator(46, joint)
+    arrived = partly = 0
+    for _ in range(20):
+        q, there = crossing(arm, joint, rng)
+        pose, speed = arm.forward(there, undefined="nan")[0], np.zeros(7)
+        for _ in range(60):
+            now = aa.step(
+                arm, q, pose, policy=aa.Hold(), velocity=3.0, acceleration=20.0, dt=0.01, velocity_now=speed
+            )
+            before, q, speed = speed, now.q, now.velocity
+            assert np.abs(speed).max() <= 3.0 * (1 + 1e-9)
+            assert np.abs(speed - before).max() <= 20.0 * 0.01 * (1 + 1e-9)
+            partly += int(now.status == aa.Status.PARTIAL)
+        arrived += int(gap(arm.forward(q, undefined="nan")[0], pose) <= POSE)
+    assert arrived >= 19 and partly > 20, (arrived, partly)

@@ -24,14 +24,28 @@ inline constexpr double widest_piece = 0.4;  // rad: half width of a piece that 
 inline constexpr double polished = 1e-4;     // rad: half width of a piece that is polished
 inline constexpr double doubtful = 0.1;      // rad: width of a part of a stretch that is not proven
 inline constexpr int doubts = 24;            // such parts that joints are settled from
-inline constexpr int settling = 400;         // rounds of settled() for one pose, of some microseconds each
+inline constexpr int settling = 600;         // rounds of settled() for one pose, of some microseconds each
 inline constexpr double shared = 0.3;        // sine of a hinge beside which two joints share a turn
 inline constexpr int polishes = 60;          // halvings, or golden sections, of a piece
 inline constexpr double golden = 0.6180339887498949;
 inline constexpr double elbow_tie = 1e-12;  // rad, of joint 4 where it alone decides
+inline constexpr double bent = 0.05;     // rad off straight: where an elbow begins that may go to either side
+inline constexpr double straight = 0.2;  // rad off straight: an elbow that may
 }  // namespace near_rule
 
 namespace detail {
+
+/// Asks visit(joints) with the elbow as it is; then, where it is about straight and does not bend by itself,
+/// begun on the other side and well off straight on both, until visit says that it is enough.
+template <class Visit>
+void with_either_bend(const Arm& nominal, Joints q, double most, const Visit& visit) noexcept {
+    const double straight = lift(to_q(nominal, 3, nominal.delta_angle), q.q[3]), bend = q.q[3] - straight;
+    if (visit(q) || !(abs(bend) <= most)) return;
+    for (const double begin : {-bend, near_rule::bent, -near_rule::bent}) {
+        q.q[3] = straight + begin;
+        if (visit(q)) return;
+    }
+}
 
 /// The nearest posture: on the arcs that are proven by branch and bound, and beside them.
 class ProvenSearch : PostureCosts {
@@ -535,7 +549,14 @@ private:
         const Doubts all = doubts();
         if (dropped(all.least)) return;
         if (!scene_ && !(margin_ > 0)) {
-            if (options_.near) try_beside(options_.near, out);
+            if (options_.near) {
+                Joints seed{};
+                for (int j = 0; j < joints; ++j) seed.q[j] = options_.near[j];
+                with_either_bend(arm_, seed, near_rule::straight, [&](const Joints& from) {
+                    try_beside(from.q, out);
+                    return false;
+                });
+            }
             if (is_solved(out.status)) try_beside(out.q, out);
             for (int i = 0; i < all.count && (rounds_ > 0 || !is_solved(out.status)); ++i)
                 if (!dropped(all.part[i].least)) try_doubt(all.part[i], out);

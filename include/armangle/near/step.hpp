@@ -5,6 +5,7 @@
 #include "../motion/pace.hpp"
 #include "../motion/step.hpp"
 #include "clear_proof.hpp"
+#include "nearest_posture.hpp"
 
 namespace armangle {
 
@@ -77,6 +78,68 @@ struct NearStep {
         intersect(found.arcs, arcs, out);
     }
 
+    /// The branches that meet that of the present joints within a step, a bit for each: where theta_2,
+    /// theta_4 - delta or theta_6 is 0 or pi there, and its own.
+    unsigned meeting() const noexcept {
+        static constexpr int hinge[] = {1, 3, 5};
+        const Arm& nominal = arm.nominal;
+        const double zero[] = {0.0, nominal.delta_angle, 0.0};
+        unsigned bits = 1u << index(gc);
+        for (int k = 0; k < 3; ++k) {
+            const double off = to_theta(nominal, hinge[k], q_now[hinge[k]]) - zero[k];
+            if (abs(off - pi * round(off / pi)) > max_joint_step) continue;
+            for (int branch = 0, found = static_cast<int>(bits); branch < configurations; ++branch)
+                if (found >> branch & 1) bits |= 1u << (branch ^ 1 << k);
+        }
+        return bits;
+    }
+
+    /// A posture beside the present joints that one step leads to, looked for in the joints themselves: where
+    /// branches merge arcs leave it out.
+    bool settled_step(unsigned branches, const StepOptions& options, Nearest& out) const noexcept {
+        Limits box = arm.nominal.limits;
+        Joints start;
+        for (int j = 0; j < joint_slots; ++j) start.q[j] = j < joints ? q_now[j] : 0.0;
+        for (int j = 0; j < joints; ++j) {
+            const double reach = max_joint_step - tolerance::bound;
+            box.lower[j] = max(box.lower[j], q_now[j] - reach);
+            box.upper[j] = min(box.upper[j], q_now[j] + reach);
+            if (!(box.lower[j] <= box.upper[j])) return false;
+        }
+        Relaxed found{start, infinity};
+        with_either_bend(arm.nominal, start, max_joint_step, [&](const Joints& from) {
+            int rounds = settled_rule::rounds;
+            found = settled(arm, box, from, pose, {}, 0.0, rounds);
+            return meets(arm, found);
+        });
+        if (!meets(arm, found)) return false;
+        const Posture there = forward(arm, found.at.q);
+        if (!(branches >> there.gc & 1)) return false;
+        if (options.allowed && !contains(*options.allowed, there.psi)) return false;
+        for (int j = 0; j < joint_slots; ++j) out.q[j] = found.at.q[j];
+        out.psi = there.psi;
+        out.gc = there.gc;
+        return true;
+    }
+
+    /// The posture that the joints are nearest to, where one step leads to it: in the branches asked, and
+    /// beside where they merge.
+    bool nearest_step(double margin, unsigned branches, const StepOptions& options,
+                      Nearest& out) const noexcept {
+        if (!options.scene && !(margin > 0) && settled_step(branches, options, out)) return true;
+        NearestOptions asked;
+        asked.near = q_now;
+        asked.branches = branches;
+        asked.allowed = options.allowed;
+        for (const Metric metric : {Metric::l2, Metric::max}) {
+            asked.metric = metric;
+            out = nearest_posture(arm, margin, pose, asked, options.scene);
+            if (out.status != Status::OK && out.status != Status::UNPROVEN) return false;
+            if (largest_move(out.q, q_now) <= max_joint_step) return true;
+        }
+        return false;
+    }
+
     /// Why no step within bounds leads to these arcs.
     Status refusal(const Bounds& bounds, const ArcSet& arcs) const noexcept {
         ArcSet left;
@@ -91,9 +154,11 @@ struct NearStep {
 
 /// The step from q_now to `pose` (as the user sees it) within the arm's limits and a margin (rad) around
 /// singularities. A policy that asks for more than max_joint_step gets the psi on its way that fits. Where
-/// bounds leave no step to the pose the joints go as far towards it as they allow (PARTIAL), and nothing
-/// moves but what has to brake where a scene is asked too. Else nothing moves where the pose is not met; the
-/// branch is kept, and what is ahead is not asked. A wish for the elbow is one for that of the nominal arm.
+/// its branch has no step, that to the nearest posture is taken: of the branch, of one that meets it within
+/// a step, or beside where they merge. Where bounds leave no step to the pose the joints go as far towards
+/// it as they allow (PARTIAL), and nothing moves but what has to brake where a scene is asked too. Else
+/// nothing moves where the pose is not met; what is ahead is not asked. A wish for the elbow is one for that
+/// of the nominal arm.
 inline Step step(const NearArm& arm, double margin, const double* q_now, const Pose<double>& pose,
                  const StepOptions& options) noexcept {
     const Arm& nominal = arm.nominal;
@@ -113,12 +178,9 @@ inline Step step(const NearArm& arm, double margin, const double* q_now, const P
     const Pose<double> exact{orthonormal(pose.rotation), pose.position};
     const Triad<double> on = triad(nominal, flange_pose(nominal, exact));
     const int gc = options.gc < 0 ? now.gc : options.gc;
-    const auto approach = [&](double psi, Status why) {
-        const detail::NearStep any{arm, exact, on, configuration(gc), q_now, here, pi};
-        detail::Lifted to;
-        if (options.scene || any.at(psi, to) != Status::OK) return stay(why);
-        double q[joint_slots], d[joints];
-        to.q.store(q);
+    const detail::NearStep way{arm, exact, on, configuration(gc), q_now, here, options.max_joint_step};
+    const auto approach_joints = [&](const double* q, Status why) {
+        double d[joints];
         for (int j = 0; j < joints; ++j) d[j] = q[j] - q_now[j];
         const Bounds& b = *options.bounds;
         Step out{};
@@ -128,6 +190,28 @@ inline Step step(const NearArm& arm, double margin, const double* q_now, const P
         out.psi = there.psi;
         out.gc = there.gc;
         detail::complete(nominal, q_now, options.dt, Status::PARTIAL, why, out);
+        return out;
+    };
+    const auto approach = [&](double psi, Status why) {
+        const detail::NearStep any{arm, exact, on, configuration(gc), q_now, here, pi};
+        detail::Lifted to;
+        if (options.scene || any.at(psi, to) != Status::OK) return stay(why);
+        double q[joint_slots];
+        to.q.store(q);
+        return approach_joints(q, why);
+    };
+    const auto beside = [&](Status why) {
+        Nearest found;
+        const unsigned branches = options.gc < 0 ? way.meeting() : 1u << gc;
+        if (!way.nearest_step(margin, branches, options, found)) return stay(why);
+        if (options.bounds &&
+            !detail::keeps(nominal, *options.bounds, q_now, found.q, options.max_joint_step))
+            return options.scene ? stay(why) : approach_joints(found.q, why);
+        Step out{};
+        for (int j = 0; j < joint_slots; ++j) out.q[j] = found.q[j];
+        out.psi = found.psi;
+        out.gc = found.gc;
+        detail::complete(nominal, q_now, options.dt, Status::OK, Status::OK, out);
         return out;
     };
     double psi = now.psi;
@@ -140,16 +224,17 @@ inline Step step(const NearArm& arm, double margin, const double* q_now, const P
     }
     ProvenArcs found;
     feasible(arm, exact, gc, nominal.limits, margin, found);
-    if (found.status != Status::OK) return stay(found.status);
+    if (found.status == Status::UNREACHABLE) return stay(found.status);
+    if (found.status != Status::OK) return beside(found.status);
     if (options.allowed) {
         const ArcSet own = found.arcs;
         intersect(own, *options.allowed, found.arcs);
-        if (found.arcs.empty()) return stay(Status::NOT_ALLOWED);
+        if (found.arcs.empty()) return beside(Status::NOT_ALLOWED);
     }
     if (options.scene) {
         Tag blocking;
         keep_clear(arm, *options.scene, exact, gc, found, blocking);
-        if (found.status != Status::OK) return stay(found.status);
+        if (found.status != Status::OK) return beside(found.status);
     }
     const ArcSet& open = found.arcs;
     const Policy policy = detail::policy_on(
@@ -160,7 +245,6 @@ inline Step step(const NearArm& arm, double margin, const double* q_now, const P
     ArcSet soft;
     const bool asked = options.scene && options.scene->soft > 0;
     if (asked && keep_soft(arm, *options.scene, exact, gc, open, psi, soft)) next = led(policy, soft, psi);
-    const detail::NearStep way{arm, exact, on, configuration(gc), q_now, here, options.max_joint_step};
     detail::Lifted to;
     next.status = way.at(next.psi, to);
     if (next.status == Status::JOINT_JUMP) {
@@ -173,10 +257,13 @@ inline Step step(const NearArm& arm, double margin, const double* q_now, const P
         way.within(*options.bounds, {}, open, kept);
         next.psi =
             detail::nearest_kept(kept, next.psi, [&](double at) { return way.keeps(*options.bounds, at); });
-        if (is_nan(next.psi)) return approach(wish, way.refusal(*options.bounds, open));
+        if (is_nan(next.psi)) {
+            const Status why = way.refusal(*options.bounds, open);
+            return why == Status::JOINT_JUMP ? beside(why) : approach(wish, why);
+        }
         next.status = way.at(next.psi, to);
     }
-    if (next.status != Status::OK) return stay(next.status);
+    if (next.status != Status::OK) return beside(next.status);
     Step out;
     to.q.store(out.q);
     out.psi = next.psi;
