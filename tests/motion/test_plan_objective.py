@@ -148,7 +148,9 @@ def test_the_margin_said_is_that_of_the_curve() -> None:
 
 
 def test_paths_are_weighed_by_what_they_turn() -> None:
-    path = line(IIWA, POSTURE, np.array([0.02, -0.05, 0.0]))
-    assert length(IIWA, path) == 1.0
+    short = length(IIWA, line(IIWA, POSTURE, np.array([0.002, -0.005, 0.0])))
+    assert length(IIWA, line(IIWA, POSTURE, np.array([0.02, -0.05, 0.0]))) == pytest.approx(
+        10 * short, rel=0.05
+    )
     turn = aa.Screw(IIWA.forward(POSTURE)[0], [0.5, 0.0, 0.5], [0.0, 0.0, 1.0], 2.0)
     assert length(IIWA, turn) == pytest.approx(2.0, rel=0.01)

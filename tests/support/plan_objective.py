@@ -27,7 +27,7 @@ class Terms:
 
 
 def length(arm: aa.Arm, path: aa.Path, steps: int = 2001) -> float:
-    """How far the path turns the wrist's direction, the tool and the elbow, rad; 1 at least."""
+    """How far the path turns the wrist's direction, the tool and the elbow, rad; 1e-4 at least."""
     frames = arm.frames(np.zeros(7))
     shoulder = frames[1, :3, 3]
     poses = path.pose(np.linspace(0, 1, steps))
@@ -41,7 +41,7 @@ def length(arm: aa.Arm, path: aa.Path, steps: int = 2001) -> float:
         np.linalg.norm(np.diff(x, axis=0), axis=1)
         for x in (wrist / reach[:, None], elbow, poses[:, :3, 0], poses[:, :3, 2])
     ]
-    return max(1.0, float(np.max(chords, axis=0).sum()))
+    return max(1e-4, float(np.max(chords, axis=0).sum()))
 
 
 def nearness(distance: np.ndarray, enough: float) -> np.ndarray:

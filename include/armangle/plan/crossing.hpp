@@ -127,7 +127,7 @@ private:
                 sum += share * share;
             }
         }
-        return sum;
+        return task_.margin_scale() * sum;
     }
 
     Node node(const Candidate& x) const noexcept {
@@ -549,8 +549,8 @@ private:
                     sign < 0 ? task_.limits.upper[j] - row.q[j] : row.q[j] - task_.limits.lower[j];
                 if (!(d < infinity)) continue;
                 const double held = max(d, crossing_rule::floor);
-                const double c =
-                    share(k) * crossing_rule::reference * crossing_rule::reference / (held * held);
+                const double c = share(k) * task_.margin_scale() * crossing_rule::reference *
+                                 crossing_rule::reference / (held * held);
                 const double slope = -2 * c / held * sign * row.slope[j];
                 gradient += slope;
                 diagonal += 1.5 * slope * slope / max(c, 1e-300);

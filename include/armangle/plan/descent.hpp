@@ -407,14 +407,14 @@ inline bool Descent::integrand(const detail::GaussPoint& p, double phi, double v
         terms.duration += p.weight * task_.length * duration;
     }
     bool inside = true;
-    const double scale = task_.length * task_.length;
+    const double scale = task_.margin_scale();
     if (p.wished == p.wished) {
         const SinCos<double> gap = sin_cos(phi - p.wished);
-        const double weighed = 2 * scale * objective_.psi;
+        const double wish = task_.wish_scale(), weighed = 2 * wish * objective_.psi;
         f.value += weighed * (1 - gap.cos);
         f.phi += weighed * gap.sin;
         f.phi_phi += weighed * gap.cos;
-        terms.psi += 2 * p.weight * scale * (1 - gap.cos);
+        terms.psi += 2 * p.weight * wish * (1 - gap.cos);
     }
     const auto add = [&](const Curved& sum) {
         f.value += scale * sum.value();

@@ -17,10 +17,10 @@ namespace armangle {
 ///   travel         |dq/ds|^2                          (rad^2)
 ///   limits         cost of the distances to limits    (1), times length^2
 ///   singularities  the same of theta_2, theta_6 to 0 and +-pi
-///   psi            2 - 2 cos of the angle to what is wished (wish_along.hpp), times length^2
+///   psi            2 - 2 cos of the angle to what is wished (wish_along.hpp), times length^2, 1 at least
 ///   duration       the time that joint speeds need (pace, s), times length
-/// length: how far the path turns the arm (rad, 1 at least; tube.hpp: turned), so that a path twice as long
-/// is weighed as its halves are.
+/// length: how far the path turns the arm (rad; tube.hpp: turned_length), so that a path twice as long is
+/// weighed as its halves are, and over a short one the arm stays near its start.
 struct Objective {
     double limits = 1, singularities = 1, travel = 1;  // weights, >= 0
     double enough = 0.35;                              // rad: distances beyond it cost nothing

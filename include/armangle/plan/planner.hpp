@@ -741,7 +741,8 @@ private:
     double unwished(const SelfMotion<double>& m, double angle, double s) const noexcept {
         if (!task_.wish) return 0;
         const Pose<double> flange = flange_pose(task_.arm, task_.pose(s));
-        return options_.objective.psi * wish_cost(angle - wished_angle(task_.arm, *task_.wish, flange, m, s));
+        return task_.wish_scale() * options_.objective.psi *
+               wish_cost(angle - wished_angle(task_.arm, *task_.wish, flange, m, s));
     }
     /// The objective of a curve, by sums over the same places.
     double objective(const Curve& drawn) const noexcept {
@@ -750,12 +751,13 @@ private:
             for (int i = 0; i < plan_rule::looks; ++i) {
                 const double s = x.start + (x.end - x.start) * (i + 0.5) / plan_rule::looks;
                 const PlacedDirections<double> here = drawn.place(x, s, phi_at(x, s));
-                near += (x.end - x.start) / plan_rule::looks *
-                        (rating(task_, options_.objective, curve_at(drawn, x, s).q).cost +
-                         unwished(here.motion, atan2(here.phi.sin, here.phi.cos), s));
+                near +=
+                    (x.end - x.start) / plan_rule::looks *
+                    (task_.margin_scale() * rating(task_, options_.objective, curve_at(drawn, x, s).q).cost +
+                     unwished(here.motion, atan2(here.phi.sin, here.phi.cos), s));
             }
         const double moved = summed(drawn, [this](const double* rate) { return moving(rate); });
-        return moved + task_.length * task_.length * near;
+        return moved + near;
     }
     static PlacedPosture curve_at(const Curve& drawn, const Stretch& x, double s) noexcept {
         return drawn.solve(x, s, phi_at(x, s), s < 0.5 * (x.start + x.end) ? x.q : x.q_end, x.psi);
@@ -787,9 +789,9 @@ private:
             if (i > 0) sum += moving(rate) / plan_rule::held_steps;
             if (!within_limits(task_.limits, q, 0.0) || clearance(q) < task_.table.margin) return infinity;
             const double half = i == 0 || i == plan_rule::held_steps ? 0.5 : 1.0;
-            const double here_cost =
-                rating(task_, options_.objective, q).cost + unwished(m, psi, back ? 1 - share : share);
-            sum += half / plan_rule::held_steps * task_.length * task_.length * here_cost;
+            const double here_cost = task_.margin_scale() * rating(task_, options_.objective, q).cost +
+                                     unwished(m, psi, back ? 1 - share : share);
+            sum += half / plan_rule::held_steps * here_cost;
         }
         return sum;
     }

@@ -113,8 +113,10 @@ private:
             q[j].coefficient[1] = slope(k)[j];
         }
         double sum = 0;
+        const double scale = task_.margin_scale();
         distances(task_, q, [&](const Slope& distance, Kind kind) {
-            const Slope here = Slope(share(k) * weight(objective_, kind)) * cost(distance, objective_.enough);
+            const Slope here =
+                Slope(share(k) * scale * weight(objective_, kind)) * cost(distance, objective_.enough);
             if (!(here.value() > 0)) return;
             const double slope = here.coefficient[1];
             sum += here.value();

@@ -57,12 +57,18 @@ struct Task {
     const Segment* segments;
     std::size_t segment_count;
     SmoothPlane plane;
-    double length = 1;                // how far the path turns the arm (rad), 1 at least
-    const WishAlong* wish = nullptr;  // of the arm angle, where there is one
-    ScenesAlong scenes = {};          // obstacles that links keep clear of
+    double length = 1;                                        // how far the path turns the arm (rad)
+    const WishAlong* wish = nullptr;                          // of the arm angle, where there is one
+    ScenesAlong scenes = {};                                  // obstacles that links keep clear of
     std::function<void(double s, ArcSet& psi)> allowed = {};  // arcs of the user's own; none: all psi
     const ArcSet* allowed_everywhere = nullptr;               // where they are the same for every s
     double held_theta_7 = 0;                                  // of an arm whose roll is free: joint 7 stays
+
+    /// By what the cost of margins is multiplied: it grows as joint travel does, so that a short path is no
+    /// occasion to swing away from a limit.
+    double margin_scale() const noexcept { return length * length; }
+    /// The same of a wish, which is worth a turn of the arm on a short path too: who asks for it means it.
+    double wish_scale() const noexcept { return max(1.0, length * length); }
 
     Pose<double> pose(double s) const noexcept {
         return pose_at(segments[segment_index(segments, segment_count, s)], s);
@@ -350,6 +356,8 @@ inline constexpr int least_steps = 32;      // of s, between sections that are t
 inline constexpr double turn = 0.5;         // of a segment between two of them (rad)
 inline constexpr double knot_share = 0.24;  // of a step: knots lie no closer
 inline constexpr double same = 1e-12;       // parameters closer than this are one
+inline constexpr double least_length =
+    1e-4;  // that a path counts as, so that a tool at rest is weighed (rad)
 }  // namespace parameter_rule
 
 /// Rising parameters: the rows asked, the joints of segments, and even steps between them: enough, and enough
@@ -380,7 +388,7 @@ inline std::vector<double> base_parameters(const Segment* segments, std::size_t 
 }
 
 /// How far a path turns the direction of the wrist, the tool and the elbow (rad; at each step that which
-/// turns most), 1 at least. Places out of reach do not count.
+/// turns most), at least `least_length`. Places out of reach do not count.
 inline double turned_length(const Task& task, const std::vector<double>& base) noexcept {
     struct Facing {
         Vec3<double> wrist, x, z, elbow;
@@ -399,7 +407,7 @@ inline double turned_length(const Task& task, const std::vector<double>& base) n
         if (turn < infinity) sum += turn;
         before = here;
     }
-    return max(1.0, sum);
+    return max(parameter_rule::least_length, sum);
 }
 
 /// The sections that become knots of the curve: all of `base`, and of those between only such as lie no

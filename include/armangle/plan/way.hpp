@@ -203,7 +203,7 @@ private:
     /// The best link of a posture x of section k to those of the section before.
     Link join(std::size_t k, const Candidate& x) const noexcept {
         const Section &l = tube_.sections[k], &b = tube_.sections[k - 1];
-        const double ds = l.s - b.s, rated = ds * x.worth.cost;
+        const double ds = l.s - b.s, rated = ds * task_.margin_scale() * x.worth.cost;
         Link best;
         for (const Windings& group : here_.postures.groups) {
             double turn = abs(x.phi - group.phi);

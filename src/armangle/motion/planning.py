@@ -45,8 +45,8 @@ class Objective:
     """What a plan weighs: a sum of integrals along the path, s from 0 to 1, the less the better.
 
     A weight multiplies its term and nothing else, so that more weight never makes the term larger at the
-    optimum. Margins count times the square of how far the path turns the arm (rad, at least 1), so that a
-    path is weighed as its parts are.
+    optimum. Margins count times the square of how far the path turns the arm (ℓ, rad), so that a path is
+    weighed as its parts are, and a short one is no occasion to swing away from a limit.
 
     Parameters
     ----------
@@ -59,6 +59,7 @@ class Objective:
         Distance beyond which more counts no more, rad; 0 leaves the margins out.
     psi : float
         Weight, >= 0, of 2 - 2 cos(ψ - ψ wished): how far the arm angle is from the wish, where there is one.
+        Times ℓ², at least 1: over a short path too the arm goes to what is wished.
     duration : float
         Weight, >= 0, of the time (s) that joint speeds need: at each s that of the joint that needs longest,
         as the norm of order 8 of |dq/ds| / u over the joints. u is the arm's velocity, or √(a ℓ) if less:
