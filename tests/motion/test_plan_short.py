@@ -13,7 +13,7 @@ HINGES = (0.05, 0.01, 0.005, 0.002, 1e-3, 1e-4, 1e-6, 0.0)
 """Of theta_2 or theta_6, rad."""
 LENGTHS = (1e-9, 1e-6, 1e-4, 1e-3)  # m
 ROWS = 50
-SLACK, PER_METRE = 1e-5, 20.0
+SLACK, PER_METRE = 1e-5, 40.0
 """What a joint may travel beyond the least motion: rad, and rad for each metre, for the sake of margins."""
 
 

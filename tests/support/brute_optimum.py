@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 import armangle as aa
 
 from .naive_plans import EVEN, Case
-from .plan_objective import length, nearness
+from .plan_objective import margin_scale, nearness
 
 GRID, STEPS, WINDOW = 720, 60, 24
 """Arm angles, steps of s, and how many angles psi may go on in one of them."""
@@ -41,7 +41,7 @@ def near(case: Case, q: np.ndarray) -> np.ndarray:
 
 def shares(case: Case) -> np.ndarray:
     """The weight of each step's posture in the integral of what is near."""
-    out = np.full(STEPS + 1, length(case.arm, case.path) ** 2 / STEPS)
+    out = np.full(STEPS + 1, margin_scale(case.arm, case.path) / STEPS)
     out[[0, -1]] /= 2
     return out
 

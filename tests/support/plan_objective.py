@@ -44,6 +44,12 @@ def length(arm: aa.Arm, path: aa.Path, steps: int = 2001) -> float:
     return max(1e-4, float(np.max(chords, axis=0).sum()))
 
 
+def margin_scale(arm: aa.Arm, path: aa.Path) -> float:
+    """What the cost of margins is multiplied by."""
+    turned = length(arm, path)
+    return max(turned**2, min(1.0, (turned / 0.5) ** 2))
+
+
 def nearness(distance: np.ndarray, enough: float) -> np.ndarray:
     """The cost of distances (..., k), summed over k; its tangent below the floor."""
     if enough <= FLOOR:
@@ -64,7 +70,7 @@ def terms(
     theta = arm.signs * q + arm.offsets
     hinges = np.abs(np.angle(np.exp(1j * theta[:, [1, 5]])))
     bounds = np.concatenate([q - arm.lower, arm.upper - q], axis=1)[:, moving + [7 + j for j in moving]]
-    weight = length(arm, path) ** 2
+    weight = margin_scale(arm, path)
 
     def mean(x: np.ndarray) -> float:
         return float((0.5 * (x[1:] + x[:-1])).mean()) * weight

@@ -15,7 +15,7 @@ namespace armangle {
 
 /// What a plan weighs; the terms are integrals over s from 0 to 1, and a weight multiplies its term:
 ///   travel         |dq/ds|^2                          (rad^2)
-///   limits         cost of the distances to limits    (1), times length^2
+///   limits         cost of the distances to limits    (1), times Task::margin_scale
 ///   singularities  the same of theta_2, theta_6 to 0 and +-pi
 ///   psi            2 - 2 cos of the angle to what is wished (wish_along.hpp), times length^2, 1 at least
 ///   duration       the time that joint speeds need (pace, s), times length

@@ -49,6 +49,10 @@ inline SmoothPlane smooth_plane(const std::vector<Vec3<double>>& wrists) {
     return best;
 }
 
+namespace margin_rule {
+inline constexpr double short_path = 0.5;  // rad: on a path that turns the arm by less, margins count less
+}  // namespace margin_rule
+
 /// What stays the same over a plan: the arm, the limits (drawn in by the margin asked), the path, the plane.
 struct Task {
     const Arm& arm;
@@ -64,9 +68,12 @@ struct Task {
     const ArcSet* allowed_everywhere = nullptr;               // where they are the same for every s
     double held_theta_7 = 0;                                  // of an arm whose roll is free: joint 7 stays
 
-    /// By what the cost of margins is multiplied: it grows as joint travel does, so that a short path is no
-    /// occasion to swing away from a limit.
-    double margin_scale() const noexcept { return length * length; }
+    /// By what the cost of margins is multiplied: on long paths and on short ones it grows as joint travel
+    /// does, so that a short one is no occasion to swing away from a limit.
+    double margin_scale() const noexcept {
+        const double share = length / margin_rule::short_path;
+        return max(length * length, min(1.0, share * share));
+    }
     /// The same of a wish, which is worth a turn of the arm on a short path too: who asks for it means it.
     double wish_scale() const noexcept { return max(1.0, length * length); }
 

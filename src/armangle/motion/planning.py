@@ -45,8 +45,9 @@ class Objective:
     """What a plan weighs: a sum of integrals along the path, s from 0 to 1, the less the better.
 
     A weight multiplies its term and nothing else, so that more weight never makes the term larger at the
-    optimum. Margins count times the square of how far the path turns the arm (ℓ, rad), so that a path is
-    weighed as its parts are, and a short one is no occasion to swing away from a limit.
+    optimum. Margins count by how far the path turns the arm (ℓ, rad): times ℓ² where that is more than 1,
+    (2 ℓ)² where that is less, else 1. So a long path is weighed as its parts are, and a short one is no
+    occasion to swing away from a limit.
 
     Parameters
     ----------
