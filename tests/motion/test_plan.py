@@ -292,6 +292,9 @@ def test_refusals() -> None:
     other = q + np.array([0, 0.3, 0, 0.2, 0, 0, 0])
     with pytest.raises(aa.InputError, match="start belongs to another pose than the path's: a joint is"):
         aa.plan(IIWA, path, start=other)
+    beyond = q + np.array([0, 0, 0, 0, 0, 0, 4.0])
+    with pytest.raises(aa.InputError, match=r"start: joint 7 is 4\.5 rad .*82\.83 deg outside its limits"):
+        aa.plan(IIWA, path, start=beyond)
     with pytest.raises(aa.InputError, match="goal belongs to another pose"):
         aa.plan(IIWA, path, goal=other)
     with pytest.raises(aa.ShapeError, match=r"start has shape \(1, 7\), wanted \(7,\)"):

@@ -268,8 +268,9 @@ def plan(
     if calm and not (found[0] and len(found[4]) == 0):
         found = planned(along)
     ok, branch, plane, stretches, open_, start_gap, goal_gap, reports = found
-    for name, gap in (("start", start_gap), ("goal", goal_gap)):
+    for name, joints, gap in (("start", first, start_gap), ("goal", last, goal_gap)):
         if gap > START_GAP:
+            _check_within(arm, name, joints)
             off, most = (f"{angle:.3g} rad ({np.degrees(angle):.3g} deg)" for angle in (gap, START_GAP))
             raise InputError(
                 f"{name} belongs to another pose than the path's: a joint is {off} off, wanted at most {most}"
@@ -459,6 +460,25 @@ def _limit_margin(arm: Arm, value: float) -> float:
         wanted = f"at most {narrowest / 2:.6g}: half of the narrowest range"
         raise InputError(f"limit_margin (rad) is {margin:g}, wanted {wanted}")
     return margin
+
+
+def _check_within(arm: Arm, name: str, q: Floats | None) -> None:
+    """Refuse joints outside the limits: no pose of theirs is one of a path's.
+
+    Raises
+    ------
+    InputError
+    """
+    if q is None:
+        return
+    beyond = np.maximum(arm.lower - q, q - arm.upper)
+    j = int(beyond.argmax())
+    if beyond[j] > START_GAP:
+        off, low, high = np.degrees([beyond[j], arm.lower[j], arm.upper[j]])
+        raise InputError(
+            f"{name}: joint {j + 1} is {q[j]:.6g} rad ({np.degrees(q[j]):.6g} deg), {off:.4g} deg outside "
+            f"its limits of {low:.6g} to {high:.6g} deg"
+        )
 
 
 def _branches(gc: int | Iterable[int] | None) -> int:
