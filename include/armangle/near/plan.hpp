@@ -17,6 +17,7 @@ inline constexpr int plans = 4;              // of the nominal arm, with limits 
 inline constexpr double drawn_more = 1.5;    // of what a joint was beyond its limit ...
 inline constexpr double drawn_least = 1e-3;  // ... and this much more (rad)
 inline constexpr double wider_least = 1e-3;  // m: the same of the clearance
+inline constexpr double on_pose = 1e-6;      // m and rad: an end that is no farther off belongs to its pose
 }  // namespace near_rule
 
 namespace detail {
@@ -28,6 +29,37 @@ inline bool nominal_joints(const NearArm& arm, const double* q, double (&out)[jo
     const Inverse found = inverse(arm.nominal, at.pose, at.psi, at.gc, q);
     for (int j = 0; j < joints; ++j) out[j] = found.q[j];
     return found.status == Status::OK;
+}
+
+/// Whether the true arm has the pose at joints q.
+inline bool belongs(const NearArm& arm, const double* q, const Pose<double>& pose) noexcept {
+    const Twist off = difference(tool_pose(arm, q), pose);
+    return max(norm(off.linear), norm(off.angular)) <= near_rule::on_pose;
+}
+
+/// Whether a curve begins (ends) at the joints asked: where they belong to its pose without a jump, else with
+/// a posture beside them.
+inline bool holds_end(const CorrectedCurve& drawn, const double* q, double s,
+                      const Pose<double>& pose) noexcept {
+    const double most = belongs(drawn.arm, q, pose) ? plan_rule::end_move : plan_rule::widest_gap;
+    const PlacedPosture at = drawn.at(s);
+    return is_finite(at.q) && largest_move(at.q, q) <= most;
+}
+
+/// A plan that says that an end is a posture which the nominal arm does not have.
+inline Plan refused_end(const NearArm& arm, const double* q, double s, unsigned branches) {
+    Plan out;
+    const int own = forward(arm, q).gc;
+    for (int gc = 0; gc < configurations; ++gc) {
+        if (!(branches >> gc & 1u)) continue;
+        BranchReport& report = out.branches.emplace_back();
+        report.gc = gc;
+        report.verdict = s > 0 ? Verdict::goal : Verdict::start;
+        report.status = Status::NO_CONVERGENCE;
+        report.from = report.to = s;
+        report.elsewhere = gc != own;
+    }
+    return out;
 }
 
 }  // namespace detail
@@ -45,9 +77,22 @@ inline Plan plan(const NearArm& arm, const Segment* segments, std::size_t n, con
         for (const LinkDeviation& off : arm.deviation) wide.clearance += off.position;
         options.scenes = {&wide_alone, 1};
     }
-    double start[joint_slots], goal[joint_slots];
-    if (options.start && detail::nominal_joints(arm, options.start, start)) options.start = start;
-    if (options.goal && detail::nominal_joints(arm, options.goal, goal)) options.goal = goal;
+    struct End {
+        const double*& nominal;
+        const double* q;  // of the true arm
+        double s;
+        Pose<double> pose;
+        double room[joint_slots];
+    };
+    End ends[] = {{options.start, options.start, 0, pose_at(segments[0], 0.0), {}},
+                  {options.goal, options.goal, 1, pose_at(segments[n - 1], 1.0), {}}};
+    for (End& end : ends) {
+        if (!end.q) continue;
+        if (detail::nominal_joints(arm, end.q, end.room))
+            end.nominal = end.room;
+        else if (detail::belongs(arm, end.q, end.pose))
+            return detail::refused_end(arm, end.q, end.s, options.branches);
+    }
     const Limits limits = drawn_in(arm.nominal.limits, options.limit_margin);
     const double asked = options.singularity_margin;
     // where branches meet the true arm may have no posture: first without these places
@@ -78,6 +123,9 @@ inline Plan plan(const NearArm& arm, const Segment* segments, std::size_t n, con
             report.to = now.proof.violated.back();
             while (!now.stretches.empty() && now.stretches.back().end > report.from) now.stretches.pop_back();
         }
+        for (const End& end : ends)
+            if (now.ok && end.q && !detail::holds_end({arm, drawn}, end.q, end.s, end.pose))
+                now = detail::refused_end(arm, end.q, end.s, options.branches);
         const bool done = kept || !(excess < infinity);
         if (!found || kept) best = std::move(now);
         found = true;

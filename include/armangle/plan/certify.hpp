@@ -376,10 +376,7 @@ public:
     }
 
     Proof run() {
-        if (!claim_.possible()) {
-            leave(curve_.stretches.front().start, curve_.stretches.back().end);
-            return proof_;
-        }
+        const bool possible = claim_.possible();
         const Stretch* before = nullptr;
         for (const Stretch& x : curve_.stretches) {
             const Segment& g = curve_.segment(x);
@@ -387,7 +384,7 @@ public:
             const bool joined = !before || largest_move(before->q_end, x.q) <= proof::gap;
             before = &x;
             if (!joined) proof_.violated.push_back(x.start);
-            const bool limited = within && joined && prove(x, x.start, x.end, 0);
+            const bool limited = possible && within && joined && prove(x, x.start, x.end, 0);
             const bool clear = keeps_clear(x);
             if (limited && clear) continue;
             leave(x.start, x.end);
@@ -428,7 +425,7 @@ private:
             const PlacedPosture here = curve_.at(x, s);
             const Pose<double> flange = flange_pose(curve_.arm, here.pose);
             const double excess = circle(curve_.arm, flange, curve_.plane).triangle.excess;
-            const bool kept = limit_margin(claim_.limits, here.q) >= -proof::broken &&
+            const bool kept = is_finite(here.q) && limit_margin(claim_.limits, here.q) >= -proof::broken &&
                               excess <= tolerance::reach * curve_.arm.reach;
             const double step = (x.end - x.start) / proof::looks;
             if (kept && (i == 0 || !leaps(x, s - step, s, before, here))) {

@@ -336,10 +336,11 @@ private:
         }
     }
 
+    /// The branch of an end, on the side of the elbow that is passed.
     int own_branch(const Anchor& end) const noexcept {
         double theta[joints];
         for (int j = 0; j < joints; ++j) theta[j] = to_theta(task_.arm, j, end.q[j]);
-        return index(configuration(task_.arm, theta));
+        return (index(configuration(task_.arm, theta)) & ~2) | (asked_.branches.front() & 2);
     }
 
     static bool both_shut(const Node& x) noexcept {

@@ -68,6 +68,7 @@ inline constexpr double beside =
 inline constexpr double beside_singular = 0.02;  // |sin| of theta_2, theta_6 of an end that is led (rad)
 inline constexpr double nearly_shut =
     1e-3;  // |sin| of theta_2 and theta_6 that refuse an end together (rad), or soon after (s)
+inline constexpr double straight = 1e-7;    // theta_4 that rounding may bend a straight elbow by (rad)
 inline constexpr double locked = 1e-3;      // range below which a joint decides phi (rad)
 inline constexpr double widest_gap = 0.05;  // of an end from the posture that it is taken to (rad)
 inline constexpr int looks = 8;             // of a stretch, for its travel and its least margin
@@ -274,6 +275,15 @@ private:
         return 0.5 * (low + high);
     }
 
+    /// Whether a posture is one of a branch: with the elbow straight, one of either bend.
+    bool is_of(const double* theta, int gc) const noexcept {
+        const int differ = index(configuration(task_.arm, theta)) ^ gc;
+        return !differ || (differ == 2 && is_straight(theta));
+    }
+    bool is_straight(const double* theta) const noexcept {
+        return abs(wrap(theta[3] - task_.arm.delta_angle)) <= plan_rule::straight;
+    }
+
     /// The posture of given joints on a section; not `given` where it is of another branch, outside what is
     /// allowed, or singular.
     Anchor anchor(const Tube& tube, const Section& l, const double* q) const {
@@ -286,7 +296,7 @@ private:
             most = placed(l, out.phi, q, out.q);
         }
         const double clear = clearance(out.q);
-        out.elsewhere = index(configuration(task_.arm, now.theta)) != tube.gc;
+        out.elsewhere = !is_of(now.theta, tube.gc);
         if (out.elsewhere) return out;
         if (most > tolerance::angle && clear < proof::least_margin) return out;
         out.gap = most;
@@ -670,10 +680,11 @@ private:
 
     /// The posture of given joints at an end of the path, also where theta_2 or theta_6 vanishes: there
     /// theta_1 (theta_5) is kept, and phi follows.
-    Anchor meeting_anchor(double s, const double* q, const CrossingTask& asked) const {
+    Anchor meeting_anchor(double s, const double* q, int elbow, const CrossingTask& asked) const {
         const Chain now = chain(task_.arm, q);
-        const SelfMotion<double> m =
-            self_motion(task_.arm, task_.circle_at(s), configuration(task_.arm, now.theta));
+        Configuration<double> gc = configuration(task_.arm, now.theta);
+        if (is_straight(now.theta)) gc.elbow = configuration(elbow).elbow;
+        const SelfMotion<double> m = self_motion(task_.arm, task_.circle_at(s), gc);
         Anchor out;
         out.phi = arm_angle(m.circle, now.z3);
         const double shoulder = abs(std::sin(now.theta[1])), wrist = abs(std::sin(now.theta[5]));
@@ -853,14 +864,15 @@ private:
             if (!meet) continue;
             CrossingTask asked;
             if (locked) lock(asked, locked);
-            if (options_.start) asked.start = meeting_anchor(0.0, options_.start, asked);
-            if (options_.goal) asked.goal = meeting_anchor(1.0, options_.goal, asked);
+            if (options_.start) asked.start = meeting_anchor(0.0, options_.start, elbow, asked);
+            if (options_.goal) asked.goal = meeting_anchor(1.0, options_.goal, elbow, asked);
             if (!hold(asked.start, options_.start, elbow) || !hold(asked.goal, options_.goal, elbow))
                 continue;
             const double* end = options_.start ? options_.start : options_.goal;
             const int own = end ? index(configuration(task_.arm, chain(task_.arm, end).theta)) : 0;
             for (int gc = elbow; gc < configurations; ++gc)
-                if ((gc & 2) == elbow && (options_.branches >> gc & 1u) && (!end || !((gc ^ own) & ~meet)))
+                if ((gc & 2) == elbow && (options_.branches >> gc & 1u) &&
+                    (!end || !((gc ^ own) & ~(meet | 2))))
                     asked.branches.push_back(gc);
             if (asked.branches.empty()) continue;
             asked.sections = crossing_sections(asked);
@@ -890,7 +902,9 @@ private:
     /// Whether an end that is asked belongs to a posture of this side of the elbow.
     bool hold(const Anchor& anchor, const double* q, int elbow) noexcept {
         if (!q) return true;
-        return anchor.given && (index(configuration(task_.arm, chain(task_.arm, q).theta)) & 2) == elbow;
+        const Chain now = chain(task_.arm, q);
+        const int own = index(configuration(task_.arm, now.theta));
+        return anchor.given && (is_straight(now.theta) || (own & 2) == elbow);
     }
 
     /// Sections of all branches passed, and some close to an end that is fixed.

@@ -15,6 +15,11 @@ from .solution import Solution
 
 _ANCHOR = "lies where no arm angle gives it; or it is singular, and no way on from it was found."
 
+_NOT_NOMINAL = (
+    "lies where the nominal arm, on which the way is sought, has no posture like it: branches of the true chain "
+    "meet nearby; `follow` may go on from here."
+)
+
 _SEEN = 1e-3  # degrees: less of a turn is none in a sentence
 
 
@@ -59,7 +64,8 @@ class Branch:
         OK: there is a way. UNREACHABLE: the wrist is out of reach. IMPOSSIBLE: at some s no arm angle keeps
         all limits and clear of the scene; this is exact. DEAD_END: every section has arm angles, but none of
         those that the start leads to leads on. START, GOAL: that posture lies outside the limits or in
-        another branch, touches something, or is singular, so that no arm angle gives it.
+        another branch, touches something, or is singular, so that no arm angle gives it; or it is one of a
+        true chain that its nominal arm does not have (`status` NO_CONVERGENCE).
         UNRESOLVED: the sections join up, but every curve through them that was tried breaks a limit between;
         or the search was given up (`given_up`).
     status : Status
@@ -204,6 +210,8 @@ class Branch:
             return "lies outside the arcs that the caller allows."
         if self.status == Status.NEAR_SINGULAR:
             return "lies nearer to a singular posture than the margin asked."
+        if self.status == Status.NO_CONVERGENCE:
+            return _NOT_NOMINAL
         if self.status == Status.LIMITS and self.openings:
             return f"lies outside the limits, {self._beyond()}."
         if self.touching is None:
