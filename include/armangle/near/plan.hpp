@@ -37,13 +37,10 @@ inline bool belongs(const NearArm& arm, const double* q, const Pose<double>& pos
     return max(norm(off.linear), norm(off.angular)) <= near_rule::on_pose;
 }
 
-/// Whether a curve begins (ends) at the joints asked: where they belong to its pose without a jump, else with
-/// a posture beside them.
-inline bool holds_end(const CorrectedCurve& drawn, const double* q, double s,
-                      const Pose<double>& pose) noexcept {
-    const double most = belongs(drawn.arm, q, pose) ? plan_rule::end_move : plan_rule::widest_gap;
+/// How far (rad) from joints q the curve is at s; infinite where it has no posture there.
+inline double gap(const CorrectedCurve& drawn, const double* q, double s) noexcept {
     const PlacedPosture at = drawn.at(s);
-    return is_finite(at.q) && largest_move(at.q, q) <= most;
+    return is_finite(at.q) ? largest_move(at.q, q) : infinity;
 }
 
 /// A plan that says that an end is a posture which the nominal arm does not have.
@@ -123,9 +120,14 @@ inline Plan plan(const NearArm& arm, const Segment* segments, std::size_t n, con
             report.to = now.proof.violated.back();
             while (!now.stretches.empty() && now.stretches.back().end > report.from) now.stretches.pop_back();
         }
-        for (const End& end : ends)
-            if (now.ok && end.q && !detail::holds_end({arm, drawn}, end.q, end.s, end.pose))
-                now = detail::refused_end(arm, end.q, end.s, options.branches);
+        for (const End& end : ends) {
+            if (!now.ok || !end.q) continue;
+            const double gap = detail::gap({arm, drawn}, end.q, end.s);
+            (end.s > 0 ? now.goal_gap : now.start_gap) = gap;
+            const double most =
+                detail::belongs(arm, end.q, end.pose) ? plan_rule::end_move : tolerance::largest_angle;
+            if (!(gap <= most)) now = detail::refused_end(arm, end.q, end.s, options.branches);
+        }
         const bool done = kept || !(excess < infinity);
         if (!found || kept) best = std::move(now);
         found = true;

@@ -295,7 +295,7 @@ private:
             out.phi = nearest_phi(l, out.phi, q);
             most = placed(l, out.phi, q, out.q);
         }
-        const double clear = clearance(out.q);
+        const double clear = min(clearance(out.q), clearance(q));
         out.elsewhere = !is_of(now.theta, tube.gc);
         if (out.elsewhere) return out;
         if (most > tolerance::angle && clear < proof::least_margin) return out;
@@ -1004,7 +1004,10 @@ private:
             }
             if (!follow_way(t, fixed, base, report, out)) break;
             if (!holds_ends(fixed, out)) {
-                report.verdict = leaps(fixed.start, out, false) ? Verdict::start : Verdict::goal;
+                const bool start = leaps(fixed.start, out, false);
+                report.verdict = start ? Verdict::start : Verdict::goal;
+                report.status = Status::OUTSIDE;
+                report.reached = report.from = report.to = start ? 0 : 1;
                 return false;
             }
             if (out.proof.certified()) return true;
@@ -1020,6 +1023,7 @@ private:
         if (!out.proof.open.empty()) {
             report.from = out.proof.open.front();
             report.to = out.proof.open.back();
+            report.reached = min(report.reached, report.from);
         }
         return false;
     }
