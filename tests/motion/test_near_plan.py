@@ -117,6 +117,29 @@ def test_start_goal_margins_and_wishes_are_of_the_true_joints() -> None:
     assert away < plain - 0.02
 
 
+def test_beside_a_straight_elbow_a_plan_begins_at_the_start_or_says_why_not() -> None:
+    """There the nominal arm may have no posture like the start, or one on the other side of the elbow."""
+    arm = calibrated("kuka_iiwa14_r820", 4.0, 5.0, seed=3)
+    rng = generator(77)
+    begun = refused = 0
+    for _ in range(60):
+        q = rng.uniform(arm.lower, arm.upper) * 0.8
+        q[3] = rng.choice([-1, 1]) * rng.uniform(0.005, 0.15)
+        pose = arm.forward(q, undefined="nan")[0]
+        end = pose.copy()
+        end[:3, 3] *= 0.95
+        path = aa.plan(arm, aa.Line(pose, end), start=q)
+        if path.ok:
+            begun += 1
+            assert gap(path.q[0], q) <= 1e-9
+        elif any(branch.status == aa.Status.NO_CONVERGENCE for branch in path.diagnosis.branches):
+            refused += 1
+            own = next(branch for branch in path.diagnosis.branches if not branch.elsewhere)
+            assert own.verdict == aa.Verdict.START and own.gc == arm.forward(q)[2]
+            assert "the start lies where the nominal arm" in path.explain()
+    assert begun > 10 and refused > 10
+
+
 def test_paths_of_every_kind_and_their_times() -> None:
     arm = calibrated("kuka_iiwa7_r800", 1.0, 1.0, seed=2)
     pose = arm.forward(START)[0]

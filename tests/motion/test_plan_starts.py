@@ -157,6 +157,62 @@ def test_every_line_from_a_home_posture(home: np.ndarray, tilt: float) -> None:
         assert np.abs(np.diff(result.q, axis=0)).max() < most
 
 
+STRAIGHT = {
+    "aldebaran_romeo_left": (0.15137640446, 0.46824608777, 2.0809154347, -0.32950646557, -0.13521416816,
+                             -0.44923353052),
+    "pollen_reachy2_left": (-2.41481704695, 2.60610536332, 2.13198512918, 0.32602725217, 0.59456195696,
+                            1.05061772382),
+    "openarm_v10": (0.2, 0.4, 0.3, 0.1, 0.3, 0.2),
+}  # fmt: skip
+"""Joints but the fourth, whose limit is the straight elbow."""
+
+
+@pytest.mark.parametrize("name", STRAIGHT)
+@pytest.mark.parametrize("end", ["start", "goal"])
+@pytest.mark.parametrize("zero", [0.0, -0.0, 1e-16, -1e-16])
+def test_a_straight_elbow_bends_the_way_that_its_limits_leave(name: str, end: str, zero: float) -> None:
+    arm = aa.Arm.from_catalogue(name)
+    q = np.insert(np.array(STRAIGHT[name]), 3, zero)
+    first = arm.forward(q)[0]
+    last = first.copy()
+    shoulder = arm.frames(q)[1, :3, 3]
+    last[:3, 3] -= 0.05 * (first[:3, 3] - shoulder) / np.linalg.norm(first[:3, 3] - shoulder)
+    path = aa.Line(first, last) if end == "start" else aa.Line(last, first)
+    result = aa.plan(arm, path, **{end: q})
+    assert result.certified, result.explain()
+    np.testing.assert_allclose(result.q[0 if end == "start" else -1], q, atol=1e-7)
+
+
+@pytest.mark.parametrize("name", ["human_arm_left", "fourier_gr2t2_left", "galaxea_r1_pro_right"])
+def test_a_free_plan_begins_with_the_arm_hanging_straight(name: str) -> None:
+    """At θ1 = 0 on the whole circle θ2 is not 0."""
+    arm = aa.Arm.from_catalogue(name)
+    first = arm.forward(np.zeros(7))[0]
+    rng = generator(5)
+    for _ in range(5):
+        last = first.copy()
+        shift = rng.normal(size=3)
+        outward = first[:3, 3] - arm.frames(np.zeros(7))[1, :3, 3]
+        last[:3, 3] += 0.08 * shift / np.linalg.norm(shift) * -np.sign(shift @ outward)
+        line = aa.Line(first, last)
+        if aa.plan(arm, line, start=np.zeros(7)).ok:
+            result = aa.plan(arm, line)
+            assert result.ok, result.explain()
+            assert np.abs(arm.forward(result.q)[0] - result.poses).max() < 1e-9
+
+
+def test_what_leads_nowhere_is_no_plan() -> None:
+    """From this pose joint 1 cannot lead on: a curve without joints was taken for one that is not proven."""
+    arm = aa.Arm.from_catalogue("simple_humanoid_left")
+    q = [-0.6050560801789915, 1.6361016772885728, -0.9813283651458146, 0.0, -1.763707985202538,
+         1.2982570805763118, 1.0914565611217246]  # fmt: skip
+    first = arm.forward(q)[0]
+    last = first.copy()
+    last[:3, 3] += [0.02276728333166986, -0.07988904097440973, 0.05918945802999513]
+    result = aa.plan(arm, aa.Line(first, last))
+    assert result.certified and np.isfinite(result.q).all()
+
+
 @pytest.mark.slow
 def test_planar_lines_pass_where_two_branches_meet() -> None:
     """Lines in the arm's plane: theta2 or theta6 passes 0; the plan is as smooth as the plane's motion."""

@@ -64,7 +64,8 @@ struct EightThetas {
             atan2(u, v).store(theta[pivot_joint[p]]);
             if (p % 2) continue;
             const Hinge<double>& h = l.functions.hinge[p / 2];
-            const bool lost = f.U.s == 0 && f.U.c == 0 && f.U.k == 0;  // sin(theta) is 0 on the whole circle
+            const bool lost =  // sin(theta) is 0 on the whole circle
+                p == 0 ? shoulder_singular(l.motion) : wrist_singular(l.motion);
             atan2(lost ? Slots(0.0) : hypot(u, v) * Slots(h.g), at(h.H)).store(theta[hinge_joint[p / 2]]);
         }
         for (double& t : theta[3]) t = atan2(l.motion.elbow.theta_4.sin, l.motion.elbow.theta_4.cos);
