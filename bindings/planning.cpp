@@ -187,11 +187,12 @@ Plan planned(const NearArm& arm, const Segment* segments, std::size_t n, const d
     return plan(arm, segments, n, rows, row_count, options, scene);
 }
 
-/// (ok, gc, plane, stretches, open, start gap, goal gap, branches); weights: limits, singularities, travel,
-/// enough, psi, duration, and seven velocities and accelerations. wished: psi at s evenly, or what the elbow
-/// shall be near or go along; None without a wish. allowed: count and arcs, the same for every s; allowed_at:
-/// a function of s that gives them. scenes: each of an even part of the path. held: q of joint 7 where the
-/// roll is free. true_scene: that of an arm with its own chain, whose nominal arm's is the one of `scenes`.
+/// (ok, gc, plane, stretches, open, start gap, goal gap, branches, base); weights: limits, singularities,
+/// travel, enough, psi, duration, and seven velocities and accelerations. wished: psi at s evenly, or what
+/// the elbow shall be near or go along; None without a wish. allowed: count and arcs, the same for every s;
+/// allowed_at: a function of s that gives them. scenes: each of an even part of the path. held: q of joint 7
+/// where the roll is free. true_scene: that of an arm with its own chain, whose nominal arm's is the one of
+/// `scenes`.
 template <class Handle>
 nb::object plan_path(const Handle& self, Floats segments, Floats rows, Floats start, Floats goal,
                      unsigned branches, Floats weights, double singularity_margin, double limit_margin,
@@ -252,9 +253,14 @@ nb::object plan_path(const Handle& self, Floats segments, Floats rows, Floats st
                     out.stretches.size() * sizeof(Stretch));
     nb::list reports;
     for (const BranchReport& b : out.branches) reports.append(as_tuple(b));
+    nb::object base = nb::none();
+    if (out.base) {
+        base = new_array(nb::make_tuple(4, 4));
+        store_pose(*out.base, Buffer(base, true).data<double>());
+    }
     const auto &p = out.plane.pole, &s = out.plane.side;
     return nb::make_tuple(out.ok, out.gc, as_array({p.x, p.y, p.z, s.x, s.y, s.z}, 6), stretches,
-                          as_array(out.proof.open, 2), out.start_gap, out.goal_gap, reports);
+                          as_array(out.proof.open, 2), out.start_gap, out.goal_gap, reports, base);
 }
 
 Curve as_curve(const Arm& arm, const Buffer& segments, const Buffer& stretches, const Buffer& plane,
@@ -272,6 +278,18 @@ Curve as_curve(const Arm& arm, const Buffer& segments, const Buffer& stretches, 
 const Curve& joints_along(const Arm&, const Curve& curve) noexcept { return curve; }
 CorrectedCurve joints_along(const NearArm& arm, const Curve& curve) noexcept { return {arm, curve}; }
 
+/// The arm; of one with its own chain the nominal arm stands on the base of its plan, where that has one.
+const Arm& standing(const Arm& arm, const Floats&) noexcept { return arm; }
+NearArm standing(const NearArm& arm, const Floats& base) {
+    return base.is_none() ? arm : with_base(arm, load_pose(Buffer(base).data<double>()));
+}
+
+/// psi of a posture on a curve, as the arm measures it.
+double psi_of(const Arm&, const PlacedPosture& at) noexcept { return at.psi; }
+double psi_of(const NearArm& arm, const PlacedPosture& at) noexcept {
+    return lift(forward(arm, at.q).psi, at.psi);
+}
+
 /// How far (m) the tool is from a pose.
 double off(const Arm& arm, const double* q, const Pose<double>& pose) noexcept {
     return position_error(arm, chain(arm, q), pose);
@@ -284,16 +302,18 @@ double off(const NearArm& arm, const double* q, const Pose<double>& pose) noexce
 /// pose is the one that is held.
 template <class Handle>
 void curve_at(const Handle& self, Floats segments, Floats stretches, Floats plane, int gc, bool roll_free,
-              Floats s, Floats q, Floats psi, Floats branch, Floats pose, Floats margin, Floats residual) {
+              Floats base, Floats s, Floats q, Floats psi, Floats branch, Floats pose, Floats margin,
+              Floats residual) {
     const Buffer g(segments), x(stretches), v(plane), at(s), q_out(q, true), psi_out(psi, true),
         pose_out(pose, true);
     const Buffer margin_out(margin, true), residual_out(residual, true), branch_out(branch, true);
-    const Arm moving = roll_free ? with_free_roll(nominal(self.arm)) : nominal(self.arm);
+    const auto& arm = standing(self.arm, base);
+    const Arm moving = roll_free ? with_free_roll(nominal(arm)) : nominal(arm);
     const Curve curve = as_curve(moving, g, x, v, gc);
     for (Py_ssize_t i = 0; i < at.shape(0); ++i) {
-        const PlacedPosture here = joints_along(self.arm, curve).at(at.data<double>()[i]);
+        const PlacedPosture here = joints_along(arm, curve).at(at.data<double>()[i]);
         std::memcpy(q_out.data<double>() + joints * i, here.q, joints * sizeof(double));
-        psi_out.data<double>()[i] = here.psi;
+        psi_out.data<double>()[i] = base.is_none() ? here.psi : psi_of(self.arm, here);
         branch_out.data<double>()[i] = here.gc;
         store_pose(roll_free ? forward(self.arm, here.q).pose : here.pose, pose_out.data<double>() + 16 * i);
         margin_out.data<double>()[i] = limit_margin(nominal(self.arm).limits, here.q);
@@ -304,12 +324,13 @@ void curve_at(const Handle& self, Floats segments, Floats stretches, Floats plan
 /// q', q'', q''' at s: (3, 7) each.
 template <class Handle>
 void curve_derivatives(const Handle& self, Floats segments, Floats stretches, Floats plane, int gc,
-                       bool roll_free, Floats s, Floats out) {
+                       bool roll_free, Floats base, Floats s, Floats out) {
     const Buffer g(segments), x(stretches), v(plane), at(s), to(out, true);
-    const Arm moving = roll_free ? with_free_roll(nominal(self.arm)) : nominal(self.arm);
+    const auto& arm = standing(self.arm, base);
+    const Arm moving = roll_free ? with_free_roll(nominal(arm)) : nominal(arm);
     const Curve curve = as_curve(moving, g, x, v, gc);
     for (Py_ssize_t i = 0; i < at.shape(0); ++i)
-        joints_along(self.arm, curve).derivatives(at.data<double>()[i], to.data<double>() + 3 * joints * i);
+        joints_along(arm, curve).derivatives(at.data<double>()[i], to.data<double>() + 3 * joints * i);
 }
 
 /// The curve (plane, stretches) of rows that were found otherwise: straight in the smooth angle between them.
@@ -433,9 +454,9 @@ void bind_planning_of(nb::class_<Handle>& arm) {
             "scenes"_a, "allowed_count"_a.none(), "allowed_psi"_a.none(), "allowed_at"_a.none(), "held_q_7"_a,
             "true_scene"_a.none());
     arm.def("curve_at", &curve_at<Handle>, "segments"_a, "stretches"_a, "plane"_a, "gc"_a, "roll_free"_a,
-            "s"_a, "q"_a, "psi"_a, "branch"_a, "pose"_a, "margin"_a, "residual"_a);
+            "base"_a.none(), "s"_a, "q"_a, "psi"_a, "branch"_a, "pose"_a, "margin"_a, "residual"_a);
     arm.def("curve_derivatives", &curve_derivatives<Handle>, "segments"_a, "stretches"_a, "plane"_a, "gc"_a,
-            "roll_free"_a, "s"_a, "out"_a);
+            "roll_free"_a, "base"_a.none(), "s"_a, "out"_a);
     arm.def("curve_through", &curve_through<Handle>, "segments"_a, "s"_a, "q"_a, "psi"_a, "gc"_a);
 }
 

@@ -118,22 +118,14 @@ inline double farthest_moved(const Pose<double>& by, double distance) noexcept {
                  turn_of(r) * distance + sqrt(max(dot(by.position, by.position) - along * along, 0.0)));
 }
 
-}  // namespace detail
-
-/// The arm of these parameters whose own chain is L_0 Rz(q_1) L_1 ... Rz(q_7) L_7, from the frame that poses
-/// are given in to the tip; rotations orthonormal. The parameters are the nominal arm.
-inline NearArm make_near_arm(const ArmParameters& parameters,
-                             const Pose<double> (&links)[joints + 1]) noexcept {
-    constexpr int sweeps =
-        32;  // neighbouring axes are nearly square, so that frames hardly disturb each other
-    NearArm out{make_arm(parameters), {}, {}, 0.0, 0.0, 0.0, 0.0, {}, {}, {}, {}, {}, {}};
+/// Measures how far the nominal links are from the true ones, and what that moves: what proofs are made of.
+inline void measure(NearArm& out) noexcept {
     const Arm& arm = out.nominal;
     Pose<double> nominal[joints + 1];
-    detail::nominal_links(arm, nominal);
-    detail::links_in_theta(arm, links, out.link);
-    for (int sweep = 0; sweep < sweeps; ++sweep)
-        for (int k = 0; k < joints; ++k) detail::settle_frame(nominal, out.link, k);
-    out.wrist = (arm.tool_inverse * detail::along_z(-arm.d_wf)).position;
+    nominal_links(arm, nominal);
+    out.wrist_shift = out.turn = out.joint_shift = out.joint_turn = 0;
+    out.ahead[joints - 1] = out.behind[0] = 0;
+    out.wrist = (arm.tool_inverse * along_z(-arm.d_wf)).position;
     // N T^-1 is the product of F_k D_k F_k^-1, where F_k is the nominal frame of joint k: each moves the
     // wrist by |D_k - 1| there, the wrist being off by what came before. Behind the elbow it stays in F_k.
     const double lever[joints + 1] = {norm(arm.base.position) + arm.d_bs + arm.reach,
@@ -152,11 +144,11 @@ inline NearArm make_near_arm(const ArmParameters& parameters,
     for (int k = joints; k >= 0; --k) {
         const Pose<double> off = nominal[k] * inverted(out.link[k]);
         LinkDeviation& by = out.deviation[k];
-        by = {norm(off.position), detail::turn_of(off.rotation)};
+        by = {norm(off.position), turn_of(off.rotation)};
         double moved = norm(off.rotation * to_wrist[k] + off.position - to_wrist[k]);
         out.swing[k] = moved;
         if (k < 4) {
-            moved = detail::farthest_moved(off, lever[k]);
+            moved = farthest_moved(off, lever[k]);
             out.swing[k] = by.position + by.rotation * lever[k];
         }
         moved += by.rotation * out.wrist_shift;
@@ -171,6 +163,33 @@ inline NearArm make_near_arm(const ArmParameters& parameters,
     out.ahead[joints - 1] = norm(out.link[joints].rotation * out.wrist + out.link[joints].position);
     for (int k = joints - 1; k > 0; --k) out.ahead[k - 1] = out.ahead[k] + norm(out.link[k].position);
     for (int k = 1; k < joints; ++k) out.behind[k] = out.behind[k - 1] + norm(out.link[k].position);
+}
+
+}  // namespace detail
+
+/// The arm of these parameters whose own chain is L_0 Rz(q_1) L_1 ... Rz(q_7) L_7, from the frame that poses
+/// are given in to the tip; rotations orthonormal. The parameters are the nominal arm.
+inline NearArm make_near_arm(const ArmParameters& parameters,
+                             const Pose<double> (&links)[joints + 1]) noexcept {
+    constexpr int sweeps =
+        32;  // neighbouring axes are nearly square, so that frames hardly disturb each other
+    NearArm out{make_arm(parameters), {}, {}, 0.0, 0.0, 0.0, 0.0, {}, {}, {}, {}, {}, {}};
+    Pose<double> nominal[joints + 1];
+    detail::nominal_links(out.nominal, nominal);
+    detail::links_in_theta(out.nominal, links, out.link);
+    for (int sweep = 0; sweep < sweeps; ++sweep)
+        for (int k = 0; k < joints; ++k) detail::settle_frame(nominal, out.link, k);
+    detail::measure(out);
+    return out;
+}
+
+/// The same chain about a nominal arm that stands on another base: so it can be the true one at a posture.
+inline NearArm with_base(const NearArm& arm, const Pose<double>& base) noexcept {
+    ArmParameters parameters = arm.nominal;
+    parameters.base = base;
+    NearArm out = arm;
+    out.nominal = make_arm(parameters);
+    detail::measure(out);
     return out;
 }
 

@@ -38,7 +38,7 @@ inline bool belongs(const NearArm& arm, const double* q, const Pose<double>& pos
 }
 
 /// How far (rad) from joints q the curve is at s; infinite where it has no posture there.
-inline double gap(const CorrectedCurve& drawn, const double* q, double s) noexcept {
+inline double gap_at(const CorrectedCurve& drawn, const double* q, double s) noexcept {
     const PlacedPosture at = drawn.at(s);
     return is_finite(at.q) ? largest_move(at.q, q) : infinity;
 }
@@ -59,13 +59,9 @@ inline Plan refused_end(const NearArm& arm, const double* q, double s, unsigned 
     return out;
 }
 
-}  // namespace detail
-
-/// Plans as plan() of the exact arm; the stretches are of the nominal arm's curve, the proof is of the true
-/// joints along it. Of obstacles the options hold those of the nominal arm, and `scene` is the same one of
-/// the true arm, which keeps the clearance that it asks.
-inline Plan plan(const NearArm& arm, const Segment* segments, std::size_t n, const double* rows,
-                 std::size_t row_count, PlanOptions options, const Scene* scene = nullptr) {
+/// The plan about the nominal arm as it stands.
+inline Plan plan_about(const NearArm& arm, const Segment* segments, std::size_t n, const double* rows,
+                       std::size_t row_count, PlanOptions options, const Scene* scene) {
     Scene wide{};
     const Scene* const wide_alone = &wide;
     if (options.scenes && scene) {
@@ -85,10 +81,10 @@ inline Plan plan(const NearArm& arm, const Segment* segments, std::size_t n, con
                   {options.goal, options.goal, 1, pose_at(segments[n - 1], 1.0), {}}};
     for (End& end : ends) {
         if (!end.q) continue;
-        if (detail::nominal_joints(arm, end.q, end.room))
+        if (nominal_joints(arm, end.q, end.room))
             end.nominal = end.room;
-        else if (detail::belongs(arm, end.q, end.pose))
-            return detail::refused_end(arm, end.q, end.s, options.branches);
+        else if (belongs(arm, end.q, end.pose))
+            return refused_end(arm, end.q, end.s, options.branches);
     }
     const Limits limits = drawn_in(arm.nominal.limits, options.limit_margin);
     const double asked = options.singularity_margin;
@@ -112,8 +108,13 @@ inline Plan plan(const NearArm& arm, const Segment* segments, std::size_t n, con
         const bool kept = now.proof.violated.empty();
         now.ok = kept;
         if (!kept) {
+            for (BranchReport& other : now.branches) {  // of the nominal arm alone
+                if (other.verdict != Verdict::ok) continue;
+                other.verdict = Verdict::unresolved;
+                other.given_up = true;
+            }
             BranchReport& report = now.branches.front();
-            report.verdict = Verdict::unresolved;
+            report.given_up = report.elsewhere = false;
             report.status = excess < infinity ? Status::LIMITS : Status::NEAR_SINGULAR;
             if (short_of > 0) report.status = Status::CLEARANCE;
             report.from = report.reached = now.proof.violated.front();
@@ -122,11 +123,11 @@ inline Plan plan(const NearArm& arm, const Segment* segments, std::size_t n, con
         }
         for (const End& end : ends) {
             if (!now.ok || !end.q) continue;
-            const double gap = detail::gap({arm, drawn}, end.q, end.s);
+            const double gap = gap_at({arm, drawn}, end.q, end.s);
             (end.s > 0 ? now.goal_gap : now.start_gap) = gap;
             const double most =
-                detail::belongs(arm, end.q, end.pose) ? plan_rule::end_move : tolerance::largest_angle;
-            if (!(gap <= most)) now = detail::refused_end(arm, end.q, end.s, options.branches);
+                belongs(arm, end.q, end.pose) ? plan_rule::end_move : tolerance::largest_angle;
+            if (!(gap <= most)) now = refused_end(arm, end.q, end.s, options.branches);
         }
         const bool done = kept || !(excess < infinity);
         if (!found || kept) best = std::move(now);
@@ -136,6 +137,35 @@ inline Plan plan(const NearArm& arm, const Segment* segments, std::size_t n, con
         if (short_of > 0) wide.clearance += near_rule::drawn_more * short_of + near_rule::wider_least;
     }
     return best;
+}
+
+/// The base on which the nominal arm has the true pose at joints q.
+inline Pose<double> base_at(const NearArm& arm, const double* q) noexcept {
+    Pose<double> out = tool_pose(arm, q) * inverted(tool_pose(arm.nominal, q)) * arm.nominal.base;
+    out.rotation = orthonormal(out.rotation);
+    return out;
+}
+
+}  // namespace detail
+
+/// Plans as plan() of the exact arm; the stretches are of the nominal arm's curve, the proof is of the true
+/// joints along it. Of obstacles the options hold those of the nominal arm, and `scene` is the same one of
+/// the true arm, which keeps the clearance that it asks.
+///
+/// Where that fails from (to) a posture, the nominal arm is moved to where it has that one: beside a straight
+/// elbow it may be too short for it, or bent the other way. `base` of the plan says where it stands then.
+inline Plan plan(const NearArm& arm, const Segment* segments, std::size_t n, const double* rows,
+                 std::size_t row_count, const PlanOptions& options, const Scene* scene = nullptr) {
+    Plan found = detail::plan_about(arm, segments, n, rows, row_count, options, scene);
+    const double* q = options.start ? options.start : options.goal;
+    if (found.ok || !q || options.allowed) return found;
+    if (!detail::belongs(arm, q, options.start ? pose_at(segments[0], 0.0) : pose_at(segments[n - 1], 1.0)))
+        return found;
+    const NearArm moved = with_base(arm, detail::base_at(arm, q));
+    Plan again = detail::plan_about(moved, segments, n, rows, row_count, options, scene);
+    if (!again.ok && found.branches.front().status != Status::NO_CONVERGENCE) return found;
+    again.base = moved.nominal.base;
+    return again;
 }
 
 }  // namespace armangle

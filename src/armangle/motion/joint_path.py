@@ -53,6 +53,8 @@ class Curve:
         Global configuration 0..7 at its start; another one where it passes θ2 = 0 or θ6 = 0.
     roll : "pose" or "free"
         "free": joint 7 stays, and poses are held with whatever roll about axis 7 that makes.
+    base : ndarray, shape (4, 4), or None
+        Where the nominal arm of a true chain stands, if not on its own base: position in m.
     """
 
     segments: Floats
@@ -60,6 +62,7 @@ class Curve:
     plane: Floats
     gc: int
     roll: Roll = "pose"
+    base: Floats | None = None
 
     @property
     def end(self) -> float:
@@ -84,8 +87,8 @@ class Curve:
         return out
 
     @property
-    def _columns(self) -> tuple[Floats, Floats, Floats, int, bool]:
-        return self.segments, self.stretches, self.plane, self.gc, self.roll == "free"
+    def _columns(self) -> tuple[Floats, Floats, Floats, int, bool, Floats | None]:
+        return self.segments, self.stretches, self.plane, self.gc, self.roll == "free", self.base
 
 
 @dataclass(frozen=True, eq=False)

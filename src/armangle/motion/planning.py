@@ -267,7 +267,7 @@ def plan(
     found = planned(calm or along)
     if calm and not (found[0] and len(found[4]) == 0):
         found = planned(along)
-    ok, branch, plane, stretches, open_, start_gap, goal_gap, reports = found
+    ok, branch, plane, stretches, open_, start_gap, goal_gap, reports, base = found
     for name, joints, gap in (("start", first, start_gap), ("goal", last, goal_gap)):
         if gap > START_GAP:
             _check_within(arm, name, joints)
@@ -276,7 +276,7 @@ def plan(
                 f"{name} belongs to another pose than the path's: a joint is {off} off, wanted at most {most}"
             )
     diagnosis = Diagnosis(tuple(branch_of(report, ready) for report in reports))
-    curve = Curve(whole._segments, stretches, plane, branch, roll) if len(stretches) else None
+    curve = Curve(whole._segments, stretches, plane, branch, roll, base) if len(stretches) else None
     if curve is not None and ok and samples is None and not isinstance(whole, Waypoints):
         rows = _finer(arm, curve, rows)
     beside = tuple(scenes_at(scene, rows.tolist()))
