@@ -143,7 +143,7 @@ def test_beside_a_straight_elbow_a_plan_begins_at_the_start(mm: float, mrad: flo
         if path.certified:
             assert margins(arm, at.q).min() >= 0.0
             assert np.abs(np.diff(at.q, axis=0)).max() < 0.2
-        pose_again, psi, gc = arm.forward(at.q)
+        _, psi, gc = arm.forward(at.q)
         assert np.abs(np.sin(0.5 * (at.psi - psi))).max() <= 1e-9 and (gc == at.gc).all()
         s = np.linspace(0.2, 0.8, 7)
         slope = (path.at(s + 1e-6).q - path.at(s - 1e-6).q) / 2e-6

@@ -16,8 +16,8 @@ from .solution import Solution
 _ANCHOR = "lies where no arm angle gives it; or it is singular, and no way on from it was found."
 
 _NOT_NOMINAL = (
-    "lies where the nominal arm, on which the way is sought, has no posture like it: branches of the true chain "
-    "meet nearby; `follow` may go on from here."
+    "lies where the nominal arm, on which the way is sought, has no posture like it: branches of the true "
+    "chain meet nearby; `follow` may go on from here."
 )
 
 _SEEN = 1e-3  # degrees: less of a turn is none in a sentence
