@@ -151,6 +151,29 @@ def test_beside_a_straight_elbow_a_plan_begins_at_the_start(mm: float, mrad: flo
     assert kept >= 24 and moved >= 2
 
 
+@pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "openarm_v10"])
+def test_a_start_on_a_limit_is_within_the_limits(name: str) -> None:
+    """The nominal arm has the pose beyond the limit, which is none of the true arm's."""
+    arm = calibrated(name, 2.0, 3.0, seed=1)
+    rng = generator(31)
+    begun = 0
+    for _ in range(40):
+        q = rng.uniform(arm.lower, arm.upper) * 0.9
+        joint = rng.integers(7)
+        q[joint] = (arm.lower, arm.upper)[rng.integers(2)][joint]
+        away = q + rng.uniform(-0.15, 0.15, 7)
+        away[joint] = q[joint] + 0.1 * np.sign(0.5 * (arm.lower + arm.upper) - q)[joint]
+        if not (np.abs(q - np.clip(q, arm.lower, arm.upper)).max() == 0 and arm.within_limits(away)):
+            continue
+        pose, goal = (arm.forward(x, undefined="nan")[0] for x in (q, away))
+        path = aa.plan(arm, aa.Line(pose, goal), start=q)
+        assert "outside the limits" not in path.explain()
+        if path.ok:
+            begun += 1
+            assert gap(path.q[0], q) <= 1e-9 and margins(arm, path.q).min() >= -1e-9
+    assert begun >= 10
+
+
 def test_paths_of_every_kind_and_their_times() -> None:
     arm = calibrated("kuka_iiwa7_r800", 1.0, 1.0, seed=2)
     pose = arm.forward(START)[0]

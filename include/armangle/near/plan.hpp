@@ -59,6 +59,13 @@ inline Plan refused_end(const NearArm& arm, const double* q, double s, unsigned 
     return out;
 }
 
+/// Whether a plan fails at an end, which is in none of the branches.
+inline bool refuses_end(const Plan& plan) noexcept {
+    return std::any_of(plan.branches.begin(), plan.branches.end(), [](const BranchReport& x) {
+        return !x.elsewhere && (x.verdict == Verdict::start || x.verdict == Verdict::goal);
+    });
+}
+
 /// The plan about the nominal arm as it stands.
 inline Plan plan_about(const NearArm& arm, const Segment* segments, std::size_t n, const double* rows,
                        std::size_t row_count, PlanOptions options, const Scene* scene) {
@@ -163,7 +170,7 @@ inline Plan plan(const NearArm& arm, const Segment* segments, std::size_t n, con
         return found;
     const NearArm moved = with_base(arm, detail::base_at(arm, q));
     Plan again = detail::plan_about(moved, segments, n, rows, row_count, options, scene);
-    if (!again.ok && found.branches.front().status != Status::NO_CONVERGENCE) return found;
+    if (!again.ok && !detail::refuses_end(found)) return found;
     again.base = moved.nominal.base;
     return again;
 }
