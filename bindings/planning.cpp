@@ -178,21 +178,21 @@ private:
     std::exception_ptr raised_;
 };
 
-Plan planned(const Arm& arm, const Segment* segments, std::size_t n, const double* rows,
-             std::size_t row_count, const PlanOptions& options, const Scene*) {
-    return plan(arm, segments, n, rows, row_count, options);
+NearPlan planned(const Arm& arm, const Segment* segments, std::size_t n, const double* rows,
+                 std::size_t row_count, const PlanOptions& options, const Scene*) {
+    return {plan(arm, segments, n, rows, row_count, options), {}, {}};
 }
-Plan planned(const NearArm& arm, const Segment* segments, std::size_t n, const double* rows,
-             std::size_t row_count, const PlanOptions& options, const Scene* scene) {
+NearPlan planned(const NearArm& arm, const Segment* segments, std::size_t n, const double* rows,
+                 std::size_t row_count, const PlanOptions& options, const Scene* scene) {
     return plan(arm, segments, n, rows, row_count, options, scene);
 }
 
-/// (ok, gc, plane, stretches, open, start gap, goal gap, branches, base); weights: limits, singularities,
-/// travel, enough, psi, duration, and seven velocities and accelerations. wished: psi at s evenly, or what
-/// the elbow shall be near or go along; None without a wish. allowed: count and arcs, the same for every s;
-/// allowed_at: a function of s that gives them. scenes: each of an even part of the path. held: q of joint 7
-/// where the roll is free. true_scene: that of an arm with its own chain, whose nominal arm's is the one of
-/// `scenes`.
+/// (ok, gc, plane, stretches, open, start gap, goal gap, branches, shifts, base); weights: limits,
+/// singularities, travel, enough, psi, duration, and seven velocities and accelerations. wished: psi at s
+/// evenly, or what the elbow shall be near or go along; None without a wish. allowed: count and arcs, the
+/// same for every s; allowed_at: a function of s that gives them. scenes: each of an even part of the path.
+/// held: q of joint 7 where the roll is free. true_scene: that of an arm with its own chain, whose nominal
+/// arm's is the one of `scenes`.
 template <class Handle>
 nb::object plan_path(const Handle& self, Floats segments, Floats rows, Floats start, Floats goal,
                      unsigned branches, Floats weights, double singularity_margin, double limit_margin,
@@ -239,7 +239,7 @@ nb::object plan_path(const Handle& self, Floats segments, Floats rows, Floats st
     } else if (!allowed_at.is_none()) {
         options.allowed = [&asked](double s, ArcSet& arcs) { asked.at(s, arcs); };
     }
-    Plan out;
+    NearPlan out;
     {
         nb::gil_scoped_release release;
         out =
@@ -253,6 +253,10 @@ nb::object plan_path(const Handle& self, Floats segments, Floats rows, Floats st
                     out.stretches.size() * sizeof(Stretch));
     nb::list reports;
     for (const BranchReport& b : out.branches) reports.append(as_tuple(b));
+    nb::object shifts = new_array(nb::make_tuple(out.shifts.size(), lead_shift_width));
+    if (!out.shifts.empty())
+        std::memcpy(Buffer(shifts, true).data<double>(), out.shifts.data(),
+                    out.shifts.size() * sizeof(LeadShift));
     nb::object base = nb::none();
     if (out.base) {
         base = new_array(nb::make_tuple(4, 4));
@@ -260,7 +264,7 @@ nb::object plan_path(const Handle& self, Floats segments, Floats rows, Floats st
     }
     const auto &p = out.plane.pole, &s = out.plane.side;
     return nb::make_tuple(out.ok, out.gc, as_array({p.x, p.y, p.z, s.x, s.y, s.z}, 6), stretches,
-                          as_array(out.proof.open, 2), out.start_gap, out.goal_gap, reports, base);
+                          as_array(out.proof.open, 2), out.start_gap, out.goal_gap, reports, shifts, base);
 }
 
 Curve as_curve(const Arm& arm, const Buffer& segments, const Buffer& stretches, const Buffer& plane,
@@ -275,8 +279,13 @@ Curve as_curve(const Arm& arm, const Buffer& segments, const Buffer& stretches, 
 }
 
 /// What an arm's joints do along a curve of its own, or of the nominal arm's.
-const Curve& joints_along(const Arm&, const Curve& curve) noexcept { return curve; }
-CorrectedCurve joints_along(const NearArm& arm, const Curve& curve) noexcept { return {arm, curve}; }
+const Curve& joints_along(const Arm&, const Curve& curve, const Buffer&) noexcept { return curve; }
+CorrectedCurve joints_along(const NearArm& arm, const Curve& curve, const Buffer& shifts) noexcept {
+    return {arm,
+            curve,
+            {reinterpret_cast<const LeadShift*>(shifts.data<double>()),
+             static_cast<std::size_t>(shifts.shape(0))}};
+}
 
 /// The arm; of one with its own chain the nominal arm stands on the base of its plan, where that has one.
 const Arm& standing(const Arm& arm, const Floats&) noexcept { return arm; }
@@ -302,16 +311,16 @@ double off(const NearArm& arm, const double* q, const Pose<double>& pose) noexce
 /// pose is the one that is held.
 template <class Handle>
 void curve_at(const Handle& self, Floats segments, Floats stretches, Floats plane, int gc, bool roll_free,
-              Floats base, Floats s, Floats q, Floats psi, Floats branch, Floats pose, Floats margin,
-              Floats residual) {
-    const Buffer g(segments), x(stretches), v(plane), at(s), q_out(q, true), psi_out(psi, true),
-        pose_out(pose, true);
+              Floats shifts, Floats base, Floats s, Floats q, Floats psi, Floats branch, Floats pose,
+              Floats margin, Floats residual) {
+    const Buffer g(segments), x(stretches), v(plane), shifted(shifts), at(s), q_out(q, true),
+        psi_out(psi, true), pose_out(pose, true);
     const Buffer margin_out(margin, true), residual_out(residual, true), branch_out(branch, true);
     const auto& arm = standing(self.arm, base);
     const Arm moving = roll_free ? with_free_roll(nominal(arm)) : nominal(arm);
     const Curve curve = as_curve(moving, g, x, v, gc);
     for (Py_ssize_t i = 0; i < at.shape(0); ++i) {
-        const PlacedPosture here = joints_along(arm, curve).at(at.data<double>()[i]);
+        const PlacedPosture here = joints_along(arm, curve, shifted).at(at.data<double>()[i]);
         std::memcpy(q_out.data<double>() + joints * i, here.q, joints * sizeof(double));
         psi_out.data<double>()[i] = base.is_none() ? here.psi : psi_of(self.arm, here);
         branch_out.data<double>()[i] = here.gc;
@@ -324,13 +333,14 @@ void curve_at(const Handle& self, Floats segments, Floats stretches, Floats plan
 /// q', q'', q''' at s: (3, 7) each.
 template <class Handle>
 void curve_derivatives(const Handle& self, Floats segments, Floats stretches, Floats plane, int gc,
-                       bool roll_free, Floats base, Floats s, Floats out) {
-    const Buffer g(segments), x(stretches), v(plane), at(s), to(out, true);
+                       bool roll_free, Floats shifts, Floats base, Floats s, Floats out) {
+    const Buffer g(segments), x(stretches), v(plane), shifted(shifts), at(s), to(out, true);
     const auto& arm = standing(self.arm, base);
     const Arm moving = roll_free ? with_free_roll(nominal(arm)) : nominal(arm);
     const Curve curve = as_curve(moving, g, x, v, gc);
     for (Py_ssize_t i = 0; i < at.shape(0); ++i)
-        joints_along(arm, curve).derivatives(at.data<double>()[i], to.data<double>() + 3 * joints * i);
+        joints_along(arm, curve, shifted)
+            .derivatives(at.data<double>()[i], to.data<double>() + 3 * joints * i);
 }
 
 /// The curve (plane, stretches) of rows that were found otherwise: straight in the smooth angle between them.
@@ -454,9 +464,10 @@ void bind_planning_of(nb::class_<Handle>& arm) {
             "scenes"_a, "allowed_count"_a.none(), "allowed_psi"_a.none(), "allowed_at"_a.none(), "held_q_7"_a,
             "true_scene"_a.none());
     arm.def("curve_at", &curve_at<Handle>, "segments"_a, "stretches"_a, "plane"_a, "gc"_a, "roll_free"_a,
-            "base"_a.none(), "s"_a, "q"_a, "psi"_a, "branch"_a, "pose"_a, "margin"_a, "residual"_a);
+            "shifts"_a, "base"_a.none(), "s"_a, "q"_a, "psi"_a, "branch"_a, "pose"_a, "margin"_a,
+            "residual"_a);
     arm.def("curve_derivatives", &curve_derivatives<Handle>, "segments"_a, "stretches"_a, "plane"_a, "gc"_a,
-            "roll_free"_a, "base"_a.none(), "s"_a, "out"_a);
+            "roll_free"_a, "shifts"_a, "base"_a.none(), "s"_a, "out"_a);
     arm.def("curve_through", &curve_through<Handle>, "segments"_a, "s"_a, "q"_a, "psi"_a, "gc"_a);
 }
 

@@ -146,11 +146,8 @@ private:
         for (int j = 0; j < joints; ++j)
             for (int k = 0; k < 4; ++k) out.theta[j][k] = series[j].coefficient[k];
         sin_cos_all(centre, angle);
-        const SevenEquations<double> here_f = seven_equations(
-            curve_.arm, pose_at(curve_.curve.segment(x), out.middle), curve_.plane_at(x, out.middle), angle);
-        const Reduced<double> reduced(here_f);
-        if (!reduced.is_regular()) return false;
-        const InverseSlope<double> back = inverse_slope(here_f, reduced);
+        InverseSlope<double> back;
+        if (!curve_.inverse_slope(x, curve_.equations(x, out.middle, angle), back)) return false;
         const auto equations = [&](const Interval& s, const double* radius) {
             const J at = J::variable(s), off = at - J(out.middle);
             SinCos<J> turned[joints];
@@ -160,14 +157,10 @@ private:
                 theta = theta + J(Interval(-radius[j], radius[j]));
                 turned[j] = sin_cos(theta);
             }
-            return seven_equations(curve_.arm, pose_at(curve_.curve.segment(x), at), curve_.plane_at(x, at),
-                                   turned);
+            return curve_.equations(x, at, turned);
         };
         const auto order = [](const SevenEquations<J>::Row& row, int k) {
-            const auto part = [k](const Vec3<J>& v) {
-                return Vec3<Interval>{v.x.coefficient[k], v.y.coefficient[k], v.z.coefficient[k]};
-            };
-            return Row{part(row.wrist), part(row.turn), row.psi.coefficient[k]};
+            return CorrectedCurve::order<Interval, 2>(row, k);
         };
         const auto times = [&back](int i, const Row& row) {
             const auto& c = back.row[i];
@@ -216,9 +209,11 @@ private:
         }
         const Interval bend = angle[3].sin * Interval(arm.delta.cos) - angle[3].cos * Interval(arm.delta.sin);
         const Interval s(tube.middle - tube.half, tube.middle + tube.half);
-        return (angle[1].sin * Interval(side.shoulder)).lo > sine_ &&
-               (bend * Interval(side.elbow)).lo > sine_ && (angle[5].sin * Interval(side.wrist)).lo > sine_ &&
-               dot(curve_.plane_at(x, s).along, elbow_axis(angle)).lo > 0;
+        const int through = hinge_led_through(static_cast<int>(x.lead));  // its sign comes out
+        return (through == 0 || (angle[1].sin * Interval(side.shoulder)).lo > sine_) &&
+               (bend * Interval(side.elbow)).lo > sine_ &&
+               (through == 1 || (angle[5].sin * Interval(side.wrist)).lo > sine_) &&
+               (x.lead != 0 || dot(curve_.plane_at(x, s).along, elbow_axis(angle)).lo > 0);
     }
 
     /// Whether the posture at the end of the tube before is that which this one begins with.

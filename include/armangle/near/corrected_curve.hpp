@@ -1,68 +1,173 @@
 // What the joints of a nearly S-R-S arm do along a curve of arm angles.
 //
 // A curve says the pose and phi for every s. The nominal arm's posture there is a closed form; the true one
-// solves the seven equations of inverse.hpp, with phi's plane in place of psi's, and is next to it. Its
-// derivatives follow from the same equations on Taylor coefficients: at a posture that solves them, each step
-// of Newton makes twice as many coefficients right.
+// solves the seven equations of inverse.hpp, with phi's plane in place of psi's, and is next to it. Where a
+// joint leads, past theta_2 or theta_6 = 0, its theta is the seventh equation instead: phi does not say there
+// which posture it is. Derivatives follow from the same equations on Taylor coefficients.
+//
+// Beside a stretch where phi is given the true theta is not the nominal one. So what leads is shifted:
+//
+//     theta |  phi  |   leads   |  phi         o  where the true joint is at the ends of a run
+//           |       o - .       |              -  the nominal theta and a quintic that joins it to these,
+//           |  -----|     ` - . o---              value, slope and curvature
+//           +---------------------- s
 #pragma once
+
+#include <span>
+#include <vector>
 
 #include "../plan/curve.hpp"
 #include "inverse.hpp"
 
 namespace armangle {
 
-/// A view: a curve of the nominal arm, and the arm whose joints are asked.
+/// What is added to theta of the joint that leads a run of stretches: c0 + ... + c5 t^5, t in [0, 1]. Doubles
+/// alone, so that it travels as an array.
+struct LeadShift {
+    double start, end, coefficient[6];
+
+    template <class T>
+    T at(const T& s) const noexcept {
+        const T t = (s - T(start)) / (T(end) - T(start));
+        T sum(coefficient[5]);
+        for (int k = 4; k >= 0; --k) sum = T(coefficient[k]) + t * sum;
+        return sum;
+    }
+};
+
+inline constexpr std::size_t lead_shift_width = sizeof(LeadShift) / sizeof(double);
+
+namespace detail {
+
+/// The seven equations with a joint's theta, as its sine and cosine, in place of psi.
+template <class T>
+SevenEquations<T> led_equations(const NearArm& arm, const Pose<T>& pose, int joint, const SinCos<T>& wanted,
+                                const SinCos<T>* angle) noexcept {
+    const Vec3<T> none{T(0.0), T(0.0), T(0.0)};
+    SevenEquations<T> out = seven_equations(arm, pose, PsiPlane<T>(none, none), angle);
+    const SinCos<T>& now = angle[joint - 1];
+    out.left.psi = wanted.sin * now.cos - wanted.cos * now.sin;
+    out.column[joint - 1].psi = wanted.cos * now.cos + wanted.sin * now.sin;
+    return out;
+}
+
+/// The inverse of the seven equations' Jacobian by elimination; false where it has none.
+inline bool eliminate(const SevenEquations<double>& f, InverseSlope<double>& out) noexcept {
+    double a[joints][2 * joints] = {};
+    for (int k = 0; k < joints; ++k) {
+        const auto& c = f.column[k];
+        const double column[joints] = {c.wrist.x, c.wrist.y, c.wrist.z, c.turn.x, c.turn.y, c.turn.z, c.psi};
+        for (int i = 0; i < joints; ++i) a[i][k] = column[i];
+        a[k][joints + k] = 1;
+    }
+    for (int k = 0; k < joints; ++k) {
+        int pivot = k;
+        for (int i = k + 1; i < joints; ++i)
+            if (abs(a[i][k]) > abs(a[pivot][k])) pivot = i;
+        if (!(abs(a[pivot][k]) > near_rule::vanishing)) return false;
+        std::swap(a[k], a[pivot]);
+        const double per = 1 / a[k][k];
+        for (double& x : a[k]) x *= per;
+        for (int i = 0; i < joints; ++i) {
+            if (i == k) continue;
+            const double share = a[i][k];
+            for (int j = k; j < 2 * joints; ++j) a[i][j] -= share * a[k][j];
+        }
+    }
+    for (int i = 0; i < joints; ++i) {
+        const double* x = a[i] + joints;
+        out.row[i] = {{x[0], x[1], x[2]}, {x[3], x[4], x[5]}, x[6]};
+    }
+    return true;
+}
+
+}  // namespace detail
+
+/// A view: a curve of the nominal arm, the arm whose joints are asked, and the shifts of what leads.
 struct CorrectedCurve {
     const NearArm& arm;
     const Curve& curve;
+    std::span<const LeadShift> shifts;
 
-    /// The plane of phi at s, on any scalar.
+    /// theta of the joint that leads a stretch at s, on any scalar.
     template <class T>
-    detail::PsiPlane<T> plane_at(const Stretch& x, const T& s) const noexcept {
-        const T value = phi_at(x, s);
-        if (x.lead == 0)
-            return {triad(curve.arm, flange_pose(curve.arm, pose_at(curve.segment(x), s)), curve.plane),
-                    sin_cos(value)};
-        const PlacedDirections<T> here = curve.place(x, s, value);
-        return {here.motion.circle, here.phi};
+    T led_at(const Stretch& x, const T& s) const noexcept {
+        const double middle = 0.5 * (x.start + x.end);
+        T out = phi_at(x, s);
+        for (const LeadShift& y : shifts)
+            if (y.start < middle && middle < y.end) out = out + y.at(s);
+        return out;
     }
 
-    /// Directions of the true posture at s; not OK where there is none, or another branch.
-    Status angles_at(const Stretch& x, double s, SinCos<double> (&angle)[joints]) const noexcept {
-        return detail::solve_angles(arm, pose_at(curve.segment(x), s), plane_at(x, s),
-                                    configuration(curve.branch(x)), angle);
+    /// The seven equations at s, on any scalar.
+    template <class T>
+    detail::SevenEquations<T> equations(const Stretch& x, const T& s, const SinCos<T>* angle) const noexcept {
+        const Pose<T> pose = pose_at(curve.segment(x), s);
+        if (x.lead == 0) return detail::seven_equations(arm, pose, plane_at(x, s), angle);
+        return detail::led_equations(arm, pose, static_cast<int>(x.lead), sin_cos(led_at(x, s)), angle);
+    }
+
+    /// The inverse of their Jacobian at a posture; false where branches meet.
+    bool inverse_slope(const Stretch& x, const detail::SevenEquations<double>& f,
+                       detail::InverseSlope<double>& out) const noexcept {
+        if (x.lead != 0) return detail::eliminate(f, out);
+        const detail::Reduced<double> reduced(f);
+        if (reduced.is_regular()) out = detail::inverse_slope(f, reduced);
+        return reduced.is_regular();
+    }
+
+    /// The plane of phi at s where phi is given, on any scalar.
+    template <class T>
+    detail::PsiPlane<T> plane_at(const Stretch& x, const T& s) const noexcept {
+        return {triad(curve.arm, flange_pose(curve.arm, pose_at(curve.segment(x), s)), curve.plane),
+                sin_cos(phi_at(x, s))};
     }
 
     /// The true posture at s, on the windings of the nominal one; NaN where there is none.
-    PlacedPosture at(double s) const noexcept { return lifted(curve.stretch(s), s, curve.at(s)); }
+    PlacedPosture at(double s) const noexcept { return at(curve.stretch(s), s); }
+
+    /// The same on a stretch that s is on.
+    PlacedPosture at(const Stretch& x, double s) const noexcept { return lifted(x, s, curve.at(x, s)); }
 
     /// The same, next to a nominal posture at s.
     PlacedPosture lifted(const Stretch& x, double s, PlacedPosture out) const noexcept {
         SinCos<double> angle[joints];
-        const Status status = angles_at(x, s, angle);
+        const bool found = x.lead == 0 ? solve_plane(x, s, out.pose, angle) : solve_led(x, s, out.q, angle);
         const JointLanes theta = detail::theta_of(angle);
         for (int j = 0; j < joints; ++j)
-            out.q[j] = status == Status::OK ? lift(to_q(curve.arm, j, theta[j]), out.q[j]) : not_a_number;
+            out.q[j] = found ? lift(to_q(curve.arm, j, theta[j]), out.q[j]) : not_a_number;
+        if (x.lead == 0 || !found) return out;
+        const Posture here = forward(arm, out.q);
+        out.psi = lift(here.psi, out.psi);
+        out.gc = here.gc;
         return out;
     }
 
-    /// theta(s) as Taylor coefficients at s, theirs of order 0 being `theta`: that of a posture on the plane.
+    /// theta(s) as Taylor coefficients at s, theirs of order 0 being `theta`: that of a posture on the curve.
+    /// At a posture that solves the equations each step of Newton's method makes one coefficient more right.
     template <int K>
     void expand(const Stretch& x, double s, const double* theta,
                 Jet<double, K> (&out)[joints]) const noexcept {
         using J = Jet<double, K>;
         const J at = J::variable(s);
-        const Pose<J> pose = pose_at(curve.segment(x), at);
-        const detail::PsiPlane<J> plane = plane_at(x, at);
         SinCos<J> angle[joints];
+        SinCos<double> here[joints];
         for (int j = 0; j < joints; ++j) {
             out[j] = J(theta[j]);
             angle[j] = sin_cos(out[j]);
+            here[j] = {angle[j].sin.value(), angle[j].cos.value()};
         }
-        for (int right = 1; right <= K; right *= 2) {
+        detail::InverseSlope<double> back{};
+        const bool regular = inverse_slope(x, equations(x, s, here), back);
+        for (int right = 1; right <= K; ++right) {
+            const auto left = equations(x, at, angle).left;
             J step[joints];
-            detail::newton_step(detail::seven_equations(arm, pose, plane, angle), step);
-            for (int j = 0; j < joints; ++j) out[j] = out[j] + step[j];
+            for (int j = 0; j < joints; ++j) {
+                for (int k = 0; k <= K; ++k)
+                    step[j].coefficient[k] =
+                        regular ? back.times(j, order<double, K>(left, k)) : not_a_number;
+                out[j] = out[j] + step[j];
+            }
             detail::turn_by(step, angle);
         }
     }
@@ -79,6 +184,113 @@ struct CorrectedCurve {
             for (int k = 1; k <= 3; ++k)
                 out[(k - 1) * joints + j] = curve.arm.sign[j] * series[j].coefficient[k] * (k == 3 ? 6.0 : k);
     }
+
+    /// The Taylor coefficients of one order of a row.
+    template <class T, int K>
+    static typename detail::SevenEquations<T>::Row order(
+        const typename detail::SevenEquations<Jet<T, K>>::Row& row, int k) noexcept {
+        const auto part = [k](const Vec3<Jet<T, K>>& v) {
+            return Vec3<T>{v.x.coefficient[k], v.y.coefficient[k], v.z.coefficient[k]};
+        };
+        return {part(row.wrist), part(row.turn), row.psi.coefficient[k]};
+    }
+
+private:
+    /// The posture on the plane of phi.
+    bool solve_plane(const Stretch& x, double s, const Pose<double>& pose,
+                     SinCos<double> (&angle)[joints]) const noexcept {
+        const Configuration<double> gc = configuration(curve.branch(x));
+        return detail::solve_angles(arm, pose, plane_at(x, s), gc, angle) == Status::OK;
+    }
+
+    /// The posture whose leading joint is where it is wanted, by Newton's method from joints q.
+    bool solve_led(const Stretch& x, double s, const double* q,
+                   SinCos<double> (&angle)[joints]) const noexcept {
+        double theta[joints];
+        detail::theta_of(curve.arm, q, theta);
+        detail::sin_cos_all(theta, angle);
+        double before = infinity;
+        for (int pass = 0;; ++pass) {
+            const detail::SevenEquations<double> now = equations(x, s, angle);
+            const double left = now.size();
+            const bool solved = left <= near_rule::residual;
+            if (left <= near_rule::settled || (solved && !(left < before))) return true;
+            detail::InverseSlope<double> back;
+            if (pass == near_rule::newton_steps || !(left < infinity) || !detail::eliminate(now, back))
+                return solved;
+            before = left;
+            double step[joints], longest = 0;
+            for (int j = 0; j < joints; ++j) {
+                step[j] = back.times(j, now.left);
+                longest = max(longest, abs(step[j]));
+            }
+            if (longest > near_rule::largest_step)
+                for (double& part : step) part *= near_rule::largest_step / longest;
+            detail::turn_by(step, angle);
+        }
+    }
 };
+
+namespace detail {
+
+/// Value, slope and curvature of an angle at an end of a run.
+struct RunEnd {
+    double value = 0, slope = 0, curvature = 0;
+};
+
+/// How far the true theta of the joint that leads stretch `led` is from the nominal one at s, where stretch x
+/// meets it: of the postures on x; 0 where there is none.
+inline RunEnd end_beside(const CorrectedCurve& curve, const Stretch& x, const Stretch& led,
+                         double s) noexcept {
+    using J = Jet<double, 2>;
+    const PlacedPosture here = curve.at(x, s);
+    if (!is_finite(here.q)) return {};
+    double theta[joints];
+    J series[joints];
+    theta_of(curve.curve.arm, here.q, theta);
+    curve.expand(x, s, theta, series);
+    const J off = series[static_cast<int>(led.lead) - 1] - phi_at(led, J::variable(s));
+    const RunEnd out{wrap(off.value()), off.coefficient[1], 2 * off.coefficient[2]};
+    return abs(out.slope) + abs(out.curvature) < infinity ? out : RunEnd{};
+}
+
+/// The quintic between two ends.
+inline LeadShift joined(double start, double end, const RunEnd& a, const RunEnd& b) noexcept {
+    const double h = end - start, d0 = a.slope * h, d1 = b.slope * h, c0 = a.curvature * h * h,
+                 c1 = b.curvature * h * h, rise = b.value - a.value;
+    return {start,
+            end,
+            {a.value, d0, 0.5 * c0, 10 * rise - 6 * d0 - 4 * d1 - 1.5 * c0 + 0.5 * c1,
+             -15 * rise + 8 * d0 + 7 * d1 + 1.5 * c0 - c1, 6 * rise - 3 * (d0 + d1) - 0.5 * (c0 - c1)}};
+}
+
+}  // namespace detail
+
+/// The shifts of what leads along a curve: so that the true joints go on from run to run, and begin and end
+/// at the joints asked, if any.
+inline std::vector<LeadShift> lead_shifts(const NearArm& arm, const Curve& curve, const double* start,
+                                          const double* goal) {
+    std::vector<LeadShift> out;
+    const std::span<const Stretch> all = curve.stretches;
+    const auto asked = [&](const Stretch& x, const double* q, double s) {
+        const int j = static_cast<int>(x.lead) - 1;
+        return detail::RunEnd{q ? wrap(to_theta(curve.arm, j, q[j]) - phi_at(x, s)) : 0.0, 0, 0};
+    };
+    for (std::size_t from = 0, to = 0; from < all.size(); from = to) {
+        for (to = from + 1; to < all.size() && all[to].lead == all[from].lead;) ++to;
+        const Stretch &first = all[from], &last = all[to - 1];
+        if (first.lead == 0) continue;
+        const CorrectedCurve so_far{arm, curve, out};
+        const detail::RunEnd left = from == 0 ? asked(first, start, first.start)
+                                              : detail::end_beside(so_far, all[from - 1], first, first.start);
+        detail::RunEnd right;
+        if (to == all.size())
+            right = asked(last, goal, last.end);
+        else if (all[to].lead == 0)
+            right = detail::end_beside(so_far, all[to], last, last.end);
+        out.push_back(detail::joined(first.start, last.end, left, right));
+    }
+    return out;
+}
 
 }  // namespace armangle

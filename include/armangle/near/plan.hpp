@@ -18,23 +18,39 @@ inline constexpr double drawn_more = 1.5;    // of what a joint was beyond its l
 inline constexpr double drawn_least = 1e-3;  // ... and this much more (rad)
 inline constexpr double wider_least = 1e-3;  // m: the same of the clearance
 inline constexpr double on_pose = 1e-6;      // m and rad: an end that is no farther off belongs to its pose
+inline constexpr double same_pose = 1e-12;   // m and rad: two poses that rounding alone tells apart
+inline constexpr double like = 0.05;  // rad: how far the nominal posture of an end may be from the true one
 }  // namespace near_rule
+
+/// A plan about the nominal arm, and what takes its curve to the true chain.
+struct NearPlan : Plan {
+    std::vector<LeadShift> shifts;
+    std::optional<Pose<double>> base;  // where the nominal arm stands, if not on its own base
+};
 
 namespace detail {
 
-/// The joints of the nominal arm at the pose, psi and GC that the true arm has at q; false where it has none.
+/// Whether two poses are no farther apart than `off` (m and rad).
+inline bool is_same(const Pose<double>& a, const Pose<double>& b, double off) noexcept {
+    const Twist apart = difference(a, b);
+    return max(norm(apart.linear), norm(apart.angular)) <= off;
+}
+
+/// The joints of the nominal arm at the pose, psi and GC that the true arm has at q: these themselves, where
+/// it has the pose there too. False where it has none near them.
 inline bool nominal_joints(const NearArm& arm, const double* q, double (&out)[joint_slots]) noexcept {
     const Posture at = forward(arm, q);
+    std::copy(q, q + joints, out);
+    if (is_same(tool_pose(arm.nominal, q), at.pose, near_rule::same_pose)) return true;
     if (is_nan(at.psi)) return false;
     const Inverse found = inverse(arm.nominal, at.pose, at.psi, at.gc, q);
-    for (int j = 0; j < joints; ++j) out[j] = found.q[j];
-    return found.status == Status::OK;
+    std::copy(found.q, found.q + joints, out);
+    return found.status == Status::OK && largest_move(found.q, q) <= near_rule::like;
 }
 
 /// Whether the true arm has the pose at joints q.
 inline bool belongs(const NearArm& arm, const double* q, const Pose<double>& pose) noexcept {
-    const Twist off = difference(tool_pose(arm, q), pose);
-    return max(norm(off.linear), norm(off.angular)) <= near_rule::on_pose;
+    return is_same(tool_pose(arm, q), pose, near_rule::on_pose);
 }
 
 /// How far (rad) from joints q the curve is at s; infinite where it has no posture there.
@@ -44,8 +60,8 @@ inline double gap_at(const CorrectedCurve& drawn, const double* q, double s) noe
 }
 
 /// A plan that says that an end is a posture which the nominal arm does not have.
-inline Plan refused_end(const NearArm& arm, const double* q, double s, unsigned branches) {
-    Plan out;
+inline NearPlan refused_end(const NearArm& arm, const double* q, double s, unsigned branches) {
+    NearPlan out;
     const int own = forward(arm, q).gc;
     for (int gc = 0; gc < configurations; ++gc) {
         if (!(branches >> gc & 1u)) continue;
@@ -67,8 +83,8 @@ inline bool refuses_end(const Plan& plan) noexcept {
 }
 
 /// The plan about the nominal arm as it stands.
-inline Plan plan_about(const NearArm& arm, const Segment* segments, std::size_t n, const double* rows,
-                       std::size_t row_count, PlanOptions options, const Scene* scene) {
+inline NearPlan plan_about(const NearArm& arm, const Segment* segments, std::size_t n, const double* rows,
+                           std::size_t row_count, PlanOptions options, const Scene* scene) {
     Scene wide{};
     const Scene* const wide_alone = &wide;
     if (options.scenes && scene) {
@@ -97,13 +113,13 @@ inline Plan plan_about(const NearArm& arm, const Segment* segments, std::size_t 
     const double asked = options.singularity_margin;
     // where branches meet the true arm may have no posture: first without these places
     options.singularity_margin = max(asked, min(arm.wrist_shift / arm.nominal.reach + arm.turn, most_margin));
-    Plan best;
+    NearPlan best;
     bool found = false;
     for (int round = 0; round < near_rule::plans; ++round) {
-        Plan now = plan(arm.nominal, segments, n, rows, row_count, options);
+        NearPlan now{plan(arm.nominal, segments, n, rows, row_count, options), {}, {}};
         if (!now.ok && options.singularity_margin > asked) {
             options.singularity_margin = asked;
-            now = plan(arm.nominal, segments, n, rows, row_count, options);
+            now = {plan(arm.nominal, segments, n, rows, row_count, options), {}, {}};
         }
         if (!now.ok) {
             if (!found) best = std::move(now);
@@ -111,7 +127,15 @@ inline Plan plan_about(const NearArm& arm, const Segment* segments, std::size_t 
         }
         const Curve drawn{arm.nominal, now.plane, now.gc, {segments, n}, now.stretches};
         double excess = 0, short_of = 0;
-        now.proof = certify(CorrectedCurve{arm, drawn}, limits, asked, now.proof, scene, excess, short_of);
+        now.shifts = lead_shifts(arm, drawn, ends[0].q, ends[1].q);
+        const CorrectedCurve curve{arm, drawn, now.shifts};
+        now.proof = certify(curve, limits, asked, now.proof, scene, excess, short_of);
+        for (std::size_t i = 0; i < row_count; ++i) {
+            if (is_finite(curve.at(rows[i]).q)) continue;
+            now.proof.violated.push_back(rows[i]);
+            excess = infinity;
+        }
+        std::sort(now.proof.violated.begin(), now.proof.violated.end());
         const bool kept = now.proof.violated.empty();
         now.ok = kept;
         if (!kept) {
@@ -130,7 +154,7 @@ inline Plan plan_about(const NearArm& arm, const Segment* segments, std::size_t 
         }
         for (const End& end : ends) {
             if (!now.ok || !end.q) continue;
-            const double gap = gap_at({arm, drawn}, end.q, end.s);
+            const double gap = gap_at(curve, end.q, end.s);
             (end.s > 0 ? now.goal_gap : now.start_gap) = gap;
             const double most =
                 belongs(arm, end.q, end.pose) ? plan_rule::end_move : tolerance::largest_angle;
@@ -161,15 +185,15 @@ inline Pose<double> base_at(const NearArm& arm, const double* q) noexcept {
 ///
 /// Where that fails from (to) a posture, the nominal arm is moved to where it has that one: beside a straight
 /// elbow it may be too short for it, or bent the other way. `base` of the plan says where it stands then.
-inline Plan plan(const NearArm& arm, const Segment* segments, std::size_t n, const double* rows,
-                 std::size_t row_count, const PlanOptions& options, const Scene* scene = nullptr) {
-    Plan found = detail::plan_about(arm, segments, n, rows, row_count, options, scene);
+inline NearPlan plan(const NearArm& arm, const Segment* segments, std::size_t n, const double* rows,
+                     std::size_t row_count, const PlanOptions& options, const Scene* scene = nullptr) {
+    NearPlan found = detail::plan_about(arm, segments, n, rows, row_count, options, scene);
     const double* q = options.start ? options.start : options.goal;
     if (found.ok || !q || options.allowed) return found;
     if (!detail::belongs(arm, q, options.start ? pose_at(segments[0], 0.0) : pose_at(segments[n - 1], 1.0)))
         return found;
     const NearArm moved = with_base(arm, detail::base_at(arm, q));
-    Plan again = detail::plan_about(moved, segments, n, rows, row_count, options, scene);
+    NearPlan again = detail::plan_about(moved, segments, n, rows, row_count, options, scene);
     if (!again.ok && !detail::refuses_end(found)) return found;
     again.base = moved.nominal.base;
     return again;

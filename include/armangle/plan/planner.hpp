@@ -49,7 +49,6 @@ struct Plan {
     std::vector<Stretch> stretches;  // of the curve, to the last s reached
     Proof proof;
     double start_gap = 0, goal_gap = 0;  // rad: how far start and goal lie from their poses' postures
-    std::optional<Pose<double>> base;    // of the nominal arm, where it does not stand on its own
     std::vector<BranchReport> branches;  // of the branches asked, best first
 };
 

@@ -199,6 +199,8 @@ class Branch:
                     f"given up, so that nothing is known: {self.sections} sections were searched, "
                     f"from the start as far as s = {self.reached:.4g}."
                 )
+            case Verdict.UNRESOLVED if self.status == Status.NEAR_SINGULAR:
+                return f"every curve that was tried comes where branches of the true chain meet{where}."
             case Verdict.UNRESOLVED:
                 touches = "touches, or " if self.status == Status.CLEARANCE else ""
                 return f"every curve that was tried {touches}breaks a limit between the samples{where}."

@@ -20,6 +20,7 @@ from ..status import SOLVED, STATUSES, Status
 from .paths import NO_DEVIATION, Deviation, Path, Segments, checked_parameters
 
 _ORDERS = 3
+_SHIFT = 8  # numbers of a shift: where it begins and ends, and six coefficients
 _TURN = 2 * np.pi
 _OF_A_JOINT = (Status.JOINT_JUMP, Status.LIMITS, Status.WINDING_EXHAUSTED)
 """Outcomes of a step that one joint shows best."""
@@ -53,6 +54,8 @@ class Curve:
         Global configuration 0..7 at its start; another one where it passes θ2 = 0 or θ6 = 0.
     roll : "pose" or "free"
         "free": joint 7 stays, and poses are held with whatever roll about axis 7 that makes.
+    shifts : ndarray
+        As the core writes them: of a true chain, what is added to a joint that leads.
     base : ndarray, shape (4, 4), or None
         Where the nominal arm of a true chain stands, if not on its own base: position in m.
     """
@@ -62,6 +65,7 @@ class Curve:
     plane: Floats
     gc: int
     roll: Roll = "pose"
+    shifts: Floats = field(default_factory=lambda: np.empty((0, _SHIFT)))
     base: Floats | None = None
 
     @property
@@ -87,8 +91,9 @@ class Curve:
         return out
 
     @property
-    def _columns(self) -> tuple[Floats, Floats, Floats, int, bool, Floats | None]:
-        return self.segments, self.stretches, self.plane, self.gc, self.roll == "free", self.base
+    def _columns(self) -> tuple[Floats, Floats, Floats, int, bool, Floats, Floats | None]:
+        free = self.roll == "free"
+        return self.segments, self.stretches, self.plane, self.gc, free, self.shifts, self.base
 
 
 @dataclass(frozen=True, eq=False)

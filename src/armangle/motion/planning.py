@@ -267,7 +267,7 @@ def plan(
     found = planned(calm or along)
     if calm and not (found[0] and len(found[4]) == 0):
         found = planned(along)
-    ok, branch, plane, stretches, open_, start_gap, goal_gap, reports, base = found
+    ok, branch, plane, stretches, open_, start_gap, goal_gap, reports, *chain = found
     for name, joints, gap in (("start", first, start_gap), ("goal", last, goal_gap)):
         if gap > START_GAP:
             _check_within(arm, name, joints)
@@ -276,7 +276,7 @@ def plan(
                 f"{name} belongs to another pose than the path's: a joint is {off} off, wanted at most {most}"
             )
     diagnosis = Diagnosis(tuple(branch_of(report, ready) for report in reports))
-    curve = Curve(whole._segments, stretches, plane, branch, roll, base) if len(stretches) else None
+    curve = Curve(whole._segments, stretches, plane, branch, roll, *chain) if len(stretches) else None
     if curve is not None and ok and samples is None and not isinstance(whole, Waypoints):
         rows = _finer(arm, curve, rows)
     beside = tuple(scenes_at(scene, rows.tolist()))
@@ -444,12 +444,17 @@ def _finer(arm: Arm, curve: Curve, rows: Floats) -> Floats:
 
     A leap, as at a singular end, is left between two rows that lie within `FINEST` of each other.
     """
+    coarser = rows
     while True:
-        steps = np.abs(np.diff(curve.at(arm._handle, rows).q, axis=0)).max(axis=1)
+        q = curve.at(arm._handle, rows).q
+        if not np.isfinite(q).all():  # a row between has no posture; there is no proof there
+            return coarser
+        steps = np.abs(np.diff(q, axis=0)).max(axis=1)
         parts = np.where(np.diff(rows) > FINEST, np.ceil(steps / ROW_STEP), 1).astype(int)
         if (parts <= 1).all():
             return rows
         ends = zip(rows[:-1], rows[1:], parts.clip(1), strict=True)
+        coarser = rows
         rows = np.concatenate([*(np.linspace(low, high, n + 1)[:-1] for low, high, n in ends), rows[-1:]])
 
 
