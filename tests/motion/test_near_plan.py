@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from support.calibrated import ARMS, Array, calibrated, postures
@@ -13,6 +15,8 @@ import armangle as aa
 EVERY = pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS.keys())
 DENSE = np.linspace(0.0, 1.0, 2001)
 START = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+LEAD = 22
+"""Of a stretch's numbers, the joint that leads it."""
 
 
 def lines(arm: aa.Arm, n: int, *seed: int) -> list[tuple[Array, aa.Line]]:
@@ -172,6 +176,58 @@ def test_a_start_on_a_limit_is_within_the_limits(name: str) -> None:
             begun += 1
             assert gap(path.q[0], q) <= 1e-9 and margins(arm, path.q).min() >= -1e-9
     assert begun >= 10
+
+
+HOMES = {
+    "kuka_iiwa7_r800": (0.0, 0.0, 0.0, -90.0, 0.0, 90.0, 0.0),
+    "kuka_iiwa14_r820": (0.0, 30.0, 0.0, -90.0, 0.0, 0.0, 0.0),
+    "realman_rm75_b": (0.0, 0.0, 0.0, -90.0, 0.0, 90.0, 0.0),
+}
+"""Postures with θ2 or θ6 at 0, deg, where robots begin."""
+
+
+@pytest.mark.parametrize("name", HOMES)
+def test_every_line_from_a_home_posture_is_certified(name: str) -> None:
+    arm = calibrated(name, 1.0, 1.0, seed=1)
+    q = np.radians(HOMES[name])
+    pose = arm.forward(q, undefined="nan")[0]
+    for direction in itertools.product((-1, 0, 1), repeat=3):
+        if np.abs(direction).sum() not in (1, 3):
+            continue
+        end = pose.copy()
+        end[:3, 3] += 0.1 * np.array(direction) / np.linalg.norm(direction)
+        line = aa.Line(pose, end)
+        path = aa.plan(arm, line, start=q)
+        assert path.certified and gap(path.q[0], q) <= 1e-9
+        at = path.at(DENSE)
+        assert gap(arm.forward(at.q)[0], line.pose(DENSE)) <= POSE
+        assert margins(arm, at.q).min() >= 0.0 and np.abs(np.diff(at.q, axis=0)).max() < 0.01
+        back = aa.plan(arm, aa.Line(end, pose), goal=q)
+        assert back.certified and gap(back.q[-1], q) <= 1e-9
+
+
+def test_what_leads_changes_without_a_jump() -> None:
+    """Where a joint leads the true one is shifted to where the plane of phi has it at the ends of the run."""
+    rng = generator(5)
+    changes = 0
+    for seed in range(24):
+        arm = calibrated("kuka_iiwa7_r800", 1.0, 1.0, seed=seed)
+        first = np.radians([0.0, 0.0, 0.0, -90.0, 0.0, 70.0, 0.0]) + rng.uniform(-0.03, 0.03, 7)
+        last = first.copy()
+        hinge = (1, 5)[seed % 2]
+        first[hinge], last[hinge] = -0.3, 0.3
+        last[3] += 0.2
+        line = aa.Line(arm.forward(first)[0], arm.forward(last)[0])
+        path = aa.plan(arm, line, start=first)
+        assert path.ok and gap(arm.forward(path.at(DENSE).q)[0], line.pose(DENSE)) <= POSE
+        lead, end = path.curve.stretches[:, LEAD], path.curve.stretches[:, 1]
+        for s in end[:-1][np.diff(lead) != 0]:
+            changes += 1
+            before, after = s - 1e-9, s + 1e-9
+            assert gap(path.at(before).q, path.at(after).q) <= 1e-7
+            slope = path.derivatives(before)[0]
+            assert gap(slope, path.derivatives(after)[0]) <= 1e-5 * (1 + np.abs(slope).max())
+    assert changes >= 4
 
 
 def test_paths_of_every_kind_and_their_times() -> None:

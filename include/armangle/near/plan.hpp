@@ -188,15 +188,18 @@ inline Pose<double> base_at(const NearArm& arm, const double* q) noexcept {
 inline NearPlan plan(const NearArm& arm, const Segment* segments, std::size_t n, const double* rows,
                      std::size_t row_count, const PlanOptions& options, const Scene* scene = nullptr) {
     NearPlan found = detail::plan_about(arm, segments, n, rows, row_count, options, scene);
-    const double* q = options.start ? options.start : options.goal;
-    if (found.ok || !q || options.allowed) return found;
-    if (!detail::belongs(arm, q, options.start ? pose_at(segments[0], 0.0) : pose_at(segments[n - 1], 1.0)))
-        return found;
-    const NearArm moved = with_base(arm, detail::base_at(arm, q));
-    NearPlan again = detail::plan_about(moved, segments, n, rows, row_count, options, scene);
-    if (!again.ok && !detail::refuses_end(found)) return found;
-    again.base = moved.nominal.base;
-    return again;
+    for (const double* q : {options.start, options.goal}) {
+        if (found.ok || !q || options.allowed) continue;
+        if (!detail::belongs(arm, q,
+                             q == options.start ? pose_at(segments[0], 0.0) : pose_at(segments[n - 1], 1.0)))
+            continue;
+        const NearArm moved = with_base(arm, detail::base_at(arm, q));
+        NearPlan again = detail::plan_about(moved, segments, n, rows, row_count, options, scene);
+        if (!again.ok && !detail::refuses_end(found)) continue;
+        found = std::move(again);
+        found.base = moved.nominal.base;
+    }
+    return found;
 }
 
 }  // namespace armangle
