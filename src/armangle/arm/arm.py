@@ -1492,6 +1492,25 @@ class Arm(FrozenValue):
         )
         return ArcSet._from_core((*batch, *sets), columns, ready, unproven)
 
+    def _left_out(
+        self, pose: ArrayLike, gc: ArrayLike, margin: float = 0.0, wanted: Wanted = Wanted.BRANCH
+    ) -> ArcSet:
+        """Return what `feasible`, `joint_feasible` (JOINTS) or `clear` (CLEAR) leaves out as not proven.
+
+        Of an arm without a chain of its own it is empty. What a scene's own proof loses is not told.
+        """
+        batch, (poses, branches) = self._branches(pose, gc)
+        shape = (*batch, *((JOINTS,) if wanted is Wanted.JOINTS else ()))
+        measure = np.zeros(shape).reshape(-1)
+        if self.chain is None:
+            codes, ends = np.zeros(measure.shape, dtype=np.int8), np.empty((0, 2), dtype=np.int8)
+            return ArcSet._from_core(
+                shape, (codes.astype(np.int64), np.empty((0, 2)), ends, ends, np.empty((0, 2)), codes)
+            )
+        handle = cast(NearHandle, self._handle)
+        columns = handle.feasible_many(poses, branches, margin, wanted, measure, 1, None, left_out=True)
+        return ArcSet._from_core(shape, columns)
+
     def _keeps_soft(
         self, pose: ArrayLike, gc: ArrayLike, scene: Scene | None, margin: float
     ) -> tuple[NDArray[np.int64] | None, Floats | None]:
