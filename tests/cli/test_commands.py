@@ -9,11 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.calibrated import calibrated
 from support.needs import need
 
 import armangle as aa
 from armangle.cli import arguments, main
 from armangle.cli.tables import WIDTH
+from armangle.poses import rows_from_poses
 
 ROBOT = ("--robot", "kuka_iiwa7_r800")
 START_DEG = [-5.4101, -26.4986, -48.1542, -61.65, 152.6198, 114.4466, 8.1812]
@@ -57,6 +59,48 @@ def test_robots(capsys: Capture) -> None:
         facts = json.loads(out(capsys, "robots", name, "--json"))
         arm = aa.Arm.from_catalogue(name)
         assert facts["reach"] == arm.reach and facts["lower"] == arm.lower.tolist()
+
+
+def test_what_is_not_proven_is_said(capsys: Capture, tmp_path: Path) -> None:
+    arm = calibrated("kuka_iiwa7_r800", 2.0, 5.0)
+    file = tmp_path / "calibrated.urdf"
+    file.write_text(arm.to_urdf())
+    named = ("--urdf", str(file), "--inexact")
+    q = [*START_DEG[:5], 0.05, START_DEG[6]]  # axes 5 and 7 are nearly one: branches meet
+    words = ("--q", ",".join(map(str, q)))
+    read = aa.Arm.from_urdf(file, exact=False)
+    pose, _, gc = read.forward(np.radians(q))
+    arcs = read.feasible(pose, gc)
+    assert arcs.unproven > 0.01
+    measure = f"{np.degrees(arcs.unproven):.2f} deg of gc {gc}"
+    assert main(["arcs", *named, *words]) == 0
+    shown = capsys.readouterr()
+    assert "not proven beyond" in shown.out and "None" not in shown.out and measure in shown.err
+    (facts,) = json.loads(out(capsys, "arcs", *named, *words, "--json"))
+    assert facts["unproven"] == pytest.approx(float(arcs.unproven))
+    facts = json.loads(out(capsys, "arcs", *named, *words, "--joint", "--json"))
+    assert [entry["unproven"] for entry in facts] == read.joint_feasible(pose, gc).unproven.tolist()
+    row = ",".join(f"{v:.17g}" for v in rows_from_poses(pose[None])[0])
+    near = ("--pose", row, "--near", ",".join(map(str, np.array(q) + 0.5)))
+    assert read.solve(pose, near=np.radians(np.array(q) + 0.5)).status == aa.Status.UNPROVEN
+    assert "not proven that no posture is nearer" in " ".join(out(capsys, "ik", *named, *near).split())
+    assert main(["ik", *named, *near, "--all"]) == 0
+    assert measure in " ".join(capsys.readouterr().err.split())
+    facts = json.loads(out(capsys, "ik", *named, *near, "--all", "--json"))
+    assert facts["unproven"] == pytest.approx(read.feasible_all(pose).unproven.tolist())
+    assert main(["arcs", *ROBOT, "--q", Q]) == 0
+    assert capsys.readouterr().err == ""
+
+
+def test_what_is_not_proven_of_many_poses_is_said(capsys: Capture, tmp_path: Path) -> None:
+    arm = calibrated("kuka_iiwa7_r800", 2.0, 5.0)
+    (tmp_path / "calibrated.urdf").write_text(arm.to_urdf())
+    q = np.radians([*START_DEG[:5], 0.05, START_DEG[6]])
+    aa.save(arm.forward(np.array([q, np.radians(START_DEG)]))[0], tmp_path / "two.csv")
+    near = ",".join(map(str, np.degrees(q) + 0.5))
+    named = ("--urdf", str(tmp_path / "calibrated.urdf"), "--inexact", "--near", near)
+    text = out(capsys, "ik", *named, "--pose", str(tmp_path / "two.csv"))
+    assert "UNPROVEN, 1 pose:" in text
 
 
 def test_fk_and_ik_are_inverse(capsys: Capture) -> None:

@@ -143,6 +143,16 @@ def unsolved_text(arm: Arm, pose: Floats, gc: int, status: Status) -> str:
     return status.sentence
 
 
+def left_out(measures: Iterable[tuple[str, float]]) -> str:
+    """Return in words how much of each circle, by its name, is not proven (rad); empty where all is.
+
+    >>> left_out([("gc 3", 0.1), ("gc 4", 0.0)])
+    'not proven and left out, where branches meet: 5.73 deg of gc 3'
+    """
+    found = [f"{degrees(width, 2)} deg of {name}" for name, width in measures if width > 0]
+    return f"not proven and left out, where branches meet: {', '.join(found)}" if found else ""
+
+
 def head_and_tail(rows: Sequence[Sequence[str]]) -> list[Sequence[str]]:
     """Return rows for the screen: all, or the first and the last with a gap between."""
     if len(rows) <= _MOST_ROWS:
