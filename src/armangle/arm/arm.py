@@ -41,6 +41,7 @@ from ..errors import ConfigurationError, InputError, LimitError, NotFiniteError,
 from ..models.axes import rotation_angle
 from ..models.body import Body
 from ..models.catalogue import catalogue, load_robot
+from ..models.chain import Chain
 from ..models.description import (
     ELBOW_OFFSETS,
     FRAMES,
@@ -51,7 +52,7 @@ from ..models.description import (
 )
 from ..models.detect import describe_chain
 from ..models.mjcf import read_mjcf
-from ..models.report import LIKE_DEGREES, LIKE_MILLIMETRES, degrees_notes, millimetre_notes
+from ..models.report import LIKE_DEGREES, LIKE_MILLIMETRES, degrees_notes, millimetre_notes, warn_of
 from ..models.urdf import Source, read_urdf, write_urdf
 from ..poses import as_transform, nearest_rotation
 from ..scenes.clearance import Clearance, Widest, clearance_of
@@ -335,7 +336,8 @@ class Arm(FrozenValue):
             that is S-R-S.
         angle_tolerance, length_tolerance : float
             How far axes may be from exact (rad, m). Beyond the default the arm is the nearest in the mean
-            square; what then differs from the file is kept in ``import_report``.
+            square; a warning and a note of ``import_report`` say by how much its tip then differs from the
+            file's.
         continuous_limits : {"ignore", "use"}
             Limits of a continuous joint, which by the rules of URDF has none, though some files state them.
             Where they are ignored, a warning and a note of ``import_report`` say so.
@@ -356,10 +358,7 @@ class Arm(FrozenValue):
             If the arm is not S-R-S; the message says which axes miss which point, and by how much.
         """
         chain = read_urdf(source, base=base, tip=tip, continuous_limits=continuous_limits)
-        description, report = describe_chain(
-            chain, angle=angle_tolerance, length=length_tolerance, exact=as_flag("exact", exact)
-        )
-        return cls._from_description(description, report)
+        return cls._of_chain(chain, angle_tolerance, length_tolerance, exact)
 
     @classmethod
     def from_mjcf(
@@ -397,9 +396,12 @@ class Arm(FrozenValue):
             As `from_urdf`.
         """
         chain = read_mjcf(source, base=base, tip=tip)
-        description, report = describe_chain(
-            chain, angle=angle_tolerance, length=length_tolerance, exact=as_flag("exact", exact)
-        )
+        return cls._of_chain(chain, angle_tolerance, length_tolerance, exact)
+
+    @classmethod
+    def _of_chain(cls, chain: Chain, angle: float, length: float, exact: bool) -> Arm:
+        description, report = describe_chain(chain, angle=angle, length=length, exact=as_flag("exact", exact))
+        warn_of(report.notes)
         return cls._from_description(description, report)
 
     @classmethod
