@@ -103,6 +103,28 @@ def test_what_is_not_proven_of_many_poses_is_said(capsys: Capture, tmp_path: Pat
     assert "UNPROVEN, 1 pose:" in text
 
 
+def test_a_branch_without_a_certain_posture_leaves_the_others(capsys: Capture, tmp_path: Path) -> None:
+    arm = calibrated("kuka_iiwa7_r800", 2.0, 5.0)
+    (tmp_path / "calibrated.urdf").write_text(arm.to_urdf())
+    named = ("--urdf", str(tmp_path / "calibrated.urdf"), "--inexact")
+    arm = aa.Arm.from_urdf(tmp_path / "calibrated.urdf", exact=False)
+    pose, psi, _ = arm.forward(np.radians([*START_DEG[:3], -0.5, *START_DEG[4:]]))  # nearly stretched
+    rows = arm.inverse_all(pose, psi, unreachable="nan")
+    lost = np.flatnonzero(np.isnan(rows).any(axis=1))
+    assert 0 < len(lost) < 8
+    row = ",".join(f"{v:.17g}" for v in rows_from_poses(pose[None])[0])
+    words = ("ik", *named, "--pose", row, "--psi", f"{np.degrees(psi):.15g}")
+    status = int(not (np.isfinite(rows).all(axis=1) & arm.within_limits(np.nan_to_num(rows))).any())
+    assert main([*words, "--all"]) == status
+    shown = capsys.readouterr()
+    assert f"gc {', '.join(map(str, lost))}: Branches meet here" in " ".join(shown.err.split())
+    told = json.loads(out(capsys, *words, "--all", "--json", status=status))["q"]
+    np.testing.assert_allclose(np.array(told, dtype=float), rows, atol=1e-6)
+    assert main([*words, "--gc", str(lost[0])]) == 1
+    said = capsys.readouterr().err
+    assert "Branches meet here" in said and "unreachable" not in said
+
+
 def test_fk_and_ik_are_inverse(capsys: Capture) -> None:
     text = out(capsys, "fk", *ROBOT, *map(str, START_DEG))
     assert "58.5882 deg" in text and "3 (shoulder -, elbow -, wrist +)" in text

@@ -83,6 +83,28 @@ def test_all_branches_meet_the_pose(arm: aa.Arm) -> None:
         assert (gc_at == gc).all()
 
 
+def test_a_branch_without_a_certain_posture_is_named_with_what_keeps_the_others() -> None:
+    arm = calibrated("kuka_iiwa7_r800", 2.0, 5.0)
+    pose, psi, _ = arm.forward([0.1, 0.4, 0.2, -0.01, 0.3, 0.8, 0.5])  # nearly stretched
+    rows = arm.inverse_all(pose, psi, unreachable="nan")
+    lost = int(np.flatnonzero(np.isnan(rows[:, 0]))[0])
+    assert np.isfinite(rows).any()
+    said = rf"gc {lost}: Branches meet here, .* unreachable=\"nan\" gives NaN there and keeps the other rows"
+    with pytest.raises(aa.NoSolutionError, match="^pose, " + said):
+        arm.inverse_all(pose, psi)
+    with pytest.raises(aa.NoSolutionError, match=r"^pose\[0\], " + said):
+        arm.inverse_all(np.stack([pose, pose]), psi)
+    with pytest.raises(aa.NoSolutionError, match=r'^pose: Branches meet .* unreachable="nan" gives NaN'):
+        arm.inverse(pose, psi, lost)
+    far = np.stack([pose, pose])
+    far[1, :3, 3] += 3.0
+    with pytest.raises(aa.UnreachableError, match=r"^pose\[1\] is out of reach"):
+        arm.nominal.inverse_all(far, psi)
+    tight = arm.nominal.with_(lower=-0.05, upper=0.05)
+    with pytest.raises(aa.LimitError, match=r"of the solution of pose, gc 0 is outside its limits"):
+        tight.inverse_all(tight.forward([0.1, 0.4, 0.2, -1.0, 0.3, 0.8, 0.5])[0], 0.1, limits="raise")
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_without_deviation_it_is_the_exact_arm(name: str) -> None:
     arm = aa.Arm.from_catalogue(name)
@@ -174,7 +196,7 @@ def test_noise_does_not_choose_the_senses_of_axes(name: str) -> None:
 
 def test_a_file_that_is_nearly_srs_keeps_its_chain() -> None:
     made = calibrated("kuka_iiwa7_r800", 1.0, 1.0)
-    with pytest.raises(aa.NotSRSError, match="near S-R-S"):
+    with pytest.raises(aa.NotSRSError, match="not S-R-S, but near it"):
         aa.Arm.from_urdf(made.to_urdf())
     read = aa.Arm.from_urdf(made.to_urdf(), exact=False)
     q = postures(made, 50, 9)

@@ -763,6 +763,7 @@ class Arm(FrozenValue):
         unreachable: Unreachable,
         out: Floats | None,
         threads: int,
+        all_branches: bool = False,
     ) -> Floats:
         if psi is None or gc is None:
             raise InputError(
@@ -788,6 +789,7 @@ class Arm(FrozenValue):
             beyond,
             out_of_reach,
             as_threads(threads),
+            all_branches,
         )
         if shared:
             result[...] = target
@@ -835,7 +837,9 @@ class Arm(FrozenValue):
             Arm angle, rad. The same number is another elbow for GC_4 = +1 and -1.
         seed : array_like, shape (..., 7), optional
         limits, unreachable, threads
-            As in `inverse`; ``limits="nan"`` leaves NaN in the rows that violate a limit.
+            As in `inverse`; ``limits="nan"`` leaves NaN in the rows that violate a limit. Of an arm with a
+            chain of its own a branch may have no certain posture where others have one: ``unreachable="nan"``
+            leaves NaN in its row.
 
         Returns
         -------
@@ -851,7 +855,7 @@ class Arm(FrozenValue):
         poses = as_poses("pose", pose, self._handle)[..., None, :, :]
         angles = as_floats("psi", psi)[..., None]
         near = None if seed is None else as_floats("seed", seed, (JOINTS,))[..., None, :]
-        return self._inverse(poses, angles, _GC_ORDER, near, limits, unreachable, None, threads)
+        return self._inverse(poses, angles, _GC_ORDER, near, limits, unreachable, None, threads, True)
 
     def frames(self, q: ArrayLike, *, threads: int = 1) -> Floats:
         """Return the poses of the arm's DH frames: where its joints are in space.

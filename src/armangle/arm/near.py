@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Never
+from typing import Any, Never, Protocol
 
 import numpy as np
 
 from .. import _core
 from .._arrays import MILLIMETRES, Floats
-from ..errors import InputError
+from ..errors import InputError, UnreachableError
 from ..models.description import ELBOW_OFFSETS, LENGTHS
 from ..models.detect import MAX_ANGLE, MAX_LENGTH
+from .deviation import ChainDeviation
+from .joint_map import to_theta
 
+_ELBOW = 3
 _ASKED = {
     "feasible_one": "feasible",
     "feasible_many": "feasible",
@@ -55,6 +58,43 @@ def check_near(name: str, handle: NearHandle) -> None:
         f"from the nominal link, wanted at most {MAX_LENGTH * MILLIMETRES:g} mm and "
         f"{math.degrees(MAX_ANGLE):.3g} deg: is it in the joint coordinates of the other numbers?"
     )
+
+
+class _Reaching(Protocol):
+    """What is asked of an arm."""
+
+    chain: Floats | None
+    _handle: _core.Arm
+
+    @property
+    def delta(self) -> float:
+        """Where θ4 is of the stretched arm, rad."""
+
+    @property
+    def nominal(self) -> _Reaching:
+        """The S-R-S arm beside the chain."""
+
+    @property
+    def deviation(self) -> ChainDeviation:
+        """In which bands branches merge."""
+
+    def inverse(self, pose: Floats, psi: Any, gc: Any) -> Floats: ...
+
+
+def edge_of_reach(arm: _Reaching, pose: Floats) -> str:
+    """Return that a pose is at the edge of reach of a chain, where branches merge, as a sentence with a space
+    before it; else nothing.
+    """
+    if arm.chain is None:
+        return ""
+    nominal = arm.nominal
+    try:
+        q = nominal.inverse(pose, 0.0, 0)
+    except UnreachableError as error:
+        return f" It is at the edge of reach, or beyond: of the S-R-S arm beside the chain the {error}."
+    bend = abs(float(to_theta(nominal._handle, q)[_ELBOW]) - nominal.delta) % (2 * math.pi)
+    straight = min(bend, 2 * math.pi - bend) <= arm.deviation.bands[1]
+    return " It is at the edge of reach: the elbow is straight." if straight else ""
 
 
 def check_kept_chain(changes: Iterable[str]) -> None:

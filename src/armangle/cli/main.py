@@ -13,7 +13,15 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, Protocol, cast
 
-from ..errors import ArmangleError, MissingExtraError, OutputError, PathError, UnreachableError, needed
+from ..errors import (
+    ArmangleError,
+    MissingExtraError,
+    NoSolutionError,
+    OutputError,
+    PathError,
+    UnreachableError,
+    needed,
+)
 from .tables import paragraph
 
 COMMANDS = {
@@ -79,7 +87,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return status
     except SystemExit as stop:  # argparse has said what it had to
         return int(stop.code or 0)
-    except (UnreachableError, PathError) as error:
+    except (UnreachableError, NoSolutionError, PathError) as error:
         return _complain(error, NO_SOLUTION)
     except ArmangleError as error:
         return _complain(error, BAD_INPUT)

@@ -16,6 +16,7 @@ import numpy as np
 from .._arrays import Floats
 from ..arm.arm import Arm
 from ..arm.configuration import gc_signs
+from ..arm.near import edge_of_reach
 from ..arm.offset import OffsetArm
 from ..errors import UnreachableError
 from ..files.sheets import plain
@@ -140,6 +141,8 @@ def unsolved_text(arm: Arm, pose: Floats, gc: int, status: Status) -> str:
         except UnreachableError as error:
             said = str(error)
             return f"{said}{'' if said.endswith('?') else '.'} {status.sentence}"
+    if status == Status.NEAR_SINGULAR:
+        return f"{status.sentence}{edge_of_reach(arm, pose)}"
     return status.sentence
 
 
