@@ -647,6 +647,25 @@ def test_a_chain_that_is_nearly_srs_is_kept_where_asked(capsys: Capture, tmp_pat
     assert "--inexact goes with --urdf" in capsys.readouterr().err
 
 
+def test_what_is_not_made_for_a_chain_names_a_way_of_the_command_line(
+    capsys: Capture, tmp_path: Path
+) -> None:
+    file = tmp_path / "calibrated.urdf"
+    file.write_text(calibrated("kuka_iiwa7_r800", 1.0, 1.0).to_urdf())
+    words = ("ik", "--urdf", str(file), "--pose", POSE, "--explain")
+    assert main([*words, "--inexact"]) == 2
+    said = " ".join(capsys.readouterr().err.split())
+    assert "--length-tolerance and --angle-tolerance in place of --inexact" in said and "arm." not in said
+    assert main([*words, "--length-tolerance", "5", "--angle-tolerance", "1"]) == 0
+    assert "not quite the arm of its file" in capsys.readouterr().err
+    stated = aa.Arm.from_catalogue(ROBOT[1]).to_urdf().replace('type="revolute"', 'type="continuous"')
+    file.write_text(stated)
+    assert main(["fk", "--urdf", str(file), Q]) == 0
+    assert "on the command line --continuous-limits use" in " ".join(capsys.readouterr().err.split())
+    assert main(["fk", "--urdf", str(file), Q, "--continuous-limits", "use"]) == 0
+    assert capsys.readouterr().err == ""
+
+
 def test_a_tool_is_mounted_on_the_tip(capsys: Capture) -> None:
     for name, arm in (
         (ROBOT[1], aa.Arm.from_catalogue(ROBOT[1])),

@@ -42,7 +42,10 @@ def test_limits_of_a_continuous_joint_are_noted_and_used_if_wanted(use, wanted):
     assert (chain.joints[2].lower, chain.joints[2].upper) == wanted
     (note,) = chain.notes
     assert note.startswith("joint 'j3' is continuous, which means no limits, but states -1.5 to 1.25 rad: ")
-    done = {"ignore": "NOT used (option continuous_limits: use)", "use": "used all the same"}[use]
+    done = {
+        "ignore": "NOT used (continuous_limits='use', on the command line --continuous-limits use)",
+        "use": "used all the same",
+    }[use]
     assert note.endswith(f"they are {done}")
     assert [str(warning.message) for warning in caught] == ([note] if use == "ignore" else [])
 

@@ -38,10 +38,10 @@ class NearHandle(_core.NearArm):
         raise unsupported(_ASKED.get(name, name.removesuffix("_many")))
 
 
-_NOMINAL = "arm.nominal, the S-R-S arm beside it, whose joints miss the true poses by arm.deviation"
+NOMINAL = "arm.nominal, the S-R-S arm beside it, whose joints miss the true poses by arm.deviation"
 
 
-def unsupported(what: str, instead: str = _NOMINAL) -> InputError:
+def unsupported(what: str, instead: str = NOMINAL) -> InputError:
     """Return the error of a function that has no answer for an arm with a chain."""
     return InputError(f"{what} is not made for an arm with a chain of its own: use {instead}")
 

@@ -48,6 +48,8 @@ OK, NO_SOLUTION, BAD_INPUT = 0, 1, 2
 _INTERRUPTED = 130
 _NEGATIVE = re.compile(r"-\.?\d")
 
+_FITTED = "the S-R-S arm fitted to the file: --length-tolerance and --angle-tolerance in place of --inexact"
+
 _EPILOG = """\
 Degrees and metres in arguments and on screen, mm where an option says so;
 radians in files and --json.
@@ -102,8 +104,15 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _complain(error: Exception, status: int) -> int:
-    print(paragraph(f"armangle: {error}"), file=sys.stderr)
+    print(paragraph(f"armangle: {_in_options(str(error))}"), file=sys.stderr)
     return status
+
+
+def _in_options(message: str) -> str:
+    """Return a message whose way out is an attribute of Python with what there is of the command line."""
+    from ..arm.near import NOMINAL
+
+    return message.replace(NOMINAL, _FITTED)
 
 
 def _run(words: list[str]) -> int:

@@ -31,6 +31,7 @@ from .report import NOT_EXACT, import_notes, import_report
 ANGLE_TOLERANCE = 5e-5  # rad: what files that write right angles to five digits are off by
 LENGTH_TOLERANCE = 2e-5  # m
 _SINES = (-1.0, 1.0, 1.0, -1.0, -1.0, 1.0)  # of the twists alpha_1 ... alpha_6 between neighbouring axes
+COMMANDS = "ik, fk, follow, track and retime"  # of the command line, which take such an arm
 KEEPS_CHAIN = "exact=False (on the command line --inexact) takes it as it is, with the chain of the file."
 _POSTURES = np.random.default_rng(5).uniform(-np.pi, np.pi, (8, 7))  # at which an exact arm is told
 _AS_WRITTEN = {field.name for field in fields(OffsetDescription)} - {"name", "offsets"}  # keys of the tables
@@ -131,12 +132,15 @@ def offset_hint(chain: Chain) -> str:
     if max(abs(found.a_1), abs(found.a_6)) <= _rounded_up(off)[0]:
         return ""  # what takes the error takes the offset too, and leaves an S-R-S arm
     if _within(off, LENGTH_TOLERANCE, ANGLE_TOLERANCE):
-        return f"armangle.OffsetArm takes it, from the same file: it is S-R-S but for {_kind(found)}."
+        return (
+            f"armangle.OffsetArm takes it, from the same file (on the command line {COMMANDS}): "
+            f"it is S-R-S but for {_kind(found)}."
+        )
     if not _within(off, NEAR_LENGTH, NEAR_ANGLE):
         return ""
     return (
-        f"armangle.OffsetArm takes it as S-R-S but for {_kind(found)}, with {_tolerances(off)}: "
-        f"that arm differs by up to {_differs(off)} at the tip."
+        f"armangle.OffsetArm takes it as S-R-S but for {_kind(found)} (on the command line {COMMANDS}), "
+        f"with {_tolerances(off)}: that arm differs by up to {_differs(off)} at the tip."
     )
 
 

@@ -6,7 +6,6 @@ import argparse
 from dataclasses import asdict
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ... import kuka
 from ..._arrays import CONFIGURATIONS, Floats
@@ -233,12 +232,12 @@ def _show_json(path: JointPath, single: bool) -> None:
 def _all(arm: Arm, pose: Floats, psi: float, seed: Floats | None, as_json: bool) -> int:
     """Print all eight postures, those outside their limits with what they violate."""
     q8 = arm.inverse_all(pose, psi, seed=seed, unreachable="nan")
-    known = np.isfinite(q8).all(axis=1)  # of a chain some branches may have no certain posture
+    known = np.isfinite(q8[:, 0])  # of a chain some branches may have no certain posture
     if not known.any():
         why = Status(int(arm.feasible(pose, 0).status))
         note(f"armangle: {unsolved_text(arm, pose, 0, Status.NEAR_SINGULAR if why else why)}")
         return 1
-    within: NDArray[np.bool_] = known.copy()
+    within = known.copy()
     within[known] = arm.within_limits(q8[known])
     if as_json:
         show_json({"q": q8, "psi": psi, "gc": np.arange(CONFIGURATIONS), "within_limits": within})

@@ -118,7 +118,11 @@ def _limits(
         )
     if continuous and lower < upper:
         used = continuous_limits == "use"
-        what = "used all the same" if used else f"{_NOT_USED} (option continuous_limits: use)"
+        what = (
+            "used all the same"
+            if used
+            else f"{_NOT_USED} (continuous_limits='use', on the command line --continuous-limits use)"
+        )
         notes.append(
             f"joint {joint.name!r} is continuous, which means no limits, but states "
             f"{lower:g} to {upper:g} rad: they are {what}"
