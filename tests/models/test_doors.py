@@ -313,7 +313,7 @@ def test_each_case_is_read_and_met(name):
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (100, 7))
     chain = read_urdf(case(name), report.base, report.tip)
     np.testing.assert_allclose(arm.forward(q)[0], chain.forward(q), atol=1e-9)
-    quiet = name in ("01_rpy_wrist_d_ew_0.urdf", "05_lift_arm.urdf", "11_newline_first.urdf", READ[9])
+    quiet = name in ("01_rpy_wrist_d_ew_0.urdf", "11_newline_first.urdf", READ[9])
     assert bool(arm.notes) is not quiet
 
 
@@ -455,6 +455,37 @@ def test_an_arm_that_is_not_quite_that_of_its_file_is_warned_of() -> None:
         warnings.simplefilter("error")
         aa.Arm.from_urdf(text, exact=False)
         assert aa.Arm.from_urdf(beside(1e-5)).import_report.residual_position > 1e-6
+
+
+def test_a_joint_that_moves_the_base_is_noted() -> None:
+    text = PLAIN.with_(lower=-1, upper=1).to_urdf()
+    lift = (
+        '<link name="foot"/><joint name="lift" type="prismatic"><parent link="foot"/><child link="base"/>'
+        '<axis xyz="0 0 1"/><limit lower="0" upper="0.4" velocity="1" effort="1"/></joint>'
+    )
+    lifted = text.replace("</robot>", f"{lift}</robot>")
+    note = "joint 'lift' moves the base 'base': no part of the arm"
+    for base in (None, "base"):
+        assert aa.Arm.from_urdf(lifted, base).import_report.notes == (note,)
+    assert aa.Arm.from_urdf(text).import_report.notes == ()
+    assert aa.OffsetArm.from_urdf(FR3.to_urdf().replace("</robot>", f"{lift}</robot>")).notes == (note,)
+
+
+def test_a_joint_that_moves_the_base_of_a_model_is_noted() -> None:
+    need("mujoco")
+    bodies, ends = "", ""
+    for i, (z, axis) in enumerate([(0.3, "0 0 1"), (0, "0 1 0"), (0, "0 0 1"), (0.4, "0 1 0"), (0, "0 0 1"),
+                                   (0.4, "0 1 0"), (0, "0 0 1")]):  # fmt: skip
+        joint = f'<joint name="j{i}" axis="{axis}"/><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
+        bodies, ends = f'{bodies}<body name="b{i}" pos="0 0 {z}">{joint}', f"</body>{ends}"
+    arm = f'<body name="tip" pos="0 0 0.1"/>{ends}'
+    slide = (
+        '<joint name="lift" type="slide" axis="0 0 1"/><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
+    )
+    for inside, notes in ((slide, ("joint 'lift' moves the base 'torso': no part of the arm",)), ("", ())):
+        text = f'<mujoco><worldbody><body name="torso">{inside}{bodies}{arm}</body></worldbody></mujoco>'
+        chain = read_mjcf(text, base="torso", tip="tip")
+        assert chain.notes == notes
 
 
 def test_limits_of_a_file_that_cannot_be_meant_are_warned_of() -> None:

@@ -69,7 +69,7 @@ from .freedom import Freedom
 from .frozen_value import FrozenValue
 from .joint_function import JointFunction
 from .keywords import names_keywords, says_order
-from .near import NearHandle, check_kept_chain, check_near, moved_ends, unsupported
+from .near import NearHandle, check_kept_chain, check_near, leaves_out, moved_ends, unsupported
 from .question import METRICS as _METRICS
 from .question import PREFER, Beyond, MetricName, Prefer, Question, relaxing_length, weights_of
 from .roll import ROLLS, Roll, check_free_roll, solve_free
@@ -446,7 +446,41 @@ class Arm(FrozenValue):
         if self.chain is not None and "chain" not in changes and not changes.keys().isdisjoint(FRAMES):
             frames = {name: as_transform(name, _given_frame(changes, name, kept[name])) for name in FRAMES}
             kept["chain"] = moved_ends(self.chain, (self.base, self.tool), (frames["base"], frames["tool"]))
-        return Arm(**{**kept, **changes})
+        numbers = {**kept, **changes}
+        if self.chain is None and changes.get("chain") is not None:
+            return self._with_chain(numbers, [end for end in FRAMES if end not in changes])
+        return Arm(**numbers)
+
+    def _with_chain(self, numbers: dict[str, Any], ends: list[str]) -> Arm:
+        """Return a copy with a chain of its own, which must not leave out the base or tool that the arm has.
+
+        `ends`: those of them that are not given beside the chain.
+        """
+        made, wrong = None, None
+        try:
+            made = Arm(**numbers)
+        except InputError as error:
+            if type(error) is not InputError:  # a chain that cannot be read as one
+                raise
+            wrong = error
+        for end in ends:
+            frame, at = getattr(self, end), 0 if end == "base" else JOINTS
+            whole = np.array(numbers["chain"], dtype=np.float64)
+            whole[at] = frame @ whole[0] if end == "base" else whole[-1] @ frame
+            try:
+                other = Arm(**{**numbers, "chain": whole})
+            except InputError:
+                continue
+            bare = None if made is None else made._handle
+            if leaves_out(cast(NearHandle | None, bare), cast(NearHandle, other._handle), at):
+                raise InputError(
+                    f"the chain for {self.name!r} leaves out its {end}=: give it there too, "
+                    f"as dh_chain(..., {end}=arm.{end})"
+                )
+        if made is None:
+            assert wrong is not None
+            raise wrong
+        return made
 
     def with_tool(self, tool: ArrayLike) -> Arm:
         """Return a copy with a tool mounted on the present tip.

@@ -17,6 +17,8 @@ from .deviation import ChainDeviation
 from .joint_map import to_theta
 
 _ELBOW = 3
+_MOST_OFF = np.array([MAX_LENGTH, MAX_ANGLE])
+_NOTHING = 0.02  # of these: a shorter tool is within what a calibration finds
 _ASKED = {
     "feasible_one": "feasible",
     "feasible_many": "feasible",
@@ -49,14 +51,15 @@ def unsupported(what: str, instead: str = NOMINAL) -> InputError:
 def check_near(name: str, handle: NearHandle) -> None:
     """Raise where a link of a chain is not near the nominal one."""
     off = np.array(handle.deviations)
-    if (off <= (MAX_LENGTH, MAX_ANGLE)).all():
+    if (off <= _MOST_OFF).all():
         return
-    at = int(np.argmax((off / (MAX_LENGTH, MAX_ANGLE)).max(axis=1)))
+    at = int(np.argmax((off / _MOST_OFF).max(axis=1)))
     length, angle = off[at, 0] * MILLIMETRES, math.degrees(off[at, 1])
     raise InputError(
         f"chain[{at}] of {name!r} is {length:.4g} mm and {angle:.4g} deg "
         f"from the nominal link, wanted at most {MAX_LENGTH * MILLIMETRES:g} mm and "
-        f"{math.degrees(MAX_ANGLE):.3g} deg: is it in the joint coordinates of the other numbers?"
+        f"{math.degrees(MAX_ANGLE):.3g} deg: is it in the joint coordinates of the other numbers? "
+        "Of a table: is it of dh_chain's other order, modified=True or False, and the same axes positive?"
     )
 
 
@@ -95,6 +98,16 @@ def edge_of_reach(arm: _Reaching, pose: Floats) -> str:
     bend = abs(float(to_theta(nominal._handle, q)[_ELBOW]) - nominal.delta) % (2 * math.pi)
     straight = min(bend, 2 * math.pi - bend) <= arm.deviation.bands[1]
     return " It is at the edge of reach: the elbow is straight." if straight else ""
+
+
+def leaves_out(bare: NearHandle | None, whole: NearHandle, at: int) -> bool:
+    """Return whether a link of a chain is so far from the nominal one because a frame is left out there: with
+    it, in `whole`, it is nearer by more than half. `bare` is None where the chain is too far off as it is.
+    """
+    if bare is None:
+        return True
+    without, given = (float((core.deviations[at] / _MOST_OFF).max()) for core in (bare, whole))
+    return 2.0 * given < without > _NOTHING
 
 
 def check_kept_chain(changes: Iterable[str]) -> None:

@@ -15,7 +15,7 @@ NO_RANGE = "all limits are 0 to 0"
 LIKE_DEGREES = "limits look like degrees where rad are wanted"
 LIKE_MILLIMETRES = "lengths look like mm where m are wanted"
 _SUSPICIOUS_VELOCITY = 10.0  # rad/s
-_SUSPICIOUS_LENGTH = 10.0  # m: the link of no arm of this kind is as long
+LONGEST_LINK = 10.0  # m: the link of no arm of this kind is as long
 _SUSPICIOUS_LIMIT = 20.0  # rad: no arm turns a joint three times, but many files state degrees
 
 
@@ -76,7 +76,7 @@ def degrees_notes(names: Iterable[str], lower: Iterable[float], upper: Iterable[
 
 def millimetre_notes(lengths: Mapping[str, float]) -> tuple[str, ...]:
     """Return a note where lengths (m) are so long that they look like mm, else nothing."""
-    long = [f"{name} {value:g}" for name, value in lengths.items() if abs(value) > _SUSPICIOUS_LENGTH]
+    long = [f"{name} {value:g}" for name, value in lengths.items() if abs(value) > LONGEST_LINK]
     return (f"{LIKE_MILLIMETRES}: {', '.join(long)}",) if long else ()
 
 
