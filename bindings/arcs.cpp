@@ -146,9 +146,10 @@ ArcColumns feasible_many(const ArmHandle& self, Floats pose, Ints gc, double mar
     return whole.release();
 }
 
-/// The proven sets of a nearly S-R-S arm; `unproven` takes the measure of what is left out, one a set.
+/// The proven sets of a nearly S-R-S arm; `unproven` takes the measure of what is left out, one a set. With
+/// `left_out` the sets are what limits leave unproven, without a scene.
 ArcColumns near_feasible_many(const NearArmHandle& self, Floats pose, Ints gc, double margin, Wanted wanted,
-                              Floats unproven, int threads, const SceneHandle* scene) {
+                              Floats unproven, int threads, const SceneHandle* scene, bool left_out) {
     const Buffer p(pose), g(gc), lost(unproven, true);
     const Grid<2> grid({&p, &g}, {2, 0});
     const auto sets = static_cast<std::size_t>(sets_of(wanted));
@@ -174,7 +175,8 @@ ArcColumns near_feasible_many(const NearArmHandle& self, Floats pose, Ints gc, d
             feasible(self.arm, frame, of, limits, margin, found, joint);
             Tag blocking = 0;
             if (scene) keep_clear(self.arm, asked, frame, of, found, blocking, wanted == Wanted::soft);
-            to.add(arm, margin, configuration(of), found.arcs, found.status, blocking);
+            const ArcSet& set = left_out ? found.open : found.arcs;
+            to.add(arm, margin, configuration(of), set, found.status, blocking);
             lost.data<double>()[flat * sets + k] = found.unproven;
         }
     };
@@ -374,7 +376,7 @@ void query(Ints count, Floats psi_arcs, Ints index, Floats psi, Floats out, bool
 void bind_near_arcs(nb::class_<NearArmHandle>& arm) {
     using namespace nb::literals;
     arm.def("feasible_many", &near_feasible_many, "pose"_a, "gc"_a, "margin"_a, "wanted"_a, "unproven"_a,
-            "threads"_a, "scene"_a.none());
+            "threads"_a, "scene"_a.none(), "left_out"_a = false);
 }
 
 void bind_arcs(nb::module_& m, nb::class_<ArmHandle>& arm) {

@@ -50,7 +50,7 @@ nb::object near_inverse_one(const NearArmHandle& self, nb::handle pose, nb::hand
 
 template <class Handle>
 void inverse_many(const Handle& self, Floats pose, Floats psi, Ints gc, Floats seed, Floats out,
-                  Enforce limits, Enforce unreachable, int threads) {
+                  Enforce limits, Enforce unreachable, int threads, bool all_branches) {
     const Buffer p(pose), a(psi), g(gc), q(out, true);
     Buffer s;
     if (!seed.is_none()) s.get(seed);
@@ -77,7 +77,9 @@ void inverse_many(const Handle& self, Floats pose, Floats psi, Ints gc, Floats s
                 });
         });
     }
-    refuse(first_problem(outcomes, most_threads), p, 2, "pose", "seed");
+    const Outcome found = first_problem(outcomes, most_threads);
+    const bool of_branch = all_branches && !is_in_one_value(found.problem);
+    refuse(found, p, 2, of_branch ? "branch" : "pose", "seed");
 }
 
 /// A plain forward: (pose, psi, gc) of one small vector (7,). None where it is not plain, or the arm angle
@@ -300,7 +302,7 @@ template <class Handle>
 void bind_both(nb::class_<Handle>& arm) {
     using namespace nb::literals;
     arm.def("inverse_many", &inverse_many<Handle>, "pose"_a, "psi"_a, "gc"_a, "seed"_a.none(), "out"_a,
-            "limits"_a, "unreachable"_a, "threads"_a);
+            "limits"_a, "unreachable"_a, "threads"_a, "all_branches"_a = false);
     arm.def("forward_one", &forward_one<Handle>, "q"_a.none());
     arm.def("forward_many", &forward_many<Handle>, "q"_a, "pose"_a, "psi"_a, "gc"_a, "nan"_a, "threads"_a);
     arm.def("frames_many", &frames_many<Handle>, "q"_a, "out"_a, "threads"_a);

@@ -335,8 +335,11 @@ def _refusal(problem: Problem, name: str, index: Shape, value: float) -> Armangl
 
     Problems with psi and gc are found together with those of the pose, and name themselves.
     """
+    branch = ""
+    if name == "branch":  # row k of all eight
+        name, index, branch = "pose", index[:-1], f", gc {index[-1]}"
     at = str(list(index)) if index else ""
-    where = name + at
+    where = f"{name}{at}{branch}"
     match problem:
         case Problem.POSE_NOT_FINITE:
             return NotFiniteError(f"{where} holds {value}, wanted finite numbers")
@@ -382,7 +385,11 @@ def _refusal(problem: Problem, name: str, index: Shape, value: float) -> Armangl
                 f"{where} is out of reach by {value * MILLIMETRES:.6g} mm{in_millimetres(value)}"
             )
         case Problem.NEAR_SINGULAR | Problem.NO_CONVERGENCE:
-            return NoSolutionError(f"{where}: {_core.Status[problem.name].sentence}")
+            rest = " and keeps the other rows" if branch else ""
+            return NoSolutionError(
+                f'{where}: {_core.Status[problem.name].sentence} unreachable="nan" gives NaN there{rest}; '
+                "solve(pose, near=q) finds a posture if there is one."
+            )
         case Problem.NO_DERIVATIVE:
             return UnreachableError(
                 f"there is no gradient at {where}, {_HINDRANCES[int(value)]}: leave that element out of what "

@@ -9,11 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.calibrated import calibrated
 from support.needs import need
 
 import armangle as aa
 from armangle.cli import arguments, main
 from armangle.cli.tables import WIDTH
+from armangle.poses import rows_from_poses
 
 ROBOT = ("--robot", "kuka_iiwa7_r800")
 START_DEG = [-5.4101, -26.4986, -48.1542, -61.65, 152.6198, 114.4466, 8.1812]
@@ -57,6 +59,70 @@ def test_robots(capsys: Capture) -> None:
         facts = json.loads(out(capsys, "robots", name, "--json"))
         arm = aa.Arm.from_catalogue(name)
         assert facts["reach"] == arm.reach and facts["lower"] == arm.lower.tolist()
+
+
+def test_what_is_not_proven_is_said(capsys: Capture, tmp_path: Path) -> None:
+    arm = calibrated("kuka_iiwa7_r800", 2.0, 5.0)
+    file = tmp_path / "calibrated.urdf"
+    file.write_text(arm.to_urdf())
+    named = ("--urdf", str(file), "--inexact")
+    q = [*START_DEG[:5], 0.05, START_DEG[6]]  # axes 5 and 7 are nearly one: branches meet
+    words = ("--q", ",".join(map(str, q)))
+    read = aa.Arm.from_urdf(file, exact=False)
+    pose, _, gc = read.forward(np.radians(q))
+    arcs = read.feasible(pose, gc)
+    assert arcs.unproven > 0.01
+    measure = f"{np.degrees(arcs.unproven):.2f} deg of gc {gc}"
+    assert main(["arcs", *named, *words]) == 0
+    shown = capsys.readouterr()
+    assert "not proven beyond" in shown.out and "None" not in shown.out and measure in shown.err
+    (facts,) = json.loads(out(capsys, "arcs", *named, *words, "--json"))
+    assert facts["unproven"] == pytest.approx(float(arcs.unproven))
+    facts = json.loads(out(capsys, "arcs", *named, *words, "--joint", "--json"))
+    assert [entry["unproven"] for entry in facts] == read.joint_feasible(pose, gc).unproven.tolist()
+    row = ",".join(f"{v:.17g}" for v in rows_from_poses(pose[None])[0])
+    near = ("--pose", row, "--near", ",".join(map(str, np.array(q) + 0.5)))
+    assert read.solve(pose, near=np.radians(np.array(q) + 0.5)).status == aa.Status.UNPROVEN
+    assert "not proven that no posture is nearer" in " ".join(out(capsys, "ik", *named, *near).split())
+    assert main(["ik", *named, *near, "--all"]) == 0
+    assert measure in " ".join(capsys.readouterr().err.split())
+    facts = json.loads(out(capsys, "ik", *named, *near, "--all", "--json"))
+    assert facts["unproven"] == pytest.approx(read.feasible_all(pose).unproven.tolist())
+    assert main(["arcs", *ROBOT, "--q", Q]) == 0
+    assert capsys.readouterr().err == ""
+
+
+def test_what_is_not_proven_of_many_poses_is_said(capsys: Capture, tmp_path: Path) -> None:
+    arm = calibrated("kuka_iiwa7_r800", 2.0, 5.0)
+    (tmp_path / "calibrated.urdf").write_text(arm.to_urdf())
+    q = np.radians([*START_DEG[:5], 0.05, START_DEG[6]])
+    aa.save(arm.forward(np.array([q, np.radians(START_DEG)]))[0], tmp_path / "two.csv")
+    near = ",".join(map(str, np.degrees(q) + 0.5))
+    named = ("--urdf", str(tmp_path / "calibrated.urdf"), "--inexact", "--near", near)
+    text = out(capsys, "ik", *named, "--pose", str(tmp_path / "two.csv"))
+    assert "UNPROVEN, 1 pose:" in text
+
+
+def test_a_branch_without_a_certain_posture_leaves_the_others(capsys: Capture, tmp_path: Path) -> None:
+    arm = calibrated("kuka_iiwa7_r800", 2.0, 5.0)
+    (tmp_path / "calibrated.urdf").write_text(arm.to_urdf())
+    named = ("--urdf", str(tmp_path / "calibrated.urdf"), "--inexact")
+    arm = aa.Arm.from_urdf(tmp_path / "calibrated.urdf", exact=False)
+    pose, psi, _ = arm.forward(np.radians([*START_DEG[:3], -0.5, *START_DEG[4:]]))  # nearly stretched
+    rows = arm.inverse_all(pose, psi, unreachable="nan")
+    lost = np.flatnonzero(np.isnan(rows).any(axis=1))
+    assert 0 < len(lost) < 8
+    row = ",".join(f"{v:.17g}" for v in rows_from_poses(pose[None])[0])
+    words = ("ik", *named, "--pose", row, "--psi", f"{np.degrees(psi):.15g}")
+    status = int(not (np.isfinite(rows).all(axis=1) & arm.within_limits(np.nan_to_num(rows))).any())
+    assert main([*words, "--all"]) == status
+    shown = capsys.readouterr()
+    assert f"gc {', '.join(map(str, lost))}: Branches meet here" in " ".join(shown.err.split())
+    told = json.loads(out(capsys, *words, "--all", "--json", status=status))["q"]
+    np.testing.assert_allclose(np.array(told, dtype=float), rows, atol=1e-6)
+    assert main([*words, "--gc", str(lost[0])]) == 1
+    said = capsys.readouterr().err
+    assert "Branches meet here" in said and "unreachable" not in said
 
 
 def test_fk_and_ik_are_inverse(capsys: Capture) -> None:
@@ -338,7 +404,7 @@ def test_inspect_advises_options_that_there_are(capsys: Capture, tmp_path: Path)
     file = near_urdf(tmp_path)
     assert main(["inspect", file]) == 1
     said = " ".join(capsys.readouterr().err.split())
-    advised = re.search(r"--length-tolerance (\S+)\) that arm is taken", said)
+    advised = re.search(r"--length-tolerance (\S+)\) the S-R-S arm fitted to it is taken", said)
     assert advised is not None
     options = ["--length-tolerance", advised[1], "--angle-tolerance", "0.01"]
     text = out(capsys, "inspect", file, *options, "-o", str(tmp_path / "near.toml"))
@@ -576,9 +642,28 @@ def test_a_chain_that_is_nearly_srs_is_kept_where_asked(capsys: Capture, tmp_pat
     at = told["pose"]
     assert np.abs(np.array(at[:3]) - mine.forward(q)[0][:3, 3]).max() <= 1e-12
     assert main(["fk", "--urdf", str(file), "10,20,30,40,50,60,70"]) == 2
-    assert "near S-R-S" in capsys.readouterr().err
+    assert "but near it" in capsys.readouterr().err
     assert main(["fk", "--robot", "kuka_iiwa7_r800", "--inexact", "10,20,30,40,50,60,70"]) == 2
     assert "--inexact goes with --urdf" in capsys.readouterr().err
+
+
+def test_what_is_not_made_for_a_chain_names_a_way_of_the_command_line(
+    capsys: Capture, tmp_path: Path
+) -> None:
+    file = tmp_path / "calibrated.urdf"
+    file.write_text(calibrated("kuka_iiwa7_r800", 1.0, 1.0).to_urdf())
+    words = ("ik", "--urdf", str(file), "--pose", POSE, "--explain")
+    assert main([*words, "--inexact"]) == 2
+    said = " ".join(capsys.readouterr().err.split())
+    assert "--length-tolerance and --angle-tolerance in place of --inexact" in said and "arm." not in said
+    assert main([*words, "--length-tolerance", "5", "--angle-tolerance", "1"]) == 0
+    assert "not quite the arm of its file" in capsys.readouterr().err
+    stated = aa.Arm.from_catalogue(ROBOT[1]).to_urdf().replace('type="revolute"', 'type="continuous"')
+    file.write_text(stated)
+    assert main(["fk", "--urdf", str(file), Q]) == 0
+    assert "on the command line --continuous-limits use" in " ".join(capsys.readouterr().err.split())
+    assert main(["fk", "--urdf", str(file), Q, "--continuous-limits", "use"]) == 0
+    assert capsys.readouterr().err == ""
 
 
 def test_a_tool_is_mounted_on_the_tip(capsys: Capture) -> None:

@@ -73,6 +73,34 @@ def test_other_commands_name_the_door(capsys: pytest.CaptureFixture[str], urdf: 
     assert status == 0 and "franka_fr3" in text
 
 
+def test_commands_that_take_such_an_arm_are_named(
+    capsys: pytest.CaptureFixture[str], urdf: str, tmp_path: Path
+) -> None:
+    line, picture = str(tmp_path / "line.csv"), str(tmp_path / "x.png")
+    aa.save(np.repeat(FR3.forward(START)[0][None], 3, axis=0), line)
+    joints = str(tmp_path / "joints.csv")
+    aa.save(aa.follow(FR3, aa.load_poses(line), start=START), joints)
+    taken = {
+        "ik": ("--pose", POSE), "fk": (*Q.split(","),), "follow": (line, "--start", Q), "track": (line,),
+        "retime": (joints, "--acceleration", "200"),
+    }  # fmt: skip
+    refused = {
+        "arcs": ("--pose", POSE), "plan": (line,), "view": (), "plot": ("map", line, "-o", picture),
+        "place": (line, "--x", "0,1", "--y", "0,1"), "reach": (str(tmp_path / "x.zarr"), "--spacing", "0.1"),
+    }  # fmt: skip
+    *first, last = taken
+    named = f"on the command line {', '.join(first)} and {last}"
+    for arm in (("--robot", "franka_fr3"), ("--urdf", urdf)):
+        for command, words in taken.items():
+            status, _, err = run(capsys, command, *words, *arm)
+            assert status == 0, err
+        for command, words in refused.items():
+            status, _, err = run(capsys, command, *words, *arm)
+            assert status == 2 and named in " ".join(err.split()), command
+    status, text, _ = run(capsys, "inspect", urdf)
+    assert status == 0 and f"for {', '.join(first)} and {last}: joint 7" in " ".join(text.split())
+
+
 def test_robots_shows_what_is_known_of_one(capsys: pytest.CaptureFixture[str]) -> None:
     status, text, _ = run(capsys, "robots", "robotis_ai_worker_left")
     words = " ".join(text.split())

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.calibrated import calibrated
 
 import armangle as aa
 from armangle.cli.main import main
@@ -122,6 +123,22 @@ def test_a_body_is_printed_and_written(tmp_path: Path, capsys: pytest.CaptureFix
     bare.write_text(text)
     assert main(["body", str(bare)]) == 2
     assert "collision shapes" in capsys.readouterr().err
+
+
+def test_a_body_of_a_chain_is_asked_as_its_refusal_says(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], cell: str
+) -> None:
+    text = calibrated("kuka_iiwa7_r800", 1.0, 1.0).to_urdf()
+    shape = '<collision><geometry><cylinder radius="0.07" length="0.3"/></geometry></collision>'
+    robot, body = tmp_path / "robot.urdf", tmp_path / "body.toml"
+    robot.write_text(text.replace('<link name="link_3" />', f'<link name="link_3">{shape}</link>'))
+    assert main(["body", str(robot)]) == 2
+    said = " ".join(capsys.readouterr().err.split())
+    assert "--inexact" in said and "-tolerance" not in said
+    assert main(["body", str(robot), "--inexact", "-o", str(body)]) == 0
+    assert aa.load_body(body) == aa.Body.from_urdf(robot, exact=False)
+    for more in ([], ["--body", str(body)]):
+        assert main(["arcs", "--urdf", str(robot), "--inexact", "--q", Q, "--scene", cell, *more]) == 0
 
 
 @pytest.mark.parametrize(

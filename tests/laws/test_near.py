@@ -7,7 +7,17 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.calibrated import ARMS, NAMES, Array, calibrated, off_singular, plain_forward, postures
+from support.calibrated import (
+    ARMS,
+    CALIBRATIONS,
+    NAMES,
+    Array,
+    calibrated,
+    off,
+    off_singular,
+    plain_forward,
+    postures,
+)
 from support.chain import turn
 from support.draw import count, generator
 from support.laws import POSE, circle_gap, gap
@@ -81,6 +91,28 @@ def test_all_branches_meet_the_pose(arm: aa.Arm) -> None:
         at, psi_at, gc_at = arm.forward(q[solved])
         assert gap(at, pose[solved]) <= POSE and circle_gap(psi_at, psi[solved]).max(initial=0.0) <= 1e-11
         assert (gc_at == gc).all()
+
+
+def test_a_branch_without_a_certain_posture_is_named_with_what_keeps_the_others() -> None:
+    arm = calibrated("kuka_iiwa7_r800", 2.0, 5.0)
+    pose, psi, _ = arm.forward([0.1, 0.4, 0.2, -0.01, 0.3, 0.8, 0.5])  # nearly stretched
+    rows = arm.inverse_all(pose, psi, unreachable="nan")
+    lost = int(np.flatnonzero(np.isnan(rows[:, 0]))[0])
+    assert np.isfinite(rows).any()
+    said = rf"gc {lost}: Branches meet here, .* unreachable=\"nan\" gives NaN there and keeps the other rows"
+    with pytest.raises(aa.NoSolutionError, match="^pose, " + said):
+        arm.inverse_all(pose, psi)
+    with pytest.raises(aa.NoSolutionError, match=r"^pose\[0\], " + said):
+        arm.inverse_all(np.stack([pose, pose]), psi)
+    with pytest.raises(aa.NoSolutionError, match=r'^pose: Branches meet .* unreachable="nan" gives NaN'):
+        arm.inverse(pose, psi, lost)
+    far = np.stack([pose, pose])
+    far[1, :3, 3] += 3.0
+    with pytest.raises(aa.UnreachableError, match=r"^pose\[1\] is out of reach"):
+        arm.nominal.inverse_all(far, psi)
+    tight = arm.nominal.with_(lower=-0.05, upper=0.05)
+    with pytest.raises(aa.LimitError, match=r"of the solution of pose, gc 0 is outside its limits"):
+        tight.inverse_all(tight.forward([0.1, 0.4, 0.2, -1.0, 0.3, 0.8, 0.5])[0], 0.1, limits="raise")
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -174,7 +206,7 @@ def test_noise_does_not_choose_the_senses_of_axes(name: str) -> None:
 
 def test_a_file_that_is_nearly_srs_keeps_its_chain() -> None:
     made = calibrated("kuka_iiwa7_r800", 1.0, 1.0)
-    with pytest.raises(aa.NotSRSError, match="near S-R-S"):
+    with pytest.raises(aa.NotSRSError, match="not S-R-S, but near it"):
         aa.Arm.from_urdf(made.to_urdf())
     read = aa.Arm.from_urdf(made.to_urdf(), exact=False)
     q = postures(made, 50, 9)
@@ -241,6 +273,52 @@ def test_a_dh_table_is_a_chain() -> None:
     shifted = q.copy()
     shifted[:, 1] += 0.01
     assert gap(arm.with_(chain=aa.dh_chain(turned)).forward(q)[0], arm.forward(shifted)[0]) <= POSE
+
+
+def test_a_table_in_other_units_or_order_is_asked_about() -> None:
+    half = np.pi / 2
+    alpha = np.array([-half, half, half, -half, -half, half, 0.0])
+    d = np.array([0.34, 0.0, 0.4, 0.0, 0.4, 0.0, 0.126])
+    table = np.column_stack([np.zeros(7), alpha, d, np.zeros(7)])
+    for column, factor, said in (
+        (1, 180 / np.pi, r"rows\[0\] has alpha -90; angles are in rad: were these degrees\?"),
+        (2, 1e3, r"rows\[2\] has d 400; lengths are in m: was this in mm\?"),
+    ):
+        other = table.copy()
+        other[:, column] *= factor
+        with pytest.raises(aa.InputError, match=said):
+            aa.dh_chain(other)
+    arm = aa.Arm(d_bs=0.34, d_se=0.4, d_ew=0.4, d_wf=0.126)
+    with pytest.raises(aa.InputError, match="is it of dh_chain's other order, modified=True or False"):
+        arm.with_(chain=aa.dh_chain(table, modified=True))
+
+
+@pytest.mark.parametrize("end", ["tool", "base"])
+@pytest.mark.parametrize("length", [0.004, 0.1, 0.8])
+def test_a_chain_that_leaves_out_the_tool_or_base_is_refused(end: str, length: float) -> None:
+    """The arm's tool was dropped without a word where it was shorter than what a link may be off."""
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    bare = off(links_of(chain_of(arm._description())), 0.3, 0.5, generator(17))
+    given = arm.with_(**{end: aa.pose([0.0, 0.0, length], rpy=[0.0, 0.0, 0.3])})
+    with pytest.raises(aa.InputError, match=rf"leaves out its {end}=: .* dh_chain\(..., {end}=arm.{end}\)"):
+        given.with_(chain=bare)
+    whole = bare.copy()
+    if end == "tool":
+        whole[-1] = whole[-1] @ given.tool
+    else:
+        whole[0] = given.base @ whole[0]
+    kept = given.with_(chain=whole)
+    q = postures(arm, 5, 18)
+    mounted = arm.with_(chain=bare).with_(**{end: getattr(given, end)})
+    assert gap(kept.forward(q)[0], mounted.forward(q)[0]) <= POSE
+
+
+def test_a_chain_with_the_tool_and_base_of_its_arm_is_taken() -> None:
+    for name in aa.catalogue():
+        made = aa.Arm.from_catalogue(name)
+        for mm, mrad in CALIBRATIONS:
+            links = off(links_of(chain_of(made._description())), mm, mrad, generator(19))
+            assert made.with_(chain=links).chain is not None
 
 
 @pytest.mark.parametrize(("name", "ask"), [

@@ -42,7 +42,10 @@ def test_limits_of_a_continuous_joint_are_noted_and_used_if_wanted(use, wanted):
     assert (chain.joints[2].lower, chain.joints[2].upper) == wanted
     (note,) = chain.notes
     assert note.startswith("joint 'j3' is continuous, which means no limits, but states -1.5 to 1.25 rad: ")
-    done = {"ignore": "NOT used (option continuous_limits: use)", "use": "used all the same"}[use]
+    done = {
+        "ignore": "NOT used (continuous_limits='use', on the command line --continuous-limits use)",
+        "use": "used all the same",
+    }[use]
     assert note.endswith(f"they are {done}")
     assert [str(warning.message) for warning in caught] == ([note] if use == "ignore" else [])
 
@@ -206,7 +209,7 @@ def test_near_is_said_with_the_residual_and_with_tolerances_that_work(off):
     with pytest.raises(NotSRSError) as caught:
         describe_chain(chain)
     message = str(caught.value)
-    assert caught.value.near is near is ("It is near S-R-S" in message)
+    assert caught.value.near is near is ("is not S-R-S, but near it: nothing is off by more than" in message)
     if not near:
         return
     lengths, angles = (re.findall(rf"--{name}-tolerance ([^ )]+)", message) for name in ("length", "angle"))
@@ -310,7 +313,7 @@ def test_each_case_is_read_and_met(name):
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (100, 7))
     chain = read_urdf(case(name), report.base, report.tip)
     np.testing.assert_allclose(arm.forward(q)[0], chain.forward(q), atol=1e-9)
-    quiet = name in ("01_rpy_wrist_d_ew_0.urdf", "05_lift_arm.urdf", "11_newline_first.urdf", READ[9])
+    quiet = name in ("01_rpy_wrist_d_ew_0.urdf", "11_newline_first.urdf", READ[9])
     assert bool(arm.notes) is not quiet
 
 
@@ -358,7 +361,10 @@ def test_an_offset_arm_has_the_notes_that_an_arm_has():
         (speeds, "taken as not given", 7), (wide, "taken as none", 14), (none, "all limits are 0 to 0", 1),
         (left, "<xacro:property> in line", 1), (text, "", 0),
     ):  # fmt: skip
-        arm = aa.OffsetArm.from_urdf(changed)
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            arm = aa.OffsetArm.from_urdf(changed)
+        assert [str(one.message) for one in caught] == [note for note in arm.notes if "0 to 0" in note]
         assert arm.import_report is not None and arm.import_report.notes == arm.notes
         assert len(arm.notes) == count and all(what in note for note in arm.notes)
         assert arm.with_(name="mine").import_report == arm.import_report
@@ -399,6 +405,97 @@ def test_a_calibrated_offset_arm_is_refused_with_tolerances_that_take_it(seed: i
     q = np.random.default_rng(1).uniform(-np.pi, np.pi, (500, 7))
     apart = np.linalg.norm((arm.forward(q)[0] - chain.forward(q))[:, :3, 3], axis=-1)
     assert 0.5 * report.residual_position < apart.max() <= report.residual_position
+
+
+def beside(length: float, angle: float = 0.0) -> str:
+    """Return an arm whose axes 1 and 3 meet axis 2 so far (m) apart, as on a Kinova Gen3, and a turn more."""
+    chain = broken_chain(1, shift(0, length, 0) @ turn(X, angle))
+    return write_chain(
+        replace(chain, joints=tuple(replace(j, lower=-3.0, upper=3.0) for j in chain.joints)), "a"
+    )
+
+
+DOORS = {"gen3": (0.01175, 0.0), "tilted": (0.013, 4e-4), "a hair": (0.0009, 0.0), "far": (0.05, 0.0)}
+
+
+@pytest.mark.parametrize("name", DOORS)
+def test_each_door_that_a_refusal_of_an_offset_arm_names_takes_the_file(name: str) -> None:
+    text = beside(*DOORS[name])
+    with pytest.raises(NotSRSError) as caught:
+        aa.OffsetArm.from_urdf(text)
+    message = str(caught.value)
+    advised = dict(re.findall(r"(\w+_tolerance)=([^ )]+)", message))
+    assert ("nearly S-R-S: armangle.Arm takes it with exact=False" in message) is (name != "far")
+    assert not advised  # what takes the offset leaves no offset arm
+    if name != "far":
+        assert aa.Arm.from_urdf(text, exact=False).chain is not None
+    loose = {"length_tolerance": 0.1, "angle_tolerance": 0.1}
+    with pytest.raises(NotSRSError) as caught:
+        aa.OffsetArm.from_urdf(text, **loose)
+    assert "it is S-R-S" not in str(caught.value)
+    assert ("armangle.Arm takes it with exact=False" in str(caught.value)) is (name != "far")
+
+
+def test_a_real_file_is_not_sent_in_a_circle() -> None:
+    for file in (model("kinova_gen3_7dof"), case("15_tilt_0.02_deg_and_13_mm.urdf")):
+        with pytest.raises(NotSRSError, match=r"armangle\.Arm takes it with exact=False .*--inexact\)$"):
+            aa.OffsetArm.from_urdf(file)
+        assert aa.Arm.from_urdf(file, exact=False).chain is not None
+
+
+def test_an_arm_that_is_not_quite_that_of_its_file_is_warned_of() -> None:
+    text = beside(0.012)
+    with pytest.warns(UserWarning, match="not quite the arm of its file: the S-R-S arm fitted") as caught:
+        arm = aa.Arm.from_urdf(text, length_tolerance=0.013)
+    assert len(caught) == 1 and caught[0].filename == __file__
+    report = arm.import_report
+    assert report is not None and str(caught[0].message) in report.notes and arm.notes == report.notes
+    assert f"{1e3 * report.residual_position:.4g} mm" in str(caught[0].message)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        aa.Arm.from_urdf(text, exact=False)
+        assert aa.Arm.from_urdf(beside(1e-5)).import_report.residual_position > 1e-6
+
+
+def test_a_joint_that_moves_the_base_is_noted() -> None:
+    text = PLAIN.with_(lower=-1, upper=1).to_urdf()
+    lift = (
+        '<link name="foot"/><joint name="lift" type="prismatic"><parent link="foot"/><child link="base"/>'
+        '<axis xyz="0 0 1"/><limit lower="0" upper="0.4" velocity="1" effort="1"/></joint>'
+    )
+    lifted = text.replace("</robot>", f"{lift}</robot>")
+    note = "joint 'lift' moves the base 'base': no part of the arm"
+    for base in (None, "base"):
+        assert aa.Arm.from_urdf(lifted, base).import_report.notes == (note,)
+    assert aa.Arm.from_urdf(text).import_report.notes == ()
+    assert aa.OffsetArm.from_urdf(FR3.to_urdf().replace("</robot>", f"{lift}</robot>")).notes == (note,)
+
+
+def test_a_joint_that_moves_the_base_of_a_model_is_noted() -> None:
+    need("mujoco")
+    bodies, ends = "", ""
+    for i, (z, axis) in enumerate([(0.3, "0 0 1"), (0, "0 1 0"), (0, "0 0 1"), (0.4, "0 1 0"), (0, "0 0 1"),
+                                   (0.4, "0 1 0"), (0, "0 0 1")]):  # fmt: skip
+        joint = f'<joint name="j{i}" axis="{axis}"/><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
+        bodies, ends = f'{bodies}<body name="b{i}" pos="0 0 {z}">{joint}', f"</body>{ends}"
+    arm = f'<body name="tip" pos="0 0 0.1"/>{ends}'
+    slide = (
+        '<joint name="lift" type="slide" axis="0 0 1"/><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
+    )
+    for inside, notes in ((slide, ("joint 'lift' moves the base 'torso': no part of the arm",)), ("", ())):
+        text = f'<mujoco><worldbody><body name="torso">{inside}{bodies}{arm}</body></worldbody></mujoco>'
+        chain = read_mjcf(text, base="torso", tip="tip")
+        assert chain.notes == notes
+
+
+def test_limits_of_a_file_that_cannot_be_meant_are_warned_of() -> None:
+    none = re.sub(r'(lower|upper)="[^"]*"', r'\1="0"', PLAIN.with_(lower=-1, upper=1).to_urdf())
+    degrees = none.replace('lower="0"', 'lower="-170"').replace('upper="0"', 'upper="170"')
+    for text, said in ((none, "all limits are 0 to 0"), (degrees, "limits look like degrees")):
+        for door in (aa.Arm.from_urdf, lambda text: aa.Arm.from_urdf(text, exact=False)):
+            with pytest.warns(UserWarning, match=said) as caught:
+                arm = door(text)
+            assert len(caught) == 1 and caught[0].filename == __file__ and str(caught[0].message) in arm.notes
 
 
 def test_an_offset_arm_says_what_takes_a_file_that_is_nearly_one():

@@ -9,6 +9,7 @@ from support.draw import generator
 from support.laws import POSE, circle_gap, gap
 
 import armangle as aa
+from armangle.arm.near import edge_of_reach
 from armangle.models.chain import chain_of, links_of
 
 EVERY = pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS.keys())
@@ -39,6 +40,22 @@ def test_a_step_meets_the_true_pose_or_says_why_not(arm: aa.Arm) -> None:
         naive = aa.step(arm.nominal, q, pose)
         assert naive.status != aa.Status.OK or gap(arm.forward(naive.q)[0], pose) > 1e5 * POSE
     assert taken >= 5
+
+
+def test_a_path_that_leaves_the_reach_says_so_where_branches_meet_first() -> None:
+    arm = calibrated("kuka_iiwa7_r800", 0.1, 0.1)
+    q = np.array([0.1, 0.4, 0.2, -0.4, 0.3, 0.8, 0.5])
+    start = arm.forward(q)[0]
+    out = arm.frames(q)[5, :3, 3] - arm.frames(q)[1, :3, 3]
+    end = start.copy()
+    end[:3, 3] += 0.1 * out / np.linalg.norm(out)
+    motion = aa.follow(arm, aa.Line(start, end), start=q, samples=3000)
+    at = motion.first_failure
+    assert motion.status[at] == aa.Status.NEAR_SINGULAR
+    assert "It is at the edge of reach" in motion.explain()
+    beyond = edge_of_reach(arm, end)
+    assert "the edge of reach, or beyond: of the S-R-S arm beside the chain the pose is out of" in beyond
+    assert edge_of_reach(arm, start) == edge_of_reach(arm.nominal, end) == ""
 
 
 @EVERY

@@ -149,6 +149,32 @@ def test_figures_of_a_true_chain_hold_its_own_numbers() -> None:
     plots.path(aa.follow(arm, poses, start=PAPER_Q))
 
 
+def test_what_is_not_proven_is_told_from_what_a_joint_blocks() -> None:
+    arm = calibrated("kuka_iiwa7_r800", 2.0, 5.0)
+    q = PAPER_Q.copy()
+    q[5] = np.radians(0.05)  # axes 5 and 7 are nearly one: branches meet
+    pose, _, gc = arm.forward(q)
+    every, each = arm.feasible(pose, gc), arm.joint_feasible(pose, gc)
+    left_out = float(every.unproven)
+    assert left_out > 0.01 and arm._left_out(pose, gc).measure == pytest.approx(left_out, abs=1e-9)
+    ax = plots.circle(arm, pose, gc)
+    hatched = [bar for bar in ax.patches if bar.get_hatch()]
+    for ring, wanted in [*((k + 2.0, each[k].unproven) for k in range(7)), (9.35, every.unproven)]:
+        drawn = sum(bar.get_width() for bar in hatched if bar.get_y() == pytest.approx(ring))
+        assert drawn == pytest.approx(float(wanted), abs=1e-9)
+    for joint in range(1, 8):
+        wanted = (~each[joint - 1]).measure - each[joint - 1].unproven
+        assert _wedges(ax, plots.JOINT_COLOURS[joint - 1]) == pytest.approx(float(wanted), abs=1e-8)
+    assert "not proven" in _figure_labels(ax) and "not proven" not in _figure_labels(
+        plots.circle(IIWA, POSE, GC)
+    )
+    assert f"{np.degrees(left_out):.1f}° not proven" in ax.get_title()
+    assert "not proven" in _labels(plots.stick_figure(arm, q))
+    panel = plots.joint_profiles(arm, pose, gc, joints=(1,))[0]
+    assert "not proven" in _figure_labels(panel) and any(patch.get_hatch() for patch in panel.patches)
+    assert "not proven" in _figure_labels(plots.feasible_map((arm, pose[None]), gc=int(gc)))
+
+
 def test_circle_shows_what_the_user_forbids_and_what_is_singular() -> None:
     ax = plots.circle(IIWA, POSE, 0, allowed=aa.ArcSet([[-1.0, 2.5]]))
     assert "not allowed by the user" in _figure_labels(ax)

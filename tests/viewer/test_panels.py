@@ -7,6 +7,7 @@ import zlib
 from pathlib import Path
 
 import numpy as np
+from support.calibrated import calibrated
 
 import armangle as aa
 from armangle.cli import paper_example
@@ -21,6 +22,7 @@ from armangle.viewer.panels import (
     reasons_panel,
     status_panel,
 )
+from armangle.viewer.state import UNPROVEN
 
 IIWA = aa.Arm.from_catalogue("kuka_iiwa7_r800")
 PAPER_ARM, PAPER_Q, PAPER_POSES = paper_example.example()
@@ -47,6 +49,19 @@ def test_panels_hold_the_numbers() -> None:
     free = ViewerState(aa.Arm(d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1))
     assert "no joint blocks" in arcs_panel(free)
     assert gc_name(3) == "GC 3 −−+"
+
+
+def test_what_is_not_proven_is_told_from_what_a_joint_blocks() -> None:
+    arm = calibrated("kuka_iiwa7_r800", 2.0, 5.0)
+    q = PAPER_Q.copy()
+    q[5] = np.radians(0.05)  # axes 5 and 7 are nearly one: branches meet
+    state = ViewerState(arm, q)
+    open_arc = arm._left_out(state.pose, state.gc).intervals[0]
+    assert "not proven" in arcs_panel(state) and "not proven" not in arcs_panel(_paper())
+    answer = state.set_psi(float(open_arc.mean()))
+    assert not answer.ok and answer.text.endswith("is left out: nothing is proven there.")
+    assert (state.elbow_circle().blocker == UNPROVEN).any()
+    assert np.isfinite(state.elbow_circle().segments).all()
 
 
 def test_names_from_files_are_text_and_never_markup() -> None:

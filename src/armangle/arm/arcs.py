@@ -514,6 +514,18 @@ class ArcSet:
             coarse = _coarse_of(self)[index_a] | _coarse_of(other)[index_b]
         return ArcSet._from_core(a.shape, (count, psi, joint, side, value, status, pair, None, coarse, names))
 
+    def _less(self, other: ArcSet) -> ArcSet:
+        """Return the set without another, less the points in which what is left only touches that."""
+        left = self & ~other
+        wide = left._psi[:, 1] > left._psi[:, 0]
+        of = np.repeat(np.arange(len(left._count)), left._count)[wide]
+        count = np.bincount(of, minlength=len(left._count)).astype(np.int64)
+        ends = (column[wide] for column in (left._psi, left._joint, left._side, left._value))
+        pair = None if left._pair is None else left._pair[wide]
+        return ArcSet._from_core(
+            left.shape, (count, *ends, left._status, pair, None, left._coarse, left._names)
+        )
+
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, ArcSet):
             return NotImplemented

@@ -41,6 +41,7 @@ from ..errors import ConfigurationError, InputError, LimitError, NotFiniteError,
 from ..models.axes import rotation_angle
 from ..models.body import Body
 from ..models.catalogue import catalogue, load_robot
+from ..models.chain import Chain
 from ..models.description import (
     ELBOW_OFFSETS,
     FRAMES,
@@ -51,7 +52,7 @@ from ..models.description import (
 )
 from ..models.detect import describe_chain
 from ..models.mjcf import read_mjcf
-from ..models.report import LIKE_DEGREES, LIKE_MILLIMETRES, degrees_notes, millimetre_notes
+from ..models.report import LIKE_DEGREES, LIKE_MILLIMETRES, degrees_notes, millimetre_notes, warn_of
 from ..models.urdf import Source, read_urdf, write_urdf
 from ..poses import as_transform, nearest_rotation
 from ..scenes.clearance import Clearance, Widest, clearance_of
@@ -68,7 +69,7 @@ from .freedom import Freedom
 from .frozen_value import FrozenValue
 from .joint_function import JointFunction
 from .keywords import names_keywords, says_order
-from .near import NearHandle, check_kept_chain, check_near, moved_ends, unsupported
+from .near import NearHandle, check_kept_chain, check_near, leaves_out, moved_ends, unsupported
 from .question import METRICS as _METRICS
 from .question import PREFER, Beyond, MetricName, Prefer, Question, relaxing_length, weights_of
 from .roll import ROLLS, Roll, check_free_roll, solve_free
@@ -335,7 +336,8 @@ class Arm(FrozenValue):
             that is S-R-S.
         angle_tolerance, length_tolerance : float
             How far axes may be from exact (rad, m). Beyond the default the arm is the nearest in the mean
-            square; what then differs from the file is kept in ``import_report``.
+            square; a warning and a note of ``import_report`` say by how much its tip then differs from the
+            file's.
         continuous_limits : {"ignore", "use"}
             Limits of a continuous joint, which by the rules of URDF has none, though some files state them.
             Where they are ignored, a warning and a note of ``import_report`` say so.
@@ -356,10 +358,7 @@ class Arm(FrozenValue):
             If the arm is not S-R-S; the message says which axes miss which point, and by how much.
         """
         chain = read_urdf(source, base=base, tip=tip, continuous_limits=continuous_limits)
-        description, report = describe_chain(
-            chain, angle=angle_tolerance, length=length_tolerance, exact=as_flag("exact", exact)
-        )
-        return cls._from_description(description, report)
+        return cls._of_chain(chain, angle_tolerance, length_tolerance, exact)
 
     @classmethod
     def from_mjcf(
@@ -397,9 +396,12 @@ class Arm(FrozenValue):
             As `from_urdf`.
         """
         chain = read_mjcf(source, base=base, tip=tip)
-        description, report = describe_chain(
-            chain, angle=angle_tolerance, length=length_tolerance, exact=as_flag("exact", exact)
-        )
+        return cls._of_chain(chain, angle_tolerance, length_tolerance, exact)
+
+    @classmethod
+    def _of_chain(cls, chain: Chain, angle: float, length: float, exact: bool) -> Arm:
+        description, report = describe_chain(chain, angle=angle, length=length, exact=as_flag("exact", exact))
+        warn_of(report.notes)
         return cls._from_description(description, report)
 
     @classmethod
@@ -444,7 +446,41 @@ class Arm(FrozenValue):
         if self.chain is not None and "chain" not in changes and not changes.keys().isdisjoint(FRAMES):
             frames = {name: as_transform(name, _given_frame(changes, name, kept[name])) for name in FRAMES}
             kept["chain"] = moved_ends(self.chain, (self.base, self.tool), (frames["base"], frames["tool"]))
-        return Arm(**{**kept, **changes})
+        numbers = {**kept, **changes}
+        if self.chain is None and changes.get("chain") is not None:
+            return self._with_chain(numbers, [end for end in FRAMES if end not in changes])
+        return Arm(**numbers)
+
+    def _with_chain(self, numbers: dict[str, Any], ends: list[str]) -> Arm:
+        """Return a copy with a chain of its own, which must not leave out the base or tool that the arm has.
+
+        `ends`: those of them that are not given beside the chain.
+        """
+        made, wrong = None, None
+        try:
+            made = Arm(**numbers)
+        except InputError as error:
+            if type(error) is not InputError:  # a chain that cannot be read as one
+                raise
+            wrong = error
+        for end in ends:
+            frame, at = getattr(self, end), 0 if end == "base" else JOINTS
+            whole = np.array(numbers["chain"], dtype=np.float64)
+            whole[at] = frame @ whole[0] if end == "base" else whole[-1] @ frame
+            try:
+                other = Arm(**{**numbers, "chain": whole})
+            except InputError:
+                continue
+            bare = None if made is None else made._handle
+            if leaves_out(cast(NearHandle | None, bare), cast(NearHandle, other._handle), at):
+                raise InputError(
+                    f"the chain for {self.name!r} leaves out its {end}=: give it there too, "
+                    f"as dh_chain(..., {end}=arm.{end})"
+                )
+        if made is None:
+            assert wrong is not None
+            raise wrong
+        return made
 
     def with_tool(self, tool: ArrayLike) -> Arm:
         """Return a copy with a tool mounted on the present tip.
@@ -761,6 +797,7 @@ class Arm(FrozenValue):
         unreachable: Unreachable,
         out: Floats | None,
         threads: int,
+        all_branches: bool = False,
     ) -> Floats:
         if psi is None or gc is None:
             raise InputError(
@@ -786,6 +823,7 @@ class Arm(FrozenValue):
             beyond,
             out_of_reach,
             as_threads(threads),
+            all_branches,
         )
         if shared:
             result[...] = target
@@ -833,7 +871,9 @@ class Arm(FrozenValue):
             Arm angle, rad. The same number is another elbow for GC_4 = +1 and -1.
         seed : array_like, shape (..., 7), optional
         limits, unreachable, threads
-            As in `inverse`; ``limits="nan"`` leaves NaN in the rows that violate a limit.
+            As in `inverse`; ``limits="nan"`` leaves NaN in the rows that violate a limit. Of an arm with a
+            chain of its own a branch may have no certain posture where others have one: ``unreachable="nan"``
+            leaves NaN in its row.
 
         Returns
         -------
@@ -849,7 +889,7 @@ class Arm(FrozenValue):
         poses = as_poses("pose", pose, self._handle)[..., None, :, :]
         angles = as_floats("psi", psi)[..., None]
         near = None if seed is None else as_floats("seed", seed, (JOINTS,))[..., None, :]
-        return self._inverse(poses, angles, _GC_ORDER, near, limits, unreachable, None, threads)
+        return self._inverse(poses, angles, _GC_ORDER, near, limits, unreachable, None, threads, True)
 
     def frames(self, q: ArrayLike, *, threads: int = 1) -> Floats:
         """Return the poses of the arm's DH frames: where its joints are in space.
@@ -1491,6 +1531,25 @@ class Arm(FrozenValue):
             poses, branches, margin, wanted, unproven, as_threads(threads), obstacles
         )
         return ArcSet._from_core((*batch, *sets), columns, ready, unproven)
+
+    def _left_out(
+        self, pose: ArrayLike, gc: ArrayLike, margin: float = 0.0, wanted: Wanted = Wanted.BRANCH
+    ) -> ArcSet:
+        """Return what `feasible`, `joint_feasible` (JOINTS) or `clear` (CLEAR) leaves out as not proven.
+
+        Of an arm without a chain of its own it is empty. What a scene's own proof loses is not told.
+        """
+        batch, (poses, branches) = self._branches(pose, gc)
+        shape = (*batch, *((JOINTS,) if wanted is Wanted.JOINTS else ()))
+        measure = np.zeros(shape).reshape(-1)
+        if self.chain is None:
+            codes, ends = np.zeros(measure.shape, dtype=np.int8), np.empty((0, 2), dtype=np.int8)
+            return ArcSet._from_core(
+                shape, (codes.astype(np.int64), np.empty((0, 2)), ends, ends, np.empty((0, 2)), codes)
+            )
+        handle = cast(NearHandle, self._handle)
+        columns = handle.feasible_many(poses, branches, margin, wanted, measure, 1, None, left_out=True)
+        return ArcSet._from_core(shape, columns)
 
     def _keeps_soft(
         self, pose: ArrayLike, gc: ArrayLike, scene: Scene | None, margin: float

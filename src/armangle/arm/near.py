@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Never
+from typing import Any, Never, Protocol
 
 import numpy as np
 
 from .. import _core
 from .._arrays import MILLIMETRES, Floats
-from ..errors import InputError
+from ..errors import InputError, UnreachableError
 from ..models.description import ELBOW_OFFSETS, LENGTHS
 from ..models.detect import MAX_ANGLE, MAX_LENGTH
+from .deviation import ChainDeviation
+from .joint_map import to_theta
 
+_ELBOW = 3
+_MOST_OFF = np.array([MAX_LENGTH, MAX_ANGLE])
+_NOTHING = 0.02  # of these: a shorter tool is within what a calibration finds
 _ASKED = {
     "feasible_one": "feasible",
     "feasible_many": "feasible",
@@ -35,10 +40,10 @@ class NearHandle(_core.NearArm):
         raise unsupported(_ASKED.get(name, name.removesuffix("_many")))
 
 
-_NOMINAL = "arm.nominal, the S-R-S arm beside it, whose joints miss the true poses by arm.deviation"
+NOMINAL = "arm.nominal, the S-R-S arm beside it, whose joints miss the true poses by arm.deviation"
 
 
-def unsupported(what: str, instead: str = _NOMINAL) -> InputError:
+def unsupported(what: str, instead: str = NOMINAL) -> InputError:
     """Return the error of a function that has no answer for an arm with a chain."""
     return InputError(f"{what} is not made for an arm with a chain of its own: use {instead}")
 
@@ -46,15 +51,63 @@ def unsupported(what: str, instead: str = _NOMINAL) -> InputError:
 def check_near(name: str, handle: NearHandle) -> None:
     """Raise where a link of a chain is not near the nominal one."""
     off = np.array(handle.deviations)
-    if (off <= (MAX_LENGTH, MAX_ANGLE)).all():
+    if (off <= _MOST_OFF).all():
         return
-    at = int(np.argmax((off / (MAX_LENGTH, MAX_ANGLE)).max(axis=1)))
+    at = int(np.argmax((off / _MOST_OFF).max(axis=1)))
     length, angle = off[at, 0] * MILLIMETRES, math.degrees(off[at, 1])
     raise InputError(
         f"chain[{at}] of {name!r} is {length:.4g} mm and {angle:.4g} deg "
         f"from the nominal link, wanted at most {MAX_LENGTH * MILLIMETRES:g} mm and "
-        f"{math.degrees(MAX_ANGLE):.3g} deg: is it in the joint coordinates of the other numbers?"
+        f"{math.degrees(MAX_ANGLE):.3g} deg: is it in the joint coordinates of the other numbers? "
+        "Of a table: is it of dh_chain's other order, modified=True or False, and the same axes positive?"
     )
+
+
+class _Reaching(Protocol):
+    """What is asked of an arm."""
+
+    chain: Floats | None
+    _handle: _core.Arm
+
+    @property
+    def delta(self) -> float:
+        """Where θ4 is of the stretched arm, rad."""
+
+    @property
+    def nominal(self) -> _Reaching:
+        """The S-R-S arm beside the chain."""
+
+    @property
+    def deviation(self) -> ChainDeviation:
+        """In which bands branches merge."""
+
+    def inverse(self, pose: Floats, psi: Any, gc: Any) -> Floats: ...
+
+
+def edge_of_reach(arm: _Reaching, pose: Floats) -> str:
+    """Return that a pose is at the edge of reach of a chain, where branches merge, as a sentence with a space
+    before it; else nothing.
+    """
+    if arm.chain is None:
+        return ""
+    nominal = arm.nominal
+    try:
+        q = nominal.inverse(pose, 0.0, 0)
+    except UnreachableError as error:
+        return f" It is at the edge of reach, or beyond: of the S-R-S arm beside the chain the {error}."
+    bend = abs(float(to_theta(nominal._handle, q)[_ELBOW]) - nominal.delta) % (2 * math.pi)
+    straight = min(bend, 2 * math.pi - bend) <= arm.deviation.bands[1]
+    return " It is at the edge of reach: the elbow is straight." if straight else ""
+
+
+def leaves_out(bare: NearHandle | None, whole: NearHandle, at: int) -> bool:
+    """Return whether a link of a chain is so far from the nominal one because a frame is left out there: with
+    it, in `whole`, it is nearer by more than half. `bare` is None where the chain is too far off as it is.
+    """
+    if bare is None:
+        return True
+    without, given = (float((core.deviations[at] / _MOST_OFF).max()) for core in (bare, whole))
+    return 2.0 * given < without > _NOTHING
 
 
 def check_kept_chain(changes: Iterable[str]) -> None:

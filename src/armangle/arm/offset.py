@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterable
 from dataclasses import fields
 from inspect import Parameter, Signature, signature
@@ -41,11 +40,11 @@ from ..models.mjcf import read_mjcf
 from ..models.offset import (
     ANGLE_TOLERANCE,
     LENGTH_TOLERANCE,
-    NOT_EXACT,
     describe_offset_chain,
     load_offset_robot,
     offset_catalogue,
 )
+from ..models.report import warn_of
 from ..models.urdf import Source, read_urdf
 from ..models.urdf.writing import write_chain
 from ..poses import as_transform
@@ -322,9 +321,7 @@ class OffsetArm(FrozenValue):
         angle = as_number("angle_tolerance", angle_tolerance, 0.0, MAX_ANGLE)
         length = as_number("length_tolerance", length_tolerance, 0.0, MAX_LENGTH)
         found, report = describe_offset_chain(chain, angle=angle, length=length)
-        for line in found.notes:
-            if line.startswith(NOT_EXACT):
-                warnings.warn(line, UserWarning, stacklevel=3)
+        warn_of(found.notes)
         return cls._of(found, report)
 
     @classmethod

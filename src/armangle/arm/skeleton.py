@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._arrays import Floats, as_floats
+from .._core import Wanted
 from .arm import Arm
 
 SHOULDER, ELBOW, WRIST = 1, 3, 5
@@ -52,14 +53,21 @@ def elbow_points(arm: Arm, pose: ArrayLike, gc: int, psi: ArrayLike) -> Floats:
     Returns
     -------
     ndarray, shape (..., 3)
-        m, in the frame that poses are given in.
+        m, in the frame that poses are given in. NaN where an arm with a chain of its own has no
+        certain posture.
 
     Raises
     ------
     UnreachableError
-        If the pose is out of reach.
+        If the pose is out of reach of an arm without a chain of its own.
     """
-    return arm.elbow(arm.inverse(pose, psi, gc))
+    if arm.chain is None:
+        return arm.elbow(arm.inverse(pose, psi, gc))
+    q = arm.inverse(pose, psi, gc, unreachable="nan")
+    known = np.isfinite(q).all(axis=-1)
+    points = np.full((*known.shape, 3), np.nan)
+    points[known] = arm.elbow(q[known])
+    return points
 
 
 def blockers(
@@ -80,7 +88,8 @@ def blockers(
     Returns
     -------
     ndarray of bool, shape (..., 7)
-        True where joint i + 1 is outside its limits (or margins) there; all True out of reach.
+        True where joint i + 1 is outside its limits (or margins) there; all True out of reach. Where that is
+        not proven of an arm with a chain of its own it is False: `unproven`.
 
     Raises
     ------
@@ -88,7 +97,19 @@ def blockers(
         As `Arm.feasible`.
     """
     each = arm.joint_feasible(poses, gc, singularity_margin=singularity_margin)
-    return np.logical_not(each.contains(as_floats("psi", psi)[..., None]))
+    angles = as_floats("psi", psi)[..., None]
+    blocked = np.logical_not(each.contains(angles))
+    if arm.chain is None:
+        return blocked
+    return blocked & ~arm._left_out(poses, gc, singularity_margin, Wanted.JOINTS).contains(angles)
+
+
+def unproven(
+    arm: Arm, poses: ArrayLike, gc: ArrayLike, psi: ArrayLike, *, singularity_margin: float = 0.0
+) -> NDArray[np.bool_]:
+    """Return where arm angles are proven neither feasible nor blocked; arguments are those of `blockers`."""
+    left_out = arm._left_out(poses, gc, singularity_margin)
+    return np.asarray(left_out.contains(as_floats("psi", psi)), dtype=np.bool_)
 
 
 def first_blocker(blocked: NDArray[np.bool_]) -> NDArray[np.int64]:

@@ -13,7 +13,15 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, Protocol, cast
 
-from ..errors import ArmangleError, MissingExtraError, OutputError, PathError, UnreachableError, needed
+from ..errors import (
+    ArmangleError,
+    MissingExtraError,
+    NoSolutionError,
+    OutputError,
+    PathError,
+    UnreachableError,
+    needed,
+)
 from .tables import paragraph
 
 COMMANDS = {
@@ -39,6 +47,8 @@ SHELLS = ("bash", "zsh", "tcsh")
 OK, NO_SOLUTION, BAD_INPUT = 0, 1, 2
 _INTERRUPTED = 130
 _NEGATIVE = re.compile(r"-\.?\d")
+
+_FITTED = "the S-R-S arm fitted to the file: --length-tolerance and --angle-tolerance in place of --inexact"
 
 _EPILOG = """\
 Degrees and metres in arguments and on screen, mm where an option says so;
@@ -79,7 +89,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return status
     except SystemExit as stop:  # argparse has said what it had to
         return int(stop.code or 0)
-    except (UnreachableError, PathError) as error:
+    except (UnreachableError, NoSolutionError, PathError) as error:
         return _complain(error, NO_SOLUTION)
     except ArmangleError as error:
         return _complain(error, BAD_INPUT)
@@ -94,8 +104,15 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _complain(error: Exception, status: int) -> int:
-    print(paragraph(f"armangle: {error}"), file=sys.stderr)
+    print(paragraph(f"armangle: {_in_options(str(error))}"), file=sys.stderr)
     return status
+
+
+def _in_options(message: str) -> str:
+    """Return a message whose way out is an attribute of Python with what there is of the command line."""
+    from ..arm.near import NOMINAL
+
+    return message.replace(NOMINAL, _FITTED)
 
 
 def _run(words: list[str]) -> int:

@@ -16,6 +16,7 @@ import numpy as np
 from .._arrays import Floats
 from ..arm.arm import Arm
 from ..arm.configuration import gc_signs
+from ..arm.near import edge_of_reach
 from ..arm.offset import OffsetArm
 from ..errors import UnreachableError
 from ..files.sheets import plain
@@ -140,7 +141,19 @@ def unsolved_text(arm: Arm, pose: Floats, gc: int, status: Status) -> str:
         except UnreachableError as error:
             said = str(error)
             return f"{said}{'' if said.endswith('?') else '.'} {status.sentence}"
+    if status == Status.NEAR_SINGULAR:
+        return f"{status.sentence}{edge_of_reach(arm, pose)}"
     return status.sentence
+
+
+def left_out(measures: Iterable[tuple[str, float]]) -> str:
+    """Return in words how much of each circle, by its name, is not proven (rad); empty where all is.
+
+    >>> left_out([("gc 3", 0.1), ("gc 4", 0.0)])
+    'not proven and left out, where branches meet: 5.73 deg of gc 3'
+    """
+    found = [f"{degrees(width, 2)} deg of {name}" for name, width in measures if width > 0]
+    return f"not proven and left out, where branches meet: {', '.join(found)}" if found else ""
 
 
 def head_and_tail(rows: Sequence[Sequence[str]]) -> list[Sequence[str]]:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .._arrays import MILLIMETRES, Floats
+from .._arrays import CONFIGURATIONS, MILLIMETRES, Floats
 from ..arm.arm import Arm
 from ..arm.solution import Solution
 from ..errors import InputError
@@ -16,7 +16,9 @@ from ..scenes.scene import Scene
 from ..status import STATUSES, Status
 from .arguments import joints
 from .screen import (
+    counted,
     degrees,
+    left_out,
     note,
     progress,
     show,
@@ -26,7 +28,7 @@ from .screen import (
     unsolved_text,
     write,
 )
-from .tables import table
+from .tables import paragraph, table
 
 
 def solve(arm: Arm, pose: Floats, scene: Scene | None, args: argparse.Namespace) -> int:
@@ -53,10 +55,15 @@ def solve(arm: Arm, pose: Floats, scene: Scene | None, args: argparse.Namespace)
     elif not single:
         show(f"nearest to {name}\n")
         show_many(found.q, names)
+        unproven = int((names == Status.UNPROVEN.name).sum())
+        if unproven:
+            show(paragraph(f"\nUNPROVEN, {counted(unproven, 'pose')}: {Status.UNPROVEN.sentence}"))
     elif np.isfinite(found.q).all():
         one = found.row(0)
         show_posture(arm, one.q, float(one.psi), int(one.gc))
         show(f"\nnearest to {name}:\n{_far(args.metric, float(one.distance))}")
+        if one.status == Status.UNPROVEN:
+            show(paragraph(f"UNPROVEN: {Status.UNPROVEN.sentence}"))
         if not one.ok:
             off = f"{float(one.gap) * MILLIMETRES:.4g} mm"
             show("\nof the nearest pose that can be held:")
@@ -75,9 +82,11 @@ def _all(
 ) -> int:
     """Print one posture for each branch and arc, the nearest first."""
     found = arm.solutions(pose, near, metric=args.metric, gc=args.gc, scene=scene)
+    asked = [*range(CONFIGURATIONS)] if args.gc is None else [args.gc]
+    every = arm.feasible_all(pose, scene=scene)[asked]
     if args.json:
         columns = {key: getattr(found, key) for key in ("q", "psi", "gc", "distance", "margin", "status")}
-        show_json(columns | {"near": near, "metric": args.metric})
+        show_json(columns | {"unproven": every.unproven, "near": near, "metric": args.metric})
     elif len(found):
         show(f"one posture for each branch and arc, nearest to {name}; all in degrees\n")
         rows = [
@@ -86,6 +95,10 @@ def _all(
             for one in found
         ]  # fmt: skip
         show(table(["gc", "psi", *(f"q{i}" for i in range(1, 8)), args.metric, "margin"], rows))
+    named = zip([f"gc {gc}" for gc in asked], np.ravel(every.unproven).tolist(), strict=True)
+    unproven = left_out(named)
+    if unproven:
+        note(f"armangle: {unproven}")
     if len(found):
         return 0
     assert isinstance(found.status, Status)

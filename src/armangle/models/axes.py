@@ -19,6 +19,7 @@ from .chain import Chain, FloatArray
 
 UPPER_ARM, FOREARM = 2, 3
 
+SRS_LENGTH, SRS_ANGLE = 2e-5, 1e-5  # m, rad: axes that miss by no more are those of an S-R-S arm
 NEAR_LENGTH = 30e-3  # m: axes that miss by no more, and are square within
 NEAR_ANGLE = math.radians(2.0)  # no more, are near
 

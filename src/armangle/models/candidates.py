@@ -199,6 +199,11 @@ class Candidate:
         return f"; or tip {listed(others, _MOST_TIPS)}" if others else ""
 
 
+def moved_base(joint: str, base: str) -> str:
+    """Return the note of a joint that moves an arm's base: a lift, a waist, a free base."""
+    return f"joint {joint!r} moves the base {base!r}: no part of the arm"
+
+
 def listed(names: Sequence[str], most: int = _MOST_NAMES) -> str:
     """Return names in one line, of many only the first."""
     more = f", and {len(names) - most} more" if len(names) > most else ""

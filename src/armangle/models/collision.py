@@ -68,7 +68,7 @@ def cover_urdf(
 ) -> Covered:
     """Return rods that contain every <collision> of the links from base to tip."""
     chain = read_urdf(source, base=base, tip=tip)
-    arm = describe_chain(chain, exact=exact)[0]
+    arm = describe_chain(chain, exact=exact, of_body=True)[0]
     text, folder = read_text(source)
     out, left = Covered(), list[str]()
     rest = link_frames(arm, np.zeros(JOINTS))
@@ -179,7 +179,7 @@ def _refuse_unless_sized(where: str, name: str, extent: float, size: float) -> N
 def cover_mjcf(source: Any, base: str | None, tip: str | None, shapes: int, exact: bool) -> Covered:
     """Return rods that contain every colliding geom of the bodies from base to tip."""
     chain, q, geoms, notes = mjcf_geoms(source, base, tip)
-    arm = describe_chain(chain, exact=exact)[0]
+    arm = describe_chain(chain, exact=exact, of_body=True)[0]
     rest = link_frames(arm, q)
     out = Covered(notes=notes)
     zero = np.zeros(3)

@@ -30,6 +30,8 @@ from .axes import (
     NEAR_ANGLE,
     NEAR_LENGTH,
     ROUNDING,
+    SRS_ANGLE,
+    SRS_LENGTH,
     Axes,
     cross,
     millimetres,
@@ -41,11 +43,11 @@ from .axes import (
 from .chain import Chain, FloatArray, chain_of, links_of, rigid_inverse
 from .description import ArmDescription, ImportReport
 from .fit import fit
-from .offset import offset_hint
-from .report import import_notes, import_report
+from .offset import KEEPS_CHAIN, offset_hint
+from .report import NOT_EXACT, import_notes, import_report
 
-ANGLE_TOLERANCE = 1e-5
-LENGTH_TOLERANCE = 2e-5
+ANGLE_TOLERANCE = SRS_ANGLE
+LENGTH_TOLERANCE = SRS_LENGTH
 ZERO_LENGTH = 2e-5
 MAX_ANGLE = 0.1
 MAX_LENGTH = 0.1
@@ -78,6 +80,7 @@ def describe_chain(
     angle: float = ANGLE_TOLERANCE,
     length: float = LENGTH_TOLERANCE,
     exact: bool = True,
+    of_body: bool = False,
 ) -> tuple[ArmDescription, ImportReport]:
     """Return the S-R-S arm that a chain of seven joints is, or nearly is.
 
@@ -93,6 +96,8 @@ def describe_chain(
     exact : bool, optional
         False: the chain is kept as it is, beside the arm, where the two differ; axes may then miss by
         ``NEAR_ANGLE`` and ``NEAR_LENGTH``, or by the tolerances where they are larger.
+    of_body : bool, optional
+        Whether it is asked for the links of a `Body`, which takes no tolerances: the error names none.
 
     Returns
     -------
@@ -111,25 +116,30 @@ def describe_chain(
     axes = Axes(*chain.lines())
     if not exact:
         angle, length = max(angle, NEAR_ANGLE), max(length, NEAR_LENGTH)
-    _refuse_unless_srs(chain, axes, angle, length)
+    _refuse_unless_srs(chain, axes, angle, length, of_body)
     snaps = not reasons_against(axes, ANGLE_TOLERANCE, LENGTH_TOLERANCE)
     arm = _snapped(chain) if snaps else fitted_arm(chain)
     notes = import_notes(chain)
+    off = residual(chain, arm)
+    if exact and not snaps:
+        notes = (
+            *notes,
+            f"{NOT_EXACT} the S-R-S arm fitted to it differs by up to {_differs(off)} at the tip",
+        )
     arm = replace(arm, notes=notes if exact else (*notes, *_chain_notes(chain, arm)))
-    if not exact and max(residual(chain, arm)) > ROUNDING:
+    if not exact and max(off) > ROUNDING:
         arm = replace(arm, chain=links_of(chain))
-    return arm, import_report(chain, residual(chain, arm), arm.notes)
+    return arm, import_report(chain, off, arm.notes)
 
 
 def _chain_notes(chain: Chain, arm: ArmDescription) -> tuple[str, ...]:
     """Return a note of how far a kept chain is from the arm that lends it psi and gc."""
-    position, rotation = residual(chain, arm)
-    if max(position, rotation) <= ROUNDING:
+    off = residual(chain, arm)
+    if max(off) <= ROUNDING:
         return ()
     return (
         "only nearly S-R-S: the chain of the file is kept, and psi and gc are those of the S-R-S arm fitted "
-        f"to it, which differs by up to {millimetres(position)} and {math.degrees(rotation):.3g} deg at the "
-        "tip",
+        f"to it, which differs by up to {_differs(off)} at the tip",
     )
 
 
@@ -187,41 +197,45 @@ def _check_tolerances(angle: float, length: float) -> None:
             raise InputError(f"tolerance {name} is {value}, wanted 0 to {most}")
 
 
-def _refuse_unless_srs(chain: Chain, axes: Axes, angle: float, length: float) -> None:
+def _refuse_unless_srs(chain: Chain, axes: Axes, angle: float, length: float, of_body: bool) -> None:
     """Raise :class:`NotSRSError` unless the axes are S-R-S within the tolerances."""
     reasons = reasons_against(axes, angle, length)
     if not reasons:
         return
     sentences = tuple(reason.sentence for reason in reasons)
     found = nearness(axes)
-    hint, near = offset_hint(chain), ""
-    if found.near:  # what to do comes first: the reasons are long
-        hint = f"{hint} {_INEXACT}" if hint else _INEXACT
-        near = f" {_near_sentence(chain, found, angle, length)}"
-    advice = f"{hint} The reasons: " if hint else ""
     what = f"{chain.name!r} ({chain.base} to {chain.tip}) is not S-R-S"
-    raise NotSRSError(f"{what}: {advice}{'; '.join(sentences)}.{near}", sentences, found.near)
+    doors = [] if of_body else [offset_hint(chain)]
+    if found.near:  # what to do comes first: the reasons are long
+        what += f", but near it: nothing is off by more than {_misses(found, angle, length)}"
+        doors += [KEEPS_CHAIN] if of_body else [KEEPS_CHAIN, _fitted_sentence(chain, found, angle, length)]
+    doors = [door for door in doors if door]
+    if not doors:
+        raise NotSRSError(f"{what}: {'; '.join(sentences)}.", sentences, found.near)
+    lines = [f"{what}.", *doors, f"The reasons: {'; '.join(sentences)}."]
+    raise NotSRSError("\n".join(lines), sentences, found.near)
 
 
-_INEXACT = (
-    "exact=False (on the command line --inexact) takes it as it is, with the chain of the file and its poses "
-    "to rounding."
-)
-
-
-def _near_sentence(chain: Chain, found: Nearness, angle: float, length: float) -> str:
-    """Say how near the chain is to S-R-S, and which tolerances take the fitted arm instead."""
-    position, rotation = residual(chain, fitted_arm(chain))
+def _misses(found: Nearness, angle: float, length: float) -> str:
+    """Say by how much axes are off that are beyond the tolerances."""
     off = [f"{millimetres(found.miss)}"] if found.miss > length else []
     off += [f"{np.degrees(found.tilt):.4g} deg"] if found.tilt > angle else []
+    return " and ".join(off)
+
+
+def _fitted_sentence(chain: Chain, found: Nearness, angle: float, length: float) -> str:
+    """Say which tolerances take the fitted arm, and by how much that misses the chain."""
     wanted = tolerances(
         found.miss if found.miss > length else None, found.tilt if found.tilt > angle else None
     )
+    off = _differs(residual(chain, fitted_arm(chain)))
     return (
-        f"It is near S-R-S: nothing is off by more than {' and '.join(off)}. The S-R-S arm fitted to it "
-        f"differs from it by up to {millimetres(position)} and {np.degrees(rotation):.3g} deg at the tip; "
-        f"with {wanted} that arm is taken."
+        f"With {wanted} the S-R-S arm fitted to it is taken, which differs from it by up to {off} at the tip."
     )
+
+
+def _differs(off: tuple[float, float]) -> str:
+    return f"{millimetres(off[0])} and {math.degrees(off[1]):.3g} deg"
 
 
 def _writings(chain: Chain, axes: Axes, slack: _Slack) -> Iterator[ArmDescription]:

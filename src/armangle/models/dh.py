@@ -6,10 +6,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._arrays import JOINTS, as_flag, as_floats
-from ..errors import NotFiniteError, ShapeError
+from ..errors import InputError, NotFiniteError, ShapeError
 from ..poses import as_transform
 from .chain import FloatArray, rotation_about, translation
+from .report import LONGEST_LINK
 
+_MOST_TURNED = 4.0 * np.pi
 _X, _Z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
 
 
@@ -55,6 +57,7 @@ def dh_chain(
         raise ShapeError(f"rows has shape {table.shape}, wanted {(JOINTS, 4)}")
     if not np.isfinite(table).all():
         raise NotFiniteError(f"rows holds {table[~np.isfinite(table)][0]}, wanted finite numbers")
+    _refuse_other_units(table)
     craig = as_flag("modified", modified)
     links = np.array([np.eye(4)] * (JOINTS + 1))
     links[0] = as_transform("base", np.eye(4) if base is None else base)
@@ -65,3 +68,17 @@ def dh_chain(
         links[row + 1] = along if craig else along @ across
     links[JOINTS] = links[JOINTS] @ as_transform("tool", np.eye(4) if tool is None else tool)
     return links
+
+
+def _refuse_other_units(table: FloatArray) -> None:
+    """Raise where a row holds an angle of more than two turns, or a length that no link has."""
+    units = (
+        ("a", 0, LONGEST_LINK, "lengths are in m: was this in mm?"),
+        ("alpha", 1, _MOST_TURNED, "angles are in rad: were these degrees?"),
+        ("d", 2, LONGEST_LINK, "lengths are in m: was this in mm?"),
+        ("offset of theta", 3, _MOST_TURNED, "angles are in rad: were these degrees?"),
+    )
+    for name, column, most, asked in units:
+        row = int(np.argmax(np.abs(table[:, column])))
+        if abs(table[row, column]) > most:
+            raise InputError(f"rows[{row}] has {name} {table[row, column]:g}; {asked}")

@@ -8,6 +8,7 @@ axes mean is the business of :mod:`armangle.models.detect`.
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 from xml.parsers import expat
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 
 from .._arrays import JOINTS, check_source
 from ..errors import FileFormatError, SceneError, needed
-from .candidates import Candidate, RigidBody, Tree, TreeJoint, find_candidates, guess, unknown
+from .candidates import Candidate, RigidBody, Tree, TreeJoint, find_candidates, guess, moved_base, unknown
 from .chain import Chain, FloatArray, Joint, rotation_about, translation
 
 _KINDS = ("free", "ball", "slide", "hinge")
@@ -276,7 +277,15 @@ class _Model:
             instead = self.tree().instead_of(base, self.body_above(tip))
             found = f"{len(chain.joints)} hinges from {base!r} to {tip!r}"
             self.fail(f"{found}, wanted {JOINTS}: {names}{instead}")
-        return chain
+        lift = self.lift(self.body(base, "base"))
+        return chain if lift is None else replace(chain, notes=(*chain.notes, moved_base(lift, base)))
+
+    def lift(self, body: int) -> str | None:
+        """Return the name of the nearest joint that moves a body, None where it stands still."""
+        while body and not self.joints(body):
+            body = int(self.model.body_parentid[body])
+        joints = self.joints(body)
+        return self.name("joint", joints[-1]) if joints else None
 
     def body_above(self, tip: str) -> str:
         """Return the name of the body that a tip is, or is a site of."""

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Iterable, Mapping
 
 from .axes import POSTURES, Axes
 from .chain import Chain
 from .description import ImportReport
 
+NOT_EXACT = "not quite the arm of its file:"
+NO_RANGE = "all limits are 0 to 0"
 LIKE_DEGREES = "limits look like degrees where rad are wanted"
 LIKE_MILLIMETRES = "lengths look like mm where m are wanted"
 _SUSPICIOUS_VELOCITY = 10.0  # rad/s
-_SUSPICIOUS_LENGTH = 10.0  # m: the link of no arm of this kind is as long
+LONGEST_LINK = 10.0  # m: the link of no arm of this kind is as long
 _SUSPICIOUS_LIMIT = 20.0  # rad: no arm turns a joint three times, but many files state degrees
 
 
@@ -36,6 +39,15 @@ def import_report(chain: Chain, residual: tuple[float, float], notes: tuple[str,
     )
 
 
+def warn_of(notes: Iterable[str]) -> None:
+    """Warn whoever called the door that calls this of what nobody may miss: an arm that is not quite that of
+    its file, limits that nobody can mean.
+    """
+    for note in notes:
+        if note.startswith((NOT_EXACT, NO_RANGE, LIKE_DEGREES)):
+            warnings.warn(note, UserWarning, stacklevel=4)
+
+
 def import_notes(chain: Chain) -> tuple[str, ...]:
     """Return what the reader met, and what a user should not trust of limits and speeds."""
     return (*chain.notes, *_limit_notes(chain), *_velocity_notes(chain))
@@ -45,7 +57,7 @@ def _limit_notes(chain: Chain) -> tuple[str, ...]:
     """Return a note where the limits are an exporter's default, or look like degrees."""
     ends = [(joint.lower, joint.upper) for joint in chain.joints]
     if all(lower == upper == 0.0 for lower, upper in ends):
-        return ("all limits are 0 to 0, so that no joint may move: state the true ones",)
+        return (f"{NO_RANGE}, so that no joint may move: state the true ones",)
     names = [joint.name for joint in chain.joints]
     return degrees_notes(
         names, [joint.lower for joint in chain.joints], [joint.upper for joint in chain.joints]
@@ -64,7 +76,7 @@ def degrees_notes(names: Iterable[str], lower: Iterable[float], upper: Iterable[
 
 def millimetre_notes(lengths: Mapping[str, float]) -> tuple[str, ...]:
     """Return a note where lengths (m) are so long that they look like mm, else nothing."""
-    long = [f"{name} {value:g}" for name, value in lengths.items() if abs(value) > _SUSPICIOUS_LENGTH]
+    long = [f"{name} {value:g}" for name, value in lengths.items() if abs(value) > LONGEST_LINK]
     return (f"{LIKE_MILLIMETRES}: {', '.join(long)}",) if long else ()
 
 

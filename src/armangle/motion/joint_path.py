@@ -12,6 +12,7 @@ from .. import _core
 from .._arrays import JOINTS, Floats, Ints, frozen
 from ..arm.arm import Arm
 from ..arm.diagnosis import Diagnosis
+from ..arm.near import edge_of_reach
 from ..arm.offset import OffsetArm, as_srs
 from ..arm.roll import Roll
 from ..errors import PathError, UnreachableError
@@ -471,6 +472,8 @@ class JointPath:
             except UnreachableError as error:
                 said = str(error).capitalize()
                 return f" {said}{'' if said.endswith('?') else '.'}"
+        if self.status[at] == Status.NEAR_SINGULAR and isinstance(self.arm, Arm):
+            return edge_of_reach(self.arm, self.poses[at])
         solved = np.flatnonzero(np.isin(self.status[:at], SOLVED))
         before = self.q[solved[-1]] if len(solved) else self.start
         if self.status[at] not in _OF_A_JOINT or before is None:

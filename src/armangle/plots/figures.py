@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 
 from .._arrays import JOINTS, Floats, one_posture
 from ..arm.arm import Arm
-from ..arm.skeleton import blockers, elbow_points, first_blocker, skeleton
-from ..colours import BLACK, BLUE, GREEN, JOINT_COLOURS, MID, VERMILION
+from ..arm.skeleton import blockers, elbow_points, first_blocker, skeleton, unproven
+from ..colours import BLACK, BLUE, GREEN, JOINT_COLOURS, MID, PALE, VERMILION
 from .space import draw_sticks, extent, finish_space
 from .style import check_drawn, space_axes
 
@@ -19,6 +19,7 @@ _SAMPLES = 721
 _AXIS_SHARE = 0.09
 _NEAR, _ASIDE = 0.13, 0.3
 _TINY = 1e-12
+_UNPROVEN = JOINTS + 1  # in place of the joint that blocks
 # Matplotlib's own viewpoint: azimuth -60, elevation 30 degrees.
 _TO_VIEWER, _RIGHT = np.array([0.433, -0.75, 0.5]), np.array([0.866, 0.5, 0.0])
 
@@ -116,7 +117,8 @@ def stick_figure(
     q : array_like, shape (7,)
         Joint values, rad.
     elbow_circle : bool
-        Whether to draw the circle: black where feasible, else in the colour of the lowest joint that blocks.
+        Whether to draw the circle: black where feasible, else in the colour of the lowest joint that blocks;
+        pale where it is not proven of an arm with a chain of its own.
     singularity_margin : float
         As in `Arm.feasible`, rad.
     ax : matplotlib 3-D axes, optional
@@ -142,7 +144,8 @@ def stick_figure(
     shown = points
     if elbow_circle:
         pose, psi, gc = arm.forward(joints)
-        shown = np.vstack([points, _coloured_circle(space, arm, pose, int(gc), singularity_margin)])
+        circle = _coloured_circle(space, arm, pose, int(gc), singularity_margin)
+        shown = np.vstack([points, circle[np.isfinite(circle).all(axis=1)]])
         space.plot(*points[3:4].T, "o", color=BLACK, ms=9, mfc="white", mew=2, label="elbow")
         space.set_title(f"{arm.name}: GC {gc}, ψ = {np.degrees(psi):.1f}°".replace("-", "−"), fontsize=10)
     finish_space(space, shown)
@@ -155,12 +158,19 @@ def _coloured_circle(space: Any, arm: Arm, pose: Floats, gc: int, margin: float)
     circle = elbow_points(arm, pose, gc, psi)
     middles = 0.5 * (psi[1:] + psi[:-1])
     who = first_blocker(blockers(arm, pose, gc, middles[:, None], singularity_margin=margin)[:, 0])
+    open_ = unproven(arm, pose, gc, middles, singularity_margin=margin)
+    who = np.where((who == 0) & open_, _UNPROVEN, who)
+    drawn = {
+        0: ("feasible", BLACK, 2.0),
+        _UNPROVEN: ("not proven", PALE, 2.0),
+        **{k + 1: (f"blocked by joint {k + 1}", colour, 3.0) for k, colour in enumerate(JOINT_COLOURS)},
+    }
     seen: set[int] = set()
     cuts = [0, *(np.flatnonzero(np.diff(who)) + 1).tolist(), len(who)]
     for begin, end in pairwise(cuts):
-        joint = int(who[begin])
-        name = f"blocked by joint {joint}" if joint else "feasible"
-        space.plot(*circle[begin : end + 1].T, color=JOINT_COLOURS[joint - 1] if joint else BLACK,
-                   lw=3.0 if joint else 2.0, label="_" if joint in seen else name)  # fmt: skip
-        seen.add(joint)
+        code = int(who[begin])
+        name, colour, width = drawn[code]
+        label = "_" if code in seen else name
+        space.plot(*circle[begin : end + 1].T, color=colour, lw=width, label=label)
+        seen.add(code)
     return circle

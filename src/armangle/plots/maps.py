@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._arrays import CONFIGURATIONS, JOINTS, Floats, as_poses
+from .._core import Wanted
 from ..arm.arcs import ArcSet
 from ..arm.arm import Arm
 from ..arm.configuration import gc_signs
-from ..colours import BLACK, DARK, FULL_TURN, JOINT_COLOURS, MID, unjoined, wrapped_degrees
+from ..colours import BLACK, DARK, FULL_TURN, JOINT_COLOURS, MID, PALE, unjoined, wrapped_degrees
 from ..errors import ConfigurationError, ShapeError
 from ..motion.joint_path import JointPath
 from ..scenes.scene import Scene
@@ -37,8 +38,9 @@ def feasible_map(
     """Draw which arm angles are feasible along a path, and which joint or obstacle forbids the others.
 
     White is feasible; the rest has the colour of the lowest joint that blocks. What an obstacle blocks is
-    dark where no joint does, and dotted where one does too, with the obstacle's name. Each column is exact
-    for the pose it stands on; a row of a path whose pose is NaN, not known, is hatched.
+    dark where no joint does, and dotted where one does too, with the obstacle's name. Pale is what is not
+    proven of an arm with a chain of its own. Each column is exact for the pose it stands on; a row of a path
+    whose pose is NaN, not known, is hatched.
 
     Parameters
     ----------
@@ -91,8 +93,9 @@ def feasible_map(
             panel.set_xlabel("path parameter s")
     if ax is None:
         _map_legend(
-            panels[0].figure, curve is not None, bool(posed.all()), scene is not None, 4 if one else 5
-        )
+            panels[0].figure, curve is not None, bool(posed.all()), scene is not None, arm.chain is not None,
+            4 if one else 5,
+        )  # fmt: skip
     return panels[0] if one else panels
 
 
@@ -113,10 +116,13 @@ def _map_panel(
     sides = np.stack([edges[:-1], edges[1:]], axis=1)
     each = arm.joint_feasible(poses[posed], gc, singularity_margin=margin)
     clear = None if scene is None else arm.clear(poses[posed], gc, scene)
+    unproven = arm._left_out(poses[posed], gc, margin, Wanted.JOINTS)
     if clear is not None:
         _cells(panel, (~clear).intervals, sides[posed], DARK)
+    _cells(panel, arm._left_out(poses[posed], gc, margin).intervals, sides[posed], PALE)
     for joint in range(JOINTS, 0, -1):
-        _cells(panel, (~each[:, joint - 1]).intervals, sides[posed], JOINT_COLOURS[joint - 1])
+        blocked = (~each[:, joint - 1])._less(unproven[:, joint - 1])
+        _cells(panel, blocked.intervals, sides[posed], JOINT_COLOURS[joint - 1])
     if clear is not None:
         _cells(panel, (~clear).intervals, sides[posed], "none", _ISLAND)
         _name_islands(panel, clear, sides[posed].mean(axis=1))
@@ -185,13 +191,15 @@ def _draw_curve(panel: Any, curve: JointPath, gc: int) -> None:
     panel.plot(s[first], degrees[first], "o", color=BLACK, ms=6, zorder=5)
 
 
-def _map_legend(figure: Any, curve: bool, whole: bool, obstacles: bool, columns: int) -> None:
+def _map_legend(figure: Any, curve: bool, whole: bool, obstacles: bool, chain: bool, columns: int) -> None:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
     handles: list[Any] = [Patch(fc="white", ec=BLACK, lw=0.6, label="feasible")]
     handles += [Patch(fc=colour, label=f"joint {k + 1} blocks") for k, colour in enumerate(JOINT_COLOURS)]
     handles.append(Patch(fc=MID, label="out of reach"))
+    if chain:
+        handles.append(Patch(fc=PALE, label="not proven"))
     if obstacles:
         handles.append(Patch(fc=DARK, label="an obstacle blocks"))
         handles.append(Patch(fc="white", ec=DARK, lw=0, hatch="....", label="an obstacle too"))

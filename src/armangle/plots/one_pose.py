@@ -17,7 +17,7 @@ from ..colours import BLACK, DARK, FREE, JOINT_COLOURS, MID, PALE, VERMILION, pi
 from ..errors import InputError
 from ..scenes.scene import Scene
 from ..status import Status
-from .style import ARM_ANGLE, angle_ticks, check_drawn, grid_axes, polar_axes
+from .style import ARM_ANGLE, UNPROVEN, angle_ticks, check_drawn, grid_axes, polar_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -41,7 +41,8 @@ def circle(
     """Draw the redundancy circle: a ring for each joint's Ψ_i, and Ψ_all outside.
 
     Blocked pieces bear the colour of the joint that blocks; in the outer ring a piece that several joints
-    block is split among them. ψ = 0 is at the top, positive counterclockwise.
+    block is split among them. Hatched is what is not proven of an arm with a chain of its own. ψ = 0 is at
+    the top, positive counterclockwise.
 
     Parameters
     ----------
@@ -79,22 +80,27 @@ def circle(
     check_drawn(arm)
     frame = one_pose("pose", pose)
     each = arm.joint_feasible(frame, gc, singularity_margin=singularity_margin)
+    open_each = arm._left_out(frame, gc, singularity_margin, Wanted.JOINTS)
     polar = polar_axes(ax)
     for joint in range(1, JOINTS + 1):
-        _ring(polar, each[joint - 1], joint)
+        _ring(polar, each[joint - 1], open_each[joint - 1], joint)
     outer = _INNER + (JOINTS + (scene is not None)) * _STEP + 0.35
     every = arm.feasible(frame, gc, singularity_margin=singularity_margin, scene=scene)
-    blocked = dict(zip(JOINT_COLOURS, (~each[i] for i in range(JOINTS)), strict=True))
+    blocks = ((~each[i])._less(open_each[i]) for i in range(JOINTS))
+    blocked = dict(zip(JOINT_COLOURS, blocks, strict=True))
     if scene is not None:
         clear = calm = arm.clear(frame, gc, scene)
         if scene.soft > 0:
             loose = arm.with_(lower=-np.inf, upper=np.inf)
             calm = loose._arcs(frame, gc, 0.0, 0.0, 0.0, Wanted.SOFT, (), 1, scene)
-        blocked[DARK] = ~clear
-        _obstacle_ring(polar, clear, calm)
+        open_clear = arm._left_out(frame, gc, wanted=Wanted.CLEAR)
+        blocked[DARK] = (~clear)._less(open_clear)
+        _obstacle_ring(polar, clear, calm, open_clear)
     if allowed is not None:
         blocked[MID] = ~allowed
     _outer_ring(polar, blocked, outer)
+    open_all = arm._left_out(frame, gc, singularity_margin)
+    _arcs(polar, open_all, outer, _ALL_WIDTH, FREE, MID, UNPROVEN)
     feasible = every if allowed is None else every & allowed
     _arcs(polar, feasible, outer, _ALL_WIDTH, FREE, BLACK)
     _mark_singular(polar, arm, frame, gc, every)
@@ -102,34 +108,41 @@ def circle(
     if psi is not None:
         polar.plot([psi, psi], [_INNER, outer + _ALL_WIDTH], color=BLACK, lw=1.6, label="ψ")
         polar.plot([psi], [outer + _ALL_WIDTH], "o", color=BLACK, ms=6, clip_on=False)
-    _circle_legend(polar, allowed is not None, scene, made=ax is None)
+    _circle_legend(polar, allowed is not None, scene, arm.chain is not None, made=ax is None)
     return polar  # type: ignore[no-any-return]  # matplotlib types it loosely
 
 
-def _arcs(polar: Any, arcs: ArcSet, base: float, width: float, face: str, edge: str) -> None:
+def _arcs(
+    polar: Any, arcs: ArcSet, base: float, width: float, face: str, edge: str, hatch: str | None = None
+) -> None:
     for lower, upper in arcs:
         polar.bar(
-            0.5 * (lower + upper), width, upper - lower, base, color=face, edgecolor=edge, linewidth=0.6
-        )
+            0.5 * (lower + upper), width, upper - lower, base, color=face, edgecolor=edge, linewidth=0.6,
+            hatch=hatch,
+        )  # fmt: skip
 
 
-def _ring(polar: Any, feasible: ArcSet, joint: int) -> None:
+def _ring(polar: Any, feasible: ArcSet, unproven: ArcSet, joint: int) -> None:
     base = _INNER + (joint - 1) * _STEP
     _arcs(polar, feasible, base, _WIDTH, FREE, PALE)
-    _arcs(polar, ~feasible, base, _WIDTH, JOINT_COLOURS[joint - 1], BLACK)
+    _arcs(polar, (~feasible)._less(unproven), base, _WIDTH, JOINT_COLOURS[joint - 1], BLACK)
+    _arcs(polar, unproven, base, _WIDTH, FREE, MID, UNPROVEN)
 
 
-def _obstacle_ring(polar: Any, clear: ArcSet, calm: ArcSet) -> None:
+def _obstacle_ring(polar: Any, clear: ArcSet, calm: ArcSet, unproven: ArcSet) -> None:
     """Draw what obstacles block, with the names of those that end each arc, and paler what is not calm."""
     base = _INNER + JOINTS * _STEP
     _arcs(polar, calm, base, _WIDTH, FREE, PALE)
     _arcs(polar, clear & ~calm, base, _WIDTH, MID, PALE)
     blocked = ~clear
-    _arcs(polar, blocked, base, _WIDTH, DARK, BLACK)
+    _arcs(polar, blocked._less(unproven), base, _WIDTH, DARK, BLACK)
+    _arcs(polar, unproven, base, _WIDTH, FREE, MID, UNPROVEN)
     every = [*blocked.ends] if not blocked.is_full else [()]
     for (lower, upper), ends in zip(blocked, every, strict=True):
         names = dict.fromkeys(end.obstacle for end in ends) or dict.fromkeys((clear.blocking or [None])[:1])
         text = ", ".join(name for name in names if name)
+        seen = [*ArcSet([[lower, upper]])._less(unproven)]
+        lower, upper = max(seen, key=lambda arc: arc[1] - arc[0], default=(lower, upper))
         polar.text(0.5 * (lower + upper), base + _WIDTH / 2, text, ha="center", va="center", fontsize=7,
                    color=FREE)  # fmt: skip
 
@@ -171,10 +184,12 @@ def _dress_circle(polar: Any, radius: float, gc: int, every: ArcSet, feasible: A
     title = "redundancy circle, ψ in degrees"
     if not every.count:
         title += f"\n{every.status.sentence}"  # type: ignore[union-attr]  # of one pose: a Status
+    if every.unproven > 0:
+        title += f"\n{np.degrees(every.unproven):.1f}° not proven"
     polar.set_title(title, fontsize=10)
 
 
-def _circle_legend(polar: Any, user: bool, scene: Scene | None, *, made: bool) -> None:
+def _circle_legend(polar: Any, user: bool, scene: Scene | None, chain: bool, *, made: bool) -> None:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -183,6 +198,8 @@ def _circle_legend(polar: Any, user: bool, scene: Scene | None, *, made: bool) -
         for j in range(JOINTS)
     ]
     handles.append(Patch(fc=FREE, ec=BLACK, lw=0.6, label="feasible"))
+    if chain:
+        handles.append(Patch(fc=FREE, ec=MID, lw=0.6, hatch=UNPROVEN, label="not proven"))
     if scene is not None:
         handles.append(Patch(fc=DARK, label=f"an obstacle blocks (ring {JOINTS + 1})"))
     if scene is not None and scene.soft > 0:
@@ -305,12 +322,16 @@ def joint_profiles(
     functions = [kind(arm, pose, gc, joint) for joint in joints]
     panels = grid_axes(ax, len(functions), min(3, len(functions)), (3.7, 2.7), sharex=True)
     angles = np.linspace(-np.pi, np.pi, _SAMPLES)
+    unproven = arm._left_out(pose, gc, wanted=Wanted.JOINTS)
     for panel, function in zip(panels, functions, strict=True):
-        _profile(panel, arm, function, angles, ~arm.joint_feasible(pose, gc)[function.joint - 1])
+        at = function.joint - 1
+        _profile(panel, arm, function, angles, (~arm.joint_feasible(pose, gc)[at])._less(unproven[at]))
+        for lower, upper in pieces(unproven[at].intervals):
+            panel.axvspan(lower, upper, fc="none", ec=MID, hatch=UNPROVEN, lw=0)
         if psi is not None:
             panel.axvline(np.degrees(psi), color=BLACK, lw=1.2, ls="-.", label="ψ")
     if ax is None:
-        _profile_legend(panels, psi is not None)
+        _profile_legend(panels, psi is not None, arm.chain is not None)
     return panels
 
 
@@ -352,7 +373,7 @@ def _profile(panel: Any, arm: Arm, function: Any, angles: Any, blocked: ArcSet) 
     panel.set_ylabel(f"q{joint} (deg)")
 
 
-def _profile_legend(panels: Any, marked: bool) -> None:
+def _profile_legend(panels: Any, marked: bool, chain: bool) -> None:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -362,6 +383,8 @@ def _profile_legend(panels: Any, marked: bool) -> None:
         Line2D([], [], color=MID, ls=":", label="singular"),
         Patch(fc=MID, alpha=0.35, label="blocked by this joint"),
     ]
+    if chain:
+        handles.append(Patch(fc="white", ec=MID, lw=0.6, hatch=UNPROVEN, label="not proven"))
     if marked:
         handles.append(Line2D([], [], color=BLACK, ls="-.", lw=1.2, label="ψ"))
     figure = panels[0].figure

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 ARM_ANGLE = "arm angle ψ (deg)"
+UNPROVEN = "////"  # the hatch of what is not proven of an arm with a chain of its own
 
 
 def check_drawn(arm: object) -> None:

@@ -75,7 +75,7 @@ def virtual_arm(arm: Arm, q: ArrayLike, *, ax: Any = None) -> Any:
     for point, name in ((shoulder, "S"), (wrist, "W"), (real[3], "E"), (elbow, "Eᵛ")):
         space.text(*(point + 0.07 * size * _outward(point, centre)), name, fontsize=11, weight="bold")
     view = _viewpoint(axis, (real[3] - centre) + (elbow - centre))
-    finish_space(space, np.vstack([real, virtual, circle]), view)
+    finish_space(space, np.vstack([real, virtual, circle[np.isfinite(circle).all(axis=1)]]), view)
     space.set_title(f"{arm.name}: GC {gc}, virtual arm and reference half-plane", fontsize=10)
     return space
 

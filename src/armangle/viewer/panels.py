@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._arrays import JOINTS, Floats
-from ..arm.skeleton import blockers, first_blocker
-from ..colours import BLACK, DARK, FREE, JOINT_COLOURS, MID, pieces, unjoined, wrapped_degrees
+from .._core import Wanted
+from ..arm.skeleton import blockers, first_blocker, unproven
+from ..colours import BLACK, DARK, FREE, JOINT_COLOURS, MID, PALE, pieces, unjoined, wrapped_degrees
 from ..motion.joint_path import JointPath
 from ..scenes.scene import Scene
 from ..status import Status
@@ -21,8 +22,8 @@ from .state import ViewerState, degrees_text
 _FRAME = "padding:0 0.9em 0.5em;font:12px/1.35 system-ui,sans-serif"
 _REFUSED = "color:#B04A00"
 _MAP_WIDTH, _MAP_HEIGHT = 200, 180
-_LOST, _OBSTACLE = JOINTS + 1, JOINTS + 2
-_PALETTE = ("#FFFFFF", *JOINT_COLOURS, MID, DARK)
+_LOST, _OBSTACLE, _UNPROVEN = JOINTS + 1, JOINTS + 2, JOINTS + 3
+_PALETTE = ("#FFFFFF", *JOINT_COLOURS, MID, DARK, PALE)
 
 
 def status_panel(state: ViewerState) -> str:
@@ -50,18 +51,22 @@ def _nearest(state: ViewerState) -> str:
 def arcs_panel(state: ViewerState) -> str:
     """Return the arm angle's circle as a strip: feasible light, blocked in the colour of the joint.
 
-    Dark is what an obstacle blocks.
+    Dark is what an obstacle blocks, pale what is not proven of an arm with a chain of its own.
     """
     each = state.arm.joint_feasible(state.pose, state.gc)
+    left_out = state.arm._left_out(state.pose, state.gc, wanted=Wanted.JOINTS)
+    unproven_bars = pieces(state.arm._left_out(state.pose, state.gc).intervals)
     bars, blocking = _obstacle_bars(state), []
+    bars += [_bar(low, high, PALE) for low, high in unproven_bars]
     for joint in range(JOINTS, 0, -1):
-        blocked = pieces((~each[joint - 1]).intervals)
+        blocked = pieces((~each[joint - 1])._less(left_out[joint - 1]).intervals)
         if blocked:
             blocking.append(joint)
         bars += [_bar(low, high, JOINT_COLOURS[joint - 1]) for low, high in blocked]
     at = (np.degrees(state.psi) + 180) / 3.6
     listed = [(f"joint {joint}", JOINT_COLOURS[joint - 1]) for joint in sorted(blocking)]
     listed += [(name, DARK) for name in _blocking_obstacles(state)]
+    open_key = f"; {_key('not proven', PALE)}" if unproven_bars else ""
     keys = " ".join(_key(name, colour) for name, colour in listed)
     said = f"blocked by {keys}" if keys else "no joint blocks" + (", nor an obstacle" if state.scene else "")
     return (
@@ -69,7 +74,7 @@ def arcs_panel(state: ViewerState) -> str:
         f'<div style="position:relative;height:14px;background:{FREE};border:1px solid {MID}">'
         f"{''.join(bars)}{_marker(at)}</div>"
         f'<div style="display:flex;justify-content:space-between"><span>−180°</span><span>0°</span>'
-        f"<span>180°</span></div>{said}</div>"
+        f"<span>180°</span></div>{said}{open_key}</div>"
     )
 
 
@@ -146,7 +151,7 @@ def row_style(name: str, count: int, gap: int) -> str:
 def map_image(motion: JointPath, scene: Scene | None = None) -> str:
     """Return the feasible map of a motion's own configuration as the data URL of a small PNG.
 
-    With a scene, what obstacles alone block is dark.
+    With a scene, what obstacles alone block is dark; pale is what is not proven.
     """
     rows = np.unique(np.linspace(0, len(motion) - 1, min(_MAP_WIDTH, len(motion))).round().astype(int))
     known = motion.gc[rows] >= 0
@@ -157,6 +162,8 @@ def map_image(motion: JointPath, scene: Scene | None = None) -> str:
     poses, gc = motion.poses[rows[posed]], gc[posed]
     blocked = first_blocker(blockers(motion.srs_arm, poses[:, None], gc[:, None], psi[None, :]))
     lost = np.isin(motion.srs_arm.feasible(poses, gc).status, (Status.UNREACHABLE, Status.FOLDED))
+    left_out = unproven(motion.srs_arm, poses[:, None], gc[:, None], psi[None, :])
+    blocked = np.where((blocked == 0) & left_out, _UNPROVEN, blocked)
     if scene is not None:
         clear = motion.srs_arm.clear(poses[:, None], gc[:, None], scene).contains(psi[None, :])
         blocked = np.where((blocked == 0) & np.logical_not(clear), _OBSTACLE, blocked)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from .._arrays import Floats
 from ..colours import DARK as OBSTACLE_COLOUR
-from ..colours import JOINT_COLOURS
+from ..colours import JOINT_COLOURS, PALE
 from ..poses import rows_from_poses
 from ..reach.voxels import Voxels
 from .solids import Solid
@@ -24,7 +24,7 @@ _TARGET_OPACITY = 0.35
 _AXIS_LENGTH, _AXIS_RADIUS = 0.1, 0.006
 _HAND = 7  # the DH frame that carries flange and tool
 _TOOL = f"/arm/{_HAND}/tool"
-_BLOCKED_BY = (*JOINT_COLOURS, OBSTACLE_COLOUR)
+_BLOCKED_BY = (*JOINT_COLOURS, OBSTACLE_COLOUR, PALE)
 _COLOURS = np.array([_FREE_RGB, *(tuple(bytes.fromhex(colour[1:])) for colour in _BLOCKED_BY)])
 _EYE = 1.2 * np.array([0.95, -1.15, 0.75])
 _PANEL_SIDE = np.array([0.41, 0.34, 0.0])  # to the right as the eye sees it: the panel covers that side
@@ -170,7 +170,7 @@ def share_colours(share: Floats) -> NDArray[np.uint8]:
 
 
 def segment_colours(blocker: NDArray[np.int64]) -> NDArray[np.uint8]:
-    """Return the RGB (n, 2, 3) of circle pieces: dark where feasible, else that of the joint or obstacle.
+    """Return the RGB (n, 2, 3) of circle pieces: dark where feasible, else as what blocks.
 
     The browser takes the colours of line ends as linear light, not as sRGB.
     """

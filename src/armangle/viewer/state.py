@@ -13,7 +13,7 @@ from .._arrays import CONFIGURATIONS, JOINTS, Floats, one_posture
 from ..arm.arcs import ArcSet
 from ..arm.arm import Arm, nearest_rotation
 from ..arm.configuration import gc_signs
-from ..arm.skeleton import blockers, elbow_points, first_blocker, skeleton
+from ..arm.skeleton import blockers, elbow_points, first_blocker, skeleton, unproven
 from ..errors import (
     ConfigurationError,
     InputError,
@@ -45,8 +45,8 @@ _AT_REST, _RESTING_TICKS = (
 )  # rad/s; for so many ticks, since an arm that stalls turns round after 0.3 s
 _ROUNDING = 1e-9  # rad that a posture may lie beyond a limit
 _TOUCH = 1e-9  # m that a link may be nearer than the clearance: rounding
-OBSTACLE = JOINTS + 1
-"""What blocks where it is no joint."""
+OBSTACLE, UNPROVEN = JOINTS + 1, JOINTS + 2
+"""What blocks where it is no joint: an obstacle, or that nothing is proven of an arm's own chain."""
 
 
 def degrees_text(value: float, digits: int = 1) -> str:
@@ -68,7 +68,9 @@ class Answer:
 
 @dataclass(frozen=True)
 class ElbowCircle:
-    """The elbow's circle as line segments: ends (n, 2, 3) in m, and who blocks: joint 1..7, OBSTACLE, 0."""
+    """The elbow's circle as line segments: ends (n, 2, 3) in m, and who blocks: a joint 1..7, OBSTACLE or
+    UNPROVEN; 0: nobody.
+    """
 
     segments: Floats
     blocker: Any
@@ -289,12 +291,14 @@ class ViewerState:
             self._turn_to(angle)
             return self._say(True, "")
         who = [str(j + 1) for j in np.flatnonzero(blockers(self.arm, self.pose, self.gc, angle))]
+        left_out = not who and bool(unproven(self.arm, self.pose, self.gc, angle))
         blocking = f"joint{'s' * (len(who) > 1)} {', '.join(who)}"
-        if not who and self.scene is not None:
+        if not who and not left_out and self.scene is not None:
             near = self.arm.clearance(self.pose, angle, self.gc, self.scene)
             blocking = f"{near.obstacle}, which {near.link} would touch"
         self._turn_to(float(self.arcs.nearest(angle)))
-        return self._say(False, f"ψ = {degrees_text(angle)} is blocked by {blocking}.")
+        why = "left out: nothing is proven there" if left_out else f"blocked by {blocking}"
+        return self._say(False, f"ψ = {degrees_text(angle)} is {why}.")
 
     def _turn_to(self, psi: float) -> None:
         self._take(self.arm.inverse(self.pose, psi, self.gc, seed=self.q))
@@ -419,10 +423,14 @@ class ViewerState:
         points = elbow_points(self.arm, self.pose, self.gc, psi)
         middle = 0.5 * (psi[1:] + psi[:-1])
         who = first_blocker(blockers(self.arm, self.pose, self.gc, middle))
+        who = np.where((who == 0) & unproven(self.arm, self.pose, self.gc, middle), UNPROVEN, who)
         if self.scene is not None:
             clear = self.arm.clear(self.pose, self.gc, self.scene).contains(middle)
             who = np.where((who == 0) & np.logical_not(clear), OBSTACLE, who)
-        return ElbowCircle(np.stack([points[:-1], points[1:]], axis=1), who)
+        segments = np.stack([points[:-1], points[1:]], axis=1)
+        whole = np.isfinite(segments).all(axis=(1, 2))
+        segments[~whole] = self.arm.elbow(self.q)  # nothing to see where no posture is certain
+        return ElbowCircle(segments, who)
 
     def ghosts(self) -> dict[int, Floats]:
         """Return the stick figures (8, 3), m, of the other configurations that have a solution."""

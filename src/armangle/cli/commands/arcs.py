@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..._arrays import CONFIGURATIONS, JOINTS, Floats
+from ..._core import Wanted
 from ...arm.arcs import ArcEnd, ArcSet
 from ...arm.arm import Arm
 from ...errors import InputError
@@ -23,7 +24,7 @@ from ..arguments import (
     the_arm,
     with_body,
 )
-from ..screen import degrees, note, show, show_json, signs_text, unsolved_text
+from ..screen import degrees, left_out, note, show, show_json, signs_text, unsolved_text
 from ..tables import paint, table
 
 HELP = """\
@@ -81,9 +82,16 @@ def run(args: argparse.Namespace) -> int:
     if args.json:
         show_json([_facts(*entry) for entry in found])
     elif not none:
-        _show(found)
+        _show(arm, frame, found, args.singularity_margin)
+    unproven = left_out(
+        (f"gc {gc}" if joint is None else f"gc {gc} joint {joint}", float(arcs.unproven))
+        for gc, joint, arcs in found
+    )
+    if unproven:
+        note(f"armangle: {unproven}")
     if none:
-        note(f"armangle: no feasible arm angle. {_why(arm, frame, found)}")
+        known = "proven" if unproven else "feasible"
+        note(f"armangle: no {known} arm angle. {_why(arm, frame, found)}")
         return 1
     return 0
 
@@ -99,7 +107,7 @@ def _why(arm: Arm, pose: Floats, found: list[Found]) -> str:
     return " ".join(f"gc {', '.join(dict.fromkeys(gcs))}: {texts[status]}" for status, gcs in reasons.items())
 
 
-def _show(found: list[Found]) -> None:
+def _show(arm: Arm, frame: Floats, found: list[Found], margin: float) -> None:
     per_joint = found[0][1] is not None
     rows: list[list[str]] = []
     for gc, joint, arcs in found:
@@ -113,7 +121,7 @@ def _show(found: list[Found]) -> None:
     width = 8 if per_joint else 4
     for gc, joint, arcs in found:
         label = f"{gc:2d}" + (f" q{joint}" if per_joint else "")
-        show(f"{label:{width}}{_strip(arcs)}")
+        show(f"{label:{width}}{_strip(arcs, _open(arm, frame, gc, joint, margin))}")
     show(f"{'':{width}}{'-180':<{_STRIP // 2 - 4}}psi  0{'180':>{_STRIP // 2 - 2}}")
     if len({gc for gc, _, _ in found}) == 1:
         show(f"\ngc {found[0][0]}: {signs_text(found[0][0])}")
@@ -132,21 +140,31 @@ def _lines(arcs: ArcSet) -> list[tuple[str, str, str, str]]:
 def _end_text(end: ArcEnd) -> str:
     if end.obstacle is not None:
         return f"{end.link} at {end.obstacle}"
+    if end.side == "unproven":
+        return "not proven beyond"
     return f"joint {end.joint} {end.side} {degrees(end.value, 1)}"
 
 
-def _strip(arcs: ArcSet) -> str:
-    """Return the circle from -180 to 180 deg as a strip of characters."""
+def _open(arm: Arm, frame: Floats, gc: int, joint: int | None, margin: float) -> ArcSet:
+    """Return what is not proven of a set."""
+    if joint is None:
+        return arm._left_out(frame, gc, margin)
+    return arm._left_out(frame, gc, margin, Wanted.JOINTS)[joint - 1]
+
+
+def _strip(arcs: ArcSet, unproven: ArcSet) -> str:
+    """Return the circle from -180 to 180 deg as a strip of characters, "?" for what is not proven."""
     centres = (np.arange(_STRIP) + 0.5) / _STRIP * 2 * np.pi - np.pi
-    feasible = np.asarray(arcs.contains(centres))
-    return "".join(paint("█", "green") if inside else paint("·", "dim") for inside in feasible)
+    cells = zip(np.asarray(arcs.contains(centres)), np.asarray(unproven.contains(centres)), strict=True)
+    drawn = {True: paint("?", "yellow"), False: paint("·", "dim")}
+    return "".join(paint("█", "green") if inside else drawn[bool(left)] for inside, left in cells)
 
 
 def _facts(gc: int, joint: int | None, arcs: ArcSet) -> dict[str, Any]:
     ends = [[_end_facts(end) for end in pair] for pair in arcs.ends]
     facts: dict[str, Any] = {"gc": gc} if joint is None else {"gc": gc, "joint": joint}
     status = Status(int(arcs.status)).name
-    return facts | {"status": status, "intervals": arcs.intervals, "ends": ends}
+    return facts | {"status": status, "intervals": arcs.intervals, "ends": ends, "unproven": arcs.unproven}
 
 
 def _end_facts(end: ArcEnd) -> dict[str, Any]:

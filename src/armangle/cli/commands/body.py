@@ -36,18 +36,23 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--hulls", action="store_true", help="meshes that are not closed stand for their convex hulls"
     )
+    parser.add_argument(
+        "--inexact", action="store_true",
+        help="of a file that is only nearly S-R-S, for the arm of --urdf FILE --inexact",
+    )  # fmt: skip
     parser.add_argument("-o", "--output", metavar="FILE.toml", help="write the body, for --body")
     add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Print the body."""
+    exact, ends = not args.inexact, (args.base, args.tip)
     if is_mjcf(args.file):
-        body = Body.from_mjcf(args.file, args.base, args.tip, shapes=args.shapes)
-        arm = Arm.from_mjcf(args.file, args.base, args.tip)
+        body = Body.from_mjcf(args.file, *ends, shapes=args.shapes, exact=exact)
+        arm = Arm.from_mjcf(args.file, *ends, exact=exact)
     else:
-        body = Body.from_urdf(args.file, args.base, args.tip, shapes=args.shapes, hulls=args.hulls)
-        arm = Arm.from_urdf(args.file, args.base, args.tip)
+        body = Body.from_urdf(args.file, *ends, shapes=args.shapes, hulls=args.hulls, exact=exact)
+        arm = Arm.from_urdf(args.file, *ends, exact=exact)
     pairs = link_pairs(arm.with_body(body))
     facts = [_facts(frame, shape) for frame, shapes in body.links for shape in shapes]
     if args.json:

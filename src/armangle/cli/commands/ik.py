@@ -196,6 +196,9 @@ def _solve(arm: Arm, frames: Floats, psi: float, gc: int, seed: Floats | None) -
     rows = blank_rows(n)
     why = np.asarray(arm.feasible(frames[~solved], gc).status)
     rows["status"][~solved] = np.where(why == Status.OK, Status.OUTSIDE, why)
+    if arm.chain is not None:
+        held = np.isfinite(arm.inverse(frames, psi, gc, seed=seed, unreachable="nan")).all(axis=1)
+        rows["status"][~held & (rows["status"] == Status.OUTSIDE)] = Status.NEAR_SINGULAR
     if solved.any():
         reached = arm.forward(q[solved], undefined="nan")[0]
         rows["q"][solved], rows["psi"][solved], rows["gc"][solved] = q[solved], psi, gc
@@ -228,8 +231,14 @@ def _show_json(path: JointPath, single: bool) -> None:
 
 def _all(arm: Arm, pose: Floats, psi: float, seed: Floats | None, as_json: bool) -> int:
     """Print all eight postures, those outside their limits with what they violate."""
-    q8 = arm.inverse_all(pose, psi, seed=seed)
-    within = arm.within_limits(q8)
+    q8 = arm.inverse_all(pose, psi, seed=seed, unreachable="nan")
+    known = np.isfinite(q8[:, 0])  # of a chain some branches may have no certain posture
+    if not known.any():
+        why = Status(int(arm.feasible(pose, 0).status))
+        note(f"armangle: {unsolved_text(arm, pose, 0, Status.NEAR_SINGULAR if why else why)}")
+        return 1
+    within = known.copy()
+    within[known] = arm.within_limits(q8[known])
     if as_json:
         show_json({"q": q8, "psi": psi, "gc": np.arange(CONFIGURATIONS), "within_limits": within})
     else:
@@ -241,6 +250,9 @@ def _all(arm: Arm, pose: Floats, psi: float, seed: Floats | None, as_json: bool)
             cells = [paint(cell, "red") if bad else cell for cell, bad in zip(cells, outside, strict=True)]
             rows.append([str(gc), *cells])
         show(table(["gc", *(f"q{i} " for i in range(1, 8))], rows))
+    if not known.all():
+        listed = ", ".join(map(str, np.flatnonzero(~known)))
+        note(f"armangle: gc {listed}: {Status.NEAR_SINGULAR.sentence}")
     if not np.any(within):
         note("armangle: no global configuration is within the limits at this arm angle")
     return 0 if np.any(within) else 1

@@ -15,6 +15,7 @@ from ...models.catalogue import robot_toml
 from ...models.description import ImportReport
 from ...models.detect import ANGLE_TOLERANCE, LENGTH_TOLERANCE
 from ...models.mjcf import is_mjcf, mjcf_candidates
+from ...models.offset import COMMANDS
 from ...models.urdf import urdf_candidates
 from ...poses import COLUMNS, rows_from_poses
 from ..arguments import add_import, add_json, arm_of_file, offset_arm_of_file
@@ -97,8 +98,7 @@ def _inspect_offset(arm: OffsetArm, args: argparse.Namespace) -> int:
         show()
         show(
             paragraph(
-                f"for armangle.OffsetArm, and for ik, fk, follow and track: joint {arm.free_joint} takes the "
-                "place of psi"
+                f"for armangle.OffsetArm, and for {COMMANDS}: joint {arm.free_joint} takes the place of psi"
             )
         )
     return 0

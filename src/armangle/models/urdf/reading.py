@@ -12,13 +12,14 @@ import math
 import os
 import warnings
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from ..._arrays import JOINTS, check_source
 from ...errors import InputError, UrdfError
-from ..candidates import Candidate, RigidBody, Tree, TreeJoint, find_candidates, guess, unknown
+from ..candidates import Candidate, RigidBody, Tree, TreeJoint, find_candidates, guess, moved_base, unknown
 from ..chain import Chain, FloatArray, Joint, rigid_inverse
 from .origin import origin
 from .tags import JointElement, RobotElement, parse_robot
@@ -118,7 +119,11 @@ def _limits(
         )
     if continuous and lower < upper:
         used = continuous_limits == "use"
-        what = "used all the same" if used else f"{_NOT_USED} (option continuous_limits: use)"
+        what = (
+            "used all the same"
+            if used
+            else f"{_NOT_USED} (continuous_limits='use', on the command line --continuous-limits use)"
+        )
         notes.append(
             f"joint {joint.name!r} is continuous, which means no limits, but states "
             f"{lower:g} to {upper:g} rad: they are {what}"
@@ -207,10 +212,20 @@ def read_urdf(
         instead = _tree(robot, above).instead_of(base, tip)
         robot.fail(f"{len(moving)} moving joints from {base!r} to {tip!r}, wanted {JOINTS}: {names}{instead}")
     chain = chain_along(robot, base, tip, steps, continuous_limits)
+    lift = _lift(robot, above, base)
+    if lift is not None and lift not in moving:
+        chain = replace(chain, notes=(*chain.notes, moved_base(lift.name, base)))
     for line in chain.notes:
         if _NOT_USED in line:
             warnings.warn(line, UserWarning, stacklevel=3)
     return chain
+
+
+def _lift(robot: RobotElement, above: dict[str, JointElement], link: str) -> JointElement | None:
+    """Return the nearest joint above a link that moves it, None where the link stands still."""
+    while link in above and above[link].kind == "fixed":
+        link, _ = _ends(robot, above[link])
+    return above.get(link)
 
 
 def read_text(source: Source) -> tuple[bytes, Path]:
