@@ -1,6 +1,7 @@
 // Paths, plans, the curves they give, and what explains that there is none.
 #include "armangle/plan.hpp"
 
+#include "armangle/motion/rows_within.hpp"
 #include "armangle/offset/offset_curve.hpp"
 
 #include <nanobind/stl/vector.h>
@@ -299,6 +300,12 @@ double psi_of(const NearArm& arm, const PlacedPosture& at) noexcept {
     return lift(forward(arm, at.q).psi, at.psi);
 }
 
+/// A posture on a curve without a joint that leads.
+PlacedPosture along(const Arm&, const Curve& curve, double s) noexcept { return curve.at(s); }
+PlacedPosture along(const NearArm& arm, const Curve& curve, double s) noexcept {
+    return CorrectedCurve{arm, curve, {}}.at(s);
+}
+
 /// How far (m) the tool is from a pose.
 double off(const Arm& arm, const double* q, const Pose<double>& pose) noexcept {
     return position_error(arm, chain(arm, q), pose);
@@ -343,34 +350,82 @@ void curve_derivatives(const Handle& self, Floats segments, Floats stretches, Fl
             .derivatives(at.data<double>()[i], to.data<double>() + 3 * joints * i);
 }
 
-/// The curve (plane, stretches) of rows that were found otherwise: straight in the smooth angle between them.
+/// The segments of a path, as they come.
+std::span<const Segment> as_path(const Buffer& segments) noexcept {
+    return {as_segments(segments), static_cast<std::size_t>(segments.shape(0))};
+}
+Pose<double> pose_of(std::span<const Segment> path, double s) noexcept {
+    return pose_at(path[segment_index(path.data(), path.size(), s)], s);
+}
+
+PathRows as_rows(const Buffer& s, const Buffer& psi, const Buffer& q) {
+    const auto n = static_cast<std::size_t>(s.shape(0));
+    const auto all = [](const Buffer& x, std::size_t count) {
+        return std::vector<double>(x.data<double>(), x.data<double>() + count);
+    };
+    return {all(s, n), all(psi, n), all(q, joints * n)};
+}
+
+/// The curve of rows that were found otherwise: straight in the smooth angle between them.
+struct CurveThrough {
+    SmoothPlane plane;
+    std::vector<Stretch> stretches;
+
+    CurveThrough(const Arm& arm, std::span<const Segment> path, const PathRows& rows, int gc) {
+        std::vector<Pose<double>> flanges;
+        std::vector<Vec3<double>> wrists;
+        std::vector<double> phi;
+        for (const double s : rows.s) {
+            flanges.push_back(flange_pose(arm, pose_of(path, s)));
+            wrists.push_back(triad(arm, flanges.back()).w);
+        }
+        plane = smooth_plane(wrists);
+        for (std::size_t i = 0; i < rows.size(); ++i) {
+            const Chain now = chain(arm, rows.q.data() + joints * i);
+            const double angle = arm_angle(triad(arm, flanges[i], plane), now.z3);
+            phi.push_back(i ? lift(angle, phi.back()) : angle);
+        }
+        stretches = straight_stretches(rows.s, phi);
+        lift_stretches(Curve{arm, plane, gc, path, stretches}, stretches, rows.q.data(), rows.psi[0]);
+    }
+};
+
 template <class Handle>
 nb::object curve_through(const Handle& self, Floats segments, Floats s, Floats q, Floats psi, int gc) {
-    const Arm& arm = nominal(self.arm);
     const Buffer g(segments), at(s), joint_values(q), angles(psi);
-    const auto n = static_cast<std::size_t>(at.shape(0));
-    const auto count = static_cast<std::size_t>(g.shape(0));
-    std::vector<Pose<double>> flanges;
-    std::vector<Vec3<double>> wrists;
-    std::vector<double> where(at.data<double>(), at.data<double>() + n), phi;
-    for (const double x : where) {
-        flanges.push_back(
-            flange_pose(arm, pose_at(as_segments(g)[segment_index(as_segments(g), count, x)], x)));
-        wrists.push_back(triad(arm, flanges.back()).w);
-    }
-    const SmoothPlane plane = smooth_plane(wrists);
-    for (std::size_t i = 0; i < n; ++i) {
-        const Chain now = chain(arm, joint_values.data<double>() + joints * i);
-        const double angle = arm_angle(triad(arm, flanges[i], plane), now.z3);
-        phi.push_back(i ? lift(angle, phi.back()) : angle);
-    }
-    std::vector<Stretch> stretches = straight_stretches(where, phi);
-    const Curve curve{arm, plane, gc, {as_segments(g), count}, stretches};
-    lift_stretches(curve, stretches, joint_values.data<double>(), angles.data<double>()[0]);
-    nb::object out = new_array(nb::make_tuple(stretches.size(), stretch_width));
-    std::memcpy(Buffer(out, true).data<double>(), stretches.data(), stretches.size() * sizeof(Stretch));
-    const auto &p = plane.pole, &e = plane.side;
+    const CurveThrough curve(nominal(self.arm), as_path(g), as_rows(at, angles, joint_values), gc);
+    nb::object out = new_array(nb::make_tuple(curve.stretches.size(), stretch_width));
+    std::memcpy(Buffer(out, true).data<double>(), curve.stretches.data(),
+                curve.stretches.size() * sizeof(Stretch));
+    const auto &p = curve.plane.pole, &e = curve.plane.side;
     return nb::make_tuple(as_array({p.x, p.y, p.z, e.x, e.y, e.z}, 6), out);
+}
+
+/// Rows (s, psi, q), the most that a limit is passed between them, the joint, and the row before.
+nb::object as_kept(const PathRows& rows, const PassedLimit& passed) {
+    const nb::object s = as_array(rows.s, 1), psi = as_array(rows.psi, 1);
+    return nb::make_tuple(s, psi, as_array(rows.q, joints), passed.excess, passed.joint, passed.row);
+}
+
+/// Rows with more between them where the straight way passes a limit (rows_within.hpp).
+template <class Handle>
+nb::object rows_within(const Handle& self, Floats segments, Floats s, Floats q, Floats psi, int gc) {
+    const Buffer g(segments), at(s), joint_values(q), angles(psi);
+    const std::span<const Segment> path = as_path(g);
+    const auto& arm = self.arm;
+    PathRows rows = as_rows(at, angles, joint_values);
+    const auto draw = [&](const PathRows& drawn) {
+        return [&arm, path, gc, through = CurveThrough(nominal(arm), path, drawn, gc)](double x) {
+            return along(arm, Curve{nominal(arm), through.plane, gc, path, through.stretches}, x);
+        };
+    };
+    const auto solve = [&](double x, double value, const double* near, double* out) {
+        const Inverse found = inverse(arm, pose_of(path, x), value, gc, near);
+        std::copy(found.q, found.q + joints, out);
+        return is_solved(found.status);
+    };
+    const PassedLimit passed = keep_within(nominal(arm).limits, draw, solve, rows);
+    return as_kept(rows, passed);
 }
 
 /// A path's rows (s, free, q) in one branch of an arm with an offset, held while they are asked.
@@ -421,6 +476,26 @@ void rows_derivatives(const OffsetHandle& self, Floats segments, Floats rows_s, 
         curve.derivatives(at.data<double>()[i], to.data<double>() + 3 * joints * i);
 }
 
+/// The same of an arm with an offset.
+nb::object offset_rows_within(const OffsetHandle& self, Floats segments, Floats s, Floats q, Floats free,
+                              int gc) {
+    const Buffer g(segments), at(s), joint_values(q), values(free);
+    const std::span<const Segment> path = as_path(g);
+    PathRows rows = as_rows(at, values, joint_values);
+    const auto draw = [&](const PathRows& drawn) {
+        return [&self, path, gc, drawn](double x) {
+            return OffsetCurve{self.arm, path, drawn.s, drawn.psi, drawn.q.data(), gc}.at(x);
+        };
+    };
+    const auto solve = [&](double x, double value, const double* near, double* out) {
+        const Inverse found = inverse(self.arm, pose_of(path, x), value, gc, near);
+        std::copy(found.q, found.q + joints, out);
+        return is_solved(found.status);
+    };
+    const PassedLimit passed = keep_within(self.arm.own.limits, draw, solve, rows);
+    return as_kept(rows, passed);
+}
+
 /// Eight branch reports of one pose.
 nb::object explain_pose(const ArmHandle& self, Floats segment, double singularity_margin) {
     const Buffer g(segment);
@@ -469,6 +544,7 @@ void bind_planning_of(nb::class_<Handle>& arm) {
     arm.def("curve_derivatives", &curve_derivatives<Handle>, "segments"_a, "stretches"_a, "plane"_a, "gc"_a,
             "roll_free"_a, "shifts"_a, "base"_a.none(), "s"_a, "out"_a);
     arm.def("curve_through", &curve_through<Handle>, "segments"_a, "s"_a, "q"_a, "psi"_a, "gc"_a);
+    arm.def("rows_within", &rows_within<Handle>, "segments"_a, "s"_a, "q"_a, "psi"_a, "gc"_a);
 }
 
 }  // namespace
@@ -479,6 +555,7 @@ void bind_offset_rows(nb::class_<OffsetHandle>& arm) {
     using namespace nb::literals;
     arm.def("rows_at", &rows_at, "segments"_a, "rows_s"_a, "free"_a, "rows_q"_a, "gc"_a, "s"_a, "q"_a,
             "psi"_a, "branch"_a, "pose"_a, "margin"_a, "residual"_a);
+    arm.def("rows_within", &offset_rows_within, "segments"_a, "s"_a, "q"_a, "psi"_a, "gc"_a);
     arm.def("rows_derivatives", &rows_derivatives, "segments"_a, "rows_s"_a, "free"_a, "rows_q"_a, "gc"_a,
             "s"_a, "out"_a);
 }

@@ -68,6 +68,7 @@ inline constexpr double beside =
 inline constexpr double beside_singular = 0.02;  // |sin| of theta_2, theta_6 of an end that is led (rad)
 inline constexpr double nearly_shut =
     1e-3;  // |sin| of theta_2 and theta_6 that refuse an end together (rad), or soon after (s)
+inline constexpr double on_pose = 1e-6;     // m: an end whose tool is no farther off belongs to its pose
 inline constexpr double straight = 1e-7;    // theta_4 that rounding may bend a straight elbow by (rad)
 inline constexpr double locked = 1e-3;      // range below which a joint decides phi (rad)
 inline constexpr double widest_gap = 0.05;  // of an end from the posture that it is taken to (rad)
@@ -295,7 +296,9 @@ private:
             out.phi = nearest_phi(l, out.phi, q);
             most = placed(l, out.phi, q, out.q);
         }
-        const double clear = min(clearance(out.q), clearance(q));
+        double clear = clearance(out.q);
+        if (norm(tool_pose(task_.arm, q).position - task_.pose(l.s).position) <= plan_rule::on_pose)
+            clear = min(clear, clearance(q));
         out.elsewhere = !is_of(now.theta, tube.gc);
         if (out.elsewhere) return out;
         if (most > tolerance::angle && clear < proof::least_margin) return out;

@@ -20,6 +20,8 @@ from ..scenes.scene import Scene
 from ..status import SOLVED, STATUSES, Status
 from .paths import NO_DEVIATION, Deviation, Path, Segments, checked_parameters
 
+MOST_PASSED = 1e-8
+"""By how much a joint may pass a limit between two rows, rad."""
 _ORDERS = 3
 _SHIFT = 8  # numbers of a shift: where it begins and ends, and six coefficients
 _TURN = 2 * np.pi
@@ -325,7 +327,8 @@ class JointPath:
 
         Always on the path, to 1e-12; never an interpolation of joints. Where the path has neither `path` nor
         `curve` (from `follow`) the tool goes straight and by the shortest rotation from pose to pose, and the
-        elbow turns evenly, or the free joint of an `OffsetArm` does; q is NaN where that has no posture.
+        elbow turns evenly, or the free joint of an `OffsetArm` does; q is NaN where that has no posture. Where
+        that would pass a limit the elbow turns so that it is kept, to 1e-8 rad at all places looked at.
 
         Parameters
         ----------
@@ -342,7 +345,8 @@ class JointPath:
         InputError
             If an s is not in [0, 1].
         PathError
-            If no row is solved, or a path of `follow` is not whole.
+            If no row is solved, or a path of `follow` is not whole; or if a limit is passed between two of
+            its rows, whatever the elbow does.
         """
         at = checked_parameters(s)
         curve = self._curve()
@@ -409,7 +413,13 @@ class JointPath:
         if len(self) == 1:
             rows = np.array([0.0, 1.0]), np.repeat(self.q, 2, axis=0), np.repeat(self.psi, 2)
         s, q, psi = map(np.ascontiguousarray, rows)
-        curve = self._through(segments, s, q, psi)
+        s, psi, q, excess, joint, row = self.arm._handle.rows_within(segments, s, q, psi, int(self.gc[0]))
+        if excess > MOST_PASSED:
+            raise PathError(
+                f"the path has no values between its rows: behind row {row} joint {joint} passes its limit by "
+                f"{np.degrees(excess):.3g} deg; follow more poses there, or plan"
+            )
+        curve = self._through(segments, s[:, 0], q, psi[:, 0])
         object.__setattr__(self, "curve", curve)
         return curve
 

@@ -11,6 +11,8 @@ from numpy.typing import ArrayLike
 from .._arrays import JOINTS, Floats
 from ..arm.arm import Arm
 from ..arm.offset import OffsetArm
+from ..errors import PathError
+from ..motion.joint_path import MOST_PASSED
 from ..motion.paths import RADIAN, Deviation
 from .fastest import needed
 from .motion import Motion
@@ -19,6 +21,10 @@ LOOKED_AT, SURE = np.array([0.1, 0.3, 0.5, 0.7, 0.9]), 0.9
 """Where between two nodes it is looked at how far off the tool is, and what share of the most shows there."""
 HALVINGS = 12
 """How often nodes come closer to one another at most."""
+INSIDE = 1.2
+"""How far inside a limit postures are put, of what the curve through them would pass it by."""
+PUT = 1.0
+"""Share of the tolerance (m, for rad) that they may be put inside by; else nodes come nearer first."""
 LONGEST = 1 / 32
 """Of s, between the first nodes."""
 STEP = 1e-6
@@ -38,11 +44,17 @@ class Rounded:
         What is smoothed.
     breaks : ndarray, shape (K,)
         The s of the postures, from 0 to 1.
+    inside : ndarray, shape (7,)
+        How far inside the limits all but the first and the last posture are put, rad.
     """
 
-    def __init__(self, motion: Motion, breaks: Floats) -> None:
+    def __init__(self, motion: Motion, breaks: Floats, inside: ArrayLike = 0.0) -> None:
         self._motion, self.breaks = motion, breaks
-        self._spline = needed("scipy.interpolate").CubicSpline(breaks, np.asarray(motion.at(breaks).q))
+        q = np.array(motion.at(breaks).q)
+        self._low = np.minimum(motion.arm.lower, q.min(axis=0))  # a path may begin outside its limits
+        self._high = np.maximum(motion.arm.upper, q.max(axis=0))
+        q[1:-1] = np.clip(q[1:-1], self._low + inside, self._high - inside)
+        self._spline = needed("scipy.interpolate").CubicSpline(breaks, q)
 
     @property
     def arm(self) -> Arm | OffsetArm:
@@ -87,6 +99,18 @@ class Rounded:
         return away.max(axis=1) / SURE, 2 * np.arcsin(np.minimum(chord, 1.0)).max(axis=1) / SURE
 
 
+    def passed(self) -> Floats:
+        """Return by how much joints pass their limits between each two nodes at most, (K - 1, 7) rad."""
+        a, b, c, _ = self._spline.c
+        with np.errstate(divide="ignore", invalid="ignore"):
+            root = np.sqrt(b * b - 3 * a * c)
+            turns = np.stack([(-b - root) / (3 * a), (-b + root) / (3 * a), -c / (2 * b)])
+        width = np.diff(self.breaks)[:, None]
+        at = np.clip(np.nan_to_num(turns), 0.0, width)
+        q = self._spline.c[3] + at * (c + at * (b + at * a))
+        return np.maximum(np.maximum(self._low - q, q - self._high).max(axis=0), 0.0)
+
+
 def rounded(motion: Motion, breaks: Floats, tolerance: float) -> tuple[Motion, Deviation]:
     """Return the motion without corners, and by how much at most the tool is off.
 
@@ -102,16 +126,29 @@ def rounded(motion: Motion, breaks: Floats, tolerance: float) -> tuple[Motion, D
     Raises
     ------
     MissingExtraError
+    PathError
+        If a joint passes its limit however near the nodes lie.
+
+    Where the path rides on a limit the curve would pass it: by as much postures are put inside.
     """
     nodes = breaks
     while (long := np.diff(nodes) > LONGEST).any():
         nodes = np.union1d(nodes, (nodes[:-1] + np.diff(nodes) / 2)[long])
     for _ in range(HALVINGS):
         found = Rounded(motion, nodes)
+        if MOST_PASSED < (beyond := found.passed()).max() <= PUT * tolerance:
+            found = Rounded(motion, nodes, INSIDE * beyond.max(axis=0))
+            beyond = found.passed()
         position, rotation = found.deviations()
-        off = np.hypot(position, RADIAN * rotation) > tolerance
+        off = (np.hypot(position, RADIAN * rotation) > tolerance) | (beyond > MOST_PASSED).any(axis=1)
         if not off.any():
             break
         near = off | np.append(off[1:], False) | np.append(False, off[:-1])
         nodes = np.union1d(nodes, (nodes[:-1] + np.diff(nodes) / 2)[near])
+    if beyond.max() > MOST_PASSED:
+        k, joint = np.unravel_index(beyond.argmax(), beyond.shape)
+        raise PathError(
+            f"no timing is found: where corners are rounded, at s = {found.breaks[k]:.6g}, joint {joint + 1} "
+            f"passes its limit by {np.degrees(beyond.max()):.3g} deg; leave jerk= and tolerance= out, or plan"
+        )
     return found, Deviation(float(position.max()), float(rotation.max()))

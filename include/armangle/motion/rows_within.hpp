@@ -1,0 +1,197 @@
+// Rows between the rows of a path that was followed, so that the limits are kept between them too.
+//
+//     q |---------- limit      Rows keep their limits, and between two of them the arm angle goes straight.
+//       |   ' o '              Where a path rides on a limit that bends, the straight way passes it: there a
+//       row | o       o            is put in the middle (x), its arm angle moved until the joint is as far
+//       inside |     x                as it was beyond, and so on.
+//       +---------- s
+//
+// Between rows it is looked, not proven: at so many places that what passes a limit unseen is below 1e-9 rad
+// on the paths of the tests.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "../arm/limits.hpp"
+#include "../numbers/scalar.hpp"
+
+namespace armangle {
+
+/// Rows of a path: where, the lifted arm angle (or the free joint), and joints.
+struct PathRows {
+    std::vector<double> s, psi, q;  // q: (n, 7)
+
+    std::size_t size() const noexcept { return s.size(); }
+};
+
+/// The limit that is passed most behind a row, although rows were put between.
+struct PassedLimit {
+    double excess = 0;    // rad; 0: all are kept
+    int joint = 0;        // 1..7
+    std::size_t row = 0;  // of those that were given
+};
+
+namespace within_rule {
+inline constexpr int places = 24;      // between two rows, nearer to each other beside these
+inline constexpr double kept = 2e-10;  // rad: a limit passed by less is kept
+inline constexpr double inside = 1.1;  // of what the middle was beyond: how far inside it is put
+inline constexpr int levels = 14;      // rows between rows
+inline constexpr int rounds = 6;       // of Newton's method for an arm angle
+inline constexpr double probe = 1e-6;  // rad, of psi: for a joint's slope ...
+inline constexpr double still = 1e-6;  // ... below which psi does not move the joint
+inline constexpr double step = 0.2;    // rad, of psi
+inline constexpr double near = 1e-3;   // rad: what joints may do between rows beside the move from row to row
+inline constexpr int more_rows = 20000;  // at most
+}  // namespace within_rule
+
+namespace detail {
+
+/// The search for rows between rows. draw(rows) gives a function of s: the posture there. solve(s, psi, near,
+/// q) writes the joints of an arm angle next to others; false where there are none.
+template <class Draw, class Solve>
+class RowsWithin {
+public:
+    RowsWithin(const Limits& limits, const Draw& draw, const Solve& solve, PathRows& rows)
+        : limits_(limits), draw_(draw), solve_(solve), rows_(rows) {}
+
+    PassedLimit run() {
+        const std::size_t n = rows_.size();
+        for (std::size_t k = 0; k + 1 < n; ++k) gaps_.push_back({k, is_near(k)});
+        int left = within_rule::more_rows;
+        PassedLimit worst;
+        for (int level = 0; level <= within_rule::levels; ++level) {
+            const auto at = draw_(rows_);
+            std::vector<Between> found;
+            for (std::size_t k = 0; k < gaps_.size(); ++k) {
+                if (!gaps_[k].open) continue;
+                Between passed = look(at, k);
+                gaps_[k].open = passed.excess > within_rule::kept;
+                if (!gaps_[k].open) continue;
+                if (level < within_rule::levels && left > 0 && put_between(at, passed)) {
+                    --left;
+                    found.push_back(passed);
+                } else {
+                    gaps_[k].open = false;
+                    if (passed.excess > worst.excess) worst = {passed.excess, passed.joint + 1, gaps_[k].row};
+                }
+            }
+            if (found.empty()) break;
+            insert(found);
+        }
+        return worst;
+    }
+
+private:
+    struct Gap {          // from a row to the next
+        std::size_t row;  // of those given
+        bool open;        // whether it has to be looked at
+    };
+    struct Between {
+        std::size_t gap;
+        double excess = 0;
+        int joint = 0;
+        double s = 0, psi = 0, q[joint_slots] = {};  // a row in its middle
+    };
+
+    double beyond(const double* q, int j) const noexcept {
+        return max(limits_.lower[j] - q[j], q[j] - limits_.upper[j]);
+    }
+    const double* joints_of(std::size_t row) const noexcept { return rows_.q.data() + joints * row; }
+
+    /// Whether a joint may come to a limit between row k and the next.
+    bool is_near(std::size_t k) const noexcept {
+        const double *a = joints_of(k), *b = joints_of(k + 1);
+        double move = within_rule::near;
+        for (int j = 0; j < joints; ++j) move = max(move, abs(b[j] - a[j]));
+        for (int j = 0; j < joints; ++j)
+            if (max(beyond(a, j), beyond(b, j)) > -move) return true;
+        return false;
+    }
+
+    /// The most that a joint is beyond its limits on a gap, further than the rows about it are.
+    template <class At>
+    Between look(const At& at, std::size_t k) const {
+        Between out{k};
+        const double *a = joints_of(k), *b = joints_of(k + 1), from = rows_.s[k], to = rows_.s[k + 1];
+        for (int i = 1; i <= within_rule::places; ++i) {
+            const double share = 0.5 * (1.0 - std::cos(pi * i / (within_rule::places + 1)));
+            const auto here = at(from + (to - from) * share);
+            for (int j = 0; j < joints; ++j) {
+                const double excess = beyond(here.q, j) - max(0.0, max(beyond(a, j), beyond(b, j)));
+                if (excess > out.excess) {
+                    out.excess = excess;
+                    out.joint = j;
+                }
+            }
+        }
+        return out;
+    }
+
+    /// The row in the middle of a gap; false where psi does not take the joint into its limits.
+    template <class At>
+    bool put_between(const At& at, Between& x) const {
+        const double from = rows_.s[x.gap], to = rows_.s[x.gap + 1];
+        x.s = from + 0.5 * (to - from);
+        if (!(x.s > from && x.s < to)) return false;
+        const auto middle = at(x.s);
+        std::copy(middle.q, middle.q + joints, x.q);
+        x.psi = middle.psi;
+        const int j = x.joint;
+        const bool above = x.q[j] - limits_.upper[j] > limits_.lower[j] - x.q[j];
+        const double wanted = (above ? limits_.upper[j] : limits_.lower[j]) +
+                              (above ? -1.0 : 1.0) * within_rule::inside * x.excess;
+        for (int round = 0; round < within_rule::rounds; ++round) {
+            const double off = wanted - x.q[j];
+            if (above ? off >= 0 : off <= 0) return true;
+            double beside[joint_slots];
+            if (!solve_(x.s, x.psi + within_rule::probe, x.q, beside)) return false;
+            const double slope = (beside[j] - x.q[j]) / within_rule::probe;
+            if (!(abs(slope) > within_rule::still)) return false;
+            const double by = off / slope, psi = x.psi + min(max(by, -within_rule::step), within_rule::step);
+            if (!solve_(x.s, psi, x.q, beside)) return false;
+            x.psi = psi;
+            std::copy(beside, beside + joints, x.q);
+        }
+        return beyond(x.q, j) <= 0;
+    }
+
+    void insert(const std::vector<Between>& found) {
+        PathRows rows;
+        std::vector<Gap> gaps;
+        const auto take = [&rows](double s, double psi, const double* q) {
+            rows.s.push_back(s);
+            rows.psi.push_back(psi);
+            rows.q.insert(rows.q.end(), q, q + joints);
+        };
+        std::size_t next = 0;
+        for (std::size_t k = 0; k < rows_.size(); ++k) {
+            take(rows_.s[k], rows_.psi[k], joints_of(k));
+            if (k == gaps_.size()) break;
+            gaps.push_back(gaps_[k]);
+            if (next == found.size() || found[next].gap != k) continue;
+            take(found[next].s, found[next].psi, found[next].q);
+            gaps.push_back(gaps_[k]);
+            ++next;
+        }
+        rows_ = std::move(rows);
+        gaps_ = std::move(gaps);
+    }
+
+    const Limits& limits_;
+    const Draw& draw_;
+    const Solve& solve_;
+    PathRows& rows_;
+    std::vector<Gap> gaps_;
+};
+
+}  // namespace detail
+
+/// Puts rows between rows where a limit is passed there; says which one is passed nevertheless.
+template <class Draw, class Solve>
+PassedLimit keep_within(const Limits& limits, const Draw& draw, const Solve& solve, PathRows& rows) {
+    return detail::RowsWithin<Draw, Solve>(limits, draw, solve, rows).run();
+}
+
+}  // namespace armangle

@@ -1,0 +1,127 @@
+"""Laws of followed paths between their rows: limits are kept there too, timed or not."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from support.calibrated import calibrated
+from support.draw import generator
+
+import armangle as aa
+
+ARMS: dict[str, Any] = {
+    "kuka_iiwa7_r800": aa.Arm.from_catalogue("kuka_iiwa7_r800"),
+    "openarm_v10": aa.Arm.from_catalogue("openarm_v10"),
+    "calibrated": calibrated("realman_rm75_b", 1.0, 1.0, seed=2),
+    "franka_fr3": aa.OffsetArm.from_catalogue("franka_fr3"),
+}
+DENSE = np.linspace(0.0, 1.0, 5001)
+KEPT = 1e-8
+RIDING = [1.26221, -0.49796, -1.75243, 0.25599, 1.40474, 1.52206, -1.85793]
+"""Where a path with the elbow up rides on the limits of an iiwa 7."""
+
+
+def line(arm: Any, q: Any, shift: Any) -> Any:
+    first = np.asarray(arm.forward(np.asarray(q))[0])
+    last = first.copy()
+    last[:3, 3] += shift
+    return aa.Line(first, last).pose(np.linspace(0, 1, 80))
+
+
+def passed(arm: Any, q: Any) -> float:
+    """By how much joints pass their limits."""
+    return float(np.maximum(arm.lower - q, q - arm.upper).max())
+
+
+def riding() -> aa.JointPath:
+    arm = ARMS["kuka_iiwa7_r800"]
+    poses = line(arm, RIDING, [0.1108, 0.2563, -0.1097])
+    return aa.follow(arm, poses, start=RIDING, policy=aa.Towards(direction="up"))
+
+
+def followed(arm: Any, n: int, seed: int) -> Iterator[aa.JointPath]:
+    """Paths of one branch along random lines, under policies in turn."""
+    rng = generator(seed)
+    policies = [aa.Hold(), aa.Repulsion(K=0.1, alpha=20.0), aa.Towards(direction="up")]
+    if isinstance(arm, aa.OffsetArm):
+        policies.pop()
+    while n > 0:
+        q = 0.95 * rng.uniform(np.maximum(arm.lower, -3.1), np.minimum(arm.upper, 3.1))
+        shift = rng.normal(size=3)
+        poses = line(arm, q, 0.3 * shift / np.linalg.norm(shift))
+        path = aa.follow(arm, poses, start=q, policy=policies[n % len(policies)])
+        if path.ok and len(set(path.gc.tolist())) == 1:
+            n -= 1
+            yield path
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_limits_are_kept_between_rows(name: str) -> None:
+    arm = ARMS[name]
+    more = refused = 0
+    for path in followed(arm, 40, 3):
+        try:
+            at = path.at(DENSE)
+        except aa.PathError as error:
+            refused += 1
+            assert "passes its limit by" in str(error)
+            continue
+        known = np.isfinite(at.q).all(axis=1)
+        assert passed(arm, at.q[known]) <= KEPT
+        assert np.abs(arm.forward(at.q[known])[0] - at.pose[known]).max() <= 1e-9
+        np.testing.assert_allclose(path.at(path.s).q, path.q, atol=1e-6)
+        more += len(path.curve.knots) > len(path)
+    assert more >= 2 and refused <= 4
+
+
+@pytest.mark.parametrize("given", [{}, {"jerk": 500.0}, {"tolerance": 1e-4}], ids=str)
+def test_a_timed_path_keeps_the_limits_that_it_rides_on(given: dict[str, float]) -> None:
+    """Clipped joints would leave the path: of this one by more than a millimetre."""
+    pytest.importorskip("scipy")
+    path = riding()
+    arm = path.arm
+    timed = aa.retime(path, acceleration=5.0, sample=1e-3, **given)
+    assert passed(arm, timed.q) <= KEPT
+    off = timed.deviation
+    assert np.hypot(off.position, 0.2 * off.rotation) <= given.get("tolerance", 1e-4 if given else 0.0)
+    straight = path._through(path._straight(), path.s, path.q, path.psi).at(arm._handle, DENSE).q
+    assert passed(arm, straight) > 1e-3
+    clipped = np.clip(straight, arm.lower, arm.upper)
+    away = arm.forward(clipped)[0][:, :3, 3] - path.at(DENSE).pose[:, :3, 3]
+    assert np.linalg.norm(away, axis=1).max() > 1e-4
+
+
+@pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "openarm_v10"])
+def test_bounded_jerk_keeps_limits_too(name: str) -> None:
+    pytest.importorskip("scipy")
+    arm = ARMS[name]
+    for path in followed(arm, 6, 17):
+        timed = aa.retime(path, acceleration=5.0, jerk=200.0, sample=5e-3)
+        assert passed(arm, timed.q) <= KEPT
+
+
+def test_a_limit_that_no_arm_angle_keeps_is_named() -> None:
+    """Joint 4 is decided by the pose: between two poses with the elbow on its limit the line goes nearer."""
+    arm = ARMS["kuka_iiwa7_r800"]
+    first = np.array([-0.5, 0.6, 0.0, arm.lower[3] + 0.02, 0.0, 0.9, 0.0])
+    last = first.copy()
+    last[0] = 0.5
+    poses = np.stack([arm.forward(first)[0], arm.forward(last)[0]])
+    path = aa.follow(arm, poses, start=first, max_joint_step=2.0)
+    assert path.ok
+    with pytest.raises(aa.PathError, match=r"behind row 0 joint 4 passes its limit by .* deg"):
+        path.at(0.5)
+    with pytest.raises(aa.PathError, match="joint 4 passes its limit"):
+        aa.join([path])
+    np.testing.assert_array_equal(path.status, aa.Status.OK)
+
+
+def test_paths_that_keep_their_limits_are_as_they_were() -> None:
+    arm = ARMS["kuka_iiwa7_r800"]
+    q = np.array([0.1, 0.6, 0.2, -1.2, 0.3, 0.8, 0.5])
+    path = aa.follow(arm, line(arm, q, [0.05, 0.1, -0.05]), start=q)
+    path.at(0.5)
+    assert path.curve is not None and len(path.curve.knots) == len(path)
