@@ -327,8 +327,8 @@ class JointPath:
 
         Always on the path, to 1e-12; never an interpolation of joints. Where the path has neither `path` nor
         `curve` (from `follow`) the tool goes straight and by the shortest rotation from pose to pose, and the
-        elbow turns evenly, or the free joint of an `OffsetArm` does; q is NaN where that has no posture. Where
-        that would pass a limit the elbow turns so that it is kept, to 1e-8 rad at all places looked at.
+        elbow turns evenly, or the free joint of an `OffsetArm` does; q is NaN where that has no posture.
+        Where that would pass a limit the elbow turns so that it is kept, to 1e-8 rad.
 
         Parameters
         ----------
@@ -416,8 +416,8 @@ class JointPath:
         s, psi, q, excess, joint, row = self.arm._handle.rows_within(segments, s, q, psi, int(self.gc[0]))
         if excess > MOST_PASSED:
             raise PathError(
-                f"the path has no values between its rows: behind row {row} joint {joint} passes its limit by "
-                f"{np.degrees(excess):.3g} deg; follow more poses there, or plan"
+                f"the path has no values between its rows: behind row {row} joint {joint} passes its limit "
+                f"by {np.degrees(excess):.3g} deg; follow more poses there, or plan"
             )
         curve = self._through(segments, s[:, 0], q, psi[:, 0])
         object.__setattr__(self, "curve", curve)

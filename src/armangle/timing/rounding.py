@@ -98,7 +98,6 @@ class Rounded:
         chord = np.linalg.norm(here[..., :3, :3] - there[..., :3, :3], axis=(-2, -1)) / _ROOT_8
         return away.max(axis=1) / SURE, 2 * np.arcsin(np.minimum(chord, 1.0)).max(axis=1) / SURE
 
-
     def passed(self) -> Floats:
         """Return by how much joints pass their limits between each two nodes at most, (K - 1, 7) rad."""
         a, b, c, _ = self._spline.c
