@@ -107,7 +107,7 @@ class Rounded:
         width = np.diff(self.breaks)[:, None]
         at = np.clip(np.nan_to_num(turns), 0.0, width)
         q = self._spline.c[3] + at * (c + at * (b + at * a))
-        return np.maximum(np.maximum(self._low - q, q - self._high).max(axis=0), 0.0)
+        return np.asarray(np.maximum(np.maximum(self._low - q, q - self._high).max(axis=0), 0.0))
 
 
 def rounded(motion: Motion, breaks: Floats, tolerance: float) -> tuple[Motion, Deviation]:
