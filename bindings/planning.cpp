@@ -1,7 +1,7 @@
 // Paths, plans, the curves they give, and what explains that there is none.
 #include "armangle/plan.hpp"
 
-#include "armangle/motion/rows_within.hpp"
+#include "armangle/plan/rows_within.hpp"
 #include "armangle/offset/offset_curve.hpp"
 
 #include <nanobind/stl/vector.h>

@@ -14,28 +14,12 @@
 #pragma once
 
 #include <span>
-#include <vector>
 
 #include "../plan/curve.hpp"
+#include "../plan/lead_shift.hpp"
 #include "inverse.hpp"
 
 namespace armangle {
-
-/// What is added to theta of the joint that leads a run of stretches: c0 + ... + c5 t^5, t in [0, 1]. Doubles
-/// alone, so that it travels as an array.
-struct LeadShift {
-    double start, end, coefficient[6];
-
-    template <class T>
-    T at(const T& s) const noexcept {
-        const T t = (s - T(start)) / (T(end) - T(start));
-        T sum(coefficient[5]);
-        for (int k = 4; k >= 0; --k) sum = T(coefficient[k]) + t * sum;
-        return sum;
-    }
-};
-
-inline constexpr std::size_t lead_shift_width = sizeof(LeadShift) / sizeof(double);
 
 namespace detail {
 
@@ -268,9 +252,9 @@ inline LeadShift joined(double start, double end, const RunEnd& a, const RunEnd&
 
 /// The shifts of what leads along a curve: so that the true joints go on from run to run, and begin and end
 /// at the joints asked, if any.
-inline std::vector<LeadShift> lead_shifts(const NearArm& arm, const Curve& curve, const double* start,
-                                          const double* goal) {
-    std::vector<LeadShift> out;
+inline LeadShifts lead_shifts(const NearArm& arm, const Curve& curve, const double* start,
+                              const double* goal) {
+    LeadShifts out;
     const std::span<const Stretch> all = curve.stretches;
     const auto asked = [&](const Stretch& x, const double* q, double s) {
         const int j = static_cast<int>(x.lead) - 1;

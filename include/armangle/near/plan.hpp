@@ -24,7 +24,7 @@ inline constexpr double like = 0.05;  // rad: how far the nominal posture of an 
 
 /// A plan about the nominal arm, and what takes its curve to the true chain.
 struct NearPlan : Plan {
-    std::vector<LeadShift> shifts;
+    LeadShifts shifts;
     std::optional<Pose<double>> base;  // where the nominal arm stands, if not on its own base
 };
 
