@@ -119,6 +119,30 @@ def test_a_limit_that_no_arm_angle_keeps_is_named() -> None:
     np.testing.assert_array_equal(path.status, aa.Status.OK)
 
 
+def test_a_locked_joint_stays() -> None:
+    """Its limits leave no room to turn the elbow: rows follow one another until it stands."""
+    rng = generator(23)
+    arm = ARMS["kuka_iiwa7_r800"]
+    timed = 0
+    for _ in range(30):
+        lower, upper = arm.lower.copy(), arm.upper.copy()
+        q = 0.9 * rng.uniform(lower, upper)
+        joint = rng.choice([0, 1, 2, 4, 5, 6])
+        lower[joint] = upper[joint] = q[joint]
+        locked = arm.with_(lower=lower, upper=upper)
+        path = aa.follow(locked, line(locked, q, 0.05 * rng.normal(size=3) / 3), start=q)
+        if not path.ok or len(set(path.gc.tolist())) > 1:
+            continue
+        try:
+            at = path.at(DENSE)
+        except aa.PathError as error:
+            assert f"joint {joint + 1} passes its limit" in str(error)
+            continue
+        timed += 1
+        assert passed(locked, at.q) <= 1e-6
+    assert timed >= 8
+
+
 def test_paths_that_keep_their_limits_are_as_they_were() -> None:
     arm = ARMS["kuka_iiwa7_r800"]
     q = np.array([0.1, 0.6, 0.2, -1.2, 0.3, 0.8, 0.5])

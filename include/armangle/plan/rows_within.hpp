@@ -54,7 +54,7 @@ template <class Draw, class Solve>
 class RowsWithin {
 public:
     RowsWithin(const Limits& limits, const Draw& draw, const Solve& solve, PathRows& rows)
-        : limits_(limits), draw_(draw), solve_(solve), rows_(rows) {}
+        : limits_(limits), draw_(draw), solve_(solve), given_(rows.q), rows_(rows) {}
 
     PassedLimit run() {
         const std::size_t n = rows_.size();
@@ -110,11 +110,12 @@ private:
         return false;
     }
 
-    /// The most that a joint is beyond its limits on a gap, further than the rows about it are.
+    /// The most that a joint is beyond its limits on a gap, further than the given rows about it are.
     template <class At>
     Between look(const At& at, std::size_t k) const {
         Between out{k};
-        const double *a = joints_of(k), *b = joints_of(k + 1), from = rows_.s[k], to = rows_.s[k + 1];
+        const double *a = given_.data() + joints * gaps_[k].row, *b = a + joints;
+        const double from = rows_.s[k], to = rows_.s[k + 1];
         for (int i = 1; i <= within_rule::places; ++i) {
             const double share = 0.5 * (1.0 - std::cos(pi * i / (within_rule::places + 1)));
             const auto here = at(from + (to - from) * share);
@@ -140,8 +141,11 @@ private:
         x.psi = middle.psi;
         const int j = x.joint;
         const bool above = x.q[j] - limits_.upper[j] > limits_.lower[j] - x.q[j];
-        const double wanted = (above ? limits_.upper[j] : limits_.lower[j]) +
-                              (above ? -1.0 : 1.0) * within_rule::inside * x.excess;
+        const double middle_of_range = 0.5 * (limits_.lower[j] + limits_.upper[j]);
+        const double inside = within_rule::inside * x.excess;
+        const double wanted =
+            above ? limits_.upper[j] - min(inside, max(limits_.upper[j] - middle_of_range, 0.0))
+                  : limits_.lower[j] + min(inside, max(middle_of_range - limits_.lower[j], 0.0));
         for (int round = 0; round < within_rule::rounds; ++round) {
             const double off = wanted - x.q[j];
             if (above ? off >= 0 : off <= 0) return true;
@@ -154,7 +158,7 @@ private:
             x.psi = psi;
             std::copy(beside, beside + joints, x.q);
         }
-        return beyond(x.q, j) <= 0;
+        return beyond(x.q, j) <= within_rule::kept;
     }
 
     void insert(const std::vector<Between>& found) {
@@ -182,6 +186,7 @@ private:
     const Limits& limits_;
     const Draw& draw_;
     const Solve& solve_;
+    const std::vector<double> given_;  // joints of the rows that were given
     PathRows& rows_;
     std::vector<Gap> gaps_;
 };

@@ -20,8 +20,8 @@ from ..scenes.scene import Scene
 from ..status import SOLVED, STATUSES, Status
 from .paths import NO_DEVIATION, Deviation, Path, Segments, checked_parameters
 
-MOST_PASSED = 1e-8
-"""By how much a joint may pass a limit between two rows, rad."""
+MOST_PASSED = 1e-6
+"""By how much a joint may pass a limit between two rows, rad, where no arm angle takes it back."""
 _ORDERS = 3
 _SHIFT = 8  # numbers of a shift: where it begins and ends, and six coefficients
 _TURN = 2 * np.pi
@@ -328,7 +328,7 @@ class JointPath:
         Always on the path, to 1e-12; never an interpolation of joints. Where the path has neither `path` nor
         `curve` (from `follow`) the tool goes straight and by the shortest rotation from pose to pose, and the
         elbow turns evenly, or the free joint of an `OffsetArm` does; q is NaN where that has no posture.
-        Where that would pass a limit the elbow turns so that it is kept, to 1e-8 rad.
+        Where that would pass a limit the elbow turns so that it is kept, to 1e-6 rad.
 
         Parameters
         ----------

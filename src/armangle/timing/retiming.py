@@ -79,7 +79,7 @@ def retime(
 
     Bounds hold at hundreds of points of the path. Between them they are looked at ten times as closely;
     where they are exceeded by 0.1 % there are more points, and by what is left the whole motion is slowed
-    down. Joint limits are kept to 1e-8 rad, between the poses of a followed path too.
+    down. Joint limits are kept to 1e-6 rad, between the poses of a followed path too.
 
     At a corner of the path, as between poses that were followed, the joints' velocities would have to jump.
     Without `jerk` the motion slows down until the jump is one that the joints can make within a `cycle`.

@@ -21,6 +21,8 @@ LOOKED_AT, SURE = np.array([0.1, 0.3, 0.5, 0.7, 0.9]), 0.9
 """Where between two nodes it is looked at how far off the tool is, and what share of the most shows there."""
 HALVINGS = 12
 """How often nodes come closer to one another at most."""
+KEPT = 1e-8
+"""A limit passed by less is kept, rad."""
 INSIDE = 1.2
 """How far inside a limit postures are put, of what the curve through them would pass it by."""
 PUT = 1.0
@@ -135,11 +137,11 @@ def rounded(motion: Motion, breaks: Floats, tolerance: float) -> tuple[Motion, D
         nodes = np.union1d(nodes, (nodes[:-1] + np.diff(nodes) / 2)[long])
     for _ in range(HALVINGS):
         found = Rounded(motion, nodes)
-        if MOST_PASSED < (beyond := found.passed()).max() <= PUT * tolerance:
+        if KEPT < (beyond := found.passed()).max() <= PUT * tolerance:
             found = Rounded(motion, nodes, INSIDE * beyond.max(axis=0))
             beyond = found.passed()
         position, rotation = found.deviations()
-        off = (np.hypot(position, RADIAN * rotation) > tolerance) | (beyond > MOST_PASSED).any(axis=1)
+        off = (np.hypot(position, RADIAN * rotation) > tolerance) | (beyond > KEPT).any(axis=1)
         if not off.any():
             break
         near = off | np.append(off[1:], False) | np.append(False, off[:-1])
