@@ -1,6 +1,7 @@
 // Paths, plans, the curves they give, and what explains that there is none.
 #include "armangle/plan.hpp"
 
+#include "armangle/plan/curve_through.hpp"
 #include "armangle/plan/rows_within.hpp"
 #include "armangle/offset/offset_curve.hpp"
 
@@ -366,30 +367,7 @@ PathRows as_rows(const Buffer& s, const Buffer& psi, const Buffer& q) {
     return {all(s, n), all(psi, n), all(q, joints * n)};
 }
 
-/// The curve of rows that were found otherwise: straight in the smooth angle between them.
-struct CurveThrough {
-    SmoothPlane plane;
-    std::vector<Stretch> stretches;
-
-    CurveThrough(const Arm& arm, std::span<const Segment> path, const PathRows& rows, int gc) {
-        std::vector<Pose<double>> flanges;
-        std::vector<Vec3<double>> wrists;
-        std::vector<double> phi;
-        for (const double s : rows.s) {
-            flanges.push_back(flange_pose(arm, pose_of(path, s)));
-            wrists.push_back(triad(arm, flanges.back()).w);
-        }
-        plane = smooth_plane(wrists);
-        for (std::size_t i = 0; i < rows.size(); ++i) {
-            const Chain now = chain(arm, rows.q.data() + joints * i);
-            const double angle = arm_angle(triad(arm, flanges[i], plane), now.z3);
-            phi.push_back(i ? lift(angle, phi.back()) : angle);
-        }
-        stretches = straight_stretches(rows.s, phi);
-        lift_stretches(Curve{arm, plane, gc, path, stretches}, stretches, rows.q.data(), rows.psi[0]);
-    }
-};
-
+/// The curve (plane, stretches) of rows that were found otherwise.
 template <class Handle>
 nb::object curve_through(const Handle& self, Floats segments, Floats s, Floats q, Floats psi, int gc) {
     const Buffer g(segments), at(s), joint_values(q), angles(psi);
@@ -407,25 +385,40 @@ nb::object as_kept(const PathRows& rows, const PassedLimit& passed) {
     return nb::make_tuple(s, psi, as_array(rows.q, joints), passed.excess, passed.joint, passed.row);
 }
 
-/// Rows with more between them where the straight way passes a limit (rows_within.hpp).
+/// What joints do between rows: a function of s.
+template <class SrsArm>
+auto between(const SrsArm& arm, std::span<const Segment> path, const PathRows& rows, int gc) {
+    return [&arm, path, gc, through = CurveThrough(nominal(arm), path, rows, gc)](double s) {
+        return along(arm, Curve{nominal(arm), through.plane, gc, path, through.stretches}, s);
+    };
+}
+auto between(const OffsetArm& arm, std::span<const Segment> path, const PathRows& rows, int gc) {
+    return [&arm, path, gc, rows](double s) {
+        return OffsetCurve{arm, path, rows.s, rows.psi, rows.q.data(), gc}.at(s);
+    };
+}
+template <class SrsArm>
+const Limits& limits_of(const SrsArm& arm) noexcept {
+    return nominal(arm).limits;
+}
+const Limits& limits_of(const OffsetArm& arm) noexcept { return arm.own.limits; }
+
+/// Rows (s, psi, q) with more between them where the straight way passes a limit (rows_within.hpp); the most
+/// that one is passed nevertheless, the joint, and the row before.
 template <class Handle>
 nb::object rows_within(const Handle& self, Floats segments, Floats s, Floats q, Floats psi, int gc) {
     const Buffer g(segments), at(s), joint_values(q), angles(psi);
     const std::span<const Segment> path = as_path(g);
-    const auto& arm = self.arm;
     PathRows rows = as_rows(at, angles, joint_values);
-    const auto draw = [&](const PathRows& drawn) {
-        return [&arm, path, gc, through = CurveThrough(nominal(arm), path, drawn, gc)](double x) {
-            return along(arm, Curve{nominal(arm), through.plane, gc, path, through.stretches}, x);
-        };
-    };
+    const auto draw = [&](const PathRows& drawn) { return between(self.arm, path, drawn, gc); };
     const auto solve = [&](double x, double value, const double* near, double* out) {
-        const Inverse found = inverse(arm, pose_of(path, x), value, gc, near);
+        const Inverse found = inverse(self.arm, pose_of(path, x), value, gc, near);
         std::copy(found.q, found.q + joints, out);
         return is_solved(found.status);
     };
-    const PassedLimit passed = keep_within(nominal(arm).limits, draw, solve, rows);
-    return as_kept(rows, passed);
+    const PassedLimit passed = keep_within(limits_of(self.arm), draw, solve, rows);
+    return nb::make_tuple(as_array(rows.s, 1), as_array(rows.psi, 1), as_array(rows.q, joints), passed.excess,
+                          passed.joint, passed.row);
 }
 
 /// A path's rows (s, free, q) in one branch of an arm with an offset, held while they are asked.
@@ -474,26 +467,6 @@ void rows_derivatives(const OffsetHandle& self, Floats segments, Floats rows_s, 
     const Buffer at(s), to(out, true);
     for (Py_ssize_t i = 0; i < at.shape(0); ++i)
         curve.derivatives(at.data<double>()[i], to.data<double>() + 3 * joints * i);
-}
-
-/// The same of an arm with an offset.
-nb::object offset_rows_within(const OffsetHandle& self, Floats segments, Floats s, Floats q, Floats free,
-                              int gc) {
-    const Buffer g(segments), at(s), joint_values(q), values(free);
-    const std::span<const Segment> path = as_path(g);
-    PathRows rows = as_rows(at, values, joint_values);
-    const auto draw = [&](const PathRows& drawn) {
-        return [&self, path, gc, drawn](double x) {
-            return OffsetCurve{self.arm, path, drawn.s, drawn.psi, drawn.q.data(), gc}.at(x);
-        };
-    };
-    const auto solve = [&](double x, double value, const double* near, double* out) {
-        const Inverse found = inverse(self.arm, pose_of(path, x), value, gc, near);
-        std::copy(found.q, found.q + joints, out);
-        return is_solved(found.status);
-    };
-    const PassedLimit passed = keep_within(self.arm.own.limits, draw, solve, rows);
-    return as_kept(rows, passed);
 }
 
 /// Eight branch reports of one pose.
@@ -555,7 +528,7 @@ void bind_offset_rows(nb::class_<OffsetHandle>& arm) {
     using namespace nb::literals;
     arm.def("rows_at", &rows_at, "segments"_a, "rows_s"_a, "free"_a, "rows_q"_a, "gc"_a, "s"_a, "q"_a,
             "psi"_a, "branch"_a, "pose"_a, "margin"_a, "residual"_a);
-    arm.def("rows_within", &offset_rows_within, "segments"_a, "s"_a, "q"_a, "psi"_a, "gc"_a);
+    arm.def("rows_within", &rows_within<OffsetHandle>, "segments"_a, "s"_a, "q"_a, "psi"_a, "gc"_a);
     arm.def("rows_derivatives", &rows_derivatives, "segments"_a, "rows_s"_a, "free"_a, "rows_q"_a, "gc"_a,
             "s"_a, "out"_a);
 }

@@ -87,7 +87,8 @@ def test_a_timed_path_keeps_the_limits_that_it_rides_on(given: dict[str, float])
     assert passed(arm, timed.q) <= KEPT
     off = timed.deviation
     assert np.hypot(off.position, 0.2 * off.rotation) <= given.get("tolerance", 1e-4 if given else 0.0)
-    straight = path._through(path._straight(), path.s, path.q, path.psi).at(arm._handle, DENSE).q
+    straight = path._through(path._straight(), path.s, path.q, path.psi, int(path.gc[0]))
+    straight = straight.at(arm._handle, DENSE).q
     assert passed(arm, straight) > 1e-3
     clipped = np.clip(straight, arm.lower, arm.upper)
     away = arm.forward(clipped)[0][:, :3, 3] - path.at(DENSE).pose[:, :3, 3]
@@ -117,6 +118,55 @@ def test_a_limit_that_no_arm_angle_keeps_is_named() -> None:
     with pytest.raises(aa.PathError, match="joint 4 passes its limit"):
         aa.join([path])
     np.testing.assert_array_equal(path.status, aa.Status.OK)
+
+
+HOME = np.radians([0.0, 0.0, 0.0, -90.0, 0.0, 90.0, 0.0])
+HOMES: dict[str, Any] = {
+    "kuka_iiwa7_r800": ARMS["kuka_iiwa7_r800"],
+    "calibrated": calibrated("kuka_iiwa7_r800", 0.5, 0.5, seed=1),
+}
+
+
+@pytest.mark.parametrize("name", HOMES)
+@pytest.mark.parametrize("count", [10, 60, 300])
+@pytest.mark.parametrize("shift", [(0.0, 0.2, 0.05), (-0.1, -0.2, 0.05), (0.1, 0.0, 0.1)], ids=str)
+def test_joints_do_not_sweep_round_between_rows_at_home(name: str, count: int, shift: Any) -> None:
+    """At θ2 = 0 rows side by side may have any arm angles, and joint 1 would go round between them."""
+    pytest.importorskip("scipy")
+    arm = HOMES[name]
+    first = arm.forward(HOME, undefined="nan")[0]
+    last = first.copy()
+    last[:3, 3] += shift
+    path = aa.follow(arm, aa.Line(first, last).pose(np.linspace(0, 1, count)), start=HOME)
+    if not path.ok:
+        pytest.skip("no path to look at")
+    try:
+        at = path.at(DENSE)
+    except aa.PathError as error:
+        assert "goes over from branch" in str(error)
+        return
+    row = np.clip(np.searchsorted(path.s, DENSE, side="right") - 1, 0, len(path) - 2)
+    low, high = np.minimum(path.q[row], path.q[row + 1]), np.maximum(path.q[row], path.q[row + 1])
+    beyond = np.maximum(low - at.q, at.q - high).max()
+    assert beyond <= 0.01 + np.abs(np.diff(path.q, axis=0)).max()
+    assert np.abs(arm.forward(at.q, undefined="nan")[0] - at.pose).max() <= 1e-9
+    timed = aa.retime(path, velocity=1.0, acceleration=4.0, sample=1e-3)
+    assert timed.duration < 5.0
+    speed = np.abs(np.diff(timed.q, axis=0)).max() / 1e-3
+    assert speed <= 1.05
+
+
+def test_a_plan_from_home_is_timed_from_its_rows() -> None:
+    """Row 0 at θ2 = 0 is of two branches: the sign of rounding is no branch of its own."""
+    arm = HOMES["kuka_iiwa7_r800"]
+    first = arm.forward(HOME)[0]
+    last = first.copy()
+    last[:3, 3] += (0.0, 0.2, 0.05)
+    plan = aa.plan(arm, aa.Line(first, last), start=HOME, samples=60)
+    columns = {name: getattr(plan, name) for name in ("q", "psi", "gc", "status", "margin", "residual")}
+    columns["gc"] = np.where(np.arange(len(plan)) == 0, 3, 2)
+    rows = aa.JointPath(arm=arm, s=plan.s, poses=plan.poses, **columns)
+    assert np.abs(rows.at(DENSE).q - plan.at(DENSE).q).max() < 0.05
 
 
 def test_a_locked_joint_stays() -> None:

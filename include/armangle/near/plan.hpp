@@ -17,7 +17,6 @@ inline constexpr int plans = 4;              // of the nominal arm, with limits 
 inline constexpr double drawn_more = 1.5;    // of what a joint was beyond its limit ...
 inline constexpr double drawn_least = 1e-3;  // ... and this much more (rad)
 inline constexpr double wider_least = 1e-3;  // m: the same of the clearance
-inline constexpr double on_pose = 1e-6;      // m and rad: an end that is no farther off belongs to its pose
 inline constexpr double same_pose = 1e-12;   // m and rad: two poses that rounding alone tells apart
 inline constexpr double like = 0.05;  // rad: how far the nominal posture of an end may be from the true one
 }  // namespace near_rule
@@ -50,7 +49,7 @@ inline bool nominal_joints(const NearArm& arm, const double* q, double (&out)[jo
 
 /// Whether the true arm has the pose at joints q.
 inline bool belongs(const NearArm& arm, const double* q, const Pose<double>& pose) noexcept {
-    return is_same(tool_pose(arm, q), pose, near_rule::on_pose);
+    return is_same(tool_pose(arm, q), pose, plan_rule::on_pose);
 }
 
 /// How far (rad) from joints q the curve is at s; infinite where it has no posture there.

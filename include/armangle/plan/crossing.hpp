@@ -1,13 +1,10 @@
 // Ways that pass from branch to branch where two of them meet, and ways that begin or end there.
 //
-//     theta_2 |.          GC 0            At theta_2 = 0 the postures of two branches are the same, and
-//     theta_1 is
-//             |  ` .                      free: a motion that keeps theta_1 passes through. phi does not
-//             describe
-//           0 +------`o-----------> s     it there (every theta_1 belongs to one phi), theta_1 does: it
-//           leads, and
-//             |         ` . _             phi follows (led.hpp).
-//             |     GC 1      ` '
+//     theta_2 |.        GC 0        At theta_2 = 0 the postures of two branches are the same, and theta_1
+//             |  ` .                is free: a motion that keeps theta_1 passes through. phi does not
+//           0 +------`o--------> s  describe it there (every theta_1 belongs to one phi), theta_1 does: it
+//             |        ` . _        leads, and phi follows (led.hpp).
+//             |    GC 1     ` '
 //
 // The search is that of way.hpp over the postures of several branches at once, and of grids of the leading
 // angle beside theta_2 = 0 (theta_6 = 0). Links join postures of one branch, or of two that meet there, by

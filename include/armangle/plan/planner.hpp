@@ -68,7 +68,7 @@ inline constexpr double beside =
 inline constexpr double beside_singular = 0.02;  // |sin| of theta_2, theta_6 of an end that is led (rad)
 inline constexpr double nearly_shut =
     1e-3;  // |sin| of theta_2 and theta_6 that refuse an end together (rad), or soon after (s)
-inline constexpr double on_pose = 1e-6;     // m: an end whose tool is no farther off belongs to its pose
+inline constexpr double on_pose = 1e-6;     // m and rad: an end that is no farther off belongs to its pose
 inline constexpr double straight = 1e-7;    // theta_4 that rounding may bend a straight elbow by (rad)
 inline constexpr double locked = 1e-3;      // range below which a joint decides phi (rad)
 inline constexpr double widest_gap = 0.05;  // of an end from the posture that it is taken to (rad)

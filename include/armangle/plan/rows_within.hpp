@@ -1,30 +1,23 @@
 // Rows between the rows of a path that was followed, so that the limits are kept between them too.
 //
-//     q |---------- limit      Rows keep their limits, and between two of them the arm angle goes straight.
-//       |   ' o '              Where a path rides on a limit that bends, the straight way passes it: there a
-//       row | o       o            is put in the middle (x), its arm angle moved until the joint is as far
-//       inside |     x                as it was beyond, and so on.
-//       +---------- s
+//     q |----------- limit    Rows keep their limits, and between two of them the arm angle goes straight.
+//       |    ' o '            Where a path rides on a limit that bends, the straight way passes it: there a
+//       |  o       o          row is put in the middle (x), its arm angle moved until the joint is as far
+//       |      x              inside as it was beyond, and so on.
+//       +----------- s
 //
-// Between rows it is looked, not proven: at so many places that what passes a limit unseen is below 1e-9 rad
+// Between rows it is looked, not proven: at so many places that what passes a limit unseen is below 1e-8 rad
 // on the paths of the tests.
 #pragma once
 
 #include <cmath>
-#include <cstddef>
 #include <vector>
 
 #include "../arm/limits.hpp"
 #include "../numbers/scalar.hpp"
+#include "path_rows.hpp"
 
 namespace armangle {
-
-/// Rows of a path: where, the lifted arm angle (or the free joint), and joints.
-struct PathRows {
-    std::vector<double> s, psi, q;  // q: (n, 7)
-
-    std::size_t size() const noexcept { return s.size(); }
-};
 
 /// The limit that is passed most behind a row, although rows were put between.
 struct PassedLimit {

@@ -12,6 +12,7 @@ from .. import _core
 from .._arrays import JOINTS, Floats, Ints, frozen
 from ..arm.arm import Arm
 from ..arm.diagnosis import Diagnosis
+from ..arm.joint_map import to_theta
 from ..arm.near import edge_of_reach
 from ..arm.offset import OffsetArm, as_srs
 from ..arm.roll import Roll
@@ -23,6 +24,7 @@ from .paths import NO_DEVIATION, Deviation, Path, Segments, checked_parameters
 MOST_PASSED = 1e-6
 """By how much a joint may pass a limit between two rows, rad, where no arm angle takes it back."""
 _ORDERS = 3
+_SHUT = 1e-9  # sine of a hinge that is 0 but for rounding
 _SHIFT = 8  # numbers of a shift: where it begins and ends, and six coefficients
 _TURN = 2 * np.pi
 _OF_A_JOINT = (Status.JOINT_JUMP, Status.LIMITS, Status.WINDING_EXHAUSTED)
@@ -401,31 +403,44 @@ class JointPath:
             return self.curve
         if self.diagnosis is not None or not self.ok or len(self) == 0:
             raise PathError(f"the path has no values between its rows: {self.explain()}")
-        turned = np.flatnonzero(np.diff(self.gc))
+        branches = self._branches()
+        turned = np.flatnonzero(np.diff(branches))
         if len(turned):
             k = int(turned[0])
             raise PathError(
                 f"the path has no values between its rows: behind row {k} it goes over from branch "
-                f"{self.gc[k]} to {self.gc[k + 1]}"
+                f"{branches[k]} to {branches[k + 1]}"
             )
         segments = self.path._segments if self.path is not None else self._straight()
         rows = self.s, self.q, self.psi
         if len(self) == 1:
             rows = np.array([0.0, 1.0]), np.repeat(self.q, 2, axis=0), np.repeat(self.psi, 2)
         s, q, psi = map(np.ascontiguousarray, rows)
-        s, psi, q, excess, joint, row = self.arm._handle.rows_within(segments, s, q, psi, int(self.gc[0]))
+        s, psi, q, excess, joint, row = self.arm._handle.rows_within(segments, s, q, psi, int(branches[0]))
         if excess > MOST_PASSED:
             raise PathError(
                 f"the path has no values between its rows: behind row {row} joint {joint} passes its limit "
                 f"by {np.degrees(excess):.3g} deg; follow more poses there, or plan"
             )
-        curve = self._through(segments, s[:, 0], q, psi[:, 0])
+        curve = self._through(segments, s[:, 0], q, psi[:, 0], int(branches[0]))
         object.__setattr__(self, "curve", curve)
         return curve
 
-    def _through(self, segments: Floats, s: Floats, q: Floats, psi: Floats) -> AnyCurve:
+    def _branches(self) -> Ints:
+        """Return the branch of each row; with θ2 or θ6 at 0, where it is of two, that of the rows about it."""
+        if isinstance(self.arm, OffsetArm):
+            return self.gc
+        out = self.gc.copy()
+        hinges = np.sin(to_theta(self.arm._handle, np.ascontiguousarray(self.q))[:, [1, 5]])
+        for sine, bit in zip(hinges.T, (1, 4), strict=True):
+            told = np.flatnonzero(np.abs(sine) > _SHUT)
+            if len(told):
+                near = told[np.clip(np.searchsorted(told, np.arange(len(out))), 0, len(told) - 1)]
+                out = (out & ~bit) | (out[near] & bit)
+        return out
+
+    def _through(self, segments: Floats, s: Floats, q: Floats, psi: Floats, gc: int) -> AnyCurve:
         """Return the curve through rows of one branch, straight in psi or in the free joint between them."""
-        gc = int(self.gc[0])
         if isinstance(self.arm, OffsetArm):
             return OffsetCurve(segments, s, psi, q, gc)
         plane, stretches = self.arm._handle.curve_through(segments, s, q, psi, gc)

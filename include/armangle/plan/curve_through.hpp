@@ -1,0 +1,102 @@
+// The curve through rows that were found step by step: phi goes straight from row to row.
+//
+//     theta_1 |     .                Beside theta_2 = 0 (theta_6 = 0) phi is no guide: rows side by side may
+//             |    ' '    - phi      have quite different phi, and theta_1 sweeps round between them. There
+//             | o-'---'-o - leads    joint 1 (5) leads straight from row to row.
+//             +------------ s
+#pragma once
+
+#include <span>
+
+#include "curve.hpp"
+#include "path_rows.hpp"
+#include "tube.hpp"
+
+namespace armangle {
+
+namespace through_rule {
+inline constexpr double near = 0.35;   // |sin| of theta_2, theta_6 up to which the pivot beside it may lead
+inline constexpr double swing = 0.01;  // rad: what a joint may do beyond two rows, beside its move
+inline constexpr double calmer = 0.5;  // share of a swing that leading leaves at most
+inline constexpr double there = 0.05;  // rad: how near a stretch that is led begins and ends to its rows
+inline constexpr double looks[] = {1e-6, 1e-4, 0.003, 0.03, 0.1, 0.25, 0.5, 0.75, 0.9, 0.97, 0.997};
+}  // namespace through_rule
+
+/// Of an arm with its own chain it is the nominal arm's, and what leads is the true joint.
+struct CurveThrough {
+    SmoothPlane plane;
+    std::vector<Stretch> stretches;
+
+    CurveThrough(const Arm& arm, std::span<const Segment> path, const PathRows& rows, int gc) {
+        std::vector<Pose<double>> flanges;
+        std::vector<Vec3<double>> wrists;
+        std::vector<double> phi;
+        for (const double s : rows.s) {
+            flanges.push_back(flange_pose(arm, pose_at(path[segment_index(path.data(), path.size(), s)], s)));
+            wrists.push_back(triad(arm, flanges.back()).w);
+        }
+        plane = smooth_plane(wrists);
+        for (std::size_t i = 0; i < rows.size(); ++i) {
+            const Chain now = chain(arm, rows.q.data() + joints * i);
+            const double angle = arm_angle(triad(arm, flanges[i], plane), now.z3);
+            phi.push_back(i ? lift(angle, phi.back()) : angle);
+        }
+        stretches = straight_stretches(rows.s, phi);
+        const Curve curve{arm, plane, gc, path, stretches};
+        lift_stretches(curve, stretches, rows.q.data(), rows.psi[0]);
+        for (std::size_t i = 0; i + 1 < rows.size(); ++i)
+            calm(curve, rows.q.data() + joints * i, stretches[i]);
+        lift_stretches(curve, stretches, rows.q.data(), rows.psi[0]);
+    }
+
+private:
+    /// How far a joint leaves what two rows q, a row after the other, have between them.
+    static double swing(const Curve& curve, const Stretch& x, const double* q) noexcept {
+        double most = 0;
+        for (const double share : through_rule::looks) {
+            const PlacedPosture here = at(curve, x, q, share);
+            for (int j = 0; j < joints; ++j) {
+                const double a = q[j], b = q[joints + j], value = lift(here.q[j], a + share * (b - a));
+                most = max(most, max(min(a, b) - value, value - max(a, b)));
+            }
+        }
+        return most;
+    }
+    static PlacedPosture at(const Curve& curve, const Stretch& x, const double* q, double share) noexcept {
+        const double s = x.start + share * (x.end - x.start);
+        double near[joints];
+        for (int j = 0; j < joints; ++j) near[j] = q[j] + share * (q[joints + j] - q[j]);
+        return curve.solve(x, s, phi_at(x, s), near, x.psi);
+    }
+
+    /// Lets the pivot beside a hinge lead where the joints swing less so.
+    static void calm(const Curve& curve, const double* q, Stretch& x) noexcept {
+        const double* const next = q + joints;
+        for (int h = 0; h < hinges; ++h) {
+            const int hinge = hinge_joint[h], pivot = pivot_joint[2 * h];
+            const auto opened = [&](const double* row) {
+                return abs(std::sin(to_theta(curve.arm, hinge, row[hinge])));
+            };
+            if (min(opened(q), opened(next)) > through_rule::near) continue;
+            const double before = swing(curve, x, q);
+            if (before <= through_rule::swing + detail::largest_move(q, next)) continue;
+            for (const double side : {-1.0, 1.0}) {
+                Stretch led = x;
+                led.lead = pivot + 1;
+                led.side = side;
+                led.coefficient[0] = to_theta(curve.arm, pivot, q[pivot]);
+                led.coefficient[1] = to_theta(curve.arm, pivot, next[pivot]) - led.coefficient[0];
+                led.coefficient[2] = led.coefficient[3] = 0;
+                const double begins = detail::largest_move(at(curve, led, q, 0.0).q, q),
+                             ends = detail::largest_move(at(curve, led, q, 1.0).q, next);
+                if (!(max(begins, ends) <= through_rule::there)) continue;
+                if (swing(curve, led, q) <= through_rule::calmer * before) {
+                    x = led;
+                    return;
+                }
+            }
+        }
+    }
+};
+
+}  // namespace armangle

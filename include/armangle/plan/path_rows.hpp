@@ -1,0 +1,16 @@
+// Rows of a path that was found step by step.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace armangle {
+
+/// Where, the lifted arm angle (or the free joint of an arm with an offset), and joints.
+struct PathRows {
+    std::vector<double> s, psi, q;  // q: (n, 7)
+
+    std::size_t size() const noexcept { return s.size(); }
+};
+
+}  // namespace armangle
