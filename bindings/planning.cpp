@@ -367,11 +367,22 @@ PathRows as_rows(const Buffer& s, const Buffer& psi, const Buffer& q) {
     return {all(s, n), all(psi, n), all(q, joints * n)};
 }
 
-/// The curve (plane, stretches) of rows that were found otherwise.
+/// The curve through rows that were found otherwise.
+CurveThrough through(const Arm& arm, std::span<const Segment> path, const PathRows& rows, int gc) {
+    return {arm, path, rows, gc, [](const Curve&, const Stretch&, double, PlacedPosture q) { return q; }};
+}
+CurveThrough through(const NearArm& arm, std::span<const Segment> path, const PathRows& rows, int gc) {
+    return {arm.nominal, path, rows, gc,
+            [&arm](const Curve& curve, const Stretch& x, double s, const PlacedPosture& q) {
+                return CorrectedCurve{arm, curve, {}}.lifted(x, s, q);
+            }};
+}
+
+/// The same as plane and stretches.
 template <class Handle>
 nb::object curve_through(const Handle& self, Floats segments, Floats s, Floats q, Floats psi, int gc) {
     const Buffer g(segments), at(s), joint_values(q), angles(psi);
-    const CurveThrough curve(nominal(self.arm), as_path(g), as_rows(at, angles, joint_values), gc);
+    const CurveThrough curve = through(self.arm, as_path(g), as_rows(at, angles, joint_values), gc);
     nb::object out = new_array(nb::make_tuple(curve.stretches.size(), stretch_width));
     std::memcpy(Buffer(out, true).data<double>(), curve.stretches.data(),
                 curve.stretches.size() * sizeof(Stretch));
@@ -388,8 +399,8 @@ nb::object as_kept(const PathRows& rows, const PassedLimit& passed) {
 /// What joints do between rows: a function of s.
 template <class SrsArm>
 auto between(const SrsArm& arm, std::span<const Segment> path, const PathRows& rows, int gc) {
-    return [&arm, path, gc, through = CurveThrough(nominal(arm), path, rows, gc)](double s) {
-        return along(arm, Curve{nominal(arm), through.plane, gc, path, through.stretches}, s);
+    return [&arm, path, gc, curve = through(arm, path, rows, gc)](double s) {
+        return along(arm, Curve{nominal(arm), curve.plane, gc, path, curve.stretches}, s);
     };
 }
 auto between(const OffsetArm& arm, std::span<const Segment> path, const PathRows& rows, int gc) {

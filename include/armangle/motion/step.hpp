@@ -2,6 +2,7 @@
 // continuity.
 //
 //     the psi that the policy wants                                    nearly always
+//     beside theta_2, theta_6 = 0, where that sweeps joints round, the posture beside the present one
 //     else the nearest psi that one step leads to, in this branch or in one that meets it (theta_2, theta_6 =
 //     0), or last on the other side of a straight elbow
 //     else, under bounds, as far towards the pose as they allow; out of reach, if asked, to the nearest
@@ -24,6 +25,9 @@ inline constexpr double length =
 inline constexpr int halvings = 40;  // of the way out of a blocked arc, to what the bounds leave of it
 inline constexpr double straight = 0.05;   // |sin| of theta_2, theta_4, theta_6 below which joints are asked
 inline constexpr double stretched = 1e-5;  // of the elbow's bend below which it has no side (rad)
+inline constexpr double sweep = 2.0;   // of the move to the posture beside: what carrying psi may cost ...
+inline constexpr double shut = 0.2;    // ... up to this |sin| of theta_2, theta_6
+inline constexpr double drift = 0.01;  // rad: and what a policy may move a joint there beside that
 }  // namespace step_rule
 
 /// What is carried from one pose to the next: the number psi (the paper), or the elbow axis itself.
@@ -228,6 +232,12 @@ ARMANGLE_INLINE Step stepped(const Lifted& to, const double* q_now, double dt, d
     return out;
 }
 
+/// Whether joints next to theta_2 = 0 or theta_6 = 0 may sweep round although psi hardly moves, unasked.
+inline bool may_sweep(double theta_2, double theta_6, const Policy& policy) noexcept {
+    const double bend = min(abs(std::sin(theta_2)), abs(std::sin(theta_6)));
+    return bend <= step_rule::shut && policy.rule == Rule::repulsion;
+}
+
 /// What is tried where the psi that the policy wants is no step.
 class StepAside {
 public:
@@ -245,6 +255,7 @@ public:
         Step out;
         BranchParts parts;
         branch_[0] = own ? *own : begin(pose, psi, parts);
+        if (calm(pose, psi, out)) return finished(Status::OK, Status::OK, out);
         if (!own && plain(out)) return out;
         if (exact(psi, out)) return finished(Status::OK, Status::OK, out);
         Status why = refusal();
@@ -285,6 +296,26 @@ private:
         if (!is_step(arm_, *own.motion, own.wish, here, options_.max_joint_step, to)) return false;
         out = stepped(to, q_now_, options_.dt, own.wish, index(own.motion->gc));
         return !options_.bounds || keeps(arm_, bounds_, q_now_, out.q, options_.max_joint_step);
+    }
+
+    /// Where theta_2 = 0 or theta_6 = 0 is near: the posture beside the present one, if psi carried on would
+    /// sweep the joints next to that hinge round; a psi less far, if the policy would.
+    bool calm(const Pose<double>& pose, double psi, Step& out) const noexcept {
+        const Branch& own = branch_[0];
+        if (own.status != Status::OK || options_.scene || limits_.margin > 0) return false;
+        if (!may_sweep(now_.theta[1], now_.theta[5], options_.policy)) return false;
+        const int side = index(own.motion->gc) & 2;
+        Status why = Status::OK;
+        if (!settle_from(now_.theta[3], pose, side, why, out)) return false;
+        const double most = step_rule::sweep * largest_move(out.q, q_now_);
+        const BoundedStep step = bounded(own);
+        if (largest_move(step.at(psi).q, q_now_) > most) return true;
+        if (largest_move(step.at(own.wish).q, q_now_) <= most + step_rule::drift) return false;
+        StepOptions slower = options_;
+        slower.max_joint_step = min(options_.max_joint_step, most + step_rule::drift);
+        StepAside aside(arm_, limits_, q_now_, now_, slower);
+        aside.branch_[0] = own;
+        return aside.exact(psi, out);
     }
 
     BoundedStep bounded(const Branch& b) const noexcept {
@@ -639,8 +670,9 @@ inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_
     if (next.status == Status::OK) {
         next = resolve(detail::policy_on(options, arm, m), arcs, psi);
         detail::Lifted to;
-        if (next.status == Status::OK && detail::is_step(arm, m, next.psi, here, options.max_joint_step, to))
-            [[likely]]
+        if (next.status == Status::OK &&
+            detail::is_step(arm, m, next.psi, here, options.max_joint_step, to) &&
+            !detail::may_sweep(now.theta[1], now.theta[5], options.policy)) [[likely]]
             return detail::stepped(to, q_now, options.dt, next.psi, index(m.gc));
     }
     const detail::Branch own{&m, &f, &arcs, &arcs, &arcs, &arcs, next.status, next.psi};

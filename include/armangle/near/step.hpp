@@ -140,6 +140,26 @@ struct NearStep {
         return false;
     }
 
+    /// Where theta_2 = 0 or theta_6 = 0 is near: the posture beside the present one, if psi carried on would
+    /// sweep the joints next to that hinge round. How far a joint may move: less, if the policy would.
+    double calm(double margin, double psi, const StepOptions& options, Nearest& out) const noexcept {
+        double theta[joints];
+        theta_of(arm.nominal, q_now, theta);
+        out.status = Status::JOINT_JUMP;
+        if (options.scene || margin > 0 || !may_sweep(theta[1], theta[5], options.policy))
+            return max_joint_step;
+        const unsigned branches = options.gc < 0 ? meeting() : 1u << index(gc);
+        if (!settled_step(branches, options, out)) return max_joint_step;
+        const double most = step_rule::sweep * largest_move(out.q, q_now);
+        const NearStep any{arm, pose, on, gc, q_now, here, pi};
+        Lifted carried;
+        const bool kept = any.at(psi, carried) == Status::OK && largest_move(carried.q, here) <= most;
+        const bool bound =
+            options.bounds && !detail::keeps(arm.nominal, *options.bounds, q_now, out.q, max_joint_step);
+        if (!kept && !bound) out.status = Status::OK;
+        return kept ? min(max_joint_step, most + step_rule::drift) : max_joint_step;
+    }
+
     /// Why no step within bounds leads to these arcs.
     Status refusal(const Bounds& bounds, const ArcSet& arcs) const noexcept {
         ArcSet left;
@@ -178,7 +198,7 @@ inline Step step(const NearArm& arm, double margin, const double* q_now, const P
     const Pose<double> exact{orthonormal(pose.rotation), pose.position};
     const Triad<double> on = triad(nominal, flange_pose(nominal, exact));
     const int gc = options.gc < 0 ? now.gc : options.gc;
-    const detail::NearStep way{arm, exact, on, configuration(gc), q_now, here, options.max_joint_step};
+    detail::NearStep way{arm, exact, on, configuration(gc), q_now, here, options.max_joint_step};
     const auto approach_joints = [&](const double* q, Status why) {
         double d[joints];
         for (int j = 0; j < joints; ++j) d[j] = q[j] - q_now[j];
@@ -200,19 +220,23 @@ inline Step step(const NearArm& arm, double margin, const double* q_now, const P
         to.q.store(q);
         return approach_joints(q, why);
     };
-    const auto beside = [&](Status why) {
-        Nearest found;
-        const unsigned branches = options.gc < 0 ? way.meeting() : 1u << gc;
-        if (!way.nearest_step(margin, branches, options, found)) return stay(why);
-        if (options.bounds &&
-            !detail::keeps(nominal, *options.bounds, q_now, found.q, options.max_joint_step))
-            return options.scene ? stay(why) : approach_joints(found.q, why);
+    const auto to_posture = [&](const Nearest& found) {
         Step out{};
         for (int j = 0; j < joint_slots; ++j) out.q[j] = found.q[j];
         out.psi = found.psi;
         out.gc = found.gc;
         detail::complete(nominal, q_now, options.dt, Status::OK, Status::OK, out);
         return out;
+    };
+    const auto beside = [&](Status why) {
+        Nearest found;
+        way.max_joint_step = options.max_joint_step;
+        const unsigned branches = options.gc < 0 ? way.meeting() : 1u << gc;
+        if (!way.nearest_step(margin, branches, options, found)) return stay(why);
+        if (options.bounds &&
+            !detail::keeps(nominal, *options.bounds, q_now, found.q, options.max_joint_step))
+            return options.scene ? stay(why) : approach_joints(found.q, why);
+        return to_posture(found);
     };
     double psi = now.psi;
     if (options.carry == Carry::elbow || is_nan(psi)) {
@@ -242,6 +266,9 @@ inline Step step(const NearArm& arm, double margin, const double* q_now, const P
         self_motion(nominal, circle_on(nominal, on, flange_pose(nominal, exact)), configuration(gc)));
     Resolution next = resolve(policy, open, psi);
     if (next.status != Status::OK) return stay(next.status);
+    Nearest calm{};
+    way.max_joint_step = way.calm(margin, psi, options, calm);
+    if (calm.status == Status::OK) return to_posture(calm);
     ArcSet soft;
     const bool asked = options.scene && options.scene->soft > 0;
     if (asked && keep_soft(arm, *options.scene, exact, gc, open, psi, soft)) next = led(policy, soft, psi);

@@ -16,9 +16,10 @@ namespace armangle {
 
 namespace through_rule {
 inline constexpr double near = 0.35;   // |sin| of theta_2, theta_6 up to which the pivot beside it may lead
-inline constexpr double swing = 0.01;  // rad: what a joint may do beyond two rows, beside its move
-inline constexpr double calmer = 0.5;  // share of a swing that leading leaves at most
-inline constexpr double there = 0.05;  // rad: how near a stretch that is led begins and ends to its rows
+inline constexpr double swing = 0.002;  // share of the move from row to row by which a joint may leave it
+inline constexpr double shut = 1e-6;   // |sin| of theta_2, theta_6 beside which phi has no speed to go by
+inline constexpr double calmer = 0.9;  // share of a swing that leading leaves at most
+inline constexpr double there = 1e-5;  // rad: how near a stretch that is led begins and ends to its rows
 inline constexpr double looks[] = {1e-6, 1e-4, 0.003, 0.03, 0.1, 0.25, 0.5, 0.75, 0.9, 0.97, 0.997};
 }  // namespace through_rule
 
@@ -27,7 +28,10 @@ struct CurveThrough {
     SmoothPlane plane;
     std::vector<Stretch> stretches;
 
-    CurveThrough(const Arm& arm, std::span<const Segment> path, const PathRows& rows, int gc) {
+    /// `corrected(curve, stretch, s, posture)` is the true posture beside that of the curve.
+    template <class Corrected>
+    CurveThrough(const Arm& arm, std::span<const Segment> path, const PathRows& rows, int gc,
+                 const Corrected& corrected) {
         std::vector<Pose<double>> flanges;
         std::vector<Vec3<double>> wrists;
         std::vector<double> phi;
@@ -45,41 +49,55 @@ struct CurveThrough {
         const Curve curve{arm, plane, gc, path, stretches};
         lift_stretches(curve, stretches, rows.q.data(), rows.psi[0]);
         for (std::size_t i = 0; i + 1 < rows.size(); ++i)
-            calm(curve, rows.q.data() + joints * i, stretches[i]);
+            calm(curve, corrected, rows.q.data() + joints * i, stretches[i]);
         lift_stretches(curve, stretches, rows.q.data(), rows.psi[0]);
     }
 
 private:
-    /// How far a joint leaves what two rows q, a row after the other, have between them.
-    static double swing(const Curve& curve, const Stretch& x, const double* q) noexcept {
+    /// How far a joint leaves the straight move between two rows q, a row after the other.
+    template <class Corrected>
+    static double swing(const Curve& curve, const Corrected& corrected, const Stretch& x,
+                        const double* q) noexcept {
         double most = 0;
         for (const double share : through_rule::looks) {
-            const PlacedPosture here = at(curve, x, q, share);
-            for (int j = 0; j < joints; ++j) {
-                const double a = q[j], b = q[joints + j], value = lift(here.q[j], a + share * (b - a));
-                most = max(most, max(min(a, b) - value, value - max(a, b)));
-            }
+            double straight[joints];
+            for (int j = 0; j < joints; ++j) straight[j] = q[j] + share * (q[joints + j] - q[j]);
+            const double off = off_at(curve, corrected, x, straight, share);
+            if (!(off < infinity)) return infinity;
+            most = max(most, off);
         }
         return most;
     }
-    static PlacedPosture at(const Curve& curve, const Stretch& x, const double* q, double share) noexcept {
+    /// How far it is from q a share of a stretch behind its start.
+    template <class Corrected>
+    static double off_at(const Curve& curve, const Corrected& corrected, const Stretch& x, const double* q,
+                         double share) noexcept {
         const double s = x.start + share * (x.end - x.start);
-        double near[joints];
-        for (int j = 0; j < joints; ++j) near[j] = q[j] + share * (q[joints + j] - q[j]);
-        return curve.solve(x, s, phi_at(x, s), near, x.psi);
+        const PlacedPosture here = corrected(curve, x, s, curve.solve(x, s, phi_at(x, s), q, x.psi));
+        double most = 0;
+        for (int j = 0; j < joints; ++j) {
+            const double off = abs(lift(here.q[j], q[j]) - q[j]);
+            if (!(off <= most)) most = off;
+        }
+        return most;
     }
 
     /// Lets the pivot beside a hinge lead where the joints swing less so.
-    static void calm(const Curve& curve, const double* q, Stretch& x) noexcept {
+    template <class Corrected>
+    static void calm(const Curve& curve, const Corrected& corrected, const double* q, Stretch& x) noexcept {
         const double* const next = q + joints;
         for (int h = 0; h < hinges; ++h) {
             const int hinge = hinge_joint[h], pivot = pivot_joint[2 * h];
             const auto opened = [&](const double* row) {
                 return abs(std::sin(to_theta(curve.arm, hinge, row[hinge])));
             };
-            if (min(opened(q), opened(next)) > through_rule::near) continue;
-            const double before = swing(curve, x, q);
-            if (before <= through_rule::swing + detail::largest_move(q, next)) continue;
+            const double open = min(opened(q), opened(next));
+            if (open > through_rule::near) continue;
+            const double before = swing(curve, corrected, x, q),
+                         few = through_rule::swing * detail::largest_move(q, next);
+            const bool shut = open <= through_rule::shut;
+            if (!shut && before <= few) continue;
+            const double after = shut ? max(before, few) : through_rule::calmer * before;
             for (const double side : {-1.0, 1.0}) {
                 Stretch led = x;
                 led.lead = pivot + 1;
@@ -87,10 +105,10 @@ private:
                 led.coefficient[0] = to_theta(curve.arm, pivot, q[pivot]);
                 led.coefficient[1] = to_theta(curve.arm, pivot, next[pivot]) - led.coefficient[0];
                 led.coefficient[2] = led.coefficient[3] = 0;
-                const double begins = detail::largest_move(at(curve, led, q, 0.0).q, q),
-                             ends = detail::largest_move(at(curve, led, q, 1.0).q, next);
-                if (!(max(begins, ends) <= through_rule::there)) continue;
-                if (swing(curve, led, q) <= through_rule::calmer * before) {
+                const double begins = off_at(curve, corrected, led, q, 0.0),
+                             ends = off_at(curve, corrected, led, next, 1.0);
+                if (!(begins <= through_rule::there && ends <= through_rule::there)) continue;
+                if (swing(curve, corrected, led, q) <= after) {
                     x = led;
                     return;
                 }

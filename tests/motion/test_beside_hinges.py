@@ -1,0 +1,76 @@
+"""Laws of steps beside θ2 = 0 and θ6 = 0: no joint sweeps round that the motion does not ask to."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from support.calibrated import calibrated
+from support.draw import generator
+
+import armangle as aa
+
+ARMS: dict[str, Any] = {
+    name: aa.Arm.from_catalogue(name) for name in ("kuka_iiwa7_r800", "yaskawa_sia30d", "realman_rm75_b")
+} | {"calibrated": calibrated("kuka_iiwa7_r800", 0.5, 0.5, seed=1)}
+SWEEP, DRIFT = 2.0, 0.01
+RULE = aa.Repulsion(K=0.1, alpha=1.0)
+
+
+def starts(arm: Any, n: int, seed: int) -> Any:
+    """Postures with θ2 or θ6 at 0, some joints at 0 besides, and a way to go."""
+    rng = generator(seed)
+    for k in range(n):
+        q = np.where(rng.random(7) < 0.5, 0.0, rng.uniform(-0.6, 0.6, 7))
+        q[3] = rng.uniform(0.6, 1.8) * rng.choice([-1, 1])
+        q[[1, 5] if k % 2 else [5, 1]] = 0.0, rng.uniform(0.3, 0.9)
+        yield q, rng.normal(size=3) * 0.08
+
+
+def lines(arm: Any, rows: int, n: int, seed: int) -> Any:
+    for q, shift in starts(arm, n, seed):
+        first = np.asarray(arm.forward(q, undefined="nan")[0])
+        last = first.copy()
+        last[:3, 3] += shift
+        yield q, aa.Line(first, last).pose(np.linspace(0, 1, rows))
+
+
+@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("rows", [30, 300])
+def test_a_followed_line_steps_hardly_farther_than_the_nearest_postures(name: str, rows: int) -> None:
+    arm = ARMS[name]
+    compared = 0
+    for q, poses in lines(arm, rows, 12, 5):
+        path = aa.follow(arm, poses, start=q)
+        # while the hinge that was 0 is about 0 still
+        sine = np.abs(np.sin(path.q[:, [1, 5]])).min(axis=1)
+        last = int(np.argmax(np.append(sine, 1.0) > 0.15))
+        if not path.ok or last < 3:
+            continue
+        now = q
+        for i, pose in enumerate(poses[:last]):
+            beside = arm.solve(pose, near=now)
+            least = np.abs(beside.q - now).max()
+            assert np.abs(path.q[i] - now).max() <= 1.1 * SWEEP * least + DRIFT + 1e-9
+            now = path.q[i]
+        compared += 1
+    assert compared >= 5
+
+
+def test_a_policy_that_names_an_arm_angle_keeps_it() -> None:
+    arm = ARMS["kuka_iiwa7_r800"]
+    for q, poses in lines(arm, 300, 6, 8):
+        path = aa.follow(arm, poses, start=q, policy=aa.Hold())
+        still = np.abs(np.diff(np.unwrap(path.psi))) < 1e-9
+        assert not path.ok or still[10:].mean() > 0.9
+
+
+def test_a_pose_that_stands_lets_the_policy_go_on() -> None:
+    arm = ARMS["kuka_iiwa7_r800"]
+    q = np.array([0.3, 0.05, -0.4, -1.5, 0.2, 0.9, 0.0])
+    pose = arm.forward(q)[0]
+    path = aa.follow(arm, np.repeat(pose[None], 4000, axis=0), start=q, policy=RULE)
+    assert path.ok and np.abs(np.diff(path.q, axis=0)).max() <= DRIFT + 1e-9
+    settled = aa.resolve(arm, pose, float(path.psi[-1]), int(path.gc[-1]), policy=RULE)
+    assert abs(settled.psi - path.psi[-1]) < 1e-6
