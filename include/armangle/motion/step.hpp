@@ -307,7 +307,7 @@ private:
         const int side = index(own.motion->gc) & 2;
         Status why = Status::OK;
         if (!settle_from(now_.theta[3], pose, side, why, out)) return false;
-        const double most = step_rule::sweep * largest_move(out.q, q_now_);
+        const double most = step_rule::sweep * largest_move(out.q, q_now_) + tolerance::angle;
         const BoundedStep step = bounded(own);
         if (largest_move(step.at(psi).q, q_now_) > most) return true;
         if (largest_move(step.at(own.wish).q, q_now_) <= most + step_rule::drift) return false;

@@ -150,7 +150,7 @@ struct NearStep {
             return max_joint_step;
         const unsigned branches = options.gc < 0 ? meeting() : 1u << index(gc);
         if (!settled_step(branches, options, out)) return max_joint_step;
-        const double most = step_rule::sweep * largest_move(out.q, q_now);
+        const double most = step_rule::sweep * largest_move(out.q, q_now) + tolerance::angle;
         const NearStep any{arm, pose, on, gc, q_now, here, pi};
         Lifted carried;
         const bool kept = any.at(psi, carried) == Status::OK && largest_move(carried.q, here) <= most;
