@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from .._arrays import Floats, as_number
 from ..arm.keywords import names_keywords
-from ..errors import InputError
+from ..errors import InputError, PathError
 from ..motion.joint_path import JointPath
 from ..motion.options import Bound, joint_bound
 from ..motion.paths import NO_DEVIATION, Deviation
@@ -33,6 +33,8 @@ FINER, MOST_FINER = 4, 6
 OVER = 1.001
 """Where bounds are exceeded between grid points by more than this, the grid is made finer there."""
 CHECKED = 4000
+LEAP, STILL = 1.01, 1e-6
+"""Share of a bound on velocity, and rad, beyond which a way of joints is a leap."""
 MOST_TOLERANCE = 1.0
 MOST_ROWS = 4_000_000
 """Rows of a trajectory: an hour at 1 kHz."""
@@ -126,6 +128,7 @@ def retime(
     bounds = _checked(path, velocity, acceleration, jerk, tolerance, tool_speed, cycle)
     step = as_number("sample", sample, 0.0, _MOST_SPEED, low_open=True)
     path, g, timing, off = min(_ways(path, bounds), key=lambda way: way.timing.duration)
+    _raise_for_leaps(path, timing, bounds.velocity)
     if not timing.duration <= MOST_ROWS * step:
         raise InputError(
             f"the motion takes {timing.duration:.3g} s, more than {MOST_ROWS} rows of sample = {step:g} s: "
@@ -170,6 +173,25 @@ def _kept(path: Motion, b: _Bounds) -> tuple[Grid, Timing]:
         more = np.union1d(more, _finer(g.s, s[factor > OVER]))
     over = float(factor.max())
     return g, timing.slower(over if b.jerk is not None else max(over, 1.0))
+
+
+def _raise_for_leaps(path: Motion, timing: Timing, velocity: Floats) -> None:
+    """Raise where joints go farther in a time than the greatest velocity takes them, whatever q' says there."""
+    t = np.linspace(0.0, timing.duration, CHECKED) if np.isfinite(timing.t).all() else timing.t
+    with np.errstate(invalid="ignore"):
+        s = timing.at(t)[0]
+    if np.isfinite(s).all():
+        farther = np.abs(np.diff(path.at(s).q, axis=0)) - LEAP * velocity * np.diff(t)[:, None] > STILL
+        if not farther.any():
+            return
+        k, joint = np.argwhere(farther)[0].tolist()
+        where = f"between s = {s[k]:.6g} and {s[k + 1]:.6g} joint {joint + 1} leaps"
+    else:
+        where = f"behind s = {timing.coefficients[int(np.argmin(np.isfinite(timing.t))) - 1, 0]:.6g} joints leap"
+    raise PathError(
+        f"no timing is found: {where}, beside a posture where branches meet or the arm is stretched; leave "
+        "that out, or plan the path"
+    )
 
 
 def _finer(s: Floats, bad: Floats) -> Floats:
