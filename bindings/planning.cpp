@@ -359,53 +359,48 @@ Pose<double> pose_of(std::span<const Segment> path, double s) noexcept {
     return pose_at(path[segment_index(path.data(), path.size(), s)], s);
 }
 
-PathRows as_rows(const Buffer& s, const Buffer& psi, const Buffer& q) {
+PathRows as_rows(const Buffer& s, const Buffer& psi, const Buffer& q, const Buffer& gc) {
     const auto n = static_cast<std::size_t>(s.shape(0));
     const auto all = [](const Buffer& x, std::size_t count) {
         return std::vector<double>(x.data<double>(), x.data<double>() + count);
     };
-    return {all(s, n), all(psi, n), all(q, joints * n)};
+    return {all(s, n), all(psi, n), all(q, joints * n),
+            std::vector<int>(gc.data<std::int64_t>(), gc.data<std::int64_t>() + n)};
 }
 
 /// The curve through rows that were found otherwise.
-CurveThrough through(const Arm& arm, std::span<const Segment> path, const PathRows& rows, int gc) {
-    return {arm, path, rows, gc, [](const Curve&, const Stretch&, double, PlacedPosture q) { return q; }};
+CurveThrough through(const Arm& arm, std::span<const Segment> path, const PathRows& rows) {
+    return {arm, path, rows, [](const Curve&, const Stretch&, double, PlacedPosture q) { return q; }};
 }
-CurveThrough through(const NearArm& arm, std::span<const Segment> path, const PathRows& rows, int gc) {
-    return {arm.nominal, path, rows, gc,
+CurveThrough through(const NearArm& arm, std::span<const Segment> path, const PathRows& rows) {
+    return {arm.nominal, path, rows,
             [&arm](const Curve& curve, const Stretch& x, double s, const PlacedPosture& q) {
                 return CorrectedCurve{arm, curve, {}}.lifted(x, s, q);
             }};
 }
 
-/// The same as plane and stretches.
+/// The same as plane, stretches, and the row behind which nothing leads on to the next, or -1.
 template <class Handle>
-nb::object curve_through(const Handle& self, Floats segments, Floats s, Floats q, Floats psi, int gc) {
-    const Buffer g(segments), at(s), joint_values(q), angles(psi);
-    const CurveThrough curve = through(self.arm, as_path(g), as_rows(at, angles, joint_values), gc);
+nb::object curve_through(const Handle& self, Floats segments, Floats s, Floats q, Floats psi, Ints gc) {
+    const Buffer g(segments), at(s), joint_values(q), angles(psi), branches(gc);
+    const CurveThrough curve = through(self.arm, as_path(g), as_rows(at, angles, joint_values, branches));
     nb::object out = new_array(nb::make_tuple(curve.stretches.size(), stretch_width));
     std::memcpy(Buffer(out, true).data<double>(), curve.stretches.data(),
                 curve.stretches.size() * sizeof(Stretch));
     const auto &p = curve.plane.pole, &e = curve.plane.side;
-    return nb::make_tuple(as_array({p.x, p.y, p.z, e.x, e.y, e.z}, 6), out);
-}
-
-/// Rows (s, psi, q), the most that a limit is passed between them, the joint, and the row before.
-nb::object as_kept(const PathRows& rows, const PassedLimit& passed) {
-    const nb::object s = as_array(rows.s, 1), psi = as_array(rows.psi, 1);
-    return nb::make_tuple(s, psi, as_array(rows.q, joints), passed.excess, passed.joint, passed.row);
+    return nb::make_tuple(as_array({p.x, p.y, p.z, e.x, e.y, e.z}, 6), out, curve.torn);
 }
 
 /// What joints do between rows: a function of s.
 template <class SrsArm>
-auto between(const SrsArm& arm, std::span<const Segment> path, const PathRows& rows, int gc) {
-    return [&arm, path, gc, curve = through(arm, path, rows, gc)](double s) {
+auto between(const SrsArm& arm, std::span<const Segment> path, const PathRows& rows) {
+    return [&arm, path, gc = rows.gc[0], curve = through(arm, path, rows)](double s) {
         return along(arm, Curve{nominal(arm), curve.plane, gc, path, curve.stretches}, s);
     };
 }
-auto between(const OffsetArm& arm, std::span<const Segment> path, const PathRows& rows, int gc) {
-    return [&arm, path, gc, rows](double s) {
-        return OffsetCurve{arm, path, rows.s, rows.psi, rows.q.data(), gc}.at(s);
+auto between(const OffsetArm& arm, std::span<const Segment> path, const PathRows& rows) {
+    return [&arm, path, rows](double s) {
+        return OffsetCurve{arm, path, rows.s, rows.psi, rows.q.data(), rows.gc[0]}.at(s);
     };
 }
 template <class SrsArm>
@@ -414,22 +409,23 @@ const Limits& limits_of(const SrsArm& arm) noexcept {
 }
 const Limits& limits_of(const OffsetArm& arm) noexcept { return arm.own.limits; }
 
-/// Rows (s, psi, q) with more between them where the straight way passes a limit (rows_within.hpp); the most
-/// that one is passed nevertheless, the joint, and the row before.
+/// Rows (s, psi, q, gc) with more between them where the straight way passes a limit (rows_within.hpp); the
+/// most that one is passed nevertheless, the joint, and the row before.
 template <class Handle>
-nb::object rows_within(const Handle& self, Floats segments, Floats s, Floats q, Floats psi, int gc) {
-    const Buffer g(segments), at(s), joint_values(q), angles(psi);
+nb::object rows_within(const Handle& self, Floats segments, Floats s, Floats q, Floats psi, Ints gc) {
+    const Buffer g(segments), at(s), joint_values(q), angles(psi), branches(gc);
     const std::span<const Segment> path = as_path(g);
-    PathRows rows = as_rows(at, angles, joint_values);
-    const auto draw = [&](const PathRows& drawn) { return between(self.arm, path, drawn, gc); };
-    const auto solve = [&](double x, double value, const double* near, double* out) {
-        const Inverse found = inverse(self.arm, pose_of(path, x), value, gc, near);
+    PathRows rows = as_rows(at, angles, joint_values, branches);
+    const auto draw = [&](const PathRows& drawn) { return between(self.arm, path, drawn); };
+    const auto solve = [&](double x, double value, int branch, const double* near, double* out) {
+        const Inverse found = inverse(self.arm, pose_of(path, x), value, branch, near);
         std::copy(found.q, found.q + joints, out);
         return is_solved(found.status);
     };
     const PassedLimit passed = keep_within(limits_of(self.arm), draw, solve, rows);
-    return nb::make_tuple(as_array(rows.s, 1), as_array(rows.psi, 1), as_array(rows.q, joints), passed.excess,
-                          passed.joint, passed.row);
+    const std::vector<double> kept(rows.gc.begin(), rows.gc.end());
+    return nb::make_tuple(as_array(rows.s, 1), as_array(rows.psi, 1), as_array(rows.q, joints),
+                          as_array(kept, 1), passed.excess, passed.joint, passed.row);
 }
 
 /// A path's rows (s, free, q) in one branch of an arm with an offset, held while they are asked.

@@ -89,6 +89,12 @@ def matrix_of(value: Any) -> Any:
     return value
 
 
+def millimetres(length: float) -> str:
+    """Return a length in m as words: 0.01234 is 12.34 mm, 800 are 800000 mm."""
+    shown = f"{length * MILLIMETRES:.4g}"
+    return f"{length * MILLIMETRES:.0f} mm" if "e+" in shown else f"{shown} mm"
+
+
 def in_millimetres(excess: float) -> str:
     """Return what a pose `excess` m beyond the reach lets suspect, or ''."""
     return ": positions are in m, were these in mm?" if excess > FAR else ""

@@ -153,7 +153,8 @@ def test_limits_crossed_only_between_coarse_samples_are_never_certified(turns: i
     q = np.array([0.3, 0.6, 0.2, -1.4, 0.4, 0.9, 0.5])
     _, psi, gc = IIWA.forward(q)
     rows = np.tile(q, (len(s), 1))
-    plane, stretches = IIWA._handle.curve_through(path._segments, s, rows, np.full(len(s), psi), int(gc))
+    kept = np.full(len(s), psi), np.full(len(s), gc)
+    plane, stretches, _ = IIWA._handle.curve_through(path._segments, s, rows, *kept)
     open_, _ = IIWA._handle.certify_curve(path._segments, stretches, plane, int(gc), 0.0)
     assert open_.tolist() == [[0.0, 1.0]]
     assert not aa.plan(IIWA, path, samples=turns + 1).ok
@@ -165,7 +166,8 @@ def test_a_curve_that_skips_the_joints_of_its_path_is_not_certified() -> None:
     path = aa.Waypoints(np.repeat(pose[None], 9, axis=0))
     for s, proven in ((np.arange(9) / 8, True), (np.array([0.0, 0.3, 1.0]), False)):
         rows = np.tile(q, (len(s), 1))
-        plane, stretches = IIWA._handle.curve_through(path._segments, s, rows, np.full(len(s), psi), int(gc))
+        kept = np.full(len(s), psi), np.full(len(s), gc)
+        plane, stretches, _ = IIWA._handle.curve_through(path._segments, s, rows, *kept)
         open_, _ = IIWA._handle.certify_curve(path._segments, stretches, plane, int(gc), 0.0)
         assert (len(open_) == 0) == proven
 

@@ -393,3 +393,21 @@ def test_plan_says_which_argument_to_give(word: str, instead: str) -> None:
         aa.plan(IIWA, plain_line(), **{word: 0.1})
     with pytest.raises(TypeError, match="unexpected"):
         aa.plan(IIWA, plain_line(), nonsense=1)  # type: ignore[call-arg]  # as a user may
+
+
+def test_a_plan_from_home_that_fails_says_how_far_it_leads() -> None:
+    """The wrist leaves the reach on the way: up to there the start leads on, as `follow` shows."""
+    q = np.radians([0.0, 0.0, 0.0, -90.0, 0.0, 90.0, 0.0])
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    first = arm.forward(q)[0]
+    last = first.copy()
+    last[:3, 3] += (0.0, 0.9, 0.3)
+    line = aa.Line(first, last)
+    plan = aa.plan(arm, line, start=q)
+    steps = aa.follow(arm, line.pose(plan.s), start=q)
+    assert not plan.ok and plan.diagnosis is not None
+    assert plan.diagnosis.reached > 0.95 * steps.s[steps.first_failure]
+    done = plan.status == aa.Status.OK
+    assert done.sum() > 0.9 * steps.first_failure
+    assert np.abs(arm.forward(plan.q[done], undefined="nan")[0] - plan.poses[done]).max() < 1e-9
+    assert arm.within_limits(plan.q[done]).all()

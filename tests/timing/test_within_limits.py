@@ -87,8 +87,8 @@ def test_a_timed_path_keeps_the_limits_that_it_rides_on(given: dict[str, float])
     assert passed(arm, timed.q) <= KEPT
     off = timed.deviation
     assert np.hypot(off.position, 0.2 * off.rotation) <= given.get("tolerance", 1e-4 if given else 0.0)
-    straight = path._through(path._straight(), path.s, path.q, path.psi, int(path.gc[0]))
-    straight = straight.at(arm._handle, DENSE).q
+    curve, _ = path._through(path._straight(), path.s, path.q, path.psi, path.gc)
+    straight = curve.at(arm._handle, DENSE).q
     assert passed(arm, straight) > 10 * KEPT
     clipped = np.clip(straight, arm.lower, arm.upper)
     away = arm.forward(clipped)[0][:, :3, 3] - path.at(DENSE).pose[:, :3, 3]
@@ -140,11 +140,7 @@ def test_joints_do_not_sweep_round_between_rows_at_home(name: str, count: int, s
     path = aa.follow(arm, aa.Line(first, last).pose(np.linspace(0, 1, count)), start=HOME)
     if not path.ok:
         pytest.skip("no path to look at")
-    try:
-        at = path.at(DENSE)
-    except aa.PathError as error:
-        assert "goes over from branch" in str(error)
-        return
+    at = path.at(DENSE)
     row = np.clip(np.searchsorted(path.s, DENSE, side="right") - 1, 0, len(path) - 2)
     low, high = np.minimum(path.q[row], path.q[row + 1]), np.maximum(path.q[row], path.q[row + 1])
     beyond = np.maximum(low - at.q, at.q - high).max()
@@ -167,6 +163,66 @@ def test_a_plan_from_home_is_timed_from_its_rows() -> None:
     columns["gc"] = np.where(np.arange(len(plan)) == 0, 3, 2)
     rows = aa.JointPath(arm=arm, s=plan.s, poses=plan.poses, **columns)
     assert np.abs(rows.at(DENSE).q - plan.at(DENSE).q).max() < 0.05
+
+
+@pytest.mark.parametrize("name", HOMES)
+@pytest.mark.parametrize("hinge", [1, 5])
+@pytest.mark.parametrize("count", [20, 100])
+def test_a_path_through_a_hinge_at_0_has_values_between_its_rows(name: str, hinge: int, count: int) -> None:
+    """Rows are of two branches there, and joints go on smoothly: so do they between the rows."""
+    pytest.importorskip("scipy")
+    arm = HOMES[name]
+    middle = np.array([0.3, 0.5, 0.2, -1.3, 0.4, 0.7, 0.1])
+    middle[hinge] = 0.0
+    q, forth = np.array([middle, middle]), np.array([0.02, 0.0, 0.03, 0.02, -0.03, 0.0, 0.01])
+    forth[hinge] = 0.15
+    q = middle + np.linspace(-1, 1, count)[:, None] * forth
+    path = aa.JointPath.from_joints(arm, q)
+    assert set(path.gc.tolist()) == {int(path.gc[0]), int(path.gc[0]) ^ (1 if hinge == 1 else 4)}
+    at = path.at(DENSE)
+    straight = np.stack([np.interp(DENSE, path.s, q[:, j]) for j in range(7)], axis=1)
+    assert np.abs(at.q - straight).max() <= 2e-3
+    np.testing.assert_allclose(path.at(path.s).q, q, atol=1e-6)
+    assert np.abs(arm.forward(at.q, undefined="nan")[0] - at.pose).max() <= 1e-9
+    timed = aa.retime(path, velocity=1.0, acceleration=4.0)
+    assert timed.duration < 2.0
+    over = aa.JointPath.from_joints(arm, np.array([[0, 0.4, 0, -1, 0, 0.9, 0], [0, 0.4, 0, 1, 0, 0.9, 0.0]]))
+    with pytest.raises(aa.PathError, match="goes over from branch"):
+        over.at(0.5)
+
+
+def test_joints_that_are_known_are_a_motion() -> None:
+    arm = HOMES["kuka_iiwa7_r800"]
+    given = next(followed(arm, 1, 31))
+    again = aa.JointPath.from_joints(arm, given.q)
+    assert again.ok and np.abs(again.at(DENSE).q - given.at(DENSE).q).max() <= 1e-6
+    q = given.q.copy()
+    q[3], q[5, 1] = np.nan, arm.upper[1] + 0.1
+    broken = aa.JointPath.from_joints(arm, q)
+    assert broken.status[3] == aa.Status.NOT_REACHED and broken.status[5] == aa.Status.LIMITS
+    assert np.isnan(broken.poses[[3, 5]]).all() and not broken.ok
+    np.testing.assert_array_equal(aa.JointPath.from_joints(arm, q, status=given.status).status, given.status)
+    with pytest.raises(aa.PathError, match="no row has joint values"):
+        aa.JointPath.from_joints(arm, np.full((3, 7), np.nan))
+    for wrong in (given.s[::-1], given.s[:-1], 2 * given.s):
+        with pytest.raises(aa.InputError, match="s holds"):
+            aa.JointPath.from_joints(arm, given.q, s=wrong)
+    with pytest.raises(aa.ShapeError, match="status has shape"):
+        aa.JointPath.from_joints(arm, given.q, status=given.status[1:])
+
+
+@pytest.mark.parametrize("shift", [(-0.1, -0.2, 0.05), (0.1, 0.2, 0.05), (0.0, 0.2, 0.05)], ids=str)
+def test_bounded_jerk_costs_a_plan_from_home_little(shift: Any) -> None:
+    """Between knots of the plan that lie 1e-6 of s apart third derivatives would be of rounding."""
+    pytest.importorskip("scipy")
+    arm = HOMES["kuka_iiwa7_r800"]
+    first = arm.forward(HOME)[0]
+    last = first.copy()
+    last[:3, 3] += shift
+    plan = aa.plan(arm, aa.Line(first, last), start=HOME)
+    assert plan.certified
+    fast, calm = (aa.retime(plan, velocity=1.0, acceleration=4.0, jerk=j).duration for j in (None, 40.0))
+    assert calm < 1.6 * fast
 
 
 def test_a_locked_joint_stays() -> None:

@@ -467,7 +467,7 @@ def test_a_joint_file_becomes_a_motion(tmp_path: Path) -> None:
     np.testing.assert_allclose(again.margin, motion.margin, atol=1e-12)
     assert (again.status == motion.status).all() and again.ok
     (tmp_path / "none.csv").write_text("q1,q2,q3,q4,q5,q6,q7\n" + ",".join(["nan"] * 7) + "\n")
-    with pytest.raises(aa.PathError, match="no row of the joint file"):
+    with pytest.raises(aa.PathError, match="no row has joint values"):
         motion_of(PAPER_ARM, load_joints(tmp_path / "none.csv"))
 
 

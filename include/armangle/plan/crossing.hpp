@@ -30,6 +30,7 @@ inline constexpr double slope = 1e-3;  // of the tie of a leading angle, at leas
 inline constexpr int rounds = 40;      // of smoothing
 inline constexpr double step = 0.3;    // of a row in one round (rad)
 inline constexpr double done = 1e-12;  // share of the energy that a last round saves
+inline constexpr double apart = 2e-3;  // of s: of knots of what leads
 inline constexpr double probe = 1e-5;  // of a row, for its slope (rad)
 inline constexpr double reference = 0.1,
                         floor = 1e-3;  // cost of a distance d from a limit: (reference / d)^2
@@ -45,8 +46,9 @@ struct CrossingTask {
     std::vector<int> branches;     // that may be passed
     std::vector<double> sections;  // s, rising from 0 to 1
     Anchor start, goal;
-    int locked = 0;    // a joint, 1..7, that its limits leave no room: it leads all the way ...
-    double theta = 0;  // ... with this theta
+    bool partial = false;  // as far as a way leads from the start
+    int locked = 0;        // a joint, 1..7, that its limits leave no room: it leads all the way ...
+    double theta = 0;      // ... with this theta
 };
 
 namespace detail {
@@ -203,7 +205,7 @@ private:
 
     bool search(long long& links) {
         const Objective plain;
-        const std::size_t n = asked_.sections.size();
+        std::size_t n = asked_.sections.size();
         std::vector<std::vector<Node>> layers(n);
         std::vector<std::vector<int>> branch(n);
         std::vector<Candidates> candidates(asked_.branches.size(), Candidates(task_, plain, 0));
@@ -274,7 +276,9 @@ private:
                     window.upper[j] = max(window.upper[j], x.posture.q[j] + crossing_rule::move);
                 }
             }
-            if (!alive) return false;
+            if (alive) continue;
+            if (!asked_.partial || k < 2) return false;
+            n = k;
         }
         std::size_t at = 0;
         for (std::size_t i = 1; i < layers[n - 1].size(); ++i)
@@ -609,12 +613,22 @@ private:
         return rows_[k + 1].lead != 0 ? rows_[k + 1].lead : rows_[k].lead;
     }
 
+    /// Whether what leads needs no knot at s between two: it is smooth where phi asks for many. Each segment
+    /// of the path ends at one.
+    bool crowded(double s, double before, double last) const noexcept {
+        if (min(s - before, last - s) >= crossing_rule::apart) return false;
+        for (std::size_t i = 0; i < task_.segment_count; ++i)
+            if (task_.segments[i].end == s) return false;
+        return true;
+    }
+
     bool piece(std::size_t from, std::size_t to, int lead, std::vector<Stretch>& out) const {
         std::vector<double> s, x;
         Row led = rows_[from];
         set_lead(led, lead);
         for (std::size_t k = from; k <= to; ++k) {
             Row row = rows_[k];
+            if (lead != 0 && k != from && k != to && crowded(row.s, s.back(), rows_[to].s)) continue;
             if (row.lead != lead) set_lead(row, lead);
             s.push_back(row.s);
             x.push_back(x.empty() || lead != 0 ? row.x : lift(row.x, x.back()));

@@ -6,9 +6,10 @@
 
 namespace armangle {
 
-/// Where, the lifted arm angle (or the free joint of an arm with an offset), and joints.
+/// Where, the lifted arm angle (or the free joint of an arm with an offset), joints, and branches.
 struct PathRows {
     std::vector<double> s, psi, q;  // q: (n, 7)
+    std::vector<int> gc;
 
     std::size_t size() const noexcept { return s.size(); }
 };

@@ -862,6 +862,7 @@ private:
         const int locked = proven ? 0 : locked_joint();
         const bool margin = options_.singularity_margin > 0 && !locked;
         if (margin || base_.size() > crossing_rule::most_sections || (proven && free)) return;
+        CrossingTask tried;
         for (const int elbow : {0, 2}) {
             const int meet = locked ? 5 : meeting(elbow);
             if (!meet) continue;
@@ -879,6 +880,7 @@ private:
                     asked.branches.push_back(gc);
             if (asked.branches.empty()) continue;
             asked.sections = crossing_sections(asked);
+            tried = asked;
             Plan found;
             if (!draw_crossing(asked, found)) continue;
             if (!found.proof.certified()) {
@@ -890,6 +892,24 @@ private:
             return;
         }
         if (!plan_.ok && links_ < 0) give_up_crossing();
+        if (plan_.stretches.empty() && tried.start.given) cross_partly(tried);
+    }
+
+    /// The curve as far as a start leads at which branches meet, and no farther than where a limit is broken.
+    void cross_partly(CrossingTask& asked) {
+        asked.goal = {};
+        asked.partial = true;
+        links_ = allowance();
+        Plan found;
+        if (!draw_crossing_once(asked, found) || leaps(asked.start, found, false)) return;
+        double end = found.stretches.back().end;
+        for (const double s : found.proof.violated) end = min(end, s);
+        std::erase_if(found.stretches, [end](const Stretch& x) { return x.end > end; });
+        if (found.stretches.empty()) return;
+        plan_.gc = found.gc;
+        plan_.stretches.swap(found.stretches);
+        for (BranchReport& x : plan_.branches)
+            if (x.gc == found.gc) x.reached = max(x.reached, plan_.stretches.back().end);
     }
 
     /// Says of branches whose end is singular that the search of a way on from it was given up.
@@ -939,16 +959,21 @@ private:
         return max(abs(std::sin(now.theta[1])), abs(std::sin(now.theta[5])));
     }
 
+    bool draw_crossing_once(const CrossingTask& asked, Plan& out) {
+        Crossing crossing(task_, asked);
+        out.stretches = crossing.run(out.gc, links_);
+        if (out.stretches.empty()) return false;
+        const double* q = crossing.first();
+        const Chain first = chain(task_.arm, q);
+        const double psi = arm_angle(triad(task_.arm, flange_pose(task_.arm, task_.pose(0.0))), first.z3);
+        lift_stretches(curve(out), out.stretches, q, psi);
+        out.proof = proven(curve(out));
+        return true;
+    }
+
     bool draw_crossing(CrossingTask& asked, Plan& out) {
         for (int round = 0; round < plan_rule::rounds; ++round) {
-            Crossing crossing(task_, asked);
-            out.stretches = crossing.run(out.gc, links_);
-            if (out.stretches.empty()) return false;
-            const double* q = crossing.first();
-            const Chain first = chain(task_.arm, q);
-            const double psi = arm_angle(triad(task_.arm, flange_pose(task_.arm, task_.pose(0.0))), first.z3);
-            lift_stretches(curve(out), out.stretches, q, psi);
-            out.proof = proven(curve(out));
+            if (!draw_crossing_once(asked, out)) return false;
             const bool held = !leaps(asked.start, out, false) && !leaps(asked.goal, out, true);
             if (held && (out.proof.certified() || out.proof.violated.empty())) return true;
             const std::size_t before = asked.sections.size();

@@ -41,8 +41,8 @@ inline constexpr int more_rows = 20000;  // at most
 
 namespace detail {
 
-/// The search for rows between rows. draw(rows) gives a function of s: the posture there. solve(s, psi, near,
-/// q) writes the joints of an arm angle next to others; false where there are none.
+/// The search for rows between rows. draw(rows) gives a function of s: the posture there. solve(s, psi, gc,
+/// near, q) writes the joints of an arm angle next to others; false where there are none.
 template <class Draw, class Solve>
 class RowsWithin {
 public:
@@ -85,7 +85,8 @@ private:
         std::size_t gap;
         double excess = 0;
         int joint = 0;
-        double s = 0, psi = 0, q[joint_slots] = {};  // a row in its middle
+        double s = 0, psi = 0, q[joint_slots] = {};  // a row in its middle ...
+        int gc = 0;                                  // ... and its branch
     };
 
     double beyond(const double* q, int j) const noexcept {
@@ -132,6 +133,7 @@ private:
         const auto middle = at(x.s);
         std::copy(middle.q, middle.q + joints, x.q);
         x.psi = middle.psi;
+        x.gc = middle.gc;
         const int j = x.joint;
         const bool above = x.q[j] - limits_.upper[j] > limits_.lower[j] - x.q[j];
         const double middle_of_range = 0.5 * (limits_.lower[j] + limits_.upper[j]);
@@ -143,11 +145,11 @@ private:
             const double off = wanted - x.q[j];
             if (above ? off >= 0 : off <= 0) return true;
             double beside[joint_slots];
-            if (!solve_(x.s, x.psi + within_rule::probe, x.q, beside)) return false;
+            if (!solve_(x.s, x.psi + within_rule::probe, x.gc, x.q, beside)) return false;
             const double slope = (beside[j] - x.q[j]) / within_rule::probe;
             if (!(abs(slope) > within_rule::still)) return false;
             const double by = off / slope, psi = x.psi + min(max(by, -within_rule::step), within_rule::step);
-            if (!solve_(x.s, psi, x.q, beside)) return false;
+            if (!solve_(x.s, psi, x.gc, x.q, beside)) return false;
             x.psi = psi;
             std::copy(beside, beside + joints, x.q);
         }
@@ -157,18 +159,19 @@ private:
     void insert(const std::vector<Between>& found) {
         PathRows rows;
         std::vector<Gap> gaps;
-        const auto take = [&rows](double s, double psi, const double* q) {
+        const auto take = [&rows](double s, double psi, int gc, const double* q) {
             rows.s.push_back(s);
             rows.psi.push_back(psi);
+            rows.gc.push_back(gc);
             rows.q.insert(rows.q.end(), q, q + joints);
         };
         std::size_t next = 0;
         for (std::size_t k = 0; k < rows_.size(); ++k) {
-            take(rows_.s[k], rows_.psi[k], joints_of(k));
+            take(rows_.s[k], rows_.psi[k], rows_.gc[k], joints_of(k));
             if (k == gaps_.size()) break;
             gaps.push_back(gaps_[k]);
             if (next == found.size() || found[next].gap != k) continue;
-            take(found[next].s, found[next].psi, found[next].q);
+            take(found[next].s, found[next].psi, found[next].gc, found[next].q);
             gaps.push_back(gaps_[k]);
             ++next;
         }

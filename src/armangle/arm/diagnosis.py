@@ -8,7 +8,7 @@ from enum import IntEnum
 from typing import TYPE_CHECKING, Any, Literal
 
 from .. import _core
-from .._arrays import MILLIMETRES, Floats, frozen, in_millimetres
+from .._arrays import MILLIMETRES, Floats, frozen, in_millimetres, millimetres
 from ..scenes.ready import Ready
 from ..status import STATUSES, Status
 from .solution import Solution
@@ -169,7 +169,7 @@ class Branch:
             case Verdict.UNREACHABLE:
                 if self.status == Status.FOLDED:
                     return f"the wrist lies on the shoulder{where}; no arm angle is defined there."
-                far = f"{self.excess * MILLIMETRES:.4g} mm{in_millimetres(self.excess) or '.'}"
+                far = f"{millimetres(self.excess)}{in_millimetres(self.excess) or '.'}"
                 return f"the wrist is out of reach{where}, by up to {far}"
             case Verdict.IMPOSSIBLE if self.status in (Status.CLEARANCE, Status.POSE_BLOCKED):
                 return self._blocked(where, path)
@@ -375,13 +375,13 @@ class Diagnosis:
         def at(pose: Floats) -> str:
             return ", ".join(f"{value:.6g}" for value in pose[:3, 3])
 
-        drawn = f"{self.nearest_gap * MILLIMETRES:.4g} mm"
+        drawn = millimetres(self.nearest_gap)
         if self.nearest is not None and self.nearest_gap > 0:
             hint = in_millimetres(self.nearest_gap) or "."
             out.append(place.format("reach, in the same orientation,", drawn, at(self.nearest), hint))
         if self.instead is None:
             return out
-        moved, turned = f"{self.instead_moved * MILLIMETRES:.4g} mm", math.degrees(self.instead_turned)
+        moved, turned = millimetres(self.instead_moved), math.degrees(self.instead_turned)
         if turned >= _SEEN:
             away = f"{moved} and {turned:.3g}°"
             out.append(place.format("the limits that was found", away, at(self.instead.pose), "."))

@@ -212,6 +212,8 @@ def _bare_arm(args: argparse.Namespace) -> Arm:
     for option in ("base", "tip", "inexact", "length_tolerance", "angle_tolerance"):
         if getattr(args, option) is not None:
             raise InputError(f"--{option.replace('_', '-')} goes with --urdf, not with --robot")
+    if Path(args.robot).suffix.lower() in (".urdf", ".xml", ".mjcf", ".xacro"):
+        raise InputError(f"--robot names an arm of the catalogue, or a FILE.toml: --urdf {args.robot}")
     if Path(args.robot).suffix == ".toml":
         return Arm._from_description(read_robot(args.robot).description)
     return Arm.from_catalogue(args.robot)
@@ -344,7 +346,10 @@ def wish(given: dict[str, Any]) -> dict[str, Any]:
 
 def joints(name: str, text: str, arm: Arm | OffsetArm | None = None) -> Floats:
     """Return seven joint values given in degrees, rad: not more than a turn outside the limits of `arm`."""
-    q = numbers(name, text, "q1,..,q7 in degrees", JOINTS) * DEGREE
+    given = numbers(name, text, "q1,..,q7 in degrees", JOINTS)
+    if 0 < np.abs(given).max() <= TURN and (given % 1).any():
+        note(f"armangle: {name} is in degrees, the largest is {np.abs(given).max():.4g}: were these rad?")
+    q = given * DEGREE
     outside = np.zeros(JOINTS) if arm is None else np.maximum(arm.lower - q, q - arm.upper)
     at = int(outside.argmax())
     if outside[at] > TURN:

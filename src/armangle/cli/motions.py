@@ -11,48 +11,13 @@ from ..arm.offset import OffsetArm
 from ..errors import PathError
 from ..files.tables import JointTable
 from ..motion.following import follow
-from ..motion.joint_path import JointPath, blank_rows
+from ..motion.joint_path import JointPath
 from ..scenes.scene import Scene
-from ..status import SOLVED
 
 
 def motion_of(arm: Arm | OffsetArm, table: JointTable) -> JointPath:
-    """Return the rows of a joint file as a motion of an arm, those without joints included.
-
-    Parameters
-    ----------
-    arm : Arm or OffsetArm
-    table : JointTable
-
-    Returns
-    -------
-    JointPath
-        Poses, arm angle and configuration are computed from the joints. A row without joints keeps its
-        status and is NaN. The pose of any row that failed is NaN, also where joints were held there: a
-        joint file does not say which pose it failed at.
-
-    Raises
-    ------
-    PathError
-        If no row has joints.
-    """
-    known = np.isfinite(table.q).all(axis=1)
-    if not known.any():
-        raise PathError("no row of the joint file has joint values, wanted at least one")
-    n = len(table)
-    rows, poses = blank_rows(n), np.full((n, 4, 4), np.nan)
-    q = table.q[known]
-    if isinstance(arm, OffsetArm):
-        poses[known], rows["psi"][known], rows["gc"][known] = arm.forward(q)
-    else:
-        poses[known], rows["psi"][known], rows["gc"][known] = arm.forward(q, undefined="nan")
-    rows["q"][known], rows["margin"][known], rows["residual"][known] = q, arm.limit_margin(q), 0.0
-    failed = ~np.isin(table.status, SOLVED)
-    poses[failed] = rows["residual"][failed] = np.nan
-    defined = np.isfinite(rows["psi"])
-    rows["psi"][defined] = np.unwrap(rows["psi"][defined])
-    rows["status"] = table.status
-    return JointPath(arm=arm, s=table.s, poses=poses, **rows)
+    """Return the rows of a joint file as a motion of an arm, those without joints included."""
+    return JointPath.from_joints(arm, table.q, s=table.s, status=table.status)
 
 
 def motions_along(

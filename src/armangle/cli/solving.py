@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .._arrays import CONFIGURATIONS, MILLIMETRES, Floats
+from .._arrays import CONFIGURATIONS, Floats, millimetres
 from ..arm.arm import Arm
 from ..arm.solution import Solution
 from ..errors import InputError
@@ -65,7 +65,7 @@ def solve(arm: Arm, pose: Floats, scene: Scene | None, args: argparse.Namespace)
         if one.status == Status.UNPROVEN:
             show(paragraph(f"UNPROVEN: {Status.UNPROVEN.sentence}"))
         if not one.ok:
-            off = f"{float(one.gap) * MILLIMETRES:.4g} mm"
+            off = millimetres(float(one.gap))
             show("\nof the nearest pose that can be held:")
             show(f"{off} from the one asked; a radian counts as 200 mm")
     if np.all(found.ok):

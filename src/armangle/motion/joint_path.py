@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from .._arrays import JOINTS, Floats, Ints, frozen
+from .._arrays import JOINTS, Floats, Ints, as_floats, frozen
 from ..arm.arm import Arm
 from ..arm.diagnosis import Diagnosis
 from ..arm.joint_map import to_theta
 from ..arm.near import edge_of_reach
 from ..arm.offset import OffsetArm, as_srs
 from ..arm.roll import Roll
-from ..errors import PathError, UnreachableError
+from ..errors import InputError, PathError, ShapeError, UnreachableError
 from ..scenes.scene import Scene
 from ..status import SOLVED, STATUSES, Status
 from .paths import NO_DEVIATION, Deviation, Path, Segments, checked_parameters
@@ -202,6 +202,15 @@ def even_parameters(n: int) -> Floats:
     return np.linspace(0.0, 1.0, n) if n != 1 else np.zeros(1)
 
 
+def _raise_where_torn(gc: Ints, row: int) -> None:
+    """Raise where a path leaves its branch behind a row, and no joint leads on."""
+    if row >= 0:
+        raise PathError(
+            f"the path has no values between its rows: behind row {row} it goes over from branch "
+            f"{gc[row]} to {gc[row + 1]}"
+        )
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class JointPath:
     """A motion along poses: one row a pose. Arrays are read-only; rows not reached are NaN, gc -1.
@@ -269,6 +278,66 @@ class JointPath:
 
     def __len__(self) -> int:
         return len(self.s)
+
+    @classmethod
+    def from_joints(
+        cls, arm: Arm | OffsetArm, q: ArrayLike, *, s: ArrayLike | None = None,
+        status: ArrayLike | None = None,
+    ) -> JointPath:  # fmt: skip
+        """Return joint values of a file or a teach pendant as a motion, for `at` and `retime`.
+
+        Parameters
+        ----------
+        arm : Arm or OffsetArm
+        q : array_like, shape (N, 7)
+            Joint values, rad; NaN in rows without.
+        s : array_like, shape (N,), optional
+            Path parameters in [0, 1], none below the one before; even unless given.
+        status : array_like of int, shape (N,), optional
+            `Status` of each row. OK unless given; LIMITS where joints are outside them, NOT_REACHED without.
+
+        Returns
+        -------
+        JointPath
+            Poses, arm angle and configuration are computed from the joints; between rows the tool goes
+            straight. The pose of a row that failed is NaN, also where joints were held there: joints do not
+            say which pose it failed at.
+
+        Raises
+        ------
+        PathError
+            If no row has joints.
+        InputError, ShapeError
+            If an array has a wrong shape, or s falls.
+        """
+        rows_given = as_floats("q", q, (JOINTS,)).reshape(-1, JOINTS)
+        n = len(rows_given)
+        known = np.isfinite(rows_given).all(axis=1)
+        if not known.any():
+            raise PathError("no row has joint values, wanted at least one")
+        at = even_parameters(n) if s is None else as_floats("s", s, ()).reshape(-1)
+        if len(at) != n or not (np.diff(at) >= 0).all() or not 0 <= at[0] <= at[-1] <= 1:
+            raise InputError(f"s holds {len(at)} numbers, wanted {n} in [0, 1] that do not fall")
+        rows, poses = blank_rows(n), np.full((n, 4, 4), np.nan)
+        joints = np.ascontiguousarray(rows_given[known])
+        if isinstance(arm, OffsetArm):
+            poses[known], rows["psi"][known], rows["gc"][known] = arm.forward(joints)
+        else:
+            poses[known], rows["psi"][known], rows["gc"][known] = arm.forward(joints, undefined="nan")
+        rows["q"][known], rows["margin"][known] = joints, arm.limit_margin(joints)
+        rows["residual"][known] = 0.0
+        if status is None:
+            rows["status"][known] = np.where(arm.within_limits(joints), Status.OK, Status.LIMITS)
+        else:
+            given = np.asarray(status)
+            if given.shape != (n,):
+                raise ShapeError(f"status has shape {given.shape}, wanted ({n},)")
+            rows["status"] = given.astype(np.int8)
+        failed = ~np.isin(rows["status"], SOLVED)
+        poses[failed] = rows["residual"][failed] = np.nan
+        defined = np.isfinite(rows["psi"])
+        rows["psi"][defined] = np.unwrap(rows["psi"][defined])
+        return cls(arm=arm, s=at, poses=poses, **rows)
 
     @property
     def ok(self) -> bool:
@@ -404,30 +473,29 @@ class JointPath:
         if self.diagnosis is not None or not self.ok or len(self) == 0:
             raise PathError(f"the path has no values between its rows: {self.explain()}")
         branches = self._branches()
-        turned = np.flatnonzero(np.diff(branches))
-        if len(turned):
-            k = int(turned[0])
-            raise PathError(
-                f"the path has no values between its rows: behind row {k} it goes over from branch "
-                f"{branches[k]} to {branches[k + 1]}"
-            )
         segments = self.path._segments if self.path is not None else self._straight()
         rows = self.s, self.q, self.psi
         if len(self) == 1:
             rows = np.array([0.0, 1.0]), np.repeat(self.q, 2, axis=0), np.repeat(self.psi, 2)
+            branches = np.repeat(branches, 2)
         s, q, psi = map(np.ascontiguousarray, rows)
-        s, psi, q, excess, joint, row = self.arm._handle.rows_within(segments, s, q, psi, int(branches[0]))
+        if np.diff(branches).any():
+            _raise_where_torn(branches, self._through(segments, s, q, psi, branches)[1])
+        found = self.arm._handle.rows_within(segments, s, q, psi, branches)
+        s, psi, q, kept, excess, joint, row = found
         if excess > MOST_PASSED:
             raise PathError(
                 f"the path has no values between its rows: behind row {row} joint {joint} passes its limit "
                 f"by {np.degrees(excess):.3g} deg; follow more poses there, or plan"
             )
-        curve = self._through(segments, s[:, 0], q, psi[:, 0], int(branches[0]))
+        curve, torn = self._through(segments, s[:, 0], q, psi[:, 0], kept[:, 0].astype(np.int64))
+        if torn >= 0:
+            _raise_where_torn(branches, int(np.searchsorted(self.s, s[torn, 0], side="right")) - 1)
         object.__setattr__(self, "curve", curve)
         return curve
 
     def _branches(self) -> Ints:
-        """Return the branch of each row; with θ2 or θ6 at 0, where it is of two, that of the rows about it."""
+        """Return the branch of each row; with θ2 or θ6 at 0, where it is of two, that of rows about it."""
         if isinstance(self.arm, OffsetArm):
             return self.gc
         out = self.gc.copy()
@@ -439,12 +507,18 @@ class JointPath:
                 out = (out & ~bit) | (out[near] & bit)
         return out
 
-    def _through(self, segments: Floats, s: Floats, q: Floats, psi: Floats, gc: int) -> AnyCurve:
-        """Return the curve through rows of one branch, straight in psi or in the free joint between them."""
+    def _through(
+        self, segments: Floats, s: Floats, q: Floats, psi: Floats, gc: Ints
+    ) -> tuple[AnyCurve, int]:
+        """Return the curve through rows, straight in psi, in what leads, or in the free joint between them.
+
+        And the row behind which nothing leads on to the branch of the next, or -1.
+        """
         if isinstance(self.arm, OffsetArm):
-            return OffsetCurve(segments, s, psi, q, gc)
-        plane, stretches = self.arm._handle.curve_through(segments, s, q, psi, gc)
-        return Curve(segments, stretches, plane, gc)
+            over = np.flatnonzero(np.diff(gc))
+            return OffsetCurve(segments, s, psi, q, int(gc[0])), int(over[0]) if len(over) else -1
+        plane, stretches, torn = self.arm._handle.curve_through(segments, s, q, psi, gc)
+        return Curve(segments, stretches, plane, int(gc[0])), torn
 
     def _straight(self) -> Floats:
         """Return the segments from pose to pose."""

@@ -63,11 +63,11 @@ def as_seconds(dt: float) -> float:
         raise InputError(f"dt is {dt}, wanted a time in s")
     time = as_number("dt", dt, 0.0, LONGEST_STEP, low_open=True)
     if time > _LONG_STEP:
-        _warn(f"dt is {time:g} s, long for one step: was it in ms, or a rate in Hz?")
+        warn(f"dt is {time:g} s, long for one step: was it in ms, or a rate in Hz?")
     return time
 
 
-def _warn(text: str) -> None:
+def warn(text: str) -> None:
     """Warn of a line that is none of this package's."""
     level, frame = 1, sys._getframe()
     while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith("armangle"):
@@ -156,7 +156,7 @@ def positive(name: str, value: ArrayLike) -> Floats:
     suspicious, unit = _LIKE_DEGREES.get(name, (np.inf, ""))
     largest = bound[bound < np.inf].max(initial=0.0)
     if largest > suspicious:
-        _warn(f"{name} holds {largest:g}, wanted {unit}: were these degrees?")
+        warn(f"{name} holds {largest:g}, wanted {unit}: were these degrees?")
     return bound
 
 

@@ -202,8 +202,8 @@ def step(
         the step at θ₂ = 0 or θ₆ = 0; the other side of the elbow where one step takes it through straight
         and its own side has no posture within the step, unless a `singularity_margin` parts the two.
     policy : Repulsion, Hold, Centre or Towards
-        Beside θ2 = 0 or θ6 = 0, where joints next to that hinge would sweep round, `Repulsion` gives way to the
-        posture next to `q_now`.
+        Beside θ2 = 0 or θ6 = 0, where joints next to that hinge would sweep round, `Repulsion` gives way
+        to the posture next to `q_now`.
     dt : float, optional
         Time of the step, s; needed by a policy with ``rate=``, by bounds, and for ``velocity``.
     carry : "psi" or "elbow"

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from .._arrays import JOINTS, Floats, as_number
 from ..arm.arm import Arm
 from ..arm.offset import OffsetArm
-from ..colours import BLUE, CURVES, FREE, MID, ORANGE, SKY, VERMILION
+from ..colours import BLUE, CURVES, GREEN, MID, ORANGE, SKY, VERMILION
 from ..errors import InputError
 from ..files.trajectories import TrajectoryTable
 from ..motion.options import LONGEST_STEP, Bound, joint_bound
@@ -24,7 +24,7 @@ RATES = ("q", "qd", "qdd")
 _UNITS = {"q": "deg", "qd": "deg/s", "qdd": "deg/s²"}
 _HEADS = {"q": "joint value", "qd": "velocity", "qdd": "acceleration"}
 _STATUS_COLOURS = {
-    Tracking.FOLLOWING: FREE, Tracking.LAGGING: SKY, Tracking.NEAREST: ORANGE, Tracking.HELD: MID,
+    Tracking.FOLLOWING: GREEN, Tracking.LAGGING: SKY, Tracking.NEAREST: ORANGE, Tracking.HELD: MID,
     Tracking.TURNING: BLUE, Tracking.RETURNING: VERMILION,
 }  # fmt: skip
 _MM = 1e3

@@ -11,7 +11,7 @@ from .._arrays import Floats, as_number
 from ..arm.keywords import names_keywords
 from ..errors import InputError, PathError
 from ..motion.joint_path import JointPath
-from ..motion.options import Bound, joint_bound
+from ..motion.options import Bound, joint_bound, warn
 from ..motion.paths import NO_DEVIATION, Deviation
 from .fastest import fastest, smooth
 from .grid import Grid, corners, grid
@@ -39,6 +39,7 @@ MOST_TOLERANCE = 1.0
 MOST_ROWS = 4_000_000
 """Rows of a trajectory: an hour at 1 kHz."""
 _MOST_SPEED = 1e6
+_FAST_TOOL = 10.0  # m/s: no tool of such an arm is as fast
 _SLOWEST = 1e-12
 _LEAST_BOUND = 1e-12
 """Of speeds, accelerations and jerks: times from less are no numbers."""
@@ -176,7 +177,7 @@ def _kept(path: Motion, b: _Bounds) -> tuple[Grid, Timing]:
 
 
 def _raise_for_leaps(path: Motion, timing: Timing, velocity: Floats) -> None:
-    """Raise where joints go farther in a time than the greatest velocity takes them, whatever q' says there."""
+    """Raise where joints go farther in a time than the greatest velocity takes them, whatever q' says."""
     t = np.linspace(0.0, timing.duration, CHECKED) if np.isfinite(timing.t).all() else timing.t
     with np.errstate(invalid="ignore"):
         s = timing.at(t)[0]
@@ -187,7 +188,8 @@ def _raise_for_leaps(path: Motion, timing: Timing, velocity: Floats) -> None:
         k, joint = np.argwhere(farther)[0].tolist()
         where = f"between s = {s[k]:.6g} and {s[k + 1]:.6g} joint {joint + 1} leaps"
     else:
-        where = f"behind s = {timing.coefficients[int(np.argmin(np.isfinite(timing.t))) - 1, 0]:.6g} joints leap"
+        last = int(np.argmin(np.isfinite(timing.t))) - 1
+        where = f"behind s = {timing.coefficients[last, 0]:.6g} joints leap"
     raise PathError(
         f"no timing is found: {where}, beside a posture where branches meet or the arm is stretched; leave "
         "that out, or plan the path"
@@ -227,6 +229,8 @@ def _checked(
     speed = None
     if tool_speed is not None:
         speed = as_number("tool_speed", tool_speed, _LEAST_BOUND, _MOST_SPEED)
+        if speed > _FAST_TOOL:
+            warn(f"tool_speed is {speed:g}, wanted m/s: was this mm/s?")
     given = (TOLERANCE if j is not None else 0.0) if tolerance is None else tolerance
     off = as_number("tolerance (m)", given, 0.0, MOST_TOLERANCE)
     return _Bounds(v, a, j, speed, as_number("cycle", cycle, 0.0, 1.0), off)

@@ -41,8 +41,8 @@ _POLICIES: dict[str, tuple[Any, tuple[str, ...]]] = {  # and which options each 
 }
 HELP = """\
 Step along a file of poses from given joints: the arm angle keeps off what the
-limits block (--policy), the global configuration stays, limits hold, and no
-joint jumps."""
+limits block (--policy), limits hold, and no joint jumps. The global
+configuration stays but where branches meet: where joint 2 or 6 passes 0."""
 EXAMPLE = """\
   armangle follow path.csv --robot kuka_iiwa7_r800 -o joints.csv --alpha 20 \\
       --start -5.4101,-26.4986,-48.1542,-61.65,152.6198,114.4466,8.1812"""
