@@ -30,7 +30,7 @@ inline constexpr double slope = 1e-3;  // of the tie of a leading angle, at leas
 inline constexpr int rounds = 40;      // of smoothing
 inline constexpr double step = 0.3;    // of a row in one round (rad)
 inline constexpr double done = 1e-12;  // share of the energy that a last round saves
-inline constexpr double apart = 2e-3;  // of s: of knots of what leads
+inline constexpr double apart = 1e-3;  // of s: of knots of what leads
 inline constexpr double probe = 1e-5;  // of a row, for its slope (rad)
 inline constexpr double reference = 0.1,
                         floor = 1e-3;  // cost of a distance d from a limit: (reference / d)^2
@@ -613,10 +613,14 @@ private:
         return rows_[k + 1].lead != 0 ? rows_[k + 1].lead : rows_[k].lead;
     }
 
-    /// Whether what leads needs no knot at s between two: it is smooth where phi asks for many. Each segment
-    /// of the path ends at one.
-    bool crowded(double s, double before, double last) const noexcept {
-        if (min(s - before, last - s) >= crossing_rule::apart) return false;
+    /// Whether what leads needs no knot at s after others and before the last: it is smooth where phi asks
+    /// for many. Behind phi, whose derivatives it takes over, knots begin as they are; each segment ends at
+    /// one.
+    bool crowded(double s, const std::vector<double>& before, double last, bool first) const noexcept {
+        const std::size_t n = before.size();
+        double apart = crossing_rule::apart;
+        if (!first) apart = n < 2 ? 0.0 : min(apart, 2 * (before[n - 1] - before[n - 2]));
+        if (s - before[n - 1] >= apart && last - s >= crossing_rule::apart) return false;
         for (std::size_t i = 0; i < task_.segment_count; ++i)
             if (task_.segments[i].end == s) return false;
         return true;
@@ -628,7 +632,7 @@ private:
         set_lead(led, lead);
         for (std::size_t k = from; k <= to; ++k) {
             Row row = rows_[k];
-            if (lead != 0 && k != from && k != to && crowded(row.s, s.back(), rows_[to].s)) continue;
+            if (lead != 0 && k != from && k != to && crowded(row.s, s, rows_[to].s, out.empty())) continue;
             if (row.lead != lead) set_lead(row, lead);
             s.push_back(row.s);
             x.push_back(x.empty() || lead != 0 ? row.x : lift(row.x, x.back()));
