@@ -115,11 +115,14 @@ def circle(
 def _arcs(
     polar: Any, arcs: ArcSet, base: float, width: float, face: str, edge: str, hatch: str | None = None
 ) -> None:
+    whole = arcs.is_full  # a bar all round would have a seam
     for lower, upper in arcs:
         polar.bar(
-            0.5 * (lower + upper), width, upper - lower, base, color=face, edgecolor=edge, linewidth=0.6,
-            hatch=hatch,
+            0.5 * (lower + upper), width, upper - lower, base, color=face, edgecolor=edge,
+            linewidth=0.0 if whole else 0.6, hatch=hatch,
         )  # fmt: skip
+    for radius in (base, base + width) if whole else ():
+        polar.plot(np.linspace(-np.pi, np.pi, 361), np.full(361, radius), color=edge, lw=0.6)
 
 
 def _ring(polar: Any, feasible: ArcSet, unproven: ArcSet, joint: int) -> None:

@@ -105,7 +105,7 @@ def _limited(most: Floats, g: Grid, acceleration: Floats) -> Floats:
     moved = np.cumsum(np.maximum(rate[:-1], rate[1:]) * step, axis=0)
     come = np.minimum(moved[:-1], moved[-1] - moved[:-1])
     reached = np.full(len(g.s), np.inf)
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         speeds = np.where(rate[1:-1] > 0, np.sqrt(2 * acceleration * come) / rate[1:-1], np.inf)
     reached[1:-1] = LOOSE * np.min(speeds, axis=1)
     slow = 2 * np.sqrt(np.max(moved[-1] / acceleration))
@@ -205,7 +205,7 @@ def _reach(
     """Return dr/dt by speeds alone, about that by the rest, and q', q'', q''' with respect to r (3, N, 7)."""
     velocity, acceleration, jerk = bounds
     q1, q2, q3 = d = course.derivatives(derivatives, places).transpose(1, 0, 2)
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", over="ignore"):
         fast = np.min(velocity / np.abs(q1), axis=1)
         fast = np.minimum(fast, np.interp(course.s(places), s, most) / course.rates(places)[0])
         bent = np.minimum(np.sqrt(acceleration / np.abs(q2)), np.cbrt(jerk / np.abs(q3))).min(axis=1)

@@ -239,7 +239,7 @@ def _checked(
 def _timed(path: Motion, g: Grid, b: _Bounds) -> Timing:
     """Return a timing that keeps the bounds at the grid points."""
     jump = corners(g)
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         within = np.where(jump > 0, b.acceleration * b.cycle / jump, np.inf).min(axis=1)
     if b.jerk is not None:
         within[np.isfinite(within)] = 0.0
@@ -259,7 +259,7 @@ def _timed(path: Motion, g: Grid, b: _Bounds) -> Timing:
 def _speed_caps(path: Motion, g: Grid, b: _Bounds) -> Floats:
     """Return the greatest ds/dt at every grid point that velocities and the tool's speed allow, (N + 1,)."""
     fastest_joint = np.maximum(np.abs(g.after[:, 0]), np.abs(g.before[:, 0]))
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", over="ignore"):
         caps = np.min(b.velocity / np.maximum(fastest_joint, _SLOWEST), axis=1)
     if b.tool_speed is not None:
         way = [np.linalg.norm(tool_derivatives(path, s)[0], axis=1) for s in (g.s, np.nextafter(g.s, 0.0))]

@@ -64,7 +64,8 @@ _TERMS = 6
 def from_speeds(s: Floats, speed: Floats) -> Timing:
     """Return the timing of speeds ds/dt at s (N + 1,), the acceleration constant between neighbours."""
     step = np.diff(s)
-    duration = 2 * step / (speed[1:] + speed[:-1])
+    with np.errstate(divide="ignore", over="ignore"):  # endless where no speed is left
+        duration = 2 * step / (speed[1:] + speed[:-1])
     coefficients = np.zeros((len(step), _TERMS))
     coefficients[:, 0], coefficients[:, 1] = s[:-1], speed[:-1]
     coefficients[:, 2] = np.diff(speed**2) / (4 * step)
