@@ -411,3 +411,15 @@ def test_a_plan_from_home_that_fails_says_how_far_it_leads() -> None:
     assert done.sum() > 0.9 * steps.first_failure
     assert np.abs(arm.forward(plan.q[done], undefined="nan")[0] - plan.poses[done]).max() < 1e-9
     assert arm.within_limits(plan.q[done]).all()
+
+
+@pytest.mark.parametrize("away", [0.0, 0.2])
+def test_a_start_outside_the_limits_is_called_that(away: float) -> None:
+    """From a home posture joint 4 is decided by the pose, and no branch can say it of the start alone."""
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    q = np.array([0.0, away, away, arm.lower[3] - 0.2, 0.0, 1.5, 0.0])
+    first = arm.forward(q)[0]
+    last = first.copy()
+    last[:3, 3] += 0.05
+    text = aa.plan(arm, aa.Line(first, last), start=q).explain()
+    assert text.count("start lies outside the limits") == 1 and "lower one" in text

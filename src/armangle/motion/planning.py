@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._arrays import CONFIGURATIONS, JOINTS, Floats, as_floats, as_number, as_poses, check_turns, one_posture
-from .._core import LARGEST_ANGLE, Wish
+from .._core import ANGLE_TOLERANCE, LARGEST_ANGLE, Wish
 from ..arm.allowed import Allowed, one_allowed
 from ..arm.arcs import ArcSet
 from ..arm.arm import MOST_MARGIN, Arm
@@ -275,7 +275,10 @@ def plan(
             raise InputError(
                 f"{name} belongs to another pose than the path's: a joint is {off} off, wanted at most {most}"
             )
-    diagnosis = Diagnosis(tuple(branch_of(report, ready) for report in reports))
+    branches = tuple(branch_of(report, ready) for report in reports)
+    ends = (Verdict.START, Verdict.GOAL)
+    said = ok or any(branch.status == Status.LIMITS and branch.verdict in ends for branch in branches)
+    diagnosis = Diagnosis(branches, note="" if said else _outside(arm, start=first, goal=last))
     curve = Curve(whole._segments, stretches, plane, branch, roll, *chain) if len(stretches) else None
     if curve is not None and ok and samples is None and not isinstance(whole, Waypoints):
         rows = _finer(arm, curve, rows)
@@ -484,6 +487,19 @@ def _check_within(arm: Arm, name: str, q: Floats | None) -> None:
             f"{name}: joint {j + 1} is {q[j]:.6g} rad ({np.degrees(q[j]):.6g} deg), {off:.4g} deg outside "
             f"its limits of {low:.6g} to {high:.6g} deg"
         )
+
+
+def _outside(arm: Arm, **ends: Floats | None) -> str:
+    """Return which joint of which end lies outside its limits, as a sentence, or nothing."""
+    for name, q in ends.items():
+        if q is None:
+            continue
+        beyond = np.maximum(arm.lower - q, q - arm.upper)
+        j = int(beyond.argmax())
+        if beyond[j] > ANGLE_TOLERANCE:
+            side, far = "lower" if q[j] < arm.lower[j] else "upper", np.degrees(beyond[j])
+            return f"The {name} lies outside the limits: joint {j + 1} is {far:.3g}° beyond its {side} one."
+    return ""
 
 
 def _branches(gc: int | Iterable[int] | None) -> int:
