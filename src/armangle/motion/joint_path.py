@@ -23,6 +23,8 @@ from .paths import NO_DEVIATION, Deviation, Path, Segments, checked_parameters
 
 MOST_PASSED = 1e-6
 """By how much a joint may pass a limit between two rows, rad, where no arm angle takes it back."""
+BEGIN = "arm.solve(poses[0], near=start).q"
+"""Where a path may begin whose first pose is too far from the start."""
 _ORDERS = 3
 _SHUT = 1e-9  # sine of a hinge that is 0 but for rounding
 _SHIFT = 8  # numbers of a shift: where it begins and ends, and six coefficients
@@ -600,9 +602,7 @@ class JointPath:
         if self.status[at] == Status.JOINT_JUMP:
             move = np.abs(near - before)
             joint = int(np.argmax(move))
-            first = (
-                " Begin at arm.solve(poses[0], near=start).q." if at == 0 and self.start is not None else ""
-            )
+            first = f" Begin at {BEGIN}." if at == 0 and self.start is not None else ""
             return (
                 f" With {self._redundancy} held, joint {joint + 1} would move "
                 f"{np.degrees(move[joint]):.4g} deg."

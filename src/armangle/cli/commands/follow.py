@@ -12,7 +12,7 @@ from ...arm.offset import OffsetArm
 from ...errors import InputError
 from ...files.tables import load_poses
 from ...motion.following import follow
-from ...motion.joint_path import JointPath
+from ...motion.joint_path import BEGIN, JointPath
 from ...motion.options import MAX_JOINT_STEP
 from ...motion.policies import Centre, Hold, Policy, Repulsion, Towards
 from ...status import STATUSES, Status
@@ -39,6 +39,7 @@ _POLICIES: dict[str, tuple[Any, tuple[str, ...]]] = {  # and which options each 
     "centre": (Centre, ("K", "rate")),
     "towards": (Towards, ("psi", "point", "direction", "K", "rate")),
 }
+_BEGIN = "the joints that armangle ik --pose (the first) --near (the start) prints"
 HELP = """\
 Step along a file of poses from given joints: the arm angle keeps off what the
 limits block (--policy), limits hold, and no joint jumps. The global
@@ -114,7 +115,7 @@ def run(args: argparse.Namespace) -> int:
     else:
         _show(path, facts)
     if not path.ok:
-        note(f"armangle: {path.explain()}")
+        note(f"armangle: {path.explain().replace(BEGIN, _BEGIN)}")
     return 0 if path.ok else 1
 
 
