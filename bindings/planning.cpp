@@ -419,7 +419,8 @@ nb::object rows_within(const Handle& self, Floats segments, Floats s, Floats q, 
     const auto draw = [&](const PathRows& drawn) { return between(self.arm, path, drawn); };
     const auto solve = [&](double x, double value, int branch, const double* near, double* out) {
         const Inverse found = inverse(self.arm, pose_of(path, x), value, branch, near);
-        std::copy(found.q, found.q + joints, out);
+        for (int j = 0; j < joints; ++j)  // a turn away it would be within limits too, but the way leaps
+            out[j] = has_a_turn(limits_of(self.arm), j) ? lift(found.q[j], near[j]) : found.q[j];
         return is_solved(found.status);
     };
     const PassedLimit passed = keep_within(limits_of(self.arm), draw, solve, rows);

@@ -110,8 +110,14 @@ struct CorrectedCurve {
     /// The true posture at s, on the windings of the nominal one; NaN where there is none.
     PlacedPosture at(double s) const noexcept { return at(curve.stretch(s), s); }
 
-    /// The same on a stretch that s is on.
-    PlacedPosture at(const Stretch& x, double s) const noexcept { return lifted(x, s, curve.at(x, s)); }
+    /// The same on a stretch that s is on; beyond a limit the nominal arm stays on its windings.
+    PlacedPosture at(const Stretch& x, double s) const noexcept {
+        const double t = (s - x.start) / (x.end - x.start);
+        PlacedPosture nominal = curve.at(x, s);
+        for (int j = 0; j < joints; ++j)
+            nominal.q[j] = lift(nominal.q[j], x.q[j] + t * (x.q_end[j] - x.q[j]));
+        return lifted(x, s, nominal);
+    }
 
     /// The same, next to a nominal posture at s.
     PlacedPosture lifted(const Stretch& x, double s, PlacedPosture out) const noexcept {

@@ -19,6 +19,7 @@ inline constexpr double near = 0.35;    // |sin| of theta_2, theta_6 up to which
 inline constexpr double shut = 1e-6;    // |sin| of these beside which phi has no speed to go by
 inline constexpr double swing = 0.002;  // share of the move from row to row by which a joint may leave it
 inline constexpr double calmer = 0.9;   // share of a swing that leading leaves at most
+inline constexpr double round = 0.5;    // rad: a stretch that is led swings no joint farther
 inline constexpr double there = 1e-5;   // rad: how near a stretch that is led begins and ends to its rows
 inline constexpr double looks[] = {1e-6, 1e-4, 0.003, 0.03, 0.1, 0.25, 0.5, 0.75, 0.9, 0.97, 0.997};
 }  // namespace through_rule
@@ -27,7 +28,7 @@ inline constexpr double looks[] = {1e-6, 1e-4, 0.003, 0.03, 0.1, 0.25, 0.5, 0.75
 struct CurveThrough {
     SmoothPlane plane;
     std::vector<Stretch> stretches;
-    int torn = -1;  // the row behind which nothing leads on to the branch of the next
+    int torn = -1;  // the first row behind which nothing leads on to the next
 
     /// `corrected(curve, stretch, s, posture)` is the true posture beside that of the curve.
     template <class Corrected>
@@ -52,15 +53,21 @@ struct CurveThrough {
         lift_stretches(curve, stretches, rows.q.data(), rows.psi[0]);
         for (std::size_t i = 0; i + 1 < rows.size(); ++i) {
             const double* const q = rows.q.data() + joints * i;
-            if (const int passed = rows.gc[i] ^ rows.gc[i + 1]) {
-                const bool led = (passed == 1 && lead(curve, corrected, 0, q, infinity, stretches[i])) ||
-                                 (passed == 4 && lead(curve, corrected, 1, q, infinity, stretches[i]));
-                if (!led && torn < 0) torn = static_cast<int>(i);
-            } else {
-                calm(curve, corrected, q, stretches[i]);
-            }
+            const int passed = rows.gc[i] ^ rows.gc[i + 1];
+            bool led = true;
+            if (passed == 0) calm(curve, corrected, q, stretches[i]);
+            if (passed != 0)
+                led = (passed == 1 || passed == 4) &&
+                      lead(curve, corrected, passed == 1 ? 0 : 1, q, infinity, stretches[i]);
+            if (!led && torn < 0) torn = static_cast<int>(i);
         }
         lift_stretches(curve, stretches, rows.q.data(), rows.psi[0]);
+        for (std::size_t i = 0; i + 1 < rows.size(); ++i) {
+            const double* const q = rows.q.data() + joints * i;
+            std::copy(q, q + joints, stretches[i].q);
+            std::copy(q + joints, q + 2 * joints, stretches[i].q_end);
+            if (torn < 0 && !meets_rows(curve, corrected, q, stretches[i])) torn = static_cast<int>(i);
+        }
     }
 
 private:
@@ -83,6 +90,7 @@ private:
     static double off_at(const Curve& curve, const Corrected& corrected, const Stretch& x, const double* q,
                          double share) noexcept {
         const double s = x.start + share * (x.end - x.start);
+        if (x.lead != 0 && !(curve.place(x, s, phi_at(x, s)).room > 0)) return infinity;
         const PlacedPosture here = corrected(curve, x, s, curve.solve(x, s, phi_at(x, s), q, x.psi));
         double most = 0;
         for (int j = 0; j < joints; ++j) {
@@ -92,41 +100,49 @@ private:
         return most;
     }
 
-    /// Lets the pivot beside a hinge lead where the joints swing less so.
+    /// Whether a stretch begins and ends at its rows.
+    template <class Corrected>
+    static bool meets_rows(const Curve& curve, const Corrected& corrected, const double* q,
+                           const Stretch& x) noexcept {
+        return off_at(curve, corrected, x, q, 0.0) <= through_rule::there &&
+               off_at(curve, corrected, x, q + joints, 1.0) <= through_rule::there;
+    }
+
+    /// Lets the pivot beside a hinge lead where the joints swing less so: of the hinge nearer to 0 first.
     template <class Corrected>
     static void calm(const Curve& curve, const Corrected& corrected, const double* q, Stretch& x) noexcept {
+        double open[hinges];
         for (int h = 0; h < hinges; ++h) {
             const auto opened = [&](const double* row) {
                 return abs(std::sin(to_theta(curve.arm, hinge_joint[h], row[hinge_joint[h]])));
             };
-            const double open = min(opened(q), opened(q + joints));
-            if (open > through_rule::near) continue;
-            const double before = swing(curve, corrected, x, q),
-                         few = through_rule::swing * detail::largest_move(q, q + joints);
-            const bool shut = open <= through_rule::shut;
-            if (!shut && before <= few) continue;
-            if (lead(curve, corrected, h, q, shut ? max(before, few) : through_rule::calmer * before, x))
-                return;
+            open[h] = min(opened(q), opened(q + joints));
         }
+        const int nearer = open[0] <= open[1] ? 0 : 1;
+        if (open[nearer] > through_rule::near) return;
+        const bool shut = open[nearer] <= through_rule::shut || !meets_rows(curve, corrected, q, x);
+        const double before = swing(curve, corrected, x, q),
+                     few = through_rule::swing * detail::largest_move(q, q + joints);
+        if (!shut && before <= few) return;
+        const double most = shut ? infinity : through_rule::calmer * before;
+        if (lead(curve, corrected, nearer, q, most, x)) return;
+        if (open[1 - nearer] <= through_rule::near) lead(curve, corrected, 1 - nearer, q, most, x);
     }
 
     /// Lets the pivot beside hinge h lead from a row q to the next, if so no joint swings more than `most`.
     template <class Corrected>
     static bool lead(const Curve& curve, const Corrected& corrected, int h, const double* q, double most,
                      Stretch& x) noexcept {
-        const double* const next = q + joints;
         const int pivot = pivot_joint[2 * h];
         Stretch led = x;
         led.lead = pivot + 1;
         led.coefficient[0] = to_theta(curve.arm, pivot, q[pivot]);
-        led.coefficient[1] = to_theta(curve.arm, pivot, next[pivot]) - led.coefficient[0];
+        led.coefficient[1] = to_theta(curve.arm, pivot, q[joints + pivot]) - led.coefficient[0];
         led.coefficient[2] = led.coefficient[3] = 0;
         for (const double side : {-1.0, 1.0}) {
             led.side = side;
-            const double begins = off_at(curve, corrected, led, q, 0.0),
-                         ends = off_at(curve, corrected, led, next, 1.0);
-            if (!(begins <= through_rule::there && ends <= through_rule::there)) continue;
-            if (!(swing(curve, corrected, led, q) <= most)) continue;
+            if (!meets_rows(curve, corrected, q, led)) continue;
+            if (!(swing(curve, corrected, led, q) <= min(most, through_rule::round))) continue;
             x = led;
             return true;
         }

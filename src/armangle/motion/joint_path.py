@@ -205,12 +205,13 @@ def even_parameters(n: int) -> Floats:
 
 
 def _raise_where_torn(gc: Ints, row: int) -> None:
-    """Raise where a path leaves its branch behind a row, and no joint leads on."""
-    if row >= 0:
-        raise PathError(
-            f"the path has no values between its rows: behind row {row} it goes over from branch "
-            f"{gc[row]} to {gc[row + 1]}"
-        )
+    """Raise where no joint leads on from a row to the next."""
+    if row < 0:
+        return
+    over = f"it goes over from branch {gc[row]} to {gc[row + 1]}"
+    if gc[row] == gc[row + 1]:
+        over = "the arm is singular, and nothing leads on to the next: follow more poses there, or plan"
+    raise PathError(f"the path has no values between its rows: behind row {row} {over}")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -481,8 +482,7 @@ class JointPath:
             rows = np.array([0.0, 1.0]), np.repeat(self.q, 2, axis=0), np.repeat(self.psi, 2)
             branches = np.repeat(branches, 2)
         s, q, psi = map(np.ascontiguousarray, rows)
-        if np.diff(branches).any():
-            _raise_where_torn(branches, self._through(segments, s, q, psi, branches)[1])
+        _raise_where_torn(branches, self._through(segments, s, q, psi, branches)[1])
         found = self.arm._handle.rows_within(segments, s, q, psi, branches)
         s, psi, q, kept, excess, joint, row = found
         if excess > MOST_PASSED:

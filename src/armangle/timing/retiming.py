@@ -168,6 +168,8 @@ def _kept(path: Motion, b: _Bounds) -> tuple[Grid, Timing]:
     for _ in range(MOST_FINER if b.jerk is None else 1):
         g = grid(path, *density, more)
         timing = _timed(path, g, b)
+        if not np.isfinite(timing.t).all():
+            _raise_for_leaps(path, timing, b.velocity)
         s, factor = _excess(path, g, timing, b)
         if factor.max() <= OVER:
             break
@@ -181,7 +183,7 @@ def _raise_for_leaps(path: Motion, timing: Timing, velocity: Floats) -> None:
     t = np.linspace(0.0, timing.duration, CHECKED) if np.isfinite(timing.t).all() else timing.t
     with np.errstate(invalid="ignore"):
         s = timing.at(t)[0]
-    if np.isfinite(s).all():
+    if np.isfinite(timing.t).all():
         farther = np.abs(np.diff(path.at(s).q, axis=0)) - LEAP * velocity * np.diff(t)[:, None] > STILL
         if not farther.any():
             return
