@@ -14,7 +14,7 @@
 #include "../limits/settled.hpp"
 #include "pace.hpp"
 #include "bounds.hpp"
-#include "../scene/proximity.hpp"
+#include "../scene/straight_move.hpp"
 #include "resolution.hpp"
 
 namespace armangle {
@@ -213,11 +213,14 @@ inline double wish_ahead(const ArcSet& arcs, Policy policy, const ArcSet* ahead,
     return resolve(policy, near.empty() ? *ahead : near, psi).psi;
 }
 
-/// The joints of a psi, if they are a step: on the turns that they are on, and none further than it may.
+/// The joints of a psi, if they are a step: on the turns that they are on, none further than it may, and no
+/// two about one axis, which share what the pose asks of them.
 ARMANGLE_INLINE bool is_step(const Arm& arm, const SelfMotion<double>& m, double psi, const JointLanes& here,
                              double longest, Lifted& to) noexcept {
-    const Status windings = choose_windings(arm, directions(m, sin_cos(psi)), here, to);
-    return windings == Status::OK && largest_move(to.q, here) <= longest;
+    const Directions<double> d = directions(m, sin_cos(psi));
+    if (min(abs(d.y[1]), abs(d.y[5])) <= tolerance::one_axis) [[unlikely]]
+        return false;
+    return choose_windings(arm, d, here, to) == Status::OK && largest_move(to.q, here) <= longest;
 }
 
 /// A step that holds the pose.
@@ -302,11 +305,13 @@ private:
     /// sweep the joints next to that hinge round; a psi less far, if the policy would.
     bool calm(const Pose<double>& pose, double psi, Step& out) const noexcept {
         const Branch& own = branch_[0];
-        if (own.status != Status::OK || options_.scene || limits_.margin > 0) return false;
+        if (own.status != Status::OK) return false;
         if (!may_sweep(now_.theta[1], now_.theta[5], options_.policy)) return false;
         const int side = index(own.motion->gc) & 2;
         Status why = Status::OK;
         if (!settle_from(now_.theta[3], pose, side, why, out)) return false;
+        const bool apart = limits_.margin > 0 && out.gc != index(own.motion->gc);  // the margin parts the two
+        if (apart || (limits_.margin > 0 && !contains(*own.arcs, out.psi))) return false;
         const double most = step_rule::sweep * largest_move(out.q, q_now_) + tolerance::angle;
         const BoundedStep step = bounded(own);
         if (largest_move(step.at(psi).q, q_now_) > most) return true;
@@ -477,7 +482,7 @@ private:
         const double straight = arm_.delta_angle;
         double bend = abs(std::sin(now_.theta[3] - straight));
         for (const int j : hinge_joint) bend = min(bend, abs(std::sin(now_.theta[j])));
-        if (!limits || options_.scene || limits_.margin > 0 || bend > step_rule::straight) return false;
+        if (!limits || limits_.margin > 0 || bend > step_rule::straight) return false;
         // stretched the elbow does not bend by itself: it begins as the pose asks, and may to either side
         const SinCos<double>& bent = branch_[0].motion->elbow.theta_4;
         const double theta_4 = atan2(bent.sin, bent.cos);
@@ -511,6 +516,7 @@ private:
         for (int j = 0; j < joint_slots; ++j) out.q[j] = at.at.q[j];
         place(out);
         if ((side >= 0 && (out.gc & 2) != side) || (options_.gc >= 0 && options_.gc != out.gc)) return false;
+        if (options_.scene && !is_clear(arm_, *options_.scene, out.q)) return false;
         const bool asked = !options_.allowed || contains(*options_.allowed, out.psi);
         if (!asked) why = Status::NOT_ALLOWED;
         return asked && (!options_.bounds || keeps(arm_, bounds_, q_now_, out.q, options_.max_joint_step));

@@ -548,7 +548,7 @@ private:
     void look_beside(Nearest& out) noexcept {
         const Doubts all = doubts();
         if (dropped(all.least)) return;
-        if (!scene_ && !(margin_ > 0)) {
+        if (!(margin_ > 0)) {
             if (options_.near) {
                 Joints seed{};
                 for (int j = 0; j < joints; ++j) seed.q[j] = options_.near[j];
@@ -560,7 +560,7 @@ private:
             if (is_solved(out.status)) try_beside(out.q, out);
             for (int i = 0; i < all.count && (rounds_ > 0 || !is_solved(out.status)); ++i)
                 if (!dropped(all.part[i].least)) try_doubt(all.part[i], out);
-            if (!is_solved(out.status) && offer_all_over()) {
+            if (!is_solved(out.status) && !scene_ && offer_all_over()) {
                 out = result();
                 try_beside(out.q, out);
             }
@@ -605,7 +605,7 @@ private:
     /// Begins in the middle of a part: at the nominal posture, and where joints about one axis share their
     /// turn as the seed wishes.
     void try_doubt(const Doubt& doubt, Nearest& out) noexcept {
-        if (!is_solved(out.status)) {  // settling gives up where it goes slowly
+        if (!is_solved(out.status) && !scene_) {  // settling gives up where it goes slowly
             offer(doubt.gc, doubt.psi);
             if (best_.gc >= 0) out = result();
         }
@@ -652,6 +652,7 @@ private:
         const Posture here = forward(near_, at.at.q);
         if (is_nan(here.psi) || !(options_.branches >> here.gc & 1)) return;
         if (options_.allowed && !contains(*options_.allowed, here.psi)) return;
+        if (scene_ && !is_clear(near_, *scene_, at.at.q)) return;
         const Nearest found = finished(at.at.q, here.psi, here.gc);
         const double rank = rank_of(found);
         if (is_solved(out.status) && !(rank < rank_of(out) - nearest_rule::gain)) return;
@@ -673,7 +674,8 @@ private:
         if (is_nan(here.psi) || !(options_.branches >> here.gc & 1)) return false;
         if (!same_pose(arm_.size, pose_, here.pose)) return false;
         if (options_.allowed && !contains(*options_.allowed, here.psi)) return false;
-        if ((margin_ > 0 || scene_) && !(ask(here.gc) && contains(arcs_.arcs, here.psi))) return false;
+        if (margin_ > 0 && !(ask(here.gc) && contains(arcs_.arcs, here.psi))) return false;
+        if (scene_ && !(margin_ > 0) && !is_clear(near_, *scene_, options_.near)) return false;
         out = finished(options_.near, here.psi, here.gc);
         return true;
     }

@@ -116,6 +116,7 @@ struct NearStep {
         const Posture there = forward(arm, found.at.q);
         if (!(branches >> there.gc & 1)) return false;
         if (options.allowed && !contains(*options.allowed, there.psi)) return false;
+        if (options.scene && !is_clear(arm, *options.scene, found.at.q)) return false;
         for (int j = 0; j < joint_slots; ++j) out.q[j] = found.at.q[j];
         out.psi = there.psi;
         out.gc = there.gc;
@@ -126,7 +127,7 @@ struct NearStep {
     /// beside where they merge.
     bool nearest_step(double margin, unsigned branches, const StepOptions& options,
                       Nearest& out) const noexcept {
-        if (!options.scene && !(margin > 0) && settled_step(branches, options, out)) return true;
+        if (!(margin > 0) && settled_step(branches, options, out)) return true;
         NearestOptions asked;
         asked.near = q_now;
         asked.branches = branches;
@@ -142,14 +143,16 @@ struct NearStep {
 
     /// Where theta_2 = 0 or theta_6 = 0 is near: the posture beside the present one, if psi carried on would
     /// sweep the joints next to that hinge round. How far a joint may move: less, if the policy would.
-    double calm(double margin, double psi, const StepOptions& options, Nearest& out) const noexcept {
+    double calm(double margin, const ArcSet& open, double psi, const StepOptions& options,
+                Nearest& out) const noexcept {
         double theta[joints];
         theta_of(arm.nominal, q_now, theta);
         out.status = Status::JOINT_JUMP;
-        if (options.scene || margin > 0 || !may_sweep(theta[1], theta[5], options.policy))
-            return max_joint_step;
+        if (!may_sweep(theta[1], theta[5], options.policy)) return max_joint_step;
         const unsigned branches = options.gc < 0 ? meeting() : 1u << index(gc);
         if (!settled_step(branches, options, out)) return max_joint_step;
+        const bool apart = margin > 0 && out.gc != index(gc);  // the margin parts the two
+        if (apart || (margin > 0 && !contains(open, out.psi))) return max_joint_step;
         const double most = step_rule::sweep * largest_move(out.q, q_now) + tolerance::angle;
         const NearStep any{arm, pose, on, gc, q_now, here, pi};
         Lifted carried;
@@ -228,11 +231,12 @@ inline Step step(const NearArm& arm, double margin, const double* q_now, const P
         detail::complete(nominal, q_now, options.dt, Status::OK, Status::OK, out);
         return out;
     };
-    const auto beside = [&](Status why) {
+    const auto beside = [&](Status why, double wish) {
         Nearest found;
         way.max_joint_step = options.max_joint_step;
         const unsigned branches = options.gc < 0 ? way.meeting() : 1u << gc;
-        if (!way.nearest_step(margin, branches, options, found)) return stay(why);
+        if (!way.nearest_step(margin, branches, options, found))
+            return options.bounds && !is_nan(wish) ? approach(wish, why) : stay(why);
         if (options.bounds &&
             !detail::keeps(nominal, *options.bounds, q_now, found.q, options.max_joint_step))
             return options.scene ? stay(why) : approach_joints(found.q, why);
@@ -249,16 +253,16 @@ inline Step step(const NearArm& arm, double margin, const double* q_now, const P
     ProvenArcs found;
     feasible(arm, exact, gc, nominal.limits, margin, found);
     if (found.status == Status::UNREACHABLE) return stay(found.status);
-    if (found.status != Status::OK) return beside(found.status);
+    if (found.status != Status::OK) return beside(found.status, not_a_number);
     if (options.allowed) {
         const ArcSet own = found.arcs;
         intersect(own, *options.allowed, found.arcs);
-        if (found.arcs.empty()) return beside(Status::NOT_ALLOWED);
+        if (found.arcs.empty()) return beside(Status::NOT_ALLOWED, not_a_number);
     }
     if (options.scene) {
         Tag blocking;
         keep_clear(arm, *options.scene, exact, gc, found, blocking);
-        if (found.status != Status::OK) return beside(found.status);
+        if (found.status != Status::OK) return beside(found.status, not_a_number);
     }
     const ArcSet& open = found.arcs;
     const Policy policy = detail::policy_on(
@@ -267,7 +271,7 @@ inline Step step(const NearArm& arm, double margin, const double* q_now, const P
     Resolution next = resolve(policy, open, psi);
     if (next.status != Status::OK) return stay(next.status);
     Nearest calm{};
-    way.max_joint_step = way.calm(margin, psi, options, calm);
+    way.max_joint_step = way.calm(margin, open, psi, options, calm);
     if (calm.status == Status::OK) return to_posture(calm);
     ArcSet soft;
     const bool asked = options.scene && options.scene->soft > 0;
@@ -286,11 +290,11 @@ inline Step step(const NearArm& arm, double margin, const double* q_now, const P
             detail::nearest_kept(kept, next.psi, [&](double at) { return way.keeps(*options.bounds, at); });
         if (is_nan(next.psi)) {
             const Status why = way.refusal(*options.bounds, open);
-            return why == Status::JOINT_JUMP ? beside(why) : approach(wish, why);
+            return why == Status::JOINT_JUMP ? beside(why, wish) : approach(wish, why);
         }
         next.status = way.at(next.psi, to);
     }
-    if (next.status != Status::OK) return beside(next.status);
+    if (next.status != Status::OK) return beside(next.status, not_a_number);
     Step out;
     to.q.store(out.q);
     out.psi = next.psi;

@@ -544,4 +544,12 @@ private:
     int link_[2 * most_parts] = {};
 };
 
+/// Whether it is proven that a posture touches nothing.
+template <class AnyArm>
+bool is_clear(const AnyArm& arm, const Scene& scene, const double* q) noexcept {
+    const double none[joints] = {};
+    Tag pair = 0;
+    return StraightMove<AnyArm>(arm, scene).about(q, none, none, nullptr, pair) == Nearness::clear;
+}
+
 }  // namespace armangle

@@ -33,8 +33,10 @@ FINER, MOST_FINER = 4, 6
 OVER = 1.001
 """Where bounds are exceeded between grid points by more than this, the grid is made finer there."""
 CHECKED = 4000
-LEAP, STILL = 1.01, 1e-6
-"""Share of a bound on velocity, and rad, beyond which a way of joints is a leap."""
+LEAP, STILL = 1.01, 3e-5
+"""Share of a bound on velocity, and rad, beyond which a way of joints is a leap; rows are joined to 1e-5."""
+LOOKED, MOST_LOOKS = 1e-3, 24
+"""Rad that joints move between two looks at most, and how often a time between two is halved."""
 MOST_TOLERANCE = 1.0
 MOST_ROWS = 4_000_000
 """Rows of a trajectory: an hour at 1 kHz."""
@@ -180,18 +182,26 @@ def _kept(path: Motion, b: _Bounds) -> tuple[Grid, Timing]:
 
 def _raise_for_leaps(path: Motion, timing: Timing, velocity: Floats) -> None:
     """Raise where joints go farther in a time than the greatest velocity takes them, whatever q' says."""
-    t = np.linspace(0.0, timing.duration, CHECKED) if np.isfinite(timing.t).all() else timing.t
-    with np.errstate(invalid="ignore"):
-        s = timing.at(t)[0]
-    if np.isfinite(timing.t).all():
-        farther = np.abs(np.diff(path.at(s).q, axis=0)) - LEAP * velocity * np.diff(t)[:, None] > STILL
-        if not farther.any():
-            return
-        k, joint = np.argwhere(farther)[0].tolist()
-        where = f"between s = {s[k]:.6g} and {s[k + 1]:.6g} joint {joint + 1} leaps"
-    else:
+    if not np.isfinite(timing.t).all():
         last = int(np.argmin(np.isfinite(timing.t))) - 1
-        where = f"behind s = {timing.coefficients[last, 0]:.6g} joints leap"
+        _raise_leap(f"behind s = {timing.coefficients[last, 0]:.6g} joints leap")
+    t = np.linspace(0.0, timing.duration, CHECKED)
+    begin, end = t[:-1], t[1:]
+    for _ in range(MOST_LOOKS):
+        s = timing.at(np.concatenate([begin, end]))[0].reshape(2, -1)
+        ways = np.abs(np.subtract(*path.at(s).q))
+        farther = ways - LEAP * velocity * (end - begin)[:, None] > STILL
+        if farther.any():
+            k, joint = np.argwhere(farther)[0].tolist()
+            _raise_leap(f"between s = {s[0, k]:.6g} and {s[1, k]:.6g} joint {joint + 1} leaps")
+        far = (ways[:, np.isfinite(velocity)] > LOOKED).any(axis=1)
+        if not far.any():
+            return
+        middle = (begin[far] + end[far]) / 2
+        begin, end = np.concatenate([begin[far], middle]), np.concatenate([middle, end[far]])
+
+
+def _raise_leap(where: str) -> None:
     raise PathError(
         f"no timing is found: {where}, beside a posture where branches meet or the arm is stretched; leave "
         "that out, or plan the path"
