@@ -24,8 +24,10 @@ from .trajectory import Timing, from_speeds, through
 
 LEAST_MEAN = 1e-4
 """Share of the mean speed of s that is the least of interest, and its inverse the greatest."""
-KNOTS, FEWEST = 80, 20
-"""Intervals of a spline of y, and of one for a short piece."""
+KNOTS, FEWEST, MOST = 80, 20, 640
+"""Intervals of a spline of y, of one for a short piece, and of one for a motion that slows down often."""
+PER_DIP, DEEP = 8, 2.0
+"""Intervals for each place where it slows down, to below its speeds about that by this factor."""
 WITHIN, SHARES = np.array([0.06, 0.5, 0.94]), np.array([0.25, 0.5, 0.25])
 """Where in an interval of the spline bounds are asked for, and what of it each stands for."""
 CALM = 4
@@ -82,11 +84,14 @@ def _squares(g: Grid, acceleration: Floats, most: Floats) -> Floats:
     first, second = np.arange(n - 1), np.arange(1, n)
     rows = []
     for joint in np.flatnonzero(np.isfinite(acceleration)):
+        turned = np.flatnonzero(g.turns[:, joint])
         for side, at in ((g.after[:-1], first), (g.before[1:], second)):
             slope = side[:, 0, joint] / (2 * step)
-            here = sparse.csr_matrix((side[:, 1, joint], (first, at)), shape=(n - 1, n))
+            bend = sparse.csr_matrix((side[:, 1, joint], (first, at)), shape=(n - 1, n))
+            turn = sparse.csr_matrix((g.turns[:, joint], (first, at)), shape=(n - 1, n))
             ends = np.concatenate([-slope, slope]), (np.tile(first, 2), np.concatenate([first, second]))
-            rows.append((here + sparse.csr_matrix(ends, shape=(n - 1, n))) / acceleration[joint])
+            here = (bend + sparse.csr_matrix(ends, shape=(n - 1, n))) / acceleration[joint]
+            rows += [here, (here + turn / acceleration[joint])[turned]]
     matrix = sparse.vstack(rows) @ sparse.diags(unit)
     highest = np.ones(n)
     highest[[0, -1]] = 0.0
@@ -188,6 +193,7 @@ def smooth(
     even = np.linspace(0.0, 1.0, count + 1)
     places = np.union1d(_within(even), course.r(_within(g.s)))
     fast, bent, _ = _reach(course, derivatives, bounds, g.s, most, places)
+    count = max(count, min(PER_DIP * _dips(np.minimum(fast, bent)), MOST, len(g.s)))
     knots = _quantiles(places, 1 / np.minimum(fast, bent), count)
     places = np.union1d(places, _within(knots))
     fast, bent, (q1, q2, q3) = _reach(course, derivatives, bounds, g.s, most, places)
@@ -212,6 +218,18 @@ def _reach(
     mean = 1 / np.mean(1 / np.minimum(fast, bent))
     highest = mean / LEAST_MEAN
     return np.asarray(np.minimum(fast, highest)), np.asarray(np.minimum(bent, highest)), d
+
+
+def _dips(speed: Floats) -> int:
+    """Return how often a speed falls by the factor `DEEP` and rises by it again."""
+    found, low, high, falls = 0, np.inf, 0.0, True
+    for here in speed.tolist():
+        low, high = min(low, here), max(high, here)
+        if falls and here > DEEP * low:
+            found, high, falls = found + 1, here, False
+        elif not falls and DEEP * here < high:
+            low, falls = here, True
+    return found
 
 
 def _quantiles(places: Floats, slowness: Floats, count: int) -> Floats:

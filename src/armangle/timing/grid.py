@@ -6,30 +6,48 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._arrays import Floats
+from .._arrays import JOINTS, Floats
 from ..errors import PathError
 from .motion import Motion, breaks
 
 SMOOTH = 1e-6
 """Share of the greatest |q'| of a path by which it may jump at a break that is no corner: rounding."""
 
+MANY = 1600
+"""Intervals from which on there are no more than `count` asks for."""
+
 
 class Grid(NamedTuple):
-    """Derivatives of q at rising s (N + 1,), on both sides of each: after it and before it, (N + 1, 3, 7)."""
+    """Derivatives of q at rising s (N + 1,), on both sides of each: after it and before it, (N + 1, 3, 7).
+
+    `turns` is what dense corners add to q'' between two points in the mean, (N, 7).
+    """
 
     s: Floats
     after: Floats
     before: Floats
+    turns: Floats
 
     def between(self, first: int, last: int) -> Grid:
         """Return the part from one point to another, without what lies beyond either."""
         after, before = self.after[first : last + 1].copy(), self.before[first : last + 1].copy()
         after[-1], before[0] = before[-1], after[0]
-        return Grid(self.s[first : last + 1], after, before)
+        return Grid(self.s[first : last + 1], after, before, self.turns[first:last])
+
+    def with_dense(self, near: Floats) -> Grid:
+        """Return the grid with the turns of corners nearer to the next one than `near` (N + 1,) at either."""
+        jump = corners(self)
+        ends = np.union1d([0, len(self.s) - 1], np.flatnonzero(jump.any(axis=1)))
+        apart = np.diff(self.s[ends])
+        dense = apart < np.minimum(near[ends[:-1]], near[ends[1:]])
+        mean = np.where(dense, 1 / (2 * apart), 0.0)[:, None] * (jump[ends[:-1]] + jump[ends[1:]])
+        return self._replace(turns=np.repeat(mean, np.diff(ends), axis=0))
 
 
 def grid(motion: Motion, count: int, least: int, more: Floats) -> Grid:
     """Return at least `count` intervals over [0, 1], `least` or more between breaks, and ends at `more`.
+
+    Where that makes more than `MANY` intervals there are fewer between breaks.
 
     Raises
     ------
@@ -37,6 +55,7 @@ def grid(motion: Motion, count: int, least: int, more: Floats) -> Grid:
         If joints have no finite speed along the path at one of them.
     """
     ends = breaks(motion)
+    least = min(least, max(1, MANY // (len(ends) - 1)))
     parts = np.maximum(least, np.ceil(np.diff(ends) * count)).astype(int)
     pieces = [np.linspace(a, b, k + 1)[:-1] for a, b, k in zip(ends[:-1], ends[1:], parts, strict=True)]
     s = np.union1d(np.append(np.concatenate(pieces), 1.0), more)
@@ -50,7 +69,7 @@ def grid(motion: Motion, count: int, least: int, more: Floats) -> Grid:
             f"no timing is found: at s = {s[endless][0]:g} joints have no finite speed along the path: the "
             "arm is stretched there or folded, or it has no posture between two rows; leave that out"
         )
-    return Grid(s, after, before)
+    return Grid(s, after, before, np.zeros((len(s) - 1, JOINTS)))
 
 
 def composed(d: Floats, first: Floats, second: Floats, third: Floats) -> Floats:
@@ -61,6 +80,6 @@ def composed(d: Floats, first: Floats, second: Floats, third: Floats) -> Floats:
 
 
 def corners(g: Grid) -> Floats:
-    """Return |q' after - q' before|, (N + 1, 7), with 0 where the two differ by rounding."""
-    jump = np.abs(g.after[:, 0] - g.before[:, 0])
-    return np.where(jump > SMOOTH * np.abs(g.after[:, 0]).max(), jump, 0.0)
+    """Return q' after - q' before, (N + 1, 7), with 0 where the two differ by rounding."""
+    jump = g.after[:, 0] - g.before[:, 0]
+    return np.where(np.abs(jump) > SMOOTH * np.abs(g.after[:, 0]).max(), jump, 0.0)

@@ -21,14 +21,16 @@ from .tool_speed import not_held, speed_lost
 from .trajectory import Timing, Trajectory, joined, sampled
 
 GRID, LEAST_BETWEEN_BREAKS = 400, 4
-"""Intervals of s that are looked at, and least between two breaks."""
+"""Intervals of s that are looked at, and least between two breaks, unless these are as many."""
 WITH_JERK, LEAST_WITH_JERK = 200, 2
 """The same where bounds are asked for at several places in each."""
-MOST_STOPS = 8
-"""Corners up to which stopping at each of them is tried too."""
+FEW_STOPS, MOST_STOPS = 8, 300
+"""Corners up to which stopping at each of them is tried too, and where it may be faster."""
 TOLERANCE = 1e-4
 """What a tool may be off where corners are rounded, unless said otherwise, m."""
 CYCLE = 1e-3
+DENSE = 10
+"""Cycles from a corner to the next below which the two take part in what joints accelerate by."""
 FINER, MOST_FINER = 4, 6
 OVER = 1.001
 """Where bounds are exceeded between grid points by more than this, the grid is made finer there."""
@@ -159,8 +161,17 @@ def _ways(path: Motion, b: _Bounds) -> list[_Way]:
     if b.tolerance == 0 or many == 0:
         return [_Way(path, *_kept(path, b), NO_DEVIATION)]
     smoothed, off = rounded(path, breaks(path), b.tolerance)
-    found = [_Way(smoothed, *_kept(smoothed, b), off)]
-    return found if many > MOST_STOPS else [*found, _Way(path, *_kept(path, b), NO_DEVIATION)]
+    found = _Way(smoothed, *_kept(smoothed, b), off)
+    stops = many <= FEW_STOPS or (many <= MOST_STOPS and _least_with_stops(path, first, b) < found.timing.duration)
+    return [found, _Way(path, *_kept(path, b), NO_DEVIATION)] if stops else [found]
+
+
+def _least_with_stops(path: Motion, g: Grid, b: _Bounds) -> float:
+    """Return what a motion that stops at every corner takes at least, s: of |q⃛| alone, d = j t³ / 32."""
+    stops = g.s[np.union1d([0, len(g.s) - 1], np.flatnonzero(corners(g).any(axis=1)))]
+    ways = np.abs(np.diff(path.at(stops).q, axis=0))
+    least = 2 * np.sqrt(ways / b.acceleration) if b.jerk is None else np.cbrt(32 * ways / b.jerk)
+    return float(np.maximum(least, ways / b.velocity).max(axis=1).sum())
 
 
 def _kept(path: Motion, b: _Bounds) -> tuple[Grid, Timing]:
@@ -169,7 +180,9 @@ def _kept(path: Motion, b: _Bounds) -> tuple[Grid, Timing]:
     density = (GRID, LEAST_BETWEEN_BREAKS) if b.jerk is None else (WITH_JERK, LEAST_WITH_JERK)
     for _ in range(MOST_FINER if b.jerk is None else 1):
         g = grid(path, *density, more)
-        timing = _timed(path, g, b)
+        caps = _speed_caps(path, g, b)
+        g = g.with_dense(DENSE * b.cycle * caps)
+        timing = _timed(path, g, caps, b)
         if not np.isfinite(timing.t).all():
             _raise_for_leaps(path, timing, b.velocity)
         s, factor = _excess(path, g, timing, b)
@@ -248,14 +261,8 @@ def _checked(
     return _Bounds(v, a, j, speed, as_number("cycle", cycle, 0.0, 1.0), off)
 
 
-def _timed(path: Motion, g: Grid, b: _Bounds) -> Timing:
-    """Return a timing that keeps the bounds at the grid points."""
-    jump = corners(g)
-    with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
-        within = np.where(jump > 0, b.acceleration * b.cycle / jump, np.inf).min(axis=1)
-    if b.jerk is not None:
-        within[np.isfinite(within)] = 0.0
-    caps = np.minimum(_speed_caps(path, g, b), within)
+def _timed(path: Motion, g: Grid, caps: Floats, b: _Bounds) -> Timing:
+    """Return a timing that keeps the bounds at the grid points, and greatest ds/dt `caps` (N + 1,) there."""
     stops = np.union1d([0, len(g.s) - 1], np.flatnonzero(caps == 0))
     pieces = []
     for first, last in zip(stops[:-1].tolist(), stops[1:].tolist(), strict=True):
@@ -269,14 +276,19 @@ def _timed(path: Motion, g: Grid, b: _Bounds) -> Timing:
 
 
 def _speed_caps(path: Motion, g: Grid, b: _Bounds) -> Floats:
-    """Return the greatest ds/dt at every grid point that velocities and the tool's speed allow, (N + 1,)."""
+    """Return the greatest ds/dt at every grid point that velocities, corners and the tool's speed allow."""
     fastest_joint = np.maximum(np.abs(g.after[:, 0]), np.abs(g.before[:, 0]))
     with np.errstate(divide="ignore", over="ignore"):
         caps = np.min(b.velocity / np.maximum(fastest_joint, _SLOWEST), axis=1)
     if b.tool_speed is not None:
         way = [np.linalg.norm(tool_derivatives(path, s)[0], axis=1) for s in (g.s, np.nextafter(g.s, 0.0))]
         caps = np.minimum(caps, b.tool_speed / np.maximum(np.maximum(*way), _SLOWEST))
-    return np.asarray(caps)
+    jump = np.abs(corners(g))
+    with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
+        within = np.where(jump > 0, b.acceleration * b.cycle / jump, np.inf).min(axis=1)
+    if b.jerk is not None:
+        within[np.isfinite(within)] = 0.0
+    return np.minimum(caps, within)
 
 
 def _excess(path: Motion, g: Grid, timing: Timing, b: _Bounds) -> tuple[Floats, Floats]:
@@ -286,8 +298,10 @@ def _excess(path: Motion, g: Grid, timing: Timing, b: _Bounds) -> tuple[Floats, 
     d = path.derivatives(s)
     speed, acceleration = speed[:, None], acceleration[:, None]
     qd, qdd = d[:, 0] * speed, d[:, 1] * speed**2 + d[:, 0] * acceleration
+    turns = g.turns[np.clip(np.searchsorted(g.s, s, side="right") - 1, 0, len(g.turns) - 1)] * speed**2
+    most = np.maximum(np.abs(qdd), np.abs(qdd + turns))
     factor = np.maximum(
-        np.max(np.abs(qd) / b.velocity, axis=1), np.sqrt(np.max(np.abs(qdd) / b.acceleration, axis=1))
+        np.max(np.abs(qd) / b.velocity, axis=1), np.sqrt(np.max(most / b.acceleration, axis=1))
     )
     if b.jerk is not None:
         jolt = timing.jerk_at(t)[:, None]
