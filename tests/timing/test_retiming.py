@@ -416,3 +416,51 @@ def test_retime_says_which_argument_to_give(word: str) -> None:
         aa.InputError, match=r"acceleration is the arm's own, .* states none: give acceleration="
     ):
         aa.retime(none, velocity=1.0)
+
+
+# -- many rows ---------------------------------------------------------------------------------------
+
+
+def swing(n: int) -> aa.JointPath:
+    """One smooth swing of all joints, in n rows."""
+    way = np.array([1, 0.5, -0.3, 0.4, 0.2, -0.6, 0.8])
+    return aa.JointPath.from_joints(ARM, Q + 0.15 * np.sin(np.linspace(0, 2 * np.pi, n))[:, None] * way)
+
+
+@pytest.mark.parametrize("rows", [400, 2000])
+def test_corners_closer_than_a_cycle_count_as_acceleration(rows: int) -> None:
+    """Over a time w velocities change by a (w + cycle) at most, however many corners fall in it."""
+    path, cycle = swing(rows), 1e-3
+    found = aa.retime(path, velocity=3.0, acceleration=1.0, cycle=cycle)
+    for w in (0.01, 0.02):
+        t = np.linspace(0, found.duration - 2 * w, 20_001)
+        before, here, after = (found.at(t + k * w).q for k in range(3))
+        assert np.abs(after - 2 * here + before).max() <= 1.01 * w * (w + cycle)
+    least = aa.retime(path, velocity=3.0, acceleration=1.0, tolerance=1e-4).duration
+    assert found.duration >= 0.999 * least
+
+
+def test_as_many_rows_as_there_may_be_are_timed_as_few() -> None:
+    durations = [aa.retime(swing(n), velocity=3.0, acceleration=1.0, tolerance=1e-4).duration for n in (200, 4000)]
+    assert durations[0] == pytest.approx(durations[1], rel=0.02)
+
+
+@pytest.mark.slow
+def test_rounding_many_corners_is_not_slower_than_stopping_at_them() -> None:
+    walk = np.cumsum(np.vstack([Q, np.random.default_rng(1).normal(size=(39, 7)) * 0.05]), axis=0)
+    path = aa.JointPath.from_joints(ARM, walk)
+    found, stops = (aa.retime(path, velocity=0.5, acceleration=10.0, jerk=200.0, **more)
+                    for more in ({}, {"tolerance": 0.0}))  # fmt: skip
+    assert found.duration <= 1.001 * stops.duration
+    assert found.duration < 2.2 * aa.retime(path, velocity=0.5, acceleration=10.0).duration
+
+
+def test_a_row_that_is_repeated_at_the_end_is_come_to() -> None:
+    found = aa.retime(aa.JointPath.from_joints(ARM, [Q, Q + 0.1, Q + 0.1]), velocity=1.0, acceleration=2.0, jerk=50.0)
+    assert found.s[-1] == 1.0 and np.abs(found.q[-1] - Q - 0.1).max() < 1e-12
+
+
+@pytest.mark.parametrize("rest", [Q, np.zeros(7)])
+def test_joints_that_rest_have_nothing_to_time(rest: Array) -> None:
+    with pytest.raises(aa.InputError, match="nothing to time"):
+        aa.retime(aa.JointPath.from_joints(ARM, [rest] * 3))

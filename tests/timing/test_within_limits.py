@@ -201,7 +201,8 @@ def test_joints_that_are_known_are_a_motion() -> None:
     broken = aa.JointPath.from_joints(arm, q)
     assert broken.status[3] == aa.Status.NOT_REACHED and broken.status[5] == aa.Status.LIMITS
     assert np.isnan(broken.poses[[3, 5]]).all() and not broken.ok
-    np.testing.assert_array_equal(aa.JointPath.from_joints(arm, q, status=given.status).status, given.status)
+    said = aa.JointPath.from_joints(arm, q, status=given.status).status  # no word of a file makes joints keep limits
+    assert said[5] == aa.Status.LIMITS and (np.delete(said == given.status, 5)).all()
     with pytest.raises(aa.PathError, match="no row has joint values"):
         aa.JointPath.from_joints(arm, np.full((3, 7), np.nan))
     for wrong in (given.s[::-1], given.s[:-1], 2 * given.s):

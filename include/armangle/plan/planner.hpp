@@ -72,6 +72,7 @@ inline constexpr double on_pose = 1e-6;     // m and rad: an end that is no fart
 inline constexpr double straight = 1e-7;    // theta_4 that rounding may bend a straight elbow by (rad)
 inline constexpr double locked = 1e-3;      // range below which a joint decides phi (rad)
 inline constexpr double widest_gap = 0.05;  // of an end from the posture that it is taken to (rad)
+inline constexpr int few_winding = 2;       // joints of two turns or more of which all windings are tried
 inline constexpr int looks = 8;             // of a stretch, for its travel and its least margin
 inline constexpr double end_step =
     1e-9;  // of the first stretch (the last): how near to an end it is looked at
@@ -116,6 +117,7 @@ public:
         task_.scenes = options.scenes;
         task_.allowed = options.allowed;
         task_.allowed_everywhere = options.allowed_everywhere;
+        loosen();
         touching_ = touches();
     }
 
@@ -371,7 +373,7 @@ private:
             Way cheap;
             long long links = links_;  // those of the others are not spent on it
             if (options_.start || options_.goal)
-                cheap = Search(task_, t, options_.objective, fixed.start, fixed.goal, spread_[gc], links)
+                cheap = search(t, fixed.start, fixed.goal, spread_[gc], links)
                             .run(min(way.margin, plan_rule::cheap));
             std::vector<Optimum>& coarse = coarse_[static_cast<std::size_t>(gc)] =
                 coarse_optima(task_, options_.objective, t, way, cheap, ends);
@@ -436,18 +438,48 @@ private:
     /// The best way with as few windings at a free start as give `enough` margin, or with all that are tried.
     Way widest(const Tube& t, const Ends& fixed) {
         Way best;
-        for (int spread = 0; spread <= candidate_rule::windings; ++spread) {
-            Way way =
-                Search(task_, t, options_.objective, fixed.start, fixed.goal, spread, links_).run(-infinity);
+        const int first = loose_ && !fixed.start.given && !fixed.goal.given ? any_winding : 0;
+        for (int spread = first; spread <= candidate_rule::windings; ++spread) {
+            Way way = search(t, fixed.start, fixed.goal, spread, links_).run(-infinity);
+            if (spread == any_winding && way.whole && !is_inside(way)) continue;
             const bool more = way.more && !way.given_up, spent = way.given_up;
-            if (spread == 0 || better(way, best)) {
+            if (best.rows.empty() || better(way, best)) {
                 best = std::move(way);
                 spread_[t.gc] = spread;
             }
             best.given_up = spent && !best.whole;
-            if (!more || (best.whole && winds_well(best))) break;
+            if (!more || spread == any_winding || (best.whole && winds_well(best))) break;
         }
         return best;
+    }
+
+    /// The search with so many windings; with those of `loose_`.
+    Search search(const Tube& t, const Anchor& start, const Anchor& goal, int spread,
+                  long long& links) const {
+        const Task& task = spread == any_winding ? *loose_ : task_;
+        return {task, t, options_.objective, start, goal, max(spread, 0), links};
+    }
+
+    /// Whether a way that was found without limits of joints that wind keeps them, as well as any does.
+    bool is_inside(const Way& way) const noexcept {
+        for (const Candidate& x : way.rows)
+            if (!within_limits(task_.limits, x.q, 0.0)) return false;
+        return winds_well(way);
+    }
+
+    /// Makes the task without limits of joints that have two turns or more, if these are many: their windings
+    /// together are too many to search, and a motion seldom needs them.
+    void loosen() {
+        Limits free = task_.limits;
+        int wide = 0;
+        for (const int j : pivot_joint) {
+            const double range = free.upper[j] - free.lower[j];
+            if (range < 2.0 * two_pi - tolerance::angle || is_unlimited(free, j)) continue;
+            free.lower[j] = -infinity;
+            free.upper[j] = infinity;
+            ++wide;
+        }
+        if (wide > plan_rule::few_winding) loose_.emplace(task_).limits = free;
     }
 
     static bool better(const Way& a, const Way& b) noexcept {
@@ -1094,11 +1126,11 @@ private:
     /// A curve along the way of the search; of least objective on its own knots where that is proven too.
     bool follow_way(const Tube& t, const Ends& fixed, const std::vector<double>& base, BranchReport& report,
                     Plan& out) {
-        Search search(task_, t, options_.objective, fixed.start, fixed.goal, spread_[t.gc], links_);
-        const Way best = search.run(-infinity);
+        Search ways = search(t, fixed.start, fixed.goal, spread_[t.gc], links_);
+        const Way best = ways.run(-infinity);
         if (!best.whole) return false;
         const double floor = link_rule::keep * min(best.margin, options_.objective.enough);
-        Way way = search.run(floor);
+        Way way = ways.run(floor);
         if (!way.whole) way = best;
         relax(task_, t, options_.objective, way, fixed.start.given, fixed.goal.given, floor);
         const double* first = way.rows[0].q;
@@ -1201,7 +1233,7 @@ private:
         }
         const Anchor goal;
         links_ = allowance();
-        Way way = Search(task_, t, options_.objective, start, goal, spread_[gc], links_).run(-infinity);
+        Way way = search(t, start, goal, spread_[gc], links_).run(-infinity);
         if (way.reached < 2) return;
         relax(task_, t, options_.objective, way, start.given, false,
               link_rule::keep * min(way.margin, options_.objective.enough));
@@ -1212,10 +1244,12 @@ private:
     PlanOptions options_;
     std::vector<Optimum> coarse_[configurations];  // of each branch, on few knots, the best first
     std::vector<double> base_;
-    long long links_;                  // that may still be tried
+    long long links_;  // that may still be tried
+    static constexpr int any_winding = -1;
     int spread_[configurations] = {};  // of each branch: the windings that its way was found with
     std::optional<std::vector<double>> shadows_[2];  // of each side of the elbow
     Task task_;
+    std::optional<Task> loose_;
     bool touching_ = false;  // an end that is asked, see touches()
     Plan plan_;
 };

@@ -28,6 +28,7 @@ BEGIN = "arm.solve(poses[0], near=start).q"
 _ORDERS = 3
 _SHUT = 1e-9  # sine of a hinge that is 0 but for rounding
 _SHIFT = 8  # numbers of a shift: where it begins and ends, and six coefficients
+_READ = 1e-6  # rad: of digits that a file leaves out
 _TURN = 2 * np.pi
 _OF_A_JOINT = (Status.JOINT_JUMP, Status.LIMITS, Status.WINDING_EXHAUSTED)
 """Outcomes of a step that one joint shows best."""
@@ -297,7 +298,8 @@ class JointPath:
         s : array_like, shape (N,), optional
             Path parameters in [0, 1], none below the one before; even unless given.
         status : array_like of int, shape (N,), optional
-            `Status` of each row. OK unless given; LIMITS where joints are outside them, NOT_REACHED without.
+            `Status` of each row, OK unless given; LIMITS where joints of an OK row are outside them,
+            NOT_REACHED where there are none.
 
         Returns
         -------
@@ -336,6 +338,8 @@ class JointPath:
             if given.shape != (n,):
                 raise ShapeError(f"status has shape {given.shape}, wanted ({n},)")
             rows["status"] = given.astype(np.int8)
+            beyond = np.isin(given[known], SOLVED) & ~arm.within_limits(joints, _READ)
+            rows["status"][np.flatnonzero(known)[beyond]] = Status.LIMITS
         failed = ~np.isin(rows["status"], SOLVED)
         poses[failed] = rows["residual"][failed] = np.nan
         defined = np.isfinite(rows["psi"])

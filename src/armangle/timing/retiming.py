@@ -29,7 +29,7 @@ FEW_STOPS, MOST_STOPS = 8, 300
 TOLERANCE = 1e-4
 """What a tool may be off where corners are rounded, unless said otherwise, m."""
 CYCLE = 1e-3
-DENSE = 10
+DENSE = 100
 """Cycles from a corner to the next below which the two take part in what joints accelerate by."""
 FINER, MOST_FINER = 4, 6
 OVER = 1.001
@@ -242,7 +242,8 @@ def _checked(
         raise InputError(
             "a timing needs a bound on the acceleration of every joint: acceleration=, in rad/s²"
         )
-    if not np.abs(grid(path, GRID, 1, np.empty(0)).after[:, 0]).max() > RESTS:
+    stands = isinstance(path, JointPath) and path.curve is None and np.ptp(path.q, axis=0).max() <= RESTS
+    if stands or not np.abs(grid(path, GRID, 1, np.empty(0)).after[:, 0]).max() > RESTS:
         raise InputError("no joint moves along the path: there is nothing to time")
     j = None if jerk is None else joint_bound(path.arm, "jerk", jerk, np.full(7, np.inf))
     if j is not None and not np.isfinite(j).any():

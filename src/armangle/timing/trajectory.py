@@ -35,9 +35,11 @@ class Timing:
         return float(self.t[-1])
 
     def at(self, t: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return s, ds/dt and d²s/dt² at times (N,)."""
+        """Return s, ds/dt and d²s/dt² at times (N,); s = 1 and ds/dt = 0 at the end."""
         s, speed, acceleration, _ = self._orders(t)
-        return np.clip(s, 0.0, 1.0), np.maximum(speed, 0.0), acceleration
+        over = t >= self.t[-1]  # the last pieces take less than a digit of t where no joint moves
+        s, speed = np.where(over, 1.0, np.clip(s, 0.0, 1.0)), np.where(over, 0.0, np.maximum(speed, 0.0))
+        return s, speed, acceleration
 
     def jerk_at(self, t: Floats) -> Floats:
         """Return d³s/dt³ at times (N,)."""
