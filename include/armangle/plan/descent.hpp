@@ -430,7 +430,7 @@ inline bool Descent::integrand(const detail::GaussPoint& p, double phi, double v
         if (!(distance.value() > 0)) inside = false;
         if (weight(objective_, kind) > 0) f.margin = min(f.margin, distance.value());
         if (!(distance.value() < max(objective_.enough, descent_rule::before))) return;
-        const Curved near = cost(distance, objective_.enough);
+        const Curved near = cost(distance, kind, objective_.enough);
         Curved sum = Curved(weight(objective_, kind)) * near;
         if (distance.value() < descent_rule::before) sum = sum + wall(distance);
         add(sum);

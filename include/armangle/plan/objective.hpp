@@ -41,7 +41,8 @@ struct Terms {
 
 namespace objective_rule {
 inline constexpr double reference = 0.2;  // r of the cost (rad)
-inline constexpr double floor = 0.02;     // below this distance the cost is its tangent (rad)
+inline constexpr double floor = 0.02;     // below this distance the cost is its tangent (rad) ...
+inline constexpr double home = 0.1;       // ... and below this one from a singularity
 inline constexpr double still = 1e-6;     // time that s needs where nothing moves: keeps the pace smooth (s)
 }  // namespace objective_rule
 
@@ -66,22 +67,6 @@ inline double pace(const double* slowness, const double* rate) noexcept {
     return std::sqrt(std::sqrt(std::sqrt(pace_to_8(slowness, rate))));
 }
 
-/// Cost of a distance from a limit or a singularity. The tangent below the floor keeps the cost finite at
-/// distance 0, where a posture may begin, so that it is left calmly: no motion of least cost is faster than
-/// the root of what is to be saved. The slope keeps pointing outward: a constant would leave such a posture
-/// where it is.
-template <class T>
-T cost(const T& distance, double enough) noexcept {
-    if (!(distance < T(enough)) || enough <= objective_rule::floor) return T(0.0);
-    const T held = max(distance, T(objective_rule::floor));
-    const T share = T(objective_rule::reference) / held;
-    const T near = share - T(objective_rule::reference / enough);
-    return near * near + T(2.0) * near * share * (held - distance) / held;
-}
-
-/// Cost of the angle between the arm angle and what is wished of it; 0 where nothing is.
-inline double wish_cost(double gap) noexcept { return gap == gap ? 2 - 2 * sin_cos(gap).cos : 0.0; }
-
 /// What a distance is from.
 enum class Kind { limit, singularity };
 
@@ -89,6 +74,25 @@ enum class Kind { limit, singularity };
 inline double weight(const Objective& objective, Kind kind) noexcept {
     return kind == Kind::limit ? objective.limits : objective.singularities;
 }
+
+/// Cost of a distance from a limit or a singularity. The tangent below the floor keeps the cost finite at
+/// distance 0, where a posture may begin, so that it is left calmly: no motion of least cost is faster than
+/// the root of what is to be saved. The slope keeps pointing outward: a constant would leave such a posture
+/// where it is. A singularity's is higher: many motions begin at theta_2 = 0 or theta_6 = 0, and to leave it
+/// in haste takes longer than it is worth.
+template <class T>
+T cost(const T& distance, Kind kind, double enough) noexcept {
+    if (!(distance < T(enough)) || enough <= objective_rule::floor) return T(0.0);
+    const double floor =
+        kind == Kind::limit ? objective_rule::floor : min(objective_rule::home, 0.5 * enough);
+    const T held = max(distance, T(floor));
+    const T share = T(objective_rule::reference) / held;
+    const T near = share - T(objective_rule::reference / enough);
+    return near * near + T(2.0) * near * share * (held - distance) / held;
+}
+
+/// Cost of the angle between the arm angle and what is wished of it; 0 where nothing is.
+inline double wish_cost(double gap) noexcept { return gap == gap ? 2 - 2 * sin_cos(gap).cos : 0.0; }
 
 namespace detail {
 
@@ -132,7 +136,7 @@ inline Rating rating(const Task& task, const Objective& objective, const double*
     distances(task, q, [&](double distance, Kind kind) {
         if (!(weight(objective, kind) > 0)) return;
         out.margin = min(out.margin, distance);
-        out.cost += weight(objective, kind) * cost(distance, objective.enough);
+        out.cost += weight(objective, kind) * cost(distance, kind, objective.enough);
     });
     return out;
 }

@@ -116,7 +116,7 @@ private:
         const double scale = task_.margin_scale();
         distances(task_, q, [&](const Slope& distance, Kind kind) {
             const Slope here =
-                Slope(share(k) * scale * weight(objective_, kind)) * cost(distance, objective_.enough);
+                Slope(share(k) * scale * weight(objective_, kind)) * cost(distance, kind, objective_.enough);
             if (!(here.value() > 0)) return;
             const double slope = here.coefficient[1];
             sum += here.value();

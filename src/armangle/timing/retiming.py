@@ -17,7 +17,7 @@ from .fastest import fastest, smooth
 from .grid import Grid, corners, grid
 from .motion import RESTS, Motion, breaks, tool_derivatives
 from .rounding import rounded
-from .tool_speed import not_held, speed_lost
+from .tool_speed import HELD, HELD_WITH_JERK, not_held, speed_lost
 from .trajectory import Timing, Trajectory, joined, sampled
 
 GRID, LEAST_BETWEEN_BREAKS = 400, 4
@@ -106,8 +106,9 @@ def retime(
         How far the tool may leave the path at a corner, m, where a radian counts as 0.2 m; 0: never, the
         motion then stops at every corner. 0.1 mm with `jerk` unless given, 0 without.
     tool_speed : float, optional
-        Constant speed of the tool's origin, m/s, > 0, between a ramp at either end. Where joints cannot
-        follow, the tool slows down; ``speed_lost`` of the result says where first, and why.
+        Constant speed of the tool's origin, m/s, > 0, between a ramp at either end; with `jerk` it is held
+        to 1 %. Where joints cannot follow, the tool slows down; ``speed_lost`` of the result says where
+        first, and why.
     cycle : float
         Time within which a joint's velocity may jump by what its acceleration allows, s: the controller's
         cycle, 1 ms by default. 0, or with `jerk`: the motion stops at every corner that is not rounded.
@@ -143,7 +144,8 @@ def retime(
     if bounds.tool_speed is not None:
         jump = bounds.acceleration * (bounds.cycle if bounds.jerk is None else 0.0)
         given = bounds.tool_speed, bounds.velocity, bounds.acceleration, jump
-        lost = speed_lost(path, g, *given) or not_held(path, timing, bounds.tool_speed)
+        share = HELD if bounds.jerk is None else HELD_WITH_JERK
+        lost = speed_lost(path, g, *given) or not_held(path, timing, bounds.tool_speed, share)
     return sampled(path, timing, step, bounds.tool_speed, lost, off)
 
 

@@ -9,7 +9,7 @@ from .grid import Grid, corners
 from .motion import RESTS, Motion, breaks, tool_derivatives
 from .trajectory import SpeedLoss, Timing
 
-HELD, HELD_ROWS = 1e-3, 4001
+HELD, HELD_WITH_JERK, HELD_ROWS = 1e-3, 1e-2, 4001
 """A tool speed is held within this share of it; rows at which that is looked at."""
 
 
@@ -47,10 +47,13 @@ def speed_lost(
     return min((place for place in found if place is not None), key=lambda place: place.s, default=None)
 
 
-def not_held(path: Motion, timing: Timing, tool_speed: float) -> SpeedLoss | None:
-    """Return where a timing leaves the tool's speed between its ramps, though each place would allow it."""
+def not_held(path: Motion, timing: Timing, tool_speed: float, share: float) -> SpeedLoss | None:
+    """Return where a timing leaves the tool's speed between its ramps, though each place would allow it.
+
+    It is left where the tool is slower by more than this share of it.
+    """
     s, speed, _ = timing.at(np.linspace(0.0, timing.duration, HELD_ROWS))
-    held = np.linalg.norm(tool_derivatives(path, s)[0], axis=1) * speed >= (1 - HELD) * tool_speed
+    held = np.linalg.norm(tool_derivatives(path, s)[0], axis=1) * speed >= (1 - share) * tool_speed
     if not held.any():
         return SpeedLoss(float(s[np.argmax(speed)]), None, "ramps", np.inf)
     first, last = np.argmax(held), len(held) - 1 - np.argmax(held[::-1])
