@@ -21,17 +21,18 @@
 namespace armangle {
 
 namespace crossing_rule {
-inline constexpr double near = 0.35;   // |theta| of a hinge up to which the pivot beside it may lead (rad)
-inline constexpr double grid = 0.25;   // of the theta that leads (rad)
-inline constexpr double move = 0.8;    // of a joint from section to section (rad)
-inline constexpr double leads = 3.0;   // a pivot leads where it turns so many times as fast as phi ...
-inline constexpr double keeps = 1.0;   // ... and may still lead at the next row where it turns so fast
-inline constexpr double slope = 1e-3;  // of the tie of a leading angle, at least
-inline constexpr int rounds = 40;      // of smoothing
-inline constexpr double step = 0.3;    // of a row in one round (rad)
-inline constexpr double done = 1e-12;  // share of the energy that a last round saves
-inline constexpr double apart = 1e-3;  // of s: of knots of what leads
-inline constexpr double probe = 1e-5;  // of a row, for its slope (rad)
+inline constexpr double near = 0.35;      // |theta| of a hinge up to which the pivot beside it may lead (rad)
+inline constexpr double grid = 0.25;      // of the theta that leads (rad)
+inline constexpr double move = 0.8;       // of a joint from section to section (rad)
+inline constexpr double leads = 3.0;      // a pivot leads where it turns so many times as fast as phi ...
+inline constexpr double keeps = 1.0;      // ... and may still lead at the next row where it turns so fast
+inline constexpr double slope = 1e-3;     // of the tie of a leading angle, at least
+inline constexpr int rounds = 40;         // of smoothing
+inline constexpr double step = 0.3;       // of a row in one round (rad)
+inline constexpr double done = 1e-12;     // share of the energy that a last round saves
+inline constexpr double apart = 1e-3;     // of s: of knots of what leads, and of phi ...
+inline constexpr double straight = 1e-4;  // ... where rows between leave a straight line no farther (rad)
+inline constexpr double probe = 1e-5;     // of a row, for its slope (rad)
 inline constexpr double reference = 0.1,
                         floor = 1e-3;  // cost of a distance d from a limit: (reference / d)^2
 inline constexpr std::size_t most_sections = 4000;
@@ -626,13 +627,28 @@ private:
         return true;
     }
 
+    /// Whether phi goes straight from a knot over the rows from k on, as far as these are crowded.
+    bool is_straight(std::size_t k, std::size_t to, double s, double phi) const noexcept {
+        std::size_t end = k;
+        while (end < to && rows_[end].s < s + crossing_rule::apart) ++end;
+        if (rows_[end].lead != 0) return false;
+        const double all = lift(rows_[end].x, phi) - phi;
+        for (std::size_t i = k; i < end; ++i) {
+            if (rows_[i].lead != 0) return false;
+            const double on = phi + all * (rows_[i].s - s) / (rows_[end].s - s);
+            if (abs(lift(rows_[i].x, on) - on) > crossing_rule::straight) return false;
+        }
+        return true;
+    }
+
     bool piece(std::size_t from, std::size_t to, int lead, std::vector<Stretch>& out) const {
         std::vector<double> s, x;
         Row led = rows_[from];
         set_lead(led, lead);
         for (std::size_t k = from; k <= to; ++k) {
             Row row = rows_[k];
-            if (lead != 0 && k != from && k != to && crowded(row.s, s, rows_[to].s, out.empty())) continue;
+            const bool spare = k != from && k != to && crowded(row.s, s, rows_[to].s, out.empty());
+            if (spare && (lead != 0 || is_straight(k, to, s.back(), x.back()))) continue;
             if (row.lead != lead) set_lead(row, lead);
             s.push_back(row.s);
             x.push_back(x.empty() || lead != 0 ? row.x : lift(row.x, x.back()));
