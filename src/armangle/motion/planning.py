@@ -256,7 +256,7 @@ def plan(
     handle, last_joint = _with_roll(arm, roll, first, last, scene, kept)
     wished, asked = _wished(psi), _asked(allowed, whole)
 
-    def planned(along: list[Ready]) -> Any:
+    def planned(along: list[Ready], first: Floats | None, last: Floats | None) -> Any:
         return handle.plan_path(
             whole._segments, rows, first, last, _branches(gc), weights, singular, kept, *wished,
             [each.handle for each in along], *asked, last_joint, truth,
@@ -264,9 +264,15 @@ def plan(
 
     ready = along[0] if along else None
     calm = ready_each(arm.nominal, _kept_off(standing, more, soft=True))
-    found = planned(calm or along)
+    found = planned(calm or along, first, last)
     if calm and not (found[0] and len(found[4]) == 0):
-        found = planned(along)
+        found = planned(along, first, last)
+    if roll == "pose" and not (found[0] and max(found[5], found[6]) <= START_GAP):
+        held = [_taken(arm, whole.pose(s), q) for s, q in ((0.0, first), (1.0, last))]
+        if any(q is not each for q, each in zip((first, last), held, strict=True)):
+            again = planned(along, *held)
+            if again[0] or max(again[5], again[6]) <= START_GAP:
+                found, (first, last) = again, held
     ok, branch, plane, stretches, open_, start_gap, goal_gap, reports, *chain = found
     for name, joints, gap in (("start", first, start_gap), ("goal", last, goal_gap)):
         if gap > START_GAP:
@@ -284,6 +290,18 @@ def plan(
         rows = _finer(arm, curve, rows)
     beside = tuple(scenes_at(scene, rows.tolist()))
     return _result(arm, whole, rows, curve, diagnosis, ok, open_, beside)
+
+
+def _taken(arm: Arm, pose: Floats, q: Floats | None) -> Floats | None:
+    """Return the posture of a pose nearest to joints that are not quite on it; else the joints.
+
+    Where θ2 or θ6 is about 0 their arm angle does not lead there.
+    """
+    if q is None:
+        return None
+    nearest = arm.solve(pose, near=q)
+    away = np.abs(nearest.q - q).max()
+    return nearest.q if ANGLE_TOLERANCE < away <= START_GAP else q
 
 
 def _standing(
