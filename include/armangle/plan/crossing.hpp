@@ -32,7 +32,8 @@ inline constexpr double step = 0.3;       // of a row in one round (rad)
 inline constexpr double done = 1e-12;     // share of the energy that a last round saves
 inline constexpr double apart = 1e-3;     // of s: of knots of what leads, and of phi ...
 inline constexpr double straight = 1e-4;  // ... where rows between leave a straight line no farther (rad)
-inline constexpr double probe = 1e-5;     // of a row, for its slope (rad)
+inline constexpr double least_bend = 0.1;  // share of a wish's greatest curvature
+inline constexpr double probe = 1e-5;      // of a row, for its slope (rad)
 inline constexpr double reference = 0.1,
                         floor = 1e-3;  // cost of a distance d from a limit: (reference / d)^2
 inline constexpr std::size_t most_sections = 4000;
@@ -50,6 +51,7 @@ struct CrossingTask {
     bool partial = false;  // as far as a way leads from the start
     int locked = 0;        // a joint, 1..7, that its limits leave no room: it leads all the way ...
     double theta = 0;      // ... with this theta
+    double wish = 0;       // what the square of the angle to the task's wish costs
 };
 
 namespace detail {
@@ -76,6 +78,7 @@ public:
 
     /// The stretches of a way, with the branch it begins in; none where there is no way.
     std::vector<Stretch> run(int& gc, long long& links) {
+        find_wished();
         if (!search(links)) return {};
         if (asked_.locked) {
             gc = rows_.front().gc;
@@ -110,7 +113,7 @@ private:
         int gc, lead = 0;
         double side = 0, x = 0;  // phi or theta of the joint that leads
         double q[joint_slots], slope[joints];
-        double phi;
+        double phi, phi_slope;
         Circle<double> circle;
         bool fixed = false;
     };
@@ -130,8 +133,22 @@ private:
         return task_.margin_scale() * sum;
     }
 
-    Node node(const Candidate& x) const noexcept {
-        Node out{x, {}, limit_cost(x.q)};
+    /// phi that is wished at each section, NaN where nothing is: the same in all branches of a side of the
+    /// elbow.
+    void find_wished() {
+        wished_.assign(asked_.sections.size(), not_a_number);
+        if (!(asked_.wish > 0) || asked_.branches.empty()) return;
+        for (std::size_t k = 0; k < wished_.size(); ++k)
+            wished_[k] = task_.wished_phi(asked_.branches.front(), asked_.sections[k]);
+    }
+
+    /// What phi of section k costs for being off the wish.
+    double wish_cost_of(std::size_t k, double phi) const noexcept {
+        return asked_.wish * wish_cost(phi - wished_[k]);
+    }
+
+    Node node(std::size_t k, const Candidate& x) const noexcept {
+        Node out{x, {}, limit_cost(x.q) + wish_cost_of(k, x.phi)};
         for (int h = 0; h < hinges; ++h)
             out.hinge[h] = from_meeting(to_theta(task_.arm, hinge_joint[h], x.q[hinge_joint[h]]));
         return out;
@@ -246,7 +263,7 @@ private:
                     blocks.push_back({w, gc});
                 }
                 for (const Candidate& x : here.all) {
-                    layers[k].push_back(node(x));
+                    layers[k].push_back(node(k, x));
                     branch[k].push_back(gc);
                 }
             }
@@ -459,7 +476,7 @@ private:
     double energy() const noexcept {
         double sum = 0;
         for (std::size_t k = 0; k < rows_.size(); ++k) {
-            sum += share(k) * limit_cost(rows_[k].q);
+            sum += share(k) * (limit_cost(rows_[k].q) + wish_cost_of(k, rows_[k].phi));
             if (k == 0) continue;
             double d = 0;
             for (int j = 0; j < joints; ++j) {
@@ -484,6 +501,7 @@ private:
                 put(left, row.x - crossing_rule::probe) && put(right, row.x + crossing_rule::probe);
             for (int j = 0; j < joints; ++j)
                 row.slope[j] = both ? (right.q[j] - left.q[j]) / (2 * crossing_rule::probe) : 0.0;
+            row.phi_slope = both ? wrap(right.phi - left.phi) / (2 * crossing_rule::probe) : 0.0;
         }
     }
 
@@ -497,7 +515,7 @@ private:
             find_slopes();
             for (std::size_t k = 0; k < n; ++k) {
                 gradient[k] = diagonal[k] = off[k] = 0;
-                limit_slopes(k, gradient[k], diagonal[k]);
+                own_slopes(k, gradient[k], diagonal[k]);
             }
             for (std::size_t k = 0; k + 1 < n; ++k) {
                 const Row &a = rows_[k], &b = rows_[k + 1];
@@ -543,8 +561,14 @@ private:
         }
     }
 
-    void limit_slopes(std::size_t k, double& gradient, double& diagonal) const noexcept {
+    void own_slopes(std::size_t k, double& gradient, double& diagonal) const noexcept {
         const Row& row = rows_[k];
+        if (!is_nan(wished_[k])) {
+            const SinCos<double> gap = sin_cos(row.phi - wished_[k]);
+            const double w = 2 * share(k) * asked_.wish * row.phi_slope;
+            gradient += w * gap.sin;
+            diagonal += w * row.phi_slope * max(gap.cos, crossing_rule::least_bend);
+        }
         for (int j = 0; j < joints; ++j) {
             if (j == 3) continue;
             for (const double sign : {-1.0, 1.0}) {
@@ -676,6 +700,7 @@ private:
     const Task& task_;
     const CrossingTask& asked_;
     std::vector<Row> rows_;
+    std::vector<double> wished_;                 // phi of each section
     std::vector<double> costs_;                  // of the postures of a section
     std::vector<std::unique_ptr<ArcSet>> left_;  // by obstacles and the user: of each section and branch
 };

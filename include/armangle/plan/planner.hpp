@@ -911,6 +911,8 @@ private:
                     (!end || !((gc ^ own) & ~(meet | 2))))
                     asked.branches.push_back(gc);
             if (asked.branches.empty()) continue;
+            const Objective& of = options_.objective;
+            if (task_.wish) asked.wish = task_.wish_scale() * of.psi / (of.travel > 0 ? of.travel : 1.0);
             asked.sections = crossing_sections(asked);
             tried = asked;
             Plan found;
