@@ -28,16 +28,15 @@ Vec3<double> as_vector(const double* v) noexcept { return {v[0], v[1], v[2]}; }
 
 /// Refuses the first of an array of poses (one, or a row of them) that is no rigid transform.
 /// Segments through n poses, at s evenly; one pose is a path that stays there.
-void path_waypoints(Floats poses, Floats out) {
-    const Buffer p(poses), to(out, true);
+void path_waypoints(Floats poses, Floats s, Floats out) {
+    const Buffer p(poses), at(s), to(out, true);
+    const double* const begins = at.data<double>();
     const auto n = static_cast<std::size_t>(p.shape(0));
     auto* segments = reinterpret_cast<Segment*>(to.data<double>());
     const std::size_t count = n > 1 ? n - 1 : 1;
     const auto pose = [&](std::size_t i) { return load_pose(p.data<double>() + 16 * (i < n ? i : n - 1)); };
     for (std::size_t i = 0; i < count; ++i)
-        segments[i] =
-            line(static_cast<double>(i) / static_cast<double>(count),
-                 static_cast<double>(i + 1) / static_cast<double>(count), pose(i), pose(i + 1), false);
+        segments[i] = line(begins[i], n > 1 ? begins[i + 1] : 1.0, pose(i), pose(i + 1), false);
 }
 
 void path_line(Floats start, Floats end, bool fixed, Floats out) {
@@ -553,7 +552,7 @@ void bind_planning(nb::module_& m, nb::class_<ArmHandle>& arm) {
         .value("UNRESOLVED", Verdict::unresolved);
     m.attr("SEGMENT_WIDTH") = segment_width;
     m.attr("STRETCH_WIDTH") = stretch_width;
-    m.def("path_waypoints", &path_waypoints, "poses"_a, "out"_a);
+    m.def("path_waypoints", &path_waypoints, "poses"_a, "s"_a, "out"_a);
     m.def("path_line", &path_line, "start"_a, "end"_a, "fixed"_a, "out"_a);
     m.def("path_screw", &path_screw, "start"_a, "point"_a, "direction"_a, "angle"_a, "advance"_a, "carried"_a,
           "end"_a.none(), "out"_a);

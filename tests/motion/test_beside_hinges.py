@@ -87,7 +87,9 @@ def test_a_pose_that_stands_lets_the_policy_go_on() -> None:
     assert abs(settled.psi - path.psi[-1]) < 1e-6
 
 
-@pytest.mark.parametrize("asked", [{}, {"policy": aa.Hold()}, {"scene": FLOOR}, {"velocity": 1.0, "dt": 0.01}])
+@pytest.mark.parametrize(
+    "asked", [{}, {"policy": aa.Hold()}, {"scene": FLOOR}, {"velocity": 1.0, "dt": 0.01}]
+)
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "yaskawa_sia30d"])
 def test_a_step_to_the_pose_of_a_home_posture_moves_nothing(name: str, asked: dict[str, Any]) -> None:
     arm = ARMS[name].with_body(BODY)

@@ -423,3 +423,42 @@ def test_a_start_outside_the_limits_is_called_that(away: float) -> None:
     last[:3, 3] += 0.05
     text = aa.plan(arm, aa.Line(first, last), start=q).explain()
     assert text.count("start lies outside the limits") == 1 and "lower one" in text
+
+
+@pytest.mark.parametrize(
+    "home", [[0, 0, 0, -90, 0, 90, 0], [0, 0, 0, -90, 0, 45, 0], [0, 30, 0, -90, 0, 0, 0]]
+)
+@pytest.mark.parametrize("off", [1e-5, 1e-3, 0.03])
+def test_a_start_beside_home_is_taken_to_it(home: list[float], off: float) -> None:
+    """Where an encoder reads it: its arm angle says nothing there, and what is near is near all the same."""
+    q = np.radians(home)
+    way = line(q, np.array([-0.05, 0.2, 0.0]))
+    for noise in generator(int(1e5 * off), 12).uniform(-off, off, (8, 7)):
+        path = aa.plan(IIWA, way, start=q + noise)
+        assert path.certified and np.abs(path.q[0] - q - noise).max() <= 2 * off
+
+
+@pytest.mark.parametrize("off", [0.0, 0.01])
+def test_leaving_home_takes_hardly_longer_than_holding_the_arm_angle(off: float) -> None:
+    pytest.importorskip("scipy")
+    for theta_2 in (off, -off):
+        q = np.array([0, theta_2, 0, -np.pi / 2, 0, np.pi / 2, 0])
+        way = line(q, np.array([0.0, 0.2, 0.0]))
+        asked = {"velocity": 1.0, "acceleration": 4.0}
+        plan = aa.retime(aa.plan(IIWA, way, start=q), **asked).duration
+        held = aa.follow(IIWA, way, start=q, policy=aa.Hold(), samples=300)
+        assert plan < 1.05 * aa.retime(held, **asked, tolerance=1e-4).duration
+
+
+@pytest.mark.parametrize("wish", [0.8, -1.2, aa.Towards(direction="left"), aa.Towards(point=[0, 1, 0.5])])
+def test_a_wish_counts_from_home(wish: float | aa.Towards) -> None:
+    q = np.radians([0, 0, 0, -90, 0, 90, 0])
+    way = line(q, np.array([0.1, 0.2, -0.15]))
+    policy = wish if isinstance(wish, aa.Towards) else aa.Towards(psi=wish)
+    wanted = aa.follow(IIWA, way, start=q, policy=policy, samples=400).psi[-1]
+    gaps = []
+    for weight in (0.1, 10, 1000):
+        path = aa.plan(IIWA, way, start=q, psi=wish, objective=aa.Objective(psi=weight))
+        assert path.certified
+        gaps.append(abs(path.psi[-1] - wanted))
+    assert gaps[0] > gaps[1] > gaps[2] and gaps[2] < 0.2

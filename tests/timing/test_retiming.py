@@ -441,7 +441,9 @@ def test_corners_closer_than_a_cycle_count_as_acceleration(rows: int) -> None:
 
 
 def test_as_many_rows_as_there_may_be_are_timed_as_few() -> None:
-    durations = [aa.retime(swing(n), velocity=3.0, acceleration=1.0, tolerance=1e-4).duration for n in (200, 4000)]
+    durations = [
+        aa.retime(swing(n), velocity=3.0, acceleration=1.0, tolerance=1e-4).duration for n in (200, 4000)
+    ]
     assert durations[0] == pytest.approx(durations[1], rel=0.02)
 
 
@@ -456,7 +458,9 @@ def test_rounding_many_corners_is_not_slower_than_stopping_at_them() -> None:
 
 
 def test_a_row_that_is_repeated_at_the_end_is_come_to() -> None:
-    found = aa.retime(aa.JointPath.from_joints(ARM, [Q, Q + 0.1, Q + 0.1]), velocity=1.0, acceleration=2.0, jerk=50.0)
+    found = aa.retime(
+        aa.JointPath.from_joints(ARM, [Q, Q + 0.1, Q + 0.1]), velocity=1.0, acceleration=2.0, jerk=50.0
+    )
     assert found.s[-1] == 1.0 and np.abs(found.q[-1] - Q - 0.1).max() < 1e-12
 
 

@@ -87,7 +87,7 @@ def test_a_timed_path_keeps_the_limits_that_it_rides_on(given: dict[str, float])
     assert passed(arm, timed.q) <= KEPT
     off = timed.deviation
     assert np.hypot(off.position, 0.2 * off.rotation) <= given.get("tolerance", 1e-4 if given else 0.0)
-    curve, _ = path._through(path._straight(), path.s, path.q, path.psi, path.gc)
+    curve, _ = path._through(path._straight(np.arange(len(path))), path.s, path.q, path.psi, path.gc)
     straight = curve.at(arm._handle, DENSE).q
     assert passed(arm, straight) > 10 * KEPT
     clipped = np.clip(straight, arm.lower, arm.upper)
@@ -201,7 +201,9 @@ def test_joints_that_are_known_are_a_motion() -> None:
     broken = aa.JointPath.from_joints(arm, q)
     assert broken.status[3] == aa.Status.NOT_REACHED and broken.status[5] == aa.Status.LIMITS
     assert np.isnan(broken.poses[[3, 5]]).all() and not broken.ok
-    said = aa.JointPath.from_joints(arm, q, status=given.status).status  # no word of a file makes joints keep limits
+    said = aa.JointPath.from_joints(
+        arm, q, status=given.status
+    ).status  # no word of a file makes joints keep limits
     assert said[5] == aa.Status.LIMITS and (np.delete(said == given.status, 5)).all()
     with pytest.raises(aa.PathError, match="no row has joint values"):
         aa.JointPath.from_joints(arm, np.full((3, 7), np.nan))
@@ -210,6 +212,39 @@ def test_joints_that_are_known_are_a_motion() -> None:
             aa.JointPath.from_joints(arm, given.q, s=wrong)
     with pytest.raises(aa.ShapeError, match="status has shape"):
         aa.JointPath.from_joints(arm, given.q, status=given.status[1:])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_rows_are_where_their_s_says(seed: int) -> None:
+    arm, rng = HOMES["kuka_iiwa7_r800"], generator(seed, 32)
+    s = np.concatenate([[0.0], np.sort(rng.random(28)) ** 2, [1.0]])
+    way = np.array([1, 0.5, -0.3, 0.4, 0.2, -0.6, 0.8])
+    q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5]) + 0.15 * np.sin(2 * np.pi * s)[:, None] * way
+    path = aa.JointPath.from_joints(arm, q, s=s)
+    np.testing.assert_allclose(path.at(s).q, q, atol=1e-12)
+    np.testing.assert_allclose(path.at(s).pose, path.poses, atol=1e-12)
+    stands = np.repeat(np.arange(30), np.where(np.arange(30) == 10, 2, 1))
+    again = aa.JointPath.from_joints(arm, q[stands], s=s[stands])
+    np.testing.assert_allclose(again.at(DENSE).q, path.at(DENSE).q, atol=1e-12)
+    leaps = q[stands].copy()
+    leaps[11, 2] += 0.1
+    with pytest.raises(aa.PathError, match=r"at row 11 joint 3 moves by 0\.1 rad, and s does not"):
+        aa.JointPath.from_joints(arm, leaps, s=s[stands]).at(0.5)
+
+
+@pytest.mark.slow
+def test_rows_of_a_trajectory_are_timed_again() -> None:
+    """From home they begin closer to one another than numbers of an angle about θ2 = 0 tell."""
+    pytest.importorskip("scipy")
+    arm = HOMES["kuka_iiwa7_r800"]
+    first = arm.forward(HOME)[0]
+    last = first.copy()
+    last[:3, 3] += -0.05, 0.2, 0.0
+    plan = aa.plan(arm, aa.Line(first, last), start=HOME)
+    bounds = {"velocity": 1.0, "acceleration": 4.0}
+    once = aa.retime(plan, **bounds, jerk=40.0, sample=0.004)
+    again = aa.retime(aa.JointPath.from_joints(arm, once.q, s=once.s), **bounds, tolerance=1e-4)
+    assert again.duration < 1.02 * aa.retime(plan, **bounds).duration
 
 
 @pytest.mark.parametrize("shift", [(-0.1, -0.2, 0.05), (0.1, 0.2, 0.05), (0.0, 0.2, 0.05)], ids=str)

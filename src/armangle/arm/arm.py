@@ -2070,7 +2070,7 @@ class Arm(FrozenValue):
         frame = one_pose("pose", pose, self._handle)
         margin = as_number("singularity_margin (rad)", singularity_margin, 0.0, MOST_MARGIN)
         segment = np.empty((1, _core.SEGMENT_WIDTH))
-        _core.path_waypoints(frame[None], segment)
+        _core.path_waypoints(frame[None], np.zeros(1), segment)
         branches = tuple(map(branch_of, self._handle.explain_pose(segment, margin)))
         within = any(branch.ok for branch in branches)  # the limits; a scene may block it nevertheless
         if scene is not None:

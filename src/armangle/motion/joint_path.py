@@ -205,8 +205,15 @@ def even_parameters(n: int) -> Floats:
     return np.linspace(0.0, 1.0, n) if n != 1 else np.zeros(1)
 
 
+def _outside(q: Floats, beyond: Floats, verb: str) -> str:
+    """Return which of joints q is outside its limits, and by how much, as a sentence."""
+    joint = int(np.argmax(beyond))
+    unit = " Joints are in rad: were these degrees?" if np.abs(q).max() > _TURN else ""
+    return f"Joint {joint + 1} {verb} {np.degrees(beyond[joint]):.4g} deg outside its limits.{unit}"
+
+
 def _raise_where_torn(gc: Ints, row: int) -> None:
-    """Raise where no joint leads on from a row to the next."""
+    """Raise where no joint leads on from a row to the next; below 0: nowhere."""
     if row < 0:
         return
     over = f"it goes over from branch {gc[row]} to {gc[row + 1]}"
@@ -296,7 +303,7 @@ class JointPath:
         q : array_like, shape (N, 7)
             Joint values, rad; NaN in rows without.
         s : array_like, shape (N,), optional
-            Path parameters in [0, 1], none below the one before; even unless given.
+            Path parameters from 0 to 1, none below the one before; even unless given.
         status : array_like of int, shape (N,), optional
             `Status` of each row, OK unless given; LIMITS where joints of an OK row are outside them,
             NOT_REACHED where there are none.
@@ -321,8 +328,9 @@ class JointPath:
         if not known.any():
             raise PathError("no row has joint values, wanted at least one")
         at = even_parameters(n) if s is None else as_floats("s", s, ()).reshape(-1)
-        if len(at) != n or not (np.diff(at) >= 0).all() or not 0 <= at[0] <= at[-1] <= 1:
-            raise InputError(f"s holds {len(at)} numbers, wanted {n} in [0, 1] that do not fall")
+        if len(at) != n or not (np.diff(at) >= 0).all() or at[0] != 0 or at[-1] != (n > 1):
+            ends = f" from {at[0]:.6g} to {at[-1]:.6g}" if len(at) else ""
+            raise InputError(f"s holds {len(at)} numbers{ends}, wanted {n} from 0 to 1 that do not fall")
         rows, poses = blank_rows(n), np.full((n, 4, 4), np.nan)
         joints = np.ascontiguousarray(rows_given[known])
         if isinstance(arm, OffsetArm):
@@ -479,24 +487,26 @@ class JointPath:
             return self.curve
         if self.diagnosis is not None or not self.ok or len(self) == 0:
             raise PathError(f"the path has no values between its rows: {self.explain()}")
-        branches = self._branches()
-        segments = self.path._segments if self.path is not None else self._straight()
-        rows = self.s, self.q, self.psi
-        if len(self) == 1:
-            rows = np.array([0.0, 1.0]), np.repeat(self.q, 2, axis=0), np.repeat(self.psi, 2)
+        branches, kept = self._branches(), self._apart()
+        segments = self.path._segments if self.path is not None else self._straight(kept)
+        rows = self.s[kept], self.q[kept], self.psi[kept]
+        branches = branches[kept]
+        if len(kept) == 1:
+            rows = np.array([0.0, 1.0]), np.repeat(rows[1], 2, axis=0), np.repeat(rows[2], 2)
             branches = np.repeat(branches, 2)
         s, q, psi = map(np.ascontiguousarray, rows)
-        _raise_where_torn(branches, self._through(segments, s, q, psi, branches)[1])
+        torn = self._through(segments, s, q, psi, branches)[1]
+        _raise_where_torn(self._branches(), int(kept[torn]) if torn >= 0 else -1)
         found = self.arm._handle.rows_within(segments, s, q, psi, branches)
-        s, psi, q, kept, excess, joint, row = found
+        s, psi, q, gc, excess, joint, row = found
         if excess > MOST_PASSED:
             raise PathError(
-                f"the path has no values between its rows: behind row {row} joint {joint} passes its limit "
-                f"by {np.degrees(excess):.3g} deg; follow more poses there, or plan"
+                f"the path has no values between its rows: behind row {kept[row]} joint {joint} passes its "
+                f"limit by {np.degrees(excess):.3g} deg; follow more poses there, or plan"
             )
-        curve, torn = self._through(segments, s[:, 0], q, psi[:, 0], kept[:, 0].astype(np.int64))
+        curve, torn = self._through(segments, s[:, 0], q, psi[:, 0], gc[:, 0].astype(np.int64))
         if torn >= 0:
-            _raise_where_torn(branches, int(np.searchsorted(self.s, s[torn, 0], side="right")) - 1)
+            _raise_where_torn(self._branches(), int(np.searchsorted(self.s, s[torn, 0], side="right")) - 1)
         object.__setattr__(self, "curve", curve)
         return curve
 
@@ -513,9 +523,7 @@ class JointPath:
                 out = (out & ~bit) | (out[near] & bit)
         return out
 
-    def _through(
-        self, segments: Floats, s: Floats, q: Floats, psi: Floats, gc: Ints
-    ) -> tuple[AnyCurve, int]:
+    def _through(self, segments: Floats, s: Floats, q: Floats, psi: Floats, gc: Ints) -> tuple[AnyCurve, int]:
         """Return the curve through rows, straight in psi, in what leads, or in the free joint between them.
 
         And the row behind which nothing leads on to the branch of the next, or -1.
@@ -526,10 +534,28 @@ class JointPath:
         plane, stretches, torn = self.arm._handle.curve_through(segments, s, q, psi, gc)
         return Curve(segments, stretches, plane, int(gc[0])), torn
 
-    def _straight(self) -> Floats:
-        """Return the segments from pose to pose."""
-        segments = np.empty((max(len(self) - 1, 1), _core.SEGMENT_WIDTH))
-        _core.path_waypoints(np.ascontiguousarray(self.poses), segments)
+    def _apart(self) -> Ints:
+        """Return which rows are at an s of their own; others stand at that of the one before.
+
+        Raises
+        ------
+        PathError
+            If joints move from one to the next at the same s.
+        """
+        kept = np.append(0, np.flatnonzero(np.diff(self.s) > 0) + 1)
+        moved = np.abs(self.q - self.q[kept[np.searchsorted(kept, np.arange(len(self)), side="right") - 1]])
+        if moved.max() > MOST_PASSED:
+            row, joint = np.unravel_index(moved.argmax(), moved.shape)
+            raise PathError(
+                f"the path has no values between its rows: at row {row} joint {joint + 1} moves by "
+                f"{moved.max():.3g} rad, and s does not"
+            )
+        return kept
+
+    def _straight(self, rows: Ints) -> Floats:
+        """Return the segments from pose to pose of these rows."""
+        segments = np.empty((max(len(rows) - 1, 1), _core.SEGMENT_WIDTH))
+        _core.path_waypoints(*(np.ascontiguousarray(x[rows]) for x in (self.poses, self.s)), segments)
         return segments
 
     def explain(self) -> str:
@@ -569,6 +595,12 @@ class JointPath:
 
     def _detail(self, at: int) -> str:
         """Return by how much pose `at` fails, as a sentence with a space before it, or nothing."""
+        if (
+            self.status[at] == Status.LIMITS
+            and np.isfinite(self.q[at]).all()
+            and self._beyond(self.q[at]).max() > 0
+        ):
+            return f" {_outside(self.q[at], self._beyond(self.q[at]), 'is')}"
         if not np.isfinite(self.poses[at]).all():
             return ""
         if self.status[at] == Status.UNREACHABLE and isinstance(self.arm, Arm):
@@ -585,10 +617,7 @@ class JointPath:
             return ""
         outside = self._beyond(before)
         if outside.max() > 0:
-            joint = int(np.argmax(outside))
-            degrees = np.degrees(outside[joint])
-            unit = " Joints are in rad: were these degrees?" if np.abs(before).max() > _TURN else ""
-            return f" Joint {joint + 1} starts {degrees:.4g} deg outside its limits.{unit}"
+            return f" {_outside(before, outside, 'starts')}"
         if isinstance(self.arm, OffsetArm):
             _, psi, gc = self.arm.forward(before)
         else:

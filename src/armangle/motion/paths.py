@@ -268,7 +268,7 @@ class Waypoints(Path):
             raise ShapeError(f"poses has shape {poses.shape}, wanted (N, 4, 4) with N of 1 or more")
         _core.check_transforms(poses, "pose")
         out = np.empty((max(len(poses) - 1, 1), _core.SEGMENT_WIDTH))
-        _core.path_waypoints(poses, out)
+        _core.path_waypoints(poses, np.linspace(0, 1, max(len(poses), 2)), out)
         self._set(poses=frozen(poses), _segments=out)
 
     def __len__(self) -> int:

@@ -164,7 +164,9 @@ def _ways(path: Motion, b: _Bounds) -> list[_Way]:
         return [_Way(path, *_kept(path, b), NO_DEVIATION)]
     smoothed, off = rounded(path, breaks(path), b.tolerance)
     found = _Way(smoothed, *_kept(smoothed, b), off)
-    stops = many <= FEW_STOPS or (many <= MOST_STOPS and _least_with_stops(path, first, b) < found.timing.duration)
+    stops = many <= FEW_STOPS or (
+        many <= MOST_STOPS and _least_with_stops(path, first, b) < found.timing.duration
+    )
     return [found, _Way(path, *_kept(path, b), NO_DEVIATION)] if stops else [found]
 
 

@@ -38,7 +38,9 @@ def speed_lost(
         needs_velocity = np.abs(d[:, 0]) * speed[:, None]
         needs_acceleration = np.abs(d[:, 1] * speed[:, None] ** 2 + d[:, 0] * change[:, None])
         inner = g.s[1:-1]
-        at_corners = np.abs(corners(g))[1:-1] * _path_speed(tool_derivatives(path, inner)[0], tool_speed)[:, None]
+        at_corners = (
+            np.abs(corners(g))[1:-1] * _path_speed(tool_derivatives(path, inner)[0], tool_speed)[:, None]
+        )
         found = [
             _first(s, needs_velocity / velocity, "velocity"),
             _first(s, needs_acceleration / acceleration, "acceleration"),
