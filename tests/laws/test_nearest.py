@@ -186,7 +186,7 @@ def test_the_largest_move_is_least_beside_a_straight_shoulder_too() -> None:
     assert arm.solve(arm.forward(q)[0], near=near, metric="max").distance <= np.abs(near - q).max() + 1e-9
 
 
-def test_a_posture_beside_the_seed_is_found_where_two_or_three_hinges_are_straight(np.arange(len(path))) -> None:
+def test_a_posture_beside_the_seed_is_found_where_two_or_three_hinges_are_straight() -> None:
     """A posture up to a turn farther was told of 6 %; now of 1 %, nearly always by less than 1e-3 rad."""
     arm, rng = aa.Arm.from_catalogue("kuka_iiwa7_r800"), draw.generator(97)
     farther = []

@@ -21,17 +21,19 @@
 namespace armangle {
 
 namespace crossing_rule {
-inline constexpr double near = 0.35;      // |theta| of a hinge up to which the pivot beside it may lead (rad)
-inline constexpr double grid = 0.25;      // of the theta that leads (rad)
-inline constexpr double move = 0.8;       // of a joint from section to section (rad)
-inline constexpr double leads = 3.0;      // a pivot leads where it turns so many times as fast as phi ...
-inline constexpr double keeps = 1.0;      // ... and may still lead at the next row where it turns so fast
-inline constexpr double slope = 1e-3;     // of the tie of a leading angle, at least
-inline constexpr int rounds = 40;         // of smoothing
-inline constexpr double step = 0.3;       // of a row in one round (rad)
-inline constexpr double done = 1e-12;     // share of the energy that a last round saves
-inline constexpr double apart = 1e-3;     // of s: of knots of what leads, and of phi ...
-inline constexpr double straight = 1e-4;  // ... where rows between leave a straight line no farther (rad)
+inline constexpr double near = 0.35;   // |theta| of a hinge up to which the pivot beside it may lead (rad)
+inline constexpr double grid = 0.25;   // of the theta that leads (rad)
+inline constexpr double move = 0.8;    // of a joint from section to section (rad)
+inline constexpr double leads = 3.0;   // a pivot leads where it turns so many times as fast as phi ...
+inline constexpr double keeps = 1.0;   // ... and may still lead at the next row where it turns so fast
+inline constexpr double slope = 1e-3;  // of the tie of a leading angle, at least
+inline constexpr int rounds = 40;      // of smoothing
+inline constexpr double damping = 1e-3, ease = 0.1,
+                        least_damping = 1e-14;  // of a row, of its own stiffness: some lie 1e-6 of s apart
+inline constexpr double step = 0.3;             // of a row in one round (rad)
+inline constexpr double done = 1e-12;           // share of the energy that a last round saves
+inline constexpr double apart = 1e-3;           // of s: of knots of what leads, and of phi ...
+inline constexpr double straight = 1e-4;   // ... where rows between leave a straight line no farther (rad)
 inline constexpr double least_bend = 0.1;  // share of a wish's greatest curvature
 inline constexpr double probe = 1e-5;      // of a row, for its slope (rad)
 inline constexpr double reference = 0.1,
@@ -510,7 +512,7 @@ private:
         if (n < 2) return;
         std::vector<double> gradient(n), diagonal(n), off(n), move(n);
         std::vector<Row> best;
-        double now = energy(), damping = 1e-3;
+        double now = energy(), damping = crossing_rule::damping;
         for (int round = 0; round < crossing_rule::rounds && damping < 1e6; ++round) {
             find_slopes();
             for (std::size_t k = 0; k < n; ++k) {
@@ -552,7 +554,7 @@ private:
             if (then < now) {
                 const bool done = now - then < crossing_rule::done * now;
                 now = then;
-                damping = max(damping * 0.3, 1e-6);
+                damping = max(damping * crossing_rule::ease, crossing_rule::least_damping);
                 if (done) return;
             } else {
                 rows_ = best;
