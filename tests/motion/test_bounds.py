@@ -509,3 +509,17 @@ def test_numbers_that_look_like_another_unit_are_warned_of() -> None:
         warnings.simplefilter("error")
         aa.Tracker(IIWA, 1.0, velocity=np.inf, acceleration=100.0)
         aa.step(IIWA, HOME, pose, dt=0.5, velocity=31.0)  # rainbow_rby1 states 30
+
+
+def test_a_hand_that_comes_back_elsewhere_is_gone_to_at_once() -> None:
+    """The own branch may have its posture half a turn away, and the one beside θ2 = 0 near."""
+    arm, q = aa.Arm.from_catalogue("kuka_iiwa14_r820"), np.radians([0, 0, 0, -90, 0, 90, 0])
+    t = np.arange(400) * 0.02
+    poses = np.tile(arm.forward(q)[0], (len(t), 1, 1))
+    ways = [0.1 * np.cos(t) - 0.1, 0.3 * np.sin(t) * np.minimum(1, t), -0.1 * (1 - np.cos(0.7 * t))]
+    poses[:, :3, 3] += np.stack(ways, axis=1)
+    gap = [k for k, pose in enumerate(poses) if not arm.solve(pose, near=q).ok]
+    path = aa.follow(arm, poses, start=q, on_fail="hold", dt=0.02, velocity=True, acceleration=10.0)
+    off = np.linalg.norm((arm.forward(path.q, undefined="nan")[0] - poses)[:, :3, 3], axis=1)
+    assert len(gap) > 50 and off.max() < 0.45
+    assert off[: gap[0]].max() < 0.02 and off[gap[-1] + 60 :].max() < 0.02

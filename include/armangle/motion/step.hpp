@@ -28,6 +28,7 @@ inline constexpr double stretched = 1e-5;  // of the elbow's bend below which it
 inline constexpr double sweep = 2.0;   // of the move to the posture beside: what carrying psi may cost ...
 inline constexpr double shut = 0.2;    // ... up to this |sin| of theta_2, theta_6
 inline constexpr double drift = 0.01;  // rad: and what a policy may move a joint there beside that
+inline constexpr double far = 1.0;     // rad that a joint has to its own branch: others may be nearer
 }  // namespace step_rule
 
 /// What is carried from one pose to the next: the number psi (the paper), or the elbow axis itself.
@@ -566,14 +567,30 @@ private:
         return false;
     }
 
+    Joints wished(const Branch& b) const noexcept {
+        return joints_within_limits(arm_, directions(*b.motion, sin_cos(b.wish)), q_now_);
+    }
+
+    /// Adds the other branches of this side of the elbow where the own one is far away: after a gap another
+    /// may be nearer, and joints go there through theta_2 = 0 or theta_6 = 0.
+    void gather_far() noexcept {
+        const Branch& own = branch_[0];
+        if (options_.gc >= 0 || limits_.margin > 0 || own.status != Status::OK) return;
+        if (!(largest_move(wished(own).q, q_now_) > step_rule::far)) return;
+        for (int flip = 1; flip < 4; ++flip)
+            branch_[flip] = flipped(*own.motion, flip, own.wish, options_, beside_[flip - 1]);
+        count_ = 4;
+    }
+
     /// As far as a step may go towards a posture of the pose; false where there is none to which no joint has
     /// further than `longest`. From a limit that alone is in the way no joint goes all the way round.
-    bool approach(double longest, Step& out) const noexcept {
+    bool approach(double longest, Step& out) noexcept {
+        gather_far();
         double fastest = 0;
         for (int i = 0; i < count_; ++i) {
             const Branch& b = branch_[i];
             if (b.status != Status::OK) continue;
-            const Joints to = joints_within_limits(arm_, directions(*b.motion, sin_cos(b.wish)), q_now_);
+            const Joints to = wished(b);
             if (!(largest_move(to.q, q_now_) <= longest)) continue;
             double way[joints];
             for (int j = 0; j < joints; ++j) way[j] = to.q[j] - q_now_[j];

@@ -26,7 +26,7 @@ from ..models.mjcf import is_mjcf
 from ..models.offset import offset_catalogue
 from ..poses import COLUMNS, UNIT_TOLERANCE, poses_from_rows
 from ..scenes.scene import Scene
-from .screen import called, note
+from .screen import called, note, progress
 
 DEGREE = math.pi / 180
 _THINNEST = 1e-3  # m: no arm's links are as thin
@@ -369,6 +369,21 @@ def pose(name: str, text: str) -> Floats:
         )
     frame: Floats = poses_from_rows(row[None])[0]
     return frame
+
+
+def some_poses(path: str) -> Floats:
+    """Return the poses of a file, (N, 4, 4) with N of 1 or more.
+
+    Raises
+    ------
+    InputError, FileFormatError
+    """
+    with progress(f"reading {path}"):
+        frames = load_poses(path)
+    if not len(frames):
+        raise InputError(f"{path} holds no pose, wanted at least one")
+    return frames
+
 
 
 def poses(name: str, text: str) -> Floats:

@@ -32,6 +32,7 @@ _READ = 1e-6  # rad: of digits that a file leaves out
 _TURN = 2 * np.pi
 _OF_A_JOINT = (Status.JOINT_JUMP, Status.LIMITS, Status.WINDING_EXHAUSTED)
 """Outcomes of a step that one joint shows best."""
+_OUT_OF_REACH = (Status.UNREACHABLE, Status.FOLDED, Status.ELBOW_LIMIT, Status.ELBOW_MARGIN, Status.LIMITS)
 
 
 class Placed(NamedTuple):
@@ -576,7 +577,20 @@ class JointPath:
         if one:
             return f"The one pose is not solved. {sentence}{self._detail(at)}"
         where = f"pose {at} (s = {self.s[at]:.4g}) is the first that is not"
-        return f"{done} of {len(self)} poses are solved; {where}. {sentence}{self._detail(at)}"
+        return (
+            f"{done} of {len(self)} poses are solved; {where}. {sentence}{self._detail(at)}{self._later(at)}"
+        )
+
+    def _later(self, at: int) -> str:
+        """Return what else poses behind `at` failed for, as a sentence with a space before it, or nothing."""
+        others = (*SOLVED, self.status[at], Status.NOT_REACHED)
+        kinds, counts = np.unique(self.status[at:][~np.isin(self.status[at:], others)], return_counts=True)
+        if not len(kinds):
+            return ""
+        said = ", ".join(f"{count} {Status(kind).name}" for kind, count in zip(kinds, counts, strict=True))
+        lost = self.status[at] in _OUT_OF_REACH and Status.JOINT_JUMP in kinds
+        gap = "; outside='nearest' keeps near a hand through a gap" if lost else ""
+        return f" Behind it also {said}{gap}."
 
     def _rounded(self) -> str:
         """Return by how much rounded corners are off, as a sentence with a space before it, or nothing."""

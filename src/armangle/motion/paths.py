@@ -12,9 +12,11 @@ from numpy.typing import ArrayLike
 from .. import _core
 from .._arrays import Floats, about_z, as_floats, as_number, as_poses, chosen, frozen, one_pose
 from ..errors import InputError, NotFiniteError, ShapeError
+from .options import warn
 
 LineOrientation = Literal["shortest", "fixed"]
 ArcOrientation = Literal["shortest", "fixed", "carried"]
+_WIDE = 1.0  # m: no corner of such an arm is as wide
 _LARGEST_TURN = 1e3  # rad
 _ORDERS = 3
 SAMPLES = 200
@@ -335,6 +337,8 @@ class Segments(Path):
         if not paths or not all(isinstance(path, Path) for path in paths):
             raise InputError(f"paths is {self.paths!r:.100}, wanted a list of Line, CircularArc, Screw, ..")
         radius = as_number("blend (m)", self.blend, 0.0, _core.LENGTH_LIMIT)
+        if radius > _WIDE:
+            warn(f"blend is {radius:g}, wanted m: was this in mm?")
         for k, path in enumerate(paths):
             if radius > 0 and (isinstance(path, Chain) or (isinstance(path, Segments) and path.blend > 0)):
                 raise InputError(f"paths: path {k} has blends already, wanted blend= of the whole")

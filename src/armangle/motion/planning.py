@@ -9,7 +9,17 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import CONFIGURATIONS, JOINTS, Floats, as_floats, as_number, as_poses, check_turns, one_posture
+from .._arrays import (
+    CONFIGURATIONS,
+    JOINTS,
+    TURN,
+    Floats,
+    as_floats,
+    as_number,
+    as_poses,
+    check_turns,
+    one_posture,
+)
 from .._core import ANGLE_TOLERANCE, LARGEST_ANGLE, Wish
 from ..arm.allowed import Allowed, one_allowed
 from ..arm.arcs import ArcSet
@@ -24,7 +34,7 @@ from ..scenes.ready import Ready
 from ..scenes.scene import Scene, no_scene
 from ..status import Status
 from .joint_path import Curve, JointPath, blank_rows, even_parameters
-from .options import check_arm, free_roll, positive
+from .options import check_arm, free_roll, positive, warn
 from .paths import Path, Waypoints, as_path, sample_count
 from .policies import Towards
 from .rolling import best_planned, is_laddered
@@ -395,6 +405,8 @@ def _wished(psi: Any) -> tuple[Wish, Floats | None]:
         raise ShapeError(f"psi has shape {angles.shape}, wanted one number or (n,)")
     if not np.isfinite(angles).all():
         raise NotFiniteError(f"psi holds {angles[~np.isfinite(angles)][0]}, wanted finite numbers")
+    if angles.size == 1 and abs(angles[0]) > TURN:
+        warn(f"psi is {angles[0]:g}, wanted rad: were these degrees?")
     if np.abs(angles).max() > LARGEST_ANGLE:
         raise InputError(f"psi holds {np.abs(angles).max():g}, wanted rad within ±{LARGEST_ANGLE:g}")
     return Wish.PSI, np.unwrap(angles)

@@ -11,7 +11,6 @@ import numpy as np
 from ..._arrays import CONFIGURATIONS, Floats
 from ...arm.arm import Arm
 from ...errors import InputError
-from ...files.tables import load_poses
 from ...motion.joint_path import JointPath
 from ...motion.planning import Objective, plan
 from ...motion.policies import Towards
@@ -28,6 +27,7 @@ from ..arguments import (
     joint_bounds,
     joints,
     number,
+    some_poses,
     the_arm,
     wish,
     with_body,
@@ -86,8 +86,7 @@ def run(args: argparse.Namespace) -> int:
     given = {name: getattr(args, name) for name in ("psi", "point", "direction")}
     given = {name: value for name, value in given.items() if value is not None}
     wished = Towards(**wish(given)) if given else None
-    with progress(f"reading {args.path}"):
-        frames = load_poses(args.path)
+    frames = some_poses(args.path)
     with progress(f"planning {counted(len(frames), 'pose')}"):
         path = plan(
             arm, frames, start=start, goal=goal, gc=args.gc,

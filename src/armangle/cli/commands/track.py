@@ -11,7 +11,6 @@ from ..._arrays import Floats
 from ...arm.arm import Arm
 from ...arm.offset import OffsetArm
 from ...errors import InputError, PathError
-from ...files.tables import load_poses
 from ...files.trajectories import TrajectoryTable
 from ...motion.joint_path import even_parameters
 from ...motion.tracking import HandFilter, Tracked, Tracker, Tracking
@@ -26,6 +25,7 @@ from ..arguments import (
     joint_bounds,
     joints,
     number,
+    some_poses,
 )
 from ..pictures import add_picture, draw
 from ..screen import counted, degrees, fixed, plural, progress, show, show_json, violations, write
@@ -76,10 +76,7 @@ def run(args: argparse.Namespace) -> int:
     acceleration = joint_bounds("--acceleration", args.acceleration, "deg/s^2", stated)
     if not args.rate > 0:
         raise InputError(f"--rate is {args.rate:g}, wanted ticks per second, more than 0")
-    with progress(f"reading {args.path}"):
-        frames = load_poses(args.path)
-    if not len(frames):
-        raise InputError(f"{args.path} holds no pose, wanted at least one")
+    frames = some_poses(args.path)
     tracker = Tracker(
         arm, 1 / args.rate, velocity, acceleration, filter=HandFilter() if args.filter else None, scene=scene
     )
