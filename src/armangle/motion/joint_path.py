@@ -556,7 +556,9 @@ class JointPath:
     def _straight(self, rows: Ints) -> Floats:
         """Return the segments from pose to pose of these rows."""
         segments = np.empty((max(len(rows) - 1, 1), _core.SEGMENT_WIDTH))
-        _core.path_waypoints(*(np.ascontiguousarray(x[rows]) for x in (self.poses, self.s)), segments)
+        _core.path_waypoints(
+            np.ascontiguousarray(self.poses[rows]), np.ascontiguousarray(self.s[rows]), segments
+        )
         return segments
 
     def explain(self) -> str:

@@ -293,7 +293,7 @@ def _speed_caps(path: Motion, g: Grid, b: _Bounds) -> Floats:
         within = np.where(jump > 0, b.acceleration * b.cycle / jump, np.inf).min(axis=1)
     if b.jerk is not None:
         within[np.isfinite(within)] = 0.0
-    return np.minimum(caps, within)
+    return np.asarray(np.minimum(caps, within))
 
 
 def _excess(path: Motion, g: Grid, timing: Timing, b: _Bounds) -> tuple[Floats, Floats]:
