@@ -73,7 +73,8 @@ inline constexpr double straight = 1e-7;    // theta_4 that rounding may bend a 
 inline constexpr double locked = 1e-3;      // range below which a joint decides phi (rad)
 inline constexpr double widest_gap = 0.05;  // of an end from the posture that it is taken to (rad)
 inline constexpr int few_winding = 2;       // joints of two turns or more of which all windings are tried
-inline constexpr int looks = 8;             // of a stretch, for its travel and its least margin
+inline constexpr double of_wish[] = {1, 0.1, 0};  // shares of the wish that a way through branches tries
+inline constexpr int looks = 8;                   // of a stretch, for its travel and its least margin
 inline constexpr double end_step =
     1e-9;  // of the first stretch (the last): how near to an end it is looked at
 inline constexpr double end_move = 1e-3;  // that a joint may move there (rad); more is a jump
@@ -916,7 +917,7 @@ private:
             asked.sections = crossing_sections(asked);
             tried = asked;
             Plan found;
-            if (!draw_crossing(asked, found)) continue;
+            if (!draw_wished(asked, found)) continue;
             if (!found.proof.certified()) {
                 if (!plan_.ok) take(found);
                 continue;
@@ -1016,6 +1017,25 @@ private:
                 break;
         }
         return false;
+    }
+
+    /// The same of least objective, for shares of the wish: all of it may ask for more than the way leaves
+    /// room for, beside theta_2 = 0 or theta_6 = 0.
+    bool draw_wished(const CrossingTask& asked, Plan& out) {
+        bool any = false;
+        for (const double share : plan_rule::of_wish) {
+            CrossingTask some = asked;
+            some.wish *= share;
+            Plan found;
+            if (!draw_crossing(some, found)) continue;
+            const bool better = found.proof.certified() != out.proof.certified()
+                                    ? found.proof.certified()
+                                    : objective(curve(found)) < objective(curve(out));
+            if (!any || better) out = std::move(found);
+            any = true;
+            if (!(asked.wish > 0)) break;
+        }
+        return any;
     }
 
     /// Makes a way through several branches the plan.
