@@ -458,7 +458,7 @@ private:
     Search search(const Tube& t, const Anchor& start, const Anchor& goal, int spread,
                   long long& links) const {
         const Task& task = spread == any_winding ? *loose_ : task_;
-        return {task, t, options_.objective, start, goal, max(spread, 0), links};
+        return {task, t, options_.objective, start, goal, std::max(spread, 0), links};
     }
 
     /// Whether a way that was found without limits of joints that wind keeps them, as well as any does.
