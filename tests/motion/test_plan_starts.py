@@ -462,3 +462,16 @@ def test_a_wish_counts_from_home(wish: float | aa.Towards) -> None:
         assert path.certified
         gaps.append(abs(path.psi[-1] - wanted))
     assert gaps[0] > gaps[1] > gaps[2] and gaps[2] < 0.2
+
+
+def test_limits_that_a_motion_cannot_reach_are_no_work() -> None:
+    """Two turns of every joint either way: their windings are too many to be searched, and none is needed."""
+    q = np.array([2.36809146, -1.39585455, -4.58551256, 2.78330457, 0.31861181, -2.38457092, -0.17799813])
+    wide = IIWA.with_(lower=np.full(7, -4 * np.pi), upper=np.full(7, 4 * np.pi))
+    way = line(q, np.array([-0.01036909, 0.06271804, 0.11947449]))
+    rng = generator(13)
+    for _ in range(8):
+        assert aa.plan(wide, way).certified
+        q = rng.uniform(-2.5, 2.5, 7)
+        q[3] = rng.uniform(-2, -0.6)
+        way = line(q, rng.normal(size=3) * 0.05)
