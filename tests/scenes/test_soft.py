@@ -44,7 +44,8 @@ def test_resolve_is_the_step_s_arm_angle_with_a_soft_clearance_too(policy: Any) 
         psi = float(ARM.forward(q)[1])
         found = aa.resolve(ARM, np.stack([pose, pose]), psi, gc, policy=policy, scene=scene)
         taken = aa.step(ARM, q, pose, gc=gc, policy=policy, scene=scene, max_joint_step=3.0)
-        if taken.status == aa.Status.OK:
+        beside = np.abs(np.sin(q[[1, 5]])).min() < 0.25  # there a step keeps near the present posture
+        if taken.status == aa.Status.OK and not beside:
             assert abs(np.angle(np.exp(1j * (found.psi - taken.psi)))).max() < 1e-12
         hard = aa.resolve(ARM, pose, psi, gc, policy=policy, scene=aa.Scene(shapes, clearance=HARD))
         differ += abs(hard.psi - found.psi[0]) > 1e-6

@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 import armangle as aa
 
 from .naive_plans import EVEN, Case
-from .plan_objective import margin_scale, nearness
+from .plan_objective import margin_scale, nearness, singular
 
 GRID, STEPS, WINDOW = 720, 60, 24
 """Arm angles, steps of s, and how many angles psi may go on in one of them."""
@@ -36,7 +36,7 @@ def near(case: Case, q: np.ndarray) -> np.ndarray:
     clear = np.concatenate([hinges, np.pi - hinges], axis=-1) - case.singularity_margin
     inside = (room > 1e-6).all(axis=-1) & (clear > 1e-4).all(axis=-1)
     cost = weights.limits * nearness(free, weights.enough)
-    return np.where(inside, cost + weights.singularities * nearness(clear, weights.enough), np.inf)
+    return np.where(inside, cost + weights.singularities * singular(clear, weights.enough), np.inf)
 
 
 def shares(case: Case) -> np.ndarray:

@@ -10,7 +10,7 @@ import armangle as aa
 
 SAMPLES = 2001
 EVEN = np.linspace(0, 1, SAMPLES)
-REFERENCE, FLOOR, ENOUGH = 0.2, 0.02, 0.35
+REFERENCE, FLOOR, HOME, ENOUGH = 0.2, 0.02, 0.1, 0.35
 
 
 @dataclass
@@ -50,14 +50,19 @@ def margin_scale(arm: aa.Arm, path: aa.Path) -> float:
     return max(turned**2, min(1.0, (turned / 0.5) ** 2))
 
 
-def nearness(distance: np.ndarray, enough: float) -> np.ndarray:
+def nearness(distance: np.ndarray, enough: float, floor: float = FLOOR) -> np.ndarray:
     """The cost of distances (..., k), summed over k; its tangent below the floor."""
     if enough <= FLOOR:
         return np.zeros(distance.shape[:-1])
-    held = np.maximum(distance, FLOOR)
+    held = np.maximum(distance, floor)
     near = REFERENCE / held - REFERENCE / enough
     cost = near**2 + 2 * near * REFERENCE / held * (held - distance) / held
     return np.where(distance < enough, cost, 0.0).sum(axis=-1)
+
+
+def singular(distance: np.ndarray, enough: float) -> np.ndarray:
+    """The same of distances from singularities."""
+    return nearness(distance, enough, min(HOME, enough / 2))
 
 
 def terms(
@@ -79,7 +84,7 @@ def terms(
         travel=float((steps**2).sum()) * len(steps),
         limits=mean(nearness(bounds - limit_margin, enough)),
         singularities=mean(
-            nearness(np.concatenate([hinges, np.pi - hinges], axis=1) - singularity_margin, enough)
+            singular(np.concatenate([hinges, np.pi - hinges], axis=1) - singularity_margin, enough)
         ),
     )
 

@@ -28,8 +28,10 @@ inline constexpr double leads = 3.0;   // a pivot leads where it turns so many t
 inline constexpr double keeps = 1.0;   // ... and may still lead at the next row where it turns so fast
 inline constexpr double slope = 1e-3;  // of the tie of a leading angle, at least
 inline constexpr int rounds = 40;      // of smoothing
-inline constexpr double damping = 1e-3, ease = 0.1,
+inline constexpr double damping = 1e-3, ease = 0.1, firm = 100,
                         least_damping = 1e-14;  // of a row, of its own stiffness: some lie 1e-6 of s apart
+inline constexpr double worth = 1e-4;           // share of the energy that rounds save, or there are ...
+inline constexpr int patience = 10;             // ... as many more
 inline constexpr double step = 0.3;             // of a row in one round (rad)
 inline constexpr double done = 1e-12;           // share of the energy that a last round saves
 inline constexpr double apart = 1e-3;           // of s: of knots of what leads, and of phi ...
@@ -91,8 +93,12 @@ public:
         choose_leads();
         relax();
         gc = rows_.front().gc;
-        return draw();
+        return draw(false);
     }
+
+    /// The same way with knots of phi left out where these are crowded: third derivatives of a spline whose
+    /// knots lie 1e-6 of s apart are of rounding.
+    std::vector<Stretch> calmly() const { return asked_.locked ? std::vector<Stretch>{} : draw(true); }
 
     /// Joints that the way begins with.
     const double* first() const noexcept { return rows_.front().q; }
@@ -512,7 +518,8 @@ private:
         if (n < 2) return;
         std::vector<double> gradient(n), diagonal(n), off(n), move(n);
         std::vector<Row> best;
-        double now = energy(), damping = crossing_rule::damping;
+        double now = energy(), damping = crossing_rule::damping, mark = now;
+        int idle = 0;
         for (int round = 0; round < crossing_rule::rounds && damping < 1e6; ++round) {
             find_slopes();
             for (std::size_t k = 0; k < n; ++k) {
@@ -558,7 +565,13 @@ private:
                 if (done) return;
             } else {
                 rows_ = best;
-                damping *= 10;
+                damping *= crossing_rule::firm;
+            }
+            if (now < (1 - crossing_rule::worth) * mark) {
+                mark = now;
+                idle = 0;
+            } else if (++idle == crossing_rule::patience) {
+                return;
             }
         }
     }
@@ -604,7 +617,7 @@ private:
 
     /// Splines of the runs of rows that move along the same; each goes over into the next with two
     /// derivatives.
-    std::vector<Stretch> draw() const {
+    std::vector<Stretch> draw(bool few) const {
         std::vector<Stretch> out;
         const std::size_t n = rows_.size();
         std::size_t from = 0;
@@ -612,7 +625,7 @@ private:
             const int lead = step_lead(from);
             std::size_t to = from + 1;
             while (to + 1 < n && step_lead(to) == lead) ++to;
-            if (!piece(from, to, lead, out)) return {};
+            if (!piece(from, to, lead, few, out)) return {};
             from = to;
         }
         return out;
@@ -667,14 +680,14 @@ private:
         return true;
     }
 
-    bool piece(std::size_t from, std::size_t to, int lead, std::vector<Stretch>& out) const {
+    bool piece(std::size_t from, std::size_t to, int lead, bool few, std::vector<Stretch>& out) const {
         std::vector<double> s, x;
         Row led = rows_[from];
         set_lead(led, lead);
         for (std::size_t k = from; k <= to; ++k) {
             Row row = rows_[k];
             const bool spare = k != from && k != to && crowded(row.s, s, rows_[to].s, out.empty());
-            if (spare && (lead != 0 || is_straight(k, to, s.back(), x.back()))) continue;
+            if (spare && (lead != 0 || (few && is_straight(k, to, s.back(), x.back())))) continue;
             if (row.lead != lead) set_lead(row, lead);
             s.push_back(row.s);
             x.push_back(x.empty() || lead != 0 ? row.x : lift(row.x, x.back()));

@@ -1001,8 +1001,18 @@ private:
         const double* q = crossing.first();
         const Chain first = chain(task_.arm, q);
         const double psi = arm_angle(triad(task_.arm, flange_pose(task_.arm, task_.pose(0.0))), first.z3);
-        lift_stretches(curve(out), out.stretches, q, psi);
-        out.proof = proven(curve(out));
+        const auto prove = [&](Plan& drawn) {
+            lift_stretches(curve(drawn), drawn.stretches, q, psi);
+            drawn.proof = proven(curve(drawn));
+        };
+        prove(out);
+        if (!out.proof.certified()) return true;
+        Plan calm;
+        calm.gc = out.gc;
+        calm.stretches = crossing.calmly();
+        if (calm.stretches.empty()) return true;
+        prove(calm);
+        if (calm.proof.certified()) out = std::move(calm);
         return true;
     }
 
@@ -1019,11 +1029,24 @@ private:
         return false;
     }
 
-    /// The same of least objective, for shares of the wish: all of it may ask for more than the way leaves
-    /// room for, beside theta_2 = 0 or theta_6 = 0.
+    /// Whether a joint moves farther from look to look than one would in a step.
+    bool hurries(const Curve& drawn) const noexcept {
+        double most = 0;
+        for (const Stretch& x : drawn.stretches)
+            for (int i = 0; i < plan_rule::looks; ++i) {
+                const double step = (x.end - x.start) / plan_rule::looks, s = x.start + i * step;
+                const PlacedPosture here = curve_at(drawn, x, s), next = curve_at(drawn, x, s + step);
+                most = max(most, largest_move(next.q, here.q));
+            }
+        return most > plan_rule::held_move;
+    }
+
+    /// The same for all of the wish; for less of it, of which the objective is least, where that is not
+    /// proven, or hurries: beside theta_2 = 0 or theta_6 = 0 it may ask for more than there is room for.
     bool draw_wished(const CrossingTask& asked, Plan& out) {
         bool any = false;
         for (const double share : plan_rule::of_wish) {
+            if (share < 1 && !(asked.wish > 0)) break;
             CrossingTask some = asked;
             some.wish *= share;
             Plan found;
@@ -1033,7 +1056,7 @@ private:
                                     : objective(curve(found)) < objective(curve(out));
             if (!any || better) out = std::move(found);
             any = true;
-            if (!(asked.wish > 0)) break;
+            if (out.proof.certified() && !hurries(curve(out))) break;
         }
         return any;
     }

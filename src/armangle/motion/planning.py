@@ -307,8 +307,8 @@ def _taken(arm: Arm, pose: Floats, q: Floats | None) -> Floats | None:
 
     Where θ2 or θ6 is about 0 their arm angle does not lead there.
     """
-    if q is None:
-        return None
+    if q is None or not arm.within_limits(q):
+        return q
     nearest = arm.solve(pose, near=q)
     away = np.abs(nearest.q - q).max()
     return nearest.q if ANGLE_TOLERANCE < away <= START_GAP else q
