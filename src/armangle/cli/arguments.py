@@ -385,7 +385,6 @@ def some_poses(path: str) -> Floats:
     return frames
 
 
-
 def poses(name: str, text: str) -> Floats:
     """Return one pose (4, 4) of seven numbers, or the poses (N, 4, 4) of a file."""
     return load_poses(text) if is_file(text) else pose(name, text)
