@@ -10,6 +10,7 @@ import numpy as np
 from ..._arrays import CONFIGURATIONS, Floats
 from ...arm.offset import OffsetArm
 from ...errors import InputError
+from ...files.tables import load_poses
 from ...motion.following import follow
 from ...motion.joint_path import BEGIN, JointPath
 from ...motion.options import MAX_JOINT_STEP
@@ -27,7 +28,6 @@ from ..arguments import (
     any_arm_and_scene,
     joints,
     number,
-    some_poses,
     wish,
 )
 from ..screen import counted, degrees, note, plural, progress, show, show_json, violations, write
@@ -98,7 +98,8 @@ def run(args: argparse.Namespace) -> int:
     if not arm.within_limits(start):
         raise InputError(f"--start is outside the limits: {violations(arm, start)}")
     policy = _policy(args)
-    frames = some_poses(args.path)
+    with progress(f"reading {args.path}"):
+        frames = load_poses(args.path)
     with progress(f"stepping along {counted(len(frames), 'pose')}"):
         path = follow(
             arm, frames, start=start, gc=args.gc, policy=policy, dt=args.dt, carry=args.carry,
