@@ -26,8 +26,7 @@ const Segment* as_segments(const Buffer& b) noexcept {
 }
 Vec3<double> as_vector(const double* v) noexcept { return {v[0], v[1], v[2]}; }
 
-/// Refuses the first of an array of poses (one, or a row of them) that is no rigid transform.
-/// Segments through n poses, at s evenly; one pose is a path that stays there.
+/// Segments through n poses at rising s; one pose is a path that stays there.
 void path_waypoints(Floats poses, Floats s, Floats out) {
     const Buffer p(poses), at(s), to(out, true);
     const double* const begins = at.data<double>();

@@ -231,7 +231,7 @@ inline Step step(const NearArm& arm, double margin, const double* q_now, const P
         detail::complete(nominal, q_now, options.dt, Status::OK, Status::OK, out);
         return out;
     };
-    const auto beside = [&](Status why, double wish) {
+    const auto beside = [&](Status why, double wish = not_a_number) {
         Nearest found;
         way.max_joint_step = options.max_joint_step;
         const unsigned branches = options.gc < 0 ? way.meeting() : 1u << gc;
@@ -253,16 +253,16 @@ inline Step step(const NearArm& arm, double margin, const double* q_now, const P
     ProvenArcs found;
     feasible(arm, exact, gc, nominal.limits, margin, found);
     if (found.status == Status::UNREACHABLE) return stay(found.status);
-    if (found.status != Status::OK) return beside(found.status, not_a_number);
+    if (found.status != Status::OK) return beside(found.status);
     if (options.allowed) {
         const ArcSet own = found.arcs;
         intersect(own, *options.allowed, found.arcs);
-        if (found.arcs.empty()) return beside(Status::NOT_ALLOWED, not_a_number);
+        if (found.arcs.empty()) return beside(Status::NOT_ALLOWED);
     }
     if (options.scene) {
         Tag blocking;
         keep_clear(arm, *options.scene, exact, gc, found, blocking);
-        if (found.status != Status::OK) return beside(found.status, not_a_number);
+        if (found.status != Status::OK) return beside(found.status);
     }
     const ArcSet& open = found.arcs;
     const Policy policy = detail::policy_on(
@@ -294,7 +294,7 @@ inline Step step(const NearArm& arm, double margin, const double* q_now, const P
         }
         next.status = way.at(next.psi, to);
     }
-    if (next.status != Status::OK) return beside(next.status, not_a_number);
+    if (next.status != Status::OK) return beside(next.status);
     Step out;
     to.q.store(out.q);
     out.psi = next.psi;

@@ -488,16 +488,16 @@ class JointPath:
             return self.curve
         if self.diagnosis is not None or not self.ok or len(self) == 0:
             raise PathError(f"the path has no values between its rows: {self.explain()}")
-        branches, kept = self._branches(), self._apart()
+        every, kept = self._branches(), self._apart()
         segments = self.path._segments if self.path is not None else self._straight(kept)
         rows = self.s[kept], self.q[kept], self.psi[kept]
-        branches = branches[kept]
+        branches = every[kept]
         if len(kept) == 1:
             rows = np.array([0.0, 1.0]), np.repeat(rows[1], 2, axis=0), np.repeat(rows[2], 2)
             branches = np.repeat(branches, 2)
         s, q, psi = map(np.ascontiguousarray, rows)
         torn = self._through(segments, s, q, psi, branches)[1]
-        _raise_where_torn(self._branches(), int(kept[torn]) if torn >= 0 else -1)
+        _raise_where_torn(every, int(kept[torn]) if torn >= 0 else -1)
         found = self.arm._handle.rows_within(segments, s, q, psi, branches)
         s, psi, q, gc, excess, joint, row = found
         if excess > MOST_PASSED:
@@ -507,7 +507,7 @@ class JointPath:
             )
         curve, torn = self._through(segments, s[:, 0], q, psi[:, 0], gc[:, 0].astype(np.int64))
         if torn >= 0:
-            _raise_where_torn(self._branches(), int(np.searchsorted(self.s, s[torn, 0], side="right")) - 1)
+            _raise_where_torn(every, int(np.searchsorted(self.s, s[torn, 0], side="right")) - 1)
         object.__setattr__(self, "curve", curve)
         return curve
 

@@ -91,7 +91,7 @@ def retime(
     At a corner of the path, as between poses that were followed, the joints' velocities would have to jump.
     Without `jerk` the motion slows down until the jump is one that the joints can make within a `cycle`.
     With `jerk` corners are rounded: within `tolerance` the tool leaves the path, ``deviation`` of the result
-    says how far; only where corners are few, and stopping at them is faster, the motion does that.
+    says how far; only where stopping at them is faster, and they are no more than 300, it does that.
 
     Parameters
     ----------
@@ -220,8 +220,8 @@ def _raise_for_leaps(path: Motion, timing: Timing, velocity: Floats) -> None:
 
 def _raise_leap(where: str) -> None:
     raise PathError(
-        f"no timing is found: {where}, beside a posture where branches meet or the arm is stretched; leave "
-        "that out, or plan the path"
+        f"no timing is found: {where}: from row to row, or beside a posture where branches meet or the arm "
+        "is stretched; leave that out, or plan the path"
     )
 
 
