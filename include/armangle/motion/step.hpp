@@ -12,8 +12,9 @@
 #include "../circle/forward.hpp"
 #include "../circle/inverse.hpp"
 #include "../limits/settled.hpp"
-#include "pace.hpp"
 #include "bounds.hpp"
+#include "leaving.hpp"
+#include "pace.hpp"
 #include "../scene/straight_move.hpp"
 #include "resolution.hpp"
 
@@ -261,7 +262,7 @@ public:
         branch_[0] = own ? *own : begin(pose, psi, parts);
         if (calm(pose, psi, out)) return finished(Status::OK, Status::OK, out);
         if (!own && plain(out)) return out;
-        if (exact(psi, out)) return finished(Status::OK, Status::OK, out);
+        if (leave(pose, psi, out) || exact(psi, out)) return finished(Status::OK, Status::OK, out);
         Status why = refusal();
         if (settle(pose, why, out) || turn_elbow(psi, why, out)) return finished(Status::OK, Status::OK, out);
         const bool blocked = why == Status::LIMITS || why == Status::WINDING_EXHAUSTED;
@@ -322,6 +323,54 @@ private:
         StepAside aside(arm_, limits_, q_now_, now_, slower);
         aside.branch_[0] = own;
         return aside.exact(psi, out);
+    }
+
+    /// Where theta_2 or theta_6 is 0 and the tool at its pose though the policy wants another psi: the pivots
+    /// beside it turn until psi can go there, in the branch that leads farthest, and of such for which they
+    /// turn least.
+    bool leave(const Pose<double>& pose, double psi, Step& out) const noexcept {
+        if (options_.policy.rule == Rule::repulsion || !is_singular(now_)) return false;
+        const Twist off = difference(user_pose(arm_, now_.flange), pose);
+        if (!(size(off, step_rule::length) <= tolerance::angle)) return false;
+        Leaving way;
+        int gc = -1;
+        double farthest = 0, least = infinity;
+        for (int flip = 0; flip < 4; ++flip) {
+            if ((flip & 1 && !is_singular(now_, 0)) || (flip & 2 && !is_singular(now_, 1))) continue;
+            if (flip > 0 && options_.gc >= 0) break;
+            BranchParts parts;
+            const Branch b = flipped(*branch_[0].motion, flip, psi, options_, parts);
+            const double far = b.status == Status::OK ? abs(wrap(b.wish - psi)) : 0.0;
+            if (!(far > max(farthest - leaving_rule::off, leaving_rule::off))) continue;
+            const Leaving one = leaving(arm_, parts.motion, now_, psi, b.wish, q_now_);
+            if (!contains(*b.arcs, one.psi)) continue;
+            double longest = 0;
+            for (const double d : one.d) longest = max(longest, abs(d));
+            if (!(far > farthest + leaving_rule::off) && !(longest < least)) continue;
+            farthest = max(far, farthest);
+            least = longest;
+            way = one;
+            gc = index(parts.motion.gc);
+        }
+        if (gc < 0) return false;
+        const auto take = [&](const double* q) {
+            const bool is_step =
+                largest_move(q, q_now_) <= options_.max_joint_step &&
+                (!options_.bounds || keeps(arm_, bounds_, q_now_, q, options_.max_joint_step)) &&
+                (!options_.scene || is_clear(arm_, *options_.scene, q));
+            for (int j = 0; j < joint_slots && is_step; ++j) out.q[j] = q[j];
+            return is_step;
+        };
+        const MoveBox box = move_box(arm_, bounds_, q_now_, options_.max_joint_step, {});
+        out.psi = way.psi;
+        out.gc = gc;
+        if (has_arrived(way, box.lower, box.upper) && take(way.to.q)) return true;
+        out.psi = psi;
+        const double k = pace(way.d, bounds_.dt, bounds_.velocity, bounds_.acceleration);
+        const double share = share_within(way, k * bounds_.dt, box.lower, box.upper);
+        Joints to{};
+        for (int j = 0; j < joints; ++j) to.q[j] = q_now_[j] + share * way.d[j];
+        return take(to.q);
     }
 
     BoundedStep bounded(const Branch& b) const noexcept {

@@ -19,6 +19,7 @@
 #include "elbow_choice.hpp"
 #include "guard.hpp"
 #include "hand_filter.hpp"
+#include "leaving.hpp"
 
 namespace armangle {
 
@@ -103,7 +104,8 @@ inline constexpr double worth = 0.005;      // m that another start of the relax
 inline constexpr double strayed = 0.1;      // m: a hand this far from where it was makes a way to it void
 inline constexpr double gain = 1e-4;        // m nearer to a hand at rest, for which more time is given
 inline constexpr double calm = 1e-3;        // rad of the elbow's margin above that at rest, which is none
-inline constexpr int turns = 8;             // to postures that are tried for a hand
+inline constexpr double denied = 10.0;  // cost of a rad^2 by which a hint is missed, beside rad^2 of joints
+inline constexpr int turns = 8;         // to postures that are tried for a hand
 inline constexpr int ways = 2, most_ways = 600;  // round an obstacle that are tried in a tick, and in all
 inline constexpr int rounds = 6, starts = 16;    // of the relaxation in one tick
 }  // namespace track_rule
@@ -192,6 +194,8 @@ public:
         t.gc = configuration(arm_, t.now.theta);
         hand_.tick(valid ? command.pose : nullptr, t.dt);
         see(command);
+        t.leaves = is_singular(t.now) && size(difference(user_pose(arm_, t.now.flange), wanted_),
+                                              options_.length) <= track_rule::exact;
         if (command.reconfigure >= 0 && command.reconfigure < configurations &&
             command.reconfigure != index(t.gc)) {
             rest();
@@ -252,6 +256,7 @@ private:
         double lower[joints] = {}, upper[joints] = {};  // rad/s: what the next velocity may be
         Guard<Body>* guard = nullptr;                   // where there are obstacles
         const Towards* elbow = nullptr;
+        bool leaves = false;  // theta_2 or theta_6 is 0, and the tool at the hand: psi has to leave that
     };
 
     /// Where to go: a pose that the arm can take, and a posture of it.
@@ -562,9 +567,12 @@ private:
         const auto offer_all = [&](bool avoid) {
             if (turning_to_ >= 0) return offer(t, c, configuration(turning_to_), avoid, least, goal);
             if (arrived_ && fixed_) offer(t, c, t.gc, avoid, least, goal);
-            if (least < infinity) return;
-            const bool shoulder = abs(wrap(t.now.theta[1])) < track_rule::crossing,
-                       wrist = abs(wrap(t.now.theta[5])) < track_rule::crossing;
+            const bool holds = least < infinity;
+            if (holds && !t.elbow) return;
+            // a tool at rest leaves the hand for no branch: it goes to another where two are one
+            const double near = holds ? leaving_rule::singular : track_rule::crossing;
+            const bool shoulder = abs(wrap(t.now.theta[1])) < near, wrist = abs(wrap(t.now.theta[5])) < near;
+            if (holds && !shoulder && !wrist) return;
             for (int flip = 0; flip < 4; ++flip) {
                 if ((flip & 1 && !shoulder) || (flip & 2 && !wrist)) continue;
                 Configuration<double> gc = t.gc;
@@ -591,10 +599,10 @@ private:
     void offer(const Tick& t, const Circle<double>& c, const Configuration<double>& gc, bool avoid,
                double& least, Goal& goal) const noexcept {
         const SelfMotion<double> m = self_motion(arm_, c, gc);
-        const double psi = choose_psi(t, m, avoid, goal);
+        double cost = 0;
+        const double psi = choose_psi(t, m, avoid, goal, cost);
         if (is_nan(psi)) return;
         const Joints at = joints_within_limits(arm_, directions(m, sin_cos(psi)), q_.q);
-        double cost = 0;
         for (int j = 0; j < joints; ++j) cost += (at.q[j] - q_.q[j]) * (at.q[j] - q_.q[j]);
         if (!(cost < least)) return;
         least = cost;
@@ -605,8 +613,10 @@ private:
 
     /// The psi to go to on a self-motion: that of least motion, turned towards the hint, or else to where the
     /// arm will pass through theta_2 or theta_6 = 0, or else to where joints will have room; kept off limits
-    /// and singularities, and of obstacles; NaN where limits, or obstacles, leave none.
-    double choose_psi(const Tick& t, const SelfMotion<double>& m, bool avoid, Goal& goal) const noexcept {
+    /// and singularities, and of obstacles; NaN where limits, or obstacles, leave none. And what it costs to
+    /// miss the hint, where two branches are one.
+    double choose_psi(const Tick& t, const SelfMotion<double>& m, bool avoid, Goal& goal,
+                      double& cost) const noexcept {
         const JointFunctions<double> f = joint_functions(m);
         ArcSet arcs, clear;
         if (detail::moving_joints(m, f, plain_, arcs) != Status::OK) return not_a_number;
@@ -618,7 +628,9 @@ private:
         const double own = crossing_.ahead ? wrap(arm_angle(m.circle, crossing_.axis) - carried)
                                            : regular(t) * wrap(foreseen(m, carried) - carried);
         const double turn = hint.confidence * wrap(hint.psi - carried) + (1.0 - hint.confidence) * own;
-        return in_clear_part(arcs, clear, carried, carried + turn);
+        const double psi = in_clear_part(arcs, clear, carried, carried + turn), missed = wrap(psi - hint.psi);
+        if (t.leaves) cost = hint.confidence * track_rule::denied * missed * missed;
+        return psi;
     }
 
     /// Takes off what touches; false, and why, where nothing is left.
@@ -717,6 +729,7 @@ private:
     bool exact(const Tick& t, const Goal& goal, Joints& next) const noexcept {
         if (goal.blocked != Status::OK) return false;
         if (goal.posture_only) return taken(t, goal.at.q, next);
+        if (leave(t, goal, next)) return true;
         Limits narrow;
         for (int j = 0; j < joints; ++j) {
             narrow.lower[j] = q_.q[j] + t.lower[j] * t.dt;
@@ -738,6 +751,27 @@ private:
             if (exact_in(t, self_motion(arm_, c, gc), table, goal.psi, next)) return true;
         }
         return false;
+    }
+
+    /// Where theta_2 or theta_6 is 0 the pivots beside it turn until psi can go towards the goal's. False
+    /// where nothing has to leave, or nothing can now.
+    bool leave(const Tick& t, const Goal& goal, Joints& next) const noexcept {
+        if (!t.leaves || goal.gap > 0) return false;
+        const SelfMotion<double> m =
+            self_motion(arm_, circle(arm_, flange_pose(arm_, goal.pose)), configuration(goal.gc));
+        const double held = arm_angle(m.circle, t.now.z3);
+        if (abs(wrap(goal.psi - held)) <= leaving_rule::off) return false;
+        const Leaving way = leaving(arm_, m, t.now, held, goal.psi, q_.q);
+        double lower[joints], upper[joints];
+        for (int j = 0; j < joints; ++j) {
+            lower[j] = t.lower[j] * t.dt;
+            upper[j] = t.upper[j] * t.dt;
+        }
+        if (has_arrived(way, lower, upper) && taken(t, way.to.q, next)) return true;
+        const double share = share_within(way, pace(way.d, t.dt) * t.dt, lower, upper);
+        Joints wanted = q_;
+        for (int j = 0; j < joints; ++j) wanted.q[j] += share * way.d[j];
+        return taken(t, wanted.q, next);
     }
 
     bool exact_in(const Tick& t, const SelfMotion<double>& m, const LimitTable& table, double wish,

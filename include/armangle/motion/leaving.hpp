@@ -1,0 +1,71 @@
+// How psi leaves a posture at which theta_2 = 0 or theta_6 = 0.
+//
+//      psi < held      held       psi > held        There the two pivots beside the hinge are one axis:
+//      turned
+//    -----------------. | .------------------       against each other they move neither tool nor elbow. psi
+//      pivot at a      \|/     at a + half a turn   goes on from two of their values alone, one for each
+//                                                   direction, and the branch that meets has them exchanged.
+//
+// So whoever wants another psi first turns the pivots, and psi does not move meanwhile.
+#pragma once
+
+#include "../circle/forward.hpp"
+#include "../circle/inverse.hpp"
+
+namespace armangle {
+
+namespace leaving_rule {
+inline constexpr double singular =
+    1e-10;                           // |sin| of theta_2, theta_6 at which pivots leave the tool where it is
+inline constexpr double off = 1e-7;  // rad that psi leaves by
+}  // namespace leaving_rule
+
+/// Whether theta_2 (side 0) or theta_6 (side 1) is 0.
+inline bool is_singular(const Chain& now, int side) noexcept {
+    return abs(sin_cos(now.theta[4 * side + 1]).sin) <= leaving_rule::singular;
+}
+inline bool is_singular(const Chain& now) noexcept { return is_singular(now, 0) || is_singular(now, 1); }
+
+/// Where psi leaves to, and how the pivots get there.
+struct Leaving {
+    double psi;             // rad
+    Joints to;              // a posture of the pose beside the singular one
+    double d[joints] = {};  // rad that pivots turn before that, the tool and psi standing
+};
+
+/// From the singular posture q of a self-motion, whose psi is `held`, towards `wish`.
+inline Leaving leaving(const Arm& arm, const SelfMotion<double>& m, const Chain& now, double held,
+                       double wish, const double* q) noexcept {
+    Leaving out{held + copysign(leaving_rule::off, wrap(wish - held)), {}};
+    out.to = joints_within_limits(arm, directions(m, sin_cos(out.psi)), q);
+    for (int side = 0; side < hinges; ++side) {
+        if (!is_singular(now, side)) continue;
+        const int first = 4 * side, last = first + 2;
+        out.d[first] = out.to.q[first] - q[first];
+        out.d[last] = -arm.sign[first] * arm.sign[last] * out.d[first];
+    }
+    return out;
+}
+
+/// The share of the pivots' way, next to `wanted`, with which no joint leaves a box of moves; any where the
+/// box has none.
+inline double share_within(const Leaving& way, double wanted, const double* lower,
+                           const double* upper) noexcept {
+    double least = -infinity, most = infinity;
+    for (int j = 0; j < joints; ++j) {
+        const double d = way.d[j];
+        if (!(abs(d) > 0)) continue;
+        least = max(least, (d > 0 ? lower[j] : upper[j]) / d);
+        most = min(most, (d > 0 ? upper[j] : lower[j]) / d);
+    }
+    return min(max(wanted, least), most);
+}
+
+/// Whether the pivots have so little left, and may stop so soon, that psi can go on from the next move on.
+inline bool has_arrived(const Leaving& way, const double* lower, const double* upper) noexcept {
+    for (int j = 0; j < joints; ++j)
+        if (!(abs(way.d[j]) <= 0.5 * min(upper[j], -lower[j]))) return false;
+    return true;
+}
+
+}  // namespace armangle
