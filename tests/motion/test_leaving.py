@@ -44,8 +44,10 @@ def arm(request: pytest.FixtureRequest) -> aa.Arm:
 
 @pytest.mark.parametrize("start", STARTS)
 @pytest.mark.parametrize("by", ["tracker", "step", "bounded step"])
-def test_a_wish_from_where_two_branches_meet_is_met(arm: aa.Arm, start: str, by: str) -> None:
+@pytest.mark.parametrize("off", [0, 1e-9, 1e-7, 1e-5, 1e-3, 1e-2])
+def test_a_wish_from_where_two_branches_meet_is_met(arm: aa.Arm, start: str, by: str, off: float) -> None:
     q = np.array(STARTS[start], float)
+    q[5 if start == "wrist" else 1] += off
     if not arm.lower[3] < q[3] < arm.upper[3]:
         q[3] = -q[3]
     q = np.clip(q, arm.lower, arm.upper)
@@ -56,7 +58,7 @@ def test_a_wish_from_where_two_branches_meet_is_met(arm: aa.Arm, start: str, by:
         poses, psis, _ = arm.forward(rows)
         assert np.abs(poses - pose).max() <= 1e-9, "the tool stands"
         assert abs(np.angle(np.exp(1j * (psis[-1] - wish)))) <= 0.02, (arm.name, start, wish)
-    assert here or arm.name == "openarm_v10"
+    assert here or off > 0 or arm.name == "openarm_v10"
 
 
 def tracked(arm: aa.Arm, q: Array, pose: Array, wish: float) -> Array:

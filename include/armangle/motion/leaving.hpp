@@ -6,18 +6,24 @@
 //      pivot at a      \|/     at a + half a turn   goes on from two of their values alone, one for each
 //                                                   direction, and the branch that meets has them exchanged.
 //
-// So whoever wants another psi first turns the pivots, and psi does not move meanwhile.
+// So whoever wants another psi first turns the pivots, and psi does not move meanwhile. Beside such a posture
+// the same happens within little of psi, d pivot / d psi ~ 1 / theta_2: it has to creep as long as the pivots
+// turn, and these have to be at rest when it hurries on.
 #pragma once
 
 #include "../circle/forward.hpp"
 #include "../circle/inverse.hpp"
+#include "../circle/joint_function.hpp"
 
 namespace armangle {
 
 namespace leaving_rule {
 inline constexpr double singular =
-    1e-10;                           // |sin| of theta_2, theta_6 at which pivots leave the tool where it is
-inline constexpr double off = 1e-7;  // rad that psi leaves by
+    1e-10;                             // |sin| of theta_2, theta_6 at which pivots leave the tool where it is
+inline constexpr double off = 1e-7;    // rad that psi leaves by
+inline constexpr double nearly = 0.2;  // |sin| below which psi is slowed for what follows
+inline constexpr double offs[] = {0.25, 0.5, 1,  2, 4,
+                                  8,    16,  32, 64};  // rad of psi, of that sine: it looks so far
 }  // namespace leaving_rule
 
 /// Whether theta_2 (side 0) or theta_6 (side 1) is 0.
@@ -25,6 +31,46 @@ inline bool is_singular(const Chain& now, int side) noexcept {
     return abs(sin_cos(now.theta[4 * side + 1]).sin) <= leaving_rule::singular;
 }
 inline bool is_singular(const Chain& now) noexcept { return is_singular(now, 0) || is_singular(now, 1); }
+
+inline double hinge_sine(const Chain& now) noexcept {
+    return min(abs(sin_cos(now.theta[1]).sin), abs(sin_cos(now.theta[5]).sin));
+}
+inline bool is_nearly_singular(const Chain& now) noexcept { return hinge_sine(now) < leaving_rule::nearly; }
+
+/// The speed of psi, rad/s, beside a singular posture from which joints can brake, with `share` of their
+/// accelerations, to what each place further on to `way` rad from `held` allows: v_j^2 <= (v_psi q_j')^2 + 2
+/// a_j |q_j there - q_j|, where v_psi is what joints may do there, and no more than psi can have gained until
+/// then.
+inline double speed_beside(const Arm& arm, const SelfMotion<double>& m, const JointFunctions<double>& f,
+                           const Chain& now, double held, double way, const double* q,
+                           const double* velocity_now, const double* velocity, const double* acceleration,
+                           double share) noexcept {
+    const SinCos<double> here = sin_cos(held);
+    const Joints from = joints_near(arm, directions(m, here), q), slope = rate(arm, f, here);
+    double along = 0, square = 0, fastest = infinity;
+    for (int j = 0; j < joints; ++j) {
+        along += velocity_now[j] * slope.q[j];
+        square += slope.q[j] * slope.q[j];
+    }
+    const double present = along / square;
+    for (const double off : leaving_rule::offs) {
+        const double by = off * hinge_sine(now);
+        if (!(by < abs(way))) break;
+        const SinCos<double> at = sin_cos(held + copysign(by, way));
+        const Joints there = joints_near(arm, directions(m, at), q), then = rate(arm, f, at);
+        double may = infinity, gains = infinity;
+        for (int j = 0; j < joints; ++j) {
+            may = min(may, 0.5 * velocity[j] / abs(then.q[j]));
+            gains = min(gains, share * acceleration[j] / abs(then.q[j]));
+        }
+        may = min(may, sqrt(present * present + 2.0 * gains * by));
+        for (int j = 0; j < joints; ++j) {
+            const double v = may * then.q[j], room = abs(there.q[j] - from.q[j]);
+            fastest = min(fastest, sqrt(v * v + 2.0 * share * acceleration[j] * room) / abs(slope.q[j]));
+        }
+    }
+    return fastest;
+}
 
 /// Where psi leaves to, and how the pivots get there.
 struct Leaving {

@@ -26,10 +26,11 @@ inline constexpr double length =
 inline constexpr int halvings = 40;  // of the way out of a blocked arc, to what the bounds leave of it
 inline constexpr double straight = 0.05;   // |sin| of theta_2, theta_4, theta_6 below which joints are asked
 inline constexpr double stretched = 1e-5;  // of the elbow's bend below which it has no side (rad)
-inline constexpr double sweep = 2.0;   // of the move to the posture beside: what carrying psi may cost ...
-inline constexpr double shut = 0.2;    // ... up to this |sin| of theta_2, theta_6
-inline constexpr double drift = 0.01;  // rad: and what a policy may move a joint there beside that
-inline constexpr double far = 1.0;     // rad that a joint has to its own branch: others may be nearer
+inline constexpr double sweep = 2.0;    // of the move to the posture beside: what carrying psi may cost ...
+inline constexpr double shut = 0.2;     // ... up to this |sin| of theta_2, theta_6
+inline constexpr double drift = 0.01;   // rad: and what a policy may move a joint there beside that
+inline constexpr double turning = 0.3;  // share of the accelerations with which psi is slowed beside a hinge
+inline constexpr double far = 1.0;      // rad that a joint has to its own branch: others may be nearer
 }  // namespace step_rule
 
 /// What is carried from one pose to the next: the number psi (the paper), or the elbow axis itself.
@@ -510,6 +511,7 @@ private:
             if (!is_nan(found)) return found;
             wish = there;
         }
+        wish = slowed(b, psi, wish);
         if (step.keeps(wish)) return wish;
         const Carry way = options_.carry == Carry::psi ? Carry::elbow : Carry::psi;
         const double other = carried_psi(arm_, now_, b.motion->circle, way);
@@ -521,6 +523,18 @@ private:
         }
         step.within(*b.arcs, {}, within);
         return step.nearest(within, wish);
+    }
+
+    /// A wish that accelerations can still be kept after, beside theta_2, theta_6 = 0.
+    double slowed(const Branch& b, double psi, double wish) const noexcept {
+        bool bound = false;
+        for (const double a : bounds_.acceleration) bound |= a < infinity;
+        if (!bound || options_.policy.rule == Rule::repulsion || !is_nearly_singular(now_)) return wish;
+        const double way = wrap(wish - psi);
+        const double speed =
+            speed_beside(arm_, *b.motion, *b.functions, now_, psi, way, q_now_, bounds_.velocity_now,
+                         bounds_.velocity, bounds_.acceleration, step_rule::turning);
+        return psi + copysign(min(abs(way), speed * bounds_.dt), way);
     }
 
     /// A posture of the pose beside the present joints, looked for in the joints themselves: where a hinge or

@@ -807,7 +807,10 @@ private:
             most = min(most, 0.5 * options_.velocity[j] / abs(slope.q[j]));
             hardest = min(hardest, track_rule::turning * options_.acceleration[j] / abs(slope.q[j]));
         }
-        const double speed = min(most, sqrt(2.0 * hardest * abs(way)));
+        double speed = min(most, sqrt(2.0 * hardest * abs(way)));
+        if (is_nearly_singular(t.now))
+            speed = min(speed, speed_beside(arm_, m, f, t.now, held, way, q_.q, v_, options_.velocity,
+                                            options_.acceleration, track_rule::turning));
         return held + copysign(min(abs(way) / track_rule::ticks, speed * t.dt), way);
     }
 
