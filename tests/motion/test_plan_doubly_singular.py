@@ -74,7 +74,7 @@ def test_lines_in_the_plane_that_is_not_blocked(home: np.ndarray, length: float)
 def test_other_lines_name_the_turn_on_the_spot(home: np.ndarray, end: str) -> None:
     """A refusal is a law: two thirds of the turn named lead nowhere either, the whole of it does."""
     rng = generator(17)
-    for _ in range(count(6)):
+    for _ in range(count(4)):
         shift = rng.normal(size=3)
         path = line(home, 0.08 * shift / np.linalg.norm(shift))
         if end == "goal":

@@ -48,7 +48,7 @@ def test_no_roll_by_hand_costs_less(arm: aa.Arm) -> None:
     for _ in range(count(3)):
         _, path = seam(arm, rng)
         free = aa.plan(arm, path, roll="free", samples=20)
-        for angle in np.radians(np.arange(0, 360, 30)):
+        for angle in np.radians([0, 90, 180, 270]):
             by_hand = aa.plan(arm, aa.Line(rolled(path.start, angle), rolled(path.end, angle)), samples=20)
             if by_hand.certified:
                 assert free.certified and cost(free) <= cost(by_hand) * (1 + 1e-9)
@@ -100,7 +100,7 @@ def test_where_no_roll_that_stays_holds_one_that_turns_is_found() -> None:
     arm = ARMS[1]
     first = arm.forward(np.radians([20, 10, 10, 80, 5, 5, 10]))[0]
     path = aa.Screw(first, first[:3, 3], first[:3, 2], 12 * np.pi, advance=0.03)
-    for angle in np.radians(np.arange(0, 360, 30)):
+    for angle in np.radians([0, 90, 180, 270]):
         start = rolled(first, angle)
         assert not aa.plan(arm, aa.Screw(start, path.point, path.direction, path.angle, path.advance)).ok
     for ends in ({}, {"start": arm.solve(rolled(first, 0.5)).q}):
