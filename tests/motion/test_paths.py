@@ -149,6 +149,8 @@ def test_refusals() -> None:
         aa.Line(a, b).derivative(0.0, 4)
     with pytest.raises(aa.InputError, match="orientation is 'carried', wanted one of 'shortest', 'fixed'"):
         aa.Line(a, b, "carried")  # type: ignore[arg-type]  # wrong on purpose
+    with pytest.raises(aa.InputError, match=r"start and end are one point, .* a whole one is two arcs"):
+        aa.CircularArc(a, a[:3, 3] + 0.1, a)
     with pytest.raises(aa.InputError, match="start, via and end lie on a line, wanted three points"):
         aa.CircularArc(a, (a + b)[:3, 3] / 2, b)
     with pytest.raises(aa.InputError, match="direction is zero, wanted a direction"):

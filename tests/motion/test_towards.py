@@ -74,7 +74,7 @@ def test_a_share_of_the_way_is_gone_within_the_arc(K: float) -> None:
 
 def test_on_the_full_circle_it_goes_the_shorter_way() -> None:
     free = unlimited(IIWA)
-    for wish in (-3.0, -1.0, 2.5, 3.1, 40.0):
+    for wish in (-3.0, -1.0, 2.5, 3.1, 12.0):
         now = aa.resolve(free, POSE, 3.0, GC, policy=aa.Towards(psi=wish, K=0.5))
         assert circle_gap(now.psi, 3.0) == pytest.approx(circle_gap(wish, 3.0) / 2, abs=1e-13)
         assert circle_gap(now.psi, wish) == pytest.approx(circle_gap(wish, 3.0) / 2, abs=1e-13)
@@ -173,3 +173,8 @@ def test_it_is_a_value() -> None:
     policy = aa.Towards(point=np.array([0.0, 1, 2]), rate=2.0)
     assert policy == aa.Towards(point=(0.0, 1.0, 2.0), rate=2.0) and hash(policy)
     assert eval(repr(policy), {"Towards": aa.Towards}) == policy
+
+
+def test_a_wish_in_degrees_is_asked_about() -> None:
+    with pytest.warns(UserWarning, match=r"psi is 90, wanted rad: were these degrees\?"):
+        aa.Towards(psi=90)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-import warnings
 from typing import Any, Literal
 
 import numpy as np
@@ -15,7 +13,7 @@ from ..arm.arm import MOST_MARGIN, Arm
 from ..arm.near import unsupported
 from ..arm.offset import OffsetArm
 from ..arm.roll import ROLLS, Roll, check_free_roll, is_along_axis_7, last_margin
-from ..errors import ConfigurationError, InputError, NotFiniteError, ShapeError
+from ..errors import ConfigurationError, InputError, NotFiniteError, ShapeError, warn
 from .policies import POLICIES, Policy, Towards
 
 Carry = Literal["psi", "elbow"]
@@ -65,14 +63,6 @@ def as_seconds(dt: float) -> float:
     if time > _LONG_STEP:
         warn(f"dt is {time:g} s, long for one step: was it in ms, or a rate in Hz?")
     return time
-
-
-def warn(text: str) -> None:
-    """Warn of a line that is none of this package's."""
-    level, frame = 1, sys._getframe()
-    while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith("armangle"):
-        level, frame = level + 1, frame.f_back
-    warnings.warn(text, UserWarning, stacklevel=level)
 
 
 def free_roll(arm: Arm, roll: Roll, name: str, joints: Floats, scene: object) -> Any:

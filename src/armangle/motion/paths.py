@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike
 
 from .. import _core
 from .._arrays import Floats, about_z, as_floats, as_number, as_poses, chosen, frozen, one_pose
-from ..errors import InputError, NotFiniteError, ShapeError
-from .options import warn
+from ..errors import InputError, NotFiniteError, ShapeError, warn
 
 LineOrientation = Literal["shortest", "fixed"]
 ArcOrientation = Literal["shortest", "fixed", "carried"]
@@ -192,6 +191,8 @@ class CircularArc(Path):
         start, via, end = one_pose("start", self.start), _vector("via", self.via), one_pose("end", self.end)
         points = [np.ascontiguousarray(frame[:3, 3]) for frame in (start, end)]
         centre, axis, angle = _core.arc_through(points[0], via, points[1])
+        if angle == 0 and np.array_equal(points[0], points[1]):
+            raise InputError("start and end are one point, wanted two of a circle: a whole one is two arcs")
         if angle == 0:
             raise InputError("start, via and end lie on a line, wanted three points of a circle")
         out = np.empty((1, _core.SEGMENT_WIDTH))

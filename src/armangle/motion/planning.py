@@ -28,13 +28,13 @@ from ..arm.diagnosis import Diagnosis, Verdict, branch_of
 from ..arm.keywords import names_keywords
 from ..arm.near import unsupported
 from ..arm.roll import Roll, last_margin
-from ..errors import ConfigurationError, InputError, NotFiniteError, SceneError, ShapeError
+from ..errors import ConfigurationError, InputError, NotFiniteError, SceneError, ShapeError, warn
 from ..scenes.moving import ready_each, scenes_at
 from ..scenes.ready import Ready
 from ..scenes.scene import Scene, no_scene
 from ..status import Status
 from .joint_path import Curve, JointPath, blank_rows, even_parameters
-from .options import check_arm, free_roll, positive, warn
+from .options import check_arm, free_roll, positive
 from .paths import Path, Waypoints, as_path, sample_count
 from .policies import Towards
 from .rolling import best_planned, is_laddered

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from .._arrays import Floats, named
+from .._arrays import TURN, Floats, named
 from ..arm.wish import Direction, as_wish
-from ..errors import PolicyError, ShapeError
+from ..errors import PolicyError, ShapeError, warn
 
 Outside = Literal["nearest", "stop", "escape"]
 _LONGEST = 1e9  # s, of a step
@@ -235,6 +235,8 @@ class Towards(_Rated):
             raise PolicyError(f"psi is {self.psi!r}, wanted rad, or direction={self.psi!r} for the elbow")
         if self.psi is not None:
             _check_number("psi", self.psi, -_core.LARGEST_ANGLE, _core.LARGEST_ANGLE, False)
+            if abs(self.psi) > 2 * TURN:
+                warn(f"psi is {self.psi:g}, wanted rad: were these degrees?")
             return _core.Wish.PSI, float(self.psi), np.zeros(3)
         kind, target = as_wish(self.point, self.direction)
         name = kind.name.lower()

@@ -7,11 +7,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import Floats, as_number
+from .._arrays import JOINTS, Floats, as_number
 from ..arm.keywords import names_keywords
-from ..errors import InputError, PathError
+from ..errors import InputError, PathError, warn
 from ..motion.joint_path import JointPath
-from ..motion.options import Bound, joint_bound, warn
+from ..motion.options import Bound, joint_bound
 from ..motion.paths import NO_DEVIATION, Deviation
 from .fastest import fastest, smooth
 from .grid import Grid, corners, grid
@@ -237,6 +237,8 @@ def _checked(
     tool_speed: float | None, cycle: float,
 ) -> _Bounds:  # fmt: skip
     if not isinstance(path, Motion):
+        if isinstance(path, np.ndarray) and path.shape[-1:] == (JOINTS,):
+            raise InputError("path is an array, wanted a JointPath: of joints JointPath.from_joints(arm, q)")
         raise InputError(f"path is {path!r:.100}, wanted a JointPath")
     if isinstance(path, JointPath):
         path.raise_for_status()
