@@ -361,7 +361,7 @@ def test_what_cannot_be_timed_is_refused() -> None:
     with pytest.raises(aa.InputError, match="no joint moves along the path: there is nothing to time"):
         aa.retime(aa.follow(ARM, shifted(0, 0, 0)[None], start=Q))
     with pytest.raises(aa.InputError, match=r"of joints JointPath.from_joints\(arm, q\)"):
-        aa.retime(np.zeros((5, 7)))  # type: ignore[arg-type]
+        aa.retime(np.zeros((5, 7)))  # type: ignore[arg-type]  # wrong on purpose
     with pytest.raises(aa.InputError, match="path is 3, wanted a JointPath"):
         aa.retime(3)  # type: ignore[arg-type]  # wrong on purpose
     bare = aa.follow(ARM.with_(acceleration=None), curve_of_poses(9)[:2], start=Q)

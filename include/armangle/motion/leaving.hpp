@@ -1,14 +1,15 @@
 // How psi leaves a posture at which theta_2 = 0 or theta_6 = 0.
 //
-//      psi < held      held       psi > held        There the two pivots beside the hinge are one axis:
-//      turned
-//    -----------------. | .------------------       against each other they move neither tool nor elbow. psi
-//      pivot at a      \|/     at a + half a turn   goes on from two of their values alone, one for each
-//                                                   direction, and the branch that meets has them exchanged.
+//       psi < held      held      psi > held
+//     ------------------. | .------------------
+//          pivot at a    \|/    at a + half a turn
 //
-// So whoever wants another psi first turns the pivots, and psi does not move meanwhile. Beside such a posture
-// the same happens within little of psi, d pivot / d psi ~ 1 / theta_2: it has to creep as long as the pivots
-// turn, and these have to be at rest when it hurries on.
+// There the two pivots beside the hinge are one axis: turned against each other they move neither tool nor
+// elbow. psi goes on from two of their values alone, one for each direction, and the branch that meets has
+// them exchanged. So whoever wants another psi first turns the pivots, and psi does not move meanwhile.
+//
+// Beside such a posture the same happens within little of psi, d pivot / d psi ~ 1 / theta_2: it has to creep
+// as long as the pivots turn, and these have to be at rest when it hurries on.
 #pragma once
 
 #include "../circle/forward.hpp"
@@ -18,23 +19,24 @@
 namespace armangle {
 
 namespace leaving_rule {
-inline constexpr double singular =
-    1e-10;                             // |sin| of theta_2, theta_6 at which pivots leave the tool where it is
-inline constexpr double off = 1e-7;    // rad that psi leaves by
-inline constexpr double nearly = 0.2;  // |sin| below which psi is slowed for what follows
-inline constexpr double offs[] = {0.25, 0.5, 1,  2, 4,
-                                  8,    16,  32, 64};  // rad of psi, of that sine: it looks so far
+inline constexpr double singular = 1e-10;  // |sin| of theta_2, theta_6 at which pivots do not move the tool
+inline constexpr double off = 1e-7;        // rad that psi leaves by
+inline constexpr double nearly = 0.2;      // |sin| below which psi is slowed for what follows
+inline constexpr double offs[] = {0.25, 0.5, 1, 2, 4, 8, 16, 32, 64};  // times that sine: rad of psi ahead
 }  // namespace leaving_rule
 
 /// Whether theta_2 (side 0) or theta_6 (side 1) is 0.
 inline bool is_singular(const Chain& now, int side) noexcept {
     return abs(sin_cos(now.theta[4 * side + 1]).sin) <= leaving_rule::singular;
 }
+/// Whether one of them is.
 inline bool is_singular(const Chain& now) noexcept { return is_singular(now, 0) || is_singular(now, 1); }
 
+/// The lesser |sin| of theta_2 and theta_6.
 inline double hinge_sine(const Chain& now) noexcept {
     return min(abs(sin_cos(now.theta[1]).sin), abs(sin_cos(now.theta[5]).sin));
 }
+/// Whether joints beside a hinge turn fast as psi goes on.
 inline bool is_nearly_singular(const Chain& now) noexcept { return hinge_sine(now) < leaving_rule::nearly; }
 
 /// The speed of psi, rad/s, beside a singular posture from which joints can brake, with `share` of their
