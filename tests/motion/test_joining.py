@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -58,6 +59,22 @@ def test_plans_that_are_proven_are_proven_as_one() -> None:
     assert whole.certified and len(whole.uncertified) == 0
     assert whole.explain().endswith("within all limits, and proven between them.")
     assert aa.join([first]).certified
+
+
+@pytest.mark.parametrize("roll", ["pose", "free"])
+def test_rounded_corners_are_said_joined_and_with_free_roll(roll: Any) -> None:
+    arm = aa.Arm.from_catalogue("kuka_iiwa14_r820")
+    arm = arm.with_tool(aa.pose([0.05, 0, 0.2], rpy=[0, 0.5, 0]))  # its z axis is not axis 7
+    a, b, c = (aa.pose([x, y, 0.12], rpy=[np.pi, 0, 0]) for x, y in ((0.45, -0.15), (0.45, 0), (0.55, 0)))
+    lines = [aa.Line(a, b), aa.Line(b, c)]
+    rounded = aa.Segments(lines, 0.02).deviation
+    assert rounded.position > 1e-3
+    planned = aa.plan(arm, lines, blend=0.02, roll=roll)
+    assert planned.certified
+    followed = aa.follow(arm, lines, start=planned.q[0], blend=0.02, roll=roll)
+    for path in (planned, followed, aa.join([planned])):
+        assert path.deviation == rounded
+        assert "Corners are rounded by at most" in path.explain()
 
 
 def test_it_is_saved_and_timed_as_one(tmp_path: Path) -> None:

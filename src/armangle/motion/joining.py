@@ -12,7 +12,7 @@ import numpy as np
 from .._arrays import Floats, Ints
 from ..errors import InputError, PathError
 from .joint_path import AnyCurve, JointPath, Placed
-from .paths import Chain
+from .paths import Chain, greatest
 
 SAME_JOINTS = 1e-6
 """By how much a joint may begin elsewhere than it ended, rad."""
@@ -164,8 +164,9 @@ def _joined(paths: Sequence[JointPath]) -> JointPath:
     psi = np.concatenate([(path.psi + turn)[k > 0 :] for k, (path, _, turn) in enumerate(parts)])
     open_ = [low + width * path.uncertified for path, (low, width), _ in parts if not path.certified]
     s[-1] = 1.0
+    off = greatest(path.deviation for path in paths)
     return JointPath(
         arm=paths[0].arm, s=s, psi=psi, **columns, certified=not open_,
-        uncertified=np.concatenate(open_) if open_ else np.empty((0, 2)), path=Chain(segments),
+        uncertified=np.concatenate(open_) if open_ else np.empty((0, 2)), path=Chain(segments, off),
         curve=JoinedCurve(curves, ends, turns, segments), start=paths[0].start,
     )  # fmt: skip

@@ -19,7 +19,7 @@ from ..arm.roll import Roll
 from ..errors import InputError, PathError, ShapeError, UnreachableError
 from ..scenes.scene import Scene
 from ..status import SOLVED, STATUSES, Status
-from .paths import NO_DEVIATION, Deviation, Path, Segments, checked_parameters
+from .paths import Deviation, Path, checked_parameters, deviation_of
 
 MOST_PASSED = 1e-6
 """By how much a joint may pass a limit between two rows, rad, where no arm angle takes it back."""
@@ -369,7 +369,7 @@ class JointPath:
     @property
     def deviation(self) -> Deviation:
         """How far rounded corners (`blend`) are off the tool path given, at most: m and rad; else zero."""
-        return self.path.deviation if isinstance(self.path, Segments) else NO_DEVIATION
+        return deviation_of(self.path)
 
     @property
     def clearance(self) -> Floats:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple
 
@@ -104,11 +104,25 @@ class Path:
         return out[:, order - 1].reshape(*at.shape, 6)
 
 
+class Deviation(NamedTuple):
+    """By how much a path with rounded corners is at most off the path with corners.
+
+    ``position`` m and ``rotation`` rad: both hold at once, for one and the same pose of it.
+    """
+
+    position: float
+    rotation: float
+
+
+NO_DEVIATION = Deviation(0.0, 0.0)
+
+
 class Chain(Path):
     """Segments as the core writes them: the tool's way along joint paths, or along a path that is rolled."""
 
-    def __init__(self, segments: Floats) -> None:
+    def __init__(self, segments: Floats, deviation: Deviation) -> None:
         self._segments = frozen(segments)
+        self.deviation = deviation
 
 
 def rolled(path: Path, roll: float, rate: float) -> Path:
@@ -117,7 +131,17 @@ def rolled(path: Path, roll: float, rate: float) -> Path:
         return Waypoints(np.asarray(path.poses) @ about_z([roll]))
     out = np.empty_like(path._segments)
     _core.path_rolled(np.ascontiguousarray(path._segments), roll, rate, out)
-    return Chain(out)
+    return Chain(out, deviation_of(path))
+
+
+def deviation_of(path: Path | None) -> Deviation:
+    """Return how far rounded corners of a path are off what was given, at most."""
+    return path.deviation if isinstance(path, (Segments, Chain)) else NO_DEVIATION
+
+
+def greatest(deviations: Iterable[Deviation]) -> Deviation:
+    """Return the greatest of several, position and rotation each for itself."""
+    return Deviation(*(max(column) for column in zip(NO_DEVIATION, *deviations, strict=True)))
 
 
 def checked_parameters(s: ArrayLike) -> Floats:
@@ -281,19 +305,6 @@ class Waypoints(Path):
         return f"<Waypoints of {len(self)} poses>"
 
 
-class Deviation(NamedTuple):
-    """By how much a path with rounded corners is at most off the path with corners.
-
-    ``position`` m and ``rotation`` rad: both hold at once, for one and the same pose of it.
-    """
-
-    position: float
-    rotation: float
-
-
-NO_DEVIATION = Deviation(0.0, 0.0)
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class Segments(Path):
     """Paths one after the other; with `blend`, their corners are rounded.
@@ -354,8 +365,7 @@ class Segments(Path):
                 "wanted the same pose"
             )
         segments, position, rotation = _core.path_joined(given, radius)
-        nested = [path.deviation for path in paths if isinstance(path, Segments)]
-        off = Deviation(*(max(column) for column in zip((position, rotation), *nested, strict=True)))
+        off = greatest([Deviation(position, rotation), *map(deviation_of, paths)])
         self._set(paths=paths, blend=radius, deviation=off, _segments=frozen(segments))
 
     def __repr__(self) -> str:
