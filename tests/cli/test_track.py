@@ -120,3 +120,24 @@ def test_it_says_why_and_by_whom_the_hand_was_stopped(hand: Path, tmp_path: Path
     assert f"{named[0]['why']}: {named[0]['link']} at wall" in capsys.readouterr().out
     assert main(words) == 0
     assert "UNREACHABLE" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("cells", [",,,,,,", "nan,nan,nan,nan,nan,nan,nan", " , ,nan,,,,"])
+def test_samples_that_did_not_come_are_held(hand: Path, cells: str, capsys: Capture) -> None:
+    lines = hand.read_text().splitlines()
+    lines[50:60] = [cells] * 10
+    hand.write_text("\n".join(lines))
+    assert main(["track", str(hand), *ROBOT, "--start", DEGREES, "--rate", "100", "--json"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert said["ticks"] == 200
+    assert said["status"]["HELD"] == 10
+    lost = aa.load_poses(hand, lost=True)
+    assert np.isnan(lost[49:59]).all() and np.isfinite(np.delete(lost, np.s_[49:59], axis=0)).all()
+    with pytest.raises(aa.FileFormatError, match=r"line 51.*(empty|nan)"):
+        aa.load_poses(hand)
+    assert main(["follow", str(hand), *ROBOT, "--start", DEGREES, "-o", str(hand.with_suffix(".npz"))]) == 2
+
+
+def test_empty_rows_at_the_end_of_a_file_are_no_samples(hand: Path) -> None:
+    hand.write_text(hand.read_text() + ",,,,,,\n,,,,,,\n\n")
+    assert len(aa.load_poses(hand)) == 200

@@ -371,16 +371,16 @@ def pose(name: str, text: str) -> Floats:
     return frame
 
 
-def some_poses(path: str) -> Floats:
-    """Return the poses of a file, (N, 4, 4) with N of 1 or more.
+def some_poses(path: str, *, lost: bool = False) -> Floats:
+    """Return the poses of a file, (N, 4, 4), one or more; NaN those that are lost, where they may be.
 
     Raises
     ------
     InputError, FileFormatError
     """
     with progress(f"reading {path}"):
-        frames = load_poses(path)
-    if not len(frames):
+        frames = load_poses(path, lost=lost)
+    if not np.isfinite(frames).any():
         raise InputError(f"{path} holds no pose, wanted at least one")
     return frames
 

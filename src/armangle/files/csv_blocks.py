@@ -41,6 +41,9 @@ class CsvFile:
         Columns of numbers that follow them; NaN where the file has none.
     words : sequence of str
         Columns of text that may be there. All other columns are ignored.
+    lost : bool
+        Whether cells for numbers may be empty: these are NaN. Else rows of empty cells alone may only end a
+        file.
 
     Raises
     ------
@@ -54,8 +57,11 @@ class CsvFile:
         required: Sequence[str],
         optional: Sequence[str] = (),
         words: Sequence[str] = (),
+        *,
+        lost: bool = False,
     ) -> None:
         self.path = path
+        self.lost = lost
         self.required = tuple(required)
         self.numbers = (*required, *optional)
         self.words = tuple(words)
@@ -88,13 +94,20 @@ class CsvFile:
         width = 0
         rows: list[list[str]] = []
         lines: list[int] = []
+        blank: int | None = None
         try:
             for row in reader:
-                if not row or not "".join(row).strip():
+                holds = bool("".join(row).strip())
+                if not holds and (len(row) < 2 or not width):
                     continue
                 if not width:
                     width = self._header(row, reader.line_num)
                     continue
+                if not holds and not self.lost:
+                    blank = blank or reader.line_num
+                    continue
+                if blank:
+                    self.fail("a row of empty cells, wanted numbers, or an empty line", blank)
                 if len(row) != width:
                     self.fail(f"{len(row)} fields, wanted {width} as in the header", reader.line_num)
                 rows.append(row)
@@ -126,6 +139,8 @@ class CsvFile:
         for k, name in enumerate(self.numbers):
             if name in self.at:
                 cells = columns[self.at[name]]
+                if self.lost:
+                    cells = tuple(cell if cell.strip() else "nan" for cell in cells)
                 try:
                     numbers[:, k] = [_number(cell) for cell in cells]
                 except ValueError:

@@ -177,7 +177,7 @@ def _(value: TrajectoryTable) -> Sheet:
 # -- reading -----------------------------------------------------------------------------------------
 
 
-def load_poses(path: PathLike) -> Floats:
+def load_poses(path: PathLike, *, lost: bool = False) -> Floats:
     """Return the poses of a file.
 
     Parameters
@@ -185,6 +185,9 @@ def load_poses(path: PathLike) -> Floats:
     path : path
         CSV with the columns x, y, z (m), qw, qx, qy, qz in any order, others being ignored; or a file
         ending in .npz or .json, as `save` writes it. A CSV file is read in blocks, never as a whole.
+    lost : bool
+        Whether rows may hold no pose, seven empty cells or NaN: samples that did not come. They are NaN,
+        which `Tracker.step` takes.
 
     Returns
     -------
@@ -207,31 +210,42 @@ def load_poses(path: PathLike) -> Floats:
     """
     if Path(path).suffix.lower() in (".npz", ".json"):
         rows = number_block(read_blocks(path), path, "pose", len(COLUMNS))
-        fault = _pose_fault(rows)
+        fault = _pose_fault(rows, lost)
         if fault is not None:
             raise FileFormatError(f"pose[{fault[0]}]: {fault[2]}", source=str(path))
-        return poses_from_rows(rows)
-    file = CsvFile(path, COLUMNS)
-    parts = [_pose_rows(file, block) for block in file.blocks()]
+        return _poses_or_lost(rows)
+    file = CsvFile(path, COLUMNS, lost=lost)
+    parts = [_pose_rows(file, block, lost) for block in file.blocks()]
     poses = np.empty((sum(map(len, parts)), 4, 4))
     done = 0
     for part in parts:
-        poses_from_rows(part, poses[done : done + len(part)])
+        poses[done : done + len(part)] = _poses_or_lost(part)
         done += len(part)
     return poses
 
 
-def _pose_rows(file: CsvFile, block: CsvBlock) -> Floats:
-    fault = _pose_fault(block.numbers)
+def _poses_or_lost(rows: Floats) -> Floats:
+    came = np.isfinite(rows).all(axis=1)
+    if came.all():
+        return poses_from_rows(rows)
+    poses = np.full((len(rows), 4, 4), np.nan)
+    poses[came] = poses_from_rows(np.ascontiguousarray(rows[came]))
+    return poses
+
+
+def _pose_rows(file: CsvFile, block: CsvBlock, lost: bool) -> Floats:
+    fault = _pose_fault(block.numbers, lost)
     if fault is not None:
         row, column, message = fault
         file.fail(message, block.lines[row], column)
     return block.numbers
 
 
-def _pose_fault(rows: Floats) -> tuple[int, str, str] | None:
-    """Return row, column and what is wrong, of the first of rows (N, 7) that is no pose."""
+def _pose_fault(rows: Floats, lost: bool) -> tuple[int, str, str] | None:
+    """Return row, column and what is wrong, of the first of rows (N, 7) that is no pose, nor `lost`."""
     infinite = ~np.isfinite(rows)
+    if lost:
+        infinite[np.isnan(rows).all(axis=1)] = False
     if infinite.any():
         row, k = (int(i) for i in np.argwhere(infinite)[0])
         return row, COLUMNS[k], f"{COLUMNS[k]} is {rows[row, k]}, wanted a finite number"

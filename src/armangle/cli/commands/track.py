@@ -45,7 +45,12 @@ _MM = 1e3
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
-    parser.add_argument("path", metavar="POSES", help="poses with the columns x,y,z,qw,qx,qy,qz, one a tick")
+    parser.add_argument(
+        "path",
+        metavar="POSES",
+        help="poses with the columns x,y,z,qw,qx,qy,qz, one a tick; "
+        "empty cells or nan: a sample that did not come",
+    )
     parser.add_argument(
         "--start",
         metavar="Q",
@@ -76,11 +81,12 @@ def run(args: argparse.Namespace) -> int:
     acceleration = joint_bounds("--acceleration", args.acceleration, "deg/s^2", stated)
     if not args.rate > 0:
         raise InputError(f"--rate is {args.rate:g}, wanted ticks per second, more than 0")
-    frames = some_poses(args.path)
+    frames = some_poses(args.path, lost=True)
+    first_seen = frames[np.isfinite(frames).all(axis=(1, 2)).argmax()]
     tracker = Tracker(
         arm, 1 / args.rate, velocity, acceleration, filter=HandFilter() if args.filter else None, scene=scene
     )
-    found = _start(arm, args.start, frames[0], scene)
+    found = _start(arm, args.start, first_seen, scene)
     tracker.start(found, outside="refuse" if args.start is not None else "escape")
     with progress(f"tracking {counted(len(frames), 'pose')}"):
         first = tracker.q
