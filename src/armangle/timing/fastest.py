@@ -167,8 +167,9 @@ class _Course(NamedTuple):
 
 
 def smooth(
-    derivatives: Callable[[Floats], Floats], g: Grid, bounds: tuple[Floats, Floats, Floats], most: Floats
-) -> Timing:
+    derivatives: Callable[[Floats], Floats], g: Grid, bounds: tuple[Floats, Floats, Floats], most: Floats,
+    intervals: int = KNOTS,
+) -> Timing:  # fmt: skip
     """Return a fast timing from rest to rest, without a stop between, that bounds the jerk too.
 
     Parameters
@@ -180,6 +181,8 @@ def smooth(
         rad/s, rad/s², rad/s³.
     most : ndarray, shape (N + 1,)
         Greatest ds/dt at each s of the grid, 1/s.
+    intervals : int
+        Of the spline of y, where the motion does not slow down often.
 
     Raises
     ------
@@ -189,7 +192,7 @@ def smooth(
     """
     course = _Course(float(g.s[0]), float(g.s[-1]))
     _, acceleration, jerk = bounds
-    count = min(KNOTS, max(FEWEST, len(g.s)))
+    count = min(intervals, max(FEWEST, len(g.s)))
     even = np.linspace(0.0, 1.0, count + 1)
     places = np.union1d(_within(even), course.r(_within(g.s)))
     fast, bent, _ = _reach(course, derivatives, bounds, g.s, most, places)

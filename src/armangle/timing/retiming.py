@@ -13,7 +13,7 @@ from ..errors import InputError, PathError, warn
 from ..motion.joint_path import JointPath
 from ..motion.options import Bound, joint_bound
 from ..motion.paths import NO_DEVIATION, Deviation
-from .fastest import fastest, smooth
+from .fastest import KNOTS, fastest, smooth
 from .grid import Grid, corners, grid
 from .motion import RESTS, Motion, breaks, tool_derivatives
 from .rounding import rounded
@@ -23,7 +23,9 @@ from .trajectory import Timing, Trajectory, joined, sampled
 GRID, LEAST_BETWEEN_BREAKS = 400, 4
 """Intervals of s that are looked at, and least between two breaks, unless these are as many."""
 WITH_JERK, LEAST_WITH_JERK = 200, 2
-"""The same where bounds are asked for at several places in each."""
+"""The same where bounds are asked for at several places in each ..."""
+AT_SPEED = 640
+"""... and where a tool speed is to be held as well, which shows what is coarse."""
 FEW_STOPS, MOST_STOPS = 8, 300
 """Corners up to which stopping at each of them is tried too, and where it may be faster."""
 TOLERANCE = 1e-4
@@ -181,7 +183,9 @@ def _least_with_stops(path: Motion, g: Grid, b: _Bounds) -> float:
 def _kept(path: Motion, b: _Bounds) -> tuple[Grid, Timing]:
     """Return the timing that keeps the bounds, between the points of the grid too, and the grid."""
     more = np.empty(0)
-    density = (GRID, LEAST_BETWEEN_BREAKS) if b.jerk is None else (WITH_JERK, LEAST_WITH_JERK)
+    density = GRID, LEAST_BETWEEN_BREAKS
+    if b.jerk is not None:
+        density = WITH_JERK if b.tool_speed is None else AT_SPEED, LEAST_WITH_JERK
     for _ in range(MOST_FINER if b.jerk is None else 1):
         g = grid(path, *density, more)
         caps = _speed_caps(path, g, b)
@@ -278,7 +282,9 @@ def _timed(path: Motion, g: Grid, caps: Floats, b: _Bounds) -> Timing:
         if b.jerk is None:
             pieces.append(fastest(part, b.acceleration, most))
         else:
-            pieces.append(smooth(path.derivatives, part, (b.velocity, b.acceleration, b.jerk), most))
+            bounds = b.velocity, b.acceleration, b.jerk
+            knots = KNOTS if b.tool_speed is None else AT_SPEED // 2
+            pieces.append(smooth(path.derivatives, part, bounds, most, knots))
     return joined(pieces)
 
 
