@@ -15,6 +15,7 @@
 #include "../circle/forward.hpp"
 #include "../circle/inverse.hpp"
 #include "../circle/joint_function.hpp"
+#include "../limits/arcs.hpp"
 
 namespace armangle {
 
@@ -74,25 +75,74 @@ inline double speed_beside(const Arm& arm, const SelfMotion<double>& m, const Jo
     return fastest;
 }
 
-/// Where psi leaves to, and how the pivots get there.
+/// A way on from a singular posture: where psi leaves to, and how the pivots get there.
 struct Leaving {
-    double psi;             // rad
-    Joints to;              // a posture of the pose beside the singular one
+    double missed = infinity;   // rad that psi is off what is wished when it comes as near as it can
+    double longest = infinity;  // rad of the pivots
+    double psi = not_a_number;
+    int gc = -1;            // -1: there is none
+    Joints to{};            // a posture of the pose beside the singular one
     double d[joints] = {};  // rad that pivots turn before that, the tool and psi standing
 };
 
-/// From the singular posture q of a self-motion, whose psi is `held`, towards `wish`.
-inline Leaving leaving(const Arm& arm, const SelfMotion<double>& m, const Chain& now, double held,
-                       double wish, const double* q) noexcept {
-    Leaving out{held + copysign(leaving_rule::off, wrap(wish - held)), {}};
-    out.to = joints_within_limits(arm, directions(m, sin_cos(out.psi)), q);
-    for (int side = 0; side < hinges; ++side) {
-        if (!is_singular(now, side)) continue;
-        const int first = 4 * side, last = first + 2;
-        out.d[first] = out.to.q[first] - q[first];
-        out.d[last] = -arm.sign[first] * arm.sign[last] * out.d[first];
+namespace detail {
+
+/// How far psi may go from `held` to one side (1 or -1) of the arcs, up to half a turn; 0 where it may not.
+inline double room_beside(const ArcSet& arcs, double held, double side) noexcept {
+    if (arcs.full) return pi;
+    const Place place = find(arcs, held + side * leaving_rule::off, 0.0);
+    if (place.index < 0) return 0.0;
+    const Arc& arc = arcs.arc[place.index];
+    const double way = side > 0 ? arc.upper - place.psi : place.psi - arc.lower;
+    return min(max(way, 0.0) + leaving_rule::off, pi);
+}
+
+/// The posture beside the singular one to one side, so far off that it is singular no longer.
+inline Joints posture_beside(const Arm& arm, const SelfMotion<double>& m, const double* q, double held,
+                             double side, double room, double& psi) noexcept {
+    Joints out;
+    for (double off = leaving_rule::off; off <= room; off *= 10.0) {
+        psi = held + side * off;
+        const Directions<double> d = directions(m, sin_cos(psi));
+        out = joints_within_limits(arm, d, q);
+        if (min(abs(d.y[1]), abs(d.y[5])) > 10.0 * leaving_rule::singular) return out;
     }
+    psi = not_a_number;
     return out;
+}
+
+}  // namespace detail
+
+/// Offers the ways on within the arcs of a self-motion from the singular posture q, whose psi is `held`,
+/// towards `wish`, or the middle of the arc where that is NaN. The best misses the wish by least, and of such
+/// its pivots have the shortest way.
+inline void offer_ways_on(const Arm& arm, const SelfMotion<double>& m, const ArcSet& arcs, const Chain& now,
+                          double held, double wish, const double* q, Leaving& best) noexcept {
+    for (const double side : {1.0, -1.0}) {
+        const double room = detail::room_beside(arcs, held, side);
+        if (!(room > leaving_rule::off)) continue;
+        const double towards = is_nan(wish) ? 0.5 * room : side * wrap(wish - held);
+        const double far = min(towards, room);  // beyond that psi is nearer by the other side
+        if (!(far > leaving_rule::off)) continue;
+        Leaving one;
+        one.missed = towards - far;
+        one.gc = index(m.gc);
+        one.to = detail::posture_beside(arm, m, q, held, side, room, one.psi);
+        bool within = !is_nan(one.psi);
+        one.longest = 0;
+        for (int k = 0; k < hinges; ++k) {
+            if (!is_singular(now, k)) continue;
+            const int first = 4 * k, last = first + 2;
+            one.d[first] = one.to.q[first] - q[first];
+            one.d[last] = -arm.sign[first] * arm.sign[last] * one.d[first];
+            one.longest = max(one.longest, abs(one.d[first]));
+            const double end = q[last] + one.d[last];
+            within &= end >= arm.limits.lower[last] && end <= arm.limits.upper[last];
+        }
+        const bool nearer = one.missed < best.missed - leaving_rule::off,
+                   shorter = one.missed <= best.missed + leaving_rule::off && one.longest < best.longest;
+        if (within && (nearer || shorter)) best = one;
+    }
 }
 
 /// The share of the pivots' way, next to `wanted`, with which no joint leaves a box of moves; any where the

@@ -327,33 +327,29 @@ private:
     }
 
     /// Where theta_2 or theta_6 is 0 and the tool at its pose though the policy wants another psi: the pivots
-    /// beside it turn until psi can go there, in the branch that leads farthest, and of such for which they
-    /// turn least.
+    /// beside it turn until psi can go there.
     bool leave(const Pose<double>& pose, double psi, Step& out) const noexcept {
-        if (options_.policy.rule == Rule::repulsion || !is_singular(now_)) return false;
+        if (!(options_.policy.rule == Rule::towards || options_.policy.rule == Rule::centre)) return false;
+        if (!is_singular(now_)) return false;
         const Twist off = difference(user_pose(arm_, now_.flange), pose);
         if (!(size(off, step_rule::length) <= tolerance::angle)) return false;
         Leaving way;
-        int gc = -1;
-        double farthest = 0, least = infinity;
+        double missed = infinity;  // without
         for (int flip = 0; flip < 4; ++flip) {
             if ((flip & 1 && !is_singular(now_, 0)) || (flip & 2 && !is_singular(now_, 1))) continue;
             if (flip > 0 && options_.gc >= 0) break;
             BranchParts parts;
             const Branch b = flipped(*branch_[0].motion, flip, psi, options_, parts);
-            const double far = b.status == Status::OK ? abs(wrap(b.wish - psi)) : 0.0;
-            if (!(far > max(farthest - leaving_rule::off, leaving_rule::off))) continue;
-            const Leaving one = leaving(arm_, parts.motion, now_, psi, b.wish, q_now_);
-            if (!contains(*b.arcs, one.psi)) continue;
-            double longest = 0;
-            for (const double d : one.d) longest = max(longest, abs(d));
-            if (!(far > farthest + leaving_rule::off) && !(longest < least)) continue;
-            farthest = max(far, farthest);
-            least = longest;
-            way = one;
-            gc = index(parts.motion.gc);
+            if (b.status != Status::OK) continue;
+            double wish = not_a_number;
+            if (options_.policy.rule == Rule::towards) {
+                wish = policy_on(options_, arm_, parts.motion).towards.psi;
+                if (is_nan(wish)) return false;
+                missed = abs(wrap(wish - psi));
+            }
+            offer_ways_on(arm_, parts.motion, *b.kept, now_, psi, wish, q_now_, way);
         }
-        if (gc < 0) return false;
+        if (way.gc < 0 || !(way.missed < missed - leaving_rule::off)) return false;
         const auto take = [&](const double* q) {
             const bool is_step =
                 largest_move(q, q_now_) <= options_.max_joint_step &&
@@ -364,7 +360,7 @@ private:
         };
         const MoveBox box = move_box(arm_, bounds_, q_now_, options_.max_joint_step, {});
         out.psi = way.psi;
-        out.gc = gc;
+        out.gc = way.gc;
         if (has_arrived(way, box.lower, box.upper) && take(way.to.q)) return true;
         out.psi = psi;
         const double k = pace(way.d, bounds_.dt, bounds_.velocity, bounds_.acceleration);

@@ -104,8 +104,8 @@ inline constexpr double worth = 0.005;      // m that another start of the relax
 inline constexpr double strayed = 0.1;      // m: a hand this far from where it was makes a way to it void
 inline constexpr double gain = 1e-4;        // m nearer to a hand at rest, for which more time is given
 inline constexpr double calm = 1e-3;        // rad of the elbow's margin above that at rest, which is none
-inline constexpr double denied = 10.0;  // cost of a rad^2 by which a hint is missed, beside rad^2 of joints
-inline constexpr int turns = 8;         // to postures that are tried for a hand
+inline constexpr double led = 0.02;  // rad nearer to a hint for which an arm leaves theta_2, theta_6 = 0
+inline constexpr int turns = 8;      // to postures that are tried for a hand
 inline constexpr int ways = 2, most_ways = 600;  // round an obstacle that are tried in a tick, and in all
 inline constexpr int rounds = 6, starts = 16;    // of the relaxation in one tick
 }  // namespace track_rule
@@ -194,8 +194,8 @@ public:
         t.gc = configuration(arm_, t.now.theta);
         hand_.tick(valid ? command.pose : nullptr, t.dt);
         see(command);
-        t.leaves = is_singular(t.now) && size(difference(user_pose(arm_, t.now.flange), wanted_),
-                                              options_.length) <= track_rule::exact;
+        t.rests = is_singular(t.now) && size(difference(user_pose(arm_, t.now.flange), wanted_),
+                                             options_.length) <= track_rule::exact;
         if (command.reconfigure >= 0 && command.reconfigure < configurations &&
             command.reconfigure != index(t.gc)) {
             rest();
@@ -256,7 +256,7 @@ private:
         double lower[joints] = {}, upper[joints] = {};  // rad/s: what the next velocity may be
         Guard<Body>* guard = nullptr;                   // where there are obstacles
         const Towards* elbow = nullptr;
-        bool leaves = false;  // theta_2 or theta_6 is 0, and the tool at the hand: psi has to leave that
+        bool rests = false;  // theta_2 or theta_6 is 0, and the tool at the hand
     };
 
     /// Where to go: a pose that the arm can take, and a posture of it.
@@ -406,6 +406,7 @@ private:
         const bool in_branch = turning_to_ < 0 || turning_to_ == index(t.gc);
         const double still = options_.still_margin, margin = max(margin_, ahead_);
         const bool posture = within(t, c, margin, goal);
+        if (t.rests && turning_to_ < 0 && !(goal.gap > 0) && rest_or_leave(t, c, goal, next)) return true;
         if (in_branch && goal.gap > 0) {
             Goal nearer;
             if (within(t, c, still, nearer) && !(nearer.gap > 0) && exact(t, nearer, next)) {
@@ -418,6 +419,54 @@ private:
         else
             relax(t, one_side(elbow_side(t), margin), goal);
         return in_branch && exact(t, goal, next);
+    }
+
+    /// Where theta_2 or theta_6 is 0, and the tool at the hand, psi says little of the joints beside that
+    /// hinge: they stay as they are, or, where a hint leads on, turn until psi can leave. False where they
+    /// move too fast.
+    bool rest_or_leave(const Tick& t, const Circle<double>& c, Goal& goal, Joints& next) const noexcept {
+        goal = Goal{};
+        goal.pose = wanted_;
+        goal.at = q_;
+        goal.gc = index(t.gc);
+        goal.psi = arm_angle(c, t.now.z3);
+        double lower[joints], upper[joints];
+        for (int j = 0; j < joints; ++j) {
+            lower[j] = t.lower[j] * t.dt;
+            upper[j] = t.upper[j] * t.dt;
+        }
+        const Leaving way = t.elbow ? way_on(t, c, goal.psi) : Leaving{};
+        if (way.gc >= 0 && has_arrived(way, lower, upper) && taken(t, way.to.q, next)) return true;
+        const double share = way.gc < 0 ? 0.0 : share_within(way, pace(way.d, t.dt) * t.dt, lower, upper);
+        Joints wanted = q_;
+        for (int j = 0; j < joints; ++j) wanted.q[j] += min(max(share * way.d[j], lower[j]), upper[j]);
+        const Pose<double> there = user_pose(arm_, chain(arm_, wanted.q).flange);
+        return size(difference(there, wanted_), options_.length) <= track_rule::exact &&
+               taken(t, wanted.q, next);
+    }
+
+    /// The way on that comes nearest to the hint, if one comes nearer.
+    Leaving way_on(const Tick& t, const Circle<double>& c, double held) const noexcept {
+        Leaving best;
+        double missed = infinity;
+        for (int flip = 0; flip < 4; ++flip) {
+            if ((flip & 1 && !is_singular(t.now, 0)) || (flip & 2 && !is_singular(t.now, 1))) continue;
+            Configuration<double> gc = t.gc;
+            if (flip & 1) gc.shoulder = -gc.shoulder;
+            if (flip & 2) gc.wrist = -gc.wrist;
+            const SelfMotion<double> m = self_motion(arm_, c, gc);
+            const ElbowChoice hint = hinted_psi(arm_, m, *t.elbow);
+            ArcSet arcs;
+            if (feasible(m, joint_functions(m), plain_, arcs) != Status::OK) continue;
+            if (options_.scene) {
+                const ArcSet own = arcs;
+                if (keep_clear(arm_, kept_, m, own, arcs) != Status::OK) continue;
+            }
+            const double way = hint.confidence * wrap(hint.psi - held);
+            missed = min(missed, abs(way));
+            offer_ways_on(arm_, m, arcs, t.now, held, held + way, q_.q, best);
+        }
+        return best.missed < missed - track_rule::led ? best : Leaving{};
     }
 
     /// The hand drawn into what joint 4 reaches with this margin, and a posture there; false where limits
@@ -567,12 +616,9 @@ private:
         const auto offer_all = [&](bool avoid) {
             if (turning_to_ >= 0) return offer(t, c, configuration(turning_to_), avoid, least, goal);
             if (arrived_ && fixed_) offer(t, c, t.gc, avoid, least, goal);
-            const bool holds = least < infinity;
-            if (holds && !t.elbow) return;
-            // a tool at rest leaves the hand for no branch: it goes to another where two are one
-            const double near = holds ? leaving_rule::singular : track_rule::crossing;
-            const bool shoulder = abs(wrap(t.now.theta[1])) < near, wrist = abs(wrap(t.now.theta[5])) < near;
-            if (holds && !shoulder && !wrist) return;
+            if (least < infinity) return;
+            const bool shoulder = abs(wrap(t.now.theta[1])) < track_rule::crossing,
+                       wrist = abs(wrap(t.now.theta[5])) < track_rule::crossing;
             for (int flip = 0; flip < 4; ++flip) {
                 if ((flip & 1 && !shoulder) || (flip & 2 && !wrist)) continue;
                 Configuration<double> gc = t.gc;
@@ -599,10 +645,10 @@ private:
     void offer(const Tick& t, const Circle<double>& c, const Configuration<double>& gc, bool avoid,
                double& least, Goal& goal) const noexcept {
         const SelfMotion<double> m = self_motion(arm_, c, gc);
-        double cost = 0;
-        const double psi = choose_psi(t, m, avoid, goal, cost);
+        const double psi = choose_psi(t, m, avoid, goal);
         if (is_nan(psi)) return;
         const Joints at = joints_within_limits(arm_, directions(m, sin_cos(psi)), q_.q);
+        double cost = 0;
         for (int j = 0; j < joints; ++j) cost += (at.q[j] - q_.q[j]) * (at.q[j] - q_.q[j]);
         if (!(cost < least)) return;
         least = cost;
@@ -613,10 +659,8 @@ private:
 
     /// The psi to go to on a self-motion: that of least motion, turned towards the hint, or else to where the
     /// arm will pass through theta_2 or theta_6 = 0, or else to where joints will have room; kept off limits
-    /// and singularities, and of obstacles; NaN where limits, or obstacles, leave none. And what it costs to
-    /// miss the hint, where two branches are one.
-    double choose_psi(const Tick& t, const SelfMotion<double>& m, bool avoid, Goal& goal,
-                      double& cost) const noexcept {
+    /// and singularities, and of obstacles; NaN where limits, or obstacles, leave none.
+    double choose_psi(const Tick& t, const SelfMotion<double>& m, bool avoid, Goal& goal) const noexcept {
         const JointFunctions<double> f = joint_functions(m);
         ArcSet arcs, clear;
         if (detail::moving_joints(m, f, plain_, arcs) != Status::OK) return not_a_number;
@@ -628,9 +672,7 @@ private:
         const double own = crossing_.ahead ? wrap(arm_angle(m.circle, crossing_.axis) - carried)
                                            : regular(t) * wrap(foreseen(m, carried) - carried);
         const double turn = hint.confidence * wrap(hint.psi - carried) + (1.0 - hint.confidence) * own;
-        const double psi = in_clear_part(arcs, clear, carried, carried + turn), missed = wrap(psi - hint.psi);
-        if (t.leaves) cost = hint.confidence * track_rule::denied * missed * missed;
-        return psi;
+        return in_clear_part(arcs, clear, carried, carried + turn);
     }
 
     /// Takes off what touches; false, and why, where nothing is left.
@@ -729,7 +771,6 @@ private:
     bool exact(const Tick& t, const Goal& goal, Joints& next) const noexcept {
         if (goal.blocked != Status::OK) return false;
         if (goal.posture_only) return taken(t, goal.at.q, next);
-        if (leave(t, goal, next)) return true;
         Limits narrow;
         for (int j = 0; j < joints; ++j) {
             narrow.lower[j] = q_.q[j] + t.lower[j] * t.dt;
@@ -751,27 +792,6 @@ private:
             if (exact_in(t, self_motion(arm_, c, gc), table, goal.psi, next)) return true;
         }
         return false;
-    }
-
-    /// Where theta_2 or theta_6 is 0 the pivots beside it turn until psi can go towards the goal's. False
-    /// where nothing has to leave, or nothing can now.
-    bool leave(const Tick& t, const Goal& goal, Joints& next) const noexcept {
-        if (!t.leaves || goal.gap > 0) return false;
-        const SelfMotion<double> m =
-            self_motion(arm_, circle(arm_, flange_pose(arm_, goal.pose)), configuration(goal.gc));
-        const double held = arm_angle(m.circle, t.now.z3);
-        if (abs(wrap(goal.psi - held)) <= leaving_rule::off) return false;
-        const Leaving way = leaving(arm_, m, t.now, held, goal.psi, q_.q);
-        double lower[joints], upper[joints];
-        for (int j = 0; j < joints; ++j) {
-            lower[j] = t.lower[j] * t.dt;
-            upper[j] = t.upper[j] * t.dt;
-        }
-        if (has_arrived(way, lower, upper) && taken(t, way.to.q, next)) return true;
-        const double share = share_within(way, pace(way.d, t.dt) * t.dt, lower, upper);
-        Joints wanted = q_;
-        for (int j = 0; j < joints; ++j) wanted.q[j] += share * way.d[j];
-        return taken(t, wanted.q, next);
     }
 
     bool exact_in(const Tick& t, const SelfMotion<double>& m, const LimitTable& table, double wish,
