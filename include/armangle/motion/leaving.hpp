@@ -23,7 +23,8 @@ namespace leaving_rule {
 inline constexpr double singular = 1e-10;  // |sin| of theta_2, theta_6 at which pivots do not move the tool
 inline constexpr double off = 1e-7;        // rad that psi leaves by
 inline constexpr double nearly = 0.2;      // |sin| below which psi is slowed for what follows
-inline constexpr double offs[] = {0.25, 0.5, 1, 2, 4, 8, 16, 32, 64};  // times that sine: rad of psi ahead
+inline constexpr double coarsest = 0.02;   // of that sine, for what is looked at
+inline constexpr double offs[] = {0.25, 0.5, 1, 2, 4, 8, 16, 32, 64};  // times that: rad of psi ahead
 }  // namespace leaving_rule
 
 /// Whether theta_2 (side 0) or theta_6 (side 1) is 0.
@@ -55,9 +56,9 @@ inline double speed_beside(const Arm& arm, const SelfMotion<double>& m, const Jo
         along += velocity_now[j] * slope.q[j];
         square += slope.q[j] * slope.q[j];
     }
-    const double present = along / square;
+    const double present = along / square, bend = min(hinge_sine(now), leaving_rule::coarsest);
     for (const double off : leaving_rule::offs) {
-        const double by = off * hinge_sine(now);
+        const double by = off * bend;
         if (!(by < abs(way))) break;
         const SinCos<double> at = sin_cos(held + copysign(by, way));
         const Joints there = joints_near(arm, directions(m, at), q), then = rate(arm, f, at);

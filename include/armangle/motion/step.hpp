@@ -244,6 +244,11 @@ inline bool may_sweep(double theta_2, double theta_6, const Policy& policy) noex
     return bend <= step_rule::shut && policy.rule == Rule::repulsion;
 }
 
+/// Whether a policy wants another psi where that has to leave theta_2 = 0 or theta_6 = 0 first.
+inline bool may_leave(const Chain& now, const Policy& policy) noexcept {
+    return (policy.rule == Rule::towards || policy.rule == Rule::centre) && is_singular(now);
+}
+
 /// What is tried where the psi that the policy wants is no step.
 class StepAside {
 public:
@@ -262,7 +267,7 @@ public:
         BranchParts parts;
         branch_[0] = own ? *own : begin(pose, psi, parts);
         if (calm(pose, psi, out)) return finished(Status::OK, Status::OK, out);
-        if (!own && plain(out)) return out;
+        if (!own && !may_leave(now_, options_.policy) && plain(out)) return out;
         if (leave(pose, psi, out) || exact(psi, out)) return finished(Status::OK, Status::OK, out);
         Status why = refusal();
         if (settle(pose, why, out) || turn_elbow(psi, why, out)) return finished(Status::OK, Status::OK, out);
@@ -329,8 +334,7 @@ private:
     /// Where theta_2 or theta_6 is 0 and the tool at its pose though the policy wants another psi: the pivots
     /// beside it turn until psi can go there.
     bool leave(const Pose<double>& pose, double psi, Step& out) const noexcept {
-        if (!(options_.policy.rule == Rule::towards || options_.policy.rule == Rule::centre)) return false;
-        if (!is_singular(now_)) return false;
+        if (!may_leave(now_, options_.policy)) return false;
         const Twist off = difference(user_pose(arm_, now_.flange), pose);
         if (!(size(off, step_rule::length) <= tolerance::angle)) return false;
         Leaving way;
@@ -521,11 +525,11 @@ private:
         return step.nearest(within, wish);
     }
 
-    /// A wish that accelerations can still be kept after, beside theta_2, theta_6 = 0.
+    /// The wish, or as much of it as joints can brake after.
     double slowed(const Branch& b, double psi, double wish) const noexcept {
         bool bound = false;
         for (const double a : bounds_.acceleration) bound |= a < infinity;
-        if (!bound || options_.policy.rule == Rule::repulsion || !is_nearly_singular(now_)) return wish;
+        if (!bound || options_.policy.rule == Rule::repulsion) return wish;
         const double way = wrap(wish - psi);
         const double speed =
             speed_beside(arm_, *b.motion, *b.functions, now_, psi, way, q_now_, bounds_.velocity_now,
@@ -754,7 +758,8 @@ inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_
         detail::Lifted to;
         if (next.status == Status::OK &&
             detail::is_step(arm, m, next.psi, here, options.max_joint_step, to) &&
-            !detail::may_sweep(now.theta[1], now.theta[5], options.policy)) [[likely]]
+            !detail::may_sweep(now.theta[1], now.theta[5], options.policy) &&
+            !detail::may_leave(now, options.policy)) [[likely]]
             return detail::stepped(to, q_now, options.dt, next.psi, index(m.gc));
     }
     const detail::Branch own{&m, &f, &arcs, &arcs, &arcs, &arcs, next.status, next.psi};

@@ -828,7 +828,7 @@ private:
             hardest = min(hardest, track_rule::turning * options_.acceleration[j] / abs(slope.q[j]));
         }
         double speed = min(most, sqrt(2.0 * hardest * abs(way)));
-        if (is_nearly_singular(t.now))
+        if (t.elbow || is_nearly_singular(t.now))
             speed = min(speed, speed_beside(arm_, m, f, t.now, held, way, q_.q, v_, options_.velocity,
                                             options_.acceleration, track_rule::turning));
         return held + copysign(min(abs(way) / track_rule::ticks, speed * t.dt), way);
