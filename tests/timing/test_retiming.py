@@ -466,6 +466,33 @@ def test_a_row_that_is_repeated_at_the_end_is_come_to() -> None:
     assert found.s[-1] == 1.0 and np.abs(found.q[-1] - Q - 0.1).max() < 1e-12
 
 
+@pytest.mark.parametrize("jerk", [50.0, 500.0])
+@pytest.mark.parametrize("blend", [0.005, 0.02])
+def test_a_tool_speed_is_held_round_a_blended_corner(blend: float, jerk: float) -> None:
+    arm = aa.Arm.from_catalogue("kuka_iiwa14_r820").with_tool(aa.pose([0, 0, 0.2]))
+    a, b, c = (aa.pose([x, y, 0.12], rpy=[np.pi, 0, 0]) for x, y in ((0.45, -0.15), (0.45, 0), (0.55, 0)))
+    path = aa.plan(arm, [aa.Line(a, b), aa.Line(b, c)], blend=blend)
+    held = aa.retime(path, tool_speed=0.03, acceleration=5.0, jerk=jerk)
+    assert held.speed_lost is None
+    t = np.linspace(0.3, held.duration - 0.3, 2000)
+    speed = np.linalg.norm(np.diff(arm.forward(held.at(t).q)[0][:, :3, 3], axis=0), axis=1) / np.diff(t)
+    assert speed.min() >= 0.99 * 0.03 and speed.max() <= 0.03 * (1 + 1e-6)
+
+
+@pytest.mark.parametrize("noise", [0.0, 1.5e-5])
+@pytest.mark.parametrize("row", [0, 2, 4])
+@pytest.mark.parametrize("asked", [{}, {"jerk": 50.0}, {"jerk": 50.0, "tolerance": 0.0}])
+def test_a_row_that_is_repeated_is_no_stop(row: int, noise: float, asked: dict[str, float]) -> None:
+    q = Q + np.radians([[0, 0, 0], [10, 0, 0], [20, 2, 2], [30, 6, 6], [40, 12, 12]]) @ np.eye(7)[[0, 1, 3]]
+    repeated = np.insert(q, row, q[row] - noise, axis=0)
+    both = [
+        aa.retime(aa.JointPath.from_joints(ARM, rows), velocity=1.0, acceleration=5.0, **asked)
+        for rows in (q, repeated)
+    ]
+    assert both[1].duration == pytest.approx(both[0].duration, rel=1e-3)
+    np.testing.assert_allclose(both[1].q[[0, -1]], repeated[[0, -1]], atol=1e-12)
+
+
 @pytest.mark.parametrize("rest", [Q, np.zeros(7)])
 def test_joints_that_rest_have_nothing_to_time(rest: Array) -> None:
     with pytest.raises(aa.InputError, match="nothing to time"):

@@ -37,6 +37,10 @@ FINER, MOST_FINER = 4, 6
 OVER = 1.001
 """Where bounds are exceeded between grid points by more than this, the grid is made finer there."""
 CHECKED = 4000
+REPEATS = 2e-5
+"""rad: rows nearer than a teach pendant's last digit, 0.001 degrees, are one ..."""
+APART = 50
+"""... where the rows beside them are so many times as far apart."""
 LEAP, STILL = 1.01, 3e-5
 """Share of a bound on velocity, and rad, beyond which a way of joints is a leap; rows are joined to 1e-5."""
 LOOKED, MOST_LOOKS = 1e-3, 24
@@ -95,6 +99,8 @@ def retime(
     With `jerk` corners are rounded: within `tolerance` the tool leaves the path, ``deviation`` of the result
     says how far; only where stopping at them is faster, and they are no more than 300, it does that.
 
+    A row of joints that repeats the one before it, within 2e-5 rad, is left out: it is no stop.
+
     Parameters
     ----------
     path : JointPath
@@ -134,6 +140,7 @@ def retime(
     Source: Verscheure et al. (2009); Debrouwere et al. (2013).
     """
     bounds = _checked(path, velocity, acceleration, jerk, tolerance, tool_speed, cycle)
+    path = _without_repeats(path)
     step = as_number("sample", sample, 0.0, _MOST_SPEED, low_open=True)
     path, g, timing, off = min(_ways(path, bounds), key=lambda way: way.timing.duration)
     _raise_for_leaps(path, timing, bounds.velocity)
@@ -149,6 +156,24 @@ def retime(
         share = HELD if bounds.jerk is None else HELD_WITH_JERK
         lost = speed_lost(path, g, *given) or not_held(path, timing, bounds.tool_speed, share)
     return sampled(path, timing, step, bounds.tool_speed, lost, off)
+
+
+def _without_repeats(path: Motion) -> Motion:
+    """Return rows of joints without those that repeat the one before; the first and the last stay."""
+    if not isinstance(path, JointPath) or path.path is not None:
+        return path
+    steps = np.abs(np.diff(path.q, axis=0)).max(axis=1, initial=0.0)
+    beside = np.pad(steps, 1, constant_values=np.inf)
+    small = np.minimum(beside[:-2], beside[2:]) >= APART * steps  # beside longer ones
+    repeats = (steps <= RESTS) | ((steps <= REPEATS) & small)
+    if not repeats.any() or repeats.all():
+        return path
+    kept = np.append(0, np.flatnonzero(~repeats) + 1)
+    own = np.append(0.0, np.cumsum(np.diff(path.s)[~repeats]))  # s without the rests
+    q = path.q[kept]
+    q[-1] = path.q[-1]
+    s = None if np.ptp(np.diff(own)) <= RESTS else own / own[-1]
+    return JointPath.from_joints(path.arm, q, s=s, status=path.status[kept])
 
 
 class _Way(NamedTuple):
