@@ -152,3 +152,20 @@ def test_a_start_with_a_hinge_at_half_a_turn() -> None:
             assert np.abs(np.diff(path.q, axis=0)).max() < 0.2 + 1e-9
             assert arm.within_limits(path.at(np.linspace(0, 1, 1001)).q, 1e-9).all()
     assert ways > 3 and certified >= 0.9 * ways, (certified, ways)
+
+
+def test_a_goal_that_the_start_does_not_lead_to_says_what_it_does() -> None:
+    """At home two branches are one; a path leaves it in one of them only."""
+    home = np.radians([0, 0, 0, -90, 0, 90, 0])
+    line = aa.Line(IIWA.forward(home)[0], aa.pose([0.5, -0.15, 0.4], rpy=[np.pi, 0, np.pi]))
+    assert aa.plan(IIWA, line, start=home).ok
+    other = next(s for s in IIWA.solutions(line.end, near=home) if s.gc not in (2, 3))
+    refused = aa.plan(IIWA, line, start=home, goal=other.q)
+    assert not refused.ok
+    assert refused.explain().endswith("to another posture of the last pose: plan without goal=.")
+
+
+def test_a_start_elsewhere_is_told_how_to_go_there() -> None:
+    line = aa.Line(pose_of(AMID), pose_of(AMID) @ aa.pose([0, 0, 0.1]))
+    with pytest.raises(aa.InputError, match=r"begin it with a Line from arm.forward\(start\)\[0\]"):
+        aa.plan(IIWA, line, start=AMID + 0.3)

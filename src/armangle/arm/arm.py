@@ -97,7 +97,7 @@ _KEYWORDS = {
     "q0": "near= is the seed",
     "unreachable": "it never raises on geometry: status says why, q is NaN, and raise_for_status() raises",
     "limits": "it never leaves them; inverse(pose, psi, gc) takes limits=",
-    "roll": "solve(pose, near, roll='free') does, and feasible_roll(pose) gives every roll",
+    "roll": "solve(pose, roll='free', prefer='margin') does, and feasible_roll(pose) gives every roll",
     "outside": "solve(pose, near, outside='nearest') does",
     "length": "solve(pose, near, outside='nearest', length=) does",
     **dict.fromkeys(("near", "metric", "weight"), "solve(pose, near=q) does: best is of no seed"),

@@ -217,7 +217,9 @@ def _raise_where_torn(gc: Ints, row: int) -> None:
     """Raise where no joint leads on from a row to the next; below 0: nowhere."""
     if row < 0:
         return
-    over = f"it goes over from branch {gc[row]} to {gc[row + 1]}"
+    over = (
+        f"it goes over from branch {gc[row]} to {gc[row + 1]}, and the tool goes straight: give rows between"
+    )
     if gc[row] == gc[row + 1]:
         over = "the arm is singular, and nothing leads on to the next: follow more poses there, or plan"
     raise PathError(f"the path has no values between its rows: behind row {row} {over}")

@@ -288,13 +288,26 @@ def plan(
         if gap > START_GAP:
             _check_within(arm, name, joints)
             off, most = (f"{angle:.3g} rad ({np.degrees(angle):.3g} deg)" for angle in (gap, START_GAP))
+            way = "begin it with a Line from" if name == "start" else "end it with a Line to"
             raise InputError(
-                f"{name} belongs to another pose than the path's: a joint is {off} off, wanted at most {most}"
+                f"{name} belongs to another pose than the path's: a joint is {off} off, wanted at most "
+                f"{most}; {way} arm.forward({name})[0]"
             )
     branches = tuple(branch_of(report, ready) for report in reports)
     ends = (Verdict.START, Verdict.GOAL)
     said = ok or any(branch.status == Status.LIMITS and branch.verdict in ends for branch in branches)
-    diagnosis = Diagnosis(branches, note="" if said else _outside(arm, start=first, goal=last))
+    note = "" if said else _outside(arm, start=first, goal=last)
+    ended = any(branch.verdict in ends and not branch.elsewhere for branch in branches)
+    if (
+        not ok
+        and not note
+        and ended
+        and first is not None
+        and last is not None
+        and planned(along, first, None)[0]
+    ):
+        note = "A path leads from the start to another posture of the last pose: plan without goal=."
+    diagnosis = Diagnosis(branches, note=note)
     curve = Curve(whole._segments, stretches, plane, branch, roll, *chain) if len(stretches) else None
     if curve is not None and ok and samples is None and not isinstance(whole, Waypoints):
         rows = _finer(arm, curve, rows)
