@@ -178,3 +178,8 @@ def test_it_is_a_value() -> None:
 def test_a_wish_in_degrees_is_asked_about() -> None:
     with pytest.warns(UserWarning, match=r"psi is 90, wanted rad: were these degrees\?"):
         aa.Towards(psi=90)
+
+
+def test_a_point_is_told_its_name() -> None:
+    with pytest.raises(aa.PolicyError, match=r"wanted rad, or point= or direction= for the elbow"):
+        aa.Towards([0.1, 0.2, 0.3])  # type: ignore[arg-type]  # wrong on purpose
