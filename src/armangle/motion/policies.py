@@ -233,7 +233,8 @@ class Towards(_Rated):
         """Return the wish as the core takes it; point and direction are kept as tuples, or as the word."""
         if isinstance(self.psi, str):
             raise PolicyError(f"psi is {self.psi!r}, wanted rad, or direction={self.psi!r} for the elbow")
-        if np.shape(self.psi) == (3,):
+        given: object = self.psi
+        if isinstance(given, (list, tuple, np.ndarray)) and len(given) == 3:
             raise PolicyError(f"psi is {self.psi!r}, wanted rad, or point= or direction= for the elbow")
         if self.psi is not None:
             _check_number("psi", self.psi, -_core.LARGEST_ANGLE, _core.LARGEST_ANGLE, False)
