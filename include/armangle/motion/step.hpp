@@ -277,7 +277,7 @@ public:
             const bool left = options_.policy.outside == Outside::escape && escape(psi, out);
             return left ? finished(Status::CLEARANCE, Status::OK, out) : halted(c, why);
         }
-        if (options_.bounds && approach(blocked ? pi : infinity, out))
+        if (options_.bounds && approach(psi, blocked ? pi : infinity, out))
             return finished(Status::PARTIAL, why, out);
         const bool beyond = why == Status::UNREACHABLE || why == Status::FOLDED ||
                             why == Status::ELBOW_LIMIT || why == Status::ELBOW_MARGIN ||
@@ -630,8 +630,10 @@ private:
         return false;
     }
 
-    Joints wished(const Branch& b) const noexcept {
-        return joints_within_limits(arm_, directions(*b.motion, sin_cos(b.wish)), q_now_);
+    Joints wished(const Branch& b) const noexcept { return within_limits(b, b.wish); }
+
+    Joints within_limits(const Branch& b, double psi) const noexcept {
+        return joints_within_limits(arm_, directions(*b.motion, sin_cos(psi)), q_now_);
     }
 
     /// Adds the other branches of this side of the elbow where the own one is far away: after a gap another
@@ -646,14 +648,18 @@ private:
     }
 
     /// As far as a step may go towards a posture of the pose; false where there is none to which no joint has
-    /// further than `longest`. From a limit that alone is in the way no joint goes all the way round.
-    bool approach(double longest, Step& out) noexcept {
+    /// further than `longest`. From a limit that alone is in the way no joint goes all the way round. Where
+    /// what the policy wants is much further than the posture of psi as it is, as beyond the end of a joint's
+    /// turns, the tool first comes to its pose.
+    bool approach(double psi, double longest, Step& out) noexcept {
         gather_far();
         double fastest = 0;
         for (int i = 0; i < count_; ++i) {
             const Branch& b = branch_[i];
             if (b.status != Status::OK) continue;
-            const Joints to = wished(b);
+            Joints to = wished(b);
+            const Joints held = within_limits(b, nearest(*b.arcs, psi));
+            if (step_rule::sweep * largest_move(held.q, q_now_) < largest_move(to.q, q_now_)) to = held;
             if (!(largest_move(to.q, q_now_) <= longest)) continue;
             double way[joints];
             for (int j = 0; j < joints; ++j) way[j] = to.q[j] - q_now_[j];
@@ -690,7 +696,7 @@ private:
         BranchParts parts;
         double psi = 0;
         branch_[0] = begin(drawn.pose, psi, parts);
-        if (exact(psi, out) || approach(pi, out)) return finished(Status::PARTIAL, why, out);
+        if (exact(psi, out) || approach(psi, pi, out)) return finished(Status::PARTIAL, why, out);
         Joints start;
         for (int j = 0; j < joints; ++j) start.q[j] = q_now_[j];
         start.q[joints] = 0;
