@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import sys
+import warnings
 from collections.abc import Iterable, Sequence
 from enum import Enum
 from numbers import Integral
@@ -415,3 +417,11 @@ def about_z(angles: ArrayLike) -> Floats:
     out[..., 1, 0] = np.sin(turn)
     out[..., 0, 1] = -out[..., 1, 0]
     return out
+
+
+def warn(text: str) -> None:
+    """Warn of a line that is none of this package's."""
+    level, frame = 1, sys._getframe()
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith("armangle"):
+        level, frame = level + 1, frame.f_back
+    warnings.warn(text, UserWarning, stacklevel=level)

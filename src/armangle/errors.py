@@ -6,8 +6,6 @@ Messages say what is wrong, where, which value, and what was wanted.
 from __future__ import annotations
 
 import importlib
-import sys
-import warnings
 from typing import Any
 
 
@@ -138,14 +136,6 @@ class OutputError(ArmangleError, OSError):
 
 class PortError(ArmangleError, OSError):
     """The viewer cannot serve at the port it was given."""
-
-
-def warn(text: str) -> None:
-    """Warn of a line that is none of this package's."""
-    level, frame = 1, sys._getframe()
-    while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith("armangle"):
-        level, frame = level + 1, frame.f_back
-    warnings.warn(text, UserWarning, stacklevel=level)
 
 
 def needed(package: str, purpose: str, extra: str) -> Any:

@@ -16,6 +16,7 @@
 #include "../circle/inverse.hpp"
 #include "../circle/joint_function.hpp"
 #include "../limits/arcs.hpp"
+#include "../limits/limit_table.hpp"
 
 namespace armangle {
 

@@ -8,12 +8,23 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from .._arrays import CONFIGURATIONS, JOINTS, Floats, as_floats, as_gc, as_number, chosen, named, one_or_seven
+from .._arrays import (
+    CONFIGURATIONS,
+    JOINTS,
+    Floats,
+    as_floats,
+    as_gc,
+    as_number,
+    chosen,
+    named,
+    one_or_seven,
+    warn,
+)
 from ..arm.arm import MOST_MARGIN, Arm
 from ..arm.near import unsupported
 from ..arm.offset import OffsetArm
 from ..arm.roll import ROLLS, Roll, check_free_roll, is_along_axis_7, last_margin
-from ..errors import ConfigurationError, InputError, NotFiniteError, ShapeError, warn
+from ..errors import ConfigurationError, InputError, NotFiniteError, ShapeError
 from .policies import POLICIES, Policy, Towards
 
 Carry = Literal["psi", "elbow"]

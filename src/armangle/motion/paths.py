@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from .._arrays import Floats, about_z, as_floats, as_number, as_poses, chosen, frozen, one_pose
-from ..errors import InputError, NotFiniteError, ShapeError, warn
+from .._arrays import Floats, about_z, as_floats, as_number, as_poses, chosen, frozen, one_pose, warn
+from ..errors import InputError, NotFiniteError, ShapeError
 
 LineOrientation = Literal["shortest", "fixed"]
 ArcOrientation = Literal["shortest", "fixed", "carried"]

@@ -19,6 +19,7 @@ from .._arrays import (
     as_poses,
     check_turns,
     one_posture,
+    warn,
 )
 from .._core import ANGLE_TOLERANCE, LARGEST_ANGLE, Wish
 from ..arm.allowed import Allowed, one_allowed
@@ -28,7 +29,7 @@ from ..arm.diagnosis import Diagnosis, Verdict, branch_of
 from ..arm.keywords import names_keywords
 from ..arm.near import unsupported
 from ..arm.roll import Roll, last_margin
-from ..errors import ConfigurationError, InputError, NotFiniteError, SceneError, ShapeError, warn
+from ..errors import ConfigurationError, InputError, NotFiniteError, SceneError, ShapeError
 from ..scenes.moving import ready_each, scenes_at
 from ..scenes.ready import Ready
 from ..scenes.scene import Scene, no_scene

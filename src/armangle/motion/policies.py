@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from .._arrays import TURN, Floats, named
+from .._arrays import TURN, Floats, named, warn
 from ..arm.wish import Direction, as_wish
-from ..errors import PolicyError, ShapeError, warn
+from ..errors import PolicyError, ShapeError
 
 Outside = Literal["nearest", "stop", "escape"]
 _LONGEST = 1e9  # s, of a step

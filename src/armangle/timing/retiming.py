@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import JOINTS, Floats, as_number
+from .._arrays import JOINTS, Floats, as_number, warn
 from ..arm.keywords import names_keywords
-from ..errors import InputError, PathError, warn
+from ..errors import InputError, PathError
 from ..motion.joint_path import JointPath
 from ..motion.options import Bound, joint_bound
 from ..motion.paths import NO_DEVIATION, Deviation
