@@ -128,3 +128,17 @@ def test_a_step_leaves_by_the_way_that_leads_to_its_wish(name: str, q: list[floa
         move, now = np.abs(step.q - now).max(), step.q
     assert abs(np.angle(np.exp(1j * (step.psi - wish)))) <= 1e-6
     assert move <= 1e-9
+
+
+@pytest.mark.parametrize("off", [0.0, 1e-11])
+@pytest.mark.parametrize("longest", [0.02, 0.2])
+def test_the_middle_of_an_arc_leads_no_joint_round_for_ever(off: float, longest: float) -> None:
+    """Joint 7's turns end on the way: psi leaves towards the middle, or not, and not to the other side."""
+    arm = aa.Arm.from_catalogue("kuka_iiwa14_r820")
+    q = np.array([-2.718, 0.8238, 2.4703, 0.7597, 0.0, off, 1.6856])
+    pose, _, gc = arm.forward(q)
+    for _ in range(1000):
+        now = aa.step(arm, q, pose, gc=int(gc), policy=aa.Centre(K=0.05), max_joint_step=longest)
+        assert now.status == aa.Status.OK
+        move, q = np.abs(now.q - q).max(), now.q
+    assert move <= 1e-6

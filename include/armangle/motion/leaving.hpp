@@ -116,14 +116,13 @@ inline Joints posture_beside(const Arm& arm, const SelfMotion<double>& m, const 
 }  // namespace detail
 
 /// Offers the ways on within the arcs of a self-motion from the singular posture q, whose psi is `held`,
-/// towards `wish`, or the middle of the arc where that is NaN. The best misses the wish by least, and of such
-/// its pivots have the shortest way.
+/// towards `wish`. The best misses the wish by least, and of such its pivots have the shortest way.
 inline void offer_ways_on(const Arm& arm, const SelfMotion<double>& m, const ArcSet& arcs, const Chain& now,
                           double held, double wish, const double* q, Leaving& best) noexcept {
     for (const double side : {1.0, -1.0}) {
         const double room = detail::room_beside(arcs, held, side);
         if (!(room > leaving_rule::off)) continue;
-        const double towards = is_nan(wish) ? 0.5 * room : side * wrap(wish - held);
+        const double towards = side * wrap(wish - held);
         const double far = min(towards, room);  // beyond that psi is nearer by the other side
         if (!(far > leaving_rule::off)) continue;
         Leaving one;

@@ -345,12 +345,10 @@ private:
             BranchParts parts;
             const Branch b = flipped(*branch_[0].motion, flip, psi, options_, parts);
             if (b.status != Status::OK) continue;
-            double wish = not_a_number;
-            if (options_.policy.rule == Rule::towards) {
-                wish = policy_on(options_, arm_, parts.motion).towards.psi;
-                if (is_nan(wish)) return false;
-                missed = abs(wrap(wish - psi));
-            }
+            const bool named = options_.policy.rule == Rule::towards;
+            const double wish = named ? policy_on(options_, arm_, parts.motion).towards.psi : b.wish;
+            if (is_nan(wish)) return false;
+            missed = min(missed, abs(wrap(wish - psi)));
             offer_ways_on(arm_, parts.motion, *b.kept, now_, psi, wish, q_now_, way);
         }
         if (way.gc < 0 || !(way.missed < missed - leaving_rule::off)) return false;
