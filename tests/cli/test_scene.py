@@ -51,6 +51,68 @@ def test_a_clearance_is_that_of_the_scene(cell: str, capsys: pytest.CaptureFixtu
     assert np.abs(wanted - arm().feasible(pose, gc, scene=aa.Scene([lamp])).intervals).max() > 0.01
 
 
+TABLE = '[[box]]\nname = "table"\nsize = [2, 2, 0.04]\nposition = [0, 0, 0.18]\n'
+TOOL = "0,0,0.12,0.7071067811865476,0.7071067811865476,0,0"
+
+
+@pytest.mark.parametrize("hand", ["30", "hand.toml"])
+def test_a_hand_is_kept_off_too(tmp_path: Path, hand: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """A rod from the tip to the tool's place, or shapes in the frame of the tool: here the same ones."""
+    table = tmp_path / "table.toml"
+    table.write_text(TABLE)
+    if hand == "hand.toml":
+        hand = str(tmp_path / hand)
+        Path(hand).write_text(
+            "[[capsule]]\nbegin = [0, -0.12, 0]\nend = [0, 0, 0]\nradius = 0.03\nname = 'drill'"
+        )
+    tooled = arm().with_tool(aa.pose([0, 0, 0.12], rpy=[np.pi / 2, 0, 0]))
+    drill = aa.Capsule([0, -0.12, 0], [0, 0, 0], 0.03)
+    scene = aa.load_scene(table)
+    q = np.radians([0, 40, 0, -100, 0, 40, 0])
+    low = tooled.forward(q)[0]
+    for rise in (-0.05, 0.05):
+        pose = low.copy()
+        pose[2, 3] = 0.2 + 0.03 + rise / 10
+        file = tmp_path / "pose.csv"
+        aa.save(pose[None], file)
+        near = ",".join(str(x) for x in np.degrees(q))
+        words = ["ik", *ROBOT, "--tool", TOOL, "--pose", str(file), "--near", near, "--scene", str(table)]
+        status = main([*words, "--body", "90,80", "--hand", hand, "--json"])
+        said = capsys.readouterr()
+        facts = json.loads(said.out)
+        facts = facts[0] if isinstance(facts, list) else facts
+        wanted = tooled.with_hand([drill]).solve(pose, near=q, scene=scene)
+        assert (status == 0) is wanted.ok is (rise > 0)
+        assert "nothing covers" not in said.err
+        if wanted.ok:
+            assert np.allclose(facts["q"], wanted.q, rtol=0, atol=1e-9)
+        assert main([*words, "--body", "90,80"]) == 0  # the tool is in the table for all that the arm knows
+        assert "nothing covers" in (err := capsys.readouterr().err) and "--hand does" in err
+
+
+@pytest.mark.parametrize(
+    ("hand", "why"),
+    [
+        ("0.03", "in mm: was this in m"),
+        ("30,40", "a RADIUS in mm"),
+        ("half_space.toml", "wanted Ball, Capsule, Box, Hull"),
+        ("kept.toml", "of the scene, not of a hand"),
+        ("none.toml", "none.toml"),
+    ],
+)
+def test_a_hand_that_is_none_is_refused(
+    tmp_path: Path, cell: str, hand: str, why: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "half_space.toml").write_text("[[half_space]]\nnormal = [0, 0, 1]\noffset = 0")
+    (tmp_path / "kept.toml").write_text(f"clearance = 0.01\n{CELL}")
+    given = str(tmp_path / hand) if hand.endswith(".toml") else hand
+    words = ["arcs", *ROBOT, "--q", Q, "--body", "90,80", "--hand", given]
+    assert main([*words, "--scene", cell]) == 2
+    assert why in capsys.readouterr().err
+    assert main(["arcs", *ROBOT, "--q", Q, "--hand", "30"]) == 2
+    assert "--hand goes with --scene" in capsys.readouterr().err
+
+
 def test_ik_and_follow_keep_clear(tmp_path: Path, cell: str, capsys: pytest.CaptureFixture[str]) -> None:
     q = np.radians([float(x) for x in Q.split(",")])
     pose = arm().forward(q)[0]

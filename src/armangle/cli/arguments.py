@@ -19,17 +19,18 @@ from ..errors import InputError, NotSRSError, SceneError, ShapeError, UnknownRob
 from ..files.scenes import load_body, load_scene
 from ..files.sheets import ending
 from ..files.tables import load_poses
-from ..models.body import Body
+from ..models.body import BARE, Body
 from ..models.catalogue import read_robot
 from ..models.detect import MAX_ANGLE, MAX_LENGTH
 from ..models.mjcf import is_mjcf
 from ..models.offset import offset_catalogue
 from ..poses import COLUMNS, UNIT_TOLERANCE, poses_from_rows
 from ..scenes.scene import Scene
+from ..scenes.shapes import Ball, Capsule, Shape
 from .screen import called, note, progress
 
 DEGREE = math.pi / 180
-_THINNEST = 1e-3  # m: no arm's links are as thin
+_THINNEST = 1e-3  # m: no arm's links and no hand are as thin
 _LONGEST = 5.0  # m: no tool is as long
 _PLACE = COLUMNS[:3]
 AnyArm = TypeVar("AnyArm", Arm, OffsetArm)
@@ -73,7 +74,7 @@ def add_import(parser: argparse.ArgumentParser | argparse._ArgumentGroup, when: 
 
 
 def add_scene(parser: argparse.ArgumentParser) -> None:
-    """Add --scene, --body and --clearance."""
+    """Add --scene, --body, --hand and --clearance."""
     group = parser.add_argument_group("obstacles")
     group.add_argument(
         "--scene", metavar="FILE", help="keep clear of what it holds: scene.toml, or MoveIt's .scene"
@@ -82,6 +83,12 @@ def add_scene(parser: argparse.ArgumentParser) -> None:
         "--body", metavar="BODY",
         help="with --scene, the arm's links: UPPER,FOREARM radii in mm, body.toml, a URDF or "
         "MJCF with collision shapes (default: the file of --urdf), or guessed: from its lengths",
+    )  # fmt: skip
+    group.add_argument(
+        "--hand", metavar="HAND",
+        help="with --scene, what the tip carries: the RADIUS in mm of a rod from there to the place of "
+        "--tool (a ball without it), or hand.toml: balls, capsules, boxes and hulls as in scene.toml, "
+        "in the frame of the tool",
     )  # fmt: skip
     group.add_argument(
         "--clearance", type=number, metavar="MM",
@@ -98,56 +105,78 @@ def add_roll(parser: argparse.ArgumentParser) -> None:
 
 
 def any_arm_and_scene(args: argparse.Namespace) -> tuple[Arm | OffsetArm, Scene | None]:
-    """Return `any_arm`, of an `Arm` with the body of --body and the scene of --scene."""
+    """Return `any_arm`, of an `Arm` with body and hand, and the scene of --scene."""
     arm = any_arm(args)
     if isinstance(arm, Arm):
         return with_body(arm, args)
-    for option in ("scene", "body", "clearance"):
+    for option in ("scene", "body", "hand", "clearance"):
         if getattr(args, option) is not None:
             raise InputError(f"--{option} does not go with {called(arm)}")
     return arm, None
 
 
 def with_body(arm: Arm, args: argparse.Namespace) -> tuple[Arm, Scene | None]:
-    """Return the arm with the body of --body, and the scene of --scene."""
+    """Return the arm with the body of --body and the hand of --hand, and the scene of --scene."""
     if args.scene is None:
-        if args.body is not None:
-            raise InputError("--body goes with --scene")
-        if args.clearance is not None:
-            raise InputError("--clearance goes with --scene")
+        for option in ("body", "hand", "clearance"):
+            if getattr(args, option) is not None:
+                raise InputError(f"--{option} goes with --scene")
         return arm, None
     scene = load_scene(args.scene)
     if args.clearance is not None:
         kept = args.clearance / 1e3
         scene = Scene(scene.shapes, clearance=kept, soft=scene.soft, ignore=scene.ignore)
+    if args.hand is not None:
+        arm = arm.with_hand(_hand(args))
+    arm = _bodied(arm, args)
+    for line in () if arm.body is None else arm.body.notes:
+        if line != BARE:
+            note(f"armangle: {line}")
+        elif args.hand is None:
+            note(f"armangle: {line.rpartition(':')[0]}: --hand does")
+    _refuse_unusable(arm, scene, args.scene)
+    return arm, scene
+
+
+def _bodied(arm: Arm, args: argparse.Namespace) -> Arm:
+    """Return the arm with the body of --body, or of --urdf's file."""
     text = args.urdf if args.body is None else args.body
     if text is None:
         raise InputError(
             "--scene needs the shape of the arm's links: --body 90,80 (radii of the bones in mm), or guessed"
         )
     if text == "guessed":
-        arm = arm.with_body()
-        for line in () if arm.body is None else arm.body.notes:
-            note(f"armangle: {line}")
-        _refuse_unusable(arm, scene, args.scene)
-        return arm, scene
+        return arm.with_body()
     links = (args.base, args.tip) if args.urdf is not None else (None, None)
     if Path(text).suffix.lower() == ".toml":
-        body = load_body(text)
-    elif not Path(text).is_file():
+        return arm.with_body(load_body(text))
+    if not Path(text).is_file():
         upper_arm, forearm = radii = numbers("--body", text, "UPPER,FOREARM in mm, or a file", 2) / 1e3
-        if 0 < np.max(radii) < _THINNEST:
-            raise InputError(f"--body is {text}, radii in mm: was this in m?")
-        body = Body.bones(upper_arm=float(upper_arm), forearm=float(forearm))
-    elif is_mjcf(text):
-        body = Body.from_mjcf(text, *links, exact=not args.inexact)
-    else:
-        body = Body.from_urdf(text, *links, exact=not args.inexact)
-    for line in body.notes:
-        note(f"armangle: {line}")
-    arm = arm.with_body(body)
-    _refuse_unusable(arm, scene, args.scene)
-    return arm, scene
+        _refuse_metres("--body", text, radii)
+        return arm.with_body(Body.bones(upper_arm=float(upper_arm), forearm=float(forearm)))
+    from_file = Body.from_mjcf if is_mjcf(text) else Body.from_urdf
+    return arm.with_body(from_file(text, *links, exact=not args.inexact))
+
+
+def _hand(args: argparse.Namespace) -> tuple[Shape, ...]:
+    """Return the shapes of --hand, in the tool frame."""
+    text = args.hand
+    if Path(text).suffix.lower() == ".toml":
+        held = load_scene(text)
+        if held.clearance or held.soft or held.ignore:
+            raise InputError(f"{text}: clearance, soft and ignore are of the scene, not of a hand")
+        return held.shapes
+    radius = numbers("--hand", text, "a RADIUS in mm, or hand.toml", 1) / 1e3
+    _refuse_metres("--hand", text, radius)
+    if args.tool is None:
+        return (Ball([0.0, 0.0, 0.0], float(radius[0])),)
+    tool = _tool(args)
+    return (Capsule(-tool[:3, :3].T @ tool[:3, 3], [0.0, 0.0, 0.0], float(radius[0])),)
+
+
+def _refuse_metres(option: str, text: str, radii: Floats) -> None:
+    if 0 < np.max(radii) < _THINNEST:
+        raise InputError(f"{option} is {text}, in mm: was this in m?")
 
 
 def _refuse_unusable(arm: Arm, scene: Scene, file: str) -> None:
@@ -193,8 +222,11 @@ def the_arm(args: argparse.Namespace) -> Arm:
 
 def _tooled(arm: AnyArm, args: argparse.Namespace) -> AnyArm:
     """Return the arm with the tool of --tool on its tip."""
-    if args.tool is None:
-        return arm
+    return arm if args.tool is None else arm.with_tool(_tool(args))
+
+
+def _tool(args: argparse.Namespace) -> Floats:
+    """Return the frame of --tool in the tip's, (4, 4)."""
     given = len(args.tool.replace(",", " ").split())
     if given not in (len(_PLACE), len(COLUMNS)):
         raise ShapeError(f"--tool has {given} numbers, wanted x,y,z or {','.join(COLUMNS)}")
@@ -202,7 +234,7 @@ def _tooled(arm: AnyArm, args: argparse.Namespace) -> AnyArm:
     tool = pose("--tool", args.tool + turned)
     if np.abs(tool[:3, 3]).max() > _LONGEST:
         raise InputError(f"--tool is {args.tool}, a place in m: was this in mm?")
-    return arm.with_tool(tool)
+    return tool
 
 
 def _bare_arm(args: argparse.Namespace) -> Arm:
