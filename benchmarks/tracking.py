@@ -8,7 +8,8 @@ ticks. Per stream: RMS distance of the tool from the hand without noise, over th
 been in reach for 0.5 s; ticks that break a bound on speed, acceleration or position (1e-6 relative); freezes
 (0.5 s without motion, more than 20 mm from a hand in reach); programmes without solution; CPU time of a tick,
 one call each and in one call of `run`, the mean of a stream and the median of the streams. A stream is ahead
-if its RMS distance is less than that of the best of the others on it. The first arm at the first rate has a
+if its RMS distance is less than that of the best of the others on it, "within bounds" of those of them that
+break no bound on it. The first arm at the first rate has a
 table of its own, all have a row.
 """
 
@@ -127,15 +128,19 @@ def peers(
     return rows
 
 
-def behind(rows: dict[str, dict[str, Row]], keys: list[str], what: str = "rms") -> list[str]:
-    """Return the streams in which ours is not less than the best of the others."""
-    others = [rows[name] for name in rows if name != OURS]
-    return [
-        key
-        for key in keys
-        if not getattr(rows[OURS][key], what)
-        < min((getattr(row[key], what) for row in others), default=np.inf)
-    ]
+def behind(
+    rows: dict[str, dict[str, Row]], keys: list[str], what: str = "rms", *, within_bounds: bool = False
+) -> list[str]:
+    """Return the streams in which ours is not less than the best of the others (of those within bounds)."""
+    lost = []
+    for key in keys:
+        others = [rows[name][key] for name in rows if name != OURS]
+        best = min(
+            (getattr(row, what) for row in others if not (within_bounds and row.violations)), default=np.inf
+        )
+        if not getattr(rows[OURS][key], what) < best:
+            lost.append(key)
+    return lost
 
 
 def median(rows: dict[str, Row], what: str) -> float:
@@ -179,8 +184,8 @@ def table(rows: dict[str, dict[str, Row]]) -> str:
 
 
 SUMMARY = (
-    "arm", "ticks a second", "scenarios ahead", "streams ahead", "with rotation", "behind in",
-    "freezes, its : theirs", "bounds broken, its : theirs", "µs, one call : `run` : theirs",
+    "arm", "ticks a second", "scenarios ahead", "streams ahead", "within bounds", "with rotation",
+    "behind in", "freezes, its : theirs", "bounds broken, its : theirs", "µs, one call : `run` : theirs",
     "times less, one call : `run`",
 )  # fmt: skip
 
@@ -198,6 +203,7 @@ def summary(arm: str, rate: float, rows: dict[str, dict[str, Row]]) -> list[str]
         f"{rate:g}",
         f"{sum(led)} of {len(led)}",
         f"{len(own) - len(lost)} of {len(own)}",
+        f"{len(own) - len(behind(rows, list(own), within_bounds=True))}",
         f"{len(own) - len(behind(rows, list(own), 'weighed'))}",
         ", ".join(lost),
         *(

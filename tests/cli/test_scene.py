@@ -108,7 +108,7 @@ def test_a_hand_that_is_none_is_refused(
     given = str(tmp_path / hand) if hand.endswith(".toml") else hand
     words = ["arcs", *ROBOT, "--q", Q, "--body", "90,80", "--hand", given]
     assert main([*words, "--scene", cell]) == 2
-    assert why in capsys.readouterr().err
+    assert why in " ".join(capsys.readouterr().err.split())
     assert main(["arcs", *ROBOT, "--q", Q, "--hand", "30"]) == 2
     assert "--hand goes with --scene" in capsys.readouterr().err
 

@@ -11,13 +11,13 @@ from ..arm.offset import OffsetArm
 from ..errors import PathError
 from ..files.tables import JointTable
 from ..motion.following import follow
-from ..motion.joint_path import JointPath
+from ..motion.joint_path import Between, JointPath
 from ..scenes.scene import Scene
 
 
-def motion_of(arm: Arm | OffsetArm, table: JointTable) -> JointPath:
+def motion_of(arm: Arm | OffsetArm, table: JointTable, between: Between = "tool") -> JointPath:
     """Return the rows of a joint file as a motion of an arm, those without joints included."""
-    return JointPath.from_joints(arm, table.q, s=table.s, status=table.status)
+    return JointPath.from_joints(arm, table.q, s=table.s, status=table.status, between=between)
 
 
 def motions_along(

@@ -11,7 +11,8 @@ import numpy as np
 
 from .._arrays import Floats, Ints
 from ..errors import InputError, PathError
-from .joint_path import AnyCurve, JointPath, Placed
+from .curves import AnyCurve, Placed
+from .joint_path import JointPath
 from .paths import Chain, greatest
 
 SAME_JOINTS = 1e-6
@@ -54,6 +55,11 @@ class JoinedCurve:
         """The s between which the curve is smooth, shape (k,)."""
         spans = zip(self.ends[:-1], np.diff(self.ends), self.curves, strict=True)
         return np.concatenate([low + width * curve.knots for low, width, curve in spans])
+
+    @property
+    def leads_the_tool(self) -> bool:
+        """Whether the tool goes where the joints take it, on one of them."""
+        return any(curve.leads_the_tool for curve in self.curves)
 
     def at(self, handle: Any, s: Floats) -> Placed:
         """Return the rows at s (N,); `handle` is the arm's."""

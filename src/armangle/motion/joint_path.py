@@ -2,182 +2,37 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Protocol
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from .._arrays import JOINTS, Floats, Ints, as_floats, frozen
+from .._arrays import JOINTS, Floats, Ints, as_floats, chosen, frozen
 from ..arm.arm import Arm
 from ..arm.diagnosis import Diagnosis
 from ..arm.joint_map import to_theta
 from ..arm.near import edge_of_reach
 from ..arm.offset import OffsetArm, as_srs
-from ..arm.roll import Roll
 from ..errors import InputError, PathError, ShapeError, UnreachableError
 from ..scenes.scene import Scene
 from ..status import SOLVED, STATUSES, Status
+from .curves import ORDERS, AnyCurve, Curve, JointLines, JointSpline, OffsetCurve
 from .paths import Deviation, Path, checked_parameters, deviation_of
 
 MOST_PASSED = 1e-6
 """By how much a joint may pass a limit between two rows, rad, where no arm angle takes it back."""
 BEGIN = "arm.solve(poses[0], near=start).q"
 """Where a path may begin whose first pose is too far from the start."""
-_ORDERS = 3
 _SHUT = 1e-9  # sine of a hinge that is 0 but for rounding
-_SHIFT = 8  # numbers of a shift: where it begins and ends, and six coefficients
 _READ = 1e-6  # rad: of digits that a file leaves out
 _TURN = 2 * np.pi
+Between = Literal["tool", "joints", "spline"]
+BETWEEN = ("tool", "joints", "spline")
 _OF_A_JOINT = (Status.JOINT_JUMP, Status.LIMITS, Status.WINDING_EXHAUSTED)
 """Outcomes of a step that one joint shows best."""
 _OUT_OF_REACH = (Status.UNREACHABLE, Status.FOLDED, Status.ELBOW_LIMIT, Status.ELBOW_MARGIN, Status.LIMITS)
-
-
-class Placed(NamedTuple):
-    """Rows of a curve at parameters s: joints, arm angle, branch, pose, least limit margin, residual."""
-
-    q: Floats
-    psi: Floats
-    gc: Floats
-    pose: Floats
-    margin: Floats
-    residual: Floats
-
-    @classmethod
-    def empty(cls, n: int) -> Placed:
-        """Return n rows to be filled."""
-        return cls(*(np.empty((n, *shape)) for shape in ((JOINTS,), (), (), (4, 4), (), ())))
-
-
-@dataclass(frozen=True, eq=False)
-class Curve:
-    """Segments of the path, stretches of the angle, the plane that it is measured from, and the branch.
-
-    Parameters
-    ----------
-    segments, stretches, plane : ndarray
-        As the core writes them.
-    gc : int
-        Global configuration 0..7 at its start; another one where it passes θ2 = 0 or θ6 = 0.
-    roll : "pose" or "free"
-        "free": joint 7 stays, and poses are held with whatever roll about axis 7 that makes.
-    shifts : ndarray
-        As the core writes them: of a true chain, what is added to a joint that leads.
-    base : ndarray, shape (4, 4), or None
-        Where the nominal arm of a true chain stands, if not on its own base: position in m.
-    """
-
-    segments: Floats
-    stretches: Floats
-    plane: Floats
-    gc: int
-    roll: Roll = "pose"
-    shifts: Floats = field(default_factory=lambda: np.empty((0, _SHIFT)))
-    base: Floats | None = None
-
-    @property
-    def end(self) -> float:
-        """The s where the curve ends: 1 for a whole path."""
-        return float(self.stretches[-1, 1])
-
-    @property
-    def knots(self) -> Floats:
-        """The s between which the curve is smooth, shape (k,)."""
-        return np.append(self.stretches[:, 0], self.end)
-
-    def at(self, handle: _core.Arm, s: Floats) -> Placed:
-        """Return the rows at s (N,), each up to `end`; `handle` is the arm's."""
-        rows = Placed.empty(len(s))
-        handle.curve_at(*self._columns, s, *rows)
-        return rows
-
-    def derivatives(self, handle: _core.Arm, s: Floats) -> Floats:
-        """Return q', q'', q''' with respect to s, shape (N, 3, 7)."""
-        out = np.empty((len(s), _ORDERS, JOINTS))
-        handle.curve_derivatives(*self._columns, s, out)
-        return out
-
-    @property
-    def _columns(self) -> tuple[Floats, Floats, Floats, int, bool, Floats, Floats | None]:
-        free = self.roll == "free"
-        return self.segments, self.stretches, self.plane, self.gc, free, self.shifts, self.base
-
-
-@dataclass(frozen=True, eq=False)
-class OffsetCurve:
-    """Rows of an `OffsetArm`, between which its free joint moves evenly.
-
-    Parameters
-    ----------
-    segments : ndarray
-        As the core writes them.
-    s, free : ndarray, shape (n,)
-        Where the rows are, and the free joint's values there, rad, lifted; n is 2 or more.
-    q : ndarray, shape (n, 7)
-        Joints, rad.
-    gc : int
-        Global configuration of all rows.
-    """
-
-    segments: Floats
-    s: Floats
-    free: Floats
-    q: Floats
-    gc: int
-
-    @property
-    def end(self) -> float:
-        """The s where the rows end: 1."""
-        return 1.0
-
-    @property
-    def knots(self) -> Floats:
-        """The s between which the curve is smooth, shape (n,)."""
-        return self.s
-
-    def at(self, handle: Any, s: Floats) -> Placed:
-        """Return the rows at s (N,); `handle` is the arm's."""
-        rows = Placed.empty(len(s))
-        handle.rows_at(*self._columns, s, *rows)
-        return rows
-
-    def derivatives(self, handle: Any, s: Floats) -> Floats:
-        """Return q', q'', q''' with respect to s, shape (N, 3, 7)."""
-        out = np.empty((len(s), _ORDERS, JOINTS))
-        handle.rows_derivatives(*self._columns, s, out)
-        return out
-
-    @property
-    def _columns(self) -> tuple[Floats, Floats, Floats, Floats, int]:
-        return self.segments, self.s, self.free, self.q, self.gc
-
-
-class AnyCurve(Protocol):
-    """What joints do along s: a `Curve`, an `OffsetCurve`, or several one after the other."""
-
-    @property
-    def segments(self) -> Floats:
-        """The tool's way."""
-
-    @property
-    def gc(self) -> int:
-        """Global configuration at the start."""
-
-    @property
-    def end(self) -> float:
-        """The s where it ends."""
-
-    @property
-    def knots(self) -> Floats:
-        """The s between which it is smooth."""
-
-    def at(self, handle: Any, s: Floats) -> Placed:
-        """Return the rows at s (N,)."""
-
-    def derivatives(self, handle: Any, s: Floats) -> Floats:
-        """Return q', q'', q''' with respect to s, shape (N, 3, 7)."""
 
 
 class PathPoint(NamedTuple):
@@ -218,7 +73,8 @@ def _raise_where_torn(gc: Ints, row: int) -> None:
     if row < 0:
         return
     over = (
-        f"it goes over from branch {gc[row]} to {gc[row + 1]}, and the tool goes straight: give rows between"
+        f"it goes over from branch {gc[row]} to {gc[row + 1]}, and the tool goes straight: give rows between "
+        "or between='joints' to from_joints"
     )
     if gc[row] == gc[row + 1]:
         over = "the arm is singular, and nothing leads on to the next: follow more poses there, or plan"
@@ -296,7 +152,7 @@ class JointPath:
     @classmethod
     def from_joints(
         cls, arm: Arm | OffsetArm, q: ArrayLike, *, s: ArrayLike | None = None,
-        status: ArrayLike | None = None,
+        status: ArrayLike | None = None, between: Between = "tool",
     ) -> JointPath:  # fmt: skip
         """Return joint values of a file or a teach pendant as a motion, for `at` and `retime`.
 
@@ -310,21 +166,26 @@ class JointPath:
         status : array_like of int, shape (N,), optional
             `Status` of each row, OK unless given; LIMITS where joints of an OK row are outside them,
             NOT_REACHED where there are none.
+        between : "tool", "joints" or "spline"
+            How it goes from row to row. "tool": the tool goes straight, as in a motion of `follow`.
+            "joints": every joint goes straight, as from one taught posture to the next (PTP), or along what a
+            planner in joint space found. "spline": joints are on a cubic spline through the rows, twice
+            differentiable, as rows of a smooth motion are; it needs SciPy: pip install 'armangle[time]'.
 
         Returns
         -------
         JointPath
-            Poses, arm angle and configuration are computed from the joints; between rows the tool goes
-            straight. The pose of a row that failed is NaN, also where joints were held there: joints do not
-            say which pose it failed at.
+            Poses, arm angle and configuration are computed from the joints. The pose of a row that failed is
+            NaN, also where joints were held there: joints do not say which pose it failed at.
 
         Raises
         ------
         PathError
-            If no row has joints.
+            If no row has joints, or a spline through them passes a limit.
         InputError, ShapeError
             If an array has a wrong shape, or s falls.
         """
+        chosen("between", between, BETWEEN)
         rows_given = as_floats("q", q, (JOINTS,)).reshape(-1, JOINTS)
         n = len(rows_given)
         known = np.isfinite(rows_given).all(axis=1)
@@ -355,7 +216,8 @@ class JointPath:
         poses[failed] = rows["residual"][failed] = np.nan
         defined = np.isfinite(rows["psi"])
         rows["psi"][defined] = np.unwrap(rows["psi"][defined])
-        return cls(arm=arm, s=at, poses=poses, **rows)
+        found = cls(arm=arm, s=at, poses=poses, **rows)
+        return found if between == "tool" or not found.ok else replace(found, curve=found._led(between))
 
     @property
     def ok(self) -> bool:
@@ -414,7 +276,8 @@ class JointPath:
     def at(self, s: ArrayLike) -> PathPoint:
         """Return the motion at any s: the closed-form inverse at the pose and the arm angle there.
 
-        Always on the path, to 1e-12; never an interpolation of joints. Where the path has neither `path` nor
+        Always on the path, to 1e-12; an interpolation of joints only where `from_joints` was asked for one,
+        with psi in (-π, π], or NaN where there is none. Where the path has neither `path` nor
         `curve` (from `follow`) the tool goes straight and by the shortest rotation from pose to pose, and the
         elbow turns evenly, or the free joint of an `OffsetArm` does; q is NaN where that has no posture.
         Where that would pass a limit the elbow turns so that it is kept, to 1e-6 rad.
@@ -480,10 +343,10 @@ class JointPath:
         curve = self._curve()
         flat = at.reshape(-1)
         inside = flat <= curve.end
-        out = np.full((at.size, _ORDERS, JOINTS), np.nan)
+        out = np.full((at.size, ORDERS, JOINTS), np.nan)
         out[inside] = curve.derivatives(self.arm._handle, np.ascontiguousarray(flat[inside]))
         out[~np.isfinite(out).all(axis=(1, 2))] = np.nan
-        return out.reshape(*at.shape, _ORDERS, JOINTS)
+        return out.reshape(*at.shape, ORDERS, JOINTS)
 
     def _curve(self) -> AnyCurve:
         if self.curve is not None:
@@ -511,6 +374,25 @@ class JointPath:
         if torn >= 0:
             _raise_where_torn(every, int(np.searchsorted(self.s, s[torn, 0], side="right")) - 1)
         object.__setattr__(self, "curve", curve)
+        return curve
+
+    def _led(self, between: Between) -> JointLines | JointSpline:
+        """Return the curve in the joints through the rows."""
+        kept = self._apart()
+        s, q = self.s[kept], self.q[kept]
+        if len(kept) == 1:
+            s, q = np.array([0.0, 1.0]), np.repeat(q, 2, axis=0)
+        rows = self.arm, s, q, int(self.gc[0]), self._straight(kept)
+        if between == "joints":
+            return JointLines(*rows)
+        curve = JointSpline(*rows)
+        beyond = curve.passed(self.arm.lower, self.arm.upper)
+        if beyond.max() > MOST_PASSED:
+            row, joint = np.unravel_index(beyond.argmax(), beyond.shape)
+            raise PathError(
+                f"behind row {kept[row]} a spline through the rows takes joint {joint + 1} past its limit by "
+                f"{np.degrees(beyond.max()):.3g} deg: give more rows there, or between='joints'"
+            )
         return curve
 
     def _branches(self) -> Ints:

@@ -34,7 +34,8 @@ from ..scenes.moving import ready_each, scenes_at
 from ..scenes.ready import Ready
 from ..scenes.scene import Scene, no_scene
 from ..status import Status
-from .joint_path import Curve, JointPath, blank_rows, even_parameters
+from .curves import Curve
+from .joint_path import JointPath, blank_rows, even_parameters
 from .options import check_arm, free_roll, positive
 from .paths import Path, Waypoints, as_path, sample_count
 from .policies import Towards

@@ -13,6 +13,8 @@ from ..arm.offset import OffsetArm
 
 RESTS = 1e-9
 """The tool rests where it moves by less per unit of s, m."""
+STEP = 1e-6
+"""Of s, for a difference."""
 CLOSE = 1e-9
 """Breaks nearer to the next one than this are that one."""
 
@@ -50,12 +52,26 @@ def breaks(motion: Motion) -> Floats:
     return np.asarray(ends[apart])
 
 
+def _joints_lead(motion: Motion) -> bool:
+    """Return whether the tool goes where the joints take it."""
+    curve: Any = getattr(motion, "curve", motion)
+    return curve is not None and curve.leads_the_tool is True
+
+
+def _where_joints_lead(motion: Motion, s: Floats) -> tuple[Floats, Floats]:
+    """Return p' = J q' and p'' = J q'' + J' q', J' a difference over a short step along q'."""
+    q, d = motion.at(s).q, motion.derivatives(s)
+    slope, bend = d[:, 0], d[:, 1, :, None]
+    before, here, after = (motion.arm.jacobian(q + step * slope)[:, :3] for step in (-STEP, 0.0, STEP))
+    first, turned = here @ slope[..., None], (after - before) / (2 * STEP) @ slope[..., None]
+    return first[..., 0], (here @ bend + turned)[..., 0]
+
+
 def tool_derivatives(motion: Motion, s: Floats) -> tuple[Floats, Floats]:
     """Return p' and p'' of the tool's origin, m per unit of s and of its square, (N, 3) each."""
     rows: Any = motion
-    if hasattr(motion, "tool_derivatives"):
-        first, second = rows.tool_derivatives(s)
-        return first, second
+    if _joints_lead(motion):
+        return _where_joints_lead(motion, s)
     if motion.path is not None:
         first, second = (np.asarray(motion.path.derivative(s, order))[:, :3] for order in (1, 2))
         return first, second

@@ -10,13 +10,15 @@ from numpy.typing import ArrayLike
 from .._arrays import JOINTS, Floats, as_number, warn
 from ..arm.keywords import names_keywords
 from ..errors import InputError, PathError
-from ..motion.joint_path import JointPath
+from ..motion.curves import JointLines, JointSpline
+from ..motion.joint_path import Between, JointPath
 from ..motion.options import Bound, joint_bound
 from ..motion.paths import NO_DEVIATION, Deviation
 from .fastest import KNOTS, fastest, smooth
 from .grid import Grid, corners, grid
 from .motion import RESTS, Motion, breaks, tool_derivatives
 from .rounding import rounded
+from .straight import is_straight, straight
 from .tool_speed import HELD, HELD_WITH_JERK, not_held, speed_lost
 from .trajectory import Timing, Trajectory, joined, sampled
 
@@ -173,7 +175,9 @@ def _without_repeats(path: Motion) -> Motion:
     q = path.q[kept]
     q[-1] = path.q[-1]
     s = None if np.ptp(np.diff(own)) <= RESTS else own / own[-1]
-    return JointPath.from_joints(path.arm, q, s=s, status=path.status[kept])
+    between: dict[type, Between] = {JointLines: "joints", JointSpline: "spline"}
+    how = between.get(type(path.curve), "tool")
+    return JointPath.from_joints(path.arm, q, s=s, status=path.status[kept], between=how)
 
 
 class _Way(NamedTuple):
@@ -306,6 +310,8 @@ def _timed(path: Motion, g: Grid, caps: Floats, b: _Bounds) -> Timing:
         most[[0, -1]] = np.where(most[[0, -1]] > 0, most[[0, -1]], most[1:-1].max())
         if b.jerk is None:
             pieces.append(fastest(part, b.acceleration, most))
+        elif is_straight(part, most):
+            pieces.append(straight(part, b.acceleration, b.jerk, most))
         else:
             bounds = b.velocity, b.acceleration, b.jerk
             knots = KNOTS if b.tool_speed is None else AT_SPEED // 2

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import JOINTS, Floats
+from .._arrays import Floats
 from ..arm.arm import Arm
 from ..arm.offset import OffsetArm
 from ..errors import PathError
+from ..motion.curves import JointSpline
 from ..motion.joint_path import MOST_PASSED
 from ..motion.paths import RADIAN, Deviation
-from .fastest import needed
 from .motion import Motion
 
 LOOKED_AT, SURE = np.array([0.1, 0.3, 0.5, 0.7, 0.9]), 0.9
@@ -29,8 +29,6 @@ PUT = 1.0
 """Share of the tolerance (m, for rad) that they may be put inside by; else nodes come nearer first."""
 LONGEST = 1 / 32
 """Of s, between the first nodes."""
-STEP = 1e-6
-"""Of s, for a difference."""
 _ROOT_8 = np.sqrt(8.0)  # of |R - S| to 2 sin(half the angle)
 
 
@@ -56,7 +54,7 @@ class Rounded:
         self._low = np.minimum(motion.arm.lower, q.min(axis=0))  # a path may begin outside its limits
         self._high = np.maximum(motion.arm.upper, q.max(axis=0))
         q[1:-1] = np.clip(q[1:-1], self._low + inside, self._high - inside)
-        self._spline = needed("scipy.interpolate").CubicSpline(breaks, q)
+        self._curve = JointSpline(motion.arm, breaks, q, 0, np.empty((0, 0)))
 
     @property
     def arm(self) -> Arm | OffsetArm:
@@ -68,24 +66,18 @@ class Rounded:
         """Where the tool would go with corners."""
         return self._motion.path
 
+    @property
+    def leads_the_tool(self) -> bool:
+        """Whether the tool goes where the joints take it: True."""
+        return True
+
     def at(self, s: ArrayLike, /) -> Any:
         """Return a value with the field q, (..., 7) rad."""
-        return SimpleNamespace(q=self._spline(s))
+        return SimpleNamespace(q=self._curve.spline(s))
 
     def derivatives(self, s: ArrayLike, /) -> Floats:
         """Return q', q'', q''' with respect to s, (..., 3, 7)."""
-        orders = np.stack([self._spline(s, order) for order in (1, 2, 3)])
-        return np.moveaxis(orders, 0, -2).reshape(*np.shape(s), 3, JOINTS)
-
-    def tool_derivatives(self, s: Floats) -> tuple[Floats, Floats]:
-        """Return p' and p'' of the tool's origin, (N, 3) each: J q', and its change over a short step."""
-        low = np.clip(s - STEP, 0.0, 1.0 - 2 * STEP)
-        middle, before, after = (self._tool_velocity(at) for at in (s, low, low + 2 * STEP))
-        return middle, (after - before) / (2 * STEP)
-
-    def _tool_velocity(self, s: Floats) -> Floats:
-        slope = self._spline(s, 1)[..., None]
-        return np.asarray((self.arm.jacobian(self._spline(s)) @ slope)[:, :3, 0])
+        return self._curve.derivatives(None, np.asarray(s))
 
     def _tool(self, q: Floats) -> Floats:
         if isinstance(self.arm, OffsetArm):
@@ -102,14 +94,7 @@ class Rounded:
 
     def passed(self) -> Floats:
         """Return by how much joints pass their limits between each two nodes at most, (K - 1, 7) rad."""
-        a, b, c, _ = self._spline.c
-        with np.errstate(divide="ignore", invalid="ignore"):
-            root = np.sqrt(b * b - 3 * a * c)
-            turns = np.stack([(-b - root) / (3 * a), (-b + root) / (3 * a), -c / (2 * b)])
-        width = np.diff(self.breaks)[:, None]
-        at = np.clip(np.nan_to_num(turns), 0.0, width)
-        q = self._spline.c[3] + at * (c + at * (b + at * a))
-        return np.asarray(np.maximum(np.maximum(self._low - q, q - self._high).max(axis=0), 0.0))
+        return self._curve.passed(self._low, self._high)
 
 
 def rounded(motion: Motion, breaks: Floats, tolerance: float) -> tuple[Motion, Deviation]:

@@ -92,6 +92,23 @@ def through(t: Floats, s: Floats, speed: Floats, acceleration: Floats) -> Timing
     return Timing(t, np.stack(terms, axis=1) / h[:, None] ** np.arange(_TERMS))
 
 
+def of_jerks(s: float, durations: Floats, jerks: Floats) -> Timing:
+    """Return the timing from rest at s with one jerk for each duration (K,), those of 0 left out."""
+    rows, state = [], np.array([s, 0.0, 0.0])
+    kept = durations > 0
+    for time, jerk in zip(durations[kept], jerks[kept], strict=True):
+        position, speed, acceleration = state
+        rows.append([position, speed, acceleration / 2, jerk / 6, 0.0, 0.0])
+        state = np.array(
+            [
+                position + time * (speed + time * (acceleration / 2 + time * jerk / 6)),
+                speed + time * (acceleration + time * jerk / 2),
+                acceleration + time * jerk,
+            ]
+        )
+    return Timing(np.concatenate([[0.0], np.cumsum(durations[kept])]), np.array(rows))
+
+
 def joined(pieces: list[Timing]) -> Timing:
     """Return timings one after the other."""
     begins = np.concatenate([[0.0], np.cumsum([piece.duration for piece in pieces])])

@@ -11,17 +11,18 @@ from ...arm.arm import Arm
 from ...arm.offset import OffsetArm
 from ...errors import InputError
 from ...files.tables import load_joints
+from ...motion.joint_path import BETWEEN
 from ...timing.retiming import retime
 from ...timing.trajectory import Trajectory
 from ..arguments import add_arm, add_json, add_output, any_arm, joint_bounds, number
 from ..motions import motion_of
 from ..pictures import add_picture, draw
-from ..screen import degrees, progress, show, show_json, write
+from ..screen import degrees, note, progress, show, show_json, write
 from ..tables import paint, table
 
 HELP = """\
 Give a joint file times: as fast as the bounds on the joints allow, from rest
-to rest, the tool straight from row to row. Bounds are one number, or seven."""
+to rest. Bounds are one number, or seven."""
 EXAMPLE = """\
   armangle retime joints.csv --robot kuka_iiwa7_r800 --acceleration 300 \\
       -o motion.yaml"""
@@ -33,6 +34,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_output(parser, "trajectory", more=", .yaml (ROS)")
     add_picture(parser, "joints, velocities and accelerations over time")
     add_arm(parser)
+    parser.add_argument(
+        "--between", choices=BETWEEN,
+        help="from row to row: the tool goes straight (default), or every joint does, as from one taught "
+        "posture to another (PTP), or joints are on a spline through the rows, as those of a smooth motion",
+    )  # fmt: skip
     bounds = parser.add_argument_group("bounds")
     bounds.add_argument("--velocity", metavar="V", help="of the joints, deg/s; default: the arm's own")
     bounds.add_argument(
@@ -63,7 +69,13 @@ def run(args: argparse.Namespace) -> int:
         None if args.jerk is None else joint_bounds("--jerk", args.jerk, "deg/s^3", np.full(JOINTS, np.inf))
     )
     with progress(f"reading {args.joints}"):
-        path = motion_of(arm, load_joints(args.joints))
+        rows = load_joints(args.joints)
+        if args.between is None and not np.isfinite(rows.psi).any():
+            note(
+                "armangle: from row to row the tool is taken to go straight; if joints do: --between joints; "
+                "if rows are of a smooth motion: --between spline"
+            )
+        path = motion_of(arm, rows, args.between or "tool")
     with progress("timing"):
         found = retime(
             path, velocity=velocity, acceleration=acceleration, jerk=jerk, tolerance=args.tolerance,

@@ -1,0 +1,301 @@
+"""What joints do along a path between its rows: curves over s."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from .. import _core
+from .._arrays import JOINTS, Floats
+from ..arm.arm import Arm
+from ..arm.offset import OffsetArm
+from ..arm.roll import Roll
+from ..errors import needed
+
+ORDERS = 3
+_SHIFT = 8  # numbers of a shift: where it begins and ends, and six coefficients
+
+
+class Placed(NamedTuple):
+    """Rows of a curve at parameters s: joints, arm angle, branch, pose, least limit margin, residual."""
+
+    q: Floats
+    psi: Floats
+    gc: Floats
+    pose: Floats
+    margin: Floats
+    residual: Floats
+
+    @classmethod
+    def empty(cls, n: int) -> Placed:
+        """Return n rows to be filled."""
+        return cls(*(np.empty((n, *shape)) for shape in ((JOINTS,), (), (), (4, 4), (), ())))
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """Segments of the path, stretches of the angle, the plane that it is measured from, and the branch.
+
+    Parameters
+    ----------
+    segments, stretches, plane : ndarray
+        As the core writes them.
+    gc : int
+        Global configuration 0..7 at its start; another one where it passes θ2 = 0 or θ6 = 0.
+    roll : "pose" or "free"
+        "free": joint 7 stays, and poses are held with whatever roll about axis 7 that makes.
+    shifts : ndarray
+        As the core writes them: of a true chain, what is added to a joint that leads.
+    base : ndarray, shape (4, 4), or None
+        Where the nominal arm of a true chain stands, if not on its own base: position in m.
+    """
+
+    segments: Floats
+    stretches: Floats
+    plane: Floats
+    gc: int
+    roll: Roll = "pose"
+    shifts: Floats = field(default_factory=lambda: np.empty((0, _SHIFT)))
+    base: Floats | None = None
+
+    @property
+    def end(self) -> float:
+        """The s where the curve ends: 1 for a whole path."""
+        return float(self.stretches[-1, 1])
+
+    @property
+    def knots(self) -> Floats:
+        """The s between which the curve is smooth, shape (k,)."""
+        return np.append(self.stretches[:, 0], self.end)
+
+    @property
+    def leads_the_tool(self) -> bool:
+        """Whether the tool goes where the joints take it: False."""
+        return False
+
+    def at(self, handle: _core.Arm, s: Floats) -> Placed:
+        """Return the rows at s (N,), each up to `end`; `handle` is the arm's."""
+        rows = Placed.empty(len(s))
+        handle.curve_at(*self._columns, s, *rows)
+        return rows
+
+    def derivatives(self, handle: _core.Arm, s: Floats) -> Floats:
+        """Return q', q'', q''' with respect to s, shape (N, 3, 7)."""
+        out = np.empty((len(s), ORDERS, JOINTS))
+        handle.curve_derivatives(*self._columns, s, out)
+        return out
+
+    @property
+    def _columns(self) -> tuple[Floats, Floats, Floats, int, bool, Floats, Floats | None]:
+        free = self.roll == "free"
+        return self.segments, self.stretches, self.plane, self.gc, free, self.shifts, self.base
+
+
+@dataclass(frozen=True, eq=False)
+class OffsetCurve:
+    """Rows of an `OffsetArm`, between which its free joint moves evenly.
+
+    Parameters
+    ----------
+    segments : ndarray
+        As the core writes them.
+    s, free : ndarray, shape (n,)
+        Where the rows are, and the free joint's values there, rad, lifted; n is 2 or more.
+    q : ndarray, shape (n, 7)
+        Joints, rad.
+    gc : int
+        Global configuration of all rows.
+    """
+
+    segments: Floats
+    s: Floats
+    free: Floats
+    q: Floats
+    gc: int
+
+    @property
+    def end(self) -> float:
+        """The s where the rows end: 1."""
+        return 1.0
+
+    @property
+    def knots(self) -> Floats:
+        """The s between which the curve is smooth, shape (n,)."""
+        return self.s
+
+    @property
+    def leads_the_tool(self) -> bool:
+        """Whether the tool goes where the joints take it: False."""
+        return False
+
+    def at(self, handle: Any, s: Floats) -> Placed:
+        """Return the rows at s (N,); `handle` is the arm's."""
+        rows = Placed.empty(len(s))
+        handle.rows_at(*self._columns, s, *rows)
+        return rows
+
+    def derivatives(self, handle: Any, s: Floats) -> Floats:
+        """Return q', q'', q''' with respect to s, shape (N, 3, 7)."""
+        out = np.empty((len(s), ORDERS, JOINTS))
+        handle.rows_derivatives(*self._columns, s, out)
+        return out
+
+    @property
+    def _columns(self) -> tuple[Floats, Floats, Floats, Floats, int]:
+        return self.segments, self.s, self.free, self.q, self.gc
+
+
+@dataclass(frozen=True, eq=False)
+class JointLines:
+    """Rows of joints, between which every joint moves evenly.
+
+    Parameters
+    ----------
+    arm : Arm or OffsetArm
+    s : ndarray, shape (n,)
+        Where the rows are, rising from 0 to 1; n is 2 or more.
+    q : ndarray, shape (n, 7)
+        Joints, rad.
+    gc : int
+        Global configuration of the first row.
+    segments : ndarray
+        Straight ways from pose to pose of the rows: the tool itself goes where the joints take it.
+    """
+
+    arm: Arm | OffsetArm
+    s: Floats
+    q: Floats
+    gc: int
+    segments: Floats
+
+    @property
+    def end(self) -> float:
+        """The s where the rows end: 1."""
+        return 1.0
+
+    @property
+    def knots(self) -> Floats:
+        """The s between which the curve is smooth, shape (n,)."""
+        return self.s
+
+    @property
+    def leads_the_tool(self) -> bool:
+        """Whether the tool goes where the joints take it: True."""
+        return True
+
+    def at(self, handle: Any, s: Floats) -> Placed:
+        """Return the rows at s (N,); psi is in (-π, π], NaN where there is none."""
+        return _placed(self.arm, np.stack([np.interp(s, self.s, joint) for joint in self.q.T], axis=-1))
+
+    def derivatives(self, handle: Any, s: Floats) -> Floats:
+        """Return q', q'', q''' with respect to s, shape (N, 3, 7); at a row of what follows it."""
+        row = np.clip(np.searchsorted(self.s, s, side="right") - 1, 0, len(self.s) - 2)
+        out = np.zeros((len(s), ORDERS, JOINTS))
+        out[:, 0] = np.diff(self.q, axis=0)[row] / np.diff(self.s)[row, None]
+        return out
+
+
+@dataclass(frozen=True, eq=False)
+class JointSpline:
+    """A cubic spline through rows of joints: twice differentiable, "not a knot" at its ends.
+
+    Parameters
+    ----------
+    arm : Arm or OffsetArm
+    s : ndarray, shape (n,)
+        Where the rows are, rising from 0 to 1; n is 2 or more.
+    q : ndarray, shape (n, 7)
+        Joints, rad.
+    gc : int
+        Global configuration of the first row.
+    segments : ndarray
+        Straight ways from pose to pose of the rows: the tool itself goes where the joints take it.
+    """
+
+    arm: Arm | OffsetArm
+    s: Floats
+    q: Floats
+    gc: int
+    segments: Floats
+
+    @property
+    def end(self) -> float:
+        """The s where the rows end: 1."""
+        return 1.0
+
+    @property
+    def knots(self) -> Floats:
+        """The s between which the curve is smooth, shape (n,)."""
+        return self.s
+
+    @property
+    def leads_the_tool(self) -> bool:
+        """Whether the tool goes where the joints take it: True."""
+        return True
+
+    @cached_property
+    def spline(self) -> Any:
+        """The spline of SciPy."""
+        interpolate = needed("scipy.interpolate", "a spline through joints needs", "time")
+        return interpolate.CubicSpline(self.s, self.q)
+
+    def at(self, handle: Any, s: Floats) -> Placed:
+        """Return the rows at s (N,); psi is in (-π, π], NaN where there is none."""
+        return _placed(self.arm, self.spline(s))
+
+    def derivatives(self, handle: Any, s: Floats) -> Floats:
+        """Return q', q'', q''' with respect to s, shape (N, 3, 7); the last at a row of what follows it."""
+        return np.stack([self.spline(s, order) for order in (1, 2, 3)], axis=1)
+
+    def passed(self, lower: Floats, upper: Floats) -> Floats:
+        """Return by how much joints pass limits (7,) between each two rows at most, (n - 1, 7) rad."""
+        a, b, c, _ = self.spline.c
+        with np.errstate(divide="ignore", invalid="ignore"):
+            root = np.sqrt(b * b - 3 * a * c)
+            turns = np.stack([(-b - root) / (3 * a), (-b + root) / (3 * a), -c / (2 * b)])
+        at = np.clip(np.nan_to_num(turns), 0.0, np.diff(self.s)[:, None])
+        q = self.spline.c[3] + at * (c + at * (b + at * a))
+        return np.asarray(np.maximum(np.maximum(lower - q, q - upper).max(axis=0), 0.0))
+
+
+def _placed(arm: Arm | OffsetArm, q: Floats) -> Placed:
+    """Return rows (N,) of joints that lead the tool."""
+    if isinstance(arm, OffsetArm):
+        pose, psi, gc = arm.forward(q)
+    else:
+        pose, psi, gc = arm.forward(q, undefined="nan")
+    margin = np.asarray(arm.limit_margin(q))
+    return Placed(q, np.asarray(psi), np.asarray(gc, dtype=np.float64), pose, margin, np.zeros(len(q)))
+
+
+class AnyCurve(Protocol):
+    """What joints do along s: one of the curves above, or several in turn."""
+
+    @property
+    def segments(self) -> Floats:
+        """The tool's way."""
+
+    @property
+    def gc(self) -> int:
+        """Global configuration at the start."""
+
+    @property
+    def end(self) -> float:
+        """The s where it ends."""
+
+    @property
+    def knots(self) -> Floats:
+        """The s between which it is smooth."""
+
+    @property
+    def leads_the_tool(self) -> bool:
+        """Whether the tool goes where the joints take it, and not the joints where its way takes them."""
+
+    def at(self, handle: Any, s: Floats) -> Placed:
+        """Return the rows at s (N,)."""
+
+    def derivatives(self, handle: Any, s: Floats) -> Floats:
+        """Return q', q'', q''' with respect to s, shape (N, 3, 7)."""

@@ -1,0 +1,59 @@
+"""The fastest s(t) where every joint goes straight: velocity, acceleration and jerk bounded, in closed form.
+
+Seven parts, of jerk j, 0, -j, 0, -j, 0, j, of which some may take no time. With v the greatest speed, reached
+with acceleration a or before that, one ramp takes v / a + a / j or 2 √(v / j), and is v / 2 as long as that.
+
+Source: Biagiotti and Melchiorri (2008), Trajectory Planning for Automatic Machines and Robots, 3.4.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .._arrays import Floats
+from .grid import Grid
+from .trajectory import Timing, of_jerks
+
+SAME = 1e-9
+"""Share by which derivatives and speeds may differ on a straight way: rounding."""
+_SIGNS = np.array([1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0])
+
+
+def is_straight(g: Grid, most: Floats) -> bool:
+    """Return whether every joint moves evenly over s, and ds/dt `most` (N + 1,) is one inside."""
+    slope = g.after[:, 0]
+    even = np.abs(slope - slope[0]).max() <= SAME * np.abs(slope[0]).max()
+    way = (g.s[-1] - g.s[0]) ** np.arange(1, 3)[:, None]
+    bends = np.abs(np.stack([g.after, g.before])[:, :, 1:] * way).max() > SAME * np.abs(slope[0]).max()
+    one = most[1:-1].max(initial=most[0]) <= (1 + SAME) * most[1:-1].min(initial=most[0])
+    return bool(even and one and not bends)
+
+
+def straight(g: Grid, acceleration: Floats, jerk: Floats, most: Floats) -> Timing:
+    """Return the fastest timing from rest to rest of a way that `is_straight`.
+
+    Parameters
+    ----------
+    g : Grid
+    acceleration, jerk : ndarray, shape (7,)
+        rad/s², rad/s³.
+    most : ndarray, shape (N + 1,)
+        Greatest ds/dt at each s, 1/s.
+    """
+    way = float(g.s[-1] - g.s[0])
+    rate = np.abs(g.after[0, 0])
+    moves = rate > 0
+    a = float((acceleration[moves] / rate[moves]).min())
+    j = float((jerk[moves] / rate[moves]).min())
+    v = min(float(most[1:-1].min(initial=most[0])), _peak(way, a, j))
+    bend = min(a / j, np.sqrt(v / j))
+    hold = max(v / a - a / j, 0.0)
+    cruise = max(way / v - (2 * bend + hold), 0.0)
+    return of_jerks(float(g.s[0]), np.array([bend, hold, bend, cruise, bend, hold, bend]), j * _SIGNS)
+
+
+def _peak(way: float, a: float, j: float) -> float:
+    """Return the speed that two ramps reach on a way, without a cruise between."""
+    ramp = a / j
+    v = a / 2 * (np.sqrt(ramp**2 + 4 * way / a) - ramp)
+    return float(v if v * j >= a**2 else np.cbrt((way / 2) ** 2 * j))

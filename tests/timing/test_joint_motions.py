@@ -1,0 +1,242 @@
+"""Motions that are led by the joints: from posture to posture, and splines through rows."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+import armangle as aa
+from armangle.cli.main import main
+from armangle.motion.joint_path import Between
+
+Floats = NDArray[np.float64]
+ARM = aa.Arm.from_catalogue("kuka_iiwa14_r820")
+OFFSET = aa.OffsetArm.from_catalogue("franka_fr3")
+A = 5.0
+rng = np.random.default_rng(7)
+
+
+def ramp(v: float, a: float, j: float) -> float:
+    """Return what a ramp from rest to speed v takes, jerk j up to acceleration a if it comes to that."""
+    return v / a + a / j if v * j >= a * a else 2 * np.sqrt(v / j)
+
+
+def least_time(way: Floats, velocity: Floats, a: float, j: float) -> float:
+    """Return the least duration of a straight way of joints: the greatest speed by halving."""
+    v, a, j = (
+        float((bound / np.maximum(way, 1e-100)).min()) for bound in (velocity, np.full(7, a), np.full(7, j))
+    )
+    if v * ramp(v, a, j) <= 1:
+        return 2 * ramp(v, a, j) + (1 - v * ramp(v, a, j)) / v
+    low, high = 0.0, v
+    for _ in range(200):
+        middle = (low + high) / 2
+        low, high = (middle, high) if middle * ramp(middle, a, j) < 1 else (low, middle)
+    return 2 * ramp(low, a, j)
+
+
+def kept(found: aa.Trajectory, velocity: Floats, a: float, j: float | None) -> None:
+    """Hold bounds between the rows, by differences of joints alone, and rest at both ends."""
+    t = np.linspace(0.0, found.duration, 2001)
+    h = t[1]
+    q = found.at(t).q
+    speed = np.diff(q, axis=0) / h
+    change = np.diff(speed, axis=0) / h
+    assert (np.abs(speed) <= velocity * (1 + 1e-6)).all()
+    assert np.abs(change).max() <= a * 1.002
+    if j is not None:
+        assert np.abs(np.diff(change, axis=0)).max() / h <= j * 1.01
+    assert np.abs(found.qd[[0, -1]]).max() < 1e-9
+
+
+def pair(arm: aa.Arm | aa.OffsetArm, size: float) -> Floats:
+    first, last = (
+        rng.uniform(arm.lower * 0.9, arm.upper * 0.9, (2, 7))
+        if arm is ARM
+        else rng.uniform(arm.lower * 0.9 + arm.upper * 0.1, arm.upper * 0.9 + arm.lower * 0.1, (2, 7))
+    )
+    return np.array([first, first + size * (last - first)])
+
+
+@pytest.mark.parametrize("arm", [ARM, OFFSET], ids=["srs", "offset"])
+@pytest.mark.parametrize("size", [1.0, 0.05, 1e-3])
+@pytest.mark.parametrize("j", [None, 50.0, 500.0])
+@pytest.mark.parametrize("n", [2, 60])
+def test_from_posture_to_posture_takes_what_its_slowest_joint_needs(
+    arm: aa.Arm | aa.OffsetArm, size: float, j: float | None, n: int
+) -> None:
+    """Beside the closed form that users write by hand, with rows between or without."""
+    for _ in range(3):
+        ends = pair(arm, size)
+        q = ends[0] + np.linspace(0, 1, n)[:, None] * (ends[1] - ends[0])
+        path = aa.JointPath.from_joints(arm, q, between="joints")
+        found = aa.retime(path, acceleration=A, jerk=j)
+        least = least_time(np.abs(ends[1] - ends[0]), arm.velocity, A, 1e15 if j is None else j)
+        assert found.duration == pytest.approx(least, rel=2e-3 if j is None else 1e-5)
+        assert np.abs(found.q[[0, -1]] - ends).max() < 1e-12
+        kept(found, arm.velocity, A, j)
+
+
+def test_joints_go_straight_and_the_tool_where_they_take_it() -> None:
+    q = np.cumsum(rng.normal(0, 0.3, (6, 7)), axis=0) * [1, 0.5, 1, 0.5, 1, 0.5, 1]
+    rows = np.sort(np.append(rng.uniform(0, 1, 4), [0.0, 1.0]))
+    path = aa.JointPath.from_joints(ARM, q, s=rows, between="joints")
+    s = np.linspace(0, 1, 501)
+    here = path.at(s)
+    assert np.allclose(
+        here.q, np.stack([np.interp(s, rows, joint) for joint in q.T], axis=1), rtol=0, atol=1e-15
+    )
+    pose, psi, gc = ARM.forward(here.q)
+    assert np.array_equal(here.pose, pose) and np.array_equal(here.psi, psi) and np.array_equal(here.gc, gc)
+    inner = s[(np.abs(s[:, None] - rows).min(axis=1) > 1e-3)]
+    h = 1e-6
+    slope = (path.at(inner + h).q - path.at(inner - h).q) / (2 * h)
+    d = path.derivatives(inner)
+    assert np.allclose(d[:, 0], slope, rtol=0, atol=1e-6) and not d[:, 1:].any()
+
+
+def test_corners_are_stops_or_rounded_within_the_tolerance() -> None:
+    q = np.array(
+        [[0, 0.5, 0, -1.2, 0, 0.6, 0], [0.5, 0.7, 0, -1.0, 0, 0.6, 0.3], [0.4, 0.3, 0.3, -1.4, 0.2, 0.9, 0]]
+    )
+    path = aa.JointPath.from_joints(ARM, q, between="joints")
+    ways = np.abs(np.diff(q, axis=0))
+    stops = aa.retime(path, acceleration=A, jerk=50.0, tolerance=0.0)
+    assert stops.duration == pytest.approx(
+        sum(least_time(way, ARM.velocity, A, 50.0) for way in ways), rel=1e-5
+    )
+    for j in (None, 50.0):
+        rounded = aa.retime(path, acceleration=A, jerk=j, tolerance=5e-3)
+        assert rounded.duration <= stops.duration * (1 + 1e-9) and rounded.deviation.position <= 5e-3
+        kept(rounded, ARM.velocity, A, j)
+
+
+@pytest.mark.parametrize("j", [None, 50.0])
+def test_a_spline_is_met_and_takes_as_long_however_many_rows_it_has(j: float | None) -> None:
+    """Straight ways between the rows of the same motion take several times as long."""
+    knots = np.array([0, 0.5, 0, -1.2, 0, 0.7, 0]) + rng.normal(0, 0.25, (6, 7))
+    smooth = CubicSpline(np.linspace(0, 1, 6), knots)
+    found = []
+    for n in (40, 160, 640):
+        q = smooth(np.linspace(0, 1, n))
+        path = aa.JointPath.from_joints(ARM, q, between="spline")
+        assert np.abs(path.at(path.s).q - q).max() < 1e-12
+        found.append(aa.retime(path, acceleration=A, jerk=j))
+        kept(found[-1], ARM.velocity, A, j)
+    assert np.ptp([each.duration for each in found]) < 0.02 * found[-1].duration
+    few = smooth(np.linspace(0, 1, 160))
+    straight = aa.retime(aa.JointPath.from_joints(ARM, few, between="joints"), acceleration=A, jerk=j)
+    assert straight.duration > 1.5 * found[1].duration
+
+
+def test_a_spline_of_straight_rows_is_the_straight_way() -> None:
+    q = np.linspace([0, 0.5, 0, -1.2, 0, 0.6, 0], [1, 0.2, 0.3, -1.5, 0.6, 0.9, -1], 30)
+    one, other = (
+        aa.retime(aa.JointPath.from_joints(ARM, q, between=how), acceleration=A, jerk=200.0).duration
+        for how in ("joints", "spline")
+    )
+    assert one == pytest.approx(other, rel=1e-6)
+
+
+def test_a_spline_that_passes_a_limit_is_refused_and_straight_joints_are_not() -> None:
+    q = np.tile(np.array([0, 0.5, 0, -1.2, 0, 0.6, 0.0]), (6, 1))
+    q[2:4, 1] = ARM.upper[1] - 1e-4
+    with pytest.raises(
+        aa.PathError, match="behind row 2 a spline through the rows takes joint 2 past its limit by"
+    ):
+        aa.JointPath.from_joints(ARM, q, between="spline")
+    path = aa.JointPath.from_joints(ARM, q, between="joints")
+    assert (path.at(np.linspace(0, 1, 1001)).q <= ARM.upper).all()
+
+
+@pytest.mark.parametrize("between", ["joints", "spline"])
+def test_the_speed_of_the_tool_is_held(between: Between) -> None:
+    q = np.linspace([0, 0.5, 0, -1.2, 0, 0.6, 0], [0.6, 0.7, 0.3, -1.0, 0.1, 0.9, -0.3], 12)
+    q[:, 3] += 0.1 * np.sin(np.linspace(0, np.pi, 12)) * (between == "spline")
+    path = aa.JointPath.from_joints(ARM, q, between=between)
+    found = aa.retime(path, acceleration=A, tool_speed=0.1)
+    assert found.speed_lost is None
+    t = np.linspace(0.1, 0.9, 500) * found.duration
+    h = 1e-5
+    here = ARM.forward(found.at(t).q)[0][:, :3, 3]
+    there = ARM.forward(found.at(t + h).q)[0][:, :3, 3]
+    assert np.linalg.norm(there - here, axis=1) / h == pytest.approx(np.full(500, 0.1), rel=2e-3)
+
+
+def test_it_is_joined_to_a_line_and_timed_as_one() -> None:
+    """A motion to the start of a line, and the line: the usual approach."""
+    home, near = np.radians([[0, 10, 0, -90, 0, 80, 0], [20, 30, 5, -80, 0, 60, 10]])
+    begin = ARM.forward(near)[0]
+    end = begin.copy()
+    end[1, 3] += 0.15
+    approach = aa.JointPath.from_joints(ARM, [home, near], between="joints")
+    line = aa.plan(ARM, aa.Line(begin, end), start=near)
+    both = aa.join([approach, line])
+    assert both.ok and not both.certified
+    found = aa.retime(both, acceleration=A, jerk=50.0, tool_speed=0.1, tolerance=0.0)
+    kept(found, ARM.velocity, A, 50.0)
+    behind = both.at(np.linspace(approach.s[-1] * 0 + 1 / (len(line)), 1, 200))
+    straight = behind.pose[:, [0, 2], 3] - begin[[0, 2], 3]
+    assert np.abs(straight).max() < 1e-9
+    again = aa.join([line, aa.JointPath.from_joints(ARM, [line.q[-1], home], between="joints")])
+    assert aa.retime(again, acceleration=A).duration > 0
+
+
+@pytest.mark.parametrize("between", ["tool", "joints", "spline"])
+def test_a_posture_of_no_arm_angle_and_a_repeated_row_are_no_obstacles(between: Between) -> None:
+    q = np.linspace([0.3, 0.5, 0, -1.2, 0, 0.6, 0], [0.3, -0.5, 0, -1.2, 0, -0.6, 0.2], 21)
+    q = np.insert(q, 7, q[7], axis=0)
+    if between == "tool":
+        q = q[:12]
+    path = aa.JointPath.from_joints(ARM, q, between=between)
+    found = aa.retime(path, acceleration=A, tolerance=1e-3)
+    if between == "joints":
+        assert found.duration == pytest.approx(
+            least_time(np.abs(q[-1] - q[0]), ARM.velocity, A, 1e12), rel=2e-3
+        )
+    assert np.abs(found.q[-1] - q[-1]).max() < 1e-9
+
+
+def test_rows_that_are_no_motion_are_said() -> None:
+    rest = np.array([0, 0.5, 0, -1.2, 0, 0.6, 0.0])
+    with pytest.raises(aa.InputError, match="between is 'line', wanted"):
+        aa.JointPath.from_joints(ARM, [rest, rest + 0.1], between="line")  # type: ignore[arg-type]  # a wrong word
+    for between in ("joints", "spline"):
+        path = aa.JointPath.from_joints(ARM, [rest], between=between)
+        assert np.array_equal(path.at(0.0).q, rest)
+        with pytest.raises(aa.InputError, match="no joint moves"):
+            aa.retime(aa.JointPath.from_joints(ARM, [rest] * 3, between=between), acceleration=A)
+        outside = aa.JointPath.from_joints(ARM, [rest, rest + 3], between=between)
+        with pytest.raises(aa.PathError, match="outside its limits"):
+            aa.retime(outside, acceleration=A)
+    with pytest.raises(aa.PathError, match="between='joints' to from_joints"):
+        aa.JointPath.from_joints(ARM, [rest, -rest]).at(0.5)
+
+
+def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "joints.csv"
+    ends = np.array([[0, 0.5, 0, -1.2, 0, 0.6, 0], [1, 0.2, 0.3, -1.5, 0.6, 0.9, -1]])
+    rows = np.linspace(*ends, 50)
+    header = "q1,q2,q3,q4,q5,q6,q7"
+    np.savetxt(file, rows, delimiter=",", header=header, comments="")
+    words = ["retime", str(file), "--robot", "kuka_iiwa14_r820", "--acceleration", "300", "--json"]
+    found = {}
+    for more in ([], ["--between", "tool"], ["--between", "joints"], ["--between", "spline"]):
+        assert main([*words, *more]) == 0
+        said = capsys.readouterr()
+        assert ("--between spline" in said.err) is (not more)
+        found[" ".join(more[1:])] = json.loads(said.out)["duration"]
+    least = least_time(np.abs(ends[1] - ends[0]), ARM.velocity, np.radians(300), 1e15)
+    assert found["joints"] == pytest.approx(least, rel=2e-3)
+    assert found["spline"] == pytest.approx(least, rel=2e-3)
+    assert found[""] == found["tool"] > 1.5 * least
+    own = tmp_path / "own.csv"
+    arm = ARM
+    aa.save(aa.plan(arm, aa.Line(arm.forward(rows[0])[0], arm.forward(rows[5])[0]), start=rows[0]), own)
+    assert main(["retime", str(own), *words[2:]]) == 0
+    assert "--between" not in capsys.readouterr().err
