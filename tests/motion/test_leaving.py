@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -142,3 +143,31 @@ def test_the_middle_of_an_arc_leads_no_joint_round_for_ever(off: float, longest:
         assert now.status == aa.Status.OK
         move, q = np.abs(now.q - q).max(), now.q
     assert move <= 1e-6
+
+
+def _hinge_postures(arm: aa.Arm, rng: np.random.Generator) -> Iterator[Array]:
+    """Yield postures at which the axes beside joint 2, or 6, are one: theta there is 0, or pi."""
+    q = rng.uniform(np.maximum(arm.lower, -3.1), np.minimum(arm.upper, 3.1))
+    for joint in (1, 5):
+        for value in np.arange(-8, 9) * np.pi / 8:
+            at = q.copy()
+            at[joint] = value
+            axes = arm.jacobian(at)[3:]
+            parallel = abs(axes[:, joint - 1] @ axes[:, joint + 1]) > 1 - 1e-12
+            if arm.lower[joint] <= value <= arm.upper[joint] and parallel:
+                yield at
+
+
+def test_a_step_that_is_ok_holds_the_pose_whichever_way_the_axes_of_a_hinge_point() -> None:
+    """Where theta is pi they are opposite, and the pivots turn together; they turned against each other."""
+    rng, held = np.random.default_rng(5), 0
+    for name in aa.catalogue():
+        arm = aa.Arm.from_catalogue(name)
+        for q in (at for _ in range(6) for at in _hinge_postures(arm, rng)):
+            pose = arm.forward(q)[0]
+            for policy in (aa.Centre(), aa.Towards(direction="up")):
+                found = aa.step(arm, q, pose, policy=policy)
+                if found.status == aa.Status.OK:
+                    held += 1
+                    assert np.abs(arm.forward(found.q)[0] - pose).max() < 1e-9, name
+    assert held > 300

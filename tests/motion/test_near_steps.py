@@ -271,3 +271,23 @@ def test_with_bounds_a_pose_far_away_is_gone_to() -> None:
                 break
             assert step.status is aa.Status.PARTIAL
         assert gap(arm.forward(now)[0], pose) <= POSE
+
+
+def test_a_bounded_step_goes_to_another_arm_angle_where_that_of_the_policy_is_round_a_turn() -> None:
+    """Where psi held is in no arc the next may be a turn of joint 5 away: the step was refused for ever."""
+    arm = calibrated("kuka_iiwa14_r820", 0.4, 0.2)
+    rng, done = np.random.default_rng(3), 0
+    for _ in range(40):
+        q = rng.uniform(arm.lower * 0.8, arm.upper * 0.8)
+        goal = np.clip(q + rng.uniform(-1, 1, 7) * 1.5, arm.lower * 0.95, arm.upper * 0.95)
+        if arm.forward(goal)[2] != arm.forward(q)[2]:
+            continue
+        pose = arm.forward(goal)[0]
+        for _ in range(800):
+            now = aa.step(arm, q, pose, dt=0.02, velocity=2.0)
+            q = now.q
+            if now.status != aa.Status.PARTIAL:
+                break
+        assert now.status == aa.Status.OK, (now.status, now.why)
+        done += 1
+    assert done > 10

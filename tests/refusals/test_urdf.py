@@ -81,8 +81,11 @@ REFUSED = {
         "'l1' in it",
     ),
     "lift": (
-        simple_urdf(joint_xml("j8", "l7", "l8", "continuous"), links='<link name="l8"/>',
-                    j1=joint_xml("j1", "l0", "l1", "prismatic", LIMIT)),
+        simple_urdf(
+            joint_xml("j8", "l7", "l8", "continuous"),
+            links='<link name="l8"/>',
+            j1=joint_xml("j1", "l0", "l1", "prismatic", LIMIT),
+        ),
         "joint 'j1' on the path is prismatic, wanted revolute; base='l1' leaves the last 7",
     ),
     "prismatic": (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any
 
@@ -497,3 +498,73 @@ def test_a_row_that_is_repeated_is_no_stop(row: int, noise: float, asked: dict[s
 def test_joints_that_rest_have_nothing_to_time(rest: Array) -> None:
     with pytest.raises(aa.InputError, match="nothing to time"):
         aa.retime(aa.JointPath.from_joints(ARM, [rest] * 3))
+
+
+@pytest.mark.parametrize("n", range(12))
+def test_the_velocity_at_a_corner_between_equal_legs_jumps_by_what_a_cycle_allows(n: int) -> None:
+    """Where the tool's corner and the elbow's lie a last digit of s apart the corner was not seen."""
+    draw = np.random.default_rng(n)
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    path = None
+    while path is None or not path.ok:
+        q = draw.uniform(arm.lower * 0.6, arm.upper * 0.6)
+        first = arm.forward(q)[0]
+        corner, last = first.copy(), first.copy()
+        size = draw.uniform(0.02, 0.1)
+        corner[0, 3] += size
+        last[:2, 3] = corner[:2, 3] + [0, size]
+        path = aa.plan(arm, [aa.Line(first, corner), aa.Line(corner, last)], start=q)
+    found = aa.retime(path, acceleration=5.0)
+    low, high = 0.0, found.duration
+    for _ in range(60):
+        middle = (low + high) / 2
+        low, high = (middle, high) if found.at(middle).s < 0.5 else (low, middle)
+    h = 2e-5
+    before, here, after = found.at(np.array([low - h, low, low + h])).q
+    assert np.abs((after - here) - (here - before)).max() / h <= 5.0 * (1e-3 + h) * 1.02
+
+
+def test_motions_of_several_parts_take_what_these_take() -> None:
+    """With jerk bounded: one part that had to be slowed down slowed all of them, by up to a third."""
+    home = np.radians([0, 15, 0, -85, 0, 80, 0.0])
+    arm = aa.Arm.from_catalogue("kuka_iiwa14_r820")
+    poses = [arm.forward(home)[0]]
+    for place in ([0.5, -0.3, 0.45], [0.5, -0.3, 0.21], [0.5, -0.3, 0.45], [0.5, 0.3, 0.45]):
+        poses.append(poses[0].copy())
+        poses[-1][:3, 3] = place
+    parts = []
+    for first, last in pairwise(poses):
+        parts.append(aa.plan(arm, aa.Line(first, last), start=parts[-1].q[-1] if parts else home))
+    whole = aa.retime(aa.join(parts), acceleration=5.0, jerk=50.0).duration
+    each = sum(aa.retime(part, acceleration=5.0, jerk=50.0).duration for part in parts)
+    assert whole <= 1.003 * each
+
+
+def test_a_speed_that_drops_at_a_blend_is_no_ramp() -> None:
+    """Beside 5 mm blends the speed fell to a third where no joint is near a bound, and was "held"."""
+    turned = np.diag([-1.0, 1, -1])
+    corners = [
+        aa.pose(place, matrix=turned) for place in ([0.45, -0.3, 0.3], [0.6, -0.1, 0.3], [0.45, 0.3, 0.3])
+    ]
+    arm = aa.Arm.from_catalogue("kuka_iiwa14_r820")
+    path = aa.plan(arm, [aa.Line(a, b) for a, b in pairwise(corners)], blend=0.005)
+    found = aa.retime(path, acceleration=5.0, jerk=200.0, tool_speed=0.01)
+    t = np.linspace(0.0, found.duration, 20_001)
+    way = np.diff(arm.forward(found.at(t).q)[0][:, :3, 3], axis=0)
+    speed = np.linalg.norm(way, axis=1) / t[1] / 0.01
+    inner = speed[1000:-1000]
+    assert inner.min() > 0.95 and np.median(inner) > 0.99
+    if found.speed_lost is None:
+        assert inner.min() > 0.985
+
+
+def test_a_polygon_of_planned_poses_is_rounded_at_its_corners_alone() -> None:
+    """The knots of a planned elbow are no corners: a curve through them too is wavy, and four times slow."""
+    turn = np.linspace(0, 2 * np.pi, 60)
+    poses = np.tile(aa.pose([0, 0, 0.3], matrix=np.diag([-1.0, 1, -1])), (60, 1, 1))
+    poses[:, 0, 3], poses[:, 1, 3] = 0.5 + 0.05 * np.cos(turn), 0.05 * np.sin(turn)
+    arm = aa.Arm.from_catalogue("kuka_iiwa14_r820")
+    planned = aa.plan(arm, poses)
+    held = aa.follow(arm, planned.poses, start=planned.q[0])
+    one, other = (aa.retime(path, acceleration=5.0, jerk=50.0).duration for path in (planned, held))
+    assert one < 1.1 * other

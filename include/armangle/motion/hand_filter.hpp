@@ -30,6 +30,8 @@ inline constexpr double seldom = 0.5;    // s: no device's period is as long
 inline constexpr double slowing = 0.15;  // s in which a prediction without samples loses its speed
 inline constexpr double fastest = 20.0;  // m/s and rad/s: a difference of samples beyond it is a jump
 inline constexpr double smooth = 0.03;   // s over which the acceleration is averaged
+inline constexpr double newest = 0.125;  // share of the newest sample in what velocities change by
+inline constexpr double calm = 0.1;      // m/s and rad/s to and fro up to which a velocity is believed
 }  // namespace hand_rule
 
 /// A hand whose samples come late, jump or fail: where it is, and how fast.
@@ -39,8 +41,8 @@ public:
 
     void start(const Pose<double>& pose) noexcept {
         pose_ = told_ = sample_ = suspect_ = pose;
-        velocity_ = acceleration_ = Twist{};
-        age_ = suspected_ = changed_ = 0;
+        velocity_ = acceleration_ = measured_ = drift_ = Twist{};
+        age_ = suspected_ = changed_ = changes_ = 0;
         held_ = false;
     }
 
@@ -131,14 +133,27 @@ private:
         if (age_ > 2.0 * period_) velocity_ = acceleration_ = Twist{};
     }
 
-    /// Taken as it comes; the velocity is that between the last two samples.
+    /// Taken as it comes; the velocity is that between the last two samples, less where they tremble.
     void take(const Pose<double>& sample) noexcept {
         const Twist speed = difference(told_, sample) * (1.0 / age_);
         const bool possible =
             norm(speed.linear) < hand_rule::fastest && norm(speed.angular) < hand_rule::fastest;
-        velocity_ = possible ? speed : Twist{};
+        velocity_ = possible ? speed * believed(speed) : Twist{};
         period_ = age_;
         pose_ = sample;
+    }
+
+    /// The share of the velocity between two samples that is followed. A hand's velocity changes one way for
+    /// many samples; what changes to and fro from one to the next is noise.
+    double believed(const Twist& speed) noexcept {
+        const auto size = [](const Twist& t) { return std::hypot(norm(t.linear), norm(t.angular)); };
+        const Twist change = speed - measured_;
+        measured_ = speed;
+        drift_ = drift_ + (change - drift_) * hand_rule::newest;
+        changes_ += (size(change) - changes_) * hand_rule::newest;
+        const double tremble = max(changes_ - size(drift_), 0.0);
+        const double share = hand_rule::calm / max(tremble, hand_rule::calm);
+        return share * share;
     }
 
     void blend(const Pose<double>& sample, double dt) noexcept {
@@ -165,12 +180,14 @@ private:
     Pose<double> pose_ = identity_pose(), sample_ = identity_pose(), suspect_ = identity_pose();
     Pose<double> told_ = identity_pose();  // where the hand was when the sample changed
     Twist velocity_, acceleration_;
-    double age_ = 0;        // s since the sample changed
-    double since_ = 0;      // s since a sample was believed
-    double period_ = 0;     // s between samples
-    double changed_ = 0;    // s since the sample was another one ...
-    double between_[2]{};   // ... and between such, the last two
-    double suspected_ = 0;  // s that a jump has lasted
+    Twist measured_, drift_;  // the last velocity between two samples, and the mean change of such ...
+    double changes_ = 0;      // ... and of how much they change, m/s and rad/s
+    double age_ = 0;          // s since the sample changed
+    double since_ = 0;        // s since a sample was believed
+    double period_ = 0;       // s between samples
+    double changed_ = 0;      // s since the sample was another one ...
+    double between_[2]{};     // ... and between such, the last two
+    double suspected_ = 0;    // s that a jump has lasted
     bool held_ = false;
 };
 

@@ -28,7 +28,7 @@ inline constexpr double coarsest = 0.02;   // of that sine, for what is looked a
 inline constexpr double offs[] = {0.25, 0.5, 1, 2, 4, 8, 16, 32, 64};  // times that: rad of psi ahead
 }  // namespace leaving_rule
 
-/// Whether theta_2 (side 0) or theta_6 (side 1) is 0.
+/// Whether theta_2 (side 0) or theta_6 (side 1) is 0 or pi.
 inline bool is_singular(const Chain& now, int side) noexcept {
     return abs(sin_cos(now.theta[4 * side + 1]).sin) <= leaving_rule::singular;
 }
@@ -135,7 +135,8 @@ inline void offer_ways_on(const Arm& arm, const SelfMotion<double>& m, const Arc
             if (!is_singular(now, k)) continue;
             const int first = 4 * k, last = first + 2;
             one.d[first] = one.to.q[first] - q[first];
-            one.d[last] = -arm.sign[first] * arm.sign[last] * one.d[first];
+            const double opposite = sin_cos(now.theta[first + 1]).cos < 0 ? -1.0 : 1.0;  // theta = pi
+            one.d[last] = -opposite * arm.sign[first] * arm.sign[last] * one.d[first];
             one.longest = max(one.longest, abs(one.d[first]));
             const double end = q[last] + one.d[last];
             within &= end >= arm.limits.lower[last] && end <= arm.limits.upper[last];

@@ -218,7 +218,17 @@ inline Step step(const NearArm& arm, double margin, const double* q_now, const P
     const auto approach = [&](double psi, Status why) {
         const detail::NearStep any{arm, exact, on, configuration(gc), q_now, here, pi};
         detail::Lifted to;
-        if (options.scene || any.at(psi, to) != Status::OK) return stay(why);
+        if (options.scene) return stay(why);
+        if (any.at(psi, to) != Status::OK) {  // a joint would have to go round: another psi is nearer
+            Nearest found;
+            NearestOptions asked;
+            asked.near = q_now;
+            asked.branches = 1u << gc;
+            asked.allowed = options.allowed;
+            found = nearest_posture(arm, margin, exact, asked, options.scene);
+            const bool known = found.status == Status::OK || found.status == Status::UNPROVEN;
+            return known ? approach_joints(found.q, why) : stay(why);
+        }
         double q[joint_slots];
         to.q.store(q);
         return approach_joints(q, why);

@@ -28,9 +28,10 @@ class ChainDeviation:
     Parameters
     ----------
     position_rms, position_max : float
-        Distance, m.
+        Distance, m: that of some thousand random postures, and the greatest of them; elsewhere it may be some
+        percent more.
     rotation_rms, rotation_max : float
-        Angle, rad.
+        The same of the angle, rad.
     bands : tuple of 3 float
         How near θ2, θ4 - δ and θ6 were to 0 (rad) at the farthest random posture there that `Arm.inverse` did
         not give back: two branches meet at 0, and on the true arm they part or merge. In these bands the
@@ -47,8 +48,9 @@ class ChainDeviation:
         """Both, in mm, mrad and degrees, in one line."""
         bands = ", ".join(f"{band:.2g}" for band in np.degrees(self.bands))
         return (
-            f"{self.position_rms * MILLIMETRES:.3g} mm and {self.rotation_rms * 1e3:.3g} mrad rms, at most "
-            f"{self.position_max * MILLIMETRES:.3g} mm and {self.rotation_max * 1e3:.3g} mrad; "
+            f"{self.position_rms * MILLIMETRES:.3g} mm and {self.rotation_rms * 1e3:.3g} mrad rms, where "
+            f"looked at up to {self.position_max * MILLIMETRES:.3g} mm and "
+            f"{self.rotation_max * 1e3:.3g} mrad; "
             f"branches merge within {bands} deg of θ2, θ4 - δ, θ6 = 0"
         )
 

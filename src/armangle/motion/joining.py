@@ -11,6 +11,7 @@ import numpy as np
 
 from .._arrays import Floats, Ints
 from ..errors import InputError, PathError
+from ..scenes.scene import Scene
 from .curves import AnyCurve, Placed
 from .joint_path import JointPath
 from .paths import Chain, greatest
@@ -148,6 +149,18 @@ def join(paths: Sequence[JointPath]) -> JointPath:
     return _joined(paths)
 
 
+def _scenes(paths: Sequence[JointPath]) -> tuple[Scene, ...]:
+    """Return what stands about along all paths: one scene, or one a row; nothing if for one nothing."""
+    if not all(path.scenes for path in paths):
+        return ()
+    rows = [
+        path.scenes[row if len(path.scenes) > 1 else 0]
+        for k, path in enumerate(paths)
+        for row in range(int(k > 0), len(path))
+    ]
+    return tuple(rows[:1]) if all(scene is rows[0] for scene in rows) else tuple(rows)
+
+
 def _joined(paths: Sequence[JointPath]) -> JointPath:
     counts = np.array([len(path) - 1 for path in paths])
     ends = np.concatenate([[0.0], np.cumsum(counts)]) / counts.sum()
@@ -174,5 +187,5 @@ def _joined(paths: Sequence[JointPath]) -> JointPath:
     return JointPath(
         arm=paths[0].arm, s=s, psi=psi, **columns, certified=not open_,
         uncertified=np.concatenate(open_) if open_ else np.empty((0, 2)), path=Chain(segments, off),
-        curve=JoinedCurve(curves, ends, turns, segments), start=paths[0].start,
+        curve=JoinedCurve(curves, ends, turns, segments), start=paths[0].start, scenes=_scenes(paths),
     )  # fmt: skip

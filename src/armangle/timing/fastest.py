@@ -24,8 +24,8 @@ from .trajectory import Timing, from_speeds, through
 
 LEAST_MEAN = 1e-4
 """Share of the mean speed of s that is the least of interest, and its inverse the greatest."""
-KNOTS, FEWEST, MOST = 80, 20, 640
-"""Intervals of a spline of y, of one for a short piece, and of one for a motion that slows down often."""
+FEWEST, MOST = 20, 640
+"""Intervals of a spline of y for a short piece, and for a motion that slows down often."""
 PER_DIP, DEEP = 8, 2.0
 """Intervals for each place where it slows down, to below its speeds about that by this factor."""
 WITHIN, SHARES = np.array([0.06, 0.5, 0.94]), np.array([0.25, 0.5, 0.25])
@@ -166,10 +166,18 @@ class _Course(NamedTuple):
         return np.interp(s, self.s(table), table)
 
 
+class Smooth(NamedTuple):
+    """A timing that bounds the jerk too, and dr/dt at places r (N,) that lie close."""
+
+    timing: Timing
+    places: Floats
+    speed: Floats
+
+
 def smooth(
     derivatives: Callable[[Floats], Floats], g: Grid, bounds: tuple[Floats, Floats, Floats], most: Floats,
-    intervals: int = KNOTS,
-) -> Timing:  # fmt: skip
+    knots: int, before: Smooth | None = None,
+) -> Smooth:  # fmt: skip
     """Return a fast timing from rest to rest, without a stop between, that bounds the jerk too.
 
     Parameters
@@ -181,8 +189,10 @@ def smooth(
         rad/s, rad/s², rad/s³.
     most : ndarray, shape (N + 1,)
         Greatest ds/dt at each s of the grid, 1/s.
-    intervals : int
-        Of the spline of y, where the motion does not slow down often.
+    knots : int
+        Intervals of the spline of y, where the motion does not slow down often.
+    before : Smooth, optional
+        What was found with fewer: the knots are put where its speed changes.
 
     Raises
     ------
@@ -192,19 +202,25 @@ def smooth(
     """
     course = _Course(float(g.s[0]), float(g.s[-1]))
     _, acceleration, jerk = bounds
-    count = min(intervals, max(FEWEST, len(g.s)))
-    even = np.linspace(0.0, 1.0, count + 1)
-    places = np.union1d(_within(even), course.r(_within(g.s)))
+    count = min(knots, max(FEWEST, len(g.s)))
+    places = np.union1d(_within(np.linspace(0.0, 1.0, count + 1)), course.r(_within(g.s)))
     fast, bent, _ = _reach(course, derivatives, bounds, g.s, most, places)
-    count = max(count, min(PER_DIP * _dips(np.minimum(fast, bent)), MOST, len(g.s)))
-    knots = _quantiles(places, 1 / np.minimum(fast, bent), count)
-    places = np.union1d(places, _within(knots))
+    speed = np.minimum(fast, bent)
+    count = max(count, min(PER_DIP * _dips(speed), MOST, len(g.s)))
+    if before is None:
+        ends = _spread(places, [places, _spent(places, speed)], count)
+    else:
+        speed = np.interp(places, before.places, before.speed)
+        caps = np.interp(course.s(places), g.s, _changes(most))
+        ends = _spread(places, [places, _spent(places, speed), caps, _changes(speed)], count)
+    places = np.union1d(places, _within(ends))
     fast, bent, (q1, q2, q3) = _reach(course, derivatives, bounds, g.s, most, places)
-    spline = _Spline(knots, places)
+    spline = _Spline(ends, places)
     turned = [_rows(spline, (q2, q1 / 2), joint) / a for joint, a in _bounded(acceleration)]
     jolted = [_rows(spline, (q3, 1.5 * q2, q1 / 2), joint) / j for joint, j in _bounded(jerk)]
     unit = spline.shape(np.minimum(fast, bent) ** 2)
-    return spline.timing(course, unit * _Programs(spline, unit, fast**2, turned, jolted).best())
+    best = unit * _Programs(spline, unit, fast**2, turned, jolted).best()
+    return Smooth(spline.timing(course, best), places, np.sqrt(spline.values @ best))
 
 
 def _reach(
@@ -235,11 +251,21 @@ def _dips(speed: Floats) -> int:
     return found
 
 
-def _quantiles(places: Floats, slowness: Floats, count: int) -> Floats:
-    """Return knots from 0 to 1, evenly spread over half of r and half of the time that is spent there."""
-    spent = np.concatenate([[0.0], np.cumsum(np.diff(places) * (slowness[1:] + slowness[:-1]) / 2)])
-    share = 0.5 * (places + places[0] + (spent / spent[-1]) * (1 - 2 * places[0]))
-    knots = np.interp(np.linspace(share[0], share[-1], count + 1), share, places)
+def _spent(places: Floats, speed: Floats) -> Floats:
+    """Return the time up to each of the places."""
+    slowness = 1 / speed
+    return np.append(0.0, np.cumsum(np.diff(places) * (slowness[1:] + slowness[:-1]) / 2))
+
+
+def _changes(speed: Floats) -> Floats:
+    """Return by how much the logarithm of a speed has changed up to each place."""
+    return np.append(0.0, np.cumsum(np.abs(np.diff(np.log(speed)))))
+
+
+def _spread(places: Floats, rising: list[Floats], count: int) -> Floats:
+    """Return knots from 0 to 1: of each of the quantities, which rise from place to place, even shares."""
+    share = np.mean([(each - each[0]) / np.ptp(each) for each in rising if np.ptp(each) > 0], axis=0)
+    knots = np.interp(np.linspace(0.0, 1.0, count + 1), share, places)
     knots[[0, -1]] = 0.0, 1.0
     return np.asarray(knots)
 

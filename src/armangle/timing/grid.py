@@ -8,7 +8,7 @@ import numpy as np
 
 from .._arrays import JOINTS, Floats
 from ..errors import PathError
-from .motion import Motion, breaks
+from .motion import Motion, breaks, just_before
 
 SMOOTH = 1e-6
 """Share of the greatest |q'| of a path by which it may jump at a break that is no corner: rounding."""
@@ -62,7 +62,7 @@ def grid(motion: Motion, count: int, least: int, more: Floats) -> Grid:
     after = motion.derivatives(s)
     before = after.copy()
     inner = np.isin(s, ends[1:-1])
-    before[inner] = motion.derivatives(np.nextafter(s[inner], 0.0))
+    before[inner] = motion.derivatives(just_before(motion, s[inner]))
     endless = ~(np.isfinite(after) & np.isfinite(before)).all(axis=(1, 2))
     if endless.any():
         raise PathError(

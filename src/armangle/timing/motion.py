@@ -39,17 +39,80 @@ class Motion(Protocol):
 
 
 def breaks(motion: Motion) -> Floats:
-    """Return the s where derivatives of q may jump, 0 and 1 among them."""
+    """Return the s where derivatives of q may jump, 0 and 1 among them; of close ones the last."""
+    return _close_breaks(motion)[1]
+
+
+def just_before(motion: Motion, s: Floats) -> Floats:
+    """Return s (N,) by a last digit less, at a break that from which all that is close to it is ahead."""
+    first, last = _close_breaks(motion)
+    k = np.minimum(np.searchsorted(last, s), len(last) - 1)
+    return np.nextafter(np.where(last[k] == s, first[k], s), 0.0)
+
+
+def _close_breaks(motion: Motion) -> tuple[Floats, Floats]:
+    """Return of every run of breaks that are close to one another the first and the last."""
     rows: Any = motion
     if hasattr(motion, "breaks"):
-        return np.asarray(rows.breaks)
+        return np.asarray(rows.breaks), np.asarray(rows.breaks)
     path = motion.path.breaks if motion.path is not None else rows.s
     curve = getattr(motion, "curve", None)
     knots = curve.knots if curve is not None else np.empty(0)
     ends = np.unique(np.concatenate([[0.0, 1.0], path, knots]))
-    apart = np.append(np.diff(ends) > CLOSE, True)
-    apart[0] = True
-    return np.asarray(ends[apart])
+    apart = np.diff(ends) > CLOSE
+    first, last = ends[np.append(True, apart)], ends[np.append(apart, True)]
+    first[0], last[0] = 0.0, 0.0
+    return first, last
+
+
+class Part:
+    """A part of a motion as one of its own, over r in [0, 1].
+
+    Parameters
+    ----------
+    whole : JointPath
+    first, last : float
+        The s where it begins and ends.
+    """
+
+    def __init__(self, whole: Motion, first: float, last: float) -> None:
+        self.whole, self.first, self.last = whole, first, last
+        self._end = float(just_before(whole, np.array([last]))[0])
+        every = breaks(whole)
+        inner = every[(every > first) & (every < last)]
+        self.breaks = np.concatenate([[0.0], (inner - first) / self._width, [1.0]])
+
+    @property
+    def arm(self) -> Arm | OffsetArm:
+        """The arm that moves."""
+        return self.whole.arm
+
+    @property
+    def path(self) -> Any:
+        """Where the whole goes."""
+        return self.whole.path
+
+    def at(self, s: ArrayLike, /) -> Any:
+        """Return a value with the field q, (..., 7) rad."""
+        return self.whole.at(self.s(np.asarray(s)))
+
+    def derivatives(self, s: ArrayLike, /) -> Floats:
+        """Return three derivatives of q with respect to r, (..., 3, 7); at the end of what is before it."""
+        inside = np.minimum(self.s(np.asarray(s)), self._end)
+        return self.whole.derivatives(inside) * self._width ** np.arange(1, 4)[:, None]
+
+    def tool_derivatives(self, s: Floats) -> tuple[Floats, Floats]:
+        """Return the two derivatives of the place of the tool with respect to r."""
+        first, second = tool_derivatives(self.whole, np.minimum(self.s(s), self._end))
+        return first * self._width, second * self._width**2
+
+    def s(self, r: Floats) -> Floats:
+        """Return the s of the whole at r."""
+        return np.minimum(self.first + self._width * r, self.last)
+
+    @property
+    def _width(self) -> float:
+        return self.last - self.first
 
 
 def _joints_lead(motion: Motion) -> bool:
@@ -70,6 +133,8 @@ def _where_joints_lead(motion: Motion, s: Floats) -> tuple[Floats, Floats]:
 def tool_derivatives(motion: Motion, s: Floats) -> tuple[Floats, Floats]:
     """Return p' and p'' of the tool's origin, m per unit of s and of its square, (N, 3) each."""
     rows: Any = motion
+    if isinstance(motion, Part):
+        return motion.tool_derivatives(s)
     if _joints_lead(motion):
         return _where_joints_lead(motion, s)
     if motion.path is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -14,9 +15,9 @@ from ..motion.curves import JointLines, JointSpline
 from ..motion.joint_path import Between, JointPath
 from ..motion.options import Bound, joint_bound
 from ..motion.paths import NO_DEVIATION, Deviation
-from .fastest import KNOTS, fastest, smooth
+from .fastest import fastest, smooth
 from .grid import Grid, corners, grid
-from .motion import RESTS, Motion, breaks, tool_derivatives
+from .motion import RESTS, Motion, Part, just_before, tool_derivatives
 from .rounding import rounded
 from .straight import is_straight, straight
 from .tool_speed import HELD, HELD_WITH_JERK, not_held, speed_lost
@@ -26,8 +27,12 @@ GRID, LEAST_BETWEEN_BREAKS = 400, 4
 """Intervals of s that are looked at, and least between two breaks, unless these are as many."""
 WITH_JERK, LEAST_WITH_JERK = 200, 2
 """The same where bounds are asked for at several places in each ..."""
-AT_SPEED = 640
+AT_SPEED, LEAST_AT_SPEED = 640, 24
 """... and where a tool speed is to be held as well, which shows what is coarse."""
+KNOTS, KNOTS_AT_SPEED = (80, 120), (80, 240)
+"""Intervals of a spline of the speed with jerk bounded: more in a second attempt, where it changes."""
+FULL_PARTS, LEAST_IN_PART = 8, 40
+"""Parts between corners up to which each has as many, and least in each of more parts."""
 FEW_STOPS, MOST_STOPS = 8, 300
 """Corners up to which stopping at each of them is tried too, and where it may be faster."""
 TOLERANCE = 1e-4
@@ -36,7 +41,7 @@ CYCLE = 1e-3
 DENSE = 100
 """Cycles from a corner to the next below which the two take part in what joints accelerate by."""
 FINER, MOST_FINER = 4, 6
-OVER = 1.001
+OVER, OVER_WITH_JERK = 1.001, 1.005
 """Where bounds are exceeded between grid points by more than this, the grid is made finer there."""
 CHECKED = 4000
 REPEATS = 2e-5
@@ -193,7 +198,8 @@ def _ways(path: Motion, b: _Bounds) -> list[_Way]:
     many = np.count_nonzero(corners(first).any(axis=1))
     if b.tolerance == 0 or many == 0:
         return [_Way(path, *_kept(path, b), NO_DEVIATION)]
-    smoothed, off = rounded(path, breaks(path), b.tolerance)
+    nodes = np.union1d([0.0, 1.0], first.s[corners(first).any(axis=1)])
+    smoothed, off = rounded(path, nodes, b.tolerance)
     found = _Way(smoothed, *_kept(smoothed, b), off)
     stops = many <= FEW_STOPS or (
         many <= MOST_STOPS and _least_with_stops(path, first, b) < found.timing.duration
@@ -211,23 +217,57 @@ def _least_with_stops(path: Motion, g: Grid, b: _Bounds) -> float:
 
 def _kept(path: Motion, b: _Bounds) -> tuple[Grid, Timing]:
     """Return the timing that keeps the bounds, between the points of the grid too, and the grid."""
-    more = np.empty(0)
-    density = GRID, LEAST_BETWEEN_BREAKS
     if b.jerk is not None:
-        density = WITH_JERK if b.tool_speed is None else AT_SPEED, LEAST_WITH_JERK
-    for _ in range(MOST_FINER if b.jerk is None else 1):
-        g = grid(path, *density, more)
+        return _kept_with_jerk(path, b, b.jerk)
+    more = np.empty(0)
+    for _ in range(MOST_FINER):
+        g = grid(path, GRID, LEAST_BETWEEN_BREAKS, more)
         caps = _speed_caps(path, g, b)
         g = g.with_dense(DENSE * b.cycle * caps)
-        timing = _timed(path, g, caps, b)
+        timing = _timed(g, caps, b)
         if not np.isfinite(timing.t).all():
             _raise_for_leaps(path, timing, b.velocity)
         s, factor = _excess(path, g, timing, b)
         if factor.max() <= OVER:
             break
         more = np.union1d(more, _finer(g.s, s[factor > OVER]))
-    over = float(factor.max())
-    return g, timing.slower(over if b.jerk is not None else max(over, 1.0))
+    return g, timing.slower(max(float(factor.max()), 1.0))
+
+
+def _kept_with_jerk(path: Motion, b: _Bounds, jerk: Floats) -> tuple[Grid, Timing]:
+    """Return what `_kept` does: every part between two corners is timed, and slowed down, for itself."""
+    g = grid(path, GRID, 1, np.empty(0))
+    ends = np.union1d([0.0, 1.0], g.s[corners(g).any(axis=1)])
+    parts = [Part(path, first, last) for first, last in pairwise(ends.tolist())]
+    full = min(1.0, FULL_PARTS / len(parts))
+    return g, joined([_part_kept(part, full, b, jerk).of_part(part.first, part.last) for part in parts])
+
+
+def _part_kept(part: Part, full: float, b: _Bounds, jerk: Floats) -> Timing:
+    """Return the timing of a part between two corners: the fastest of those with more and more knots.
+
+    `full` is the share of the grid that it gets; less than 1 where there are many, with one attempt each.
+    """
+    count, least = (WITH_JERK, LEAST_WITH_JERK) if b.tool_speed is None else (AT_SPEED, LEAST_AT_SPEED)
+    least = max(LEAST_WITH_JERK, min(least, count // (len(part.breaks) - 1)))
+    more, found, before = np.empty(0), [], None
+    attempts = KNOTS if b.tool_speed is None else KNOTS_AT_SPEED
+    for knots in attempts if full == 1 else attempts[:1]:
+        g = grid(part, max(int(full * count), LEAST_IN_PART), least, more)
+        caps = _speed_caps(part, g, b)
+        if is_straight(g, caps):
+            timing = straight(g, b.acceleration, jerk, caps)
+        else:
+            before = smooth(part.derivatives, g, (b.velocity, b.acceleration, jerk), caps, knots, before)
+            timing = before.timing
+        if not np.isfinite(timing.t).all():
+            _raise_for_leaps(part, timing, b.velocity)
+        s, factor = _excess(part, g, timing, b)
+        found.append(timing.slower(float(factor.max())))
+        if before is None:
+            break
+        more = np.union1d(more, _finer(g.s, s[factor > OVER_WITH_JERK]))
+    return min(found, key=lambda timing: timing.duration)
 
 
 def _raise_for_leaps(path: Motion, timing: Timing, velocity: Floats) -> None:
@@ -301,21 +341,14 @@ def _checked(
     return _Bounds(v, a, j, speed, as_number("cycle", cycle, 0.0, 1.0), off)
 
 
-def _timed(path: Motion, g: Grid, caps: Floats, b: _Bounds) -> Timing:
+def _timed(g: Grid, caps: Floats, b: _Bounds) -> Timing:
     """Return a timing that keeps the bounds at the grid points, and greatest ds/dt `caps` (N + 1,) there."""
     stops = np.union1d([0, len(g.s) - 1], np.flatnonzero(caps == 0))
     pieces = []
-    for first, last in zip(stops[:-1].tolist(), stops[1:].tolist(), strict=True):
+    for first, last in pairwise(stops.tolist()):
         part, most = g.between(first, last), caps[first : last + 1].copy()
         most[[0, -1]] = np.where(most[[0, -1]] > 0, most[[0, -1]], most[1:-1].max())
-        if b.jerk is None:
-            pieces.append(fastest(part, b.acceleration, most))
-        elif is_straight(part, most):
-            pieces.append(straight(part, b.acceleration, b.jerk, most))
-        else:
-            bounds = b.velocity, b.acceleration, b.jerk
-            knots = KNOTS if b.tool_speed is None else AT_SPEED // 2
-            pieces.append(smooth(path.derivatives, part, bounds, most, knots))
+        pieces.append(fastest(part, b.acceleration, most))
     return joined(pieces)
 
 
@@ -325,7 +358,7 @@ def _speed_caps(path: Motion, g: Grid, b: _Bounds) -> Floats:
     with np.errstate(divide="ignore", over="ignore"):
         caps = np.min(b.velocity / np.maximum(fastest_joint, _SLOWEST), axis=1)
     if b.tool_speed is not None:
-        way = [np.linalg.norm(tool_derivatives(path, s)[0], axis=1) for s in (g.s, np.nextafter(g.s, 0.0))]
+        way = [np.linalg.norm(tool_derivatives(path, s)[0], axis=1) for s in (g.s, just_before(path, g.s))]
         caps = np.minimum(caps, b.tool_speed / np.maximum(np.maximum(*way), _SLOWEST))
     jump = np.abs(corners(g))
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):

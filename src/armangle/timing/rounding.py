@@ -97,14 +97,14 @@ class Rounded:
         return self._curve.passed(self._low, self._high)
 
 
-def rounded(motion: Motion, breaks: Floats, tolerance: float) -> tuple[Motion, Deviation]:
+def rounded(motion: Motion, corners: Floats, tolerance: float) -> tuple[Motion, Deviation]:
     """Return the motion without corners, and by how much at most the tool is off.
 
     Parameters
     ----------
     motion : JointPath
-    breaks : ndarray, shape (K,)
-        Where derivatives of q may jump: the first nodes, with halves where they lie far apart. More halves
+    corners : ndarray, shape (K,)
+        Where q' jumps, and both ends: the first nodes, with halves where they lie far apart. More halves
         follow where the tool is off too far.
     tolerance : float
         What the tool may be off, m; a radian counts as `RADIAN` m.
@@ -117,7 +117,7 @@ def rounded(motion: Motion, breaks: Floats, tolerance: float) -> tuple[Motion, D
 
     Where the path rides on a limit the curve would pass it: by as much postures are put inside.
     """
-    nodes = breaks
+    nodes = corners
     while (long := np.diff(nodes) > LONGEST).any():
         nodes = np.union1d(nodes, (nodes[:-1] + np.diff(nodes) / 2)[long])
     for _ in range(HALVINGS):

@@ -11,6 +11,8 @@ from .trajectory import SpeedLoss, Timing
 
 HELD, HELD_WITH_JERK, HELD_ROWS = 1e-3, 1e-2, 4001
 """A tool speed is held within this share of it; rows at which that is looked at."""
+STEADY = 1e-6
+"""Share of it by which it changes from row to row where it does not."""
 
 
 def speed_lost(
@@ -52,14 +54,15 @@ def speed_lost(
 def not_held(path: Motion, timing: Timing, tool_speed: float, share: float) -> SpeedLoss | None:
     """Return where a timing leaves the tool's speed between its ramps, though each place would allow it.
 
-    It is left where the tool is slower by more than this share of it.
+    It is left where the tool is slower by more than this share of it. A ramp ends where the tool is no longer
+    the faster, or begins where it is from then on slower and slower.
     """
     s, speed, _ = timing.at(np.linspace(0.0, timing.duration, HELD_ROWS))
-    held = np.linalg.norm(tool_derivatives(path, s)[0], axis=1) * speed >= (1 - share) * tool_speed
-    if not held.any():
-        return SpeedLoss(float(s[np.argmax(speed)]), None, "ramps", np.inf)
-    first, last = np.argmax(held), len(held) - 1 - np.argmax(held[::-1])
-    gaps = np.flatnonzero(~held[first:last])
+    tool = np.linalg.norm(tool_derivatives(path, s)[0], axis=1) * speed / tool_speed
+    change = np.diff(tool)
+    first = np.argmax(np.append(change < -STEADY, True) | (tool >= 1 - share))
+    last = len(tool) - 1 - np.argmax(np.append(change[::-1] > STEADY, True) | (tool[::-1] >= 1 - share))
+    gaps = np.flatnonzero(tool[first : last + 1] < 1 - share)
     return SpeedLoss(float(s[first + gaps[0]]), None, "ramps", np.inf) if len(gaps) else None
 
 

@@ -55,6 +55,12 @@ class Timing:
             c = c[1:] * np.arange(1, len(c))[:, None]
         return tuple(np.asarray(each) for each in found)
 
+    def of_part(self, first: float, last: float) -> Timing:
+        """Return the timing over s from `first` to `last` where this one is over 0 to 1."""
+        coefficients = self.coefficients * (last - first)
+        coefficients[:, 0] += first
+        return Timing(self.t, coefficients)
+
     def slower(self, factor: float) -> Timing:
         """Return the same motion that takes `factor` times as long."""
         return Timing(self.t * factor, self.coefficients / factor ** np.arange(_TERMS))
