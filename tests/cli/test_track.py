@@ -141,3 +141,46 @@ def test_samples_that_did_not_come_are_held(hand: Path, cells: str, capsys: Capt
 def test_empty_rows_at_the_end_of_a_file_are_no_samples(hand: Path) -> None:
     hand.write_text(hand.read_text() + ",,,,,,\n,,,,,,\n\n")
     assert len(aa.load_poses(hand)) == 200
+
+
+def test_times_of_the_file_say_how_fast_it_came_and_what_was_lost(hand: Path, capsys: Capture) -> None:
+    lines = hand.read_text().splitlines()
+    t = np.arange(200) / 50
+    t[120:] += 0.4  # nothing came
+    rows = [f"{time:.4f},{line}" for time, line in zip(t, lines[1:], strict=True)]
+    hand.write_text("\n".join([f"t,{lines[0]}", *rows]))
+    words = ["track", str(hand), *ROBOT, "--start", DEGREES, "--json"]
+    assert main(words) == 0
+    said = capsys.readouterr()
+    facts = json.loads(said.out)
+    assert "50 ticks a second, by the file's t, 20 ticks without a row" in " ".join(said.err.split())
+    assert sum(facts["status"].values()) == 220 and facts["status"]["HELD"] == 20
+    assert main([*words, "--rate", "100"]) == 0
+    said = capsys.readouterr()
+    assert "by the file" not in said.err and sum(json.loads(said.out)["status"].values()) == 200
+
+
+@pytest.mark.parametrize(
+    ("times", "why"),
+    [
+        ([0, 0.01, 0.005, 0.02], "t does not rise from row 2 to 3"),
+        ([0, "", 0.01, 0.02], "t does not rise from row 1 to 2"),
+        ([0, 20, 40, 60], "t rises by 20 a row, up to 60, wanted s"),
+    ],
+)
+def test_times_that_are_none_are_refused(hand: Path, times: list[object], why: str, capsys: Capture) -> None:
+    lines = hand.read_text().splitlines()[:5]
+    rows = [f"{time},{line}" for time, line in zip(times, lines[1:], strict=True)]
+    hand.write_text("\n".join([f"t,{lines[0]}", *rows]))
+    words = ["track", str(hand), *ROBOT, "--start", DEGREES]
+    assert main(words) == 2
+    assert why in " ".join(capsys.readouterr().err.split())
+    assert main([*words, "--rate", "50"]) == 0
+
+
+def test_millimetres_are_asked_about(hand: Path, capsys: Capture) -> None:
+    poses = aa.load_poses(hand)
+    poses[:, :3, 3] *= 1e3
+    aa.save(poses, hand)
+    assert main(["track", str(hand), *ROBOT, "--start", DEGREES]) == 2
+    assert "were these in mm?" in " ".join(capsys.readouterr().err.split())

@@ -224,6 +224,20 @@ def load_poses(path: PathLike, *, lost: bool = False) -> Floats:
     return poses
 
 
+def sample_times(path: PathLike) -> Floats | None:
+    """Return the column t of a CSV file of poses, s, NaN where a cell is empty; None without such a column.
+
+    Raises
+    ------
+    FileFormatError
+    """
+    if Path(path).suffix.lower() in (".npz", ".json"):
+        return None
+    file = CsvFile(path, COLUMNS, ("t",), lost=True)
+    parts = [block.numbers[:, len(COLUMNS)] for block in file.blocks()]
+    return np.concatenate(parts) if parts and "t" in file.at else None
+
+
 def _poses_or_lost(rows: Floats) -> Floats:
     came = np.isfinite(rows).all(axis=1)
     if came.all():

@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from ..._arrays import Floats
+from ..._arrays import Floats, in_millimetres
 from ...arm.arm import Arm
 from ...arm.offset import OffsetArm
 from ...errors import InputError, PathError
+from ...files.tables import sample_times
 from ...files.trajectories import TrajectoryTable
 from ...motion.joint_path import even_parameters
 from ...motion.tracking import HandFilter, Tracked, Tracker, Tracking
@@ -28,7 +29,7 @@ from ..arguments import (
     some_poses,
 )
 from ..pictures import add_picture, draw
-from ..screen import counted, degrees, fixed, plural, progress, show, show_json, violations, write
+from ..screen import counted, degrees, fixed, note, plural, progress, show, show_json, violations, write
 from ..tables import table
 
 HELP = """\
@@ -41,6 +42,7 @@ EXAMPLE = """\
 _RATE = 250.0
 _ACCELERATION = 10.0  # rad/s^2, as `Tracker`
 _MM = 1e3
+_SLOWEST, _MOST_TICKS = 1.0, 10_000_000  # s between two rows, and how many: else t is not in s
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -48,7 +50,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "path",
         metavar="POSES",
-        help="poses with the columns x,y,z,qw,qx,qy,qz, one a tick; "
+        help="poses with the columns x,y,z,qw,qx,qy,qz, one a tick, or when a column t (s) says; "
         "empty cells or nan: a sample that did not come",
     )
     parser.add_argument(
@@ -58,7 +60,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "shoulder nearest to the middle of the ranges",
     )
     parser.add_argument(
-        "--rate", type=number, default=_RATE, metavar="HZ", help=f"ticks per second (default {_RATE:g})"
+        "--rate",
+        type=number,
+        metavar="HZ",
+        help=f"ticks per second, a row each (default: as the column t says; without it {_RATE:g})",
     )
     add_output(parser, "trajectory", more=", .yaml (ROS)")
     add_picture(parser, "distance, speeds and statuses over time")
@@ -79,12 +84,15 @@ def run(args: argparse.Namespace) -> int:
     velocity = joint_bounds("--velocity", args.velocity, "deg/s", arm.velocity)
     stated = np.full(len(velocity), _ACCELERATION)
     acceleration = joint_bounds("--acceleration", args.acceleration, "deg/s^2", stated)
-    if not args.rate > 0:
+    if args.rate is not None and not args.rate > 0:
         raise InputError(f"--rate is {args.rate:g}, wanted ticks per second, more than 0")
-    frames = some_poses(args.path, lost=True)
+    frames, rate = _ticks(some_poses(args.path, lost=True), args)
     first_seen = frames[np.isfinite(frames).all(axis=(1, 2)).argmax()]
+    hint = in_millimetres(float(np.linalg.norm(first_seen[:3, 3])))
+    if hint:
+        raise InputError(f"the first pose is {np.linalg.norm(first_seen[:3, 3]):.4g} m away{hint}")
     tracker = Tracker(
-        arm, 1 / args.rate, velocity, acceleration, filter=HandFilter() if args.filter else None, scene=scene
+        arm, 1 / rate, velocity, acceleration, filter=HandFilter() if args.filter else None, scene=scene
     )
     found = _start(arm, args.start, first_seen, scene)
     tracker.start(found, outside="refuse" if args.start is not None else "escape")
@@ -107,6 +115,32 @@ def run(args: argparse.Namespace) -> int:
     else:
         _show(arm, facts)
     return 0
+
+
+def _ticks(frames: Floats, args: argparse.Namespace) -> tuple[Floats, float]:
+    """Return the pose of each tick, NaN where none came, and ticks per second: by the file, or --rate."""
+    times = sample_times(args.path) if args.rate is None else None
+    if times is None or len(times) < 2:
+        return frames, _RATE if args.rate is None else args.rate
+    steps = np.diff(times)
+    rises = steps > 0
+    if not rises.all():
+        row = int(np.argmin(rises)) + 1
+        raise InputError(
+            f"{args.path}: t does not rise from row {row} to {row + 1}; with --rate each row is a tick"
+        )
+    step = float(np.median(steps))
+    at = np.round((times - times[0]) / step)
+    if step > _SLOWEST or at[-1] >= _MOST_TICKS:
+        raise InputError(
+            f"{args.path}: t rises by {step:.4g} a row, up to {times[-1] - times[0]:.4g}, wanted s"
+        )
+    placed = np.full((int(at[-1]) + 1, 4, 4), np.nan)
+    placed[at.astype(int)] = frames
+    empty = len(placed) - len(np.unique(at))
+    lost = f", {counted(empty, 'tick')} without a row" if empty else ""
+    note(f"armangle: {1 / step:.6g} ticks a second, by the file's t{lost}")
+    return placed, 1 / step
 
 
 def _start(arm: Arm | OffsetArm, text: str | None, frame: Floats, scene: Scene | None) -> Floats:
