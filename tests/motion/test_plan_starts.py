@@ -475,3 +475,17 @@ def test_limits_that_a_motion_cannot_reach_are_no_work() -> None:
         q = rng.uniform(-2.5, 2.5, 7)
         q[3] = rng.uniform(-2, -0.6)
         way = line(q, rng.normal(size=3) * 0.05)
+
+
+def test_joints_without_a_finite_speed_are_said() -> None:
+    """At a posture that is singular whatever psi is a line may begin as a square root: it has no timing."""
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    q = np.radians([-45, 0, 90, -90, 90, -90, -135.0])
+    first = arm.forward(q)[0]
+    last = first.copy()
+    last[0, 3] += 0.2
+    path = aa.plan(arm, aa.Line(first, last), start=q)
+    assert not path.certified
+    assert np.isnan(path.derivatives(0.0)).all() and np.isfinite(path.derivatives(0.01)).all()
+    with pytest.raises(aa.PathError, match="joints have no finite speed along the path"):
+        aa.retime(path, acceleration=5.0)

@@ -26,6 +26,7 @@ MOST_PASSED = 1e-6
 BEGIN = "arm.solve(poses[0], near=start).q"
 """Where a path may begin whose first pose is too far from the start."""
 _SHUT = 1e-9  # sine of a hinge that is 0 but for rounding
+_ENDLESS = 1e9  # rad per unit of s: rounding of a speed that has no end
 _READ = 1e-6  # rad: of digits that a file leaves out
 _TURN = 2 * np.pi
 Between = Literal["tool", "joints", "spline"]
@@ -332,7 +333,8 @@ class JointPath:
         -------
         ndarray, shape (..., 3, 7)
             rad per unit of s, and of its square and cube; NaN beyond the s that was reached, and where joints
-            have no finite speed along the path: where it begins or ends with the arm stretched.
+            have no finite speed along the path: where it begins or ends with the arm stretched, or singular
+            in another way.
 
         Raises
         ------
@@ -345,7 +347,8 @@ class JointPath:
         inside = flat <= curve.end
         out = np.full((at.size, ORDERS, JOINTS), np.nan)
         out[inside] = curve.derivatives(self.arm._handle, np.ascontiguousarray(flat[inside]))
-        out[~np.isfinite(out).all(axis=(1, 2))] = np.nan
+        finite = np.isfinite(out).all(axis=(1, 2)) & (np.abs(out[:, 0]) < _ENDLESS).all(axis=1)
+        out[~finite] = np.nan
         return out.reshape(*at.shape, ORDERS, JOINTS)
 
     def _curve(self) -> AnyCurve:
