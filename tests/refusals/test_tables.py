@@ -28,6 +28,7 @@ BAD_POSES = {
     HEADER + GOOD + "0,0,0,1,1,0,0\n": r":3:4: the quaternion has length 1\.41421356, wanted 1 within 1e-06",
     HEADER + "0,0,0,0,0,0,0\n": r":2:4: the quaternion has length 0, wanted 1",
     HEADER + "0,0,0,1.0000011,0,0,0\n": r":2:4: the quaternion has length 1\.0000011, wanted 1",
+    HEADER + "0,0,0,0.707,0.707,0,0\n": r":2:4: .* length 0\.99984.*; where digits were left out divide",
     HEADER + "0,0,0,1\n": r":2: 4 fields, wanted 7 as in the header",
     HEADER + '0,0,0,1,0,0,"0\n': r":2: not CSV: unexpected end of data",
 }

@@ -29,6 +29,7 @@ from .sheets import WRITERS, Sheet, ending
 from .trajectories import RATES, TrajectoryTable, holds_trajectory, load_trajectory
 
 _HEADINGS = {"q": JOINT_COLUMNS, "pose": COLUMNS}
+_FEW_DIGITS = 5e-3  # what a quaternion's length is off whose numbers have three digits, and more
 
 
 @dataclass(frozen=True, eq=False)
@@ -268,6 +269,8 @@ def _pose_fault(rows: Floats, lost: bool) -> tuple[int, str, str] | None:
     if bad.any():
         row = int(np.argmax(bad))
         message = f"the quaternion has length {length[row]:.9g}, wanted 1 within {UNIT_TOLERANCE:g}"
+        if abs(length[row] - 1) < _FEW_DIGITS:
+            message += "; where digits were left out divide qw, qx, qy, qz by it"
         return row, COLUMNS[3], message
     return None
 
