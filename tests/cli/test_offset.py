@@ -199,8 +199,11 @@ def test_track_is_the_tracker(capsys: pytest.CaptureFixture[str], line: str) -> 
     first = FR3.solve(aa.load_poses(line)[0]).q
     np.testing.assert_allclose(found["start"], first, rtol=0, atol=1e-9)
     assert run(capsys, *ask)[0] == 0
-    status, _, err = run(capsys, *ask, "--body", "90,80")
-    assert status == 2 and "--body does not go with" in err
+    pose = ("ik", *ask[2:4], "--pose", "0.4,0.1,0.5,0,1,0,0")
+    for option, value in (("--body", "90,80"), ("--hand", "30"), ("--clearance", "5")):
+        for command in (ask, pose):
+            status, _, err = run(capsys, *command, option, value)
+            assert status == 2 and f"{option} does not go with" in err
 
 
 def test_no_command_prints_a_raw_warning(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

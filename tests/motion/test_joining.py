@@ -101,3 +101,23 @@ def test_what_does_not_join_is_refused() -> None:
         aa.join([aa.follow(ARM, far, start=Q)])
     with pytest.raises(aa.InputError, match=r"path 0 has 1 rows"):
         aa.join([aa.follow(ARM, first.poses[:1], start=Q)])
+
+
+def test_what_stands_about_stays_known() -> None:
+    """One scene, or one a row; nothing where of one of the paths nothing is known."""
+    arm = ARM.with_body(aa.Body.bones(upper_arm=0.06, forearm=0.05))
+    scene, other = (aa.Scene([aa.Ball([0, place, 0.3], 0.05, name="post")]) for place in (-0.9, 0.9))
+    a, b = arm.forward(Q)[0], arm.forward(Q)[0]
+    b[1, 3] -= 0.1
+    first = aa.plan(arm, aa.Line(a, b), start=Q, samples=20, scene=scene)
+    back = {
+        key: aa.plan(arm, aa.Line(b, a), start=first.q[-1], samples=20, scene=key)
+        for key in (scene, other, None)
+    }
+    both = aa.join([first, back[scene]])
+    assert both.scenes == (scene,)
+    assert both.closest is not None and first.closest is not None
+    assert both.clearance.min() == min(first.clearance.min(), back[scene].clearance.min())
+    mixed = aa.join([first, back[other]])
+    assert mixed.scenes == (scene,) * len(first) + (other,) * (len(mixed) - len(first))
+    assert aa.join([first, back[None]]).scenes == ()

@@ -5,7 +5,8 @@
 //     predicted = pose + velocity T,  r = measured - predicted,  pose = predicted + (1 - a^2) r,
 //     velocity += (1 - a)^2 / T r,    a = exp(-omega T).
 //
-// Its acceleration is what the velocity changed by, smoothed once more.
+// Its acceleration is what the velocity changed by, smoothed once more. Without a filter the velocity is that
+// between two samples, or a share of it where it changes to and fro.
 // A sample far from its prediction is an outlier until it has lasted: the pose goes on as predicted, slowing
 // down, and only what stays where it jumped to for `patience` is believed.
 // Source: E. Brookner, Tracking and Kalman Filtering Made Easy (1998), section 1.2.

@@ -130,10 +130,10 @@ def with_body(arm: Arm, args: argparse.Namespace) -> tuple[Arm, Scene | None]:
         arm = arm.with_hand(_hand(args))
     arm = _bodied(arm, args)
     for line in () if arm.body is None else arm.body.notes:
-        if line != BARE:
+        if not line.startswith(BARE):
             note(f"armangle: {line}")
         elif args.hand is None:
-            note(f"armangle: {line.rpartition(':')[0]}: --hand does")
+            note(f"armangle: {BARE}: --hand does")
     _refuse_unusable(arm, scene, args.scene)
     return arm, scene
 

@@ -26,7 +26,7 @@ from .screen import (
 )
 from .tables import paint
 
-_NOT_IK = ("kuka", "psi", "explain", "all", "scene", "body", "seed", "output")
+_NOT_IK = ("kuka", "psi", "explain", "all", "scene", "body", "hand", "clearance", "seed", "output")
 _NOT_FK = ("kuka", "output")
 
 

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from .urdf import Source
 
 MOST_SHAPES = 32
-BARE = "nothing covers what is beyond the wrist, the flange and the tool: arm.with_hand does"
+BARE = "nothing covers what is beyond the wrist, the flange and the tool"
+_BARE = f"{BARE}: arm.with_hand does"
 _THICKNESS = (
     0.24  # of the mean of both bones: 96 mm of an iiwa 7, whose links lie within 95 mm of axes 2 to 5
 )
@@ -230,7 +231,7 @@ class Body:
         for name, radius in zip(("upper_arm", "forearm"), radii, strict=True):
             _thin("Body.bones", name, radius)
         _flag("Body.bones", "plates", plates)
-        _set(new, links=(), ignore=(), notes=(BARE,), trusted=True, _bones=(*radii, plates))
+        _set(new, links=(), ignore=(), notes=(_BARE,), trusted=True, _bones=(*radii, plates))
         return new
 
     @classmethod
@@ -239,7 +240,7 @@ class Body:
         radius = round(_THICKNESS * 0.5 * (d_se + d_ew), 4)
         new = cls.bones(radius, radius, plates=True)
         why = f"{_THICKNESS:g} of the mean of d_se and d_ew, not measured: not trusted"
-        _set(new, notes=(f"radii of {1e3 * radius:g} mm are {why}", BARE), trusted=False)
+        _set(new, notes=(f"radii of {1e3 * radius:g} mm are {why}", _BARE), trusted=False)
         return new
 
     def __repr__(self) -> str:

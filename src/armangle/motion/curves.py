@@ -149,8 +149,8 @@ class OffsetCurve:
 
 
 @dataclass(frozen=True, eq=False)
-class JointLines:
-    """Rows of joints, between which every joint moves evenly.
+class _JointRows:
+    """Rows of joints that lead the tool.
 
     Parameters
     ----------
@@ -185,6 +185,11 @@ class JointLines:
     def leads_the_tool(self) -> bool:
         """Whether the tool goes where the joints take it: True."""
         return True
+
+
+@dataclass(frozen=True, eq=False)
+class JointLines(_JointRows):
+    """Rows of joints, between which every joint moves evenly."""
 
     def at(self, handle: Any, s: Floats) -> Placed:
         """Return the rows at s (N,); psi is in (-π, π], NaN where there is none."""
@@ -199,42 +204,8 @@ class JointLines:
 
 
 @dataclass(frozen=True, eq=False)
-class JointSpline:
-    """A cubic spline through rows of joints: twice differentiable, "not a knot" at its ends.
-
-    Parameters
-    ----------
-    arm : Arm or OffsetArm
-    s : ndarray, shape (n,)
-        Where the rows are, rising from 0 to 1; n is 2 or more.
-    q : ndarray, shape (n, 7)
-        Joints, rad.
-    gc : int
-        Global configuration of the first row.
-    segments : ndarray
-        Straight ways from pose to pose of the rows: the tool itself goes where the joints take it.
-    """
-
-    arm: Arm | OffsetArm
-    s: Floats
-    q: Floats
-    gc: int
-    segments: Floats
-
-    @property
-    def end(self) -> float:
-        """The s where the rows end: 1."""
-        return 1.0
-
-    @property
-    def knots(self) -> Floats:
-        """The s between which the curve is smooth, shape (n,)."""
-        return self.s
-
-    @property
-    def leads_the_tool(self) -> bool:
-        """Whether the tool goes where the joints take it: True."""
-        return True
+class JointSpline(_JointRows):
+    """A cubic spline through rows of joints: twice differentiable, "not a knot" at its ends."""
 
     @cached_property
     def spline(self) -> Any:

@@ -113,7 +113,8 @@ class JointPath:
     diagnosis : Diagnosis or None
         What `plan` found for every global configuration, best first: the ranking, or why there is no path.
     path : Path or None
-        Where the tool goes between the rows; straight and by shortest rotations where None.
+        Where the tool goes between the rows; straight and by shortest rotations where None. Where joints lead
+        the tool (``between=`` of `from_joints`) it goes as `at` says.
     curve : Curve or None
         The arm angle between the rows; linear where None.
     start : ndarray, shape (7,), or None

@@ -8,7 +8,7 @@ import numpy as np
 
 from .._arrays import JOINTS, Floats
 from ..errors import PathError
-from .motion import Motion, breaks, just_before
+from .motion import Motion, Part, breaks, just_before
 
 SMOOTH = 1e-6
 """Share of the greatest |q'| of a path by which it may jump at a break that is no corner: rounding."""
@@ -65,8 +65,9 @@ def grid(motion: Motion, count: int, least: int, more: Floats) -> Grid:
     before[inner] = motion.derivatives(just_before(motion, s[inner]))
     endless = ~(np.isfinite(after) & np.isfinite(before)).all(axis=(1, 2))
     if endless.any():
+        at = motion.s(s[endless])[0] if isinstance(motion, Part) else s[endless][0]
         raise PathError(
-            f"no timing is found: at s = {s[endless][0]:g} joints have no finite speed along the path: the "
+            f"no timing is found: at s = {at:g} joints have no finite speed along the path: the "
             "arm is stretched there or folded, or it has no posture between two rows; leave that out"
         )
     return Grid(s, after, before, np.zeros((len(s) - 1, JOINTS)))

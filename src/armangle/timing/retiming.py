@@ -111,7 +111,7 @@ def retime(
     Parameters
     ----------
     path : JointPath
-        From `plan` or `follow`; it must be ok.
+        From `plan`, `follow` or `JointPath.from_joints`; it must be ok.
     velocity, acceleration : float, array_like of shape (7,), or True
         Bounds, rad/s and rad/s², > 0; a number for all joints; True: the arm's own.
         An infinite velocity is none; accelerations are finite.
@@ -261,7 +261,7 @@ def _part_kept(part: Part, full: float, b: _Bounds, jerk: Floats) -> Timing:
             before = smooth(part.derivatives, g, (b.velocity, b.acceleration, jerk), caps, knots, before)
             timing = before.timing
         if not np.isfinite(timing.t).all():
-            _raise_for_leaps(part, timing, b.velocity)
+            _raise_for_leaps(part.whole, timing.of_part(part.first, part.last), b.velocity)
         s, factor = _excess(part, g, timing, b)
         found.append(timing.slower(float(factor.max())))
         if before is None:
