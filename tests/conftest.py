@@ -6,6 +6,9 @@ import pytest
 from hypothesis import HealthCheck, settings
 from support import draw
 
+LONGEST = ("test_consumer.py", "test_retiming.py", "test_browser.py", "test_docs.py", "test_roll_ladder.py")
+"""The files that take longest begin first, so that no worker is left with one at the end."""
+
 settings.register_profile(
     "suite",
     deadline=None,  # a shared machine's pauses are no failures
@@ -24,3 +27,11 @@ def pytest_configure(config: pytest.Config) -> None:
     """Name the laws that run once for every instruction set, and what `make test` leaves out."""
     config.addinivalue_line("markers", "core: a law that every compiled level must keep")
     config.addinivalue_line("markers", "slow: takes seconds; not in `make test`")
+    if hasattr(config.option, "loadscopereorder"):  # pytest-xdist: those with most tests would begin first
+        config.option.loadscopereorder = False
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Put the longest files first."""
+    place = {name: k for k, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: place.get(item.path.name, len(place)))

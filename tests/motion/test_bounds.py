@@ -523,3 +523,41 @@ def test_a_hand_that_comes_back_elsewhere_is_gone_to_at_once() -> None:
     off = np.linalg.norm((arm.forward(path.q, undefined="nan")[0] - poses)[:, :3, 3], axis=1)
     assert len(gap) > 50 and off.max() < 0.45
     assert off[: gap[0]].max() < 0.02 and off[gap[-1] + 60 :].max() < 0.02
+
+
+@pytest.mark.parametrize(
+    ("name", "start", "target", "policy"),
+    [
+        (
+            "yaskawa_sia5d", [-2.535587, -0.431757, -1.782182, 0.169791, 0.570634, 0.298964, -0.598611],
+            [2.75829, -0.818553, -2.308927, -0.016988, -0.372781, 1.239337, -0.179991], aa.Hold(),
+        ),
+        (
+            "galaxea_r1_pro_left",
+            [-0.711101, 1.710206, -0.424072, -1.478929, -0.144542, -0.555011, -0.467643],
+            [1.307385, 2.781344, 0.59447, -1.370385, -1.668692, -0.546827, -0.515575], aa.Hold(),
+        ),
+        (
+            "rokae_ar5_right", [-2.680583, -0.234334, -2.006781, 1.211703, -3.082574, -0.07512, -0.239533],
+            [-2.6935, -0.873008, 3.000849, 2.380173, -0.536123, -0.670077, -0.53773], aa.Repulsion(),
+        ),
+        (
+            "human_arm_right", [2.27826, 1.741155, 1.146825, 0.421146, 0.084321, 0.067127, 0.277928],
+            [-2.996258, 3.065236, 2.017538, 0.894948, 2.547834, -0.436351, 0.289985], aa.Hold(),
+        ),
+    ],
+)  # fmt: skip
+def test_from_a_gap_it_arrives(
+    name: str, start: list[float], target: list[float], policy: aa.Hold | aa.Repulsion
+) -> None:
+    """To the end of the gap that is nearer at each step the joints would go to and fro for ever."""
+    arm = aa.Arm.from_catalogue(name)
+    pose, q, count = arm.forward(target)[0], np.array(start), 0
+    while True:
+        found = aa.step(arm, q, pose, dt=0.01, velocity=np.full(7, 2.0), policy=policy)
+        count += 1
+        if found.status == aa.Status.OK:
+            break
+        assert found.status == aa.Status.PARTIAL
+        q = found.q
+        assert count < 150

@@ -11,6 +11,7 @@
 
 #include "../circle/forward.hpp"
 #include "../circle/inverse.hpp"
+#include "../limits/nearest.hpp"
 #include "../limits/settled.hpp"
 #include "bounds.hpp"
 #include "leaving.hpp"
@@ -277,7 +278,7 @@ public:
             const bool left = options_.policy.outside == Outside::escape && escape(psi, out);
             return left ? finished(Status::CLEARANCE, Status::OK, out) : halted(c, why);
         }
-        if (options_.bounds && approach(psi, blocked ? pi : infinity, out))
+        if (options_.bounds && approach(pose, psi, blocked ? pi : infinity, out))
             return finished(Status::PARTIAL, why, out);
         const bool beyond = why == Status::UNREACHABLE || why == Status::FOLDED ||
                             why == Status::ELBOW_LIMIT || why == Status::ELBOW_MARGIN ||
@@ -634,39 +635,64 @@ private:
         return joints_within_limits(arm_, directions(*b.motion, sin_cos(psi)), q_now_);
     }
 
-    /// Adds the other branches of this side of the elbow where the own one is far away: after a gap another
-    /// may be nearer, and joints go there through theta_2 = 0 or theta_6 = 0.
-    void gather_far() noexcept {
+    /// The posture of these branches that is nearest to the joints.
+    Nearest nearest_of(const Pose<double>& pose, unsigned branches) const noexcept {
+        NearestOptions asked;
+        asked.near = q_now_;
+        asked.branches = branches;
+        asked.allowed = options_.allowed;
+        return nearest_posture(arm_, limits_, pose, asked);
+    }
+
+    /// The branches of this side of the elbow, a bit each.
+    unsigned this_side() const noexcept {
+        const int elbow = index(branch_[0].motion->gc) & 2;
+        unsigned out = 0;
+        for (int gc = 0; gc < configurations; ++gc) out |= (gc & 2) == elbow ? 1u << gc : 0u;
+        return out;
+    }
+
+    /// Where a step under bounds is headed: what the policy wants of the own branch, or the posture of psi as
+    /// it is where that is much nearer, as beyond the end of a joint's turns: the tool first comes to its
+    /// pose. From a gap of psi, or far away, it is the posture nearest to the joints, which stays what it is
+    /// on the straight way there, while the nearer end of a gap may change on it for ever. After a gap that
+    /// may be one of another branch, and joints go there through theta_2 = 0 or theta_6 = 0. False: there is
+    /// none.
+    bool heading(const Pose<double>& pose, double psi, Joints& to) const noexcept {
         const Branch& own = branch_[0];
-        if (options_.gc >= 0 || limits_.margin > 0 || own.status != Status::OK) return;
-        if (!(largest_move(wished(own).q, q_now_) > step_rule::far)) return;
-        for (int flip = 1; flip < 4; ++flip)
-            branch_[flip] = flipped(*own.motion, flip, own.wish, options_, beside_[flip - 1]);
-        count_ = 4;
+        double least = infinity;
+        for (int i = 0; i < count_; ++i) {  // the own one, and those that meet it here
+            const Branch& b = branch_[i];
+            if (b.status != Status::OK) continue;
+            Joints there = wished(b);
+            const Joints held = within_limits(b, nearest(*b.arcs, psi));
+            const double way = largest_move(held.q, q_now_);
+            if (step_rule::sweep * way < largest_move(there.q, q_now_)) there = held;
+            if (!(way < least)) continue;
+            least = way;
+            to = there;
+        }
+        if (own.status != Status::OK) return least < infinity;
+        if (contains(*own.arcs, psi) && !(least > step_rule::far)) return true;
+        Nearest found = nearest_of(pose, 1u << index(own.motion->gc));
+        const bool may_change = options_.gc < 0 && !(limits_.margin > 0);
+        if (may_change && !(largest_move(found.q, q_now_) <= step_rule::far))
+            found = nearest_of(pose, this_side());
+        for (int j = 0; j < joint_slots && found.status == Status::OK; ++j) to.q[j] = found.q[j];
+        return true;
     }
 
     /// As far as a step may go towards a posture of the pose; false where there is none to which no joint has
-    /// further than `longest`. From a limit that alone is in the way no joint goes all the way round. Where
-    /// what the policy wants is much further than the posture of psi as it is, as beyond the end of a joint's
-    /// turns, the tool first comes to its pose.
-    bool approach(double psi, double longest, Step& out) noexcept {
-        gather_far();
-        double fastest = 0;
-        for (int i = 0; i < count_; ++i) {
-            const Branch& b = branch_[i];
-            if (b.status != Status::OK) continue;
-            Joints to = wished(b);
-            const Joints held = within_limits(b, nearest(*b.arcs, psi));
-            if (step_rule::sweep * largest_move(held.q, q_now_) < largest_move(to.q, q_now_)) to = held;
-            if (!(largest_move(to.q, q_now_) <= longest)) continue;
-            double way[joints];
-            for (int j = 0; j < joints; ++j) way[j] = to.q[j] - q_now_[j];
-            const double k = pace(way, bounds_.dt, bounds_.velocity, bounds_.acceleration);
-            if (!(k > fastest)) continue;
-            fastest = k;
-            go(way, k, out);
-        }
-        return fastest > 0;
+    /// further than `longest`. From a limit that alone is in the way no joint goes all the way round.
+    bool approach(const Pose<double>& pose, double psi, double longest, Step& out) const noexcept {
+        Joints to{};
+        if (!heading(pose, psi, to) || !(largest_move(to.q, q_now_) <= longest)) return false;
+        double way[joints];
+        for (int j = 0; j < joints; ++j) way[j] = to.q[j] - q_now_[j];
+        const double k = pace(way, bounds_.dt, bounds_.velocity, bounds_.acceleration);
+        if (!(k > 0)) return false;
+        go(way, k, out);
+        return true;
     }
 
     /// The moves k d dt, as far as the bounds allow each.
@@ -694,7 +720,7 @@ private:
         BranchParts parts;
         double psi = 0;
         branch_[0] = begin(drawn.pose, psi, parts);
-        if (exact(psi, out) || approach(psi, pi, out)) return finished(Status::PARTIAL, why, out);
+        if (exact(psi, out) || approach(drawn.pose, psi, pi, out)) return finished(Status::PARTIAL, why, out);
         Joints start;
         for (int j = 0; j < joints; ++j) start.q[j] = q_now_[j];
         start.q[joints] = 0;

@@ -1,4 +1,4 @@
-"""The fastest s(t) along given derivatives of q: linear programs in y = (ds/dt)², solved by HiGHS of scipy.
+"""The fastest s(t) along given derivatives of q: linear programs in y = (ds/dt)².
 
     q̇² = q'² y        q̈ = q'' y + q' y' / 2        q⃛ = √y (q''' y + 3/2 q'' y' + q' y'' / 2)
 
@@ -16,10 +16,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .. import errors
 from .._arrays import JOINTS, Floats
-from ..errors import PathError
 from .grid import Grid, composed
+from .linear_program import Basis, LinearProgram, needed
 from .trajectory import Timing, from_speeds, through
 
 LEAST_MEAN = 1e-4
@@ -42,16 +41,6 @@ LOOSE = 2.0
 """By what factor ds/dt may exceed what is reached at most: bounds at a grid are not exact between."""
 PIECES = 4
 """Pieces of s(t) in an interval of the spline."""
-
-
-def needed(name: str) -> Any:
-    """Return a package of the extra ``time``.
-
-    Raises
-    ------
-    MissingExtraError
-    """
-    return errors.needed(name, "timing needs", "time")
 
 
 def fastest(g: Grid, acceleration: Floats, most: Floats) -> Timing:
@@ -95,8 +84,8 @@ def _squares(g: Grid, acceleration: Floats, most: Floats) -> Floats:
     matrix = sparse.vstack(rows) @ sparse.diags(unit)
     highest = np.ones(n)
     highest[[0, -1]] = 0.0
-    both = sparse.vstack([matrix, -matrix])
-    return np.asarray(unit * _solved(-np.ones(n), both, np.ones(both.shape[0]), highest))
+    both = sparse.vstack([matrix, -matrix]).tocsr()
+    return np.asarray(unit * LinearProgram(-np.ones(n), both, np.zeros(n), highest).solved())
 
 
 def _limited(most: Floats, g: Grid, acceleration: Floats) -> Floats:
@@ -117,18 +106,6 @@ def _limited(most: Floats, g: Grid, acceleration: Floats) -> Floats:
     cruise = float(np.sum(step[:, 0] * np.minimum(1 / np.maximum(most[1:], 1e-300), 1e300)))
     upper = float(g.s[-1] - g.s[0]) / (LEAST_MEAN * max(cruise, slow))
     return np.asarray(np.minimum(np.minimum(most, reached), upper))
-
-
-def _solved(
-    cost: Floats, matrix: Any, bound: Floats, highest: Floats | float, lowest: Floats | float = 0.0
-) -> Floats:
-    """Return the z in [lowest, highest] of least cost with matrix z <= bound."""
-    optimize = needed("scipy.optimize")
-    ends = np.stack([np.broadcast_to(end, cost.shape) for end in (lowest, highest)], axis=1)
-    found = optimize.linprog(cost / np.abs(cost).max(), A_ub=matrix, b_ub=bound, bounds=ends, method="highs")
-    if found.x is None:  # never for want of a timing: a slow one keeps all bounds
-        raise PathError("no timing is found: the linear programs of the path are too badly scaled")
-    return np.asarray(np.clip(found.x, lowest, highest))
 
 
 class _Course(NamedTuple):
@@ -335,7 +312,8 @@ def _rows(spline: _Spline, factors: tuple[Floats, ...], joint: int) -> Any:
 class _Programs:
     """The sequence of linear programs in z, y = unit z, and the time that is to be the least.
 
-    Bounds are asked for at many places; a program holds those that matter, more where one is broken.
+    Bounds are asked for at many places, above and below; a program holds those that matter, more where one is
+    broken, and begins where the one before ended.
     """
 
     def __init__(
@@ -343,31 +321,33 @@ class _Programs:
     ) -> None:
         stack = needed("scipy.sparse").vstack
         units = _diagonal(unit)
-        self._linear = stack([_diagonal(1 / most) @ spline.values, *turned]).tocsr() @ units
-        self._jolted = stack(jolted).tocsr() @ units
-        self._y = stack([spline.values] * len(jolted)).tocsr() @ units
+        turns, jolts = stack(turned).tocsr(), stack(jolted).tocsr()
+        self._linear = stack([_diagonal(1 / most) @ spline.values, turns, -turns]).tocsr() @ units
+        self._jolted = stack([jolts, -jolts]).tocsr() @ units
+        self._y = stack([spline.values] * (2 * len(jolted))).tocsr() @ units
         width = np.diff(spline.ends)
         self._weights = np.outer(width, SHARES).reshape(-1)
         self._values = spline.order(_within(spline.ends), 0) @ units
+        self._asked = np.empty(0, dtype=int)  # the rows of the program in their order, linear ones first
+        self._is_asked = np.zeros(self._linear.shape[0] + self._jolted.shape[0], dtype=bool)
+        self._basis: Basis | None = None
 
     def _time(self, z: Floats) -> float:
         return float(np.sum(self._weights / np.sqrt(self._values @ z)))
 
-    def _ratios(self, z: Floats) -> tuple[Floats, Floats]:
+    def _shares(self, z: Floats) -> tuple[Floats, Floats]:
         """Return what shares of their bounds are used: of velocity and acceleration, and of jerk."""
-        return np.abs(self._linear @ z), np.abs(self._jolted @ z) * np.sqrt(self._y @ z)
+        return self._linear @ z, (self._jolted @ z) * np.sqrt(self._y @ z)
 
     def best(self) -> Floats:
         """Return the z at which the sequence ends."""
         z = np.ones(self._values.shape[1])
-        linear, jolted = self._ratios(z)
+        linear, jolted = self._shares(z)
         z *= (1 - TOLERANCE) / max(linear.max(), jolted.max() ** (2 / 3))  # all bounds are homogeneous
         time = self._time(z)
-        asked = [np.zeros(len(linear), dtype=bool), np.zeros(len(jolted), dtype=bool)]
         for _ in range(ROUNDS):
-            for kept, used in zip(asked, self._ratios(z), strict=True):
-                kept |= used > MATTERS
-            found = self._next(z, asked)
+            self._ask(z, MATTERS)
+            found = self._next(z)
             shares = np.linspace(0.0, 1.0, 11)[1:]
             times = [self._time(z + share * (found - z)) for share in shares]
             k = int(np.argmin(times))
@@ -378,26 +358,33 @@ class _Programs:
                 break
         return z
 
-    def _next(self, z: Floats, asked: list[Any]) -> Floats:
+    def _ask(self, z: Floats, most: float) -> Any:
+        """Add the rows of which z uses more than that, and return them, (K,)."""
+        new = np.flatnonzero((np.concatenate(self._shares(z)) > most) & ~self._is_asked)
+        self._is_asked[new] = True
+        self._asked = np.append(self._asked, new)
+        return new
+
+    def _next(self, z: Floats) -> Floats:
         """Return the best z where 1 / √y is replaced by its tangent at the z before."""
         y = self._values @ z
         cost = -(self._values.T @ (self._weights * y**-1.5))
+        program = LinearProgram(cost, self._rows(z, self._asked), z / GROWTH, GROWTH * z, self._basis)
         while True:
-            found = _solved(cost, *self._program(z, asked), GROWTH * z, z / GROWTH)
-            broken = [used > 1 + 10 * TOLERANCE for used in self._ratios(found)]
-            new = [over & ~kept for over, kept in zip(broken, asked, strict=True)]
-            if not any(each.any() for each in new):
+            found = program.solved()
+            new = self._ask(found, 1 + 10 * TOLERANCE)
+            if len(new) == 0:
+                self._basis = program.basis
                 return found
-            for kept, each in zip(asked, new, strict=True):
-                kept |= each
+            program.add(self._rows(z, new))
 
-    def _program(self, z: Floats, asked: list[Any]) -> tuple[Any, Floats]:
-        """Return the rows and bounds that are asked for."""
-        sparse = needed("scipy.sparse")
-        linear, jolted, here = self._linear[asked[0]], self._jolted[asked[1]], self._y[asked[1]]
+    def _rows(self, z: Floats, asked: Any) -> Any:
+        """Return rows in the order in which they are asked for; those of jerk by their tangents at z."""
+        is_linear = asked < self._linear.shape[0]
+        jolts = asked[~is_linear] - self._linear.shape[0]
+        here = self._y[jolts]
         y = here @ z
         tangent = _diagonal(0.5 * y**-1.5) @ here
-        scale = _diagonal(np.sqrt(y) / 1.5)
-        rows = [linear, -linear, scale @ (jolted + tangent), scale @ (tangent - jolted)]
-        matrix = sparse.vstack(rows).tocsr()
-        return matrix, np.ones(matrix.shape[0])
+        jolted = _diagonal(np.sqrt(y) / 1.5) @ (self._jolted[jolts] + tangent)
+        rows = needed("scipy.sparse").vstack([self._linear[asked[is_linear]], jolted]).tocsr()
+        return rows[np.argsort(np.argsort(~is_linear, kind="stable"))]

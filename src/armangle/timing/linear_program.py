@@ -1,0 +1,112 @@
+"""Linear programs whose rows follow one another, solved by HiGHS: each begins where the one before ended."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .. import errors
+from .._arrays import Floats
+from ..errors import PathError
+
+
+def needed(name: str) -> Any:
+    """Return a package of the extra ``time``.
+
+    Raises
+    ------
+    MissingExtraError
+    """
+    return errors.needed(name, "timing needs", "time")
+
+
+class Basis(NamedTuple):
+    """Which variables and rows a solution of a program stands at."""
+
+    columns: list[Any]
+    rows: list[Any]
+
+
+class LinearProgram:
+    """The z in [lowest, highest] of least cost with rows z <= 1; more rows may be added to a solved one.
+
+    Parameters
+    ----------
+    cost, lowest, highest : ndarray, shape (N,)
+    rows : sparse matrix, shape (M, N)
+    basis : Basis, optional
+        Of a program with these variables and the first of these rows, whose numbers may have been others.
+    """
+
+    def __init__(
+        self, cost: Floats, rows: Any, lowest: Floats, highest: Floats, basis: Basis | None = None
+    ) -> None:
+        highspy = needed("highspy")
+        self._lowest, self._highest = lowest, highest
+        self._solver = _silent(highspy)
+        program = highspy.HighsLp()
+        program.num_col_, program.num_row_ = len(cost), rows.shape[0]
+        program.col_cost_ = cost / np.abs(cost).max()
+        program.col_lower_, program.col_upper_ = lowest, highest
+        program.row_lower_, program.row_upper_ = self._ends(rows.shape[0])
+        matrix = program.a_matrix_
+        matrix.format_ = highspy.MatrixFormat.kRowwise
+        matrix.start_, matrix.index_, matrix.value_ = rows.indptr, rows.indices, rows.data
+        self._solver.passModel(program)
+        if basis is not None:
+            begin = highspy.HighsBasis()
+            free = [highspy.HighsBasisStatus.kBasic] * (rows.shape[0] - len(basis.rows))
+            begin.col_status, begin.row_status = basis.columns, basis.rows + free
+            begin.valid, begin.alien = True, False
+            self._solver.setBasis(begin)
+
+    @staticmethod
+    def _ends(count: int) -> tuple[Floats, Floats]:
+        return np.full(count, -np.inf), np.ones(count)
+
+    def add(self, rows: Any) -> None:
+        """Add rows."""
+        low, high = self._ends(rows.shape[0])
+        begins = rows.indptr[:-1].astype(np.int32)
+        self._solver.addRows(
+            len(low), low, high, rows.nnz, begins, rows.indices.astype(np.int32), rows.data
+        )  # fmt: skip
+
+    def solved(self) -> Floats:
+        """Return z.
+
+        Raises
+        ------
+        PathError
+        """
+        if not self._is_solved():
+            self._solver.clearSolver()  # from nothing: the basis may have led astray
+            if not self._is_solved():  # never for want of a timing: a slow one keeps all bounds
+                raise PathError("no timing is found: the linear programs of the path are too badly scaled")
+        z = np.array(self._solver.getSolution().col_value)
+        return np.asarray(np.clip(z, self._lowest, self._highest))
+
+    def _is_solved(self) -> bool:
+        self._solver.run()
+        return bool(self._solver.getModelStatus() == needed("highspy").HighsModelStatus.kOptimal)
+
+    @property
+    def basis(self) -> Basis:
+        """Return where the last solution stands."""
+        found = self._solver.getBasis()
+        return Basis(list(found.col_status), list(found.row_status))
+
+
+def _silent(highspy: Any) -> Any:
+    """Return a solver that prints nothing, its banner neither: that comes with the first call of its own."""
+
+    class Silent(highspy.Highs):  # type: ignore[misc]  # the package is an extra, and Any without it
+        def enableCallbacks(self) -> Any:
+            self.setOptionValue("output_flag", False)
+            return super().enableCallbacks()
+
+    solver = Silent()
+    solver.setOptionValue("output_flag", False)
+    solver.setOptionValue("parallel", "off")
+    return solver
