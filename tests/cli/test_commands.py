@@ -571,6 +571,24 @@ def test_plan_writes_as_many_rows_as_asked(capsys: Capture, line: Path, tmp_path
     assert "samples is 1, wanted an integer from 2 to 10000000" in capsys.readouterr().err
 
 
+def test_plan_puts_rows_between_and_rounds_corners(capsys: Capture, line: Path, tmp_path: Path) -> None:
+    to, arm = tmp_path / "planned.npz", aa.Arm.from_catalogue(ROBOT[1])
+    poses = aa.load_poses(line)[::10]
+    poses[-1, :3, 3] += (0.0, 0.05, 0.0)
+    few = tmp_path / "few.csv"
+    aa.save(poses, few)
+    out(capsys, "plan", str(few), *ROBOT, "--step", "2", "-o", str(to))
+    found = aa.load_joints(to).q
+    assert np.abs(np.diff(found, axis=0)).max() <= np.radians(2) + 1e-12 and len(found) > len(poses)
+    assert np.array_equal(found, aa.plan(arm, aa.load_poses(few)).finer(np.radians(2)).q)
+    text = out(capsys, "plan", str(few), *ROBOT, "--blend", "8", "-o", str(to))
+    assert "Corners are rounded by at most" in " ".join(text.split())
+    assert np.array_equal(aa.load_joints(to).q, aa.plan(arm, aa.load_poses(few), blend=0.008).q)
+    with pytest.raises(SystemExit):
+        main(["plan", str(few), *ROBOT, "--step", "0"])
+    assert "wanted more than 0" in " ".join(capsys.readouterr().err.split())
+
+
 def test_plan_with_a_wish(capsys: Capture, line: Path, tmp_path: Path) -> None:
     to, arm = tmp_path / "planned.npz", aa.Arm.from_catalogue(ROBOT[1])
     for words, wish in (

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from .._arrays import JOINTS, Floats, Ints, as_floats, chosen, frozen
+from .._arrays import JOINTS, Floats, Ints, as_floats, as_number, chosen, frozen
 from ..arm.arm import Arm
 from ..arm.diagnosis import Diagnosis
 from ..arm.joint_map import to_theta
@@ -25,6 +25,10 @@ MOST_PASSED = 1e-6
 """By how much a joint may pass a limit between two rows, rad, where no arm angle takes it back."""
 BEGIN = "arm.solve(poses[0], near=start).q"
 """Where a path may begin whose first pose is too far from the start."""
+ROW_STEP = 0.2
+"""Most that a joint moves from row to row where rows are added, rad."""
+FINEST = 1e-9  # of s: rows nearer than this have none between
+_LEAST_STEP, _MOST_ROWS = 1e-6, 10_000_000
 _SHUT = 1e-9  # sine of a hinge that is 0 but for rounding
 _ENDLESS = 1e9  # rad per unit of s: rounding of a speed that has no end
 _READ = 1e-6  # rad: of digits that a file leaves out
@@ -60,6 +64,25 @@ def blank_rows(n: int) -> dict[str, Any]:
 def even_parameters(n: int) -> Floats:
     """Return the s of n poses that follow one another evenly, from 0 to 1; of a single pose 0."""
     return np.linspace(0.0, 1.0, n) if n != 1 else np.zeros(1)
+
+
+def rows_between(arm: Arm | OffsetArm, curve: AnyCurve, rows: Floats, step: float) -> Floats:
+    """Return s of rows with as many between as it takes for no joint to move more than `step` in one, rad.
+
+    A leap, as at a singular end, is left between two rows that lie within `FINEST` of each other.
+    """
+    coarser = rows
+    while True:
+        q = curve.at(arm._handle, rows).q
+        if not np.isfinite(q).all():  # a row between has no posture; there is no proof there
+            return coarser
+        steps = np.abs(np.diff(q, axis=0)).max(axis=1, initial=0.0)
+        parts = np.where(np.diff(rows) > FINEST, np.ceil(steps / step), 1).astype(int)
+        if (parts <= 1).all():
+            return rows
+        ends = zip(rows[:-1], rows[1:], parts.clip(1), strict=True)
+        coarser = rows
+        rows = np.concatenate([*(np.linspace(low, high, n + 1)[:-1] for low, high, n in ends), rows[-1:]])
 
 
 def _outside(q: Floats, beyond: Floats, verb: str) -> str:
@@ -321,6 +344,56 @@ class JointPath:
             gc=gc.reshape(shape)[()],
             pose=pose.reshape(*shape, 4, 4),
         )
+
+    def finer(self, step: float = ROW_STEP) -> JointPath:
+        """Return the same motion with rows between its own, so that no joint moves far from one to the next.
+
+        For who goes straight in the joints from row to row: so little the tool leaves its way then.
+
+        Parameters
+        ----------
+        step : float
+            Most that a joint moves from one row to the next, rad, 1e-6 to 2 pi.
+
+        Returns
+        -------
+        JointPath
+            Its rows are among the new ones, the same to the last bit. Each of a scene that moves stands until
+            the next of these.
+
+        Raises
+        ------
+        InputError
+            If it takes more than 10^7 rows.
+        PathError
+            As `at`; and if the path is not whole.
+        """
+        most = as_number("step (rad)", step, _LEAST_STEP, _TURN)
+        self.raise_for_status()
+        curve = self._curve()
+        way = float(np.nansum(np.abs(np.diff(self.q, axis=0)).max(axis=1, initial=0.0)))
+        if way / most > _MOST_ROWS:
+            raise InputError(f"joints go {way:.3g} rad: more than {_MOST_ROWS} rows of step = {most:g} rad")
+        own = self._apart()
+        if len(own) == 1:
+            return self
+        s = rows_between(self.arm, curve, self.s[own], most)
+        placed = curve.at(self.arm._handle, s)
+        columns: dict[str, Any] = {name: getattr(placed, name) for name in ("q", "psi", "margin", "residual")}
+        columns |= {"poses": placed.pose, "gc": placed.gc.astype(np.int64)}
+        columns["status"] = np.full(len(s), Status.OK, dtype=np.int8)
+        kept = np.searchsorted(s, self.s[own])
+        before = np.searchsorted(kept, np.arange(len(s)), side="right") - 1
+        defined = np.isfinite(columns["psi"])
+        columns["psi"][defined] = np.unwrap(columns["psi"][defined])
+        turns = np.round((self.psi[own] - columns["psi"][kept]) / _TURN)
+        columns["psi"] += _TURN * np.where(np.isfinite(turns), turns, 0.0)[before]
+        for name, column in columns.items():
+            column[kept] = getattr(self, name)[own]
+        scenes = self.scenes
+        if len(scenes) > 1:
+            scenes = tuple(scenes[k] for k in own[before])
+        return replace(self, s=s, curve=curve, scenes=scenes, **columns)
 
     def derivatives(self, s: ArrayLike) -> Floats:
         """Return dq/ds, d²q/ds², d³q/ds³ at s in closed form, by Taylor arithmetic through the inverse.

@@ -35,16 +35,13 @@ from ..scenes.ready import Ready
 from ..scenes.scene import Scene, no_scene
 from ..status import Status
 from .curves import Curve
-from .joint_path import JointPath, blank_rows, even_parameters
+from .joint_path import ROW_STEP, JointPath, blank_rows, even_parameters, rows_between
 from .options import check_arm, free_roll, positive
 from .paths import Path, Waypoints, as_path, sample_count
 from .policies import Towards
 from .rolling import best_planned, is_laddered
 
 START_GAP = 0.05
-ROW_STEP = 0.2
-"""Most that a joint moves from row to row where the rows are left to `plan`, rad."""
-FINEST = 1e-9  # of s: rows nearer than this have none between
 HELD = 1e-6  # m: what the tool may be off between rows of a plan that is called certified
 _MOST_WEIGHT = 1e6
 _STANDS_FOR, _MOST_PARTS = 0.002, 256  # m that a moving obstacle is off in its part of a path; parts
@@ -177,9 +174,9 @@ def plan(
         of which only the wish counts. The plan comes as near as `objective` weighs it.
     objective : Objective
     samples : int, optional
-        Rows of the result, evenly in s, 2 to 10^7. Without it the rows are at exactly the poses given, or 200
-        for any other path and where corners are rounded, and more between where a joint would move more
-        than 0.2 rad from one to the next.
+        Rows of the result, evenly in s, 2 to 10^7. Without it the rows are at exactly the poses given
+        (`JointPath.finer` adds rows between), or 200 for any other path and where corners are rounded, and
+        more between where a joint would move more than 0.2 rad from one to the next.
     singularity_margin : float
         As in `Arm.feasible`, rad.
     limit_margin : float
@@ -312,7 +309,7 @@ def plan(
     diagnosis = Diagnosis(branches, note=note)
     curve = Curve(whole._segments, stretches, plane, branch, roll, *chain) if len(stretches) else None
     if curve is not None and ok and samples is None and not isinstance(whole, Waypoints):
-        rows = _finer(arm, curve, rows)
+        rows = rows_between(arm, curve, rows, ROW_STEP)
     beside = tuple(scenes_at(scene, rows.tolist()))
     return _result(arm, whole, rows, curve, diagnosis, ok, open_, beside)
 
@@ -485,25 +482,6 @@ def _rows(path: Path, samples: int | None) -> Floats:
     if samples is None and isinstance(path, Waypoints):
         return even_parameters(len(path))
     return np.linspace(0.0, 1.0, sample_count(samples))
-
-
-def _finer(arm: Arm, curve: Curve, rows: Floats) -> Floats:
-    """Return rows with as many between as it takes for no joint to move more than `ROW_STEP` in one.
-
-    A leap, as at a singular end, is left between two rows that lie within `FINEST` of each other.
-    """
-    coarser = rows
-    while True:
-        q = curve.at(arm._handle, rows).q
-        if not np.isfinite(q).all():  # a row between has no posture; there is no proof there
-            return coarser
-        steps = np.abs(np.diff(q, axis=0)).max(axis=1)
-        parts = np.where(np.diff(rows) > FINEST, np.ceil(steps / ROW_STEP), 1).astype(int)
-        if (parts <= 1).all():
-            return rows
-        ends = zip(rows[:-1], rows[1:], parts.clip(1), strict=True)
-        coarser = rows
-        rows = np.concatenate([*(np.linspace(low, high, n + 1)[:-1] for low, high, n in ends), rows[-1:]])
 
 
 def _limit_margin(arm: Arm, value: float) -> float:

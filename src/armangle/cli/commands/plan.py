@@ -26,6 +26,7 @@ from ..arguments import (
     angle_up_to,
     joint_bounds,
     joints,
+    length_up_to,
     number,
     some_poses,
     the_arm,
@@ -64,6 +65,15 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="rows of joints, evenly along the path, at least 2 (default: one for each pose of the file)",
     )  # fmt: skip
     parser.add_argument(
+        "--step", type=angle_up_to(2 * np.pi, positive=True), metavar="DEG",
+        help="add rows between, until no joint moves more than this from one to the next",
+    )  # fmt: skip
+    parser.add_argument(
+        "--blend", type=length_up_to(1.0), default=0.0, metavar="MM",
+        help="round the corners at the poses, from this far before to this far behind; the rows are 200 "
+        "then, and more where a joint would move more than 11.5 deg",
+    )  # fmt: skip
+    parser.add_argument(
         "--duration", type=number, default=0.0, metavar="WEIGHT",
         help="of the time it takes beside joint travel and margins, say 100 (default 0)",
     )  # fmt: skip
@@ -89,10 +99,12 @@ def run(args: argparse.Namespace) -> int:
     frames = some_poses(args.path)
     with progress(f"planning {counted(len(frames), 'pose')}"):
         path = plan(
-            arm, frames, start=start, goal=goal, gc=args.gc,
+            arm, frames, blend=args.blend, start=start, goal=goal, gc=args.gc,
             singularity_margin=args.singularity_margin, limit_margin=args.limit_margin, psi=wished,
             scene=scene, roll=args.roll, objective=objective, samples=args.samples,
         )  # fmt: skip
+    if args.step is not None and path.ok:
+        path = path.finer(args.step)
     if args.output is not None:
         write(path, args.output)
     facts = _summary(path)
