@@ -34,7 +34,7 @@ from ..arguments import (
     with_body,
 )
 from ..screen import counted, degrees, note, plural, progress, show, show_json, write
-from ..tables import paint, table
+from ..tables import paint, paragraph, table
 
 HELP = """\
 Plan a whole file of poses at once: the best global configuration and arm
@@ -161,6 +161,6 @@ def _show(path: JointPath, facts: dict[str, Any]) -> None:
     ]
     show(table(["", "", ""], rows, left=(0, 2)).split("\n", 1)[1])
     if path.ok:
-        show(paint(path.explain(), "green"))
+        show(paint(paragraph(path.explain()), "green"))
         for low, high in np.asarray(facts["uncertified"]):
             show(f"not proven from s = {low:.6g} to {high:.6g}")
