@@ -45,6 +45,8 @@ if TYPE_CHECKING:
     from ._core import Status as Status
 else:  # names, numbers and sentences stand in the core alone; this one prints, and is pickled, as armangle's
     Status = _Outcome("Status", {status.name: status.value for status in _core.Status}, module=__name__)
+    _SAID = "\n".join(f"{status.name}: {status.sentence}" for status in Status)
+    Status.__doc__ = f"What became of a pose: an int that prints as its name.\n\n{_SAID}"
 
 STATUSES = tuple(Status)
 SOLVED = tuple(status for status in STATUSES if status)

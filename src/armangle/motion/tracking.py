@@ -32,13 +32,24 @@ from .options import LONGEST_STEP, Bound, as_seconds, joint_bound
 
 
 class _Tracking(Named):
-    """What became of a tick: FOLLOWING, LAGGING, NEAREST, HELD, TURNING or RETURNING; see `Tracked`."""
+    """What became of a tick of a `Tracker`.
+
+    FOLLOWING: the tool is where the hand is, within 1e-9 m.
+    LAGGING: it is on its way, as fast as bounds and obstacles allow.
+    NEAREST: the hand is out of reach, or no way to it was found: at, or on the way to, the nearest pose.
+    HELD: there is no sample to believe: it goes on as predicted.
+    TURNING: it goes to the branch of `reconfigure`, back to the arm's own, out of a corner of the limits, or
+    round an obstacle, joint by joint: the tool leaves the hand.
+    RETURNING: a joint stands outside its limits, or a link touches an obstacle, where `start` found it: it is
+    on its way out.
+    """
 
 
 if TYPE_CHECKING:
     from .._core import Tracking as Tracking
 else:  # names and numbers stand in the core alone; this one is pickled as armangle's own
     Tracking = _Tracking("Tracking", {one.name: one.value for one in _core.Tracking}, module=__name__)
+    Tracking.__doc__ = _Tracking.__doc__
 
 _TRACKINGS = tuple(Tracking)
 _MOST_MARGIN = 1.0  # rad
@@ -61,13 +72,8 @@ class Tracked(NamedTuple):
     """What a tick leads to.
 
     ``q (7,)`` rad; ``velocity (7,)`` rad/s, ``(q - q before) / dt``: a position controller follows far
-    better with it; ``status`` a `Tracking`: FOLLOWING (the tool is where the hand is, within 1e-9 m),
-    LAGGING (on its way, as fast as bounds and obstacles allow), NEAREST (the hand is out of reach, or no way
-    to it was found: at, or on the way to, the nearest pose), HELD (no sample to believe: on as predicted),
-    TURNING (to the branch of `reconfigure`, back to the arm's own, out of a corner of the limits, or round an
-    obstacle, joint by joint: the tool leaves the hand) or RETURNING
-    (a joint stands outside its limits, or a link touches an obstacle, where `start` found it: on its way
-    out); ``distance`` of the tool from the hand, m, ``sqrt(|dp|² + (length·angle)²)``, the hand being what
+    better with it; ``status`` a `Tracking`: FOLLOWING, LAGGING, NEAREST, HELD, TURNING or RETURNING (there);
+    ``distance`` of the tool from the hand, m, ``sqrt(|dp|² + (length·angle)²)``, the hand being what
     the `HandFilter` makes of its samples, if there is one (`HandFilter.smooth`); ``gap`` by which the
     hand's wrist is outside of what joint 4 reaches, m; ``psi`` rad in (-π, π]; ``gc`` 0..7; ``why`` a
     `Status`: what keeps the tool from the hand, BAD_INPUT where what was given of hand or elbow was no pose
