@@ -1122,7 +1122,8 @@ private:
             out.why = fastest ? Status::VELOCITY_LIMIT : Status::ACCELERATION_LIMIT;
         const Tag met = t.guard ? t.guard->blocking() : 0;
         if (out.status == Tracking::LAGGING && met) out.why = Status::CLEARANCE;
-        const bool ended = given_up_ || (weary() && stood_for_ >= track_rule::stall);
+        const bool waits = met && waited_ >= track_rule::patience;  // a way may still be found
+        const bool ended = given_up_ || waits || (weary() && stood_for_ >= track_rule::stall);
         if (out.status == Tracking::LAGGING && ended) {
             out.status = Tracking::NEAREST;
             out.why = met || barred_ ? Status::CLEARANCE : Status::LIMITS;
