@@ -15,6 +15,7 @@
 #include <optional>
 #include <type_traits>
 
+#include "../limits/settled.hpp"
 #include "../scene/clear.hpp"
 #include "elbow_choice.hpp"
 #include "guard.hpp"
@@ -99,6 +100,8 @@ inline constexpr double slow = 0.1;         // m/s: a hand slower than this is w
 inline constexpr double patience = 1.0;     // s without coming nearer to it by ...
 inline constexpr double progress = 0.1;     // ... this share, which are a stall beside obstacles
 inline constexpr double turned = 0.05;      // rad from the goal's posture at which turning is over
+inline constexpr double roomy = 0.15;       // rad off limits within which they do
+inline constexpr double shut = 0.05;        // sine of them below which joints go on by the least way
 inline constexpr double irregular = 0.7;    // sine of theta_2, theta_6 below which psi is turned less
 inline constexpr double worth = 0.005;      // m that another start of the relaxation must gain
 inline constexpr double strayed = 0.1;      // m: a hand this far from where it was makes a way to it void
@@ -265,6 +268,7 @@ private:
         Joints at;
         double psi = 0, gap = 0;
         Status why = Status::OK;
+        bool settled = false;         // it is beside the present one
         bool posture_only = false;    // the pose may have no arc: only this posture
         int gc = 0;                   // of that posture
         Status blocked = Status::OK;  // or why obstacles leave no posture of the pose
@@ -414,6 +418,7 @@ private:
                 return true;
             }
         }
+        goal.settled = posture && is_beside(t) && goal.blocked == Status::OK && settle(t, goal);
         if (posture)
             relaxing_ = false;
         else
@@ -467,6 +472,34 @@ private:
             offer_ways_on(arm_, m, arcs, t.now, held, held + way, q_.q, best);
         }
         return best.missed < missed - track_rule::led ? best : Leaving{};
+    }
+
+    /// Whether theta_2 or theta_6 is about 0, where joints turn by any angle while psi hardly does, and psi
+    /// has nowhere to go.
+    bool is_beside(const Tick& t) const noexcept {
+        const double bend = min(abs(sin_cos(t.now.theta[1]).sin), abs(sin_cos(t.now.theta[5]).sin));
+        return bend <= track_rule::shut && !t.elbow && turning_to_ < 0;
+    }
+
+    /// The posture of the goal's pose that the joints are nearest to, if it is found beside them and no joint
+    /// is near a limit there.
+    bool settle(const Tick& t, Goal& goal) const noexcept {
+        Drawing near;
+        for (int j = 0; j < joints; ++j) {
+            near.weight[j] = 1.0;
+            near.near[j] = q_.q[j];
+        }
+        int rounds = settled_rule::rounds;
+        const double share = settled_rule::share * arm_.size * arm_.size;
+        const Relaxed about = settled(arm_, t.limits, q_, goal.pose, near, share, rounds);
+        const Relaxed found = settled(arm_, t.limits, about.at, goal.pose, near, 0.0, rounds);
+        if (!meets(arm_, found) || limit_margin(arm_.limits, joint_lanes(found.at.q)) < track_rule::roomy)
+            return false;
+        const Chain there = chain(arm_, found.at.q);
+        goal.at = found.at;
+        goal.psi = arm_angle(triad(arm_, there.flange), there.z3);
+        goal.gc = index(configuration(arm_, there.theta));
+        return true;
     }
 
     /// The hand drawn into what joint 4 reaches with this margin, and a posture there; false where limits
@@ -776,6 +809,7 @@ private:
             narrow.lower[j] = q_.q[j] + t.lower[j] * t.dt;
             narrow.upper[j] = q_.q[j] + t.upper[j] * t.dt;
         }
+        if (goal.settled && taken(t, goal.at.q, next)) return true;
         const LimitTable table = limit_table(arm_, narrow);
         const Circle<double> c = circle(arm_, flange_pose(arm_, goal.pose));
         const auto crosses = [&](int j) {
