@@ -239,10 +239,13 @@ ARMANGLE_INLINE Step stepped(const Lifted& to, const double* q_now, double dt, d
     return out;
 }
 
-/// Whether joints next to theta_2 = 0 or theta_6 = 0 may sweep round although psi hardly moves, unasked.
-inline bool may_sweep(double theta_2, double theta_6, const Policy& policy) noexcept {
+/// Whether joints next to theta_2 = 0 or theta_6 = 0 may sweep round although psi hardly moves, unasked: to
+/// hold psi is to ask for it, to hold the elbow is not.
+inline bool may_sweep(double theta_2, double theta_6, const StepOptions& options) noexcept {
     const double bend = min(abs(std::sin(theta_2)), abs(std::sin(theta_6)));
-    return bend <= step_rule::shut && policy.rule == Rule::repulsion;
+    const Rule rule = options.policy.rule;
+    const bool asked = rule != Rule::repulsion && !(rule == Rule::hold && options.carry == Carry::elbow);
+    return bend <= step_rule::shut && !asked;
 }
 
 /// Whether a policy wants another psi where that has to leave theta_2 = 0 or theta_6 = 0 first.
@@ -315,7 +318,7 @@ private:
     bool calm(const Pose<double>& pose, double psi, Step& out) const noexcept {
         const Branch& own = branch_[0];
         if (own.status != Status::OK) return false;
-        if (!may_sweep(now_.theta[1], now_.theta[5], options_.policy)) return false;
+        if (!may_sweep(now_.theta[1], now_.theta[5], options_)) return false;
         const int side = index(own.motion->gc) & 2;
         Status why = Status::OK;
         if (!settle_from(now_.theta[3], pose, side, why, out)) return false;
@@ -629,8 +632,6 @@ private:
         return false;
     }
 
-    Joints wished(const Branch& b) const noexcept { return within_limits(b, b.wish); }
-
     Joints within_limits(const Branch& b, double psi) const noexcept {
         return joints_within_limits(arm_, directions(*b.motion, sin_cos(psi)), q_now_);
     }
@@ -652,25 +653,22 @@ private:
         return out;
     }
 
-    /// Where a step under bounds is headed: what the policy wants of the own branch, or the posture of psi as
-    /// it is where that is much nearer, as beyond the end of a joint's turns: the tool first comes to its
-    /// pose. From a gap of psi, or far away, it is the posture nearest to the joints, which stays what it is
-    /// on the straight way there, while the nearer end of a gap may change on it for ever. After a gap that
-    /// may be one of another branch, and joints go there through theta_2 = 0 or theta_6 = 0. False: there is
-    /// none.
+    /// Where a step under bounds is headed: to psi as it is, so that the tool comes to its pose before the
+    /// policy moves the elbow. From a gap of psi, or far away, it is the posture nearest to the joints, which
+    /// stays what it is on the straight way there, while the nearer end of a gap may change on it for ever.
+    /// After a gap that may be one of another branch, and joints go there through theta_2 = 0 or theta_6 = 0.
+    /// False: there is none.
     bool heading(const Pose<double>& pose, double psi, Joints& to) const noexcept {
         const Branch& own = branch_[0];
         double least = infinity;
         for (int i = 0; i < count_; ++i) {  // the own one, and those that meet it here
             const Branch& b = branch_[i];
             if (b.status != Status::OK) continue;
-            Joints there = wished(b);
             const Joints held = within_limits(b, nearest(*b.arcs, psi));
             const double way = largest_move(held.q, q_now_);
-            if (step_rule::sweep * way < largest_move(there.q, q_now_)) there = held;
             if (!(way < least)) continue;
             least = way;
-            to = there;
+            to = held;
         }
         if (own.status != Status::OK) return least < infinity;
         if (contains(*own.arcs, psi) && !(least > step_rule::far)) return true;
@@ -788,7 +786,7 @@ inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_
         detail::Lifted to;
         if (next.status == Status::OK &&
             detail::is_step(arm, m, next.psi, here, options.max_joint_step, to) &&
-            !detail::may_sweep(now.theta[1], now.theta[5], options.policy) &&
+            !detail::may_sweep(now.theta[1], now.theta[5], options) &&
             !detail::may_leave(now, options.policy)) [[likely]]
             return detail::stepped(to, q_now, options.dt, next.psi, index(m.gc));
     }

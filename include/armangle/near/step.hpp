@@ -148,7 +148,7 @@ struct NearStep {
         double theta[joints];
         theta_of(arm.nominal, q_now, theta);
         out.status = Status::JOINT_JUMP;
-        if (!may_sweep(theta[1], theta[5], options.policy)) return max_joint_step;
+        if (!may_sweep(theta[1], theta[5], options)) return max_joint_step;
         const unsigned branches = options.gc < 0 ? meeting() : 1u << index(gc);
         if (!settled_step(branches, options, out)) return max_joint_step;
         const bool apart = margin > 0 && out.gc != index(gc);  // the margin parts the two
