@@ -211,11 +211,29 @@ def test_speed_is_that_of_the_samples_whatever_was_lost_between() -> None:
     assert metres[150:].max() < 1e-6
 
 
-@pytest.mark.parametrize(("rate", "most"), [(15, 1.5e-3), (10, 2.5e-3)])
+@pytest.mark.parametrize(("rate", "off", "noisy"), [(30, 1.5, 2.0), (90, 0.8, 3.0), (250, 0.4, 6.0)])
+def test_samples_rarer_than_ticks_make_no_velocity_jump(rate: int, off: float, noisy: float) -> None:
+    """What a sample corrects is spread: the hand's own acceleration is 0.6 m/s², not 20 as of jumps.
+
+    `off` in mm RMS; `noisy`: the acceleration with noise of 0.4 mm, which was 30 and more.
+    """
+    t = 0.002 * np.arange(5000)
+    true = np.repeat(np.eye(4)[None], len(t), axis=0)
+    true[:, 1, 3] = 0.1 * np.minimum(t / 2, 1) ** 2 * np.sin(2 * np.pi * 0.3 * t)
+    latest = np.floor(np.floor(t * rate + 1e-9) / rate / 0.002 + 1e-9).astype(int)
+    for noise, most in ((0.0, 0.8), (4e-4, noisy)):
+        seen = true.copy()
+        seen[:, 1, 3] += np.random.default_rng(0).normal(0, noise, len(t))
+        y = aa.HandFilter().smooth(seen[latest], 0.002)[500:, 1, 3]
+        assert np.sqrt((np.diff(y, n=2) ** 2).mean()) / 0.002**2 < most
+        assert noise or np.sqrt(((y - true[500:, 1, 3]) ** 2).mean()) < 1e-3 * off
+
+
+@pytest.mark.parametrize(("rate", "most"), [(15, 3e-3), (10, 4e-3)])
 def test_a_device_slower_than_the_loop_is_no_hand_that_rests_between_its_samples(
     rate: int, most: float
 ) -> None:
-    """RMS 1.1 and 1.8 mm; 6.4 and 5.2 mm where what is repeated for 0.06 s is thought to rest."""
+    """RMS 2.6 and 3.2 mm; above 5 mm where what is repeated for 0.06 s is thought to rest."""
     t = DT * np.arange(round(10.0 / DT))
     true = np.repeat(np.eye(4)[None], len(t), axis=0)
     true[:, 1, 3] = 0.1 * np.minimum(t / 2, 1) ** 2 * np.sin(2 * np.pi * 0.3 * t)

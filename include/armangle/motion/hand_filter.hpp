@@ -5,6 +5,8 @@
 //     predicted = pose + velocity T,  r = measured - predicted,  pose = predicted + (1 - a^2) r,
 //     velocity += (1 - a)^2 / T r,    a = exp(-omega T).
 //
+// Where samples are rarer than ticks each of them makes this estimate jump. What is followed then settles on
+// it, critically damped too, so that neither pose nor velocity jumps.
 // Its acceleration is what the velocity changed by, smoothed once more. Without a filter the velocity is that
 // between two samples, or a share of it where it changes to and fro.
 // A sample far from its prediction is an outlier until it has lasted: the pose goes on as predicted, slowing
@@ -25,14 +27,17 @@ struct HandFilter {
 };
 
 namespace hand_rule {
-inline constexpr double stale = 0.06;    // s: a sample repeated for longer is a hand at rest ...
-inline constexpr double periods = 1.25;  // ... unless so many of the device's periods last longer
-inline constexpr double seldom = 0.5;    // s: no device's period is as long
-inline constexpr double slowing = 0.15;  // s in which a prediction without samples loses its speed
-inline constexpr double fastest = 20.0;  // m/s and rad/s: a difference of samples beyond it is a jump
-inline constexpr double smooth = 0.03;   // s over which the acceleration is averaged
-inline constexpr double newest = 0.125;  // share of the newest sample in what velocities change by
-inline constexpr double calm = 0.1;      // m/s and rad/s to and fro up to which a velocity is believed
+inline constexpr double stale = 0.06;     // s: a sample repeated for longer is a hand at rest ...
+inline constexpr double periods = 1.25;   // ... unless so many of the device's periods last longer
+inline constexpr double seldom = 0.5;     // s: no device's period is as long
+inline constexpr double slowing = 0.15;   // s in which a prediction without samples loses its speed
+inline constexpr double fastest = 20.0;   // m/s and rad/s: a difference of samples beyond it is a jump
+inline constexpr double smooth = 0.03;    // s over which the acceleration is averaged
+inline constexpr double rare = 1.5;       // ticks between samples from which corrections are spread ...
+inline constexpr double settles = 1.0;    // ... over so many of their periods, ...
+inline constexpr double longest = 0.025;  // ... none of which counts as longer, s
+inline constexpr double newest = 0.125;   // share of the newest sample in what velocities change by
+inline constexpr double calm = 0.1;       // m/s and rad/s to and fro up to which a velocity is believed
 }  // namespace hand_rule
 
 /// A hand whose samples come late, jump or fail: where it is, and how fast.
@@ -41,15 +46,32 @@ public:
     explicit Hand(const HandFilter& options) noexcept : options_(options) {}
 
     void start(const Pose<double>& pose) noexcept {
-        pose_ = told_ = sample_ = suspect_ = pose;
-        velocity_ = acceleration_ = measured_ = drift_ = Twist{};
-        age_ = suspected_ = changed_ = changes_ = 0;
+        pose_ = shown_ = told_ = sample_ = suspect_ = pose;
+        velocity_ = shown_velocity_ = acceleration_ = measured_ = drift_ = Twist{};
+        age_ = suspected_ = changed_ = changes_ = settling_ = 0;
         held_ = false;
     }
 
     /// One tick of dt s; `sample` is null where none came, or none that is a pose.
     void tick(const Pose<double>* sample, double dt) noexcept {
-        const Twist before = velocity_;
+        const Twist before = shown_velocity_;
+        const bool goes_on = estimate(sample, dt);
+        show(dt);
+        if (goes_on) accelerate(before, dt);
+    }
+
+    const Pose<double>& pose() const noexcept { return shown_; }
+    const Twist& velocity() const noexcept { return shown_velocity_; }
+    /// m/s^2 and rad/s^2, some hundredths of a second late; none while no sample is believed.
+    const Twist& acceleration() const noexcept { return acceleration_; }
+    bool held() const noexcept { return held_; }
+    Pose<double> predicted(double ahead) const noexcept { return moved_by(shown_, shown_velocity_ * ahead); }
+
+private:
+    bool is_plain() const noexcept { return !(options_.omega < infinity); }
+
+    /// Where the hand is, by its samples; false where none is believed, or it is taken as it comes.
+    bool estimate(const Pose<double>* sample, double dt) noexcept {
         age_ += dt;
         changed_ += dt;
         held_ = false;
@@ -60,29 +82,33 @@ public:
             between_[1] = changed_;
             changed_ = 0;
         }
-        if (!sample || !fresh) {
-            if (!sample || suspected_ > 0) return wait(dt, !sample || suspected_ > 0);
-            if (is_plain()) return rest_plain();
+        if (!sample || (!fresh && suspected_ > 0)) return wait(dt);
+        if (!fresh && is_plain()) return rest_plain();
+        if (!fresh) {
             pose_ = moved_by(pose_, velocity_ * dt);
             since_ += dt;
-            return speed_up(before, dt);
+            return true;
         }
         if (is_jump(*sample, dt)) return doubt(*sample, dt);
         suspected_ = 0;
         is_plain() ? take(*sample) : blend(*sample, dt);
-        speed_up(before, dt);
         remember(*sample);
+        return true;
     }
 
-    const Pose<double>& pose() const noexcept { return pose_; }
-    const Twist& velocity() const noexcept { return velocity_; }
-    /// m/s^2 and rad/s^2, some hundredths of a second late; none while no sample is believed.
-    const Twist& acceleration() const noexcept { return acceleration_; }
-    bool held() const noexcept { return held_; }
-    Pose<double> predicted(double ahead) const noexcept { return moved_by(pose_, velocity_ * ahead); }
-
-private:
-    bool is_plain() const noexcept { return !(options_.omega < infinity); }
+    /// The estimate, or what settles on it.
+    void show(double dt) noexcept {
+        if (!(settling_ > 0)) {
+            shown_ = pose_;
+            shown_velocity_ = velocity_;
+            return;
+        }
+        const double w = 1.0 / settling_, left = std::exp(-w * dt);
+        const Twist off = difference(moved_by(pose_, velocity_ * -dt), shown_),
+                    faster = shown_velocity_ - velocity_, pull = faster + off * w;
+        shown_ = moved_by(pose_, (off + pull * dt) * left);
+        shown_velocity_ = velocity_ + (faster - pull * (w * dt)) * left;
+    }
 
     static bool same(const Pose<double>& a, const Pose<double>& b) noexcept {
         const auto equal = [](const Vec3<double>& u, const Vec3<double>& v) {
@@ -109,29 +135,35 @@ private:
     }
 
     /// A sample that jumped: waited for, until it has stayed where it is for long enough.
-    void doubt(const Pose<double>& sample, double dt) noexcept {
+    bool doubt(const Pose<double>& sample, double dt) noexcept {
         const bool stays = suspected_ > 0 && !far(difference(suspect_, sample));
         suspected_ = stays ? suspected_ + age_ : dt;
         suspect_ = sample;
         remember(sample);
-        if (!(suspected_ < options_.patience)) return start(sample);
-        wait(dt, true);
-        told_ = pose_;
+        if (suspected_ < options_.patience) {
+            wait(dt);
+            told_ = pose_;
+        } else {
+            start(sample);
+        }
+        return false;
     }
 
     /// No sample to believe: on as predicted, slowing down.
-    void wait(double dt, bool held) noexcept {
-        held_ = held;
+    bool wait(double dt) noexcept {
+        held_ = true;
         since_ += dt;
         pose_ = moved_by(pose_, velocity_ * dt);
         velocity_ = velocity_ * std::exp(-dt / hand_rule::slowing);
         acceleration_ = Twist{};
+        return false;
     }
 
     /// Where the sample says, whatever was predicted while none came.
-    void rest_plain() noexcept {
+    bool rest_plain() noexcept {
         pose_ = told_;
         if (age_ > 2.0 * period_) velocity_ = acceleration_ = Twist{};
+        return false;
     }
 
     /// Taken as it comes; the velocity is that between the last two samples, less where they tremble.
@@ -163,10 +195,11 @@ private:
         const double T = since_ + dt, a = std::exp(-options_.omega * T);
         pose_ = moved_by(predicted, rest * (1.0 - a * a));
         velocity_ = velocity_ + rest * ((1.0 - a) * (1.0 - a) / T);
+        settling_ = T > hand_rule::rare * dt ? hand_rule::settles * min(T, hand_rule::longest) : 0.0;
     }
 
-    void speed_up(const Twist& before, double dt) noexcept {
-        const Twist change = (velocity_ - before) * (1.0 / dt);
+    void accelerate(const Twist& before, double dt) noexcept {
+        const Twist change = (shown_velocity_ - before) * (1.0 / dt);
         acceleration_ = acceleration_ + (change - acceleration_) * -std::expm1(-dt / hand_rule::smooth);
     }
 
@@ -179,10 +212,12 @@ private:
 
     HandFilter options_;
     Pose<double> pose_ = identity_pose(), sample_ = identity_pose(), suspect_ = identity_pose();
-    Pose<double> told_ = identity_pose();  // where the hand was when the sample changed
-    Twist velocity_, acceleration_;
+    Pose<double> told_ = identity_pose();   // where the hand was when the sample changed
+    Pose<double> shown_ = identity_pose();  // what is followed of the estimate
+    Twist velocity_, shown_velocity_, acceleration_;
     Twist measured_, drift_;  // the last velocity between two samples, and the mean change of such ...
     double changes_ = 0;      // ... and of how much they change, m/s and rad/s
+    double settling_ = 0;     // s in which what is shown settles on the estimate; 0: it is that
     double age_ = 0;          // s since the sample changed
     double since_ = 0;        // s since a sample was believed
     double period_ = 0;       // s between samples

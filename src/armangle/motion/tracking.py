@@ -96,7 +96,9 @@ class Tracked(NamedTuple):
 class HandFilter:
     """How samples of a hand become a smooth motion: a critically damped filter, and a gate for outliers.
 
-    Constant velocities are followed without lag, an acceleration a with a lag of about a / omega².
+    Constant velocities are followed without lag, an acceleration a with a lag of about a / omega². Where
+    samples are rarer than ticks, each of them makes that estimate jump; what it corrects is spread over one
+    of their periods (25 ms at most), critically damped too, so that no velocity jumps.
 
     Parameters
     ----------
