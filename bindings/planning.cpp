@@ -75,9 +75,12 @@ nb::tuple path_gap(Floats segments) {
 }
 
 /// Segments one after the other with rounded corners, and by how much they are off those given: m, rad.
-nb::tuple path_joined(Floats segments, double radius) {
-    const Buffer g(segments);
-    const Joined path = joined({as_segments(g), static_cast<std::size_t>(g.shape(0))}, radius);
+nb::tuple path_joined(Floats segments, Floats radius) {
+    const Buffer g(segments), r(radius);
+    const auto n = static_cast<std::size_t>(g.shape(0));
+    if (!r.is_array('d', {g.shape(0)}))
+        throw std::invalid_argument("one radius for each segment was expected");
+    const Joined path = joined({as_segments(g), n}, {r.data<double>(), n});
     nb::object out = new_array(nb::make_tuple(path.segments.size(), segment_width));
     std::memcpy(Buffer(out, true).data<double>(), path.segments.data(),
                 path.segments.size() * sizeof(Segment));

@@ -10,14 +10,14 @@ using namespace armangle;
 namespace {
 
 /// Numbers in a row, as Python gives the options: dt, length, still_margin, elbow_margin,
-/// singularity_margin, omega, patience, jump, turn, soft_clearance; then seven velocities and seven
+/// singularity_margin, omega, patience, jump, turn, soft_clearance, detours; then seven velocities and seven
 /// accelerations.
-constexpr int option_count = 10;
+constexpr int option_count = 11;
 
 TrackerOptions options_of(Floats numbers) {
     const Buffer given(numbers);
     if (!given.is_array('d', {option_count + 2 * joints}))
-        throw std::invalid_argument("24 numbers were expected");
+        throw std::invalid_argument("25 numbers were expected");
     const double* x = given.data<double>();
     TrackerOptions o;
     o.dt = x[0];
@@ -27,6 +27,7 @@ TrackerOptions options_of(Floats numbers) {
     o.singularity_margin = x[4];
     o.hand = {x[5], x[6], x[7], x[8]};
     o.soft_clearance = x[9];
+    o.detours = x[10] != 0;
     for (int j = 0; j < joints; ++j) {
         o.velocity[j] = x[option_count + j];
         o.acceleration[j] = x[option_count + joints + j];

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -222,11 +224,57 @@ def test_the_deviation_at_a_right_angle_is_attained() -> None:
     s = np.append(np.linspace(0, 1, 20_001), path.breaks[1:3].mean())
     points = path.pose(s)[:, :3, 3]
     off = np.minimum(np.abs(points[:, 1]), np.abs(points[:, 0] - 0.4)).max()
-    assert off == pytest.approx(path.deviation.position, rel=1e-12)
-    assert path.deviation == (pytest.approx(3 / 16 * 0.1), 0.0)
+    assert off == pytest.approx(3 / 16 * 0.1, rel=1e-12)  # of the tool from its way ...
+    missed = np.linalg.norm(points - b[:3, 3], axis=1).min()  # ... and by more the corner is missed
+    assert missed == pytest.approx(path.deviation.position, rel=1e-12)
+    assert path.deviation == (pytest.approx(3 / 16 * np.sqrt(2) * 0.1), 0.0)
     far = np.linalg.norm(points - b[:3, 3], axis=1) > 0.1 + 1e-9
     assert (np.minimum(np.abs(points[:, 1]), np.abs(points[:, 0] - 0.4))[far] < 1e-15).all()
     assert np.abs(np.diff(path.derivative(np.linspace(0, 1, 9)), axis=0)).max() > 0.1
+
+
+def pick() -> list[aa.Path]:
+    """Across, down to a part and up again, across."""
+    points = np.array([[0.45, 0, 0.3], [0.55, 0, 0.3], [0.55, 0, 0.2], [0.55, 0, 0.35], [0.55, 0.1, 0.35]])
+    poses = np.stack([aa.pose(point, rpy=[np.pi, 0, 0]) for point in points])
+    return [aa.Line(a, b) for a, b in itertools.pairwise(poses)]
+
+
+def test_how_far_a_corner_that_turns_back_is_missed_is_said() -> None:
+    path = aa.Segments(pick(), blend=0.05)
+    lowest = path.pose(np.linspace(0, 1, 20_001))[:, 2, 3].min()
+    assert lowest - 0.2 == pytest.approx(3 / 8 * 0.05, abs=1e-6)
+    assert path.deviation.position == pytest.approx(3 / 8 * 0.05, rel=1e-12)
+
+
+def test_each_corner_has_a_blend_of_its_own() -> None:
+    path = aa.Segments(pick(), blend=[0.05, 0.0, 0.03])
+    part = pick()[1].pose(1.0)
+    s = np.append(path.breaks, np.linspace(0, 1, 20_001))
+    points = path.pose(s)[:, :3, 3]
+    assert np.linalg.norm(points - part[:3, 3], axis=1).min() < 1e-15
+    for corner, blend, there in ((pick()[0], 0.05, s < 0.4), (pick()[2], 0.03, s > 0.5)):
+        missed = np.linalg.norm(points[there] - corner.pose(1.0)[:3, 3], axis=1)
+        assert missed.min() == pytest.approx(3 / 16 * np.sqrt(2) * blend, rel=1e-5)
+    assert path.deviation.position == pytest.approx(3 / 16 * np.sqrt(2) * 0.05, rel=1e-12)
+    assert "blend=[0.05, 0.0, 0.03]" in repr(path)
+    stacked = np.stack([line.pose(0.0) for line in pick()] + [pick()[-1].pose(1.0)])
+    of_poses = aa.Segments([aa.Waypoints(stacked)], blend=[0.05, 0.0, 0.03])
+    np.testing.assert_allclose(of_poses.pose(s), path.pose(s), atol=1e-15)
+    with pytest.raises(aa.ShapeError, match="one for each of 3 corners"):
+        aa.Segments(pick(), blend=[0.05, 0.0])
+    with pytest.raises(aa.InputError, match="blend"):
+        aa.Segments(pick(), blend=[0.05, -1.0, 0.0])
+
+
+def test_a_plan_meets_a_pick_and_rounds_the_rest() -> None:
+    found = aa.plan(ARM, [aa.Line(a.pose(0.0), a.pose(1.0)) for a in pick()], blend=[0.05, 0.0, 0.05])
+    assert found.certified
+    part = pick()[1].pose(1.0)
+    s = found.path.breaks if found.path is not None else []
+    assert np.linalg.norm(found.at(s).pose[:, :3, 3] - part[:3, 3], axis=1).min() < 1e-15
+    followed = aa.follow(ARM, pick(), start=found.q[0], blend=[0.05, 0.0, 0.05], samples=400)
+    assert followed.ok
 
 
 def test_blends_of_neighbours_meet_in_the_middle_of_a_short_piece() -> None:
@@ -288,7 +336,7 @@ def test_a_plan_round_a_corner_is_proven_and_smooth_in_the_joints() -> None:
     assert found.certified
     assert isinstance(found.path, aa.Segments)
     assert found.deviation == found.path.deviation and found.deviation.position > 0.007
-    assert "Corners are rounded by at most 7.5 mm and 0.97" in found.explain()
+    assert "Corners are rounded by at most 11.1 mm and 0.97" in found.explain()
     inner = found.path.breaks[1:-1]
     before, after = found.derivatives(np.nextafter(inner, 0)), found.derivatives(inner)
     for order in (0, 1):

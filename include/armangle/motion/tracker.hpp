@@ -44,6 +44,7 @@ struct TrackerOptions {
     double elbow_margin = 0.35;       // rad off straight that it keeps while the hand is fast
     double singularity_margin = 0.0;  // rad off theta_2, theta_6 = 0 where arcs allow it
     double soft_clearance = 0.02;     // m more than the scene's that the elbow keeps where arcs allow it
+    bool detours = true;              // whether the tool may leave the hand unasked, to find another way
     const Scene* scene = nullptr;     // obstacles that links keep clear of; lives as long as the tracker
     HandFilter hand;
 };
@@ -943,6 +944,12 @@ private:
         if (stuck && counts) searching_ = true;
         if (!searching_) return;
         if (weary() || goal.blocked != Status::OK) {
+            if (t.guard && !options_.detours && tried_ == 0) {  // what is in the way
+                ++tried_;
+                tried_for_ = hand_.pose();
+                barred_ = 0;
+                t.guard->clear(q_.q, goal.at.q, barred_);
+            }
             given_up_ = fixed_ && idle_ >= track_rule::patience;
         } else if (t.guard) {
             search(t, goal);
@@ -974,8 +981,8 @@ private:
         return waited_ >= track_rule::patience;
     }
 
-    /// Whether all ways round have been tried for a hand that has stayed where it is.
-    bool weary() const noexcept { return tried_ >= track_rule::most_ways; }
+    /// Whether all ways round have been tried for a hand that has stayed where it is, or none may be.
+    bool weary() const noexcept { return tried_ >= track_rule::most_ways || !(options_.detours || asked_); }
 
     /// Tries some ways to postures of the goal's pose: straight, or by way of a posture drawn between.
     void search(const Tick& t, const Goal& goal) noexcept {

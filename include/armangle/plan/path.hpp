@@ -306,23 +306,29 @@ inline Segment rolled(Segment g, double roll, double rate) noexcept {
 }
 
 /// A path of one segment after the other, and by how much at most its poses are off those of the segments
-/// given: m and rad, both at once.
+/// given, and corners given off it: m and rad.
 struct Joined {
     std::vector<Segment> segments;
     double off_position = 0, off_rotation = 0;
 };
 
 /// Segments one after the other, s shared out by their sizes, those that stand still left out. Corners are
-/// rounded: a blend begins and ends `radius` (m, by size) from its corner, or at the middle of a segment that
-/// is shorter than two of them. With radius 0 there are none; segments that are blends or rolled may be given
-/// only then.
-inline Joined joined(std::span<const Segment> given, double radius) {
+/// rounded: the blend behind segment i begins and ends `radius[i]` (m, by size) from its corner, or at the
+/// middle of a segment that is shorter than two of them; with 0 there is none. Segments that are blends or
+/// rolled may be given only where all are 0.
+inline Joined joined(std::span<const Segment> given, std::span<const double> radius) {
     Joined out;
     std::vector<Segment> whole;
+    std::vector<double> reach;  // of the blend behind each; one at a segment that stands still does not count
     double total = 0;
-    for (const Segment& g : given) {
-        if (!(size(g) > 0)) continue;
+    for (std::size_t i = 0; i < given.size(); ++i) {
+        const Segment& g = given[i];
+        if (!(size(g) > 0)) {
+            if (!reach.empty()) reach.back() = min(reach.back(), radius[i]);
+            continue;
+        }
         whole.push_back(g);
+        reach.push_back(radius[i]);
         whole.back().start = total;
         total += size(g);
         whole.back().end = total;
@@ -336,21 +342,26 @@ inline Joined joined(std::span<const Segment> given, double radius) {
     double before = 0;  // share of the segment that the blend before it has taken
     for (std::size_t i = 0; i < whole.size(); ++i) {
         const Segment& g = whole[i];
-        if (i + 1 == whole.size() || radius == 0) {
-            out.segments.push_back(radius == 0 ? g : detail::part(g, before, 1));
+        if (i + 1 == whole.size() || reach[i] == 0) {
+            out.segments.push_back(before > 0 ? detail::part(g, before, 1) : g);
+            before = 0;
             continue;
         }
         const Segment& after = whole[i + 1];
-        const double cut = min(radius, 0.5 * min(size(g), size(after)));
+        const double cut = min(reach[i], 0.5 * min(size(g), size(after)));
         const double left = cut / size(g), taken = cut / size(after);
         if (1 - left > before) out.segments.push_back(detail::part(g, before, 1 - left));
         Segment blend = detail::part(g, 1 - left, 1);
         blend.next = detail::part(after, 0, taken).motion;
         blend.end += cut;
         blend.blended = 1;
-        out.off_position =
-            max(out.off_position, path_rule::off * max(length(blend.motion), length(blend.next)));
-        out.off_rotation = max(out.off_rotation, path_rule::off * max(turn(blend.motion), turn(blend.next)));
+        const Pose<double> corner = pose_at(after, after.start),
+                           middle = pose_at(blend, 0.5 * (blend.start + blend.end));
+        out.off_position = max(max(out.off_position, norm(middle.position - corner.position)),
+                               path_rule::off * max(length(blend.motion), length(blend.next)));
+        out.off_rotation =
+            max(max(out.off_rotation, shortest_rotation(middle.rotation, corner.rotation).angle),
+                path_rule::off * max(turn(blend.motion), turn(blend.next)));
         out.segments.push_back(blend);
         before = taken;
     }

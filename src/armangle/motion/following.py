@@ -61,7 +61,7 @@ def follow(
     outside: Outside = "refuse",
     roll: Roll = "pose",
     lookahead: int = 0,
-    blend: float = 0.0,
+    blend: ArrayLike = 0.0,
     samples: int | None = None,
 ) -> JointPath:
     """Return the motion along a sequence of poses: `step` in a loop, bit for bit, in C++.
@@ -187,7 +187,7 @@ def follow(
 
 
 def _sampled(
-    handle: _core.Arm | None, poses: Path | Sequence[Path] | ArrayLike, blend: float, samples: int | None
+    handle: _core.Arm | None, poses: Path | Sequence[Path] | ArrayLike, blend: ArrayLike, samples: int | None
 ) -> tuple[Path | None, Floats, Floats]:
     """Return the path, its s and its poses (N, 4, 4) there; of poses that are given no path."""
     path = as_path(poses, blend)
@@ -195,7 +195,7 @@ def _sampled(
         frames = np.ascontiguousarray(as_poses("poses", cast("ArrayLike", poses), handle))
         if frames.ndim != 3:
             raise ShapeError(f"poses has shape {frames.shape}, wanted (N, 4, 4)")
-        if blend == 0 and samples is None:
+        if not np.any(blend) and samples is None:
             return None, even_parameters(len(frames)), frames
         points = Waypoints(frames)
         path = as_path(points, blend) or points

@@ -366,7 +366,7 @@ class JointPath:
         InputError
             If it takes more than 10^7 rows.
         PathError
-            As `at`; and if the path is not whole.
+            As `at`; if the path is not whole, joints leap on it, or no posture lies between two of its rows.
         """
         most = as_number("step (rad)", step, _LEAST_STEP, _TURN)
         self.raise_for_status()
@@ -379,6 +379,13 @@ class JointPath:
             return self
         s = rows_between(self.arm, curve, self.s[own], most)
         placed = curve.at(self.arm._handle, s)
+        far = np.abs(np.diff(placed.q, axis=0)).max(axis=1) > most + _READ
+        if far.any() or not np.isfinite(placed.q).all():
+            at = s[int(np.argmax(far))]
+            raise PathError(
+                f"behind s = {at:.6g} joints leap, or no posture lies between two rows: follow more poses "
+                "there, or plan"
+            )
         columns: dict[str, Any] = {name: getattr(placed, name) for name in ("q", "psi", "margin", "residual")}
         columns |= {"poses": placed.pose, "gc": placed.gc.astype(np.int64)}
         columns["status"] = np.full(len(s), Status.OK, dtype=np.int8)

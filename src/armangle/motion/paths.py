@@ -105,7 +105,7 @@ class Path:
 
 
 class Deviation(NamedTuple):
-    """By how much a path with rounded corners is at most off the path with corners.
+    """By how much a path with rounded corners is at most off the path with corners, and its corners off it.
 
     ``position`` m and ``rotation`` rad: both hold at once, for one and the same pose of it.
     """
@@ -320,9 +320,11 @@ class Segments(Path):
     ----------
     paths : sequence of Path
         Each begins where the one before it ends, within 1e-9 m and rad.
-    blend : float
-        How far before and behind a corner a blend reaches, m, >= 0; at most to the middle of a piece.
-        ``deviation`` says what that comes to: 3/16 of it at most.
+    blend : float, or array_like of shape (corners,)
+        How far before and behind a corner a blend reaches, m, >= 0; at most to the middle of a piece. One for
+        all, or one for each corner between two pieces (legs, of `Waypoints`), 0 where it is to be met.
+        ``deviation`` says what that comes to: the tool is off its way by 3/16 of it at most, and misses a
+        corner where it turns at right angles by 0.27 of it, where it turns back by 3/8.
 
     Raises
     ------
@@ -336,11 +338,11 @@ class Segments(Path):
     >>> b[0, 3], c[:2, 3] = 0.4, (0.4, 0.3)
     >>> corner = Segments([Line(a, b), Line(b, c)], blend=0.1)
     >>> round(corner.deviation.position, 5), corner.breaks.round(3).tolist()
-    (0.01875, [0.0, 0.429, 0.714, 1.0])
+    (0.02652, [0.0, 0.429, 0.714, 1.0])
     """
 
     paths: Sequence[Path]
-    blend: float = 0.0
+    blend: ArrayLike = 0.0
     deviation: Deviation = field(init=False)
     _segments: Floats = field(init=False)
 
@@ -348,11 +350,12 @@ class Segments(Path):
         paths = tuple(self.paths) if isinstance(self.paths, (list, tuple)) else ()
         if not paths or not all(isinstance(path, Path) for path in paths):
             raise InputError(f"paths is {self.paths!r:.100}, wanted a list of Line, CircularArc, Screw, ..")
-        radius = as_number("blend (m)", self.blend, 0.0, _core.LENGTH_LIMIT)
-        if radius > _WIDE:
-            warn(f"blend is {radius:g}, wanted m: was this in mm?")
+        radius = as_blend(self.blend)
+        if np.max(radius, initial=0.0) > _WIDE:
+            warn(f"blend is {np.max(radius):g}, wanted m: was this in mm?")
         for k, path in enumerate(paths):
-            if radius > 0 and (isinstance(path, Chain) or (isinstance(path, Segments) and path.blend > 0)):
+            blended = isinstance(path, Chain) or (isinstance(path, Segments) and np.any(path.blend))
+            if blended and np.any(radius):
                 raise InputError(f"paths: path {k} has blends already, wanted blend= of the whole")
         given = np.concatenate([path._segments for path in paths])
         first, gap = _core.path_gap(given)
@@ -364,22 +367,40 @@ class Segments(Path):
                 f"paths: path {owner} begins {gap:.3g} m or rad from where the one before it ends, "
                 "wanted the same pose"
             )
-        segments, position, rotation = _core.path_joined(given, radius)
+        corners = len(given) - 1
+        if np.ndim(radius) and len(radius) != corners:
+            raise ShapeError(
+                f"blend has shape {radius.shape}, wanted one number, or one for each of {corners} corners"
+            )
+        reach = np.append(np.broadcast_to(radius, corners), 0.0)
+        segments, position, rotation = _core.path_joined(given, np.ascontiguousarray(reach, dtype=float))
         off = greatest([Deviation(position, rotation), *map(deviation_of, paths)])
-        self._set(paths=paths, blend=radius, deviation=off, _segments=frozen(segments))
+        blend = frozen(radius) if np.ndim(radius) else float(radius)
+        self._set(paths=paths, blend=blend, deviation=off, _segments=frozen(segments))
 
     def __repr__(self) -> str:
-        rounded = f", blend={self.blend:g}" if self.blend > 0 else ""
+        radius = np.asarray(self.blend, dtype=float)
+        rounded = f", blend={radius.round(6).tolist()}" if radius.any() else ""
         return f"<Segments of {len(self.paths)} paths{rounded}>"
 
 
-def as_path(path: Any, blend: float = 0.0) -> Path | None:
+def as_blend(blend: ArrayLike) -> Floats:
+    """Return radii of blends, shape () or (corners,), m."""
+    radius = as_floats("blend (m)", blend)
+    if radius.ndim > 1:
+        raise ShapeError(f"blend has shape {radius.shape}, wanted one number, or one for each corner")
+    for value in radius.reshape(-1).tolist():
+        as_number("blend (m)", value, 0.0, _core.LENGTH_LIMIT)
+    return radius
+
+
+def as_path(path: Any, blend: ArrayLike = 0.0) -> Path | None:
     """Return a path, several of them as one, with its corners rounded; None if it is neither."""
-    radius = as_number("blend (m)", blend, 0.0, _core.LENGTH_LIMIT)
+    radius = as_blend(blend)
     if isinstance(path, (list, tuple)) and path and all(isinstance(each, Path) for each in path):
         return Segments(path, radius)
     if isinstance(path, Path):
-        return Segments((path,), radius) if radius > 0 else path
+        return Segments((path,), radius) if radius.ndim or radius > 0 else path
     return None
 
 

@@ -126,7 +126,7 @@ def plan(
     arm: Arm,
     path: Path | Sequence[Path] | ArrayLike,
     *,
-    blend: float = 0.0,
+    blend: ArrayLike = 0.0,
     start: ArrayLike | None = None,
     goal: ArrayLike | None = None,
     gc: int | Iterable[int] | None = None,
@@ -159,9 +159,10 @@ def plan(
     arm : Arm
     path : Line, CircularArc, Screw, Waypoints, a list of them, or array_like of shape (N, 4, 4)
         Where the tool goes; positions in m. Poses are `Waypoints`, a list is `Segments`.
-    blend : float
+    blend : float, or array_like of shape (corners,)
         Corners of the path are rounded from this far before them to this far behind, m: position and
-        rotation twice differentiable. ``deviation`` of the result says how far off that is at most.
+        rotation twice differentiable. One for all, or one for each, 0 where it is to be met, as at a pick.
+        ``deviation`` of the result says how far the tool is off its path, or misses a corner, at most.
     start, goal : array_like, shape (7,), optional
         Joints at s = 0 and s = 1, rad. They fix the global configuration, the arm angle and the windings
         there; without them the best are chosen. They must belong to the path's first and last pose, within

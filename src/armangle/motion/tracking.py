@@ -13,6 +13,7 @@ from .._arrays import (
     CONFIGURATIONS,
     JOINTS,
     Floats,
+    as_flag,
     as_floats,
     as_number,
     as_poses,
@@ -213,6 +214,10 @@ class Tracker:
     soft_clearance : float
         How much farther than the scene's clearance the arm angle keeps links off obstacles where that is
         possible, m.
+    detours : bool
+        Whether the tool may leave a hand that it does not come nearer to, the status being TURNING: round an
+        obstacle, out of a corner of the limits, or back to its branch. That is as fast as the bounds allow,
+        and the tool may be a metre off on it. False: it stays as near as it comes, but for `reconfigure`.
 
     Raises
     ------
@@ -245,6 +250,7 @@ class Tracker:
         singularity_margin: float = 0.0,
         scene: Scene | None = None,
         soft_clearance: float = 0.02,
+        detours: bool = True,
     ) -> None:
         if not isinstance(arm, (Arm, OffsetArm)):
             raise InputError(f"arm is {arm!r:.50}, wanted an Arm or an OffsetArm")
@@ -263,6 +269,7 @@ class Tracker:
             hand.jump,
             hand.turn,
             as_number("soft_clearance", soft_clearance, 0.0, _MOST_CLEARANCE),
+            float(as_flag("detours", detours)),
         ]
         fastest = joint_bound(arm, "velocity", _each("velocity", velocity), arm.velocity)
         hardest = joint_bound(arm, "acceleration", _each("acceleration", acceleration), arm.acceleration)
