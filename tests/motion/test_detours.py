@@ -7,40 +7,50 @@ import pytest
 
 import armangle as aa
 
-ARM = aa.Arm.from_catalogue("kuka_iiwa14_r820").with_body(aa.Body.bones(upper_arm=0.07, forearm=0.06))
-START, END = np.radians([[-25, 30, 0, -80, 0, 70, 0], [25, 30, 0, -80, 0, 70, 0]])
+IIWA = aa.Arm.from_catalogue("kuka_iiwa14_r820")
+ARM = IIWA.with_body(aa.Body.bones(upper_arm=0.08, forearm=0.07)).with_hand(
+    [aa.Capsule([0, 0, 0.02], [0, 0, 0.08], 0.04, name="gripper")]
+)
+TABLE = aa.Box(aa.pose([0.6, 0, -0.05]), [1.2, 1.6, 0.1], name="table")
+WALL = aa.Box(aa.pose([0.55, -0.25, 0.2]), [0.5, 0.04, 0.4], name="wall")
+SCENE = aa.Scene([TABLE, WALL], clearance=0.02)
+HAND = aa.pose([0.5, 0, 0.3], rpy=[np.pi, 0, 0])
+START = ARM.solve(HAND, near=np.radians([0, 40, 0, -90, 0, 50, 0]), scene=SCENE).q
 DT = 0.004
 
 
-def farthest(detours: bool, seconds: float = 12.0) -> tuple[set[aa.Tracking], float, aa.Tracked]:
-    """A hand that goes through a post and rests behind it: statuses, and how far the tool came from it."""
-    first, last = ARM.forward(START)[0], ARM.forward(END)[0]
-    middle = ARM.forward(0.5 * (START + END))[0]
-    post = aa.Box(aa.pose(middle[:3, 3]), [0.4, 0.06, 0.5], name="post")
-    tracker = aa.Tracker(ARM, DT, scene=aa.Scene([post], clearance=0.01), detours=detours)
+def behind_the_wall(detours: bool) -> tuple[set[aa.Tracking], float, aa.Tracked]:
+    """A hand that goes through the wall and rests: statuses, how high the tool came, and the last tick."""
+    tracker = aa.Tracker(ARM, DT, scene=SCENE, detours=detours)
     tracker.start(START)
-    seen, far = set(), 0.0
-    for k in range(round(seconds / DT)):
-        hand = first.copy()
-        hand[:3, 3] += min(k * DT / 2, 1.0) * (last - first)[:3, 3]
+    seen, highest = set(), 0.0
+    for k in range(round(12.0 / DT)):
+        hand = HAND.copy()
+        hand[1, 3] = -0.25 * min(max(k * DT - 1.0, 0.0), 2.0)
         now = tracker.step(hand)
         seen.add(now.status)
-        if k * DT > 3.0:
-            far = max(far, float(np.linalg.norm(ARM.forward(now.q)[0][:3, 3] - hand[:3, 3])))
-    return seen, far, now
+        highest = max(highest, float(ARM.forward(now.q)[0][2, 3]))
+    return seen, highest, now
+
+
+def test_with_detours_it_goes_round() -> None:
+    seen, highest, now = behind_the_wall(detours=True)
+    assert aa.Tracking.TURNING in seen and now.status == aa.Tracking.FOLLOWING
+    assert highest > 0.6  # over the wall, the hand at 0.3 m
 
 
 def test_without_detours_it_stays_as_near_as_it_comes_and_says_so() -> None:
-    seen, far, now = farthest(detours=False)
+    seen, highest, now = behind_the_wall(detours=False)
     assert aa.Tracking.TURNING not in seen
     assert (now.status, now.why) == (aa.Tracking.NEAREST, aa.Status.CLEARANCE)
-    assert np.abs(now.velocity).max() < 1e-3 and far < 0.4
+    assert now.pair is not None and now.pair[0] == "wall"
+    assert np.abs(now.velocity).max() < 1e-3 and highest < 0.5
 
 
 def test_a_branch_that_is_asked_for_is_gone_to_all_the_same() -> None:
-    tracker = aa.Tracker(ARM, DT, detours=False)
+    tracker = aa.Tracker(IIWA, DT, detours=False)
     tracker.start(START)
-    hand = ARM.forward(START)[0]
+    hand = IIWA.forward(START)[0]
     to = tracker.step(hand).gc ^ 4
     for _ in range(3000):
         now = tracker.step(hand, reconfigure=to)
@@ -52,4 +62,4 @@ def test_a_branch_that_is_asked_for_is_gone_to_all_the_same() -> None:
 @pytest.mark.parametrize("value", [0, 1, "no", None])
 def test_it_is_yes_or_no(value: object) -> None:
     with pytest.raises(aa.InputError, match="detours"):
-        aa.Tracker(ARM, detours=value)  # type: ignore[arg-type]  # wrong on purpose
+        aa.Tracker(IIWA, detours=value)  # type: ignore[arg-type]  # wrong on purpose
