@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any
@@ -14,6 +15,7 @@ from support.strategies import CATALOGUE, Array
 import armangle as aa
 
 need("scipy")
+need("highspy")
 
 ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_(acceleration=np.full(7, 5.0))
 Q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
@@ -570,3 +572,21 @@ def test_a_polygon_of_planned_poses_is_rounded_at_its_corners_alone() -> None:
     held = aa.follow(arm, planned.poses, start=planned.q[0])
     one, other = (aa.retime(path, acceleration=5.0, jerk=50.0).duration for path in (planned, held))
     assert one < 1.1 * other
+
+
+def test_corners_that_bend_much_when_rounded_are_no_leaps() -> None:
+    """Sixty random waypoints, rounded within a millimetre: a first grid is too coarse for such bends."""
+    draw = np.random.default_rng(0)
+    poses = np.repeat(ARM.forward(Q)[0][None], 60, axis=0)
+    poses[1:, :3, 3] += draw.normal(size=(59, 3)) * 0.05
+    path = aa.plan(ARM, poses, start=Q)
+    sharp, round_ = (aa.retime(path, velocity=1.0, tolerance=tolerance) for tolerance in (0.0, 1e-3))
+    assert round_.duration <= sharp.duration * (1 + 1e-9)
+
+
+def test_no_bound_on_velocity_warns_of_nothing() -> None:
+    path = aa.JointPath.from_joints(ARM, [Q, Q + 0.1, Q + np.array([0.1, 0.2, 0, 0, 0, 0, 0])], between="spline")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        free = aa.retime(path, velocity=np.inf, jerk=50.0)
+    assert free.duration <= aa.retime(path, velocity=1.0, jerk=50.0).duration * 1.001

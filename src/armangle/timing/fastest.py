@@ -235,7 +235,8 @@ def _spent(places: Floats, speed: Floats) -> Floats:
 
 
 def _changes(speed: Floats) -> Floats:
-    """Return by how much the logarithm of a speed has changed up to each place."""
+    """Return by how much the logarithm of a speed has changed up to each place; no bound changes nothing."""
+    speed = np.minimum(speed, np.max(speed, initial=1.0, where=np.isfinite(speed)))
     return np.append(0.0, np.cumsum(np.abs(np.diff(np.log(speed)))))
 
 

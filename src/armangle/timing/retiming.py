@@ -220,13 +220,16 @@ def _kept(path: Motion, b: _Bounds) -> tuple[Grid, Timing]:
     if b.jerk is not None:
         return _kept_with_jerk(path, b, b.jerk)
     more = np.empty(0)
-    for _ in range(MOST_FINER):
+    for attempt in range(MOST_FINER):
         g = grid(path, GRID, LEAST_BETWEEN_BREAKS, more)
         caps = _speed_caps(path, g, b)
         g = g.with_dense(DENSE * b.cycle * caps)
         timing = _timed(g, caps, b)
-        if not np.isfinite(timing.t).all():
-            _raise_for_leaps(path, timing, b.velocity)
+        if not np.isfinite(timing.t).all():  # the grid may be too coarse for a bend
+            if attempt + 1 == MOST_FINER:
+                _raise_for_leaps(path, timing, b.velocity)
+            more = np.union1d(more, _finer(g.s, timing.rests()))
+            continue
         s, factor = _excess(path, g, timing, b)
         if factor.max() <= OVER:
             break

@@ -55,6 +55,12 @@ class Timing:
             c = c[1:] * np.arange(1, len(c))[:, None]
         return tuple(np.asarray(each) for each in found)
 
+    def rests(self) -> Floats:
+        """Return the s within pieces in which s never moves, (N,): its speed is 0 at both ends of them."""
+        begin, speed = self.coefficients[:, 0], np.append(self.coefficients[:, 1], 0.0)
+        k = np.flatnonzero((speed[:-1] == 0) & (speed[1:] == 0))
+        return np.asarray((begin[k] + np.append(begin[1:], 1.0)[k]) / 2)
+
     def of_part(self, first: float, last: float) -> Timing:
         """Return the timing over s from `first` to `last` where this one is over 0 to 1."""
         coefficients = self.coefficients * (last - first)
@@ -180,7 +186,9 @@ class Trajectory:
     Parameters
     ----------
     path : JointPath
-        What is moved along.
+        What is moved along, and what `s` belongs to: the path that was given, but for rows that repeat the
+        one before, which are left out. Where corners were rounded it has ``at(s).q`` and ``derivatives``
+        alone.
     t : ndarray, shape (N,)
         Times of the rows, s, from 0 to `duration`.
     s : ndarray, shape (N,)
