@@ -585,7 +585,7 @@ def test_corners_that_bend_much_when_rounded_are_no_leaps() -> None:
 
 
 def test_no_bound_on_velocity_warns_of_nothing() -> None:
-    path = aa.JointPath.from_joints(ARM, [Q, Q + 0.1, Q + np.array([0.1, 0.2, 0, 0, 0, 0, 0])], between="spline")
+    path = aa.JointPath.from_joints(ARM, [Q, Q + 0.1, Q + 0.1 * np.eye(7)[1]], between="spline")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         free = aa.retime(path, velocity=np.inf, jerk=50.0)
