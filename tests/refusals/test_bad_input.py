@@ -109,6 +109,7 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "Solution.row": (ARM.solve(TWO).row, {"index": 0}),
     "JointPath.at": (aa.plan(ARM, POSE[None]).at, {"s": 0.5}),
     "JointPath.derivatives": (aa.plan(ARM, POSE[None]).derivatives, {"s": 0.5}),
+    "JointPath.finer": (aa.plan(ARM, POSE[None]).finer, {}),
     "ArcSet.contains": (aa.ArcSet([[0.0, 1.0]]).contains, {"psi": 0.1}),
     "ArcSet.nearest": (aa.ArcSet([[0.0, 1.0]]).nearest, {"psi": 0.1}),
     "JointFunction.value": (ARM.joint_function(POSE, GC, 1).value, {"psi": 0.1}),
@@ -206,7 +207,8 @@ BAD: dict[str, list[Any]] = {
     "elbow_direction": ["nonsense", object(), 0.1, [1.0, 2.0], [1j] * 3],
     "elbow": ["nonsense", object(), 0.1, [1.0, 2.0], [[0.0, 0.0, 1.0]], [1j] * 3], "omega": [*POSITIVE, None],
     "patience": [*NUMBER, -1.0, None], "jump": [*POSITIVE, None], "turn": [*POSITIVE, None],
-    "blend": [*NUMBER, None, -0.1, INF],
+    "blend": [*NUMBER, None, -0.1, INF, [0.1] * 5, [[0.1]]], "detours": ["nonsense", None, 0, 1.0],
+    "step": [*POSITIVE, None, INF],
     "paths": ["nonsense", None, 0.5, [], [POSE], [aa.Line(POSE, POSE), 1], aa.Line(POSE, POSE)],
     "weight": ["nonsense", object(), Q[:6], changed(Q, NAN), Q + 1j, -np.ones(7), np.zeros(7)],
 }  # fmt: skip

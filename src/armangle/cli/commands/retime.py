@@ -37,7 +37,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--between", choices=BETWEEN,
         help="from row to row: the tool goes straight (default), or every joint does, as from one taught "
-        "posture to another (PTP), or joints are on a spline through the rows, as those of a smooth motion",
+        "posture to another (PTP), or joints are on a spline through the rows, as those of a smooth motion: "
+        "of plan --blend",
     )  # fmt: skip
     bounds = parser.add_argument_group("bounds")
     bounds.add_argument("--velocity", metavar="V", help="of the joints, deg/s; default: the arm's own")
