@@ -586,6 +586,8 @@ def test_plan_puts_rows_between_and_rounds_corners(capsys: Capture, line: Path, 
     assert np.array_equal(aa.load_joints(to).q, aa.plan(arm, aa.load_poses(few), blend=0.008).q)
     assert main(["plan", str(few), *ROBOT, "--step", "0"]) == 2
     assert "wanted more than 0" in " ".join(capsys.readouterr().err.split())
+    assert main(["plan", str(few), *ROBOT, "--step", "1e-9"]) == 2
+    assert "--step is 1e-09 deg, wanted at least 6e-05 deg" in " ".join(capsys.readouterr().err.split())
 
 
 def test_plan_with_a_wish(capsys: Capture, line: Path, tmp_path: Path) -> None:

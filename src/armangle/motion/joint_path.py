@@ -28,7 +28,9 @@ BEGIN = "arm.solve(poses[0], near=start).q"
 ROW_STEP = 0.2
 """Most that a joint moves from row to row where rows are added, rad."""
 FINEST = 1e-9  # of s: rows nearer than this have none between
-_LEAST_STEP, _MOST_ROWS = 1e-6, 10_000_000
+LEAST_STEP = 1e-6
+"""Least step of `JointPath.finer`, rad."""
+_MOST_ROWS = 10_000_000
 _SHUT = 1e-9  # sine of a hinge that is 0 but for rounding
 _ENDLESS = 1e9  # rad per unit of s: rounding of a speed that has no end
 _READ = 1e-6  # rad: of digits that a file leaves out
@@ -368,7 +370,7 @@ class JointPath:
         PathError
             As `at`; if the path is not whole, joints leap on it, or no posture lies between two of its rows.
         """
-        most = as_number("step (rad)", step, _LEAST_STEP, _TURN)
+        most = as_number("step (rad)", step, LEAST_STEP, _TURN)
         self.raise_for_status()
         curve = self._curve()
         way = float(np.nansum(np.abs(np.diff(self.q, axis=0)).max(axis=1, initial=0.0)))

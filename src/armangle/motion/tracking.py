@@ -217,7 +217,8 @@ class Tracker:
     detours : bool
         Whether the tool may leave a hand that it does not come nearer to, the status being TURNING: round an
         obstacle, out of a corner of the limits, or back to its branch. That is as fast as the bounds allow,
-        and the tool may be a metre off on it. False: it stays as near as it comes, but for `reconfigure`.
+        and the tool may go far from the hand on it. False: it stays as near as it comes, but for
+        `reconfigure`.
 
     Raises
     ------

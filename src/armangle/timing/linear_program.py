@@ -69,9 +69,8 @@ class LinearProgram:
         """Add rows."""
         low, high = self._ends(rows.shape[0])
         begins = rows.indptr[:-1].astype(np.int32)
-        self._solver.addRows(
-            len(low), low, high, rows.nnz, begins, rows.indices.astype(np.int32), rows.data
-        )  # fmt: skip
+        places = rows.indices.astype(np.int32)
+        self._solver.addRows(len(low), low, high, rows.nnz, begins, places, rows.data)
 
     def solved(self) -> Floats:
         """Return z.

@@ -11,7 +11,7 @@ import numpy as np
 from ..._arrays import CONFIGURATIONS, Floats
 from ...arm.arm import Arm
 from ...errors import InputError
-from ...motion.joint_path import JointPath
+from ...motion.joint_path import LEAST_STEP, JointPath
 from ...motion.planning import Objective, plan
 from ...motion.policies import Towards
 from ...status import Status
@@ -92,6 +92,9 @@ def run(args: argparse.Namespace) -> int:
     start = None if args.start is None else joints("--start", args.start, arm)
     goal = None if args.goal is None else joints("--goal", args.goal, arm)
     _check_limit_margin(arm, args.limit_margin)
+    if args.step is not None and args.step < LEAST_STEP:
+        least = f"{np.degrees(LEAST_STEP):.1g} deg"
+        raise InputError(f"--step is {np.degrees(args.step):g} deg, wanted at least {least}")
     objective = Objective(duration=args.duration, acceleration=_acceleration(arm, args))
     given = {name: getattr(args, name) for name in ("psi", "point", "direction")}
     given = {name: value for name, value in given.items() if value is not None}
