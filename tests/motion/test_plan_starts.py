@@ -413,6 +413,34 @@ def test_a_plan_from_home_that_fails_says_how_far_it_leads() -> None:
     assert arm.within_limits(plan.q[done]).all()
 
 
+@pytest.mark.parametrize(
+    ("name", "theta_2", "theta_6"), [("kuka_iiwa7_r800", 40, 90), ("realman_rm75_b", 20, -30)]
+)
+def test_a_plan_that_fails_behind_a_change_of_branch_says_how_far_it_leads(
+    name: str, theta_2: float, theta_6: float
+) -> None:
+    """The line leads through theta_2 = 0 or theta_6 = 0, the turns at its end go on for ever."""
+    arm = aa.Arm.from_catalogue(name)
+    start = np.radians([0, theta_2, 0, -70, 0, theta_6, 0])
+    end = np.radians([0, theta_2, 0, -70, 0, 40, 0] if theta_6 < 0 else [0, -theta_2, 0, -70, 0, theta_6, 0])
+    first, last = arm.forward(start)[0], arm.forward(end)[0]
+    line = aa.Line(first, last)
+    assert aa.plan(arm, line, start=start).certified
+    path = [line, aa.Screw(last, last[:3, 3], last[:3, 2], 4.4 * np.pi)]
+    plan = aa.plan(arm, path, start=start)
+    assert not plan.ok and plan.diagnosis is not None
+    branch = next(branch for branch in plan.diagnosis.branches if not branch.elsewhere)
+    assert branch.verdict == aa.Verdict.DEAD_END and branch.through
+    assert branch.s_from == branch.reached == plan.diagnosis.reached
+    assert f"after a change to GC {branch.through[0]}" in plan.explain()
+    done = plan.status == aa.Status.OK
+    assert plan.diagnosis.reached - 0.01 < plan.s[done].max() <= plan.diagnosis.reached
+    assert np.abs(arm.forward(plan.q[done], undefined="nan")[0] - plan.poses[done]).max() < 1e-9
+    assert arm.within_limits(plan.q[done]).all()
+    steps = aa.follow(arm, plan.poses, start=start)
+    assert not steps.ok and plan.diagnosis.reached > 0.95 * plan.s[steps.first_failure]
+
+
 @pytest.mark.parametrize("away", [0.0, 0.2])
 def test_a_start_outside_the_limits_is_called_that(away: float) -> None:
     """From a home posture joint 4 is decided by the pose, and no branch can say it of the start alone."""

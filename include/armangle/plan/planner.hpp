@@ -927,10 +927,11 @@ private:
             return;
         }
         if (!plan_.ok && links_ < 0) give_up_crossing();
-        if (plan_.stretches.empty() && tried.start.given) cross_partly(tried);
+        if (!plan_.ok && tried.start.given) cross_partly(tried);
     }
 
-    /// The curve as far as a start leads at which branches meet, and no farther than where a limit is broken.
+    /// The curve as far as a start leads through branches that meet, if that is farther than in one of them,
+    /// and no farther than where a limit is broken.
     void cross_partly(CrossingTask& asked) {
         asked.goal = {};
         asked.partial = true;
@@ -941,10 +942,26 @@ private:
         for (const double s : found.proof.violated) end = min(end, s);
         std::erase_if(found.stretches, [end](const Stretch& x) { return x.end > end; });
         if (found.stretches.empty()) return;
+        end = found.stretches.back().end;
+        if (!plan_.stretches.empty() && !(end > plan_.stretches.back().end)) return;
+        const unsigned through = passed(curve(found));
         plan_.gc = found.gc;
         plan_.stretches.swap(found.stretches);
-        for (BranchReport& x : plan_.branches)
-            if (x.gc == found.gc) x.reached = max(x.reached, plan_.stretches.back().end);
+        for (BranchReport& x : plan_.branches) {
+            if (x.gc != found.gc || !(end > x.reached)) continue;
+            x.reached = end;
+            const bool shut = x.verdict == Verdict::dead_end || x.verdict == Verdict::impossible;
+            if (!shut || !(end > x.from)) continue;
+            x.verdict = Verdict::dead_end;
+            x.status = Status::LIMITS;
+            x.from = end;
+            x.to = max(x.to, end);
+            x.nearest_psi = x.shortfall = x.turns[0] = x.turns[1] = not_a_number;
+            x.touching = 0;
+            x.blocking = 0;
+            x.openings.clear();
+            x.through = through & ~(1u << x.gc);
+        }
     }
 
     /// Says of branches whose end is singular that the search of a way on from it was given up.

@@ -106,8 +106,8 @@ class Branch:
     given_up : bool
         Of UNRESOLVED: whether the search ended because it had tried as much as one plan may.
     through : tuple of int
-        Other global configurations that the way passes through; it crosses at θ2 = 0 or θ6 = 0, where the
-        two are one posture. The margins are then those to limits alone.
+        Other global configurations that the way, or that to a DEAD_END, passes through; it crosses at θ2 = 0
+        or θ6 = 0, where the two are one posture. The margins are then those to limits alone.
     turns : tuple of (int, float)
         Of START and GOAL, and of a DEAD_END soon after, with θ2 and θ6 both at 0 or π within 0.001 rad,
         where the tool can move in some directions alone:
@@ -183,6 +183,8 @@ class Branch:
                 ahead = f"a dead end at s = {self.s_from:.4g}"
                 if self.touching is not None:
                     ahead = f"{ahead} beside {self.touching[0]} ({self.touching[1]})"
+                if self.through:
+                    ahead = f"{ahead}, after a change to GC {', '.join(map(str, self.through))}"
                 return f"{ahead}: no arm angle that the start leads to leads on."
             case Verdict.START if self.turns:
                 otherwise = "Or plan without start=, and go where that begins."
