@@ -6,7 +6,8 @@
 //     velocity += (1 - a)^2 / T r,    a = exp(-omega T).
 //
 // Where samples are rarer than ticks each of them makes this estimate jump. What is followed then settles on
-// it, critically damped too, so that neither pose nor velocity jumps.
+// it, critically damped too, so that neither pose nor velocity jumps; the time that this takes is taken from
+// 1 / omega.
 // Its acceleration is what the velocity changed by, smoothed once more. Without a filter the velocity is that
 // between two samples, or a share of it where it changes to and fro.
 // A sample far from its prediction is an outlier until it has lasted: the pose goes on as predicted, slowing
@@ -36,6 +37,8 @@ inline constexpr double smooth = 0.03;    // s over which the acceleration is av
 inline constexpr double rare = 1.5;       // ticks between samples from which corrections are spread ...
 inline constexpr double settles = 1.0;    // ... over so many of their periods, ...
 inline constexpr double longest = 0.025;  // ... none of which counts as longer, s
+inline constexpr double shared = 0.4;     // of that time, taken from 1 / omega of the estimate, ...
+inline constexpr double least = 0.5;      // ... of which at least so much is left
 inline constexpr double newest = 0.125;   // share of the newest sample in what velocities change by
 inline constexpr double calm = 0.1;       // m/s and rad/s to and fro up to which a velocity is believed
 }  // namespace hand_rule
@@ -192,10 +195,16 @@ private:
     void blend(const Pose<double>& sample, double dt) noexcept {
         const Pose<double> predicted = moved_by(pose_, velocity_ * dt);
         const Twist rest = difference(predicted, sample);
-        const double T = since_ + dt, a = std::exp(-options_.omega * T);
+        const double T = since_ + dt;
+        settling_ = T > hand_rule::rare * dt ? hand_rule::settles * min(T, hand_rule::longest) : 0.0;
+        const double a = std::exp(-estimating() * T);
         pose_ = moved_by(predicted, rest * (1.0 - a * a));
         velocity_ = velocity_ + rest * ((1.0 - a) * (1.0 - a) / T);
-        settling_ = T > hand_rule::rare * dt ? hand_rule::settles * min(T, hand_rule::longest) : 0.0;
+    }
+
+    /// omega of the estimate: what settles on it smooths and lags too, so that it has less to do.
+    double estimating() const noexcept {
+        return options_.omega / max(hand_rule::least, 1.0 - hand_rule::shared * options_.omega * settling_);
     }
 
     void accelerate(const Twist& before, double dt) noexcept {
