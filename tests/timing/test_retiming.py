@@ -13,6 +13,7 @@ from support.needs import need
 from support.strategies import CATALOGUE, Array
 
 import armangle as aa
+from armangle.motion.joint_path import Between
 
 need("scipy")
 need("highspy")
@@ -443,6 +444,23 @@ def test_corners_closer_than_a_cycle_count_as_acceleration(rows: int) -> None:
         assert np.abs(after - 2 * here + before).max() <= 1.01 * w * (w + cycle)
     least = aa.retime(path, velocity=3.0, acceleration=1.0, tolerance=1e-4).duration
     assert found.duration >= 0.999 * least
+
+
+@pytest.mark.parametrize("between", ["joints", "spline"])
+@pytest.mark.parametrize("tool_speed", [None, 0.1])
+def test_a_looser_bound_on_jerk_makes_no_motion_of_many_turns_slower(
+    between: Between, tool_speed: float | None
+) -> None:
+    """Places that are looked at are few beside 30 turns: what is found may be slower than what is allowed."""
+    q = np.radians([0, 0, 0, -90, 0, 60, 0]) + np.where(np.arange(31) % 2, 0.2, -0.2)[:, None] * np.eye(7)[0]
+    q[:, 1] += np.linspace(0, 0.17, 31)
+    path = aa.JointPath.from_joints(ARM, q, between=between)
+    took = [
+        aa.retime(path, velocity=1.0, acceleration=5.0, jerk=jerk, tool_speed=tool_speed).duration
+        for jerk in (50.0, 1e4, None)
+    ]
+    assert took[1] <= 1.01 * took[0]
+    assert took[2] <= 1.001 * took[1] and took[1] <= 1.03 * took[2]
 
 
 def test_as_many_rows_as_there_may_be_are_timed_as_few() -> None:

@@ -23,12 +23,14 @@ from .trajectory import Timing, from_speeds, through
 
 LEAST_MEAN = 1e-4
 """Share of the mean speed of s that is the least of interest, and its inverse the greatest."""
-FEWEST, MOST = 20, 640
+FEWEST, MOST = 20, 2000
 """Intervals of a spline of y for a short piece, and for a motion that slows down often."""
-PER_DIP, DEEP = 8, 2.0
+PER_DIP, DEEP = 12, 1.25
 """Intervals for each place where it slows down, to below its speeds about that by this factor."""
 WITHIN, SHARES = np.array([0.06, 0.5, 0.94]), np.array([0.25, 0.5, 0.25])
 """Where in an interval of the spline bounds are asked for, and what of it each stands for."""
+AT_REST = 9
+"""Places in the first interval, and in the last, at which they are asked for: a start may be all jerk."""
 CALM = 4
 """Knots over which a first guess is made calm."""
 TOLERANCE, MATTERS = 1e-6, 0.5
@@ -152,8 +154,8 @@ class Smooth(NamedTuple):
 
 
 def smooth(
-    derivatives: Callable[[Floats], Floats], g: Grid, bounds: tuple[Floats, Floats, Floats], most: Floats,
-    knots: int, before: Smooth | None = None,
+    derivatives: Callable[[Floats], Floats], g: Grid, bounds: tuple[Floats, Floats, Floats],
+    most: Callable[[Floats], Floats], knots: int, before: Smooth | None = None,
 ) -> Smooth:  # fmt: skip
     """Return a fast timing from rest to rest, without a stop between, that bounds the jerk too.
 
@@ -164,8 +166,8 @@ def smooth(
     g : Grid
     bounds : three ndarray, shape (7,)
         rad/s, rad/s², rad/s³.
-    most : ndarray, shape (N + 1,)
-        Greatest ds/dt at each s of the grid, 1/s.
+    most : function of s (N,)
+        Greatest ds/dt, (N,), 1/s.
     knots : int
         Intervals of the spline of y, where the motion does not slow down often.
     before : Smooth, optional
@@ -181,17 +183,18 @@ def smooth(
     _, acceleration, jerk = bounds
     count = min(knots, max(FEWEST, len(g.s)))
     places = np.union1d(_within(np.linspace(0.0, 1.0, count + 1)), course.r(_within(g.s)))
-    fast, bent, _ = _reach(course, derivatives, bounds, g.s, most, places)
+    fast, bent, _ = _reach(course, derivatives, bounds, most, places)
     speed = np.minimum(fast, bent)
-    count = max(count, min(PER_DIP * _dips(speed), MOST, len(g.s)))
+    count = max(count, min(needed_knots(speed), len(g.s)))
     if before is None:
         ends = _spread(places, [places, _spent(places, speed)], count)
     else:
         speed = np.interp(places, before.places, before.speed)
-        caps = np.interp(course.s(places), g.s, _changes(most))
+        caps = _changes(most(course.s(places)))
         ends = _spread(places, [places, _spent(places, speed), caps, _changes(speed)], count)
-    places = np.union1d(places, _within(ends))
-    fast, bent, (q1, q2, q3) = _reach(course, derivatives, bounds, g.s, most, places)
+    first, last = np.linspace([0.0, ends[-2]], [ends[1], 1.0], AT_REST).T
+    places = np.unique(np.concatenate([places, _within(ends), first, last]))
+    fast, bent, (q1, q2, q3) = _reach(course, derivatives, bounds, most, places)
     spline = _Spline(ends, places)
     turned = [_rows(spline, (q2, q1 / 2), joint) / a for joint, a in _bounded(acceleration)]
     jolted = [_rows(spline, (q3, 1.5 * q2, q1 / 2), joint) / j for joint, j in _bounded(jerk)]
@@ -202,18 +205,23 @@ def smooth(
 
 def _reach(
     course: _Course, derivatives: Callable[[Floats], Floats], bounds: tuple[Floats, Floats, Floats],
-    s: Floats, most: Floats, places: Floats,
+    most: Callable[[Floats], Floats], places: Floats,
 ) -> tuple[Floats, Floats, Floats]:  # fmt: skip
     """Return dr/dt by speeds alone, about that by the rest, and q', q'', q''' with respect to r (3, N, 7)."""
     velocity, acceleration, jerk = bounds
     q1, q2, q3 = d = course.derivatives(derivatives, places).transpose(1, 0, 2)
     with np.errstate(divide="ignore", over="ignore"):
         fast = np.min(velocity / np.abs(q1), axis=1)
-        fast = np.minimum(fast, np.interp(course.s(places), s, most) / course.rates(places)[0])
+        fast = np.minimum(fast, most(course.s(places)) / course.rates(places)[0])
         bent = np.minimum(np.sqrt(acceleration / np.abs(q2)), np.cbrt(jerk / np.abs(q3))).min(axis=1)
     mean = 1 / np.mean(1 / np.minimum(fast, bent))
     highest = mean / LEAST_MEAN
     return np.asarray(np.minimum(fast, highest)), np.asarray(np.minimum(bent, highest)), d
+
+
+def needed_knots(speed: Floats) -> int:
+    """Return how many intervals a spline has to have for a speed that falls and rises as often."""
+    return min(PER_DIP * _dips(speed), MOST)
 
 
 def _dips(speed: Floats) -> int:

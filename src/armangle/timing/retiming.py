@@ -15,7 +15,7 @@ from ..motion.curves import JointLines, JointSpline
 from ..motion.joint_path import Between, JointPath
 from ..motion.options import Bound, joint_bound
 from ..motion.paths import NO_DEVIATION, Deviation
-from .fastest import fastest, smooth
+from .fastest import fastest, needed_knots, smooth
 from .grid import Grid, corners, grid
 from .motion import RESTS, Motion, Part, just_before, tool_derivatives
 from .rounding import rounded
@@ -29,8 +29,9 @@ WITH_JERK, LEAST_WITH_JERK = 200, 2
 """The same where bounds are asked for at several places in each ..."""
 AT_SPEED, LEAST_AT_SPEED = 640, 24
 """... and where a tool speed is to be held as well, which shows what is coarse."""
-KNOTS, KNOTS_AT_SPEED = (80, 120), (80, 240)
-"""Intervals of a spline of the speed with jerk bounded: more in a second attempt, where it changes."""
+KNOTS, KNOTS_AT_SPEED, ATTEMPTS = (80, 120), (80, 240), 4
+"""Intervals of a spline of the speed with jerk bounded: more in a second attempt, where it changes, and in
+those after it, of which there are some where bounds are exceeded between the places that were looked at."""
 FULL_PARTS, LEAST_IN_PART = 8, 40
 """Parts between corners up to which each has as many, and least in each of more parts."""
 FEW_STOPS, MOST_STOPS = 8, 300
@@ -43,6 +44,11 @@ DENSE = 100
 FINER, MOST_FINER = 4, 6
 OVER, OVER_WITH_JERK = 1.001, 1.005
 """Where bounds are exceeded between grid points by more than this, the grid is made finer there."""
+WORTH = 1.01
+"""By what the last attempt has to have gained, and still be slowed down, for another to be worth its time."""
+AT_CAP, LOST, GAIN = 0.9, 0.02, 1.005
+"""Share of a bound that is made use of where it holds a motion back; share of the time that may be lost where
+none does, in all; the gain by a finer grid below which it is made no finer for that."""
 CHECKED = 4000
 REPEATS = 2e-5
 """rad: rows nearer than a teach pendant's last digit, 0.001 degrees, are one ..."""
@@ -219,7 +225,7 @@ def _kept(path: Motion, b: _Bounds) -> tuple[Grid, Timing]:
     """Return the timing that keeps the bounds, between the points of the grid too, and the grid."""
     if b.jerk is not None:
         return _kept_with_jerk(path, b, b.jerk)
-    more = np.empty(0)
+    more, takes = np.empty(0), np.inf
     for attempt in range(MOST_FINER):
         g = grid(path, GRID, LEAST_BETWEEN_BREAKS, more)
         caps = _speed_caps(path, g, b)
@@ -231,9 +237,12 @@ def _kept(path: Motion, b: _Bounds) -> tuple[Grid, Timing]:
             more = np.union1d(more, _finer(g.s, timing.rests()))
             continue
         s, factor = _excess(path, g, timing, b)
-        if factor.max() <= OVER:
+        bad, before, takes = s[factor > OVER], takes, timing.duration * max(float(factor.max()), 1.0)
+        if takes * GAIN < before:
+            bad = np.concatenate([bad, _slack(g, caps, timing, b)])
+        if not len(bad):
             break
-        more = np.union1d(more, _finer(g.s, s[factor > OVER]))
+        more = np.union1d(more, _finer(g.s, bad))
     return g, timing.slower(max(float(factor.max()), 1.0))
 
 
@@ -254,22 +263,26 @@ def _part_kept(part: Part, full: float, b: _Bounds, jerk: Floats) -> Timing:
     count, least = (WITH_JERK, LEAST_WITH_JERK) if b.tool_speed is None else (AT_SPEED, LEAST_AT_SPEED)
     least = max(LEAST_WITH_JERK, min(least, count // (len(part.breaks) - 1)))
     more, found, before = np.empty(0), [], None
-    attempts = KNOTS if b.tool_speed is None else KNOTS_AT_SPEED
-    for knots in attempts if full == 1 else attempts[:1]:
+    few, many = KNOTS if b.tool_speed is None else KNOTS_AT_SPEED
+    for attempt in range(ATTEMPTS if full == 1 else 1):
         g = grid(part, max(int(full * count), LEAST_IN_PART), least, more)
         caps = _speed_caps(part, g, b)
         if is_straight(g, caps):
             timing = straight(g, b.acceleration, jerk, caps)
         else:
-            before = smooth(part.derivatives, g, (b.velocity, b.acceleration, jerk), caps, knots, before)
+            bounds = b.velocity, b.acceleration, jerk
+            knots = many if attempt else few
+            before = smooth(part.derivatives, g, bounds, lambda s: _at_tool_speed(part, s, b), knots, before)
             timing = before.timing
         if not np.isfinite(timing.t).all():
             _raise_for_leaps(part.whole, timing.of_part(part.first, part.last), b.velocity)
         s, factor = _excess(part, g, timing, b)
         found.append(timing.slower(float(factor.max())))
-        if before is None:
+        gain = found[-2].duration / found[-1].duration if attempt else np.inf
+        if before is None or (attempt and min(gain, factor.max()) < WORTH):
             break
         more = np.union1d(more, _finer(g.s, s[factor > OVER_WITH_JERK]))
+        count = max(count, needed_knots(before.speed))
     return min(found, key=lambda timing: timing.duration)
 
 
@@ -299,6 +312,26 @@ def _raise_leap(where: str) -> None:
         f"no timing is found: {where}: from row to row, or beside a posture where branches meet or the arm "
         "is stretched; leave that out, or plan the path"
     )
+
+
+def _slack(g: Grid, caps: Floats, timing: Timing, b: _Bounds) -> Floats:
+    """Return places of the grid, (N,), at which no bound holds the motion back, but how coarse it is.
+
+    Between two points of the grid s has one acceleration. Beside a stop, where it rises from rest to a cap,
+    that may be far less than joints allow.
+    """
+    step, spent, speed = np.diff(g.s), np.diff(timing.t), np.append(timing.coefficients[:, 1], 0.0)
+    y, rise = speed**2, np.diff(speed**2)[:, None] / (2 * step[:, None])
+    needed = [
+        np.abs(side[:, 1] * y[at, None] + side[:, 0] * rise + turn * y[at, None])
+        for side, at in ((g.after[:-1], slice(0, -1)), (g.before[1:], slice(1, None)))
+        for turn in (0.0, g.turns)
+    ]
+    used = np.max(np.max(needed, axis=0) / b.acceleration, axis=1)
+    most = np.maximum(caps[:-1], caps[1:])
+    slow = np.minimum(speed[:-1], speed[1:]) < AT_CAP * most
+    slack = (used < AT_CAP) & slow & ((spent - step / most) * len(step) > LOST * timing.duration)
+    return np.asarray((g.s[:-1] + step / 2)[slack])
 
 
 def _finer(s: Floats, bad: Floats) -> Floats:
@@ -360,15 +393,23 @@ def _speed_caps(path: Motion, g: Grid, b: _Bounds) -> Floats:
     fastest_joint = np.maximum(np.abs(g.after[:, 0]), np.abs(g.before[:, 0]))
     with np.errstate(divide="ignore", over="ignore"):
         caps = np.min(b.velocity / np.maximum(fastest_joint, _SLOWEST), axis=1)
-    if b.tool_speed is not None:
-        way = [np.linalg.norm(tool_derivatives(path, s)[0], axis=1) for s in (g.s, just_before(path, g.s))]
-        caps = np.minimum(caps, b.tool_speed / np.maximum(np.maximum(*way), _SLOWEST))
+    for s in (g.s, just_before(path, g.s)):
+        caps = np.minimum(caps, _at_tool_speed(path, s, b))
     jump = np.abs(corners(g))
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         within = np.where(jump > 0, b.acceleration * b.cycle / jump, np.inf).min(axis=1)
     if b.jerk is not None:
         within[np.isfinite(within)] = 0.0
     return np.asarray(np.minimum(caps, within))
+
+
+def _at_tool_speed(path: Motion, s: Floats, b: _Bounds) -> Floats:
+    """Return the ds/dt of the tool's speed at s (N,); infinite where none is asked."""
+    if b.tool_speed is None:
+        return np.full(len(s), np.inf)
+    return np.asarray(
+        b.tool_speed / np.maximum(np.linalg.norm(tool_derivatives(path, s)[0], axis=1), _SLOWEST)
+    )
 
 
 def _excess(path: Motion, g: Grid, timing: Timing, b: _Bounds) -> tuple[Floats, Floats]:
