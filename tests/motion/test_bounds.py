@@ -358,6 +358,27 @@ def test_out_of_reach_it_brakes_or_goes_to_the_nearest_pose() -> None:
     assert np.abs(steps[-1].velocity).max() == 0.0
 
 
+@pytest.mark.parametrize("acceleration", [None, 10.0])
+def test_a_branch_that_is_asked_is_kept_on_the_way_to_the_nearest_pose(acceleration: float | None) -> None:
+    """Which side the elbow is on is open where the arm is stretched."""
+    short = 0
+    for seed, name in enumerate(aa.catalogue()):
+        arm, rng = aa.Arm.from_catalogue(name), np.random.default_rng(seed)
+        low, high = np.clip(arm.lower, -3, 3), np.clip(arm.upper, -3, 3)
+        q, target = low + (high - low) * rng.uniform(0.05, 0.95, (2, 7))
+        pose, gc, velocity = arm.forward(target)[0], int(arm.forward(q)[2]), np.zeros(7)
+        pose[:3, 3] *= 1.3
+        for _ in range(500):
+            bounds = {} if acceleration is None else {"acceleration": acceleration, "velocity_now": velocity}
+            now = aa.step(arm, q, pose, gc=gc, outside="nearest", dt=0.02, velocity=1.5, **bounds)
+            velocity, moved, q = now.velocity, np.abs(now.q - q).max(), now.q
+            assert (int(arm.forward(q)[2]) ^ gc) & 5 == 0, name
+            if now.status == aa.Status.OK or moved < 1e-10:
+                break
+        short += now.status == aa.Status.PARTIAL
+    assert short > 20, short
+
+
 @pytest.mark.parametrize("bounds", [{}, {"velocity": 2.0, "dt": 0.01}], ids=["free", "bounded"])
 def test_on_its_way_to_the_nearest_pose_it_keeps_the_singularity_margin(bounds: dict[str, Any]) -> None:
     """Of shoulder and wrist too, not of the elbow alone; within limits, and until it rests."""

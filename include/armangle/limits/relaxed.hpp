@@ -26,6 +26,7 @@ inline constexpr int rounds = 15;         // of Gauss-Newton
 inline constexpr double longest = 0.5;    // rad: a round's longest move of a joint
 inline constexpr double damping = 1e-9;   // of H, in m^2/rad^2
 inline constexpr double settled = 1e-13;  // rad: moves below it are none
+inline constexpr double beside = 1e-6;    // rad that a hinge may be on the other side of a branch that stays
 }  // namespace relaxed_rule
 
 namespace detail {
@@ -83,6 +84,21 @@ inline Limits on_these_sides(const Arm& arm, const double* q, double margin) noe
         for (const int hinge : {1, 5})
             keep_on_side(arm, hinge, q[hinge], detail::bend(arm, hinge, q[hinge]) < 0 ? -1.0 : 1.0, margin,
                          out);
+    return out;
+}
+
+/// The same of a branch that shall stay: every hinge that is on its side, or beside it, is kept there.
+inline Limits in_branch(const Arm& arm, const double* q, double margin,
+                        const Configuration<double>& gc) noexcept {
+    Limits out = arm.limits;
+    const double sides[] = {gc.shoulder, gc.elbow, gc.wrist};
+    for (int i = 0; i < 3; ++i) {
+        const int hinge = 2 * i + 1;
+        const double bend = detail::bend(arm, hinge, q[hinge]), own = bend < 0 ? -1.0 : 1.0;
+        const bool held = bend * sides[i] > -relaxed_rule::beside;
+        const double side = held ? sides[i] : own, off = held ? max(margin, tolerance::angle) : margin;
+        if (held || hinge == 3 || margin > 0) keep_on_side(arm, hinge, q[hinge], side, off, out);
+    }
     return out;
 }
 
