@@ -358,6 +358,33 @@ def test_out_of_reach_it_brakes_or_goes_to_the_nearest_pose() -> None:
     assert np.abs(steps[-1].velocity).max() == 0.0
 
 
+@pytest.mark.parametrize(
+    ("name", "seed"),
+    [
+        ("galaxea_r1_pro_left", 107),
+        ("kinova_movo", 116),
+        ("openloong_left", 124),
+        ("pollen_reachy2_left", 126),
+        ("yaskawa_sia5d", 143),
+        ("barrett_wam7", 339),
+    ],
+)
+def test_with_the_elbow_carried_it_comes_to_rest_on_the_pose(name: str, seed: int) -> None:
+    """Off the pose the elbow moves with the joints: beside theta_2 = 0 what was aimed at ran on."""
+    arm, rng = aa.Arm.from_catalogue(name), np.random.default_rng(seed)
+    low, high = np.clip(arm.lower, -3, 3), np.clip(arm.upper, -3, 3)
+    q = low + (high - low) * rng.uniform(0.05, 0.95, 7)
+    pose, velocity = arm.forward(low + (high - low) * rng.uniform(0.05, 0.95, 7))[0], np.zeros(7)
+    statuses = []
+    for _ in range(900):
+        now = aa.step(
+            arm, q, pose, dt=0.01, velocity=1.5, acceleration=10.0, velocity_now=velocity, carry="elbow"
+        )
+        q, velocity = now.q, now.velocity
+        statuses.append(now.status)
+    assert set(statuses[-300:]) == {aa.Status.OK}
+
+
 @pytest.mark.parametrize("acceleration", [None, 10.0])
 def test_a_branch_that_is_asked_is_kept_on_the_way_to_the_nearest_pose(acceleration: float | None) -> None:
     """Which side the elbow is on is open where the arm is stretched."""

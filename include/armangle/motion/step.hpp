@@ -281,7 +281,8 @@ public:
             const bool left = options_.policy.outside == Outside::escape && escape(psi, out);
             return left ? finished(Status::CLEARANCE, Status::OK, out) : halted(c, why);
         }
-        if (options_.bounds && approach(pose, psi, blocked ? pi : infinity, out))
+        const double held = carried_psi(arm_, now_, c, Carry::psi);  // the elbow runs on before the joints
+        if (options_.bounds && approach(pose, held, blocked ? pi : infinity, out))
             return finished(Status::PARTIAL, why, out);
         const bool beyond = why == Status::UNREACHABLE || why == Status::FOLDED ||
                             why == Status::ELBOW_LIMIT || why == Status::ELBOW_MARGIN ||
