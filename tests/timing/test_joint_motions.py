@@ -145,7 +145,7 @@ def test_a_spline_of_straight_rows_is_the_straight_way() -> None:
 
 def test_a_spline_that_passes_a_limit_is_refused_and_straight_joints_are_not() -> None:
     q = np.tile(np.array([0, 0.5, 0, -1.2, 0, 0.6, 0.0]), (6, 1))
-    q[2:4, 1] = ARM.upper[1] - 1e-4
+    q[2:4, 1] = ARM.upper[1] - [1e-4, 2e-4]
     with pytest.raises(
         aa.PathError, match="behind row 2 a spline through the rows takes joint 2 past its limit by"
     ):

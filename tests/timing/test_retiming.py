@@ -463,6 +463,36 @@ def test_a_looser_bound_on_jerk_makes_no_motion_of_many_turns_slower(
     assert took[2] <= 1.001 * took[1] and took[1] <= 1.03 * took[2]
 
 
+@pytest.mark.parametrize("asked", [{}, {"jerk": 50.0}])
+@pytest.mark.parametrize("noise", [0.0, 1e-5])
+def test_a_spline_through_rows_that_repeat_is_timed_as_it_is(asked: dict[str, float], noise: float) -> None:
+    """Between rows that repeat joints rest: a spline through both, or one made without, is another way."""
+    a = np.radians([0, 30, 0, -90, 0, 60, 0])
+    b, c = a + np.array([[0.6, 0.2, 0, 0.3, 0, 0, 0], [0.6, -0.4, 0.5, 0, 0, 0.3, 0]])
+    path = aa.JointPath.from_joints(ARM, [a, b, b + noise, c, a], between="spline")
+    there = path.at(np.linspace(path.s[1], path.s[2], 50)).q
+    assert np.abs(there - b).max() <= 2e-5
+    np.testing.assert_allclose(path.at(path.s).q, path.q, atol=2e-5)
+    timed = aa.retime(path, velocity=1.0, acceleration=5.0, **asked)
+    q = timed.at(np.linspace(0, timed.duration, 500)).q
+    dense = path.at(np.linspace(0, 1, 8001)).q
+    assert np.abs(q[:, None] - dense[None]).max(axis=2).min(axis=1).max() < 1e-3
+    once = aa.retime(aa.JointPath.from_joints(ARM, [a, b, c, a], between="spline"),
+                     velocity=1.0, acceleration=5.0, **asked)  # fmt: skip
+    assert timed.duration == pytest.approx(once.duration, rel=1e-3)
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-4])
+def test_joints_that_move_one_after_the_other_are_timed_with_rounded_corners(tolerance: float) -> None:
+    """Of a joint that rests, the rest of its way is nothing but rounding: that is no end of the motion."""
+    q = np.radians([0, 30, 0, -90, 0, 60, 0]) + 0.15 * np.tril(np.ones((4, 7)), -1)
+    path = aa.JointPath.from_joints(ARM, q, between="joints")
+    rounded, stops = (
+        aa.retime(path, velocity=1.0, acceleration=5.0, tolerance=off) for off in (tolerance, 0.0)
+    )
+    assert 0.5 < rounded.duration <= 1.001 * stops.duration
+
+
 def test_as_many_rows_as_there_may_be_are_timed_as_few() -> None:
     durations = [
         aa.retime(swing(n), velocity=3.0, acceleration=1.0, tolerance=1e-4).duration for n in (200, 4000)

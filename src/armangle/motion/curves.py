@@ -7,15 +7,22 @@ from functools import cached_property
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .. import _core
-from .._arrays import JOINTS, Floats
+from .._arrays import JOINTS, Floats, Ints
 from ..arm.arm import Arm
 from ..arm.offset import OffsetArm
 from ..arm.roll import Roll
 from ..errors import needed
 
 ORDERS = 3
+RESTS = 1e-9
+"""Rad: rows nearer than this are equal."""
+REPEATS = 2e-5
+"""rad: rows nearer than a teach pendant's last digit, 0.001 degrees, are one ..."""
+APART = 50
+"""... where the rows beside them are so many times as far apart."""
 _SHIFT = 8  # numbers of a shift: where it begins and ends, and six coefficients
 
 
@@ -205,31 +212,62 @@ class JointLines(_JointRows):
 
 @dataclass(frozen=True, eq=False)
 class JointSpline(_JointRows):
-    """A cubic spline through rows of joints: twice differentiable, "not a knot" at its ends."""
+    """A cubic spline through rows of joints: twice differentiable, "not a knot" at its ends.
+
+    Parameters
+    ----------
+    rests : bool
+        Whether joints rest where rows repeat; else such rows are as others.
+    """
+
+    rests: bool = False
+
+    @cached_property
+    def moving(self) -> Ints:
+        """Which rows the spline goes through."""
+        repeats = repeated(self.q) if self.rests else np.zeros(len(self.q) - 1, dtype=bool)
+        return np.arange(len(self.q)) if repeats.all() else np.append(0, np.flatnonzero(~repeats) + 1)
+
+    @cached_property
+    def _own(self) -> Floats:
+        """The s of all rows without the rests."""
+        moves = np.isin(np.arange(1, len(self.s)), self.moving)
+        return np.append(0.0, np.cumsum(np.diff(self.s) * moves))
 
     @cached_property
     def spline(self) -> Any:
-        """The spline of SciPy."""
+        """The spline of SciPy, over s without the rests."""
         interpolate = needed("scipy.interpolate", "a spline through joints needs", "time")
-        return interpolate.CubicSpline(self.s, self.q)
+        return interpolate.CubicSpline(self._own[self.moving], self.q[self.moving])
 
     def at(self, handle: Any, s: Floats) -> Placed:
         """Return the rows at s (N,); psi is in (-π, π], NaN where there is none."""
-        return _placed(self.arm, self.spline(s))
+        return _placed(self.arm, self.spline(np.interp(s, self.s, self._own)))
 
     def derivatives(self, handle: Any, s: Floats) -> Floats:
         """Return q', q'', q''' with respect to s, shape (N, 3, 7); the last at a row of what follows it."""
-        return np.stack([self.spline(s, order) for order in (1, 2, 3)], axis=1)
+        row = np.clip(np.searchsorted(self.s, s, side="right") - 1, 0, len(self.s) - 2)
+        own = np.interp(s, self.s, self._own)
+        moves = (np.diff(self._own) > 0)[row, None, None]
+        return np.where(moves, np.stack([self.spline(own, order) for order in (1, 2, 3)], axis=1), 0.0)
 
     def passed(self, lower: Floats, upper: Floats) -> Floats:
-        """Return by how much joints pass limits (7,) between each two rows at most, (n - 1, 7) rad."""
+        """Return by how much joints pass limits (7,) behind every moving row but the last, at most, rad."""
         a, b, c, _ = self.spline.c
         with np.errstate(divide="ignore", invalid="ignore"):
             root = np.sqrt(b * b - 3 * a * c)
             turns = np.stack([(-b - root) / (3 * a), (-b + root) / (3 * a), -c / (2 * b)])
-        at = np.clip(np.nan_to_num(turns), 0.0, np.diff(self.s)[:, None])
+        at = np.clip(np.nan_to_num(turns), 0.0, np.diff(self.spline.x)[:, None])
         q = self.spline.c[3] + at * (c + at * (b + at * a))
         return np.asarray(np.maximum(np.maximum(lower - q, q - upper).max(axis=0), 0.0))
+
+
+def repeated(q: Floats) -> NDArray[np.bool_]:
+    """Return which rows of joints (n, 7) repeat the one before, (n - 1,): equal, or next to nothing apart."""
+    steps = np.abs(np.diff(q, axis=0)).max(axis=1, initial=0.0)
+    beside = np.pad(steps, 1, constant_values=np.inf)
+    small = np.minimum(beside[:-2], beside[2:]) >= APART * steps  # beside longer ones
+    return np.asarray((steps <= RESTS) | ((steps <= REPEATS) & small))
 
 
 def _placed(arm: Arm | OffsetArm, q: Floats) -> Placed:

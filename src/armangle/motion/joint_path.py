@@ -471,13 +471,14 @@ class JointPath:
         rows = self.arm, s, q, int(self.gc[0]), self._straight(kept)
         if between == "joints":
             return JointLines(*rows)
-        curve = JointSpline(*rows)
+        curve = JointSpline(*rows, rests=True)
         beyond = curve.passed(self.arm.lower, self.arm.upper)
         if beyond.max() > MOST_PASSED:
             row, joint = np.unravel_index(beyond.argmax(), beyond.shape)
             raise PathError(
-                f"behind row {kept[row]} a spline through the rows takes joint {joint + 1} past its limit by "
-                f"{np.degrees(beyond.max()):.3g} deg: give more rows there, or between='joints'"
+                f"behind row {kept[curve.moving[row]]} a spline through the rows takes joint {joint + 1} "
+                f"past its limit by {np.degrees(beyond.max()):.3g} deg: give more rows there, or "
+                "between='joints'"
             )
         return curve
 

@@ -98,8 +98,9 @@ def _limited(most: Floats, g: Grid, acceleration: Floats) -> Floats:
     """
     step = np.diff(g.s)[:, None]
     rate = np.maximum(np.abs(g.after[:, 0]), np.abs(g.before[:, 0]))
-    moved = np.cumsum(np.maximum(rate[:-1], rate[1:]) * step, axis=0)
-    come = np.minimum(moved[:-1], moved[-1] - moved[:-1])
+    moves = np.maximum(rate[:-1], rate[1:]) * step
+    moved, left = np.cumsum(moves, axis=0), np.cumsum(moves[::-1], axis=0)[::-1]
+    come = np.minimum(moved[:-1], left[1:])
     reached = np.full(len(g.s), np.inf)
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         speeds = np.where(rate[1:-1] > 0, np.sqrt(2 * acceleration * come) / rate[1:-1], np.inf)

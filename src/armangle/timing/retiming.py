@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from .._arrays import JOINTS, Floats, as_number, warn
 from ..arm.keywords import names_keywords
 from ..errors import InputError, PathError
-from ..motion.curves import JointLines, JointSpline
+from ..motion.curves import JointLines, JointSpline, repeated
 from ..motion.joint_path import Between, JointPath
 from ..motion.options import Bound, joint_bound
 from ..motion.paths import NO_DEVIATION, Deviation
@@ -50,10 +50,6 @@ AT_CAP, LOST, GAIN = 0.9, 0.02, 1.005
 """Share of a bound that is made use of where it holds a motion back; share of the time that may be lost where
 none does, in all; the gain by a finer grid below which it is made no finer for that."""
 CHECKED = 4000
-REPEATS = 2e-5
-"""rad: rows nearer than a teach pendant's last digit, 0.001 degrees, are one ..."""
-APART = 50
-"""... where the rows beside them are so many times as far apart."""
 LEAP, STILL = 1.01, 3e-5
 """Share of a bound on velocity, and rad, beyond which a way of joints is a leap; rows are joined to 1e-5."""
 LOOKED, MOST_LOOKS = 1e-3, 24
@@ -175,10 +171,7 @@ def _without_repeats(path: Motion) -> Motion:
     """Return rows of joints without those that repeat the one before; the first and the last stay."""
     if not isinstance(path, JointPath) or path.path is not None:
         return path
-    steps = np.abs(np.diff(path.q, axis=0)).max(axis=1, initial=0.0)
-    beside = np.pad(steps, 1, constant_values=np.inf)
-    small = np.minimum(beside[:-2], beside[2:]) >= APART * steps  # beside longer ones
-    repeats = (steps <= RESTS) | ((steps <= REPEATS) & small)
+    repeats = repeated(path.q)
     if not repeats.any() or repeats.all():
         return path
     kept = np.append(0, np.flatnonzero(~repeats) + 1)
