@@ -441,6 +441,19 @@ def test_a_plan_that_fails_behind_a_change_of_branch_says_how_far_it_leads(
     assert not steps.ok and plan.diagnosis.reached > 0.95 * plan.s[steps.first_failure]
 
 
+def test_a_plan_from_beside_home_that_fails_is_drawn_as_far_as_it_leads() -> None:
+    """A first curve of it breaks a limit early; with more sections there it does not."""
+    start = np.array([1.099, 0.0, 1.387, -1.093, -1.154, 1.182, -0.297])
+    first = IIWA.forward(start)[0]
+    last = first.copy()
+    last[:3, 3] += (-0.71, 0.164, -0.528)
+    line = aa.Line(first, last)
+    plan, steps = aa.plan(IIWA, line, start=start), aa.follow(IIWA, line, start=start, samples=500)
+    assert not plan.ok and plan.diagnosis is not None and not steps.ok
+    assert plan.diagnosis.reached > steps.s[steps.first_failure] - 0.01
+    assert plan.s[plan.status == aa.Status.OK].max() > plan.diagnosis.reached - 0.01
+
+
 @pytest.mark.parametrize("away", [0.0, 0.2])
 def test_a_start_outside_the_limits_is_called_that(away: float) -> None:
     """From a home posture joint 4 is decided by the pose, and no branch can say it of the start alone."""

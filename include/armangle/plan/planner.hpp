@@ -937,9 +937,23 @@ private:
         asked.partial = true;
         links_ = allowance();
         Plan found;
-        if (!draw_crossing_once(asked, found) || leaps(asked.start, found, false)) return;
-        double end = found.stretches.back().end;
-        for (const double s : found.proof.violated) end = min(end, s);
+        double end = 0;
+        for (int round = 0; round < plan_rule::rounds; ++round) {
+            Plan drawn;
+            if (!draw_crossing_once(asked, drawn) || leaps(asked.start, drawn, false)) break;
+            double kept = drawn.stretches.back().end;
+            for (const double s : drawn.proof.violated) kept = min(kept, s);
+            const bool whole = !(kept < drawn.stretches.back().end);
+            const std::size_t before = asked.sections.size();
+            if (!whole) add_sections(drawn, asked.sections);
+            if (kept > end) {
+                end = kept;
+                found = std::move(drawn);
+            }
+            if (whole || asked.sections.size() == before ||
+                asked.sections.size() > crossing_rule::most_sections)
+                break;
+        }
         std::erase_if(found.stretches, [end](const Stretch& x) { return x.end > end; });
         if (found.stretches.empty()) return;
         end = found.stretches.back().end;

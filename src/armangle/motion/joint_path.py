@@ -197,7 +197,8 @@ class JointPath:
             How it goes from row to row. "tool": the tool goes straight, as in a motion of `follow`.
             "joints": every joint goes straight, as from one taught posture to the next (PTP), or along what a
             planner in joint space found. "spline": joints are on a cubic spline through the rows, twice
-            differentiable, as rows of a smooth motion are; it needs SciPy: pip install 'armangle[time]'.
+            differentiable, as rows of a smooth motion are; where rows repeat joints rest. It needs SciPy: pip
+            install 'armangle[time]'.
 
         Returns
         -------
