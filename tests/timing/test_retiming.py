@@ -493,6 +493,19 @@ def test_joints_that_move_one_after_the_other_are_timed_with_rounded_corners(tol
     assert 0.5 < rounded.duration <= 1.001 * stops.duration
 
 
+@pytest.mark.parametrize(("rows", "cycle"), [(1700, 1e-3), (150, 0.0)])
+def test_it_turns_at_more_corners_than_a_grid_has_intervals(
+    rows: int, cycle: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With as many a grid has one interval from corner to corner, in which nothing could speed up."""
+    if not cycle:
+        monkeypatch.setattr("armangle.timing.grid.MANY", 100)
+    q = Q + 0.01 * (np.arange(rows) % 2)[:, None] * np.eye(7)[0]
+    path = aa.JointPath.from_joints(ARM, q, between="joints")
+    found = aa.retime(path, velocity=1.0, acceleration=4.0, cycle=cycle)
+    assert found.duration == pytest.approx((rows - 1) * 2 * np.sqrt(0.01 / 4.0), rel=0.02)
+
+
 def test_as_many_rows_as_there_may_be_are_timed_as_few() -> None:
     durations = [
         aa.retime(swing(n), velocity=3.0, acceleration=1.0, tolerance=1e-4).duration for n in (200, 4000)

@@ -46,6 +46,8 @@ OVER, OVER_WITH_JERK = 1.001, 1.005
 """Where bounds are exceeded between grid points by more than this, the grid is made finer there."""
 WORTH = 1.01
 """By what the last attempt has to have gained, and still be slowed down, for another to be worth its time."""
+SLOW = 0.5
+"""Share of the speed beside corners below which they slow the motion down, and a point is put between."""
 AT_CAP, LOST, GAIN = 0.9, 0.02, 1.005
 """Share of a bound that is made use of where it holds a motion back; share of the time that may be lost where
 none does, in all; the gain by a finer grid below which it is made no finer for that."""
@@ -220,8 +222,7 @@ def _kept(path: Motion, b: _Bounds) -> tuple[Grid, Timing]:
         return _kept_with_jerk(path, b, b.jerk)
     more, takes = np.empty(0), np.inf
     for attempt in range(MOST_FINER):
-        g = grid(path, GRID, LEAST_BETWEEN_BREAKS, more)
-        caps = _speed_caps(path, g, b)
+        g, caps = _between_stops(path, b, more)
         g = g.with_dense(DENSE * b.cycle * caps)
         timing = _timed(g, caps, b)
         if not np.isfinite(timing.t).all():  # the grid may be too coarse for a bend
@@ -237,6 +238,19 @@ def _kept(path: Motion, b: _Bounds) -> tuple[Grid, Timing]:
             break
         more = np.union1d(more, _finer(g.s, bad))
     return g, timing.slower(max(float(factor.max()), 1.0))
+
+
+def _between_stops(path: Motion, b: _Bounds, more: Floats) -> tuple[Grid, Floats]:
+    """Return a grid with a point at least between two corners at which it is slow, and the greatest ds/dt."""
+    g = grid(path, GRID, LEAST_BETWEEN_BREAKS, more)
+    caps = _speed_caps(path, g, b)
+    slow = _corner_caps(g, b) < SLOW * caps
+    slow[[0, -1]] = True
+    alone = slow[:-1] & slow[1:]
+    if alone.any():
+        g = grid(path, GRID, LEAST_BETWEEN_BREAKS, np.union1d(more, (g.s[:-1] + np.diff(g.s) / 2)[alone]))
+        caps = _speed_caps(path, g, b)
+    return g, np.minimum(caps, _corner_caps(g, b))
 
 
 def _kept_with_jerk(path: Motion, b: _Bounds, jerk: Floats) -> tuple[Grid, Timing]:
@@ -259,7 +273,7 @@ def _part_kept(part: Part, full: float, b: _Bounds, jerk: Floats) -> Timing:
     few, many = KNOTS if b.tool_speed is None else KNOTS_AT_SPEED
     for attempt in range(ATTEMPTS if full == 1 else 1):
         g = grid(part, max(int(full * count), LEAST_IN_PART), least, more)
-        caps = _speed_caps(part, g, b)
+        caps = np.minimum(_speed_caps(part, g, b), _corner_caps(g, b))
         if is_straight(g, caps):
             timing = straight(g, b.acceleration, jerk, caps)
         else:
@@ -323,7 +337,8 @@ def _slack(g: Grid, caps: Floats, timing: Timing, b: _Bounds) -> Floats:
     used = np.max(np.max(needed, axis=0) / b.acceleration, axis=1)
     most = np.maximum(caps[:-1], caps[1:])
     slow = np.minimum(speed[:-1], speed[1:]) < AT_CAP * most
-    slack = (used < AT_CAP) & slow & ((spent - step / most) * len(step) > LOST * timing.duration)
+    lost = spent - step / np.maximum(most, _SLOWEST)
+    slack = (used < AT_CAP) & slow & (lost * len(step) > LOST * timing.duration)
     return np.asarray((g.s[:-1] + step / 2)[slack])
 
 
@@ -382,18 +397,23 @@ def _timed(g: Grid, caps: Floats, b: _Bounds) -> Timing:
 
 
 def _speed_caps(path: Motion, g: Grid, b: _Bounds) -> Floats:
-    """Return the greatest ds/dt at every grid point that velocities, corners and the tool's speed allow."""
+    """Return the greatest ds/dt at every grid point that velocities and the tool's speed allow, (N + 1,)."""
     fastest_joint = np.maximum(np.abs(g.after[:, 0]), np.abs(g.before[:, 0]))
     with np.errstate(divide="ignore", over="ignore"):
         caps = np.min(b.velocity / np.maximum(fastest_joint, _SLOWEST), axis=1)
     for s in (g.s, just_before(path, g.s)):
         caps = np.minimum(caps, _at_tool_speed(path, s, b))
+    return np.asarray(caps)
+
+
+def _corner_caps(g: Grid, b: _Bounds) -> Floats:
+    """Return the greatest ds/dt at every grid point that its corner allows; infinite where there is none."""
     jump = np.abs(corners(g))
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         within = np.where(jump > 0, b.acceleration * b.cycle / jump, np.inf).min(axis=1)
     if b.jerk is not None:
         within[np.isfinite(within)] = 0.0
-    return np.asarray(np.minimum(caps, within))
+    return np.asarray(within)
 
 
 def _at_tool_speed(path: Motion, s: Floats, b: _Bounds) -> Floats:
