@@ -77,27 +77,18 @@ inline Limits on_one_side(const Arm& arm, double q_4, double margin) noexcept {
 }
 
 /// The limits with every hinge kept `margin` (rad) off straight and folded on the side on which q has it,
-/// where its own limits leave that; without a margin joint 4 alone.
-inline Limits on_these_sides(const Arm& arm, const double* q, double margin) noexcept {
-    Limits out = on_one_side(arm, q[3], margin);
-    if (margin > 0)
-        for (const int hinge : {1, 5})
-            keep_on_side(arm, hinge, q[hinge], detail::bend(arm, hinge, q[hinge]) < 0 ? -1.0 : 1.0, margin,
-                         out);
-    return out;
-}
-
-/// The same of a branch that shall stay: every hinge that is on its side, or beside it, is kept there.
-inline Limits in_branch(const Arm& arm, const double* q, double margin,
-                        const Configuration<double>& gc) noexcept {
+/// where its own limits leave that; without a margin joint 4 alone. Of a branch that is asked (0..7; -1:
+/// none) every hinge that is on its side, or beside it, stays there.
+inline Limits on_these_sides(const Arm& arm, const double* q, double margin, int gc) noexcept {
     Limits out = arm.limits;
-    const double sides[] = {gc.shoulder, gc.elbow, gc.wrist};
+    const Configuration<double> asked = configuration(gc < 0 ? 0 : gc);
+    const double sides[] = {asked.shoulder, asked.elbow, asked.wrist};
     for (int i = 0; i < 3; ++i) {
         const int hinge = 2 * i + 1;
         const double bend = detail::bend(arm, hinge, q[hinge]), own = bend < 0 ? -1.0 : 1.0;
-        const bool held = bend * sides[i] > -relaxed_rule::beside;
-        const double side = held ? sides[i] : own, off = held ? max(margin, tolerance::angle) : margin;
-        if (held || hinge == 3 || margin > 0) keep_on_side(arm, hinge, q[hinge], side, off, out);
+        const bool stays = gc >= 0 && bend * sides[i] > -relaxed_rule::beside;
+        const double side = stays ? sides[i] : own, off = stays ? max(margin, tolerance::angle) : margin;
+        if (stays || hinge == 3 || margin > 0) keep_on_side(arm, hinge, q[hinge], side, off, out);
     }
     return out;
 }

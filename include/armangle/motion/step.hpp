@@ -714,9 +714,7 @@ private:
     /// to a posture from which no small move comes nearer.
     Step to_nearest(const Pose<double>& pose, Status why) noexcept {
         Step out;
-        const Limits side = options_.gc < 0
-                                ? on_these_sides(arm_, q_now_, limits_.margin)
-                                : in_branch(arm_, q_now_, limits_.margin, configuration(options_.gc));
+        const Limits side = on_these_sides(arm_, q_now_, limits_.margin, options_.gc);
         const Drawn drawn = drawn_in_reach(arm_, reach_shell(arm_, side), pose, now_.flange);
         BranchParts parts;
         double psi = 0;
