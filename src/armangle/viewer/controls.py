@@ -61,7 +61,7 @@ class Controls:
         self.playing = False
         self._image = ""
         self._taken: dict[int, float] = {}
-        self._typed = False
+        self._written: dict[int, str] = {}
         self._refusal = ""
         self._status = self._gui.add_html("")
         self._add_doors()
@@ -149,6 +149,7 @@ class Controls:
             )
             self._note = self._gui.add_html("")  # above the button: what is below it may be scrolled away
             self.go = self._gui.add_button("Move the tool there")
+        self.moved()
         for text in (self.xyz, self.rpy):
             text.on_update(lambda event: self._by_hand(event, self._type))
         self.go.on_click(lambda _: self._act(self.move_there))
@@ -180,7 +181,7 @@ class Controls:
 
     def moved(self) -> None:
         """Forget numbers that were typed and not gone to: the arm was moved otherwise."""
-        self._typed, self._refusal = False, ""
+        self._written, self._refusal = {id(text): text.value for text in (self.xyz, self.rpy)}, ""
 
     def _turn(self) -> None:
         self.moved()
@@ -203,7 +204,7 @@ class Controls:
         self._state.seek(int(value) - 1)
 
     def _type(self) -> None:
-        self._typed, self._refusal = True, ""
+        self._refusal = ""
 
     def move_there(self) -> None:
         """Move the tool to the numbers, or say what is wrong with them."""
@@ -213,7 +214,9 @@ class Controls:
             self._refusal = str(error)
             return
         answer = self._state.set_pose(pose)
-        self._typed, self._refusal = not answer.ok, answer.text
+        if answer.ok:
+            self.moved()
+        self._refusal = answer.text
 
     def begin_again(self) -> None:
         """Go back to where the viewer began."""
@@ -225,6 +228,12 @@ class Controls:
         """Put a slider where the state is, unless a hand has moved it on since it was read."""
         if slider.value == self._taken.pop(id(slider), slider.value):
             _show(slider, value=float(np.clip(value, slider.min, slider.max)))
+
+    def _write(self, text: Any, words: str) -> None:
+        """Put words into a box, unless a hand has typed there since it was written or given up."""
+        if text.value == self._written[id(text)]:
+            _show(text, value=words)
+            self._written[id(text)] = words
 
     def _set_policy(self) -> None:
         gain, alpha = float(self._gain.value), float(self._alpha.value)
@@ -271,9 +280,8 @@ class Controls:
         for gc, button in enumerate(self.buttons):
             blocked = state.reason(gc) is not None
             _show(button, disabled=blocked, color=_CHOSEN if gc == state.gc else _OPEN)
-        if not self._typed:
-            for text, words in zip((self.xyz, self.rpy), text_of_pose(state.pose), strict=True):
-                _show(text, value=words)
+        for text, words in zip((self.xyz, self.rpy), text_of_pose(state.pose), strict=True):
+            self._write(text, words)
         self._note.content = note_panel(self._refusal)
         if self.clearance is not None and state.scene is not None:
             self._set_slider(self.clearance, 1e3 * state.scene.clearance)
