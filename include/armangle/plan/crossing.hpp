@@ -115,6 +115,11 @@ private:
         int gc;
     };
 
+    struct EightBlocks {  // of one branch
+        EightWindings windings;
+        int gc;
+    };
+
     /// One row of the way: where it is, along what it moves, and its joints.
     struct Row {
         double s;
@@ -236,6 +241,7 @@ private:
         std::vector<std::vector<int>> branch(n);
         std::vector<Candidates> candidates(asked_.branches.size(), Candidates(task_, plain, 0));
         std::vector<Block> blocks, before;
+        std::vector<EightBlocks> eights;
         Window window;
         for (std::size_t k = 0; k < n; ++k) {
             const double s = asked_.sections[k];
@@ -276,6 +282,12 @@ private:
                 }
             }
             if (k) std::erase_if(before, [&](const Block& x) { return !leads_on(x, layers[k - 1]); });
+            eights.clear();
+            for (const Block& block : before) {
+                if (eights.empty() || eights.back().gc != block.gc || eights.back().windings.used == 8)
+                    eights.push_back({{}, block.gc});
+                eights.back().windings.add(block.windings);
+            }
             bool alive = false;
             window.set = true;
             for (int j = 0; j < joints; ++j) {
@@ -290,7 +302,7 @@ private:
                     links -= static_cast<long long>(before.size());
                     if (links < 0) return false;
                     const double ds = s - asked_.sections[k - 1];
-                    for (const Block& block : before) link(x, branch[k][i], block, layers[k - 1], ds);
+                    for (const EightBlocks& eight : eights) link(x, branch[k][i], eight, layers[k - 1], ds);
                 }
             }
             keep_cheapest(layers[k], links / (2 * static_cast<long long>(n - k)));
@@ -374,24 +386,25 @@ private:
         return max(abs(x.hinge[0]), abs(x.hinge[1])) <= tolerance::one_axis;
     }
 
-    /// Takes the link of a posture to a block of those before, where it is the cheapest so far.
-    void link(Node& x, int gc, const Block& block, const std::vector<Node>& before,
+    /// Takes the links of a posture to blocks of those before, where one is the cheapest so far.
+    void link(Node& x, int gc, const EightBlocks& eight, const std::vector<Node>& before,
               double ds) const noexcept {
-        const int differ = gc ^ block.gc;
+        const int differ = gc ^ eight.gc;
         if (differ & 2) return;
-        const Move move = nearest_winding(task_, x.posture, block.windings, crossing_rule::move);
-        if (!(move.travel < infinity)) return;
-        const Node& y = before[move.from];
-        if (!(y.cost < infinity)) return;
-        for (int h = 0; h < hinges; ++h) {
-            if (!(differ & (h == 0 ? 1 : 4))) continue;
-            if (abs(x.hinge[h]) > crossing_rule::near || abs(y.hinge[h]) > crossing_rule::near) return;
-        }
-        if (differ == 5 && !both_shut(x) && !both_shut(y)) return;
-        const double cost = y.cost + move.travel * move.travel / ds + ds * x.rated;
-        if (!(cost < x.cost)) return;
-        x.cost = cost;
-        x.from = move.from;
+        const EightMoves moves(task_, x.posture, eight.windings, infinity, crossing_rule::move);
+        for_each_bit(moves.linked, [&](int i) {
+            const auto from = static_cast<std::uint32_t>(moves.from[i]);
+            const Node& y = before[from];
+            const double cost = y.cost + moves.travel[i] * moves.travel[i] / ds + ds * x.rated;
+            if (!(cost < x.cost)) return;
+            for (int h = 0; h < hinges; ++h) {
+                if (!(differ & (h == 0 ? 1 : 4))) continue;
+                if (abs(x.hinge[h]) > crossing_rule::near || abs(y.hinge[h]) > crossing_rule::near) return;
+            }
+            if (differ == 5 && !both_shut(x) && !both_shut(y)) return;
+            x.cost = cost;
+            x.from = from;
+        });
     }
 
     // ---- rows

@@ -51,34 +51,58 @@ struct Way {
 
 namespace detail {
 
-/// The joints' move to a posture: from which winding of another phi, and how long; infinite where a joint
-/// moves too far.
-struct Move {
-    std::uint32_t from;
-    double travel;
+/// The windings of up to eight phi, side by side.
+struct EightWindings {
+    double phi[8], q[joints][8] = {}, count[joints][8] = {}, first[8] = {};
+    int used = 0;
+
+    EightWindings() noexcept { std::fill(phi, phi + 8, not_a_number); }
+
+    /// Puts windings into the next place.
+    void add(const Windings& group) noexcept {
+        const int i = used++;
+        phi[i] = group.phi;
+        first[i] = group.first;
+        for (int j = 0; j < joints; ++j) {
+            q[j][i] = group.q[j];
+            count[j][i] = group.count[j];
+        }
+    }
 };
 
-/// The move from the winding that is nearest: any other is more than half a turn away.
-inline Move nearest_winding(const Task& task, const Candidate& to, const Windings& group,
-                            double most) noexcept {
-    double sum = 0;
-    int at = 0, stride = 1;
-    for (int j = 0; j < joints; ++j) {
-        double d = to.q[j] - group.q[j];
-        if (abs(d) > most) {
-            const double turns = round(d * (1.0 / two_pi));
-            d -= two_pi * turns;
-            if (abs(d) > most) return {0, infinity};
+/// The joints' moves to a posture from eight phi: from which of their windings, and how long.
+struct EightMoves {
+    unsigned linked;  // bit i: phi turns, and no joint moves, too far from phi i
+    double from[8], travel[8];
+
+    /// From the nearest windings: any other is more than half a turn away. turn: of phi at most, move: of a
+    /// joint (rad).
+    EightMoves(const Task& task, const Candidate& to, const EightWindings& groups, double turn,
+               double move) noexcept {
+        const Slots most = move, none = 0.0;
+        const Slots apart = Slots(to.phi) - Slots::load(groups.phi);
+        LaneMask<8> near = abs(apart - two_pi * round(apart * (1.0 / two_pi))) <= Slots(turn);
+        linked = bits(near);
+        if (!linked) return;
+        Slots sum = 0.0, at = 0.0, stride = 1.0;
+        for (int j = 0; j < joints; ++j) {
+            const Slots moved = Slots(to.q[j]) - Slots::load(groups.q[j]),
+                        count = Slots::load(groups.count[j]);
+            const Slots turns = select(abs(moved) > most, round(moved * (1.0 / two_pi)), none);
+            const Slots d = moved - two_pi * turns;
+            near = near & (abs(d) <= most);
             if (!is_unlimited(task.limits, j)) {
-                if (turns < 0 || turns >= group.count[j]) return {0, infinity};
-                at += static_cast<int>(turns) * stride;
+                near = near & (turns >= none) & (turns < count);
+                at = at + turns * stride;
             }
+            stride = stride * count;
+            sum = sum + d * d;
         }
-        stride *= group.count[j];
-        sum += d * d;
+        linked = bits(near);
+        (Slots::load(groups.first) + at).store(from);
+        sqrt(sum).store(travel);
     }
-    return {group.first + static_cast<std::uint32_t>(at), sqrt(sum)};
-}
+};
 
 /// The search of one tube, section by section.
 class Search {
@@ -174,7 +198,21 @@ private:
             phi_.push_back(next_.postures.all[i].phi);
         }
         std::swap(here_, next_);
+        gather();
         return true;
+    }
+
+    /// Puts the windings that were reached side by side.
+    void gather() {
+        alive_.clear();
+        const std::vector<Windings>& groups = here_.postures.groups;
+        for (std::size_t g = 0; g < groups.size(); ++g) {
+            const std::size_t end = g + 1 < groups.size() ? groups[g + 1].first : here_.links.size();
+            const auto alive = [](const Link& x) { return x.label.alive(); };
+            if (!std::any_of(&here_.links[groups[g].first], &here_.links[0] + end, alive)) continue;
+            if (alive_.empty() || alive_.back().used == 8) alive_.emplace_back();
+            alive_.back().add(groups[g]);
+        }
     }
 
     Link reached_by(std::size_t k, const Candidate& x) const noexcept {
@@ -205,18 +243,17 @@ private:
         const Section &l = tube_.sections[k], &b = tube_.sections[k - 1];
         const double ds = l.s - b.s, rated = ds * task_.margin_scale() * x.worth.cost;
         Link best;
-        for (const Windings& group : here_.postures.groups) {
-            double turn = abs(x.phi - group.phi);
-            turn = turn > pi ? abs(turn - two_pi * round(turn * (1.0 / two_pi))) : turn;
-            if (turn > link_rule::turn) continue;
-            const Move now = nearest_winding(task_, x, group, link_rule::move);
-            if (!(now.travel < infinity)) continue;
-            const Candidate& y = here_.postures.all[now.from];
-            const Label& old = here_.links[now.from].label;
-            if (!old.alive() || !joined(b, y, l, x, cornered(k))) continue;
-            const Label label{min(old.margin, x.worth.margin),
-                              old.cost + rated + objective_.travel * now.travel};
-            if (better(label, best.label)) best = {label, now.from};
+        for (const EightWindings& groups : alive_) {
+            const EightMoves moves(task_, x, groups, link_rule::turn, link_rule::move);
+            for_each_bit(moves.linked, [&](int i) {
+                const auto from = static_cast<std::uint32_t>(moves.from[i]);
+                const Label& old = here_.links[from].label;
+                if (!old.alive()) return;
+                const Label label{min(old.margin, x.worth.margin),
+                                  old.cost + rated + objective_.travel * moves.travel[i]};
+                if (better(label, best.label) && joined(b, here_.postures.all[from], l, x, cornered(k)))
+                    best = {label, from};
+            });
         }
         return best;
     }
@@ -282,9 +319,10 @@ private:
     const Anchor &start_, &goal_;
     Candidates candidates_;
     long long& links_;
-    Layer here_, next_;                // the last section reached, and the one being tried
-    std::vector<std::size_t> first_;   // of each section, its first posture in back_ and phi_
-    std::vector<std::uint32_t> back_;  // the posture of the section before that each one comes from
+    Layer here_, next_;                 // the last section reached, and the one being tried
+    std::vector<EightWindings> alive_;  // those of the last section that were reached
+    std::vector<std::size_t> first_;    // of each section, its first posture in back_ and phi_
+    std::vector<std::uint32_t> back_;   // the posture of the section before that each one comes from
     std::vector<double> phi_;
     double floor_ = -infinity;
     Way way_;
