@@ -77,7 +77,7 @@ struct EightThetas {
 /// Joint values that a section can be reached at.
 struct Window {
     bool set = false;
-    double lower[joints], upper[joints];
+    double lower[joint_slots] = {}, upper[joint_slots] = {};
 };
 
 /// Makes the postures of a section from which a plan is made.
@@ -85,7 +85,13 @@ class Candidates {
 public:
     /// spread: windings of a joint of more than a turn at the first section, either way from the nearest one.
     Candidates(const Task& task, const Objective& objective, int spread)
-        : task_(task), objective_(objective), spread_(spread) {}
+        : task_(task), objective_(objective), spread_(spread) {
+        const double far = tolerance::largest_angle;
+        for (int j = 0; j < joints; ++j) {
+            lower_[j] = max(task.limits.lower[j], -far) - tolerance::angle;
+            upper_[j] = min(task.limits.upper[j], far) + tolerance::angle;
+        }
+    }
 
     /// On every arc evenly, closer where joints move fast; every winding that the limits leave is a posture
     /// of its own.
@@ -139,7 +145,7 @@ public:
 
 private:
     struct Point {
-        double phi, theta[joints];
+        double phi, theta[joint_slots];
     };
 
     /// Turns that a winding may add to q, first to last; none if last < first.
@@ -213,10 +219,10 @@ private:
         }
     }
 
-    static double largest_turn(const Point& a, const Point& b) noexcept {
-        double most = 0;
-        for (int j = 0; j < joints; ++j) most = std::max(most, abs(wrap(b.theta[j] - a.theta[j])));
-        return most;
+    /// Whether some joint turns far from one point to the next.
+    static bool turns_far(const Point& a, const Point& b) noexcept {
+        const JointLanes turn = wrap(JointLanes::load(b.theta) - JointLanes::load(a.theta));
+        return any(abs(turn) > JointLanes(candidate_rule::move));
     }
 
     /// Puts a point between neighbours that differ much; whether there were any.
@@ -224,7 +230,7 @@ private:
         between_.clear();
         after_.clear();
         for (std::size_t i = 0; i + 1 < points_.size(); ++i) {
-            if (largest_turn(points_[i], points_[i + 1]) <= candidate_rule::move) continue;
+            if (!turns_far(points_[i], points_[i + 1])) continue;
             after_.push_back(i);
             between_.push_back({0.5 * (points_[i].phi + points_[i + 1].phi), {}});
         }
@@ -240,45 +246,49 @@ private:
         return true;
     }
 
-    /// The windings of joint j within its limits: those that the section before leads to; at the first
-    /// section some about the middle, one of a joint whose winding cannot change.
     /// Near what a joint is looked for where no posture says: the middle of its range, or where it stays.
     double at_rest(int j) const noexcept {
         const bool held = task_.arm.roll_free && j == joints - 1;
         return held ? to_q(task_.arm, j, task_.held_theta_7) : armangle::middle(task_.limits, j);
     }
 
-    Turns turns(int j, double q, const Window& window) noexcept {
-        const double l = task_.limits.lower[j], u = task_.limits.upper[j], far = tolerance::largest_angle;
-        const double fewest = ceil((max(l, -far) - tolerance::angle - q) / two_pi),
-                     most = floor((min(u, far) + tolerance::angle - q) / two_pi);
-        double from = fewest, to = most;
-        const bool unlimited = is_unlimited(task_.limits, j);  // any turn will do
-        if (window.set && !unlimited) {
-            from = max(from, ceil((window.lower[j] - q) / two_pi));
-            to = min(to, floor((window.upper[j] - q) / two_pi));
-        } else {
-            const bool fixed =
-                j % 2 == 1 || unlimited;  // a winding that cannot change, or makes no difference
-            const double near = reference_ ? reference_[j] : at_rest(j);
-            const double middle = min(max(round((near - q) / two_pi), fewest), most),
-                         spread = fixed ? 0 : spread_;
-            left_out_ = left_out_ || (!fixed && (from < middle - spread || to > middle + spread));
-            from = max(from, middle - spread);
-            to = min(to, middle + spread);
-        }
-        return {static_cast<int>(from), static_cast<int>(to)};
+    /// The turns that the limits leave joint j of a first section: some about the middle, one of a joint
+    /// whose winding cannot change, or makes no difference.
+    Turns first_turns(int j, double q, double fewest, double most) noexcept {
+        const bool fixed = j % 2 == 1 || is_unlimited(task_.limits, j);
+        const double near = reference_ ? reference_[j] : at_rest(j);
+        const double middle = min(max(round((near - q) / two_pi), fewest), most),
+                     spread = fixed ? 0 : spread_;
+        left_out_ = left_out_ || (!fixed && (fewest < middle - spread || most > middle + spread));
+        return {static_cast<int>(max(fewest, middle - spread)), static_cast<int>(min(most, middle + spread))};
     }
 
+    /// The windings of a point within the limits: those that the section before leads to.
     void put(const Point& p, std::uint32_t arc, const Window& window, Postures& out) {
+        const JointLanes q = to_q(JointLanes::load(p.theta), JointLanes::load(task_.arm.sign),
+                                  JointLanes::load(task_.arm.offset));
+        const auto fewest_from = [&](const JointLanes& x) { return ceil((x - q) * (1.0 / two_pi)); };
+        const auto most_to = [&](const JointLanes& x) { return floor((x - q) * (1.0 / two_pi)); };
+        JointLanes fewest = fewest_from(JointLanes::load(lower_)), most = most_to(JointLanes::load(upper_));
+        double ends[2][joint_slots], least[2][joint_slots], at_q[joint_slots];
+        fewest.store(ends[0]);
+        most.store(ends[1]);
+        if (window.set) {
+            fewest = max(fewest, fewest_from(JointLanes::load(window.lower)));
+            most = min(most, most_to(JointLanes::load(window.upper)));
+        }
+        fewest.store(least[0]);
+        most.store(least[1]);
+        q.store(at_q);
         Windings group{};
         group.first = static_cast<std::uint32_t>(out.all.size());
         group.phi = p.phi;
         for (int j = 0; j < joints; ++j) {
-            const double q = to_q(task_.arm, j, p.theta[j]);
-            const Turns range = turns(j, q, window);
+            const bool led = window.set && !is_unlimited(task_.limits, j);
+            const Turns range = led ? Turns{static_cast<int>(least[0][j]), static_cast<int>(least[1][j])}
+                                    : first_turns(j, at_q[j], ends[0][j], ends[1][j]);
             if (range.last < range.first) return;
-            group.q[j] = q + two_pi * range.first;
+            group.q[j] = at_q[j] + two_pi * range.first;
             group.count[j] = range.last - range.first + 1;
         }
         Candidate x{};
@@ -297,6 +307,7 @@ private:
     const Task& task_;
     const Objective& objective_;
     int spread_;
+    double lower_[joint_slots] = {}, upper_[joint_slots] = {};  // of the limits, with their tolerance
     bool left_out_ = false;
     const double* reference_ = nullptr;
     double held_[2];  // phi that each section tries, where its arcs hold it

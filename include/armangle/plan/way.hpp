@@ -91,6 +91,7 @@ struct EightMoves {
             const Slots turns = select(abs(moved) > most, round(moved * (1.0 / two_pi)), none);
             const Slots d = moved - two_pi * turns;
             near = near & (abs(d) <= most);
+            if (!any(near)) break;
             if (!is_unlimited(task.limits, j)) {
                 near = near & (turns >= none) & (turns < count);
                 at = at + turns * stride;
