@@ -530,3 +530,31 @@ def test_joints_without_a_finite_speed_are_said() -> None:
     assert np.isnan(path.derivatives(0.0)).all() and np.isfinite(path.derivatives(0.01)).all()
     with pytest.raises(aa.PathError, match="joints have no finite speed along the path"):
         aa.retime(path, acceleration=5.0)
+
+
+@pytest.mark.parametrize("hinge", [1, 5])
+@pytest.mark.parametrize("end", ["start", "goal"])
+def test_a_home_posture_belongs_to_both_branches_that_may_be_asked(hinge: int, end: str) -> None:
+    """At θ2 = 0 or θ6 = 0 two branches are one: a line leads into one of them, and either may be asked."""
+    rng, found = np.random.default_rng(3), []
+    for _ in range(6):
+        home = np.radians([0.0, 40, 0, -90, 0, 60, 0])
+        home[hinge] = 0.0
+        home[[0, 2, 4, 6]] = rng.uniform(-0.6, 0.6, 4)
+        pose, _, gc = IIWA.forward(home)
+        away = pose.copy()
+        direction = rng.normal(size=3)
+        away[:3, 3] += 0.1 * direction / np.linalg.norm(direction)
+        line = aa.Line(pose, away) if end == "start" else aa.Line(away, pose)
+        branches = [int(gc), int(gc) ^ (1 if hinge == 1 else 4)]
+        if not aa.plan(IIWA, line, gc=branches, samples=40, **{end: home}).ok:
+            continue
+        one = [aa.plan(IIWA, line, gc=branch, samples=40, **{end: home}) for branch in branches]
+        found.append([result.certified for result in one])
+        for branch, result in zip(branches, one, strict=True):
+            if not result.ok:
+                assert "another global configuration" not in result.explain()
+                continue
+            np.testing.assert_allclose(result.q[0 if end == "start" else -1], home, atol=1e-9)
+            assert set(IIWA.forward(result.q[1:-1])[2].tolist()) == {branch}
+    assert len(found) > 3 and np.any(found, axis=0).all() and np.mean(np.any(found, axis=1)) > 0.8

@@ -35,4 +35,10 @@ inline Configuration<double> configuration(const Arm& arm, const double* theta) 
     return {sign(theta[1]), sign(theta[3] - arm.delta_angle), sign(theta[5])};
 }
 
+/// Bits of an index that may be either: at theta_2 (theta_6) of 0 or pi two branches are one.
+inline int shared_signs(const double* theta) noexcept {
+    const auto shut = [](double angle) { return abs(std::sin(angle)) <= tolerance::one_axis; };
+    return (shut(theta[1]) ? 1 : 0) | (shut(theta[5]) ? 4 : 0);
+}
+
 }  // namespace armangle

@@ -367,19 +367,20 @@ private:
 
     /// Gives a row at which hinges are 0 or pi their signs of the row beside it.
     void share_branch(Row& row, const Row& beside) const noexcept {
-        for (int h = 0; h < hinges; ++h) {
-            const double theta = to_theta(task_.arm, hinge_joint[h], row.q[hinge_joint[h]]);
-            if (abs(std::sin(theta)) > tolerance::one_axis) continue;
-            const int bit = h == 0 ? 1 : 4;
-            row.gc = (row.gc & ~bit) | (beside.gc & bit);
-        }
+        const int shared = shared_signs(chain(task_.arm, row.q).theta);
+        row.gc = (row.gc & ~shared) | (beside.gc & shared);
     }
 
-    /// The branch of an end, on the side of the elbow that is passed.
+    /// The branch of an end, on the side of the elbow that is passed: one that is asked, where a hinge is at
+    /// 0 (pi) and two are one.
     int own_branch(const Anchor& end) const noexcept {
-        double theta[joints];
-        for (int j = 0; j < joints; ++j) theta[j] = to_theta(task_.arm, j, end.q[j]);
-        return (index(configuration(task_.arm, theta)) & ~2) | (asked_.branches.front() & 2);
+        const Chain now = chain(task_.arm, end.q);
+        const int own = (index(configuration(task_.arm, now.theta)) & ~2) | (asked_.branches.front() & 2);
+        const int shared = shared_signs(now.theta);
+        int out = asked_.branches.front();
+        for (const int gc : asked_.branches)
+            if (gc == own || ((out ^ own) & ~shared)) out = gc;
+        return (out ^ own) & ~shared ? own : out;
     }
 
     static bool both_shut(const Node& x) noexcept {

@@ -279,10 +279,11 @@ private:
         return 0.5 * (low + high);
     }
 
-    /// Whether a posture is one of a branch: with the elbow straight, one of either bend.
+    /// Whether a posture is one of a branch: with the elbow straight, one of either bend; with theta_2 or
+    /// theta_6 at 0 (pi), of either sign.
     bool is_of(const double* theta, int gc) const noexcept {
         const int differ = index(configuration(task_.arm, theta)) ^ gc;
-        return !differ || (differ == 2 && is_straight(theta));
+        return !(differ & ~shared_signs(theta) & ~(is_straight(theta) ? 2 : 0));
     }
     bool is_straight(const double* theta) const noexcept {
         return abs(wrap(theta[3] - task_.arm.delta_angle)) <= plan_rule::straight;
