@@ -558,3 +558,24 @@ def test_a_home_posture_belongs_to_both_branches_that_may_be_asked(hinge: int, e
             np.testing.assert_allclose(result.q[0 if end == "start" else -1], home, atol=1e-9)
             assert set(IIWA.forward(result.q[1:-1])[2].tolist()) == {branch}
     assert len(found) > 3 and np.any(found, axis=0).all() and np.mean(np.any(found, axis=1)) > 0.8
+
+
+def test_a_plan_that_fails_is_drawn_as_finely_as_one_that_does_not() -> None:
+    """Rows are put between as far as the path is led, where a joint turns fast at its beginning."""
+    rng, led = np.random.default_rng(1), []
+    middle, half = 0.5 * (IIWA.lower + IIWA.upper), 0.45 * (IIWA.upper - IIWA.lower)
+    while len(led) < 12:
+        start = middle + half * rng.uniform(-1, 1, 7)
+        pose = IIWA.forward(start)[0]
+        last = pose.copy()
+        last[:3, 3] += 0.5 * (direction := rng.normal(size=3)) / np.linalg.norm(direction)
+        result = aa.plan(IIWA, aa.Line(pose, last), start=start)
+        reached = np.isfinite(result.q).all(axis=1)
+        if result.ok or reached.sum() < 2:
+            continue
+        rows = result.q[reached]
+        led.append(len(rows) / (1 + 199 * result.s[reached][-1]))
+        assert np.abs(np.diff(rows, axis=0)).max() < 0.2001
+        assert (np.diff(result.s) > 0).all() and result.s[0] == 0 and result.s[-1] == 1
+        assert np.flatnonzero(reached).tolist() == list(range(len(rows)))
+    assert max(led) > 1.02, "no path had rows put between"

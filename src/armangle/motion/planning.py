@@ -309,8 +309,9 @@ def plan(
         note = "A path leads from the start to another posture of the last pose: plan without goal=."
     diagnosis = Diagnosis(branches, note=note)
     curve = Curve(whole._segments, stretches, plane, branch, roll, *chain) if len(stretches) else None
-    if curve is not None and ok and samples is None and not isinstance(whole, Waypoints):
-        rows = rows_between(arm, curve, rows, ROW_STEP)
+    if curve is not None and samples is None and not isinstance(whole, Waypoints):
+        led = rows <= curve.end
+        rows = np.append(rows_between(arm, curve, rows[led], ROW_STEP), rows[~led])
     beside = tuple(scenes_at(scene, rows.tolist()))
     return _result(arm, whole, rows, curve, diagnosis, ok, open_, beside)
 
