@@ -1,7 +1,14 @@
-"""A smooth curve in the joints through the postures of a path with corners: what a bound on jerk needs."""
+"""A smooth curve in the joints beside the corners of a path: what a bound on jerk needs.
+
+    q  |          corner         Postures of the path on both sides of every corner, and none at it: a cubic
+       |           /\            spline through them cuts the corner. They lie as far from it as the tolerance
+       |    o--o--o  o--o----o   lets them, and the next ones farther.
+       +---------------------- s
+"""
 
 from __future__ import annotations
 
+from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any
 
@@ -19,16 +26,20 @@ from .motion import Motion
 
 LOOKED_AT, SURE = np.array([0.1, 0.3, 0.5, 0.7, 0.9]), 0.9
 """Where between two nodes it is looked at how far off the tool is, and what share of the most shows there."""
-HALVINGS = 12
-"""How often nodes come closer to one another at most."""
+ROUNDS = 60
+"""How often postures come nearer to the corners at most, or more are put between."""
+SHRINK = 0.5, 0.95
+"""By what postures come nearer in a round: least and most."""
+APART = 3.0
+"""How much farther from a corner the next posture is."""
 KEPT = 1e-8
 """A limit passed by less is kept, rad."""
 INSIDE = 1.2
 """How far inside a limit postures are put, of what the curve through them would pass it by."""
 PUT = 1.0
 """Share of the tolerance (m, for rad) that they may be put inside by; else nodes come nearer first."""
-LONGEST = 1 / 32
-"""Of s, between the first nodes."""
+LONGEST = 1 / 8
+"""Of s, between nodes."""
 _ROOT_8 = np.sqrt(8.0)  # of |R - S| to 2 sin(half the angle)
 
 
@@ -104,8 +115,7 @@ def rounded(motion: Motion, corners: Floats, tolerance: float) -> tuple[Motion, 
     ----------
     motion : JointPath
     corners : ndarray, shape (K,)
-        Where q' jumps, and both ends: the first nodes, with halves where they lie far apart. More halves
-        follow where the tool is off too far.
+        Where q' jumps, and both ends.
     tolerance : float
         What the tool may be off, m; a radian counts as `RADIAN` m.
 
@@ -117,20 +127,27 @@ def rounded(motion: Motion, corners: Floats, tolerance: float) -> tuple[Motion, 
 
     Where the path rides on a limit the curve would pass it: by as much postures are put inside.
     """
-    nodes = corners
-    while (long := np.diff(nodes) > LONGEST).any():
-        nodes = np.union1d(nodes, (nodes[:-1] + np.diff(nodes) / 2)[long])
-    for _ in range(HALVINGS):
+    room = np.diff(corners)
+    reach = np.zeros(len(corners))
+    reach[1:-1] = np.minimum(np.minimum(room[:-1], room[1:]), LONGEST) / 2
+    parts = np.ceil(room / LONGEST).astype(int)
+    for _ in range(ROUNDS):
+        nodes = _nodes(corners, reach, parts)
         found = Rounded(motion, nodes)
         if KEPT < (beyond := found.passed()).max() <= PUT * tolerance:
             found = Rounded(motion, nodes, INSIDE * beyond.max(axis=0))
             beyond = found.passed()
         position, rotation = found.deviations()
-        off = (np.hypot(position, RADIAN * rotation) > tolerance) | (beyond > KEPT).any(axis=1)
-        if not off.any():
+        off, passed = np.hypot(position, RADIAN * rotation), (beyond > KEPT).any(axis=1)
+        bad = (off > tolerance) | passed
+        if not bad.any():
             break
-        near = off | np.append(off[1:], False) | np.append(False, off[:-1])
-        nodes = np.union1d(nodes, (nodes[:-1] + np.diff(nodes) / 2)[near])
+        at = np.searchsorted(nodes, corners[1:-1]) - 1
+        if bad[at].any():
+            share = np.clip(tolerance / np.maximum(off[at], tolerance), *SHRINK)
+            reach[1:-1] *= np.where(bad[at], np.where(passed[at], SHRINK[0], share), 1.0)
+        else:
+            parts[np.searchsorted(corners, nodes[:-1][bad], side="right") - 1] *= 2
     if beyond.max() > MOST_PASSED:
         k, joint = np.unravel_index(beyond.argmax(), beyond.shape)
         raise PathError(
@@ -138,3 +155,26 @@ def rounded(motion: Motion, corners: Floats, tolerance: float) -> tuple[Motion, 
             f"passes its limit by {np.degrees(beyond.max()):.3g} deg; leave jerk= and tolerance= out, or plan"
         )
     return found, Deviation(float(position.max()), float(rotation.max()))
+
+
+def _nodes(corners: Floats, reach: Floats, parts: Any) -> Floats:
+    """Return nodes from 0 to 1: on both sides of a corner by its reach, and more, in parts, up to the next."""
+    out = [corners[:1]]
+    for k, (first, last) in enumerate(pairwise(corners.tolist())):
+        rows = first + np.array(_between(last - first, float(reach[k]), float(reach[k + 1])))
+        if k:
+            out.append(rows[:1])
+        out += [np.linspace(low, high, parts[k] + 1)[1:] for low, high in pairwise(rows.tolist())]
+    return np.concatenate(out)
+
+
+def _between(room: float, left: float, right: float) -> list[float]:
+    """Return where nodes are on a way between two corners of such reach, from 0 to `room`; 0: it is an end."""
+    after, before = [left], [room - right]
+    while left and APART * after[-1] <= room / 2:
+        after.append(APART * after[-1])
+    while right and room - APART * (room - before[0]) >= room / 2:
+        before.insert(0, room - APART * (room - before[0]))
+    if left and right and before[0] - after[-1] < min(after[-1], room - before[0]) / 2:
+        return after[:-1] + [(after[-1] + before[0]) / 2] + before[1:]
+    return after + before
