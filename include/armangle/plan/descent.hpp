@@ -304,6 +304,14 @@ private:
     double saving_ = 0, slope_ = 0;
     double asked_wall_, wall_;  // r, in the end and now
 
+    /// What the cost that keeps limits weighs: as the heaviest of the others, so that their common scale
+    /// makes no difference, and none of them pushes a curve through.
+    double wall_weight() const noexcept {
+        const Objective& w = objective_;
+        const double heaviest =
+            max(max(max(w.travel, w.duration), max(w.limits, w.singularities)), task_.wish ? w.psi : 0.0);
+        return heaviest > 0 ? heaviest : 1.0;
+    }
     bool assemble(const std::vector<double>& control, Assembly& out) const;
     bool integrand(const detail::GaussPoint& p, double phi, double v, const double* predicted_from, double ds,
                    double* q, double* rate, Integrand& f, Terms& terms) const noexcept;
@@ -424,7 +432,7 @@ inline bool Descent::integrand(const detail::GaussPoint& p, double phi, double v
     const auto wall = [this](const Curved& distance) {
         const Curved held = max(distance, Curved(descent_rule::tiny));
         const Curved near = Curved(wall_) / held - Curved(wall_ / descent_rule::before);
-        return near * near;
+        return Curved(wall_weight()) * near * near;
     };
     distances(task_, joint, [&](const Curved& distance, Kind kind) {
         if (!(distance.value() > 0)) inside = false;
