@@ -128,3 +128,21 @@ def test_a_hand_that_moves_again_is_followed_again() -> None:
     for _ in range(2500):
         now = tracker.step(back)
     assert now.status == aa.Tracking.FOLLOWING
+
+
+@pytest.mark.parametrize("turn", [0.4, 0.7, 1.4, 1.7, 2.9])
+def test_a_hand_that_spun_faster_than_it_is_seen_and_stands_is_at_rest(turn: float) -> None:
+    """A filter that believes every sample thought that it turned on, once round between two looks."""
+    arm = aa.Arm.from_catalogue("kuka_iiwa14_r820")
+    start = np.array([0.1, 0.5, 0.2, -1.2, 0.3, 0.8, 0.5])
+    hand = arm.forward(start)[0]
+    tracker = aa.Tracker(arm, 0.004, acceleration=10.0, filter=aa.HandFilter(omega=20.0, patience=0.0))
+    tracker.start(start)
+    for k in range(60):
+        cosine, sine = np.cos(turn * k), np.sin(turn * k)
+        spun = hand.copy()
+        spun[:3, :3] = hand[:3, :3] @ [[cosine, -sine, 0], [sine, cosine, 0], [0, 0, 1]]
+        tracker.step(spun)
+    q = tracker.run(np.repeat(hand[None], 5000, axis=0))
+    assert np.ptp(q[-500:], axis=0).max() < 1e-3
+    assert tracker.step(hand).status == aa.Tracking.FOLLOWING

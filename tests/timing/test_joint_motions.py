@@ -116,6 +116,24 @@ def test_corners_are_stops_or_rounded_within_the_tolerance() -> None:
         kept(rounded, ARM.velocity, A, j)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("j", [None, 200.0])
+def test_a_larger_tolerance_is_made_use_of(j: float | None) -> None:
+    """Beside a motion that stops at every corner, and beside a smaller tolerance."""
+    walk = np.array([0, 0.5, 0, -1.2, 0, 0.7, 0]) + np.cumsum(rng.normal(0, 0.12, (7, 7)), axis=0)
+    path = aa.JointPath.from_joints(ARM, walk, between="joints")
+    durations = [aa.retime(path, velocity=1.5, acceleration=A, jerk=j, tolerance=0.0, cycle=0).duration]
+    for tolerance in (1e-3, 1e-2):
+        found = aa.retime(path, velocity=1.5, acceleration=A, jerk=j, tolerance=tolerance)
+        at = found.at(np.linspace(0, found.duration, 3001))
+        away = np.linalg.norm((ARM.forward(at.q)[0] - path.at(at.s).pose)[:, :3, 3], axis=1).max()
+        assert 0.5 * found.deviation.position <= away <= found.deviation.position <= tolerance
+        kept(found, np.full(7, 1.5), A, j)
+        durations.append(found.duration)
+    assert found.deviation.position > 2e-3
+    assert durations[1] <= durations[0] and durations[2] < 0.95 * durations[1]
+
+
 @pytest.mark.parametrize("j", [None, 50.0])
 def test_a_spline_is_met_and_takes_as_long_however_many_rows_it_has(j: float | None) -> None:
     """Straight ways between the rows of the same motion take several times as long."""

@@ -94,7 +94,7 @@ private:
         }
         if (is_jump(*sample, dt)) return doubt(*sample, dt);
         suspected_ = 0;
-        is_plain() ? take(*sample) : blend(*sample, dt);
+        is_plain() ? take(*sample) : blend(*sample, dt, !other);
         remember(*sample);
         return true;
     }
@@ -192,14 +192,22 @@ private:
         return share * share;
     }
 
-    void blend(const Pose<double>& sample, double dt) noexcept {
+    /// At rest, `repeated`, or too fast for a hand, a velocity would go on for ever that makes a whole turn
+    /// between two looks at the same sample.
+    void blend(const Pose<double>& sample, double dt, bool repeated) noexcept {
         const Pose<double> predicted = moved_by(pose_, velocity_ * dt);
         const Twist rest = difference(predicted, sample);
         const double T = since_ + dt;
         settling_ = T > hand_rule::rare * dt ? hand_rule::settles * min(T, hand_rule::longest) : 0.0;
         const double a = std::exp(-estimating() * T);
         pose_ = moved_by(predicted, rest * (1.0 - a * a));
-        velocity_ = velocity_ + rest * ((1.0 - a) * (1.0 - a) / T);
+        const Twist now = velocity_ * (repeated ? a : 1.0) + rest * ((1.0 - a) * (1.0 - a) / T);
+        velocity_ = {now.linear * possible(now.linear), now.angular * possible(now.angular)};
+    }
+
+    /// The share of a velocity that a hand may have.
+    static double possible(const Vec3<double>& velocity) noexcept {
+        return hand_rule::fastest / max(norm(velocity), hand_rule::fastest);
     }
 
     /// omega of the estimate: what settles on it smooths and lags too, so that it has less to do.
