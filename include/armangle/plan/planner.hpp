@@ -733,19 +733,28 @@ private:
         } else {
             const int beside = shoulder < wrist ? 1 : 5, joint = asked.locked ? asked.locked : beside;
             const SinCos<double> theta = sin_cos(asked.locked ? asked.theta : now.theta[joint - 1]);
-            const Harmonic<double> f = tie(joint_functions(m), joint, theta);
+            const JointFunctions<double> of = joint_functions(m);
+            const Harmonic<double> f = tie(of, joint, theta);
             out.gap = infinity;
-            for (const double side : {-1.0, 1.0}) {
-                const Led<double> led = led_angle(f, side);
-                Directions<double> d = led_directions(m, led.psi, joint, theta);
-                keep_shares(task_.arm, m, led.psi, joint, q, d);
+            const auto take = [&](const SinCos<double>& phi) {
+                Directions<double> d = led_directions(m, phi, joint, theta);
+                keep_shares(task_.arm, m, phi, joint, q, d);
                 const Joints solved = joints_near(task_.arm, d, q);
                 const double gap = largest_move(solved.q, q);
-                if (!(gap < out.gap)) continue;
+                if (!(gap < out.gap)) return;
                 out.gap = gap;
-                out.phi = atan2(led.psi.sin, led.psi.cos);
+                out.phi = atan2(phi.sin, phi.cos);
                 std::copy(solved.q, solved.q + joints, out.q);
+            };
+            const int h = shoulder < wrist ? 0 : 1;
+            if (!asked.locked && min(shoulder, wrist) <= tolerance::one_axis) {
+                // where the hinge is at 0 (pi) its cosine is greatest (least), whatever leads
+                const Harmonic<double>& cosine = of.hinge[h].H;
+                const double end = std::cos(now.theta[hinge_joint[h]]) < 0 ? -1.0 : 1.0;
+                take(sin_cos(atan2(end * cosine.s, end * cosine.c)));
             }
+            if (!(out.gap <= tolerance::angle))
+                for (const double side : {-1.0, 1.0}) take(led_angle(f, side).psi);
         }
         out.given = out.gap <= plan_rule::widest_gap &&
                     within_limits(task_.limits, out.q, tolerance::angle) && open(s, m, out.phi, out);
