@@ -579,3 +579,29 @@ def test_a_plan_that_fails_is_drawn_as_finely_as_one_that_does_not() -> None:
         assert (np.diff(result.s) > 0).all() and result.s[0] == 0 and result.s[-1] == 1
         assert np.flatnonzero(reached).tolist() == list(range(len(rows)))
     assert max(led) > 1.02, "no path had rows put between"
+
+
+@pytest.mark.parametrize("tilt", [0, 30])
+@pytest.mark.parametrize("end", ["start", "goal"])
+def test_an_arm_that_stands_across_its_way_leaves_home_as_the_root_of_s(end: str, tilt: float) -> None:
+    """Where an OpenArm starts: θ2 = 0 with θ3 at a right angle, so that joint 1 turns before the elbow leans."""
+    arm = aa.Arm.from_catalogue("openarm_v10")
+    home = np.radians([0.0, 0, 0, 90, 0, tilt, 0])
+    assert np.linalg.svd(arm.jacobian(home))[1][5] < 1e-12
+    pose = arm.forward(home)[0]
+    directions = np.random.default_rng(0).normal(size=(8, 3))
+    near = np.geomspace(1e-7, 1e-3, 41)
+    for direction in directions / np.linalg.norm(directions, axis=1)[:, None]:
+        away = pose.copy()
+        away[:3, 3] += 0.1 * direction
+        line = aa.Line(pose, away) if end == "start" else aa.Line(away, pose)
+        result = aa.plan(arm, line, **{end: home})
+        assert result.ok, result.explain()
+        assert np.ptp(result.uncertified, axis=1).sum() < 1e-6
+        from_home = np.append(0.0, near)
+        q = result.at(from_home if end == "start" else 1 - from_home[::-1]).q
+        moved = np.abs(q - home).max(axis=1)[1:] if end == "start" else np.abs(q - home).max(axis=1)[-2::-1]
+        assert (moved < 3 * np.sqrt(near)).all()
+        here = result.at(DENSE)
+        np.testing.assert_allclose(arm.forward(here.q)[0], here.pose, atol=1e-12)
+        assert arm.limit_margin(here.q).min() > -1e-9
