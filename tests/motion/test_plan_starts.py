@@ -584,7 +584,7 @@ def test_a_plan_that_fails_is_drawn_as_finely_as_one_that_does_not() -> None:
 @pytest.mark.parametrize("tilt", [0, 30])
 @pytest.mark.parametrize("end", ["start", "goal"])
 def test_an_arm_that_stands_across_its_way_leaves_home_as_the_root_of_s(end: str, tilt: float) -> None:
-    """Where an OpenArm starts: θ2 = 0 with θ3 at a right angle, so that joint 1 turns before the elbow leans."""
+    """Where an OpenArm starts: θ2 = 0, θ3 at a right angle, and joint 1 turns before the elbow leans."""
     arm = aa.Arm.from_catalogue("openarm_v10")
     home = np.radians([0.0, 0, 0, 90, 0, tilt, 0])
     assert np.linalg.svd(arm.jacobian(home))[1][5] < 1e-12
@@ -598,6 +598,7 @@ def test_an_arm_that_stands_across_its_way_leaves_home_as_the_root_of_s(end: str
         result = aa.plan(arm, line, **{end: home})
         assert result.ok, result.explain()
         assert np.ptp(result.uncertified, axis=1).sum() < 1e-6
+        np.testing.assert_allclose(result.q[0 if end == "start" else -1], home, atol=1e-9)
         from_home = np.append(0.0, near)
         q = result.at(from_home if end == "start" else 1 - from_home[::-1]).q
         moved = np.abs(q - home).max(axis=1)[1:] if end == "start" else np.abs(q - home).max(axis=1)[-2::-1]

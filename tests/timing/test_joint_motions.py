@@ -134,6 +134,27 @@ def test_a_larger_tolerance_is_made_use_of(j: float | None) -> None:
     assert durations[1] <= durations[0] and durations[2] < 0.95 * durations[1]
 
 
+@pytest.mark.parametrize("end", ["start", "goal"])
+def test_a_singular_home_is_left_within_the_tolerance(end: str) -> None:
+    """Joints leave it as the root of s: at no finite speed along the path."""
+    arm = aa.Arm.from_catalogue("openarm_v10")
+    home = np.radians([0.0, 0, 0, 90, 0, 0, 0])
+    pose = arm.forward(home)[0]
+    away = pose.copy()
+    away[:3, 3] += [0.06, -0.05, 0.06]
+    path = aa.plan(arm, aa.Line(pose, away) if end == "start" else aa.Line(away, pose), **{end: home})
+    with pytest.raises(aa.PathError, match="tolerance= rounds that"):
+        aa.retime(path, velocity=2.0, acceleration=A)
+    for j, tolerance in ((None, 1e-4), (100.0, 1e-4), (100.0, 1e-3)):
+        found = aa.retime(path, velocity=2.0, acceleration=A, jerk=j, tolerance=tolerance)
+        at = found.at(np.linspace(0, found.duration, 3001))
+        away_from = np.linalg.norm((arm.forward(at.q)[0] - path.at(at.s).pose)[:, :3, 3], axis=1).max()
+        assert 0 < away_from <= found.deviation.position <= tolerance
+        np.testing.assert_allclose(found.q[0 if end == "start" else -1], home, atol=1e-9)
+        assert found.duration < 1.5
+        kept(found, np.full(7, 2.0), A, j)
+
+
 @pytest.mark.parametrize("j", [None, 50.0])
 def test_a_spline_is_met_and_takes_as_long_however_many_rows_it_has(j: float | None) -> None:
     """Straight ways between the rows of the same motion take several times as long."""

@@ -1035,6 +1035,17 @@ private:
         return max(abs(std::sin(now.theta[1])), abs(std::sin(now.theta[5])));
     }
 
+    /// Lets a stretch end at the very joints of a goal: where a hinge is at 0 phi does not say how the two
+    /// beside it share their turn.
+    static void end_at(const double* goal, Stretch& x) noexcept {
+        double off[joints], most = 0;
+        for (int j = 0; j < joints; ++j) {
+            off[j] = wrap(goal[j] - x.q_end[j]);
+            most = max(most, abs(off[j]));
+        }
+        for (int j = 0; j < joints && most <= plan_rule::end_move; ++j) x.q_end[j] += off[j];
+    }
+
     bool draw_crossing_once(const CrossingTask& asked, Plan& out) {
         Crossing crossing(task_, asked);
         out.stretches = crossing.run(out.gc, links_);
@@ -1044,6 +1055,7 @@ private:
         const double psi = arm_angle(triad(task_.arm, flange_pose(task_.arm, task_.pose(0.0))), first.z3);
         const auto prove = [&](Plan& drawn) {
             lift_stretches(curve(drawn), drawn.stretches, q, psi);
+            if (asked.goal.given) end_at(asked.goal.q, drawn.stretches.back());
             drawn.proof = proven(curve(drawn));
         };
         prove(out);

@@ -65,6 +65,12 @@ def _close_breaks(motion: Motion) -> tuple[Floats, Floats]:
     return first, last
 
 
+def steep_ends(motion: Motion) -> tuple[bool, bool]:
+    """Return whether joints have no finite speed along the path at its beginning, and at its end."""
+    first, last = motion.derivatives(np.array([0.0, 1.0]))
+    return not np.isfinite(first).all(), not np.isfinite(last).all()
+
+
 class Part:
     """A part of a motion as one of its own, over r in [0, 1].
 

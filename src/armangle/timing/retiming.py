@@ -17,7 +17,7 @@ from ..motion.options import Bound, joint_bound
 from ..motion.paths import NO_DEVIATION, Deviation
 from .fastest import fastest, needed_knots, smooth
 from .grid import Grid, corners, grid
-from .motion import RESTS, Motion, Part, just_before, tool_derivatives
+from .motion import RESTS, Motion, Part, just_before, steep_ends, tool_derivatives
 from .rounding import rounded
 from .straight import is_straight, straight
 from .tool_speed import HELD, HELD_WITH_JERK, not_held, speed_lost
@@ -38,6 +38,8 @@ FEW_STOPS, MOST_STOPS = 8, 300
 """Corners up to which stopping at each of them is tried too, and where it may be faster."""
 TOLERANCE = 1e-4
 """What a tool may be off where corners are rounded, unless said otherwise, m."""
+STEEP = 1e-9
+"""Of s: how near to an end at which joints have no finite speed it is looked for corners."""
 CYCLE = 1e-3
 DENSE = 100
 """Cycles from a corner to the next below which the two take part in what joints accelerate by."""
@@ -122,8 +124,9 @@ def retime(
     jerk : float, or array_like of shape (7,), optional
         Bounds, rad/s³, > 0.
     tolerance : float, optional
-        How far the tool may leave the path at a corner, m, where a radian counts as 0.2 m; 0: never, the
-        motion then stops at every corner. 0.1 mm with `jerk` unless given, 0 without.
+        How far the tool may leave the path, m, at a corner, or beside a singular end that joints have no
+        finite speed at; a radian counts as 0.2 m. 0: never, the motion then stops at every corner. 0.1 mm
+        with `jerk` unless given, 0 without.
     tool_speed : float, optional
         Constant speed of the tool's origin, m/s, > 0, between a ramp at either end; with `jerk` it is held
         to 1 %. Where joints cannot follow, the tool slows down; ``speed_lost`` of the result says where
@@ -195,13 +198,18 @@ class _Way(NamedTuple):
 
 def _ways(path: Motion, b: _Bounds) -> list[_Way]:
     """Return timings of the path with its corners, if these are few or none is to be rounded, and without."""
-    first = grid(path, GRID, 1, np.empty(0))
-    many = np.count_nonzero(corners(first).any(axis=1))
-    if b.tolerance == 0 or many == 0:
+    steep = steep_ends(path) if b.tolerance > 0 else (False, False)
+    inner = Part(path, STEEP * steep[0], 1.0 - STEEP * steep[1]) if any(steep) else path
+    first = grid(inner, GRID, 1, np.empty(0))
+    bends = corners(first).any(axis=1)
+    many = np.count_nonzero(bends)
+    if b.tolerance == 0 or not (many or any(steep)):
         return [_Way(path, *_kept(path, b), NO_DEVIATION)]
-    nodes = np.union1d([0.0, 1.0], first.s[corners(first).any(axis=1)])
-    smoothed, off = rounded(path, nodes, b.tolerance)
+    nodes = np.union1d([0.0, 1.0], inner.s(first.s[bends]) if isinstance(inner, Part) else first.s[bends])
+    smoothed, off = rounded(path, nodes, b.tolerance, steep)
     found = _Way(smoothed, *_kept(smoothed, b), off)
+    if any(steep):
+        return [found]
     stops = many <= FEW_STOPS or (
         many <= MOST_STOPS and _least_with_stops(path, first, b) < found.timing.duration
     )
@@ -366,7 +374,7 @@ def _checked(
             "a timing needs a bound on the acceleration of every joint: acceleration=, in rad/s²"
         )
     stands = isinstance(path, JointPath) and path.curve is None and np.ptp(path.q, axis=0).max() <= RESTS
-    if stands or not np.abs(grid(path, GRID, 1, np.empty(0)).after[:, 0]).max() > RESTS:
+    if stands or not _moves(path):
         raise InputError("no joint moves along the path: there is nothing to time")
     j = None if jerk is None else joint_bound(path.arm, "jerk", jerk, np.full(7, np.inf))
     if j is not None and not np.isfinite(j).any():
@@ -383,6 +391,12 @@ def _checked(
     given = (TOLERANCE if j is not None else 0.0) if tolerance is None else tolerance
     off = as_number("tolerance (m)", given, 0.0, MOST_TOLERANCE)
     return _Bounds(v, a, j, speed, as_number("cycle", cycle, 0.0, 1.0), off)
+
+
+def _moves(path: Motion) -> bool:
+    """Return whether some joint moves along the path, as fast as it may."""
+    slopes = path.derivatives(np.linspace(0.0, 1.0, GRID + 1))[:, 0]
+    return bool(not np.isfinite(slopes).all() or np.abs(slopes).max() > RESTS)
 
 
 def _timed(g: Grid, caps: Floats, b: _Bounds) -> Timing:

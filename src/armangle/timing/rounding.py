@@ -1,9 +1,9 @@
-"""A smooth curve in the joints beside the corners of a path: what a bound on jerk needs.
+r"""A smooth curve in the joints beside the corners of a path: what a bound on jerk needs.
 
-    q  |          corner         Postures of the path on both sides of every corner, and none at it: a cubic
-       |           /\            spline through them cuts the corner. They lie as far from it as the tolerance
-       |    o--o--o  o--o----o   lets them, and the next ones farther.
-       +---------------------- s
+q  |          corner         Postures of the path on both sides of every corner, and none at it: a cubic
+   |           /\            spline through them cuts the corner. They lie as far from it as the tolerance
+   |    o--o--o  o--o----o   lets them, and the next ones farther.
+   +---------------------- s
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ from .motion import Motion
 
 LOOKED_AT, SURE = np.array([0.1, 0.3, 0.5, 0.7, 0.9]), 0.9
 """Where between two nodes it is looked at how far off the tool is, and what share of the most shows there."""
-ROUNDS = 60
-"""How often postures come nearer to the corners at most, or more are put between."""
+ROUNDS, FINEST = 60, 1 / 4096
+"""How often postures come nearer to the corners at most, or more are put between, and how near and close."""
 SHRINK = 0.5, 0.95
 """By what postures come nearer in a round: least and most."""
 APART = 3.0
@@ -108,7 +108,9 @@ class Rounded:
         return self._curve.passed(self._low, self._high)
 
 
-def rounded(motion: Motion, corners: Floats, tolerance: float) -> tuple[Motion, Deviation]:
+def rounded(
+    motion: Motion, corners: Floats, tolerance: float, steep: tuple[bool, bool] = (False, False)
+) -> tuple[Motion, Deviation]:
     """Return the motion without corners, and by how much at most the tool is off.
 
     Parameters
@@ -118,6 +120,9 @@ def rounded(motion: Motion, corners: Floats, tolerance: float) -> tuple[Motion, 
         Where q' jumps, and both ends.
     tolerance : float
         What the tool may be off, m; a radian counts as `RADIAN` m.
+    steep : two bools
+        Whether joints have no finite speed along the path at its beginning, and at its end: as at a corner,
+        the curve goes straight on to the posture next to it.
 
     Raises
     ------
@@ -130,7 +135,9 @@ def rounded(motion: Motion, corners: Floats, tolerance: float) -> tuple[Motion, 
     room = np.diff(corners)
     reach = np.zeros(len(corners))
     reach[1:-1] = np.minimum(np.minimum(room[:-1], room[1:]), LONGEST) / 2
-    parts = np.ceil(room / LONGEST).astype(int)
+    reach[[0, -1]] = np.where(steep, np.minimum(room[[0, -1]], LONGEST) / 2, 0.0)
+    cut = np.flatnonzero(reach)
+    least, parts = FINEST * reach[cut], np.ceil(room / LONGEST).astype(int)
     for _ in range(ROUNDS):
         nodes = _nodes(corners, reach, parts)
         found = Rounded(motion, nodes)
@@ -138,16 +145,21 @@ def rounded(motion: Motion, corners: Floats, tolerance: float) -> tuple[Motion, 
             found = Rounded(motion, nodes, INSIDE * beyond.max(axis=0))
             beyond = found.passed()
         position, rotation = found.deviations()
-        off, passed = np.hypot(position, RADIAN * rotation), (beyond > KEPT).any(axis=1)
+        off, passed = np.hypot(position, RADIAN * rotation), np.asarray((beyond > KEPT).any(axis=1))
         bad = (off > tolerance) | passed
         if not bad.any():
             break
-        at = np.searchsorted(nodes, corners[1:-1]) - 1
-        if bad[at].any():
-            share = np.clip(tolerance / np.maximum(off[at], tolerance), *SHRINK)
-            reach[1:-1] *= np.where(bad[at], np.where(passed[at], SHRINK[0], share), 1.0)
+        at = np.maximum(np.searchsorted(nodes, corners[cut]) - 1, 0)
+        nearer = bad[at] & (reach[cut] > least)
+        between = np.unique(np.searchsorted(corners, nodes[:-1][bad], side="right") - 1)
+        between = between[parts[between] * FINEST < 1]
+        if nearer.any():
+            share = np.where(passed, SHRINK[0], np.clip(tolerance / np.maximum(off, tolerance), *SHRINK))
+            reach[cut] *= np.where(nearer, share[at], 1.0)
+        elif len(between):
+            parts[between] *= 2
         else:
-            parts[np.searchsorted(corners, nodes[:-1][bad], side="right") - 1] *= 2
+            break
     if beyond.max() > MOST_PASSED:
         k, joint = np.unravel_index(beyond.argmax(), beyond.shape)
         raise PathError(
@@ -158,23 +170,25 @@ def rounded(motion: Motion, corners: Floats, tolerance: float) -> tuple[Motion, 
 
 
 def _nodes(corners: Floats, reach: Floats, parts: Any) -> Floats:
-    """Return nodes from 0 to 1: on both sides of a corner by its reach, and more, in parts, up to the next."""
+    """Return nodes from 0 to 1: on both sides of a corner by its reach, and parts of the ways between."""
     out = [corners[:1]]
     for k, (first, last) in enumerate(pairwise(corners.tolist())):
         rows = first + np.array(_between(last - first, float(reach[k]), float(reach[k + 1])))
-        if k:
+        if reach[k]:
             out.append(rows[:1])
         out += [np.linspace(low, high, parts[k] + 1)[1:] for low, high in pairwise(rows.tolist())]
+    if reach[-1]:
+        out.append(corners[-1:])
     return np.concatenate(out)
 
 
 def _between(room: float, left: float, right: float) -> list[float]:
-    """Return where nodes are on a way between two corners of such reach, from 0 to `room`; 0: it is an end."""
+    """Return where nodes are on a way of `room` between two corners of such reach; 0: of an end."""
     after, before = [left], [room - right]
     while left and APART * after[-1] <= room / 2:
         after.append(APART * after[-1])
     while right and room - APART * (room - before[0]) >= room / 2:
         before.insert(0, room - APART * (room - before[0]))
     if left and right and before[0] - after[-1] < min(after[-1], room - before[0]) / 2:
-        return after[:-1] + [(after[-1] + before[0]) / 2] + before[1:]
+        return [*after[:-1], (after[-1] + before[0]) / 2, *before[1:]]
     return after + before
