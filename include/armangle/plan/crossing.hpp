@@ -43,8 +43,9 @@ inline constexpr double reference = 0.1,
 inline constexpr std::size_t most_sections = 4000;
 inline constexpr long long least_postures = 50;  // of a section that lead on, however few links are left
 inline constexpr double shut_step = 5e-3;  // of s: from an end where both hinges are 0 to the next section
-inline constexpr double beside[] = {1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.08, 0.2,
-                                    0.45};  // of the step at a fixed end: more sections
+inline constexpr double beside[] = {
+    1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3,
+    0.01, 0.03, 0.08, 0.2,  0.45};  // of the step at a fixed end: more sections
 }  // namespace crossing_rule
 
 /// What a crossing is asked for.
