@@ -146,3 +146,20 @@ def test_a_hand_that_spun_faster_than_it_is_seen_and_stands_is_at_rest(turn: flo
     q = tracker.run(np.repeat(hand[None], 5000, axis=0))
     assert np.ptp(q[-500:], axis=0).max() < 1e-3
     assert tracker.step(hand).status == aa.Tracking.FOLLOWING
+
+
+@pytest.mark.parametrize("rate", [5, 10, 50, 500])
+def test_a_hand_that_stops_dead_is_at_rest_at_its_last_sample(rate: int) -> None:
+    arm = aa.Arm.from_catalogue("kuka_iiwa14_r820")
+    start = np.array([0.1, 0.5, 0.2, -1.2, 0.3, 0.8, 0.5])
+    tracker = aa.Tracker(arm, 0.002, acceleration=10.0, filter=aa.HandFilter())
+    tracker.start(start)
+    hand = arm.forward(start)[0]
+    for k in range(1000):
+        if k % (500 // rate) == 0:
+            hand = hand.copy()
+            hand[1, 3] += 0.05 / rate
+        tracker.step(hand)
+    q = tracker.run(np.repeat(hand[None], 2500, axis=0))
+    assert np.ptp(q[-500:], axis=0).max() < 1e-6
+    np.testing.assert_allclose(arm.forward(q[-1])[0], hand, atol=1e-6)

@@ -13,6 +13,8 @@ from scipy.interpolate import CubicSpline
 import armangle as aa
 from armangle.cli.main import main
 from armangle.motion.joint_path import Between
+from armangle.timing import rounding
+from armangle.timing.motion import breaks
 
 Floats = NDArray[np.float64]
 ARM = aa.Arm.from_catalogue("kuka_iiwa14_r820")
@@ -132,6 +134,18 @@ def test_a_larger_tolerance_is_made_use_of(j: float | None) -> None:
         durations.append(found.duration)
     assert found.deviation.position > 2e-3
     assert durations[1] <= durations[0] and durations[2] < 0.95 * durations[1]
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-9])
+def test_a_tolerance_that_is_too_small_to_be_used_is_a_stop(tolerance: float) -> None:
+    walk = np.array([0, 0.5, 0, -1.2, 0, 0.7, 0]) + np.cumsum(rng.normal(0, 0.1, (20, 7)), axis=0)
+    path = aa.JointPath.from_joints(ARM, walk, between="joints")
+    nodes = np.linspace(0, 1, 20)
+    curve = rounding.rounded(path, nodes, tolerance)
+    assert curve is None or len(breaks(curve[0])) < 3000
+    found, stops = (aa.retime(path, acceleration=2.0, tolerance=x) for x in (tolerance, 0.0))
+    assert found.duration <= stops.duration * (1 + 1e-6)
+    assert found.deviation.position <= tolerance
 
 
 @pytest.mark.parametrize("end", ["start", "goal"])

@@ -515,7 +515,7 @@ def test_as_many_rows_as_there_may_be_are_timed_as_few() -> None:
 
 @pytest.mark.slow
 def test_rounding_many_corners_is_not_slower_than_stopping_at_them() -> None:
-    walk = np.cumsum(np.vstack([Q, np.random.default_rng(1).normal(size=(39, 7)) * 0.05]), axis=0)
+    walk = np.cumsum(np.vstack([Q, np.random.default_rng(1).normal(size=(19, 7)) * 0.05]), axis=0)
     path = aa.JointPath.from_joints(ARM, walk)
     found, stops = (aa.retime(path, velocity=0.5, acceleration=10.0, jerk=200.0, **more)
                     for more in ({}, {"tolerance": 0.0}))  # fmt: skip

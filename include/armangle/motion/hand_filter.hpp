@@ -201,7 +201,7 @@ private:
         settling_ = T > hand_rule::rare * dt ? hand_rule::settles * min(T, hand_rule::longest) : 0.0;
         const double a = std::exp(-estimating() * T);
         pose_ = moved_by(predicted, rest * (1.0 - a * a));
-        const Twist now = velocity_ * (repeated ? a : 1.0) + rest * ((1.0 - a) * (1.0 - a) / T);
+        const Twist now = (velocity_ + rest * ((1.0 - a) * (1.0 - a) / T)) * (repeated ? a : 1.0);
         velocity_ = {now.linear * possible(now.linear), now.angular * possible(now.angular)};
     }
 

@@ -15,6 +15,8 @@ RESTS = 1e-9
 """The tool rests where it moves by less per unit of s, m."""
 STEP = 1e-6
 """Of s, for a difference."""
+BESIDE = 1e-6
+"""Of s: how near to an end joints that have no finite speed count as at it."""
 CLOSE = 1e-9
 """Breaks nearer to the next one than this are that one."""
 
@@ -67,8 +69,10 @@ def _close_breaks(motion: Motion) -> tuple[Floats, Floats]:
 
 def steep_ends(motion: Motion) -> tuple[bool, bool]:
     """Return whether joints have no finite speed along the path at its beginning, and at its end."""
-    first, last = motion.derivatives(np.array([0.0, 1.0]))
-    return not np.isfinite(first).all(), not np.isfinite(last).all()
+    every = breaks(motion)
+    near = (every[every <= BESIDE], every[every >= 1.0 - BESIDE])
+    first, last = (bool(np.isfinite(motion.derivatives(s)).all()) for s in near)
+    return not first, not last
 
 
 class Part:

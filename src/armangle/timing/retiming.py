@@ -17,7 +17,7 @@ from ..motion.options import Bound, joint_bound
 from ..motion.paths import NO_DEVIATION, Deviation
 from .fastest import fastest, needed_knots, smooth
 from .grid import Grid, corners, grid
-from .motion import RESTS, Motion, Part, just_before, steep_ends, tool_derivatives
+from .motion import BESIDE, RESTS, Motion, Part, just_before, steep_ends, tool_derivatives
 from .rounding import rounded
 from .straight import is_straight, straight
 from .tool_speed import HELD, HELD_WITH_JERK, not_held, speed_lost
@@ -38,8 +38,6 @@ FEW_STOPS, MOST_STOPS = 8, 300
 """Corners up to which stopping at each of them is tried too, and where it may be faster."""
 TOLERANCE = 1e-4
 """What a tool may be off where corners are rounded, unless said otherwise, m."""
-STEEP = 1e-9
-"""Of s: how near to an end at which joints have no finite speed it is looked for corners."""
 CYCLE = 1e-3
 DENSE = 100
 """Cycles from a corner to the next below which the two take part in what joints accelerate by."""
@@ -199,14 +197,17 @@ class _Way(NamedTuple):
 def _ways(path: Motion, b: _Bounds) -> list[_Way]:
     """Return timings of the path with its corners, if these are few or none is to be rounded, and without."""
     steep = steep_ends(path) if b.tolerance > 0 else (False, False)
-    inner = Part(path, STEEP * steep[0], 1.0 - STEEP * steep[1]) if any(steep) else path
+    inner = Part(path, BESIDE * steep[0], 1.0 - BESIDE * steep[1]) if any(steep) else path
     first = grid(inner, GRID, 1, np.empty(0))
     bends = corners(first).any(axis=1)
     many = np.count_nonzero(bends)
     if b.tolerance == 0 or not (many or any(steep)):
         return [_Way(path, *_kept(path, b), NO_DEVIATION)]
     nodes = np.union1d([0.0, 1.0], inner.s(first.s[bends]) if isinstance(inner, Part) else first.s[bends])
-    smoothed, off = rounded(path, nodes, b.tolerance, steep)
+    without = rounded(path, nodes, b.tolerance, steep)
+    if without is None:
+        return [_Way(path, *_kept(path, b), NO_DEVIATION)]
+    smoothed, off = without
     found = _Way(smoothed, *_kept(smoothed, b), off)
     if any(steep):
         return [found]

@@ -26,8 +26,12 @@ from .motion import Motion
 
 LOOKED_AT, SURE = np.array([0.1, 0.3, 0.5, 0.7, 0.9]), 0.9
 """Where between two nodes it is looked at how far off the tool is, and what share of the most shows there."""
-ROUNDS, FINEST = 60, 1 / 4096
-"""How often postures come nearer to the corners at most, or more are put between, and how near and close."""
+ROUNDS, NEAREST = 60, 1e-4
+"""How often postures come nearer to the corners at most, or more are put between; to what share of the first
+distance.
+"""
+SOME_PARTS, MOST_PARTS = 4, 64
+"""Into how many parts a way between them is divided, before and after they have come that near."""
 SHRINK = 0.5, 0.95
 """By what postures come nearer in a round: least and most."""
 APART = 3.0
@@ -110,8 +114,8 @@ class Rounded:
 
 def rounded(
     motion: Motion, corners: Floats, tolerance: float, steep: tuple[bool, bool] = (False, False)
-) -> tuple[Motion, Deviation]:
-    """Return the motion without corners, and by how much at most the tool is off.
+) -> tuple[Motion, Deviation] | None:
+    """Return the motion without corners, and by how much at most the tool is off; None if that is too far.
 
     Parameters
     ----------
@@ -137,7 +141,7 @@ def rounded(
     reach[1:-1] = np.minimum(np.minimum(room[:-1], room[1:]), LONGEST) / 2
     reach[[0, -1]] = np.where(steep, np.minimum(room[[0, -1]], LONGEST) / 2, 0.0)
     cut = np.flatnonzero(reach)
-    least, parts = FINEST * reach[cut], np.ceil(room / LONGEST).astype(int)
+    least, parts = NEAREST * reach[cut], np.ceil(room / LONGEST).astype(int)
     for _ in range(ROUNDS):
         nodes = _nodes(corners, reach, parts)
         found = Rounded(motion, nodes)
@@ -152,12 +156,16 @@ def rounded(
         at = np.maximum(np.searchsorted(nodes, corners[cut]) - 1, 0)
         nearer = bad[at] & (reach[cut] > least)
         between = np.unique(np.searchsorted(corners, nodes[:-1][bad], side="right") - 1)
-        between = between[parts[between] * FINEST < 1]
+        some, more = (between[parts[between] < most] for most in (SOME_PARTS, MOST_PARTS))
         if nearer.any():
             share = np.where(passed, SHRINK[0], np.clip(tolerance / np.maximum(off, tolerance), *SHRINK))
             reach[cut] *= np.where(nearer, share[at], 1.0)
-        elif len(between):
-            parts[between] *= 2
+        elif len(some):
+            parts[some] *= 2
+        elif (reach[cut] > least).any():
+            reach[cut] *= SHRINK[0]
+        elif len(more):
+            parts[more] *= 2
         else:
             break
     if beyond.max() > MOST_PASSED:
@@ -166,6 +174,8 @@ def rounded(
             f"no timing is found: where corners are rounded, at s = {found.breaks[k]:.6g}, joint {joint + 1} "
             f"passes its limit by {np.degrees(beyond.max()):.3g} deg; leave jerk= and tolerance= out, or plan"
         )
+    if (off > tolerance).any():
+        return None
     return found, Deviation(float(position.max()), float(rotation.max()))
 
 
