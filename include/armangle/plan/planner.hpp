@@ -77,6 +77,7 @@ inline constexpr double of_wish[] = {1, 0.1, 0};  // shares of the wish that a w
 inline constexpr int looks = 8;                   // of a stretch, for its travel and its least margin
 inline constexpr double end_step =
     1e-9;  // of the first stretch (the last): how near to an end it is looked at
+inline constexpr double end_off = 1e-7;   // that joints may be off at the end itself (rad), by rounding
 inline constexpr double end_move = 1e-3;  // that a joint may move there (rad); more is a jump
 inline constexpr double in_plane =
     0.05;  // that each of joints 1, 3, 5, 7 moves where the arm stays in its plane (rad)
@@ -1193,12 +1194,9 @@ private:
         const Curve drawn = curve(out);
         const Stretch& x = end ? out.stretches.back() : out.stretches.front();
         const double inside = plan_rule::end_step * (x.end - x.start);
-        for (const double s : {end ? x.end : x.start, end ? x.end - inside : x.start + inside}) {
-            const PlacedPosture here = drawn.at(s);
-            for (int j = 0; j < joints; ++j)
-                if (!(abs(here.q[j] - anchor.q[j]) <= plan_rule::end_move)) return true;
-        }
-        return false;
+        const auto off = [&](double s) { return largest_move(drawn.at(s).q, anchor.q); };
+        return !(off(end ? x.end : x.start) <= plan_rule::end_off) ||
+               !(off(end ? x.end - inside : x.start + inside) <= plan_rule::end_move);
     }
     bool holds_ends(const Ends& fixed, const Plan& out) const noexcept {
         return !leaps(fixed.start, out, false) && !leaps(fixed.goal, out, true);
