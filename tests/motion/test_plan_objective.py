@@ -124,6 +124,22 @@ def test_more_weight_never_makes_a_term_larger(name: str) -> None:
     assert values[-1] < 0.95 * values[0], values
 
 
+def test_the_common_scale_of_weights_makes_no_difference() -> None:
+    """A wall that did not scale with them kept a heavy `travel` from its optimum: 2.8 times its cost."""
+    arm = aa.Arm.from_catalogue("realman_rm75_b")
+    first = arm.forward([-1.23, 1.429, 2.261, -0.594, -1.033, 0.746, 2.427])[0]
+    last = first.copy()
+    last[:3, 3] = [0.033, -0.202, 0.0]
+    path = aa.CircularArc(first, [0.157, -0.367, 0.054], last, "fixed")
+    found = []
+    for scale in (1e-3, 1.0, 1e3):
+        of = aa.Objective(travel=scale, limits=1e-3 * scale, singularities=1e-3 * scale)
+        branch = aa.plan(arm, path, gc=0, objective=of).diagnosis.branches[0]
+        assert branch.stationarity < 1e-6
+        found.append(branch.cost / scale)
+    np.testing.assert_allclose(found, found[1], rtol=1e-6)
+
+
 def test_a_goal_is_not_left_and_returned_to() -> None:
     for q, path, hold in free_lines(6):
         result = aa.plan(IIWA_14, path, start=q, goal=hold.q[-1])

@@ -192,8 +192,8 @@ private:
         return share * share;
     }
 
-    /// At rest, `repeated`, or too fast for a hand, a velocity would go on for ever that makes a whole turn
-    /// between two looks at the same sample.
+    /// Towards a sample. Where it is `repeated` the hand rests, and its velocity dies away; without that, and
+    /// the bound on it, one that makes a whole turn between two looks would go on for ever.
     void blend(const Pose<double>& sample, double dt, bool repeated) noexcept {
         const Pose<double> predicted = moved_by(pose_, velocity_ * dt);
         const Twist rest = difference(predicted, sample);

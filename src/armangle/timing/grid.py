@@ -69,7 +69,7 @@ def grid(motion: Motion, count: int, least: int, more: Floats) -> Grid:
         raise PathError(
             f"no timing is found: at s = {at:g} joints have no finite speed along the path: the "
             "arm is singular there, stretched or folded, or it has no posture between two rows; at an end "
-            "of the path tolerance= rounds that, else leave it out"
+            "of the path tolerance= rounds that, if it is large enough; else leave it out"
         )
     return Grid(s, after, before, np.zeros((len(s) - 1, JOINTS)))
 

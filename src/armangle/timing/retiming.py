@@ -201,10 +201,9 @@ def _ways(path: Motion, b: _Bounds) -> list[_Way]:
     first = grid(inner, GRID, 1, np.empty(0))
     bends = corners(first).any(axis=1)
     many = np.count_nonzero(bends)
-    if b.tolerance == 0 or not (many or any(steep)):
-        return [_Way(path, *_kept(path, b), NO_DEVIATION)]
     nodes = np.union1d([0.0, 1.0], inner.s(first.s[bends]) if isinstance(inner, Part) else first.s[bends])
-    without = rounded(path, nodes, b.tolerance, steep)
+    asked = b.tolerance > 0 and (many > 0 or any(steep))
+    without = rounded(path, nodes, b.tolerance, steep) if asked else None
     if without is None:
         return [_Way(path, *_kept(path, b), NO_DEVIATION)]
     smoothed, off = without
